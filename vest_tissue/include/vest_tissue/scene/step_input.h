@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "vest_instruments/tools/tool_kind.h"
+
+namespace vest::scene {
+
+/// What a step knows of one instrument. World frame, SI.
+struct ToolInput {
+  bool present = false;
+  tools::ToolKind tool = tools::ToolKind::None;
+  std::uint32_t functions = 0;                              ///< bit mask of tools::ToolFunction
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();       ///< m, commanded tip
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< commanded tip
+  Eigen::Vector3d pivot = Eigen::Vector3d::Zero();          ///< m, trocar's pivot
+  double jaw = 0.0;                                         ///< rad, full opening angle
+};
+
+/// A change of a parameter, applied before the step.
+struct ParameterEdit {
+  std::string object;     ///< empty: the world
+  std::string parameter;  ///< e.g. youngs_modulus, damping_scale, gravity_z
+  double value = 0.0;
+};
+
+/// Momentum that a fluid passes to tissue.
+struct ImpactInput {
+  std::uint16_t object = 0;
+  std::uint32_t triangle = 0;
+  std::array<double, 3> weights{};
+  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();  ///< N·s
+};
+
+/// Feedback of the pulse: radius over reference radius per vessel segment.
+struct DilatationInput {
+  std::string vessel_segment;
+  double dilatation = 1.0;
+};
+
+/// Everything that a step consumes. Recording these and the State at the start is recording the session.
+struct StepInput {
+  std::uint64_t step = 0;
+  double dt = 0.001;  ///< s
+  std::uint32_t seed = 1;
+  std::array<ToolInput, tools::kInstrumentCount> tools;
+  std::uint32_t pedals = 0;  ///< bit mask, six footswitches: coag, cut, irrigation, suction, tool, clutch
+  std::vector<ParameterEdit> edits;
+  std::vector<ImpactInput> impacts;
+  std::vector<DilatationInput> dilatations;
+};
+
+}  // namespace vest::scene
