@@ -1,0 +1,169 @@
+#include "vest_hw_phantom_box/calibration/calibration.h"
+
+#include <sys/stat.h>
+#include <yaml-cpp/yaml.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+namespace vest::calibration {
+namespace {
+
+using protocol::kAxes;
+using protocol::kJoints;
+
+[[noreturn]] void fail(const std::string& file, const std::string& field, const std::string& value,
+                       const std::string& allowed) {
+  throw Error(file + ": " + field + ": " + value + "; allowed: " + allowed);
+}
+
+std::string shown(const YAML::Node& node) {
+  if (node.IsScalar()) return "'" + node.Scalar() + "'";
+  return node.IsMap() ? "a map" : node.IsSequence() ? "a list" : "nothing";
+}
+
+std::string joined(const std::set<std::string>& names) {
+  std::string all;
+  for (const auto& n : names) all += (all.empty() ? "" : ", ") + n;
+  return all;
+}
+
+void checkKeys(const YAML::Node& map, const std::string& file, const std::string& where,
+               const std::set<std::string>& required, const std::set<std::string>& optional) {
+  std::set<std::string> known = required;
+  known.insert(optional.begin(), optional.end());
+  if (!map.IsMap()) fail(file, where, shown(map), "a map with the keys " + joined(known));
+  std::set<std::string> seen;
+  for (const auto& entry : map) {
+    if (!entry.first.IsScalar()) fail(file, where, "a key that is not a word", joined(known));
+    const std::string key = entry.first.Scalar();
+    if (!known.count(key)) fail(file, where + "." + key, "unknown key", joined(known));
+    if (!seen.insert(key).second) fail(file, where + "." + key, "stands there twice", "once");
+  }
+  for (const auto& key : required)
+    if (!seen.count(key)) fail(file, where + "." + key, "is missing", "every one of " + joined(required));
+}
+
+std::string withoutComments(const std::string& source) {
+  std::string text;
+  bool comment = false;
+  for (const char ch : source) {
+    comment = ch == '#' || (comment && ch != '\n');
+    if (!comment) text += ch;
+  }
+  return text;
+}
+
+double number(const YAML::Node& node, const std::string& file, const std::string& where, double low, double high) {
+  std::ostringstream allowed;
+  allowed << "a finite number from " << low << " to " << high;
+  double value = 0;
+  try {
+    if (!node.IsScalar()) throw std::runtime_error("");
+    value = node.as<double>();
+  } catch (const std::exception&) {
+    fail(file, where, shown(node), allowed.str());
+  }
+  if (!std::isfinite(value) || value < low || value > high) fail(file, where, shown(node), allowed.str());
+  return value;
+}
+
+Joint parseJoint(const YAML::Node& node, const std::string& file, const std::string& where) {
+  checkKeys(node, file, where, {"per_count", "sign", "zero_count", "min", "max", "max_speed"}, {});
+  Joint j;
+  j.per_count = number(node["per_count"], file, where + ".per_count", 1e-9, 0.1);
+  const double sign = number(node["sign"], file, where + ".sign", -1, 1);
+  if (sign != 1 && sign != -1) fail(file, where + ".sign", shown(node["sign"]), "1 or -1");
+  j.sign = static_cast<int>(sign);
+  j.zero_count = number(node["zero_count"], file, where + ".zero_count", -32767, 32767);
+  j.min = number(node["min"], file, where + ".min", -100, 100);
+  j.max = number(node["max"], file, where + ".max", -100, 100);
+  if (!(j.min < j.max))
+    fail(file, where + ".min", shown(node["min"]), "less than max (" + node["max"].Scalar() + ")");
+  // The largest step of 32767 counts bounds what the sensor can say at all.
+  j.max_speed = number(node["max_speed"], file, where + ".max_speed", 1e-3, 1e4);
+  return j;
+}
+
+void parseArm(const YAML::Node& node, const std::string& file, int arm, Calibration& c) {
+  const std::string where = protocol::armNames()[arm];
+  const bool endoscope = arm == protocol::kMaxInstruments;
+  const std::set<std::string> four{"yaw", "pitch", "insertion", "roll"};
+  std::set<std::string> required = four;
+  if (!endoscope) required.insert("jaw");
+  checkKeys(node, file, where, required, endoscope ? std::set<std::string>{"light_post"} : std::set<std::string>{});
+  const char* axes[] = {"yaw", "pitch", "insertion", "roll", endoscope ? "light_post" : "jaw"};
+  for (int a = 0; a < kAxes; ++a) {
+    if (!node[axes[a]]) continue;
+    c.joints[arm * kAxes + a] = parseJoint(node[axes[a]], file, where + "." + axes[a]);
+  }
+  if (endoscope) c.has_light_post = static_cast<bool>(node["light_post"]);
+}
+
+}  // namespace
+
+std::int16_t Joint::count(double position) const {
+  const double raw = std::nearbyint(position / (sign * per_count) + zero_count);
+  return static_cast<std::int16_t>(raw > 32767 ? 32767 : raw < -32767 ? -32767 : raw);
+}
+
+Calibration defaultCalibration() {
+  Calibration c;
+  for (int i = 0; i < kJoints; ++i) {
+    Joint& j = c.joints[i];
+    switch (i % kAxes) {
+      case 0:
+      case 1: j.min = -1.2, j.max = 1.2; break;
+      case 2: j.per_count = 1e-5, j.min = 0, j.max = 0.28, j.max_speed = 10; break;
+      case 3: j.min = -3.1416, j.max = 3.1416, j.max_speed = 100; break;
+      default: j.min = 0, j.max = 1.2; break;
+    }
+  }
+  c.joints[protocol::kLightPost].min = -3.1416;
+  c.joints[protocol::kLightPost].max = 3.1416;
+  c.joints[protocol::kLightPost].max_speed = 100;
+  return c;
+}
+
+Calibration parseCalibration(const std::string& source, const std::string& name) {
+  const std::string text = withoutComments(source);
+  if (text.size() > (1u << 20)) fail(name, "size", std::to_string(text.size()) + " bytes", "at most 1 MiB");
+  // A calibration needs no anchors; refusing them keeps an alias bomb from unfolding.
+  if (text.find_first_of("&*") != std::string::npos) fail(name, "text", "an anchor or alias (& or *)", "plain maps");
+  std::size_t depth = 0;
+  for (const char ch : text) {
+    if (ch == '{' || ch == '[') ++depth;
+    if (depth > 256) fail(name, "text", "more than 256 opening brackets", "plain maps");
+  }
+  YAML::Node root;
+  try {
+    root = YAML::Load(text);
+  } catch (const YAML::Exception& e) {
+    fail(name, "line " + std::to_string(e.mark.line + 1), e.msg, "valid YAML");
+  }
+  checkKeys(root, name, "calibration file", {"left", "right", "endoscope"}, {"third"});
+  Calibration c = defaultCalibration();
+  c.has_third = static_cast<bool>(root["third"]);
+  for (int arm = 0; arm <= protocol::kMaxInstruments; ++arm)
+    if (root[protocol::armNames()[arm]]) parseArm(root[protocol::armNames()[arm]], name, arm, c);
+  return c;
+}
+
+Calibration loadCalibration(const std::string& file) {
+  struct stat info {};
+  const std::string allowed = "a readable calibration file (YAML)";
+  if (::stat(file.c_str(), &info) != 0) fail(file, "calibration file", std::strerror(errno), allowed);
+  if (!S_ISREG(info.st_mode)) fail(file, "calibration file", "is not a regular file", allowed);
+  if (info.st_size > (1 << 20)) fail(file, "size", std::to_string(info.st_size) + " bytes", "at most 1 MiB");
+  std::ifstream in(file, std::ios::binary);
+  if (!in) fail(file, "calibration file", std::strerror(errno), allowed);
+  std::stringstream text;
+  text << in.rdbuf();
+  return parseCalibration(text.str(), file);
+}
+
+}  // namespace vest::calibration
