@@ -54,11 +54,14 @@ void BoxReader::tryOpen(Nanoseconds now) {
   next_attempt_ = now + options_.retry_ms * kMillisecond;
   const std::string error = port_.open(options_.port, options_.baud_rate);
   if (!error.empty()) {
-    if (error != last_open_error_) say(Severity::kError, error + " (trying again until it works)");
+    // That a lost port does not exist for now is no news.
+    const bool known = error == last_open_error_ || (lost_ && error.rfind("No such file", 0) == 0);
+    if (!known) say(Severity::kError, error + " (trying again until it works)");
     last_open_error_ = error;
     return;
   }
   last_open_error_.clear();
+  lost_ = false;
   decoder_.reset();
   driver_.connected(now);
   opened_ = now;
@@ -72,6 +75,7 @@ void BoxReader::lostPort(Nanoseconds now) {
   driver_.disconnected(now);
   decoder_.reset();
   last_open_error_ = port_.error();
+  lost_ = true;
   say(Severity::kError, "lost (" + port_.error() + "); trying again until it is back");
   next_attempt_ = now;
   updateStatus(now);

@@ -84,6 +84,7 @@ class BoxReader : private protocol::FrameSink {
   Driver driver_;
   bool stopped_ = false;
   bool ever_connected_ = false;
+  bool lost_ = false;
   std::uint64_t reconnects_ = 0;
   Nanoseconds next_attempt_ = INT64_MIN;
   Nanoseconds opened_ = 0;

@@ -1,0 +1,131 @@
+// Protects: the emulated trainee plays what the file says, shows drop-outs as such, and repeats itself exactly.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "vest_hw_phantom_box/emulator/emulator.h"
+#include "vest_hw_phantom_box/protocol/decoder.h"
+
+namespace {
+
+using namespace vest;
+using emulator::Trajectory;
+using emulator::TrajectoryOptions;
+
+TEST(Trajectory, IsLinearBetweenRowsAndHoldsAtTheEnd) {
+  const auto t = Trajectory::parse("t_s,left_yaw,footswitches\n0,0,1\n0.2,0.4,2\n0.4,0,0\n", "x.csv");
+  EXPECT_DOUBLE_EQ(0.2, t.at(0.1).joints[0]);
+  EXPECT_DOUBLE_EQ(0.3, t.at(0.25).joints[0]);
+  EXPECT_DOUBLE_EQ(0, t.at(99).joints[0]);
+  EXPECT_DOUBLE_EQ(0, t.at(-1).joints[0]);
+  EXPECT_EQ(1, t.at(0.19).footswitches);
+  EXPECT_EQ(2, t.at(0.2).footswitches);
+  EXPECT_EQ(0, t.at(9).footswitches);
+  EXPECT_EQ(emulator::restPose().joints[17], t.at(0.1).joints[17]) << "missing columns stay at rest";
+}
+
+TEST(Trajectory, StartsAtItsFirstRow) {
+  const auto t = Trajectory::parse("t_s,left_yaw\n1700000000.0,0.1\n1700000000.1,0.2\n", "x.csv");
+  EXPECT_NEAR(0.15, t.at(0.05).joints[0], 1e-6);
+}
+
+TEST(Trajectory, CubicPassesThroughRowsWithoutKinks) {
+  TrajectoryOptions o;
+  o.interpolation = emulator::Interpolation::kCubic;
+  std::string csv = "t_s,left_yaw\n";
+  for (int i = 0; i <= 20; ++i) csv += std::to_string(i * 0.1) + "," + std::to_string(std::sin(i * 0.1)) + "\n";
+  const auto t = Trajectory::parse(csv, "x.csv", o);
+  for (double s = 0.1; s < 1.9; s += 0.01) {
+    EXPECT_NEAR(std::sin(s), t.at(s).joints[0], 2e-4) << s;
+    EXPECT_NEAR((t.at(s + 1e-6).joints[0] - t.at(s).joints[0]) / 1e-6,
+                (t.at(s).joints[0] - t.at(s - 1e-6).joints[0]) / 1e-6, 1e-3) << s;
+  }
+}
+
+TEST(Trajectory, ADropOutIsInvalidAndNeverBridged) {
+  for (auto mode : {emulator::Interpolation::kLinear, emulator::Interpolation::kCubic}) {
+    TrajectoryOptions o;
+    o.interpolation = mode;
+    const auto t = Trajectory::parse("t_s,left_yaw,footswitches\n0,0,1\n0.5,0.5,1\n1.1,1,1\n1.2,1,1\n", "x.csv", o);
+    ASSERT_EQ(1u, t.gaps().size());
+    EXPECT_DOUBLE_EQ(0.5, t.gaps()[0].begin);
+    EXPECT_DOUBLE_EQ(1.1, t.gaps()[0].end);
+    EXPECT_EQ(0u, t.at(0.5).invalid);
+    EXPECT_EQ(0xFFFFFu, t.at(0.501).invalid);
+    EXPECT_EQ(0xFFFFFu, t.at(1.099).invalid);
+    EXPECT_EQ(0.5, t.at(0.8).joints[0]) << "no motion in between";
+    EXPECT_EQ(0, t.at(0.8).footswitches);
+    EXPECT_EQ(0u, t.at(1.1).invalid);
+    EXPECT_NEAR(0.25, t.at(0.25).joints[0], 1e-12);
+  }
+}
+
+TEST(Trajectory, LoopsWithThePeriodOfItsRows) {
+  TrajectoryOptions o;
+  o.at_end = emulator::AtEnd::kLoop;
+  const auto t = Trajectory::parse("t_s,left_yaw\n0,0\n0.1,1\n0.2,2\n0.3,3\n", "x.csv", o);
+  EXPECT_NEAR(1.5, t.at(0.15 + 0.4 * 7).joints[0], 1e-9);
+}
+
+void expectError(const std::string& csv, const std::vector<std::string>& parts) {
+  try {
+    Trajectory::parse(csv, "x.csv");
+    ADD_FAILURE() << "accepted:\n" << csv;
+  } catch (const emulator::Error& e) {
+    const std::string what = e.what();
+    EXPECT_EQ(0u, what.find("x.csv: line ")) << what;
+    for (const auto& p : parts) EXPECT_NE(std::string::npos, what.find(p)) << what;
+  }
+}
+
+TEST(Trajectory, BadFilesAreRefusedWithLineColumnAndValue) {
+  expectError("", {"line 1"});
+  expectError("t_s\n", {"line 2", "no rows"});
+  expectError("left_yaw\n1\n", {"t_s"});
+  expectError("t_s,left_nose\n0,1\n", {"left_nose"});
+  expectError("t_s,left_yaw,left_yaw\n0,1,1\n", {"twice"});
+  expectError("t_s,left_yaw\n0,1\n0.1\n", {"line 3", "1 cells", "2"});
+  expectError("t_s,left_yaw\n0,nan\n", {"line 2", "left_yaw", "'nan'"});
+  expectError("t_s,left_yaw\n0,\n", {"line 2", "left_yaw", "''"});
+  expectError("t_s,left_yaw\n0,1e9\n", {"line 2", "left_yaw", "'1e9'"});
+  expectError("t_s,left_yaw\n0,1x\n", {"'1x'"});
+  expectError("t_s,left_yaw\n0,1\n0,1\n", {"line 3", "t_s", "later"});
+  expectError("t_s,footswitches\n0,64\n", {"footswitches", "'64'", "63"});
+  expectError("t_s,footswitches\n0,1.5\n", {"footswitches", "'1.5'"});
+  EXPECT_THROW(Trajectory::load("/nowhere.csv"), emulator::Error);
+  EXPECT_THROW(Trajectory::load("/"), emulator::Error);
+}
+
+protocol::Bytes play(std::uint64_t seed) {
+  emulator::Faults f;
+  f.drop = f.flip = f.split = f.garbage = f.lose = f.jump = f.invalid = f.chatter = 0.1;
+  f.seed = seed;
+  emulator::Emulator e(calibration::defaultCalibration(), 3, f);
+  protocol::Bytes line;
+  for (int i = 0; i < 3000; ++i) e.tick(emulator::defaultMotion(i * 1e-3), line);
+  return line;
+}
+
+TEST(Emulator, TheSameSeedGivesTheSameBytes) {
+  EXPECT_EQ(play(4), play(4));
+  EXPECT_NE(play(4), play(5));
+}
+
+TEST(Emulator, SkippedFramesShowAsLostOnTheWire) {
+  struct Sink : protocol::FrameSink {
+    void onHello(const protocol::Hello&, std::uint32_t) override {}
+    void onMotion(const protocol::Motion& m) override { last = m; }
+    protocol::Motion last;
+  } sink;
+  emulator::Emulator e(calibration::defaultCalibration(), 2);
+  protocol::Bytes line;
+  for (int i = 0; i < 10; ++i) e.tick(emulator::defaultMotion(0), line);
+  e.skip(50);
+  e.tick(emulator::defaultMotion(0), line);
+  protocol::Decoder d;
+  d.feed(line.data(), line.size(), sink);
+  EXPECT_EQ(50u, d.counters().lost);
+  EXPECT_EQ(60000u, sink.last.time_us);
+}
+
+}  // namespace
