@@ -70,6 +70,14 @@ TEST(Driver, ABoxWithTwoInstrumentsHasNoThird) {
   EXPECT_TRUE(b.d.has(15));
 }
 
+TEST(Driver, AMotionFrameThatDoesNotFitTheHelloIsIgnored) {
+  Bench b;
+  b.send(30);
+  b.m.instruments = 2;
+  EXPECT_FALSE(b.send());
+  EXPECT_EQ(1u, b.d.counters().mismatched);
+}
+
 TEST(Driver, NothingIsUsedBeforeHelloOrOfAnotherVersion) {
   driver::Driver d(calibration::defaultCalibration());
   d.connected(0);
@@ -138,6 +146,37 @@ TEST_P(EveryBreak, AfterTenMillisecondsOfHoldingTheJointIsInFault) {
       EXPECT_TRUE(b.d.usable(other)) << other;
     }
   }
+}
+
+TEST(Driver, TheCountForNoReadingIsNoPositionEvenNextToOne) {
+  for (int joint = 0; joint < kJoints; ++joint) {
+    Bench b;
+    b.m.counts[joint] = -32767;
+    b.send(30);
+    ASSERT_TRUE(b.d.usable(joint));
+    b.m.counts[joint] = protocol::kNoReading;  // one count away: no jump
+    b.send(12);
+    EXPECT_FALSE(b.d.usable(joint)) << joint;
+  }
+}
+
+TEST(Driver, APositionThatIsNotFiniteNeverComesOut) {
+  for (const double broken : {std::nan(""), HUGE_VAL, -HUGE_VAL})
+    for (int joint = 0; joint < kJoints; ++joint) {
+      auto c = calibration::defaultCalibration();
+      c.joints[joint].zero_count = broken;
+      driver::Driver d(c);
+      d.connected(0);
+      d.hello(protocol::Hello{}, 0);
+      protocol::Motion m;
+      for (int i = 0; i < 100; ++i) {
+        m.time_us += 1000;
+        d.motion(m, i * kMillisecond);
+        ASSERT_FALSE(d.usable(joint)) << joint;
+        ASSERT_TRUE(std::isfinite(d.sample().joints[joint].position));
+        ASSERT_EQ(i >= 20, d.usable((joint + 1) % kJoints)) << i;
+      }
+    }
 }
 
 TEST(Driver, AFaultedJointComesBackAfterSettlingAndClaimsNoSpeed) {
@@ -365,10 +404,12 @@ TEST(TimeMap, DeviceTimeMayWrap) {
   driver::TimeMap map;
   std::int64_t last = 0;
   for (int i = 0; i < 100; ++i) {
-    const std::int64_t s = map.stamp(0xFFFFFFFFu - 50000u + static_cast<std::uint32_t>(i) * 1000u, i * kMillisecond,
-                                     kWall + i * kMillisecond);
+    // Every other frame is late, the one at the wrap (51) too: a new start there would show.
+    const std::int64_t steady = i * kMillisecond + (i % 2) * 300000;
+    const std::int64_t s =
+        map.stamp(0xFFFFFFFFu - 50000u + static_cast<std::uint32_t>(i) * 1000u, steady, kWall + steady);
     if (i > 0) {
-      EXPECT_EQ(kMillisecond, s - last);
+      EXPECT_NEAR(static_cast<double>(kMillisecond), static_cast<double>(s - last), 1000) << i;
     }
     last = s;
   }
@@ -388,6 +429,23 @@ TEST(TimeMap, StampsNeverGoBackWhenTheWallClockOrTheBoxDoes) {
     last = s;
   }
   EXPECT_LT(map.wallStep(), -3500LL * 1000 * kMillisecond);
+}
+
+TEST(TimeMap, FramesThatArriveTogetherStillGetStampsThatGrow) {
+  driver::TimeMap map;
+  std::int64_t last = INT64_MIN;
+  for (int i = 0; i < 10; ++i) {
+    const std::int64_t s = map.stamp(static_cast<std::uint32_t>(i) * 1000u, 50 * kMillisecond, kWall + 50 * kMillisecond);
+    EXPECT_GT(s, last);
+    last = s;
+  }
+}
+
+TEST(TimeMap, ADeviceClockThatStoodStillIsSetAnew) {
+  driver::TimeMap map;
+  map.stamp(0, 0, kWall);
+  const std::int64_t now = 5000 * kMillisecond;
+  EXPECT_NEAR(static_cast<double>(now), static_cast<double>(map.stamp(1000, now, kWall + now) - kWall), 3e6);
 }
 
 TEST(TimeMap, AQuartzThatIsOffIsFollowed) {

@@ -123,6 +123,23 @@ TEST_F(Pty, UnpluggingIsSeenWithinTwentyMillisecondsAndTheBoxComesBack) {
   EXPECT_EQ(1u, reader_->status().reconnects);
 }
 
+TEST_F(Pty, WhatLayInThePortBeforeItWasOpenedIsThrownAway) {
+  terminal_.open(link_);
+  const int before = ::open(terminal_.path().c_str(), O_RDONLY | O_NOCTTY | O_NONBLOCK);
+  ASSERT_GE(before, 0);
+  protocol::Bytes old;
+  for (int i = 0; i < 20; ++i) emulator_.tick(emulator::restPose(), old);
+  ASSERT_TRUE(terminal_.write(old));
+  ::usleep(50000);
+  makeReader();
+  for (int i = 0; i < 3; ++i) reader_->runOnce();
+  EXPECT_EQ(0, heard_.samples);
+  emulator_.restart();
+  for (int i = 0; i < 30; ++i) tick(emulator::restPose());
+  EXPECT_EQ(30, heard_.samples);
+  ::close(before);
+}
+
 TEST_F(Pty, ASilentBoxIsStaleThoughThePortIsOpen) {
   terminal_.open(link_);
   makeReader();
@@ -161,7 +178,7 @@ TEST_F(Pty, WhatIsNoSerialPortIsNamedOnce) {
     options_.port = path;
     Heard heard;
     driver::BoxReader reader(calibration::defaultCalibration(), options_, heard, [this] { return now_; });
-    for (int i = 0; i < 5; ++i) {
+    for (int i = 0; i < 20; ++i) {
       now_ += 200 * kMillisecond;
       reader.runOnce();
     }
@@ -171,6 +188,19 @@ TEST_F(Pty, WhatIsNoSerialPortIsNamedOnce) {
     EXPECT_EQ(0, heard.samples);
   }
   ::unlink(file.c_str());
+}
+
+TEST_F(Pty, APortThatAppearsWithinASecondOfTheStartIsNoError) {
+  makeReader();
+  for (int i = 0; i < 4; ++i) {
+    now_ += 200 * kMillisecond;
+    reader_->runOnce();
+  }
+  terminal_.open(link_);
+  now_ += 100 * kMillisecond;
+  reader_->runOnce();
+  ASSERT_EQ(1u, heard_.messages.size());
+  EXPECT_NE(std::string::npos, heard_.messages[0].find("open at")) << heard_.messages[0];
 }
 
 TEST_F(Pty, APortOnWhichNobodySpeaksTheProtocolIsReportedOnce) {

@@ -54,13 +54,20 @@ void BoxReader::tryOpen(Nanoseconds now) {
   next_attempt_ = now + options_.retry_ms * kMillisecond;
   const std::string error = port_.open(options_.port, options_.baud_rate);
   if (!error.empty()) {
-    // That a lost port does not exist for now is no news.
-    const bool known = error == last_open_error_ || (lost_ && error.rfind("No such file", 0) == 0);
-    if (!known) say(Severity::kError, error + " (trying again until it works)");
+    // That a lost port does not exist for now is no news, and one that is just being made gets a second.
+    if (first_attempt_ < 0) first_attempt_ = now;
+    const bool absent = error.rfind("No such file", 0) == 0;
+    const bool patient = !ever_connected_ && now - first_attempt_ < 1000 * kMillisecond;
+    const bool known = error == told_open_error_ || (absent && (lost_ || patient));
+    if (!known) {
+      say(Severity::kError, error + " (trying again until it works)");
+      told_open_error_ = error;
+    }
     last_open_error_ = error;
     return;
   }
   last_open_error_.clear();
+  told_open_error_.clear();
   lost_ = false;
   decoder_.reset();
   driver_.connected(now);

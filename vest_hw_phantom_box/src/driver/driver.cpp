@@ -103,9 +103,8 @@ void Driver::joint(int i, const protocol::Motion& m, bool box_usable) {
   Guard& g = guards_[i];
   JointReading& out = sample_.joints[i];
   const double raw = c.position(m.counts[i]);
-  const bool reading = box_usable && !(m.invalid & (1u << i)) && m.counts[i] != protocol::kNoReading &&
-                       std::isfinite(raw);
-  // Two counts of noise are never a jump.
+  const bool reading = box_usable && !(m.invalid & (1u << i)) && m.counts[i] != protocol::kNoReading;
+  // Two counts of noise are never a jump. What is not finite is consistent with nothing: the comparison is false.
   const auto consistent = [&](double from, std::int64_t from_us) {
     const double dt = 1e-6 * static_cast<double>(device_us_ - from_us);
     return std::abs(raw - from) <= c.max_speed * dt + 2 * c.per_count;

@@ -15,7 +15,7 @@ std::int64_t TimeMap::stamp(std::uint32_t time_us, std::int64_t steady, std::int
     return steady - device_ns_;
   }();
   const std::int64_t passed = has_wall_ ? std::max<std::int64_t>(0, steady - last_steady_) : 0;
-  if (!has_device_ || delay_now < steady_minus_device_ || delay_now - steady_minus_device_ > kMaxDelay) {
+  if (!has_device_ || delay_now - steady_minus_device_ > kMaxDelay) {
     steady_minus_device_ = delay_now;
   } else {
     const auto drift = static_cast<std::int64_t>(kDrift * static_cast<double>(passed));

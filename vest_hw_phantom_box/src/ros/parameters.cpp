@@ -62,9 +62,20 @@ Names pedalNames(const ros::NodeHandle& nh) {
   return names;
 }
 
+void warnUnknown(const ros::NodeHandle& nh) {
+  const std::string own = nh.getNamespace() + "/";
+  const std::set<std::string> known{"port", "baud_rate", "calibration", "footswitch_preset", "footswitch_names"};
+  std::vector<std::string> all;
+  nh.getParamNames(all);
+  for (const std::string& name : all)
+    if (name.rfind(own, 0) == 0 && !known.count(name.substr(own.size())))
+      ROS_WARN("phantom_box: parameter %s: unknown, has no effect", name.c_str());
+}
+
 }  // namespace
 
 Parameters readParameters(const ros::NodeHandle& nh) {
+  warnUnknown(nh);
   Parameters p;
   p.reader.port = text(nh, "port", "/dev/ttyUSB0", "a path to a serial device");
   if (p.reader.port.empty()) fail(nh, "port", "''", "a path to a serial device");

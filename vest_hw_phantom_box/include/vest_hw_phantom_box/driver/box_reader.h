@@ -93,7 +93,9 @@ class BoxReader : private protocol::FrameSink {
   BoxState last_state_ = BoxState::kDisconnected;
   bool warned_no_frames_ = false;
   std::uint8_t warned_stuck_ = 0;
+  Nanoseconds first_attempt_ = -1;
   std::string last_open_error_;
+  std::string told_open_error_;
   mutable std::mutex status_mutex_;
   ReaderStatus status_;
 };
