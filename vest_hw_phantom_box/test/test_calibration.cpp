@@ -35,7 +35,8 @@ void expectMessage(const std::string& text, const std::vector<std::string>& part
     const std::string what = e.what();
     EXPECT_EQ(0u, what.find("box.yaml: ")) << what;
     EXPECT_NE(std::string::npos, what.find("; allowed: ")) << what;
-    for (const auto& part : parts) EXPECT_NE(std::string::npos, what.find(part)) << what << "\nlacks " << part;
+    for (const auto& part : parts)
+      EXPECT_NE(std::string::npos, what.find(part)) << what << "\nlacks " << part;
   }
 }
 
@@ -101,7 +102,8 @@ TEST(Calibration, MissingFilesAndFoldersAreNamed) {
 
 TEST(Calibration, ThirdInstrumentAndLightPostMayBeAbsent) {
   std::string text = shipped();
-  const auto third = text.find("third:"), endoscope = text.find("endoscope:"), light = text.find("  light_post");
+  const auto third = text.find("third:"), endoscope = text.find("endoscope:"),
+             light = text.find("  light_post");
   text = text.substr(0, third) + text.substr(endoscope, light - endoscope);
   const auto c = parseCalibration(text, "box.yaml");
   EXPECT_FALSE(c.has_third);

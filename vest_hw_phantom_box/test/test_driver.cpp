@@ -57,7 +57,8 @@ TEST(Driver, RunsOnceReadingsHaveSettled) {
   EXPECT_EQ(BoxState::kRunning, b.d.state(b.now));
   for (int i = 0; i < kJoints; ++i) {
     EXPECT_TRUE(b.d.usable(i));
-    EXPECT_DOUBLE_EQ(calibration::defaultCalibration().joints[i].position(500), b.d.sample().joints[i].position);
+    EXPECT_DOUBLE_EQ(calibration::defaultCalibration().joints[i].position(500),
+                     b.d.sample().joints[i].position);
   }
 }
 
@@ -96,16 +97,25 @@ enum class Break { kFlag, kNoReading, kJumpUp, kJumpDown };
 
 void damage(protocol::Motion& m, int joint, Break how) {
   switch (how) {
-    case Break::kFlag: m.invalid |= 1u << joint; break;
-    case Break::kNoReading: m.counts[joint] = protocol::kNoReading; break;
-    case Break::kJumpUp: m.counts[joint] = 30000; break;
-    case Break::kJumpDown: m.counts[joint] = -30000; break;
+    case Break::kFlag:
+      m.invalid |= 1u << joint;
+      break;
+    case Break::kNoReading:
+      m.counts[joint] = protocol::kNoReading;
+      break;
+    case Break::kJumpUp:
+      m.counts[joint] = 30000;
+      break;
+    case Break::kJumpDown:
+      m.counts[joint] = -30000;
+      break;
   }
 }
 
 class EveryBreak : public ::testing::TestWithParam<Break> {};
 INSTANTIATE_TEST_SUITE_P(Driver, EveryBreak,
-                         ::testing::Values(Break::kFlag, Break::kNoReading, Break::kJumpUp, Break::kJumpDown));
+                         ::testing::Values(Break::kFlag, Break::kNoReading, Break::kJumpUp,
+                                           Break::kJumpDown));
 
 TEST_P(EveryBreak, OneBadReadingInAnyJointIsHeldAndForgotten) {
   for (int joint = 0; joint < kJoints; ++joint) {
@@ -435,7 +445,8 @@ TEST(TimeMap, FramesThatArriveTogetherStillGetStampsThatGrow) {
   driver::TimeMap map;
   std::int64_t last = INT64_MIN;
   for (int i = 0; i < 10; ++i) {
-    const std::int64_t s = map.stamp(static_cast<std::uint32_t>(i) * 1000u, 50 * kMillisecond, kWall + 50 * kMillisecond);
+    const std::int64_t s =
+        map.stamp(static_cast<std::uint32_t>(i) * 1000u, 50 * kMillisecond, kWall + 50 * kMillisecond);
     EXPECT_GT(s, last);
     last = s;
   }

@@ -1,4 +1,5 @@
-// Protects: the emulated trainee plays what the file says, shows drop-outs as such, and repeats itself exactly.
+// Protects: the emulated trainee plays what the file says, shows drop-outs as such, and repeats itself
+// exactly.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,12 +34,14 @@ TEST(Trajectory, CubicPassesThroughRowsWithoutKinks) {
   TrajectoryOptions o;
   o.interpolation = emulator::Interpolation::kCubic;
   std::string csv = "t_s,left_yaw\n";
-  for (int i = 0; i <= 20; ++i) csv += std::to_string(i * 0.1) + "," + std::to_string(std::sin(i * 0.1)) + "\n";
+  for (int i = 0; i <= 20; ++i)
+    csv += std::to_string(i * 0.1) + "," + std::to_string(std::sin(i * 0.1)) + "\n";
   const auto t = Trajectory::parse(csv, "x.csv", o);
   for (double s = 0.1; s < 1.9; s += 0.01) {
     EXPECT_NEAR(std::sin(s), t.at(s).joints[0], 2e-4) << s;
     EXPECT_NEAR((t.at(s + 1e-6).joints[0] - t.at(s).joints[0]) / 1e-6,
-                (t.at(s).joints[0] - t.at(s - 1e-6).joints[0]) / 1e-6, 1e-3) << s;
+                (t.at(s).joints[0] - t.at(s - 1e-6).joints[0]) / 1e-6, 1e-3)
+        << s;
   }
 }
 
@@ -46,7 +49,8 @@ TEST(Trajectory, ADropOutIsInvalidAndNeverBridged) {
   for (auto mode : {emulator::Interpolation::kLinear, emulator::Interpolation::kCubic}) {
     TrajectoryOptions o;
     o.interpolation = mode;
-    const auto t = Trajectory::parse("t_s,left_yaw,footswitches\n0,0,1\n0.5,0.5,1\n1.1,1,1\n1.2,1,1\n", "x.csv", o);
+    const auto t =
+        Trajectory::parse("t_s,left_yaw,footswitches\n0,0,1\n0.5,0.5,1\n1.1,1,1\n1.2,1,1\n", "x.csv", o);
     ASSERT_EQ(1u, t.gaps().size());
     EXPECT_DOUBLE_EQ(0.5, t.gaps()[0].begin);
     EXPECT_DOUBLE_EQ(1.1, t.gaps()[0].end);

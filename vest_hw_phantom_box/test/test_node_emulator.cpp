@@ -27,13 +27,17 @@ class Node : public ::testing::Test {
     const auto pedals = nh.subscribe<sensor_msgs::Joy>("phantom_box/footswitches", 20000, on_pedals);
     std::vector<ros::Subscriber> single;
     for (const std::string name : {"coag", "cut", "irrigation", "suction", "tool", "clutch"}) {
-      const OnJoy on_pedal = [name](const sensor_msgs::Joy::ConstPtr& m) { g_single[name].push_back(m->buttons.at(0)); };
+      const OnJoy on_pedal = [name](const sensor_msgs::Joy::ConstPtr& m) {
+        g_single[name].push_back(m->buttons.at(0));
+      };
       single.push_back(nh.subscribe<sensor_msgs::Joy>("footpedals/" + name, 100, on_pedal));
     }
     // Until a whole period of the trajectory (4 s) has come; patience is real time, judgement is by stamps.
     for (int i = 0; i < 3000; ++i) {
       ros::spinOnce();
-      if (g_joints.size() > 1000 && (g_joints.back().header.stamp - g_joints.front().header.stamp).toSec() > 9) break;
+      if (g_joints.size() > 1000 &&
+          (g_joints.back().header.stamp - g_joints.front().header.stamp).toSec() > 9)
+        break;
       ros::WallDuration(0.01).sleep();
     }
     ASSERT_GT(g_joints.size(), 1000u);
@@ -44,7 +48,8 @@ class Node : public ::testing::Test {
 TEST_F(Node, NamesAreTheContractsInOrder) {
   std::vector<std::string> names;
   for (const std::string arm : {"left", "right", "third"})
-    for (const std::string axis : {"_yaw", "_pitch", "_insertion", "_roll", "_jaw"}) names.push_back(arm + axis);
+    for (const std::string axis : {"_yaw", "_pitch", "_insertion", "_roll", "_jaw"})
+      names.push_back(arm + axis);
   for (const std::string axis : {"_yaw", "_pitch", "_insertion", "_roll", "_light_post"})
     names.push_back("endoscope" + axis);
   for (const auto& m : g_joints) {

@@ -67,8 +67,8 @@ TEST(Faults, DamageAndUnpluggingAreReportedAndNoMotionIsInvented) {
   EXPECT_GE(g.reconnects, 1);
   EXPECT_GT(g.joints_after_return, 500);
   EXPECT_FALSE(g.backwards) << "stamps only grow, also across reconnection";
-  // The trajectory stays within 0.4 rad at 0.4 rad/s. A held reading is made up for by the next good one, so a step
-  // of up to 10 ms of motion (0.004 rad in 1 ms) may follow; a leap of 0.9 rad would be 900 rad/s.
+  // The trajectory stays within 0.4 rad at 0.4 rad/s. A held reading is made up for by the next good one, so
+  // a step of up to 10 ms of motion (0.004 rad in 1 ms) may follow; a leap of 0.9 rad would be 900 rad/s.
   EXPECT_LE(g.worst_position, 0.4 + 1e-4);
   EXPECT_LE(g.worst_speed, 0.4 * 11 + 0.2);
 }

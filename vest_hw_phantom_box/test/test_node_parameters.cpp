@@ -30,10 +30,12 @@ void expectRefusal(const std::string& arguments, const std::vector<std::string>&
   const Ended e = shell(std::string(NODE_PATH) + " __name:=box " + arguments);
   EXPECT_EQ(1, e.code) << arguments << "\n" << e.output;
   std::size_t messages = 0;
-  for (std::size_t at = e.output.find("[FATAL]"); at != std::string::npos; at = e.output.find("[FATAL]", at + 1))
+  for (std::size_t at = e.output.find("[FATAL]"); at != std::string::npos;
+       at = e.output.find("[FATAL]", at + 1))
     ++messages;
   EXPECT_EQ(1u, messages) << e.output;
-  for (const auto& p : parts) EXPECT_NE(std::string::npos, e.output.find(p)) << "lacks " << p << "\n" << e.output;
+  for (const auto& p : parts)
+    EXPECT_NE(std::string::npos, e.output.find(p)) << "lacks " << p << "\n" << e.output;
 }
 
 TEST(Parameters, WrongTypesAndValuesEndTheNodeWithAMessage) {
@@ -49,8 +51,9 @@ TEST(Parameters, WrongTypesAndValuesEndTheNodeWithAMessage) {
   ros::param::del("/box");
   ros::param::set("/box/footswitch_preset", "custom");
   expectRefusal("", {"/box/footswitch_preset"});
-  for (const std::vector<std::string>& names :
-       {std::vector<std::string>{"a", "b"}, {"a", "b", "c", "d", "e", "e"}, {"a", "b", "c", "d", "e", "f/g"}}) {
+  for (const std::vector<std::string>& names : {std::vector<std::string>{"a", "b"},
+                                                {"a", "b", "c", "d", "e", "e"},
+                                                {"a", "b", "c", "d", "e", "f/g"}}) {
     ros::param::set("/box/footswitch_names", names);
     expectRefusal("", {"/box/footswitch_names", "six different names"});
   }
@@ -58,7 +61,8 @@ TEST(Parameters, WrongTypesAndValuesEndTheNodeWithAMessage) {
 }
 
 TEST(Parameters, TheNodeletIsRefusedTheSameWay) {
-  const Ended e = shell("rosrun nodelet nodelet standalone vest_hw_phantom_box/PhantomBox __name:=lone _port:=5");
+  const Ended e =
+      shell("rosrun nodelet nodelet standalone vest_hw_phantom_box/PhantomBox __name:=lone _port:=5");
   EXPECT_NE(0, e.code) << e.output;
   EXPECT_NE(124, e.code) << "must end by itself\n" << e.output;
   EXPECT_NE(std::string::npos, e.output.find("parameter /lone/port")) << e.output;

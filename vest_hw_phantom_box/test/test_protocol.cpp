@@ -14,7 +14,8 @@ using namespace vest::protocol;
 
 bool same(const Motion& a, const Motion& b) {
   return a.sequence == b.sequence && a.time_us == b.time_us && a.instruments == b.instruments &&
-         a.footswitches == b.footswitches && a.status == b.status && a.invalid == b.invalid && a.counts == b.counts;
+         a.footswitches == b.footswitches && a.status == b.status && a.invalid == b.invalid &&
+         a.counts == b.counts;
 }
 
 struct Collector : FrameSink {
@@ -33,7 +34,9 @@ Motion example(std::uint16_t sequence, int instruments = 3) {
   m.status = 0x1F;
   m.invalid = 0x8421u;
   for (int i = 0; i < kJoints; ++i)
-    m.counts[i] = instruments == 2 && i >= 10 && i < 15 ? std::int16_t{0} : static_cast<std::int16_t>(i * 3001 - 30000 + sequence);
+    m.counts[i] = instruments == 2 && i >= 10 && i < 15
+                      ? std::int16_t{0}
+                      : static_cast<std::int16_t>(i * 3001 - 30000 + sequence);
   return m;
 }
 
@@ -121,8 +124,10 @@ TEST(Protocol, AfterGarbageOfAnyLengthTheSecondGoodFrameIsThere) {
     for (int i = 0; i < n; ++i) {
       // Many false starts, some with a plausible length.
       const unsigned kind = random() % 4;
-      if (kind == 0) bytes.insert(bytes.end(), {kSync0, kSync1, kTypeMotion, static_cast<std::uint8_t>(random() % 50)});
-      else bytes.push_back(static_cast<std::uint8_t>(random()));
+      if (kind == 0)
+        bytes.insert(bytes.end(), {kSync0, kSync1, kTypeMotion, static_cast<std::uint8_t>(random() % 50)});
+      else
+        bytes.push_back(static_cast<std::uint8_t>(random()));
     }
     encode(example(0), bytes);
     encode(example(1), bytes);
@@ -200,7 +205,8 @@ TEST(Protocol, ThroughSeededNoiseOnlyFramesThatWereSentComeOut) {
     void onHello(const Hello&, std::uint32_t) override { ++invented; }
     void onMotion(const Motion& m) override {
       ++received;
-      long number = expected_at_least + static_cast<std::uint16_t>(m.sequence - static_cast<std::uint16_t>(expected_at_least));
+      long number = expected_at_least +
+                    static_cast<std::uint16_t>(m.sequence - static_cast<std::uint16_t>(expected_at_least));
       Motion sent = example(m.sequence);
       if (number <= expected_at_least || !same(sent, m)) ++invented;
       expected_at_least = number;
@@ -217,12 +223,13 @@ TEST(Protocol, ThroughSeededNoiseOnlyFramesThatWereSentComeOut) {
   }
   EXPECT_EQ(0, oracle.invented);
   const auto& c = decoder.counters();
-  // A frame is hit by drop, flip or lost bytes with 1 − 0.98³ = 5.9 %; nothing else may cost one. Lost bytes may lie
-  // wholly in the part of a frame that the next one makes up for only by chance: allow 6.2 %.
+  // A frame is hit by drop, flip or lost bytes with 1 − 0.98³ = 5.9 %; nothing else may cost one. Lost bytes
+  // may lie wholly in the part of a frame that the next one makes up for only by chance: allow 6.2 %.
   EXPECT_GT(oracle.received, static_cast<long>(0.938 * static_cast<double>(count)));
   EXPECT_LT(oracle.received, count);
   EXPECT_EQ(static_cast<std::uint64_t>(oracle.received), c.motions);
-  EXPECT_NEAR(static_cast<double>(count), static_cast<double>(oracle.received) + static_cast<double>(c.lost), 3.0);
+  EXPECT_NEAR(static_cast<double>(count), static_cast<double>(oracle.received) + static_cast<double>(c.lost),
+              3.0);
   EXPECT_EQ(0u, c.repeated + c.restarts + c.unknown);
 }
 

@@ -1,5 +1,5 @@
-// Protects: emulator and driver over a real pseudo-terminal: values, unplugging, return, and ports that are none.
-// The driver's clock is injected; only poll() lives in real time, and nothing is judged by it.
+// Protects: emulator and driver over a real pseudo-terminal: values, unplugging, return, and ports that are
+// none. The driver's clock is injected; only poll() lives in real time, and nothing is judged by it.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -173,8 +173,8 @@ TEST_F(Pty, ASecondDriverOnThePortIsToldSo) {
 TEST_F(Pty, WhatIsNoSerialPortIsNamedOnce) {
   const std::string file = folder_ + "/garbage";
   std::ofstream(file) << std::string(5000, 'x');
-  for (const std::string& path : {file, std::string("/dev/null"), std::string("/dev/zero"), folder_,
-                                  folder_ + "/nothing"}) {
+  for (const std::string& path :
+       {file, std::string("/dev/null"), std::string("/dev/zero"), folder_, folder_ + "/nothing"}) {
     options_.port = path;
     Heard heard;
     driver::BoxReader reader(calibration::defaultCalibration(), options_, heard, [this] { return now_; });

@@ -58,7 +58,8 @@ std::string withoutComments(const std::string& source) {
   return text;
 }
 
-double number(const YAML::Node& node, const std::string& file, const std::string& where, double low, double high) {
+double number(const YAML::Node& node, const std::string& file, const std::string& where, double low,
+              double high) {
   std::ostringstream allowed;
   allowed << "a finite number from " << low << " to " << high;
   double value = 0;
@@ -95,7 +96,8 @@ void parseArm(const YAML::Node& node, const std::string& file, int arm, Calibrat
   const std::set<std::string> four{"yaw", "pitch", "insertion", "roll"};
   std::set<std::string> required = four;
   if (!endoscope) required.insert("jaw");
-  checkKeys(node, file, where, required, endoscope ? std::set<std::string>{"light_post"} : std::set<std::string>{});
+  checkKeys(node, file, where, required,
+            endoscope ? std::set<std::string>{"light_post"} : std::set<std::string>{});
   const char* axes[] = {"yaw", "pitch", "insertion", "roll", endoscope ? "light_post" : "jaw"};
   for (int a = 0; a < kAxes; ++a) {
     if (!node[axes[a]]) continue;
@@ -117,10 +119,18 @@ Calibration defaultCalibration() {
     Joint& j = c.joints[i];
     switch (i % kAxes) {
       case 0:
-      case 1: j.min = -1.2, j.max = 1.2; break;
-      case 2: j.per_count = 1e-5, j.min = 0, j.max = 0.28, j.max_speed = 10; break;
-      case 3: j.min = -3.1416, j.max = 3.1416, j.max_speed = 100; break;
-      default: j.min = 0, j.max = 1.2; break;
+      case 1:
+        j.min = -1.2, j.max = 1.2;
+        break;
+      case 2:
+        j.per_count = 1e-5, j.min = 0, j.max = 0.28, j.max_speed = 10;
+        break;
+      case 3:
+        j.min = -3.1416, j.max = 3.1416, j.max_speed = 100;
+        break;
+      default:
+        j.min = 0, j.max = 1.2;
+        break;
     }
   }
   c.joints[protocol::kLightPost].min = -3.1416;
@@ -133,7 +143,8 @@ Calibration parseCalibration(const std::string& source, const std::string& name)
   const std::string text = withoutComments(source);
   if (text.size() > (1u << 20)) fail(name, "size", std::to_string(text.size()) + " bytes", "at most 1 MiB");
   // A calibration needs no anchors; refusing them keeps an alias bomb from unfolding.
-  if (text.find_first_of("&*") != std::string::npos) fail(name, "text", "an anchor or alias (& or *)", "plain maps");
+  if (text.find_first_of("&*") != std::string::npos)
+    fail(name, "text", "an anchor or alias (& or *)", "plain maps");
   std::size_t depth = 0;
   for (const char ch : text) {
     if (ch == '{' || ch == '[') ++depth;

@@ -26,7 +26,9 @@ void BoxReader::run() {
   port_.close();
 }
 
-void BoxReader::stop() { port_.wake(); }
+void BoxReader::stop() {
+  port_.wake();
+}
 
 void BoxReader::runOnce() {
   Nanoseconds now = clock_();
@@ -35,10 +37,17 @@ void BoxReader::runOnce() {
     std::array<std::uint8_t, 4096> bytes;
     std::size_t size = 0;
     switch (port_.read(bytes.data(), bytes.size(), 5, size)) {
-      case transport::SerialPort::Read::kData: decoder_.feed(bytes.data(), size, *this); break;
-      case transport::SerialPort::Read::kTimeout: break;
-      case transport::SerialPort::Read::kWoken: stopped_ = true; break;
-      case transport::SerialPort::Read::kClosed: lostPort(clock_()); break;
+      case transport::SerialPort::Read::kData:
+        decoder_.feed(bytes.data(), size, *this);
+        break;
+      case transport::SerialPort::Read::kTimeout:
+        break;
+      case transport::SerialPort::Read::kWoken:
+        stopped_ = true;
+        break;
+      case transport::SerialPort::Read::kClosed:
+        lostPort(clock_());
+        break;
     }
   } else {
     stopped_ = port_.sleep(10);
@@ -133,9 +142,11 @@ void BoxReader::watch(Nanoseconds now) {
   if (state == BoxState::kNoHello && !warned_no_frames_ && now - opened_ > kPatience) {
     warned_no_frames_ = true;
     const auto& wire = decoder_.counters();
-    say(Severity::kError, "open for 2 s, but no box has said hello (" + std::to_string(wire.bytes) + " bytes, " +
-                              std::to_string(wire.frames) + " good frames so far); allowed: a box that speaks "
-                              "docs/phantom_box_protocol.md at baud_rate " + std::to_string(options_.baud_rate));
+    say(Severity::kError, "open for 2 s, but no box has said hello (" + std::to_string(wire.bytes) +
+                              " bytes, " + std::to_string(wire.frames) +
+                              " good frames so far); allowed: a box that speaks "
+                              "docs/phantom_box_protocol.md at baud_rate " +
+                              std::to_string(options_.baud_rate));
   }
   const std::uint8_t stuck = driver_.footswitches().stuck(now);
   if (stuck & ~warned_stuck_) say(Severity::kWarning, "a footswitch has been down for more than a minute");

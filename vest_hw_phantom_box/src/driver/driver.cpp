@@ -9,12 +9,18 @@ using protocol::kJoints;
 
 const char* toString(BoxState state) {
   switch (state) {
-    case BoxState::kDisconnected: return "disconnected";
-    case BoxState::kNoHello: return "waiting for the box to say who it is";
-    case BoxState::kIncompatible: return "protocol version not supported";
-    case BoxState::kStale: return "no data";
-    case BoxState::kFault: return "sensor fault";
-    case BoxState::kRunning: return "running";
+    case BoxState::kDisconnected:
+      return "disconnected";
+    case BoxState::kNoHello:
+      return "waiting for the box to say who it is";
+    case BoxState::kIncompatible:
+      return "protocol version not supported";
+    case BoxState::kStale:
+      return "no data";
+    case BoxState::kFault:
+      return "sensor fault";
+    case BoxState::kRunning:
+      return "running";
   }
   return "?";
 }
@@ -104,7 +110,8 @@ void Driver::joint(int i, const protocol::Motion& m, bool box_usable) {
   JointReading& out = sample_.joints[i];
   const double raw = c.position(m.counts[i]);
   const bool reading = box_usable && !(m.invalid & (1u << i)) && m.counts[i] != protocol::kNoReading;
-  // Two counts of noise are never a jump. What is not finite is consistent with nothing: the comparison is false.
+  // Two counts of noise are never a jump. What is not finite is consistent with nothing: the comparison is
+  // false.
   const auto consistent = [&](double from, std::int64_t from_us) {
     const double dt = 1e-6 * static_cast<double>(device_us_ - from_us);
     return std::abs(raw - from) <= c.max_speed * dt + 2 * c.per_count;
@@ -112,7 +119,8 @@ void Driver::joint(int i, const protocol::Motion& m, bool box_usable) {
   const std::int64_t hold_us = options_.hold / 1000;
 
   if (reading) {
-    const bool follows = g.has_raw && device_us_ - g.last_raw_us <= hold_us && consistent(g.last_raw, g.last_raw_us);
+    const bool follows =
+        g.has_raw && device_us_ - g.last_raw_us <= hold_us && consistent(g.last_raw, g.last_raw_us);
     g.settled = follows ? std::min(g.settled + 1, options_.settle) : 0;
     g.last_raw = raw;
     g.last_raw_us = device_us_;
@@ -150,7 +158,9 @@ void Driver::joint(int i, const protocol::Motion& m, bool box_usable) {
   out.velocity = 0;
 }
 
-void Driver::tick(Nanoseconds now) { footswitches_.tick(now); }
+void Driver::tick(Nanoseconds now) {
+  footswitches_.tick(now);
+}
 
 BoxState Driver::state(Nanoseconds now) const {
   if (!connected_) return BoxState::kDisconnected;

@@ -61,7 +61,8 @@ void Footswitches::newConnection() {
 std::uint8_t Footswitches::stuck(Nanoseconds now) const {
   std::uint8_t mask = 0;
   for (int i = 0; i < kFootswitches; ++i)
-    if ((pressed_ & (1u << i)) && now - pressed_at_[i] > options_.stuck) mask |= static_cast<std::uint8_t>(1u << i);
+    if ((pressed_ & (1u << i)) && now - pressed_at_[i] > options_.stuck)
+      mask |= static_cast<std::uint8_t>(1u << i);
   return mask;
 }
 

@@ -15,7 +15,9 @@
 namespace vest::emulator {
 namespace {
 
-[[noreturn]] void fail(const std::string& what) { throw std::runtime_error(what + ": " + std::strerror(errno)); }
+[[noreturn]] void fail(const std::string& what) {
+  throw std::runtime_error(what + ": " + std::strerror(errno));
+}
 
 bool isSymlink(const std::string& path) {
   struct stat info {};
@@ -35,7 +37,8 @@ void PseudoTerminal::open(const std::string& link) {
     fail("cannot make a pseudo-terminal");
   }
   path_ = name;
-  // Raw before anybody reads. Opening and closing the other end once makes poll() report "no reader" from now on.
+  // Raw before anybody reads. Opening and closing the other end once makes poll() report "no reader" from now
+  // on.
   const int slave = ::open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
   if (slave < 0) fail(path_);
   termios raw{};

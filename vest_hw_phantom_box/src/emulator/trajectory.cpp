@@ -28,8 +28,10 @@ constexpr int kTimeColumn = -1;
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> cells(1);
   for (const char ch : line) {
-    if (ch == ',') cells.emplace_back();
-    else if (ch != ' ' && ch != '\t' && ch != '\r') cells.back() += ch;
+    if (ch == ',')
+      cells.emplace_back();
+    else if (ch != ' ' && ch != '\t' && ch != '\r')
+      cells.back() += ch;
   }
   return cells;
 }
@@ -41,9 +43,10 @@ std::vector<int> parseHeader(const std::string& line, const std::string& file) {
   for (const std::string& cell : split(line)) {
     const auto& names = protocol::jointNames();
     const auto found = std::find(names.begin(), names.end(), cell);
-    const int column = cell == "t_s" ? kTimeColumn
+    const int column = cell == "t_s"            ? kTimeColumn
                        : cell == "footswitches" ? kFootswitchColumn
-                       : found != names.end() ? static_cast<int>(found - names.begin()) : kJoints;
+                       : found != names.end()   ? static_cast<int>(found - names.begin())
+                                                : kJoints;
     if (column == kJoints) fail(file, "line 1", "unknown column '" + cell + "'", allowed);
     if (std::find(columns.begin(), columns.end(), column) != columns.end())
       fail(file, "line 1", "column '" + cell + "' twice", "once");
@@ -54,7 +57,8 @@ std::vector<int> parseHeader(const std::string& line, const std::string& file) {
   return columns;
 }
 
-double parseNumber(const std::string& cell, const std::string& file, std::size_t line, const std::string& column) {
+double parseNumber(const std::string& cell, const std::string& file, std::size_t line,
+                   const std::string& column) {
   char* end = nullptr;
   const double value = std::strtod(cell.c_str(), &end);
   // Hundreds of rad or m are a wrong unit or a broken file; time may be an epoch.
@@ -79,7 +83,8 @@ Trajectory Trajectory::load(const std::string& file, const TrajectoryOptions& op
   struct stat info {};
   if (::stat(file.c_str(), &info) != 0) fail(file, "trajectory", std::strerror(errno), "a readable CSV file");
   if (!S_ISREG(info.st_mode)) fail(file, "trajectory", "is not a regular file", "a readable CSV file");
-  if (info.st_size > (256 << 20)) fail(file, "size", std::to_string(info.st_size) + " bytes", "at most 256 MiB");
+  if (info.st_size > (256 << 20))
+    fail(file, "size", std::to_string(info.st_size) + " bytes", "at most 256 MiB");
   std::ifstream in(file, std::ios::binary);
   if (!in) fail(file, "trajectory", std::strerror(errno), "a readable CSV file");
   std::stringstream text;
@@ -87,12 +92,14 @@ Trajectory Trajectory::load(const std::string& file, const TrajectoryOptions& op
   return parse(text.str(), file, options);
 }
 
-Trajectory Trajectory::parse(const std::string& text, const std::string& name, const TrajectoryOptions& options) {
+Trajectory Trajectory::parse(const std::string& text, const std::string& name,
+                             const TrajectoryOptions& options) {
   Trajectory t;
   t.options_ = options;
   std::istringstream in(text);
   std::string line;
-  if (!std::getline(in, line) || line.empty()) fail(name, "line 1", "empty", "a header line that begins with t_s");
+  if (!std::getline(in, line) || line.empty())
+    fail(name, "line 1", "empty", "a header line that begins with t_s");
   const std::vector<int> columns = parseHeader(line, name);
   for (std::size_t number = 2; std::getline(in, line); ++number) {
     if (line.empty() || line == "\r") continue;
@@ -104,8 +111,9 @@ Trajectory Trajectory::parse(const std::string& text, const std::string& name, c
     double time = 0;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const int c = columns[i];
-      const std::string column = c == kTimeColumn ? "t_s" : c == kFootswitchColumn ? "footswitches"
-                                                                                  : protocol::jointNames()[c];
+      const std::string column = c == kTimeColumn         ? "t_s"
+                                 : c == kFootswitchColumn ? "footswitches"
+                                                          : protocol::jointNames()[c];
       const double value = parseNumber(cells[i], name, number, column);
       if (c == kTimeColumn) {
         time = value;
@@ -178,8 +186,8 @@ Pose Trajectory::at(double t) const {
       pose.joints[j] = a + s * (b - a);
     } else {
       const double s2 = s * s, s3 = s2 * s;
-      pose.joints[j] = (2 * s3 - 3 * s2 + 1) * a + (s3 - 2 * s2 + s) * h * slopes_[i][j] + (3 * s2 - 2 * s3) * b +
-                       (s3 - s2) * h * slopes_[i + 1][j];
+      pose.joints[j] = (2 * s3 - 3 * s2 + 1) * a + (s3 - 2 * s2 + s) * h * slopes_[i][j] +
+                       (3 * s2 - 2 * s3) * b + (s3 - s2) * h * slopes_[i + 1][j];
     }
   }
   return pose;
@@ -199,7 +207,8 @@ Pose defaultMotion(double t) {
   }
   p.joints[kEndoscope] = 0.05 * std::sin(kTau * t / 11);
   // One pedal after the other for half a second every two seconds.
-  if (std::fmod(t, 2.0) > 1.5) p.footswitches = static_cast<std::uint8_t>(1u << (static_cast<long>(t / 2) % 6));
+  if (std::fmod(t, 2.0) > 1.5)
+    p.footswitches = static_cast<std::uint8_t>(1u << (static_cast<long>(t / 2) % 6));
   return p;
 }
 

@@ -14,7 +14,8 @@ void put32(Bytes& out, std::uint32_t v) {
   put16(out, static_cast<std::uint16_t>(v >> 16));
 }
 
-void begin(Bytes& out, std::uint8_t type, std::size_t payload, std::uint16_t sequence, std::uint32_t time_us) {
+void begin(Bytes& out, std::uint8_t type, std::size_t payload, std::uint16_t sequence,
+           std::uint32_t time_us) {
   out.push_back(kSync0);
   out.push_back(kSync1);
   out.push_back(type);
@@ -51,7 +52,8 @@ void encode(const Motion& motion, Bytes& out) {
   out.push_back(motion.footswitches);
   out.push_back(motion.status);
   put32(out, motion.invalid);
-  for (int i = 0; i < motion.instruments * kAxes; ++i) put16(out, static_cast<std::uint16_t>(motion.counts[i]));
+  for (int i = 0; i < motion.instruments * kAxes; ++i)
+    put16(out, static_cast<std::uint16_t>(motion.counts[i]));
   for (int i = kEndoscope; i < kJoints; ++i) put16(out, static_cast<std::uint16_t>(motion.counts[i]));
   end(out, first, motion.sequence);
 }

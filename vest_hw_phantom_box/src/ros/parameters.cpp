@@ -22,7 +22,8 @@ std::string shown(const Value& v) {
   throw ParameterError("parameter " + nh.resolveName(name) + ": " + value + "; allowed: " + allowed);
 }
 
-bool get(const ros::NodeHandle& nh, const std::string& name, Value::Type type, const std::string& allowed, Value& v) {
+bool get(const ros::NodeHandle& nh, const std::string& name, Value::Type type, const std::string& allowed,
+         Value& v) {
   if (!nh.getParam(name, v)) return false;
   if (v.getType() != type) fail(nh, name, shown(v), allowed);
   return true;
@@ -64,7 +65,8 @@ Names pedalNames(const ros::NodeHandle& nh) {
 
 void warnUnknown(const ros::NodeHandle& nh) {
   const std::string own = nh.getNamespace() + "/";
-  const std::set<std::string> known{"port", "baud_rate", "calibration", "footswitch_preset", "footswitch_names"};
+  const std::set<std::string> known{"port", "baud_rate", "calibration", "footswitch_preset",
+                                    "footswitch_names"};
   std::vector<std::string> all;
   nh.getParamNames(all);
   for (const std::string& name : all)

@@ -53,8 +53,8 @@ void PhantomBoxShell::onSample(const driver::Driver& driver, driver::Nanoseconds
   message->position.reserve(kJoints);
   message->velocity.reserve(kJoints);
   for (int arm = 0; arm <= protocol::kMaxInstruments; ++arm) {
-    // An instrument with a broken sensor has no pose: all of it is left out, nothing is invented. The light post
-    // turns only the picture and stands for itself.
+    // An instrument with a broken sensor has no pose: all of it is left out, nothing is invented. The light
+    // post turns only the picture and stands for itself.
     const int first = arm * kAxes;
     const int needed = arm == protocol::kMaxInstruments ? 4 : kAxes;
     bool whole = true;
@@ -86,9 +86,15 @@ void PhantomBoxShell::onPedal(const driver::PedalEvent& event) {
 
 void PhantomBoxShell::onMessage(Severity severity, const std::string& text) {
   switch (severity) {
-    case Severity::kInfo: ROS_INFO("phantom_box: %s", text.c_str()); break;
-    case Severity::kWarning: ROS_WARN("phantom_box: %s", text.c_str()); break;
-    case Severity::kError: ROS_ERROR("phantom_box: %s", text.c_str()); break;
+    case Severity::kInfo:
+      ROS_INFO("phantom_box: %s", text.c_str());
+      break;
+    case Severity::kWarning:
+      ROS_WARN("phantom_box: %s", text.c_str());
+      break;
+    case Severity::kError:
+      ROS_ERROR("phantom_box: %s", text.c_str());
+      break;
   }
 }
 

@@ -17,7 +17,9 @@ namespace {
 using namespace vest;
 
 volatile sig_atomic_t g_stop = 0;
-void onSignal(int) { g_stop = 1; }
+void onSignal(int) {
+  g_stop = 1;
+}
 
 constexpr std::int64_t kPeriod = 1000000;  // ns
 constexpr std::int64_t kIdle = 5000000;    // ns, while nobody listens
@@ -45,12 +47,14 @@ struct Options {
 void declare(CLI::App& app, Options& o) {
   app.add_option("--link", o.link, "make a symbolic link to the pseudo-terminal at this path");
   app.add_option("--trajectory", o.trajectory, "CSV file to play (default: a small built-in motion)");
-  app.add_option("--interpolation", o.interpolation, "between rows")->check(CLI::IsMember({"linear", "cubic"}))
+  app.add_option("--interpolation", o.interpolation, "between rows")
+      ->check(CLI::IsMember({"linear", "cubic"}))
       ->capture_default_str();
   auto* loop = app.add_flag("--loop", o.loop, "begin again at the end");
   app.add_flag("--hold", o.hold, "keep the last row at the end (default)")->excludes(loop);
   app.add_option("--max-gap", o.max_gap, "s; rows further apart are a drop-out, never bridged")
-      ->check(CLI::Range(1e-3, 1e9))->capture_default_str();
+      ->check(CLI::Range(1e-3, 1e9))
+      ->capture_default_str();
   app.add_flag("--start-on-open,!--no-start-on-open", o.start_on_open,
                "trajectory time starts when the first reader opens the port (default)");
   app.add_option("--calibration", o.calibration, "YAML file (default: the values of config/default.yaml)");
@@ -71,9 +75,11 @@ void declare(CLI::App& app, Options& o) {
   probability("--chatter", o.faults.chatter, "... that a pedal that changes bounces for 8 ms");
   app.add_option("--seed", o.faults.seed, "of all faults")->capture_default_str();
   app.add_option("--unplug-at", o.unplug_at, "s after start: hang up")->check(CLI::NonNegativeNumber);
-  app.add_option("--unplug-for", o.unplug_for, "s until the port is back")->check(CLI::Range(0.0, 1e6))
+  app.add_option("--unplug-for", o.unplug_for, "s until the port is back")
+      ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
-  app.add_option("--unplug-every", o.unplug_every, "s between unpluggings (0: once)")->check(CLI::NonNegativeNumber);
+  app.add_option("--unplug-every", o.unplug_every, "s between unpluggings (0: once)")
+      ->check(CLI::NonNegativeNumber);
 }
 
 class Program {
@@ -157,8 +163,10 @@ class Program {
     const double t = static_cast<double>(when - play_start_) * 1e-9;
     line_.clear();
     emulator_.tick(trajectory_ ? trajectory_->at(t) : emulator::defaultMotion(t), line_);
-    if (terminal_.write(line_)) ++sent_;
-    else ++dropped_;
+    if (terminal_.write(line_))
+      ++sent_;
+    else
+      ++dropped_;
   }
 
   Options o_;

@@ -32,7 +32,9 @@ struct SerialPort::Implementation {
 SerialPort::SerialPort() : it_(std::make_unique<Implementation>()) {}
 SerialPort::~SerialPort() = default;
 
-bool SerialPort::isOpen() const { return it_->port.is_open(); }
+bool SerialPort::isOpen() const {
+  return it_->port.is_open();
+}
 
 void SerialPort::close() {
   if (!isOpen()) return;
@@ -50,7 +52,8 @@ std::string SerialPort::open(const std::string& path, unsigned baud_rate) {
   boost::system::error_code ec;
   it_->port.open(path, ec);
   if (ec) {
-    if (ec == boost::system::errc::device_or_resource_busy) return "is in use by another program; allowed: one reader";
+    if (ec == boost::system::errc::device_or_resource_busy)
+      return "is in use by another program; allowed: one reader";
     // ENOTTY from the termios calls inside open(): a character device, but no tty.
     return (ec.value() == ENOTTY || ec.value() == EINVAL ? "is not a serial device" : ec.message()) + allowed;
   }
@@ -93,7 +96,8 @@ std::string SerialPort::open(const std::string& path, unsigned baud_rate) {
   return {};
 }
 
-SerialPort::Read SerialPort::read(std::uint8_t* buffer, std::size_t capacity, int timeout_ms, std::size_t& size) {
+SerialPort::Read SerialPort::read(std::uint8_t* buffer, std::size_t capacity, int timeout_ms,
+                                  std::size_t& size) {
   size = 0;
   const int fd = isOpen() ? it_->port.native_handle() : -1;
   pollfd fds[2] = {{fd, POLLIN, 0}, {it_->wake_fd, POLLIN, 0}};
@@ -107,7 +111,8 @@ SerialPort::Read SerialPort::read(std::uint8_t* buffer, std::size_t capacity, in
     size = static_cast<std::size_t>(n);
     return Read::kData;
   }
-  if (n < 0 && (errno == EAGAIN || errno == EINTR) && !(fds[0].revents & (POLLHUP | POLLERR))) return Read::kTimeout;
+  if (n < 0 && (errno == EAGAIN || errno == EINTR) && !(fds[0].revents & (POLLHUP | POLLERR)))
+    return Read::kTimeout;
   error_ = n == 0 ? "the other end hung up" : std::strerror(errno);
   close();
   return Read::kClosed;

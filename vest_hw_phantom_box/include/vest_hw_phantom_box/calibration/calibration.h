@@ -12,12 +12,12 @@ namespace vest::calibration {
 
 /// position = sign · per_count · (count − zero_count), kept within [min, max].
 struct Joint {
-  double per_count = 1e-4;   ///< rad or m per count, > 0
-  int sign = 1;              ///< +1 or −1
-  double zero_count = 0;     ///< count at position 0
-  double min = -1;           ///< rad or m
-  double max = 1;            ///< rad or m
-  double max_speed = 50;     ///< rad/s or m/s; faster is a broken sensor, not a hand
+  double per_count = 1e-4;  ///< rad or m per count, > 0
+  int sign = 1;             ///< +1 or −1
+  double zero_count = 0;    ///< count at position 0
+  double min = -1;          ///< rad or m
+  double max = 1;           ///< rad or m
+  double max_speed = 50;    ///< rad/s or m/s; faster is a broken sensor, not a hand
 
   double position(std::int16_t count) const { return sign * per_count * (count - zero_count); }
   /// Nearest count, within what 16 bits hold (−32768 is no count: it says "no reading").

@@ -16,8 +16,8 @@ struct ReaderOptions {
   std::string port;
   unsigned baud_rate = 921600;
   DriverOptions driver;
-  int retry_ms = 100;                             ///< between two attempts to open the port
-  Nanoseconds heartbeat = 15 * kMillisecond;      ///< footswitches at least this often (≥ 50 Hz)
+  int retry_ms = 100;                         ///< between two attempts to open the port
+  Nanoseconds heartbeat = 15 * kMillisecond;  ///< footswitches at least this often (≥ 50 Hz)
 };
 
 /// What the reader tells; called from the reading thread.
@@ -37,25 +37,25 @@ class ReaderListener {
 /// A copy for diagnostics.
 struct ReaderStatus {
   BoxState state = BoxState::kDisconnected;
-  std::string port_error;               ///< why the port is not open
+  std::string port_error;  ///< why the port is not open
   protocol::Hello box;
   bool has_box = false;
   protocol::DecoderCounters wire;
   DriverCounters driver;
-  std::uint64_t reconnects = 0;         ///< connections after the first
-  Nanoseconds age = -1;                 ///< of the last good frame
-  std::uint8_t status = 0;              ///< the box's status byte
+  std::uint64_t reconnects = 0;  ///< connections after the first
+  Nanoseconds age = -1;          ///< of the last good frame
+  std::uint8_t status = 0;       ///< the box's status byte
   std::uint8_t pressed = 0;
   std::uint8_t stuck = 0;
-  std::string unusable;                 ///< names of joints that exist and cannot be used
+  std::string unusable;  ///< names of joints that exist and cannot be used
 };
 
 class BoxReader : private protocol::FrameSink {
  public:
   using Clock = std::function<Nanoseconds()>;
   /// `clock` is steady time; left empty: std::chrono::steady_clock.
-  BoxReader(const calibration::Calibration& calibration, const ReaderOptions& options, ReaderListener& listener,
-            Clock clock = {});
+  BoxReader(const calibration::Calibration& calibration, const ReaderOptions& options,
+            ReaderListener& listener, Clock clock = {});
 
   /// Reads until stop(). Reconnects by itself.
   void run();

@@ -11,10 +11,11 @@
 namespace vest::driver {
 
 struct DriverOptions {
-  Nanoseconds hold = 10 * kMillisecond;      ///< a rejected reading is replaced by the last good one this long
-  Nanoseconds stale = 20 * kMillisecond;     ///< no good frame for this long: the box is gone
-  int settle = 20;                           ///< consistent readings before a faulted joint counts again
-  double velocity_time_constant = 0.005;     ///< s, low-pass of the differences (assumed: hides one count of noise)
+  Nanoseconds hold = 10 * kMillisecond;   ///< a rejected reading is replaced by the last good one this long
+  Nanoseconds stale = 20 * kMillisecond;  ///< no good frame for this long: the box is gone
+  int settle = 20;                        ///< consistent readings before a faulted joint counts again
+  double velocity_time_constant =
+      0.005;  ///< s, low-pass of the differences (assumed: hides one count of noise)
   FootswitchOptions footswitches;
 };
 
@@ -41,10 +42,10 @@ struct Sample {
 };
 
 struct DriverCounters {
-  std::uint64_t rejected = 0;       ///< single readings: flagged, no reading, not finite, or a jump
-  std::uint64_t faults = 0;         ///< times that a joint became unusable
-  std::uint64_t clamped = 0;        ///< readings beyond the calibrated limits
-  std::uint64_t mismatched = 0;     ///< motion frames that do not fit the hello frame
+  std::uint64_t rejected = 0;    ///< single readings: flagged, no reading, not finite, or a jump
+  std::uint64_t faults = 0;      ///< times that a joint became unusable
+  std::uint64_t clamped = 0;     ///< readings beyond the calibrated limits
+  std::uint64_t mismatched = 0;  ///< motion frames that do not fit the hello frame
 };
 
 /// State of one box. Every call takes the steady time; nothing here allocates or blocks.
@@ -78,13 +79,13 @@ class Driver {
 
  private:
   struct Guard {
-    bool accepted = false;          ///< the joint has been usable and not faulted since
-    double last_raw = 0;            ///< last reading that was a number, before clamping
+    bool accepted = false;  ///< the joint has been usable and not faulted since
+    double last_raw = 0;    ///< last reading that was a number, before clamping
     std::int64_t last_raw_us = 0;
     bool has_raw = false;
-    double good = 0;                ///< last accepted reading, before clamping
-    std::int64_t good_us = 0;       ///< its device time
-    int settled = 0;                ///< consistent readings in a row
+    double good = 0;           ///< last accepted reading, before clamping
+    std::int64_t good_us = 0;  ///< its device time
+    int settled = 0;           ///< consistent readings in a row
     double velocity = 0;
   };
   void joint(int index, const protocol::Motion& motion, bool box_usable);

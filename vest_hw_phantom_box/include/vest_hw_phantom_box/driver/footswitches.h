@@ -12,10 +12,10 @@ using Nanoseconds = std::int64_t;
 constexpr Nanoseconds kMillisecond = 1000000;
 
 struct FootswitchOptions {
-  Nanoseconds debounce = 10 * kMillisecond;       ///< a change counts once it has stood this long
-  Nanoseconds timeout = 100 * kMillisecond;       ///< older data: all released
-  Nanoseconds quick_tap = 200 * kMillisecond;     ///< shorter presses are quick taps (assumed)
-  Nanoseconds stuck = 60000 * kMillisecond;       ///< pressed longer than this: warning (assumed)
+  Nanoseconds debounce = 10 * kMillisecond;    ///< a change counts once it has stood this long
+  Nanoseconds timeout = 100 * kMillisecond;    ///< older data: all released
+  Nanoseconds quick_tap = 200 * kMillisecond;  ///< shorter presses are quick taps (assumed)
+  Nanoseconds stuck = 60000 * kMillisecond;    ///< pressed longer than this: warning (assumed)
 };
 
 /// 1 pressed, 0 released; a short press ends with 2 (CRTK's quick tap) directly before its 0.
@@ -40,8 +40,8 @@ class Footswitches {
   std::uint8_t pressed() const { return pressed_; }
   /// Pedals that have been down for longer than options.stuck.
   std::uint8_t stuck(Nanoseconds now) const;
-  /// Takes the events since the last call; returns their number. More than fit cannot pile up: every change needs
-  /// a debounce time, and the caller takes them after each call above.
+  /// Takes the events since the last call; returns their number. More than fit cannot pile up: every change
+  /// needs a debounce time, and the caller takes them after each call above.
   int take(std::array<PedalEvent, 4 * protocol::kFootswitches>& events);
 
  private:
@@ -54,7 +54,7 @@ class Footswitches {
   Nanoseconds last_now_ = 0;
   std::array<Nanoseconds, protocol::kFootswitches> differs_since_{};  ///< device time
   std::array<bool, protocol::kFootswitches> differs_{};
-  std::array<Nanoseconds, protocol::kFootswitches> pressed_at_{};     ///< steady time
+  std::array<Nanoseconds, protocol::kFootswitches> pressed_at_{};  ///< steady time
   std::array<PedalEvent, 4 * protocol::kFootswitches> events_{};
   int event_count_ = 0;
 };

@@ -7,16 +7,17 @@ namespace vest::driver {
 
 /// Extends the box's 32 bit microseconds, and maps them to the wall clock.
 ///
-/// The offset between device and steady clock is the least delay seen so far (a frame can arrive late, not early),
-/// allowed to grow by kDrift because both quartzes drift. Wall time enters through a second offset that follows
-/// the wall clock slowly, so that a clock that is set back never makes a stamp go back.
+/// The offset between device and steady clock is the least delay seen so far (a frame can arrive late, not
+/// early), allowed to grow by kDrift because both quartzes drift. Wall time enters through a second offset
+/// that follows the wall clock slowly, so that a clock that is set back never makes a stamp go back.
 class TimeMap {
  public:
   /// Two quartzes of ±100 ppm (usual tolerance of crystals and of PC clocks; assumed).
   static constexpr double kDrift = 200e-6;
   /// Wall clock slew that is followed: ntpd and chrony correct running clocks by at most 500 ppm by default.
   static constexpr double kSlew = 500e-6;
-  /// A frame cannot lie longer than this on the way: a larger delay means that the device clock stood still, ns.
+  /// A frame cannot lie longer than this on the way: a larger delay means that the device clock stood still,
+  /// ns.
   static constexpr std::int64_t kMaxDelay = 2000000000;
 
   /// Stamp in ns of the wall clock for a sample taken at device time `time_us` that arrived now.

@@ -27,8 +27,8 @@ class PseudoTerminal {
   bool hasReader() const;
   /// Throws away what a former reader left unread.
   void flush();
-  /// Writes what fits, the rest of a begun frame first. False: nothing of `bytes` could be taken (no one drains the
-  /// other end), it is dropped whole.
+  /// Writes what fits, the rest of a begun frame first. False: nothing of `bytes` could be taken (no one
+  /// drains the other end), it is dropped whole.
   bool write(const protocol::Bytes& bytes);
 
  private:

@@ -21,8 +21,8 @@ struct Pose {
   std::uint32_t invalid = 0;  ///< bit per joint: not measured
 };
 
-/// A pose in which instruments and endoscope rest inside the box (m, rad). The endoscope's 0.10 m is its place
-/// in the demo; the other values are assumed.
+/// A pose in which instruments and endoscope rest inside the box (m, rad). The endoscope's 0.10 m is its
+/// place in the demo; the other values are assumed.
 Pose restPose();
 
 enum class Interpolation { kLinear, kCubic };
@@ -31,7 +31,8 @@ enum class AtEnd { kHold, kLoop };
 struct TrajectoryOptions {
   Interpolation interpolation = Interpolation::kLinear;
   AtEnd at_end = AtEnd::kHold;
-  double max_gap = 0.5;  ///< s; rows further apart than this are a drop-out: joints invalid in between, never bridged
+  double max_gap =
+      0.5;  ///< s; rows further apart than this are a drop-out: joints invalid in between, never bridged
 };
 
 struct Gap {
@@ -39,15 +40,17 @@ struct Gap {
   double end = 0;    ///< s
 };
 
-/// Rows over time. `t_s` is taken relative to the first row. Joints between rows are interpolated (cubic: Hermite
-/// with non-uniform three-point slopes, as Bessel's or parabolic splines, C. de Boor, A Practical Guide to Splines,
-/// ch. IV; one-sided at ends and drop-outs). Footswitches change at rows. Loop: the first row follows one row
-/// distance after the last; if it is elsewhere, the jump is there, as a real one would be.
+/// Rows over time. `t_s` is taken relative to the first row. Joints between rows are interpolated (cubic:
+/// Hermite with non-uniform three-point slopes, as Bessel's or parabolic splines, C. de Boor, A Practical
+/// Guide to Splines, ch. IV; one-sided at ends and drop-outs). Footswitches change at rows. Loop: the first
+/// row follows one row distance after the last; if it is elsewhere, the jump is there, as a real one would
+/// be.
 class Trajectory {
  public:
   /// Throws Error with file, line, column, value, allowed.
   static Trajectory load(const std::string& file, const TrajectoryOptions& options = {});
-  static Trajectory parse(const std::string& text, const std::string& name, const TrajectoryOptions& options = {});
+  static Trajectory parse(const std::string& text, const std::string& name,
+                          const TrajectoryOptions& options = {});
 
   Pose at(double t_s) const;
   double duration() const { return times_.back(); }  ///< s

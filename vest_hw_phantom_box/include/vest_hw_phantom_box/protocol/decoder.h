@@ -19,10 +19,10 @@ class FrameSink {
 
 struct DecoderCounters {
   std::uint64_t bytes = 0;
-  std::uint64_t frames = 0;      ///< good ones, of any type
+  std::uint64_t frames = 0;  ///< good ones, of any type
   std::uint64_t hellos = 0;
   std::uint64_t motions = 0;
-  std::uint64_t unknown = 0;     ///< good check, but a type or content that version 1 does not define: skipped
+  std::uint64_t unknown = 0;  ///< good check, but a type or content that version 1 does not define: skipped
   std::uint64_t crc_errors = 0;  ///< something that began like a frame and failed CRC or end byte
   std::uint64_t skipped = 0;     ///< bytes that belonged to no good frame
   std::uint64_t lost = 0;        ///< frames missing between sequence numbers; never filled in

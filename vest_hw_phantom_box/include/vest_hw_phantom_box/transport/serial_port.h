@@ -23,8 +23,8 @@ class SerialPort {
   std::string open(const std::string& path, unsigned baud_rate);
   bool isOpen() const;
   void close();
-  /// Waits up to `timeout_ms` for bytes. kClosed: the other end hung up or the device is gone (read gives 0 or EIO);
-  /// the port is closed then, and error() says why.
+  /// Waits up to `timeout_ms` for bytes. kClosed: the other end hung up or the device is gone (read gives 0
+  /// or EIO); the port is closed then, and error() says why.
   Read read(std::uint8_t* buffer, std::size_t capacity, int timeout_ms, std::size_t& size);
   /// Sleeps up to `timeout_ms` unless woken.
   bool sleep(int timeout_ms);
