@@ -1,0 +1,13 @@
+#include <cmath>
+
+#include "kernel.h"
+
+namespace vest::haemodynamics::kernel {
+
+namespace {
+#include "kernel_body.inc"
+}  // namespace
+
+const Kernels kAvx2 = {"avx2", fluxes, update};
+
+}  // namespace vest::haemodynamics::kernel
