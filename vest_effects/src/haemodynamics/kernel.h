@@ -15,7 +15,7 @@ struct SegmentView {
   // work
   double *pressure, *inv_area;                         // per cell
   double *p_left, *u_left, *p_right, *u_right;         // per cell, at its two faces
-  double *flux_area, *flux_velocity;                   // per face
+  double *flux_area, *flux_velocity, *speeds;          // per face
 };
 
 /// The same source compiled for several instruction sets; all give the same bits (IEEE operations in the same order, no
@@ -25,6 +25,8 @@ struct Kernels {
   const char* level;
   double (*fluxes)(const SegmentView&, double dt);
   void (*update)(const SegmentView&, double dt);
+  /// Greatest (|U| + c)/dx of the cells; infinite if an area is not positive, a number not finite or |U| ≥ c anywhere.
+  double (*survey)(const SegmentView&);
 };
 
 extern const Kernels kBaseline;

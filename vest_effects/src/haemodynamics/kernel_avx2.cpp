@@ -1,4 +1,6 @@
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 #include "kernel.h"
 
@@ -8,6 +10,6 @@ namespace {
 #include "kernel_body.inc"
 }  // namespace
 
-const Kernels kAvx2 = {"avx2", fluxes, update};
+const Kernels kAvx2 = {"avx2", fluxes, update, survey};
 
 }  // namespace vest::haemodynamics::kernel

@@ -76,6 +76,30 @@ void finishClosure(const Model& model, const Inputs& inputs, int index, double d
   state.velocity[cell] += dt / s.dx * jump * (a / (a + g));
 }
 
+namespace {
+
+/// Speed w through a hole: P(A) − P_ext = rho w|w|/2 at A = before − theta·k·w, k·w being the area lost in the step.
+/// f(w) = root(w)² + theta k w − before rises for root ≥ 0; Newton, kept inside a bracket.
+double holeSpeed(double before, double root_ext, double q, double theta_k) {
+  const double head = (std::sqrt(before) - root_ext) / q;  // square of the speed if no pressure were lost
+  const double free_speed = std::sqrt(std::fabs(head));
+  double low = head < 0 ? -free_speed : 0, high = head < 0 ? 0 : free_speed;
+  double w = head < 0 ? low : high;
+  for (int iteration = 0; iteration < 60; ++iteration) {
+    const double r = root_ext + q * w * std::fabs(w);
+    const double f = (r > 0 ? r * r : -r * r) + theta_k * w - before;
+    (f > 0 ? high : low) = w;
+    double next = w - f / (4 * q * std::fabs(r) * std::fabs(w) + theta_k);
+    if (!(next > low && next < high)) next = 0.5 * (low + high);
+    const double change = std::fabs(next - w);
+    w = next;
+    if (change <= 1e-12 * (std::fabs(w) + 1e-6)) break;
+  }
+  return w;
+}
+
+}  // namespace
+
 double leak(const Model& model, const Hole& hole, double dt, State& state) {
   const SegmentModel& s = model.segments[hole.segment];
   int cell = static_cast<int>(hole.station / s.dx);
@@ -83,32 +107,14 @@ double leak(const Model& model, const Hole& hole, double dt, State& state) {
   const int i = s.first_cell + cell;
   const double k = dt * hole.discharge * hole.area / s.dx;
   if (k <= 0) return 0;
-  // Outflow speed w with P(A) − P_ext = rho w|w|/2 and A = A_before − k w: f(w) = root(w)² + k w − A_before rises for
-  // root ≥ 0. Newton, kept inside a bracket.
   const double before = state.area[i];
   const double root_ext = model.sqrt_area_ref[i] + (hole.external_pressure - s.reference_pressure) / model.beta[i];
   const double q = 0.5 * model.density / model.beta[i];
-  const auto root = [&](double w) { return root_ext + q * w * std::fabs(w); };
-  double low, high;
-  {
-    const double head = (std::sqrt(before) - root_ext) / q;  // speed without any loss of pressure
-    const double w = std::sqrt(std::fabs(head));
-    low = head < 0 ? -w : 0;
-    high = head < 0 ? 0 : w;
-  }
-  double w = low < 0 ? low : high;
-  for (int iteration = 0; iteration < 60; ++iteration) {
-    const double r = root(w);
-    const double f = (r > 0 ? r * r : -r * r) + k * w - before;
-    (f > 0 ? high : low) = w;
-    const double slope = 4 * q * std::fabs(r) * std::fabs(w) + k;
-    double next = w - f / slope;
-    if (!(next > low && next < high)) next = 0.5 * (low + high);
-    const double change = std::fabs(next - w);
-    w = next;
-    if (change <= 1e-12 * (std::fabs(w) + 1e-6)) break;
-  }
-  const double after = before - k * w;
+  // The pressure halfway through the loss is the accurate one; the pressure after it is the stable one for large holes.
+  const double implicit = holeSpeed(before, root_ext, q, k);
+  const double share = k * std::fabs(implicit) / (0.2 * before);
+  const double theta = share < 1 ? 0.5 + 0.5 * share : 1;
+  const double after = before - k * (theta < 1 ? holeSpeed(before, root_ext, q, theta * k) : implicit);
   if (!(after > 0)) return 0;
   state.area[i] = after;
   const double lost = (before - after) * s.dx;

@@ -79,6 +79,7 @@ struct Scratch {
   std::vector<double> pressure, inv_area;      ///< per cell: P − P_ref; 1/A
   std::vector<double> p_left, u_left, p_right, u_right;  ///< per cell: at its faces, half a step ahead
   std::vector<double> flux_area, flux_velocity;          ///< per face: A U; U²/2 + (P − P_ref)/rho
+  std::vector<double> speeds;                            ///< per face: |U| + c, m/s
   std::vector<double> node_pressure_p, node_velocity;    ///< per face at nodes: solution there, P − P_ref and U
   std::vector<double> rate;          ///< per part: greatest (|U| + c)/dx, 1/s
   std::vector<int> failed_segment;   ///< per part: segment of a node that did not converge, or -1
