@@ -1,4 +1,5 @@
-// Real-time factor of a binary tree of about 2,200 cells on one thread (floor 4, aim 20), and the cost of a cell.
+// Real-time factor of a binary tree of about 2,200 cells on one thread (floor 4, aim 20), and the cost of a
+// cell.
 
 #include <benchmark/benchmark.h>
 
@@ -13,7 +14,8 @@ namespace {
 
 using namespace vest::haemodynamics;
 
-/// Six generations, 63 segments, radii by Murray's law, about 12 cm each at first and shorter towards the ends.
+/// Six generations, 63 segments, radii by Murray's law, about 12 cm each at first and shorter towards the
+/// ends.
 Network tree() {
   Network n;
   n.viscosity = 0.004;
@@ -60,7 +62,8 @@ void tree2200(benchmark::State& bench) {
   const Network network = tree();
   double total = 0;
   for (const auto& s : network.segments) total += s.length;
-  const Model model = buildModel(network, total / (2200 - 0.5 * static_cast<double>(network.segments.size())));
+  const Model model =
+      buildModel(network, total / (2200 - 0.5 * static_cast<double>(network.segments.size())));
   State state = initialState(model);
   Scratch scratch(model, static_cast<int>(bench.range(0)));
   const Inputs inputs;

@@ -10,6 +10,6 @@ namespace {
 #include "kernel_body.inc"
 }  // namespace
 
-const Kernels kAvx2 = {"avx2", fluxes, update, survey};
+const Kernels kAvx2 = {"avx2", fluxes, update, survey, stray};
 
 }  // namespace vest::haemodynamics::kernel

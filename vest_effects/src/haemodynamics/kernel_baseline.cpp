@@ -10,6 +10,6 @@ namespace {
 #include "kernel_body.inc"
 }  // namespace
 
-const Kernels kBaseline = {"baseline", fluxes, update, survey};
+const Kernels kBaseline = {"baseline", fluxes, update, survey, stray};
 
 }  // namespace vest::haemodynamics::kernel

@@ -21,6 +21,8 @@ const Kernels& selected() {
 
 namespace vest::haemodynamics {
 
-const char* kernelLevel() { return kernel::selected().level; }
+const char* kernelLevel() {
+  return kernel::selected().level;
+}
 
 }  // namespace vest::haemodynamics

@@ -47,7 +47,8 @@ void applyClosure(const Model& model, const Inputs& inputs, int index, Scratch& 
   const double s_l = model.face_sqrt_area_ref[f] + p_l * model.face_inv_beta[f];
   const double s_r = model.face_sqrt_area_ref[f] + p_r * model.face_inv_beta[f];
   const double a_l = s_l * s_l, a_r = s_r * s_r;
-  const double z_l = std::sqrt(model.face_half_rho_beta[f] * s_l), z_r = std::sqrt(model.face_half_rho_beta[f] * s_r);
+  const double z_l = std::sqrt(model.face_half_rho_beta[f] * s_l),
+               z_r = std::sqrt(model.face_half_rho_beta[f] * s_r);
   // Each side's characteristic: p = p_face ± z (u_face − q/A). Their difference is the loss k q|q|.
   const double drive = (p_l + z_l * u_l) - (p_r - z_r * u_r);
   const double linear = z_l / a_l + z_r / a_r;
@@ -78,8 +79,8 @@ void finishClosure(const Model& model, const Inputs& inputs, int index, double d
 
 namespace {
 
-/// Speed w through a hole: P(A) − P_ext = rho w|w|/2 at A = before − theta·k·w, k·w being the area lost in the step.
-/// f(w) = root(w)² + theta k w − before rises for root ≥ 0; Newton, kept inside a bracket.
+/// Speed w through a hole: P(A) − P_ext = rho w|w|/2 at A = before − theta·k·w, k·w being the area lost in
+/// the step. f(w) = root(w)² + theta k w − before rises for root ≥ 0; Newton, kept inside a bracket.
 double holeSpeed(double before, double root_ext, double q, double theta_k) {
   const double head = (std::sqrt(before) - root_ext) / q;  // square of the speed if no pressure were lost
   const double free_speed = std::sqrt(std::fabs(head));
@@ -108,9 +109,11 @@ double leak(const Model& model, const Hole& hole, double dt, State& state) {
   const double k = dt * hole.discharge * hole.area / s.dx;
   if (k <= 0) return 0;
   const double before = state.area[i];
-  const double root_ext = model.sqrt_area_ref[i] + (hole.external_pressure - s.reference_pressure) / model.beta[i];
+  const double root_ext =
+      model.sqrt_area_ref[i] + (hole.external_pressure - s.reference_pressure) / model.beta[i];
   const double q = 0.5 * model.density / model.beta[i];
-  // The pressure halfway through the loss is the accurate one; the pressure after it is the stable one for large holes.
+  // The pressure halfway through the loss is the accurate one; the pressure after it is the stable one for
+  // large holes.
   const double implicit = holeSpeed(before, root_ext, q, k);
   const double share = k * std::fabs(implicit) / (0.2 * before);
   const double theta = share < 1 ? 0.5 + 0.5 * share : 1;

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-[[noreturn]] void refuse(const Network& network, const SegmentSpec& segment, const char* field, const std::string& value,
-                         const std::string& allowed) {
+[[noreturn]] void refuse(const Network& network, const SegmentSpec& segment, const char* field,
+                         const std::string& value, const std::string& allowed) {
   throw NetworkError(network.network_file, segment.line, field, value, allowed);
 }
 
@@ -45,16 +45,19 @@ void checkInflow(const Network& network) {
     if (!(point.time >= 0 && point.time <= network.period * (1 + 1e-9)))
       throw NetworkError(file, point.line, "t_s", formatNumber(point.time),
                          "0 ... period_s = " + formatNumber(network.period));
-    if (!(point.time > before)) throw NetworkError(file, point.line, "t_s", formatNumber(point.time), "strictly rising times");
+    if (!(point.time > before))
+      throw NetworkError(file, point.line, "t_s", formatNumber(point.time), "strictly rising times");
     before = point.time;
   }
 }
 
 void checkName(const Network& network, const SegmentSpec& segment) {
   const std::string& name = segment.name;
-  const bool good = !name.empty() && name.size() <= 200 && name[0] != '.' && std::all_of(name.begin(), name.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
-  });
+  const bool good = !name.empty() && name.size() <= 200 && name[0] != '.' &&
+                    std::all_of(name.begin(), name.end(), [](char c) {
+                      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                             c == '_' || c == '-' || c == '.';
+                    });
   if (!good) refuse(network, segment, "name", name, "1 to 200 of A-Z a-z 0-9 _ - . (not first)");
 }
 
@@ -65,15 +68,16 @@ void checkSegments(const Network& network) {
     if (s.id.empty() || !ids.insert(s.id).second) refuse(network, s, "id", s.id, "an id of its own");
     checkName(network, s);
     if (!names.insert(s.name).second) refuse(network, s, "name", s.name, "a name of its own");
-    if (s.node_in == s.node_out) refuse(network, s, "node_out", std::to_string(s.node_out), "another node than node_in");
+    if (s.node_in == s.node_out)
+      refuse(network, s, "node_out", std::to_string(s.node_out), "another node than node_in");
     need(s.length > 0, network, s, "length_m", s.length, "> 0");
     need(s.radius_proximal > 0, network, s, "r_prox_m", s.radius_proximal, "> 0");
     need(s.radius_distal > 0, network, s, "r_dist_m", s.radius_distal, "> 0");
     if (network.wall_thickness_law) {
-      need(network.wall_thickness_law->thickness(s.radius_proximal) > 0, network, s, "r_prox_m", s.radius_proximal,
-           "a radius at which wall_thickness_law gives a thickness > 0");
-      need(network.wall_thickness_law->thickness(s.radius_distal) > 0, network, s, "r_dist_m", s.radius_distal,
-           "a radius at which wall_thickness_law gives a thickness > 0");
+      need(network.wall_thickness_law->thickness(s.radius_proximal) > 0, network, s, "r_prox_m",
+           s.radius_proximal, "a radius at which wall_thickness_law gives a thickness > 0");
+      need(network.wall_thickness_law->thickness(s.radius_distal) > 0, network, s, "r_dist_m",
+           s.radius_distal, "a radius at which wall_thickness_law gives a thickness > 0");
     } else {
       need(s.wall_proximal > 0, network, s, "h_prox_m", s.wall_proximal, "> 0");
       need(s.wall_distal > 0, network, s, "h_dist_m", s.wall_distal, "> 0");
@@ -91,7 +95,7 @@ void checkSegments(const Network& network) {
 }
 
 struct Graph {
-  std::vector<long> label;  ///< in order of appearance
+  std::vector<long> label;                     ///< in order of appearance
   std::vector<std::vector<int>> starts, ends;  ///< segments
   int inflow = -1;
 };
@@ -119,9 +123,10 @@ Graph buildGraph(const Network& network) {
     if (graph.ends[n].empty()) sources.push_back(static_cast<int>(n));
   }
   if (sources.empty())
-    throw NetworkError(network.network_file, network.segments[0].line, "node_in",
-                       std::to_string(network.segments[0].node_in),
-                       "one node that no segment ends in (the inflow); this network is a loop without inflow");
+    throw NetworkError(
+        network.network_file, network.segments[0].line, "node_in",
+        std::to_string(network.segments[0].node_in),
+        "one node that no segment ends in (the inflow); this network is a loop without inflow");
   graph.inflow = sources[0];
 
   // Connected, directions aside: flow may run either way.
@@ -148,18 +153,20 @@ Graph buildGraph(const Network& network) {
   if (sources.size() > 1) {
     const auto& s = network.segments[graph.starts[sources[1]][0]];
     refuse(network, s, "node_in", std::to_string(s.node_in),
-           "one inflow node only (a node that no segment ends in); node " + std::to_string(graph.label[sources[0]]) +
-               " is one already");
+           "one inflow node only (a node that no segment ends in); node " +
+               std::to_string(graph.label[sources[0]]) + " is one already");
   }
   for (std::size_t n = 0; n < graph.label.size(); ++n) {
     for (int i : graph.ends[n]) {
       const auto& s = network.segments[i];
       if (s.terminal && (!graph.starts[n].empty() || graph.ends[n].size() > 1))
-        refuse(network, s, "terminal", "1", "a terminal only where no other segment meets (node " +
-                                                std::to_string(graph.label[n]) + " has others)");
+        refuse(network, s, "terminal", "1",
+               "a terminal only where no other segment meets (node " + std::to_string(graph.label[n]) +
+                   " has others)");
       if (!s.terminal && graph.starts[n].empty())
         refuse(network, s, "terminal", "0",
-               "1, with R1_Pa_s_m3 and R2_Pa_s_m3: no segment leads on from node " + std::to_string(graph.label[n]));
+               "1, with R1_Pa_s_m3 and R2_Pa_s_m3: no segment leads on from node " +
+                   std::to_string(graph.label[n]));
     }
   }
   return graph;
@@ -171,8 +178,9 @@ struct Geometry {
 
 Geometry geometryAt(const Network& network, const SegmentSpec& s, double fraction) {
   const double r = s.radius_proximal + fraction * (s.radius_distal - s.radius_proximal);
-  const double h = network.wall_thickness_law ? network.wall_thickness_law->thickness(r)
-                                              : s.wall_proximal + fraction * (s.wall_distal - s.wall_proximal);
+  const double h = network.wall_thickness_law
+                       ? network.wall_thickness_law->thickness(r)
+                       : s.wall_proximal + fraction * (s.wall_distal - s.wall_proximal);
   const double area = kPi * r * r;
   return {std::sqrt(kPi) * r, 4.0 / 3.0 * std::sqrt(kPi) * s.youngs_modulus * h / area};
 }
@@ -205,7 +213,8 @@ void discretise(const Network& network, double dx, Model& model) {
     for (int i = 0; i <= m.cells; ++i) {
       const Geometry g = geometryAt(network, s, static_cast<double>(i) / m.cells);
       if (!(g.beta > 0) || !std::isfinite(g.beta) || !std::isfinite(1 / g.beta))
-        refuse(network, s, "E_Pa", formatNumber(s.youngs_modulus), "values that give a finite wall stiffness > 0");
+        refuse(network, s, "E_Pa", formatNumber(s.youngs_modulus),
+               "values that give a finite wall stiffness > 0");
       model.face_sqrt_area_ref.push_back(g.sqrt_area_ref);
       model.face_inv_beta.push_back(1 / g.beta);
       model.face_half_rho_beta.push_back(0.5 * network.density * g.beta);
@@ -215,13 +224,29 @@ void discretise(const Network& network, double dx, Model& model) {
   }
 }
 
+Branch branchOf(const Model& model, int segment, bool distal) {
+  const SegmentModel& s = model.segments[segment];
+  Branch b;
+  b.segment = segment;
+  b.distal = distal;
+  b.cell = distal ? s.first_cell + s.cells - 1 : s.first_cell;
+  b.face = distal ? s.first_face + s.cells : s.first_face;
+  b.sign = distal ? 1 : -1;
+  b.reference_pressure = s.reference_pressure;
+  const double root = 2 * model.density * model.face_inv_beta[b.face];
+  b.speed_ref_squared = model.face_sqrt_area_ref[b.face] / root;
+  b.area_factor = root * root;
+  b.inv_dx = 1 / s.dx;
+  return b;
+}
+
 void connect(const Network& network, const Graph& graph, Model& model) {
   for (std::size_t n = 0; n < graph.label.size(); ++n) {
     NodeModel node;
     node.label = graph.label[n];
     node.first_branch = static_cast<int>(model.branches.size());
     for (int s : graph.ends[n]) {
-      model.branches.push_back({s, true});
+      model.branches.push_back(branchOf(model, s, true));
       model.segments[s].node_out = static_cast<int>(n);
       if (network.segments[s].terminal) {
         node.kind = NodeKind::kTerminal;
@@ -229,7 +254,7 @@ void connect(const Network& network, const Graph& graph, Model& model) {
       }
     }
     for (int s : graph.starts[n]) {
-      model.branches.push_back({s, false});
+      model.branches.push_back(branchOf(model, s, false));
       model.segments[s].node_in = static_cast<int>(n);
     }
     node.branches = static_cast<int>(model.branches.size()) - node.first_branch;
@@ -244,8 +269,9 @@ void buildInflow(const Network& network, Model& model) {
   const double period = network.period;
   const double first = in.front().time, last = std::min(in.back().time, period);
   const double gap = first + (period - last);
-  const double at_zero =
-      gap > 0 ? in.back().flow + (in.front().flow - in.back().flow) * ((period - last) / gap) : in.front().flow;
+  const double at_zero = gap > 0
+                             ? in.back().flow + (in.front().flow - in.back().flow) * ((period - last) / gap)
+                             : in.front().flow;
   if (first > 0) {
     model.inflow_time.push_back(0);
     model.inflow_flow.push_back(at_zero);
@@ -260,8 +286,9 @@ void buildInflow(const Network& network, Model& model) {
   }
   model.inflow_volume.assign(model.inflow_time.size(), 0);
   for (std::size_t i = 1; i < model.inflow_time.size(); ++i) {
-    model.inflow_volume[i] = model.inflow_volume[i - 1] + 0.5 * (model.inflow_flow[i] + model.inflow_flow[i - 1]) *
-                                                              (model.inflow_time[i] - model.inflow_time[i - 1]);
+    model.inflow_volume[i] =
+        model.inflow_volume[i - 1] + 0.5 * (model.inflow_flow[i] + model.inflow_flow[i - 1]) *
+                                         (model.inflow_time[i] - model.inflow_time[i - 1]);
   }
 }
 
@@ -290,7 +317,8 @@ double Model::inflowVolume(double phase) const {
 }
 
 Model buildModel(const Network& network, double dx) {
-  if (!(dx > 0) || !std::isfinite(dx)) throw NetworkError(network.network_file, 0, "dx", formatNumber(dx), "> 0 m");
+  if (!(dx > 0) || !std::isfinite(dx))
+    throw NetworkError(network.network_file, 0, "dx", formatNumber(dx), "> 0 m");
   checkCase(network);
   checkSegments(network);
   checkInflow(network);

@@ -11,7 +11,8 @@ namespace vest::haemodynamics {
 
 namespace {
 
-constexpr std::uintmax_t kMostBytes = 64u << 20;  // far above any real network; bounds the memory of a wrong file
+constexpr std::uintmax_t kMostBytes = 64u
+                                      << 20;  // far above any real network; bounds the memory of a wrong file
 
 struct Row {
   int line;
@@ -93,7 +94,8 @@ double number(const Table& table, const Row& row, const std::string& field, bool
   const std::string& text = row.fields[table.column.at(field)];
   if (text.empty() && may_be_empty) return 0;
   double value = 0;
-  if (!parseNumber(text, value)) throw NetworkError(table.file, row.line, field, text, "a finite number with a point");
+  if (!parseNumber(text, value))
+    throw NetworkError(table.file, row.line, field, text, "a finite number with a point");
   return value;
 }
 
@@ -122,7 +124,8 @@ int lineOfKey(const std::string& text, const std::string& key) {
   return 0;
 }
 
-double caseNumber(const nlohmann::json& object, const std::string& key, Network& network, const std::string& text) {
+double caseNumber(const nlohmann::json& object, const std::string& key, Network& network,
+                  const std::string& text) {
   const int line = lineOfKey(text, key);
   network.case_lines[key] = line;
   if (!object.contains(key)) throw NetworkError(network.case_file, 0, key, "", "a number: it is required");
@@ -138,14 +141,17 @@ void readCaseFile(Network& network) {
   bool in_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (in_string) {
-      if (text[i] == '\\') ++i;
-      else if (text[i] == '"') in_string = false;
+      if (text[i] == '\\')
+        ++i;
+      else if (text[i] == '"')
+        in_string = false;
       continue;
     }
     if (text[i] == '"') in_string = true;
     if (text[i] == '{' || text[i] == '[') ++depth;
     if (text[i] == '}' || text[i] == ']') --depth;
-    if (depth > 64) throw NetworkError(network.case_file, lineOfOffset(text, i), "JSON", "", "nesting of at most 64");
+    if (depth > 64)
+      throw NetworkError(network.case_file, lineOfOffset(text, i), "JSON", "", "nesting of at most 64");
   }
   nlohmann::json document;
   try {
@@ -162,12 +168,13 @@ void readCaseFile(Network& network) {
   network.profile = caseNumber(document, "zeta", network, text);
   network.period = caseNumber(document, "period_s", network, text);
   if (document.contains("taper") && document["taper"] != "linear")
-    throw NetworkError(network.case_file, lineOfKey(text, "taper"), "taper", document["taper"].dump(), "\"linear\"");
+    throw NetworkError(network.case_file, lineOfKey(text, "taper"), "taper", document["taper"].dump(),
+                       "\"linear\"");
   if (document.contains("wall_thickness_law")) {
     const auto& object = document["wall_thickness_law"];
     if (!object.is_object())
-      throw NetworkError(network.case_file, lineOfKey(text, "wall_thickness_law"), "wall_thickness_law", object.dump(),
-                         "an object with a, b_per_m, c, d_per_m");
+      throw NetworkError(network.case_file, lineOfKey(text, "wall_thickness_law"), "wall_thickness_law",
+                         object.dump(), "an object with a, b_per_m, c, d_per_m");
     WallThicknessLaw law;
     law.a = caseNumber(object, "a", network, text);
     law.b = caseNumber(object, "b_per_m", network, text);
@@ -179,9 +186,10 @@ void readCaseFile(Network& network) {
 }
 
 void readSegments(Network& network) {
-  const Table table = readTable(
-      network.network_file, {"id",       "name",     "node_in",      "node_out", "length_m", "r_prox_m", "r_dist_m", "h_prox_m",
-                             "h_dist_m", "E_Pa",     "P_ref_Pa",     "terminal", "R1_Pa_s_m3", "R2_Pa_s_m3", "C_m3_Pa", "P_out_Pa"});
+  const Table table =
+      readTable(network.network_file, {"id", "name", "node_in", "node_out", "length_m", "r_prox_m",
+                                       "r_dist_m", "h_prox_m", "h_dist_m", "E_Pa", "P_ref_Pa", "terminal",
+                                       "R1_Pa_s_m3", "R2_Pa_s_m3", "C_m3_Pa", "P_out_Pa"});
   for (const Row& row : table.rows) {
     SegmentSpec segment;
     segment.line = row.line;
@@ -198,7 +206,8 @@ void readSegments(Network& network) {
     segment.youngs_modulus = number(table, row, "E_Pa");
     segment.reference_pressure = number(table, row, "P_ref_Pa");
     const std::string& terminal = row.fields[table.column.at("terminal")];
-    if (terminal != "0" && terminal != "1") throw NetworkError(table.file, row.line, "terminal", terminal, "0 or 1");
+    if (terminal != "0" && terminal != "1")
+      throw NetworkError(table.file, row.line, "terminal", terminal, "0 or 1");
     segment.terminal = terminal == "1";
     segment.load.proximal_resistance = number(table, row, "R1_Pa_s_m3", !segment.terminal);
     segment.load.distal_resistance = number(table, row, "R2_Pa_s_m3", !segment.terminal);
@@ -225,7 +234,8 @@ std::string message(const std::string& file, int line, const std::string& field,
 
 }  // namespace
 
-NetworkError::NetworkError(std::string file, int line, std::string field, std::string value, std::string allowed)
+NetworkError::NetworkError(std::string file, int line, std::string field, std::string value,
+                           std::string allowed)
     : std::runtime_error(message(file, line, field, value, allowed)),
       file_(std::move(file)),
       field_(std::move(field)),
@@ -255,7 +265,8 @@ std::string formatNumber(double value) {
 Network readCase(const std::string& folder) {
   Network network;
   const std::filesystem::path path(folder);
-  if (!std::filesystem::is_directory(path)) throw NetworkError(folder, 0, "CASE_DIR", "", "a folder with case.json, network.csv and inflow.csv");
+  if (!std::filesystem::is_directory(path))
+    throw NetworkError(folder, 0, "CASE_DIR", "", "a folder with case.json, network.csv and inflow.csv");
   network.case_file = (path / "case.json").string();
   network.network_file = (path / "network.csv").string();
   network.inflow_file = (path / "inflow.csv").string();

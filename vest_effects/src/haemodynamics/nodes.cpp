@@ -7,8 +7,8 @@ namespace vest::haemodynamics {
 namespace {
 
 constexpr int kMostIterations = 40;
-// The iteration converges quadratically: a last correction of 1e-8 leaves an error near rounding.
-constexpr double kTolerance = 1e-8;
+// The iteration converges quadratically: a last correction of 1e-7 leaves an error near rounding.
+constexpr double kTolerance = 1e-7;
 
 /// One end of a segment at a node. The outgoing invariant fixes U for a wave speed c:
 /// U = u + 4 sign (c_face − c), sign +1 at a distal end (the node lies ahead), −1 at a proximal one.
@@ -18,26 +18,21 @@ struct End {
 
   double velocity() const { return invariant - 4 * sign * c; }
   double pressure(double density) const { return 2 * density * (c * c - c_ref_sq); }  // above P_ref
-  double area() const { return area_factor * (c * c) * (c * c); }                     // A = (2 rho c²/beta)²
+  double area() const { return area_factor * (c * c) * (c * c); }  // A = (2 rho c²/beta)²
 };
 
-End endOf(const Model& model, const Branch& branch, const Scratch& scratch) {
-  const SegmentModel& s = model.segments[branch.segment];
-  const int cell = branch.distal ? s.first_cell + s.cells - 1 : s.first_cell;
+inline End endOf(const Model& model, const Branch& branch, const Scratch& scratch) {
   End e;
-  e.face = branch.distal ? s.first_face + s.cells : s.first_face;
-  e.sign = branch.distal ? 1 : -1;
-  e.p_ref = s.reference_pressure;
-  e.inv_dx = 1 / s.dx;
-  const double p = branch.distal ? scratch.p_right[cell] : scratch.p_left[cell];
-  const double u = branch.distal ? scratch.u_right[cell] : scratch.u_left[cell];
-  const double ib = model.face_inv_beta[e.face];
-  const double half_inv = 0.5 / (model.density * ib);  // beta/(2 rho)
-  e.c_ref_sq = half_inv * model.face_sqrt_area_ref[e.face];
+  e.face = branch.face;
+  e.sign = branch.sign;
+  e.p_ref = branch.reference_pressure;
+  e.c_ref_sq = branch.speed_ref_squared;
+  e.area_factor = branch.area_factor;
+  e.inv_dx = branch.inv_dx;
+  const double p = branch.distal ? scratch.p_right[branch.cell] : scratch.p_left[branch.cell];
+  const double u = branch.distal ? scratch.u_right[branch.cell] : scratch.u_left[branch.cell];
   e.c = std::sqrt(e.c_ref_sq + 0.5 * p / model.density);
   e.invariant = u + 4 * e.sign * e.c;
-  const double root = 1 / half_inv;
-  e.area_factor = root * root;
   return e;
 }
 
@@ -49,7 +44,8 @@ double writeEnd(const Model& model, const End& e, double velocity, double pressu
   return (std::fabs(velocity) + e.c) * e.inv_dx;
 }
 
-// c − sign·U is the slope's factor; a floor keeps Newton defined near critical flow, where the step is refused anyway.
+// c − sign·U is the slope's factor; a floor keeps Newton defined near critical flow, where the step is
+// refused anyway.
 double margin(const End& e, double velocity) {
   const double m = e.c - e.sign * velocity;
   return m > 0.02 * e.c ? m : 0.02 * e.c;
@@ -62,8 +58,9 @@ double bounded(double step, double c) {
   return step;
 }
 
-/// Windkessel over a sub-step with the flow held: exact for the capacitor but for exp(−x) ~ 1/(1 + x + x²/2), L-stable
-/// and of second order; C = 0 is the plain resistance. P = p0 + r·Q is what the vessel sees on average.
+/// Windkessel over a sub-step with the flow held: exact for the capacitor but for exp(−x) ~ 1/(1 + x + x²/2),
+/// L-stable and of second order; C = 0 is the plain resistance. P = p0 + r·Q is what the vessel sees on
+/// average.
 double solveTerminal(const Model& model, const Inputs& inputs, int node_index, double dt, State& state,
                      Scratch& scratch) {
   const NodeModel& node = model.nodes[node_index];
@@ -74,7 +71,7 @@ double solveTerminal(const Model& model, const Inputs& inputs, int node_index, d
   const double p_out = w.outflow_pressure + inputs.outflow_pressure_offset;
   const double tau = r2 * w.compliance;
   const double full = tau * tau + tau * dt + 0.5 * dt * dt;
-  const double kept = full > 0 ? tau * tau / full : 0;                   // of P_C − P_inf at the end
+  const double kept = full > 0 ? tau * tau / full : 0;                     // of P_C − P_inf at the end
   const double mean = full > 0 ? (tau * tau + 0.5 * tau * dt) / full : 0;  // of it on average
   const double p_c = state.windkessel_pressure[node_index];
   const double r = r1 + r2 * (1 - mean);
@@ -104,15 +101,16 @@ constexpr int kSmallNode = 16;
 
 }  // namespace
 
-double solveNode(const Model& model, const Inputs& inputs, int node_index, double inflow, double dt, State& state,
-                 Scratch& scratch) {
+double solveNode(const Model& model, const Inputs& inputs, int node_index, double inflow, double dt,
+                 State& state, Scratch& scratch) {
   const NodeModel& node = model.nodes[node_index];
   if (node.kind == NodeKind::kTerminal) return solveTerminal(model, inputs, node_index, dt, state, scratch);
   const double source = node.kind == NodeKind::kInflow ? inflow : 0.0;
   if (dt > 0 && node.kind == NodeKind::kInflow) state.node_volume[node_index] += dt * source;
 
-  // Mass  G = sum sign·A·U + source = 0  and for each end  F = P + rho U²/2 − H = 0. The Jacobian is an arrow: eliminating
-  // the ends leaves one equation for the change of H. Ends beyond kSmallNode are rebuilt each time, from their stored speed.
+  // Mass  G = sum sign·A·U + source = 0  and for each end  F = P + rho U²/2 − H = 0. The Jacobian is an
+  // arrow: eliminating the ends leaves one equation for the change of H. Ends beyond kSmallNode are rebuilt
+  // each time, from their stored speed.
   End small[kSmallNode];
   const int n = node.branches;
   const bool fits = n <= kSmallNode;
@@ -123,8 +121,10 @@ double solveNode(const Model& model, const Inputs& inputs, int node_index, doubl
     return e;
   };
   const auto store = [&](int i, const End& e) {
-    if (fits) small[i] = e;
-    else scratch.node_velocity[e.face] = e.c;
+    if (fits)
+      small[i] = e;
+    else
+      scratch.node_velocity[e.face] = e.c;
   };
   for (int i = 0; i < n; ++i) store(i, fetch(i, true));
 

@@ -10,8 +10,9 @@ namespace vest::haemodynamics {
 
 namespace {
 
-// Greatest change of pressure or flow at a segment's middle, relative to the greatest of that segment. The flow of a segment
-// that carries next to nothing is measured against a thousandth of the greatest flow anywhere, or noise would decide.
+// Greatest change of pressure or flow at a segment's middle, relative to the greatest of that segment. The
+// flow of a segment that carries next to nothing is measured against a thousandth of the greatest flow
+// anywhere, or noise would decide.
 double changeBetween(const std::vector<std::vector<SegmentSample>>& before,
                      const std::vector<std::vector<SegmentSample>>& now) {
   const std::size_t segments = now.front().size();
@@ -89,7 +90,11 @@ PulseResult runPulse(const Model& model, const PulseOptions& options) {
     result.outflow_volume = end.out - start.out;
     result.stored_volume = end.stored - start.stored;
     result.change = before.empty() ? 1 : changeBetween(before, result.samples);
-    if (options.cycles == 0 && result.change < options.tolerance) break;
+    // A slow windkessel changes little a cycle and still takes up blood: inflow and outflow must agree, too.
+    const double moved = std::max(std::fabs(result.inflow_volume), 1e-3 * end.stored);
+    result.periodic = result.change < options.tolerance &&
+                      std::fabs(result.inflow_volume - result.outflow_volume) < 2 * options.tolerance * moved;
+    if (options.cycles == 0 && result.periodic) break;
     before = result.samples;
   }
   const double scale = std::max({std::fabs(result.inflow_volume), std::fabs(result.outflow_volume), 1e-30});
@@ -106,15 +111,17 @@ void writePulse(const Model& model, const PulseResult& result, const std::string
   const struct {
     const char* suffix;
     Sample SegmentSample::*site;
-  } sites[] = {{"_prox.csv", &SegmentSample::proximal}, {"_mid.csv", &SegmentSample::middle}, {"_dist.csv", &SegmentSample::distal}};
+  } sites[] = {{"_prox.csv", &SegmentSample::proximal},
+               {"_mid.csv", &SegmentSample::middle},
+               {"_dist.csv", &SegmentSample::distal}};
   for (std::size_t k = 0; k < model.segments.size(); ++k) {
     const SegmentModel& segment = model.segments[k];
     for (const auto& site : sites) {
       std::string text = "t_s,P_Pa,Q_m3_s,A_m2\n";
       for (std::size_t i = 0; i < result.time.size(); ++i) {
         const Sample& s = result.samples[i][k].*site.site;
-        text += formatNumber(result.time[i]) + ',' + formatNumber(s.pressure) + ',' + formatNumber(s.flow) + ',' +
-                formatNumber(s.area) + '\n';
+        text += formatNumber(result.time[i]) + ',' + formatNumber(s.pressure) + ',' + formatNumber(s.flow) +
+                ',' + formatNumber(s.area) + '\n';
       }
       writeFile(path / (segment.name + site.suffix), text);
     }
@@ -130,7 +137,8 @@ void writePulse(const Model& model, const PulseResult& result, const std::string
     }
     const double n = static_cast<double>(result.samples.size());
     summary += segment.id + ',' + segment.name;
-    for (double value : {p_sum / n, p_min, p_max, q_sum / n, q_min, q_max}) summary += ',' + formatNumber(value);
+    for (double value : {p_sum / n, p_min, p_max, q_sum / n, q_min, q_max})
+      summary += ',' + formatNumber(value);
     summary += '\n';
   }
   writeFile(path / "summary.csv", summary);

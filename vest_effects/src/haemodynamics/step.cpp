@@ -50,12 +50,14 @@ struct Check {
   double rate = 0;  // greatest (|U| + c)/dx
 };
 
-Check check(const Model& model, State& state, Scratch& scratch) {
+Check check(const Model& model, bool with_rate, State& state, Scratch& scratch) {
   Check result;
+  const kernel::Kernels& kernels = kernel::selected();
   for (std::size_t k = 0; k < model.segments.size(); ++k) {
-    const double rate = kernel::selected().survey(view(model, static_cast<int>(k), state, scratch));
+    const kernel::SegmentView v = view(model, static_cast<int>(k), state, scratch);
+    const double rate = with_rate ? kernels.survey(v) : 0;
     result.rate = std::max(result.rate, rate);
-    if (std::isfinite(rate)) continue;
+    if (with_rate ? std::isfinite(rate) : kernels.stray(v) == 0) continue;
     const SegmentModel& s = model.segments[k];
     result.status = Status::kSupercritical;
     result.segment = static_cast<int>(k);
@@ -69,21 +71,22 @@ Check check(const Model& model, State& state, Scratch& scratch) {
 }
 
 bool good(const Model& model, const Inputs& in, double dt) {
-  bool ok = dt >= 0 && dt <= 3600 && in.heart_rate_scale >= 0 && in.heart_rate_scale * dt <= 100 * model.period &&
-            std::isfinite(in.flow_scale) && in.resistance_scale > 0 && std::isfinite(in.resistance_scale) &&
+  bool ok = dt >= 0 && dt <= 3600 && in.heart_rate_scale >= 0 &&
+            in.heart_rate_scale * dt <= 100 * model.period && std::isfinite(in.flow_scale) &&
+            in.resistance_scale > 0 && std::isfinite(in.resistance_scale) &&
             std::isfinite(in.outflow_pressure_offset) && in.hole_count >= 0 && in.hole_count <= kMostHoles &&
             in.closure_count >= 0 && in.closure_count <= kMostClosures;
   const int segments = static_cast<int>(model.segments.size());
   for (int i = 0; ok && i < in.hole_count; ++i) {
     const Hole& h = in.holes[i];
-    ok = h.segment >= 0 && h.segment < segments && h.station >= 0 && h.station <= model.segments[h.segment].length &&
-         h.area >= 0 && std::isfinite(h.area) && h.discharge >= 0 && h.discharge <= 1 &&
-         std::isfinite(h.external_pressure);
+    ok = h.segment >= 0 && h.segment < segments && h.station >= 0 &&
+         h.station <= model.segments[h.segment].length && h.area >= 0 && std::isfinite(h.area) &&
+         h.discharge >= 0 && h.discharge <= 1 && std::isfinite(h.external_pressure);
   }
   for (int i = 0; ok && i < in.closure_count; ++i) {
     const Closure& c = in.closures[i];
-    ok = c.segment >= 0 && c.segment < segments && c.station >= 0 && c.station <= model.segments[c.segment].length &&
-         c.opening >= 0 && c.opening <= 1;
+    ok = c.segment >= 0 && c.segment < segments && c.station >= 0 &&
+         c.station <= model.segments[c.segment].length && c.opening >= 0 && c.opening <= 1;
   }
   return ok;
 }
@@ -136,16 +139,18 @@ void planSubstep(const Model& model, const Inputs& inputs, State& state, Scratch
   }
   const double count = std::ceil(shared.remaining * shared.rate / kCourant);
   if (shared.status == Status::kOk && !(count <= kMostSubsteps)) shared.status = Status::kTooManySubsteps;
-  if (shared.status == Status::kOk && shared.substeps >= kMostSubsteps) shared.status = Status::kTooManySubsteps;
+  if (shared.status == Status::kOk && shared.substeps >= kMostSubsteps)
+    shared.status = Status::kTooManySubsteps;
   shared.done = shared.remaining <= 0 || shared.status != Status::kOk;
   if (shared.done) return;
   shared.dt = count > 1 ? shared.remaining / count : shared.remaining;
   shared.remaining = count > 1 ? shared.remaining - shared.dt : 0;
   // The mean over the sub-step: what flows in is the curve's integral.
   const double ahead = state.phase + shared.dt * inputs.heart_rate_scale;
-  shared.inflow = inputs.flow_scale * (ahead > state.phase ? (model.inflowVolume(ahead) - model.inflowVolume(state.phase)) /
-                                                                 (ahead - state.phase)
-                                                           : model.inflowAt(state.phase));
+  shared.inflow = inputs.flow_scale *
+                  (ahead > state.phase
+                       ? (model.inflowVolume(ahead) - model.inflowVolume(state.phase)) / (ahead - state.phase)
+                       : model.inflowAt(state.phase));
   state.phase = ahead;
   while (state.phase >= model.period) state.phase -= model.period;
   state.time += shared.dt;
@@ -165,12 +170,18 @@ double atMiddle(const double* v, int cells) {
 
 const char* toText(Status status) {
   switch (status) {
-    case Status::kOk: return "ok";
-    case Status::kBadInput: return "an input is out of range";
-    case Status::kTooManySubsteps: return "too many sub-steps are needed (cells too small or walls too stiff)";
-    case Status::kNotConverged: return "the equations of a node have no solution near by";
-    case Status::kSupercritical: return "the flow is as fast as the waves, outside the model";
-    case Status::kNotFinite: return "a value is not finite or an area not positive";
+    case Status::kOk:
+      return "ok";
+    case Status::kBadInput:
+      return "an input is out of range";
+    case Status::kTooManySubsteps:
+      return "too many sub-steps are needed (cells too small or walls too stiff)";
+    case Status::kNotConverged:
+      return "the equations of a node have no solution near by";
+    case Status::kSupercritical:
+      return "the flow is as fast as the waves, outside the model";
+    case Status::kNotFinite:
+      return "a value is not finite or an area not positive";
   }
   return "unknown";
 }
@@ -206,7 +217,8 @@ State initialState(const Model& model) {
   state.windkessel_pressure.assign(model.nodes.size(), 0);
   for (std::size_t n = 0; n < model.nodes.size(); ++n) {
     if (model.nodes[n].kind == NodeKind::kTerminal)
-      state.windkessel_pressure[n] = model.segments[model.branches[model.nodes[n].first_branch].segment].reference_pressure;
+      state.windkessel_pressure[n] =
+          model.segments[model.branches[model.nodes[n].first_branch].segment].reference_pressure;
   }
   state.node_volume.assign(model.nodes.size(), 0);
   state.leak_volume.assign(model.segments.size(), 0);
@@ -232,7 +244,7 @@ StepReport step(const Model& model, const Inputs& inputs, double dt, State& stat
     report.status = Status::kBadInput;
     return report;
   }
-  const Check before = check(model, state, scratch);
+  const Check before = check(model, true, state, scratch);
   if (before.status != Status::kOk) {
     report.status = before.status;
     report.segment = before.segment;
@@ -284,7 +296,8 @@ StepReport step(const Model& model, const Inputs& inputs, double dt, State& stat
             if (inputs.closures[i].segment == k) finishClosure(model, inputs, i, shared.dt, state, scratch);
           }
           for (int i = 0; i < inputs.hole_count; ++i) {
-            if (inputs.holes[i].segment == k) state.hole_flow[i] += leak(model, inputs.holes[i], shared.dt, state) / dt;
+            if (inputs.holes[i].segment == k)
+              state.hole_flow[i] += leak(model, inputs.holes[i], shared.dt, state) / dt;
           }
         }
       }
@@ -295,7 +308,7 @@ StepReport step(const Model& model, const Inputs& inputs, double dt, State& stat
   Check after;
   after.status = shared.status;
   after.segment = shared.segment;
-  if (after.status == Status::kOk) after = check(model, state, scratch);
+  if (after.status == Status::kOk) after = check(model, false, state, scratch);
   if (after.status != Status::kOk) copyArrays(scratch.backup, state);
   report.status = after.status;
   report.segment = after.segment;

@@ -91,8 +91,10 @@ TEST(Networks, ATubeCutIntoShortPiecesBehavesLikeTheWholeTube) {
     ASSERT_EQ(cut.status, Status::kOk);
     double worst_p = 0, worst_q = 0;
     for (std::size_t i = 0; i < whole.time.size(); ++i) {
-      worst_p = std::max(worst_p, std::fabs(cut.samples[i][0].proximal.pressure - whole.samples[i][0].proximal.pressure));
-      worst_q = std::max(worst_q, std::fabs(cut.samples[i][pieces - 1].distal.flow - whole.samples[i][0].distal.flow));
+      worst_p = std::max(
+          worst_p, std::fabs(cut.samples[i][0].proximal.pressure - whole.samples[i][0].proximal.pressure));
+      worst_q = std::max(worst_q,
+                         std::fabs(cut.samples[i][pieces - 1].distal.flow - whole.samples[i][0].distal.flow));
     }
     EXPECT_LT(worst_p, 0.001 * 15000) << pieces;
     EXPECT_LT(worst_q, 0.001 * 1e-4) << pieces;
@@ -149,8 +151,8 @@ TEST(Networks, SeveralSegmentsMayStartAtTheInflow) {
 
 TEST(Networks, WallsFromSoftToVeryStiffAndTerminalsWithoutComplianceWork) {
   for (const double modulus : {5e4, 1e6, 1e8}) {
-    for (const Windkessel& load : {Windkessel{0, 4e8, 0, 8000}, Windkessel{4e8, 0, 0, 8000}, Windkessel{0, 4e8, 1e-9, 8000},
-                                   Windkessel{1e6, 4e8, 1e-13, 9000}}) {
+    for (const Windkessel& load : {Windkessel{0, 4e8, 0, 8000}, Windkessel{4e8, 0, 0, 8000},
+                                   Windkessel{0, 4e8, 1e-9, 8000}, Windkessel{1e6, 4e8, 1e-13, 9000}}) {
       Network n = mixedNetwork();
       for (auto& s : n.segments) {
         s.youngs_modulus = modulus;
@@ -161,7 +163,8 @@ TEST(Networks, WallsFromSoftToVeryStiffAndTerminalsWithoutComplianceWork) {
       PulseOptions options;
       options.cycles = 3;
       const PulseResult result = runPulse(model, options);
-      ASSERT_EQ(result.status, Status::kOk) << modulus << ' ' << load.proximal_resistance << ' ' << load.compliance;
+      ASSERT_EQ(result.status, Status::kOk)
+          << modulus << ' ' << load.proximal_resistance << ' ' << load.compliance;
       EXPECT_LT(result.mass_error, 1e-6);
     }
   }

@@ -44,10 +44,14 @@ inline double waveSpeed(const Network& n, const SegmentSpec& s) {
   return std::sqrt(2 * s.youngs_modulus * s.wall_proximal / (3 * n.density * s.radius_proximal));
 }
 
-inline double area(const SegmentSpec& s) { return kPi * s.radius_proximal * s.radius_proximal; }
+inline double area(const SegmentSpec& s) {
+  return kPi * s.radius_proximal * s.radius_proximal;
+}
 
 /// rho c/A: a terminal of this resistance swallows small waves.
-inline double impedance(const Network& n, const SegmentSpec& s) { return n.density * waveSpeed(n, s) / area(s); }
+inline double impedance(const Network& n, const SegmentSpec& s) {
+  return n.density * waveSpeed(n, s) / area(s);
+}
 
 inline void endMatched(Network& n, SegmentSpec& s) {
   s.terminal = true;
@@ -65,7 +69,9 @@ inline void setHump(Network& n, double height, double width) {
   n.inflow.push_back({n.period, 0, points + 3});
 }
 
-inline void setSteady(Network& n, double flow) { n.inflow = {{0, flow, 2}, {n.period, flow, 3}}; }
+inline void setSteady(Network& n, double flow) {
+  n.inflow = {{0, flow, 2}, {n.period, flow, 3}};
+}
 
 /// Runs for `duration` and keeps every segment's sample each `interval`.
 inline Status run(const Model& model, const Inputs& inputs, double duration, double interval, State& state,
@@ -84,7 +90,8 @@ inline Status run(const Model& model, const Inputs& inputs, double duration, dou
   return Status::kOk;
 }
 
-/// Trunk, two daughters, and one more generation that joins again: a tree with a loop, tapering, with friction.
+/// Trunk, two daughters, and one more generation that joins again: a tree with a loop, tapering, with
+/// friction.
 inline Network mixedNetwork() {
   Network n = blankNetwork();
   n.viscosity = 0.004;

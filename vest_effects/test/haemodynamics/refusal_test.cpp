@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -11,9 +12,11 @@ using namespace vest::haemodynamics;
 
 namespace {
 
-const char kCase[] = "{\n \"rho\": 1060,\n \"mu\": 0.004,\n \"zeta\": 2,\n \"period_s\": 1.0,\n \"taper\": \"linear\"\n}\n";
+const char kCase[] =
+    "{\n \"rho\": 1060,\n \"mu\": 0.004,\n \"zeta\": 2,\n \"period_s\": 1.0,\n \"taper\": \"linear\"\n}\n";
 const char kHeader[] =
-    "id,name,node_in,node_out,length_m,r_prox_m,r_dist_m,h_prox_m,h_dist_m,E_Pa,P_ref_Pa,terminal,R1_Pa_s_m3,R2_Pa_s_m3,"
+    "id,name,node_in,node_out,length_m,r_prox_m,r_dist_m,h_prox_m,h_dist_m,E_Pa,P_ref_Pa,terminal,R1_Pa_s_m3,"
+    "R2_Pa_s_m3,"
     "C_m3_Pa,P_out_Pa\n";
 const char kTrunk[] = "1,trunk,1,2,0.1,0.01,0.01,0.001,0.001,4e5,10000,0,0,0,0,0\n";
 const char kLeft[] = "2,left,2,3,0.1,0.006,0.006,0.0006,0.0006,4e5,10000,1,1e8,1e9,1e-9,0\n";
@@ -23,8 +26,9 @@ const char kInflow[] = "t_s,Q_m3_s\n0,0\n0.2,1e-4\n0.4,0\n1,0\n";
 class Refusal : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              (std::string("vest_refusal_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    folder_ =
+        std::filesystem::path(::testing::TempDir()) /
+        (std::string("vest_refusal_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
     write("case.json", kCase);
@@ -107,8 +111,10 @@ TEST_F(Refusal, EveryNumberOfASegmentHasItsRange) {
       SCOPED_TRACE(std::string(c.field) + " = " + value);
       rightWith(c.column, value);
       // A comma inside a number makes a field too many.
-      if (value == "0,1") expectRefused("network.csv", 4, "row");
-      else expectRefused("network.csv", 4, c.field);
+      if (value == "0,1")
+        expectRefused("network.csv", 4, "row");
+      else
+        expectRefused("network.csv", 4, c.field);
     }
   }
 }
@@ -135,14 +141,16 @@ TEST_F(Refusal, EndWithoutTerminalParameters) {
 }
 
 TEST_F(Refusal, TerminalInTheMiddleOrSharedByTwo) {
-  write("network.csv", std::string(kHeader) + "1,trunk,1,2,0.1,0.01,0.01,0.001,0.001,4e5,10000,1,1e8,0,0,0\n" + kLeft + kRight);
+  write("network.csv", std::string(kHeader) +
+                           "1,trunk,1,2,0.1,0.01,0.01,0.001,0.001,4e5,10000,1,1e8,0,0,0\n" + kLeft + kRight);
   expectRefused("network.csv", 2, "terminal");
   rightWith(3, "3");  // both end in node 3
   expectRefused("network.csv", 3, "terminal");
 }
 
 TEST_F(Refusal, LoopWithoutInflow) {
-  write("network.csv", std::string(kHeader) + kTrunk + "2,back,2,1,0.1,0.006,0.006,0.0006,0.0006,4e5,10000,0,0,0,0,0\n");
+  write("network.csv",
+        std::string(kHeader) + kTrunk + "2,back,2,1,0.1,0.006,0.006,0.0006,0.0006,4e5,10000,0,0,0,0,0\n");
   expectRefused("network.csv", 2, "node_in");
 }
 
@@ -206,7 +214,8 @@ TEST_F(Refusal, CaseValues) {
   expectRefused("case.json", 0, "mu");
   with("1060,", "1060");
   expectRefused("case.json", 3, "JSON");
-  with("\"linear\"", "\"linear\", \"wall_thickness_law\": {\"a\": -1, \"b_per_m\": 0, \"c\": 0, \"d_per_m\": 0}");
+  with("\"linear\"",
+       "\"linear\", \"wall_thickness_law\": {\"a\": -1, \"b_per_m\": 0, \"c\": 0, \"d_per_m\": 0}");
   expectRefused("network.csv", 2, "r_prox_m");
   with("\"linear\"", "\"linear\",\n \"wall_thickness_law\": {\"a\": 0.2, \"b_per_m\": 0, \"c\": 0}");
   expectRefused("case.json", 0, "d_per_m");
@@ -241,7 +250,8 @@ TEST_F(Refusal, CellSizesThatMakeNoSense) {
 }
 
 TEST_F(Refusal, WindowsLineEndsBlankLinesAndOtherColumnsAreRead) {
-  write("network.csv", std::string("\xEF\xBB\xBF") + "note," + kHeader + "\r\n" + "x," + kTrunk + "\n,"  + kLeft + "y," + kRight + "\r\n\r\n");
+  write("network.csv", std::string("\xEF\xBB\xBF") + "note," + kHeader + "\r\n" + "x," + kTrunk + "\n," +
+                           kLeft + "y," + kRight + "\r\n\r\n");
   write("inflow.csv", "t_s,Q_m3_s\r\n 0 , 1e-5\r\n0.5,+2e-5\r\n");
   const Model model = buildModel(readCase(folder_.string()), 0.01);
   EXPECT_EQ(model.segments.size(), 3u);
@@ -252,7 +262,8 @@ TEST_F(Refusal, WindowsLineEndsBlankLinesAndOtherColumnsAreRead) {
 
 TEST_F(Refusal, WallThicknessLawTakesThePlaceOfTheColumns) {
   std::string text = kCase;
-  text.insert(text.find("\"taper\""), "\"wall_thickness_law\": {\"a\": 0.1, \"b_per_m\": 0, \"c\": 0, \"d_per_m\": 0}, ");
+  text.insert(text.find("\"taper\""),
+              "\"wall_thickness_law\": {\"a\": 0.1, \"b_per_m\": 0, \"c\": 0, \"d_per_m\": 0}, ");
   write("case.json", text);
   rightWith(7, "");
   const Model model = buildModel(readCase(folder_.string()), 0.01);

@@ -27,7 +27,8 @@ struct Outcome {
 
 Outcome call(const std::string& arguments, const std::string& environment = "") {
   const fs::path log = fs::path(::testing::TempDir()) / "vest_pulse_test.log";
-  const std::string command = environment + " '" VEST_PULSE "' " + arguments + " > '" + log.string() + "' 2>&1";
+  const std::string command =
+      environment + " '" VEST_PULSE "' " + arguments + " > '" + log.string() + "' 2>&1";
   const int status = std::system(command.c_str());
   std::stringstream text;
   text << std::ifstream(log).rdbuf();
@@ -74,7 +75,8 @@ TEST(VestPulse, WritesTheFilesOfTheContract) {
   const fs::path out = freshFolder("contract");
   const Outcome outcome = call("'" + kBifurcation + "' --output '" + out.string() + "'");
   ASSERT_EQ(outcome.status, 0) << outcome.text;
-  for (const char* word : {"run time", "cells", "mass balance"}) EXPECT_NE(outcome.text.find(word), std::string::npos) << outcome.text;
+  for (const char* word : {"run time", "cells", "mass balance"})
+    EXPECT_NE(outcome.text.find(word), std::string::npos) << outcome.text;
   for (const char* name : {"trunk", "left_branch", "right_branch"}) {
     for (const char* site : {"_prox.csv", "_mid.csv", "_dist.csv"}) {
       const fs::path file = out / (std::string(name) + site);
@@ -82,14 +84,17 @@ TEST(VestPulse, WritesTheFilesOfTheContract) {
       EXPECT_EQ(slurp(file).substr(0, 22), "t_s,P_Pa,Q_m3_s,A_m2\n0");
       const Columns c = readColumns(file);
       ASSERT_EQ(c.at("t_s").size(), 800u);
-      for (std::size_t i = 0; i < 800; ++i) ASSERT_NEAR(c.at("t_s")[i], 0.001 * static_cast<double>(i), 1e-12);
+      for (std::size_t i = 0; i < 800; ++i)
+        ASSERT_NEAR(c.at("t_s")[i], 0.001 * static_cast<double>(i), 1e-12);
     }
   }
-  EXPECT_EQ(slurp(out / "summary.csv").substr(0, 74), "id,name,P_mean_Pa,P_min_Pa,P_max_Pa,Q_mean_m3_s,Q_min_m3_s,Q_max_m3_s\n1,tr");
+  EXPECT_EQ(slurp(out / "summary.csv").substr(0, 74),
+            "id,name,P_mean_Pa,P_min_Pa,P_max_Pa,Q_mean_m3_s,Q_min_m3_s,Q_max_m3_s\n1,tr");
   // Mass, read off the files as an outsider would.
   const Columns trunk = readColumns(out / "trunk_dist.csv"), left = readColumns(out / "left_branch_prox.csv"),
                 right = readColumns(out / "right_branch_prox.csv"), in = readColumns(out / "trunk_prox.csv"),
-                left_end = readColumns(out / "left_branch_dist.csv"), right_end = readColumns(out / "right_branch_dist.csv");
+                left_end = readColumns(out / "left_branch_dist.csv"),
+                right_end = readColumns(out / "right_branch_dist.csv");
   double total_in = 0, total_out = 0;
   for (std::size_t i = 0; i < 800; ++i) {
     ASSERT_NEAR(trunk.at("Q_m3_s")[i], left.at("Q_m3_s")[i] + right.at("Q_m3_s")[i], 1e-12);
@@ -106,13 +111,15 @@ TEST(VestPulse, ThreadsKernelLevelAndAGermanLocaleChangeNothing) {
   ASSERT_EQ(call(common + "'" + one.string() + "'").status, 0);
   const struct {
     const char *options, *environment;
-  } variants[] = {{"", "LC_ALL=de_DE.UTF-8 LANG=de_DE.UTF-8"}, {" --threads 3", ""}, {"", "VEST_KERNEL_LEVEL=baseline"}};
+  } variants[] = {
+      {"", "LC_ALL=de_DE.UTF-8 LANG=de_DE.UTF-8"}, {" --threads 3", ""}, {"", "VEST_KERNEL_LEVEL=baseline"}};
   for (const auto& variant : variants) {
     const Outcome outcome = call(common + "'" + other.string() + "'" + variant.options, variant.environment);
     ASSERT_EQ(outcome.status, 0) << outcome.text;
     int files = 0;
     for (const auto& entry : fs::directory_iterator(one)) {
-      EXPECT_EQ(slurp(entry.path()), slurp(other / entry.path().filename())) << entry.path() << variant.environment;
+      EXPECT_EQ(slurp(entry.path()), slurp(other / entry.path().filename()))
+          << entry.path() << variant.environment;
       ++files;
     }
     EXPECT_EQ(files, 10);
@@ -129,9 +136,11 @@ TEST(VestPulse, RefusesWithOneMessageThatNamesFileLineAndField) {
   std::ofstream(folder / "network.csv") << network;
   const Outcome outcome = call("'" + folder.string() + "' --output '" + out.string() + "'");
   EXPECT_NE(outcome.status, 0);
-  EXPECT_NE(outcome.text.find("network.csv:2: r_prox_m = 0: allowed is > 0"), std::string::npos) << outcome.text;
+  EXPECT_NE(outcome.text.find("network.csv:2: r_prox_m = 0: allowed is > 0"), std::string::npos)
+      << outcome.text;
   EXPECT_FALSE(fs::exists(out));
-  for (const char* options : {"--dx 0", "--dx 0,002", "--dx nan", "--cycles 0", "--cycles x", "--threads 0", "--unknown"}) {
+  for (const char* options :
+       {"--dx 0", "--dx 0,002", "--dx nan", "--cycles 0", "--cycles x", "--threads 0", "--unknown"}) {
     const Outcome bad = call("'" + kBifurcation + "' --output '" + out.string() + "' " + options);
     EXPECT_NE(bad.status, 0) << options;
     EXPECT_FALSE(bad.text.empty()) << options;
@@ -166,7 +175,8 @@ TEST_P(PublishedCurves, AreReproducedWithinTheirCriterion) {
   const Columns dist = readColumns(out / (std::string(segment) + "_dist.csv"));
   const std::size_t count = reference.at("t_s").size();
   ASSERT_EQ(mid.at("t_s").size(), count);
-  const auto compare = [&](const char* what, const char* column, const std::function<double(std::size_t)>& ours, double rms_limit,
+  const auto compare = [&](const char* what, const char* column,
+                           const std::function<double(std::size_t)>& ours, double rms_limit,
                            double extreme_limit) {
     const auto& theirs = reference.at(column);
     double sum = 0, greatest = 0, our_max = -1e300, max = -1e300, our_min = 1e300, min = 1e300;
@@ -179,15 +189,22 @@ TEST_P(PublishedCurves, AreReproducedWithinTheirCriterion) {
       our_min = std::min(our_min, ours(i));
     }
     const double rms = std::sqrt(sum / static_cast<double>(count)) / greatest;
-    std::printf("%s %s: RMS %.3f %%, greatest %+.3f %%, least %+.3f %% (of the greatest)\n", name, what, 100 * rms,
-                100 * (our_max - max) / greatest, 100 * (our_min - min) / greatest);
+    std::printf("%s %s: RMS %.3f %%, greatest %+.3f %%, least %+.3f %% (of the greatest)\n", name, what,
+                100 * rms, 100 * (our_max - max) / greatest, 100 * (our_min - min) / greatest);
     EXPECT_LT(rms, rms_limit) << what;
     EXPECT_LT(std::fabs(our_max - max) / greatest, extreme_limit) << what;
   };
-  compare("P", "P_kPa", [&](std::size_t i) { return mid.at("P_Pa")[i] / 1000; }, 0.005, 0.005);
-  compare("Q", "Q_ml_s", [&](std::size_t i) { return mid.at("Q_m3_s")[i] * 1e6; }, 0.01, 0.01);
-  compare("dr", "dr_mm", [&, r = radius_mm](std::size_t i) { return std::sqrt(mid.at("A_m2")[i] / M_PI) * 1000 - r; }, 0.01, 0.02);
-  compare("dP", "dP_in_minus_out_kPa", [&](std::size_t i) { return (prox.at("P_Pa")[i] - dist.at("P_Pa")[i]) / 1000; }, 0.01, 0.02);
+  compare(
+      "P", "P_kPa", [&](std::size_t i) { return mid.at("P_Pa")[i] / 1000; }, 0.005, 0.005);
+  compare(
+      "Q", "Q_ml_s", [&](std::size_t i) { return mid.at("Q_m3_s")[i] * 1e6; }, 0.01, 0.01);
+  compare(
+      "dr", "dr_mm",
+      [&, r = radius_mm](std::size_t i) { return std::sqrt(mid.at("A_m2")[i] / M_PI) * 1000 - r; }, 0.01,
+      0.02);
+  compare(
+      "dP", "dP_in_minus_out_kPa",
+      [&](std::size_t i) { return (prox.at("P_Pa")[i] - dist.at("P_Pa")[i]) / 1000; }, 0.01, 0.02);
   fs::remove_all(out);
 }
 

@@ -12,7 +12,8 @@ namespace {
 constexpr double kMs = 1e-3;
 
 // Time at which the pressure hump's centre passes.
-double centroid(const std::vector<std::vector<SegmentSample>>& history, Sample SegmentSample::*site, double p_ref) {
+double centroid(const std::vector<std::vector<SegmentSample>>& history, Sample SegmentSample::*site,
+                double p_ref) {
   double sum = 0, moment = 0;
   for (std::size_t i = 0; i < history.size(); ++i) {
     const double p = (history[i][0].*site).pressure - p_ref;
@@ -33,7 +34,8 @@ TEST(Waves, SmallPulseTravelsAtTheSpeedOfMoensAndKorteweg) {
   State state = initialState(model);
   std::vector<std::vector<SegmentSample>> history;
   ASSERT_EQ(run(model, {}, 0.4, kMs, state, &history), Status::kOk);
-  const double delay = centroid(history, &SegmentSample::distal, 10000) - centroid(history, &SegmentSample::proximal, 10000);
+  const double delay =
+      centroid(history, &SegmentSample::distal, 10000) - centroid(history, &SegmentSample::proximal, 10000);
   const double expected = 1.0 / waveSpeed(n, n.segments[0]);
   EXPECT_NEAR(delay, expected, 0.002 * expected);
 }
@@ -126,7 +128,8 @@ TEST(Waves, SteadyFlowLosesThePressureOfPoiseuille) {
 }
 
 TEST(Waves, SmoothWaveConvergesWithSecondOrder) {
-  // A steep, finite wave in a tapering tube with friction, before it meets an end; cells averaged onto the coarse grid.
+  // A steep, finite wave in a tapering tube with friction, before it meets an end; cells averaged onto the
+  // coarse grid.
   Network n = blankNetwork();
   n.viscosity = 0.004;
   SegmentSpec& tube = addSegment(n, 1, 2, 1.0, 0.006, 0.005);

@@ -65,13 +65,14 @@ struct InflowPoint {
 /// A case as its files say it, parsed but not yet checked (buildModel checks).
 struct Network {
   std::string case_file = "case.json", network_file = "network.csv", inflow_file = "inflow.csv";
-  double density = 1060;      ///< rho, kg/m³
-  double viscosity = 0.004;   ///< mu, Pa·s
-  double profile = 2;         ///< zeta, no unit: velocity profile (zeta + 2)/zeta·(1 − (r/R)^zeta); 2 is Poiseuille's
-  double period = 1;          ///< s, of the inflow
+  double density = 1060;     ///< rho, kg/m³
+  double viscosity = 0.004;  ///< mu, Pa·s
+  double profile =
+      2;  ///< zeta, no unit: velocity profile (zeta + 2)/zeta·(1 − (r/R)^zeta); 2 is Poiseuille's
+  double period = 1;  ///< s, of the inflow
   std::optional<WallThicknessLaw> wall_thickness_law;
   std::vector<SegmentSpec> segments;
-  std::vector<InflowPoint> inflow;      ///< linear between the points, periodic
+  std::vector<InflowPoint> inflow;        ///< linear between the points, periodic
   std::map<std::string, int> case_lines;  ///< line of each key of case.json, for messages
 };
 
