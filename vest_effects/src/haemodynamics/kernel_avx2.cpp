@@ -1,0 +1,15 @@
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "kernel.h"
+
+namespace vest::haemodynamics::kernel {
+
+namespace {
+#include "kernel_body.inc"
+}  // namespace
+
+const Kernels kAvx2 = {"avx2", fluxes, update, survey, stray};
+
+}  // namespace vest::haemodynamics::kernel

@@ -1,0 +1,279 @@
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "vest_effects/haemodynamics/network.h"
+
+namespace vest::haemodynamics {
+
+namespace {
+
+constexpr std::uintmax_t kMostBytes = 64u
+                                      << 20;  // far above any real network; bounds the memory of a wrong file
+
+struct Row {
+  int line;
+  std::vector<std::string> fields;
+};
+
+struct Table {
+  std::string file;
+  std::map<std::string, std::size_t> column;
+  std::vector<Row> rows;
+};
+
+std::string readText(const std::string& file) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(file, error);
+  if (error) throw NetworkError(file, 0, "file", "", "a readable file");
+  if (size > kMostBytes) throw NetworkError(file, 0, "size", std::to_string(size), "at most 64 MiB");
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw NetworkError(file, 0, "file", "", "a readable file");
+  std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  if (text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3);
+  return text;
+}
+
+std::string trimmed(const std::string& text) {
+  const auto begin = text.find_first_not_of(" \t\r");
+  if (begin == std::string::npos) return "";
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> fields;
+  std::size_t begin = 0;
+  for (;;) {
+    const auto comma = line.find(',', begin);
+    fields.push_back(trimmed(line.substr(begin, comma - begin)));
+    if (comma == std::string::npos) return fields;
+    begin = comma + 1;
+  }
+}
+
+Table readTable(const std::string& file, const std::vector<std::string>& columns) {
+  const std::string text = readText(file);
+  Table table;
+  table.file = file;
+  std::size_t begin = 0;
+  int line = 0;
+  std::size_t width = 0;
+  while (begin < text.size()) {
+    auto end = text.find('\n', begin);
+    if (end == std::string::npos) end = text.size();
+    const std::string content = text.substr(begin, end - begin);
+    begin = end + 1;
+    ++line;
+    if (trimmed(content).empty()) continue;
+    auto fields = split(content);
+    if (width == 0) {
+      width = fields.size();
+      for (std::size_t i = 0; i < width; ++i) {
+        if (!table.column.emplace(fields[i], i).second)
+          throw NetworkError(file, line, "header", fields[i], "each column once");
+      }
+      for (const auto& name : columns) {
+        if (!table.column.count(name)) throw NetworkError(file, line, name, "", "a column of this name");
+      }
+      continue;
+    }
+    if (fields.size() != width)
+      throw NetworkError(file, line, "row", std::to_string(fields.size()) + " fields",
+                         std::to_string(width) + " fields, as in the header");
+    table.rows.push_back({line, std::move(fields)});
+  }
+  if (width == 0) throw NetworkError(file, 0, "header", "", "a line of column names");
+  if (table.rows.empty()) throw NetworkError(file, 0, "rows", "0", "at least one row");
+  return table;
+}
+
+double number(const Table& table, const Row& row, const std::string& field, bool may_be_empty = false) {
+  const std::string& text = row.fields[table.column.at(field)];
+  if (text.empty() && may_be_empty) return 0;
+  double value = 0;
+  if (!parseNumber(text, value))
+    throw NetworkError(table.file, row.line, field, text, "a finite number with a point");
+  return value;
+}
+
+long whole(const Table& table, const Row& row, const std::string& field) {
+  const std::string& text = row.fields[table.column.at(field)];
+  long value = 0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || result.ec != std::errc() || result.ptr != text.data() + text.size() || value < 0)
+    throw NetworkError(table.file, row.line, field, text, "a whole number, 0 or more");
+  return value;
+}
+
+int lineOfOffset(const std::string& text, std::size_t offset) {
+  int line = 1;
+  for (std::size_t i = 0; i < offset && i < text.size(); ++i) line += text[i] == '\n';
+  return line;
+}
+
+// nlohmann's values do not know where they stood: the first "KEY" followed by a colon is their line.
+int lineOfKey(const std::string& text, const std::string& key) {
+  const std::string quoted = '"' + key + '"';
+  for (auto at = text.find(quoted); at != std::string::npos; at = text.find(quoted, at + 1)) {
+    const auto next = text.find_first_not_of(" \t\r\n", at + quoted.size());
+    if (next != std::string::npos && text[next] == ':') return lineOfOffset(text, at);
+  }
+  return 0;
+}
+
+double caseNumber(const nlohmann::json& object, const std::string& key, Network& network,
+                  const std::string& text) {
+  const int line = lineOfKey(text, key);
+  network.case_lines[key] = line;
+  if (!object.contains(key)) throw NetworkError(network.case_file, 0, key, "", "a number: it is required");
+  const auto& value = object.at(key);
+  if (!value.is_number()) throw NetworkError(network.case_file, line, key, value.dump(), "a finite number");
+  return value.get<double>();
+}
+
+void readCaseFile(Network& network) {
+  const std::string text = readText(network.case_file);
+  // Hostile nesting would exhaust the parser's stack; a case needs two levels.
+  int depth = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (in_string) {
+      if (text[i] == '\\')
+        ++i;
+      else if (text[i] == '"')
+        in_string = false;
+      continue;
+    }
+    if (text[i] == '"') in_string = true;
+    if (text[i] == '{' || text[i] == '[') ++depth;
+    if (text[i] == '}' || text[i] == ']') --depth;
+    if (depth > 64)
+      throw NetworkError(network.case_file, lineOfOffset(text, i), "JSON", "", "nesting of at most 64");
+  }
+  nlohmann::json document;
+  try {
+    document = nlohmann::json::parse(text);
+  } catch (const nlohmann::json::parse_error& error) {
+    throw NetworkError(network.case_file, lineOfOffset(text, error.byte ? error.byte - 1 : 0), "JSON", "",
+                       "valid JSON (see RFC 8259)");
+  } catch (const nlohmann::json::out_of_range&) {
+    throw NetworkError(network.case_file, 0, "JSON", "", "numbers that a double can hold");
+  }
+  if (!document.is_object()) throw NetworkError(network.case_file, 1, "JSON", "", "an object { … }");
+  network.density = caseNumber(document, "rho", network, text);
+  network.viscosity = caseNumber(document, "mu", network, text);
+  network.profile = caseNumber(document, "zeta", network, text);
+  network.period = caseNumber(document, "period_s", network, text);
+  if (document.contains("taper") && document["taper"] != "linear")
+    throw NetworkError(network.case_file, lineOfKey(text, "taper"), "taper", document["taper"].dump(),
+                       "\"linear\"");
+  if (document.contains("wall_thickness_law")) {
+    const auto& object = document["wall_thickness_law"];
+    if (!object.is_object())
+      throw NetworkError(network.case_file, lineOfKey(text, "wall_thickness_law"), "wall_thickness_law",
+                         object.dump(), "an object with a, b_per_m, c, d_per_m");
+    WallThicknessLaw law;
+    law.a = caseNumber(object, "a", network, text);
+    law.b = caseNumber(object, "b_per_m", network, text);
+    law.c = caseNumber(object, "c", network, text);
+    law.d = caseNumber(object, "d_per_m", network, text);
+    network.wall_thickness_law = law;
+    network.case_lines["wall_thickness_law"] = lineOfKey(text, "wall_thickness_law");
+  }
+}
+
+void readSegments(Network& network) {
+  const Table table =
+      readTable(network.network_file, {"id", "name", "node_in", "node_out", "length_m", "r_prox_m",
+                                       "r_dist_m", "h_prox_m", "h_dist_m", "E_Pa", "P_ref_Pa", "terminal",
+                                       "R1_Pa_s_m3", "R2_Pa_s_m3", "C_m3_Pa", "P_out_Pa"});
+  for (const Row& row : table.rows) {
+    SegmentSpec segment;
+    segment.line = row.line;
+    segment.id = row.fields[table.column.at("id")];
+    segment.name = row.fields[table.column.at("name")];
+    segment.node_in = whole(table, row, "node_in");
+    segment.node_out = whole(table, row, "node_out");
+    segment.length = number(table, row, "length_m");
+    segment.radius_proximal = number(table, row, "r_prox_m");
+    segment.radius_distal = number(table, row, "r_dist_m");
+    const bool law = network.wall_thickness_law.has_value();
+    segment.wall_proximal = number(table, row, "h_prox_m", law);
+    segment.wall_distal = number(table, row, "h_dist_m", law);
+    segment.youngs_modulus = number(table, row, "E_Pa");
+    segment.reference_pressure = number(table, row, "P_ref_Pa");
+    const std::string& terminal = row.fields[table.column.at("terminal")];
+    if (terminal != "0" && terminal != "1")
+      throw NetworkError(table.file, row.line, "terminal", terminal, "0 or 1");
+    segment.terminal = terminal == "1";
+    segment.load.proximal_resistance = number(table, row, "R1_Pa_s_m3", !segment.terminal);
+    segment.load.distal_resistance = number(table, row, "R2_Pa_s_m3", !segment.terminal);
+    segment.load.compliance = number(table, row, "C_m3_Pa", !segment.terminal);
+    segment.load.outflow_pressure = number(table, row, "P_out_Pa", !segment.terminal);
+    network.segments.push_back(std::move(segment));
+  }
+}
+
+void readInflow(Network& network) {
+  const Table table = readTable(network.inflow_file, {"t_s", "Q_m3_s"});
+  for (const Row& row : table.rows)
+    network.inflow.push_back({number(table, row, "t_s"), number(table, row, "Q_m3_s"), row.line});
+}
+
+std::string message(const std::string& file, int line, const std::string& field, const std::string& value,
+                    const std::string& allowed) {
+  std::string text = file;
+  if (line > 0) text += ":" + std::to_string(line);
+  text += ": " + field;
+  if (!value.empty()) text += " = " + value;
+  return text + ": allowed is " + allowed;
+}
+
+}  // namespace
+
+NetworkError::NetworkError(std::string file, int line, std::string field, std::string value,
+                           std::string allowed)
+    : std::runtime_error(message(file, line, field, value, allowed)),
+      file_(std::move(file)),
+      field_(std::move(field)),
+      value_(std::move(value)),
+      allowed_(std::move(allowed)),
+      line_(line) {}
+
+double WallThicknessLaw::thickness(double radius) const {
+  return radius * (a * std::exp(b * radius) + c * std::exp(d * radius));
+}
+
+bool parseNumber(const std::string& text, double& value) {
+  const char* begin = text.data();
+  const char* end = begin + text.size();
+  if (begin != end && *begin == '+') ++begin;
+  if (begin == end || *begin == '+') return false;
+  const auto result = std::from_chars(begin, end, value);
+  return result.ec == std::errc() && result.ptr == end && std::isfinite(value);
+}
+
+std::string formatNumber(double value) {
+  char buffer[40];
+  const auto result = std::to_chars(buffer, buffer + sizeof buffer, value);
+  return std::string(buffer, result.ptr);
+}
+
+Network readCase(const std::string& folder) {
+  Network network;
+  const std::filesystem::path path(folder);
+  if (!std::filesystem::is_directory(path))
+    throw NetworkError(folder, 0, "CASE_DIR", "", "a folder with case.json, network.csv and inflow.csv");
+  network.case_file = (path / "case.json").string();
+  network.network_file = (path / "network.csv").string();
+  network.inflow_file = (path / "inflow.csv").string();
+  readCaseFile(network);
+  readSegments(network);
+  readInflow(network);
+  return network;
+}
+
+}  // namespace vest::haemodynamics
