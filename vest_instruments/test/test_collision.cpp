@@ -42,15 +42,15 @@ TEST_F(Collision, TwoTipsAtOnePointCollideAndTheOthersDoNot) {
   EXPECT_TRUE(c[1]);
   EXPECT_FALSE(c[2]);
   EXPECT_FALSE(c[3]);
-  // Both 6 mm from each other in height: jaws of at most 2.4 mm no longer meet, nor do shafts.
+  // 20 mm apart: closed jaws, at most 5 mm wide, and the shafts behind them no longer meet.
   reach(0, {-0.01, 0.04, 0.06});
   reach(1, {0.01, 0.04, 0.06});
   EXPECT_FALSE(model.check(poses)[0]);
 }
 
 TEST_F(Collision, OpenJawsReachWhatClosedJawsDoNot) {
-  reach(0, {-0.008, 0.04, 0.06});
-  reach(1, {0.008, 0.04, 0.06});
+  reach(0, {-0.006, 0.04, 0.06});
+  reach(1, {0.006, 0.04, 0.06});
   EXPECT_FALSE(model.check(poses)[0]);
   poses[0].jaw = poses[1].jaw = 1.0;
   EXPECT_TRUE(model.check(poses)[0]);
@@ -58,12 +58,14 @@ TEST_F(Collision, OpenJawsReachWhatClosedJawsDoNot) {
 }
 
 TEST_F(Collision, FloorAndWallsAreFelt) {
-  reach(0, {-0.05, 0.05, 0.0005});
+  reach(0, {-0.05, 0.05, -0.002});
   EXPECT_TRUE(model.check(poses)[0]);
   reach(0, {-0.05, 0.05, 0.01});
   EXPECT_FALSE(model.check(poses)[0]);
-  reach(0, {-0.179, 0.02, 0.08});
+  reach(0, {-0.08, 0.222, 0.12});
   EXPECT_TRUE(model.check(poses)[0]);
+  reach(0, {-0.08, 0.21, 0.12});
+  EXPECT_FALSE(model.check(poses)[0]);
 }
 
 TEST_F(Collision, AnAbsentInstrumentTouchesNothing) {

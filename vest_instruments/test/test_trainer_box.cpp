@@ -34,7 +34,9 @@ std::string refusal(const std::string& text) {
     message = e.what();
   }
   std::remove(path.c_str());
-  if (!message.empty()) EXPECT_NE(message.find(path), std::string::npos) << "names the file: " << message;
+  if (!message.empty()) {
+    EXPECT_NE(message.find(path), std::string::npos) << "names the file: " << message;
+  }
   return message;
 }
 

@@ -1,6 +1,10 @@
 #include "configuration.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <ros/package.h>
 
@@ -76,7 +80,10 @@ Configuration readConfiguration(const ros::NodeHandle& nh) {
                         .toRotationMatrix();
   c.type_package = word(nh, "crtk_package", "auto");
   if (c.type_package == "auto") {
-    c.type_package = ros::package::getPath("crtk_msgs").empty() ? "vest_msgs" : "crtk_msgs";
+    ros::V_string packages;  // asking for a missing package by name would print an error
+    ros::package::getAll(packages);
+    const bool found = std::find(packages.begin(), packages.end(), "crtk_msgs") != packages.end();
+    c.type_package = found ? "crtk_msgs" : "vest_msgs";
   } else if (c.type_package != "vest_msgs" && c.type_package != "crtk_msgs") {
     refuse(nh, "crtk_package", "'" + c.type_package + "'", "auto, vest_msgs, crtk_msgs");
   }
