@@ -49,8 +49,8 @@ TEST_F(Collision, TwoTipsAtOnePointCollideAndTheOthersDoNot) {
 }
 
 TEST_F(Collision, OpenJawsReachWhatClosedJawsDoNot) {
-  reach(0, {-0.006, 0.04, 0.06});
-  reach(1, {0.006, 0.04, 0.06});
+  reach(0, {-0.005, 0.04, 0.06});
+  reach(1, {0.005, 0.04, 0.06});
   EXPECT_FALSE(model.check(poses)[0]);
   poses[0].jaw = poses[1].jaw = 1.0;
   EXPECT_TRUE(model.check(poses)[0]);
