@@ -19,12 +19,14 @@ class Collision : public ::testing::Test {
   void put(std::size_t i, const JointPositions& q) {
     poses[i] = {true, box.arms[i].tool, forwardKinematics(box.arms[i].X_BTrocar, q), q.insertion, q.jaw};
   }
-  /// Puts a tip at a point of the box.
+  /// Puts a tip at a point of the box, with the jaws' opening direction to the right.
   void reach(std::size_t i, const Eigen::Vector3d& tip) {
     const auto r = vest::kinematics::inverseKinematics(
         box.arms[i].X_BTrocar, Eigen::Isometry3d(Eigen::Translation3d(tip)), {}, box.arms[i].limits);
     ASSERT_TRUE(r.reachable);
-    put(i, r.q);
+    JointPositions q = r.q;
+    q.roll = 0.0;  // jaws open sideways
+    put(i, q);
   }
 };
 

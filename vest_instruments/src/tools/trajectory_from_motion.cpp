@@ -14,11 +14,13 @@ int main(int argc, char** argv) {
       box_file = ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml", name = "left";
   double jaw = 0.3;
   app.add_option("motion", motion, "CSV with t_s, px_mm, py_mm, pz_mm, qx, qy, qz, qw")->required();
-  app.add_option("--instrument", name, "left, right, third or endoscope")->capture_default_str()
+  app.add_option("--instrument", name, "left, right, third or endoscope")
+      ->capture_default_str()
       ->check(CLI::IsMember({"left", "right", "third", "endoscope"}));
   app.add_option("--output", output, "trajectory CSV to write")->required();
   app.add_option("--box", box_file, "layout of the box")->capture_default_str();
-  app.add_option("--jaw", jaw, "opening of the jaws, rad: a stylus has none")->capture_default_str()
+  app.add_option("--jaw", jaw, "opening of the jaws, rad: a stylus has none")
+      ->capture_default_str()
       ->check(CLI::Range(0.0, 1.2));
   CLI11_PARSE(app, argc, argv);
   try {
