@@ -19,8 +19,8 @@ Eigen::Isometry3d forwardKinematics(const Eigen::Isometry3d& X_WTrocar, const Jo
 
 /// Result of inverse kinematics.
 struct InverseResult {
-  JointPositions q;       ///< nearest reachable joints; jaw is copied from the reference
-  bool reachable = false; ///< position exact within limits
+  JointPositions q;        ///< nearest reachable joints; jaw is copied from the reference
+  bool reachable = false;  ///< position exact within limits
 };
 
 /// Joint limits; insertion in metres, the others in radians.

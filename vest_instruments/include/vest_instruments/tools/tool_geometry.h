@@ -27,12 +27,14 @@ struct Capsule {
 /// Tip frame: z along the shaft, outward to the tissue; x the opening direction; y the jaws' axis.
 struct ToolGeometry {
   ToolKind kind = ToolKind::None;
-  double shaft_radius = 0.0025;    ///< m; the shaft is a capsule from the trocar's pivot to the jaws' axis
-  double jaw_length = 0.0;         ///< m; axis of the jaws to their point; 0: no jaws
-  double max_jaw_angle = 0.0;      ///< rad, full opening; 0: no jaws
-  std::vector<Capsule> fixed;      ///< beyond the shaft, in the tip frame (hook, cannula)
-  std::array<std::vector<Capsule>, 2> jaw;  ///< in the jaw's frame: origin on the jaws' axis, z to the jaw's point when closed
-  std::vector<Eigen::Vector3d> interaction_points;  ///< INT_P1 … INT_P4 of models.md section 7, in the tip frame, jaws closed
+  double shaft_radius = 0.0025;  ///< m; the shaft is a capsule from the trocar's pivot to the jaws' axis
+  double jaw_length = 0.0;       ///< m; axis of the jaws to their point; 0: no jaws
+  double max_jaw_angle = 0.0;    ///< rad, full opening; 0: no jaws
+  std::vector<Capsule> fixed;    ///< beyond the shaft, in the tip frame (hook, cannula)
+  std::array<std::vector<Capsule>, 2>
+      jaw;  ///< in the jaw's frame: origin on the jaws' axis, z to the jaw's point when closed
+  std::vector<Eigen::Vector3d>
+      interaction_points;  ///< INT_P1 … INT_P4 of models.md section 7, in the tip frame, jaws closed
 };
 
 /// Geometry of a kind; the reference lives for ever. Total: every kind has one (None has no capsules).
