@@ -159,13 +159,28 @@ TEST(VestPulse, UnwritableOutputIsReported) {
 }
 
 // Boileau et al. 2015, benchmarks 2 and 3: the criteria of their case.json.
-class PublishedCurves : public ::testing::TestWithParam<std::tuple<const char*, const char*, double>> {};
+using PublishedCase = std::tuple<const char*, const char*, double>;
+
+fs::path referenceFolder() {
+  const char* elsewhere = std::getenv("VEST_SHARED_DATA");
+  return elsewhere ? elsewhere : VEST_SHARED_DATA;
+}
+
+// The cases whose curves lie at hand; none in a clone by itself.
+std::vector<PublishedCase> publishedCases() {
+  std::vector<PublishedCase> found;
+  for (const PublishedCase& one :
+       {PublishedCase("cca", "common_carotid", 3.0), PublishedCase("uta", "upper_thoracic_aorta", 12.0)}) {
+    if (fs::exists(referenceFolder() / std::get<0>(one) / "ref_fv1d_mid.csv")) found.push_back(one);
+  }
+  return found;
+}
+
+class PublishedCurves : public ::testing::TestWithParam<PublishedCase> {};
 
 TEST_P(PublishedCurves, AreReproducedWithinTheirCriterion) {
   const auto [name, segment, radius_mm] = GetParam();
-  const char* elsewhere = std::getenv("VEST_SHARED_DATA");
-  const fs::path folder = fs::path(elsewhere ? elsewhere : VEST_SHARED_DATA) / name;
-  if (!fs::exists(folder / "ref_fv1d_mid.csv")) GTEST_SKIP() << "no reference curves at " << folder;
+  const fs::path folder = referenceFolder() / name;
   const fs::path out = freshFolder(name);
   const Outcome outcome = call("'" + folder.string() + "' --output '" + out.string() + "'");
   ASSERT_EQ(outcome.status, 0) << outcome.text;
@@ -208,6 +223,5 @@ TEST_P(PublishedCurves, AreReproducedWithinTheirCriterion) {
   fs::remove_all(out);
 }
 
-INSTANTIATE_TEST_SUITE_P(Boileau, PublishedCurves,
-                         ::testing::Values(std::make_tuple("cca", "common_carotid", 3.0),
-                                           std::make_tuple("uta", "upper_thoracic_aorta", 12.0)));
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(PublishedCurves);
+INSTANTIATE_TEST_SUITE_P(Boileau, PublishedCurves, ::testing::ValuesIn(publishedCases()));
