@@ -36,7 +36,7 @@ struct Kernels {
 extern const Kernels kBaseline;
 extern const Kernels kAvx2;
 
-/// The best level of this processor, or what the environment variable VEST_KERNEL_LEVEL says: "baseline" or
+/// The best level of this processor, or what the environment variable VEST_KERNEL says: "baseline" or
 /// "avx2".
 const Kernels& selected();
 

@@ -9,7 +9,7 @@ namespace vest::haemodynamics::kernel {
 const Kernels& selected() {
   static const Kernels& chosen = []() -> const Kernels& {
 #ifdef VEST_HAS_AVX2_KERNEL
-    const char* wish = std::getenv("VEST_KERNEL_LEVEL");
+    const char* wish = std::getenv("VEST_KERNEL");
     if (__builtin_cpu_supports("avx2") && !(wish && std::strcmp(wish, "baseline") == 0)) return kAvx2;
 #endif
     return kBaseline;

@@ -112,7 +112,7 @@ TEST(VestPulse, ThreadsKernelLevelAndAGermanLocaleChangeNothing) {
   const struct {
     const char *options, *environment;
   } variants[] = {
-      {"", "LC_ALL=de_DE.UTF-8 LANG=de_DE.UTF-8"}, {" --threads 3", ""}, {"", "VEST_KERNEL_LEVEL=baseline"}};
+      {"", "LC_ALL=de_DE.UTF-8 LANG=de_DE.UTF-8"}, {" --threads 3", ""}, {"", "VEST_KERNEL=baseline"}};
   for (const auto& variant : variants) {
     const Outcome outcome = call(common + "'" + other.string() + "'" + variant.options, variant.environment);
     ASSERT_EQ(outcome.status, 0) << outcome.text;
