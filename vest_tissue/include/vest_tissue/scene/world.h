@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -115,9 +116,9 @@ struct Attachment {
   std::int8_t instrument = -1;
 };
 
-class WorldModel;    ///< immutable once built
-class WorldState;    ///< everything that evolves; a copy is a snapshot
-class WorldScratch;  ///< sized once, no meaning between steps
+struct WorldModel;    ///< immutable once built (world_model.h)
+struct WorldState;    ///< everything that evolves; a copy is a snapshot (world_state.h)
+struct WorldScratch;  ///< sized once, no meaning between steps (world_scratch.h)
 
 /// Convenient owner of Model, State and Scratch. Not thread-safe; step() is real-time safe after construction.
 class World {
