@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Geometry>
+
 #include "vest_tissue/contact/contacts.h"
 
 namespace vest::contact {

@@ -17,6 +17,7 @@ struct OrganContact {
   float reach = 0;        ///< m
   float stiffness = 0, damping = 0, grip = 0, friction = 0;
   int batches = 1;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, held
 };
 
 /// Per object, no meaning between steps.
@@ -38,6 +39,8 @@ struct ObjectScratch {
 struct WorldScratch {
   std::vector<ObjectScratch> objects;
   std::vector<OrganContact> organ_contacts;
+  std::vector<Eigen::Vector3d> connection_force;  ///< N on end 0, held
+  Energy energy_before;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies_before{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps_before{};
   std::array<interaction::PlacedCapsule, interaction::kMaxToolCapsules> capsules_before[tools::kInstrumentCount];
