@@ -52,17 +52,21 @@ void fillKnots(const Object& o, ObjectState& s) {
 }
 
 void fillLinks(const Object& o, ObjectState& s) {
-  Block& b = s.block;
+  std::vector<net::KernelLink> by_law, linear;
   for (const Link& l : o.links) {
     LinkPlace place{l.kind, 0};
     if (l.kind == LinkKind::Elastic || l.kind == LinkKind::Viscous) {
-      b.addLink(l.knot0, l.knot1, place.index);
-      const bool elastic = l.kind == LinkKind::Elastic, by_law = elastic && l.stiffness == 0.0;
-      const double modulus = !elastic ? 0.0 : by_law ? o.law.youngs_modulus * l.area : l.stiffness * l.rest;
-      b.row(Block::kInverseRest)[place.index] = elastic ? static_cast<float>(1.0 / l.rest) : 0.0f;
-      b.row(Block::kModulus)[place.index] = static_cast<float>(modulus);
-      b.row(Block::kDamping)[place.index] = static_cast<float>(l.damping);
-      b.row(Block::kNonlinear)[place.index] = by_law ? 1.0f : 0.0f;
+      const bool elastic = l.kind == LinkKind::Elastic;
+      NetLink link;
+      link.by_law = elastic && l.stiffness == 0.0;
+      const double axial = !elastic ? 0.0 : link.by_law ? o.law.youngs_modulus * l.area : l.stiffness * l.rest;
+      link.values = {l.knot0, l.knot1, elastic ? static_cast<float>(l.rest) : 1.0f, static_cast<float>(axial),
+                     static_cast<float>(l.damping)};
+      auto& table = link.by_law ? by_law : linear;
+      link.place = static_cast<std::uint32_t>(table.size());
+      table.push_back(link.values);
+      place.index = static_cast<std::uint32_t>(s.links.size());
+      s.links.push_back(link);
     } else if (l.kind == LinkKind::Plastic) {
       place.index = static_cast<std::uint32_t>(s.elements.plastic.size());
       s.elements.plastic.push_back({l.knot0, l.knot1, static_cast<float>(l.stiffness), static_cast<float>(l.rest),
@@ -75,6 +79,9 @@ void fillLinks(const Object& o, ObjectState& s) {
     }
     s.places.push_back(place);
   }
+  // Room for cuts: a quarter more links.
+  s.law_links = net::LinkTable(by_law, o.law, by_law.empty() ? 0 : 32 + by_law.size() / 4);
+  s.linear_links = net::LinkTable(linear, material::Law{}, linear.empty() ? 0 : 32 + linear.size() / 4);
 }
 
 void fillElements(const Object& o, ObjectState& s) {
@@ -116,11 +123,9 @@ void fillElements(const Object& o, ObjectState& s) {
 
 void fillState(const Object& o, ObjectState& s) {
   const std::size_t knots = o.position.size();
-  std::size_t links = 0;
-  for (const Link& l : o.links) links += l.kind == LinkKind::Elastic || l.kind == LinkKind::Viscous;
-  // Room for cuts: a quarter more knots and links.
+  // Room for cuts: a quarter more knots.
   const bool rigid = o.model == ObjectModel::Rigid;
-  s.block = Block(rigid ? knots : knots + std::max<std::size_t>(16, knots / 4), rigid ? 0 : links + std::max<std::size_t>(32, links / 4));
+  s.block = Block(rigid ? knots : knots + std::max<std::size_t>(16, knots / 4));
   fillKnots(o, s);
   if (!rigid) {
     fillLinks(o, s);
@@ -166,14 +171,14 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
 /// Sub-steps and batches of a net; refuses what the explicit solver cannot hold.
 void boundSteps(const Object& o, ObjectState& s, ObjectConstants& c, double dt) {
   solver::BoundScratch scratch(s.block.knotCapacity() + 64);
-  const net::KernelArrays arrays = objectArrays(s, c);
-  c.bound_at_start = solver::linkRates(arrays, scratch).omega_squared;
-  const double power = solver::powerIteration(arrays, kPowerSweeps);
+  const solver::BoundLinks links = boundLinks(s);
+  c.bound_at_start = solver::linkRates(links, scratch).omega_squared;
+  const double power = solver::powerIteration(links, kPowerSweeps);
   c.calibration = c.bound_at_start > 0.0 ? std::min(1.0, kPowerMargin * power / c.bound_at_start) : 1.0;
   const double own = c.bound_at_start * c.calibration;
   c.contact_omega_squared = std::max(kContactShare * own, kContactLeast);
   c.rates.omega_squared = own + c.contact_omega_squared;
-  c.rates.decay = solver::linkDecay(arrays, scratch) + std::sqrt(c.contact_omega_squared);
+  c.rates.decay = solver::linkDecay(links, scratch) + std::sqrt(c.contact_omega_squared);
   const solver::Rates slow = solver::elementRates(s.block, s.elements);
   c.slow_omega_squared = slow.omega_squared;
   c.slow_decay = slow.decay;

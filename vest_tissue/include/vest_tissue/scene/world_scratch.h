@@ -31,6 +31,7 @@ struct ObjectScratch {
   contact::ObjectLoads loads;
   solver::BoundScratch bound;
   Eigen::Vector3f low, high;                   ///< m: box of the knots
+  Eigen::Vector3d reaction = Eigen::Vector3d::Zero();  ///< N, of fixed knots, last sub-step
   double heat = 0.0;                           ///< J in this step, links and knots, when accounting is on
   bool faulty = false;
   bool over_budget = false;
