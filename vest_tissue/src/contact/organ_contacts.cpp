@@ -9,8 +9,8 @@ namespace {
 using Eigen::Vector3d;
 using net::Block;
 
-constexpr std::uint64_t kRenewEvery = 4;   ///< steps between two searches for pairs
-constexpr double kPairMargin = 0.003;      ///< m: 0.75 m/s of approach over that time
+constexpr std::uint64_t kRenewEvery = 8;   ///< steps between two searches for pairs
+constexpr double kPairMargin = 0.004;      ///< m: 0.5 m/s of approach over that time
 constexpr double kShare = 0.25;            ///< (omega·h)² that a held contact may have
 constexpr double kDamping = 0.3, kGrip = 0.3;
 
@@ -40,6 +40,19 @@ void findOrganPairs(Context& c) {
       if (apart) continue;
       const float *x = row(sa, Block::X), *y = row(sa, Block::Y), *z = row(sa, Block::Z);
       const float *ux = row(sb, Block::X), *uy = row(sb, Block::Y), *uz = row(sb, Block::Z);
+      // Triangles of b whose first corner lies where both can be, its edges counted.
+      const float edge = 1.3f * static_cast<float>(c.model.objects[b].greatest_edge), bound = reach + edge;
+      auto& near = c.scratch.candidates;
+      near.clear();
+      for (std::size_t t = 0; t < sb.triangles.size(); ++t) {
+        const std::uint32_t k = sb.triangles[t][0];
+        if (ux[k] < low[0] - edge || ux[k] > high[0] + edge || uy[k] < low[1] - edge || uy[k] > high[1] + edge ||
+            uz[k] < low[2] - edge || uz[k] > high[2] + edge || !sb.triangle_alive[t] || near.size() == near.capacity()) {
+          continue;
+        }
+        near.push_back({ux[k], uy[k], uz[k], static_cast<std::uint32_t>(t)});
+      }
+      if (near.empty()) continue;
       for (std::size_t i = 0; i < sa.block.knots(); ++i) {
         if (x[i] < low[0] || x[i] > high[0] || y[i] < low[1] || y[i] > high[1] || z[i] < low[2] || z[i] > high[2]) continue;
         if (sa.ignored[i] >> b & 1u) continue;
@@ -47,16 +60,14 @@ void findOrganPairs(Context& c) {
         double nearest_distance = reach;
         std::uint32_t nearest_triangle = 0;
         bool found = false;
-        for (std::size_t t = 0; t < sb.triangles.size(); ++t) {
-          const auto& k = sb.triangles[t];
-          // Cheap: the first corner within reach and the longest edge.
-          const float dx = ux[k[0]] - x[i], dy = uy[k[0]] - y[i], dz = uz[k[0]] - z[i];
-          const float bound = reach + 1.3f * static_cast<float>(c.model.objects[b].greatest_edge);
-          if (dx * dx + dy * dy + dz * dz > bound * bound || !sb.triangle_alive[t]) continue;
+        for (const Candidate& q : near) {
+          const float dx = q.x - x[i], dy = q.y - y[i], dz = q.z - z[i];
+          if (dx * dx + dy * dy + dz * dz > bound * bound) continue;
+          const auto& k = sb.triangles[q.triangle];
           const auto n = contact::nearest(p, {knotPosition(sb, k[0]), knotPosition(sb, k[1]), knotPosition(sb, k[2])});
           if (n.distance < nearest_distance) {
             nearest_distance = n.distance;
-            nearest_triangle = static_cast<std::uint32_t>(t);
+            nearest_triangle = q.triangle;
             found = true;
           }
         }

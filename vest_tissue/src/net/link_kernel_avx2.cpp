@@ -1,50 +1,18 @@
 // Built with -mavx2 and without FMA: see CMakeLists.txt. Called only where the processor has AVX2.
-#include <immintrin.h>
-
 #include "link_kernel_body.h"
+#include "pack_avx2.h"
+#include "hinge_kernel_body.h"
 
 namespace vest::net::kernel {
-namespace {
-
-struct Pack {
-  __m256 v;
-  static Pack broadcast(float a) { return {_mm256_set1_ps(a)}; }
-  static Pack load(const float* p) { return {_mm256_loadu_ps(p)}; }
-  static Pack gather(const float* p, const std::uint32_t* i) {
-    // Eight loads are as fast as the gather instruction on most processors, and faster on some.
-    return {_mm256_setr_ps(p[i[0]], p[i[1]], p[i[2]], p[i[3]], p[i[4]], p[i[5]], p[i[6]], p[i[7]])};
-  }
-  void store(float* p) const { _mm256_storeu_ps(p, v); }
-};
-
-inline Pack operator+(Pack a, Pack b) {
-  return {_mm256_add_ps(a.v, b.v)};
-}
-inline Pack operator-(Pack a, Pack b) {
-  return {_mm256_sub_ps(a.v, b.v)};
-}
-inline Pack operator*(Pack a, Pack b) {
-  return {_mm256_mul_ps(a.v, b.v)};
-}
-inline Pack operator/(Pack a, Pack b) {
-  return {_mm256_div_ps(a.v, b.v)};
-}
-inline Pack max(Pack a, Pack b) {
-  return {_mm256_max_ps(a.v, b.v)};
-}
-inline Pack min(Pack a, Pack b) {
-  return {_mm256_min_ps(a.v, b.v)};
-}
-inline Pack sqrt(Pack a) {
-  return {_mm256_sqrt_ps(a.v)};
-}
-
-}  // namespace
 
 void addLinkForcesAvx2(const LinkTable& table, const KnotArrays& knots) {
   addLinkForces<Pack>(table, knots);
 }
-
-void integrateKnotsAvx2(const MotionArrays& a, float dt) { integrateKnots<Pack>(a, dt); }
+void integrateKnotsAvx2(const MotionArrays& a, float dt) {
+  integrateKnots<Pack>(a, dt);
+}
+void addHingesAvx2(const std::vector<Hinge>& hinges, const ElementArrays& a) {
+  addHinges<Pack>(hinges, a);
+}
 
 }  // namespace vest::net::kernel

@@ -2,6 +2,7 @@
 // Included by one translation unit per level; not a public header.
 #pragma once
 
+#include "vest_tissue/net/elements.h"
 #include "vest_tissue/net/link_kernel.h"
 
 namespace vest::net::kernel {
@@ -102,6 +103,8 @@ void integrateKnots(const MotionArrays& a, float dt) {
 
 void integrateKnotsBaseline(const MotionArrays& a, float dt);
 void integrateKnotsAvx2(const MotionArrays& a, float dt);
+void addHingesBaseline(const std::vector<Hinge>& hinges, const ElementArrays& a);
+void addHingesAvx2(const std::vector<Hinge>& hinges, const ElementArrays& a);
 void addLinkForcesBaseline(const LinkTable& table, const KnotArrays& knots);
 void addLinkForcesAvx2(const LinkTable& table, const KnotArrays& knots);  // only where built for x86-64
 

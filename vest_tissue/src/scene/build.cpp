@@ -86,9 +86,9 @@ void fillLinks(const Object& o, ObjectState& s) {
 
 void fillElements(const Object& o, ObjectState& s) {
   for (const HingeElement& h : o.hinges) {
-    const auto at = [&](int i) -> Eigen::Vector3f { return o.rest_position[h.knots[i]].cast<float>(); };
+    const auto at = [&](int i) -> const Eigen::Vector3d& { return o.rest_position[h.knots[i]]; };
     s.elements.hinges.push_back({h.knots[0], h.knots[1], h.knots[2], h.knots[3], static_cast<float>(h.stiffness),
-                                 net::dihedral(at(0), at(1), at(2), at(3))});
+                                 static_cast<float>(net::foldOf(at(0), at(1), at(2), at(3)))});
   }
   for (const Tether& t : o.tethers) {
     s.elements.tethers.push_back({t.knot, {float(t.place.x()), float(t.place.y()), float(t.place.z())},
@@ -326,6 +326,9 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     s.bound = solver::BoundScratch(b.knotCapacity() + 64);
   }
   organ_contacts.reserve(8192);
+  std::size_t most = 0;
+  for (const auto& o : model.start.objects) most = std::max(most, 2 * o.triangles.size() + 64);
+  candidates.reserve(most);
   connection_force.assign(model.start.connections.size(), Eigen::Vector3d::Zero());
 }
 

@@ -72,6 +72,7 @@ void renewBound(Context& c, std::size_t object) {
   ObjectState& s = c.state.objects[object];
   if (!constants.net || (c.state.step + object) % kBoundEvery != 0) return;
   ObjectScratch& o = c.scratch.objects[object];
+  const bool was_degraded = s.degraded;
   if (s.degraded) {
     s.degraded = false;
     s.limit_strain = static_cast<float>(constants.law.max_strain);
@@ -85,8 +86,12 @@ void renewBound(Context& c, std::size_t object) {
   const bool scaled = s.elastic_scale > 1.0 || s.damping_scale > 1.0 || s.topology.revision != 0;
   if (tangent <= kGrowth && strain < 0.5f && !scaled) {
     s.sub_steps = constants.sub_steps;
+    s.bound_strain = 0.0f;
     return;
   }
+  // The bound of a strain serves for a little more and for somewhat less.
+  if (!scaled && !was_degraded && strain < 1.05f * s.bound_strain && strain > 0.8f * s.bound_strain) return;
+  s.bound_strain = strain;
   const double dt = c.model.description.dt;
   const int limit = std::max(1, static_cast<int>(solver::kSubStepsPerSecond * dt));
   int needed = 1;

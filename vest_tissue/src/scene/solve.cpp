@@ -33,7 +33,7 @@ void hold(Context& c, std::size_t object, double h) {
       f[i] = mass[i] * g;
     }
   }
-  net::addElements(s.elements, elementArrays(b));
+  net::addElements(s.elements, elementArrays(b), c.level);
 }
 
 struct End {

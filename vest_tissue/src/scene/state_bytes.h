@@ -61,7 +61,7 @@ struct StateWalker {
       flag(l.by_law), value(l.place);
     }
     archive.repack(s);
-    value(s.sub_steps), value(s.limit_strain), value(s.elastic_scale), value(s.damping_scale), flag(s.degraded);
+    value(s.sub_steps), value(s.limit_strain), value(s.bound_strain), value(s.elastic_scale), value(s.damping_scale), flag(s.degraded);
     value(s.topology.revision);
     if (s.topology.revision == 0) return;  // as the scene says
     list(s.topology.links, [&](Link& l) { link(l); });

@@ -127,7 +127,8 @@ Rates elementRates(const net::Block& block, const net::Elements& elements) {
       return std::max(off.norm(), 1e-9);
     };
     const double ga = 1.0 / height(a), gb = 1.0 / height(b), ge = ga + gb;
-    const double k = 2.0 * h.stiffness * 4.0;
+    const double bent = 1.0 + 0.25 * h.rest * h.rest;  // d fold/d theta at rest
+    const double k = 2.0 * h.stiffness * bent * bent * 4.0;
     stiffness[h.wing0] += k * ga * ga;
     stiffness[h.wing1] += k * gb * gb;
     stiffness[h.edge0] += k * ge * ge;

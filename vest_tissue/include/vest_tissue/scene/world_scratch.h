@@ -20,6 +20,12 @@ struct OrganContact {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, held
 };
 
+/// Triangle of the other object that a search for pairs looks at: its first corner.
+struct Candidate {
+  float x, y, z;
+  std::uint32_t triangle;
+};
+
 /// Per object, no meaning between steps.
 struct ObjectScratch {
   std::vector<float> backup;                   ///< motion at the start of the step
@@ -40,6 +46,7 @@ struct ObjectScratch {
 struct WorldScratch {
   std::vector<ObjectScratch> objects;
   std::vector<OrganContact> organ_contacts;
+  std::vector<Candidate> candidates;
   std::vector<Eigen::Vector3d> connection_force;  ///< N on end 0, held
   Energy energy_before;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies_before{};

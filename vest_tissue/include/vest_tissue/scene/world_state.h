@@ -44,6 +44,7 @@ struct ObjectState {
   int sub_steps = 1;              ///< per dt of the description, a multiple of `batches`
   int batches = 1;                ///< times a step that held forces are renewed; a power of two
   float limit_strain = 0.0f;      ///< of the law now; lowered where the tangent would need too many sub-steps
+  float bound_strain = 0.0f;      ///< greatest strain when `sub_steps` was last bounded
   double elastic_scale = 1.0;     ///< parameter edits: youngs_modulus over the scene's
   double damping_scale = 1.0;
   bool degraded = false;
