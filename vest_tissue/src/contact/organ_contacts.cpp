@@ -40,17 +40,25 @@ void findOrganPairs(Context& c) {
       if (apart) continue;
       const float *x = row(sa, Block::X), *y = row(sa, Block::Y), *z = row(sa, Block::Z);
       const float *ux = row(sb, Block::X), *uy = row(sb, Block::Y), *uz = row(sb, Block::Z);
-      // Triangles of b whose first corner lies where both can be, its edges counted.
-      const float edge = 1.3f * static_cast<float>(c.model.objects[b].greatest_edge), bound = reach + edge;
+      // Triangles of b whose bounding ball reaches where both can be.
       auto& near = c.scratch.candidates;
       near.clear();
+      const float third = 1.0f / 3.0f;
       for (std::size_t t = 0; t < sb.triangles.size(); ++t) {
-        const std::uint32_t k = sb.triangles[t][0];
-        if (ux[k] < low[0] - edge || ux[k] > high[0] + edge || uy[k] < low[1] - edge || uy[k] > high[1] + edge ||
-            uz[k] < low[2] - edge || uz[k] > high[2] + edge || !sb.triangle_alive[t] || near.size() == near.capacity()) {
+        const auto& k = sb.triangles[t];
+        const float mx = (ux[k[0]] + ux[k[1]] + ux[k[2]]) * third, my = (uy[k[0]] + uy[k[1]] + uy[k[2]]) * third,
+                    mz = (uz[k[0]] + uz[k[1]] + uz[k[2]]) * third;
+        float radius2 = 0.0f;
+        for (const auto v : k) {
+          const float dx = ux[v] - mx, dy = uy[v] - my, dz = uz[v] - mz;
+          radius2 = std::max(radius2, dx * dx + dy * dy + dz * dz);
+        }
+        const float r = std::sqrt(radius2);
+        if (mx < low[0] - r || mx > high[0] + r || my < low[1] - r || my > high[1] + r || mz < low[2] - r || mz > high[2] + r ||
+            !sb.triangle_alive[t] || near.size() == near.capacity()) {
           continue;
         }
-        near.push_back({ux[k], uy[k], uz[k], static_cast<std::uint32_t>(t)});
+        near.push_back({mx, my, mz, r, static_cast<std::uint32_t>(t)});
       }
       if (near.empty()) continue;
       for (std::size_t i = 0; i < sa.block.knots(); ++i) {
@@ -62,6 +70,7 @@ void findOrganPairs(Context& c) {
         bool found = false;
         for (const Candidate& q : near) {
           const float dx = q.x - x[i], dy = q.y - y[i], dz = q.z - z[i];
+          const float bound = static_cast<float>(nearest_distance) + q.radius;
           if (dx * dx + dy * dy + dz * dz > bound * bound) continue;
           const auto& k = sb.triangles[q.triangle];
           const auto n = contact::nearest(p, {knotPosition(sb, k[0]), knotPosition(sb, k[1]), knotPosition(sb, k[2])});
@@ -95,8 +104,10 @@ void findOrganContacts(Context& c) {
     const Vector3d face = (p[1] - p[0]).cross(p[2] - p[0]);
     const double area = std::sqrt(face.squaredNorm());
     if (!(area > 1e-14)) continue;
-    // Outside is where the triangle faces: a knot that got in is pushed out there.
-    if (n.distance < 1e-6 || normal.dot(face) < 0.0) {
+    // On a closed surface outside is where the triangle faces: a knot that got in through the face goes out there. At
+    // edges and on open sheets the side is the one on which the knot is.
+    const bool on_face = n.weights[0] > 0.02 && n.weights[1] > 0.02 && n.weights[2] > 0.02;
+    if (n.distance < 1e-6 || (c.model.objects[pair.other].closed && on_face && normal.dot(face) < 0.0)) {
       normal = face / area;
     } else {
       normal /= std::sqrt(normal.squaredNorm());

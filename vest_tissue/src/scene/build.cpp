@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 
@@ -159,6 +160,11 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
       c.greatest_edge = std::max(c.greatest_edge, (o.position[t[e]] - o.position[t[(e + 1) % 3]]).norm());
     }
   }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;  // directed: a closed surface has each once both ways
+  for (const auto& t : s.triangles) for (int e = 0; e < 3; ++e) ++edges[{t[e], t[(e + 1) % 3]}];
+  c.closed = !edges.empty() && std::all_of(edges.begin(), edges.end(), [&](const auto& e) {
+    return e.second == 1 && edges.count({e.first.second, e.first.first}) == 1;
+  });
   if (!c.net && !o.contact_triangles.empty()) {
     std::vector<std::array<std::uint32_t, 3>> triangles(s.triangles.begin(), s.triangles.end());
     Eigen::Vector3d low = o.position[0], high = low;
@@ -237,6 +243,24 @@ void connect(const Description& d, WorldModel& m) {
   }
 }
 
+/// Whether a point lies nearer than `reach` to an object's surface, or inside it.
+bool within(const Eigen::Vector3d& x, const Object& other, bool closed, double reach) {
+  constexpr double kDeepest = 0.03;  // m: no organ of a scene lies deeper in another by design
+  double best = closed ? kDeepest : reach;
+  bool inside = false;
+  for (const auto& t : other.contact_triangles) {
+    const std::array<Eigen::Vector3d, 3> p{other.position[t[0]], other.position[t[1]], other.position[t[2]]};
+    const Eigen::Array3d low = p[0].cwiseMin(p[1]).cwiseMin(p[2]).array() - best;
+    const Eigen::Array3d high = p[0].cwiseMax(p[1]).cwiseMax(p[2]).array() + best;
+    if ((x.array() < low).any() || (x.array() > high).any()) continue;
+    const contact::Nearest n = contact::nearest(x, p);
+    if (!(n.distance < best)) continue;
+    best = n.distance;
+    inside = closed && (p[1] - p[0]).cross(p[2] - p[0]).dot(x - p[0]) < 0.0;
+  }
+  return best < reach || inside;
+}
+
 /// Contacts that exist in the scene as it is saved are its design (organs that hang together, vessels under the
 /// peritoneum): they are left out, or they would tear the equilibrium.
 void ignoreDesignedContacts(WorldModel& m) {
@@ -244,8 +268,6 @@ void ignoreDesignedContacts(WorldModel& m) {
   for (std::size_t a = 0; a < d.objects.size(); ++a) {
     if (!m.objects[a].net) continue;
     ObjectState& s = m.start.objects[a];
-    Eigen::Vector3d low = d.objects[a].position[0], high = low;
-    for (const auto& p : d.objects[a].position) low = low.cwiseMin(p), high = high.cwiseMax(p);
     for (std::size_t b = 0; b < d.objects.size(); ++b) {
       if (a == b || d.objects[b].contact_triangles.empty()) continue;
       const Object& other = d.objects[b];
@@ -259,16 +281,8 @@ void ignoreDesignedContacts(WorldModel& m) {
       }
       if (b >= 32) continue;
       const double reach = d.objects[a].contact_thickness + other.contact_thickness + 3e-4;
-      for (const auto& t : other.contact_triangles) {
-        const std::array<Eigen::Vector3d, 3> p{other.position[t[0]], other.position[t[1]], other.position[t[2]]};
-        const Eigen::Vector3d lo = (p[0].cwiseMin(p[1]).cwiseMin(p[2]).array() - reach).matrix();
-        const Eigen::Vector3d hi = (p[0].cwiseMax(p[1]).cwiseMax(p[2]).array() + reach).matrix();
-        if ((lo.array() > high.array()).any() || (hi.array() < low.array()).any()) continue;
-        for (std::size_t i = 0; i < d.objects[a].position.size(); ++i) {
-          const Eigen::Vector3d& x = d.objects[a].position[i];
-          if ((x.array() < lo.array()).any() || (x.array() > hi.array()).any()) continue;
-          if (contact::nearest(x, p).distance < reach) s.ignored[i] |= 1u << b;
-        }
+      for (std::size_t i = 0; i < d.objects[a].position.size(); ++i) {
+        if (within(d.objects[a].position[i], other, m.objects[b].closed, reach)) s.ignored[i] |= 1u << b;
       }
     }
   }

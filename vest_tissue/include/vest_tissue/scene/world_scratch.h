@@ -20,9 +20,9 @@ struct OrganContact {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, held
 };
 
-/// Triangle of the other object that a search for pairs looks at: its first corner.
+/// Triangle of the other object that a search for pairs looks at: its bounding ball, m.
 struct Candidate {
-  float x, y, z;
+  float x, y, z, radius;
   std::uint32_t triangle;
 };
 
