@@ -17,12 +17,14 @@ constexpr double kDamping = 0.3, kGrip = 0.3;
 }  // namespace
 
 void findOrganPairs(Context& c) {
-  if (c.state.step % kRenewEvery != 0) return;
+  // Every step the pairs of some objects are renewed, so that no step bears the whole search.
   auto& pairs = c.state.pairs;
-  pairs.clear();
+  const std::uint64_t turn = c.state.step % kRenewEvery;
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(), [&](const OrganPair& p) { return p.object % kRenewEvery == turn; }),
+              pairs.end());
   const auto& d = c.model.description;
   for (std::size_t a = 0; a < d.objects.size() && a < 32; ++a) {
-    if (!c.model.objects[a].net) continue;
+    if (!c.model.objects[a].net || a % kRenewEvery != turn) continue;
     const ObjectState& sa = c.state.objects[a];
     const ObjectScratch& oa = c.scratch.objects[a];
     for (std::size_t b = 0; b < d.objects.size() && b < 32; ++b) {
@@ -55,10 +57,10 @@ void findOrganPairs(Context& c) {
         }
         const float r = std::sqrt(radius2);
         if (mx < low[0] - r || mx > high[0] + r || my < low[1] - r || my > high[1] + r || mz < low[2] - r || mz > high[2] + r ||
-            !sb.triangle_alive[t] || near.size() == near.capacity()) {
+            !sb.triangle_alive[t] || near.full()) {
           continue;
         }
-        near.push_back({mx, my, mz, r, static_cast<std::uint32_t>(t)});
+        near.push(mx, my, mz, r, static_cast<std::uint32_t>(t));
       }
       if (near.empty()) continue;
       for (std::size_t i = 0; i < sa.block.knots(); ++i) {
@@ -68,15 +70,18 @@ void findOrganPairs(Context& c) {
         double nearest_distance = reach;
         std::uint32_t nearest_triangle = 0;
         bool found = false;
-        for (const Candidate& q : near) {
-          const float dx = q.x - x[i], dy = q.y - y[i], dz = q.z - z[i];
-          const float bound = static_cast<float>(nearest_distance) + q.radius;
+        near.within(x[i], y[i], z[i], reach);
+        for (std::size_t q = 0; q < near.size(); ++q) {
+          if (!near.hit(q)) continue;
+          const float dx = near.x(q) - x[i], dy = near.y(q) - y[i], dz = near.z(q) - z[i];
+          const float bound = static_cast<float>(nearest_distance) + near.radius(q);
           if (dx * dx + dy * dy + dz * dz > bound * bound) continue;
-          const auto& k = sb.triangles[q.triangle];
+          const std::uint32_t t = near.triangle(q);
+          const auto& k = sb.triangles[t];
           const auto n = contact::nearest(p, {knotPosition(sb, k[0]), knotPosition(sb, k[1]), knotPosition(sb, k[2])});
           if (n.distance < nearest_distance) {
             nearest_distance = n.distance;
-            nearest_triangle = q.triangle;
+            nearest_triangle = t;
             found = true;
           }
         }
@@ -121,16 +126,27 @@ void findOrganContacts(Context& c) {
       inverse += n.weights[e] * n.weights[e] * row(sb, Block::kInverseMass)[k[e]];
     }
     if (!(inverse > 0.0)) continue;
-    // As stiff as the exchange of held forces allows, a few contacts a triangle counted.
     r.batches = std::min(sa.batches, sb.batches) * c.stretch;
     const double h = c.dt / r.batches;
-    const double k_most = kShare / (h * h * inverse) / 3.0;
-    r.stiffness = static_cast<float>(k_most);
-    r.damping = static_cast<float>(kDamping / (h * inverse) / 3.0);
-    r.grip = static_cast<float>(kGrip / (h * inverse) / 3.0);
+    r.stiffness = static_cast<float>(kShare / (h * h * inverse));
+    r.damping = static_cast<float>(kDamping / (h * inverse));
+    r.grip = static_cast<float>(kGrip / (h * inverse));
     r.friction = static_cast<float>(std::max(d.objects[pair.object].friction, d.objects[pair.other].friction));
     r.reach = static_cast<float>(reach);
     if (contacts.size() < contacts.capacity()) contacts.push_back(r);
+  }
+  // As stiff as the exchange of held forces allows: contacts that share a knot share that room.
+  if (contacts.empty()) return;
+  for (ObjectScratch& o : c.scratch.objects) std::fill(o.shared.begin(), o.shared.end(), std::uint16_t{0});
+  const auto each = [&](const OrganContact& r, auto visit) {
+    visit(c.scratch.objects[r.object].shared[r.knot]);
+    for (int e = 0; e < 3; ++e) if (r.weights[e] > 1e-3f) visit(c.scratch.objects[r.other].shared[r.triangle[e]]);
+  };
+  for (const OrganContact& r : contacts) each(r, [](std::uint16_t& count) { ++count; });
+  for (OrganContact& r : contacts) {
+    std::uint16_t most = 1;
+    each(r, [&](std::uint16_t& count) { most = std::max(most, count); });
+    r.stiffness /= most, r.damping /= most, r.grip /= most;
   }
 }
 

@@ -202,6 +202,25 @@ void addVolumes(const std::vector<Volume>& elements, const ElementArrays& a) {
   }
 }
 
+double volumeGradient(const Volume& v, const ElementArrays& a, float* g, std::size_t stride) {
+  for (int axis = 0; axis < 3; ++axis) for (const std::uint32_t k : v.knots) g[axis * stride + k] = 0.0f;
+  if (v.triangles.empty()) return 0.0;
+  const Vector3f o = at(a, v.triangles[0][0]);
+  double six = 0.0;
+  for (const auto& t : v.triangles) {
+    const Vector3f p = at(a, t[0]) - o, q = at(a, t[1]) - o, r = at(a, t[2]) - o;
+    const Vector3f area = (q - p).cross(r - p);
+    six += static_cast<double>(p.dot(area));
+    const Vector3f share = area * (1.0f / 6.0f);
+    for (const std::uint32_t k : t) {
+      g[k] += share.x();
+      g[stride + k] += share.y();
+      g[2 * stride + k] += share.z();
+    }
+  }
+  return six / 6.0;
+}
+
 double volumeEnergy(const std::vector<Volume>& elements, const ElementArrays& a) {
   double sum = 0.0;
   for (const Volume& v : elements) {
@@ -217,7 +236,6 @@ void addElements(const Elements& e, const ElementArrays& a, KernelLevel level) {
   addHinges(e.hinges, a, level);
   addPlastic(e.plastic, a);
   addTethers(e.tethers, a);
-  addVolumes(e.volumes, a);
 }
 
 double elementEnergy(const Elements& e, const ElementArrays& a) {

@@ -335,6 +335,8 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     s.contacts.reserve(512);
     s.pulls.reserve(4 * interaction::kMaxGraspAnchors);
     s.planes.reserve(b.knotCapacity());
+    s.volume_gradient.resize(3 * (b.knotCapacity() + 1));
+    s.volume_start.resize(3 * (b.knotCapacity() + 1));
     s.near.resize(b.knotCapacity() + 1);
     s.shared.resize(b.knotCapacity() + 1);
     s.bound = solver::BoundScratch(b.knotCapacity() + 64);

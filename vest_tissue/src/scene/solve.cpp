@@ -15,9 +15,43 @@ net::ElementArrays elementArrays(Block& b) {
           b.row(Block::HX), b.row(Block::HY), b.row(Block::HZ)};
 }
 
+/// Pressure of the enclosed volume. The surface is walked once a step; within it the volume follows its gradient.
+void addPressure(Context& c, std::size_t object, bool first) {
+  ObjectState& s = c.state.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  Block& b = s.block;
+  const net::Volume& v = s.elements.volumes[0];
+  if (v.bulk_modulus == 0.0f || v.triangles.empty()) return;
+  const std::size_t stride = b.knotCapacity() + 1, knots = b.knots();
+  if (first) {
+    net::ElementArrays now = elementArrays(b);
+    now.x = b.row(Block::X), now.y = b.row(Block::Y), now.z = b.row(Block::Z);
+    o.volume = net::volumeGradient(v, now, o.volume_gradient.data(), stride);
+    for (int axis = 0; axis < 3; ++axis) {
+      std::memcpy(o.volume_start.data() + axis * stride, b.row(static_cast<Block::KnotRow>(Block::X + axis)), knots * sizeof(float));
+    }
+  }
+  double change = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float *g = o.volume_gradient.data() + axis * stride, *x0 = o.volume_start.data() + axis * stride;
+    const float* const p = b.row(static_cast<Block::KnotRow>(Block::PX + axis));
+    float lanes[8] = {};  // a fixed order of the sum that vectorises
+    std::size_t i = 0;
+    for (; i + 8 <= knots; i += 8) for (int n = 0; n < 8; ++n) lanes[n] += g[i + n] * (p[i + n] - x0[i + n]);
+    for (; i < knots; ++i) lanes[0] += g[i] * (p[i] - x0[i]);
+    for (const float lane : lanes) change += lane;
+  }
+  const float pressure = static_cast<float>(-v.bulk_modulus * (o.volume + change - v.rest) / v.rest);
+  for (int axis = 0; axis < 3; ++axis) {
+    const float* const g = o.volume_gradient.data() + axis * stride;
+    float* const f = b.row(static_cast<Block::KnotRow>(Block::HX + axis));
+    for (std::size_t i = 0; i < knots; ++i) f[i] += pressure * g[i];
+  }
+}
+
 /// Forces that are held over the batch: gravity, and the slower elements where the knots will be in its middle. With
 /// that prediction the held force neither feeds nor damps (docs/decisions/0121-…).
-void hold(Context& c, std::size_t object, double h) {
+void hold(Context& c, std::size_t object, double h, bool first) {
   ObjectState& s = c.state.objects[object];
   Block& b = s.block;
   const std::size_t knots = b.knots();
@@ -34,6 +68,11 @@ void hold(Context& c, std::size_t object, double h) {
     }
   }
   net::addElements(s.elements, elementArrays(b), c.level);
+  if (s.elements.volumes.size() == 1) {
+    addPressure(c, object, first);
+  } else if (!s.elements.volumes.empty()) {
+    net::addVolumes(s.elements.volumes, elementArrays(b));
+  }
 }
 
 struct End {
@@ -178,7 +217,7 @@ void solve(Context& c) {
       return c.model.objects[object].net && batch % every == 0;
     };
     auto prepare = [&](std::size_t object) {
-      if (due(object)) hold(c, object, c.dt / (c.state.objects[object].batches * c.stretch));
+      if (due(object)) hold(c, object, c.dt / (c.state.objects[object].batches * c.stretch), batch == 0);
     };
     c.pool.each(objects, prepare);
     // Exchange between objects, in fixed order; a force holds until both its objects are renewed together.

@@ -79,7 +79,11 @@ void addHinges(const std::vector<Hinge>& elements, const ElementArrays& a, Kerne
 void addPlastic(const std::vector<Plastic>& elements, const ElementArrays& a);
 void addTethers(const std::vector<Tether>& elements, const ElementArrays& a);
 void addVolumes(const std::vector<Volume>& elements, const ElementArrays& a);
+/// All but volumes, which the solver renews once a step (volumeGradient).
 void addElements(const Elements& elements, const ElementArrays& a, KernelLevel level);
+
+/// Volume of one element and its gradient (m², three rows of `stride` floats, zeroed here): dV/dx of each knot.
+double volumeGradient(const Volume& volume, const ElementArrays& a, float* gradient, std::size_t stride);
 
 /// J, at positions a.x, a.y, a.z.
 double bendingEnergy(const std::vector<Bending>& elements, const ElementArrays& a);
