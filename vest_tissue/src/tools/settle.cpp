@@ -18,7 +18,7 @@ Rest run(scene::World& world, double seconds, double watch_from) {
   Rest rest;
   std::vector<float> velocity;
   const auto begin = std::chrono::steady_clock::now();
-  const auto steps = static_cast<std::uint64_t>(std::ceil(seconds / input.dt));
+  const auto steps = static_cast<std::uint64_t>(std::llround(seconds / input.dt));
   for (std::uint64_t i = 0; i < steps; ++i) {
     input.step = world.steps();
     if (world.step(input, report) == scene::Status::Fault) {
