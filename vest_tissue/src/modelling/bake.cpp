@@ -50,7 +50,32 @@ const Draft& draftNamed(const std::vector<Draft>& drafts, const std::string& nam
   for (const Draft& draft : drafts) {
     if (draft.source->name == name) return draft;
   }
-  fail(asker, "refers to " + name + ", which is no object above it or of the scene");
+  fail(asker, "refers to " + name + ", which is no object of the scene");
+}
+
+void moveRing(RingNet& net, std::uint32_t ring, const Vector3& by) {
+  for (std::uint32_t k = 0; k < net.around; ++k) net.knots[net.knot(ring, k)] += by;
+  if (ring == 0 && net.start == End::Pole) net.knots[net.startPole()] += by;
+  if (ring + 1 == net.rings && net.end == End::Pole) net.knots[net.endPole()] += by;
+}
+
+void layOn(Draft& draft, const Draft& other, const LayRule& rule) {
+  RingNet& net = draft.net;
+  const auto rings = selected(rule.rings, draft);
+  for (int round = 0; round < 4; ++round) {  // smoothed shifts, a few times: lies close, without kinks
+    std::vector<Vector3> shift;
+    for (const auto r : rings) {
+      Vector3 centre = Vector3::Zero();
+      for (std::uint32_t k = 0; k < net.around; ++k) centre += net.knots[net.knot(r, k)] / net.around;
+      const auto near = nearestPoint(other.net.knots, other.triangles, centre);
+      shift.push_back((rule.gap - near.distance) * near.normal);
+    }
+    for (std::size_t i = 0; i < rings.size(); ++i) {
+      const Vector3& before = shift[i > 0 ? i - 1 : i];
+      const Vector3& after = shift[std::min(i + 1, rings.size() - 1)];
+      moveRing(net, rings[i], 0.25 * before + 0.5 * shift[i] + 0.25 * after);
+    }
+  }
 }
 
 // Rings as a whole give way, so that cross-sections keep their shape; neighbours follow smoothly.
@@ -72,9 +97,7 @@ void clearOf(Draft& draft, const Draft& other, double gap) {
       Vector3 move = shift[r];
       if (r > 0 && 0.5 * shift[r - 1].norm() > move.norm()) move = 0.5 * shift[r - 1];
       if (r + 1 < net.rings && 0.5 * shift[r + 1].norm() > move.norm()) move = 0.5 * shift[r + 1];
-      for (std::uint32_t k = 0; k < net.around; ++k) net.knots[net.knot(r, k)] += move;
-      if (r == 0 && net.start == End::Pole) net.knots[net.startPole()] += move;
-      if (r + 1 == net.rings && net.end == End::Pole) net.knots[net.endPole()] += move;
+      moveRing(net, r, move);
     }
   }
 }
@@ -247,6 +270,10 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
     Draft& draft = drafts.back();
     pushBumps(draft);
     draft.triangles = knotTriangles(draft.net);
+  }
+  for (Draft& draft : drafts) {
+    const ObjectSource& object = *draft.source;
+    for (const LayRule& rule : object.lay) layOn(draft, draftNamed(drafts, rule.on, object.name), rule);
     for (const ClearRule& rule : object.clear) {
       clearOf(draft, draftNamed(drafts, rule.of, object.name), rule.gap);
     }

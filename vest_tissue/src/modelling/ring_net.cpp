@@ -34,6 +34,31 @@ struct Profile {
   }
 };
 
+// Fraction of the profile below which `part` of the rings lie, for a density that is linear between its points.
+double crowded(const std::vector<std::array<double, 2>>& density, double part) {
+  if (density.empty()) return part;
+  const auto at = [&](double x) {
+    if (x <= density.front()[0]) return density.front()[1];
+    for (std::size_t i = 1; i < density.size(); ++i) {
+      if (x <= density[i][0]) {
+        const double t = (x - density[i - 1][0]) / (density[i][0] - density[i - 1][0]);
+        return (1 - t) * density[i - 1][1] + t * density[i][1];
+      }
+    }
+    return density.back()[1];
+  };
+  constexpr int kSteps = 2000;
+  double whole = 0;
+  for (int i = 0; i < kSteps; ++i) whole += at((i + 0.5) / kSteps);
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double next = sum + at((i + 0.5) / kSteps) / whole;
+    if (next >= part) return (i + (part - sum) / (next - sum)) / kSteps;
+    sum = next;
+  }
+  return 1.0;
+}
+
 double ringPerimeter(const RingNet& net, std::uint32_t ring) {
   double perimeter = 0;
   for (std::uint32_t k = 0; k < net.around; ++k) {
@@ -106,7 +131,8 @@ RingNet makeTube(const TubeSpec& spec) {
   std::vector<double> arcs, scales;
   for (std::uint32_t r = 0; r < spec.rings; ++r) {
     double arc = 0, scale = 1;
-    profile.at(profile.total() * (r + before) / (spec.rings - 1 + before + after), arc, scale);
+    const double part = static_cast<double>(r + before) / (spec.rings - 1 + before + after);
+    profile.at(profile.total() * crowded(spec.density, part), arc, scale);
     arcs.push_back(arc);
     scales.push_back(scale);
   }

@@ -62,6 +62,16 @@ TubeSpec tubeOf(const Value& value) {
   if (map.has("start_mouth")) spec.start_mouth = map["start_mouth"].number(0, kMetres);
   if (map.has("end_mouth")) spec.end_mouth = map["end_mouth"].number(0, kMetres);
   if (map.has("wall_thickness")) spec.wall_thickness = map["wall_thickness"].number(0, kMetres);
+  if (map.has("density")) {
+    for (const Value& item : map["density"].list()) {
+      const auto pair = item.list();
+      if (pair.size() != 2) item.fail("must be [fraction, density]");
+      spec.density.push_back({pair[0].number(0, 1), pair[1].number(0.01, 100)});
+      if (spec.density.size() > 1 && !(spec.density.back()[0] > spec.density[spec.density.size() - 2][0])) {
+        item.fail("fractions must ascend");
+      }
+    }
+  }
   if (map.has("inside")) spec.inside = map["inside"].boolean();
   map.finish();
   return spec;
@@ -105,6 +115,7 @@ ObjectSource mirrored(ObjectSource object) {
   }
   for (auto& rule : object.fixed) rule.outside = mirrored(rule.outside);
   for (auto& rule : object.connections) rule.to = mirrored(rule.to);
+  for (auto& rule : object.lay) rule.on = mirrored(rule.on);
   for (auto& rule : object.clear) rule.of = mirrored(rule.of);
   if (!object.vessel_segment.empty()) object.vessel_segment = mirrored(object.vessel_segment);
   return object;
@@ -144,6 +155,14 @@ void readRules(Map& map, ObjectSource& object) {
       connect.stiffness = rule["stiffness"].positive();
       rule.finish();
       object.connections.push_back(connect);
+    }
+  }
+  if (map.has("lay")) {
+    object.lay.clear();
+    for (const Value& item : map["lay"].list()) {
+      Map rule(item);
+      object.lay.push_back({rule["on"].name(), ringsOf(rule["rings"]), rule["gap"].number(-kMetres, kMetres)});
+      rule.finish();
     }
   }
   if (map.has("clear")) {

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <fstream>
 
+#include <Eigen/Geometry>
+
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/baked.h"
 
@@ -42,6 +44,24 @@ bool printCheck(const scene::Description& description) {
   }
   std::printf("%zu objects that move: %zu knots, %zu springs, %zu vertices, %zu triangles; %zu connections\n", objects, knots,
               springs, vertices, triangles, description.connections.size());
+  // Knots that begin inside another organ: contact would push them out. Attached places overlap on purpose.
+  for (const auto& a : description.objects) {
+    if (a.model == scene::ObjectModel::Rigid) continue;
+    for (const auto& b : description.objects) {
+      if (&a == &b || b.contact_triangles.empty()) continue;
+      Eigen::AlignedBox3d box;
+      for (const auto& p : b.position) box.extend(p);
+      std::size_t inside = 0;
+      double deepest = 0;
+      for (std::size_t i = 0; i < a.position.size(); ++i) {
+        if (a.fixed[i] || !box.contains(a.position[i])) continue;
+        const double distance = modelling::nearestPoint(b.position, b.contact_triangles, a.position[i]).distance;
+        inside += distance < 0;
+        deepest = std::min(deepest, distance);
+      }
+      if (inside > 0) std::printf("overlap: %zu free knots of %s in %s, deepest %.1f mm\n", inside, a.name.c_str(), b.name.c_str(), -1000 * deepest);
+    }
+  }
   std::printf("%s\n", good ? "good" : "NOT good: pieces must be 1; twice and free must be 0");
   return good;
 }

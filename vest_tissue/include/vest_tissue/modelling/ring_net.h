@@ -47,6 +47,7 @@ struct TubeSpec {
   double start_dome = 0.0, end_dome = 0.0;  ///< m: length over which the end is rounded off; 0: blunt
   double start_mouth = 0.0, end_mouth = 0.0;  ///< m: the pole lies this deep inside: a funnel
   double wall_thickness = 0.0;        ///< m; 0: solid
+  std::vector<std::array<double, 2>> density;  ///< (fraction of the profile, rings per length): crowds rings; empty: even
   bool inside = false;
 };
 RingNet makeTube(const TubeSpec& spec);

@@ -47,6 +47,13 @@ struct ClearRule {
   double gap = 0.0;  ///< m between the surfaces
 };
 
+/// Lays rings on another organ's surface: their centres end `gap` outside of it (0: half sunk).
+struct LayRule {
+  std::string on;
+  Rings rings;
+  double gap = 0.0;  ///< m
+};
+
 struct ObjectSource {
   std::string name, organ, material;
   std::vector<std::string> roles;
@@ -68,6 +75,7 @@ struct ObjectSource {
   std::vector<FixRule> fixed;
   std::vector<TetherRule> tethers;
   std::vector<ConnectRule> connections;
+  std::vector<LayRule> lay;       ///< before clear
   std::vector<ClearRule> clear;
 };
 
