@@ -6,7 +6,7 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <OgreVector4.h>
+#include <OgreVector.h>
 
 #include "dynamic_mesh.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <OgreVector4.h>
+#include <OgreVector.h>
 
 #include "dynamic_mesh.h"
 #include "vest_viz/mesh/store.h"
