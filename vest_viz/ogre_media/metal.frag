@@ -15,7 +15,8 @@ void main() {
   vec3 to_light = light.xyz - position;
   float d2 = dot(to_light, to_light);
   vec3 l = to_light * inversesqrt(d2);
-  float strength = light.w / (d2 + 0.0003);
+  float beam = v.z * v.z;
+  float strength = light.w * beam * beam * v.z / (d2 + 0.0003);
   float nl = max(dot(n, l), 0.0);
   vec3 h = normalize(l + v);
   float nh = max(dot(n, h), 0.0);
@@ -31,5 +32,7 @@ void main() {
   vec3 colour = steel * (0.11 * nl + 0.33 * broad + 2.2 * sharp) * strength * (1.0 - 0.65 * metal.z);
   colour += mirrored * (metal.x * 1.4 + 0.5 * fresnel) * min(strength * 1.6, 1.3) * (1.0 - 0.5 * metal.z);
   colour = 1.0 - exp(-colour);
-  gl_FragColor = vec4(sqrt(colour), 1.0);
+  colour = sqrt(colour);
+  colour = mix(colour, colour * colour * (3.0 - 2.0 * colour), 0.6);  // as in tissue.frag
+  gl_FragColor = vec4(colour, 1.0);
 }

@@ -28,6 +28,19 @@ TissueVisual::~TissueVisual() {
   manager_->destroySceneNode(node_);
 }
 
+/// Closed skins need no back faces drawn: each edge is used once in each direction.
+bool closed(const std::vector<std::uint32_t>& triangles) {
+  std::vector<std::uint64_t> edges;
+  edges.reserve(triangles.size());
+  for (std::size_t t = 0; t + 2 < triangles.size(); t += 3)
+    for (std::size_t k = 0; k < 3; ++k)
+      edges.push_back(static_cast<std::uint64_t>(triangles[t + k]) << 32 | triangles[t + (k + 1) % 3]);
+  std::sort(edges.begin(), edges.end());
+  for (std::uint64_t edge : edges)
+    if (!std::binary_search(edges.begin(), edges.end(), edge << 32 | edge >> 32)) return false;
+  return !edges.empty();
+}
+
 void TissueVisual::rebuild(const mesh::Store& store) {
   for (Part& part : parts_) {
     part.mesh.reset();
@@ -45,6 +58,7 @@ void TissueVisual::rebuild(const mesh::Store& store) {
     part.material = makeTissueMaterial(o.organ, quality_);
     if (warning_.empty()) warning_ = unsupported(part.material);
     Ogre::Pass* pass = part.material->getTechnique(0)->getPass(0);
+    if (!o.rigid && closed(o.triangles)) pass->setCullingMode(Ogre::CULL_CLOCKWISE);
     part.parameters = pass->getFragmentProgramParameters();
     // Near and small things first: what they hide is not shaded.
     const std::uint8_t queue = o.rigid ? Ogre::RENDER_QUEUE_MAIN + 5 : Ogre::RENDER_QUEUE_MAIN;

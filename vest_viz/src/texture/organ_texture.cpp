@@ -39,18 +39,21 @@ struct VesselPainter {
   }
 
   void grow(float x, float y, float heading, float radius, float length, float strength, int depth) {
-    float turn = 0, phase = 6.28f * random->uniform();
-    float until_branch = (0.1f + 0.25f * random->uniform()) * length;
+    // The course bends slowly; round it the vessel winds (a mean-reverting walk), so that it never coils up.
+    float course = heading, wobble = 0;
+    const float phase = 6.28f * random->uniform();
+    float until_branch = (0.08f + 0.2f * random->uniform()) * length;
     for (float s = 0; s < length; s += 1.0f) {
-      const float r = std::max(0.28f, radius * (1.0f - 0.65f * s / length));
+      const float r = std::max(0.28f, radius * (1.0f - 0.6f * s / length));
       // Thinner than a texel: paler instead.
       stamp(x, y, std::max(r, 0.5f), strength * std::min(1.0f, 0.35f + r));
-      turn = 0.9f * turn + 0.1f * random->centred() * tortuosity;
-      heading += turn + 0.05f * tortuosity * std::sin(phase + s * 0.35f / std::max(r, 0.6f));
+      course += 0.012f * random->centred();
+      wobble += -0.06f * wobble + tortuosity * random->centred();
+      heading = course + wobble + 2.0f * tortuosity * std::sin(phase + s * 0.22f / std::max(r, 0.8f));
       x += std::cos(heading);
       y += std::sin(heading);
       if (depth > 0 && (until_branch -= 1.0f) < 0) {
-        until_branch = (0.08f + 0.2f * random->uniform()) * length;
+        until_branch = (0.06f + 0.16f * random->uniform()) * length;
         const float side = random->uniform() < 0.5f ? -1.0f : 1.0f;
         grow(x, y, heading + side * (0.45f + 0.7f * random->uniform()), 0.72f * r, 0.55f * (length - 0.6f * s), strength,
              depth - 1);
@@ -111,7 +114,7 @@ std::vector<Style> makeStyles() {
   s.organ = "ligament";
   s.tile = 0.05;
   s.base = {0.80f, 0.45f, 0.40f}, s.second = {0.62f, 0.25f, 0.23f}, s.mottle = 0.6f;
-  s.vessel_trees = 9, s.vessel_width = 0.0009, s.vessel_strength = 0.85f, s.capillaries = 160, s.fat = 0.22f;
+  s.vessel_trees = 9, s.vessel_width = 0.0009, s.vessel_strength = 0.85f, s.capillaries = 200, s.fat = 0.10f;
   s.relief = 0.0003, s.relief_length = 0.006, s.streak = 1.5f, s.wet = 0.7f, s.translucence = 0.6f;
   all.push_back(s);
   s = Style();
@@ -128,14 +131,14 @@ std::vector<Style> makeStyles() {
   s.organ = "intestine";
   s.tile = 0.05;
   s.base = {0.84f, 0.52f, 0.45f}, s.second = {0.74f, 0.34f, 0.30f}, s.mottle = 0.5f;
-  s.vessel_trees = 8, s.vessel_width = 0.0006, s.vessel_strength = 0.8f, s.capillaries = 160, s.fat = 0.06f;
+  s.vessel_trees = 8, s.vessel_width = 0.0006, s.vessel_strength = 0.8f, s.capillaries = 200;
   s.relief = 0.0003, s.relief_length = 0.006, s.streak = 1.6f, s.wet = 0.95f, s.translucence = 0.35f;
   all.push_back(s);
   s = Style();
   s.organ = "cavity";
   s.tile = 0.08;
   s.base = {0.74f, 0.38f, 0.33f}, s.second = {0.55f, 0.19f, 0.18f}, s.mottle = 0.75f;
-  s.vessel_trees = 14, s.vessel_width = 0.0012, s.vessel_strength = 0.9f, s.capillaries = 320, s.fat = 0.25f;
+  s.vessel_trees = 10, s.vessel_width = 0.0011, s.vessel_strength = 0.85f, s.capillaries = 420, s.fat = 0.15f;
   s.relief = 0.0005, s.relief_length = 0.010, s.wet = 0.75f, s.translucence = 0.3f;
   all.push_back(s);
   s.organ = "";
@@ -166,14 +169,14 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
   for (int i = 0; i < s.vessel_trees; ++i) {
     const float x = n * random.uniform(), y = n * random.uniform(), a = 6.2832f * random.uniform();
     const float r = radius * (0.45f + 0.8f * random.uniform()), length = n * (0.45f + 0.5f * random.uniform());
-    VesselPainter{&vein, &random, 0.22f}.grow(x, y, a, r, length, 1.0f, 3);
+    VesselPainter{&vein, &random, 0.11f}.grow(x, y, a, r, length, 1.0f, 3);
     // Arteries run beside veins, thinner and more tortuous.
     const float off = 3.2f * r + 2.0f;
-    VesselPainter{&artery, &random, 0.32f}.grow(x - off * std::sin(a), y + off * std::cos(a), a, 0.6f * r, 0.9f * length,
+    VesselPainter{&artery, &random, 0.15f}.grow(x - off * std::sin(a), y + off * std::cos(a), a, 0.6f * r, 0.9f * length,
                                                0.9f, 2);
   }
   for (int i = 0; i < s.capillaries; ++i)
-    VesselPainter{&capillary, &random, 0.6f}.grow(n * random.uniform(), n * random.uniform(), 6.2832f * random.uniform(),
+    VesselPainter{&capillary, &random, 0.22f}.grow(n * random.uniform(), n * random.uniform(), 6.2832f * random.uniform(),
                                                 0.3f + 0.35f * random.uniform(), n * (0.03f + 0.08f * random.uniform()),
                                                 0.35f + 0.4f * random.uniform(), 2);
 
@@ -192,37 +195,42 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
       Colour c;
       const float m = std::clamp(s.mottle * (0.5f + 0.7f * low + 0.45f * fine), 0.0f, 1.0f);
       for (int i = 0; i < 3; ++i) c[i] = mixf(s.base[i], s.second[i], m);
-      float wet = s.wet * (0.75f + 0.35f * coarse);
+      // The film of fluid is not even: wet patches beside drier ones.
+      float wet = s.wet * (0.15f + 0.95f * smooth(-0.25f, 0.45f, periodicFbm(u, v, 5, 5, 3, seed + 83) + 0.3f * coarse));
       if (s.crypts > 0) {
         const Cell cell = periodicCell(u + warp, v, std::max(3, static_cast<int>(s.tile / 0.004)), seed + 3);
         const float groove = 1.0f - smooth(0.02f, 0.35f, cell.second - cell.nearest);
         h -= static_cast<float>(s.crypts) * groove;
         for (int i = 0; i < 3; ++i) c[i] *= 1.0f - 0.16f * groove * (i == 0 ? 0.5f : 1.0f);
       }
-      const float cap = capillary.data[k] * 0.75f;
-      for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], s.artery[i], s.vessel_strength * cap * 0.8f);
-      for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], s.vein[i], s.vessel_strength * vein.data[k]);
-      for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], s.artery[i], s.vessel_strength * artery.data[k]);
-      h += 0.00012f * std::max(vein.data[k], artery.data[k]);
+      float veil = 0;  // how far fat hides the vessels
       if (s.fat > 0) {
         // Threshold chosen so that about `fat` of the surface lies above it (fbm is about normal, deviation 0.35).
-        const float field = periodicFbm(u - warp, v + 2 * warp, 2, 2, 4, seed + 53);
+        const float field = periodicFbm(u - warp, v + 2 * warp, 2, 2, 5, seed + 53) + 0.10f * fine;
         const float threshold = 0.42f - 0.9f * s.fat;
-        const float cover = smooth(threshold, threshold + 0.13f, field);
+        const float cover = smooth(threshold - 0.10f, threshold + 0.20f, field);
         if (cover > 0) {
-          const Cell lobe = periodicCell(u + 0.5f * warp + 0.004f * fine, v, lobules, seed + 61);
-          const Cell grain = periodicCell(u, v, lobules * 3, seed + 67);
-          const float bump = 1.0f - smooth(0.0f, 0.75f, lobe.nearest);
-          const float crease = 1.0f - smooth(0.0f, 0.22f, lobe.second - lobe.nearest);
-          const float shade = 0.85f + 0.25f * bump - 0.3f * crease - 0.12f * (grain.nearest - 0.4f) +
-                              0.1f * ((lobe.id & 255u) / 255.0f - 0.5f);
-          const Colour fat{0.93f * shade, 0.68f * shade * (1 - 0.1f * crease), 0.36f * shade * (1 - 0.25f * crease)};
-          const float through = 0.75f * capillary.data[k];
-          for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], mixf(fat[i], s.artery[i], 0.6f * through), 0.92f * cover);
-          h = mixf(h, h + 0.0007f + 0.0006f * bump - 0.0003f * crease + 0.00012f * (0.5f - grain.nearest), cover);
-          wet = mixf(wet, 0.6f, cover);
+          // Lobules of two sizes, drawn out of shape, and grains in them.
+          const float wu = u + 0.8f * warp + 0.006f * coarse, wv = v + 0.006f * fine;
+          const Cell lobe = periodicCell(wu, wv, lobules, seed + 61);
+          const Cell small = periodicCell(wu, wv, lobules * 2, seed + 63);
+          const Cell grain = periodicCell(u, v, lobules * 5, seed + 67);
+          const float bump = 0.6f * (1.0f - smooth(0.0f, 0.8f, lobe.nearest)) + 0.4f * (1.0f - smooth(0.0f, 0.8f, small.nearest));
+          const float crease = (1.0f - smooth(0.0f, 0.16f, lobe.second - lobe.nearest)) * smooth(-0.4f, 0.5f, coarse);
+          const float shade = 0.80f + 0.22f * bump - 0.10f * (grain.nearest - 0.4f) + 0.12f * ((lobe.id & 255u) / 255.0f - 0.5f);
+          const float blush = std::clamp(0.30f + 0.5f * low + 0.35f * crease, 0.0f, 0.8f);
+          const Colour fat{0.90f * shade, 0.62f * shade, 0.36f * shade};
+          for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], mixf(fat[i], c[i], blush), 0.9f * cover);
+          h = mixf(h, h + 0.0005f + 0.00045f * bump - 0.0002f * crease + 0.00004f * (0.5f - grain.nearest), cover);
+          wet *= 1.0f - 0.55f * cover;
+          veil = 0.55f * cover;
         }
       }
+      const float cap = capillary.data[k] * 0.75f;
+      for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], s.artery[i], (1 - 0.5f * veil) * s.vessel_strength * cap * 0.8f);
+      for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], s.vein[i], (1 - veil) * s.vessel_strength * vein.data[k]);
+      for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], s.artery[i], (1 - veil) * s.vessel_strength * artery.data[k]);
+      h += 0.00012f * std::max(vein.data[k], artery.data[k]);
       height.data[k] = h;
       std::uint8_t* p = &out.albedo[4 * k];
       for (int i = 0; i < 3; ++i) p[i] = byte(c[i]);

@@ -133,10 +133,15 @@ int main(int argc, char** argv) {
   ros::Publisher instruments_pub = handle.advertise<vest_msgs::InstrumentStates>("instruments", 1);
   topology_pub.publish(toMessage(scene));
 
-  // Where the grasper holds: the middle of the left tube, or of the first object.
-  Vector3d held(0, 0.05, 0.06);
+  // Where the grasper holds: the left tube's isthmus.
+  Vector3d held(-0.035, 0.05, 0.06);
+  double nearest = 1e9;
   for (const auto& o : scene.objects)
-    if (o.name == "tube_left" && !o.position.empty()) held = o.position[o.position.size() / 2];
+    for (const Vector3d& p : o.position)
+      if (o.name == "tube_left" && std::fabs(p.x() + 0.035) < nearest) {
+        nearest = std::fabs(p.x() + 0.035);
+        held = p;
+      }
   ros::Rate pace(rate);
   const ros::WallTime start = ros::WallTime::now();
   for (std::uint64_t n = 0; ros::ok(); ++n) {
