@@ -99,7 +99,8 @@ Outcome Store::setTopology(Topology topology) {
   // The same knots again (a repeated whole topology after a cut): keep the shape instead of jumping to rest.
   bool same_knots = topology.scene == topology_.scene && topology.objects.size() == topology_.objects.size();
   for (std::size_t i = 0; same_knots && i < topology.objects.size(); ++i)
-    same_knots = topology.objects[i].knot_count == topology_.objects[i].knot_count;
+    same_knots = topology.objects[i].knot_count == topology_.objects[i].knot_count &&
+                 topology.objects[i].rest_position == topology_.objects[i].rest_position;
   const std::vector<float> old = knots_;
   topology_ = std::move(topology);
   layOut(same_knots && !old.empty() ? &old : nullptr);

@@ -61,17 +61,11 @@ std::vector<Row> checkPicture(const cv::Mat& bgr, const Circle& circle) {
   std::vector<float> all, saturation;
   std::vector<float> rings[5];
   double bright = 0, saturated = 0, reddish = 0, outside = 0;
-  std::size_t border = 0, border_good = 0;
   for (int y = 0; y < bgr.rows; ++y)
     for (int x = 0; x < bgr.cols; ++x) {
       const float l = luminance.at<float>(y, x);
       const double r = std::hypot(x - circle.cx, y - circle.cy) / circle.radius;
       if (r > 1.02) outside = std::max(outside, static_cast<double>(l));
-      // Roundness: just inside something shows, just outside nothing does, all the way round.
-      if ((r > 0.965 && r < 0.98) || (r > 1.015 && r < 1.03)) {
-        ++border;
-        border_good += (r < 1) == (l > kBlack);
-      }
       if (mask.at<float>(y, x) == 0) continue;
       all.push_back(l);
       rings[std::min(4, static_cast<int>(r / kMargin * 5))].push_back(l);
@@ -83,6 +77,21 @@ std::vector<Row> checkPicture(const cv::Mat& bgr, const Circle& circle) {
         reddish += p[0] >= 165 || p[0] <= 22;
       }
     }
+  // Roundness: per degree the outermost pixel that is not black; directions that leave the frame first do not count.
+  int border = 0, border_good = 0;
+  for (int degree = 0; degree < 360; ++degree) {
+    const double c = std::cos(degree * CV_PI / 180), s = std::sin(degree * CV_PI / 180);
+    const double xe = circle.cx + 1.04 * circle.radius * c, ye = circle.cy + 1.04 * circle.radius * s;
+    const double xi = circle.cx + circle.radius * c, yi = circle.cy + circle.radius * s;
+    if (xi < 1 || yi < 1 || xi > bgr.cols - 2 || yi > bgr.rows - 2) continue;
+    double r = std::hypot(xe - circle.cx, ye - circle.cy);
+    for (; r > 0.5 * circle.radius; r -= 0.5) {
+      const int x = cvRound(circle.cx + r * c), y = cvRound(circle.cy + r * s);
+      if (x >= 0 && y >= 0 && x < bgr.cols && y < bgr.rows && luminance.at<float>(y, x) > kBlack) break;
+    }
+    ++border;
+    border_good += std::fabs(r / circle.radius - 1) < 0.015;
+  }
   if (all.empty()) throw std::invalid_argument("the circle does not meet the picture");
   const double n = static_cast<double>(all.size());
 
@@ -134,7 +143,7 @@ std::vector<Row> checkPicture(const cv::Mat& bgr, const Circle& circle) {
     rows.push_back({band.name, deviation / std::max(mean, 1e-6), band.low, kInfinity});
   }
   rows.push_back({"brightest outside of the circle", outside, 0, kBlack});
-  rows.push_back({"round border, %", border > 0 ? 100.0 * static_cast<double>(border_good) / static_cast<double>(border) : 0,
+  rows.push_back({"round border, %", border > 0 ? 100.0 * border_good / border : 0,
                   95, 100});
   return rows;
 }

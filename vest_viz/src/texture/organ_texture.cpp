@@ -139,7 +139,7 @@ std::vector<Style> makeStyles() {
   s.tile = 0.08;
   s.base = {0.74f, 0.38f, 0.33f}, s.second = {0.55f, 0.19f, 0.18f}, s.mottle = 0.75f;
   s.vessel_trees = 10, s.vessel_width = 0.0011, s.vessel_strength = 0.85f, s.capillaries = 420, s.fat = 0.15f;
-  s.relief = 0.0005, s.relief_length = 0.010, s.wet = 0.75f, s.translucence = 0.3f;
+  s.relief = 0.0005, s.relief_length = 0.010, s.wet = 0.58f, s.translucence = 0.3f;
   all.push_back(s);
   s.organ = "";
   s.tile = 0.04, s.base = {0.80f, 0.45f, 0.41f}, s.fat = 0.0f, s.vessel_width = 0.0006, s.vessel_trees = 6;
