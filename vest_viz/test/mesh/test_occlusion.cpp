@@ -34,7 +34,7 @@ TEST(Occlusion, OpenFloorIsOpenAndAFloorUnderALidIsNot) {
   store.rebuildSkins();
   EXPECT_GT(ambientOcclusion(store)[0][middle], 0.95f);
   Topology covered;
-  covered.objects = {floorAt("floor", 0.0f), floorAt("lid", 0.012f)};
+  covered.objects = {floorAt("floor", 0.0f), floorAt("lid", 0.008f)};
   ASSERT_EQ(store.setTopology(covered), Outcome::Accepted) << store.problem();
   store.rebuildSkins();
   EXPECT_LT(ambientOcclusion(store)[0][middle], 0.75f);
