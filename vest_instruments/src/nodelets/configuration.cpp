@@ -1,0 +1,98 @@
+#include "configuration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <ros/package.h>
+
+namespace vest_instruments {
+namespace {
+
+using vest::tools::kInstrumentCount;
+
+[[noreturn]] void refuse(const ros::NodeHandle& nh, const std::string& name, const std::string& value,
+                         const std::string& allowed) {
+  throw std::runtime_error("parameter " + nh.resolveName(name) + ": " + value + "; allowed: " + allowed);
+}
+
+/// Absent: the default. Present with another type: an error (roscpp would silently take the default).
+template <class T>
+T read(const ros::NodeHandle& nh, const std::string& name, const T& otherwise, const char* type) {
+  if (!nh.hasParam(name)) return otherwise;
+  T value;
+  if (!nh.getParam(name, value)) refuse(nh, name, "has a wrong type", type);
+  return value;
+}
+
+std::string word(const ros::NodeHandle& nh, const std::string& name, const std::string& otherwise) {
+  return read<std::string>(nh, name, otherwise, "a word");
+}
+
+}  // namespace
+
+Configuration readConfiguration(const ros::NodeHandle& nh) {
+  Configuration c;
+  const std::string shipped = ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml";
+  c.box = vest::kinematics::loadTrainerBox(word(nh, "trainer_box", shipped));
+  for (std::size_t i = 0; i < kInstrumentCount; ++i) {
+    auto& arm = c.box.arms[i];
+    const std::string name(vest::tools::instrumentName(static_cast<vest::tools::Instrument>(i)));
+    const std::string source = word(nh, "sources/" + name, "box");
+    const auto known = vest::control::sourceFromName(source);
+    if (!known) refuse(nh, "sources/" + name, "'" + source + "'", "none, box, haptic, crtk, teleop, replay");
+    c.sources[i] = *known;
+    if (name == "endoscope" || !arm.present) continue;
+    const std::string tool = word(nh, "tools/" + name, std::string(vest::tools::toolName(arm.tool)));
+    const auto kind = vest::tools::toolFromName(tool);
+    if (!kind || *kind == vest::tools::ToolKind::Endoscope) {
+      refuse(nh, "tools/" + name, "'" + tool + "'", "a tool of the README's table, e.g. grasper");
+    }
+    arm.tool = *kind;
+  }
+  const auto pedals = read<std::vector<std::string>>(
+      nh, "pedals", {"coag", "cut", "irrigation", "suction", "tool", "clutch"}, "a list of six words");
+  if (pedals.size() != c.pedals.size()) {
+    refuse(nh, "pedals", std::to_string(pedals.size()) + " entries", "six, one for each pedal");
+  }
+  for (std::size_t i = 0; i < c.pedals.size(); ++i) {
+    const auto f = vest::control::pedalFunctionFromName(pedals[i]);
+    if (!f)
+      refuse(nh, "pedals", "'" + pedals[i] + "'", "none, coag, cut, irrigation, suction, fire, tool, clutch");
+    c.pedals[i] = *f;
+  }
+  const std::string next = word(nh, "tool_pedal_instrument", "right");
+  int found = -1;
+  for (int i = 0; i < 3; ++i) {
+    if (vest::tools::instrumentName(static_cast<vest::tools::Instrument>(i)) == next) found = i;
+  }
+  if (found < 0) refuse(nh, "tool_pedal_instrument", "'" + next + "'", "left, right, third");
+  c.tool_pedal_instrument = static_cast<vest::tools::Instrument>(found);
+
+  const auto tilt = read<std::vector<double>>(nh, "tilt", {0.0, 0.0}, "[about x, about y] in rad");
+  if (tilt.size() != 2 || !(std::abs(tilt[0]) <= 0.8) || !(std::abs(tilt[1]) <= 0.8)) {
+    refuse(nh, "tilt", "not two angles within ±0.8 rad", "[about x, about y] in rad, each within ±0.8");
+  }
+  c.X_WB.linear() = (Eigen::AngleAxisd(tilt[1], Eigen::Vector3d::UnitY()) *
+                     Eigen::AngleAxisd(tilt[0], Eigen::Vector3d::UnitX()))
+                        .toRotationMatrix();
+  c.type_package = word(nh, "crtk_package", "auto");
+  if (c.type_package == "auto") {
+    ros::V_string packages;  // asking for a missing package by name would print an error
+    ros::package::getAll(packages);
+    const bool found = std::find(packages.begin(), packages.end(), "crtk_msgs") != packages.end();
+    c.type_package = found ? "crtk_msgs" : "vest_msgs";
+  } else if (c.type_package != "vest_msgs" && c.type_package != "crtk_msgs") {
+    refuse(nh, "crtk_package", "'" + c.type_package + "'", "auto, vest_msgs, crtk_msgs");
+  }
+  c.set_robot_description = read<bool>(nh, "set_robot_description", true, "true or false");
+  c.haptic_scale = read<double>(nh, "haptic_scale", 1.0, "a number");
+  if (!(c.haptic_scale > 0.0 && c.haptic_scale <= 10.0)) {
+    refuse(nh, "haptic_scale", std::to_string(c.haptic_scale), "0 … 10, above 0");
+  }
+  return c;
+}
+
+}  // namespace vest_instruments

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include <ros/node_handle.h>
+
+#include "vest_instruments/control/instrument.h"
+#include "vest_instruments/control/pedals.h"
+
+namespace vest_instruments {
+
+/// Parameters of the node, read once and checked.
+struct Configuration {
+  vest::kinematics::TrainerBox box;
+  std::array<vest::control::Source, vest::tools::kInstrumentCount> sources;
+  std::array<vest::control::PedalFunction, vest::control::Pedals::kCount> pedals;
+  vest::tools::Instrument tool_pedal_instrument = vest::tools::Instrument::Right;
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< phantom_box in world: ~tilt
+  std::string type_package;                                ///< vest_msgs or crtk_msgs
+  bool set_robot_description = true;
+  double haptic_scale = 1.0;
+};
+
+/// @throws std::runtime_error that names parameter, value and what is allowed.
+Configuration readConfiguration(const ros::NodeHandle& private_nh);
+
+}  // namespace vest_instruments

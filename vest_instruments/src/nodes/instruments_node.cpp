@@ -1,0 +1,17 @@
+#include <exception>
+
+#include <ros/ros.h>
+
+#include "../nodelets/instruments.h"
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "instruments");
+  try {
+    vest_instruments::Instruments instruments{ros::NodeHandle(), ros::NodeHandle("~")};
+    ros::spin();
+  } catch (const std::exception& e) {
+    ROS_FATAL("instruments: %s", e.what());
+    return 1;
+  }
+  return 0;
+}

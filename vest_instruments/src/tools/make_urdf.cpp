@@ -1,0 +1,45 @@
+// Writes the URDF of a trainer box: `make_urdf --box trainer_box.yaml --output trainer.urdf`, or checks one:
+// `--check FILE`.
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "vest_instruments/urdf/description.h"
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Writes the URDF of box and instruments from the box's layout, or checks a URDF's size, depth and "
+      "tree"};
+  std::string box_file, output, check;
+  auto* check_option = app.add_option("--check", check, "URDF to check; writes nothing");
+  app.add_option("--box", box_file, "layout, e.g. config/trainer_box.yaml")->excludes(check_option);
+  app.add_option("--output", output, "URDF to write (standard output where not given)");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (!check.empty()) {
+      std::ifstream in(check, std::ios::binary);
+      if (!in) throw std::runtime_error("cannot be read");
+      vest::urdf::checkUrdf({std::istreambuf_iterator<char>(in), {}});
+      std::cout << check << ": one tree, within the limits\n";
+      return 0;
+    }
+    if (box_file.empty()) throw std::runtime_error("--box or --check must be given");
+    const auto box = vest::kinematics::loadTrainerBox(box_file);
+    vest::urdf::ToolSet tools;
+    for (std::size_t i = 0; i < tools.size(); ++i) tools[i] = box.arms[i].tool;
+    const std::string xml = vest::urdf::makeUrdf(box, tools);
+    vest::urdf::checkUrdf(xml);
+    if (output.empty()) {
+      std::cout << xml;
+    } else if (!(std::ofstream(output) << xml)) {
+      throw std::runtime_error(output + ": cannot be written");
+    }
+  } catch (const std::exception& e) {
+    std::cerr << "make_urdf: " << (check.empty() ? "" : check + ": ") << e.what() << "\n";
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,208 @@
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include <yaml-cpp/yaml.h>
+
+#include "vest_instruments/trajectory/trajectory.h"
+
+namespace vest::trajectory {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Waypoint {
+  double t;
+  Vector3d tip;
+  double roll, jaw;
+};
+
+struct Press {
+  double t;
+  unsigned mask;
+};
+
+class Reader {
+ public:
+  explicit Reader(const std::string& path) : path_(path) {}
+
+  [[noreturn]] void refuse(const std::string& field, const std::string& value,
+                           const std::string& allowed) const {
+    throw TrajectoryError(path_ + ": " + field + ": " + value + "; allowed: " + allowed);
+  }
+  void onlyKeys(const YAML::Node& node, const std::string& field,
+                std::initializer_list<const char*> keys) const {
+    std::string known;
+    for (const char* k : keys) known += (known.empty() ? "" : ", ") + std::string(k);
+    if (!node.IsMap()) refuse(field, "not a map", known);
+    for (const auto& entry : node) {
+      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
+      if (std::none_of(keys.begin(), keys.end(), [&](const char* k) { return key == k; })) {
+        refuse(field, "unknown key '" + key + "'", known);
+      }
+    }
+  }
+  double number(const YAML::Node& node, const std::string& field, double lower, double upper) const {
+    double v = NAN;
+    try {
+      if (node) v = node.as<double>();
+    } catch (const YAML::Exception&) {
+    }
+    if (!(v >= lower && v <= upper)) {
+      std::ostringstream allowed;
+      allowed << "a number in " << lower << " … " << upper;
+      refuse(field,
+             !node             ? "missing"
+             : node.IsScalar() ? "'" + node.Scalar() + "'"
+                               : "no number",
+             allowed.str());
+    }
+    return v;
+  }
+
+  std::vector<Waypoint> waypoints(const YAML::Node& list, const std::string& field,
+                                  const kinematics::TrainerArm& arm) const {
+    if (!list.IsSequence() || list.size() == 0) refuse(field, "not a list", "waypoints {t, tip, roll, jaw}");
+    std::vector<Waypoint> out;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::string at = field + "[" + std::to_string(i) + "]";
+      const YAML::Node& n = list[i];
+      onlyKeys(n, at, {"t", "tip", "roll", "jaw"});
+      Waypoint w{number(n["t"], at + ".t", 0.0, 36000.0), {}, 0.0, 0.0};
+      if (!out.empty() && w.t <= out.back().t)
+        refuse(at + ".t", n["t"].Scalar(), "later than the one before");
+      const YAML::Node tip = n["tip"];
+      if (!tip || !tip.IsSequence() || tip.size() != 3) refuse(at + ".tip", "no point", "[x, y, z] in m");
+      for (int k = 0; k < 3; ++k) w.tip[k] = number(tip[k], at + ".tip", -2.0, 2.0);
+      w.roll = n["roll"] ? number(n["roll"], at + ".roll", arm.limits.lower.roll, arm.limits.upper.roll)
+                         : (out.empty() ? 0.0 : out.back().roll);
+      w.jaw = n["jaw"] ? number(n["jaw"], at + ".jaw", arm.limits.lower.jaw, arm.limits.upper.jaw)
+                       : (out.empty() ? 0.0 : out.back().jaw);
+      out.push_back(w);
+    }
+    return out;
+  }
+
+  std::vector<Press> presses(const YAML::Node& list) const {
+    constexpr std::array<const char*, 6> kPedals{"coag", "cut", "irrigation", "suction", "tool", "clutch"};
+    const std::string names = "coag, cut, irrigation, suction, tool, clutch or 0 … 5";
+    if (!list.IsSequence()) refuse("footswitches", "not a list", "entries {t, pressed: [" + names + "]}");
+    std::vector<Press> out;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::string at = "footswitches[" + std::to_string(i) + "]";
+      const YAML::Node& n = list[i];
+      onlyKeys(n, at, {"t", "pressed"});
+      Press p{number(n["t"], at + ".t", 0.0, 36000.0), 0};
+      if (!out.empty() && p.t <= out.back().t)
+        refuse(at + ".t", n["t"].Scalar(), "later than the one before");
+      if (!n["pressed"] || !n["pressed"].IsSequence()) refuse(at + ".pressed", "no list", names);
+      for (const auto& entry : n["pressed"]) {
+        const std::string word = entry.IsScalar() ? entry.Scalar() : "?";
+        unsigned bit = 6;
+        for (unsigned k = 0; k < kPedals.size(); ++k) {
+          if (word == kPedals[k] || word == std::to_string(k)) bit = k;
+        }
+        if (bit == 6) refuse(at + ".pressed", "'" + word + "'", names);
+        p.mask |= 1u << bit;
+      }
+      out.push_back(p);
+    }
+    return out;
+  }
+
+ private:
+  const std::string& path_;
+};
+
+/// Waypoint at time t: rests before the first and after the last, minimum jerk between (Flash and Hogan
+/// 1985).
+Waypoint at(const std::vector<Waypoint>& w, double t) {
+  if (t <= w.front().t) return w.front();
+  if (t >= w.back().t) return w.back();
+  const auto next =
+      std::upper_bound(w.begin(), w.end(), t, [](double v, const Waypoint& x) { return v < x.t; });
+  const Waypoint &a = *(next - 1), &b = *next;
+  const double s = (t - a.t) / (b.t - a.t), m = s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
+  return {t, a.tip + m * (b.tip - a.tip), a.roll + m * (b.roll - a.roll), a.jaw + m * (b.jaw - a.jaw)};
+}
+
+std::string readSmall(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw TrajectoryError(path + ": cannot be read; allowed: a readable YAML file");
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (text.size() > 1024 * 1024) throw TrajectoryError(path + ": more than 1 MiB; allowed: a waypoint file");
+  int depth = 0;
+  for (const char c : text) {
+    depth += (c == '[' || c == '{') - (c == ']' || c == '}');
+    if (depth > 16) throw TrajectoryError(path + ": nested deeper than 16; allowed: a waypoint file");
+  }
+  return text;
+}
+
+}  // namespace
+
+Trajectory fromWaypoints(const std::string& path, const kinematics::TrainerBox& box) try {
+  const YAML::Node root = YAML::Load(readSmall(path));
+  const Reader reader(path);
+  reader.onlyKeys(root, "the file", {"rate", "instruments", "footswitches"});
+  const double rate = root["rate"] ? reader.number(root["rate"], "rate", 1.0, 1000.0) : 100.0;
+  const YAML::Node instruments = root["instruments"];
+  if (!instruments) reader.refuse("instruments", "missing", "left, right, third, endoscope");
+  reader.onlyKeys(instruments, "instruments", {"left", "right", "third", "endoscope"});
+
+  Trajectory out;
+  std::array<std::vector<Waypoint>, tools::kInstrumentCount> ways;
+  double end = 0.0;
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    const std::string name(tools::instrumentName(static_cast<tools::Instrument>(i)));
+    if (!instruments[name]) continue;
+    if (!box.arms[i].present)
+      reader.refuse("instruments." + name, "not in this box", "the box's instruments");
+    ways[i] = reader.waypoints(instruments[name], "instruments." + name, box.arms[i]);
+    out.moves[i] = true;
+    end = std::max(end, ways[i].back().t);
+  }
+  std::vector<Press> presses;
+  if (root["footswitches"]) {
+    presses = reader.presses(root["footswitches"]);
+    out.has_footswitches = true;
+    if (!presses.empty()) end = std::max(end, presses.back().t);
+  }
+
+  std::array<kinematics::JointPositions, tools::kInstrumentCount> reference;
+  const auto rows = static_cast<std::size_t>(std::floor(end * rate + 1e-6)) + 1;
+  out.rows.reserve(rows);
+  for (std::size_t k = 0; k < rows; ++k) {
+    Row row;
+    row.t = static_cast<double>(k) / rate;
+    for (std::size_t i = 0; i < ways.size(); ++i) {
+      if (ways[i].empty()) continue;
+      const Waypoint w = at(ways[i], row.t);
+      const auto result =
+          kinematics::inverseKinematics(box.arms[i].X_BTrocar, Eigen::Isometry3d(Eigen::Translation3d(w.tip)),
+                                        reference[i], box.arms[i].limits);
+      if (!result.reachable) {
+        std::ostringstream value;
+        value << "at t = " << row.t << " s the tip [" << w.tip.transpose() << "] is out of reach";
+        reader.refuse("instruments." + std::string(tools::instrumentName(static_cast<tools::Instrument>(i))),
+                      value.str(), "points within the joint limits of the trainer box");
+      }
+      row.joints[i] = result.q;
+      row.joints[i].roll = w.roll;
+      row.joints[i].jaw = w.jaw;
+      reference[i] = row.joints[i];
+    }
+    for (const Press& p : presses) {
+      if (p.t <= row.t + 1e-9) row.footswitches = p.mask;
+    }
+    out.rows.push_back(row);
+  }
+  return out;
+} catch (const YAML::Exception& e) {
+  throw TrajectoryError(path + ": line " + std::to_string(e.mark.line + 1) + ": " + e.msg +
+                        "; allowed: YAML");
+}
+
+}  // namespace vest::trajectory

@@ -1,0 +1,194 @@
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "vest_instruments/control/instrument.h"
+#include "vest_instruments/control/pedals.h"
+#include "vest_instruments/tools/tool_geometry.h"
+
+namespace {
+
+using namespace vest::control;
+using vest::tools::ToolKind;
+
+class Control : public ::testing::Test {
+ protected:
+  vest::kinematics::TrainerBox box =
+      vest::kinematics::loadTrainerBox(std::string(VEST_INSTRUMENTS_DIR) + "/config/trainer_box.yaml");
+  Instrument left(Source source) const { return Instrument(box.arms[0], source); }
+  static Joints joints(double a, double b, double c, double d, double e) {
+    return (Joints() << a, b, c, d, e).finished();
+  }
+};
+
+TEST_F(Control, OnlyTheSelectedSourceMovesTheInstrument) {
+  Instrument i = left(Source::Box);
+  EXPECT_EQ(i.servoJoints(joints(0.3, 0, 0.1, 0, 0), false, 1.0), Verdict::OtherSource);
+  EXPECT_EQ(i.servoPose(Source::Crtk, i.tip(), 1.0), Verdict::OtherSource);
+  EXPECT_EQ(i.moveJoints(joints(0.3, 0, 0.1, 0, 0), false, 1.0), Verdict::OtherSource);
+  i.update(1.0);
+  EXPECT_EQ(i.measured()[0], 0.0);
+  EXPECT_FALSE(i.valid());
+  EXPECT_EQ(i.sensedJoints(Source::Box, joints(0.3, 0.1, 0.15, 1, 0.5), true, nullptr, 1.0), Verdict::Taken);
+  i.update(1.0);
+  EXPECT_TRUE(i.valid());
+  EXPECT_EQ(i.measured()[0], 0.3);
+}
+
+TEST_F(Control, SilenceOf100MillisecondsHoldsThePoseAndSaysSo) {
+  Instrument i = left(Source::Box);
+  i.sensedJoints(Source::Box, joints(0.3, 0.1, 0.15, 1, 0.5), true, nullptr, 1.0);
+  i.update(1.09);
+  EXPECT_TRUE(i.valid());
+  i.update(1.11);
+  EXPECT_FALSE(i.valid());
+  EXPECT_EQ(i.measured()[0], 0.3);
+  EXPECT_TRUE(i.velocity().isZero());
+}
+
+TEST_F(Control, NotANumberIsRefusedAndThePoseStays) {
+  Instrument i = left(Source::Box);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  i.sensedJoints(Source::Box, joints(0.3, 0.1, 0.15, 1, 0.5), true, nullptr, 1.0);
+  EXPECT_EQ(i.sensedJoints(Source::Box, joints(nan, 0.1, 0.15, 1, 0.5), true, nullptr, 1.01),
+            Verdict::NotFinite);
+  EXPECT_EQ(i.sensedJoints(Source::Box, joints(0.1, 0.1, 0.15, 1, nan), true, nullptr, 1.01),
+            Verdict::NotFinite);
+  i.update(1.01);
+  EXPECT_EQ(i.measured()[0], 0.3);
+}
+
+TEST_F(Control, LimitsHoldAndTheCommandBeyondShowsAsADifferenceToTheSetpoint) {
+  Instrument i = left(Source::Crtk);
+  i.servoJoints(joints(9, -9, 9, 9, 9), true, 1.0);
+  i.update(1.0);
+  EXPECT_EQ(i.setpoint()[0], 1.2);
+  EXPECT_EQ(i.setpoint()[1], -1.2);
+  EXPECT_EQ(i.setpoint()[2], 0.28);
+  EXPECT_EQ(i.setpoint()[4], vest::tools::toolGeometry(ToolKind::Grasper).max_jaw_angle);
+  Eigen::Isometry3d X = i.arm().X_BTrocar;
+  X.translation() = X * Eigen::Vector3d(0, 0, 0.5);
+  EXPECT_EQ(i.servoPose(Source::Crtk, X, 1.1), Verdict::Taken);
+  EXPECT_NEAR((i.setpointTip().translation() - X.translation()).norm(), 0.5 - 0.28, 1e-9);
+}
+
+TEST_F(Control, AMoveIsBusyUntilItArrivesAndHoldStopsIt) {
+  Instrument i = left(Source::Crtk);
+  const auto before = i.stateRevision();
+  EXPECT_EQ(i.moveJoints(joints(0.4, 0, 0.1, 0, 0), false, 1.0), Verdict::Taken);
+  EXPECT_TRUE(i.busy());
+  EXPECT_NE(i.stateRevision(), before);
+  double last = 0.0;
+  for (double t = 1.0; t < 3.0; t += 0.001) {
+    i.update(t);
+    EXPECT_GE(i.measured()[0], last);
+    EXPECT_LE(i.velocity()[0], 1.05 * Instrument::kMoveSpeed);
+    last = i.measured()[0];
+  }
+  EXPECT_FALSE(i.busy());
+  EXPECT_DOUBLE_EQ(i.measured()[0], 0.4);
+  i.moveJoints(joints(0.0, 0, 0.1, 0, 0), false, 3.0);
+  i.update(3.2);
+  EXPECT_EQ(i.hold(3.2), Verdict::Taken);
+  EXPECT_FALSE(i.busy());
+  const double held = i.measured()[0];
+  EXPECT_GT(held, 0.0);
+  i.update(5.0);
+  EXPECT_EQ(i.measured()[0], held);
+  EXPECT_TRUE(i.valid()) << "a simulated arm stays valid where its client left it";
+}
+
+TEST_F(Control, StateCommandsFollowCrtkAndWrongOnesAreRefused) {
+  Instrument i = left(Source::Crtk);
+  EXPECT_EQ(i.operatingState(), OperatingState::Enabled);
+  EXPECT_TRUE(i.stateCommand("pause", 1));
+  EXPECT_EQ(i.operatingState(), OperatingState::Paused);
+  EXPECT_EQ(i.servoJoints(joints(0.1, 0, 0.1, 0, 0), false, 1), Verdict::NotEnabled);
+  EXPECT_FALSE(i.stateCommand("pause", 1));
+  EXPECT_FALSE(i.stateCommand("home", 1));
+  EXPECT_TRUE(i.stateCommand("resume", 1));
+  EXPECT_TRUE(i.stateCommand("unhome", 1));
+  EXPECT_EQ(i.servoJoints(joints(0.1, 0, 0.1, 0, 0), false, 1), Verdict::NotHomed);
+  EXPECT_TRUE(i.stateCommand("home", 1));
+  EXPECT_TRUE(i.stateCommand("disable", 1));
+  EXPECT_FALSE(i.stateCommand("resume", 1));
+  EXPECT_TRUE(i.stateCommand("enable", 1));
+  EXPECT_EQ(i.servoJoints(joints(0.1, 0, 0.1, 0, 0), false, 1), Verdict::Taken);
+  EXPECT_FALSE(i.stateCommand("explode", 1));
+  EXPECT_TRUE(i.stateCommand("source:box", 1));
+  EXPECT_EQ(i.source(), Source::Box);
+  EXPECT_FALSE(i.stateCommand("source:ghost", 1));
+}
+
+TEST_F(Control, AChangeOfSourceKeepsThePose) {
+  Instrument i = left(Source::Box);
+  i.sensedJoints(Source::Box, joints(0.3, 0.1, 0.15, 1, 0.5), true, nullptr, 1.0);
+  i.update(1.0);
+  i.selectSource(Source::Crtk, 1.1);
+  i.update(1.1);
+  EXPECT_EQ(i.measured(), joints(0.3, 0.1, 0.15, 1, 0.5));
+  EXPECT_FALSE(i.valid()) << "until the new source speaks";
+}
+
+TEST_F(Control, TheClutchLetsAHandMoveAwayWithoutTheInstrument) {
+  Instrument i = left(Source::Teleop);
+  Eigen::Isometry3d hand = i.tip();
+  i.servoPose(Source::Teleop, hand, 1.0);
+  const Eigen::Vector3d start = i.setpointTip().translation();
+  i.setClutch(true);
+  hand.translation().x() += 0.05;
+  EXPECT_EQ(i.servoPose(Source::Teleop, hand, 1.1), Verdict::Clutched);
+  i.update(1.1);
+  EXPECT_LT((i.tip().translation() - start).norm(), 1e-9);
+  EXPECT_TRUE(i.valid());
+  i.setClutch(false);
+  i.servoPose(Source::Teleop, hand, 1.2);
+  EXPECT_LT((i.setpointTip().translation() - start).norm(), 1e-9) << "no jump on release";
+  hand.translation().x() += 0.01;
+  i.servoPose(Source::Teleop, hand, 1.3);
+  EXPECT_NEAR(i.setpointTip().translation().x(), start.x() + 0.01, 1e-9);
+}
+
+TEST_F(Control, AClipFiresWhenTheHandleClosesAfterHavingBeenOpen) {
+  Instrument i = left(Source::Box);
+  ASSERT_TRUE(i.exchangeTool(ToolKind::ClipApplier));
+  const auto handle = [&](double angle, double t) {
+    i.sensedJoints(Source::Box, joints(0, 0, 0.1, 0, angle), true, nullptr, t);
+    i.update(t);
+    return i.fires();
+  };
+  EXPECT_FALSE(handle(0.0, 1.0)) << "closed from the start is no shot";
+  EXPECT_FALSE(handle(0.4, 1.1));
+  EXPECT_TRUE(handle(0.01, 1.2));
+  EXPECT_FALSE(i.exchangeTool(ToolKind::Endoscope));
+  ASSERT_TRUE(i.exchangeTool(ToolKind::Grasper));
+  handle(0.4, 1.3);
+  EXPECT_FALSE(handle(0.01, 1.4)) << "a grasper fires nothing";
+  Instrument scope(box.arms[3], Source::Box);
+  EXPECT_FALSE(scope.exchangeTool(ToolKind::Grasper));
+}
+
+TEST(PedalsTest, EveryMaskSwitchesWhatTheToolTakesAndAgeReleasesAll) {
+  using F = PedalFunction;
+  for (std::uint32_t mask = 0; mask < 64; ++mask) {
+    Pedals p({F::Coagulate, F::Cut, F::Irrigate, F::Suck, F::NextTool, F::Clutch});
+    EXPECT_EQ(p.active(ToolKind::CoagulationHook, 0.0), 0u);
+    p.update(mask, 10.0);
+    const std::uint32_t clutch = (mask & 32) ? 32u : 0u;
+    EXPECT_EQ(p.active(ToolKind::CoagulationHook, 10.05),
+              ((mask & 1) ? 2u : 0u) | ((mask & 2) ? 1u : 0u) | clutch);
+    EXPECT_EQ(p.active(ToolKind::SuctionIrrigator, 10.05),
+              ((mask & 4) ? 4u : 0u) | ((mask & 8) ? 8u : 0u) | clutch);
+    EXPECT_EQ(p.active(ToolKind::Grasper, 10.05), clutch);
+    EXPECT_EQ(p.active(ToolKind::Endoscope, 10.05), 0u);
+    EXPECT_EQ(p.active(ToolKind::CoagulationHook, 10.11), 0u) << "older than 100 ms counts as released";
+    EXPECT_FALSE(p.clutch(10.11));
+    EXPECT_EQ(p.takeToolPress(), (mask & 16) != 0);
+    EXPECT_FALSE(p.takeToolPress());
+    p.update(mask, 10.05);
+    EXPECT_FALSE(p.takeToolPress()) << "held is not pressed again";
+  }
+}
+
+}  // namespace
