@@ -33,6 +33,6 @@ void main() {
   colour += mirrored * (metal.x * 1.4 + 0.5 * fresnel) * min(strength * 1.6, 1.3) * (1.0 - 0.5 * metal.z);
   colour = 1.0 - exp(-colour);
   colour = sqrt(colour);
-  colour = mix(colour, colour * colour * (3.0 - 2.0 * colour), 0.6);  // as in tissue.frag
+  colour = mix(colour, colour * colour * (3.0 - 2.0 * colour), 0.75);  // as in tissue.frag
   gl_FragColor = vec4(colour, 1.0);
 }

@@ -1,5 +1,6 @@
 #include "endoscopic_view_display.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <vector>
@@ -27,6 +28,11 @@
 
 namespace vest::displays {
 namespace {
+
+/// Rendered pixels per pixel of the picture that the automatic quality chooses from, and the milliseconds for drawing
+/// and reading back above which it steps down, below which it steps up.
+constexpr double kResolutions[] = {1.0, 0.85, 0.7};
+constexpr double kTooSlowMs = 44, kFastMs = 20;
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
@@ -72,11 +78,14 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
                                       SLOT(updateCamera())), 0.3, 1.5);
   optic_angle_ = limited(new FloatProperty("Optic Angle", 0, "Degrees (0, 30, 45), used while tf lacks the optical frame.",
                                            this), -90, 90);
-  rate_ = limited(new FloatProperty("Frame Rate", 30, "Most pictures per second.", this), 0.2, 200);
+  rate_ = limited(new FloatProperty("Frame Rate", 20, "Most pictures per second.", this), 0.2, 200);
   compressed_rate_ = limited(new FloatProperty("Compressed Rate", 10, "Most JPEG pictures per second.", this), 0.1, 200);
-  quality_ = new rviz::EnumProperty("Quality", "standard", "Size of the baked textures.", this, SLOT(updateScene()));
+  quality_ = new rviz::EnumProperty("Quality", "automatic",
+                                    "automatic: as fine as the frame time allows. standard: all pixels. simple: half of the "
+                                    "pixels and smaller textures.", this, SLOT(updateScene()));
   quality_->addOption("simple", 0);
   quality_->addOption("standard", 1);
+  quality_->addOption("automatic", 2);
   fill_ = new rviz::BoolProperty("Fill Window", false,
                                  "Lie over rviz's 3-D view, which is not drawn meanwhile: saves a second rendering.", this,
                                  SLOT(updatePlace()));
@@ -100,7 +109,7 @@ void EndoscopicViewDisplay::onInitialize() {
 void EndoscopicViewDisplay::updateScene() {
   if (!initialized() && pane_ == nullptr) return;
   try {
-    scene_ = std::make_unique<EndoscopeScene>(quality_->getOptionInt());
+    scene_ = std::make_unique<EndoscopeScene>(quality_->getOptionInt() > 0 ? 1 : 0);
     updateCamera();
     if (!input_.store().empty()) scene_->updateTissue(input_.store());
     if (instruments_) scene_->updateInstruments(*instruments_);
@@ -115,7 +124,10 @@ void EndoscopicViewDisplay::updateCamera() {
   camera_ = camera::fromFieldOfView(static_cast<std::uint32_t>(width_->getInt()),
                                     static_cast<std::uint32_t>(height_->getInt()), field_of_view_->getFloat() * kDegree,
                                     {k1_->getFloat(), k2_->getFloat(), 0, 0, 0});
-  finisher_ = std::make_unique<picture::Finisher>(camera_, circle_->getFloat());
+  // Fewer pixels are drawn and the camera's resampling fills in.
+  const int quality = quality_->getOptionInt();
+  const double resolution = quality == 2 ? kResolutions[level_] : quality == 1 ? 1.0 : 0.7;
+  finisher_ = std::make_unique<picture::Finisher>(camera_, circle_->getFloat(), resolution);
   scene_->setCamera(finisher_->source(), finisher_->sourceRadius());
 }
 
@@ -329,7 +341,15 @@ void EndoscopicViewDisplay::account(double now) {
     setStatus(rviz::StatusProperty::Ok, "Timing", text);
     if (print_timing_->getBool()) ROS_INFO("endoscopic view: %s", qPrintable(text));
   }
+  const double drawing = n > 0 ? 1000.0 * (sums_.draw + sums_.read) / n : 0;
   sums_ = {};
+  // Not judged by the first pictures, which bake textures.
+  if (quality_->getOptionInt() != 2 || n < 10 || elapsed > 60) return;
+  const int last_level = static_cast<int>(std::size(kResolutions)) - 1;
+  const int wanted = drawing > kTooSlowMs ? std::min(level_ + 1, last_level) : drawing < kFastMs ? std::max(level_ - 1, 0) : level_;
+  if (wanted == level_) return;
+  level_ = wanted;
+  updateCamera();
 }
 
 }  // namespace vest::displays

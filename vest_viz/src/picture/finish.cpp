@@ -10,7 +10,7 @@ namespace {
 constexpr double kRimWidth = 2.2;  // pixels at 576 lines; by eye
 }
 
-Finisher::Finisher(const camera::Intrinsics& camera, double share) : camera_(camera) {
+Finisher::Finisher(const camera::Intrinsics& camera, double share, double resolution) : camera_(camera) {
   share = std::clamp(share, 0.3, 1.5);
   circle_.cx = camera.cx;
   circle_.cy = camera.cy;
@@ -26,7 +26,7 @@ Finisher::Finisher(const camera::Intrinsics& camera, double share) : camera_(cam
   }
   const double half = 1.01 * reach;
   // As many pixels per edge as the circle has, so that the middle is not blurred.
-  const auto edge = static_cast<std::uint32_t>(2 * std::ceil(circle_.radius * 1.02));
+  const auto edge = static_cast<std::uint32_t>(2 * std::ceil(circle_.radius * 1.02 * std::clamp(resolution, 0.4, 1.0)));
   source_ = camera::fromFieldOfView(edge, edge, 2 * std::atan(half), {0, 0, 0, 0, 0});
   source_radius_ = reach / half;
 

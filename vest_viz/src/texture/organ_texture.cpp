@@ -107,8 +107,8 @@ std::vector<Style> makeStyles() {
   s.organ = "ovary";
   s.tile = 0.03;
   s.base = {0.91f, 0.80f, 0.73f}, s.second = {0.84f, 0.60f, 0.54f}, s.mottle = 0.6f;
-  s.vessel_trees = 3, s.vessel_width = 0.0003, s.vessel_strength = 0.5f, s.capillaries = 50;
-  s.relief = 0.00035, s.relief_length = 0.006, s.crypts = 0.00025, s.wet = 0.95f, s.translucence = 0.2f;
+  s.vessel_trees = 3, s.vessel_width = 0.00025, s.vessel_strength = 0.4f, s.capillaries = 70;
+  s.relief = 0.00035, s.relief_length = 0.006, s.crypts = 0.00018, s.wet = 0.9f, s.translucence = 0.2f;
   all.push_back(s);
   s = Style();
   s.organ = "ligament";
@@ -137,8 +137,8 @@ std::vector<Style> makeStyles() {
   s = Style();
   s.organ = "cavity";
   s.tile = 0.08;
-  s.base = {0.74f, 0.38f, 0.33f}, s.second = {0.55f, 0.19f, 0.18f}, s.mottle = 0.75f;
-  s.vessel_trees = 10, s.vessel_width = 0.0011, s.vessel_strength = 0.85f, s.capillaries = 420, s.fat = 0.15f;
+  s.base = {0.74f, 0.40f, 0.35f}, s.second = {0.55f, 0.22f, 0.20f}, s.mottle = 0.75f;
+  s.vessel_trees = 10, s.vessel_width = 0.0011, s.vessel_strength = 0.85f, s.capillaries = 420, s.fat = 0.11f;
   s.relief = 0.0005, s.relief_length = 0.010, s.wet = 0.58f, s.translucence = 0.3f;
   all.push_back(s);
   s.organ = "";
@@ -201,7 +201,7 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
         const Cell cell = periodicCell(u + warp, v, std::max(3, static_cast<int>(s.tile / 0.004)), seed + 3);
         const float groove = 1.0f - smooth(0.02f, 0.35f, cell.second - cell.nearest);
         h -= static_cast<float>(s.crypts) * groove;
-        for (int i = 0; i < 3; ++i) c[i] *= 1.0f - 0.16f * groove * (i == 0 ? 0.5f : 1.0f);
+        for (int i = 0; i < 3; ++i) c[i] *= 1.0f - 0.09f * groove * (i == 0 ? 0.5f : 1.0f);
       }
       float veil = 0;  // how far fat hides the vessels
       if (s.fat > 0) {

@@ -19,7 +19,8 @@ class Finisher {
  public:
   /// @param camera  what is published: size, K, plumb_bob coefficients
   /// @param circle_share radius of the round image over half the picture's height, 0.3 … 1.5
-  Finisher(const camera::Intrinsics& camera, double circle_share);
+  /// @param resolution rendered pixels per pixel of the picture, along an edge, 0.4 … 1
+  Finisher(const camera::Intrinsics& camera, double circle_share, double resolution = 1.0);
 
   /// The square pinhole camera that has to be rendered, just large enough for the circle.
   const camera::Intrinsics& source() const { return source_; }
