@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -43,8 +44,8 @@ struct Event {
 
 /// Unilateral plane: normal·x >= offset is free space (no force beyond it). World, metres.
 struct ContactPlane {
-  Eigen::Vector3d normal;
-  double offset;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  double offset = 0;
 };
 
 /// F(x, v) = wrench - K (x - x0) - B (v - v0), the force of the tissue on the instrument at the proxy's tip, world.
@@ -115,9 +116,9 @@ struct Attachment {
   std::int8_t instrument = -1;
 };
 
-class WorldModel;    ///< immutable once built
-class WorldState;    ///< everything that evolves; a copy is a snapshot
-class WorldScratch;  ///< sized once, no meaning between steps
+struct WorldModel;    ///< immutable once built (world_model.h)
+struct WorldState;    ///< everything that evolves; a copy is a snapshot (world_state.h)
+struct WorldScratch;  ///< sized once, no meaning between steps (world_scratch.h)
 
 /// Convenient owner of Model, State and Scratch. Not thread-safe; step() is real-time safe after construction.
 class World {
@@ -162,6 +163,14 @@ class World {
   void setThreads(int threads);
   /// Name of the kernel level in use (baseline, avx2 …); environment variable VEST_KERNEL forces one.
   std::string_view kernelLevel() const;
+
+  /// Energy accounting of dampers costs about a third more time; off at first. Work of the tools and the heat of contacts
+  /// are counted always.
+  void accountEnergy(bool on);
+  /// Fills StepReport::stage_seconds (predict, collide, interact, solve, velocities, report); off at first.
+  void measureStages(bool on);
+  /// What was built: sub-steps and bounds per object, for tables and tests.
+  const WorldModel& model() const;
 
  private:
   struct Impl;

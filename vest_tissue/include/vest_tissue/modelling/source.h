@@ -1,0 +1,101 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vest_tissue/modelling/ring_net.h"
+
+/// The spline source of a scene (docs/scene_format.md, "Source"): what people edit; `vest_model bake` makes nets of it.
+namespace vest::modelling {
+
+/// Some rings of a net: from first to last in steps; counted from the end when negative in the file.
+struct Rings {
+  int first = 0, last = -1, step = 1;
+};
+
+/// Knots that are held: by place along the organ, or because they lie outside a cavity.
+struct FixRule {
+  std::optional<Rings> rings;
+  std::string outside;      ///< object; empty: by rings
+  double margin = 0.0;      ///< m; knots nearer than this to the cavity's surface are held too
+};
+
+struct TetherRule {
+  Rings rings;
+  double stiffness = 0.0;   ///< N/m per knot
+};
+
+/// Ties knots to the nearest place on another object's surface.
+struct ConnectRule {
+  std::string to;
+  Rings rings;
+  std::uint32_t per_ring = 1;   ///< how many knots of each ring, nearest first
+  double within = 0.0;          ///< m; farther ones stay free
+  double stiffness = 0.0;       ///< N/m
+};
+
+/// Moves a surface: all knots near `at` by up to `push` (Gaussian of standard deviations `size`).
+struct Bump {
+  Vector3 at, size, push;
+};
+
+/// Moves the rings of a tube out of other organs, so that nothing overlaps at the start.
+struct ClearRule {
+  std::string of;
+  double gap = 0.0;  ///< m between the surfaces
+};
+
+/// Lays rings on another organ's surface: their centres end `gap` outside of it (0: half sunk).
+struct LayRule {
+  std::string on;
+  Rings rings;
+  double gap = 0.0;  ///< m
+};
+
+struct ObjectSource {
+  std::string name, organ, material;
+  std::vector<std::string> roles;
+  bool rigid = false;
+  std::optional<TubeSpec> tube;
+  std::optional<SheetSpec> sheet;
+  std::vector<Bump> bumps;
+  std::uint32_t springs = 0;
+  std::vector<LinkClass> fillers;
+  std::uint32_t skin_along = 2, skin_around = 2, petals = 0;
+  double petal_depth = 0.0;
+  double fill = 1.0;             ///< part of the enclosed volume that has the tissue's density (gas in bowel)
+  double stiffness_factor = 1.0; ///< on all areas of links
+  double damping_ratio = 0.1;    ///< of each link's own pair oscillation
+  double damping_rate = 2.0;     ///< 1/s: gamma_i = rate·m_i
+  double bulk_modulus = 0.0;     ///< Pa; 0: no volume element
+  double friction = 0.1, contact_thickness = 0.0005;
+  std::string vessel_segment;
+  std::vector<FixRule> fixed;
+  std::vector<TetherRule> tethers;
+  std::vector<ConnectRule> connections;
+  std::vector<LayRule> lay;       ///< before clear
+  std::vector<ClearRule> clear;
+};
+
+struct MaterialEntry {
+  material::Law law;
+  double density = 0.0;  ///< kg/m³
+};
+
+struct SceneSource {
+  std::string name;
+  Vector3 gravity{0, 0, -9.81};
+  double dt = 0.001;
+  std::uint32_t seed = 1;
+  std::vector<ObjectSource> objects;
+};
+
+/// @throws std::invalid_argument: file, line, field, value, what is allowed
+SceneSource readSource(const std::string& path);
+
+/// data/materials.yaml. @throws std::invalid_argument
+std::map<std::string, MaterialEntry> readMaterials(const std::string& path);
+
+}  // namespace vest::modelling

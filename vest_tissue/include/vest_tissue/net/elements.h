@@ -1,0 +1,98 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace vest::net {
+
+/// The slower elements of a net: stateless functions over flat arrays. Their forces are evaluated once per batch of
+/// sub-steps, at the positions predicted for its middle, and held (docs/decisions/0121-…). Energies are those whose
+/// negative gradient the forces are; tests check each by finite differences.
+
+/// Bending link (models.md section 2, default form from an energy): E = ½·k·(beta - beta0)², where beta = pi - alpha
+/// is the deviation from straight and alpha the angle at knot b between the arms to a and c. Forces and torques sum
+/// to zero. Where beta0 > 0 the direction at the straight angle is undefined: the force fades to zero over 1e-3 rad.
+struct Bending {
+  std::uint32_t a, b, c;
+  float stiffness;  ///< N·m/rad
+  float rest;       ///< beta0, rad
+};
+
+/// Hinge: E = k·(theta - theta0)², theta the dihedral deviation from flat (scene::HingeElement).
+struct Hinge {
+  std::uint32_t edge0, edge1, wing0, wing1;
+  float stiffness;  ///< N·m
+  float rest;       ///< theta0, rad
+};
+
+/// Plastic link (models.md section 2): +kappa beyond the rest length, -kappa below; the jump is spread over 2 % of
+/// the rest length (ours), so that its tangent is bounded.
+struct Plastic {
+  std::uint32_t a, b;
+  float kappa;    ///< N
+  float rest;     ///< m
+  float damping;  ///< N·s/m along the link
+};
+inline constexpr float kPlasticWidth = 0.02f;
+
+/// Spring to a place (scene::Tether).
+struct Tether {
+  std::uint32_t knot;
+  float place[3];   ///< m, world
+  float stiffness;  ///< N/m
+  float damping;    ///< N·s/m
+};
+
+/// Volume: E = ½·K·(V - V0)²/V0 over a closed surface.
+struct Volume {
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::uint32_t> knots;  ///< that occur in the triangles, ascending
+  float bulk_modulus = 0.0f;         ///< Pa
+  float rest = 0.0f;                 ///< V0, m³
+};
+
+struct Elements {
+  std::vector<Bending> bending;
+  std::vector<Hinge> hinges;
+  std::vector<Plastic> plastic;
+  std::vector<Tether> tethers;
+  std::vector<Volume> volumes;
+};
+
+/// x, y, z of the positions and of the velocities, f: forces are added to it. Arrays over the object's knots.
+struct ElementArrays {
+  const float *x, *y, *z;     ///< m, where elastic forces are taken
+  const float *vx, *vy, *vz;  ///< m/s
+  float *fx, *fy, *fz;        ///< N
+};
+
+void addBending(const std::vector<Bending>& elements, const ElementArrays& a);
+void addHinges(const std::vector<Hinge>& elements, const ElementArrays& a);
+void addPlastic(const std::vector<Plastic>& elements, const ElementArrays& a);
+void addTethers(const std::vector<Tether>& elements, const ElementArrays& a);
+void addVolumes(const std::vector<Volume>& elements, const ElementArrays& a);
+void addElements(const Elements& elements, const ElementArrays& a);
+
+/// J, at positions a.x, a.y, a.z.
+double bendingEnergy(const std::vector<Bending>& elements, const ElementArrays& a);
+double hingeEnergy(const std::vector<Hinge>& elements, const ElementArrays& a);
+double plasticEnergy(const std::vector<Plastic>& elements, const ElementArrays& a);
+double tetherEnergy(const std::vector<Tether>& elements, const ElementArrays& a);
+double volumeEnergy(const std::vector<Volume>& elements, const ElementArrays& a);
+double elementEnergy(const Elements& elements, const ElementArrays& a);
+/// W: what the dampers of tethers and plastic links turn into heat, >= 0.
+double elementDissipation(const Elements& elements, const ElementArrays& a);
+
+/// Signed dihedral deviation from flat, rad; angle by angleOf, own arithmetic.
+float dihedral(const Eigen::Vector3f& e0, const Eigen::Vector3f& e1, const Eigen::Vector3f& w0,
+               const Eigen::Vector3f& w1);
+/// Volume of a closed surface, m³ (double).
+double enclosedVolume(const Volume& volume, const ElementArrays& a);
+
+/// Angle of the vector (c, s) against (1, 0), -pi … pi, rad; error below 2e-6. No libm: the same bits everywhere.
+float angleOf(float s, float c);
+
+}  // namespace vest::net

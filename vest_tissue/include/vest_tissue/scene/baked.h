@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+
+#include "vest_tissue/scene/description.h"
+
+/// Baked nets: one object's knots, springs, skin and tube map in one binary file (docs/scene_format.md).
+namespace vest::scene {
+
+/// Geometry of an object as bytes: everything in Object but name, organ, material, roles, law, density, friction.
+std::string encodeBaked(const Object& object);
+
+/// @param bytes of the file `file` @param object gets the geometry
+/// @throws std::invalid_argument: file, section, index, value, what is allowed
+void decodeBaked(const std::string& bytes, const std::string& file, Object& object);
+
+/// What every object must obey, wherever it was read from: finite numbers, mass > 0, links that exist and are there once,
+/// one piece, bindings whose weights sum to 1. @throws std::invalid_argument: file, field with index, value, what is allowed
+void checkObject(const Object& object, const std::string& file);
+
+/// Number of pieces that the elastic links leave (1 for an object in one piece).
+std::size_t countPieces(const Object& object);
+
+/// Knots that appear in no binding of the skin.
+std::size_t countUnboundKnots(const Object& object);
+
+/// Pairs of knots that more than one link of the same kind joins.
+std::size_t countDuplicateLinks(const Object& object);
+
+/// XXH64 of bytes as 16 hexadecimal digits.
+std::string hashText(const std::string& bytes);
+
+}  // namespace vest::scene

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "vest_tissue/contact/distance_grid.h"
+#include "vest_tissue/scene/world_state.h"
+#include "vest_tissue/solver/step_bound.h"
+
+namespace vest::scene {
+
+/// What of one object never changes once built.
+struct ObjectConstants {
+  bool net = true;                 ///< false: rigid
+  material::Law law;
+  solver::Rates rates;             ///< of the links at the start, contact reserve included
+  double calibration = 1.0;        ///< power iteration over the rigorous bound, <= 1 (docs/decisions/0122-…)
+  double bound_at_start = 0.0;     ///< rigorous bound of the links at the start, 1/s²
+  double slow_omega_squared = 0.0, slow_decay = 0.0;
+  double contact_omega_squared = 0.0;  ///< stiffness over mass that contacts may add, 1/s²
+  int sub_steps = 1, batches = 1;  ///< at dt of the description
+  double greatest_edge = 0.0;      ///< m, of the contact triangles at the start
+  bool polynomial = false;         ///< the law has a2, a3 or a4
+  std::vector<std::int32_t> ring;      ///< per knot: ring of the tube map, -1 none
+  std::vector<std::uint32_t> ring_links;  ///< block links within a ring: dilatation acts on them
+  contact::DistanceGrid grid;      ///< rigid only
+};
+
+/// Immutable once built.
+struct WorldModel {
+  Description description;
+  std::vector<ObjectConstants> objects;
+  std::vector<int> batches_of_connection;  ///< how often a step each connection is renewed
+  int batches = 1;                         ///< greatest of all
+  WorldState start;                        ///< what reset() returns to
+};
+
+/// @throws std::invalid_argument naming object, field, index, value and what is allowed
+std::unique_ptr<WorldModel> buildModel(const Description& description);
+/// The checks alone: finite numbers, masses, indices, duplicates, weights.
+void validate(const Description& description);
+
+}  // namespace vest::scene

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "vest_tissue/interaction/grasp.h"
+#include "vest_tissue/interaction/tool_state.h"
+#include "vest_tissue/net/block.h"
+#include "vest_tissue/net/elements.h"
+#include "vest_tissue/scene/world.h"
+
+namespace vest::scene {
+
+/// Where a link of the topology is kept: in the block (elastic, viscous), or among the elements.
+struct LinkPlace {
+  LinkKind kind = LinkKind::Elastic;
+  std::uint32_t index = 0;
+};
+
+/// Everything of one object that evolves. A copy is a snapshot.
+struct ObjectState {
+  net::Block block;               ///< knots and links
+  net::Elements elements;         ///< slower elements
+  Topology topology;              ///< links, skin, flags, revision
+  std::vector<LinkPlace> places;  ///< per link of the topology
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< contact triangles, knots
+  std::vector<std::uint8_t> triangle_alive;
+  std::vector<std::uint8_t> fixed;                      ///< per knot
+  std::vector<std::uint32_t> ignored;   ///< per knot, bit per object (< 32): contact that existed at the start
+  std::vector<float> depth;             ///< per knot, m: how deep it may lie in rigid objects (<= 0), from the start
+  int sub_steps = 1;              ///< per dt of the description, a multiple of `batches`
+  int batches = 1;                ///< times a step that held forces are renewed; a power of two
+  float limit_strain = 0.0f;      ///< of the law now; lowered where the tangent would need too many sub-steps
+  double elastic_scale = 1.0;     ///< parameter edits: youngs_modulus over the scene's
+  double damping_scale = 1.0;
+  bool degraded = false;
+};
+
+/// A connection's state.
+struct ConnectionState {
+  net::Anchor end0, end1;
+  bool alive = true;
+};
+
+/// Candidates for organ against organ: a knot of one object near a triangle of another.
+struct OrganPair {
+  std::uint16_t object = 0, other = 0;
+  std::uint32_t knot = 0;
+  std::uint32_t triangle = 0;
+};
+
+/// Side on which a tool's capsule touches a triangle, so that a deep or fast contact does not flip.
+struct ContactSide {
+  std::uint32_t triangle = 0;
+  std::uint16_t object = 0;
+  std::uint8_t tool = 0, capsule = 0;
+  std::int8_t side = 1;
+};
+
+struct WorldState {
+  std::uint64_t step = 0;
+  double time = 0.0;                  ///< s
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
+  std::uint32_t revision = 0;
+  std::uint64_t next_attachment = 1;
+  std::vector<ObjectState> objects;   ///< scene order
+  std::vector<ConnectionState> connections;
+  std::array<interaction::Proxy, tools::kInstrumentCount> proxies{};
+  std::array<interaction::Grasp, tools::kInstrumentCount> grasps{};
+  std::vector<OrganPair> pairs;       ///< renewed every few steps
+  std::vector<ContactSide> sides;     ///< sorted by tool, capsule, object, triangle
+  Energy energy;                      ///< work and dissipated are kept, the others computed on demand
+};
+
+}  // namespace vest::scene

@@ -1,0 +1,239 @@
+#include <algorithm>
+#include <cmath>
+
+#include "../scene/stages.h"
+
+namespace vest::scene {
+namespace {
+
+using contact::Nearest;
+using contact::PlaneContact;
+using contact::ToolContact;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+using net::Block;
+
+constexpr double kMargin = 0.0015;        ///< m: contacts are prepared this much before they touch (ours)
+constexpr double kJawFriction = 0.6;      ///< serrated jaws on tissue; assumed
+constexpr double kGrip = 0.5;             ///< of critical: damping that friction amounts to at most
+constexpr double kContactDamping = 0.3;   ///< of critical, along the normal
+constexpr std::size_t kMostContacts = 512;
+
+std::uint64_t sideKey(std::uint8_t tool, std::uint8_t capsule, std::uint16_t object, std::uint32_t triangle) {
+  return (static_cast<std::uint64_t>(tool) << 56) | (static_cast<std::uint64_t>(capsule) << 48) |
+         (static_cast<std::uint64_t>(object) << 32) | triangle;
+}
+std::uint64_t sideKey(const ContactSide& s) { return sideKey(s.tool, s.capsule, s.object, s.triangle); }
+
+/// Marks knots within `reach` of a segment; whether there are any. Same operations for every knot: vectorised.
+bool markNear(const ObjectState& s, const Vector3d& a, const Vector3d& b, double reach, std::vector<std::uint8_t>& near) {
+  const float ax = float(a.x()), ay = float(a.y()), az = float(a.z());
+  const float bx = float(b.x() - a.x()), by = float(b.y() - a.y()), bz = float(b.z() - a.z());
+  const float squared = bx * bx + by * by + bz * bz, inverse = squared > 0.0f ? 1.0f / squared : 0.0f;
+  const float reach2 = static_cast<float>(reach * reach);
+  const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
+  std::uint8_t* const out = near.data();
+  unsigned any = 0;
+  for (std::size_t i = 0; i < s.block.knots(); ++i) {
+    const float px = x[i] - ax, py = y[i] - ay, pz = z[i] - az;
+    float t = (px * bx + py * by + pz * bz) * inverse;
+    t = t > 0.0f ? t : 0.0f;
+    t = t < 1.0f ? t : 1.0f;
+    const float dx = px - t * bx, dy = py - t * by, dz = pz - t * bz;
+    const std::uint8_t is = dx * dx + dy * dy + dz * dz < reach2;
+    out[i] = is;
+    any |= is;
+  }
+  return any != 0;
+}
+
+bool boxTouches(const ObjectScratch& o, const Vector3d& a, const Vector3d& b, double reach) {
+  for (int c = 0; c < 3; ++c) {
+    if (std::min(a[c], b[c]) - reach > o.high[c] || std::max(a[c], b[c]) + reach < o.low[c]) return false;
+  }
+  return true;
+}
+
+/// Key of the feature (corner, edge or face) that the weights name, so that triangles that share it count once.
+std::uint64_t featureKey(const std::array<std::uint32_t, 3>& k, const std::array<double, 3>& w, std::size_t triangle) {
+  std::uint32_t on[3];
+  int n = 0;
+  for (int i = 0; i < 3; ++i) if (w[i] > 1e-6) on[n++] = k[i];
+  if (n == 3) return (1ull << 63) | triangle;
+  if (n == 1) return on[0];
+  if (on[0] > on[1]) std::swap(on[0], on[1]);
+  return (static_cast<std::uint64_t>(on[0] + 1) << 24) | on[1];
+}
+
+}  // namespace
+
+void placeTools(Context& c) {
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    const auto& proxy = c.state.proxies[t];
+    c.scratch.capsule_count[t] = 0;
+    if (!proxy.present) continue;
+    const auto& geometry = tools::toolGeometry(proxy.tool);
+    interaction::placeCapsules(geometry, c.scratch.proxies_before[t].pose, c.scratch.capsules_before[t].data());
+    c.scratch.capsule_count[t] = interaction::placeCapsules(geometry, proxy.pose, c.scratch.capsules_after[t].data());
+  }
+}
+
+void findToolContacts(Context& c, std::size_t object) {
+  const ObjectState& s = c.state.objects[object];
+  const ObjectConstants& constants = c.model.objects[object];
+  const Object& described = c.model.description.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  o.contacts.clear();
+  if (!constants.net || s.triangles.empty()) return;
+  const float* const w = row(s, Block::kInverseMass);
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    for (int k = 0; k < c.scratch.capsule_count[t]; ++k) {
+      const auto &before = c.scratch.capsules_before[t][k], &after = c.scratch.capsules_after[t][k];
+      const bool jaw = after.which >= 0;
+      if (jaw && object < 32 && (c.state.grasps[t].passing >> object & 1u)) continue;
+      const double way = std::max((after.a - before.a).norm(), (after.b - before.b).norm());
+      const double touch = after.radius + described.contact_thickness, reach = touch + kMargin + way;
+      const Vector3d a = 0.5 * (before.a + after.a), b = 0.5 * (before.b + after.b);
+      // A triangle whose every corner is further away than its edges are long cannot be near.
+      const double corner = reach + 0.8 * constants.greatest_edge + 0.002;
+      if (!boxTouches(o, a, b, reach) || !markNear(s, a, b, corner, o.near)) continue;
+      std::array<std::uint64_t, 96> features;
+      std::size_t feature_count = 0;
+      for (std::size_t i = 0; i < s.triangles.size(); ++i) {
+        const auto& knots = s.triangles[i];
+        if (!(o.near[knots[0]] | o.near[knots[1]] | o.near[knots[2]]) || !s.triangle_alive[i]) continue;
+        const std::array<Vector3d, 3> p{knotPosition(s, knots[0]), knotPosition(s, knots[1]), knotPosition(s, knots[2])};
+        const Nearest n = contact::nearest(a, b, p);
+        if (!(n.distance < reach) || o.contacts.size() >= kMostContacts) continue;
+        const std::uint64_t key = featureKey(knots, n.weights, i);
+        if (std::find(features.begin(), features.begin() + feature_count, key) != features.begin() + feature_count) continue;
+        if (feature_count < features.size()) features[feature_count++] = key;
+        const Vector3d q = p[0] * n.weights[0] + p[1] * n.weights[1] + p[2] * n.weights[2];
+        const Vector3d axis = a + (b - a) * n.s;
+        Vector3d face = (p[1] - p[0]).cross(p[2] - p[0]);
+        const double area = std::sqrt(face.squaredNorm());
+        if (!(area > 1e-14)) continue;
+        face /= area;
+        Vector3d normal = axis - q;
+        const double distance = std::sqrt(normal.squaredNorm());
+        normal = distance > 1e-7 ? Vector3d(normal / distance) : face;
+        // A contact keeps the side on which it began, however deep it goes.
+        const std::uint64_t wanted = sideKey(std::uint8_t(t), std::uint8_t(k), std::uint16_t(object), std::uint32_t(i));
+        const auto found = std::lower_bound(c.state.sides.begin(), c.state.sides.end(), wanted,
+                                            [](const ContactSide& x, std::uint64_t value) { return sideKey(x) < value; });
+        if (found != c.state.sides.end() && sideKey(*found) == wanted && face.dot(normal) * found->side < -0.2) normal = -normal;
+        ToolContact r{};
+        for (int e = 0; e < 3; ++e) r.knots[e] = knots[e], r.weights[e] = static_cast<float>(n.weights[e]);
+        const Vector3d start = before.a + (before.b - before.a) * n.s, end = after.a + (after.b - after.a) * n.s;
+        for (int e = 0; e < 3; ++e) {
+          r.normal[e] = static_cast<float>(normal[e]);
+          r.start[e] = static_cast<float>(start[e]);
+          r.travel[e] = static_cast<float>(end[e] - start[e]);
+        }
+        r.reach = static_cast<float>(touch);
+        r.friction = static_cast<float>(jaw ? std::max(described.friction, kJawFriction) : described.friction);
+        r.tool = static_cast<std::uint8_t>(t);
+        r.capsule = static_cast<std::uint8_t>(k);
+        r.triangle = static_cast<std::uint32_t>(i);
+        o.contacts.push_back(r);
+      }
+    }
+  }
+  if (o.contacts.empty()) return;
+  // Knots share their room for contact stiffness among the contacts that touch them.
+  std::fill(o.shared.begin(), o.shared.end(), std::uint16_t{0});
+  for (const ToolContact& r : o.contacts) for (int e = 0; e < 3; ++e) if (r.weights[e] > 1e-6f) ++o.shared[r.knots[e]];
+  const double omega = std::sqrt(constants.contact_omega_squared);
+  for (ToolContact& r : o.contacts) {
+    double inverse = 0.0;
+    int most = 1;
+    for (int e = 0; e < 3; ++e) {
+      inverse += static_cast<double>(r.weights[e]) * r.weights[e] * w[r.knots[e]];
+      if (r.weights[e] > 1e-6f) most = std::max<int>(most, o.shared[r.knots[e]]);
+    }
+    const double mass = inverse > 0.0 ? 1.0 / inverse : 1e-4;
+    r.stiffness = static_cast<float>(constants.contact_omega_squared * mass / most);
+    r.damping = static_cast<float>(2.0 * kContactDamping * omega * mass / most);
+    r.grip = static_cast<float>(2.0 * kGrip * omega * mass / most);
+  }
+}
+
+void findCavityContacts(Context& c, std::size_t object) {
+  const ObjectState& s = c.state.objects[object];
+  const ObjectConstants& constants = c.model.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  o.planes.clear();
+  if (!constants.net) return;
+  const Object& described = c.model.description.objects[object];
+  const float thickness = static_cast<float>(described.contact_thickness);
+  const double omega = std::sqrt(constants.contact_omega_squared);
+  const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z), *mass = row(s, Block::kMass);
+  for (std::size_t other = 0; other < c.model.objects.size(); ++other) {
+    const auto& grid = c.model.objects[other].grid;
+    if (grid.empty()) continue;
+    const float friction = static_cast<float>(std::max(described.friction, c.model.description.objects[other].friction));
+    const float close = thickness + static_cast<float>(kMargin) + 0.87f * static_cast<float>(grid.spacing());
+    for (std::size_t i = 0; i < s.block.knots(); ++i) {
+      if (grid.coarse(x[i], y[i], z[i]) > close || s.fixed[i]) continue;
+      Vector3f gradient;
+      const Vector3f p(x[i], y[i], z[i]);
+      const float distance = grid.distance(p, gradient);
+      const float length = std::sqrt(gradient.squaredNorm());
+      const float limit = thickness + s.depth[i];
+      if (!(length > 0.1f) || distance > limit + static_cast<float>(kMargin) || o.planes.size() >= o.planes.capacity()) continue;
+      gradient /= length;
+      PlaneContact r{};
+      r.knot = static_cast<std::uint32_t>(i);
+      for (int e = 0; e < 3; ++e) r.normal[e] = gradient[e];
+      r.offset = gradient.dot(p) - (distance - limit);
+      r.stiffness = static_cast<float>(constants.contact_omega_squared) * mass[i];
+      r.damping = static_cast<float>(2.0 * kContactDamping * omega) * mass[i];
+      r.grip = static_cast<float>(2.0 * kGrip * omega) * mass[i];
+      r.friction = friction;
+      o.planes.push_back(r);
+    }
+  }
+}
+
+void renewSides(Context& c) {
+  auto& sides = c.state.sides;
+  sides.clear();
+  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
+    const ObjectState& s = c.state.objects[object];
+    for (const ToolContact& r : c.scratch.objects[object].contacts) {
+      Vector3d q = Vector3d::Zero();
+      std::array<Vector3d, 3> p;
+      for (int e = 0; e < 3; ++e) p[e] = knotPosition(s, r.knots[e]), q += p[e] * static_cast<double>(r.weights[e]);
+      const Vector3d normal(r.normal[0], r.normal[1], r.normal[2]);
+      const Vector3d axis(r.start[0] + r.travel[0], r.start[1] + r.travel[1], r.start[2] + r.travel[2]);
+      if (normal.dot(axis - q) > r.reach || sides.size() >= sides.capacity()) continue;
+      const double side = (p[1] - p[0]).cross(p[2] - p[0]).dot(normal);
+      sides.push_back({r.triangle, static_cast<std::uint16_t>(object), r.tool, r.capsule, static_cast<std::int8_t>(side < 0 ? -1 : 1)});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const ContactSide& a, const ContactSide& b) { return sideKey(a) < sideKey(b); });
+}
+
+void collide(Context& c) {
+  placeTools(c);
+  auto work = [&c](std::size_t object) {
+    const ObjectState& s = c.state.objects[object];
+    if (!c.model.objects[object].net) return;
+    ObjectScratch& o = c.scratch.objects[object];
+    const std::size_t knots = s.block.knots();
+    for (int axis = 0; axis < 3; ++axis) {
+      const float* const p = row(s, static_cast<Block::KnotRow>(Block::X + axis));
+      float low = p[0], high = p[0];
+      for (std::size_t i = 0; i < knots; ++i) low = p[i] < low ? p[i] : low, high = p[i] > high ? p[i] : high;
+      o.low[axis] = low;
+      o.high[axis] = high;
+    }
+    findToolContacts(c, object);
+    findCavityContacts(c, object);
+  };
+  c.pool.each(c.model.objects.size(), work);
+  findOrganPairs(c);
+  findOrganContacts(c);
+}
+
+}  // namespace vest::scene

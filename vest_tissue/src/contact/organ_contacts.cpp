@@ -1,0 +1,115 @@
+#include <algorithm>
+#include <cmath>
+
+#include "../scene/stages.h"
+
+namespace vest::scene {
+namespace {
+
+using Eigen::Vector3d;
+using net::Block;
+
+constexpr std::uint64_t kRenewEvery = 4;   ///< steps between two searches for pairs
+constexpr double kPairMargin = 0.003;      ///< m: 0.75 m/s of approach over that time
+constexpr double kShare = 0.25;            ///< (omega·h)² that a held contact may have
+constexpr double kDamping = 0.3, kGrip = 0.3;
+
+}  // namespace
+
+void findOrganPairs(Context& c) {
+  if (c.state.step % kRenewEvery != 0) return;
+  auto& pairs = c.state.pairs;
+  pairs.clear();
+  const auto& d = c.model.description;
+  for (std::size_t a = 0; a < d.objects.size() && a < 32; ++a) {
+    if (!c.model.objects[a].net) continue;
+    const ObjectState& sa = c.state.objects[a];
+    const ObjectScratch& oa = c.scratch.objects[a];
+    for (std::size_t b = 0; b < d.objects.size() && b < 32; ++b) {
+      if (a == b || !c.model.objects[b].net || c.state.objects[b].triangles.empty()) continue;
+      const ObjectState& sb = c.state.objects[b];
+      const ObjectScratch& ob = c.scratch.objects[b];
+      const float reach = static_cast<float>(d.objects[a].contact_thickness + d.objects[b].contact_thickness + kPairMargin);
+      Eigen::Array3f low, high;  // where both can be
+      bool apart = false;
+      for (int e = 0; e < 3; ++e) {
+        low[e] = std::max(oa.low[e], ob.low[e] - reach);
+        high[e] = std::min(oa.high[e], ob.high[e] + reach);
+        apart = apart || low[e] > high[e];
+      }
+      if (apart) continue;
+      const float *x = row(sa, Block::X), *y = row(sa, Block::Y), *z = row(sa, Block::Z);
+      const float *ux = row(sb, Block::X), *uy = row(sb, Block::Y), *uz = row(sb, Block::Z);
+      for (std::size_t i = 0; i < sa.block.knots(); ++i) {
+        if (x[i] < low[0] || x[i] > high[0] || y[i] < low[1] || y[i] > high[1] || z[i] < low[2] || z[i] > high[2]) continue;
+        if (sa.ignored[i] >> b & 1u) continue;
+        const Vector3d p(x[i], y[i], z[i]);
+        double nearest_distance = reach;
+        std::uint32_t nearest_triangle = 0;
+        bool found = false;
+        for (std::size_t t = 0; t < sb.triangles.size(); ++t) {
+          const auto& k = sb.triangles[t];
+          // Cheap: the first corner within reach and the longest edge.
+          const float dx = ux[k[0]] - x[i], dy = uy[k[0]] - y[i], dz = uz[k[0]] - z[i];
+          const float bound = reach + 1.3f * static_cast<float>(c.model.objects[b].greatest_edge);
+          if (dx * dx + dy * dy + dz * dz > bound * bound || !sb.triangle_alive[t]) continue;
+          const auto n = contact::nearest(p, {knotPosition(sb, k[0]), knotPosition(sb, k[1]), knotPosition(sb, k[2])});
+          if (n.distance < nearest_distance) {
+            nearest_distance = n.distance;
+            nearest_triangle = static_cast<std::uint32_t>(t);
+            found = true;
+          }
+        }
+        if (found && pairs.size() < pairs.capacity()) {
+          pairs.push_back({static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), static_cast<std::uint32_t>(i), nearest_triangle});
+        }
+      }
+    }
+  }
+}
+
+void findOrganContacts(Context& c) {
+  auto& contacts = c.scratch.organ_contacts;
+  contacts.clear();
+  const auto& d = c.model.description;
+  for (const OrganPair& pair : c.state.pairs) {
+    const ObjectState &sa = c.state.objects[pair.object], &sb = c.state.objects[pair.other];
+    const auto& k = sb.triangles[pair.triangle];
+    const Vector3d x = knotPosition(sa, pair.knot);
+    const std::array<Vector3d, 3> p{knotPosition(sb, k[0]), knotPosition(sb, k[1]), knotPosition(sb, k[2])};
+    const auto n = contact::nearest(x, p);
+    const double reach = d.objects[pair.object].contact_thickness + d.objects[pair.other].contact_thickness;
+    if (!(n.distance < reach + 0.001)) continue;
+    Vector3d normal = x - (p[0] * n.weights[0] + p[1] * n.weights[1] + p[2] * n.weights[2]);
+    const Vector3d face = (p[1] - p[0]).cross(p[2] - p[0]);
+    const double area = std::sqrt(face.squaredNorm());
+    if (!(area > 1e-14)) continue;
+    // Outside is where the triangle faces: a knot that got in is pushed out there.
+    if (n.distance < 1e-6 || normal.dot(face) < 0.0) {
+      normal = face / area;
+    } else {
+      normal /= std::sqrt(normal.squaredNorm());
+    }
+    OrganContact r;
+    r.object = pair.object, r.other = pair.other, r.knot = pair.knot, r.triangle = k;
+    double inverse = row(sa, Block::kInverseMass)[pair.knot];
+    for (int e = 0; e < 3; ++e) {
+      r.weights[e] = static_cast<float>(n.weights[e]);
+      r.normal[e] = static_cast<float>(normal[e]);
+      inverse += n.weights[e] * n.weights[e] * row(sb, Block::kInverseMass)[k[e]];
+    }
+    if (!(inverse > 0.0)) continue;
+    // As stiff as the exchange of held forces allows, a few contacts a triangle counted.
+    r.batches = std::min(sa.batches, sb.batches) * c.stretch;
+    const double h = c.dt / r.batches;
+    const double k_most = kShare / (h * h * inverse) / 3.0;
+    r.stiffness = static_cast<float>(k_most);
+    r.damping = static_cast<float>(kDamping / (h * inverse) / 3.0);
+    r.grip = static_cast<float>(kGrip / (h * inverse) / 3.0);
+    r.friction = static_cast<float>(std::max(d.objects[pair.object].friction, d.objects[pair.other].friction));
+    r.reach = static_cast<float>(reach);
+    if (contacts.size() < contacts.capacity()) contacts.push_back(r);
+  }
+}
+
+}  // namespace vest::scene

@@ -1,0 +1,219 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "../scene/stages.h"
+
+namespace vest::scene {
+namespace {
+
+using Eigen::Vector3d;
+using interaction::Grasp;
+using interaction::GraspAnchor;
+using net::Block;
+
+constexpr double kFillTolerance = 0.03;  ///< rad: the tissue fills the gap when it comes this near to the jaws
+
+/// Places on a triangle that are looked at: corners, middles of the edges, centroid.
+constexpr double kSamples[7][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.5, 0.5, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5},
+                                   {1.0 / 3, 1.0 / 3, 1.0 / 3}};
+
+struct Frame {
+  Eigen::Matrix3d rotation;
+  Vector3d tip;
+  Vector3d local(const Vector3d& p) const { return rotation.transpose() * (p - tip); }
+  Vector3d world(const Vector3d& p) const { return tip + rotation * p; }
+};
+
+/// Calls visit(object, triangle, corner positions, sample, angle) for each sample between open jaws.
+template <typename Visit>
+void eachBetween(Context& c, const tools::ToolGeometry& g, const Frame& frame, double angle, Visit visit) {
+  const Vector3d axis = frame.world(Vector3d(0, 0, -g.jaw_length)), middle = 0.5 * (axis + frame.tip);
+  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
+    if (!c.model.objects[object].net) continue;
+    const ObjectState& s = c.state.objects[object];
+    const ObjectScratch& o = c.scratch.objects[object];
+    const double reach = g.jaw_length + c.model.objects[object].greatest_edge;
+    bool apart = false;
+    for (int e = 0; e < 3; ++e) apart = apart || middle[e] - reach > o.high[e] || middle[e] + reach < o.low[e];
+    if (apart) continue;
+    const double thickness = c.model.description.objects[object].contact_thickness;
+    for (std::size_t t = 0; t < s.triangles.size(); ++t) {
+      const auto& k = s.triangles[t];
+      const Vector3d p0 = knotPosition(s, k[0]);
+      if ((p0 - middle).squaredNorm() > reach * reach || !s.triangle_alive[t]) continue;
+      const std::array<Vector3d, 3> p{frame.local(p0), frame.local(knotPosition(s, k[1])), frame.local(knotPosition(s, k[2]))};
+      for (const auto& w : kSamples) {
+        const double at = interaction::jawAngleAt(g, p[0] * w[0] + p[1] * w[1] + p[2] * w[2], thickness);
+        if (at >= 0.0 && at <= angle) visit(object, t, w, at);
+      }
+    }
+  }
+}
+
+double station(const Context& c, std::size_t object, std::uint32_t knot) {
+  const auto ring = c.model.objects[object].ring[knot];
+  return ring < 0 ? std::numeric_limits<double>::quiet_NaN()
+                  : c.model.description.objects[object].tube.station[static_cast<std::size_t>(ring)];
+}
+
+void addAnchor(Context& c, Grasp& grasp, const Frame& frame, std::size_t object, std::uint32_t knot) {
+  for (int i = 0; i < grasp.count; ++i) {
+    if (grasp.anchors[i].object == object && grasp.anchors[i].knot == knot) return;
+  }
+  if (grasp.count >= interaction::kMaxGraspAnchors) return;
+  const ObjectState& s = c.state.objects[object];
+  const double mass = row(s, Block::kMass)[knot], omega2 = c.model.objects[object].contact_omega_squared;
+  GraspAnchor& a = grasp.anchors[grasp.count++];
+  a.object = static_cast<std::uint16_t>(object);
+  a.knot = knot;
+  a.local = frame.local(knotPosition(s, knot));  // no force at the moment of grasp
+  a.stiffness = mass * omega2;
+  a.damping = 0.6 * mass * std::sqrt(omega2);
+}
+
+Event eventOf(const Context& c, const Grasp& grasp, EventKind kind, int tool) {
+  Event e;
+  e.kind = kind;
+  e.step = c.state.step;
+  e.instrument = static_cast<std::int8_t>(tool);
+  e.object = grasp.anchors[0].object;
+  e.element = grasp.element;
+  e.barycentric = grasp.barycentric;
+  e.position = knotPosition(c.state.objects[e.object], grasp.anchors[0].knot);
+  e.station = station(c, e.object, grasp.anchors[0].knot);
+  e.area = std::numeric_limits<double>::quiet_NaN();
+  e.force = grasp.pinch;
+  return e;
+}
+
+void letGo(Context& c, Grasp& grasp, int tool) {
+  emit(c, eventOf(c, grasp, EventKind::Released, tool));
+  grasp.active = false;
+  grasp.sliding = false;
+  grasp.count = 0;
+  grasp.pinch = 0.0;
+  grasp.jaw_at_touch = 0.0;
+}
+
+void seek(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const Frame& frame, int tool) {
+  const double jaw = c.state.proxies[tool].pose.jaw;
+  double most = 0.0;
+  std::uint32_t between = 0;
+  eachBetween(c, g, frame, jaw + kFillTolerance + 0.05, [&](std::size_t object, std::size_t, const double*, double at) {
+    most = std::max(most, at);
+    if (object < 32) between |= 1u << object;
+  });
+  grasp.passing &= between;  // what left the jaws is pushed by them again
+  if (most <= 0.0) {
+    grasp.jaw_at_touch = 0.0;
+    return;
+  }
+  if (most >= jaw - kFillTolerance) grasp.jaw_at_touch = std::max(grasp.jaw_at_touch, jaw);
+  if (grasp.jaw_at_touch <= 0.0 || jaw > (1.0 - interaction::kGraspClosure) * grasp.jaw_at_touch) return;
+  // Which tissue: knots between the jaws, and the corners of triangles of which a part is between them.
+  grasp.count = 0;
+  eachBetween(c, g, frame, grasp.jaw_at_touch + kFillTolerance, [&](std::size_t object, std::size_t t, const double* w, double) {
+    if (grasp.count == 0) {
+      grasp.element = static_cast<std::uint32_t>(t);
+      grasp.barycentric = {w[0], w[1], w[2], 0.0};
+    }
+    for (int e = 0; e < 3; ++e) {
+      if (w[e] > 0.0) addAnchor(c, grasp, frame, object, c.state.objects[object].triangles[t][e]);
+    }
+  });
+  if (grasp.count == 0) return;
+  grasp.active = true;
+  grasp.sliding = false;
+  grasp.id = c.state.next_attachment++;
+  grasp.pinch = interaction::pinchForce(jaw, grasp.jaw_at_touch);
+  for (int i = 0; i < grasp.count; ++i) {
+    if (grasp.anchors[i].object < 32) grasp.passing |= 1u << grasp.anchors[i].object;
+  }
+  emit(c, eventOf(c, grasp, EventKind::Grasped, tool));
+}
+
+/// Coulomb's limit of the hold: above it the held points slide in the jaws until the pull is what the pinch carries.
+void slip(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const Frame& frame, int tool) {
+  Vector3d pull = Vector3d::Zero();
+  for (int i = 0; i < grasp.count; ++i) {
+    const GraspAnchor& a = grasp.anchors[i];
+    pull += a.stiffness * (frame.world(a.local) - knotPosition(c.state.objects[a.object], a.knot));
+  }
+  const double limit = interaction::kHoldPerPinch * grasp.pinch, force = std::sqrt(pull.squaredNorm());
+  const bool sliding = force > limit;
+  if (sliding) {
+    const double keep = limit / force;
+    for (int i = 0; i < grasp.count; ++i) {
+      GraspAnchor& a = grasp.anchors[i];
+      const Vector3d at = frame.local(knotPosition(c.state.objects[a.object], a.knot));
+      c.state.energy.dissipated += 0.5 * a.stiffness * (1.0 - keep * keep) * (a.local - at).squaredNorm();
+      a.local = at + keep * (a.local - at);
+    }
+    if (!grasp.sliding) {
+      Event e = eventOf(c, grasp, EventKind::Slipped, tool);
+      e.force = force;
+      emit(c, e);
+    }
+  }
+  grasp.sliding = sliding;
+  // Points that left the jaws are no longer held. A knot may stand out by the length of a triangle.
+  int kept = 0;
+  for (int i = 0; i < grasp.count; ++i) {
+    const GraspAnchor a = grasp.anchors[i];
+    const double out = c.model.objects[a.object].greatest_edge;
+    const bool inside = a.local.z() < out && a.local.z() > -g.jaw_length - out && std::fabs(a.local.y()) < out + 0.005 &&
+                        std::fabs(a.local.x()) < out + 0.010;
+    if (inside) grasp.anchors[kept++] = a;
+  }
+  if (kept == 0) {
+    letGo(c, grasp, tool);  // the first anchor is still in place for the event
+    return;
+  }
+  grasp.count = kept;
+}
+
+}  // namespace
+
+void interact(Context& c) {
+  for (std::size_t object = 0; object < c.scratch.objects.size(); ++object) c.scratch.objects[object].pulls.clear();
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    Grasp& grasp = c.state.grasps[t];
+    const auto& proxy = c.state.proxies[t];
+    if (!proxy.present || !interaction::hasJaws(proxy.tool)) {
+      if (grasp.active) letGo(c, grasp, t);
+      grasp.passing = 0;
+      continue;
+    }
+    const auto& g = tools::toolGeometry(proxy.tool);
+    const auto& before = c.scratch.proxies_before[t].pose;
+    const Frame frame{before.orientation.toRotationMatrix(), before.tip};
+    if (!grasp.active) {
+      seek(c, grasp, g, frame, t);
+    } else {
+      grasp.pinch = interaction::pinchForce(proxy.pose.jaw, grasp.jaw_at_touch);
+      if (proxy.pose.jaw > (1.0 - interaction::kReleaseClosure) * grasp.jaw_at_touch) {
+        letGo(c, grasp, t);
+      } else {
+        slip(c, grasp, g, frame, t);
+      }
+    }
+    if (!grasp.active) continue;
+    const Frame after{proxy.pose.orientation.toRotationMatrix(), proxy.pose.tip};
+    for (int i = 0; i < grasp.count; ++i) {
+      const GraspAnchor& a = grasp.anchors[i];
+      contact::Pull pull{};
+      pull.knot = a.knot;
+      const Vector3d start = frame.world(a.local), travel = after.world(a.local) - start;
+      for (int e = 0; e < 3; ++e) pull.start[e] = static_cast<float>(start[e]), pull.travel[e] = static_cast<float>(travel[e]);
+      pull.stiffness = static_cast<float>(a.stiffness);
+      pull.damping = static_cast<float>(a.damping);
+      pull.tool = static_cast<std::uint8_t>(t);
+      pull.anchor = static_cast<std::uint8_t>(i);
+      auto& pulls = c.scratch.objects[a.object].pulls;
+      if (pulls.size() < pulls.capacity()) pulls.push_back(pull);
+    }
+  }
+}
+
+}  // namespace vest::scene

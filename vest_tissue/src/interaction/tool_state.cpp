@@ -1,0 +1,95 @@
+#include "vest_tissue/interaction/tool_state.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vest::interaction {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+Quaterniond throughPivot(const Quaterniond& orientation, const Vector3d& pivot, const Vector3d& tip) {
+  const Vector3d along = tip - pivot;
+  const double length = std::sqrt(along.squaredNorm());
+  if (!(length > 1e-6)) return orientation;
+  const Vector3d to = along / length, from = orientation * Vector3d::UnitZ();
+  // The shortest rotation from one unit vector to another, by the half angle: no trigonometry.
+  const double w = 1.0 + from.dot(to);
+  if (!(w > 1e-9)) return orientation;
+  const Vector3d v = from.cross(to);
+  Quaterniond turn(w, v.x(), v.y(), v.z());
+  turn.coeffs() /= std::sqrt(turn.squaredNorm());
+  Quaterniond result = turn * orientation;
+  result.coeffs() /= std::sqrt(result.squaredNorm());
+  return result;
+}
+
+void resetProxy(Proxy& proxy, const scene::ToolInput& input) {
+  proxy = Proxy{};
+  proxy.present = true;
+  proxy.tool = input.tool;
+  proxy.commanded = input.position;
+  proxy.pose.tip = input.position;
+  proxy.pose.pivot = input.pivot;
+  proxy.pose.orientation = throughPivot(input.orientation.normalized(), input.pivot, input.position);
+  proxy.pose.jaw = input.jaw;
+}
+
+void stepProxy(Proxy& proxy, const scene::ToolInput& input, double dt) {
+  Vector3d wanted = (input.position - proxy.commanded) / dt;
+  const double wanted_speed = std::sqrt(wanted.squaredNorm());
+  if (wanted_speed > kProxySpeedLimit) wanted *= kProxySpeedLimit / wanted_speed;
+  // v1 = v0 + dt/m·(K (x_cmd - x0 - dt·v1) + C (v_cmd - v1) + F): implicit in the coupling, stable for any dt.
+  const double a = dt / kProxyMass;
+  Vector3d v = (proxy.velocity + a * (kCouplingStiffness * (input.position - dt * wanted - proxy.pose.tip) +
+                                      (kCouplingDamping + dt * kCouplingStiffness) * wanted + proxy.tip_force)) /
+               (1.0 + a * (kCouplingDamping + dt * kCouplingStiffness));
+  const double speed = std::sqrt(v.squaredNorm());
+  if (speed > kProxySpeedLimit) v *= kProxySpeedLimit / speed;
+  proxy.velocity = v;
+  proxy.pose.tip += dt * v;
+  proxy.commanded = input.position;
+  proxy.pose.pivot = input.pivot;
+  Quaterniond q = input.orientation;
+  q.coeffs() /= std::sqrt(q.squaredNorm());
+  proxy.pose.orientation = throughPivot(q, input.pivot, proxy.pose.tip);
+  const double most = kJawSpeedLimit * dt;
+  proxy.pose.jaw += std::clamp(std::max(input.jaw, 0.0) - proxy.pose.jaw, -most, most);
+}
+
+int placeCapsules(const tools::ToolGeometry& g, const ToolPose& pose, PlacedCapsule* out) {
+  int count = 0;
+  if (g.kind == tools::ToolKind::None) return 0;
+  const Eigen::Matrix3d r = pose.orientation.toRotationMatrix();
+  const Vector3d axis = pose.tip - r.col(2) * g.jaw_length;  // of the jaws
+  // The shaft begins at the trocar's pivot: nothing outside the box touches tissue.
+  out[count++] = {pose.pivot, axis, g.shaft_radius, -1};
+  for (const auto& c : g.fixed) {
+    if (count < kMaxToolCapsules) out[count++] = {pose.tip + r * c.a, pose.tip + r * c.b, c.radius, -1};
+  }
+  // Half-angle by its series: the jaws open less than 1.3 rad; the same bits everywhere.
+  const double h = 0.5 * pose.jaw, h2 = h * h;
+  const double s = h * (1 - h2 / 6 * (1 - h2 / 20 * (1 - h2 / 42 * (1 - h2 / 72))));
+  const double c = 1 - h2 / 2 * (1 - h2 / 12 * (1 - h2 / 30 * (1 - h2 / 56)));
+  for (int side = 0; side < 2; ++side) {
+    const double sine = side == 0 ? s : -s;
+    const auto turned = [&](const Vector3d& p) -> Vector3d {  // about +y
+      return axis + r * Vector3d(c * p.x() + sine * p.z(), p.y(), -sine * p.x() + c * p.z());
+    };
+    for (const auto& k : g.jaw[static_cast<std::size_t>(side)]) {
+      if (count < kMaxToolCapsules) out[count++] = {turned(k.a), turned(k.b), k.radius, side};
+    }
+  }
+  return count;
+}
+
+Vector3d throughLever(const ToolPose& pose, const Vector3d& point, const Vector3d& force) {
+  const Vector3d along = pose.tip - pose.pivot;
+  const double squared = along.squaredNorm();
+  if (!(squared > 1e-12)) return force;
+  const double lever = std::clamp((point - pose.pivot).dot(along) / squared, 0.0, 2.0);
+  const Vector3d axial = along * (force.dot(along) / squared);
+  return axial + lever * (force - axial);
+}
+
+}  // namespace vest::interaction

@@ -1,0 +1,319 @@
+#include "vest_tissue/modelling/bake.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include <Eigen/Geometry>
+
+namespace vest::modelling {
+namespace {
+
+using scene::Index;
+using scene::Object;
+
+// A net between its geometry and its place in the scene.
+struct Draft {
+  const ObjectSource* source;
+  RingNet net;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+[[noreturn]] void fail(const std::string& object, const std::string& what) {
+  throw std::invalid_argument("object " + object + ": " + what);
+}
+
+std::vector<std::uint32_t> selected(const Rings& rings, const Draft& draft) {
+  const int count = static_cast<int>(draft.net.rings);
+  const int first = rings.first < 0 ? count + rings.first : rings.first;
+  const int last = rings.last < 0 ? count + rings.last : rings.last;
+  if (first < 0 || last >= count || first > last) {
+    fail(draft.source->name, "rings " + std::to_string(rings.first) + " to " + std::to_string(rings.last) +
+                                 ": must be rings of 0 to " + std::to_string(count - 1));
+  }
+  std::vector<std::uint32_t> result;
+  for (int r = first; r <= last; r += rings.step) result.push_back(static_cast<std::uint32_t>(r));
+  return result;
+}
+
+void pushBumps(Draft& draft) {
+  for (const Bump& bump : draft.source->bumps) {
+    for (Vector3& knot : draft.net.knots) {
+      const Vector3 away = (knot - bump.at).cwiseQuotient(bump.size);
+      knot += std::exp(-0.5 * away.squaredNorm()) * bump.push;
+    }
+  }
+}
+
+const Draft& draftNamed(const std::vector<Draft>& drafts, const std::string& name, const std::string& asker) {
+  for (const Draft& draft : drafts) {
+    if (draft.source->name == name) return draft;
+  }
+  fail(asker, "refers to " + name + ", which is no object of the scene");
+}
+
+void moveRing(RingNet& net, std::uint32_t ring, const Vector3& by) {
+  for (std::uint32_t k = 0; k < net.around; ++k) net.knots[net.knot(ring, k)] += by;
+  if (ring == 0 && net.start == End::Pole) net.knots[net.startPole()] += by;
+  if (ring + 1 == net.rings && net.end == End::Pole) net.knots[net.endPole()] += by;
+}
+
+void layOn(Draft& draft, const Draft& other, const LayRule& rule) {
+  RingNet& net = draft.net;
+  const auto rings = selected(rule.rings, draft);
+  for (int round = 0; round < 4; ++round) {  // smoothed shifts, a few times: lies close, without kinks
+    std::vector<Vector3> shift;
+    for (const auto r : rings) {
+      Vector3 centre = Vector3::Zero();
+      for (std::uint32_t k = 0; k < net.around; ++k) centre += net.knots[net.knot(r, k)] / net.around;
+      const auto near = nearestPoint(other.net.knots, other.triangles, centre);
+      shift.push_back((rule.gap - near.distance) * near.normal);
+    }
+    for (std::size_t i = 0; i < rings.size(); ++i) {
+      const Vector3& before = shift[i > 0 ? i - 1 : i];
+      const Vector3& after = shift[std::min(i + 1, rings.size() - 1)];
+      moveRing(net, rings[i], 0.25 * before + 0.5 * shift[i] + 0.25 * after);
+    }
+  }
+}
+
+// Rings as a whole give way, so that cross-sections keep their shape; neighbours follow smoothly.
+void clearOf(Draft& draft, const Draft& other, double gap) {
+  RingNet& net = draft.net;
+  for (int round = 0; round < 12; ++round) {
+    std::vector<Vector3> shift(net.rings, Vector3::Zero());
+    double most = 0;
+    for (std::uint32_t r = 0; r < net.rings; ++r) {
+      for (std::uint32_t k = 0; k < net.around; ++k) {
+        const auto near = nearestPoint(other.net.knots, other.triangles, net.knots[net.knot(r, k)]);
+        const double lacking = gap - near.distance;
+        if (lacking > 0 && lacking > shift[r].norm()) shift[r] = lacking * near.normal;
+      }
+      most = std::max(most, shift[r].norm());
+    }
+    if (most < 1e-5) break;
+    for (std::uint32_t r = 0; r < net.rings; ++r) {
+      Vector3 move = shift[r];
+      if (r > 0 && 0.5 * shift[r - 1].norm() > move.norm()) move = 0.5 * shift[r - 1];
+      if (r + 1 < net.rings && 0.5 * shift[r + 1].norm() > move.norm()) move = 0.5 * shift[r + 1];
+      moveRing(net, r, move);
+    }
+  }
+}
+
+void addMasses(const Draft& draft, double density, Object& object) {
+  const RingNet& net = draft.net;
+  const std::size_t knots = net.knots.size();
+  const double volume = std::abs(enclosedVolume(net.knots, draft.triangles));
+  const double total = density * volume * draft.source->fill;
+  // Shares by the area of the triangles around each knot; nobody has less than a third of the mean (thin ends).
+  std::vector<double> share(knots, 0.0);
+  for (const auto& t : draft.triangles) {
+    const double area = 0.5 * (net.knots[t[1]] - net.knots[t[0]]).cross(net.knots[t[2]] - net.knots[t[0]]).norm();
+    const std::uint32_t ring = std::min(t[0] / net.around, net.rings - 1);
+    for (const auto k : t) share[k] += area * net.mean_radius[ring] / 3;
+  }
+  const double mean = std::accumulate(share.begin(), share.end(), 0.0) / static_cast<double>(knots);
+  for (double& s : share) s = std::max(s, mean / 3);
+  const double sum = std::accumulate(share.begin(), share.end(), 0.0);
+  for (const double s : share) object.mass.push_back(total * s / sum);
+}
+
+void addLinks(const Draft& draft, Object& object) {
+  const ObjectSource& source = *draft.source;
+  std::vector<NetLink> links;
+  try {
+    links = makeLinks(draft.net, source.springs, source.fillers);
+  } catch (const std::invalid_argument& error) {
+    fail(source.name, error.what());
+  }
+  for (const NetLink& net_link : links) {
+    scene::Link link;
+    link.knot0 = net_link.a;
+    link.knot1 = net_link.b;
+    link.rest = (object.rest_position[net_link.b] - object.rest_position[net_link.a]).norm();
+    link.area = source.stiffness_factor * linkArea(draft.net, net_link, object.rest_position);
+    const double stiffness = linkStiffness(object, link);
+    const double reduced = object.mass[link.knot0] * object.mass[link.knot1] / (object.mass[link.knot0] + object.mass[link.knot1]);
+    link.damping = 2 * source.damping_ratio * std::sqrt(stiffness * reduced);
+    object.links.push_back(link);
+  }
+}
+
+void addHolds(const Draft& draft, const std::vector<Draft>& drafts, Object& object) {
+  const ObjectSource& source = *draft.source;
+  const RingNet& net = draft.net;
+  for (const FixRule& rule : source.fixed) {
+    if (rule.rings) {
+      for (const auto r : selected(*rule.rings, draft)) {
+        for (std::uint32_t k = 0; k < net.around; ++k) object.fixed[net.knot(r, k)] = 1;
+        if (r == 0 && net.start == End::Pole) object.fixed[net.startPole()] = 1;
+        if (r + 1 == net.rings && net.end == End::Pole) object.fixed[net.endPole()] = 1;
+      }
+    }
+    if (!rule.outside.empty()) {
+      const Draft& cavity = draftNamed(drafts, rule.outside, source.name);
+      for (std::size_t i = 0; i < net.knots.size(); ++i) {
+        if (nearestPoint(cavity.net.knots, cavity.triangles, net.knots[i]).distance < rule.margin) object.fixed[i] = 1;
+      }
+    }
+  }
+  for (const TetherRule& rule : source.tethers) {
+    for (const auto r : selected(rule.rings, draft)) {
+      for (std::uint32_t k = 0; k < net.around; ++k) {
+        const Index knot = net.knot(r, k);
+        if (object.fixed[knot]) continue;
+        const double damping = 0.2 * std::sqrt(rule.stiffness * object.mass[knot]);
+        object.tethers.push_back({knot, object.rest_position[knot], rule.stiffness, damping});
+      }
+    }
+  }
+}
+
+void addConnections(const Draft& draft, const std::vector<Draft>& drafts, const std::vector<Object>& objects,
+                    std::vector<scene::Connection>& connections) {
+  const auto objectNamed = [&](const std::string& name) -> const Object& {
+    return *std::find_if(objects.begin(), objects.end(), [&](const Object& o) { return o.name == name; });
+  };
+  const Object& self = objectNamed(draft.source->name);
+  for (const ConnectRule& rule : draft.source->connections) {
+    const Draft& other = draftNamed(drafts, rule.to, draft.source->name);
+    const Object& target = objectNamed(rule.to);
+    std::size_t made = 0;
+    for (const auto r : selected(rule.rings, draft)) {
+      std::vector<std::pair<NearestPoint, Index>> candidates;
+      for (std::uint32_t k = 0; k < draft.net.around; ++k) {
+        const Index knot = draft.net.knot(r, k);
+        const auto near = nearestPoint(other.net.knots, other.triangles, draft.net.knots[knot]);
+        if (std::abs(near.distance) <= rule.within && !self.fixed[knot]) candidates.emplace_back(near, knot);
+      }
+      std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
+        return std::abs(a.first.distance) < std::abs(b.first.distance);
+      });
+      if (candidates.size() > rule.per_ring) candidates.resize(rule.per_ring);
+      for (const auto& [near, knot] : candidates) {
+        scene::Connection connection;
+        connection.object0 = draft.source->name;
+        connection.object1 = rule.to;
+        connection.knot0 = knot;
+        connection.triangle1 = other.triangles[near.triangle];
+        connection.weights1 = near.weights;
+        connection.offset = draft.net.knots[knot] - near.point;
+        connection.stiffness = rule.stiffness;
+        double carrier = 0;
+        for (int k = 0; k < 3; ++k) carrier += near.weights[k] * target.mass[connection.triangle1[k]];
+        const double reduced = self.mass[knot] * carrier / (self.mass[knot] + carrier);
+        connection.damping = 0.2 * std::sqrt(rule.stiffness * reduced);
+        connections.push_back(connection);
+        ++made;
+      }
+    }
+    if (made == 0) fail(draft.source->name, "connect to " + rule.to + ": no knot lies within " + std::to_string(rule.within) + " m");
+  }
+}
+
+}  // namespace
+
+double linkStiffness(const Object& object, const scene::Link& link) {
+  if (link.stiffness > 0 || link.kind != scene::LinkKind::Elastic) return link.stiffness;
+  return object.law.youngs_modulus * link.area / link.rest;
+}
+
+double highestFrequency(const Object& object) {
+  // Largest eigenvalue of M^-1 K of the springs, seen from the rest shape. Start vector: fixed, without symmetry.
+  const std::size_t knots = object.rest_position.size();
+  std::vector<Vector3> v(knots), f(knots);
+  for (std::size_t i = 0; i < knots; ++i) {
+    v[i] = {std::sin(1.0 + 12.9898 * static_cast<double>(i)), std::sin(2.0 + 78.233 * static_cast<double>(i)),
+            std::sin(3.0 + 37.719 * static_cast<double>(i))};
+  }
+  double value = 0;
+  for (int round = 0; round < 300; ++round) {
+    double norm = 0;
+    for (std::size_t i = 0; i < knots; ++i) {
+      if (object.fixed[i]) v[i].setZero();
+      norm += v[i].squaredNorm();
+    }
+    if (norm == 0) return 0;
+    for (auto& x : v) x /= std::sqrt(norm);
+    for (auto& x : f) x.setZero();
+    for (const auto& link : object.links) {
+      if (link.kind != scene::LinkKind::Elastic) continue;
+      const Vector3 d = (object.rest_position[link.knot1] - object.rest_position[link.knot0]).normalized();
+      const Vector3 force = linkStiffness(object, link) * d.dot(v[link.knot1] - v[link.knot0]) * d;
+      f[link.knot0] -= force;
+      f[link.knot1] += force;
+    }
+    for (const auto& tether : object.tethers) f[tether.knot] += tether.stiffness * v[tether.knot];
+    value = 0;
+    for (std::size_t i = 0; i < knots; ++i) value += v[i].dot(f[i]) / object.mass[i];
+    for (std::size_t i = 0; i < knots; ++i) v[i] = f[i] / object.mass[i];
+  }
+  return std::sqrt(std::max(0.0, value));
+}
+
+scene::Description bake(const SceneSource& source, const std::map<std::string, MaterialEntry>& materials) {
+  scene::Description description;
+  description.name = source.name;
+  description.gravity = source.gravity;
+  description.dt = source.dt;
+  description.seed = source.seed;
+
+  std::vector<Draft> drafts;
+  for (const ObjectSource& object : source.objects) {
+    try {
+      drafts.push_back({&object, object.tube ? makeTube(*object.tube) : makeSheet(*object.sheet), {}});
+    } catch (const std::invalid_argument& error) {
+      fail(object.name, error.what());
+    }
+    Draft& draft = drafts.back();
+    pushBumps(draft);
+    draft.triangles = knotTriangles(draft.net);
+  }
+  for (Draft& draft : drafts) {
+    const ObjectSource& object = *draft.source;
+    for (const LayRule& rule : object.lay) layOn(draft, draftNamed(drafts, rule.on, object.name), rule);
+    for (const ClearRule& rule : object.clear) {
+      clearOf(draft, draftNamed(drafts, rule.of, object.name), rule.gap);
+    }
+  }
+  for (const Draft& draft : drafts) {
+    const ObjectSource& from = *draft.source;
+    const auto found = materials.find(from.material);
+    if (found == materials.end()) fail(from.name, "material " + from.material + " is not in the database");
+    Object object;
+    object.name = from.name;
+    object.organ = from.organ;
+    object.material = from.material;
+    object.roles = from.roles;
+    object.model = from.rigid ? scene::ObjectModel::Rigid : scene::ObjectModel::Net;
+    object.law = found->second.law;
+    object.density = found->second.density;
+    object.rest_position = object.position = draft.net.knots;
+    object.fixed.assign(draft.net.knots.size(), from.rigid ? 1 : 0);
+    addMasses(draft, object.density, object);
+    for (const double mass : object.mass) object.damping.push_back(from.rigid ? 0.0 : from.damping_rate * mass);
+    if (!from.rigid) {
+      addLinks(draft, object);
+      if (from.bulk_modulus > 0) object.volumes.push_back({draft.triangles, from.bulk_modulus, 0.0});
+      addHolds(draft, drafts, object);
+    }
+    object.contact_triangles = draft.triangles;
+    object.contact_thickness = from.contact_thickness;
+    object.friction = from.friction;
+    object.skin = makeSkin(draft.net, from.skin_along, from.skin_around, from.petals, from.petal_depth);
+    object.tube.station = draft.net.station;
+    object.tube.vessel_segment = from.vessel_segment;
+    for (std::uint32_t r = 0; r < draft.net.rings; ++r) {
+      std::vector<Index> ring;
+      for (std::uint32_t k = 0; k < draft.net.around; ++k) ring.push_back(draft.net.knot(r, k));
+      object.tube.rings.push_back(std::move(ring));
+    }
+    description.objects.push_back(std::move(object));
+  }
+  for (const Draft& draft : drafts) addConnections(draft, drafts, description.objects, description.connections);
+  return description;
+}
+
+}  // namespace vest::modelling

@@ -1,0 +1,289 @@
+#include "vest_tissue/modelling/source.h"
+
+#include <algorithm>
+
+#include "../scene/yaml_reader.h"
+
+namespace vest::modelling {
+namespace {
+
+using scene::yaml::Map;
+using scene::yaml::Value;
+
+constexpr double kMetres = 10.0;  // nothing in a body scene is larger
+const std::vector<std::string> kLinkWords = {"ring2", "strut", "long2", "cross", "leaf"};
+const std::vector<LinkClass> kLinkClasses = {LinkClass::Ring2, LinkClass::Strut, LinkClass::Long2, LinkClass::Cross,
+                                             LinkClass::Leaf};
+
+std::vector<Vector3> points(const Value& value) {
+  std::vector<Vector3> result;
+  for (const Value& item : value.list()) result.push_back(item.vector3());
+  if (result.size() < 2) value.fail("must be a list of two or more points");
+  return result;
+}
+
+End endOf(const Value& value) { return value.oneOf({"pole", "cap"}) == "pole" ? End::Pole : End::Cap; }
+
+int signedInteger(const Value& value) {
+  const double number = value.number(-10000, 10000);
+  if (number != static_cast<int>(number)) value.fail("must be a whole number");
+  return static_cast<int>(number);
+}
+
+Rings ringsOf(const Value& value) {  // [first, last] or [first, last, step]
+  const auto items = value.list();
+  if (items.size() < 2 || items.size() > 3) value.fail("must be [first, last] or [first, last, step]");
+  Rings rings{signedInteger(items[0]), signedInteger(items[1]), 1};
+  if (items.size() == 3) rings.step = static_cast<int>(items[2].integer(1, 1000));
+  return rings;
+}
+
+TubeSpec tubeOf(const Value& value) {
+  Map map(value);
+  TubeSpec spec;
+  spec.centre = points(map["centre"]);
+  for (const Value& item : map["sections"].list()) {
+    Map section(item);
+    Section result;
+    result.at = section["at"].number(0, 1);
+    for (const Value& radius : section["radii"].list()) result.radii.push_back(radius.number(1e-5, kMetres));
+    if (result.radii.empty() || result.radii.size() == 3) item.fail("radii: 1 (circle), 2 (ellipse) or at least 4");
+    if (!spec.sections.empty() && !(result.at > spec.sections.back().at)) item.fail("sections must ascend");
+    section.finish();
+    spec.sections.push_back(std::move(result));
+  }
+  if (map.has("reference")) spec.reference = map["reference"].vector3();
+  spec.rings = map["rings"].integer(3, 1000);
+  spec.around = map["around"].integer(4, 200);
+  if (map.has("start")) spec.start = endOf(map["start"]);
+  if (map.has("end")) spec.end = endOf(map["end"]);
+  if (map.has("start_dome")) spec.start_dome = map["start_dome"].number(0, kMetres);
+  if (map.has("end_dome")) spec.end_dome = map["end_dome"].number(0, kMetres);
+  if (map.has("start_mouth")) spec.start_mouth = map["start_mouth"].number(0, kMetres);
+  if (map.has("end_mouth")) spec.end_mouth = map["end_mouth"].number(0, kMetres);
+  if (map.has("wall_thickness")) spec.wall_thickness = map["wall_thickness"].number(0, kMetres);
+  if (map.has("density")) {
+    for (const Value& item : map["density"].list()) {
+      const auto pair = item.list();
+      if (pair.size() != 2) item.fail("must be [fraction, density]");
+      spec.density.push_back({pair[0].number(0, 1), pair[1].number(0.01, 100)});
+      if (spec.density.size() > 1 && !(spec.density.back()[0] > spec.density[spec.density.size() - 2][0])) {
+        item.fail("fractions must ascend");
+      }
+    }
+  }
+  if (map.has("inside")) spec.inside = map["inside"].boolean();
+  map.finish();
+  return spec;
+}
+
+SheetSpec sheetOf(const Value& value) {
+  Map map(value);
+  SheetSpec spec;
+  for (const Value& item : map["curves"].list()) spec.curves.push_back(points(item));
+  spec.stations = map["stations"].integer(3, 1000);
+  spec.height_knots = map["height_knots"].integer(3, 100);
+  spec.thickness = map["thickness"].positive();
+  map.finish();
+  return spec;
+}
+
+// The other side of the body: x turned round, left and right exchanged in names.
+std::string mirrored(std::string word) {
+  for (const auto& [from, to] : {std::pair<std::string, std::string>{"_left", "_right"}, {"_right", "_left"}}) {
+    const auto place = word.rfind(from);
+    if (place != std::string::npos && place + from.size() == word.size()) return word.replace(place, from.size(), to);
+  }
+  return word;
+}
+
+ObjectSource mirrored(ObjectSource object) {
+  const auto turn = [](Vector3& p) { p.x() = -p.x(); };
+  if (object.tube) {
+    for (auto& p : object.tube->centre) turn(p);
+    turn(object.tube->reference);
+    for (auto& section : object.tube->sections) {
+      if (section.radii.size() > 2) std::reverse(section.radii.begin() + 1, section.radii.end());
+    }
+  }
+  if (object.sheet) {
+    for (auto& curve : object.sheet->curves) for (auto& p : curve) turn(p);
+  }
+  for (auto& bump : object.bumps) {
+    turn(bump.at);
+    turn(bump.push);
+  }
+  for (auto& rule : object.fixed) rule.outside = mirrored(rule.outside);
+  for (auto& rule : object.connections) rule.to = mirrored(rule.to);
+  for (auto& rule : object.lay) rule.on = mirrored(rule.on);
+  for (auto& rule : object.clear) rule.of = mirrored(rule.of);
+  if (!object.vessel_segment.empty()) object.vessel_segment = mirrored(object.vessel_segment);
+  return object;
+}
+
+void readRules(Map& map, ObjectSource& object) {
+  if (map.has("fixed")) {
+    object.fixed.clear();
+    for (const Value& item : map["fixed"].list()) {
+      Map rule(item);
+      FixRule fix;
+      if (rule.has("rings")) fix.rings = ringsOf(rule["rings"]);
+      if (rule.has("outside")) fix.outside = rule["outside"].name();
+      if (rule.has("margin")) fix.margin = rule["margin"].number(-kMetres, kMetres);
+      if (!fix.rings && fix.outside.empty()) item.fail("must have rings or outside");
+      rule.finish();
+      object.fixed.push_back(fix);
+    }
+  }
+  if (map.has("tethers")) {
+    object.tethers.clear();
+    for (const Value& item : map["tethers"].list()) {
+      Map rule(item);
+      object.tethers.push_back({ringsOf(rule["rings"]), rule["stiffness"].positive()});
+      rule.finish();
+    }
+  }
+  if (map.has("connect")) {
+    object.connections.clear();
+    for (const Value& item : map["connect"].list()) {
+      Map rule(item);
+      ConnectRule connect;
+      connect.to = rule["to"].name();
+      connect.rings = ringsOf(rule["rings"]);
+      if (rule.has("per_ring")) connect.per_ring = rule["per_ring"].integer(1, 100);
+      connect.within = rule["within"].positive();
+      connect.stiffness = rule["stiffness"].positive();
+      rule.finish();
+      object.connections.push_back(connect);
+    }
+  }
+  if (map.has("lay")) {
+    object.lay.clear();
+    for (const Value& item : map["lay"].list()) {
+      Map rule(item);
+      object.lay.push_back({rule["on"].name(), ringsOf(rule["rings"]), rule["gap"].number(-kMetres, kMetres)});
+      rule.finish();
+    }
+  }
+  if (map.has("clear")) {
+    object.clear.clear();
+    for (const Value& item : map["clear"].list()) {
+      Map rule(item);
+      object.clear.push_back({rule["of"].name(), rule["gap"].number(0, kMetres)});
+      rule.finish();
+    }
+  }
+}
+
+ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& before) {
+  Map map(value);
+  ObjectSource object;
+  const bool mirror = map.has("mirror_of");
+  if (mirror) {
+    const Value other = map["mirror_of"];
+    const auto found = std::find_if(before.begin(), before.end(),
+                                    [&](const ObjectSource& o) { return o.name == other.string(); });
+    if (found == before.end()) other.fail("must be an object above");
+    object = mirrored(*found);
+  }
+  object.name = map["name"].name();
+  for (const auto& other : before) if (other.name == object.name) map["name"].fail("must be there once");
+  const auto needed = [&](const char* key) { return !mirror || map.has(key); };
+  if (needed("organ")) object.organ = map["organ"].name();
+  if (needed("material")) object.material = map["material"].name();
+  if (map.has("roles")) {
+    object.roles.clear();
+    for (const Value& role : map["roles"].list()) object.roles.push_back(role.name());
+  }
+  if (map.has("rigid")) object.rigid = map["rigid"].boolean();
+  if (map.has("tube")) object.tube = tubeOf(map["tube"]);
+  if (map.has("sheet")) object.sheet = sheetOf(map["sheet"]);
+  if (object.tube.has_value() == object.sheet.has_value()) value.fail("must have either tube or sheet");
+  if (map.has("bumps")) {
+    object.bumps.clear();
+    for (const Value& item : map["bumps"].list()) {
+      Map bump(item);
+      object.bumps.push_back({bump["at"].vector3(), bump["size"].vector3(), bump["push"].vector3()});
+      if (!(object.bumps.back().size.minCoeff() > 0)) item.fail("size must be > 0");
+      bump.finish();
+    }
+  }
+  if (!object.rigid && needed("springs")) object.springs = map["springs"].integer(1, 1000000);
+  if (map.has("fillers")) {
+    object.fillers.clear();
+    for (const Value& item : map["fillers"].list()) {
+      const std::string word = item.oneOf(kLinkWords);
+      object.fillers.push_back(kLinkClasses[static_cast<std::size_t>(
+          std::find(kLinkWords.begin(), kLinkWords.end(), word) - kLinkWords.begin())]);
+    }
+  }
+  if (map.has("skin")) {
+    Map skin(map["skin"]);
+    object.skin_along = skin["along"].integer(1, 16);
+    object.skin_around = skin["around"].integer(1, 16);
+    if (skin.has("petals")) object.petals = skin["petals"].integer(0, 64);
+    if (skin.has("petal_depth")) object.petal_depth = skin["petal_depth"].number(0, 1);
+    skin.finish();
+  }
+  const auto number = [&](const char* key, double& target, double least, double most) {
+    if (map.has(key)) target = map[key].number(least, most);
+  };
+  number("fill", object.fill, 0.01, 1);
+  number("stiffness_factor", object.stiffness_factor, 1e-4, 1e4);
+  number("damping_ratio", object.damping_ratio, 0, 2);
+  number("damping_rate", object.damping_rate, 0, 1000);
+  number("bulk_modulus", object.bulk_modulus, 0, 1e9);
+  number("friction", object.friction, 0, 2);
+  number("contact_thickness", object.contact_thickness, 0, 0.1);
+  if (map.has("vessel_segment")) object.vessel_segment = map["vessel_segment"].name();
+  readRules(map, object);
+  map.finish();
+  return object;
+}
+
+}  // namespace
+
+SceneSource readSource(const std::string& path) {
+  const Value root = scene::yaml::parse(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));
+  Map map(root);
+  SceneSource source;
+  map["vest_source"].integer(1, 1);
+  source.name = map["name"].name();
+  if (map.has("gravity")) source.gravity = map["gravity"].vector3();
+  if (map.has("dt")) source.dt = map["dt"].number(1e-6, 0.01);
+  if (map.has("seed")) source.seed = map["seed"].integer(0, 4294967295u);
+  for (const Value& item : map["objects"].list()) source.objects.push_back(objectOf(item, source.objects));
+  map.finish();
+  return source;
+}
+
+std::map<std::string, MaterialEntry> readMaterials(const std::string& path) {
+  const Value root = scene::yaml::parse(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));
+  Map map(root);
+  map["vest_materials"].integer(1, 1);
+  std::map<std::string, MaterialEntry> materials;
+  for (const Value& item : map["materials"].list()) {
+    Map entry(item);
+    MaterialEntry material;
+    const auto number = [&](const char* key, double least, double most) {
+      Map quantity(entry[key]);  // every number stands beside its source
+      const double value = quantity["value"].number(least, most);
+      if (quantity["source"].string().size() < 5) quantity["source"].fail("must name a publication, or say assumed");
+      quantity.finish();
+      return value;
+    };
+    const std::string name = entry["name"].name();
+    material.law.youngs_modulus = number("youngs_modulus", 1, 1e10);
+    material.law.a2 = number("a2", -1e3, 1e3);
+    material.law.a3 = number("a3", -1e3, 1e3);
+    material.law.a4 = number("a4", -1e3, 1e3);
+    material.law.max_strain = number("max_strain", 0.01, 2);
+    material.density = number("density", 1, 20000);
+    entry.finish();
+    if (!materials.emplace(name, material).second) item.fail("name must be there once");
+  }
+  map.finish();
+  return materials;
+}
+
+}  // namespace vest::modelling

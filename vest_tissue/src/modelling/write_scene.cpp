@@ -1,0 +1,68 @@
+#include <cstdarg>
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+
+#include "vest_tissue/modelling/bake.h"
+#include "vest_tissue/scene/baked.h"
+
+namespace vest::modelling {
+namespace {
+
+std::string text(const char* format, ...) __attribute__((format(printf, 1, 2)));
+std::string text(const char* format, ...) {
+  char buffer[512];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(buffer, sizeof buffer, format, arguments);
+  va_end(arguments);
+  return buffer;
+}
+
+void write(const std::string& path, const std::string& bytes) {
+  std::ofstream stream(path, std::ios::binary);
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) throw std::runtime_error(path + ": cannot be written");
+}
+
+}  // namespace
+
+void writeScene(const scene::Description& description, const std::string& directory, const std::string& source_file) {
+  std::string yaml = "# Written by vest_model bake from " + source_file + ": change that file and bake again.\n";
+  yaml += "vest_scene: 1\nname: " + description.name + "\nsource: " + source_file + "\n";
+  yaml += text("gravity: [%.10g, %.10g, %.10g]\n", description.gravity.x(), description.gravity.y(), description.gravity.z());
+  yaml += text("seed: %u\nsolution: {integrator: newton_euler, dt: %.10g}\nobjects:\n", description.seed, description.dt);
+  for (const auto& object : description.objects) {
+    yaml += "  - name: " + object.name + "\n    organ: " + object.organ + "\n    material: " + object.material + "\n    roles: [";
+    for (std::size_t i = 0; i < object.roles.size(); ++i) yaml += (i ? ", " : "") + object.roles[i];
+    yaml += "]\n    model: ";
+    yaml += object.model == scene::ObjectModel::Rigid ? "rigid" : "net";
+    yaml += "\n    baked: " + object.name + ".net\n";
+    yaml += text("    law: {youngs_modulus: %.10g, a2: %.10g, a3: %.10g, a4: %.10g, max_strain: %.10g}\n",
+                 object.law.youngs_modulus, object.law.a2, object.law.a3, object.law.a4, object.law.max_strain);
+    yaml += text("    density: %.10g\n    friction: %.10g\n    contact_thickness: %.10g\n", object.density, object.friction,
+                 object.contact_thickness);
+    if (!object.tube.vessel_segment.empty()) yaml += "    vessel_segment: " + object.tube.vessel_segment + "\n";
+    write(directory + "/" + object.name + ".net", scene::encodeBaked(object));
+  }
+  if (!description.connections.empty()) {
+    const auto indexOf = [&](const std::string& name) {
+      std::size_t i = 0;
+      while (description.objects[i].name != name) ++i;
+      return i;
+    };
+    std::string csv = "object0,knot0,object1,t0,t1,t2,w0,w1,w2,offset_x,offset_y,offset_z,stiffness,damping,break_force\n";
+    for (const auto& c : description.connections) {
+      csv += text("%zu,%u,%zu,%u,%u,%u,%.6f,%.6f,%.6f,%.7f,%.7f,%.7f,%.6g,%.6g,%.6g\n", indexOf(c.object0), c.knot0,
+                  indexOf(c.object1), c.triangle1[0], c.triangle1[1], c.triangle1[2], c.weights1[0], c.weights1[1],
+                  c.weights1[2], c.offset.x(), c.offset.y(), c.offset.z(), c.stiffness, c.damping, c.break_force);
+    }
+    const std::string name = description.name + "_connections.csv";
+    write(directory + "/" + name, csv);
+    yaml += "connections: " + name + "\n";
+  }
+  write(directory + "/" + description.name + ".yaml", yaml);
+}
+
+}  // namespace vest::modelling

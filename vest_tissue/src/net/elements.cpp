@@ -1,0 +1,252 @@
+#include "vest_tissue/net/elements.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+namespace vest::net {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+Vector3f at(const ElementArrays& a, std::uint32_t i) { return {a.x[i], a.y[i], a.z[i]}; }
+Vector3f speed(const ElementArrays& a, std::uint32_t i) { return {a.vx[i], a.vy[i], a.vz[i]}; }
+
+void add(const ElementArrays& a, std::uint32_t i, const Vector3f& f) {
+  a.fx[i] += f.x();
+  a.fy[i] += f.y();
+  a.fz[i] += f.z();
+}
+
+constexpr float kTiny = 1e-12f;     // m, m²: below this a direction is not defined
+constexpr float kStraight = 1e-3f;  // rad: Bending
+
+/// Shape of a bending element: unit arms, lengths, sine, cosine and deviation.
+struct Bent {
+  Vector3f e0, e1;
+  float l0, l1, s, c, beta;
+  bool valid;
+};
+
+Bent bent(const Bending& b, const ElementArrays& a) {
+  Bent r;
+  r.e0 = at(a, b.b) - at(a, b.a);
+  r.e1 = at(a, b.c) - at(a, b.b);
+  r.l0 = std::sqrt(r.e0.squaredNorm());
+  r.l1 = std::sqrt(r.e1.squaredNorm());
+  r.valid = r.l0 > kTiny && r.l1 > kTiny;
+  if (!r.valid) return r;
+  r.e0 /= r.l0;
+  r.e1 /= r.l1;
+  r.c = r.e0.dot(r.e1);
+  r.s = std::sqrt(r.e0.cross(r.e1).squaredNorm());
+  r.beta = angleOf(r.s, r.c);
+  return r;
+}
+
+}  // namespace
+
+float angleOf(float s, float c) {
+  const float as = std::fabs(s), ac = std::fabs(c);
+  const float large = std::max(as, ac), small = std::min(as, ac);
+  if (!(large > 0.0f)) return 0.0f;
+  // Taylor series of the arctangent after a reduction by pi/8 or pi/4: |q| <= tan(pi/16).
+  constexpr float kTan = 0.41421356237f, kPi = 3.14159265359f;
+  float q = small / large, offset = 0.0f;
+  if (q > 0.6681786379f) {  // tan(3 pi/16): reduce by pi/4
+    q = (q - 1.0f) / (q + 1.0f);
+    offset = kPi / 4.0f;
+  } else if (q > 0.1989123674f) {  // tan(pi/16): reduce by pi/8
+    q = (q - kTan) / (1.0f + q * kTan);
+    offset = kPi / 8.0f;
+  }
+  const float q2 = q * q;
+  float r = offset + q * (1.0f - q2 * (1.0f / 3 - q2 * (1.0f / 5 - q2 * (1.0f / 7 - q2 * (1.0f / 9)))));
+  if (as > ac) r = kPi / 2.0f - r;
+  if (c < 0.0f) r = kPi - r;
+  return s < 0.0f ? -r : r;
+}
+
+void addBending(const std::vector<Bending>& elements, const ElementArrays& a) {
+  for (const Bending& b : elements) {
+    const Bent r = bent(b, a);
+    if (!r.valid) continue;
+    // (beta - beta0)/sin(beta): for a straight rest its limit is 1.
+    float ratio;
+    if (b.rest == 0.0f) {
+      ratio = r.s > 1e-4f ? r.beta / r.s : (r.c > 0.0f ? 1.0f : 3.14159265f / 1e-4f);
+    } else {
+      ratio = (r.beta - b.rest) / std::max(r.s, kStraight);
+    }
+    const float moment = b.stiffness * ratio;
+    const Vector3f f0 = (r.e1 - r.c * r.e0) * (-moment / r.l0);
+    const Vector3f f2 = (r.e0 - r.c * r.e1) * (moment / r.l1);
+    add(a, b.a, f0);
+    add(a, b.c, f2);
+    add(a, b.b, -(f0 + f2));
+  }
+}
+
+double bendingEnergy(const std::vector<Bending>& elements, const ElementArrays& a) {
+  double sum = 0.0;
+  for (const Bending& b : elements) {
+    const Bent r = bent(b, a);
+    if (!r.valid) continue;
+    const double deviation = static_cast<double>(r.beta) - b.rest;
+    sum += 0.5 * b.stiffness * deviation * deviation;
+  }
+  return sum;
+}
+
+float dihedral(const Vector3f& e0, const Vector3f& e1, const Vector3f& w0, const Vector3f& w1) {
+  const Vector3f edge = e1 - e0;
+  const Vector3f n0 = edge.cross(w0 - e0), n1 = (w1 - e0).cross(edge);
+  const float length = std::sqrt(edge.squaredNorm());
+  if (!(length > kTiny)) return 0.0f;
+  return angleOf(n0.cross(n1).dot(edge) / length, n0.dot(n1));
+}
+
+void addHinges(const std::vector<Hinge>& elements, const ElementArrays& a) {
+  for (const Hinge& h : elements) {
+    if (h.stiffness == 0.0f) continue;
+    const Vector3f e0 = at(a, h.edge0), e1 = at(a, h.edge1), w0 = at(a, h.wing0), w1 = at(a, h.wing1);
+    const Vector3f edge = e1 - e0;
+    const float length2 = edge.squaredNorm();
+    const Vector3f n0 = edge.cross(w0 - e0), n1 = (w1 - e0).cross(edge);
+    const float area0 = n0.squaredNorm(), area1 = n1.squaredNorm();
+    const float length = std::sqrt(length2);
+    if (!(length > kTiny) || !(area0 > 1e-6f * length2 * length2) || !(area1 > 1e-6f * length2 * length2)) continue;
+    const float theta = angleOf(n0.cross(n1).dot(edge) / length, n0.dot(n1));
+    float deviation = theta - h.rest;
+    if (deviation > 3.14159265f) deviation -= 6.28318531f;
+    if (deviation < -3.14159265f) deviation += 6.28318531f;
+    const float slope = -2.0f * h.stiffness * deviation;
+    // Gradient of the dihedral angle: each wing turns about the edge, the edge takes what balances it.
+    const Vector3f g0 = n0 * (-length / area0), g1 = n1 * (-length / area1);
+    const float s0 = (w0 - e0).dot(edge) / length2, s1 = (w1 - e0).dot(edge) / length2;
+    const Vector3f ge1 = -(g0 * s0 + g1 * s1);
+    const Vector3f ge0 = -(g0 * (1.0f - s0) + g1 * (1.0f - s1));
+    add(a, h.wing0, slope * g0);
+    add(a, h.wing1, slope * g1);
+    add(a, h.edge0, slope * ge0);
+    add(a, h.edge1, slope * ge1);
+  }
+}
+
+double hingeEnergy(const std::vector<Hinge>& elements, const ElementArrays& a) {
+  double sum = 0.0;
+  for (const Hinge& h : elements) {
+    double deviation = static_cast<double>(dihedral(at(a, h.edge0), at(a, h.edge1), at(a, h.wing0), at(a, h.wing1))) - h.rest;
+    if (deviation > 3.14159265) deviation -= 6.28318531;
+    if (deviation < -3.14159265) deviation += 6.28318531;
+    sum += h.stiffness * deviation * deviation;
+  }
+  return sum;
+}
+
+void addPlastic(const std::vector<Plastic>& elements, const ElementArrays& a) {
+  for (const Plastic& p : elements) {
+    const Vector3f d = at(a, p.b) - at(a, p.a);
+    const float length = std::sqrt(d.squaredNorm());
+    if (!(length > kTiny)) continue;
+    const Vector3f u = d / length;
+    const float ramp = std::clamp((length / p.rest - 1.0f) / kPlasticWidth, -1.0f, 1.0f);
+    const Vector3f f = u * (p.kappa * ramp + p.damping * (speed(a, p.b) - speed(a, p.a)).dot(u));
+    add(a, p.a, f);
+    add(a, p.b, -f);
+  }
+}
+
+double plasticEnergy(const std::vector<Plastic>& elements, const ElementArrays& a) {
+  double sum = 0.0;
+  for (const Plastic& p : elements) {
+    const double length = (at(a, p.b) - at(a, p.a)).cast<double>().norm();
+    const double width = static_cast<double>(kPlasticWidth) * p.rest, off = std::fabs(length - p.rest);
+    sum += p.kappa * (off < width ? 0.5 * off * off / width : off - 0.5 * width);
+  }
+  return sum;
+}
+
+void addTethers(const std::vector<Tether>& elements, const ElementArrays& a) {
+  for (const Tether& t : elements) {
+    const std::uint32_t i = t.knot;
+    a.fx[i] += t.stiffness * (t.place[0] - a.x[i]) - t.damping * a.vx[i];
+    a.fy[i] += t.stiffness * (t.place[1] - a.y[i]) - t.damping * a.vy[i];
+    a.fz[i] += t.stiffness * (t.place[2] - a.z[i]) - t.damping * a.vz[i];
+  }
+}
+
+double tetherEnergy(const std::vector<Tether>& elements, const ElementArrays& a) {
+  double sum = 0.0;
+  for (const Tether& t : elements) {
+    const Vector3d off = Vector3d(t.place[0], t.place[1], t.place[2]) - at(a, t.knot).cast<double>();
+    sum += 0.5 * t.stiffness * off.squaredNorm();
+  }
+  return sum;
+}
+
+double enclosedVolume(const Volume& volume, const ElementArrays& a) {
+  if (volume.triangles.empty()) return 0.0;
+  const Vector3d o = at(a, volume.triangles[0][0]).cast<double>();  // near the surface: little cancellation
+  double six = 0.0;
+  for (const auto& t : volume.triangles) {
+    const Vector3d p = at(a, t[0]).cast<double>() - o, q = at(a, t[1]).cast<double>() - o,
+                   r = at(a, t[2]).cast<double>() - o;
+    six += p.dot(q.cross(r));
+  }
+  return six / 6.0;
+}
+
+void addVolumes(const std::vector<Volume>& elements, const ElementArrays& a) {
+  for (const Volume& v : elements) {
+    if (v.bulk_modulus == 0.0f || v.triangles.empty()) continue;
+    const double off = enclosedVolume(v, a) - v.rest;
+    const float pressure = static_cast<float>(-v.bulk_modulus * off / v.rest) / 6.0f;
+    for (const auto& t : v.triangles) {
+      const Vector3f p = at(a, t[0]), q = at(a, t[1]), r = at(a, t[2]);
+      // dV/dp = (q x r)/6; on a closed surface the area vector ((q-p) x (r-p))/6 for each corner sums to the same.
+      const Vector3f f = (q - p).cross(r - p) * pressure;
+      add(a, t[0], f);
+      add(a, t[1], f);
+      add(a, t[2], f);
+    }
+  }
+}
+
+double volumeEnergy(const std::vector<Volume>& elements, const ElementArrays& a) {
+  double sum = 0.0;
+  for (const Volume& v : elements) {
+    if (v.bulk_modulus == 0.0f || v.triangles.empty()) continue;
+    const double off = enclosedVolume(v, a) - v.rest;
+    sum += 0.5 * v.bulk_modulus * off * off / v.rest;
+  }
+  return sum;
+}
+
+void addElements(const Elements& e, const ElementArrays& a) {
+  addBending(e.bending, a);
+  addHinges(e.hinges, a);
+  addPlastic(e.plastic, a);
+  addTethers(e.tethers, a);
+  addVolumes(e.volumes, a);
+}
+
+double elementEnergy(const Elements& e, const ElementArrays& a) {
+  return bendingEnergy(e.bending, a) + hingeEnergy(e.hinges, a) + plasticEnergy(e.plastic, a) +
+         tetherEnergy(e.tethers, a) + volumeEnergy(e.volumes, a);
+}
+
+double elementDissipation(const Elements& e, const ElementArrays& a) {
+  double sum = 0.0;
+  for (const Tether& t : e.tethers) sum += t.damping * speed(a, t.knot).cast<double>().squaredNorm();
+  for (const Plastic& p : e.plastic) {
+    const Vector3d d = (at(a, p.b) - at(a, p.a)).cast<double>();
+    const double rate = (speed(a, p.b) - speed(a, p.a)).cast<double>().dot(d) / std::max(d.norm(), 1e-12);
+    sum += p.damping * rate * rate;
+  }
+  return sum;
+}
+
+}  // namespace vest::net

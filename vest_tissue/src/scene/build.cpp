@@ -1,0 +1,327 @@
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include <Eigen/Geometry>
+
+#include "vest_tissue/contact/contacts.h"
+#include "object_arrays.h"
+#include "vest_tissue/scene/world_model.h"
+#include "vest_tissue/scene/world_scratch.h"
+
+namespace vest::scene {
+namespace {
+
+using net::Block;
+
+constexpr double kContactShare = 0.3;       ///< of the net's own omega² that contacts may add (ours)
+constexpr double kContactLeast = 4.0e6;     ///< 1/s²: and at least this, for loose nets (2,000 rad/s)
+constexpr double kSlowMargin = 0.4;         ///< of the longest step, for held forces: they see deformed shapes too
+constexpr int kPowerSweeps = 40;
+constexpr double kPowerMargin = 1.15;       ///< the iteration converges from below
+
+int powerOfTwo(double least) {
+  int n = 1;
+  while (n < least && n < (1 << 20)) n *= 2;
+  return n;
+}
+
+void fillKnots(const Object& o, ObjectState& s) {
+  Block& b = s.block;
+  for (std::size_t i = 0; i < o.position.size(); ++i) {
+    std::uint32_t k;
+    b.addKnot(k);
+    b.row(Block::X)[i] = static_cast<float>(o.position[i].x());
+    b.row(Block::Y)[i] = static_cast<float>(o.position[i].y());
+    b.row(Block::Z)[i] = static_cast<float>(o.position[i].z());
+    if (o.model == ObjectModel::Rigid) continue;
+    const bool fixed = !o.fixed.empty() && o.fixed[i] != 0;
+    const double mass = o.mass[i];
+    b.row(Block::kMass)[i] = static_cast<float>(mass);
+    b.row(Block::kInverseMass)[i] = fixed ? 0.0f : static_cast<float>(1.0 / mass);
+    b.row(Block::kDecay)[i] = o.damping.empty() ? 0.0f : static_cast<float>(o.damping[i] / mass);
+    if (!fixed && !std::isfinite(b.row(Block::kInverseMass)[i])) {
+      std::ostringstream out;
+      out << "object '" << o.name << "': mass[" << i << "]: " << mass << " (>= 1e-38 kg, so that its inverse is finite)";
+      throw std::invalid_argument(out.str());
+    }
+  }
+  s.fixed.assign(o.position.size(), 0);
+  for (std::size_t i = 0; i < o.fixed.size(); ++i) s.fixed[i] = o.fixed[i] != 0 || o.model == ObjectModel::Rigid;
+}
+
+void fillLinks(const Object& o, ObjectState& s) {
+  Block& b = s.block;
+  for (const Link& l : o.links) {
+    LinkPlace place{l.kind, 0};
+    if (l.kind == LinkKind::Elastic || l.kind == LinkKind::Viscous) {
+      b.addLink(l.knot0, l.knot1, place.index);
+      const bool elastic = l.kind == LinkKind::Elastic, by_law = elastic && l.stiffness == 0.0;
+      const double modulus = !elastic ? 0.0 : by_law ? o.law.youngs_modulus * l.area : l.stiffness * l.rest;
+      b.row(Block::kInverseRest)[place.index] = elastic ? static_cast<float>(1.0 / l.rest) : 0.0f;
+      b.row(Block::kModulus)[place.index] = static_cast<float>(modulus);
+      b.row(Block::kDamping)[place.index] = static_cast<float>(l.damping);
+      b.row(Block::kNonlinear)[place.index] = by_law ? 1.0f : 0.0f;
+    } else if (l.kind == LinkKind::Plastic) {
+      place.index = static_cast<std::uint32_t>(s.elements.plastic.size());
+      s.elements.plastic.push_back({l.knot0, l.knot1, static_cast<float>(l.stiffness), static_cast<float>(l.rest),
+                                    static_cast<float>(l.damping)});
+    } else {
+      place.index = static_cast<std::uint32_t>(s.elements.bending.size());
+      s.elements.bending.push_back({l.knot0, l.knot1, l.knot2, static_cast<float>(l.stiffness),
+                                    static_cast<float>(std::max(0.0, 3.14159265358979 - l.rest))});
+      if (s.elements.bending.back().rest < 1e-5f) s.elements.bending.back().rest = 0.0f;
+    }
+    s.places.push_back(place);
+  }
+}
+
+void fillElements(const Object& o, ObjectState& s) {
+  for (const HingeElement& h : o.hinges) {
+    const auto at = [&](int i) -> Eigen::Vector3f { return o.rest_position[h.knots[i]].cast<float>(); };
+    s.elements.hinges.push_back({h.knots[0], h.knots[1], h.knots[2], h.knots[3], static_cast<float>(h.stiffness),
+                                 net::dihedral(at(0), at(1), at(2), at(3))});
+  }
+  for (const Tether& t : o.tethers) {
+    s.elements.tethers.push_back({t.knot, {float(t.place.x()), float(t.place.y()), float(t.place.z())},
+                                  static_cast<float>(t.stiffness), static_cast<float>(t.damping)});
+  }
+  for (std::size_t i = 0; i < o.volumes.size(); ++i) {
+    const VolumeElement& v = o.volumes[i];
+    net::Volume volume;
+    volume.bulk_modulus = static_cast<float>(v.bulk_modulus);
+    double rest = v.rest_volume;
+    for (const auto& t : v.triangles) {
+      volume.triangles.push_back({t[0], t[1], t[2]});
+      volume.knots.insert(volume.knots.end(), t.begin(), t.end());
+      if (v.rest_volume == 0.0) {
+        const auto& p = o.rest_position;
+        const Eigen::Vector3d origin = p[v.triangles[0][0]];
+        rest += (p[t[0]] - origin).dot((p[t[1]] - origin).cross(p[t[2]] - origin)) / 6.0;
+      }
+    }
+    std::sort(volume.knots.begin(), volume.knots.end());
+    volume.knots.erase(std::unique(volume.knots.begin(), volume.knots.end()), volume.knots.end());
+    if (!volume.triangles.empty() && !(rest > 0.0)) {
+      std::ostringstream out;
+      out << "object '" << o.name << "': volumes[" << i << "].triangles: enclose " << rest
+          << " m³ (> 0: counter-clockwise from outside, closed)";
+      throw std::invalid_argument(out.str());
+    }
+    volume.rest = static_cast<float>(rest);
+    s.elements.volumes.push_back(std::move(volume));
+  }
+}
+
+void fillState(const Object& o, ObjectState& s) {
+  const std::size_t knots = o.position.size();
+  std::size_t links = 0;
+  for (const Link& l : o.links) links += l.kind == LinkKind::Elastic || l.kind == LinkKind::Viscous;
+  // Room for cuts: a quarter more knots and links.
+  const bool rigid = o.model == ObjectModel::Rigid;
+  s.block = Block(rigid ? knots : knots + std::max<std::size_t>(16, knots / 4), rigid ? 0 : links + std::max<std::size_t>(32, links / 4));
+  fillKnots(o, s);
+  if (!rigid) {
+    fillLinks(o, s);
+    fillElements(o, s);
+  }
+  s.topology.links = o.links;
+  s.topology.link_alive.assign(o.links.size(), 1);
+  s.topology.skin = o.skin;
+  s.topology.triangle_alive.assign(o.skin.triangles.size(), 1);
+  for (const auto& t : o.contact_triangles) s.triangles.push_back({t[0], t[1], t[2]});
+  s.triangle_alive.assign(s.triangles.size(), 1);
+  s.limit_strain = static_cast<float>(o.law.max_strain);
+  s.ignored.assign(s.block.knotCapacity(), 0);
+  s.depth.assign(s.block.knotCapacity(), 0.0f);
+}
+
+void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
+  c.net = o.model == ObjectModel::Net;
+  c.law = o.law;
+  c.polynomial = o.law.a2 != 0.0 || o.law.a3 != 0.0 || o.law.a4 != 0.0;
+  c.ring.assign(s.block.knotCapacity(), -1);
+  for (std::size_t r = 0; r < o.tube.rings.size(); ++r) for (const Index k : o.tube.rings[r]) c.ring[k] = static_cast<std::int32_t>(r);
+  for (std::size_t i = 0; i < o.links.size(); ++i) {
+    const Link& l = o.links[i];
+    if (l.kind == LinkKind::Elastic && c.ring[l.knot0] >= 0 && c.ring[l.knot0] == c.ring[l.knot1]) {
+      c.ring_links.push_back(s.places[i].index);
+    }
+  }
+  for (const auto& t : s.triangles) {
+    for (int e = 0; e < 3; ++e) {
+      c.greatest_edge = std::max(c.greatest_edge, (o.position[t[e]] - o.position[t[(e + 1) % 3]]).norm());
+    }
+  }
+  if (!c.net && !o.contact_triangles.empty()) {
+    std::vector<std::array<std::uint32_t, 3>> triangles(s.triangles.begin(), s.triangles.end());
+    Eigen::Vector3d low = o.position[0], high = low;
+    for (const auto& p : o.position) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    const double spacing = std::max(0.002, (high - low).maxCoeff() / 160.0);
+    c.grid = contact::DistanceGrid(o.position, triangles, spacing, 5.0 * spacing);
+  }
+}
+
+/// Sub-steps and batches of a net; refuses what the explicit solver cannot hold.
+void boundSteps(const Object& o, ObjectState& s, ObjectConstants& c, double dt) {
+  solver::BoundScratch scratch(s.block.knotCapacity() + 64);
+  const net::KernelArrays arrays = objectArrays(s, c);
+  c.bound_at_start = solver::linkRates(arrays, scratch).omega_squared;
+  const double power = solver::powerIteration(arrays, kPowerSweeps);
+  c.calibration = c.bound_at_start > 0.0 ? std::min(1.0, kPowerMargin * power / c.bound_at_start) : 1.0;
+  const double own = c.bound_at_start * c.calibration;
+  c.contact_omega_squared = std::max(kContactShare * own, kContactLeast);
+  c.rates.omega_squared = own + c.contact_omega_squared;
+  c.rates.decay = solver::linkDecay(arrays, scratch) + std::sqrt(c.contact_omega_squared);
+  const solver::Rates slow = solver::elementRates(s.block, s.elements);
+  c.slow_omega_squared = slow.omega_squared;
+  c.slow_decay = slow.decay;
+  const double limit = std::max(1.0, solver::kSubStepsPerSecond * dt);
+  const auto refuse = [&](const char* what, double needed, double omega) {
+    std::size_t lightest = 0;
+    for (std::size_t i = 0; i < o.mass.size(); ++i) if (o.mass[i] < o.mass[lightest]) lightest = i;
+    std::ostringstream out;
+    out << "object '" << o.name << "': " << what << ": need " << needed << " sub-steps in " << dt << " s (highest frequency "
+        << omega << " rad/s, lightest knot " << lightest << " of " << o.mass[lightest] << " kg; at most " << limit
+        << " are allowed: lower stiffness, youngs_modulus, area or damping, raise mass, or shorten dt)";
+    throw std::invalid_argument(out.str());
+  };
+  const double fast_needed = dt / (solver::kStepMargin * solver::longestStep(c.rates));
+  if (!(fast_needed <= limit)) refuse("links", fast_needed, std::sqrt(c.rates.omega_squared));
+  const double slow_needed = dt / (kSlowMargin * solver::longestStep(slow));
+  if (!(slow_needed <= limit)) refuse("bending, hinges, plastic links, tethers, volumes", slow_needed, std::sqrt(slow.omega_squared));
+  c.sub_steps = std::max(1, static_cast<int>(std::ceil(fast_needed)));
+  c.batches = powerOfTwo(slow_needed);
+}
+
+void connect(const Description& d, WorldModel& m) {
+  const auto find = [&](const std::string& name) {
+    for (std::size_t i = 0; i < d.objects.size(); ++i) if (d.objects[i].name == name) return static_cast<std::uint16_t>(i);
+    return std::uint16_t{0};
+  };
+  for (std::size_t n = 0; n < d.connections.size(); ++n) {
+    const Connection& k = d.connections[n];
+    ConnectionState s;
+    s.end0.object = find(k.object0);
+    s.end0.knots = {k.knot0, k.knot0, k.knot0, k.knot0};
+    s.end0.weights = {1, 0, 0, 0};
+    s.end1.object = find(k.object1);
+    s.end1.knots = {k.triangle1[0], k.triangle1[1], k.triangle1[2], k.triangle1[0]};
+    s.end1.weights = {k.weights1[0], k.weights1[1], k.weights1[2], 0};
+    const float* w0 = m.start.objects[s.end0.object].block.row(Block::kInverseMass);
+    const float* w1 = m.start.objects[s.end1.object].block.row(Block::kInverseMass);
+    double inverse = w0[k.knot0];
+    for (int c = 0; c < 3; ++c) inverse += k.weights1[c] * k.weights1[c] * w1[k.triangle1[c]];
+    const solver::Rates rates{k.stiffness * inverse, k.damping * inverse};
+    const double needed = d.dt / (kSlowMargin * solver::longestStep(rates));
+    const double limit = std::max(1.0, solver::kSubStepsPerSecond * d.dt);
+    if (!(needed <= limit)) {
+      std::ostringstream out;
+      out << "connections[" << n << "] ('" << k.object0 << "' to '" << k.object1 << "'): stiffness " << k.stiffness
+          << " N/m, damping " << k.damping << " N·s/m: need " << needed << " exchanges in " << d.dt << " s (at most " << limit
+          << ": lower them or raise the knots' masses)";
+      throw std::invalid_argument(out.str());
+    }
+    const int batches = powerOfTwo(needed);
+    m.batches_of_connection.push_back(batches);
+    for (const auto object : {s.end0.object, s.end1.object}) {
+      m.objects[object].batches = std::max(m.objects[object].batches, batches);
+    }
+    m.start.connections.push_back(s);
+  }
+}
+
+/// Contacts that exist in the scene as it is saved are its design (organs that hang together, vessels under the
+/// peritoneum): they are left out, or they would tear the equilibrium.
+void ignoreDesignedContacts(WorldModel& m) {
+  const auto& d = m.description;
+  for (std::size_t a = 0; a < d.objects.size(); ++a) {
+    if (!m.objects[a].net) continue;
+    ObjectState& s = m.start.objects[a];
+    Eigen::Vector3d low = d.objects[a].position[0], high = low;
+    for (const auto& p : d.objects[a].position) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    for (std::size_t b = 0; b < d.objects.size(); ++b) {
+      if (a == b || d.objects[b].contact_triangles.empty()) continue;
+      const Object& other = d.objects[b];
+      if (!m.objects[b].net) {
+        for (std::size_t i = 0; i < d.objects[a].position.size(); ++i) {
+          Eigen::Vector3f g;
+          const float distance = m.objects[b].grid.distance(d.objects[a].position[i].cast<float>(), g);
+          s.depth[i] = std::min(s.depth[i], std::min(0.0f, distance - static_cast<float>(d.objects[a].contact_thickness) - 1e-4f));
+        }
+        continue;
+      }
+      if (b >= 32) continue;
+      const double reach = d.objects[a].contact_thickness + other.contact_thickness + 3e-4;
+      for (const auto& t : other.contact_triangles) {
+        const std::array<Eigen::Vector3d, 3> p{other.position[t[0]], other.position[t[1]], other.position[t[2]]};
+        const Eigen::Vector3d lo = (p[0].cwiseMin(p[1]).cwiseMin(p[2]).array() - reach).matrix();
+        const Eigen::Vector3d hi = (p[0].cwiseMax(p[1]).cwiseMax(p[2]).array() + reach).matrix();
+        if ((lo.array() > high.array()).any() || (hi.array() < low.array()).any()) continue;
+        for (std::size_t i = 0; i < d.objects[a].position.size(); ++i) {
+          const Eigen::Vector3d& x = d.objects[a].position[i];
+          if ((x.array() < lo.array()).any() || (x.array() > hi.array()).any()) continue;
+          if (contact::nearest(x, p).distance < reach) s.ignored[i] |= 1u << b;
+        }
+      }
+    }
+  }
+  for (const ConnectionState& c : m.start.connections) {
+    if (c.end1.object < 32) m.start.objects[c.end0.object].ignored[c.end0.knots[0]] |= 1u << c.end1.object;
+    for (const auto k : c.end1.knots) {
+      if (c.end0.object < 32) m.start.objects[c.end1.object].ignored[k] |= 1u << c.end0.object;
+    }
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<WorldModel> buildModel(const Description& description) {
+  validate(description);
+  auto model = std::make_unique<WorldModel>();
+  model->description = description;
+  WorldModel& m = *model;
+  m.start.gravity = description.gravity;
+  m.objects.resize(description.objects.size());
+  m.start.objects.resize(description.objects.size());
+  for (std::size_t i = 0; i < description.objects.size(); ++i) {
+    fillState(description.objects[i], m.start.objects[i]);
+    fillConstants(description.objects[i], m.start.objects[i], m.objects[i]);
+    if (m.objects[i].net) boundSteps(description.objects[i], m.start.objects[i], m.objects[i], description.dt);
+  }
+  connect(description, m);
+  const bool several = std::count_if(m.objects.begin(), m.objects.end(), [](const auto& c) { return c.net; }) > 1;
+  for (std::size_t i = 0; i < m.objects.size(); ++i) {
+    ObjectConstants& c = m.objects[i];
+    if (!c.net) continue;
+    if (several) c.batches = std::max(c.batches, 4);  // organ against organ is exchanged four times a step
+    c.sub_steps = (c.sub_steps + c.batches - 1) / c.batches * c.batches;
+    m.start.objects[i].sub_steps = c.sub_steps;
+    m.start.objects[i].batches = c.batches;
+    m.batches = std::max(m.batches, c.batches);
+  }
+  ignoreDesignedContacts(m);
+  m.start.pairs.reserve(8192);
+  m.start.sides.reserve(2048);
+  return model;
+}
+
+WorldScratch::WorldScratch(const WorldModel& model) {
+  objects.resize(model.objects.size());
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const Block& b = model.start.objects[i].block;
+    ObjectScratch& s = objects[i];
+    s.backup.resize(b.motionFloats());
+    s.contacts.reserve(512);
+    s.pulls.reserve(4 * interaction::kMaxGraspAnchors);
+    s.planes.reserve(b.knotCapacity());
+    s.near.resize(b.knotCapacity() + 1);
+    s.shared.resize(b.knotCapacity() + 1);
+    s.bound = solver::BoundScratch(b.knotCapacity() + 64);
+  }
+  organ_contacts.reserve(8192);
+  connection_force.assign(model.start.connections.size(), Eigen::Vector3d::Zero());
+}
+
+}  // namespace vest::scene

@@ -1,0 +1,88 @@
+#include "stages.h"
+#include "world_impl.h"
+
+namespace vest::scene {
+
+using Eigen::Vector3d;
+using net::Block;
+
+Energy World::energy() const {
+  const WorldState& state = impl_->state;
+  Energy e;
+  e.work = state.energy.work;
+  e.dissipated = state.energy.dissipated;
+  for (std::size_t i = 0; i < state.objects.size(); ++i) {
+    const ObjectConstants& constants = impl_->model->objects[i];
+    if (!constants.net) continue;
+    const ObjectState& s = state.objects[i];
+    const float* const mass = row(s, Block::kMass);
+    for (std::uint32_t k = 0; k < s.block.knots(); ++k) {
+      if (s.fixed[k]) continue;
+      const Vector3d v = knotVelocity(s, k);
+      e.kinetic += 0.5 * mass[k] * v.squaredNorm();
+      e.potential -= mass[k] * state.gravity.dot(knotPosition(s, k));
+    }
+    const net::KernelArrays a = objectArrays(s, constants);
+    material::Law law = constants.law;
+    law.youngs_modulus = 1.0;
+    law.max_strain = s.limit_strain;
+    material::Law linear;
+    linear.youngs_modulus = 1.0;
+    for (std::size_t l = 0; l < s.block.links(); ++l) {
+      if (a.modulus[l] == 0.0f) continue;
+      const double length = (knotPosition(s, a.knot1[l]) - knotPosition(s, a.knot0[l])).norm();
+      const double strain = length * a.inverse_rest[l] - 1.0;
+      const double density = material::energyDensity(a.nonlinear[l] > 0.0f ? law : linear, strain);
+      e.elastic += a.modulus[l] / a.inverse_rest[l] * density;
+    }
+    net::ElementArrays arrays{row(s, Block::X), row(s, Block::Y), row(s, Block::Z), nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
+    e.elastic += net::elementEnergy(s.elements, arrays);
+  }
+  for (std::size_t n = 0; n < state.connections.size(); ++n) {
+    const ConnectionState& c = state.connections[n];
+    if (!c.alive) continue;
+    Vector3d off = impl_->model->description.connections[n].offset;
+    for (int i = 0; i < 4; ++i) {
+      if (c.end0.weights[i] != 0.0) off -= c.end0.weights[i] * knotPosition(state.objects[c.end0.object], c.end0.knots[i]);
+      if (c.end1.weights[i] != 0.0) off += c.end1.weights[i] * knotPosition(state.objects[c.end1.object], c.end1.knots[i]);
+    }
+    e.elastic += 0.5 * impl_->model->description.connections[n].stiffness * off.squaredNorm();
+  }
+  // Springs between tools and tissue: held knots, then the contacts of the last step.
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    const auto& grasp = state.grasps[t];
+    if (!grasp.active) continue;
+    const auto& pose = state.proxies[t].pose;
+    for (int i = 0; i < grasp.count; ++i) {
+      const auto& g = grasp.anchors[i];
+      const Vector3d off = pose.tip + pose.orientation * g.local - knotPosition(state.objects[g.object], g.knot);
+      e.elastic += 0.5 * g.stiffness * off.squaredNorm();
+    }
+  }
+  for (std::size_t i = 0; i < state.objects.size(); ++i) {
+    const ObjectState& s = state.objects[i];
+    for (const auto& c : impl_->scratch.objects[i].contacts) {
+      double gap = -c.reach;
+      for (int axis = 0; axis < 3; ++axis) {
+        double q = 0.0;
+        for (int k = 0; k < 3; ++k) q += c.weights[k] * row(s, static_cast<Block::KnotRow>(Block::X + axis))[c.knots[k]];
+        gap += c.normal[axis] * (c.start[axis] + c.travel[axis] - q);
+      }
+      if (gap < 0.0) e.elastic += 0.5 * c.stiffness * gap * gap;
+    }
+    for (const auto& c : impl_->scratch.objects[i].planes) {
+      const Vector3d n(c.normal[0], c.normal[1], c.normal[2]);
+      const double gap = n.dot(knotPosition(s, c.knot)) - c.offset;
+      if (gap < 0.0) e.elastic += 0.5 * c.stiffness * gap * gap;
+    }
+  }
+  for (const OrganContact& r : impl_->scratch.organ_contacts) {
+    Vector3d off = knotPosition(state.objects[r.object], r.knot);
+    for (int k = 0; k < 3; ++k) off -= static_cast<double>(r.weights[k]) * knotPosition(state.objects[r.other], r.triangle[k]);
+    const double gap = Vector3d(r.normal[0], r.normal[1], r.normal[2]).dot(off) - r.reach;
+    if (gap < 0.0) e.elastic += 0.5 * r.stiffness * gap * gap;
+  }
+  return e;
+}
+
+}  // namespace vest::scene

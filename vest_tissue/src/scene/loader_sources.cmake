@@ -1,0 +1,9 @@
+# The scene file loader (docs/scene_format.md).
+find_package(yaml-cpp REQUIRED)
+target_sources(vest_tissue PRIVATE
+  ${CMAKE_CURRENT_LIST_DIR}/csv_reader.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/loader.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/loader_baked.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/loader_check.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/yaml_reader.cpp)
+target_link_libraries(vest_tissue PRIVATE yaml-cpp)

@@ -1,0 +1,162 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "stages.h"
+
+namespace vest::scene {
+namespace {
+
+using Eigen::Vector3d;
+using net::Block;
+
+constexpr std::uint64_t kBoundEvery = 4;  ///< steps between two looks at an object's strain
+constexpr float kGrowth = 1.2f;           ///< of the tangent, below which the old bound still holds (its margin)
+
+void applyEdit(Context& c, const ParameterEdit& edit) {
+  if (!std::isfinite(edit.value)) return;
+  if (edit.object.empty()) {
+    if (edit.parameter == "gravity_x") c.state.gravity.x() = std::clamp(edit.value, -100.0, 100.0);
+    if (edit.parameter == "gravity_y") c.state.gravity.y() = std::clamp(edit.value, -100.0, 100.0);
+    if (edit.parameter == "gravity_z") c.state.gravity.z() = std::clamp(edit.value, -100.0, 100.0);
+    return;
+  }
+  for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
+    if (c.model.description.objects[i].name != edit.object || !c.model.objects[i].net) continue;
+    ObjectState& s = c.state.objects[i];
+    const bool stiffer = edit.parameter == "youngs_modulus", damped = edit.parameter == "damping_scale";
+    if (!stiffer && !damped) continue;
+    const double law = c.model.objects[i].law.youngs_modulus;
+    const double wanted = std::clamp(stiffer ? (law > 0.0 ? edit.value / law : 1.0) : edit.value, 0.01, 100.0);
+    double& scale = stiffer ? s.elastic_scale : s.damping_scale;
+    float* const values = s.block.row(stiffer ? Block::kModulus : Block::kDamping);
+    const float factor = static_cast<float>(wanted / scale);
+    for (std::size_t e = 0; e < s.block.links(); ++e) values[e] *= factor;
+    scale = wanted;
+  }
+}
+
+void applyImpact(Context& c, const ImpactInput& impact) {
+  if (impact.object >= c.model.objects.size() || !c.model.objects[impact.object].net || !impact.momentum.allFinite()) return;
+  ObjectState& s = c.state.objects[impact.object];
+  if (impact.triangle >= s.triangles.size()) return;
+  for (int e = 0; e < 3; ++e) {
+    const std::uint32_t k = s.triangles[impact.triangle][e];
+    const double w = impact.weights[e] * row(s, Block::kInverseMass)[k];
+    if (!std::isfinite(w)) continue;
+    s.block.row(Block::VX)[k] += static_cast<float>(w * impact.momentum.x());
+    s.block.row(Block::VY)[k] += static_cast<float>(w * impact.momentum.y());
+    s.block.row(Block::VZ)[k] += static_cast<float>(w * impact.momentum.z());
+  }
+}
+
+/// A vessel's pulse widens its rings: their rest length follows the radius.
+void applyDilatation(Context& c, const DilatationInput& d) {
+  if (!std::isfinite(d.dilatation)) return;
+  const float scale = static_cast<float>(1.0 / std::clamp(d.dilatation, 0.5, 2.0));
+  for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
+    if (c.model.description.objects[i].tube.vessel_segment != d.vessel_segment || d.vessel_segment.empty()) continue;
+    const float* const rest = c.model.start.objects[i].block.row(Block::kInverseRest);
+    for (const auto e : c.model.objects[i].ring_links) c.state.objects[i].block.row(Block::kInverseRest)[e] = rest[e] * scale;
+  }
+}
+
+/// Sub-steps of an object for its present strain. Only numbers of the State enter: re-simulation takes the same.
+void renewBound(Context& c, std::size_t object) {
+  const ObjectConstants& constants = c.model.objects[object];
+  ObjectState& s = c.state.objects[object];
+  if (!constants.net || (c.state.step + object) % kBoundEvery != 0) return;
+  ObjectScratch& o = c.scratch.objects[object];
+  s.limit_strain = static_cast<float>(constants.law.max_strain);
+  s.degraded = false;
+  net::KernelArrays a = objectArrays(s, constants);
+  const float strain = std::max(0.0f, solver::greatestStrain(a));
+  const float e = std::min(strain, a.max_strain);
+  const float tangent = 1.0f + e * (2 * a.a2 + e * (3 * a.a3 + e * 4 * a.a4));
+  const bool scaled = s.elastic_scale > 1.0 || s.damping_scale > 1.0 || s.topology.revision != 0;
+  if (tangent <= kGrowth && strain < 0.5f && !scaled) {
+    s.sub_steps = constants.sub_steps;
+    return;
+  }
+  const double dt = c.model.description.dt;
+  const int limit = std::max(1, static_cast<int>(solver::kSubStepsPerSecond * dt));
+  int needed = 1;
+  for (int attempt = 0; attempt < 8; ++attempt) {
+    solver::Rates rates = solver::linkRates(a, o.bound);
+    rates.omega_squared = rates.omega_squared * (s.topology.revision != 0 ? 1.0 : constants.calibration) + constants.contact_omega_squared;
+    rates.decay = constants.rates.decay * std::max(1.0, s.damping_scale);
+    needed = solver::subSteps(dt, rates);
+    if (needed <= limit) break;
+    // Declared fallback: the law goes on along its tangent from a smaller strain, softer but bounded.
+    s.degraded = true;
+    s.limit_strain *= 0.5f;
+    a = objectArrays(s, constants);
+  }
+  needed = std::clamp(needed, constants.sub_steps, limit);
+  s.sub_steps = (needed + s.batches - 1) / s.batches * s.batches;
+}
+
+}  // namespace
+
+bool checkInput(const StepInput& input) {
+  if (!(input.dt >= 1e-6 && input.dt <= 0.01)) return false;
+  for (const ToolInput& t : input.tools) {
+    if (!t.present) continue;
+    const double q = t.orientation.squaredNorm();
+    if (!t.position.allFinite() || !t.pivot.allFinite() || !std::isfinite(t.jaw) || !(q > 0.25 && q < 4.0)) return false;
+    if (!(t.position.squaredNorm() < 1e6) || !(t.pivot.squaredNorm() < 1e6)) return false;
+  }
+  return true;
+}
+
+void keepBackup(Context& c) {
+  for (std::size_t i = 0; i < c.state.objects.size(); ++i) {
+    if (!c.model.objects[i].net) continue;
+    auto& backup = c.scratch.objects[i].backup;
+    std::memcpy(backup.data(), c.state.objects[i].block.motion(), backup.size() * sizeof(float));
+  }
+  c.scratch.proxies_before = c.state.proxies;
+  c.scratch.grasps_before = c.state.grasps;
+  c.scratch.energy_before = c.state.energy;
+}
+
+void restoreBackup(Context& c) {
+  for (std::size_t i = 0; i < c.state.objects.size(); ++i) {
+    if (!c.model.objects[i].net) continue;
+    const auto& backup = c.scratch.objects[i].backup;
+    std::memcpy(c.state.objects[i].block.motion(), backup.data(), backup.size() * sizeof(float));
+  }
+  c.state.proxies = c.scratch.proxies_before;
+  c.state.grasps = c.scratch.grasps_before;
+  c.state.energy = c.scratch.energy_before;
+  for (auto& p : c.state.proxies) {
+    p.velocity.setZero();
+    p.force.setZero();
+    p.torque.setZero();
+    p.tip_force.setZero();
+  }
+}
+
+void predict(Context& c) {
+  for (const ParameterEdit& edit : c.input.edits) applyEdit(c, edit);
+  for (const ImpactInput& impact : c.input.impacts) applyImpact(c, impact);
+  for (const DilatationInput& dilatation : c.input.dilatations) applyDilatation(c, dilatation);
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    const ToolInput& input = c.input.tools[t];
+    auto& proxy = c.state.proxies[t];
+    const bool present = input.present && input.tool != tools::ToolKind::None;
+    if (!present) {
+      proxy = interaction::Proxy{};
+    } else if (!proxy.present || proxy.tool != input.tool) {
+      if (c.state.grasps[t].active) c.state.grasps[t].jaw_at_touch = 0.0;  // an exchanged tool lets go
+      interaction::resetProxy(proxy, input);
+      c.scratch.proxies_before[t] = proxy;
+    } else {
+      interaction::stepProxy(proxy, input, c.dt);
+    }
+  }
+  auto work = [&c](std::size_t object) { renewBound(c, object); };
+  c.pool.each(c.model.objects.size(), work);
+}
+
+}  // namespace vest::scene

@@ -1,0 +1,128 @@
+#include <stdexcept>
+
+#include "state_bytes.h"
+#include "world_impl.h"
+
+namespace vest::scene {
+namespace {
+
+constexpr char kMagic[8] = {'V', 'E', 'S', 'T', 'W', 'L', 'D', '1'};
+
+[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("snapshot: " + what); }
+
+struct WriteArchive {
+  std::vector<std::uint8_t>& out;
+  void bytes(const void* data, std::size_t size) {
+    const auto* const p = static_cast<const std::uint8_t*>(data);
+    out.insert(out.end(), p, p + size);
+  }
+  template <typename T>
+  void resize(std::vector<T>&, std::size_t size) {
+    same(size);
+  }
+  void same(std::uint64_t size) { bytes(&size, sizeof size); }
+  void setCounts(net::Block&, std::uint64_t, std::uint64_t) {}
+};
+
+struct ReadArchive {
+  const std::vector<std::uint8_t>& in;
+  std::size_t at = 0;
+  void bytes(void* data, std::size_t size) {
+    if (size > in.size() - at) refuse("ends after " + std::to_string(in.size()) + " bytes (more are needed: cut off?)");
+    if (size > 0) std::memcpy(data, in.data() + at, size);
+    at += size;
+  }
+  template <typename T>
+  void resize(std::vector<T>& v, std::size_t) {
+    std::uint64_t size;
+    bytes(&size, sizeof size);
+    if (size > in.size() - at) refuse("a list of " + std::to_string(size) + " entries does not fit in the rest of the file");
+    v.resize(size);
+  }
+  void same(std::uint64_t wanted) {
+    std::uint64_t size;
+    bytes(&size, sizeof size);
+    if (size != wanted) refuse(std::to_string(size) + " objects or connections (the scene has " + std::to_string(wanted) + ")");
+  }
+  void setCounts(net::Block& b, std::uint64_t knots, std::uint64_t links) {
+    if (knots > b.knotCapacity() || links > b.linkCapacity() || knots < b.knots() || links < b.links()) {
+      refuse(std::to_string(knots) + " knots and " + std::to_string(links) + " links of an object (the scene has " +
+             std::to_string(b.knots()) + " and " + std::to_string(b.links()) + ")");
+    }
+    std::uint32_t index;
+    while (b.knots() < knots) b.addKnot(index);
+    while (b.links() < links) b.addLink(0, 0, index);
+  }
+};
+
+/// Indices that a damaged file could have wrong: every one is checked before the State is taken over.
+void checkIndices(const WorldState& s) {
+  for (const ObjectState& o : s.objects) {
+    const auto knot = [&](std::uint64_t k) {
+      if (k >= o.block.knots()) refuse("knot " + std::to_string(k) + " of an object with " + std::to_string(o.block.knots()));
+    };
+    for (std::size_t e = 0; e < o.block.links(); ++e) knot(o.block.knot0()[e]), knot(o.block.knot1()[e]);
+    for (const auto& t : o.triangles) for (const auto k : t) knot(k);
+    for (const auto& b : o.elements.bending) knot(b.a), knot(b.b), knot(b.c);
+    for (const auto& h : o.elements.hinges) knot(h.edge0), knot(h.edge1), knot(h.wing0), knot(h.wing1);
+    for (const auto& p : o.elements.plastic) knot(p.a), knot(p.b);
+    for (const auto& t : o.elements.tethers) knot(t.knot);
+    for (const auto& v : o.elements.volumes) for (const auto& t : v.triangles) for (const auto k : t) knot(k);
+    const std::size_t batches = static_cast<std::size_t>(o.batches);
+    if (o.sub_steps < 1 || o.sub_steps > 100000 || o.sub_steps % batches != 0) refuse("sub-steps of an object");
+  }
+  const auto anchored = [&](std::uint64_t object, std::uint64_t k) {
+    if (object >= s.objects.size() || k >= s.objects[object].block.knots()) refuse("an anchor outside the scene");
+  };
+  for (const auto& c : s.connections) {
+    for (const auto k : c.end0.knots) anchored(c.end0.object, k);
+    for (const auto k : c.end1.knots) anchored(c.end1.object, k);
+  }
+  for (const auto& g : s.grasps) {
+    if (g.count < 0 || g.count > interaction::kMaxGraspAnchors) refuse("number of grasped knots");
+    for (int i = 0; i < g.count; ++i) anchored(g.anchors[i].object, g.anchors[i].knot);
+  }
+  for (const auto& p : s.pairs) {
+    anchored(p.object, p.knot), anchored(p.other, 0);
+    if (p.triangle >= s.objects[p.other].triangles.size()) refuse("a contact outside the scene");
+  }
+  for (const auto& p : s.proxies) {
+    if (static_cast<int>(p.tool) >= tools::kToolKindCount) refuse("kind of tool " + std::to_string(static_cast<int>(p.tool)));
+  }
+}
+
+}  // namespace
+
+void World::save(std::vector<std::uint8_t>& bytes) const {
+  bytes.clear();
+  WriteArchive archive{bytes};
+  archive.bytes(kMagic, sizeof kMagic);
+  const std::string& hash = impl_->model->description.hash;
+  archive.same(hash.size());
+  archive.bytes(hash.data(), hash.size());
+  StateWalker<WriteArchive>{archive}.world(const_cast<WorldState&>(impl_->state));
+}
+
+void World::restore(const std::vector<std::uint8_t>& bytes) {
+  ReadArchive archive{bytes};
+  char magic[8];
+  archive.bytes(magic, sizeof magic);
+  if (std::memcmp(magic, kMagic, sizeof magic) != 0) refuse("begins with other bytes than VESTWLD1");
+  std::uint64_t size;
+  archive.bytes(&size, sizeof size);
+  if (size > 64) refuse("scene_hash of " + std::to_string(size) + " characters (at most 64)");
+  std::string hash(size, '\0');
+  archive.bytes(hash.data(), size);
+  if (hash != impl_->model->description.hash) {
+    refuse("scene_hash '" + hash + "' (the loaded scene's is '" + impl_->model->description.hash + "')");
+  }
+  WorldState state = impl_->model->start;
+  StateWalker<ReadArchive>{archive}.world(state);
+  if (archive.at != bytes.size()) refuse(std::to_string(bytes.size() - archive.at) + " bytes too many");
+  checkIndices(state);
+  impl_->state = std::move(state);
+  impl_->reserve();
+  impl_->deltas.clear();
+}
+
+}  // namespace vest::scene

@@ -1,0 +1,230 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "stages.h"
+#include "vest_tissue/net/kernel.h"
+
+namespace vest::scene {
+namespace {
+
+using Eigen::Vector3d;
+using net::Block;
+
+net::ElementArrays elementArrays(Block& b) {
+  return {b.row(Block::PX), b.row(Block::PY), b.row(Block::PZ), b.row(Block::VX), b.row(Block::VY), b.row(Block::VZ),
+          b.row(Block::HX), b.row(Block::HY), b.row(Block::HZ)};
+}
+
+/// Forces that are held over the batch: gravity, and the slower elements where the knots will be in its middle. With
+/// that prediction the held force neither feeds nor damps (docs/decisions/0121-…).
+void hold(Context& c, std::size_t object, double h) {
+  ObjectState& s = c.state.objects[object];
+  Block& b = s.block;
+  const std::size_t knots = b.knots();
+  const float ahead = static_cast<float>(0.5 * h);
+  const float* const mass = b.row(Block::kMass);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto at = [axis](Block::KnotRow first) { return static_cast<Block::KnotRow>(first + axis); };
+    const float *x = b.row(at(Block::X)), *v = b.row(at(Block::VX));
+    float *p = b.row(at(Block::PX)), *f = b.row(at(Block::HX));
+    const float g = static_cast<float>(c.state.gravity[axis]);
+    for (std::size_t i = 0; i < knots; ++i) {
+      p[i] = x[i] + ahead * v[i];
+      f[i] = mass[i] * g;
+    }
+  }
+  net::addElements(s.elements, elementArrays(b));
+}
+
+struct End {
+  Vector3d position = Vector3d::Zero(), velocity = Vector3d::Zero();
+};
+
+End endOf(const WorldState& state, const net::Anchor& a) {
+  End e;
+  const ObjectState& s = state.objects[a.object];
+  for (int i = 0; i < 4; ++i) {
+    if (a.weights[i] == 0.0) continue;
+    e.position += a.weights[i] * knotPosition(s, a.knots[i]);
+    e.velocity += a.weights[i] * knotVelocity(s, a.knots[i]);
+  }
+  return e;
+}
+
+void pushHeld(WorldState& state, const net::Anchor& a, const Vector3d& f) {
+  Block& b = state.objects[a.object].block;
+  for (int i = 0; i < 4; ++i) {
+    if (a.weights[i] == 0.0) continue;
+    const float w = static_cast<float>(a.weights[i]);
+    b.row(Block::HX)[a.knots[i]] += w * static_cast<float>(f.x());
+    b.row(Block::HY)[a.knots[i]] += w * static_cast<float>(f.y());
+    b.row(Block::HZ)[a.knots[i]] += w * static_cast<float>(f.z());
+  }
+}
+
+/// Force of connection n on end 0.
+Vector3d connectionForce(Context& c, std::size_t n, double h) {
+  const Connection& k = c.model.description.connections[n];
+  ConnectionState& s = c.state.connections[n];
+  const End e0 = endOf(c.state, s.end0), e1 = endOf(c.state, s.end1);
+  const Vector3d rate = e1.velocity - e0.velocity;
+  const Vector3d off = e1.position + k.offset - e0.position + (0.5 * h) * rate;
+  const Vector3d f = k.stiffness * off + k.damping * rate;
+  if (k.break_force > 0.0 && f.squaredNorm() > k.break_force * k.break_force) {
+    s.alive = false;
+    ++c.state.revision;
+    Event e;
+    e.kind = EventKind::Torn;
+    e.step = c.state.step;
+    e.object = s.end0.object;
+    e.element = s.end0.knots[0];
+    e.position = e0.position;
+    e.force = std::sqrt(f.squaredNorm());
+    emit(c, e);
+    return Vector3d::Zero();
+  }
+  if (c.account) c.state.energy.dissipated += k.damping * rate.squaredNorm() * h;
+  return f;
+}
+
+/// Force on the knot of an organ contact; the triangle gets its opposite.
+Vector3d organForce(const Context& c, const OrganContact& r, double h, double& heat) {
+  const ObjectState &sa = c.state.objects[r.object], &sb = c.state.objects[r.other];
+  Vector3d off = knotPosition(sa, r.knot), rate = knotVelocity(sa, r.knot);
+  for (int e = 0; e < 3; ++e) {
+    off -= static_cast<double>(r.weights[e]) * knotPosition(sb, r.triangle[e]);
+    rate -= static_cast<double>(r.weights[e]) * knotVelocity(sb, r.triangle[e]);
+  }
+  const Vector3d normal(r.normal[0], r.normal[1], r.normal[2]);
+  const double gap = normal.dot(off + (0.5 * h) * rate) - r.reach, opening = normal.dot(rate);
+  const double push = gap < 0.0 ? std::max(0.0, -r.stiffness * gap - r.damping * opening) : 0.0;
+  const Vector3d slide = rate - opening * normal;
+  const double speed = std::sqrt(slide.squaredNorm()), limit = r.friction * push;
+  const double coefficient = speed * r.grip > limit ? limit / speed : r.grip;
+  heat = gap < 0.0 ? (coefficient * speed * speed + std::max(0.0, (push + r.stiffness * gap) * -opening)) * h : 0.0;
+  return gap < 0.0 ? Vector3d(push * normal - coefficient * slide) : Vector3d(Vector3d::Zero());
+}
+
+/// Heat of the links' dampers and of the knots' damping in a sub-step.
+double heatOf(const net::KernelArrays& a, const float* mass, double h) {
+  double sum = 0.0;
+  for (std::size_t e = 0; e < a.links; ++e) {
+    if (a.damping[e] == 0.0f) continue;
+    const std::uint32_t p = a.knot0[e], q = a.knot1[e];
+    const double d[3] = {a.x[q] - a.x[p], a.y[q] - a.y[p], a.z[q] - a.z[p]};
+    const double u[3] = {a.vx[q] - a.vx[p], a.vy[q] - a.vy[p], a.vz[q] - a.vz[p]};
+    const double rate = d[0] * u[0] + d[1] * u[1] + d[2] * u[2];
+    sum += a.damping[e] * rate * rate / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + 1e-20);
+  }
+  for (std::size_t i = 0; i < a.knots; ++i) {
+    const double v2 = double(a.vx[i]) * a.vx[i] + double(a.vy[i]) * a.vy[i] + double(a.vz[i]) * a.vz[i];
+    sum += static_cast<double>(a.decay[i]) * mass[i] * v2;
+  }
+  return sum * h;
+}
+
+void advance(Context& c, std::size_t object, int batch) {
+  ObjectState& s = c.state.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  const int batches = s.batches * c.stretch, per_batch = std::max(1, s.sub_steps / s.batches);
+  const double h = c.dt / (static_cast<double>(batches) * per_batch);
+  const float hf = static_cast<float>(h), dt = static_cast<float>(c.dt);
+  const net::KernelArrays a = objectArrays(s, c.model.objects[object]);
+  const net::Kernel& kernel = net::kernel();
+  for (int i = 0; i < per_batch; ++i) {
+    const float fraction = static_cast<float>(batch * per_batch + i) / static_cast<float>(batches * per_batch);
+    kernel.forces(a);
+    if (!o.contacts.empty()) contact::addToolContacts(s.block, o.contacts, fraction, hf, dt, o.loads);
+    if (!o.pulls.empty()) contact::addPulls(s.block, o.pulls, fraction, hf, dt, o.loads);
+    if (!o.planes.empty()) contact::addPlaneContacts(s.block, o.planes, hf, o.loads);
+    kernel.integrate(a, hf);
+    if (c.account) o.heat += heatOf(a, s.block.row(Block::kMass), h);
+  }
+  if (c.account) {
+    o.heat += net::elementDissipation(s.elements, elementArrays(s.block)) * c.dt / batches;
+  }
+}
+
+}  // namespace
+
+void solve(Context& c) {
+  const int batches = c.model.batches * c.stretch;
+  const std::size_t objects = c.model.objects.size();
+  for (ObjectScratch& o : c.scratch.objects) {
+    o.loads = contact::ObjectLoads{};
+    o.heat = 0.0;
+  }
+  for (int batch = 0; batch < batches; ++batch) {
+    const auto due = [&](std::size_t object) {
+      const int every = batches / (c.state.objects[object].batches * c.stretch);
+      return c.model.objects[object].net && batch % every == 0;
+    };
+    auto prepare = [&](std::size_t object) {
+      if (due(object)) hold(c, object, c.dt / (c.state.objects[object].batches * c.stretch));
+    };
+    c.pool.each(objects, prepare);
+    // Exchange between objects, in fixed order; a force holds until both its objects are renewed together.
+    for (std::size_t n = 0; n < c.state.connections.size(); ++n) {
+      ConnectionState& s = c.state.connections[n];
+      if (!s.alive) continue;
+      const bool due0 = due(s.end0.object), due1 = due(s.end1.object);
+      const bool net0 = c.model.objects[s.end0.object].net, net1 = c.model.objects[s.end1.object].net;
+      if (!due0 && !due1) continue;
+      if ((due0 || !net0) && (due1 || !net1)) {
+        const int slow = std::min(net0 ? c.state.objects[s.end0.object].batches : 1 << 20,
+                                  net1 ? c.state.objects[s.end1.object].batches : 1 << 20);
+        c.scratch.connection_force[n] = connectionForce(c, n, c.dt / (slow * c.stretch));
+      }
+      if (due0) pushHeld(c.state, s.end0, c.scratch.connection_force[n]);
+      if (due1) pushHeld(c.state, s.end1, -c.scratch.connection_force[n]);
+    }
+    for (OrganContact& r : c.scratch.organ_contacts) {
+      const bool due0 = due(r.object), due1 = due(r.other);
+      if (due0 && due1) {
+        double heat;
+        r.force = organForce(c, r, c.dt / r.batches, heat);
+        c.state.energy.dissipated += heat;
+      }
+      if (due0) pushHeld(c.state, net::Anchor{r.object, {r.knot, 0, 0, 0}, {1, 0, 0, 0}}, r.force);
+      if (due1) {
+        pushHeld(c.state, net::Anchor{r.other, {r.triangle[0], r.triangle[1], r.triangle[2], 0},
+                                      {r.weights[0], r.weights[1], r.weights[2], 0}}, -r.force);
+      }
+    }
+    auto work = [&](std::size_t object) {
+      if (!due(object)) return;
+      const int every = batches / (c.state.objects[object].batches * c.stretch);
+      advance(c, object, batch / every);
+    };
+    c.pool.each(objects, work);
+  }
+}
+
+bool settleVelocities(Context& c, std::string_view& faulty) {
+  constexpr float kAbsurd = 100.0f * 100.0f;  // (m/s)²
+  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
+    if (!c.model.objects[object].net) continue;
+    const ObjectState& s = c.state.objects[object];
+    const float *vx = row(s, Block::VX), *vy = row(s, Block::VY), *vz = row(s, Block::VZ);
+    const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
+    unsigned bad = 0;
+    for (std::size_t i = 0; i < s.block.knots(); ++i) {
+      const float v2 = vx[i] * vx[i] + vy[i] * vy[i] + vz[i] * vz[i], p2 = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
+      bad |= static_cast<unsigned>(!(v2 < kAbsurd)) | static_cast<unsigned>(!(p2 < 1e12f));
+    }
+    if (bad != 0) {
+      faulty = c.model.description.objects[object].name;
+      return false;
+    }
+  }
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    if (!c.state.proxies[t].pose.tip.allFinite() || !c.state.proxies[t].velocity.allFinite()) {
+      faulty = "instrument";
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace vest::scene

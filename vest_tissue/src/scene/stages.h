@@ -1,0 +1,60 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+
+#include "object_arrays.h"
+#include "vest_tissue/scene/world.h"
+#include "vest_tissue/scene/world_model.h"
+#include "vest_tissue/scene/world_scratch.h"
+#include "vest_tissue/solver/pool.h"
+
+namespace vest::scene {
+
+/// What the stages of a step work on.
+struct Context {
+  const WorldModel& model;
+  WorldState& state;
+  WorldScratch& scratch;
+  const StepInput& input;
+  StepReport& report;
+  solver::Pool& pool;
+  double dt;
+  int stretch;        ///< sub-steps and batches are those of the description times this (a longer dt needs more)
+  bool account;       ///< energy accounting
+};
+
+/// Stages in the order in which a step runs them.
+bool checkInput(const StepInput& input);        ///< finite numbers, dt in range
+void predict(Context& c);                       ///< edits, impacts, proxies, sub-steps
+void collide(Context& c);                       ///< boxes, tools, cavity, organs
+void interact(Context& c);                      ///< jaws: grasp, hold, slip, release
+void solve(Context& c);                         ///< batches of sub-steps
+bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a state to go on from
+void tell(Context& c);                          ///< contact models, events
+void keepBackup(Context& c);
+void restoreBackup(Context& c);
+
+/// Parts of the above in files of their own.
+void findToolContacts(Context& c, std::size_t object);
+void findCavityContacts(Context& c, std::size_t object);
+void findOrganPairs(Context& c);
+void findOrganContacts(Context& c);
+void placeTools(Context& c);
+void renewSides(Context& c);
+
+/// Event with room checked: the report's capacity is fixed.
+void emit(Context& c, const Event& event);
+
+inline const float* row(const ObjectState& s, net::Block::KnotRow r) { return s.block.row(r); }
+inline Eigen::Vector3d knotPosition(const ObjectState& s, std::uint32_t k) {
+  using net::Block;
+  return {row(s, Block::X)[k], row(s, Block::Y)[k], row(s, Block::Z)[k]};
+}
+inline Eigen::Vector3d knotVelocity(const ObjectState& s, std::uint32_t k) {
+  using net::Block;
+  return {row(s, Block::VX)[k], row(s, Block::VY)[k], row(s, Block::VZ)[k]};
+}
+
+}  // namespace vest::scene

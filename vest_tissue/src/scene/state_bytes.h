@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstring>
+#include <type_traits>
+
+#include "vest_tissue/scene/world_state.h"
+
+namespace vest::scene {
+
+/// Walks the State in one order for hash, snapshot and restore. An archive has bytes(void*, size): little-endian
+/// numbers without padding, as x86-64 and ARM64 hold them; and resize(vector, size): its length goes in and out.
+template <typename Archive>
+struct StateWalker {
+  Archive& archive;
+
+  template <typename T>
+  void value(T& v) {
+    static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
+    archive.bytes(&v, sizeof v);
+  }
+  template <typename T>
+  void values(T* v, std::size_t count) { archive.bytes(v, count * sizeof(T)); }
+  void flag(bool& v) {
+    std::uint8_t byte = v;
+    value(byte);
+    v = byte != 0;
+  }
+  template <typename T>
+  void plain(std::vector<T>& v) {  // of numbers or arrays of numbers
+    archive.resize(v, v.size());
+    values(v.data(), v.size());
+  }
+  template <typename T, typename Each>
+  void list(std::vector<T>& v, Each each) {
+    archive.resize(v, v.size());
+    for (T& item : v) each(item);
+  }
+  void vector3(Eigen::Vector3d& v) { values(v.data(), 3); }
+
+  void anchor(net::Anchor& a) { value(a.object), values(a.knots.data(), 4), values(a.weights.data(), 4); }
+  void link(Link& l) {
+    value(l.kind), value(l.knot0), value(l.knot1), value(l.knot2);
+    value(l.rest), value(l.area), value(l.stiffness), value(l.damping);
+  }
+  void skin(Skin& s) {
+    plain(s.binding_start), plain(s.binding_knots), plain(s.binding_weights);
+    plain(s.texture_coordinates), plain(s.triangles), plain(s.layer);
+  }
+
+  void object(ObjectState& s) {
+    using net::Block;
+    Block& b = s.block;
+    std::uint64_t knots = b.knots(), links = b.links();
+    value(knots), value(links);
+    archive.setCounts(b, knots, links);
+    for (const auto r : {Block::X, Block::Y, Block::Z, Block::VX, Block::VY, Block::VZ, Block::kInverseMass, Block::kDecay, Block::kMass}) {
+      values(b.row(r), knots);
+    }
+    for (const auto r : {Block::kInverseRest, Block::kModulus, Block::kDamping, Block::kNonlinear}) values(b.row(r), links);
+    values(b.knot0(), links), values(b.knot1(), links);
+    value(s.sub_steps), value(s.limit_strain), value(s.elastic_scale), value(s.damping_scale), flag(s.degraded);
+    value(s.topology.revision);
+    if (s.topology.revision == 0) return;  // as the scene says
+    list(s.topology.links, [&](Link& l) { link(l); });
+    list(s.places, [&](LinkPlace& p) { value(p.kind), value(p.index); });
+    plain(s.topology.link_alive), plain(s.topology.triangle_alive), skin(s.topology.skin);
+    plain(s.triangles), plain(s.triangle_alive), plain(s.fixed), plain(s.ignored), plain(s.depth);
+    list(s.elements.bending, [&](net::Bending& e) { value(e.a), value(e.b), value(e.c), value(e.stiffness), value(e.rest); });
+    list(s.elements.hinges, [&](net::Hinge& e) {
+      value(e.edge0), value(e.edge1), value(e.wing0), value(e.wing1), value(e.stiffness), value(e.rest);
+    });
+    list(s.elements.plastic, [&](net::Plastic& e) { value(e.a), value(e.b), value(e.kappa), value(e.rest), value(e.damping); });
+    list(s.elements.tethers, [&](net::Tether& e) { value(e.knot), values(e.place, 3), value(e.stiffness), value(e.damping); });
+    list(s.elements.volumes, [&](net::Volume& e) { plain(e.triangles), plain(e.knots), value(e.bulk_modulus), value(e.rest); });
+  }
+
+  void tool(interaction::Proxy& p) {
+    flag(p.present), value(p.tool), vector3(p.pose.tip), values(p.pose.orientation.coeffs().data(), 4), vector3(p.pose.pivot);
+    value(p.pose.jaw), vector3(p.velocity), vector3(p.commanded), vector3(p.force), vector3(p.torque), vector3(p.tip_force);
+  }
+  void grasp(interaction::Grasp& g) {
+    flag(g.active), flag(g.sliding), value(g.jaw_at_touch), value(g.pinch), value(g.count), value(g.passing), value(g.id);
+    value(g.element), values(g.barycentric.data(), 4);
+    for (auto& a : g.anchors) value(a.object), value(a.knot), vector3(a.local), value(a.stiffness), value(a.damping);
+  }
+
+  void world(WorldState& s) {
+    value(s.step), value(s.time), vector3(s.gravity), value(s.revision), value(s.next_attachment);
+    archive.same(s.objects.size());
+    for (ObjectState& o : s.objects) object(o);
+    archive.same(s.connections.size());
+    for (ConnectionState& c : s.connections) anchor(c.end0), anchor(c.end1), flag(c.alive);
+    for (auto& p : s.proxies) tool(p);
+    for (auto& g : s.grasps) grasp(g);
+    list(s.pairs, [&](OrganPair& p) { value(p.object), value(p.other), value(p.knot), value(p.triangle); });
+    list(s.sides, [&](ContactSide& p) { value(p.triangle), value(p.object), value(p.tool), value(p.capsule), value(p.side); });
+    value(s.energy.work), value(s.energy.dissipated);
+  }
+};
+
+}  // namespace vest::scene

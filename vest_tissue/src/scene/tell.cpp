@@ -1,0 +1,89 @@
+#include <algorithm>
+#include <cmath>
+
+#include "stages.h"
+
+namespace vest::scene {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Matrix3d full(const double s[6]) {
+  Matrix3d m;
+  m << s[0], s[3], s[4], s[3], s[1], s[5], s[4], s[5], s[2];
+  return m;
+}
+
+}  // namespace
+
+void emit(Context& c, const Event& event) {
+  if (c.report.events.size() < c.report.events.capacity()) c.report.events.push_back(event);
+}
+
+void tell(Context& c) {
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    ContactModel& m = c.report.contacts[t];
+    m = ContactModel{};
+    m.step = c.state.step;
+    auto& proxy = c.state.proxies[t];
+    if (!proxy.present) continue;
+    const Vector3d tip = proxy.pose.tip;
+    Vector3d force = Vector3d::Zero(), moment = Vector3d::Zero(), normal = Vector3d::Zero();
+    Matrix3d stiffness = Matrix3d::Zero(), damping = Matrix3d::Zero();
+    bool touched = false;
+    for (std::size_t i = 0; i < c.scratch.objects.size(); ++i) {  // objects in order: the same sum for any threads
+      const auto& load = c.scratch.objects[i].loads.tools[t];
+      if (!load.touched) continue;
+      touched = true;
+      // Contact springs in series with the tissue that they push on, whose own stiffness is of the order of half its
+      // highest mode's.
+      const ObjectConstants& k = c.model.objects[i];
+      const double own = 0.5 * std::max(k.rates.omega_squared - k.contact_omega_squared, 0.0);
+      const double series = own / (own + k.contact_omega_squared);
+      for (int e = 0; e < 3; ++e) {
+        force[e] += load.impulse[e] / c.dt;
+        moment[e] += load.moment[e] / c.dt;
+        normal[e] += load.normal[e];
+      }
+      stiffness += series * full(load.stiffness);
+      damping += full(load.damping);
+    }
+    const Vector3d torque = moment - tip.cross(force);
+    proxy.force = force;
+    proxy.torque = torque;
+    // What the tip feels: axial force whole, lateral force by the moment about the pivot over the length.
+    const Vector3d along = tip - proxy.pose.pivot;
+    const double length = std::sqrt(along.squaredNorm());
+    if (length > 1e-3) {
+      const Vector3d z = along / length, about_pivot = moment - proxy.pose.pivot.cross(force);
+      proxy.tip_force = z * force.dot(z) + about_pivot.cross(z) / length;
+    } else {
+      proxy.tip_force = force;
+    }
+    const auto& grasp = c.state.grasps[t];
+    m.in_contact = touched;
+    m.grasping = grasp.active;
+    m.proxy = Eigen::Isometry3d(Eigen::Translation3d(tip) * proxy.pose.orientation);
+    m.velocity.head<3>() = proxy.velocity;
+    m.wrench.head<3>() = force;
+    m.wrench.tail<3>() = torque;
+    m.stiffness.topLeftCorner<3, 3>() = stiffness;
+    m.damping.topLeftCorner<3, 3>() = damping;
+    m.pinch_force = grasp.active ? grasp.pinch : 0.0;
+    m.jaw_torque = m.pinch_force * 0.5 * tools::toolGeometry(proxy.tool).jaw_length;
+    const double push = std::sqrt(normal.squaredNorm());
+    if (push > 1e-6 && !grasp.active) {
+      // Free space begins where the linear model's force along the normal ends.
+      const Vector3d n = normal / push;
+      const double k = n.dot(stiffness * n);
+      if (k > 1e-9) m.planes[m.plane_count++] = {n, n.dot(tip) + n.dot(force) / k};
+    }
+  }
+  for (ObjectScratch& o : c.scratch.objects) {
+    c.state.energy.work += o.loads.work;
+    c.state.energy.dissipated += o.loads.dissipated + o.heat;
+  }
+}
+
+}  // namespace vest::scene

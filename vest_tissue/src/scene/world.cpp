@@ -1,0 +1,178 @@
+#include "vest_tissue/scene/world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <stdexcept>
+
+#include "stages.h"
+#include "vest_tissue/net/kernel.h"
+#include "world_impl.h"
+
+namespace vest::scene {
+
+using net::Block;
+
+World::World(const Description& description, int threads) : impl_(std::make_unique<Impl>()) {
+  impl_->model = buildModel(description);
+  impl_->state = impl_->model->start;
+  impl_->reserve();
+  impl_->scratch = WorldScratch(*impl_->model);
+  impl_->pool = std::make_unique<solver::Pool>(std::clamp(threads, 1, 64));
+}
+World::~World() = default;
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+
+Status World::step(const StepInput& input, StepReport& report) {
+  Impl& w = *impl_;
+  if (report.events.capacity() < kEventCapacity) report.events.reserve(kEventCapacity);  // first call only
+  report.events.clear();
+  report.status = Status::Ok;
+  report.fault_object = {};
+  const double dt = input.dt, nominal = w.model->description.dt;
+  int stretch = 1;
+  while (stretch * nominal < dt * (1.0 - 1e-9) && stretch < 16384) stretch *= 2;
+  Context c{*w.model, w.state, w.scratch, input, report, *w.pool, dt, stretch, w.account_energy};
+  if (!checkInput(input)) return w.fault(c, "step input");
+
+  keepBackup(c);
+  w.time(report, 0, [&] { predict(c); });
+  w.time(report, 1, [&] { collide(c); });
+  w.time(report, 2, [&] { interact(c); });
+  w.time(report, 3, [&] { solve(c); });
+  std::string_view faulty;
+  bool good = true;
+  w.time(report, 4, [&] { good = settleVelocities(c, faulty); });
+  if (!good) {
+    restoreBackup(c);
+    return w.fault(c, faulty);
+  }
+  w.time(report, 5, [&] { tell(c); renewSides(c); });
+
+  ++w.state.step;
+  w.state.time += dt;
+  for (const ObjectState& s : w.state.objects) if (s.degraded) report.status = Status::Degraded;
+  return report.status;
+}
+
+Status World::Impl::fault(Context& c, std::string_view object) {
+  c.report.status = Status::Fault;
+  c.report.fault_object = object;
+  c.report.events.clear();
+  for (auto& m : c.report.contacts) {
+    m = ContactModel{};  // zero force
+    m.step = state.step;
+  }
+  for (auto& p : state.proxies) p.force.setZero(), p.torque.setZero(), p.tip_force.setZero();
+  Event e;
+  e.kind = EventKind::Fault;
+  e.step = state.step;
+  for (std::size_t i = 0; i < model->objects.size(); ++i) {
+    if (model->description.objects[i].name != object) continue;
+    e.object = static_cast<std::uint16_t>(i);
+    // What exploded begins again at rest, or it would explode again.
+    Block& b = state.objects[i].block;
+    for (const auto r : {Block::VX, Block::VY, Block::VZ}) std::fill_n(b.row(r), b.knots(), 0.0f);
+  }
+  emit(c, e);
+  ++state.step;
+  state.time += std::isfinite(c.dt) ? std::clamp(c.dt, 0.0, 0.01) : 0.0;
+  return Status::Fault;
+}
+
+const Description& World::description() const { return impl_->model->description; }
+std::uint64_t World::steps() const { return impl_->state.step; }
+double World::time() const { return impl_->state.time; }
+std::uint32_t World::revision() const { return impl_->state.revision; }
+std::size_t World::objectCount() const { return impl_->state.objects.size(); }
+std::size_t World::knotCount(std::size_t object) const { return impl_->state.objects.at(object).block.knots(); }
+const Topology& World::topology(std::size_t object) const { return impl_->state.objects.at(object).topology; }
+
+namespace {
+void copyRows(const ObjectState& s, Block::KnotRow first, float* out) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const float* const from = s.block.row(static_cast<Block::KnotRow>(first + axis));
+    for (std::size_t i = 0; i < s.block.knots(); ++i) out[3 * i + axis] = from[i];
+  }
+}
+}  // namespace
+
+void World::positions(std::size_t object, float* xyz) const { copyRows(impl_->state.objects.at(object), Block::X, xyz); }
+void World::velocities(std::size_t object, float* xyz) const { copyRows(impl_->state.objects.at(object), Block::VX, xyz); }
+
+void World::strain(std::size_t object, float* per_knot) const {
+  const ObjectState& s = impl_->state.objects.at(object);
+  const net::KernelArrays a = objectArrays(s, impl_->model->objects[object]);
+  std::fill_n(per_knot, s.block.knots(), 0.0f);
+  for (std::size_t e = 0; e < s.block.links(); ++e) {
+    if (a.modulus[e] == 0.0f) continue;
+    const std::uint32_t p = a.knot0[e], q = a.knot1[e];
+    const float dx = a.x[q] - a.x[p], dy = a.y[q] - a.y[p], dz = a.z[q] - a.z[p];
+    const float value = std::fabs(std::sqrt(dx * dx + dy * dy + dz * dz) * a.inverse_rest[e] - 1.0f);
+    per_knot[p] = std::max(per_knot[p], value);
+    per_knot[q] = std::max(per_knot[q], value);
+  }
+}
+
+Eigen::Vector3d World::reaction(std::size_t object) const {
+  // Force of the attachments on the object: what tethers pull, and the opposite of what loads each fixed knot.
+  const ObjectState& s = impl_->state.objects.at(object);
+  const ObjectConstants& constants = impl_->model->objects.at(object);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  if (!constants.net) return sum;
+  const net::KernelArrays a = objectArrays(s, constants);
+  // A knot that is held receives, as its neighbours push and pull it, the last sub-step's sum of forces.
+  for (std::size_t i = 0; i < s.block.knots(); ++i) {
+    if (s.fixed[i]) sum -= Eigen::Vector3d(a.fx[i], a.fy[i], a.fz[i]);
+  }
+  for (const net::Tether& t : s.elements.tethers) {
+    if (s.fixed[t.knot]) continue;
+    const Eigen::Vector3d place(t.place[0], t.place[1], t.place[2]);
+    sum += static_cast<double>(t.stiffness) * (place - knotPosition(s, t.knot)) - static_cast<double>(t.damping) * knotVelocity(s, t.knot);
+  }
+  return sum;
+}
+
+void World::attachments(std::vector<Attachment>& out) const {
+  out.clear();
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    const auto& grasp = impl_->state.grasps[t];
+    if (!grasp.active) continue;
+    Attachment a;
+    a.id = grasp.id;
+    a.instrument = static_cast<std::int8_t>(t);
+    const auto& first = grasp.anchors[0];
+    a.anchor.object = first.object;
+    a.anchor.knots = {first.knot, first.knot, first.knot, first.knot};
+    a.anchor.weights = {1, 0, 0, 0};
+    const auto& pose = impl_->state.proxies[t].pose;
+    a.pose = Eigen::Isometry3d(Eigen::Translation3d(pose.tip) * pose.orientation);
+    const auto ring = impl_->model->objects[first.object].ring[first.knot];
+    a.station = ring < 0 ? std::nan("") : impl_->model->description.objects[first.object].tube.station[ring];
+    a.closure = grasp.jaw_at_touch > 0.0 ? 1.0 - pose.jaw / grasp.jaw_at_touch : 0.0;
+    out.push_back(a);
+  }
+}
+
+bool World::deltasSince(std::uint32_t revision, std::vector<TopologyDelta>& out) const {
+  out.clear();
+  if (revision == impl_->state.revision) return true;
+  if (impl_->deltas.empty() || impl_->deltas.front().from_revision > revision) return false;
+  for (const auto& d : impl_->deltas) if (d.from_revision >= revision) out.push_back(d);
+  return true;
+}
+
+void World::reset() {
+  impl_->state = impl_->model->start;
+  impl_->reserve();
+  impl_->deltas.clear();
+}
+
+void World::setThreads(int threads) { impl_->pool = std::make_unique<solver::Pool>(std::clamp(threads, 1, 64)); }
+std::string_view World::kernelLevel() const { return net::kernel().name; }
+void World::accountEnergy(bool on) { impl_->account_energy = on; }
+void World::measureStages(bool on) { impl_->measure = on; }
+const WorldModel& World::model() const { return *impl_->model; }
+
+}  // namespace vest::scene

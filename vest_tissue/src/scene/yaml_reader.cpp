@@ -1,0 +1,238 @@
+#include "yaml_reader.h"
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include <yaml-cpp/eventhandler.h>
+
+namespace vest::scene::yaml {
+namespace {
+
+std::string shortened(const std::string& text) {
+  std::string clean;
+  for (const char c : text) clean += (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) ? '?' : c;
+  return clean.size() > 60 ? clean.substr(0, 57) + "..." : clean;
+}
+
+// Walks the events before any tree is built, so that a hostile file cannot make a large one.
+class Scan : public YAML::EventHandler {
+ public:
+  explicit Scan(std::string file) : file_(std::move(file)) {}
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { noAnchor(mark, anchor); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+    yaml::fail(file_, mark.line + 1, "document", "alias", "aliases are not allowed");
+  }
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor, const std::string&) override {
+    noAnchor(mark, anchor);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
+    noAnchor(mark, anchor);
+    deeper(mark);
+  }
+  void OnSequenceEnd() override { --depth_; }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
+    noAnchor(mark, anchor);
+    deeper(mark);
+  }
+  void OnMapEnd() override { --depth_; }
+
+ private:
+  void noAnchor(const YAML::Mark& mark, YAML::anchor_t anchor) const {
+    if (anchor != 0) yaml::fail(file_, mark.line + 1, "document", "anchor", "anchors and aliases are not allowed");
+  }
+  void deeper(const YAML::Mark& mark) {
+    if (++depth_ > kMaxDepth) {
+      yaml::fail(file_, mark.line + 1, "document", "nesting deeper than " + std::to_string(kMaxDepth),
+                 "at most " + std::to_string(kMaxDepth) + " levels");
+    }
+  }
+  std::string file_;
+  int depth_ = 0;
+};
+
+std::string format(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%g", value);
+  return buffer;
+}
+
+}  // namespace
+
+void fail(const std::string& file, int line, const std::string& field, const std::string& value,
+          const std::string& allowed) {
+  throw std::invalid_argument(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + field + ": " +
+                              shortened(value) + ": " + allowed);
+}
+
+std::string readFile(const std::string& path, std::size_t max_bytes) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) fail(path, 0, "file", "missing", "must be a readable file");
+  std::string bytes;
+  char buffer[1 << 16];
+  while (stream.read(buffer, sizeof buffer) || stream.gcount() > 0) {
+    bytes.append(buffer, static_cast<std::size_t>(stream.gcount()));
+    if (bytes.size() > max_bytes) {
+      fail(path, 0, "file", "more than " + std::to_string(max_bytes) + " bytes",
+           "at most " + std::to_string(max_bytes) + " bytes");
+    }
+  }
+  if (stream.bad()) fail(path, 0, "file", "not readable", "must be a readable file");
+  return bytes;
+}
+
+std::string resolve(const std::string& directory, const std::string& relative, const std::string& file, int line,
+                    const std::string& field) {
+  const std::string allowed = "must be a relative path below the scene's folder (no '..', no '/' in front, no URL)";
+  if (relative.empty() || relative[0] == '/' || relative[0] == '~' || relative.find(':') != std::string::npos ||
+      relative.find('\\') != std::string::npos || relative.find('\0') != std::string::npos) {
+    fail(file, line, field, relative, allowed);
+  }
+  std::stringstream parts(relative);
+  for (std::string part; std::getline(parts, part, '/');) {
+    if (part == ".." || part.empty()) fail(file, line, field, relative, allowed);
+  }
+  return directory + "/" + relative;
+}
+
+std::string Value::text() const {
+  if (!node_.IsDefined() || node_.IsNull()) return "nothing";
+  if (node_.IsScalar()) return node_.Scalar();
+  return node_.IsMap() ? "a mapping" : "a list";
+}
+
+void Value::fail(const std::string& allowed) const { yaml::fail(file_, line(), field_, text(), allowed); }
+
+std::string Value::string() const {
+  if (!node_.IsScalar()) fail("must be a text");
+  return node_.Scalar();
+}
+
+std::string Value::name() const {
+  const std::string word = string();
+  bool good = !word.empty() && word.size() <= 64;
+  for (const char c : word) {
+    good = good && ((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.' || c == '-');
+  }
+  if (!good) fail("must be 1 to 64 of letters, digits, '_', '.', '-'");
+  return word;
+}
+
+bool Value::boolean() const {
+  const std::string word = string();
+  if (word != "true" && word != "false") fail("must be true or false");
+  return word == "true";
+}
+
+double Value::number(double least, double most) const {
+  const std::string allowed = "must be a number from " + format(least) + " to " + format(most);
+  if (!node_.IsScalar()) fail(allowed);
+  const std::string& word = node_.Scalar();
+  std::size_t used = 0;
+  double value = 0;
+  try {
+    value = std::stod(word, &used);
+  } catch (const std::exception&) {
+    fail(allowed);
+  }
+  if (used != word.size() || !std::isfinite(value) || value < least || value > most) fail(allowed);
+  return value;
+}
+
+double Value::positive() const {
+  const double value = number(-1e30, 1e30);
+  if (!(value > 0)) fail("must be a number > 0");
+  return value;
+}
+
+std::uint32_t Value::integer(std::uint32_t least, std::uint32_t most) const {
+  const std::string allowed = "must be a whole number from " + std::to_string(least) + " to " + std::to_string(most);
+  if (!node_.IsScalar()) fail(allowed);
+  const std::string& word = node_.Scalar();
+  if (word.empty() || word.size() > 10 || word.find_first_not_of("0123456789") != std::string::npos) fail(allowed);
+  const unsigned long long value = std::stoull(word);
+  if (value < least || value > most) fail(allowed);
+  return static_cast<std::uint32_t>(value);
+}
+
+Eigen::Vector3d Value::vector3() const {
+  const std::string allowed = "must be a list of 3 numbers";
+  if (!node_.IsSequence() || node_.size() != 3) fail(allowed);
+  const auto items = list();
+  return {items[0].number(-1e9, 1e9), items[1].number(-1e9, 1e9), items[2].number(-1e9, 1e9)};
+}
+
+std::vector<Value> Value::list() const {
+  if (!node_.IsSequence()) fail("must be a list");
+  std::vector<Value> items;
+  for (std::size_t i = 0; i < node_.size(); ++i) items.emplace_back(file_, field_ + "[" + std::to_string(i) + "]", node_[i]);
+  return items;
+}
+
+std::string Value::oneOf(const std::vector<std::string>& words) const {
+  std::string allowed = "must be one of";
+  for (const auto& word : words) {
+    if (node_.IsScalar() && node_.Scalar() == word) return word;
+    allowed += " " + word;
+  }
+  fail(allowed);
+}
+
+Map::Map(const Value& value) : value_(value) {
+  if (!value.isMap()) value.fail("must be a mapping");
+  std::set<std::string> known;
+  for (const auto& entry : value.node()) {
+    if (!entry.first.IsScalar()) Value(value.file(), value.field(), entry.first).fail("keys must be words");
+    if (!known.insert(entry.first.Scalar()).second) {
+      Value(value.file(), value.field(), entry.first).fail("key stands twice");
+    }
+  }
+}
+
+bool Map::has(const std::string& key) {
+  asked_.insert(key);
+  return static_cast<bool>(value_.node()[key]);
+}
+
+Value Map::operator[](const std::string& key) {
+  const std::string field = value_.field().empty() ? key : value_.field() + "." + key;
+  if (!has(key)) yaml::fail(value_.file(), value_.line(), field, "missing", "is required");
+  return Value(value_.file(), field, value_.node()[key]);
+}
+
+void Map::finish() const {
+  for (const auto& entry : value_.node()) {
+    const std::string key = entry.first.Scalar();
+    if (asked_.count(key)) continue;
+    std::string allowed = "unknown key; known are";
+    for (const auto& word : asked_) allowed += " " + word;
+    Value(value_.file(), value_.field().empty() ? key : value_.field() + "." + key, entry.first).fail(allowed);
+  }
+}
+
+Value parse(const std::string& file, const std::string& text) {
+  if (text.size() > kMaxBytes) {
+    fail(file, 0, "file", std::to_string(text.size()) + " bytes", "at most " + std::to_string(kMaxBytes) + " bytes");
+  }
+  try {
+    {
+      std::istringstream stream(text);
+      YAML::Parser parser(stream);
+      Scan scan(file);
+      parser.HandleNextDocument(scan);
+    }
+    const YAML::Node root = YAML::Load(text);
+    if (!root.IsMap()) fail(file, 1, "document", "no mapping", "must be a mapping");
+    return Value(file, "", root);
+  } catch (const YAML::Exception& error) {
+    fail(file, error.mark.line + 1, "document", error.msg, "must be well-formed YAML");
+  }
+}
+
+}  // namespace vest::scene::yaml

@@ -1,0 +1,52 @@
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "check_table.h"
+#include "vest_tissue/modelling/bake.h"
+#include "vest_tissue/scene/world.h"
+
+namespace {
+
+std::string directoryOf(const std::string& path) {
+  const auto slash = path.find_last_of('/');
+  return slash == std::string::npos ? "." : path.substr(0, slash);
+}
+
+std::string fileOf(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Makes nets from spline sources and checks scenes (docs/scene_format.md).");
+  app.require_subcommand(1);
+
+  std::string source_path, directory, materials_path = vest::tools::defaultMaterials();
+  CLI::App* bake = app.add_subcommand("bake", "nets, skins and connections from a spline source");
+  bake->add_option("SOURCE", source_path, "source.yaml")->required();
+  bake->add_option("SCENE_DIR", directory, "folder to write to (default: that of the source)");
+  bake->add_option("--materials", materials_path, "material database")->capture_default_str();
+
+  std::string scene_path;
+  CLI::App* check = app.add_subcommand("check", "table of knots, springs, pieces, bindings, sub-steps");
+  check->add_option("SCENE", scene_path, "scene.yaml")->required();
+
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (bake->parsed()) {
+      if (directory.empty()) directory = directoryOf(source_path);
+      const auto materials = vest::modelling::readMaterials(materials_path);
+      const auto description = vest::modelling::bake(vest::modelling::readSource(source_path), materials);
+      vest::modelling::writeScene(description, directory, fileOf(source_path));
+      scene_path = directory + "/" + description.name + ".yaml";
+    }
+    const auto description = vest::scene::loadScene(scene_path);
+    return vest::tools::printCheck(description) ? 0 : 1;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "vest_model: %s\n", error.what());
+    return 1;
+  }
+}

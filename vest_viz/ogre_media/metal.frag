@@ -1,0 +1,38 @@
+#version 120
+// Instruments: dark, desaturated; they take the colour of what they mirror.
+uniform vec4 light;  // as in tissue.frag
+uniform vec4 metal;  // reflectance, roughness 0 … 1, insulation 0 … 1, unused
+varying vec3 position;
+varying vec3 normal;
+varying vec3 tangent;
+varying vec2 uv;
+varying vec4 tint;
+
+void main() {
+  vec3 v = normalize(-position);
+  vec3 n = normalize(normal);
+  if (dot(n, v) < 0.0) n = -n;
+  vec3 to_light = light.xyz - position;
+  float d2 = dot(to_light, to_light);
+  vec3 l = to_light * inversesqrt(d2);
+  float beam = v.z * v.z;
+  float strength = light.w * beam * beam * v.z / (d2 + 0.0003);
+  float nl = max(dot(n, l), 0.0);
+  vec3 h = normalize(l + v);
+  float nh = max(dot(n, h), 0.0);
+  float broad = pow(nh, mix(90.0, 12.0, metal.y));
+  float sharp = pow(nh, mix(700.0, 160.0, metal.y));
+  // What lies in the mirrored direction: lit tissue ahead, dark cavity behind, brighter below the horizon.
+  vec3 r = reflect(-v, n);
+  float ahead = clamp(0.5 - 0.5 * r.z, 0.0, 1.0);
+  float band = smoothstep(-0.2, 0.75, r.y) * 0.5 + 0.5;
+  vec3 mirrored = mix(vec3(0.010, 0.004, 0.004), vec3(0.17, 0.060, 0.05) * band, ahead * ahead);
+  float fresnel = pow(1.0 - max(dot(n, v), 0.0), 4.0);
+  vec3 steel = vec3(0.92, 0.93, 0.96) * metal.x;
+  vec3 colour = steel * (0.11 * nl + 0.33 * broad + 2.2 * sharp) * strength * (1.0 - 0.65 * metal.z);
+  colour += mirrored * (metal.x * 1.4 + 0.5 * fresnel) * min(strength * 1.6, 1.3) * (1.0 - 0.5 * metal.z);
+  colour = 1.0 - exp(-colour);
+  colour = sqrt(colour);
+  colour = mix(colour, colour * colour * (3.0 - 2.0 * colour), 0.6);  // as in tissue.frag
+  gl_FragColor = vec4(colour, 1.0);
+}

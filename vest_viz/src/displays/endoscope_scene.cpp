@@ -1,0 +1,153 @@
+#include "endoscope_scene.h"
+
+#include <chrono>
+#include <cmath>
+
+#include <OgreCamera.h>
+#include <OgreHardwarePixelBuffer.h>
+#include <OgreManualObject.h>
+#include <OgreRenderTexture.h>
+#include <OgreRoot.h>
+#include <OgreSceneManager.h>
+#include <OgreSceneNode.h>
+#include <OgreTextureManager.h>
+#include <OgreViewport.h>
+
+#include "conversion.h"
+#include "ogre_assets.h"
+
+namespace vest::displays {
+namespace {
+constexpr double kNear = 0.002, kFar = 0.8;  // m; rviz's Camera display clips at 10 mm, where an endoscope works
+constexpr double kLightOffset = 0.004;       // m above the lens: fibre bundle beside the optics of a 10 mm tube
+constexpr double kLightIntensity = 0.0035;   // m2: gain 1 exposes a place 6 cm away
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+}  // namespace
+
+EndoscopeScene::EndoscopeScene(int quality) {
+  loadOgreMedia();
+  manager_ = Ogre::Root::getSingleton().createSceneManager(Ogre::DefaultSceneManagerFactory::FACTORY_TYPE_NAME,
+                                                           uniqueName("endoscope"));
+  manager_->setAmbientLight(Ogre::ColourValue(0.3f, 0.25f, 0.25f));
+  camera_ = manager_->createCamera(uniqueName("camera"));
+  camera_node_ = manager_->getRootSceneNode()->createChildSceneNode();
+  camera_node_->attachObject(camera_);
+  camera_->setNearClipDistance(kNear);
+  camera_->setFarClipDistance(kFar);
+  tissue_ = std::make_unique<TissueVisual>(manager_, manager_->getRootSceneNode(), quality);
+}
+
+EndoscopeScene::~EndoscopeScene() {
+  instruments_.clear();
+  tissue_.reset();
+  if (stop_ != nullptr) manager_->destroyManualObject(stop_);
+  if (target_ != nullptr) target_->removeAllViewports();
+  if (target_texture_) Ogre::TextureManager::getSingleton().remove(target_texture_);
+  target_texture_.reset();
+  Ogre::Root::getSingleton().destroySceneManager(manager_);
+}
+
+void EndoscopeScene::setCamera(const camera::Intrinsics& source, double circle) {
+  source_ = source;
+  if (target_ != nullptr) target_->removeAllViewports();
+  if (target_texture_) Ogre::TextureManager::getSingleton().remove(target_texture_);
+  target_texture_ = Ogre::TextureManager::getSingleton().createManual(
+      uniqueName("picture"), kOgreGroup, Ogre::TEX_TYPE_2D, source.width, source.height, 0, Ogre::PF_BYTE_RGBA,
+      Ogre::TU_RENDERTARGET);
+  target_ = target_texture_->getBuffer()->getRenderTarget();
+  target_->setAutoUpdated(false);
+  Ogre::Viewport* viewport = target_->addViewport(camera_);
+  viewport->setOverlaysEnabled(false);
+  viewport->setShadowsEnabled(false);
+  viewport->setSkiesEnabled(false);
+  viewport->setBackgroundColour(Ogre::ColourValue::Black);
+  const Eigen::Matrix4d P = camera::glProjection(source, kNear, kFar);
+  Ogre::Matrix4 projection;
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c) projection[r][c] = static_cast<float>(P(r, c));
+  camera_->setCustomProjectionMatrix(true, projection);
+  buildStop(circle);
+}
+
+void EndoscopeScene::buildStop(double circle) {
+  if (stop_ != nullptr) manager_->destroyManualObject(stop_);
+  stop_ = manager_->createManualObject(uniqueName("stop"));
+  stop_->setUseIdentityProjection(true);
+  stop_->setUseIdentityView(true);
+  stop_->setCastShadows(false);
+  Ogre::AxisAlignedBox everywhere;
+  everywhere.setInfinite();
+  stop_->begin("vest_viz/Stop", Ogre::RenderOperation::OT_TRIANGLE_STRIP, kOgreGroup);
+  constexpr int kParts = 96;
+  const double inner = circle * 1.012 / std::cos(3.14159265 / kParts);
+  for (int i = 0; i <= kParts; ++i) {
+    const double a = 2 * 3.14159265358979 * i / kParts;
+    for (double r : {inner, 2.0}) {
+      stop_->position(static_cast<float>(r * std::cos(a)), static_cast<float>(r * std::sin(a)), -0.999f);
+      stop_->colour(0, 0, 0);
+    }
+  }
+  stop_->end();
+  stop_->setBoundingBox(everywhere);
+  stop_->setRenderQueueGroup(Ogre::RENDER_QUEUE_BACKGROUND);
+  manager_->getRootSceneNode()->attachObject(stop_);
+}
+
+void EndoscopeScene::updateTissue(const mesh::Store& store) { tissue_->update(store); }
+
+void EndoscopeScene::updateInstruments(const vest_msgs::InstrumentStates& states) {
+  for (auto& [name, visual] : instruments_) {
+    bool present = false;
+    for (const auto& state : states.instruments) present = present || state.name == name;
+    if (!present) visual->setVisible(false);
+  }
+  for (const vest_msgs::InstrumentState& state : states.instruments) {
+    if (state.tool == vest_msgs::InstrumentState::TOOL_ENDOSCOPE || state.name == "endoscope") continue;
+    Eigen::Isometry3d pose;
+    auto& visual = instruments_[state.name];
+    if (!visual) visual = std::make_unique<InstrumentVisual>(manager_, manager_->getRootSceneNode());
+    const double jaw = std::isfinite(state.joint_position[4]) ? state.joint_position[4] : 0.0;
+    if (!toPose(state.tip, &pose)) continue;
+    visual->setTool(state.tool);
+    visual->setVisible(true);
+    visual->setPose(pose, jaw);
+  }
+}
+
+void EndoscopeScene::setPose(const Eigen::Isometry3d& X_WO) {
+  // OGRE's camera looks along -z with y up.
+  const Eigen::Quaterniond q(X_WO.linear() * Eigen::AngleAxisd(3.14159265358979323846, Eigen::Vector3d::UnitX()));
+  camera_node_->setPosition(static_cast<float>(X_WO.translation().x()), static_cast<float>(X_WO.translation().y()),
+                            static_cast<float>(X_WO.translation().z()));
+  camera_node_->setOrientation(static_cast<float>(q.w()), static_cast<float>(q.x()), static_cast<float>(q.y()),
+                               static_cast<float>(q.z()));
+}
+
+EndoscopeScene::Timing EndoscopeScene::render(cv::Mat* rgba) {
+  Timing timing;
+  if (target_ == nullptr) return timing;
+  const Ogre::Vector4 light(0.0f, static_cast<float>(kLightOffset), 0.0f, static_cast<float>(kLightIntensity * gain_));
+  tissue_->setLight(light);
+  for (auto& [name, visual] : instruments_) visual->setLight(light);
+  const double start = seconds();
+  target_->update();
+  const double drawn = seconds();
+  rgba->create(static_cast<int>(source_.height), static_cast<int>(source_.width), CV_8UC4);
+  const Ogre::PixelBox box(source_.width, source_.height, 1, Ogre::PF_BYTE_RGBA, rgba->data);
+  target_texture_->getBuffer()->blitToMemory(box);
+  timing.draw = drawn - start;
+  timing.read = seconds() - drawn;
+  return timing;
+}
+
+std::string EndoscopeScene::warning() const {
+  if (!tissue_->warning().empty()) return tissue_->warning();
+  for (const auto& [name, visual] : instruments_)
+    if (!visual->warning().empty()) return visual->warning();
+  return {};
+}
+
+}  // namespace vest::displays

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include <Eigen/Geometry>
+#include <OgreTexture.h>
+#include <opencv2/core.hpp>
+#include <vest_msgs/InstrumentStates.h>
+
+#include "instrument_visual.h"
+#include "tissue_visual.h"
+#include "vest_viz/camera/model.h"
+
+namespace Ogre {
+class Camera;
+class ManualObject;
+class RenderTexture;
+}  // namespace Ogre
+
+namespace vest::displays {
+
+/// The body as the endoscope sees it: a scene manager of its own, so that nothing of rviz's view shows, rendered
+/// into a texture and read back.
+class EndoscopeScene {
+ public:
+  explicit EndoscopeScene(int quality);
+  ~EndoscopeScene();
+  EndoscopeScene(const EndoscopeScene&) = delete;
+
+  /// @param source pinhole to render; @param circle radius of what is seen over the half width
+  void setCamera(const camera::Intrinsics& source, double circle);
+  void updateTissue(const mesh::Store& store);
+  void updateInstruments(const vest_msgs::InstrumentStates& states);
+  /// Optical frame (z forward, x right, y down) in world.
+  void setPose(const Eigen::Isometry3d& X_WO);
+  /// @param gain of the camera control unit, 1 at the start
+  void setGain(double gain) { gain_ = gain; }
+
+  struct Timing {
+    double draw = 0, read = 0;  ///< s
+  };
+  /// Renders and reads back. @param rgba CV_8UC4 of the source's size
+  Timing render(cv::Mat* rgba);
+  std::string warning() const;
+
+ private:
+  void buildStop(double circle);
+
+  Ogre::SceneManager* manager_;
+  Ogre::Camera* camera_;
+  Ogre::SceneNode* camera_node_;
+  Ogre::TexturePtr target_texture_;
+  Ogre::RenderTexture* target_ = nullptr;
+  Ogre::ManualObject* stop_ = nullptr;
+  std::unique_ptr<TissueVisual> tissue_;
+  std::map<std::string, std::unique_ptr<InstrumentVisual>> instruments_;
+  camera::Intrinsics source_;
+  double gain_ = 1.0;
+};
+
+}  // namespace vest::displays

@@ -1,0 +1,337 @@
+#include "endoscopic_view_display.h"
+
+#include <chrono>
+#include <cmath>
+#include <vector>
+
+#include <OgreRenderWindow.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <pluginlib/class_list_macros.hpp>
+#include <rviz/display_context.h>
+#include <rviz/frame_manager.h>
+#include <rviz/panel_dock_widget.h>
+#include <rviz/properties/bool_property.h>
+#include <rviz/properties/enum_property.h>
+#include <rviz/properties/float_property.h>
+#include <rviz/properties/int_property.h>
+#include <rviz/properties/string_property.h>
+#include <rviz/render_panel.h>
+#include <rviz/view_manager.h>
+#include <rviz/window_manager_interface.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <tf2_ros/buffer.h>
+
+#include "conversion.h"
+#include "image_pane.h"
+
+namespace vest::displays {
+namespace {
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+template <class P>
+P* limited(P* property, double low, double high) {
+  property->setMin(low);
+  property->setMax(high);
+  return property;
+}
+
+}  // namespace
+
+EndoscopicViewDisplay::EndoscopicViewDisplay() {
+  using rviz::FloatProperty;
+  using rviz::IntProperty;
+  using rviz::StringProperty;
+  tissue_topic_ = new StringProperty("Tissue Topic", "tissue", "Prefix of topology, topology_delta and state.", this,
+                                     SLOT(updateTopics()));
+  instruments_topic_ = new StringProperty("Instruments Topic", "instruments", "vest_msgs/InstrumentStates.", this,
+                                          SLOT(updateTopics()));
+  image_topic_ = new StringProperty("Image Topic", "endoscope",
+                                    "Prefix of image_raw, camera_info and image_raw/compressed.", this,
+                                    SLOT(updateTopics()));
+  optical_frame_ = new StringProperty("Optical Frame", "endoscope_optical_frame", "tf frame of the camera.", this);
+  tip_frame_ = new StringProperty("Tip Frame", "endoscope_tip",
+                                  "tf frame of the endoscope's tip: what tf says between it and the optical frame is "
+                                  "added to the tip pose of the instruments topic.",
+                                  this);
+  width_ = new IntProperty("Width", 720, "Pixels.", this, SLOT(updateCamera()));
+  width_->setMin(64);
+  width_->setMax(4096);
+  height_ = new IntProperty("Height", 576, "Pixels.", this, SLOT(updateCamera()));
+  height_->setMin(64);
+  height_->setMax(4096);
+  field_of_view_ = limited(new FloatProperty("Field of View", 70, "Degrees, horizontal.", this, SLOT(updateCamera())), 10, 140);
+  k1_ = limited(new FloatProperty("k1", -0.18f, "plumb_bob distortion; negative: barrel.", this, SLOT(updateCamera())), -0.3, 0.3);
+  k2_ = limited(new FloatProperty("k2", 0.03f, "plumb_bob distortion.", this, SLOT(updateCamera())), -0.1, 0.1);
+  circle_ = limited(new FloatProperty("Circle", 1.0f, "Radius of the round picture over half its height.", this,
+                                      SLOT(updateCamera())), 0.3, 1.5);
+  optic_angle_ = limited(new FloatProperty("Optic Angle", 0, "Degrees (0, 30, 45), used while tf lacks the optical frame.",
+                                           this), -90, 90);
+  rate_ = limited(new FloatProperty("Frame Rate", 30, "Most pictures per second.", this), 0.2, 200);
+  compressed_rate_ = limited(new FloatProperty("Compressed Rate", 10, "Most JPEG pictures per second.", this), 0.1, 200);
+  quality_ = new rviz::EnumProperty("Quality", "standard", "Size of the baked textures.", this, SLOT(updateScene()));
+  quality_->addOption("simple", 0);
+  quality_->addOption("standard", 1);
+  fill_ = new rviz::BoolProperty("Fill Window", false,
+                                 "Lie over rviz's 3-D view, which is not drawn meanwhile: saves a second rendering.", this,
+                                 SLOT(updatePlace()));
+  print_timing_ = new rviz::BoolProperty("Print Timing", false, "Log milliseconds per stage every 2 s.", this);
+}
+
+EndoscopicViewDisplay::~EndoscopicViewDisplay() {
+  input_.unsubscribe();
+  if (!initialized()) return;
+  fill_->setBool(false);
+  delete dock_;
+  if (dock_ == nullptr) delete pane_;
+}
+
+void EndoscopicViewDisplay::onInitialize() {
+  pane_ = new ImagePane();
+  updateScene();
+  updatePlace();
+}
+
+void EndoscopicViewDisplay::updateScene() {
+  if (!initialized() && pane_ == nullptr) return;
+  try {
+    scene_ = std::make_unique<EndoscopeScene>(quality_->getOptionInt());
+    updateCamera();
+    if (!input_.store().empty()) scene_->updateTissue(input_.store());
+    if (instruments_) scene_->updateInstruments(*instruments_);
+  } catch (const std::exception& e) {
+    scene_.reset();
+    setStatusStd(rviz::StatusProperty::Error, "Media", e.what());
+  }
+}
+
+void EndoscopicViewDisplay::updateCamera() {
+  if (!scene_) return;
+  camera_ = camera::fromFieldOfView(static_cast<std::uint32_t>(width_->getInt()),
+                                    static_cast<std::uint32_t>(height_->getInt()), field_of_view_->getFloat() * kDegree,
+                                    {k1_->getFloat(), k2_->getFloat(), 0, 0, 0});
+  finisher_ = std::make_unique<picture::Finisher>(camera_, circle_->getFloat());
+  scene_->setCamera(finisher_->source(), finisher_->sourceRadius());
+}
+
+void EndoscopicViewDisplay::updatePlace() {
+  if (pane_ == nullptr || context_ == nullptr) return;
+  rviz::ViewManager* views = context_->getViewManager();
+  rviz::RenderPanel* panel = views != nullptr ? views->getRenderPanel() : nullptr;
+  rviz::WindowManagerInterface* windows = context_->getWindowManager();
+  const bool over = isEnabled() && fill_->getBool() && panel != nullptr;
+  if (panel != nullptr && panel->getRenderWindow() != nullptr) panel->getRenderWindow()->setActive(!over);
+  if (over) {
+    if (dock_ != nullptr) {
+      dock_->setContentWidget(nullptr);
+      pane_->setParent(nullptr);
+      delete dock_;
+      dock_ = nullptr;
+    }
+    pane_->cover(panel);
+    return;
+  }
+  pane_->cover(nullptr);
+  if (dock_ == nullptr && windows != nullptr) {
+    pane_->setParent(nullptr);
+    dock_ = windows->addPane(getName().isEmpty() ? "Endoscopic View" : getName(), pane_);
+  }
+  if (dock_ != nullptr) dock_->setVisible(isEnabled());
+}
+
+void EndoscopicViewDisplay::onEnable() {
+  updateTopics();
+  updatePlace();
+}
+
+void EndoscopicViewDisplay::onDisable() {
+  input_.unsubscribe();
+  instruments_sub_.shutdown();
+  image_pub_.shutdown();
+  info_pub_.shutdown();
+  compressed_pub_.shutdown();
+  updatePlace();
+}
+
+void EndoscopicViewDisplay::reset() {
+  rviz::Display::reset();
+  input_.clear();
+  instruments_.reset();
+  if (isEnabled()) updateTopics();
+}
+
+void EndoscopicViewDisplay::updateTopics() {
+  if (!isEnabled()) return;
+  input_.subscribe(update_nh_, tissue_topic_->getStdString());
+  instruments_sub_ = update_nh_.subscribe<vest_msgs::InstrumentStates>(
+      instruments_topic_->getStdString(), 1,
+      [this](const vest_msgs::InstrumentStates::ConstPtr& m) {
+        instruments_ = m;
+        instruments_changed_ = true;
+      },
+      nullptr, ros::TransportHints().tcpNoDelay());
+  const std::string prefix = image_topic_->getStdString();
+  image_pub_.shutdown();
+  info_pub_.shutdown();
+  compressed_pub_.shutdown();
+  if (prefix.empty()) return;
+  image_pub_ = update_nh_.advertise<sensor_msgs::Image>(prefix + "/image_raw", 2);
+  info_pub_ = update_nh_.advertise<sensor_msgs::CameraInfo>(prefix + "/camera_info", 2);
+  compressed_pub_ = update_nh_.advertise<sensor_msgs::CompressedImage>(prefix + "/image_raw/compressed", 2);
+}
+
+bool EndoscopicViewDisplay::endoscopePose(Eigen::Isometry3d* X_WO, std::string* how) {
+  const auto buffer = context_->getFrameManager()->getTF2BufferPtr();
+  const std::string optical = optical_frame_->getStdString(), tip = tip_frame_->getStdString();
+  const auto lookUp = [&](const std::string& target, const std::string& source, Eigen::Isometry3d* X) {
+    if (!buffer->canTransform(target, source, ros::Time())) return false;
+    const auto t = buffer->lookupTransform(target, source, ros::Time()).transform;
+    geometry_msgs::Pose pose;
+    pose.position.x = t.translation.x, pose.position.y = t.translation.y, pose.position.z = t.translation.z;
+    pose.orientation = t.rotation;
+    return toPose(pose, X);
+  };
+  if (instruments_) {
+    for (const vest_msgs::InstrumentState& state : instruments_->instruments) {
+      Eigen::Isometry3d X_WTip, X_TipO;
+      if (state.name != "endoscope" || !toPose(state.tip, &X_WTip)) continue;
+      if (lookUp(tip, optical, &X_TipO)) {
+        *X_WO = X_WTip * X_TipO;
+        *how = "tip pose of the instruments topic, optics from tf";
+      } else {
+        const double post = std::isfinite(state.joint_position[4]) ? state.joint_position[4] : 0.0;
+        *X_WO = camera::opticalFrame(X_WTip, optic_angle_->getFloat() * kDegree, post);
+        *how = "tip pose of the instruments topic, optics from the property";
+      }
+      return true;
+    }
+  }
+  if (lookUp("world", optical, X_WO)) {
+    *how = "tf";
+    return true;
+  }
+  return false;
+}
+
+void EndoscopicViewDisplay::update(float, float) {
+  if (!scene_ || !finisher_) return;
+  const double start = seconds();
+  if (start - last_picture_ < 0.97 / rate_->getFloat()) return;
+  try {
+    const bool tissue_changed = input_.process();
+    Eigen::Isometry3d X_WO;
+    std::string how;
+    if (!endoscopePose(&X_WO, &how)) {
+      setStatus(rviz::StatusProperty::Warn, "Camera", "no endoscope in the instruments topic and no optical frame in tf");
+      account(start);
+      return;
+    }
+    // Nothing moved: twice a second is enough.
+    if (!tissue_changed && !instruments_changed_ && start - last_picture_ < 0.5) return;
+    setStatusStd(rviz::StatusProperty::Ok, "Camera", how);
+    if (tissue_changed) scene_->updateTissue(input_.store());
+    if (instruments_) scene_->updateInstruments(*instruments_);
+    instruments_changed_ = false;
+    scene_->setPose(X_WO);
+    scene_->setGain(exposure_.gain());
+    const double prepared = seconds();
+    const EndoscopeScene::Timing timing = scene_->render(&rendering_);
+    const double rendered = seconds();
+    finisher_->apply(rendering_, &picture_);
+    exposure_.update(picture_, finisher_->circle(), start - last_picture_);
+    const double finished = seconds();
+    // The state's stamp; while no state has come, the time of drawing.
+    const ros::Time stamp = input_.header().stamp.isZero() ? ros::Time::now() : input_.header().stamp;
+    publish(stamp);
+    const double sent = seconds();
+    pane_->show(picture_.data, picture_.cols, picture_.rows);
+    const double shown = seconds();
+    sums_.tissue += prepared - start;
+    sums_.draw += timing.draw;
+    sums_.read += timing.read;
+    sums_.finish += finished - rendered;
+    sums_.send += sent - finished;
+    sums_.show += shown - sent;
+    ++sums_.pictures;
+    last_picture_ = start;
+  } catch (const std::exception& e) {
+    setStatusStd(rviz::StatusProperty::Error, "Picture", e.what());
+    last_picture_ = start;
+  }
+  account(start);
+}
+
+void EndoscopicViewDisplay::publish(const ros::Time& stamp) {
+  const std::string frame = optical_frame_->getStdString();
+  if (info_pub_.getNumSubscribers() > 0) {
+    sensor_msgs::CameraInfo info = toCameraInfo(camera_);
+    info.header.stamp = stamp;
+    info.header.frame_id = frame;
+    info_pub_.publish(info);
+  }
+  if (image_pub_.getNumSubscribers() > 0) {
+    auto image = boost::make_shared<sensor_msgs::Image>();
+    image->header.stamp = stamp;
+    image->header.frame_id = frame;
+    image->width = camera_.width;
+    image->height = camera_.height;
+    image->encoding = "rgb8";
+    image->step = 3 * camera_.width;
+    image->data.assign(picture_.data, picture_.data + picture_.total() * 3);
+    image_pub_.publish(image);
+  }
+  publishCompressed(stamp);
+}
+
+void EndoscopicViewDisplay::publishCompressed(const ros::Time& stamp) {
+  const double now = seconds();
+  if (compressed_pub_.getNumSubscribers() == 0 || now - last_compressed_ < 0.97 / compressed_rate_->getFloat()) return;
+  last_compressed_ = now;
+  sensor_msgs::CompressedImage message;
+  message.header.stamp = stamp;
+  message.header.frame_id = optical_frame_->getStdString();
+  message.format = "rgb8; jpeg compressed bgr8";
+  cv::Mat bgr;
+  cv::cvtColor(picture_, bgr, cv::COLOR_RGB2BGR);
+  cv::imencode(".jpg", bgr, message.data, {cv::IMWRITE_JPEG_QUALITY, 85});
+  compressed_pub_.publish(message);
+}
+
+void EndoscopicViewDisplay::account(double now) {
+  if (now - last_account_ < 2.0) return;
+  const double elapsed = now - last_account_;
+  last_account_ = now;
+  const int n = sums_.pictures;
+  if (!input_.problem().empty())
+    setStatusStd(rviz::StatusProperty::Warn, "Tissue", input_.problem());
+  else if (input_.store().empty())
+    setStatus(rviz::StatusProperty::Warn, "Tissue", "no topology yet");
+  else
+    setStatus(rviz::StatusProperty::Ok, "Tissue", QString("%1 objects").arg(input_.store().topology().objects.size()));
+  const std::string warning = scene_->warning();
+  if (!warning.empty()) setStatusStd(rviz::StatusProperty::Warn, "Drawing", warning);
+  if (n > 0 && elapsed < 60) {
+    const double ms = 1000.0 / n;
+    const QString text = QString("%1 pictures/s; ms: tissue %2, draw %3, read %4, finish %5, send %6, show %7, all %8")
+                             .arg(n / elapsed, 0, 'f', 1)
+                             .arg(ms * sums_.tissue, 0, 'f', 1)
+                             .arg(ms * sums_.draw, 0, 'f', 1)
+                             .arg(ms * sums_.read, 0, 'f', 1)
+                             .arg(ms * sums_.finish, 0, 'f', 1)
+                             .arg(ms * sums_.send, 0, 'f', 1)
+                             .arg(ms * sums_.show, 0, 'f', 1)
+                             .arg(ms * (sums_.tissue + sums_.draw + sums_.read + sums_.finish + sums_.send + sums_.show), 0, 'f', 1);
+    setStatus(rviz::StatusProperty::Ok, "Timing", text);
+    if (print_timing_->getBool()) ROS_INFO("endoscopic view: %s", qPrintable(text));
+  }
+  sums_ = {};
+}
+
+}  // namespace vest::displays
+
+PLUGINLIB_EXPORT_CLASS(vest::displays::EndoscopicViewDisplay, rviz::Display)

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <memory>
+
+#include <opencv2/core.hpp>
+#include <rviz/display.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <vest_msgs/InstrumentStates.h>
+
+#include "endoscope_scene.h"
+#include "tissue_input.h"
+#include "vest_viz/picture/finish.h"
+
+namespace rviz {
+class BoolProperty;
+class EnumProperty;
+class FloatProperty;
+class IntProperty;
+class PanelDockWidget;
+class StringProperty;
+}  // namespace rviz
+
+namespace vest::displays {
+
+class ImagePane;
+
+/// vest_viz/EndoscopicView: what the camera at the endoscope's tip sees, in a pane (or over rviz's whole view) and
+/// as endoscope/image_raw, camera_info and image_raw/compressed.
+class EndoscopicViewDisplay : public rviz::Display {
+  Q_OBJECT
+ public:
+  EndoscopicViewDisplay();
+  ~EndoscopicViewDisplay() override;
+  void update(float wall_dt, float ros_dt) override;
+  void reset() override;
+
+ protected:
+  void onInitialize() override;
+  void onEnable() override;
+  void onDisable() override;
+
+ private Q_SLOTS:
+  void updateTopics();
+  void updateCamera();
+  void updatePlace();
+  void updateScene();
+
+ private:
+  bool endoscopePose(Eigen::Isometry3d* X_WO, std::string* how);
+  void publish(const ros::Time& stamp);
+  void publishCompressed(const ros::Time& stamp);
+  void account(double now);
+
+  rviz::StringProperty* tissue_topic_;
+  rviz::StringProperty* instruments_topic_;
+  rviz::StringProperty* image_topic_;
+  rviz::StringProperty* optical_frame_;
+  rviz::StringProperty* tip_frame_;
+  rviz::IntProperty* width_;
+  rviz::IntProperty* height_;
+  rviz::FloatProperty* field_of_view_;
+  rviz::FloatProperty* k1_;
+  rviz::FloatProperty* k2_;
+  rviz::FloatProperty* circle_;
+  rviz::FloatProperty* optic_angle_;
+  rviz::FloatProperty* rate_;
+  rviz::FloatProperty* compressed_rate_;
+  rviz::EnumProperty* quality_;
+  rviz::BoolProperty* fill_;
+  rviz::BoolProperty* print_timing_;
+
+  TissueInput input_;
+  ros::Subscriber instruments_sub_;
+  vest_msgs::InstrumentStates::ConstPtr instruments_;
+  bool instruments_changed_ = false;
+  ros::Publisher image_pub_, info_pub_, compressed_pub_;
+  std::unique_ptr<EndoscopeScene> scene_;
+  std::unique_ptr<picture::Finisher> finisher_;
+  picture::AutoExposure exposure_;
+  camera::Intrinsics camera_;
+  ImagePane* pane_ = nullptr;
+  rviz::PanelDockWidget* dock_ = nullptr;
+  cv::Mat rendering_, picture_;
+  double last_picture_ = 0, last_compressed_ = 0, last_account_ = 0;
+  ros::Time last_stamp_;
+  struct Sums {
+    double tissue = 0, draw = 0, read = 0, finish = 0, send = 0, show = 0;
+    int pictures = 0;
+  } sums_;
+};
+
+}  // namespace vest::displays

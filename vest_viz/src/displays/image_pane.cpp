@@ -1,0 +1,62 @@
+#include "image_pane.h"
+
+#include <cstring>
+
+#include <QEvent>
+#include <QPainter>
+
+namespace vest::displays {
+
+ImagePane::ImagePane(QWidget* parent) : QWidget(parent) {
+  setAttribute(Qt::WA_OpaquePaintEvent);
+  setMinimumSize(180, 144);
+}
+
+void ImagePane::show(const unsigned char* rgb, int width, int height) {
+  if (image_.width() != width || image_.height() != height) image_ = QImage(width, height, QImage::Format_RGB32);
+  for (int y = 0; y < height; ++y) {
+    auto* out = reinterpret_cast<QRgb*>(image_.scanLine(y));
+    const unsigned char* in = rgb + 3 * static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+    for (int x = 0; x < width; ++x, in += 3) out[x] = qRgb(in[0], in[1], in[2]);
+  }
+  update();
+}
+
+void ImagePane::cover(QWidget* host) {
+  if (host_ != nullptr) host_->removeEventFilter(this);
+  host_ = host;
+  if (host == nullptr) return;
+  setParent(host);
+  setAttribute(Qt::WA_NativeWindow);  // the host draws through a window of its own; a plain child would lie below it
+  host->installEventFilter(this);
+  setGeometry(host->rect());
+  QWidget::show();
+  raise();
+}
+
+bool ImagePane::eventFilter(QObject* watched, QEvent* event) {
+  if (watched == host_ && event->type() == QEvent::Resize) {
+    setGeometry(host_->rect());
+    raise();
+  }
+  return false;
+}
+
+void ImagePane::paintEvent(QPaintEvent*) {
+  QPainter painter(this);
+  if (image_.isNull()) {
+    painter.fillRect(rect(), Qt::black);
+    return;
+  }
+  QSize size = image_.size();
+  if (size.width() > width() || size.height() > height() || width() > 1.5 * size.width())
+    size.scale(width(), height(), Qt::KeepAspectRatio);  // else 1:1, which costs nothing
+  const QRect place((width() - size.width()) / 2, (height() - size.height()) / 2, size.width(), size.height());
+  painter.fillRect(0, 0, width(), place.top(), Qt::black);
+  painter.fillRect(0, place.bottom() + 1, width(), height() - place.bottom() - 1, Qt::black);
+  painter.fillRect(0, place.top(), place.left(), place.height(), Qt::black);
+  painter.fillRect(place.right() + 1, place.top(), width() - place.right() - 1, place.height(), Qt::black);
+  painter.drawImage(place, image_);
+}
+
+}  // namespace vest::displays

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <QImage>
+#include <QWidget>
+
+namespace vest::displays {
+
+/// Shows a picture, as large as fits, black around it.
+class ImagePane : public QWidget {
+ public:
+  explicit ImagePane(QWidget* parent = nullptr);
+  /// @param rgb packed 8 bit RGB, copied
+  void show(const unsigned char* rgb, int width, int height);
+  /// Lies over `host` and follows its size; nullptr ends that.
+  void cover(QWidget* host);
+  QSize sizeHint() const override { return QSize(720, 576); }
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+  bool eventFilter(QObject* watched, QEvent* event) override;
+
+ private:
+  QImage image_;
+  QWidget* host_ = nullptr;
+};
+
+}  // namespace vest::displays

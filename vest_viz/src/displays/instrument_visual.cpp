@@ -1,0 +1,125 @@
+#include "instrument_visual.h"
+
+#include <fstream>
+
+#include <OgreMaterialManager.h>
+#include <OgreSceneManager.h>
+#include <OgreSceneNode.h>
+#include <OgreTechnique.h>
+#include <ros/package.h>
+
+#include "ogre_assets.h"
+#include "vest_instruments/tools/tool_geometry.h"
+
+namespace vest::displays {
+namespace {
+
+/// File name stems of vest_instruments/meshes, in the order of InstrumentState.TOOL_*.
+constexpr std::array<const char*, 11> kToolNames{
+    "none",          "grasper",          "scissors",         "clip_applier",     "coagulation_hook", "bipolar_forceps",
+    "needle_holder", "suction_irrigator", "injection_needle", "sling_applicator", "endoscope"};
+
+void place(Ogre::SceneNode* node, const Eigen::Isometry3d& X) {
+  const Eigen::Quaterniond q(X.linear());
+  node->setPosition(static_cast<float>(X.translation().x()), static_cast<float>(X.translation().y()),
+                    static_cast<float>(X.translation().z()));
+  node->setOrientation(static_cast<float>(q.w()), static_cast<float>(q.x()), static_cast<float>(q.y()),
+                       static_cast<float>(q.z()));
+}
+
+}  // namespace
+
+InstrumentVisual::InstrumentVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent)
+    : manager_(manager), node_(parent->createChildSceneNode()) {
+  slot_nodes_[0] = node_;
+  slot_nodes_[1] = node_->createChildSceneNode();
+  slot_nodes_[2] = node_->createChildSceneNode();
+}
+
+InstrumentVisual::~InstrumentVisual() {
+  clear();
+  for (std::size_t i : {std::size_t{2}, std::size_t{1}}) {
+    node_->removeChild(slot_nodes_[i]);
+    manager_->destroySceneNode(slot_nodes_[i]);
+  }
+  node_->getParentSceneNode()->removeChild(node_);
+  manager_->destroySceneNode(node_);
+}
+
+void InstrumentVisual::clear() {
+  for (auto& slot : slots_) {
+    for (Part& part : slot) {
+      part.mesh.reset();
+      Ogre::MaterialManager::getSingleton().remove(part.material);
+    }
+    slot.clear();
+  }
+}
+
+void InstrumentVisual::add(int slot, const instrument::TriangleMesh& mesh, bool insulated) {
+  Part part;
+  Ogre::MaterialPtr base = Ogre::MaterialManager::getSingleton().getByName("vest_viz/Metal", kOgreGroup);
+  part.material = base->clone(uniqueName("metal"), true, kOgreGroup);
+  part.material->load();
+  part.material->getTechnique(0)->getPass(0)->getFragmentProgramParameters()->setNamedConstant(
+      "metal", insulated ? Ogre::Vector4(0.20f, 0.75f, 0.6f, 0.0f) : Ogre::Vector4(0.55f, 0.25f, 0.0f, 0.0f));
+  const auto s = static_cast<std::size_t>(slot);
+  part.mesh = std::make_unique<DynamicMesh>(manager_, slot_nodes_[s], part.material, Ogre::RENDER_QUEUE_MAIN - 5);
+  part.mesh->setShape(mesh.triangles, {}, {}, mesh.positions.size() / 3);
+  part.mesh->setVertices(mesh.positions, mesh.normals, {});
+  slots_[s].push_back(std::move(part));
+}
+
+void InstrumentVisual::setTool(int tool) {
+  if (tool == tool_) return;
+  clear();
+  tool_ = tool;
+  warning_.clear();
+  if (tool <= 0 || tool >= static_cast<int>(kToolNames.size())) return;
+  const tools::ToolGeometry& geometry = tools::toolGeometry(static_cast<tools::ToolKind>(tool));
+  jaw_length_ = geometry.jaw_length;
+  const std::string stem = ros::package::getPath("vest_instruments") + "/meshes/" + kToolNames[static_cast<std::size_t>(tool)];
+  struct File {
+    const char* part;
+    int slot;
+    bool insulated;
+  };
+  constexpr double kCrease = 0.6;  // rad: cylinders smooth, edges of blades sharp
+  bool shaft = false;
+  for (const File& file : {File{"_shaft", 0, true}, File{"_fixed", 0, false}, File{"_jaw_left", 1, false},
+                           File{"_jaw_right", 2, false}}) {
+    const std::string path = stem + file.part + ".stl";
+    if (!std::ifstream(path)) continue;
+    try {
+      add(file.slot, instrument::readStl(path, kCrease), file.insulated);
+      shaft = shaft || file.slot == 0;
+    } catch (const std::exception& e) {
+      warning_ = e.what();
+    }
+  }
+  if (shaft) return;
+  if (warning_.empty()) warning_ = stem + "_shaft.stl is missing, capsules are shown";
+  add(0, instrument::capsule(geometry.shaft_radius, -0.3, -jaw_length_), true);
+  if (jaw_length_ > 0)
+    for (int side : {1, 2}) add(side, instrument::capsule(0.0012, 0.0, jaw_length_ - 0.0012), false);
+}
+
+void InstrumentVisual::setPose(const Eigen::Isometry3d& X_WTip, double jaw) {
+  place(node_, X_WTip);
+  for (int side : {1, 2}) {
+    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+    X.translation().z() = -jaw_length_;
+    X.rotate(Eigen::AngleAxisd((side == 1 ? 0.5 : -0.5) * jaw, Eigen::Vector3d::UnitY()));
+    place(slot_nodes_[static_cast<std::size_t>(side)], X);
+  }
+}
+
+void InstrumentVisual::setLight(const Ogre::Vector4& light) {
+  for (auto& slot : slots_)
+    for (Part& part : slot)
+      part.material->getTechnique(0)->getPass(0)->getFragmentProgramParameters()->setNamedConstant("light", light);
+}
+
+void InstrumentVisual::setVisible(bool visible) { node_->setVisible(visible, true); }
+
+}  // namespace vest::displays

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <OgreVector.h>
+
+#include "dynamic_mesh.h"
+
+namespace vest::displays {
+
+/// One instrument of the picture: shaft, fixed parts and two jaws from the meshes of package vest_instruments, or
+/// capsules where a mesh is missing.
+class InstrumentVisual {
+ public:
+  InstrumentVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent);
+  ~InstrumentVisual();
+
+  /// @param tool one of vest_msgs/InstrumentState.TOOL_*; meshes are exchanged when it changes
+  void setTool(int tool);
+  /// @param X_WTip tip pose in world; @param jaw full opening, rad
+  void setPose(const Eigen::Isometry3d& X_WTip, double jaw);
+  void setLight(const Ogre::Vector4& light);
+  void setVisible(bool visible);
+  const std::string& warning() const { return warning_; }
+
+ private:
+  struct Part {
+    std::unique_ptr<DynamicMesh> mesh;
+    Ogre::MaterialPtr material;
+  };
+  void add(int slot, const instrument::TriangleMesh& mesh, bool insulated);
+  void clear();
+
+  Ogre::SceneManager* manager_;
+  Ogre::SceneNode* node_;
+  std::array<std::vector<Part>, 3> slots_;  ///< 0: tip frame, 1 and 2: jaws
+  std::array<Ogre::SceneNode*, 3> slot_nodes_;
+  int tool_ = -1;
+  double jaw_length_ = 0;
+  std::string warning_;
+};
+
+}  // namespace vest::displays

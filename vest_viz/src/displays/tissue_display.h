@@ -1,0 +1,50 @@
+#pragma once
+
+#include <memory>
+
+#include <rviz/display.h>
+
+#include "tissue_input.h"
+#include "tissue_visual.h"
+
+namespace rviz {
+class BoolProperty;
+class FloatProperty;
+class StringProperty;
+}  // namespace rviz
+
+namespace vest::displays {
+
+/// vest_viz/Tissue: the skins of all objects in rviz's 3-D view, with the net behind them on demand.
+class TissueDisplay : public rviz::Display {
+  Q_OBJECT
+ public:
+  TissueDisplay();
+  ~TissueDisplay() override;
+  void update(float wall_dt, float ros_dt) override;
+  void reset() override;
+
+ protected:
+  void onInitialize() override;
+  void onEnable() override;
+  void onDisable() override;
+
+ private Q_SLOTS:
+  void updateTopic();
+  void updateLook();
+
+ private:
+  void showStatus();
+
+  rviz::StringProperty* topic_;
+  rviz::StringProperty* objects_;
+  rviz::BoolProperty* surface_;
+  rviz::BoolProperty* links_;
+  rviz::FloatProperty* alpha_;
+  rviz::FloatProperty* light_;
+  TissueInput input_;
+  std::unique_ptr<TissueVisual> visual_;
+  float since_status_ = 1e9f;
+};
+
+}  // namespace vest::displays

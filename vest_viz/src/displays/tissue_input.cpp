@@ -1,0 +1,73 @@
+#include "tissue_input.h"
+
+#include "conversion.h"
+
+namespace vest::displays {
+
+void TissueInput::subscribe(ros::NodeHandle& handle, const std::string& prefix) {
+  unsubscribe();
+  if (prefix.empty()) return;
+  topology_sub_ = handle.subscribe<vest_msgs::TissueTopology>(
+      prefix + "/topology", 2, [this](const vest_msgs::TissueTopology::ConstPtr& m) { topologies_.push_back(m); });
+  delta_sub_ = handle.subscribe<vest_msgs::TissueTopologyDelta>(
+      prefix + "/topology_delta", 1000,
+      [this](const vest_msgs::TissueTopologyDelta::ConstPtr& m) { deltas_.push_back(m); });
+  state_sub_ = handle.subscribe<vest_msgs::TissueState>(
+      prefix + "/state", 1, [this](const vest_msgs::TissueState::ConstPtr& m) { newest_ = m; }, nullptr,
+      ros::TransportHints().tcpNoDelay());
+}
+
+void TissueInput::unsubscribe() {
+  topology_sub_.shutdown();
+  delta_sub_.shutdown();
+  state_sub_.shutdown();
+}
+
+void TissueInput::clear() {
+  topologies_.clear();
+  deltas_.clear();
+  newest_.reset();
+  store_.setTopology({});
+  header_ = {};
+  states_ = dropped_ = 0;
+  problem_.clear();
+}
+
+bool TissueInput::process() {
+  bool changed = false;
+  const auto judge = [&](mesh::Outcome outcome) {
+    if (outcome == mesh::Outcome::Accepted) {
+      problem_.clear();
+      changed = true;
+      return true;
+    }
+    if (outcome == mesh::Outcome::Repeated) return true;
+    problem_ = store_.problem();
+    changed = changed || outcome == mesh::Outcome::NotFinite;
+    return false;
+  };
+  if (!topologies_.empty()) {
+    const auto& newest = topologies_.back();
+    if (judge(store_.setTopology(toTopology(*newest)))) problem_.clear();
+    changed = true;
+    header_.frame_id = newest->header.frame_id;
+    topologies_.clear();
+  }
+  for (const auto& delta : deltas_)
+    // Deltas older than a whole topology that just arrived are history, not errors.
+    if (store_.empty() || delta->revision > store_.topology().revision) judge(store_.applyDelta(toDelta(*delta)));
+  deltas_.clear();
+  if (newest_) {
+    if (judge(store_.setState(newest_->revision, newest_->positions.data(), newest_->positions.size()))) {
+      header_ = newest_->header;
+      ++states_;
+    } else {
+      ++dropped_;
+    }
+    newest_.reset();
+  }
+  if (changed) store_.rebuildSkins();
+  return changed;
+}
+
+}  // namespace vest::displays

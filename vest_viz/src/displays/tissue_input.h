@@ -1,0 +1,46 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <ros/ros.h>
+#include <vest_msgs/TissueState.h>
+#include <vest_msgs/TissueTopology.h>
+#include <vest_msgs/TissueTopologyDelta.h>
+
+#include "vest_viz/mesh/store.h"
+
+namespace vest::displays {
+
+/// Subscribes to the tissue and keeps a mesh::Store of it. Callbacks only put messages aside; work is done in
+/// process(), in the display's update(). Both run in rviz's main thread.
+class TissueInput {
+ public:
+  /// @param prefix topics are PREFIX/topology, PREFIX/topology_delta, PREFIX/state
+  void subscribe(ros::NodeHandle& handle, const std::string& prefix);
+  void unsubscribe();
+  void clear();
+
+  /// Takes over what arrived. @return true if the store changed
+  bool process();
+
+  mesh::Store& store() { return store_; }
+  /// Stamp and step of the state shown; zero before the first.
+  const std_msgs::Header& header() const { return header_; }
+  std::uint64_t states() const { return states_; }
+  std::uint64_t dropped() const { return dropped_; }
+  /// Empty while all is well; else what was wrong last.
+  const std::string& problem() const { return problem_; }
+
+ private:
+  ros::Subscriber topology_sub_, delta_sub_, state_sub_;
+  std::vector<vest_msgs::TissueTopology::ConstPtr> topologies_;
+  std::vector<vest_msgs::TissueTopologyDelta::ConstPtr> deltas_;
+  vest_msgs::TissueState::ConstPtr newest_;
+  mesh::Store store_;
+  std_msgs::Header header_;
+  std::uint64_t states_ = 0, dropped_ = 0;
+  std::string problem_;
+};
+
+}  // namespace vest::displays

@@ -1,0 +1,250 @@
+// Drives the displays inside a real rviz over topics, and looks at the pictures that come back.
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+#include <ros/ros.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
+#include <vest_msgs/InstrumentStates.h>
+#include <vest_msgs/TissueState.h>
+#include <vest_msgs/TissueTopology.h>
+#include <vest_msgs/TissueTopologyDelta.h>
+
+#include "vest_viz/picture/check.h"
+
+namespace {
+
+/// A ball of radius 2 cm, 8 cm before the camera, inside a ball of 15 cm round everything.
+vest_msgs::TissueObject ball(const std::string& name, const std::string& organ, double radius, double z, bool inward) {
+  vest_msgs::TissueObject o;
+  o.name = name;
+  o.organ = organ;
+  const std::uint32_t rows = 24, columns = 36;
+  for (std::uint32_t i = 0; i <= rows; ++i)
+    for (std::uint32_t j = 0; j <= columns; ++j) {
+      const double a = M_PI * i / rows, b = 2 * M_PI * j / columns;
+      o.rest_position.push_back(static_cast<float>(radius * std::sin(a) * std::cos(b)));
+      o.rest_position.push_back(static_cast<float>(radius * std::sin(a) * std::sin(b)));
+      o.rest_position.push_back(static_cast<float>(z + radius * std::cos(a)));
+      o.texture_coordinates.push_back(static_cast<float>(radius * a));
+      o.texture_coordinates.push_back(static_cast<float>(radius * b));
+      o.binding_knots.push_back(o.knot_count);
+      o.binding_weights.push_back(1);
+      o.binding_start.push_back(o.knot_count++);
+      if (i == rows || j == columns) continue;
+      const std::uint32_t k = i * (columns + 1) + j, down = k + columns + 1;
+      const std::uint32_t t[] = {k, down, down + 1, k, down + 1, k + 1};
+      for (int n = 0; n < 6; ++n) o.triangles.push_back(t[inward ? 5 - n : n]);
+    }
+  o.binding_start.push_back(o.knot_count);
+  o.link_knots = {0, 1, 1, 2};
+  o.link_kind = {0, 0};
+  o.link_alive = {1, 1};
+  return o;
+}
+
+class Displays : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { world = new World(); }
+  static void TearDownTestSuite() {
+    delete world;
+    world = nullptr;
+  }
+
+  struct World {
+    ros::NodeHandle handle;
+    ros::Publisher topology = handle.advertise<vest_msgs::TissueTopology>("tissue/topology", 1, true);
+    ros::Publisher delta = handle.advertise<vest_msgs::TissueTopologyDelta>("tissue/topology_delta", 10);
+    ros::Publisher state = handle.advertise<vest_msgs::TissueState>("tissue/state", 1);
+    ros::Publisher instruments = handle.advertise<vest_msgs::InstrumentStates>("instruments", 1);
+    ros::Subscriber image = handle.subscribe<sensor_msgs::Image>(
+        "endoscope/image_raw", 2, [this](const sensor_msgs::Image::ConstPtr& m) { last = m, ++images; });
+    ros::Subscriber second = handle.subscribe<sensor_msgs::Image>(
+        "second/image_raw", 2, [this](const sensor_msgs::Image::ConstPtr& m) { last_second = m; });
+    ros::Subscriber info = handle.subscribe<sensor_msgs::CameraInfo>(
+        "endoscope/camera_info", 2, [this](const sensor_msgs::CameraInfo::ConstPtr& m) { last_info = m; });
+    ros::Subscriber jpeg = handle.subscribe<sensor_msgs::CompressedImage>(
+        "endoscope/image_raw/compressed", 2, [this](const sensor_msgs::CompressedImage::ConstPtr& m) { last_jpeg = m; });
+    sensor_msgs::Image::ConstPtr last, last_second;
+    sensor_msgs::CameraInfo::ConstPtr last_info;
+    sensor_msgs::CompressedImage::ConstPtr last_jpeg;
+    int images = 0;
+    vest_msgs::TissueTopology scene;
+    ros::Time last_stamp;
+
+    World() {
+      scene.header.frame_id = "world";
+      scene.revision = 1;
+      scene.scene = "balls";
+      scene.objects = {ball("uterus", "uterus", 0.02, 0.08, false), ball("cavity", "cavity", 0.15, 0.0, true)};
+      topology.publish(scene);
+    }
+
+    void publishOnce(float dx, std::uint32_t revision) {
+      vest_msgs::TissueState s;
+      s.header.frame_id = "world";
+      s.header.stamp = ros::Time::now();
+      s.revision = revision;
+      for (const auto& o : scene.objects)
+        for (std::size_t i = 0; i < o.rest_position.size(); ++i)
+          s.positions.push_back(o.rest_position[i] + (i % 3 == 0 && o.name == "uterus" ? dx : 0.0f));
+      last_stamp = s.header.stamp;
+      state.publish(s);
+      vest_msgs::InstrumentStates m;
+      m.header = s.header;
+      vest_msgs::InstrumentState scope;
+      scope.name = "endoscope";
+      scope.tool = vest_msgs::InstrumentState::TOOL_ENDOSCOPE;
+      scope.tip.orientation.w = 1;
+      vest_msgs::InstrumentState grasper = scope;
+      grasper.name = "left";
+      grasper.tool = vest_msgs::InstrumentState::TOOL_GRASPER;
+      grasper.tip.position.x = -0.03;
+      grasper.tip.position.z = 0.05;
+      m.instruments = {grasper, scope};
+      instruments.publish(m);
+    }
+
+    /// Publishes at 30 Hz until `images` more pictures came; false after `seconds`.
+    bool run(int wanted, double seconds = 40, float dx = 0, std::uint32_t revision = 1) {
+      const int start = images;
+      const ros::WallTime begin = ros::WallTime::now();
+      ros::WallRate rate(30);
+      while (ros::ok() && (ros::WallTime::now() - begin).toSec() < seconds) {
+        publishOnce(dx, revision);
+        ros::spinOnce();
+        if (images - start >= wanted) return true;
+        rate.sleep();
+      }
+      return false;
+    }
+
+    cv::Mat bgr() const {
+      const cv::Mat rgb(static_cast<int>(last->height), static_cast<int>(last->width), CV_8UC3,
+                        const_cast<std::uint8_t*>(last->data.data()), last->step);
+      cv::Mat out;
+      cv::cvtColor(rgb, out, cv::COLOR_RGB2BGR);
+      return out;
+    }
+  };
+  static World* world;
+};
+Displays::World* Displays::world = nullptr;
+
+/// Centre of what is clearly paler than the cavity behind: the uterus.
+cv::Point2d paleCentre(const cv::Mat& bgr) {
+  std::vector<cv::Mat> c;
+  cv::Mat smooth;
+  cv::GaussianBlur(bgr, smooth, {0, 0}, 5);
+  cv::split(smooth, c);
+  double brightest = 0;
+  cv::minMaxLoc(c[1], nullptr, &brightest);
+  const cv::Moments m = cv::moments(c[1] > 0.6 * brightest, true);
+  return m.m00 > 0 ? cv::Point2d(m.m10 / m.m00, m.m01 / m.m00) : cv::Point2d(-1, -1);
+}
+
+TEST_F(Displays, PictureArrivesLitRoundAndAsTheCalibrationSays) {
+  ASSERT_TRUE(world->run(25, 60)) << "no pictures: " << world->images;
+  EXPECT_EQ(world->last->width, 720u);
+  EXPECT_EQ(world->last->height, 576u);
+  EXPECT_EQ(world->last->encoding, "rgb8");
+  EXPECT_EQ(world->last->header.frame_id, "endoscope_optical_frame");
+  const auto rows = vest::picture::checkPicture(world->bgr(), vest::picture::findCircle(world->bgr()));
+  for (const auto& row : rows) {
+    if (row.what == "luminance at 50 %") {
+      EXPECT_GT(row.value, 20) << "too dark";
+    }
+    if (row.what == "brightest outside of the circle" || row.what == "round border, %") {
+      EXPECT_TRUE(row.inside()) << vest::picture::format(rows);
+    }
+  }
+  ASSERT_TRUE(world->last_info);
+  EXPECT_EQ(world->last_info->width, world->last->width);
+  EXPECT_EQ(world->last_info->distortion_model, "plumb_bob");
+  EXPECT_NEAR(world->last_info->K[0], 360 / std::tan(35 * M_PI / 180), 0.01);
+  // The ball on the axis appears at the principal point.
+  const cv::Point2d centre = paleCentre(world->bgr());
+  EXPECT_NEAR(centre.x, world->last_info->K[2], 12);
+  EXPECT_NEAR(centre.y, world->last_info->K[5], 12);
+}
+
+TEST_F(Displays, PictureFollowsTheState) {
+  ASSERT_TRUE(world->run(10, 40, -0.008f));
+  const double before = paleCentre(world->bgr()).x;
+  ASSERT_TRUE(world->run(10, 40, 0.008f));
+  // 16 mm to the right at about 7 cm: some 110 pixels; the brightest place lags behind, it faces the lamp.
+  // World x is the picture's right here.
+  EXPECT_GT(paleCentre(world->bgr()).x, before + 50);
+}
+
+TEST_F(Displays, StampIsThatOfTheState) {
+  ASSERT_TRUE(world->run(5));
+  EXPECT_LE(world->last->header.stamp, world->last_stamp);
+  EXPECT_GT(world->last->header.stamp, world->last_stamp - ros::Duration(2.0));
+  EXPECT_NE(world->last->header.stamp, ros::Time());
+}
+
+TEST_F(Displays, JpegArrivesForThoseWhoSubscribe) {
+  ASSERT_TRUE(world->run(20));
+  ASSERT_TRUE(world->last_jpeg);
+  EXPECT_GT(world->last_jpeg->data.size(), 5000u);
+  EXPECT_EQ(world->last_jpeg->data[0], 0xff);
+}
+
+TEST_F(Displays, TwoViewsDrawAtTheSameTime) {
+  ASSERT_TRUE(world->run(10));
+  ASSERT_TRUE(world->last_second);
+  EXPECT_EQ(world->last_second->width, 320u);
+}
+
+TEST_F(Displays, GarbageIsSurvivedAndTheNextGoodStateIsShown) {
+  const auto nan = std::numeric_limits<float>::quiet_NaN();
+  for (int round = 0; round < 10; ++round) {
+    vest_msgs::TissueState s;
+    s.revision = 1;
+    s.positions.assign(3, nan);
+    world->state.publish(s);
+    s.positions.assign(3 * (world->scene.objects[0].knot_count + world->scene.objects[1].knot_count), nan);
+    world->state.publish(s);
+    s.revision = 77;
+    world->state.publish(s);
+    vest_msgs::TissueTopologyDelta d;
+    d.from_revision = 1;
+    d.revision = 2;
+    d.object = 99;
+    world->delta.publish(d);
+    vest_msgs::InstrumentStates m;
+    m.instruments.resize(3);  // zero quaternions
+    m.instruments[0].name = "endoscope";
+    m.instruments[1].tool = 200;
+    m.instruments[1].tip.position.x = nan;
+    world->instruments.publish(m);
+    ros::WallDuration(0.03).sleep();
+  }
+  vest_msgs::TissueTopology empty;
+  world->topology.publish(empty);
+  ros::WallDuration(0.2).sleep();
+  vest_msgs::TissueTopology broken = world->scene;
+  broken.objects[0].triangles[0] = 4000000000u;
+  broken.objects[1].binding_start.clear();
+  world->topology.publish(broken);
+  ros::WallDuration(0.2).sleep();
+  world->topology.publish(world->scene);
+  ros::WallDuration(0.2).sleep();
+  world->topology.publish(world->scene);
+  ASSERT_TRUE(world->run(15));
+  const cv::Point2d centre = paleCentre(world->bgr());
+  EXPECT_NEAR(centre.x, 360, 15);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_displays");
+  ros::NodeHandle keep_alive;
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,154 @@
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "vest_viz/picture/check.h"
+
+namespace vest::picture {
+namespace {
+
+constexpr int kWidth = 720, kHeight = 576;
+constexpr double kRadius = 286;
+
+/// Multi-scale noise whose ranks are given the levels of a real picture: inside every range by construction.
+/// @param falloff how much darker than the middle the edge is
+cv::Mat goodPicture(double falloff = 1.6) {
+  cv::RNG random(7);
+  cv::Mat score = cv::Mat::zeros(kHeight, kWidth, CV_32F);
+  for (int sigma : {0, 1, 2, 4, 8, 16}) {
+    cv::Mat noise(kHeight, kWidth, CV_32F);
+    random.fill(noise, cv::RNG::NORMAL, 0, 1);
+    if (sigma > 0) cv::GaussianBlur(noise, noise, {0, 0}, sigma);
+    cv::Scalar mean, deviation;
+    cv::meanStdDev(noise, mean, deviation);
+    score += noise * ((sigma < 2 ? 0.12 : 0.3) / deviation[0]);
+  }
+  std::vector<int> inside;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const double r = std::hypot(x - 359.5, y - 287.5) / kRadius;
+      score.at<float>(y, x) -= static_cast<float>(falloff * r * r);
+      if (r <= 1) inside.push_back(y * kWidth + x);
+    }
+  std::sort(inside.begin(), inside.end(),
+            [&](int a, int b) { return score.at<float>(a / kWidth, a % kWidth) < score.at<float>(b / kWidth, b % kWidth); });
+  const double share[] = {0, 0.05, 0.25, 0.5, 0.75, 0.95, 0.985, 1}, level[] = {14, 17, 38, 60, 112, 175, 233, 255};
+  cv::Mat picture = cv::Mat::zeros(kHeight, kWidth, CV_8UC3);
+  for (std::size_t i = 0; i < inside.size(); ++i) {
+    const double q = static_cast<double>(i) / (static_cast<double>(inside.size()) - 1);
+    std::size_t k = 0;
+    while (k + 2 < std::size(share) && q > share[k + 1]) ++k;
+    const double l = level[k] + (level[k + 1] - level[k]) * (q - share[k]) / (share[k + 1] - share[k]);
+    // Half saturated red; where red would overflow the rest becomes white.
+    double red = l / 0.6495, other = 0.5 * red;
+    if (red > 255) red = 255, other = (l - 0.299 * 255) / 0.701;
+    const auto o = static_cast<std::uint8_t>(std::lround(std::clamp(other, 0.0, 255.0)));
+    picture.at<cv::Vec3b>(inside[i] / kWidth, inside[i] % kWidth) = {o, o, static_cast<std::uint8_t>(std::lround(red))};
+  }
+  return picture;
+}
+
+std::vector<Row> check(const cv::Mat& picture) { return checkPicture(picture, findCircle(picture)); }
+
+bool inside(const std::vector<Row>& rows, const std::string& what) {
+  for (const Row& row : rows)
+    if (row.what.rfind(what, 0) == 0) return row.inside();
+  ADD_FAILURE() << "no row " << what;
+  return true;
+}
+
+TEST(CheckPicture, CircleIsFoundWhereItIs) {
+  const Circle circle = findCircle(goodPicture());
+  EXPECT_NEAR(circle.cx, 359.5, 1);
+  EXPECT_NEAR(circle.cy, 287.5, 1);
+  EXPECT_NEAR(circle.radius, kRadius, 2);
+}
+
+TEST(CheckPicture, CircleCutOffAboveAndBelowIsFoundByItsWidth) {
+  cv::Mat picture = cv::Mat::zeros(342, 604, CV_8UC3);
+  cv::circle(picture, {302, 171}, 220, {60, 60, 120}, -1);
+  EXPECT_NEAR(findCircle(picture).radius, 220, 2);
+}
+
+TEST(CheckPicture, PictureMadeInsideAllRangesPasses) {
+  const auto rows = check(goodPicture());
+  EXPECT_TRUE(allInside(rows)) << format(rows);
+}
+
+struct Doctored {
+  const char* row;
+  std::function<cv::Mat(cv::Mat)> change;
+};
+
+class EachRow : public testing::TestWithParam<Doctored> {};
+
+TEST_P(EachRow, FailsOnAPictureDoctoredAgainstIt) {
+  const auto rows = check(GetParam().change(goodPicture()));
+  EXPECT_FALSE(inside(rows, GetParam().row)) << format(rows);
+  EXPECT_FALSE(allInside(rows));
+}
+
+cv::Mat scaled(const cv::Mat& p, double gain, double offset) {
+  cv::Mat out, mask;
+  p.convertTo(out, -1, gain, offset);
+  cv::inRange(p, cv::Scalar(0, 0, 0), cv::Scalar(0, 0, 0), mask);
+  out.setTo(0, mask);
+  return out;
+}
+cv::Mat swapped(const cv::Mat& p) {
+  cv::Mat out;
+  cv::cvtColor(p, out, cv::COLOR_BGR2RGB);
+  return out;
+}
+cv::Mat grey(const cv::Mat& p) {
+  cv::Mat one, out;
+  cv::cvtColor(p, one, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(one, out, cv::COLOR_GRAY2BGR);
+  return out;
+}
+cv::Mat blurred(const cv::Mat& p) {
+  cv::Mat out;
+  cv::GaussianBlur(p, out, {0, 0}, 20);
+  return out;
+}
+cv::Mat withoutHighlights(const cv::Mat& p) { return cv::min(p, cv::Scalar(200, 200, 255)); }
+cv::Mat withCorner(cv::Mat p) {
+  cv::rectangle(p, {0, 0, 30, 30}, {40, 40, 90}, -1);
+  return p;
+}
+cv::Mat squashed(const cv::Mat& p) {
+  cv::Mat small, out = cv::Mat::zeros(p.size(), p.type());
+  cv::resize(p, small, {kWidth, 480});
+  small.copyTo(out(cv::Rect(0, 48, kWidth, 480)));
+  return out;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Rows, EachRow,
+    testing::Values(Doctored{"luminance at 5 %", [](cv::Mat p) { return scaled(p, 1, 30); }},
+                    Doctored{"luminance at 25 %", [](cv::Mat p) { return scaled(p, 0.5, 0); }},
+                    Doctored{"luminance at 50 %", [](cv::Mat p) { return scaled(p, 1, 40); }},
+                    Doctored{"luminance at 75 %", [](cv::Mat p) { return scaled(p, 0.7, 0); }},
+                    Doctored{"luminance at 95 %", [](cv::Mat p) { return scaled(p, 0.6, 0); }},
+                    Doctored{"luminance at 99 %", [](cv::Mat p) { return scaled(p, 0.5, 0); }},
+                    Doctored{"brighter than 230", withoutHighlights},
+                    Doctored{"outermost ring", [](cv::Mat) { return goodPicture(0.0); }},
+                    Doctored{"hue", swapped}, Doctored{"hue", grey}, Doctored{"median saturation", grey},
+                    Doctored{"mean gradient", blurred}, Doctored{"gradient at 90", blurred},
+                    Doctored{"contrast 1-3", blurred}, Doctored{"contrast 3-9", blurred},
+                    Doctored{"contrast 9-27", [](cv::Mat p) { return blurred(blurred(blurred(p))); }},
+                    Doctored{"brightest outside", withCorner}, Doctored{"round border", squashed}));
+
+TEST(CheckPicture, WhatIsNoPictureIsRefused) {
+  EXPECT_THROW(findCircle({}), std::invalid_argument);
+  EXPECT_THROW(findCircle(cv::Mat::zeros(100, 100, CV_8UC3)), std::invalid_argument);
+  EXPECT_THROW(findCircle(cv::Mat::zeros(100, 100, CV_8UC1)), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace vest::picture

@@ -1,0 +1,107 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "vest_viz/picture/check.h"
+#include "vest_viz/picture/finish.h"
+
+namespace vest::picture {
+namespace {
+
+camera::Intrinsics sampleCamera() { return camera::fromFieldOfView(720, 576, 70 * M_PI / 180, {-0.18, 0.03, 0, 0, 0}); }
+
+cv::Mat rendering(const Finisher& finisher, const cv::Scalar& colour) {
+  return cv::Mat(static_cast<int>(finisher.source().height), static_cast<int>(finisher.source().width), CV_8UC4, colour);
+}
+
+TEST(Finisher, PictureIsRoundAndBlackOutside) {
+  Finisher finisher(sampleCamera(), 1.0);
+  cv::Mat rgb;
+  finisher.apply(rendering(finisher, {200, 120, 110, 255}), &rgb);
+  ASSERT_EQ(rgb.size(), cv::Size(720, 576));
+  const Circle& c = finisher.circle();
+  for (int y = 0; y < rgb.rows; ++y)
+    for (int x = 0; x < rgb.cols; ++x) {
+      const double r = std::hypot(x - c.cx, y - c.cy);
+      const int red = rgb.at<cv::Vec3b>(y, x)[0];
+      if (r > c.radius + 2) {
+        EXPECT_EQ(red, 0) << x << " " << y;
+      }
+      if (r < c.radius - 4) {
+        EXPECT_GT(red, 60) << x << " " << y;
+      }
+    }
+}
+
+TEST(Finisher, RimIsThinAndBright) {
+  Finisher finisher(sampleCamera(), 0.9);
+  cv::Mat rgb;
+  finisher.apply(rendering(finisher, {0, 0, 0, 255}), &rgb);
+  const Circle& c = finisher.circle();
+  int lit = 0;
+  for (int x = static_cast<int>(c.cx); x < rgb.cols; ++x) lit += rgb.at<cv::Vec3b>(static_cast<int>(c.cy), x)[0] > 30;
+  EXPECT_GE(lit, 1);
+  EXPECT_LE(lit, 5);
+}
+
+TEST(Finisher, PointsLandWhereTheCalibrationSays) {
+  // The published camera_info must describe the picture: draw directions into the pinhole rendering, find them again.
+  const camera::Intrinsics camera = sampleCamera();
+  Finisher finisher(camera, 1.0);
+  for (const Eigen::Vector2d& n : {Eigen::Vector2d(0, 0), Eigen::Vector2d(0.3, 0.1), Eigen::Vector2d(-0.2, -0.4)}) {
+    cv::Mat source = rendering(finisher, {0, 0, 0, 255});
+    const Eigen::Vector2d s = camera::project(finisher.source(), n);
+    cv::circle(source, cv::Point(cvRound(16 * s.x()), cvRound(16 * s.y())), 6 * 16, {255, 255, 255, 255}, -1, cv::LINE_AA, 4);
+    cv::Mat rgb, grey;
+    finisher.apply(source, &rgb);
+    cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
+    const Eigen::Vector2d wanted = camera::project(camera, n);
+    // The rim is not the dot.
+    const cv::Rect around(cvRound(wanted.x()) - 15, cvRound(wanted.y()) - 15, 31, 31);
+    const cv::Moments m = cv::moments(grey(around));
+    EXPECT_NEAR(m.m10 / m.m00 + around.x, wanted.x(), 0.35);
+    EXPECT_NEAR(m.m01 / m.m00 + around.y, wanted.y(), 0.35);
+  }
+}
+
+TEST(Finisher, RenderingCoversTheWholeCircle) {
+  const camera::Intrinsics camera = sampleCamera();
+  for (double share : {0.5, 1.0, 1.3}) {
+    Finisher finisher(camera, share);
+    for (int i = 0; i < 360; ++i) {
+      const double a = i * M_PI / 180, r = finisher.circle().radius - 1;
+      const double x = finisher.circle().cx + r * std::cos(a), y = finisher.circle().cy + r * std::sin(a);
+      if (x < 0 || y < 0 || x > camera.width - 1 || y > camera.height - 1) continue;
+      const Eigen::Vector2d s = camera::project(finisher.source(), camera::unproject(camera, {x, y}));
+      EXPECT_GE(s.minCoeff(), -0.5);
+      EXPECT_LE(s.maxCoeff(), finisher.source().width - 0.5);
+    }
+  }
+}
+
+TEST(AutoExposure, DarkAndBrightPicturesConvergeToTheSameLevel) {
+  Finisher finisher(sampleCamera(), 1.0);
+  for (double radiance : {10.0, 60.0, 400.0}) {
+    AutoExposure exposure;
+    cv::Mat rgb;
+    double level = 0;
+    for (int i = 0; i < 60; ++i) {
+      // Same response as the shader: square root of a saturating curve.
+      level = 255 * std::sqrt(1 - std::exp(-exposure.gain() * radiance / 255));
+      finisher.apply(rendering(finisher, cv::Scalar(level, level, level, 255)), &rgb);
+      exposure.update(rgb, finisher.circle(), 0.04);
+    }
+    EXPECT_NEAR(level, 125, 20) << radiance;
+  }
+}
+
+TEST(AutoExposure, BlackPictureDoesNotRunAway) {
+  AutoExposure exposure;
+  const cv::Mat black = cv::Mat::zeros(576, 720, CV_8UC3);
+  for (int i = 0; i < 200; ++i) exposure.update(black, {360, 288, 280}, 0.04);
+  EXPECT_LE(exposure.gain(), 50.0);
+}
+
+}  // namespace
+}  // namespace vest::picture
