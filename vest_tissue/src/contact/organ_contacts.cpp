@@ -9,20 +9,22 @@ namespace {
 using Eigen::Vector3d;
 using net::Block;
 
-constexpr std::uint64_t kRenewEvery = 4;   ///< steps between two searches for pairs
-constexpr double kPairMargin = 0.003;      ///< m: 0.75 m/s of approach over that time
+constexpr std::uint64_t kRenewEvery = 8;   ///< steps between two searches for pairs
+constexpr double kPairMargin = 0.004;      ///< m: 0.5 m/s of approach over that time
 constexpr double kShare = 0.25;            ///< (omega·h)² that a held contact may have
 constexpr double kDamping = 0.3, kGrip = 0.3;
 
 }  // namespace
 
 void findOrganPairs(Context& c) {
-  if (c.state.step % kRenewEvery != 0) return;
+  // Every step the pairs of some objects are renewed, so that no step bears the whole search.
   auto& pairs = c.state.pairs;
-  pairs.clear();
+  const std::uint64_t turn = c.state.step % kRenewEvery;
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(), [&](const OrganPair& p) { return p.object % kRenewEvery == turn; }),
+              pairs.end());
   const auto& d = c.model.description;
   for (std::size_t a = 0; a < d.objects.size() && a < 32; ++a) {
-    if (!c.model.objects[a].net) continue;
+    if (!c.model.objects[a].net || a % kRenewEvery != turn) continue;
     const ObjectState& sa = c.state.objects[a];
     const ObjectScratch& oa = c.scratch.objects[a];
     for (std::size_t b = 0; b < d.objects.size() && b < 32; ++b) {
@@ -40,6 +42,27 @@ void findOrganPairs(Context& c) {
       if (apart) continue;
       const float *x = row(sa, Block::X), *y = row(sa, Block::Y), *z = row(sa, Block::Z);
       const float *ux = row(sb, Block::X), *uy = row(sb, Block::Y), *uz = row(sb, Block::Z);
+      // Triangles of b whose bounding ball reaches where both can be.
+      auto& near = c.scratch.candidates;
+      near.clear();
+      const float third = 1.0f / 3.0f;
+      for (std::size_t t = 0; t < sb.triangles.size(); ++t) {
+        const auto& k = sb.triangles[t];
+        const float mx = (ux[k[0]] + ux[k[1]] + ux[k[2]]) * third, my = (uy[k[0]] + uy[k[1]] + uy[k[2]]) * third,
+                    mz = (uz[k[0]] + uz[k[1]] + uz[k[2]]) * third;
+        float radius2 = 0.0f;
+        for (const auto v : k) {
+          const float dx = ux[v] - mx, dy = uy[v] - my, dz = uz[v] - mz;
+          radius2 = std::max(radius2, dx * dx + dy * dy + dz * dz);
+        }
+        const float r = std::sqrt(radius2);
+        if (mx < low[0] - r || mx > high[0] + r || my < low[1] - r || my > high[1] + r || mz < low[2] - r || mz > high[2] + r ||
+            !sb.triangle_alive[t] || near.full()) {
+          continue;
+        }
+        near.push(mx, my, mz, r, static_cast<std::uint32_t>(t));
+      }
+      if (near.empty()) continue;
       for (std::size_t i = 0; i < sa.block.knots(); ++i) {
         if (x[i] < low[0] || x[i] > high[0] || y[i] < low[1] || y[i] > high[1] || z[i] < low[2] || z[i] > high[2]) continue;
         if (sa.ignored[i] >> b & 1u) continue;
@@ -47,16 +70,18 @@ void findOrganPairs(Context& c) {
         double nearest_distance = reach;
         std::uint32_t nearest_triangle = 0;
         bool found = false;
-        for (std::size_t t = 0; t < sb.triangles.size(); ++t) {
+        near.within(x[i], y[i], z[i], reach);
+        for (std::size_t q = 0; q < near.size(); ++q) {
+          if (!near.hit(q)) continue;
+          const float dx = near.x(q) - x[i], dy = near.y(q) - y[i], dz = near.z(q) - z[i];
+          const float bound = static_cast<float>(nearest_distance) + near.radius(q);
+          if (dx * dx + dy * dy + dz * dz > bound * bound) continue;
+          const std::uint32_t t = near.triangle(q);
           const auto& k = sb.triangles[t];
-          // Cheap: the first corner within reach and the longest edge.
-          const float dx = ux[k[0]] - x[i], dy = uy[k[0]] - y[i], dz = uz[k[0]] - z[i];
-          const float bound = reach + 1.3f * static_cast<float>(c.model.objects[b].greatest_edge);
-          if (dx * dx + dy * dy + dz * dz > bound * bound || !sb.triangle_alive[t]) continue;
           const auto n = contact::nearest(p, {knotPosition(sb, k[0]), knotPosition(sb, k[1]), knotPosition(sb, k[2])});
           if (n.distance < nearest_distance) {
             nearest_distance = n.distance;
-            nearest_triangle = static_cast<std::uint32_t>(t);
+            nearest_triangle = t;
             found = true;
           }
         }
@@ -84,8 +109,10 @@ void findOrganContacts(Context& c) {
     const Vector3d face = (p[1] - p[0]).cross(p[2] - p[0]);
     const double area = std::sqrt(face.squaredNorm());
     if (!(area > 1e-14)) continue;
-    // Outside is where the triangle faces: a knot that got in is pushed out there.
-    if (n.distance < 1e-6 || normal.dot(face) < 0.0) {
+    // On a closed surface outside is where the triangle faces: a knot that got in through the face goes out there. At
+    // edges and on open sheets the side is the one on which the knot is.
+    const bool on_face = n.weights[0] > 0.02 && n.weights[1] > 0.02 && n.weights[2] > 0.02;
+    if (n.distance < 1e-6 || (c.model.objects[pair.other].closed && on_face && normal.dot(face) < 0.0)) {
       normal = face / area;
     } else {
       normal /= std::sqrt(normal.squaredNorm());
@@ -99,16 +126,27 @@ void findOrganContacts(Context& c) {
       inverse += n.weights[e] * n.weights[e] * row(sb, Block::kInverseMass)[k[e]];
     }
     if (!(inverse > 0.0)) continue;
-    // As stiff as the exchange of held forces allows, a few contacts a triangle counted.
     r.batches = std::min(sa.batches, sb.batches) * c.stretch;
     const double h = c.dt / r.batches;
-    const double k_most = kShare / (h * h * inverse) / 3.0;
-    r.stiffness = static_cast<float>(k_most);
-    r.damping = static_cast<float>(kDamping / (h * inverse) / 3.0);
-    r.grip = static_cast<float>(kGrip / (h * inverse) / 3.0);
+    r.stiffness = static_cast<float>(kShare / (h * h * inverse));
+    r.damping = static_cast<float>(kDamping / (h * inverse));
+    r.grip = static_cast<float>(kGrip / (h * inverse));
     r.friction = static_cast<float>(std::max(d.objects[pair.object].friction, d.objects[pair.other].friction));
     r.reach = static_cast<float>(reach);
     if (contacts.size() < contacts.capacity()) contacts.push_back(r);
+  }
+  // As stiff as the exchange of held forces allows: contacts that share a knot share that room.
+  if (contacts.empty()) return;
+  for (ObjectScratch& o : c.scratch.objects) std::fill(o.shared.begin(), o.shared.end(), std::uint16_t{0});
+  const auto each = [&](const OrganContact& r, auto visit) {
+    visit(c.scratch.objects[r.object].shared[r.knot]);
+    for (int e = 0; e < 3; ++e) if (r.weights[e] > 1e-3f) visit(c.scratch.objects[r.other].shared[r.triangle[e]]);
+  };
+  for (const OrganContact& r : contacts) each(r, [](std::uint16_t& count) { ++count; });
+  for (OrganContact& r : contacts) {
+    std::uint16_t most = 1;
+    each(r, [&](std::uint16_t& count) { most = std::max(most, count); });
+    r.stiffness /= most, r.damping /= most, r.grip /= most;
   }
 }
 

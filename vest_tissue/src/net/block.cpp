@@ -16,15 +16,9 @@ std::size_t stride(std::size_t count) {
 
 }  // namespace
 
-Block::Block(std::size_t knot_capacity, std::size_t link_capacity)
-    : knot_capacity_(knot_capacity),
-      link_capacity_(link_capacity),
-      knot_stride_(stride(knot_capacity + 1)),
-      link_stride_(stride(link_capacity + kLine)) {
-  const std::size_t words = kKnotRows * knot_stride_ + (kLinkRows + 2) * link_stride_;
-  lines_.assign(words / kLine, Line{});
-  // Padding links join knot 0 to the padding knot, which moves nothing: it has no mass and they have no modulus.
-  for (std::size_t i = 0; i < link_stride_; ++i) knot1()[i] = static_cast<std::uint32_t>(knot_capacity_);
+Block::Block(std::size_t knot_capacity)
+    : knot_capacity_(knot_capacity), knot_stride_(stride(knot_capacity + 2 * kLanes)) {
+  lines_.assign(kKnotRows * knot_stride_ / kLine, Line{});
 }
 
 bool Block::addKnot(std::uint32_t& index) {
@@ -33,27 +27,26 @@ bool Block::addKnot(std::uint32_t& index) {
   return true;
 }
 
-bool Block::addLink(std::uint32_t k0, std::uint32_t k1, std::uint32_t& index) {
-  if (links_ >= link_capacity_) return false;
-  index = static_cast<std::uint32_t>(links_++);
-  knot0()[index] = k0;
-  knot1()[index] = k1;
-  return true;
+KnotArrays Block::knotArrays() {
+  return {row(X), row(Y), row(Z), row(VX), row(VY), row(VZ), row(FX), row(FY), row(FZ)};
 }
 
-KernelArrays Block::arrays() {
-  KernelArrays a{};
-  a.knots = padded(knot_capacity_ + 1);
-  a.links = padded(links_);
-  a.x = row(X), a.y = row(Y), a.z = row(Z);
-  a.vx = row(VX), a.vy = row(VY), a.vz = row(VZ);
-  a.inverse_mass = row(kInverseMass), a.decay = row(kDecay);
-  a.hx = row(HX), a.hy = row(HY), a.hz = row(HZ);
-  a.fx = row(FX), a.fy = row(FY), a.fz = row(FZ);
-  a.knot0 = knot0(), a.knot1 = knot1();
-  a.inverse_rest = row(kInverseRest), a.modulus = row(kModulus);
-  a.damping = row(kDamping), a.nonlinear = row(kNonlinear);
+MotionArrays Block::motionArrays() {
+  MotionArrays a{};
+  a.n = (knots_ + kLanes - 1) / kLanes * kLanes;
+  a.x = row(X), a.y = row(Y), a.z = row(Z), a.vx = row(VX), a.vy = row(VY), a.vz = row(VZ);
+  a.fx = row(FX), a.fy = row(FY), a.fz = row(FZ), a.hx = row(HX), a.hy = row(HY), a.hz = row(HZ);
+  a.keep = row(kKeep), a.push = row(kPush);
   return a;
+}
+
+void Block::prepare(float dt) {
+  const float *w = row(kInverseMass), *decay = row(kDecay);
+  float *keep = row(kKeep), *push = row(kPush);
+  for (std::size_t i = 0; i < knots_; ++i) {
+    keep[i] = 1.0f / (1.0f + dt * decay[i]);
+    push[i] = dt * w[i];
+  }
 }
 
 }  // namespace vest::net

@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 
+#include "link_kernel_body.h"
+
 namespace vest::net {
 namespace {
 
@@ -100,48 +102,33 @@ double bendingEnergy(const std::vector<Bending>& elements, const ElementArrays& 
   return sum;
 }
 
-float dihedral(const Vector3f& e0, const Vector3f& e1, const Vector3f& w0, const Vector3f& w1) {
-  const Vector3f edge = e1 - e0;
-  const Vector3f n0 = edge.cross(w0 - e0), n1 = (w1 - e0).cross(edge);
-  const float length = std::sqrt(edge.squaredNorm());
-  if (!(length > kTiny)) return 0.0f;
-  return angleOf(n0.cross(n1).dot(edge) / length, n0.dot(n1));
+double foldOf(const Vector3d& e0, const Vector3d& e1, const Vector3d& w0, const Vector3d& w1) {
+  const Vector3d edge = e1 - e0;
+  const Vector3d n0 = edge.cross(w0 - e0), n1 = (w1 - e0).cross(edge);
+  const double length = edge.norm(), product = n0.norm() * n1.norm();
+  if (!(length > 0.0) || !(product > 0.0)) return 0.0;
+  const double fold = 2.0 * (n0.cross(n1).dot(edge) / length) / std::max(product + n0.dot(n1), 1e-6 * product);
+  return std::clamp(fold, -static_cast<double>(kGreatestFold), static_cast<double>(kGreatestFold));
 }
 
-void addHinges(const std::vector<Hinge>& elements, const ElementArrays& a) {
-  for (const Hinge& h : elements) {
-    if (h.stiffness == 0.0f) continue;
-    const Vector3f e0 = at(a, h.edge0), e1 = at(a, h.edge1), w0 = at(a, h.wing0), w1 = at(a, h.wing1);
-    const Vector3f edge = e1 - e0;
-    const float length2 = edge.squaredNorm();
-    const Vector3f n0 = edge.cross(w0 - e0), n1 = (w1 - e0).cross(edge);
-    const float area0 = n0.squaredNorm(), area1 = n1.squaredNorm();
-    const float length = std::sqrt(length2);
-    if (!(length > kTiny) || !(area0 > 1e-6f * length2 * length2) || !(area1 > 1e-6f * length2 * length2)) continue;
-    const float theta = angleOf(n0.cross(n1).dot(edge) / length, n0.dot(n1));
-    float deviation = theta - h.rest;
-    if (deviation > 3.14159265f) deviation -= 6.28318531f;
-    if (deviation < -3.14159265f) deviation += 6.28318531f;
-    const float slope = -2.0f * h.stiffness * deviation;
-    // Gradient of the dihedral angle: each wing turns about the edge, the edge takes what balances it.
-    const Vector3f g0 = n0 * (-length / area0), g1 = n1 * (-length / area1);
-    const float s0 = (w0 - e0).dot(edge) / length2, s1 = (w1 - e0).dot(edge) / length2;
-    const Vector3f ge1 = -(g0 * s0 + g1 * s1);
-    const Vector3f ge0 = -(g0 * (1.0f - s0) + g1 * (1.0f - s1));
-    add(a, h.wing0, slope * g0);
-    add(a, h.wing1, slope * g1);
-    add(a, h.edge0, slope * ge0);
-    add(a, h.edge1, slope * ge1);
+void addHinges(const std::vector<Hinge>& elements, const ElementArrays& a, KernelLevel level) {
+#if defined(VEST_HAVE_AVX2_KERNEL)
+  if (level == KernelLevel::Avx2) {
+    kernel::addHingesAvx2(elements, a);
+    return;
   }
+#else
+  (void)level;
+#endif
+  kernel::addHingesBaseline(elements, a);
 }
 
 double hingeEnergy(const std::vector<Hinge>& elements, const ElementArrays& a) {
   double sum = 0.0;
   for (const Hinge& h : elements) {
-    double deviation = static_cast<double>(dihedral(at(a, h.edge0), at(a, h.edge1), at(a, h.wing0), at(a, h.wing1))) - h.rest;
-    if (deviation > 3.14159265) deviation -= 6.28318531;
-    if (deviation < -3.14159265) deviation += 6.28318531;
-    sum += h.stiffness * deviation * deviation;
+    const auto p = [&](std::uint32_t i) -> Vector3d { return at(a, i).cast<double>(); };
+    const double off = foldOf(p(h.edge0), p(h.edge1), p(h.wing0), p(h.wing1)) - h.rest;
+    sum += h.stiffness * off * off;
   }
   return sum;
 }
@@ -215,6 +202,25 @@ void addVolumes(const std::vector<Volume>& elements, const ElementArrays& a) {
   }
 }
 
+double volumeGradient(const Volume& v, const ElementArrays& a, float* g, std::size_t stride) {
+  for (int axis = 0; axis < 3; ++axis) for (const std::uint32_t k : v.knots) g[axis * stride + k] = 0.0f;
+  if (v.triangles.empty()) return 0.0;
+  const Vector3f o = at(a, v.triangles[0][0]);
+  double six = 0.0;
+  for (const auto& t : v.triangles) {
+    const Vector3f p = at(a, t[0]) - o, q = at(a, t[1]) - o, r = at(a, t[2]) - o;
+    const Vector3f area = (q - p).cross(r - p);
+    six += static_cast<double>(p.dot(area));
+    const Vector3f share = area * (1.0f / 6.0f);
+    for (const std::uint32_t k : t) {
+      g[k] += share.x();
+      g[stride + k] += share.y();
+      g[2 * stride + k] += share.z();
+    }
+  }
+  return six / 6.0;
+}
+
 double volumeEnergy(const std::vector<Volume>& elements, const ElementArrays& a) {
   double sum = 0.0;
   for (const Volume& v : elements) {
@@ -225,12 +231,11 @@ double volumeEnergy(const std::vector<Volume>& elements, const ElementArrays& a)
   return sum;
 }
 
-void addElements(const Elements& e, const ElementArrays& a) {
+void addElements(const Elements& e, const ElementArrays& a, KernelLevel level) {
   addBending(e.bending, a);
-  addHinges(e.hinges, a);
+  addHinges(e.hinges, a, level);
   addPlastic(e.plastic, a);
   addTethers(e.tethers, a);
-  addVolumes(e.volumes, a);
 }
 
 double elementEnergy(const Elements& e, const ElementArrays& a) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 
@@ -52,17 +53,21 @@ void fillKnots(const Object& o, ObjectState& s) {
 }
 
 void fillLinks(const Object& o, ObjectState& s) {
-  Block& b = s.block;
+  std::vector<net::KernelLink> by_law, linear;
   for (const Link& l : o.links) {
     LinkPlace place{l.kind, 0};
     if (l.kind == LinkKind::Elastic || l.kind == LinkKind::Viscous) {
-      b.addLink(l.knot0, l.knot1, place.index);
-      const bool elastic = l.kind == LinkKind::Elastic, by_law = elastic && l.stiffness == 0.0;
-      const double modulus = !elastic ? 0.0 : by_law ? o.law.youngs_modulus * l.area : l.stiffness * l.rest;
-      b.row(Block::kInverseRest)[place.index] = elastic ? static_cast<float>(1.0 / l.rest) : 0.0f;
-      b.row(Block::kModulus)[place.index] = static_cast<float>(modulus);
-      b.row(Block::kDamping)[place.index] = static_cast<float>(l.damping);
-      b.row(Block::kNonlinear)[place.index] = by_law ? 1.0f : 0.0f;
+      const bool elastic = l.kind == LinkKind::Elastic;
+      NetLink link;
+      link.by_law = elastic && l.stiffness == 0.0;
+      const double axial = !elastic ? 0.0 : link.by_law ? o.law.youngs_modulus * l.area : l.stiffness * l.rest;
+      link.values = {l.knot0, l.knot1, elastic ? static_cast<float>(l.rest) : 1.0f, static_cast<float>(axial),
+                     static_cast<float>(l.damping)};
+      auto& table = link.by_law ? by_law : linear;
+      link.place = static_cast<std::uint32_t>(table.size());
+      table.push_back(link.values);
+      place.index = static_cast<std::uint32_t>(s.links.size());
+      s.links.push_back(link);
     } else if (l.kind == LinkKind::Plastic) {
       place.index = static_cast<std::uint32_t>(s.elements.plastic.size());
       s.elements.plastic.push_back({l.knot0, l.knot1, static_cast<float>(l.stiffness), static_cast<float>(l.rest),
@@ -75,13 +80,16 @@ void fillLinks(const Object& o, ObjectState& s) {
     }
     s.places.push_back(place);
   }
+  // Room for cuts: a quarter more links.
+  s.law_links = net::LinkTable(by_law, o.law, by_law.empty() ? 0 : 32 + by_law.size() / 4);
+  s.linear_links = net::LinkTable(linear, material::Law{}, linear.empty() ? 0 : 32 + linear.size() / 4);
 }
 
 void fillElements(const Object& o, ObjectState& s) {
   for (const HingeElement& h : o.hinges) {
-    const auto at = [&](int i) -> Eigen::Vector3f { return o.rest_position[h.knots[i]].cast<float>(); };
+    const auto at = [&](int i) -> const Eigen::Vector3d& { return o.rest_position[h.knots[i]]; };
     s.elements.hinges.push_back({h.knots[0], h.knots[1], h.knots[2], h.knots[3], static_cast<float>(h.stiffness),
-                                 net::dihedral(at(0), at(1), at(2), at(3))});
+                                 static_cast<float>(net::foldOf(at(0), at(1), at(2), at(3)))});
   }
   for (const Tether& t : o.tethers) {
     s.elements.tethers.push_back({t.knot, {float(t.place.x()), float(t.place.y()), float(t.place.z())},
@@ -116,11 +124,9 @@ void fillElements(const Object& o, ObjectState& s) {
 
 void fillState(const Object& o, ObjectState& s) {
   const std::size_t knots = o.position.size();
-  std::size_t links = 0;
-  for (const Link& l : o.links) links += l.kind == LinkKind::Elastic || l.kind == LinkKind::Viscous;
-  // Room for cuts: a quarter more knots and links.
+  // Room for cuts: a quarter more knots.
   const bool rigid = o.model == ObjectModel::Rigid;
-  s.block = Block(rigid ? knots : knots + std::max<std::size_t>(16, knots / 4), rigid ? 0 : links + std::max<std::size_t>(32, links / 4));
+  s.block = Block(rigid ? knots : knots + std::max<std::size_t>(16, knots / 4));
   fillKnots(o, s);
   if (!rigid) {
     fillLinks(o, s);
@@ -154,6 +160,11 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
       c.greatest_edge = std::max(c.greatest_edge, (o.position[t[e]] - o.position[t[(e + 1) % 3]]).norm());
     }
   }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;  // directed: a closed surface has each once both ways
+  for (const auto& t : s.triangles) for (int e = 0; e < 3; ++e) ++edges[{t[e], t[(e + 1) % 3]}];
+  c.closed = !edges.empty() && std::all_of(edges.begin(), edges.end(), [&](const auto& e) {
+    return e.second == 1 && edges.count({e.first.second, e.first.first}) == 1;
+  });
   if (!c.net && !o.contact_triangles.empty()) {
     std::vector<std::array<std::uint32_t, 3>> triangles(s.triangles.begin(), s.triangles.end());
     Eigen::Vector3d low = o.position[0], high = low;
@@ -166,14 +177,14 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
 /// Sub-steps and batches of a net; refuses what the explicit solver cannot hold.
 void boundSteps(const Object& o, ObjectState& s, ObjectConstants& c, double dt) {
   solver::BoundScratch scratch(s.block.knotCapacity() + 64);
-  const net::KernelArrays arrays = objectArrays(s, c);
-  c.bound_at_start = solver::linkRates(arrays, scratch).omega_squared;
-  const double power = solver::powerIteration(arrays, kPowerSweeps);
+  const solver::BoundLinks links = boundLinks(s);
+  c.bound_at_start = solver::linkRates(links, scratch).omega_squared;
+  const double power = solver::powerIteration(links, kPowerSweeps);
   c.calibration = c.bound_at_start > 0.0 ? std::min(1.0, kPowerMargin * power / c.bound_at_start) : 1.0;
   const double own = c.bound_at_start * c.calibration;
   c.contact_omega_squared = std::max(kContactShare * own, kContactLeast);
   c.rates.omega_squared = own + c.contact_omega_squared;
-  c.rates.decay = solver::linkDecay(arrays, scratch) + std::sqrt(c.contact_omega_squared);
+  c.rates.decay = solver::linkDecay(links, scratch) + std::sqrt(c.contact_omega_squared);
   const solver::Rates slow = solver::elementRates(s.block, s.elements);
   c.slow_omega_squared = slow.omega_squared;
   c.slow_decay = slow.decay;
@@ -232,6 +243,24 @@ void connect(const Description& d, WorldModel& m) {
   }
 }
 
+/// Whether a point lies nearer than `reach` to an object's surface, or inside it.
+bool within(const Eigen::Vector3d& x, const Object& other, bool closed, double reach) {
+  constexpr double kDeepest = 0.03;  // m: no organ of a scene lies deeper in another by design
+  double best = closed ? kDeepest : reach;
+  bool inside = false;
+  for (const auto& t : other.contact_triangles) {
+    const std::array<Eigen::Vector3d, 3> p{other.position[t[0]], other.position[t[1]], other.position[t[2]]};
+    const Eigen::Array3d low = p[0].cwiseMin(p[1]).cwiseMin(p[2]).array() - best;
+    const Eigen::Array3d high = p[0].cwiseMax(p[1]).cwiseMax(p[2]).array() + best;
+    if ((x.array() < low).any() || (x.array() > high).any()) continue;
+    const contact::Nearest n = contact::nearest(x, p);
+    if (!(n.distance < best)) continue;
+    best = n.distance;
+    inside = closed && (p[1] - p[0]).cross(p[2] - p[0]).dot(x - p[0]) < 0.0;
+  }
+  return best < reach || inside;
+}
+
 /// Contacts that exist in the scene as it is saved are its design (organs that hang together, vessels under the
 /// peritoneum): they are left out, or they would tear the equilibrium.
 void ignoreDesignedContacts(WorldModel& m) {
@@ -239,8 +268,6 @@ void ignoreDesignedContacts(WorldModel& m) {
   for (std::size_t a = 0; a < d.objects.size(); ++a) {
     if (!m.objects[a].net) continue;
     ObjectState& s = m.start.objects[a];
-    Eigen::Vector3d low = d.objects[a].position[0], high = low;
-    for (const auto& p : d.objects[a].position) low = low.cwiseMin(p), high = high.cwiseMax(p);
     for (std::size_t b = 0; b < d.objects.size(); ++b) {
       if (a == b || d.objects[b].contact_triangles.empty()) continue;
       const Object& other = d.objects[b];
@@ -254,16 +281,8 @@ void ignoreDesignedContacts(WorldModel& m) {
       }
       if (b >= 32) continue;
       const double reach = d.objects[a].contact_thickness + other.contact_thickness + 3e-4;
-      for (const auto& t : other.contact_triangles) {
-        const std::array<Eigen::Vector3d, 3> p{other.position[t[0]], other.position[t[1]], other.position[t[2]]};
-        const Eigen::Vector3d lo = (p[0].cwiseMin(p[1]).cwiseMin(p[2]).array() - reach).matrix();
-        const Eigen::Vector3d hi = (p[0].cwiseMax(p[1]).cwiseMax(p[2]).array() + reach).matrix();
-        if ((lo.array() > high.array()).any() || (hi.array() < low.array()).any()) continue;
-        for (std::size_t i = 0; i < d.objects[a].position.size(); ++i) {
-          const Eigen::Vector3d& x = d.objects[a].position[i];
-          if ((x.array() < lo.array()).any() || (x.array() > hi.array()).any()) continue;
-          if (contact::nearest(x, p).distance < reach) s.ignored[i] |= 1u << b;
-        }
+      for (std::size_t i = 0; i < d.objects[a].position.size(); ++i) {
+        if (within(d.objects[a].position[i], other, m.objects[b].closed, reach)) s.ignored[i] |= 1u << b;
       }
     }
   }
@@ -316,11 +335,16 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     s.contacts.reserve(512);
     s.pulls.reserve(4 * interaction::kMaxGraspAnchors);
     s.planes.reserve(b.knotCapacity());
+    s.volume_gradient.resize(3 * (b.knotCapacity() + 1));
+    s.volume_start.resize(3 * (b.knotCapacity() + 1));
     s.near.resize(b.knotCapacity() + 1);
     s.shared.resize(b.knotCapacity() + 1);
     s.bound = solver::BoundScratch(b.knotCapacity() + 64);
   }
   organ_contacts.reserve(8192);
+  std::size_t most = 0;
+  for (const auto& o : model.start.objects) most = std::max(most, 2 * o.triangles.size() + 64);
+  candidates.reserve(most);
   connection_force.assign(model.start.connections.size(), Eigen::Vector3d::Zero());
 }
 

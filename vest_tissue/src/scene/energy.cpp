@@ -22,18 +22,16 @@ Energy World::energy() const {
       e.kinetic += 0.5 * mass[k] * v.squaredNorm();
       e.potential -= mass[k] * state.gravity.dot(knotPosition(s, k));
     }
-    const net::KernelArrays a = objectArrays(s, constants);
     material::Law law = constants.law;
     law.youngs_modulus = 1.0;
     law.max_strain = s.limit_strain;
     material::Law linear;
     linear.youngs_modulus = 1.0;
-    for (std::size_t l = 0; l < s.block.links(); ++l) {
-      if (a.modulus[l] == 0.0f) continue;
-      const double length = (knotPosition(s, a.knot1[l]) - knotPosition(s, a.knot0[l])).norm();
-      const double strain = length * a.inverse_rest[l] - 1.0;
-      const double density = material::energyDensity(a.nonlinear[l] > 0.0f ? law : linear, strain);
-      e.elastic += a.modulus[l] / a.inverse_rest[l] * density;
+    for (const NetLink& link : s.links) {
+      const net::KernelLink& l = link.values;
+      if (l.axial == 0.0f) continue;
+      const double length = (knotPosition(s, l.knot1) - knotPosition(s, l.knot0)).norm();
+      e.elastic += l.axial * l.rest * material::energyDensity(link.by_law ? law : linear, length / l.rest - 1.0);
     }
     net::ElementArrays arrays{row(s, Block::X), row(s, Block::Y), row(s, Block::Z), nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
     e.elastic += net::elementEnergy(s.elements, arrays);

@@ -18,7 +18,8 @@ struct HashArchive {
     same(size);
   }
   void same(std::uint64_t size) { bytes(&size, sizeof size); }
-  void setCounts(net::Block&, std::uint64_t, std::uint64_t) {}
+  void setCounts(ObjectState&, std::uint64_t, std::uint64_t) {}
+  void repack(ObjectState&) {}
 };
 
 }  // namespace

@@ -4,16 +4,15 @@
 
 namespace vest::scene {
 
-/// Kernel arrays of an object with its law as it is now.
-inline net::KernelArrays objectArrays(const ObjectState& s, const ObjectConstants& c) {
-  net::KernelArrays a = const_cast<net::Block&>(s.block).arrays();
-  const float limit = s.limit_strain;
-  a.a2 = static_cast<float>(c.law.a2);
-  a.a3 = static_cast<float>(c.law.a3);
-  a.a4 = static_cast<float>(c.law.a4);
-  a.max_strain = limit;
-  a.excess_slope = limit * (2.0f * a.a2 + limit * (3.0f * a.a3 + limit * 4.0f * a.a4));
-  return a;
+/// An object's links for the step bound.
+inline solver::BoundLinks boundLinks(const ObjectState& s) {
+  solver::BoundLinks b;
+  b.block = &s.block;
+  b.count = s.links.size();
+  b.stride = sizeof(NetLink);
+  if (!s.links.empty()) b.first = &s.links[0].values, b.by_law = &s.links[0].by_law;
+  b.law = s.law_links.law();
+  return b;
 }
 
 }  // namespace vest::scene

@@ -29,9 +29,11 @@ void applyEdit(Context& c, const ParameterEdit& edit) {
     const double law = c.model.objects[i].law.youngs_modulus;
     const double wanted = std::clamp(stiffer ? (law > 0.0 ? edit.value / law : 1.0) : edit.value, 0.01, 100.0);
     double& scale = stiffer ? s.elastic_scale : s.damping_scale;
-    float* const values = s.block.row(stiffer ? Block::kModulus : Block::kDamping);
     const float factor = static_cast<float>(wanted / scale);
-    for (std::size_t e = 0; e < s.block.links(); ++e) values[e] *= factor;
+    for (std::size_t e = 0; e < s.links.size(); ++e) {
+      const net::KernelLink& l = s.links[e].values;
+      setLink(s, e, stiffer ? l.axial * factor : l.axial, l.rest, stiffer ? l.damping : l.damping * factor);
+    }
     scale = wanted;
   }
 }
@@ -53,11 +55,14 @@ void applyImpact(Context& c, const ImpactInput& impact) {
 /// A vessel's pulse widens its rings: their rest length follows the radius.
 void applyDilatation(Context& c, const DilatationInput& d) {
   if (!std::isfinite(d.dilatation)) return;
-  const float scale = static_cast<float>(1.0 / std::clamp(d.dilatation, 0.5, 2.0));
+  const float scale = static_cast<float>(std::clamp(d.dilatation, 0.5, 2.0));
   for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
     if (c.model.description.objects[i].tube.vessel_segment != d.vessel_segment || d.vessel_segment.empty()) continue;
-    const float* const rest = c.model.start.objects[i].block.row(Block::kInverseRest);
-    for (const auto e : c.model.objects[i].ring_links) c.state.objects[i].block.row(Block::kInverseRest)[e] = rest[e] * scale;
+    ObjectState& s = c.state.objects[i];
+    for (const auto e : c.model.objects[i].ring_links) {
+      const net::KernelLink& l = s.links[e].values;
+      setLink(s, e, l.axial, c.model.start.objects[i].links[e].values.rest * scale, l.damping);
+    }
   }
 }
 
@@ -67,22 +72,31 @@ void renewBound(Context& c, std::size_t object) {
   ObjectState& s = c.state.objects[object];
   if (!constants.net || (c.state.step + object) % kBoundEvery != 0) return;
   ObjectScratch& o = c.scratch.objects[object];
-  s.limit_strain = static_cast<float>(constants.law.max_strain);
-  s.degraded = false;
-  net::KernelArrays a = objectArrays(s, constants);
-  const float strain = std::max(0.0f, solver::greatestStrain(a));
+  const bool was_degraded = s.degraded;
+  if (s.degraded) {
+    s.degraded = false;
+    s.limit_strain = static_cast<float>(constants.law.max_strain);
+    s.law_links.setMaxStrain(s.limit_strain);
+  }
+  solver::BoundLinks links = boundLinks(s);
+  const auto& a = links.law;
+  const float strain = solver::greatestStrain(links);
   const float e = std::min(strain, a.max_strain);
   const float tangent = 1.0f + e * (2 * a.a2 + e * (3 * a.a3 + e * 4 * a.a4));
   const bool scaled = s.elastic_scale > 1.0 || s.damping_scale > 1.0 || s.topology.revision != 0;
   if (tangent <= kGrowth && strain < 0.5f && !scaled) {
     s.sub_steps = constants.sub_steps;
+    s.bound_strain = 0.0f;
     return;
   }
+  // The bound of a strain serves for a little more and for somewhat less.
+  if (!scaled && !was_degraded && strain < 1.05f * s.bound_strain && strain > 0.8f * s.bound_strain) return;
+  s.bound_strain = strain;
   const double dt = c.model.description.dt;
   const int limit = std::max(1, static_cast<int>(solver::kSubStepsPerSecond * dt));
   int needed = 1;
   for (int attempt = 0; attempt < 8; ++attempt) {
-    solver::Rates rates = solver::linkRates(a, o.bound);
+    solver::Rates rates = solver::linkRates(links, o.bound);
     rates.omega_squared = rates.omega_squared * (s.topology.revision != 0 ? 1.0 : constants.calibration) + constants.contact_omega_squared;
     rates.decay = constants.rates.decay * std::max(1.0, s.damping_scale);
     needed = solver::subSteps(dt, rates);
@@ -90,7 +104,8 @@ void renewBound(Context& c, std::size_t object) {
     // Declared fallback: the law goes on along its tangent from a smaller strain, softer but bounded.
     s.degraded = true;
     s.limit_strain *= 0.5f;
-    a = objectArrays(s, constants);
+    s.law_links.setMaxStrain(s.limit_strain);
+    links.law = s.law_links.law();
   }
   needed = std::clamp(needed, constants.sub_steps, limit);
   s.sub_steps = (needed + s.batches - 1) / s.batches * s.batches;

@@ -21,7 +21,8 @@ struct WriteArchive {
     same(size);
   }
   void same(std::uint64_t size) { bytes(&size, sizeof size); }
-  void setCounts(net::Block&, std::uint64_t, std::uint64_t) {}
+  void setCounts(ObjectState&, std::uint64_t, std::uint64_t) {}
+  void repack(ObjectState&) {}
 };
 
 struct ReadArchive {
@@ -44,15 +45,33 @@ struct ReadArchive {
     bytes(&size, sizeof size);
     if (size != wanted) refuse(std::to_string(size) + " objects or connections (the scene has " + std::to_string(wanted) + ")");
   }
-  void setCounts(net::Block& b, std::uint64_t knots, std::uint64_t links) {
-    if (knots > b.knotCapacity() || links > b.linkCapacity() || knots < b.knots() || links < b.links()) {
+  void setCounts(ObjectState& s, std::uint64_t knots, std::uint64_t links) {
+    net::Block& b = s.block;
+    scene_links = s.links.size();
+    if (knots > b.knotCapacity() || knots < b.knots() || links < s.links.size() || links > 2 * s.links.size() + 64) {
       refuse(std::to_string(knots) + " knots and " + std::to_string(links) + " links of an object (the scene has " +
-             std::to_string(b.knots()) + " and " + std::to_string(b.links()) + ")");
+             std::to_string(b.knots()) + " and " + std::to_string(s.links.size()) + ")");
     }
     std::uint32_t index;
     while (b.knots() < knots) b.addKnot(index);
-    while (b.links() < links) b.addLink(0, 0, index);
+    s.links.resize(links);
   }
+  /// Same places in the tables as in the world that wrote it: the order of sums is part of the result.
+  void repack(ObjectState& s) {
+    for (std::size_t i = 0; i < s.links.size(); ++i) {
+      const NetLink& l = s.links[i];
+      if (l.values.knot0 >= s.block.knots() || l.values.knot1 >= s.block.knots() || !(l.values.rest > 0.0f)) {
+        refuse("link " + std::to_string(i) + " of an object is damaged");
+      }
+      net::LinkTable& table = l.by_law ? s.law_links : s.linear_links;
+      if (i >= scene_links && (l.place != table.linkCount() || !table.addLink(l.values))) {
+        refuse("link " + std::to_string(i) + " of an object has no place");
+      }
+      if (l.place >= table.linkCount()) refuse("link " + std::to_string(i) + " of an object has no place");
+      table.setLink(l.place, l.values.rest, l.values.axial, l.values.damping);
+    }
+  }
+  std::size_t scene_links = 0;
 };
 
 /// Indices that a damaged file could have wrong: every one is checked before the State is taken over.
@@ -61,7 +80,6 @@ void checkIndices(const WorldState& s) {
     const auto knot = [&](std::uint64_t k) {
       if (k >= o.block.knots()) refuse("knot " + std::to_string(k) + " of an object with " + std::to_string(o.block.knots()));
     };
-    for (std::size_t e = 0; e < o.block.links(); ++e) knot(o.block.knot0()[e]), knot(o.block.knot1()[e]);
     for (const auto& t : o.triangles) for (const auto k : t) knot(k);
     for (const auto& b : o.elements.bending) knot(b.a), knot(b.b), knot(b.c);
     for (const auto& h : o.elements.hinges) knot(h.edge0), knot(h.edge1), knot(h.wing0), knot(h.wing1);
@@ -118,6 +136,7 @@ void World::restore(const std::vector<std::uint8_t>& bytes) {
   }
   WorldState state = impl_->model->start;
   StateWalker<ReadArchive>{archive}.world(state);
+  for (ObjectState& o : state.objects) o.law_links.setMaxStrain(o.limit_strain);
   if (archive.at != bytes.size()) refuse(std::to_string(bytes.size() - archive.at) + " bytes too many");
   checkIndices(state);
   impl_->state = std::move(state);

@@ -3,7 +3,6 @@
 #include <cstring>
 
 #include "stages.h"
-#include "vest_tissue/net/kernel.h"
 
 namespace vest::scene {
 namespace {
@@ -16,9 +15,43 @@ net::ElementArrays elementArrays(Block& b) {
           b.row(Block::HX), b.row(Block::HY), b.row(Block::HZ)};
 }
 
+/// Pressure of the enclosed volume. The surface is walked once a step; within it the volume follows its gradient.
+void addPressure(Context& c, std::size_t object, bool first) {
+  ObjectState& s = c.state.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  Block& b = s.block;
+  const net::Volume& v = s.elements.volumes[0];
+  if (v.bulk_modulus == 0.0f || v.triangles.empty()) return;
+  const std::size_t stride = b.knotCapacity() + 1, knots = b.knots();
+  if (first) {
+    net::ElementArrays now = elementArrays(b);
+    now.x = b.row(Block::X), now.y = b.row(Block::Y), now.z = b.row(Block::Z);
+    o.volume = net::volumeGradient(v, now, o.volume_gradient.data(), stride);
+    for (int axis = 0; axis < 3; ++axis) {
+      std::memcpy(o.volume_start.data() + axis * stride, b.row(static_cast<Block::KnotRow>(Block::X + axis)), knots * sizeof(float));
+    }
+  }
+  double change = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float *g = o.volume_gradient.data() + axis * stride, *x0 = o.volume_start.data() + axis * stride;
+    const float* const p = b.row(static_cast<Block::KnotRow>(Block::PX + axis));
+    float lanes[8] = {};  // a fixed order of the sum that vectorises
+    std::size_t i = 0;
+    for (; i + 8 <= knots; i += 8) for (int n = 0; n < 8; ++n) lanes[n] += g[i + n] * (p[i + n] - x0[i + n]);
+    for (; i < knots; ++i) lanes[0] += g[i] * (p[i] - x0[i]);
+    for (const float lane : lanes) change += lane;
+  }
+  const float pressure = static_cast<float>(-v.bulk_modulus * (o.volume + change - v.rest) / v.rest);
+  for (int axis = 0; axis < 3; ++axis) {
+    const float* const g = o.volume_gradient.data() + axis * stride;
+    float* const f = b.row(static_cast<Block::KnotRow>(Block::HX + axis));
+    for (std::size_t i = 0; i < knots; ++i) f[i] += pressure * g[i];
+  }
+}
+
 /// Forces that are held over the batch: gravity, and the slower elements where the knots will be in its middle. With
 /// that prediction the held force neither feeds nor damps (docs/decisions/0121-…).
-void hold(Context& c, std::size_t object, double h) {
+void hold(Context& c, std::size_t object, double h, bool first) {
   ObjectState& s = c.state.objects[object];
   Block& b = s.block;
   const std::size_t knots = b.knots();
@@ -34,7 +67,12 @@ void hold(Context& c, std::size_t object, double h) {
       f[i] = mass[i] * g;
     }
   }
-  net::addElements(s.elements, elementArrays(b));
+  net::addElements(s.elements, elementArrays(b), c.level);
+  if (s.elements.volumes.size() == 1) {
+    addPressure(c, object, first);
+  } else if (!s.elements.volumes.empty()) {
+    net::addVolumes(s.elements.volumes, elementArrays(b));
+  }
 }
 
 struct End {
@@ -107,21 +145,33 @@ Vector3d organForce(const Context& c, const OrganContact& r, double h, double& h
 }
 
 /// Heat of the links' dampers and of the knots' damping in a sub-step.
-double heatOf(const net::KernelArrays& a, const float* mass, double h) {
+double heatOf(const ObjectState& s, double h) {
+  const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
+  const float *vx = row(s, Block::VX), *vy = row(s, Block::VY), *vz = row(s, Block::VZ);
   double sum = 0.0;
-  for (std::size_t e = 0; e < a.links; ++e) {
-    if (a.damping[e] == 0.0f) continue;
-    const std::uint32_t p = a.knot0[e], q = a.knot1[e];
-    const double d[3] = {a.x[q] - a.x[p], a.y[q] - a.y[p], a.z[q] - a.z[p]};
-    const double u[3] = {a.vx[q] - a.vx[p], a.vy[q] - a.vy[p], a.vz[q] - a.vz[p]};
+  for (const NetLink& link : s.links) {
+    const net::KernelLink& l = link.values;
+    if (l.damping == 0.0f) continue;
+    const std::uint32_t p = l.knot0, q = l.knot1;
+    const double d[3] = {x[q] - x[p], y[q] - y[p], z[q] - z[p]};
+    const double u[3] = {vx[q] - vx[p], vy[q] - vy[p], vz[q] - vz[p]};
     const double rate = d[0] * u[0] + d[1] * u[1] + d[2] * u[2];
-    sum += a.damping[e] * rate * rate / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + 1e-20);
+    sum += l.damping * rate * rate / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + 1e-20);
   }
-  for (std::size_t i = 0; i < a.knots; ++i) {
-    const double v2 = double(a.vx[i]) * a.vx[i] + double(a.vy[i]) * a.vy[i] + double(a.vz[i]) * a.vz[i];
-    sum += static_cast<double>(a.decay[i]) * mass[i] * v2;
+  const float *decay = row(s, Block::kDecay), *mass = row(s, Block::kMass);
+  for (std::size_t i = 0; i < s.block.knots(); ++i) {
+    const double v2 = double(vx[i]) * vx[i] + double(vy[i]) * vy[i] + double(vz[i]) * vz[i];
+    sum += static_cast<double>(decay[i]) * mass[i] * v2;
   }
   return sum * h;
+}
+
+/// Sum of the forces on fixed knots in the last sub-step: what the attachments take up.
+void keepReaction(const ObjectState& s, ObjectScratch& o) {
+  const float *fx = row(s, Block::FX), *fy = row(s, Block::FY), *fz = row(s, Block::FZ);
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t i = 0; i < s.block.knots(); ++i) if (s.fixed[i]) sum -= Vector3d(fx[i], fy[i], fz[i]);
+  o.reaction = sum;
 }
 
 void advance(Context& c, std::size_t object, int batch) {
@@ -130,16 +180,22 @@ void advance(Context& c, std::size_t object, int batch) {
   const int batches = s.batches * c.stretch, per_batch = std::max(1, s.sub_steps / s.batches);
   const double h = c.dt / (static_cast<double>(batches) * per_batch);
   const float hf = static_cast<float>(h), dt = static_cast<float>(c.dt);
-  const net::KernelArrays a = objectArrays(s, c.model.objects[object]);
-  const net::Kernel& kernel = net::kernel();
+  const net::KnotArrays knots = s.block.knotArrays();
+  const net::MotionArrays motion = s.block.motionArrays();
+  s.block.prepare(hf);
+  for (const auto& [f, held] : {std::pair{Block::FX, Block::HX}, std::pair{Block::FY, Block::HY}, std::pair{Block::FZ, Block::HZ}}) {
+    std::memcpy(s.block.row(f), s.block.row(held), motion.n * sizeof(float));
+  }
   for (int i = 0; i < per_batch; ++i) {
     const float fraction = static_cast<float>(batch * per_batch + i) / static_cast<float>(batches * per_batch);
-    kernel.forces(a);
+    if (s.law_links.linkCount() > 0) net::addLinkForces(s.law_links, knots, c.level);
+    if (s.linear_links.linkCount() > 0) net::addLinkForces(s.linear_links, knots, c.level);
     if (!o.contacts.empty()) contact::addToolContacts(s.block, o.contacts, fraction, hf, dt, o.loads);
     if (!o.pulls.empty()) contact::addPulls(s.block, o.pulls, fraction, hf, dt, o.loads);
     if (!o.planes.empty()) contact::addPlaneContacts(s.block, o.planes, hf, o.loads);
-    kernel.integrate(a, hf);
-    if (c.account) o.heat += heatOf(a, s.block.row(Block::kMass), h);
+    if (batch == batches - 1 && i == per_batch - 1) keepReaction(s, o);
+    net::integrateKnots(motion, hf, c.level);
+    if (c.account) o.heat += heatOf(s, h);
   }
   if (c.account) {
     o.heat += net::elementDissipation(s.elements, elementArrays(s.block)) * c.dt / batches;
@@ -161,7 +217,7 @@ void solve(Context& c) {
       return c.model.objects[object].net && batch % every == 0;
     };
     auto prepare = [&](std::size_t object) {
-      if (due(object)) hold(c, object, c.dt / (c.state.objects[object].batches * c.stretch));
+      if (due(object)) hold(c, object, c.dt / (c.state.objects[object].batches * c.stretch), batch == 0);
     };
     c.pool.each(objects, prepare);
     // Exchange between objects, in fixed order; a force holds until both its objects are renewed together.

@@ -23,6 +23,7 @@ struct Context {
   double dt;
   int stretch;        ///< sub-steps and batches are those of the description times this (a longer dt needs more)
   bool account;       ///< energy accounting
+  net::KernelLevel level = net::KernelLevel::Baseline;
 };
 
 /// Stages in the order in which a step runs them.

@@ -50,15 +50,18 @@ struct StateWalker {
   void object(ObjectState& s) {
     using net::Block;
     Block& b = s.block;
-    std::uint64_t knots = b.knots(), links = b.links();
+    std::uint64_t knots = b.knots(), links = s.links.size();
     value(knots), value(links);
-    archive.setCounts(b, knots, links);
+    archive.setCounts(s, knots, links);
     for (const auto r : {Block::X, Block::Y, Block::Z, Block::VX, Block::VY, Block::VZ, Block::kInverseMass, Block::kDecay, Block::kMass}) {
       values(b.row(r), knots);
     }
-    for (const auto r : {Block::kInverseRest, Block::kModulus, Block::kDamping, Block::kNonlinear}) values(b.row(r), links);
-    values(b.knot0(), links), values(b.knot1(), links);
-    value(s.sub_steps), value(s.limit_strain), value(s.elastic_scale), value(s.damping_scale), flag(s.degraded);
+    for (NetLink& l : s.links) {
+      value(l.values.knot0), value(l.values.knot1), value(l.values.rest), value(l.values.axial), value(l.values.damping);
+      flag(l.by_law), value(l.place);
+    }
+    archive.repack(s);
+    value(s.sub_steps), value(s.limit_strain), value(s.bound_strain), value(s.elastic_scale), value(s.damping_scale), flag(s.degraded);
     value(s.topology.revision);
     if (s.topology.revision == 0) return;  // as the scene says
     list(s.topology.links, [&](Link& l) { link(l); });

@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "stages.h"
-#include "vest_tissue/net/kernel.h"
 #include "world_impl.h"
 
 namespace vest::scene {
@@ -33,7 +32,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   const double dt = input.dt, nominal = w.model->description.dt;
   int stretch = 1;
   while (stretch * nominal < dt * (1.0 - 1e-9) && stretch < 16384) stretch *= 2;
-  Context c{*w.model, w.state, w.scratch, input, report, *w.pool, dt, stretch, w.account_energy};
+  Context c{*w.model, w.state, w.scratch, input, report, *w.pool, dt, stretch, w.account_energy, w.level};
   if (!checkInput(input)) return w.fault(c, "step input");
 
   keepBackup(c);
@@ -103,15 +102,15 @@ void World::velocities(std::size_t object, float* xyz) const { copyRows(impl_->s
 
 void World::strain(std::size_t object, float* per_knot) const {
   const ObjectState& s = impl_->state.objects.at(object);
-  const net::KernelArrays a = objectArrays(s, impl_->model->objects[object]);
+  const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
   std::fill_n(per_knot, s.block.knots(), 0.0f);
-  for (std::size_t e = 0; e < s.block.links(); ++e) {
-    if (a.modulus[e] == 0.0f) continue;
-    const std::uint32_t p = a.knot0[e], q = a.knot1[e];
-    const float dx = a.x[q] - a.x[p], dy = a.y[q] - a.y[p], dz = a.z[q] - a.z[p];
-    const float value = std::fabs(std::sqrt(dx * dx + dy * dy + dz * dz) * a.inverse_rest[e] - 1.0f);
-    per_knot[p] = std::max(per_knot[p], value);
-    per_knot[q] = std::max(per_knot[q], value);
+  for (const NetLink& link : s.links) {
+    const net::KernelLink& l = link.values;
+    if (l.axial == 0.0f) continue;
+    const float dx = x[l.knot1] - x[l.knot0], dy = y[l.knot1] - y[l.knot0], dz = z[l.knot1] - z[l.knot0];
+    const float value = std::fabs(std::sqrt(dx * dx + dy * dy + dz * dz) / l.rest - 1.0f);
+    per_knot[l.knot0] = std::max(per_knot[l.knot0], value);
+    per_knot[l.knot1] = std::max(per_knot[l.knot1], value);
   }
 }
 
@@ -121,11 +120,7 @@ Eigen::Vector3d World::reaction(std::size_t object) const {
   const ObjectConstants& constants = impl_->model->objects.at(object);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   if (!constants.net) return sum;
-  const net::KernelArrays a = objectArrays(s, constants);
-  // A knot that is held receives, as its neighbours push and pull it, the last sub-step's sum of forces.
-  for (std::size_t i = 0; i < s.block.knots(); ++i) {
-    if (s.fixed[i]) sum -= Eigen::Vector3d(a.fx[i], a.fy[i], a.fz[i]);
-  }
+  sum = impl_->scratch.objects[object].reaction;
   for (const net::Tether& t : s.elements.tethers) {
     if (s.fixed[t.knot]) continue;
     const Eigen::Vector3d place(t.place[0], t.place[1], t.place[2]);
@@ -170,7 +165,7 @@ void World::reset() {
 }
 
 void World::setThreads(int threads) { impl_->pool = std::make_unique<solver::Pool>(std::clamp(threads, 1, 64)); }
-std::string_view World::kernelLevel() const { return net::kernel().name; }
+std::string_view World::kernelLevel() const { return net::kernelLevelName(impl_->level); }
 void World::accountEnergy(bool on) { impl_->account_energy = on; }
 void World::measureStages(bool on) { impl_->measure = on; }
 const WorldModel& World::model() const { return *impl_->model; }

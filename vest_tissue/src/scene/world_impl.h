@@ -17,6 +17,7 @@ struct World::Impl {
   WorldScratch scratch;
   std::unique_ptr<solver::Pool> pool;
   std::deque<TopologyDelta> deltas;   ///< the last few
+  net::KernelLevel level = net::chooseKernelLevel();
   bool account_energy = false;
   bool measure = false;
 

@@ -10,26 +10,38 @@
 namespace vest::solver {
 namespace {
 
+using net::Block;
+
 /// Links' end points differ: unit vector, length, strain.
 struct Arm {
   float ux, uy, uz, length, strain;
 };
 
-Arm arm(const net::KernelArrays& a, std::size_t e) {
-  const std::uint32_t p = a.knot0[e], q = a.knot1[e];
+struct Rows {
+  const float *x, *y, *z, *w;
+  explicit Rows(const BoundLinks& l)
+      : x(l.block->row(Block::X)), y(l.block->row(Block::Y)), z(l.block->row(Block::Z)), w(l.block->row(Block::kInverseMass)) {}
+};
+
+Arm arm(const Rows& a, const net::KernelLink& l) {
   Arm r;
-  const float dx = a.x[q] - a.x[p], dy = a.y[q] - a.y[p], dz = a.z[q] - a.z[p];
+  const float dx = a.x[l.knot1] - a.x[l.knot0], dy = a.y[l.knot1] - a.y[l.knot0], dz = a.z[l.knot1] - a.z[l.knot0];
   r.length = std::sqrt(dx * dx + dy * dy + dz * dz + 1e-20f);
   r.ux = dx / r.length, r.uy = dy / r.length, r.uz = dz / r.length;
-  r.strain = r.length * a.inverse_rest[e] - 1.0f;
+  r.strain = r.length / l.rest - 1.0f;
   return r;
 }
 
-/// Tension and tangent over the modulus, dimensionless.
-void law(const net::KernelArrays& a, std::size_t e, float strain, float& tension, float& tangent) {
-  const float positive = std::max(strain, 0.0f), c = std::min(positive, a.max_strain), excess = positive - c;
-  tension = strain + a.nonlinear[e] * (c * c * (a.a2 + c * (a.a3 + c * a.a4)) + a.excess_slope * excess);
-  tangent = 1.0f + a.nonlinear[e] * (c * (2 * a.a2 + c * (3 * a.a3 + c * 4 * a.a4)));
+/// Tension and tangent over the axial stiffness, dimensionless.
+void lawOf(const net::LinkTable::LawConstants& c, bool by_law, float strain, float& tension, float& tangent) {
+  if (!by_law || strain <= 0.0f) {
+    tension = strain;
+    tangent = 1.0f;
+    return;
+  }
+  const float e = std::min(strain, c.max_strain);
+  tension = e * (1.0f + e * (c.a2 + e * (c.a3 + e * c.a4))) + c.tail * (strain - e);
+  tangent = 1.0f + e * (2 * c.a2 + e * (3 * c.a3 + e * 4 * c.a4));
 }
 
 void addTensor(std::vector<float>& t, std::size_t i, const Arm& u, float along, float across) {
@@ -43,45 +55,50 @@ void addTensor(std::vector<float>& t, std::size_t i, const Arm& u, float along, 
   s[5] += d * u.uy * u.uz;
 }
 
-double greatest(const net::KernelArrays& a, const std::vector<float>& t) {
+double greatest(const BoundLinks& l, const std::vector<float>& t) {
+  const float* const w = l.block->row(Block::kInverseMass);
   double result = 0.0;
-  for (std::size_t i = 0; i < a.knots; ++i) {
+  for (std::size_t i = 0; i < l.block->knots(); ++i) {
     const float* const s = t.data() + 6 * i;
     const float rows = std::max({std::fabs(s[0]) + std::fabs(s[3]) + std::fabs(s[4]),
                                  std::fabs(s[3]) + std::fabs(s[1]) + std::fabs(s[5]),
                                  std::fabs(s[4]) + std::fabs(s[5]) + std::fabs(s[2])});
     const float trace = s[0] + s[1] + s[2];
-    result = std::max(result, static_cast<double>(std::min(rows, trace)) * a.inverse_mass[i]);
+    result = std::max(result, static_cast<double>(std::min(rows, trace)) * w[i]);
   }
   return 2.0 * result;
 }
 
 }  // namespace
 
-Rates linkRates(const net::KernelArrays& a, BoundScratch& scratch) {
+Rates linkRates(const BoundLinks& links, BoundScratch& scratch) {
   std::fill(scratch.tensor.begin(), scratch.tensor.end(), 0.0f);
-  for (std::size_t e = 0; e < a.links; ++e) {
-    if (a.modulus[e] == 0.0f) continue;
-    const Arm u = arm(a, e);
+  const Rows rows(links);
+  for (std::size_t i = 0; i < links.count; ++i) {
+    const net::KernelLink& l = links.link(i);
+    if (l.axial == 0.0f) continue;
+    const Arm u = arm(rows, l);
     float tension, tangent;
-    law(a, e, u.strain, tension, tangent);
-    const float along = a.modulus[e] * tangent * a.inverse_rest[e];
-    const float across = std::max(a.modulus[e] * tension / u.length, 0.0f);
-    addTensor(scratch.tensor, a.knot0[e], u, along, across);
-    addTensor(scratch.tensor, a.knot1[e], u, along, across);
+    lawOf(links.law, links.lawOf(i), u.strain, tension, tangent);
+    const float along = l.axial * tangent / l.rest;
+    const float across = std::max(l.axial * tension / u.length, 0.0f);
+    addTensor(scratch.tensor, l.knot0, u, along, across);
+    addTensor(scratch.tensor, l.knot1, u, along, across);
   }
-  return {greatest(a, scratch.tensor), 0.0};
+  return {greatest(links, scratch.tensor), 0.0};
 }
 
-double linkDecay(const net::KernelArrays& a, BoundScratch& scratch) {
+double linkDecay(const BoundLinks& links, BoundScratch& scratch) {
   std::fill(scratch.tensor.begin(), scratch.tensor.end(), 0.0f);
-  for (std::size_t e = 0; e < a.links; ++e) {
-    if (a.damping[e] == 0.0f) continue;
-    const Arm u = arm(a, e);
-    addTensor(scratch.tensor, a.knot0[e], u, a.damping[e], 0.0f);
-    addTensor(scratch.tensor, a.knot1[e], u, a.damping[e], 0.0f);
+  const Rows rows(links);
+  for (std::size_t i = 0; i < links.count; ++i) {
+    const net::KernelLink& l = links.link(i);
+    if (l.damping == 0.0f) continue;
+    const Arm u = arm(rows, l);
+    addTensor(scratch.tensor, l.knot0, u, l.damping, 0.0f);
+    addTensor(scratch.tensor, l.knot1, u, l.damping, 0.0f);
   }
-  return greatest(a, scratch.tensor);
+  return greatest(links, scratch.tensor);
 }
 
 Rates elementRates(const net::Block& block, const net::Elements& elements) {
@@ -110,7 +127,8 @@ Rates elementRates(const net::Block& block, const net::Elements& elements) {
       return std::max(off.norm(), 1e-9);
     };
     const double ga = 1.0 / height(a), gb = 1.0 / height(b), ge = ga + gb;
-    const double k = 2.0 * h.stiffness * 4.0;
+    const double bent = 1.0 + 0.25 * h.rest * h.rest;  // d fold/d theta at rest
+    const double k = 2.0 * h.stiffness * bent * bent * 4.0;
     stiffness[h.wing0] += k * ga * ga;
     stiffness[h.wing1] += k * gb * gb;
     stiffness[h.edge0] += k * ge * ge;
@@ -141,8 +159,10 @@ Rates elementRates(const net::Block& block, const net::Elements& elements) {
   return rates;
 }
 
-double powerIteration(const net::KernelArrays& a, int iterations) {
-  std::vector<std::array<double, 3>> d(a.knots), f(a.knots);
+double powerIteration(const BoundLinks& links, int iterations) {
+  const Rows rows(links);
+  const std::size_t knots = links.block->knots();
+  std::vector<std::array<double, 3>> d(knots), f(knots);
   std::uint32_t random = 12345u;
   for (auto& p : d) {
     for (double& value : p) {
@@ -153,22 +173,23 @@ double powerIteration(const net::KernelArrays& a, int iterations) {
   double lambda = 0.0;
   for (int sweep = 0; sweep < iterations; ++sweep) {
     std::fill(f.begin(), f.end(), std::array<double, 3>{});
-    for (std::size_t e = 0; e < a.links; ++e) {
-      if (a.modulus[e] == 0.0f) continue;
-      const Arm u = arm(a, e);
+    for (std::size_t i = 0; i < links.count; ++i) {
+      const net::KernelLink& l = links.link(i);
+      if (l.axial == 0.0f) continue;
+      const Arm u = arm(rows, l);
       float tension, tangent;
-      law(a, e, u.strain, tension, tangent);
-      const double along = a.modulus[e] * tangent * a.inverse_rest[e];
-      const double across = std::max(a.modulus[e] * tension / u.length, 0.0f);
-      auto &p = d[a.knot0[e]], &q = d[a.knot1[e]];
+      lawOf(links.law, links.lawOf(i), u.strain, tension, tangent);
+      const double along = l.axial * tangent / l.rest;
+      const double across = std::max(l.axial * tension / u.length, 0.0f);
+      const auto &p = d[l.knot0], &q = d[l.knot1];
       const double r[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
       const double on = (along - across) * (r[0] * u.ux + r[1] * u.uy + r[2] * u.uz);
       const double t[3] = {on * u.ux + across * r[0], on * u.uy + across * r[1], on * u.uz + across * r[2]};
-      for (int c = 0; c < 3; ++c) f[a.knot0[e]][c] -= t[c], f[a.knot1[e]][c] += t[c];
+      for (int c = 0; c < 3; ++c) f[l.knot0][c] -= t[c], f[l.knot1][c] += t[c];
     }
     double length = 0.0, before = 0.0;  // in the norm of the mass
-    for (std::size_t i = 0; i < a.knots; ++i) {
-      const double w = a.inverse_mass[i];
+    for (std::size_t i = 0; i < knots; ++i) {
+      const double w = rows.w[i];
       if (w == 0.0) {
         d[i] = {0, 0, 0};
         continue;
@@ -188,20 +209,17 @@ double powerIteration(const net::KernelArrays& a, int iterations) {
   return lambda;
 }
 
-float greatestStrain(const net::KernelArrays& a) {
-  constexpr std::size_t kLanes = 8;
-  float most[kLanes] = {};
-  for (std::size_t first = 0; first + kLanes <= a.links; first += kLanes) {
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      const std::size_t e = first + i;
-      const std::uint32_t p = a.knot0[e], q = a.knot1[e];
-      const float dx = a.x[q] - a.x[p], dy = a.y[q] - a.y[p], dz = a.z[q] - a.z[p];
-      const float ratio = std::sqrt(dx * dx + dy * dy + dz * dz) * a.inverse_rest[e];
-      const float strain = a.modulus[e] != 0.0f ? ratio - 1.0f : 0.0f;
-      most[i] = std::max(most[i], strain);
-    }
+float greatestStrain(const BoundLinks& links) {
+  const Rows rows(links);
+  float most = 0.0f;  // of (l/rest)²: the root is taken once
+  for (std::size_t i = 0; i < links.count; ++i) {
+    const net::KernelLink& l = links.link(i);
+    const float dx = rows.x[l.knot1] - rows.x[l.knot0], dy = rows.y[l.knot1] - rows.y[l.knot0],
+                dz = rows.z[l.knot1] - rows.z[l.knot0];
+    const float ratio = (dx * dx + dy * dy + dz * dz) / (l.rest * l.rest);
+    most = l.axial != 0.0f && ratio > most ? ratio : most;
   }
-  return *std::max_element(most, most + kLanes);
+  return std::max(0.0f, std::sqrt(most) - 1.0f);
 }
 
 double longestStep(const Rates& rates) {

@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "vest_tissue/net/link_kernel.h"
+
 namespace vest::net {
 
 /// The slower elements of a net: stateless functions over flat arrays. Their forces are evaluated once per batch of
@@ -21,12 +23,15 @@ struct Bending {
   float rest;       ///< beta0, rad
 };
 
-/// Hinge: E = k·(theta - theta0)², theta the dihedral deviation from flat (scene::HingeElement).
+/// Hinge (scene::HingeElement): E = k·(fold - fold0)², fold = 2·tan(theta/2), theta the dihedral deviation from flat:
+/// for small theta the angle itself, and it stiffens towards a closed fold instead of passing through. Needs no
+/// arctangent. Beyond kGreatestFold (theta = 127°) the moment stays.
 struct Hinge {
   std::uint32_t edge0, edge1, wing0, wing1;
   float stiffness;  ///< N·m
-  float rest;       ///< theta0, rad
+  float rest;       ///< fold0, no unit
 };
+inline constexpr float kGreatestFold = 4.0f;
 
 /// Plastic link (models.md section 2): +kappa beyond the rest length, -kappa below; the jump is spread over 2 % of
 /// the rest length (ours), so that its tangent is bounded.
@@ -70,11 +75,15 @@ struct ElementArrays {
 };
 
 void addBending(const std::vector<Bending>& elements, const ElementArrays& a);
-void addHinges(const std::vector<Hinge>& elements, const ElementArrays& a);
+void addHinges(const std::vector<Hinge>& elements, const ElementArrays& a, KernelLevel level);
 void addPlastic(const std::vector<Plastic>& elements, const ElementArrays& a);
 void addTethers(const std::vector<Tether>& elements, const ElementArrays& a);
 void addVolumes(const std::vector<Volume>& elements, const ElementArrays& a);
-void addElements(const Elements& elements, const ElementArrays& a);
+/// All but volumes, which the solver renews once a step (volumeGradient).
+void addElements(const Elements& elements, const ElementArrays& a, KernelLevel level);
+
+/// Volume of one element and its gradient (m², three rows of `stride` floats, zeroed here): dV/dx of each knot.
+double volumeGradient(const Volume& volume, const ElementArrays& a, float* gradient, std::size_t stride);
 
 /// J, at positions a.x, a.y, a.z.
 double bendingEnergy(const std::vector<Bending>& elements, const ElementArrays& a);
@@ -86,9 +95,8 @@ double elementEnergy(const Elements& elements, const ElementArrays& a);
 /// W: what the dampers of tethers and plastic links turn into heat, >= 0.
 double elementDissipation(const Elements& elements, const ElementArrays& a);
 
-/// Signed dihedral deviation from flat, rad; angle by angleOf, own arithmetic.
-float dihedral(const Eigen::Vector3f& e0, const Eigen::Vector3f& e1, const Eigen::Vector3f& w0,
-               const Eigen::Vector3f& w1);
+/// Fold of a hinge, 2·tan(theta/2), within ± kGreatestFold.
+double foldOf(const Eigen::Vector3d& e0, const Eigen::Vector3d& e1, const Eigen::Vector3d& w0, const Eigen::Vector3d& w1);
 /// Volume of a closed surface, m³ (double).
 double enclosedVolume(const Volume& volume, const ElementArrays& a);
 

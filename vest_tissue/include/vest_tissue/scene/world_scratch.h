@@ -20,6 +20,39 @@ struct OrganContact {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, held
 };
 
+/// Triangles of the other object that a search for pairs looks at: bounding balls, m, as arrays.
+class Candidates {
+ public:
+  void reserve(std::size_t n) { x_.resize(n), y_.resize(n), z_.resize(n), radius_.resize(n), triangle_.resize(n), hit_.resize(n); }
+  void clear() { size_ = 0; }
+  bool full() const { return size_ == x_.size(); }
+  bool empty() const { return size_ == 0; }
+  std::size_t size() const { return size_; }
+  void push(float x, float y, float z, float radius, std::uint32_t triangle) {
+    x_[size_] = x, y_[size_] = y, z_[size_] = z, radius_[size_] = radius, triangle_[size_++] = triangle;
+  }
+  /// Marks the balls that come within `reach` of a point.
+  void within(float px, float py, float pz, float reach) {
+    const float *x = x_.data(), *y = y_.data(), *z = z_.data(), *r = radius_.data();
+    std::uint32_t* hit = hit_.data();
+    for (std::size_t i = 0; i < size_; ++i) {
+      const float dx = x[i] - px, dy = y[i] - py, dz = z[i] - pz, bound = reach + r[i];
+      hit[i] = dx * dx + dy * dy + dz * dz < bound * bound;
+    }
+  }
+  bool hit(std::size_t i) const { return hit_[i] != 0; }
+  float x(std::size_t i) const { return x_[i]; }
+  float y(std::size_t i) const { return y_[i]; }
+  float z(std::size_t i) const { return z_[i]; }
+  float radius(std::size_t i) const { return radius_[i]; }
+  std::uint32_t triangle(std::size_t i) const { return triangle_[i]; }
+
+ private:
+  std::vector<float> x_, y_, z_, radius_;
+  std::vector<std::uint32_t> triangle_, hit_;
+  std::size_t size_ = 0;
+};
+
 /// Per object, no meaning between steps.
 struct ObjectScratch {
   std::vector<float> backup;                   ///< motion at the start of the step
@@ -31,7 +64,10 @@ struct ObjectScratch {
   contact::ObjectLoads loads;
   solver::BoundScratch bound;
   Eigen::Vector3f low, high;                   ///< m: box of the knots
+  Eigen::Vector3d reaction = Eigen::Vector3d::Zero();  ///< N, of fixed knots, last sub-step
   double heat = 0.0;                           ///< J in this step, links and knots, when accounting is on
+  std::vector<float> volume_gradient, volume_start;  ///< m², m: three rows over the knots, of the step's start
+  double volume = 0.0;                         ///< m³ then
   bool faulty = false;
   bool over_budget = false;
 };
@@ -39,6 +75,7 @@ struct ObjectScratch {
 struct WorldScratch {
   std::vector<ObjectScratch> objects;
   std::vector<OrganContact> organ_contacts;
+  Candidates candidates;
   std::vector<Eigen::Vector3d> connection_force;  ///< N on end 0, held
   Energy energy_before;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies_before{};

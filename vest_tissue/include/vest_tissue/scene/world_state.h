@@ -10,6 +10,7 @@
 #include "vest_tissue/interaction/tool_state.h"
 #include "vest_tissue/net/block.h"
 #include "vest_tissue/net/elements.h"
+#include "vest_tissue/net/link_kernel.h"
 #include "vest_tissue/scene/world.h"
 
 namespace vest::scene {
@@ -20,9 +21,18 @@ struct LinkPlace {
   std::uint32_t index = 0;
 };
 
+/// Elastic or viscous link: its numbers, and its place in the packed table that the kernel reads.
+struct NetLink {
+  net::KernelLink values;
+  bool by_law = false;       ///< in law_links, else in linear_links
+  std::uint32_t place = 0;   ///< index in that table
+};
+
 /// Everything of one object that evolves. A copy is a snapshot.
 struct ObjectState {
-  net::Block block;               ///< knots and links
+  net::Block block;               ///< knots
+  std::vector<NetLink> links;     ///< elastic and viscous
+  net::LinkTable law_links, linear_links;  ///< the same, packed
   net::Elements elements;         ///< slower elements
   Topology topology;              ///< links, skin, flags, revision
   std::vector<LinkPlace> places;  ///< per link of the topology
@@ -34,10 +44,18 @@ struct ObjectState {
   int sub_steps = 1;              ///< per dt of the description, a multiple of `batches`
   int batches = 1;                ///< times a step that held forces are renewed; a power of two
   float limit_strain = 0.0f;      ///< of the law now; lowered where the tangent would need too many sub-steps
+  float bound_strain = 0.0f;      ///< greatest strain when `sub_steps` was last bounded
   double elastic_scale = 1.0;     ///< parameter edits: youngs_modulus over the scene's
   double damping_scale = 1.0;
   bool degraded = false;
 };
+
+/// Changes a link in the list and in its table. Real-time safe.
+inline void setLink(ObjectState& s, std::size_t index, float axial, float rest, float damping) {
+  NetLink& l = s.links[index];
+  l.values.axial = axial, l.values.rest = rest, l.values.damping = damping;
+  (l.by_law ? s.law_links : s.linear_links).setLink(l.place, rest, axial, damping);
+}
 
 /// A connection's state.
 struct ConnectionState {

@@ -20,18 +20,33 @@ struct BoundScratch {
   explicit BoundScratch(std::size_t knots = 0) : tensor(6 * knots) {}
 };
 
+/// The links of an object at the present positions.
+struct BoundLinks {
+  const net::Block* block = nullptr;
+  const net::KernelLink* first = nullptr;  ///< first link's numbers
+  std::size_t stride = 0;                  ///< bytes between links
+  std::size_t count = 0;
+  const bool* by_law = nullptr;            ///< of the first link, same stride
+  net::LinkTable::LawConstants law;
+
+  const net::KernelLink& link(std::size_t i) const {
+    return *reinterpret_cast<const net::KernelLink*>(reinterpret_cast<const char*>(first) + i * stride);
+  }
+  bool lawOf(std::size_t i) const { return *(reinterpret_cast<const bool*>(reinterpret_cast<const char*>(by_law) + i * stride)); }
+};
+
 /// Rigorous upper bound of the links' rates at the present positions, tangent and tension included:
 /// (sum of g_i·x_i)² <= n·sum (g_i·x_i)² for an element of n knots, so omega² <= 2·max_i |sum_e k_e u u^T|/m_i,
-/// and the row-sum norm bounds |.|. `limit_strain`: the law goes on along its tangent above it.
-Rates linkRates(const net::KernelArrays& arrays, BoundScratch& scratch);
+/// and the row-sum norm bounds |.|.
+Rates linkRates(const BoundLinks& links, BoundScratch& scratch);
 /// The same for links' damping alone and for the slower elements (bending, hinges, plastic, tethers, volumes).
-double linkDecay(const net::KernelArrays& arrays, BoundScratch& scratch);
+double linkDecay(const BoundLinks& links, BoundScratch& scratch);
 Rates elementRates(const net::Block& block, const net::Elements& elements);
 /// Power iteration on M⁻¹K of the links at the present positions (deterministic start, `iterations` sweeps): a lower
 /// bound that converges to omega². Allocates: for loading only.
-double powerIteration(const net::KernelArrays& arrays, int iterations);
+double powerIteration(const BoundLinks& links, int iterations);
 /// Greatest strain of the living links (0 if all are compressed). Cheap: what tells whether a new bound is needed.
-float greatestStrain(const net::KernelArrays& arrays);
+float greatestStrain(const BoundLinks& links);
 
 /// Longest stable step of v += dt·a, x += dt·v with explicit damping: (2/omega)(sqrt(1+xi²) - xi), xi = decay/(2 omega)
 /// (models.md section 2).

@@ -1,0 +1,153 @@
+#include "vest_tissue/net/link_kernel.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <numeric>
+#include <tuple>
+
+#include "link_kernel_body.h"
+
+namespace vest::net {
+namespace {
+
+// Shorter runs cost more in padding than their indices save.
+constexpr std::size_t kShortestRun = 5;
+// A gap of a few links inside a run (the ends of a tube's lines) is filled with dead lanes: cheaper than a
+// new run.
+constexpr std::uint32_t kLongestGap = 4;
+
+LinkTable::Block emptyBlock() {
+  LinkTable::Block b{};
+  std::fill_n(b.rest, kLanes, 1.0f);
+  std::fill_n(b.inverse_rest, kLanes, 1.0f);
+  return b;
+}
+
+}  // namespace
+
+LinkTable::LinkTable(const std::vector<KernelLink>& links, const material::Law& law, std::size_t spare) {
+  law_.a2 = static_cast<float>(law.a2);
+  law_.a3 = static_cast<float>(law.a3);
+  law_.a4 = static_cast<float>(law.a4);
+  law_.max_strain = static_cast<float>(law.max_strain);
+  setMaxStrain(law_.max_strain);
+
+  slot_.resize(links.size() + spare);
+  count_ = links.size();
+  std::vector<std::uint32_t> order(links.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const auto low = [&](std::uint32_t n) { return std::min(links[n].knot0, links[n].knot1); };
+  const auto high = [&](std::uint32_t n) { return std::max(links[n].knot0, links[n].knot1); };
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::make_tuple(high(a) - low(a), low(a), a) < std::make_tuple(high(b) - low(b), low(b), b);
+  });
+
+  std::vector<std::uint32_t> indexed;
+  for (std::size_t begin = 0; begin < order.size();) {
+    std::size_t end = begin + 1;
+    const auto difference = [&](std::size_t n) { return high(order[n]) - low(order[n]); };
+    while (end < order.size() && difference(end) == difference(begin) &&
+           low(order[end]) > low(order[end - 1]) &&
+           low(order[end]) - low(order[end - 1]) <= 1 + kLongestGap) {
+      ++end;
+    }
+    if (end - begin >= kShortestRun) {
+      Run run{low(order[begin]), high(order[begin]), static_cast<std::uint32_t>(blocks_.size()),
+              static_cast<std::uint32_t>((low(order[end - 1]) - low(order[begin])) / kLanes + 1)};
+      for (std::size_t n = begin; n < end; ++n) {
+        slot_[order[n]] = run.block * static_cast<std::uint32_t>(kLanes) + low(order[n]) - run.knot0;
+      }
+      blocks_.resize(blocks_.size() + run.blocks, emptyBlock());
+      runs_.push_back(run);
+    } else {
+      indexed.insert(indexed.end(), order.begin() + begin, order.begin() + end);
+    }
+    begin = end;
+  }
+  first_indexed_block_ = static_cast<std::uint32_t>(blocks_.size());
+  for (std::size_t n = 0; n < indexed.size(); ++n) {
+    if (n % kLanes == 0) {
+      blocks_.push_back(emptyBlock());
+      // Padded lanes add zero to knot 0.
+      indices_.push_back(Indices{});
+    }
+    indices_.back().knot0[n % kLanes] = low(indexed[n]);
+    indices_.back().knot1[n % kLanes] = high(indexed[n]);
+    slot_[indexed[n]] = static_cast<std::uint32_t>(first_indexed_block_ * kLanes + n);
+  }
+  spare_ = static_cast<std::uint32_t>(blocks_.size() * kLanes);
+  const std::size_t spare_blocks = (spare + kLanes - 1) / kLanes;
+  blocks_.resize(blocks_.size() + spare_blocks, emptyBlock());
+  indices_.resize(indices_.size() + spare_blocks);
+  for (std::size_t n = 0; n < links.size(); ++n) setLink(n, links[n].rest, links[n].axial, links[n].damping);
+}
+
+void LinkTable::setLink(std::size_t index, float rest, float axial, float damping) {
+  Block& b = blocks_[slot_[index] / kLanes];
+  const std::size_t lane = slot_[index] % kLanes;
+  b.rest[lane] = rest;
+  b.inverse_rest[lane] = 1.0f / rest;
+  b.axial[lane] = axial;
+  b.damping[lane] = damping;
+}
+
+bool LinkTable::addLink(const KernelLink& link) {
+  if (spare_ >= blocks_.size() * kLanes || count_ == slot_.size()) return false;
+  Indices& index = indices_[spare_ / kLanes - first_indexed_block_];
+  index.knot0[spare_ % kLanes] = link.knot0;
+  index.knot1[spare_ % kLanes] = link.knot1;
+  slot_[count_] = spare_++;
+  setLink(count_++, link.rest, link.axial, link.damping);
+  return true;
+}
+
+void LinkTable::setMaxStrain(float max_strain) {
+  const float e = max_strain;
+  law_.max_strain = max_strain;
+  law_.tail = 1.0f + e * (2.0f * law_.a2 + e * (3.0f * law_.a3 + e * 4.0f * law_.a4));
+}
+
+double LinkTable::occupancy() const {
+  return blocks_.empty() ? 1.0
+                         : static_cast<double>(count_) / static_cast<double>((first_indexed_block_ + indexedBlocks()) * kLanes);
+}
+
+KernelLevel chooseKernelLevel() {
+#if defined(VEST_HAVE_AVX2_KERNEL)
+  const char* wish = std::getenv("VEST_KERNEL");
+  if (wish != nullptr && std::strcmp(wish, "baseline") == 0) return KernelLevel::Baseline;
+  if (__builtin_cpu_supports("avx2")) return KernelLevel::Avx2;
+#endif
+  return KernelLevel::Baseline;
+}
+
+std::string_view kernelLevelName(KernelLevel level) {
+  return level == KernelLevel::Avx2 ? "avx2" : "baseline";
+}
+
+void addLinkForces(const LinkTable& table, const KnotArrays& knots, KernelLevel level) {
+#if defined(VEST_HAVE_AVX2_KERNEL)
+  if (level == KernelLevel::Avx2) {
+    kernel::addLinkForcesAvx2(table, knots);
+    return;
+  }
+#else
+  (void)level;
+#endif
+  kernel::addLinkForcesBaseline(table, knots);
+}
+
+void integrateKnots(const MotionArrays& a, float dt, KernelLevel level) {
+#if defined(VEST_HAVE_AVX2_KERNEL)
+  if (level == KernelLevel::Avx2) {
+    kernel::integrateKnotsAvx2(a, dt);
+    return;
+  }
+#else
+  (void)level;
+#endif
+  kernel::integrateKnotsBaseline(a, dt);
+}
+
+}  // namespace vest::net

@@ -1,0 +1,18 @@
+// Built with -mavx2 and without FMA: see CMakeLists.txt. Called only where the processor has AVX2.
+#include "link_kernel_body.h"
+#include "pack_avx2.h"
+#include "hinge_kernel_body.h"
+
+namespace vest::net::kernel {
+
+void addLinkForcesAvx2(const LinkTable& table, const KnotArrays& knots) {
+  addLinkForces<Pack>(table, knots);
+}
+void integrateKnotsAvx2(const MotionArrays& a, float dt) {
+  integrateKnots<Pack>(a, dt);
+}
+void addHingesAvx2(const std::vector<Hinge>& hinges, const ElementArrays& a) {
+  addHinges<Pack>(hinges, a);
+}
+
+}  // namespace vest::net::kernel

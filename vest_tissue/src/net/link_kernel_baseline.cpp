@@ -1,0 +1,17 @@
+#include "link_kernel_body.h"
+#include "pack_baseline.h"
+#include "hinge_kernel_body.h"
+
+namespace vest::net::kernel {
+
+void addLinkForcesBaseline(const LinkTable& table, const KnotArrays& knots) {
+  addLinkForces<Pack>(table, knots);
+}
+void integrateKnotsBaseline(const MotionArrays& a, float dt) {
+  integrateKnots<Pack>(a, dt);
+}
+void addHingesBaseline(const std::vector<Hinge>& hinges, const ElementArrays& a) {
+  addHinges<Pack>(hinges, a);
+}
+
+}  // namespace vest::net::kernel
