@@ -13,6 +13,8 @@ namespace {
 using scene::Index;
 using scene::Object;
 
+constexpr double kSupportDamping = 0.7;  // of the critical one: gives way without swinging; assumed
+
 // A net between its geometry and its place in the scene.
 struct Draft {
   const ObjectSource* source;
@@ -141,7 +143,7 @@ void addLinks(const Draft& draft, Object& object) {
   }
 }
 
-void addHolds(const Draft& draft, const std::vector<Draft>& drafts, Object& object) {
+void addHolds(const Draft& draft, const std::vector<Draft>& drafts, const Vector3& gravity, Object& object) {
   const ObjectSource& source = *draft.source;
   const RingNet& net = draft.net;
   for (const FixRule& rule : source.fixed) {
@@ -167,6 +169,14 @@ void addHolds(const Draft& draft, const std::vector<Draft>& drafts, Object& obje
         const double damping = 0.2 * std::sqrt(rule.stiffness * object.mass[knot]);
         object.tethers.push_back({knot, object.rest_position[knot], rule.stiffness, damping});
       }
+    }
+  }
+  if (source.support > 0) {
+    for (Index i = 0; i < object.mass.size(); ++i) {
+      if (object.fixed[i]) continue;
+      const double stiffness = object.mass[i] * source.support * source.support;
+      const Vector3 place = object.rest_position[i] - object.mass[i] / stiffness * gravity;
+      object.tethers.push_back({i, place, stiffness, 2 * kSupportDamping * source.support * object.mass[i]});
     }
   }
 }
@@ -274,6 +284,9 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
   for (Draft& draft : drafts) {
     const ObjectSource& object = *draft.source;
     for (const LayRule& rule : object.lay) layOn(draft, draftNamed(drafts, rule.on, object.name), rule);
+  }
+  for (Draft& draft : drafts) {  // when everything lies in its place
+    const ObjectSource& object = *draft.source;
     for (const ClearRule& rule : object.clear) {
       clearOf(draft, draftNamed(drafts, rule.of, object.name), rule.gap);
     }
@@ -297,7 +310,7 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
     if (!from.rigid) {
       addLinks(draft, object);
       if (from.bulk_modulus > 0) object.volumes.push_back({draft.triangles, from.bulk_modulus, 0.0});
-      addHolds(draft, drafts, object);
+      addHolds(draft, drafts, source.gravity, object);
     }
     object.contact_triangles = draft.triangles;
     object.contact_thickness = from.contact_thickness;

@@ -232,6 +232,7 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
   number("stiffness_factor", object.stiffness_factor, 1e-4, 1e4);
   number("damping_ratio", object.damping_ratio, 0, 2);
   number("damping_rate", object.damping_rate, 0, 1000);
+  number("support", object.support, 0, 1000);
   number("bulk_modulus", object.bulk_modulus, 0, 1e9);
   number("friction", object.friction, 0, 2);
   number("contact_thickness", object.contact_thickness, 0, 0.1);

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "check_table.h"
+#include "settle.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/world.h"
 
@@ -31,6 +32,12 @@ int main(int argc, char** argv) {
   bake->add_option("--materials", materials_path, "material database")->capture_default_str();
 
   std::string scene_path;
+  double seconds = 30.0;
+  int threads = 1;
+  CLI::App* settle = app.add_subcommand("settle", "lets a scene come to rest and writes the positions back");
+  settle->add_option("SCENE", scene_path, "scene.yaml written by bake")->required();
+  settle->add_option("--seconds", seconds, "give up after this simulated time")->capture_default_str();
+  settle->add_option("--threads", threads, "worker threads")->capture_default_str();
   CLI::App* check = app.add_subcommand("check", "table of knots, springs, pieces, bindings, sub-steps");
   check->add_option("SCENE", scene_path, "scene.yaml")->required();
 
@@ -43,7 +50,13 @@ int main(int argc, char** argv) {
       vest::modelling::writeScene(description, directory, fileOf(source_path));
       scene_path = directory + "/" + description.name + ".yaml";
     }
-    const auto description = vest::scene::loadScene(scene_path);
+    auto description = vest::scene::loadScene(scene_path);
+    if (settle->parsed()) {
+      for (auto& object : description.objects) object.position = object.rest_position;
+      vest::tools::settle(description, seconds, threads, true);
+      vest::modelling::writeScene(description, description.directory, "source.yaml");
+      description = vest::scene::loadScene(scene_path);
+    }
     return vest::tools::printCheck(description) ? 0 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "vest_model: %s\n", error.what());

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <string>
@@ -135,4 +137,74 @@ TEST(Gynaecology, NothingLiesFarOutsideOfTheCavity) {
           << object.name << " knot " << i << " is free but within the wall";
     }
   }
+}
+
+// architecture.md: scenes are saved in equilibrium under gravity. Two seconds without any instrument.
+TEST(Gynaecology, IsSavedAtRestAndStaysThereForTwoSeconds) {
+  vest::scene::World world(scene());
+  vest::scene::StepInput input;
+  vest::scene::StepReport report;
+  std::vector<float> velocity;
+  float most = 0;
+  for (int i = 0; i < 2000; ++i) {
+    input.step = world.steps();
+    ASSERT_EQ(world.step(input, report), vest::scene::Status::Ok) << i;
+    if (i % 50 != 0) continue;
+    for (std::size_t o = 0; o < world.objectCount(); ++o) {
+      velocity.resize(3 * world.knotCount(o));
+      world.velocities(o, velocity.data());
+      for (std::size_t k = 0; k < velocity.size(); k += 3) {
+        most = std::max(most, velocity[k] * velocity[k] + velocity[k + 1] * velocity[k + 1] + velocity[k + 2] * velocity[k + 2]);
+      }
+    }
+  }
+  EXPECT_LT(std::sqrt(most), 0.001f) << "m/s";
+}
+
+// A tube that half a newton pulls up by some centimetres, the ovary and the mesosalpinx behind it, the uterus hardly.
+TEST(Gynaecology, ATubeFollowsAPullOfHalfANewtonAndComesBack) {
+  vest::scene::World world(scene());
+  const auto object = [&](const char* name) {
+    std::uint16_t o = 0;
+    while (scene().objects[o].name != name) ++o;
+    return o;
+  };
+  const auto farthest = [&](std::uint16_t o) {
+    std::vector<float> x(3 * world.knotCount(o));
+    world.positions(o, x.data());
+    double most = 0;
+    for (std::size_t k = 0; k < world.knotCount(o); ++k) {
+      most = std::max(most, (Eigen::Vector3d(x[3 * k], x[3 * k + 1], x[3 * k + 2]) - scene().objects[o].position[k]).norm());
+    }
+    return most;
+  };
+  const std::uint16_t tube = object("tube_left"), uterus = object("uterus"), ligament = object("broad_ligament_left");
+  std::vector<std::uint32_t> pulled;  // triangles between rings 13 and 14
+  const Object& net = scene().objects[tube];
+  for (std::uint32_t t = 0; t < net.contact_triangles.size(); ++t) {
+    bool within = true;
+    for (const auto k : net.contact_triangles[t]) within = within && k / 6 >= 13 && k / 6 <= 14 && k < 156;
+    if (within) pulled.push_back(t);
+  }
+  ASSERT_EQ(pulled.size(), 12u);
+  vest::scene::StepInput input;
+  vest::scene::StepReport report;
+  const Eigen::Vector3d force = 0.5 * Eigen::Vector3d(0.3, -0.3, 0.8).normalized();
+  for (int i = 0; i < 1000; ++i) {
+    input.step = world.steps();
+    input.impacts.clear();
+    const double part = std::min(1.0, i / 500.0) * input.dt / static_cast<double>(pulled.size());
+    for (const auto t : pulled) input.impacts.push_back({tube, t, {1 / 3.0, 1 / 3.0, 1 / 3.0}, part * force});
+    ASSERT_EQ(world.step(input, report), vest::scene::Status::Ok);
+  }
+  EXPECT_GT(farthest(tube), 0.015);
+  EXPECT_LT(farthest(tube), 0.045);
+  EXPECT_GT(farthest(ligament), 0.008);
+  EXPECT_LT(farthest(uterus), 0.005);
+  input.impacts.clear();
+  for (int i = 0; i < 2500; ++i) {
+    input.step = world.steps();
+    ASSERT_EQ(world.step(input, report), vest::scene::Status::Ok);
+  }
+  EXPECT_LT(farthest(tube), 0.002) << "the organ returns";
 }

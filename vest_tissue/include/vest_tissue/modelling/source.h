@@ -70,6 +70,8 @@ struct ObjectSource {
   double damping_ratio = 0.1;    ///< of each link's own pair oscillation
   double damping_rate = 2.0;     ///< 1/s: gamma_i = rate·m_i
   double bulk_modulus = 0.0;     ///< Pa; 0: no volume element
+  double support = 0.0;          ///< rad/s; 0: none. Surroundings that carry each knot's weight, and give way:
+                                 ///< a tether of stiffness m·support² whose place lies m·g/stiffness above the design
   double friction = 0.1, contact_thickness = 0.0005;
   std::string vessel_segment;
   std::vector<FixRule> fixed;
