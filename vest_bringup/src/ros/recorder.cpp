@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -364,10 +365,11 @@ void Recorder::publishStatus() {
   vest_msgs::SessionState msg;
   msg.header.stamp = ros::Time::now();
   msg.directory = directory_;
-  msg.recording = !disk_full_;
+  msg.recording = !subscribers_.empty() && !disk_full_;
   msg.recorded_messages = written_;
   msg.recorded_bytes = bytes_;
   msg.dropped_messages = dropped_;
+  if (subscribers_.empty()) msg.status = "waiting for the first picture";
   if (disk_full_) msg.status = "disk full: the bag is closed";
   status_.publish(msg);
 }
