@@ -54,7 +54,7 @@ bool BagWriter::write(const std::string& topic, const ros::Time& time, const top
     bag_.write(topic, time, msg, header);
   } catch (const rosbag::BagException&) {
     disk_full_ = true;
-    close();
+    closeWhatCanBe();
     return false;
   }
   if (single_) {  // the chunk that this message filled has closed itself and emptied rosbag's buffer
@@ -82,9 +82,17 @@ bool BagWriter::checkDisk() {
   if (open_ && statvfs((file_ + ".active").c_str(), &fs) == 0 &&
       static_cast<std::uint64_t>(fs.f_bavail) * fs.f_frsize < min_free_) {
     disk_full_ = true;
-    close();
+    closeWhatCanBe();
   }
   return !disk_full_;
+}
+
+void BagWriter::closeWhatCanBe() {
+  try {
+    close();
+  } catch (const std::exception& e) {  // no room for the index: FILE.active stays, for the recovery tool
+    std::fprintf(stderr, "%s.active: not closed (%s); vest_recover_bag makes a bag of it\n", file_.c_str(), e.what());
+  }
 }
 
 std::uint64_t BagWriter::bytes() const { return open_ ? bag_.getSize() : bytes_; }

@@ -36,6 +36,8 @@ class BagWriter {
   std::uint64_t bytes() const;
 
  private:
+  void closeWhatCanBe();
+
   std::string file_;
   std::uint64_t min_free_;
   rosbag::Bag bag_;
