@@ -1,0 +1,70 @@
+# Shared by ./run and ./test: what is missing is installed, and the suite is built. Sourced by bash.
+# shellcheck shell=bash
+
+repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+# Debian's python3 even where another one is first (pyenv, conda): catkin and the nodes need its packages.
+export PATH=/usr/bin:/bin:/usr/sbin:/sbin:$PATH
+unset PYTHONHOME PYTHONPATH VIRTUAL_ENV
+# Numbers with a point in every language; texts in UTF-8.
+export LC_ALL=C.UTF-8
+export ROS_HOSTNAME=localhost
+
+say() { printf '== %s\n' "$*"; }
+fail() {
+  printf '%s: %s\n' "${0##*/}" "$*" >&2
+  exit 1
+}
+
+# install_missing FILE…: apt packages that the lists name and the machine lacks. Needs no network when all is there.
+install_missing() {
+  local -a wanted missing=()
+  mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$@" | sort -u)
+  local installed package
+  installed=$(dpkg-query -W -f='${Package} ${db:Status-Abbrev}\n' "${wanted[@]}" 2>/dev/null | awk '$2 == "ii" {print $1}')
+  for package in "${wanted[@]}"; do
+    grep -qxF "$package" <<<"$installed" || missing+=("$package")
+  done
+  [ ${#missing[@]} -eq 0 ] && return 0
+  local -a sudo=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || fail "these Debian packages are missing, and there is no sudo to install them: ${missing[*]}"
+    sudo=(sudo)
+  fi
+  say "installing ${#missing[@]} Debian packages that VEST is built with and runs on (ROS 1, rviz, libraries): ${missing[*]}"
+  "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update || fail "apt-get update failed: is there a network?"
+  "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}" ||
+    fail "apt-get install failed, see above (Debian 12 is what this is made for)"
+}
+
+# configure FOLDER [cmake options]: twice on a fresh folder, because the first pass does not know the packages' paths yet.
+configure() {
+  local build=$1 pass
+  shift
+  [ -f "$build/.configured" ] && [ -f "$build/build.ninja" ] && return 0
+  mkdir -p "$build"
+  for pass in 1 2; do
+    say "configuring $build ($pass of 2)"
+    cmake -S "$repository" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+      -DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython3_EXECUTABLE=/usr/bin/python3 \
+      -DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache "$@" >"$build/configure.log" 2>&1 ||
+      { tail -n 40 "$build/configure.log" >&2; fail "cmake failed; all of its output: $build/configure.log"; }
+  done
+  touch "$build/.configured"
+}
+
+# build FOLDER [targets]: progress is ninja's own line.
+build() {
+  local build=$1
+  shift
+  export CCACHE_BASEDIR=$repository CCACHE_NOHASHDIR=1
+  NINJA_STATUS='[%f/%t %es] ' ninja -C "$build" "$@" || fail "the build failed, see above"
+}
+
+# free_port FIRST: a TCP port that nobody listens on.
+free_port() {
+  local port
+  for ((port = $1; port < $1 + 200; port++)); do
+    (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null || { echo "$port"; return 0; }
+  done
+  fail "no free port between $1 and $(($1 + 199))"
+}

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <opencv2/core.hpp>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <sensor_msgs/Image.h>
+#include <topic_tools/shape_shifter.h>
+
+#include "vest_bringup/ros/bag_writer.h"
+#include "vest_bringup/session/statistics.h"
+
+namespace vest::session {
+
+/// Topics that make a session, relative to the launch namespace (docs/ros_interface.md).
+std::vector<std::string> defaultTopics();
+
+/// Records a session: DIR/session.bag, session.json, endoscope.png and moments. Never in the way of the training:
+/// bounded queues with counted drops, a process of its own.
+class Recorder {
+ public:
+  /// @throws std::invalid_argument, std::runtime_error naming parameter or file
+  Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh);
+  ~Recorder();
+
+  /// Until `stop` becomes true, the wished time is over, or ROS ends. @return exit code
+  int run(const std::atomic<bool>& stop);
+
+ private:
+  struct Item {
+    std::string topic;
+    ros::Time time;
+    topic_tools::ShapeShifter::ConstPtr msg;
+    boost::shared_ptr<ros::M_string> header;  ///< only where latched
+  };
+
+  void setAsideEarlier() const;
+  void waitForPicture(const std::atomic<bool>& stop);
+  void subscribeAll();
+  void onMessage(const std::string& topic, const ros::MessageEvent<topic_tools::ShapeShifter const>& event);
+  void onImage(const sensor_msgs::Image::ConstPtr& msg);
+  void enqueue(Item item);
+  void writeLoop();
+  void observe(const Item& item);
+  void observeContacts(const Item& item);
+  void considerPicture();
+  void savePicture(const cv::Mat& picture, const std::string& name);
+  void finish(const std::string& ended);
+  void publishStatus();
+
+  ros::NodeHandle nh_, private_nh_;
+  std::string directory_;
+  double seconds_ = 0, picture_timeout_ = 0, jpeg_rate_ = 0;
+  bool wait_for_picture_ = false;
+  std::vector<std::string> topics_;
+  std::string step_topic_, contacts_topic_, events_topic_, topology_topic_, hash_topic_;
+
+  ros::CallbackQueue queue_, image_queue_;
+  ros::AsyncSpinner spinner_{1, &queue_}, image_spinner_{1, &image_queue_};
+  std::vector<ros::Subscriber> subscribers_;
+  ros::Subscriber image_;
+  ros::Publisher status_;
+
+  std::unique_ptr<BagWriter> bag_;
+  std::mutex queue_mutex_;
+  std::vector<Item> queued_;
+  std::size_t queued_bytes_ = 0;
+  std::atomic<std::uint64_t> dropped_{0}, written_{0}, bytes_{0};
+  std::atomic<bool> stop_writing_{false}, disk_full_{false};
+  std::atomic<double> first_step_time_{0};
+  std::thread writer_;
+
+  // Of the writing thread, and of finish() after it.
+  Summary summary_;
+  std::vector<std::uint8_t> scratch_;
+  double next_contacts_ = 0, next_moment_ = 0;
+  double best_force_ = -1;
+  bool grasping_ = false;
+  int moments_ = 0;
+  cv::Mat best_picture_;
+
+  std::mutex image_mutex_;
+  cv::Mat newest_picture_;
+  std::uint64_t pictures_ = 0;
+  double next_jpeg_ = 0;
+};
+
+}  // namespace vest::session

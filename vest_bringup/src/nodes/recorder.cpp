@@ -1,0 +1,24 @@
+#include <atomic>
+#include <csignal>
+
+#include <ros/ros.h>
+
+#include "vest_bringup/ros/recorder.h"
+
+namespace {
+std::atomic<bool> stop{false};
+}
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "recorder", ros::init_options::NoSigintHandler);
+  std::signal(SIGINT, [](int) { stop = true; });
+  std::signal(SIGTERM, [](int) { stop = true; });
+  try {
+    ros::NodeHandle nh;
+    vest::session::Recorder recorder(nh, ros::NodeHandle("~"));
+    return recorder.run(stop);
+  } catch (const std::exception& e) {
+    ROS_FATAL("recorder: %s", e.what());
+    return 1;
+  }
+}

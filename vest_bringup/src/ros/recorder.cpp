@@ -1,0 +1,402 @@
+#include "vest_bringup/ros/recorder.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include <cv_bridge/cv_bridge.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <sensor_msgs/CompressedImage.h>
+
+#include <vest_msgs/ContactModels.h>
+#include <vest_msgs/SessionState.h>
+#include <vest_msgs/StateHash.h>
+#include <vest_msgs/StepInput.h>
+#include <vest_msgs/TissueEvent.h>
+
+#include "vest_tissue/ros/parameters.h"
+
+namespace vest::session {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr std::size_t kMostQueuedBytes = 128U << 20U;
+
+const char* eventWord(std::uint8_t kind) {
+  static const char* const kWords[] = {"grasped",   "released", "slipped", "cut",        "clipped",    "unclipped", "coagulated",
+                                       "punctured", "ligated",  "torn",    "knot_tied",  "perforated", "separated", "fault"};
+  return kind < std::size(kWords) ? kWords[kind] : "unknown";
+}
+
+std::string hex(std::uint64_t value) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> defaultTopics() {
+  std::vector<std::string> topics = {"step_inputs",       "joint_states",         "phantom_box/joint_states",
+                                     "phantom_box/footswitches", "instruments",   "tissue/topology",
+                                     "tissue/topology_delta", "tissue/state",     "tissue/contacts",
+                                     "tissue/events",     "tissue/attachments",   "tissue/sutures",
+                                     "tissue/state_hash", "session/state",        "session/score",
+                                     "endoscope/camera_info", "effects/haemodynamics", "effects/fluid",
+                                     "effects/smoke",     "effects/lens",         "effects/impacts",
+                                     "/tf",               "/tf_static",           "/diagnostics"};
+  for (const char* arm : {"left", "right", "third", "endoscope"}) {
+    topics.push_back(std::string(arm) + "/measured_js");
+    topics.push_back(std::string(arm) + "/measured_cp");
+    topics.push_back(std::string(arm) + "/operating_state");
+  }
+  return topics;
+}
+
+Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh) : nh_(nh), private_nh_(private_nh) {
+  using ros_shell::doubleParameter;
+  directory_ = ros_shell::stringParameter(private_nh_, "directory", "");
+  if (directory_.empty()) {
+    throw std::invalid_argument("parameter " + private_nh_.resolveName("directory") +
+                                ": missing (allowed: the folder that gets session.bag)");
+  }
+  seconds_ = doubleParameter(private_nh_, "seconds", 0.0, 0.0, 1e6);
+  picture_timeout_ = doubleParameter(private_nh_, "picture_timeout", 60.0, 0.0, 3600.0);
+  jpeg_rate_ = doubleParameter(private_nh_, "jpeg_rate", 5.0, 0.0, 5.0);
+  const double min_free_mb = doubleParameter(private_nh_, "min_free_mb", 64.0, 0.1, 1e6);
+  wait_for_picture_ = ros_shell::boolParameter(private_nh_, "wait_for_picture", false);
+  topics_ = defaultTopics();
+  if (private_nh_.hasParam("topics") && !private_nh_.getParam("topics", topics_)) {
+    throw std::invalid_argument("parameter " + private_nh_.resolveName("topics") + ": not a list of texts");
+  }
+  std::error_code error;
+  fs::create_directories(directory_, error);
+  if (error) throw std::runtime_error(directory_ + ": cannot be made (" + error.message() + ")");
+  setAsideEarlier();
+  bag_ = std::make_unique<BagWriter>(directory_ + "/session.bag", static_cast<std::uint64_t>(min_free_mb * 1e6));
+  step_topic_ = nh_.resolveName("step_inputs");
+  contacts_topic_ = nh_.resolveName("tissue/contacts");
+  events_topic_ = nh_.resolveName("tissue/events");
+  topology_topic_ = nh_.resolveName("tissue/topology");
+  hash_topic_ = nh_.resolveName("tissue/state_hash");
+  summary_.version = VEST_VERSION;
+  status_ = nh_.advertise<vest_msgs::SessionState>("session/recording", 10);
+}
+
+Recorder::~Recorder() {
+  stop_writing_ = true;
+  if (writer_.joinable()) writer_.join();
+}
+
+void Recorder::setAsideEarlier() const {
+  // A recording is never overwritten.
+  std::vector<fs::path> earlier;
+  for (const char* name : {"session.bag", "session.bag.active", "session.bag.progress", "session.json"}) {
+    if (fs::exists(fs::path(directory_) / name)) earlier.push_back(name);
+  }
+  if (earlier.empty()) return;
+  int n = 1;
+  fs::path aside;
+  do {
+    aside = fs::path(directory_) / ("earlier_" + std::to_string(n++));
+  } while (fs::exists(aside));
+  fs::create_directories(aside);
+  for (const fs::path& name : earlier) fs::rename(fs::path(directory_) / name, aside / name);
+  ROS_WARN("%s held a session already: it lies in %s now", directory_.c_str(), aside.c_str());
+}
+
+void Recorder::enqueue(Item item) {
+  const std::size_t bytes = item.msg->size();
+  std::lock_guard<std::mutex> lock(queue_mutex_);
+  if (queued_bytes_ + bytes > kMostQueuedBytes) {
+    ++dropped_;
+    return;
+  }
+  queued_bytes_ += bytes;
+  bag_->received();
+  queued_.push_back(std::move(item));
+}
+
+void Recorder::onMessage(const std::string& topic, const ros::MessageEvent<topic_tools::ShapeShifter const>& event) {
+  if (first_step_time_ == 0 && topic == step_topic_) first_step_time_ = ros::WallTime::now().toSec();
+  const auto header = event.getConnectionHeaderPtr();
+  const auto latching = header ? header->find("latching") : ros::M_string::iterator();
+  const bool latched = header && latching != header->end() && latching->second == "1";
+  enqueue({topic, ros::Time::now(), event.getConstMessage(), latched ? header : nullptr});
+}
+
+void Recorder::subscribeAll() {
+  for (const std::string& name : topics_) {
+    const std::string topic = nh_.resolveName(name);
+    ros::SubscribeOptions options;
+    options.topic = topic;
+    options.queue_size = 8000;
+    options.md5sum = ros::message_traits::md5sum<topic_tools::ShapeShifter>();
+    options.datatype = ros::message_traits::datatype<topic_tools::ShapeShifter>();
+    options.helper = boost::make_shared<
+        ros::SubscriptionCallbackHelperT<const ros::MessageEvent<topic_tools::ShapeShifter const>&>>(
+        [this, topic](const ros::MessageEvent<topic_tools::ShapeShifter const>& event) { onMessage(topic, event); });
+    options.callback_queue = &queue_;
+    subscribers_.push_back(nh_.subscribe(options));
+  }
+}
+
+void Recorder::onImage(const sensor_msgs::Image::ConstPtr& msg) {
+  const auto shared = cv_bridge::toCvShare(msg);
+  cv::Mat bgr;
+  if (msg->encoding == "rgb8") {
+    cv::cvtColor(shared->image, bgr, cv::COLOR_RGB2BGR);
+  } else {
+    bgr = shared->image.clone();
+  }
+  {
+    std::lock_guard<std::mutex> lock(image_mutex_);
+    newest_picture_ = bgr;  // never touched again: others may hold it
+    ++pictures_;
+  }
+  const double now = ros::WallTime::now().toSec();
+  if (jpeg_rate_ <= 0 || now < next_jpeg_) return;
+  next_jpeg_ = std::max(next_jpeg_ + 1.0 / jpeg_rate_, now);
+  sensor_msgs::CompressedImage jpeg;
+  jpeg.header = msg->header;
+  jpeg.format = "jpeg";
+  cv::imencode(".jpg", bgr, jpeg.data, {cv::IMWRITE_JPEG_QUALITY, 90});
+  const auto shifter = boost::make_shared<topic_tools::ShapeShifter>();
+  shifter->morph(ros::message_traits::md5sum(jpeg), ros::message_traits::datatype(jpeg),
+                 ros::message_traits::definition(jpeg), "");
+  std::vector<std::uint8_t> bytes(ros::serialization::serializationLength(jpeg));
+  ros::serialization::OStream out(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::serialize(out, jpeg);
+  ros::serialization::IStream in(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  shifter->read(in);
+  enqueue({image_.getTopic() + "/compressed", ros::Time::now(), shifter, nullptr});
+}
+
+void Recorder::waitForPicture(const std::atomic<bool>& stop) {
+  const ros::WallTime begin = ros::WallTime::now();
+  while (ros::ok() && !stop) {
+    {
+      std::lock_guard<std::mutex> lock(image_mutex_);
+      if (pictures_ > 0) return;
+    }
+    if ((ros::WallTime::now() - begin).toSec() > picture_timeout_) {
+      ROS_WARN("no picture on %s after %.0f s: the recording begins without one", image_.getTopic().c_str(), picture_timeout_);
+      return;
+    }
+    publishStatus();
+    ros::WallDuration(0.05).sleep();
+  }
+}
+
+int Recorder::run(const std::atomic<bool>& stop) {
+  ros::NodeHandle image_nh(nh_);
+  image_nh.setCallbackQueue(&image_queue_);
+  image_ = image_nh.subscribe("endoscope/image_raw", 1, &Recorder::onImage, this);
+  writer_ = std::thread([this] { writeLoop(); });
+  image_spinner_.start();
+  if (wait_for_picture_) waitForPicture(stop);
+  subscribeAll();
+  spinner_.start();
+  ROS_INFO("recording %zu topics to %s", topics_.size(), directory_.c_str());
+
+  std::string ended = "interrupted";
+  double next_status = 0;
+  bool warned = false;
+  while (ros::ok() && !stop) {
+    const double now = ros::WallTime::now().toSec();
+    if (seconds_ > 0 && first_step_time_ > 0 && now - first_step_time_ >= seconds_) {
+      ended = "after the wished time";
+      break;
+    }
+    if (disk_full_ && !warned) {
+      warned = true;
+      ROS_ERROR("the disk of %s is nearly full: the bag was closed and is valid, nothing more is recorded; the training goes on",
+                directory_.c_str());
+    }
+    if (now >= next_status) {
+      next_status = now + 0.5;
+      publishStatus();
+    }
+    ros::WallDuration(0.02).sleep();
+  }
+  finish(ended);
+  return 0;
+}
+
+void Recorder::writeLoop() {
+  using Clock = std::chrono::steady_clock;
+  auto chunk_due = Clock::now(), disk_due = Clock::now();
+  std::vector<Item> items;
+  for (bool last = false; !last;) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    last = stop_writing_;  // read before the queue: nothing that was queued by then is left behind
+    items.clear();
+    {
+      std::lock_guard<std::mutex> lock(queue_mutex_);
+      items.swap(queued_);
+      queued_bytes_ = 0;
+    }
+    for (const Item& item : items) {
+      observe(item);
+      if (bag_->write(item.topic, item.time, *item.msg, item.header)) {
+        ++written_;
+        summary_.topics[item.topic].add(item.time.toSec());
+      }
+    }
+    const auto now = Clock::now();
+    if (now >= chunk_due) {
+      chunk_due = now + std::chrono::milliseconds(250);
+      bag_->closeChunk();
+      considerPicture();
+    }
+    if (now >= disk_due) {
+      disk_due = now + std::chrono::seconds(1);
+      bag_->checkDisk();
+      disk_full_ = bag_->diskFull();
+    }
+    bytes_ = bag_->bytes();
+  }
+}
+
+void Recorder::observe(const Item& item) {
+  if (item.topic == step_topic_) {
+    // header, step, dt, seed, command: the beginning of the message is enough
+    scratch_.resize(item.msg->size());
+    ros::serialization::OStream out(scratch_.data(), static_cast<std::uint32_t>(scratch_.size()));
+    item.msg->write(out);
+    ros::serialization::IStream in(scratch_.data(), static_cast<std::uint32_t>(scratch_.size()));
+    std_msgs::Header header;
+    std::uint64_t step = 0;
+    double dt = 0;
+    std::uint32_t seed = 0;
+    std::uint8_t command = 0;
+    in.next(header);
+    in.next(step);
+    in.next(dt);
+    in.next(seed);
+    in.next(command);
+    summary_.steps.add(step, dt, header.stamp.toSec(), command != 0);
+  } else if (item.topic == events_topic_) {
+    const auto e = item.msg->instantiate<vest_msgs::TissueEvent>();
+    if (summary_.events.size() < 100000) {
+      const double first = summary_.topics.count(step_topic_) ? summary_.topics[step_topic_].first : item.time.toSec();
+      summary_.events.push_back({e->step, e->header.stamp.toSec() - first, eventWord(e->kind), e->instrument, e->object, e->force});
+    }
+    next_moment_ = item.time.toSec() + 0.3;
+  } else if (item.topic == hash_topic_) {
+    const auto h = item.msg->instantiate<vest_msgs::StateHash>();
+    summary_.state_hash = hex(h->hash);
+    summary_.state_hash_step = h->step;
+  } else if (item.topic == topology_topic_) {
+    scratch_.resize(item.msg->size());
+    ros::serialization::OStream out(scratch_.data(), static_cast<std::uint32_t>(scratch_.size()));
+    item.msg->write(out);
+    ros::serialization::IStream in(scratch_.data(), static_cast<std::uint32_t>(scratch_.size()));
+    std_msgs::Header header;
+    std::uint32_t revision = 0;
+    std::uint64_t step = 0;
+    in.next(header);
+    in.next(revision);
+    in.next(step);
+    in.next(summary_.scene);
+    in.next(summary_.scene_hash);
+  } else if (item.topic == contacts_topic_ && item.time.toSec() >= next_contacts_) {
+    next_contacts_ = item.time.toSec() + 0.1;
+    observeContacts(item);
+  }
+}
+
+void Recorder::observeContacts(const Item& item) {
+  // The most telling picture: tissue is held, and pulled hardest.
+  const auto contacts = item.msg->instantiate<vest_msgs::ContactModels>();
+  double force = -1;
+  for (const vest_msgs::ContactModel& c : contacts->contacts) {
+    if (!c.grasping) continue;
+    const auto& f = c.wrench.force;
+    force = std::max(force, std::sqrt(f.x * f.x + f.y * f.y + f.z * f.z));
+  }
+  grasping_ = force >= 0;
+  if (force > 1.05 * best_force_) {
+    std::lock_guard<std::mutex> lock(image_mutex_);
+    if (!newest_picture_.empty()) {
+      best_force_ = force;
+      best_picture_ = newest_picture_;
+    }
+  }
+}
+
+void Recorder::considerPicture() {
+  const double now = ros::Time::now().toSec();
+  cv::Mat picture;
+  {
+    std::lock_guard<std::mutex> lock(image_mutex_);
+    picture = newest_picture_;
+  }
+  if (picture.empty() || first_step_time_ == 0) return;
+  if (best_picture_.empty() && moments_ == 0) savePicture(picture, "endoscope.png");  // better than none, if it ends soon
+  if (next_moment_ == 0) next_moment_ = now + 1.0;
+  if (moments_ < 4 && now >= next_moment_) {
+    ++moments_;
+    savePicture(picture, "endoscope_" + std::to_string(moments_) + ".png");
+    next_moment_ = now + (grasping_ ? 2.0 : 4.0);
+  }
+}
+
+void Recorder::savePicture(const cv::Mat& picture, const std::string& name) {
+  if (disk_full_) return;
+  try {
+    if (!cv::imwrite(directory_ + "/" + name, picture, {cv::IMWRITE_PNG_COMPRESSION, 1})) throw cv::Exception();
+  } catch (const cv::Exception&) {
+    ROS_ERROR_THROTTLE(5, "%s/%s cannot be written", directory_.c_str(), name.c_str());
+    return;
+  }
+  if (std::find(summary_.pictures.begin(), summary_.pictures.end(), name) == summary_.pictures.end()) {
+    summary_.pictures.push_back(name);
+  }
+}
+
+void Recorder::publishStatus() {
+  vest_msgs::SessionState msg;
+  msg.header.stamp = ros::Time::now();
+  msg.directory = directory_;
+  msg.recording = !subscribers_.empty() && !disk_full_;
+  msg.recorded_messages = written_;
+  msg.recorded_bytes = bytes_;
+  msg.dropped_messages = dropped_;
+  if (subscribers_.empty()) msg.status = "waiting for the first picture";
+  if (disk_full_) msg.status = "disk full: the bag is closed";
+  status_.publish(msg);
+}
+
+void Recorder::finish(const std::string& ended) {
+  for (ros::Subscriber& s : subscribers_) s.shutdown();
+  image_.shutdown();
+  spinner_.stop();
+  image_spinner_.stop();
+  stop_writing_ = true;
+  if (writer_.joinable()) writer_.join();
+  bag_->close();
+  const cv::Mat picture = best_picture_.empty() ? newest_picture_ : best_picture_;
+  if (!picture.empty()) savePicture(picture, "endoscope.png");
+  summary_.messages = written_;
+  summary_.dropped = dropped_;
+  summary_.bytes = bag_->bytes();
+  summary_.disk_full = bag_->diskFull();
+  summary_.ended = summary_.disk_full ? "disk full" : ended;
+  // Written under another name and renamed: who waits for session.json finds it whole.
+  const std::string file = directory_ + "/session.json";
+  std::ofstream out(file + ".part");
+  out << toJson(summary_);
+  out.close();
+  if (!out || std::rename((file + ".part").c_str(), file.c_str()) != 0) ROS_ERROR("%s cannot be written", file.c_str());
+  std::fprintf(stderr, "session recorded: %s, %llu messages, %llu steps\n", directory_.c_str(),
+               static_cast<unsigned long long>(summary_.messages), static_cast<unsigned long long>(summary_.steps.steps()));
+}
+
+}  // namespace vest::session

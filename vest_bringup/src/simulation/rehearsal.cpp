@@ -1,0 +1,86 @@
+#include "vest_bringup/simulation/rehearsal.h"
+
+#include <algorithm>
+
+namespace vest::simulation {
+namespace {
+
+std::vector<float> knots(const scene::World& world, std::size_t object) {
+  std::vector<float> xyz(3 * world.knotCount(object));
+  world.positions(object, xyz.data());
+  return xyz;
+}
+
+}  // namespace
+
+scene::StepInput inputAt(const kinematics::TrainerBox& box, const trajectory::Trajectory& trajectory,
+                         const std::array<tools::ToolKind, tools::kInstrumentCount>& tool, double t) {
+  scene::StepInput input;
+  const auto& rows = trajectory.rows;
+  const auto next = std::upper_bound(rows.begin(), rows.end(), t,
+                                     [](double v, const trajectory::Row& r) { return v < r.t; });
+  const trajectory::Row& b = next == rows.end() ? rows.back() : *next;
+  const trajectory::Row& a = next == rows.begin() ? rows.front() : *(next - 1);
+  const double s = b.t > a.t ? std::clamp((t - a.t) / (b.t - a.t), 0.0, 1.0) : 0.0;
+  const auto mix = [s](double x, double y) { return x + s * (y - x); };
+  for (std::size_t i = 0; i < tool.size(); ++i) {
+    if (!trajectory.moves[i]) continue;
+    const auto &p = a.joints[i], &q = b.joints[i];
+    const kinematics::JointPositions joints{mix(p.yaw, q.yaw), mix(p.pitch, q.pitch), mix(p.insertion, q.insertion),
+                                            mix(p.roll, q.roll), mix(p.jaw, q.jaw)};
+    const Eigen::Isometry3d tip = kinematics::forwardKinematics(box.arms[i].X_BTrocar, joints);
+    scene::ToolInput& in = input.tools[i];
+    in.present = true;
+    in.tool = tool[i];
+    in.position = tip.translation();
+    in.orientation = Eigen::Quaterniond(tip.linear());
+    in.pivot = box.arms[i].pivot_B;
+    in.jaw = tool[i] == tools::ToolKind::Endoscope ? 0.0 : joints.jaw;
+  }
+  input.pedals = a.footswitches;
+  return input;
+}
+
+RehearsalReport rehearse(scene::World& world, const kinematics::TrainerBox& box,
+                         const trajectory::Trajectory& trajectory,
+                         const std::array<tools::ToolKind, tools::kInstrumentCount>& tool, double seconds) {
+  RehearsalReport out;
+  scene::StepReport report;
+  std::vector<std::pair<std::size_t, std::vector<float>>> tubes;
+  for (std::size_t i = 0; i < world.objectCount(); ++i) {
+    if (world.description().objects[i].name.rfind("tube", 0) == 0) tubes.emplace_back(i, knots(world, i));
+  }
+  const double dt = world.description().dt;
+  const double end = seconds > 0 ? seconds : trajectory.rows.back().t;
+  for (std::uint64_t k = 0; static_cast<double>(k) * dt < end; ++k) {
+    scene::StepInput input = inputAt(box, trajectory, tool, static_cast<double>(k) * dt);
+    input.step = world.steps() + 1;
+    input.dt = dt;
+    out.worst = std::max(out.worst, world.step(input, report));
+    out.events.insert(out.events.end(), report.events.begin(), report.events.end());
+    for (const scene::ContactModel& c : report.contacts) {
+      out.greatest_force = std::max(out.greatest_force, c.wrench.head<3>().norm());
+    }
+    if (k % 20 != 0) continue;
+    for (const auto& [object, start] : tubes) {
+      const std::vector<float> now = knots(world, object);
+      for (std::size_t i = 0; i + 2 < now.size(); i += 3) {
+        const double d = Eigen::Vector3d(now[i] - start[i], now[i + 1] - start[i + 1], now[i + 2] - start[i + 2]).norm();
+        if (d > out.tube_displacement) {
+          out.tube_displacement = d;
+          out.tube = world.description().objects[object].name;
+        }
+      }
+    }
+  }
+  for (std::size_t i = 0; i < world.objectCount(); ++i) {
+    std::vector<float> v(3 * world.knotCount(i));
+    world.velocities(i, v.data());
+    for (std::size_t k = 0; k + 2 < v.size(); k += 3) {
+      out.settled_speed = std::max(out.settled_speed, static_cast<double>(Eigen::Vector3f(v[k], v[k + 1], v[k + 2]).norm()));
+    }
+  }
+  return out;
+}
+
+}  // namespace vest::simulation

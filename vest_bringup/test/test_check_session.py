@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+"""Protects the judge of sessions: a good one passes, and each way to be bad fails."""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import genpy
+import rosbag
+from std_msgs.msg import Header
+from vest_msgs.msg import StepInput
+
+CHECK = sys.argv.pop(1)
+RATES = {"joint_states": 1000, "phantom_box/joint_states": 1000, "phantom_box/footswitches": 60, "left/measured_js": 200,
+         "left/measured_cp": 200, "right/measured_js": 200, "right/measured_cp": 200, "endoscope/measured_cp": 200,
+         "tissue/state": 60, "tissue/contacts": 250, "/tf": 100, "endoscope/camera_info": 20}
+SECONDS = 3
+
+
+def write(folder, rates, skip=(), stall=None, json_edit=None):
+    """A session of SECONDS s. skip: steps that are missing; stall: (step, seconds) that the simulation stands still."""
+    messages = []
+    for topic, rate in rates.items():
+        name = topic if topic.startswith("/") else "/vest/" + topic
+        for k in range(int(SECONDS * rate)):
+            messages.append((k / rate, name, Header(seq=k)))
+    t, count = 0.0, 0
+    for k in range(1, 1000 * SECONDS + 1):
+        t += stall[1] if stall and stall[0] == k else 0.001
+        if k in skip:
+            continue
+        m = StepInput(step=k, dt=0.001)
+        m.header.stamp = genpy.Time.from_sec(1000.0 + t)
+        m.header.frame_id = "world"
+        messages.append((t, "/vest/step_inputs", m))
+        count += 1
+    messages.sort(key=lambda m: m[0])
+    with rosbag.Bag(os.path.join(folder, "session.bag"), "w") as bag:
+        for time, topic, message in messages:
+            bag.write(topic, message, genpy.Time.from_sec(1000.0 + time))
+    session = {"real_time_factor": (1000 * SECONDS - 1) * 0.001 / (t - 0.001), "steps": count, "rates": {}, "events": [],
+               "scene_hash": "0", "state_hash": "0", "version": "0.1.0"}
+    session.update(json_edit or {})
+    with open(os.path.join(folder, "session.json"), "w", encoding="utf-8") as f:
+        json.dump({k: v for k, v in session.items() if v is not None}, f)
+
+
+class CheckSession(unittest.TestCase):
+    def judge(self, *options, **changes):
+        rates = dict(RATES)
+        rates.update(changes.pop("rates", {}))
+        with tempfile.TemporaryDirectory() as folder:
+            write(folder, {k: v for k, v in rates.items() if v}, **changes)
+            done = subprocess.run(["/usr/bin/python3", CHECK, folder, *options], capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout + done.stderr
+
+    def test_a_good_session_passes(self):
+        code, out = self.judge()
+        self.assertEqual(code, 0, out)
+
+    def test_each_topic_that_is_too_slow_fails(self):
+        slow = {"joint_states": 400, "phantom_box/footswitches": 40, "left/measured_js": 90, "tissue/state": 50,
+                "tissue/contacts": 150, "/tf": 40, "endoscope/camera_info": 12}
+        for topic, rate in slow.items():
+            code, out = self.judge(rates={topic: rate})
+            self.assertEqual(code, 1, f"{topic} at {rate} Hz passed\n{out}")
+
+    def test_a_missing_topic_fails_and_the_picture_may_be_left_out_when_told(self):
+        self.assertEqual(self.judge(rates={"tissue/contacts": 0})[0], 1)
+        self.assertEqual(self.judge(rates={"endoscope/camera_info": 0})[0], 1)
+        self.assertEqual(self.judge("--no-picture", rates={"endoscope/camera_info": 0})[0], 0)
+
+    def test_one_skipped_step_fails(self):
+        code, out = self.judge(skip={1500})
+        self.assertEqual(code, 1, out)
+
+    def test_a_stall_of_100_ms_fails_the_worst_second(self):
+        code, out = self.judge(stall=(1500, 0.1))
+        self.assertEqual(code, 1, out)
+
+    def test_session_json_must_be_whole_and_agree_with_the_bag(self):
+        self.assertEqual(self.judge(json_edit={"scene_hash": None})[0], 1)
+        self.assertEqual(self.judge(json_edit={"steps": 17})[0], 1)
+        self.assertEqual(self.judge(json_edit={"real_time_factor": 1.2})[0], 1)
+
+    def test_a_folder_without_a_bag_is_an_error_of_its_own(self):
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run(["/usr/bin/python3", CHECK, folder], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("session.bag", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,38 @@
+#!/usr/bin/env python3
+"""Protects the launch files: each one that is shipped parses, in its shipped configurations, and names what it starts."""
+import os
+import subprocess
+import sys
+import unittest
+
+LAUNCH = sys.argv.pop(1)
+CASES = [
+    ("trainer.launch", [], ["manager", "instruments", "trainer", "recorder", "view", "phantom_box", "phantom_box_emulator"]),
+    ("trainer.launch", ["headless:=true", "record:=false", "emulator:=false", "port:=/dev/ttyUSB0"],
+     ["manager", "view", "phantom_box"]),
+    ("trainer.launch", ["rviz:=false", "trajectory:=/tmp/a.csv", "loop:=true"], ["phantom_box_emulator", "recorder"]),
+    ("scene.launch", [], ["tissue", "view"]),
+    ("replay.launch", ["bag:=/tmp/session.bag"], ["play", "view"]),
+]
+
+
+class LaunchFiles(unittest.TestCase):
+    def test_every_shipped_file_is_tried(self):
+        self.assertEqual({name for name, _, _ in CASES}, set(os.listdir(LAUNCH)))
+
+    def test_each_parses_and_names_its_nodes(self):
+        for name, arguments, nodes in CASES:
+            done = subprocess.run(["roslaunch", "--nodes", os.path.join(LAUNCH, name), *arguments], capture_output=True,
+                                  text=True, check=False)
+            self.assertEqual(done.returncode, 0, name + done.stderr)
+            started = {line.rsplit("/", 1)[-1] for line in done.stdout.split()}
+            self.assertTrue(set(nodes) <= started, f"{name} {arguments}: {started}")
+
+    def test_without_the_emulator_none_is_started(self):
+        done = subprocess.run(["roslaunch", "--nodes", os.path.join(LAUNCH, "trainer.launch"), "emulator:=false"],
+                              capture_output=True, text=True, check=False)
+        self.assertNotIn("phantom_box_emulator", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,135 @@
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <map>
+
+#include <ros/ros.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+#include <topic_tools/shape_shifter.h>
+
+#include <vest_msgs/LoadScene.h>
+#include <vest_msgs/SessionState.h>
+#include <vest_msgs/Snapshot.h>
+#include <vest_msgs/Step.h>
+#include <vest_msgs/StepInput.h>
+#include <vest_msgs/TissueState.h>
+
+// Protects the interface of architecture.md on the running system: topics with their types, services, refusals.
+
+namespace {
+
+const std::map<std::string, std::string> kTopics = {
+    {"/vest/phantom_box/joint_states", "sensor_msgs/JointState"},
+    {"/vest/phantom_box/footswitches", "sensor_msgs/Joy"},
+    {"/vest/joint_states", "sensor_msgs/JointState"},
+    {"/vest/instruments", "vest_msgs/InstrumentStates"},
+    {"/vest/tissue/topology", "vest_msgs/TissueTopology"},
+    {"/vest/tissue/state", "vest_msgs/TissueState"},
+    {"/vest/tissue/contacts", "vest_msgs/ContactModels"},
+    {"/vest/tissue/attachments", "vest_msgs/TissueAttachments"},
+    {"/vest/tissue/state_hash", "vest_msgs/StateHash"},
+    {"/vest/step_inputs", "vest_msgs/StepInput"},
+    {"/vest/session/state", "vest_msgs/SessionState"},
+    {"/diagnostics", "diagnostic_msgs/DiagnosticArray"},
+    {"/tf", "tf2_msgs/TFMessage"},
+};
+
+TEST(System, EveryTopicOfTheContractSpeaksWithItsType) {
+  ros::NodeHandle nh;
+  std::map<std::string, std::string> seen;
+  std::vector<ros::Subscriber> subscribers;
+  for (const auto& [topic, type] : kTopics) {
+    const std::string name = topic;
+    subscribers.push_back(nh.subscribe<topic_tools::ShapeShifter>(
+        name, 10, boost::function<void(const topic_tools::ShapeShifter::ConstPtr&)>(
+                      [&seen, name](const topic_tools::ShapeShifter::ConstPtr& m) { seen[name] = m->getDataType(); })));
+  }
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(60);
+  while (ros::ok() && seen.size() < kTopics.size() && ros::WallTime::now() < end) {
+    ros::spinOnce();
+    ros::WallDuration(0.01).sleep();
+  }
+  for (const auto& [topic, type] : kTopics) EXPECT_EQ(seen[topic], type) << topic;
+}
+
+TEST(System, PauseStepAndResetDoWhatTheySay) {
+  ros::NodeHandle nh;
+  ASSERT_TRUE(ros::service::waitForService("/vest/tissue/pause", ros::Duration(60)));
+  vest_msgs::Step step;
+  step.request.steps = 5;
+  ASSERT_TRUE(ros::service::call("/vest/tissue/step", step));
+  EXPECT_FALSE(step.response.success) << "a running simulation is not stepped";
+  std_srvs::SetBool pause;
+  pause.request.data = true;
+  ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
+  ASSERT_TRUE(ros::service::call("/vest/tissue/step", step));
+  ASSERT_TRUE(step.response.success) << step.response.message;
+  const auto before = step.response.step;
+  ASSERT_TRUE(ros::service::call("/vest/tissue/step", step));
+  EXPECT_EQ(step.response.step, before + 5);
+  std_srvs::Trigger reset;
+  ASSERT_TRUE(ros::service::call("/vest/tissue/reset", reset));
+  ASSERT_TRUE(ros::service::call("/vest/tissue/step", step));
+  EXPECT_EQ(step.response.step, 5U);
+  pause.request.data = false;
+  ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
+}
+
+TEST(System, ASnapshotBringsTheSameStateBackAndAnUnknownOneIsRefused) {
+  std_srvs::SetBool pause;
+  pause.request.data = true;
+  ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
+  vest_msgs::Snapshot snapshot;
+  snapshot.request.operation = vest_msgs::Snapshot::Request::SAVE;
+  snapshot.request.name = "here";
+  ASSERT_TRUE(ros::service::call("/vest/tissue/snapshot", snapshot));
+  ASSERT_TRUE(snapshot.response.success) << snapshot.response.message;
+  const auto hash = snapshot.response.state_hash;
+  vest_msgs::Step step;
+  step.request.steps = 20;
+  ASSERT_TRUE(ros::service::call("/vest/tissue/step", step));
+  EXPECT_NE(step.response.state_hash, hash);
+  snapshot.request.operation = vest_msgs::Snapshot::Request::RESTORE;
+  ASSERT_TRUE(ros::service::call("/vest/tissue/snapshot", snapshot));
+  EXPECT_EQ(snapshot.response.state_hash, hash);
+  snapshot.request.name = "nowhere";
+  ASSERT_TRUE(ros::service::call("/vest/tissue/snapshot", snapshot));
+  EXPECT_FALSE(snapshot.response.success);
+  EXPECT_NE(snapshot.response.message.find("nowhere"), std::string::npos);
+  EXPECT_EQ(snapshot.response.state_hash, hash) << "a refusal changes nothing";
+  pause.request.data = false;
+  ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
+}
+
+TEST(System, ARefusedSceneNamesTheFileAndThePresentOneGoesOn) {
+  vest_msgs::LoadScene load;
+  load.request.scene = "/nowhere/scene.yaml";
+  ASSERT_TRUE(ros::service::call("/vest/tissue/load_scene", load));
+  EXPECT_FALSE(load.response.success);
+  EXPECT_NE(load.response.message.find("/nowhere/scene.yaml"), std::string::npos) << load.response.message;
+  const auto a = ros::topic::waitForMessage<vest_msgs::StepInput>("/vest/step_inputs", ros::Duration(10));
+  ASSERT_TRUE(a);
+  const auto b = ros::topic::waitForMessage<vest_msgs::StepInput>("/vest/step_inputs", ros::Duration(10));
+  ASSERT_TRUE(b);
+  EXPECT_GT(b->step, a->step);
+}
+
+TEST(System, AParameterOfTheWrongTypeEndsTheNodeAndNamesIt) {
+  const std::string out = "/tmp/vest_system_parameter_" + std::to_string(getpid());
+  const int code = std::system(("rosrun vest_tissue tissue_node __name:=refused __ns:=other _scene:=tube _threads:=many > " + out +
+                                " 2>&1").c_str());
+  EXPECT_NE(code, 0);
+  EXPECT_EQ(std::system(("grep -q 'threads.*many.*allowed' " + out).c_str()), 0);
+  std::remove(out.c_str());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_system");
+  ros::NodeHandle keep;
+  return RUN_ALL_TESTS();
+}

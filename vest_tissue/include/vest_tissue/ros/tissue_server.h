@@ -1,0 +1,113 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <sensor_msgs/Joy.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include <vest_msgs/LoadScene.h>
+#include <vest_msgs/SessionState.h>
+#include <vest_msgs/Snapshot.h>
+#include <vest_msgs/StateHash.h>
+#include <vest_msgs/Step.h>
+
+#include "vest_tissue/ros/conversions.h"
+#include "vest_tissue/ros/message_pool.h"
+#include "vest_tissue/scene/runner.h"
+
+namespace vest::ros_shell {
+
+/// Topics and services tissue/*, step_inputs and session/state around a Runner (docs/ros_interface.md). The tissue
+/// node and the Trainer differ only in the Simulation that the factory makes.
+class TissueServer {
+ public:
+  using Factory = std::function<std::unique_ptr<scene::Simulation>(scene::World world)>;
+
+  /// Loads the scene and begins. @throws std::invalid_argument naming parameter or file, value and what is allowed
+  TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory);
+  ~TissueServer();
+
+ private:
+  struct Loaded {
+    std::unique_ptr<scene::Simulation> simulation;
+    boost::shared_ptr<vest_msgs::TissueTopology> topology;
+    std::shared_ptr<const scene::Description> description;
+  };
+
+  Loaded loadFile(const std::string& scene) const;
+  void onInstruments(const vest_msgs::InstrumentStates::ConstPtr& msg);
+  void onFootswitches(const sensor_msgs::Joy::ConstPtr& msg);
+  void onRecording(const vest_msgs::SessionState::ConstPtr& msg);
+  bool onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res);
+  bool onReset(std_srvs::Trigger::Request& req, std_srvs::Trigger::Response& res);
+  bool onPause(std_srvs::SetBool::Request& req, std_srvs::SetBool::Response& res);
+  bool onStep(vest_msgs::Step::Request& req, vest_msgs::Step::Response& res);
+  bool onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snapshot::Response& res);
+  std::string snapshotFile(const std::string& name) const;
+
+  void publishLoop();
+  void publishSteps();
+  void publishState();
+  void publishTopology();
+  void publishChangedTopology(std::uint32_t revision);
+  void publishSession();
+  void publishDiagnostics();
+  void startWhenReady(double waited);
+  ros::Time stamp(std::int64_t steady_ns) const;
+  void followClock();
+
+  ros::NodeHandle nh_, private_nh_;
+  Factory factory_;
+  int threads_ = 1;
+  std::string scene_, session_directory_;
+  bool wait_for_recorder_ = false;
+  double recorder_timeout_ = 60.0;
+  std::atomic<bool> held_{false};  ///< paused until a recorder listens
+
+  std::unique_ptr<scene::Runner> runner_;
+  std::mutex loaded_mutex_;  ///< topology_ and description_; never held by the stepping thread
+  boost::shared_ptr<vest_msgs::TissueTopology> topology_;
+  std::shared_ptr<const scene::Description> description_;
+  std::atomic<bool> topology_due_{true}, loading_{false};
+  std::map<std::string, std::vector<std::uint8_t>> snapshots_;
+
+  ros::CallbackQueue input_queue_, service_queue_;
+  ros::AsyncSpinner input_spinner_{1, &input_queue_}, service_spinner_{1, &service_queue_};
+  ros::Subscriber instruments_, footswitches_, recording_;
+  std::vector<ros::ServiceServer> services_;
+  ros::Publisher topology_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_, attachments_pub_, markers_pub_,
+      steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;
+
+  // Of the input thread.
+  scene::ToolSample sample_;
+  ros::WallTime pedals_time_;
+  std::atomic<std::uint64_t> refused_inputs_{0};
+
+  // Of the publishing thread.
+  MessagePool<vest_msgs::StepInput> step_pool_;
+  MessagePool<vest_msgs::ContactModels> contact_pool_;
+  MessagePool<vest_msgs::TissueState> state_pool_;
+  std::uint32_t state_sequence_ = 0, contact_sequence_ = 0, step_sequence_ = 0;
+  std::uint64_t event_id_ = 0, clock_jumps_ = 0;
+  std::int64_t clock_offset_ns_ = 0;
+  double next_markers_ = 0.0;
+  std::uint32_t published_revision_ = 0;
+  std::mutex recording_mutex_;
+  vest_msgs::SessionState recording_state_;
+  ros::WallTime recording_time_;
+
+  std::atomic<bool> stop_{false};
+  std::thread publisher_;
+};
+
+}  // namespace vest::ros_shell

@@ -1,0 +1,175 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "vest_tissue/scene/ring.h"
+#include "vest_tissue/scene/world.h"
+
+namespace vest::scene {
+
+/// What a Runner paces: the tissue alone, or a composite that adds effects around it.
+class Simulation {
+ public:
+  virtual ~Simulation() = default;
+  /// One step. May complete `input` (feedback of effects) before the tissue consumes it; what stands in `input`
+  /// afterwards is what was consumed. Real-time safe.
+  virtual Status step(StepInput& input, StepReport& report) = 0;
+  virtual World& world() = 0;
+  virtual void reset() = 0;
+  /// Called after the World was restored from a snapshot.
+  virtual void restored() {}
+};
+
+/// The tissue without anything around it.
+class TissueSimulation : public Simulation {
+ public:
+  explicit TissueSimulation(World world) : world_(std::move(world)) {}
+  Status step(StepInput& input, StepReport& report) override { return world_.step(input, report); }
+  World& world() override { return world_; }
+  void reset() override { world_.reset(); }
+
+ private:
+  World world_;
+};
+
+/// The newest that is known of all instruments and pedals.
+struct ToolSample {
+  std::array<ToolInput, tools::kInstrumentCount> tools;
+  std::uint32_t pedals = 0;  ///< bit mask, as StepInput::pedals
+};
+
+/// Commands that change the State between two steps; values are those of vest_msgs/StepInput COMMAND_*.
+enum class Command : std::uint8_t { None = 0, Reset = 1, Load = 2, Restore = 3 };
+
+/// What one step consumed and told, for publishing and recording. Every step makes one; none is lost.
+struct StepFrame {
+  StepInput input;
+  Command command = Command::None;  ///< applied before the step
+  std::string command_argument;
+  Status status = Status::Ok;
+  std::int64_t steady_ns = 0;       ///< steady clock when it was consumed
+  bool has_hash = false;
+  std::uint64_t hash = 0;           ///< after the step
+  std::vector<Event> events;
+};
+
+struct ContactFrame {
+  std::uint64_t step = 0;
+  std::int64_t steady_ns = 0;
+  std::array<ContactModel, tools::kInstrumentCount> contacts;
+};
+
+struct StateFrame {
+  std::uint64_t step = 0;
+  std::uint32_t revision = 0;
+  std::uint32_t generation = 0;  ///< grows with every loaded scene
+  double time = 0.0;             ///< s
+  std::int64_t steady_ns = 0;
+  std::vector<float> positions;  ///< m, world, x y z per knot, objects in scene order
+  bool has_strain = false;
+  std::vector<float> strain;     ///< no unit, per knot
+  std::vector<Attachment> attachments;
+};
+
+struct RunnerOptions {
+  double speed = 1.0;          ///< simulated over wall time, 0.01 … 1000
+  double contact_rate = 250;   ///< Hz, wall time
+  double state_rate = 60;      ///< Hz, wall time
+  double strain_rate = 10;     ///< Hz, wall time
+  std::uint32_t hash_every = 100;  ///< steps
+  std::uint32_t seed = 1;
+  double catch_up_limit = 0.25;    ///< s: what is further behind is given up, and shows in the real-time factor
+};
+
+struct RunnerStatistics {
+  std::uint64_t step = 0;
+  double time = 0.0;              ///< s, simulated
+  double real_time_factor = 0.0;  ///< in the last second of wall time
+  double step_cpu_time = 0.0;     ///< s, mean of the last second
+  bool paused = false;
+  bool fault = false;
+};
+
+/// Steps a Simulation in a thread of its own: fixed steps, paced to the steady clock. Never skips a step: where the
+/// machine is too slow, simulated time falls behind and the real-time factor says so.
+class Runner {
+ public:
+  Runner(std::unique_ptr<Simulation> simulation, const RunnerOptions& options);
+  ~Runner();
+
+  /// Begins to step; idempotent.
+  void start();
+  /// Newest sample of the instruments; the next step consumes it. One caller's thread.
+  void setTools(const ToolSample& sample) {
+    tools_.back() = sample;
+    tools_.publish();
+  }
+
+  // The following run between two steps and wait for it. Any thread but the Runner's.
+  void setPaused(bool paused);
+  /// Advances a paused simulation. @return false where it is not paused
+  bool advance(std::uint32_t steps);
+  void reset();
+  /// Swaps the simulation; the old one is destroyed by the caller's thread. @param argument what step_inputs names
+  void load(std::unique_ptr<Simulation> simulation, const std::string& argument);
+  /// @throws std::invalid_argument, and then nothing has changed
+  void restore(const std::vector<std::uint8_t>& bytes, const std::string& argument);
+  /// Runs a function between two steps.
+  void call(const std::function<void(Simulation&)>& function);
+
+  RunnerStatistics statistics() const;
+  std::uint32_t generation() const { return generation_.load(); }
+
+  // Ends of the queues, for one publishing thread.
+  SpscRing<StepFrame>& steps() { return frames_; }
+  TripleBuffer<ContactFrame>& contacts() { return contacts_; }
+  TripleBuffer<StateFrame>& states() { return states_; }
+
+ private:
+  void run();
+  void stepOnce(std::int64_t now);
+  void fillContacts(std::int64_t now);
+  void fillState(std::int64_t now);
+  void execute(const std::function<void()>& function);
+
+  RunnerOptions options_;
+  std::unique_ptr<Simulation> simulation_;
+  SpscRing<StepFrame> frames_{4096};
+  TripleBuffer<ContactFrame> contacts_;
+  TripleBuffer<StateFrame> states_;
+  TripleBuffer<ToolSample> tools_;
+
+  std::mutex mutex_;  ///< guards command_; taken by the stepping thread only when has_command_ says so
+  std::condition_variable done_;
+  const std::function<void()>* command_ = nullptr;
+  std::atomic<bool> has_command_{false};
+  std::atomic<bool> stop_{false};
+  std::mutex caller_;  ///< one command at a time
+
+  std::atomic<std::uint32_t> generation_{1};
+  std::atomic<std::uint64_t> step_{0};
+  std::atomic<double> time_{0}, factor_{0}, cpu_{0};
+  std::atomic<bool> paused_{false}, fault_{false};
+
+  // Of the stepping thread.
+  bool pausing_ = false;
+  std::uint64_t to_advance_ = 0;
+  std::int64_t due_ns_ = 0;
+  std::int64_t contact_due_ = 0, state_due_ = 0, strain_due_ = 0;
+  Command pending_command_ = Command::None;
+  std::string pending_argument_;
+  ToolSample sample_;
+  StepReport report_;
+  std::thread thread_;
+};
+
+}  // namespace vest::scene

@@ -1,0 +1,391 @@
+#include "vest_tissue/ros/conversions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "vest_tissue/net/skin.h"
+
+namespace vest::ros_shell {
+namespace {
+
+using scene::Description;
+
+geometry_msgs::Pose poseMsg(const Eigen::Isometry3d& X) {
+  geometry_msgs::Pose p;
+  const Eigen::Quaterniond q(X.linear());
+  p.position.x = X.translation().x();
+  p.position.y = X.translation().y();
+  p.position.z = X.translation().z();
+  p.orientation.x = q.x();
+  p.orientation.y = q.y();
+  p.orientation.z = q.z();
+  p.orientation.w = q.w();
+  return p;
+}
+
+geometry_msgs::Vector3 vectorMsg(const Eigen::Vector3d& v) {
+  geometry_msgs::Vector3 m;
+  m.x = v.x();
+  m.y = v.y();
+  m.z = v.z();
+  return m;
+}
+
+std::string instrumentWord(std::int8_t instrument) {
+  if (instrument < 0 || instrument >= tools::kInstrumentCount) return "";
+  return std::string(tools::instrumentName(static_cast<tools::Instrument>(instrument)));
+}
+
+std::string objectWord(std::size_t object, const Description& description) {
+  return object < description.objects.size() ? description.objects[object].name : "";
+}
+
+bool finite(const geometry_msgs::Pose& p) {
+  return std::isfinite(p.position.x) && std::isfinite(p.position.y) && std::isfinite(p.position.z) &&
+         std::isfinite(p.orientation.x) && std::isfinite(p.orientation.y) && std::isfinite(p.orientation.z) &&
+         std::isfinite(p.orientation.w);
+}
+
+void skinToMsg(const scene::Skin& skin, std::vector<std::uint32_t>& start, std::vector<std::uint32_t>& knots,
+               std::vector<float>& weights) {
+  start = skin.binding_start;
+  knots = skin.binding_knots;
+  weights = skin.binding_weights;
+}
+
+template <class Triangles>
+std::vector<std::uint32_t> flat(const Triangles& triangles) {
+  std::vector<std::uint32_t> out;
+  out.reserve(3 * triangles.size());
+  for (const auto& t : triangles) out.insert(out.end(), {t[0], t[1], t[2]});
+  return out;
+}
+
+std_msgs::ColorRGBA colour(const std::string& organ) {
+  const auto rgb = [](float r, float g, float b) {
+    std_msgs::ColorRGBA c;
+    c.r = r, c.g = g, c.b = b, c.a = 1.0F;
+    return c;
+  };
+  if (organ == "artery") return rgb(0.75F, 0.15F, 0.12F);
+  if (organ == "vein") return rgb(0.35F, 0.20F, 0.40F);
+  if (organ == "ovary") return rgb(0.90F, 0.85F, 0.78F);
+  if (organ == "ligament" || organ == "cavity") return rgb(0.80F, 0.50F, 0.42F);
+  return rgb(0.82F, 0.45F, 0.42F);
+}
+
+}  // namespace
+
+void toMsg(const scene::StepFrame& frame, const Description& description, vest_msgs::StepInput& msg) {
+  const scene::StepInput& in = frame.input;
+  msg.header.frame_id = "world";
+  msg.step = in.step;
+  msg.dt = in.dt;
+  msg.seed = in.seed;
+  msg.command = static_cast<std::uint8_t>(frame.command);
+  msg.command_argument = frame.command_argument;
+  for (std::size_t i = 0; i < in.tools.size(); ++i) {
+    const scene::ToolInput& t = in.tools[i];
+    vest_msgs::ToolInput& m = msg.tools[i];
+    m.present = t.present;
+    m.tool = static_cast<std::uint8_t>(t.tool);
+    m.functions = t.functions;
+    for (std::size_t k = 0; k < 3; ++k) m.position[k] = t.position[static_cast<Eigen::Index>(k)];
+    m.orientation = {t.orientation.x(), t.orientation.y(), t.orientation.z(), t.orientation.w()};
+    for (std::size_t k = 0; k < 3; ++k) m.pivot[k] = t.pivot[static_cast<Eigen::Index>(k)];
+    m.jaw = t.jaw;
+  }
+  msg.pedals = in.pedals;
+  msg.edits.resize(in.edits.size());
+  for (std::size_t i = 0; i < in.edits.size(); ++i) {
+    msg.edits[i].object = in.edits[i].object;
+    msg.edits[i].parameter = in.edits[i].parameter;
+    msg.edits[i].value = in.edits[i].value;
+  }
+  msg.impacts.resize(in.impacts.size());
+  for (std::size_t i = 0; i < in.impacts.size(); ++i) {
+    msg.impacts[i].object = objectWord(in.impacts[i].object, description);
+    msg.impacts[i].element = in.impacts[i].triangle;
+    std::copy(in.impacts[i].weights.begin(), in.impacts[i].weights.end(), msg.impacts[i].barycentric.begin());
+    msg.impacts[i].momentum = vectorMsg(in.impacts[i].momentum);
+  }
+  msg.dilatations.resize(in.dilatations.size());
+  for (std::size_t i = 0; i < in.dilatations.size(); ++i) {
+    msg.dilatations[i].vessel_segment = in.dilatations[i].vessel_segment;
+    msg.dilatations[i].dilatation = static_cast<float>(in.dilatations[i].dilatation);
+  }
+}
+
+void fromMsg(const vest_msgs::StepInput& msg, const Description& description, scene::StepInput& in) {
+  in.step = msg.step;
+  in.dt = msg.dt;
+  in.seed = msg.seed;
+  for (std::size_t i = 0; i < in.tools.size(); ++i) {
+    const vest_msgs::ToolInput& m = msg.tools[i];
+    scene::ToolInput& t = in.tools[i];
+    if (m.tool >= tools::kToolKindCount) {
+      throw std::invalid_argument("step " + std::to_string(msg.step) + ": tools[" + std::to_string(i) + "].tool is " +
+                                  std::to_string(m.tool) + " (allowed: 0 to 10)");
+    }
+    t.present = m.present;
+    t.tool = static_cast<tools::ToolKind>(m.tool);
+    t.functions = m.functions;
+    t.position = {m.position[0], m.position[1], m.position[2]};
+    t.orientation = Eigen::Quaterniond(m.orientation[3], m.orientation[0], m.orientation[1], m.orientation[2]);
+    t.pivot = {m.pivot[0], m.pivot[1], m.pivot[2]};
+    t.jaw = m.jaw;
+  }
+  in.pedals = msg.pedals;
+  in.edits.clear();
+  for (const auto& e : msg.edits) in.edits.push_back({e.object, e.parameter, e.value});
+  in.impacts.clear();
+  for (const auto& m : msg.impacts) {
+    const auto object = std::find_if(description.objects.begin(), description.objects.end(),
+                                     [&](const scene::Object& o) { return o.name == m.object; });
+    if (object == description.objects.end()) {
+      throw std::invalid_argument("step " + std::to_string(msg.step) + ": impacts name the object '" + m.object +
+                                  "', which the scene does not have");
+    }
+    scene::ImpactInput impact;
+    impact.object = static_cast<std::uint16_t>(object - description.objects.begin());
+    impact.triangle = m.element;
+    std::copy(m.barycentric.begin(), m.barycentric.end(), impact.weights.begin());
+    impact.momentum = {m.momentum.x, m.momentum.y, m.momentum.z};
+    in.impacts.push_back(impact);
+  }
+  in.dilatations.clear();
+  for (const auto& d : msg.dilatations) in.dilatations.push_back({d.vessel_segment, d.dilatation});
+}
+
+bool fromMsg(const vest_msgs::InstrumentStates& msg, scene::ToolSample& sample) {
+  bool good = true;
+  for (const vest_msgs::InstrumentState& s : msg.instruments) {
+    std::size_t i = 0;
+    while (i < tools::kInstrumentCount && tools::instrumentName(static_cast<tools::Instrument>(i)) != s.name) ++i;
+    const double norm = s.tip.orientation.x * s.tip.orientation.x + s.tip.orientation.y * s.tip.orientation.y +
+                        s.tip.orientation.z * s.tip.orientation.z + s.tip.orientation.w * s.tip.orientation.w;
+    if (i == tools::kInstrumentCount || s.tool >= tools::kToolKindCount || !finite(s.tip) || !finite(s.shaft) ||
+        !std::isfinite(s.joint_position[4]) || std::abs(norm - 1.0) > 1e-3) {
+      good = false;
+      continue;
+    }
+    scene::ToolInput& t = sample.tools[i];
+    if (!s.valid && !t.present) continue;
+    t.present = s.tool != vest_msgs::InstrumentState::TOOL_NONE;
+    t.tool = static_cast<tools::ToolKind>(s.tool);
+    t.functions = s.functions;
+    t.position = {s.tip.position.x, s.tip.position.y, s.tip.position.z};
+    t.orientation =
+        Eigen::Quaterniond(s.tip.orientation.w, s.tip.orientation.x, s.tip.orientation.y, s.tip.orientation.z);
+    t.pivot = {s.shaft.position.x, s.shaft.position.y, s.shaft.position.z};
+    t.jaw = t.tool == tools::ToolKind::Endoscope ? 0.0 : s.joint_position[4];
+  }
+  return good;
+}
+
+void toMsg(const scene::ContactFrame& frame, double age, vest_msgs::ContactModels& msg) {
+  msg.header.frame_id = "world";
+  msg.step = frame.step;
+  msg.contacts.resize(frame.contacts.size());
+  for (std::size_t i = 0; i < frame.contacts.size(); ++i) {
+    const scene::ContactModel& c = frame.contacts[i];
+    vest_msgs::ContactModel& m = msg.contacts[i];
+    m.instrument = instrumentWord(static_cast<std::int8_t>(i));
+    m.in_contact = c.in_contact;
+    m.grasping = c.grasping;
+    m.step = c.step;
+    m.age = age;
+    m.proxy = poseMsg(c.proxy);
+    m.velocity.linear = vectorMsg(c.velocity.head<3>());
+    m.velocity.angular = vectorMsg(c.velocity.tail<3>());
+    m.wrench.force = vectorMsg(c.wrench.head<3>());
+    m.wrench.torque = vectorMsg(c.wrench.tail<3>());
+    for (std::size_t k = 0; k < 36; ++k) {
+      const auto row = static_cast<Eigen::Index>(k / 6), column = static_cast<Eigen::Index>(k % 6);
+      m.stiffness[k] = c.stiffness(row, column);
+      m.damping[k] = c.damping(row, column);
+    }
+    m.planes.resize(static_cast<std::size_t>(c.plane_count));
+    for (std::size_t k = 0; k < m.planes.size(); ++k) {
+      m.planes[k].normal = vectorMsg(c.planes[k].normal);
+      m.planes[k].offset = c.planes[k].offset;
+    }
+    m.radius = c.radius;
+    m.pinch_force = c.pinch_force;
+    m.jaw_torque = c.jaw_torque;
+  }
+}
+
+void toMsg(const scene::Event& e, const Description& description, vest_msgs::TissueEvent& msg) {
+  static const char* const kWords[] = {"grasped",   "released", "slipped", "cut",        "clipped",    "unclipped", "coagulated",
+                                       "punctured", "ligated",  "torn",    "knot tied", "perforated", "separated", "fault"};
+  msg.header.frame_id = "world";
+  msg.step = e.step;
+  msg.kind = static_cast<std::uint8_t>(e.kind);
+  msg.instrument = instrumentWord(e.instrument);
+  msg.object = objectWord(e.object, description);
+  msg.element = e.element;
+  std::copy(e.barycentric.begin(), e.barycentric.end(), msg.barycentric.begin());
+  msg.position.x = e.position.x();
+  msg.position.y = e.position.y();
+  msg.position.z = e.position.z();
+  msg.station = e.station;
+  msg.area = e.area;
+  msg.force = e.force;
+  msg.energy = e.energy;
+  if (e.object < description.objects.size()) msg.vessel_segment = description.objects[e.object].tube.vessel_segment;
+  msg.text = msg.object + (msg.kind < std::size(kWords) ? std::string(" ") + kWords[msg.kind] : "") +
+             (msg.instrument.empty() ? "" : " by " + msg.instrument);
+}
+
+void toMsg(const scene::World& world, vest_msgs::TissueTopology& msg) {
+  const Description& description = world.description();
+  msg.header.frame_id = "world";
+  msg.revision = world.revision();
+  msg.step = world.steps();
+  msg.scene = description.name;
+  msg.scene_hash = description.hash;
+  msg.objects.clear();
+  msg.objects.resize(world.objectCount());
+  for (std::size_t i = 0; i < world.objectCount(); ++i) {
+    const scene::Object& o = description.objects[i];
+    const scene::Topology& t = world.topology(i);
+    vest_msgs::TissueObject& m = msg.objects[i];
+    m.name = o.name;
+    m.id = static_cast<std::uint16_t>(i);
+    m.segmentation_label = static_cast<std::uint16_t>(i + 1);
+    m.organ = o.organ;
+    m.material = o.material;
+    m.roles = o.roles;
+    m.model = static_cast<std::uint8_t>(o.model);
+    m.revision = t.revision;
+    m.knot_count = static_cast<std::uint32_t>(world.knotCount(i));
+    for (const Eigen::Vector3d& p : o.rest_position) {
+      for (int k = 0; k < 3; ++k) m.rest_position.push_back(static_cast<float>(p[k]));
+    }
+    m.knot_fixed = o.fixed;
+    for (const scene::Link& l : t.links) {
+      m.link_knots.insert(m.link_knots.end(), {l.knot0, l.kind == scene::LinkKind::Bending ? l.knot2 : l.knot1});
+      m.link_kind.push_back(static_cast<std::uint8_t>(l.kind));
+    }
+    m.link_alive = t.link_alive;
+    m.triangles = flat(t.skin.triangles);
+    for (std::size_t k = 0; k < t.triangle_alive.size() && k < t.skin.triangles.size(); ++k) {
+      // Indices never shift: a dead triangle stays, without area.
+      if (t.triangle_alive[k] == 0) std::fill_n(m.triangles.begin() + static_cast<std::ptrdiff_t>(3 * k), 3, 0U);
+    }
+    m.triangle_layer = t.skin.layer;
+    for (const auto& uv : t.skin.texture_coordinates) m.texture_coordinates.insert(m.texture_coordinates.end(), {uv[0], uv[1]});
+    skinToMsg(t.skin, m.binding_start, m.binding_knots, m.binding_weights);
+    m.ring_start.clear();
+    if (!o.tube.rings.empty()) m.ring_start.push_back(0);
+    for (std::size_t r = 0; r < o.tube.rings.size(); ++r) {
+      m.centre_line_station.push_back(static_cast<float>(o.tube.station[r]));
+      m.ring_knots.insert(m.ring_knots.end(), o.tube.rings[r].begin(), o.tube.rings[r].end());
+      m.ring_start.push_back(static_cast<std::uint32_t>(m.ring_knots.size()));
+    }
+    m.vessel_segment = o.tube.vessel_segment;
+  }
+}
+
+void toMsg(const scene::TopologyDelta& d, vest_msgs::TissueTopologyDelta& msg) {
+  msg.header.frame_id = "world";
+  msg.from_revision = d.from_revision;
+  msg.revision = d.revision;
+  msg.object = d.object;
+  msg.object_revision = d.object_revision;
+  msg.removed_links = d.removed_links;
+  msg.added_link_knots.clear();
+  msg.added_link_kind.clear();
+  for (const scene::Link& l : d.added_links) {
+    msg.added_link_knots.insert(msg.added_link_knots.end(),
+                                {l.knot0, l.kind == scene::LinkKind::Bending ? l.knot2 : l.knot1});
+    msg.added_link_kind.push_back(static_cast<std::uint8_t>(l.kind));
+  }
+  msg.doubled_knots = d.doubled_knots;
+  msg.removed_triangles = d.removed_triangles;
+  msg.added_triangles = flat(d.added_triangles);
+  msg.added_triangle_layer = d.added_triangle_layer;
+  msg.added_texture_coordinates.clear();
+  for (const auto& uv : d.added_skin.texture_coordinates) {
+    msg.added_texture_coordinates.insert(msg.added_texture_coordinates.end(), {uv[0], uv[1]});
+  }
+  skinToMsg(d.added_skin, msg.added_binding_start, msg.added_binding_knots, msg.added_binding_weights);
+  msg.rebound_vertices = d.rebound_vertices;
+  skinToMsg(d.rebound_skin, msg.rebound_start, msg.rebound_knots, msg.rebound_weights);
+}
+
+void toMsg(const scene::StateFrame& frame, vest_msgs::TissueState& msg) {
+  msg.header.frame_id = "world";
+  msg.revision = frame.revision;
+  msg.step = frame.step;
+  msg.time = frame.time;
+  msg.positions.assign(frame.positions.begin(), frame.positions.end());
+  msg.fields.resize(frame.has_strain ? 1 : 0);
+  if (!frame.has_strain) return;
+  vest_msgs::TissueField& field = msg.fields[0];
+  field.kind = vest_msgs::TissueField::STRAIN;
+  field.minimum = 0.0F;
+  field.maximum = 1.0F;
+  field.data.resize(frame.strain.size());
+  for (std::size_t i = 0; i < frame.strain.size(); ++i) {
+    const float s = frame.strain[i];
+    field.data[i] = static_cast<std::uint8_t>(s > 0.0F ? std::min(s, 1.0F) * 255.0F + 0.5F : 0.0F);
+  }
+}
+
+void toMsg(const scene::StateFrame& frame, const Description& description, vest_msgs::TissueAttachments& msg) {
+  msg.header.frame_id = "world";
+  msg.step = frame.step;
+  msg.attachments.resize(frame.attachments.size());
+  for (std::size_t i = 0; i < frame.attachments.size(); ++i) {
+    const scene::Attachment& a = frame.attachments[i];
+    vest_msgs::TissueAttachment& m = msg.attachments[i];
+    m.id = a.id;
+    m.kind = a.kind;
+    m.object = objectWord(a.anchor.object, description);
+    m.element = 0;
+    for (std::size_t k = 0; k < 3; ++k) m.barycentric[k] = a.anchor.weights[k];
+    m.pose = poseMsg(a.pose);
+    m.station = a.station;
+    m.closure = a.closure;
+    m.instrument = instrumentWord(a.instrument);
+  }
+}
+
+void toMarkers(const vest_msgs::TissueTopology& topology, const scene::StateFrame& frame,
+               visualization_msgs::MarkerArray& msg) {
+  msg.markers.resize(topology.objects.size());
+  std::size_t first = 0;
+  std::vector<float> skin;
+  for (std::size_t i = 0; i < topology.objects.size(); ++i) {
+    const vest_msgs::TissueObject& o = topology.objects[i];
+    visualization_msgs::Marker& m = msg.markers[i];
+    m.header.frame_id = "world";
+    m.ns = "tissue";
+    m.id = static_cast<int>(i);
+    m.type = visualization_msgs::Marker::TRIANGLE_LIST;
+    m.action = visualization_msgs::Marker::ADD;
+    m.pose.orientation.w = 1.0;
+    m.scale.x = m.scale.y = m.scale.z = 1.0;
+    m.color = colour(o.organ);
+    m.points.clear();
+    const std::size_t vertices = o.binding_start.empty() ? 0 : o.binding_start.size() - 1;
+    if (3 * (first + o.knot_count) > frame.positions.size()) break;
+    skin.resize(3 * vertices);
+    net::rebuildSkin(frame.positions.data() + 3 * first, o.binding_start.data(), o.binding_knots.data(),
+                     o.binding_weights.data(), vertices, skin.data());
+    m.points.resize(o.triangles.size());
+    for (std::size_t k = 0; k < o.triangles.size(); ++k) {
+      const float* p = skin.data() + 3 * static_cast<std::size_t>(o.triangles[k]);
+      m.points[k].x = p[0];
+      m.points[k].y = p[1];
+      m.points[k].z = p[2];
+    }
+    first += o.knot_count;
+  }
+}
+
+}  // namespace vest::ros_shell

@@ -1,0 +1,72 @@
+#include <sys/stat.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "vest_tissue/ros/tissue_server.h"
+
+// The snapshot service: by name in memory (and in the session's folder, for re-simulation), or in a file.
+namespace vest::ros_shell {
+namespace {
+
+constexpr std::size_t kMostSnapshots = 64;
+
+bool isPath(const std::string& name) { return name.find('/') != std::string::npos; }
+
+}  // namespace
+
+std::string TissueServer::snapshotFile(const std::string& name) const {
+  if (isPath(name)) return name;
+  return session_directory_.empty() ? "" : session_directory_ + "/snapshots/" + name + ".snapshot";
+}
+
+bool TissueServer::onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snapshot::Response& res) {
+  try {
+    if (req.name.empty()) throw std::invalid_argument("name: empty (allowed: a word, or the path of a file)");
+    const std::string file = snapshotFile(req.name);
+    if (req.operation == vest_msgs::Snapshot::Request::SAVE) {
+      std::vector<std::uint8_t> bytes;
+      runner_->call([&](scene::Simulation& s) { s.world().save(bytes); });
+      if (!file.empty()) {
+        if (!isPath(req.name)) mkdir((session_directory_ + "/snapshots").c_str(), 0777);
+        std::ofstream out(file, std::ios::binary);
+        out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        out.close();
+        if (!out) throw std::invalid_argument(file + ": cannot be written");
+      }
+      if (!isPath(req.name)) {
+        if (snapshots_.size() >= kMostSnapshots && snapshots_.count(req.name) == 0) {
+          throw std::invalid_argument("64 snapshots are kept already (allowed: names in use, or the path of a file)");
+        }
+        snapshots_[req.name] = std::move(bytes);
+      }
+    } else if (req.operation == vest_msgs::Snapshot::Request::RESTORE) {
+      std::vector<std::uint8_t> bytes;
+      const auto kept = snapshots_.find(req.name);
+      if (kept != snapshots_.end()) {
+        bytes = kept->second;
+      } else {
+        std::ifstream in(file, std::ios::binary);
+        if (file.empty() || !in) throw std::invalid_argument("there is no snapshot '" + req.name + "'");
+        bytes.assign(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+      }
+      runner_->restore(bytes, req.name);
+      topology_due_ = true;
+    } else {
+      throw std::invalid_argument("operation: " + std::to_string(req.operation) + " (allowed: 0 SAVE, 1 RESTORE)");
+    }
+    res.success = true;
+    res.message = file.empty() ? req.name : file;
+  } catch (const std::exception& e) {
+    res.success = false;
+    res.message = std::string("snapshot refused: ") + e.what();
+    ROS_ERROR("%s", res.message.c_str());
+  }
+  runner_->call([&](scene::Simulation& s) {
+    res.step = s.world().steps();
+    res.state_hash = s.world().stateHash();
+  });
+  return true;
+}
+
+}  // namespace vest::ros_shell

@@ -1,0 +1,394 @@
+#include "vest_tissue/ros/tissue_server.h"
+
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <ros/package.h>
+
+#include "vest_tissue/ros/parameters.h"
+
+namespace vest::ros_shell {
+namespace {
+
+std::int64_t steadyNow() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+/// A word is a scene of vest_tissue/scenes; anything with a slash or .yaml is a file.
+std::string sceneFile(const std::string& scene) {
+  const bool file = scene.find('/') != std::string::npos ||
+                    (scene.size() > 5 && scene.compare(scene.size() - 5, 5, ".yaml") == 0);
+  if (file) return scene;
+  const std::string package = ros::package::getPath("vest_tissue");
+  if (package.empty()) throw std::invalid_argument("scene '" + scene + "': package vest_tissue is not on ROS_PACKAGE_PATH");
+  return package + "/scenes/" + scene + "/" + scene + ".yaml";
+}
+
+}  // namespace
+
+TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory)
+    : nh_(nh), private_nh_(private_nh), factory_(std::move(factory)) {
+  scene_ = stringParameter(private_nh_, "scene", "gynaecology");
+  threads_ = intParameter(private_nh_, "threads", 1, 1, 64);
+  session_directory_ = stringParameter(private_nh_, "session_directory", "");
+  wait_for_recorder_ = boolParameter(private_nh_, "wait_for_recorder", false);
+  recorder_timeout_ = doubleParameter(private_nh_, "recorder_timeout", 90.0, 0.0, 3600.0);
+  scene::RunnerOptions options;
+  options.speed = doubleParameter(private_nh_, "speed", options.speed, 0.01, 1000.0);
+  options.state_rate = doubleParameter(private_nh_, "state_rate", options.state_rate, 1.0, 500.0);
+  options.contact_rate = doubleParameter(private_nh_, "contact_rate", options.contact_rate, 1.0, 500.0);
+  options.strain_rate = doubleParameter(private_nh_, "strain_rate", options.strain_rate, 0.1, 500.0);
+  options.seed = static_cast<std::uint32_t>(intParameter(private_nh_, "seed", 1, 0, 2147483647));
+
+  Loaded loaded = loadFile(scene_);
+  topology_ = loaded.topology;
+  description_ = loaded.description;
+  published_revision_ = topology_->revision;
+  runner_ = std::make_unique<scene::Runner>(std::move(loaded.simulation), options);
+
+  topology_pub_ = nh_.advertise<vest_msgs::TissueTopology>("tissue/topology", 2, true);
+  delta_pub_ = nh_.advertise<vest_msgs::TissueTopologyDelta>("tissue/topology_delta", 1000);
+  state_pub_ = nh_.advertise<vest_msgs::TissueState>("tissue/state", 10);
+  contacts_pub_ = nh_.advertise<vest_msgs::ContactModels>("tissue/contacts", 100);
+  events_pub_ = nh_.advertise<vest_msgs::TissueEvent>("tissue/events", 1000);
+  attachments_pub_ = nh_.advertise<vest_msgs::TissueAttachments>("tissue/attachments", 10);
+  markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>("tissue/markers", 1);
+  steps_pub_ = nh_.advertise<vest_msgs::StepInput>("step_inputs", 8000);
+  hash_pub_ = nh_.advertise<vest_msgs::StateHash>("tissue/state_hash", 100);
+  session_pub_ = nh_.advertise<vest_msgs::SessionState>("session/state", 10);
+  diagnostics_pub_ = nh_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
+
+  ros::NodeHandle input(nh_);
+  input.setCallbackQueue(&input_queue_);
+  const auto hints = ros::TransportHints().tcpNoDelay();
+  instruments_ = input.subscribe("instruments", 10, &TissueServer::onInstruments, this, hints);
+  footswitches_ = input.subscribe("phantom_box/footswitches", 10, &TissueServer::onFootswitches, this, hints);
+  recording_ = input.subscribe("session/recording", 10, &TissueServer::onRecording, this);
+  ros::NodeHandle service(nh_);
+  service.setCallbackQueue(&service_queue_);
+  services_.push_back(service.advertiseService("tissue/load_scene", &TissueServer::onLoad, this));
+  services_.push_back(service.advertiseService("tissue/reset", &TissueServer::onReset, this));
+  services_.push_back(service.advertiseService("tissue/pause", &TissueServer::onPause, this));
+  services_.push_back(service.advertiseService("tissue/step", &TissueServer::onStep, this));
+  services_.push_back(service.advertiseService("tissue/snapshot", &TissueServer::onSnapshot, this));
+
+  held_ = wait_for_recorder_;
+  if (held_ || boolParameter(private_nh_, "paused", false)) runner_->setPaused(true);
+  runner_->start();
+  publisher_ = std::thread([this] { publishLoop(); });
+  input_spinner_.start();
+  service_spinner_.start();
+}
+
+TissueServer::~TissueServer() {
+  input_spinner_.stop();
+  service_spinner_.stop();
+  stop_ = true;
+  if (publisher_.joinable()) publisher_.join();
+}
+
+TissueServer::Loaded TissueServer::loadFile(const std::string& scene) const {
+  scene::Description description = scene::loadScene(sceneFile(scene));
+  Loaded loaded;
+  scene::World world(description, threads_);
+  loaded.topology = boost::make_shared<vest_msgs::TissueTopology>();
+  toMsg(world, *loaded.topology);
+  loaded.description = std::make_shared<const scene::Description>(std::move(description));
+  loaded.simulation = factory_(std::move(world));
+  return loaded;
+}
+
+void TissueServer::onInstruments(const vest_msgs::InstrumentStates::ConstPtr& msg) {
+  if (!fromMsg(*msg, sample_)) {
+    ++refused_inputs_;
+    ROS_WARN_THROTTLE(5, "instruments: an unknown name or tool, or a pose that is not finite; its last good pose is kept");
+  }
+  // Pedals older than 100 ms count as released (safety).
+  if (sample_.pedals != 0 && (ros::WallTime::now() - pedals_time_).toSec() > 0.1) sample_.pedals = 0;
+  runner_->setTools(sample_);
+}
+
+void TissueServer::onFootswitches(const sensor_msgs::Joy::ConstPtr& msg) {
+  std::uint32_t pedals = 0;
+  for (std::size_t i = 0; i < msg->buttons.size() && i < 6; ++i) {
+    if (msg->buttons[i] == 1) pedals |= 1U << i;
+  }
+  sample_.pedals = pedals;
+  pedals_time_ = ros::WallTime::now();
+  runner_->setTools(sample_);
+}
+
+void TissueServer::onRecording(const vest_msgs::SessionState::ConstPtr& msg) {
+  std::lock_guard<std::mutex> lock(recording_mutex_);
+  recording_state_ = *msg;
+  recording_time_ = ros::WallTime::now();
+}
+
+bool TissueServer::onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res) {
+  try {
+    Loaded loaded = loadFile(req.scene);
+    loading_ = true;
+    runner_->load(std::move(loaded.simulation), req.scene);
+    std::lock_guard<std::mutex> lock(loaded_mutex_);
+    topology_ = loaded.topology;
+    description_ = loaded.description;
+    topology_due_ = true;
+    loading_ = false;
+    res.success = true;
+    res.message = "loaded " + description_->name;
+    res.scene_hash = description_->hash;
+    snapshots_.clear();
+  } catch (const std::exception& e) {
+    res.success = false;
+    res.message = e.what();
+    ROS_ERROR("load_scene refused, the present scene goes on: %s", e.what());
+  }
+  return true;
+}
+
+bool TissueServer::onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& res) {
+  runner_->reset();
+  topology_due_ = true;
+  res.success = true;
+  res.message = "step 0";
+  return true;
+}
+
+bool TissueServer::onPause(std_srvs::SetBool::Request& req, std_srvs::SetBool::Response& res) {
+  held_ = false;
+  runner_->setPaused(req.data);
+  res.success = true;
+  res.message = req.data ? "paused" : "running";
+  return true;
+}
+
+bool TissueServer::onStep(vest_msgs::Step::Request& req, vest_msgs::Step::Response& res) {
+  res.success = req.steps <= 1000000 && runner_->advance(req.steps);
+  if (!res.success) {
+    res.message = req.steps > 1000000 ? "steps: " + std::to_string(req.steps) + " (allowed: at most 1000000)"
+                                      : "not paused: call tissue/pause with true before tissue/step";
+  }
+  runner_->call([&](scene::Simulation& s) {
+    res.step = s.world().steps();
+    res.time = s.world().time();
+    res.state_hash = s.world().stateHash();
+  });
+  return true;
+}
+
+void TissueServer::startWhenReady(double waited) {
+  if (!held_) return;
+  if (steps_pub_.getNumSubscribers() > 0) {
+    held_ = false;
+    runner_->setPaused(false);
+  } else if (waited > recorder_timeout_) {
+    ROS_WARN("no recorder listens to %s after %.0f s: the simulation begins without one", steps_pub_.getTopic().c_str(),
+             recorder_timeout_);
+    held_ = false;
+    runner_->setPaused(false);
+  }
+}
+
+ros::Time TissueServer::stamp(std::int64_t steady_ns) const {
+  const std::int64_t t = steady_ns + clock_offset_ns_;
+  ros::Time time;
+  if (t > 0) time.fromNSec(static_cast<std::uint64_t>(t));
+  return time;
+}
+
+void TissueServer::followClock() {
+  const std::int64_t offset = static_cast<std::int64_t>(ros::Time::now().toNSec()) - steadyNow();
+  const std::int64_t error = offset - clock_offset_ns_;
+  if (std::abs(error) > 5000000) {
+    if (clock_offset_ns_ != 0) {
+      ++clock_jumps_;
+      ROS_WARN_THROTTLE(1, "the system clock jumped by %.3f s: stamps follow it, the simulation does not", 1e-9 * static_cast<double>(error));
+    }
+    clock_offset_ns_ = offset;
+  } else {
+    clock_offset_ns_ += error / 256;  // follows a slewed clock without steps in the stamps
+  }
+}
+
+void TissueServer::publishLoop() {
+  pthread_setname_np(pthread_self(), "vest_publisher");
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  auto next = begin;
+  double session_due = 0, diagnostics_due = 0, topology_due = 0;
+  while (!stop_) {
+    next += std::chrono::milliseconds(2);
+    if (next < Clock::now()) next = Clock::now();
+    std::this_thread::sleep_until(next);
+    const double t = std::chrono::duration<double>(Clock::now() - begin).count();
+    followClock();
+    startWhenReady(t);
+    if (topology_due_ || t >= topology_due) {
+      topology_due = t + 10.0;
+      publishTopology();
+    }
+    publishSteps();
+    if (runner_->contacts().update()) {
+      const auto msg = contact_pool_.take();
+      const scene::ContactFrame& frame = runner_->contacts().front();
+      msg->header.seq = ++contact_sequence_;
+      msg->header.stamp = stamp(frame.steady_ns);
+      toMsg(frame, 1e-9 * static_cast<double>(steadyNow() - frame.steady_ns), *msg);
+      contacts_pub_.publish(vest_msgs::ContactModels::ConstPtr(msg));
+    }
+    if (runner_->states().update()) publishState();
+    if (t >= session_due) {
+      session_due = t + 0.5;
+      publishSession();
+    }
+    if (t >= diagnostics_due) {
+      diagnostics_due = t + 1.0;
+      publishDiagnostics();
+    }
+  }
+}
+
+void TissueServer::publishTopology() {
+  topology_due_ = false;
+  std::lock_guard<std::mutex> lock(loaded_mutex_);
+  // A message that was published is never touched again: a new header needs a copy.
+  const auto msg = boost::make_shared<vest_msgs::TissueTopology>(*topology_);
+  msg->header.stamp = stamp(steadyNow());
+  published_revision_ = msg->revision;
+  topology_pub_.publish(vest_msgs::TissueTopology::ConstPtr(msg));
+}
+
+void TissueServer::publishChangedTopology(std::uint32_t revision) {
+  std::vector<scene::TopologyDelta> deltas;
+  bool known = false;
+  const auto whole = boost::make_shared<vest_msgs::TissueTopology>();
+  runner_->call([&](scene::Simulation& s) {
+    known = s.world().deltasSince(published_revision_, deltas);
+    toMsg(s.world(), *whole);
+  });
+  {
+    std::lock_guard<std::mutex> lock(loaded_mutex_);
+    topology_ = whole;
+  }
+  if (!known) return publishTopology();
+  for (const scene::TopologyDelta& delta : deltas) {
+    vest_msgs::TissueTopologyDelta msg;
+    toMsg(delta, msg);
+    msg.header.stamp = stamp(steadyNow());
+    msg.step = whole->step;
+    delta_pub_.publish(msg);
+  }
+  published_revision_ = revision;
+}
+
+void TissueServer::publishSteps() {
+  std::shared_ptr<const scene::Description> description;
+  {
+    std::lock_guard<std::mutex> lock(loaded_mutex_);
+    description = description_;
+  }
+  while (scene::StepFrame* frame = runner_->steps().front()) {
+    const ros::Time time = stamp(frame->steady_ns);
+    const auto msg = step_pool_.take();
+    toMsg(*frame, *description, *msg);
+    msg->header.seq = ++step_sequence_;
+    msg->header.stamp = time;
+    steps_pub_.publish(vest_msgs::StepInput::ConstPtr(msg));
+    for (const scene::Event& event : frame->events) {
+      const auto e = boost::make_shared<vest_msgs::TissueEvent>();
+      toMsg(event, *description, *e);
+      e->header.stamp = time;
+      e->id = ++event_id_;
+      events_pub_.publish(vest_msgs::TissueEvent::ConstPtr(e));
+    }
+    if (frame->has_hash) {
+      vest_msgs::StateHash hash;
+      hash.header.stamp = time;
+      hash.step = frame->input.step;
+      hash.hash = frame->hash;
+      hash_pub_.publish(hash);
+    }
+    runner_->steps().pop();
+  }
+}
+
+void TissueServer::publishState() {
+  const scene::StateFrame& frame = runner_->states().front();
+  // A viewer gets the topology first, then states that belong to it.
+  if (loading_ || topology_due_ || frame.generation != runner_->generation()) return;
+  if (frame.revision != published_revision_) publishChangedTopology(frame.revision);
+  const auto msg = state_pool_.take();
+  toMsg(frame, *msg);
+  msg->header.seq = ++state_sequence_;
+  msg->header.stamp = stamp(frame.steady_ns);
+  state_pub_.publish(vest_msgs::TissueState::ConstPtr(msg));
+
+  std::lock_guard<std::mutex> lock(loaded_mutex_);
+  const auto attachments = boost::make_shared<vest_msgs::TissueAttachments>();
+  toMsg(frame, *description_, *attachments);
+  attachments->header.stamp = msg->header.stamp;
+  attachments_pub_.publish(vest_msgs::TissueAttachments::ConstPtr(attachments));
+  const double now = 1e-9 * static_cast<double>(frame.steady_ns);
+  if (now >= next_markers_ && markers_pub_.getNumSubscribers() > 0) {
+    next_markers_ = now + 0.1;
+    const auto markers = boost::make_shared<visualization_msgs::MarkerArray>();
+    toMarkers(*topology_, frame, *markers);
+    for (auto& m : markers->markers) m.header.stamp = msg->header.stamp;
+    markers_pub_.publish(visualization_msgs::MarkerArray::ConstPtr(markers));
+  }
+}
+
+void TissueServer::publishSession() {
+  const scene::RunnerStatistics s = runner_->statistics();
+  vest_msgs::SessionState msg;
+  {
+    std::lock_guard<std::mutex> lock(recording_mutex_);
+    if ((ros::WallTime::now() - recording_time_).toSec() < 2.0) msg = recording_state_;
+  }
+  msg.header.stamp = stamp(steadyNow());
+  msg.state = s.fault ? vest_msgs::SessionState::FAULT
+                      : (s.paused ? vest_msgs::SessionState::PAUSED : vest_msgs::SessionState::RUNNING);
+  {
+    std::lock_guard<std::mutex> lock(loaded_mutex_);
+    msg.scene = description_->name;
+  }
+  msg.step = s.step;
+  msg.simulated_time = s.time;
+  msg.real_time_factor = s.real_time_factor;
+  msg.step_cpu_time = s.step_cpu_time;
+  if (held_) msg.status = "waiting for the recorder";
+  if (s.fault) msg.status = "an object fell back to its last good state";
+  session_pub_.publish(msg);
+}
+
+void TissueServer::publishDiagnostics() {
+  const scene::RunnerStatistics s = runner_->statistics();
+  diagnostic_msgs::DiagnosticArray msg;
+  msg.header.stamp = stamp(steadyNow());
+  msg.status.resize(1);
+  diagnostic_msgs::DiagnosticStatus& status = msg.status[0];
+  status.name = "vest: simulation";
+  status.hardware_id = "none";
+  const bool slow = !s.paused && s.real_time_factor < 0.95;
+  status.level = s.fault ? diagnostic_msgs::DiagnosticStatus::ERROR
+                         : (slow ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK);
+  status.message = s.fault ? "fault: last good state kept"
+                           : (s.paused ? "paused" : (slow ? "slower than real time" : "real time"));
+  const auto add = [&](const char* key, double value) {
+    diagnostic_msgs::KeyValue kv;
+    kv.key = key;
+    kv.value = std::to_string(value);
+    status.values.push_back(kv);
+  };
+  add("step", static_cast<double>(s.step));
+  add("real_time_factor", s.real_time_factor);
+  add("step_cpu_time_s", s.step_cpu_time);
+  add("refused_inputs", static_cast<double>(refused_inputs_));
+  add("clock_jumps", static_cast<double>(clock_jumps_));
+  diagnostics_pub_.publish(msg);
+}
+
+}  // namespace vest::ros_shell

@@ -1,0 +1,216 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "nets.h"
+#include "vest_tissue/ros/conversions.h"
+
+// Protects what recordings and viewers rely on: nothing is lost or turned on the way into messages and back.
+
+namespace vest::ros_shell {
+namespace {
+
+scene::Description twoObjects() {
+  scene::Description d;
+  d.name = "two";
+  d.hash = "0123456789abcdef";
+  test::TubeOptions o;
+  o.name = "first";
+  d.objects.push_back(test::tube(o));
+  o.name = "second";
+  o.rings = 9;
+  o.centre = {0.0, 0.1, 0.05};
+  d.objects.push_back(test::tube(o));
+  return d;
+}
+
+template <class T>
+bool sameBits(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+TEST(Conversions, AStepInputComesBackBitForBit) {
+  const scene::Description d = twoObjects();
+  scene::StepFrame frame;
+  frame.input.step = 1234567890123ULL;
+  frame.input.dt = 0.001;
+  frame.input.seed = 77;
+  frame.input.pedals = 0b101001;
+  frame.command = scene::Command::Restore;
+  frame.command_argument = "start";
+  for (std::size_t i = 0; i < frame.input.tools.size(); ++i) {
+    scene::ToolInput& t = frame.input.tools[i];
+    t.present = i != 2;
+    t.tool = static_cast<tools::ToolKind>(i + 1);
+    t.functions = static_cast<std::uint32_t>(3 * i);
+    const double k = 1.0 / (3.0 + static_cast<double>(i));
+    t.position = {k, -k / 7, std::nextafter(k, 1)};
+    t.orientation = Eigen::Quaterniond(0.1 + k, 0.2, 0.3 * k, 0.4);
+    t.pivot = {k * k, 1e-300, -0.0};
+    t.jaw = k / 3;
+  }
+  frame.input.edits.push_back({"first", "youngs_modulus", 1.0 / 3.0});
+  scene::ImpactInput impact;
+  impact.object = 1;
+  impact.triangle = 5;
+  impact.weights = {0.25, 0.5, 0.25};
+  impact.momentum = {1e-6, 2e-6, -3e-6};
+  frame.input.impacts.push_back(impact);
+  frame.input.dilatations.push_back({"uterine_left", 1.0625});
+  vest_msgs::StepInput msg;
+  toMsg(frame, d, msg);
+  EXPECT_EQ(msg.command, 3);
+  EXPECT_EQ(msg.command_argument, "start");
+  EXPECT_EQ(msg.impacts.at(0).object, "second");
+  scene::StepInput back;
+  fromMsg(msg, d, back);
+  EXPECT_EQ(back.step, frame.input.step);
+  EXPECT_TRUE(sameBits(back.dt, frame.input.dt));
+  EXPECT_EQ(back.seed, frame.input.seed);
+  EXPECT_EQ(back.pedals, frame.input.pedals);
+  for (std::size_t i = 0; i < back.tools.size(); ++i) {
+    const scene::ToolInput &a = frame.input.tools[i], &b = back.tools[i];
+    EXPECT_EQ(a.present, b.present);
+    EXPECT_EQ(a.tool, b.tool);
+    EXPECT_EQ(a.functions, b.functions);
+    EXPECT_TRUE(sameBits(a.position, b.position) && sameBits(a.pivot, b.pivot) && sameBits(a.jaw, b.jaw));
+    EXPECT_TRUE(sameBits(a.orientation.coeffs(), b.orientation.coeffs())) << "orientation of " << i;
+  }
+  ASSERT_EQ(back.edits.size(), 1U);
+  EXPECT_EQ(back.edits[0].value, 1.0 / 3.0);
+  ASSERT_EQ(back.impacts.size(), 1U);
+  EXPECT_EQ(back.impacts[0].object, 1);
+  EXPECT_EQ(back.impacts[0].momentum, impact.momentum);
+  ASSERT_EQ(back.dilatations.size(), 1U);
+  EXPECT_EQ(back.dilatations[0].dilatation, 1.0625);
+}
+
+TEST(Conversions, AStepInputThatNamesAnUnknownObjectOrToolIsRefusedByName) {
+  const scene::Description d = twoObjects();
+  vest_msgs::StepInput msg;
+  msg.impacts.resize(1);
+  msg.impacts[0].object = "spleen";
+  scene::StepInput in;
+  try {
+    fromMsg(msg, d, in);
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find("spleen"), std::string::npos);
+  }
+  msg.impacts.clear();
+  msg.tools[1].tool = 99;
+  EXPECT_THROW(fromMsg(msg, d, in), std::invalid_argument);
+}
+
+vest_msgs::InstrumentStates oneInstrument() {
+  vest_msgs::InstrumentStates msg;
+  msg.instruments.resize(1);
+  auto& s = msg.instruments[0];
+  s.name = "right";
+  s.tool = vest_msgs::InstrumentState::TOOL_GRASPER;
+  s.valid = true;
+  s.joint_position[4] = 0.5;
+  s.tip.position.x = 0.01;
+  s.tip.orientation.w = 1.0;
+  s.shaft.orientation.w = 1.0;
+  s.shaft.position.z = 0.2;
+  return msg;
+}
+
+TEST(Conversions, AnInstrumentWhosePoseWasNeverKnownIsNotThereAndASilentOneStays) {
+  scene::ToolSample sample;
+  auto msg = oneInstrument();
+  msg.instruments[0].valid = false;
+  EXPECT_TRUE(fromMsg(msg, sample));
+  EXPECT_FALSE(sample.tools[1].present);
+  msg.instruments[0].valid = true;
+  EXPECT_TRUE(fromMsg(msg, sample));
+  EXPECT_TRUE(sample.tools[1].present);
+  EXPECT_EQ(sample.tools[1].position.x(), 0.01);
+  EXPECT_EQ(sample.tools[1].pivot.z(), 0.2);
+  EXPECT_EQ(sample.tools[1].jaw, 0.5);
+  msg.instruments[0].valid = false;
+  EXPECT_TRUE(fromMsg(msg, sample));
+  EXPECT_TRUE(sample.tools[1].present) << "an instrument in tissue must not vanish when its source falls silent";
+}
+
+TEST(Conversions, APoseThatIsNotFiniteOrNotAUnitQuaternionIsRefusedAndTheLastGoodOneKept) {
+  const double bad[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
+  for (const double value : bad) {
+    scene::ToolSample sample;
+    auto msg = oneInstrument();
+    ASSERT_TRUE(fromMsg(msg, sample));
+    msg.instruments[0].tip.position.y = value;
+    EXPECT_FALSE(fromMsg(msg, sample));
+    EXPECT_EQ(sample.tools[1].position.y(), 0.0);
+  }
+  scene::ToolSample sample;
+  auto msg = oneInstrument();
+  msg.instruments[0].tip.orientation.w = 0.0;
+  EXPECT_FALSE(fromMsg(msg, sample));
+  msg = oneInstrument();
+  msg.instruments[0].name = "fourth";
+  EXPECT_FALSE(fromMsg(msg, sample));
+}
+
+TEST(Conversions, ContactMatricesAreRowMajorAndPlanesAreThoseInUse) {
+  scene::ContactFrame frame;
+  frame.step = 9;
+  scene::ContactModel& c = frame.contacts[2];
+  c.grasping = true;
+  for (int i = 0; i < 6; ++i) {
+    for (int k = 0; k < 6; ++k) c.stiffness(i, k) = 10 * i + k;
+  }
+  c.wrench << 1, 2, 3, 4, 5, 6;
+  c.plane_count = 1;
+  c.planes[0] = {Eigen::Vector3d::UnitZ(), 0.25};
+  vest_msgs::ContactModels msg;
+  toMsg(frame, 0.002, msg);
+  ASSERT_EQ(msg.contacts.size(), 4U);
+  EXPECT_EQ(msg.contacts[2].instrument, "third");
+  EXPECT_EQ(msg.contacts[2].stiffness[6 * 3 + 5], 35.0);
+  EXPECT_EQ(msg.contacts[2].wrench.torque.x, 4.0);
+  EXPECT_EQ(msg.contacts[2].age, 0.002);
+  ASSERT_EQ(msg.contacts[2].planes.size(), 1U);
+  EXPECT_EQ(msg.contacts[2].planes[0].offset, 0.25);
+  EXPECT_TRUE(msg.contacts[0].planes.empty());
+}
+
+TEST(Conversions, TheTopologyHoldsEveryObjectWithItsKnotsInSceneOrder) {
+  const scene::Description d = twoObjects();
+  const scene::World world(d);
+  vest_msgs::TissueTopology msg;
+  toMsg(world, msg);
+  ASSERT_EQ(msg.objects.size(), 2U);
+  EXPECT_EQ(msg.scene_hash, d.hash);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto& o = msg.objects[i];
+    EXPECT_EQ(o.name, d.objects[i].name);
+    EXPECT_EQ(o.knot_count, d.objects[i].rest_position.size());
+    EXPECT_EQ(o.rest_position.size(), 3 * o.knot_count);
+    EXPECT_EQ(o.link_knots.size(), 2 * d.objects[i].links.size());
+    EXPECT_EQ(o.ring_start.size(), d.objects[i].tube.rings.size() + 1);
+    EXPECT_EQ(o.ring_start.back(), o.ring_knots.size());
+    EXPECT_NE(o.segmentation_label, 0) << "0 is the background";
+  }
+}
+
+TEST(Conversions, StrainIsScaledToBytesWithoutWrapping) {
+  scene::StateFrame frame;
+  frame.positions = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+  frame.has_strain = true;
+  frame.strain = {0.0F, 0.5F, 7.0F, std::numeric_limits<float>::quiet_NaN()};
+  vest_msgs::TissueState msg;
+  toMsg(frame, msg);
+  ASSERT_EQ(msg.fields.size(), 1U);
+  EXPECT_EQ(msg.fields[0].data, (std::vector<std::uint8_t>{0, 128, 255, 0}));
+  frame.has_strain = false;
+  toMsg(frame, msg);
+  EXPECT_TRUE(msg.fields.empty());
+  EXPECT_EQ(msg.positions.size(), 12U);
+}
+
+}  // namespace
+}  // namespace vest::ros_shell
