@@ -28,7 +28,7 @@ void findOrganPairs(Context& c) {
     const ObjectState& sa = c.state.objects[a];
     const ObjectScratch& oa = c.scratch.objects[a];
     for (std::size_t b = 0; b < d.objects.size() && b < 32; ++b) {
-      if (a == b || !c.model.objects[b].net || c.state.objects[b].triangles.empty()) continue;
+      if (a == b || (c.model.objects[a].together >> b & 1u) || !c.model.objects[b].net || c.state.objects[b].triangles.empty()) continue;
       const ObjectState& sb = c.state.objects[b];
       const ObjectScratch& ob = c.scratch.objects[b];
       const float reach = static_cast<float>(d.objects[a].contact_thickness + d.objects[b].contact_thickness + kPairMargin);
@@ -65,7 +65,6 @@ void findOrganPairs(Context& c) {
       if (near.empty()) continue;
       for (std::size_t i = 0; i < sa.block.knots(); ++i) {
         if (x[i] < low[0] || x[i] > high[0] || y[i] < low[1] || y[i] > high[1] || z[i] < low[2] || z[i] > high[2]) continue;
-        if (sa.ignored[i] >> b & 1u) continue;
         const Vector3d p(x[i], y[i], z[i]);
         double nearest_distance = reach;
         std::uint32_t nearest_triangle = 0;

@@ -139,7 +139,6 @@ void fillState(const Object& o, ObjectState& s) {
   for (const auto& t : o.contact_triangles) s.triangles.push_back({t[0], t[1], t[2]});
   s.triangle_alive.assign(s.triangles.size(), 1);
   s.limit_strain = static_cast<float>(o.law.max_strain);
-  s.ignored.assign(s.block.knotCapacity(), 0);
   s.depth.assign(s.block.knotCapacity(), 0.0f);
 }
 
@@ -261,8 +260,9 @@ bool within(const Eigen::Vector3d& x, const Object& other, bool closed, double r
   return best < reach || inside;
 }
 
-/// Contacts that exist in the scene as it is saved are its design (organs that hang together, vessels under the
-/// peritoneum): they are left out, or they would tear the equilibrium.
+/// Organs that are connected, or touch or overlap in the scene as it is saved, belong together by design (vessels in
+/// their ligament, a tube on its mesosalpinx): they move together and do not collide with each other, or contacts would
+/// fight the connections (docs/decisions/0123-…). Likewise a knot may lie as deep in a rigid object as at the start.
 void ignoreDesignedContacts(WorldModel& m) {
   const auto& d = m.description;
   for (std::size_t a = 0; a < d.objects.size(); ++a) {
@@ -282,15 +282,18 @@ void ignoreDesignedContacts(WorldModel& m) {
       if (b >= 32) continue;
       const double reach = d.objects[a].contact_thickness + other.contact_thickness + 3e-4;
       for (std::size_t i = 0; i < d.objects[a].position.size(); ++i) {
-        if (within(d.objects[a].position[i], other, m.objects[b].closed, reach)) s.ignored[i] |= 1u << b;
+        if (within(d.objects[a].position[i], other, m.objects[b].closed, reach)) {
+          m.objects[a].together |= 1u << b;
+          m.objects[b].together |= (a < 32 ? 1u << a : 0u);
+          break;
+        }
       }
     }
   }
   for (const ConnectionState& c : m.start.connections) {
-    if (c.end1.object < 32) m.start.objects[c.end0.object].ignored[c.end0.knots[0]] |= 1u << c.end1.object;
-    for (const auto k : c.end1.knots) {
-      if (c.end0.object < 32) m.start.objects[c.end1.object].ignored[k] |= 1u << c.end0.object;
-    }
+    if (c.end0.object >= 32 || c.end1.object >= 32) continue;
+    m.objects[c.end0.object].together |= 1u << c.end1.object;
+    m.objects[c.end1.object].together |= 1u << c.end0.object;
   }
 }
 

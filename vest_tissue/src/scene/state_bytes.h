@@ -67,7 +67,7 @@ struct StateWalker {
     list(s.topology.links, [&](Link& l) { link(l); });
     list(s.places, [&](LinkPlace& p) { value(p.kind), value(p.index); });
     plain(s.topology.link_alive), plain(s.topology.triangle_alive), skin(s.topology.skin);
-    plain(s.triangles), plain(s.triangle_alive), plain(s.fixed), plain(s.ignored), plain(s.depth);
+    plain(s.triangles), plain(s.triangle_alive), plain(s.fixed), plain(s.depth);
     list(s.elements.bending, [&](net::Bending& e) { value(e.a), value(e.b), value(e.c), value(e.stiffness), value(e.rest); });
     list(s.elements.hinges, [&](net::Hinge& e) {
       value(e.edge0), value(e.edge1), value(e.wing0), value(e.wing1), value(e.stiffness), value(e.rest);

@@ -21,6 +21,7 @@ struct ObjectConstants {
   int sub_steps = 1, batches = 1;  ///< at dt of the description
   double greatest_edge = 0.0;      ///< m, of the contact triangles at the start
   bool closed = false;             ///< contact triangles form a closed surface
+  std::uint32_t together = 0;      ///< bit per object (< 32): no contact with it, by design
   bool polynomial = false;         ///< the law has a2, a3 or a4
   std::vector<std::int32_t> ring;      ///< per knot: ring of the tube map, -1 none
   std::vector<std::uint32_t> ring_links;  ///< block links within a ring: dilatation acts on them

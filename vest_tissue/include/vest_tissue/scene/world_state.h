@@ -39,7 +39,6 @@ struct ObjectState {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< contact triangles, knots
   std::vector<std::uint8_t> triangle_alive;
   std::vector<std::uint8_t> fixed;                      ///< per knot
-  std::vector<std::uint32_t> ignored;   ///< per knot, bit per object (< 32): contact that existed at the start
   std::vector<float> depth;             ///< per knot, m: how deep it may lie in rigid objects (<= 0), from the start
   int sub_steps = 1;              ///< per dt of the description, a multiple of `batches`
   int batches = 1;                ///< times a step that held forces are renewed; a power of two
