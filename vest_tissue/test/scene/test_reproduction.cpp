@@ -1,0 +1,131 @@
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "nets.h"
+#include "vest_tissue/scene/world.h"
+
+namespace {
+thread_local bool forbid_allocation = false;
+thread_local int allocations = 0;
+}  // namespace
+
+// Every allocation of this program passes here: inside a step each one counts.
+void* operator new(std::size_t size) {
+  if (forbid_allocation) ++allocations;
+  if (void* p = std::malloc(size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace {
+
+using namespace vest;
+using Eigen::Vector3d;
+
+/// Two graspers at work on the connected tubes.
+scene::StepInput inputOf(int i) {
+  scene::StepInput in;
+  in.step = i;
+  const double down = std::min(1.0, i / 150.0), jaw = 1.0 - 0.95 * std::clamp((i - 150) / 100.0, 0.0, 1.0);
+  const double up = std::clamp((i - 260) / 200.0, 0.0, 1.0);
+  in.tools[0] = test::grasper(Vector3d(-0.01, 0.024, 0.090 - 0.022 * down + 0.02 * up), jaw);
+  in.tools[0].pivot = Vector3d(-0.01, 0.024, 0.2);
+  in.tools[1] = test::grasper(Vector3d(0.02, 0.048, 0.090 - 0.022 * down + 0.02 * up), jaw);
+  in.tools[1].pivot = Vector3d(0.02, 0.048, 0.2);
+  if (i == 100) in.edits.push_back({"tube_3", "damping_scale", 2.0});
+  if (i == 120) in.impacts.push_back({2, 10, {0.3, 0.3, 0.4}, Vector3d(0, 0, -1e-5)});
+  return in;
+}
+
+std::vector<std::uint64_t> run(int threads, const char* level) {
+  if (level != nullptr) setenv("VEST_KERNEL", level, 1);
+  else unsetenv("VEST_KERNEL");
+  scene::World w(test::seedSizeScene(), threads);
+  unsetenv("VEST_KERNEL");
+  scene::StepReport report;
+  std::vector<std::uint64_t> hashes;
+  for (int i = 0; i < 500; ++i) {
+    EXPECT_NE(w.step(inputOf(i), report), scene::Status::Fault);
+    if (i % 100 == 99) hashes.push_back(w.stateHash());
+  }
+  return hashes;
+}
+
+TEST(Reproduction, TheHashIsTheSameForAnyThreadsAndKernelLevel) {
+  const auto reference = run(1, nullptr);
+  ASSERT_EQ(reference.size(), 5u);
+  EXPECT_NE(reference[0], reference[1]);
+  for (const int threads : {2, 4, 8}) EXPECT_EQ(run(threads, nullptr), reference) << threads << " threads";
+  EXPECT_EQ(run(1, "baseline"), reference);
+  EXPECT_EQ(run(2, "avx2"), reference);
+}
+
+TEST(Reproduction, ARestoredWorldGoesOnExactlyLikeTheOneThatWasSaved) {
+  scene::World live(test::seedSizeScene());
+  scene::StepReport report;
+  std::vector<std::uint8_t> bytes;
+  for (int i = 0; i < 303; ++i) live.step(inputOf(i), report);
+  live.save(bytes);
+  scene::World other(test::seedSizeScene());
+  other.restore(bytes);
+  EXPECT_EQ(other.stateHash(), live.stateHash());
+  for (int i = 303; i < 420; ++i) {
+    live.step(inputOf(i), report);
+    other.step(inputOf(i), report);
+  }
+  EXPECT_EQ(other.stateHash(), live.stateHash());
+}
+
+TEST(Reproduction, ResetReturnsToTheStart) {
+  scene::World w(test::seedSizeScene());
+  const auto start = w.stateHash();
+  scene::StepReport report;
+  for (int i = 0; i < 20; ++i) w.step(inputOf(i), report);
+  EXPECT_NE(w.stateHash(), start);
+  w.reset();
+  EXPECT_EQ(w.stateHash(), start);
+}
+
+TEST(Reproduction, ADamagedSnapshotIsRefusedAndChangesNothing) {
+  scene::World w(test::tubeScene());
+  std::vector<std::uint8_t> bytes;
+  w.save(bytes);
+  const auto hash = w.stateHash();
+  for (std::size_t cut = 0; cut < bytes.size(); cut += 997) {
+    const std::vector<std::uint8_t> part(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(cut));
+    EXPECT_THROW(w.restore(part), std::invalid_argument);
+  }
+  auto other = test::tubeScene();
+  other.hash = "ffffffffffffffff";
+  scene::World stranger(other);
+  EXPECT_THROW(stranger.restore(bytes), std::invalid_argument) << "of another scene";
+  EXPECT_EQ(w.stateHash(), hash);
+}
+
+TEST(RealTime, AStepAllocatesNothing) {
+  scene::World w(test::seedSizeScene());
+  scene::StepReport report;
+  w.step(inputOf(0), report);
+  int worst = 0;
+  for (int i = 1; i < 420; ++i) {
+    const auto in = inputOf(i);
+    allocations = 0;
+    forbid_allocation = true;
+    w.step(in, report);
+    forbid_allocation = false;
+    worst = std::max(worst, allocations);
+  }
+  EXPECT_EQ(worst, 0);
+  allocations = 0;
+  forbid_allocation = true;
+  delete new int(3);
+  forbid_allocation = false;
+  EXPECT_GE(allocations, 0);
+}
+
+}  // namespace
