@@ -8,7 +8,6 @@ namespace vest::modelling {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kCapBulge = 0.35;  // of the last ring spacing; assumed, looks round
 
 using Combination = std::map<std::uint32_t, double>;  // knot -> weight; ordered, so that results are reproducible
 
@@ -32,8 +31,7 @@ class Rows {
     if (end == End::Pole) {
       out[at_end ? net_.endPole() : net_.startPole()] += factor;
     } else {
-      mean(nearest, (1 + kCapBulge) * factor, out);
-      mean(inner, -kCapBulge * factor, out);
+      mean(nearest, factor, out);  // blunt; a bulge would need the next ring too: more than 16 knots a vertex
     }
   }
 

@@ -151,6 +151,12 @@ void readTables(Map& map, Files& files, Object& object) {
 
 Object readObject(const Value& value, Files& files) {
   Map map(value);
+  if (map.has("baked")) {
+    map.only({"name", "organ", "material", "roles", "model", "baked", "law", "density", "friction", "contact_thickness", "vessel_segment"});
+  } else {
+    map.only({"name", "organ", "material", "roles", "model", "nodes", "links", "fixed", "triangles", "knot_mass", "link_area",
+              "friction", "contact_thickness", "vessel_segment", "strain", "tetrahedra", "loads"});
+  }
   Object object;
   object.name = map["name"].name();
   object.organ = map.has("organ") ? map["organ"].name() : "tissue";
@@ -160,6 +166,9 @@ Object readObject(const Value& value, Files& files) {
   const std::string model = map.has("model") ? map["model"].oneOf({"net", "fem", "volume", "rigid"}) : "net";
   if (model == "fem" || model == "volume") map["model"].fail("must be net or rigid; fem and volume cannot be simulated yet");
   object.model = model == "rigid" ? ObjectModel::Rigid : ObjectModel::Net;
+  for (const char* later : {"strain", "tetrahedra", "loads"}) {
+    if (map.has(later)) map[later].fail("belongs to models that cannot be simulated yet");
+  }
   if (map.has("friction")) object.friction = map["friction"].number(0, 2);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
@@ -227,6 +236,7 @@ Description loadScene(const std::string& path) {
   description.directory = slash == std::string::npos ? "." : path.substr(0, slash);
   Files files(description.directory, text);
   Map map(root);
+  map.only({"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections"});
   if (map.has("vest_scene")) map["vest_scene"].integer(1, 1);
   if (map.has("name")) description.name = map["name"].name();
   else description.name = path.substr(slash == std::string::npos ? 0 : slash + 1);

@@ -206,6 +206,11 @@ Value Map::operator[](const std::string& key) {
   return Value(value_.file(), field, value_.node()[key]);
 }
 
+void Map::only(const std::vector<std::string>& keys) {
+  asked_.insert(keys.begin(), keys.end());
+  finish();
+}
+
 void Map::finish() const {
   for (const auto& entry : value_.node()) {
     const std::string key = entry.first.Scalar();

@@ -63,6 +63,7 @@ class Map {
   explicit Map(const Value& value);
   bool has(const std::string& key);
   Value operator[](const std::string& key);  ///< required
+  void only(const std::vector<std::string>& keys);  ///< refuses all others at once, before anything is read
   void finish() const;
   const Value& value() const { return value_; }
 

@@ -67,7 +67,9 @@ TEST(Gynaecology, HasTheSeedsObjectsKnotsAndSprings) {
 TEST(Gynaecology, EveryObjectIsInOnePieceWithoutDoubleLinksAndEveryKnotMovesItsSkin) {
   for (const Object& object : scene().objects) {
     SCOPED_TRACE(object.name);
-    if (object.model != ObjectModel::Rigid) EXPECT_EQ(vest::scene::countPieces(object), 1u);
+    if (object.model != ObjectModel::Rigid) {
+      EXPECT_EQ(vest::scene::countPieces(object), 1u);
+    }
     EXPECT_EQ(vest::scene::countDuplicateLinks(object), 0u);
     EXPECT_EQ(vest::scene::countUnboundKnots(object), 0u);
   }
