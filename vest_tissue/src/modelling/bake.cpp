@@ -109,10 +109,12 @@ void addMasses(const Draft& draft, double density, Object& object) {
   const std::size_t knots = net.knots.size();
   const double volume = std::abs(enclosedVolume(net.knots, draft.triangles));
   const double total = density * volume * draft.source->fill;
-  // Shares by the area of the triangles around each knot; nobody has less than a third of the mean (thin ends).
+  // Shares by the area of the triangles around each knot; nobody has less than a third of the mean (thin
+  // ends).
   std::vector<double> share(knots, 0.0);
   for (const auto& t : draft.triangles) {
-    const double area = 0.5 * (net.knots[t[1]] - net.knots[t[0]]).cross(net.knots[t[2]] - net.knots[t[0]]).norm();
+    const double area =
+        0.5 * (net.knots[t[1]] - net.knots[t[0]]).cross(net.knots[t[2]] - net.knots[t[0]]).norm();
     const std::uint32_t ring = std::min(t[0] / net.around, net.rings - 1);
     for (const auto k : t) share[k] += area * net.mean_radius[ring] / 3;
   }
@@ -137,7 +139,8 @@ void addLinks(const Draft& draft, Object& object) {
     link.rest = (object.rest_position[net_link.b] - object.rest_position[net_link.a]).norm();
     link.area = source.stiffness_factor * linkArea(draft.net, net_link, object.rest_position);
     const double stiffness = linkStiffness(object, link);
-    const double reduced = object.mass[link.knot0] * object.mass[link.knot1] / (object.mass[link.knot0] + object.mass[link.knot1]);
+    const double reduced = object.mass[link.knot0] * object.mass[link.knot1] /
+                           (object.mass[link.knot0] + object.mass[link.knot1]);
     link.damping = 2 * source.damping_ratio * std::sqrt(stiffness * reduced);
     object.links.push_back(link);
   }
@@ -157,7 +160,8 @@ void addHolds(const Draft& draft, const std::vector<Draft>& drafts, const Vector
     if (!rule.outside.empty()) {
       const Draft& cavity = draftNamed(drafts, rule.outside, source.name);
       for (std::size_t i = 0; i < net.knots.size(); ++i) {
-        if (nearestPoint(cavity.net.knots, cavity.triangles, net.knots[i]).distance < rule.margin) object.fixed[i] = 1;
+        if (nearestPoint(cavity.net.knots, cavity.triangles, net.knots[i]).distance < rule.margin)
+          object.fixed[i] = 1;
       }
     }
   }
@@ -219,7 +223,9 @@ void addConnections(const Draft& draft, const std::vector<Draft>& drafts, const 
         ++made;
       }
     }
-    if (made == 0) fail(draft.source->name, "connect to " + rule.to + ": no knot lies within " + std::to_string(rule.within) + " m");
+    if (made == 0)
+      fail(draft.source->name,
+           "connect to " + rule.to + ": no knot lies within " + std::to_string(rule.within) + " m");
   }
 }
 
@@ -231,7 +237,8 @@ double linkStiffness(const Object& object, const scene::Link& link) {
 }
 
 double highestFrequency(const Object& object) {
-  // Largest eigenvalue of M^-1 K of the springs, seen from the rest shape. Start vector: fixed, without symmetry.
+  // Largest eigenvalue of M^-1 K of the springs, seen from the rest shape. Start vector: fixed, without
+  // symmetry.
   const std::size_t knots = object.rest_position.size();
   std::vector<Vector3> v(knots), f(knots);
   for (std::size_t i = 0; i < knots; ++i) {
@@ -306,7 +313,8 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
     object.rest_position = object.position = draft.net.knots;
     object.fixed.assign(draft.net.knots.size(), from.rigid ? 1 : 0);
     addMasses(draft, object.density, object);
-    for (const double mass : object.mass) object.damping.push_back(from.rigid ? 0.0 : from.damping_rate * mass);
+    for (const double mass : object.mass)
+      object.damping.push_back(from.rigid ? 0.0 : from.damping_rate * mass);
     if (!from.rigid) {
       addLinks(draft, object);
       if (from.bulk_modulus > 0) object.volumes.push_back({draft.triangles, from.bulk_modulus, 0.0});
@@ -325,7 +333,8 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
     }
     description.objects.push_back(std::move(object));
   }
-  for (const Draft& draft : drafts) addConnections(draft, drafts, description.objects, description.connections);
+  for (const Draft& draft : drafts)
+    addConnections(draft, drafts, description.objects, description.connections);
   return description;
 }
 

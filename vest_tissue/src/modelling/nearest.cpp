@@ -39,8 +39,8 @@ double angleAt(const Vector3& a, const Vector3& b, const Vector3& c) {
 
 }  // namespace
 
-NearestPoint nearestPoint(const std::vector<Vector3>& points, const std::vector<std::array<std::uint32_t, 3>>& triangles,
-                          const Vector3& place) {
+NearestPoint nearestPoint(const std::vector<Vector3>& points,
+                          const std::vector<std::array<std::uint32_t, 3>>& triangles, const Vector3& place) {
   NearestPoint best;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -68,7 +68,8 @@ NearestPoint nearestPoint(const std::vector<Vector3>& points, const std::vector<
         if (triangles[t][j] != nearest[k]) continue;
         ++shared;
         if (best.weights[k] > 1 - 1e-9) {
-          weight = angleAt(points[triangles[t][j]], points[triangles[t][(j + 1) % 3]], points[triangles[t][(j + 2) % 3]]);
+          weight = angleAt(points[triangles[t][j]], points[triangles[t][(j + 1) % 3]],
+                           points[triangles[t][(j + 2) % 3]]);
         }
       }
     }

@@ -34,7 +34,8 @@ struct Profile {
   }
 };
 
-// Fraction of the profile below which `part` of the rings lie, for a density that is linear between its points.
+// Fraction of the profile below which `part` of the rings lie, for a density that is linear between its
+// points.
 double crowded(const std::vector<std::array<double, 2>>& density, double part) {
   if (density.empty()) return part;
   const auto at = [&](double x) {
@@ -85,7 +86,8 @@ double spacing(const RingNet& net, std::uint32_t ring) {
   return length / net.around / std::max(1u, after - before);
 }
 
-// Triangles of a polygon as a zigzag between its two sides; counter-clockwise like the polygon, or turned round.
+// Triangles of a polygon as a zigzag between its two sides; counter-clockwise like the polygon, or turned
+// round.
 template <class Emit>
 void zigzag(std::uint32_t first, std::uint32_t count, bool reverse, Emit emit) {
   std::uint32_t low = first, high = first + count - 1;
@@ -113,11 +115,13 @@ void addWalls(RingNet& net, double wall_thickness) {
 }  // namespace
 
 RingNet makeTube(const TubeSpec& spec) {
-  if (spec.rings < 3 || spec.around < 4) throw std::invalid_argument("a tube needs at least 3 rings of 4 knots");
+  if (spec.rings < 3 || spec.around < 4)
+    throw std::invalid_argument("a tube needs at least 3 rings of 4 knots");
   if (spec.sections.empty()) throw std::invalid_argument("a tube needs at least one cross-section");
   const Curve curve(spec.centre);
   if (spec.start_dome + spec.end_dome > curve.length() * (1 + 1e-9)) {
-    throw std::invalid_argument("domes are longer than the centre curve of " + std::to_string(curve.length()) + " m");
+    throw std::invalid_argument("domes are longer than the centre curve of " +
+                                std::to_string(curve.length()) + " m");
   }
   RingNet net;
   net.rings = spec.rings;
@@ -154,7 +158,8 @@ RingNet makeTube(const TubeSpec& spec) {
 
 RingNet makeSheet(const SheetSpec& spec) {
   if (spec.curves.size() < 2) throw std::invalid_argument("a sheet needs at least two curves");
-  if (spec.stations < 3 || spec.height_knots < 3) throw std::invalid_argument("a sheet needs at least 3 stations of 3 knots");
+  if (spec.stations < 3 || spec.height_knots < 3)
+    throw std::invalid_argument("a sheet needs at least 3 stations of 3 knots");
   if (!(spec.thickness > 0)) throw std::invalid_argument("a sheet needs a thickness > 0");
   RingNet net;
   net.rings = spec.stations;
@@ -172,12 +177,14 @@ RingNet makeSheet(const SheetSpec& spec) {
   for (std::uint32_t r = 0; r < spec.stations; ++r) {
     const double fraction = static_cast<double>(r) / (spec.stations - 1);
     const Curve profile = profileAt(fraction);
-    const Curve before = profileAt(std::max(0.0, fraction - 0.01)), after = profileAt(std::min(1.0, fraction + 0.01));
+    const Curve before = profileAt(std::max(0.0, fraction - 0.01)),
+                after = profileAt(std::min(1.0, fraction + 0.01));
     std::vector<Vector3> front, back;
     for (std::uint32_t k = 0; k < height; ++k) {
       const double part = static_cast<double>(k) / (height - 1);
       const Vector3 place = profile.at(part * profile.length());
-      const Vector3 along = (after.at(part * after.length()) - before.at(part * before.length())).normalized();
+      const Vector3 along =
+          (after.at(part * after.length()) - before.at(part * before.length())).normalized();
       const Vector3 normal = profile.tangent(part * profile.length()).cross(along).normalized();
       const double edge = (k == 0 || k + 1 == height) ? 0.6 : 1.0;  // rounded free edges
       front.push_back(place + 0.5 * edge * spec.thickness * normal);
@@ -192,7 +199,8 @@ RingNet makeSheet(const SheetSpec& spec) {
   return net;
 }
 
-std::vector<NetLink> makeLinks(const RingNet& net, std::uint32_t springs, const std::vector<LinkClass>& fillers) {
+std::vector<NetLink> makeLinks(const RingNet& net, std::uint32_t springs,
+                               const std::vector<LinkClass>& fillers) {
   const std::uint32_t n = net.around, rings = net.rings;
   const auto ofClass = [&](LinkClass kind) {
     std::vector<NetLink> links;
@@ -201,18 +209,30 @@ std::vector<NetLink> makeLinks(const RingNet& net, std::uint32_t springs, const 
       for (std::uint32_t k = 0; k < n; ++k) {
         const bool even = r % 2 == 0;  // diagonals lean left and right in turn: no twist under tension
         switch (kind) {
-          case LinkClass::Ring: add(net.knot(r, k), net.knot(r, k + 1)); break;
-          case LinkClass::Long: if (r + 1 < rings) add(net.knot(r, k), net.knot(r + 1, k)); break;
+          case LinkClass::Ring:
+            add(net.knot(r, k), net.knot(r, k + 1));
+            break;
+          case LinkClass::Long:
+            if (r + 1 < rings) add(net.knot(r, k), net.knot(r + 1, k));
+            break;
           case LinkClass::Diagonal:
             if (r + 1 < rings) add(net.knot(r, k + !even), net.knot(r + 1, k + even));
             break;
           case LinkClass::Cross:
             if (r + 1 < rings) add(net.knot(r, k + even), net.knot(r + 1, k + !even));
             break;
-          case LinkClass::Ring2: add(net.knot(r, k), net.knot(r, k + 2)); break;
-          case LinkClass::Strut: if (n % 2 || k < n / 2) add(net.knot(r, k), net.knot(r, k + n / 2)); break;
-          case LinkClass::Long2: if (r + 2 < rings) add(net.knot(r, k), net.knot(r + 2, k)); break;
-          case LinkClass::Leaf: if (k > 0 && k + 1 < n / 2) add(net.knot(r, k), net.knot(r, n - 1 - k)); break;
+          case LinkClass::Ring2:
+            add(net.knot(r, k), net.knot(r, k + 2));
+            break;
+          case LinkClass::Strut:
+            if (n % 2 || k < n / 2) add(net.knot(r, k), net.knot(r, k + n / 2));
+            break;
+          case LinkClass::Long2:
+            if (r + 2 < rings) add(net.knot(r, k), net.knot(r + 2, k));
+            break;
+          case LinkClass::Leaf:
+            if (k > 0 && k + 1 < n / 2) add(net.knot(r, k), net.knot(r, n - 1 - k));
+            break;
           case LinkClass::Pole:
             if (r == 0 && net.start == End::Pole) add(net.knot(0, k), net.startPole());
             if (r + 1 == rings && net.end == End::Pole) add(net.knot(r, k), net.endPole());
@@ -226,12 +246,14 @@ std::vector<NetLink> makeLinks(const RingNet& net, std::uint32_t springs, const 
   std::set<std::pair<std::uint32_t, std::uint32_t>> known;
   const auto fresh = [&](const NetLink& link) { return known.insert(std::minmax(link.a, link.b)).second; };
   for (const LinkClass kind : {LinkClass::Ring, LinkClass::Long, LinkClass::Diagonal, LinkClass::Pole}) {
-    for (const NetLink& link : ofClass(kind)) if (fresh(link)) result.push_back(link);
+    for (const NetLink& link : ofClass(kind))
+      if (fresh(link)) result.push_back(link);
   }
   const std::size_t least = result.size();
   for (const LinkClass kind : fillers) {
     std::vector<NetLink> candidates;
-    for (const NetLink& link : ofClass(kind)) if (fresh(link)) candidates.push_back(link);
+    for (const NetLink& link : ofClass(kind))
+      if (fresh(link)) candidates.push_back(link);
     const std::size_t room = springs > result.size() ? springs - result.size() : 0;
     const std::size_t take = std::min(room, candidates.size());
     for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -239,8 +261,9 @@ std::vector<NetLink> makeLinks(const RingNet& net, std::uint32_t springs, const 
     }
   }
   if (result.size() != springs) {
-    throw std::invalid_argument("springs is " + std::to_string(springs) + ", possible with these fillers is " +
-                                std::to_string(least) + " to " + std::to_string(result.size()));
+    throw std::invalid_argument("springs is " + std::to_string(springs) +
+                                ", possible with these fillers is " + std::to_string(least) + " to " +
+                                std::to_string(result.size()));
   }
   return result;
 }
@@ -250,17 +273,26 @@ double linkArea(const RingNet& net, const NetLink& link, const std::vector<Vecto
   const double along = net.wall[ring] / net.around;
   const double perimeter = 2 * kPi * net.mean_radius[ring];
   const double around = net.wall[ring] / perimeter * spacing(net, ring);
-  // Shares: assumed, so that along and across each add up to the solid section (the diagonals count for both).
+  // Shares: assumed, so that along and across each add up to the solid section (the diagonals count for
+  // both).
   switch (link.kind) {
-    case LinkClass::Ring: return 0.6 * around;
-    case LinkClass::Long: return 0.6 * along;
+    case LinkClass::Ring:
+      return 0.6 * around;
+    case LinkClass::Long:
+      return 0.6 * along;
     case LinkClass::Diagonal:
-    case LinkClass::Cross: return 0.4 * std::min(along, around);
-    case LinkClass::Pole: return 0.5 * along;
-    case LinkClass::Ring2: return 0.3 * around;
-    case LinkClass::Strut: return 0.4 * around;
-    case LinkClass::Long2: return 0.2 * along;
-    case LinkClass::Leaf: return 0.5 * std::min(along, around);
+    case LinkClass::Cross:
+      return 0.4 * std::min(along, around);
+    case LinkClass::Pole:
+      return 0.5 * along;
+    case LinkClass::Ring2:
+      return 0.3 * around;
+    case LinkClass::Strut:
+      return 0.4 * around;
+    case LinkClass::Long2:
+      return 0.2 * along;
+    case LinkClass::Leaf:
+      return 0.5 * std::min(along, around);
   }
   return 0.0;
 }
@@ -277,7 +309,8 @@ std::vector<std::array<std::uint32_t, 3>> knotTriangles(const RingNet& net) {
     if ((at_end ? net.end : net.start) == End::Pole) {
       const std::uint32_t pole = at_end ? net.endPole() : net.startPole();
       for (std::uint32_t k = 0; k < n; ++k) {
-        at_end ? add(pole, net.knot(ring, k), net.knot(ring, k + 1)) : add(pole, net.knot(ring, k + 1), net.knot(ring, k));
+        at_end ? add(pole, net.knot(ring, k), net.knot(ring, k + 1))
+               : add(pole, net.knot(ring, k + 1), net.knot(ring, k));
       }
     } else {
       zigzag(0, n, !at_end, [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
@@ -287,7 +320,8 @@ std::vector<std::array<std::uint32_t, 3>> knotTriangles(const RingNet& net) {
   }
   for (std::uint32_t r = 0; r + 1 < net.rings; ++r) {
     for (std::uint32_t k = 0; k < n; ++k) {
-      const std::uint32_t a = net.knot(r, k), b = net.knot(r, k + 1), c = net.knot(r + 1, k + 1), d = net.knot(r + 1, k);
+      const std::uint32_t a = net.knot(r, k), b = net.knot(r, k + 1), c = net.knot(r + 1, k + 1),
+                          d = net.knot(r + 1, k);
       if (r % 2 == 0) {
         add(a, b, c);
         add(a, c, d);
@@ -300,7 +334,8 @@ std::vector<std::array<std::uint32_t, 3>> knotTriangles(const RingNet& net) {
   return triangles;
 }
 
-double enclosedVolume(const std::vector<Vector3>& points, const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+double enclosedVolume(const std::vector<Vector3>& points,
+                      const std::vector<std::array<std::uint32_t, 3>>& triangles) {
   double six = 0;
   const Vector3 origin = points.empty() ? Vector3::Zero() : points[0];
   for (const auto& t : triangles) {

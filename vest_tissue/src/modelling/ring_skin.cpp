@@ -8,12 +8,12 @@ namespace vest::modelling {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kCapBulge = 0.35;  // of the last ring spacing; assumed, looks round
 
-using Combination = std::map<std::uint32_t, double>;  // knot -> weight; ordered, so that results are reproducible
+using Combination =
+    std::map<std::uint32_t, double>;  // knot -> weight; ordered, so that results are reproducible
 
-// Rows of knots that the patches run through: 0 is the start pole, 1 … rings, rings + 1 the end pole; one more row
-// beyond each end is the opposite side of the nearest ring, which makes a pole smooth.
+// Rows of knots that the patches run through: 0 is the start pole, 1 … rings, rings + 1 the end pole; one
+// more row beyond each end is the opposite side of the nearest ring, which makes a pole smooth.
 class Rows {
  public:
   explicit Rows(const RingNet& net) : net_(net) {}
@@ -32,8 +32,7 @@ class Rows {
     if (end == End::Pole) {
       out[at_end ? net_.endPole() : net_.startPole()] += factor;
     } else {
-      mean(nearest, (1 + kCapBulge) * factor, out);
-      mean(inner, -kCapBulge * factor, out);
+      mean(nearest, factor, out);  // blunt; a bulge would need the next ring too: more than 16 knots a vertex
     }
   }
 
@@ -48,7 +47,8 @@ class Rows {
     const double whole = std::floor(place);
     const auto w = catmullRom(place - whole);
     for (int k = 0; k < 4; ++k) {
-      const std::uint32_t column = static_cast<std::uint32_t>(static_cast<int>(whole) + k - 1 + 2 * static_cast<int>(net_.around));
+      const std::uint32_t column =
+          static_cast<std::uint32_t>(static_cast<int>(whole) + k - 1 + 2 * static_cast<int>(net_.around));
       if (w[k] != 0.0) out[net_.knot(static_cast<std::uint32_t>(ring_index), column)] += factor * w[k];
     }
   }
@@ -75,7 +75,8 @@ void meridian(const RingNet& net, std::vector<double>& length, std::vector<doubl
     if (end == End::Zip) return 0.0;
     const Vector3 centre = end == End::Pole ? net.knots[pole] : mean(ring);
     double sum = 0;
-    for (std::uint32_t k = 0; k < net.around; ++k) sum += (net.knots[net.knot(ring, k)] - centre).norm() / net.around;
+    for (std::uint32_t k = 0; k < net.around; ++k)
+      sum += (net.knots[net.knot(ring, k)] - centre).norm() / net.around;
     return sum;
   };
   for (std::uint32_t r = 0; r < net.rings; ++r) {

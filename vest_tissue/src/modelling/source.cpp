@@ -12,8 +12,8 @@ using scene::yaml::Value;
 
 constexpr double kMetres = 10.0;  // nothing in a body scene is larger
 const std::vector<std::string> kLinkWords = {"ring2", "strut", "long2", "cross", "leaf"};
-const std::vector<LinkClass> kLinkClasses = {LinkClass::Ring2, LinkClass::Strut, LinkClass::Long2, LinkClass::Cross,
-                                             LinkClass::Leaf};
+const std::vector<LinkClass> kLinkClasses = {LinkClass::Ring2, LinkClass::Strut, LinkClass::Long2,
+                                             LinkClass::Cross, LinkClass::Leaf};
 
 std::vector<Vector3> points(const Value& value) {
   std::vector<Vector3> result;
@@ -22,7 +22,9 @@ std::vector<Vector3> points(const Value& value) {
   return result;
 }
 
-End endOf(const Value& value) { return value.oneOf({"pole", "cap"}) == "pole" ? End::Pole : End::Cap; }
+End endOf(const Value& value) {
+  return value.oneOf({"pole", "cap"}) == "pole" ? End::Pole : End::Cap;
+}
 
 int signedInteger(const Value& value) {
   const double number = value.number(-10000, 10000);
@@ -47,7 +49,8 @@ TubeSpec tubeOf(const Value& value) {
     Section result;
     result.at = section["at"].number(0, 1);
     for (const Value& radius : section["radii"].list()) result.radii.push_back(radius.number(1e-5, kMetres));
-    if (result.radii.empty() || result.radii.size() == 3) item.fail("radii: 1 (circle), 2 (ellipse) or at least 4");
+    if (result.radii.empty() || result.radii.size() == 3)
+      item.fail("radii: 1 (circle), 2 (ellipse) or at least 4");
     if (!spec.sections.empty() && !(result.at > spec.sections.back().at)) item.fail("sections must ascend");
     section.finish();
     spec.sections.push_back(std::move(result));
@@ -90,9 +93,11 @@ SheetSpec sheetOf(const Value& value) {
 
 // The other side of the body: x turned round, left and right exchanged in names.
 std::string mirrored(std::string word) {
-  for (const auto& [from, to] : {std::pair<std::string, std::string>{"_left", "_right"}, {"_right", "_left"}}) {
+  for (const auto& [from, to] :
+       {std::pair<std::string, std::string>{"_left", "_right"}, {"_right", "_left"}}) {
     const auto place = word.rfind(from);
-    if (place != std::string::npos && place + from.size() == word.size()) return word.replace(place, from.size(), to);
+    if (place != std::string::npos && place + from.size() == word.size())
+      return word.replace(place, from.size(), to);
   }
   return word;
 }
@@ -107,7 +112,8 @@ ObjectSource mirrored(ObjectSource object) {
     }
   }
   if (object.sheet) {
-    for (auto& curve : object.sheet->curves) for (auto& p : curve) turn(p);
+    for (auto& curve : object.sheet->curves)
+      for (auto& p : curve) turn(p);
   }
   for (auto& bump : object.bumps) {
     turn(bump.at);
@@ -161,7 +167,8 @@ void readRules(Map& map, ObjectSource& object) {
     object.lay.clear();
     for (const Value& item : map["lay"].list()) {
       Map rule(item);
-      object.lay.push_back({rule["on"].name(), ringsOf(rule["rings"]), rule["gap"].number(-kMetres, kMetres)});
+      object.lay.push_back(
+          {rule["on"].name(), ringsOf(rule["rings"]), rule["gap"].number(-kMetres, kMetres)});
       rule.finish();
     }
   }
@@ -187,7 +194,8 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
     object = mirrored(*found);
   }
   object.name = map["name"].name();
-  for (const auto& other : before) if (other.name == object.name) map["name"].fail("must be there once");
+  for (const auto& other : before)
+    if (other.name == object.name) map["name"].fail("must be there once");
   const auto needed = [&](const char* key) { return !mirror || map.has(key); };
   if (needed("organ")) object.organ = map["organ"].name();
   if (needed("material")) object.material = map["material"].name();
@@ -269,7 +277,8 @@ std::map<std::string, MaterialEntry> readMaterials(const std::string& path) {
     const auto number = [&](const char* key, double least, double most) {
       Map quantity(entry[key]);  // every number stands beside its source
       const double value = quantity["value"].number(least, most);
-      if (quantity["source"].string().size() < 5) quantity["source"].fail("must name a publication, or say assumed");
+      if (quantity["source"].string().size() < 5)
+        quantity["source"].fail("must name a publication, or say assumed");
       quantity.finish();
       return value;
     };

@@ -14,15 +14,16 @@ constexpr double kPi = 3.14159265358979323846;
 
 std::array<double, 4> catmullRom(double t) {
   const double t2 = t * t, t3 = t2 * t;
-  return {0.5 * (-t + 2 * t2 - t3), 0.5 * (2 - 5 * t2 + 3 * t3), 0.5 * (t + 4 * t2 - 3 * t3), 0.5 * (t3 - t2)};
+  return {0.5 * (-t + 2 * t2 - t3), 0.5 * (2 - 5 * t2 + 3 * t3), 0.5 * (t + 4 * t2 - 3 * t3),
+          0.5 * (t3 - t2)};
 }
 
 Curve::Curve(std::vector<Vector3> points) : points_(std::move(points)) {
   if (points_.size() < 2) throw std::invalid_argument("a curve needs at least two points");
   for (std::size_t i = 1; i < points_.size(); ++i) {
     if (!((points_[i] - points_[i - 1]).norm() > 0.0)) {
-      throw std::invalid_argument("neighbouring points " + std::to_string(i - 1) + " and " + std::to_string(i) +
-                                  " of a curve coincide");
+      throw std::invalid_argument("neighbouring points " + std::to_string(i - 1) + " and " +
+                                  std::to_string(i) + " of a curve coincide");
     }
   }
   const std::size_t samples = (points_.size() - 1) * kSamplesPerSpan;
@@ -58,7 +59,8 @@ double Curve::parameterAt(double arc_length) const {
 
 Vector3 Curve::at(double arc_length) const {
   if (arc_length < 0) return raw(0.0) + arc_length * tangent(0.0);
-  if (arc_length > length()) return raw(static_cast<double>(points_.size() - 1)) + (arc_length - length()) * tangent(length());
+  if (arc_length > length())
+    return raw(static_cast<double>(points_.size() - 1)) + (arc_length - length()) * tangent(length());
   return raw(parameterAt(arc_length));
 }
 

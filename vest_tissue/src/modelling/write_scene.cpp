@@ -28,22 +28,29 @@ void write(const std::string& path, const std::string& bytes) {
 
 }  // namespace
 
-void writeScene(const scene::Description& description, const std::string& directory, const std::string& source_file) {
-  std::string yaml = "# Written by vest_model bake from " + source_file + ": change that file and bake again.\n";
+void writeScene(const scene::Description& description, const std::string& directory,
+                const std::string& source_file) {
+  std::string yaml =
+      "# Written by vest_model bake from " + source_file + ": change that file and bake again.\n";
   yaml += "vest_scene: 1\nname: " + description.name + "\nsource: " + source_file + "\n";
-  yaml += text("gravity: [%.10g, %.10g, %.10g]\n", description.gravity.x(), description.gravity.y(), description.gravity.z());
-  yaml += text("seed: %u\nsolution: {integrator: newton_euler, dt: %.10g}\nobjects:\n", description.seed, description.dt);
+  yaml += text("gravity: [%.10g, %.10g, %.10g]\n", description.gravity.x(), description.gravity.y(),
+               description.gravity.z());
+  yaml += text("seed: %u\nsolution: {integrator: newton_euler, dt: %.10g}\nobjects:\n", description.seed,
+               description.dt);
   for (const auto& object : description.objects) {
-    yaml += "  - name: " + object.name + "\n    organ: " + object.organ + "\n    material: " + object.material + "\n    roles: [";
+    yaml += "  - name: " + object.name + "\n    organ: " + object.organ +
+            "\n    material: " + object.material + "\n    roles: [";
     for (std::size_t i = 0; i < object.roles.size(); ++i) yaml += (i ? ", " : "") + object.roles[i];
     yaml += "]\n    model: ";
     yaml += object.model == scene::ObjectModel::Rigid ? "rigid" : "net";
     yaml += "\n    baked: " + object.name + ".net\n";
-    yaml += text("    law: {youngs_modulus: %.10g, a2: %.10g, a3: %.10g, a4: %.10g, max_strain: %.10g}\n",
-                 object.law.youngs_modulus, object.law.a2, object.law.a3, object.law.a4, object.law.max_strain);
-    yaml += text("    density: %.10g\n    friction: %.10g\n    contact_thickness: %.10g\n", object.density, object.friction,
-                 object.contact_thickness);
-    if (!object.tube.vessel_segment.empty()) yaml += "    vessel_segment: " + object.tube.vessel_segment + "\n";
+    yaml +=
+        text("    law: {youngs_modulus: %.10g, a2: %.10g, a3: %.10g, a4: %.10g, max_strain: %.10g}\n",
+             object.law.youngs_modulus, object.law.a2, object.law.a3, object.law.a4, object.law.max_strain);
+    yaml += text("    density: %.10g\n    friction: %.10g\n    contact_thickness: %.10g\n", object.density,
+                 object.friction, object.contact_thickness);
+    if (!object.tube.vessel_segment.empty())
+      yaml += "    vessel_segment: " + object.tube.vessel_segment + "\n";
     write(directory + "/" + object.name + ".net", scene::encodeBaked(object));
   }
   if (!description.connections.empty()) {
@@ -52,11 +59,13 @@ void writeScene(const scene::Description& description, const std::string& direct
       while (description.objects[i].name != name) ++i;
       return i;
     };
-    std::string csv = "object0,knot0,object1,t0,t1,t2,w0,w1,w2,offset_x,offset_y,offset_z,stiffness,damping,break_force\n";
+    std::string csv =
+        "object0,knot0,object1,t0,t1,t2,w0,w1,w2,offset_x,offset_y,offset_z,stiffness,damping,break_force\n";
     for (const auto& c : description.connections) {
-      csv += text("%zu,%u,%zu,%u,%u,%u,%.6f,%.6f,%.6f,%.7f,%.7f,%.7f,%.6g,%.6g,%.6g\n", indexOf(c.object0), c.knot0,
-                  indexOf(c.object1), c.triangle1[0], c.triangle1[1], c.triangle1[2], c.weights1[0], c.weights1[1],
-                  c.weights1[2], c.offset.x(), c.offset.y(), c.offset.z(), c.stiffness, c.damping, c.break_force);
+      csv += text("%zu,%u,%zu,%u,%u,%u,%.6f,%.6f,%.6f,%.7f,%.7f,%.7f,%.6g,%.6g,%.6g\n", indexOf(c.object0),
+                  c.knot0, indexOf(c.object1), c.triangle1[0], c.triangle1[1], c.triangle1[2], c.weights1[0],
+                  c.weights1[1], c.weights1[2], c.offset.x(), c.offset.y(), c.offset.z(), c.stiffness,
+                  c.damping, c.break_force);
     }
     const std::string name = description.name + "_connections.csv";
     write(directory + "/" + name, csv);

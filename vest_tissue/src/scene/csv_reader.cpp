@@ -36,7 +36,8 @@ std::size_t Table::index(std::size_t row, const std::string& name, std::size_t m
   if (!(value >= 0 && value <= static_cast<double>(most)) || value != std::floor(value)) {
     std::ostringstream text;
     text << value;
-    yaml::fail(file, lines[row], name, text.str(), "must be a whole number from 0 to " + std::to_string(most));
+    yaml::fail(file, lines[row], name, text.str(),
+               "must be a whole number from 0 to " + std::to_string(most));
   }
   return static_cast<std::size_t>(value);
 }
@@ -61,7 +62,8 @@ Table read(const std::string& path, const std::string& bytes, const std::vector<
         const bool known = std::find(required.begin(), required.end(), cells[i]) != required.end() ||
                            std::find(optional.begin(), optional.end(), cells[i]) != optional.end();
         if (!known) yaml::fail(path, number, "header", cells[i], allowed);
-        if (std::find(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(i), cells[i]) != cells.begin() + static_cast<std::ptrdiff_t>(i)) {
+        if (std::find(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(i), cells[i]) !=
+            cells.begin() + static_cast<std::ptrdiff_t>(i)) {
           yaml::fail(path, number, "header", cells[i] + " twice", allowed);
         }
       }
@@ -84,7 +86,8 @@ Table read(const std::string& path, const std::string& bytes, const std::vector<
         used = 0;
       }
       if (used == 0 || used != cells[i].size() || !std::isfinite(value)) {
-        yaml::fail(path, number, table.columns[i], cells[i].empty() ? "nothing" : cells[i], "must be a finite number");
+        yaml::fail(path, number, table.columns[i], cells[i].empty() ? "nothing" : cells[i],
+                   "must be a finite number");
       }
       row.push_back(value);
     }

@@ -5,12 +5,13 @@
 
 namespace vest::scene::csv {
 
-/// A table of numbers with a header line: `node,x,y,z`. Strict: known columns only, finite numbers, no empty cells.
+/// A table of numbers with a header line: `node,x,y,z`. Strict: known columns only, finite numbers, no empty
+/// cells.
 struct Table {
   std::string file;
   std::vector<std::string> columns;
   std::vector<std::vector<double>> rows;
-  std::vector<int> lines;                      ///< line in the file per row
+  std::vector<int> lines;  ///< line in the file per row
 
   /// Column index, or -1.
   int column(const std::string& name) const;

@@ -19,7 +19,8 @@ constexpr std::size_t kMaxObjects = 1000;
 // Reads files below the scene's folder and remembers their bytes for the hash.
 class Files {
  public:
-  Files(std::string directory, std::string scene_bytes) : directory_(std::move(directory)), all_(std::move(scene_bytes)) {}
+  Files(std::string directory, std::string scene_bytes)
+      : directory_(std::move(directory)), all_(std::move(scene_bytes)) {}
 
   std::string read(const Value& value, std::string& path) {
     path = yaml::resolve(directory_, value.string(), value.file(), value.line(), value.field());
@@ -27,7 +28,8 @@ class Files {
     try {
       bytes = yaml::readFile(path, kMaxSideFile);
     } catch (const std::invalid_argument&) {
-      value.fail("must name a readable file below " + directory_ + " of at most " + std::to_string(kMaxSideFile) + " bytes");
+      value.fail("must name a readable file below " + directory_ + " of at most " +
+                 std::to_string(kMaxSideFile) + " bytes");
     }
     all_ += bytes;
     return bytes;
@@ -79,7 +81,8 @@ void readNodes(const csv::Table& table, double mass, Object& object) {
   std::vector<bool> seen(table.rows.size(), false);
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const std::size_t node = table.index(i, "node", table.rows.size() - 1);
-    if (seen[node]) yaml::fail(table.file, table.lines[i], "node", std::to_string(node), "must be there once");
+    if (seen[node])
+      yaml::fail(table.file, table.lines[i], "node", std::to_string(node), "must be there once");
     seen[node] = true;
     const auto& row = table.rows[i];
     object.rest_position[node] = {row[static_cast<std::size_t>(table.column("x"))],
@@ -103,12 +106,14 @@ void readLinks(const csv::Table& table, const PlainMaterial& material, double ar
     Link link;
     const double kind = cell(i, "kind", 0);
     if (kind != 0 && kind != 1 && kind != 2) {
-      yaml::fail(table.file, table.lines[i], "kind", std::to_string(kind), "must be 0 elastic, 1 viscous or 2 plastic");
+      yaml::fail(table.file, table.lines[i], "kind", std::to_string(kind),
+                 "must be 0 elastic, 1 viscous or 2 plastic");
     }
     link.kind = static_cast<LinkKind>(static_cast<int>(kind));
     link.knot0 = static_cast<Index>(table.index(i, "n0", most));
     link.knot1 = static_cast<Index>(table.index(i, "n1", most));
-    link.rest = cell(i, "rest_length", (object.rest_position[link.knot1] - object.rest_position[link.knot0]).norm());
+    link.rest =
+        cell(i, "rest_length", (object.rest_position[link.knot1] - object.rest_position[link.knot0]).norm());
     link.stiffness = cell(i, "stiffness", 0);
     link.area = link.stiffness > 0 ? 0 : area;
     const double k = link.stiffness > 0 ? link.stiffness : object.law.youngs_modulus * area / link.rest;
@@ -131,11 +136,13 @@ void readTables(Map& map, Files& files, Object& object) {
   object.fixed.assign(object.mass.size(), 0);
   const double area = map.has("link_area") ? map["link_area"].positive() : 0.0;
   const std::string links = files.read(map["links"], path);
-  readLinks(csv::read(path, links, {"n0", "n1"}, {"rest_length", "stiffness", "damping", "kind"}), material, area, object);
+  readLinks(csv::read(path, links, {"n0", "n1"}, {"rest_length", "stiffness", "damping", "kind"}), material,
+            area, object);
   if (map.has("fixed")) {
     const std::string bytes = files.read(map["fixed"], path);
     const csv::Table fixed = csv::read(path, bytes, {"node"}, {});
-    for (std::size_t i = 0; i < fixed.rows.size(); ++i) object.fixed[fixed.index(i, "node", object.mass.size() - 1)] = 1;
+    for (std::size_t i = 0; i < fixed.rows.size(); ++i)
+      object.fixed[fixed.index(i, "node", object.mass.size() - 1)] = 1;
   }
   if (map.has("triangles")) {
     const std::string bytes = files.read(map["triangles"], path);
@@ -143,7 +150,8 @@ void readTables(Map& map, Files& files, Object& object) {
     for (std::size_t i = 0; i < triangles.rows.size(); ++i) {
       std::array<Index, 3> triangle{};
       const char* names[] = {"n0", "n1", "n2"};
-      for (std::size_t k = 0; k < 3; ++k) triangle[k] = static_cast<Index>(triangles.index(i, names[k], object.mass.size() - 1));
+      for (std::size_t k = 0; k < 3; ++k)
+        triangle[k] = static_cast<Index>(triangles.index(i, names[k], object.mass.size() - 1));
       object.contact_triangles.push_back(triangle);
     }
   }
@@ -151,6 +159,14 @@ void readTables(Map& map, Files& files, Object& object) {
 
 Object readObject(const Value& value, Files& files) {
   Map map(value);
+  if (map.has("baked")) {
+    map.only({"name", "organ", "material", "roles", "model", "baked", "law", "density", "friction",
+              "contact_thickness", "vessel_segment"});
+  } else {
+    map.only({"name", "organ", "material", "roles", "model", "nodes", "links", "fixed", "triangles",
+              "knot_mass", "link_area", "friction", "contact_thickness", "vessel_segment", "strain",
+              "tetrahedra", "loads"});
+  }
   Object object;
   object.name = map["name"].name();
   object.organ = map.has("organ") ? map["organ"].name() : "tissue";
@@ -158,8 +174,12 @@ Object readObject(const Value& value, Files& files) {
     for (const Value& role : map["roles"].list()) object.roles.push_back(role.name());
   }
   const std::string model = map.has("model") ? map["model"].oneOf({"net", "fem", "volume", "rigid"}) : "net";
-  if (model == "fem" || model == "volume") map["model"].fail("must be net or rigid; fem and volume cannot be simulated yet");
+  if (model == "fem" || model == "volume")
+    map["model"].fail("must be net or rigid; fem and volume cannot be simulated yet");
   object.model = model == "rigid" ? ObjectModel::Rigid : ObjectModel::Net;
+  for (const char* later : {"strain", "tetrahedra", "loads"}) {
+    if (map.has(later)) map[later].fail("belongs to models that cannot be simulated yet");
+  }
   if (map.has("friction")) object.friction = map["friction"].number(0, 2);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
@@ -181,11 +201,15 @@ Object readObject(const Value& value, Files& files) {
 void readConnections(const Value& value, Files& files, Description& description) {
   std::string path;
   const std::string bytes = files.read(value, path);
-  const csv::Table table = csv::read(path, bytes,
-                                     {"object0", "knot0", "object1", "t0", "t1", "t2", "w0", "w1", "w2", "offset_x", "offset_y",
-                                      "offset_z", "stiffness", "damping", "break_force"}, {});
+  const csv::Table table =
+      csv::read(path, bytes,
+                {"object0", "knot0", "object1", "t0", "t1", "t2", "w0", "w1", "w2", "offset_x", "offset_y",
+                 "offset_z", "stiffness", "damping", "break_force"},
+                {});
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const auto cell = [&](const char* name) { return table.rows[i][static_cast<std::size_t>(table.column(name))]; };
+    const auto cell = [&](const char* name) {
+      return table.rows[i][static_cast<std::size_t>(table.column(name))];
+    };
     const auto refuse = [&](const char* name, const char* allowed) {
       yaml::fail(path, table.lines[i], name, std::to_string(cell(name)), allowed);
     };
@@ -196,7 +220,8 @@ void readConnections(const Value& value, Files& files, Description& description)
     const Object& object1 = description.objects[second];
     connection.object0 = description.objects[first].name;
     connection.object1 = object1.name;
-    connection.knot0 = static_cast<Index>(table.index(i, "knot0", description.objects[first].mass.size() - 1));
+    connection.knot0 =
+        static_cast<Index>(table.index(i, "knot0", description.objects[first].mass.size() - 1));
     const char* knots[] = {"t0", "t1", "t2"};
     const char* weights[] = {"w0", "w1", "w2"};
     double sum = 0;
@@ -227,9 +252,12 @@ Description loadScene(const std::string& path) {
   description.directory = slash == std::string::npos ? "." : path.substr(0, slash);
   Files files(description.directory, text);
   Map map(root);
+  map.only({"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections"});
   if (map.has("vest_scene")) map["vest_scene"].integer(1, 1);
-  if (map.has("name")) description.name = map["name"].name();
-  else description.name = path.substr(slash == std::string::npos ? 0 : slash + 1);
+  if (map.has("name"))
+    description.name = map["name"].name();
+  else
+    description.name = path.substr(slash == std::string::npos ? 0 : slash + 1);
   if (map.has("gravity")) description.gravity = map["gravity"].vector3();
   if (map.has("seed")) description.seed = map["seed"].integer(0, 4294967295u);
   if (map.has("solution")) {
@@ -241,7 +269,8 @@ Description loadScene(const std::string& path) {
   std::string source_path;
   if (map.has("source")) files.read(map["source"], source_path);
   const auto objects = map["objects"].list();
-  if (objects.empty() || objects.size() > kMaxObjects) map["objects"].fail("must be 1 to " + std::to_string(kMaxObjects) + " objects");
+  if (objects.empty() || objects.size() > kMaxObjects)
+    map["objects"].fail("must be 1 to " + std::to_string(kMaxObjects) + " objects");
   for (const Value& item : objects) {
     Object object = readObject(item, files);
     for (const auto& other : description.objects) {

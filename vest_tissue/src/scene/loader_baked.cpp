@@ -26,7 +26,8 @@ class Writer {
     const std::uint32_t head[2] = {static_cast<std::uint32_t>(values.size()), sizeof(T)};
     bytes_.append(tag, 4);
     bytes_.append(reinterpret_cast<const char*>(head), sizeof head);
-    if (!values.empty()) bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+    if (!values.empty())
+      bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
   }
   std::string take() { return std::move(bytes_); }
 
@@ -49,7 +50,8 @@ class Reader {
     std::memcpy(head, bytes_.data() + place_ + 4, sizeof head);
     place_ += 4 + sizeof head;
     if (head[1] != sizeof(T)) fail(tag, "elements of " + std::to_string(head[1]) + " bytes");
-    if (head[0] > kMaxElements || bytes_.size() - place_ < std::size_t{head[0]} * sizeof(T)) fail(tag, "cut off");
+    if (head[0] > kMaxElements || bytes_.size() - place_ < std::size_t{head[0]} * sizeof(T))
+      fail(tag, "cut off");
     std::vector<T> values(head[0]);
     if (head[0] > 0) std::memcpy(values.data(), bytes_.data() + place_, values.size() * sizeof(T));
     place_ += values.size() * sizeof(T);
@@ -59,7 +61,8 @@ class Reader {
     if (place_ != bytes_.size()) fail("end", std::to_string(bytes_.size() - place_) + " bytes too many");
   }
   [[noreturn]] void fail(const std::string& section, const std::string& what) const {
-    yaml::fail(file_, 0, "section " + section, what, "must be as vest_model writes it (docs/scene_format.md)");
+    yaml::fail(file_, 0, "section " + section, what,
+               "must be as vest_model writes it (docs/scene_format.md)");
   }
 
  private:
@@ -103,7 +106,8 @@ std::string encodeBaked(const Object& object) {
   std::vector<Triple> volume_values;  // triangles, bulk modulus, rest volume
   for (const auto& volume : object.volumes) {
     volume_triangles.insert(volume_triangles.end(), volume.triangles.begin(), volume.triangles.end());
-    volume_values.push_back({static_cast<double>(volume.triangles.size()), volume.bulk_modulus, volume.rest_volume});
+    volume_values.push_back(
+        {static_cast<double>(volume.triangles.size()), volume.bulk_modulus, volume.rest_volume});
   }
   writer.section("VOLT", volume_triangles);
   writer.section("VOLV", volume_values);
@@ -119,13 +123,15 @@ std::string encodeBaked(const Object& object) {
   std::vector<std::array<double, 5>> tether_values;
   for (const auto& tether : object.tethers) {
     tether_knots.push_back(tether.knot);
-    tether_values.push_back({tether.place.x(), tether.place.y(), tether.place.z(), tether.stiffness, tether.damping});
+    tether_values.push_back(
+        {tether.place.x(), tether.place.y(), tether.place.z(), tether.stiffness, tether.damping});
   }
   writer.section("TETK", tether_knots);
   writer.section("TETV", tether_values);
   writer.section("CTRI", object.contact_triangles);
   writer.section("SKST", object.skin.binding_start);
-  writer.section("SKKN", std::vector<std::uint16_t>(object.skin.binding_knots.begin(), object.skin.binding_knots.end()));
+  writer.section(
+      "SKKN", std::vector<std::uint16_t>(object.skin.binding_knots.begin(), object.skin.binding_knots.end()));
   writer.section("SKWE", object.skin.binding_weights);
   writer.section("SKUV", object.skin.texture_coordinates);
   writer.section("SKTR", object.skin.triangles);
@@ -150,16 +156,19 @@ void decodeBaked(const std::string& bytes, const std::string& file, Object& obje
   object.fixed = reader.section<std::uint8_t>("FIXD");
   const auto link_knots = reader.section<std::array<std::uint32_t, 4>>("LNKK");
   const auto link_values = reader.section<std::array<double, 4>>("LNKV");
-  if (link_knots.size() != link_values.size()) reader.fail("LNKV", std::to_string(link_values.size()) + " links");
+  if (link_knots.size() != link_values.size())
+    reader.fail("LNKV", std::to_string(link_values.size()) + " links");
   for (std::size_t i = 0; i < link_knots.size(); ++i) {
     if (link_knots[i][0] > 3) reader.fail("LNKK", "kind " + std::to_string(link_knots[i][0]));
-    object.links.push_back({static_cast<LinkKind>(link_knots[i][0]), link_knots[i][1], link_knots[i][2], link_knots[i][3],
-                            link_values[i][0], link_values[i][1], link_values[i][2], link_values[i][3]});
+    object.links.push_back({static_cast<LinkKind>(link_knots[i][0]), link_knots[i][1], link_knots[i][2],
+                            link_knots[i][3], link_values[i][0], link_values[i][1], link_values[i][2],
+                            link_values[i][3]});
   }
   const auto volume_triangles = reader.section<std::array<std::uint32_t, 3>>("VOLT");
   std::size_t used = 0;
   for (const auto& value : reader.section<Triple>("VOLV")) {
-    if (!(value[0] >= 0 && value[0] <= static_cast<double>(volume_triangles.size() - used))) reader.fail("VOLV", "count of triangles");
+    if (!(value[0] >= 0 && value[0] <= static_cast<double>(volume_triangles.size() - used)))
+      reader.fail("VOLV", "count of triangles");
     VolumeElement volume;
     const auto first = volume_triangles.begin() + static_cast<std::ptrdiff_t>(used);
     volume.triangles.assign(first, first + static_cast<std::ptrdiff_t>(value[0]));
@@ -171,11 +180,14 @@ void decodeBaked(const std::string& bytes, const std::string& file, Object& obje
   if (used != volume_triangles.size()) reader.fail("VOLT", "triangles of no volume");
   const auto hinge_knots = reader.section<std::array<std::uint32_t, 4>>("HNGK");
   const auto hinge_values = reader.section<double>("HNGV");
-  if (hinge_knots.size() != hinge_values.size()) reader.fail("HNGV", std::to_string(hinge_values.size()) + " hinges");
-  for (std::size_t i = 0; i < hinge_knots.size(); ++i) object.hinges.push_back({hinge_knots[i], hinge_values[i]});
+  if (hinge_knots.size() != hinge_values.size())
+    reader.fail("HNGV", std::to_string(hinge_values.size()) + " hinges");
+  for (std::size_t i = 0; i < hinge_knots.size(); ++i)
+    object.hinges.push_back({hinge_knots[i], hinge_values[i]});
   const auto tether_knots = reader.section<std::uint32_t>("TETK");
   const auto tether_values = reader.section<std::array<double, 5>>("TETV");
-  if (tether_knots.size() != tether_values.size()) reader.fail("TETV", std::to_string(tether_values.size()) + " tethers");
+  if (tether_knots.size() != tether_values.size())
+    reader.fail("TETV", std::to_string(tether_values.size()) + " tethers");
   for (std::size_t i = 0; i < tether_knots.size(); ++i) {
     const auto& v = tether_values[i];
     object.tethers.push_back({tether_knots[i], {v[0], v[1], v[2]}, v[3], v[4]});
@@ -192,18 +204,22 @@ void decodeBaked(const std::string& bytes, const std::string& file, Object& obje
   const auto ring_start = reader.section<std::uint32_t>("TURS");
   const auto ring_knots = reader.section<std::uint32_t>("TURK");
   reader.finish();
-  if (ring_start.size() != object.tube.station.size() + 1 || ring_start.front() != 0 || ring_start.back() != ring_knots.size()) {
+  if (ring_start.size() != object.tube.station.size() + 1 || ring_start.front() != 0 ||
+      ring_start.back() != ring_knots.size()) {
     reader.fail("TURS", std::to_string(ring_start.size()) + " entries");
   }
   for (std::size_t i = 0; i + 1 < ring_start.size(); ++i) {
-    if (ring_start[i + 1] < ring_start[i] || ring_start[i + 1] > ring_knots.size()) reader.fail("TURS", "falls");
-    object.tube.rings.emplace_back(ring_knots.begin() + ring_start[i], ring_knots.begin() + ring_start[i + 1]);
+    if (ring_start[i + 1] < ring_start[i] || ring_start[i + 1] > ring_knots.size())
+      reader.fail("TURS", "falls");
+    object.tube.rings.emplace_back(ring_knots.begin() + ring_start[i],
+                                   ring_knots.begin() + ring_start[i + 1]);
   }
 }
 
 std::string hashText(const std::string& bytes) {
   char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(XXH64(bytes.data(), bytes.size(), 0)));
+  std::snprintf(text, sizeof text, "%016llx",
+                static_cast<unsigned long long>(XXH64(bytes.data(), bytes.size(), 0)));
   return text;
 }
 

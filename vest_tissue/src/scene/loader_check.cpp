@@ -30,7 +30,8 @@ class Check {
            "must be a knot from 0 to " + std::to_string(object_.rest_position.size() - 1));
     }
   }
-  void number(const std::string& field, std::size_t index, double value, double least, const char* allowed) const {
+  void number(const std::string& field, std::size_t index, double value, double least,
+              const char* allowed) const {
     if (!std::isfinite(value) || value < least) fail(field, index, std::to_string(value), allowed);
   }
 
@@ -53,7 +54,8 @@ void checkSkin(const Object& object, const Check& check) {
   check.size("skin.binding_start", skin.binding_start.size(), vertices + 1);
   check.size("skin.binding_weights", skin.binding_weights.size(), skin.binding_knots.size());
   check.size("skin.layer", skin.layer.size(), skin.triangles.size());
-  if (skin.binding_start.front() != 0) check.fail("skin.binding_start", 0, std::to_string(skin.binding_start.front()), "must be 0");
+  if (skin.binding_start.front() != 0)
+    check.fail("skin.binding_start", 0, std::to_string(skin.binding_start.front()), "must be 0");
   for (std::size_t v = 0; v < vertices; ++v) {
     const std::uint32_t from = skin.binding_start[v], to = skin.binding_start[v + 1];
     if (to <= from || to > skin.binding_knots.size()) {
@@ -64,7 +66,8 @@ void checkSkin(const Object& object, const Check& check) {
       check.knot("skin.binding_knots", e, skin.binding_knots[e]);
       sum += skin.binding_weights[e];
     }
-    if (!(std::abs(sum - 1) < 1e-4)) check.fail("skin.binding_weights", v, "sum " + std::to_string(sum), "must sum to 1");
+    if (!(std::abs(sum - 1) < 1e-4))
+      check.fail("skin.binding_weights", v, "sum " + std::to_string(sum), "must sum to 1");
     for (const float c : skin.texture_coordinates[v]) {
       if (!std::isfinite(c)) check.fail("skin.texture_coordinates", v, std::to_string(c), "must be finite");
     }
@@ -72,7 +75,8 @@ void checkSkin(const Object& object, const Check& check) {
   check.size("skin.binding_start (last entry)", skin.binding_start.back(), skin.binding_knots.size());
   for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
     for (const auto v : skin.triangles[t]) {
-      if (v >= vertices) check.fail("skin.triangles", t, "vertex " + std::to_string(v), "must be a vertex of the skin");
+      if (v >= vertices)
+        check.fail("skin.triangles", t, "vertex " + std::to_string(v), "must be a vertex of the skin");
     }
   }
 }
@@ -90,9 +94,11 @@ void checkObject(const Object& object, const std::string& file) {
   check.size("damping", object.damping.size(), knots);
   check.size("fixed", object.fixed.size(), knots);
   for (std::size_t i = 0; i < knots; ++i) {
-    if (!object.rest_position[i].allFinite()) check.fail("rest_position", i, "not finite", "must be finite numbers");
+    if (!object.rest_position[i].allFinite())
+      check.fail("rest_position", i, "not finite", "must be finite numbers");
     if (!object.position[i].allFinite()) check.fail("position", i, "not finite", "must be finite numbers");
-    if (!std::isfinite(object.mass[i]) || !(object.mass[i] > 0)) check.fail("mass", i, std::to_string(object.mass[i]), "must be > 0");
+    if (!std::isfinite(object.mass[i]) || !(object.mass[i] > 0))
+      check.fail("mass", i, std::to_string(object.mass[i]), "must be > 0");
     check.number("damping", i, object.damping[i], 0, "must be >= 0");
   }
   std::set<std::tuple<int, Index, Index, Index>> known;
@@ -106,7 +112,8 @@ void checkObject(const Object& object, const std::string& file) {
       check.fail("links", i, "knot " + std::to_string(link.knot1) + " twice", "must join different knots");
     }
     if (!known.insert(linkKey(link)).second) {
-      check.fail("links", i, std::to_string(link.knot0) + "-" + std::to_string(link.knot1), "must not stand there twice");
+      check.fail("links", i, std::to_string(link.knot0) + "-" + std::to_string(link.knot1),
+                 "must not stand there twice");
     }
     const bool has_length = link.kind == LinkKind::Elastic || link.kind == LinkKind::Plastic;
     if (!std::isfinite(link.rest) || (has_length && !(link.rest > 0))) {
@@ -118,7 +125,8 @@ void checkObject(const Object& object, const std::string& file) {
   }
   for (std::size_t i = 0; i < object.tethers.size(); ++i) {
     check.knot("tethers", i, object.tethers[i].knot);
-    if (!object.tethers[i].place.allFinite()) check.fail("tethers", i, "place not finite", "must be finite numbers");
+    if (!object.tethers[i].place.allFinite())
+      check.fail("tethers", i, "place not finite", "must be finite numbers");
     check.number("tethers.stiffness", i, object.tethers[i].stiffness, 0, "must be >= 0");
     check.number("tethers.damping", i, object.tethers[i].damping, 0, "must be >= 0");
   }
@@ -138,7 +146,8 @@ void checkObject(const Object& object, const std::string& file) {
   }
   for (std::size_t i = 0; i < object.tube.rings.size(); ++i) {
     for (const Index knot : object.tube.rings[i]) check.knot("tube.rings", i, knot);
-    if (!std::isfinite(object.tube.station[i]) || (i > 0 && object.tube.station[i] < object.tube.station[i - 1])) {
+    if (!std::isfinite(object.tube.station[i]) ||
+        (i > 0 && object.tube.station[i] < object.tube.station[i - 1])) {
       check.fail("tube.station", i, std::to_string(object.tube.station[i]), "must be finite and ascending");
     }
   }
@@ -153,7 +162,8 @@ std::size_t countPieces(const Object& object) {
     return i;
   };
   for (const Link& link : object.links) {
-    if (link.kind == LinkKind::Elastic || link.kind == LinkKind::Plastic) parent[root(link.knot0)] = root(link.knot1);
+    if (link.kind == LinkKind::Elastic || link.kind == LinkKind::Plastic)
+      parent[root(link.knot0)] = root(link.knot1);
   }
   std::size_t pieces = 0;
   for (Index i = 0; i < parent.size(); ++i) pieces += root(i) == i;

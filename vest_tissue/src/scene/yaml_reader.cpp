@@ -27,7 +27,8 @@ class Scan : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
     yaml::fail(file_, mark.line + 1, "document", "alias", "aliases are not allowed");
   }
-  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor, const std::string&) override {
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                const std::string&) override {
     noAnchor(mark, anchor);
   }
   void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
@@ -45,7 +46,8 @@ class Scan : public YAML::EventHandler {
 
  private:
   void noAnchor(const YAML::Mark& mark, YAML::anchor_t anchor) const {
-    if (anchor != 0) yaml::fail(file_, mark.line + 1, "document", "anchor", "anchors and aliases are not allowed");
+    if (anchor != 0)
+      yaml::fail(file_, mark.line + 1, "document", "anchor", "anchors and aliases are not allowed");
   }
   void deeper(const YAML::Mark& mark) {
     if (++depth_ > kMaxDepth) {
@@ -87,11 +89,13 @@ std::string readFile(const std::string& path, std::size_t max_bytes) {
   return bytes;
 }
 
-std::string resolve(const std::string& directory, const std::string& relative, const std::string& file, int line,
-                    const std::string& field) {
-  const std::string allowed = "must be a relative path below the scene's folder (no '..', no '/' in front, no URL)";
-  if (relative.empty() || relative[0] == '/' || relative[0] == '~' || relative.find(':') != std::string::npos ||
-      relative.find('\\') != std::string::npos || relative.find('\0') != std::string::npos) {
+std::string resolve(const std::string& directory, const std::string& relative, const std::string& file,
+                    int line, const std::string& field) {
+  const std::string allowed =
+      "must be a relative path below the scene's folder (no '..', no '/' in front, no URL)";
+  if (relative.empty() || relative[0] == '/' || relative[0] == '~' ||
+      relative.find(':') != std::string::npos || relative.find('\\') != std::string::npos ||
+      relative.find('\0') != std::string::npos) {
     fail(file, line, field, relative, allowed);
   }
   std::stringstream parts(relative);
@@ -107,7 +111,9 @@ std::string Value::text() const {
   return node_.IsMap() ? "a mapping" : "a list";
 }
 
-void Value::fail(const std::string& allowed) const { yaml::fail(file_, line(), field_, text(), allowed); }
+void Value::fail(const std::string& allowed) const {
+  yaml::fail(file_, line(), field_, text(), allowed);
+}
 
 std::string Value::string() const {
   if (!node_.IsScalar()) fail("must be a text");
@@ -118,7 +124,8 @@ std::string Value::name() const {
   const std::string word = string();
   bool good = !word.empty() && word.size() <= 64;
   for (const char c : word) {
-    good = good && ((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.' || c == '-');
+    good = good && ((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+                    c == '.' || c == '-');
   }
   if (!good) fail("must be 1 to 64 of letters, digits, '_', '.', '-'");
   return word;
@@ -152,10 +159,12 @@ double Value::positive() const {
 }
 
 std::uint32_t Value::integer(std::uint32_t least, std::uint32_t most) const {
-  const std::string allowed = "must be a whole number from " + std::to_string(least) + " to " + std::to_string(most);
+  const std::string allowed =
+      "must be a whole number from " + std::to_string(least) + " to " + std::to_string(most);
   if (!node_.IsScalar()) fail(allowed);
   const std::string& word = node_.Scalar();
-  if (word.empty() || word.size() > 10 || word.find_first_not_of("0123456789") != std::string::npos) fail(allowed);
+  if (word.empty() || word.size() > 10 || word.find_first_not_of("0123456789") != std::string::npos)
+    fail(allowed);
   const unsigned long long value = std::stoull(word);
   if (value < least || value > most) fail(allowed);
   return static_cast<std::uint32_t>(value);
@@ -171,7 +180,8 @@ Eigen::Vector3d Value::vector3() const {
 std::vector<Value> Value::list() const {
   if (!node_.IsSequence()) fail("must be a list");
   std::vector<Value> items;
-  for (std::size_t i = 0; i < node_.size(); ++i) items.emplace_back(file_, field_ + "[" + std::to_string(i) + "]", node_[i]);
+  for (std::size_t i = 0; i < node_.size(); ++i)
+    items.emplace_back(file_, field_ + "[" + std::to_string(i) + "]", node_[i]);
   return items;
 }
 
@@ -206,19 +216,26 @@ Value Map::operator[](const std::string& key) {
   return Value(value_.file(), field, value_.node()[key]);
 }
 
+void Map::only(const std::vector<std::string>& keys) {
+  asked_.insert(keys.begin(), keys.end());
+  finish();
+}
+
 void Map::finish() const {
   for (const auto& entry : value_.node()) {
     const std::string key = entry.first.Scalar();
     if (asked_.count(key)) continue;
     std::string allowed = "unknown key; known are";
     for (const auto& word : asked_) allowed += " " + word;
-    Value(value_.file(), value_.field().empty() ? key : value_.field() + "." + key, entry.first).fail(allowed);
+    Value(value_.file(), value_.field().empty() ? key : value_.field() + "." + key, entry.first)
+        .fail(allowed);
   }
 }
 
 Value parse(const std::string& file, const std::string& text) {
   if (text.size() > kMaxBytes) {
-    fail(file, 0, "file", std::to_string(text.size()) + " bytes", "at most " + std::to_string(kMaxBytes) + " bytes");
+    fail(file, 0, "file", std::to_string(text.size()) + " bytes",
+         "at most " + std::to_string(kMaxBytes) + " bytes");
   }
   try {
     {

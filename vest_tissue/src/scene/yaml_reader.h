@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Core>
 #include <yaml-cpp/yaml.h>
+#include <Eigen/Core>
 
-/// Strict reading of YAML: unknown and doubled keys, aliases, deep nesting and large files are errors; every error is
-/// one message with file, line, field, value and what is allowed.
+/// Strict reading of YAML: unknown and doubled keys, aliases, deep nesting and large files are errors; every
+/// error is one message with file, line, field, value and what is allowed.
 namespace vest::scene::yaml {
 
 constexpr std::size_t kMaxBytes = 4u << 20;
@@ -22,9 +22,10 @@ constexpr int kMaxDepth = 32;
 /// Whole file as bytes. @throws std::invalid_argument if it cannot be read or is larger than `max_bytes`
 std::string readFile(const std::string& path, std::size_t max_bytes);
 
-/// A relative path below the scene's directory: no "..", no absolute path, no URL. Returns directory/relative.
-std::string resolve(const std::string& directory, const std::string& relative, const std::string& file, int line,
-                    const std::string& field);
+/// A relative path below the scene's directory: no "..", no absolute path, no URL. Returns
+/// directory/relative.
+std::string resolve(const std::string& directory, const std::string& relative, const std::string& file,
+                    int line, const std::string& field);
 
 /// A value with its place in the file.
 class Value {
@@ -62,7 +63,8 @@ class Map {
  public:
   explicit Map(const Value& value);
   bool has(const std::string& key);
-  Value operator[](const std::string& key);  ///< required
+  Value operator[](const std::string& key);         ///< required
+  void only(const std::vector<std::string>& keys);  ///< refuses all others at once, before anything is read
   void finish() const;
   const Value& value() const { return value_; }
 

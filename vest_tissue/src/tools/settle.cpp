@@ -22,15 +22,17 @@ Rest run(scene::World& world, double seconds, double watch_from) {
   for (std::uint64_t i = 0; i < steps; ++i) {
     input.step = world.steps();
     if (world.step(input, report) == scene::Status::Fault) {
-      throw std::runtime_error("fault in " + std::string(report.fault_object) + " after " + std::to_string(world.time()) + " s");
+      throw std::runtime_error("fault in " + std::string(report.fault_object) + " after " +
+                               std::to_string(world.time()) + " s");
     }
     if (static_cast<double>(i) * input.dt < watch_from || i % 10 != 0) continue;
     for (std::size_t o = 0; o < world.objectCount(); ++o) {
       velocity.resize(3 * world.knotCount(o));
       world.velocities(o, velocity.data());
       for (std::size_t k = 0; k < world.knotCount(o); ++k) {
-        const double speed = std::sqrt(velocity[3 * k] * velocity[3 * k] + velocity[3 * k + 1] * velocity[3 * k + 1] +
-                                       velocity[3 * k + 2] * velocity[3 * k + 2]);
+        const double speed =
+            std::sqrt(velocity[3 * k] * velocity[3 * k] + velocity[3 * k + 1] * velocity[3 * k + 1] +
+                      velocity[3 * k + 2] * velocity[3 * k + 2]);
         if (speed > rest.speed) {
           rest.speed = speed;
           rest.object = world.description().objects[o].name;
@@ -38,7 +40,8 @@ Rest run(scene::World& world, double seconds, double watch_from) {
       }
     }
   }
-  rest.seconds_per_step = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() / static_cast<double>(steps);
+  rest.seconds_per_step = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() /
+                          static_cast<double>(steps);
   return rest;
 }
 
@@ -62,12 +65,14 @@ void settle(scene::Description& description, double seconds, int threads, bool v
     const Rest rest = run(world, 2.0, 0.0);
     passed += 2.0;
     if (verbose) {
-      std::printf("%5.1f s: greatest speed of the last 2 s %8.3f mm/s (%s), %.0f us a step\n", passed, 1000 * rest.speed,
-                  rest.object.c_str(), 1e6 * rest.seconds_per_step);
+      std::printf("%5.1f s: greatest speed of the last 2 s %8.3f mm/s (%s), %.0f us a step\n", passed,
+                  1000 * rest.speed, rest.object.c_str(), 1e6 * rest.seconds_per_step);
       std::fflush(stdout);
     }
     if (rest.speed < 0.2 * kRestSpeed) break;  // well below, so that a reloaded scene passes too
-    if (passed >= seconds) throw std::runtime_error("not at rest after " + std::to_string(passed) + " s: " + rest.object + " moves");
+    if (passed >= seconds)
+      throw std::runtime_error("not at rest after " + std::to_string(passed) + " s: " + rest.object +
+                               " moves");
   }
   readPositions(world, description);
   if (!verbose) return;
@@ -78,7 +83,8 @@ void settle(scene::Description& description, double seconds, int threads, bool v
       most = std::max(most, moved);
       mean += moved / static_cast<double>(object.position.size());
     }
-    std::printf("%-22s moved %5.2f mm on the mean, %5.2f mm at most\n", object.name.c_str(), 1000 * mean, 1000 * most);
+    std::printf("%-22s moved %5.2f mm on the mean, %5.2f mm at most\n", object.name.c_str(), 1000 * mean,
+                1000 * most);
   }
 }
 

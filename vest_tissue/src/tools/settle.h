@@ -7,7 +7,8 @@
 
 namespace vest::tools {
 
-/// Steps without any tool. Returns the greatest speed of a knot seen from `watch_from` s on, m/s, and its object.
+/// Steps without any tool. Returns the greatest speed of a knot seen from `watch_from` s on, m/s, and its
+/// object.
 /// @throws std::runtime_error if the World reports a fault
 struct Rest {
   double speed = 0.0;
@@ -20,8 +21,8 @@ Rest run(scene::World& world, double seconds, double watch_from);
 void readPositions(const scene::World& world, scene::Description& description);
 
 /// Lets a scene come to rest under gravity and puts the result into description.position; rest lengths stay.
-/// `rounds` of fixed-point correction first move the rest shape, so that the settled shape is the designed one
-/// (pre-stress; x_rest += x_design - x_settled).
+/// `rounds` of fixed-point correction first move the rest shape, so that the settled shape is the designed
+/// one (pre-stress; x_rest += x_design - x_settled).
 /// @throws std::runtime_error if it does not come to rest within `seconds`
 void settle(scene::Description& description, double seconds, int threads, bool verbose);
 

@@ -17,9 +17,12 @@ struct Cloud {
   std::size_t kdtree_get_point_count() const { return points.size(); }
   double kdtree_get_pt(std::size_t i, std::size_t k) const { return points[i][static_cast<Eigen::Index>(k)]; }
   template <class Box>
-  bool kdtree_get_bbox(Box&) const { return false; }
+  bool kdtree_get_bbox(Box&) const {
+    return false;
+  }
 };
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, 3, std::uint32_t>;
+using Tree =
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, 3, std::uint32_t>;
 
 constexpr std::size_t kFine = 40000, kCoarse = 1500;
 
@@ -28,7 +31,9 @@ constexpr std::size_t kFine = 40000, kCoarse = 1500;
 std::vector<Eigen::Vector3d> sampleEvenly(const Surface& surface, std::size_t about) {
   double area = 0;
   const auto areaOf = [&](const std::array<std::uint32_t, 3>& t) {
-    return 0.5 * (surface.points[t[1]] - surface.points[t[0]]).cross(surface.points[t[2]] - surface.points[t[0]]).norm();
+    return 0.5 * (surface.points[t[1]] - surface.points[t[0]])
+                     .cross(surface.points[t[2]] - surface.points[t[0]])
+                     .norm();
   };
   for (const auto& t : surface.triangles) area += areaOf(t);
   const double each = area / static_cast<double>(about);
@@ -45,7 +50,8 @@ std::vector<Eigen::Vector3d> sampleEvenly(const Surface& surface, std::size_t ab
         u = 1 - u;
         v = 1 - v;
       }
-      samples.push_back((1 - u - v) * surface.points[t[0]] + u * surface.points[t[1]] + v * surface.points[t[2]]);
+      samples.push_back((1 - u - v) * surface.points[t[0]] + u * surface.points[t[1]] +
+                        v * surface.points[t[2]]);
     }
   }
   return samples;
@@ -68,7 +74,8 @@ double meanDistance(const Surface& from, const Surface& to) {
 }
 
 Eigen::Isometry3d rigidFit(const Surface& moving, const Surface& still) {
-  const auto start = sampleEvenly(moving, kCoarse), target = sampleEvenly(still, kCoarse), dense = sampleEvenly(still, kFine);
+  const auto start = sampleEvenly(moving, kCoarse), target = sampleEvenly(still, kCoarse),
+             dense = sampleEvenly(still, kFine);
   const Cloud still_cloud{dense};
   Tree still_tree(3, still_cloud);
   still_tree.buildIndex();

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
 #include <assimp/Importer.hpp>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
 
 #include "surface_distance.h"
 #include "vest_tissue/net/skin.h"
@@ -24,15 +24,19 @@ using vest::tools::Surface;
 Surface readMesh(const std::string& path) {
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_JoinIdenticalVertices);
-  if (scene == nullptr || scene->mNumMeshes == 0) throw std::invalid_argument(path + ": no mesh that can be read");
+  if (scene == nullptr || scene->mNumMeshes == 0)
+    throw std::invalid_argument(path + ": no mesh that can be read");
   Surface surface;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
     const aiMesh& mesh = *scene->mMeshes[m];
     const auto base = static_cast<std::uint32_t>(surface.points.size());
-    for (unsigned v = 0; v < mesh.mNumVertices; ++v) surface.points.emplace_back(mesh.mVertices[v].x, mesh.mVertices[v].y, mesh.mVertices[v].z);
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v)
+      surface.points.emplace_back(mesh.mVertices[v].x, mesh.mVertices[v].y, mesh.mVertices[v].z);
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
       const aiFace& face = mesh.mFaces[f];
-      if (face.mNumIndices == 3) surface.triangles.push_back({base + face.mIndices[0], base + face.mIndices[1], base + face.mIndices[2]});
+      if (face.mNumIndices == 3)
+        surface.triangles.push_back(
+            {base + face.mIndices[0], base + face.mIndices[1], base + face.mIndices[2]});
     }
   }
   return surface;
@@ -47,12 +51,14 @@ void append(const Surface& part, Surface& whole) {
 Surface skinOf(const vest::scene::Object& object) {
   Surface surface;
   std::vector<float> knots;
-  for (const auto& p : object.position) for (int k = 0; k < 3; ++k) knots.push_back(static_cast<float>(p[k]));
+  for (const auto& p : object.position)
+    for (int k = 0; k < 3; ++k) knots.push_back(static_cast<float>(p[k]));
   const std::size_t vertices = object.skin.texture_coordinates.size();
   std::vector<float> skin(3 * vertices);
   vest::net::rebuildSkin(knots.data(), object.skin.binding_start.data(), object.skin.binding_knots.data(),
                          object.skin.binding_weights.data(), vertices, skin.data());
-  for (std::size_t v = 0; v < vertices; ++v) surface.points.emplace_back(skin[3 * v], skin[3 * v + 1], skin[3 * v + 2]);
+  for (std::size_t v = 0; v < vertices; ++v)
+    surface.points.emplace_back(skin[3 * v], skin[3 * v + 1], skin[3 * v + 2]);
   surface.triangles.assign(object.skin.triangles.begin(), object.skin.triangles.end());
   return surface;
 }
@@ -72,10 +78,13 @@ const std::vector<Organ> kOrgans = {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Mean surface distance between a scene's organs and reference meshes after one rigid fit of all together.");
+  CLI::App app(
+      "Mean surface distance between a scene's organs and reference meshes after one rigid fit of all "
+      "together.");
   std::string reference, scene_path = vest::tools::defaultScene();
   double limit = 8.0;
-  app.add_option("--reference", reference, "folder with the reference meshes (VH_F_*.obj, metres)")->required();
+  app.add_option("--reference", reference, "folder with the reference meshes (VH_F_*.obj, metres)")
+      ->required();
   app.add_option("--limit", limit, "mm; larger mean distances make the exit status 1")->capture_default_str();
   app.add_option("SCENE", scene_path, "scene.yaml")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
@@ -87,7 +96,8 @@ int main(int argc, char** argv) {
     for (const Organ& organ : kOrgans) {
       const auto object = std::find_if(description.objects.begin(), description.objects.end(),
                                        [&](const auto& o) { return o.name == organ.object; });
-      if (object == description.objects.end()) throw std::invalid_argument(scene_path + ": objects: has no " + std::string(organ.object));
+      if (object == description.objects.end())
+        throw std::invalid_argument(scene_path + ": objects: has no " + std::string(organ.object));
       Surface whole;
       std::size_t found = 0;
       for (const char* file : organ.files) {
@@ -100,7 +110,8 @@ int main(int argc, char** argv) {
         std::printf("%-12s no reference mesh, left out\n", organ.object);
         continue;
       }
-      // Body axes (left, cranial, ventral) to the box (right, caudal, ventral); the place is found by the fit.
+      // Body axes (left, cranial, ventral) to the box (right, caudal, ventral); the place is found by the
+      // fit.
       for (auto& p : whole.points) p = Eigen::Vector3d(-p.x(), -p.y(), p.z());
       ours.push_back(skinOf(*object));
       theirs.push_back(whole);
@@ -111,9 +122,11 @@ int main(int argc, char** argv) {
     if (names.empty()) throw std::invalid_argument(reference + ": holds none of the reference meshes");
     const Eigen::Isometry3d fit = vest::tools::rigidFit(all_theirs, all_ours);
     const Eigen::AngleAxisd turn(fit.rotation());
-    std::printf("rigid fit: shift %.1f %.1f %.1f mm, turn %.2f deg\n", 1000 * fit.translation().x(), 1000 * fit.translation().y(),
-                1000 * fit.translation().z(), turn.angle() * 180 / 3.14159265358979);
-    std::printf("%-12s %14s %14s %10s  (mm, mean surface distance)\n", "organ", "ours->ref", "ref->ours", "both");
+    std::printf("rigid fit: shift %.1f %.1f %.1f mm, turn %.2f deg\n", 1000 * fit.translation().x(),
+                1000 * fit.translation().y(), 1000 * fit.translation().z(),
+                turn.angle() * 180 / 3.14159265358979);
+    std::printf("%-12s %14s %14s %10s  (mm, mean surface distance)\n", "organ", "ours->ref", "ref->ours",
+                "both");
     bool good = true;
     for (std::size_t i = 0; i < names.size(); ++i) {
       for (auto& p : theirs[i].points) p = fit * p;

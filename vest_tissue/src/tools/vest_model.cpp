@@ -17,7 +17,9 @@ std::string directoryOf(const std::string& path) {
   return slash == std::string::npos ? "." : path.substr(0, slash);
 }
 
-std::string fileOf(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
+std::string fileOf(const std::string& path) {
+  return path.substr(path.find_last_of('/') + 1);
+}
 
 }  // namespace
 

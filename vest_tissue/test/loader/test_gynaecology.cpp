@@ -24,11 +24,14 @@ const vest::scene::Description& scene() {
 
 std::vector<Eigen::Vector3d> skinOf(const Object& object) {
   std::vector<float> knots, out(3 * object.skin.texture_coordinates.size());
-  for (const auto& p : object.position) for (int k = 0; k < 3; ++k) knots.push_back(static_cast<float>(p[k]));
+  for (const auto& p : object.position)
+    for (int k = 0; k < 3; ++k) knots.push_back(static_cast<float>(p[k]));
   vest::net::rebuildSkin(knots.data(), object.skin.binding_start.data(), object.skin.binding_knots.data(),
-                         object.skin.binding_weights.data(), object.skin.texture_coordinates.size(), out.data());
+                         object.skin.binding_weights.data(), object.skin.texture_coordinates.size(),
+                         out.data());
   std::vector<Eigen::Vector3d> points;
-  for (std::size_t v = 0; v < object.skin.texture_coordinates.size(); ++v) points.emplace_back(out[3 * v], out[3 * v + 1], out[3 * v + 2]);
+  for (std::size_t v = 0; v < object.skin.texture_coordinates.size(); ++v)
+    points.emplace_back(out[3 * v], out[3 * v + 1], out[3 * v + 2]);
   return points;
 }
 
@@ -45,7 +48,9 @@ TEST(Gynaecology, HasTheSeedsObjectsKnotsAndSprings) {
       ++rigid;
       continue;
     }
-    const std::string group = object.organ == "artery" || object.organ == "vein" || object.organ == "intestine" ? object.organ : "organs";
+    const std::string group =
+        object.organ == "artery" || object.organ == "vein" || object.organ == "intestine" ? object.organ
+                                                                                          : "organs";
     ++groups[group][0];
     groups[group][1] += object.rest_position.size();
     groups[group][2] += object.links.size();
@@ -57,9 +62,10 @@ TEST(Gynaecology, HasTheSeedsObjectsKnotsAndSprings) {
   EXPECT_EQ((groups["intestine"]), (std::array<std::size_t, 3>{1, 147, 560}));
   EXPECT_EQ(rigid, 1u);
   EXPECT_NEAR(static_cast<double>(vertices), 15000, 1500);
-  for (const char* name : {"uterus", "tube_left", "tube_right", "ovary_left", "ovary_right", "broad_ligament_left",
-                           "broad_ligament_right", "uterine_artery_left", "ovarian_artery_right", "iliac_artery_left",
-                           "uterine_vein_right", "ovarian_vein_left", "iliac_vein_right", "vena_cava", "intestine", "cavity"}) {
+  for (const char* name :
+       {"uterus", "tube_left", "tube_right", "ovary_left", "ovary_right", "broad_ligament_left",
+        "broad_ligament_right", "uterine_artery_left", "ovarian_artery_right", "iliac_artery_left",
+        "uterine_vein_right", "ovarian_vein_left", "iliac_vein_right", "vena_cava", "intestine", "cavity"}) {
     EXPECT_EQ(names.count(name), 1u) << name;
   }
 }
@@ -67,7 +73,9 @@ TEST(Gynaecology, HasTheSeedsObjectsKnotsAndSprings) {
 TEST(Gynaecology, EveryObjectIsInOnePieceWithoutDoubleLinksAndEveryKnotMovesItsSkin) {
   for (const Object& object : scene().objects) {
     SCOPED_TRACE(object.name);
-    if (object.model != ObjectModel::Rigid) EXPECT_EQ(vest::scene::countPieces(object), 1u);
+    if (object.model != ObjectModel::Rigid) {
+      EXPECT_EQ(vest::scene::countPieces(object), 1u);
+    }
     EXPECT_EQ(vest::scene::countDuplicateLinks(object), 0u);
     EXPECT_EQ(vest::scene::countUnboundKnots(object), 0u);
   }
@@ -77,7 +85,8 @@ TEST(Gynaecology, SkinsAreClosedAndFaceOutwardsTheCavityInwards) {
   for (const Object& object : scene().objects) {
     SCOPED_TRACE(object.name);
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
-    for (const auto& t : object.skin.triangles) for (int k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
+    for (const auto& t : object.skin.triangles)
+      for (int k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
     std::size_t open = 0;
     for (const auto& [edge, count] : edges) open += count != 1 || edges.count({edge.second, edge.first}) == 0;
     EXPECT_EQ(open, 0u);
@@ -98,7 +107,8 @@ TEST(Gynaecology, SkinsAreClosedAndFaceOutwardsTheCavityInwards) {
 TEST(Gynaecology, WeightsOfAVertexAreAtMostSixteen) {
   for (const Object& object : scene().objects) {
     for (std::size_t v = 0; v + 1 < object.skin.binding_start.size(); ++v) {
-      ASSERT_LE(object.skin.binding_start[v + 1] - object.skin.binding_start[v], 16u) << object.name << " vertex " << v;
+      ASSERT_LE(object.skin.binding_start[v + 1] - object.skin.binding_start[v], 16u)
+          << object.name << " vertex " << v;
     }
   }
 }
@@ -111,7 +121,8 @@ TEST(Gynaecology, EveryMovingObjectIsHeldAndNeedsFewSubSteps) {
     for (const auto fixed : object.fixed) held = held || fixed;
     for (const auto& connection : scene().connections) held = held || connection.object0 == object.name;
     EXPECT_TRUE(held) << "nothing keeps it from falling";
-    EXPECT_LT(scene().dt * vest::modelling::highestFrequency(object) / 2, 10.0) << "sub-steps per millisecond";
+    EXPECT_LT(scene().dt * vest::modelling::highestFrequency(object) / 2, 10.0)
+        << "sub-steps per millisecond";
   }
 }
 
@@ -133,7 +144,9 @@ TEST(Gynaecology, NothingLiesFarOutsideOfTheCavity) {
     if (object.model == ObjectModel::Rigid) continue;
     for (std::size_t i = 0; i < object.position.size(); i += 5) {
       if (object.fixed[i]) continue;
-      EXPECT_GT(vest::modelling::nearestPoint(cavity.position, cavity.contact_triangles, object.position[i]).distance, -0.001)
+      EXPECT_GT(vest::modelling::nearestPoint(cavity.position, cavity.contact_triangles, object.position[i])
+                    .distance,
+                -0.001)
           << object.name << " knot " << i << " is free but within the wall";
     }
   }
@@ -154,14 +167,16 @@ TEST(Gynaecology, IsSavedAtRestAndStaysThereForTwoSeconds) {
       velocity.resize(3 * world.knotCount(o));
       world.velocities(o, velocity.data());
       for (std::size_t k = 0; k < velocity.size(); k += 3) {
-        most = std::max(most, velocity[k] * velocity[k] + velocity[k + 1] * velocity[k + 1] + velocity[k + 2] * velocity[k + 2]);
+        most = std::max(most, velocity[k] * velocity[k] + velocity[k + 1] * velocity[k + 1] +
+                                  velocity[k + 2] * velocity[k + 2]);
       }
     }
   }
   EXPECT_LT(std::sqrt(most), 0.001f) << "m/s";
 }
 
-// A tube that half a newton pulls up by some centimetres, the ovary and the mesosalpinx behind it, the uterus hardly.
+// A tube that half a newton pulls up by some centimetres, the ovary and the mesosalpinx behind it, the uterus
+// hardly.
 TEST(Gynaecology, ATubeFollowsAPullOfHalfANewtonAndComesBack) {
   vest::scene::World world(scene());
   const auto object = [&](const char* name) {
@@ -174,11 +189,14 @@ TEST(Gynaecology, ATubeFollowsAPullOfHalfANewtonAndComesBack) {
     world.positions(o, x.data());
     double most = 0;
     for (std::size_t k = 0; k < world.knotCount(o); ++k) {
-      most = std::max(most, (Eigen::Vector3d(x[3 * k], x[3 * k + 1], x[3 * k + 2]) - scene().objects[o].position[k]).norm());
+      most = std::max(
+          most,
+          (Eigen::Vector3d(x[3 * k], x[3 * k + 1], x[3 * k + 2]) - scene().objects[o].position[k]).norm());
     }
     return most;
   };
-  const std::uint16_t tube = object("tube_left"), uterus = object("uterus"), ligament = object("broad_ligament_left");
+  const std::uint16_t tube = object("tube_left"), uterus = object("uterus"),
+                      ligament = object("broad_ligament_left");
   std::vector<std::uint32_t> pulled;  // triangles between rings 13 and 14
   const Object& net = scene().objects[tube];
   for (std::uint32_t t = 0; t < net.contact_triangles.size(); ++t) {

@@ -52,7 +52,8 @@ struct Attempt {
 };
 
 void expectSays(const std::string& message, std::initializer_list<const char*> parts) {
-  for (const char* part : parts) EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' not in: " << message;
+  for (const char* part : parts)
+    EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' not in: " << message;
   EXPECT_EQ(message.find('\n'), std::string::npos) << "one line: " << message;
 }
 
@@ -170,7 +171,8 @@ TEST(Loader, MissingSideFilesAreNamedByTheFieldThatAsksForThem) {
 }
 
 TEST(Loader, PathsOutsideOfTheScenesFolderAreRefused) {
-  for (const char* path : {"../links.csv", "/etc/passwd", "a/../../b.csv", "http://host/links.csv", "~/links.csv"}) {
+  for (const char* path :
+       {"../links.csv", "/etc/passwd", "a/../../b.csv", "http://host/links.csv", "~/links.csv"}) {
     Attempt attempt;
     Attempt::replace(attempt.scene, "links: links.csv", std::string("links: \"") + path + "\"");
     expectSays(attempt.message(), {"scene.yaml:7: objects[0].links", "must be a relative path"});
@@ -216,7 +218,9 @@ TEST(Loader, TablesWithUnknownColumnsOrRaggedRowsAreRefused) {
 TEST(Loader, ModelsThatDoNotExistYetSaySo) {
   Attempt attempt;
   Attempt::replace(attempt.scene, "model: net", "model: fem");
-  expectSays(attempt.message(), {"scene.yaml:5: objects[0].model: fem: must be net or rigid; fem and volume cannot be simulated yet"});
+  expectSays(
+      attempt.message(),
+      {"scene.yaml:5: objects[0].model: fem: must be net or rigid; fem and volume cannot be simulated yet"});
 }
 
 TEST(Baked, WhatIsWrittenIsReadBackAndCutFilesAreRefused) {
@@ -228,7 +232,8 @@ TEST(Baked, WhatIsWrittenIsReadBackAndCutFilesAreRefused) {
   EXPECT_EQ(vest::scene::encodeBaked(again), bytes);
   for (std::size_t length = 0; length < bytes.size(); length += 97) {
     vest::scene::Object cut;
-    EXPECT_THROW(vest::scene::decodeBaked(bytes.substr(0, length), "cut.net", cut), std::invalid_argument) << length;
+    EXPECT_THROW(vest::scene::decodeBaked(bytes.substr(0, length), "cut.net", cut), std::invalid_argument)
+        << length;
   }
   vest::scene::Object longer;
   EXPECT_THROW(vest::scene::decodeBaked(bytes + "x", "long.net", longer), std::invalid_argument);

@@ -18,15 +18,24 @@ std::uint64_t random(std::uint64_t seed, std::uint64_t index) {
 }
 
 std::string mutate(std::string bytes, std::uint64_t seed) {
-  static const char* const kPieces[] = {"nan", "-", "[", "{", ": ", "\n", "&a", "*a", "1e999", "..", "  ", "\x00", "\xff", "99999999999"};
+  static const char* const kPieces[] = {"nan", "-",     "[",  "{",  ": ",   "\n",   "&a",
+                                        "*a",  "1e999", "..", "  ", "\x00", "\xff", "99999999999"};
   const int changes = 1 + static_cast<int>(random(seed, 0) % 4);
   for (int c = 0; c < changes && !bytes.empty(); ++c) {
     const std::size_t place = random(seed, 10 * c + 1) % bytes.size();
     switch (random(seed, 10 * c + 2) % 4) {
-      case 0: bytes[place] = static_cast<char>(random(seed, 10 * c + 3)); break;
-      case 1: bytes.erase(place, 1 + random(seed, 10 * c + 3) % 20); break;
-      case 2: bytes.insert(place, kPieces[random(seed, 10 * c + 3) % (sizeof kPieces / sizeof *kPieces)]); break;
-      default: bytes.insert(place, bytes.substr(place, random(seed, 10 * c + 3) % 60)); break;
+      case 0:
+        bytes[place] = static_cast<char>(random(seed, 10 * c + 3));
+        break;
+      case 1:
+        bytes.erase(place, 1 + random(seed, 10 * c + 3) % 20);
+        break;
+      case 2:
+        bytes.insert(place, kPieces[random(seed, 10 * c + 3) % (sizeof kPieces / sizeof *kPieces)]);
+        break;
+      default:
+        bytes.insert(place, bytes.substr(place, random(seed, 10 * c + 3) % 60));
+        break;
     }
   }
   return bytes;
@@ -38,7 +47,8 @@ std::string mutate(std::string bytes, std::uint64_t seed) {
 TEST(Mutations, OfASceneFileLoadOrSayOneSentence) {
   const std::string scene =
       "name: pair\ngravity: [0, 0, -9.81]\nobjects:\n  - name: chain\n    model: net\n    nodes: nodes.csv\n"
-      "    links: links.csv\n    knot_mass: 0.001\n    link_area: 1e-6\n    material: {youngs_modulus: 10000, density: 1000}\n"
+      "    links: links.csv\n    knot_mass: 0.001\n    link_area: 1e-6\n    material: {youngs_modulus: "
+      "10000, density: 1000}\n"
       "solution: {integrator: newton_euler, dt: 0.001}\n";
   const std::string nodes = "node,x,y,z\n0,0,0,0\n1,0.01,0,0\n2,0.02,0,0\n", links = "n0,n1\n0,1\n1,2\n";
   vest::test::TemporaryScene folder;
@@ -52,14 +62,16 @@ TEST(Mutations, OfASceneFileLoadOrSayOneSentence) {
       vest::scene::loadScene(path);
     } catch (const std::invalid_argument& error) {
       ++refused;
-      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << "seed " << seed << ": " << error.what();
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos)
+          << "seed " << seed << ": " << error.what();
     }
   }
   EXPECT_GT(refused, 200) << "the mutations must do harm, or this test checks nothing";
 }
 
 TEST(Mutations, OfABakedNetLoadOrSayOneSentence) {
-  const auto object = vest::scene::loadScene(std::string(VEST_TISSUE_SOURCE_DIR) + "/scenes/tube/tube.yaml").objects.at(0);
+  const auto object =
+      vest::scene::loadScene(std::string(VEST_TISSUE_SOURCE_DIR) + "/scenes/tube/tube.yaml").objects.at(0);
   const std::string bytes = vest::scene::encodeBaked(object);
   int refused = 0;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {

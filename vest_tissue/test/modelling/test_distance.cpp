@@ -16,7 +16,8 @@ Surface ellipsoid(double a, double b, double c) {
   for (int i = 0; i <= rows; ++i) {
     for (int k = 0; k < columns; ++k) {
       const double theta = pi * i / rows, phi = 2 * pi * k / columns;
-      surface.points.emplace_back(a * std::sin(theta) * std::cos(phi), b * std::sin(theta) * std::sin(phi), c * std::cos(theta));
+      surface.points.emplace_back(a * std::sin(theta) * std::cos(phi), b * std::sin(theta) * std::sin(phi),
+                                  c * std::cos(theta));
     }
   }
   const auto at = [&](int i, int k) { return static_cast<std::uint32_t>(i * columns + k % columns); };
@@ -52,7 +53,8 @@ TEST(SurfaceDistance, SamplesAreSpreadByAreaNotByTriangles) {
 TEST(SurfaceDistance, TheRigidFitUndoesAShiftAndATurn) {
   const Surface still = ellipsoid(0.03, 0.02, 0.012);
   Surface moving = still;
-  const Eigen::Isometry3d truth = Eigen::Translation3d(0.1, -0.05, 0.02) * Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, -1).normalized());
+  const Eigen::Isometry3d truth =
+      Eigen::Translation3d(0.1, -0.05, 0.02) * Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, -1).normalized());
   for (auto& p : moving.points) p = truth * p;
   const Eigen::Isometry3d fit = vest::tools::rigidFit(moving, still);
   for (auto& p : moving.points) p = fit * p;

@@ -3,8 +3,8 @@
 #include <map>
 #include <set>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/net/skin.h"
@@ -36,11 +36,13 @@ SheetSpec flatSheet() {
 
 std::vector<Vector3> vertices(const RingNet& net, const vest::scene::Skin& skin) {
   std::vector<float> knots, out(3 * skin.texture_coordinates.size());
-  for (const auto& p : net.knots) for (int k = 0; k < 3; ++k) knots.push_back(static_cast<float>(p[k]));
-  vest::net::rebuildSkin(knots.data(), skin.binding_start.data(), skin.binding_knots.data(), skin.binding_weights.data(),
-                         skin.texture_coordinates.size(), out.data());
+  for (const auto& p : net.knots)
+    for (int k = 0; k < 3; ++k) knots.push_back(static_cast<float>(p[k]));
+  vest::net::rebuildSkin(knots.data(), skin.binding_start.data(), skin.binding_knots.data(),
+                         skin.binding_weights.data(), skin.texture_coordinates.size(), out.data());
   std::vector<Vector3> result;
-  for (std::size_t v = 0; v < skin.texture_coordinates.size(); ++v) result.emplace_back(out[3 * v], out[3 * v + 1], out[3 * v + 2]);
+  for (std::size_t v = 0; v < skin.texture_coordinates.size(); ++v)
+    result.emplace_back(out[3 * v], out[3 * v + 1], out[3 * v + 2]);
   return result;
 }
 
@@ -48,7 +50,8 @@ std::vector<Vector3> vertices(const RingNet& net, const vest::scene::Skin& skin)
 template <class Triangles>
 void expectClosed(const Triangles& triangles) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
-  for (const auto& t : triangles) for (int k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
+  for (const auto& t : triangles)
+    for (int k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
   for (const auto& [edge, count] : edges) {
     EXPECT_EQ(count, 1) << edge.first << "-" << edge.second;
     EXPECT_EQ(edges.count({edge.second, edge.first}), 1u) << "open at " << edge.first << "-" << edge.second;
@@ -58,7 +61,8 @@ void expectClosed(const Triangles& triangles) {
 }  // namespace
 
 TEST(RingNet, KnotSurfacesAreClosedAndFaceOutwards) {
-  for (const RingNet& net : {makeTube(straightTube(End::Pole)), makeTube(straightTube(End::Cap)), makeSheet(flatSheet())}) {
+  for (const RingNet& net :
+       {makeTube(straightTube(End::Pole)), makeTube(straightTube(End::Cap)), makeSheet(flatSheet())}) {
     const auto triangles = knotTriangles(net);
     expectClosed(triangles);
     EXPECT_GT(enclosedVolume(net.knots, triangles), 0);
@@ -66,7 +70,8 @@ TEST(RingNet, KnotSurfacesAreClosedAndFaceOutwards) {
 }
 
 TEST(RingNet, SkinsAreClosedFaceOutwardsAndEveryKnotMovesThem) {
-  for (const RingNet& net : {makeTube(straightTube(End::Pole)), makeTube(straightTube(End::Cap)), makeSheet(flatSheet())}) {
+  for (const RingNet& net :
+       {makeTube(straightTube(End::Pole)), makeTube(straightTube(End::Cap)), makeSheet(flatSheet())}) {
     const auto skin = makeSkin(net, 2, 3);
     expectClosed(skin.triangles);
     EXPECT_GT(enclosedVolume(vertices(net, skin), skin.triangles), 0);
@@ -109,7 +114,9 @@ TEST(RingNet, TextureCoordinatesAreMetresAndKeepAreas) {
   double on_skin = 0, on_texture = 0;
   for (const auto& t : skin.triangles) {
     on_skin += 0.5 * (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]).norm();
-    const auto uv = [&](int k) { return Eigen::Vector2d(skin.texture_coordinates[t[k]][0], skin.texture_coordinates[t[k]][1]); };
+    const auto uv = [&](int k) {
+      return Eigen::Vector2d(skin.texture_coordinates[t[k]][0], skin.texture_coordinates[t[k]][1]);
+    };
     const Eigen::Vector2d a = uv(1) - uv(0), b = uv(2) - uv(0);
     on_texture += 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
   }
@@ -138,7 +145,8 @@ TEST(RingNet, LinkAreasOfACrossSectionSumToItsSolidSection) {
   const auto links = makeLinks(net, 480 + 160, {LinkClass::Ring2});
   double through = 0;  // between rings 9 and 10
   for (const auto& link : links) {
-    const std::uint32_t low = std::min(link.a, link.b) / net.around, high = std::max(link.a, link.b) / net.around;
+    const std::uint32_t low = std::min(link.a, link.b) / net.around,
+                        high = std::max(link.a, link.b) / net.around;
     if (low == 9 && high == 10) through += linkArea(net, link, net.knots);
   }
   EXPECT_NEAR(through / net.wall[9], 1.0, 0.05);
@@ -151,7 +159,8 @@ TEST(NearestPoint, IsSignedAndFindsFacesEdgesAndCorners) {
   const auto above = nearestPoint(net.knots, triangles, {0.04, 0.009, 0});
   EXPECT_NEAR(above.distance, 0.004, 1e-4);
   EXPECT_GT(above.normal.y(), 0.9);
-  EXPECT_GT(nearestPoint(net.knots, triangles, {-0.002, 0.0052, 0}).distance, 0) << "beyond a corner is outside";
+  EXPECT_GT(nearestPoint(net.knots, triangles, {-0.002, 0.0052, 0}).distance, 0)
+      << "beyond a corner is outside";
   const auto weights = above.weights;
   EXPECT_NEAR(weights[0] + weights[1] + weights[2], 1.0, 1e-12);
 }

@@ -33,8 +33,10 @@ std::string messageOf(const std::string& source) {
 
 std::string tube(const std::string& more) {
   return "vest_source: 1\nname: t\nobjects:\n  - name: a\n    organ: tube\n    material: tube\n"
-         "    tube: {centre: [[0,0,0],[0.05,0,0]], reference: [0,0,1], rings: 10, around: 6, start_dome: 0.002, end_dome: "
-         "0.002, sections: [{at: 0, radii: [0.002]}]}\n" + more;
+         "    tube: {centre: [[0,0,0],[0.05,0,0]], reference: [0,0,1], rings: 10, around: 6, start_dome: "
+         "0.002, end_dome: "
+         "0.002, sections: [{at: 0, radii: [0.002]}]}\n" +
+         more;
 }
 
 void expectSays(const std::string& message, const std::string& part) {
@@ -43,12 +45,17 @@ void expectSays(const std::string& message, const std::string& part) {
 
 }  // namespace
 
-TEST(Source, AGoodSourceBakes) { EXPECT_EQ(messageOf(tube("    springs: 180\n")), ""); }
+TEST(Source, AGoodSourceBakes) {
+  EXPECT_EQ(messageOf(tube("    springs: 180\n")), "");
+}
 
-TEST(Source, UnknownKeysAreNamedWithLine) { expectSays(messageOf(tube("    springs: 180\n    spings: 1\n")), ":9: objects[0].spings"); }
+TEST(Source, UnknownKeysAreNamedWithLine) {
+  expectSays(messageOf(tube("    springs: 180\n    spings: 1\n")), ":9: objects[0].spings");
+}
 
 TEST(Source, AnImpossibleNumberOfSpringsNamesObjectAndRange) {
-  expectSays(messageOf(tube("    springs: 17\n")), "object a: springs is 17, possible with these fillers is 180 to 180");
+  expectSays(messageOf(tube("    springs: 17\n")),
+             "object a: springs is 17, possible with these fillers is 180 to 180");
 }
 
 TEST(Source, AnUnknownMaterialIsNamed) {
@@ -58,9 +65,10 @@ TEST(Source, AnUnknownMaterialIsNamed) {
 }
 
 TEST(Source, AConnectionThatReachesNothingIsAnError) {
-  const std::string source = tube("    springs: 180\n    connect: [{to: b, rings: [0, 1], within: 0.001, stiffness: 1}]\n") +
-                             "  - {name: b, mirror_of: a, connect: [], tube: {centre: [[0,1,0],[0.05,1,0]], reference: [0,0,1], "
-                             "rings: 10, around: 6, start_dome: 0.002, end_dome: 0.002, sections: [{at: 0, radii: [0.002]}]}}\n";
+  const std::string source =
+      tube("    springs: 180\n    connect: [{to: b, rings: [0, 1], within: 0.001, stiffness: 1}]\n") +
+      "  - {name: b, mirror_of: a, connect: [], tube: {centre: [[0,1,0],[0.05,1,0]], reference: [0,0,1], "
+      "rings: 10, around: 6, start_dome: 0.002, end_dome: 0.002, sections: [{at: 0, radii: [0.002]}]}}\n";
   expectSays(messageOf(source), "object a: connect to b: no knot lies within");
 }
 
@@ -86,8 +94,8 @@ TEST(Materials, TheShippedDatabaseLoadsAndIsPositive) {
   }
 }
 
-// The nets beside a source are what the source says: nobody edited one without the other. Positions are left out,
-// since settling moves them; everything else agrees within the rounding of libm between machines.
+// The nets beside a source are what the source says: nobody edited one without the other. Positions are left
+// out, since settling moves them; everything else agrees within the rounding of libm between machines.
 TEST(Bake, WhatIsShippedIsWhatTheSourceBakesTo) {
   const auto materials = readMaterials(kPackage + "/data/materials.yaml");
   for (const std::string scene : {"gynaecology", "slab", "tube"}) {

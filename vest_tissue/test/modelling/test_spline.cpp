@@ -1,8 +1,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include "vest_tissue/modelling/spline.h"
 

@@ -11,22 +11,24 @@ namespace vest::modelling {
 /// Nearest point of a triangle surface.
 struct NearestPoint {
   std::size_t triangle = 0;
-  std::array<double, 3> weights{};   ///< barycentric
-  Vector3 point = Vector3::Zero();   ///< m
-  Vector3 normal = Vector3::UnitZ(); ///< unit, outward
-  double distance = 0.0;             ///< m, signed by the pseudo-normal of the nearest triangles: < 0 inside
+  std::array<double, 3> weights{};    ///< barycentric
+  Vector3 point = Vector3::Zero();    ///< m
+  Vector3 normal = Vector3::UnitZ();  ///< unit, outward
+  double distance = 0.0;              ///< m, signed by the pseudo-normal of the nearest triangles: < 0 inside
 };
 /// Ericson, Real-Time Collision Detection, 2005, section 5.1.5 (closest point on a triangle); brute force.
-/// The sign follows the angle-weighted pseudo-normal, Baerentzen, Aanaes, IEEE TVCG 11(3), 2005, doi:10.1109/TVCG.2005.49.
-NearestPoint nearestPoint(const std::vector<Vector3>& points, const std::vector<std::array<std::uint32_t, 3>>& triangles,
-                          const Vector3& place);
+/// The sign follows the angle-weighted pseudo-normal, Baerentzen, Aanaes, IEEE TVCG 11(3), 2005,
+/// doi:10.1109/TVCG.2005.49.
+NearestPoint nearestPoint(const std::vector<Vector3>& points,
+                          const std::vector<std::array<std::uint32_t, 3>>& triangles, const Vector3& place);
 
 /// Nets, skins, masses, attachments and connections of a whole scene. Deterministic.
 /// @throws std::invalid_argument naming object and field
 scene::Description bake(const SceneSource& source, const std::map<std::string, MaterialEntry>& materials);
 
 /// Writes NAME.yaml, NAME_connections.csv and one baked net per object. @throws std::runtime_error
-void writeScene(const scene::Description& description, const std::string& directory, const std::string& source_file);
+void writeScene(const scene::Description& description, const std::string& directory,
+                const std::string& source_file);
 
 /// Stiffness of a link at rest, N/m: E·area/rest by the law, or its own.
 double linkStiffness(const scene::Object& object, const scene::Link& link);

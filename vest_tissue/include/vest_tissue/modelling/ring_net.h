@@ -16,19 +16,19 @@ namespace vest::modelling {
 
 /// How an end of the net is closed.
 enum class End : std::uint8_t {
-  Pole = 0,     ///< a knot of its own closes the end
-  Cap = 1,      ///< no knot; the skin closes over the ring (the ring has at most 8 knots)
-  Zip = 2,      ///< sheets: the two leaves are joined
+  Pole = 0,  ///< a knot of its own closes the end
+  Cap = 1,   ///< no knot; the skin closes over the ring (the ring has at most 8 knots)
+  Zip = 2,   ///< sheets: the two leaves are joined
 };
 
 struct RingNet {
   std::uint32_t rings = 0, around = 0;
   End start = End::Pole, end = End::Pole;
-  bool inside = false;                       ///< the outside is within (cavities): turns all triangles round
-  std::vector<Vector3> knots;                ///< m, world
-  std::vector<double> station;               ///< m, arc length of the centre line per ring
-  std::vector<double> wall;                  ///< m², solid cross-section of the wall per ring
-  std::vector<double> mean_radius;           ///< m per ring
+  bool inside = false;              ///< the outside is within (cavities): turns all triangles round
+  std::vector<Vector3> knots;       ///< m, world
+  std::vector<double> station;      ///< m, arc length of the centre line per ring
+  std::vector<double> wall;         ///< m², solid cross-section of the wall per ring
+  std::vector<double> mean_radius;  ///< m per ring
 
   std::uint32_t knot(std::uint32_t ring, std::uint32_t k) const { return ring * around + k % around; }
   std::uint32_t poles() const { return (start == End::Pole) + (end == End::Pole); }
@@ -39,15 +39,16 @@ struct RingNet {
 
 /// What a tube is made from.
 struct TubeSpec {
-  std::vector<Vector3> centre;        ///< m, world: control points of the centre curve
-  std::vector<Section> sections;      ///< cross-sections along it
-  Vector3 reference{1, 0, 0};         ///< angle 0 of the first cross-section
+  std::vector<Vector3> centre;    ///< m, world: control points of the centre curve
+  std::vector<Section> sections;  ///< cross-sections along it
+  Vector3 reference{1, 0, 0};     ///< angle 0 of the first cross-section
   std::uint32_t rings = 0, around = 0;
   End start = End::Pole, end = End::Pole;
-  double start_dome = 0.0, end_dome = 0.0;  ///< m: length over which the end is rounded off; 0: blunt
+  double start_dome = 0.0, end_dome = 0.0;    ///< m: length over which the end is rounded off; 0: blunt
   double start_mouth = 0.0, end_mouth = 0.0;  ///< m: the pole lies this deep inside: a funnel
-  double wall_thickness = 0.0;        ///< m; 0: solid
-  std::vector<std::array<double, 2>> density;  ///< (fraction of the profile, rings per length): crowds rings; empty: even
+  double wall_thickness = 0.0;                ///< m; 0: solid
+  std::vector<std::array<double, 2>>
+      density;  ///< (fraction of the profile, rings per length): crowds rings; empty: even
   bool inside = false;
 };
 RingNet makeTube(const TubeSpec& spec);
@@ -68,24 +69,28 @@ struct NetLink {
   std::uint32_t a, b;
 };
 
-/// Exactly `springs` links: Ring, Long, Diagonal and Pole all of them, then those of `fillers` in order; the last one
-/// that does not fit entirely is thinned out evenly. @throws std::invalid_argument saying what would be possible
-std::vector<NetLink> makeLinks(const RingNet& net, std::uint32_t springs, const std::vector<LinkClass>& fillers);
+/// Exactly `springs` links: Ring, Long, Diagonal and Pole all of them, then those of `fillers` in order; the
+/// last one that does not fit entirely is thinned out evenly. @throws std::invalid_argument saying what would
+/// be possible
+std::vector<NetLink> makeLinks(const RingNet& net, std::uint32_t springs,
+                               const std::vector<LinkClass>& fillers);
 
 /// Area of a link so that all links through a cross-section together make the solid section of the wall:
-/// longitudinal, diagonal and second-neighbour links share wall(ring)/around; ring links carry wall thickness × spacing.
+/// longitudinal, diagonal and second-neighbour links share wall(ring)/around; ring links carry wall thickness
+/// × spacing.
 double linkArea(const RingNet& net, const NetLink& link, const std::vector<Vector3>& rest);
 
 /// Knot triangles, counter-clockwise from outside, closed.
 std::vector<std::array<std::uint32_t, 3>> knotTriangles(const RingNet& net);
 
 /// Volume inside a closed surface, m³ (> 0 with outward triangles).
-double enclosedVolume(const std::vector<Vector3>& points, const std::vector<std::array<std::uint32_t, 3>>& triangles);
+double enclosedVolume(const std::vector<Vector3>& points,
+                      const std::vector<std::array<std::uint32_t, 3>>& triangles);
 
 /// Finer skin: each vertex on bicubic Catmull-Rom patches through at most 16 knots. `along` and `around` are
 /// subdivisions per knot interval. `petals` folds the funnel's lip into as many fringes (0: none).
-/// Texture coordinates in metres: u is the length along a meridian, v = r·(|angle|−π/2) with the local mean radius
-/// r (sinusoidal projection: keeps areas, no seam, both silhouettes at angle 0 and π mirror).
+/// Texture coordinates in metres: u is the length along a meridian, v = r·(|angle|−π/2) with the local mean
+/// radius r (sinusoidal projection: keeps areas, no seam, both silhouettes at angle 0 and π mirror).
 scene::Skin makeSkin(const RingNet& net, std::uint32_t along, std::uint32_t around, std::uint32_t petals = 0,
                      double petal_depth = 0.0);
 

@@ -7,7 +7,8 @@
 
 #include "vest_tissue/modelling/ring_net.h"
 
-/// The spline source of a scene (docs/scene_format.md, "Source"): what people edit; `vest_model bake` makes nets of it.
+/// The spline source of a scene (docs/scene_format.md, "Source"): what people edit; `vest_model bake` makes
+/// nets of it.
 namespace vest::modelling {
 
 /// Some rings of a net: from first to last in steps; counted from the end when negative in the file.
@@ -18,22 +19,22 @@ struct Rings {
 /// Knots that are held: by place along the organ, or because they lie outside a cavity.
 struct FixRule {
   std::optional<Rings> rings;
-  std::string outside;      ///< object; empty: by rings
-  double margin = 0.0;      ///< m; knots nearer than this to the cavity's surface are held too
+  std::string outside;  ///< object; empty: by rings
+  double margin = 0.0;  ///< m; knots nearer than this to the cavity's surface are held too
 };
 
 struct TetherRule {
   Rings rings;
-  double stiffness = 0.0;   ///< N/m per knot
+  double stiffness = 0.0;  ///< N/m per knot
 };
 
 /// Ties knots to the nearest place on another object's surface.
 struct ConnectRule {
   std::string to;
   Rings rings;
-  std::uint32_t per_ring = 1;   ///< how many knots of each ring, nearest first
-  double within = 0.0;          ///< m; farther ones stay free
-  double stiffness = 0.0;       ///< N/m
+  std::uint32_t per_ring = 1;  ///< how many knots of each ring, nearest first
+  double within = 0.0;         ///< m; farther ones stay free
+  double stiffness = 0.0;      ///< N/m
 };
 
 /// Moves a surface: all knots near `at` by up to `push` (Gaussian of standard deviations `size`).
@@ -65,19 +66,19 @@ struct ObjectSource {
   std::vector<LinkClass> fillers;
   std::uint32_t skin_along = 2, skin_around = 2, petals = 0;
   double petal_depth = 0.0;
-  double fill = 1.0;             ///< part of the enclosed volume that has the tissue's density (gas in bowel)
-  double stiffness_factor = 1.0; ///< on all areas of links
-  double damping_ratio = 0.1;    ///< of each link's own pair oscillation
-  double damping_rate = 2.0;     ///< 1/s: gamma_i = rate·m_i
-  double bulk_modulus = 0.0;     ///< Pa; 0: no volume element
-  double support = 0.0;          ///< rad/s; 0: none. Surroundings that carry each knot's weight, and give way:
-                                 ///< a tether of stiffness m·support² whose place lies m·g/stiffness above the design
+  double fill = 1.0;  ///< part of the enclosed volume that has the tissue's density (gas in bowel)
+  double stiffness_factor = 1.0;  ///< on all areas of links
+  double damping_ratio = 0.1;     ///< of each link's own pair oscillation
+  double damping_rate = 2.0;      ///< 1/s: gamma_i = rate·m_i
+  double bulk_modulus = 0.0;      ///< Pa; 0: no volume element
+  double support = 0.0;  ///< rad/s; 0: none. Surroundings that carry each knot's weight, and give way:
+                         ///< a tether of stiffness m·support² whose place lies m·g/stiffness above the design
   double friction = 0.1, contact_thickness = 0.0005;
   std::string vessel_segment;
   std::vector<FixRule> fixed;
   std::vector<TetherRule> tethers;
   std::vector<ConnectRule> connections;
-  std::vector<LayRule> lay;       ///< before clear
+  std::vector<LayRule> lay;  ///< before clear
   std::vector<ClearRule> clear;
 };
 

@@ -20,9 +20,9 @@ class Curve {
  public:
   /// @throws std::invalid_argument with fewer than two points, or where neighbours coincide
   explicit Curve(std::vector<Vector3> points);
-  double length() const { return arc_.back(); }           ///< m
-  Vector3 at(double arc_length) const;                     ///< m; beyond the ends: straight on
-  Vector3 tangent(double arc_length) const;                ///< unit
+  double length() const { return arc_.back(); }  ///< m
+  Vector3 at(double arc_length) const;           ///< m; beyond the ends: straight on
+  Vector3 tangent(double arc_length) const;      ///< unit
 
  private:
   Vector3 raw(double parameter) const;
@@ -36,8 +36,9 @@ struct SectionFrame {
   Vector3 centre, x, y, tangent;
 };
 
-/// Frames along a curve that do not twist: the first x is `reference` made orthogonal to the tangent, the others
-/// follow by the double reflection of Wang, Jüttler, Zheng, Liu, ACM Trans. Graph. 27(1), 2008, doi:10.1145/1330511.1330513.
+/// Frames along a curve that do not twist: the first x is `reference` made orthogonal to the tangent, the
+/// others follow by the double reflection of Wang, Jüttler, Zheng, Liu, ACM Trans. Graph. 27(1), 2008,
+/// doi:10.1145/1330511.1330513.
 std::vector<SectionFrame> framesAlong(const Curve& curve, const std::vector<double>& arc_lengths,
                                       const Vector3& reference);
 
@@ -45,10 +46,11 @@ std::vector<SectionFrame> framesAlong(const Curve& curve, const std::vector<doub
 /// One radius is a circle, two are the semi-axes of an ellipse (x, y), four or more a closed spline.
 double polarRadius(const std::vector<double>& radii, double angle);
 
-/// Cross-sections at fractions of the centre curve, interpolated between them (monotone: never beyond its neighbours).
+/// Cross-sections at fractions of the centre curve, interpolated between them (monotone: never beyond its
+/// neighbours).
 struct Section {
-  double at = 0.0;             ///< fraction of the curve's length, 0 … 1, ascending
-  std::vector<double> radii;   ///< m
+  double at = 0.0;            ///< fraction of the curve's length, 0 … 1, ascending
+  std::vector<double> radii;  ///< m
 };
 double sectionRadius(const std::vector<Section>& sections, double at, double angle);
 

@@ -7,15 +7,17 @@
 /// Baked nets: one object's knots, springs, skin and tube map in one binary file (docs/scene_format.md).
 namespace vest::scene {
 
-/// Geometry of an object as bytes: everything in Object but name, organ, material, roles, law, density, friction.
+/// Geometry of an object as bytes: everything in Object but name, organ, material, roles, law, density,
+/// friction.
 std::string encodeBaked(const Object& object);
 
 /// @param bytes of the file `file` @param object gets the geometry
 /// @throws std::invalid_argument: file, section, index, value, what is allowed
 void decodeBaked(const std::string& bytes, const std::string& file, Object& object);
 
-/// What every object must obey, wherever it was read from: finite numbers, mass > 0, links that exist and are there once,
-/// one piece, bindings whose weights sum to 1. @throws std::invalid_argument: file, field with index, value, what is allowed
+/// What every object must obey, wherever it was read from: finite numbers, mass > 0, links that exist and are
+/// there once, one piece, bindings whose weights sum to 1. @throws std::invalid_argument: file, field with
+/// index, value, what is allowed
 void checkObject(const Object& object, const std::string& file);
 
 /// Number of pieces that the elastic links leave (1 for an object in one piece).
