@@ -65,7 +65,8 @@ void main() {
   // The camera's contrast: dark parts darker, bright ones brighter.
   colour = mix(colour, colour * colour * (3.0 - 2.0 * colour), 0.75);
   colour = max(colour - 0.035, 0.0);  // black level
-  // Stray light in the optics takes some of the colour.
-  colour = mix(colour, vec3(dot(colour, vec3(0.3, 0.6, 0.1))), 0.18);
+  // Stray light in the optics takes some of the colour, most in the dark.
+  float grey = dot(colour, vec3(0.3, 0.6, 0.1));
+  colour = mix(colour, vec3(grey), 0.27 - 0.18 * grey);
   gl_FragColor = vec4(colour, alpha);
 }
