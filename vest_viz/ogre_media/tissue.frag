@@ -53,10 +53,10 @@ void main() {
   lobe *= lobe;
   lobe *= lobe;  // ^8
   float broad = lobe * lobe * lobe * lobe;                       // ^32
-  float sharp = broad * broad * broad * broad;                   // ^128
+  float sharp = broad * broad * broad;                           // ^96
   float wet = ground.a * look.x * (0.4 + 0.6 * tint.a);
   float grazing = 1.0 + 3.0 * edge * edge;
-  colour += wet * grazing * (vec3(0.030, 0.027, 0.026) * broad + vec3(8.0, 8.4, 8.8) * sharp);
+  colour += wet * grazing * (vec3(0.030, 0.027, 0.026) * broad + vec3(8.5, 8.9, 9.3) * sharp);
 
   // Close to 1 - exp(-x): highlights run into white softly.
   colour *= strength;
@@ -65,7 +65,8 @@ void main() {
   // The camera's contrast: dark parts darker, bright ones brighter.
   colour = mix(colour, colour * colour * (3.0 - 2.0 * colour), 0.75);
   colour = max(colour - 0.035, 0.0);  // black level
-  // Stray light in the optics takes some of the colour.
-  colour = mix(colour, vec3(dot(colour, vec3(0.3, 0.6, 0.1))), 0.14);
+  // Stray light in the optics takes some of the colour, most in the dark.
+  float grey = dot(colour, vec3(0.3, 0.6, 0.1));
+  colour = mix(colour, vec3(grey), 0.27 - 0.18 * grey);
   gl_FragColor = vec4(colour, alpha);
 }

@@ -120,12 +120,12 @@ std::vector<Style> makeStyles() {
   s = Style();
   s.organ = "artery";
   s.tile = 0.02;
-  s.base = {0.72f, 0.26f, 0.22f}, s.second = {0.55f, 0.12f, 0.11f}, s.mottle = 0.6f;
+  s.base = {0.68f, 0.31f, 0.26f}, s.second = {0.50f, 0.13f, 0.12f}, s.mottle = 0.8f;
   s.vessel_trees = 2, s.vessel_width = 0.0002, s.capillaries = 30;
   s.relief = 0.00012, s.relief_length = 0.003, s.streak = 3.0f, s.wet = 0.9f, s.translucence = 0.3f;
   all.push_back(s);
   s.organ = "vein";
-  s.base = {0.42f, 0.17f, 0.24f}, s.second = {0.28f, 0.08f, 0.13f};
+  s.base = {0.43f, 0.20f, 0.26f}, s.second = {0.28f, 0.09f, 0.14f};
   all.push_back(s);
   s = Style();
   s.organ = "intestine";
