@@ -16,6 +16,7 @@
 
 #include <vest_msgs/ContactModels.h>
 #include <vest_msgs/SessionState.h>
+#include <vest_msgs/Snapshot.h>
 #include <vest_msgs/StateHash.h>
 #include <vest_msgs/StepInput.h>
 #include <vest_msgs/TissueEvent.h>
@@ -236,6 +237,7 @@ int Recorder::run(const std::atomic<bool>& stop) {
       ended = "after the wished time";
       break;
     }
+    if (snapshot_wanted_.exchange(false)) saveStart();
     if (disk_full_ && !warned) {
       warned = true;
       ROS_ERROR(
@@ -251,6 +253,20 @@ int Recorder::run(const std::atomic<bool>& stop) {
   }
   finish(ended);
   return 0;
+}
+
+void Recorder::saveStart() {
+  std::error_code error;
+  fs::create_directories(fs::path(directory_) / "snapshots", error);
+  vest_msgs::Snapshot snapshot;
+  snapshot.request.operation = vest_msgs::Snapshot::Request::SAVE;
+  snapshot.request.name = directory_ + "/snapshots/start.snapshot";
+  if (!ros::service::call(nh_.resolveName("tissue/snapshot"), snapshot) || !snapshot.response.success) {
+    ROS_WARN(
+        "the recording begins in the middle, and the State could not be saved: it cannot be re-simulated "
+        "(%s)",
+        snapshot.response.message.c_str());
+  }
 }
 
 void Recorder::writeLoop() {
@@ -305,6 +321,8 @@ void Recorder::observe(const Item& item) {
     in.next(dt);
     in.next(seed);
     in.next(command);
+    // A recording that begins late needs the State that its first inputs act on.
+    if (summary_.steps.steps() == 0 && step != 1) snapshot_wanted_ = true;
     summary_.steps.add(step, dt, header.stamp.toSec(), command != 0);
   } else if (item.topic == events_topic_) {
     const auto e = item.msg->instantiate<vest_msgs::TissueEvent>();

@@ -4,6 +4,7 @@
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "tissue");
+  ros::NodeHandle keep;  // the last handle ends ROS, and with it the log that carries a refusal
   try {
     vest::ros_shell::TissueServer server(
         ros::NodeHandle(), ros::NodeHandle("~"), [](vest::scene::World world) {

@@ -46,6 +46,7 @@ class Recorder {
   void onMessage(const std::string& topic, const ros::MessageEvent<topic_tools::ShapeShifter const>& event);
   void onImage(const sensor_msgs::Image::ConstPtr& msg);
   void enqueue(Item item);
+  void saveStart();
   void writeLoop();
   void observe(const Item& item);
   void observeContacts(const Item& item);
@@ -72,7 +73,7 @@ class Recorder {
   std::vector<Item> queued_;
   std::size_t queued_bytes_ = 0;
   std::atomic<std::uint64_t> dropped_{0}, written_{0}, bytes_{0};
-  std::atomic<bool> stop_writing_{false}, disk_full_{false};
+  std::atomic<bool> stop_writing_{false}, disk_full_{false}, snapshot_wanted_{false};
   std::atomic<double> first_step_time_{0};
   std::thread writer_;
 
