@@ -17,7 +17,8 @@
 
 #include "vest_bringup/ros/bag_writer.h"
 
-// Protects recordings: a killed recorder loses at most a second, a full disk leaves a valid bag, latched stays latched.
+// Protects recordings: a killed recorder loses at most a second, a full disk leaves a valid bag, latched
+// stays latched.
 
 namespace vest::session {
 namespace {
@@ -90,7 +91,9 @@ TEST(BagWriter, KilledAtRandomTimesItLosesAtMostASecondAndTheRestIsWhole) {
     int status = 0;
     waitpid(child, &status, 0);
     ASSERT_TRUE(WIFSIGNALED(status));
-    ASSERT_EQ(std::system((std::string(VEST_RECOVER_BAG) + " " + file + ".active > " + (folder / "out")).c_str()), 0);
+    ASSERT_EQ(
+        std::system((std::string(VEST_RECOVER_BAG) + " " + file + ".active > " + (folder / "out")).c_str()),
+        0);
     rosbag::Bag bag(file, rosbag::bagmode::Read);
     std::uint32_t expected = 0;
     double last = 0;
@@ -186,15 +189,17 @@ int fillDisk(const std::string& folder) {
 
 TEST(BagWriter, OnADiskOf6MegabytesTheBagIsValidAndHoldsAllThatWasAccepted) {
   if (std::system("unshare -Urm true 2>/dev/null") != 0) {
-    // Where user namespaces are not allowed, the test before this one has to do; say so instead of passing silently.
+    // Where user namespaces are not allowed, the test before this one has to do; say so instead of passing
+    // silently.
     std::fprintf(stderr, "user namespaces are not allowed here: the tiny disk was not tried\n");
     ASSERT_NE(geteuid(), 0U) << "root can always make one";
     return;
   }
   const Folder folder;
   const std::string inside = folder / "";
-  const std::string command = "unshare -Urm sh -c 'mount -t tmpfs -o size=6m tmpfs " + inside + " && VEST_FILL_DISK=" + inside +
-                              " exec " + fs::read_symlink("/proc/self/exe").string() + "'";
+  const std::string command = "unshare -Urm sh -c 'mount -t tmpfs -o size=6m tmpfs " + inside +
+                              " && VEST_FILL_DISK=" + inside + " exec " +
+                              fs::read_symlink("/proc/self/exe").string() + "'";
   EXPECT_EQ(std::system(command.c_str()), 0);
 }
 

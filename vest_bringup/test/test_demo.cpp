@@ -12,11 +12,15 @@ namespace vest::simulation {
 namespace {
 
 TEST(Demo, TheGrasperTakesAUterineTubePullsItVisiblyAndLetsGo) {
-  const auto box = kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
-  const auto trajectory = trajectory::fromWaypoints(ros::package::getPath("vest_bringup") + "/trajectories/demo.yaml", box);
-  scene::World world(scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml"), 2);
+  const auto box =
+      kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
+  const auto trajectory =
+      trajectory::fromWaypoints(ros::package::getPath("vest_bringup") + "/trajectories/demo.yaml", box);
+  scene::World world(
+      scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml"), 2);
   using tools::ToolKind;
-  const auto report = rehearse(world, box, trajectory, {ToolKind::Grasper, ToolKind::Grasper, ToolKind::None, ToolKind::Endoscope});
+  const auto report = rehearse(world, box, trajectory,
+                               {ToolKind::Grasper, ToolKind::Grasper, ToolKind::None, ToolKind::Endoscope});
   EXPECT_NE(report.worst, scene::Status::Fault);
   bool grasped = false, released = false;
   for (const scene::Event& e : report.events) {
@@ -32,8 +36,10 @@ TEST(Demo, TheGrasperTakesAUterineTubePullsItVisiblyAndLetsGo) {
 }
 
 TEST(Demo, ItEndsWhereItBegins) {
-  const auto box = kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
-  const auto t = trajectory::fromWaypoints(ros::package::getPath("vest_bringup") + "/trajectories/demo.yaml", box);
+  const auto box =
+      kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
+  const auto t =
+      trajectory::fromWaypoints(ros::package::getPath("vest_bringup") + "/trajectories/demo.yaml", box);
   for (std::size_t i = 0; i < t.moves.size(); ++i) {
     if (!t.moves[i]) continue;
     const auto &a = t.rows.front().joints[i], &b = t.rows.back().joints[i];

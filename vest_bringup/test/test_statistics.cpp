@@ -50,7 +50,8 @@ TEST(Summary, SessionJsonHasTheFieldsThatOthersReadAndStaysJsonWithoutAnyStep) {
   summary.topics["/vest/joint_states"].add(1.5);
   summary.events.push_back({7, 0.007, "grasped", "right", "tube_right", std::nan("")});
   const auto j = nlohmann::json::parse(toJson(summary));
-  for (const char* field : {"real_time_factor", "steps", "rates", "events", "scene_hash", "state_hash", "version"}) {
+  for (const char* field :
+       {"real_time_factor", "steps", "rates", "events", "scene_hash", "state_hash", "version"}) {
     EXPECT_TRUE(j.contains(field)) << field;
   }
   EXPECT_TRUE(j["real_time_factor"].is_null());

@@ -16,7 +16,8 @@
 #include <vest_msgs/StepInput.h>
 #include <vest_msgs/TissueState.h>
 
-// Protects the interface of architecture.md on the running system: topics with their types, services, refusals.
+// Protects the interface of architecture.md on the running system: topics with their types, services,
+// refusals.
 
 namespace {
 
@@ -43,8 +44,9 @@ TEST(System, EveryTopicOfTheContractSpeaksWithItsType) {
   for (const auto& [topic, type] : kTopics) {
     const std::string name = topic;
     subscribers.push_back(nh.subscribe<topic_tools::ShapeShifter>(
-        name, 10, boost::function<void(const topic_tools::ShapeShifter::ConstPtr&)>(
-                      [&seen, name](const topic_tools::ShapeShifter::ConstPtr& m) { seen[name] = m->getDataType(); })));
+        name, 10,
+        boost::function<void(const topic_tools::ShapeShifter::ConstPtr&)>(
+            [&seen, name](const topic_tools::ShapeShifter::ConstPtr& m) { seen[name] = m->getDataType(); })));
   }
   const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(60);
   while (ros::ok() && seen.size() < kTopics.size() && ros::WallTime::now() < end) {
@@ -118,8 +120,10 @@ TEST(System, ARefusedSceneNamesTheFileAndThePresentOneGoesOn) {
 
 TEST(System, AParameterOfTheWrongTypeEndsTheNodeAndNamesIt) {
   const std::string out = "/tmp/vest_system_parameter_" + std::to_string(getpid());
-  const int code = std::system(("rosrun vest_tissue tissue_node __name:=refused __ns:=other _scene:=tube _threads:=many > " + out +
-                                " 2>&1").c_str());
+  const int code = std::system(
+      ("rosrun vest_tissue tissue_node __name:=refused __ns:=other _scene:=tube _threads:=many > " + out +
+       " 2>&1")
+          .c_str());
   EXPECT_NE(code, 0);
   EXPECT_EQ(std::system(("grep -q 'threads.*many.*allowed' " + out).c_str()), 0);
   std::remove(out.c_str());

@@ -5,17 +5,21 @@
 #include "vest_bringup/session/resimulation.h"
 #include "vest_bringup/simulation/trainer.h"
 
-// Protects the composite: feedback of effects reaches the tissue one step later, and is part of the recorded input.
+// Protects the composite: feedback of effects reaches the tissue one step later, and is part of the recorded
+// input.
 
 namespace vest::simulation {
 namespace {
 
-scene::Description tubeScene() { return scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/tube/tube.yaml"); }
+scene::Description tubeScene() {
+  return scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/tube/tube.yaml");
+}
 
 /// Pushes the first triangle in every third step.
 class Pusher : public Effect {
  public:
-  void step(const scene::World&, const scene::StepInput& input, const scene::StepReport&, Feedback& feedback) override {
+  void step(const scene::World&, const scene::StepInput& input, const scene::StepReport&,
+            Feedback& feedback) override {
     if (input.step % 3 != 0) return;
     scene::ImpactInput impact;
     impact.weights = {1.0, 0.0, 0.0};

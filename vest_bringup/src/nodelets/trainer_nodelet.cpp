@@ -11,8 +11,9 @@ class TrainerNodelet : public nodelet::Nodelet {
   void onInit() override {
     try {
       server_ = std::make_unique<vest::ros_shell::TissueServer>(
-          getMTNodeHandle(), getPrivateNodeHandle(),
-          [](vest::scene::World world) { return std::make_unique<vest::simulation::Trainer>(std::move(world)); });
+          getMTNodeHandle(), getPrivateNodeHandle(), [](vest::scene::World world) {
+            return std::make_unique<vest::simulation::Trainer>(std::move(world));
+          });
     } catch (const std::exception& e) {
       NODELET_FATAL("%s", e.what());
       throw;

@@ -13,8 +13,8 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "recorder", ros::init_options::NoSigintHandler);
   std::signal(SIGINT, [](int) { stop = true; });
   std::signal(SIGTERM, [](int) { stop = true; });
+  ros::NodeHandle nh;  // outlives a refusal: the last handle ends ROS and its log
   try {
-    ros::NodeHandle nh;
     vest::session::Recorder recorder(nh, ros::NodeHandle("~"));
     return recorder.run(stop);
   } catch (const std::exception& e) {

@@ -68,8 +68,8 @@ bool BagWriter::write(const std::string& topic, const ros::Time& time, const top
 
 void BagWriter::closeChunk() {
   if (!open_ || !chunk_dirty_) return;
-  // A new threshold closes the open chunk, but leaves rosbag's copy of it in memory; a threshold of one byte lets the
-  // next message close a chunk of its own in the way that frees the copy too.
+  // A new threshold closes the open chunk, but leaves rosbag's copy of it in memory; a threshold of one byte
+  // lets the next message close a chunk of its own in the way that frees the copy too.
   bag_.setChunkThreshold(1);
   single_ = true;
   chunk_dirty_ = false;
@@ -78,7 +78,7 @@ void BagWriter::closeChunk() {
 
 bool BagWriter::checkDisk() {
   if (disk_full_) return false;
-  struct statvfs fs{};
+  struct statvfs fs {};
   if (open_ && statvfs((file_ + ".active").c_str(), &fs) == 0 &&
       static_cast<std::uint64_t>(fs.f_bavail) * fs.f_frsize < min_free_) {
     disk_full_ = true;
@@ -91,11 +91,14 @@ void BagWriter::closeWhatCanBe() {
   try {
     close();
   } catch (const std::exception& e) {  // no room for the index: FILE.active stays, for the recovery tool
-    std::fprintf(stderr, "%s.active: not closed (%s); vest_recover_bag makes a bag of it\n", file_.c_str(), e.what());
+    std::fprintf(stderr, "%s.active: not closed (%s); vest_recover_bag makes a bag of it\n", file_.c_str(),
+                 e.what());
   }
 }
 
-std::uint64_t BagWriter::bytes() const { return open_ ? bag_.getSize() : bytes_; }
+std::uint64_t BagWriter::bytes() const {
+  return open_ ? bag_.getSize() : bytes_;
+}
 
 void BagWriter::close() {
   if (!open_) return;

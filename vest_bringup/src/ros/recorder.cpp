@@ -10,12 +10,13 @@
 #include <stdexcept>
 
 #include <cv_bridge/cv_bridge.h>
+#include <sensor_msgs/CompressedImage.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sensor_msgs/CompressedImage.h>
 
 #include <vest_msgs/ContactModels.h>
 #include <vest_msgs/SessionState.h>
+#include <vest_msgs/Snapshot.h>
 #include <vest_msgs/StateHash.h>
 #include <vest_msgs/StepInput.h>
 #include <vest_msgs/TissueEvent.h>
@@ -29,8 +30,9 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMostQueuedBytes = 128U << 20U;
 
 const char* eventWord(std::uint8_t kind) {
-  static const char* const kWords[] = {"grasped",   "released", "slipped", "cut",        "clipped",    "unclipped", "coagulated",
-                                       "punctured", "ligated",  "torn",    "knot_tied",  "perforated", "separated", "fault"};
+  static const char* const kWords[] = {"grasped",   "released",   "slipped",   "cut",     "clipped",
+                                       "unclipped", "coagulated", "punctured", "ligated", "torn",
+                                       "knot_tied", "perforated", "separated", "fault"};
   return kind < std::size(kWords) ? kWords[kind] : "unknown";
 }
 
@@ -43,14 +45,30 @@ std::string hex(std::uint64_t value) {
 }  // namespace
 
 std::vector<std::string> defaultTopics() {
-  std::vector<std::string> topics = {"step_inputs",       "joint_states",         "phantom_box/joint_states",
-                                     "phantom_box/footswitches", "instruments",   "tissue/topology",
-                                     "tissue/topology_delta", "tissue/state",     "tissue/contacts",
-                                     "tissue/events",     "tissue/attachments",   "tissue/sutures",
-                                     "tissue/state_hash", "session/state",        "session/score",
-                                     "endoscope/camera_info", "effects/haemodynamics", "effects/fluid",
-                                     "effects/smoke",     "effects/lens",         "effects/impacts",
-                                     "/tf",               "/tf_static",           "/diagnostics"};
+  std::vector<std::string> topics = {"step_inputs",
+                                     "joint_states",
+                                     "phantom_box/joint_states",
+                                     "phantom_box/footswitches",
+                                     "instruments",
+                                     "tissue/topology",
+                                     "tissue/topology_delta",
+                                     "tissue/state",
+                                     "tissue/contacts",
+                                     "tissue/events",
+                                     "tissue/attachments",
+                                     "tissue/sutures",
+                                     "tissue/state_hash",
+                                     "session/state",
+                                     "session/score",
+                                     "endoscope/camera_info",
+                                     "effects/haemodynamics",
+                                     "effects/fluid",
+                                     "effects/smoke",
+                                     "effects/lens",
+                                     "effects/impacts",
+                                     "/tf",
+                                     "/tf_static",
+                                     "/diagnostics"};
   for (const char* arm : {"left", "right", "third", "endoscope"}) {
     topics.push_back(std::string(arm) + "/measured_js");
     topics.push_back(std::string(arm) + "/measured_cp");
@@ -79,7 +97,8 @@ Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh) : nh_(nh), pr
   fs::create_directories(directory_, error);
   if (error) throw std::runtime_error(directory_ + ": cannot be made (" + error.message() + ")");
   setAsideEarlier();
-  bag_ = std::make_unique<BagWriter>(directory_ + "/session.bag", static_cast<std::uint64_t>(min_free_mb * 1e6));
+  bag_ =
+      std::make_unique<BagWriter>(directory_ + "/session.bag", static_cast<std::uint64_t>(min_free_mb * 1e6));
   step_topic_ = nh_.resolveName("step_inputs");
   contacts_topic_ = nh_.resolveName("tissue/contacts");
   events_topic_ = nh_.resolveName("tissue/events");
@@ -123,7 +142,8 @@ void Recorder::enqueue(Item item) {
   queued_.push_back(std::move(item));
 }
 
-void Recorder::onMessage(const std::string& topic, const ros::MessageEvent<topic_tools::ShapeShifter const>& event) {
+void Recorder::onMessage(const std::string& topic,
+                         const ros::MessageEvent<topic_tools::ShapeShifter const>& event) {
   if (first_step_time_ == 0 && topic == step_topic_) first_step_time_ = ros::WallTime::now().toSec();
   const auto header = event.getConnectionHeaderPtr();
   const auto latching = header ? header->find("latching") : ros::M_string::iterator();
@@ -141,7 +161,9 @@ void Recorder::subscribeAll() {
     options.datatype = ros::message_traits::datatype<topic_tools::ShapeShifter>();
     options.helper = boost::make_shared<
         ros::SubscriptionCallbackHelperT<const ros::MessageEvent<topic_tools::ShapeShifter const>&>>(
-        [this, topic](const ros::MessageEvent<topic_tools::ShapeShifter const>& event) { onMessage(topic, event); });
+        [this, topic](const ros::MessageEvent<topic_tools::ShapeShifter const>& event) {
+          onMessage(topic, event);
+        });
     options.callback_queue = &queue_;
     subscribers_.push_back(nh_.subscribe(options));
   }
@@ -186,7 +208,8 @@ void Recorder::waitForPicture(const std::atomic<bool>& stop) {
       if (pictures_ > 0) return;
     }
     if ((ros::WallTime::now() - begin).toSec() > picture_timeout_) {
-      ROS_WARN("no picture on %s after %.0f s: the recording begins without one", image_.getTopic().c_str(), picture_timeout_);
+      ROS_WARN("no picture on %s after %.0f s: the recording begins without one", image_.getTopic().c_str(),
+               picture_timeout_);
       return;
     }
     publishStatus();
@@ -214,10 +237,13 @@ int Recorder::run(const std::atomic<bool>& stop) {
       ended = "after the wished time";
       break;
     }
+    if (snapshot_wanted_.exchange(false)) saveStart();
     if (disk_full_ && !warned) {
       warned = true;
-      ROS_ERROR("the disk of %s is nearly full: the bag was closed and is valid, nothing more is recorded; the training goes on",
-                directory_.c_str());
+      ROS_ERROR(
+          "the disk of %s is nearly full: the bag was closed and is valid, nothing more is recorded; the "
+          "training goes on",
+          directory_.c_str());
     }
     if (now >= next_status) {
       next_status = now + 0.5;
@@ -227,6 +253,20 @@ int Recorder::run(const std::atomic<bool>& stop) {
   }
   finish(ended);
   return 0;
+}
+
+void Recorder::saveStart() {
+  std::error_code error;
+  fs::create_directories(fs::path(directory_) / "snapshots", error);
+  vest_msgs::Snapshot snapshot;
+  snapshot.request.operation = vest_msgs::Snapshot::Request::SAVE;
+  snapshot.request.name = directory_ + "/snapshots/start.snapshot";
+  if (!ros::service::call(nh_.resolveName("tissue/snapshot"), snapshot) || !snapshot.response.success) {
+    ROS_WARN(
+        "the recording begins in the middle, and the State could not be saved: it cannot be re-simulated "
+        "(%s)",
+        snapshot.response.message.c_str());
+  }
 }
 
 void Recorder::writeLoop() {
@@ -281,12 +321,16 @@ void Recorder::observe(const Item& item) {
     in.next(dt);
     in.next(seed);
     in.next(command);
+    // A recording that begins late needs the State that its first inputs act on.
+    if (summary_.steps.steps() == 0 && step != 1) snapshot_wanted_ = true;
     summary_.steps.add(step, dt, header.stamp.toSec(), command != 0);
   } else if (item.topic == events_topic_) {
     const auto e = item.msg->instantiate<vest_msgs::TissueEvent>();
     if (summary_.events.size() < 100000) {
-      const double first = summary_.topics.count(step_topic_) ? summary_.topics[step_topic_].first : item.time.toSec();
-      summary_.events.push_back({e->step, e->header.stamp.toSec() - first, eventWord(e->kind), e->instrument, e->object, e->force});
+      const double first =
+          summary_.topics.count(step_topic_) ? summary_.topics[step_topic_].first : item.time.toSec();
+      summary_.events.push_back(
+          {e->step, e->header.stamp.toSec() - first, eventWord(e->kind), e->instrument, e->object, e->force});
     }
     next_moment_ = item.time.toSec() + 0.3;
   } else if (item.topic == hash_topic_) {
@@ -339,7 +383,8 @@ void Recorder::considerPicture() {
     picture = newest_picture_;
   }
   if (picture.empty() || first_step_time_ == 0) return;
-  if (best_picture_.empty() && moments_ == 0) savePicture(picture, "endoscope.png");  // better than none, if it ends soon
+  if (best_picture_.empty() && moments_ == 0)
+    savePicture(picture, "endoscope.png");  // better than none, if it ends soon
   if (next_moment_ == 0) next_moment_ = now + 1.0;
   if (moments_ < 4 && now >= next_moment_) {
     ++moments_;
@@ -351,7 +396,8 @@ void Recorder::considerPicture() {
 void Recorder::savePicture(const cv::Mat& picture, const std::string& name) {
   if (disk_full_) return;
   try {
-    if (!cv::imwrite(directory_ + "/" + name, picture, {cv::IMWRITE_PNG_COMPRESSION, 1})) throw cv::Exception();
+    if (!cv::imwrite(directory_ + "/" + name, picture, {cv::IMWRITE_PNG_COMPRESSION, 1}))
+      throw cv::Exception();
   } catch (const cv::Exception&) {
     ROS_ERROR_THROTTLE(5, "%s/%s cannot be written", directory_.c_str(), name.c_str());
     return;
@@ -394,9 +440,11 @@ void Recorder::finish(const std::string& ended) {
   std::ofstream out(file + ".part");
   out << toJson(summary_);
   out.close();
-  if (!out || std::rename((file + ".part").c_str(), file.c_str()) != 0) ROS_ERROR("%s cannot be written", file.c_str());
+  if (!out || std::rename((file + ".part").c_str(), file.c_str()) != 0)
+    ROS_ERROR("%s cannot be written", file.c_str());
   std::fprintf(stderr, "session recorded: %s, %llu messages, %llu steps\n", directory_.c_str(),
-               static_cast<unsigned long long>(summary_.messages), static_cast<unsigned long long>(summary_.steps.steps()));
+               static_cast<unsigned long long>(summary_.messages),
+               static_cast<unsigned long long>(summary_.steps.steps()));
 }
 
 }  // namespace vest::session

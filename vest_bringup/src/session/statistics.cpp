@@ -21,7 +21,8 @@ void StepStatistics::add(std::uint64_t step, double dt, double stamp, bool jumps
   simulated_ += dt;
   const double tenth = std::floor((stamp - first_stamp_) * 10.0);
   if (tenth >= 0.0 && tenth < 1e7) {
-    if (tenths_.size() <= static_cast<std::size_t>(tenth)) tenths_.resize(static_cast<std::size_t>(tenth) + 1, 0.0);
+    if (tenths_.size() <= static_cast<std::size_t>(tenth))
+      tenths_.resize(static_cast<std::size_t>(tenth) + 1, 0.0);
     tenths_[static_cast<std::size_t>(tenth)] += dt;
   }
 }
@@ -59,8 +60,12 @@ std::string toJson(const Summary& s) {
   for (const auto& [topic, t] : s.topics) j["rates"][topic] = number(t.rate());
   j["events"] = nlohmann::ordered_json::array();
   for (const EventLine& e : s.events) {
-    j["events"].push_back({{"step", e.step}, {"time_s", number(e.time)}, {"kind", e.kind}, {"instrument", e.instrument},
-                           {"object", e.object}, {"force_n", number(e.force)}});
+    j["events"].push_back({{"step", e.step},
+                           {"time_s", number(e.time)},
+                           {"kind", e.kind},
+                           {"instrument", e.instrument},
+                           {"object", e.object},
+                           {"force_n", number(e.force)}});
   }
   j["messages"] = s.messages;
   j["dropped_messages"] = s.dropped;

@@ -26,8 +26,9 @@ scene::StepInput inputAt(const kinematics::TrainerBox& box, const trajectory::Tr
   for (std::size_t i = 0; i < tool.size(); ++i) {
     if (!trajectory.moves[i]) continue;
     const auto &p = a.joints[i], &q = b.joints[i];
-    const kinematics::JointPositions joints{mix(p.yaw, q.yaw), mix(p.pitch, q.pitch), mix(p.insertion, q.insertion),
-                                            mix(p.roll, q.roll), mix(p.jaw, q.jaw)};
+    const kinematics::JointPositions joints{mix(p.yaw, q.yaw), mix(p.pitch, q.pitch),
+                                            mix(p.insertion, q.insertion), mix(p.roll, q.roll),
+                                            mix(p.jaw, q.jaw)};
     const Eigen::Isometry3d tip = kinematics::forwardKinematics(box.arms[i].X_BTrocar, joints);
     scene::ToolInput& in = input.tools[i];
     in.present = true;
@@ -65,7 +66,8 @@ RehearsalReport rehearse(scene::World& world, const kinematics::TrainerBox& box,
     for (const auto& [object, start] : tubes) {
       const std::vector<float> now = knots(world, object);
       for (std::size_t i = 0; i + 2 < now.size(); i += 3) {
-        const double d = Eigen::Vector3d(now[i] - start[i], now[i + 1] - start[i + 1], now[i + 2] - start[i + 2]).norm();
+        const double d =
+            Eigen::Vector3d(now[i] - start[i], now[i + 1] - start[i + 1], now[i + 2] - start[i + 2]).norm();
         if (d > out.tube_displacement) {
           out.tube_displacement = d;
           out.tube = world.description().objects[object].name;
@@ -77,7 +79,8 @@ RehearsalReport rehearse(scene::World& world, const kinematics::TrainerBox& box,
     std::vector<float> v(3 * world.knotCount(i));
     world.velocities(i, v.data());
     for (std::size_t k = 0; k + 2 < v.size(); k += 3) {
-      out.settled_speed = std::max(out.settled_speed, static_cast<double>(Eigen::Vector3f(v[k], v[k + 1], v[k + 2]).norm()));
+      out.settled_speed =
+          std::max(out.settled_speed, static_cast<double>(Eigen::Vector3f(v[k], v[k + 1], v[k + 2]).norm()));
     }
   }
   return out;

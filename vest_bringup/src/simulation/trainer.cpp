@@ -7,11 +7,14 @@ Trainer::Trainer(scene::World world) : world_(std::move(world)) {
   feedback_.dilatations.reserve(256);
 }
 
-void Trainer::add(std::unique_ptr<Effect> effect) { effects_.push_back(std::move(effect)); }
+void Trainer::add(std::unique_ptr<Effect> effect) {
+  effects_.push_back(std::move(effect));
+}
 
 scene::Status Trainer::step(scene::StepInput& input, scene::StepReport& report) {
   input.impacts.insert(input.impacts.end(), feedback_.impacts.begin(), feedback_.impacts.end());
-  input.dilatations.insert(input.dilatations.end(), feedback_.dilatations.begin(), feedback_.dilatations.end());
+  input.dilatations.insert(input.dilatations.end(), feedback_.dilatations.begin(),
+                           feedback_.dilatations.end());
   const scene::Status status = world_.step(input, report);
   clearFeedback();
   for (const auto& effect : effects_) effect->step(world_, input, report, feedback_);

@@ -2,18 +2,21 @@
 #include <cstdio>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <ros/package.h>
+#include <CLI/CLI.hpp>
 
 #include "vest_bringup/simulation/rehearsal.h"
 
-// Plays a scripted motion into a scene, faster than real time and without ROS: for authors of demos and exercises.
+// Plays a scripted motion into a scene, faster than real time and without ROS: for authors of demos and
+// exercises.
 int main(int argc, char** argv) {
   CLI::App app{"Plays waypoints (YAML) into a scene and tells what happened to the tissue"};
   std::string waypoints, scene = "gynaecology", left = "grasper", right = "grasper", third = "none";
   double seconds = 0;
   int threads = 1;
-  app.add_option("WAYPOINTS", waypoints, "as for trajectory_from_waypoints")->required()->check(CLI::ExistingFile);
+  app.add_option("WAYPOINTS", waypoints, "as for trajectory_from_waypoints")
+      ->required()
+      ->check(CLI::ExistingFile);
   app.add_option("--scene", scene, "scene of vest_tissue, or a scene file");
   app.add_option("--seconds", seconds, "end earlier")->check(CLI::NonNegativeNumber);
   app.add_option("--threads", threads)->check(CLI::Range(1, 64));
@@ -31,22 +34,29 @@ int main(int argc, char** argv) {
     if (scene.find('/') == std::string::npos) {
       scene = ros::package::getPath("vest_tissue") + "/scenes/" + scene + "/" + scene + ".yaml";
     }
-    const auto box = vest::kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
+    const auto box = vest::kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") +
+                                                      "/config/trainer_box.yaml");
     const auto trajectory = vest::trajectory::fromWaypoints(waypoints, box);
     vest::scene::World world(vest::scene::loadScene(scene), threads);
     const auto begin = std::chrono::steady_clock::now();
-    const auto report = vest::simulation::rehearse(world, box, trajectory, {kind(left), kind(right), kind(third), ToolKind::Endoscope}, seconds);
+    const auto report = vest::simulation::rehearse(
+        world, box, trajectory, {kind(left), kind(right), kind(third), ToolKind::Endoscope}, seconds);
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    static const char* const kWords[] = {"grasped", "released", "slipped", "cut", "clipped", "unclipped", "coagulated"};
+    static const char* const kWords[] = {"grasped", "released",  "slipped",   "cut",
+                                         "clipped", "unclipped", "coagulated"};
     for (const auto& e : report.events) {
       const auto k = static_cast<std::size_t>(e.kind);
       std::printf("%7.3f s  %-9s %s by %d at [%.4f %.4f %.4f], %.3f N\n", 1e-3 * static_cast<double>(e.step),
-                  k < std::size(kWords) ? kWords[k] : "other", world.description().objects[e.object].name.c_str(), e.instrument,
-                  e.position.x(), e.position.y(), e.position.z(), e.force);
+                  k < std::size(kWords) ? kWords[k] : "other",
+                  world.description().objects[e.object].name.c_str(), e.instrument, e.position.x(),
+                  e.position.y(), e.position.z(), e.force);
     }
-    std::printf("%s moved %.1f mm; greatest force %.3f N; worst status %d; speed at the end %.2f mm/s; %.3f ms per step\n",
-                report.tube.c_str(), 1e3 * report.tube_displacement, report.greatest_force, static_cast<int>(report.worst),
-                1e3 * report.settled_speed, 1e3 * wall / static_cast<double>(world.steps()));
+    std::printf(
+        "%s moved %.1f mm; greatest force %.3f N; worst status %d; speed at the end %.2f mm/s; %.3f ms per "
+        "step\n",
+        report.tube.c_str(), 1e3 * report.tube_displacement, report.greatest_force,
+        static_cast<int>(report.worst), 1e3 * report.settled_speed,
+        1e3 * wall / static_cast<double>(world.steps()));
   } catch (const std::exception& e) {
     std::fprintf(stderr, "vest_rehearse: %s\n", e.what());
     return 1;

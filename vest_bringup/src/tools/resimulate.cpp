@@ -5,10 +5,10 @@
 #include <optional>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <ros/package.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <CLI/CLI.hpp>
 
 #include <vest_msgs/StateHash.h>
 #include <vest_msgs/StepInput.h>
@@ -62,11 +62,13 @@ int main(int argc, char** argv) {
       }
     }
     if (inputs.empty()) throw std::invalid_argument(directory + "/session.bag: no step_inputs in it");
-    if (scene.empty()) throw std::invalid_argument(directory + "/session.bag: no tissue/topology names the scene (use --scene)");
+    if (scene.empty())
+      throw std::invalid_argument(directory +
+                                  "/session.bag: no tissue/topology names the scene (use --scene)");
     vest::scene::Description description = vest::scene::loadScene(sceneFile(scene));
     if (!recorded_hash.empty() && description.hash != recorded_hash) {
-      throw std::invalid_argument("scene " + scene + " has scene_hash " + description.hash + ", the session was recorded with " +
-                                  recorded_hash);
+      throw std::invalid_argument("scene " + scene + " has scene_hash " + description.hash +
+                                  ", the session was recorded with " + recorded_hash);
     }
     vest::scene::World world(description, threads);
     vest::session::Resimulation resimulation(world);
@@ -83,9 +85,11 @@ int main(int argc, char** argv) {
         world = vest::scene::World(vest::scene::loadScene(sceneFile(msg->command_argument)), threads);
       } else if (command == vest::scene::Command::Restore) {
         const std::string& name = msg->command_argument;
-        world.restore(readFile(name.find('/') != std::string::npos ? name : directory + "/snapshots/" + name + ".snapshot"));
+        world.restore(readFile(
+            name.find('/') != std::string::npos ? name : directory + "/snapshots/" + name + ".snapshot"));
       }
-      const auto missing = resimulation.step(input, command == vest::scene::Command::Reset, command != vest::scene::Command::None);
+      const auto missing = resimulation.step(input, command == vest::scene::Command::Reset,
+                                             command != vest::scene::Command::None);
       if (missing) {
         std::printf("step %llu is missing before step %llu\n", static_cast<unsigned long long>(*missing),
                     static_cast<unsigned long long>(input.step));
@@ -95,17 +99,20 @@ int main(int argc, char** argv) {
       if (next_hash < hashes.size() && hashes[next_hash]->step == input.step &&
           hashes[next_hash]->header.stamp == msg->header.stamp) {
         if (!resimulation.compare(hashes[next_hash]->hash)) {
-          std::printf("first difference: state hash after step %llu: recorded %016llx, re-simulated %016llx\n",
-                      static_cast<unsigned long long>(input.step), static_cast<unsigned long long>(hashes[next_hash]->hash),
-                      static_cast<unsigned long long>(world.stateHash()));
+          std::printf(
+              "first difference: state hash after step %llu: recorded %016llx, re-simulated %016llx\n",
+              static_cast<unsigned long long>(input.step),
+              static_cast<unsigned long long>(hashes[next_hash]->hash),
+              static_cast<unsigned long long>(world.stateHash()));
           return 1;
         }
         ++next_hash;
       }
     }
     std::printf("%llu steps, %llu state hashes, all the same (%d thread%s, kernel %s)\n",
-                static_cast<unsigned long long>(resimulation.steps()), static_cast<unsigned long long>(resimulation.compared()),
-                threads, threads == 1 ? "" : "s", std::string(world.kernelLevel()).c_str());
+                static_cast<unsigned long long>(resimulation.steps()),
+                static_cast<unsigned long long>(resimulation.compared()), threads, threads == 1 ? "" : "s",
+                std::string(world.kernelLevel()).c_str());
     if (resimulation.compared() == 0) {
       std::printf("no state hash was compared: the session is shorter than 100 steps\n");
       return 1;

@@ -126,14 +126,15 @@ void fromMsg(const vest_msgs::StepInput& msg, const Description& description, sc
     const vest_msgs::ToolInput& m = msg.tools[i];
     scene::ToolInput& t = in.tools[i];
     if (m.tool >= tools::kToolKindCount) {
-      throw std::invalid_argument("step " + std::to_string(msg.step) + ": tools[" + std::to_string(i) + "].tool is " +
-                                  std::to_string(m.tool) + " (allowed: 0 to 10)");
+      throw std::invalid_argument("step " + std::to_string(msg.step) + ": tools[" + std::to_string(i) +
+                                  "].tool is " + std::to_string(m.tool) + " (allowed: 0 to 10)");
     }
     t.present = m.present;
     t.tool = static_cast<tools::ToolKind>(m.tool);
     t.functions = m.functions;
     t.position = {m.position[0], m.position[1], m.position[2]};
-    t.orientation = Eigen::Quaterniond(m.orientation[3], m.orientation[0], m.orientation[1], m.orientation[2]);
+    t.orientation =
+        Eigen::Quaterniond(m.orientation[3], m.orientation[0], m.orientation[1], m.orientation[2]);
     t.pivot = {m.pivot[0], m.pivot[1], m.pivot[2]};
     t.jaw = m.jaw;
   }
@@ -145,8 +146,8 @@ void fromMsg(const vest_msgs::StepInput& msg, const Description& description, sc
     const auto object = std::find_if(description.objects.begin(), description.objects.end(),
                                      [&](const scene::Object& o) { return o.name == m.object; });
     if (object == description.objects.end()) {
-      throw std::invalid_argument("step " + std::to_string(msg.step) + ": impacts name the object '" + m.object +
-                                  "', which the scene does not have");
+      throw std::invalid_argument("step " + std::to_string(msg.step) + ": impacts name the object '" +
+                                  m.object + "', which the scene does not have");
     }
     scene::ImpactInput impact;
     impact.object = static_cast<std::uint16_t>(object - description.objects.begin());
@@ -163,11 +164,13 @@ bool fromMsg(const vest_msgs::InstrumentStates& msg, scene::ToolSample& sample) 
   bool good = true;
   for (const vest_msgs::InstrumentState& s : msg.instruments) {
     std::size_t i = 0;
-    while (i < tools::kInstrumentCount && tools::instrumentName(static_cast<tools::Instrument>(i)) != s.name) ++i;
-    const double norm = s.tip.orientation.x * s.tip.orientation.x + s.tip.orientation.y * s.tip.orientation.y +
+    while (i < tools::kInstrumentCount && tools::instrumentName(static_cast<tools::Instrument>(i)) != s.name)
+      ++i;
+    const double norm = s.tip.orientation.x * s.tip.orientation.x +
+                        s.tip.orientation.y * s.tip.orientation.y +
                         s.tip.orientation.z * s.tip.orientation.z + s.tip.orientation.w * s.tip.orientation.w;
-    if (i == tools::kInstrumentCount || s.tool >= tools::kToolKindCount || !finite(s.tip) || !finite(s.shaft) ||
-        !std::isfinite(s.joint_position[4]) || std::abs(norm - 1.0) > 1e-3) {
+    if (i == tools::kInstrumentCount || s.tool >= tools::kToolKindCount || !finite(s.tip) ||
+        !finite(s.shaft) || !std::isfinite(s.joint_position[4]) || std::abs(norm - 1.0) > 1e-3) {
       good = false;
       continue;
     }
@@ -177,8 +180,8 @@ bool fromMsg(const vest_msgs::InstrumentStates& msg, scene::ToolSample& sample) 
     t.tool = static_cast<tools::ToolKind>(s.tool);
     t.functions = s.functions;
     t.position = {s.tip.position.x, s.tip.position.y, s.tip.position.z};
-    t.orientation =
-        Eigen::Quaterniond(s.tip.orientation.w, s.tip.orientation.x, s.tip.orientation.y, s.tip.orientation.z);
+    t.orientation = Eigen::Quaterniond(s.tip.orientation.w, s.tip.orientation.x, s.tip.orientation.y,
+                                       s.tip.orientation.z);
     t.pivot = {s.shaft.position.x, s.shaft.position.y, s.shaft.position.z};
     t.jaw = t.tool == tools::ToolKind::Endoscope ? 0.0 : s.joint_position[4];
   }
@@ -219,8 +222,9 @@ void toMsg(const scene::ContactFrame& frame, double age, vest_msgs::ContactModel
 }
 
 void toMsg(const scene::Event& e, const Description& description, vest_msgs::TissueEvent& msg) {
-  static const char* const kWords[] = {"grasped",   "released", "slipped", "cut",        "clipped",    "unclipped", "coagulated",
-                                       "punctured", "ligated",  "torn",    "knot tied", "perforated", "separated", "fault"};
+  static const char* const kWords[] = {"grasped",   "released",   "slipped",   "cut",     "clipped",
+                                       "unclipped", "coagulated", "punctured", "ligated", "torn",
+                                       "knot tied", "perforated", "separated", "fault"};
   msg.header.frame_id = "world";
   msg.step = e.step;
   msg.kind = static_cast<std::uint8_t>(e.kind);
@@ -235,7 +239,8 @@ void toMsg(const scene::Event& e, const Description& description, vest_msgs::Tis
   msg.area = e.area;
   msg.force = e.force;
   msg.energy = e.energy;
-  if (e.object < description.objects.size()) msg.vessel_segment = description.objects[e.object].tube.vessel_segment;
+  if (e.object < description.objects.size())
+    msg.vessel_segment = description.objects[e.object].tube.vessel_segment;
   msg.text = msg.object + (msg.kind < std::size(kWords) ? std::string(" ") + kWords[msg.kind] : "") +
              (msg.instrument.empty() ? "" : " by " + msg.instrument);
 }
@@ -267,17 +272,20 @@ void toMsg(const scene::World& world, vest_msgs::TissueTopology& msg) {
     }
     m.knot_fixed = o.fixed;
     for (const scene::Link& l : t.links) {
-      m.link_knots.insert(m.link_knots.end(), {l.knot0, l.kind == scene::LinkKind::Bending ? l.knot2 : l.knot1});
+      m.link_knots.insert(m.link_knots.end(),
+                          {l.knot0, l.kind == scene::LinkKind::Bending ? l.knot2 : l.knot1});
       m.link_kind.push_back(static_cast<std::uint8_t>(l.kind));
     }
     m.link_alive = t.link_alive;
     m.triangles = flat(t.skin.triangles);
     for (std::size_t k = 0; k < t.triangle_alive.size() && k < t.skin.triangles.size(); ++k) {
       // Indices never shift: a dead triangle stays, without area.
-      if (t.triangle_alive[k] == 0) std::fill_n(m.triangles.begin() + static_cast<std::ptrdiff_t>(3 * k), 3, 0U);
+      if (t.triangle_alive[k] == 0)
+        std::fill_n(m.triangles.begin() + static_cast<std::ptrdiff_t>(3 * k), 3, 0U);
     }
     m.triangle_layer = t.skin.layer;
-    for (const auto& uv : t.skin.texture_coordinates) m.texture_coordinates.insert(m.texture_coordinates.end(), {uv[0], uv[1]});
+    for (const auto& uv : t.skin.texture_coordinates)
+      m.texture_coordinates.insert(m.texture_coordinates.end(), {uv[0], uv[1]});
     skinToMsg(t.skin, m.binding_start, m.binding_knots, m.binding_weights);
     m.ring_start.clear();
     if (!o.tube.rings.empty()) m.ring_start.push_back(0);
@@ -336,7 +344,8 @@ void toMsg(const scene::StateFrame& frame, vest_msgs::TissueState& msg) {
   }
 }
 
-void toMsg(const scene::StateFrame& frame, const Description& description, vest_msgs::TissueAttachments& msg) {
+void toMsg(const scene::StateFrame& frame, const Description& description,
+           vest_msgs::TissueAttachments& msg) {
   msg.header.frame_id = "world";
   msg.step = frame.step;
   msg.attachments.resize(frame.attachments.size());

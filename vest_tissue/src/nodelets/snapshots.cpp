@@ -11,7 +11,9 @@ namespace {
 
 constexpr std::size_t kMostSnapshots = 64;
 
-bool isPath(const std::string& name) { return name.find('/') != std::string::npos; }
+bool isPath(const std::string& name) {
+  return name.find('/') != std::string::npos;
+}
 
 }  // namespace
 
@@ -36,7 +38,8 @@ bool TissueServer::onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snap
       }
       if (!isPath(req.name)) {
         if (snapshots_.size() >= kMostSnapshots && snapshots_.count(req.name) == 0) {
-          throw std::invalid_argument("64 snapshots are kept already (allowed: names in use, or the path of a file)");
+          throw std::invalid_argument(
+              "64 snapshots are kept already (allowed: names in use, or the path of a file)");
         }
         snapshots_[req.name] = std::move(bytes);
       }
@@ -53,7 +56,8 @@ bool TissueServer::onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snap
       runner_->restore(bytes, req.name);
       topology_due_ = true;
     } else {
-      throw std::invalid_argument("operation: " + std::to_string(req.operation) + " (allowed: 0 SAVE, 1 RESTORE)");
+      throw std::invalid_argument("operation: " + std::to_string(req.operation) +
+                                  " (allowed: 0 SAVE, 1 RESTORE)");
     }
     res.success = true;
     res.message = file.empty() ? req.name : file;

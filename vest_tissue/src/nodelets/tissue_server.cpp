@@ -13,7 +13,8 @@ namespace vest::ros_shell {
 namespace {
 
 std::int64_t steadyNow() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
       .count();
 }
 
@@ -23,7 +24,8 @@ std::string sceneFile(const std::string& scene) {
                     (scene.size() > 5 && scene.compare(scene.size() - 5, 5, ".yaml") == 0);
   if (file) return scene;
   const std::string package = ros::package::getPath("vest_tissue");
-  if (package.empty()) throw std::invalid_argument("scene '" + scene + "': package vest_tissue is not on ROS_PACKAGE_PATH");
+  if (package.empty())
+    throw std::invalid_argument("scene '" + scene + "': package vest_tissue is not on ROS_PACKAGE_PATH");
   return package + "/scenes/" + scene + "/" + scene + ".yaml";
 }
 
@@ -104,7 +106,8 @@ TissueServer::Loaded TissueServer::loadFile(const std::string& scene) const {
 void TissueServer::onInstruments(const vest_msgs::InstrumentStates::ConstPtr& msg) {
   if (!fromMsg(*msg, sample_)) {
     ++refused_inputs_;
-    ROS_WARN_THROTTLE(5, "instruments: an unknown name or tool, or a pose that is not finite; its last good pose is kept");
+    ROS_WARN_THROTTLE(
+        5, "instruments: an unknown name or tool, or a pose that is not finite; its last good pose is kept");
   }
   // Pedals older than 100 ms count as released (safety).
   if (sample_.pedals != 0 && (ros::WallTime::now() - pedals_time_).toSec() > 0.1) sample_.pedals = 0;
@@ -185,8 +188,8 @@ void TissueServer::startWhenReady(double waited) {
     held_ = false;
     runner_->setPaused(false);
   } else if (waited > recorder_timeout_) {
-    ROS_WARN("no recorder listens to %s after %.0f s: the simulation begins without one", steps_pub_.getTopic().c_str(),
-             recorder_timeout_);
+    ROS_WARN("no recorder listens to %s after %.0f s: the simulation begins without one",
+             steps_pub_.getTopic().c_str(), recorder_timeout_);
     held_ = false;
     runner_->setPaused(false);
   }
@@ -205,7 +208,8 @@ void TissueServer::followClock() {
   if (std::abs(error) > 5000000) {
     if (clock_offset_ns_ != 0) {
       ++clock_jumps_;
-      ROS_WARN_THROTTLE(1, "the system clock jumped by %.3f s: stamps follow it, the simulation does not", 1e-9 * static_cast<double>(error));
+      ROS_WARN_THROTTLE(1, "the system clock jumped by %.3f s: stamps follow it, the simulation does not",
+                        1e-9 * static_cast<double>(error));
     }
     clock_offset_ns_ = offset;
   } else {
@@ -373,8 +377,9 @@ void TissueServer::publishDiagnostics() {
   status.name = "vest: simulation";
   status.hardware_id = "none";
   const bool slow = !s.paused && s.real_time_factor < 0.95;
-  status.level = s.fault ? diagnostic_msgs::DiagnosticStatus::ERROR
-                         : (slow ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK);
+  status.level =
+      s.fault ? diagnostic_msgs::DiagnosticStatus::ERROR
+              : (slow ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK);
   status.message = s.fault ? "fault: last good state kept"
                            : (s.paused ? "paused" : (slow ? "slower than real time" : "real time"));
   const auto add = [&](const char* key, double value) {

@@ -16,7 +16,8 @@ namespace {
 constexpr std::int64_t kSecond = 1000000000;
 
 std::int64_t steadyNow() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
       .count();
 }
 
@@ -40,12 +41,15 @@ bool elapsed(std::int64_t now, double rate, std::int64_t& due) {
 
 RunnerOptions checked(RunnerOptions o) {
   const auto refuse = [](const char* name, double value, const char* allowed) {
-    throw std::invalid_argument(std::string(name) + ": " + std::to_string(value) + " (allowed: " + allowed + ")");
+    throw std::invalid_argument(std::string(name) + ": " + std::to_string(value) + " (allowed: " + allowed +
+                                ")");
   };
   if (!(o.speed >= 0.01 && o.speed <= 1000)) refuse("speed", o.speed, "0.01 to 1000");
-  if (!(o.contact_rate >= 1 && o.contact_rate <= 1000)) refuse("contact_rate", o.contact_rate, "1 to 1000 Hz");
+  if (!(o.contact_rate >= 1 && o.contact_rate <= 1000))
+    refuse("contact_rate", o.contact_rate, "1 to 1000 Hz");
   if (!(o.state_rate >= 1 && o.state_rate <= 1000)) refuse("state_rate", o.state_rate, "1 to 1000 Hz");
-  if (!(o.strain_rate >= 0.1 && o.strain_rate <= 1000)) refuse("strain_rate", o.strain_rate, "0.1 to 1000 Hz");
+  if (!(o.strain_rate >= 0.1 && o.strain_rate <= 1000))
+    refuse("strain_rate", o.strain_rate, "0.1 to 1000 Hz");
   if (o.hash_every == 0) refuse("hash_every", 0, "1 or more steps");
   return o;
 }
@@ -69,7 +73,9 @@ void Runner::start() {
   if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
 }
 
-RunnerStatistics Runner::statistics() const { return {step_, time_, factor_, cpu_, paused_, fault_}; }
+RunnerStatistics Runner::statistics() const {
+  return {step_, time_, factor_, cpu_, paused_, fault_};
+}
 
 void Runner::execute(const std::function<void()>& function) {
   std::lock_guard<std::mutex> caller(caller_);
@@ -111,7 +117,8 @@ bool Runner::advance(std::uint32_t steps) {
     to_advance_ += steps;
     target = simulation_->world().steps() + to_advance_;
   });
-  while (accepted && !stop_ && step_ < target && paused_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  while (accepted && !stop_ && step_ < target && paused_)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
   return accepted;
 }
 
@@ -226,7 +233,8 @@ void Runner::run() {
     }
     std::int64_t now = steadyNow();
     const bool stepping = !pausing_ || to_advance_ > 0;
-    if (!stepping || frames_.back() == nullptr) {  // paused, or whoever publishes is seconds behind: wait, lose nothing
+    if (!stepping ||
+        frames_.back() == nullptr) {  // paused, or whoever publishes is seconds behind: wait, lose nothing
       sleepUntil(now + 2000000);
       now = steadyNow();
       due_ns_ = now;

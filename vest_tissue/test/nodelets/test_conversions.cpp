@@ -133,7 +133,8 @@ TEST(Conversions, AnInstrumentWhosePoseWasNeverKnownIsNotThereAndASilentOneStays
   EXPECT_EQ(sample.tools[1].jaw, 0.5);
   msg.instruments[0].valid = false;
   EXPECT_TRUE(fromMsg(msg, sample));
-  EXPECT_TRUE(sample.tools[1].present) << "an instrument in tissue must not vanish when its source falls silent";
+  EXPECT_TRUE(sample.tools[1].present)
+      << "an instrument in tissue must not vanish when its source falls silent";
 }
 
 TEST(Conversions, APoseThatIsNotFiniteOrNotAUnitQuaternionIsRefusedAndTheLastGoodOneKept) {

@@ -6,8 +6,8 @@
 #include "nets.h"
 #include "vest_tissue/scene/runner.h"
 
-// Protects the session: every step is handed out once and in order, commands act between steps, and what was consumed
-// re-simulates to the same bits.
+// Protects the session: every step is handed out once and in order, commands act between steps, and what was
+// consumed re-simulates to the same bits.
 
 namespace vest::scene {
 namespace {

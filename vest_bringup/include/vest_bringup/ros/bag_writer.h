@@ -3,15 +3,16 @@
 #include <cstdint>
 #include <string>
 
-#include <boost/shared_ptr.hpp>
 #include <ros/time.h>
 #include <rosbag/bag.h>
 #include <topic_tools/shape_shifter.h>
+#include <boost/shared_ptr.hpp>
 
 namespace vest::session {
 
-/// A bag that loses next to nothing when its process is killed: chunks are closed several times a second (safety.md).
-/// While open it is FILE.active; beside it FILE.progress counts what was received, for the recovery tool.
+/// A bag that loses next to nothing when its process is killed: chunks are closed several times a second
+/// (safety.md). While open it is FILE.active; beside it FILE.progress counts what was received, for the
+/// recovery tool.
 class BagWriter {
  public:
   /// @param min_free bytes that the disk must keep free  @throws std::runtime_error naming the file

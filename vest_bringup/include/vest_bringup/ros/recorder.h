@@ -7,11 +7,11 @@
 #include <thread>
 #include <vector>
 
-#include <opencv2/core.hpp>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <sensor_msgs/Image.h>
 #include <topic_tools/shape_shifter.h>
+#include <opencv2/core.hpp>
 
 #include "vest_bringup/ros/bag_writer.h"
 #include "vest_bringup/session/statistics.h"
@@ -21,8 +21,8 @@ namespace vest::session {
 /// Topics that make a session, relative to the launch namespace (docs/ros_interface.md).
 std::vector<std::string> defaultTopics();
 
-/// Records a session: DIR/session.bag, session.json, endoscope.png and moments. Never in the way of the training:
-/// bounded queues with counted drops, a process of its own.
+/// Records a session: DIR/session.bag, session.json, endoscope.png and moments. Never in the way of the
+/// training: bounded queues with counted drops, a process of its own.
 class Recorder {
  public:
   /// @throws std::invalid_argument, std::runtime_error naming parameter or file
@@ -46,6 +46,7 @@ class Recorder {
   void onMessage(const std::string& topic, const ros::MessageEvent<topic_tools::ShapeShifter const>& event);
   void onImage(const sensor_msgs::Image::ConstPtr& msg);
   void enqueue(Item item);
+  void saveStart();
   void writeLoop();
   void observe(const Item& item);
   void observeContacts(const Item& item);
@@ -72,7 +73,7 @@ class Recorder {
   std::vector<Item> queued_;
   std::size_t queued_bytes_ = 0;
   std::atomic<std::uint64_t> dropped_{0}, written_{0}, bytes_{0};
-  std::atomic<bool> stop_writing_{false}, disk_full_{false};
+  std::atomic<bool> stop_writing_{false}, disk_full_{false}, snapshot_wanted_{false};
   std::atomic<double> first_step_time_{0};
   std::thread writer_;
 

@@ -15,12 +15,13 @@ class StepStatistics {
   void add(std::uint64_t step, double dt, double stamp, bool jumps);
 
   std::uint64_t steps() const { return steps_; }
-  std::uint64_t skipped() const { return skipped_; }   ///< numbers that are missing between two steps
+  std::uint64_t skipped() const { return skipped_; }  ///< numbers that are missing between two steps
   std::uint64_t lastStep() const { return last_step_; }
   double duration() const { return last_stamp_ - first_stamp_; }  ///< s, wall time
   /// Simulated over wall time, no unit; NaN before two steps.
   double realTimeFactor() const;
-  /// The same in the worst whole second that begins at a tenth of a second after the first step; NaN before 1 s.
+  /// The same in the worst whole second that begins at a tenth of a second after the first step; NaN before 1
+  /// s.
   double worstSecond() const;
 
  private:
@@ -37,7 +38,9 @@ struct TopicStatistics {
     if (count++ == 0) first = stamp;
     last = stamp;
   }
-  double rate() const { return count > 1 && last > first ? static_cast<double>(count - 1) / (last - first) : 0.0; }
+  double rate() const {
+    return count > 1 && last > first ? static_cast<double>(count - 1) / (last - first) : 0.0;
+  }
 };
 
 /// An event as session.json lists it.

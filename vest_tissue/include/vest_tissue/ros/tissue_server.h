@@ -27,13 +27,14 @@
 
 namespace vest::ros_shell {
 
-/// Topics and services tissue/*, step_inputs and session/state around a Runner (docs/ros_interface.md). The tissue
-/// node and the Trainer differ only in the Simulation that the factory makes.
+/// Topics and services tissue/*, step_inputs and session/state around a Runner (docs/ros_interface.md). The
+/// tissue node and the Trainer differ only in the Simulation that the factory makes.
 class TissueServer {
  public:
   using Factory = std::function<std::unique_ptr<scene::Simulation>(scene::World world)>;
 
-  /// Loads the scene and begins. @throws std::invalid_argument naming parameter or file, value and what is allowed
+  /// Loads the scene and begins. @throws std::invalid_argument naming parameter or file, value and what is
+  /// allowed
   TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory);
   ~TissueServer();
 
@@ -85,8 +86,8 @@ class TissueServer {
   ros::AsyncSpinner input_spinner_{1, &input_queue_}, service_spinner_{1, &service_queue_};
   ros::Subscriber instruments_, footswitches_, recording_;
   std::vector<ros::ServiceServer> services_;
-  ros::Publisher topology_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_, attachments_pub_, markers_pub_,
-      steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;
+  ros::Publisher topology_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_, attachments_pub_,
+      markers_pub_, steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;
 
   // Of the input thread.
   scene::ToolSample sample_;

@@ -7,7 +7,8 @@
 
 namespace vest::scene {
 
-/// Bounded queue for one writer and one reader, whose slots are filled and read in place. No lock, no allocation.
+/// Bounded queue for one writer and one reader, whose slots are filled and read in place. No lock, no
+/// allocation.
 template <class T>
 class SpscRing {
  public:
@@ -43,7 +44,9 @@ template <class T>
 class TripleBuffer {
  public:
   T& back() { return slots_[back_]; }  ///< writer's
-  void publish() { back_ = static_cast<unsigned>(middle_.exchange(back_ | kFresh, std::memory_order_acq_rel)) & 3u; }
+  void publish() {
+    back_ = static_cast<unsigned>(middle_.exchange(back_ | kFresh, std::memory_order_acq_rel)) & 3u;
+  }
 
   /// True where something newer than front() was there; it is front() now. Reader only.
   bool update() {

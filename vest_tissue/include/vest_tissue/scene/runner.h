@@ -20,8 +20,8 @@ namespace vest::scene {
 class Simulation {
  public:
   virtual ~Simulation() = default;
-  /// One step. May complete `input` (feedback of effects) before the tissue consumes it; what stands in `input`
-  /// afterwards is what was consumed. Real-time safe.
+  /// One step. May complete `input` (feedback of effects) before the tissue consumes it; what stands in
+  /// `input` afterwards is what was consumed. Real-time safe.
   virtual Status step(StepInput& input, StepReport& report) = 0;
   virtual World& world() = 0;
   virtual void reset() = 0;
@@ -56,9 +56,9 @@ struct StepFrame {
   Command command = Command::None;  ///< applied before the step
   std::string command_argument;
   Status status = Status::Ok;
-  std::int64_t steady_ns = 0;       ///< steady clock when it was consumed
+  std::int64_t steady_ns = 0;  ///< steady clock when it was consumed
   bool has_hash = false;
-  std::uint64_t hash = 0;           ///< after the step
+  std::uint64_t hash = 0;  ///< after the step
   std::vector<Event> events;
 };
 
@@ -76,18 +76,18 @@ struct StateFrame {
   std::int64_t steady_ns = 0;
   std::vector<float> positions;  ///< m, world, x y z per knot, objects in scene order
   bool has_strain = false;
-  std::vector<float> strain;     ///< no unit, per knot
+  std::vector<float> strain;  ///< no unit, per knot
   std::vector<Attachment> attachments;
 };
 
 struct RunnerOptions {
-  double speed = 1.0;          ///< simulated over wall time, 0.01 … 1000
-  double contact_rate = 250;   ///< Hz, wall time
-  double state_rate = 60;      ///< Hz, wall time
-  double strain_rate = 10;     ///< Hz, wall time
+  double speed = 1.0;              ///< simulated over wall time, 0.01 … 1000
+  double contact_rate = 250;       ///< Hz, wall time
+  double state_rate = 60;          ///< Hz, wall time
+  double strain_rate = 10;         ///< Hz, wall time
   std::uint32_t hash_every = 100;  ///< steps
   std::uint32_t seed = 1;
-  double catch_up_limit = 0.25;    ///< s: what is further behind is given up, and shows in the real-time factor
+  double catch_up_limit = 0.25;  ///< s: what is further behind is given up, and shows in the real-time factor
 };
 
 struct RunnerStatistics {
@@ -99,8 +99,8 @@ struct RunnerStatistics {
   bool fault = false;
 };
 
-/// Steps a Simulation in a thread of its own: fixed steps, paced to the steady clock. Never skips a step: where the
-/// machine is too slow, simulated time falls behind and the real-time factor says so.
+/// Steps a Simulation in a thread of its own: fixed steps, paced to the steady clock. Never skips a step:
+/// where the machine is too slow, simulated time falls behind and the real-time factor says so.
 class Runner {
  public:
   Runner(std::unique_ptr<Simulation> simulation, const RunnerOptions& options);
@@ -119,7 +119,8 @@ class Runner {
   /// Advances a paused simulation. @return false where it is not paused
   bool advance(std::uint32_t steps);
   void reset();
-  /// Swaps the simulation; the old one is destroyed by the caller's thread. @param argument what step_inputs names
+  /// Swaps the simulation; the old one is destroyed by the caller's thread. @param argument what step_inputs
+  /// names
   void load(std::unique_ptr<Simulation> simulation, const std::string& argument);
   /// @throws std::invalid_argument, and then nothing has changed
   void restore(const std::vector<std::uint8_t>& bytes, const std::string& argument);
