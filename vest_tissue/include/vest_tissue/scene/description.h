@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,10 @@
 /// What a scene says, as plain data: written by modelling and by the loader, read by the World's builder.
 /// Lengths in metres, masses in kilograms, frames: world (formats.md), unless the scene is of another
 /// consistent unit system. Nothing here changes after loading.
+namespace vest::fem {
+struct Description;  // vest_tissue/fem/description.h
+}
+
 namespace vest::scene {
 
 using Index = std::uint32_t;
@@ -94,6 +99,7 @@ struct Object {
   double friction = 0.1;               ///< no unit, Coulomb, wet tissue
   Skin skin;
   TubeMap tube;
+  std::shared_ptr<const fem::Description> fem;  ///< model fem: its tetrahedra, material, loads; else null
 };
 
 /// Ties an anchor of one object to an anchor of another one (ligament to uterus, tube to uterus …).
@@ -108,11 +114,15 @@ struct Connection {
   double break_force = 0.0;            ///< N; 0: never
 };
 
+/// What `solution: integrator:` asks for. Nets have their own explicit sub-steps with each of the two dynamic ones.
+enum class Integrator : std::uint8_t { NewtonEuler = 0, BackwardEuler = 1, Static = 2 };
+
 struct Description {
   std::string name;
   std::string directory;               ///< where the scene file lies
   std::string hash;                    ///< XXH64, 16 hexadecimal digits, over the scene file and every file it refers to
   Eigen::Vector3d gravity{0, 0, -9.81};
+  Integrator integrator = Integrator::NewtonEuler;
   double dt = 0.001;                   ///< s
   std::uint32_t seed = 1;
   std::vector<Object> objects;         ///< scene order; rigid ones (cavity) too
