@@ -141,8 +141,24 @@ TEST(Condensed, PrescribedDisplacementsAreReachedAndEqualTheFullSolution) {
   EXPECT_FALSE(prescribe(model, state, target, u, scratch, grasp));
 }
 
+TEST(Condensed, SurfaceUnknownsComeFirstAndCanBeAskedAlone) {
+  Description d = block();
+  CondensedOptions options;
+  options.outer = Outer::Deep;
+  const CondensedModel model(d, options);
+  ASSERT_LT(model.surfaceUnknowns(), model.unknowns());
+  EXPECT_EQ(model.surfaceUnknowns(), CondensedModel(d, {}).unknowns());
+  CondensedState state(model);
+  ASSERT_TRUE(cut(model, state, {60, 61}).done);
+  const SparseLoad load = someLoads(model, 10);
+  CondensedScratch scratch(model);
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(model.surfaceUnknowns());
+  addResponse(model, state, load, scratch, u);
+  EXPECT_EQ((u - respond(model, state, load).head(u.size())).norm(), 0.0);
+}
+
 TEST(Cut, EqualsAFreshFactorisationForSurfaceAndInnerElementsAndRepeatedCuts) {
-  for (const Outer outer : {Outer::Surface, Outer::All}) {
+  for (const Outer outer : {Outer::Surface, Outer::Deep, Outer::All}) {
     Description d = block();
     CondensedOptions options;
     options.outer = outer;

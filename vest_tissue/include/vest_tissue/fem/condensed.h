@@ -15,7 +15,8 @@ namespace vest::fem {
 /// Which nodes are outer ones: those that can be touched, held, seen. Inner ones follow.
 enum class Outer : std::uint8_t {
   Surface = 0,  ///< free nodes of the boundary faces
-  All = 1       ///< every free node: cuts anywhere are then as quick as cuts at the surface
+  Deep = 1,     ///< and the nodes of elements that touch the surface: cuts from outside need no factor
+  All = 2       ///< every free node: nor do cuts anywhere
 };
 
 struct CondensedOptions {
@@ -35,6 +36,7 @@ class CondensedModel {
   const Description& description() const { return model_->description; }
   const Model& model() const { return *model_; }
   Eigen::Index unknowns() const { return inverse_.rows(); }
+  Eigen::Index surfaceUnknowns() const { return surface_unknowns_; }  ///< the surface's come first
   const std::vector<Index>& outerNodes() const { return outer_node_; }           ///< outer number -> node
   std::int32_t outerNumber(Index node) const { return outer_number_[node]; }     ///< -1: held, inner or unused
   const Eigen::MatrixXd& inverse() const { return inverse_; }                    ///< m/N, symmetric
@@ -52,6 +54,7 @@ class CondensedModel {
   std::vector<std::int32_t> outer_number_;
   std::vector<std::array<std::uint32_t, 4>> neighbours_;
   Eigen::MatrixXd inverse_;
+  Eigen::Index surface_unknowns_ = 0;
   int most_rank_ = 0;
   bool from_cache_ = false;
   mutable std::mutex mutex_;
@@ -112,7 +115,8 @@ struct CondensedScratch {
   Eigen::VectorXd small, small2;
 };
 
-/// u += C' f over all outer unknowns (C': C after cuts). u in m, size unknowns(). Real-time safe.
+/// u += C' f (C': C after cuts), m, for as many of the first outer unknowns as u has: unknowns(), or surfaceUnknowns()
+/// for what is seen. Loads may be on any outer unknown. Real-time safe.
 void addResponse(const CondensedModel& model, const CondensedState& state, const SparseLoad& load,
                  CondensedScratch& scratch, Eigen::VectorXd& u);
 
