@@ -1,5 +1,5 @@
-// FFEM at 2,460 surface unknowns: a contact answer from 30 loaded unknowns, and a cut of rank 36 until its answer is
-// usable. Targets: 10 µs and 5 ms (docs: performance). Times are medians of repeats on one thread.
+// FFEM at 2,460 surface unknowns: a contact answer from 30 loaded unknowns, and a cut of rank 36 until its
+// answer is usable. Targets: 10 µs and 5 ms (docs: performance). Times are medians of repeats on one thread.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -18,7 +18,8 @@ double medianMicroseconds(int repeats, F&& f) {
   for (int i = 0; i < repeats; ++i) {
     const auto begin = std::chrono::steady_clock::now();
     f();
-    times.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count());
+    times.push_back(
+        std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count());
   }
   std::nth_element(times.begin(), times.begin() + repeats / 2, times.end());
   return times[static_cast<std::size_t>(repeats / 2)];
@@ -34,8 +35,8 @@ int main() {
   options.outer = Outer::Deep;
   const CondensedModel model(d, options);
   const double build = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  std::printf("tetrahedra %zu, free nodes %zu, surface unknowns %td, kept for cuts %td\n", d.tetrahedra.size(),
-              model.model().free_node.size(), model.surfaceUnknowns(), model.unknowns());
+  std::printf("tetrahedra %zu, free nodes %zu, surface unknowns %td, kept for cuts %td\n",
+              d.tetrahedra.size(), model.model().free_node.size(), model.surfaceUnknowns(), model.unknowns());
   std::printf("precomputation                          %10.2f s\n", build);
 
   CondensedState state(model);
@@ -50,7 +51,8 @@ int main() {
     u.setZero();
     addResponse(model, state, load, scratch, u);
   });
-  std::printf("contact answer, 30 loaded unknowns      %10.2f us   target 10, ratio %.2f\n", answer, 10.0 / answer);
+  std::printf("contact answer, 30 loaded unknowns      %10.2f us   target 10, ratio %.2f\n", answer,
+              10.0 / answer);
   std::vector<double> target(30, 0.001);
   SparseLoad grasp = load;
   const double small = medianMicroseconds(501, [&] {

@@ -49,7 +49,8 @@ BlockLdlt::BlockLdlt(std::size_t rows, const std::vector<std::pair<std::uint32_t
     graph.setFromTriplets(entries.begin(), entries.end());
     Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
     Eigen::AMDOrdering<int>()(graph, order);  // order.indices()[new] = old
-    for (int k = 0; k < n; ++k) place_[static_cast<std::size_t>(order.indices()[k])] = static_cast<std::uint32_t>(k);
+    for (int k = 0; k < n; ++k)
+      place_[static_cast<std::size_t>(order.indices()[k])] = static_cast<std::uint32_t>(k);
   }
   // Lower pattern by permuted rows.
   std::vector<std::vector<std::uint32_t>> columns(rows);
@@ -90,7 +91,8 @@ BlockLdlt::BlockLdlt(std::size_t rows, const std::vector<std::pair<std::uint32_t
   inverse_pivot_.resize(rows);
   filled_.assign(factor_start_.begin(), factor_start_.end() - 1);
   for (std::uint32_t k = 0; k < rows; ++k) {
-    for (std::size_t p = reach_start_[k]; p < reach_start_[k + 1]; ++p) factor_row_[filled_[reach_column_[p]]++] = k;
+    for (std::size_t p = reach_start_[k]; p < reach_start_[k + 1]; ++p)
+      factor_row_[filled_[reach_column_[p]]++] = k;
   }
   row_.assign(rows, Eigen::Matrix3d::Zero());
   work_.resize(rows * 3 * 8);

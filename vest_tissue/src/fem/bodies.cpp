@@ -12,7 +12,9 @@ CondensedBody::CondensedBody(const CondensedModel& model, CondensedState& state)
   touch_.force.reserve(12);
 }
 
-void CondensedBody::setPermanentLoad(const SparseLoad& load) { permanent_ = load; }
+void CondensedBody::setPermanentLoad(const SparseLoad& load) {
+  permanent_ = load;
+}
 
 void CondensedBody::beginStep(double dt) {
   dt_ = dt;
@@ -20,7 +22,9 @@ void CondensedBody::beginStep(double dt) {
   addResponse(model_, state_, permanent_, scratch_, pending_);
 }
 
-void CondensedBody::endStep() { u_ = pending_; }
+void CondensedBody::endStep() {
+  u_ = pending_;
+}
 
 bool CondensedBody::answers(std::uint32_t node) const {
   return model_.outerNumber(node) >= 0 && state_.loose[node] == 0;

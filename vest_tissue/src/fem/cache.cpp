@@ -71,7 +71,8 @@ std::string cachePath(const std::string& directory, std::uint64_t content_hash) 
   return directory + name;
 }
 
-bool loadMatrix(const std::string& directory, std::uint64_t content_hash, Eigen::Index rows, Eigen::MatrixXd& matrix) {
+bool loadMatrix(const std::string& directory, std::uint64_t content_hash, Eigen::Index rows,
+                Eigen::MatrixXd& matrix) {
   const std::string path = cachePath(directory, content_hash);
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
@@ -117,8 +118,8 @@ bool saveMatrix(const std::string& directory, std::uint64_t content_hash, const 
     return true;
   };
   bool good = put(&header, sizeof header) &&
-              put(matrix.data(), static_cast<std::size_t>(matrix.size()) * sizeof(double)) && put(&sum, sizeof sum) &&
-              ::fsync(handle) == 0;
+              put(matrix.data(), static_cast<std::size_t>(matrix.size()) * sizeof(double)) &&
+              put(&sum, sizeof sum) && ::fsync(handle) == 0;
   good = (::close(handle) == 0) && good;
   good = good && std::rename(temporary.c_str(), path.c_str()) == 0;
   if (!good) std::remove(temporary.c_str());

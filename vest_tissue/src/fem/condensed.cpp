@@ -17,7 +17,8 @@ constexpr std::size_t kFaces[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}
 /// Per element and face (opposite corner 0 … 3) the element behind it; kNoSlot: the surface.
 std::vector<std::array<std::uint32_t, 4>> findNeighbours(const Description& d) {
   std::map<std::array<Index, 3>, std::pair<std::uint32_t, std::size_t>> open;
-  std::vector<std::array<std::uint32_t, 4>> neighbour(d.tetrahedra.size(), {kNoSlot, kNoSlot, kNoSlot, kNoSlot});
+  std::vector<std::array<std::uint32_t, 4>> neighbour(d.tetrahedra.size(),
+                                                      {kNoSlot, kNoSlot, kNoSlot, kNoSlot});
   for (std::uint32_t e = 0; e < d.tetrahedra.size(); ++e) {
     for (std::size_t f = 0; f < 4; ++f) {
       const auto& t = d.tetrahedra[e];
@@ -41,16 +42,17 @@ Description smallStrain(Description d) {
   return d;
 }
 
-/// u[i] += sum_k column_k[i]·f_k for the first `rows` rows, six columns at a time: u is loaded and stored a sixth as
-/// often. Element by element, without reductions: the same bits at any vector width.
-inline __attribute__((always_inline)) void addColumnsBody(const double* data, std::size_t stride, std::size_t rows,
-                                                          const std::uint32_t* column, const double* f,
-                                                          std::size_t count, double* __restrict u) {
+/// u[i] += sum_k column_k[i]·f_k for the first `rows` rows, six columns at a time: u is loaded and stored a
+/// sixth as often. Element by element, without reductions: the same bits at any vector width.
+inline __attribute__((always_inline)) void addColumnsBody(const double* data, std::size_t stride,
+                                                          std::size_t rows, const std::uint32_t* column,
+                                                          const double* f, std::size_t count,
+                                                          double* __restrict u) {
   std::size_t k = 0;
   for (; k + 6 <= count; k += 6) {
-    const double *c0 = data + stride * column[k], *c1 = data + stride * column[k + 1], *c2 = data + stride * column[k + 2],
-                 *c3 = data + stride * column[k + 3], *c4 = data + stride * column[k + 4],
-                 *c5 = data + stride * column[k + 5];
+    const double *c0 = data + stride * column[k], *c1 = data + stride * column[k + 1],
+                 *c2 = data + stride * column[k + 2], *c3 = data + stride * column[k + 3],
+                 *c4 = data + stride * column[k + 4], *c5 = data + stride * column[k + 5];
     const double f0 = f[k], f1 = f[k + 1], f2 = f[k + 2], f3 = f[k + 3], f4 = f[k + 4], f5 = f[k + 5];
     for (std::size_t i = 0; i < rows; ++i) {
       u[i] += ((c0[i] * f0 + c1[i] * f1) + (c2[i] * f2 + c3[i] * f3)) + (c4[i] * f4 + c5[i] * f5);
@@ -62,7 +64,8 @@ inline __attribute__((always_inline)) void addColumnsBody(const double* data, st
   }
 }
 
-using AddColumns = void (*)(const double*, std::size_t, std::size_t, const std::uint32_t*, const double*, std::size_t, double*);
+using AddColumns = void (*)(const double*, std::size_t, std::size_t, const std::uint32_t*, const double*,
+                            std::size_t, double*);
 
 void addColumnsBaseline(const double* data, std::size_t stride, std::size_t rows, const std::uint32_t* column,
                         const double* f, std::size_t count, double* u) {
@@ -71,8 +74,8 @@ void addColumnsBaseline(const double* data, std::size_t stride, std::size_t rows
 
 #if defined(__x86_64__)
 __attribute__((target("avx2"))) void addColumnsAvx2(const double* data, std::size_t stride, std::size_t rows,
-                                                    const std::uint32_t* column, const double* f, std::size_t count,
-                                                    double* u) {
+                                                    const std::uint32_t* column, const double* f,
+                                                    std::size_t count, double* u) {
   addColumnsBody(data, stride, rows, column, f, count, u);
 }
 #endif
@@ -157,9 +160,10 @@ void CondensedModel::solveFull(Eigen::MatrixXd& columns) const {
     const State rest = restState(*model_);
     assemble(*model_, rest, 0.0, 1.0, Tangent::Frozen, scratch);
     if (!scratch.matrix.factorise()) {
-      throw std::invalid_argument("object '" + description().name +
-                                  "': its stiffness is singular to rounding; allowed: supports that hold every part, "
-                                  "no slivers");
+      throw std::invalid_argument(
+          "object '" + description().name +
+          "': its stiffness is singular to rounding; allowed: supports that hold every part, "
+          "no slivers");
     }
     factor_ = std::make_unique<BlockLdlt>(std::move(scratch.matrix));
   }
@@ -180,14 +184,16 @@ CondensedScratch::CondensedScratch(const CondensedModel& m) : small(m.mostRank()
 
 void addResponse(const CondensedModel& model, const CondensedState& state, const SparseLoad& load,
                  CondensedScratch& scratch, Eigen::VectorXd& u) {
-  addColumns(model.inverse().data(), static_cast<std::size_t>(model.unknowns()), static_cast<std::size_t>(u.size()),
-             load.unknown.data(), load.force.data(), load.unknown.size(), u.data());
+  addColumns(model.inverse().data(), static_cast<std::size_t>(model.unknowns()),
+             static_cast<std::size_t>(u.size()), load.unknown.data(), load.force.data(), load.unknown.size(),
+             u.data());
   const Eigen::Index r = static_cast<Eigen::Index>(state.columns.size());
   if (r == 0) return;
   // u -= T core T^T f
   for (Eigen::Index c = 0; c < r; ++c) {
     double sum = 0.0;
-    for (std::size_t k = 0; k < load.unknown.size(); ++k) sum += state.outer_columns(load.unknown[k], c) * load.force[k];
+    for (std::size_t k = 0; k < load.unknown.size(); ++k)
+      sum += state.outer_columns(load.unknown[k], c) * load.force[k];
     scratch.small[c] = sum;
   }
   for (Eigen::Index c = 0; c < r; ++c) {
@@ -204,7 +210,8 @@ Eigen::Matrix3d complianceBlock(const CondensedModel& model, const CondensedStat
   const Eigen::Index r = static_cast<Eigen::Index>(state.columns.size());
   for (Eigen::Index i = 0; i < r; ++i) {
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    for (Eigen::Index k = 0; k < r; ++k) right += state.core(k, i) * state.outer_columns.col(k).segment<3>(3 * b);
+    for (Eigen::Index k = 0; k < r; ++k)
+      right += state.core(k, i) * state.outer_columns.col(k).segment<3>(3 * b);
     C -= state.outer_columns.col(i).segment<3>(3 * a) * right.transpose();
   }
   return C;

@@ -9,11 +9,12 @@
 namespace vest::fem {
 namespace {
 
-/// Ground springs of parts that hang by a node or an edge, relative to those of loose parts (assumed: small beside
-/// the tissue, large beside rounding).
+/// Ground springs of parts that hang by a node or an edge, relative to those of loose parts (assumed: small
+/// beside the tissue, large beside rounding).
 constexpr double kWeakGround = 1e-4;
 
-/// Columns U with K_e = sum U U^T: B^T chol(V D), B: strain (xx yy zz, xy yz zx engineering) per displacement.
+/// Columns U with K_e = sum U U^T: B^T chol(V D), B: strain (xx yy zz, xy yz zx engineering) per
+/// displacement.
 std::array<UpdateColumn, 6> elementColumns(const Model& model, std::size_t e) {
   const Element& element = model.elements[e];
   const Lame& law = model.law;
@@ -46,7 +47,8 @@ std::array<UpdateColumn, 6> elementColumns(const Model& model, std::size_t e) {
     for (std::size_t a = 0; a < 4; ++a) {
       const std::int32_t row = model.unknown[element.nodes[a]];
       for (std::size_t k = 0; k < 3; ++k) {
-        columns[c].row[3 * a + k] = row < 0 ? kNoSlot : 3 * static_cast<std::uint32_t>(row) + static_cast<std::uint32_t>(k);
+        columns[c].row[3 * a + k] =
+            row < 0 ? kNoSlot : 3 * static_cast<std::uint32_t>(row) + static_cast<std::uint32_t>(k);
         columns[c].value[3 * a + k] = W(static_cast<Eigen::Index>(3 * a + k), static_cast<Eigen::Index>(c));
       }
     }
@@ -100,8 +102,8 @@ std::vector<std::uint32_t> findClusters(const CondensedModel& model, const std::
   return root;
 }
 
-/// Per cluster (at its smallest element): 1 where three points that are not on one line hold it, fixed nodes or nodes
-/// of clusters that are held themselves.
+/// Per cluster (at its smallest element): 1 where three points that are not on one line hold it, fixed nodes
+/// or nodes of clusters that are held themselves.
 std::vector<std::uint8_t> findSupported(const Model& m, const std::vector<std::uint8_t>& alive,
                                         const std::vector<std::uint32_t>& cluster) {
   std::vector<std::uint8_t> supported(alive.size(), 0), firm(m.mass.size(), 0);
@@ -143,7 +145,8 @@ std::vector<std::uint8_t> findSupported(const Model& m, const std::vector<std::u
   return supported;
 }
 
-double entryOf(const CondensedModel& model, const CondensedState& state, const UpdateColumn& u, std::size_t t) {
+double entryOf(const CondensedModel& model, const CondensedState& state, const UpdateColumn& u,
+               std::size_t t) {
   // U^T T_t: from the outer rows, or from the full column where U touches inner nodes.
   const UpdateColumn& other = state.columns[t];
   double sum = 0.0;
@@ -177,13 +180,14 @@ void solveColumns(const CondensedModel& model, CondensedState& state, std::size_
     T.setZero();
     for (std::size_t k = 0; k < 12; ++k) {
       if (u.row[k] == kNoSlot || u.value[k] == 0.0) continue;
-      const Eigen::Index outer = 3 * model.outerNumber(m.free_node[u.row[k] / 3]) + static_cast<Eigen::Index>(u.row[k] % 3);
+      const Eigen::Index outer =
+          3 * model.outerNumber(m.free_node[u.row[k] / 3]) + static_cast<Eigen::Index>(u.row[k] % 3);
       T += u.value[k] * model.inverse().col(outer);
     }
   }
   if (slow.empty()) return;
-  Eigen::MatrixXd columns =
-      Eigen::MatrixXd::Zero(3 * static_cast<Eigen::Index>(m.free_node.size()), static_cast<Eigen::Index>(slow.size()));
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(3 * static_cast<Eigen::Index>(m.free_node.size()),
+                                                  static_cast<Eigen::Index>(slow.size()));
   for (std::size_t s = 0; s < slow.size(); ++s) {
     const UpdateColumn& u = state.columns[slow[s]];
     for (std::size_t k = 0; k < 12; ++k) {
@@ -228,9 +232,9 @@ CutReport cut(const CondensedModel& model, CondensedState& state, const std::vec
     alive[e] = 0;
     for (const auto& column : elementColumns(m, e)) fresh.push_back(column);
   }
-  // Parts that come loose would make K' singular: springs to the ground on one element of each (or on a node that has
-  // no element left) remove that and leave the rest of the object exactly as it is. A part that hangs on by a node or
-  // an edge can turn about it: it gets weak springs.
+  // Parts that come loose would make K' singular: springs to the ground on one element of each (or on a node
+  // that has no element left) remove that and leave the rest of the object exactly as it is. A part that
+  // hangs on by a node or an edge can turn about it: it gets weak springs.
   const std::vector<int> component = components(m.description, alive);
   const std::vector<std::uint8_t> loose = findLoose(m, component);
   const std::vector<std::uint32_t> cluster = findClusters(model, alive);
@@ -277,7 +281,8 @@ CutReport cut(const CondensedModel& model, CondensedState& state, const std::vec
     for (Eigen::Index j = 0; j <= i; ++j) {
       const std::size_t a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
       const bool take_b = state.columns[b].full >= 0 || state.columns[a].full < 0;
-      S(i, j) = S(j, i) = take_b ? entryOf(model, state, state.columns[a], b) : entryOf(model, state, state.columns[b], a);
+      S(i, j) = S(j, i) =
+          take_b ? entryOf(model, state, state.columns[a], b) : entryOf(model, state, state.columns[b], a);
     }
     S(i, i) += state.columns[static_cast<std::size_t>(i)].sign;
   }
@@ -307,7 +312,7 @@ std::vector<LoosePart> looseParts(const CondensedModel& model, const CondensedSt
   const Description& d = model.description();
   const std::vector<int> component = components(d, state.alive);
   std::vector<LoosePart> parts;
-  std::vector<int> part_of(d.nodes.size(), -1);      // component -> part
+  std::vector<int> part_of(d.nodes.size(), -1);  // component -> part
   std::vector<Index> number(d.nodes.size(), 0);
   for (Index n = 0; n < d.nodes.size(); ++n) {
     if (component[n] < 0 || state.loose[n] == 0) continue;

@@ -10,8 +10,8 @@
 namespace vest::fem {
 namespace {
 
-/// 6V over the longest edge cubed, below which a tetrahedron counts as flat (assumed: its gradients then lose more
-/// than half of the digits of a double).
+/// 6V over the longest edge cubed, below which a tetrahedron counts as flat (assumed: its gradients then lose
+/// more than half of the digits of a double).
 constexpr double kFlat = 1e-8;
 
 template <class... Parts>
@@ -35,7 +35,8 @@ void checkNode(const Description& d, const char* field, std::size_t entry, Index
 
 void checkVector(const Description& d, const char* field, std::size_t entry, const Eigen::Vector3d& v) {
   if (!v.allFinite()) {
-    refuse(d, field, "[", entry, "]: ", v.x(), ", ", v.y(), ", ", v.z(), " holds a number that is not finite; allowed: "
+    refuse(d, field, "[", entry, "]: ", v.x(), ", ", v.y(), ", ", v.z(),
+           " holds a number that is not finite; allowed: "
            "finite numbers");
   }
 }
@@ -81,8 +82,10 @@ std::vector<int> components(const Description& d, const std::vector<std::uint8_t
   for (Index n = 0; n < root.size(); ++n) {
     if (used[n] == 0) continue;
     const Index r = find(n);
-    if (r == n) number[n] = next++;  // the smallest node of a component is its root
-    else number[n] = number[r];
+    if (r == n)
+      number[n] = next++;  // the smallest node of a component is its root
+    else
+      number[n] = number[r];
   }
   return number;
 }
@@ -92,7 +95,8 @@ void validate(const Description& d, Use use) {
   checkNumber(d, "material.youngs_modulus", m.youngs_modulus, m.youngs_modulus > 0, "> 0");
   checkNumber(d, "material.poisson_ratio", m.poisson_ratio, m.poisson_ratio > -1 && m.poisson_ratio < 0.5,
               "above -1 and below 0.5");
-  if (use == Use::Dynamic) checkNumber(d, "material.density", m.density, m.density > 0, "> 0 (dynamics needs mass)");
+  if (use == Use::Dynamic)
+    checkNumber(d, "material.density", m.density, m.density > 0, "> 0 (dynamics needs mass)");
   checkNumber(d, "material.density", m.density, m.density >= 0, ">= 0");
   checkNumber(d, "material.rayleigh_mass", m.rayleigh_mass, m.rayleigh_mass >= 0, ">= 0");
   checkNumber(d, "material.rayleigh_stiffness", m.rayleigh_stiffness, m.rayleigh_stiffness >= 0, ">= 0");
@@ -115,7 +119,8 @@ void validate(const Description& d, Use use) {
     checkNode(d, "loads", i, d.loads[i].node);
     checkVector(d, "loads", i, d.loads[i].force);
     if (component[d.loads[i].node] < 0) {
-      refuse(d, "loads[", i, "]: node ", d.loads[i].node, " belongs to no tetrahedron; allowed: nodes of the tissue");
+      refuse(d, "loads[", i, "]: node ", d.loads[i].node,
+             " belongs to no tetrahedron; allowed: nodes of the tissue");
     }
   }
   if (use == Use::Dynamic) return;
@@ -148,7 +153,8 @@ void validate(const Description& d, Use use) {
     }
     if (hinge) {
       refuse(d, "the component of ", size, " nodes that starts at node ", first, " is held by ", points,
-             " node(s) on one line and can still turn; allowed: at least three fixed nodes that are not on one line");
+             " node(s) on one line and can still turn; allowed: at least three fixed nodes that are not on "
+             "one line");
     }
   }
 }

@@ -6,7 +6,8 @@
 namespace vest::fem {
 namespace {
 
-/// Cyclic Jacobi: A becomes diagonal, the columns of V its eigenvectors. Quadratic convergence: 12 sweeps are plenty.
+/// Cyclic Jacobi: A becomes diagonal, the columns of V its eigenvectors. Quadratic convergence: 12 sweeps are
+/// plenty.
 template <int N>
 void jacobi(Eigen::Matrix<double, N, N>& A, Eigen::Matrix<double, N, N>& V) {
   V.setIdentity();
@@ -126,7 +127,8 @@ void cornerForces(const Element& e, const Lame& law, const Eigen::Matrix3d& R, c
 
 Eigen::Matrix3d stiffnessBlock(const Element& e, const Lame& law, const Eigen::Matrix3d& R, int a, int b) {
   const Eigen::Vector3d ha = R * e.gradient[a], hb = R * e.gradient[b];
-  Eigen::Matrix3d K = (e.volume * law.lambda) * (ha * hb.transpose()) + (e.volume * law.mu) * (hb * ha.transpose());
+  Eigen::Matrix3d K =
+      (e.volume * law.lambda) * (ha * hb.transpose()) + (e.volume * law.mu) * (hb * ha.transpose());
   K.diagonal().array() += e.volume * law.mu * ha.dot(hb);
   return K;
 }

@@ -87,7 +87,8 @@ std::unique_ptr<const Model> buildModel(const Description& d, Use use) {
       model->incidence[next[n]++] = 4 * e + a;
       for (std::uint32_t b = a + 1; b < 4; ++b) {
         const std::int32_t i = model->unknown[n], j = model->unknown[d.tetrahedra[e][b]];
-        if (i >= 0 && j >= 0) pairs.emplace_back(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
+        if (i >= 0 && j >= 0)
+          pairs.emplace_back(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
       }
     }
   }
@@ -144,7 +145,8 @@ void elasticForces(const Model& model, const State& state, Scratch& scratch) {
   gather(model, scratch, scratch.force);
 }
 
-void stiffnessTimes(const Model& model, const State& state, const std::vector<Eigen::Vector3d>& v, Scratch& scratch) {
+void stiffnessTimes(const Model& model, const State& state, const std::vector<Eigen::Vector3d>& v,
+                    Scratch& scratch) {
   auto evaluate = [&](std::size_t begin, std::size_t end) {
     for (std::size_t e = begin; e < end; ++e) {
       if (state.alive[e] == 0) {
@@ -163,10 +165,10 @@ void stiffnessTimes(const Model& model, const State& state, const std::vector<Ei
 double strainEnergy(const Model& model, const State& state, Scratch& scratch) {
   auto evaluate = [&](std::size_t begin, std::size_t end) {
     for (std::size_t e = begin; e < end; ++e) {
-      scratch.element_energy[e] = state.alive[e] == 0 ? 0.0
-                                                      : energy(model.elements[e], model.law,
-                                                               gradientAt(model, model.elements[e], state.x),
-                                                               scratch.rotation[e]);
+      scratch.element_energy[e] =
+          state.alive[e] == 0 ? 0.0
+                              : energy(model.elements[e], model.law,
+                                       gradientAt(model, model.elements[e], state.x), scratch.rotation[e]);
     }
   };
   scratch.workers.forRanges(model.elements.size(), evaluate);
@@ -175,8 +177,8 @@ double strainEnergy(const Model& model, const State& state, Scratch& scratch) {
   return sum;
 }
 
-void assemble(const Model& model, const State& state, double mass_factor, double stiffness_factor, Tangent tangent,
-              Scratch& scratch) {
+void assemble(const Model& model, const State& state, double mass_factor, double stiffness_factor,
+              Tangent tangent, Scratch& scratch) {
   scratch.factored_dt = 0.0;
   scratch.matrix.setZero();
   const bool turning = model.description.strain == Strain::Corotational && tangent != Tangent::Frozen;

@@ -38,7 +38,8 @@ Result simulate(const Description& d, const Options& o) {
     step_options.iterations = o.iterations;
     for (int i = 0; i < o.steps; ++i) {
       if (step(*model, step_options, state, scratch) != StepStatus::Ok) {
-        throw std::runtime_error("object '" + d.name + "': step " + std::to_string(i) + " failed; reduce solution.dt");
+        throw std::runtime_error("object '" + d.name + "': step " + std::to_string(i) +
+                                 " failed; reduce solution.dt");
       }
     }
   }

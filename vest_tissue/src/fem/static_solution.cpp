@@ -6,9 +6,9 @@
 namespace vest::fem {
 namespace {
 
-constexpr double kTolerance = 1e-10;      // unbalanced over applied force
-constexpr double kUsable = 1e-6;          // accepted where rounding stops the descent
-constexpr int kIterations = 60;           // per load step
+constexpr double kTolerance = 1e-10;  // unbalanced over applied force
+constexpr double kUsable = 1e-6;      // accepted where rounding stops the descent
+constexpr int kIterations = 60;       // per load step
 constexpr int kMostLoadSteps = 256;
 
 /// The object under a share of its load.

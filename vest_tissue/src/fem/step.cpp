@@ -23,7 +23,8 @@ StepStatus beginStep(const Model& model, const StepOptions& o, const State& stat
   for (std::size_t i = 0; i < model.free_node.size(); ++i) {
     const Index n = model.free_node[i];
     // force = -f_int, force2 = -K_R v
-    row(i) = dt * (model.load[n] + model.mass[n] * (o.gravity - a * state.v[n]) + s.force[n] + (dt + b) * s.force2[n]);
+    row(i) = dt * (model.load[n] + model.mass[n] * (o.gravity - a * state.v[n]) + s.force[n] +
+                   (dt + b) * s.force2[n]);
   }
   s.matrix.solve(s.rhs.data());
   for (std::size_t i = 0; i < model.free_node.size(); ++i) s.v_next[model.free_node[i]] += row(i);
@@ -40,8 +41,8 @@ void endStep(const Model& model, const StepOptions& o, State& state, const Scrat
 
 namespace {
 
-/// Newton's iterations beyond the first: v_next += A^-1 r, r = M (v - v+) + dt (f_ext - f_int(x + dt v+) - C v+).
-/// `end` is a copy of the state that is moved to the step's end and back.
+/// Newton's iterations beyond the first: v_next += A^-1 r, r = M (v - v+) + dt (f_ext - f_int(x + dt v+) - C
+/// v+). `end` is a copy of the state that is moved to the step's end and back.
 StepStatus refine(const Model& model, const StepOptions& o, State& state, Scratch& s) {
   const Material& m = model.description.material;
   const double dt = o.dt, a = m.rayleigh_mass, b = m.rayleigh_stiffness;

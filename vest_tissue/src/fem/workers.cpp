@@ -42,7 +42,8 @@ struct Workers::Impl {
 
 Workers::Workers(int threads) : impl_(std::make_unique<Impl>()) {
   const int extra = std::clamp(threads, 1, 64) - 1;
-  impl_->threads.resize(static_cast<std::size_t>(extra));  // the size is read by range() before all have started
+  impl_->threads.resize(
+      static_cast<std::size_t>(extra));  // the size is read by range() before all have started
   for (int t = 0; t < extra; ++t) {
     impl_->threads[static_cast<std::size_t>(t)] =
         std::thread([this, t] { impl_->loop(static_cast<std::size_t>(t) + 1); });
@@ -58,7 +59,9 @@ Workers::~Workers() {
   for (auto& thread : impl_->threads) thread.join();
 }
 
-int Workers::threads() const { return static_cast<int>(impl_->threads.size()) + 1; }
+int Workers::threads() const {
+  return static_cast<int>(impl_->threads.size()) + 1;
+}
 
 void Workers::run(std::size_t count, void (*body)(void*, std::size_t, std::size_t), void* context) {
   constexpr std::size_t kWorthSharing = 256;  // elements; below it waking a thread costs more (assumed)

@@ -178,14 +178,16 @@ Object readObject(const Value& value, Files& files) {
   if (model == "volume") map["model"].fail("must be net, fem or rigid; volume cannot be simulated yet");
   object.model = model == "rigid" ? ObjectModel::Rigid : model == "fem" ? ObjectModel::Fem : ObjectModel::Net;
   for (const char* of_fem : {"strain", "tetrahedra", "loads"}) {
-    if (object.model != ObjectModel::Fem && map.has(of_fem)) map[of_fem].fail("belongs to objects with model: fem");
+    if (object.model != ObjectModel::Fem && map.has(of_fem))
+      map[of_fem].fail("belongs to objects with model: fem");
   }
   if (map.has("friction")) object.friction = map["friction"].number(0, 2);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
   std::string path = value.file();
   if (object.model == ObjectModel::Fem) {
-    readFem(map, [&files](const Value& name, std::string& file) { return files.read(name, file); }, object);
+    readFem(
+        map, [&files](const Value& name, std::string& file) { return files.read(name, file); }, object);
     map.finish();
     return object;
   }

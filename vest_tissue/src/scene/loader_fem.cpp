@@ -23,7 +23,8 @@ fem::Material readMaterial(const Value& value) {
   fem::Material m;
   m.youngs_modulus = map["youngs_modulus"].positive();
   m.poisson_ratio = map["poisson_ratio"].number(-1.0, 0.5);
-  if (m.poisson_ratio <= -1.0 || m.poisson_ratio >= 0.5) map["poisson_ratio"].fail("must be above -1 and below 0.5");
+  if (m.poisson_ratio <= -1.0 || m.poisson_ratio >= 0.5)
+    map["poisson_ratio"].fail("must be above -1 and below 0.5");
   if (map.has("density")) m.density = map["density"].number(0.0, kMost);
   if (map.has("rayleigh_mass")) m.rayleigh_mass = map["rayleigh_mass"].number(0.0, kMost);
   if (map.has("rayleigh_stiffness")) m.rayleigh_stiffness = map["rayleigh_stiffness"].number(0.0, kMost);
@@ -37,7 +38,8 @@ void readFem(Map& map, const std::function<std::string(const Value&, std::string
   auto d = std::make_shared<fem::Description>();
   d->name = object.name;
   if (map.has("strain")) {
-    d->strain = map["strain"].oneOf({"small", "corotational"}) == "small" ? fem::Strain::Small : fem::Strain::Corotational;
+    d->strain = map["strain"].oneOf({"small", "corotational"}) == "small" ? fem::Strain::Small
+                                                                          : fem::Strain::Corotational;
   }
   d->material = readMaterial(map["material"]);
   std::string path;
@@ -74,7 +76,8 @@ void readFem(Map& map, const std::function<std::string(const Value&, std::string
   if (map.has("loads")) {
     const csv::Table loads = table("loads", {"node", "fx", "fy", "fz"});
     for (std::size_t i = 0; i < loads.rows.size(); ++i) {
-      d->loads.push_back({static_cast<fem::Index>(loads.index(i, "node", most)), vectorOf(loads, i, {"fx", "fy", "fz"})});
+      d->loads.push_back(
+          {static_cast<fem::Index>(loads.index(i, "node", most)), vectorOf(loads, i, {"fx", "fy", "fz"})});
     }
   }
   object.mass.assign(d->nodes.size(), 0.0);  // the solver lumps its own

@@ -12,9 +12,9 @@
 namespace vest::tools {
 namespace {
 
-constexpr double kMostWorldStep = 0.01;   // s, World::step
-constexpr double kMostSettling = 100.0;   // s of simulated time until nets have to be at rest
-constexpr double kRestSpeed = 0.0002;     // m/s: a fifth of what counts as at rest (architecture.md)
+constexpr double kMostWorldStep = 0.01;  // s, World::step
+constexpr double kMostSettling = 100.0;  // s of simulated time until nets have to be at rest
+constexpr double kRestSpeed = 0.0002;    // m/s: a fifth of what counts as at rest (architecture.md)
 
 void append(std::string& bytes, const std::vector<Eigen::Vector3d>& values) {
   bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Eigen::Vector3d));
@@ -22,7 +22,8 @@ void append(std::string& bytes, const std::vector<Eigen::Vector3d>& values) {
 
 std::vector<Eigen::Vector3d> vectors(const std::vector<float>& xyz) {
   std::vector<Eigen::Vector3d> out(xyz.size() / 3);
-  for (std::size_t i = 0; i < out.size(); ++i) out[i] = Eigen::Vector3d(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+  for (std::size_t i = 0; i < out.size(); ++i)
+    out[i] = Eigen::Vector3d(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
   return out;
 }
 
@@ -40,7 +41,8 @@ Moved moveNets(scene::Description nets, const SimulateOptions& o, double dt) {
   if (o.equilibrium) {
     for (Rest rest = run(world, 2.0, 0.0); !(rest.speed < kRestSpeed); rest = run(world, 2.0, 0.0)) {
       if (world.time() > kMostSettling) {
-        throw std::runtime_error("not at rest after " + std::to_string(kMostSettling) + " s: " + rest.object + " moves");
+        throw std::runtime_error("not at rest after " + std::to_string(kMostSettling) + " s: " + rest.object +
+                                 " moves");
       }
     }
   } else if (o.steps > 0) {
@@ -51,7 +53,8 @@ Moved moveNets(scene::Description nets, const SimulateOptions& o, double dt) {
     std::vector<float> xyz(3 * world.knotCount(k));
     world.positions(k, xyz.data());
     std::vector<Eigen::Vector3d> x(world.knotCount(k));
-    for (std::size_t i = 0; i < x.size(); ++i) x[i] = Eigen::Vector3d(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+    for (std::size_t i = 0; i < x.size(); ++i)
+      x[i] = Eigen::Vector3d(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
     moved.positions.push_back(std::move(x));
   }
   moved.hash = world.stateHash();
@@ -77,13 +80,15 @@ SimulatedScene simulateScene(const scene::Description& description, const Simula
   for (const auto& connection : description.connections) {
     for (const auto& object : description.objects) {
       if (object.fem && (object.name == connection.object0 || object.name == connection.object1)) {
-        throw std::invalid_argument("object '" + object.name + "': connections: 1; allowed: none with model fem");
+        throw std::invalid_argument("object '" + object.name +
+                                    "': connections: 1; allowed: none with model fem");
       }
     }
   }
   if (any_fem && !o.equilibrium && description.integrator == scene::Integrator::NewtonEuler) {
-    throw std::invalid_argument("solution.integrator: newton_euler with objects of model fem; allowed: backward_euler, "
-                                "static (or --static)");
+    throw std::invalid_argument(
+        "solution.integrator: newton_euler with objects of model fem; allowed: backward_euler, "
+        "static (or --static)");
   }
   const bool any_net = !nets.objects.empty();
   const Moved moved = any_net ? moveNets(nets, o, dt) : Moved{};

@@ -9,8 +9,8 @@
 namespace vest::fem::test {
 
 struct Box {
-  int nx = 4, ny = 2, nz = 2;               ///< cells
-  double lx = 1.0, ly = 0.5, lz = 0.5;      ///< m
+  int nx = 4, ny = 2, nz = 2;           ///< cells
+  double lx = 1.0, ly = 0.5, lz = 0.5;  ///< m
   Index node(int i, int j, int k) const { return static_cast<Index>((i * (ny + 1) + j) * (nz + 1) + k); }
 };
 
@@ -49,13 +49,15 @@ inline Description makeBox(const Box& b, bool clamp = true) {
 inline void loadEnd(Description& d, const Box& b, const Eigen::Vector3d& force) {
   for (int j = 0; j <= b.ny; ++j)
     for (int k = 0; k <= b.nz; ++k) {
-      const double share = (j == 0 || j == b.ny ? 0.5 : 1.0) * (k == 0 || k == b.nz ? 0.5 : 1.0) / (b.ny * b.nz);
+      const double share =
+          (j == 0 || j == b.ny ? 0.5 : 1.0) * (k == 0 || k == b.nz ? 0.5 : 1.0) / (b.ny * b.nz);
       d.loads.push_back({b.node(b.nx, j, k), share * force});
     }
 }
 
 /// Mean displacement of the end x = lx.
-inline Eigen::Vector3d endDisplacement(const Description& d, const Box& b, const std::vector<Eigen::Vector3d>& x) {
+inline Eigen::Vector3d endDisplacement(const Description& d, const Box& b,
+                                       const std::vector<Eigen::Vector3d>& x) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (int j = 0; j <= b.ny; ++j)
     for (int k = 0; k <= b.nz; ++k) sum += x[b.node(b.nx, j, k)] - d.nodes[b.node(b.nx, j, k)];

@@ -46,7 +46,8 @@ Eigen::VectorXd respond(const CondensedModel& model, const CondensedState& state
 }
 
 /// Largest difference to a full solution of `d`, over its largest displacement, on nodes that are not loose.
-double difference(const CondensedModel& model, const CondensedState& state, const Eigen::VectorXd& u, const Description& d) {
+double difference(const CondensedModel& model, const CondensedState& state, const Eigen::VectorXd& u,
+                  const Description& d) {
   Options o;
   o.equilibrium = true;
   const Result full = simulate(d, o);
@@ -96,12 +97,16 @@ TEST(Condensed, InverseIsThatOfTheCondensedStiffness) {
   const Eigen::MatrixXd K = inverse.inverse();
   std::vector<Eigen::Index> outer, inner;
   for (Eigen::Index i = 0; i < n; ++i) {
-    (model.outerNumber(model.model().free_node[static_cast<std::size_t>(i / 3)]) >= 0 ? outer : inner).push_back(i);
+    (model.outerNumber(model.model().free_node[static_cast<std::size_t>(i / 3)]) >= 0 ? outer : inner)
+        .push_back(i);
   }
   ASSERT_EQ(static_cast<Eigen::Index>(outer.size()), model.unknowns());
   ASSERT_GT(inner.size(), 0u);
-  const Eigen::MatrixXd condensed = K(outer, outer) - K(outer, inner) * K(inner, inner).inverse() * K(inner, outer);
-  EXPECT_LT((model.inverse() * condensed - Eigen::MatrixXd::Identity(model.unknowns(), model.unknowns())).norm(), 1e-9);
+  const Eigen::MatrixXd condensed =
+      K(outer, outer) - K(outer, inner) * K(inner, inner).inverse() * K(inner, outer);
+  EXPECT_LT(
+      (model.inverse() * condensed - Eigen::MatrixXd::Identity(model.unknowns(), model.unknowns())).norm(),
+      1e-9);
 }
 
 TEST(Condensed, PrescribedDisplacementsAreReachedAndEqualTheFullSolution) {
@@ -135,7 +140,9 @@ TEST(Condensed, PrescribedDisplacementsAreReachedAndEqualTheFullSolution) {
   const Result full = simulate(loaded, o);
   for (std::size_t i = 0; i < grasp.unknown.size(); ++i) {
     EXPECT_NEAR(grasp.force[i],
-                full.reactions[model.outerNodes()[grasp.unknown[i] / 3]][static_cast<Eigen::Index>(grasp.unknown[i] % 3)], 1e-8);
+                full.reactions[model.outerNodes()[grasp.unknown[i] / 3]]
+                              [static_cast<Eigen::Index>(grasp.unknown[i] % 3)],
+                1e-8);
   }
   grasp.unknown[1] = grasp.unknown[0];
   EXPECT_FALSE(prescribe(model, state, target, u, scratch, grasp));

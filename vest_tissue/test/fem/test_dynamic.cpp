@@ -23,7 +23,8 @@ TEST(BackwardEuler, SingleMassFollowsItsRecurrenceAndRayleighDamping) {
   // z alone: k = V (lambda + 2 mu) |grad N|² = 200, m = 12/6/4 = 0.5, c = a m + b k.
   const Description d = oneTetrahedron();
   const auto model = buildModel(d, Use::Dynamic);
-  const double k = 1000.0 * (1 - 0.25) / ((1 + 0.25) * (1 - 0.5)) / 6.0, m = 0.5, c = 0.3 * m + 0.002 * k, dt = 0.01;
+  const double k = 1000.0 * (1 - 0.25) / ((1 + 0.25) * (1 - 0.5)) / 6.0, m = 0.5, c = 0.3 * m + 0.002 * k,
+               dt = 0.01;
   EXPECT_NEAR(model->mass[3], m, 1e-15);
   State state = restState(*model);
   Scratch scratch(*model, 1);
@@ -150,7 +151,8 @@ TEST(BackwardEuler, AnInvertedElementRecovers) {
   for (int i = 0; i < 3000; ++i) ASSERT_EQ(step(*model, o, state, scratch), StepStatus::Ok);
   EXPECT_TRUE(state.x[3].allFinite());
   Eigen::Vector3d rest = state.x[3] - d.nodes[3];
-  // Pushed through its base it may come to rest mirrored (a turned frame fits that shape too), but at rest it is.
+  // Pushed through its base it may come to rest mirrored (a turned frame fits that shape too), but at rest it
+  // is.
   EXPECT_LT(state.v[3].norm(), 1e-6);
   EXPECT_LT(rest.norm(), 3.0);
 }

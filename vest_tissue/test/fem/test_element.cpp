@@ -22,7 +22,8 @@ class Random {
     return m;
   }
   Eigen::Matrix3d rotation() {
-    return Eigen::Quaterniond(Eigen::Vector4d((*this)(), (*this)(), (*this)(), (*this)()).normalized()).toRotationMatrix();
+    return Eigen::Quaterniond(Eigen::Vector4d((*this)(), (*this)(), (*this)(), (*this)()).normalized())
+        .toRotationMatrix();
   }
 
  private:
@@ -119,7 +120,8 @@ TEST(Energy, ExactTangentIsTheDerivativeOfTheForces) {
     updateRotations(*model, moved, scratch);
     elasticForces(*model, moved, scratch);
     for (std::size_t i = 0; i < model->free_node.size(); ++i) {
-      change.segment<3>(3 * static_cast<Eigen::Index>(i)) -= sign * scratch.force[model->free_node[i]] / (2 * h);
+      change.segment<3>(3 * static_cast<Eigen::Index>(i)) -=
+          sign * scratch.force[model->free_node[i]] / (2 * h);
     }
   }
   updateRotations(*model, state, scratch);

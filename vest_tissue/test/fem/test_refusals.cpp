@@ -29,7 +29,8 @@ std::string refusal(const std::function<void(Description&)>& spoil, bool equilib
 void expectWords(const std::string& message, const std::vector<std::string>& words) {
   EXPECT_EQ(message.find("object 'beam'"), 0u) << message;
   EXPECT_NE(message.find("allowed"), std::string::npos) << message;
-  for (const auto& word : words) EXPECT_NE(message.find(word), std::string::npos) << word << " is missing in: " << message;
+  for (const auto& word : words)
+    EXPECT_NE(message.find(word), std::string::npos) << word << " is missing in: " << message;
 }
 
 TEST(Refusals, NameObjectFieldValueAndWhatIsAllowed) {
@@ -38,21 +39,28 @@ TEST(Refusals, NameObjectFieldValueAndWhatIsAllowed) {
     expectWords(refusal([&](Description& d) { d.material.youngs_modulus = e; }), {"youngs_modulus", "> 0"});
   }
   for (const double nu : {0.5, 0.7, -1.0, nan}) {
-    expectWords(refusal([&](Description& d) { d.material.poisson_ratio = nu; }), {"poisson_ratio", "below 0.5"});
+    expectWords(refusal([&](Description& d) { d.material.poisson_ratio = nu; }),
+                {"poisson_ratio", "below 0.5"});
   }
   expectWords(refusal([](Description& d) { d.material.density = 0.0; }, false), {"density", "0", "> 0"});
   expectWords(refusal([](Description& d) { d.material.density = -2.0; }), {"density", "-2"});
   expectWords(refusal([](Description& d) { d.material.rayleigh_mass = -0.5; }), {"rayleigh_mass", "-0.5"});
-  expectWords(refusal([](Description& d) { d.material.rayleigh_stiffness = -0.25; }), {"rayleigh_stiffness", "-0.25"});
+  expectWords(refusal([](Description& d) { d.material.rayleigh_stiffness = -0.25; }),
+              {"rayleigh_stiffness", "-0.25"});
   expectWords(refusal([&](Description& d) { d.nodes[3].y() = nan; }), {"nodes[3]", "finite"});
   expectWords(refusal([](Description& d) { d.tetrahedra[4][2] = 77; }), {"tetrahedra[4]", "77", "0 to 11"});
-  expectWords(refusal([](Description& d) { std::swap(d.tetrahedra[5][0], d.tetrahedra[5][1]); }), {"tetrahedra[5]", "inverted"});
-  expectWords(refusal([](Description& d) { d.tetrahedra[5][0] = d.tetrahedra[5][1]; }), {"tetrahedra[5]", "flat"});
+  expectWords(refusal([](Description& d) { std::swap(d.tetrahedra[5][0], d.tetrahedra[5][1]); }),
+              {"tetrahedra[5]", "inverted"});
+  expectWords(refusal([](Description& d) { d.tetrahedra[5][0] = d.tetrahedra[5][1]; }),
+              {"tetrahedra[5]", "flat"});
   expectWords(refusal([](Description& d) { d.tetrahedra.clear(); }), {"tetrahedra", "at least one"});
   expectWords(refusal([](Description& d) { d.fixed.push_back(99); }), {"fixed[4]", "99"});
   expectWords(refusal([](Description& d) { d.loads.push_back({50, {0, 0, 1}}); }), {"loads[0]", "50"});
   expectWords(refusal([&](Description& d) { d.loads.push_back({5, {0, inf, 1}}); }), {"loads[0]", "finite"});
-  expectWords(refusal([](Description& d) { d.prescribed.push_back({0, {0, 0, 1}}); }), {"prescribed[0]", "node 0"});
+  expectWords(refusal([](Description& d) {
+                d.prescribed.push_back({0, {0, 0, 1}});
+              }),
+              {"prescribed[0]", "node 0"});
   expectWords(refusal([](Description& d) {
                 d.nodes.emplace_back(9, 9, 9);
                 d.loads.push_back({12, {0, 0, 1}});

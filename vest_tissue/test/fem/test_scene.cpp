@@ -1,4 +1,5 @@
-// The example of the scene format from files to answer, against a dense computation that shares no code with the room.
+// The example of the scene format from files to answer, against a dense computation that shares no code with
+// the room.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,13 +20,17 @@ std::string sceneText(const std::string& strain, const std::string& solution) {
          "objects:\n"
          "  - name: beam\n"
          "    model: fem                     # net | fem | volume\n"
-         "    strain: " + strain + "\n"
+         "    strain: " +
+         strain +
+         "\n"
          "    nodes: nodes.csv               # node,x,y,z\n"
          "    tetrahedra: tets.csv           # n0,n1,n2,n3\n"
          "    fixed: fixed_nodes.csv         # node\n"
-         "    material: {youngs_modulus: 1000, poisson_ratio: 0.3, density: 0.2, rayleigh_mass: 0.1, rayleigh_stiffness: 0.1}\n"
+         "    material: {youngs_modulus: 1000, poisson_ratio: 0.3, density: 0.2, rayleigh_mass: 0.1, "
+         "rayleigh_stiffness: 0.1}\n"
          "    loads: loads.csv               # node,fx,fy,fz\n"
-         "solution: " + solution + "\n";
+         "solution: " +
+         solution + "\n";
 }
 
 struct Files {
@@ -44,14 +49,17 @@ struct Files {
     }
     for (const auto& t : d.tetrahedra) tets << t[0] << ',' << t[1] << ',' << t[2] << ',' << t[3] << '\n';
     for (const Index n : d.fixed) fixed << n << '\n';
-    for (const Load& l : d.loads) loads << l.node << ',' << l.force.x() << ',' << l.force.y() << ',' << l.force.z() << '\n';
+    for (const Load& l : d.loads)
+      loads << l.node << ',' << l.force.x() << ',' << l.force.y() << ',' << l.force.z() << '\n';
     folder.write("nodes.csv", nodes.str());
     folder.write("tets.csv", tets.str());
     folder.write("fixed_nodes.csv", fixed.str());
     folder.write("loads.csv", loads.str());
   }
-  std::vector<Eigen::Vector3d> run(const std::string& strain, const std::string& solution, tools::SimulateOptions o) const {
-    const auto result = tools::simulateScene(scene::loadScene(folder.write("scene.yaml", sceneText(strain, solution))), o);
+  std::vector<Eigen::Vector3d> run(const std::string& strain, const std::string& solution,
+                                   tools::SimulateOptions o) const {
+    const auto result =
+        tools::simulateScene(scene::loadScene(folder.write("scene.yaml", sceneText(strain, solution))), o);
     EXPECT_EQ(result.names, std::vector<std::string>{"beam"});
     EXPECT_EQ(result.hash.size(), 16u);
     return result.positions.at(0);
@@ -103,11 +111,13 @@ struct Dense {
     M = Eigen::MatrixXd(M(free, free));
     f = Eigen::VectorXd(f(free));
   }
-  double difference(const Description& d, const std::vector<Eigen::Vector3d>& x, const Eigen::VectorXd& u) const {
+  double difference(const Description& d, const std::vector<Eigen::Vector3d>& x,
+                    const Eigen::VectorXd& u) const {
     double error = 0.0;
     for (std::size_t i = 0; i < free.size(); ++i) {
       const auto n = static_cast<std::size_t>(free[i] / 3);
-      error = std::max(error, std::abs(x[n][free[i] % 3] - d.nodes[n][free[i] % 3] - u[static_cast<Eigen::Index>(i)]));
+      error = std::max(
+          error, std::abs(x[n][free[i] % 3] - d.nodes[n][free[i] % 3] - u[static_cast<Eigen::Index>(i)]));
     }
     return error / u.cwiseAbs().maxCoeff();
   }
@@ -120,7 +130,8 @@ TEST(SceneExample, StaticSmallStrainIsTheDenseSolution) {
   EXPECT_LT(dense.difference(files.d, files.run("small", "{integrator: static}", {}), u), 1e-10);
   tools::SimulateOptions o;
   o.equilibrium = true;
-  EXPECT_LT(dense.difference(files.d, files.run("small", "{integrator: backward_euler, dt: 0.05}", o), u), 1e-10);
+  EXPECT_LT(dense.difference(files.d, files.run("small", "{integrator: backward_euler, dt: 0.05}", o), u),
+            1e-10);
 }
 
 TEST(SceneExample, BackwardEulerSmallStrainIsTheDenseRecurrence) {
@@ -136,10 +147,12 @@ TEST(SceneExample, BackwardEulerSmallStrainIsTheDenseRecurrence) {
   }
   tools::SimulateOptions o;
   o.steps = 40;
-  EXPECT_LT(dense.difference(files.d, files.run("small", "{integrator: backward_euler, dt: 0.05}", o), u), 1e-10);
+  EXPECT_LT(dense.difference(files.d, files.run("small", "{integrator: backward_euler, dt: 0.05}", o), u),
+            1e-10);
   o.threads = 2;
   o.dt = 0.05;
-  EXPECT_LT(dense.difference(files.d, files.run("small", "{integrator: backward_euler, dt: 1}", o), u), 1e-10);
+  EXPECT_LT(dense.difference(files.d, files.run("small", "{integrator: backward_euler, dt: 1}", o), u),
+            1e-10);
 }
 
 TEST(SceneExample, CorotationalSettlesInItsStaticEquilibrium) {
@@ -159,7 +172,8 @@ TEST(SceneExample, CorotationalSettlesInItsStaticEquilibrium) {
 
 TEST(SceneExample, OutputHoldsEveryNodeToTheLastDigit) {
   const Files files;
-  const auto scene = scene::loadScene(files.folder.write("scene.yaml", sceneText("small", "{integrator: static}")));
+  const auto scene =
+      scene::loadScene(files.folder.write("scene.yaml", sceneText("small", "{integrator: static}")));
   const auto result = tools::simulateScene(scene, {});
   const std::string path = files.folder.folder() + "/out.csv";
   tools::writePositions(result, path);

@@ -9,7 +9,9 @@
 namespace vest::fem::test {
 namespace {
 
-bool fullRun() { return std::getenv("VEST_FULL") != nullptr; }
+bool fullRun() {
+  return std::getenv("VEST_FULL") != nullptr;
+}
 
 Options equilibrium(int threads = 1) {
   Options o;
@@ -70,7 +72,8 @@ TEST(Reactions, BalanceLoadsAndWeightInBothStrains) {
 }
 
 TEST(Bar, LengthensAndNarrowsAsHookeSays) {
-  // Uniaxial stress needs a slide at the clamp: hold x = 0 by prescribing the exact lateral contraction there.
+  // Uniaxial stress needs a slide at the clamp: hold x = 0 by prescribing the exact lateral contraction
+  // there.
   const Box b{4, 2, 2, 1.0, 0.2, 0.2};
   Description d = makeBox(b, false);
   d.material = {5000.0, 0.3, 0.0, 0.0, 0.0};
@@ -81,7 +84,8 @@ TEST(Bar, LengthensAndNarrowsAsHookeSays) {
       d.prescribed.push_back({n, {0.0, -0.3 * strain * d.nodes[n].y(), -0.3 * strain * d.nodes[n].z()}});
     }
   loadEnd(d, b, {stress * 0.04, 0.0, 0.0});
-  // A load spread by area makes constant stress only if it is consistent with the triangles of the end: integrate it.
+  // A load spread by area makes constant stress only if it is consistent with the triangles of the end:
+  // integrate it.
   d.loads.clear();
   for (const auto& t : d.tetrahedra) {
     std::array<Index, 3> face{};
@@ -89,12 +93,14 @@ TEST(Bar, LengthensAndNarrowsAsHookeSays) {
     for (Index n : t)
       if (d.nodes[n].x() == 1.0 && count < 3) face[count++] = n;
     if (count != 3) continue;
-    const double area = 0.5 * (d.nodes[face[1]] - d.nodes[face[0]]).cross(d.nodes[face[2]] - d.nodes[face[0]]).norm();
+    const double area =
+        0.5 * (d.nodes[face[1]] - d.nodes[face[0]]).cross(d.nodes[face[2]] - d.nodes[face[0]]).norm();
     for (Index n : face) d.loads.push_back({n, {stress * area / 3.0, 0.0, 0.0}});
   }
   const Result r = simulate(d, equilibrium());
   for (std::size_t n = 0; n < d.nodes.size(); ++n) {
-    const Eigen::Vector3d expected(strain * d.nodes[n].x(), -0.3 * strain * d.nodes[n].y(), -0.3 * strain * d.nodes[n].z());
+    const Eigen::Vector3d expected(strain * d.nodes[n].x(), -0.3 * strain * d.nodes[n].y(),
+                                   -0.3 * strain * d.nodes[n].z());
     EXPECT_LT((r.positions[n] - d.nodes[n] - expected).norm(), 1e-12);
   }
 }
@@ -121,7 +127,8 @@ TEST(Cantilever, SmallStrainConvergesToEulerBernoulliWithTheSquareOfTheMesh) {
 
 TEST(Cantilever, CorotationalFollowsTheElastica) {
   // w/L at PL²/EI (Bisshopp and Drucker 1945, doi 10.1090/qam/13360; models.md lists the figures).
-  const std::array<std::array<double, 2>, 4> elastica{{{1.0, 0.30172}, {2.0, 0.49346}, {5.0, 0.71379}, {10.0, 0.81061}}};
+  const std::array<std::array<double, 2>, 4> elastica{
+      {{1.0, 0.30172}, {2.0, 0.49346}, {5.0, 0.71379}, {10.0, 0.81061}}};
   const int n = fullRun() ? 24 : 12;
   const double tolerance = fullRun() ? 0.006 : 0.02;
   const Box b{20 * n, 1, n, 10.0, 0.6, 0.5};
@@ -145,7 +152,8 @@ TEST(Corotational, EqualsSmallStrainForSmallLoads) {
   const Result small = simulate(d, equilibrium());
   d.strain = Strain::Corotational;
   const Result turned = simulate(d, equilibrium());
-  const Eigen::Vector3d us = endDisplacement(d, b, small.positions), ut = endDisplacement(d, b, turned.positions);
+  const Eigen::Vector3d us = endDisplacement(d, b, small.positions),
+                        ut = endDisplacement(d, b, turned.positions);
   EXPECT_LT((us - ut).norm(), 1e-5 * us.norm());
 }
 
@@ -154,7 +162,8 @@ TEST(Static, ThreadsDoNotChangeABit) {
   Description d = makeBox(b);
   d.strain = Strain::Corotational;
   loadEnd(d, b, {0.2, 0.1, -0.6});
-  const Result one = simulate(d, equilibrium(1)), two = simulate(d, equilibrium(2)), five = simulate(d, equilibrium(5));
+  const Result one = simulate(d, equilibrium(1)), two = simulate(d, equilibrium(2)),
+               five = simulate(d, equilibrium(5));
   for (std::size_t n = 0; n < d.nodes.size(); ++n) {
     ASSERT_EQ(one.positions[n], two.positions[n]);
     ASSERT_EQ(one.positions[n], five.positions[n]);

@@ -218,7 +218,9 @@ TEST(Loader, TablesWithUnknownColumnsOrRaggedRowsAreRefused) {
 TEST(Loader, ModelsThatDoNotExistYetSaySo) {
   Attempt attempt;
   Attempt::replace(attempt.scene, "model: net", "model: volume");
-  expectSays(attempt.message(), {"scene.yaml:5: objects[0].model: volume: must be net, fem or rigid; volume cannot be simulated yet"});
+  expectSays(
+      attempt.message(),
+      {"scene.yaml:5: objects[0].model: volume: must be net, fem or rigid; volume cannot be simulated yet"});
 }
 
 TEST(Baked, WhatIsWrittenIsReadBackAndCutFilesAreRefused) {

@@ -10,9 +10,9 @@
 namespace vest::fem {
 
 /// Symmetric positive definite matrix of 3×3 blocks with a fixed pattern, and its factor L D L^T.
-/// The pattern is analysed once (approximate minimum degree order); factorise() and solve() then allocate nothing.
-/// Up-looking method: Davis, Direct Methods for Sparse Linear Systems, 2006, chapter 4, here on blocks.
-/// Why not Eigen's: docs/decisions/0171-own-block-factor.md.
+/// The pattern is analysed once (approximate minimum degree order); factorise() and solve() then allocate
+/// nothing. Up-looking method: Davis, Direct Methods for Sparse Linear Systems, 2006, chapter 4, here on
+/// blocks. Why not Eigen's: docs/decisions/0171-own-block-factor.md.
 class BlockLdlt {
  public:
   BlockLdlt() = default;
@@ -32,9 +32,12 @@ class BlockLdlt {
 
   void setZero();
   void add(const Slot& slot, const Eigen::Matrix3d& block) {
-    if (slot.diagonal) diagonal_[slot.index] += block;
-    else if (slot.transposed) lower_[slot.index] += block.transpose();
-    else lower_[slot.index] += block;
+    if (slot.diagonal)
+      diagonal_[slot.index] += block;
+    else if (slot.transposed)
+      lower_[slot.index] += block.transpose();
+    else
+      lower_[slot.index] += block;
   }
 
   /// False where a pivot is not positive definite (or not finite): the factor is then unusable.
@@ -48,18 +51,18 @@ class BlockLdlt {
  private:
   template <int W>
   void solveIn(double* work) const;
-  std::vector<std::uint32_t> place_;       ///< caller's row -> permuted row
-  std::vector<std::size_t> lower_start_;   ///< CSR by permuted row, columns < row
+  std::vector<std::uint32_t> place_;      ///< caller's row -> permuted row
+  std::vector<std::size_t> lower_start_;  ///< CSR by permuted row, columns < row
   std::vector<std::uint32_t> lower_column_;
   std::vector<Eigen::Matrix3d> lower_, diagonal_;
   std::vector<std::size_t> factor_start_;  ///< L by columns
   std::vector<std::uint32_t> factor_row_;
   std::vector<Eigen::Matrix3d> factor_, inverse_pivot_;
-  std::vector<std::size_t> reach_start_;   ///< row pattern of L, ascending columns
+  std::vector<std::size_t> reach_start_;  ///< row pattern of L, ascending columns
   std::vector<std::uint32_t> reach_column_;
-  std::vector<std::size_t> filled_;        ///< scratch: next entry of each column
-  std::vector<Eigen::Matrix3d> row_;       ///< scratch
-  std::vector<double> work_;               ///< scratch of solve
+  std::vector<std::size_t> filled_;   ///< scratch: next entry of each column
+  std::vector<Eigen::Matrix3d> row_;  ///< scratch
+  std::vector<double> work_;          ///< scratch of solve
 };
 
 }  // namespace vest::fem

@@ -10,12 +10,12 @@
 
 namespace vest::fem {
 
-/// Elastostatic object behind the one solver interface. It follows its loads without inertia: an impulse J in a step
-/// of dt counts as the force J/dt held for that step, and moves the place at the step's end by C' J/dt. position() is
-/// that of the step's start, velocity() the displacement of the present step so far, over dt: impulses change it at
-/// once, so that contact solvers see what they did. Without loads the next step goes back to the shape under
-/// permanent loads. Anchors on held, inner or cut-off nodes: they do not answer (position at rest, compliance 0).
-/// After construction nothing here allocates.
+/// Elastostatic object behind the one solver interface. It follows its loads without inertia: an impulse J in
+/// a step of dt counts as the force J/dt held for that step, and moves the place at the step's end by C'
+/// J/dt. position() is that of the step's start, velocity() the displacement of the present step so far, over
+/// dt: impulses change it at once, so that contact solvers see what they did. Without loads the next step
+/// goes back to the shape under permanent loads. Anchors on held, inner or cut-off nodes: they do not answer
+/// (position at rest, compliance 0). After construction nothing here allocates.
 class CondensedBody final : public solver::Body {
  public:
   CondensedBody(const CondensedModel& model, CondensedState& state);
@@ -42,9 +42,10 @@ class CondensedBody final : public solver::Body {
   double dt_ = 0.001;
 };
 
-/// Backward-Euler object (small or corotational) behind the one solver interface. Between beginStep() and endStep()
-/// velocity() is that at the step's end with the impulses so far; an impulse J adds A^-1 J with the step's matrix A,
-/// compliance is dt² A^-1. Each costs solves with the factor. After construction nothing here allocates.
+/// Backward-Euler object (small or corotational) behind the one solver interface. Between beginStep() and
+/// endStep() velocity() is that at the step's end with the impulses so far; an impulse J adds A^-1 J with the
+/// step's matrix A, compliance is dt² A^-1. Each costs solves with the factor. After construction nothing
+/// here allocates.
 class DynamicBody final : public solver::Body {
  public:
   DynamicBody(const Model& model, State& state, Scratch& scratch);
@@ -62,7 +63,7 @@ class DynamicBody final : public solver::Body {
   State& state_;
   Scratch& scratch_;
   StepOptions options_;
-  bool open_ = false;   ///< between beginStep and endStep
+  bool open_ = false;  ///< between beginStep and endStep
   mutable Eigen::VectorXd work_;
 };
 

@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
-/// Elastostatic and elastodynamic tissue of linear tetrahedra (models.md section 4). Any consistent unit system;
-/// the units in comments are SI. Frame: world.
+/// Elastostatic and elastodynamic tissue of linear tetrahedra (models.md section 4). Any consistent unit
+/// system; the units in comments are SI. Frame: world.
 namespace vest::fem {
 
 using Index = std::uint32_t;
@@ -43,20 +43,21 @@ struct Prescribed {
 struct Description {
   std::string name;
   Strain strain = Strain::Small;
-  std::vector<Eigen::Vector3d> nodes;              ///< m, shape without load
-  std::vector<std::array<Index, 4>> tetrahedra;    ///< positive volume: (n1-n0)·((n2-n0)×(n3-n0)) > 0
-  std::vector<Index> fixed;                        ///< nodes; repeated ones count once
+  std::vector<Eigen::Vector3d> nodes;            ///< m, shape without load
+  std::vector<std::array<Index, 4>> tetrahedra;  ///< positive volume: (n1-n0)·((n2-n0)×(n3-n0)) > 0
+  std::vector<Index> fixed;                      ///< nodes; repeated ones count once
   std::vector<Prescribed> prescribed;
   Material material;
-  std::vector<Load> loads;                         ///< several on one node add up
+  std::vector<Load> loads;  ///< several on one node add up
 };
 
-/// Refuses what cannot be computed. @throws std::invalid_argument: object, element or field, value, what is allowed.
-/// Statics refuses a component of elements that shares no node with `fixed` or `prescribed`.
+/// Refuses what cannot be computed. @throws std::invalid_argument: object, element or field, value, what is
+/// allowed. Statics refuses a component of elements that shares no node with `fixed` or `prescribed`.
 void validate(const Description& description, Use use);
 
-/// Per node, the number of its component (elements that share a node belong together); -1: no live element uses it.
-/// Components are numbered in the order of their smallest node. `alive`: per element, empty means all.
+/// Per node, the number of its component (elements that share a node belong together); -1: no live element
+/// uses it. Components are numbered in the order of their smallest node. `alive`: per element, empty means
+/// all.
 std::vector<int> components(const Description& description, const std::vector<std::uint8_t>& alive);
 
 }  // namespace vest::fem

@@ -42,21 +42,23 @@ Eigen::Matrix3d displacementGradient(const Element& element, const std::array<Ei
 double energy(const Element& element, const Lame& law, const Eigen::Matrix3d& G, const Eigen::Matrix3d& R);
 
 /// Forces on the four corners that the strain energy exerts: minus its gradient. First Piola-Kirchhoff stress
-/// P = R (2 mu e + lambda tr(e) 1); force = -V P dN_a/dX. It is the exact gradient also for the corotational law: the
-/// energy is stationary in R at the polar rotation. R e: with strain velocity instead of strain it gives K_R v.
+/// P = R (2 mu e + lambda tr(e) 1); force = -V P dN_a/dX. It is the exact gradient also for the corotational
+/// law: the energy is stationary in R at the polar rotation. R e: with strain velocity instead of strain it
+/// gives K_R v.
 /// @param A  R^T (1+G) - 1, or R^T dv/dX
 void cornerForces(const Element& element, const Lame& law, const Eigen::Matrix3d& R, const Eigen::Matrix3d& A,
                   std::array<Eigen::Vector3d, 4>& forces);
 
 /// Block (a, b) of R K_e R^T, N/m, with h = R dN/dX: V (lambda h_a h_b^T + mu h_b h_a^T + mu h_a·h_b 1).
-Eigen::Matrix3d stiffnessBlock(const Element& element, const Lame& law, const Eigen::Matrix3d& R, int a, int b);
+Eigen::Matrix3d stiffnessBlock(const Element& element, const Lame& law, const Eigen::Matrix3d& R, int a,
+                               int b);
 
-/// The rest of the corotational tangent, which comes from dR: V · sum_k kappa_k b_k b_k^T over the three twist modes,
-/// kappa_k = 2 mu + (lambda (tr S - 3) - 2 mu)·2/(s_i + s_j), s: eigenvalues of S = sym(R^T F)
+/// The rest of the corotational tangent, which comes from dR: V · sum_k kappa_k b_k b_k^T over the three
+/// twist modes, kappa_k = 2 mu + (lambda (tr S - 3) - 2 mu)·2/(s_i + s_j), s: eigenvalues of S = sym(R^T F)
 /// (eigenmodes as in Smith et al. 2019, doi 10.1145/3241041).
 struct Twist {
-  double kappa[3];                       ///< Pa
-  std::array<Eigen::Vector3d, 4> b[3];   ///< 1/m, per mode and corner
+  double kappa[3];                      ///< Pa
+  std::array<Eigen::Vector3d, 4> b[3];  ///< 1/m, per mode and corner
 };
 Twist twist(const Element& element, const Lame& law, const Eigen::Matrix3d& R, const Eigen::Matrix3d& F);
 

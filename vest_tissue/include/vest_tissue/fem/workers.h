@@ -5,8 +5,8 @@
 
 namespace vest::fem {
 
-/// A few threads that share out index ranges. Tasks write to places of their own, so results do not depend on the
-/// number of threads. run() allocates nothing.
+/// A few threads that share out index ranges. Tasks write to places of their own, so results do not depend on
+/// the number of threads. run() allocates nothing.
 class Workers {
  public:
   explicit Workers(int threads);  ///< 1 … 64; 1: everything runs on the caller
@@ -19,7 +19,8 @@ class Workers {
 
   template <class F>
   void forRanges(std::size_t count, F& f) {
-    run(count, [](void* c, std::size_t b, std::size_t e) { (*static_cast<F*>(c))(b, e); }, &f);
+    run(
+        count, [](void* c, std::size_t b, std::size_t e) { (*static_cast<F*>(c))(b, e); }, &f);
   }
 
  private:
