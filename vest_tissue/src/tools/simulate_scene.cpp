@@ -20,13 +20,6 @@ void append(std::string& bytes, const std::vector<Eigen::Vector3d>& values) {
   bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Eigen::Vector3d));
 }
 
-std::vector<Eigen::Vector3d> vectors(const std::vector<float>& xyz) {
-  std::vector<Eigen::Vector3d> out(xyz.size() / 3);
-  for (std::size_t i = 0; i < out.size(); ++i)
-    out[i] = Eigen::Vector3d(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
-  return out;
-}
-
 /// Nets and rigid objects at the end.
 struct Moved {
   std::vector<std::vector<Eigen::Vector3d>> positions;
