@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "csv_reader.h"
+#include "loader_fem.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/world.h"
 #include "yaml_reader.h"
@@ -174,16 +175,22 @@ Object readObject(const Value& value, Files& files) {
     for (const Value& role : map["roles"].list()) object.roles.push_back(role.name());
   }
   const std::string model = map.has("model") ? map["model"].oneOf({"net", "fem", "volume", "rigid"}) : "net";
-  if (model == "fem" || model == "volume")
-    map["model"].fail("must be net or rigid; fem and volume cannot be simulated yet");
-  object.model = model == "rigid" ? ObjectModel::Rigid : ObjectModel::Net;
-  for (const char* later : {"strain", "tetrahedra", "loads"}) {
-    if (map.has(later)) map[later].fail("belongs to models that cannot be simulated yet");
+  if (model == "volume") map["model"].fail("must be net, fem or rigid; volume cannot be simulated yet");
+  object.model = model == "rigid" ? ObjectModel::Rigid : model == "fem" ? ObjectModel::Fem : ObjectModel::Net;
+  for (const char* of_fem : {"strain", "tetrahedra", "loads"}) {
+    if (object.model != ObjectModel::Fem && map.has(of_fem))
+      map[of_fem].fail("belongs to objects with model: fem");
   }
   if (map.has("friction")) object.friction = map["friction"].number(0, 2);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
   std::string path = value.file();
+  if (object.model == ObjectModel::Fem) {
+    readFem(
+        map, [&files](const Value& name, std::string& file) { return files.read(name, file); }, object);
+    map.finish();
+    return object;
+  }
   if (map.has("baked")) {
     object.material = map["material"].name();
     object.law = readLaw(map["law"]);
@@ -262,8 +269,16 @@ Description loadScene(const std::string& path) {
   if (map.has("seed")) description.seed = map["seed"].integer(0, 4294967295u);
   if (map.has("solution")) {
     Map solution(map["solution"]);
-    if (solution.has("integrator")) solution["integrator"].oneOf({"newton_euler"});
-    if (solution.has("dt")) description.dt = solution["dt"].number(1e-6, 0.01);
+    if (solution.has("integrator")) {
+      const std::string word = solution["integrator"].oneOf({"newton_euler", "backward_euler", "static"});
+      if (word == "backward_euler") description.integrator = Integrator::BackwardEuler;
+      if (word == "static") description.integrator = Integrator::Static;
+    }
+    // Backward Euler is stable at any step, and its scenes may be of another unit system.
+    const bool explicit_steps = description.integrator == Integrator::NewtonEuler;
+    if (solution.has("dt")) {
+      description.dt = explicit_steps ? solution["dt"].number(1e-6, 0.01) : solution["dt"].positive();
+    }
     solution.finish();
   }
   std::string source_path;

@@ -217,10 +217,10 @@ TEST(Loader, TablesWithUnknownColumnsOrRaggedRowsAreRefused) {
 
 TEST(Loader, ModelsThatDoNotExistYetSaySo) {
   Attempt attempt;
-  Attempt::replace(attempt.scene, "model: net", "model: fem");
+  Attempt::replace(attempt.scene, "model: net", "model: volume");
   expectSays(
       attempt.message(),
-      {"scene.yaml:5: objects[0].model: fem: must be net or rigid; fem and volume cannot be simulated yet"});
+      {"scene.yaml:5: objects[0].model: volume: must be net, fem or rigid; volume cannot be simulated yet"});
 }
 
 TEST(Baked, WhatIsWrittenIsReadBackAndCutFilesAreRefused) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,10 @@
 /// What a scene says, as plain data: written by modelling and by the loader, read by the World's builder.
 /// Lengths in metres, masses in kilograms, frames: world (formats.md), unless the scene is of another
 /// consistent unit system. Nothing here changes after loading.
+namespace vest::fem {
+struct Description;  // vest_tissue/fem/description.h
+}
+
 namespace vest::scene {
 
 using Index = std::uint32_t;
@@ -24,11 +29,12 @@ struct Link {
   LinkKind kind = LinkKind::Elastic;
   Index knot0 = 0;
   Index knot1 = 0;
-  Index knot2 = 0;            ///< bending only: knot1 is the middle
-  double rest = 0.0;          ///< m; elastic, plastic: rest length; bending: rest angle, rad; viscous: unused
-  double area = 0.0;          ///< m²; elastic: force = area·sigma((l-rest)/rest) by the object's law, if stiffness is 0
-  double stiffness = 0.0;     ///< elastic: k, N/m (seed's linear form); plastic: kappa, N; bending: N·m/rad
-  double damping = 0.0;       ///< N·s/m along the link (viscous: eta; others: beside the spring)
+  Index knot2 = 0;    ///< bending only: knot1 is the middle
+  double rest = 0.0;  ///< m; elastic, plastic: rest length; bending: rest angle, rad; viscous: unused
+  double area =
+      0.0;  ///< m²; elastic: force = area·sigma((l-rest)/rest) by the object's law, if stiffness is 0
+  double stiffness = 0.0;  ///< elastic: k, N/m (seed's linear form); plastic: kappa, N; bending: N·m/rad
+  double damping = 0.0;    ///< N·s/m along the link (viscous: eta; others: beside the spring)
 };
 
 /// Not counted among the springs: keeps the volume inside a closed surface of knots.
@@ -57,65 +63,73 @@ struct Tether {
 
 /// How the skin hangs on the knots: position = sum of weights·knots. CSR; weights sum to 1 per vertex.
 struct Skin {
-  std::vector<std::uint32_t> binding_start;       ///< vertices + 1
+  std::vector<std::uint32_t> binding_start;  ///< vertices + 1
   std::vector<std::uint32_t> binding_knots;
   std::vector<float> binding_weights;
   std::vector<std::array<float, 2>> texture_coordinates;  ///< per vertex; u along the organ, v around it
   std::vector<std::array<std::uint32_t, 3>> triangles;    ///< skin vertices, counter-clockwise from outside
-  std::vector<std::uint16_t> layer;               ///< per triangle: 0 outer, 1 inner wall, 2 cut face
+  std::vector<std::uint16_t> layer;                       ///< per triangle: 0 outer, 1 inner wall, 2 cut face
 };
 
-/// Tubular organs and vessels: station along the centre line <-> ring of knots <-> segment of the vessel network.
+/// Tubular organs and vessels: station along the centre line <-> ring of knots <-> segment of the vessel
+/// network.
 struct TubeMap {
-  std::vector<double> station;             ///< m, arc length per ring, ascending
-  std::vector<std::vector<Index>> rings;   ///< knots per ring, in order around the tube
-  std::string vessel_segment;              ///< name in the vessel network, or empty
+  std::vector<double> station;            ///< m, arc length per ring, ascending
+  std::vector<std::vector<Index>> rings;  ///< knots per ring, in order around the tube
+  std::string vessel_segment;             ///< name in the vessel network, or empty
 };
 
 struct Object {
   std::string name;
-  std::string organ;                   ///< word of the material database
-  std::string material;                ///< key of the material database
-  std::vector<std::string> roles;      ///< role tags: target, forbidden, …
+  std::string organ;               ///< word of the material database
+  std::string material;            ///< key of the material database
+  std::vector<std::string> roles;  ///< role tags: target, forbidden, …
   ObjectModel model = ObjectModel::Net;
   material::Law law;
-  double density = 1000.0;             ///< kg/m³, from the database; knot masses follow from it at baking
+  double density = 1000.0;  ///< kg/m³, from the database; knot masses follow from it at baking
   std::vector<Eigen::Vector3d> rest_position;  ///< m, world; shape without load
   std::vector<Eigen::Vector3d> position;       ///< m, world; at the start (in equilibrium under gravity)
-  std::vector<double> mass;            ///< kg per knot, > 0
-  std::vector<double> damping;         ///< gamma_i, N·s/m per knot
-  std::vector<std::uint8_t> fixed;     ///< 1: does not move
+  std::vector<double> mass;                    ///< kg per knot, > 0
+  std::vector<double> damping;                 ///< gamma_i, N·s/m per knot
+  std::vector<std::uint8_t> fixed;             ///< 1: does not move
   std::vector<Link> links;
   std::vector<VolumeElement> volumes;
   std::vector<HingeElement> hinges;
   std::vector<Tether> tethers;
-  std::vector<std::array<Index, 3>> contact_triangles;  ///< knots, counter-clockwise from outside; what others touch
-  double contact_thickness = 0.0005;   ///< m: offset of the touched surface from contact_triangles
-  double friction = 0.1;               ///< no unit, Coulomb, wet tissue
+  std::vector<std::array<Index, 3>>
+      contact_triangles;              ///< knots, counter-clockwise from outside; what others touch
+  double contact_thickness = 0.0005;  ///< m: offset of the touched surface from contact_triangles
+  double friction = 0.1;              ///< no unit, Coulomb, wet tissue
   Skin skin;
   TubeMap tube;
+  std::shared_ptr<const fem::Description> fem;  ///< model fem: its tetrahedra, material, loads; else null
 };
 
 /// Ties an anchor of one object to an anchor of another one (ligament to uterus, tube to uterus …).
 struct Connection {
   std::string object0, object1;
-  Index knot0 = 0;                     ///< knot of object0
-  std::array<Index, 3> triangle1{};    ///< knots of object1 that carry the anchor
-  std::array<double, 3> weights1{};    ///< barycentric, sum 1
+  Index knot0 = 0;                                   ///< knot of object0
+  std::array<Index, 3> triangle1{};                  ///< knots of object1 that carry the anchor
+  std::array<double, 3> weights1{};                  ///< barycentric, sum 1
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< m, at rest: knot0 minus anchor, world
-  double stiffness = 0.0;              ///< N/m
-  double damping = 0.0;                ///< N·s/m
-  double break_force = 0.0;            ///< N; 0: never
+  double stiffness = 0.0;                            ///< N/m
+  double damping = 0.0;                              ///< N·s/m
+  double break_force = 0.0;                          ///< N; 0: never
 };
+
+/// What `solution: integrator:` asks for. Nets have their own explicit sub-steps with each of the two dynamic
+/// ones.
+enum class Integrator : std::uint8_t { NewtonEuler = 0, BackwardEuler = 1, Static = 2 };
 
 struct Description {
   std::string name;
-  std::string directory;               ///< where the scene file lies
-  std::string hash;                    ///< XXH64, 16 hexadecimal digits, over the scene file and every file it refers to
+  std::string directory;  ///< where the scene file lies
+  std::string hash;       ///< XXH64, 16 hexadecimal digits, over the scene file and every file it refers to
   Eigen::Vector3d gravity{0, 0, -9.81};
-  double dt = 0.001;                   ///< s
+  Integrator integrator = Integrator::NewtonEuler;
+  double dt = 0.001;  ///< s
   std::uint32_t seed = 1;
-  std::vector<Object> objects;         ///< scene order; rigid ones (cavity) too
+  std::vector<Object> objects;  ///< scene order; rigid ones (cavity) too
   std::vector<Connection> connections;
 };
 

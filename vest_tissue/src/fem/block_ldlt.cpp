@@ -1,0 +1,211 @@
+#include "vest_tissue/fem/block_ldlt.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+
+namespace vest::fem {
+namespace {
+
+constexpr std::uint32_t kNone = 0xffffffffu;
+
+/// Inverse of a symmetric positive definite 3×3 block; false where a pivot is not positive.
+bool invertPivot(const Eigen::Matrix3d& D, Eigen::Matrix3d& inverse) {
+  const double d0 = D(0, 0);
+  if (!(d0 > 0.0)) return false;
+  const double l1 = D(1, 0) / d0, l2 = D(2, 0) / d0;
+  const double d1 = D(1, 1) - l1 * D(1, 0);
+  if (!(d1 > 1e-14 * D(1, 1))) return false;
+  const double m = D(2, 1) - l2 * D(1, 0), l3 = m / d1;
+  const double d2 = D(2, 2) - l2 * D(2, 0) - l3 * m;
+  if (!(d2 > 1e-14 * D(2, 2)) || !std::isfinite(d0 + d1 + d2)) return false;
+  // D^-1 = L^-T diag^-1 L^-1 with L^-1 = [1; -l1 1; l1 l3 - l2, -l3, 1]
+  const double k = l1 * l3 - l2;
+  inverse(2, 2) = 1.0 / d2;
+  inverse(2, 1) = inverse(1, 2) = -l3 / d2;
+  inverse(2, 0) = inverse(0, 2) = k / d2;
+  inverse(1, 1) = 1.0 / d1 + l3 * l3 / d2;
+  inverse(1, 0) = inverse(0, 1) = -l1 / d1 - l3 * k / d2;
+  inverse(0, 0) = 1.0 / d0 + l1 * l1 / d1 + k * k / d2;
+  return true;
+}
+
+}  // namespace
+
+BlockLdlt::BlockLdlt(std::size_t rows, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
+  const int n = static_cast<int>(rows);
+  // Order.
+  place_.resize(rows);
+  if (rows > 0) {
+    std::vector<Eigen::Triplet<double, int>> entries;
+    for (const auto& [i, j] : pairs) {
+      entries.emplace_back(static_cast<int>(i), static_cast<int>(j), 1.0);
+      entries.emplace_back(static_cast<int>(j), static_cast<int>(i), 1.0);
+    }
+    for (int i = 0; i < n; ++i) entries.emplace_back(i, i, 1.0);
+    Eigen::SparseMatrix<double, Eigen::ColMajor, int> graph(n, n);
+    graph.setFromTriplets(entries.begin(), entries.end());
+    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
+    Eigen::AMDOrdering<int>()(graph, order);  // order.indices()[new] = old
+    for (int k = 0; k < n; ++k)
+      place_[static_cast<std::size_t>(order.indices()[k])] = static_cast<std::uint32_t>(k);
+  }
+  // Lower pattern by permuted rows.
+  std::vector<std::vector<std::uint32_t>> columns(rows);
+  for (const auto& [i, j] : pairs) {
+    const std::uint32_t a = place_[i], b = place_[j];
+    columns[std::max(a, b)].push_back(std::min(a, b));
+  }
+  lower_start_.assign(1, 0);
+  for (auto& row : columns) {
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    lower_column_.insert(lower_column_.end(), row.begin(), row.end());
+    lower_start_.push_back(lower_column_.size());
+  }
+  lower_.assign(lower_column_.size(), Eigen::Matrix3d::Zero());
+  diagonal_.assign(rows, Eigen::Matrix3d::Zero());
+  // Elimination tree and row patterns of L.
+  std::vector<std::uint32_t> parent(rows, kNone), seen(rows, kNone);
+  std::vector<std::size_t> count(rows, 0);
+  reach_start_.assign(1, 0);
+  for (std::uint32_t k = 0; k < rows; ++k) {
+    seen[k] = k;
+    for (std::size_t p = lower_start_[k]; p < lower_start_[k + 1]; ++p) {
+      for (std::uint32_t j = lower_column_[p]; seen[j] != k; j = parent[j]) {
+        if (parent[j] == kNone) parent[j] = k;
+        seen[j] = k;
+        reach_column_.push_back(j);
+        ++count[j];
+      }
+    }
+    std::sort(reach_column_.begin() + static_cast<std::ptrdiff_t>(reach_start_.back()), reach_column_.end());
+    reach_start_.push_back(reach_column_.size());
+  }
+  factor_start_.assign(1, 0);
+  for (std::size_t c : count) factor_start_.push_back(factor_start_.back() + c);
+  factor_row_.resize(factor_start_.back());
+  factor_.resize(factor_start_.back());
+  inverse_pivot_.resize(rows);
+  filled_.assign(factor_start_.begin(), factor_start_.end() - 1);
+  for (std::uint32_t k = 0; k < rows; ++k) {
+    for (std::size_t p = reach_start_[k]; p < reach_start_[k + 1]; ++p)
+      factor_row_[filled_[reach_column_[p]]++] = k;
+  }
+  row_.assign(rows, Eigen::Matrix3d::Zero());
+  work_.resize(rows * 3 * 8);
+}
+
+BlockLdlt::Slot BlockLdlt::slot(std::uint32_t i, std::uint32_t j) const {
+  const std::uint32_t a = place_[i], b = place_[j];
+  Slot s;
+  if (a == b) {
+    s.index = a;
+    s.diagonal = true;
+    return s;
+  }
+  const std::uint32_t row = std::max(a, b), column = std::min(a, b);
+  const auto first = lower_column_.begin() + static_cast<std::ptrdiff_t>(lower_start_[row]);
+  const auto last = lower_column_.begin() + static_cast<std::ptrdiff_t>(lower_start_[row + 1]);
+  s.index = static_cast<std::uint32_t>(std::lower_bound(first, last, column) - lower_column_.begin());
+  s.transposed = a < b;
+  return s;
+}
+
+void BlockLdlt::setZero() {
+  std::fill(lower_.begin(), lower_.end(), Eigen::Matrix3d::Zero());
+  std::fill(diagonal_.begin(), diagonal_.end(), Eigen::Matrix3d::Zero());
+}
+
+bool BlockLdlt::factorise() {
+  const std::size_t n = rows();
+  std::copy(factor_start_.begin(), factor_start_.end() - 1, filled_.begin());
+  for (std::size_t k = 0; k < n; ++k) {
+    for (std::size_t p = lower_start_[k]; p < lower_start_[k + 1]; ++p) row_[lower_column_[p]] = lower_[p];
+    Eigen::Matrix3d D = diagonal_[k];
+    for (std::size_t r = reach_start_[k]; r < reach_start_[k + 1]; ++r) {
+      const std::uint32_t j = reach_column_[r];
+      const Eigen::Matrix3d Y = row_[j];
+      row_[j].setZero();
+      const std::size_t end = filled_[j];
+      for (std::size_t p = factor_start_[j]; p < end; ++p) {
+        row_[factor_row_[p]].noalias() -= Y.lazyProduct(factor_[p].transpose());
+      }
+      const Eigen::Matrix3d L = Y.lazyProduct(inverse_pivot_[j]);
+      D.noalias() -= L.lazyProduct(Y.transpose());
+      factor_[end] = L;
+      filled_[j] = end + 1;
+    }
+    if (!invertPivot(D, inverse_pivot_[k])) {
+      for (auto& block : row_) block.setZero();
+      return false;
+    }
+  }
+  return true;
+}
+
+namespace {
+
+/// y -= L x (or L^T x) for W columns side by side; the same order of operations for every W.
+template <int W, bool kTransposed>
+inline void subtractProduct(const Eigen::Matrix3d& L, const double* __restrict x, double* __restrict y) {
+  for (int i = 0; i < 3; ++i) {
+    const double a = kTransposed ? L(0, i) : L(i, 0), b = kTransposed ? L(1, i) : L(i, 1),
+                 c = kTransposed ? L(2, i) : L(i, 2);
+    for (int w = 0; w < W; ++w) y[W * i + w] -= (a * x[w] + b * x[W + w]) + c * x[2 * W + w];
+  }
+}
+
+}  // namespace
+
+template <int W>
+void BlockLdlt::solveIn(double* work) const {
+  const std::size_t n = rows();
+  for (std::size_t j = 0; j < n; ++j) {
+    double x[3 * W];
+    std::copy(work + 3 * W * j, work + 3 * W * (j + 1), x);
+    for (std::size_t p = factor_start_[j]; p < factor_start_[j + 1]; ++p) {
+      subtractProduct<W, false>(factor_[p], x, work + 3 * W * static_cast<std::size_t>(factor_row_[p]));
+    }
+  }
+  for (std::size_t j = n; j-- > 0;) {
+    double x[3 * W] = {};
+    subtractProduct<W, false>(inverse_pivot_[j], work + 3 * W * j, x);  // x = -D^-1 y
+    for (double& value : x) value = -value;
+    for (std::size_t p = factor_start_[j]; p < factor_start_[j + 1]; ++p) {
+      subtractProduct<W, true>(factor_[p], work + 3 * W * static_cast<std::size_t>(factor_row_[p]), x);
+    }
+    std::copy(x, x + 3 * W, work + 3 * W * j);
+  }
+}
+
+void BlockLdlt::solve(double* x) {
+  for (std::size_t i = 0; i < rows(); ++i) std::copy(x + 3 * i, x + 3 * i + 3, work_.data() + 3 * place_[i]);
+  solveIn<1>(work_.data());
+  for (std::size_t i = 0; i < rows(); ++i) {
+    std::copy(work_.data() + 3 * place_[i], work_.data() + 3 * place_[i] + 3, x + 3 * i);
+  }
+}
+
+void BlockLdlt::solveColumns(double* x, std::size_t columns, std::size_t stride) {
+  std::size_t c = 0;
+  for (; c + 8 <= columns; c += 8) {
+    double* first = x + c * stride;
+    for (std::size_t i = 0; i < rows(); ++i) {
+      double* to = work_.data() + 24 * static_cast<std::size_t>(place_[i]);
+      for (std::size_t d = 0; d < 3; ++d)
+        for (std::size_t w = 0; w < 8; ++w) to[8 * d + w] = first[w * stride + 3 * i + d];
+    }
+    solveIn<8>(work_.data());
+    for (std::size_t i = 0; i < rows(); ++i) {
+      const double* from = work_.data() + 24 * static_cast<std::size_t>(place_[i]);
+      for (std::size_t d = 0; d < 3; ++d)
+        for (std::size_t w = 0; w < 8; ++w) first[w * stride + 3 * i + d] = from[8 * d + w];
+    }
+  }
+  for (; c < columns; ++c) solve(x + c * stride);
+}
+
+}  // namespace vest::fem
