@@ -15,7 +15,8 @@ Eigen::Vector2d distort(const std::array<double, 5>& d, double x, double y) {
 }
 }  // namespace
 
-Intrinsics fromFieldOfView(std::uint32_t width, std::uint32_t height, double fov, const std::array<double, 5>& d) {
+Intrinsics fromFieldOfView(std::uint32_t width, std::uint32_t height, double fov,
+                           const std::array<double, 5>& d) {
   if (!(fov > 0 && fov < kPi)) throw std::invalid_argument("field of view must lie between 0 and pi rad");
   if (width == 0 || height == 0) throw std::invalid_argument("picture size must not be 0");
   Intrinsics camera;
@@ -62,8 +63,8 @@ Eigen::Matrix4d glProjection(const Intrinsics& c, double near, double far) {
 }
 
 Eigen::Isometry3d opticalFrame(const Eigen::Isometry3d& X_WTip, double tilt, double light_post) {
-  // The tilted direction of view is turned about the shaft by the light post while the picture's horizon stays
-  // that of the camera head: turn out, tilt, turn back.
+  // The tilted direction of view is turned about the shaft by the light post while the picture's horizon
+  // stays that of the camera head: turn out, tilt, turn back.
   const Eigen::AngleAxisd post(light_post, Eigen::Vector3d::UnitZ());
   Eigen::Isometry3d X = X_WTip;
   X.rotate(post).rotate(Eigen::AngleAxisd(-tilt, Eigen::Vector3d::UnitX())).rotate(post.inverse());

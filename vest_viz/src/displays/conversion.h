@@ -1,10 +1,10 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <geometry_msgs/Pose.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <vest_msgs/TissueTopology.h>
 #include <vest_msgs/TissueTopologyDelta.h>
+#include <Eigen/Geometry>
 
 #include "vest_viz/camera/model.h"
 #include "vest_viz/mesh/store.h"

@@ -12,8 +12,8 @@
 
 namespace vest::displays {
 
-DynamicMesh::DynamicMesh(Ogre::SceneManager* manager, Ogre::SceneNode* node, const Ogre::MaterialPtr& material,
-                         std::uint8_t queue)
+DynamicMesh::DynamicMesh(Ogre::SceneManager* manager, Ogre::SceneNode* node,
+                         const Ogre::MaterialPtr& material, std::uint8_t queue)
     : manager_(manager), node_(node->createChildSceneNode()), material_(material), queue_(queue) {}
 
 DynamicMesh::~DynamicMesh() {
@@ -57,7 +57,8 @@ void DynamicMesh::setShape(const std::vector<std::uint32_t>& triangles, const st
   declaration->addElement(1, 0, Ogre::VET_FLOAT2, Ogre::VES_TEXTURE_COORDINATES, 0);
   declaration->addElement(1, 8, Ogre::VET_FLOAT4, Ogre::VES_DIFFUSE);
   auto& buffers = Ogre::HardwareBufferManager::getSingleton();
-  moving_ = buffers.createVertexBuffer(36, vertices, Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY_DISCARDABLE);
+  moving_ =
+      buffers.createVertexBuffer(36, vertices, Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY_DISCARDABLE);
   auto fixed = buffers.createVertexBuffer(24, vertices, Ogre::HardwareBuffer::HBU_STATIC_WRITE_ONLY);
   std::vector<float> rows(6 * vertices);
   for (std::size_t v = 0; v < vertices; ++v) {
@@ -73,7 +74,8 @@ void DynamicMesh::setShape(const std::vector<std::uint32_t>& triangles, const st
   indices->writeData(0, triangles.size() * 4, triangles.data(), true);
   part->indexData->indexBuffer = indices;
   part->indexData->indexCount = triangles.size();
-  // Tissue reaches everywhere in the box: culling by bounds would save nothing and cost a pass over all vertices.
+  // Tissue reaches everywhere in the box: culling by bounds would save nothing and cost a pass over all
+  // vertices.
   mesh_->_setBounds(Ogre::AxisAlignedBox(-1, -1, -1, 1, 1, 1));
   mesh_->_setBoundingSphereRadius(2);
   mesh_->load();
@@ -85,7 +87,8 @@ void DynamicMesh::setShape(const std::vector<std::uint32_t>& triangles, const st
   node_->attachObject(entity_);
 }
 
-void DynamicMesh::setVertices(const std::vector<float>& p, const std::vector<float>& n, const std::vector<float>& t) {
+void DynamicMesh::setVertices(const std::vector<float>& p, const std::vector<float>& n,
+                              const std::vector<float>& t) {
   if (!moving_ || p.size() < 3 * vertices_ || n.size() < 3 * vertices_) return;
   float* out = static_cast<float*>(moving_->lock(Ogre::HardwareBuffer::HBL_DISCARD));
   const bool tangents = t.size() >= 3 * vertices_;

@@ -30,7 +30,8 @@ class DynamicMesh {
   DynamicMesh& operator=(const DynamicMesh&) = delete;
 
   /// New triangles and static attributes.
-  /// @param uv   u v per vertex, in tiles; @param tint r g b occlusion per vertex, 0 … 1 (tint halved: 0.5 is 1)
+  /// @param uv   u v per vertex, in tiles; @param tint r g b occlusion per vertex, 0 … 1 (tint halved: 0.5 is
+  /// 1)
   void setShape(const std::vector<std::uint32_t>& triangles, const std::vector<float>& uv,
                 const std::vector<float>& tint, std::size_t vertices);
   /// New positions; as many vertices as setShape() said. Tangents may be empty.

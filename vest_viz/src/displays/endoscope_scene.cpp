@@ -18,9 +18,10 @@
 
 namespace vest::displays {
 namespace {
-constexpr double kNear = 0.002, kFar = 0.8;  // m; rviz's Camera display clips at 10 mm, where an endoscope works
-constexpr double kLightOffset = 0.004;       // m above the lens: fibre bundle beside the optics of a 10 mm tube
-constexpr double kLightIntensity = 0.0035;   // m2: gain 1 exposes a place 6 cm away
+constexpr double kNear = 0.002,
+                 kFar = 0.8;            // m; rviz's Camera display clips at 10 mm, where an endoscope works
+constexpr double kLightOffset = 0.004;  // m above the lens: fibre bundle beside the optics of a 10 mm tube
+constexpr double kLightIntensity = 0.0035;  // m2: gain 1 exposes a place 6 cm away
 
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -29,8 +30,8 @@ double seconds() {
 
 EndoscopeScene::EndoscopeScene(int quality) {
   loadOgreMedia();
-  manager_ = Ogre::Root::getSingleton().createSceneManager(Ogre::DefaultSceneManagerFactory::FACTORY_TYPE_NAME,
-                                                           uniqueName("endoscope"));
+  manager_ = Ogre::Root::getSingleton().createSceneManager(
+      Ogre::DefaultSceneManagerFactory::FACTORY_TYPE_NAME, uniqueName("endoscope"));
   manager_->setAmbientLight(Ogre::ColourValue(0.3f, 0.25f, 0.25f));
   camera_ = manager_->createCamera(uniqueName("camera"));
   camera_node_ = manager_->getRootSceneNode()->createChildSceneNode();
@@ -55,8 +56,8 @@ void EndoscopeScene::setCamera(const camera::Intrinsics& source, double circle) 
   if (target_ != nullptr) target_->removeAllViewports();
   if (target_texture_) Ogre::TextureManager::getSingleton().remove(target_texture_);
   target_texture_ = Ogre::TextureManager::getSingleton().createManual(
-      uniqueName("picture"), kOgreGroup, Ogre::TEX_TYPE_2D, source.width, source.height, 0, Ogre::PF_BYTE_RGBA,
-      Ogre::TU_RENDERTARGET);
+      uniqueName("picture"), kOgreGroup, Ogre::TEX_TYPE_2D, source.width, source.height, 0,
+      Ogre::PF_BYTE_RGBA, Ogre::TU_RENDERTARGET);
   target_ = target_texture_->getBuffer()->getRenderTarget();
   target_->setAutoUpdated(false);
   Ogre::Viewport* viewport = target_->addViewport(camera_);
@@ -96,7 +97,9 @@ void EndoscopeScene::buildStop(double circle) {
   manager_->getRootSceneNode()->attachObject(stop_);
 }
 
-void EndoscopeScene::updateTissue(const mesh::Store& store) { tissue_->update(store); }
+void EndoscopeScene::updateTissue(const mesh::Store& store) {
+  tissue_->update(store);
+}
 
 void EndoscopeScene::updateInstruments(const vest_msgs::InstrumentStates& states) {
   for (auto& [name, visual] : instruments_) {
@@ -119,17 +122,20 @@ void EndoscopeScene::updateInstruments(const vest_msgs::InstrumentStates& states
 
 void EndoscopeScene::setPose(const Eigen::Isometry3d& X_WO) {
   // OGRE's camera looks along -z with y up.
-  const Eigen::Quaterniond q(X_WO.linear() * Eigen::AngleAxisd(3.14159265358979323846, Eigen::Vector3d::UnitX()));
-  camera_node_->setPosition(static_cast<float>(X_WO.translation().x()), static_cast<float>(X_WO.translation().y()),
+  const Eigen::Quaterniond q(X_WO.linear() *
+                             Eigen::AngleAxisd(3.14159265358979323846, Eigen::Vector3d::UnitX()));
+  camera_node_->setPosition(static_cast<float>(X_WO.translation().x()),
+                            static_cast<float>(X_WO.translation().y()),
                             static_cast<float>(X_WO.translation().z()));
-  camera_node_->setOrientation(static_cast<float>(q.w()), static_cast<float>(q.x()), static_cast<float>(q.y()),
-                               static_cast<float>(q.z()));
+  camera_node_->setOrientation(static_cast<float>(q.w()), static_cast<float>(q.x()),
+                               static_cast<float>(q.y()), static_cast<float>(q.z()));
 }
 
 EndoscopeScene::Timing EndoscopeScene::render(cv::Mat* rgba) {
   Timing timing;
   if (target_ == nullptr) return timing;
-  const Ogre::Vector4 light(0.0f, static_cast<float>(kLightOffset), 0.0f, static_cast<float>(kLightIntensity * gain_));
+  const Ogre::Vector4 light(0.0f, static_cast<float>(kLightOffset), 0.0f,
+                            static_cast<float>(kLightIntensity * gain_));
   tissue_->setLight(light);
   for (auto& [name, visual] : instruments_) visual->setLight(light);
   const double start = seconds();

@@ -4,10 +4,10 @@
 #include <memory>
 #include <string>
 
-#include <Eigen/Geometry>
 #include <OgreTexture.h>
-#include <opencv2/core.hpp>
 #include <vest_msgs/InstrumentStates.h>
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
 
 #include "instrument_visual.h"
 #include "tissue_visual.h"
@@ -21,8 +21,8 @@ class RenderTexture;
 
 namespace vest::displays {
 
-/// The body as the endoscope sees it: a scene manager of its own, so that nothing of rviz's view shows, rendered
-/// into a texture and read back.
+/// The body as the endoscope sees it: a scene manager of its own, so that nothing of rviz's view shows,
+/// rendered into a texture and read back.
 class EndoscopeScene {
  public:
   explicit EndoscopeScene(int quality);

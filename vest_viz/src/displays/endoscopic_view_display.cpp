@@ -6,9 +6,6 @@
 #include <vector>
 
 #include <OgreRenderWindow.h>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
-#include <pluginlib/class_list_macros.hpp>
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
 #include <rviz/panel_dock_widget.h>
@@ -22,6 +19,9 @@
 #include <rviz/window_manager_interface.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <tf2_ros/buffer.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <pluginlib/class_list_macros.hpp>
 
 #include "conversion.h"
 #include "image_pane.h"
@@ -29,8 +29,8 @@
 namespace vest::displays {
 namespace {
 
-/// Rendered pixels per pixel of the picture that the automatic quality chooses from, and the milliseconds for drawing
-/// and reading back above which it steps down, below which it steps up.
+/// Rendered pixels per pixel of the picture that the automatic quality chooses from, and the milliseconds for
+/// drawing and reading back above which it steps down, below which it steps up.
 constexpr double kResolutions[] = {1.0, 0.85, 0.7};
 constexpr double kTooSlowMs = 44, kFastMs = 20;
 
@@ -53,43 +53,57 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
   using rviz::FloatProperty;
   using rviz::IntProperty;
   using rviz::StringProperty;
-  tissue_topic_ = new StringProperty("Tissue Topic", "tissue", "Prefix of topology, topology_delta and state.", this,
-                                     SLOT(updateTopics()));
-  instruments_topic_ = new StringProperty("Instruments Topic", "instruments", "vest_msgs/InstrumentStates.", this,
-                                          SLOT(updateTopics()));
+  tissue_topic_ = new StringProperty(
+      "Tissue Topic", "tissue", "Prefix of topology, topology_delta and state.", this, SLOT(updateTopics()));
+  instruments_topic_ = new StringProperty("Instruments Topic", "instruments", "vest_msgs/InstrumentStates.",
+                                          this, SLOT(updateTopics()));
   image_topic_ = new StringProperty("Image Topic", "endoscope",
                                     "Prefix of image_raw, camera_info and image_raw/compressed.", this,
                                     SLOT(updateTopics()));
-  optical_frame_ = new StringProperty("Optical Frame", "endoscope_optical_frame", "tf frame of the camera.", this);
-  tip_frame_ = new StringProperty("Tip Frame", "endoscope_tip",
-                                  "tf frame of the endoscope's tip: what tf says between it and the optical frame is "
-                                  "added to the tip pose of the instruments topic.",
-                                  this);
+  optical_frame_ =
+      new StringProperty("Optical Frame", "endoscope_optical_frame", "tf frame of the camera.", this);
+  tip_frame_ =
+      new StringProperty("Tip Frame", "endoscope_tip",
+                         "tf frame of the endoscope's tip: what tf says between it and the optical frame is "
+                         "added to the tip pose of the instruments topic.",
+                         this);
   width_ = new IntProperty("Width", 720, "Pixels.", this, SLOT(updateCamera()));
   width_->setMin(64);
   width_->setMax(4096);
   height_ = new IntProperty("Height", 576, "Pixels.", this, SLOT(updateCamera()));
   height_->setMin(64);
   height_->setMax(4096);
-  field_of_view_ = limited(new FloatProperty("Field of View", 70, "Degrees, horizontal.", this, SLOT(updateCamera())), 10, 140);
-  k1_ = limited(new FloatProperty("k1", -0.18f, "plumb_bob distortion; negative: barrel.", this, SLOT(updateCamera())), -0.3, 0.3);
-  k2_ = limited(new FloatProperty("k2", 0.03f, "plumb_bob distortion.", this, SLOT(updateCamera())), -0.1, 0.1);
-  circle_ = limited(new FloatProperty("Circle", 1.0f, "Radius of the round picture over half its height.", this,
-                                      SLOT(updateCamera())), 0.3, 1.5);
-  optic_angle_ = limited(new FloatProperty("Optic Angle", 0, "Degrees (0, 30, 45), used while tf lacks the optical frame.",
-                                           this), -90, 90);
+  field_of_view_ = limited(
+      new FloatProperty("Field of View", 70, "Degrees, horizontal.", this, SLOT(updateCamera())), 10, 140);
+  k1_ = limited(
+      new FloatProperty("k1", -0.18f, "plumb_bob distortion; negative: barrel.", this, SLOT(updateCamera())),
+      -0.3, 0.3);
+  k2_ =
+      limited(new FloatProperty("k2", 0.03f, "plumb_bob distortion.", this, SLOT(updateCamera())), -0.1, 0.1);
+  circle_ = limited(new FloatProperty("Circle", 1.0f, "Radius of the round picture over half its height.",
+                                      this, SLOT(updateCamera())),
+                    0.3, 1.5);
+  optic_angle_ =
+      limited(new FloatProperty("Optic Angle", 0,
+                                "Degrees (0, 30, 45), used while tf lacks the optical frame.", this),
+              -90, 90);
   rate_ = limited(new FloatProperty("Frame Rate", 20, "Most pictures per second.", this), 0.2, 200);
-  compressed_rate_ = limited(new FloatProperty("Compressed Rate", 10, "Most JPEG pictures per second.", this), 0.1, 200);
-  quality_ = new rviz::EnumProperty("Quality", "automatic",
-                                    "automatic: as fine as the frame time allows. standard: all pixels. simple: half of the "
-                                    "pixels and smaller textures.", this, SLOT(updateScene()));
+  compressed_rate_ =
+      limited(new FloatProperty("Compressed Rate", 10, "Most JPEG pictures per second.", this), 0.1, 200);
+  quality_ = new rviz::EnumProperty(
+      "Quality", "automatic",
+      "automatic: as fine as the frame time allows. standard: all pixels. simple: half of the "
+      "pixels and smaller textures.",
+      this, SLOT(updateScene()));
   quality_->addOption("simple", 0);
   quality_->addOption("standard", 1);
   quality_->addOption("automatic", 2);
-  fill_ = new rviz::BoolProperty("Fill Window", false,
-                                 "Lie over rviz's 3-D view, which is not drawn meanwhile: saves a second rendering.", this,
-                                 SLOT(updatePlace()));
-  print_timing_ = new rviz::BoolProperty("Print Timing", false, "Log milliseconds per stage every 2 s.", this);
+  fill_ = new rviz::BoolProperty(
+      "Fill Window", false,
+      "Lie over rviz's 3-D view, which is not drawn meanwhile: saves a second rendering.", this,
+      SLOT(updatePlace()));
+  print_timing_ =
+      new rviz::BoolProperty("Print Timing", false, "Log milliseconds per stage every 2 s.", this);
 }
 
 EndoscopicViewDisplay::~EndoscopicViewDisplay() {
@@ -121,9 +135,9 @@ void EndoscopicViewDisplay::updateScene() {
 
 void EndoscopicViewDisplay::updateCamera() {
   if (!scene_) return;
-  camera_ = camera::fromFieldOfView(static_cast<std::uint32_t>(width_->getInt()),
-                                    static_cast<std::uint32_t>(height_->getInt()), field_of_view_->getFloat() * kDegree,
-                                    {k1_->getFloat(), k2_->getFloat(), 0, 0, 0});
+  camera_ = camera::fromFieldOfView(
+      static_cast<std::uint32_t>(width_->getInt()), static_cast<std::uint32_t>(height_->getInt()),
+      field_of_view_->getFloat() * kDegree, {k1_->getFloat(), k2_->getFloat(), 0, 0, 0});
   // Fewer pixels are drawn and the camera's resampling fills in.
   const int quality = quality_->getOptionInt();
   const double resolution = quality == 2 ? kResolutions[level_] : quality == 1 ? 1.0 : 0.7;
@@ -239,7 +253,8 @@ void EndoscopicViewDisplay::update(float, float) {
     Eigen::Isometry3d X_WO;
     std::string how;
     if (!endoscopePose(&X_WO, &how)) {
-      setStatus(rviz::StatusProperty::Warn, "Camera", "no endoscope in the instruments topic and no optical frame in tf");
+      setStatus(rviz::StatusProperty::Warn, "Camera",
+                "no endoscope in the instruments topic and no optical frame in tf");
       account(start);
       return;
     }
@@ -302,7 +317,9 @@ void EndoscopicViewDisplay::publish(const ros::Time& stamp) {
 
 void EndoscopicViewDisplay::publishCompressed(const ros::Time& stamp) {
   const double now = seconds();
-  if (compressed_pub_.getNumSubscribers() == 0 || now - last_compressed_ < 0.97 / compressed_rate_->getFloat()) return;
+  if (compressed_pub_.getNumSubscribers() == 0 ||
+      now - last_compressed_ < 0.97 / compressed_rate_->getFloat())
+    return;
   last_compressed_ = now;
   sensor_msgs::CompressedImage message;
   message.header.stamp = stamp;
@@ -324,20 +341,23 @@ void EndoscopicViewDisplay::account(double now) {
   else if (input_.store().empty())
     setStatus(rviz::StatusProperty::Warn, "Tissue", "no topology yet");
   else
-    setStatus(rviz::StatusProperty::Ok, "Tissue", QString("%1 objects").arg(input_.store().topology().objects.size()));
+    setStatus(rviz::StatusProperty::Ok, "Tissue",
+              QString("%1 objects").arg(input_.store().topology().objects.size()));
   const std::string warning = scene_->warning();
   if (!warning.empty()) setStatusStd(rviz::StatusProperty::Warn, "Drawing", warning);
   if (n > 0 && elapsed < 60) {
     const double ms = 1000.0 / n;
-    const QString text = QString("%1 pictures/s; ms: tissue %2, draw %3, read %4, finish %5, send %6, show %7, all %8")
-                             .arg(n / elapsed, 0, 'f', 1)
-                             .arg(ms * sums_.tissue, 0, 'f', 1)
-                             .arg(ms * sums_.draw, 0, 'f', 1)
-                             .arg(ms * sums_.read, 0, 'f', 1)
-                             .arg(ms * sums_.finish, 0, 'f', 1)
-                             .arg(ms * sums_.send, 0, 'f', 1)
-                             .arg(ms * sums_.show, 0, 'f', 1)
-                             .arg(ms * (sums_.tissue + sums_.draw + sums_.read + sums_.finish + sums_.send + sums_.show), 0, 'f', 1);
+    const QString text =
+        QString("%1 pictures/s; ms: tissue %2, draw %3, read %4, finish %5, send %6, show %7, all %8")
+            .arg(n / elapsed, 0, 'f', 1)
+            .arg(ms * sums_.tissue, 0, 'f', 1)
+            .arg(ms * sums_.draw, 0, 'f', 1)
+            .arg(ms * sums_.read, 0, 'f', 1)
+            .arg(ms * sums_.finish, 0, 'f', 1)
+            .arg(ms * sums_.send, 0, 'f', 1)
+            .arg(ms * sums_.show, 0, 'f', 1)
+            .arg(ms * (sums_.tissue + sums_.draw + sums_.read + sums_.finish + sums_.send + sums_.show), 0,
+                 'f', 1);
     setStatus(rviz::StatusProperty::Ok, "Timing", text);
     if (print_timing_->getBool()) ROS_INFO("endoscopic view: %s", qPrintable(text));
   }
@@ -346,7 +366,9 @@ void EndoscopicViewDisplay::account(double now) {
   // Not judged by the first pictures, which bake textures.
   if (quality_->getOptionInt() != 2 || n < 10 || elapsed > 60) return;
   const int last_level = static_cast<int>(std::size(kResolutions)) - 1;
-  const int wanted = drawing > kTooSlowMs ? std::min(level_ + 1, last_level) : drawing < kFastMs ? std::max(level_ - 1, 0) : level_;
+  const int wanted = drawing > kTooSlowMs ? std::min(level_ + 1, last_level)
+                     : drawing < kFastMs  ? std::max(level_ - 1, 0)
+                                          : level_;
   if (wanted == level_) return;
   level_ = wanted;
   updateCamera();

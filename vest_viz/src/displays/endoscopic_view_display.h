@@ -2,11 +2,11 @@
 
 #include <memory>
 
-#include <opencv2/core.hpp>
 #include <rviz/display.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 #include <vest_msgs/InstrumentStates.h>
+#include <opencv2/core.hpp>
 
 #include "endoscope_scene.h"
 #include "tissue_input.h"
@@ -25,8 +25,8 @@ namespace vest::displays {
 
 class ImagePane;
 
-/// vest_viz/EndoscopicView: what the camera at the endoscope's tip sees, in a pane (or over rviz's whole view) and
-/// as endoscope/image_raw, camera_info and image_raw/compressed.
+/// vest_viz/EndoscopicView: what the camera at the endoscope's tip sees, in a pane (or over rviz's whole
+/// view) and as endoscope/image_raw, camera_info and image_raw/compressed.
 class EndoscopicViewDisplay : public rviz::Display {
   Q_OBJECT
  public:

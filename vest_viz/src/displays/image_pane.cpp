@@ -13,7 +13,8 @@ ImagePane::ImagePane(QWidget* parent) : QWidget(parent) {
 }
 
 void ImagePane::show(const unsigned char* rgb, int width, int height) {
-  if (image_.width() != width || image_.height() != height) image_ = QImage(width, height, QImage::Format_RGB32);
+  if (image_.width() != width || image_.height() != height)
+    image_ = QImage(width, height, QImage::Format_RGB32);
   for (int y = 0; y < height; ++y) {
     auto* out = reinterpret_cast<QRgb*>(image_.scanLine(y));
     const unsigned char* in = rgb + 3 * static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
@@ -27,7 +28,8 @@ void ImagePane::cover(QWidget* host) {
   host_ = host;
   if (host == nullptr) return;
   setParent(host);
-  setAttribute(Qt::WA_NativeWindow);  // the host draws through a window of its own; a plain child would lie below it
+  setAttribute(
+      Qt::WA_NativeWindow);  // the host draws through a window of its own; a plain child would lie below it
   host->installEventFilter(this);
   setGeometry(host->rect());
   QWidget::show();
@@ -51,7 +53,8 @@ void ImagePane::paintEvent(QPaintEvent*) {
   QSize size = image_.size();
   if (size.width() > width() || size.height() > height() || width() > 1.5 * size.width())
     size.scale(width(), height(), Qt::KeepAspectRatio);  // else 1:1, which costs nothing
-  const QRect place((width() - size.width()) / 2, (height() - size.height()) / 2, size.width(), size.height());
+  const QRect place((width() - size.width()) / 2, (height() - size.height()) / 2, size.width(),
+                    size.height());
   painter.fillRect(0, 0, width(), place.top(), Qt::black);
   painter.fillRect(0, place.bottom() + 1, width(), height() - place.bottom() - 1, Qt::black);
   painter.fillRect(0, place.top(), place.left(), place.height(), Qt::black);

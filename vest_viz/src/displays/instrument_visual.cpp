@@ -15,9 +15,17 @@ namespace vest::displays {
 namespace {
 
 /// File name stems of vest_instruments/meshes, in the order of InstrumentState.TOOL_*.
-constexpr std::array<const char*, 11> kToolNames{
-    "none",          "grasper",          "scissors",         "clip_applier",     "coagulation_hook", "bipolar_forceps",
-    "needle_holder", "suction_irrigator", "injection_needle", "sling_applicator", "endoscope"};
+constexpr std::array<const char*, 11> kToolNames{"none",
+                                                 "grasper",
+                                                 "scissors",
+                                                 "clip_applier",
+                                                 "coagulation_hook",
+                                                 "bipolar_forceps",
+                                                 "needle_holder",
+                                                 "suction_irrigator",
+                                                 "injection_needle",
+                                                 "sling_applicator",
+                                                 "endoscope"};
 
 void place(Ogre::SceneNode* node, const Eigen::Isometry3d& X) {
   const Eigen::Quaterniond q(X.linear());
@@ -64,7 +72,8 @@ void InstrumentVisual::add(int slot, const instrument::TriangleMesh& mesh, bool 
   part.material->getTechnique(0)->getPass(0)->getFragmentProgramParameters()->setNamedConstant(
       "metal", insulated ? Ogre::Vector4(0.20f, 0.75f, 0.6f, 0.0f) : Ogre::Vector4(0.55f, 0.25f, 0.0f, 0.0f));
   const auto s = static_cast<std::size_t>(slot);
-  part.mesh = std::make_unique<DynamicMesh>(manager_, slot_nodes_[s], part.material, Ogre::RENDER_QUEUE_MAIN - 5);
+  part.mesh =
+      std::make_unique<DynamicMesh>(manager_, slot_nodes_[s], part.material, Ogre::RENDER_QUEUE_MAIN - 5);
   part.mesh->setShape(mesh.triangles, {}, {}, mesh.positions.size() / 3);
   part.mesh->setVertices(mesh.positions, mesh.normals, {});
   slots_[s].push_back(std::move(part));
@@ -78,7 +87,8 @@ void InstrumentVisual::setTool(int tool) {
   if (tool <= 0 || tool >= static_cast<int>(kToolNames.size())) return;
   const tools::ToolGeometry& geometry = tools::toolGeometry(static_cast<tools::ToolKind>(tool));
   jaw_length_ = geometry.jaw_length;
-  const std::string stem = ros::package::getPath("vest_instruments") + "/meshes/" + kToolNames[static_cast<std::size_t>(tool)];
+  const std::string stem =
+      ros::package::getPath("vest_instruments") + "/meshes/" + kToolNames[static_cast<std::size_t>(tool)];
   struct File {
     const char* part;
     int slot;
@@ -117,9 +127,12 @@ void InstrumentVisual::setPose(const Eigen::Isometry3d& X_WTip, double jaw) {
 void InstrumentVisual::setLight(const Ogre::Vector4& light) {
   for (auto& slot : slots_)
     for (Part& part : slot)
-      part.material->getTechnique(0)->getPass(0)->getFragmentProgramParameters()->setNamedConstant("light", light);
+      part.material->getTechnique(0)->getPass(0)->getFragmentProgramParameters()->setNamedConstant("light",
+                                                                                                   light);
 }
 
-void InstrumentVisual::setVisible(bool visible) { node_->setVisible(visible, true); }
+void InstrumentVisual::setVisible(bool visible) {
+  node_->setVisible(visible, true);
+}
 
 }  // namespace vest::displays

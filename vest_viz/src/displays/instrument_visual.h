@@ -5,15 +5,15 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Geometry>
 #include <OgreVector.h>
+#include <Eigen/Geometry>
 
 #include "dynamic_mesh.h"
 
 namespace vest::displays {
 
-/// One instrument of the picture: shaft, fixed parts and two jaws from the meshes of package vest_instruments, or
-/// capsules where a mesh is missing.
+/// One instrument of the picture: shaft, fixed parts and two jaws from the meshes of package
+/// vest_instruments, or capsules where a mesh is missing.
 class InstrumentVisual {
  public:
   InstrumentVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent);

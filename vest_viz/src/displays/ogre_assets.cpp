@@ -18,10 +18,10 @@ namespace {
 
 Ogre::TexturePtr upload(const std::string& name, int size, std::vector<std::uint8_t>& rgba) {
   Ogre::TexturePtr texture = Ogre::TextureManager::getSingleton().createManual(
-      name, kOgreGroup, Ogre::TEX_TYPE_2D, static_cast<Ogre::uint>(size), static_cast<Ogre::uint>(size), Ogre::MIP_UNLIMITED,
-      Ogre::PF_BYTE_RGBA, Ogre::TU_STATIC_WRITE_ONLY | Ogre::TU_AUTOMIPMAP);
-  const Ogre::PixelBox box(static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(size), 1, Ogre::PF_BYTE_RGBA,
-                           rgba.data());
+      name, kOgreGroup, Ogre::TEX_TYPE_2D, static_cast<Ogre::uint>(size), static_cast<Ogre::uint>(size),
+      Ogre::MIP_UNLIMITED, Ogre::PF_BYTE_RGBA, Ogre::TU_STATIC_WRITE_ONLY | Ogre::TU_AUTOMIPMAP);
+  const Ogre::PixelBox box(static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(size), 1,
+                           Ogre::PF_BYTE_RGBA, rgba.data());
   texture->getBuffer()->blitFromMemory(box);
   return texture;
 }
@@ -32,7 +32,8 @@ void loadOgreMedia() {
   static bool loaded = false;
   if (loaded) return;
   const std::string path = ros::package::getPath("vest_viz");
-  if (path.empty()) throw std::runtime_error("package vest_viz is not on ROS_PACKAGE_PATH: its shaders cannot be found");
+  if (path.empty())
+    throw std::runtime_error("package vest_viz is not on ROS_PACKAGE_PATH: its shaders cannot be found");
   auto& groups = Ogre::ResourceGroupManager::getSingleton();
   if (!groups.resourceGroupExists(kOgreGroup)) groups.createResourceGroup(kOgreGroup);
   groups.addResourceLocation(path + "/ogre_media", "FileSystem", kOgreGroup);
@@ -68,13 +69,14 @@ Ogre::TexturePtr microTexture() {
   return texture;
 }
 
-double microTile() { return 0.006; }
+double microTile() {
+  return 0.006;
+}
 
 Ogre::MaterialPtr makeTissueMaterial(const std::string& organ, int quality) {
   const OrganTextures& textures = organTextures(organ, quality);
   const texture::Style& style = texture::styleOf(organ);
-  Ogre::MaterialPtr base =
-      Ogre::MaterialManager::getSingleton().getByName("vest_viz/Tissue", kOgreGroup);
+  Ogre::MaterialPtr base = Ogre::MaterialManager::getSingleton().getByName("vest_viz/Tissue", kOgreGroup);
   if (!base) throw std::runtime_error("ogre_media/vest_viz.material of package vest_viz is missing");
   Ogre::MaterialPtr material = base->clone(uniqueName("material"), true, kOgreGroup);
   for (unsigned short i = 0; i < material->getNumTechniques(); ++i) {
@@ -84,7 +86,8 @@ Ogre::MaterialPtr makeTissueMaterial(const std::string& organ, int quality) {
     pass->getTextureUnitState("relief")->setTexture(textures.relief);
     pass->getTextureUnitState("micro")->setTexture(microTexture());
     pass->getFragmentProgramParameters()->setNamedConstant(
-        "look", Ogre::Vector4(style.wet, style.translucence, static_cast<float>(style.tile / microTile()), 1.0f));
+        "look",
+        Ogre::Vector4(style.wet, style.translucence, static_cast<float>(style.tile / microTile()), 1.0f));
   }
   material->load();
   return material;
@@ -92,7 +95,8 @@ Ogre::MaterialPtr makeTissueMaterial(const std::string& organ, int quality) {
 
 std::string unsupported(const Ogre::MaterialPtr& material) {
   material->load();
-  if (material->getBestTechnique() != nullptr && material->getBestTechnique() == material->getTechnique(0)) return {};
+  if (material->getBestTechnique() != nullptr && material->getBestTechnique() == material->getTechnique(0))
+    return {};
   return material->getUnsupportedTechniquesExplanation();
 }
 

@@ -3,32 +3,37 @@
 #include <sstream>
 
 #include <OgreSceneNode.h>
-#include <pluginlib/class_list_macros.hpp>
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
 #include <rviz/properties/bool_property.h>
 #include <rviz/properties/float_property.h>
 #include <rviz/properties/string_property.h>
+#include <pluginlib/class_list_macros.hpp>
 
 #include "ogre_assets.h"
 
 namespace vest::displays {
 
 TissueDisplay::TissueDisplay() {
-  topic_ = new rviz::StringProperty("Tissue Topic", "tissue", "Prefix of topology, topology_delta and state.", this,
-                                    SLOT(updateTopic()));
-  objects_ = new rviz::StringProperty("Objects", "", "Names or organ words to show, separated by spaces; empty: all.",
-                                      this, SLOT(updateLook()));
+  topic_ = new rviz::StringProperty("Tissue Topic", "tissue", "Prefix of topology, topology_delta and state.",
+                                    this, SLOT(updateTopic()));
+  objects_ = new rviz::StringProperty("Objects", "",
+                                      "Names or organ words to show, separated by spaces; empty: all.", this,
+                                      SLOT(updateLook()));
   surface_ = new rviz::BoolProperty("Surface", true, "Show the skins.", this, SLOT(updateLook()));
-  links_ = new rviz::BoolProperty("Links", false, "Show the wire net of living links.", this, SLOT(updateLook()));
+  links_ =
+      new rviz::BoolProperty("Links", false, "Show the wire net of living links.", this, SLOT(updateLook()));
   alpha_ = new rviz::FloatProperty("Alpha", 1.0f, "Opacity of the skins.", this, SLOT(updateLook()));
   alpha_->setMin(0.0f);
   alpha_->setMax(1.0f);
-  light_ = new rviz::FloatProperty("Light", 1.0f, "Brightness of the lamp beside the viewer.", this, SLOT(updateLook()));
+  light_ = new rviz::FloatProperty("Light", 1.0f, "Brightness of the lamp beside the viewer.", this,
+                                   SLOT(updateLook()));
   light_->setMin(0.0f);
 }
 
-TissueDisplay::~TissueDisplay() { input_.unsubscribe(); }
+TissueDisplay::~TissueDisplay() {
+  input_.unsubscribe();
+}
 
 void TissueDisplay::onInitialize() {
   try {
@@ -39,7 +44,9 @@ void TissueDisplay::onInitialize() {
   }
 }
 
-void TissueDisplay::onEnable() { updateTopic(); }
+void TissueDisplay::onEnable() {
+  updateTopic();
+}
 
 void TissueDisplay::onDisable() {
   input_.unsubscribe();

@@ -8,7 +8,8 @@ void TissueInput::subscribe(ros::NodeHandle& handle, const std::string& prefix) 
   unsubscribe();
   if (prefix.empty()) return;
   topology_sub_ = handle.subscribe<vest_msgs::TissueTopology>(
-      prefix + "/topology", 2, [this](const vest_msgs::TissueTopology::ConstPtr& m) { topologies_.push_back(m); });
+      prefix + "/topology", 2,
+      [this](const vest_msgs::TissueTopology::ConstPtr& m) { topologies_.push_back(m); });
   delta_sub_ = handle.subscribe<vest_msgs::TissueTopologyDelta>(
       prefix + "/topology_delta", 1000,
       [this](const vest_msgs::TissueTopologyDelta::ConstPtr& m) { deltas_.push_back(m); });
@@ -55,7 +56,8 @@ bool TissueInput::process() {
   }
   for (const auto& delta : deltas_)
     // Deltas older than a whole topology that just arrived are history, not errors.
-    if (store_.empty() || delta->revision > store_.topology().revision) judge(store_.applyDelta(toDelta(*delta)));
+    if (store_.empty() || delta->revision > store_.topology().revision)
+      judge(store_.applyDelta(toDelta(*delta)));
   deltas_.clear();
   if (newest_) {
     if (judge(store_.setState(newest_->revision, newest_->positions.data(), newest_->positions.size()))) {

@@ -128,8 +128,8 @@ void TissueVisual::setFilter(const std::set<std::string>& names) {
 
 void TissueVisual::applyVisibility() {
   for (Part& part : parts_)
-    part.mesh->setVisible(show_surface_ &&
-                          (filter_.empty() || filter_.count(part.name) != 0 || filter_.count(part.organ) != 0));
+    part.mesh->setVisible(show_surface_ && (filter_.empty() || filter_.count(part.name) != 0 ||
+                                            filter_.count(part.organ) != 0));
 }
 
 void TissueVisual::drawLinks(const mesh::Store& store) {
@@ -151,7 +151,8 @@ void TissueVisual::drawLinks(const mesh::Store& store) {
     for (std::size_t k = 0; 2 * k < o.link_knots.size(); ++k) {
       if (!o.link_alive.empty() && !o.link_alive[k]) continue;
       for (int end = 0; end < 2; ++end) {
-        const float* p = store.knots(i) + 3 * static_cast<std::size_t>(o.link_knots[2 * k + static_cast<std::size_t>(end)]);
+        const float* p = store.knots(i) +
+                         3 * static_cast<std::size_t>(o.link_knots[2 * k + static_cast<std::size_t>(end)]);
         links_->position(p[0], p[1], p[2]);
         links_->colour(0.1f, 0.85f, 0.75f);
       }

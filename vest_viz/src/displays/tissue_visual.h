@@ -16,13 +16,15 @@ class ManualObject;
 
 namespace vest::displays {
 
-/// Draws what a mesh::Store holds: one DynamicMesh per object, and the wire net of its living links on demand.
+/// Draws what a mesh::Store holds: one DynamicMesh per object, and the wire net of its living links on
+/// demand.
 class TissueVisual {
  public:
   TissueVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent, int quality);
   ~TissueVisual();
 
-  /// Uploads what changed since the last call; call after store.rebuildSkins(), in update(), never in a callback.
+  /// Uploads what changed since the last call; call after store.rebuildSkins(), in update(), never in a
+  /// callback.
   void update(const mesh::Store& store);
   /// @param light view space position in m and intensity; goes to every object's shader
   void setLight(const Ogre::Vector4& light);
@@ -39,7 +41,8 @@ class TissueVisual {
   struct Part {
     std::unique_ptr<DynamicMesh> mesh;
     Ogre::MaterialPtr material;
-    Ogre::GpuProgramParametersSharedPtr parameters;  ///< of the fragment program; null in the fall-back technique
+    Ogre::GpuProgramParametersSharedPtr
+        parameters;  ///< of the fragment program; null in the fall-back technique
     std::string name, organ;
   };
   void rebuild(const mesh::Store& store);

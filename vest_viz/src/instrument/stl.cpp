@@ -34,7 +34,8 @@ TriangleMesh readStl(const std::string& path, double crease) {
     float v[9];
     std::memcpy(v, &bytes[84 + 50 * static_cast<std::size_t>(t) + 12], sizeof v);
     for (float f : v)
-      if (!std::isfinite(f)) throw std::runtime_error(path + ": triangle " + std::to_string(t) + " is not finite");
+      if (!std::isfinite(f))
+        throw std::runtime_error(path + ": triangle " + std::to_string(t) + " is not finite");
     for (std::uint32_t c = 0; c < 3; ++c) {
       points[t][c] = Eigen::Vector3f(v[3 * c], v[3 * c + 1], v[3 * c + 2]);
       corners[{v[3 * c], v[3 * c + 1], v[3 * c + 2]}].push_back({t, c});
@@ -51,7 +52,8 @@ TriangleMesh readStl(const std::string& path, double crease) {
       Eigen::Vector3f sum = Eigen::Vector3f::Zero();
       for (const Corner& other : users)
         if (own.dot(area_normal[other.triangle].normalized()) >= limit) sum += area_normal[other.triangle];
-      const Eigen::Vector3f n = sum.squaredNorm() > 0 ? Eigen::Vector3f(sum.normalized()) : Eigen::Vector3f(0, 0, 1);
+      const Eigen::Vector3f n =
+          sum.squaredNorm() > 0 ? Eigen::Vector3f(sum.normalized()) : Eigen::Vector3f(0, 0, 1);
       std::uint32_t index = 0;
       bool found = false;
       for (const auto& [normal, vertex] : made)
@@ -74,10 +76,12 @@ TriangleMesh capsule(double radius, double z0, double z1) {
   TriangleMesh mesh;
   for (int ring = 0; ring < 2 * (kCap + 1); ++ring) {
     const bool far_end = ring > kCap;
-    const double latitude = far_end ? 0.5 * kPi * (ring - kCap - 1) / kCap : -0.5 * kPi * (kCap - ring) / kCap;
+    const double latitude =
+        far_end ? 0.5 * kPi * (ring - kCap - 1) / kCap : -0.5 * kPi * (kCap - ring) / kCap;
     for (int i = 0; i < kAround; ++i) {
       const double a = 2 * kPi * i / kAround;
-      const double n[3] = {std::cos(latitude) * std::cos(a), std::cos(latitude) * std::sin(a), std::sin(latitude)};
+      const double n[3] = {std::cos(latitude) * std::cos(a), std::cos(latitude) * std::sin(a),
+                           std::sin(latitude)};
       for (int k = 0; k < 3; ++k) {
         mesh.positions.push_back(static_cast<float>(radius * n[k] + (k == 2 ? (far_end ? z1 : z0) : 0)));
         mesh.normals.push_back(static_cast<float>(n[k]));
@@ -85,7 +89,8 @@ TriangleMesh capsule(double radius, double z0, double z1) {
       if (ring == 0) continue;
       const std::uint32_t a0 = static_cast<std::uint32_t>((ring - 1) * kAround + i), b0 = a0 + kAround;
       const std::uint32_t next = i + 1 == kAround ? 1 - kAround : 1;
-      for (std::uint32_t index : {a0, a0 + next, b0 + next, a0, b0 + next, b0}) mesh.triangles.push_back(index);
+      for (std::uint32_t index : {a0, a0 + next, b0 + next, a0, b0 + next, b0})
+        mesh.triangles.push_back(index);
     }
   }
   return mesh;

@@ -11,7 +11,8 @@ namespace {
 constexpr float kCell = 0.003f;   // m
 constexpr float kReach = 0.025f;  // m
 constexpr int kRays = 26;
-constexpr int kMaxCells = 256;    // per axis: a scene larger than 0.77 m is not a body cavity and stays unshaded
+constexpr int kMaxCells =
+    256;  // per axis: a scene larger than 0.77 m is not a body cavity and stays unshaded
 
 struct Grid {
   Eigen::Vector3f origin;
@@ -49,10 +50,12 @@ std::vector<std::vector<float>> ambientOcclusion(const Store& store) {
       const Eigen::Vector3f a = Eigen::Map<const Eigen::Vector3f>(&p[3 * objects[i].triangles[t]]);
       const Eigen::Vector3f b = Eigen::Map<const Eigen::Vector3f>(&p[3 * objects[i].triangles[t + 1]]);
       const Eigen::Vector3f c = Eigen::Map<const Eigen::Vector3f>(&p[3 * objects[i].triangles[t + 2]]);
-      const int steps = std::min(64, 1 + static_cast<int>(std::max((b - a).norm(), (c - a).norm()) / (0.7f * kCell)));
+      const int steps =
+          std::min(64, 1 + static_cast<int>(std::max((b - a).norm(), (c - a).norm()) / (0.7f * kCell)));
       for (int u = 0; u <= steps; ++u)
         for (int w = 0; u + w <= steps; ++w)
-          grid.fill(a + (b - a) * (static_cast<float>(u) / steps) + (c - a) * (static_cast<float>(w) / steps));
+          grid.fill(a + (b - a) * (static_cast<float>(u) / steps) +
+                    (c - a) * (static_cast<float>(w) / steps));
     }
   }
   // Directions on a cosine-weighted spiral about z.

@@ -31,7 +31,9 @@ bool isStart(const std::vector<std::uint32_t>& start, std::size_t entries) {
   return std::is_sorted(start.begin(), start.end());
 }
 
-std::string complain(const Object& object, const std::string& what) { return "object " + object.name + ": " + what; }
+std::string complain(const Object& object, const std::string& what) {
+  return "object " + object.name + ": " + what;
+}
 
 void clearShape(Object* object) {
   object->triangles.clear();
@@ -54,10 +56,13 @@ void clearShape(Object* object) {
 std::string validate(const Object& o) {
   const std::size_t knots = o.knot_count;
   if (o.rest_position.size() != 3 * knots)
-    return complain(o, "rest_position has " + std::to_string(o.rest_position.size()) + " numbers, knot_count " +
-                           std::to_string(knots) + " needs " + std::to_string(3 * knots));
-  if (!finite(o.rest_position.data(), o.rest_position.size())) return complain(o, "rest_position is not finite");
-  if (!o.knot_fixed.empty() && o.knot_fixed.size() != knots) return complain(o, "knot_fixed is not one per knot");
+    return complain(o, "rest_position has " + std::to_string(o.rest_position.size()) +
+                           " numbers, knot_count " + std::to_string(knots) + " needs " +
+                           std::to_string(3 * knots));
+  if (!finite(o.rest_position.data(), o.rest_position.size()))
+    return complain(o, "rest_position is not finite");
+  if (!o.knot_fixed.empty() && o.knot_fixed.size() != knots)
+    return complain(o, "knot_fixed is not one per knot");
   if (o.link_knots.size() % 2 != 0) return complain(o, "link_knots is not in pairs");
   if (!allBelow(o.link_knots, knots)) return complain(o, "link_knots names a knot that does not exist");
   if (!o.link_alive.empty() && o.link_alive.size() != o.link_knots.size() / 2)
@@ -70,7 +75,8 @@ std::string validate(const Object& o) {
   if (!finite(o.binding_weights.data(), o.binding_weights.size()))
     return complain(o, "binding_weights is not finite");
   if (o.triangles.size() % 3 != 0) return complain(o, "triangles is not in threes");
-  if (!allBelow(o.triangles, o.vertexCount())) return complain(o, "triangles names a vertex that does not exist");
+  if (!allBelow(o.triangles, o.vertexCount()))
+    return complain(o, "triangles names a vertex that does not exist");
   if (!o.triangle_layer.empty() && o.triangle_layer.size() != o.triangles.size() / 3)
     return complain(o, "triangle_layer is not one per triangle");
   if (!o.texture_coordinates.empty() && (o.texture_coordinates.size() != 2 * o.vertexCount() ||
@@ -80,8 +86,8 @@ std::string validate(const Object& o) {
 }
 
 Outcome Store::setTopology(Topology topology) {
-  if (!topology_.objects.empty() && topology.revision == topology_.revision && topology.scene == topology_.scene &&
-      topology.objects.size() == topology_.objects.size()) {
+  if (!topology_.objects.empty() && topology.revision == topology_.revision &&
+      topology.scene == topology_.scene && topology.objects.size() == topology_.objects.size()) {
     bool same = true;
     for (std::size_t i = 0; same && i < topology.objects.size(); ++i)
       same = topology.objects[i].triangles == topology_.objects[i].triangles &&
@@ -136,7 +142,8 @@ void Store::layOut(const std::vector<float>* old_knots) {
 
 Outcome Store::setState(std::uint32_t revision, const float* positions, std::size_t count) {
   if (empty() || revision != topology_.revision) {
-    problem_ = "state of revision " + std::to_string(revision) + ", known is " + std::to_string(topology_.revision);
+    problem_ =
+        "state of revision " + std::to_string(revision) + ", known is " + std::to_string(topology_.revision);
     return Outcome::UnknownRevision;
   }
   if (count != knots_.size()) {
@@ -146,7 +153,8 @@ Outcome Store::setState(std::uint32_t revision, const float* positions, std::siz
   }
   Outcome outcome = Outcome::Accepted;
   for (std::size_t i = 0; i < skins_.size(); ++i) {
-    const std::size_t begin = 3 * first_knot_[i], n = 3 * static_cast<std::size_t>(topology_.objects[i].knot_count);
+    const std::size_t begin = 3 * first_knot_[i],
+                      n = 3 * static_cast<std::size_t>(topology_.objects[i].knot_count);
     if (n == 0) continue;
     if (!finite(positions + begin, n)) {
       problem_ = complain(topology_.objects[i], "positions are not finite, the last good ones are shown");
@@ -171,8 +179,10 @@ void Store::rebuildSkins() {
     if (n == 0) continue;
     net::rebuildSkin(knots(i), o.binding_start.data(), o.binding_knots.data(), o.binding_weights.data(), n,
                      skin.positions.data());
-    net::vertexNormals(skin.positions.data(), n, o.triangles.data(), o.triangles.size() / 3, skin.normals.data());
-    vertexTangents(skin.positions.data(), o.texture_coordinates.empty() ? nullptr : o.texture_coordinates.data(),
+    net::vertexNormals(skin.positions.data(), n, o.triangles.data(), o.triangles.size() / 3,
+                       skin.normals.data());
+    vertexTangents(skin.positions.data(),
+                   o.texture_coordinates.empty() ? nullptr : o.texture_coordinates.data(),
                    skin.normals.data(), n, o.triangles.data(), o.triangles.size() / 3, skin.tangents.data());
   }
 }
@@ -199,13 +209,15 @@ Outcome Store::applyDelta(const Delta& d) {
     return Outcome::Malformed;
   };
   const std::size_t old_knots = o.knot_count;
-  if (!allBelow(d.removed_links, o.link_knots.size() / 2)) return refuse("removed_links names a link that does not exist");
+  if (!allBelow(d.removed_links, o.link_knots.size() / 2))
+    return refuse("removed_links names a link that does not exist");
   if (!allBelow(d.doubled_knots, old_knots)) return refuse("doubled_knots names a knot that does not exist");
   if (!allBelow(d.removed_triangles, o.triangles.size() / 3) ||
       std::adjacent_find(d.removed_triangles.begin(), d.removed_triangles.end(), std::greater_equal<>()) !=
           d.removed_triangles.end())
     return refuse("removed_triangles does not ascend among the triangles");
-  if (!isStart(d.added_binding_start, d.added_binding_knots.size())) return refuse("added_binding_start is inconsistent");
+  if (!isStart(d.added_binding_start, d.added_binding_knots.size()))
+    return refuse("added_binding_start is inconsistent");
   if (!isStart(d.rebound_start, d.rebound_knots.size()) ||
       (!d.rebound_vertices.empty() && d.rebound_start.size() != d.rebound_vertices.size() + 1) ||
       d.rebound_weights.size() != d.rebound_knots.size() || !allBelow(d.rebound_vertices, o.vertexCount()))
@@ -234,13 +246,15 @@ Outcome Store::applyDelta(const Delta& d) {
   o.triangles.resize(3 * kept);
   o.triangle_layer.resize(kept);
   o.triangles.insert(o.triangles.end(), d.added_triangles.begin(), d.added_triangles.end());
-  o.triangle_layer.insert(o.triangle_layer.end(), d.added_triangle_layer.begin(), d.added_triangle_layer.end());
+  o.triangle_layer.insert(o.triangle_layer.end(), d.added_triangle_layer.begin(),
+                          d.added_triangle_layer.end());
   o.triangle_layer.resize(o.triangles.size() / 3, 2);
 
   if (!d.rebound_vertices.empty()) {
     // Rewritten as a whole: entries per vertex may have changed in number.
     std::vector<std::int64_t> replaced(o.vertexCount(), -1);
-    for (std::size_t i = 0; i < d.rebound_vertices.size(); ++i) replaced[d.rebound_vertices[i]] = std::int64_t(i);
+    for (std::size_t i = 0; i < d.rebound_vertices.size(); ++i)
+      replaced[d.rebound_vertices[i]] = std::int64_t(i);
     std::vector<std::uint32_t> start{0}, knots;
     std::vector<float> weights;
     for (std::size_t v = 0; v < o.vertexCount(); ++v) {
@@ -262,7 +276,8 @@ Outcome Store::applyDelta(const Delta& d) {
     for (std::size_t i = 1; i < d.added_binding_start.size(); ++i)
       o.binding_start.push_back(base + d.added_binding_start[i]);
     o.binding_knots.insert(o.binding_knots.end(), d.added_binding_knots.begin(), d.added_binding_knots.end());
-    o.binding_weights.insert(o.binding_weights.end(), d.added_binding_weights.begin(), d.added_binding_weights.end());
+    o.binding_weights.insert(o.binding_weights.end(), d.added_binding_weights.begin(),
+                             d.added_binding_weights.end());
     if (!o.texture_coordinates.empty())
       o.texture_coordinates.insert(o.texture_coordinates.end(), d.added_texture_coordinates.begin(),
                                    d.added_texture_coordinates.end());
@@ -329,7 +344,8 @@ double metresPerTextureUnit(const Object& o, const float* p) {
     const std::size_t a = o.triangles[t], b = o.triangles[t + 1], c = o.triangles[t + 2];
     double e1[3], e2[3];
     for (int k = 0; k < 3; ++k) e1[k] = p[3 * b + k] - p[3 * a + k], e2[k] = p[3 * c + k] - p[3 * a + k];
-    const double x = e1[1] * e2[2] - e1[2] * e2[1], y = e1[2] * e2[0] - e1[0] * e2[2], z = e1[0] * e2[1] - e1[1] * e2[0];
+    const double x = e1[1] * e2[2] - e1[2] * e2[1], y = e1[2] * e2[0] - e1[0] * e2[2],
+                 z = e1[0] * e2[1] - e1[1] * e2[0];
     area += std::sqrt(x * x + y * y + z * z);
     area_uv += std::fabs(double(uv[2 * b] - uv[2 * a]) * (uv[2 * c + 1] - uv[2 * a + 1]) -
                          double(uv[2 * c] - uv[2 * a]) * (uv[2 * b + 1] - uv[2 * a + 1]));

@@ -33,7 +33,8 @@ cv::Mat maskedMean(const cv::Mat& value, const cv::Mat& mask, int k) {
 }  // namespace
 
 Circle findCircle(const cv::Mat& bgr) {
-  if (bgr.empty() || bgr.type() != CV_8UC3) throw std::invalid_argument("picture must have 8 bit and three channels");
+  if (bgr.empty() || bgr.type() != CV_8UC3)
+    throw std::invalid_argument("picture must have 8 bit and three channels");
   cv::Mat grey;
   cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
   cv::Mat bright = grey > kBlack;
@@ -50,13 +51,15 @@ Circle findCircle(const cv::Mat& bgr) {
 }
 
 std::vector<Row> checkPicture(const cv::Mat& bgr, const Circle& circle) {
-  if (bgr.empty() || bgr.type() != CV_8UC3) throw std::invalid_argument("picture must have 8 bit and three channels");
+  if (bgr.empty() || bgr.type() != CV_8UC3)
+    throw std::invalid_argument("picture must have 8 bit and three channels");
   cv::Mat grey, hsv;
   cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
   cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);
   cv::Mat luminance, mask = cv::Mat::zeros(bgr.size(), CV_32F);
   grey.convertTo(luminance, CV_32F);
-  cv::circle(mask, cv::Point(cvRound(circle.cx), cvRound(circle.cy)), static_cast<int>(kMargin * circle.radius), 1.0, -1);
+  cv::circle(mask, cv::Point(cvRound(circle.cx), cvRound(circle.cy)),
+             static_cast<int>(kMargin * circle.radius), 1.0, -1);
 
   std::vector<float> all, saturation;
   std::vector<float> rings[5];
@@ -77,7 +80,8 @@ std::vector<Row> checkPicture(const cv::Mat& bgr, const Circle& circle) {
         reddish += p[0] >= 165 || p[0] <= 22;
       }
     }
-  // Roundness: per degree the outermost pixel that is not black; directions that leave the frame first do not count.
+  // Roundness: per degree the outermost pixel that is not black; directions that leave the frame first do not
+  // count.
   int border = 0, border_good = 0;
   for (int degree = 0; degree < 360; ++degree) {
     const double c = std::cos(degree * CV_PI / 180), s = std::sin(degree * CV_PI / 180);
@@ -135,7 +139,8 @@ std::vector<Row> checkPicture(const cv::Mat& bgr, const Circle& circle) {
     const char* name;
     int inner, outer;
     double low;
-  } bands[] = {{"contrast 1-3 px", 1, 3, 0.04}, {"contrast 3-9 px", 3, 9, 0.05}, {"contrast 9-27 px", 9, 27, 0.06}};
+  } bands[] = {
+      {"contrast 1-3 px", 1, 3, 0.04}, {"contrast 3-9 px", 3, 9, 0.05}, {"contrast 9-27 px", 9, 27, 0.06}};
   for (const auto& band : bands) {
     const cv::Mat a = band.inner == 1 ? luminance : maskedMean(luminance, mask, band.inner);
     const cv::Mat difference = (a - maskedMean(luminance, mask, band.outer)).mul(mask);
@@ -143,8 +148,7 @@ std::vector<Row> checkPicture(const cv::Mat& bgr, const Circle& circle) {
     rows.push_back({band.name, deviation / std::max(mean, 1e-6), band.low, kInfinity});
   }
   rows.push_back({"brightest outside of the circle", outside, 0, kBlack});
-  rows.push_back({"round border, %", border > 0 ? 100.0 * border_good / border : 0,
-                  95, 100});
+  rows.push_back({"round border, %", border > 0 ? 100.0 * border_good / border : 0, 95, 100});
   return rows;
 }
 

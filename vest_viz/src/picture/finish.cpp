@@ -26,7 +26,8 @@ Finisher::Finisher(const camera::Intrinsics& camera, double share, double resolu
   }
   const double half = 1.01 * reach;
   // As many pixels per edge as the circle has, so that the middle is not blurred.
-  const auto edge = static_cast<std::uint32_t>(2 * std::ceil(circle_.radius * 1.02 * std::clamp(resolution, 0.4, 1.0)));
+  const auto edge =
+      static_cast<std::uint32_t>(2 * std::ceil(circle_.radius * 1.02 * std::clamp(resolution, 0.4, 1.0)));
   source_ = camera::fromFieldOfView(edge, edge, 2 * std::atan(half), {0, 0, 0, 0, 0});
   source_radius_ = reach / half;
 
@@ -53,7 +54,8 @@ Finisher::Finisher(const camera::Intrinsics& camera, double share, double resolu
       const auto w = static_cast<std::uint8_t>(255 * inside * fade);
       weight_.at<cv::Vec3b>(y, x) = {w, w, w};
       // The stop's polished edge catches some light, unevenly round the circle.
-      const double ring = std::clamp(1.0 - std::fabs(r - (circle_.radius - 0.5 * rim)) / (0.5 * rim + 0.5), 0.0, 1.0);
+      const double ring =
+          std::clamp(1.0 - std::fabs(r - (circle_.radius - 0.5 * rim)) / (0.5 * rim + 0.5), 0.0, 1.0);
       const double around = 0.72 + 0.28 * std::cos(std::atan2(py - circle_.cy, px - circle_.cx) * 2 + 0.7);
       const double g = 150 * ring * around;
       rim_.at<cv::Vec3b>(y, x) = {static_cast<std::uint8_t>(g), static_cast<std::uint8_t>(0.72 * g),

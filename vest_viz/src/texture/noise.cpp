@@ -26,7 +26,8 @@ float periodicFbm(float u, float v, int fu, int fv, int octaves, std::uint32_t s
   float sum = 0, amplitude = 1, total = 0;
   for (int o = 0; o < octaves; ++o) {
     // A shift by whole cells keeps the period and decorrelates seeds and octaves.
-    const float su = static_cast<float>(mix(seed + 31u * o) % 61u), sv = static_cast<float>(mix(seed + 77u * o) % 59u);
+    const float su = static_cast<float>(mix(seed + 31u * o) % 61u),
+                sv = static_cast<float>(mix(seed + 77u * o) % 59u);
     sum += amplitude * glm::perlin(glm::vec2(u * fu + su, v * fv + sv), glm::vec2(fu, fv));
     total += amplitude;
     amplitude *= 0.5f;
@@ -55,8 +56,10 @@ Cell periodicCell(float u, float v, int cells, std::uint32_t seed) {
   for (int j = -1; j <= 1; ++j)
     for (int i = -1; i <= 1; ++i) {
       const int wx = ((cx + i) % cells + cells) % cells, wy = ((cy + j) % cells + cells) % cells;
-      const std::uint32_t h = mix(seed ^ mix(static_cast<std::uint32_t>(wx) * 7919u + static_cast<std::uint32_t>(wy)));
-      const float px = cx + i + 0.1f + 0.8f * (h & 0xffffu) / 65535.0f, py = cy + j + 0.1f + 0.8f * (h >> 16) / 65535.0f;
+      const std::uint32_t h =
+          mix(seed ^ mix(static_cast<std::uint32_t>(wx) * 7919u + static_cast<std::uint32_t>(wy)));
+      const float px = cx + i + 0.1f + 0.8f * (h & 0xffffu) / 65535.0f,
+                  py = cy + j + 0.1f + 0.8f * (h >> 16) / 65535.0f;
       const float d = std::sqrt((px - x) * (px - x) + (py - y) * (py - y));
       if (d < cell.nearest) {
         cell.second = cell.nearest;

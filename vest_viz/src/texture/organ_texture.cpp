@@ -55,19 +55,23 @@ struct VesselPainter {
       if (depth > 0 && (until_branch -= 1.0f) < 0) {
         until_branch = (0.06f + 0.16f * random->uniform()) * length;
         const float side = random->uniform() < 0.5f ? -1.0f : 1.0f;
-        grow(x, y, heading + side * (0.45f + 0.7f * random->uniform()), 0.72f * r, 0.55f * (length - 0.6f * s), strength,
-             depth - 1);
+        grow(x, y, heading + side * (0.45f + 0.7f * random->uniform()), 0.72f * r,
+             0.55f * (length - 0.6f * s), strength, depth - 1);
       }
     }
   }
 };
 
-float mixf(float a, float b, float t) { return a + (b - a) * t; }
+float mixf(float a, float b, float t) {
+  return a + (b - a) * t;
+}
 float smooth(float a, float b, float x) {
   const float t = std::clamp((x - a) / (b - a), 0.0f, 1.0f);
   return t * t * (3 - 2 * t);
 }
-std::uint8_t byte(float v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0f, 1.0f) * 255.0f + 0.5f); }
+std::uint8_t byte(float v) {
+  return static_cast<std::uint8_t>(std::clamp(v, 0.0f, 1.0f) * 255.0f + 0.5f);
+}
 
 /// Slopes and crest map of a height field in metres.
 void encodeRelief(Field& height, double tile, Baked* out) {
@@ -168,17 +172,19 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
   const float radius = 0.5f * static_cast<float>(s.vessel_width) * texels_per_metre;
   for (int i = 0; i < s.vessel_trees; ++i) {
     const float x = n * random.uniform(), y = n * random.uniform(), a = 6.2832f * random.uniform();
-    const float r = radius * (0.45f + 0.8f * random.uniform()), length = n * (0.45f + 0.5f * random.uniform());
+    const float r = radius * (0.45f + 0.8f * random.uniform()),
+                length = n * (0.45f + 0.5f * random.uniform());
     VesselPainter{&vein, &random, 0.11f}.grow(x, y, a, r, length, 1.0f, 3);
     // Arteries run beside veins, thinner and more tortuous.
     const float off = 3.2f * r + 2.0f;
-    VesselPainter{&artery, &random, 0.15f}.grow(x - off * std::sin(a), y + off * std::cos(a), a, 0.6f * r, 0.9f * length,
-                                               0.9f, 2);
+    VesselPainter{&artery, &random, 0.15f}.grow(x - off * std::sin(a), y + off * std::cos(a), a, 0.6f * r,
+                                                0.9f * length, 0.9f, 2);
   }
   for (int i = 0; i < s.capillaries; ++i)
-    VesselPainter{&capillary, &random, 0.22f}.grow(n * random.uniform(), n * random.uniform(), 6.2832f * random.uniform(),
-                                                0.3f + 0.35f * random.uniform(), n * (0.03f + 0.08f * random.uniform()),
-                                                0.35f + 0.4f * random.uniform(), 2);
+    VesselPainter{&capillary, &random, 0.22f}.grow(
+        n * random.uniform(), n * random.uniform(), 6.2832f * random.uniform(),
+        0.3f + 0.35f * random.uniform(), n * (0.03f + 0.08f * random.uniform()),
+        0.35f + 0.4f * random.uniform(), 2);
 
   const int waves = std::max(1, static_cast<int>(std::lround(s.tile / s.relief_length)));
   const int waves_u = std::max(1, static_cast<int>(std::lround(waves / s.streak)));
@@ -196,7 +202,8 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
       const float m = std::clamp(s.mottle * (0.5f + 0.7f * low + 0.45f * fine), 0.0f, 1.0f);
       for (int i = 0; i < 3; ++i) c[i] = mixf(s.base[i], s.second[i], m);
       // The film of fluid is not even: wet patches beside drier ones.
-      float wet = s.wet * (0.15f + 0.95f * smooth(-0.25f, 0.45f, periodicFbm(u, v, 5, 5, 3, seed + 83) + 0.3f * coarse));
+      float wet = s.wet * (0.15f + 0.95f * smooth(-0.25f, 0.45f,
+                                                  periodicFbm(u, v, 5, 5, 3, seed + 83) + 0.3f * coarse));
       if (s.crypts > 0) {
         const Cell cell = periodicCell(u + warp, v, std::max(3, static_cast<int>(s.tile / 0.004)), seed + 3);
         const float groove = 1.0f - smooth(0.02f, 0.35f, cell.second - cell.nearest);
@@ -205,7 +212,8 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
       }
       float veil = 0;  // how far fat hides the vessels
       if (s.fat > 0) {
-        // Threshold chosen so that about `fat` of the surface lies above it (fbm is about normal, deviation 0.35).
+        // Threshold chosen so that about `fat` of the surface lies above it (fbm is about normal, deviation
+        // 0.35).
         const float field = periodicFbm(u - warp, v + 2 * warp, 2, 2, 5, seed + 53) + 0.10f * fine;
         const float threshold = 0.42f - 0.9f * s.fat;
         const float cover = smooth(threshold - 0.10f, threshold + 0.20f, field);
@@ -215,21 +223,27 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
           const Cell lobe = periodicCell(wu, wv, lobules, seed + 61);
           const Cell small = periodicCell(wu, wv, lobules * 2, seed + 63);
           const Cell grain = periodicCell(u, v, lobules * 5, seed + 67);
-          const float bump = 0.6f * (1.0f - smooth(0.0f, 0.8f, lobe.nearest)) + 0.4f * (1.0f - smooth(0.0f, 0.8f, small.nearest));
-          const float crease = (1.0f - smooth(0.0f, 0.16f, lobe.second - lobe.nearest)) * smooth(-0.4f, 0.5f, coarse);
-          const float shade = 0.80f + 0.22f * bump - 0.10f * (grain.nearest - 0.4f) + 0.12f * ((lobe.id & 255u) / 255.0f - 0.5f);
+          const float bump = 0.6f * (1.0f - smooth(0.0f, 0.8f, lobe.nearest)) +
+                             0.4f * (1.0f - smooth(0.0f, 0.8f, small.nearest));
+          const float crease =
+              (1.0f - smooth(0.0f, 0.16f, lobe.second - lobe.nearest)) * smooth(-0.4f, 0.5f, coarse);
+          const float shade = 0.80f + 0.22f * bump - 0.10f * (grain.nearest - 0.4f) +
+                              0.12f * ((lobe.id & 255u) / 255.0f - 0.5f);
           const float blush = std::clamp(0.30f + 0.5f * low + 0.35f * crease, 0.0f, 0.8f);
           const Colour fat{0.90f * shade, 0.62f * shade, 0.36f * shade};
           for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], mixf(fat[i], c[i], blush), 0.9f * cover);
-          h = mixf(h, h + 0.0005f + 0.00045f * bump - 0.0002f * crease + 0.00004f * (0.5f - grain.nearest), cover);
+          h = mixf(h, h + 0.0005f + 0.00045f * bump - 0.0002f * crease + 0.00004f * (0.5f - grain.nearest),
+                   cover);
           wet *= 1.0f - 0.55f * cover;
           veil = 0.55f * cover;
         }
       }
       const float cap = capillary.data[k] * 0.75f;
-      for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], s.artery[i], (1 - 0.5f * veil) * s.vessel_strength * cap * 0.8f);
+      for (int i = 0; i < 3; ++i)
+        c[i] = mixf(c[i], s.artery[i], (1 - 0.5f * veil) * s.vessel_strength * cap * 0.8f);
       for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], s.vein[i], (1 - veil) * s.vessel_strength * vein.data[k]);
-      for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], s.artery[i], (1 - veil) * s.vessel_strength * artery.data[k]);
+      for (int i = 0; i < 3; ++i)
+        c[i] = mixf(c[i], s.artery[i], (1 - veil) * s.vessel_strength * artery.data[k]);
       h += 0.00012f * std::max(vein.data[k], artery.data[k]);
       height.data[k] = h;
       std::uint8_t* p = &out.albedo[4 * k];

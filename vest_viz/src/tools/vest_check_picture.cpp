@@ -9,12 +9,14 @@
 #include "vest_viz/picture/check.h"
 
 int main(int argc, char** argv) {
-  CLI::App app{"Measures the round image of PICTURE against figures of real laparoscopies (docs/pictures.md).\n"
-               "Exit status: 0 all inside, 1 some outside, 2 the picture cannot be read."};
+  CLI::App app{
+      "Measures the round image of PICTURE against figures of real laparoscopies (docs/pictures.md).\n"
+      "Exit status: 0 all inside, 1 some outside, 2 the picture cannot be read."};
   std::string path;
   std::vector<double> circle_values;
   app.add_option("picture", path, "PNG or JPEG")->required();
-  app.add_option("--circle", circle_values, "centre x, y and radius in pixels; found by itself if not given")->expected(3);
+  app.add_option("--circle", circle_values, "centre x, y and radius in pixels; found by itself if not given")
+      ->expected(3);
   CLI11_PARSE(app, argc, argv);
   const cv::Mat picture = cv::imread(path, cv::IMREAD_COLOR);
   if (picture.empty()) {
@@ -28,8 +30,8 @@ int main(int argc, char** argv) {
     else
       circle = {circle_values[0], circle_values[1], circle_values[2]};
     const auto rows = vest::picture::checkPicture(picture, circle);
-    std::printf("%s: %d x %d, circle %.0f %.0f %.0f\n%s", path.c_str(), picture.cols, picture.rows, circle.cx, circle.cy,
-                circle.radius, vest::picture::format(rows).c_str());
+    std::printf("%s: %d x %d, circle %.0f %.0f %.0f\n%s", path.c_str(), picture.cols, picture.rows, circle.cx,
+                circle.cy, circle.radius, vest::picture::format(rows).c_str());
     return vest::picture::allInside(rows) ? 0 : 1;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "%s: %s\n", path.c_str(), e.what());

@@ -1,15 +1,15 @@
-// Publishes a scene file's topology, a gently moved state and instruments, without any simulation: to look at a
-// scene, and for the benchmark and the tests of the displays.
+// Publishes a scene file's topology, a gently moved state and instruments, without any simulation: to look at
+// a scene, and for the benchmark and the tests of the displays.
 #include <cmath>
 #include <cstdio>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <ros/package.h>
 #include <ros/ros.h>
 #include <vest_msgs/InstrumentStates.h>
 #include <vest_msgs/TissueState.h>
 #include <vest_msgs/TissueTopology.h>
+#include <CLI/CLI.hpp>
 
 #include "vest_instruments/kinematics/arm.h"
 #include "vest_tissue/scene/world.h"
@@ -42,8 +42,10 @@ Eigen::Isometry3d trocarFrame(const Trocar& trocar) {
 geometry_msgs::Pose toMessage(const Eigen::Isometry3d& X) {
   geometry_msgs::Pose pose;
   const Eigen::Quaterniond q(X.linear());
-  pose.position.x = X.translation().x(), pose.position.y = X.translation().y(), pose.position.z = X.translation().z();
-  pose.orientation.w = q.w(), pose.orientation.x = q.x(), pose.orientation.y = q.y(), pose.orientation.z = q.z();
+  pose.position.x = X.translation().x(), pose.position.y = X.translation().y(),
+  pose.position.z = X.translation().z();
+  pose.orientation.w = q.w(), pose.orientation.x = q.x(), pose.orientation.y = q.y(),
+  pose.orientation.z = q.z();
   return pose;
 }
 
@@ -107,7 +109,8 @@ vest_msgs::TissueTopology toMessage(const vest::scene::Description& scene) {
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "vest_show_scene");
-  CLI::App app{"Publishes tissue/topology, tissue/state and instruments for a scene file, without simulation."};
+  CLI::App app{
+      "Publishes tissue/topology, tissue/state and instruments for a scene file, without simulation."};
   std::string path;
   double rate = 60, insertion = 0.10, seconds = 0;
   std::vector<double> view;
@@ -173,8 +176,9 @@ int main(int argc, char** argv) {
     instruments.instruments.push_back(
         instrument(kTrocars[1], Vector3d(0.03 + 0.01 * std::sin(0.8 * t), 0.045, 0.075), -0.3, 0.5));
     const Trocar& scope = kTrocars[2];
-    const Vector3d tip = view.size() == 3 ? Vector3d(view[0], view[1], view[2])
-                                          : Vector3d(scope.pivot + insertion * (scope.aim - scope.pivot).normalized());
+    const Vector3d tip = view.size() == 3
+                             ? Vector3d(view[0], view[1], view[2])
+                             : Vector3d(scope.pivot + insertion * (scope.aim - scope.pivot).normalized());
     instruments.instruments.push_back(instrument(scope, tip, 0, 0));
     instruments_pub.publish(instruments);
     ros::spinOnce();

@@ -3,7 +3,6 @@
 #include <limits>
 
 #include <gtest/gtest.h>
-#include <opencv2/imgproc.hpp>
 #include <ros/ros.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
@@ -12,13 +11,15 @@
 #include <vest_msgs/TissueState.h>
 #include <vest_msgs/TissueTopology.h>
 #include <vest_msgs/TissueTopologyDelta.h>
+#include <opencv2/imgproc.hpp>
 
 #include "vest_viz/picture/check.h"
 
 namespace {
 
-/// A ball: a pale one of 2 cm radius, 8 cm before the camera, inside a dark one of 15 cm round everything.
-vest_msgs::TissueObject ball(const std::string& name, const std::string& organ, double radius, double z, bool inward) {
+/// A ball: one of 2 cm radius, 8 cm before the camera, inside one of 15 cm round everything.
+vest_msgs::TissueObject ball(const std::string& name, const std::string& organ, double radius, double z,
+                             bool inward) {
   vest_msgs::TissueObject o;
   o.name = name;
   o.organ = organ;
@@ -67,7 +68,8 @@ class Displays : public testing::Test {
     ros::Subscriber info = handle.subscribe<sensor_msgs::CameraInfo>(
         "endoscope/camera_info", 2, [this](const sensor_msgs::CameraInfo::ConstPtr& m) { last_info = m; });
     ros::Subscriber jpeg = handle.subscribe<sensor_msgs::CompressedImage>(
-        "endoscope/image_raw/compressed", 2, [this](const sensor_msgs::CompressedImage::ConstPtr& m) { last_jpeg = m; });
+        "endoscope/image_raw/compressed", 2,
+        [this](const sensor_msgs::CompressedImage::ConstPtr& m) { last_jpeg = m; });
     sensor_msgs::Image::ConstPtr last, last_second;
     sensor_msgs::CameraInfo::ConstPtr last_info;
     sensor_msgs::CompressedImage::ConstPtr last_jpeg;
@@ -79,7 +81,8 @@ class Displays : public testing::Test {
       scene.header.frame_id = "world";
       scene.revision = 1;
       scene.scene = "balls";
-      scene.objects = {ball("uterus", "uterus", 0.02, 0.08, false), ball("cavity", "vein", 0.15, 0.0, true)};
+      scene.objects = {ball("uterus", "uterus", 0.02, 0.08, false),
+                       ball("cavity", "cavity", 0.15, 0.0, true)};
       topology.publish(scene);
     }
 
@@ -172,14 +175,27 @@ TEST_F(Displays, PictureArrivesLitRoundAndAsTheCalibrationSays) {
 }
 
 TEST_F(Displays, PictureFollowsTheState) {
-  ASSERT_TRUE(world->run(10, 40, -0.008f));
-  const double before = paleCentre(world->bgr()).x;
-  ASSERT_TRUE(world->run(10, 40, 0.008f));
-  // 16 mm to the right at about 7 cm: some 110 pixels; the brightest place lags behind, it faces the lamp.
-  // World x is the picture's right here.
-  const double after = paleCentre(world->bgr()).x;
-  EXPECT_GT(after, before + 40) << before;
-  EXPECT_LT(after, before + 150) << before;
+  // The ball alone before black: what is lit in the middle of the picture is the ball.
+  const vest_msgs::TissueTopology whole = world->scene;
+  world->scene.objects.resize(1);
+  world->scene.revision = 3;
+  world->topology.publish(world->scene);
+  const auto centre = [&](float dx) {
+    EXPECT_TRUE(world->run(12, 40, dx, 3));
+    cv::Mat grey, inner = cv::Mat::zeros(world->bgr().size(), CV_8U);
+    cv::cvtColor(world->bgr(), grey, cv::COLOR_BGR2GRAY);
+    cv::circle(inner, {360, 288}, 265, 255, -1);  // without the rim and the instrument at the edge
+    const cv::Moments m = cv::moments((grey > 40) & inner, true);
+    EXPECT_GT(m.m00, 20000) << "the ball fills about 50,000 pixels";
+    return m.m00 > 0 ? m.m10 / m.m00 : -1.0;
+  };
+  // World x is the picture's right here. 16 mm at 7 to 8 cm and 514 pixels of focal length: some 110 pixels.
+  const double left = centre(-0.008f), right = centre(0.008f);
+  EXPECT_GT(right, left + 80);
+  EXPECT_LT(right, left + 140);
+  EXPECT_NEAR(0.5 * (left + right), 360, 15);
+  world->scene = whole;
+  world->topology.publish(whole);
 }
 
 TEST_F(Displays, StampIsThatOfTheState) {

@@ -17,7 +17,8 @@ namespace {
 /// A file of its own in the temporary folder, removed at the end.
 class File {
  public:
-  explicit File(const std::string& bytes) : path_(testing::TempDir() + "vest_viz_" + std::to_string(getpid()) + ".stl") {
+  explicit File(const std::string& bytes)
+      : path_(testing::TempDir() + "vest_viz_" + std::to_string(getpid()) + ".stl") {
     std::ofstream(path_, std::ios::binary) << bytes;
   }
   ~File() { std::remove(path_.c_str()); }
@@ -52,7 +53,8 @@ TEST(Stl, BrokenFilesAreRefusedByName) {
   EXPECT_THROW(readStl("/nowhere/a.stl", 0.6), std::runtime_error);
   EXPECT_THROW(readStl(File(good.substr(0, 60)).path(), 0.6), std::runtime_error);
   EXPECT_THROW(readStl(File(good.substr(0, good.size() - 1)).path(), 0.6), std::runtime_error);
-  EXPECT_THROW(readStl(File(hinge(0.2f, std::numeric_limits<float>::quiet_NaN())).path(), 0.6), std::runtime_error);
+  EXPECT_THROW(readStl(File(hinge(0.2f, std::numeric_limits<float>::quiet_NaN())).path(), 0.6),
+               std::runtime_error);
   std::string lying = good;
   const std::uint32_t many = 0xffffffffu;
   std::memcpy(&lying[80], &many, 4);

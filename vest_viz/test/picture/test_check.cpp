@@ -35,9 +35,11 @@ cv::Mat goodPicture(double falloff = 1.6) {
       score.at<float>(y, x) -= static_cast<float>(falloff * r * r);
       if (r <= 1) inside.push_back(y * kWidth + x);
     }
-  std::sort(inside.begin(), inside.end(),
-            [&](int a, int b) { return score.at<float>(a / kWidth, a % kWidth) < score.at<float>(b / kWidth, b % kWidth); });
-  const double share[] = {0, 0.05, 0.25, 0.5, 0.75, 0.95, 0.985, 1}, level[] = {14, 17, 38, 60, 112, 175, 233, 255};
+  std::sort(inside.begin(), inside.end(), [&](int a, int b) {
+    return score.at<float>(a / kWidth, a % kWidth) < score.at<float>(b / kWidth, b % kWidth);
+  });
+  const double share[] = {0, 0.05, 0.25, 0.5, 0.75, 0.95, 0.985, 1},
+               level[] = {14, 17, 38, 60, 112, 175, 233, 255};
   cv::Mat picture = cv::Mat::zeros(kHeight, kWidth, CV_8UC3);
   for (std::size_t i = 0; i < inside.size(); ++i) {
     const double q = static_cast<double>(i) / (static_cast<double>(inside.size()) - 1);
@@ -48,12 +50,15 @@ cv::Mat goodPicture(double falloff = 1.6) {
     double red = l / 0.6495, other = 0.5 * red;
     if (red > 255) red = 255, other = (l - 0.299 * 255) / 0.701;
     const auto o = static_cast<std::uint8_t>(std::lround(std::clamp(other, 0.0, 255.0)));
-    picture.at<cv::Vec3b>(inside[i] / kWidth, inside[i] % kWidth) = {o, o, static_cast<std::uint8_t>(std::lround(red))};
+    picture.at<cv::Vec3b>(inside[i] / kWidth, inside[i] % kWidth) = {
+        o, o, static_cast<std::uint8_t>(std::lround(red))};
   }
   return picture;
 }
 
-std::vector<Row> check(const cv::Mat& picture) { return checkPicture(picture, findCircle(picture)); }
+std::vector<Row> check(const cv::Mat& picture) {
+  return checkPicture(picture, findCircle(picture));
+}
 
 bool inside(const std::vector<Row>& rows, const std::string& what) {
   for (const Row& row : rows)
@@ -116,7 +121,9 @@ cv::Mat blurred(const cv::Mat& p) {
   cv::GaussianBlur(p, out, {0, 0}, 20);
   return out;
 }
-cv::Mat withoutHighlights(const cv::Mat& p) { return cv::min(p, cv::Scalar(200, 200, 255)); }
+cv::Mat withoutHighlights(const cv::Mat& p) {
+  return cv::min(p, cv::Scalar(200, 200, 255));
+}
 cv::Mat withCorner(cv::Mat p) {
   cv::rectangle(p, {0, 0, 30, 30}, {40, 40, 90}, -1);
   return p;

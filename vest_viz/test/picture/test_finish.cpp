@@ -9,10 +9,13 @@
 namespace vest::picture {
 namespace {
 
-camera::Intrinsics sampleCamera() { return camera::fromFieldOfView(720, 576, 70 * M_PI / 180, {-0.18, 0.03, 0, 0, 0}); }
+camera::Intrinsics sampleCamera() {
+  return camera::fromFieldOfView(720, 576, 70 * M_PI / 180, {-0.18, 0.03, 0, 0, 0});
+}
 
 cv::Mat rendering(const Finisher& finisher, const cv::Scalar& colour) {
-  return cv::Mat(static_cast<int>(finisher.source().height), static_cast<int>(finisher.source().width), CV_8UC4, colour);
+  return cv::Mat(static_cast<int>(finisher.source().height), static_cast<int>(finisher.source().width),
+                 CV_8UC4, colour);
 }
 
 TEST(Finisher, PictureIsRoundAndBlackOutside) {
@@ -40,19 +43,23 @@ TEST(Finisher, RimIsThinAndBright) {
   finisher.apply(rendering(finisher, {0, 0, 0, 255}), &rgb);
   const Circle& c = finisher.circle();
   int lit = 0;
-  for (int x = static_cast<int>(c.cx); x < rgb.cols; ++x) lit += rgb.at<cv::Vec3b>(static_cast<int>(c.cy), x)[0] > 30;
+  for (int x = static_cast<int>(c.cx); x < rgb.cols; ++x)
+    lit += rgb.at<cv::Vec3b>(static_cast<int>(c.cy), x)[0] > 30;
   EXPECT_GE(lit, 1);
   EXPECT_LE(lit, 5);
 }
 
 TEST(Finisher, PointsLandWhereTheCalibrationSays) {
-  // The published camera_info must describe the picture: draw directions into the pinhole rendering, find them again.
+  // The published camera_info must describe the picture: draw directions into the pinhole rendering, find
+  // them again.
   const camera::Intrinsics camera = sampleCamera();
   Finisher finisher(camera, 1.0);
-  for (const Eigen::Vector2d& n : {Eigen::Vector2d(0, 0), Eigen::Vector2d(0.3, 0.1), Eigen::Vector2d(-0.2, -0.4)}) {
+  for (const Eigen::Vector2d& n :
+       {Eigen::Vector2d(0, 0), Eigen::Vector2d(0.3, 0.1), Eigen::Vector2d(-0.2, -0.4)}) {
     cv::Mat source = rendering(finisher, {0, 0, 0, 255});
     const Eigen::Vector2d s = camera::project(finisher.source(), n);
-    cv::circle(source, cv::Point(cvRound(16 * s.x()), cvRound(16 * s.y())), 6 * 16, {255, 255, 255, 255}, -1, cv::LINE_AA, 4);
+    cv::circle(source, cv::Point(cvRound(16 * s.x()), cvRound(16 * s.y())), 6 * 16, {255, 255, 255, 255}, -1,
+               cv::LINE_AA, 4);
     cv::Mat rgb, grey;
     finisher.apply(source, &rgb);
     cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);

@@ -35,11 +35,13 @@ TEST(OrganTexture, BakingTwiceGivesTheSamePicture) {
 }
 
 TEST(OrganTexture, OrgansHaveTheirColours) {
-  const Baked ovary = bake(styleOf("ovary"), 64, 3), artery = bake(styleOf("artery"), 64, 3), vein = bake(styleOf("vein"), 64, 3);
+  const Baked ovary = bake(styleOf("ovary"), 64, 3), artery = bake(styleOf("artery"), 64, 3),
+              vein = bake(styleOf("vein"), 64, 3);
   EXPECT_GT(meanOf(ovary, 1), 1.7 * meanOf(artery, 1));  // whitish against red
   EXPECT_GT(meanOf(artery, 0), 1.3 * meanOf(vein, 0));   // bright against dark
   EXPECT_GT(meanOf(vein, 2), meanOf(vein, 1));           // bluish
-  for (const char* organ : {"uterus", "tube", "ovary", "ligament", "artery", "vein", "intestine", "cavity", "unheard of"}) {
+  for (const char* organ :
+       {"uterus", "tube", "ovary", "ligament", "artery", "vein", "intestine", "cavity", "unheard of"}) {
     const Baked b = bake(styleOf(organ), 64, 3);
     EXPECT_GT(meanOf(b, 0), meanOf(b, 1)) << organ;
     EXPECT_GT(meanOf(b, 0), meanOf(b, 2)) << organ;
@@ -53,7 +55,8 @@ TEST(OrganTexture, TilesWithoutASeam) {
   const auto step = [&](int x0, int x1) {
     double sum = 0;
     for (int y = 0; y < n; ++y)
-      sum += std::abs(int(b.albedo[4 * std::size_t(y * n + x0)]) - int(b.albedo[4 * std::size_t(y * n + x1)]));
+      sum +=
+          std::abs(int(b.albedo[4 * std::size_t(y * n + x0)]) - int(b.albedo[4 * std::size_t(y * n + x1)]));
     return sum / n;
   };
   double largest = 0;

@@ -9,12 +9,13 @@ namespace vest::camera {
 
 /// A calibrated camera as sensor_msgs/CameraInfo says it: pixels, optical frame (z forward, x right, y down).
 /// Distortion is plumb_bob (k1 k2 p1 p2 k3), the polynomial of Brown 1971 as documented for
-/// sensor_msgs/CameraInfo and OpenCV's calib3d: x'' = x'(1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x'y' + p2(r² + 2x'²), …
+/// sensor_msgs/CameraInfo and OpenCV's calib3d: x'' = x'(1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x'y' + p2(r² +
+/// 2x'²), …
 struct Intrinsics {
   std::uint32_t width = 720;
   std::uint32_t height = 576;
-  double fx = 0, fy = 0;  ///< pixels
-  double cx = 0, cy = 0;  ///< pixels; the centre of the top-left pixel is (0, 0)
+  double fx = 0, fy = 0;                            ///< pixels
+  double cx = 0, cy = 0;                            ///< pixels; the centre of the top-left pixel is (0, 0)
   std::array<double, 5> distortion{0, 0, 0, 0, 0};  ///< no unit: k1 k2 p1 p2 k3
 };
 
@@ -25,7 +26,8 @@ Intrinsics fromFieldOfView(std::uint32_t width, std::uint32_t height, double hor
 
 /// Normalised undistorted (x/z, y/z) to pixel.
 Eigen::Vector2d project(const Intrinsics& camera, const Eigen::Vector2d& normalised);
-/// Pixel to normalised undistorted coordinates; Newton's method, exact to 1e-9 where the distortion is one-to-one.
+/// Pixel to normalised undistorted coordinates; Newton's method, exact to 1e-9 where the distortion is
+/// one-to-one.
 Eigen::Vector2d unproject(const Intrinsics& camera, const Eigen::Vector2d& pixel);
 
 /// OpenGL projection (column vectors, clip z in -1 … 1) of the pinhole without distortion; the camera looks
@@ -34,8 +36,10 @@ Eigen::Vector2d unproject(const Intrinsics& camera, const Eigen::Vector2d& pixel
 Eigen::Matrix4d glProjection(const Intrinsics& camera, double near, double far);
 
 /// Pose of the optical frame for a tip pose (z along the shaft, x right, y down at zero roll).
-/// @param tilt       rad: angle of the optics (0, 30°, 45°); positive looks down (towards +y of the tip) at light_post 0
-/// @param light_post rad: turns the direction of view about the shaft; the horizon turns with the camera head, not with it
+/// @param tilt       rad: angle of the optics (0, 30°, 45°); positive looks down (towards +y of the tip) at
+/// light_post 0
+/// @param light_post rad: turns the direction of view about the shaft; the horizon turns with the camera
+/// head, not with it
 Eigen::Isometry3d opticalFrame(const Eigen::Isometry3d& X_WTip, double tilt, double light_post);
 
 }  // namespace vest::camera

@@ -6,7 +6,8 @@
 #include <vector>
 
 /// What a viewer keeps of the tissue: topology with its deltas, the newest state, skins rebuilt from it.
-/// Nothing here knows ROS; whatever arrives (empty, late, repeated, unknown revision, NaN) leaves the store usable.
+/// Nothing here knows ROS; whatever arrives (empty, late, repeated, unknown revision, NaN) leaves the store
+/// usable.
 namespace vest::mesh {
 
 /// Topology of one object; fields and units as in vest_msgs/TissueObject.
@@ -16,14 +17,14 @@ struct Object {
   std::uint16_t segmentation_label = 0;
   bool rigid = false;
   std::uint32_t knot_count = 0;
-  std::vector<float> rest_position;         ///< m, world; x y z per knot
+  std::vector<float> rest_position;  ///< m, world; x y z per knot
   std::vector<std::uint8_t> knot_fixed;
-  std::vector<std::uint32_t> link_knots;    ///< two per link
+  std::vector<std::uint32_t> link_knots;  ///< two per link
   std::vector<std::uint8_t> link_alive;
-  std::vector<std::uint32_t> triangles;     ///< three skin vertices each, counter-clockwise from outside
+  std::vector<std::uint32_t> triangles;  ///< three skin vertices each, counter-clockwise from outside
   std::vector<std::uint16_t> triangle_layer;
-  std::vector<float> texture_coordinates;   ///< u v per skin vertex
-  std::vector<std::uint32_t> binding_start; ///< vertices + 1
+  std::vector<float> texture_coordinates;    ///< u v per skin vertex
+  std::vector<std::uint32_t> binding_start;  ///< vertices + 1
   std::vector<std::uint32_t> binding_knots;
   std::vector<float> binding_weights;
 
@@ -41,7 +42,8 @@ struct Delta {
   std::uint32_t from_revision = 0;
   std::uint32_t revision = 0;
   std::uint16_t object = 0;
-  std::vector<std::uint32_t> removed_links, added_link_knots, doubled_knots, removed_triangles, added_triangles;
+  std::vector<std::uint32_t> removed_links, added_link_knots, doubled_knots, removed_triangles,
+      added_triangles;
   std::vector<std::uint16_t> added_triangle_layer;
   std::vector<float> added_texture_coordinates;
   std::vector<std::uint32_t> added_binding_start, added_binding_knots;
@@ -61,14 +63,15 @@ enum class Outcome : std::uint8_t {
   Accepted,         ///< taken over
   Repeated,         ///< the same revision again, nothing to do
   UnknownRevision,  ///< state or delta of a revision that this store does not have: dropped
-  Malformed,        ///< sizes or indices contradict each other: dropped (or, in a topology, that object emptied)
-  NotFinite         ///< NaN or infinite positions: objects concerned keep their last shape
+  Malformed,  ///< sizes or indices contradict each other: dropped (or, in a topology, that object emptied)
+  NotFinite   ///< NaN or infinite positions: objects concerned keep their last shape
 };
 
 class Store {
  public:
-  /// Takes a whole topology. Objects whose arrays contradict each other stay in the list, empty, and are named in
-  /// problem(). A topology with the present revision and the same objects is Repeated unless `problem` persists.
+  /// Takes a whole topology. Objects whose arrays contradict each other stay in the list, empty, and are
+  /// named in problem(). A topology with the present revision and the same objects is Repeated unless
+  /// `problem` persists.
   Outcome setTopology(Topology topology);
 
   /// Applies a delta that starts from the present revision.

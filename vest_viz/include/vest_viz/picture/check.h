@@ -17,16 +17,16 @@ struct Row {
   bool inside() const { return value >= low && value <= high; }
 };
 
-/// The round image: from the outermost columns and rows that are not black. A picture cut off above and below (or
-/// at the sides) by the frame is a circle all the same; its radius is that of the longer extent.
+/// The round image: from the outermost columns and rows that are not black. A picture cut off above and below
+/// (or at the sides) by the frame is a circle all the same; its radius is that of the longer extent.
 /// @param bgr CV_8UC3; throws std::invalid_argument if it is empty, of another type, or all black
 Circle findCircle(const cv::Mat& bgr);
 
 /// Measures a picture inside the circle, against figures taken from eight frames of real laparoscopic
 /// cholecystectomies (CholecSeg8k; docs/pictures.md lists them and how each is computed here).
 ///
-/// Luminance is 0.299 R + 0.587 G + 0.114 B (ITU-R BT.601), 0 … 255. The outer 4 % of the radius, where rim and
-/// soft edge are, count in no row but the last.
+/// Luminance is 0.299 R + 0.587 G + 0.114 B (ITU-R BT.601), 0 … 255. The outer 4 % of the radius, where rim
+/// and soft edge are, count in no row but the last.
 std::vector<Row> checkPicture(const cv::Mat& bgr, const Circle& circle);
 
 bool allInside(const std::vector<Row>& rows);

@@ -13,8 +13,8 @@ struct Circle {
   double cx = 0, cy = 0, radius = 0;
 };
 
-/// Turns the pinhole rendering into what the camera chip delivers: lens distortion, round field stop with its thin
-/// bright rim, black outside. Built once per camera, no allocation afterwards.
+/// Turns the pinhole rendering into what the camera chip delivers: lens distortion, round field stop with its
+/// thin bright rim, black outside. Built once per camera, no allocation afterwards.
 class Finisher {
  public:
   /// @param camera  what is published: size, K, plumb_bob coefficients
@@ -36,7 +36,7 @@ class Finisher {
   camera::Intrinsics camera_, source_;
   Circle circle_;
   double source_radius_ = 1;
-  cv::Rect window_;       ///< of the circle in the picture
+  cv::Rect window_;  ///< of the circle in the picture
   cv::Mat map_, map_fraction_;
   cv::Mat weight_, rim_;  ///< CV_8UC3 over window_
   cv::Mat warped_, rgb_;

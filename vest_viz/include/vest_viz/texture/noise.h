@@ -10,7 +10,8 @@ float periodicFbm(float u, float v, int fu, int fv, int octaves, std::uint32_t s
 /// The same with the absolute value of each octave: turbulence, 0 … about 1.
 float periodicTurbulence(float u, float v, int fu, int fv, int octaves, std::uint32_t seed);
 
-/// Distances to the nearest and second nearest of jittered points, one per cell, `cells` per tile (Worley 1996).
+/// Distances to the nearest and second nearest of jittered points, one per cell, `cells` per tile (Worley
+/// 1996).
 struct Cell {
   float nearest, second;  ///< in cells
   std::uint32_t id;

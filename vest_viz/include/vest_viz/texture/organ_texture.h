@@ -14,10 +14,10 @@ using Colour = std::array<float, 3>;  ///< sRGB, 0 … 1
 /// What an organ's surface looks like. Lengths in metres, the rest without unit.
 struct Style {
   std::string organ;
-  double tile = 0.04;            ///< m, edge of the square that repeats
+  double tile = 0.04;  ///< m, edge of the square that repeats
   Colour base{0.7f, 0.4f, 0.35f};
   Colour second{0.6f, 0.3f, 0.28f};  ///< what the ground is mottled with
-  float mottle = 0.5f;           ///< 0 … 1, how far towards `second`
+  float mottle = 0.5f;               ///< 0 … 1, how far towards `second`
   Colour artery{0.55f, 0.09f, 0.08f};
   Colour vein{0.34f, 0.07f, 0.12f};
   int vessel_trees = 5;          ///< per tile
@@ -42,7 +42,8 @@ struct Baked {
   int size = 0;
   double tile = 0;                   ///< m
   std::vector<std::uint8_t> albedo;  ///< RGB sRGB colour, A wetness
-  std::vector<std::uint8_t> relief;  ///< R, G: slope dh/du, dh/dv coded 128 + 127·slope/kSlopeRange; B: 255 crest … 0 groove
+  std::vector<std::uint8_t>
+      relief;  ///< R, G: slope dh/du, dh/dv coded 128 + 127·slope/kSlopeRange; B: 255 crest … 0 groove
 };
 constexpr float kSlopeRange = 1.0f;
 
