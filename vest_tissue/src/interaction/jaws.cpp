@@ -51,12 +51,6 @@ void eachBetween(Context& c, const tools::ToolGeometry& g, const Frame& frame, d
   }
 }
 
-double station(const Context& c, std::size_t object, std::uint32_t knot) {
-  const auto ring = c.model.objects[object].ring[knot];
-  return ring < 0 ? std::numeric_limits<double>::quiet_NaN()
-                  : c.model.description.objects[object].tube.station[static_cast<std::size_t>(ring)];
-}
-
 void addAnchor(Context& c, Grasp& grasp, const Frame& frame, std::size_t object, std::uint32_t knot) {
   for (int i = 0; i < grasp.count; ++i) {
     if (grasp.anchors[i].object == object && grasp.anchors[i].knot == knot) return;
@@ -81,7 +75,8 @@ Event eventOf(const Context& c, const Grasp& grasp, EventKind kind, int tool) {
   e.element = grasp.element;
   e.barycentric = grasp.barycentric;
   e.position = knotPosition(c.state.objects[e.object], grasp.anchors[0].knot);
-  e.station = station(c, e.object, grasp.anchors[0].knot);
+  e.station = stationOf(c.model, c.state, e.object, c.state.objects[e.object].triangles[e.element],
+                        {e.barycentric[0], e.barycentric[1], e.barycentric[2]});
   e.area = std::numeric_limits<double>::quiet_NaN();
   e.force = grasp.pinch;
   return e;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "vest_tissue/net/skin.h"
+#include "vest_tissue/scene/request.h"
 
 namespace vest::ros_shell {
 namespace {
@@ -116,6 +117,8 @@ void toMsg(const scene::StepFrame& frame, const Description& description, vest_m
     msg.dilatations[i].vessel_segment = in.dilatations[i].vessel_segment;
     msg.dilatations[i].dilatation = static_cast<float>(in.dilatations[i].dilatation);
   }
+  msg.requests.clear();
+  for (const auto& r : in.requests) msg.requests.push_back(scene::requestText(r, description));
 }
 
 void fromMsg(const vest_msgs::StepInput& msg, const Description& description, scene::StepInput& in) {
@@ -158,6 +161,8 @@ void fromMsg(const vest_msgs::StepInput& msg, const Description& description, sc
   }
   in.dilatations.clear();
   for (const auto& d : msg.dilatations) in.dilatations.push_back({d.vessel_segment, d.dilatation});
+  in.requests.clear();
+  for (const auto& text : msg.requests) in.requests.push_back(scene::parseRequest(text, description));
 }
 
 bool fromMsg(const vest_msgs::InstrumentStates& msg, scene::ToolSample& sample) {

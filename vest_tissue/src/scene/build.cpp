@@ -146,11 +146,10 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
   c.net = o.model == ObjectModel::Net;
   c.law = o.law;
   c.polynomial = o.law.a2 != 0.0 || o.law.a3 != 0.0 || o.law.a4 != 0.0;
-  c.ring.assign(s.block.knotCapacity(), -1);
-  for (std::size_t r = 0; r < o.tube.rings.size(); ++r) for (const Index k : o.tube.rings[r]) c.ring[k] = static_cast<std::int32_t>(r);
+  c.tube = net::TubeMap(o.tube.station, o.tube.rings, o.tube.vessel_segment, o.position.size());
   for (std::size_t i = 0; i < o.links.size(); ++i) {
     const Link& l = o.links[i];
-    if (l.kind == LinkKind::Elastic && c.ring[l.knot0] >= 0 && c.ring[l.knot0] == c.ring[l.knot1]) {
+    if (l.kind == LinkKind::Elastic && c.tube.ringOf(l.knot0) >= 0 && c.tube.ringOf(l.knot0) == c.tube.ringOf(l.knot1)) {
       c.ring_links.push_back(s.places[i].index);
     }
   }
@@ -203,6 +202,8 @@ void boundSteps(const Object& o, ObjectState& s, ObjectConstants& c, double dt) 
   if (!(slow_needed <= limit)) refuse("bending, hinges, plastic links, tethers, volumes", slow_needed, std::sqrt(slow.omega_squared));
   c.sub_steps = std::max(1, static_cast<int>(std::ceil(fast_needed)));
   c.batches = powerOfTwo(slow_needed);
+  const solver::Rates volume{solver::volumeRate(s.block, s.elements), 0.0};
+  c.volume_batches = powerOfTwo(dt / (kSlowMargin * solver::longestStep(volume)));  // <= batches: part of `slow`
 }
 
 void connect(const Description& d, WorldModel& m) {

@@ -162,10 +162,10 @@ Object readObject(const Value& value, Files& files) {
   Map map(value);
   if (map.has("baked")) {
     map.only({"name", "organ", "material", "roles", "model", "baked", "law", "density", "friction",
-              "contact_thickness", "vessel_segment"});
+              "contact_thickness", "vessel_segment", "tear_strain"});
   } else {
     map.only({"name", "organ", "material", "roles", "model", "nodes", "links", "fixed", "triangles",
-              "knot_mass", "link_area", "friction", "contact_thickness", "vessel_segment", "strain",
+              "knot_mass", "link_area", "friction", "contact_thickness", "vessel_segment", "tear_strain", "strain",
               "tetrahedra", "loads"});
   }
   Object object;
@@ -182,6 +182,7 @@ Object readObject(const Value& value, Files& files) {
       map[of_fem].fail("belongs to objects with model: fem");
   }
   if (map.has("friction")) object.friction = map["friction"].number(0, 2);
+  if (map.has("tear_strain")) object.tear_strain = map["tear_strain"].number(0, 1e3);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
   std::string path = value.file();

@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "stages.h"
+#include "vest_tissue/scene/topology.h"
 
 namespace vest::scene {
 namespace {
@@ -83,7 +84,9 @@ void renewBound(Context& c, std::size_t object) {
   const float strain = solver::greatestStrain(links);
   const float e = std::min(strain, a.max_strain);
   const float tangent = 1.0f + e * (2 * a.a2 + e * (3 * a.a3 + e * 4 * a.a4));
-  const bool scaled = s.elastic_scale > 1.0 || s.damping_scale > 1.0 || s.topology.revision != 0;
+  // Removed links leave every bound valid; doubled knots do not.
+  const bool cut = !s.topology.doubled_knots.empty();
+  const bool scaled = s.elastic_scale > 1.0 || s.damping_scale > 1.0 || cut;
   if (tangent <= kGrowth && strain < 0.5f && !scaled) {
     s.sub_steps = constants.sub_steps;
     s.bound_strain = 0.0f;
@@ -97,7 +100,7 @@ void renewBound(Context& c, std::size_t object) {
   int needed = 1;
   for (int attempt = 0; attempt < 8; ++attempt) {
     solver::Rates rates = solver::linkRates(links, o.bound);
-    rates.omega_squared = rates.omega_squared * (s.topology.revision != 0 ? 1.0 : constants.calibration) + constants.contact_omega_squared;
+    rates.omega_squared = rates.omega_squared * (cut ? 1.0 : constants.calibration) + constants.contact_omega_squared;
     rates.decay = constants.rates.decay * std::max(1.0, s.damping_scale);
     needed = solver::subSteps(dt, rates);
     if (needed <= limit) break;
@@ -111,7 +114,61 @@ void renewBound(Context& c, std::size_t object) {
   s.sub_steps = (needed + s.batches - 1) / s.batches * s.batches;
 }
 
+/// Links of objects that tear, stretched further than they bear.
+void tear(Context& c, std::size_t object) {
+  const Object& described = c.model.description.objects[object];
+  ObjectState& s = c.state.objects[object];
+  const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
+  const float most = static_cast<float>((1.0 + described.tear_strain) * (1.0 + described.tear_strain));
+  TopologyDelta& delta = c.deltas->next();
+  beginDelta(c.state, static_cast<std::uint16_t>(object), delta);
+  for (std::size_t i = 0; i < s.topology.links.size() && delta.removed_links.size() < delta.removed_links.capacity(); ++i) {
+    if (!s.topology.link_alive[i] || s.places[i].kind != LinkKind::Elastic) continue;
+    const net::KernelLink& l = s.links[s.places[i].index].values;
+    const float dx = x[l.knot1] - x[l.knot0], dy = y[l.knot1] - y[l.knot0], dz = z[l.knot1] - z[l.knot0];
+    if (!(dx * dx + dy * dy + dz * dz > most * l.rest * l.rest)) continue;
+    if (delta.removed_links.empty()) {
+      Event e;
+      e.kind = EventKind::Torn;
+      e.step = c.state.step;
+      e.object = static_cast<std::uint16_t>(object);
+      e.element = static_cast<std::uint32_t>(i);
+      e.position = 0.5 * (knotPosition(s, l.knot0) + knotPosition(s, l.knot1));
+      e.station = stationOf(c.model, c.state, object, {l.knot0, l.knot1, l.knot1}, {0.5, 0.5, 0.0});
+      e.area = s.topology.links[i].area;
+      emit(c, e);
+    }
+    removeLink(c.state, static_cast<std::uint16_t>(object), static_cast<std::uint32_t>(i), delta);
+  }
+  if (delta.removed_links.empty()) return;
+  endDelta(c.state, delta);
+  c.deltas->keep();
+}
+
 }  // namespace
+
+double stationOf(const WorldModel& model, const WorldState& state, std::size_t object,
+                 const std::array<std::uint32_t, 3>& knots, const std::array<double, 3>& weights) {
+  std::array<std::uint32_t, 3> of_scene;
+  for (std::size_t i = 0; i < 3; ++i) {
+    of_scene[i] = originalKnot(state.objects[object].topology, model.description.objects[object].position.size(), knots[i]);
+  }
+  return model.objects[object].tube.stationAt(of_scene, weights);
+}
+
+bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& deltas, const TopologyRequest& request,
+                  std::uint32_t& copy) {
+  if (request.object >= state.objects.size() || !model.objects[request.object].net) return false;
+  TopologyDelta& delta = deltas.next();
+  beginDelta(state, request.object, delta);
+  const bool done = request.kind == TopologyRequest::Kind::RemoveLink
+                        ? removeLink(state, request.object, request.element, delta)
+                        : splitKnot(state, request.object, request.element, request.normal, copy, delta);
+  if (!done) return false;
+  endDelta(state, delta);
+  deltas.keep();
+  return true;
+}
 
 bool checkInput(const StepInput& input) {
   if (!(input.dt >= 1e-6 && input.dt <= 0.01)) return false;
@@ -156,6 +213,11 @@ void predict(Context& c) {
   for (const ParameterEdit& edit : c.input.edits) applyEdit(c, edit);
   for (const ImpactInput& impact : c.input.impacts) applyImpact(c, impact);
   for (const DilatationInput& dilatation : c.input.dilatations) applyDilatation(c, dilatation);
+  std::uint32_t copy;
+  for (const TopologyRequest& request : c.input.requests) applyRequest(c.model, c.state, *c.deltas, request, copy);
+  for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
+    if (c.model.objects[i].net && c.model.description.objects[i].tear_strain > 0.0) tear(c, i);
+  }
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     const ToolInput& input = c.input.tools[t];
     auto& proxy = c.state.proxies[t];

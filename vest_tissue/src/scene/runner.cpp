@@ -196,6 +196,7 @@ void Runner::stepOnce(std::int64_t now) {
   input.edits.clear();
   input.impacts.clear();
   input.dilatations.clear();
+  input.requests.clear();
   frame.command = pending_command_;
   frame.command_argument = pending_argument_;
   pending_command_ = Command::None;

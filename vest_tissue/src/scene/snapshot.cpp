@@ -6,7 +6,7 @@
 namespace vest::scene {
 namespace {
 
-constexpr char kMagic[8] = {'V', 'E', 'S', 'T', 'W', 'L', 'D', '1'};
+constexpr char kMagic[8] = {'V', 'E', 'S', 'T', 'W', 'L', 'D', '2'};
 
 [[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("snapshot: " + what); }
 
@@ -86,6 +86,22 @@ void checkIndices(const WorldState& s) {
     for (const auto& p : o.elements.plastic) knot(p.a), knot(p.b);
     for (const auto& t : o.elements.tethers) knot(t.knot);
     for (const auto& v : o.elements.volumes) for (const auto& t : v.triangles) for (const auto k : t) knot(k);
+    const Topology& t = o.topology;
+    if (t.link_alive.size() != t.links.size() || o.places.size() != t.links.size() ||
+        t.triangle_alive.size() != t.skin.triangles.size() || o.triangle_alive.size() != o.triangles.size() ||
+        o.fixed.size() != o.block.knots() || o.depth.size() != o.block.knotCapacity()) {
+      refuse("lists of an object that do not fit each other");
+    }
+    for (std::size_t i = 0; i < t.links.size(); ++i) {
+      knot(t.links[i].knot0), knot(t.links[i].knot1), knot(t.links[i].knot2);
+      const auto kind = o.places[i].kind;
+      const std::size_t limit = kind == LinkKind::Plastic   ? o.elements.plastic.size()
+                                : kind == LinkKind::Bending ? o.elements.bending.size()
+                                                            : o.links.size();
+      if (o.places[i].index >= limit) refuse("link " + std::to_string(i) + " of an object has no place");
+    }
+    for (const auto k : t.skin.binding_knots) knot(k);
+    for (const auto k : t.doubled_knots) knot(k);
     const std::size_t batches = static_cast<std::size_t>(o.batches);
     if (o.sub_steps < 1 || o.sub_steps > 100000 || o.sub_steps % batches != 0) refuse("sub-steps of an object");
   }
@@ -125,7 +141,7 @@ void World::restore(const std::vector<std::uint8_t>& bytes) {
   ReadArchive archive{bytes};
   char magic[8];
   archive.bytes(magic, sizeof magic);
-  if (std::memcmp(magic, kMagic, sizeof magic) != 0) refuse("begins with other bytes than VESTWLD1");
+  if (std::memcmp(magic, kMagic, sizeof magic) != 0) refuse("begins with other bytes than VESTWLD2");
   std::uint64_t size;
   archive.bytes(&size, sizeof size);
   if (size > 64) refuse("scene_hash of " + std::to_string(size) + " characters (at most 64)");

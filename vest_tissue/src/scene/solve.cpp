@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "stages.h"
+#include "vest_tissue/scene/topology.h"
 
 namespace vest::scene {
 namespace {
@@ -15,21 +16,29 @@ net::ElementArrays elementArrays(Block& b) {
           b.row(Block::HX), b.row(Block::HY), b.row(Block::HZ)};
 }
 
-/// Pressure of the enclosed volume. The surface is walked once a step; within it the volume follows its gradient.
-void addPressure(Context& c, std::size_t object, bool first) {
+/// Pressure of the enclosed volume. Its gradient is taken as often as its stiffness needs (ObjectConstants::volume_batches),
+/// at the positions predicted for the middle of the `interval` (s) in which it serves: taken at its start it would lag, and
+/// the part of the stiffness that comes from the pressure would feed energy (docs/decisions/0180-…). Between, the volume
+/// follows the gradient.
+void addPressure(Context& c, std::size_t object, bool renew, double interval) {
   ObjectState& s = c.state.objects[object];
   ObjectScratch& o = c.scratch.objects[object];
   Block& b = s.block;
   const net::Volume& v = s.elements.volumes[0];
   if (v.bulk_modulus == 0.0f || v.triangles.empty()) return;
   const std::size_t stride = b.knotCapacity() + 1, knots = b.knots();
-  if (first) {
-    net::ElementArrays now = elementArrays(b);
-    now.x = b.row(Block::X), now.y = b.row(Block::Y), now.z = b.row(Block::Z);
-    o.volume = net::volumeGradient(v, now, o.volume_gradient.data(), stride);
+  if (renew) {
+    const float ahead = static_cast<float>(0.5 * interval);
     for (int axis = 0; axis < 3; ++axis) {
-      std::memcpy(o.volume_start.data() + axis * stride, b.row(static_cast<Block::KnotRow>(Block::X + axis)), knots * sizeof(float));
+      const float* const x = b.row(static_cast<Block::KnotRow>(Block::X + axis));
+      const float* const u = b.row(static_cast<Block::KnotRow>(Block::VX + axis));
+      float* const x0 = o.volume_start.data() + axis * stride;
+      for (std::size_t i = 0; i < knots; ++i) x0[i] = x[i] + ahead * u[i];
     }
+    net::ElementArrays there = elementArrays(b);
+    const float* const x0 = o.volume_start.data();
+    there.x = x0, there.y = x0 + stride, there.z = x0 + 2 * stride;
+    o.volume = net::volumeGradient(v, there, o.volume_gradient.data(), stride);
   }
   double change = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -51,7 +60,7 @@ void addPressure(Context& c, std::size_t object, bool first) {
 
 /// Forces that are held over the batch: gravity, and the slower elements where the knots will be in its middle. With
 /// that prediction the held force neither feeds nor damps (docs/decisions/0121-…).
-void hold(Context& c, std::size_t object, double h, bool first) {
+void hold(Context& c, std::size_t object, double h, int batch) {
   ObjectState& s = c.state.objects[object];
   Block& b = s.block;
   const std::size_t knots = b.knots();
@@ -69,7 +78,8 @@ void hold(Context& c, std::size_t object, double h, bool first) {
   }
   net::addElements(s.elements, elementArrays(b), c.level);
   if (s.elements.volumes.size() == 1) {
-    addPressure(c, object, first);
+    const int every = s.batches / c.model.objects[object].volume_batches;
+    addPressure(c, object, batch % every == 0, h * every);
   } else if (!s.elements.volumes.empty()) {
     net::addVolumes(s.elements.volumes, elementArrays(b));
   }
@@ -111,7 +121,11 @@ Vector3d connectionForce(Context& c, std::size_t n, double h) {
   const Vector3d f = k.stiffness * off + k.damping * rate;
   if (k.break_force > 0.0 && f.squaredNorm() > k.break_force * k.break_force) {
     s.alive = false;
-    ++c.state.revision;
+    // The object's own lists stay as they are: a delta without entries.
+    TopologyDelta& delta = c.deltas->next();
+    beginDelta(c.state, s.end0.object, delta);
+    delta.revision = ++c.state.revision;
+    c.deltas->keep();
     Event e;
     e.kind = EventKind::Torn;
     e.step = c.state.step;
@@ -217,7 +231,9 @@ void solve(Context& c) {
       return c.model.objects[object].net && batch % every == 0;
     };
     auto prepare = [&](std::size_t object) {
-      if (due(object)) hold(c, object, c.dt / (c.state.objects[object].batches * c.stretch), batch == 0);
+      if (!due(object)) return;
+      const int own = c.state.objects[object].batches * c.stretch;
+      hold(c, object, c.dt / own, batch / (batches / own));
     };
     c.pool.each(objects, prepare);
     // Exchange between objects, in fixed order; a force holds until both its objects are renewed together.

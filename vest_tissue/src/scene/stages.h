@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 
+#include "delta_history.h"
 #include "object_arrays.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/scene/world_model.h"
@@ -24,6 +25,7 @@ struct Context {
   int stretch;        ///< sub-steps and batches are those of the description times this (a longer dt needs more)
   bool account;       ///< energy accounting
   net::KernelLevel level = net::KernelLevel::Baseline;
+  DeltaHistory* deltas = nullptr;
 };
 
 /// Stages in the order in which a step runs them.
@@ -36,6 +38,13 @@ bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a 
 void tell(Context& c);                          ///< contact models, events
 void keepBackup(Context& c);
 void restoreBackup(Context& c);
+
+/// Changes the topology and keeps the delta. False: nothing has changed.
+bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& deltas, const TopologyRequest& request,
+                  std::uint32_t& copy);
+/// Station (m) of a place on a triangle of knots, which may be copies; NaN where the tube map knows none of them.
+double stationOf(const WorldModel& model, const WorldState& state, std::size_t object,
+                 const std::array<std::uint32_t, 3>& knots, const std::array<double, 3>& weights);
 
 /// Parts of the above in files of their own.
 void findToolContacts(Context& c, std::size_t object);

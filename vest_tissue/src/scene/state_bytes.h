@@ -66,7 +66,7 @@ struct StateWalker {
     if (s.topology.revision == 0) return;  // as the scene says
     list(s.topology.links, [&](Link& l) { link(l); });
     list(s.places, [&](LinkPlace& p) { value(p.kind), value(p.index); });
-    plain(s.topology.link_alive), plain(s.topology.triangle_alive), skin(s.topology.skin);
+    plain(s.topology.doubled_knots), plain(s.topology.link_alive), plain(s.topology.triangle_alive), skin(s.topology.skin);
     plain(s.triangles), plain(s.triangle_alive), plain(s.fixed), plain(s.depth);
     list(s.elements.bending, [&](net::Bending& e) { value(e.a), value(e.b), value(e.c), value(e.stiffness), value(e.rest); });
     list(s.elements.hinges, [&](net::Hinge& e) {

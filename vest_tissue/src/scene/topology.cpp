@@ -1,11 +1,26 @@
 #include "vest_tissue/scene/topology.h"
 
+#include <algorithm>
+#include <type_traits>
+
 namespace vest::scene {
+
+void beginDelta(const WorldState& state, std::uint16_t object, TopologyDelta& d) {
+  d.object = object;
+  d.from_revision = d.revision = state.revision;
+  d.object_revision = state.objects[object].topology.revision;
+  d.removed_links.clear(), d.added_links.clear(), d.doubled_knots.clear();
+  d.removed_triangles.clear(), d.added_triangles.clear(), d.added_triangle_layer.clear();
+  d.rebound_vertices.clear();
+  for (Skin* s : {&d.added_skin, &d.rebound_skin}) {
+    s->binding_start.clear(), s->binding_knots.clear(), s->binding_weights.clear();
+    s->texture_coordinates.clear(), s->triangles.clear(), s->layer.clear();
+  }
+}
 
 TopologyDelta beginDelta(const WorldState& state, std::uint16_t object) {
   TopologyDelta d;
-  d.object = object;
-  d.from_revision = state.revision;
+  beginDelta(state, object, d);
   return d;
 }
 
@@ -42,6 +57,16 @@ bool doubleKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, std
   b.row(Block::kInverseMass)[copy] = b.row(Block::kInverseMass)[knot];
   s.fixed.push_back(s.fixed[knot]);
   s.depth[copy] = s.depth[knot];
+  s.topology.doubled_knots.push_back(knot);
+  // Halves of the tethers go with the halves of the mass: both keep their support.
+  for (std::size_t i = 0, count = s.elements.tethers.size(); i < count; ++i) {
+    net::Tether& t = s.elements.tethers[i];
+    if (t.knot != knot) continue;
+    t.stiffness *= 0.5f, t.damping *= 0.5f;
+    net::Tether half = t;
+    half.knot = copy;
+    s.elements.tethers.push_back(half);
+  }
   delta.doubled_knots.push_back(knot);
   return true;
 }
@@ -83,9 +108,178 @@ bool moveLinkEnd(WorldState& state, std::uint16_t object, std::uint32_t link, st
   return true;
 }
 
+namespace {
+
+Eigen::Vector3d placeOf(const ObjectState& s, std::uint32_t k) {
+  using net::Block;
+  return {s.block.row(Block::X)[k], s.block.row(Block::Y)[k], s.block.row(Block::Z)[k]};
+}
+
+/// Skin vertices on the copy's side hang on the copy.
+void rebindSkin(ObjectState& s, const net::KnotDoubling& cut, TopologyDelta& delta) {
+  Skin& skin = s.topology.skin;
+  for (std::size_t v = 0; v + 1 < skin.binding_start.size(); ++v) {
+    const std::uint32_t first = skin.binding_start[v], last = skin.binding_start[v + 1];
+    const auto begin = skin.binding_knots.begin() + first, end = skin.binding_knots.begin() + last;
+    if (std::find(begin, end, cut.original) == end) continue;
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();
+    for (std::uint32_t e = first; e < last; ++e) {
+      at += static_cast<double>(skin.binding_weights[e]) * placeOf(s, skin.binding_knots[e]);
+    }
+    if (!(cut.plane_normal.dot(at - cut.plane_point) > 0.0)) continue;
+    std::replace(begin, end, cut.original, cut.copy);
+    Skin& told = delta.rebound_skin;
+    if (told.binding_start.empty()) told.binding_start.push_back(0);
+    delta.rebound_vertices.push_back(static_cast<std::uint32_t>(v));
+    told.binding_knots.insert(told.binding_knots.end(), begin, end);
+    told.binding_weights.insert(told.binding_weights.end(), skin.binding_weights.begin() + first,
+                                skin.binding_weights.begin() + last);
+    told.binding_start.push_back(static_cast<std::uint32_t>(told.binding_knots.size()));
+  }
+}
+
+void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubling& cut) {
+  const ObjectState& s = state.objects[object];
+  for (ConnectionState& c : state.connections) {
+    for (net::Anchor* a : {&c.end0, &c.end1}) {
+      if (a->object != object) continue;
+      Eigen::Vector3d at = Eigen::Vector3d::Zero();
+      for (int i = 0; i < 4; ++i) if (a->weights[i] != 0.0) at += a->weights[i] * placeOf(s, a->knots[i]);
+      net::remap(*a, cut, at);
+    }
+  }
+  for (std::size_t t = 0; t < state.grasps.size(); ++t) {
+    const auto& pose = state.proxies[t].pose;
+    auto& grasp = state.grasps[t];
+    for (int i = 0; i < grasp.count; ++i) {
+      auto& a = grasp.anchors[i];
+      if (a.object != object || a.knot != cut.original) continue;
+      // The knot lies in the plane: where the jaws hold it tells the side.
+      net::Anchor anchor{a.object, {a.knot, 0, 0, 0}, {1, 0, 0, 0}};
+      if (net::remap(anchor, cut, pose.tip + pose.orientation * a.local)) a.knot = anchor.knots[0];
+    }
+  }
+}
+
+}  // namespace
+
+bool splitKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, const Eigen::Vector3d& normal,
+               std::uint32_t& copy, TopologyDelta& delta) {
+  ObjectState& s = state.objects[object];
+  if (!(normal.squaredNorm() > 0.0) || !normal.allFinite() || !doubleKnot(state, object, knot, copy, delta)) return false;
+  const net::KnotDoubling cut{knot, copy, normal, placeOf(s, knot)};
+  const auto beyond = [&](auto first, auto last) {  // the others of an element lie beyond the plane
+    double sum = 0.0;
+    for (; first != last; ++first) if (*first != knot) sum += cut.plane_normal.dot(placeOf(s, *first) - cut.plane_point);
+    return sum > 0.0;
+  };
+  for (std::size_t i = 0, count = s.topology.links.size(); i < count; ++i) {
+    const Link& l = s.topology.links[i];
+    const std::array<std::uint32_t, 3> knots{l.knot0, l.knot1, l.kind == LinkKind::Bending ? l.knot2 : l.knot1};
+    if (!s.topology.link_alive[i] || std::find(knots.begin(), knots.end(), knot) == knots.end()) continue;
+    if (!beyond(knots.begin(), knots.end())) continue;
+    // Where there is no room for the moved link, it tears.
+    if (!moveLinkEnd(state, object, static_cast<std::uint32_t>(i), knot, copy, delta)) {
+      removeLink(state, object, static_cast<std::uint32_t>(i), delta);
+    }
+  }
+  for (net::Hinge& h : s.elements.hinges) {
+    const std::array<std::uint32_t, 4> knots{h.edge0, h.edge1, h.wing0, h.wing1};
+    if (std::find(knots.begin(), knots.end(), knot) == knots.end() || !beyond(knots.begin(), knots.end())) continue;
+    for (std::uint32_t* k : {&h.edge0, &h.edge1, &h.wing0, &h.wing1}) if (*k == knot) *k = copy;
+  }
+  for (auto& t : s.triangles) {
+    if (std::find(t.begin(), t.end(), knot) != t.end() && beyond(t.begin(), t.end())) std::replace(t.begin(), t.end(), knot, copy);
+  }
+  rebindSkin(s, cut, delta);
+  remapAnchors(state, object, cut);
+  return true;
+}
+
 void endDelta(WorldState& state, TopologyDelta& delta) {
   delta.revision = ++state.revision;
   delta.object_revision = ++state.objects[delta.object].topology.revision;
+}
+
+std::uint32_t originalKnot(const Topology& topology, std::size_t scene_knots, std::uint32_t knot) {
+  while (knot >= scene_knots && knot - scene_knots < topology.doubled_knots.size()) {
+    knot = topology.doubled_knots[knot - scene_knots];
+  }
+  return knot;
+}
+
+namespace {
+
+/// Replaces the binding of some vertices, whose number of entries may change.
+void rebind(Skin& skin, const std::vector<std::uint32_t>& vertices, const Skin& binding) {
+  Skin now;
+  now.binding_start.push_back(0);
+  std::vector<std::size_t> from(skin.binding_start.size(), vertices.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) from[vertices[i]] = i;
+  for (std::size_t v = 0; v + 1 < skin.binding_start.size(); ++v) {
+    const bool kept = from[v] == vertices.size();
+    const Skin& source = kept ? skin : binding;
+    const std::size_t at = kept ? v : from[v];
+    for (std::uint32_t e = source.binding_start[at]; e < source.binding_start[at + 1]; ++e) {
+      now.binding_knots.push_back(source.binding_knots[e]);
+      now.binding_weights.push_back(source.binding_weights[e]);
+    }
+    now.binding_start.push_back(static_cast<std::uint32_t>(now.binding_knots.size()));
+  }
+  skin.binding_start = std::move(now.binding_start);
+  skin.binding_knots = std::move(now.binding_knots);
+  skin.binding_weights = std::move(now.binding_weights);
+}
+
+/// Vertices of a binding, or -1 where its lists do not fit each other.
+std::ptrdiff_t vertexCount(const Skin& s) {
+  if (s.binding_start.empty()) return s.binding_knots.empty() ? 0 : -1;
+  const bool fits = s.binding_start.front() == 0 && s.binding_start.back() == s.binding_knots.size() &&
+                    s.binding_knots.size() == s.binding_weights.size() &&
+                    std::is_sorted(s.binding_start.begin(), s.binding_start.end());
+  return fits ? static_cast<std::ptrdiff_t>(s.binding_start.size()) - 1 : -1;
+}
+
+}  // namespace
+
+bool applyDelta(Topology& t, const TopologyDelta& d) {
+  const bool nothing = d.object_revision == t.revision;  // something outside these lists changed
+  if (!nothing && d.object_revision != t.revision + 1) return false;
+  const std::ptrdiff_t vertices = vertexCount(t.skin), added = vertexCount(d.added_skin), rebound = vertexCount(d.rebound_skin);
+  if (vertices < 0 || added < 0 || rebound != static_cast<std::ptrdiff_t>(d.rebound_vertices.size()) ||
+      d.added_triangles.size() != d.added_triangle_layer.size()) {
+    return false;
+  }
+  const auto below = [](const auto& list, std::size_t limit) {
+    return std::all_of(list.begin(), list.end(), [limit](auto i) { return i < limit; });
+  };
+  if (!below(d.removed_links, t.links.size() + d.added_links.size()) || !below(d.removed_triangles, t.skin.triangles.size()) ||
+      !below(d.rebound_vertices, static_cast<std::size_t>(vertices))) {
+    return false;
+  }
+  for (const auto& f : d.added_triangles) if (!below(f, static_cast<std::size_t>(vertices + added))) return false;
+  t.doubled_knots.insert(t.doubled_knots.end(), d.doubled_knots.begin(), d.doubled_knots.end());
+  t.links.insert(t.links.end(), d.added_links.begin(), d.added_links.end());
+  t.link_alive.resize(t.links.size(), 1);
+  for (const auto i : d.removed_links) t.link_alive[i] = 0;
+  for (const auto i : d.removed_triangles) t.triangle_alive[i] = 0;
+  if (!d.rebound_vertices.empty()) rebind(t.skin, d.rebound_vertices, d.rebound_skin);
+  if (added > 0) {
+    const auto base = static_cast<std::uint32_t>(t.skin.binding_knots.size());
+    if (t.skin.binding_start.empty()) t.skin.binding_start.push_back(0);
+    for (std::size_t v = 1; v < d.added_skin.binding_start.size(); ++v) {
+      t.skin.binding_start.push_back(base + d.added_skin.binding_start[v]);
+    }
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(t.skin.binding_knots, d.added_skin.binding_knots);
+    append(t.skin.binding_weights, d.added_skin.binding_weights);
+    append(t.skin.texture_coordinates, d.added_skin.texture_coordinates);
+  }
+  t.skin.triangles.insert(t.skin.triangles.end(), d.added_triangles.begin(), d.added_triangles.end());
+  t.skin.layer.insert(t.skin.layer.end(), d.added_triangle_layer.begin(), d.added_triangle_layer.end());
+  t.triangle_alive.resize(t.skin.triangles.size(), 1);
+  t.revision = d.object_revision;
+  return true;
 }
 
 }  // namespace vest::scene

@@ -186,6 +186,7 @@ void validate(const Description& d) {
       for (const Index k : o.contact_triangles[i]) c.knot(c.item("contact_triangles", i), k);
     }
     c.atLeast(path + ": contact_thickness", o.contact_thickness, 0.0, false, "m");
+    c.atLeast(path + ": tear_strain", o.tear_strain, 0.0, false, "no unit; 0: never");
     c.atLeast(path + ": friction", o.friction, 0.0, false, "no unit");
     checkSkin(c);
     if (o.tube.station.size() != o.tube.rings.size()) {

@@ -32,7 +32,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   const double dt = input.dt, nominal = w.model->description.dt;
   int stretch = 1;
   while (stretch * nominal < dt * (1.0 - 1e-9) && stretch < 16384) stretch *= 2;
-  Context c{*w.model, w.state, w.scratch, input, report, *w.pool, dt, stretch, w.account_energy, w.level};
+  Context c{*w.model, w.state, w.scratch, input, report, *w.pool, dt, stretch, w.account_energy, w.level, &w.deltas};
   if (!checkInput(input)) return w.fault(c, "step input");
 
   keepBackup(c);
@@ -143,19 +143,26 @@ void World::attachments(std::vector<Attachment>& out) const {
     a.anchor.weights = {1, 0, 0, 0};
     const auto& pose = impl_->state.proxies[t].pose;
     a.pose = Eigen::Isometry3d(Eigen::Translation3d(pose.tip) * pose.orientation);
-    const auto ring = impl_->model->objects[first.object].ring[first.knot];
-    a.station = ring < 0 ? std::nan("") : impl_->model->description.objects[first.object].tube.station[ring];
+    a.station = stationOf(*impl_->model, impl_->state, first.object, {first.knot, first.knot, first.knot}, {1, 0, 0});
     a.closure = grasp.jaw_at_touch > 0.0 ? 1.0 - pose.jaw / grasp.jaw_at_touch : 0.0;
     out.push_back(a);
   }
 }
 
 bool World::deltasSince(std::uint32_t revision, std::vector<TopologyDelta>& out) const {
-  out.clear();
-  if (revision == impl_->state.revision) return true;
-  if (impl_->deltas.empty() || impl_->deltas.front().from_revision > revision) return false;
-  for (const auto& d : impl_->deltas) if (d.from_revision >= revision) out.push_back(d);
-  return true;
+  return impl_->deltas.since(revision, impl_->state.revision, out);
+}
+
+bool World::removeLink(std::size_t object, std::uint32_t link) {
+  std::uint32_t copy;
+  TopologyRequest request;
+  request.object = static_cast<std::uint16_t>(object), request.element = link;
+  return object < objectCount() && applyRequest(*impl_->model, impl_->state, impl_->deltas, request, copy);
+}
+
+bool World::splitKnot(std::size_t object, std::uint32_t knot, const Eigen::Vector3d& normal, std::uint32_t& copy) {
+  const TopologyRequest request{TopologyRequest::Kind::SplitKnot, static_cast<std::uint16_t>(object), knot, normal};
+  return object < objectCount() && applyRequest(*impl_->model, impl_->state, impl_->deltas, request, copy);
 }
 
 void World::reset() {

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <ctime>
-#include <deque>
 #include <memory>
 
+#include "delta_history.h"
 #include "stages.h"
 #include "vest_tissue/solver/pool.h"
 
@@ -16,7 +16,7 @@ struct World::Impl {
   WorldState state;
   WorldScratch scratch;
   std::unique_ptr<solver::Pool> pool;
-  std::deque<TopologyDelta> deltas;   ///< the last few
+  DeltaHistory deltas;
   net::KernelLevel level = net::chooseKernelLevel();
   bool account_energy = false;
   bool measure = false;
@@ -25,6 +25,16 @@ struct World::Impl {
   void reserve() {
     state.pairs.reserve(8192);
     state.sides.reserve(2048);
+    for (std::size_t i = 0; i < state.objects.size(); ++i) {
+      if (!model->objects[i].net) continue;
+      ObjectState& s = state.objects[i];
+      const auto room = [](auto& v, std::size_t most) { v.reserve(most + most / 4 + 64); };
+      const std::size_t links = model->start.objects[i].topology.links.size();
+      room(s.topology.links, links), room(s.topology.link_alive, links), room(s.places, links), room(s.links, links);
+      room(s.elements.bending, s.elements.bending.size()), room(s.elements.plastic, s.elements.plastic.size());
+      room(s.elements.tethers, s.elements.tethers.size());
+      s.fixed.reserve(s.block.knotCapacity()), s.topology.doubled_knots.reserve(s.block.knotCapacity());
+    }
   }
   Status fault(Context& c, std::string_view object);
 

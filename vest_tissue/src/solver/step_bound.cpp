@@ -145,6 +145,14 @@ Rates elementRates(const net::Block& block, const net::Elements& elements) {
     rates.omega_squared = std::max(rates.omega_squared, stiffness[i] * w[i]);
     rates.decay = std::max(rates.decay, damping[i] * w[i]);
   }
+  rates.omega_squared += volumeRate(block, elements);
+  return rates;
+}
+
+double volumeRate(const net::Block& block, const net::Elements& elements) {
+  const float *x = block.row(Block::X), *y = block.row(Block::Y), *z = block.row(Block::Z);
+  const float* const w = block.row(Block::kInverseMass);
+  double rate = 0.0;
   for (const auto& v : elements.volumes) {  // K/V0·g g^T: one mode, omega² = K/V0·sum |g_i|²/m_i
     std::vector<Eigen::Vector3d> g(block.knotCapacity() + 1, Eigen::Vector3d::Zero());
     for (const auto& t : v.triangles) {
@@ -154,9 +162,9 @@ Rates elementRates(const net::Block& block, const net::Elements& elements) {
     }
     double sum = 0.0;
     for (std::size_t i = 0; i < block.knots(); ++i) sum += g[i].squaredNorm() * w[i];
-    rates.omega_squared += v.bulk_modulus / v.rest * sum;
+    rate += v.bulk_modulus / v.rest * sum;
   }
-  return rates;
+  return rate;
 }
 
 double powerIteration(const BoundLinks& links, int iterations) {

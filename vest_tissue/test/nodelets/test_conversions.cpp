@@ -58,6 +58,7 @@ TEST(Conversions, AStepInputComesBackBitForBit) {
   impact.weights = {0.25, 0.5, 0.25};
   impact.momentum = {1e-6, 2e-6, -3e-6};
   frame.input.impacts.push_back(impact);
+  frame.input.requests.push_back({scene::TopologyRequest::Kind::SplitKnot, 1, 12, {1.0 / 3, -2e-7, 0.0}});
   frame.input.dilatations.push_back({"uterine_left", 1.0625});
   vest_msgs::StepInput msg;
   toMsg(frame, d, msg);

@@ -100,6 +100,7 @@ struct Object {
       contact_triangles;              ///< knots, counter-clockwise from outside; what others touch
   double contact_thickness = 0.0005;  ///< m: offset of the touched surface from contact_triangles
   double friction = 0.1;              ///< no unit, Coulomb, wet tissue
+  double tear_strain = 0.0;           ///< no unit: an elastic link tears above this strain; 0: never
   Skin skin;
   TubeMap tube;
   std::shared_ptr<const fem::Description> fem;  ///< model fem: its tetrahedra, material, loads; else null

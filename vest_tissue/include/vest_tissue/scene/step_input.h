@@ -43,6 +43,15 @@ struct DilatationInput {
   double dilatation = 1.0;
 };
 
+/// A change of the topology, applied before the step. As words on the wire: scene/request.h.
+struct TopologyRequest {
+  enum class Kind : std::uint8_t { RemoveLink = 0, SplitKnot = 1 };
+  Kind kind = Kind::RemoveLink;
+  std::uint16_t object = 0;
+  std::uint32_t element = 0;  ///< link of the topology, or knot
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< SplitKnot: of the plane through the knot, to the copy
+};
+
 /// Everything that a step consumes. Recording these and the State at the start is recording the session.
 struct StepInput {
   std::uint64_t step = 0;
@@ -53,6 +62,7 @@ struct StepInput {
   std::vector<ParameterEdit> edits;
   std::vector<ImpactInput> impacts;
   std::vector<DilatationInput> dilatations;
+  std::vector<TopologyRequest> requests;
 };
 
 }  // namespace vest::scene

@@ -86,9 +86,11 @@ struct Topology {
   std::vector<std::uint8_t> link_alive;
   Skin skin;
   std::vector<std::uint8_t> triangle_alive;
+  std::vector<std::uint32_t> doubled_knots;  ///< P of each copy P'; copies are numbered behind the scene's knots
 };
 
-/// One change between two revisions of an object, in the order of vest_msgs/TissueTopologyDelta.
+/// One change between two revisions of an object, in the order of vest_msgs/TissueTopologyDelta. One without any entry
+/// tells that something outside the object's lists changed: a connection tore.
 struct TopologyDelta {
   std::uint16_t object = 0;
   std::uint32_t from_revision = 0;   ///< of the world
@@ -120,6 +122,8 @@ struct WorldModel;    ///< immutable once built (world_model.h)
 struct WorldState;    ///< everything that evolves; a copy is a snapshot (world_state.h)
 struct WorldScratch;  ///< sized once, no meaning between steps (world_scratch.h)
 
+inline constexpr std::size_t kDeltaHistory = 256;  ///< deltas that a World keeps for late readers (ours)
+
 /// Convenient owner of Model, State and Scratch. Not thread-safe; step() is real-time safe after construction.
 class World {
  public:
@@ -148,8 +152,15 @@ class World {
   Eigen::Vector3d reaction(std::size_t object) const;
   Energy energy() const;
   void attachments(std::vector<Attachment>& out) const;
-  /// Deltas since a revision; false if it is too old, then send the whole topology.
+  /// Deltas since a revision, in order; false if it is older than the last kDeltaHistory ones (or not of this
+  /// history: after reset and restore it begins anew), then send the whole topology.
   bool deltasSince(std::uint32_t revision, std::vector<TopologyDelta>& out) const;
+  /// A link dies. False if there is none, or it is dead. Between steps; in a recorded session use
+  /// StepInput::requests, which do the same.
+  bool removeLink(std::size_t object, std::uint32_t link);
+  /// P -> P, P': what lies on the side of the plane to which `normal` points goes to the copy, whose index is returned in
+  /// `copy`: links, hinges, contact triangles, binding of the skin, anchors. False if there is no such knot or no room.
+  bool splitKnot(std::size_t object, std::uint32_t knot, const Eigen::Vector3d& normal, std::uint32_t& copy);
   /// XXH64 over the State's little-endian bytes, objects in scene order.
   std::uint64_t stateHash() const;
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "vest_tissue/contact/distance_grid.h"
+#include "vest_tissue/net/tube_map.h"
 #include "vest_tissue/scene/world_state.h"
 #include "vest_tissue/solver/step_bound.h"
 
@@ -19,11 +20,12 @@ struct ObjectConstants {
   double slow_omega_squared = 0.0, slow_decay = 0.0;
   double contact_omega_squared = 0.0;  ///< stiffness over mass that contacts may add, 1/s²
   int sub_steps = 1, batches = 1;  ///< at dt of the description
+  int volume_batches = 1;          ///< times a step that the enclosed volume's gradient is renewed; <= batches
   double greatest_edge = 0.0;      ///< m, of the contact triangles at the start
   bool closed = false;             ///< contact triangles form a closed surface
   std::uint32_t together = 0;      ///< bit per object (< 32): no contact with it, by design
   bool polynomial = false;         ///< the law has a2, a3 or a4
-  std::vector<std::int32_t> ring;      ///< per knot: ring of the tube map, -1 none
+  net::TubeMap tube;
   std::vector<std::uint32_t> ring_links;  ///< block links within a ring: dilatation acts on them
   contact::DistanceGrid grid;      ///< rigid only
 };

@@ -66,8 +66,8 @@ struct ObjectScratch {
   Eigen::Vector3f low, high;                   ///< m: box of the knots
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();  ///< N, of fixed knots, last sub-step
   double heat = 0.0;                           ///< J in this step, links and knots, when accounting is on
-  std::vector<float> volume_gradient, volume_start;  ///< m², m: three rows over the knots, of the step's start
-  double volume = 0.0;                         ///< m³ then
+  std::vector<float> volume_gradient, volume_start;  ///< m², m: three rows over the knots, where the gradient was taken
+  double volume = 0.0;                         ///< m³ there
   bool faulty = false;
   bool over_budget = false;
 };
