@@ -57,7 +57,11 @@ build() {
   local build=$1
   shift
   export CCACHE_BASEDIR=$repository CCACHE_NOHASHDIR=1
-  NINJA_STATUS='[%f/%t %es] ' ninja -C "$build" "$@" || fail "the build failed, see above"
+  # Two at once in one folder would break each other's files.
+  (
+    flock -n 9 || { say "waiting for another build in $build"; flock 9; }
+    NINJA_STATUS='[%f/%t %es] ' ninja -C "$build" "$@" 9>&-
+  ) 9>"$build/.lock" || fail "the build failed, see above"
 }
 
 # free_port FIRST: a TCP port that nobody listens on.
@@ -65,6 +69,18 @@ free_port() {
   local port
   for ((port = $1; port < $1 + 200; port++)); do
     (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null || { echo "$port"; return 0; }
+  done
+  fail "no free port between $1 and $(($1 + 199))"
+}
+
+# hold_port FIRST: sets port to a TCP port that nobody listens on, and keeps it for this script and what it starts: of two
+# that start at once each gets its own (roslaunch would join the other one's master).
+hold_port() {
+  for ((port = $1; port < $1 + 200; port++)); do
+    # A file of another user in a sticky folder cannot be opened: the port counts as taken.
+    { exec {port_lock}>"${TMPDIR:-/tmp}/vest_port_$port.lock"; } 2>/dev/null || continue
+    if flock -n "$port_lock" && ! (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null; then return 0; fi
+    exec {port_lock}>&-
   done
   fail "no free port between $1 and $(($1 + 199))"
 }

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <fstream>
 #include <map>
 
 #include <ros/ros.h>
@@ -103,6 +104,32 @@ TEST(System, ASnapshotBringsTheSameStateBackAndAnUnknownOneIsRefused) {
   EXPECT_EQ(snapshot.response.state_hash, hash) << "a refusal changes nothing";
   pause.request.data = false;
   ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
+}
+
+TEST(System, ASnapshotIsWrittenOverNothingButASnapshot) {
+  const std::string file = "/tmp/vest_system_snapshot_" + std::to_string(getpid());
+  {
+    std::ofstream out(file);
+    out << "precious";
+  }
+  vest_msgs::Snapshot snapshot;
+  snapshot.request.operation = vest_msgs::Snapshot::Request::SAVE;
+  for (const std::string& name : {file, std::string("../elsewhere"), std::string("/tmp/../tmp/elsewhere")}) {
+    snapshot.request.name = name;
+    ASSERT_TRUE(ros::service::call("/vest/tissue/snapshot", snapshot));
+    EXPECT_FALSE(snapshot.response.success) << name;
+    EXPECT_NE(snapshot.response.message.find(name), std::string::npos) << snapshot.response.message;
+  }
+  std::string kept;
+  std::ifstream(file) >> kept;
+  EXPECT_EQ(kept, "precious");
+  std::remove(file.c_str());
+  snapshot.request.name = file;
+  for (int twice = 0; twice < 2; ++twice) {
+    ASSERT_TRUE(ros::service::call("/vest/tissue/snapshot", snapshot));
+    EXPECT_TRUE(snapshot.response.success) << snapshot.response.message;
+  }
+  std::remove(file.c_str());
 }
 
 TEST(System, ARefusedSceneNamesTheFileAndThePresentOneGoesOn) {

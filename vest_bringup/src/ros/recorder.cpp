@@ -96,6 +96,7 @@ Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh) : nh_(nh), pr
   std::error_code error;
   fs::create_directories(directory_, error);
   if (error) throw std::runtime_error(directory_ + ": cannot be made (" + error.message() + ")");
+  directory_ = fs::absolute(directory_).string();  // other processes get it as a path
   setAsideEarlier();
   bag_ =
       std::make_unique<BagWriter>(directory_ + "/session.bag", static_cast<std::uint64_t>(min_free_mb * 1e6));

@@ -6,6 +6,7 @@
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "instruments");
+  ros::NodeHandle keep;  // the last handle ends ROS, and with it the log that carries a refusal
   try {
     vest_instruments::Instruments instruments{ros::NodeHandle(), ros::NodeHandle("~")};
     ros::spin();

@@ -1,7 +1,9 @@
 #include <sys/stat.h>
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <stdexcept>
 
 #include "vest_tissue/ros/tissue_server.h"
 
@@ -10,9 +12,27 @@ namespace vest::ros_shell {
 namespace {
 
 constexpr std::size_t kMostSnapshots = 64;
+constexpr char kSnapshotBegin[] = "VESTWLD1";  // World::save
 
 bool isPath(const std::string& name) {
   return name.find('/') != std::string::npos;
+}
+
+/// Anyone on the network may call the service: it writes to a plain absolute path, and over nothing but a
+/// snapshot.
+void checkTarget(const std::string& file) {
+  const std::string path = "/" + file + "/";
+  if (file.front() != '/' || path.find("/../") != std::string::npos)
+    throw std::invalid_argument("name: " + file + " (allowed: a word, or an absolute path without ..)");
+  std::error_code unknown;
+  const auto kind = std::filesystem::status(file, unknown).type();
+  if (kind == std::filesystem::file_type::not_found) return;
+  char begin[sizeof kSnapshotBegin - 1] = {};
+  std::ifstream in;
+  if (kind == std::filesystem::file_type::regular) in.open(file, std::ios::binary);
+  if (!in.read(begin, sizeof begin) || std::string(begin, sizeof begin) != kSnapshotBegin)
+    throw std::invalid_argument("name: " + file +
+                                " exists and is no snapshot (allowed: a new file, or a snapshot)");
 }
 
 }  // namespace
@@ -27,6 +47,7 @@ bool TissueServer::onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snap
     if (req.name.empty()) throw std::invalid_argument("name: empty (allowed: a word, or the path of a file)");
     const std::string file = snapshotFile(req.name);
     if (req.operation == vest_msgs::Snapshot::Request::SAVE) {
+      if (isPath(req.name)) checkTarget(file);
       std::vector<std::uint8_t> bytes;
       runner_->call([&](scene::Simulation& s) { s.world().save(bytes); });
       if (!file.empty()) {
