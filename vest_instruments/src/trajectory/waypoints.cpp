@@ -17,6 +17,7 @@ struct Waypoint {
   double t;
   Vector3d tip;
   double roll, jaw;
+  bool through;  ///< passed in motion, no rest
 };
 
 struct Press {
@@ -69,8 +70,8 @@ class Reader {
     for (std::size_t i = 0; i < list.size(); ++i) {
       const std::string at = field + "[" + std::to_string(i) + "]";
       const YAML::Node& n = list[i];
-      onlyKeys(n, at, {"t", "tip", "roll", "jaw"});
-      Waypoint w{number(n["t"], at + ".t", 0.0, 36000.0), {}, 0.0, 0.0};
+      onlyKeys(n, at, {"t", "tip", "roll", "jaw", "through"});
+      Waypoint w{number(n["t"], at + ".t", 0.0, 36000.0), {}, 0.0, 0.0, false};
       if (!out.empty() && w.t <= out.back().t)
         refuse(at + ".t", n["t"].Scalar(), "later than the one before");
       const YAML::Node tip = n["tip"];
@@ -116,16 +117,39 @@ class Reader {
   const std::string& path_;
 };
 
-/// Waypoint at time t: rests before the first and after the last, minimum jerk between (Flash and Hogan
-/// 1985).
+/// Slope with which a value passes waypoint i: the parabola through its neighbours (Catmull and Rom 1974, uneven
+/// times); 0 at a turning point and never more than twice the gentler side, so that nothing overshoots.
+template <typename Get>
+double slopeAt(const std::vector<Waypoint>& w, std::size_t i, Get get) {
+  if (i == 0 || i + 1 >= w.size() || !w[i].through) return 0.0;
+  const double before = w[i].t - w[i - 1].t, after = w[i + 1].t - w[i].t;
+  const double a = (get(w[i]) - get(w[i - 1])) / before, b = (get(w[i + 1]) - get(w[i])) / after;
+  if (a * b <= 0.0) return 0.0;
+  const double v = (a * after + b * before) / (before + after), most = 2.0 * std::min(std::abs(a), std::abs(b));
+  return std::clamp(v, -most, most);
+}
+
+/// Waypoint at time t: rests before the first and after the last; between them the polynomial of fifth degree with
+/// the slopes above and no acceleration at either end, which is minimum jerk where it rests (Flash and Hogan 1985).
 Waypoint at(const std::vector<Waypoint>& w, double t) {
   if (t <= w.front().t) return w.front();
   if (t >= w.back().t) return w.back();
   const auto next =
       std::upper_bound(w.begin(), w.end(), t, [](double v, const Waypoint& x) { return v < x.t; });
-  const Waypoint &a = *(next - 1), &b = *next;
-  const double s = (t - a.t) / (b.t - a.t), m = s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
-  return {t, a.tip + m * (b.tip - a.tip), a.roll + m * (b.roll - a.roll), a.jaw + m * (b.jaw - a.jaw)};
+  const auto i = static_cast<std::size_t>(next - w.begin());
+  const double span = w[i].t - w[i - 1].t, s = (t - w[i - 1].t) / span;
+  const double m = s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
+  const double leave = s + s * s * s * (-6.0 + s * (8.0 - 3.0 * s));  // slope 1 at s = 0, else 0
+  const double arrive = s * s * s * (-4.0 + s * (7.0 - 3.0 * s));     // slope 1 at s = 1, else 0
+  const auto blend = [&](auto get) {
+    const double p = get(w[i - 1]), q = get(w[i]);
+    return p + m * (q - p) + span * (leave * slopeAt(w, i - 1, get) + arrive * slopeAt(w, i, get));
+  };
+  Waypoint out{t, {}, 0.0, 0.0, false};
+  for (int k = 0; k < 3; ++k) out.tip[k] = blend([k](const Waypoint& x) { return x.tip[k]; });
+  out.roll = blend([](const Waypoint& x) { return x.roll; });
+  out.jaw = blend([](const Waypoint& x) { return x.jaw; });
+  return out;
 }
 
 std::string readSmall(const std::string& path) {

@@ -63,8 +63,8 @@ struct MotionReport {
 MotionReport fromMotion(const std::string& path, const kinematics::TrainerBox& box,
                         tools::Instrument instrument, double jaw);
 
-/// Scripted trainee: tip positions in world (= phantom_box) with times, joined by straight minimum-jerk
-/// motions that rest at each waypoint. Format: README.md. @throws TrajectoryError, also for a point out of
+/// Scripted trainee: tip positions in world (= phantom_box) with times, joined by minimum-jerk motions that
+/// rest at each waypoint, or pass it without a rest where it says `through`. Format: README.md. @throws TrajectoryError, also for a point out of
 /// reach.
 Trajectory fromWaypoints(const std::string& path, const kinematics::TrainerBox& box);
 
