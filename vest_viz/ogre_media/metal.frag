@@ -20,7 +20,7 @@ void main() {
   float nl = max(dot(n, l), 0.0);
   vec3 h = normalize(l + v);
   float nh = max(dot(n, h), 0.0);
-  float broad = pow(nh, mix(90.0, 12.0, metal.y));
+  float broad = pow(nh, mix(40.0, 10.0, metal.y));
   float sharp = pow(nh, mix(700.0, 160.0, metal.y));
   // What lies in the mirrored direction: lit tissue ahead, dark cavity behind, brighter below the horizon.
   vec3 r = reflect(-v, n);
@@ -29,7 +29,7 @@ void main() {
   vec3 mirrored = mix(vec3(0.010, 0.004, 0.004), vec3(0.17, 0.060, 0.05) * band, ahead * ahead);
   float fresnel = pow(1.0 - max(dot(n, v), 0.0), 4.0);
   vec3 steel = vec3(0.92, 0.93, 0.96) * metal.x;
-  vec3 colour = steel * (0.11 * nl + 0.33 * broad + 2.2 * sharp) * strength * (1.0 - 0.65 * metal.z);
+  vec3 colour = steel * (0.11 * nl + 0.42 * broad + 1.6 * sharp) * strength * (1.0 - 0.8 * metal.z);
   colour += mirrored * (metal.x * 1.4 + 0.5 * fresnel) * min(strength * 1.6, 1.3) * (1.0 - 0.5 * metal.z);
   colour = 1.0 - exp(-colour);
   colour = sqrt(colour);

@@ -1,18 +1,26 @@
 #version 120
-// Skin of tissue: everything to view space; tint.a carries the occlusion baked per vertex.
+// Skin of tissue. Lens and light lie side by side: one direction between the two serves shading and highlights.
 uniform mat4 worldview_matrix;
 uniform mat4 worldviewproj_matrix;
-varying vec3 position;
-varying vec3 normal;
-varying vec3 tangent;
-varying vec2 uv;
-varying vec4 tint;
+uniform vec4 light;  // view space position (m), intensity (m2) times exposure
+varying vec3 halfway;    // to lens and light, along tangent, binormal, normal
+varying vec3 uv;         // texture coordinates, strength of the light here
+varying vec4 tint;       // tint.a: openness baked per vertex
 
 void main() {
-  position = (worldview_matrix * gl_Vertex).xyz;
-  normal = (worldview_matrix * vec4(gl_Normal, 0.0)).xyz;
-  tangent = (worldview_matrix * vec4(gl_MultiTexCoord1.xyz, 0.0)).xyz;
-  uv = gl_MultiTexCoord0.xy;
+  vec3 position = (worldview_matrix * gl_Vertex).xyz;
+  vec3 n = normalize((worldview_matrix * vec4(gl_Normal, 0.0)).xyz);
+  vec3 t = (worldview_matrix * vec4(gl_MultiTexCoord1.xyz, 0.0)).xyz;
+  t = normalize(t - n * dot(n, t));
+  vec3 b = cross(n, t);
+  vec3 v = normalize(-position);
+  vec3 to_light = light.xyz - position;
+  float d2 = dot(to_light, to_light);
+  vec3 h = normalize(v + to_light * inversesqrt(d2));
+  halfway = vec3(dot(h, t), dot(h, b), dot(h, n));
+  // The beam is brightest in the middle; sides get less.
+  float beam = v.z * v.z;
+  uv = vec3(gl_MultiTexCoord0.xy, light.w * beam * beam * v.z / (d2 + 0.0003));
   tint = gl_Color;
   gl_Position = worldviewproj_matrix * gl_Vertex;
 }

@@ -1,6 +1,9 @@
 #include "ogre_assets.h"
 
 #include <atomic>
+#include <chrono>
+#include <future>
+#include <mutex>
 #include <stdexcept>
 
 #include <OgreHardwarePixelBuffer.h>
@@ -16,14 +19,41 @@
 namespace vest::displays {
 namespace {
 
+void fill(const Ogre::TexturePtr& texture, int size, std::vector<std::uint8_t>& rgba) {
+  const auto edge = static_cast<std::uint32_t>(size);
+  texture->getBuffer()->blitFromMemory(Ogre::PixelBox(edge, edge, 1, Ogre::PF_BYTE_RGBA, rgba.data()));
+}
+
 Ogre::TexturePtr upload(const std::string& name, int size, std::vector<std::uint8_t>& rgba) {
   Ogre::TexturePtr texture = Ogre::TextureManager::getSingleton().createManual(
       name, kOgreGroup, Ogre::TEX_TYPE_2D, static_cast<Ogre::uint>(size), static_cast<Ogre::uint>(size),
       Ogre::MIP_UNLIMITED, Ogre::PF_BYTE_RGBA, Ogre::TU_STATIC_WRITE_ONLY | Ogre::TU_AUTOMIPMAP);
-  const Ogre::PixelBox box(static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(size), 1,
-                           Ogre::PF_BYTE_RGBA, rgba.data());
-  texture->getBuffer()->blitFromMemory(box);
+  fill(texture, size, rgba);
   return texture;
+}
+
+struct Entry {
+  OrganTextures textures;
+  std::future<texture::Baked> baking;
+};
+std::map<std::string, Entry>& cache() {
+  static std::map<std::string, Entry> entries;
+  return entries;
+}
+
+/// What is shown until the baking is done: the organ's colour without pattern.
+texture::Baked plain(const texture::Style& style, int size) {
+  texture::Baked baked;
+  baked.size = size;
+  const std::size_t n = 4u * static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
+  baked.albedo.resize(n);
+  baked.relief.resize(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t i = k % 4;
+    baked.albedo[k] = i < 3 ? static_cast<std::uint8_t>(127.5f * (style.base[i] + style.second[i])) : 60;
+    baked.relief[k] = i < 2 ? 128 : 200;
+  }
+  return baked;
 }
 
 }  // namespace
@@ -47,17 +77,36 @@ std::string uniqueName(const std::string& what) {
 }
 
 const OrganTextures& organTextures(const std::string& organ, int quality) {
-  static std::map<std::string, OrganTextures> cache;
   const texture::Style& style = texture::styleOf(organ);
   const int size = (style.tile > 0.06 ? 1024 : 512) >> (quality > 0 ? 0 : 1);
-  OrganTextures& found = cache[style.organ + "/" + std::to_string(size)];
-  if (!found.albedo) {
-    texture::Baked baked = texture::bake(style, size, 17);
-    found.albedo = upload(uniqueName("albedo"), size, baked.albedo);
-    found.relief = upload(uniqueName("relief"), size, baked.relief);
-    found.tile = baked.tile;
+  Entry& entry = cache()[style.organ + "/" + std::to_string(size)];
+  if (!entry.textures.albedo) {
+    texture::Baked baked = plain(style, size);
+    entry.textures.albedo = upload(uniqueName("albedo"), size, baked.albedo);
+    entry.textures.relief = upload(uniqueName("relief"), size, baked.relief);
+    entry.textures.tile = style.tile;
+    entry.baking = std::async(std::launch::async, [&style, size] {
+      static std::mutex one_at_a_time;  // the simulation needs the other processors
+      const std::lock_guard<std::mutex> lock(one_at_a_time);
+      return texture::bake(style, size, 17);
+    });
   }
-  return found;
+  return entry.textures;
+}
+
+bool takeBakedTextures() {
+  bool all = true;
+  for (auto& [name, entry] : cache()) {
+    if (!entry.baking.valid()) continue;
+    if (entry.baking.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+      all = false;
+      continue;
+    }
+    texture::Baked baked = entry.baking.get();
+    fill(entry.textures.albedo, baked.size, baked.albedo);
+    fill(entry.textures.relief, baked.size, baked.relief);
+  }
+  return all;
 }
 
 Ogre::TexturePtr microTexture() {

@@ -14,12 +14,15 @@ constexpr const char* kOgreGroup = "vest_viz";
 void loadOgreMedia();
 /// A name that no other resource of this process has.
 std::string uniqueName(const std::string& what);
-/// Textures of an organ, baked at first use and kept for the life of the process.
+/// Textures of an organ, kept for the life of the process. A plain colour at first; a thread bakes them.
 struct OrganTextures {
   Ogre::TexturePtr albedo, relief;
   double tile = 0;  ///< m
 };
 const OrganTextures& organTextures(const std::string& organ, int quality);
+/// Uploads what the thread has baked since the last call; for the thread that draws. True if nothing is
+/// missing.
+bool takeBakedTextures();
 Ogre::TexturePtr microTexture();
 double microTile();
 /// A clone of vest_viz/Tissue with the organ's textures.

@@ -78,6 +78,7 @@ void TissueDisplay::updateLook() {
 
 void TissueDisplay::update(float wall_dt, float) {
   if (!visual_) return;
+  takeBakedTextures();
   Ogre::Vector3 position;
   Ogre::Quaternion orientation;
   const std::string frame = input_.header().frame_id.empty() ? "world" : input_.header().frame_id;

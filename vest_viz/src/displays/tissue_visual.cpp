@@ -60,6 +60,7 @@ void TissueVisual::rebuild(const mesh::Store& store) {
     Ogre::Pass* pass = part.material->getTechnique(0)->getPass(0);
     if (!o.rigid && closed(o.triangles)) pass->setCullingMode(Ogre::CULL_CLOCKWISE);
     part.parameters = pass->getFragmentProgramParameters();
+    part.vertex_parameters = pass->getVertexProgramParameters();
     // Near and small things first: what they hide is not shaded.
     const std::uint8_t queue = o.rigid ? Ogre::RENDER_QUEUE_MAIN + 5 : Ogre::RENDER_QUEUE_MAIN;
     part.mesh = std::make_unique<DynamicMesh>(manager_, node_, part.material, queue);
@@ -98,7 +99,7 @@ void TissueVisual::update(const mesh::Store& store) {
 
 void TissueVisual::setLight(const Ogre::Vector4& light) {
   for (Part& part : parts_)
-    if (part.parameters) part.parameters->setNamedConstant("light", light);
+    if (part.vertex_parameters) part.vertex_parameters->setNamedConstant("light", light);
 }
 
 void TissueVisual::setAlpha(float alpha) {

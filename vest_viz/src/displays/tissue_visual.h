@@ -41,8 +41,8 @@ class TissueVisual {
   struct Part {
     std::unique_ptr<DynamicMesh> mesh;
     Ogre::MaterialPtr material;
-    Ogre::GpuProgramParametersSharedPtr
-        parameters;  ///< of the fragment program; null in the fall-back technique
+    /// Of fragment and vertex program; null in the fall-back technique.
+    Ogre::GpuProgramParametersSharedPtr parameters, vertex_parameters;
     std::string name, organ;
   };
   void rebuild(const mesh::Store& store);

@@ -106,7 +106,7 @@ std::vector<Row> checkPicture(const cv::Mat& bgr, const Circle& circle) {
   for (const auto& level : levels)
     rows.push_back({"luminance at " + std::to_string(static_cast<int>(100 * level.share + 0.5)) + " %",
                     quantile(&all, level.share), level.low, level.high});
-  rows.push_back({"brighter than 230, %", 100 * bright / n, 0.5, 3.5});
+  rows.push_back({"brighter than 230, %", 100 * bright / n, 0.5, 3.5, 0.0, 3.0});
   double brightest = 1e-6, last = 0;
   for (int k = 0; k < 5; ++k) {
     last = quantile(&rings[k], 0.5);
@@ -114,7 +114,7 @@ std::vector<Row> checkPicture(const cv::Mat& bgr, const Circle& circle) {
   }
   rows.push_back({"outermost ring / brightest ring", last / brightest, 0.0, 0.65});
   rows.push_back({"hue 330..45 of saturated, %", saturated > 0 ? 100 * reddish / saturated : 0, 95, 100});
-  rows.push_back({"median saturation", quantile(&saturation, 0.5), 0.3, 0.7});
+  rows.push_back({"median saturation", quantile(&saturation, 0.5), 0.3, 0.7, 0.33, 0.68});
 
   // Central differences, on luminance 0 … 1.
   cv::Mat gx, gy, gradient;
@@ -131,21 +131,23 @@ std::vector<Row> checkPicture(const cv::Mat& bgr, const Circle& circle) {
         steps.push_back(gradient.at<float>(y, x));
         sum += steps.back();
       }
-  rows.push_back({"mean gradient per pixel", sum / n, 0.018, kInfinity});
-  rows.push_back({"gradient at 90 %", quantile(&steps, 0.9), 0.04, kInfinity});
+  rows.push_back({"mean gradient per pixel", sum / n, 0.018, kInfinity, 0.022, 0.043});
+  rows.push_back({"gradient at 90 %", quantile(&steps, 0.9), 0.04, kInfinity, 0.048, 0.104});
 
   const double mean = cv::sum(luminance.mul(mask))[0] / n;
   const struct {
     const char* name;
     int inner, outer;
-    double low;
-  } bands[] = {
-      {"contrast 1-3 px", 1, 3, 0.04}, {"contrast 3-9 px", 3, 9, 0.05}, {"contrast 9-27 px", 9, 27, 0.06}};
+    double low, seen_low, seen_high;
+  } bands[] = {{"contrast 1-3 px", 1, 3, 0.04, 0.045, 0.11},
+               {"contrast 3-9 px", 3, 9, 0.05, 0.056, 0.118},
+               {"contrast 9-27 px", 9, 27, 0.06, 0.066, 0.154}};
   for (const auto& band : bands) {
     const cv::Mat a = band.inner == 1 ? luminance : maskedMean(luminance, mask, band.inner);
     const cv::Mat difference = (a - maskedMean(luminance, mask, band.outer)).mul(mask);
     const double deviation = std::sqrt(cv::sum(difference.mul(difference))[0] / n);
-    rows.push_back({band.name, deviation / std::max(mean, 1e-6), band.low, kInfinity});
+    rows.push_back(
+        {band.name, deviation / std::max(mean, 1e-6), band.low, kInfinity, band.seen_low, band.seen_high});
   }
   rows.push_back({"brightest outside of the circle", outside, 0, kBlack});
   rows.push_back({"round border, %", border > 0 ? 100.0 * border_good / border : 0, 95, 100});
@@ -167,6 +169,12 @@ std::string format(const std::vector<Row>& rows) {
       std::snprintf(range, sizeof range, "%.4g ... %.4g", row.low, row.high);
     std::snprintf(line, sizeof line, "%-34s %-10.4g %-16s %s\n", row.what.c_str(), row.value, range,
                   row.inside() ? "yes" : "NO");
+    text += line;
+    if (!row.hasSeen()) continue;
+    text.pop_back();
+    const char* verdict = row.value < row.seen_low ? " (below)" : row.value > row.seen_high ? " (above)" : "";
+    std::snprintf(line, sizeof line, "   eight frames %.4g ... %.4g%s\n", row.seen_low, row.seen_high,
+                  verdict);
     text += line;
   }
   return text;

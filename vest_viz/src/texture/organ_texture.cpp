@@ -96,9 +96,9 @@ std::vector<Style> makeStyles() {
   std::vector<Style> all;
   Style s;
   s.organ = "uterus";
-  s.base = {0.86f, 0.56f, 0.52f}, s.second = {0.75f, 0.38f, 0.36f}, s.mottle = 0.55f;
-  s.vessel_trees = 5, s.vessel_width = 0.0005, s.vessel_strength = 0.55f, s.capillaries = 90;
-  s.relief = 0.00022, s.relief_length = 0.005, s.wet = 0.9f, s.translucence = 0.25f;
+  s.base = {0.90f, 0.65f, 0.60f}, s.second = {0.83f, 0.50f, 0.47f}, s.mottle = 0.5f;
+  s.vessel_trees = 7, s.vessel_width = 0.00045, s.vessel_strength = 0.55f, s.capillaries = 70;
+  s.relief = 0.00012, s.relief_length = 0.006, s.streak = 2.0f, s.wet = 0.9f, s.translucence = 0.25f;
   all.push_back(s);
   s = Style();
   s.organ = "tube";
@@ -118,7 +118,7 @@ std::vector<Style> makeStyles() {
   s.organ = "ligament";
   s.tile = 0.05;
   s.base = {0.80f, 0.45f, 0.40f}, s.second = {0.62f, 0.25f, 0.23f}, s.mottle = 0.6f;
-  s.vessel_trees = 9, s.vessel_width = 0.0009, s.vessel_strength = 0.85f, s.capillaries = 200, s.fat = 0.10f;
+  s.vessel_trees = 9, s.vessel_width = 0.0009, s.vessel_strength = 0.85f, s.capillaries = 90, s.fat = 0.10f;
   s.relief = 0.0003, s.relief_length = 0.006, s.streak = 1.5f, s.wet = 0.7f, s.translucence = 0.6f;
   all.push_back(s);
   s = Style();
@@ -135,15 +135,15 @@ std::vector<Style> makeStyles() {
   s.organ = "intestine";
   s.tile = 0.05;
   s.base = {0.84f, 0.52f, 0.45f}, s.second = {0.74f, 0.34f, 0.30f}, s.mottle = 0.5f;
-  s.vessel_trees = 8, s.vessel_width = 0.0006, s.vessel_strength = 0.8f, s.capillaries = 200;
+  s.vessel_trees = 8, s.vessel_width = 0.0006, s.vessel_strength = 0.8f, s.capillaries = 90;
   s.relief = 0.0003, s.relief_length = 0.006, s.streak = 1.6f, s.wet = 0.95f, s.translucence = 0.35f;
   all.push_back(s);
   s = Style();
   s.organ = "cavity";
   s.tile = 0.08;
-  s.base = {0.74f, 0.40f, 0.35f}, s.second = {0.55f, 0.22f, 0.20f}, s.mottle = 0.75f;
-  s.vessel_trees = 10, s.vessel_width = 0.0011, s.vessel_strength = 0.85f, s.capillaries = 420, s.fat = 0.11f;
-  s.relief = 0.0005, s.relief_length = 0.010, s.wet = 0.58f, s.translucence = 0.3f;
+  s.base = {0.80f, 0.48f, 0.44f}, s.second = {0.66f, 0.30f, 0.28f}, s.mottle = 0.6f;
+  s.vessel_trees = 6, s.vessel_width = 0.0011, s.vessel_strength = 0.85f, s.capillaries = 90, s.fat = 0.11f;
+  s.relief = 0.0005, s.relief_length = 0.013, s.wet = 0.6f, s.translucence = 0.3f;
   all.push_back(s);
   s.organ = "";
   s.tile = 0.04, s.base = {0.80f, 0.45f, 0.41f}, s.fat = 0.0f, s.vessel_width = 0.0006, s.vessel_trees = 6;
@@ -188,7 +188,7 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
 
   const int waves = std::max(1, static_cast<int>(std::lround(s.tile / s.relief_length)));
   const int waves_u = std::max(1, static_cast<int>(std::lround(waves / s.streak)));
-  const int lobules = std::max(4, static_cast<int>(s.tile / 0.0028));
+  const int lobules = std::max(4, static_cast<int>(s.tile / 0.0038));
   for (int y = 0; y < n; ++y)
     for (int x = 0; x < n; ++x) {
       const float u = (x + 0.5f) / n, v = (y + 0.5f) / n;
@@ -197,12 +197,12 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
       const float low = periodicFbm(u + warp, v - warp, 3, 3, 4, seed + 11);
       const float fine = periodicFbm(u, v, waves_u * 3, waves * 3, 3, seed + 23);
       const float coarse = periodicFbm(u + warp, v + warp, waves_u, waves, 3, seed + 37);
-      float h = static_cast<float>(s.relief) * (coarse + 0.3f * fine);
+      float h = static_cast<float>(s.relief) * (coarse + 0.15f * fine);
       Colour c;
-      const float m = std::clamp(s.mottle * (0.5f + 0.7f * low + 0.45f * fine), 0.0f, 1.0f);
+      const float m = std::clamp(s.mottle * (0.5f + 0.8f * low + 0.25f * fine), 0.0f, 1.0f);
       for (int i = 0; i < 3; ++i) c[i] = mixf(s.base[i], s.second[i], m);
       // The film of fluid is not even: wet patches beside drier ones.
-      float wet = s.wet * (0.15f + 0.95f * smooth(-0.25f, 0.45f,
+      float wet = s.wet * (0.12f + 0.95f * smooth(-0.05f, 0.55f,
                                                   periodicFbm(u, v, 5, 5, 3, seed + 83) + 0.3f * coarse));
       if (s.crypts > 0) {
         const Cell cell = periodicCell(u + warp, v, std::max(3, static_cast<int>(s.tile / 0.004)), seed + 3);
@@ -216,35 +216,31 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
         // 0.35).
         const float field = periodicFbm(u - warp, v + 2 * warp, 2, 2, 5, seed + 53) + 0.10f * fine;
         const float threshold = 0.42f - 0.9f * s.fat;
-        const float cover = smooth(threshold - 0.10f, threshold + 0.20f, field);
+        const float cover = smooth(threshold - 0.14f, threshold + 0.24f, field);
         if (cover > 0) {
-          // Lobules of two sizes, drawn out of shape, and grains in them.
-          const float wu = u + 0.8f * warp + 0.006f * coarse, wv = v + 0.006f * fine;
+          // Soft round lobules of two sizes, drawn out of shape; what lies between them shines through pink.
+          const float wu = u + 0.8f * warp + 0.010f * coarse, wv = v + 0.010f * low;
           const Cell lobe = periodicCell(wu, wv, lobules, seed + 61);
-          const Cell small = periodicCell(wu, wv, lobules * 2, seed + 63);
-          const Cell grain = periodicCell(u, v, lobules * 5, seed + 67);
-          const float bump = 0.6f * (1.0f - smooth(0.0f, 0.8f, lobe.nearest)) +
-                             0.4f * (1.0f - smooth(0.0f, 0.8f, small.nearest));
+          const Cell small = periodicCell(wu + 0.004f * fine, wv, lobules * 2, seed + 63);
+          const auto dome = [](float d) { return std::max(0.0f, 1.0f - d * d); };
+          const float bump = 0.75f * dome(lobe.nearest) + 0.25f * dome(small.nearest);
           const float crease =
-              (1.0f - smooth(0.0f, 0.16f, lobe.second - lobe.nearest)) * smooth(-0.4f, 0.5f, coarse);
-          const float shade = 0.80f + 0.22f * bump - 0.10f * (grain.nearest - 0.4f) +
-                              0.12f * ((lobe.id & 255u) / 255.0f - 0.5f);
-          const float blush = std::clamp(0.30f + 0.5f * low + 0.35f * crease, 0.0f, 0.8f);
-          const Colour fat{0.90f * shade, 0.62f * shade, 0.36f * shade};
-          for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], mixf(fat[i], c[i], blush), 0.9f * cover);
-          h = mixf(h, h + 0.0005f + 0.00045f * bump - 0.0002f * crease + 0.00004f * (0.5f - grain.nearest),
-                   cover);
-          wet *= 1.0f - 0.55f * cover;
-          veil = 0.55f * cover;
+              (1.0f - smooth(0.0f, 0.35f, lobe.second - lobe.nearest)) * smooth(-0.5f, 0.6f, coarse);
+          const float shade = 0.74f + 0.28f * bump + 0.12f * ((lobe.id & 255u) / 255.0f - 0.5f);
+          const float blush = std::clamp(0.16f + 0.35f * low + 0.35f * crease, 0.0f, 0.7f);
+          const Colour fat{0.96f * shade, 0.61f * shade, 0.32f * shade};
+          for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], mixf(fat[i], c[i], blush), 0.92f * cover);
+          h += cover * (0.0005f + 0.0006f * bump);
+          wet *= 1.0f - 0.35f * cover;
+          veil = 0.6f * cover;
         }
       }
       const float cap = capillary.data[k] * 0.75f;
-      for (int i = 0; i < 3; ++i)
-        c[i] = mixf(c[i], s.artery[i], (1 - 0.5f * veil) * s.vessel_strength * cap * 0.8f);
+      for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], s.artery[i], s.vessel_strength * cap * 0.8f);
       for (int i = 0; i < 3; ++i) c[i] = mixf(c[i], s.vein[i], (1 - veil) * s.vessel_strength * vein.data[k]);
       for (int i = 0; i < 3; ++i)
         c[i] = mixf(c[i], s.artery[i], (1 - veil) * s.vessel_strength * artery.data[k]);
-      h += 0.00012f * std::max(vein.data[k], artery.data[k]);
+      h += 0.00008f * std::max(vein.data[k], artery.data[k]);
       height.data[k] = h;
       std::uint8_t* p = &out.albedo[4 * k];
       for (int i = 0; i < 3; ++i) p[i] = byte(c[i]);

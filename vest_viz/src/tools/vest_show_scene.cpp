@@ -11,101 +11,11 @@
 #include <vest_msgs/TissueTopology.h>
 #include <CLI/CLI.hpp>
 
-#include "vest_instruments/kinematics/arm.h"
+#include "scene_messages.h"
 #include "vest_tissue/scene/world.h"
 
-namespace {
-
 using Eigen::Vector3d;
-namespace kin = vest::kinematics;
-
-/// Pivot, and the point that z aims at with zero angles (docs of vest_instruments: trainer box).
-struct Trocar {
-  const char* name;
-  Vector3d pivot, aim;
-  int tool;
-};
-const Trocar kTrocars[] = {
-    {"left", {-0.115, -0.02, 0.165}, {-0.02, 0.05, 0.055}, vest_msgs::InstrumentState::TOOL_GRASPER},
-    {"right", {0.115, -0.02, 0.165}, {0.02, 0.05, 0.055}, vest_msgs::InstrumentState::TOOL_BIPOLAR_FORCEPS},
-    {"endoscope", {0.0, -0.14, 0.165}, {0.0, 0.055, 0.055}, vest_msgs::InstrumentState::TOOL_ENDOSCOPE}};
-
-Eigen::Isometry3d trocarFrame(const Trocar& trocar) {
-  const Vector3d z = (trocar.aim - trocar.pivot).normalized();
-  const Vector3d x = (Vector3d::UnitX() - z.x() * z).normalized();
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.linear() << x, z.cross(x), z;
-  X.translation() = trocar.pivot;
-  return X;
-}
-
-geometry_msgs::Pose toMessage(const Eigen::Isometry3d& X) {
-  geometry_msgs::Pose pose;
-  const Eigen::Quaterniond q(X.linear());
-  pose.position.x = X.translation().x(), pose.position.y = X.translation().y(),
-  pose.position.z = X.translation().z();
-  pose.orientation.w = q.w(), pose.orientation.x = q.x(), pose.orientation.y = q.y(),
-  pose.orientation.z = q.z();
-  return pose;
-}
-
-/// Tip at a place, by inverse kinematics through the trocar.
-vest_msgs::InstrumentState instrument(const Trocar& trocar, const Vector3d& tip, double roll, double jaw) {
-  const Eigen::Isometry3d X_WT0 = trocarFrame(trocar);
-  Eigen::Isometry3d wanted = Eigen::Isometry3d::Identity();
-  wanted.translation() = tip;
-  kin::JointPositions reference;
-  reference.roll = roll;
-  reference.jaw = jaw;
-  kin::JointPositions q = kin::inverseKinematics(X_WT0, wanted, reference, {}).q;
-  q.roll = roll;
-  q.jaw = jaw;
-  vest_msgs::InstrumentState state;
-  state.name = trocar.name;
-  state.tool = static_cast<std::uint8_t>(trocar.tool);
-  state.valid = true;
-  state.joint_position = {q.yaw, q.pitch, q.insertion, q.roll, q.jaw};
-  state.tip = toMessage(kin::forwardKinematics(X_WT0, q));
-  state.shaft = toMessage(X_WT0);
-  return state;
-}
-
-vest_msgs::TissueTopology toMessage(const vest::scene::Description& scene) {
-  vest_msgs::TissueTopology topology;
-  topology.header.frame_id = "world";
-  topology.header.stamp = ros::Time::now();
-  topology.revision = 1;
-  topology.scene = scene.name;
-  topology.scene_hash = scene.hash;
-  for (const vest::scene::Object& o : scene.objects) {
-    vest_msgs::TissueObject m;
-    m.name = o.name;
-    m.id = static_cast<std::uint16_t>(topology.objects.size());
-    m.organ = o.organ;
-    m.material = o.material;
-    m.model = static_cast<std::uint8_t>(o.model);
-    m.knot_count = static_cast<std::uint32_t>(o.rest_position.size());
-    for (const Vector3d& p : o.rest_position)
-      for (int k = 0; k < 3; ++k) m.rest_position.push_back(static_cast<float>(p[k]));
-    m.knot_fixed = o.fixed;
-    for (const vest::scene::Link& link : o.links) {
-      m.link_knots.insert(m.link_knots.end(), {link.knot0, link.knot1});
-      m.link_kind.push_back(static_cast<std::uint8_t>(link.kind));
-      m.link_alive.push_back(1);
-    }
-    for (const auto& t : o.skin.triangles) m.triangles.insert(m.triangles.end(), t.begin(), t.end());
-    m.triangle_layer = o.skin.layer;
-    for (const auto& uv : o.skin.texture_coordinates)
-      m.texture_coordinates.insert(m.texture_coordinates.end(), uv.begin(), uv.end());
-    m.binding_start = o.skin.binding_start;
-    m.binding_knots = o.skin.binding_knots;
-    m.binding_weights = o.skin.binding_weights;
-    topology.objects.push_back(std::move(m));
-  }
-  return topology;
-}
-
-}  // namespace
+namespace tools = vest::tools;
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "vest_show_scene");
@@ -134,7 +44,7 @@ int main(int argc, char** argv) {
   ros::Publisher topology_pub = handle.advertise<vest_msgs::TissueTopology>("tissue/topology", 1, true);
   ros::Publisher state_pub = handle.advertise<vest_msgs::TissueState>("tissue/state", 1);
   ros::Publisher instruments_pub = handle.advertise<vest_msgs::InstrumentStates>("instruments", 1);
-  topology_pub.publish(toMessage(scene));
+  topology_pub.publish(tools::topologyOf(scene));
 
   // Where the grasper holds: the left tube's isthmus.
   Vector3d held(-0.035, 0.05, 0.06);
@@ -172,14 +82,12 @@ int main(int argc, char** argv) {
     vest_msgs::InstrumentStates instruments;
     instruments.header = state.header;
     instruments.sequence = n + 1;
-    instruments.instruments.push_back(instrument(kTrocars[0], held + pull, 0.4, 0.12));
-    instruments.instruments.push_back(
-        instrument(kTrocars[1], Vector3d(0.03 + 0.01 * std::sin(0.8 * t), 0.045, 0.075), -0.3, 0.5));
-    const Trocar& scope = kTrocars[2];
-    const Vector3d tip = view.size() == 3
-                             ? Vector3d(view[0], view[1], view[2])
-                             : Vector3d(scope.pivot + insertion * (scope.aim - scope.pivot).normalized());
-    instruments.instruments.push_back(instrument(scope, tip, 0, 0));
+    instruments.instruments.push_back(tools::instrumentAt(tools::Place::Left, held + pull, 0.4, 0.12));
+    instruments.instruments.push_back(tools::instrumentAt(
+        tools::Place::Right, Vector3d(0.03 + 0.01 * std::sin(0.8 * t), 0.045, 0.075), -0.3, 0.5));
+    const Vector3d tip =
+        view.size() == 3 ? Vector3d(view[0], view[1], view[2]) : tools::endoscopeTip(insertion);
+    instruments.instruments.push_back(tools::instrumentAt(tools::Place::Endoscope, tip, 0, 0));
     instruments_pub.publish(instruments);
     ros::spinOnce();
     pace.sleep();

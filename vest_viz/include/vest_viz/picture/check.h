@@ -14,6 +14,10 @@ struct Row {
   std::string what;
   double value = 0;
   double low = 0, high = 0;  ///< inclusive; infinite where there is no bound
+  /// Range over the eight frames themselves, where it is narrower than low … high; for information, no
+  /// verdict.
+  double seen_low = 0, seen_high = 0;
+  bool hasSeen() const { return seen_high > seen_low; }
   bool inside() const { return value >= low && value <= high; }
 };
 
@@ -31,7 +35,8 @@ std::vector<Row> checkPicture(const cv::Mat& bgr, const Circle& circle);
 
 bool allInside(const std::vector<Row>& rows);
 
-/// The table as text, one row a line: value, range, yes or NO.
+/// The table as text, one row a line: value, range, yes or NO; after it what the eight frames show where that
+/// is narrower, with "below" or "above" if the value lies outside of it.
 std::string format(const std::vector<Row>& rows);
 
 }  // namespace vest::picture

@@ -1,0 +1,133 @@
+// Draws the endoscopic view of a scene file in this process, without topics, and prints milliseconds per
+// stage.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <ros/package.h>
+#include <ros/time.h>
+#include <rviz/ogre_helpers/render_system.h>
+#include <CLI/CLI.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "conversion.h"
+#include "endoscope_scene.h"
+#include "ogre_assets.h"
+#include "scene_messages.h"
+#include "vest_viz/picture/finish.h"
+
+namespace {
+using Eigen::Vector3d;
+using vest::tools::Place;
+
+double milliseconds() {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+void print(const char* stage, std::vector<double>* values) {
+  std::sort(values->begin(), values->end());
+  std::printf("%-8s median %7.2f   90 %% %7.2f ms\n", stage, (*values)[values->size() / 2],
+              (*values)[values->size() * 9 / 10]);
+}
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Milliseconds per stage of the endoscopic view, drawn without topics. Run it under xvfb-run."};
+  std::string path, picture;
+  double insertion = 0.10;
+  std::vector<double> view;
+  int frames = 60, width = 720, height = 576, quality = 1;
+  app.add_option("scene", path, "scene file; default: the gynaecology scene of vest_tissue");
+  app.add_option("--frames", frames, "pictures to draw")->check(CLI::Range(1, 100000));
+  app.add_option("--width", width, "pixels")->check(CLI::Range(64, 4096));
+  app.add_option("--height", height, "pixels")->check(CLI::Range(64, 4096));
+  app.add_option("--quality", quality, "0 simple, 1 standard")->check(CLI::Range(0, 1));
+  app.add_option("--insertion", insertion, "of the endoscope, m")->check(CLI::Range(0.0, 0.28));
+  app.add_option("--view", view, "endoscope tip x y z, m, in world")->expected(3);
+  app.add_option("--picture", picture, "file that the last picture is written to");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    ros::Time::init();
+    if (path.empty()) path = ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml";
+    rviz::RenderSystem::get();
+    const double begin = milliseconds();
+    vest::mesh::Store store;
+    store.setTopology(vest::displays::toTopology(vest::tools::topologyOf(vest::scene::loadScene(path))));
+    store.rebuildSkins();
+    const double loaded = milliseconds();
+    vest::displays::EndoscopeScene scene(quality);
+    const auto camera =
+        vest::camera::fromFieldOfView(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height),
+                                      70 * 3.14159265 / 180, {-0.18, 0.03, 0, 0, 0});
+    vest::picture::Finisher finisher(camera, 1.0, quality == 1 ? 1.0 : 0.7);
+    scene.setCamera(finisher.source(), finisher.sourceRadius());
+    scene.updateTissue(store);
+    std::printf("load %.0f ms, build %.0f ms\n", loaded - begin, milliseconds() - loaded);
+
+    while (!vest::displays::takeBakedTextures()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    std::printf("textures baked %.0f ms after the start\n", milliseconds() - begin);
+
+    vest_msgs::InstrumentStates instruments;
+    const Vector3d tip =
+        view.size() == 3 ? Vector3d(view[0], view[1], view[2]) : vest::tools::endoscopeTip(insertion);
+    instruments.instruments = {vest::tools::instrumentAt(Place::Left, {-0.036, 0.050, 0.072}, 0.4, 0.12),
+                               vest::tools::instrumentAt(Place::Right, {0.030, 0.045, 0.075}, -0.3, 0.5),
+                               vest::tools::instrumentAt(Place::Endoscope, tip, 0, 0)};
+    Eigen::Isometry3d X_WTip;
+    vest::displays::toPose(instruments.instruments[2].tip, &X_WTip);
+    scene.setPose(vest::camera::opticalFrame(X_WTip, 0, 0));
+    scene.updateInstruments(instruments);
+
+    vest::picture::AutoExposure exposure;
+    std::vector<float> positions;
+    for (std::size_t i = 0; i < store.topology().objects.size(); ++i)
+      positions.insert(positions.end(), store.topology().objects[i].rest_position.begin(),
+                       store.topology().objects[i].rest_position.end());
+    std::vector<double> tissue, draw, read, finish, all;
+    cv::Mat rendering, out;
+    // The first pictures settle the exposure and compile the shaders.
+    for (int frame = -15; frame < frames; ++frame) {
+      const double t0 = milliseconds();
+      std::vector<float> moved = positions;
+      std::size_t k = 0;
+      for (const auto& object : store.topology().objects)
+        for (std::size_t i = 0; i < object.rest_position.size(); ++i, ++k)
+          if (!object.rigid && i % 3 == 2) moved[k] += 0.0005f * std::sin(0.2f * static_cast<float>(frame));
+      store.setState(store.topology().revision, moved.data(), moved.size());
+      store.rebuildSkins();
+      scene.updateTissue(store);
+      scene.setGain(exposure.gain());
+      const double t1 = milliseconds();
+      const auto timing = scene.render(&rendering);
+      const double t2 = milliseconds();
+      finisher.apply(rendering, &out);
+      exposure.update(out, finisher.circle(), 0.05);
+      const double t3 = milliseconds();
+      if (frame < 0) continue;
+      tissue.push_back(t1 - t0);
+      draw.push_back(1000 * timing.draw);
+      read.push_back(1000 * timing.read);
+      finish.push_back(t3 - t2);
+      all.push_back(t3 - t0);
+    }
+    print("tissue", &tissue), print("draw", &draw), print("read", &read), print("finish", &finish),
+        print("all", &all);
+    if (!scene.warning().empty()) std::printf("warning: %s\n", scene.warning().c_str());
+    if (!picture.empty()) {
+      cv::Mat bgr;
+      cv::cvtColor(out, bgr, cv::COLOR_RGB2BGR);
+      if (!cv::imwrite(picture, bgr)) throw std::runtime_error(picture + ": cannot be written");
+    }
+    return 0;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "vest_viz_benchmark: %s\n", e.what());
+    return 1;
+  }
+}

@@ -1,0 +1,106 @@
+#include "scene_messages.h"
+
+#include <cmath>
+
+#include "vest_instruments/kinematics/arm.h"
+
+namespace vest::tools {
+namespace {
+
+using Eigen::Vector3d;
+namespace kin = vest::kinematics;
+
+/// Pivot, and the point that z aims at with zero angles (docs of vest_instruments: trainer box).
+struct Trocar {
+  const char* name;
+  Vector3d pivot, aim;
+  int tool;
+};
+const Trocar kTrocars[] = {
+    {"left", {-0.115, -0.02, 0.165}, {-0.02, 0.05, 0.055}, vest_msgs::InstrumentState::TOOL_GRASPER},
+    {"right", {0.115, -0.02, 0.165}, {0.02, 0.05, 0.055}, vest_msgs::InstrumentState::TOOL_BIPOLAR_FORCEPS},
+    {"endoscope", {0.0, -0.14, 0.165}, {0.0, 0.055, 0.055}, vest_msgs::InstrumentState::TOOL_ENDOSCOPE}};
+
+Eigen::Isometry3d trocarFrame(const Trocar& trocar) {
+  const Vector3d z = (trocar.aim - trocar.pivot).normalized();
+  const Vector3d x = (Vector3d::UnitX() - z.x() * z).normalized();
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() << x, z.cross(x), z;
+  X.translation() = trocar.pivot;
+  return X;
+}
+
+geometry_msgs::Pose toMessage(const Eigen::Isometry3d& X) {
+  geometry_msgs::Pose pose;
+  const Eigen::Quaterniond q(X.linear());
+  pose.position.x = X.translation().x(), pose.position.y = X.translation().y(),
+  pose.position.z = X.translation().z();
+  pose.orientation.w = q.w(), pose.orientation.x = q.x(), pose.orientation.y = q.y(),
+  pose.orientation.z = q.z();
+  return pose;
+}
+
+}  // namespace
+
+vest_msgs::InstrumentState instrumentAt(Place place, const Vector3d& tip, double roll, double jaw) {
+  const Trocar& trocar = kTrocars[static_cast<int>(place)];
+  const Eigen::Isometry3d X_WT0 = trocarFrame(trocar);
+  Eigen::Isometry3d wanted = Eigen::Isometry3d::Identity();
+  wanted.translation() = tip;
+  kin::JointPositions reference;
+  reference.roll = roll;
+  reference.jaw = jaw;
+  kin::JointPositions q = kin::inverseKinematics(X_WT0, wanted, reference, {}).q;
+  q.roll = roll;
+  q.jaw = jaw;
+  vest_msgs::InstrumentState state;
+  state.name = trocar.name;
+  state.tool = static_cast<std::uint8_t>(trocar.tool);
+  state.valid = true;
+  state.joint_position = {q.yaw, q.pitch, q.insertion, q.roll, q.jaw};
+  state.tip = toMessage(kin::forwardKinematics(X_WT0, q));
+  state.shaft = toMessage(X_WT0);
+  return state;
+}
+
+Vector3d endoscopeTip(double insertion) {
+  const Trocar& scope = kTrocars[static_cast<int>(Place::Endoscope)];
+  return scope.pivot + insertion * (scope.aim - scope.pivot).normalized();
+}
+
+vest_msgs::TissueTopology topologyOf(const vest::scene::Description& scene) {
+  vest_msgs::TissueTopology topology;
+  topology.header.frame_id = "world";
+  topology.header.stamp = ros::Time::now();
+  topology.revision = 1;
+  topology.scene = scene.name;
+  topology.scene_hash = scene.hash;
+  for (const vest::scene::Object& o : scene.objects) {
+    vest_msgs::TissueObject m;
+    m.name = o.name;
+    m.id = static_cast<std::uint16_t>(topology.objects.size());
+    m.organ = o.organ;
+    m.material = o.material;
+    m.model = static_cast<std::uint8_t>(o.model);
+    m.knot_count = static_cast<std::uint32_t>(o.rest_position.size());
+    for (const Vector3d& p : o.rest_position)
+      for (int k = 0; k < 3; ++k) m.rest_position.push_back(static_cast<float>(p[k]));
+    m.knot_fixed = o.fixed;
+    for (const vest::scene::Link& link : o.links) {
+      m.link_knots.insert(m.link_knots.end(), {link.knot0, link.knot1});
+      m.link_kind.push_back(static_cast<std::uint8_t>(link.kind));
+      m.link_alive.push_back(1);
+    }
+    for (const auto& t : o.skin.triangles) m.triangles.insert(m.triangles.end(), t.begin(), t.end());
+    m.triangle_layer = o.skin.layer;
+    for (const auto& uv : o.skin.texture_coordinates)
+      m.texture_coordinates.insert(m.texture_coordinates.end(), uv.begin(), uv.end());
+    m.binding_start = o.skin.binding_start;
+    m.binding_knots = o.skin.binding_knots;
+    m.binding_weights = o.skin.binding_weights;
+    topology.objects.push_back(std::move(m));
+  }
+  return topology;
+}
+
+}  // namespace vest::tools
