@@ -13,6 +13,18 @@ constexpr std::uint64_t kRenewEvery = 8;   ///< steps between two searches for p
 constexpr double kPairMargin = 0.004;      ///< m: 0.5 m/s of approach over that time
 constexpr double kShare = 0.25;            ///< (omega·h)² that a held contact may have
 constexpr double kDamping = 0.3, kGrip = 0.3;
+constexpr double kClose = 0.001;           ///< m: contacts are prepared this much before they touch
+
+/// Whether a point is further than `reach` from the box of a triangle, and so from the triangle: spares the exact distance.
+bool beyondBox(const Vector3d& x, const std::array<Vector3d, 3>& p, double reach) {
+  double squared = 0.0;
+  for (int e = 0; e < 3; ++e) {
+    const double low = std::min(std::min(p[0][e], p[1][e]), p[2][e]), high = std::max(std::max(p[0][e], p[1][e]), p[2][e]);
+    const double off = std::max(std::max(low - x[e], x[e] - high), 0.0);
+    squared += off * off;
+  }
+  return squared > reach * reach * (1.0 + 1e-9);
+}
 
 }  // namespace
 
@@ -77,7 +89,9 @@ void findOrganPairs(Context& c) {
           if (dx * dx + dy * dy + dz * dz > bound * bound) continue;
           const std::uint32_t t = near.triangle(q);
           const auto& k = sb.triangles[t];
-          const auto n = contact::nearest(p, {knotPosition(sb, k[0]), knotPosition(sb, k[1]), knotPosition(sb, k[2])});
+          const std::array<Vector3d, 3> corners{knotPosition(sb, k[0]), knotPosition(sb, k[1]), knotPosition(sb, k[2])};
+          if (beyondBox(p, corners, nearest_distance)) continue;
+          const auto n = contact::nearest(p, corners);
           if (n.distance < nearest_distance) {
             nearest_distance = n.distance;
             nearest_triangle = t;
@@ -101,9 +115,10 @@ void findOrganContacts(Context& c) {
     const auto& k = sb.triangles[pair.triangle];
     const Vector3d x = knotPosition(sa, pair.knot);
     const std::array<Vector3d, 3> p{knotPosition(sb, k[0]), knotPosition(sb, k[1]), knotPosition(sb, k[2])};
-    const auto n = contact::nearest(x, p);
     const double reach = d.objects[pair.object].contact_thickness + d.objects[pair.other].contact_thickness;
-    if (!(n.distance < reach + 0.001)) continue;
+    if (beyondBox(x, p, reach + kClose)) continue;
+    const auto n = contact::nearest(x, p);
+    if (!(n.distance < reach + kClose)) continue;
     Vector3d normal = x - (p[0] * n.weights[0] + p[1] * n.weights[1] + p[2] * n.weights[2]);
     const Vector3d face = (p[1] - p[0]).cross(p[2] - p[0]);
     const double area = std::sqrt(face.squaredNorm());

@@ -189,8 +189,7 @@ double enclosedVolume(const Volume& volume, const ElementArrays& a) {
 void addVolumes(const std::vector<Volume>& elements, const ElementArrays& a) {
   for (const Volume& v : elements) {
     if (v.bulk_modulus == 0.0f || v.triangles.empty()) continue;
-    const double off = enclosedVolume(v, a) - v.rest;
-    const float pressure = static_cast<float>(-v.bulk_modulus * off / v.rest) / 6.0f;
+    const float pressure = pressureOf(v, enclosedVolume(v, a)) / 6.0f;
     for (const auto& t : v.triangles) {
       const Vector3f p = at(a, t[0]), q = at(a, t[1]), r = at(a, t[2]);
       // dV/dp = (q x r)/6; on a closed surface the area vector ((q-p) x (r-p))/6 for each corner sums to the same.
@@ -225,8 +224,8 @@ double volumeEnergy(const std::vector<Volume>& elements, const ElementArrays& a)
   double sum = 0.0;
   for (const Volume& v : elements) {
     if (v.bulk_modulus == 0.0f || v.triangles.empty()) continue;
-    const double off = enclosedVolume(v, a) - v.rest;
-    sum += 0.5 * v.bulk_modulus * off * off / v.rest;
+    const double strain = std::fabs(enclosedVolume(v, a) / v.rest - 1.0), most = kGreatestCompression;
+    sum += v.bulk_modulus * v.rest * (strain > most ? most * (strain - 0.5 * most) : 0.5 * strain * strain);
   }
   return sum;
 }

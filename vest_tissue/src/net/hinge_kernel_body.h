@@ -31,20 +31,21 @@ void addHinges(const std::vector<Hinge>& hinges, const ElementArrays& a) {
   const V tiny = V::broadcast(1e-30f), one = V::broadcast(1.0f), zero = V::broadcast(0.0f);
   for (std::size_t first = 0; first < hinges.size(); first += kLanes) {
     std::uint32_t index[4][kLanes];
-    alignas(32) float stiffness[kLanes], rest[kLanes];
+    alignas(32) float stiffness[kLanes], rest[kLanes], least[kLanes];
     for (std::size_t n = 0; n < kLanes; ++n) {
       const bool there = first + n < hinges.size();
       const Hinge& h = hinges[there ? first + n : first];
       index[0][n] = h.edge0, index[1][n] = h.edge1, index[2][n] = h.wing0, index[3][n] = h.wing1;
       stiffness[n] = there ? h.stiffness : 0.0f;
       rest[n] = h.rest;
+      least[n] = h.least;
     }
     Vec<V> p[4];
     for (int i = 0; i < 4; ++i) p[i] = {V::gather(a.x, index[i]), V::gather(a.y, index[i]), V::gather(a.z, index[i])};
     const Vec<V> edge = minus(p[1], p[0]), w0 = minus(p[2], p[0]), w1 = minus(p[3], p[0]);
     const Vec<V> n0 = cross(edge, w0), n1 = cross(w1, edge);
     const V length2 = max(dot(edge, edge), tiny), length = sqrt(length2);
-    const V floor = max(V::broadcast(1e-6f) * length2 * length2, tiny);
+    const V floor = max(max(V::broadcast(1e-6f) * length2, V::load(least)) * length2, tiny);
     const V area0 = max(dot(n0, n0), floor), area1 = max(dot(n1, n1), floor);
     const V product = sqrt(area0 * area1), cosine = dot(n0, n1), sine = dot(cross(n0, n1), edge) / length;
     // tan(theta/2) = sin/(1 + cos); folded further than kGreatestFold it keeps that value.

@@ -19,6 +19,7 @@ using net::Block;
 constexpr double kContactShare = 0.3;       ///< of the net's own omega² that contacts may add (ours)
 constexpr double kContactLeast = 4.0e6;     ///< 1/s²: and at least this, for loose nets (2,000 rad/s)
 constexpr double kSlowMargin = 0.4;         ///< of the longest step, for held forces: they see deformed shapes too
+constexpr double kLeastHeight = 0.5;        ///< of a hinge's lower wing at rest: net::Hinge::least (ours)
 constexpr int kPowerSweeps = 40;
 constexpr double kPowerMargin = 1.15;       ///< the iteration converges from below
 
@@ -88,8 +89,12 @@ void fillLinks(const Object& o, ObjectState& s) {
 void fillElements(const Object& o, ObjectState& s) {
   for (const HingeElement& h : o.hinges) {
     const auto at = [&](int i) -> const Eigen::Vector3d& { return o.rest_position[h.knots[i]]; };
+    const Eigen::Vector3d edge = at(1) - at(0);
+    const double doubled = std::min(edge.cross(at(2) - at(0)).norm(), edge.cross(at(3) - at(0)).norm());
+    const double height = kLeastHeight * doubled / std::max(edge.norm(), 1e-12);
     s.elements.hinges.push_back({h.knots[0], h.knots[1], h.knots[2], h.knots[3], static_cast<float>(h.stiffness),
-                                 static_cast<float>(net::foldOf(at(0), at(1), at(2), at(3)))});
+                                 static_cast<float>(net::foldOf(at(0), at(1), at(2), at(3))),
+                                 static_cast<float>(height * height)});
   }
   for (const Tether& t : o.tethers) {
     s.elements.tethers.push_back({t.knot, {float(t.place.x()), float(t.place.y()), float(t.place.z())},

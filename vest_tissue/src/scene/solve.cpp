@@ -50,7 +50,7 @@ void addPressure(Context& c, std::size_t object, bool renew, double interval) {
     for (; i < knots; ++i) lanes[0] += g[i] * (p[i] - x0[i]);
     for (const float lane : lanes) change += lane;
   }
-  const float pressure = static_cast<float>(-v.bulk_modulus * (o.volume + change - v.rest) / v.rest);
+  const float pressure = net::pressureOf(v, o.volume + change);
   for (int axis = 0; axis < 3; ++axis) {
     const float* const g = o.volume_gradient.data() + axis * stride;
     float* const f = b.row(static_cast<Block::KnotRow>(Block::HX + axis));

@@ -70,7 +70,7 @@ struct StateWalker {
     plain(s.triangles), plain(s.triangle_alive), plain(s.fixed), plain(s.depth);
     list(s.elements.bending, [&](net::Bending& e) { value(e.a), value(e.b), value(e.c), value(e.stiffness), value(e.rest); });
     list(s.elements.hinges, [&](net::Hinge& e) {
-      value(e.edge0), value(e.edge1), value(e.wing0), value(e.wing1), value(e.stiffness), value(e.rest);
+      value(e.edge0), value(e.edge1), value(e.wing0), value(e.wing1), value(e.stiffness), value(e.rest), value(e.least);
     });
     list(s.elements.plastic, [&](net::Plastic& e) { value(e.a), value(e.b), value(e.kappa), value(e.rest), value(e.damping); });
     list(s.elements.tethers, [&](net::Tether& e) { value(e.knot), values(e.place, 3), value(e.stiffness), value(e.damping); });

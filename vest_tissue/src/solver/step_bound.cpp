@@ -128,7 +128,7 @@ Rates elementRates(const net::Block& block, const net::Elements& elements) {
     };
     const double ga = 1.0 / height(a), gb = 1.0 / height(b), ge = ga + gb;
     const double bent = 1.0 + 0.25 * h.rest * h.rest;  // d fold/d theta at rest
-    const double k = 2.0 * h.stiffness * bent * bent * 4.0;
+    const double k = 2.0 * h.stiffness * bent * bent * 10.0;  // folded and crushed ones are stiffer
     stiffness[h.wing0] += k * ga * ga;
     stiffness[h.wing1] += k * gb * gb;
     stiffness[h.edge0] += k * ge * ge;

@@ -30,6 +30,8 @@ struct Hinge {
   std::uint32_t edge0, edge1, wing0, wing1;
   float stiffness;  ///< N·m
   float rest;       ///< fold0, no unit
+  float least = 0;  ///< m²: square of the wings' height below which the moment's forces fade, so that a crushed
+                    ///< triangle does not turn a moment into any force; 0: none
 };
 inline constexpr float kGreatestFold = 4.0f;
 
@@ -51,13 +53,22 @@ struct Tether {
   float damping;    ///< N·s/m
 };
 
-/// Volume: E = ½·K·(V - V0)²/V0 over a closed surface.
+/// Volume: E = ½·K·(V - V0)²/V0 over a closed surface. Beyond kGreatestCompression of V0, where an explicit step could no
+/// longer hold K, the pressure stays (ours; docs/decisions/0180-…): the energy goes on along its tangent.
 struct Volume {
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::uint32_t> knots;  ///< that occur in the triangles, ascending
   float bulk_modulus = 0.0f;         ///< Pa
   float rest = 0.0f;                 ///< V0, m³
 };
+
+inline constexpr float kGreatestCompression = 0.25f;
+/// Pressure of a volume V in the surface, Pa, > 0 where it is compressed.
+inline float pressureOf(const Volume& v, double volume) {
+  const double strain = (volume - v.rest) / v.rest;
+  const double most = kGreatestCompression;
+  return static_cast<float>(-v.bulk_modulus * (strain > most ? most : strain < -most ? -most : strain));
+}
 
 struct Elements {
   std::vector<Bending> bending;
