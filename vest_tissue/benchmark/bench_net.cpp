@@ -55,8 +55,9 @@ class Net {
         o->at(1)[map[i]] = tube.y[i];
         o->at(2)[map[i]] = tube.z[i];
         o->at(9)[i] = i < static_cast<std::size_t>(tube.rings) ? 0.0f : 0.999f;
-        o->at(10)[i] = i < static_cast<std::size_t>(tube.rings) ? 0.0f : 0.00005f / 0.0001f;  // dt 0.05 ms, 0.1 g a knot
-        o->at(13)[i] = -9.81f * 0.0001f;  // weight
+        o->at(10)[i] =
+            i < static_cast<std::size_t>(tube.rings) ? 0.0f : 0.00005f / 0.0001f;  // dt 0.05 ms, 0.1 g a knot
+        o->at(13)[i] = -9.81f * 0.0001f;                                           // weight
       }
       o->table = LinkTable(links, law());
       links_ += links.size();

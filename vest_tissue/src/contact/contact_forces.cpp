@@ -12,12 +12,19 @@ using net::Block;
 struct Rows {
   float *x, *y, *z, *vx, *vy, *vz, *fx, *fy, *fz;
   explicit Rows(Block& b)
-      : x(b.row(Block::X)), y(b.row(Block::Y)), z(b.row(Block::Z)), vx(b.row(Block::VX)), vy(b.row(Block::VY)),
-        vz(b.row(Block::VZ)), fx(b.row(Block::FX)), fy(b.row(Block::FY)), fz(b.row(Block::FZ)) {}
+      : x(b.row(Block::X)),
+        y(b.row(Block::Y)),
+        z(b.row(Block::Z)),
+        vx(b.row(Block::VX)),
+        vy(b.row(Block::VY)),
+        vz(b.row(Block::VZ)),
+        fx(b.row(Block::FX)),
+        fy(b.row(Block::FY)),
+        fz(b.row(Block::FZ)) {}
 };
 
-/// Normal force (>= 0) and friction of a unilateral contact with damping: friction is a damper whose force Coulomb
-/// limits, so that it fades to zero with the slip.
+/// Normal force (>= 0) and friction of a unilateral contact with damping: friction is a damper whose force
+/// Coulomb limits, so that it fades to zero with the slip.
 struct Force {
   float normal;
   float tangential[3];  ///< on the tissue
@@ -55,8 +62,8 @@ void onTool(ToolLoad& load, const float f[3], const float p[3], double h) {
 
 }  // namespace
 
-void addToolContacts(Block& block, const std::vector<ToolContact>& contacts, float fraction, float h, float dt,
-                     ObjectLoads& loads) {
+void addToolContacts(Block& block, const std::vector<ToolContact>& contacts, float fraction, float h,
+                     float dt, ObjectLoads& loads) {
   const Rows r(block);
   const float share = h / dt;
   for (const ToolContact& c : contacts) {
@@ -92,13 +99,15 @@ void addToolContacts(Block& block, const std::vector<ToolContact>& contacts, flo
     addTensor(load.stiffness, c.normal, c.stiffness * share);
     addTensor(load.damping, c.normal, c.damping * share);
     for (int i = 0; i < 3; ++i) load.normal[i] += static_cast<double>(c.normal[i]) * f.normal * share;
-    loads.work += (on_tissue[0] * tool_velocity[0] + on_tissue[1] * tool_velocity[1] + on_tissue[2] * tool_velocity[2]) *
+    loads.work += (on_tissue[0] * tool_velocity[0] + on_tissue[1] * tool_velocity[1] +
+                   on_tissue[2] * tool_velocity[2]) *
                   static_cast<double>(h);
     loads.dissipated += f.heat * h;
   }
 }
 
-void addPulls(Block& block, const std::vector<Pull>& pulls, float fraction, float h, float dt, ObjectLoads& loads) {
+void addPulls(Block& block, const std::vector<Pull>& pulls, float fraction, float h, float dt,
+              ObjectLoads& loads) {
   const Rows r(block);
   const float share = h / dt;
   for (const Pull& c : pulls) {
@@ -120,7 +129,8 @@ void addPulls(Block& block, const std::vector<Pull>& pulls, float fraction, floa
     ToolLoad& load = loads.tools[c.tool];
     load.touched = true;
     onTool(load, on_tool, x, h);
-    for (int i = 0; i < 3; ++i) load.stiffness[i] += c.stiffness * share, load.damping[i] += c.damping * share;
+    for (int i = 0; i < 3; ++i)
+      load.stiffness[i] += c.stiffness * share, load.damping[i] += c.damping * share;
     loads.work += work * h;
     loads.dissipated += heat * h;
   }
@@ -132,7 +142,8 @@ void addPlaneContacts(Block& block, const std::vector<PlaneContact>& contacts, f
     const std::uint32_t k = c.knot;
     const float gap = c.normal[0] * r.x[k] + c.normal[1] * r.y[k] + c.normal[2] * r.z[k] - c.offset;
     if (gap >= 0.0f) continue;
-    // evaluate() counts closing along its normal: here the cavity is the "tool", its normal points away from tissue.
+    // evaluate() counts closing along its normal: here the cavity is the "tool", its normal points away from
+    // tissue.
     const float n[3] = {-c.normal[0], -c.normal[1], -c.normal[2]}, v[3] = {r.vx[k], r.vy[k], r.vz[k]};
     const Force f = evaluate(gap, v, n, c.stiffness, c.damping, c.grip, c.friction);
     r.fx[k] += f.tangential[0] + f.normal * c.normal[0];

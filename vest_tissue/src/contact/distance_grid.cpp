@@ -11,20 +11,26 @@
 namespace vest::contact {
 
 DistanceGrid::DistanceGrid(const std::vector<Eigen::Vector3d>& vertices,
-                           const std::vector<std::array<std::uint32_t, 3>>& triangles, double spacing, double band)
-    : spacing_(static_cast<float>(spacing)), inverse_(static_cast<float>(1.0 / spacing)), band_(static_cast<float>(band)) {
+                           const std::vector<std::array<std::uint32_t, 3>>& triangles, double spacing,
+                           double band)
+    : spacing_(static_cast<float>(spacing)),
+      inverse_(static_cast<float>(1.0 / spacing)),
+      band_(static_cast<float>(band)) {
   using Eigen::Vector3d;
   if (triangles.empty()) return;
   Vector3d low = vertices[triangles[0][0]], high = low;
-  for (const auto& t : triangles) for (const auto v : t) low = low.cwiseMin(vertices[v]), high = high.cwiseMax(vertices[v]);
+  for (const auto& t : triangles)
+    for (const auto v : t) low = low.cwiseMin(vertices[v]), high = high.cwiseMax(vertices[v]);
   low.array() -= band + spacing;
   high.array() += band + spacing;
   const Vector3d cells = (high - low) / spacing;
   if (!(cells.x() + 2 < 4096 && cells.y() + 2 < 4096 && cells.z() + 2 < 4096) ||
       (cells.x() + 2) * (cells.y() + 2) * (cells.z() + 2) > double(1 << 26)) {
-    throw std::invalid_argument("distance grid: more than 2^26 points; the object is too large for its spacing");
+    throw std::invalid_argument(
+        "distance grid: more than 2^26 points; the object is too large for its spacing");
   }
-  nx_ = static_cast<int>(cells.x()) + 2, ny_ = static_cast<int>(cells.y()) + 2, nz_ = static_cast<int>(cells.z()) + 2;
+  nx_ = static_cast<int>(cells.x()) + 2, ny_ = static_cast<int>(cells.y()) + 2,
+  nz_ = static_cast<int>(cells.z()) + 2;
   origin_ = low.cast<float>();
   const std::size_t points = static_cast<std::size_t>(nx_) * ny_ * nz_;
   std::vector<float> nearest_distance(points, static_cast<float>(band));
@@ -36,7 +42,8 @@ DistanceGrid::DistanceGrid(const std::vector<Eigen::Vector3d>& vertices,
     const Vector3d face = (vertices[t[1]] - vertices[t[0]]).cross(vertices[t[2]] - vertices[t[0]]);
     if (!(face.norm() > 0)) continue;
     for (int c = 0; c < 3; ++c) {
-      const Vector3d u = vertices[t[(c + 1) % 3]] - vertices[t[c]], w = vertices[t[(c + 2) % 3]] - vertices[t[c]];
+      const Vector3d u = vertices[t[(c + 1) % 3]] - vertices[t[c]],
+                     w = vertices[t[(c + 2) % 3]] - vertices[t[c]];
       const double cosine = std::clamp(u.dot(w) / std::max(u.norm() * w.norm(), 1e-300), -1.0, 1.0);
       normal[t[c]] += face.normalized() * std::acos(cosine);  // loading, not a step
     }
@@ -61,9 +68,10 @@ DistanceGrid::DistanceGrid(const std::vector<Eigen::Vector3d>& vertices,
           if (!(n.distance < nearest_distance[at])) continue;
           const Vector3d q = p[0] * n.weights[0] + p[1] * n.weights[1] + p[2] * n.weights[2];
           const bool inside_face = n.weights[0] > 1e-9 && n.weights[1] > 1e-9 && n.weights[2] > 1e-9;
-          const Vector3d outward = inside_face ? face
-                                               : Vector3d(normal[t[0]] * n.weights[0] + normal[t[1]] * n.weights[1] +
-                                                          normal[t[2]] * n.weights[2]);
+          const Vector3d outward = inside_face
+                                       ? face
+                                       : Vector3d(normal[t[0]] * n.weights[0] + normal[t[1]] * n.weights[1] +
+                                                  normal[t[2]] * n.weights[2]);
           nearest_distance[at] = static_cast<float>(n.distance);
           values_[at] = static_cast<float>((x - q).dot(outward) >= 0 ? n.distance : -n.distance);
           if (values_[at] == 0.0f) values_[at] = 1e-9f;
@@ -73,11 +81,13 @@ DistanceGrid::DistanceGrid(const std::vector<Eigen::Vector3d>& vertices,
   }
   // Beyond the band: the sign of whatever neighbour has one, spread from the band outwards.
   std::vector<std::size_t> front, next;
-  for (std::size_t at = 0; at < points; ++at) if (values_[at] != 0.0f) front.push_back(at);
+  for (std::size_t at = 0; at < points; ++at)
+    if (values_[at] != 0.0f) front.push_back(at);
   while (!front.empty()) {
     next.clear();
     for (const std::size_t at : front) {
-      const int i = static_cast<int>(at % nx_), j = static_cast<int>(at / nx_ % ny_), k = static_cast<int>(at / nx_ / ny_);
+      const int i = static_cast<int>(at % nx_), j = static_cast<int>(at / nx_ % ny_),
+                k = static_cast<int>(at / nx_ / ny_);
       const float value = values_[at] > 0 ? static_cast<float>(band) : -static_cast<float>(band);
       const auto visit = [&](int a, int b, int c) {
         if (a < 0 || b < 0 || c < 0 || a >= nx_ || b >= ny_ || c >= nz_) return;
@@ -86,17 +96,11 @@ DistanceGrid::DistanceGrid(const std::vector<Eigen::Vector3d>& vertices,
         v = value;
         next.push_back(index(a, b, c));
       };
-      visit(i - 1, j, k), visit(i + 1, j, k), visit(i, j - 1, k), visit(i, j + 1, k), visit(i, j, k - 1), visit(i, j, k + 1);
+      visit(i - 1, j, k), visit(i + 1, j, k), visit(i, j - 1, k), visit(i, j + 1, k), visit(i, j, k - 1),
+          visit(i, j, k + 1);
     }
     front.swap(next);
   }
-}
-
-float DistanceGrid::coarse(float x, float y, float z) const {
-  const float fx = (x - origin_.x()) * inverse_ + 0.5f, fy = (y - origin_.y()) * inverse_ + 0.5f,
-              fz = (z - origin_.z()) * inverse_ + 0.5f;
-  if (!(fx >= 0 && fy >= 0 && fz >= 0 && fx < nx_ && fy < ny_ && fz < nz_)) return band_;
-  return values_[index(static_cast<int>(fx), static_cast<int>(fy), static_cast<int>(fz))];
 }
 
 float DistanceGrid::distance(const Eigen::Vector3f& p, Eigen::Vector3f& gradient) const {
@@ -106,8 +110,10 @@ float DistanceGrid::distance(const Eigen::Vector3f& p, Eigen::Vector3f& gradient
   const int i = static_cast<int>(g.x()), j = static_cast<int>(g.y()), k = static_cast<int>(g.z());
   const float u = g.x() - i, v = g.y() - j, w = g.z() - k;
   const auto value = [&](int a, int b, int c) { return values_[index(i + a, j + b, k + c)]; };
-  const float c00 = value(0, 0, 0) * (1 - u) + value(1, 0, 0) * u, c10 = value(0, 1, 0) * (1 - u) + value(1, 1, 0) * u;
-  const float c01 = value(0, 0, 1) * (1 - u) + value(1, 0, 1) * u, c11 = value(0, 1, 1) * (1 - u) + value(1, 1, 1) * u;
+  const float c00 = value(0, 0, 0) * (1 - u) + value(1, 0, 0) * u,
+              c10 = value(0, 1, 0) * (1 - u) + value(1, 1, 0) * u;
+  const float c01 = value(0, 0, 1) * (1 - u) + value(1, 0, 1) * u,
+              c11 = value(0, 1, 1) * (1 - u) + value(1, 1, 1) * u;
   const float c0 = c00 * (1 - v) + c10 * v, c1 = c01 * (1 - v) + c11 * v;
   const float dx00 = value(1, 0, 0) - value(0, 0, 0), dx10 = value(1, 1, 0) - value(0, 1, 0);
   const float dx01 = value(1, 0, 1) - value(0, 0, 1), dx11 = value(1, 1, 1) - value(0, 1, 1);

@@ -13,20 +13,24 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 using net::Block;
 
-constexpr double kMargin = 0.0015;        ///< m: contacts are prepared this much before they touch (ours)
-constexpr double kJawFriction = 0.6;      ///< serrated jaws on tissue; assumed
-constexpr double kGrip = 0.5;             ///< of critical: damping that friction amounts to at most
-constexpr double kContactDamping = 0.3;   ///< of critical, along the normal
+constexpr double kMargin = 0.0015;       ///< m: contacts are prepared this much before they touch (ours)
+constexpr double kJawFriction = 0.6;     ///< serrated jaws on tissue; assumed
+constexpr double kGrip = 0.5;            ///< of critical: damping that friction amounts to at most
+constexpr double kContactDamping = 0.3;  ///< of critical, along the normal
 constexpr std::size_t kMostContacts = 512;
 
 std::uint64_t sideKey(std::uint8_t tool, std::uint8_t capsule, std::uint16_t object, std::uint32_t triangle) {
   return (static_cast<std::uint64_t>(tool) << 56) | (static_cast<std::uint64_t>(capsule) << 48) |
          (static_cast<std::uint64_t>(object) << 32) | triangle;
 }
-std::uint64_t sideKey(const ContactSide& s) { return sideKey(s.tool, s.capsule, s.object, s.triangle); }
+std::uint64_t sideKey(const ContactSide& s) {
+  return sideKey(s.tool, s.capsule, s.object, s.triangle);
+}
 
-/// Marks knots within `reach` of a segment; whether there are any. Same operations for every knot: vectorised.
-bool markNear(const ObjectState& s, const Vector3d& a, const Vector3d& b, double reach, std::vector<std::uint8_t>& near) {
+/// Marks knots within `reach` of a segment; whether there are any. Same operations for every knot:
+/// vectorised.
+bool markNear(const ObjectState& s, const Vector3d& a, const Vector3d& b, double reach,
+              std::vector<std::uint8_t>& near) {
   const float ax = float(a.x()), ay = float(a.y()), az = float(a.z());
   const float bx = float(b.x() - a.x()), by = float(b.y() - a.y()), bz = float(b.z() - a.z());
   const float squared = bx * bx + by * by + bz * bz, inverse = squared > 0.0f ? 1.0f / squared : 0.0f;
@@ -54,11 +58,14 @@ bool boxTouches(const ObjectScratch& o, const Vector3d& a, const Vector3d& b, do
   return true;
 }
 
-/// Key of the feature (corner, edge or face) that the weights name, so that triangles that share it count once.
-std::uint64_t featureKey(const std::array<std::uint32_t, 3>& k, const std::array<double, 3>& w, std::size_t triangle) {
+/// Key of the feature (corner, edge or face) that the weights name, so that triangles that share it count
+/// once.
+std::uint64_t featureKey(const std::array<std::uint32_t, 3>& k, const std::array<double, 3>& w,
+                         std::size_t triangle) {
   std::uint32_t on[3];
   int n = 0;
-  for (int i = 0; i < 3; ++i) if (w[i] > 1e-6) on[n++] = k[i];
+  for (int i = 0; i < 3; ++i)
+    if (w[i] > 1e-6) on[n++] = k[i];
   if (n == 3) return (1ull << 63) | triangle;
   if (n == 1) return on[0];
   if (on[0] > on[1]) std::swap(on[0], on[1]);
@@ -73,8 +80,10 @@ void placeTools(Context& c) {
     c.scratch.capsule_count[t] = 0;
     if (!proxy.present) continue;
     const auto& geometry = tools::toolGeometry(proxy.tool);
-    interaction::placeCapsules(geometry, c.scratch.proxies_before[t].pose, c.scratch.capsules_before[t].data());
-    c.scratch.capsule_count[t] = interaction::placeCapsules(geometry, proxy.pose, c.scratch.capsules_after[t].data());
+    interaction::placeCapsules(geometry, c.scratch.proxies_before[t].pose,
+                               c.scratch.capsules_before[t].data());
+    c.scratch.capsule_count[t] =
+        interaction::placeCapsules(geometry, proxy.pose, c.scratch.capsules_after[t].data());
   }
 }
 
@@ -102,11 +111,14 @@ void findToolContacts(Context& c, std::size_t object) {
       for (std::size_t i = 0; i < s.triangles.size(); ++i) {
         const auto& knots = s.triangles[i];
         if (!(o.near[knots[0]] | o.near[knots[1]] | o.near[knots[2]]) || !s.triangle_alive[i]) continue;
-        const std::array<Vector3d, 3> p{knotPosition(s, knots[0]), knotPosition(s, knots[1]), knotPosition(s, knots[2])};
+        const std::array<Vector3d, 3> p{knotPosition(s, knots[0]), knotPosition(s, knots[1]),
+                                        knotPosition(s, knots[2])};
         const Nearest n = contact::nearest(a, b, p);
         if (!(n.distance < reach) || o.contacts.size() >= kMostContacts) continue;
         const std::uint64_t key = featureKey(knots, n.weights, i);
-        if (std::find(features.begin(), features.begin() + feature_count, key) != features.begin() + feature_count) continue;
+        if (std::find(features.begin(), features.begin() + feature_count, key) !=
+            features.begin() + feature_count)
+          continue;
         if (feature_count < features.size()) features[feature_count++] = key;
         const Vector3d q = p[0] * n.weights[0] + p[1] * n.weights[1] + p[2] * n.weights[2];
         const Vector3d axis = a + (b - a) * n.s;
@@ -118,20 +130,26 @@ void findToolContacts(Context& c, std::size_t object) {
         const double distance = std::sqrt(normal.squaredNorm());
         normal = distance > 1e-7 ? Vector3d(normal / distance) : face;
         // A contact keeps the side on which it began, however deep it goes.
-        const std::uint64_t wanted = sideKey(std::uint8_t(t), std::uint8_t(k), std::uint16_t(object), std::uint32_t(i));
-        const auto found = std::lower_bound(c.state.sides.begin(), c.state.sides.end(), wanted,
-                                            [](const ContactSide& x, std::uint64_t value) { return sideKey(x) < value; });
-        if (found != c.state.sides.end() && sideKey(*found) == wanted && face.dot(normal) * found->side < -0.2) normal = -normal;
+        const std::uint64_t wanted =
+            sideKey(std::uint8_t(t), std::uint8_t(k), std::uint16_t(object), std::uint32_t(i));
+        const auto found =
+            std::lower_bound(c.state.sides.begin(), c.state.sides.end(), wanted,
+                             [](const ContactSide& x, std::uint64_t value) { return sideKey(x) < value; });
+        if (found != c.state.sides.end() && sideKey(*found) == wanted &&
+            face.dot(normal) * found->side < -0.2)
+          normal = -normal;
         ToolContact r{};
         for (int e = 0; e < 3; ++e) r.knots[e] = knots[e], r.weights[e] = static_cast<float>(n.weights[e]);
-        const Vector3d start = before.a + (before.b - before.a) * n.s, end = after.a + (after.b - after.a) * n.s;
+        const Vector3d start = before.a + (before.b - before.a) * n.s,
+                       end = after.a + (after.b - after.a) * n.s;
         for (int e = 0; e < 3; ++e) {
           r.normal[e] = static_cast<float>(normal[e]);
           r.start[e] = static_cast<float>(start[e]);
           r.travel[e] = static_cast<float>(end[e] - start[e]);
         }
         r.reach = static_cast<float>(touch);
-        r.friction = static_cast<float>(jaw ? std::max(described.friction, kJawFriction) : described.friction);
+        r.friction =
+            static_cast<float>(jaw ? std::max(described.friction, kJawFriction) : described.friction);
         r.tool = static_cast<std::uint8_t>(t);
         r.capsule = static_cast<std::uint8_t>(k);
         r.triangle = static_cast<std::uint32_t>(i);
@@ -142,7 +160,9 @@ void findToolContacts(Context& c, std::size_t object) {
   if (o.contacts.empty()) return;
   // Knots share their room for contact stiffness among the contacts that touch them.
   std::fill(o.shared.begin(), o.shared.end(), std::uint16_t{0});
-  for (const ToolContact& r : o.contacts) for (int e = 0; e < 3; ++e) if (r.weights[e] > 1e-6f) ++o.shared[r.knots[e]];
+  for (const ToolContact& r : o.contacts)
+    for (int e = 0; e < 3; ++e)
+      if (r.weights[e] > 1e-6f) ++o.shared[r.knots[e]];
   const double omega = std::sqrt(constants.contact_omega_squared);
   for (ToolContact& r : o.contacts) {
     double inverse = 0.0;
@@ -167,11 +187,13 @@ void findCavityContacts(Context& c, std::size_t object) {
   const Object& described = c.model.description.objects[object];
   const float thickness = static_cast<float>(described.contact_thickness);
   const double omega = std::sqrt(constants.contact_omega_squared);
-  const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z), *mass = row(s, Block::kMass);
+  const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z),
+              *mass = row(s, Block::kMass);
   for (std::size_t other = 0; other < c.model.objects.size(); ++other) {
     const auto& grid = c.model.objects[other].grid;
     if (grid.empty()) continue;
-    const float friction = static_cast<float>(std::max(described.friction, c.model.description.objects[other].friction));
+    const float friction =
+        static_cast<float>(std::max(described.friction, c.model.description.objects[other].friction));
     const float close = thickness + static_cast<float>(kMargin) + 0.87f * static_cast<float>(grid.spacing());
     for (std::size_t i = 0; i < s.block.knots(); ++i) {
       if (grid.coarse(x[i], y[i], z[i]) > close || s.fixed[i]) continue;
@@ -180,7 +202,9 @@ void findCavityContacts(Context& c, std::size_t object) {
       const float distance = grid.distance(p, gradient);
       const float length = std::sqrt(gradient.squaredNorm());
       const float limit = thickness + s.depth[i];
-      if (!(length > 0.1f) || distance > limit + static_cast<float>(kMargin) || o.planes.size() >= o.planes.capacity()) continue;
+      if (!(length > 0.1f) || distance > limit + static_cast<float>(kMargin) ||
+          o.planes.size() >= o.planes.capacity())
+        continue;
       gradient /= length;
       PlaneContact r{};
       r.knot = static_cast<std::uint32_t>(i);
@@ -203,15 +227,18 @@ void renewSides(Context& c) {
     for (const ToolContact& r : c.scratch.objects[object].contacts) {
       Vector3d q = Vector3d::Zero();
       std::array<Vector3d, 3> p;
-      for (int e = 0; e < 3; ++e) p[e] = knotPosition(s, r.knots[e]), q += p[e] * static_cast<double>(r.weights[e]);
+      for (int e = 0; e < 3; ++e)
+        p[e] = knotPosition(s, r.knots[e]), q += p[e] * static_cast<double>(r.weights[e]);
       const Vector3d normal(r.normal[0], r.normal[1], r.normal[2]);
       const Vector3d axis(r.start[0] + r.travel[0], r.start[1] + r.travel[1], r.start[2] + r.travel[2]);
       if (normal.dot(axis - q) > r.reach || sides.size() >= sides.capacity()) continue;
       const double side = (p[1] - p[0]).cross(p[2] - p[0]).dot(normal);
-      sides.push_back({r.triangle, static_cast<std::uint16_t>(object), r.tool, r.capsule, static_cast<std::int8_t>(side < 0 ? -1 : 1)});
+      sides.push_back({r.triangle, static_cast<std::uint16_t>(object), r.tool, r.capsule,
+                       static_cast<std::int8_t>(side < 0 ? -1 : 1)});
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const ContactSide& a, const ContactSide& b) { return sideKey(a) < sideKey(b); });
+  std::sort(sides.begin(), sides.end(),
+            [](const ContactSide& a, const ContactSide& b) { return sideKey(a) < sideKey(b); });
 }
 
 void collide(Context& c) {

@@ -11,7 +11,8 @@ namespace {
 using Eigen::Vector3d;
 
 /// Nearest points of two segments: parameters s on a…b, t on c…d.
-void segments(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d, double& s, double& t) {
+void segments(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d, double& s,
+              double& t) {
   const Vector3d u = b - a, v = d - c, w = a - c;
   const double uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v), uw = u.dot(w), vw = v.dot(w);
   const double det = uu * vv - uv * uv;

@@ -9,17 +9,19 @@ namespace {
 using Eigen::Vector3d;
 using net::Block;
 
-constexpr std::uint64_t kRenewEvery = 8;   ///< steps between two searches for pairs
-constexpr double kPairMargin = 0.004;      ///< m: 0.5 m/s of approach over that time
-constexpr double kShare = 0.25;            ///< (omega·h)² that a held contact may have
+constexpr std::uint64_t kRenewEvery = 8;  ///< steps between two searches for pairs
+constexpr double kPairMargin = 0.004;     ///< m: 0.5 m/s of approach over that time
+constexpr double kShare = 0.25;           ///< (omega·h)² that a held contact may have
 constexpr double kDamping = 0.3, kGrip = 0.3;
-constexpr double kClose = 0.001;           ///< m: contacts are prepared this much before they touch
+constexpr double kClose = 0.001;  ///< m: contacts are prepared this much before they touch
 
-/// Whether a point is further than `reach` from the box of a triangle, and so from the triangle: spares the exact distance.
+/// Whether a point is further than `reach` from the box of a triangle, and so from the triangle: spares the
+/// exact distance.
 bool beyondBox(const Vector3d& x, const std::array<Vector3d, 3>& p, double reach) {
   double squared = 0.0;
   for (int e = 0; e < 3; ++e) {
-    const double low = std::min(std::min(p[0][e], p[1][e]), p[2][e]), high = std::max(std::max(p[0][e], p[1][e]), p[2][e]);
+    const double low = std::min(std::min(p[0][e], p[1][e]), p[2][e]),
+                 high = std::max(std::max(p[0][e], p[1][e]), p[2][e]);
     const double off = std::max(std::max(low - x[e], x[e] - high), 0.0);
     squared += off * off;
   }
@@ -32,7 +34,8 @@ void findOrganPairs(Context& c) {
   // Every step the pairs of some objects are renewed, so that no step bears the whole search.
   auto& pairs = c.state.pairs;
   const std::uint64_t turn = c.state.step % kRenewEvery;
-  pairs.erase(std::remove_if(pairs.begin(), pairs.end(), [&](const OrganPair& p) { return p.object % kRenewEvery == turn; }),
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                             [&](const OrganPair& p) { return p.object % kRenewEvery == turn; }),
               pairs.end());
   const auto& d = c.model.description;
   for (std::size_t a = 0; a < d.objects.size() && a < 32; ++a) {
@@ -40,10 +43,13 @@ void findOrganPairs(Context& c) {
     const ObjectState& sa = c.state.objects[a];
     const ObjectScratch& oa = c.scratch.objects[a];
     for (std::size_t b = 0; b < d.objects.size() && b < 32; ++b) {
-      if (a == b || (c.model.objects[a].together >> b & 1u) || !c.model.objects[b].net || c.state.objects[b].triangles.empty()) continue;
+      if (a == b || (c.model.objects[a].together >> b & 1u) || !c.model.objects[b].net ||
+          c.state.objects[b].triangles.empty())
+        continue;
       const ObjectState& sb = c.state.objects[b];
       const ObjectScratch& ob = c.scratch.objects[b];
-      const float reach = static_cast<float>(d.objects[a].contact_thickness + d.objects[b].contact_thickness + kPairMargin);
+      const float reach =
+          static_cast<float>(d.objects[a].contact_thickness + d.objects[b].contact_thickness + kPairMargin);
       Eigen::Array3f low, high;  // where both can be
       bool apart = false;
       for (int e = 0; e < 3; ++e) {
@@ -60,7 +66,8 @@ void findOrganPairs(Context& c) {
       const float third = 1.0f / 3.0f;
       for (std::size_t t = 0; t < sb.triangles.size(); ++t) {
         const auto& k = sb.triangles[t];
-        const float mx = (ux[k[0]] + ux[k[1]] + ux[k[2]]) * third, my = (uy[k[0]] + uy[k[1]] + uy[k[2]]) * third,
+        const float mx = (ux[k[0]] + ux[k[1]] + ux[k[2]]) * third,
+                    my = (uy[k[0]] + uy[k[1]] + uy[k[2]]) * third,
                     mz = (uz[k[0]] + uz[k[1]] + uz[k[2]]) * third;
         float radius2 = 0.0f;
         for (const auto v : k) {
@@ -68,15 +75,17 @@ void findOrganPairs(Context& c) {
           radius2 = std::max(radius2, dx * dx + dy * dy + dz * dz);
         }
         const float r = std::sqrt(radius2);
-        if (mx < low[0] - r || mx > high[0] + r || my < low[1] - r || my > high[1] + r || mz < low[2] - r || mz > high[2] + r ||
-            !sb.triangle_alive[t] || near.full()) {
+        if (mx < low[0] - r || mx > high[0] + r || my < low[1] - r || my > high[1] + r || mz < low[2] - r ||
+            mz > high[2] + r || !sb.triangle_alive[t] || near.full()) {
           continue;
         }
         near.push(mx, my, mz, r, static_cast<std::uint32_t>(t));
       }
       if (near.empty()) continue;
       for (std::size_t i = 0; i < sa.block.knots(); ++i) {
-        if (x[i] < low[0] || x[i] > high[0] || y[i] < low[1] || y[i] > high[1] || z[i] < low[2] || z[i] > high[2]) continue;
+        if (x[i] < low[0] || x[i] > high[0] || y[i] < low[1] || y[i] > high[1] || z[i] < low[2] ||
+            z[i] > high[2])
+          continue;
         const Vector3d p(x[i], y[i], z[i]);
         double nearest_distance = reach;
         std::uint32_t nearest_triangle = 0;
@@ -89,7 +98,8 @@ void findOrganPairs(Context& c) {
           if (dx * dx + dy * dy + dz * dz > bound * bound) continue;
           const std::uint32_t t = near.triangle(q);
           const auto& k = sb.triangles[t];
-          const std::array<Vector3d, 3> corners{knotPosition(sb, k[0]), knotPosition(sb, k[1]), knotPosition(sb, k[2])};
+          const std::array<Vector3d, 3> corners{knotPosition(sb, k[0]), knotPosition(sb, k[1]),
+                                                knotPosition(sb, k[2])};
           if (beyondBox(p, corners, nearest_distance)) continue;
           const auto n = contact::nearest(p, corners);
           if (n.distance < nearest_distance) {
@@ -99,7 +109,8 @@ void findOrganPairs(Context& c) {
           }
         }
         if (found && pairs.size() < pairs.capacity()) {
-          pairs.push_back({static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), static_cast<std::uint32_t>(i), nearest_triangle});
+          pairs.push_back({static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b),
+                           static_cast<std::uint32_t>(i), nearest_triangle});
         }
       }
     }
@@ -123,8 +134,8 @@ void findOrganContacts(Context& c) {
     const Vector3d face = (p[1] - p[0]).cross(p[2] - p[0]);
     const double area = std::sqrt(face.squaredNorm());
     if (!(area > 1e-14)) continue;
-    // On a closed surface outside is where the triangle faces: a knot that got in through the face goes out there. At
-    // edges and on open sheets the side is the one on which the knot is.
+    // On a closed surface outside is where the triangle faces: a knot that got in through the face goes out
+    // there. At edges and on open sheets the side is the one on which the knot is.
     const bool on_face = n.weights[0] > 0.02 && n.weights[1] > 0.02 && n.weights[2] > 0.02;
     if (n.distance < 1e-6 || (c.model.objects[pair.other].closed && on_face && normal.dot(face) < 0.0)) {
       normal = face / area;
@@ -145,7 +156,8 @@ void findOrganContacts(Context& c) {
     r.stiffness = static_cast<float>(kShare / (h * h * inverse));
     r.damping = static_cast<float>(kDamping / (h * inverse));
     r.grip = static_cast<float>(kGrip / (h * inverse));
-    r.friction = static_cast<float>(std::max(d.objects[pair.object].friction, d.objects[pair.other].friction));
+    r.friction =
+        static_cast<float>(std::max(d.objects[pair.object].friction, d.objects[pair.other].friction));
     r.reach = static_cast<float>(reach);
     if (contacts.size() < contacts.capacity()) contacts.push_back(r);
   }
@@ -154,7 +166,8 @@ void findOrganContacts(Context& c) {
   for (ObjectScratch& o : c.scratch.objects) std::fill(o.shared.begin(), o.shared.end(), std::uint16_t{0});
   const auto each = [&](const OrganContact& r, auto visit) {
     visit(c.scratch.objects[r.object].shared[r.knot]);
-    for (int e = 0; e < 3; ++e) if (r.weights[e] > 1e-3f) visit(c.scratch.objects[r.other].shared[r.triangle[e]]);
+    for (int e = 0; e < 3; ++e)
+      if (r.weights[e] > 1e-3f) visit(c.scratch.objects[r.other].shared[r.triangle[e]]);
   };
   for (const OrganContact& r : contacts) each(r, [](std::uint16_t& count) { ++count; });
   for (OrganContact& r : contacts) {

@@ -8,7 +8,8 @@
 namespace vest::interaction {
 
 bool hasJaws(tools::ToolKind kind) {
-  return kind == tools::ToolKind::Grasper || kind == tools::ToolKind::BipolarForceps || kind == tools::ToolKind::NeedleHolder;
+  return kind == tools::ToolKind::Grasper || kind == tools::ToolKind::BipolarForceps ||
+         kind == tools::ToolKind::NeedleHolder;
 }
 
 double jawAngleAt(const tools::ToolGeometry& g, const Eigen::Vector3d& local, double thickness) {

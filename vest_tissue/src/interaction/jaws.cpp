@@ -12,10 +12,16 @@ using interaction::Grasp;
 using interaction::GraspAnchor;
 using net::Block;
 
-constexpr double kFillTolerance = 0.03;  ///< rad: the tissue fills the gap when it comes this near to the jaws
+constexpr double kFillTolerance =
+    0.03;  ///< rad: the tissue fills the gap when it comes this near to the jaws
 
 /// Places on a triangle that are looked at: corners, middles of the edges, centroid.
-constexpr double kSamples[7][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.5, 0.5, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5},
+constexpr double kSamples[7][3] = {{1, 0, 0},
+                                   {0, 1, 0},
+                                   {0, 0, 1},
+                                   {0.5, 0.5, 0},
+                                   {0, 0.5, 0.5},
+                                   {0.5, 0, 0.5},
                                    {1.0 / 3, 1.0 / 3, 1.0 / 3}};
 
 struct Frame {
@@ -35,14 +41,16 @@ void eachBetween(Context& c, const tools::ToolGeometry& g, const Frame& frame, d
     const ObjectScratch& o = c.scratch.objects[object];
     const double reach = g.jaw_length + c.model.objects[object].greatest_edge;
     bool apart = false;
-    for (int e = 0; e < 3; ++e) apart = apart || middle[e] - reach > o.high[e] || middle[e] + reach < o.low[e];
+    for (int e = 0; e < 3; ++e)
+      apart = apart || middle[e] - reach > o.high[e] || middle[e] + reach < o.low[e];
     if (apart) continue;
     const double thickness = c.model.description.objects[object].contact_thickness;
     for (std::size_t t = 0; t < s.triangles.size(); ++t) {
       const auto& k = s.triangles[t];
       const Vector3d p0 = knotPosition(s, k[0]);
       if ((p0 - middle).squaredNorm() > reach * reach || !s.triangle_alive[t]) continue;
-      const std::array<Vector3d, 3> p{frame.local(p0), frame.local(knotPosition(s, k[1])), frame.local(knotPosition(s, k[2]))};
+      const std::array<Vector3d, 3> p{frame.local(p0), frame.local(knotPosition(s, k[1])),
+                                      frame.local(knotPosition(s, k[2]))};
       for (const auto& w : kSamples) {
         const double at = interaction::jawAngleAt(g, p[0] * w[0] + p[1] * w[1] + p[2] * w[2], thickness);
         if (at >= 0.0 && at <= angle) visit(object, t, w, at);
@@ -95,10 +103,11 @@ void seek(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const Frame& f
   const double jaw = c.state.proxies[tool].pose.jaw;
   double most = 0.0;
   std::uint32_t between = 0;
-  eachBetween(c, g, frame, jaw + kFillTolerance + 0.05, [&](std::size_t object, std::size_t, const double*, double at) {
-    most = std::max(most, at);
-    if (object < 32) between |= 1u << object;
-  });
+  eachBetween(c, g, frame, jaw + kFillTolerance + 0.05,
+              [&](std::size_t object, std::size_t, const double*, double at) {
+                most = std::max(most, at);
+                if (object < 32) between |= 1u << object;
+              });
   grasp.passing &= between;  // what left the jaws is pushed by them again
   if (most <= 0.0) {
     grasp.jaw_at_touch = 0.0;
@@ -108,15 +117,16 @@ void seek(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const Frame& f
   if (grasp.jaw_at_touch <= 0.0 || jaw > (1.0 - interaction::kGraspClosure) * grasp.jaw_at_touch) return;
   // Which tissue: knots between the jaws, and the corners of triangles of which a part is between them.
   grasp.count = 0;
-  eachBetween(c, g, frame, grasp.jaw_at_touch + kFillTolerance, [&](std::size_t object, std::size_t t, const double* w, double) {
-    if (grasp.count == 0) {
-      grasp.element = static_cast<std::uint32_t>(t);
-      grasp.barycentric = {w[0], w[1], w[2], 0.0};
-    }
-    for (int e = 0; e < 3; ++e) {
-      if (w[e] > 0.0) addAnchor(c, grasp, frame, object, c.state.objects[object].triangles[t][e]);
-    }
-  });
+  eachBetween(c, g, frame, grasp.jaw_at_touch + kFillTolerance,
+              [&](std::size_t object, std::size_t t, const double* w, double) {
+                if (grasp.count == 0) {
+                  grasp.element = static_cast<std::uint32_t>(t);
+                  grasp.barycentric = {w[0], w[1], w[2], 0.0};
+                }
+                for (int e = 0; e < 3; ++e) {
+                  if (w[e] > 0.0) addAnchor(c, grasp, frame, object, c.state.objects[object].triangles[t][e]);
+                }
+              });
   if (grasp.count == 0) return;
   grasp.active = true;
   grasp.sliding = false;
@@ -128,7 +138,8 @@ void seek(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const Frame& f
   emit(c, eventOf(c, grasp, EventKind::Grasped, tool));
 }
 
-/// Coulomb's limit of the hold: above it the held points slide in the jaws until the pull is what the pinch carries.
+/// Coulomb's limit of the hold: above it the held points slide in the jaws until the pull is what the pinch
+/// carries.
 void slip(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const Frame& frame, int tool) {
   Vector3d pull = Vector3d::Zero();
   for (int i = 0; i < grasp.count; ++i) {
@@ -157,8 +168,8 @@ void slip(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const Frame& f
   for (int i = 0; i < grasp.count; ++i) {
     const GraspAnchor a = grasp.anchors[i];
     const double out = c.model.objects[a.object].greatest_edge;
-    const bool inside = a.local.z() < out && a.local.z() > -g.jaw_length - out && std::fabs(a.local.y()) < out + 0.005 &&
-                        std::fabs(a.local.x()) < out + 0.010;
+    const bool inside = a.local.z() < out && a.local.z() > -g.jaw_length - out &&
+                        std::fabs(a.local.y()) < out + 0.005 && std::fabs(a.local.x()) < out + 0.010;
     if (inside) grasp.anchors[kept++] = a;
   }
   if (kept == 0) {
@@ -171,7 +182,8 @@ void slip(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const Frame& f
 }  // namespace
 
 void interact(Context& c) {
-  for (std::size_t object = 0; object < c.scratch.objects.size(); ++object) c.scratch.objects[object].pulls.clear();
+  for (std::size_t object = 0; object < c.scratch.objects.size(); ++object)
+    c.scratch.objects[object].pulls.clear();
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     Grasp& grasp = c.state.grasps[t];
     const auto& proxy = c.state.proxies[t];
@@ -200,7 +212,8 @@ void interact(Context& c) {
       contact::Pull pull{};
       pull.knot = a.knot;
       const Vector3d start = frame.world(a.local), travel = after.world(a.local) - start;
-      for (int e = 0; e < 3; ++e) pull.start[e] = static_cast<float>(start[e]), pull.travel[e] = static_cast<float>(travel[e]);
+      for (int e = 0; e < 3; ++e)
+        pull.start[e] = static_cast<float>(start[e]), pull.travel[e] = static_cast<float>(travel[e]);
       pull.stiffness = static_cast<float>(a.stiffness);
       pull.damping = static_cast<float>(a.damping);
       pull.tool = static_cast<std::uint8_t>(t);

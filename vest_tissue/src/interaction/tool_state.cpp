@@ -39,11 +39,13 @@ void stepProxy(Proxy& proxy, const scene::ToolInput& input, double dt) {
   Vector3d wanted = (input.position - proxy.commanded) / dt;
   const double wanted_speed = std::sqrt(wanted.squaredNorm());
   if (wanted_speed > kProxySpeedLimit) wanted *= kProxySpeedLimit / wanted_speed;
-  // v1 = v0 + dt/m·(K (x_cmd - x0 - dt·v1) + C (v_cmd - v1) + F): implicit in the coupling, stable for any dt.
+  // v1 = v0 + dt/m·(K (x_cmd - x0 - dt·v1) + C (v_cmd - v1) + F): implicit in the coupling, stable for any
+  // dt.
   const double a = dt / kProxyMass;
-  Vector3d v = (proxy.velocity + a * (kCouplingStiffness * (input.position - dt * wanted - proxy.pose.tip) +
-                                      (kCouplingDamping + dt * kCouplingStiffness) * wanted + proxy.tip_force)) /
-               (1.0 + a * (kCouplingDamping + dt * kCouplingStiffness));
+  Vector3d v =
+      (proxy.velocity + a * (kCouplingStiffness * (input.position - dt * wanted - proxy.pose.tip) +
+                             (kCouplingDamping + dt * kCouplingStiffness) * wanted + proxy.tip_force)) /
+      (1.0 + a * (kCouplingDamping + dt * kCouplingStiffness));
   const double speed = std::sqrt(v.squaredNorm());
   if (speed > kProxySpeedLimit) v *= kProxySpeedLimit / speed;
   proxy.velocity = v;

@@ -5,7 +5,9 @@ namespace {
 
 constexpr std::size_t kLine = 16;  // floats per cache line
 
-std::size_t padded(std::size_t count) { return (count + kLine - 1) / kLine * kLine; }
+std::size_t padded(std::size_t count) {
+  return (count + kLine - 1) / kLine * kLine;
+}
 
 /// Rows whose distance is a multiple of 4 KiB alias in the first cache level.
 std::size_t stride(std::size_t count) {

@@ -13,8 +13,12 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-Vector3f at(const ElementArrays& a, std::uint32_t i) { return {a.x[i], a.y[i], a.z[i]}; }
-Vector3f speed(const ElementArrays& a, std::uint32_t i) { return {a.vx[i], a.vy[i], a.vz[i]}; }
+Vector3f at(const ElementArrays& a, std::uint32_t i) {
+  return {a.x[i], a.y[i], a.z[i]};
+}
+Vector3f speed(const ElementArrays& a, std::uint32_t i) {
+  return {a.vx[i], a.vy[i], a.vz[i]};
+}
 
 void add(const ElementArrays& a, std::uint32_t i, const Vector3f& f) {
   a.fx[i] += f.x();
@@ -107,7 +111,8 @@ double foldOf(const Vector3d& e0, const Vector3d& e1, const Vector3d& w0, const 
   const Vector3d n0 = edge.cross(w0 - e0), n1 = (w1 - e0).cross(edge);
   const double length = edge.norm(), product = n0.norm() * n1.norm();
   if (!(length > 0.0) || !(product > 0.0)) return 0.0;
-  const double fold = 2.0 * (n0.cross(n1).dot(edge) / length) / std::max(product + n0.dot(n1), 1e-6 * product);
+  const double fold =
+      2.0 * (n0.cross(n1).dot(edge) / length) / std::max(product + n0.dot(n1), 1e-6 * product);
   return std::clamp(fold, -static_cast<double>(kGreatestFold), static_cast<double>(kGreatestFold));
 }
 
@@ -192,7 +197,8 @@ void addVolumes(const std::vector<Volume>& elements, const ElementArrays& a) {
     const float pressure = pressureOf(v, enclosedVolume(v, a)) / 6.0f;
     for (const auto& t : v.triangles) {
       const Vector3f p = at(a, t[0]), q = at(a, t[1]), r = at(a, t[2]);
-      // dV/dp = (q x r)/6; on a closed surface the area vector ((q-p) x (r-p))/6 for each corner sums to the same.
+      // dV/dp = (q x r)/6; on a closed surface the area vector ((q-p) x (r-p))/6 for each corner sums to the
+      // same.
       const Vector3f f = (q - p).cross(r - p) * pressure;
       add(a, t[0], f);
       add(a, t[1], f);
@@ -202,7 +208,8 @@ void addVolumes(const std::vector<Volume>& elements, const ElementArrays& a) {
 }
 
 double volumeGradient(const Volume& v, const ElementArrays& a, float* g, std::size_t stride) {
-  for (int axis = 0; axis < 3; ++axis) for (const std::uint32_t k : v.knots) g[axis * stride + k] = 0.0f;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const std::uint32_t k : v.knots) g[axis * stride + k] = 0.0f;
   if (v.triangles.empty()) return 0.0;
   const Vector3f o = at(a, v.triangles[0][0]);
   double six = 0.0;

@@ -41,7 +41,8 @@ void addHinges(const std::vector<Hinge>& hinges, const ElementArrays& a) {
       least[n] = h.least;
     }
     Vec<V> p[4];
-    for (int i = 0; i < 4; ++i) p[i] = {V::gather(a.x, index[i]), V::gather(a.y, index[i]), V::gather(a.z, index[i])};
+    for (int i = 0; i < 4; ++i)
+      p[i] = {V::gather(a.x, index[i]), V::gather(a.y, index[i]), V::gather(a.z, index[i])};
     const Vec<V> edge = minus(p[1], p[0]), w0 = minus(p[2], p[0]), w1 = minus(p[3], p[0]);
     const Vec<V> n0 = cross(edge, w0), n1 = cross(w1, edge);
     const V length2 = max(dot(edge, edge), tiny), length = sqrt(length2);
@@ -52,15 +53,19 @@ void addHinges(const std::vector<Hinge>& hinges, const ElementArrays& a) {
     const V most = V::broadcast(0.5f * kGreatestFold);
     const V half = max(min(sine / max(product + cosine, V::broadcast(1e-6f) * product), most), zero - most);
     const V fold = half + half;
-    const V slope = zero - V::broadcast(2.0f) * V::load(stiffness) * (fold - V::load(rest)) * (one + half * half);
+    const V slope =
+        zero - V::broadcast(2.0f) * V::load(stiffness) * (fold - V::load(rest)) * (one + half * half);
     // Gradient of the dihedral angle: each wing turns about the edge, the edge takes what balances it.
-    const Vec<V> g0 = times(n0, slope * (zero - length / area0)), g1 = times(n1, slope * (zero - length / area1));
+    const Vec<V> g0 = times(n0, slope * (zero - length / area0)),
+                 g1 = times(n1, slope * (zero - length / area1));
     const V s0 = dot(w0, edge) / length2, s1 = dot(w1, edge) / length2;
-    const Vec<V> b = {zero - (g0.x * s0 + g1.x * s1), zero - (g0.y * s0 + g1.y * s1), zero - (g0.z * s0 + g1.z * s1)};
+    const Vec<V> b = {zero - (g0.x * s0 + g1.x * s1), zero - (g0.y * s0 + g1.y * s1),
+                      zero - (g0.z * s0 + g1.z * s1)};
     const Vec<V> c = {zero - (g0.x + g1.x + b.x), zero - (g0.y + g1.y + b.y), zero - (g0.z + g1.z + b.z)};
     const Vec<V> forces[4] = {c, b, g0, g1};
     alignas(32) float f[4][3][kLanes];
-    for (int i = 0; i < 4; ++i) forces[i].x.store(f[i][0]), forces[i].y.store(f[i][1]), forces[i].z.store(f[i][2]);
+    for (int i = 0; i < 4; ++i)
+      forces[i].x.store(f[i][0]), forces[i].y.store(f[i][1]), forces[i].z.store(f[i][2]);
     for (std::size_t n = 0; n < kLanes; ++n) {
       for (int i = 0; i < 4; ++i) {
         const std::uint32_t k = index[i][n];

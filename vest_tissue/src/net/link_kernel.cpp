@@ -110,7 +110,8 @@ void LinkTable::setMaxStrain(float max_strain) {
 
 double LinkTable::occupancy() const {
   return blocks_.empty() ? 1.0
-                         : static_cast<double>(count_) / static_cast<double>((first_indexed_block_ + indexedBlocks()) * kLanes);
+                         : static_cast<double>(count_) /
+                               static_cast<double>((first_indexed_block_ + indexedBlocks()) * kLanes);
 }
 
 KernelLevel chooseKernelLevel() {

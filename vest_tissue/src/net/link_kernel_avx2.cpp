@@ -1,7 +1,7 @@
 // Built with -mavx2 and without FMA: see CMakeLists.txt. Called only where the processor has AVX2.
+#include "hinge_kernel_body.h"
 #include "link_kernel_body.h"
 #include "pack_avx2.h"
-#include "hinge_kernel_body.h"
 
 namespace vest::net::kernel {
 

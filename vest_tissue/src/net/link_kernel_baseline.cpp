@@ -1,6 +1,6 @@
+#include "hinge_kernel_body.h"
 #include "link_kernel_body.h"
 #include "pack_baseline.h"
-#include "hinge_kernel_body.h"
 
 namespace vest::net::kernel {
 

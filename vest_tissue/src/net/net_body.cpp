@@ -13,8 +13,12 @@ Eigen::Vector3d NetBody::sum(const Anchor& anchor, Block::KnotRow first) const {
   return r;
 }
 
-Eigen::Vector3d NetBody::position(const Anchor& anchor) const { return sum(anchor, Block::X); }
-Eigen::Vector3d NetBody::velocity(const Anchor& anchor) const { return sum(anchor, Block::VX); }
+Eigen::Vector3d NetBody::position(const Anchor& anchor) const {
+  return sum(anchor, Block::X);
+}
+Eigen::Vector3d NetBody::velocity(const Anchor& anchor) const {
+  return sum(anchor, Block::VX);
+}
 
 void NetBody::applyImpulse(const Anchor& anchor, const Eigen::Vector3d& impulse) {
   const float* const w = block_.row(Block::kInverseMass);

@@ -22,8 +22,8 @@ void rebuildSkin(const float* knots, const std::uint32_t* binding_start, const s
   }
 }
 
-void vertexNormals(const float* positions, std::size_t vertices, const std::uint32_t* triangles, std::size_t count,
-                   float* normals) {
+void vertexNormals(const float* positions, std::size_t vertices, const std::uint32_t* triangles,
+                   std::size_t count, float* normals) {
   for (std::size_t i = 0; i < 3 * vertices; ++i) normals[i] = 0.0f;
   for (std::size_t t = 0; t < count; ++t) {
     const std::size_t ia = 3 * static_cast<std::size_t>(triangles[3 * t]);

@@ -6,8 +6,8 @@
 
 #include <Eigen/Geometry>
 
-#include "vest_tissue/contact/contacts.h"
 #include "object_arrays.h"
+#include "vest_tissue/contact/contacts.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_scratch.h"
 
@@ -16,12 +16,12 @@ namespace {
 
 using net::Block;
 
-constexpr double kContactShare = 0.3;       ///< of the net's own omega² that contacts may add (ours)
-constexpr double kContactLeast = 4.0e6;     ///< 1/s²: and at least this, for loose nets (2,000 rad/s)
-constexpr double kSlowMargin = 0.4;         ///< of the longest step, for held forces: they see deformed shapes too
-constexpr double kLeastHeight = 0.5;        ///< of a hinge's lower wing at rest: net::Hinge::least (ours)
+constexpr double kContactShare = 0.3;    ///< of the net's own omega² that contacts may add (ours)
+constexpr double kContactLeast = 4.0e6;  ///< 1/s²: and at least this, for loose nets (2,000 rad/s)
+constexpr double kSlowMargin = 0.4;   ///< of the longest step, for held forces: they see deformed shapes too
+constexpr double kLeastHeight = 0.5;  ///< of a hinge's lower wing at rest: net::Hinge::least (ours)
 constexpr int kPowerSweeps = 40;
-constexpr double kPowerMargin = 1.15;       ///< the iteration converges from below
+constexpr double kPowerMargin = 1.15;  ///< the iteration converges from below
 
 int powerOfTwo(double least) {
   int n = 1;
@@ -45,12 +45,14 @@ void fillKnots(const Object& o, ObjectState& s) {
     b.row(Block::kDecay)[i] = o.damping.empty() ? 0.0f : static_cast<float>(o.damping[i] / mass);
     if (!fixed && !std::isfinite(b.row(Block::kInverseMass)[i])) {
       std::ostringstream out;
-      out << "object '" << o.name << "': mass[" << i << "]: " << mass << " (>= 1e-38 kg, so that its inverse is finite)";
+      out << "object '" << o.name << "': mass[" << i << "]: " << mass
+          << " (>= 1e-38 kg, so that its inverse is finite)";
       throw std::invalid_argument(out.str());
     }
   }
   s.fixed.assign(o.position.size(), 0);
-  for (std::size_t i = 0; i < o.fixed.size(); ++i) s.fixed[i] = o.fixed[i] != 0 || o.model == ObjectModel::Rigid;
+  for (std::size_t i = 0; i < o.fixed.size(); ++i)
+    s.fixed[i] = o.fixed[i] != 0 || o.model == ObjectModel::Rigid;
 }
 
 void fillLinks(const Object& o, ObjectState& s) {
@@ -61,7 +63,9 @@ void fillLinks(const Object& o, ObjectState& s) {
       const bool elastic = l.kind == LinkKind::Elastic;
       NetLink link;
       link.by_law = elastic && l.stiffness == 0.0;
-      const double axial = !elastic ? 0.0 : link.by_law ? o.law.youngs_modulus * l.area : l.stiffness * l.rest;
+      const double axial = !elastic      ? 0.0
+                           : link.by_law ? o.law.youngs_modulus * l.area
+                                         : l.stiffness * l.rest;
       link.values = {l.knot0, l.knot1, elastic ? static_cast<float>(l.rest) : 1.0f, static_cast<float>(axial),
                      static_cast<float>(l.damping)};
       auto& table = link.by_law ? by_law : linear;
@@ -71,8 +75,8 @@ void fillLinks(const Object& o, ObjectState& s) {
       s.links.push_back(link);
     } else if (l.kind == LinkKind::Plastic) {
       place.index = static_cast<std::uint32_t>(s.elements.plastic.size());
-      s.elements.plastic.push_back({l.knot0, l.knot1, static_cast<float>(l.stiffness), static_cast<float>(l.rest),
-                                    static_cast<float>(l.damping)});
+      s.elements.plastic.push_back({l.knot0, l.knot1, static_cast<float>(l.stiffness),
+                                    static_cast<float>(l.rest), static_cast<float>(l.damping)});
     } else {
       place.index = static_cast<std::uint32_t>(s.elements.bending.size());
       s.elements.bending.push_back({l.knot0, l.knot1, l.knot2, static_cast<float>(l.stiffness),
@@ -92,13 +96,15 @@ void fillElements(const Object& o, ObjectState& s) {
     const Eigen::Vector3d edge = at(1) - at(0);
     const double doubled = std::min(edge.cross(at(2) - at(0)).norm(), edge.cross(at(3) - at(0)).norm());
     const double height = kLeastHeight * doubled / std::max(edge.norm(), 1e-12);
-    s.elements.hinges.push_back({h.knots[0], h.knots[1], h.knots[2], h.knots[3], static_cast<float>(h.stiffness),
-                                 static_cast<float>(net::foldOf(at(0), at(1), at(2), at(3))),
-                                 static_cast<float>(height * height)});
+    s.elements.hinges.push_back(
+        {h.knots[0], h.knots[1], h.knots[2], h.knots[3], static_cast<float>(h.stiffness),
+         static_cast<float>(net::foldOf(at(0), at(1), at(2), at(3))), static_cast<float>(height * height)});
   }
   for (const Tether& t : o.tethers) {
-    s.elements.tethers.push_back({t.knot, {float(t.place.x()), float(t.place.y()), float(t.place.z())},
-                                  static_cast<float>(t.stiffness), static_cast<float>(t.damping)});
+    s.elements.tethers.push_back({t.knot,
+                                  {float(t.place.x()), float(t.place.y()), float(t.place.z())},
+                                  static_cast<float>(t.stiffness),
+                                  static_cast<float>(t.damping)});
   }
   for (std::size_t i = 0; i < o.volumes.size(); ++i) {
     const VolumeElement& v = o.volumes[i];
@@ -154,7 +160,8 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
   c.tube = net::TubeMap(o.tube.station, o.tube.rings, o.tube.vessel_segment, o.position.size());
   for (std::size_t i = 0; i < o.links.size(); ++i) {
     const Link& l = o.links[i];
-    if (l.kind == LinkKind::Elastic && c.tube.ringOf(l.knot0) >= 0 && c.tube.ringOf(l.knot0) == c.tube.ringOf(l.knot1)) {
+    if (l.kind == LinkKind::Elastic && c.tube.ringOf(l.knot0) >= 0 &&
+        c.tube.ringOf(l.knot0) == c.tube.ringOf(l.knot1)) {
       c.ring_links.push_back(s.places[i].index);
     }
   }
@@ -163,8 +170,10 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
       c.greatest_edge = std::max(c.greatest_edge, (o.position[t[e]] - o.position[t[(e + 1) % 3]]).norm());
     }
   }
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;  // directed: a closed surface has each once both ways
-  for (const auto& t : s.triangles) for (int e = 0; e < 3; ++e) ++edges[{t[e], t[(e + 1) % 3]}];
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int>
+      edges;  // directed: a closed surface has each once both ways
+  for (const auto& t : s.triangles)
+    for (int e = 0; e < 3; ++e) ++edges[{t[e], t[(e + 1) % 3]}];
   c.closed = !edges.empty() && std::all_of(edges.begin(), edges.end(), [&](const auto& e) {
     return e.second == 1 && edges.count({e.first.second, e.first.first}) == 1;
   });
@@ -194,26 +203,31 @@ void boundSteps(const Object& o, ObjectState& s, ObjectConstants& c, double dt) 
   const double limit = std::max(1.0, solver::kSubStepsPerSecond * dt);
   const auto refuse = [&](const char* what, double needed, double omega) {
     std::size_t lightest = 0;
-    for (std::size_t i = 0; i < o.mass.size(); ++i) if (o.mass[i] < o.mass[lightest]) lightest = i;
+    for (std::size_t i = 0; i < o.mass.size(); ++i)
+      if (o.mass[i] < o.mass[lightest]) lightest = i;
     std::ostringstream out;
-    out << "object '" << o.name << "': " << what << ": need " << needed << " sub-steps in " << dt << " s (highest frequency "
-        << omega << " rad/s, lightest knot " << lightest << " of " << o.mass[lightest] << " kg; at most " << limit
+    out << "object '" << o.name << "': " << what << ": need " << needed << " sub-steps in " << dt
+        << " s (highest frequency " << omega << " rad/s, lightest knot " << lightest << " of "
+        << o.mass[lightest] << " kg; at most " << limit
         << " are allowed: lower stiffness, youngs_modulus, area or damping, raise mass, or shorten dt)";
     throw std::invalid_argument(out.str());
   };
   const double fast_needed = dt / (solver::kStepMargin * solver::longestStep(c.rates));
   if (!(fast_needed <= limit)) refuse("links", fast_needed, std::sqrt(c.rates.omega_squared));
   const double slow_needed = dt / (kSlowMargin * solver::longestStep(slow));
-  if (!(slow_needed <= limit)) refuse("bending, hinges, plastic links, tethers, volumes", slow_needed, std::sqrt(slow.omega_squared));
+  if (!(slow_needed <= limit))
+    refuse("bending, hinges, plastic links, tethers, volumes", slow_needed, std::sqrt(slow.omega_squared));
   c.sub_steps = std::max(1, static_cast<int>(std::ceil(fast_needed)));
   c.batches = powerOfTwo(slow_needed);
   const solver::Rates volume{solver::volumeRate(s.block, s.elements), 0.0};
-  c.volume_batches = powerOfTwo(dt / (kSlowMargin * solver::longestStep(volume)));  // <= batches: part of `slow`
+  c.volume_batches =
+      powerOfTwo(dt / (kSlowMargin * solver::longestStep(volume)));  // <= batches: part of `slow`
 }
 
 void connect(const Description& d, WorldModel& m) {
   const auto find = [&](const std::string& name) {
-    for (std::size_t i = 0; i < d.objects.size(); ++i) if (d.objects[i].name == name) return static_cast<std::uint16_t>(i);
+    for (std::size_t i = 0; i < d.objects.size(); ++i)
+      if (d.objects[i].name == name) return static_cast<std::uint16_t>(i);
     return std::uint16_t{0};
   };
   for (std::size_t n = 0; n < d.connections.size(); ++n) {
@@ -234,9 +248,9 @@ void connect(const Description& d, WorldModel& m) {
     const double limit = std::max(1.0, solver::kSubStepsPerSecond * d.dt);
     if (!(needed <= limit)) {
       std::ostringstream out;
-      out << "connections[" << n << "] ('" << k.object0 << "' to '" << k.object1 << "'): stiffness " << k.stiffness
-          << " N/m, damping " << k.damping << " N·s/m: need " << needed << " exchanges in " << d.dt << " s (at most " << limit
-          << ": lower them or raise the knots' masses)";
+      out << "connections[" << n << "] ('" << k.object0 << "' to '" << k.object1 << "'): stiffness "
+          << k.stiffness << " N/m, damping " << k.damping << " N·s/m: need " << needed << " exchanges in "
+          << d.dt << " s (at most " << limit << ": lower them or raise the knots' masses)";
       throw std::invalid_argument(out.str());
     }
     const int batches = powerOfTwo(needed);
@@ -266,9 +280,10 @@ bool within(const Eigen::Vector3d& x, const Object& other, bool closed, double r
   return best < reach || inside;
 }
 
-/// Organs that are connected, or touch or overlap in the scene as it is saved, belong together by design (vessels in
-/// their ligament, a tube on its mesosalpinx): they move together and do not collide with each other, or contacts would
-/// fight the connections (docs/decisions/0123-…). Likewise a knot may lie as deep in a rigid object as at the start.
+/// Organs that are connected, or touch or overlap in the scene as it is saved, belong together by design
+/// (vessels in their ligament, a tube on its mesosalpinx): they move together and do not collide with each
+/// other, or contacts would fight the connections (docs/decisions/0123-…). Likewise a knot may lie as deep in
+/// a rigid object as at the start.
 void ignoreDesignedContacts(WorldModel& m) {
   const auto& d = m.description;
   for (std::size_t a = 0; a < d.objects.size(); ++a) {
@@ -281,7 +296,9 @@ void ignoreDesignedContacts(WorldModel& m) {
         for (std::size_t i = 0; i < d.objects[a].position.size(); ++i) {
           Eigen::Vector3f g;
           const float distance = m.objects[b].grid.distance(d.objects[a].position[i].cast<float>(), g);
-          s.depth[i] = std::min(s.depth[i], std::min(0.0f, distance - static_cast<float>(d.objects[a].contact_thickness) - 1e-4f));
+          s.depth[i] =
+              std::min(s.depth[i],
+                       std::min(0.0f, distance - static_cast<float>(d.objects[a].contact_thickness) - 1e-4f));
         }
         continue;
       }
@@ -316,10 +333,12 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   for (std::size_t i = 0; i < description.objects.size(); ++i) {
     fillState(description.objects[i], m.start.objects[i]);
     fillConstants(description.objects[i], m.start.objects[i], m.objects[i]);
-    if (m.objects[i].net) boundSteps(description.objects[i], m.start.objects[i], m.objects[i], description.dt);
+    if (m.objects[i].net)
+      boundSteps(description.objects[i], m.start.objects[i], m.objects[i], description.dt);
   }
   connect(description, m);
-  const bool several = std::count_if(m.objects.begin(), m.objects.end(), [](const auto& c) { return c.net; }) > 1;
+  const bool several =
+      std::count_if(m.objects.begin(), m.objects.end(), [](const auto& c) { return c.net; }) > 1;
   for (std::size_t i = 0; i < m.objects.size(); ++i) {
     ObjectConstants& c = m.objects[i];
     if (!c.net) continue;

@@ -6,8 +6,8 @@
 
 namespace vest::scene {
 
-/// The last kDeltaHistory deltas of a World, oldest first. Slots are filled in place and keep their room: what tears inside
-/// a step allocates nothing.
+/// The last kDeltaHistory deltas of a World, oldest first. Slots are filled in place and keep their room:
+/// what tears inside a step allocates nothing.
 class DeltaHistory {
  public:
   DeltaHistory() : slots_(kDeltaHistory + 1) {

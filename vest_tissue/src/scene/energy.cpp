@@ -31,9 +31,11 @@ Energy World::energy() const {
       const net::KernelLink& l = link.values;
       if (l.axial == 0.0f) continue;
       const double length = (knotPosition(s, l.knot1) - knotPosition(s, l.knot0)).norm();
-      e.elastic += l.axial * l.rest * material::energyDensity(link.by_law ? law : linear, length / l.rest - 1.0);
+      e.elastic +=
+          l.axial * l.rest * material::energyDensity(link.by_law ? law : linear, length / l.rest - 1.0);
     }
-    net::ElementArrays arrays{row(s, Block::X), row(s, Block::Y), row(s, Block::Z), nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
+    net::ElementArrays arrays{row(s, Block::X), row(s, Block::Y), row(s, Block::Z), nullptr, nullptr,
+                              nullptr,          nullptr,          nullptr,          nullptr};
     e.elastic += net::elementEnergy(s.elements, arrays);
   }
   for (std::size_t n = 0; n < state.connections.size(); ++n) {
@@ -41,8 +43,10 @@ Energy World::energy() const {
     if (!c.alive) continue;
     Vector3d off = impl_->model->description.connections[n].offset;
     for (int i = 0; i < 4; ++i) {
-      if (c.end0.weights[i] != 0.0) off -= c.end0.weights[i] * knotPosition(state.objects[c.end0.object], c.end0.knots[i]);
-      if (c.end1.weights[i] != 0.0) off += c.end1.weights[i] * knotPosition(state.objects[c.end1.object], c.end1.knots[i]);
+      if (c.end0.weights[i] != 0.0)
+        off -= c.end0.weights[i] * knotPosition(state.objects[c.end0.object], c.end0.knots[i]);
+      if (c.end1.weights[i] != 0.0)
+        off += c.end1.weights[i] * knotPosition(state.objects[c.end1.object], c.end1.knots[i]);
     }
     e.elastic += 0.5 * impl_->model->description.connections[n].stiffness * off.squaredNorm();
   }
@@ -53,7 +57,8 @@ Energy World::energy() const {
     const auto& pose = state.proxies[t].pose;
     for (int i = 0; i < grasp.count; ++i) {
       const auto& g = grasp.anchors[i];
-      const Vector3d off = pose.tip + pose.orientation * g.local - knotPosition(state.objects[g.object], g.knot);
+      const Vector3d off =
+          pose.tip + pose.orientation * g.local - knotPosition(state.objects[g.object], g.knot);
       e.elastic += 0.5 * g.stiffness * off.squaredNorm();
     }
   }
@@ -63,7 +68,8 @@ Energy World::energy() const {
       double gap = -c.reach;
       for (int axis = 0; axis < 3; ++axis) {
         double q = 0.0;
-        for (int k = 0; k < 3; ++k) q += c.weights[k] * row(s, static_cast<Block::KnotRow>(Block::X + axis))[c.knots[k]];
+        for (int k = 0; k < 3; ++k)
+          q += c.weights[k] * row(s, static_cast<Block::KnotRow>(Block::X + axis))[c.knots[k]];
         gap += c.normal[axis] * (c.start[axis] + c.travel[axis] - q);
       }
       if (gap < 0.0) e.elastic += 0.5 * c.stiffness * gap * gap;
@@ -76,7 +82,8 @@ Energy World::energy() const {
   }
   for (const OrganContact& r : impl_->scratch.organ_contacts) {
     Vector3d off = knotPosition(state.objects[r.object], r.knot);
-    for (int k = 0; k < 3; ++k) off -= static_cast<double>(r.weights[k]) * knotPosition(state.objects[r.other], r.triangle[k]);
+    for (int k = 0; k < 3; ++k)
+      off -= static_cast<double>(r.weights[k]) * knotPosition(state.objects[r.other], r.triangle[k]);
     const double gap = Vector3d(r.normal[0], r.normal[1], r.normal[2]).dot(off) - r.reach;
     if (gap < 0.0) e.elastic += 0.5 * r.stiffness * gap * gap;
   }

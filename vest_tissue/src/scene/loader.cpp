@@ -165,8 +165,8 @@ Object readObject(const Value& value, Files& files) {
               "contact_thickness", "vessel_segment", "tear_strain"});
   } else {
     map.only({"name", "organ", "material", "roles", "model", "nodes", "links", "fixed", "triangles",
-              "knot_mass", "link_area", "friction", "contact_thickness", "vessel_segment", "tear_strain", "strain",
-              "tetrahedra", "loads"});
+              "knot_mass", "link_area", "friction", "contact_thickness", "vessel_segment", "tear_strain",
+              "strain", "tetrahedra", "loads"});
   }
   Object object;
   object.name = map["name"].name();

@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 using net::Block;
 
 constexpr std::uint64_t kBoundEvery = 4;  ///< steps between two looks at an object's strain
-constexpr float kGrowth = 1.2f;           ///< of the tangent, below which the old bound still holds (its margin)
+constexpr float kGrowth = 1.2f;  ///< of the tangent, below which the old bound still holds (its margin)
 
 void applyEdit(Context& c, const ParameterEdit& edit) {
   if (!std::isfinite(edit.value)) return;
@@ -28,7 +28,8 @@ void applyEdit(Context& c, const ParameterEdit& edit) {
     const bool stiffer = edit.parameter == "youngs_modulus", damped = edit.parameter == "damping_scale";
     if (!stiffer && !damped) continue;
     const double law = c.model.objects[i].law.youngs_modulus;
-    const double wanted = std::clamp(stiffer ? (law > 0.0 ? edit.value / law : 1.0) : edit.value, 0.01, 100.0);
+    const double wanted =
+        std::clamp(stiffer ? (law > 0.0 ? edit.value / law : 1.0) : edit.value, 0.01, 100.0);
     double& scale = stiffer ? s.elastic_scale : s.damping_scale;
     const float factor = static_cast<float>(wanted / scale);
     for (std::size_t e = 0; e < s.links.size(); ++e) {
@@ -40,7 +41,9 @@ void applyEdit(Context& c, const ParameterEdit& edit) {
 }
 
 void applyImpact(Context& c, const ImpactInput& impact) {
-  if (impact.object >= c.model.objects.size() || !c.model.objects[impact.object].net || !impact.momentum.allFinite()) return;
+  if (impact.object >= c.model.objects.size() || !c.model.objects[impact.object].net ||
+      !impact.momentum.allFinite())
+    return;
   ObjectState& s = c.state.objects[impact.object];
   if (impact.triangle >= s.triangles.size()) return;
   for (int e = 0; e < 3; ++e) {
@@ -58,7 +61,8 @@ void applyDilatation(Context& c, const DilatationInput& d) {
   if (!std::isfinite(d.dilatation)) return;
   const float scale = static_cast<float>(std::clamp(d.dilatation, 0.5, 2.0));
   for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
-    if (c.model.description.objects[i].tube.vessel_segment != d.vessel_segment || d.vessel_segment.empty()) continue;
+    if (c.model.description.objects[i].tube.vessel_segment != d.vessel_segment || d.vessel_segment.empty())
+      continue;
     ObjectState& s = c.state.objects[i];
     for (const auto e : c.model.objects[i].ring_links) {
       const net::KernelLink& l = s.links[e].values;
@@ -67,7 +71,8 @@ void applyDilatation(Context& c, const DilatationInput& d) {
   }
 }
 
-/// Sub-steps of an object for its present strain. Only numbers of the State enter: re-simulation takes the same.
+/// Sub-steps of an object for its present strain. Only numbers of the State enter: re-simulation takes the
+/// same.
 void renewBound(Context& c, std::size_t object) {
   const ObjectConstants& constants = c.model.objects[object];
   ObjectState& s = c.state.objects[object];
@@ -100,7 +105,8 @@ void renewBound(Context& c, std::size_t object) {
   int needed = 1;
   for (int attempt = 0; attempt < 8; ++attempt) {
     solver::Rates rates = solver::linkRates(links, o.bound);
-    rates.omega_squared = rates.omega_squared * (cut ? 1.0 : constants.calibration) + constants.contact_omega_squared;
+    rates.omega_squared =
+        rates.omega_squared * (cut ? 1.0 : constants.calibration) + constants.contact_omega_squared;
     rates.decay = constants.rates.decay * std::max(1.0, s.damping_scale);
     needed = solver::subSteps(dt, rates);
     if (needed <= limit) break;
@@ -122,7 +128,8 @@ void tear(Context& c, std::size_t object) {
   const float most = static_cast<float>((1.0 + described.tear_strain) * (1.0 + described.tear_strain));
   TopologyDelta& delta = c.deltas->next();
   beginDelta(c.state, static_cast<std::uint16_t>(object), delta);
-  for (std::size_t i = 0; i < s.topology.links.size() && delta.removed_links.size() < delta.removed_links.capacity(); ++i) {
+  for (std::size_t i = 0;
+       i < s.topology.links.size() && delta.removed_links.size() < delta.removed_links.capacity(); ++i) {
     if (!s.topology.link_alive[i] || s.places[i].kind != LinkKind::Elastic) continue;
     const net::KernelLink& l = s.links[s.places[i].index].values;
     const float dx = x[l.knot1] - x[l.knot0], dy = y[l.knot1] - y[l.knot0], dz = z[l.knot1] - z[l.knot0];
@@ -151,13 +158,14 @@ double stationOf(const WorldModel& model, const WorldState& state, std::size_t o
                  const std::array<std::uint32_t, 3>& knots, const std::array<double, 3>& weights) {
   std::array<std::uint32_t, 3> of_scene;
   for (std::size_t i = 0; i < 3; ++i) {
-    of_scene[i] = originalKnot(state.objects[object].topology, model.description.objects[object].position.size(), knots[i]);
+    of_scene[i] = originalKnot(state.objects[object].topology,
+                               model.description.objects[object].position.size(), knots[i]);
   }
   return model.objects[object].tube.stationAt(of_scene, weights);
 }
 
-bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& deltas, const TopologyRequest& request,
-                  std::uint32_t& copy) {
+bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& deltas,
+                  const TopologyRequest& request, std::uint32_t& copy) {
   if (request.object >= state.objects.size() || !model.objects[request.object].net) return false;
   TopologyDelta& delta = deltas.next();
   beginDelta(state, request.object, delta);
@@ -175,7 +183,8 @@ bool checkInput(const StepInput& input) {
   for (const ToolInput& t : input.tools) {
     if (!t.present) continue;
     const double q = t.orientation.squaredNorm();
-    if (!t.position.allFinite() || !t.pivot.allFinite() || !std::isfinite(t.jaw) || !(q > 0.25 && q < 4.0)) return false;
+    if (!t.position.allFinite() || !t.pivot.allFinite() || !std::isfinite(t.jaw) || !(q > 0.25 && q < 4.0))
+      return false;
     if (!(t.position.squaredNorm() < 1e6) || !(t.pivot.squaredNorm() < 1e6)) return false;
   }
   return true;
@@ -214,7 +223,8 @@ void predict(Context& c) {
   for (const ImpactInput& impact : c.input.impacts) applyImpact(c, impact);
   for (const DilatationInput& dilatation : c.input.dilatations) applyDilatation(c, dilatation);
   std::uint32_t copy;
-  for (const TopologyRequest& request : c.input.requests) applyRequest(c.model, c.state, *c.deltas, request, copy);
+  for (const TopologyRequest& request : c.input.requests)
+    applyRequest(c.model, c.state, *c.deltas, request, copy);
   for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
     if (c.model.objects[i].net && c.model.description.objects[i].tear_strain > 0.0) tear(c, i);
   }

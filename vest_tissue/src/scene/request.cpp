@@ -38,7 +38,8 @@ TopologyRequest parseRequest(const std::string& text, const Description& descrip
   if (verb == "split_knot") {
     request.kind = TopologyRequest::Kind::SplitKnot;
     if (!(in >> request.normal.x() >> request.normal.y() >> request.normal.z())) refuse("has no normal");
-    if (!(request.normal.squaredNorm() > 0.0) || !request.normal.allFinite()) refuse("its normal has no direction");
+    if (!(request.normal.squaredNorm() > 0.0) || !request.normal.allFinite())
+      refuse("its normal has no direction");
   }
   if (in >> rest) refuse("goes on with '" + rest + "'");
   return request;

@@ -8,7 +8,9 @@ namespace {
 
 constexpr char kMagic[8] = {'V', 'E', 'S', 'T', 'W', 'L', 'D', '2'};
 
-[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("snapshot: " + what); }
+[[noreturn]] void refuse(const std::string& what) {
+  throw std::invalid_argument("snapshot: " + what);
+}
 
 struct WriteArchive {
   std::vector<std::uint8_t>& out;
@@ -29,7 +31,8 @@ struct ReadArchive {
   const std::vector<std::uint8_t>& in;
   std::size_t at = 0;
   void bytes(void* data, std::size_t size) {
-    if (size > in.size() - at) refuse("ends after " + std::to_string(in.size()) + " bytes (more are needed: cut off?)");
+    if (size > in.size() - at)
+      refuse("ends after " + std::to_string(in.size()) + " bytes (more are needed: cut off?)");
     if (size > 0) std::memcpy(data, in.data() + at, size);
     at += size;
   }
@@ -37,20 +40,24 @@ struct ReadArchive {
   void resize(std::vector<T>& v, std::size_t) {
     std::uint64_t size;
     bytes(&size, sizeof size);
-    if (size > in.size() - at) refuse("a list of " + std::to_string(size) + " entries does not fit in the rest of the file");
+    if (size > in.size() - at)
+      refuse("a list of " + std::to_string(size) + " entries does not fit in the rest of the file");
     v.resize(size);
   }
   void same(std::uint64_t wanted) {
     std::uint64_t size;
     bytes(&size, sizeof size);
-    if (size != wanted) refuse(std::to_string(size) + " objects or connections (the scene has " + std::to_string(wanted) + ")");
+    if (size != wanted)
+      refuse(std::to_string(size) + " objects or connections (the scene has " + std::to_string(wanted) + ")");
   }
   void setCounts(ObjectState& s, std::uint64_t knots, std::uint64_t links) {
     net::Block& b = s.block;
     scene_links = s.links.size();
-    if (knots > b.knotCapacity() || knots < b.knots() || links < s.links.size() || links > 2 * s.links.size() + 64) {
-      refuse(std::to_string(knots) + " knots and " + std::to_string(links) + " links of an object (the scene has " +
-             std::to_string(b.knots()) + " and " + std::to_string(s.links.size()) + ")");
+    if (knots > b.knotCapacity() || knots < b.knots() || links < s.links.size() ||
+        links > 2 * s.links.size() + 64) {
+      refuse(std::to_string(knots) + " knots and " + std::to_string(links) +
+             " links of an object (the scene has " + std::to_string(b.knots()) + " and " +
+             std::to_string(s.links.size()) + ")");
     }
     std::uint32_t index;
     while (b.knots() < knots) b.addKnot(index);
@@ -78,14 +85,18 @@ struct ReadArchive {
 void checkIndices(const WorldState& s) {
   for (const ObjectState& o : s.objects) {
     const auto knot = [&](std::uint64_t k) {
-      if (k >= o.block.knots()) refuse("knot " + std::to_string(k) + " of an object with " + std::to_string(o.block.knots()));
+      if (k >= o.block.knots())
+        refuse("knot " + std::to_string(k) + " of an object with " + std::to_string(o.block.knots()));
     };
-    for (const auto& t : o.triangles) for (const auto k : t) knot(k);
+    for (const auto& t : o.triangles)
+      for (const auto k : t) knot(k);
     for (const auto& b : o.elements.bending) knot(b.a), knot(b.b), knot(b.c);
     for (const auto& h : o.elements.hinges) knot(h.edge0), knot(h.edge1), knot(h.wing0), knot(h.wing1);
     for (const auto& p : o.elements.plastic) knot(p.a), knot(p.b);
     for (const auto& t : o.elements.tethers) knot(t.knot);
-    for (const auto& v : o.elements.volumes) for (const auto& t : v.triangles) for (const auto k : t) knot(k);
+    for (const auto& v : o.elements.volumes)
+      for (const auto& t : v.triangles)
+        for (const auto k : t) knot(k);
     const Topology& t = o.topology;
     if (t.link_alive.size() != t.links.size() || o.places.size() != t.links.size() ||
         t.triangle_alive.size() != t.skin.triangles.size() || o.triangle_alive.size() != o.triangles.size() ||
@@ -103,10 +114,12 @@ void checkIndices(const WorldState& s) {
     for (const auto k : t.skin.binding_knots) knot(k);
     for (const auto k : t.doubled_knots) knot(k);
     const std::size_t batches = static_cast<std::size_t>(o.batches);
-    if (o.sub_steps < 1 || o.sub_steps > 100000 || o.sub_steps % batches != 0) refuse("sub-steps of an object");
+    if (o.sub_steps < 1 || o.sub_steps > 100000 || o.sub_steps % batches != 0)
+      refuse("sub-steps of an object");
   }
   const auto anchored = [&](std::uint64_t object, std::uint64_t k) {
-    if (object >= s.objects.size() || k >= s.objects[object].block.knots()) refuse("an anchor outside the scene");
+    if (object >= s.objects.size() || k >= s.objects[object].block.knots())
+      refuse("an anchor outside the scene");
   };
   for (const auto& c : s.connections) {
     for (const auto k : c.end0.knots) anchored(c.end0.object, k);
@@ -121,7 +134,8 @@ void checkIndices(const WorldState& s) {
     if (p.triangle >= s.objects[p.other].triangles.size()) refuse("a contact outside the scene");
   }
   for (const auto& p : s.proxies) {
-    if (static_cast<int>(p.tool) >= tools::kToolKindCount) refuse("kind of tool " + std::to_string(static_cast<int>(p.tool)));
+    if (static_cast<int>(p.tool) >= tools::kToolKindCount)
+      refuse("kind of tool " + std::to_string(static_cast<int>(p.tool)));
   }
 }
 

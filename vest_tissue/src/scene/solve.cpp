@@ -12,14 +12,14 @@ using Eigen::Vector3d;
 using net::Block;
 
 net::ElementArrays elementArrays(Block& b) {
-  return {b.row(Block::PX), b.row(Block::PY), b.row(Block::PZ), b.row(Block::VX), b.row(Block::VY), b.row(Block::VZ),
-          b.row(Block::HX), b.row(Block::HY), b.row(Block::HZ)};
+  return {b.row(Block::PX), b.row(Block::PY), b.row(Block::PZ), b.row(Block::VX), b.row(Block::VY),
+          b.row(Block::VZ), b.row(Block::HX), b.row(Block::HY), b.row(Block::HZ)};
 }
 
-/// Pressure of the enclosed volume. Its gradient is taken as often as its stiffness needs (ObjectConstants::volume_batches),
-/// at the positions predicted for the middle of the `interval` (s) in which it serves: taken at its start it would lag, and
-/// the part of the stiffness that comes from the pressure would feed energy (docs/decisions/0180-…). Between, the volume
-/// follows the gradient.
+/// Pressure of the enclosed volume. Its gradient is taken as often as its stiffness needs
+/// (ObjectConstants::volume_batches), at the positions predicted for the middle of the `interval` (s) in
+/// which it serves: taken at its start it would lag, and the part of the stiffness that comes from the
+/// pressure would feed energy (docs/decisions/0180-…). Between, the volume follows the gradient.
 void addPressure(Context& c, std::size_t object, bool renew, double interval) {
   ObjectState& s = c.state.objects[object];
   ObjectScratch& o = c.scratch.objects[object];
@@ -46,7 +46,8 @@ void addPressure(Context& c, std::size_t object, bool renew, double interval) {
     const float* const p = b.row(static_cast<Block::KnotRow>(Block::PX + axis));
     float lanes[8] = {};  // a fixed order of the sum that vectorises
     std::size_t i = 0;
-    for (; i + 8 <= knots; i += 8) for (int n = 0; n < 8; ++n) lanes[n] += g[i + n] * (p[i + n] - x0[i + n]);
+    for (; i + 8 <= knots; i += 8)
+      for (int n = 0; n < 8; ++n) lanes[n] += g[i + n] * (p[i + n] - x0[i + n]);
     for (; i < knots; ++i) lanes[0] += g[i] * (p[i] - x0[i]);
     for (const float lane : lanes) change += lane;
   }
@@ -58,8 +59,8 @@ void addPressure(Context& c, std::size_t object, bool renew, double interval) {
   }
 }
 
-/// Forces that are held over the batch: gravity, and the slower elements where the knots will be in its middle. With
-/// that prediction the held force neither feeds nor damps (docs/decisions/0121-…).
+/// Forces that are held over the batch: gravity, and the slower elements where the knots will be in its
+/// middle. With that prediction the held force neither feeds nor damps (docs/decisions/0121-…).
 void hold(Context& c, std::size_t object, double h, int batch) {
   ObjectState& s = c.state.objects[object];
   Block& b = s.block;
@@ -154,7 +155,8 @@ Vector3d organForce(const Context& c, const OrganContact& r, double h, double& h
   const Vector3d slide = rate - opening * normal;
   const double speed = std::sqrt(slide.squaredNorm()), limit = r.friction * push;
   const double coefficient = speed * r.grip > limit ? limit / speed : r.grip;
-  heat = gap < 0.0 ? (coefficient * speed * speed + std::max(0.0, (push + r.stiffness * gap) * -opening)) * h : 0.0;
+  heat = gap < 0.0 ? (coefficient * speed * speed + std::max(0.0, (push + r.stiffness * gap) * -opening)) * h
+                   : 0.0;
   return gap < 0.0 ? Vector3d(push * normal - coefficient * slide) : Vector3d(Vector3d::Zero());
 }
 
@@ -184,7 +186,8 @@ double heatOf(const ObjectState& s, double h) {
 void keepReaction(const ObjectState& s, ObjectScratch& o) {
   const float *fx = row(s, Block::FX), *fy = row(s, Block::FY), *fz = row(s, Block::FZ);
   Vector3d sum = Vector3d::Zero();
-  for (std::size_t i = 0; i < s.block.knots(); ++i) if (s.fixed[i]) sum -= Vector3d(fx[i], fy[i], fz[i]);
+  for (std::size_t i = 0; i < s.block.knots(); ++i)
+    if (s.fixed[i]) sum -= Vector3d(fx[i], fy[i], fz[i]);
   o.reaction = sum;
 }
 
@@ -197,11 +200,13 @@ void advance(Context& c, std::size_t object, int batch) {
   const net::KnotArrays knots = s.block.knotArrays();
   const net::MotionArrays motion = s.block.motionArrays();
   s.block.prepare(hf);
-  for (const auto& [f, held] : {std::pair{Block::FX, Block::HX}, std::pair{Block::FY, Block::HY}, std::pair{Block::FZ, Block::HZ}}) {
+  for (const auto& [f, held] :
+       {std::pair{Block::FX, Block::HX}, std::pair{Block::FY, Block::HY}, std::pair{Block::FZ, Block::HZ}}) {
     std::memcpy(s.block.row(f), s.block.row(held), motion.n * sizeof(float));
   }
   for (int i = 0; i < per_batch; ++i) {
-    const float fraction = static_cast<float>(batch * per_batch + i) / static_cast<float>(batches * per_batch);
+    const float fraction =
+        static_cast<float>(batch * per_batch + i) / static_cast<float>(batches * per_batch);
     if (s.law_links.linkCount() > 0) net::addLinkForces(s.law_links, knots, c.level);
     if (s.linear_links.linkCount() > 0) net::addLinkForces(s.linear_links, knots, c.level);
     if (!o.contacts.empty()) contact::addToolContacts(s.block, o.contacts, fraction, hf, dt, o.loads);
@@ -260,8 +265,11 @@ void solve(Context& c) {
       }
       if (due0) pushHeld(c.state, net::Anchor{r.object, {r.knot, 0, 0, 0}, {1, 0, 0, 0}}, r.force);
       if (due1) {
-        pushHeld(c.state, net::Anchor{r.other, {r.triangle[0], r.triangle[1], r.triangle[2], 0},
-                                      {r.weights[0], r.weights[1], r.weights[2], 0}}, -r.force);
+        pushHeld(c.state,
+                 net::Anchor{r.other,
+                             {r.triangle[0], r.triangle[1], r.triangle[2], 0},
+                             {r.weights[0], r.weights[1], r.weights[2], 0}},
+                 -r.force);
       }
     }
     auto work = [&](std::size_t object) {
@@ -282,7 +290,8 @@ bool settleVelocities(Context& c, std::string_view& faulty) {
     const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
     unsigned bad = 0;
     for (std::size_t i = 0; i < s.block.knots(); ++i) {
-      const float v2 = vx[i] * vx[i] + vy[i] * vy[i] + vz[i] * vz[i], p2 = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
+      const float v2 = vx[i] * vx[i] + vy[i] * vy[i] + vz[i] * vz[i],
+                  p2 = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
       bad |= static_cast<unsigned>(!(v2 < kAbsurd)) | static_cast<unsigned>(!(p2 < 1e12f));
     }
     if (bad != 0) {

@@ -22,27 +22,28 @@ struct Context {
   StepReport& report;
   solver::Pool& pool;
   double dt;
-  int stretch;        ///< sub-steps and batches are those of the description times this (a longer dt needs more)
-  bool account;       ///< energy accounting
+  int stretch;   ///< sub-steps and batches are those of the description times this (a longer dt needs more)
+  bool account;  ///< energy accounting
   net::KernelLevel level = net::KernelLevel::Baseline;
   DeltaHistory* deltas = nullptr;
 };
 
 /// Stages in the order in which a step runs them.
-bool checkInput(const StepInput& input);        ///< finite numbers, dt in range
-void predict(Context& c);                       ///< edits, impacts, proxies, sub-steps
-void collide(Context& c);                       ///< boxes, tools, cavity, organs
-void interact(Context& c);                      ///< jaws: grasp, hold, slip, release
-void solve(Context& c);                         ///< batches of sub-steps
+bool checkInput(const StepInput& input);                      ///< finite numbers, dt in range
+void predict(Context& c);                                     ///< edits, impacts, proxies, sub-steps
+void collide(Context& c);                                     ///< boxes, tools, cavity, organs
+void interact(Context& c);                                    ///< jaws: grasp, hold, slip, release
+void solve(Context& c);                                       ///< batches of sub-steps
 bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a state to go on from
-void tell(Context& c);                          ///< contact models, events
+void tell(Context& c);                                        ///< contact models, events
 void keepBackup(Context& c);
 void restoreBackup(Context& c);
 
 /// Changes the topology and keeps the delta. False: nothing has changed.
-bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& deltas, const TopologyRequest& request,
-                  std::uint32_t& copy);
-/// Station (m) of a place on a triangle of knots, which may be copies; NaN where the tube map knows none of them.
+bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& deltas,
+                  const TopologyRequest& request, std::uint32_t& copy);
+/// Station (m) of a place on a triangle of knots, which may be copies; NaN where the tube map knows none of
+/// them.
 double stationOf(const WorldModel& model, const WorldState& state, std::size_t object,
                  const std::array<std::uint32_t, 3>& knots, const std::array<double, 3>& weights);
 
@@ -57,7 +58,9 @@ void renewSides(Context& c);
 /// Event with room checked: the report's capacity is fixed.
 void emit(Context& c, const Event& event);
 
-inline const float* row(const ObjectState& s, net::Block::KnotRow r) { return s.block.row(r); }
+inline const float* row(const ObjectState& s, net::Block::KnotRow r) {
+  return s.block.row(r);
+}
 inline Eigen::Vector3d knotPosition(const ObjectState& s, std::uint32_t k) {
   using net::Block;
   return {row(s, Block::X)[k], row(s, Block::Y)[k], row(s, Block::Z)[k]};

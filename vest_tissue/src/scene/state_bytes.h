@@ -7,8 +7,9 @@
 
 namespace vest::scene {
 
-/// Walks the State in one order for hash, snapshot and restore. An archive has bytes(void*, size): little-endian
-/// numbers without padding, as x86-64 and ARM64 hold them; and resize(vector, size): its length goes in and out.
+/// Walks the State in one order for hash, snapshot and restore. An archive has bytes(void*, size):
+/// little-endian numbers without padding, as x86-64 and ARM64 hold them; and resize(vector, size): its length
+/// goes in and out.
 template <typename Archive>
 struct StateWalker {
   Archive& archive;
@@ -19,7 +20,9 @@ struct StateWalker {
     archive.bytes(&v, sizeof v);
   }
   template <typename T>
-  void values(T* v, std::size_t count) { archive.bytes(v, count * sizeof(T)); }
+  void values(T* v, std::size_t count) {
+    archive.bytes(v, count * sizeof(T));
+  }
   void flag(bool& v) {
     std::uint8_t byte = v;
     value(byte);
@@ -53,38 +56,51 @@ struct StateWalker {
     std::uint64_t knots = b.knots(), links = s.links.size();
     value(knots), value(links);
     archive.setCounts(s, knots, links);
-    for (const auto r : {Block::X, Block::Y, Block::Z, Block::VX, Block::VY, Block::VZ, Block::kInverseMass, Block::kDecay, Block::kMass}) {
+    for (const auto r : {Block::X, Block::Y, Block::Z, Block::VX, Block::VY, Block::VZ, Block::kInverseMass,
+                         Block::kDecay, Block::kMass}) {
       values(b.row(r), knots);
     }
     for (NetLink& l : s.links) {
-      value(l.values.knot0), value(l.values.knot1), value(l.values.rest), value(l.values.axial), value(l.values.damping);
+      value(l.values.knot0), value(l.values.knot1), value(l.values.rest), value(l.values.axial),
+          value(l.values.damping);
       flag(l.by_law), value(l.place);
     }
     archive.repack(s);
-    value(s.sub_steps), value(s.limit_strain), value(s.bound_strain), value(s.elastic_scale), value(s.damping_scale), flag(s.degraded);
+    value(s.sub_steps), value(s.limit_strain), value(s.bound_strain), value(s.elastic_scale),
+        value(s.damping_scale), flag(s.degraded);
     value(s.topology.revision);
     if (s.topology.revision == 0) return;  // as the scene says
     list(s.topology.links, [&](Link& l) { link(l); });
     list(s.places, [&](LinkPlace& p) { value(p.kind), value(p.index); });
-    plain(s.topology.doubled_knots), plain(s.topology.link_alive), plain(s.topology.triangle_alive), skin(s.topology.skin);
+    plain(s.topology.doubled_knots), plain(s.topology.link_alive), plain(s.topology.triangle_alive),
+        skin(s.topology.skin);
     plain(s.triangles), plain(s.triangle_alive), plain(s.fixed), plain(s.depth);
-    list(s.elements.bending, [&](net::Bending& e) { value(e.a), value(e.b), value(e.c), value(e.stiffness), value(e.rest); });
+    list(s.elements.bending,
+         [&](net::Bending& e) { value(e.a), value(e.b), value(e.c), value(e.stiffness), value(e.rest); });
     list(s.elements.hinges, [&](net::Hinge& e) {
-      value(e.edge0), value(e.edge1), value(e.wing0), value(e.wing1), value(e.stiffness), value(e.rest), value(e.least);
+      value(e.edge0), value(e.edge1), value(e.wing0), value(e.wing1), value(e.stiffness), value(e.rest),
+          value(e.least);
     });
-    list(s.elements.plastic, [&](net::Plastic& e) { value(e.a), value(e.b), value(e.kappa), value(e.rest), value(e.damping); });
-    list(s.elements.tethers, [&](net::Tether& e) { value(e.knot), values(e.place, 3), value(e.stiffness), value(e.damping); });
-    list(s.elements.volumes, [&](net::Volume& e) { plain(e.triangles), plain(e.knots), value(e.bulk_modulus), value(e.rest); });
+    list(s.elements.plastic,
+         [&](net::Plastic& e) { value(e.a), value(e.b), value(e.kappa), value(e.rest), value(e.damping); });
+    list(s.elements.tethers,
+         [&](net::Tether& e) { value(e.knot), values(e.place, 3), value(e.stiffness), value(e.damping); });
+    list(s.elements.volumes,
+         [&](net::Volume& e) { plain(e.triangles), plain(e.knots), value(e.bulk_modulus), value(e.rest); });
   }
 
   void tool(interaction::Proxy& p) {
-    flag(p.present), value(p.tool), vector3(p.pose.tip), values(p.pose.orientation.coeffs().data(), 4), vector3(p.pose.pivot);
-    value(p.pose.jaw), vector3(p.velocity), vector3(p.commanded), vector3(p.force), vector3(p.torque), vector3(p.tip_force);
+    flag(p.present), value(p.tool), vector3(p.pose.tip), values(p.pose.orientation.coeffs().data(), 4),
+        vector3(p.pose.pivot);
+    value(p.pose.jaw), vector3(p.velocity), vector3(p.commanded), vector3(p.force), vector3(p.torque),
+        vector3(p.tip_force);
   }
   void grasp(interaction::Grasp& g) {
-    flag(g.active), flag(g.sliding), value(g.jaw_at_touch), value(g.pinch), value(g.count), value(g.passing), value(g.id);
+    flag(g.active), flag(g.sliding), value(g.jaw_at_touch), value(g.pinch), value(g.count), value(g.passing),
+        value(g.id);
     value(g.element), values(g.barycentric.data(), 4);
-    for (auto& a : g.anchors) value(a.object), value(a.knot), vector3(a.local), value(a.stiffness), value(a.damping);
+    for (auto& a : g.anchors)
+      value(a.object), value(a.knot), vector3(a.local), value(a.stiffness), value(a.damping);
   }
 
   void world(WorldState& s) {
@@ -96,7 +112,9 @@ struct StateWalker {
     for (auto& p : s.proxies) tool(p);
     for (auto& g : s.grasps) grasp(g);
     list(s.pairs, [&](OrganPair& p) { value(p.object), value(p.other), value(p.knot), value(p.triangle); });
-    list(s.sides, [&](ContactSide& p) { value(p.triangle), value(p.object), value(p.tool), value(p.capsule), value(p.side); });
+    list(s.sides, [&](ContactSide& p) {
+      value(p.triangle), value(p.object), value(p.tool), value(p.capsule), value(p.side);
+    });
     value(s.energy.work), value(s.energy.dissipated);
   }
 };

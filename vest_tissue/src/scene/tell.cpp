@@ -32,12 +32,13 @@ void tell(Context& c) {
     Vector3d force = Vector3d::Zero(), moment = Vector3d::Zero(), normal = Vector3d::Zero();
     Matrix3d stiffness = Matrix3d::Zero(), damping = Matrix3d::Zero();
     bool touched = false;
-    for (std::size_t i = 0; i < c.scratch.objects.size(); ++i) {  // objects in order: the same sum for any threads
+    for (std::size_t i = 0; i < c.scratch.objects.size();
+         ++i) {  // objects in order: the same sum for any threads
       const auto& load = c.scratch.objects[i].loads.tools[t];
       if (!load.touched) continue;
       touched = true;
-      // Contact springs in series with the tissue that they push on, whose own stiffness is of the order of half its
-      // highest mode's.
+      // Contact springs in series with the tissue that they push on, whose own stiffness is of the order of
+      // half its highest mode's.
       const ObjectConstants& k = c.model.objects[i];
       const double own = 0.5 * std::max(k.rates.omega_squared - k.contact_omega_squared, 0.0);
       const double series = own / (own + k.contact_omega_squared);

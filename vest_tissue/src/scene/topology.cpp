@@ -45,12 +45,14 @@ bool removeLink(WorldState& state, std::uint16_t object, std::uint32_t link, Top
   return true;
 }
 
-bool doubleKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, std::uint32_t& copy, TopologyDelta& delta) {
+bool doubleKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, std::uint32_t& copy,
+                TopologyDelta& delta) {
   using net::Block;
   ObjectState& s = state.objects[object];
   Block& b = s.block;
   if (knot >= b.knots() || !b.addKnot(copy)) return false;
-  for (const auto r : {Block::X, Block::Y, Block::Z, Block::VX, Block::VY, Block::VZ, Block::kDecay}) b.row(r)[copy] = b.row(r)[knot];
+  for (const auto r : {Block::X, Block::Y, Block::Z, Block::VX, Block::VY, Block::VZ, Block::kDecay})
+    b.row(r)[copy] = b.row(r)[knot];
   b.row(Block::kMass)[knot] *= 0.5f;
   b.row(Block::kMass)[copy] = b.row(Block::kMass)[knot];
   b.row(Block::kInverseMass)[knot] *= 2.0f;  // 0 stays 0: fixed
@@ -71,13 +73,15 @@ bool doubleKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, std
   return true;
 }
 
-bool moveLinkEnd(WorldState& state, std::uint16_t object, std::uint32_t link, std::uint32_t from, std::uint32_t to,
-                 TopologyDelta& delta) {
+bool moveLinkEnd(WorldState& state, std::uint16_t object, std::uint32_t link, std::uint32_t from,
+                 std::uint32_t to, TopologyDelta& delta) {
   ObjectState& s = state.objects[object];
   if (link >= s.topology.links.size() || !s.topology.link_alive[link]) return false;
   const LinkPlace place = s.places[link];
   Link moved = s.topology.links[link];
-  const auto swap = [&](auto& k) { if (k == from) k = static_cast<std::decay_t<decltype(k)>>(to); };
+  const auto swap = [&](auto& k) {
+    if (k == from) k = static_cast<std::decay_t<decltype(k)>>(to);
+  };
   swap(moved.knot0), swap(moved.knot1);
   LinkPlace added{place.kind, 0};
   if (place.kind == LinkKind::Elastic || place.kind == LinkKind::Viscous) {
@@ -144,7 +148,8 @@ void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubli
     for (net::Anchor* a : {&c.end0, &c.end1}) {
       if (a->object != object) continue;
       Eigen::Vector3d at = Eigen::Vector3d::Zero();
-      for (int i = 0; i < 4; ++i) if (a->weights[i] != 0.0) at += a->weights[i] * placeOf(s, a->knots[i]);
+      for (int i = 0; i < 4; ++i)
+        if (a->weights[i] != 0.0) at += a->weights[i] * placeOf(s, a->knots[i]);
       net::remap(*a, cut, at);
     }
   }
@@ -166,16 +171,19 @@ void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubli
 bool splitKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, const Eigen::Vector3d& normal,
                std::uint32_t& copy, TopologyDelta& delta) {
   ObjectState& s = state.objects[object];
-  if (!(normal.squaredNorm() > 0.0) || !normal.allFinite() || !doubleKnot(state, object, knot, copy, delta)) return false;
+  if (!(normal.squaredNorm() > 0.0) || !normal.allFinite() || !doubleKnot(state, object, knot, copy, delta))
+    return false;
   const net::KnotDoubling cut{knot, copy, normal, placeOf(s, knot)};
   const auto beyond = [&](auto first, auto last) {  // the others of an element lie beyond the plane
     double sum = 0.0;
-    for (; first != last; ++first) if (*first != knot) sum += cut.plane_normal.dot(placeOf(s, *first) - cut.plane_point);
+    for (; first != last; ++first)
+      if (*first != knot) sum += cut.plane_normal.dot(placeOf(s, *first) - cut.plane_point);
     return sum > 0.0;
   };
   for (std::size_t i = 0, count = s.topology.links.size(); i < count; ++i) {
     const Link& l = s.topology.links[i];
-    const std::array<std::uint32_t, 3> knots{l.knot0, l.knot1, l.kind == LinkKind::Bending ? l.knot2 : l.knot1};
+    const std::array<std::uint32_t, 3> knots{l.knot0, l.knot1,
+                                             l.kind == LinkKind::Bending ? l.knot2 : l.knot1};
     if (!s.topology.link_alive[i] || std::find(knots.begin(), knots.end(), knot) == knots.end()) continue;
     if (!beyond(knots.begin(), knots.end())) continue;
     // Where there is no room for the moved link, it tears.
@@ -185,11 +193,14 @@ bool splitKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, cons
   }
   for (net::Hinge& h : s.elements.hinges) {
     const std::array<std::uint32_t, 4> knots{h.edge0, h.edge1, h.wing0, h.wing1};
-    if (std::find(knots.begin(), knots.end(), knot) == knots.end() || !beyond(knots.begin(), knots.end())) continue;
-    for (std::uint32_t* k : {&h.edge0, &h.edge1, &h.wing0, &h.wing1}) if (*k == knot) *k = copy;
+    if (std::find(knots.begin(), knots.end(), knot) == knots.end() || !beyond(knots.begin(), knots.end()))
+      continue;
+    for (std::uint32_t* k : {&h.edge0, &h.edge1, &h.wing0, &h.wing1})
+      if (*k == knot) *k = copy;
   }
   for (auto& t : s.triangles) {
-    if (std::find(t.begin(), t.end(), knot) != t.end() && beyond(t.begin(), t.end())) std::replace(t.begin(), t.end(), knot, copy);
+    if (std::find(t.begin(), t.end(), knot) != t.end() && beyond(t.begin(), t.end()))
+      std::replace(t.begin(), t.end(), knot, copy);
   }
   rebindSkin(s, cut, delta);
   remapAnchors(state, object, cut);
@@ -245,7 +256,8 @@ std::ptrdiff_t vertexCount(const Skin& s) {
 bool applyDelta(Topology& t, const TopologyDelta& d) {
   const bool nothing = d.object_revision == t.revision;  // something outside these lists changed
   if (!nothing && d.object_revision != t.revision + 1) return false;
-  const std::ptrdiff_t vertices = vertexCount(t.skin), added = vertexCount(d.added_skin), rebound = vertexCount(d.rebound_skin);
+  const std::ptrdiff_t vertices = vertexCount(t.skin), added = vertexCount(d.added_skin),
+                       rebound = vertexCount(d.rebound_skin);
   if (vertices < 0 || added < 0 || rebound != static_cast<std::ptrdiff_t>(d.rebound_vertices.size()) ||
       d.added_triangles.size() != d.added_triangle_layer.size()) {
     return false;
@@ -253,11 +265,13 @@ bool applyDelta(Topology& t, const TopologyDelta& d) {
   const auto below = [](const auto& list, std::size_t limit) {
     return std::all_of(list.begin(), list.end(), [limit](auto i) { return i < limit; });
   };
-  if (!below(d.removed_links, t.links.size() + d.added_links.size()) || !below(d.removed_triangles, t.skin.triangles.size()) ||
+  if (!below(d.removed_links, t.links.size() + d.added_links.size()) ||
+      !below(d.removed_triangles, t.skin.triangles.size()) ||
       !below(d.rebound_vertices, static_cast<std::size_t>(vertices))) {
     return false;
   }
-  for (const auto& f : d.added_triangles) if (!below(f, static_cast<std::size_t>(vertices + added))) return false;
+  for (const auto& f : d.added_triangles)
+    if (!below(f, static_cast<std::size_t>(vertices + added))) return false;
   t.doubled_knots.insert(t.doubled_knots.end(), d.doubled_knots.begin(), d.doubled_knots.end());
   t.links.insert(t.links.end(), d.added_links.begin(), d.added_links.end());
   t.link_alive.resize(t.links.size(), 1);

@@ -30,7 +30,8 @@ struct Checker {
     return path + ": " + field + "[" + std::to_string(index) + "]" + member;
   }
   void finite(const char* field, std::size_t i, const Eigen::Vector3d& v) const {
-    if (!v.allFinite()) refuse(item(field, i), text(v.x()) + " " + text(v.y()) + " " + text(v.z()), "finite numbers, m");
+    if (!v.allFinite())
+      refuse(item(field, i), text(v.x()) + " " + text(v.y()) + " " + text(v.z()), "finite numbers, m");
   }
   void atLeast(const std::string& where, double value, double least, bool open, const char* unit) const {
     if (!std::isfinite(value) || value < least || (open && value == least)) {
@@ -38,10 +39,12 @@ struct Checker {
     }
   }
   void knot(const std::string& where, std::size_t index) const {
-    if (index >= knots) refuse(where, std::to_string(index), "a knot of the object, 0 … " + std::to_string(knots - 1));
+    if (index >= knots)
+      refuse(where, std::to_string(index), "a knot of the object, 0 … " + std::to_string(knots - 1));
   }
   void size(const char* field, std::size_t is, std::size_t wanted) const {
-    if (is != wanted) refuse(path + ": " + field, std::to_string(is) + " entries", std::to_string(wanted) + ", one per knot");
+    if (is != wanted)
+      refuse(path + ": " + field, std::to_string(is) + " entries", std::to_string(wanted) + ", one per knot");
   }
 };
 
@@ -57,8 +60,10 @@ void checkLinks(const Checker& c) {
       refuse(c.item("links", i), "joins knot " + std::to_string(l.knot0) + " to itself", "different knots");
     }
     const Index middle = l.kind == LinkKind::Bending ? l.knot1 : 0;
-    if (!seen.insert({static_cast<int>(l.kind), std::min(l.knot0, end), std::max(l.knot0, end), middle}).second) {
-      refuse(c.item("links", i), "joins knots " + std::to_string(l.knot0) + " and " + std::to_string(end) + " a second time",
+    if (!seen.insert({static_cast<int>(l.kind), std::min(l.knot0, end), std::max(l.knot0, end), middle})
+             .second) {
+      refuse(c.item("links", i),
+             "joins knots " + std::to_string(l.knot0) + " and " + std::to_string(end) + " a second time",
              "one link of a kind between two knots");
     }
     c.atLeast(c.item("links", i, ".damping"), l.damping, 0.0, false, "N·s/m");
@@ -96,7 +101,8 @@ void checkNet(const Checker& c) {
   }
   checkLinks(c);
   for (std::size_t i = 0; i < o.volumes.size(); ++i) {
-    for (const auto& t : o.volumes[i].triangles) for (const Index k : t) c.knot(c.item("volumes", i, ".triangles"), k);
+    for (const auto& t : o.volumes[i].triangles)
+      for (const Index k : t) c.knot(c.item("volumes", i, ".triangles"), k);
     c.atLeast(c.item("volumes", i, ".bulk_modulus"), o.volumes[i].bulk_modulus, 0.0, false, "Pa");
     c.atLeast(c.item("volumes", i, ".rest_volume"), o.volumes[i].rest_volume, 0.0, false, "m³");
   }
@@ -116,24 +122,30 @@ void checkSkin(const Checker& c) {
   const Skin& s = c.object.skin;
   if (s.binding_start.empty()) return;
   if (s.binding_start.front() != 0 || s.binding_start.back() != s.binding_knots.size() ||
-      s.binding_knots.size() != s.binding_weights.size() || !std::is_sorted(s.binding_start.begin(), s.binding_start.end())) {
-    refuse(c.path + ": skin.binding_start", "does not fit binding_knots and binding_weights", "ascending from 0 to their size");
+      s.binding_knots.size() != s.binding_weights.size() ||
+      !std::is_sorted(s.binding_start.begin(), s.binding_start.end())) {
+    refuse(c.path + ": skin.binding_start", "does not fit binding_knots and binding_weights",
+           "ascending from 0 to their size");
   }
   for (std::size_t i = 0; i < s.binding_knots.size(); ++i) {
     c.knot(c.item("skin.binding_knots", i), s.binding_knots[i]);
-    if (!std::isfinite(s.binding_weights[i])) refuse(c.item("skin.binding_weights", i), "not finite", "finite, no unit");
+    if (!std::isfinite(s.binding_weights[i]))
+      refuse(c.item("skin.binding_weights", i), "not finite", "finite, no unit");
   }
   const std::size_t vertices = s.binding_start.size() - 1;
   for (std::size_t i = 0; i < s.triangles.size(); ++i) {
     for (const auto v : s.triangles[i]) {
-      if (v >= vertices) refuse(c.item("skin.triangles", i), std::to_string(v), "a vertex, 0 … " + std::to_string(vertices - 1));
+      if (v >= vertices)
+        refuse(c.item("skin.triangles", i), std::to_string(v),
+               "a vertex, 0 … " + std::to_string(vertices - 1));
     }
   }
 }
 
 void checkConnections(const Description& d) {
   const auto find = [&](const std::string& name, const std::string& where) -> const Object& {
-    for (const Object& o : d.objects) if (o.name == name) return o;
+    for (const Object& o : d.objects)
+      if (o.name == name) return o;
     refuse(where, "'" + name + "'", "the name of an object of the scene");
   };
   for (std::size_t i = 0; i < d.connections.size(); ++i) {
@@ -143,7 +155,8 @@ void checkConnections(const Description& d) {
     const Object& b = find(k.object1, at + ".object1");
     const auto knot = [&](const Object& o, Index index, const char* field) {
       if (index >= o.position.size()) {
-        refuse(at + field, std::to_string(index), "a knot of '" + o.name + "', 0 … " + std::to_string(o.position.size() - 1));
+        refuse(at + field, std::to_string(index),
+               "a knot of '" + o.name + "', 0 … " + std::to_string(o.position.size() - 1));
       }
     };
     knot(a, k.knot0, ".knot0");
@@ -175,10 +188,12 @@ void validate(const Description& d) {
     if (o.name.empty()) refuse("objects[" + std::to_string(n) + "].name", "empty", "a name");
     if (!names.insert(o.name).second) refuse(path, "occurs twice", "names that differ");
     if (o.model != ObjectModel::Net && o.model != ObjectModel::Rigid) {
-      refuse(path + ": model", o.model == ObjectModel::Fem ? "fem" : "volume", "net or rigid in this version");
+      refuse(path + ": model", o.model == ObjectModel::Fem ? "fem" : "volume",
+             "net or rigid in this version");
     }
     if (o.position.empty()) refuse(path + ": position", "no knots", "at least one");
-    if (o.position.size() > 1000000) refuse(path + ": position", std::to_string(o.position.size()) + " knots", "at most 1000000");
+    if (o.position.size() > 1000000)
+      refuse(path + ": position", std::to_string(o.position.size()) + " knots", "at most 1000000");
     const Checker c{o, path, o.position.size()};
     for (std::size_t i = 0; i < c.knots; ++i) c.finite("position", i, o.position[i]);
     if (o.model == ObjectModel::Net) checkNet(c);

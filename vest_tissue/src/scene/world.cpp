@@ -32,7 +32,8 @@ Status World::step(const StepInput& input, StepReport& report) {
   const double dt = input.dt, nominal = w.model->description.dt;
   int stretch = 1;
   while (stretch * nominal < dt * (1.0 - 1e-9) && stretch < 16384) stretch *= 2;
-  Context c{*w.model, w.state, w.scratch, input, report, *w.pool, dt, stretch, w.account_energy, w.level, &w.deltas};
+  Context c{*w.model, w.state, w.scratch,        input,   report,   *w.pool,
+            dt,       stretch, w.account_energy, w.level, &w.deltas};
   if (!checkInput(input)) return w.fault(c, "step input");
 
   keepBackup(c);
@@ -47,11 +48,15 @@ Status World::step(const StepInput& input, StepReport& report) {
     restoreBackup(c);
     return w.fault(c, faulty);
   }
-  w.time(report, 5, [&] { tell(c); renewSides(c); });
+  w.time(report, 5, [&] {
+    tell(c);
+    renewSides(c);
+  });
 
   ++w.state.step;
   w.state.time += dt;
-  for (const ObjectState& s : w.state.objects) if (s.degraded) report.status = Status::Degraded;
+  for (const ObjectState& s : w.state.objects)
+    if (s.degraded) report.status = Status::Degraded;
   return report.status;
 }
 
@@ -80,13 +85,27 @@ Status World::Impl::fault(Context& c, std::string_view object) {
   return Status::Fault;
 }
 
-const Description& World::description() const { return impl_->model->description; }
-std::uint64_t World::steps() const { return impl_->state.step; }
-double World::time() const { return impl_->state.time; }
-std::uint32_t World::revision() const { return impl_->state.revision; }
-std::size_t World::objectCount() const { return impl_->state.objects.size(); }
-std::size_t World::knotCount(std::size_t object) const { return impl_->state.objects.at(object).block.knots(); }
-const Topology& World::topology(std::size_t object) const { return impl_->state.objects.at(object).topology; }
+const Description& World::description() const {
+  return impl_->model->description;
+}
+std::uint64_t World::steps() const {
+  return impl_->state.step;
+}
+double World::time() const {
+  return impl_->state.time;
+}
+std::uint32_t World::revision() const {
+  return impl_->state.revision;
+}
+std::size_t World::objectCount() const {
+  return impl_->state.objects.size();
+}
+std::size_t World::knotCount(std::size_t object) const {
+  return impl_->state.objects.at(object).block.knots();
+}
+const Topology& World::topology(std::size_t object) const {
+  return impl_->state.objects.at(object).topology;
+}
 
 namespace {
 void copyRows(const ObjectState& s, Block::KnotRow first, float* out) {
@@ -97,8 +116,12 @@ void copyRows(const ObjectState& s, Block::KnotRow first, float* out) {
 }
 }  // namespace
 
-void World::positions(std::size_t object, float* xyz) const { copyRows(impl_->state.objects.at(object), Block::X, xyz); }
-void World::velocities(std::size_t object, float* xyz) const { copyRows(impl_->state.objects.at(object), Block::VX, xyz); }
+void World::positions(std::size_t object, float* xyz) const {
+  copyRows(impl_->state.objects.at(object), Block::X, xyz);
+}
+void World::velocities(std::size_t object, float* xyz) const {
+  copyRows(impl_->state.objects.at(object), Block::VX, xyz);
+}
 
 void World::strain(std::size_t object, float* per_knot) const {
   const ObjectState& s = impl_->state.objects.at(object);
@@ -115,7 +138,8 @@ void World::strain(std::size_t object, float* per_knot) const {
 }
 
 Eigen::Vector3d World::reaction(std::size_t object) const {
-  // Force of the attachments on the object: what tethers pull, and the opposite of what loads each fixed knot.
+  // Force of the attachments on the object: what tethers pull, and the opposite of what loads each fixed
+  // knot.
   const ObjectState& s = impl_->state.objects.at(object);
   const ObjectConstants& constants = impl_->model->objects.at(object);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -124,7 +148,8 @@ Eigen::Vector3d World::reaction(std::size_t object) const {
   for (const net::Tether& t : s.elements.tethers) {
     if (s.fixed[t.knot]) continue;
     const Eigen::Vector3d place(t.place[0], t.place[1], t.place[2]);
-    sum += static_cast<double>(t.stiffness) * (place - knotPosition(s, t.knot)) - static_cast<double>(t.damping) * knotVelocity(s, t.knot);
+    sum += static_cast<double>(t.stiffness) * (place - knotPosition(s, t.knot)) -
+           static_cast<double>(t.damping) * knotVelocity(s, t.knot);
   }
   return sum;
 }
@@ -143,7 +168,8 @@ void World::attachments(std::vector<Attachment>& out) const {
     a.anchor.weights = {1, 0, 0, 0};
     const auto& pose = impl_->state.proxies[t].pose;
     a.pose = Eigen::Isometry3d(Eigen::Translation3d(pose.tip) * pose.orientation);
-    a.station = stationOf(*impl_->model, impl_->state, first.object, {first.knot, first.knot, first.knot}, {1, 0, 0});
+    a.station =
+        stationOf(*impl_->model, impl_->state, first.object, {first.knot, first.knot, first.knot}, {1, 0, 0});
     a.closure = grasp.jaw_at_touch > 0.0 ? 1.0 - pose.jaw / grasp.jaw_at_touch : 0.0;
     out.push_back(a);
   }
@@ -160,8 +186,10 @@ bool World::removeLink(std::size_t object, std::uint32_t link) {
   return object < objectCount() && applyRequest(*impl_->model, impl_->state, impl_->deltas, request, copy);
 }
 
-bool World::splitKnot(std::size_t object, std::uint32_t knot, const Eigen::Vector3d& normal, std::uint32_t& copy) {
-  const TopologyRequest request{TopologyRequest::Kind::SplitKnot, static_cast<std::uint16_t>(object), knot, normal};
+bool World::splitKnot(std::size_t object, std::uint32_t knot, const Eigen::Vector3d& normal,
+                      std::uint32_t& copy) {
+  const TopologyRequest request{TopologyRequest::Kind::SplitKnot, static_cast<std::uint16_t>(object), knot,
+                                normal};
   return object < objectCount() && applyRequest(*impl_->model, impl_->state, impl_->deltas, request, copy);
 }
 
@@ -171,10 +199,20 @@ void World::reset() {
   impl_->deltas.clear();
 }
 
-void World::setThreads(int threads) { impl_->pool = std::make_unique<solver::Pool>(std::clamp(threads, 1, 64)); }
-std::string_view World::kernelLevel() const { return net::kernelLevelName(impl_->level); }
-void World::accountEnergy(bool on) { impl_->account_energy = on; }
-void World::measureStages(bool on) { impl_->measure = on; }
-const WorldModel& World::model() const { return *impl_->model; }
+void World::setThreads(int threads) {
+  impl_->pool = std::make_unique<solver::Pool>(std::clamp(threads, 1, 64));
+}
+std::string_view World::kernelLevel() const {
+  return net::kernelLevelName(impl_->level);
+}
+void World::accountEnergy(bool on) {
+  impl_->account_energy = on;
+}
+void World::measureStages(bool on) {
+  impl_->measure = on;
+}
+const WorldModel& World::model() const {
+  return *impl_->model;
+}
 
 }  // namespace vest::scene

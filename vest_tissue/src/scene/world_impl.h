@@ -30,8 +30,10 @@ struct World::Impl {
       ObjectState& s = state.objects[i];
       const auto room = [](auto& v, std::size_t most) { v.reserve(most + most / 4 + 64); };
       const std::size_t links = model->start.objects[i].topology.links.size();
-      room(s.topology.links, links), room(s.topology.link_alive, links), room(s.places, links), room(s.links, links);
-      room(s.elements.bending, s.elements.bending.size()), room(s.elements.plastic, s.elements.plastic.size());
+      room(s.topology.links, links), room(s.topology.link_alive, links), room(s.places, links),
+          room(s.links, links);
+      room(s.elements.bending, s.elements.bending.size()),
+          room(s.elements.plastic, s.elements.plastic.size());
       room(s.elements.tethers, s.elements.tethers.size());
       s.fixed.reserve(s.block.knotCapacity()), s.topology.doubled_knots.reserve(s.block.knotCapacity());
     }
@@ -48,7 +50,8 @@ struct World::Impl {
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &a);
     stage();
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &b);
-    report.stage_seconds[index] = static_cast<double>(b.tv_sec - a.tv_sec) + 1e-9 * static_cast<double>(b.tv_nsec - a.tv_nsec);
+    report.stage_seconds[index] =
+        static_cast<double>(b.tv_sec - a.tv_sec) + 1e-9 * static_cast<double>(b.tv_nsec - a.tv_nsec);
   }
 };
 

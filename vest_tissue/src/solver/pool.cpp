@@ -16,7 +16,8 @@ Pool::~Pool() {
 }
 
 void Pool::take() {
-  for (std::size_t item = next_.fetch_add(1); item < count_; item = next_.fetch_add(1)) function_(context_, item);
+  for (std::size_t item = next_.fetch_add(1); item < count_; item = next_.fetch_add(1))
+    function_(context_, item);
 }
 
 void Pool::run(std::size_t count, Function function, void* context) {

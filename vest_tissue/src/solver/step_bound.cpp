@@ -20,12 +20,16 @@ struct Arm {
 struct Rows {
   const float *x, *y, *z, *w;
   explicit Rows(const BoundLinks& l)
-      : x(l.block->row(Block::X)), y(l.block->row(Block::Y)), z(l.block->row(Block::Z)), w(l.block->row(Block::kInverseMass)) {}
+      : x(l.block->row(Block::X)),
+        y(l.block->row(Block::Y)),
+        z(l.block->row(Block::Z)),
+        w(l.block->row(Block::kInverseMass)) {}
 };
 
 Arm arm(const Rows& a, const net::KernelLink& l) {
   Arm r;
-  const float dx = a.x[l.knot1] - a.x[l.knot0], dy = a.y[l.knot1] - a.y[l.knot0], dz = a.z[l.knot1] - a.z[l.knot0];
+  const float dx = a.x[l.knot1] - a.x[l.knot0], dy = a.y[l.knot1] - a.y[l.knot0],
+              dz = a.z[l.knot1] - a.z[l.knot0];
   r.length = std::sqrt(dx * dx + dy * dy + dz * dz + 1e-20f);
   r.ux = dx / r.length, r.uy = dy / r.length, r.uz = dz / r.length;
   r.strain = r.length / l.rest - 1.0f;
@@ -127,7 +131,7 @@ Rates elementRates(const net::Block& block, const net::Elements& elements) {
       return std::max(off.norm(), 1e-9);
     };
     const double ga = 1.0 / height(a), gb = 1.0 / height(b), ge = ga + gb;
-    const double bent = 1.0 + 0.25 * h.rest * h.rest;  // d fold/d theta at rest
+    const double bent = 1.0 + 0.25 * h.rest * h.rest;         // d fold/d theta at rest
     const double k = 2.0 * h.stiffness * bent * bent * 10.0;  // folded and crushed ones are stiffer
     stiffness[h.wing0] += k * ga * ga;
     stiffness[h.wing1] += k * gb * gb;
@@ -156,7 +160,8 @@ double volumeRate(const net::Block& block, const net::Elements& elements) {
   for (const auto& v : elements.volumes) {  // K/V0·g g^T: one mode, omega² = K/V0·sum |g_i|²/m_i
     std::vector<Eigen::Vector3d> g(block.knotCapacity() + 1, Eigen::Vector3d::Zero());
     for (const auto& t : v.triangles) {
-      const Eigen::Vector3d p(x[t[0]], y[t[0]], z[t[0]]), q(x[t[1]], y[t[1]], z[t[1]]), r(x[t[2]], y[t[2]], z[t[2]]);
+      const Eigen::Vector3d p(x[t[0]], y[t[0]], z[t[0]]), q(x[t[1]], y[t[1]], z[t[1]]),
+          r(x[t[2]], y[t[2]], z[t[2]]);
       const Eigen::Vector3d share = (q - p).cross(r - p) / 6.0;
       for (const auto i : t) g[i] += share;
     }
@@ -212,7 +217,8 @@ double powerIteration(const BoundLinks& links, int iterations) {
     if (!(length > 0.0) || !(before > 0.0)) return 0.0;
     lambda = std::sqrt(length / before);
     const double scale = 1.0 / std::sqrt(length);
-    for (auto& p : d) for (double& value : p) value *= scale;
+    for (auto& p : d)
+      for (double& value : p) value *= scale;
   }
   return lambda;
 }

@@ -17,7 +17,8 @@ struct Knots {
   explicit Knots(std::size_t n) {
     std::mt19937 random(7);
     std::uniform_real_distribution<float> place(-0.01f, 0.01f);
-    for (auto* v : {&x, &y, &z, &vx, &vy, &vz}) for (std::size_t i = 0; i < n; ++i) v->push_back(place(random));
+    for (auto* v : {&x, &y, &z, &vx, &vy, &vz})
+      for (std::size_t i = 0; i < n; ++i) v->push_back(place(random));
     for (auto* v : {&fx, &fy, &fz}) v->assign(n, 0.0f);
   }
   ElementArrays arrays() {
@@ -52,7 +53,8 @@ void expectGradient(Knots k, const std::function<void(const ElementArrays&)>& fo
       const float below = (*v)[i];
       const double less = energy(k.arrays());
       (*v)[i] = keep;
-      EXPECT_NEAR(f, -(more - less) / (static_cast<double>(above) - below), 0.01 * largest) << "knot " << i << " axis " << axis;
+      EXPECT_NEAR(f, -(more - less) / (static_cast<double>(above) - below), 0.01 * largest)
+          << "knot " << i << " axis " << axis;
       ++axis;
     }
   }
@@ -66,7 +68,9 @@ void expectGradient(Knots k, const std::function<void(const ElementArrays&)>& fo
 TEST(Elements, BendingForceIsTheNegativeGradientOfItsEnergyForStraightAndBentRest) {
   for (const float rest : {0.0f, 0.7f}) {
     const std::vector<Bending> e{{0, 1, 2, 2e-4f, rest}, {1, 2, 3, 1e-4f, rest}};
-    expectGradient(Knots(4), [&](const ElementArrays& a) { addBending(e, a); }, [&](const ElementArrays& a) { return bendingEnergy(e, a); });
+    expectGradient(
+        Knots(4), [&](const ElementArrays& a) { addBending(e, a); },
+        [&](const ElementArrays& a) { return bendingEnergy(e, a); });
   }
 }
 
@@ -85,7 +89,9 @@ TEST(Elements, HingeForceIsTheNegativeGradientOfItsEnergyOnEveryKernelLevel) {
   for (int i = 0; i < 4; ++i) k.x[i] = place[i][0], k.y[i] = place[i][1], k.z[i] = place[i][2];
   const std::vector<Hinge> e{{0, 1, 2, 3, 3e-5f, 0.3f}};
   for (const auto level : {KernelLevel::Baseline, chooseKernelLevel()}) {
-    expectGradient(k, [&](const ElementArrays& a) { addHinges(e, a, level); }, [&](const ElementArrays& a) { return hingeEnergy(e, a); });
+    expectGradient(
+        k, [&](const ElementArrays& a) { addHinges(e, a, level); },
+        [&](const ElementArrays& a) { return hingeEnergy(e, a); });
   }
 }
 
@@ -108,13 +114,17 @@ TEST(Elements, PlasticForceIsTheNegativeGradientOfItsEnergyInsideTheRampAndBeyon
   const float length = std::sqrt(0.01f * 0.01f + 0.002f * 0.002f + 0.001f * 0.001f);
   for (const float rest : {length * 0.9f, length * 0.995f, length * 1.1f}) {
     const std::vector<Plastic> e{{0, 1, 0.2f, rest, 0.0f}};
-    expectGradient(k, [&](const ElementArrays& a) { addPlastic(e, a); }, [&](const ElementArrays& a) { return plasticEnergy(e, a); });
+    expectGradient(
+        k, [&](const ElementArrays& a) { addPlastic(e, a); },
+        [&](const ElementArrays& a) { return plasticEnergy(e, a); });
   }
 }
 
 TEST(Elements, TetherForceIsTheNegativeGradientOfItsEnergy) {
   const std::vector<Tether> e{{1, {0.01f, 0.02f, 0.0f}, 30.0f, 0.0f}};
-  expectGradient(Knots(2), [&](const ElementArrays& a) { addTethers(e, a); }, [&](const ElementArrays& a) { return tetherEnergy(e, a); }, false);
+  expectGradient(
+      Knots(2), [&](const ElementArrays& a) { addTethers(e, a); },
+      [&](const ElementArrays& a) { return tetherEnergy(e, a); }, false);
 }
 
 TEST(Elements, VolumePressureIsTheNegativeGradientOfItsEnergyOnAClosedSurface) {
@@ -126,7 +136,9 @@ TEST(Elements, VolumePressureIsTheNegativeGradientOfItsEnergyOnAClosedSurface) {
   v.bulk_modulus = 5e4f;
   v.rest = 1.5e-7f;
   const std::vector<Volume> e{v};
-  expectGradient(k, [&](const ElementArrays& a) { addVolumes(e, a); }, [&](const ElementArrays& a) { return volumeEnergy(e, a); });
+  expectGradient(
+      k, [&](const ElementArrays& a) { addVolumes(e, a); },
+      [&](const ElementArrays& a) { return volumeEnergy(e, a); });
   float gradient[12];
   EXPECT_NEAR(volumeGradient(v, k.arrays(), gradient, 4), enclosedVolume(v, k.arrays()), 1e-12);
   EXPECT_NEAR(enclosedVolume(v, k.arrays()), 1e-6 / 6, 1e-10);
@@ -139,7 +151,8 @@ TEST(Elements, DampersOnlyTakeEnergyOut) {
   e.tethers = {{2, {0, 0, 0}, 0.0f, 0.4f}};
   addElements(e, k.arrays(), KernelLevel::Baseline);
   double power = 0.0;
-  for (int i = 0; i < 4; ++i) power += double(k.fx[i]) * k.vx[i] + double(k.fy[i]) * k.vy[i] + double(k.fz[i]) * k.vz[i];
+  for (int i = 0; i < 4; ++i)
+    power += double(k.fx[i]) * k.vx[i] + double(k.fy[i]) * k.vy[i] + double(k.fz[i]) * k.vz[i];
   EXPECT_LT(power, 0.0);
   EXPECT_NEAR(-power, elementDissipation(e, k.arrays()), 1e-6 * -power);
 }
@@ -155,10 +168,15 @@ TEST(Law, StressIsTheDerivativeOfTheEnergyAndTheTangentThatOfTheStress) {
   ASSERT_TRUE(vest::material::isMonotone(law));
   for (double e = -0.3; e < 0.7; e += 0.013) {
     const double h = 1e-6;
-    EXPECT_NEAR(vest::material::stress(law, e), (vest::material::energyDensity(law, e + h) - vest::material::energyDensity(law, e - h)) / (2 * h), 1e-3);
-    EXPECT_NEAR(vest::material::tangent(law, e), (vest::material::stress(law, e + h) - vest::material::stress(law, e - h)) / (2 * h), 1.0);
+    EXPECT_NEAR(
+        vest::material::stress(law, e),
+        (vest::material::energyDensity(law, e + h) - vest::material::energyDensity(law, e - h)) / (2 * h),
+        1e-3);
+    EXPECT_NEAR(vest::material::tangent(law, e),
+                (vest::material::stress(law, e + h) - vest::material::stress(law, e - h)) / (2 * h), 1.0);
   }
-  EXPECT_FALSE(vest::material::isMonotone({1000.0, -3.0, 0.0, 0.0, 0.5})) << "a falling stress would be unstable";
+  EXPECT_FALSE(vest::material::isMonotone({1000.0, -3.0, 0.0, 0.0, 0.5}))
+      << "a falling stress would be unstable";
 }
 
 }  // namespace

@@ -42,7 +42,8 @@ TEST(TubeMap, PlacesBetweenRingsAreInterpolatedAndEndsHold) {
   EXPECT_EQ(m.nearestRing(-1), 0u);
   EXPECT_EQ(m.nearestRing(5), 15u);
   EXPECT_NEAR(m.stationAt({0, 8, 8}, {0.5, 0.25, 0.25}), 0.5 * pitch, 1e-12);
-  EXPECT_NEAR(m.stationAt({0, 128, 8}, {0.25, 0.5, 0.25}), 0.5 * pitch, 1e-12) << "knots on no ring do not count";
+  EXPECT_NEAR(m.stationAt({0, 128, 8}, {0.25, 0.5, 0.25}), 0.5 * pitch, 1e-12)
+      << "knots on no ring do not count";
   EXPECT_TRUE(std::isnan(m.stationAt({128, 128, 128}, {1, 0, 0})));
   EXPECT_TRUE(std::isnan(net::TubeMap().stationOf(0)));
 }

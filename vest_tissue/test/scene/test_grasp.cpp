@@ -48,7 +48,9 @@ struct Theatre {
     move(0.075, 0.040, 1.0, 1.0, 0.4);
     move(0.040, 0.040, 1.0, 0.05, 0.4);
   }
-  bool saw(scene::EventKind kind) const { return std::find(events.begin(), events.end(), kind) != events.end(); }
+  bool saw(scene::EventKind kind) const {
+    return std::find(events.begin(), events.end(), kind) != events.end();
+  }
   const scene::ContactModel& contact() const { return report.contacts[1]; }
   double away() {
     std::vector<float> p(start.size());
@@ -98,13 +100,15 @@ TEST(Grasp, PullHoldAndReleaseBalanceForceEnergyAndShape) {
   }
   for (int i = 0; i < 2000; ++i) t.step();  // hold: everything comes to rest
   const auto held = t.world.energy();
-  const double stored = held.elastic + held.potential + held.kinetic - before.elastic - before.potential - before.kinetic;
+  const double stored =
+      held.elastic + held.potential + held.kinetic - before.elastic - before.potential - before.kinetic;
   const double lost = held.dissipated - before.dissipated;
   ASSERT_GT(observed, 1e-4);
   EXPECT_NEAR(observed, stored + lost, 0.05 * observed);
   EXPECT_NEAR(held.work - before.work, observed, 0.05 * observed);
   // At rest the tool's force is what the attachments take up more than before.
-  const Vector3d change = t.world.reaction(0) - reaction_before + (-t.contact().wrench.head<3>() + force_before);
+  const Vector3d change =
+      t.world.reaction(0) - reaction_before + (-t.contact().wrench.head<3>() + force_before);
   EXPECT_LT(change.norm(), 0.02 * t.contact().wrench.head<3>().norm());
   EXPECT_GT(-t.contact().wrench[2], 0.05) << "the tissue pulls the raised tool down";
   // Let go.

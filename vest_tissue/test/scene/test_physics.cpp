@@ -53,8 +53,10 @@ TEST(Physics, ASpringOscillatesWithTheFrequencyOfTheory) {
     const double x = at(w, 0, 1).x() - 0.02;
     if (last > 0 && x <= 0) {
       const double t = 1e-3 * (i - 1 + last / (last - x));
-      if (first_crossing < 0) first_crossing = t;
-      else ++crossings;
+      if (first_crossing < 0)
+        first_crossing = t;
+      else
+        ++crossings;
       last_crossing = t;
     }
     last = x;
@@ -84,7 +86,8 @@ TEST(Physics, MomentumIsConservedByInnerForces) {
   o.knot_damping = 0.0;
   auto d = test::tubeScene(o);
   d.gravity.setZero();
-  for (std::size_t i = 0; i < d.objects[0].position.size(); ++i) d.objects[0].position[i].x() *= 1.0 + 0.1 * std::sin(0.3 * i);
+  for (std::size_t i = 0; i < d.objects[0].position.size(); ++i)
+    d.objects[0].position[i].x() *= 1.0 + 0.1 * std::sin(0.3 * i);
   scene::World w(d);
   scene::StepInput in;
   scene::StepReport report;
@@ -109,7 +112,10 @@ TEST(Physics, WithoutDampingEnergyDoesNotGrow) {
   scene::World w(d);
   scene::StepInput in;
   scene::StepReport report;
-  const auto total = [&] { const auto e = w.energy(); return e.kinetic + e.elastic + e.potential; };
+  const auto total = [&] {
+    const auto e = w.energy();
+    return e.kinetic + e.elastic + e.potential;
+  };
   const double start = total();
   double most = 0, swing = 0;
   for (int i = 0; i < 5000; ++i) {

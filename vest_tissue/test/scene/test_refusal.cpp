@@ -26,25 +26,39 @@ std::string complaint(const std::function<void(scene::Description&)>& spoil) {
 }
 
 void expectNamed(const std::string& message, const std::vector<std::string>& words) {
-  for (const auto& word : words) EXPECT_NE(message.find(word), std::string::npos) << "'" << word << "' in: " << message;
+  for (const auto& word : words)
+    EXPECT_NE(message.find(word), std::string::npos) << "'" << word << "' in: " << message;
 }
 
 TEST(Refusal, NamesObjectFieldIndexAndValue) {
-  expectNamed(complaint([](auto& d) { d.objects[3].mass[7] = -0.25; }), {"object 'tube_3'", "mass[7]", "-0.25", "> 0"});
-  expectNamed(complaint([](auto& d) { d.objects[3].links[5].knot1 = 99999; }), {"object 'tube_3'", "links[5].knot1", "99999"});
-  expectNamed(complaint([](auto& d) { d.objects[2].links[5].rest = kNaN; }), {"object 'tube_2'", "links[5].rest", "nan"});
-  expectNamed(complaint([](auto& d) { d.objects[2].links.push_back(d.objects[2].links[4]); }), {"object 'tube_2'", "a second time"});
-  expectNamed(complaint([](auto& d) { d.objects[1].position[9].y() = kNaN; }), {"object 'tube_1'", "position[9]", "nan"});
-  expectNamed(complaint([](auto& d) { d.objects[1].links[2].stiffness = -3; }), {"object 'tube_1'", "links[2].stiffness", "-3"});
+  expectNamed(complaint([](auto& d) { d.objects[3].mass[7] = -0.25; }),
+              {"object 'tube_3'", "mass[7]", "-0.25", "> 0"});
+  expectNamed(complaint([](auto& d) { d.objects[3].links[5].knot1 = 99999; }),
+              {"object 'tube_3'", "links[5].knot1", "99999"});
+  expectNamed(complaint([](auto& d) { d.objects[2].links[5].rest = kNaN; }),
+              {"object 'tube_2'", "links[5].rest", "nan"});
+  expectNamed(complaint([](auto& d) { d.objects[2].links.push_back(d.objects[2].links[4]); }),
+              {"object 'tube_2'", "a second time"});
+  expectNamed(complaint([](auto& d) { d.objects[1].position[9].y() = kNaN; }),
+              {"object 'tube_1'", "position[9]", "nan"});
+  expectNamed(complaint([](auto& d) { d.objects[1].links[2].stiffness = -3; }),
+              {"object 'tube_1'", "links[2].stiffness", "-3"});
   expectNamed(complaint([](auto& d) { d.objects[1].law.a2 = -30; }), {"object 'tube_1'", "law", "-30"});
-  expectNamed(complaint([](auto& d) { d.objects[1].contact_triangles[2][1] = 70000; }), {"object 'tube_1'", "contact_triangles[2]", "70000"});
-  expectNamed(complaint([](auto& d) { d.connections[4].object1 = "liver"; }), {"connections[4].object1", "liver"});
-  expectNamed(complaint([](auto& d) { d.connections[4].weights1 = {0.5, 0.1, 0.1}; }), {"connections[4].weights1", "0.7"});
+  expectNamed(complaint([](auto& d) { d.objects[1].contact_triangles[2][1] = 70000; }),
+              {"object 'tube_1'", "contact_triangles[2]", "70000"});
+  expectNamed(complaint([](auto& d) { d.connections[4].object1 = "liver"; }),
+              {"connections[4].object1", "liver"});
+  expectNamed(complaint([](auto& d) {
+                d.connections[4].weights1 = {0.5, 0.1, 0.1};
+              }),
+              {"connections[4].weights1", "0.7"});
   expectNamed(complaint([](auto& d) { d.connections[4].stiffness = 1e12; }), {"connections[4]", "1e+12"});
   expectNamed(complaint([](auto& d) { d.objects[4].name = "tube_3"; }), {"object 'tube_3'", "twice"});
-  expectNamed(complaint([](auto& d) { d.objects[4].model = scene::ObjectModel::Fem; }), {"object 'tube_4'", "fem"});
+  expectNamed(complaint([](auto& d) { d.objects[4].model = scene::ObjectModel::Fem; }),
+              {"object 'tube_4'", "fem"});
   expectNamed(complaint([](auto& d) { d.dt = 0.5; }), {"dt", "0.5"});
-  expectNamed(complaint([](auto& d) { d.objects[0].hinges[3].stiffness = 1e9; }), {"object 'tube_0'", "hinges"});
+  expectNamed(complaint([](auto& d) { d.objects[0].hinges[3].stiffness = 1e9; }),
+              {"object 'tube_0'", "hinges"});
 }
 
 TEST(Fault, ANonFiniteInputKeepsTheLastGoodStateAndGivesNoForce) {

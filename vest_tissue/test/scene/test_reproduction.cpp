@@ -20,8 +20,12 @@ void* operator new(std::size_t size) {
   if (void* p = std::malloc(size)) return p;
   throw std::bad_alloc();
 }
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete(void* p) noexcept {
+  std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept {
+  std::free(p);
+}
 
 namespace {
 
@@ -44,8 +48,10 @@ scene::StepInput inputOf(int i) {
 }
 
 std::vector<std::uint64_t> run(int threads, const char* level) {
-  if (level != nullptr) setenv("VEST_KERNEL", level, 1);
-  else unsetenv("VEST_KERNEL");
+  if (level != nullptr)
+    setenv("VEST_KERNEL", level, 1);
+  else
+    unsetenv("VEST_KERNEL");
   scene::World w(test::seedSizeScene(), threads);
   unsetenv("VEST_KERNEL");
   scene::StepReport report;
@@ -125,7 +131,10 @@ TEST(RealTime, AStepAllocatesNothing) {
   // The trap itself works.
   allocations = 0;
   forbid_allocation = true;
-  { std::vector<std::uint64_t> hashes(static_cast<std::size_t>(worst) + 1000, w.stateHash()); EXPECT_NE(hashes[7], 0u); }
+  {
+    std::vector<std::uint64_t> hashes(static_cast<std::size_t>(worst) + 1000, w.stateHash());
+    EXPECT_NE(hashes[7], 0u);
+  }
   forbid_allocation = false;
   EXPECT_GE(allocations, 1);
 }

@@ -65,8 +65,8 @@ void expectSame(const scene::Topology& a, const scene::Topology& b) {
   ASSERT_EQ(a.links.size(), b.links.size());
   for (std::size_t i = 0; i < a.links.size(); ++i) {
     const scene::Link &l = a.links[i], &m = b.links[i];
-    EXPECT_TRUE(l.kind == m.kind && l.knot0 == m.knot0 && l.knot1 == m.knot1 && l.knot2 == m.knot2 && l.rest == m.rest &&
-                l.area == m.area && l.stiffness == m.stiffness && l.damping == m.damping)
+    EXPECT_TRUE(l.kind == m.kind && l.knot0 == m.knot0 && l.knot1 == m.knot1 && l.knot2 == m.knot2 &&
+                l.rest == m.rest && l.area == m.area && l.stiffness == m.stiffness && l.damping == m.damping)
         << i;
   }
   EXPECT_EQ(a.link_alive, b.link_alive);
@@ -90,7 +90,8 @@ scene::Description tornScene(double break_force, double tear_strain) {
   for (scene::Object& t : d.objects) {
     t.skin.binding_start.push_back(0);
     for (scene::Index k = 0; k + 8 < t.position.size(); ++k) {
-      for (const scene::Index n : {k, k + 8}) t.skin.binding_knots.push_back(n), t.skin.binding_weights.push_back(0.5f);
+      for (const scene::Index n : {k, k + 8})
+        t.skin.binding_knots.push_back(n), t.skin.binding_weights.push_back(0.5f);
       t.skin.binding_start.push_back(static_cast<std::uint32_t>(t.skin.binding_knots.size()));
       t.skin.texture_coordinates.push_back({0.f, 0.f});
     }
@@ -213,8 +214,9 @@ TEST(Deltas, RequestsOfAStepDoTheSameAndSurviveTheWireHashAndSnapshot) {
   for (auto& r : in.requests) r = scene::parseRequest(scene::requestText(r, d), d);
   b.step(in, report);
   EXPECT_EQ(a.stateHash(), b.stateHash());
-  for (const char* wrong : {"", "cut tube 1", "remove_link tube", "remove_link nobody 3", "split_knot tube 3 0 0 0",
-                            "split_knot tube 3 1 0", "remove_link tube 3 more", "remove_link tube -1x"}) {
+  for (const char* wrong :
+       {"", "cut tube 1", "remove_link tube", "remove_link nobody 3", "split_knot tube 3 0 0 0",
+        "split_knot tube 3 1 0", "remove_link tube 3 more", "remove_link tube -1x"}) {
     EXPECT_THROW(scene::parseRequest(wrong, d), std::invalid_argument) << wrong;
   }
   std::vector<std::uint8_t> bytes;
@@ -239,7 +241,8 @@ TEST(Deltas, AnchorsOfConnectionsAndGraspsGoToTheirSideOfTheSplit) {
   const Eigen::Vector3d at(b.row(Block::X)[64], b.row(Block::Y)[64], b.row(Block::Z)[64]);
   held.anchors[0].object = held.anchors[1].object = 1;
   held.anchors[0].knot = held.anchors[1].knot = 64;
-  held.anchors[0].local = at + Eigen::Vector3d(0.001, 0, 0), held.anchors[1].local = at - Eigen::Vector3d(0.001, 0, 0);
+  held.anchors[0].local = at + Eigen::Vector3d(0.001, 0, 0),
+  held.anchors[1].local = at - Eigen::Vector3d(0.001, 0, 0);
   std::uint32_t copy = 0;
   ASSERT_TRUE(scene::splitKnot(s, 1, 64, Eigen::Vector3d::UnitX(), copy, delta));
   EXPECT_EQ(held.anchors[0].knot, copy);
@@ -262,11 +265,13 @@ TEST(NetBody, AnImpulseChangesTheMomentumByItselfAndPlacesAreWeighted) {
   body.applyImpulse(a, impulse);
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < b.knots(); ++i) {
-    p += b.row(Block::kMass)[i] * Eigen::Vector3d(b.row(Block::VX)[i], b.row(Block::VY)[i], b.row(Block::VZ)[i]);
+    p += b.row(Block::kMass)[i] *
+         Eigen::Vector3d(b.row(Block::VX)[i], b.row(Block::VY)[i], b.row(Block::VZ)[i]);
   }
   EXPECT_LT((p - impulse).norm(), 1e-5 * impulse.norm());
   EXPECT_GT(body.velocity(a).dot(impulse), 0.0);
-  EXPECT_NEAR(body.position(a).x(), 0.5 * b.row(Block::X)[40] + 0.25 * b.row(Block::X)[41] + 0.25 * b.row(Block::X)[48], 1e-9);
+  EXPECT_NEAR(body.position(a).x(),
+              0.5 * b.row(Block::X)[40] + 0.25 * b.row(Block::X)[41] + 0.25 * b.row(Block::X)[48], 1e-9);
   EXPECT_GT(body.compliance(a)(0, 0), 0.0);
   EXPECT_EQ(body.compliance(a), body.compliance(a).transpose());
 }

@@ -31,20 +31,23 @@ scene::Description closedTube(double bulk_modulus) {
   }
   const auto open = [&] {
     Vector3d sum = Vector3d::Zero();
-    for (const auto& t : v.triangles) sum += (o.position[t[1]] - o.position[t[0]]).cross(o.position[t[2]] - o.position[t[0]]);
+    for (const auto& t : v.triangles)
+      sum += (o.position[t[1]] - o.position[t[0]]).cross(o.position[t[2]] - o.position[t[0]]);
     return sum.norm() > 1e-12;
   };
   double volume = 0.0;
   for (const auto& t : v.triangles) volume += o.position[t[0]].dot(o.position[t[1]].cross(o.position[t[2]]));
   if (volume < 0.0 || open()) {
-    for (std::size_t i = o.contact_triangles.size(); i < v.triangles.size(); ++i) std::swap(v.triangles[i][1], v.triangles[i][2]);
+    for (std::size_t i = o.contact_triangles.size(); i < v.triangles.size(); ++i)
+      std::swap(v.triangles[i][1], v.triangles[i][2]);
   }
   EXPECT_FALSE(open());
   o.volumes.push_back(v);
   return d;
 }
 
-/// Seized in its middle and whipped to and fro, then held still. Greatest speed of a knot, m/s; -1: the step gave up.
+/// Seized in its middle and whipped to and fro, then held still. Greatest speed of a knot, m/s; -1: the step
+/// gave up.
 double whip(scene::World& world, double speed, double& at_end) {
   const double amplitude = 0.03, omega = speed / amplitude;
   scene::StepReport report;
@@ -54,7 +57,8 @@ double whip(scene::World& world, double speed, double& at_end) {
     const double t = std::clamp((i - 150) * 1e-3, 0.0, 2.0 * M_PI / omega * 1.5);
     scene::StepInput in;
     in.step = static_cast<std::uint64_t>(i) + 1;
-    in.tools[0] = test::grasper(Vector3d(0, amplitude * std::sin(omega * t), 0.046), 1.0 - 0.95 * std::min(1.0, i / 100.0));
+    in.tools[0] = test::grasper(Vector3d(0, amplitude * std::sin(omega * t), 0.046),
+                                1.0 - 0.95 * std::min(1.0, i / 100.0));
     in.tools[0].pivot = Vector3d(0, 0, 0.2);
     if (world.step(in, report) == scene::Status::Fault) return -1.0;
     world.velocities(0, v.data());

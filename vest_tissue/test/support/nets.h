@@ -17,12 +17,12 @@ struct TubeOptions {
   std::string name = "tube";
   int rings = 16;
   int around = 8;
-  double length = 0.10;      // m, along x
-  double radius = 0.004;     // m
-  double mass = 0.004;       // kg
+  double length = 0.10;          // m, along x
+  double radius = 0.004;         // m
+  double mass = 0.004;           // kg
   double youngs_modulus = 20e3;  // Pa
-  double damping = 0.02;     // N·s/m per link
-  double knot_damping = 2e-4;  // N·s/m
+  double damping = 0.02;         // N·s/m per link
+  double knot_damping = 2e-4;    // N·s/m
   double a2 = 0.0, a3 = 0.0, a4 = 0.0;
   bool fix_ends = true;
   Eigen::Vector3d centre = Eigen::Vector3d(0, 0, 0.05);
@@ -36,14 +36,17 @@ inline scene::Object tube(const TubeOptions& o) {
   t.law.youngs_modulus = o.youngs_modulus;
   t.law.a2 = o.a2, t.law.a3 = o.a3, t.law.a4 = o.a4;
   const int n = o.rings * o.around;
-  const auto at = [&](int ring, int i) { return static_cast<Index>(ring * o.around + (i + o.around) % o.around); };
+  const auto at = [&](int ring, int i) {
+    return static_cast<Index>(ring * o.around + (i + o.around) % o.around);
+  };
   for (int r = 0; r < o.rings; ++r) {
     t.tube.station.push_back(o.length * r / (o.rings - 1));
     t.tube.rings.emplace_back();
     for (int i = 0; i < o.around; ++i) {
       const double phi = 2.0 * M_PI * i / o.around;
       t.rest_position.push_back(o.centre + Eigen::Vector3d(o.length * (double(r) / (o.rings - 1) - 0.5),
-                                                           o.radius * std::cos(phi), o.radius * std::sin(phi)));
+                                                           o.radius * std::cos(phi),
+                                                           o.radius * std::sin(phi)));
       t.mass.push_back(o.mass / n);
       t.damping.push_back(o.knot_damping);
       t.fixed.push_back(o.fix_ends && (r == 0 || r == o.rings - 1));
@@ -51,7 +54,8 @@ inline scene::Object tube(const TubeOptions& o) {
     }
   }
   t.position = t.rest_position;
-  const double area = 2.0 * M_PI * o.radius * 0.001 / o.around;  // of a wall of 1 mm, shared by the knots around
+  const double area =
+      2.0 * M_PI * o.radius * 0.001 / o.around;  // of a wall of 1 mm, shared by the knots around
   std::set<std::pair<Index, Index>> seen;
   const auto link = [&](Index a, Index b) {
     if (!seen.insert({std::min(a, b), std::max(a, b)}).second) return;
@@ -77,8 +81,10 @@ inline scene::Object tube(const TubeOptions& o) {
   const Eigen::Vector3d p0 = t.rest_position[f[0]], p1 = t.rest_position[f[1]], p2 = t.rest_position[f[2]];
   Eigen::Vector3d out = p0 - o.centre;
   out.x() = 0;
-  if ((p1 - p0).cross(p2 - p0).dot(out) < 0) for (auto& k : t.contact_triangles) std::swap(k[1], k[2]);
-  for (int r = 0; r + 1 < o.rings; ++r) {  // hinges along the longitudinal edges and rings' bending keep it round
+  if ((p1 - p0).cross(p2 - p0).dot(out) < 0)
+    for (auto& k : t.contact_triangles) std::swap(k[1], k[2]);
+  for (int r = 0; r + 1 < o.rings;
+       ++r) {  // hinges along the longitudinal edges and rings' bending keep it round
     for (int i = 0; i < o.around; ++i) {
       scene::HingeElement h;
       h.knots = {at(r, i), at(r + 1, i), at(r + 1, i - 1), at(r + 1, i + 1)};

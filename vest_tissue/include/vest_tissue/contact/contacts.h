@@ -10,19 +10,19 @@
 
 namespace vest::contact {
 
-/// Contact of a tool's capsule with a triangle of knots, found once a step, evaluated in every sub-step: the normal
-/// and the places on triangle and axis stay, the gap follows knots and tool.
+/// Contact of a tool's capsule with a triangle of knots, found once a step, evaluated in every sub-step: the
+/// normal and the places on triangle and axis stay, the gap follows knots and tool.
 struct ToolContact {
   std::array<std::uint32_t, 3> knots;
   std::array<float, 3> weights;
-  float normal[3];     ///< from tissue to tool
-  float start[3];      ///< m: point of the tool's axis at the start of the step
-  float travel[3];     ///< m: its way over the step
-  float reach;         ///< m: radius + contact thickness
-  float stiffness;     ///< N/m
-  float damping;       ///< N·s/m along the normal
-  float grip;          ///< N·s/m: greatest tangential damping that friction amounts to
-  float friction;      ///< Coulomb
+  float normal[3];  ///< from tissue to tool
+  float start[3];   ///< m: point of the tool's axis at the start of the step
+  float travel[3];  ///< m: its way over the step
+  float reach;      ///< m: radius + contact thickness
+  float stiffness;  ///< N/m
+  float damping;    ///< N·s/m along the normal
+  float grip;       ///< N·s/m: greatest tangential damping that friction amounts to
+  float friction;   ///< Coulomb
   std::uint8_t tool;
   std::uint8_t capsule;
   std::uint32_t triangle;
@@ -34,24 +34,24 @@ struct Pull {
   float start[3], travel[3];  ///< m
   float stiffness, damping;
   std::uint8_t tool;
-  std::uint8_t anchor;        ///< index in the grasp
+  std::uint8_t anchor;  ///< index in the grasp
 };
 
 /// Contact of a knot with the cavity: free space is normal·x >= offset.
 struct PlaneContact {
   std::uint32_t knot;
   float normal[3];
-  float offset;     ///< m
+  float offset;  ///< m
   float stiffness, damping, grip, friction;
 };
 
 /// What the tools did to an object in a step: impulses on the tool and work on the tissue.
 struct ToolLoad {
-  double impulse[3] = {};   ///< N·s, tissue on tool
-  double moment[3] = {};    ///< N·m·s about the world's origin
-  double stiffness[6] = {}; ///< N/m: sum of active k·n·n^T (xx yy zz xy xz yz), averaged over sub-steps
-  double damping[6] = {};   ///< N·s/m likewise
-  double normal[3] = {};    ///< sum of impulse-weighted normals
+  double impulse[3] = {};    ///< N·s, tissue on tool
+  double moment[3] = {};     ///< N·m·s about the world's origin
+  double stiffness[6] = {};  ///< N/m: sum of active k·n·n^T (xx yy zz xy xz yz), averaged over sub-steps
+  double damping[6] = {};    ///< N·s/m likewise
+  double normal[3] = {};     ///< sum of impulse-weighted normals
   bool touched = false;
 };
 
@@ -62,16 +62,20 @@ struct ObjectLoads {
   double stored = 0.0;      ///< J, in contact springs at the end of the step
 };
 
-/// Adds the forces of one sub-step to the block's F rows. `fraction`: of the step that has passed at its start.
-void addToolContacts(net::Block& block, const std::vector<ToolContact>& contacts, float fraction, float h, float dt,
-                     ObjectLoads& loads);
-void addPulls(net::Block& block, const std::vector<Pull>& pulls, float fraction, float h, float dt, ObjectLoads& loads);
-void addPlaneContacts(net::Block& block, const std::vector<PlaneContact>& contacts, float h, ObjectLoads& loads);
+/// Adds the forces of one sub-step to the block's F rows. `fraction`: of the step that has passed at its
+/// start.
+void addToolContacts(net::Block& block, const std::vector<ToolContact>& contacts, float fraction, float h,
+                     float dt, ObjectLoads& loads);
+void addPulls(net::Block& block, const std::vector<Pull>& pulls, float fraction, float h, float dt,
+              ObjectLoads& loads);
+void addPlaneContacts(net::Block& block, const std::vector<PlaneContact>& contacts, float h,
+                      ObjectLoads& loads);
 
-/// Nearest points of the segment a…b and the triangle p: parameter on the segment, barycentric on the triangle.
+/// Nearest points of the segment a…b and the triangle p: parameter on the segment, barycentric on the
+/// triangle.
 struct Nearest {
   double distance;
-  double s;                      ///< on a…b, 0 … 1
+  double s;  ///< on a…b, 0 … 1
   std::array<double, 3> weights;
 };
 Nearest nearest(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const std::array<Eigen::Vector3d, 3>& p);

@@ -11,13 +11,14 @@
 namespace vest::interaction {
 
 /// Coupling of the commanded tip to the proxy that touches the tissue: spring, damper, mass of the proxy.
-/// Stiffness: the order of a 5 mm steel shaft bent over 0.15 m between trocar and tip (3EI/L³, tube of 5 × 4.4 mm:
-/// about 2.2 kN/m). Mass: assumed, the order of a laparoscopic instrument's distal half. Damping: critical.
+/// Stiffness: the order of a 5 mm steel shaft bent over 0.15 m between trocar and tip (3EI/L³, tube of 5
+/// × 4.4 mm: about 2.2 kN/m). Mass: assumed, the order of a laparoscopic instrument's distal half. Damping:
+/// critical.
 inline constexpr double kCouplingStiffness = 2000.0;  ///< N/m
 inline constexpr double kProxyMass = 0.05;            ///< kg
 inline constexpr double kCouplingDamping = 20.0;      ///< N·s/m = 2·sqrt(k·m)
-inline constexpr double kProxySpeedLimit = 2.0;       ///< m/s: faster commands are followed late (no tunnelling)
-inline constexpr double kJawSpeedLimit = 12.0;        ///< rad/s
+inline constexpr double kProxySpeedLimit = 2.0;  ///< m/s: faster commands are followed late (no tunnelling)
+inline constexpr double kJawSpeedLimit = 12.0;   ///< rad/s
 
 /// Pose of a tool: tip frame of tools::ToolGeometry, the trocar's pivot and the jaw.
 struct ToolPose {
@@ -31,12 +32,12 @@ struct ToolPose {
 struct Proxy {
   bool present = false;
   tools::ToolKind tool = tools::ToolKind::None;
-  ToolPose pose;                                             ///< at the end of the last step
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();        ///< m/s, of the tip
-  Eigen::Vector3d commanded = Eigen::Vector3d::Zero();       ///< m, of the last step
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();           ///< N, tissue on tool, mean over the last step
-  Eigen::Vector3d torque = Eigen::Vector3d::Zero();          ///< N·m about the tip
-  Eigen::Vector3d tip_force = Eigen::Vector3d::Zero();       ///< N, what of it the tip feels through the pivot
+  ToolPose pose;                                        ///< at the end of the last step
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();   ///< m/s, of the tip
+  Eigen::Vector3d commanded = Eigen::Vector3d::Zero();  ///< m, of the last step
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();      ///< N, tissue on tool, mean over the last step
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();     ///< N·m about the tip
+  Eigen::Vector3d tip_force = Eigen::Vector3d::Zero();  ///< N, what of it the tip feels through the pivot
 };
 
 /// Puts the proxy onto the commanded pose, at rest.
@@ -60,7 +61,9 @@ struct PlacedCapsule {
 /// Fills at most kMaxToolCapsules and returns how many.
 int placeCapsules(const tools::ToolGeometry& geometry, const ToolPose& pose, PlacedCapsule* out);
 
-/// Force that the tip feels from a force at `point`: axial part whole, lateral part by the lever about the pivot.
-Eigen::Vector3d throughLever(const ToolPose& pose, const Eigen::Vector3d& point, const Eigen::Vector3d& force);
+/// Force that the tip feels from a force at `point`: axial part whole, lateral part by the lever about the
+/// pivot.
+Eigen::Vector3d throughLever(const ToolPose& pose, const Eigen::Vector3d& point,
+                             const Eigen::Vector3d& force);
 
 }  // namespace vest::interaction

@@ -4,13 +4,15 @@ namespace vest::material {
 
 /// Fourth-order law of models.md section 3 (Maaß):
 ///   sigma(eps) = E·eps·(1 + a2·eps + a3·eps² + a4·eps³)   for eps >= 0
-///   sigma(eps) = E·eps                                    for -0.15 <= eps < 0, continued monotonically below
+///   sigma(eps) = E·eps                                    for -0.15 <= eps < 0, continued monotonically
+///   below
 struct Law {
   double youngs_modulus = 0.0;  ///< Pa, E > 0
   double a2 = 0.0;              ///< no unit
   double a3 = 0.0;              ///< no unit
   double a4 = 0.0;              ///< no unit
-  double max_strain = 0.5;      ///< no unit; above it the law goes on along its tangent, so that it stays bounded and monotone
+  double max_strain =
+      0.5;  ///< no unit; above it the law goes on along its tangent, so that it stays bounded and monotone
 };
 
 /// Strain below which the law is as printed in compression; further down it goes on with the same slope E.
@@ -22,7 +24,8 @@ double stress(const Law& law, double strain);
 double tangent(const Law& law, double strain);
 /// Integral of sigma from 0 to eps, J/m³: the energy of a link of area A and rest length L is A·L times this.
 double energyDensity(const Law& law, double strain);
-/// Whether the slope is positive in 0 … max_strain, so that the continued law is monotone and its tangent bounded.
+/// Whether the slope is positive in 0 … max_strain, so that the continued law is monotone and its tangent
+/// bounded.
 bool isMonotone(const Law& law);
 
 }  // namespace vest::material

@@ -7,12 +7,13 @@
 
 namespace vest::net {
 
-/// A place on or in an object that survives cuts: {object, element, barycentric coordinates}. Clips, stitches,
-/// holes, slings, wounds, grasps and connections hold anchors, never raw knot indices; a cut remaps them.
+/// A place on or in an object that survives cuts: {object, element, barycentric coordinates}. Clips,
+/// stitches, holes, slings, wounds, grasps and connections hold anchors, never raw knot indices; a cut remaps
+/// them.
 struct Anchor {
-  std::uint16_t object = 0;                 ///< scene order
-  std::array<std::uint32_t, 4> knots{};     ///< knots that carry it (unused ones have weight 0)
-  std::array<double, 4> weights{};          ///< barycentric, sum 1
+  std::uint16_t object = 0;              ///< scene order
+  std::array<std::uint32_t, 4> knots{};  ///< knots that carry it (unused ones have weight 0)
+  std::array<double, 4> weights{};       ///< barycentric, sum 1
 };
 
 /// A cut doubled knot -> copy: which one carries the anchor afterwards.

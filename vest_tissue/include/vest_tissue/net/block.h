@@ -8,18 +8,32 @@
 
 namespace vest::net {
 
-/// All arrays over the knots of one net in one 64-byte aligned piece of memory, so that an object's sub-steps stay in the first
-/// cache level and arrays do not alias at 4 KiB. A value: copying it copies the State of the object.
-/// Rows X … kMass are State; the others are scratch that lies beside them for locality.
+/// All arrays over the knots of one net in one 64-byte aligned piece of memory, so that an object's sub-steps
+/// stay in the first cache level and arrays do not alias at 4 KiB. A value: copying it copies the State of
+/// the object. Rows X … kMass are State; the others are scratch that lies beside them for locality.
 class Block {
  public:
   enum KnotRow : std::size_t {
-    X, Y, Z, VX, VY, VZ,            // m, m/s: State that evolves
-    kInverseMass, kDecay, kMass,    // 1/kg (0 fixed), 1/s, kg
-    HX, HY, HZ,                     // N: held over a batch
-    FX, FY, FZ,                     // N: of a sub-step
-    PX, PY, PZ,                     // m: predicted for the middle of a batch
-    kKeep, kPush,                   // no unit, s/kg: of the sub-step in use (net::MotionArrays)
+    X,
+    Y,
+    Z,
+    VX,
+    VY,
+    VZ,  // m, m/s: State that evolves
+    kInverseMass,
+    kDecay,
+    kMass,  // 1/kg (0 fixed), 1/s, kg
+    HX,
+    HY,
+    HZ,  // N: held over a batch
+    FX,
+    FY,
+    FZ,  // N: of a sub-step
+    PX,
+    PY,
+    PZ,  // m: predicted for the middle of a batch
+    kKeep,
+    kPush,  // no unit, s/kg: of the sub-step in use (net::MotionArrays)
     kKnotRows
   };
 

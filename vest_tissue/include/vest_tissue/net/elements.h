@@ -10,33 +10,34 @@
 
 namespace vest::net {
 
-/// The slower elements of a net: stateless functions over flat arrays. Their forces are evaluated once per batch of
-/// sub-steps, at the positions predicted for its middle, and held (docs/decisions/0121-…). Energies are those whose
-/// negative gradient the forces are; tests check each by finite differences.
+/// The slower elements of a net: stateless functions over flat arrays. Their forces are evaluated once per
+/// batch of sub-steps, at the positions predicted for its middle, and held (docs/decisions/0121-…). Energies
+/// are those whose negative gradient the forces are; tests check each by finite differences.
 
-/// Bending link (models.md section 2, default form from an energy): E = ½·k·(beta - beta0)², where beta = pi - alpha
-/// is the deviation from straight and alpha the angle at knot b between the arms to a and c. Forces and torques sum
-/// to zero. Where beta0 > 0 the direction at the straight angle is undefined: the force fades to zero over 1e-3 rad.
+/// Bending link (models.md section 2, default form from an energy): E = ½·k·(beta - beta0)², where beta = pi
+/// - alpha is the deviation from straight and alpha the angle at knot b between the arms to a and c. Forces
+/// and torques sum to zero. Where beta0 > 0 the direction at the straight angle is undefined: the force fades
+/// to zero over 1e-3 rad.
 struct Bending {
   std::uint32_t a, b, c;
   float stiffness;  ///< N·m/rad
   float rest;       ///< beta0, rad
 };
 
-/// Hinge (scene::HingeElement): E = k·(fold - fold0)², fold = 2·tan(theta/2), theta the dihedral deviation from flat:
-/// for small theta the angle itself, and it stiffens towards a closed fold instead of passing through. Needs no
-/// arctangent. Beyond kGreatestFold (theta = 127°) the moment stays.
+/// Hinge (scene::HingeElement): E = k·(fold - fold0)², fold = 2·tan(theta/2), theta the dihedral deviation
+/// from flat: for small theta the angle itself, and it stiffens towards a closed fold instead of passing
+/// through. Needs no arctangent. Beyond kGreatestFold (theta = 127°) the moment stays.
 struct Hinge {
   std::uint32_t edge0, edge1, wing0, wing1;
   float stiffness;  ///< N·m
   float rest;       ///< fold0, no unit
-  float least = 0;  ///< m²: square of the wings' height below which the moment's forces fade, so that a crushed
-                    ///< triangle does not turn a moment into any force; 0: none
+  float least = 0;  ///< m²: square of the wings' height below which the moment's forces fade, so that a
+                    ///< crushed triangle does not turn a moment into any force; 0: none
 };
 inline constexpr float kGreatestFold = 4.0f;
 
-/// Plastic link (models.md section 2): +kappa beyond the rest length, -kappa below; the jump is spread over 2 % of
-/// the rest length (ours), so that its tangent is bounded.
+/// Plastic link (models.md section 2): +kappa beyond the rest length, -kappa below; the jump is spread over 2
+/// % of the rest length (ours), so that its tangent is bounded.
 struct Plastic {
   std::uint32_t a, b;
   float kappa;    ///< N
@@ -53,8 +54,9 @@ struct Tether {
   float damping;    ///< N·s/m
 };
 
-/// Volume: E = ½·K·(V - V0)²/V0 over a closed surface. Beyond kGreatestCompression of V0, where an explicit step could no
-/// longer hold K, the pressure stays (ours; docs/decisions/0180-…): the energy goes on along its tangent.
+/// Volume: E = ½·K·(V - V0)²/V0 over a closed surface. Beyond kGreatestCompression of V0, where an explicit
+/// step could no longer hold K, the pressure stays (ours; docs/decisions/0180-…): the energy goes on along
+/// its tangent.
 struct Volume {
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::uint32_t> knots;  ///< that occur in the triangles, ascending
@@ -93,7 +95,8 @@ void addVolumes(const std::vector<Volume>& elements, const ElementArrays& a);
 /// All but volumes, which the solver renews once a step (volumeGradient).
 void addElements(const Elements& elements, const ElementArrays& a, KernelLevel level);
 
-/// Volume of one element and its gradient (m², three rows of `stride` floats, zeroed here): dV/dx of each knot.
+/// Volume of one element and its gradient (m², three rows of `stride` floats, zeroed here): dV/dx of each
+/// knot.
 double volumeGradient(const Volume& volume, const ElementArrays& a, float* gradient, std::size_t stride);
 
 /// J, at positions a.x, a.y, a.z.
@@ -107,11 +110,13 @@ double elementEnergy(const Elements& elements, const ElementArrays& a);
 double elementDissipation(const Elements& elements, const ElementArrays& a);
 
 /// Fold of a hinge, 2·tan(theta/2), within ± kGreatestFold.
-double foldOf(const Eigen::Vector3d& e0, const Eigen::Vector3d& e1, const Eigen::Vector3d& w0, const Eigen::Vector3d& w1);
+double foldOf(const Eigen::Vector3d& e0, const Eigen::Vector3d& e1, const Eigen::Vector3d& w0,
+              const Eigen::Vector3d& w1);
 /// Volume of a closed surface, m³ (double).
 double enclosedVolume(const Volume& volume, const ElementArrays& a);
 
-/// Angle of the vector (c, s) against (1, 0), -pi … pi, rad; error below 2e-6. No libm: the same bits everywhere.
+/// Angle of the vector (c, s) against (1, 0), -pi … pi, rad; error below 2e-6. No libm: the same bits
+/// everywhere.
 float angleOf(float s, float c);
 
 }  // namespace vest::net

@@ -84,7 +84,7 @@ class LinkTable {
   std::uint32_t first_indexed_block_ = 0;
   LawConstants law_;
   std::size_t count_ = 0;
-  std::uint32_t spare_ = 0;          ///< next unused place, block·8 + lane
+  std::uint32_t spare_ = 0;  ///< next unused place, block·8 + lane
 };
 
 /// Knots of one object. Arrays need kLanes floats of finite padding behind the last knot. Metres, m/s,

@@ -10,7 +10,8 @@ class NetBody final : public solver::Body {
  public:
   /// @param step s, for which a force is held (compliance)
   /// @param omega_squared 1/s²: stiffness over mass of the net at a knot, for the compliance; 0: free knots
-  NetBody(Block& block, double step, double omega_squared) : block_(block), step_(step), omega_squared_(omega_squared) {}
+  NetBody(Block& block, double step, double omega_squared)
+      : block_(block), step_(step), omega_squared_(omega_squared) {}
 
   Eigen::Vector3d position(const Anchor& anchor) const override;
   Eigen::Vector3d velocity(const Anchor& anchor) const override;

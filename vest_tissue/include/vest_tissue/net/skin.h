@@ -15,7 +15,7 @@ void rebuildSkin(const float* knots, const std::uint32_t* binding_start, const s
 
 /// Area-weighted vertex normals, length 1 (0 0 1 where a vertex has no area).
 /// @param triangles three vertex indices each, `count` of them, counter-clockwise from outside
-void vertexNormals(const float* positions, std::size_t vertices, const std::uint32_t* triangles, std::size_t count,
-                   float* normals);
+void vertexNormals(const float* positions, std::size_t vertices, const std::uint32_t* triangles,
+                   std::size_t count, float* normals);
 
 }  // namespace vest::net

@@ -8,20 +8,22 @@
 
 namespace vest::net {
 
-/// Tube map of one tubular object: station along the centre line <-> ring of knots <-> segment of the vessel network.
-/// Built once; look-ups allocate nothing. Without rings nothing has a station.
+/// Tube map of one tubular object: station along the centre line <-> ring of knots <-> segment of the vessel
+/// network. Built once; look-ups allocate nothing. Without rings nothing has a station.
 class TubeMap {
  public:
   TubeMap() = default;
-  /// @param station m, per ring, ascending @param rings knots of each ring @param segment of the vessel network, or empty
+  /// @param station m, per ring, ascending @param rings knots of each ring @param segment of the vessel
+  /// network, or empty
   /// @param knots how many the object has
   /// @throws std::invalid_argument: which ring or station, its value, what is allowed
-  TubeMap(std::vector<double> station, std::vector<std::vector<std::uint32_t>> rings, std::string segment, std::size_t knots);
+  TubeMap(std::vector<double> station, std::vector<std::vector<std::uint32_t>> rings, std::string segment,
+          std::size_t knots);
 
   std::size_t ringCount() const { return station_.size(); }
-  double length() const;                                                ///< m, from the first to the last ring
+  double length() const;  ///< m, from the first to the last ring
   const std::string& segment() const { return segment_; }
-  double station(std::size_t ring) const { return station_[ring]; }     ///< m
+  double station(std::size_t ring) const { return station_[ring]; }  ///< m
   const std::vector<std::uint32_t>& knots(std::size_t ring) const { return rings_[ring]; }
   /// Ring of a knot; -1: on none (also for knots that the object does not have).
   std::int32_t ringOf(std::uint32_t knot) const { return knot < ring_.size() ? ring_[knot] : -1; }
@@ -34,7 +36,7 @@ class TubeMap {
     std::size_t ring = 0;
     double fraction = 0.0;
   };
-  Place at(double station) const;        ///< needs ringCount() > 0
+  Place at(double station) const;                 ///< needs ringCount() > 0
   std::size_t nearestRing(double station) const;  ///< needs ringCount() > 0
 
  private:

@@ -15,11 +15,11 @@ namespace vest::scene {
 struct ToolInput {
   bool present = false;
   tools::ToolKind tool = tools::ToolKind::None;
-  std::uint32_t functions = 0;                              ///< bit mask of tools::ToolFunction
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();       ///< m, commanded tip
+  std::uint32_t functions = 0;                                      ///< bit mask of tools::ToolFunction
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();               ///< m, commanded tip
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< commanded tip
-  Eigen::Vector3d pivot = Eigen::Vector3d::Zero();          ///< m, trocar's pivot
-  double jaw = 0.0;                                         ///< rad, full opening angle
+  Eigen::Vector3d pivot = Eigen::Vector3d::Zero();                  ///< m, trocar's pivot
+  double jaw = 0.0;                                                 ///< rad, full opening angle
 };
 
 /// A change of a parameter, applied before the step.
@@ -49,7 +49,8 @@ struct TopologyRequest {
   Kind kind = Kind::RemoveLink;
   std::uint16_t object = 0;
   std::uint32_t element = 0;  ///< link of the topology, or knot
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< SplitKnot: of the plane through the knot, to the copy
+  Eigen::Vector3d normal =
+      Eigen::Vector3d::UnitZ();  ///< SplitKnot: of the plane through the knot, to the copy
 };
 
 /// Everything that a step consumes. Recording these and the State at the start is recording the session.

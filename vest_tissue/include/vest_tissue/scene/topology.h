@@ -8,29 +8,31 @@
 
 namespace vest::scene {
 
-/// Primitives of every cut. Each changes the State and adds to the delta, which beginDelta starts and endDelta finishes:
-/// that counts the object's and the world's revision up. They allocate nothing while the room that a World reserves lasts
-/// (a quarter more knots and links).
+/// Primitives of every cut. Each changes the State and adds to the delta, which beginDelta starts and
+/// endDelta finishes: that counts the object's and the world's revision up. They allocate nothing while the
+/// room that a World reserves lasts (a quarter more knots and links).
 void beginDelta(const WorldState& state, std::uint16_t object, TopologyDelta& delta);
 TopologyDelta beginDelta(const WorldState& state, std::uint16_t object);
 /// The link dies: its place stays, it exerts no force any more. False if it does not exist or is dead.
 bool removeLink(WorldState& state, std::uint16_t object, std::uint32_t link, TopologyDelta& delta);
-/// P -> P, P': the copy has half of the mass and of the tethers, the same place and velocity and no links yet. False when
-/// the spare room is used up. Anchors are moved by net::remap.
+/// P -> P, P': the copy has half of the mass and of the tethers, the same place and velocity and no links
+/// yet. False when the spare room is used up. Anchors are moved by net::remap.
 bool doubleKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, std::uint32_t& copy,
                 TopologyDelta& delta);
-/// Moves one end of a living link from a knot to its copy: the link dies, a new one with its numbers is added.
+/// Moves one end of a living link from a knot to its copy: the link dies, a new one with its numbers is
+/// added.
 bool moveLinkEnd(WorldState& state, std::uint16_t object, std::uint32_t link, std::uint32_t from,
                  std::uint32_t to, TopologyDelta& delta);
-/// doubleKnot, and what lies on the side of the plane through the knot to which `normal` (length > 0) points goes to the
-/// copy: links, hinges, contact triangles, the skin's binding, and the anchors of grasps and connections. Enclosed volumes
-/// keep the original, so that they stay closed. False: nothing has changed.
+/// doubleKnot, and what lies on the side of the plane through the knot to which `normal` (length > 0) points
+/// goes to the copy: links, hinges, contact triangles, the skin's binding, and the anchors of grasps and
+/// connections. Enclosed volumes keep the original, so that they stay closed. False: nothing has changed.
 bool splitKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, const Eigen::Vector3d& normal,
                std::uint32_t& copy, TopologyDelta& delta);
 void endDelta(WorldState& state, TopologyDelta& delta);
 
-/// What a reader does: the topology of delta.object before becomes that afterwards, exactly. False, and nothing has
-/// changed, where the delta does not start from this revision of the object or names what it does not have.
+/// What a reader does: the topology of delta.object before becomes that afterwards, exactly. False, and
+/// nothing has changed, where the delta does not start from this revision of the object or names what it does
+/// not have.
 bool applyDelta(Topology& topology, const TopologyDelta& delta);
 
 /// Knot of the scene of which a knot is a copy (of a copy …); itself where it is none.

@@ -18,28 +18,40 @@ namespace vest::scene {
 /// Outcome of a step. Real-time code looks at this; nothing throws inside a step.
 enum class Status : std::uint8_t {
   Ok = 0,
-  Degraded = 1,   ///< an object runs with bounded accuracy (announced in the report)
-  Fault = 2,      ///< last good state kept, zero force
+  Degraded = 1,  ///< an object runs with bounded accuracy (announced in the report)
+  Fault = 2,     ///< last good state kept, zero force
 };
 
 /// Kinds of events; values are those of vest_msgs/TissueEvent.
 enum class EventKind : std::uint8_t {
-  Grasped = 0, Released, Slipped, Cut, Clipped, Unclipped, Coagulated, Punctured, Ligated, Torn, KnotTied, Perforated,
-  Separated, Fault,
+  Grasped = 0,
+  Released,
+  Slipped,
+  Cut,
+  Clipped,
+  Unclipped,
+  Coagulated,
+  Punctured,
+  Ligated,
+  Torn,
+  KnotTied,
+  Perforated,
+  Separated,
+  Fault,
 };
 
 struct Event {
   EventKind kind = EventKind::Grasped;
   std::uint64_t step = 0;
-  std::int8_t instrument = -1;       ///< tools::Instrument, -1: nobody
+  std::int8_t instrument = -1;  ///< tools::Instrument, -1: nobody
   std::uint16_t object = 0;
-  std::uint32_t element = 0;         ///< contact triangle of the object
+  std::uint32_t element = 0;  ///< contact triangle of the object
   std::array<double, 4> barycentric{};
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, world
-  double station = 0;                ///< m on the tube's centre line, NaN where there is none
-  double area = 0;                   ///< m², NaN where there is none
-  double force = 0;                  ///< N
-  double energy = 0;                 ///< J
+  double station = 0;  ///< m on the tube's centre line, NaN where there is none
+  double area = 0;     ///< m², NaN where there is none
+  double force = 0;    ///< N
+  double energy = 0;   ///< J
 };
 
 /// Unilateral plane: normal·x >= offset is free space (no force beyond it). World, metres.
@@ -48,21 +60,22 @@ struct ContactPlane {
   double offset = 0;
 };
 
-/// F(x, v) = wrench - K (x - x0) - B (v - v0), the force of the tissue on the instrument at the proxy's tip, world.
+/// F(x, v) = wrench - K (x - x0) - B (v - v0), the force of the tissue on the instrument at the proxy's tip,
+/// world.
 struct ContactModel {
   bool in_contact = false;
   bool grasping = false;
   std::uint64_t step = 0;
   Eigen::Isometry3d proxy = Eigen::Isometry3d::Identity();
-  Eigen::Matrix<double, 6, 1> velocity = Eigen::Matrix<double, 6, 1>::Zero();   ///< m/s, rad/s
-  Eigen::Matrix<double, 6, 1> wrench = Eigen::Matrix<double, 6, 1>::Zero();     ///< N, N·m
+  Eigen::Matrix<double, 6, 1> velocity = Eigen::Matrix<double, 6, 1>::Zero();  ///< m/s, rad/s
+  Eigen::Matrix<double, 6, 1> wrench = Eigen::Matrix<double, 6, 1>::Zero();    ///< N, N·m
   Eigen::Matrix<double, 6, 6> stiffness = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 6> damping = Eigen::Matrix<double, 6, 6>::Zero();
   std::array<ContactPlane, 4> planes{};
   int plane_count = 0;
-  double radius = 0.005;        ///< m
-  double pinch_force = 0;       ///< N
-  double jaw_torque = 0;        ///< N·m
+  double radius = 0.005;   ///< m
+  double pinch_force = 0;  ///< N
+  double jaw_torque = 0;   ///< N·m
 };
 
 /// Energies since the start, J. kinetic + elastic + potential + dissipated = start + work within rounding.
@@ -73,28 +86,30 @@ struct Energy {
 /// What a step tells. Sized once; bounded.
 struct StepReport {
   Status status = Status::Ok;
-  std::string_view fault_object;         ///< name of the object, empty without fault
-  std::vector<Event> events;             ///< events of this step (capacity reserved)
+  std::string_view fault_object;  ///< name of the object, empty without fault
+  std::vector<Event> events;      ///< events of this step (capacity reserved)
   std::array<ContactModel, tools::kInstrumentCount> contacts;
-  std::array<double, 8> stage_seconds{}; ///< CPU time per stage, only if timing was asked for
+  std::array<double, 8> stage_seconds{};  ///< CPU time per stage, only if timing was asked for
 };
 
-/// Links, bindings and flags of one object as they are now; element indices never shift, dead ones stay and are marked.
+/// Links, bindings and flags of one object as they are now; element indices never shift, dead ones stay and
+/// are marked.
 struct Topology {
   std::uint32_t revision = 0;
   std::vector<Link> links;
   std::vector<std::uint8_t> link_alive;
   Skin skin;
   std::vector<std::uint8_t> triangle_alive;
-  std::vector<std::uint32_t> doubled_knots;  ///< P of each copy P'; copies are numbered behind the scene's knots
+  std::vector<std::uint32_t>
+      doubled_knots;  ///< P of each copy P'; copies are numbered behind the scene's knots
 };
 
-/// One change between two revisions of an object, in the order of vest_msgs/TissueTopologyDelta. One without any entry
-/// tells that something outside the object's lists changed: a connection tore.
+/// One change between two revisions of an object, in the order of vest_msgs/TissueTopologyDelta. One without
+/// any entry tells that something outside the object's lists changed: a connection tore.
 struct TopologyDelta {
   std::uint16_t object = 0;
-  std::uint32_t from_revision = 0;   ///< of the world
-  std::uint32_t revision = 0;        ///< of the world
+  std::uint32_t from_revision = 0;  ///< of the world
+  std::uint32_t revision = 0;       ///< of the world
   std::uint32_t object_revision = 0;
   std::vector<std::uint32_t> removed_links;
   std::vector<Link> added_links;
@@ -102,15 +117,15 @@ struct TopologyDelta {
   std::vector<std::uint32_t> removed_triangles;
   std::vector<std::array<std::uint32_t, 3>> added_triangles;
   std::vector<std::uint16_t> added_triangle_layer;
-  Skin added_skin;                   ///< new vertices: binding and texture coordinates
+  Skin added_skin;  ///< new vertices: binding and texture coordinates
   std::vector<std::uint32_t> rebound_vertices;
-  Skin rebound_skin;                 ///< their new binding
+  Skin rebound_skin;  ///< their new binding
 };
 
 /// A clip, a grasp … that viewers draw.
 struct Attachment {
   std::uint64_t id = 0;
-  std::uint8_t kind = 0;             ///< vest_msgs/TissueAttachment
+  std::uint8_t kind = 0;  ///< vest_msgs/TissueAttachment
   net::Anchor anchor;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   double station = 0;
@@ -124,7 +139,8 @@ struct WorldScratch;  ///< sized once, no meaning between steps (world_scratch.h
 
 inline constexpr std::size_t kDeltaHistory = 256;  ///< deltas that a World keeps for late readers (ours)
 
-/// Convenient owner of Model, State and Scratch. Not thread-safe; step() is real-time safe after construction.
+/// Convenient owner of Model, State and Scratch. Not thread-safe; step() is real-time safe after
+/// construction.
 class World {
  public:
   /// @throws std::invalid_argument with object, field, value and what is allowed
@@ -138,8 +154,8 @@ class World {
 
   const Description& description() const;
   std::uint64_t steps() const;
-  double time() const;                                  ///< s since loading
-  std::uint32_t revision() const;                       ///< of the world's topology
+  double time() const;             ///< s since loading
+  std::uint32_t revision() const;  ///< of the world's topology
   std::size_t objectCount() const;
   std::size_t knotCount(std::size_t object) const;
   const Topology& topology(std::size_t object) const;
@@ -148,7 +164,8 @@ class World {
   void velocities(std::size_t object, float* xyz) const;  ///< m/s
   /// Largest absolute strain of the links at each knot, no unit.
   void strain(std::size_t object, float* per_knot) const;
-  /// Sum of the forces with which fixed knots and tethers hold the object, N, world: the reaction of its attachments.
+  /// Sum of the forces with which fixed knots and tethers hold the object, N, world: the reaction of its
+  /// attachments.
   Eigen::Vector3d reaction(std::size_t object) const;
   Energy energy() const;
   void attachments(std::vector<Attachment>& out) const;
@@ -158,8 +175,9 @@ class World {
   /// A link dies. False if there is none, or it is dead. Between steps; in a recorded session use
   /// StepInput::requests, which do the same.
   bool removeLink(std::size_t object, std::uint32_t link);
-  /// P -> P, P': what lies on the side of the plane to which `normal` points goes to the copy, whose index is returned in
-  /// `copy`: links, hinges, contact triangles, binding of the skin, anchors. False if there is no such knot or no room.
+  /// P -> P, P': what lies on the side of the plane to which `normal` points goes to the copy, whose index is
+  /// returned in `copy`: links, hinges, contact triangles, binding of the skin, anchors. False if there is no
+  /// such knot or no room.
   bool splitKnot(std::size_t object, std::uint32_t knot, const Eigen::Vector3d& normal, std::uint32_t& copy);
   /// XXH64 over the State's little-endian bytes, objects in scene order.
   std::uint64_t stateHash() const;
@@ -175,8 +193,8 @@ class World {
   /// Name of the kernel level in use (baseline, avx2 …); environment variable VEST_KERNEL forces one.
   std::string_view kernelLevel() const;
 
-  /// Energy accounting of dampers costs about a third more time; off at first. Work of the tools and the heat of contacts
-  /// are counted always.
+  /// Energy accounting of dampers costs about a third more time; off at first. Work of the tools and the heat
+  /// of contacts are counted always.
   void accountEnergy(bool on);
   /// Fills StepReport::stage_seconds (predict, collide, interact, solve, velocities, report); off at first.
   void measureStages(bool on);
@@ -188,7 +206,8 @@ class World {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Strict loader (docs/scene_format.md). @throws std::invalid_argument: file, line, field, value, what is allowed.
+/// Strict loader (docs/scene_format.md). @throws std::invalid_argument: file, line, field, value, what is
+/// allowed.
 Description loadScene(const std::string& path);
 
 }  // namespace vest::scene

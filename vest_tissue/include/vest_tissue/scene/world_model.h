@@ -12,22 +12,22 @@ namespace vest::scene {
 
 /// What of one object never changes once built.
 struct ObjectConstants {
-  bool net = true;                 ///< false: rigid
+  bool net = true;  ///< false: rigid
   material::Law law;
-  solver::Rates rates;             ///< of the links at the start, contact reserve included
-  double calibration = 1.0;        ///< power iteration over the rigorous bound, <= 1 (docs/decisions/0122-…)
-  double bound_at_start = 0.0;     ///< rigorous bound of the links at the start, 1/s²
+  solver::Rates rates;          ///< of the links at the start, contact reserve included
+  double calibration = 1.0;     ///< power iteration over the rigorous bound, <= 1 (docs/decisions/0122-…)
+  double bound_at_start = 0.0;  ///< rigorous bound of the links at the start, 1/s²
   double slow_omega_squared = 0.0, slow_decay = 0.0;
   double contact_omega_squared = 0.0;  ///< stiffness over mass that contacts may add, 1/s²
-  int sub_steps = 1, batches = 1;  ///< at dt of the description
-  int volume_batches = 1;          ///< times a step that the enclosed volume's gradient is renewed; <= batches
-  double greatest_edge = 0.0;      ///< m, of the contact triangles at the start
-  bool closed = false;             ///< contact triangles form a closed surface
-  std::uint32_t together = 0;      ///< bit per object (< 32): no contact with it, by design
-  bool polynomial = false;         ///< the law has a2, a3 or a4
+  int sub_steps = 1, batches = 1;      ///< at dt of the description
+  int volume_batches = 1;      ///< times a step that the enclosed volume's gradient is renewed; <= batches
+  double greatest_edge = 0.0;  ///< m, of the contact triangles at the start
+  bool closed = false;         ///< contact triangles form a closed surface
+  std::uint32_t together = 0;  ///< bit per object (< 32): no contact with it, by design
+  bool polynomial = false;     ///< the law has a2, a3 or a4
   net::TubeMap tube;
   std::vector<std::uint32_t> ring_links;  ///< block links within a ring: dilatation acts on them
-  contact::DistanceGrid grid;      ///< rigid only
+  contact::DistanceGrid grid;             ///< rigid only
 };
 
 /// Immutable once built.

@@ -13,8 +13,8 @@ struct OrganContact {
   std::uint32_t knot = 0;
   std::array<std::uint32_t, 3> triangle{};
   std::array<float, 3> weights{};
-  float normal[3] = {};   ///< from the triangle to the knot
-  float reach = 0;        ///< m
+  float normal[3] = {};  ///< from the triangle to the knot
+  float reach = 0;       ///< m
   float stiffness = 0, damping = 0, grip = 0, friction = 0;
   int batches = 1;
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, held
@@ -23,7 +23,9 @@ struct OrganContact {
 /// Triangles of the other object that a search for pairs looks at: bounding balls, m, as arrays.
 class Candidates {
  public:
-  void reserve(std::size_t n) { x_.resize(n), y_.resize(n), z_.resize(n), radius_.resize(n), triangle_.resize(n), hit_.resize(n); }
+  void reserve(std::size_t n) {
+    x_.resize(n), y_.resize(n), z_.resize(n), radius_.resize(n), triangle_.resize(n), hit_.resize(n);
+  }
   void clear() { size_ = 0; }
   bool full() const { return size_ == x_.size(); }
   bool empty() const { return size_ == 0; }
@@ -55,19 +57,20 @@ class Candidates {
 
 /// Per object, no meaning between steps.
 struct ObjectScratch {
-  std::vector<float> backup;                   ///< motion at the start of the step
+  std::vector<float> backup;  ///< motion at the start of the step
   std::vector<contact::ToolContact> contacts;
   std::vector<contact::Pull> pulls;
   std::vector<contact::PlaneContact> planes;
-  std::vector<std::uint8_t> near;              ///< per knot
-  std::vector<std::uint16_t> shared;           ///< per knot: contacts that share it
+  std::vector<std::uint8_t> near;     ///< per knot
+  std::vector<std::uint16_t> shared;  ///< per knot: contacts that share it
   contact::ObjectLoads loads;
   solver::BoundScratch bound;
-  Eigen::Vector3f low, high;                   ///< m: box of the knots
+  Eigen::Vector3f low, high;                           ///< m: box of the knots
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();  ///< N, of fixed knots, last sub-step
-  double heat = 0.0;                           ///< J in this step, links and knots, when accounting is on
-  std::vector<float> volume_gradient, volume_start;  ///< m², m: three rows over the knots, where the gradient was taken
-  double volume = 0.0;                         ///< m³ there
+  double heat = 0.0;  ///< J in this step, links and knots, when accounting is on
+  std::vector<float> volume_gradient,
+      volume_start;     ///< m², m: three rows over the knots, where the gradient was taken
+  double volume = 0.0;  ///< m³ there
   bool faulty = false;
   bool over_budget = false;
 };
@@ -80,8 +83,10 @@ struct WorldScratch {
   Energy energy_before;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies_before{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps_before{};
-  std::array<interaction::PlacedCapsule, interaction::kMaxToolCapsules> capsules_before[tools::kInstrumentCount];
-  std::array<interaction::PlacedCapsule, interaction::kMaxToolCapsules> capsules_after[tools::kInstrumentCount];
+  std::array<interaction::PlacedCapsule, interaction::kMaxToolCapsules>
+      capsules_before[tools::kInstrumentCount];
+  std::array<interaction::PlacedCapsule, interaction::kMaxToolCapsules>
+      capsules_after[tools::kInstrumentCount];
   std::array<int, tools::kInstrumentCount> capsule_count{};
   explicit WorldScratch(const WorldModel& model);
   WorldScratch() = default;

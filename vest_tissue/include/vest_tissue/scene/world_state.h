@@ -24,27 +24,27 @@ struct LinkPlace {
 /// Elastic or viscous link: its numbers, and its place in the packed table that the kernel reads.
 struct NetLink {
   net::KernelLink values;
-  bool by_law = false;       ///< in law_links, else in linear_links
-  std::uint32_t place = 0;   ///< index in that table
+  bool by_law = false;      ///< in law_links, else in linear_links
+  std::uint32_t place = 0;  ///< index in that table
 };
 
 /// Everything of one object that evolves. A copy is a snapshot.
 struct ObjectState {
-  net::Block block;               ///< knots
-  std::vector<NetLink> links;     ///< elastic and viscous
-  net::LinkTable law_links, linear_links;  ///< the same, packed
-  net::Elements elements;         ///< slower elements
-  Topology topology;              ///< links, skin, flags, revision
-  std::vector<LinkPlace> places;  ///< per link of the topology
+  net::Block block;                                     ///< knots
+  std::vector<NetLink> links;                           ///< elastic and viscous
+  net::LinkTable law_links, linear_links;               ///< the same, packed
+  net::Elements elements;                               ///< slower elements
+  Topology topology;                                    ///< links, skin, flags, revision
+  std::vector<LinkPlace> places;                        ///< per link of the topology
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< contact triangles, knots
   std::vector<std::uint8_t> triangle_alive;
-  std::vector<std::uint8_t> fixed;                      ///< per knot
-  std::vector<float> depth;             ///< per knot, m: how deep it may lie in rigid objects (<= 0), from the start
-  int sub_steps = 1;              ///< per dt of the description, a multiple of `batches`
-  int batches = 1;                ///< times a step that held forces are renewed; a power of two
-  float limit_strain = 0.0f;      ///< of the law now; lowered where the tangent would need too many sub-steps
-  float bound_strain = 0.0f;      ///< greatest strain when `sub_steps` was last bounded
-  double elastic_scale = 1.0;     ///< parameter edits: youngs_modulus over the scene's
+  std::vector<std::uint8_t> fixed;  ///< per knot
+  std::vector<float> depth;    ///< per knot, m: how deep it may lie in rigid objects (<= 0), from the start
+  int sub_steps = 1;           ///< per dt of the description, a multiple of `batches`
+  int batches = 1;             ///< times a step that held forces are renewed; a power of two
+  float limit_strain = 0.0f;   ///< of the law now; lowered where the tangent would need too many sub-steps
+  float bound_strain = 0.0f;   ///< greatest strain when `sub_steps` was last bounded
+  double elastic_scale = 1.0;  ///< parameter edits: youngs_modulus over the scene's
   double damping_scale = 1.0;
   bool degraded = false;
 };
@@ -79,17 +79,17 @@ struct ContactSide {
 
 struct WorldState {
   std::uint64_t step = 0;
-  double time = 0.0;                  ///< s
+  double time = 0.0;  ///< s
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
   std::uint32_t revision = 0;
   std::uint64_t next_attachment = 1;
-  std::vector<ObjectState> objects;   ///< scene order
+  std::vector<ObjectState> objects;  ///< scene order
   std::vector<ConnectionState> connections;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps{};
-  std::vector<OrganPair> pairs;       ///< renewed every few steps
-  std::vector<ContactSide> sides;     ///< sorted by tool, capsule, object, triangle
-  Energy energy;                      ///< work and dissipated are kept, the others computed on demand
+  std::vector<OrganPair> pairs;    ///< renewed every few steps
+  std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
+  Energy energy;                   ///< work and dissipated are kept, the others computed on demand
 };
 
 }  // namespace vest::scene

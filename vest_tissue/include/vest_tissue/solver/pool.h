@@ -9,9 +9,10 @@
 
 namespace vest::solver {
 
-/// A few threads that live as long as the world. run() hands out the items 0 … count-1; the caller works too. Items
-/// must not depend on each other: then the result is the same for any number of threads. Waits by blocking after a
-/// short look, so that a busy machine does not stall (performance.md). run() allocates nothing.
+/// A few threads that live as long as the world. run() hands out the items 0 … count-1; the caller works too.
+/// Items must not depend on each other: then the result is the same for any number of threads. Waits by
+/// blocking after a short look, so that a busy machine does not stall (performance.md). run() allocates
+/// nothing.
 class Pool {
  public:
   explicit Pool(int threads = 1);
@@ -25,7 +26,8 @@ class Pool {
 
   template <typename Work>
   void each(std::size_t count, Work& work) {
-    run(count, [](void* w, std::size_t item) { (*static_cast<Work*>(w))(item); }, &work);
+    run(
+        count, [](void* w, std::size_t item) { (*static_cast<Work*>(w))(item); }, &work);
   }
 
  private:
@@ -38,8 +40,8 @@ class Pool {
   std::size_t count_ = 0;
   Function function_ = nullptr;
   void* context_ = nullptr;
-  std::size_t round_ = 0;      // under mutex_
-  std::size_t busy_ = 0;       // under mutex_
+  std::size_t round_ = 0;  // under mutex_
+  std::size_t busy_ = 0;   // under mutex_
   bool stop_ = false;
 };
 
