@@ -21,6 +21,7 @@ REFUSED = [
     (["--hardware", "/etc/passwd"], "--hardware /etc/passwd: not a serial device"),
     (["--output", "/dev/null/session"], "--output /dev/null/session"),
     (["scen:=tube"], "scen:=tube: unknown"),
+    (["footswitch_preset:=feet"], "footswitch_preset:=feet"),
     (["output:=/tmp/elsewhere"], "--output"),
 ]
 # A stand-in for rospy: one message on the topic of VEST_TOPIC, with what VEST_MESSAGE says.
