@@ -81,6 +81,9 @@ class Reader {
                          : (out.empty() ? 0.0 : out.back().roll);
       w.jaw = n["jaw"] ? number(n["jaw"], at + ".jaw", arm.limits.lower.jaw, arm.limits.upper.jaw)
                        : (out.empty() ? 0.0 : out.back().jaw);
+      if (n["through"] && !YAML::convert<bool>::decode(n["through"], w.through)) {
+        refuse(at + ".through", "no truth value", "true, false");
+      }
       out.push_back(w);
     }
     return out;
