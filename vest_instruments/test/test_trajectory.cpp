@@ -133,6 +133,30 @@ TEST_F(TrajectoryTest, WaypointsAreMetExactlyAndJoinedSmoothly) {
             "endoscope_insertion,endoscope_roll,footswitches");
 }
 
+TEST_F(TrajectoryTest, AWaypointSaidToBePassedThroughIsMetInMotionAndNothingOvershoots) {
+  write(R"(
+rate: 100
+instruments:
+  left:
+    - {t: 0.0, tip: [-0.03, 0.03, 0.08], jaw: 0.0}
+    - {t: 1.0, tip: [-0.04, 0.04, 0.065], jaw: 0.8, through: true}
+    - {t: 2.0, tip: [-0.05, 0.05, 0.05], jaw: 0.0}
+)");
+  const Trajectory t = fromWaypoints(path, box);
+  const auto tip = [&](std::size_t row) {
+    return Eigen::Vector3d(forwardKinematics(box.arms[0].X_BTrocar, t.rows[row].joints[0]).translation());
+  };
+  EXPECT_LT((tip(100) - Eigen::Vector3d(-0.04, 0.04, 0.065)).norm(), 1e-9);
+  EXPECT_NEAR((tip(101) - tip(99)).x(), 0.02 * -0.01, 1e-6) << "speed of the straight line through all three";
+  EXPECT_LT((tip(1) - tip(0)).norm(), 1e-6);
+  EXPECT_LT((tip(200) - tip(199)).norm(), 1e-6);
+  for (std::size_t i = 1; i < t.rows.size(); ++i) {
+    EXPECT_LT(tip(i).x(), tip(i - 1).x()) << "never back";
+    EXPECT_LE(t.rows[i].joints[0].jaw, 0.8);
+    EXPECT_GE(t.rows[i].joints[0].jaw, 0.0);
+  }
+}
+
 TEST_F(TrajectoryTest, BrokenWaypointsAreRefusedWithTheirField) {
   const std::string one = "instruments: {left: [{t: 0, tip: [-0.03, 0.03, 0.08]}";
   EXPECT_EQ(refusal(one + "]}", false), "");
@@ -141,6 +165,8 @@ TEST_F(TrajectoryTest, BrokenWaypointsAreRefusedWithTheirField) {
   EXPECT_NE(refusal(one + ", {t: 1, tip: [0, 0, .nan]}]}", false).find("left[1].tip"), std::string::npos);
   EXPECT_NE(refusal(one + ", {t: 1, tip: [0, 0, 0.5]}]}", false).find("out of reach"), std::string::npos);
   EXPECT_NE(refusal(one + ", {t: 1, tip: [0, 0, 0.1], jaw: 7}]}", false).find("left[1].jaw"),
+            std::string::npos);
+  EXPECT_NE(refusal(one + ", {t: 1, tip: [0, 0, 0.1], through: 7}]}", false).find("left[1].through"),
             std::string::npos);
   EXPECT_NE(refusal(one + ", {t: 1, tip: [0, 0, 0.1], speed: 7}]}", false).find("speed"), std::string::npos);
   EXPECT_NE(refusal(one + "]}\nfootswitches: [{t: 0, pressed: [laser]}]", false).find("'laser'"),

@@ -81,6 +81,9 @@ class Reader {
                          : (out.empty() ? 0.0 : out.back().roll);
       w.jaw = n["jaw"] ? number(n["jaw"], at + ".jaw", arm.limits.lower.jaw, arm.limits.upper.jaw)
                        : (out.empty() ? 0.0 : out.back().jaw);
+      if (n["through"] && !YAML::convert<bool>::decode(n["through"], w.through)) {
+        refuse(at + ".through", "no truth value", "true, false");
+      }
       out.push_back(w);
     }
     return out;
@@ -117,20 +120,23 @@ class Reader {
   const std::string& path_;
 };
 
-/// Slope with which a value passes waypoint i: the parabola through its neighbours (Catmull and Rom 1974, uneven
-/// times); 0 at a turning point and never more than twice the gentler side, so that nothing overshoots.
+/// Slope with which a value passes waypoint i: the parabola through its neighbours (Catmull and Rom 1974,
+/// uneven times); 0 at a turning point and never more than twice the gentler side, so that nothing
+/// overshoots.
 template <typename Get>
 double slopeAt(const std::vector<Waypoint>& w, std::size_t i, Get get) {
   if (i == 0 || i + 1 >= w.size() || !w[i].through) return 0.0;
   const double before = w[i].t - w[i - 1].t, after = w[i + 1].t - w[i].t;
   const double a = (get(w[i]) - get(w[i - 1])) / before, b = (get(w[i + 1]) - get(w[i])) / after;
   if (a * b <= 0.0) return 0.0;
-  const double v = (a * after + b * before) / (before + after), most = 2.0 * std::min(std::abs(a), std::abs(b));
+  const double v = (a * after + b * before) / (before + after),
+               most = 2.0 * std::min(std::abs(a), std::abs(b));
   return std::clamp(v, -most, most);
 }
 
-/// Waypoint at time t: rests before the first and after the last; between them the polynomial of fifth degree with
-/// the slopes above and no acceleration at either end, which is minimum jerk where it rests (Flash and Hogan 1985).
+/// Waypoint at time t: rests before the first and after the last; between them the polynomial of fifth degree
+/// with the slopes above and no acceleration at either end, which is minimum jerk where it rests (Flash and
+/// Hogan 1985).
 Waypoint at(const std::vector<Waypoint>& w, double t) {
   if (t <= w.front().t) return w.front();
   if (t >= w.back().t) return w.back();
