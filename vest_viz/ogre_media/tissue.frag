@@ -49,9 +49,9 @@ void main() {
   colour = sqrt(colour);
   // The camera's contrast: dark parts darker, bright ones brighter.
   colour = mix(colour, colour * colour * (3.0 - 2.0 * colour), 0.85);
-  colour = max(1.075 * colour - 0.075, 0.0);  // black level
+  colour = max(1.06 * colour - 0.06, 0.0);  // black level
   // Stray light in the optics takes some of the colour, most in the dark.
   float grey = dot(colour, vec3(0.3, 0.6, 0.1));
-  colour = mix(colour, vec3(grey), 0.27 - 0.18 * grey);
+  colour = mix(colour, vec3(grey), 0.36 - 0.27 * grey);
   gl_FragColor = vec4(colour, alpha);
 }

@@ -20,7 +20,7 @@ void main() {
   halfway = vec3(dot(h, t), dot(h, b), dot(h, n));
   // The beam is brightest in the middle; sides get less.
   float beam = v.z * v.z;
-  uv = vec3(gl_MultiTexCoord0.xy, light.w * beam * beam * v.z / (d2 + 0.0003));
+  uv = vec3(gl_MultiTexCoord0.xy, light.w * beam * beam * v.z / (d2 + 0.0012));
   tint = gl_Color;
   gl_Position = worldviewproj_matrix * gl_Vertex;
 }

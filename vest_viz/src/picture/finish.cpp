@@ -100,9 +100,9 @@ double AutoExposure::update(const cv::Mat& rgb, const Circle& circle, double dt)
   if (count == 0) return gain_;
   int sum = 0, level = 255;
   for (; level > 0; --level)
-    if ((sum += histogram[level]) > count / 5) break;
-  // The 80 % level at 121: between the appearance page's ranges for 75 % (96–134) and 95 % (132–212).
-  const double wanted = 121.0;
+    if ((sum += histogram[level]) > count / 4) break;
+  // The 75 % level at 106, within the appearance page's 96–134, for the overview as for a close organ.
+  const double wanted = 106.0;
   const double ratio = std::pow(std::clamp(wanted / std::max(level, 4), 0.25, 4.0), 2.0);
   // The first pictures settle at once, as a camera does before anybody looks.
   const double follow = ++pictures_ < 12 ? 0.6 : 1.0 - std::exp(-std::clamp(dt, 0.0, 1.0) / 0.25);

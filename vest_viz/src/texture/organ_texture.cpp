@@ -141,8 +141,8 @@ std::vector<Style> makeStyles() {
   s = Style();
   s.organ = "cavity";
   s.tile = 0.08;
-  s.base = {0.80f, 0.48f, 0.44f}, s.second = {0.66f, 0.30f, 0.28f}, s.mottle = 0.6f;
-  s.vessel_trees = 6, s.vessel_width = 0.0011, s.vessel_strength = 0.85f, s.capillaries = 90, s.fat = 0.11f;
+  s.base = {0.75f, 0.44f, 0.405f}, s.second = {0.60f, 0.27f, 0.25f}, s.mottle = 0.6f;
+  s.vessel_trees = 6, s.vessel_width = 0.0010, s.vessel_strength = 0.72f, s.capillaries = 90, s.fat = 0.11f;
   s.relief = 0.0005, s.relief_length = 0.013, s.wet = 0.6f, s.translucence = 0.3f;
   all.push_back(s);
   s.organ = "";
