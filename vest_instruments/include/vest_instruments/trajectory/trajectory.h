@@ -64,8 +64,8 @@ MotionReport fromMotion(const std::string& path, const kinematics::TrainerBox& b
                         tools::Instrument instrument, double jaw);
 
 /// Scripted trainee: tip positions in world (= phantom_box) with times, joined by minimum-jerk motions that
-/// rest at each waypoint, or pass it without a rest where it says `through`. Format: README.md. @throws TrajectoryError, also for a point out of
-/// reach.
+/// rest at each waypoint, or pass it without a rest where it says `through`. Format: README.md. @throws
+/// TrajectoryError, also for a point out of reach.
 Trajectory fromWaypoints(const std::string& path, const kinematics::TrainerBox& box);
 
 }  // namespace vest::trajectory
