@@ -134,7 +134,7 @@ void EndoscopeScene::setPose(const Eigen::Isometry3d& X_WO) {
 EndoscopeScene::Timing EndoscopeScene::render(cv::Mat* rgba) {
   Timing timing;
   if (target_ == nullptr) return timing;
-  takeBakedTextures();
+  complete_ = takeBakedTextures();
   const Ogre::Vector4 light(0.0f, static_cast<float>(kLightOffset), 0.0f,
                             static_cast<float>(kLightIntensity * gain_));
   tissue_->setLight(light);

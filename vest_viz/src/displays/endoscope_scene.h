@@ -44,6 +44,8 @@ class EndoscopeScene {
   /// Renders and reads back. @param rgba CV_8UC4 of the source's size
   Timing render(cv::Mat* rgba);
   std::string warning() const;
+  /// Whether the last picture was drawn with all textures baked.
+  bool complete() const { return complete_; }
 
  private:
   void buildStop(double circle);
@@ -58,6 +60,7 @@ class EndoscopeScene {
   std::map<std::string, std::unique_ptr<InstrumentVisual>> instruments_;
   camera::Intrinsics source_;
   double gain_ = 1.0;
+  bool complete_ = false;
 };
 
 }  // namespace vest::displays

@@ -34,6 +34,7 @@ namespace {
 constexpr double kResolutions[] = {1.0, 0.85, 0.7};
 constexpr double kTooSlowMs = 44, kFastMs = 20;
 
+constexpr double kLongestHold = 20;  // s without tissue or textures before pictures are sent all the same
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
 double seconds() {
@@ -274,7 +275,11 @@ void EndoscopicViewDisplay::update(float, float) {
     const double finished = seconds();
     // The state's stamp; while no state has come, the time of drawing.
     const ros::Time stamp = input_.header().stamp.isZero() ? ros::Time::now() : input_.header().stamp;
-    publish(stamp);
+    // A session starts with the first picture: nothing is sent before there is tissue with its textures, but
+    // a view that gets none (no simulation, only instruments) is not held back for ever.
+    if (first_picture_ == 0) first_picture_ = start;
+    if ((scene_->complete() && !input_.store().empty()) || start - first_picture_ > kLongestHold)
+      publish(stamp);
     const double sent = seconds();
     pane_->show(picture_.data, picture_.cols, picture_.rows);
     const double shown = seconds();
