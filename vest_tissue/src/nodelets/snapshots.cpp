@@ -12,7 +12,8 @@ namespace vest::ros_shell {
 namespace {
 
 constexpr std::size_t kMostSnapshots = 64;
-constexpr char kSnapshotBegin[] = "VESTWLD1";  // World::save
+// Snapshots of any version may be written over.
+constexpr std::string_view kSnapshotBegin = scene::kSnapshotMagic.substr(0, 7);
 
 bool isPath(const std::string& name) {
   return name.find('/') != std::string::npos;
@@ -27,10 +28,10 @@ void checkTarget(const std::string& file) {
   std::error_code unknown;
   const auto kind = std::filesystem::status(file, unknown).type();
   if (kind == std::filesystem::file_type::not_found) return;
-  char begin[sizeof kSnapshotBegin - 1] = {};
+  char begin[kSnapshotBegin.size()] = {};
   std::ifstream in;
   if (kind == std::filesystem::file_type::regular) in.open(file, std::ios::binary);
-  if (!in.read(begin, sizeof begin) || std::string(begin, sizeof begin) != kSnapshotBegin)
+  if (!in.read(begin, sizeof begin) || std::string_view(begin, sizeof begin) != kSnapshotBegin)
     throw std::invalid_argument("name: " + file +
                                 " exists and is no snapshot (allowed: a new file, or a snapshot)");
 }

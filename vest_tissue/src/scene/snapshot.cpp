@@ -6,8 +6,6 @@
 namespace vest::scene {
 namespace {
 
-constexpr char kMagic[8] = {'V', 'E', 'S', 'T', 'W', 'L', 'D', '2'};
-
 [[noreturn]] void refuse(const std::string& what) {
   throw std::invalid_argument("snapshot: " + what);
 }
@@ -144,7 +142,7 @@ void checkIndices(const WorldState& s) {
 void World::save(std::vector<std::uint8_t>& bytes) const {
   bytes.clear();
   WriteArchive archive{bytes};
-  archive.bytes(kMagic, sizeof kMagic);
+  archive.bytes(kSnapshotMagic.data(), kSnapshotMagic.size());
   const std::string& hash = impl_->model->description.hash;
   archive.same(hash.size());
   archive.bytes(hash.data(), hash.size());
@@ -155,7 +153,8 @@ void World::restore(const std::vector<std::uint8_t>& bytes) {
   ReadArchive archive{bytes};
   char magic[8];
   archive.bytes(magic, sizeof magic);
-  if (std::memcmp(magic, kMagic, sizeof magic) != 0) refuse("begins with other bytes than VESTWLD2");
+  if (kSnapshotMagic != std::string_view(magic, sizeof magic))
+    refuse("begins with other bytes than " + std::string(kSnapshotMagic));
   std::uint64_t size;
   archive.bytes(&size, sizeof size);
   if (size > 64) refuse("scene_hash of " + std::to_string(size) + " characters (at most 64)");
