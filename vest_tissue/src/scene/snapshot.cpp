@@ -131,6 +131,11 @@ void checkIndices(const WorldState& s) {
     anchored(p.object, p.knot), anchored(p.other, 0);
     if (p.triangle >= s.objects[p.other].triangles.size()) refuse("a contact outside the scene");
   }
+  for (const auto& e : s.electrosurgery.electrodes) {
+    anchored(e.object, 0);
+    const auto& triangles = s.objects[e.object].triangles;
+    if (e.energy > 0.0 && e.element >= triangles.size()) refuse("an electrode outside the scene");
+  }
   for (const auto& p : s.proxies) {
     if (static_cast<int>(p.tool) >= tools::kToolKindCount)
       refuse("kind of tool " + std::to_string(static_cast<int>(p.tool)));

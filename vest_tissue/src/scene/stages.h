@@ -35,6 +35,7 @@ void collide(Context& c);                                     ///< boxes, tools,
 void interact(Context& c);                                    ///< jaws: grasp, hold, slip, release
 void solve(Context& c);                                       ///< batches of sub-steps
 bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a state to go on from
+void stepHeat(Context& c);                                    ///< electrodes, temperature, damage
 void tell(Context& c);                                        ///< contact models, events
 void keepBackup(Context& c);
 void restoreBackup(Context& c);

@@ -59,6 +59,7 @@ bool doubleKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, std
   b.row(Block::kInverseMass)[copy] = b.row(Block::kInverseMass)[knot];
   s.fixed.push_back(s.fixed[knot]);
   s.depth[copy] = s.depth[knot];
+  interaction::copyColumn(s.heat, knot, copy);
   s.topology.doubled_knots.push_back(knot);
   // Halves of the tethers go with the halves of the mass: both keep their support.
   for (std::size_t i = 0, count = s.elements.tethers.size(); i < count; ++i) {

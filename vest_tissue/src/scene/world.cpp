@@ -49,6 +49,7 @@ Status World::step(const StepInput& input, StepReport& report) {
     return w.fault(c, faulty);
   }
   w.time(report, 5, [&] {
+    stepHeat(c);
     tell(c);
     renewSides(c);
   });

@@ -83,6 +83,15 @@ struct Energy {
   double kinetic = 0, elastic = 0, potential = 0, dissipated = 0, work = 0;
 };
 
+/// What a World knows per knot; values are those of vest_msgs/TissueField.
+enum class Field : std::uint8_t {
+  Strain = 0,       ///< no unit: largest absolute strain of the links
+  Temperature = 1,  ///< K, of the touched surface
+  Damage = 2,       ///< no unit, 0 … 1: denatured or crushed, at the surface
+  Perfusion = 3,    ///< no unit, 0 … 1: share of the healthy perfusion
+  Char = 6,         ///< no unit, 0 … 1
+};
+
 /// What a step tells. Sized once; bounded.
 struct StepReport {
   Status status = Status::Ok;
@@ -167,6 +176,10 @@ class World {
   void velocities(std::size_t object, float* xyz) const;  ///< m/s
   /// Largest absolute strain of the links at each knot, no unit.
   void strain(std::size_t object, float* per_knot) const;
+  /// Any field, per knot. Objects without it (rigid) are at body temperature, whole and perfused.
+  void field(std::size_t object, Field kind, float* per_knot) const;
+  /// Heat that instruments brought in and where it went, J, all objects.
+  interaction::HeatLedger heat() const;
   /// Sum of the forces with which fixed knots and tethers hold the object, N, world: the reaction of its
   /// attachments.
   Eigen::Vector3d reaction(std::size_t object) const;

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "vest_tissue/interaction/grasp.h"
+#include "vest_tissue/interaction/heat.h"
 #include "vest_tissue/interaction/tool_state.h"
 #include "vest_tissue/net/block.h"
 #include "vest_tissue/net/elements.h"
@@ -26,6 +27,8 @@ struct NetLink {
   net::KernelLink values;
   bool by_law = false;      ///< in law_links, else in linear_links
   std::uint32_t place = 0;  ///< index in that table
+  float shrink = 1.0f, stiffen = 1.0f;  ///< no unit: what heat did to rest and axial (interaction/heat.h)
+  float conductance = 0.0f;             ///< W/K, of heat; constant
 };
 
 /// Everything of one object that evolves. A copy is a snapshot.
@@ -47,6 +50,7 @@ struct ObjectState {
   double elastic_scale = 1.0;  ///< parameter edits: youngs_modulus over the scene's
   double damping_scale = 1.0;
   bool degraded = false;
+  interaction::HeatState heat;  ///< temperature and damage per knot
 };
 
 /// Changes a link in the list and in its table. Real-time safe.
@@ -89,6 +93,7 @@ struct WorldState {
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps{};
   std::vector<OrganPair> pairs;    ///< renewed every few steps
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
+  interaction::Electrosurgery electrosurgery;
   Energy energy;                   ///< work and dissipated are kept, the others computed on demand
 };
 
