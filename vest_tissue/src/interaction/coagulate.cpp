@@ -17,6 +17,7 @@ using interaction::HeatState;
 using net::Block;
 
 constexpr std::uint64_t kLinkEvery = 16;  ///< steps between two renewals of what denaturation does to links
+constexpr double kCold = 1e-3;            ///< K: an object nowhere warmer is at body temperature again
 constexpr double kTellEvery = 1.0;        ///< s between two events of one activation
 
 const interaction::ColumnShape& shapeOf(const Context& c, std::size_t object, std::uint32_t knot) {
@@ -103,8 +104,8 @@ void electrodes(Context& c) {
     const auto& proxy = c.state.proxies[t];
     const bool hook = proxy.tool == tools::ToolKind::CoagulationHook,
                forceps = proxy.tool == tools::ToolKind::BipolarForceps;
-    const bool on = proxy.present && (hook || forceps) &&
-                    (c.input.tools[t].functions & tools::kFunctionCoagulate) != 0;
+    const bool on =
+        proxy.present && (hook || forceps) && (c.input.tools[t].functions & tools::kFunctionCoagulate) != 0;
     if (on && !e.on) e.since = c.state.step, e.energy = 0.0;
     if (on && hook) monopolar(c, t, e);
     if (on && forceps) bipolar(c, t, e);
@@ -162,18 +163,23 @@ void conduct(Context& c, std::size_t object) {
       b.excess[layer] -= flow / cb;
     }
   }
-  bool warm = false;
+  double warmest = 0.0;
   for (std::uint32_t k = 0; k < s.block.knots(); ++k) {
     HeatColumn& column = heat.columns[k];
-    constexpr std::array<double, interaction::kThermalLayers> kCold{};
-    if (column.excess == kCold) continue;
+    if (column.excess == decltype(column.excess){}) continue;
     const double before = column.denatured;
     interaction::stepColumn(column, shapeOf(c, object, k), model.material, mass[k], model.density, c.dt,
                             heat.ledger);
     heat.denaturing = heat.denaturing || column.denatured != before;
-    warm = warm || column.excess != kCold;
+    for (const double e : column.excess) warmest = std::max(warmest, std::fabs(e));
   }
-  heat.warm = warm;
+  if (warmest > kCold) return;
+  heat.warm = false;  // the last traces are carried off
+  for (std::uint32_t k = 0; k < s.block.knots(); ++k) {
+    HeatColumn& column = heat.columns[k];
+    heat.ledger.perfused += interaction::storedHeat(column, shapeOf(c, object, k), model.material, mass[k]);
+    column.excess = {};
+  }
 }
 
 /// Denatured links are shorter and stiffer.

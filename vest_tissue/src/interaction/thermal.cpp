@@ -9,9 +9,9 @@ namespace vest::interaction {
 namespace {
 
 constexpr double kBoilingExcess = kBoiling - kBodyTemperature;
-constexpr double kInert = 5.0;   ///< K of excess below which nothing denatures (rate below 1e-5 1/s)
-constexpr double kMost = 40.0;   ///< of an Arrhenius integral: all is denatured
-constexpr double kCool = 1e-4;   ///< K: what is colder counts as body temperature; booked as perfused
+constexpr double kInert = 5.0;  ///< K of excess below which nothing denatures (rate below 1e-5 1/s)
+constexpr double kMost = 40.0;  ///< of an Arrhenius integral: all is denatured
+constexpr double kCool = 1e-9;  ///< K: what is colder counts as body temperature; booked as perfused
 
 /// m, of layer l in a column of this shape.
 double layerThickness(const ColumnShape& s, std::size_t l) {
@@ -94,8 +94,8 @@ void stepColumn(HeatColumn& c, const ColumnShape& shape, const ThermalMaterial& 
     if (l == 0) ledger.surface += dt * gas * c.excess[0];
     if (c.excess[l] > kBoilingExcess && c.dried[l] < 1.0) {
       const double water = mass * shape.share[l] * m.water;
-      const double boiled = std::min(capacity[l] * (c.excess[l] - kBoilingExcess) / kLatentHeat,
-                                     water * (1.0 - c.dried[l]));
+      const double boiled =
+          std::min(capacity[l] * (c.excess[l] - kBoilingExcess) / kLatentHeat, water * (1.0 - c.dried[l]));
       if (water > 0.0) c.dried[l] = std::min(1.0, c.dried[l] + boiled / water);
       c.excess[l] -= boiled * kLatentHeat / capacity[l];
       ledger.latent += boiled * kLatentHeat;
@@ -114,7 +114,8 @@ void stepColumn(HeatColumn& c, const ColumnShape& shape, const ThermalMaterial& 
   }
   c.denatured = mean;
   const double hot = kBodyTemperature + c.excess[0] - kCharBegin;
-  if (hot > 0.0) c.charred += (1.0 - c.charred) * std::min(1.0, dt * kCharRate * hot / (kCharFull - kCharBegin));
+  if (hot > 0.0)
+    c.charred += (1.0 - c.charred) * std::min(1.0, dt * kCharRate * hot / (kCharFull - kCharBegin));
 }
 
 double storedHeat(const HeatColumn& c, const ColumnShape& shape, const ThermalMaterial& m, double mass) {

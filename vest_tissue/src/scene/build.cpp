@@ -175,8 +175,7 @@ void fillHeat(const Object& o, ObjectState& s, ObjectConstants& c) {
   for (const NetLink& l : s.links)
     links.push_back({l.values.knot0, l.values.knot1,
                      (o.rest_position[l.values.knot1] - o.rest_position[l.values.knot0]).norm()});
-  const std::vector<double> g =
-      interaction::linkConductances(places, volume, links, o.thermal.conductivity);
+  const std::vector<double> g = interaction::linkConductances(places, volume, links, o.thermal.conductivity);
   for (std::size_t i = 0; i < g.size(); ++i) s.links[i].conductance = static_cast<float>(g[i]);
   s.heat.columns.resize(s.block.knotCapacity());
   s.heat.sealed.assign(o.tube.rings.size(), 0);

@@ -46,8 +46,8 @@ interaction::HeatLedger World::heat() const {
     sum.surface += s.heat.ledger.surface, sum.latent += s.heat.ledger.latent;
     for (std::uint32_t k = 0; k < s.block.knots(); ++k) {
       const auto& shape = model.shapes[originalKnot(s.topology, model.shapes.size(), k)];
-      sum.stored += interaction::storedHeat(s.heat.columns[k], shape, model.material,
-                                            row(s, net::Block::kMass)[k]);
+      sum.stored +=
+          interaction::storedHeat(s.heat.columns[k], shape, model.material, row(s, net::Block::kMass)[k]);
     }
   }
   return sum;

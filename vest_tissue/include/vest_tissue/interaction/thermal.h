@@ -23,11 +23,11 @@ inline constexpr double kBloodHeat = 1050.0 * 3617.0;
 inline constexpr double kSurfaceLoss = 10.0;  ///< W/(m²·K) to the gas: free convection, assumed
 /// Henriques 1947 (Arch. Pathol. 43:489), as tabulated in Wright 2003, doi:10.1115/1.1553974: burn injury of
 /// skin, the transition at about 60 °C in one second.
-inline constexpr double kArrheniusRate = 3.1e98;     ///< 1/s
-inline constexpr double kArrheniusEnergy = 6.28e5;   ///< J/mol
-inline constexpr double kGasConstant = 8.314462618;  ///< J/(mol·K), CODATA 2018
-inline constexpr double kBoiling = 373.15;           ///< K, water at 1 atm
-inline constexpr double kLatentHeat = 2.257e6;       ///< J/kg, water at 100 °C (steam tables)
+inline constexpr double kArrheniusRate = 3.1e98;                  ///< 1/s
+inline constexpr double kArrheniusEnergy = 6.28e5;                ///< J/mol
+inline constexpr double kGasConstant = 8.314462618;               ///< J/(mol·K), CODATA 2018
+inline constexpr double kBoiling = 373.15;                        ///< K, water at 1 atm
+inline constexpr double kLatentHeat = 2.257e6;                    ///< J/kg, water at 100 °C (steam tables)
 inline constexpr double kCharBegin = 423.15, kCharFull = 473.15;  ///< K: carbonisation above 150 °C; assumed
 inline constexpr double kCharRate = 1.0;  ///< 1/s at kCharFull; assumed, rising linearly from kCharBegin
 

@@ -25,8 +25,8 @@ struct LinkPlace {
 /// Elastic or viscous link: its numbers, and its place in the packed table that the kernel reads.
 struct NetLink {
   net::KernelLink values;
-  bool by_law = false;      ///< in law_links, else in linear_links
-  std::uint32_t place = 0;  ///< index in that table
+  bool by_law = false;                  ///< in law_links, else in linear_links
+  std::uint32_t place = 0;              ///< index in that table
   float shrink = 1.0f, stiffen = 1.0f;  ///< no unit: what heat did to rest and axial (interaction/heat.h)
   float conductance = 0.0f;             ///< W/K, of heat; constant
 };
@@ -94,7 +94,7 @@ struct WorldState {
   std::vector<OrganPair> pairs;    ///< renewed every few steps
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
   interaction::Electrosurgery electrosurgery;
-  Energy energy;                   ///< work and dissipated are kept, the others computed on demand
+  Energy energy;  ///< work and dissipated are kept, the others computed on demand
 };
 
 }  // namespace vest::scene
