@@ -172,6 +172,7 @@ double stationOf(const WorldModel& model, const WorldState& state, std::size_t o
 
 bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& deltas,
                   const TopologyRequest& request, std::uint32_t& copy) {
+  if (request.kind == TopologyRequest::Kind::RemoveClip) return false;  // no topology: removeClip
   if (request.object >= state.objects.size() || !model.objects[request.object].net) return false;
   TopologyDelta& delta = deltas.next();
   beginDelta(state, request.object, delta);
@@ -230,7 +231,10 @@ void predict(Context& c) {
   for (const DilatationInput& dilatation : c.input.dilatations) applyDilatation(c, dilatation);
   std::uint32_t copy;
   for (const TopologyRequest& request : c.input.requests)
-    applyRequest(c.model, c.state, *c.deltas, request, copy);
+    if (request.kind == TopologyRequest::Kind::RemoveClip)
+      removeClip(c, request.element);
+    else
+      applyRequest(c.model, c.state, *c.deltas, request, copy);
   for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
     if (c.model.objects[i].net && c.model.description.objects[i].tear_strain > 0.0) tear(c, i);
   }

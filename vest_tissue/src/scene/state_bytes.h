@@ -111,6 +111,28 @@ struct StateWalker {
     }
   }
 
+  void matrix(Eigen::Matrix3d& m) { values(m.data(), 9); }
+  void clip(interaction::Clip& c) {
+    value(c.id), flag(c.alive), flag(c.shut), value(c.instrument), value(c.object), value(c.count), value(c.ring);
+    archive.within(c.count, interaction::kMaxClipKnots), archive.within(c.ring, interaction::kMaxClipKnots);
+    values(c.knots.data(), static_cast<std::size_t>(c.count));
+    for (int i = 0; i < c.count; ++i) vector3(c.open[i]), vector3(c.closed[i]);
+    value(c.progress), value(c.jaw), value(c.station), value(c.area), value(c.force);
+    matrix(c.rotation), vector3(c.centre), vector3(c.offset);
+  }
+  void sling(interaction::Sling& s) {
+    value(s.id), flag(s.alive), flag(s.around), flag(s.tied), value(s.instrument), value(s.object);
+    value(s.count), archive.within(s.count, interaction::kMaxSlingKnots);
+    values(s.knots.data(), static_cast<std::size_t>(s.count));
+    value(s.rest), value(s.tension), value(s.station), value(s.area), value(s.knot);
+    vector3(s.tip), vector3(s.ahead), vector3(s.across);
+  }
+  void fasteners(interaction::Fasteners& f) {
+    list(f.clips, [&](interaction::Clip& c) { clip(c); });
+    list(f.slings, [&](interaction::Sling& s) { sling(s); });
+    for (auto& a : f.appliers) value(a.jaw_at_touch), flag(a.loaded), flag(a.drawn);
+  }
+
   void tool(interaction::Proxy& p) {
     flag(p.present), value(p.tool), vector3(p.pose.tip), values(p.pose.orientation.coeffs().data(), 4),
         vector3(p.pose.pivot);
@@ -134,6 +156,7 @@ struct StateWalker {
     for (auto& p : s.proxies) tool(p);
     for (auto& g : s.grasps) grasp(g);
     electrosurgery(s.electrosurgery);
+    fasteners(s.fasteners);
     list(s.pairs, [&](OrganPair& p) { value(p.object), value(p.other), value(p.knot), value(p.triangle); });
     list(s.sides, [&](ContactSide& p) {
       value(p.triangle), value(p.object), value(p.tool), value(p.capsule), value(p.side);

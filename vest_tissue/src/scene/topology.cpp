@@ -154,6 +154,13 @@ void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubli
       net::remap(*a, cut, at);
     }
   }
+  for (interaction::Sling& sling : state.fasteners.slings) {
+    if (!sling.alive || !sling.around || sling.object != object) continue;
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (int i = 0; i < sling.count; ++i) middle += placeOf(s, sling.knots[i]) / sling.count;
+    interaction::remapSling(sling, cut, middle);
+  }
+  interaction::remapClips(state.fasteners.clips, object, cut);
   for (std::size_t t = 0; t < state.grasps.size(); ++t) {
     const auto& pose = state.proxies[t].pose;
     auto& grasp = state.grasps[t];

@@ -9,6 +9,8 @@
 
 #include <Eigen/Geometry>
 
+#include "vest_tissue/interaction/heat.h"
+#include "vest_tissue/interaction/sling.h"
 #include "vest_tissue/net/anchor.h"
 #include "vest_tissue/scene/description.h"
 #include "vest_tissue/scene/step_input.h"
@@ -142,6 +144,17 @@ struct Attachment {
   std::int8_t instrument = -1;
 };
 
+/// A ligation sling that viewers draw (interaction/sling.h).
+struct SlingView {
+  std::uint64_t id = 0;
+  bool around = false, tied = false;
+  std::uint16_t object = 0;  ///< where `around`
+  double rest_length = 0.0;  ///< m
+  double tension = 0.0;      ///< N
+  Eigen::Vector3d knot = Eigen::Vector3d::Zero();                               ///< m, world: the central knot
+  std::array<Eigen::Vector3d, interaction::kSlingNodes> positions;              ///< m, world: the loop, closed
+};
+
 struct WorldModel;    ///< immutable once built (world_model.h)
 struct WorldState;    ///< everything that evolves; a copy is a snapshot (world_state.h)
 struct WorldScratch;  ///< sized once, no meaning between steps (world_scratch.h)
@@ -185,6 +198,7 @@ class World {
   Eigen::Vector3d reaction(std::size_t object) const;
   Energy energy() const;
   void attachments(std::vector<Attachment>& out) const;
+  void slings(std::vector<SlingView>& out) const;
   /// Deltas since a revision, in order; false if it is older than the last kDeltaHistory ones (or not of this
   /// history: after reset and restore it begins anew), then send the whole topology.
   bool deltasSince(std::uint32_t revision, std::vector<TopologyDelta>& out) const;

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "vest_tissue/interaction/fasteners.h"
 #include "vest_tissue/interaction/grasp.h"
 #include "vest_tissue/interaction/heat.h"
 #include "vest_tissue/interaction/tool_state.h"
@@ -94,6 +95,7 @@ struct WorldState {
   std::vector<OrganPair> pairs;    ///< renewed every few steps
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
   interaction::Electrosurgery electrosurgery;
+  interaction::Fasteners fasteners;  ///< clips, slings
   Energy energy;  ///< work and dissipated are kept, the others computed on demand
 };
 
