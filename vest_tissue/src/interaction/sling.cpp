@@ -130,13 +130,17 @@ double pathOf(const ObjectState& s, const Sling& sling,
   return length;
 }
 
-/// The path is not longer than l0: one impulse along its gradient, limited by what a hand or a knot bears.
-void tighten(Context& c, Sling& sling) {
+/// The path is not longer than l0: places are drawn in, and the path's lengthening is stopped by an impulse
+/// along the gradient, limited by what a hand or a knot bears; beyond it the thread slips.
+void tighten(Context& c, Sling& sling, double dt) {
+  constexpr double kSmooth = 0.005;  // s: of the tension that is told
   ObjectState& s = c.state.objects[sling.object];
   std::array<Vector3d, interaction::kMaxSlingKnots> g;
-  const double length = pathOf(s, sling, g), slack = sling.rest + 6.283185307179586 * interaction::kSlingRadius;
-  sling.tension = 0.0;
-  if (length <= slack) return;
+  const double around = 6.283185307179586 * interaction::kSlingRadius;  // the thread lies outside of the knots
+  const double length = pathOf(s, sling, g), excess = length - (sling.rest - around);
+  const double keep = std::min(1.0, dt / kSmooth);
+  sling.tension -= keep * sling.tension;
+  if (excess <= 0.0) return;
   const float* const w = row(s, Block::kInverseMass);
   double inverse = 0.0, rate = 0.0;
   for (int i = 0; i < sling.count; ++i) {
@@ -144,19 +148,25 @@ void tighten(Context& c, Sling& sling) {
     rate += g[i].dot(knotVelocity(s, sling.knots[i]));
   }
   if (!(inverse > 0.0)) return;
-  // What is too long is drawn in over kSlingRelaxation, or at once where a step is longer.
-  const double wanted = -(length - slack) / std::max(interaction::kSlingRelaxation, c.dt);
-  const double impulse = std::clamp((rate - wanted) / inverse, 0.0, interaction::kSlingTension * c.dt);
-  sling.tension = impulse / c.dt;
+  const double wanted = sling.drawing ? -interaction::kSlingShortening * sling.rest : 0.0;
+  const double needed = std::max((rate - wanted) / inverse, 0.0), most = interaction::kSlingTension * dt;
+  const double impulse = std::min(needed, most);
+  if (needed > most) sling.rest = length + around;
+  const double draw = needed > most ? 0.0 : excess / inverse;
+  sling.tension += keep * impulse / dt;
   double work = 0.0;
   for (int i = 0; i < sling.count; ++i) {
     const std::uint32_t k = sling.knots[i];
     const Vector3d before = knotVelocity(s, k), after = before - w[k] * impulse * g[i];
+    const Vector3d place = knotPosition(s, k) - w[k] * draw * g[i];
     if (w[k] > 0.0f) work += 0.5 / w[k] * (after.squaredNorm() - before.squaredNorm());
-    for (int axis = 0; axis < 3; ++axis)
+    work += impulse / dt * w[k] * draw * g[i].squaredNorm();
+    for (int axis = 0; axis < 3; ++axis) {
+      s.block.row(static_cast<Block::KnotRow>(Block::X + axis))[k] = static_cast<float>(place[axis]);
       s.block.row(static_cast<Block::KnotRow>(Block::VX + axis))[k] = static_cast<float>(after[axis]);
+    }
   }
-  c.state.energy.work += work;
+  c.scratch.objects[sling.object].loads.work += work;
 }
 
 Sling* free(Context& c) {
@@ -197,6 +207,7 @@ void apply(Context& c, int tool) {
   fasteners.appliers[tool].drawn = draw;
   const Eigen::Matrix3d r = proxy.pose.orientation.toRotationMatrix();
   own->tip = proxy.pose.tip + kPusher * r.col(2);
+  own->drawing = draw;
   own->ahead = r.col(2);
   own->across = r.col(0);
   if (draw && !own->around) embrace(c, *own);
@@ -210,15 +221,17 @@ void fastenSlings(Context& c) {
   for (int t = 0; t < tools::kInstrumentCount; ++t) apply(c, t);
   for (Sling& sling : c.state.fasteners.slings) {
     if (!sling.alive || !sling.around) continue;
-    // A hand that cannot draw harder draws no further.
-    if (!sling.tied && sling.tension >= interaction::kSlingTension)
-      sling.rest /= solver::exponential(-interaction::kSlingShortening * c.dt);
-    tighten(c, sling);
     if (sling.tied || areaOf(c.state.objects[sling.object], sling) > interaction::kSlingClosed * sling.area)
       continue;
     sling.tied = true;
+    sling.drawing = false;
     emit(c, eventOf(c, sling));
   }
+}
+
+void holdSlings(Context& c, std::size_t object, double dt) {
+  for (Sling& sling : c.state.fasteners.slings)
+    if (sling.alive && sling.around && sling.object == object) tighten(c, sling, dt);
 }
 
 double slingClosure(const ObjectState& s, const Sling& sling) {

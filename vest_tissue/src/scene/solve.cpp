@@ -215,6 +215,7 @@ void advance(Context& c, std::size_t object, int batch) {
     if (batch == batches - 1 && i == per_batch - 1) keepReaction(s, o);
     net::integrateKnots(motion, hf, c.level);
     holdClips(c, object, h);
+    holdSlings(c, object, h);
     if (c.account) o.heat += heatOf(s, h);
   }
   if (c.account) {

@@ -65,6 +65,7 @@ void addFasteners(const WorldState& state, std::vector<Attachment>& out);
 void drawSling(const WorldState& state, const interaction::Sling& sling, SlingView& view);
 void fastenClips(Context& c);
 void holdClips(Context& c, std::size_t object, double dt);  ///< after each sub-step of an object, any thread
+void holdSlings(Context& c, std::size_t object, double dt);
 void fastenSlings(Context& c);
 
 /// Event with room checked: the report's capacity is fixed.

@@ -121,7 +121,7 @@ struct StateWalker {
     matrix(c.rotation), vector3(c.centre), vector3(c.offset);
   }
   void sling(interaction::Sling& s) {
-    value(s.id), flag(s.alive), flag(s.around), flag(s.tied), value(s.instrument), value(s.object);
+    value(s.id), flag(s.alive), flag(s.around), flag(s.tied), flag(s.drawing), value(s.instrument), value(s.object);
     value(s.count), archive.within(s.count, interaction::kMaxSlingKnots);
     values(s.knots.data(), static_cast<std::size_t>(s.count));
     value(s.rest), value(s.tension), value(s.station), value(s.area), value(s.knot);
