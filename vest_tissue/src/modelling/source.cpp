@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "../scene/loader_living.h"
 #include "../scene/yaml_reader.h"
 
 namespace vest::modelling {
@@ -244,6 +245,7 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
   number("bulk_modulus", object.bulk_modulus, 0, 1e9);
   number("friction", object.friction, 0, 2);
   number("contact_thickness", object.contact_thickness, 0, 0.1);
+  if (map.has("motility")) object.motility = scene::readMotility(map["motility"]);
   if (map.has("vessel_segment")) object.vessel_segment = map["vessel_segment"].name();
   readRules(map, object);
   map.finish();

@@ -171,6 +171,8 @@ void fillHeat(const Object& o, ObjectState& s, ObjectConstants& c) {
     places[k] = {o.rest_position[k].x(), o.rest_position[k].y(), o.rest_position[k].z()};
     c.heat.shapes.push_back(interaction::columnShape(volume[k], area[k]));
   }
+  if (o.tube.rings.size() > 1) c.motility.waves = o.motility;
+  c.motility.area = area;
   std::vector<interaction::HeatLink> links;
   for (const NetLink& l : s.links)
     links.push_back({l.values.knot0, l.values.knot1,
@@ -397,6 +399,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     s.near.resize(b.knotCapacity() + 1);
     s.shared.resize(b.knotCapacity() + 1);
     s.bound = solver::BoundScratch(b.knotCapacity() + 64);
+    if (model.objects[i].motility.waves.active()) s.active.resize(3 * b.knotCapacity());
   }
   organ_contacts.reserve(8192);
   std::size_t most = 0;

@@ -4,6 +4,7 @@
 
 #include "csv_reader.h"
 #include "loader_fem.h"
+#include "loader_living.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/world.h"
 #include "yaml_reader.h"
@@ -162,11 +163,30 @@ Object readObject(const Value& value, Files& files) {
   Map map(value);
   if (map.has("baked")) {
     map.only({"name", "organ", "material", "roles", "model", "baked", "law", "density", "friction",
-              "contact_thickness", "vessel_segment", "tear_strain"});
+              "contact_thickness", "vessel_segment", "tear_strain", "thermal", "grasp_damage_threshold",
+              "motility"});
   } else {
-    map.only({"name", "organ", "material", "roles", "model", "nodes", "links", "fixed", "triangles",
-              "knot_mass", "link_area", "friction", "contact_thickness", "vessel_segment", "tear_strain",
-              "strain", "tetrahedra", "loads"});
+    map.only({"name",
+              "organ",
+              "material",
+              "roles",
+              "model",
+              "nodes",
+              "links",
+              "fixed",
+              "triangles",
+              "knot_mass",
+              "link_area",
+              "friction",
+              "contact_thickness",
+              "vessel_segment",
+              "tear_strain",
+              "strain",
+              "tetrahedra",
+              "loads",
+              "thermal",
+              "grasp_damage_threshold",
+              "motility"});
   }
   Object object;
   object.name = map["name"].name();
@@ -185,6 +205,7 @@ Object readObject(const Value& value, Files& files) {
   if (map.has("tear_strain")) object.tear_strain = map["tear_strain"].number(0, 1e3);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
+  readLiving(map, object);
   std::string path = value.file();
   if (object.model == ObjectModel::Fem) {
     readFem(
@@ -260,7 +281,8 @@ Description loadScene(const std::string& path) {
   description.directory = slash == std::string::npos ? "." : path.substr(0, slash);
   Files files(description.directory, text);
   Map map(root);
-  map.only({"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections"});
+  map.only(
+      {"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections", "connect"});
   if (map.has("vest_scene")) map["vest_scene"].integer(1, 1);
   if (map.has("name"))
     description.name = map["name"].name();
@@ -295,6 +317,7 @@ Description loadScene(const std::string& path) {
     description.objects.push_back(std::move(object));
   }
   if (map.has("connections")) readConnections(map["connections"], files, description);
+  if (map.has("connect")) readNearestConnections(map["connect"], description);
   map.finish();
   description.hash = files.hash();
   return description;

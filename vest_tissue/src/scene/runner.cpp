@@ -122,6 +122,10 @@ bool Runner::advance(std::uint32_t steps) {
   return accepted;
 }
 
+void Runner::request(const TopologyRequest& request) {
+  execute([&] { pending_requests_.push_back(request); });
+}
+
 void Runner::reset() {
   execute([&] {
     simulation_->reset();
@@ -186,6 +190,7 @@ void Runner::fillState(std::int64_t now) {
   frame.steady_ns = now;
   frame.attachments.clear();
   world.attachments(frame.attachments);
+  world.slings(frame.slings);
   states_.publish();
 }
 
@@ -202,7 +207,8 @@ void Runner::stepOnce(std::int64_t now) {
   input.edits.clear();
   input.impacts.clear();
   input.dilatations.clear();
-  input.requests.clear();
+  input.requests = pending_requests_;
+  pending_requests_.clear();
   frame.command = pending_command_;
   frame.command_argument = pending_argument_;
   pending_command_ = Command::None;

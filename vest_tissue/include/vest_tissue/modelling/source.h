@@ -75,6 +75,7 @@ struct ObjectSource {
                          ///< a tether of stiffness m·support² whose place lies m·g/stiffness above the design
   double friction = 0.1, contact_thickness = 0.0005;
   std::string vessel_segment;
+  motility::Motility motility;
   std::vector<FixRule> fixed;
   std::vector<TetherRule> tethers;
   std::vector<ConnectRule> connections;

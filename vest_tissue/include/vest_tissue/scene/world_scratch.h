@@ -69,8 +69,9 @@ struct ObjectScratch {
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();  ///< N, of fixed knots, last sub-step
   double heat = 0.0;  ///< J in this step, links and knots, when accounting is on
   std::vector<float> volume_gradient,
-      volume_start;     ///< m², m: three rows over the knots, where the gradient was taken
-  double volume = 0.0;  ///< m³ there
+      volume_start;           ///< m², m: three rows over the knots, where the gradient was taken
+  double volume = 0.0;        ///< m³ there
+  std::vector<float> active;  ///< N, three rows over the knots: what the organ itself does in this step
   bool faulty = false;
   bool over_budget = false;
 };

@@ -51,7 +51,8 @@ struct ObjectState {
   double elastic_scale = 1.0;  ///< parameter edits: youngs_modulus over the scene's
   double damping_scale = 1.0;
   bool degraded = false;
-  interaction::HeatState heat;  ///< temperature and damage per knot
+  interaction::HeatState heat;       ///< temperature and damage per knot
+  motility::MotilityState motility;  ///< phases of its waves
 };
 
 /// Changes a link in the list and in its table. Real-time safe.
@@ -96,7 +97,7 @@ struct WorldState {
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
   interaction::Electrosurgery electrosurgery;
   interaction::Fasteners fasteners;  ///< clips, slings
-  Energy energy;  ///< work and dissipated are kept, the others computed on demand
+  Energy energy;                     ///< work and dissipated are kept, the others computed on demand
 };
 
 }  // namespace vest::scene
