@@ -3,6 +3,7 @@
 
 #include "../scene/stages.h"
 #include "vest_tissue/motility/motility.h"
+#include "vest_tissue/solver/elementary.h"
 
 namespace vest::scene {
 namespace {
@@ -51,9 +52,22 @@ void addForces(Context& c, std::size_t object) {
       const double length = std::sqrt(out_of.squaredNorm());
       return length > 1e-9 ? Vector3d(out_of * (model.area[k] / length)) : Vector3d(Vector3d::Zero());
     };
-    if (knots.size() >= 3 && radial != 0.0) {
+    if (knots.size() >= 3 && radial > 0.0) {  // dilates: pressed outwards
       for (const auto k : knots) mean += outwards(k) / static_cast<double>(knots.size());
       for (const auto k : knots) add(k, radial * (outwards(k) - mean));
+    } else if (knots.size() >= 3 && radial < 0.0) {  // contracts: tension around it
+      const double n = static_cast<double>(knots.size());
+      double area = 0.0;
+      for (const auto k : knots) area += model.area[k] / n;
+      const double tension = -radial * area / (2.0 * solver::sineOfTurns(0.5 / n));
+      for (std::size_t i = 0; i < knots.size(); ++i) {
+        const std::uint32_t p = knots[i], q = knots[(i + 1) % knots.size()];
+        const Vector3d d = knotPosition(s, q) - knotPosition(s, p);
+        const double length = std::sqrt(d.squaredNorm());
+        if (!(length > 1e-9)) continue;
+        add(p, tension / length * d);
+        add(q, -tension / length * d);
+      }
     }
     for (const auto k : knots) {
       const Vector3d f = axial * model.area[k] * along;

@@ -14,7 +14,9 @@
 /// organ. S_k: surface of the organ's rest shape that belongs to the knot, m²; in it lies the seed's 1/h. Our
 /// deviations: rand is drawn once a period and the phase integrated, or it would scramble; A goes linearly
 /// from one period's value to the next one's; the forces of a ring sum to zero (i = 0) and those of the organ
-/// (i = 1), because an organ cannot push itself.
+/// (i = 1), because an organ cannot push itself. Where the radial wave contracts, its force is that of a
+/// tension around the ring, the same on a round ring: pressing a thin wall inwards would buckle it, muscle
+/// does not.
 namespace vest::motility {
 
 /// One wave.
