@@ -6,6 +6,7 @@
 
 #include "vest_bringup/session/resimulation.h"
 #include "vest_bringup/simulation/blood_effect.h"
+#include "vest_bringup/simulation/surface_effect.h"
 #include "vest_bringup/simulation/trainer.h"
 #include "vest_tissue/scene/world_model.h"
 
@@ -72,7 +73,7 @@ TEST(Blood, EveryVesselOfTheSceneIsOneOfTheNetwork) {
 TEST(Blood, CutArterySpurtsFromBothEndsAndAClipAndALigatureStopIt) {
   Bench b;
   const double length = b.world.model().objects[objectNamed(b.world, "uterine_artery_left")].tube.length();
-  b.event(scene::EventKind::Cut, "uterine_artery_left", 0.5 * length, 1e-4);
+  b.event(scene::EventKind::Cut, "uterine_artery_left", 0.5 * length, 1e-5);
   double emitted = 0, most = 0, least = 1;
   for (int i = 0; i < 2500; ++i) {
     b.step();
@@ -107,10 +108,45 @@ TEST(Blood, VenousOozeStopsByCoagulation) {
   const double flow = b.feedback.sources[0].flow;
   EXPECT_GT(flow, 1e-8);
   EXPECT_LT(flow, 2e-6);
-  b.event(scene::EventKind::Coagulated, "uterine_vein_left", 0.031, 1e-6);
+  b.event(scene::EventKind::Coagulated, "uterine_vein_left", 0.031, 0.0);  // sealed all round
   b.step();
   b.step();
   EXPECT_TRUE(b.feedback.sources.empty());
+}
+
+TEST(Blood, CutUterusSeepsAndThePatientLosesIt) {
+  Bench b;
+  SurfaceOptions surface;
+  surface.scale = 50;
+  SurfaceEffect seeping(b.world, surface, &b.effect, nullptr);
+  const std::uint16_t uterus = objectNamed(b.world, "uterus");
+  scene::Event cut;
+  cut.kind = scene::EventKind::Cut;
+  cut.object = uterus;
+  cut.position = b.world.knotAt(uterus, 100);
+  cut.station = std::nan(""), cut.area = 1e-6;
+  double shed = 0;
+  for (int i = 0; i < 3000; ++i) {
+    if (i == 10) b.report.events.push_back(cut);
+    b.feedback.sources.clear();
+    b.effect.step(b.world, b.input, b.report, b.feedback);
+    seeping.step(b.world, b.input, b.report, b.feedback);
+    for (const auto& s : b.feedback.sources) shed += s.flow * 1e-3;
+    b.report.events.clear();
+  }
+  EXPECT_GT(seeping.state().seeped, 1e-9);
+  EXPECT_NEAR(b.effect.circulation().lost, seeping.state().seeped, 1e-9 * seeping.state().seeped);
+  EXPECT_NEAR(shed, seeping.state().shed, 1e-9 * shed);
+  EXPECT_NEAR(seeping.state().seeped,
+              bleeding::filmVolume(seeping.model(), seeping.state()) + seeping.state().shed,
+              1e-9 * seeping.state().seeped);
+  std::vector<std::uint8_t> bytes, again;
+  seeping.save(bytes);
+  SurfaceEffect other(b.world, surface, nullptr, nullptr);
+  EXPECT_FALSE(other.restore(bytes.data(), bytes.size() - 1));
+  ASSERT_TRUE(other.restore(bytes.data(), bytes.size()));
+  other.save(again);
+  EXPECT_EQ(again, bytes);
 }
 
 TEST(Blood, EventsWithoutAVesselOrAPlaceDoNothing) {

@@ -1,5 +1,6 @@
 #include "vest_bringup/ros/effects_shell.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include <ros/console.h>
@@ -55,6 +56,29 @@ void toMsg(const simulation::BloodFrame& f, vest_msgs::HaemodynamicsState& msg) 
   }
 }
 
+void toMsg(const simulation::SurfaceFrame& f, vest_msgs::SurfaceBleeding& msg) {
+  msg.header.frame_id = "world";
+  msg.step = f.step;
+  msg.revision = f.revision;
+  msg.seeped = f.seeped;
+  msg.film = f.film;
+  msg.fields.resize(2);
+  float most = 1e-12f;  // m³/s: a range that is no point
+  for (const float q : f.flow) most = std::max(most, q);
+  const auto scale = [](const std::vector<float>& values, float maximum, vest_msgs::TissueField& field) {
+    field.minimum = 0.0f;
+    field.maximum = maximum;
+    field.data.resize(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i)
+      field.data[i] =
+          static_cast<std::uint8_t>(255.0f * std::min(std::max(values[i] / maximum, 0.0f), 1.0f) + 0.5f);
+  };
+  msg.fields[0].kind = vest_msgs::TissueField::BLEEDING;
+  scale(f.flow, most, msg.fields[0]);
+  msg.fields[1].kind = vest_msgs::TissueField::WETNESS;
+  scale(f.wetness, 1.0f, msg.fields[1]);
+}
+
 EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   const ros::NodeHandle effects(private_nh, "effects");
   haemodynamics_ = boolParameter(effects, "haemodynamics", true);
@@ -64,18 +88,38 @@ EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   blood_.external_pressure =
       doubleParameter(effects, "external_pressure", blood_.external_pressure, -1000.0, 10000.0);
   blood_.frame_rate = doubleParameter(effects, "haemodynamics_rate", blood_.frame_rate, 50.0, 1000.0);
+  surface_ = boolParameter(effects, "surface_bleeding", true);
+  surface_options_.scale =
+      doubleParameter(effects, "surface_bleeding_scale", surface_options_.scale, 0.0, 1000.0);
+  surface_options_.frame_rate =
+      doubleParameter(effects, "surface_rate", surface_options_.frame_rate, 1.0, 100.0);
+  surface_pub_ = nh.advertise<vest_msgs::SurfaceBleeding>("effects/surface", 10);
   haemodynamics_pub_ = nh.advertise<vest_msgs::HaemodynamicsState>("effects/haemodynamics", 100);
 }
 
 std::unique_ptr<scene::Simulation> EffectsShell::compose(scene::World world) {
   auto trainer = std::make_unique<simulation::Trainer>(std::move(world));
   // In the order in which each hands its sources on.
-  if (haemodynamics_)
-    trainer->add(std::make_unique<simulation::BloodEffect>(trainer->world(), blood_, &blood_frames_));
+  simulation::BloodEffect* circulation = nullptr;
+  if (haemodynamics_) {
+    auto blood = std::make_unique<simulation::BloodEffect>(trainer->world(), blood_, &blood_frames_);
+    circulation = blood.get();
+    trainer->add(std::move(blood));
+  }
+  if (surface_) {
+    trainer->add(std::make_unique<simulation::SurfaceEffect>(trainer->world(), surface_options_, circulation,
+                                                             &surface_frames_));
+  }
   return trainer;
 }
 
 void EffectsShell::publish(const TissueServer::Stamp& stamp) {
+  if (surface_frames_.update()) {
+    const auto msg = surface_pool_.take();
+    toMsg(surface_frames_.front(), *msg);
+    msg->header.stamp = stamp(steadyNow());
+    surface_pub_.publish(vest_msgs::SurfaceBleeding::ConstPtr(msg));
+  }
   if (blood_frames_.update()) {
     const simulation::BloodFrame& frame = blood_frames_.front();
     const auto msg = haemodynamics_pool_.take();

@@ -17,7 +17,8 @@ namespace hd = haemodynamics;
 constexpr std::uint64_t kDilateEvery = 4;  // steps: 250 Hz follows a pulse, and a session stays small
 // Of an opening that tells no area: a needle of 0.8 mm.
 constexpr double kNeedleArea = 5.0e-7;  // m²
-// Electrical energy that shuts a vessel: of the order of 50 J for one of 4 mm by bipolar sealing (assumed).
+// Heat that shuts a hole: of the order of 4 J per square millimetre (assumed; bipolar sealing of a 4 mm
+// vessel takes some 50 J).
 constexpr double kSealEnergyPerArea = 4.0e6;  // J/m²
 constexpr double kPi = 3.14159265358979323846;
 
@@ -44,8 +45,25 @@ double crossSection(const scene::World& world, std::size_t object, const net::Tu
   return kPi * r * r;
 }
 
+/// Share of a hollow vessel's circumference that a cut of `area` m² through its wall opened; 1 at most. A
+/// wall of unknown thickness counts as a tenth of the radius (as arteries of models.md's networks).
+double cutShare(double area, double wall, double cross_section) {
+  const double radius = std::sqrt(cross_section / kPi);
+  return std::min(1.0, area / (2 * kPi * radius * (wall > 0 ? wall : 0.1 * radius)));
+}
+
 const net::TubeMap& tubeOf(const scene::World& world, std::size_t object) {
   return world.model().objects[object].tube;
+}
+
+/// m; 0 where the scene does not say.
+template <class Object>
+auto wallThickness(const Object& object, int) -> decltype(object.wall_thickness) {
+  return object.wall_thickness;
+}
+template <class Object>
+double wallThickness(const Object&, long) {
+  return 0;
 }
 
 }  // namespace
@@ -205,7 +223,15 @@ void BloodEffect::take(const scene::World& world, const scene::Event& event) {
   using scene::EventKind;
   switch (event.kind) {
     case EventKind::Cut:
-    case EventKind::Torn:
+    case EventKind::Torn: {
+      // What is told is the area of the wall that was cut; what gapes is that share of the lumen.
+      const net::TubeMap& tube = tubeOf(world, object);
+      const double whole = crossSection(world, object, tube, tube.nearestRing(event.station));
+      const double wall = wallThickness(world.description().objects[object], 0);
+      if (has_area && whole > 0)
+        openAt(world, object, event.station, cutShare(event.area, wall, whole) * whole, &event.position);
+      break;
+    }
     case EventKind::Punctured:
     case EventKind::Perforated:
       openAt(world, object, event.station, has_area ? event.area : kNeedleArea, &event.position);
@@ -225,11 +251,12 @@ void BloodEffect::take(const scene::World& world, const scene::Event& event) {
     case EventKind::Coagulated: {
       const net::TubeMap& tube = tubeOf(world, object);
       const double whole = crossSection(world, object, tube, tube.nearestRing(event.station));
-      const double closed = has_area                      ? event.area
-                            : std::isfinite(event.energy) ? event.energy / kSealEnergyPerArea
-                                                          : 0.0;
-      if (whole > 0)
-        bleeding::seal(m, vessel, station, closed / whole * m.lumen(vessel, station), state_.wounds);
+      if (!(whole > 0)) break;
+      // No area: heat, which closes holes. Area 0: no lumen is left. Else: so much of it was closed.
+      const bool heat = std::isnan(event.area);
+      const double energy = std::isfinite(event.energy) ? std::max(event.energy, 0.0) : 0.0;
+      const double closed = heat ? energy / kSealEnergyPerArea : event.area > 0 ? event.area : 10 * whole;
+      bleeding::seal(m, vessel, station, closed / whole * m.lumen(vessel, station), !heat, state_.wounds);
       break;
     }
     default:

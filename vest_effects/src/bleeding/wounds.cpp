@@ -118,7 +118,7 @@ bool release(int vessel, double station, WoundState& state) {
   return true;
 }
 
-bool seal(const Vessels& vessels, int vessel, double station, double area, WoundState& state) {
+bool seal(const Vessels& vessels, int vessel, double station, double area, bool lumen, WoundState& state) {
   if (!inside(vessels, vessel, station) || !(area > 0) || !std::isfinite(area)) return false;
   bool stump = false;
   for (int i = 0; i < state.opening_count; ++i) {
@@ -129,7 +129,7 @@ bool seal(const Vessels& vessels, int vessel, double station, double area, Wound
     o.sealed += taken;
     area -= taken;
   }
-  if (stump || !(area > 0)) return true;
+  if (stump || !lumen || !(area > 0)) return true;
   // The wall shrinks together: a narrowing that further heat closes.
   const double share = area / vessels.lumen(vessel, station);
   for (int i = 0; i < state.clamp_count; ++i) {

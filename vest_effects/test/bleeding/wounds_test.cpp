@@ -84,16 +84,18 @@ TEST(Wounds, CoagulationSealsAPunctureByItsAreaAndThenTheVessel) {
   ASSERT_EQ(p.wounds.opening_count, 1);  // one place
   EXPECT_NEAR(p.wounds.openings[0].area, 5e-7, 1e-15);
   const double open_loss = p.seconds(1);
-  ASSERT_TRUE(seal(p.vessels, p.artery, 0.052, 2.5e-7, p.wounds));
+  ASSERT_TRUE(seal(p.vessels, p.artery, 0.052, 2.5e-7, true, p.wounds));
   p.seconds(0.2);
   const double half = p.seconds(1);
   EXPECT_LT(half, 0.8 * open_loss);
   EXPECT_GT(half, 0.2 * open_loss);
-  ASSERT_TRUE(seal(p.vessels, p.artery, 0.052, 2.5e-7, p.wounds));
+  ASSERT_TRUE(seal(p.vessels, p.artery, 0.052, 2.5e-7, true, p.wounds));
   p.seconds(0.2);
   EXPECT_EQ(p.seconds(1), 0);
   EXPECT_EQ(closure(p.artery, p.wounds), 0);
-  ASSERT_TRUE(seal(p.vessels, p.artery, 0.052, 1e-5, p.wounds));
+  ASSERT_TRUE(seal(p.vessels, p.artery, 0.052, 1e-5, false, p.wounds));  // too little heat for the lumen
+  EXPECT_EQ(closure(p.artery, p.wounds), 0);
+  ASSERT_TRUE(seal(p.vessels, p.artery, 0.052, 1e-5, true, p.wounds));
   EXPECT_EQ(closure(p.artery, p.wounds), 1);
 }
 
@@ -108,7 +110,7 @@ TEST(Wounds, VeinOozesFromBothStumpsUntilBothAreClosed) {
   const double heart = p.seconds(1);
   EXPECT_LT(heart, both);
   EXPECT_GT(heart, 0);
-  ASSERT_TRUE(seal(p.vessels, p.vein, 0.05, 1e-3, p.wounds));
+  ASSERT_TRUE(seal(p.vessels, p.vein, 0.05, 1e-3, true, p.wounds));
   EXPECT_EQ(p.seconds(1), 0);
 }
 

@@ -57,6 +57,9 @@ class BloodEffect : public Effect {
   void save(std::vector<std::uint8_t>& bytes) const override;
   bool restore(const std::uint8_t* bytes, std::size_t count) override;
 
+  /// Blood that left otherwise (seeping surfaces), m³.
+  void lose(double volume) { state_.circulation.lost += volume > 0 ? volume : 0; }
+
   const haemodynamics::CirculationModel& model() const { return circulation_.model; }
   const haemodynamics::CirculationState& circulation() const { return state_.circulation; }
   const bleeding::WoundState& wounds() const { return state_.wounds; }

@@ -67,8 +67,9 @@ bool clamp(const Vessels& vessels, ClampKind kind, int vessel, double station, d
 /// Takes the nearest clip within 2·kSamePlace away. False if there is none.
 bool release(int vessel, double station, WoundState& state);
 
-/// Coagulation closes `area` m²: first of the openings within kSamePlace, what is left of the lumen.
-bool seal(const Vessels& vessels, int vessel, double station, double area, WoundState& state);
+/// Coagulation closes `area` m² of the openings within kSamePlace; with `lumen` what is left of it narrows
+/// the vessel there.
+bool seal(const Vessels& vessels, int vessel, double station, double area, bool lumen, WoundState& state);
 
 /// Holes and closures for the circulation's next step, in the order of state.openings. Keeps each closure on
 /// its own side of each hole, however coarse the cells are.
