@@ -153,6 +153,34 @@ void fillState(const Object& o, ObjectState& s) {
   s.depth.assign(s.block.knotCapacity(), 0.0f);
 }
 
+/// Columns of tissue under the knots, and what the links conduct.
+void fillHeat(const Object& o, ObjectState& s, ObjectConstants& c) {
+  c.heat.material = o.thermal;
+  c.heat.density = o.density;
+  c.heat.grasp_damage_threshold = o.grasp_damage_threshold;
+  const std::size_t knots = o.rest_position.size();
+  std::vector<double> area(knots, 0.0), volume(knots, 0.0);
+  std::vector<std::array<double, 3>> places(knots);
+  for (const auto& t : o.contact_triangles) {
+    const auto& p = o.rest_position;
+    const double third = (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]).norm() / 6.0;
+    for (const auto k : t) area[k] += third;
+  }
+  for (std::size_t k = 0; k < knots; ++k) {
+    volume[k] = o.mass[k] / o.density;
+    places[k] = {o.rest_position[k].x(), o.rest_position[k].y(), o.rest_position[k].z()};
+    c.heat.shapes.push_back(interaction::columnShape(volume[k], area[k]));
+  }
+  std::vector<interaction::HeatLink> links;
+  for (const NetLink& l : s.links)
+    links.push_back({l.values.knot0, l.values.knot1,
+                     (o.rest_position[l.values.knot1] - o.rest_position[l.values.knot0]).norm()});
+  const std::vector<double> g = interaction::linkConductances(places, volume, links, o.thermal.conductivity);
+  for (std::size_t i = 0; i < g.size(); ++i) s.links[i].conductance = static_cast<float>(g[i]);
+  s.heat.columns.resize(s.block.knotCapacity());
+  s.heat.sealed.assign(o.tube.rings.size(), 0);
+}
+
 void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
   c.net = o.model == ObjectModel::Net;
   c.law = o.law;
@@ -333,8 +361,9 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   for (std::size_t i = 0; i < description.objects.size(); ++i) {
     fillState(description.objects[i], m.start.objects[i]);
     fillConstants(description.objects[i], m.start.objects[i], m.objects[i]);
-    if (m.objects[i].net)
-      boundSteps(description.objects[i], m.start.objects[i], m.objects[i], description.dt);
+    if (!m.objects[i].net) continue;
+    fillHeat(description.objects[i], m.start.objects[i], m.objects[i]);
+    boundSteps(description.objects[i], m.start.objects[i], m.objects[i], description.dt);
   }
   connect(description, m);
   const bool several =

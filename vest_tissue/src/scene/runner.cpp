@@ -165,12 +165,18 @@ void Runner::fillState(std::int64_t now) {
   std::size_t knots = 0;
   for (std::size_t i = 0; i < world.objectCount(); ++i) knots += world.knotCount(i);
   frame.positions.resize(3 * knots);
-  frame.strain.resize(knots);
-  frame.has_strain = elapsed(now, options_.strain_rate, strain_due_);
+  frame.has_fields = elapsed(now, options_.strain_rate, strain_due_);
+  for (std::size_t f = 0; f < frame.fields.size(); ++f) {
+    FieldFrame& field = frame.fields[f];
+    field.kind = kFieldFrames[f].kind;
+    field.minimum = kFieldFrames[f].minimum, field.maximum = kFieldFrames[f].maximum;
+    field.values.resize(knots);
+  }
   std::size_t at = 0;
   for (std::size_t i = 0; i < world.objectCount(); ++i) {
     world.positions(i, frame.positions.data() + 3 * at);
-    if (frame.has_strain) world.strain(i, frame.strain.data() + at);
+    for (FieldFrame& field : frame.fields)
+      if (frame.has_fields) world.field(i, field.kind, field.values.data() + at);
     at += world.knotCount(i);
   }
   frame.step = world.steps();

@@ -214,6 +214,8 @@ void advance(Context& c, std::size_t object, int batch) {
     if (!o.planes.empty()) contact::addPlaneContacts(s.block, o.planes, hf, o.loads);
     if (batch == batches - 1 && i == per_batch - 1) keepReaction(s, o);
     net::integrateKnots(motion, hf, c.level);
+    holdClips(c, object, h);
+    holdSlings(c, object, h);
     if (c.account) o.heat += heatOf(s, h);
   }
   if (c.account) {

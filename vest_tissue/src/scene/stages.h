@@ -35,6 +35,8 @@ void collide(Context& c);                                     ///< boxes, tools,
 void interact(Context& c);                                    ///< jaws: grasp, hold, slip, release
 void solve(Context& c);                                       ///< batches of sub-steps
 bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a state to go on from
+void fasten(Context& c);                                      ///< clips, slings
+void stepHeat(Context& c);                                    ///< electrodes, temperature, damage
 void tell(Context& c);                                        ///< contact models, events
 void keepBackup(Context& c);
 void restoreBackup(Context& c);
@@ -54,6 +56,17 @@ void findOrganPairs(Context& c);
 void findOrganContacts(Context& c);
 void placeTools(Context& c);
 void renewSides(Context& c);
+
+bool removeClip(Context& c, std::uint64_t id);
+/// No unit, 0 … 1: how much of what they can close clips and slings have closed now.
+double clipClosure(const ObjectState& state, const interaction::Clip& clip);
+double slingClosure(const ObjectState& state, const interaction::Sling& sling);
+void addFasteners(const WorldState& state, std::vector<Attachment>& out);
+void drawSling(const WorldState& state, const interaction::Sling& sling, SlingView& view);
+void fastenClips(Context& c);
+void holdClips(Context& c, std::size_t object, double dt);  ///< after each sub-step of an object, any thread
+void holdSlings(Context& c, std::size_t object, double dt);
+void fastenSlings(Context& c);
 
 /// Event with room checked: the report's capacity is fixed.
 void emit(Context& c, const Event& event);

@@ -59,6 +59,7 @@ bool doubleKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, std
   b.row(Block::kInverseMass)[copy] = b.row(Block::kInverseMass)[knot];
   s.fixed.push_back(s.fixed[knot]);
   s.depth[copy] = s.depth[knot];
+  interaction::copyColumn(s.heat, knot, copy);
   s.topology.doubled_knots.push_back(knot);
   // Halves of the tethers go with the halves of the mass: both keep their support.
   for (std::size_t i = 0, count = s.elements.tethers.size(); i < count; ++i) {
@@ -153,6 +154,13 @@ void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubli
       net::remap(*a, cut, at);
     }
   }
+  for (interaction::Sling& sling : state.fasteners.slings) {
+    if (!sling.alive || !sling.around || sling.object != object) continue;
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (int i = 0; i < sling.count; ++i) middle += placeOf(s, sling.knots[i]) / sling.count;
+    interaction::remapSling(sling, cut, middle);
+  }
+  interaction::remapClips(state.fasteners.clips, object, cut);
   for (std::size_t t = 0; t < state.grasps.size(); ++t) {
     const auto& pose = state.proxies[t].pose;
     auto& grasp = state.grasps[t];

@@ -40,7 +40,10 @@ Status World::step(const StepInput& input, StepReport& report) {
   w.time(report, 0, [&] { predict(c); });
   w.time(report, 1, [&] { collide(c); });
   w.time(report, 2, [&] { interact(c); });
-  w.time(report, 3, [&] { solve(c); });
+  w.time(report, 3, [&] {
+    solve(c);
+    fasten(c);
+  });
   std::string_view faulty;
   bool good = true;
   w.time(report, 4, [&] { good = settleVelocities(c, faulty); });
@@ -49,6 +52,7 @@ Status World::step(const StepInput& input, StepReport& report) {
     return w.fault(c, faulty);
   }
   w.time(report, 5, [&] {
+    stepHeat(c);
     tell(c);
     renewSides(c);
   });
@@ -172,6 +176,16 @@ void World::attachments(std::vector<Attachment>& out) const {
         stationOf(*impl_->model, impl_->state, first.object, {first.knot, first.knot, first.knot}, {1, 0, 0});
     a.closure = grasp.jaw_at_touch > 0.0 ? 1.0 - pose.jaw / grasp.jaw_at_touch : 0.0;
     out.push_back(a);
+  }
+  addFasteners(impl_->state, out);
+}
+
+void World::slings(std::vector<SlingView>& out) const {
+  out.clear();
+  for (const interaction::Sling& sling : impl_->state.fasteners.slings) {
+    if (!sling.alive) continue;
+    out.emplace_back();
+    drawSling(impl_->state, sling, out.back());
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "vest_tissue/interaction/thermal.h"
 #include "vest_tissue/material/law.h"
 
 /// What a scene says, as plain data: written by modelling and by the loader, read by the World's builder.
@@ -101,6 +102,9 @@ struct Object {
   double contact_thickness = 0.0005;  ///< m: offset of the touched surface from contact_triangles
   double friction = 0.1;              ///< no unit, Coulomb, wet tissue
   double tear_strain = 0.0;           ///< no unit: an elastic link tears above this strain; 0: never
+  interaction::ThermalMaterial thermal;
+  double grasp_damage_threshold =
+      136e3;  ///< Pa: pinch over the jaw's area that begins to destroy (interaction/heat.h); 0: never
   Skin skin;
   TubeMap tube;
   std::shared_ptr<const fem::Description> fem;  ///< model fem: its tetrahedra, material, loads; else null
