@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "vest_tissue/interaction/cut_state.h"
 #include "vest_tissue/interaction/grasp.h"
 #include "vest_tissue/interaction/tool_state.h"
 #include "vest_tissue/net/block.h"
@@ -47,6 +48,7 @@ struct ObjectState {
   double elastic_scale = 1.0;  ///< parameter edits: youngs_modulus over the scene's
   double damping_scale = 1.0;
   bool degraded = false;
+  interaction::CutState cut;
 };
 
 /// Changes a link in the list and in its table. Real-time safe.
@@ -87,6 +89,7 @@ struct WorldState {
   std::vector<ConnectionState> connections;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps{};
+  interaction::CuttingState cutting;
   std::vector<OrganPair> pairs;    ///< renewed every few steps
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
   Energy energy;                   ///< work and dissipated are kept, the others computed on demand
