@@ -84,7 +84,7 @@ bool detect(CutJob& j, const Box& box, std::uint8_t& instrument) {
         j.cut.exhausted = true;
         return found;
       }
-      j.cut.crossings.push_back({t, e, static_cast<float>(place)});
+      j.cut.crossings.push_back({t, e, static_cast<float>(place), 3});
       instrument = sweep->instrument;
       found = true;
     }
@@ -103,6 +103,38 @@ void markLine(CutJob& j, std::uint32_t triangle, std::uint32_t a, std::uint32_t 
   };
   mark(triangle);
   for (const std::uint32_t* t = j.begin(a); t != j.end(a); ++t) mark(*t);
+}
+
+/// Which knots stand for the two crossings of a triangle: those on one side of the track, the side that its
+/// neighbours have chosen, unless the other side is clearly nearer. A line that changed sides at every
+/// triangle would leave teeth that hang by a corner.
+void chooseKnots(CutJob& j, CutCrossing& x, CutCrossing& y) {
+  constexpr double kClear = 0.3;  // of an edge (ours)
+  // Edges 0 and 1 share corner 1, 1 and 2 corner 2, 0 and 2 corner 0.
+  const std::uint8_t common = x.edge == 0 && y.edge == 2 ? 0 : y.edge;
+  const auto other = [&](const CutCrossing& c) {
+    return c.edge == common ? static_cast<std::uint8_t>((c.edge + 1) % 3) : c.edge;
+  };
+  const auto away = [&](const CutCrossing& c) { return c.edge == common ? c.place : 1.0f - c.place; };
+  bool at_common = away(x) + away(y) < 1.0f;
+  if (x.knot < 3) {
+    at_common = x.knot == common;
+  } else if (y.knot < 3) {
+    at_common = y.knot == common;
+  }
+  const auto& knots = j.s.triangles[x.triangle];
+  for (CutCrossing* c : {&x, &y}) {
+    if (c->knot < 3) continue;
+    const bool near = away(*c) < kClear || (away(*c) < 1.0 - kClear && at_common);
+    c->knot = near ? common : other(*c);
+    // The triangle beyond the edge takes the same knot.
+    const std::uint32_t p = knots[c->edge], q = knots[(c->edge + 1u) % 3], chosen = knots[c->knot];
+    for (CutCrossing& o : j.cut.crossings) {
+      const auto& t = j.s.triangles[o.triangle];
+      if (o.knot < 3 || t[o.edge] != q || t[(o.edge + 1u) % 3] != p) continue;
+      o.knot = t[o.edge] == chosen ? o.edge : static_cast<std::uint8_t>((o.edge + 1) % 3);
+    }
+  }
 }
 
 /// Triangles with two crossings are cut through: line, track, newly cut area (m²).
@@ -125,11 +157,11 @@ double cutThrough(CutJob& j, std::uint32_t& element) {
     std::array<Vector3d, 2> at;
     for (std::size_t n = 0; n < 2; ++n) {
       const CutCrossing& x = pending[i + n];
-      const std::uint32_t a = knots[x.edge], b = knots[(x.edge + 1u) % 3];
       const double place = x.place;
-      at[n] = (1.0 - place) * j.rest(a) + place * j.rest(b);
-      track.knots[n] = place < 0.5 ? a : b;
+      at[n] = (1.0 - place) * j.rest(knots[x.edge]) + place * j.rest(knots[(x.edge + 1u) % 3]);
     }
+    chooseKnots(j, pending[i], pending[i + 1]);
+    for (std::size_t n = 0; n < 2; ++n) track.knots[n] = knots[pending[i + n].knot];
     while (i < pending.size() && pending[i].triangle == t) ++i;  // a third crossing adds nothing
     for (int e = 0; e < 3; ++e) {
       track.from[static_cast<std::size_t>(e)] = static_cast<float>(at[0][e]);

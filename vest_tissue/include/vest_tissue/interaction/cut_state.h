@@ -24,7 +24,8 @@ using Vector3Floats = std::array<float, 3>;
 struct CutCrossing {
   std::uint32_t triangle = 0;
   std::uint8_t edge = 0;
-  float place = 0;  ///< on the edge, 0 … 1
+  float place = 0;        ///< on the edge, 0 … 1
+  std::uint8_t knot = 3;  ///< which corner stands for it in the line, where a neighbour has decided; 3: open
 };
 
 /// Track of the blade through a contact triangle, at rest.
