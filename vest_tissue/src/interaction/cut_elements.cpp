@@ -246,23 +246,6 @@ void remapAnchors(CutJob& j) {
   }
 }
 
-/// An opened organ holds no pressure: what its volume stored is lost.
-void releaseVolumes(CutJob& j) {
-  if (j.cut.opened) return;
-  j.cut.opened = true;
-  const net::ElementArrays a{row(j.s, Block::X),
-                             row(j.s, Block::Y),
-                             row(j.s, Block::Z),
-                             nullptr,
-                             nullptr,
-                             nullptr,
-                             nullptr,
-                             nullptr,
-                             nullptr};
-  j.c.state.energy.dissipated += net::volumeEnergy(j.s.elements.volumes, a);
-  for (net::Volume& v : j.s.elements.volumes) v.bulk_modulus = 0.0f;
-}
-
 /// Numbers the connected pieces and counts them.
 void countParts(CutJob& j) {
   const std::uint32_t knots = static_cast<std::uint32_t>(j.s.block.knots());
@@ -299,9 +282,9 @@ void divideElements(CutJob& j) {
     divideLinks(j);
     divideHinges(j);
     remapAnchors(j);
-    releaseVolumes(j);
   }
   countParts(j);
+  if (j.divided) divideVolumes(j);
 }
 
 }  // namespace vest::scene

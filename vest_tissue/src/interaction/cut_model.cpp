@@ -175,6 +175,17 @@ void reserveCut(const WorldModel& model, WorldState& state) {
     cut.lies_on.reserve(c.most_vertices), cut.rest.reserve(c.most_vertices),
         cut.free.reserve(c.most_vertices);
     for (auto* of : {&cut.outer, &cut.inner, &cut.wall}) of->reserve(c.most_vertices);
+    auto& volumes = s.elements.volumes;
+    if (!volumes.empty()) {
+      const std::size_t most = std::max(volumes.size(), interaction::kMostCutVolumes);
+      volumes.reserve(most), cut.spare.reserve(most);
+      cut.spare.resize(most - volumes.size());
+      for (auto* of : {&volumes, &cut.spare}) {
+        for (net::Volume& v : *of) {
+          v.triangles.reserve(2 * s.triangles.size() + 64), v.knots.reserve(s.block.knotCapacity());
+        }
+      }
+    }
     Skin& skin = s.topology.skin;
     const std::size_t entries = skin.binding_knots.size() + 16 * (c.most_vertices + 1);
     skin.binding_start.reserve(c.most_vertices + 2);
@@ -204,7 +215,7 @@ void reserveCut(const WorldModel& model, CutScratch& k) {
   k.near_knot.resize(knots + 1), k.hops.resize(knots + 1);
   k.near_triangle.resize(triangles + 1);
   k.triangles_before.reserve(triangles + 1);
-  k.reached.reserve(knots + 1);
+  k.reached.reserve(knots + 1), k.rim.reserve(3 * triangles + 1);
   k.vertex_start.resize(vertices + 3);
   k.vertex_triangles.resize(3 * faces + 1);
   k.skin_now.reserve(faces + 1);

@@ -21,9 +21,9 @@ struct CutScratch {
   std::vector<std::uint32_t> split;                     ///< per knot: knot that it was before this cut
   std::vector<std::uint32_t> before_start, before;      ///< incident as it was before the cut
   std::vector<std::array<std::uint32_t, 3>> triangles_before;
-  std::vector<std::uint32_t> part;   ///< per knot: connected piece
-  std::vector<std::uint32_t> queue;  ///< of searches
-  std::vector<std::uint8_t> hops;    ///< per knot, of a search
+  std::vector<std::uint32_t> part;                ///< per knot: connected piece
+  std::vector<std::array<std::uint32_t, 2>> rim;  ///< edges of contact triangles that have no neighbour
+  std::vector<std::uint8_t> hops;                 ///< per knot, of a search
   std::vector<std::uint32_t> reached;
 
   std::vector<std::uint32_t> vertex_start, vertex_triangles;  ///< skin triangles per skin vertex, CSR

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "vest_instruments/tools/tool_kind.h"
+#include "vest_tissue/net/elements.h"
 
 /// Cutting (models.md section 7: P -> P, P'): what of it is State, and what of it never changes.
 ///
@@ -58,12 +59,13 @@ struct CutState {
       free;  ///< per skin vertex, 1: bound by `rest` and `lies_on`, not as the scene says
   std::vector<std::uint32_t> outer, inner, wall;  ///< per skin vertex: its doubles in cut face and inner wall
   std::vector<CutFace> faces;
-  std::uint32_t parts = 1;  ///< connected pieces
-  double area = 0.0;        ///< m², cut so far
-  double energy = 0.0;      ///< J
-  bool opened = false;      ///< the enclosed volume leaks: no pressure any more
-  bool unfinished = false;  ///< inner wall still to be built
-  bool exhausted = false;   ///< no room for more: the cut stays incomplete (degraded)
+  std::uint32_t parts = 1;         ///< connected pieces
+  double area = 0.0;               ///< m², cut so far
+  double energy = 0.0;             ///< J
+  std::vector<net::Volume> spare;  ///< room for the volumes of parts, empty; not hashed
+  bool opened = false;             ///< the enclosed volume leaks: no pressure any more
+  bool unfinished = false;         ///< inner wall still to be built
+  bool exhausted = false;          ///< no room for more: the cut stays incomplete (degraded)
 };
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
@@ -80,6 +82,8 @@ struct CuttingTool {
 struct CuttingState {
   std::array<CuttingTool, tools::kInstrumentCount> tools{};
 };
+
+inline constexpr std::size_t kMostCutVolumes = 4;  ///< parts that keep an enclosed volume of their own (ours)
 
 /// Per object, never changes.
 struct CutConstants {
