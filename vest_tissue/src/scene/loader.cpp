@@ -162,11 +162,28 @@ Object readObject(const Value& value, Files& files) {
   Map map(value);
   if (map.has("baked")) {
     map.only({"name", "organ", "material", "roles", "model", "baked", "law", "density", "friction",
-              "contact_thickness", "vessel_segment", "tear_strain"});
+              "contact_thickness", "vessel_segment", "tear_strain", "cut_toughness", "wall_thickness"});
   } else {
-    map.only({"name", "organ", "material", "roles", "model", "nodes", "links", "fixed", "triangles",
-              "knot_mass", "link_area", "friction", "contact_thickness", "vessel_segment", "tear_strain",
-              "strain", "tetrahedra", "loads"});
+    map.only({"name",
+              "organ",
+              "material",
+              "roles",
+              "model",
+              "nodes",
+              "links",
+              "fixed",
+              "triangles",
+              "knot_mass",
+              "link_area",
+              "friction",
+              "contact_thickness",
+              "vessel_segment",
+              "tear_strain",
+              "cut_toughness",
+              "wall_thickness",
+              "strain",
+              "tetrahedra",
+              "loads"});
   }
   Object object;
   object.name = map["name"].name();
@@ -183,6 +200,8 @@ Object readObject(const Value& value, Files& files) {
   }
   if (map.has("friction")) object.friction = map["friction"].number(0, 2);
   if (map.has("tear_strain")) object.tear_strain = map["tear_strain"].number(0, 1e3);
+  if (map.has("cut_toughness")) object.cut_toughness = map["cut_toughness"].number(0, 1e6);
+  if (map.has("wall_thickness")) object.wall_thickness = map["wall_thickness"].number(0, 1e3);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
   std::string path = value.file();

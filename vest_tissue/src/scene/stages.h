@@ -37,6 +37,7 @@ void solve(Context& c);                                       ///< batches of su
 bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a state to go on from
 void fasten(Context& c);                                      ///< clips, slings
 void stepHeat(Context& c);                                    ///< electrodes, temperature, damage
+void cut(Context& c);                                         ///< blades: what they swept is divided
 void tell(Context& c);                                        ///< contact models, events
 void keepBackup(Context& c);
 void restoreBackup(Context& c);
@@ -48,6 +49,11 @@ bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& delt
 /// them.
 double stationOf(const WorldModel& model, const WorldState& state, std::size_t object,
                  const std::array<std::uint32_t, 3>& knots, const std::array<double, 3>& weights);
+
+/// Cutting's part of a built model, its room in a State, and its scratch.
+void buildCut(const Object& object, ObjectState& s, interaction::CutConstants& c);
+void reserveCut(const WorldModel& model, WorldState& state);
+void reserveCut(const WorldModel& model, interaction::CutScratch& scratch);
 
 /// Parts of the above in files of their own.
 void findToolContacts(Context& c, std::size_t object);

@@ -51,6 +51,7 @@ Status World::step(const StepInput& input, StepReport& report) {
     restoreBackup(c);
     return w.fault(c, faulty);
   }
+  w.time(report, 2, [&] { cut(c); });
   w.time(report, 5, [&] {
     stepHeat(c);
     tell(c);
@@ -60,7 +61,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   ++w.state.step;
   w.state.time += dt;
   for (const ObjectState& s : w.state.objects)
-    if (s.degraded) report.status = Status::Degraded;
+    if (s.degraded || s.cut.exhausted) report.status = Status::Degraded;
   return report.status;
 }
 

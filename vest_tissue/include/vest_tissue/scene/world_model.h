@@ -29,6 +29,7 @@ struct ObjectConstants {
   std::vector<std::uint32_t> ring_links;  ///< block links within a ring: dilatation acts on them
   contact::DistanceGrid grid;             ///< rigid only
   interaction::HeatModel heat;            ///< nets only
+  interaction::CutConstants cut;
 };
 
 /// Immutable once built.

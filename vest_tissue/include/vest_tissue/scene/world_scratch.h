@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "vest_tissue/contact/contacts.h"
+#include "vest_tissue/interaction/cut_scratch.h"
 #include "vest_tissue/scene/world_model.h"
 
 namespace vest::scene {
@@ -80,6 +81,7 @@ struct WorldScratch {
   std::vector<OrganContact> organ_contacts;
   Candidates candidates;
   std::vector<Eigen::Vector3d> connection_force;  ///< N on end 0, held
+  interaction::CutScratch cut;
   Energy energy_before;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies_before{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps_before{};

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "vest_tissue/interaction/fasteners.h"
+#include "vest_tissue/interaction/cut_state.h"
 #include "vest_tissue/interaction/grasp.h"
 #include "vest_tissue/interaction/heat.h"
 #include "vest_tissue/interaction/tool_state.h"
@@ -52,6 +53,7 @@ struct ObjectState {
   double damping_scale = 1.0;
   bool degraded = false;
   interaction::HeatState heat;  ///< temperature and damage per knot
+  interaction::CutState cut;
 };
 
 /// Changes a link in the list and in its table. Real-time safe.
@@ -92,6 +94,7 @@ struct WorldState {
   std::vector<ConnectionState> connections;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps{};
+  interaction::CuttingState cutting;
   std::vector<OrganPair> pairs;    ///< renewed every few steps
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
   interaction::Electrosurgery electrosurgery;
