@@ -4,6 +4,7 @@
 
 #include "csv_reader.h"
 #include "loader_fem.h"
+#include "vest_tissue/fem/cache.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/world.h"
 #include "yaml_reader.h"
@@ -166,7 +167,7 @@ Object readObject(const Value& value, Files& files) {
   } else {
     map.only({"name", "organ", "material", "roles", "model", "nodes", "links", "fixed", "triangles",
               "knot_mass", "link_area", "friction", "contact_thickness", "vessel_segment", "tear_strain",
-              "strain", "tetrahedra", "loads"});
+              "strain", "tetrahedra", "loads", "integrator"});
   }
   Object object;
   object.name = map["name"].name();
@@ -177,7 +178,7 @@ Object readObject(const Value& value, Files& files) {
   const std::string model = map.has("model") ? map["model"].oneOf({"net", "fem", "volume", "rigid"}) : "net";
   if (model == "volume") map["model"].fail("must be net, fem or rigid; volume cannot be simulated yet");
   object.model = model == "rigid" ? ObjectModel::Rigid : model == "fem" ? ObjectModel::Fem : ObjectModel::Net;
-  for (const char* of_fem : {"strain", "tetrahedra", "loads"}) {
+  for (const char* of_fem : {"strain", "tetrahedra", "loads", "integrator"}) {
     if (object.model != ObjectModel::Fem && map.has(of_fem))
       map[of_fem].fail("belongs to objects with model: fem");
   }
@@ -297,6 +298,7 @@ Description loadScene(const std::string& path) {
   if (map.has("connections")) readConnections(map["connections"], files, description);
   map.finish();
   description.hash = files.hash();
+  description.cache_directory = fem::defaultCacheDirectory();
   return description;
 }
 

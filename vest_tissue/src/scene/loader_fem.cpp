@@ -4,6 +4,7 @@
 
 #include "csv_reader.h"
 #include "vest_tissue/fem/description.h"
+#include "vest_tissue/scene/fem_object.h"
 
 namespace vest::scene {
 namespace {
@@ -41,6 +42,13 @@ void readFem(Map& map, const std::function<std::string(const Value&, std::string
     d->strain = map["strain"].oneOf({"small", "corotational"}) == "small" ? fem::Strain::Small
                                                                           : fem::Strain::Corotational;
   }
+  if (map.has("integrator")) {
+    d->motion = map["integrator"].oneOf({"backward_euler", "elastostatic"}) == "elastostatic"
+                    ? fem::Motion::Elastostatic
+                    : fem::Motion::BackwardEuler;
+    if (d->motion == fem::Motion::Elastostatic && d->strain == fem::Strain::Corotational)
+      map["integrator"].fail("must be backward_euler with strain: corotational");
+  }
   d->material = readMaterial(map["material"]);
   std::string path;
   const auto table = [&](const char* key, const std::vector<std::string>& columns) {
@@ -65,12 +73,10 @@ void readFem(Map& map, const std::function<std::string(const Value&, std::string
     for (std::size_t k = 0; k < 4; ++k) t[k] = static_cast<fem::Index>(tetrahedra.index(i, names[k], most));
     d->tetrahedra.push_back(t);
   }
-  object.fixed.assign(d->nodes.size(), 0);
   if (map.has("fixed")) {
     const csv::Table fixed = table("fixed", {"node"});
     for (std::size_t i = 0; i < fixed.rows.size(); ++i) {
       d->fixed.push_back(static_cast<fem::Index>(fixed.index(i, "node", most)));
-      object.fixed[d->fixed.back()] = 1;
     }
   }
   if (map.has("loads")) {
@@ -80,13 +86,8 @@ void readFem(Map& map, const std::function<std::string(const Value&, std::string
           {static_cast<fem::Index>(loads.index(i, "node", most)), vectorOf(loads, i, {"fx", "fy", "fz"})});
     }
   }
-  object.mass.assign(d->nodes.size(), 0.0);  // the solver lumps its own
-  object.damping = object.mass;
-  object.rest_position = d->nodes;
-  object.position = d->nodes;
-  object.density = d->material.density;
-  object.law.youngs_modulus = d->material.youngs_modulus;
   object.fem = std::move(d);
+  completeFem(object);
 }
 
 }  // namespace vest::scene

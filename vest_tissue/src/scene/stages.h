@@ -54,6 +54,13 @@ void findOrganPairs(Context& c);
 void findOrganContacts(Context& c);
 void placeTools(Context& c);
 void renewSides(Context& c);
+void advanceFem(Context& c, std::size_t object, int batch);  ///< finite elements: one batch
+/// Order within a batch: 0 elastostatic objects, 1 other finite elements, 2 nets.
+inline int turnOf(const Context& c, std::size_t object) {
+  if (!c.model.objects[object].fem) return 2;
+  return c.state.objects[object].tissue.dynamic ? 1 : 0;
+}
+void copyTissue(ObjectState& s);                             ///< places and velocities into the block
 
 /// Event with room checked: the report's capacity is fixed.
 void emit(Context& c, const Event& event);

@@ -50,6 +50,12 @@ struct StateWalker {
     plain(s.texture_coordinates), plain(s.triangles), plain(s.layer);
   }
 
+  void tissue(fem::TissueState& t) {
+    plain(t.x), plain(t.v), value(t.stiffness_scale), flag(t.dynamic), value(t.revision);
+    if (t.revision == 0) return;  // as the scene says
+    plain(t.mass), plain(t.corner), plain(t.open), plain(t.origin), plain(t.knot_element);
+  }
+
   void object(ObjectState& s) {
     using net::Block;
     Block& b = s.block;
@@ -68,6 +74,7 @@ struct StateWalker {
     archive.repack(s);
     value(s.sub_steps), value(s.limit_strain), value(s.bound_strain), value(s.elastic_scale),
         value(s.damping_scale), flag(s.degraded);
+    if (!s.tissue.x.empty()) tissue(s.tissue);
     value(s.topology.revision);
     if (s.topology.revision == 0) return;  // as the scene says
     list(s.topology.links, [&](Link& l) { link(l); });
@@ -108,7 +115,7 @@ struct StateWalker {
     archive.same(s.objects.size());
     for (ObjectState& o : s.objects) object(o);
     archive.same(s.connections.size());
-    for (ConnectionState& c : s.connections) anchor(c.end0), anchor(c.end1), flag(c.alive);
+    for (ConnectionState& c : s.connections) anchor(c.end0), anchor(c.end1), flag(c.alive), vector3(c.force);
     for (auto& p : s.proxies) tool(p);
     for (auto& g : s.grasps) grasp(g);
     list(s.pairs, [&](OrganPair& p) { value(p.object), value(p.other), value(p.knot), value(p.triangle); });

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "vest_tissue/fem/tissue.h"
 #include "vest_tissue/interaction/grasp.h"
 #include "vest_tissue/interaction/tool_state.h"
 #include "vest_tissue/net/block.h"
@@ -47,6 +48,7 @@ struct ObjectState {
   double elastic_scale = 1.0;  ///< parameter edits: youngs_modulus over the scene's
   double damping_scale = 1.0;
   bool degraded = false;
+  fem::TissueState tissue;  ///< finite elements; empty for nets. The block's X … VZ are a copy of it
 };
 
 /// Changes a link in the list and in its table. Real-time safe.
@@ -60,6 +62,7 @@ inline void setLink(ObjectState& s, std::size_t index, float axial, float rest, 
 struct ConnectionState {
   net::Anchor end0, end1;
   bool alive = true;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N on end 0; kept where an end is elastostatic
 };
 
 /// Candidates for organ against organ: a knot of one object near a triangle of another.
