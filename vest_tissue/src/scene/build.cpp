@@ -21,6 +21,7 @@ constexpr double kContactShare = 0.3;    ///< of the net's own omega² that cont
 constexpr double kContactLeast = 4.0e6;  ///< 1/s²: and at least this, for loose nets (2,000 rad/s)
 constexpr double kSlowMargin = 0.4;   ///< of the longest step, for held forces: they see deformed shapes too
 constexpr double kLeastHeight = 0.5;  ///< of a hinge's lower wing at rest: net::Hinge::least (ours)
+constexpr double kPatch = 8.0;        ///< knots that press an elastostatic object at a time (assumed)
 constexpr int kPowerSweeps = 40;
 constexpr double kPowerMargin = 1.15;  ///< the iteration converges from below
 
@@ -183,7 +184,7 @@ void fillHeat(const Object& o, ObjectState& s, ObjectConstants& c) {
 }
 
 void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
-  c.net = o.model == ObjectModel::Net;
+  c.net = o.model != ObjectModel::Rigid;
   c.law = o.law;
   c.polynomial = o.law.a2 != 0.0 || o.law.a3 != 0.0 || o.law.a4 != 0.0;
   c.tube = net::TubeMap(o.tube.station, o.tube.rings, o.tube.vessel_segment, o.position.size());
@@ -213,6 +214,20 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
     const double spacing = std::max(0.002, (high - low).maxCoeff() / 160.0);
     c.grid = contact::DistanceGrid(o.position, triangles, spacing, 5.0 * spacing);
   }
+}
+
+/// Finite elements: one implicit step a batch. Contacts and holds may be as stiff as those of the loosest
+/// nets.
+std::shared_ptr<fem::TissueModel> boundFem(const Description& d, const Object& o, ObjectState& s,
+                                           ObjectConstants& c) {
+  auto tissue = fem::makeTissue(*o.fem, o.fem->motion, d.cache_directory);
+  c.contact_omega_squared = kContactLeast;
+  c.rates.omega_squared = kContactLeast;
+  c.fem = tissue;
+  s.tissue = fem::tissueAtRest(*tissue, o.position);
+  // Elastostatic knots have no inertia: what they answer to held forces is known once dt is shared out.
+  if (!s.tissue.dynamic) std::fill_n(s.block.row(Block::kInverseMass), s.block.knots(), 0.0f);
+  return tissue;
 }
 
 /// Sub-steps and batches of a net; refuses what the explicit solver cannot hold.
@@ -273,7 +288,7 @@ void connect(const Description& d, WorldModel& m) {
     double inverse = w0[k.knot0];
     for (int c = 0; c < 3; ++c) inverse += k.weights1[c] * k.weights1[c] * w1[k.triangle1[c]];
     const solver::Rates rates{k.stiffness * inverse, k.damping * inverse};
-    const double needed = d.dt / (kSlowMargin * solver::longestStep(rates));
+    const double needed = inverse > 0.0 ? d.dt / (kSlowMargin * solver::longestStep(rates)) : 1.0;
     const double limit = std::max(1.0, solver::kSubStepsPerSecond * d.dt);
     if (!(needed <= limit)) {
       std::ostringstream out;
@@ -359,12 +374,17 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   m.start.gravity = description.gravity;
   m.objects.resize(description.objects.size());
   m.start.objects.resize(description.objects.size());
+  std::vector<std::shared_ptr<fem::TissueModel>> tissues(description.objects.size());
   for (std::size_t i = 0; i < description.objects.size(); ++i) {
     fillState(description.objects[i], m.start.objects[i]);
     fillConstants(description.objects[i], m.start.objects[i], m.objects[i]);
-    buildCut(description.objects[i], m.start.objects[i], m.objects[i].cut);
     if (!m.objects[i].net) continue;
     fillHeat(description.objects[i], m.start.objects[i], m.objects[i]);
+    if (description.objects[i].fem) {
+      tissues[i] = boundFem(description, description.objects[i], m.start.objects[i], m.objects[i]);
+      continue;
+    }
+    buildCut(description.objects[i], m.start.objects[i], m.objects[i].cut);
     boundSteps(description.objects[i], m.start.objects[i], m.objects[i], description.dt);
   }
   connect(description, m);
@@ -373,11 +393,23 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   for (std::size_t i = 0; i < m.objects.size(); ++i) {
     ObjectConstants& c = m.objects[i];
     if (!c.net) continue;
-    if (several) c.batches = std::max(c.batches, 4);  // organ against organ is exchanged four times a step
+    // Organ against organ is exchanged four times a step; finite elements, whose steps are dear, twice.
+    if (several) c.batches = std::max(c.batches, tissues[i] ? 2 : 4);
     c.sub_steps = (c.sub_steps + c.batches - 1) / c.batches * c.batches;
     m.start.objects[i].sub_steps = c.sub_steps;
     m.start.objects[i].batches = c.batches;
     m.batches = std::max(m.batches, c.batches);
+    if (!tissues[i]) continue;
+    const double h = description.dt / c.batches;
+    fem::prepareTissue(*tissues[i], h);
+    ObjectState& s = m.start.objects[i];
+    if (!s.tissue.dynamic) {
+      for (std::size_t k = 0; k < s.block.knots(); ++k)
+        s.block.row(Block::kInverseMass)[k] =
+            s.fixed[k] ? 0.0f
+                       : static_cast<float>(kPatch * tissues[i]->softestAt(static_cast<Index>(k)) / (h * h));
+    }
+    copyTissue(s);
   }
   ignoreDesignedContacts(m);
   m.start.pairs.reserve(8192);
@@ -399,6 +431,10 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     s.near.resize(b.knotCapacity() + 1);
     s.shared.resize(b.knotCapacity() + 1);
     s.bound = solver::BoundScratch(b.knotCapacity() + 64);
+    if (model.objects[i].fem) {
+      s.tissue = fem::TissueScratch(*model.objects[i].fem, b.knotCapacity());
+      s.backup_x.reserve(b.knotCapacity()), s.backup_v.reserve(b.knotCapacity());
+    }
   }
   organ_contacts.reserve(8192);
   std::size_t most = 0;

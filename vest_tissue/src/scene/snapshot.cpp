@@ -99,6 +99,19 @@ void checkIndices(const WorldState& s) {
     for (const auto& v : o.elements.volumes)
       for (const auto& t : v.triangles)
         for (const auto k : t) knot(k);
+    const fem::TissueState& e = o.tissue;
+    if (!e.x.empty()) {
+      if (e.x.size() != o.block.knots() || e.v.size() != e.x.size() || e.mass.size() != e.x.size() ||
+          e.origin.size() != e.x.size() || e.knot_element.size() != e.x.size() ||
+          e.open.size() != e.corner.size())
+        refuse("finite elements whose lists do not fit each other");
+      for (const auto& c : e.corner)
+        for (const auto k : c) knot(k);
+      for (std::size_t k = 0; k < e.origin.size(); ++k) {
+        if (e.origin[k] > k || e.knot_element[k] >= e.corner.size())
+          refuse("finite elements that are damaged");
+      }
+    }
     const Topology& t = o.topology;
     if (t.link_alive.size() != t.links.size() || o.places.size() != t.links.size() ||
         t.triangle_alive.size() != t.skin.triangles.size() || o.triangle_alive.size() != o.triangles.size() ||

@@ -50,6 +50,12 @@ struct StateWalker {
     plain(s.texture_coordinates), plain(s.triangles), plain(s.layer);
   }
 
+  void tissue(fem::TissueState& t) {
+    plain(t.x), plain(t.v), value(t.stiffness_scale), flag(t.dynamic), value(t.revision);
+    if (t.revision == 0) return;  // as the scene says
+    plain(t.mass), plain(t.corner), plain(t.open), plain(t.origin), plain(t.knot_element);
+  }
+
   void object(ObjectState& s) {
     using net::Block;
     Block& b = s.block;
@@ -76,6 +82,7 @@ struct StateWalker {
           value(x.settled);
     });
     flag(s.cut.exhausted);
+    if (!s.tissue.x.empty()) tissue(s.tissue);
     value(s.topology.revision);
     if (s.topology.revision == 0 && s.cut.tracks.empty()) return;  // as the scene says
     cut(s.cut);
@@ -172,7 +179,7 @@ struct StateWalker {
     archive.same(s.objects.size());
     for (ObjectState& o : s.objects) object(o);
     archive.same(s.connections.size());
-    for (ConnectionState& c : s.connections) anchor(c.end0), anchor(c.end1), flag(c.alive);
+    for (ConnectionState& c : s.connections) anchor(c.end0), anchor(c.end1), flag(c.alive), vector3(c.force);
     for (auto& p : s.proxies) tool(p);
     for (auto& g : s.grasps) grasp(g);
     electrosurgery(s.electrosurgery);

@@ -49,6 +49,7 @@ bool doubleKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, std
   using net::Block;
   ObjectState& s = state.objects[object];
   Block& b = s.block;
+  if (!s.tissue.x.empty()) return false;  // finite elements are cut along their faces
   if (knot >= b.knots() || !b.addKnot(copy)) return false;
   for (const auto r : {Block::X, Block::Y, Block::Z, Block::VX, Block::VY, Block::VZ, Block::kDecay})
     b.row(r)[copy] = b.row(r)[knot];

@@ -83,6 +83,7 @@ Status World::Impl::fault(Context& c, std::string_view object) {
     // What exploded begins again at rest, or it would explode again.
     Block& b = state.objects[i].block;
     for (const auto r : {Block::VX, Block::VY, Block::VZ}) std::fill_n(b.row(r), b.knots(), 0.0f);
+    for (auto& v : state.objects[i].tissue.v) v.setZero();
   }
   emit(c, e);
   ++state.step;
@@ -132,6 +133,10 @@ void World::strain(std::size_t object, float* per_knot) const {
   const ObjectState& s = impl_->state.objects.at(object);
   const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
   std::fill_n(per_knot, s.block.knots(), 0.0f);
+  if (const auto& tissue = impl_->model->objects.at(object).fem) {
+    fem::tissueStrain(*tissue, s.tissue, per_knot);
+    return;
+  }
   for (const NetLink& link : s.links) {
     const net::KernelLink& l = link.values;
     if (l.axial == 0.0f) continue;

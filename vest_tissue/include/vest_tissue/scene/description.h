@@ -109,7 +109,8 @@ struct Object {
   double wall_thickness = 0.0;        ///< m: of a hollow organ; 0: solid
   Skin skin;
   TubeMap tube;
-  std::shared_ptr<const fem::Description> fem;  ///< model fem: its tetrahedra, material, loads; else null
+  std::shared_ptr<const fem::Description>
+      fem;  ///< model fem or volume: tetrahedra, material, loads; else null
 };
 
 /// Ties an anchor of one object to an anchor of another one (ligament to uterus, tube to uterus …).
@@ -130,8 +131,9 @@ enum class Integrator : std::uint8_t { NewtonEuler = 0, BackwardEuler = 1, Stati
 
 struct Description {
   std::string name;
-  std::string directory;  ///< where the scene file lies
-  std::string hash;       ///< XXH64, 16 hexadecimal digits, over the scene file and every file it refers to
+  std::string directory;        ///< where the scene file lies
+  std::string cache_directory;  ///< where inverses of finite elements are kept between runs; empty: nowhere
+  std::string hash;  ///< XXH64, 16 hexadecimal digits, over the scene file and every file it refers to
   Eigen::Vector3d gravity{0, 0, -9.81};
   Integrator integrator = Integrator::NewtonEuler;
   double dt = 0.001;  ///< s

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "vest_tissue/contact/distance_grid.h"
+#include "vest_tissue/fem/tissue.h"
 #include "vest_tissue/net/tube_map.h"
 #include "vest_tissue/scene/world_state.h"
 #include "vest_tissue/solver/step_bound.h"
@@ -12,7 +13,8 @@ namespace vest::scene {
 
 /// What of one object never changes once built.
 struct ObjectConstants {
-  bool net = true;  ///< false: rigid
+  bool net = true;  ///< it deforms: a net, or finite elements (see `fem`); false: rigid
+  std::shared_ptr<const fem::TissueModel> fem;  ///< finite elements, fem or volume; else null
   material::Law law;
   solver::Rates rates;          ///< of the links at the start, contact reserve included
   double calibration = 1.0;     ///< power iteration over the rigorous bound, <= 1 (docs/decisions/0122-…)

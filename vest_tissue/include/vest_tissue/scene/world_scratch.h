@@ -18,6 +18,9 @@ struct OrganContact {
   float reach = 0;       ///< m
   float stiffness = 0, damping = 0, grip = 0, friction = 0;
   int batches = 1;
+  /// 0: both sides get a force from where they are; 1: `object` answers implicitly, finite elements that move
+  /// before the other side does; 2: `other` does.
+  std::uint8_t implicit_side = 0;
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, held
 };
 
@@ -70,8 +73,10 @@ struct ObjectScratch {
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();  ///< N, of fixed knots, last sub-step
   double heat = 0.0;  ///< J in this step, links and knots, when accounting is on
   std::vector<float> volume_gradient,
-      volume_start;     ///< m², m: three rows over the knots, where the gradient was taken
-  double volume = 0.0;  ///< m³ there
+      volume_start;           ///< m², m: three rows over the knots, where the gradient was taken
+  double volume = 0.0;        ///< m³ there
+  fem::TissueScratch tissue;  ///< finite elements
+  std::vector<Eigen::Vector3d> backup_x, backup_v;  ///< m, m/s: of finite elements
   bool faulty = false;
   bool over_budget = false;
 };

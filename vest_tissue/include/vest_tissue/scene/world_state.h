@@ -8,6 +8,7 @@
 
 #include "vest_tissue/interaction/fasteners.h"
 #include "vest_tissue/interaction/cut_state.h"
+#include "vest_tissue/fem/tissue.h"
 #include "vest_tissue/interaction/grasp.h"
 #include "vest_tissue/interaction/heat.h"
 #include "vest_tissue/interaction/tool_state.h"
@@ -54,6 +55,7 @@ struct ObjectState {
   bool degraded = false;
   interaction::HeatState heat;  ///< temperature and damage per knot
   interaction::CutState cut;
+  fem::TissueState tissue;  ///< finite elements; empty for nets. The block's X … VZ are a copy of it
 };
 
 /// Changes a link in the list and in its table. Real-time safe.
@@ -67,6 +69,7 @@ inline void setLink(ObjectState& s, std::size_t index, float axial, float rest, 
 struct ConnectionState {
   net::Anchor end0, end1;
   bool alive = true;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N on end 0; kept where an end is elastostatic
 };
 
 /// Candidates for organ against organ: a knot of one object near a triangle of another.
