@@ -20,6 +20,8 @@ constexpr double kContactShare = 0.3;    ///< of the net's own omega² that cont
 constexpr double kContactLeast = 4.0e6;  ///< 1/s²: and at least this, for loose nets (2,000 rad/s)
 constexpr double kSlowMargin = 0.4;   ///< of the longest step, for held forces: they see deformed shapes too
 constexpr double kLeastHeight = 0.5;  ///< of a hinge's lower wing at rest: net::Hinge::least (ours)
+/// s, an implicit step: contacts of kContactLeast are held explicitly beside it, at half a radian a step.
+constexpr double kImplicitStep = 2.5e-4;
 constexpr int kPowerSweeps = 40;
 constexpr double kPowerMargin = 1.15;  ///< the iteration converges from below
 
@@ -186,8 +188,9 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
   }
 }
 
-/// Sub-steps and batches of a net; refuses what the explicit solver cannot hold.
-void boundSteps(const Object& o, ObjectState& s, ObjectConstants& c, double dt) {
+/// Sub-steps and batches of a net. What the explicit solver cannot hold is stepped implicitly
+/// (docs/decisions/0230-…).
+void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
   solver::BoundScratch scratch(s.block.knotCapacity() + 64);
   const solver::BoundLinks links = boundLinks(s);
   c.bound_at_start = solver::linkRates(links, scratch).omega_squared;
@@ -201,22 +204,15 @@ void boundSteps(const Object& o, ObjectState& s, ObjectConstants& c, double dt) 
   c.slow_omega_squared = slow.omega_squared;
   c.slow_decay = slow.decay;
   const double limit = std::max(1.0, solver::kSubStepsPerSecond * dt);
-  const auto refuse = [&](const char* what, double needed, double omega) {
-    std::size_t lightest = 0;
-    for (std::size_t i = 0; i < o.mass.size(); ++i)
-      if (o.mass[i] < o.mass[lightest]) lightest = i;
-    std::ostringstream out;
-    out << "object '" << o.name << "': " << what << ": need " << needed << " sub-steps in " << dt
-        << " s (highest frequency " << omega << " rad/s, lightest knot " << lightest << " of "
-        << o.mass[lightest] << " kg; at most " << limit
-        << " are allowed: lower stiffness, youngs_modulus, area or damping, raise mass, or shorten dt)";
-    throw std::invalid_argument(out.str());
-  };
   const double fast_needed = dt / (solver::kStepMargin * solver::longestStep(c.rates));
-  if (!(fast_needed <= limit)) refuse("links", fast_needed, std::sqrt(c.rates.omega_squared));
   const double slow_needed = dt / (kSlowMargin * solver::longestStep(slow));
-  if (!(slow_needed <= limit))
-    refuse("bending, hinges, plastic links, tethers, volumes", slow_needed, std::sqrt(slow.omega_squared));
+  if (!(fast_needed <= limit) || !(slow_needed <= limit)) {
+    c.implicit = true;
+    c.contact_omega_squared = kContactLeast;
+    c.sub_steps = 1;
+    c.batches = powerOfTwo(dt / kImplicitStep);
+    return;
+  }
   c.sub_steps = std::max(1, static_cast<int>(std::ceil(fast_needed)));
   c.batches = powerOfTwo(slow_needed);
   const solver::Rates volume{solver::volumeRate(s.block, s.elements), 0.0};
@@ -333,8 +329,7 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   for (std::size_t i = 0; i < description.objects.size(); ++i) {
     fillState(description.objects[i], m.start.objects[i]);
     fillConstants(description.objects[i], m.start.objects[i], m.objects[i]);
-    if (m.objects[i].net)
-      boundSteps(description.objects[i], m.start.objects[i], m.objects[i], description.dt);
+    if (m.objects[i].net) boundSteps(m.start.objects[i], m.objects[i], description.dt);
   }
   connect(description, m);
   const bool several =
@@ -368,6 +363,12 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     s.near.resize(b.knotCapacity() + 1);
     s.shared.resize(b.knotCapacity() + 1);
     s.bound = solver::BoundScratch(b.knotCapacity() + 64);
+    if (model.objects[i].implicit) {
+      // Cuts add knots and couplings, and widen the matrix' envelope: half as much again.
+      const solver::NetView net = netView(model.start.objects[i]);
+      const std::size_t edges = solver::KnotOrder::edgesOf(net);
+      s.implicit = std::make_unique<solver::ImplicitNet>(net, b.knotCapacity(), edges + edges / 2);
+    }
   }
   organ_contacts.reserve(8192);
   std::size_t most = 0;

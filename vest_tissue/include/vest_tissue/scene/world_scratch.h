@@ -1,9 +1,11 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "vest_tissue/contact/contacts.h"
 #include "vest_tissue/scene/world_model.h"
+#include "vest_tissue/solver/implicit_net.h"
 
 namespace vest::scene {
 
@@ -71,6 +73,7 @@ struct ObjectScratch {
   std::vector<float> volume_gradient,
       volume_start;     ///< m², m: three rows over the knots, where the gradient was taken
   double volume = 0.0;  ///< m³ there
+  std::unique_ptr<solver::ImplicitNet> implicit;  ///< of an object that is stepped implicitly
   bool faulty = false;
   bool over_budget = false;
 };
