@@ -394,7 +394,7 @@ void renewPassing(Context& c, int t) {
   const double half = 0.5 * proxy.pose.jaw;  // tan h > h below pi/2: a margin covers the difference
   std::uint32_t between = 0;
   for (std::size_t object = 0; object < c.model.objects.size() && object < 32; ++object) {
-    if (!c.model.objects[object].net) continue;
+    if (!c.model.objects[object].net || c.model.objects[object].fem) continue;
     const ObjectState& s = c.state.objects[object];
     const ObjectScratch& o = c.scratch.objects[object];
     const Vector3d low = o.low.cast<double>(), high = o.high.cast<double>();

@@ -22,6 +22,8 @@ constexpr double kContactLeast = 4.0e6;  ///< 1/s²: and at least this, for loos
 constexpr double kSlowMargin = 0.4;   ///< of the longest step, for held forces: they see deformed shapes too
 constexpr double kLeastHeight = 0.5;  ///< of a hinge's lower wing at rest: net::Hinge::least (ours)
 constexpr double kPatch = 8.0;        ///< knots that press an elastostatic object at a time (assumed)
+/// s, an implicit step: contacts of kContactLeast are held explicitly beside it, at half a radian a step.
+constexpr double kImplicitStep = 2.5e-4;
 constexpr int kPowerSweeps = 40;
 constexpr double kPowerMargin = 1.15;  ///< the iteration converges from below
 
@@ -230,8 +232,9 @@ std::shared_ptr<fem::TissueModel> boundFem(const Description& d, const Object& o
   return tissue;
 }
 
-/// Sub-steps and batches of a net; refuses what the explicit solver cannot hold.
-void boundSteps(const Object& o, ObjectState& s, ObjectConstants& c, double dt) {
+/// Sub-steps and batches of a net. What the explicit solver cannot hold is stepped implicitly
+/// (docs/decisions/0230-…).
+void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
   solver::BoundScratch scratch(s.block.knotCapacity() + 64);
   const solver::BoundLinks links = boundLinks(s);
   c.bound_at_start = solver::linkRates(links, scratch).omega_squared;
@@ -245,22 +248,15 @@ void boundSteps(const Object& o, ObjectState& s, ObjectConstants& c, double dt) 
   c.slow_omega_squared = slow.omega_squared;
   c.slow_decay = slow.decay;
   const double limit = std::max(1.0, solver::kSubStepsPerSecond * dt);
-  const auto refuse = [&](const char* what, double needed, double omega) {
-    std::size_t lightest = 0;
-    for (std::size_t i = 0; i < o.mass.size(); ++i)
-      if (o.mass[i] < o.mass[lightest]) lightest = i;
-    std::ostringstream out;
-    out << "object '" << o.name << "': " << what << ": need " << needed << " sub-steps in " << dt
-        << " s (highest frequency " << omega << " rad/s, lightest knot " << lightest << " of "
-        << o.mass[lightest] << " kg; at most " << limit
-        << " are allowed: lower stiffness, youngs_modulus, area or damping, raise mass, or shorten dt)";
-    throw std::invalid_argument(out.str());
-  };
   const double fast_needed = dt / (solver::kStepMargin * solver::longestStep(c.rates));
-  if (!(fast_needed <= limit)) refuse("links", fast_needed, std::sqrt(c.rates.omega_squared));
   const double slow_needed = dt / (kSlowMargin * solver::longestStep(slow));
-  if (!(slow_needed <= limit))
-    refuse("bending, hinges, plastic links, tethers, volumes", slow_needed, std::sqrt(slow.omega_squared));
+  if (!(fast_needed <= limit) || !(slow_needed <= limit)) {
+    c.implicit = true;
+    c.contact_omega_squared = kContactLeast;
+    c.sub_steps = 1;
+    c.batches = powerOfTwo(dt / kImplicitStep);
+    return;
+  }
   c.sub_steps = std::max(1, static_cast<int>(std::ceil(fast_needed)));
   c.batches = powerOfTwo(slow_needed);
   const solver::Rates volume{solver::volumeRate(s.block, s.elements), 0.0};
@@ -385,7 +381,7 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
       continue;
     }
     buildCut(description.objects[i], m.start.objects[i], m.objects[i].cut);
-    boundSteps(description.objects[i], m.start.objects[i], m.objects[i], description.dt);
+    boundSteps(m.start.objects[i], m.objects[i], description.dt);
   }
   connect(description, m);
   const bool several =
@@ -434,6 +430,11 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     if (model.objects[i].fem) {
       s.tissue = fem::TissueScratch(*model.objects[i].fem, b.knotCapacity());
       s.backup_x.reserve(b.knotCapacity()), s.backup_v.reserve(b.knotCapacity());
+    } else if (model.objects[i].implicit) {
+      // Cuts add knots and couplings, and widen the matrix' envelope: half as much again.
+      const solver::NetView net = netView(model.start.objects[i]);
+      const std::size_t edges = solver::KnotOrder::edgesOf(net);
+      s.implicit = std::make_unique<solver::ImplicitNet>(net, b.knotCapacity(), edges + edges / 2);
     }
   }
   organ_contacts.reserve(8192);

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "vest_tissue/contact/contacts.h"
 #include "vest_tissue/interaction/cut_scratch.h"
 #include "vest_tissue/scene/world_model.h"
+#include "vest_tissue/solver/implicit_net.h"
 
 namespace vest::scene {
 
@@ -77,6 +79,7 @@ struct ObjectScratch {
   double volume = 0.0;        ///< m³ there
   fem::TissueScratch tissue;  ///< finite elements
   std::vector<Eigen::Vector3d> backup_x, backup_v;  ///< m, m/s: of finite elements
+  std::unique_ptr<solver::ImplicitNet> implicit;  ///< of an object that is stepped implicitly
   bool faulty = false;
   bool over_budget = false;
 };
