@@ -5,6 +5,7 @@ namespace vest::simulation {
 Trainer::Trainer(scene::World world) : world_(std::move(world)) {
   feedback_.impacts.reserve(1024);
   feedback_.dilatations.reserve(256);
+  feedback_.sources.reserve(bleeding::kMostSources);
 }
 
 void Trainer::add(std::unique_ptr<Effect> effect) {
@@ -34,6 +35,7 @@ void Trainer::restored() {
 void Trainer::clearFeedback() {
   feedback_.impacts.clear();
   feedback_.dilatations.clear();
+  feedback_.sources.clear();
 }
 
 }  // namespace vest::simulation

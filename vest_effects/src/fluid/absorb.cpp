@@ -54,7 +54,8 @@ void plunge(const Model& model, const Inputs& inputs, State& state, ScratchData&
   const float vz = q.vz[i];
   // Its vertical momentum is a pressure on the pool for this step, and the tissue below bears it.
   const double gravity = std::max(0.1, -inputs.gravity[2]);
-  w.head[cell] += static_cast<float>(volume * static_cast<double>(std::max(0.0f, -vz)) / (gravity * inputs.dt * area));
+  w.head[cell] +=
+      static_cast<float>(volume * static_cast<double>(std::max(0.0f, -vz)) / (gravity * inputs.dt * area));
   w.head[cell] = std::min(w.head[cell], 0.01f);
   if (w.bed_triangle[cell] >= 0) {
     const auto id = static_cast<std::uint32_t>(w.bed_triangle[cell]);
@@ -69,7 +70,8 @@ void plunge(const Model& model, const Inputs& inputs, State& state, ScratchData&
   const auto random = [&](std::uint64_t k) {
     return static_cast<float>(solver::randomUniform(inputs.seed, state.step, 5000000 + 8 * i + k));
   };
-  const float radius = 0.0006f + 0.0012f * random(0);  // m: millimetres, as jets of this size make them (assumed)
+  const float radius =
+      0.0006f + 0.0012f * random(0);  // m: millimetres, as jets of this size make them (assumed)
   const double bubble = 4.18879020478639 * static_cast<double>(radius) * static_cast<double>(radius) *
                         static_cast<double>(radius);
   if (state.air < bubble) return;
@@ -80,7 +82,8 @@ void plunge(const Model& model, const Inputs& inputs, State& state, ScratchData&
   b.y[k] = q.y[i] + 0.004f * (random(2) - 0.5f);
   b.z[k] = w.bed[cell] + w.depth[cell] * random(3);
   b.radius[k] = radius;
-  b.left[k] = 0.5f + 2.0f * random(4);  // s at the surface: foam of bloody water lasts about so long (assumed)
+  b.left[k] =
+      0.5f + 2.0f * random(4);  // s at the surface: foam of bloody water lasts about so long (assumed)
 }
 
 }  // namespace
@@ -107,13 +110,15 @@ void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData&
     if (q.volume[i] <= 0) continue;
     const float p[3] = {q.x[i], q.y[i], q.z[i]};
     bool inside = true;
-    for (int a = 0; a < 3; ++a) inside &= p[a] >= static_cast<float>(par.low[a]) && p[a] < static_cast<float>(par.high[a]);
+    for (int a = 0; a < 3; ++a)
+      inside &= p[a] >= static_cast<float>(par.low[a]) && p[a] < static_cast<float>(par.high[a]);
     if (!inside) {  // also what is no number
       state.lost += model.whole * static_cast<double>(q.volume[i]);
       q.volume[i] = 0;
       continue;
     }
-    const int c = std::min(model.columns - 1, columnOf(model, p[0])), r = std::min(model.rows - 1, rowOf(model, p[1]));
+    const int c = std::min(model.columns - 1, columnOf(model, p[0])),
+              r = std::min(model.rows - 1, rowOf(model, p[1]));
     const std::size_t cell = static_cast<std::size_t>(r) * model.columns + c;
     const float bed = w.bed[cell], depth = w.depth[cell];
     if (bed > kNoBed && depth > 0.5f * d && p[2] < bed + depth + 0.25f * d && p[2] > bed - 2 * d) {
@@ -136,7 +141,8 @@ void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData&
 void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchData& s) {
   Pools& w = state.pools;
   const float cell = static_cast<float>(model.parameters.pool_cell), inverse = 1.0f / cell,
-              x0 = static_cast<float>(model.parameters.low[0]), y0 = static_cast<float>(model.parameters.low[1]);
+              x0 = static_cast<float>(model.parameters.low[0]),
+              y0 = static_cast<float>(model.parameters.low[1]);
   auto& bed = s.old_surface;  // scratch of the same size
   std::fill(bed.begin(), bed.end(), kNoBed);
   std::size_t id = 0;
@@ -145,6 +151,7 @@ void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchDat
     for (std::size_t t = 0; t < surface.triangle_count; ++t) {
       if (surface.alive && !surface.alive[t]) continue;
       const auto& n = surface.triangles[t];
+      if (std::max({n[0], n[1], n[2]}) >= surface.knot_count) continue;
       const float *a = surface.positions + 3 * n[0], *b = surface.positions + 3 * n[1],
                   *c = surface.positions + 3 * n[2];
       const float twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
@@ -157,7 +164,8 @@ void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchDat
                               CellGrid::floorInt((std::max({a[1], b[1], c[1]}) - y0) * inverse - 0.5f) + 1);
       for (int r = r0; r <= r1; ++r) {
         for (int col = c0; col <= c1; ++col) {
-          const float px = x0 + (static_cast<float>(col) + 0.5f) * cell, py = y0 + (static_cast<float>(r) + 0.5f) * cell;
+          const float px = x0 + (static_cast<float>(col) + 0.5f) * cell,
+                      py = y0 + (static_cast<float>(r) + 0.5f) * cell;
           const float wa = (b[0] - px) * (c[1] - py) - (b[1] - py) * (c[0] - px);
           const float wb = (c[0] - px) * (a[1] - py) - (c[1] - py) * (a[0] - px);
           const float wc = (a[0] - px) * (b[1] - py) - (a[1] - py) * (b[0] - px);
@@ -185,7 +193,8 @@ void stepBubbles(const Model& model, const Inputs& inputs, State& state) {
     float x = b.x[k], y = b.y[k], z = b.z[k], left = b.left[k];
     const int c = columnOf(model, x), r = rowOf(model, y);
     if (c < 0 || r < 0 || c >= model.columns || r >= model.rows) continue;
-    const std::size_t i = static_cast<std::size_t>(r) * model.columns + c, u = i + static_cast<std::size_t>(r);
+    const std::size_t i = static_cast<std::size_t>(r) * model.columns + c,
+                      u = i + static_cast<std::size_t>(r);
     if (w.depth[i] < 0.5f * b.radius[k]) continue;  // it lies dry: burst
     x += dt * 0.5f * (w.u[u] + w.u[u + 1]);
     y += dt * 0.5f * (w.v[i] + w.v[i + static_cast<std::size_t>(model.columns)]);

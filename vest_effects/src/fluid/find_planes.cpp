@@ -89,7 +89,8 @@ void cellsOf(const ScratchData& s, std::size_t i, F&& f) {
   if (box.sane()) box.each(s.tissue_grid, f);
 }
 
-void placeTriangles(const Model& model, const Inputs& inputs, const State& state, ScratchData& s, float reach) {
+void placeTriangles(const Model& model, const Inputs& inputs, const State& state, ScratchData& s,
+                    float reach) {
   std::size_t id = 0;
   s.placed_count = s.entry_count = 0;
   // What particles want, as a box too: most objects are far from all of them.
@@ -110,6 +111,7 @@ void placeTriangles(const Model& model, const Inputs& inputs, const State& state
     for (std::size_t t = 0; t < surface.triangle_count; ++t) {
       if (surface.alive && !surface.alive[t]) continue;
       const auto& knots = surface.triangles[t];
+      if (std::max({knots[0], knots[1], knots[2]}) >= surface.knot_count) continue;
       const float *a = now + 3 * knots[0], *b = now + 3 * knots[1], *c = now + 3 * knots[2];
       float lo[3], hi[3];
       bool far = false;

@@ -20,14 +20,19 @@ bool good(const Model& model, const Inputs& in) {
   for (int k = 0; k < in.source_count; ++k) {
     const Source& s = in.sources[k];
     if (s.slot < 0 || s.slot >= kMostSources) return false;
-    const double d = s.direction[0] * s.direction[0] + s.direction[1] * s.direction[1] + s.direction[2] * s.direction[2];
-    if (!finite(s.position) || !finite(s.direction) || !finite(s.velocity) || !(d > 1e-20 && d < 1e20)) return false;
+    const double d =
+        s.direction[0] * s.direction[0] + s.direction[1] * s.direction[1] + s.direction[2] * s.direction[2];
+    if (!finite(s.position) || !finite(s.direction) || !finite(s.velocity) || !(d > 1e-20 && d < 1e20))
+      return false;
     // 1 l/s is more than a heart gives: nothing in this room is larger.
-    if (!(s.area >= 0 && s.area <= 0.01) || !(s.flow >= 0 && s.flow <= 1e-3) || !(s.blood >= 0 && s.blood <= 1)) return false;
+    if (!(s.area >= 0 && s.area <= 0.01) || !(s.flow >= 0 && s.flow <= 1e-3) ||
+        !(s.blood >= 0 && s.blood <= 1))
+      return false;
   }
   for (int k = 0; k < in.suction_count; ++k) {
     const Suction& s = in.suctions[k];
-    if (!finite(s.position) || !(s.flow >= 0 && s.flow <= 1e-3) || !(s.reach > 0 && s.reach <= 0.1)) return false;
+    if (!finite(s.position) || !(s.flow >= 0 && s.flow <= 1e-3) || !(s.reach > 0 && s.reach <= 0.1))
+      return false;
   }
   for (std::size_t k = 0; k < in.surface_count; ++k) {
     const Surface& s = in.surfaces[k];
@@ -35,8 +40,8 @@ bool good(const Model& model, const Inputs& in) {
         (s.triangle_count > 0 && (!s.positions || !s.triangles)))
       return false;
   }
-  return !in.window.present || (finite(in.window.position) && finite(in.window.axis) && finite(in.window.right) &&
-                                in.window.radius > 1e-5 && in.window.radius < 0.1);
+  return !in.window.present || (finite(in.window.position) && finite(in.window.axis) &&
+                                finite(in.window.right) && in.window.radius > 1e-5 && in.window.radius < 0.1);
 }
 
 void tellImpacts(const Model& model, ScratchData& s, Report& report) {
@@ -102,7 +107,8 @@ Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
     first += static_cast<std::uint32_t>(size.triangles);
   }
   const auto c = static_cast<std::size_t>(model.columns), r = static_cast<std::size_t>(model.rows);
-  for (auto* a : {&s.face_u, &s.face_v, &s.share, &s.old_surface, &s.new_u, &s.new_v}) a->assign((c + 1) * (r + 1), 0);
+  for (auto* a : {&s.face_u, &s.face_v, &s.share, &s.old_surface, &s.new_u, &s.new_v})
+    a->assign((c + 1) * (r + 1), 0);
 }
 Scratch::~Scratch() {
   delete data_;
@@ -124,7 +130,8 @@ void step(const Model& model, const Inputs& inputs, State& state, Scratch& scrat
   report.tissue_momentum = {0, 0, 0};
   report.status = good(model, inputs) ? Status::Ok : Status::BadInput;
   if (report.status != Status::Ok) return;
-  if (report.impacts.capacity() < model.triangles) report.impacts.reserve(model.triangles);  // first call only
+  if (report.impacts.capacity() < model.triangles)
+    report.impacts.reserve(model.triangles);  // first call only
   Particles& q = state.particles;
   const auto dt = static_cast<float>(inputs.dt);
   state.degraded = false;
@@ -134,34 +141,38 @@ void step(const Model& model, const Inputs& inputs, State& state, Scratch& scrat
   compact(state);
   emit(model, inputs, state, s);
 
-  // Predict.
-  const float g[3] = {static_cast<float>(inputs.gravity[0]), static_cast<float>(inputs.gravity[1]),
-                      static_cast<float>(inputs.gravity[2])};
+  // Predict, with half of gravity's kick before the way and half after all else: free flight is exact then.
+  const float kick[3] = {static_cast<float>(0.5 * inputs.dt * inputs.gravity[0]),
+                         static_cast<float>(0.5 * inputs.dt * inputs.gravity[1]),
+                         static_cast<float>(0.5 * inputs.dt * inputs.gravity[2])};
   for (std::size_t i = 0; i < q.count; ++i) {
     s.px[i] = q.x[i], s.py[i] = q.y[i], s.pz[i] = q.z[i];
-    q.vx[i] += dt * g[0], q.vy[i] += dt * g[1], q.vz[i] += dt * g[2];
+    q.vx[i] += kick[0], q.vy[i] += kick[1], q.vz[i] += kick[2];
     q.x[i] += dt * q.vx[i], q.y[i] += dt * q.vy[i], q.z[i] += dt * q.vz[i];
     q.age[i] += dt;
   }
-  sortParticles(model, state, s);
-  for (std::size_t i = 0; i < q.count; ++i) {
-    s.place[i] = {{q.x[i], q.y[i], q.z[i], q.volume[i]}};
-    s.inx[i] = q.vx[i], s.iny[i] = q.vy[i], s.inz[i] = q.vz[i];
-  }
-  findNeighbours(model, q.count, s);
-  findPlanes(model, inputs, state, s);
-  pushOut(model, state, s, dt);
-  solveDensity(model, state, s, dt);
+  if (q.count > 0) {
+    sortParticles(model, state, s);
+    for (std::size_t i = 0; i < q.count; ++i) {
+      s.place[i] = {{q.x[i], q.y[i], q.z[i], q.volume[i]}};
+      s.inx[i] = q.vx[i], s.iny[i] = q.vy[i], s.inz[i] = q.vz[i];
+    }
+    findNeighbours(model, q.count, s);
+    findPlanes(model, inputs, state, s);
+    pushOut(model, state, s, dt);
+    solveDensity(model, state, s, dt);
 
-  const float inverse_dt = 1.0f / dt;
-  for (std::size_t i = 0; i < q.count; ++i) {
-    report.most_neighbours = std::max(report.most_neighbours, static_cast<int>(s.neighbour_count[i]));
-    q.x[i] = s.place[i].a[0], q.y[i] = s.place[i].a[1], q.z[i] = s.place[i].a[2];
-    q.vx[i] = (q.x[i] - s.px[i]) * inverse_dt, q.vy[i] = (q.y[i] - s.py[i]) * inverse_dt,
-    q.vz[i] = (q.z[i] - s.pz[i]) * inverse_dt;
+    const float inverse_dt = 1.0f / dt;
+    for (std::size_t i = 0; i < q.count; ++i) {
+      report.most_neighbours = std::max(report.most_neighbours, static_cast<int>(s.neighbour_count[i]));
+      q.x[i] = s.place[i].a[0], q.y[i] = s.place[i].a[1], q.z[i] = s.place[i].a[2];
+      q.vx[i] = (q.x[i] - s.px[i]) * inverse_dt, q.vy[i] = (q.y[i] - s.py[i]) * inverse_dt,
+      q.vz[i] = (q.z[i] - s.pz[i]) * inverse_dt;
+    }
+    impact(model, inputs, state, s);
+    diffuse(model, state, s, dt);
   }
-  impact(model, inputs, state, s);
-  diffuse(model, state, s, dt);
+  for (std::size_t i = 0; i < q.count; ++i) q.vx[i] += kick[0], q.vy[i] += kick[1], q.vz[i] += kick[2];
   hitWindow(model, inputs, state, report);
   absorb(model, inputs, state, s);
   compact(state);

@@ -107,6 +107,13 @@ const Topology& World::topology(std::size_t object) const {
   return impl_->state.objects.at(object).topology;
 }
 
+const std::vector<std::array<std::uint32_t, 3>>& World::contactTriangles(std::size_t object) const {
+  return impl_->state.objects.at(object).triangles;
+}
+const std::vector<std::uint8_t>& World::contactTriangleAlive(std::size_t object) const {
+  return impl_->state.objects.at(object).triangle_alive;
+}
+
 namespace {
 void copyRows(const ObjectState& s, Block::KnotRow first, float* out) {
   for (int axis = 0; axis < 3; ++axis) {

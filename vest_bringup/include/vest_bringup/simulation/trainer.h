@@ -3,26 +3,11 @@
 #include <memory>
 #include <vector>
 
+#include "vest_bringup/simulation/effect.h"
 #include "vest_tissue/scene/runner.h"
 
 /// The ROS-free composite: instruments' input, tissue and effects in lockstep.
 namespace vest::simulation {
-
-/// What effects hand back to the tissue; the next step consumes it (fixed lag: one step).
-struct Feedback {
-  std::vector<scene::ImpactInput> impacts;
-  std::vector<scene::DilatationInput> dilatations;
-};
-
-/// A member of the composite beside the tissue (haemodynamics, bleeding, fluid, smoke …).
-class Effect {
- public:
-  virtual ~Effect() = default;
-  /// One step after the tissue's. Real-time safe; appends to `feedback`, whose arrays have room.
-  virtual void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
-                    Feedback& feedback) = 0;
-  virtual void reset() = 0;
-};
 
 ///   input (+ feedback of the step before) -> tissue -> effects -> feedback for the next step
 class Trainer : public scene::Simulation {

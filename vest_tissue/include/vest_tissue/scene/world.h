@@ -162,6 +162,10 @@ class World {
   std::size_t objectCount() const;
   std::size_t knotCount(std::size_t object) const;
   const Topology& topology(std::size_t object) const;
+  /// Triangles of knots that others touch (what ImpactInput::triangle counts), as they are now; dead ones
+  /// stay.
+  const std::vector<std::array<std::uint32_t, 3>>& contactTriangles(std::size_t object) const;
+  const std::vector<std::uint8_t>& contactTriangleAlive(std::size_t object) const;
   /// Positions of an object's knots, m, world, x y z per knot, as float32 (what tissue/state carries).
   void positions(std::size_t object, float* xyz) const;
   void velocities(std::size_t object, float* xyz) const;  ///< m/s
