@@ -128,10 +128,10 @@ TEST_F(TrajectoryTest, WaypointsAreMetExactlyAndJoinedSmoothly) {
   EXPECT_EQ(t.rows[49].footswitches, 0u);
   EXPECT_EQ(t.rows[50].footswitches, 33u);
   EXPECT_EQ(t.rows[100].footswitches, 0u);
-  EXPECT_EQ(t.tools[0], tools::ToolKind::CoagulationHook);
+  EXPECT_EQ(t.tools[0], vest::tools::ToolKind::CoagulationHook);
   EXPECT_FALSE(t.tools[1]) << "not named: the node's parameters hold";
-  EXPECT_EQ(t.tools[2], tools::ToolKind::None);
-  EXPECT_EQ(t.tool_tray, (std::vector{tools::ToolKind::Scissors, tools::ToolKind::ClipApplier}));
+  EXPECT_EQ(t.tools[2], vest::tools::ToolKind::None);
+  EXPECT_EQ(t.tool_tray, (std::vector{vest::tools::ToolKind::Scissors, vest::tools::ToolKind::ClipApplier}));
   std::ostringstream out;
   writeCsv(t, out);
   EXPECT_EQ(out.str().substr(0, out.str().find('\n')),
