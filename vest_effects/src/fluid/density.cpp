@@ -56,7 +56,8 @@ void findNeighbours(const Model& model, std::size_t count, ScratchData& s) {
         const Quad& o = s.place[j];
         const float dx = q.a[0] - o.a[0], dy = q.a[1] - o.a[1], dz = q.a[2] - o.a[2];
         list[n] = j;
-        n += static_cast<std::uint32_t>(dx * dx + dy * dy + dz * dz < h2) & static_cast<std::uint32_t>(j != i);
+        n +=
+            static_cast<std::uint32_t>(dx * dx + dy * dy + dz * dz < h2) & static_cast<std::uint32_t>(j != i);
         if (n == kMostNeighbours) return;
       }
     };
@@ -167,8 +168,8 @@ void diffuse(const Model& model, State& state, ScratchData& s, float dt) {
   const Parameters& par = model.parameters;
   const float nu_water = static_cast<float>(par.water_viscosity / par.density),
               nu_blood = static_cast<float>(par.blood_viscosity / par.density);
-  // Explicit capillarity is stable up to dt² = rho d³/(2 pi sigma) (Brackbill, Kothe and Zemach 1992, eq. 61):
-  // longer steps weaken it to a quarter of that bound.
+  // Explicit capillarity is stable up to dt² = rho d³/(2 pi sigma) (Brackbill, Kothe and Zemach 1992, eq.
+  // 61): longer steps weaken it to a quarter of that bound.
   const auto bounded = [&](float c, double sigma) {
     const double bound =
         0.25 * par.density * model.whole / (6.283185307 * std::max(sigma, 1e-9) * double{dt} * double{dt});
@@ -196,7 +197,8 @@ void diffuse(const Model& model, State& state, ScratchData& s, float dt) {
       const Lanes mixed = half * (blood + b);
       // Monaghan: 10 nu (v_ij·x_ij)/(r² + 0.01 h²) grad W.
       const Lanes closing = (vx - ux) * dx + (vy - uy) * dy + (vz - uz) * dz;
-      const Lanes viscous = all(-10.0f * ks) * (base + step_nu * mixed) * v * g * g / r * closing / (r2 + soft);
+      const Lanes viscous =
+          all(-10.0f * ks) * (base + step_nu * mixed) * v * g * g / r * closing / (r2 + soft);
       // Akinci: (1−t)³t³, and below t = ½ twice that minus 1/64.
       const Lanes g3 = g * g * g * t * t * t;
       const LaneMask close = t < half;

@@ -70,7 +70,8 @@ void emit(const Model& model, const Inputs& inputs, State& state, ScratchData& s
         const double x = cx * kCos - cy * kSin;
         cy = cx * kSin + cy * kCos, cx = x;
       }
-      const double r = radius * std::sqrt(solver::randomUniform(inputs.seed, number, 977 + static_cast<std::uint64_t>(slot)));
+      const double r = radius * std::sqrt(solver::randomUniform(inputs.seed, number,
+                                                                977 + static_cast<std::uint64_t>(slot)));
       // It left a part of the step ago: what is still pending came after it.
       const double ahead = volume > 0 ? std::min(1.0, state.pending[slot] / volume) * inputs.dt : 0.0;
       const std::size_t i = q.count++;
@@ -79,7 +80,8 @@ void emit(const Model& model, const Inputs& inputs, State& state, ScratchData& s
       for (int a = 0; a < 3; ++a) {
         const double v = speed * d[a] + source.velocity[a];
         *velocity[a] = static_cast<float>(v);
-        *place[a] = static_cast<float>(source.position[a] + r * (cx * e[a] + cy * f[a]) + v * (ahead - inputs.dt));
+        *place[a] =
+            static_cast<float>(source.position[a] + r * (cx * e[a] + cy * f[a]) + v * (ahead - inputs.dt));
       }
       q.volume[i] = 1, q.blood[i] = static_cast<float>(source.blood), q.age[i] = 0, q.rest[i] = 0;
     }
@@ -127,8 +129,8 @@ void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s
     }
     if (due <= 0) continue;
     // From the pool, where the tip dips into it or nearly touches it.
-    const int c0 = columnOf(model, tx - reach), c1 = columnOf(model, tx + reach), r0 = rowOf(model, ty - reach),
-              r1 = rowOf(model, ty + reach);
+    const int c0 = columnOf(model, tx - reach), c1 = columnOf(model, tx + reach),
+              r0 = rowOf(model, ty - reach), r1 = rowOf(model, ty + reach);
     double there = 0;
     const auto wet = [&](int c, int r) {
       const std::size_t i = static_cast<std::size_t>(r) * model.columns + c;

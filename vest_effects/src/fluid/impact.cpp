@@ -7,13 +7,14 @@
 namespace vest::fluid {
 namespace {
 
-constexpr float kImpactSpeed = 0.15f;  ///< m/s: slower contacts rest, faster ones are impacts (ours)
-constexpr float kRestSpeed = 0.15f;    ///< m/s: slower particles on tissue come to rest (ours)
+constexpr float kImpactSpeed = 0.15f;   ///< m/s: slower contacts rest, faster ones are impacts (ours)
+constexpr float kRestSpeed = 0.15f;     ///< m/s: slower particles on tissue come to rest (ours)
 constexpr double kSplashNumber = 57.7;  ///< We^½·Re^¼ of Mundo, Sommerfeld and Tropea 1995
 
 }  // namespace
 
-void addMomentum(ScratchData& s, const PlacedTriangle& t, const float* weights, double jx, double jy, double jz) {
+void addMomentum(ScratchData& s, const PlacedTriangle& t, const float* weights, double jx, double jy,
+                 double jz) {
   if (!s.is_touched[t.id]) {
     s.is_touched[t.id] = 1;
     s.touched.push_back(t.id);
@@ -74,9 +75,8 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
           keep = 1.0f - static_cast<float>(par.friction);
           normal = std::max(vn, static_cast<float>(-par.restitution) * vn_in);
         } else {  // a film of half a spacing drags by 3 nu/delta² (Nusselt)
-          const float nu = static_cast<float>((par.water_viscosity +
-                                               (par.blood_viscosity - par.water_viscosity) * blood) /
-                                              par.density);
+          const float nu = static_cast<float>(
+              (par.water_viscosity + (par.blood_viscosity - par.water_viscosity) * blood) / par.density);
           keep = 1.0f / (1.0f + dt * 3.0f * nu / (radius * radius));
           normal = std::max(vn, 0.0f);
         }
@@ -88,9 +88,12 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
         }
         resting |= speed2 < kRestSpeed * kRestSpeed && nrm[2] > 0.2f;
         // A whole drop that comes fast enough sends two small ones off.
-        if (vn_in < -kImpactSpeed && q.volume[i] > 0.9f && par.splash_share > 0 && q.count + 2 <= q.x.size()) {
-          const double sigma = std::max(1e-6, par.water_tension + (par.blood_tension - par.water_tension) * blood);
-          const double mu = std::max(1e-9, par.water_viscosity + (par.blood_viscosity - par.water_viscosity) * blood);
+        if (vn_in < -kImpactSpeed && q.volume[i] > 0.9f && par.splash_share > 0 &&
+            q.count + 2 <= q.x.size()) {
+          const double sigma =
+              std::max(1e-6, par.water_tension + (par.blood_tension - par.water_tension) * blood);
+          const double mu =
+              std::max(1e-9, par.water_viscosity + (par.blood_viscosity - par.water_viscosity) * blood);
           const double u = static_cast<double>(-vn_in), we = par.density * u * u * par.spacing / sigma,
                        re = par.density * u * par.spacing / mu;
           if (std::sqrt(we) * std::sqrt(std::sqrt(re)) > kSplashNumber) {
@@ -99,9 +102,10 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
               const std::size_t j = q.count++;
               float random[3], along = 0, cv[3];
               for (int a = 0; a < 3; ++a) {
-                random[a] = 2.0f * static_cast<float>(solver::randomUniform(
-                                       inputs.seed, state.step, 8 * (i + 1) + 3 * static_cast<std::size_t>(c) +
-                                                                    static_cast<std::size_t>(a) + 1000000)) -
+                random[a] = 2.0f * static_cast<float>(
+                                       solver::randomUniform(inputs.seed, state.step,
+                                                             8 * (i + 1) + 3 * static_cast<std::size_t>(c) +
+                                                                 static_cast<std::size_t>(a) + 1000000)) -
                             1.0f;
                 along += random[a] * nrm[a];
               }

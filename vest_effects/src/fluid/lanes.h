@@ -10,8 +10,8 @@
 
 namespace vest::fluid {
 
-/// Four particles at a time. Sums, products, exact square roots and divisions: the same bits however the compiler
-/// builds them.
+/// Four particles at a time. Sums, products, exact square roots and divisions: the same bits however the
+/// compiler builds them.
 typedef float Lanes __attribute__((vector_size(16)));
 typedef std::int32_t LaneMask __attribute__((vector_size(16)));
 
@@ -39,8 +39,10 @@ inline float sum(Lanes v) {
 inline void gather(const Quad* from, const std::uint32_t* index, Lanes& x, Lanes& y, Lanes& z, Lanes& w) {
   const Lanes q0 = load(from[index[0]]), q1 = load(from[index[1]]), q2 = load(from[index[2]]),
               q3 = load(from[index[3]]);
-  const Lanes a = __builtin_shufflevector(q0, q1, 0, 4, 1, 5), b = __builtin_shufflevector(q2, q3, 0, 4, 1, 5),
-              c = __builtin_shufflevector(q0, q1, 2, 6, 3, 7), d = __builtin_shufflevector(q2, q3, 2, 6, 3, 7);
+  const Lanes a = __builtin_shufflevector(q0, q1, 0, 4, 1, 5),
+              b = __builtin_shufflevector(q2, q3, 0, 4, 1, 5),
+              c = __builtin_shufflevector(q0, q1, 2, 6, 3, 7),
+              d = __builtin_shufflevector(q2, q3, 2, 6, 3, 7);
   x = __builtin_shufflevector(a, b, 0, 1, 4, 5);
   y = __builtin_shufflevector(a, b, 2, 3, 6, 7);
   z = __builtin_shufflevector(c, d, 0, 1, 4, 5);

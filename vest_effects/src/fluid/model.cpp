@@ -116,7 +116,8 @@ Model buildModel(const Parameters& parameters, const std::vector<SurfaceSize>& s
   // A wall pulls with a (1 − z/h) up to z = 0.75 h: the work to part the fluid from it, per area, is
   // rho·a·h²·0.1406.
   const auto adhesion = [&](double sigma) {
-    return static_cast<float>(sigma * (1 + parameters.contact_angle_cosine) / (0.1406 * parameters.density * h * h));
+    return static_cast<float>(sigma * (1 + parameters.contact_angle_cosine) /
+                              (0.1406 * parameters.density * h * h));
   };
   m.adhesion_water = adhesion(parameters.water_tension);
   m.adhesion_blood = adhesion(parameters.blood_tension);

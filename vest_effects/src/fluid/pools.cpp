@@ -13,8 +13,8 @@ constexpr float kDrag = 0.005f;  ///< bed friction c_f of a smooth bed, tau = c_
 /// doi:10.1002/fld.537): upwind depth, advection that conserves momentum, well balanced at rest by comparing
 /// surfaces above the higher bed.
 struct Direction {
-  int cells, lines;           ///< along, across
-  std::size_t step, across;   ///< strides of cells
+  int cells, lines;            ///< along, across
+  std::size_t step, across;    ///< strides of cells
   std::size_t fstep, facross;  ///< strides of this direction's faces
   std::size_t gstep, gacross;  ///< strides of the other direction's faces
 };
@@ -28,7 +28,8 @@ inline float faceDepth(const Pools& w, std::size_t i, std::size_t j, float veloc
   const float bi = w.bed[i], bj = w.bed[j];
   if (bi <= kNoBed || bj <= kNoBed) return drop = 0, 0.0f;
   const float sill = std::max(bi, bj);
-  const float si = w.depth[i] > kDryDepth ? bi + w.depth[i] : bi, sj = w.depth[j] > kDryDepth ? bj + w.depth[j] : bj;
+  const float si = w.depth[i] > kDryDepth ? bi + w.depth[i] : bi,
+              sj = w.depth[j] > kDryDepth ? bj + w.depth[j] : bj;
   const float hi = std::max(0.0f, si - sill), hj = std::max(0.0f, sj - sill);
   drop = (hi + w.head[i]) - (hj + w.head[j]);
   if (velocity > 0) return hi;
@@ -44,7 +45,8 @@ void faces(const Pools& w, const Direction& d, const std::vector<float>& own, co
   // Depth at faces first: advection needs the flux of the neighbours too.
   for (int line = line0; line <= line1; ++line) {
     for (int k = k0; k <= k1; ++k) {
-      const std::size_t f = static_cast<std::size_t>(k) * d.fstep + static_cast<std::size_t>(line) * d.facross;
+      const std::size_t f =
+          static_cast<std::size_t>(k) * d.fstep + static_cast<std::size_t>(line) * d.facross;
       if (k == k0 || k == k1) {
         depth[f] = next[f] = 0;
         continue;
@@ -56,7 +58,8 @@ void faces(const Pools& w, const Direction& d, const std::vector<float>& own, co
   }
   for (int line = line0; line <= line1; ++line) {
     for (int k = k0 + 1; k < k1; ++k) {
-      const std::size_t f = static_cast<std::size_t>(k) * d.fstep + static_cast<std::size_t>(line) * d.facross;
+      const std::size_t f =
+          static_cast<std::size_t>(k) * d.fstep + static_cast<std::size_t>(line) * d.facross;
       const std::size_t j = static_cast<std::size_t>(k) * d.step + static_cast<std::size_t>(line) * d.across,
                         i = j - d.step;
       const float u = own[f];
@@ -69,11 +72,14 @@ void faces(const Pools& w, const Direction& d, const std::vector<float>& own, co
       const float mean = std::max(0.5f * (w.depth[i] + w.depth[j]), kFilm);
       const float before = 0.5f * (depth[f - d.fstep] * own[f - d.fstep] + depth[f] * u),
                   after = 0.5f * (depth[f] * u + depth[f + d.fstep] * own[f + d.fstep]);
-      float advect = after * ((after > 0 ? u : own[f + d.fstep]) - u) - before * ((before > 0 ? own[f - d.fstep] : u) - u);
+      float advect = after * ((after > 0 ? u : own[f + d.fstep]) - u) -
+                     before * ((before > 0 ? own[f - d.fstep] : u) - u);
       // Across: the other direction's flow carries this momentum over the two side faces.
-      const std::size_t g = static_cast<std::size_t>(k) * d.gstep + static_cast<std::size_t>(line) * d.gacross;
+      const std::size_t g =
+          static_cast<std::size_t>(k) * d.gstep + static_cast<std::size_t>(line) * d.gacross;
       const float side0 = 0.5f * (other[g - d.gstep] * w.depth[i] + other[g] * w.depth[j]),
-                  side1 = 0.5f * (other[g - d.gstep + d.gacross] * w.depth[i] + other[g + d.gacross] * w.depth[j]);
+                  side1 = 0.5f *
+                          (other[g - d.gstep + d.gacross] * w.depth[i] + other[g + d.gacross] * w.depth[j]);
       if (line < d.lines - 1) advect += side1 * ((side1 > 0 ? u : own[f + d.facross]) - u);
       if (line > 0) advect -= side0 * ((side0 > 0 ? own[f - d.facross] : u) - u);
       const float drag = 3.0f * n.nu / (h * h) + kDrag * std::fabs(u) / h;
@@ -107,14 +113,16 @@ void stepPools(const Model& model, double gravity, double dt, State& state, Scra
   // Gravity waves must not cross a cell in a step: c = sqrt(g h).
   float deepest = 0;
   const auto cells = static_cast<std::size_t>(columns);
-  for (std::size_t i = static_cast<std::size_t>(first) * cells; i < static_cast<std::size_t>(last + 1) * cells; ++i)
+  for (std::size_t i = static_cast<std::size_t>(first) * cells;
+       i < static_cast<std::size_t>(last + 1) * cells; ++i)
     deepest = std::max(deepest, w.depth[i]);
   const auto dx = static_cast<float>(model.parameters.pool_cell);
   const float speed = std::sqrt(static_cast<float>(gravity) * deepest) + 0.3f;
   const int parts = std::clamp(static_cast<int>(2.5f * speed * static_cast<float>(dt) / dx) + 1, 1, 64);
   // Water comes one line further in each part: beyond these lines all is dry.
   first = std::max(0, first - parts), last = std::min(rows - 1, last + parts);
-  const std::size_t c0 = static_cast<std::size_t>(first) * cells, c1 = static_cast<std::size_t>(last + 1) * cells;
+  const std::size_t c0 = static_cast<std::size_t>(first) * cells,
+                    c1 = static_cast<std::size_t>(last + 1) * cells;
   std::copy_n(w.depth.data() + c0, c1 - c0, s.old_surface.data() + c0);
   const Parameters& par = model.parameters;
   const Numbers n{static_cast<float>(dt) / static_cast<float>(parts), dx, static_cast<float>(gravity),
@@ -154,16 +162,21 @@ void stepPools(const Model& model, double gravity, double dt, State& state, Scra
         s.share[i] = give > w.depth[i] ? w.depth[i] / give : 1.0f;
       }
     }
-    const auto limited = [&](float q, std::size_t from, std::size_t to) { return q * s.share[q > 0 ? from : to]; };
+    const auto limited = [&](float q, std::size_t from, std::size_t to) {
+      return q * s.share[q > 0 ? from : to];
+    };
     // Blood goes with the water of the cell that it comes from.
-    const auto fraction = [&](std::size_t i) { return w.depth[i] > 0 ? std::min(1.0f, w.blood[i] / w.depth[i]) : 0.0f; };
+    const auto fraction = [&](std::size_t i) {
+      return w.depth[i] > 0 ? std::min(1.0f, w.blood[i] / w.depth[i]) : 0.0f;
+    };
     for (int r = first; r <= last; ++r) {
       for (int c = 1; c < columns; ++c) {
         const std::size_t i = static_cast<std::size_t>(r) * cells + c, f = i + static_cast<std::size_t>(r);
         s.face_u[f] = limited(s.face_u[f], i - 1, i);
         s.new_u[f] = s.face_u[f] * fraction(s.face_u[f] > 0 ? i - 1 : i);
       }
-      s.new_u[static_cast<std::size_t>(r) * (cells + 1)] = s.new_u[static_cast<std::size_t>(r) * (cells + 1) + cells] = 0;
+      s.new_u[static_cast<std::size_t>(r) * (cells + 1)] =
+          s.new_u[static_cast<std::size_t>(r) * (cells + 1) + cells] = 0;
     }
     for (int r = first; r <= last + 1; ++r) {
       for (int c = 0; c < columns; ++c) {
@@ -235,7 +248,8 @@ void findPools(const Model& model, const State& state, double least, double film
     p.column = c0, p.row = r0, p.columns = c1 - c0 + 1, p.rows = r1 - r0 + 1;
     if (p.volume >= least) pools.push_back(p);
   }
-  std::stable_sort(pools.begin(), pools.end(), [](const PoolPatch& a, const PoolPatch& b) { return a.volume > b.volume; });
+  std::stable_sort(pools.begin(), pools.end(),
+                   [](const PoolPatch& a, const PoolPatch& b) { return a.volume > b.volume; });
   if (pools.size() > most) pools.resize(most);
 }
 

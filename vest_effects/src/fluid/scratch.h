@@ -30,12 +30,12 @@ struct Plane {
   float offset;       ///< m
   float velocity[3];  ///< m/s, of the tissue there
   float weights[3];
-  float distance;           ///< m, at the predicted place
+  float distance;            ///< m, at the predicted place
   std::uint32_t placed = 0;  ///< index in ScratchData::placed
 };
 
-/// Modular grid: a cell's coordinates are taken modulo powers of two, so that it covers all space; what shares
-/// a cell from afar is told apart by distance.
+/// Modular grid: a cell's coordinates are taken modulo powers of two, so that it covers all space; what
+/// shares a cell from afar is told apart by distance.
 struct CellGrid {
   int bits_x = 6, bits_y = 5, bits_z = 5;
   float inverse = 0;  ///< 1/m
@@ -64,14 +64,14 @@ struct ScratchData {
   std::vector<std::uint32_t> cell;   ///< per particle
   std::vector<std::uint32_t> order;  ///< sorted place -> old index
   std::vector<float> shuffle;
-  std::vector<Quad> place;                  ///< x, y, z and volume; later lambda
-  std::vector<Quad> velocity;               ///< vx, vy, vz and blood
-  std::vector<float> px, py, pz;            ///< m: where the particle began the step
-  std::vector<float> inx, iny, inz;         ///< m/s: velocity before contacts and density
-  std::vector<float> dx, dy, dz;            ///< m: corrections, or m/s
+  std::vector<Quad> place;           ///< x, y, z and volume; later lambda
+  std::vector<Quad> velocity;        ///< vx, vy, vz and blood
+  std::vector<float> px, py, pz;     ///< m: where the particle began the step
+  std::vector<float> inx, iny, inz;  ///< m/s: velocity before contacts and density
+  std::vector<float> dx, dy, dz;     ///< m: corrections, or m/s
   std::vector<float> lambda;
-  std::vector<Quad> slope;                  ///< sum of the kernel's gradients over the neighbours
-  std::vector<std::uint32_t> neighbours;    ///< kMostNeighbours + 4 per particle, padded to fours
+  std::vector<Quad> slope;                ///< sum of the kernel's gradients over the neighbours
+  std::vector<std::uint32_t> neighbours;  ///< kMostNeighbours + 4 per particle, padded to fours
   std::vector<std::uint16_t> neighbour_count;
   std::vector<Plane> planes;  ///< kMostPlanes per particle
   std::vector<std::uint8_t> plane_count;
@@ -81,9 +81,9 @@ struct ScratchData {
   std::vector<PlacedTriangle> placed;
   std::vector<std::uint32_t> entries;  ///< indices into `placed`, by cell
   std::size_t entry_count = 0, placed_count = 0;
-  std::vector<std::array<double, 3>> momentum;  ///< per triangle, N·s
+  std::vector<std::array<double, 3>> momentum;       ///< per triangle, N·s
   std::vector<std::array<double, 4>> impact_weight;  ///< sum of |J|·weights and of |J|
-  std::vector<std::uint32_t> touched;           ///< triangles with momentum, in order of first touch
+  std::vector<std::uint32_t> touched;                ///< triangles with momentum, in order of first touch
   std::vector<std::uint8_t> is_touched;
   std::vector<std::uint32_t> triangle_offset;  ///< of each surface among all triangles
   // Pools.
@@ -101,7 +101,8 @@ void findPlanes(const Model& model, const Inputs& inputs, State& state, ScratchD
 void pushOut(const Model& model, const State& state, ScratchData& s, float dt);
 /// Restitution, friction, splashes, adhesion.
 void impact(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
-void addMomentum(ScratchData& s, const PlacedTriangle& t, const float* weights, double jx, double jy, double jz);
+void addMomentum(ScratchData& s, const PlacedTriangle& t, const float* weights, double jx, double jy,
+                 double jz);
 
 void emit(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
 void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s, Report& report);

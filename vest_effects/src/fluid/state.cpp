@@ -24,7 +24,8 @@ void everything(S& s, F&& f) {
   array(b.x), array(b.y), array(b.z), array(b.radius), array(b.left);
   array(s.knots), value(s.has_knots);
   array(s.pending), array(s.released);
-  value(s.air), value(s.emitted), value(s.emitted_blood), value(s.sucked), value(s.sucked_blood), value(s.lost);
+  value(s.air), value(s.emitted), value(s.emitted_blood), value(s.sucked), value(s.sucked_blood),
+      value(s.lost);
   value(s.degraded);
 }
 
@@ -34,7 +35,8 @@ State initialState(const Model& model) {
   State s;
   const auto n = static_cast<std::size_t>(model.parameters.capacity);
   auto& p = s.particles;
-  for (auto* a : {&p.x, &p.y, &p.z, &p.vx, &p.vy, &p.vz, &p.volume, &p.blood, &p.age, &p.rest}) a->assign(n, 0.0f);
+  for (auto* a : {&p.x, &p.y, &p.z, &p.vx, &p.vy, &p.vz, &p.volume, &p.blood, &p.age, &p.rest})
+    a->assign(n, 0.0f);
   const auto c = static_cast<std::size_t>(model.columns), r = static_cast<std::size_t>(model.rows);
   auto& w = s.pools;
   w.bed.assign(c * r, kNoBed);
@@ -48,7 +50,8 @@ State initialState(const Model& model) {
 
 double particleVolume(const Model& model, const State& state) {
   double sum = 0;
-  for (std::size_t i = 0; i < state.particles.count; ++i) sum += static_cast<double>(state.particles.volume[i]);
+  for (std::size_t i = 0; i < state.particles.count; ++i)
+    sum += static_cast<double>(state.particles.volume[i]);
   return sum * model.whole;
 }
 

@@ -12,10 +12,10 @@
 namespace vest::lens {
 namespace {
 
-constexpr double kVapour = 461.5;        ///< J/(kg K): gas constant of water vapour
-constexpr double kLatent = 2.43e6;       ///< J/kg at about 30 °C
+constexpr double kVapour = 461.5;         ///< J/(kg K): gas constant of water vapour
+constexpr double kLatent = 2.43e6;        ///< J/kg at about 30 °C
 constexpr double kAirHeat = 1.15 * 1005;  ///< J/(m³K) of air at 35 °C; CO2 has 1.5 times that (neglected)
-constexpr double kLewis = 0.897;         ///< Le^⅔ for Le = 0.85
+constexpr double kLewis = 0.897;          ///< Le^⅔ for Le = 0.85
 
 double vapourDensity(double kelvin, double humidity) {
   return humidity * saturationPressure(kelvin) / (kVapour * kelvin);
@@ -23,14 +23,16 @@ double vapourDensity(double kelvin, double humidity) {
 
 void soil(const Inputs& in, const Hit& hit, std::uint64_t number, State& s) {
   // A drop spreads to about three times its diameter on wet glass (assumed), and never is quite round.
-  const double radius = 1.5 * effects::power(1.9098593 * std::max(0.0, static_cast<double>(hit.volume)), 1.0 / 3.0);
+  const double radius =
+      1.5 * effects::power(1.9098593 * std::max(0.0, static_cast<double>(hit.volume)), 1.0 / 3.0);
   const double reach = std::max(0.06, radius / std::max(1e-4, in.lens_radius));
   const double opacity = 0.25 + 0.6 * static_cast<double>(hit.blood);  // water blurs, blood covers (assumed)
   for (int r = 0; r < kRows; ++r) {
     for (int c = 0; c < kColumns; ++c) {
       const double x = (c + 0.5) * 2 / kColumns - 1 - static_cast<double>(hit.u),
                    y = (r + 0.5) * 2 / kRows - 1 - static_cast<double>(hit.v);
-      const double wobble = 0.75 + 0.5 * solver::randomUniform(in.seed, number, static_cast<std::uint64_t>(8 * r + c / 4));
+      const double wobble =
+          0.75 + 0.5 * solver::randomUniform(in.seed, number, static_cast<std::uint64_t>(8 * r + c / 4));
       const double t = 1 - (x * x + y * y) / (reach * reach * wobble);
       if (t <= 0) continue;
       const auto i = static_cast<std::size_t>(r * kColumns + c);
@@ -93,7 +95,8 @@ Status step(const Parameters& p, const Inputs& in, State& s) {
     return Status::BadInput;
   for (int k = 0; k < in.hit_count; ++k) {
     const Hit& h = in.hits[k];
-    if (!std::isfinite(h.u) || !std::isfinite(h.v) || !(h.volume >= 0 && h.volume < 1e-3f) || !(h.blood >= 0 && h.blood <= 1))
+    if (!std::isfinite(h.u) || !std::isfinite(h.v) || !(h.volume >= 0 && h.volume < 1e-3f) ||
+        !(h.blood >= 0 && h.blood <= 1))
       return Status::BadInput;
   }
   // Vapour: rho_v far away against rho_v saturated at the lens. Outside, the theatre's air is at 50 %.
@@ -161,7 +164,8 @@ bool restore(const std::uint8_t* bytes, std::size_t size, State& state) {
       !(read.condensate >= 0 && read.condensate <= 10))
     return false;
   for (std::size_t i = 0; i < read.soiling.size(); ++i)
-    if (!(read.soiling[i] >= 0 && read.soiling[i] <= 1 && read.blood[i] >= 0 && read.blood[i] <= 1)) return false;
+    if (!(read.soiling[i] >= 0 && read.soiling[i] <= 1 && read.blood[i] >= 0 && read.blood[i] <= 1))
+      return false;
   state = read;
   return true;
 }

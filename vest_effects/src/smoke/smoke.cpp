@@ -29,8 +29,12 @@ struct Grid {
   int nx, ny, nz;
   float x0, y0, z0, cell;
   explicit Grid(const Model& m)
-      : nx(m.nx), ny(m.ny), nz(m.nz), x0(static_cast<float>(m.parameters.low[0])),
-        y0(static_cast<float>(m.parameters.low[1])), z0(static_cast<float>(m.parameters.low[2])),
+      : nx(m.nx),
+        ny(m.ny),
+        nz(m.nz),
+        x0(static_cast<float>(m.parameters.low[0])),
+        y0(static_cast<float>(m.parameters.low[1])),
+        z0(static_cast<float>(m.parameters.low[2])),
         cell(static_cast<float>(m.parameters.cell)) {}
   std::size_t at(int i, int j, int k) const { return (static_cast<std::size_t>(k) * ny + j) * nx + i; }
   std::size_t uAt(int i, int j, int k) const { return (static_cast<std::size_t>(k) * ny + j) * (nx + 1) + i; }
@@ -55,9 +59,11 @@ bool good(const Inputs& in) {
       in.suction_count < 0 || in.suction_count > kMostSuctions)
     return false;
   for (int k = 0; k < in.source_count; ++k)
-    if (!finite(in.sources[k].position) || !(in.sources[k].energy >= 0 && in.sources[k].energy <= 1000)) return false;
+    if (!finite(in.sources[k].position) || !(in.sources[k].energy >= 0 && in.sources[k].energy <= 1000))
+      return false;
   for (int k = 0; k < in.suction_count; ++k)
-    if (!finite(in.suctions[k].position) || !(in.suctions[k].flow >= 0 && in.suctions[k].flow <= 0.01)) return false;
+    if (!finite(in.suctions[k].position) || !(in.suctions[k].flow >= 0 && in.suctions[k].flow <= 0.01))
+      return false;
   return true;
 }
 
@@ -105,9 +111,9 @@ void force(const Model& m, const Inputs& in, const Grid& g, State& s) {
         // At most 2 m/s²: a hot plume, not an explosion.
         s.w[c] += std::min(lift * here, 2.0f * dt);
         const auto t = [&](int di, int dj) {
-          return m.turbulence[static_cast<std::size_t>((((k - shift) & kMask) * kTurbulenceSide + ((j + dj) & kMask)) *
-                                                           kTurbulenceSide +
-                                                       ((i + di) & kMask))] -
+          return m.turbulence[static_cast<std::size_t>(
+                     (((k - shift) & kMask) * kTurbulenceSide + ((j + dj) & kMask)) * kTurbulenceSide +
+                     ((i + di) & kMask))] -
                  1.0f;
         };
         const float amount = stir * std::min(1.0f, here * 2000.0f);
@@ -131,8 +137,8 @@ void project(const Inputs& in, const Grid& g, State& s) {
   for (int q = 0; q < in.suction_count; ++q) {
     int i, j, k;
     const auto& t = in.suctions[q];
-    if (!g.find(static_cast<float>(t.position[0]), static_cast<float>(t.position[1]), static_cast<float>(t.position[2]),
-                i, j, k))
+    if (!g.find(static_cast<float>(t.position[0]), static_cast<float>(t.position[1]),
+                static_cast<float>(t.position[2]), i, j, k))
       continue;
     place[static_cast<std::size_t>(count)] = g.at(i, j, k);
     strength[static_cast<std::size_t>(count++)] =
@@ -294,7 +300,8 @@ Model buildModel(const Parameters& p) {
 
 State initialState(const Model& m) {
   State s;
-  const auto x = static_cast<std::size_t>(m.nx), y = static_cast<std::size_t>(m.ny), z = static_cast<std::size_t>(m.nz);
+  const auto x = static_cast<std::size_t>(m.nx), y = static_cast<std::size_t>(m.ny),
+             z = static_cast<std::size_t>(m.nz);
   s.density.assign(x * y * z, 0);
   s.pressure.assign(x * y * z, 0);
   s.u.assign((x + 1) * y * z, 0);
@@ -387,8 +394,8 @@ void drawnDensity(const Model& model, const State& s, float* out) {
           continue;
         }
         const auto t = [&](int kk) {
-          return model.turbulence[static_cast<std::size_t>(((kk & kMask) * kTurbulenceSide + (j & kMask)) * kTurbulenceSide +
-                                                           (i & kMask))];
+          return model.turbulence[static_cast<std::size_t>(
+              ((kk & kMask) * kTurbulenceSide + (j & kMask)) * kTurbulenceSide + (i & kMask))];
         };
         out[c] = s.density[c] * ((1.0f - part) * t(k - shift) + part * t(k - shift - 1));
       }
@@ -406,7 +413,8 @@ PuffLook lookOf(const Puff& puff) {
   const auto spline = [&](const std::array<float, 6>& key) {
     const auto at = [&](int k) { return key[static_cast<std::size_t>(std::clamp(k, 0, 5))]; };
     const float a = at(i - 1), b = at(i), c = at(i + 1), d = at(i + 2);
-    return 0.5f * (2 * b + (c - a) * f + (2 * a - 5 * b + 4 * c - d) * f * f + (3 * b - a - 3 * c + d) * f * f * f);
+    return 0.5f *
+           (2 * b + (c - a) * f + (2 * a - 5 * b + 4 * c - d) * f * f + (3 * b - a - 3 * c + d) * f * f * f);
   };
   look.radius = spline(kRadius);
   const float volume = 4.18879f * look.radius * look.radius * look.radius;

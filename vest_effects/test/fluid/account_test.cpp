@@ -5,8 +5,8 @@
 
 #include "boxes.h"
 
-// Protects the account of volume, the same bits for any number of threads and from a snapshot, and what happens at
-// the limits: floods and absurd numbers.
+// Protects the account of volume, the same bits for any number of threads and from a snapshot, and what
+// happens at the limits: floods and absurd numbers.
 
 namespace vest::fluid::test {
 namespace {
@@ -142,10 +142,12 @@ TEST(Parameters, AreRefusedWithFieldValueAndWhatIsAllowed) {
     }
     return std::string("accepted");
   };
-  EXPECT_EQ(message([](Parameters& p) { p.spacing = 0.1; }), "fluid: spacing: 0.1 (allowed: 0.0005 to 0.01 m)");
+  EXPECT_EQ(message([](Parameters& p) { p.spacing = 0.1; }),
+            "fluid: spacing: 0.1 (allowed: 0.0005 to 0.01 m)");
   EXPECT_EQ(message([](Parameters& p) { p.capacity = 1000000; }),
             "fluid: capacity: 1e+06 (allowed: 16 to 60000 particles)");
-  EXPECT_NE(message([](Parameters& p) { p.friction = std::nan(""); }).find("fluid: friction: nan"), std::string::npos);
+  EXPECT_NE(message([](Parameters& p) { p.friction = std::nan(""); }).find("fluid: friction: nan"),
+            std::string::npos);
   EXPECT_NE(message([](Parameters& p) { p.high[1] = p.low[1]; }).find("high - low, y"), std::string::npos);
 }
 

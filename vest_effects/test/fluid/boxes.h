@@ -16,7 +16,8 @@ struct Mesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 
   /// A flat piece: corner, two edges, cells on each; its outside is edge0 × edge1.
-  void add(std::array<double, 3> corner, std::array<double, 3> edge0, std::array<double, 3> edge1, int cells) {
+  void add(std::array<double, 3> corner, std::array<double, 3> edge0, std::array<double, 3> edge1,
+           int cells) {
     const auto first = static_cast<std::uint32_t>(positions.size() / 3);
     for (int j = 0; j <= cells; ++j)
       for (int i = 0; i <= cells; ++i)
@@ -64,7 +65,9 @@ struct Fluid {
   std::vector<Surface> surfaces;
 
   Fluid(const Parameters& parameters, std::vector<Mesh> in, int threads = 1)
-      : meshes(std::move(in)), model(buildModel(parameters, sizes())), state(initialState(model)),
+      : meshes(std::move(in)),
+        model(buildModel(parameters, sizes())),
+        state(initialState(model)),
         scratch(model, threads) {
     report.impacts.reserve(model.triangles);
   }
@@ -100,7 +103,8 @@ struct Fluid {
   double gap() const {
     double pending = 0;
     for (const double v : state.pending) pending += v;
-    return state.emitted - particleVolume(model, state) - poolVolume(model, state) - pending - state.sucked - state.lost;
+    return state.emitted - particleVolume(model, state) - poolVolume(model, state) - pending - state.sucked -
+           state.lost;
   }
 };
 

@@ -4,8 +4,8 @@
 
 #include "boxes.h"
 
-// Protects jets: speed by continuity, flight by ballistics, force on a plate by the change of momentum, splashes
-// that keep mass.
+// Protects jets: speed by continuity, flight by ballistics, force on a plate by the change of momentum,
+// splashes that keep mass.
 
 namespace vest::fluid::test {
 namespace {
@@ -31,7 +31,8 @@ TEST(Jet, ItsSpeedIsFlowOverArea) {
   for (int k = 0; k < 25; ++k) f.step();
   double speed = 0;
   const Particles& p = f.state.particles;
-  for (std::size_t i = 0; i < p.count; ++i) speed += p.vy[i] / static_cast<double>(p.count), volume += f.model.whole;
+  for (std::size_t i = 0; i < p.count; ++i)
+    speed += p.vy[i] / static_cast<double>(p.count), volume += f.model.whole;
   EXPECT_NEAR(speed, 2.546, 0.02 * 2.546);
   EXPECT_NEAR(volume, 5e-5 * 0.1, f.model.whole);
 }

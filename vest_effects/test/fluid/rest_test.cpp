@@ -5,8 +5,8 @@
 
 #include "boxes.h"
 
-// Protects fluid under gravity: hydrostatics and the front of a dam that breaks, of particles and of pools; drops
-// that hang on tissue and hold together.
+// Protects fluid under gravity: hydrostatics and the front of a dam that breaks, of particles and of pools;
+// drops that hang on tissue and hold together.
 
 namespace vest::fluid::test {
 namespace {
@@ -42,10 +42,12 @@ TEST(Column, PressesOnItsFloorWithItsWeightAndOnAWallWithHalfRhoGHSquared) {
   }
   EXPECT_NEAR(-floor / time, weight, 0.01 * weight);
   double top = 0;
-  for (std::size_t i = 0; i < f.state.particles.count; ++i) top = std::max(top, static_cast<double>(f.state.particles.z[i]));
+  for (std::size_t i = 0; i < f.state.particles.count; ++i)
+    top = std::max(top, static_cast<double>(f.state.particles.z[i]));
   EXPECT_NEAR(top + 0.001, 0.04, 0.05 * 0.04) << "its height keeps";
   const double half = 0.5 * 1000 * 9.81 * 0.04 * 0.04 * 0.02;
-  EXPECT_NEAR(wall / time, half, 0.25 * half) << "the surface layer's thickness is 5 % of the height on each side";
+  EXPECT_NEAR(wall / time, half, 0.25 * half)
+      << "the surface layer's thickness is 5 % of the height on each side";
 }
 
 TEST(DamBreak, TheFrontOfParticlesFollowsMartinAndMoyce) {
@@ -133,7 +135,8 @@ TEST(Pool, AWaveTravelsWithSqrtGHAndComesBackFromTheWall) {
   for (int r = 0; r < f.model.rows; ++r)
     for (int c = 0; c < f.model.columns; ++c) {
       const double s = (c + 0.5) / 10;  // leans on the left wall: only one wave runs
-      w.depth[static_cast<std::size_t>(r * f.model.columns + c)] = static_cast<float>(h0 + 0.0005 * std::max(0.0, 1 - s * s));
+      w.depth[static_cast<std::size_t>(r * f.model.columns + c)] =
+          static_cast<float>(h0 + 0.0005 * std::max(0.0, 1 - s * s));
     }
   const auto crest = [&](int from, int to) {
     int best = from;
@@ -143,7 +146,7 @@ TEST(Pool, AWaveTravelsWithSqrtGHAndComesBackFromTheWall) {
   };
   double t = 0;
   while (t < 0.8) stepPools(f.model, 9.81, 0.002, f.state, f.scratch), t += 0.002;
-  EXPECT_NEAR(crest(100, 200), c0 * t, 0.03);
+  EXPECT_NEAR(crest(50, 190), c0 * t, 0.03);
   while (t < 2.6) stepPools(f.model, 9.81, 0.002, f.state, f.scratch), t += 0.002;
   EXPECT_NEAR(crest(50, 190), 1.6 - c0 * t, 0.05) << "on its way back from the wall at 0.8 m";
   EXPECT_GT(w.depth[static_cast<std::size_t>(crest(50, 190) / 0.004)], h0 + 3e-5);
@@ -157,11 +160,13 @@ TEST(Drop, HangsOnTissueAboveItAndALargerOneFalls) {
     f.fill(-side / 2, side / 2, -side / 2, side / 2, 0.1 - side, 0.1, 0);
     for (int k = 0; k < 125; ++k) f.step();
     double hanging = 0;
-    for (std::size_t i = 0; i < f.state.particles.count; ++i) hanging += f.state.particles.z[i] > 0.09f ? f.model.whole : 0;
+    for (std::size_t i = 0; i < f.state.particles.count; ++i)
+      hanging += f.state.particles.z[i] > 0.09f ? f.model.whole : 0;
     if (side < 0.01) {
       EXPECT_NEAR(hanging, f.model.whole, 1e-12);
     } else {
-      EXPECT_LT(hanging, 0.7 * f.state.emitted) << "a pendant drop is of the order of the capillary length, 2.7 mm";
+      EXPECT_LT(hanging, 0.7 * f.state.emitted)
+          << "a pendant drop is of the order of the capillary length, 2.7 mm";
     }
   }
 }

@@ -130,6 +130,12 @@ void World::velocities(std::size_t object, float* xyz) const {
   copyRows(impl_->state.objects.at(object), Block::VX, xyz);
 }
 
+Eigen::Vector3d World::knotAt(std::size_t object, std::size_t knot) const {
+  const ObjectState& s = impl_->state.objects.at(object);
+  const std::size_t k = knot < s.block.knots() ? knot : 0;
+  return {s.block.row(Block::X)[k], s.block.row(Block::Y)[k], s.block.row(Block::Z)[k]};
+}
+
 void World::strain(std::size_t object, float* per_knot) const {
   const ObjectState& s = impl_->state.objects.at(object);
   const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);

@@ -11,9 +11,9 @@
 
 namespace vest::ros_shell {
 
-/// Parameters of the operating field, `~fluid/…`, `~smoke/…`, `~lens/…` (README.md).
+/// Parameters of the operating field below a handle: fluid/…, smoke/…, lens/… (vest_effects/README.md).
 /// @throws std::invalid_argument naming parameter, value and what is allowed
-simulation::FieldOptions fieldOptions(const ros::NodeHandle& private_nh);
+simulation::FieldOptions fieldOptions(const ros::NodeHandle& nh);
 
 /// Publishes effects/fluid, effects/smoke, effects/lens and effects/impacts whenever there is a new frame, in
 /// a thread of its own, and tells /diagnostics once a second.

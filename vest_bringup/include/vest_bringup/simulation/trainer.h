@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "vest_bringup/simulation/effect.h"
@@ -8,6 +9,12 @@
 
 /// The ROS-free composite: instruments' input, tissue and effects in lockstep.
 namespace vest::simulation {
+
+/// Last bytes of a snapshot that has effects behind the World: 8 bytes of the World's length, then these.
+inline constexpr std::string_view kEffectsMagic = "VESTEFX1";
+
+/// How many of a snapshot's bytes are the World's: all, or those before the effects'.
+std::size_t worldBytes(const std::vector<std::uint8_t>& snapshot);
 
 ///   input (+ feedback of the step before) -> tissue -> effects -> feedback for the next step
 class Trainer : public scene::Simulation {
@@ -20,9 +27,14 @@ class Trainer : public scene::Simulation {
   scene::Status step(scene::StepInput& input, scene::StepReport& report) override;
   scene::World& world() override { return world_; }
   void reset() override;
-  void restored() override;
+  void save(std::vector<std::uint8_t>& bytes) override;
+  /// A snapshot of the World alone is taken too: the effects begin anew then.
+  void restore(const std::vector<std::uint8_t>& bytes) override;
+  /// XXH64 over what save() writes of the effects and the feedback that the next step will consume.
+  std::uint64_t effectsHash() const;
 
  private:
+  void saveEffects(std::vector<std::uint8_t>& bytes) const;
   void clearFeedback();
 
   scene::World world_;

@@ -25,14 +25,14 @@ inline constexpr int kMostLensHits = 32;    ///< drops on the lens that one step
 
 /// Numbers that describe the fluid and its box. Ranges are checked by the Model's builder.
 struct Parameters {
-  double spacing = 0.002;   ///< m: edge of the cube of fluid that one whole particle stands for, 0.5 … 10 mm
-  int capacity = 4000;      ///< particles, 16 … 60000; beyond it the oldest join the pools (degraded)
-  int iterations = 3;       ///< of the density constraint per step, 1 … 50
+  double spacing = 0.002;  ///< m: edge of the cube of fluid that one whole particle stands for, 0.5 … 10 mm
+  int capacity = 4000;     ///< particles, 16 … 60000; beyond it the oldest join the pools (degraded)
+  int iterations = 3;      ///< of the density constraint per step, 1 … 50
   double density = 1000.0;  ///< kg/m³, of both fluids (blood: 1060; the 6 % are neglected), 500 … 2000
   double water_viscosity = 0.69e-3;  ///< Pa·s at 37 °C (IAPWS 2008, doi:10.1063/1.3088050)
-  double blood_viscosity = 3.5e-3;   ///< Pa·s at high shear (Merrill 1969, doi:10.1152/physrev.1969.49.4.863)
-  double water_tension = 0.070;      ///< N/m at 37 °C (IAPWS 1994, doi:10.1063/1.555688)
-  double blood_tension = 0.056;      ///< N/m (Hrnčíř and Rosina 1997, Physiol. Res. 46, 319–321)
+  double blood_viscosity = 3.5e-3;  ///< Pa·s at high shear (Merrill 1969, doi:10.1152/physrev.1969.49.4.863)
+  double water_tension = 0.070;     ///< N/m at 37 °C (IAPWS 1994, doi:10.1063/1.555688)
+  double blood_tension = 0.056;     ///< N/m (Hrnčíř and Rosina 1997, Physiol. Res. 46, 319–321)
   double contact_angle_cosine = 0.5;  ///< wet peritoneum, 60°: assumed
   double restitution = 0.02;          ///< epsilon_p of models.md section 7: normal part kept; assumed
   double friction = 0.3;              ///< mu_p: tangential part lost in an impact; assumed

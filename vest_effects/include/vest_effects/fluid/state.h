@@ -23,14 +23,14 @@ struct Particles {
 /// Shallow water over the upward faces of the tissue. Cell (c, r) is r·columns + c; its centre is
 /// low + (c+½, r+½)·pool_cell.
 struct Pools {
-  std::vector<float> bed;                   ///< m, world z of the tissue; kNoBed where there is none
-  std::vector<std::int32_t> bed_triangle;   ///< index among all triangles, -1: none
-  std::vector<float> depth;                 ///< m
-  std::vector<float> blood;                 ///< m: part of the depth that is blood
-  std::vector<float> u;                     ///< m/s at faces c−½, (columns+1)·rows
-  std::vector<float> v;                     ///< m/s at faces r−½, columns·(rows+1)
-  std::vector<float> rise;                  ///< m/s, vertical velocity of the surface
-  std::vector<float> head;                  ///< m: pressure of impacts in this step, as a water column
+  std::vector<float> bed;                  ///< m, world z of the tissue; kNoBed where there is none
+  std::vector<std::int32_t> bed_triangle;  ///< index among all triangles, -1: none
+  std::vector<float> depth;                ///< m
+  std::vector<float> blood;                ///< m: part of the depth that is blood
+  std::vector<float> u;                    ///< m/s at faces c−½, (columns+1)·rows
+  std::vector<float> v;                    ///< m/s at faces r−½, columns·(rows+1)
+  std::vector<float> rise;                 ///< m/s, vertical velocity of the surface
+  std::vector<float> head;                 ///< m: pressure of impacts in this step, as a water column
 };
 inline constexpr float kNoBed = -1.0e3f;
 inline constexpr float kDryDepth = 1.0e-5f;  ///< m: shallower counts as dry (ours)

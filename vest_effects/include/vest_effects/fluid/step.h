@@ -12,21 +12,21 @@ namespace vest::fluid {
 /// One tissue surface at the end of this step. Arrays are the caller's; triangles counter-clockwise from
 /// outside, where the fluid is.
 struct Surface {
-  const float* positions = nullptr;                          ///< m, world, x y z per knot
-  const std::array<std::uint32_t, 3>* triangles = nullptr;   ///< knots
-  std::size_t knot_count = 0, triangle_count = 0;            ///< at most those of the Model
-  const std::uint8_t* alive = nullptr;                       ///< per triangle; null: all
+  const float* positions = nullptr;                         ///< m, world, x y z per knot
+  const std::array<std::uint32_t, 3>* triangles = nullptr;  ///< knots
+  std::size_t knot_count = 0, triangle_count = 0;           ///< at most those of the Model
+  const std::uint8_t* alive = nullptr;                      ///< per triangle; null: all
 };
 
 /// A jet or an ooze: Q leaves with the mean speed Q/area (continuity, models.md section 9).
 struct Source {
-  int slot = 0;  ///< 0 … kMostSources − 1: where what is not yet a particle is kept
-  std::array<double, 3> position{};        ///< m, world
+  int slot = 0;                      ///< 0 … kMostSources − 1: where what is not yet a particle is kept
+  std::array<double, 3> position{};  ///< m, world
   std::array<double, 3> direction{0, 0, 1};  ///< any length > 0
-  double area = 0;                         ///< m²; 0: oozes without speed
-  double flow = 0;                         ///< m³/s, >= 0
-  double blood = 1;                        ///< 0 water … 1 blood
-  std::array<double, 3> velocity{};        ///< m/s, of the nozzle itself
+  double area = 0;                           ///< m²; 0: oozes without speed
+  double flow = 0;                           ///< m³/s, >= 0
+  double blood = 1;                          ///< 0 water … 1 blood
+  std::array<double, 3> velocity{};          ///< m/s, of the nozzle itself
 };
 
 /// An open suction tip: a point sink, whose inflow has the speed Q/(4 pi r²).
@@ -46,9 +46,9 @@ struct Window {
 };
 
 struct LensHit {
-  float u = 0, v = 0;     ///< place on the window, -1 … 1 to the right and down
-  float volume = 0;       ///< m³ of the drop
-  float blood = 0;        ///< 0 … 1
+  float u = 0, v = 0;  ///< place on the window, -1 … 1 to the right and down
+  float volume = 0;    ///< m³ of the drop
+  float blood = 0;     ///< 0 … 1
 };
 
 /// Momentum that passed to a triangle in this step, N·s, world.
@@ -70,7 +70,8 @@ struct Inputs {
   Window window;
   const Surface* surfaces = nullptr;
   std::size_t surface_count = 0;
-  bool renew_bed = true;  ///< look again where the tissue lies under the pools (costly: some 20 times a second)
+  bool renew_bed =
+      true;  ///< look again where the tissue lies under the pools (costly: some 20 times a second)
 };
 
 enum class Status : std::uint8_t { Ok = 0, BadInput = 1 };
@@ -81,7 +82,7 @@ struct Report {
   std::vector<Impact> impacts;  ///< at most one per triangle
   std::array<LensHit, kMostLensHits> lens{};
   int lens_count = 0;
-  double sucked = 0;                         ///< m³ in this step
+  double sucked = 0;                        ///< m³ in this step
   std::array<double, 3> tissue_momentum{};  ///< N·s: sum over all surfaces
   int most_neighbours = 0;
 };
@@ -100,15 +101,15 @@ class Scratch {
   ScratchData* data_;
 };
 
-/// One step. Position-based fluid (Macklin and Müller 2013, doi:10.1145/2461912.2461984) with one-sided density
-/// constraint; viscosity by Monaghan's operator (2005, doi:10.1088/0034-4885/68/8/R01); cohesion with the kernel
-/// of Akinci, Akinci and Teschner 2013 (doi:10.1145/2508363.2508395), scaled so that the work to part two half
-/// spaces is twice the surface tension; adhesion likewise to (1+cos θ)·tension (Young–Dupré). Impacts with
-/// mu_p and epsilon_p; a drop splashes where We^½·Re^¼ > 57.7 (Mundo, Sommerfeld and Tropea 1995,
-/// doi:10.1016/0301-9322(94)00069-V). Momentum that leaves the fluid reaches the tissue.
+/// One step. Position-based fluid (Macklin and Müller 2013, doi:10.1145/2461912.2461984) with one-sided
+/// density constraint; viscosity by Monaghan's operator (2005, doi:10.1088/0034-4885/68/8/R01); cohesion with
+/// the kernel of Akinci, Akinci and Teschner 2013 (doi:10.1145/2508363.2508395), scaled so that the work to
+/// part two half spaces is twice the surface tension; adhesion likewise to (1+cos θ)·tension (Young–Dupré).
+/// Impacts with mu_p and epsilon_p; a drop splashes where We^½·Re^¼ > 57.7 (Mundo, Sommerfeld and Tropea
+/// 1995, doi:10.1016/0301-9322(94)00069-V). Momentum that leaves the fluid reaches the tissue.
 ///
-/// Allocates nothing with one thread, throws nothing; the same bits for any number of threads. After BadInput the
-/// State is what it was.
+/// Allocates nothing with one thread, throws nothing; the same bits for any number of threads. After BadInput
+/// the State is what it was.
 void step(const Model& model, const Inputs& inputs, State& state, Scratch& scratch, Report& report);
 
 /// Puts fluid into a pool's cell, m³ (tests, scenes). False outside the field or where there is no bed.
@@ -123,7 +124,8 @@ struct PoolPatch {
   std::uint32_t label = 0;                         ///< in `labels`
   double volume = 0, blood = 0;                    ///< m³
 };
-/// Finds the largest connected pools that hold at least `least` m³ in cells deeper than `film` m. Not for the step.
+/// Finds the largest connected pools that hold at least `least` m³ in cells deeper than `film` m. Not for the
+/// step.
 /// @param labels per cell: 0 dry, else the pool's label
 void findPools(const Model& model, const State& state, double least, double film, std::size_t most,
                std::vector<std::uint32_t>& labels, std::vector<PoolPatch>& pools);

@@ -18,8 +18,8 @@ struct Parameters {
   std::array<double, 3> low{-0.18, -0.22, 0.0};  ///< m, world: the cavity's box
   std::array<double, 3> high{0.18, 0.22, 0.20};  ///< m
   double cell = 0.0125;                          ///< m, 2 … 100 mm; at most 200,000 cells
-  /// kg of particles per J into tissue. Assumed: 30 W then make 0.6 mg/s, and 45 s of coagulation in a chamber of
-  /// a cubic metre some 20 mg/m³, the order of what was measured (Sci. Rep. 11:14096, 2021).
+  /// kg of particles per J into tissue. Assumed: 30 W then make 0.6 mg/s, and 45 s of coagulation in a
+  /// chamber of a cubic metre some 20 mg/m³, the order of what was measured (Sci. Rep. 11:14096, 2021).
   double yield = 2e-8;
   double rise = 0.6;        ///< m/s² of upward acceleration per g/m³ of fresh smoke; assumed
   double damping = 2.0;     ///< 1/s: of the gas's motion; assumed
@@ -31,8 +31,8 @@ struct Parameters {
 /// Immutable once built.
 struct Model {
   Parameters parameters;
-  int nx = 0, ny = 0, nz = 0;       ///< cells; x fastest
-  std::vector<float> turbulence;    ///< kTurbulenceSide³, mean 1
+  int nx = 0, ny = 0, nz = 0;     ///< cells; x fastest
+  std::vector<float> turbulence;  ///< kTurbulenceSide³, mean 1
 };
 /// @throws std::invalid_argument naming field, value and what is allowed
 Model buildModel(const Parameters& parameters);
@@ -47,14 +47,14 @@ struct Puff {
 /// Everything that evolves. A copy is a snapshot.
 struct State {
   std::uint64_t step = 0;
-  double time = 0;                  ///< s
-  std::vector<float> density;       ///< kg/m³ per cell
-  std::vector<float> u, v, w;       ///< m/s on the cells' lower faces along x, y, z (one more at the end)
-  std::vector<float> pressure;      ///< m²/s: of the last projection, where the next begins
+  double time = 0;              ///< s
+  std::vector<float> density;   ///< kg/m³ per cell
+  std::vector<float> u, v, w;   ///< m/s on the cells' lower faces along x, y, z (one more at the end)
+  std::vector<float> pressure;  ///< m²/s: of the last projection, where the next begins
   std::array<Puff, kMostPuffs> puffs{};
   std::uint32_t puff_count = 0, puffs_made = 0;
-  double waiting = 0;               ///< kg made since the last puff
-  double since_puff = 0;            ///< s
+  double waiting = 0;                     ///< kg made since the last puff
+  double since_puff = 0;                  ///< s
   double made = 0, drawn = 0, faded = 0;  ///< kg since the start: produced, sucked off, exchanged and settled
 };
 

@@ -169,6 +169,8 @@ class World {
   /// Positions of an object's knots, m, world, x y z per knot, as float32 (what tissue/state carries).
   void positions(std::size_t object, float* xyz) const;
   void velocities(std::size_t object, float* xyz) const;  ///< m/s
+  /// One knot, m, world; the object's first one where there is no such knot.
+  Eigen::Vector3d knotAt(std::size_t object, std::size_t knot) const;
   /// Largest absolute strain of the links at each knot, no unit.
   void strain(std::size_t object, float* per_knot) const;
   /// Sum of the forces with which fixed knots and tethers hold the object, N, world: the reaction of its
