@@ -49,6 +49,7 @@ struct OperatingField::Impl {
 
   // No meaning between steps.
   fluid::Scratch scratch;
+  smoke::Scratch smoke_scratch;
   fluid::Inputs fluid_inputs;
   fluid::Report fluid_report;
   std::vector<fluid::Surface> surfaces;
@@ -65,6 +66,7 @@ struct OperatingField::Impl {
         smoke_model(std::make_shared<smoke::Model>(smoke::buildModel(o.smoke))),
         lens_parameters(o.lens),
         scratch(*fluid_model, o.threads),
+        smoke_scratch(*smoke_model),
         frames(std::move(f)) {
     lens::check(o.lens);
     surfaces.resize(world.objectCount());
@@ -308,7 +310,7 @@ void OperatingField::Impl::stepSlow(const scene::World&, const scene::StepInput&
       suction.flow = options.suction_gas_flow;
     }
   }
-  smoke::step(*smoke_model, s, smoke);
+  smoke::step(*smoke_model, s, smoke, smoke_scratch);
 
   const auto camera = static_cast<std::size_t>(tools::Instrument::Endoscope);
   const scene::ToolInput& scope = input.tools[camera];

@@ -125,7 +125,7 @@ void force(const Model& m, const Inputs& in, const Grid& g, State& s) {
 }
 
 /// Makes the flow free of sources, but for the suction's sinks and the gas that flows in for them everywhere.
-void project(const Inputs& in, const Grid& g, State& s) {
+void project(const Inputs& in, const Grid& g, State& s, Scratch& scratch) {
   double sink = 0;
   const auto divergence = [&](int i, int j, int k) {
     return s.u[g.uAt(i + 1, j, k)] - s.u[g.uAt(i, j, k)] + s.v[g.vAt(i, j + 1, k)] - s.v[g.vAt(i, j, k)] +
@@ -146,24 +146,27 @@ void project(const Inputs& in, const Grid& g, State& s) {
     sink += t.flow / (static_cast<double>(g.cell) * static_cast<double>(g.cell));
   }
   const float inflow = static_cast<float>(sink / (static_cast<double>(g.nx) * g.ny * g.nz));
+  std::vector<float>& rest = scratch.divergence;
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i) rest[g.at(i, j, k)] = divergence(i, j, k) - inflow;
+  for (int q = 0; q < count; ++q)
+    rest[place[static_cast<std::size_t>(q)]] += strength[static_cast<std::size_t>(q)];
+  // Neighbours that a cell at a wall lacks count as itself: nothing flows through walls.
+  const std::size_t line = static_cast<std::size_t>(g.nx), sheet = line * static_cast<std::size_t>(g.ny);
   for (int pass = 0; pass < 2 * kRelaxations; ++pass) {
     for (int k = 0; k < g.nz; ++k) {
       for (int j = 0; j < g.ny; ++j) {
+        const std::size_t row = g.at(0, j, k);
+        const std::size_t south = j > 0 ? line : 0, north = j + 1 < g.ny ? line : 0,
+                          below = k > 0 ? sheet : 0, above = k + 1 < g.nz ? sheet : 0;
         for (int i = (j + k + pass) & 1; i < g.nx; i += 2) {
-          const std::size_t c = g.at(i, j, k);
-          float target = inflow;
-          for (int q = 0; q < count; ++q)
-            if (place[static_cast<std::size_t>(q)] == c) target -= strength[static_cast<std::size_t>(q)];
-          float around = 0;
-          int n = 0;
-          if (i > 0) around += s.pressure[c - 1], ++n;
-          if (i + 1 < g.nx) around += s.pressure[c + 1], ++n;
-          if (j > 0) around += s.pressure[g.at(i, j - 1, k)], ++n;
-          if (j + 1 < g.ny) around += s.pressure[g.at(i, j + 1, k)], ++n;
-          if (k > 0) around += s.pressure[g.at(i, j, k - 1)], ++n;
-          if (k + 1 < g.nz) around += s.pressure[g.at(i, j, k + 1)], ++n;
-          const float solved = (around - (divergence(i, j, k) - target)) / static_cast<float>(std::max(1, n));
-          s.pressure[c] += 1.6f * (solved - s.pressure[c]);
+          const std::size_t c = row + static_cast<std::size_t>(i);
+          const float own = s.pressure[c];
+          const float west = i > 0 ? s.pressure[c - 1] : own, east = i + 1 < g.nx ? s.pressure[c + 1] : own;
+          const float around = west + east + s.pressure[c - south] + s.pressure[c + north] +
+                               s.pressure[c - below] + s.pressure[c + above];
+          s.pressure[c] = own + (1.6f / 6.0f) * (around - 6.0f * own - rest[c]);
         }
       }
     }
@@ -316,7 +319,7 @@ double mass(const Model& m, const State& s) {
   return sum * m.parameters.cell * m.parameters.cell * m.parameters.cell;
 }
 
-Status step(const Model& model, const Inputs& in, State& s) {
+Status step(const Model& model, const Inputs& in, State& s, Scratch& scratch) {
   if (!good(in)) return Status::BadInput;
   const Grid g(model);
   const double cell_volume = model.parameters.cell * model.parameters.cell * model.parameters.cell;
@@ -347,7 +350,7 @@ Status step(const Model& model, const Inputs& in, State& s) {
     return Status::Ok;
   }
   force(model, in, g, s);
-  project(in, g, s);
+  project(in, g, s, scratch);
   for (int k = 0; k < kTransports; ++k) transport(g, static_cast<float>(in.dt) / kTransports, s);
   for (int q = 0; q < in.suction_count; ++q) {
     int i, j, k;

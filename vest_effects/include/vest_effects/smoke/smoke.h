@@ -75,6 +75,13 @@ struct Inputs {
   int suction_count = 0;
 };
 
+/// Sized once; nothing in it matters between steps.
+struct Scratch {
+  explicit Scratch(const Model& model)
+      : divergence(static_cast<std::size_t>(model.nx) * model.ny * model.nz) {}
+  std::vector<float> divergence;  ///< m/s per cell: what the projection has to take away
+};
+
 enum class Status : std::uint8_t { Ok = 0, BadInput = 1 };
 
 State initialState(const Model& model);
@@ -83,7 +90,7 @@ double mass(const Model& model, const State& state);
 /// One step: forces on the gas, projection to a flow without sources but the suction (red-black relaxation),
 /// donor-cell transport (mass conserved, never negative). A cavity without smoke costs nothing. Allocates and
 /// throws nothing. After BadInput the State is what it was.
-Status step(const Model& model, const Inputs& inputs, State& state);
+Status step(const Model& model, const Inputs& inputs, State& state, Scratch& scratch);
 
 /// kg/m³ at a place, m; 0 outside.
 float densityAt(const Model& model, const State& state, float x, float y, float z);
