@@ -13,65 +13,64 @@ constexpr float kDrag = 0.005f;  ///< bed friction c_f of a smooth bed, tau = c_
 /// doi:10.1002/fld.537): upwind depth, advection that conserves momentum, well balanced at rest by comparing
 /// surfaces above the higher bed.
 struct Direction {
-  int cells, lines;            ///< along, across
-  std::size_t step, across;    ///< strides of cells
+  std::size_t step, across;    ///< strides of cells along and across
   std::size_t fstep, facross;  ///< strides of this direction's faces
   std::size_t gstep, gacross;  ///< strides of the other direction's faces
+  int line0, line1;            ///< lines across, both included
+  int face0, face1;            ///< faces along; beyond these two there is no water
 };
 
 struct Numbers {
   float dt, dx, gravity, nu;
 };
 
-/// Upwind depth of the face between cells i and j, and the surface that drives it.
-inline float faceDepth(const Pools& w, std::size_t i, std::size_t j, float velocity, float& drop) {
-  const float bi = w.bed[i], bj = w.bed[j];
-  if (bi <= kNoBed || bj <= kNoBed) return drop = 0, 0.0f;
-  const float sill = std::max(bi, bj);
-  const float si = w.depth[i] > kDryDepth ? bi + w.depth[i] : bi,
-              sj = w.depth[j] > kDryDepth ? bj + w.depth[j] : bj;
-  const float hi = std::max(0.0f, si - sill), hj = std::max(0.0f, sj - sill);
-  drop = (hi + w.head[i]) - (hj + w.head[j]);
-  if (velocity > 0) return hi;
-  if (velocity < 0) return hj;
-  return std::max(hi, hj);
+/// Depth of each side of a face above the higher bed.
+inline float upwind(float low, float high, float velocity) {
+  return velocity > 0 ? low : (velocity < 0 ? high : std::max(low, high));
 }
 
-/// Lines line0 … line1, faces k0 … k1 along them; beyond these there is no water.
-void faces(const Pools& w, const Direction& d, const std::vector<float>& own, const std::vector<float>& other,
-           const Numbers& n, int line0, int line1, int k0, int k1, std::vector<float>& depth,
-           std::vector<float>& next) {
-  const float limit = 0.4f * n.dx / n.dt;
-  // Depth at faces first: advection needs the flux of the neighbours too.
-  for (int line = line0; line <= line1; ++line) {
-    for (int k = k0; k <= k1; ++k) {
+/// Depths at the faces, and the flux with the old velocity, which advection needs of the neighbours too.
+void depths(const Pools& w, const Direction& d, const std::vector<float>& own, std::vector<float>& low,
+            std::vector<float>& high, std::vector<float>& flux) {
+  for (int line = d.line0; line <= d.line1; ++line) {
+    for (int k = d.face0; k <= d.face1; ++k) {
       const std::size_t f =
           static_cast<std::size_t>(k) * d.fstep + static_cast<std::size_t>(line) * d.facross;
-      if (k == k0 || k == k1) {
-        depth[f] = next[f] = 0;
-        continue;
-      }
-      const std::size_t j = static_cast<std::size_t>(k) * d.step + static_cast<std::size_t>(line) * d.across;
-      float drop;
-      depth[f] = faceDepth(w, j - d.step, j, own[f], drop);
-    }
-  }
-  for (int line = line0; line <= line1; ++line) {
-    for (int k = k0 + 1; k < k1; ++k) {
-      const std::size_t f =
-          static_cast<std::size_t>(k) * d.fstep + static_cast<std::size_t>(line) * d.facross;
+      low[f] = high[f] = flux[f] = 0;
+      if (k == d.face0 || k == d.face1) continue;
       const std::size_t j = static_cast<std::size_t>(k) * d.step + static_cast<std::size_t>(line) * d.across,
                         i = j - d.step;
-      const float u = own[f];
-      float drop;
-      const float h = faceDepth(w, i, j, u, drop);
+      const float di = w.depth[i], dj = w.depth[j];
+      if (di <= kDryDepth && dj <= kDryDepth) continue;
+      const float bi = w.bed[i], bj = w.bed[j];
+      if (bi <= kNoBed || bj <= kNoBed) continue;
+      const float sill = std::max(bi, bj);
+      low[f] = di > kDryDepth ? std::max(0.0f, bi + di - sill) : 0.0f;
+      high[f] = dj > kDryDepth ? std::max(0.0f, bj + dj - sill) : 0.0f;
+      flux[f] = upwind(low[f], high[f], own[f]) * own[f];
+    }
+  }
+}
+
+void accelerate(const Pools& w, const Direction& d, const std::vector<float>& own,
+                const std::vector<float>& other, const Numbers& n, const std::vector<float>& low,
+                const std::vector<float>& high, const std::vector<float>& flux, std::vector<float>& next) {
+  const float limit = 0.4f * n.dx / n.dt;
+  for (int line = d.line0; line <= d.line1; ++line) {
+    const std::size_t start = static_cast<std::size_t>(line) * d.facross;
+    next[start + static_cast<std::size_t>(d.face0) * d.fstep] = 0;
+    next[start + static_cast<std::size_t>(d.face1) * d.fstep] = 0;
+    for (int k = d.face0 + 1; k < d.face1; ++k) {
+      const std::size_t f = static_cast<std::size_t>(k) * d.fstep + start;
+      const float u = own[f], h = upwind(low[f], high[f], u);
       if (h < kFilm) {
         next[f] = 0;
         continue;
       }
+      const std::size_t j = static_cast<std::size_t>(k) * d.step + static_cast<std::size_t>(line) * d.across,
+                        i = j - d.step;
       const float mean = std::max(0.5f * (w.depth[i] + w.depth[j]), kFilm);
-      const float before = 0.5f * (depth[f - d.fstep] * own[f - d.fstep] + depth[f] * u),
-                  after = 0.5f * (depth[f] * u + depth[f + d.fstep] * own[f + d.fstep]);
+      const float before = 0.5f * (flux[f - d.fstep] + flux[f]), after = 0.5f * (flux[f] + flux[f + d.fstep]);
       float advect = after * ((after > 0 ? u : own[f + d.fstep]) - u) -
                      before * ((before > 0 ? own[f - d.fstep] : u) - u);
       // Across: the other direction's flow carries this momentum over the two side faces.
@@ -80,11 +79,44 @@ void faces(const Pools& w, const Direction& d, const std::vector<float>& own, co
       const float side0 = 0.5f * (other[g - d.gstep] * w.depth[i] + other[g] * w.depth[j]),
                   side1 = 0.5f *
                           (other[g - d.gstep + d.gacross] * w.depth[i] + other[g + d.gacross] * w.depth[j]);
-      if (line < d.lines - 1) advect += side1 * ((side1 > 0 ? u : own[f + d.facross]) - u);
-      if (line > 0) advect -= side0 * ((side0 > 0 ? own[f - d.facross] : u) - u);
+      if (line < d.line1) advect += side1 * ((side1 > 0 ? u : own[f + d.facross]) - u);
+      if (line > d.line0) advect -= side0 * ((side0 > 0 ? own[f - d.facross] : u) - u);
+      const float drop = (low[f] + w.head[i]) - (high[f] + w.head[j]);
       const float drag = 3.0f * n.nu / (h * h) + kDrag * std::fabs(u) / h;
       const float v = (u + n.dt / n.dx * (n.gravity * drop - advect / mean)) / (1.0f + n.dt * drag);
       next[f] = std::clamp(v, -limit, limit);
+    }
+  }
+}
+
+/// New velocities into the State, and the flux with the depth upwind of them.
+void take(const Direction& d, const std::vector<float>& next, const std::vector<float>& low,
+          const std::vector<float>& high, std::vector<float>& own, std::vector<float>& flux) {
+  for (int line = d.line0; line <= d.line1; ++line) {
+    for (int k = d.face0; k <= d.face1; ++k) {
+      const std::size_t f =
+          static_cast<std::size_t>(k) * d.fstep + static_cast<std::size_t>(line) * d.facross;
+      own[f] = next[f];
+      flux[f] = upwind(low[f], high[f], own[f]) * own[f];
+    }
+  }
+}
+
+/// No cell gives more than it has; blood goes with the water of the cell that it comes from.
+void limit(const Pools& w, const Direction& d, const std::vector<float>& share, std::vector<float>& flux,
+           std::vector<float>& blood) {
+  for (int line = d.line0; line <= d.line1; ++line) {
+    for (int k = d.face0; k <= d.face1; ++k) {
+      const std::size_t f =
+          static_cast<std::size_t>(k) * d.fstep + static_cast<std::size_t>(line) * d.facross;
+      if (flux[f] == 0) {
+        blood[f] = 0;
+        continue;
+      }
+      const std::size_t j = static_cast<std::size_t>(k) * d.step + static_cast<std::size_t>(line) * d.across,
+                        from = flux[f] > 0 ? j - d.step : j;
+      flux[f] *= share[from];
+      blood[f] = flux[f] * (w.depth[from] > 0 ? std::min(1.0f, w.blood[from] / w.depth[from]) : 0.0f);
     }
   }
 }
@@ -95,15 +127,19 @@ void stepPools(const Model& model, double gravity, double dt, State& state, Scra
   ScratchData& s = scratch.data();
   Pools& w = state.pools;
   const int columns = model.columns, rows = model.rows;
-  // Lines with water, and one more on each side.
-  int first = rows, last = -1;
+  const auto cells = static_cast<std::size_t>(columns);
+  // The rectangle that holds all water.
+  int r0 = rows, r1 = -1, c0 = columns, c1 = -1;
+  float deepest = 0;
   for (int r = 0; r < rows; ++r) {
-    const float* const line = w.depth.data() + static_cast<std::size_t>(r) * columns;
-    bool wet = false;
-    for (int c = 0; c < columns; ++c) wet |= line[c] > 0;
-    if (wet) first = std::min(first, r), last = r;
+    const float* const line = w.depth.data() + static_cast<std::size_t>(r) * cells;
+    for (int c = 0; c < columns; ++c) {
+      if (!(line[c] > 0)) continue;
+      r0 = std::min(r0, r), r1 = r, c0 = std::min(c0, c), c1 = std::max(c1, c);
+      deepest = std::max(deepest, line[c]);
+    }
   }
-  if (last < 0) {
+  if (r1 < 0) {
     if (state.step % 64 == 0) {
       std::fill(w.u.begin(), w.u.end(), 0.0f), std::fill(w.v.begin(), w.v.end(), 0.0f);
       std::fill(w.rise.begin(), w.rise.end(), 0.0f);
@@ -111,96 +147,50 @@ void stepPools(const Model& model, double gravity, double dt, State& state, Scra
     return;
   }
   // Gravity waves must not cross a cell in a step: c = sqrt(g h).
-  float deepest = 0;
-  const auto cells = static_cast<std::size_t>(columns);
-  for (std::size_t i = static_cast<std::size_t>(first) * cells;
-       i < static_cast<std::size_t>(last + 1) * cells; ++i)
-    deepest = std::max(deepest, w.depth[i]);
   const auto dx = static_cast<float>(model.parameters.pool_cell);
   const float speed = std::sqrt(static_cast<float>(gravity) * deepest) + 0.3f;
-  const int parts = std::clamp(static_cast<int>(2.5f * speed * static_cast<float>(dt) / dx) + 1, 1, 64);
-  // Water comes one line further in each part: beyond these lines all is dry.
-  first = std::max(0, first - parts), last = std::min(rows - 1, last + parts);
-  const std::size_t c0 = static_cast<std::size_t>(first) * cells,
-                    c1 = static_cast<std::size_t>(last + 1) * cells;
-  std::copy_n(w.depth.data() + c0, c1 - c0, s.old_surface.data() + c0);
+  const int parts = std::clamp(static_cast<int>(2.0f * speed * static_cast<float>(dt) / dx) + 1, 1, 64);
+  // Water comes one cell further in each part: beyond this rectangle all is dry.
+  r0 = std::max(0, r0 - parts), r1 = std::min(rows - 1, r1 + parts);
+  c0 = std::max(0, c0 - parts), c1 = std::min(columns - 1, c1 + parts);
+  const auto each = [&](auto&& f) {
+    for (int r = r0; r <= r1; ++r) {
+      const std::size_t line = static_cast<std::size_t>(r) * cells;
+      for (std::size_t i = line + static_cast<std::size_t>(c0); i <= line + static_cast<std::size_t>(c1); ++i)
+        f(i, i + static_cast<std::size_t>(r));
+    }
+  };
+  each([&](std::size_t i, std::size_t) { s.old_surface[i] = w.depth[i]; });
   const Parameters& par = model.parameters;
   const Numbers n{static_cast<float>(dt) / static_cast<float>(parts), dx, static_cast<float>(gravity),
                   static_cast<float>(0.5 * (par.water_viscosity + par.blood_viscosity) / par.density)};
-  const Direction along{columns, rows, 1, cells, 1, cells + 1, 1, cells};
-  const Direction up{rows, columns, cells, 1, cells, 1, cells + 1, 1};
+  const Direction along{1, cells, 1, cells + 1, 1, cells, r0, r1, c0, c1 + 1};
+  const Direction up{cells, 1, cells, 1, cells + 1, 1, c0, c1, r0, r1 + 1};
+  const float ratio = n.dt / n.dx;
   for (int part = 0; part < parts; ++part) {
-    faces(w, along, w.u, w.v, n, first, last, 0, columns, s.face_u, s.new_u);
-    faces(w, up, w.v, w.u, n, 0, columns - 1, first, last + 1, s.face_v, s.new_v);
-    const std::size_t u0 = static_cast<std::size_t>(first) * (cells + 1),
-                      u1 = static_cast<std::size_t>(last + 1) * (cells + 1);
-    std::copy_n(s.new_u.data() + u0, u1 - u0, w.u.data() + u0);
-    std::copy_n(s.new_v.data() + c0, c1 + cells - c0, w.v.data() + c0);
-    // Flux with the depth upwind of the new velocity; no cell gives more than it has.
-    for (int r = first; r <= last; ++r) {
-      for (int c = 0; c <= columns; ++c) {
-        const std::size_t f = static_cast<std::size_t>(r) * (cells + 1) + c;
-        float drop;
-        const std::size_t j = static_cast<std::size_t>(r) * cells + c;
-        s.face_u[f] = c == 0 || c == columns ? 0.0f : w.u[f] * faceDepth(w, j - 1, j, w.u[f], drop);
-      }
-    }
-    for (int r = first; r <= last + 1; ++r) {
-      for (int c = 0; c < columns; ++c) {
-        const std::size_t j = static_cast<std::size_t>(r) * cells + c;
-        float drop;
-        s.face_v[j] = r == first || r == last + 1 ? 0.0f : w.v[j] * faceDepth(w, j - cells, j, w.v[j], drop);
-      }
-    }
-    const float ratio = n.dt / n.dx;
-    for (int r = first; r <= last; ++r) {
-      for (int c = 0; c < columns; ++c) {
-        const std::size_t i = static_cast<std::size_t>(r) * cells + c, f = i + static_cast<std::size_t>(r);
-        const float out = std::max(0.0f, -s.face_u[f]) + std::max(0.0f, s.face_u[f + 1]) +
-                          std::max(0.0f, -s.face_v[i]) + std::max(0.0f, s.face_v[i + cells]);
-        const float give = ratio * out;
-        s.share[i] = give > w.depth[i] ? w.depth[i] / give : 1.0f;
-      }
-    }
-    const auto limited = [&](float q, std::size_t from, std::size_t to) {
-      return q * s.share[q > 0 ? from : to];
-    };
-    // Blood goes with the water of the cell that it comes from.
-    const auto fraction = [&](std::size_t i) {
-      return w.depth[i] > 0 ? std::min(1.0f, w.blood[i] / w.depth[i]) : 0.0f;
-    };
-    for (int r = first; r <= last; ++r) {
-      for (int c = 1; c < columns; ++c) {
-        const std::size_t i = static_cast<std::size_t>(r) * cells + c, f = i + static_cast<std::size_t>(r);
-        s.face_u[f] = limited(s.face_u[f], i - 1, i);
-        s.new_u[f] = s.face_u[f] * fraction(s.face_u[f] > 0 ? i - 1 : i);
-      }
-      s.new_u[static_cast<std::size_t>(r) * (cells + 1)] =
-          s.new_u[static_cast<std::size_t>(r) * (cells + 1) + cells] = 0;
-    }
-    for (int r = first; r <= last + 1; ++r) {
-      for (int c = 0; c < columns; ++c) {
-        const std::size_t i = static_cast<std::size_t>(r) * cells + c;
-        if (r == first || r == last + 1) {
-          s.new_v[i] = 0;
-          continue;
-        }
-        s.face_v[i] = limited(s.face_v[i], i - cells, i);
-        s.new_v[i] = s.face_v[i] * fraction(s.face_v[i] > 0 ? i - cells : i);
-      }
-    }
-    for (int r = first; r <= last; ++r) {
-      for (int c = 0; c < columns; ++c) {
-        const std::size_t i = static_cast<std::size_t>(r) * cells + c, f = i + static_cast<std::size_t>(r);
-        const float change = ratio * (s.face_u[f] - s.face_u[f + 1] + s.face_v[i] - s.face_v[i + cells]);
-        const float blood = ratio * (s.new_u[f] - s.new_u[f + 1] + s.new_v[i] - s.new_v[i + cells]);
-        w.depth[i] = std::max(0.0f, w.depth[i] + change);
-        w.blood[i] = std::clamp(w.blood[i] + blood, 0.0f, w.depth[i]);
-      }
-    }
+    depths(w, along, w.u, s.low_u, s.high_u, s.face_u);
+    depths(w, up, w.v, s.low_v, s.high_v, s.face_v);
+    accelerate(w, along, w.u, w.v, n, s.low_u, s.high_u, s.face_u, s.new_u);
+    accelerate(w, up, w.v, w.u, n, s.low_v, s.high_v, s.face_v, s.new_v);
+    take(along, s.new_u, s.low_u, s.high_u, w.u, s.face_u);
+    take(up, s.new_v, s.low_v, s.high_v, w.v, s.face_v);
+    each([&](std::size_t i, std::size_t f) {
+      const float give = ratio * (std::max(0.0f, -s.face_u[f]) + std::max(0.0f, s.face_u[f + 1]) +
+                                  std::max(0.0f, -s.face_v[i]) + std::max(0.0f, s.face_v[i + cells]));
+      s.share[i] = give > w.depth[i] ? w.depth[i] / give : 1.0f;
+    });
+    limit(w, along, s.share, s.face_u, s.new_u);
+    limit(w, up, s.share, s.face_v, s.new_v);
+    each([&](std::size_t i, std::size_t f) {
+      const float change = ratio * (s.face_u[f] - s.face_u[f + 1] + s.face_v[i] - s.face_v[i + cells]);
+      if (change == 0 && w.depth[i] == 0) return;
+      const float blood = ratio * (s.new_u[f] - s.new_u[f + 1] + s.new_v[i] - s.new_v[i + cells]);
+      w.depth[i] = std::max(0.0f, w.depth[i] + change);
+      w.blood[i] = std::clamp(w.blood[i] + blood, 0.0f, w.depth[i]);
+    });
   }
   const float inverse_dt = static_cast<float>(1.0 / dt);
-  for (std::size_t i = c0; i < c1; ++i) w.rise[i] = (w.depth[i] - s.old_surface[i]) * inverse_dt;
+  each([&](std::size_t i, std::size_t) { w.rise[i] = (w.depth[i] - s.old_surface[i]) * inverse_dt; });
 }
 
 bool fillCell(const Model& model, State& state, int column, int row, double volume, double blood) {

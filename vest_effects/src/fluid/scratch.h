@@ -87,7 +87,7 @@ struct ScratchData {
   std::vector<std::uint8_t> is_touched;
   std::vector<std::uint32_t> triangle_offset;  ///< of each surface among all triangles
   // Pools.
-  std::vector<float> face_u, face_v, share, old_surface, new_u, new_v;
+  std::vector<float> face_u, face_v, share, old_surface, new_u, new_v, low_u, high_u, low_v, high_v;
 };
 
 void sortParticles(const Model& model, State& state, ScratchData& s);

@@ -107,7 +107,8 @@ Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
     first += static_cast<std::uint32_t>(size.triangles);
   }
   const auto c = static_cast<std::size_t>(model.columns), r = static_cast<std::size_t>(model.rows);
-  for (auto* a : {&s.face_u, &s.face_v, &s.share, &s.old_surface, &s.new_u, &s.new_v})
+  for (auto* a : {&s.face_u, &s.face_v, &s.share, &s.old_surface, &s.new_u, &s.new_v, &s.low_u, &s.high_u,
+                  &s.low_v, &s.high_v})
     a->assign((c + 1) * (r + 1), 0);
 }
 Scratch::~Scratch() {
