@@ -114,7 +114,7 @@ void toMsg(const scene::StepFrame& frame, const Description& description, vest_m
   }
   msg.dilatations.resize(in.dilatations.size());
   for (std::size_t i = 0; i < in.dilatations.size(); ++i) {
-    msg.dilatations[i].vessel_segment = in.dilatations[i].vessel_segment;
+    msg.dilatations[i].vessel_segment.assign(in.dilatations[i].vessel_segment.view());
     msg.dilatations[i].dilatation = static_cast<float>(in.dilatations[i].dilatation);
   }
   msg.requests.clear();

@@ -71,7 +71,8 @@ void applyDilatation(Context& c, const DilatationInput& d) {
   if (!std::isfinite(d.dilatation)) return;
   const float scale = static_cast<float>(std::clamp(d.dilatation, 0.5, 2.0));
   for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
-    if (c.model.description.objects[i].tube.vessel_segment != d.vessel_segment || d.vessel_segment.empty())
+    if (c.model.description.objects[i].tube.vessel_segment != d.vessel_segment.view() ||
+        d.vessel_segment.empty())
       continue;
     ObjectState& s = c.state.objects[i];
     for (const auto e : c.model.objects[i].ring_links) {

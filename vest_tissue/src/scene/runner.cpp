@@ -58,7 +58,11 @@ RunnerOptions checked(RunnerOptions o) {
 
 Runner::Runner(std::unique_ptr<Simulation> simulation, const RunnerOptions& options)
     : options_(checked(options)), simulation_(std::move(simulation)) {
-  frames_.forEachSlot([](StepFrame& f) { f.events.reserve(32); });
+  frames_.forEachSlot([](StepFrame& f) {
+    f.events.reserve(32);
+    f.input.impacts.reserve(16);
+    f.input.dilatations.reserve(16);
+  });
   report_.events.reserve(256);
   step_ = simulation_->world().steps();
   time_ = simulation_->world().time();
@@ -143,12 +147,15 @@ void Runner::load(std::unique_ptr<Simulation> simulation, const std::string& arg
 
 void Runner::restore(const std::vector<std::uint8_t>& bytes, const std::string& argument) {
   execute([&] {
-    simulation_->world().restore(bytes);
-    simulation_->restored();
+    simulation_->restore(bytes);
     fault_ = false;
     pending_command_ = Command::Restore;
     pending_argument_ = argument;
   });
+}
+
+void Runner::edit(const ParameterEdit& edit) {
+  execute([&] { pending_edits_.push_back(edit); });
 }
 
 void Runner::fillContacts(std::int64_t now) {
@@ -200,6 +207,7 @@ void Runner::stepOnce(std::int64_t now) {
   input.tools = sample_.tools;
   input.pedals = sample_.pedals;
   input.edits.clear();
+  input.edits.swap(pending_edits_);
   input.impacts.clear();
   input.dilatations.clear();
   input.requests.clear();

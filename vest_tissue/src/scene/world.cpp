@@ -113,6 +113,13 @@ const Topology& World::topology(std::size_t object) const {
   return impl_->state.objects.at(object).topology;
 }
 
+const std::vector<std::array<std::uint32_t, 3>>& World::contactTriangles(std::size_t object) const {
+  return impl_->state.objects.at(object).triangles;
+}
+const std::vector<std::uint8_t>& World::contactTriangleAlive(std::size_t object) const {
+  return impl_->state.objects.at(object).triangle_alive;
+}
+
 namespace {
 void copyRows(const ObjectState& s, Block::KnotRow first, float* out) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -127,6 +134,12 @@ void World::positions(std::size_t object, float* xyz) const {
 }
 void World::velocities(std::size_t object, float* xyz) const {
   copyRows(impl_->state.objects.at(object), Block::VX, xyz);
+}
+
+Eigen::Vector3d World::knotAt(std::size_t object, std::size_t knot) const {
+  const ObjectState& s = impl_->state.objects.at(object);
+  const std::size_t k = knot < s.block.knots() ? knot : 0;
+  return {s.block.row(Block::X)[k], s.block.row(Block::Y)[k], s.block.row(Block::Z)[k]};
 }
 
 void World::strain(std::size_t object, float* per_knot) const {

@@ -25,8 +25,10 @@ class Simulation {
   virtual Status step(StepInput& input, StepReport& report) = 0;
   virtual World& world() = 0;
   virtual void reset() = 0;
-  /// Called after the World was restored from a snapshot.
-  virtual void restored() {}
+  /// Snapshot of all that evolves. @throws std::invalid_argument naming what does not fit; nothing changed
+  /// then
+  virtual void save(std::vector<std::uint8_t>& bytes) { world().save(bytes); }
+  virtual void restore(const std::vector<std::uint8_t>& bytes) { world().restore(bytes); }
 };
 
 /// The tissue without anything around it.
@@ -141,6 +143,8 @@ class Runner {
   void load(std::unique_ptr<Simulation> simulation, const std::string& argument);
   /// @throws std::invalid_argument, and then nothing has changed
   void restore(const std::vector<std::uint8_t>& bytes, const std::string& argument);
+  /// The next step applies it.
+  void edit(const ParameterEdit& edit);
   /// Runs a function between two steps.
   void call(const std::function<void(Simulation&)>& function);
 
@@ -185,6 +189,7 @@ class Runner {
   std::int64_t contact_due_ = 0, state_due_ = 0, strain_due_ = 0;
   Command pending_command_ = Command::None;
   std::string pending_argument_;
+  std::vector<ParameterEdit> pending_edits_;
   ToolSample sample_;
   StepReport report_;
   std::thread thread_;
