@@ -11,6 +11,7 @@ CASES = [
     ("trainer.launch", ["headless:=true", "record:=false", "emulator:=false", "port:=/dev/ttyUSB0"],
      ["manager", "view", "phantom_box"]),
     ("trainer.launch", ["rviz:=false", "trajectory:=/tmp/a.csv", "loop:=true"], ["phantom_box_emulator", "recorder"]),
+    ("trainer.launch", ["left:=sim", "right:=impulse_engine"], ["haptics_left", "haptics_right"]),
     ("scene.launch", [], ["tissue", "view"]),
     ("replay.launch", ["bag:=/tmp/session.bag"], ["play", "view"]),
 ]
