@@ -443,7 +443,7 @@ void cut(Context& c) {
   box.low.array() -= kReach, box.high.array() += kReach;
   if (active) cutConnections(c, box);
   for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
-    if (active || c.state.objects[object].cut.unfinished) cutObject(c, object, box);
+    if (!c.model.objects[object].fem && (active || c.state.objects[object].cut.unfinished)) cutObject(c, object, box);
   }
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     resist(c, t);

@@ -13,6 +13,7 @@
 
 #include "vest_tissue/scene/ring.h"
 #include "vest_tissue/scene/world.h"
+#include "vest_tissue/shared/contact_memory.h"
 
 namespace vest::scene {
 
@@ -123,6 +124,8 @@ struct RunnerStatistics {
 class Runner {
  public:
   Runner(std::unique_ptr<Simulation> simulation, const RunnerOptions& options);
+  /// Before start(): every step's contact models go to this memory too, for haptic processes.
+  void shareContacts(std::unique_ptr<shared::ContactWriter> memory) { memory_ = std::move(memory); }
   ~Runner();
 
   /// Begins to step; idempotent.
@@ -160,6 +163,7 @@ class Runner {
   void run();
   void stepOnce(std::int64_t now);
   void fillContacts(std::int64_t now);
+  void shareStep(std::int64_t now);
   void fillState(std::int64_t now);
   void execute(const std::function<void()>& function);
 
@@ -192,6 +196,8 @@ class Runner {
   std::vector<ParameterEdit> pending_edits_;
   ToolSample sample_;
   StepReport report_;
+  std::unique_ptr<shared::ContactWriter> memory_;
+  shared::ContactImage image_;
   std::thread thread_;
 };
 
