@@ -7,6 +7,7 @@
 
 #include "vest_tissue/net/skin.h"
 #include "vest_tissue/scene/request.h"
+#include "vest_tissue/scene/topology.h"
 
 namespace vest::ros_shell {
 namespace {
@@ -276,6 +277,12 @@ void toMsg(const scene::World& world, vest_msgs::TissueTopology& msg) {
       for (int k = 0; k < 3; ++k) m.rest_position.push_back(static_cast<float>(p[k]));
     }
     m.knot_fixed = o.fixed;
+    for (std::size_t copy = o.rest_position.size(); copy < m.knot_count; ++copy) {
+      const std::uint32_t knot =
+          scene::originalKnot(t, o.rest_position.size(), static_cast<std::uint32_t>(copy));
+      for (int k = 0; k < 3; ++k) m.rest_position.push_back(m.rest_position[3 * knot + k]);
+      if (!m.knot_fixed.empty()) m.knot_fixed.push_back(0);
+    }
     for (const scene::Link& l : t.links) {
       m.link_knots.insert(m.link_knots.end(),
                           {l.knot0, l.kind == scene::LinkKind::Bending ? l.knot2 : l.knot1});

@@ -38,7 +38,7 @@ TissueDisplay::~TissueDisplay() {
 void TissueDisplay::onInitialize() {
   try {
     loadOgreMedia();
-    visual_ = std::make_unique<TissueVisual>(scene_manager_, scene_node_, 1);
+    visual_ = std::make_unique<TissueVisual>(scene_manager_, scene_node_, 1, false);
   } catch (const std::exception& e) {
     setStatusStd(rviz::StatusProperty::Error, "Media", e.what());
   }

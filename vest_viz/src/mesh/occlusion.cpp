@@ -65,7 +65,7 @@ std::vector<std::vector<float>> ambientOcclusion(const Store& store) {
     rays.emplace_back(std::sqrt(r2) * std::cos(angle), std::sqrt(r2) * std::sin(angle), std::sqrt(1 - r2));
   }
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    const std::size_t n = objects[i].vertexCount();
+    const std::size_t n = store.skin(i).vertexCount();
     result[i].assign(n, 1.0f);
     for (std::size_t v = 0; v < n; ++v) {
       const Eigen::Vector3f p = Eigen::Map<const Eigen::Vector3f>(&store.skin(i).positions[3 * v]);
