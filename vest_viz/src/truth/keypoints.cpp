@@ -42,7 +42,8 @@ void appendKeypoints(const InstrumentPose& i, const camera::Intrinsics& camera, 
     out->push_back(k);
   };
   const Vector3d wrist = i.X_WTip * Vector3d(0, 0, -i.jaw_length);
-  add("tip", i.X_WTip.translation());
+  const Vector3d tip = i.X_WTip.translation();
+  add("tip", tip);
   if (i.jaw_length > 0)
     for (int side : {1, -1}) {
       const double a = 0.5 * side * i.jaw;
@@ -50,29 +51,29 @@ void appendKeypoints(const InstrumentPose& i, const camera::Intrinsics& camera, 
           wrist + i.jaw_length * (i.X_WTip.linear() * Vector3d(std::sin(a), 0, std::cos(a))));
     }
   add("wrist", wrist);
-  // From the trocar towards the wrist, the first place that is in the picture; then halved to a tenth of a
+  // From the trocar towards the tip, the first place that is in the picture; then halved to a tenth of a
   // millimetre.
   Keypoint trial;
   constexpr int kSteps = 400;
   double seen = -1;
   for (int s = 0; s <= kSteps && seen < 0; ++s)
-    if (see(i.pivot + (wrist - i.pivot) * (static_cast<double>(s) / kSteps), camera, circle, X_WO, &trial))
+    if (see(i.pivot + (tip - i.pivot) * (static_cast<double>(s) / kSteps), camera, circle, X_WO, &trial))
       seen = static_cast<double>(s) / kSteps;
   if (seen < 0) {
     Keypoint none;
     none.instrument = i.name;
     none.name = "entry";
     none.u = none.v = std::numeric_limits<double>::quiet_NaN();
-    none.depth = (X_WO.inverse() * wrist).z();
+    none.depth = (X_WO.inverse() * tip).z();
     out->push_back(none);
     return;
   }
   double low = std::max(0.0, seen - 1.0 / kSteps), high = seen;
   for (int k = 0; k < 12; ++k) {
     const double middle = 0.5 * (low + high);
-    (see(i.pivot + (wrist - i.pivot) * middle, camera, circle, X_WO, &trial) ? high : low) = middle;
+    (see(i.pivot + (tip - i.pivot) * middle, camera, circle, X_WO, &trial) ? high : low) = middle;
   }
-  add("entry", i.pivot + (wrist - i.pivot) * high);
+  add("entry", i.pivot + (tip - i.pivot) * high);
 }
 
 }  // namespace vest::truth

@@ -31,8 +31,8 @@ struct InstrumentPose {
 };
 
 /// tip: origin of the tip frame. wrist: the jaws' axis (the tip, where there are none). jaw_left, jaw_right:
-/// points of the jaws as opened. entry: where the shaft's axis comes into the round picture (its trocar, if
-/// that is seen). A point is visible if it is not hidden by something that lies more than a shaft's radius
+/// points of the jaws as opened. entry: where the instrument's axis comes into the round picture (its trocar,
+/// if that is seen). A point is visible if it is not hidden by something that lies more than a shaft's radius
 /// before it, or if the pixel shows the instrument itself.
 void appendKeypoints(const InstrumentPose& instrument, const camera::Intrinsics& camera,
                      const picture::Circle& circle, const Eigen::Isometry3d& X_WO, const Raster& raster,
