@@ -14,6 +14,8 @@ mesh::Topology toTopology(const vest_msgs::TissueTopology& message) {
     o.name = m.name;
     o.organ = m.organ;
     o.segmentation_label = m.segmentation_label;
+    o.material = m.material;
+    o.link_kind = m.link_kind;
     o.rigid = m.model == vest_msgs::TissueObject::MODEL_RIGID;
     o.knot_count = m.knot_count;
     o.rest_position = m.rest_position;
@@ -37,6 +39,7 @@ mesh::Delta toDelta(const vest_msgs::TissueTopologyDelta& m) {
   d.revision = m.revision;
   d.object = m.object;
   d.removed_links = m.removed_links;
+  d.added_link_kind = m.added_link_kind;
   d.added_link_knots = m.added_link_knots;
   d.doubled_knots = m.doubled_knots;
   d.removed_triangles = m.removed_triangles;

@@ -11,6 +11,7 @@
 #include <vest_msgs/TissueField.h>
 
 #include "ogre_assets.h"
+#include "vest_viz/inspect/colour_map.h"
 #include "vest_viz/mesh/occlusion.h"
 #include "vest_viz/texture/organ_texture.h"
 
@@ -54,6 +55,8 @@ TissueVisual::~TissueVisual() {
 
 void TissueVisual::destroy(Part* part) {
   part->mesh.reset();
+  if (part->coloured) Ogre::MaterialManager::getSingleton().remove(part->coloured);
+  part->coloured.reset();
   for (auto* materials : {&part->plain, &part->marked})
     for (Ogre::MaterialPtr& material : *materials)
       if (material) {
@@ -192,7 +195,7 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
 
 void TissueVisual::update(const mesh::Store& store) {
   const bool fresh = store.shapeVersion() != shape_version_;
-  bool fields = store.fieldVersion() != field_version_;
+  const bool fields = store.fieldVersion() != field_version_;
   if (fresh) {
     shape_version_ = store.shapeVersion();
     std::vector<std::string> names;
@@ -209,7 +212,11 @@ void TissueVisual::update(const mesh::Store& store) {
     if (reshaped) rebuildPart(store, i);
     const mesh::Skin& skin = store.skin(i);
     if (reshaped || store.moved(i)) parts_[i].mesh->setVertices(skin.positions, skin.normals, skin.tangents);
-    if ((fields || reshaped) && (shown || parts_[i].is_marked)) updateState(store, i);
+    if (colouring_.by != Colouring::By::Look) {
+      if (fields || reshaped) updateColours(store, i);
+    } else if ((fields || reshaped) && (shown || parts_[i].is_marked)) {
+      updateState(store, i);
+    }
     vertices_ += skin.vertexCount();
   }
   field_version_ = store.fieldVersion();
@@ -228,6 +235,62 @@ void TissueVisual::setAlpha(float alpha) {
     for (auto* materials : {&part.plain, &part.marked})
       for (Ogre::MaterialPtr& material : *materials)
         if (material) prepare(material, part.cull);
+  for (Part& part : parts_)
+    if (part.coloured) prepare(part.coloured, false);
+}
+
+void TissueVisual::setColouring(const Colouring& colouring, const mesh::Store& store) {
+  if (colouring == colouring_) return;
+  colouring_ = colouring;
+  for (std::size_t i = 0; i < parts_.size() && i < store.topology().objects.size(); ++i) {
+    if (colouring.by != Colouring::By::Look) {
+      updateColours(store, i);
+      continue;
+    }
+    for (std::size_t g = 0; g < kGroups; ++g)
+      if (parts_[i].present[g]) parts_[i].mesh->setMaterial(g, parts_[i].plain[g]);
+    parts_[i].is_marked = false;
+    updateState(store, i);
+  }
+}
+
+void TissueVisual::updateColours(const mesh::Store& store, std::size_t index) {
+  Part& part = parts_[index];
+  const mesh::Object& o = store.topology().objects[index];
+  const mesh::Skin& skin = store.skin(index);
+  const std::size_t n = skin.vertexCount();
+  if (n == 0) return;
+  if (!part.coloured) {
+    part.coloured = cloneMaterial("vest_viz/Field");
+    prepare(part.coloured, false);
+  }
+  for (std::size_t g = 0; g < kGroups; ++g)
+    if (part.present[g]) part.mesh->setMaterial(g, part.coloured);
+  std::vector<std::uint8_t>& out = part.state;
+  out.assign(4 * n, 255);
+  const auto put = [&](std::size_t v, const inspect::Colour& c) {
+    for (std::size_t k = 0; k < 3; ++k) out[4 * v + k] = static_cast<std::uint8_t>(255 * c[k] + 0.5f);
+  };
+  using By = Colouring::By;
+  if (colouring_.by == By::Field) {
+    const bool known = store.field(colouring_.field) != nullptr;
+    std::vector<std::uint8_t> value(n);
+    store.vertexField(index, colouring_.field, colouring_.low, colouring_.high, value.data(), 1);
+    for (std::size_t v = 0; v < n; ++v)
+      put(v, inspect::valueColour(known ? static_cast<float>(value[v]) / 255 : std::nanf("")));
+  } else if (colouring_.by == By::Layer) {
+    for (std::size_t t = 0; t < o.triangle_layer.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k)
+        put(skin.triangles[3 * t + k], inspect::layerColour(o.triangle_layer[t]));
+    if (o.triangle_layer.empty())
+      for (std::size_t v = 0; v < n; ++v) put(v, inspect::layerColour(0));
+  } else {
+    const inspect::Colour c = inspect::nameColour(colouring_.by == By::Object  ? o.name
+                                                  : colouring_.by == By::Organ ? o.organ
+                                                                               : o.material);
+    for (std::size_t v = 0; v < n; ++v) put(v, c);
+  }
+  part.mesh->setState(out);
 }
 
 void TissueVisual::showSurface(bool show) {

@@ -35,6 +35,17 @@ class TissueVisual {
   void showLinks(bool show);
   /// Only objects whose name or organ is in the set; an empty set shows all.
   void setFilter(const std::set<std::string>& names);
+  /// How skins are coloured.
+  struct Colouring {
+    enum class By { Look, Field, Object, Organ, Material, Layer };
+    By by = By::Look;
+    std::uint8_t field = 0;   ///< kind of vest_msgs/TissueField
+    float low = 0, high = 1;  ///< of the scale, unit of the kind
+    bool operator==(const Colouring& o) const {
+      return by == o.by && field == o.field && low == o.low && high == o.high;
+    }
+  };
+  void setColouring(const Colouring& colouring, const mesh::Store& store);
   /// Empty, or why shaders are not supported.
   const std::string& warning() const { return warning_; }
   std::size_t vertexCount() const { return vertices_; }
@@ -46,6 +57,7 @@ class TissueVisual {
   struct Part {
     std::unique_ptr<DynamicMesh> mesh;
     std::array<Ogre::MaterialPtr, kGroups> plain, marked;
+    Ogre::MaterialPtr coloured;
     std::array<std::string, kGroups> styles;
     std::array<bool, kGroups> present{};
     bool is_marked = false, cull = false;
@@ -57,6 +69,7 @@ class TissueVisual {
   void rebuildAll(const mesh::Store& store);
   void rebuildPart(const mesh::Store& store, std::size_t index);
   void updateState(const mesh::Store& store, std::size_t index);
+  void updateColours(const mesh::Store& store, std::size_t index);
   void destroy(Part* part);
   void prepare(const Ogre::MaterialPtr& material, bool cull);
   template <class F>
@@ -69,6 +82,7 @@ class TissueVisual {
   Ogre::SceneNode* node_;
   int quality_;
   bool depth_in_alpha_;
+  Colouring colouring_;
   std::vector<Part> parts_;
   std::uint64_t shape_version_ = 0, field_version_ = 0;
   std::vector<std::string> names_;  ///< of the objects drawn

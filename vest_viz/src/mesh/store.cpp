@@ -46,6 +46,7 @@ void clearShape(Object* object) {
   object->binding_weights.clear();
   object->link_knots.clear();
   object->link_alive.clear();
+  object->link_kind.clear();
   if (object->rest_position.size() != 3 * static_cast<std::size_t>(object->knot_count) ||
       !finite(object->rest_position.data(), object->rest_position.size())) {
     object->rest_position.clear();
@@ -332,6 +333,10 @@ Outcome Store::applyDelta(const Delta& d) {
   for (std::uint32_t link : d.removed_links) o.link_alive[link] = 0;
   o.link_knots.insert(o.link_knots.end(), d.added_link_knots.begin(), d.added_link_knots.end());
   o.link_alive.resize(o.link_knots.size() / 2, 1);
+  if (!o.link_kind.empty()) {
+    o.link_kind.insert(o.link_kind.end(), d.added_link_kind.begin(), d.added_link_kind.end());
+    o.link_kind.resize(o.link_knots.size() / 2, 0);
+  }
 
   o.knot_count += static_cast<std::uint32_t>(d.doubled_knots.size());
   if (!o.knot_fixed.empty()) o.knot_fixed.resize(o.knot_count, 0);

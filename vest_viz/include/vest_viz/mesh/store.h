@@ -14,12 +14,14 @@ namespace vest::mesh {
 struct Object {
   std::string name;
   std::string organ;
+  std::string material;  ///< key of the material database; empty if unknown
   std::uint16_t segmentation_label = 0;
   bool rigid = false;
   std::uint32_t knot_count = 0;
   std::vector<float> rest_position;  ///< m, world; x y z per knot
   std::vector<std::uint8_t> knot_fixed;
   std::vector<std::uint32_t> link_knots;  ///< two per link
+  std::vector<std::uint8_t> link_kind;    ///< TissueObject.LINK_*; may be empty
   std::vector<std::uint8_t> link_alive;
   std::vector<std::uint32_t> triangles;  ///< three skin vertices each, counter-clockwise from outside
   std::vector<std::uint16_t> triangle_layer;
@@ -44,6 +46,7 @@ struct Delta {
   std::uint16_t object = 0;
   std::vector<std::uint32_t> removed_links, added_link_knots, doubled_knots, removed_triangles,
       added_triangles;
+  std::vector<std::uint8_t> added_link_kind;  ///< may be empty: elastic
   std::vector<std::uint16_t> added_triangle_layer;
   std::vector<float> added_texture_coordinates;
   std::vector<std::uint32_t> added_binding_start, added_binding_knots;
