@@ -70,8 +70,9 @@ sensor_msgs::CameraInfo toCameraInfo(const camera::Intrinsics& c) {
   sensor_msgs::CameraInfo info;
   info.width = c.width;
   info.height = c.height;
-  info.distortion_model = "plumb_bob";
-  info.D.assign(c.distortion.begin(), c.distortion.end());
+  const bool fisheye = c.model == camera::Distortion::Equidistant;
+  info.distortion_model = fisheye ? "equidistant" : "plumb_bob";
+  info.D.assign(c.distortion.begin(), c.distortion.begin() + (fisheye ? 4 : 5));
   info.K = {c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1};
   info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   info.P = {c.fx, 0, c.cx, 0, 0, c.fy, c.cy, 0, 0, 0, 1, 0};

@@ -83,6 +83,9 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
       -0.3, 0.3);
   k2_ =
       limited(new FloatProperty("k2", 0.03f, "plumb_bob distortion.", this, SLOT(updateCamera())), -0.1, 0.1);
+  calibration_ = new StringProperty("Calibration File", "",
+                                    "YAML of camera_calibration; replaces size, field of view, k1 and k2.",
+                                    this, SLOT(updateCamera()));
   circle_ = limited(new FloatProperty("Circle", 1.0f, "Radius of the round picture over half its height.",
                                       this, SLOT(updateCamera())),
                     0.3, 1.5);
@@ -175,6 +178,15 @@ void EndoscopicViewDisplay::updateCamera() {
   camera_ = camera::fromFieldOfView(
       static_cast<std::uint32_t>(width_->getInt()), static_cast<std::uint32_t>(height_->getInt()),
       field_of_view_->getFloat() * kDegree, {k1_->getFloat(), k2_->getFloat(), 0, 0, 0});
+  const std::string file = calibration_->getStdString();
+  deleteStatus("Calibration");
+  if (!file.empty()) {
+    try {
+      camera_ = camera::readCalibration(file);
+    } catch (const std::exception& e) {
+      setStatusStd(rviz::StatusProperty::Error, "Calibration", e.what());
+    }
+  }
   // Fewer pixels are drawn and the camera's resampling fills in.
   const int quality = quality_->getOptionInt();
   const double resolution = quality == 2 ? kResolutions[level_] : quality == 1 ? 1.0 : 0.7;

@@ -61,6 +61,7 @@ class EndoscopicViewDisplay : public rviz::Display {
   rviz::IntProperty* height_;
   rviz::FloatProperty* field_of_view_;
   rviz::FloatProperty* k1_;
+  rviz::StringProperty* calibration_;
   rviz::FloatProperty* k2_;
   rviz::FloatProperty* circle_;
   rviz::FloatProperty* optic_angle_;

@@ -165,6 +165,16 @@ std::vector<Style> makeStyles() {
   s.base = {0.85f, 0.42f, 0.36f}, s.second = {0.70f, 0.20f, 0.19f}, s.mottle = 0.7f;
   s.relief = 0.0005, s.relief_length = 0.003, s.streak = 3.0f, s.crypts = 0.0002;
   all.push_back(s);
+  // Squares of a calibration board: paper, matt and without pattern.
+  s = Style();
+  s.organ = "board_white";
+  s.base = s.second = {0.93f, 0.93f, 0.93f};
+  s.mottle = 0, s.vessel_trees = 0, s.capillaries = 0, s.vessel_strength = 0, s.relief = 0, s.wet = 0,
+  s.translucence = 0;
+  all.push_back(s);
+  s.organ = "board_black";
+  s.base = s.second = {0.16f, 0.16f, 0.16f};
+  all.push_back(s);
   s = Style();
   s.vessel_trees = 6, s.vessel_strength = 0.72f, s.capillaries = 90, s.mottle = 0.6f;
   s.second = {0.60f, 0.27f, 0.25f}, s.relief = 0.0005, s.relief_length = 0.013, s.wet = 0.6f;

@@ -28,6 +28,7 @@ Raster::Raster(const camera::Intrinsics& camera, const picture::Circle& circle) 
     }
   // As fine in the middle as the picture; one pixel more at the border.
   pinhole_ = camera;
+  pinhole_.model = camera::Distortion::PlumbBob;
   pinhole_.distortion = {0, 0, 0, 0, 0};
   pinhole_.width = static_cast<std::uint32_t>(2 * std::ceil(reach * camera.fx) + 4);
   pinhole_.height = static_cast<std::uint32_t>(2 * std::ceil(reach * camera.fy) + 4);
