@@ -7,6 +7,7 @@
 
 #include "vest_tissue/net/skin.h"
 #include "vest_tissue/scene/request.h"
+#include "vest_tissue/scene/topology.h"
 
 namespace vest::ros_shell {
 namespace {
