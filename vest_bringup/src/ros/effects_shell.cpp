@@ -94,6 +94,10 @@ EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   surface_options_.frame_rate =
       doubleParameter(effects, "surface_rate", surface_options_.frame_rate, 1.0, 100.0);
   surface_pub_ = nh.advertise<vest_msgs::SurfaceBleeding>("effects/surface", 10);
+  if (boolParameter(effects, "field", true)) {
+    field_options_ = fieldOptions(effects);
+    field_ = std::make_unique<FieldPublisher>(nh);
+  }
   haemodynamics_pub_ = nh.advertise<vest_msgs::HaemodynamicsState>("effects/haemodynamics", 100);
 }
 
@@ -109,6 +113,11 @@ std::unique_ptr<scene::Simulation> EffectsShell::compose(scene::World world) {
   if (surface_) {
     trainer->add(std::make_unique<simulation::SurfaceEffect>(trainer->world(), surface_options_, circulation,
                                                              &surface_frames_));
+  }
+  if (field_) {
+    auto frames = std::make_shared<simulation::FieldFrames>();
+    trainer->add(std::make_unique<simulation::OperatingField>(trainer->world(), field_options_, frames));
+    field_->show(std::move(frames));
   }
   return trainer;
 }

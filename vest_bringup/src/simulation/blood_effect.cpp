@@ -56,16 +56,6 @@ const net::TubeMap& tubeOf(const scene::World& world, std::size_t object) {
   return world.model().objects[object].tube;
 }
 
-/// m; 0 where the scene does not say.
-template <class Object>
-auto wallThickness(const Object& object, int) -> decltype(object.wall_thickness) {
-  return object.wall_thickness;
-}
-template <class Object>
-double wallThickness(const Object&, long) {
-  return 0;
-}
-
 }  // namespace
 
 template <class Archive, class S>
@@ -227,7 +217,7 @@ void BloodEffect::take(const scene::World& world, const scene::Event& event) {
       // What is told is the area of the wall that was cut; what gapes is that share of the lumen.
       const net::TubeMap& tube = tubeOf(world, object);
       const double whole = crossSection(world, object, tube, tube.nearestRing(event.station));
-      const double wall = wallThickness(world.description().objects[object], 0);
+      const double wall = world.description().objects[object].wall_thickness;
       if (has_area && whole > 0)
         openAt(world, object, event.station, cutShare(event.area, wall, whole) * whole, &event.position);
       break;

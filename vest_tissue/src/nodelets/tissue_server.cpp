@@ -50,6 +50,14 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   description_ = loaded.description;
   published_revision_ = topology_->revision;
   runner_ = std::make_unique<scene::Runner>(std::move(loaded.simulation), options);
+  if (boolParameter(private_nh_, "share_contacts", true)) {
+    try {
+      runner_->shareContacts(std::make_unique<shared::ContactWriter>(
+          shared::contactMemoryName(ros::master::getURI(), nh_.getNamespace())));
+    } catch (const std::exception& e) {
+      ROS_WARN("%s; the simulation runs without haptic devices", e.what());
+    }
+  }
 
   topology_pub_ = nh_.advertise<vest_msgs::TissueTopology>("tissue/topology", 2, true);
   delta_pub_ = nh_.advertise<vest_msgs::TissueTopologyDelta>("tissue/topology_delta", 1000);

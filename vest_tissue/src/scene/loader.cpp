@@ -4,6 +4,7 @@
 
 #include "csv_reader.h"
 #include "loader_fem.h"
+#include "vest_tissue/fem/cache.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/world.h"
 #include "yaml_reader.h"
@@ -162,11 +163,39 @@ Object readObject(const Value& value, Files& files) {
   Map map(value);
   if (map.has("baked")) {
     map.only({"name", "organ", "material", "roles", "model", "baked", "law", "density", "friction",
-              "contact_thickness", "vessel_segment", "tear_strain"});
+              "contact_thickness", "vessel_segment", "tear_strain", "cut_toughness", "wall_thickness"});
   } else {
-    map.only({"name", "organ", "material", "roles", "model", "nodes", "links", "fixed", "triangles",
-              "knot_mass", "link_area", "friction", "contact_thickness", "vessel_segment", "tear_strain",
-              "strain", "tetrahedra", "loads"});
+    map.only({"name",
+              "organ",
+              "material",
+              "roles",
+              "model",
+              "nodes",
+              "links",
+              "fixed",
+              "triangles",
+              "knot_mass",
+              "link_area",
+              "friction",
+              "contact_thickness",
+              "vessel_segment",
+              "tear_strain",
+              "cut_toughness",
+              "wall_thickness",
+              "strain",
+              "tetrahedra",
+              "loads",
+              "integrator",
+              "mesh",
+              "image",
+              "surface",
+              "skin",
+              "cell",
+              "fit",
+              "materials",
+              "fixed_boxes",
+              "rayleigh_mass",
+              "rayleigh_stiffness"});
   }
   Object object;
   object.name = map["name"].name();
@@ -175,18 +204,24 @@ Object readObject(const Value& value, Files& files) {
     for (const Value& role : map["roles"].list()) object.roles.push_back(role.name());
   }
   const std::string model = map.has("model") ? map["model"].oneOf({"net", "fem", "volume", "rigid"}) : "net";
-  if (model == "volume") map["model"].fail("must be net, fem or rigid; volume cannot be simulated yet");
-  object.model = model == "rigid" ? ObjectModel::Rigid : model == "fem" ? ObjectModel::Fem : ObjectModel::Net;
-  for (const char* of_fem : {"strain", "tetrahedra", "loads"}) {
-    if (object.model != ObjectModel::Fem && map.has(of_fem))
-      map[of_fem].fail("belongs to objects with model: fem");
+  object.model = model == "rigid"    ? ObjectModel::Rigid
+                 : model == "fem"    ? ObjectModel::Fem
+                 : model == "volume" ? ObjectModel::Volume
+                                     : ObjectModel::Net;
+  const bool elements = object.model == ObjectModel::Fem || object.model == ObjectModel::Volume;
+  for (const char* of_fem :
+       {"strain", "tetrahedra", "loads", "integrator", "mesh", "image", "surface", "skin", "cell", "fit",
+        "materials", "fixed_boxes", "rayleigh_mass", "rayleigh_stiffness"}) {
+    if (!elements && map.has(of_fem)) map[of_fem].fail("belongs to objects with model: fem or volume");
   }
   if (map.has("friction")) object.friction = map["friction"].number(0, 2);
   if (map.has("tear_strain")) object.tear_strain = map["tear_strain"].number(0, 1e3);
+  if (map.has("cut_toughness")) object.cut_toughness = map["cut_toughness"].number(0, 1e6);
+  if (map.has("wall_thickness")) object.wall_thickness = map["wall_thickness"].number(0, 1e3);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
   std::string path = value.file();
-  if (object.model == ObjectModel::Fem) {
+  if (elements) {
     readFem(
         map, [&files](const Value& name, std::string& file) { return files.read(name, file); }, object);
     map.finish();
@@ -297,6 +332,7 @@ Description loadScene(const std::string& path) {
   if (map.has("connections")) readConnections(map["connections"], files, description);
   map.finish();
   description.hash = files.hash();
+  description.cache_directory = fem::defaultCacheDirectory();
   return description;
 }
 

@@ -10,6 +10,8 @@
 #include <pthread.h>
 #include <sched.h>
 
+#include "vest_tissue/shared/fill_record.h"
+
 namespace vest::scene {
 namespace {
 
@@ -166,18 +168,36 @@ void Runner::fillContacts(std::int64_t now) {
   contacts_.publish();
 }
 
+void Runner::shareStep(std::int64_t now) {
+  if (!memory_) return;
+  const std::uint64_t step = simulation_->world().steps();
+  if (step <= image_.step) memory_->beginGeneration();  // reset, restored or another scene
+  image_.step = step;
+  image_.steady_ns = now;
+  for (std::size_t i = 0; i < report_.contacts.size(); ++i) {
+    shared::fillRecord(report_.contacts[i], sample_.tools[i], image_.contacts[i]);
+  }
+  memory_->write(image_);
+}
+
 void Runner::fillState(std::int64_t now) {
   World& world = simulation_->world();
   StateFrame& frame = states_.back();
   std::size_t knots = 0;
   for (std::size_t i = 0; i < world.objectCount(); ++i) knots += world.knotCount(i);
   frame.positions.resize(3 * knots);
-  frame.strain.resize(knots);
-  frame.has_strain = elapsed(now, options_.strain_rate, strain_due_);
+  frame.has_fields = elapsed(now, options_.strain_rate, strain_due_);
+  for (std::size_t f = 0; f < frame.fields.size(); ++f) {
+    FieldFrame& field = frame.fields[f];
+    field.kind = kFieldFrames[f].kind;
+    field.minimum = kFieldFrames[f].minimum, field.maximum = kFieldFrames[f].maximum;
+    field.values.resize(knots);
+  }
   std::size_t at = 0;
   for (std::size_t i = 0; i < world.objectCount(); ++i) {
     world.positions(i, frame.positions.data() + 3 * at);
-    if (frame.has_strain) world.strain(i, frame.strain.data() + at);
+    for (FieldFrame& field : frame.fields)
+      if (frame.has_fields) world.field(i, field.kind, field.values.data() + at);
     at += world.knotCount(i);
   }
   frame.step = world.steps();
@@ -212,6 +232,7 @@ void Runner::stepOnce(std::int64_t now) {
   frame.status = simulation_->step(input, report_);
   if (frame.status == Status::Fault) fault_ = true;
   frame.events = report_.events;
+  if (frame.status != Status::Fault) shareStep(now);
   frame.has_hash = input.step % options_.hash_every == 0;
   if (frame.has_hash) frame.hash = world.stateHash();
   step_ = world.steps();

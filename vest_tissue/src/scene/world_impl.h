@@ -24,19 +24,27 @@ struct World::Impl {
   /// A copied vector has no spare room: give it back before steps that must not allocate.
   void reserve() {
     state.pairs.reserve(8192);
+    state.fasteners.reserve();
     state.sides.reserve(2048);
     for (std::size_t i = 0; i < state.objects.size(); ++i) {
       if (!model->objects[i].net) continue;
       ObjectState& s = state.objects[i];
-      const auto room = [](auto& v, std::size_t most) { v.reserve(most + most / 4 + 64); };
+      const auto room = [](auto& v, std::size_t most) { v.reserve(2 * most + 64); };
       const std::size_t links = model->start.objects[i].topology.links.size();
       room(s.topology.links, links), room(s.topology.link_alive, links), room(s.places, links),
           room(s.links, links);
       room(s.elements.bending, s.elements.bending.size()),
           room(s.elements.plastic, s.elements.plastic.size());
       room(s.elements.tethers, s.elements.tethers.size());
+      reserveTissue(s.tissue, s.block.knotCapacity());
       s.fixed.reserve(s.block.knotCapacity()), s.topology.doubled_knots.reserve(s.block.knotCapacity());
     }
+    reserveCut(*model, state);
+  }
+  static void reserveTissue(fem::TissueState& t, std::size_t knots) {
+    if (t.x.empty()) return;
+    t.x.reserve(knots), t.v.reserve(knots), t.mass.reserve(knots);
+    t.origin.reserve(knots), t.knot_element.reserve(knots);
   }
   Status fault(Context& c, std::string_view object);
 

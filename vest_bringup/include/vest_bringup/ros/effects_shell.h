@@ -8,6 +8,7 @@
 #include <vest_msgs/HaemodynamicsState.h>
 #include <vest_msgs/SurfaceBleeding.h>
 
+#include "vest_bringup/ros/field_publisher.h"
 #include "vest_bringup/simulation/blood_effect.h"
 #include "vest_bringup/simulation/surface_effect.h"
 #include "vest_tissue/ros/message_pool.h"
@@ -40,6 +41,8 @@ class EffectsShell {
   scene::TripleBuffer<simulation::SurfaceFrame> surface_frames_;
   ros::Publisher surface_pub_;
   MessagePool<vest_msgs::SurfaceBleeding> surface_pool_;
+  simulation::FieldOptions field_options_;
+  std::unique_ptr<FieldPublisher> field_;  ///< null: effects/field is false
   std::uint32_t degraded_seen_ = 0, refused_seen_ = 0;
 };
 

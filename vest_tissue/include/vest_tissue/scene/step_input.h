@@ -46,10 +46,10 @@ struct DilatationInput {
 
 /// A change of the topology, applied before the step. As words on the wire: scene/request.h.
 struct TopologyRequest {
-  enum class Kind : std::uint8_t { RemoveLink = 0, SplitKnot = 1 };
+  enum class Kind : std::uint8_t { RemoveLink = 0, SplitKnot = 1, RemoveClip = 2 };
   Kind kind = Kind::RemoveLink;
   std::uint16_t object = 0;
-  std::uint32_t element = 0;  ///< link of the topology, or knot
+  std::uint32_t element = 0;  ///< link of the topology, knot, or id of a clip
   Eigen::Vector3d normal =
       Eigen::Vector3d::UnitZ();  ///< SplitKnot: of the plane through the knot, to the copy
 };

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "vest_tissue/scene/description.h"
+
+namespace vest::scene {
+
+/// Gives an object with tetrahedra (object.fem) what it shares with nets: knots (its nodes, in their order),
+/// lumped masses, held knots, contact triangles (boundary faces, counter-clockwise from outside) and, where
+/// it has none yet, a skin: one vertex per boundary node. Texture coordinates, m: u = x + z/2, v = y + z/2 of
+/// the rest shape, which has no seam. Does not check the tetrahedra.
+void completeFem(Object& object);
+
+/// Boundary faces of tetrahedra, counter-clockwise from outside, in the order of the tetrahedra.
+std::vector<std::array<Index, 3>> boundaryFaces(const std::vector<std::array<Index, 4>>& tetrahedra);
+
+}  // namespace vest::scene
