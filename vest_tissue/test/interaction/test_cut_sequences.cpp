@@ -47,7 +47,8 @@ class Operations {
     const Vector3d along(uniform(-0.7, 0.7), uniform(-0.7, 0.7), -1.0);  // from above, as through a trocar
     const Vector3d opening(uniform(-0.3, 0.3), 1.0, uniform(-0.3, 0.3));
     const Vector3d middle(uniform(-0.018, 0.018), uniform(-0.003, 0.003), uniform(0.048, 0.052));
-    const double beyond = kind == tools::ToolKind::CoagulationHook ? uniform(-0.014, 0.0) : uniform(-0.002, 0.008);
+    const double beyond =
+        kind == tools::ToolKind::CoagulationHook ? uniform(-0.014, 0.0) : uniform(-0.002, 0.008);
     const Vector3d tip = middle + beyond * along.normalized();
     return test::toolAt(kind, tip, along, opening, jaw);
   }
