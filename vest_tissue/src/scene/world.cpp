@@ -247,5 +247,8 @@ void World::measureStages(bool on) {
 const WorldModel& World::model() const {
   return *impl_->model;
 }
+const WorldState& World::state() const {
+  return impl_->state;
+}
 
 }  // namespace vest::scene
