@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "../scene/loader_living.h"
 #include "../scene/yaml_reader.h"
 
 namespace vest::modelling {
@@ -246,6 +247,7 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
   number("contact_thickness", object.contact_thickness, 0, 0.1);
   number("cut_toughness", object.cut_toughness, 0, 1e6);
   number("inner_wall", object.inner_wall, 0, 0.1);
+  if (map.has("motility")) object.motility = scene::readMotility(map["motility"]);
   if (map.has("vessel_segment")) object.vessel_segment = map["vessel_segment"].name();
   readRules(map, object);
   map.finish();

@@ -175,6 +175,8 @@ void fillHeat(const Object& o, ObjectState& s, ObjectConstants& c) {
     places[k] = {o.rest_position[k].x(), o.rest_position[k].y(), o.rest_position[k].z()};
     c.heat.shapes.push_back(interaction::columnShape(volume[k], area[k]));
   }
+  if (o.tube.rings.size() > 1) c.motility.waves = o.motility;
+  c.motility.area = area;
   std::vector<interaction::HeatLink> links;
   for (const NetLink& l : s.links)
     links.push_back({l.values.knot0, l.values.knot1,
@@ -436,6 +438,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
       const std::size_t edges = solver::KnotOrder::edgesOf(net);
       s.implicit = std::make_unique<solver::ImplicitNet>(net, b.knotCapacity(), edges + edges / 2);
     }
+    if (model.objects[i].motility.waves.active()) s.active.resize(3 * b.knotCapacity());
   }
   organ_contacts.reserve(8192);
   std::size_t most = 0;

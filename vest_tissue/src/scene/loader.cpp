@@ -5,6 +5,7 @@
 #include "csv_reader.h"
 #include "loader_fem.h"
 #include "vest_tissue/fem/cache.h"
+#include "loader_living.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/world.h"
 #include "yaml_reader.h"
@@ -163,7 +164,8 @@ Object readObject(const Value& value, Files& files) {
   Map map(value);
   if (map.has("baked")) {
     map.only({"name", "organ", "material", "roles", "model", "baked", "law", "density", "friction",
-              "contact_thickness", "vessel_segment", "tear_strain", "cut_toughness", "wall_thickness"});
+              "contact_thickness", "vessel_segment", "tear_strain", "cut_toughness", "wall_thickness", "thermal",
+              "grasp_damage_threshold", "motility"});
   } else {
     map.only({"name",
               "organ",
@@ -195,7 +197,10 @@ Object readObject(const Value& value, Files& files) {
               "materials",
               "fixed_boxes",
               "rayleigh_mass",
-              "rayleigh_stiffness"});
+              "rayleigh_stiffness",
+              "thermal",
+              "grasp_damage_threshold",
+              "motility"});
   }
   Object object;
   object.name = map["name"].name();
@@ -220,6 +225,7 @@ Object readObject(const Value& value, Files& files) {
   if (map.has("wall_thickness")) object.wall_thickness = map["wall_thickness"].number(0, 1e3);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
+  readLiving(map, object);
   std::string path = value.file();
   if (elements) {
     readFem(
@@ -295,7 +301,8 @@ Description loadScene(const std::string& path) {
   description.directory = slash == std::string::npos ? "." : path.substr(0, slash);
   Files files(description.directory, text);
   Map map(root);
-  map.only({"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections"});
+  map.only(
+      {"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections", "connect"});
   if (map.has("vest_scene")) map["vest_scene"].integer(1, 1);
   if (map.has("name"))
     description.name = map["name"].name();
@@ -330,6 +337,7 @@ Description loadScene(const std::string& path) {
     description.objects.push_back(std::move(object));
   }
   if (map.has("connections")) readConnections(map["connections"], files, description);
+  if (map.has("connect")) readNearestConnections(map["connect"], description);
   map.finish();
   description.hash = files.hash();
   description.cache_directory = fem::defaultCacheDirectory();

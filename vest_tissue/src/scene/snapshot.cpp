@@ -183,7 +183,8 @@ void checkIndices(const WorldState& s) {
     anchored(p.object, p.knot), anchored(p.other, 0);
     if (p.triangle >= s.objects[p.other].triangles.size()) refuse("a contact outside the scene");
   }
-  if (s.fasteners.clips.size() > interaction::kMaxClips || s.fasteners.slings.size() > interaction::kMaxSlings)
+  if (s.fasteners.clips.size() > interaction::kMaxClips ||
+      s.fasteners.slings.size() > interaction::kMaxSlings)
     refuse("too many clips or slings");
   for (const auto& f : s.fasteners.clips)
     for (int i = 0; f.alive && i < f.count; ++i) anchored(f.object, f.knots[i]);

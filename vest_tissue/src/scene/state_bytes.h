@@ -83,6 +83,7 @@ struct StateWalker {
     });
     flag(s.cut.exhausted);
     if (!s.tissue.x.empty()) tissue(s.tissue);
+    values(s.motility.phase.data(), 2);
     value(s.topology.revision);
     if (s.topology.revision == 0 && s.cut.tracks.empty()) return;  // as the scene says
     cut(s.cut);
@@ -128,7 +129,8 @@ struct StateWalker {
 
   void matrix(Eigen::Matrix3d& m) { values(m.data(), 9); }
   void clip(interaction::Clip& c) {
-    value(c.id), flag(c.alive), flag(c.shut), value(c.instrument), value(c.object), value(c.count), value(c.ring);
+    value(c.id), flag(c.alive), flag(c.shut), value(c.instrument), value(c.object), value(c.count),
+        value(c.ring);
     archive.within(c.count, interaction::kMaxClipKnots), archive.within(c.ring, interaction::kMaxClipKnots);
     values(c.knots.data(), static_cast<std::size_t>(c.count));
     for (int i = 0; i < c.count; ++i) vector3(c.open[i]), vector3(c.closed[i]);
@@ -136,7 +138,8 @@ struct StateWalker {
     matrix(c.rotation), vector3(c.centre), vector3(c.offset);
   }
   void sling(interaction::Sling& s) {
-    value(s.id), flag(s.alive), flag(s.around), flag(s.tied), flag(s.drawing), value(s.instrument), value(s.object);
+    value(s.id), flag(s.alive), flag(s.around), flag(s.tied), flag(s.drawing), value(s.instrument),
+        value(s.object);
     value(s.count), archive.within(s.count, interaction::kMaxSlingKnots);
     values(s.knots.data(), static_cast<std::size_t>(s.count));
     value(s.rest), value(s.tension), value(s.station), value(s.area), value(s.knot);

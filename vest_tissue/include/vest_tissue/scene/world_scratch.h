@@ -80,6 +80,7 @@ struct ObjectScratch {
   fem::TissueScratch tissue;  ///< finite elements
   std::vector<Eigen::Vector3d> backup_x, backup_v;  ///< m, m/s: of finite elements
   std::unique_ptr<solver::ImplicitNet> implicit;  ///< of an object that is stepped implicitly
+  std::vector<float> active;  ///< N, three rows over the knots: what the organ itself does in this step
   bool faulty = false;
   bool over_budget = false;
 };

@@ -56,6 +56,7 @@ struct ObjectState {
   interaction::HeatState heat;  ///< temperature and damage per knot
   interaction::CutState cut;
   fem::TissueState tissue;  ///< finite elements; empty for nets. The block's X … VZ are a copy of it
+  motility::MotilityState motility;  ///< phases of its waves
 };
 
 /// Changes a link in the list and in its table. Real-time safe.
@@ -102,7 +103,7 @@ struct WorldState {
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
   interaction::Electrosurgery electrosurgery;
   interaction::Fasteners fasteners;  ///< clips, slings
-  Energy energy;  ///< work and dissipated are kept, the others computed on demand
+  Energy energy;                     ///< work and dissipated are kept, the others computed on demand
 };
 
 }  // namespace vest::scene
