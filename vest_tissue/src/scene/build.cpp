@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "fem_cut.h"
 #include "object_arrays.h"
 #include "stages.h"
 #include "vest_tissue/contact/contacts.h"
@@ -378,6 +379,7 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
                        : static_cast<float>(kPatch * tissues[i]->softestAt(static_cast<Index>(k)) / (h * h));
     }
     copyTissue(s);
+    fillFemSurface(*tissues[i], s);
   }
   ignoreDesignedContacts(m);
   m.start.pairs.reserve(8192);
@@ -402,6 +404,8 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     if (model.objects[i].fem) {
       s.tissue = fem::TissueScratch(*model.objects[i].fem, b.knotCapacity());
       s.backup_x.reserve(b.knotCapacity()), s.backup_v.reserve(b.knotCapacity());
+      s.cut_faces.reserve(512), s.cut_knots.reserve(1024), s.doublings.reserve(512);
+      s.cut_roots.resize(model.objects[i].fem->neighbours.size());
     }
   }
   organ_contacts.reserve(8192);

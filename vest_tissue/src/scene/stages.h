@@ -60,7 +60,7 @@ inline int turnOf(const Context& c, std::size_t object) {
   if (!c.model.objects[object].fem) return 2;
   return c.state.objects[object].tissue.dynamic ? 1 : 0;
 }
-void copyTissue(ObjectState& s);                             ///< places and velocities into the block
+void copyTissue(ObjectState& s);  ///< places and velocities into the block
 
 /// Event with room checked: the report's capacity is fixed.
 void emit(Context& c, const Event& event);

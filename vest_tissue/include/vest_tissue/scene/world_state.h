@@ -12,6 +12,7 @@
 #include "vest_tissue/net/block.h"
 #include "vest_tissue/net/elements.h"
 #include "vest_tissue/net/link_kernel.h"
+#include "vest_tissue/scene/fem_surface.h"
 #include "vest_tissue/scene/world.h"
 
 namespace vest::scene {
@@ -48,6 +49,7 @@ struct ObjectState {
   double elastic_scale = 1.0;  ///< parameter edits: youngs_modulus over the scene's
   double damping_scale = 1.0;
   bool degraded = false;
+  FemSurface fem_surface;   ///< finite elements
   fem::TissueState tissue;  ///< finite elements; empty for nets. The block's X … VZ are a copy of it
 };
 
