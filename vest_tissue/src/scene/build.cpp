@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "fem_cut.h"
 #include "object_arrays.h"
 #include "stages.h"
 #include "vest_tissue/contact/contacts.h"
@@ -408,6 +409,7 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
                        : static_cast<float>(kPatch * tissues[i]->softestAt(static_cast<Index>(k)) / (h * h));
     }
     copyTissue(s);
+    fillFemSurface(*tissues[i], s);
   }
   ignoreDesignedContacts(m);
   m.start.pairs.reserve(8192);
@@ -432,6 +434,8 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     if (model.objects[i].fem) {
       s.tissue = fem::TissueScratch(*model.objects[i].fem, b.knotCapacity());
       s.backup_x.reserve(b.knotCapacity()), s.backup_v.reserve(b.knotCapacity());
+      s.cut_faces.reserve(512), s.cut_knots.reserve(1024), s.doublings.reserve(512);
+      s.cut_roots.resize(model.objects[i].fem->neighbours.size());
     } else if (model.objects[i].implicit) {
       // Cuts add knots and couplings, and widen the matrix' envelope: half as much again.
       const solver::NetView net = netView(model.start.objects[i]);

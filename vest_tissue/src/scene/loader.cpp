@@ -7,6 +7,7 @@
 #include "vest_tissue/fem/cache.h"
 #include "loader_living.h"
 #include "vest_tissue/scene/baked.h"
+#include "vest_tissue/scene/fem_object.h"
 #include "vest_tissue/scene/world.h"
 #include "yaml_reader.h"
 
@@ -198,6 +199,7 @@ Object readObject(const Value& value, Files& files) {
               "fixed_boxes",
               "rayleigh_mass",
               "rayleigh_stiffness",
+              "start",
               "thermal",
               "grasp_damage_threshold",
               "motility"});
@@ -216,7 +218,7 @@ Object readObject(const Value& value, Files& files) {
   const bool elements = object.model == ObjectModel::Fem || object.model == ObjectModel::Volume;
   for (const char* of_fem :
        {"strain", "tetrahedra", "loads", "integrator", "mesh", "image", "surface", "skin", "cell", "fit",
-        "materials", "fixed_boxes", "rayleigh_mass", "rayleigh_stiffness"}) {
+        "materials", "fixed_boxes", "rayleigh_mass", "rayleigh_stiffness", "start"}) {
     if (!elements && map.has(of_fem)) map[of_fem].fail("belongs to objects with model: fem or volume");
   }
   if (map.has("friction")) object.friction = map["friction"].number(0, 2);
@@ -340,6 +342,9 @@ Description loadScene(const std::string& path) {
   if (map.has("connect")) readNearestConnections(map["connect"], description);
   map.finish();
   description.hash = files.hash();
+  for (Object& object : description.objects) {
+    if (object.fem && object.fem->start_in_equilibrium) settleFem(object, description.gravity);
+  }
   description.cache_directory = fem::defaultCacheDirectory();
   return description;
 }

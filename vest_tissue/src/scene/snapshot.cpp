@@ -146,6 +146,13 @@ void checkIndices(const WorldState& s) {
           refuse("finite elements that are damaged");
       }
     }
+    const FemSurface& f = o.fem_surface;
+    if (!e.x.empty() &&
+        (f.triangle_face.size() != o.triangles.size() ||
+         f.skin_face.size() != o.topology.skin.triangles.size() || f.knot_vertex.size() != o.block.knots()))
+      refuse("a surface of finite elements whose lists do not fit each other");
+    for (const auto code : f.triangle_face)
+      if (code / 4 >= e.corner.size()) refuse("a face that is not there");
     const Topology& t = o.topology;
     if (t.link_alive.size() != t.links.size() || o.places.size() != t.links.size() ||
         t.triangle_alive.size() != t.skin.triangles.size() || o.triangle_alive.size() != o.triangles.size() ||

@@ -50,6 +50,9 @@ struct StateWalker {
     plain(s.texture_coordinates), plain(s.triangles), plain(s.layer);
   }
 
+  void surface(FemSurface& f) {
+    plain(f.triangle_face), plain(f.skin_face), plain(f.knot_vertex), plain(f.vertex_element), value(f.parts);
+  }
   void tissue(fem::TissueState& t) {
     plain(t.x), plain(t.v), value(t.stiffness_scale), flag(t.dynamic), value(t.revision);
     if (t.revision == 0) return;  // as the scene says
@@ -87,6 +90,7 @@ struct StateWalker {
     value(s.topology.revision);
     if (s.topology.revision == 0 && s.cut.tracks.empty()) return;  // as the scene says
     cut(s.cut);
+    if (!s.tissue.x.empty()) surface(s.fem_surface);
     list(s.topology.links, [&](Link& l) { link(l); });
     list(s.places, [&](LinkPlace& p) { value(p.kind), value(p.index); });
     plain(s.topology.doubled_knots), plain(s.topology.link_alive), plain(s.topology.triangle_alive),

@@ -15,6 +15,7 @@
 #include "vest_tissue/net/block.h"
 #include "vest_tissue/net/elements.h"
 #include "vest_tissue/net/link_kernel.h"
+#include "vest_tissue/scene/fem_surface.h"
 #include "vest_tissue/scene/world.h"
 
 namespace vest::scene {
@@ -55,6 +56,7 @@ struct ObjectState {
   bool degraded = false;
   interaction::HeatState heat;  ///< temperature and damage per knot
   interaction::CutState cut;
+  FemSurface fem_surface;   ///< finite elements
   fem::TissueState tissue;  ///< finite elements; empty for nets. The block's X … VZ are a copy of it
   motility::MotilityState motility;  ///< phases of its waves
 };
