@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Protects ./run's refusals (one line that names argument and value, before anything is installed or built), and the launch
-prefix that lets a driver start when the session has begun."""
+prefixes that start a driver when the session has begun and keep it running."""
 import os
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 PACKAGE = sys.argv.pop(1)
@@ -74,6 +75,46 @@ class WhenRecording(unittest.TestCase):
 
     def test_a_driver_that_comes_back_does_not_wait_for_a_recorder_that_died(self):
         self.assertFalse(self.waits("session/state", "{'recording': False, 'state': 1}"))
+
+
+class KeepRunning(unittest.TestCase):
+    SCRIPT = os.path.join(PACKAGE, "scripts", "keep_running")
+
+    def counted(self, ending):
+        """Starts a command that notes each start and ends as told; returns (starts, exit code)."""
+        with tempfile.TemporaryDirectory() as folder:
+            notes = os.path.join(folder, "starts")
+            command = 'echo $$ >> %s; [ "$(wc -l < %s)" -ge 3 ] && exit 0; %s' % (notes, notes, ending)
+            code = subprocess.run([sys.executable, self.SCRIPT, "bash", "-c", command], timeout=60,
+                                  stderr=subprocess.DEVNULL, check=False).returncode
+            with open(notes, encoding="utf-8") as file:
+                return len(file.readlines()), code
+
+    def test_what_refused_its_parameters_is_not_started_again_and_its_code_is_kept(self):
+        self.assertEqual(self.counted("exit 2"), (1, 2))
+
+    def test_what_was_killed_is_started_again(self):
+        self.assertEqual(self.counted("kill -9 $$"), (3, 0))
+
+    def test_the_command_dies_with_the_script(self):
+        with tempfile.TemporaryDirectory() as folder:
+            note = os.path.join(folder, "pid")
+            kept = subprocess.Popen([sys.executable, self.SCRIPT, "bash", "-c", "echo $$ > %s.new; mv %s.new %s; sleep 600" % (note, note, note)])
+            while not os.path.exists(note):
+                time.sleep(0.02)
+            with open(note, encoding="utf-8") as file:
+                child = int(file.read())
+            kept.kill()
+            kept.wait()
+            for _ in range(500):
+                try:
+                    with open("/proc/%d/stat" % child, encoding="utf-8") as file:
+                        if file.read().rsplit(")", 1)[1].split()[0] == "Z":
+                            return
+                except FileNotFoundError:
+                    return
+                time.sleep(0.02)
+            self.fail("process %d outlives the script" % child)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include <ros/node_handle.h>
 
@@ -16,6 +17,8 @@ struct Configuration {
   std::array<vest::control::Source, vest::tools::kInstrumentCount> sources;
   std::array<vest::control::PedalFunction, vest::control::Pedals::kCount> pedals;
   vest::tools::Instrument tool_pedal_instrument = vest::tools::Instrument::Right;
+  /// What the pedal hands over, press by press, round and round; empty: every tool in the order of ToolKind.
+  std::vector<vest::tools::ToolKind> tool_tray;
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< phantom_box in world: ~tilt
   std::string type_package;                                ///< vest_msgs or crtk_msgs
   bool set_robot_description = true;

@@ -200,10 +200,16 @@ void Instruments::onFootswitches(const sensor_msgs::Joy& msg) {
   if (!pedals_.takeToolPress()) return;
   const auto i = static_cast<std::size_t>(configuration_.tool_pedal_instrument);
   if (!instruments_[i].present()) return;
+  const auto& tray = configuration_.tool_tray;
   const int current = static_cast<int>(instruments_[i].tool());
   const int last = static_cast<int>(ToolKind::SlingApplicator);
-  const std::string reason = exchange(i, static_cast<ToolKind>(current >= last ? 1 : current + 1));
-  if (!reason.empty()) ROS_WARN("%s: %s", instrumentName(i).c_str(), reason.c_str());
+  const ToolKind next = tray.empty() ? static_cast<ToolKind>(current >= last ? 1 : current + 1)
+                                     : tray[tray_place_ % tray.size()];
+  const std::string reason = exchange(i, next);
+  if (reason.empty())
+    ++tray_place_;
+  else
+    ROS_WARN("%s: %s", instrumentName(i).c_str(), reason.c_str());
 }
 
 void Instruments::onContacts(const vest_msgs::ContactModels& msg) {

@@ -66,6 +66,7 @@ class Instruments {
   std::vector<vest::control::Instrument> instruments_;
   std::vector<std::unique_ptr<CrtkArm>> crtk_;  ///< null where the box has no such instrument
   vest::control::Pedals pedals_;
+  std::size_t tray_place_ = 0;  ///< presses of the tool pedal that exchanged a tool
   vest::collision::CollisionModel collision_;
   std::array<bool, kCount> colliding_{};
   std::array<bool, kCount> grasping_{};
