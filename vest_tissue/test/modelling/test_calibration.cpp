@@ -41,7 +41,7 @@ TEST(Calibration, BendingComesCloserToBeamTheoryWithTheSquareOfTheMeshDensity) {
   double before = 1e9;
   for (const int across : {2, 4, 6}) {
     const double error = std::fabs(modelling::bendingModulus(bar(across, 0.25)) / 8e3 - 1.0);
-    EXPECT_LT(error, 2.2 / (across * across)) << across;
+    EXPECT_LT(error, 1.0 / (across * across)) << across;
     EXPECT_LT(error, before);
     before = error;
   }
