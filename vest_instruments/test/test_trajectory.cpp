@@ -104,6 +104,8 @@ instruments:
 footswitches:
   - {t: 0.5, pressed: [coag, 5]}
   - {t: 1.0, pressed: []}
+tools: {left: coagulation_hook, third: none}
+tool_tray: [scissors, clip_applier]
 )";
 
 TEST_F(TrajectoryTest, WaypointsAreMetExactlyAndJoinedSmoothly) {
@@ -126,6 +128,10 @@ TEST_F(TrajectoryTest, WaypointsAreMetExactlyAndJoinedSmoothly) {
   EXPECT_EQ(t.rows[49].footswitches, 0u);
   EXPECT_EQ(t.rows[50].footswitches, 33u);
   EXPECT_EQ(t.rows[100].footswitches, 0u);
+  EXPECT_EQ(t.tools[0], vest::tools::ToolKind::CoagulationHook);
+  EXPECT_FALSE(t.tools[1]) << "not named: the node's parameters hold";
+  EXPECT_EQ(t.tools[2], vest::tools::ToolKind::None);
+  EXPECT_EQ(t.tool_tray, (std::vector{vest::tools::ToolKind::Scissors, vest::tools::ToolKind::ClipApplier}));
   std::ostringstream out;
   writeCsv(t, out);
   EXPECT_EQ(out.str().substr(0, out.str().find('\n')),
@@ -171,6 +177,10 @@ TEST_F(TrajectoryTest, BrokenWaypointsAreRefusedWithTheirField) {
   EXPECT_NE(refusal(one + ", {t: 1, tip: [0, 0, 0.1], speed: 7}]}", false).find("speed"), std::string::npos);
   EXPECT_NE(refusal(one + "]}\nfootswitches: [{t: 0, pressed: [laser]}]", false).find("'laser'"),
             std::string::npos);
+  EXPECT_NE(refusal(one + "]}\ntools: {left: chainsaw}", false).find("tools.left: 'chainsaw'"),
+            std::string::npos);
+  EXPECT_NE(refusal(one + "]}\ntools: {endoscope: grasper}", false).find("endoscope"), std::string::npos);
+  EXPECT_NE(refusal(one + "]}\ntool_tray: [grasper, saw]", false).find("tool_tray[1]"), std::string::npos);
   EXPECT_NE(refusal("instruments: {middle: []}", false).find("middle"), std::string::npos);
   EXPECT_NE(refusal("", false).find("not a map"), std::string::npos);
 }

@@ -42,9 +42,31 @@ scene::StepInput inputAt(const kinematics::TrainerBox& box, const trajectory::Tr
   return input;
 }
 
-RehearsalReport rehearse(scene::World& world, const kinematics::TrainerBox& box,
-                         const trajectory::Trajectory& trajectory,
-                         const std::array<tools::ToolKind, tools::kInstrumentCount>& tool, double seconds) {
+Script::Script(const kinematics::TrainerBox& box, const trajectory::Trajectory& trajectory, Hands hands)
+    : box_(box),
+      trajectory_(trajectory),
+      hands_(std::move(hands)),
+      pedals_({control::PedalFunction::Coagulate, control::PedalFunction::Cut,
+               control::PedalFunction::Irrigate, control::PedalFunction::Suck,
+               control::PedalFunction::NextTool, control::PedalFunction::Clutch}) {}
+
+scene::StepInput Script::inputAt(double t) {
+  scene::StepInput input = simulation::inputAt(box_, trajectory_, hands_.tool, t);
+  pedals_.update(input.pedals, t);
+  if (pedals_.takeToolPress() && !hands_.tray.empty()) {
+    const auto hand = static_cast<std::size_t>(hands_.tray_hand);
+    hands_.tool[hand] = hands_.tray[tray_place_++ % hands_.tray.size()];
+    input.tools[hand].tool = hands_.tool[hand];
+  }
+  for (scene::ToolInput& tool : input.tools)
+    if (tool.present) tool.functions = pedals_.active(tool.tool, t);
+  return input;
+}
+
+RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::TrainerBox& box,
+                         const trajectory::Trajectory& trajectory, const Hands& hands, double seconds) {
+  scene::World& world = simulation.world();
+  Script script(box, trajectory, hands);
   RehearsalReport out;
   scene::StepReport report;
   std::vector<std::pair<std::size_t, std::vector<float>>> tubes;
@@ -54,10 +76,10 @@ RehearsalReport rehearse(scene::World& world, const kinematics::TrainerBox& box,
   const double dt = world.description().dt;
   const double end = seconds > 0 ? seconds : trajectory.rows.back().t;
   for (std::uint64_t k = 0; static_cast<double>(k) * dt < end; ++k) {
-    scene::StepInput input = inputAt(box, trajectory, tool, static_cast<double>(k) * dt);
+    scene::StepInput input = script.inputAt(static_cast<double>(k) * dt);
     input.step = world.steps() + 1;
     input.dt = dt;
-    out.worst = std::max(out.worst, world.step(input, report));
+    out.worst = std::max(out.worst, simulation.step(input, report));
     out.events.insert(out.events.end(), report.events.begin(), report.events.end());
     for (const scene::ContactModel& c : report.contacts) {
       out.greatest_force = std::max(out.greatest_force, c.wrench.head<3>().norm());

@@ -6,12 +6,13 @@
 #include <CLI/CLI.hpp>
 
 #include "vest_bringup/simulation/rehearsal.h"
+#include "vest_bringup/simulation/trainer.h"
 
 // Plays a scripted motion into a scene, faster than real time and without ROS: for authors of demos and
 // exercises.
 int main(int argc, char** argv) {
   CLI::App app{"Plays waypoints (YAML) into a scene and tells what happened to the tissue"};
-  std::string waypoints, scene = "gynaecology", left = "grasper", right = "grasper", third = "none";
+  std::string waypoints, scene = "gynaecology", left, right, third;
   double seconds = 0;
   int threads = 1;
   app.add_option("WAYPOINTS", waypoints, "as for trajectory_from_waypoints")
@@ -20,9 +21,9 @@ int main(int argc, char** argv) {
   app.add_option("--scene", scene, "scene of vest_tissue, or a scene file");
   app.add_option("--seconds", seconds, "end earlier")->check(CLI::NonNegativeNumber);
   app.add_option("--threads", threads)->check(CLI::Range(1, 64));
-  app.add_option("--left", left, "tool");
-  app.add_option("--right", right, "tool");
-  app.add_option("--third", third, "tool");
+  app.add_option("--left", left, "tool; else what the file says, else a grasper");
+  app.add_option("--right", right, "tool; else what the file says, else a grasper");
+  app.add_option("--third", third, "tool; else what the file says, else none");
   CLI11_PARSE(app, argc, argv);
   try {
     using vest::tools::ToolKind;
@@ -37,13 +38,22 @@ int main(int argc, char** argv) {
     const auto box = vest::kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") +
                                                       "/config/trainer_box.yaml");
     const auto trajectory = vest::trajectory::fromWaypoints(waypoints, box);
-    vest::scene::World world(vest::scene::loadScene(scene), threads);
+    vest::simulation::Hands hands;
+    const std::array<std::pair<std::string, ToolKind>, 3> wanted{
+        {{left, ToolKind::Grasper}, {right, ToolKind::Grasper}, {third, ToolKind::None}}};
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+      hands.tool[i] =
+          wanted[i].first.empty() ? trajectory.tools[i].value_or(wanted[i].second) : kind(wanted[i].first);
+    hands.tool[3] = ToolKind::Endoscope;
+    hands.tray = trajectory.tool_tray;
+    vest::simulation::Trainer trainer(vest::scene::World(vest::scene::loadScene(scene), threads));
+    const vest::scene::World& world = trainer.world();
     const auto begin = std::chrono::steady_clock::now();
-    const auto report = vest::simulation::rehearse(
-        world, box, trajectory, {kind(left), kind(right), kind(third), ToolKind::Endoscope}, seconds);
+    const auto report = vest::simulation::rehearse(trainer, box, trajectory, hands, seconds);
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    static const char* const kWords[] = {"grasped", "released",  "slipped",   "cut",
-                                         "clipped", "unclipped", "coagulated"};
+    static const char* const kWords[] = {"grasped",   "released",   "slipped",   "cut",     "clipped",
+                                         "unclipped", "coagulated", "punctured", "ligated", "torn",
+                                         "knot tied", "perforated", "separated", "fault"};
     for (const auto& e : report.events) {
       const auto k = static_cast<std::size_t>(e.kind);
       std::printf("%7.3f s  %-9s %s by %d at [%.4f %.4f %.4f], %.3f N\n", 1e-3 * static_cast<double>(e.step),

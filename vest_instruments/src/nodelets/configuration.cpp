@@ -70,7 +70,8 @@ Configuration readConfiguration(const ros::NodeHandle& nh) {
   }
   if (found < 0) refuse(nh, "tool_pedal_instrument", "'" + next + "'", "left, right, third");
   c.tool_pedal_instrument = static_cast<vest::tools::Instrument>(found);
-  for (const std::string& tool : read<std::vector<std::string>>(nh, "tool_tray", {}, "a list of tools' names")) {
+  for (const std::string& tool :
+       read<std::vector<std::string>>(nh, "tool_tray", {}, "a list of tools' names")) {
     const auto kind = vest::tools::toolFromName(tool);
     if (!kind || *kind == vest::tools::ToolKind::Endoscope || *kind == vest::tools::ToolKind::None) {
       refuse(nh, "tool_tray", "'" + tool + "'", "tools of the README's table, e.g. [clip_applier, scissors]");

@@ -89,6 +89,14 @@ class Reader {
     return out;
   }
 
+  tools::ToolKind tool(const YAML::Node& n, const std::string& at) const {
+    const std::string word = n.IsScalar() ? n.Scalar() : "?";
+    const auto kind = tools::toolFromName(word);
+    if (!kind || *kind == tools::ToolKind::Endoscope)
+      refuse(at, "'" + word + "'", "none, grasper, scissors and the other tools of the README's table");
+    return *kind;
+  }
+
   std::vector<Press> presses(const YAML::Node& list) const {
     constexpr std::array<const char*, 6> kPedals{"coag", "cut", "irrigation", "suction", "tool", "clutch"};
     const std::string names = "coag, cut, irrigation, suction, tool, clutch or 0 … 5";
@@ -176,7 +184,7 @@ std::string readSmall(const std::string& path) {
 Trajectory fromWaypoints(const std::string& path, const kinematics::TrainerBox& box) try {
   const YAML::Node root = YAML::Load(readSmall(path));
   const Reader reader(path);
-  reader.onlyKeys(root, "the file", {"rate", "instruments", "footswitches"});
+  reader.onlyKeys(root, "the file", {"rate", "instruments", "footswitches", "tools", "tool_tray"});
   const double rate = root["rate"] ? reader.number(root["rate"], "rate", 1.0, 1000.0) : 100.0;
   const YAML::Node instruments = root["instruments"];
   if (!instruments) reader.refuse("instruments", "missing", "left, right, third, endoscope");
@@ -193,6 +201,18 @@ Trajectory fromWaypoints(const std::string& path, const kinematics::TrainerBox& 
     ways[i] = reader.waypoints(instruments[name], "instruments." + name, box.arms[i]);
     out.moves[i] = true;
     end = std::max(end, ways[i].back().t);
+  }
+  if (const YAML::Node hands = root["tools"]) {
+    reader.onlyKeys(hands, "tools", {"left", "right", "third"});
+    for (std::size_t i = 0; i < out.tools.size(); ++i) {
+      const std::string name(tools::instrumentName(static_cast<tools::Instrument>(i)));
+      if (hands[name]) out.tools[i] = reader.tool(hands[name], "tools." + name);
+    }
+  }
+  if (const YAML::Node tray = root["tool_tray"]) {
+    if (!tray.IsSequence()) reader.refuse("tool_tray", "not a list", "tools by name");
+    for (std::size_t i = 0; i < tray.size(); ++i)
+      out.tool_tray.push_back(reader.tool(tray[i], "tool_tray[" + std::to_string(i) + "]"));
   }
   std::vector<Press> presses;
   if (root["footswitches"]) {

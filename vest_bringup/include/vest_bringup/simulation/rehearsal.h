@@ -4,8 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "vest_instruments/control/pedals.h"
 #include "vest_instruments/trajectory/trajectory.h"
-#include "vest_tissue/scene/world.h"
+#include "vest_tissue/scene/runner.h"
 
 namespace vest::simulation {
 
@@ -20,12 +21,33 @@ struct RehearsalReport {
   double settled_speed = 0;  ///< m/s: greatest of all knots at the end
 };
 
-/// Plays a trajectory through the kinematics of the box into the World, step by step.
-/// @param tool kind per instrument  @param seconds 0: the whole trajectory
-RehearsalReport rehearse(scene::World& world, const kinematics::TrainerBox& box,
-                         const trajectory::Trajectory& trajectory,
-                         const std::array<tools::ToolKind, tools::kInstrumentCount>& tool,
-                         double seconds = 0);
+/// Tools of a scripted trainee: what each hand begins with, and what the tool pedal hands over.
+struct Hands {
+  std::array<tools::ToolKind, tools::kInstrumentCount> tool{};
+  std::vector<tools::ToolKind> tray;  ///< press by press, round and round; empty: the pedal does nothing
+  tools::Instrument tray_hand = tools::Instrument::Right;
+};
+
+/// Inputs of a trajectory step by step, with footswitches and tools as the instruments' node takes them
+/// (pedals of the preset `trainer`). Times must not go back.
+class Script {
+ public:
+  Script(const kinematics::TrainerBox& box, const trajectory::Trajectory& trajectory, Hands hands);
+  /// @param t s since the beginning
+  scene::StepInput inputAt(double t);
+
+ private:
+  const kinematics::TrainerBox& box_;
+  const trajectory::Trajectory& trajectory_;
+  Hands hands_;
+  control::Pedals pedals_;
+  std::size_t tray_place_ = 0;
+};
+
+/// Plays a trajectory through the kinematics of the box into a simulation, step by step.
+/// @param seconds 0: the whole trajectory
+RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::TrainerBox& box,
+                         const trajectory::Trajectory& trajectory, const Hands& hands, double seconds = 0);
 
 /// Input of one step at a time of the trajectory; instruments that it does not move are not there.
 scene::StepInput inputAt(const kinematics::TrainerBox& box, const trajectory::Trajectory& trajectory,

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <iosfwd>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -30,6 +31,9 @@ struct Trajectory {
   std::array<bool, tools::kInstrumentCount> moves{};  ///< instruments with columns of their own
   bool has_footswitches = false;
   std::vector<Row> rows;  ///< times grow strictly
+  /// What the hands hold at the start, where waypoints say so; not part of the CSV.
+  std::array<std::optional<tools::ToolKind>, tools::kInstrumentCount> tools{};
+  std::vector<tools::ToolKind> tool_tray;  ///< what the tool pedal hands over, press by press
 };
 
 /// CSV: t_s, then NAME_yaw, NAME_pitch, NAME_insertion, NAME_roll, NAME_jaw (not for the endoscope) of each
