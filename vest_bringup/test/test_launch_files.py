@@ -12,7 +12,6 @@ CASES = [
      ["manager", "view", "phantom_box"]),
     ("trainer.launch", ["rviz:=false", "trajectory:=/tmp/a.csv", "loop:=true"], ["phantom_box_emulator", "recorder"]),
     ("trainer.launch", ["left:=sim", "right:=impulse_engine"], ["haptics_left", "haptics_right"]),
-    ("scene.launch", [], ["tissue", "view"]),
     ("trainer.launch", ["script:=demo"], ["phantom_box_emulator", "instruments"]),
     ("scene.launch", [], ["phantom_box_emulator", "trainer", "view"]),
     ("scene.launch", ["scene:=/tmp/mine.yaml"], ["phantom_box_emulator", "trainer"]),
