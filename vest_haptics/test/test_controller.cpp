@@ -316,6 +316,88 @@ TEST(Controller, ServoForcesGoThroughTheSameGuardsAndDecayWhenTheyStop) {
   EXPECT_EQ(b.force(), 0.0);
 }
 
+TEST(Controller, ASimulationThatDiesBeyondTheMaximumIsZeroInTimeToo) {
+  Bench b;
+  b.tissue.stiffness = 4000.0;
+  b.open();
+  b.hand(-0.03);
+  b.run(500);
+  ASSERT_GT(b.force(), 3.2);
+  b.alive = false;
+  double before = b.force();
+  for (int i = 1; i <= 60; ++i) {
+    b.tick();
+    ASSERT_LE(std::abs(b.force() - before), 0.05 * 3.3 + 1e-9) << i << " ms: it fades, it is not cut off";
+    before = b.force();
+  }
+  EXPECT_EQ(b.force(), 0.0);
+}
+
+TEST(Controller, AfterOldDataTheFirstNewModelIsNotBlendedWithTheOldOne) {
+  Bench b;
+  b.press();
+  b.alive = false;
+  b.run(100);
+  b.tissue.stiffness = 0.0;
+  b.alive = true;
+  b.tick();
+  EXPECT_EQ(b.controller->report().loads, Loads{});
+  EXPECT_LT(std::abs(b.report.force_true_W.z()), 1e-9);
+  // Twenty small forces open the gate: the old force must not be among them.
+  b.run(22);
+  EXPECT_FALSE(b.report.limits & kLimitStale);
+  EXPECT_GT(b.report.allowance, 0.0) << "nothing of the old force holds the gate";
+}
+
+TEST(Controller, AServoForceThatIsNoNumberIsAFault) {
+  Bench b;
+  b.open();
+  b.input.servo_force = {std::nan(""), 0, 0};
+  b.input.servo_ns = b.now + kMs;
+  b.tick();
+  EXPECT_EQ(b.force(), 0.0);
+  EXPECT_EQ(b.report.fault, Fault::NotFinite);
+}
+
+TEST(Controller, ASteadyClockThatGoesBackIsAFault) {
+  Bench b;
+  b.press();
+  b.now -= 100 * kMs;
+  b.tick();
+  EXPECT_EQ(b.report.fault, Fault::Clock);
+  EXPECT_EQ(b.force(), 0.0);
+}
+
+TEST(Controller, ALoopThatStoodStillBeginsWithoutForce) {
+  Bench b;
+  b.press();
+  b.now += 200 * kMs;  // the process was stopped; the simulation was not
+  b.tick();
+  EXPECT_EQ(b.force(), 0.0);
+  b.run(500);
+  EXPECT_EQ(b.force(), 0.0) << "the hand is still inside";
+}
+
+TEST(Controller, ASecondPublisherOnASafetyTopicIsAFault) {
+  Bench b;
+  b.press();
+  b.controller->raise(Fault::Publisher);
+  b.tick();
+  EXPECT_EQ(b.force(), 0.0);
+  EXPECT_EQ(b.report.fault, Fault::Publisher);
+  b.controller->raise(Fault::Sensor);
+  EXPECT_EQ(b.report.fault, Fault::Publisher) << "the first fault is the cause";
+}
+
+TEST(Controller, TheCouplingStaysWithinTheBoundOfColgateAndTheDevicesOwn) {
+  Capabilities c = cartesian();
+  ControllerOptions o = options();
+  o.hand_damping = 0.1;
+  EXPECT_NEAR(Controller(c, o).coupling(), 2.0 * (0.005 + 0.1) / 0.001, 1e-9);
+  o.hand_damping = 10.0;
+  EXPECT_NEAR(Controller(c, o).coupling(), c.stiffness, 1e-9);
+}
+
 TEST(Controller, WhenTheInstrumentIsClutchedOrTakenOverElsewhereThereIsNoKick) {
   Bench b;
   b.press();

@@ -132,6 +132,15 @@ TEST(SensorCheck, EveryFieldIsGuardedAgainstNoNumberAndAgainstJumps) {
   }
 }
 
+TEST(SensorCheck, AnAttitudeThatTurnsHalfRoundInATickIsNotBelieved) {
+  SensorCheck check(all());
+  Sample s = at(0.0);
+  ASSERT_EQ(check.check(s, 0), SensorCheck::Verdict::Good);
+  s.orientation = Eigen::AngleAxisd(1.5, Eigen::Vector3d::UnitX());
+  EXPECT_EQ(check.check(s, kMs), SensorCheck::Verdict::Held);
+  EXPECT_NEAR(s.orientation.w(), 1.0, 1e-12);
+}
+
 TEST(SensorCheck, FastHandsAreBelieved) {
   SensorCheck check(all());
   for (int ms = 0; ms < 200; ++ms) {
