@@ -123,6 +123,7 @@ void ContactForce::update(const TissueModel& model, const Vector3d& x, const Vec
 Vector3d ContactForce::evaluate(const Vector3d& x, const Vector3d& v, double dt) noexcept {
   if (!any_) return Vector3d::Zero();
   residual_ *= std::exp(-dt / kBlend);
+  if (residual_.squaredNorm() < 1e-18) residual_.setZero();
   Vector3d force = coupled(model_, x, v) + residual_;
   if (model_.active) force = unilateral(model_, force);
   last_ = force;
