@@ -244,6 +244,8 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
   number("bulk_modulus", object.bulk_modulus, 0, 1e9);
   number("friction", object.friction, 0, 2);
   number("contact_thickness", object.contact_thickness, 0, 0.1);
+  number("cut_toughness", object.cut_toughness, 0, 1e6);
+  number("inner_wall", object.inner_wall, 0, 0.1);
   if (map.has("vessel_segment")) object.vessel_segment = map["vessel_segment"].name();
   readRules(map, object);
   map.finish();

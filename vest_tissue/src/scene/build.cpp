@@ -88,9 +88,9 @@ void fillLinks(const Object& o, ObjectState& s) {
     }
     s.places.push_back(place);
   }
-  // Room for cuts: a quarter more links.
-  s.law_links = net::LinkTable(by_law, o.law, by_law.empty() ? 0 : 32 + by_law.size() / 4);
-  s.linear_links = net::LinkTable(linear, material::Law{}, linear.empty() ? 0 : 32 + linear.size() / 4);
+  // Room for cuts: as many links again.
+  s.law_links = net::LinkTable(by_law, o.law, by_law.empty() ? 0 : 32 + by_law.size());
+  s.linear_links = net::LinkTable(linear, material::Law{}, linear.empty() ? 0 : 32 + linear.size());
 }
 
 void fillElements(const Object& o, ObjectState& s) {
@@ -138,9 +138,9 @@ void fillElements(const Object& o, ObjectState& s) {
 
 void fillState(const Object& o, ObjectState& s) {
   const std::size_t knots = o.position.size();
-  // Room for cuts: a quarter more knots.
+  // Room for cuts: half as many knots more.
   const bool rigid = o.model == ObjectModel::Rigid;
-  s.block = Block(rigid ? knots : knots + std::max<std::size_t>(16, knots / 4));
+  s.block = Block(rigid ? knots : knots + std::max<std::size_t>(16, knots / 2));
   fillKnots(o, s);
   if (!rigid) {
     fillLinks(o, s);
@@ -351,6 +351,7 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   for (std::size_t i = 0; i < description.objects.size(); ++i) {
     fillState(description.objects[i], m.start.objects[i]);
     fillConstants(description.objects[i], m.start.objects[i], m.objects[i]);
+    buildCut(description.objects[i], m.start.objects[i], m.objects[i].cut);
     if (description.objects[i].fem)
       tissues[i] = boundFem(description, description.objects[i], m.start.objects[i], m.objects[i]);
     else if (m.objects[i].net)
@@ -412,6 +413,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
   std::size_t most = 0;
   for (const auto& o : model.start.objects) most = std::max(most, 2 * o.triangles.size() + 64);
   candidates.reserve(most);
+  reserveCut(model, cut);
   connection_force.assign(model.start.connections.size(), Eigen::Vector3d::Zero());
 }
 

@@ -164,7 +164,7 @@ Object readObject(const Value& value, Files& files) {
   Map map(value);
   if (map.has("baked")) {
     map.only({"name", "organ", "material", "roles", "model", "baked", "law", "density", "friction",
-              "contact_thickness", "vessel_segment", "tear_strain"});
+              "contact_thickness", "vessel_segment", "tear_strain", "cut_toughness", "wall_thickness"});
   } else {
     map.only({"name",
               "organ",
@@ -181,6 +181,8 @@ Object readObject(const Value& value, Files& files) {
               "contact_thickness",
               "vessel_segment",
               "tear_strain",
+              "cut_toughness",
+              "wall_thickness",
               "strain",
               "tetrahedra",
               "loads",
@@ -194,7 +196,8 @@ Object readObject(const Value& value, Files& files) {
               "materials",
               "fixed_boxes",
               "rayleigh_mass",
-              "rayleigh_stiffness", "start"});
+              "rayleigh_stiffness",
+              "start"});
   }
   Object object;
   object.name = map["name"].name();
@@ -215,6 +218,8 @@ Object readObject(const Value& value, Files& files) {
   }
   if (map.has("friction")) object.friction = map["friction"].number(0, 2);
   if (map.has("tear_strain")) object.tear_strain = map["tear_strain"].number(0, 1e3);
+  if (map.has("cut_toughness")) object.cut_toughness = map["cut_toughness"].number(0, 1e6);
+  if (map.has("wall_thickness")) object.wall_thickness = map["wall_thickness"].number(0, 1e3);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
   std::string path = value.file();

@@ -35,6 +35,7 @@ void collide(Context& c);                                     ///< boxes, tools,
 void interact(Context& c);                                    ///< jaws: grasp, hold, slip, release
 void solve(Context& c);                                       ///< batches of sub-steps
 bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a state to go on from
+void cut(Context& c);                                         ///< blades: what they swept is divided
 void tell(Context& c);                                        ///< contact models, events
 void keepBackup(Context& c);
 void restoreBackup(Context& c);
@@ -46,6 +47,11 @@ bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& delt
 /// them.
 double stationOf(const WorldModel& model, const WorldState& state, std::size_t object,
                  const std::array<std::uint32_t, 3>& knots, const std::array<double, 3>& weights);
+
+/// Cutting's part of a built model, its room in a State, and its scratch.
+void buildCut(const Object& object, ObjectState& s, interaction::CutConstants& c);
+void reserveCut(const WorldModel& model, WorldState& state);
+void reserveCut(const WorldModel& model, interaction::CutScratch& scratch);
 
 /// Parts of the above in files of their own.
 void findToolContacts(Context& c, std::size_t object);

@@ -73,7 +73,8 @@ void tell(Context& c) {
     m.stiffness.topLeftCorner<3, 3>() = stiffness;
     m.damping.topLeftCorner<3, 3>() = damping;
     m.pinch_force = grasp.active ? grasp.pinch : 0.0;
-    m.jaw_torque = m.pinch_force * 0.5 * tools::toolGeometry(proxy.tool).jaw_length;
+    m.jaw_torque =
+        m.pinch_force * 0.5 * tools::toolGeometry(proxy.tool).jaw_length + c.state.cutting.tools[t].torque;
     const double push = std::sqrt(normal.squaredNorm());
     if (push > 1e-6 && !grasp.active) {
       // Free space begins where the linear model's force along the normal ends.

@@ -48,6 +48,7 @@ Status World::step(const StepInput& input, StepReport& report) {
     restoreBackup(c);
     return w.fault(c, faulty);
   }
+  w.time(report, 2, [&] { cut(c); });
   w.time(report, 5, [&] {
     tell(c);
     renewSides(c);
@@ -56,7 +57,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   ++w.state.step;
   w.state.time += dt;
   for (const ObjectState& s : w.state.objects)
-    if (s.degraded) report.status = Status::Degraded;
+    if (s.degraded || s.cut.exhausted) report.status = Status::Degraded;
   return report.status;
 }
 
@@ -218,6 +219,9 @@ void World::measureStages(bool on) {
 }
 const WorldModel& World::model() const {
   return *impl_->model;
+}
+const WorldState& World::state() const {
+  return impl_->state;
 }
 
 }  // namespace vest::scene

@@ -29,7 +29,7 @@ struct World::Impl {
     for (std::size_t i = 0; i < state.objects.size(); ++i) {
       if (!model->objects[i].net) continue;
       ObjectState& s = state.objects[i];
-      const auto room = [](auto& v, std::size_t most) { v.reserve(most + most / 4 + 64); };
+      const auto room = [](auto& v, std::size_t most) { v.reserve(2 * most + 64); };
       const std::size_t links = model->start.objects[i].topology.links.size();
       room(s.topology.links, links), room(s.topology.link_alive, links), room(s.places, links),
           room(s.links, links);
@@ -39,6 +39,7 @@ struct World::Impl {
       if (model->objects[i].fem) reserveFem(*model->objects[i].fem, s);
       s.fixed.reserve(s.block.knotCapacity()), s.topology.doubled_knots.reserve(s.block.knotCapacity());
     }
+    reserveCut(*model, state);
   }
   Status fault(Context& c, std::string_view object);
 

@@ -237,17 +237,9 @@ Outcome Store::applyDelta(const Delta& d) {
     for (int k = 0; k < 3; ++k) o.rest_position.push_back(float(o.rest_position[3 * p + k]));
 
   if (o.triangle_layer.empty()) o.triangle_layer.assign(o.triangles.size() / 3, 0);
-  std::size_t kept = 0, next = 0;
-  for (std::size_t t = 0; t < o.triangles.size() / 3; ++t) {
-    if (next < d.removed_triangles.size() && d.removed_triangles[next] == t) {
-      ++next;
-      continue;
-    }
-    for (int k = 0; k < 3; ++k) o.triangles[3 * kept + k] = o.triangles[3 * t + k];
-    o.triangle_layer[kept++] = o.triangle_layer[t];
-  }
-  o.triangles.resize(3 * kept);
-  o.triangle_layer.resize(kept);
+  // Indices never shift: a dead triangle stays, without area, as in a whole topology.
+  for (const std::uint32_t t : d.removed_triangles)
+    std::fill_n(o.triangles.begin() + static_cast<std::ptrdiff_t>(3 * t), 3, 0U);
   o.triangles.insert(o.triangles.end(), d.added_triangles.begin(), d.added_triangles.end());
   o.triangle_layer.insert(o.triangle_layer.end(), d.added_triangle_layer.begin(),
                           d.added_triangle_layer.end());

@@ -149,7 +149,8 @@ TEST(Store, DeltaDoublesKnotsWhereTheyAreNow) {
   EXPECT_EQ(store.topology().revision, 6u);
   EXPECT_EQ(o.knot_count, 5u);
   EXPECT_EQ(o.link_alive, (std::vector<std::uint8_t>{1, 0, 1}));
-  EXPECT_EQ(o.triangles, (std::vector<std::uint32_t>{0, 1, 2, 0, 4, 3}));
+  EXPECT_EQ(o.triangles, (std::vector<std::uint32_t>{0, 1, 2, 0, 0, 0, 0, 4, 3}))
+      << "the next delta counts the dead";
   EXPECT_FLOAT_EQ(store.skin(0).positions[3 * 4 + 2], 0.3f);
   EXPECT_FLOAT_EQ(store.knots(1)[0], 0.7f);  // the neighbour did not shift
   const std::vector<float> next(3 * 9, 0.1f);

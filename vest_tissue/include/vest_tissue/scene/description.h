@@ -101,6 +101,8 @@ struct Object {
   double contact_thickness = 0.0005;  ///< m: offset of the touched surface from contact_triangles
   double friction = 0.1;              ///< no unit, Coulomb, wet tissue
   double tear_strain = 0.0;           ///< no unit: an elastic link tears above this strain; 0: never
+  double cut_toughness = 164.0;       ///< J/m²: work per newly cut area; of liver, 164 ± 6 (Gokgol 2012)
+  double wall_thickness = 0.0;        ///< m: of a hollow organ; 0: solid
   Skin skin;
   TubeMap tube;
   std::shared_ptr<const fem::Description>

@@ -203,6 +203,8 @@ class World {
   void measureStages(bool on);
   /// What was built: sub-steps and bounds per object, for tables and tests.
   const WorldModel& model() const;
+  /// What evolves, to read: for tests, tables and inspection.
+  const WorldState& state() const;
 
  private:
   struct Impl;

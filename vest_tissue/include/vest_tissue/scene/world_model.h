@@ -30,6 +30,7 @@ struct ObjectConstants {
   net::TubeMap tube;
   std::vector<std::uint32_t> ring_links;  ///< block links within a ring: dilatation acts on them
   contact::DistanceGrid grid;             ///< rigid only
+  interaction::CutConstants cut;
 };
 
 /// Immutable once built.

@@ -4,6 +4,7 @@
 
 #include "vest_tissue/contact/contacts.h"
 #include "vest_tissue/fem/tissue_cut.h"
+#include "vest_tissue/interaction/cut_scratch.h"
 #include "vest_tissue/scene/world_model.h"
 
 namespace vest::scene {
@@ -88,6 +89,7 @@ struct WorldScratch {
   std::vector<OrganContact> organ_contacts;
   Candidates candidates;
   std::vector<Eigen::Vector3d> connection_force;  ///< N on end 0, held
+  interaction::CutScratch cut;
   Energy energy_before;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies_before{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps_before{};

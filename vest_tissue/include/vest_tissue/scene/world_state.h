@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "vest_tissue/fem/tissue.h"
+#include "vest_tissue/interaction/cut_state.h"
 #include "vest_tissue/interaction/grasp.h"
 #include "vest_tissue/interaction/tool_state.h"
 #include "vest_tissue/net/block.h"
@@ -51,6 +52,7 @@ struct ObjectState {
   bool degraded = false;
   FemSurface fem_surface;   ///< finite elements
   fem::TissueState tissue;  ///< finite elements; empty for nets. The block's X … VZ are a copy of it
+  interaction::CutState cut;
 };
 
 /// Changes a link in the list and in its table. Real-time safe.
@@ -92,6 +94,7 @@ struct WorldState {
   std::vector<ConnectionState> connections;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps{};
+  interaction::CuttingState cutting;
   std::vector<OrganPair> pairs;    ///< renewed every few steps
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
   Energy energy;                   ///< work and dissipated are kept, the others computed on demand

@@ -1,0 +1,135 @@
+#include "patient_monitor_panel.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <QGridLayout>
+#include <QLabel>
+#include <QPainter>
+#include <QTimer>
+
+#include <pluginlib/class_list_macros.hpp>
+
+namespace vest::panels {
+namespace {
+
+constexpr double kPascalPerMmHg = 133.322;  ///< Pa; conventional millimetre of mercury, ISO 80000-4
+constexpr double kWindow = 6.0;             ///< s of curve on the screen
+constexpr double kSilent = 1.0;             ///< s
+const QColor kRed(255, 70, 60), kGreen(90, 230, 110), kBlue(90, 190, 255), kGrid(48, 56, 60);
+
+QLabel* number(QWidget* parent, const QColor& colour) {
+  auto* const label = new QLabel(parent);
+  label->setStyleSheet(QString("color: %1; background: transparent").arg(colour.name()));
+  label->setTextFormat(Qt::RichText);
+  return label;
+}
+
+/// The artery at which a cuff or a catheter would measure: the first that is named so, else the first.
+const vest_msgs::VesselState* reference(const vest_msgs::HaemodynamicsState& msg) {
+  for (const auto& vessel : msg.vessels)
+    if (vessel.name.find("aorta") != std::string::npos) return &vessel;
+  return msg.vessels.empty() ? nullptr : &msg.vessels.front();
+}
+
+}  // namespace
+
+void PressureCurve::add(const MonitorSample& sample) {
+  if (!std::isfinite(sample.pressure) || !std::isfinite(sample.time)) return;
+  if (!samples_.empty() && sample.time < samples_.back().time) samples_.clear();
+  samples_.push_back(sample);
+  while (sample.time - samples_.front().time > kWindow) samples_.pop_front();
+  update();
+}
+
+void PressureCurve::paintEvent(QPaintEvent*) {
+  QPainter painter(this);
+  painter.fillRect(rect(), Qt::black);
+  if (samples_.empty()) return;
+  double low = 1e9, high = -1e9;
+  for (const MonitorSample& s : samples_) {
+    low = std::min(low, s.pressure / kPascalPerMmHg);
+    high = std::max(high, s.pressure / kPascalPerMmHg);
+  }
+  // Whole tens around the curve, and never a noise blown up to the full height.
+  low = 10 * std::floor((low - 5) / 10), high = std::max(10 * std::ceil((high + 5) / 10), low + 40);
+  const auto y = [&](double mm_hg) { return height() - (mm_hg - low) / (high - low) * height(); };
+  painter.setPen(kGrid);
+  for (double p = low; p <= high; p += 20) {
+    painter.drawLine(QPointF(0, y(p)), QPointF(width(), y(p)));
+    painter.setPen(QColor(130, 140, 145));
+    painter.drawText(QPointF(2, y(p) - 2), QString::number(p, 'f', 0));
+    painter.setPen(kGrid);
+  }
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.setPen(QPen(kRed, 1.6));
+  const double end = samples_.back().time;
+  QPolygonF line;
+  for (const MonitorSample& s : samples_)
+    line << QPointF(width() * (1.0 - (end - s.time) / kWindow), y(s.pressure / kPascalPerMmHg));
+  painter.drawPolyline(line);
+}
+
+PatientMonitorPanel::PatientMonitorPanel(QWidget* parent) : BasePanel(parent) {
+  setStyleSheet("background: black; color: #c8d0d4");
+  auto* const grid = new QGridLayout(this);
+  curve_ = new PressureCurve(this);
+  rate_ = number(this, kGreen);
+  pressure_ = number(this, kRed);
+  loss_ = number(this, kRed);
+  balance_ = number(this, kBlue);
+  grid->addWidget(curve_, 0, 0, 4, 1);
+  grid->addWidget(rate_, 0, 1);
+  grid->addWidget(pressure_, 1, 1);
+  grid->addWidget(loss_, 2, 1);
+  grid->addWidget(balance_, 3, 1);
+  grid->setColumnStretch(0, 1);
+  rate_->setText("HR –");
+  pressure_->setText("ART –");
+  loss_->setText("LOSS –");
+  balance_->setText("IRRIGATION –");
+  auto* const timer = new QTimer(this);
+  connect(timer, &QTimer::timeout, this, [this] { showAge(); });
+  timer->start(500);
+}
+
+void PatientMonitorPanel::connectTopics() {
+  blood_sub_ = nh().subscribe<vest_msgs::HaemodynamicsState>(
+      "effects/haemodynamics", 20,
+      [this](const vest_msgs::HaemodynamicsStateConstPtr& msg) { onBlood(*msg); });
+  fluid_sub_ = nh().subscribe<vest_msgs::FluidState>(
+      "effects/fluid", 2, [this](const vest_msgs::FluidStateConstPtr& msg) { onFluid(*msg); });
+}
+
+void PatientMonitorPanel::onBlood(const vest_msgs::HaemodynamicsState& msg) {
+  heard_ = ros::WallTime::now();
+  if (const auto* const vessel = reference(msg))
+    curve_->add({msg.header.stamp.toSec(), vessel->pressure_mid});
+  rate_->setText(
+      QString("HR <span style='font-size:22pt'>%1</span> /min").arg(60.0 * msg.heart_rate, 0, 'f', 0));
+  pressure_->setText(QString("ART <span style='font-size:22pt'>%1/%2</span> (%3) mmHg")
+                         .arg(msg.systolic / kPascalPerMmHg, 0, 'f', 0)
+                         .arg(msg.diastolic / kPascalPerMmHg, 0, 'f', 0)
+                         .arg(msg.mean_pressure / kPascalPerMmHg, 0, 'f', 0));
+  double leak = 0;
+  for (const auto& vessel : msg.vessels) leak += vessel.leak;
+  loss_->setText(QString("LOSS <span style='font-size:22pt'>%1</span> ml, now %2 ml/min")
+                     .arg(1e6 * msg.blood_loss, 0, 'f', 1)
+                     .arg(6e7 * leak, 0, 'f', 0));
+}
+
+void PatientMonitorPanel::onFluid(const vest_msgs::FluidState& msg) {
+  // What came in and was not taken out again: irrigation and blood in the cavity.
+  balance_->setText(QString("IRRIGATION in %1 ml, sucked %2 ml, left %3 ml")
+                        .arg(1e6 * msg.emitted, 0, 'f', 0)
+                        .arg(1e6 * msg.sucked, 0, 'f', 0)
+                        .arg(1e6 * (msg.emitted - msg.sucked - msg.lost), 0, 'f', 0));
+}
+
+void PatientMonitorPanel::showAge() {
+  if (!heard_.isZero() && (ros::WallTime::now() - heard_).toSec() > kSilent) rate_->setText("HR – (no data)");
+}
+
+}  // namespace vest::panels
+
+PLUGINLIB_EXPORT_CLASS(vest::panels::PatientMonitorPanel, rviz::Panel)

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <ros/subscriber.h>
+#include <ros/time.h>
+#include <vest_msgs/SessionState.h>
+
+#include "base_panel.h"
+
+class QComboBox;
+class QLineEdit;
+class QPushButton;
+class QSpinBox;
+
+namespace vest::panels {
+
+/// vest_viz/Session: state of the simulation and its recording; pause, single steps, reset, scene, snapshot,
+/// restore.
+class SessionPanel : public BasePanel {
+ public:
+  explicit SessionPanel(QWidget* parent = nullptr);
+
+ protected:
+  void connectTopics() override;
+
+ private:
+  void onState(const vest_msgs::SessionState& msg);
+  void showAge();
+  void snapshot(bool restore);
+
+  ros::Subscriber state_sub_;
+  vest_msgs::SessionState state_;
+  ros::WallTime heard_;
+  QLabel *state_label_, *recording_label_, *problem_;
+  QPushButton *pause_, *step_, *reset_, *load_, *save_, *restore_;
+  QSpinBox* steps_;
+  QComboBox* scene_;
+  QLineEdit* snapshot_;
+};
+
+}  // namespace vest::panels

@@ -1,0 +1,290 @@
+// Protects the panels: what they show is what the topics say, what is clicked reaches the right service or
+// topic, a refusal is told in the words of the node that refused, and none of it needs a node that is there.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include <QApplication>
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QLabel>
+#include <QPushButton>
+#include <QTableWidget>
+
+#include <ros/ros.h>
+#include <std_srvs/SetBool.h>
+#include <vest_msgs/ExchangeTool.h>
+#include <vest_msgs/ParameterEdit.h>
+#include <vest_msgs/StringStamped.h>
+
+#include "footswitches_panel.h"
+#include "haptics_panel.h"
+#include "instruments_panel.h"
+#include "material_panel.h"
+#include "patient_monitor_panel.h"
+#include "session_panel.h"
+
+namespace vest::panels {
+namespace {
+
+QString g_pictures;  ///< folder; empty: none are kept
+
+/// A panel as rviz makes it, shown on Qt's offscreen platform.
+template <class Panel>
+struct Shown {
+  Panel panel;
+  Shown() {
+    panel.initialize(nullptr);
+    panel.resize(560, 240);
+    panel.show();
+  }
+  void keep(const char* name) {
+    if (!g_pictures.isEmpty()) panel.grab().save(g_pictures + "/" + name + ".png");
+  }
+  bool says(const QString& text) const {
+    for (const QLabel* const label : panel.template findChildren<QLabel*>())
+      if (label->text().contains(text)) return true;
+    return false;
+  }
+};
+
+bool spin(const std::function<bool()>& done, double seconds = 10.0) {
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(seconds);
+  while (ros::WallTime::now() < end) {
+    ros::spinOnce();
+    QApplication::processEvents(QEventLoop::AllEvents, 5);
+    if (done()) return true;
+    ros::WallDuration(0.002).sleep();
+  }
+  return false;
+}
+
+template <class Message>
+bool send(const std::string& topic, const Message& msg, const std::function<bool()>& done) {
+  ros::Publisher publisher = ros::NodeHandle("/vest").advertise<Message>(topic, 2, true);
+  publisher.publish(msg);
+  return spin(done);
+}
+
+QPushButton* button(const QWidget& panel, const QString& text) {
+  for (QPushButton* const b : panel.findChildren<QPushButton*>())
+    if (b->text() == text) return b;
+  return nullptr;
+}
+
+TEST(Session, ShowsTheStateAndPausesIt) {
+  Shown<SessionPanel> shown;
+  vest_msgs::SessionState state;
+  state.state = vest_msgs::SessionState::RUNNING;
+  state.scene = "gynaecology";
+  state.step = 20024;
+  state.real_time_factor = 0.999;
+  state.recording = true;
+  state.directory = "/tmp/session";
+  state.recorded_bytes = 12000000;
+  ASSERT_TRUE(send("session/state", state, [&] { return shown.says("20024"); }));
+  EXPECT_TRUE(shown.says("running"));
+  EXPECT_TRUE(shown.says("12.0 MB"));
+  shown.keep("session");
+
+  int asked = -1;
+  ros::ServiceServer service =
+      ros::NodeHandle("/vest").advertiseService<std_srvs::SetBool::Request, std_srvs::SetBool::Response>(
+          "tissue/pause", [&](std_srvs::SetBool::Request& req, std_srvs::SetBool::Response& res) {
+            asked = req.data;
+            res.success = false;
+            res.message = "a scene is loading";
+            return true;
+          });
+  button(shown.panel, "Pause")->click();
+  EXPECT_TRUE(spin([&] { return shown.says("a scene is loading"); }));
+  EXPECT_EQ(asked, 1);
+  EXPECT_FALSE(button(shown.panel, "Step")->isEnabled()) << "single steps are for a paused simulation";
+}
+
+TEST(Session, WithoutASimulationSaysSoInsteadOfHanging) {
+  Shown<SessionPanel> shown;
+  button(shown.panel, "Reset")->click();
+  EXPECT_TRUE(spin([&] { return shown.says("/vest/tissue/reset: nobody offers this service"); }));
+}
+
+TEST(Instruments, ShowsToolsAndExchangesThemOnlyWhenThePersonChooses) {
+  Shown<InstrumentsPanel> shown;
+  int exchanges = 0;
+  vest_msgs::ExchangeTool::Request last;
+  ros::ServiceServer service =
+      ros::NodeHandle("/vest")
+          .advertiseService<vest_msgs::ExchangeTool::Request, vest_msgs::ExchangeTool::Response>(
+              "exchange_tool",
+              [&](vest_msgs::ExchangeTool::Request& req, vest_msgs::ExchangeTool::Response& res) {
+                ++exchanges;
+                last = req;
+                res.success = false;
+                res.message = "it holds tissue: release it before the tool is exchanged";
+                return true;
+              });
+  vest_msgs::InstrumentStates states;
+  states.instruments.resize(2);
+  states.instruments[0].name = "left";
+  states.instruments[0].tool = vest_msgs::InstrumentState::TOOL_SCISSORS;
+  states.instruments[0].source = vest_msgs::InstrumentState::SOURCE_CRTK;
+  states.instruments[0].valid = true;
+  states.instruments[0].functions = vest_msgs::InstrumentState::FUNCTION_CUT;
+  states.instruments[1].name = "right";
+  states.instruments[1].valid = false;
+  ASSERT_TRUE(send("instruments", states, [&] { return shown.says("cut"); }));
+  EXPECT_TRUE(shown.says("silent"));
+  auto boxes = shown.panel.findChildren<QComboBox*>();
+  ASSERT_GE(boxes.size(), 2);
+  EXPECT_EQ(boxes[0]->currentText(), "scissors");
+  EXPECT_EQ(boxes[1]->currentText(), "crtk");
+  EXPECT_EQ(exchanges, 0) << "a message is not a wish";
+  shown.keep("instruments");
+  Q_EMIT boxes[0]->activated(vest_msgs::InstrumentState::TOOL_CLIP_APPLIER);
+  EXPECT_TRUE(spin([&] { return shown.says("it holds tissue"); }));
+  EXPECT_EQ(exchanges, 1);
+  EXPECT_EQ(last.instrument, "left");
+  EXPECT_EQ(last.tool, vest_msgs::InstrumentState::TOOL_CLIP_APPLIER);
+
+  std::string command;
+  ros::Subscriber sub = ros::NodeHandle("/vest").subscribe<vest_msgs::StringStamped>(
+      "left/state_command", 2, [&](const vest_msgs::StringStampedConstPtr& msg) { command = msg->string; });
+  ASSERT_TRUE(spin([&] { return sub.getNumPublishers() > 0; }));
+  boxes[2]->setCurrentText("pause");
+  EXPECT_TRUE(spin([&] {
+    if (command.empty()) {
+      boxes[2]->setCurrentText("pause");
+      Q_EMIT boxes[2]->activated(boxes[2]->currentIndex());
+    }
+    return command == "pause";
+  }));
+}
+
+TEST(Footswitches, LightWhilePressedAndGoOutWhenTheBoxFallsSilent) {
+  Shown<FootswitchesPanel> shown;
+  sensor_msgs::Joy joy;
+  joy.buttons = {1, 0, 0, 1, 0, 0};
+  const auto lit = [&](const char* name) {
+    for (const QLabel* const label : shown.panel.findChildren<QLabel*>())
+      if (label->text() == name) return label->styleSheet().contains("white");
+    return false;
+  };
+  ASSERT_TRUE(send("phantom_box/footswitches", joy, [&] { return lit("coag"); }));
+  EXPECT_TRUE(lit("suction"));
+  EXPECT_FALSE(lit("cut"));
+  shown.keep("footswitches");
+  EXPECT_TRUE(spin([&] { return !lit("coag"); })) << "older than 100 ms counts as released";
+  EXPECT_TRUE(shown.says("all count as released"));
+}
+
+TEST(PatientMonitor, DrawsTheCurveAndCountsInTheUnitsOfTheWard) {
+  Shown<PatientMonitorPanel> shown;
+  ros::Publisher publisher =
+      ros::NodeHandle("/vest").advertise<vest_msgs::HaemodynamicsState>("effects/haemodynamics", 400);
+  ASSERT_TRUE(spin([&] { return publisher.getNumSubscribers() > 0; }));
+  vest_msgs::HaemodynamicsState msg;
+  msg.heart_rate = 1.2;
+  msg.systolic = 15999, msg.diastolic = 10666, msg.mean_pressure = 12443;  // 120/80 (93) mmHg
+  msg.blood_loss = 42.5e-6;
+  msg.vessels.resize(2);
+  msg.vessels[0].name = "uterine_artery_right";
+  msg.vessels[0].leak = 1e-6;
+  msg.vessels[1].name = "abdominal_aorta";
+  for (int i = 0; i < 300; ++i) {
+    const double t = 0.02 * i;
+    msg.header.stamp = ros::Time(100 + t);
+    msg.vessels[1].pressure_mid = static_cast<float>(13300 + 2600 * std::sin(2 * M_PI * 1.2 * t));
+    publisher.publish(msg);
+    if (i % 20 == 0) spin([] { return false; }, 0.01);
+  }
+  EXPECT_TRUE(spin([&] { return shown.says("120/80"); }));
+  EXPECT_TRUE(shown.says(">72<")) << "beats per minute";
+  EXPECT_TRUE(shown.says(">42.5<")) << "ml";
+  EXPECT_TRUE(shown.says("now 60 ml/min"));
+  const QImage screen = shown.panel.grab().toImage();
+  int red = 0;
+  for (int y = 0; y < screen.height(); ++y)
+    for (int x = 0; x < screen.width() / 2; ++x)
+      red += qRed(screen.pixel(x, y)) > 200 && qGreen(screen.pixel(x, y)) < 120;
+  EXPECT_GT(red, 200) << "the curve is drawn";
+  shown.keep("patient_monitor");
+}
+
+TEST(Haptics, SaysWhatTheLimiterDid) {
+  EXPECT_EQ(limitWords(0), "");
+  EXPECT_EQ(limitWords(2 | 16 | 32), "magnitude, stale, FAULT");
+  Shown<HapticsPanel> shown;
+  vest_msgs::HapticState state;
+  state.device = "left_phantom";
+  state.force_true.x = 3.0, state.force_true.y = 4.0;
+  state.force_rendered.z = 3.3;
+  state.model_age = 0.004;
+  state.limits = 2;
+  auto* const table = shown.panel.findChild<QTableWidget*>();
+  ASSERT_TRUE(send("haptics/left/state", state, [&] { return table->rowCount() == 1; }));
+  EXPECT_EQ(table->item(0, 2)->text(), "5.00");
+  EXPECT_EQ(table->item(0, 3)->text(), "3.30");
+  EXPECT_EQ(table->item(0, 4)->text(), "4.0");
+  EXPECT_EQ(table->item(0, 7)->text(), "magnitude");
+  shown.keep("haptics");
+}
+
+TEST(Material, SendsTheEditOfTheObjectThatIsChosen) {
+  Shown<MaterialPanel> shown;
+  vest_msgs::ParameterEdit edit;
+  ros::Subscriber sub = ros::NodeHandle("/vest").subscribe<vest_msgs::ParameterEdit>(
+      "parameter_edit", 2, [&](const vest_msgs::ParameterEditConstPtr& msg) { edit = *msg; });
+  vest_msgs::TissueTopology topology;
+  topology.scene_hash = "1";
+  topology.objects.resize(2);
+  topology.objects[0].name = "uterus", topology.objects[0].organ = "uterus",
+  topology.objects[0].knot_count = 359;
+  topology.objects[1].name = "cavity", topology.objects[1].model = vest_msgs::TissueObject::MODEL_RIGID;
+  ASSERT_TRUE(send("tissue/topology", topology, [&] { return shown.says("359 knots"); }));
+  ASSERT_TRUE(spin([&] { return sub.getNumPublishers() > 0; }));
+  auto boxes = shown.panel.findChildren<QComboBox*>();
+  EXPECT_EQ(boxes[0]->findText("cavity"), -1) << "what does not move has no material to change";
+  boxes[0]->setCurrentText("uterus");
+  boxes[1]->setCurrentText("youngs_modulus");
+  shown.panel.findChild<QDoubleSpinBox*>()->setValue(25000.0);
+  button(shown.panel, "Apply")->click();
+  ASSERT_TRUE(spin([&] { return !edit.parameter.empty(); }));
+  EXPECT_EQ(edit.object, "uterus");
+  EXPECT_EQ(edit.parameter, "youngs_modulus");
+  EXPECT_EQ(edit.value, 25000.0);
+  shown.keep("material");
+}
+
+TEST(AllPanels, KeepTheirNamespaceAndSurviveAHundredLives) {
+  for (int i = 0; i < 100; ++i) {
+    Shown<SessionPanel> a;
+    Shown<InstrumentsPanel> b;
+    Shown<PatientMonitorPanel> c;
+    QApplication::processEvents();
+  }
+  SessionPanel panel;
+  rviz::Config config;
+  config.mapSetValue("Namespace", "/second");
+  panel.load(config);
+  rviz::Config saved;
+  panel.save(saved);
+  QString name;
+  ASSERT_TRUE(saved.mapGetString("Namespace", &name));
+  EXPECT_EQ(name, "/second");
+}
+
+}  // namespace
+}  // namespace vest::panels
+
+int main(int argc, char** argv) {
+  qputenv("QT_QPA_PLATFORM", "offscreen");
+  ros::init(argc, argv, "vest_viz_test_panels");
+  QApplication application(argc, argv);
+  testing::InitGoogleTest(&argc, argv);
+  // Pictures for the documentation: rosrun vest_viz vest_viz_test_panels --pictures=FOLDER
+  for (int i = 1; i < argc; ++i)
+    if (QString(argv[i]).startsWith("--pictures=")) vest::panels::g_pictures = QString(argv[i]).mid(11);
+  ros::NodeHandle keep;
+  return RUN_ALL_TESTS();
+}
