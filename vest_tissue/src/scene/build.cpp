@@ -379,12 +379,11 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
     fillConstants(description.objects[i], m.start.objects[i], m.objects[i]);
     if (!m.objects[i].net) continue;
     fillHeat(description.objects[i], m.start.objects[i], m.objects[i]);
-    if (description.objects[i].fem) {
-      tissues[i] = boundFem(description, description.objects[i], m.start.objects[i], m.objects[i]);
-      continue;
-    }
     buildCut(description.objects[i], m.start.objects[i], m.objects[i].cut);
-    boundSteps(m.start.objects[i], m.objects[i], description.dt);
+    if (description.objects[i].fem)
+      tissues[i] = boundFem(description, description.objects[i], m.start.objects[i], m.objects[i]);
+    else
+      boundSteps(m.start.objects[i], m.objects[i], description.dt);
   }
   connect(description, m);
   const bool several =

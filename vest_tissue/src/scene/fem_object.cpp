@@ -93,8 +93,9 @@ void settleFem(Object& object, const Eigen::Vector3d& gravity) {
   fem::State state = fem::restState(*model);
   fem::Scratch scratch(*model, 1);
   if (!fem::solveStatic(*model, gravity, state, scratch).converged) {
-    throw std::invalid_argument("object '" + object.name +
-                                "': start: equilibrium: none was found; allowed: smaller loads, or start: rest");
+    throw std::invalid_argument(
+        "object '" + object.name +
+        "': start: equilibrium: none was found; allowed: smaller loads, or start: rest");
   }
   object.position = std::move(state.x);
 }
