@@ -73,7 +73,7 @@ TEST(OperatingField, IrrigationPushesTheTubeFillsThePoolAndSuctionEmptiesIt) {
   Theatre t("irrigation_pool");
   t.run(0.2);
   EXPECT_EQ(t.field->fluid().emitted, 0.0) << "no pedal, no water";
-  t.hold(tools::ToolKind::SuctionIrrigator, {0.02, 0.03, 0.075});
+  t.hold(tools::ToolKind::SuctionIrrigator, {0.026, 0.024, 0.075});
   t.run(1.0, 4);
   EXPECT_NEAR(t.field->fluid().emitted, 5e-5, 2e-6) << "3 l/min for a second";
   EXPECT_GT(t.momentum.norm(), 1e-3) << "N·s on the tube";
@@ -100,7 +100,7 @@ TEST(OperatingField, IrrigationPushesTheTubeFillsThePoolAndSuctionEmptiesIt) {
 
 TEST(OperatingField, ASnapshotGoesOnWithTheSameBitsAndResetEmptiesTheField) {
   Theatre a("irrigation_pool"), b("irrigation_pool");
-  for (Theatre* t : {&a, &b}) t->hold(tools::ToolKind::SuctionIrrigator, {0.02, 0.03, 0.075});
+  for (Theatre* t : {&a, &b}) t->hold(tools::ToolKind::SuctionIrrigator, {0.026, 0.024, 0.075});
   a.run(0.402, 4);
   std::vector<std::uint8_t> bytes, end_a, end_b;
   a.trainer.save(bytes);
@@ -116,7 +116,7 @@ TEST(OperatingField, ASnapshotGoesOnWithTheSameBitsAndResetEmptiesTheField) {
 
 TEST(OperatingField, CoagulationOfTissueMakesSmokeAndTheMessagesCarryIt) {
   Theatre t("smoke_lens");
-  t.hold(tools::ToolKind::CoagulationHook, {0.0, 0.05, 0.066});
+  t.hold(tools::ToolKind::CoagulationHook, {0.0, 0.05, 0.058});
   t.run(0.5, 1);
   ASSERT_GT(t.field->smoke().made, 0.0) << "the hook touches the slab";
   ASSERT_TRUE(t.frames->update());
@@ -133,7 +133,7 @@ TEST(OperatingField, CoagulationOfTissueMakesSmokeAndTheMessagesCarryIt) {
 
 TEST(OperatingField, PoolsInMessagesHoldTheVolumeOfTheirHeights) {
   Theatre t("irrigation_pool");
-  t.hold(tools::ToolKind::SuctionIrrigator, {0.02, 0.03, 0.075});
+  t.hold(tools::ToolKind::SuctionIrrigator, {0.026, 0.024, 0.075});
   t.run(0.8, 4);
   t.run(0.7);
   ASSERT_TRUE(t.frames->update());
