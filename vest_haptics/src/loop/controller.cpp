@@ -221,7 +221,7 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
   bool registered = true;
   if (in.image && freshness_.accept(in.image->generation, in.image->step, in.image->steady_ns, in.now_ns)) {
     TissueModel model;
-    if (!toModel(in.image->contacts[static_cast<std::size_t>(options_.instrument)], model)) {
+    if (!toModel(in.image->contacts[static_cast<std::size_t>(options_.instrument)], model, &r.detail)) {
       raise(Fault::ContactModel);
     } else if (r.valid) {
       registered = registration_.observe(in.image->steady_ns, model.commanded);

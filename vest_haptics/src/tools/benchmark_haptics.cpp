@@ -1,6 +1,7 @@
 // CPU time of a tick, allocations and locks in it, and wake-up latency beside an empty loop as control.
 #include <dlfcn.h>
 #include <pthread.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>

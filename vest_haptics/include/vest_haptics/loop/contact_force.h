@@ -30,7 +30,8 @@ struct TissueModel {
 /// damping has a negative diagonal, the record is refused (it would be a fault, not a force).
 inline constexpr double kMostStiffness = 1e6;  ///< N/m, ours: steel shafts bend at some kN/m
 inline constexpr double kMostForce = 1e4;      ///< N, ours
-bool toModel(const shared::ContactRecord& record, TissueModel& model) noexcept;
+/// @param why where it is refused: which field, a text that lives for ever; may be null
+bool toModel(const shared::ContactRecord& record, TissueModel& model, const char** why = nullptr) noexcept;
 
 /// Force at the tip that the hand should feel, from the newest model.
 ///
