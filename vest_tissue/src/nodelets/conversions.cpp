@@ -7,6 +7,7 @@
 
 #include "vest_tissue/net/skin.h"
 #include "vest_tissue/scene/request.h"
+#include "vest_tissue/scene/topology.h"
 
 namespace vest::ros_shell {
 namespace {
@@ -114,7 +115,7 @@ void toMsg(const scene::StepFrame& frame, const Description& description, vest_m
   }
   msg.dilatations.resize(in.dilatations.size());
   for (std::size_t i = 0; i < in.dilatations.size(); ++i) {
-    msg.dilatations[i].vessel_segment = in.dilatations[i].vessel_segment;
+    msg.dilatations[i].vessel_segment.assign(in.dilatations[i].vessel_segment.view());
     msg.dilatations[i].dilatation = static_cast<float>(in.dilatations[i].dilatation);
   }
   msg.requests.clear();
@@ -276,6 +277,10 @@ void toMsg(const scene::World& world, vest_msgs::TissueTopology& msg) {
       for (int k = 0; k < 3; ++k) m.rest_position.push_back(static_cast<float>(p[k]));
     }
     m.knot_fixed = o.fixed;
+    for (const std::uint32_t k : t.doubled_knots) {  // copies rest where their knot does
+      for (std::size_t e = 0; e < 3; ++e) m.rest_position.push_back(float(m.rest_position[3 * k + e]));
+      if (!m.knot_fixed.empty()) m.knot_fixed.push_back(std::uint8_t(m.knot_fixed[k]));
+    }
     for (const scene::Link& l : t.links) {
       m.link_knots.insert(m.link_knots.end(),
                           {l.knot0, l.kind == scene::LinkKind::Bending ? l.knot2 : l.knot1});

@@ -33,8 +33,8 @@ std::string sceneFile(const std::string& scene) {
 
 }  // namespace
 
-TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory)
-    : nh_(nh), private_nh_(private_nh), factory_(std::move(factory)) {
+TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory, Publish publish)
+    : nh_(nh), private_nh_(private_nh), factory_(std::move(factory)), publish_(std::move(publish)) {
   scene_ = stringParameter(private_nh_, "scene", "gynaecology");
   threads_ = intParameter(private_nh_, "threads", 1, 1, 64);
   session_directory_ = stringParameter(private_nh_, "session_directory", "");
@@ -52,6 +52,14 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   description_ = loaded.description;
   published_revision_ = topology_->revision;
   runner_ = std::make_unique<scene::Runner>(std::move(loaded.simulation), options);
+  if (boolParameter(private_nh_, "share_contacts", true)) {
+    try {
+      runner_->shareContacts(std::make_unique<shared::ContactWriter>(
+          shared::contactMemoryName(ros::master::getURI(), nh_.getNamespace())));
+    } catch (const std::exception& e) {
+      ROS_WARN("%s; the simulation runs without haptic devices", e.what());
+    }
+  }
 
   topology_pub_ = nh_.advertise<vest_msgs::TissueTopology>("tissue/topology", 2, true);
   delta_pub_ = nh_.advertise<vest_msgs::TissueTopologyDelta>("tissue/topology_delta", 1000);
@@ -72,6 +80,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   instruments_ = input.subscribe("instruments", 10, &TissueServer::onInstruments, this, hints);
   footswitches_ = input.subscribe("phantom_box/footswitches", 10, &TissueServer::onFootswitches, this, hints);
   recording_ = input.subscribe("session/recording", 10, &TissueServer::onRecording, this);
+  edits_ = input.subscribe("parameter_edit", 100, &TissueServer::onEdit, this);
   ros::NodeHandle service(nh_);
   service.setCallbackQueue(&service_queue_);
   services_.push_back(service.advertiseService("tissue/load_scene", &TissueServer::onLoad, this));
@@ -126,6 +135,15 @@ void TissueServer::onFootswitches(const sensor_msgs::Joy::ConstPtr& msg) {
   sample_.pedals = pedals;
   pedals_time_ = ros::WallTime::now();
   runner_->setTools(sample_);
+}
+
+void TissueServer::onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg) {
+  if (!std::isfinite(msg->value)) {
+    ++refused_inputs_;
+    ROS_WARN_THROTTLE(5, "parameter_edit: %s is not finite; nothing changes", msg->parameter.c_str());
+    return;
+  }
+  runner_->edit({msg->object, msg->parameter, msg->value});
 }
 
 void TissueServer::onRecording(const vest_msgs::SessionState::ConstPtr& msg) {
@@ -278,6 +296,7 @@ void TissueServer::publishLoop() {
       contacts_pub_.publish(vest_msgs::ContactModels::ConstPtr(msg));
     }
     if (runner_->states().update()) publishState();
+    if (publish_ && !loading_) publish_([this](std::int64_t steady_ns) { return stamp(steady_ns); });
     if (t >= session_due) {
       session_due = t + 0.5;
       publishSession();

@@ -10,6 +10,8 @@
 #include <pthread.h>
 #include <sched.h>
 
+#include "vest_tissue/shared/fill_record.h"
+
 namespace vest::scene {
 namespace {
 
@@ -58,7 +60,11 @@ RunnerOptions checked(RunnerOptions o) {
 
 Runner::Runner(std::unique_ptr<Simulation> simulation, const RunnerOptions& options)
     : options_(checked(options)), simulation_(std::move(simulation)) {
-  frames_.forEachSlot([](StepFrame& f) { f.events.reserve(32); });
+  frames_.forEachSlot([](StepFrame& f) {
+    f.events.reserve(32);
+    f.input.impacts.reserve(16);
+    f.input.dilatations.reserve(16);
+  });
   report_.events.reserve(256);
   step_ = simulation_->world().steps();
   time_ = simulation_->world().time();
@@ -147,12 +153,15 @@ void Runner::load(std::unique_ptr<Simulation> simulation, const std::string& arg
 
 void Runner::restore(const std::vector<std::uint8_t>& bytes, const std::string& argument) {
   execute([&] {
-    simulation_->world().restore(bytes);
-    simulation_->restored();
+    simulation_->restore(bytes);
     fault_ = false;
     pending_command_ = Command::Restore;
     pending_argument_ = argument;
   });
+}
+
+void Runner::edit(const ParameterEdit& edit) {
+  execute([&] { pending_edits_.push_back(edit); });
 }
 
 void Runner::fillContacts(std::int64_t now) {
@@ -161,6 +170,18 @@ void Runner::fillContacts(std::int64_t now) {
   frame.steady_ns = now;
   frame.contacts = report_.contacts;
   contacts_.publish();
+}
+
+void Runner::shareStep(std::int64_t now) {
+  if (!memory_) return;
+  const std::uint64_t step = simulation_->world().steps();
+  if (step <= image_.step) memory_->beginGeneration();  // reset, restored or another scene
+  image_.step = step;
+  image_.steady_ns = now;
+  for (std::size_t i = 0; i < report_.contacts.size(); ++i) {
+    shared::fillRecord(report_.contacts[i], sample_.tools[i], image_.contacts[i]);
+  }
+  memory_->write(image_);
 }
 
 void Runner::fillState(std::int64_t now) {
@@ -205,6 +226,7 @@ void Runner::stepOnce(std::int64_t now) {
   input.tools = sample_.tools;
   input.pedals = sample_.pedals;
   input.edits.clear();
+  input.edits.swap(pending_edits_);
   input.impacts.clear();
   input.dilatations.clear();
   input.requests = pending_requests_;
@@ -216,6 +238,7 @@ void Runner::stepOnce(std::int64_t now) {
   frame.status = simulation_->step(input, report_);
   if (frame.status == Status::Fault) fault_ = true;
   frame.events = report_.events;
+  if (frame.status != Status::Fault) shareStep(now);
   frame.has_hash = input.step % options_.hash_every == 0;
   if (frame.has_hash) frame.hash = world.stateHash();
   step_ = world.steps();

@@ -38,6 +38,7 @@ void solve(Context& c);                                       ///< batches of su
 bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a state to go on from
 void fasten(Context& c);                                      ///< clips, slings
 void stepHeat(Context& c);                                    ///< electrodes, temperature, damage
+void cut(Context& c);                                         ///< blades: what they swept is divided
 void tell(Context& c);                                        ///< contact models, events
 void keepBackup(Context& c);
 void restoreBackup(Context& c);
@@ -50,6 +51,11 @@ bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& delt
 double stationOf(const WorldModel& model, const WorldState& state, std::size_t object,
                  const std::array<std::uint32_t, 3>& knots, const std::array<double, 3>& weights);
 
+/// Cutting's part of a built model, its room in a State, and its scratch.
+void buildCut(const Object& object, ObjectState& s, interaction::CutConstants& c);
+void reserveCut(const WorldModel& model, WorldState& state);
+void reserveCut(const WorldModel& model, interaction::CutScratch& scratch);
+
 /// Parts of the above in files of their own.
 void findToolContacts(Context& c, std::size_t object);
 void findCavityContacts(Context& c, std::size_t object);
@@ -57,6 +63,13 @@ void findOrganPairs(Context& c);
 void findOrganContacts(Context& c);
 void placeTools(Context& c);
 void renewSides(Context& c);
+void advanceFem(Context& c, std::size_t object, int batch);  ///< finite elements: one batch
+/// Order within a batch: 0 elastostatic objects, 1 other finite elements, 2 nets.
+inline int turnOf(const Context& c, std::size_t object) {
+  if (!c.model.objects[object].fem) return 2;
+  return c.state.objects[object].tissue.dynamic ? 1 : 0;
+}
+void copyTissue(ObjectState& s);  ///< places and velocities into the block
 
 bool removeClip(Context& c, std::uint64_t id);
 /// No unit, 0 … 1: how much of what they can close clips and slings have closed now.

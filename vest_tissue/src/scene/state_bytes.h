@@ -50,6 +50,15 @@ struct StateWalker {
     plain(s.texture_coordinates), plain(s.triangles), plain(s.layer);
   }
 
+  void surface(FemSurface& f) {
+    plain(f.triangle_face), plain(f.skin_face), plain(f.knot_vertex), plain(f.vertex_element), value(f.parts);
+  }
+  void tissue(fem::TissueState& t) {
+    plain(t.x), plain(t.v), value(t.stiffness_scale), flag(t.dynamic), value(t.revision);
+    if (t.revision == 0) return;  // as the scene says
+    plain(t.mass), plain(t.corner), plain(t.open), plain(t.origin), plain(t.knot_element);
+  }
+
   void object(ObjectState& s) {
     using net::Block;
     Block& b = s.block;
@@ -69,9 +78,19 @@ struct StateWalker {
     value(s.sub_steps), value(s.limit_strain), value(s.bound_strain), value(s.elastic_scale),
         value(s.damping_scale), flag(s.degraded);
     heat(s.heat, knots);
+    list(s.cut.crossings,
+         [&](interaction::CutCrossing& x) { value(x.triangle), value(x.edge), value(x.place), value(x.knot); });
+    list(s.cut.tracks, [&](interaction::CutTrack& x) {
+      value(x.triangle), values(x.knots.data(), 2), values(x.from.data(), 3), values(x.to.data(), 3),
+          value(x.settled);
+    });
+    flag(s.cut.exhausted);
+    if (!s.tissue.x.empty()) tissue(s.tissue);
     values(s.motility.phase.data(), 2);
     value(s.topology.revision);
-    if (s.topology.revision == 0) return;  // as the scene says
+    if (s.topology.revision == 0 && s.cut.tracks.empty()) return;  // as the scene says
+    cut(s.cut);
+    if (!s.tissue.x.empty()) surface(s.fem_surface);
     list(s.topology.links, [&](Link& l) { link(l); });
     list(s.places, [&](LinkPlace& p) { value(p.kind), value(p.index); });
     plain(s.topology.doubled_knots), plain(s.topology.link_alive), plain(s.topology.triangle_alive),
@@ -136,6 +155,18 @@ struct StateWalker {
     for (auto& a : f.appliers) value(a.jaw_at_touch), flag(a.loaded), flag(a.drawn);
   }
 
+  void cut(interaction::CutState& s) {
+    plain(s.line), plain(s.inward), plain(s.home), plain(s.open), plain(s.lies_on), plain(s.rest),
+        plain(s.free);
+    plain(s.outer), plain(s.inner), plain(s.wall);
+    list(s.faces,
+         [&](interaction::CutFace& f) { value(f.skin_triangle), value(f.edge), values(f.built.data(), 2); });
+    value(s.parts), value(s.area), value(s.energy), flag(s.opened), flag(s.unfinished);
+  }
+  void cutting(interaction::CuttingTool& t) {
+    value(t.passing), value(t.owed), value(t.force), value(t.torque), vector3(t.place), value(t.object),
+        value(t.element);
+  }
   void tool(interaction::Proxy& p) {
     flag(p.present), value(p.tool), vector3(p.pose.tip), values(p.pose.orientation.coeffs().data(), 4),
         vector3(p.pose.pivot);
@@ -155,11 +186,12 @@ struct StateWalker {
     archive.same(s.objects.size());
     for (ObjectState& o : s.objects) object(o);
     archive.same(s.connections.size());
-    for (ConnectionState& c : s.connections) anchor(c.end0), anchor(c.end1), flag(c.alive);
+    for (ConnectionState& c : s.connections) anchor(c.end0), anchor(c.end1), flag(c.alive), vector3(c.force);
     for (auto& p : s.proxies) tool(p);
     for (auto& g : s.grasps) grasp(g);
     electrosurgery(s.electrosurgery);
     fasteners(s.fasteners);
+    for (auto& t : s.cutting.tools) cutting(t);
     list(s.pairs, [&](OrganPair& p) { value(p.object), value(p.other), value(p.knot), value(p.triangle); });
     list(s.sides, [&](ContactSide& p) {
       value(p.triangle), value(p.object), value(p.tool), value(p.capsule), value(p.side);

@@ -16,6 +16,7 @@
 #include <std_srvs/Trigger.h>
 
 #include <vest_msgs/LoadScene.h>
+#include <vest_msgs/ParameterEdit.h>
 #include <vest_msgs/SessionState.h>
 #include <vest_msgs/Snapshot.h>
 #include <vest_msgs/StateHash.h>
@@ -33,10 +34,14 @@ namespace vest::ros_shell {
 class TissueServer {
  public:
   using Factory = std::function<std::unique_ptr<scene::Simulation>(scene::World world)>;
+  /// Stamp of a moment of the steady clock.
+  using Stamp = std::function<ros::Time(std::int64_t steady_ns)>;
+  /// Publishes what a composite has beside the tissue; called every 2 ms by the publishing thread.
+  using Publish = std::function<void(const Stamp& stamp)>;
 
   /// Loads the scene and begins. @throws std::invalid_argument naming parameter or file, value and what is
   /// allowed
-  TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory);
+  TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory, Publish publish = {});
   ~TissueServer();
 
  private:
@@ -49,6 +54,7 @@ class TissueServer {
   Loaded loadFile(const std::string& scene) const;
   void onInstruments(const vest_msgs::InstrumentStates::ConstPtr& msg);
   void onFootswitches(const sensor_msgs::Joy::ConstPtr& msg);
+  void onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg);
   void onRecording(const vest_msgs::SessionState::ConstPtr& msg);
   bool onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res);
   bool onReset(std_srvs::Trigger::Request& req, std_srvs::Trigger::Response& res);
@@ -71,6 +77,7 @@ class TissueServer {
 
   ros::NodeHandle nh_, private_nh_;
   Factory factory_;
+  Publish publish_;
   int threads_ = 1;
   std::string scene_, session_directory_;
   bool wait_for_recorder_ = false;
@@ -86,7 +93,7 @@ class TissueServer {
 
   ros::CallbackQueue input_queue_, service_queue_;
   ros::AsyncSpinner input_spinner_{1, &input_queue_}, service_spinner_{1, &service_queue_};
-  ros::Subscriber instruments_, footswitches_, recording_;
+  ros::Subscriber instruments_, footswitches_, recording_, edits_;
   std::vector<ros::ServiceServer> services_;
   ros::Publisher topology_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_, attachments_pub_,
       sutures_pub_, markers_pub_, steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;

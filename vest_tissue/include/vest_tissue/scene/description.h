@@ -107,9 +107,12 @@ struct Object {
   motility::Motility motility;  ///< nets with a tube map only
   double grasp_damage_threshold =
       136e3;  ///< Pa: pinch over the jaw's area that begins to destroy (interaction/heat.h); 0: never
+  double cut_toughness = 164.0;       ///< J/m²: work per newly cut area; of liver, 164 ± 6 (Gokgol 2012)
+  double wall_thickness = 0.0;        ///< m: of a hollow organ; 0: solid
   Skin skin;
   TubeMap tube;
-  std::shared_ptr<const fem::Description> fem;  ///< model fem: its tetrahedra, material, loads; else null
+  std::shared_ptr<const fem::Description>
+      fem;  ///< model fem or volume: tetrahedra, material, loads; else null
 };
 
 /// Ties an anchor of one object to an anchor of another one (ligament to uterus, tube to uterus …).
@@ -130,8 +133,9 @@ enum class Integrator : std::uint8_t { NewtonEuler = 0, BackwardEuler = 1, Stati
 
 struct Description {
   std::string name;
-  std::string directory;  ///< where the scene file lies
-  std::string hash;       ///< XXH64, 16 hexadecimal digits, over the scene file and every file it refers to
+  std::string directory;        ///< where the scene file lies
+  std::string cache_directory;  ///< where inverses of finite elements are kept between runs; empty: nowhere
+  std::string hash;  ///< XXH64, 16 hexadecimal digits, over the scene file and every file it refers to
   Eigen::Vector3d gravity{0, 0, -9.81};
   Integrator integrator = Integrator::NewtonEuler;
   double dt = 0.001;  ///< s

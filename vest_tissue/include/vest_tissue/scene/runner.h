@@ -13,6 +13,7 @@
 
 #include "vest_tissue/scene/ring.h"
 #include "vest_tissue/scene/world.h"
+#include "vest_tissue/shared/contact_memory.h"
 
 namespace vest::scene {
 
@@ -25,8 +26,10 @@ class Simulation {
   virtual Status step(StepInput& input, StepReport& report) = 0;
   virtual World& world() = 0;
   virtual void reset() = 0;
-  /// Called after the World was restored from a snapshot.
-  virtual void restored() {}
+  /// Snapshot of all that evolves. @throws std::invalid_argument naming what does not fit; nothing changed
+  /// then
+  virtual void save(std::vector<std::uint8_t>& bytes) { world().save(bytes); }
+  virtual void restore(const std::vector<std::uint8_t>& bytes) { world().restore(bytes); }
 };
 
 /// The tissue without anything around it.
@@ -122,6 +125,8 @@ struct RunnerStatistics {
 class Runner {
  public:
   Runner(std::unique_ptr<Simulation> simulation, const RunnerOptions& options);
+  /// Before start(): every step's contact models go to this memory too, for haptic processes.
+  void shareContacts(std::unique_ptr<shared::ContactWriter> memory) { memory_ = std::move(memory); }
   ~Runner();
 
   /// Begins to step; idempotent.
@@ -145,6 +150,8 @@ class Runner {
   void load(std::unique_ptr<Simulation> simulation, const std::string& argument);
   /// @throws std::invalid_argument, and then nothing has changed
   void restore(const std::vector<std::uint8_t>& bytes, const std::string& argument);
+  /// The next step applies it.
+  void edit(const ParameterEdit& edit);
   /// Runs a function between two steps.
   void call(const std::function<void(Simulation&)>& function);
 
@@ -160,6 +167,7 @@ class Runner {
   void run();
   void stepOnce(std::int64_t now);
   void fillContacts(std::int64_t now);
+  void shareStep(std::int64_t now);
   void fillState(std::int64_t now);
   void execute(const std::function<void()>& function);
 
@@ -190,8 +198,11 @@ class Runner {
   std::vector<TopologyRequest> pending_requests_;
   Command pending_command_ = Command::None;
   std::string pending_argument_;
+  std::vector<ParameterEdit> pending_edits_;
   ToolSample sample_;
   StepReport report_;
+  std::unique_ptr<shared::ContactWriter> memory_;
+  shared::ContactImage image_;
   std::thread thread_;
 };
 

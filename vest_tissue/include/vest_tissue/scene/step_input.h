@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "vest_instruments/tools/tool_kind.h"
+#include "vest_tissue/scene/vessel_name.h"
 
 namespace vest::scene {
 
@@ -39,7 +40,7 @@ struct ImpactInput {
 
 /// Feedback of the pulse: radius over reference radius per vessel segment.
 struct DilatationInput {
-  std::string vessel_segment;
+  VesselName vessel_segment;
   double dilatation = 1.0;
 };
 

@@ -184,9 +184,15 @@ class World {
   std::size_t objectCount() const;
   std::size_t knotCount(std::size_t object) const;
   const Topology& topology(std::size_t object) const;
+  /// Triangles of knots that others touch (what ImpactInput::triangle counts), as they are now; dead ones
+  /// stay.
+  const std::vector<std::array<std::uint32_t, 3>>& contactTriangles(std::size_t object) const;
+  const std::vector<std::uint8_t>& contactTriangleAlive(std::size_t object) const;
   /// Positions of an object's knots, m, world, x y z per knot, as float32 (what tissue/state carries).
   void positions(std::size_t object, float* xyz) const;
   void velocities(std::size_t object, float* xyz) const;  ///< m/s
+  /// One knot, m, world; the object's first one where there is no such knot.
+  Eigen::Vector3d knotAt(std::size_t object, std::size_t knot) const;
   /// Largest absolute strain of the links at each knot, no unit.
   void strain(std::size_t object, float* per_knot) const;
   /// Any field, per knot. Objects without it (rigid) are at body temperature, whole and perfused.
@@ -230,6 +236,8 @@ class World {
   void measureStages(bool on);
   /// What was built: sub-steps and bounds per object, for tables and tests.
   const WorldModel& model() const;
+  /// What evolves, to read: for tests, tables and inspection.
+  const WorldState& state() const;
 
  private:
   struct Impl;

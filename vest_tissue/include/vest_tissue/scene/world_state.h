@@ -7,12 +7,15 @@
 #include <Eigen/Core>
 
 #include "vest_tissue/interaction/fasteners.h"
+#include "vest_tissue/interaction/cut_state.h"
+#include "vest_tissue/fem/tissue.h"
 #include "vest_tissue/interaction/grasp.h"
 #include "vest_tissue/interaction/heat.h"
 #include "vest_tissue/interaction/tool_state.h"
 #include "vest_tissue/net/block.h"
 #include "vest_tissue/net/elements.h"
 #include "vest_tissue/net/link_kernel.h"
+#include "vest_tissue/scene/fem_surface.h"
 #include "vest_tissue/scene/world.h"
 
 namespace vest::scene {
@@ -51,7 +54,10 @@ struct ObjectState {
   double elastic_scale = 1.0;  ///< parameter edits: youngs_modulus over the scene's
   double damping_scale = 1.0;
   bool degraded = false;
-  interaction::HeatState heat;       ///< temperature and damage per knot
+  interaction::HeatState heat;  ///< temperature and damage per knot
+  interaction::CutState cut;
+  FemSurface fem_surface;   ///< finite elements
+  fem::TissueState tissue;  ///< finite elements; empty for nets. The block's X … VZ are a copy of it
   motility::MotilityState motility;  ///< phases of its waves
 };
 
@@ -66,6 +72,7 @@ inline void setLink(ObjectState& s, std::size_t index, float axial, float rest, 
 struct ConnectionState {
   net::Anchor end0, end1;
   bool alive = true;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N on end 0; kept where an end is elastostatic
 };
 
 /// Candidates for organ against organ: a knot of one object near a triangle of another.
@@ -93,6 +100,7 @@ struct WorldState {
   std::vector<ConnectionState> connections;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps{};
+  interaction::CuttingState cutting;
   std::vector<OrganPair> pairs;    ///< renewed every few steps
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
   interaction::Electrosurgery electrosurgery;
