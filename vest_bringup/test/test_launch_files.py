@@ -11,10 +11,10 @@ CASES = [
     ("trainer.launch", ["headless:=true", "record:=false", "emulator:=false", "port:=/dev/ttyUSB0"],
      ["manager", "view", "phantom_box"]),
     ("trainer.launch", ["rviz:=false", "trajectory:=/tmp/a.csv", "loop:=true"], ["phantom_box_emulator", "recorder"]),
-    ("trainer.launch", ["left:=sim", "right:=impulse_engine"], ["haptics_left", "haptics_right"]),
     ("trainer.launch", ["script:=demo"], ["phantom_box_emulator", "instruments"]),
     ("scene.launch", [], ["phantom_box_emulator", "trainer", "view"]),
     ("scene.launch", ["scene:=/tmp/mine.yaml"], ["phantom_box_emulator", "trainer"]),
+    ("trainer.launch", ["left:=sim", "right:=impulse_engine"], ["haptics_left", "haptics_right"]),
     ("replay.launch", ["bag:=/tmp/session.bag"], ["play", "view"]),
 ]
 

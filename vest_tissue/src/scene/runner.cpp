@@ -60,7 +60,11 @@ RunnerOptions checked(RunnerOptions o) {
 
 Runner::Runner(std::unique_ptr<Simulation> simulation, const RunnerOptions& options)
     : options_(checked(options)), simulation_(std::move(simulation)) {
-  frames_.forEachSlot([](StepFrame& f) { f.events.reserve(32); });
+  frames_.forEachSlot([](StepFrame& f) {
+    f.events.reserve(32);
+    f.input.impacts.reserve(16);
+    f.input.dilatations.reserve(16);
+  });
   report_.events.reserve(256);
   step_ = simulation_->world().steps();
   time_ = simulation_->world().time();
@@ -124,6 +128,10 @@ bool Runner::advance(std::uint32_t steps) {
   return accepted;
 }
 
+void Runner::request(const TopologyRequest& request) {
+  execute([&] { pending_requests_.push_back(request); });
+}
+
 void Runner::reset() {
   execute([&] {
     simulation_->reset();
@@ -145,12 +153,15 @@ void Runner::load(std::unique_ptr<Simulation> simulation, const std::string& arg
 
 void Runner::restore(const std::vector<std::uint8_t>& bytes, const std::string& argument) {
   execute([&] {
-    simulation_->world().restore(bytes);
-    simulation_->restored();
+    simulation_->restore(bytes);
     fault_ = false;
     pending_command_ = Command::Restore;
     pending_argument_ = argument;
   });
+}
+
+void Runner::edit(const ParameterEdit& edit) {
+  execute([&] { pending_edits_.push_back(edit); });
 }
 
 void Runner::fillContacts(std::int64_t now) {
@@ -179,12 +190,18 @@ void Runner::fillState(std::int64_t now) {
   std::size_t knots = 0;
   for (std::size_t i = 0; i < world.objectCount(); ++i) knots += world.knotCount(i);
   frame.positions.resize(3 * knots);
-  frame.strain.resize(knots);
-  frame.has_strain = elapsed(now, options_.strain_rate, strain_due_);
+  frame.has_fields = elapsed(now, options_.strain_rate, strain_due_);
+  for (std::size_t f = 0; f < frame.fields.size(); ++f) {
+    FieldFrame& field = frame.fields[f];
+    field.kind = kFieldFrames[f].kind;
+    field.minimum = kFieldFrames[f].minimum, field.maximum = kFieldFrames[f].maximum;
+    field.values.resize(knots);
+  }
   std::size_t at = 0;
   for (std::size_t i = 0; i < world.objectCount(); ++i) {
     world.positions(i, frame.positions.data() + 3 * at);
-    if (frame.has_strain) world.strain(i, frame.strain.data() + at);
+    for (FieldFrame& field : frame.fields)
+      if (frame.has_fields) world.field(i, field.kind, field.values.data() + at);
     at += world.knotCount(i);
   }
   frame.step = world.steps();
@@ -194,6 +211,7 @@ void Runner::fillState(std::int64_t now) {
   frame.steady_ns = now;
   frame.attachments.clear();
   world.attachments(frame.attachments);
+  world.slings(frame.slings);
   states_.publish();
 }
 
@@ -208,9 +226,11 @@ void Runner::stepOnce(std::int64_t now) {
   input.tools = sample_.tools;
   input.pedals = sample_.pedals;
   input.edits.clear();
+  input.edits.swap(pending_edits_);
   input.impacts.clear();
   input.dilatations.clear();
-  input.requests.clear();
+  input.requests = pending_requests_;
+  pending_requests_.clear();
   frame.command = pending_command_;
   frame.command_argument = pending_argument_;
   pending_command_ = Command::None;
