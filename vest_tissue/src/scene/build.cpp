@@ -23,6 +23,8 @@ constexpr double kContactLeast = 4.0e6;  ///< 1/s²: and at least this, for loos
 constexpr double kSlowMargin = 0.4;   ///< of the longest step, for held forces: they see deformed shapes too
 constexpr double kLeastHeight = 0.5;  ///< of a hinge's lower wing at rest: net::Hinge::least (ours)
 constexpr double kPatch = 8.0;        ///< knots that press an elastostatic object at a time (assumed)
+/// s, an implicit step: contacts of kContactLeast are held explicitly beside it, at half a radian a step.
+constexpr double kImplicitStep = 2.5e-4;
 constexpr int kPowerSweeps = 40;
 constexpr double kPowerMargin = 1.15;  ///< the iteration converges from below
 
@@ -156,6 +158,36 @@ void fillState(const Object& o, ObjectState& s) {
   s.depth.assign(s.block.knotCapacity(), 0.0f);
 }
 
+/// Columns of tissue under the knots, and what the links conduct.
+void fillHeat(const Object& o, ObjectState& s, ObjectConstants& c) {
+  c.heat.material = o.thermal;
+  c.heat.density = o.density;
+  c.heat.grasp_damage_threshold = o.grasp_damage_threshold;
+  const std::size_t knots = o.rest_position.size();
+  std::vector<double> area(knots, 0.0), volume(knots, 0.0);
+  std::vector<std::array<double, 3>> places(knots);
+  for (const auto& t : o.contact_triangles) {
+    const auto& p = o.rest_position;
+    const double third = (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]).norm() / 6.0;
+    for (const auto k : t) area[k] += third;
+  }
+  for (std::size_t k = 0; k < knots; ++k) {
+    volume[k] = o.mass[k] / o.density;
+    places[k] = {o.rest_position[k].x(), o.rest_position[k].y(), o.rest_position[k].z()};
+    c.heat.shapes.push_back(interaction::columnShape(volume[k], area[k]));
+  }
+  if (o.tube.rings.size() > 1) c.motility.waves = o.motility;
+  c.motility.area = area;
+  std::vector<interaction::HeatLink> links;
+  for (const NetLink& l : s.links)
+    links.push_back({l.values.knot0, l.values.knot1,
+                     (o.rest_position[l.values.knot1] - o.rest_position[l.values.knot0]).norm()});
+  const std::vector<double> g = interaction::linkConductances(places, volume, links, o.thermal.conductivity);
+  for (std::size_t i = 0; i < g.size(); ++i) s.links[i].conductance = static_cast<float>(g[i]);
+  s.heat.columns.resize(s.block.knotCapacity());
+  s.heat.sealed.assign(o.tube.rings.size(), 0);
+}
+
 void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
   c.net = o.model != ObjectModel::Rigid;
   c.law = o.law;
@@ -203,8 +235,9 @@ std::shared_ptr<fem::TissueModel> boundFem(const Description& d, const Object& o
   return tissue;
 }
 
-/// Sub-steps and batches of a net; refuses what the explicit solver cannot hold.
-void boundSteps(const Object& o, ObjectState& s, ObjectConstants& c, double dt) {
+/// Sub-steps and batches of a net. What the explicit solver cannot hold is stepped implicitly
+/// (docs/decisions/0230-…).
+void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
   solver::BoundScratch scratch(s.block.knotCapacity() + 64);
   const solver::BoundLinks links = boundLinks(s);
   c.bound_at_start = solver::linkRates(links, scratch).omega_squared;
@@ -218,22 +251,15 @@ void boundSteps(const Object& o, ObjectState& s, ObjectConstants& c, double dt) 
   c.slow_omega_squared = slow.omega_squared;
   c.slow_decay = slow.decay;
   const double limit = std::max(1.0, solver::kSubStepsPerSecond * dt);
-  const auto refuse = [&](const char* what, double needed, double omega) {
-    std::size_t lightest = 0;
-    for (std::size_t i = 0; i < o.mass.size(); ++i)
-      if (o.mass[i] < o.mass[lightest]) lightest = i;
-    std::ostringstream out;
-    out << "object '" << o.name << "': " << what << ": need " << needed << " sub-steps in " << dt
-        << " s (highest frequency " << omega << " rad/s, lightest knot " << lightest << " of "
-        << o.mass[lightest] << " kg; at most " << limit
-        << " are allowed: lower stiffness, youngs_modulus, area or damping, raise mass, or shorten dt)";
-    throw std::invalid_argument(out.str());
-  };
   const double fast_needed = dt / (solver::kStepMargin * solver::longestStep(c.rates));
-  if (!(fast_needed <= limit)) refuse("links", fast_needed, std::sqrt(c.rates.omega_squared));
   const double slow_needed = dt / (kSlowMargin * solver::longestStep(slow));
-  if (!(slow_needed <= limit))
-    refuse("bending, hinges, plastic links, tethers, volumes", slow_needed, std::sqrt(slow.omega_squared));
+  if (!(fast_needed <= limit) || !(slow_needed <= limit)) {
+    c.implicit = true;
+    c.contact_omega_squared = kContactLeast;
+    c.sub_steps = 1;
+    c.batches = powerOfTwo(dt / kImplicitStep);
+    return;
+  }
   c.sub_steps = std::max(1, static_cast<int>(std::ceil(fast_needed)));
   c.batches = powerOfTwo(slow_needed);
   const solver::Rates volume{solver::volumeRate(s.block, s.elements), 0.0};
@@ -351,11 +377,13 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   for (std::size_t i = 0; i < description.objects.size(); ++i) {
     fillState(description.objects[i], m.start.objects[i]);
     fillConstants(description.objects[i], m.start.objects[i], m.objects[i]);
+    if (!m.objects[i].net) continue;
+    fillHeat(description.objects[i], m.start.objects[i], m.objects[i]);
     buildCut(description.objects[i], m.start.objects[i], m.objects[i].cut);
     if (description.objects[i].fem)
       tissues[i] = boundFem(description, description.objects[i], m.start.objects[i], m.objects[i]);
-    else if (m.objects[i].net)
-      boundSteps(description.objects[i], m.start.objects[i], m.objects[i], description.dt);
+    else
+      boundSteps(m.start.objects[i], m.objects[i], description.dt);
   }
   connect(description, m);
   const bool several =
@@ -407,7 +435,13 @@ WorldScratch::WorldScratch(const WorldModel& model) {
       s.backup_x.reserve(b.knotCapacity()), s.backup_v.reserve(b.knotCapacity());
       s.cut_faces.reserve(512), s.cut_knots.reserve(1024), s.doublings.reserve(512);
       s.cut_roots.resize(model.objects[i].fem->neighbours.size());
+    } else if (model.objects[i].implicit) {
+      // Cuts add knots and couplings, and widen the matrix' envelope: half as much again.
+      const solver::NetView net = netView(model.start.objects[i]);
+      const std::size_t edges = solver::KnotOrder::edgesOf(net);
+      s.implicit = std::make_unique<solver::ImplicitNet>(net, b.knotCapacity(), edges + edges / 2);
     }
+    if (model.objects[i].motility.waves.active()) s.active.resize(3 * b.knotCapacity());
   }
   organ_contacts.reserve(8192);
   std::size_t most = 0;

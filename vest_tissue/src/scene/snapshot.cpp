@@ -22,6 +22,7 @@ struct WriteArchive {
     same(size);
   }
   void same(std::uint64_t size) { bytes(&size, sizeof size); }
+  void within(std::int32_t, std::int32_t) {}
   void setCounts(ObjectState&, std::uint64_t, std::uint64_t) {}
   void repack(ObjectState&) {}
 };
@@ -48,6 +49,9 @@ struct ReadArchive {
     bytes(&size, sizeof size);
     if (size != wanted)
       refuse(std::to_string(size) + " objects or connections (the scene has " + std::to_string(wanted) + ")");
+  }
+  void within(std::int32_t count, std::int32_t most) {
+    if (count < 0 || count > most) refuse(std::to_string(count) + " knots in a clip or sling");
   }
   void setCounts(ObjectState& s, std::uint64_t knots, std::uint64_t links) {
     net::Block& b = s.block;
@@ -187,6 +191,21 @@ void checkIndices(const WorldState& s) {
   for (const auto& p : s.pairs) {
     anchored(p.object, p.knot), anchored(p.other, 0);
     if (p.triangle >= s.objects[p.other].triangles.size()) refuse("a contact outside the scene");
+  }
+  if (s.fasteners.clips.size() > interaction::kMaxClips ||
+      s.fasteners.slings.size() > interaction::kMaxSlings)
+    refuse("too many clips or slings");
+  for (const auto& f : s.fasteners.clips)
+    for (int i = 0; f.alive && i < f.count; ++i) anchored(f.object, f.knots[i]);
+  for (const auto& f : s.fasteners.slings) {
+    anchored(f.object, 0);
+    for (int i = 0; f.alive && i < f.count; ++i) anchored(f.object, f.knots[i]);
+    if (f.knot < 0 || (f.count > 0 && f.knot >= f.count)) refuse("the knot of a sling");
+  }
+  for (const auto& e : s.electrosurgery.electrodes) {
+    anchored(e.object, 0);
+    const auto& triangles = s.objects[e.object].triangles;
+    if (e.energy > 0.0 && e.element >= triangles.size()) refuse("an electrode outside the scene");
   }
   for (const auto& t : s.cutting.tools) {
     if (t.object >= s.objects.size() || (t.element != 0 && t.element >= s.objects[t.object].triangles.size()))

@@ -78,7 +78,12 @@ void hold(Context& c, std::size_t object, double h, int batch) {
       p[i] = x[i] + ahead * v[i];
       f[i] = mass[i] * g;
     }
+    const std::vector<float>& active = c.scratch.objects[object].active;
+    if (active.empty()) continue;
+    const float* const own = active.data() + static_cast<std::size_t>(axis) * (active.size() / 3);
+    for (std::size_t i = 0; i < knots; ++i) f[i] += own[i];
   }
+  if (c.model.objects[object].implicit) return;  // its elements are part of the step
   net::addElements(s.elements, elementArrays(b), c.level);
   if (s.elements.volumes.size() == 1) {
     const int every = s.batches / c.model.objects[object].volume_batches;
@@ -205,6 +210,29 @@ void keepReaction(const ObjectState& s, ObjectScratch& o) {
   o.reaction = sum;
 }
 
+/// A batch of an object that is stepped implicitly: contacts and held forces as they are at its start.
+void advanceImplicit(Context& c, std::size_t object, int batch) {
+  ObjectState& s = c.state.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  const int batches = s.batches * c.stretch;
+  const double h = c.dt / batches;
+  const float hf = static_cast<float>(h), dt = static_cast<float>(c.dt);
+  const float fraction = static_cast<float>(batch) / static_cast<float>(batches);
+  for (const auto& [f, held] :
+       {std::pair{Block::FX, Block::HX}, std::pair{Block::FY, Block::HY}, std::pair{Block::FZ, Block::HZ}}) {
+    std::memcpy(s.block.row(f), s.block.row(held), s.block.knots() * sizeof(float));
+  }
+  if (!o.contacts.empty()) contact::addToolContacts(s.block, o.contacts, fraction, hf, dt, o.loads);
+  if (!o.pulls.empty()) contact::addPulls(s.block, o.pulls, fraction, hf, dt, o.loads);
+  if (!o.planes.empty()) contact::addPlaneContacts(s.block, o.planes, hf, o.loads);
+  const solver::NetView net = netView(s);
+  if (batch == 0) o.implicit->renew(net);  // cuts, or another state: cheap beside the step
+  const auto report = o.implicit->step(net, s.block, h, solver::ImplicitNet::Options{});
+  if (c.account) o.heat += report.dissipated;
+  s.degraded = report.degraded;
+  if (batch == batches - 1) keepReaction(s, o);
+}
+
 void advance(Context& c, std::size_t object, int batch) {
   ObjectState& s = c.state.objects[object];
   ObjectScratch& o = c.scratch.objects[object];
@@ -232,6 +260,8 @@ void advance(Context& c, std::size_t object, int batch) {
     if (!o.planes.empty()) contact::addPlaneContacts(s.block, o.planes, hf, o.loads);
     if (batch == batches - 1 && i == per_batch - 1) keepReaction(s, o);
     net::integrateKnots(motion, hf, c.level);
+    holdClips(c, object, h);
+    holdSlings(c, object, h);
     if (c.account) o.heat += heatOf(s, h);
   }
   if (c.account) {
@@ -316,7 +346,8 @@ void solve(Context& c) {
       auto work = [&](std::size_t object) {
         if (turnOf(c, object) != turn || !due(object)) return;
         const int every = batches / (c.state.objects[object].batches * c.stretch);
-        advance(c, object, batch / every);
+        c.model.objects[object].implicit ? advanceImplicit(c, object, batch / every)
+                                         : advance(c, object, batch / every);
       };
       c.pool.each(objects, work);
       if (elements && turn < 2) pushImplicit(c, turn, due);

@@ -25,6 +25,7 @@ struct World::Impl {
   /// A copied vector has no spare room: give it back before steps that must not allocate.
   void reserve() {
     state.pairs.reserve(8192);
+    state.fasteners.reserve();
     state.sides.reserve(2048);
     for (std::size_t i = 0; i < state.objects.size(); ++i) {
       if (!model->objects[i].net) continue;
