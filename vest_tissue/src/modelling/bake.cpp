@@ -323,9 +323,12 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
     object.contact_triangles = draft.triangles;
     object.contact_thickness = from.contact_thickness;
     object.friction = from.friction;
+    object.cut_toughness = from.cut_toughness;
+    object.wall_thickness = from.inner_wall > 0.0 ? from.inner_wall : from.tube ? from.tube->wall_thickness : 0.0;
     object.skin = makeSkin(draft.net, from.skin_along, from.skin_around, from.petals, from.petal_depth);
     object.tube.station = draft.net.station;
     object.tube.vessel_segment = from.vessel_segment;
+    object.motility = from.motility;
     for (std::uint32_t r = 0; r < draft.net.rings; ++r) {
       std::vector<Index> ring;
       for (std::uint32_t k = 0; k < draft.net.around; ++k) ring.push_back(draft.net.knot(r, k));

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "../scene/loader_living.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/baked.h"
 
@@ -49,8 +50,13 @@ void writeScene(const scene::Description& description, const std::string& direct
              object.law.youngs_modulus, object.law.a2, object.law.a3, object.law.a4, object.law.max_strain);
     yaml += text("    density: %.10g\n    friction: %.10g\n    contact_thickness: %.10g\n", object.density,
                  object.friction, object.contact_thickness);
+    if (object.model != scene::ObjectModel::Rigid) {
+      yaml += text("    cut_toughness: %.10g\n", object.cut_toughness);
+      if (object.wall_thickness > 0.0) yaml += text("    wall_thickness: %.10g\n", object.wall_thickness);
+    }
     if (!object.tube.vessel_segment.empty())
       yaml += "    vessel_segment: " + object.tube.vessel_segment + "\n";
+    if (object.motility.active()) yaml += "    motility: " + scene::motilityText(object.motility) + "\n";
     write(directory + "/" + object.name + ".net", scene::encodeBaked(object));
   }
   if (!description.connections.empty()) {

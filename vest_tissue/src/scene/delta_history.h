@@ -12,9 +12,13 @@ class DeltaHistory {
  public:
   DeltaHistory() : slots_(kDeltaHistory + 1) {
     for (TopologyDelta& d : slots_) {
-      d.removed_links.reserve(64), d.added_links.reserve(32), d.doubled_knots.reserve(1);
-      d.rebound_vertices.reserve(32), d.rebound_skin.binding_start.reserve(33);
-      d.rebound_skin.binding_knots.reserve(128), d.rebound_skin.binding_weights.reserve(128);
+      d.removed_links.reserve(256), d.added_links.reserve(256), d.doubled_knots.reserve(64);
+      d.removed_triangles.reserve(256), d.added_triangles.reserve(512), d.added_triangle_layer.reserve(512);
+      d.rebound_vertices.reserve(512);
+      for (Skin* s : {&d.added_skin, &d.rebound_skin}) {
+        s->binding_start.reserve(513), s->binding_knots.reserve(4096), s->binding_weights.reserve(4096);
+        s->texture_coordinates.reserve(512);
+      }
     }
   }
   /// Slot to fill; keep() makes it part of the history. The oldest one goes when there is no room.

@@ -1,7 +1,6 @@
 #include "vest_tissue/scene/topology.h"
 
 #include <algorithm>
-#include <type_traits>
 
 namespace vest::scene {
 
@@ -46,30 +45,76 @@ bool removeLink(WorldState& state, std::uint16_t object, std::uint32_t link, Top
 }
 
 bool doubleKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, std::uint32_t& copy,
-                TopologyDelta& delta) {
+                TopologyDelta& delta, double share) {
   using net::Block;
   ObjectState& s = state.objects[object];
   Block& b = s.block;
+  if (!s.tissue.x.empty()) return false;  // finite elements are cut along their faces
   if (knot >= b.knots() || !b.addKnot(copy)) return false;
   for (const auto r : {Block::X, Block::Y, Block::Z, Block::VX, Block::VY, Block::VZ, Block::kDecay})
     b.row(r)[copy] = b.row(r)[knot];
-  b.row(Block::kMass)[knot] *= 0.5f;
-  b.row(Block::kMass)[copy] = b.row(Block::kMass)[knot];
-  b.row(Block::kInverseMass)[knot] *= 2.0f;  // 0 stays 0: fixed
-  b.row(Block::kInverseMass)[copy] = b.row(Block::kInverseMass)[knot];
+  // The lesser part is what the greater one leaves: their sum is the mass before, to the last bit.
+  const float whole = b.row(Block::kMass)[knot], kept = static_cast<float>(1.0 - share);
+  const float greater = whole * std::max(kept, 1.0f - kept), lesser = whole - greater;
+  b.row(Block::kMass)[knot] = kept >= 0.5f ? greater : lesser;
+  b.row(Block::kMass)[copy] = kept >= 0.5f ? lesser : greater;
+  const bool held = b.row(Block::kInverseMass)[knot] == 0.0f;
+  for (const std::uint32_t i : {knot, copy})
+    b.row(Block::kInverseMass)[i] = held ? 0.0f : 1.0f / b.row(Block::kMass)[i];
   s.fixed.push_back(s.fixed[knot]);
   s.depth[copy] = s.depth[knot];
+  interaction::copyColumn(s.heat, knot, copy);
   s.topology.doubled_knots.push_back(knot);
-  // Halves of the tethers go with the halves of the mass: both keep their support.
+  if (!s.cut.inward.empty()) s.cut.inward[copy] = s.cut.inward[knot];
+  // Parts of the tethers go with the parts of the mass: both keep their support.
   for (std::size_t i = 0, count = s.elements.tethers.size(); i < count; ++i) {
     net::Tether& t = s.elements.tethers[i];
     if (t.knot != knot) continue;
-    t.stiffness *= 0.5f, t.damping *= 0.5f;
-    net::Tether half = t;
-    half.knot = copy;
-    s.elements.tethers.push_back(half);
+    net::Tether part = t;
+    part.knot = copy;
+    part.stiffness *= 1.0f - kept, part.damping *= 1.0f - kept;
+    t.stiffness *= kept, t.damping *= kept;
+    s.elements.tethers.push_back(part);
   }
   delta.doubled_knots.push_back(knot);
+  return true;
+}
+
+bool addLinkLike(WorldState& state, std::uint16_t object, std::uint32_t link,
+                 const std::array<std::uint32_t, 3>& knots, double share, TopologyDelta& delta) {
+  ObjectState& s = state.objects[object];
+  const LinkPlace place = s.places[link];
+  Link added = s.topology.links[link];
+  added.knot0 = knots[0], added.knot1 = knots[1], added.knot2 = knots[2];
+  added.area *= share, added.stiffness *= share, added.damping *= share;
+  const float part = static_cast<float>(share);
+  LinkPlace at{place.kind, 0};
+  if (place.kind == LinkKind::Elastic || place.kind == LinkKind::Viscous) {
+    NetLink l = s.links[place.index];
+    l.values.knot0 = knots[0], l.values.knot1 = knots[1];
+    l.values.axial *= part, l.values.damping *= part;
+    net::LinkTable& table = l.by_law ? s.law_links : s.linear_links;
+    l.place = static_cast<std::uint32_t>(table.linkCount());
+    if (!table.addLink(l.values)) return false;
+    at.index = static_cast<std::uint32_t>(s.links.size());
+    s.links.push_back(l);
+  } else if (place.kind == LinkKind::Plastic) {
+    net::Plastic p = s.elements.plastic[place.index];
+    p.a = knots[0], p.b = knots[1];
+    p.kappa *= part, p.damping *= part;
+    at.index = static_cast<std::uint32_t>(s.elements.plastic.size());
+    s.elements.plastic.push_back(p);
+  } else {
+    net::Bending p = s.elements.bending[place.index];
+    p.a = knots[0], p.b = knots[1], p.c = knots[2];
+    p.stiffness *= part;
+    at.index = static_cast<std::uint32_t>(s.elements.bending.size());
+    s.elements.bending.push_back(p);
+  }
+  s.topology.links.push_back(added);
+  s.topology.link_alive.push_back(1);
+  s.places.push_back(at);
+  delta.added_links.push_back(added);
   return true;
 }
 
@@ -77,39 +122,12 @@ bool moveLinkEnd(WorldState& state, std::uint16_t object, std::uint32_t link, st
                  std::uint32_t to, TopologyDelta& delta) {
   ObjectState& s = state.objects[object];
   if (link >= s.topology.links.size() || !s.topology.link_alive[link]) return false;
-  const LinkPlace place = s.places[link];
-  Link moved = s.topology.links[link];
-  const auto swap = [&](auto& k) {
-    if (k == from) k = static_cast<std::decay_t<decltype(k)>>(to);
-  };
-  swap(moved.knot0), swap(moved.knot1);
-  LinkPlace added{place.kind, 0};
-  if (place.kind == LinkKind::Elastic || place.kind == LinkKind::Viscous) {
-    NetLink l = s.links[place.index];
-    swap(l.values.knot0), swap(l.values.knot1);
-    net::LinkTable& table = l.by_law ? s.law_links : s.linear_links;
-    l.place = static_cast<std::uint32_t>(table.linkCount());
-    if (!table.addLink(l.values)) return false;
-    added.index = static_cast<std::uint32_t>(s.links.size());
-    s.links.push_back(l);
-  } else if (place.kind == LinkKind::Plastic) {
-    net::Plastic p = s.elements.plastic[place.index];
-    swap(p.a), swap(p.b);
-    added.index = static_cast<std::uint32_t>(s.elements.plastic.size());
-    s.elements.plastic.push_back(p);
-  } else {
-    swap(moved.knot2);
-    net::Bending p = s.elements.bending[place.index];
-    swap(p.a), swap(p.b), swap(p.c);
-    added.index = static_cast<std::uint32_t>(s.elements.bending.size());
-    s.elements.bending.push_back(p);
-  }
-  removeLink(state, object, link, delta);
-  s.topology.links.push_back(moved);
-  s.topology.link_alive.push_back(1);
-  s.places.push_back(added);
-  delta.added_links.push_back(moved);
-  return true;
+  const Link& l = s.topology.links[link];
+  std::array<std::uint32_t, 3> knots{l.knot0, l.knot1, l.knot2};
+  const std::size_t ends = l.kind == LinkKind::Bending ? 3 : 2;
+  std::replace(knots.begin(), knots.begin() + ends, from, to);
+  if (!addLinkLike(state, object, link, knots, 1.0, delta)) return false;
+  return removeLink(state, object, link, delta);
 }
 
 namespace {
@@ -153,6 +171,13 @@ void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubli
       net::remap(*a, cut, at);
     }
   }
+  for (interaction::Sling& sling : state.fasteners.slings) {
+    if (!sling.alive || !sling.around || sling.object != object) continue;
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (int i = 0; i < sling.count; ++i) middle += placeOf(s, sling.knots[i]) / sling.count;
+    interaction::remapSling(sling, cut, middle);
+  }
+  interaction::remapClips(state.fasteners.clips, object, cut);
   for (std::size_t t = 0; t < state.grasps.size(); ++t) {
     const auto& pose = state.proxies[t].pose;
     auto& grasp = state.grasps[t];

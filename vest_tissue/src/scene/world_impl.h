@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "delta_history.h"
+#include "fem_cut.h"
 #include "stages.h"
 #include "vest_tissue/solver/pool.h"
 
@@ -24,19 +25,22 @@ struct World::Impl {
   /// A copied vector has no spare room: give it back before steps that must not allocate.
   void reserve() {
     state.pairs.reserve(8192);
+    state.fasteners.reserve();
     state.sides.reserve(2048);
     for (std::size_t i = 0; i < state.objects.size(); ++i) {
       if (!model->objects[i].net) continue;
       ObjectState& s = state.objects[i];
-      const auto room = [](auto& v, std::size_t most) { v.reserve(most + most / 4 + 64); };
+      const auto room = [](auto& v, std::size_t most) { v.reserve(2 * most + 64); };
       const std::size_t links = model->start.objects[i].topology.links.size();
       room(s.topology.links, links), room(s.topology.link_alive, links), room(s.places, links),
           room(s.links, links);
       room(s.elements.bending, s.elements.bending.size()),
           room(s.elements.plastic, s.elements.plastic.size());
       room(s.elements.tethers, s.elements.tethers.size());
+      if (model->objects[i].fem) reserveFem(*model->objects[i].fem, s);
       s.fixed.reserve(s.block.knotCapacity()), s.topology.doubled_knots.reserve(s.block.knotCapacity());
     }
+    reserveCut(*model, state);
   }
   Status fault(Context& c, std::string_view object);
 

@@ -16,6 +16,7 @@
 #include <rviz/panel.h>
 #include <rviz/properties/property.h>
 #include <rviz/render_panel.h>
+#include <rviz/ogre_helpers/render_system.h>
 #include <rviz/view_manager.h>
 #include <rviz/visualization_manager.h>
 #include <sensor_msgs/Joy.h>

@@ -16,6 +16,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
+#include <vest_msgs/TissueField.h>
+#include <vest_msgs/TissueState.h>
 
 #include "conversion.h"
 #include "endoscope_pipeline.h"

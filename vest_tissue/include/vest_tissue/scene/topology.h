@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include <Eigen/Core>
@@ -15,10 +16,15 @@ void beginDelta(const WorldState& state, std::uint16_t object, TopologyDelta& de
 TopologyDelta beginDelta(const WorldState& state, std::uint16_t object);
 /// The link dies: its place stays, it exerts no force any more. False if it does not exist or is dead.
 bool removeLink(WorldState& state, std::uint16_t object, std::uint32_t link, TopologyDelta& delta);
-/// P -> P, P': the copy has half of the mass and of the tethers, the same place and velocity and no links
-/// yet. False when the spare room is used up. Anchors are moved by net::remap.
+/// P -> P, P': the copy has `share` (0 … 1, no unit) of the mass and of the tethers, the same place and
+/// velocity and no links yet. The masses' sum stays, to the last bit. False when the spare room is used up.
+/// Anchors are moved by net::remap.
 bool doubleKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, std::uint32_t& copy,
-                TopologyDelta& delta);
+                TopologyDelta& delta, double share = 0.5);
+/// A new link between other knots with `share` of a link's area, stiffness and damping and its rest length.
+/// False when the spare room is used up.
+bool addLinkLike(WorldState& state, std::uint16_t object, std::uint32_t link,
+                 const std::array<std::uint32_t, 3>& knots, double share, TopologyDelta& delta);
 /// Moves one end of a living link from a knot to its copy: the link dies, a new one with its numbers is
 /// added.
 bool moveLinkEnd(WorldState& state, std::uint16_t object, std::uint32_t link, std::uint32_t from,

@@ -1,0 +1,497 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "../scene/fem_cut.h"
+#include "cut_job.h"
+
+namespace vest::scene {
+namespace {
+
+using Eigen::Vector3d;
+using interaction::BladeCrossing;
+using interaction::BladeSweep;
+using interaction::CutCrossing;
+using interaction::CuttingTool;
+using interaction::CutTrack;
+using interaction::kNone;
+using net::Block;
+
+constexpr double kReach =
+    0.004;  ///< m: a sweep looks this far beyond itself for edges (longest way in a step)
+constexpr double kSlack = 0.03;  ///< of an edge: neighbours overlap by it, so that no crossing is lost
+/// The cutting force of a track is spread over this way of the blade (m, ours): tracks come in pieces.
+constexpr double kSpread = 0.001;
+/// The share of the toughness that a cutting current leaves to the hand; assumed: it vaporises its way.
+constexpr double kElectricShare = 0.1;
+constexpr double kSlowest = 1e-3;  ///< m/s: below it the cutting force fades with the speed (ours)
+
+struct Box {
+  Vector3d low = Vector3d::Constant(1e30), high = Vector3d::Constant(-1e30);
+  void add(const Vector3d& p) { low = low.cwiseMin(p), high = high.cwiseMax(p); }
+  bool holds(const Vector3d& a, const Vector3d& b) const {  // the box of two points touches it
+    return (a.cwiseMin(b).array() <= high.array()).all() && (a.cwiseMax(b).array() >= low.array()).all();
+  }
+};
+
+/// Places of an edge's ends now, and its way over the step.
+struct Edge {
+  Vector3d p, q, shift;
+};
+Edge edgeOf(const CutJob& j, std::uint32_t a, std::uint32_t b) {
+  const float* const before = j.c.scratch.objects[j.object].backup.data();
+  const std::ptrdiff_t y = row(j.s, Block::Y) - row(j.s, Block::X),
+                       z = row(j.s, Block::Z) - row(j.s, Block::X);
+  const auto was = [&](std::uint32_t k) { return Vector3d(before[k], before[k + y], before[k + z]); };
+  Edge e{knotPosition(j.s, a), knotPosition(j.s, b), Vector3d::Zero()};
+  e.shift = 0.5 * (e.p - was(a) + e.q - was(b));
+  return e;
+}
+
+/// The first active sweep that crosses the edge a…b, told from a to b whichever way round it is asked.
+const BladeSweep* crossedBy(const CutJob& j, const Box& box, std::uint32_t a, std::uint32_t b,
+                            double& place) {
+  const Edge e = edgeOf(j, std::min(a, b), std::max(a, b));
+  if (!box.holds(e.p, e.q)) return nullptr;
+  BladeCrossing crossing;
+  for (int i = 0; i < j.k.sweep_count; ++i) {
+    const BladeSweep& sweep = j.k.sweeps[static_cast<std::size_t>(i)];
+    if (!sweep.active || !interaction::crosses(sweep, e.p, e.q, e.shift, kSlack, crossing)) continue;
+    const double t = std::clamp(crossing.place, 0.0, 1.0);
+    place = a < b ? t : 1.0 - t;
+    return &sweep;
+  }
+  return nullptr;
+}
+
+/// Finds crossed edges. Returns whether there are any new ones.
+bool detect(CutJob& j, const Box& box, std::uint8_t& instrument) {
+  bool found = false;
+  for (std::uint32_t t = 0; t < j.s.triangles.size(); ++t) {
+    const auto& knots = j.s.triangles[t];
+    if (!j.s.triangle_alive[t]) continue;
+    const Vector3d p0 = knotPosition(j.s, knots[0]), p1 = knotPosition(j.s, knots[1]),
+                   p2 = knotPosition(j.s, knots[2]);
+    if (!box.holds(p0.cwiseMin(p1).cwiseMin(p2), p0.cwiseMax(p1).cwiseMax(p2))) continue;
+    for (std::uint8_t e = 0; e < 3; ++e) {
+      if (j.cut.line[t] >> e & 1u) continue;
+      double place = 0.0;
+      const BladeSweep* const sweep = crossedBy(j, box, knots[e], knots[(e + 1) % 3], place);
+      if (sweep == nullptr) continue;
+      const bool known = std::any_of(j.cut.crossings.begin(), j.cut.crossings.end(),
+                                     [&](const CutCrossing& x) { return x.triangle == t && x.edge == e; });
+      if (known) continue;
+      if (j.cut.crossings.size() == j.cut.crossings.capacity()) {
+        j.cut.exhausted = true;
+        return found;
+      }
+      j.cut.crossings.push_back({t, e, static_cast<float>(place), 3});
+      instrument = sweep->instrument;
+      found = true;
+    }
+  }
+  return found;
+}
+
+/// Marks the edge between two corners of a triangle as part of the line, on both of its sides.
+void markLine(CutJob& j, std::uint32_t triangle, std::uint32_t a, std::uint32_t b) {
+  const auto mark = [&](std::uint32_t t) {
+    const auto& knots = j.s.triangles[t];
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::uint32_t p = knots[e], q = knots[(e + 1) % 3];
+      if ((p == a && q == b) || (p == b && q == a)) j.cut.line[t] |= static_cast<std::uint8_t>(1u << e);
+    }
+  };
+  mark(triangle);
+  for (const std::uint32_t* t = j.begin(a); t != j.end(a); ++t) mark(*t);
+}
+
+/// Which knots stand for the two crossings of a triangle: those on one side of the track, the side that its
+/// neighbours have chosen, unless the other side is clearly nearer. A line that changed sides at every
+/// triangle would leave teeth that hang by a corner.
+void chooseKnots(CutJob& j, CutCrossing& x, CutCrossing& y) {
+  constexpr double kClear = 0.3;  // of an edge (ours)
+  // Edges 0 and 1 share corner 1, 1 and 2 corner 2, 0 and 2 corner 0.
+  const std::uint8_t common = x.edge == 0 && y.edge == 2 ? 0 : y.edge;
+  const auto other = [&](const CutCrossing& c) {
+    return c.edge == common ? static_cast<std::uint8_t>((c.edge + 1) % 3) : c.edge;
+  };
+  const auto away = [&](const CutCrossing& c) { return c.edge == common ? c.place : 1.0f - c.place; };
+  bool at_common = away(x) + away(y) < 1.0f;
+  if (x.knot < 3) {
+    at_common = x.knot == common;
+  } else if (y.knot < 3) {
+    at_common = y.knot == common;
+  }
+  const auto& knots = j.s.triangles[x.triangle];
+  for (CutCrossing* c : {&x, &y}) {
+    if (c->knot < 3) continue;
+    const bool near = away(*c) < kClear || (away(*c) < 1.0 - kClear && at_common);
+    c->knot = near ? common : other(*c);
+    // The triangle beyond the edge takes the same knot.
+    const std::uint32_t p = knots[c->edge], q = knots[(c->edge + 1u) % 3], chosen = knots[c->knot];
+    for (CutCrossing& o : j.cut.crossings) {
+      const auto& t = j.s.triangles[o.triangle];
+      if (o.knot < 3 || t[o.edge] != q || t[(o.edge + 1u) % 3] != p) continue;
+      o.knot = t[o.edge] == chosen ? o.edge : static_cast<std::uint8_t>((o.edge + 1) % 3);
+    }
+  }
+}
+
+/// Triangles with two crossings are cut through: line, track, newly cut area (m²).
+double cutThrough(CutJob& j, std::uint32_t& element) {
+  auto& pending = j.cut.crossings;
+  std::sort(pending.begin(), pending.end(), [](const CutCrossing& a, const CutCrossing& b) {
+    return a.triangle != b.triangle ? a.triangle < b.triangle : a.edge < b.edge;
+  });
+  double area = 0.0;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < pending.size();) {
+    if (i + 1 >= pending.size() || pending[i + 1].triangle != pending[i].triangle) {
+      pending[kept++] = pending[i++];
+      continue;
+    }
+    const std::uint32_t t = pending[i].triangle;
+    const auto& knots = j.s.triangles[t];
+    CutTrack track;
+    track.triangle = t;
+    std::array<Vector3d, 2> at;
+    for (std::size_t n = 0; n < 2; ++n) {
+      const CutCrossing& x = pending[i + n];
+      const double place = x.place;
+      at[n] = (1.0 - place) * j.rest(knots[x.edge]) + place * j.rest(knots[(x.edge + 1u) % 3]);
+    }
+    chooseKnots(j, pending[i], pending[i + 1]);
+    for (std::size_t n = 0; n < 2; ++n) track.knots[n] = knots[pending[i + n].knot];
+    while (i < pending.size() && pending[i].triangle == t) ++i;  // a third crossing adds nothing
+    for (int e = 0; e < 3; ++e) {
+      track.from[static_cast<std::size_t>(e)] = static_cast<float>(at[0][e]);
+      track.to[static_cast<std::size_t>(e)] = static_cast<float>(at[1][e]);
+    }
+    const double length = std::sqrt((at[1] - at[0]).squaredNorm());
+    const bool again = std::any_of(j.cut.tracks.begin(), j.cut.tracks.end(), [&](const CutTrack& other) {
+      return other.triangle == t && j.k.version_of[other.knots[0]] + j.k.version_of[other.knots[1]] ==
+                                        j.k.version_of[track.knots[0]] + j.k.version_of[track.knots[1]];
+    });
+    if (again) continue;
+    if (j.cut.tracks.size() == j.cut.tracks.capacity()) {
+      j.cut.exhausted = true;
+      continue;
+    }
+    j.cut.tracks.push_back(track);
+    area += length * j.constants.wall;
+    element = t;
+    if (track.knots[0] != track.knots[1]) markLine(j, t, track.knots[0], track.knots[1]);
+    // Corners that the line does not touch know on which side of it they are.
+    if (length > 1e-9) {
+      for (const std::uint32_t corner : knots) {
+        if (corner == track.knots[0] || corner == track.knots[1]) continue;
+        const Vector3d along = (at[1] - at[0]) / length, off = j.rest(corner) - at[0];
+        const Vector3d side = off - along * along.dot(off);
+        const double far = std::sqrt(side.squaredNorm());
+        if (far > 1e-9 && !(j.inward(corner).squaredNorm() > 0.0)) j.setInward(corner, side / far);
+      }
+    }
+    for (const std::uint32_t knot : track.knots) {
+      if (std::find(j.k.work.begin(), j.k.work.end(), knot) == j.k.work.end()) j.k.work.push_back(knot);
+    }
+  }
+  pending.resize(kept);
+  return area;
+}
+
+/// Links that no surface tells the side of (cords, inner knots) die when the blade crosses them.
+bool cutCords(CutJob& j, const Box& box) {
+  bool any = false;
+  for (std::uint32_t i = 0; i < j.s.topology.links.size(); ++i) {
+    const Link& l = j.s.topology.links[i];
+    if (!j.s.topology.link_alive[i]) continue;
+    if (j.begin(l.knot0) != j.end(l.knot0) && j.begin(l.knot1) != j.end(l.knot1)) continue;
+    double place;
+    if (crossedBy(j, box, l.knot0, l.knot1, place) == nullptr) continue;
+    any = removeLink(j.c.state, j.object, i, j.delta) || any;
+  }
+  return any;
+}
+
+/// Connections that the blade passes between their ends come loose.
+void cutConnections(Context& c, const Box& box) {
+  const auto placeOf = [&](const net::Anchor& a) {
+    Vector3d p = Vector3d::Zero();
+    for (int i = 0; i < 4; ++i)
+      if (a.weights[i] != 0.0) p += a.weights[i] * knotPosition(c.state.objects[a.object], a.knots[i]);
+    return p;
+  };
+  for (ConnectionState& n : c.state.connections) {
+    if (!n.alive) continue;
+    const Vector3d p = placeOf(n.end0), q = placeOf(n.end1);
+    if (!box.holds(p, q)) continue;
+    BladeCrossing crossing;
+    for (int i = 0; i < c.scratch.cut.sweep_count && n.alive; ++i) {
+      const BladeSweep& sweep = c.scratch.cut.sweeps[static_cast<std::size_t>(i)];
+      if (!sweep.active || !interaction::crosses(sweep, p, q, Vector3d::Zero(), 0.0, crossing)) continue;
+      n.alive = false;
+      TopologyDelta& delta = c.deltas->next();  // without entries: something outside the objects changed
+      beginDelta(c.state, n.end0.object, delta);
+      delta.revision = ++c.state.revision;
+      c.deltas->keep();
+    }
+  }
+}
+
+void tellCut(CutJob& j, double area, std::uint32_t element, std::uint8_t instrument, bool electric) {
+  CuttingTool& tool = j.c.state.cutting.tools[instrument];
+  const double energy = j.constants.toughness * area;
+  tool.owed += electric ? kElectricShare * energy : energy;
+  tool.object = j.object;
+  tool.element = element;
+  const auto& t = j.s.triangles[element];
+  tool.place = (knotPosition(j.s, t[0]) + knotPosition(j.s, t[1]) + knotPosition(j.s, t[2])) / 3.0;
+  j.cut.area += area;
+  j.cut.energy += energy;
+  Event e;
+  e.kind = EventKind::Cut;
+  e.step = j.c.state.step;
+  e.instrument = static_cast<std::int8_t>(instrument);
+  e.object = j.object;
+  e.element = element;
+  e.barycentric = {1.0 / 3, 1.0 / 3, 1.0 / 3, 0.0};
+  e.position = tool.place;
+  e.station = stationOf(j.c.model, j.c.state, j.object, t, {1.0 / 3, 1.0 / 3, 1.0 / 3});
+  e.area = area;
+  e.force = tool.owed / kSpread;
+  e.energy = energy;
+  emit(j.c, e);
+}
+
+/// Finite elements are divided along their faces (scene/fem_cut.h); the hand and the events are the same.
+void cutElements(Context& c, std::size_t object, const Box& box) {
+  const ObjectScratch& o = c.scratch.objects[object];
+  const Vector3d low = o.low.cast<double>().array() - kReach, high = o.high.cast<double>().array() + kReach;
+  if (!box.holds(low, high)) return;
+  const FemCut f = cutFem(c, object, c.scratch.cut.sweeps.data(), c.scratch.cut.sweep_count);
+  if (!(f.area > 0.0)) return;
+  ObjectState& s = c.state.objects[object];
+  CuttingTool& tool = c.state.cutting.tools[f.instrument];
+  const double energy = c.model.objects[object].cut.toughness * f.area;
+  tool.owed += f.electric ? kElectricShare * energy : energy;
+  tool.object = static_cast<std::uint16_t>(object);
+  tool.element = f.triangle;
+  tool.place = f.place;
+  s.cut.area += f.area;
+  s.cut.energy += energy;
+  Event e;
+  e.kind = EventKind::Cut;
+  e.step = c.state.step;
+  e.instrument = static_cast<std::int8_t>(f.instrument);
+  e.object = tool.object;
+  e.element = f.triangle;
+  e.barycentric = {1.0 / 3, 1.0 / 3, 1.0 / 3, 0.0};
+  e.position = f.place;
+  e.station = std::numeric_limits<double>::quiet_NaN();
+  e.area = f.area;
+  e.force = tool.owed / kSpread;
+  e.energy = energy;
+  emit(c, e);
+  e.kind = EventKind::Separated;
+  e.area = s.cut.area;
+  for (std::uint32_t n = 0; n < f.separated; ++n) emit(c, e);
+}
+
+void cutObject(Context& c, std::size_t object, const Box& box) {
+  if (c.model.objects[object].fem) {
+    cutElements(c, object, box);
+    return;
+  }
+  if (!c.model.objects[object].cut.possible) return;
+  const ObjectScratch& o = c.scratch.objects[object];
+  const Vector3d low = o.low.cast<double>().array() - kReach, high = o.high.cast<double>().array() + kReach;
+  const bool near = box.holds(low, high);
+  if (!near && !c.state.objects[object].cut.unfinished) return;
+  TopologyDelta& delta = c.deltas->next();
+  beginDelta(c.state, static_cast<std::uint16_t>(object), delta);
+  CutJob j(c, object, delta);
+  std::uint8_t instrument = 0;
+  std::uint32_t element = kNone;
+  j.k.work.clear();
+  const std::uint32_t parts = j.cut.parts;
+  bool changed = false;
+  const bool found = near && detect(j, box, instrument);
+  if (found || near || j.cut.unfinished) {
+    if (found || j.cut.unfinished || !j.s.topology.links.empty()) {
+      renewVersions(j);
+      renewIncident(j);
+    }
+    if (near) changed = cutCords(j, box);
+  }
+  if (found) {
+    const double area = cutThrough(j, element);
+    if (element != kNone) {
+      const bool electric = std::any_of(
+          j.k.sweeps.begin(), j.k.sweeps.begin() + j.k.sweep_count,
+          [&](const BladeSweep& sweep) { return sweep.instrument == instrument && sweep.electric; });
+      tellCut(j, area, element, instrument, electric);
+      changed = divideNet(j) || changed;
+    }
+  }
+  if (changed || j.cut.unfinished) {
+    divideElements(j);
+    openSkin(j);
+    changed = !delta.removed_links.empty() || !delta.doubled_knots.empty() ||
+              !delta.added_triangles.empty() || !delta.rebound_vertices.empty();
+  }
+  if (!changed) return;
+  endDelta(c.state, delta);
+  c.deltas->keep();
+  for (std::uint32_t n = parts; n < j.cut.parts; ++n) {
+    Event e;
+    e.kind = EventKind::Separated;
+    e.step = c.state.step;
+    e.instrument = static_cast<std::int8_t>(instrument);
+    e.object = j.object;
+    e.element = element == kNone ? 0 : element;
+    e.position = c.state.cutting.tools[instrument].place;
+    e.station = element == kNone ? std::numeric_limits<double>::quiet_NaN()
+                                 : stationOf(c.model, c.state, object, j.s.triangles[element],
+                                             {1.0 / 3, 1.0 / 3, 1.0 / 3});
+    e.area = j.cut.area;
+    emit(c, e);
+  }
+}
+
+/// The blade works off what it owes: a force against its way.
+void resist(Context& c, int t) {
+  CuttingTool& tool = c.state.cutting.tools[t];
+  tool.force = tool.torque = 0.0;
+  if (!(tool.owed > 0.0)) return;
+  Vector3d way = Vector3d::Zero();
+  double travel = 0.0;
+  bool active = false;
+  for (int i = 0; i < c.scratch.cut.sweep_count; ++i) {
+    const BladeSweep& sweep = c.scratch.cut.sweeps[static_cast<std::size_t>(i)];
+    if (sweep.instrument != t || !sweep.active) continue;
+    active = true;
+    // Where on the edge the last cut was.
+    const Vector3d along = sweep.to[1] - sweep.to[0];
+    const double at = std::clamp((tool.place - sweep.to[0]).dot(along) / along.squaredNorm(), 0.0, 1.0);
+    const Vector3d moved = (1.0 - at) * (sweep.to[0] - sweep.from[0]) + at * (sweep.to[1] - sweep.from[1]);
+    const double length = std::sqrt(moved.squaredNorm());
+    if (length > travel) travel = length, way = moved / length;
+  }
+  if (!active || !(travel > 1e-9)) {
+    if (!active) tool.owed = 0.0;  // the blade has left: what it cut gapes already
+    return;
+  }
+  const double fade = std::min(1.0, travel / (c.dt * kSlowest));
+  const double paid = fade * tool.owed * travel / (kSpread + travel);
+  tool.owed -= paid;
+  tool.force = paid / travel;
+  auto& loads = c.scratch.objects[tool.object].loads;
+  auto& load = loads.tools[t];
+  loads.work += paid;
+  loads.dissipated += paid;
+  const auto& proxy = c.state.proxies[t];
+  if (proxy.tool == tools::ToolKind::Scissors) {  // blades press against each other: only the hand feels it
+    const double closing = c.scratch.proxies_before[t].pose.jaw - proxy.pose.jaw;
+    if (closing > 0.0) tool.torque = paid / closing;
+    return;
+  }
+  // A hook draws the tissue along and is held back by it.
+  load.touched = true;
+  const Vector3d impulse = -tool.force * c.dt * way, moment = tool.place.cross(impulse);
+  for (int e = 0; e < 3; ++e) {
+    load.impulse[e] += impulse[e];
+    load.moment[e] += moment[e];
+  }
+  ObjectState& s = c.state.objects[tool.object];
+  for (const std::uint32_t knot : s.triangles[tool.element]) {
+    const float w = row(s, Block::kInverseMass)[knot] / 3.0f;
+    if (!s.tissue.x.empty()) {
+      s.tissue.v[knot] -= static_cast<double>(w) * impulse;
+      continue;
+    }
+    s.block.row(Block::VX)[knot] -= w * static_cast<float>(impulse.x());
+    s.block.row(Block::VY)[knot] -= w * static_cast<float>(impulse.y());
+    s.block.row(Block::VZ)[knot] -= w * static_cast<float>(impulse.z());
+  }
+}
+
+/// Which objects the blades of a tool pass through in the next step.
+void renewPassing(Context& c, int t) {
+  CuttingTool& tool = c.state.cutting.tools[t];
+  const auto& proxy = c.state.proxies[t];
+  if (!proxy.present ||
+      (proxy.tool != tools::ToolKind::Scissors && proxy.tool != tools::ToolKind::CoagulationHook)) {
+    tool = CuttingTool{};
+    return;
+  }
+  if (proxy.tool == tools::ToolKind::CoagulationHook) {
+    tool.passing = (c.input.tools[t].functions & tools::kFunctionCut) != 0 ? ~0u : 0u;
+    return;
+  }
+  const auto& g = tools::toolGeometry(proxy.tool);
+  const double closing = c.scratch.proxies_before[t].pose.jaw - proxy.pose.jaw;
+  const bool cuts = closing > interaction::kCuttingJawSpeed * c.dt;
+  if (!cuts && tool.passing == 0) return;
+  const Eigen::Matrix3d turn = proxy.pose.orientation.toRotationMatrix().transpose();
+  const double half = 0.5 * proxy.pose.jaw;  // tan h > h below pi/2: a margin covers the difference
+  std::uint32_t between = 0;
+  for (std::size_t object = 0; object < c.model.objects.size() && object < 32; ++object) {
+    if (!c.model.objects[object].net) continue;
+    const ObjectState& s = c.state.objects[object];
+    const ObjectScratch& o = c.scratch.objects[object];
+    const Vector3d low = o.low.cast<double>(), high = o.high.cast<double>();
+    if (((proxy.pose.tip.array() + 0.03) < low.array()).any() ||
+        ((proxy.pose.tip.array() - 0.03) > high.array()).any())
+      continue;
+    const double edge = 0.5 * c.model.objects[object].greatest_edge;
+    const auto inside = [&](const Vector3d& p) {
+      const Vector3d q = turn * (p - proxy.pose.tip);
+      const double along = q.z() + g.jaw_length;
+      return along > -0.002 && along < g.jaw_length + 0.002 && std::fabs(q.y()) < 0.003 + edge &&
+             std::fabs(q.x()) < 0.003 + 1.1 * half * std::max(along, 0.0);
+    };
+    for (std::size_t i = 0; i < s.triangles.size(); ++i) {
+      const auto& knots = s.triangles[i];
+      const Vector3d p0 = knotPosition(s, knots[0]), p1 = knotPosition(s, knots[1]),
+                     p2 = knotPosition(s, knots[2]);
+      if (!inside(p0) && !inside(0.5 * (p0 + p1)) && !inside((p0 + p1 + p2) / 3.0)) continue;
+      between |= 1u << object;
+      break;
+    }
+  }
+  // What was between the blades while they closed is not pushed until they open again or are gone.
+  tool.passing = cuts ? tool.passing | between : closing < 0.0 ? 0u : tool.passing & between;
+}
+
+}  // namespace
+
+void cut(Context& c) {
+  interaction::CutScratch& k = c.scratch.cut;
+  k.sweep_count = 0;
+  Box box;
+  bool active = false;
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    const int count =
+        interaction::sweepsOf(c.scratch.proxies_before[t], c.state.proxies[t], c.input.tools[t].functions,
+                              c.dt, static_cast<std::uint8_t>(t), k.sweeps.data() + k.sweep_count);
+    for (int i = 0; i < count; ++i) {
+      const BladeSweep& sweep = k.sweeps[static_cast<std::size_t>(k.sweep_count + i)];
+      if (!sweep.active) continue;
+      active = true;
+      for (const auto& p : {sweep.from[0], sweep.from[1], sweep.to[0], sweep.to[1]}) box.add(p);
+    }
+    k.sweep_count += count;
+  }
+  box.low.array() -= kReach, box.high.array() += kReach;
+  if (active) cutConnections(c, box);
+  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
+    if (active || c.state.objects[object].cut.unfinished) cutObject(c, object, box);
+  }
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    resist(c, t);
+    renewPassing(c, t);
+  }
+}
+
+}  // namespace vest::scene
