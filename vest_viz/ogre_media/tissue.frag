@@ -72,7 +72,7 @@ void main() {
   sharp *= sharp * sharp;                         // ^192
   float wet = wetness * (0.4 + 0.6 * tint.a);
   // The film lies in droplets: highlights break into small ones with hard edges.
-  sharp *= 1.9 * smoothstep(0.40, 0.66, fine.z);
+  sharp *= 3.0 * smoothstep(0.32, 0.58, fine.z);
   // A soft film everywhere; bright and slightly blue only where fluid stands.
   colour += wet * (vec3(0.050, 0.046, 0.046) * sheen + ground.a * ground.a * vec3(22.0, 23.5, 25.0) * sharp);
 

@@ -277,6 +277,11 @@ Eigen::Vector3d rayOf(const sensor_msgs::CameraInfo& info, int u, int v) {
 
 TEST_F(Displays, DepthAndLabelsAreThoseOfRaysCastIntoTheStateOfTheSameStep) {
   ASSERT_TRUE(world->run(12, 40, 0.004f));
+  // Each comes by a connection of its own: wait for a moment at which both are of one picture.
+  for (int i = 0; i < 100 && !(world->depth && world->segmentation &&
+                               world->depth->header.stamp == world->segmentation->header.stamp);
+       ++i)
+    world->run(1, 5, 0.004f);
   ASSERT_TRUE(world->depth && world->segmentation && world->last_info);
   ASSERT_EQ(world->depth->encoding, "32FC1");
   ASSERT_EQ(world->segmentation->encoding, "mono16");
