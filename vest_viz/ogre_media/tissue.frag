@@ -15,7 +15,8 @@ varying vec4 state;  // film of blood, coagulated, charred, bloodless: 0 ... 1
 void main() {
   vec4 ground = texture2D(albedo_map, uv.xy);
   vec3 relief = texture2D(relief_map, uv.xy).xyz;
-  vec2 micro = texture2D(micro_map, uv.xy * look.z).xy * 2.0 - 1.0;
+  vec3 fine = texture2D(micro_map, uv.xy * look.z).xyz;
+  vec2 micro = fine.xy * 2.0 - 1.0;
   vec2 slope = (relief.xy * 2.0 - 1.0) * look.w;
   float wetness = look.x;
 #ifdef STATE
@@ -70,6 +71,8 @@ void main() {
   float sharp = sheen * sheen * sheen * sheen;    // ^64
   sharp *= sharp * sharp;                         // ^192
   float wet = wetness * (0.4 + 0.6 * tint.a);
+  // The film lies in droplets: highlights break into small ones with hard edges.
+  sharp *= 1.9 * smoothstep(0.40, 0.66, fine.z);
   // A soft film everywhere; bright and slightly blue only where fluid stands.
   colour += wet * (vec3(0.050, 0.046, 0.046) * sheen + ground.a * ground.a * vec3(22.0, 23.5, 25.0) * sharp);
 

@@ -126,6 +126,7 @@ void FieldPublisher::diagnose(const simulation::FieldFrame& frame) {
   add("sucked_ml", 1e6 * frame.fluid.sucked);
   add("lost_ml", 1e6 * frame.fluid.lost);
   add("impacts_dropped", static_cast<double>(frame.impacts_dropped));
+  add("refused_steps", static_cast<double>(frame.refused));
   add("smoke_mg", 1e6 * frame.smoke_mass);
   add("lens_fog", frame.fog);
   diagnostics_.publish(msg);

@@ -57,7 +57,7 @@ struct OperatingField::Impl {
   std::shared_ptr<FieldFrames> frames;
   std::shared_ptr<const std::vector<std::string>> names;
   std::vector<scene::ImpactInput> shown;
-  std::uint64_t dropped = 0;
+  std::uint64_t dropped = 0, refused = 0;
   bool degraded = false;
 
   Impl(const scene::World& world, const FieldOptions& o, std::shared_ptr<FieldFrames> f)
@@ -265,6 +265,7 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     in.renew_bed = !fluid.has_knots || world.steps() % kBedEvery == 0;
     fluid::step(*fluid_model, in, fluid, scratch, fluid_report);
     degraded |= fluid.degraded;
+    refused += fluid_report.status != fluid::Status::Ok;
     for (const fluid::Impact& impact : fluid_report.impacts) {
       scene::ImpactInput to;
       to.object = impact.surface, to.triangle = impact.triangle;
@@ -310,7 +311,7 @@ void OperatingField::Impl::stepSlow(const scene::World&, const scene::StepInput&
       suction.flow = options.suction_gas_flow;
     }
   }
-  smoke::step(*smoke_model, s, smoke, smoke_scratch);
+  refused += smoke::step(*smoke_model, s, smoke, smoke_scratch) != smoke::Status::Ok;
 
   const auto camera = static_cast<std::size_t>(tools::Instrument::Endoscope);
   const scene::ToolInput& scope = input.tools[camera];
@@ -327,7 +328,7 @@ void OperatingField::Impl::stepSlow(const scene::World&, const scene::StepInput&
         1.0, static_cast<double>(smoke::densityAt(*smoke_model, smoke, place.x(), place.y(), place.z())));
     l.hits = between.hits;
     l.hit_count = between.hit_count;
-    lens::step(lens_parameters, l, lens);
+    refused += lens::step(lens_parameters, l, lens) != lens::Status::Ok;
   }
   between.hit_count = 0;
   between.wiped = 0;
@@ -360,6 +361,7 @@ void OperatingField::Impl::show(const scene::World& world) {
   f.fog = lens::fog(lens_parameters, lens);
   f.impacts.assign(shown.begin(), shown.end());
   f.impacts_dropped = dropped;
+  f.refused = refused;
   shown.clear();
   frames->publish();
 }

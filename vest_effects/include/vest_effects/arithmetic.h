@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <cstring>
 
-/// Functions that give the same bits on every processor: sums, products and exact scalings only (libm's differ
-/// between machines with and without FMA; docs: "Arithmetic"). All are total: no errors, no traps.
+/// Functions that give the same bits on every processor: sums, products and exact scalings only (libm's
+/// differ between machines with and without FMA; docs: "Arithmetic"). All are total: no errors, no traps.
 namespace vest::effects {
 
 /// 2^n for -1022 <= n <= 1023, exact.

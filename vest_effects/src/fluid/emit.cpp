@@ -78,10 +78,12 @@ void emit(const Model& model, const Inputs& inputs, State& state, ScratchData& s
       float* const place[3] = {&q.x[i], &q.y[i], &q.z[i]};
       float* const velocity[3] = {&q.vx[i], &q.vy[i], &q.vz[i]};
       for (int a = 0; a < 3; ++a) {
-        const double v = speed * d[a] + source.velocity[a];
-        *velocity[a] = static_cast<float>(v);
-        *place[a] =
-            static_cast<float>(source.position[a] + r * (cx * e[a] + cy * f[a]) + v * (ahead - inputs.dt));
+        // So that it is, at the end of this step, where free flight of that length brought it.
+        const double g = inputs.gravity[a], v = speed * d[a] + source.velocity[a],
+                     start = v - g * (inputs.dt - ahead);
+        *velocity[a] = static_cast<float>(start);
+        *place[a] = static_cast<float>(source.position[a] + r * (cx * e[a] + cy * f[a]) + v * ahead +
+                                       0.5 * g * (ahead * ahead - inputs.dt * inputs.dt) - start * inputs.dt);
       }
       q.volume[i] = 1, q.blood[i] = static_cast<float>(source.blood), q.age[i] = 0, q.rest[i] = 0;
     }

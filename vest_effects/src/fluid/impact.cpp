@@ -52,7 +52,7 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
   const double whole = par.density * model.whole;
   const std::size_t n = q.count;
   for (std::size_t i = 0; i < n; ++i) {
-    bool resting = false;
+    float resting = 0;
     const float in[3] = {s.inx[i], s.iny[i], s.inz[i]};
     for (int k = 0; k < s.plane_count[i]; ++k) {
       const Plane& p = s.planes[i * kMostPlanes + k];
@@ -86,7 +86,8 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
           v[a] = p.velocity[a] + keep * tangential + normal * nrm[a];
           speed2 += (v[a] - p.velocity[a]) * (v[a] - p.velocity[a]);
         }
-        resting |= speed2 < kRestSpeed * kRestSpeed && nrm[2] > 0.2f;
+        // What sticks to a wall waits longer: it may still run down.
+        if (speed2 < kRestSpeed * kRestSpeed) resting = std::max(resting, nrm[2] > 0.2f ? 1.0f : 0.05f);
         // A whole drop that comes fast enough sends two small ones off.
         if (vn_in < -kImpactSpeed && q.volume[i] > 0.9f && par.splash_share > 0 &&
             q.count + 2 <= q.x.size()) {
@@ -138,7 +139,7 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
         j[a] = mass * static_cast<double>(before[a]) - left * static_cast<double>(v[a]) - child_momentum[a];
       addMomentum(s, s.placed[p.placed], p.weights, j[0], j[1], j[2]);
     }
-    q.rest[i] = resting ? q.rest[i] + dt : 0.0f;
+    q.rest[i] = resting > 0 ? q.rest[i] + resting * dt : 0.0f;
   }
 }
 

@@ -58,8 +58,30 @@ struct CellGrid {
   std::uint32_t cell(int x, int y, int z) const { return row(y, z) | column(x); }
 };
 
+inline constexpr std::size_t kNeighbourPadding = 8;
+
+/// Numbers of viscosity and cohesion in this step; units as in the Model.
+struct Diffusion {
+  float h, gradient_scale, dt, nu_water, nu_blood, cohesion_water, cohesion_blood;
+};
+
+struct ScratchData;
+/// The loops over neighbours, for particles from … to − 1, at one instruction level.
+struct Kernels {
+  const char* level;
+  void (*lists)(const Model& m, ScratchData& s, std::size_t from, std::size_t to);
+  void (*lambdas)(const Model& m, ScratchData& s, std::size_t from, std::size_t to);
+  void (*corrections)(const Model& m, ScratchData& s, const std::vector<float>& volume, std::size_t from,
+                      std::size_t to);
+  void (*diffusions)(const Diffusion& f, ScratchData& s, std::size_t from, std::size_t to);
+};
+extern const Kernels kBaseline, kAvx2;
+/// By the processor; the environment variable VEST_KERNEL=baseline forces that one.
+const Kernels& chooseKernels();
+
 struct ScratchData {
   int threads = 1;
+  const Kernels* kernels = nullptr;
   CellGrid grid;
   std::vector<std::uint32_t> cell;   ///< per particle
   std::vector<std::uint32_t> order;  ///< sorted place -> old index
@@ -71,7 +93,7 @@ struct ScratchData {
   std::vector<float> dx, dy, dz;     ///< m: corrections, or m/s
   std::vector<float> lambda;
   std::vector<Quad> slope;                ///< sum of the kernel's gradients over the neighbours
-  std::vector<std::uint32_t> neighbours;  ///< kMostNeighbours + 4 per particle, padded to fours
+  std::vector<std::uint32_t> neighbours;  ///< kMostNeighbours + 8 per particle, padded to eights
   std::vector<std::uint16_t> neighbour_count;
   std::vector<Plane> planes;  ///< kMostPlanes per particle
   std::vector<std::uint8_t> plane_count;

@@ -82,6 +82,7 @@ void keepKnots(const Model& model, const Inputs& inputs, State& state) {
 Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
   ScratchData& s = *data_;
   s.threads = std::clamp(threads, 1, 64);
+  s.kernels = &chooseKernels();
   const auto n = static_cast<std::size_t>(model.parameters.capacity);
   s.grid.shape(6, 5, 5, static_cast<double>(model.h));
   s.tissue_grid.shape(5, 5, 5, 0.008);
@@ -91,7 +92,7 @@ Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
   s.velocity.assign(n + 1, Quad{{0, 0, 0, 0}});
   s.slope.assign(n, Quad{});
   for (auto* a : {&s.px, &s.py, &s.pz, &s.inx, &s.iny, &s.inz, &s.dx, &s.dy, &s.dz}) a->assign(n, 0);
-  s.neighbours.assign(n * (kMostNeighbours + 4) + 4, 0);
+  s.neighbours.assign(n * (kMostNeighbours + kNeighbourPadding) + kNeighbourPadding, 0);
   s.neighbour_count.assign(n, 0);
   s.planes.assign(n * kMostPlanes, Plane{});
   s.plane_count.assign(n, 0);

@@ -106,10 +106,12 @@ Status step(const Parameters& p, const Inputs& in, State& s) {
   double flux = transfer * (vapourDensity(gas, humidity) - vapourDensity(s.temperature, 1.0));
   if (flux < 0) flux = std::max(flux, -s.condensate / in.dt);  // no more dries than there is
   s.condensate = std::clamp(s.condensate + flux * in.dt, 0.0, p.drip);
-  // Heat: gas, light, warming, condensation. Outside it lies in the warmer (as in theatres) and is dried.
-  const double power = p.illumination + (in.warmed || in.outside ? p.warming : 0.0) + flux * kLatent;
+  // Heat: gas, light, warming, condensation. Outside it is dipped into water of 45 °C, as in theatres, and
+  // takes that temperature within seconds (assumed).
+  const double power = p.illumination + (in.warmed ? p.warming : 0.0) + flux * kLatent;
   const double rate = in.dt / p.heat_capacity;
   s.temperature = (s.temperature + rate * (p.heat_transfer * gas + power)) / (1 + rate * p.heat_transfer);
+  if (in.outside) s.temperature += in.dt / (in.dt + 1.2) * (318.15 - s.temperature);
   s.temperature = std::min(s.temperature, 318.15);  // a warmer stops at 45 °C: hotter burns tissue
 
   const auto wash = [&](double time) {

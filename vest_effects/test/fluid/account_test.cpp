@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 #include "boxes.h"
@@ -59,7 +60,7 @@ TEST(Account, ThePoolIsDilutedToTheMixtureOfItsInflows) {
   EXPECT_NEAR(blood / volume, 3.0 / 23.0, 0.02);
 }
 
-TEST(Reproduction, TheSameBitsForAnyNumberOfThreadsAndFromASnapshot) {
+TEST(Reproduction, TheSameBitsForAnyNumberOfThreadsAndInstructionLevelAndFromASnapshot) {
   std::vector<std::uint8_t> reference, middle;
   for (const int threads : {1, 2, 4}) {
     Fluid f = basin(threads);
@@ -70,6 +71,15 @@ TEST(Reproduction, TheSameBitsForAnyNumberOfThreadsAndFromASnapshot) {
     save(f.state, bytes);
     if (threads == 1) reference = bytes;
     EXPECT_TRUE(bytes == reference) << threads << " threads";
+  }
+  {
+    setenv("VEST_KERNEL", "baseline", 1);
+    Fluid f = basin(1);
+    unsetenv("VEST_KERNEL");
+    for (int k = 0; k < 260; ++k) f.step();
+    std::vector<std::uint8_t> bytes;
+    save(f.state, bytes);
+    EXPECT_TRUE(bytes == reference) << "at the baseline level";
   }
   Fluid f = basin(1);
   ASSERT_TRUE(restore(f.model, middle.data(), middle.size(), f.state));

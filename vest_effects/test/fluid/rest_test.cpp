@@ -32,9 +32,9 @@ TEST(Column, PressesOnItsFloorWithItsWeightAndOnAWallWithHalfRhoGHSquared) {
   dry(f);
   const double weight = static_cast<double>(f.state.particles.count) * f.model.whole * 1000 * 9.81;
   double floor = 0, wall = 0, time = 0;
-  while (f.state.time < 0.8) {
+  while (f.state.time < 0.5) {
     f.step();
-    if (f.state.time < 0.4) continue;
+    if (f.state.time < 0.25) continue;
     time += f.inputs.dt;
     floor += f.report.tissue_momentum[2];
     for (const Impact& i : f.report.impacts)

@@ -47,12 +47,16 @@ bool believable(const Matrix3d& m) noexcept {
 
 }  // namespace
 
-bool toModel(const shared::ContactRecord& r, TissueModel& model) noexcept {
+bool toModel(const shared::ContactRecord& r, TissueModel& model, const char** why) noexcept {
+  const auto refuse = [&](const char* field) {
+    if (why) *why = field;
+    return false;
+  };
   const int planes = static_cast<int>(r.plane_count);
-  if (r.plane_count > shared::kContactPlanes) return false;
+  if (r.plane_count > shared::kContactPlanes) return refuse("number of planes");
   if (!finite(r.position, 3) || !finite(r.commanded, 3) || !finite(r.velocity, 6) || !finite(r.wrench, 6) ||
       !finite(r.stiffness, 36) || !finite(r.damping, 36) || !isFinite(r.radius) || !isFinite(r.jaw_torque)) {
-    return false;
+    return refuse("a number that is not finite");
   }
   TissueModel m;
   m.grasping = (r.flags & shared::kFlagGrasping) != 0;
@@ -66,14 +70,16 @@ bool toModel(const shared::ContactRecord& r, TissueModel& model) noexcept {
   m.damping = block(r.damping);
   m.radius = r.radius;
   m.jaw_torque = r.jaw_torque;
-  if (!believable(m.stiffness) || !believable(m.damping) || m.radius < 0.0) return false;
-  if (!(std::sqrt(m.force.squaredNorm()) <= kMostForce)) return false;
+  if (!believable(m.stiffness)) return refuse("stiffness");
+  if (!believable(m.damping)) return refuse("damping");
+  if (m.radius < 0.0) return refuse("radius");
+  if (!(std::sqrt(m.force.squaredNorm()) <= kMostForce)) return refuse("force");
   m.planes = planes;
   for (int i = 0; i < planes; ++i) {
-    if (!finite(r.planes[i], 4)) return false;
+    if (!finite(r.planes[i], 4)) return refuse("plane");
     m.normal[i] = Vector3d(r.planes[i]);
     m.offset[i] = r.planes[i][3];
-    if (!(std::abs(m.normal[i].squaredNorm() - 1.0) < 0.01)) return false;
+    if (!(std::abs(m.normal[i].squaredNorm() - 1.0) < 0.01)) return refuse("normal of a plane");
   }
   model = m;
   return true;
@@ -123,6 +129,7 @@ void ContactForce::update(const TissueModel& model, const Vector3d& x, const Vec
 Vector3d ContactForce::evaluate(const Vector3d& x, const Vector3d& v, double dt) noexcept {
   if (!any_) return Vector3d::Zero();
   residual_ *= std::exp(-dt / kBlend);
+  if (residual_.squaredNorm() < 1e-18) residual_.setZero();
   Vector3d force = coupled(model_, x, v) + residual_;
   if (model_.active) force = unilateral(model_, force);
   last_ = force;

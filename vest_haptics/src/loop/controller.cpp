@@ -157,12 +157,11 @@ void Controller::addTrocar(Loads& loads) const noexcept {
 
 double Controller::share(const Loads& loads) const noexcept {
   if (!capabilities_.joints) {
-    return std::sqrt(loads[0] * loads[0] + loads[1] * loads[1] + loads[2] * loads[2]) /
-           std::max(capabilities_.maximum[0], kLeastMaximum);
+    return std::sqrt(loads[0] * loads[0] + loads[1] * loads[1] + loads[2] * loads[2]) / limiter_.maximum()[0];
   }
   double most = 0.0;
   for (int i = 0; i < kChannels; ++i) {
-    most = std::max(most, std::abs(loads[i]) / std::max(capabilities_.maximum[i], kLeastMaximum));
+    most = std::max(most, std::abs(loads[i]) / limiter_.maximum()[i]);
   }
   return most;
 }
@@ -222,7 +221,7 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
   bool registered = true;
   if (in.image && freshness_.accept(in.image->generation, in.image->step, in.image->steady_ns, in.now_ns)) {
     TissueModel model;
-    if (!toModel(in.image->contacts[static_cast<std::size_t>(options_.instrument)], model)) {
+    if (!toModel(in.image->contacts[static_cast<std::size_t>(options_.instrument)], model, &r.detail)) {
       raise(Fault::ContactModel);
     } else if (r.valid) {
       registered = registration_.observe(in.image->steady_ns, model.commanded);
@@ -257,27 +256,34 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
     jaw_torque_ += k * (contact_.model().jaw_torque - jaw_torque_);
     wanted = toDevice(contact_.evaluate(r.tip_W, velocity_W_, dt), torque_W_, -jaw_torque_);
     addTrocar(wanted);
-    for (double& x : wanted) x *= fresh;
+    // What is beyond the maximum must not keep the decay waiting.
+    const double beyond = std::max(1.0, share(wanted));
+    for (double& x : wanted) x /= beyond;
   } else {
     torque_W_.setZero();
     jaw_torque_ = 0.0;
   }
-  if (r.valid && served > 0.0) {
-    for (int i = 0; i < 3; ++i) wanted[i] += served * in.servo_force[i];
-  }
-
   const bool enabled = r.state == OperatingState::Enabled;
   const bool healthy = enabled && r.valid && !pause && registered && (fresh > 0.0 || served > 0.0);
-  r.allowance = gate_.update(healthy, share(wanted), dt);
+  Loads all = wanted;
+  const auto addServo = [&] {
+    for (double& x : all) x *= fresh;
+    if (!r.valid || served == 0.0) return;
+    for (int i = 0; i < 3; ++i) all[i] += served * in.servo_force[i];
+  };
+  addServo();
+  r.allowance = gate_.update(healthy, share(all), dt);
   if (options_.passivity && r.allowance > 0.0) {
-    wanted = passivity_.update(axes_, wanted, limiter_.last(), contact_.storedEnergy(), dt);
+    // Injected damping fades with old data as everything does.
+    all = passivity_.update(axes_, wanted, limiter_.last(), contact_.storedEnergy(), dt);
+    addServo();
   } else {
     passivity_.reset();
   }
   r.energy = passivity_.energy();
   r.damping = passivity_.damping();
   if (r.allowance < 1.0) r.limits |= kLimitRamp;
-  r.loads = limiter_.limit(wanted, r.allowance, r.limits);
+  r.loads = limiter_.limit(all, r.allowance, r.limits);
   if (r.limits & kLimitNotFinite) raise(Fault::NotFinite);
   if (r.state == OperatingState::Fault) {
     r.limits |= kLimitFault;

@@ -1,6 +1,7 @@
 #include <sys/mman.h>
 
 #include <csignal>
+#include <cstdio>
 
 #include <ros/ros.h>
 
@@ -27,7 +28,7 @@ int main(int argc, char** argv) {
     ros::spin();
     running = nullptr;
   } catch (const std::exception& e) {
-    ROS_FATAL("%s", e.what());
+    std::fprintf(stderr, "haptics: %s\n", e.what());
     return 2;
   }
   return 0;

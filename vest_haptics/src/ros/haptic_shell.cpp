@@ -285,7 +285,7 @@ void HapticShell::publish(const TickReport& r) {
   const std::string state(control::operatingStateName(r.state));
   if (state != last_state_ || r.valid != last_homed_) {
     if (r.state == control::OperatingState::Fault) {
-      const std::string why = device_->lastError();
+      const std::string why = r.fault == haptics::Fault::ContactModel ? r.detail : device_->lastError();
       ROS_ERROR(
           "haptics/%s: FAULT: %s%s%s. Forces are off; 'disable', then 'enable' on haptics/%s/state_command",
           name_.c_str(), std::string(haptics::faultText(r.fault)).c_str(), why.empty() ? "" : ": ",

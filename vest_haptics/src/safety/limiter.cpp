@@ -26,7 +26,7 @@ bool shorten(double* x, int n, double most) noexcept {
   const double m = largest(x, n);
   bool cut = false;
   if (m > most) {
-    for (int i = 0; i < n; ++i) x[i] = x[i] / m * most;
+    for (int i = 0; i < n; ++i) x[i] = x[i] / m * most * kShrink;
     cut = true;
   }
   const double length = norm(x, n);
@@ -68,15 +68,15 @@ Loads Limiter::limit(const Loads& wanted, double allowance, std::uint32_t& flags
   for (int g = 0; g < groups; ++g) {
     double target[3] = {}, step[3] = {};
     for (int i = 0; i < size; ++i) target[i] = wanted[g * size + i];
-    if (shorten(target, size, options_.maximum[g])) flags |= kLimitMagnitude;
+    if (shorten(target, size, options_.maximum[g] * kShrink)) flags |= kLimitMagnitude;
     for (int i = 0; i < size; ++i) {
       target[i] *= allowance;
       step[i] = target[i] - last_[g * size + i];
     }
     if (allowance > 0.0 && shorten(step, size, options_.slew_per_tick[g])) {
       flags |= kLimitSlew;
+      // Between two vectors within the maximum lies nothing beyond it.
       for (int i = 0; i < size; ++i) target[i] = last_[g * size + i] + step[i];
-      shorten(target, size, options_.maximum[g]);
     }
     for (int i = 0; i < size; ++i) out[g * size + i] = target[i];
   }

@@ -10,7 +10,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kTolerance = 1e-7;  ///< of conjugate gradients, relative residual in the factor's norm
-constexpr int kMostIterations = 24;  ///< of conjugate gradients: bounded work in a step (ours)
 constexpr int kSweeps = 40;          ///< of Gauss-Seidel over the points (ours)
 constexpr double kStiffer = 4.0;     ///< stiffness of a contact over that of the tissue in this step (ours)
 constexpr double kSettled = 1e-7;    ///< relative change of forces at which the sweeps end
@@ -147,7 +146,7 @@ void solve(const TissueModel& t, const TissueState& s, double h, TissueScratch& 
   const double start = rho;
   if (!(start > 0.0)) return;
   for (std::size_t k = 0; k < n; ++k) w.p[k] = w.z[k];
-  for (int i = 0; i < kMostIterations; ++i) {
+  for (int i = 0; i < w.most_iterations; ++i) {
     minusStiffnessTimes(t, s, w, w.p, w.q);
     for (std::size_t k = 0; k < n; ++k) {
       w.q[k] = isFree(t, s, k) ? Vector3d(mass_factor * s.mass[k] * w.p[k] - stiffness_factor * w.q[k])
@@ -171,6 +170,16 @@ void solve(const TissueModel& t, const TissueState& s, double h, TissueScratch& 
   }
 }
 
+/// An elastostatic object that a cut has made dynamic has the answers of equilibrium alone: the share of it
+/// that a node with its mass m gives within a step, 1/(c m/h² + 1 + b/h), c: its own answer. A congruence by
+/// the roots of these shares keeps the answers positive definite. They shape the forces of contacts, not the
+/// motion.
+double shareOf(const TissueModel& t, Index node) {
+  const double c = t.softestAt(node) / 3.0, h = t.step;
+  return 1.0 /
+         (c * t.model->mass[node] / (h * h) + 1.0 + t.model->description.material.rayleigh_stiffness / h);
+}
+
 /// Displacement of knot a per force on knot b, m/N.
 Matrix3d answerOf(const TissueModel& t, const TissueState& s, const TissueScratch& w, Index a, Index b,
                   double scale) {
@@ -180,6 +189,7 @@ Matrix3d answerOf(const TissueModel& t, const TissueState& s, const TissueScratc
   Matrix3d D = Matrix3d::Zero();
   if (ra >= 0 && rb >= 0) {
     D = scale * t.answer.block<3, 3>(3 * ra, 3 * rb);
+    if (t.motion == Motion::Elastostatic && s.dynamic) D *= std::sqrt(shareOf(t, oa) * shareOf(t, ob));
     if (corotational(t)) D = w.rotation[s.knot_element[a]] * D * w.rotation[s.knot_element[b]].transpose();
   }
   // A copy, or an inner knot that a cut laid open, can also move by itself.
@@ -212,7 +222,6 @@ bool freeTissueStep(const TissueModel& t, const TissueState& s, double h,
   const Model& m = *t.model;
   const std::size_t n = s.x.size();
   if (!s.dynamic) {
-    tissueForces(t, s, w);  // of the last shape: what the attachments hold
     w.u = t.under_loads;
     for (int axis = 0; axis < 3; ++axis)
       w.u += gravity[axis] * t.unit_gravity[static_cast<std::size_t>(axis)];

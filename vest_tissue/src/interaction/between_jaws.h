@@ -12,12 +12,12 @@ namespace vest::scene {
 
 /// Places on a triangle that are looked at: corners, middles of the edges, centroid.
 inline constexpr double kSamples[7][3] = {{1, 0, 0},
-                                   {0, 1, 0},
-                                   {0, 0, 1},
-                                   {0.5, 0.5, 0},
-                                   {0, 0.5, 0.5},
-                                   {0.5, 0, 0.5},
-                                   {1.0 / 3, 1.0 / 3, 1.0 / 3}};
+                                          {0, 1, 0},
+                                          {0, 0, 1},
+                                          {0.5, 0.5, 0},
+                                          {0, 0.5, 0.5},
+                                          {0.5, 0, 0.5},
+                                          {1.0 / 3, 1.0 / 3, 1.0 / 3}};
 
 /// Frame of a tool's tip.
 struct JawFrame {
@@ -30,7 +30,8 @@ struct JawFrame {
 /// Calls visit(object, triangle, corner positions, sample, angle) for each sample between open jaws.
 template <typename Visit>
 void eachBetween(Context& c, const tools::ToolGeometry& g, const JawFrame& frame, double angle, Visit visit) {
-  const Eigen::Vector3d axis = frame.world(Eigen::Vector3d(0, 0, -g.jaw_length)), middle = 0.5 * (axis + frame.tip);
+  const Eigen::Vector3d axis = frame.world(Eigen::Vector3d(0, 0, -g.jaw_length)),
+                        middle = 0.5 * (axis + frame.tip);
   for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
     if (!c.model.objects[object].net) continue;
     const ObjectState& s = c.state.objects[object];
@@ -46,7 +47,7 @@ void eachBetween(Context& c, const tools::ToolGeometry& g, const JawFrame& frame
       const Eigen::Vector3d p0 = knotPosition(s, k[0]);
       if ((p0 - middle).squaredNorm() > reach * reach || !s.triangle_alive[t]) continue;
       const std::array<Eigen::Vector3d, 3> p{frame.local(p0), frame.local(knotPosition(s, k[1])),
-                                      frame.local(knotPosition(s, k[2]))};
+                                             frame.local(knotPosition(s, k[2]))};
       for (const auto& w : kSamples) {
         const double at = interaction::jawAngleAt(g, p[0] * w[0] + p[1] * w[1] + p[2] * w[2], thickness);
         if (at >= 0.0 && at <= angle) visit(object, t, w, at);

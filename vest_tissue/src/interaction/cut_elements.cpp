@@ -71,8 +71,17 @@ Pairs pairsOf(const CutJob& j, std::uint32_t a, std::uint32_t b) {
   if (p.count > 0) return p;
   each([&](std::uint32_t x, std::uint32_t y) { return shareNeighbour(j, x, y) && !j.across(x, y); });
   if (p.count > 0 || wereNear(j, a, b)) return p;
-  // Through the organ: along the cut it belongs to both sides, never to one knot of each.
-  each([&](std::uint32_t x, std::uint32_t y) { return !j.across(x, y); });
+  // Through the organ: it stays with the part that it points into; along the cut it belongs to both sides,
+  // but never to one knot of each.
+  constexpr double kAlong = -0.2;  // cosine (ours)
+  const auto into = [&](std::uint32_t x, const Vector3d& way) {
+    const Vector3d in = j.inward(x);
+    return in.dot(way) >= kAlong * std::sqrt(in.squaredNorm() * way.squaredNorm());
+  };
+  each([&](std::uint32_t x, std::uint32_t y) {
+    const Vector3d way = j.rest(y) - j.rest(x);
+    return (va.count < 2 || into(x, way)) && (vb.count < 2 || into(y, -way)) && !j.across(x, y);
+  });
   return p;
 }
 

@@ -56,6 +56,24 @@ Fans fansOf(const CutJob& j, std::uint32_t knot) {
   return f;
 }
 
+/// Direction from the cut at a knot into a part that lies along `way`: across the blade's tracks there.
+Vector3d awayFromCut(const CutJob& j, std::uint32_t knot, const Vector3d& way) {
+  Vector3d sum = Vector3d::Zero();
+  for (const interaction::CutTrack& track : j.cut.tracks) {
+    if (j.k.version_of[track.knots[0]] != j.k.version_of[knot] &&
+        j.k.version_of[track.knots[1]] != j.k.version_of[knot])
+      continue;
+    Vector3d along;
+    for (int e = 0; e < 3; ++e)
+      along[e] = track.to[static_cast<std::size_t>(e)] - track.from[static_cast<std::size_t>(e)];
+    const Vector3d m = along.cross(j.normal(track.triangle));
+    sum += m.dot(way) < 0.0 ? Vector3d(-m) : m;
+  }
+  if (!(sum.squaredNorm() > 0.0)) sum = way;
+  const double length = std::sqrt(sum.squaredNorm());
+  return length > 0.0 ? Vector3d(sum / length) : Vector3d(Vector3d::Zero());
+}
+
 /// Divides one knot among its fans. Returns whether it was doubled.
 bool divideKnot(CutJob& j, std::uint32_t knot) {
   const Fans fans = fansOf(j, knot);
@@ -75,9 +93,7 @@ bool divideKnot(CutJob& j, std::uint32_t knot) {
   double left = std::accumulate(area.begin(), area.begin() + fans.count, 0.0);
   bool doubled = false;
   for (int fan = 0; fan < fans.count; ++fan) {
-    const double length = std::sqrt(way[static_cast<std::size_t>(fan)].squaredNorm());
-    const Vector3d inward =
-        length > 0.0 ? Vector3d(way[static_cast<std::size_t>(fan)] / length) : Vector3d::Zero();
+    const Vector3d inward = awayFromCut(j, knot, way[static_cast<std::size_t>(fan)]);
     if (fan == keeps) {
       j.setInward(knot, inward);
       continue;

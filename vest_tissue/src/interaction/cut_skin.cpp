@@ -440,9 +440,15 @@ void openSkin(CutJob& j) {
   if (skin.triangles.empty() || skin.binding_start.size() < 2) return;
   const std::size_t vertices = skin.binding_start.size() - 1;
   std::fill(j.k.near_triangle.begin(), j.k.near_triangle.end(), std::uint8_t{0});
-  for (const std::uint32_t knot : j.delta.doubled_knots)
-    for (std::uint32_t n = j.k.before_start[knot]; n < j.k.before_start[knot + 1]; ++n)
-      j.k.near_triangle[j.k.before[n]] = 1;
+  // All along the cut: what hung together round its end a step ago does so no more.
+  if (j.divided) {
+    for (const CutTrack& track : j.cut.tracks)
+      for (const std::uint32_t knot : track.knots) j.k.near_knot[j.k.version_of[knot]] |= 4;
+    for (std::uint32_t t = 0; t < j.s.triangles.size(); ++t)
+      for (const std::uint32_t knot : j.s.triangles[t])
+        if (j.k.near_knot[j.k.version_of[knot]] & 4) j.k.near_triangle[t] = 1;
+    for (std::uint32_t knot = 0; knot < j.s.block.knots(); ++knot) j.k.near_knot[knot] &= 3;
+  }
   if (j.divided) {
     settleTracks(j);
     renewVertexTriangles(j);

@@ -14,9 +14,10 @@ using interaction::Applier;
 using interaction::Clip;
 using net::Block;
 
-constexpr double kFill = 0.08;       ///< rad: the tissue fills the gap when it comes this near to the jaws; ours
-constexpr double kRingShare = 0.6;   ///< of a ring's knots between the jaws: the lumen is between them; assumed
-constexpr double kAcross = 0.3;      ///< least sine between the opening of the jaws and the tube; assumed
+constexpr double kFill = 0.08;  ///< rad: the tissue fills the gap when it comes this near to the jaws; ours
+constexpr double kRingShare =
+    0.6;                         ///< of a ring's knots between the jaws: the lumen is between them; assumed
+constexpr double kAcross = 0.3;  ///< least sine between the opening of the jaws and the tube; assumed
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 bool movable(const ObjectState& s, std::uint32_t k) {
@@ -99,8 +100,8 @@ Between look(Context& c, const tools::ToolGeometry& g, const JawFrame& frame, do
                 ++now.samples;
                 most = std::max(most, at);
                 if (object < 32) objects |= 1u << object;
-                const double s = stationOf(c.model, c.state, object, c.state.objects[object].triangles[triangle],
-                                           {w[0], w[1], w[2]});
+                const double s = stationOf(c.model, c.state, object,
+                                           c.state.objects[object].triangles[triangle], {w[0], w[1], w[2]});
                 if (std::isfinite(s)) stations += s, ++with_station;
               });
   if (now.samples > 0) finish();

@@ -89,8 +89,8 @@ void embrace(Context& c, Sling& sling) {
         // It must fit through: no organ wider than the loop.
         double wide = 0.0;
         for (const auto k : knots) wide = std::max(wide, (knotPosition(s, k) - centre(ring)).squaredNorm());
-        const bool fits = knots.size() >= 3 && knots.size() <= interaction::kMaxSlingKnots &&
-                          std::sqrt(wide) < radius;
+        const bool fits =
+            knots.size() >= 3 && knots.size() <= interaction::kMaxSlingKnots && std::sqrt(wide) < radius;
         if (off < best && fits) {
           best = off;
           sling.around = true;
@@ -136,7 +136,8 @@ void tighten(Context& c, Sling& sling, double dt) {
   constexpr double kSmooth = 0.005;  // s: of the tension that is told
   ObjectState& s = c.state.objects[sling.object];
   std::array<Vector3d, interaction::kMaxSlingKnots> g;
-  const double around = 6.283185307179586 * interaction::kSlingRadius;  // the thread lies outside of the knots
+  const double around =
+      6.283185307179586 * interaction::kSlingRadius;  // the thread lies outside of the knots
   const double length = pathOf(s, sling, g), excess = length - (sling.rest - around);
   const double keep = std::min(1.0, dt / kSmooth);
   sling.tension -= keep * sling.tension;
@@ -256,8 +257,8 @@ void drawSling(const WorldState& state, const Sling& sling, SlingView& view) {
   if (sling.around) {
     path = pathOf(s, sling, g);
     hanging = sling.tied ? 0.0
-                         : std::clamp((sling.rest - path) / std::max(interaction::kSlingLength - path, 1e-9), 0.0,
-                                      1.0);
+                         : std::clamp((sling.rest - path) / std::max(interaction::kSlingLength - path, 1e-9),
+                                      0.0, 1.0);
     for (int i = 0; i < sling.count; ++i) {
       const Vector3d out = knotPosition(s, sling.knots[i]) - centre;
       p[i] = knotPosition(s, sling.knots[i]) +
@@ -272,8 +273,8 @@ void drawSling(const WorldState& state, const Sling& sling, SlingView& view) {
       const double at = turns * sling.count;
       const int i = static_cast<int>(at) % sling.count;
       const double t = at - std::floor(at);
-      const Vector3d lying = p[(sling.knot + i) % sling.count] * (1.0 - t) +
-                             p[(sling.knot + i + 1) % sling.count] * t;
+      const Vector3d lying =
+          p[(sling.knot + i) % sling.count] * (1.0 - t) + p[(sling.knot + i + 1) % sling.count] * t;
       place = hanging * place + (1.0 - hanging) * lying;
     }
     view.positions[n] = place;

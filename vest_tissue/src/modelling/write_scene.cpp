@@ -3,6 +3,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "../scene/loader_living.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/baked.h"
 
@@ -30,6 +31,12 @@ void write(const std::string& path, const std::string& bytes) {
 
 void writeScene(const scene::Description& description, const std::string& directory,
                 const std::string& source_file) {
+  for (const auto& object : description.objects) {
+    if (object.fem) {
+      throw std::invalid_argument("object '" + object.name +
+                                  "': model: fem or volume; allowed in scenes that are written: net, rigid");
+    }
+  }
   std::string yaml =
       "# Written by vest_model bake from " + source_file + ": change that file and bake again.\n";
   yaml += "vest_scene: 1\nname: " + description.name + "\nsource: " + source_file + "\n";
@@ -55,6 +62,7 @@ void writeScene(const scene::Description& description, const std::string& direct
     }
     if (!object.tube.vessel_segment.empty())
       yaml += "    vessel_segment: " + object.tube.vessel_segment + "\n";
+    if (object.motility.active()) yaml += "    motility: " + scene::motilityText(object.motility) + "\n";
     write(directory + "/" + object.name + ".net", scene::encodeBaked(object));
   }
   if (!description.connections.empty()) {

@@ -377,6 +377,25 @@ void toMsg(const scene::StateFrame& frame, const Description& description,
   }
 }
 
+void toMsg(const scene::StateFrame& frame, const Description& description, vest_msgs::SutureStates& msg) {
+  msg.header.frame_id = "world";
+  msg.step = frame.step;
+  msg.slings.resize(frame.slings.size());
+  for (std::size_t i = 0; i < frame.slings.size(); ++i) {
+    const scene::SlingView& s = frame.slings[i];
+    vest_msgs::SutureSling& m = msg.slings[i];
+    m.id = static_cast<std::uint32_t>(s.id);
+    m.object = s.around ? objectWord(s.object, description) : "";
+    m.rest_length = s.rest_length;
+    m.tension = s.tension;
+    m.positions.clear();
+    for (const Eigen::Vector3d& p : s.positions)
+      for (int k = 0; k < 3; ++k) m.positions.push_back(static_cast<float>(p[k]));
+    m.knot.x = s.knot.x(), m.knot.y = s.knot.y(), m.knot.z = s.knot.z();
+    m.tied = s.tied;
+  }
+}
+
 void toMarkers(const vest_msgs::TissueTopology& topology, const scene::StateFrame& frame,
                visualization_msgs::MarkerArray& msg) {
   msg.markers.resize(topology.objects.size());

@@ -1,5 +1,6 @@
 #include "vest_tissue/ros/tissue_server.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
@@ -8,6 +9,7 @@
 #include <ros/package.h>
 
 #include "vest_tissue/ros/parameters.h"
+#include "vest_tissue/scene/request.h"
 
 namespace vest::ros_shell {
 namespace {
@@ -65,6 +67,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   contacts_pub_ = nh_.advertise<vest_msgs::ContactModels>("tissue/contacts", 100);
   events_pub_ = nh_.advertise<vest_msgs::TissueEvent>("tissue/events", 1000);
   attachments_pub_ = nh_.advertise<vest_msgs::TissueAttachments>("tissue/attachments", 10);
+  sutures_pub_ = nh_.advertise<vest_msgs::SutureStates>("tissue/sutures", 10);
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>("tissue/markers", 1);
   steps_pub_ = nh_.advertise<vest_msgs::StepInput>("step_inputs", 8000);
   hash_pub_ = nh_.advertise<vest_msgs::StateHash>("tissue/state_hash", 100);
@@ -84,6 +87,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   services_.push_back(service.advertiseService("tissue/reset", &TissueServer::onReset, this));
   services_.push_back(service.advertiseService("tissue/pause", &TissueServer::onPause, this));
   services_.push_back(service.advertiseService("tissue/step", &TissueServer::onStep, this));
+  services_.push_back(service.advertiseService("tissue/request", &TissueServer::onRequest, this));
   services_.push_back(service.advertiseService("tissue/snapshot", &TissueServer::onSnapshot, this));
 
   held_ = wait_for_recorder_;
@@ -183,6 +187,36 @@ bool TissueServer::onPause(std_srvs::SetBool::Request& req, std_srvs::SetBool::R
   runner_->setPaused(req.data);
   res.success = true;
   res.message = req.data ? "paused" : "running";
+  return true;
+}
+
+bool TissueServer::onRequest(vest_msgs::TissueRequest::Request& req,
+                             vest_msgs::TissueRequest::Response& res) {
+  try {
+    std::shared_ptr<const scene::Description> description;
+    {
+      std::lock_guard<std::mutex> lock(loaded_mutex_);
+      description = description_;
+    }
+    const scene::TopologyRequest request = scene::parseRequest(req.request, *description);
+    res.message = "in the next step";
+    if (request.kind == scene::TopologyRequest::Kind::RemoveClip) {
+      std::vector<scene::Attachment> attachments;
+      runner_->call([&](scene::Simulation& s) { s.world().attachments(attachments); });
+      const auto clip = std::find_if(attachments.begin(), attachments.end(), [&](const scene::Attachment& a) {
+        return a.kind == vest_msgs::TissueAttachment::CLIP && a.id == request.element;
+      });
+      if (clip == attachments.end())
+        throw std::invalid_argument("there is no clip " + req.request.substr(12));
+      res.message = "clip on " + description->objects[clip->anchor.object].name + " at station " +
+                    std::to_string(clip->station) + " m, closure " + std::to_string(clip->closure);
+    }
+    runner_->request(request);
+    res.success = true;
+  } catch (const std::exception& e) {
+    res.success = false;
+    res.message = e.what();
+  }
   return true;
 }
 
@@ -354,6 +388,13 @@ void TissueServer::publishState() {
   toMsg(frame, *description_, *attachments);
   attachments->header.stamp = msg->header.stamp;
   attachments_pub_.publish(vest_msgs::TissueAttachments::ConstPtr(attachments));
+  if (!frame.slings.empty() || had_sutures_) {  // once more when the last one is gone
+    had_sutures_ = !frame.slings.empty();
+    const auto sutures = boost::make_shared<vest_msgs::SutureStates>();
+    toMsg(frame, *description_, *sutures);
+    sutures->header.stamp = msg->header.stamp;
+    sutures_pub_.publish(vest_msgs::SutureStates::ConstPtr(sutures));
+  }
   const double now = 1e-9 * static_cast<double>(frame.steady_ns);
   if (now >= next_markers_ && markers_pub_.getNumSubscribers() > 0) {
     next_markers_ = now + 0.1;

@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "fem_cut.h"
 #include "object_arrays.h"
 #include "stages.h"
 #include "vest_tissue/contact/contacts.h"
@@ -175,6 +176,8 @@ void fillHeat(const Object& o, ObjectState& s, ObjectConstants& c) {
     places[k] = {o.rest_position[k].x(), o.rest_position[k].y(), o.rest_position[k].z()};
     c.heat.shapes.push_back(interaction::columnShape(volume[k], area[k]));
   }
+  if (o.tube.rings.size() > 1) c.motility.waves = o.motility;
+  c.motility.area = area;
   std::vector<interaction::HeatLink> links;
   for (const NetLink& l : s.links)
     links.push_back({l.values.knot0, l.values.knot1,
@@ -376,12 +379,11 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
     fillConstants(description.objects[i], m.start.objects[i], m.objects[i]);
     if (!m.objects[i].net) continue;
     fillHeat(description.objects[i], m.start.objects[i], m.objects[i]);
-    if (description.objects[i].fem) {
-      tissues[i] = boundFem(description, description.objects[i], m.start.objects[i], m.objects[i]);
-      continue;
-    }
     buildCut(description.objects[i], m.start.objects[i], m.objects[i].cut);
-    boundSteps(m.start.objects[i], m.objects[i], description.dt);
+    if (description.objects[i].fem)
+      tissues[i] = boundFem(description, description.objects[i], m.start.objects[i], m.objects[i]);
+    else
+      boundSteps(m.start.objects[i], m.objects[i], description.dt);
   }
   connect(description, m);
   const bool several =
@@ -406,6 +408,7 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
                        : static_cast<float>(kPatch * tissues[i]->softestAt(static_cast<Index>(k)) / (h * h));
     }
     copyTissue(s);
+    fillFemSurface(*tissues[i], s);
   }
   ignoreDesignedContacts(m);
   m.start.pairs.reserve(8192);
@@ -430,12 +433,15 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     if (model.objects[i].fem) {
       s.tissue = fem::TissueScratch(*model.objects[i].fem, b.knotCapacity());
       s.backup_x.reserve(b.knotCapacity()), s.backup_v.reserve(b.knotCapacity());
+      s.cut_faces.reserve(512), s.cut_knots.reserve(1024), s.doublings.reserve(512);
+      s.cut_roots.resize(model.objects[i].fem->neighbours.size());
     } else if (model.objects[i].implicit) {
       // Cuts add knots and couplings, and widen the matrix' envelope: half as much again.
       const solver::NetView net = netView(model.start.objects[i]);
       const std::size_t edges = solver::KnotOrder::edgesOf(net);
       s.implicit = std::make_unique<solver::ImplicitNet>(net, b.knotCapacity(), edges + edges / 2);
     }
+    if (model.objects[i].motility.waves.active()) s.active.resize(3 * b.knotCapacity());
   }
   organ_contacts.reserve(8192);
   std::size_t most = 0;

@@ -1,9 +1,11 @@
 #include "vest_tissue/scene/fem_object.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <unordered_map>
 
 #include "vest_tissue/fem/element.h"
+#include "vest_tissue/fem/simulate.h"
 
 namespace vest::scene {
 namespace {
@@ -84,6 +86,18 @@ void completeFem(Object& object) {
   for (const auto& f : object.contact_triangles)
     skin.triangles.push_back({vertex[f[0]], vertex[f[1]], vertex[f[2]]});
   skin.layer.assign(skin.triangles.size(), 0);
+}
+
+void settleFem(Object& object, const Eigen::Vector3d& gravity) {
+  const auto model = fem::buildModel(*object.fem, fem::Use::Static);
+  fem::State state = fem::restState(*model);
+  fem::Scratch scratch(*model, 1);
+  if (!fem::solveStatic(*model, gravity, state, scratch).converged) {
+    throw std::invalid_argument(
+        "object '" + object.name +
+        "': start: equilibrium: none was found; allowed: smaller loads, or start: rest");
+  }
+  object.position = std::move(state.x);
 }
 
 }  // namespace vest::scene

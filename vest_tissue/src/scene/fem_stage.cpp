@@ -179,6 +179,23 @@ void tellTools(Context& c, const ObjectState& s, ObjectScratch& o, double h) {
   }
 }
 
+/// Force of the attachments: what the tissue and other forces do to held knots; for elastostatic objects the
+/// opposite of everything that acts on them, since they are in equilibrium.
+Vector3d reactionOf(const Context& c, std::size_t object, const std::array<const float*, 3>& held,
+                    const Vector3d& internal) {
+  const ObjectState& s = c.state.objects[object];
+  const fem::Model& m = *c.model.objects[object].fem->model;
+  Vector3d reaction = -internal;
+  for (std::size_t k = 0; k < s.tissue.x.size(); ++k) {
+    if (s.tissue.dynamic && !s.fixed[k]) continue;
+    reaction -= Vector3d(held[0][k], held[1][k], held[2][k]);
+    if (!s.tissue.dynamic) reaction -= s.tissue.mass[k] * c.state.gravity + m.load[s.tissue.origin[k]];
+  }
+  if (s.tissue.dynamic) return reaction;
+  for (const TissuePoint& point : c.scratch.objects[object].tissue.points) reaction -= point.force;
+  return reaction;
+}
+
 double kineticOf(const fem::TissueState& s) {
   double sum = 0.0;
   for (std::size_t k = 0; k < s.x.size(); ++k) sum += 0.5 * s.mass[k] * s.v[k].squaredNorm();
@@ -210,13 +227,10 @@ void advanceFem(Context& c, std::size_t object, int batch) {
   bool good = fem::freeTissueStep(tissue, s.tissue, h, held, c.state.gravity, o.tissue);
   double before = 0.0;
   if (c.account) before = kineticOf(s.tissue) + fem::tissueEnergy(tissue, s.tissue);
-  Vector3d reaction = Vector3d::Zero();
-  for (std::size_t k = 0; k < s.tissue.x.size(); ++k) {
-    if (!s.fixed[k]) continue;
-    reaction -= o.tissue.force[k] + Vector3d(held[0][k], held[1][k], held[2][k]);
-    if (!s.tissue.dynamic) reaction -= s.tissue.mass[k] * c.state.gravity;
-  }
-  o.reaction = reaction;
+  // What held knots take from the tissue, before the solver uses its room for something else.
+  Vector3d internal = Vector3d::Zero();
+  for (std::size_t k = 0; s.tissue.dynamic && k < s.tissue.x.size(); ++k)
+    if (s.fixed[k]) internal += o.tissue.force[k];
   double inexact = o.tissue.residual;
   bool all = good && gatherPoints(c, o, static_cast<double>(batch + 1) / batches);
   all = all && gatherOrgans(c, object, h);
@@ -232,6 +246,7 @@ void advanceFem(Context& c, std::size_t object, int batch) {
     o.faulty = true;
     return;
   }
+  o.reaction = reactionOf(c, object, held, internal);
   tellTools(c, s, o, h);
   if (c.account) {
     double work = 0.0;  // of all forces from outside, gravity too

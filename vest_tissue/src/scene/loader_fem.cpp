@@ -233,6 +233,8 @@ void readFem(Map& map, const ReadFile& read, Object& object) {
     if (d->motion == fem::Motion::Elastostatic && d->strain == fem::Strain::Corotational)
       map["integrator"].fail("must be backward_euler with strain: corotational");
   }
+  if (map.has("start"))
+    d->start_in_equilibrium = map["start"].oneOf({"rest", "equilibrium"}) == "equilibrium";
   Reading r{map, read, object, *d, {}};
   std::vector<std::uint16_t> label;
   const bool volume = object.model == ObjectModel::Volume;

@@ -24,8 +24,9 @@ std::string requestText(const TopologyRequest& request, const Description& descr
 
 TopologyRequest parseRequest(const std::string& text, const Description& description) {
   const auto refuse = [&](const std::string& what) {
-    throw std::invalid_argument("request '" + text + "': " + what +
-                                " (allowed: remove_link OBJECT LINK, split_knot OBJECT KNOT NX NY NZ, remove_clip ID)");
+    throw std::invalid_argument(
+        "request '" + text + "': " + what +
+        " (allowed: remove_link OBJECT LINK, split_knot OBJECT KNOT NX NY NZ, remove_clip ID)");
   };
   std::istringstream in(text);
   in.imbue(std::locale::classic());

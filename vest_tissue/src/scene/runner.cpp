@@ -128,6 +128,10 @@ bool Runner::advance(std::uint32_t steps) {
   return accepted;
 }
 
+void Runner::request(const TopologyRequest& request) {
+  execute([&] { pending_requests_.push_back(request); });
+}
+
 void Runner::reset() {
   execute([&] {
     simulation_->reset();
@@ -207,6 +211,7 @@ void Runner::fillState(std::int64_t now) {
   frame.steady_ns = now;
   frame.attachments.clear();
   world.attachments(frame.attachments);
+  world.slings(frame.slings);
   states_.publish();
 }
 
@@ -224,7 +229,8 @@ void Runner::stepOnce(std::int64_t now) {
   input.edits.swap(pending_edits_);
   input.impacts.clear();
   input.dilatations.clear();
-  input.requests.clear();
+  input.requests = pending_requests_;
+  pending_requests_.clear();
   frame.command = pending_command_;
   frame.command_argument = pending_argument_;
   pending_command_ = Command::None;

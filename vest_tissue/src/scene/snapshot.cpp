@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <stdexcept>
 
 #include "state_bytes.h"
@@ -83,6 +84,40 @@ struct ReadArchive {
   std::size_t scene_links = 0;
 };
 
+template <typename Knot>
+void checkCut(const ObjectState& o, Knot knot) {
+  const interaction::CutState& c = o.cut;
+  const std::size_t triangles = o.triangles.size(), skin = o.topology.skin.triangles.size();
+  const auto contact = [&](std::uint32_t t) {
+    if (t >= triangles) refuse("contact triangle " + std::to_string(t) + " of a cut");
+  };
+  for (const auto& x : c.crossings) {
+    contact(x.triangle);
+    if (x.edge > 2 || x.knot > 3) refuse("edge of a cut");
+  }
+  for (const auto& x : c.tracks) contact(x.triangle), knot(x.knots[0]), knot(x.knots[1]);
+  if (c.line.empty()) return;  // rigid: nothing to cut
+  const std::size_t vertices = c.rest.size();
+  const auto same = [&](std::size_t size) { return size == vertices; };
+  if (c.line.size() != triangles || c.inward.size() != o.block.knotCapacity() ||
+      (vertices > 0 && (c.home.size() != skin || c.open.size() != skin)) || !same(c.lies_on.size()) ||
+      !same(c.free.size()) || !same(c.outer.size()) || !same(c.inner.size()) || !same(c.wall.size()) ||
+      (vertices > 0 && vertices + 1 != o.topology.skin.binding_start.size())) {
+    refuse("lists of a cut that do not fit each other");
+  }
+  for (const auto t : c.lies_on) contact(t);
+  for (const auto t : c.home)
+    if (t != interaction::kNone) contact(t);
+  for (const auto* of : {&c.outer, &c.inner, &c.wall})
+    for (const auto v : *of)
+      if (v != interaction::kNone && v >= vertices) refuse("skin vertex of a cut");
+  for (const auto& f : c.faces) {
+    if (f.skin_triangle >= skin || f.edge > 3) refuse("face of a cut");
+    for (const auto t : f.built)
+      if (t != interaction::kNone && t >= skin) refuse("face of a cut");
+  }
+}
+
 /// Indices that a damaged file could have wrong: every one is checked before the State is taken over.
 void checkIndices(const WorldState& s) {
   for (const ObjectState& o : s.objects) {
@@ -112,6 +147,14 @@ void checkIndices(const WorldState& s) {
           refuse("finite elements that are damaged");
       }
     }
+    const FemSurface& f = o.fem_surface;
+    if (!e.x.empty() &&
+        (f.triangle_face.size() != o.triangles.size() ||
+         f.skin_face.size() != o.topology.skin.triangles.size() || f.knot_vertex.size() != o.block.knots() ||
+         f.vertex_element.size() + 1 > std::max<std::size_t>(1, o.topology.skin.binding_start.size())))
+      refuse("a surface of finite elements whose lists do not fit each other");
+    for (const auto code : f.triangle_face)
+      if (code / 4 >= e.corner.size()) refuse("a face that is not there");
     const Topology& t = o.topology;
     if (t.link_alive.size() != t.links.size() || o.places.size() != t.links.size() ||
         t.triangle_alive.size() != t.skin.triangles.size() || o.triangle_alive.size() != o.triangles.size() ||
@@ -126,6 +169,7 @@ void checkIndices(const WorldState& s) {
                                                             : o.links.size();
       if (o.places[i].index >= limit) refuse("link " + std::to_string(i) + " of an object has no place");
     }
+    checkCut(o, knot);
     for (const auto k : t.skin.binding_knots) knot(k);
     for (const auto k : t.doubled_knots) knot(k);
     const std::size_t batches = static_cast<std::size_t>(o.batches);
@@ -148,7 +192,8 @@ void checkIndices(const WorldState& s) {
     anchored(p.object, p.knot), anchored(p.other, 0);
     if (p.triangle >= s.objects[p.other].triangles.size()) refuse("a contact outside the scene");
   }
-  if (s.fasteners.clips.size() > interaction::kMaxClips || s.fasteners.slings.size() > interaction::kMaxSlings)
+  if (s.fasteners.clips.size() > interaction::kMaxClips ||
+      s.fasteners.slings.size() > interaction::kMaxSlings)
     refuse("too many clips or slings");
   for (const auto& f : s.fasteners.clips)
     for (int i = 0; f.alive && i < f.count; ++i) anchored(f.object, f.knots[i]);
@@ -161,6 +206,10 @@ void checkIndices(const WorldState& s) {
     anchored(e.object, 0);
     const auto& triangles = s.objects[e.object].triangles;
     if (e.energy > 0.0 && e.element >= triangles.size()) refuse("an electrode outside the scene");
+  }
+  for (const auto& t : s.cutting.tools) {
+    if (t.object >= s.objects.size() || (t.element != 0 && t.element >= s.objects[t.object].triangles.size()))
+      refuse("cut of an instrument");
   }
   for (const auto& p : s.proxies) {
     if (static_cast<int>(p.tool) >= tools::kToolKindCount)
@@ -199,6 +248,12 @@ void World::restore(const std::vector<std::uint8_t>& bytes) {
   for (ObjectState& o : state.objects) o.law_links.setMaxStrain(o.limit_strain);
   if (archive.at != bytes.size()) refuse(std::to_string(bytes.size() - archive.at) + " bytes too many");
   checkIndices(state);
+  for (std::size_t i = 0; i < state.objects.size(); ++i) {
+    const std::size_t is = state.objects[i].tissue.corner.size(),
+                      wanted = impl_->model->start.objects[i].tissue.corner.size();
+    if (is != wanted)
+      refuse(std::to_string(is) + " elements of an object (the scene has " + std::to_string(wanted) + ")");
+  }
   impl_->state = std::move(state);
   impl_->reserve();
   impl_->deltas.clear();

@@ -78,6 +78,10 @@ void hold(Context& c, std::size_t object, double h, int batch) {
       p[i] = x[i] + ahead * v[i];
       f[i] = mass[i] * g;
     }
+    const std::vector<float>& active = c.scratch.objects[object].active;
+    if (active.empty()) continue;
+    const float* const own = active.data() + static_cast<std::size_t>(axis) * (active.size() / 3);
+    for (std::size_t i = 0; i < knots; ++i) f[i] += own[i];
   }
   if (c.model.objects[object].implicit) return;  // its elements are part of the step
   net::addElements(s.elements, elementArrays(b), c.level);

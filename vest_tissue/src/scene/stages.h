@@ -31,6 +31,7 @@ struct Context {
 /// Stages in the order in which a step runs them.
 bool checkInput(const StepInput& input);                      ///< finite numbers, dt in range
 void predict(Context& c);                                     ///< edits, impacts, proxies, sub-steps
+void contract(Context& c);                                    ///< forces of organs that move
 void collide(Context& c);                                     ///< boxes, tools, cavity, organs
 void interact(Context& c);                                    ///< jaws: grasp, hold, slip, release
 void solve(Context& c);                                       ///< batches of sub-steps
@@ -68,7 +69,7 @@ inline int turnOf(const Context& c, std::size_t object) {
   if (!c.model.objects[object].fem) return 2;
   return c.state.objects[object].tissue.dynamic ? 1 : 0;
 }
-void copyTissue(ObjectState& s);                             ///< places and velocities into the block
+void copyTissue(ObjectState& s);  ///< places and velocities into the block
 
 bool removeClip(Context& c, std::uint64_t id);
 /// No unit, 0 … 1: how much of what they can close clips and slings have closed now.

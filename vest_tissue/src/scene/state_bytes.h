@@ -50,6 +50,9 @@ struct StateWalker {
     plain(s.texture_coordinates), plain(s.triangles), plain(s.layer);
   }
 
+  void surface(FemSurface& f) {
+    plain(f.triangle_face), plain(f.skin_face), plain(f.knot_vertex), plain(f.vertex_element), value(f.parts);
+  }
   void tissue(fem::TissueState& t) {
     plain(t.x), plain(t.v), value(t.stiffness_scale), flag(t.dynamic), value(t.revision);
     if (t.revision == 0) return;  // as the scene says
@@ -83,9 +86,11 @@ struct StateWalker {
     });
     flag(s.cut.exhausted);
     if (!s.tissue.x.empty()) tissue(s.tissue);
+    values(s.motility.phase.data(), 2);
     value(s.topology.revision);
     if (s.topology.revision == 0 && s.cut.tracks.empty()) return;  // as the scene says
     cut(s.cut);
+    if (!s.tissue.x.empty()) surface(s.fem_surface);
     list(s.topology.links, [&](Link& l) { link(l); });
     list(s.places, [&](LinkPlace& p) { value(p.kind), value(p.index); });
     plain(s.topology.doubled_knots), plain(s.topology.link_alive), plain(s.topology.triangle_alive),
@@ -128,7 +133,8 @@ struct StateWalker {
 
   void matrix(Eigen::Matrix3d& m) { values(m.data(), 9); }
   void clip(interaction::Clip& c) {
-    value(c.id), flag(c.alive), flag(c.shut), value(c.instrument), value(c.object), value(c.count), value(c.ring);
+    value(c.id), flag(c.alive), flag(c.shut), value(c.instrument), value(c.object), value(c.count),
+        value(c.ring);
     archive.within(c.count, interaction::kMaxClipKnots), archive.within(c.ring, interaction::kMaxClipKnots);
     values(c.knots.data(), static_cast<std::size_t>(c.count));
     for (int i = 0; i < c.count; ++i) vector3(c.open[i]), vector3(c.closed[i]);
@@ -136,7 +142,8 @@ struct StateWalker {
     matrix(c.rotation), vector3(c.centre), vector3(c.offset);
   }
   void sling(interaction::Sling& s) {
-    value(s.id), flag(s.alive), flag(s.around), flag(s.tied), flag(s.drawing), value(s.instrument), value(s.object);
+    value(s.id), flag(s.alive), flag(s.around), flag(s.tied), flag(s.drawing), value(s.instrument),
+        value(s.object);
     value(s.count), archive.within(s.count, interaction::kMaxSlingKnots);
     values(s.knots.data(), static_cast<std::size_t>(s.count));
     value(s.rest), value(s.tension), value(s.station), value(s.area), value(s.knot);

@@ -37,7 +37,10 @@ Status World::step(const StepInput& input, StepReport& report) {
   if (!checkInput(input)) return w.fault(c, "step input");
 
   keepBackup(c);
-  w.time(report, 0, [&] { predict(c); });
+  w.time(report, 0, [&] {
+    predict(c);
+    contract(c);
+  });
   w.time(report, 1, [&] { collide(c); });
   w.time(report, 2, [&] { interact(c); });
   w.time(report, 3, [&] {
@@ -246,6 +249,9 @@ void World::measureStages(bool on) {
 }
 const WorldModel& World::model() const {
   return *impl_->model;
+}
+const WorldState& World::state() const {
+  return impl_->state;
 }
 
 }  // namespace vest::scene

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "delta_history.h"
+#include "fem_cut.h"
 #include "stages.h"
 #include "vest_tissue/solver/pool.h"
 
@@ -36,15 +37,10 @@ struct World::Impl {
       room(s.elements.bending, s.elements.bending.size()),
           room(s.elements.plastic, s.elements.plastic.size());
       room(s.elements.tethers, s.elements.tethers.size());
-      reserveTissue(s.tissue, s.block.knotCapacity());
+      if (model->objects[i].fem) reserveFem(*model->objects[i].fem, s);
       s.fixed.reserve(s.block.knotCapacity()), s.topology.doubled_knots.reserve(s.block.knotCapacity());
     }
     reserveCut(*model, state);
-  }
-  static void reserveTissue(fem::TissueState& t, std::size_t knots) {
-    if (t.x.empty()) return;
-    t.x.reserve(knots), t.v.reserve(knots), t.mass.reserve(knots);
-    t.origin.reserve(knots), t.knot_element.reserve(knots);
   }
   Status fault(Context& c, std::string_view object);
 

@@ -14,13 +14,15 @@ using net::Block;
 
 namespace {
 
-constexpr int kSearches = 4;       // line searches after full steps that did not converge
-constexpr int kHalvings = 12;      // of a step in the line search
-constexpr double kDescent = 1e-4;  // share of the linear decrease that a step must reach (Armijo)
+constexpr std::size_t kMostVolumes = 8;  // large volumes of an object that are coupled; others act explicitly
+constexpr int kSearches = 4;             // line searches after full steps that did not converge
+constexpr int kHalvings = 12;            // of a step in the line search
+constexpr double kDescent = 1e-4;        // share of the linear decrease that a step must reach (Armijo)
 // J per metre of the last step: differences of energies below it are rounding.
 constexpr double kFloatEnergy = 1.0;
-// Equilibrium alone has no inertia: this share of the greatest diagonal keeps free motions defined.
-constexpr double kRidge = 1e-13;
+// Shares of the greatest diagonal that are added to it: where rounding beside huge stiffness keeps the matrix
+// from being factored, and for an equilibrium, whose free motions nothing else holds.
+constexpr double kRidge = 1e-13, kFreeRidge = 1e-9;
 
 double infinityNorm(const Positions& p, std::size_t n) {
   double most = 0.0;
@@ -69,7 +71,9 @@ ImplicitNet::ImplicitNet(const NetView& net, std::size_t knots, std::size_t edge
     p->assign(n, Vector3d::Zero());
   mass_.assign(n, 0.0), drag_.assign(n, 0.0), right_.assign(3 * n, 0.0), diagonal_.assign(n, 0.0);
   fixed_.assign(n, 0);
-  modes_.assign(3 * n * net.elements->volumes.size(), 0.0);
+  std::size_t large = 0;
+  for (const net::Volume& v : net.elements->volumes) large += !isSmall(v);
+  modes_.assign(3 * n * std::min(large, kMostVolumes), 0.0);
   usable_ = matrix_.shape(order_.first().data(), order_.knots());
 }
 
@@ -183,7 +187,7 @@ void ImplicitNet::direction(const NetView& net, const Problem& p) {
     addNetStiffness(net, x_, look);
     trace = std::max(look.most, greatest);
   }
-  double ridge = kRidge * trace;
+  double ridge = (p.inertia > 0.0 ? kRidge : kFreeRidge) * trace;
   for (int attempt = 0; attempt < 6; ++attempt, ridge = std::max(100.0 * ridge, 1e-300)) {
     if (attempt > 0) {
       matrix_.clear();
@@ -214,43 +218,45 @@ void ImplicitNet::direction(const NetView& net, const Problem& p) {
 /// Adds the volumes' stiffness scale·g·g^T to the solution in right_, one after another (Sherman and Morrison
 /// 1950): the k-th uses the inverse that has the k-1 before it.
 bool ImplicitNet::solveVolumes(const NetView& net) {
-  const std::size_t n3 = 3 * knots_, volumes = net.elements->volumes.size();
-  if (volumes * n3 > modes_.size()) return false;
+  const std::size_t n3 = 3 * knots_;
   struct Mode {
+    std::size_t volume;
     double scale, bottom;
   };
-  constexpr std::size_t kMost = 8;  // volumes of one object that are coupled; further ones act explicitly
-  Mode known[kMost];
+  Mode known[kMostVolumes];
+  std::size_t count = 0;
   const auto dotMode = [&](const double* a) {
     double sum = 0.0;
     for (std::size_t i = 0; i < knots_; ++i)
       for (int axis = 0; axis < 3; ++axis) sum += mode_[i][axis] * a[3 * order_.rowOf(i) + axis];
     return sum;
   };
-  const auto fill = [&](std::size_t k) {
-    const double scale = volumeMode(net, k, x_, mode_);
+  const auto fill = [&](std::size_t volume) {
+    const double scale = volumeMode(net, volume, x_, mode_);
     for (std::size_t i = 0; i < knots_; ++i)
       if (fixed_[i] != 0) mode_[i].setZero();
     return scale;
   };
-  for (std::size_t k = 0; k < std::min(volumes, kMost); ++k) {
-    double* const z = modes_.data() + k * n3;
-    known[k].scale = fill(k);
-    if (known[k].scale == 0.0) continue;
+  for (std::size_t v = 0; v < net.elements->volumes.size() && count < kMostVolumes; ++v) {
+    if (isSmall(net.elements->volumes[v]) || (count + 1) * n3 > modes_.size()) continue;
+    Mode& own = known[count];
+    own.volume = v;
+    own.scale = fill(v);
+    if (own.scale == 0.0) continue;
+    double* const z = modes_.data() + count * n3;
     for (std::size_t i = 0; i < knots_; ++i)
       for (int axis = 0; axis < 3; ++axis) z[3 * order_.rowOf(i) + axis] = mode_[i][axis];
     matrix_.solve(z);
-    for (std::size_t m = 0; m < k; ++m) {
-      if (known[m].scale == 0.0) continue;
-      fill(m);
-      const double* const zm = modes_.data() + m * n3;
+    for (std::size_t m = 0; m < count; ++m) {
+      fill(known[m].volume);
       const double share = known[m].scale * dotMode(z) / known[m].bottom;
-      for (std::size_t r = 0; r < n3; ++r) z[r] -= share * zm[r];
+      for (std::size_t r = 0; r < n3; ++r) z[r] -= share * modes_[m * n3 + r];
     }
-    fill(k);
-    known[k].bottom = 1.0 + known[k].scale * dotMode(z);
-    const double share = known[k].scale * dotMode(right_.data()) / known[k].bottom;
+    fill(v);
+    own.bottom = 1.0 + own.scale * dotMode(z);
+    const double share = own.scale * dotMode(right_.data()) / own.bottom;
     for (std::size_t r = 0; r < n3; ++r) right_[r] -= share * z[r];
+    ++count;
   }
   return true;
 }
@@ -338,6 +344,18 @@ ImplicitNet::Report ImplicitNet::step(const NetView& net, Block& block, double h
     }
   }
   return report;
+}
+
+void ImplicitNet::respond(const NetView& net, const Positions& x, const Positions& forces, Positions& u) {
+  load(*net.links.block);
+  for (std::size_t i = 0; i < knots_; ++i) x_[i] = x0_[i] = x[i], force_[i] = forces[i];
+  const Problem p;
+  direction(net, p);
+  u.assign(step_.begin(), step_.begin() + static_cast<std::ptrdiff_t>(knots_));
+  // Without the forces: what the net would do anyhow, mostly rounding.
+  std::fill(force_.begin(), force_.end(), Vector3d::Zero());
+  direction(net, p);
+  for (std::size_t i = 0; i < knots_; ++i) u[i] -= step_[i];
 }
 
 ImplicitNet::Report ImplicitNet::settle(const NetView& net, Positions& x, const Positions& forces,

@@ -19,6 +19,11 @@ void eachCoupling(const NetView& net, Pair pair) {
     for (int i = 0; i < 4; ++i)
       for (int j = i + 1; j < 4; ++j) pair(k[i], k[j]);
   }
+  for (const net::Volume& v : net.elements->volumes) {
+    if (!isSmall(v)) continue;
+    for (std::size_t i = 0; i < v.knots.size(); ++i)
+      for (std::size_t j = i + 1; j < v.knots.size(); ++j) pair(v.knots[i], v.knots[j]);
+  }
 }
 
 }  // namespace

@@ -260,6 +260,22 @@ void addNetStiffness(const NetView& net, const Positions& x, StiffnessSink& sink
   }
   for (const net::Tether& t : e.tethers)
     sink.add(t.knot, t.knot, static_cast<double>(t.stiffness) * Matrix3d::Identity());
+  for (const net::Volume& v : e.volumes) {
+    if (!isSmall(v) || v.bulk_modulus == 0.0f || v.triangles.empty()) continue;
+    if (!(std::fabs(volumeOf(v, x) / v.rest - 1.0) < net::kGreatestCompression)) continue;
+    std::array<Vector3d, kSmallVolume> g;
+    g.fill(Vector3d::Zero());
+    for (const auto& t : v.triangles) {
+      const Vector3d share = (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]) / 6.0;
+      for (const auto k : t)
+        for (std::size_t n = 0; n < v.knots.size(); ++n)
+          if (v.knots[n] == k) g[n] += share;
+    }
+    const double k = v.bulk_modulus / v.rest;
+    for (std::size_t a = 0; a < v.knots.size(); ++a)
+      for (std::size_t b = a; b < v.knots.size(); ++b)
+        sink.add(v.knots[a], v.knots[b], k * g[a] * g[b].transpose());
+  }
 }
 
 void addNetDamping(const NetView& net, const Positions& x, double factor, StiffnessSink& sink) {
@@ -280,7 +296,7 @@ void addNetDamping(const NetView& net, const Positions& x, double factor, Stiffn
 double volumeMode(const NetView& net, std::size_t index, const Positions& x, Positions& g) {
   const net::Volume& v = net.elements->volumes[index];
   std::fill(g.begin(), g.end(), Vector3d::Zero());
-  if (v.bulk_modulus == 0.0f || v.triangles.empty()) return 0.0;
+  if (isSmall(v) || v.bulk_modulus == 0.0f || v.triangles.empty()) return 0.0;
   for (const auto& t : v.triangles) {
     const Vector3d share = (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]) / 6.0;
     for (const auto k : t) g[k] += share;

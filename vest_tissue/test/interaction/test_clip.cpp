@@ -176,7 +176,8 @@ TEST(Clip, RemovedItLetsTheVesselOpenAgain) {
   ASSERT_EQ(t.clips().size(), 1u);
   scene::TopologyRequest request =
       scene::parseRequest("remove_clip " + std::to_string(t.clips()[0].id), t.world.description());
-  EXPECT_EQ(scene::requestText(request, t.world.description()), "remove_clip " + std::to_string(t.clips()[0].id));
+  EXPECT_EQ(scene::requestText(request, t.world.description()),
+            "remove_clip " + std::to_string(t.clips()[0].id));
   t.input.requests = {request};
   t.step();
   t.input.requests.clear();
@@ -258,7 +259,7 @@ TEST(Clip, HashesAreTheSameForAnyThreadsAndAfterRestore) {
 }
 
 TEST(Clip, FlatteningKeepsThePerimeter) {
-  const Vector3d ring[8] = {{0, 0, 3}, {2, 0, 2}, {3, 0, 0}, {2, 0, -2},
+  const Vector3d ring[8] = {{0, 0, 3},  {2, 0, 2},   {3, 0, 0},  {2, 0, -2},
                             {0, 0, -3}, {-2, 0, -2}, {-3, 0, 0}, {-2, 0, 2}};
   Vector3d flat[8];
   interaction::flattenRing(ring, 8, 0.1, flat);

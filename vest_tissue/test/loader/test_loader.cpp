@@ -218,9 +218,8 @@ TEST(Loader, TablesWithUnknownColumnsOrRaggedRowsAreRefused) {
 TEST(Loader, AVolumeWithoutAShapeIsRefused) {
   Attempt attempt;
   Attempt::replace(attempt.scene, "model: net", "model: volume");
-  expectSays(
-      attempt.message(),
-      {"scene.yaml:5: objects[0].model: volume: must have one of image, surface, mesh"});
+  expectSays(attempt.message(),
+             {"scene.yaml:5: objects[0].model: volume: must have one of image, surface, mesh"});
 }
 
 TEST(Baked, WhatIsWrittenIsReadBackAndCutFilesAreRefused) {

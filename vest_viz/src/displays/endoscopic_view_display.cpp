@@ -99,11 +99,12 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
   quality_ = new rviz::EnumProperty(
       "Quality", "automatic",
       "automatic: as fine as the frame time allows. standard: all pixels. simple: half of the "
-      "pixels and smaller textures.",
+      "pixels and smaller textures. fine: more pixels than shown, for a graphics card.",
       this, SLOT(updateScene()));
   quality_->addOption("simple", 0);
   quality_->addOption("standard", 1);
   quality_->addOption("automatic", 2);
+  quality_->addOption("fine", 3);
   fill_ = new rviz::BoolProperty(
       "Fill Window", false,
       "Lie over rviz's 3-D view, which is not drawn meanwhile: saves a second rendering.", this,
@@ -189,7 +190,10 @@ void EndoscopicViewDisplay::updateCamera() {
   }
   // Fewer pixels are drawn and the camera's resampling fills in.
   const int quality = quality_->getOptionInt();
-  const double resolution = quality == 2 ? kResolutions[level_] : quality == 1 ? 1.0 : 0.7;
+  const double resolution = quality == 3   ? 1.8
+                            : quality == 2 ? kResolutions[level_]
+                            : quality == 1 ? 1.0
+                                           : 0.7;
   view_->setCamera(camera_, circle_->getFloat(), resolution);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include <opencv2/imgproc.hpp>
 
@@ -27,7 +28,7 @@ Finisher::Finisher(const camera::Intrinsics& camera, double share, double resolu
   const double half = 1.01 * reach;
   // As many pixels per edge as the circle has, so that the middle is not blurred.
   const auto edge =
-      static_cast<std::uint32_t>(2 * std::ceil(circle_.radius * 1.02 * std::clamp(resolution, 0.4, 1.0)));
+      static_cast<std::uint32_t>(2 * std::ceil(circle_.radius * 1.02 * std::clamp(resolution, 0.4, 2.0)));
   source_ = camera::fromFieldOfView(edge, edge, 2 * std::atan(half), {0, 0, 0, 0, 0});
   source_radius_ = reach / half;
 
@@ -131,6 +132,30 @@ void Finisher::setLens(const Lens& lens) {
     }
 }
 
+void Finisher::smoothEdges(const cv::Mat& rendering) {
+  // Where the depth jumps (an instrument before tissue) neighbours are mixed: cheaper than drawing more
+  // pixels.
+  constexpr int kJump = 5;  // codes: 6 mm at 8 cm
+  rgb_.copyTo(jagged_);
+  for (int y = 1; y + 1 < rgb_.rows; ++y) {
+    const std::uint8_t* d = rendering.ptr<std::uint8_t>(y) + 3;
+    const std::uint8_t* d_up = rendering.ptr<std::uint8_t>(y - 1) + 3;
+    const std::uint8_t* d_down = rendering.ptr<std::uint8_t>(y + 1) + 3;
+    const std::uint8_t* row = jagged_.ptr<std::uint8_t>(y);
+    const std::uint8_t* up = jagged_.ptr<std::uint8_t>(y - 1);
+    const std::uint8_t* down = jagged_.ptr<std::uint8_t>(y + 1);
+    std::uint8_t* out = rgb_.ptr<std::uint8_t>(y);
+    for (int x = 1; x + 1 < rgb_.cols; ++x) {
+      const int c = d[4 * x];
+      const int jump = std::max(std::max(std::abs(c - d[4 * x - 4]), std::abs(c - d[4 * x + 4])),
+                                std::max(std::abs(c - d_up[4 * x]), std::abs(c - d_down[4 * x])));
+      if (jump < kJump) continue;
+      for (int k = 3 * x; k < 3 * x + 3; ++k)
+        out[k] = static_cast<std::uint8_t>((2 * row[k] + row[k - 3] + row[k + 3] + up[k] + down[k]) / 6);
+    }
+  }
+}
+
 void Finisher::blendVeil(const cv::Mat& veil) {
   cv::resize(veil, veil_, rgb_.size(), 0, 0, cv::INTER_LINEAR);
   for (int y = 0; y < rgb_.rows; ++y) {
@@ -206,6 +231,7 @@ void Finisher::apply(const cv::Mat& rendering, const cv::Mat& veil, cv::Mat* out
     out->setTo(0);
   }
   cv::cvtColor(rendering, rgb_, cv::COLOR_RGBA2RGB);
+  smoothEdges(rendering);
   if (!veil.empty()) blendVeil(veil);
   if (look_.focus > 0) defocus(rendering);
   cv::remap(rgb_, warped_, map_, map_fraction_, cv::INTER_LINEAR, cv::BORDER_REPLICATE);

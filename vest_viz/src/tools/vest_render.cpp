@@ -118,11 +118,14 @@ void mustWrite(const std::string& path, const cv::Mat& picture) {
 
 class Renderer {
  public:
-  explicit Renderer(const Options& options) : o_(options), view_(options.quality) {
+  explicit Renderer(const Options& options) : o_(options), view_(std::min(options.quality, 1)) {
     view_.setCamera(vest::camera::fromFieldOfView(static_cast<std::uint32_t>(o_.width),
                                                   static_cast<std::uint32_t>(o_.height), o_.fov * M_PI / 180,
                                                   {o_.k1, o_.k2, 0, 0, 0}),
-                    o_.circle, 1.0);
+                    o_.circle,
+                    o_.quality == 2   ? 1.8
+                    : o_.quality == 1 ? 1.0
+                                      : 0.7);
     vest::picture::CameraLook look;
     look.noise = o_.noise, look.focus = o_.focus;
     view_.setLook(look);
@@ -244,7 +247,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.3, 1.5));
   app.add_option("--optic", o.optic, "angle of the optics, degrees, where the bag has no tf")
       ->check(CLI::Range(-90.0, 90.0));
-  app.add_option("--quality", o.quality, "0 simple, 1 standard")->check(CLI::Range(0, 1));
+  app.add_option("--quality", o.quality, "0 simple, 1 standard, 2 fine: more pixels are drawn than shown")
+      ->check(CLI::Range(0, 2));
   app.add_option("--noise", o.noise, "of the sensor, levels of 255")->check(CLI::Range(0.0, 30.0));
   app.add_option("--focus", o.focus, "distance in focus, m; 0: all sharp")->check(CLI::Range(0.0, 1.0));
   app.add_option("--format", o.frame_format, "of the pictures")->check(CLI::IsMember({"png", "jpg"}));

@@ -1,14 +1,23 @@
 // Looks at pictures drawn in this process: camera calibration, and what happened to the tissue, clips, fluid
 // and smoke where the ground truth says they are.
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
 #include <thread>
 
 #include <gtest/gtest.h>
 #include <ros/time.h>
+#include <rosbag/bag.h>
 #include <rviz/ogre_helpers/render_system.h>
 #include <boost/make_shared.hpp>
 #include <opencv2/calib3d.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <vest_msgs/TissueField.h>
+#include <vest_msgs/TissueState.h>
 
 #include "conversion.h"
 #include "endoscope_pipeline.h"
@@ -265,6 +274,63 @@ TEST_F(Offscreen, SmokeVeilsByBothMethods) {
   EXPECT_LT(saturation(), 0.75 * clear);
   view.setSmokeMethod(EndoscopePipeline::Smoke::Off);
   EXPECT_NEAR(saturation(), clear, 0.02);
+}
+
+TEST(Render, BagBecomesPicturesVideoAndGroundTruthOfTheWishedSize) {
+  const std::string folder = testing::TempDir() + "vest_render_test", file = folder + "/session.bag";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  {
+    rosbag::Bag bag(file, rosbag::bagmode::Write);
+    vest_msgs::TissueTopology topology = sheet("uterus");
+    topology.header.frame_id = "world";
+    bag.write("/vest/tissue/topology", ros::Time(100), topology);
+    for (int i = 0; i < 30; ++i) {
+      vest_msgs::TissueState state;
+      state.revision = 1;
+      state.step = static_cast<std::uint64_t>(33 * i);
+      state.positions = topology.objects[0].rest_position;
+      bag.write("/vest/tissue/state", ros::Time(100 + i / 30.0), state);
+      vest_msgs::InstrumentStates m;
+      m.instruments.resize(2);
+      m.instruments[0].name = "endoscope";
+      m.instruments[0].tool = vest_msgs::InstrumentState::TOOL_ENDOSCOPE;
+      m.instruments[0].tip.position.z = 0.06;
+      m.instruments[0].tip.orientation.x = 1;  // z down
+      m.instruments[1] = m.instruments[0];
+      m.instruments[1].name = "left";
+      m.instruments[1].tool = vest_msgs::InstrumentState::TOOL_GRASPER;
+      m.instruments[1].tip.position.z = 0.01;
+      m.instruments[1].shaft.position.x = -0.1, m.instruments[1].shaft.position.z = 0.1;
+      bag.write("/vest/instruments", ros::Time(100 + i / 30.0), m);
+    }
+  }
+  const std::string run = std::string(VEST_RENDER) + " " + file + " --output " + folder + " --video " +
+                          folder +
+                          "/session.avi --width 400 --height 320 --fps 5 --truth --optic 0 > /dev/null";
+  ASSERT_EQ(std::system(run.c_str()), 0) << run;
+  const cv::Mat picture = cv::imread(folder + "/frame_000002.png");
+  ASSERT_EQ(picture.size(), cv::Size(400, 320));
+  EXPECT_GT(cv::mean(picture(cv::Rect(180, 140, 40, 40)))[2], 40) << "lit tissue in the middle";
+  EXPECT_FALSE(cv::imread(folder + "/frame_000004.png").empty()) << "1 s at 5 pictures a second";
+  const cv::Mat depth = cv::imread(folder + "/depth_000002.tiff", cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(depth.type(), CV_32F);
+  EXPECT_NEAR(depth.at<float>(200, 250), 0.06, 0.001);
+  const cv::Mat labels = cv::imread(folder + "/segmentation_000002.png", cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(labels.type(), CV_16U);
+  EXPECT_EQ(labels.at<std::uint16_t>(200, 250), 1);
+  cv::VideoCapture video(folder + "/session.avi");
+  cv::Mat frame;
+  int frames = 0;
+  while (video.read(frame)) ++frames;
+  EXPECT_GE(frames, 5);
+  EXPECT_EQ(frame.empty() ? 400 : frame.cols, 400);
+  std::ifstream points(folder + "/keypoints.csv");
+  const std::string text((std::istreambuf_iterator<char>(points)), {});
+  EXPECT_NE(text.find("left,tip"), std::string::npos);
+  EXPECT_NE(std::system((std::string(VEST_RENDER) + " " + file + " > /dev/null 2>&1").c_str()), 0)
+      << "neither --output nor --video";
+  std::filesystem::remove_all(folder);
 }
 
 TEST_F(Offscreen, AMillionVerticesAreDrawn) {

@@ -45,6 +45,7 @@ struct FieldFrame {
   bool degraded = false;                    ///< at any step since the last frame
   std::vector<scene::ImpactInput> impacts;  ///< since the last frame, at most kMostFrameImpacts
   std::uint64_t impacts_dropped = 0;
+  std::uint64_t refused = 0;  ///< steps whose input was absurd and that were left out
 };
 inline constexpr std::size_t kMostFrameImpacts = 2048;
 using FieldFrames = scene::TripleBuffer<FieldFrame>;

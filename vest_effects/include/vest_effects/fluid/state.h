@@ -17,7 +17,7 @@ struct Particles {
   std::vector<float> volume;      ///< of a whole particle, 0 … 1
   std::vector<float> blood;       ///< 0 water … 1 blood
   std::vector<float> age;         ///< s since it was emitted
-  std::vector<float> rest;        ///< s that it has lain slowly on tissue
+  std::vector<float> rest;        ///< s that it has lain slowly on tissue (a twentieth of it on walls)
 };
 
 /// Shallow water over the upward faces of the tissue. Cell (c, r) is r·columns + c; its centre is

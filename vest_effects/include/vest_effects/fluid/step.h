@@ -74,6 +74,10 @@ struct Inputs {
       true;  ///< look again where the tissue lies under the pools (costly: some 20 times a second)
 };
 
+/// Instruction level of the loops over neighbours, "baseline" or "avx2"; VEST_KERNEL=baseline forces the
+/// former. Both give the same bits.
+const char* kernelLevel();
+
 enum class Status : std::uint8_t { Ok = 0, BadInput = 1 };
 
 /// What a step tells; arrays have their room.

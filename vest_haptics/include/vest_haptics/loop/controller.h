@@ -54,6 +54,7 @@ struct TickReport {
   bool forces_on = false;  ///< to the device
   control::OperatingState state = control::OperatingState::Disabled;
   Fault fault = Fault::None;
+  const char* detail = "";  ///< which field of a contact model was refused last; lives for ever
   DeviceStatus status = DeviceStatus::Starting;
   bool valid = false;  ///< the pose is a measured one
   Sample sample;       ///< checked

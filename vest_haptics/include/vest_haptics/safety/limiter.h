@@ -43,6 +43,7 @@ class Limiter {
   /// Zero at once; the next output starts from there.
   Loads zero() noexcept;
   const Loads& last() const noexcept { return last_; }
+  const Loads& maximum() const noexcept { return options_.maximum; }
 
  private:
   LimiterOptions options_;

@@ -51,6 +51,7 @@ struct Description {
   std::string name;
   Strain strain = Strain::Small;
   Motion motion = Motion::BackwardEuler;         ///< in a World
+  bool start_in_equilibrium = false;             ///< in a World: under gravity and loads, not at rest
   std::vector<Eigen::Vector3d> nodes;            ///< m, shape without load
   std::vector<std::array<Index, 4>> tetrahedra;  ///< positive volume: (n1-n0)·((n2-n0)×(n3-n0)) > 0
   std::vector<Index> fixed;                      ///< nodes; repeated ones count once

@@ -18,7 +18,8 @@ inline constexpr std::size_t kMostTissueNodes = 20000;       ///< of an object (
 inline constexpr std::size_t kMostSurfaceNodes = 2000;       ///< 288 MB of inverse (ours)
 inline constexpr std::size_t kMostElastostaticNodes = 1500;  ///< free ones: 162 MB of inverse (ours)
 inline constexpr std::size_t kMostTissuePoints = 96;         ///< contacts and held knots at a time (ours)
-inline constexpr double kSnapSpeed = 10.0;  ///< m/s: fastest that an elastostatic object follows (assumed)
+inline constexpr int kTissueIterations = 24;  ///< of conjugate gradients in a step: bounded work (ours)
+inline constexpr double kSnapSpeed = 10.0;    ///< m/s: fastest that an elastostatic object follows (assumed)
 
 /// Immutable after prepareTissue().
 struct TissueModel {
@@ -89,6 +90,7 @@ struct TissueScratch {
   Eigen::VectorXd work, u, f;
   std::vector<Eigen::Matrix3d> answers;  ///< between points
   std::vector<TissuePoint> points;
+  int most_iterations = kTissueIterations;
   double residual = 0.0;  ///< of the last solve, relative
   int iterations = 0;     ///< of the last solve; 0: the factor was exact
 };

@@ -20,27 +20,30 @@ namespace vest::interaction {
 
 inline constexpr std::size_t kMaxClips = 64;
 inline constexpr int kMaxClipKnots = 48;
-inline constexpr double kClipGap = 0.4e-3;   ///< m between the outer surfaces of a crushed vessel; assumed
-inline constexpr double kClipCatch = 0.15;   ///< closure of the jaws on tissue at which the clip begins to form; assumed
-inline constexpr double kClipShutJaw = 0.08;    ///< rad of the jaws at which it is shut for good; assumed
-inline constexpr double kClipReload = 0.25;     ///< rad: the jaws open wider before the next clip; assumed
-inline constexpr double kClipReach = 0.35;  ///< of the distance of two rings: further from one, the other is held too
+inline constexpr double kClipGap = 0.4e-3;  ///< m between the outer surfaces of a crushed vessel; assumed
+inline constexpr double kClipCatch =
+    0.15;  ///< closure of the jaws on tissue at which the clip begins to form; assumed
+inline constexpr double kClipShutJaw = 0.08;  ///< rad of the jaws at which it is shut for good; assumed
+inline constexpr double kClipReload = 0.25;   ///< rad: the jaws open wider before the next clip; assumed
+inline constexpr double kClipReach =
+    0.35;  ///< of the distance of two rings: further from one, the other is held too
 
 struct Clip {
   std::uint64_t id = 0;
   bool alive = false;
-  bool shut = false;             ///< else the applier is still forming it
-  std::int8_t instrument = -1;   ///< that set it
+  bool shut = false;            ///< else the applier is still forming it
+  std::int8_t instrument = -1;  ///< that set it
   std::uint16_t object = 0;
-  std::int32_t count = 0;        ///< knots in use
-  std::int32_t ring = 0;         ///< the first so many are a ring around the lumen, in order; 0: no tube
+  std::int32_t count = 0;  ///< knots in use
+  std::int32_t ring = 0;   ///< the first so many are a ring around the lumen, in order; 0: no tube
   std::array<std::uint32_t, kMaxClipKnots> knots{};
-  std::array<Eigen::Vector3d, kMaxClipKnots> open{}, closed{};  ///< m about the centre of mass, in the clip's frame
-  double progress = 0.0;         ///< 0 open … 1 closed
-  double jaw = 0.0;              ///< rad of the applier when it began to form
-  double station = 0.0;          ///< m on the tube, NaN without one
-  double area = 0.0;             ///< m²: cross-section before, NaN without a tube
-  double force = 0.0;            ///< N with which one leg presses, in the last step
+  std::array<Eigen::Vector3d, kMaxClipKnots> open{},
+      closed{};           ///< m about the centre of mass, in the clip's frame
+  double progress = 0.0;  ///< 0 open … 1 closed
+  double jaw = 0.0;       ///< rad of the applier when it began to form
+  double station = 0.0;   ///< m on the tube, NaN without one
+  double area = 0.0;      ///< m²: cross-section before, NaN without a tube
+  double force = 0.0;     ///< N with which one leg presses, in the last step
   /// Frame: x from leg to leg, z along the legs to their ends, y along the tube; origin between the legs.
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< m, world: centre of mass of what it holds

@@ -18,5 +18,4 @@ struct Fasteners {
   void reserve() { clips.reserve(kMaxClips), slings.reserve(kMaxSlings); }
 };
 
-
 }  // namespace vest::interaction

@@ -21,6 +21,7 @@
 #include <vest_msgs/Snapshot.h>
 #include <vest_msgs/StateHash.h>
 #include <vest_msgs/Step.h>
+#include <vest_msgs/TissueRequest.h>
 
 #include "vest_tissue/ros/conversions.h"
 #include "vest_tissue/ros/message_pool.h"
@@ -59,6 +60,7 @@ class TissueServer {
   bool onReset(std_srvs::Trigger::Request& req, std_srvs::Trigger::Response& res);
   bool onPause(std_srvs::SetBool::Request& req, std_srvs::SetBool::Response& res);
   bool onStep(vest_msgs::Step::Request& req, vest_msgs::Step::Response& res);
+  bool onRequest(vest_msgs::TissueRequest::Request& req, vest_msgs::TissueRequest::Response& res);
   bool onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snapshot::Response& res);
   std::string snapshotFile(const std::string& name) const;
 
@@ -94,7 +96,7 @@ class TissueServer {
   ros::Subscriber instruments_, footswitches_, recording_, edits_;
   std::vector<ros::ServiceServer> services_;
   ros::Publisher topology_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_, attachments_pub_,
-      markers_pub_, steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;
+      sutures_pub_, markers_pub_, steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;
 
   // Of the input thread.
   scene::ToolSample sample_;
@@ -109,6 +111,7 @@ class TissueServer {
   std::uint64_t event_id_ = 0, clock_jumps_ = 0;
   std::int64_t clock_offset_ns_ = 0;
   double next_markers_ = 0.0;
+  bool had_sutures_ = false;
   std::uint32_t published_revision_ = 0;
   std::mutex recording_mutex_;
   vest_msgs::SessionState recording_state_;

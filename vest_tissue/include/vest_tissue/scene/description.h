@@ -10,6 +10,7 @@
 
 #include "vest_tissue/interaction/thermal.h"
 #include "vest_tissue/material/law.h"
+#include "vest_tissue/motility/motility.h"
 
 /// What a scene says, as plain data: written by modelling and by the loader, read by the World's builder.
 /// Lengths in metres, masses in kilograms, frames: world (formats.md), unless the scene is of another
@@ -103,6 +104,7 @@ struct Object {
   double friction = 0.1;              ///< no unit, Coulomb, wet tissue
   double tear_strain = 0.0;           ///< no unit: an elastic link tears above this strain; 0: never
   interaction::ThermalMaterial thermal;
+  motility::Motility motility;  ///< nets with a tube map only
   double grasp_damage_threshold =
       136e3;  ///< Pa: pinch over the jaw's area that begins to destroy (interaction/heat.h); 0: never
   double cut_toughness = 164.0;       ///< J/m²: work per newly cut area; of liver, 164 ± 6 (Gokgol 2012)

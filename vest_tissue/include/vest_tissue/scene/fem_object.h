@@ -10,6 +10,10 @@ namespace vest::scene {
 /// the rest shape, which has no seam. Does not check the tetrahedra.
 void completeFem(Object& object);
 
+/// Moves an object's knots to where gravity (m/s²) and its loads bring it. @throws std::invalid_argument
+/// naming the object: nothing holds it, or no equilibrium was found
+void settleFem(Object& object, const Eigen::Vector3d& gravity);
+
 /// Boundary faces of tetrahedra, counter-clockwise from outside, in the order of the tetrahedra.
 std::vector<std::array<Index, 3>> boundaryFaces(const std::vector<std::array<Index, 4>>& tetrahedra);
 

@@ -98,6 +98,7 @@ struct StateFrame {
   bool has_fields = false;
   std::array<FieldFrame, kFieldFrames.size()> fields;  ///< of all knots, while has_fields
   std::vector<Attachment> attachments;
+  std::vector<SlingView> slings;
 };
 
 struct RunnerOptions {
@@ -135,6 +136,9 @@ class Runner {
     tools_.back() = sample;
     tools_.publish();
   }
+
+  /// Adds a request to the next step's input. Any thread but the Runner's.
+  void request(const TopologyRequest& request);
 
   // The following run between two steps and wait for it. Any thread but the Runner's.
   void setPaused(bool paused);
@@ -191,6 +195,7 @@ class Runner {
   std::uint64_t to_advance_ = 0;
   std::int64_t due_ns_ = 0;
   std::int64_t contact_due_ = 0, state_due_ = 0, strain_due_ = 0;
+  std::vector<TopologyRequest> pending_requests_;
   Command pending_command_ = Command::None;
   std::string pending_argument_;
   std::vector<ParameterEdit> pending_edits_;

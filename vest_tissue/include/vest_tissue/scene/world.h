@@ -148,11 +148,11 @@ struct Attachment {
 struct SlingView {
   std::uint64_t id = 0;
   bool around = false, tied = false;
-  std::uint16_t object = 0;  ///< where `around`
-  double rest_length = 0.0;  ///< m
-  double tension = 0.0;      ///< N
-  Eigen::Vector3d knot = Eigen::Vector3d::Zero();                               ///< m, world: the central knot
-  std::array<Eigen::Vector3d, interaction::kSlingNodes> positions;              ///< m, world: the loop, closed
+  std::uint16_t object = 0;                                         ///< where `around`
+  double rest_length = 0.0;                                         ///< m
+  double tension = 0.0;                                             ///< N
+  Eigen::Vector3d knot = Eigen::Vector3d::Zero();                   ///< m, world: the central knot
+  std::array<Eigen::Vector3d, interaction::kSlingNodes> positions;  ///< m, world: the loop, closed
 };
 
 struct WorldModel;    ///< immutable once built (world_model.h)
@@ -236,6 +236,8 @@ class World {
   void measureStages(bool on);
   /// What was built: sub-steps and bounds per object, for tables and tests.
   const WorldModel& model() const;
+  /// What evolves, to read: for tests, tables and inspection.
+  const WorldState& state() const;
 
  private:
   struct Impl;

@@ -15,6 +15,7 @@
 #include "vest_tissue/net/block.h"
 #include "vest_tissue/net/elements.h"
 #include "vest_tissue/net/link_kernel.h"
+#include "vest_tissue/scene/fem_surface.h"
 #include "vest_tissue/scene/world.h"
 
 namespace vest::scene {
@@ -55,7 +56,9 @@ struct ObjectState {
   bool degraded = false;
   interaction::HeatState heat;  ///< temperature and damage per knot
   interaction::CutState cut;
+  FemSurface fem_surface;   ///< finite elements
   fem::TissueState tissue;  ///< finite elements; empty for nets. The block's X … VZ are a copy of it
+  motility::MotilityState motility;  ///< phases of its waves
 };
 
 /// Changes a link in the list and in its table. Real-time safe.
@@ -102,7 +105,7 @@ struct WorldState {
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
   interaction::Electrosurgery electrosurgery;
   interaction::Fasteners fasteners;  ///< clips, slings
-  Energy energy;  ///< work and dissipated are kept, the others computed on demand
+  Energy energy;                     ///< work and dissipated are kept, the others computed on demand
 };
 
 }  // namespace vest::scene

@@ -67,6 +67,10 @@ class ImplicitNet {
   /// The same in double, for tests and tools: positions in and out, forces and fixed knots by the block.
   Report settle(const NetView& net, Positions& x, const Positions& forces, const Options& options);
 
+  /// Small displacements u (m) by which further forces (N) move the net from x: one linear solve. Free rigid
+  /// motions are held by a ridge of 1e-9 of the greatest stiffness: forces without any must balance.
+  void respond(const NetView& net, const Positions& x, const Positions& forces, Positions& u);
+
   /// dE/dx at the end of the last call, N.
   const Positions& gradient() const { return gradient_; }
 

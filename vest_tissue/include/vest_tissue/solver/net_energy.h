@@ -32,14 +32,19 @@ class StiffnessSink {
   virtual void add(std::uint32_t i, std::uint32_t j, const Eigen::Matrix3d& block) = 0;
 };
 /// d²E/dx² without the parts that may be negative: links keep the tangent and a tension, not the transverse
-/// part of a thrust; bending and hinges their Gauss-Newton part. Enclosed volumes are left out: they couple
-/// all knots, by one vector each (volumeMode).
+/// part of a thrust; bending, hinges and small volumes their Gauss-Newton part. Large enclosed volumes are
+/// left out: they couple all knots, by one vector each (volumeMode).
 void addNetStiffness(const NetView& net, const Positions& x, StiffnessSink& sink);
 /// Damping matrix d(force)/d(-velocity) at these positions times `factor`: links, plastic links, tethers.
 void addNetDamping(const NetView& net, const Positions& x, double factor, StiffnessSink& sink);
 
+/// A volume of so few knots couples them as any element does.
+inline constexpr std::size_t kSmallVolume = 12;
+inline bool isSmall(const net::Volume& v) {
+  return v.knots.size() <= kSmallVolume;
+}
 /// Stiffness of volume `index` is scale·g·g^T; g in m², zeroed and filled here. Returns scale in Pa/m³, 0
-/// where the pressure is constant.
+/// where the pressure is constant or the volume is small.
 double volumeMode(const NetView& net, std::size_t index, const Positions& x, Positions& g);
 
 /// Angle of (c, s) against (1, 0) for s >= 0, 0 … pi, rad, error below 1e-13; no libm.

@@ -42,7 +42,8 @@ class Finisher {
  public:
   /// @param camera  what is published: size, K, plumb_bob coefficients
   /// @param circle_share radius of the round image over half the picture's height, 0.3 … 1.5
-  /// @param resolution rendered pixels per pixel of the picture, along an edge, 0.4 … 1
+  /// @param resolution rendered pixels per pixel of the picture, along an edge, 0.4 … 2; above 1 edges
+  /// are finer, below it the camera's resampling fills in
   Finisher(const camera::Intrinsics& camera, double circle_share, double resolution = 1.0);
 
   /// The square pinhole camera that has to be rendered, just large enough for the circle.
@@ -63,6 +64,7 @@ class Finisher {
   void apply(const cv::Mat& rendering, cv::Mat* out) { apply(rendering, {}, out); }
 
  private:
+  void smoothEdges(const cv::Mat& rendering);
   void blendVeil(const cv::Mat& veil);
   void defocus(const cv::Mat& rendering);
   void cloud();
@@ -72,7 +74,7 @@ class Finisher {
   cv::Rect window_;  ///< of the circle in the picture
   cv::Mat map_, map_fraction_;
   cv::Mat weight_, rim_;  ///< CV_8UC3 over window_
-  cv::Mat warped_, rgb_, veil_, small_, blurred_, depth_;
+  cv::Mat warped_, rgb_, jagged_, veil_, small_, blurred_, depth_;
   cv::Mat soil_, soil_colour_;  ///< over window_: opacity, colour; empty while the lens is clean
   cv::Mat white_;               ///< look-up table, empty while neutral
   cv::Mat noise_;               ///< a strip of noise, CV_8S, entered at another place each picture
