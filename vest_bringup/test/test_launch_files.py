@@ -14,6 +14,7 @@ CASES = [
     ("trainer.launch", ["script:=demo"], ["phantom_box_emulator", "instruments"]),
     ("scene.launch", [], ["phantom_box_emulator", "trainer", "view"]),
     ("scene.launch", ["scene:=/tmp/mine.yaml"], ["phantom_box_emulator", "trainer"]),
+    ("trainer.launch", ["left:=sim", "right:=impulse_engine"], ["haptics_left", "haptics_right"]),
     ("replay.launch", ["bag:=/tmp/session.bag"], ["play", "view"]),
 ]
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -13,11 +14,13 @@
 #include <ros/time.h>
 #include <rviz/ogre_helpers/render_system.h>
 #include <CLI/CLI.hpp>
+#include <boost/make_shared.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "conversion.h"
-#include "endoscope_scene.h"
+#include "effect_messages.h"
+#include "endoscope_pipeline.h"
 #include "ogre_assets.h"
 #include "scene_messages.h"
 #include "vest_viz/picture/finish.h"
@@ -40,7 +43,9 @@ void print(const char* stage, std::vector<double>* values) {
 
 int main(int argc, char** argv) {
   CLI::App app{"Milliseconds per stage of the endoscopic view, drawn without topics. Run it under xvfb-run."};
-  std::string path, picture;
+  std::string path, picture, effects;
+  double focus = 0, noise = 0, fog = 0.35;
+  int smoke = 1;
   double insertion = 0.10;
   std::vector<double> view;
   int frames = 60, width = 720, height = 576, quality = 1;
@@ -52,22 +57,55 @@ int main(int argc, char** argv) {
   app.add_option("--insertion", insertion, "of the endoscope, m")->check(CLI::Range(0.0, 0.28));
   app.add_option("--view", view, "endoscope tip x y z, m, in world")->expected(3);
   app.add_option("--picture", picture, "file that the last picture is written to");
+  app.add_option("--effects", effects,
+                 "made-up effects: all, or some of fields,cut,clips,sutures,fluid,smoke,lens");
+  app.add_option("--smoke", smoke, "1: field, 2: billboards, 3: both")->check(CLI::Range(0, 3));
+  app.add_option("--fog", fog, "of the lens, 0 … 1, with the effect lens")->check(CLI::Range(0.0, 1.0));
+  app.add_option("--focus", focus, "m; 0: all sharp")->check(CLI::Range(0.0, 1.0));
+  app.add_option("--noise", noise, "levels of 255")->check(CLI::Range(0.0, 30.0));
   CLI11_PARSE(app, argc, argv);
   try {
+    const std::set<std::string> words = vest::tools::effectWords(effects);
     ros::Time::init();
     if (path.empty()) path = ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml";
     rviz::RenderSystem::get();
     const double begin = milliseconds();
     vest::mesh::Store store;
-    store.setTopology(vest::displays::toTopology(vest::tools::topologyOf(vest::scene::loadScene(path))));
+    const vest::scene::Description description = vest::scene::loadScene(path);
+    vest_msgs::TissueTopology topology = vest::tools::topologyOf(description);
+    if (words.count("cut") != 0) vest::tools::addCut(&topology);
+    store.setTopology(vest::displays::toTopology(topology));
     store.rebuildSkins();
     const double loaded = milliseconds();
-    vest::displays::EndoscopeScene scene(quality);
+    vest::displays::EndoscopePipeline endoscope(quality);
+    vest::displays::EndoscopeScene& scene = endoscope.scene();
     const auto camera =
         vest::camera::fromFieldOfView(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height),
                                       70 * 3.14159265 / 180, {-0.18, 0.03, 0, 0, 0});
-    vest::picture::Finisher finisher(camera, 1.0, quality == 1 ? 1.0 : 0.7);
-    scene.setCamera(finisher.source(), finisher.sourceRadius());
+    endoscope.setCamera(camera, 1.0, quality == 1 ? 1.0 : 0.7);
+    vest::picture::CameraLook look;
+    look.focus = focus, look.noise = noise;
+    endoscope.setLook(look);
+    endoscope.setSmokeMethod(static_cast<vest::displays::EndoscopePipeline::Smoke>(smoke));
+    if (words.count("fields") != 0) {
+      vest_msgs::TissueState state;
+      vest::tools::addFields(description, 4.0, &state);
+      for (const vest_msgs::TissueField& m : state.fields) {
+        vest::mesh::Field field;
+        field.kind = m.kind, field.minimum = m.minimum, field.maximum = m.maximum, field.data = m.data;
+        store.setField(store.topology().revision, field);
+      }
+    }
+    if (words.count("clips") != 0)
+      endoscope.setAttachments(
+          boost::make_shared<vest_msgs::TissueAttachments>(vest::tools::attachmentsAt(description)));
+    if (words.count("sutures") != 0)
+      endoscope.setSutures(
+          boost::make_shared<vest_msgs::SutureStates>(vest::tools::suturesAt(description, 0)));
+    if (words.count("smoke") != 0)
+      endoscope.setSmoke(boost::make_shared<vest_msgs::SmokeState>(vest::tools::smokeAt(description, 2)));
+    if (words.count("lens") != 0)
+      endoscope.setLens(boost::make_shared<vest_msgs::LensState>(vest::tools::lensAt(fog)));
     scene.updateTissue(store);
     std::printf("load %.0f ms, build %.0f ms\n", loaded - begin, milliseconds() - loaded);
 
@@ -82,16 +120,15 @@ int main(int argc, char** argv) {
                                vest::tools::instrumentAt(Place::Endoscope, tip, 0, 0)};
     Eigen::Isometry3d X_WTip;
     vest::displays::toPose(instruments.instruments[2].tip, &X_WTip);
-    scene.setPose(vest::camera::opticalFrame(X_WTip, 0, 0));
+    const Eigen::Isometry3d X_WO = vest::camera::opticalFrame(X_WTip, 0, 0);
     scene.updateInstruments(instruments);
 
-    vest::picture::AutoExposure exposure;
     std::vector<float> positions;
     for (std::size_t i = 0; i < store.topology().objects.size(); ++i)
       positions.insert(positions.end(), store.topology().objects[i].rest_position.begin(),
                        store.topology().objects[i].rest_position.end());
-    std::vector<double> tissue, draw, read, finish, all;
-    cv::Mat rendering, out;
+    std::vector<double> tissue, prepare, draw, read, finish, all;
+    cv::Mat out;
     // The first pictures settle the exposure and compile the shaders.
     for (int frame = -15; frame < frames; ++frame) {
       const double t0 = milliseconds();
@@ -103,22 +140,22 @@ int main(int argc, char** argv) {
       store.setState(store.topology().revision, moved.data(), moved.size());
       store.rebuildSkins();
       scene.updateTissue(store);
-      scene.setGain(exposure.gain());
+      if (words.count("fluid") != 0)
+        endoscope.setFluid(
+            boost::make_shared<vest_msgs::FluidState>(vest::tools::fluidAt(description, 2 + 0.05 * frame)));
       const double t1 = milliseconds();
-      const auto timing = scene.render(&rendering);
-      const double t2 = milliseconds();
-      finisher.apply(rendering, &out);
-      exposure.update(out, finisher.circle(), 0.05);
+      const auto timing = endoscope.draw(X_WO, 0.05 * frame, 0.05, &out);
       const double t3 = milliseconds();
       if (frame < 0) continue;
       tissue.push_back(t1 - t0);
       draw.push_back(1000 * timing.draw);
       read.push_back(1000 * timing.read);
-      finish.push_back(t3 - t2);
+      finish.push_back(1000 * timing.finish);
+      prepare.push_back(1000 * timing.prepare);
       all.push_back(t3 - t0);
     }
-    print("tissue", &tissue), print("draw", &draw), print("read", &read), print("finish", &finish),
-        print("all", &all);
+    print("tissue", &tissue), print("prepare", &prepare), print("draw", &draw), print("read", &read),
+        print("finish", &finish), print("all", &all);
     if (!scene.warning().empty()) std::printf("warning: %s\n", scene.warning().c_str());
     if (!picture.empty()) {
       cv::Mat bgr;

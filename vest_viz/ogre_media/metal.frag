@@ -1,7 +1,9 @@
 #version 120
 // Instruments: dark, desaturated; they take the colour of what they mirror.
 uniform vec4 light;  // as in tissue.frag
-uniform vec4 metal;  // reflectance, roughness 0 … 1, insulation 0 … 1, unused
+uniform vec4 metal;  // reflectance, roughness 0 … 1, insulation 0 … 1, diffuse 0 … 1
+uniform vec4 colour;  // of the reflection; of the body where it is diffuse
+uniform float depth_in_alpha;
 varying vec3 position;
 varying vec3 normal;
 varying vec3 tangent;
@@ -28,11 +30,13 @@ void main() {
   float band = smoothstep(-0.2, 0.75, r.y) * 0.5 + 0.5;
   vec3 mirrored = mix(vec3(0.010, 0.004, 0.004), vec3(0.17, 0.060, 0.05) * band, ahead * ahead);
   float fresnel = pow(1.0 - max(dot(n, v), 0.0), 4.0);
-  vec3 steel = vec3(0.92, 0.93, 0.96) * metal.x;
-  vec3 colour = steel * (0.11 * nl + 0.42 * broad + 1.6 * sharp) * strength * (1.0 - 0.8 * metal.z);
-  colour += mirrored * (metal.x * 1.4 + 0.5 * fresnel) * min(strength * 1.6, 1.3) * (1.0 - 0.5 * metal.z);
-  colour = 1.0 - exp(-colour);
-  colour = sqrt(colour);
-  colour = mix(colour, colour * colour * (3.0 - 2.0 * colour), 0.75);  // as in tissue.frag
-  gl_FragColor = vec4(colour, 1.0);
+  vec3 steel = colour.rgb * metal.x;
+  vec3 lit = steel * (0.11 * nl + 0.42 * broad + 1.6 * sharp) * strength * (1.0 - 0.8 * metal.z);
+  lit += colour.rgb * (metal.w * (0.15 + 0.85 * nl) * strength);
+  lit += mirrored * (metal.x * 1.4 + 0.5 * fresnel) * min(strength * 1.6, 1.3) * (1.0 - 0.5 * metal.z);
+  lit = 1.0 - exp(-lit);
+  lit = sqrt(lit);
+  lit = mix(lit, lit * lit * (3.0 - 2.0 * lit), 0.75);  // as in tissue.frag
+  // Depth for the finishing pass, as in tissue.frag.
+  gl_FragColor = vec4(lit, mix(1.0, 1.0 - sqrt(min(-position.z / 0.3, 1.0)), depth_in_alpha));
 }

@@ -4,16 +4,47 @@ uniform sampler2D albedo_map;  // sRGB colour, wetness
 uniform sampler2D relief_map;  // slopes along u and v, crest
 uniform sampler2D micro_map;   // slopes of the micro relief
 uniform vec4 look;             // wetness, translucence, tiles of micro relief per tile, relief
-uniform float alpha;
+uniform vec2 alpha;            // opacity; 1: depth goes into the alpha channel instead
 varying vec3 halfway;
-varying vec3 uv;
+varying vec4 uv;
 varying vec4 tint;
+#ifdef STATE
+varying vec4 state;  // film of blood, coagulated, charred, bloodless: 0 ... 1
+#endif
 
 void main() {
   vec4 ground = texture2D(albedo_map, uv.xy);
   vec3 relief = texture2D(relief_map, uv.xy).xyz;
-  vec2 micro = texture2D(micro_map, uv.xy * look.z).xy * 2.0 - 1.0;
+  vec3 fine = texture2D(micro_map, uv.xy * look.z).xyz;
+  vec2 micro = fine.xy * 2.0 - 1.0;
   vec2 slope = (relief.xy * 2.0 - 1.0) * look.w;
+  float wetness = look.x;
+#ifdef STATE
+  // Borders run along the relief: grooves fill with blood first, crests char first.
+  vec3 speck = texture2D(micro_map, uv.xy * look.z * 0.23).xyz;
+  float rough = 0.55 * relief.z + 0.45 * speck.z - 0.5;
+  float pale = smoothstep(0.10, 0.62, state.y + 0.40 * rough);
+  float burnt = smoothstep(0.40, 0.62, state.z + 0.55 * rough);
+  float film = smoothstep(0.08, 0.34, state.x - 0.30 * rough) * (1.0 - 0.9 * burnt);
+  float deep = smoothstep(0.25, 0.95, state.x);
+  // Coagulated protein is opaque, whitish and dry; without blood tissue loses its red.
+  float grey0 = dot(ground.rgb, vec3(0.35, 0.45, 0.2));
+  ground.rgb = mix(ground.rgb, vec3(0.30) + grey0 * vec3(0.62, 0.58, 0.52), 0.65 * state.w);
+  ground.rgb = mix(ground.rgb, vec3(0.90, 0.84, 0.74) * (0.72 + 0.28 * relief.z), 0.88 * pale);
+  // Singed brown between the pale rim and the black eschar.
+  float singed = smoothstep(0.12, 0.45, state.z + 0.5 * rough);
+  ground.rgb = mix(ground.rgb, vec3(0.42, 0.24, 0.12), 0.75 * singed * (1.0 - burnt));
+  ground.rgb = mix(ground.rgb, vec3(0.10, 0.085, 0.075) * (0.55 + 0.9 * speck.z), burnt);
+  wetness *= (1.0 - 0.75 * pale) * (1.0 - 0.8 * burnt);
+  slope += (speck.xy * 2.0 - 1.0) * (0.9 * burnt + 0.25 * pale);
+  // Blood: thin films tint, deep ones hide what is below and lie smooth.
+  vec3 blood = mix(vec3(0.66, 0.075, 0.055), vec3(0.43, 0.030, 0.028), deep);
+  ground.rgb = mix(ground.rgb, blood, film * mix(0.72, 0.97, deep));
+  slope *= 1.0 - 0.75 * film;
+  micro *= 1.0 - 0.45 * film;
+  wetness = mix(wetness, 1.05, film);
+  ground.a = mix(ground.a, 0.80, film);
+#endif
 
   vec3 h = normalize(halfway);
   h.z = abs(h.z);  // sheets are seen from both sides
@@ -39,7 +70,9 @@ void main() {
   float sheen = lobe * lobe;                      // ^16
   float sharp = sheen * sheen * sheen * sheen;    // ^64
   sharp *= sharp * sharp;                         // ^192
-  float wet = look.x * (0.4 + 0.6 * tint.a);
+  float wet = wetness * (0.4 + 0.6 * tint.a);
+  // The film lies in droplets: highlights break into small ones with hard edges.
+  sharp *= 1.9 * smoothstep(0.40, 0.66, fine.z);
   // A soft film everywhere; bright and slightly blue only where fluid stands.
   colour += wet * (vec3(0.050, 0.046, 0.046) * sheen + ground.a * ground.a * vec3(22.0, 23.5, 25.0) * sharp);
 
@@ -53,5 +86,6 @@ void main() {
   // Stray light in the optics takes some of the colour, most in the dark.
   float grey = dot(colour, vec3(0.3, 0.6, 0.1));
   colour = mix(colour, vec3(grey), 0.36 - 0.27 * grey);
-  gl_FragColor = vec4(colour, alpha);
+  // The finishing pass reads the depth back: 0.3 m is 0, the lens 1.
+  gl_FragColor = vec4(colour, mix(alpha.x, 1.0 - sqrt(min(uv.w / 0.3, 1.0)), alpha.y));
 }

@@ -4,8 +4,11 @@ uniform mat4 worldview_matrix;
 uniform mat4 worldviewproj_matrix;
 uniform vec4 light;  // view space position (m), intensity (m2) times exposure
 varying vec3 halfway;    // to lens and light, along tangent, binormal, normal
-varying vec3 uv;         // texture coordinates, strength of the light here
+varying vec4 uv;         // texture coordinates, strength of the light here, depth (m)
 varying vec4 tint;       // tint.a: openness baked per vertex
+#ifdef STATE
+varying vec4 state;      // film of blood, coagulated, charred, bloodless: 0 ... 1
+#endif
 
 void main() {
   vec3 position = (worldview_matrix * gl_Vertex).xyz;
@@ -20,7 +23,10 @@ void main() {
   halfway = vec3(dot(h, t), dot(h, b), dot(h, n));
   // The beam is brightest in the middle; sides get less.
   float beam = v.z * v.z;
-  uv = vec3(gl_MultiTexCoord0.xy, light.w * beam * beam * v.z / (d2 + 0.0012));
+  uv = vec4(gl_MultiTexCoord0.xy, light.w * beam * beam * v.z / (d2 + 0.0012), -position.z);
   tint = gl_Color;
+#ifdef STATE
+  state = gl_MultiTexCoord2;
+#endif
   gl_Position = worldviewproj_matrix * gl_Vertex;
 }

@@ -1,24 +1,26 @@
 #include <nodelet/nodelet.h>
 #include <pluginlib/class_list_macros.hpp>
 
-#include "vest_bringup/simulation/trainer.h"
-#include "vest_tissue/ros/tissue_server.h"
+#include "vest_bringup/ros/effects_shell.h"
 
 namespace vest_bringup {
 
 /// The Trainer composite behind topics and services (docs/ros_interface.md).
 class TrainerNodelet : public nodelet::Nodelet {
   void onInit() override {
+    using vest::ros_shell::TissueServer;
     try {
-      server_ = std::make_unique<vest::ros_shell::TissueServer>(
-          getMTNodeHandle(), getPrivateNodeHandle(), [](vest::scene::World world) {
-            return std::make_unique<vest::simulation::Trainer>(std::move(world));
-          });
+      effects_ = std::make_unique<vest::ros_shell::EffectsShell>(getMTNodeHandle(), getPrivateNodeHandle());
+      server_ = std::make_unique<TissueServer>(
+          getMTNodeHandle(), getPrivateNodeHandle(),
+          [this](vest::scene::World world) { return effects_->compose(std::move(world)); },
+          [this](const TissueServer::Stamp& stamp) { effects_->publish(stamp); });
     } catch (const std::exception& e) {
       NODELET_FATAL("%s", e.what());
       throw;
     }
   }
+  std::unique_ptr<vest::ros_shell::EffectsShell> effects_;  // outlives the server
   std::unique_ptr<vest::ros_shell::TissueServer> server_;
 };
 

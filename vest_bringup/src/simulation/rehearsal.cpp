@@ -58,8 +58,16 @@ scene::StepInput Script::inputAt(double t) {
     hands_.tool[hand] = hands_.tray[tray_place_++ % hands_.tray.size()];
     input.tools[hand].tool = hands_.tool[hand];
   }
-  for (scene::ToolInput& tool : input.tools)
-    if (tool.present) tool.functions = pedals_.active(tool.tool, t);
+  for (std::size_t i = 0; i < input.tools.size(); ++i) {
+    scene::ToolInput& tool = input.tools[i];
+    if (!tool.present) continue;
+    tool.functions = pedals_.active(tool.tool, t);
+    // As the instruments do: a handle that was open fires while it is closed.
+    constexpr double kOpen = 0.15, kClosed = 0.05;  // rad
+    was_open_[i] = was_open_[i] || tool.jaw > kOpen;
+    if (was_open_[i] && tool.jaw < kClosed)
+      tool.functions |= control::functionsOf(tool.tool) & tools::kFunctionFire;
+  }
   return input;
 }
 

@@ -1,10 +1,85 @@
 #include "vest_bringup/simulation/trainer.h"
 
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
+#include <xxhash.h>
+
 namespace vest::simulation {
+namespace {
+
+void append(std::vector<std::uint8_t>& bytes, const void* data, std::size_t count) {
+  const auto* from = static_cast<const std::uint8_t*>(data);
+  bytes.insert(bytes.end(), from, from + count);
+}
+
+/// Reads numbers one after another; false once there is not enough left.
+struct Reader {
+  const std::uint8_t* at;
+  const std::uint8_t* end;
+  bool take(void* to, std::size_t count) {
+    if (static_cast<std::size_t>(end - at) < count) return false;
+    std::memcpy(to, at, count);
+    at += count;
+    return true;
+  }
+};
+
+// Fields one by one: no padding, as the World's snapshot.
+void saveFeedback(const Feedback& feedback, std::vector<std::uint8_t>& bytes) {
+  const std::uint64_t counts[2] = {feedback.impacts.size(), feedback.dilatations.size()};
+  append(bytes, counts, sizeof counts);
+  for (const auto& i : feedback.impacts) {
+    append(bytes, &i.object, sizeof i.object), append(bytes, &i.triangle, sizeof i.triangle);
+    append(bytes, i.weights.data(), sizeof i.weights), append(bytes, i.momentum.data(), 3 * sizeof(double));
+  }
+  for (const auto& d : feedback.dilatations) {
+    std::array<char, scene::VesselName::kMost + 1> name{};
+    d.vessel_segment.view().copy(name.data(), scene::VesselName::kMost);
+    append(bytes, name.data(), name.size()), append(bytes, &d.dilatation, sizeof d.dilatation);
+  }
+}
+
+bool readFeedback(Reader& in, Feedback& feedback) {
+  std::uint64_t counts[2];
+  if (!in.take(counts, sizeof counts) || counts[0] > 1'000'000 || counts[1] > 100'000) return false;
+  feedback.impacts.resize(counts[0]);
+  for (auto& i : feedback.impacts) {
+    if (!in.take(&i.object, sizeof i.object) || !in.take(&i.triangle, sizeof i.triangle) ||
+        !in.take(i.weights.data(), sizeof i.weights) || !in.take(i.momentum.data(), 3 * sizeof(double)))
+      return false;
+  }
+  feedback.dilatations.resize(counts[1]);
+  for (auto& d : feedback.dilatations) {
+    std::array<char, scene::VesselName::kMost + 1> name{};
+    if (!in.take(name.data(), name.size()) || !in.take(&d.dilatation, sizeof d.dilatation)) return false;
+    name.back() = '\0';
+    d.vessel_segment = scene::VesselName(std::string_view(name.data()));
+  }
+  return true;
+}
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw std::invalid_argument("snapshot: its effects " + what);
+}
+
+}  // namespace
+
+std::size_t worldBytes(const std::vector<std::uint8_t>& snapshot) {
+  const std::size_t tail = sizeof(std::uint64_t) + kEffectsMagic.size();
+  if (snapshot.size() < tail || std::memcmp(snapshot.data() + snapshot.size() - kEffectsMagic.size(),
+                                            kEffectsMagic.data(), kEffectsMagic.size()) != 0)
+    return snapshot.size();
+  std::uint64_t size;
+  std::memcpy(&size, snapshot.data() + snapshot.size() - tail, sizeof size);
+  return size <= snapshot.size() - tail ? size : snapshot.size();
+}
 
 Trainer::Trainer(scene::World world) : world_(std::move(world)) {
   feedback_.impacts.reserve(1024);
   feedback_.dilatations.reserve(256);
+  feedback_.sources.reserve(bleeding::kMostSources);
 }
 
 void Trainer::add(std::unique_ptr<Effect> effect) {
@@ -23,17 +98,71 @@ scene::Status Trainer::step(scene::StepInput& input, scene::StepReport& report) 
 
 void Trainer::reset() {
   world_.reset();
-  restored();
-}
-
-void Trainer::restored() {
   clearFeedback();
   for (const auto& effect : effects_) effect->reset();
+}
+
+void Trainer::saveEffects(std::vector<std::uint8_t>& bytes) const {
+  saveFeedback(feedback_, bytes);
+  for (const auto& effect : effects_) {
+    const std::size_t place = bytes.size();
+    std::uint64_t size = 0;
+    append(bytes, &size, sizeof size);
+    effect->save(bytes);
+    size = bytes.size() - place - sizeof size;
+    std::memcpy(bytes.data() + place, &size, sizeof size);
+  }
+}
+
+std::uint64_t Trainer::effectsHash() const {
+  std::vector<std::uint8_t> bytes;
+  saveEffects(bytes);
+  return XXH64(bytes.data(), bytes.size(), 0);
+}
+
+void Trainer::save(std::vector<std::uint8_t>& bytes) {
+  world_.save(bytes);
+  if (effects_.empty()) return;
+  const std::uint64_t size = bytes.size();
+  saveEffects(bytes);
+  append(bytes, &size, sizeof size);
+  append(bytes, kEffectsMagic.data(), kEffectsMagic.size());
+}
+
+void Trainer::restore(const std::vector<std::uint8_t>& bytes) {
+  const std::size_t size = worldBytes(bytes);
+  std::vector<std::uint8_t> before;
+  save(before);  // all or nothing: what was taken is given back if the rest does not fit
+  world_.restore(std::vector<std::uint8_t>(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)));
+  clearFeedback();
+  const auto take = [this](const std::vector<std::uint8_t>& from, std::size_t world) {
+    if (world == from.size()) {
+      for (const auto& effect : effects_) effect->reset();
+      return true;
+    }
+    Reader in{from.data() + world, from.data() + from.size() - sizeof(std::uint64_t) - kEffectsMagic.size()};
+    if (!readFeedback(in, feedback_)) return false;
+    for (const auto& effect : effects_) {
+      std::uint64_t count;
+      if (!in.take(&count, sizeof count) || count > static_cast<std::uint64_t>(in.end - in.at) ||
+          !effect->restore(in.at, count))
+        return false;
+      in.at += count;
+    }
+    return in.at == in.end;
+  };
+  if (take(bytes, size)) return;
+  const std::size_t old = worldBytes(before);
+  world_.restore(
+      std::vector<std::uint8_t>(before.begin(), before.begin() + static_cast<std::ptrdiff_t>(old)));
+  take(before, old);
+  refuse("do not fit those of this Trainer");
 }
 
 void Trainer::clearFeedback() {
   feedback_.impacts.clear();
   feedback_.dilatations.clear();
+  feedback_.sources.clear();
 }
 
 }  // namespace vest::simulation

@@ -5,6 +5,7 @@
 #include <ros/package.h>
 #include <CLI/CLI.hpp>
 
+#include "vest_bringup/simulation/operating_field.h"
 #include "vest_bringup/simulation/rehearsal.h"
 #include "vest_bringup/simulation/trainer.h"
 
@@ -48,6 +49,10 @@ int main(int argc, char** argv) {
     hands.tray = trajectory.tool_tray;
     vest::simulation::Trainer trainer(vest::scene::World(vest::scene::loadScene(scene), threads));
     const vest::scene::World& world = trainer.world();
+    auto effect =
+        std::make_unique<vest::simulation::OperatingField>(world, vest::simulation::FieldOptions{}, nullptr);
+    const vest::simulation::OperatingField& field = *effect;
+    trainer.add(std::move(effect));
     const auto begin = std::chrono::steady_clock::now();
     const auto report = vest::simulation::rehearse(trainer, box, trajectory, hands, seconds);
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -67,6 +72,15 @@ int main(int argc, char** argv) {
         report.tube.c_str(), 1e3 * report.tube_displacement, report.greatest_force,
         static_cast<int>(report.worst), 1e3 * report.settled_speed,
         1e3 * wall / static_cast<double>(world.steps()));
+    const auto& f = field.fluid();
+    std::printf(
+        "fluid: %.2f ml emitted = %.2f particles + %.2f pools + %.2f sucked + %.2f lost; %zu particles\n",
+        1e6 * f.emitted, 1e6 * vest::fluid::particleVolume(field.fluidModel(), f),
+        1e6 * vest::fluid::poolVolume(field.fluidModel(), f), 1e6 * f.sucked, 1e6 * f.lost,
+        f.particles.count);
+    std::printf("smoke: %.3f mg made, %.3f there, %.3f drawn; lens: %.1f °C, %.2f g/m2 of condensate\n",
+                1e6 * field.smoke().made, 1e6 * vest::smoke::mass(field.smokeModel(), field.smoke()),
+                1e6 * field.smoke().drawn, field.lens().temperature - 273.15, 1e3 * field.lens().condensate);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "vest_rehearse: %s\n", e.what());
     return 1;

@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
         world = vest::scene::World(vest::scene::loadScene(sceneFile(msg->command_argument)), threads);
       } else if (command == vest::scene::Command::Restore) {
         const std::string& name = msg->command_argument;
-        world.restore(readFile(
+        resimulation.begin(readFile(
             name.find('/') != std::string::npos ? name : directory + "/snapshots/" + name + ".snapshot"));
       }
       const auto missing = resimulation.step(input, command == vest::scene::Command::Reset,

@@ -111,6 +111,7 @@ double leak(const Model& model, const Hole& hole, double dt, State& state) {
   const double before = state.area[i];
   const double root_ext =
       model.sqrt_area_ref[i] + (hole.external_pressure - s.reference_pressure) / model.beta[i];
+  if (hole.outward_only && std::sqrt(before) <= root_ext) return 0;
   const double q = 0.5 * model.density / model.beta[i];
   // The pressure halfway through the loss is the accurate one; the pressure after it is the stable one for
   // large holes.

@@ -135,6 +135,13 @@ Instruments::Instruments(ros::NodeHandle nh, ros::NodeHandle private_nh)
         "haptics/" + instrumentName(i) + "/measured_cp", 20,
         [this, i](const geometry_msgs::PoseStampedConstPtr& msg) { onHapticPose(i, *msg); },
         ros::VoidConstPtr(), hints));
+    subscribers_.push_back(nh_.subscribe<sensor_msgs::JointState>(
+        "haptics/" + instrumentName(i) + "/jaw/measured_js", 20,
+        [this, i](const sensor_msgs::JointStateConstPtr& msg) {
+          if (msg->header.stamp.isZero() || msg->position.size() != 1) return;
+          instruments_[i].servoJaw(Source::Haptic, msg->position[0], steadyNow());
+        },
+        ros::VoidConstPtr(), hints));
   }
   services_.push_back(nh_.advertiseService("select_source", &Instruments::onSelectSource, this));
   services_.push_back(nh_.advertiseService("exchange_tool", &Instruments::onExchangeTool, this));

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -49,7 +50,18 @@ std::uint64_t checkSum(const Header& header, const Eigen::MatrixXd& matrix) {
 
 }  // namespace
 
-std::uint64_t contentHash(const Description& d, const std::vector<Index>& outer_nodes) {
+std::string defaultCacheDirectory() {
+  const auto variable = [](const char* name) {
+    const char* const value = std::getenv(name);
+    return std::string(value == nullptr ? "" : value);
+  };
+  if (const std::string own = variable("VEST_CACHE_DIR"); !own.empty()) return own;
+  if (const std::string all = variable("XDG_CACHE_HOME"); !all.empty()) return all + "/vest";
+  const std::string home = variable("HOME");
+  return home.empty() ? home : home + "/.cache/vest";
+}
+
+std::uint64_t contentHash(const Description& d, const std::vector<Index>& outer_nodes, double step) {
   Hasher hash;
   hash.bytes(kMagic, sizeof kMagic);
   hash.array(d.nodes);
@@ -61,6 +73,17 @@ std::uint64_t contentHash(const Description& d, const std::vector<Index>& outer_
   hash.array(held);
   hash.bytes(&d.material.youngs_modulus, sizeof(double));
   hash.bytes(&d.material.poisson_ratio, sizeof(double));
+  for (const Material& m : d.materials) {
+    hash.bytes(&m.youngs_modulus, sizeof(double));
+    hash.bytes(&m.poisson_ratio, sizeof(double));
+  }
+  hash.array(d.cell_material);
+  if (step > 0.0) {
+    for (const double number :
+         {step, d.material.density, d.material.rayleigh_mass, d.material.rayleigh_stiffness})
+      hash.bytes(&number, sizeof number);
+    for (const Material& m : d.materials) hash.bytes(&m.density, sizeof(double));
+  }
   hash.array(outer_nodes);
   return hash.digest();
 }

@@ -17,7 +17,7 @@ constexpr double kWeakGround = 1e-4;
 /// displacement.
 std::array<UpdateColumn, 6> elementColumns(const Model& model, std::size_t e) {
   const Element& element = model.elements[e];
-  const Lame& law = model.law;
+  const Lame& law = model.laws[e];
   Eigen::Matrix<double, 6, 12> B = Eigen::Matrix<double, 6, 12>::Zero();
   for (int a = 0; a < 4; ++a) {
     const Eigen::Vector3d& g = element.gradient[static_cast<std::size_t>(a)];
@@ -241,8 +241,8 @@ CutReport cut(const CondensedModel& model, CondensedState& state, const std::vec
   const std::vector<std::uint8_t> supported = findSupported(m, alive, cluster);
   std::vector<std::uint8_t> grounded = state.grounded;
   const auto springAt = [&m](Index n) {
-    const Element& e = m.elements[m.incidence[m.incidence_start[n]] / 4];
-    return m.law.mu * std::cbrt(e.volume);
+    const std::size_t e = m.incidence[m.incidence_start[n]] / 4;
+    return m.laws[e].mu * std::cbrt(m.elements[e].volume);
   };
   for (const Index n : m.free_node) {
     if (component[n] >= 0 || grounded[n] != 0) continue;
@@ -323,6 +323,7 @@ std::vector<LoosePart> looseParts(const CondensedModel& model, const CondensedSt
       parts.back().description.name = d.name + "_part_" + std::to_string(parts.size());
       parts.back().description.strain = Strain::Corotational;  // it falls and turns
       parts.back().description.material = d.material;
+      parts.back().description.materials = d.materials;
     }
     LoosePart& part = parts[static_cast<std::size_t>(p)];
     number[n] = static_cast<Index>(part.node.size());
@@ -334,6 +335,7 @@ std::vector<LoosePart> looseParts(const CondensedModel& model, const CondensedSt
     if (state.alive[e] == 0 || state.loose[t[0]] == 0) continue;
     LoosePart& part = parts[static_cast<std::size_t>(part_of[static_cast<std::size_t>(component[t[0]])])];
     part.description.tetrahedra.push_back({number[t[0]], number[t[1]], number[t[2]], number[t[3]]});
+    if (!d.cell_material.empty()) part.description.cell_material.push_back(d.cell_material[e]);
   }
   return parts;
 }

@@ -100,6 +100,22 @@ void validate(const Description& d, Use use) {
   checkNumber(d, "material.density", m.density, m.density >= 0, ">= 0");
   checkNumber(d, "material.rayleigh_mass", m.rayleigh_mass, m.rayleigh_mass >= 0, ">= 0");
   checkNumber(d, "material.rayleigh_stiffness", m.rayleigh_stiffness, m.rayleigh_stiffness >= 0, ">= 0");
+  if (d.cell_material.size() != (d.materials.empty() ? 0 : d.tetrahedra.size())) {
+    refuse(d, "cell_material has ", d.cell_material.size(), " entries; allowed: one per tetrahedron (",
+           d.tetrahedra.size(), ") with materials, none without");
+  }
+  for (const std::uint16_t c : d.cell_material) {
+    if (c >= d.materials.size())
+      refuse(d, "cell_material is ", c, "; allowed: 0 to ", d.materials.size() - 1);
+  }
+  for (const Material& cell : d.materials) {
+    checkNumber(d, "materials.youngs_modulus", cell.youngs_modulus, cell.youngs_modulus > 0, "> 0");
+    checkNumber(d, "materials.poisson_ratio", cell.poisson_ratio,
+                cell.poisson_ratio > -1 && cell.poisson_ratio < 0.5, "above -1 and below 0.5");
+    checkNumber(d, "materials.density", cell.density,
+                use == Use::Dynamic ? cell.density > 0 : cell.density >= 0,
+                use == Use::Dynamic ? "> 0 (dynamics needs mass)" : ">= 0");
+  }
   for (std::size_t i = 0; i < d.nodes.size(); ++i) checkVector(d, "nodes", i, d.nodes[i]);
   checkTetrahedra(d);
   const std::vector<int> component = components(d, {});

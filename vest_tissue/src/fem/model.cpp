@@ -48,7 +48,6 @@ std::unique_ptr<const Model> buildModel(const Description& d, Use use) {
   validate(d, use);
   auto model = std::make_unique<Model>();
   model->description = d;
-  model->law = lame(d.material);
   const std::size_t nodes = d.nodes.size();
   model->mass.assign(nodes, 0.0);
   model->load.assign(nodes, Eigen::Vector3d::Zero());
@@ -56,8 +55,10 @@ std::unique_ptr<const Model> buildModel(const Description& d, Use use) {
   std::vector<std::size_t> count(nodes, 0);
   for (const auto& t : d.tetrahedra) {
     model->elements.push_back(makeElement(t, {d.nodes[t[0]], d.nodes[t[1]], d.nodes[t[2]], d.nodes[t[3]]}));
+    const Material& material = d.materialOf(model->elements.size() - 1);
+    model->laws.push_back(lame(material));
     for (Index n : t) {
-      model->mass[n] += d.material.density * model->elements.back().volume / 4.0;
+      model->mass[n] += material.density * model->elements.back().volume / 4.0;
       ++count[n];
     }
   }
@@ -138,7 +139,7 @@ void elasticForces(const Model& model, const State& state, Scratch& scratch) {
       const Eigen::Matrix3d& R = scratch.rotation[e];
       const Eigen::Matrix3d G = gradientAt(model, model.elements[e], state.x);
       const Eigen::Matrix3d A = R.transpose() * G + (R.transpose() - Eigen::Matrix3d::Identity());
-      cornerForces(model.elements[e], model.law, R, A, scratch.corner[e]);
+      cornerForces(model.elements[e], model.laws[e], R, A, scratch.corner[e]);
     }
   };
   scratch.workers.forRanges(model.elements.size(), evaluate);
@@ -155,7 +156,7 @@ void stiffnessTimes(const Model& model, const State& state, const std::vector<Ei
       }
       const Eigen::Matrix3d& R = scratch.rotation[e];
       const Eigen::Matrix3d rate = displacementGradient(model.elements[e], corners(model.elements[e], v));
-      cornerForces(model.elements[e], model.law, R, R.transpose() * rate, scratch.corner[e]);
+      cornerForces(model.elements[e], model.laws[e], R, R.transpose() * rate, scratch.corner[e]);
     }
   };
   scratch.workers.forRanges(model.elements.size(), evaluate);
@@ -167,7 +168,7 @@ double strainEnergy(const Model& model, const State& state, Scratch& scratch) {
     for (std::size_t e = begin; e < end; ++e) {
       scratch.element_energy[e] =
           state.alive[e] == 0 ? 0.0
-                              : energy(model.elements[e], model.law,
+                              : energy(model.elements[e], model.laws[e],
                                        gradientAt(model, model.elements[e], state.x), scratch.rotation[e]);
     }
   };
@@ -188,13 +189,13 @@ void assemble(const Model& model, const State& state, double mass_factor, double
     const Eigen::Matrix3d& R = scratch.rotation[e];
     Twist t;
     if (turning) {
-      t = twist(element, model.law, R, gradientAt(model, element, state.x) + Eigen::Matrix3d::Identity());
+      t = twist(element, model.laws[e], R, gradientAt(model, element, state.x) + Eigen::Matrix3d::Identity());
     }
     for (std::size_t k = 0; k < kPairs.size(); ++k) {
       const BlockLdlt::Slot& slot = model.slots[e][k];
       if (slot.index == kNoSlot) continue;
       const int a = kPairs[k][0], b = kPairs[k][1];
-      Eigen::Matrix3d K = stiffnessBlock(element, model.law, R, a, b);
+      Eigen::Matrix3d K = stiffnessBlock(element, model.laws[e], R, a, b);
       if (turning) {
         for (int m = 0; m < 3; ++m) {
           if (tangent == Tangent::Projected && t.kappa[m] < 0.0) continue;

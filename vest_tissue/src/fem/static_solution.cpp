@@ -18,9 +18,11 @@ class Problem {
       : model_(model), gravity_(gravity), state_(state), s_(scratch) {
     // A position x is known to eps·|x|; its rounding alone makes forces of this norm.
     double square = 0.0;
-    for (const Element& e : model.elements) {
+    for (std::size_t t = 0; t < model.elements.size(); ++t) {
+      const Element& e = model.elements[t];
       for (std::size_t a = 0; a < 4; ++a) {
-        const double k = e.volume * (model.law.lambda + 4.0 * model.law.mu) * e.gradient[a].squaredNorm();
+        const double k =
+            e.volume * (model.laws[t].lambda + 4.0 * model.laws[t].mu) * e.gradient[a].squaredNorm();
         square += k * k * model.description.nodes[e.nodes[a]].squaredNorm();
       }
     }

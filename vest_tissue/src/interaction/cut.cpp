@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../scene/fem_cut.h"
 #include "cut_job.h"
 
 namespace vest::scene {
@@ -263,7 +264,45 @@ void tellCut(CutJob& j, double area, std::uint32_t element, std::uint8_t instrum
   emit(j.c, e);
 }
 
+/// Finite elements are divided along their faces (scene/fem_cut.h); the hand and the events are the same.
+void cutElements(Context& c, std::size_t object, const Box& box) {
+  const ObjectScratch& o = c.scratch.objects[object];
+  const Vector3d low = o.low.cast<double>().array() - kReach, high = o.high.cast<double>().array() + kReach;
+  if (!box.holds(low, high)) return;
+  const FemCut f = cutFem(c, object, c.scratch.cut.sweeps.data(), c.scratch.cut.sweep_count);
+  if (!(f.area > 0.0)) return;
+  ObjectState& s = c.state.objects[object];
+  CuttingTool& tool = c.state.cutting.tools[f.instrument];
+  const double energy = c.model.objects[object].cut.toughness * f.area;
+  tool.owed += f.electric ? kElectricShare * energy : energy;
+  tool.object = static_cast<std::uint16_t>(object);
+  tool.element = f.triangle;
+  tool.place = f.place;
+  s.cut.area += f.area;
+  s.cut.energy += energy;
+  Event e;
+  e.kind = EventKind::Cut;
+  e.step = c.state.step;
+  e.instrument = static_cast<std::int8_t>(f.instrument);
+  e.object = tool.object;
+  e.element = f.triangle;
+  e.barycentric = {1.0 / 3, 1.0 / 3, 1.0 / 3, 0.0};
+  e.position = f.place;
+  e.station = std::numeric_limits<double>::quiet_NaN();
+  e.area = f.area;
+  e.force = tool.owed / kSpread;
+  e.energy = energy;
+  emit(c, e);
+  e.kind = EventKind::Separated;
+  e.area = s.cut.area;
+  for (std::uint32_t n = 0; n < f.separated; ++n) emit(c, e);
+}
+
 void cutObject(Context& c, std::size_t object, const Box& box) {
+  if (c.model.objects[object].fem) {
+    cutElements(c, object, box);
+    return;
+  }
   if (!c.model.objects[object].cut.possible) return;
   const ObjectScratch& o = c.scratch.objects[object];
   const Vector3d low = o.low.cast<double>().array() - kReach, high = o.high.cast<double>().array() + kReach;
@@ -367,6 +406,10 @@ void resist(Context& c, int t) {
   ObjectState& s = c.state.objects[tool.object];
   for (const std::uint32_t knot : s.triangles[tool.element]) {
     const float w = row(s, Block::kInverseMass)[knot] / 3.0f;
+    if (!s.tissue.x.empty()) {
+      s.tissue.v[knot] -= static_cast<double>(w) * impulse;
+      continue;
+    }
     s.block.row(Block::VX)[knot] -= w * static_cast<float>(impulse.x());
     s.block.row(Block::VY)[knot] -= w * static_cast<float>(impulse.y());
     s.block.row(Block::VZ)[knot] -= w * static_cast<float>(impulse.z());

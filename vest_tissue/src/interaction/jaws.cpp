@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "../scene/stages.h"
+#include "between_jaws.h"
 
 namespace vest::scene {
 namespace {
@@ -15,51 +15,7 @@ using net::Block;
 constexpr double kFillTolerance =
     0.03;  ///< rad: the tissue fills the gap when it comes this near to the jaws
 
-/// Places on a triangle that are looked at: corners, middles of the edges, centroid.
-constexpr double kSamples[7][3] = {{1, 0, 0},
-                                   {0, 1, 0},
-                                   {0, 0, 1},
-                                   {0.5, 0.5, 0},
-                                   {0, 0.5, 0.5},
-                                   {0.5, 0, 0.5},
-                                   {1.0 / 3, 1.0 / 3, 1.0 / 3}};
-
-struct Frame {
-  Eigen::Matrix3d rotation;
-  Vector3d tip;
-  Vector3d local(const Vector3d& p) const { return rotation.transpose() * (p - tip); }
-  Vector3d world(const Vector3d& p) const { return tip + rotation * p; }
-};
-
-/// Calls visit(object, triangle, corner positions, sample, angle) for each sample between open jaws.
-template <typename Visit>
-void eachBetween(Context& c, const tools::ToolGeometry& g, const Frame& frame, double angle, Visit visit) {
-  const Vector3d axis = frame.world(Vector3d(0, 0, -g.jaw_length)), middle = 0.5 * (axis + frame.tip);
-  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
-    if (!c.model.objects[object].net) continue;
-    const ObjectState& s = c.state.objects[object];
-    const ObjectScratch& o = c.scratch.objects[object];
-    const double reach = g.jaw_length + c.model.objects[object].greatest_edge;
-    bool apart = false;
-    for (int e = 0; e < 3; ++e)
-      apart = apart || middle[e] - reach > o.high[e] || middle[e] + reach < o.low[e];
-    if (apart) continue;
-    const double thickness = c.model.description.objects[object].contact_thickness;
-    for (std::size_t t = 0; t < s.triangles.size(); ++t) {
-      const auto& k = s.triangles[t];
-      const Vector3d p0 = knotPosition(s, k[0]);
-      if ((p0 - middle).squaredNorm() > reach * reach || !s.triangle_alive[t]) continue;
-      const std::array<Vector3d, 3> p{frame.local(p0), frame.local(knotPosition(s, k[1])),
-                                      frame.local(knotPosition(s, k[2]))};
-      for (const auto& w : kSamples) {
-        const double at = interaction::jawAngleAt(g, p[0] * w[0] + p[1] * w[1] + p[2] * w[2], thickness);
-        if (at >= 0.0 && at <= angle) visit(object, t, w, at);
-      }
-    }
-  }
-}
-
-void addAnchor(Context& c, Grasp& grasp, const Frame& frame, std::size_t object, std::uint32_t knot) {
+void addAnchor(Context& c, Grasp& grasp, const JawFrame& frame, std::size_t object, std::uint32_t knot) {
   for (int i = 0; i < grasp.count; ++i) {
     if (grasp.anchors[i].object == object && grasp.anchors[i].knot == knot) return;
   }
@@ -99,7 +55,7 @@ void letGo(Context& c, Grasp& grasp, int tool) {
   grasp.jaw_at_touch = 0.0;
 }
 
-void seek(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const Frame& frame, int tool) {
+void seek(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const JawFrame& frame, int tool) {
   const double jaw = c.state.proxies[tool].pose.jaw;
   double most = 0.0;
   std::uint32_t between = 0;
@@ -140,7 +96,7 @@ void seek(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const Frame& f
 
 /// Coulomb's limit of the hold: above it the held points slide in the jaws until the pull is what the pinch
 /// carries.
-void slip(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const Frame& frame, int tool) {
+void slip(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const JawFrame& frame, int tool) {
   Vector3d pull = Vector3d::Zero();
   for (int i = 0; i < grasp.count; ++i) {
     const GraspAnchor& a = grasp.anchors[i];
@@ -194,7 +150,7 @@ void interact(Context& c) {
     }
     const auto& g = tools::toolGeometry(proxy.tool);
     const auto& before = c.scratch.proxies_before[t].pose;
-    const Frame frame{before.orientation.toRotationMatrix(), before.tip};
+    const JawFrame frame{before.orientation.toRotationMatrix(), before.tip};
     if (!grasp.active) {
       seek(c, grasp, g, frame, t);
     } else {
@@ -206,7 +162,7 @@ void interact(Context& c) {
       }
     }
     if (!grasp.active) continue;
-    const Frame after{proxy.pose.orientation.toRotationMatrix(), proxy.pose.tip};
+    const JawFrame after{proxy.pose.orientation.toRotationMatrix(), proxy.pose.tip};
     for (int i = 0; i < grasp.count; ++i) {
       const GraspAnchor& a = grasp.anchors[i];
       contact::Pull pull{};

@@ -328,6 +328,7 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
     object.skin = makeSkin(draft.net, from.skin_along, from.skin_around, from.petals, from.petal_depth);
     object.tube.station = draft.net.station;
     object.tube.vessel_segment = from.vessel_segment;
+    object.motility = from.motility;
     for (std::uint32_t r = 0; r < draft.net.rings; ++r) {
       std::vector<Index> ring;
       for (std::uint32_t k = 0; k < draft.net.around; ++k) ring.push_back(draft.net.knot(r, k));

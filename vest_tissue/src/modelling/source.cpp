@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "../scene/loader_living.h"
 #include "../scene/yaml_reader.h"
+#include "vest_tissue/material/database.h"
 
 namespace vest::modelling {
 namespace {
@@ -246,6 +248,7 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
   number("contact_thickness", object.contact_thickness, 0, 0.1);
   number("cut_toughness", object.cut_toughness, 0, 1e6);
   number("inner_wall", object.inner_wall, 0, 0.1);
+  if (map.has("motility")) object.motility = scene::readMotility(map["motility"]);
   if (map.has("vessel_segment")) object.vessel_segment = map["vessel_segment"].name();
   readRules(map, object);
   map.finish();
@@ -269,32 +272,9 @@ SceneSource readSource(const std::string& path) {
 }
 
 std::map<std::string, MaterialEntry> readMaterials(const std::string& path) {
-  const Value root = scene::yaml::parse(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));
-  Map map(root);
-  map["vest_materials"].integer(1, 1);
   std::map<std::string, MaterialEntry> materials;
-  for (const Value& item : map["materials"].list()) {
-    Map entry(item);
-    MaterialEntry material;
-    const auto number = [&](const char* key, double least, double most) {
-      Map quantity(entry[key]);  // every number stands beside its source
-      const double value = quantity["value"].number(least, most);
-      if (quantity["source"].string().size() < 5)
-        quantity["source"].fail("must name a publication, or say assumed");
-      quantity.finish();
-      return value;
-    };
-    const std::string name = entry["name"].name();
-    material.law.youngs_modulus = number("youngs_modulus", 1, 1e10);
-    material.law.a2 = number("a2", -1e3, 1e3);
-    material.law.a3 = number("a3", -1e3, 1e3);
-    material.law.a4 = number("a4", -1e3, 1e3);
-    material.law.max_strain = number("max_strain", 0.01, 2);
-    material.density = number("density", 1, 20000);
-    entry.finish();
-    if (!materials.emplace(name, material).second) item.fail("name must be there once");
-  }
-  map.finish();
+  for (const material::Tissue& tissue : material::readDatabase(path).tissues)
+    materials[tissue.name] = {tissue.law(), tissue.at("density").value};
   return materials;
 }
 

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "../scene/loader_living.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/baked.h"
 
@@ -55,6 +56,7 @@ void writeScene(const scene::Description& description, const std::string& direct
     }
     if (!object.tube.vessel_segment.empty())
       yaml += "    vessel_segment: " + object.tube.vessel_segment + "\n";
+    if (object.motility.active()) yaml += "    motility: " + scene::motilityText(object.motility) + "\n";
     write(directory + "/" + object.name + ".net", scene::encodeBaked(object));
   }
   if (!description.connections.empty()) {

@@ -47,7 +47,10 @@ void addHinges(const std::vector<Hinge>& hinges, const ElementArrays& a) {
     const Vec<V> n0 = cross(edge, w0), n1 = cross(w1, edge);
     const V length2 = max(dot(edge, edge), tiny), length = sqrt(length2);
     const V floor = max(max(V::broadcast(1e-6f) * length2, V::load(least)) * length2, tiny);
-    const V area0 = max(dot(n0, n0), floor), area1 = max(dot(n1, n1), floor);
+    const V own0 = dot(n0, n0), own1 = dot(n1, n1);
+    const V area0 = max(own0, floor), area1 = max(own1, floor);
+    // Both wings fade alike, by the more crushed one: the moments about the edge stay opposite and equal.
+    const V whole = min(own0 / area0, own1 / area1);
     const V product = sqrt(area0 * area1), cosine = dot(n0, n1), sine = dot(cross(n0, n1), edge) / length;
     // tan(theta/2) = sin/(1 + cos); folded further than kGreatestFold it keeps that value.
     const V most = V::broadcast(0.5f * kGreatestFold);
@@ -56,8 +59,8 @@ void addHinges(const std::vector<Hinge>& hinges, const ElementArrays& a) {
     const V slope =
         zero - V::broadcast(2.0f) * V::load(stiffness) * (fold - V::load(rest)) * (one + half * half);
     // Gradient of the dihedral angle: each wing turns about the edge, the edge takes what balances it.
-    const Vec<V> g0 = times(n0, slope * (zero - length / area0)),
-                 g1 = times(n1, slope * (zero - length / area1));
+    const Vec<V> g0 = times(n0, slope * (zero - length * (whole / max(own0, tiny)))),
+                 g1 = times(n1, slope * (zero - length * (whole / max(own1, tiny))));
     const V s0 = dot(w0, edge) / length2, s1 = dot(w1, edge) / length2;
     const Vec<V> b = {zero - (g0.x * s0 + g1.x * s1), zero - (g0.y * s0 + g1.y * s1),
                       zero - (g0.z * s0 + g1.z * s1)};

@@ -7,6 +7,7 @@
 
 #include "vest_tissue/net/skin.h"
 #include "vest_tissue/scene/request.h"
+#include "vest_tissue/scene/topology.h"
 
 namespace vest::ros_shell {
 namespace {
@@ -114,7 +115,7 @@ void toMsg(const scene::StepFrame& frame, const Description& description, vest_m
   }
   msg.dilatations.resize(in.dilatations.size());
   for (std::size_t i = 0; i < in.dilatations.size(); ++i) {
-    msg.dilatations[i].vessel_segment = in.dilatations[i].vessel_segment;
+    msg.dilatations[i].vessel_segment.assign(in.dilatations[i].vessel_segment.view());
     msg.dilatations[i].dilatation = static_cast<float>(in.dilatations[i].dilatation);
   }
   msg.requests.clear();
@@ -340,16 +341,19 @@ void toMsg(const scene::StateFrame& frame, vest_msgs::TissueState& msg) {
   msg.step = frame.step;
   msg.time = frame.time;
   msg.positions.assign(frame.positions.begin(), frame.positions.end());
-  msg.fields.resize(frame.has_strain ? 1 : 0);
-  if (!frame.has_strain) return;
-  vest_msgs::TissueField& field = msg.fields[0];
-  field.kind = vest_msgs::TissueField::STRAIN;
-  field.minimum = 0.0F;
-  field.maximum = 1.0F;
-  field.data.resize(frame.strain.size());
-  for (std::size_t i = 0; i < frame.strain.size(); ++i) {
-    const float s = frame.strain[i];
-    field.data[i] = static_cast<std::uint8_t>(s > 0.0F ? std::min(s, 1.0F) * 255.0F + 0.5F : 0.0F);
+  msg.fields.resize(frame.has_fields ? frame.fields.size() : 0);
+  for (std::size_t f = 0; f < msg.fields.size(); ++f) {
+    const scene::FieldFrame& from = frame.fields[f];
+    vest_msgs::TissueField& field = msg.fields[f];
+    field.kind = static_cast<std::uint8_t>(from.kind);
+    field.minimum = from.minimum;
+    field.maximum = from.maximum;
+    field.data.resize(from.values.size());
+    const float scale = 255.0F / (from.maximum - from.minimum);
+    for (std::size_t i = 0; i < from.values.size(); ++i) {
+      const float s = (from.values[i] - from.minimum) * scale;
+      field.data[i] = static_cast<std::uint8_t>(s > 0.0F ? std::min(s, 255.0F) + 0.5F : 0.0F);
+    }
   }
 }
 
@@ -370,6 +374,25 @@ void toMsg(const scene::StateFrame& frame, const Description& description,
     m.station = a.station;
     m.closure = a.closure;
     m.instrument = instrumentWord(a.instrument);
+  }
+}
+
+void toMsg(const scene::StateFrame& frame, const Description& description, vest_msgs::SutureStates& msg) {
+  msg.header.frame_id = "world";
+  msg.step = frame.step;
+  msg.slings.resize(frame.slings.size());
+  for (std::size_t i = 0; i < frame.slings.size(); ++i) {
+    const scene::SlingView& s = frame.slings[i];
+    vest_msgs::SutureSling& m = msg.slings[i];
+    m.id = static_cast<std::uint32_t>(s.id);
+    m.object = s.around ? objectWord(s.object, description) : "";
+    m.rest_length = s.rest_length;
+    m.tension = s.tension;
+    m.positions.clear();
+    for (const Eigen::Vector3d& p : s.positions)
+      for (int k = 0; k < 3; ++k) m.positions.push_back(static_cast<float>(p[k]));
+    m.knot.x = s.knot.x(), m.knot.y = s.knot.y(), m.knot.z = s.knot.z();
+    m.tied = s.tied;
   }
 }
 

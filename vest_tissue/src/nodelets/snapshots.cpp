@@ -50,7 +50,7 @@ bool TissueServer::onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snap
     if (req.operation == vest_msgs::Snapshot::Request::SAVE) {
       if (isPath(req.name)) checkTarget(file);
       std::vector<std::uint8_t> bytes;
-      runner_->call([&](scene::Simulation& s) { s.world().save(bytes); });
+      runner_->call([&](scene::Simulation& s) { s.save(bytes); });
       if (!file.empty()) {
         if (!isPath(req.name)) mkdir((session_directory_ + "/snapshots").c_str(), 0777);
         std::ofstream out(file, std::ios::binary);

@@ -1,5 +1,6 @@
 #include "vest_tissue/ros/tissue_server.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
@@ -8,6 +9,7 @@
 #include <ros/package.h>
 
 #include "vest_tissue/ros/parameters.h"
+#include "vest_tissue/scene/request.h"
 
 namespace vest::ros_shell {
 namespace {
@@ -31,8 +33,8 @@ std::string sceneFile(const std::string& scene) {
 
 }  // namespace
 
-TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory)
-    : nh_(nh), private_nh_(private_nh), factory_(std::move(factory)) {
+TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory, Publish publish)
+    : nh_(nh), private_nh_(private_nh), factory_(std::move(factory)), publish_(std::move(publish)) {
   scene_ = stringParameter(private_nh_, "scene", "gynaecology");
   threads_ = intParameter(private_nh_, "threads", 1, 1, 64);
   session_directory_ = stringParameter(private_nh_, "session_directory", "");
@@ -50,6 +52,14 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   description_ = loaded.description;
   published_revision_ = topology_->revision;
   runner_ = std::make_unique<scene::Runner>(std::move(loaded.simulation), options);
+  if (boolParameter(private_nh_, "share_contacts", true)) {
+    try {
+      runner_->shareContacts(std::make_unique<shared::ContactWriter>(
+          shared::contactMemoryName(ros::master::getURI(), nh_.getNamespace())));
+    } catch (const std::exception& e) {
+      ROS_WARN("%s; the simulation runs without haptic devices", e.what());
+    }
+  }
 
   topology_pub_ = nh_.advertise<vest_msgs::TissueTopology>("tissue/topology", 2, true);
   delta_pub_ = nh_.advertise<vest_msgs::TissueTopologyDelta>("tissue/topology_delta", 1000);
@@ -57,6 +67,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   contacts_pub_ = nh_.advertise<vest_msgs::ContactModels>("tissue/contacts", 100);
   events_pub_ = nh_.advertise<vest_msgs::TissueEvent>("tissue/events", 1000);
   attachments_pub_ = nh_.advertise<vest_msgs::TissueAttachments>("tissue/attachments", 10);
+  sutures_pub_ = nh_.advertise<vest_msgs::SutureStates>("tissue/sutures", 10);
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>("tissue/markers", 1);
   steps_pub_ = nh_.advertise<vest_msgs::StepInput>("step_inputs", 8000);
   hash_pub_ = nh_.advertise<vest_msgs::StateHash>("tissue/state_hash", 100);
@@ -69,12 +80,14 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   instruments_ = input.subscribe("instruments", 10, &TissueServer::onInstruments, this, hints);
   footswitches_ = input.subscribe("phantom_box/footswitches", 10, &TissueServer::onFootswitches, this, hints);
   recording_ = input.subscribe("session/recording", 10, &TissueServer::onRecording, this);
+  edits_ = input.subscribe("parameter_edit", 100, &TissueServer::onEdit, this);
   ros::NodeHandle service(nh_);
   service.setCallbackQueue(&service_queue_);
   services_.push_back(service.advertiseService("tissue/load_scene", &TissueServer::onLoad, this));
   services_.push_back(service.advertiseService("tissue/reset", &TissueServer::onReset, this));
   services_.push_back(service.advertiseService("tissue/pause", &TissueServer::onPause, this));
   services_.push_back(service.advertiseService("tissue/step", &TissueServer::onStep, this));
+  services_.push_back(service.advertiseService("tissue/request", &TissueServer::onRequest, this));
   services_.push_back(service.advertiseService("tissue/snapshot", &TissueServer::onSnapshot, this));
 
   held_ = wait_for_recorder_;
@@ -124,6 +137,15 @@ void TissueServer::onFootswitches(const sensor_msgs::Joy::ConstPtr& msg) {
   runner_->setTools(sample_);
 }
 
+void TissueServer::onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg) {
+  if (!std::isfinite(msg->value)) {
+    ++refused_inputs_;
+    ROS_WARN_THROTTLE(5, "parameter_edit: %s is not finite; nothing changes", msg->parameter.c_str());
+    return;
+  }
+  runner_->edit({msg->object, msg->parameter, msg->value});
+}
+
 void TissueServer::onRecording(const vest_msgs::SessionState::ConstPtr& msg) {
   std::lock_guard<std::mutex> lock(recording_mutex_);
   recording_state_ = *msg;
@@ -165,6 +187,36 @@ bool TissueServer::onPause(std_srvs::SetBool::Request& req, std_srvs::SetBool::R
   runner_->setPaused(req.data);
   res.success = true;
   res.message = req.data ? "paused" : "running";
+  return true;
+}
+
+bool TissueServer::onRequest(vest_msgs::TissueRequest::Request& req,
+                             vest_msgs::TissueRequest::Response& res) {
+  try {
+    std::shared_ptr<const scene::Description> description;
+    {
+      std::lock_guard<std::mutex> lock(loaded_mutex_);
+      description = description_;
+    }
+    const scene::TopologyRequest request = scene::parseRequest(req.request, *description);
+    res.message = "in the next step";
+    if (request.kind == scene::TopologyRequest::Kind::RemoveClip) {
+      std::vector<scene::Attachment> attachments;
+      runner_->call([&](scene::Simulation& s) { s.world().attachments(attachments); });
+      const auto clip = std::find_if(attachments.begin(), attachments.end(), [&](const scene::Attachment& a) {
+        return a.kind == vest_msgs::TissueAttachment::CLIP && a.id == request.element;
+      });
+      if (clip == attachments.end())
+        throw std::invalid_argument("there is no clip " + req.request.substr(12));
+      res.message = "clip on " + description->objects[clip->anchor.object].name + " at station " +
+                    std::to_string(clip->station) + " m, closure " + std::to_string(clip->closure);
+    }
+    runner_->request(request);
+    res.success = true;
+  } catch (const std::exception& e) {
+    res.success = false;
+    res.message = e.what();
+  }
   return true;
 }
 
@@ -244,6 +296,7 @@ void TissueServer::publishLoop() {
       contacts_pub_.publish(vest_msgs::ContactModels::ConstPtr(msg));
     }
     if (runner_->states().update()) publishState();
+    if (publish_ && !loading_) publish_([this](std::int64_t steady_ns) { return stamp(steady_ns); });
     if (t >= session_due) {
       session_due = t + 0.5;
       publishSession();
@@ -335,6 +388,13 @@ void TissueServer::publishState() {
   toMsg(frame, *description_, *attachments);
   attachments->header.stamp = msg->header.stamp;
   attachments_pub_.publish(vest_msgs::TissueAttachments::ConstPtr(attachments));
+  if (!frame.slings.empty() || had_sutures_) {  // once more when the last one is gone
+    had_sutures_ = !frame.slings.empty();
+    const auto sutures = boost::make_shared<vest_msgs::SutureStates>();
+    toMsg(frame, *description_, *sutures);
+    sutures->header.stamp = msg->header.stamp;
+    sutures_pub_.publish(vest_msgs::SutureStates::ConstPtr(sutures));
+  }
   const double now = 1e-9 * static_cast<double>(frame.steady_ns);
   if (now >= next_markers_ && markers_pub_.getNumSubscribers() > 0) {
     next_markers_ = now + 0.1;

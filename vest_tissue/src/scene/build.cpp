@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "fem_cut.h"
 #include "object_arrays.h"
 #include "stages.h"
 #include "vest_tissue/contact/contacts.h"
@@ -21,6 +22,9 @@ constexpr double kContactShare = 0.3;    ///< of the net's own omega² that cont
 constexpr double kContactLeast = 4.0e6;  ///< 1/s²: and at least this, for loose nets (2,000 rad/s)
 constexpr double kSlowMargin = 0.4;   ///< of the longest step, for held forces: they see deformed shapes too
 constexpr double kLeastHeight = 0.5;  ///< of a hinge's lower wing at rest: net::Hinge::least (ours)
+constexpr double kPatch = 8.0;        ///< knots that press an elastostatic object at a time (assumed)
+/// s, an implicit step: contacts of kContactLeast are held explicitly beside it, at half a radian a step.
+constexpr double kImplicitStep = 2.5e-4;
 constexpr int kPowerSweeps = 40;
 constexpr double kPowerMargin = 1.15;  ///< the iteration converges from below
 
@@ -154,8 +158,38 @@ void fillState(const Object& o, ObjectState& s) {
   s.depth.assign(s.block.knotCapacity(), 0.0f);
 }
 
+/// Columns of tissue under the knots, and what the links conduct.
+void fillHeat(const Object& o, ObjectState& s, ObjectConstants& c) {
+  c.heat.material = o.thermal;
+  c.heat.density = o.density;
+  c.heat.grasp_damage_threshold = o.grasp_damage_threshold;
+  const std::size_t knots = o.rest_position.size();
+  std::vector<double> area(knots, 0.0), volume(knots, 0.0);
+  std::vector<std::array<double, 3>> places(knots);
+  for (const auto& t : o.contact_triangles) {
+    const auto& p = o.rest_position;
+    const double third = (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]).norm() / 6.0;
+    for (const auto k : t) area[k] += third;
+  }
+  for (std::size_t k = 0; k < knots; ++k) {
+    volume[k] = o.mass[k] / o.density;
+    places[k] = {o.rest_position[k].x(), o.rest_position[k].y(), o.rest_position[k].z()};
+    c.heat.shapes.push_back(interaction::columnShape(volume[k], area[k]));
+  }
+  if (o.tube.rings.size() > 1) c.motility.waves = o.motility;
+  c.motility.area = area;
+  std::vector<interaction::HeatLink> links;
+  for (const NetLink& l : s.links)
+    links.push_back({l.values.knot0, l.values.knot1,
+                     (o.rest_position[l.values.knot1] - o.rest_position[l.values.knot0]).norm()});
+  const std::vector<double> g = interaction::linkConductances(places, volume, links, o.thermal.conductivity);
+  for (std::size_t i = 0; i < g.size(); ++i) s.links[i].conductance = static_cast<float>(g[i]);
+  s.heat.columns.resize(s.block.knotCapacity());
+  s.heat.sealed.assign(o.tube.rings.size(), 0);
+}
+
 void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
-  c.net = o.model == ObjectModel::Net;
+  c.net = o.model != ObjectModel::Rigid;
   c.law = o.law;
   c.polynomial = o.law.a2 != 0.0 || o.law.a3 != 0.0 || o.law.a4 != 0.0;
   c.tube = net::TubeMap(o.tube.station, o.tube.rings, o.tube.vessel_segment, o.position.size());
@@ -187,8 +221,23 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
   }
 }
 
-/// Sub-steps and batches of a net; refuses what the explicit solver cannot hold.
-void boundSteps(const Object& o, ObjectState& s, ObjectConstants& c, double dt) {
+/// Finite elements: one implicit step a batch. Contacts and holds may be as stiff as those of the loosest
+/// nets.
+std::shared_ptr<fem::TissueModel> boundFem(const Description& d, const Object& o, ObjectState& s,
+                                           ObjectConstants& c) {
+  auto tissue = fem::makeTissue(*o.fem, o.fem->motion, d.cache_directory);
+  c.contact_omega_squared = kContactLeast;
+  c.rates.omega_squared = kContactLeast;
+  c.fem = tissue;
+  s.tissue = fem::tissueAtRest(*tissue, o.position);
+  // Elastostatic knots have no inertia: what they answer to held forces is known once dt is shared out.
+  if (!s.tissue.dynamic) std::fill_n(s.block.row(Block::kInverseMass), s.block.knots(), 0.0f);
+  return tissue;
+}
+
+/// Sub-steps and batches of a net. What the explicit solver cannot hold is stepped implicitly
+/// (docs/decisions/0230-…).
+void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
   solver::BoundScratch scratch(s.block.knotCapacity() + 64);
   const solver::BoundLinks links = boundLinks(s);
   c.bound_at_start = solver::linkRates(links, scratch).omega_squared;
@@ -202,22 +251,15 @@ void boundSteps(const Object& o, ObjectState& s, ObjectConstants& c, double dt) 
   c.slow_omega_squared = slow.omega_squared;
   c.slow_decay = slow.decay;
   const double limit = std::max(1.0, solver::kSubStepsPerSecond * dt);
-  const auto refuse = [&](const char* what, double needed, double omega) {
-    std::size_t lightest = 0;
-    for (std::size_t i = 0; i < o.mass.size(); ++i)
-      if (o.mass[i] < o.mass[lightest]) lightest = i;
-    std::ostringstream out;
-    out << "object '" << o.name << "': " << what << ": need " << needed << " sub-steps in " << dt
-        << " s (highest frequency " << omega << " rad/s, lightest knot " << lightest << " of "
-        << o.mass[lightest] << " kg; at most " << limit
-        << " are allowed: lower stiffness, youngs_modulus, area or damping, raise mass, or shorten dt)";
-    throw std::invalid_argument(out.str());
-  };
   const double fast_needed = dt / (solver::kStepMargin * solver::longestStep(c.rates));
-  if (!(fast_needed <= limit)) refuse("links", fast_needed, std::sqrt(c.rates.omega_squared));
   const double slow_needed = dt / (kSlowMargin * solver::longestStep(slow));
-  if (!(slow_needed <= limit))
-    refuse("bending, hinges, plastic links, tethers, volumes", slow_needed, std::sqrt(slow.omega_squared));
+  if (!(fast_needed <= limit) || !(slow_needed <= limit)) {
+    c.implicit = true;
+    c.contact_omega_squared = kContactLeast;
+    c.sub_steps = 1;
+    c.batches = powerOfTwo(dt / kImplicitStep);
+    return;
+  }
   c.sub_steps = std::max(1, static_cast<int>(std::ceil(fast_needed)));
   c.batches = powerOfTwo(slow_needed);
   const solver::Rates volume{solver::volumeRate(s.block, s.elements), 0.0};
@@ -245,7 +287,7 @@ void connect(const Description& d, WorldModel& m) {
     double inverse = w0[k.knot0];
     for (int c = 0; c < 3; ++c) inverse += k.weights1[c] * k.weights1[c] * w1[k.triangle1[c]];
     const solver::Rates rates{k.stiffness * inverse, k.damping * inverse};
-    const double needed = d.dt / (kSlowMargin * solver::longestStep(rates));
+    const double needed = inverse > 0.0 ? d.dt / (kSlowMargin * solver::longestStep(rates)) : 1.0;
     const double limit = std::max(1.0, solver::kSubStepsPerSecond * d.dt);
     if (!(needed <= limit)) {
       std::ostringstream out;
@@ -331,12 +373,17 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   m.start.gravity = description.gravity;
   m.objects.resize(description.objects.size());
   m.start.objects.resize(description.objects.size());
+  std::vector<std::shared_ptr<fem::TissueModel>> tissues(description.objects.size());
   for (std::size_t i = 0; i < description.objects.size(); ++i) {
     fillState(description.objects[i], m.start.objects[i]);
     fillConstants(description.objects[i], m.start.objects[i], m.objects[i]);
+    if (!m.objects[i].net) continue;
+    fillHeat(description.objects[i], m.start.objects[i], m.objects[i]);
     buildCut(description.objects[i], m.start.objects[i], m.objects[i].cut);
-    if (m.objects[i].net)
-      boundSteps(description.objects[i], m.start.objects[i], m.objects[i], description.dt);
+    if (description.objects[i].fem)
+      tissues[i] = boundFem(description, description.objects[i], m.start.objects[i], m.objects[i]);
+    else
+      boundSteps(m.start.objects[i], m.objects[i], description.dt);
   }
   connect(description, m);
   const bool several =
@@ -344,11 +391,24 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   for (std::size_t i = 0; i < m.objects.size(); ++i) {
     ObjectConstants& c = m.objects[i];
     if (!c.net) continue;
-    if (several) c.batches = std::max(c.batches, 4);  // organ against organ is exchanged four times a step
+    // Organ against organ is exchanged four times a step; finite elements, whose steps are dear, twice.
+    if (several) c.batches = std::max(c.batches, tissues[i] ? 2 : 4);
     c.sub_steps = (c.sub_steps + c.batches - 1) / c.batches * c.batches;
     m.start.objects[i].sub_steps = c.sub_steps;
     m.start.objects[i].batches = c.batches;
     m.batches = std::max(m.batches, c.batches);
+    if (!tissues[i]) continue;
+    const double h = description.dt / c.batches;
+    fem::prepareTissue(*tissues[i], h);
+    ObjectState& s = m.start.objects[i];
+    if (!s.tissue.dynamic) {
+      for (std::size_t k = 0; k < s.block.knots(); ++k)
+        s.block.row(Block::kInverseMass)[k] =
+            s.fixed[k] ? 0.0f
+                       : static_cast<float>(kPatch * tissues[i]->softestAt(static_cast<Index>(k)) / (h * h));
+    }
+    copyTissue(s);
+    fillFemSurface(*tissues[i], s);
   }
   ignoreDesignedContacts(m);
   m.start.pairs.reserve(8192);
@@ -370,6 +430,18 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     s.near.resize(b.knotCapacity() + 1);
     s.shared.resize(b.knotCapacity() + 1);
     s.bound = solver::BoundScratch(b.knotCapacity() + 64);
+    if (model.objects[i].fem) {
+      s.tissue = fem::TissueScratch(*model.objects[i].fem, b.knotCapacity());
+      s.backup_x.reserve(b.knotCapacity()), s.backup_v.reserve(b.knotCapacity());
+      s.cut_faces.reserve(512), s.cut_knots.reserve(1024), s.doublings.reserve(512);
+      s.cut_roots.resize(model.objects[i].fem->neighbours.size());
+    } else if (model.objects[i].implicit) {
+      // Cuts add knots and couplings, and widen the matrix' envelope: half as much again.
+      const solver::NetView net = netView(model.start.objects[i]);
+      const std::size_t edges = solver::KnotOrder::edgesOf(net);
+      s.implicit = std::make_unique<solver::ImplicitNet>(net, b.knotCapacity(), edges + edges / 2);
+    }
+    if (model.objects[i].motility.waves.active()) s.active.resize(3 * b.knotCapacity());
   }
   organ_contacts.reserve(8192);
   std::size_t most = 0;

@@ -22,6 +22,10 @@ Energy World::energy() const {
       e.kinetic += 0.5 * mass[k] * v.squaredNorm();
       e.potential -= mass[k] * state.gravity.dot(knotPosition(s, k));
     }
+    if (constants.fem) {
+      e.elastic += fem::tissueEnergy(*constants.fem, s.tissue);
+      continue;
+    }
     material::Law law = constants.law;
     law.youngs_modulus = 1.0;
     law.max_strain = s.limit_strain;

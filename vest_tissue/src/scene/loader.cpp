@@ -4,7 +4,11 @@
 
 #include "csv_reader.h"
 #include "loader_fem.h"
+#include "vest_tissue/fem/cache.h"
+#include "loader_living.h"
+#include "vest_tissue/material/database.h"
 #include "vest_tissue/scene/baked.h"
+#include "vest_tissue/scene/fem_object.h"
 #include "vest_tissue/scene/world.h"
 #include "yaml_reader.h"
 
@@ -35,16 +39,32 @@ class Files {
     all_ += bytes;
     return bytes;
   }
+  /// A material of the database, whose bytes belong to the hash from then on.
+  const material::Tissue& material(const Value& name) {
+    if (database_.tissues.empty()) {
+      const std::string path = material::databasePath();
+      database_ = material::readDatabase(path);
+      all_ += yaml::readFile(path, yaml::kMaxBytes);
+    }
+    for (const material::Tissue& tissue : database_.tissues)
+      if (tissue.name == name.name()) return tissue;
+    std::string known;
+    for (const material::Tissue& tissue : database_.tissues)
+      known += (known.empty() ? "" : ", ") + tissue.name;
+    name.fail("must be a material of the database: " + known);
+  }
   std::string hash() const { return hashText(all_); }
 
  private:
   std::string directory_, all_;
+  material::Database database_;
 };
 
-material::Law readLaw(const Value& value) {
+/// The law as written; what is left out is that of `law`, where there is one.
+material::Law readLaw(const Value& value, material::Law law) {
   Map map(value);
-  material::Law law;
-  law.youngs_modulus = map["youngs_modulus"].positive();
+  if (map.has("youngs_modulus") || !(law.youngs_modulus > 0))
+    law.youngs_modulus = map["youngs_modulus"].positive();
   if (map.has("a2")) law.a2 = map["a2"].number(-1e6, 1e6);
   if (map.has("a3")) law.a3 = map["a3"].number(-1e6, 1e6);
   if (map.has("a4")) law.a4 = map["a4"].number(-1e6, 1e6);
@@ -58,10 +78,31 @@ struct PlainMaterial {
   double density = 1000, poisson_ratio = 0.25, rayleigh_mass = 0, rayleigh_stiffness = 0, area = 0;
 };
 
-PlainMaterial readMaterial(const Value& value, Object& object) {
-  Map map(value);
+material::Condition conditionOf(Map& map) {
+  if (!map.has("condition")) return material::Condition::InVivo;
+  return map["condition"].oneOf({"in_vivo", "post_mortem"}) == "post_mortem" ? material::Condition::PostMortem
+                                                                             : material::Condition::InVivo;
+}
+
+/// `material: NAME` of the database, or a map: numbers, or `of: NAME` with numbers that replace its own.
+PlainMaterial readMaterial(const Value& value, Files& files, Object& object) {
   PlainMaterial material;
-  object.law.youngs_modulus = map["youngs_modulus"].positive();
+  const auto use = [&](const Value& name, material::Condition condition) {
+    const material::Tissue& tissue = files.material(name);
+    object.material = tissue.name;
+    object.law = tissue.law(condition);
+    material.density = object.density = tissue.at("density", condition).value;
+    material.poisson_ratio = tissue.at("poisson_ratio", condition).value;
+  };
+  if (value.isScalar()) {
+    use(value, material::Condition::InVivo);
+    return material;
+  }
+  Map map(value);
+  const material::Condition condition = conditionOf(map);
+  if (map.has("of")) use(map["of"], condition);
+  if (map.has("youngs_modulus") || !map.has("of"))
+    object.law.youngs_modulus = map["youngs_modulus"].positive();
   if (map.has("poisson_ratio")) material.poisson_ratio = map["poisson_ratio"].number(0, 0.4999);
   if (map.has("density")) material.density = map["density"].positive();
   if (map.has("rayleigh_mass")) material.rayleigh_mass = map["rayleigh_mass"].number(0, 1e9);
@@ -125,7 +166,7 @@ void readLinks(const csv::Table& table, const PlainMaterial& material, double ar
 
 void readTables(Map& map, Files& files, Object& object) {
   PlainMaterial material;
-  material = readMaterial(map["material"], object);
+  material = readMaterial(map["material"], files, object);
   std::string path;
   const std::string nodes = files.read(map["nodes"], path);
   const csv::Table table = csv::read(path, nodes, {"node", "x", "y", "z"}, {"mass"});
@@ -162,7 +203,8 @@ Object readObject(const Value& value, Files& files) {
   Map map(value);
   if (map.has("baked")) {
     map.only({"name", "organ", "material", "roles", "model", "baked", "law", "density", "friction",
-              "contact_thickness", "vessel_segment", "tear_strain", "cut_toughness", "wall_thickness"});
+              "contact_thickness", "vessel_segment", "tear_strain", "cut_toughness", "wall_thickness", "thermal",
+              "grasp_damage_threshold", "motility"});
   } else {
     map.only({"name",
               "organ",
@@ -183,7 +225,22 @@ Object readObject(const Value& value, Files& files) {
               "wall_thickness",
               "strain",
               "tetrahedra",
-              "loads"});
+              "loads",
+              "integrator",
+              "mesh",
+              "image",
+              "surface",
+              "skin",
+              "cell",
+              "fit",
+              "materials",
+              "fixed_boxes",
+              "rayleigh_mass",
+              "rayleigh_stiffness",
+              "start",
+              "thermal",
+              "grasp_damage_threshold",
+              "motility"});
   }
   Object object;
   object.name = map["name"].name();
@@ -192,11 +249,15 @@ Object readObject(const Value& value, Files& files) {
     for (const Value& role : map["roles"].list()) object.roles.push_back(role.name());
   }
   const std::string model = map.has("model") ? map["model"].oneOf({"net", "fem", "volume", "rigid"}) : "net";
-  if (model == "volume") map["model"].fail("must be net, fem or rigid; volume cannot be simulated yet");
-  object.model = model == "rigid" ? ObjectModel::Rigid : model == "fem" ? ObjectModel::Fem : ObjectModel::Net;
-  for (const char* of_fem : {"strain", "tetrahedra", "loads"}) {
-    if (object.model != ObjectModel::Fem && map.has(of_fem))
-      map[of_fem].fail("belongs to objects with model: fem");
+  object.model = model == "rigid"    ? ObjectModel::Rigid
+                 : model == "fem"    ? ObjectModel::Fem
+                 : model == "volume" ? ObjectModel::Volume
+                                     : ObjectModel::Net;
+  const bool elements = object.model == ObjectModel::Fem || object.model == ObjectModel::Volume;
+  for (const char* of_fem :
+       {"strain", "tetrahedra", "loads", "integrator", "mesh", "image", "surface", "skin", "cell", "fit",
+        "materials", "fixed_boxes", "rayleigh_mass", "rayleigh_stiffness", "start"}) {
+    if (!elements && map.has(of_fem)) map[of_fem].fail("belongs to objects with model: fem or volume");
   }
   if (map.has("friction")) object.friction = map["friction"].number(0, 2);
   if (map.has("tear_strain")) object.tear_strain = map["tear_strain"].number(0, 1e3);
@@ -204,8 +265,9 @@ Object readObject(const Value& value, Files& files) {
   if (map.has("wall_thickness")) object.wall_thickness = map["wall_thickness"].number(0, 1e3);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
+  readLiving(map, object);
   std::string path = value.file();
-  if (object.model == ObjectModel::Fem) {
+  if (elements) {
     readFem(
         map, [&files](const Value& name, std::string& file) { return files.read(name, file); }, object);
     map.finish();
@@ -213,8 +275,13 @@ Object readObject(const Value& value, Files& files) {
   }
   if (map.has("baked")) {
     object.material = map["material"].name();
-    object.law = readLaw(map["law"]);
-    object.density = map["density"].positive();
+    if (!map.has("law") || !map.has("density")) {  // the database's
+      const material::Tissue& tissue = files.material(map["material"]);
+      object.law = tissue.law();
+      object.density = tissue.at("density").value;
+    }
+    if (map.has("law")) object.law = readLaw(map["law"], object.law);
+    if (map.has("density")) object.density = map["density"].positive();
     const std::string bytes = files.read(map["baked"], path);
     decodeBaked(bytes, path, object);
   } else {
@@ -279,7 +346,8 @@ Description loadScene(const std::string& path) {
   description.directory = slash == std::string::npos ? "." : path.substr(0, slash);
   Files files(description.directory, text);
   Map map(root);
-  map.only({"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections"});
+  map.only(
+      {"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections", "connect"});
   if (map.has("vest_scene")) map["vest_scene"].integer(1, 1);
   if (map.has("name"))
     description.name = map["name"].name();
@@ -314,8 +382,13 @@ Description loadScene(const std::string& path) {
     description.objects.push_back(std::move(object));
   }
   if (map.has("connections")) readConnections(map["connections"], files, description);
+  if (map.has("connect")) readNearestConnections(map["connect"], description);
   map.finish();
   description.hash = files.hash();
+  for (Object& object : description.objects) {
+    if (object.fem && object.fem->start_in_equilibrium) settleFem(object, description.gravity);
+  }
+  description.cache_directory = fem::defaultCacheDirectory();
   return description;
 }
 

@@ -8,10 +8,11 @@
 
 namespace vest::scene {
 
-/// Keys of an object with `model: fem`: strain, nodes, tetrahedra, fixed, loads, material.
-/// @param read gives the bytes of the file that a value names, and its path
+/// Reads the file that a value names, and says its path.
+using ReadFile = std::function<std::string(const yaml::Value&, std::string&)>;
+
+/// Keys of an object with `model: fem` or `model: volume` (docs/scene_format.md).
 /// @throws std::invalid_argument: file, line, field, value, what is allowed
-void readFem(yaml::Map& map, const std::function<std::string(const yaml::Value&, std::string&)>& read,
-             Object& object);
+void readFem(yaml::Map& map, const ReadFile& read, Object& object);
 
 }  // namespace vest::scene

@@ -19,6 +19,11 @@ void applyEdit(Context& c, const ParameterEdit& edit) {
   if (edit.object.empty()) {
     if (edit.parameter == "gravity_x") c.state.gravity.x() = std::clamp(edit.value, -100.0, 100.0);
     if (edit.parameter == "gravity_y") c.state.gravity.y() = std::clamp(edit.value, -100.0, 100.0);
+    auto& generator = c.state.electrosurgery;
+    if (edit.parameter == "monopolar_power")
+      generator.monopolar_power = std::clamp(edit.value, 0.0, interaction::kGreatestPower);
+    if (edit.parameter == "bipolar_power")
+      generator.bipolar_power = std::clamp(edit.value, 0.0, interaction::kGreatestPower);
     if (edit.parameter == "gravity_z") c.state.gravity.z() = std::clamp(edit.value, -100.0, 100.0);
     return;
   }
@@ -37,6 +42,7 @@ void applyEdit(Context& c, const ParameterEdit& edit) {
       setLink(s, e, stiffer ? l.axial * factor : l.axial, l.rest, stiffer ? l.damping : l.damping * factor);
     }
     scale = wanted;
+    if (stiffer) s.tissue.stiffness_scale = wanted;
   }
 }
 
@@ -50,6 +56,10 @@ void applyImpact(Context& c, const ImpactInput& impact) {
     const std::uint32_t k = s.triangles[impact.triangle][e];
     const double w = impact.weights[e] * row(s, Block::kInverseMass)[k];
     if (!std::isfinite(w)) continue;
+    if (c.model.objects[impact.object].fem) {  // elastostatic objects have no momentum to take
+      if (s.tissue.dynamic) s.tissue.v[k] += w * impact.momentum;
+      continue;
+    }
     s.block.row(Block::VX)[k] += static_cast<float>(w * impact.momentum.x());
     s.block.row(Block::VY)[k] += static_cast<float>(w * impact.momentum.y());
     s.block.row(Block::VZ)[k] += static_cast<float>(w * impact.momentum.z());
@@ -61,12 +71,14 @@ void applyDilatation(Context& c, const DilatationInput& d) {
   if (!std::isfinite(d.dilatation)) return;
   const float scale = static_cast<float>(std::clamp(d.dilatation, 0.5, 2.0));
   for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
-    if (c.model.description.objects[i].tube.vessel_segment != d.vessel_segment || d.vessel_segment.empty())
+    if (c.model.description.objects[i].tube.vessel_segment != d.vessel_segment.view() ||
+        d.vessel_segment.empty())
       continue;
     ObjectState& s = c.state.objects[i];
     for (const auto e : c.model.objects[i].ring_links) {
       const net::KernelLink& l = s.links[e].values;
-      setLink(s, e, l.axial, c.model.start.objects[i].links[e].values.rest * scale, l.damping);
+      setLink(s, e, l.axial, c.model.start.objects[i].links[e].values.rest * scale * s.links[e].shrink,
+              l.damping);
     }
   }
 }
@@ -76,7 +88,7 @@ void applyDilatation(Context& c, const DilatationInput& d) {
 void renewBound(Context& c, std::size_t object) {
   const ObjectConstants& constants = c.model.objects[object];
   ObjectState& s = c.state.objects[object];
-  if (!constants.net || (c.state.step + object) % kBoundEvery != 0) return;
+  if (!constants.net || constants.fem || constants.implicit || (c.state.step + object) % kBoundEvery != 0) return;
   ObjectScratch& o = c.scratch.objects[object];
   const bool was_degraded = s.degraded;
   if (s.degraded) {
@@ -91,7 +103,7 @@ void renewBound(Context& c, std::size_t object) {
   const float tangent = 1.0f + e * (2 * a.a2 + e * (3 * a.a3 + e * 4 * a.a4));
   // Removed links leave every bound valid; doubled knots do not.
   const bool cut = !s.topology.doubled_knots.empty();
-  const bool scaled = s.elastic_scale > 1.0 || s.damping_scale > 1.0 || cut;
+  const bool scaled = s.elastic_scale > 1.0 || s.damping_scale > 1.0 || s.heat.stiffened || cut;
   if (tangent <= kGrowth && strain < 0.5f && !scaled) {
     s.sub_steps = constants.sub_steps;
     s.bound_strain = 0.0f;
@@ -166,6 +178,7 @@ double stationOf(const WorldModel& model, const WorldState& state, std::size_t o
 
 bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& deltas,
                   const TopologyRequest& request, std::uint32_t& copy) {
+  if (request.kind == TopologyRequest::Kind::RemoveClip) return false;  // no topology: removeClip
   if (request.object >= state.objects.size() || !model.objects[request.object].net) return false;
   TopologyDelta& delta = deltas.next();
   beginDelta(state, request.object, delta);
@@ -195,6 +208,10 @@ void keepBackup(Context& c) {
     if (!c.model.objects[i].net) continue;
     auto& backup = c.scratch.objects[i].backup;
     std::memcpy(backup.data(), c.state.objects[i].block.motion(), backup.size() * sizeof(float));
+    if (!c.model.objects[i].fem) continue;
+    const fem::TissueState& t = c.state.objects[i].tissue;
+    c.scratch.objects[i].backup_x.assign(t.x.begin(), t.x.end());
+    c.scratch.objects[i].backup_v.assign(t.v.begin(), t.v.end());
   }
   c.scratch.proxies_before = c.state.proxies;
   c.scratch.grasps_before = c.state.grasps;
@@ -206,6 +223,13 @@ void restoreBackup(Context& c) {
     if (!c.model.objects[i].net) continue;
     const auto& backup = c.scratch.objects[i].backup;
     std::memcpy(c.state.objects[i].block.motion(), backup.data(), backup.size() * sizeof(float));
+    if (!c.model.objects[i].fem) continue;
+    fem::TissueState& t = c.state.objects[i].tissue;
+    const auto &x = c.scratch.objects[i].backup_x, &v = c.scratch.objects[i].backup_v;
+    std::copy(x.begin(), x.end(), t.x.begin());
+    std::copy(v.begin(), v.end(), t.v.begin());
+    // Copies that the cuts of this very step made lie where their originals were.
+    for (std::size_t k = x.size(); k < t.x.size(); ++k) t.x[k] = t.x[t.origin[k]], t.v[k].setZero();
   }
   c.state.proxies = c.scratch.proxies_before;
   c.state.grasps = c.scratch.grasps_before;
@@ -224,7 +248,10 @@ void predict(Context& c) {
   for (const DilatationInput& dilatation : c.input.dilatations) applyDilatation(c, dilatation);
   std::uint32_t copy;
   for (const TopologyRequest& request : c.input.requests)
-    applyRequest(c.model, c.state, *c.deltas, request, copy);
+    if (request.kind == TopologyRequest::Kind::RemoveClip)
+      removeClip(c, request.element);
+    else
+      applyRequest(c.model, c.state, *c.deltas, request, copy);
   for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
     if (c.model.objects[i].net && c.model.description.objects[i].tear_strain > 0.0) tear(c, i);
   }

@@ -12,6 +12,8 @@ std::string requestText(const TopologyRequest& request, const Description& descr
   std::ostringstream out;
   out.imbue(std::locale::classic());
   out.precision(17);
+  if (request.kind == TopologyRequest::Kind::RemoveClip)
+    return "remove_clip " + std::to_string(request.element);
   const bool remove = request.kind == TopologyRequest::Kind::RemoveLink;
   const std::string name =
       request.object < description.objects.size() ? description.objects[request.object].name : "?";
@@ -22,14 +24,22 @@ std::string requestText(const TopologyRequest& request, const Description& descr
 
 TopologyRequest parseRequest(const std::string& text, const Description& description) {
   const auto refuse = [&](const std::string& what) {
-    throw std::invalid_argument("request '" + text + "': " + what +
-                                " (allowed: remove_link OBJECT LINK, split_knot OBJECT KNOT NX NY NZ)");
+    throw std::invalid_argument(
+        "request '" + text + "': " + what +
+        " (allowed: remove_link OBJECT LINK, split_knot OBJECT KNOT NX NY NZ, remove_clip ID)");
   };
   std::istringstream in(text);
   in.imbue(std::locale::classic());
   std::string verb, object, rest;
   TopologyRequest request;
-  if (!(in >> verb >> object >> request.element)) refuse("is cut off");
+  in >> verb;
+  if (verb == "remove_clip") {
+    request.kind = TopologyRequest::Kind::RemoveClip;
+    if (!(in >> request.element)) refuse("has no id");
+    if (in >> rest) refuse("goes on with '" + rest + "'");
+    return request;
+  }
+  if (!(in >> object >> request.element)) refuse("is cut off");
   if (verb != "remove_link" && verb != "split_knot") refuse("'" + verb + "' is not known");
   std::size_t index = 0;
   while (index < description.objects.size() && description.objects[index].name != object) ++index;

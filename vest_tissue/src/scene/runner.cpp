@@ -10,6 +10,8 @@
 #include <pthread.h>
 #include <sched.h>
 
+#include "vest_tissue/shared/fill_record.h"
+
 namespace vest::scene {
 namespace {
 
@@ -58,7 +60,11 @@ RunnerOptions checked(RunnerOptions o) {
 
 Runner::Runner(std::unique_ptr<Simulation> simulation, const RunnerOptions& options)
     : options_(checked(options)), simulation_(std::move(simulation)) {
-  frames_.forEachSlot([](StepFrame& f) { f.events.reserve(32); });
+  frames_.forEachSlot([](StepFrame& f) {
+    f.events.reserve(32);
+    f.input.impacts.reserve(16);
+    f.input.dilatations.reserve(16);
+  });
   report_.events.reserve(256);
   step_ = simulation_->world().steps();
   time_ = simulation_->world().time();
@@ -122,6 +128,10 @@ bool Runner::advance(std::uint32_t steps) {
   return accepted;
 }
 
+void Runner::request(const TopologyRequest& request) {
+  execute([&] { pending_requests_.push_back(request); });
+}
+
 void Runner::reset() {
   execute([&] {
     simulation_->reset();
@@ -143,12 +153,15 @@ void Runner::load(std::unique_ptr<Simulation> simulation, const std::string& arg
 
 void Runner::restore(const std::vector<std::uint8_t>& bytes, const std::string& argument) {
   execute([&] {
-    simulation_->world().restore(bytes);
-    simulation_->restored();
+    simulation_->restore(bytes);
     fault_ = false;
     pending_command_ = Command::Restore;
     pending_argument_ = argument;
   });
+}
+
+void Runner::edit(const ParameterEdit& edit) {
+  execute([&] { pending_edits_.push_back(edit); });
 }
 
 void Runner::fillContacts(std::int64_t now) {
@@ -159,18 +172,36 @@ void Runner::fillContacts(std::int64_t now) {
   contacts_.publish();
 }
 
+void Runner::shareStep(std::int64_t now) {
+  if (!memory_) return;
+  const std::uint64_t step = simulation_->world().steps();
+  if (step <= image_.step) memory_->beginGeneration();  // reset, restored or another scene
+  image_.step = step;
+  image_.steady_ns = now;
+  for (std::size_t i = 0; i < report_.contacts.size(); ++i) {
+    shared::fillRecord(report_.contacts[i], sample_.tools[i], image_.contacts[i]);
+  }
+  memory_->write(image_);
+}
+
 void Runner::fillState(std::int64_t now) {
   World& world = simulation_->world();
   StateFrame& frame = states_.back();
   std::size_t knots = 0;
   for (std::size_t i = 0; i < world.objectCount(); ++i) knots += world.knotCount(i);
   frame.positions.resize(3 * knots);
-  frame.strain.resize(knots);
-  frame.has_strain = elapsed(now, options_.strain_rate, strain_due_);
+  frame.has_fields = elapsed(now, options_.strain_rate, strain_due_);
+  for (std::size_t f = 0; f < frame.fields.size(); ++f) {
+    FieldFrame& field = frame.fields[f];
+    field.kind = kFieldFrames[f].kind;
+    field.minimum = kFieldFrames[f].minimum, field.maximum = kFieldFrames[f].maximum;
+    field.values.resize(knots);
+  }
   std::size_t at = 0;
   for (std::size_t i = 0; i < world.objectCount(); ++i) {
     world.positions(i, frame.positions.data() + 3 * at);
-    if (frame.has_strain) world.strain(i, frame.strain.data() + at);
+    for (FieldFrame& field : frame.fields)
+      if (frame.has_fields) world.field(i, field.kind, field.values.data() + at);
     at += world.knotCount(i);
   }
   frame.step = world.steps();
@@ -180,6 +211,7 @@ void Runner::fillState(std::int64_t now) {
   frame.steady_ns = now;
   frame.attachments.clear();
   world.attachments(frame.attachments);
+  world.slings(frame.slings);
   states_.publish();
 }
 
@@ -194,9 +226,11 @@ void Runner::stepOnce(std::int64_t now) {
   input.tools = sample_.tools;
   input.pedals = sample_.pedals;
   input.edits.clear();
+  input.edits.swap(pending_edits_);
   input.impacts.clear();
   input.dilatations.clear();
-  input.requests.clear();
+  input.requests = pending_requests_;
+  pending_requests_.clear();
   frame.command = pending_command_;
   frame.command_argument = pending_argument_;
   pending_command_ = Command::None;
@@ -204,6 +238,7 @@ void Runner::stepOnce(std::int64_t now) {
   frame.status = simulation_->step(input, report_);
   if (frame.status == Status::Fault) fault_ = true;
   frame.events = report_.events;
+  if (frame.status != Status::Fault) shareStep(now);
   frame.has_hash = input.step % options_.hash_every == 0;
   if (frame.has_hash) frame.hash = world.stateHash();
   step_ = world.steps();

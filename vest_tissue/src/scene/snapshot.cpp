@@ -21,6 +21,7 @@ struct WriteArchive {
     same(size);
   }
   void same(std::uint64_t size) { bytes(&size, sizeof size); }
+  void within(std::int32_t, std::int32_t) {}
   void setCounts(ObjectState&, std::uint64_t, std::uint64_t) {}
   void repack(ObjectState&) {}
 };
@@ -47,6 +48,9 @@ struct ReadArchive {
     bytes(&size, sizeof size);
     if (size != wanted)
       refuse(std::to_string(size) + " objects or connections (the scene has " + std::to_string(wanted) + ")");
+  }
+  void within(std::int32_t count, std::int32_t most) {
+    if (count < 0 || count > most) refuse(std::to_string(count) + " knots in a clip or sling");
   }
   void setCounts(ObjectState& s, std::uint64_t knots, std::uint64_t links) {
     net::Block& b = s.block;
@@ -129,6 +133,26 @@ void checkIndices(const WorldState& s) {
     for (const auto& v : o.elements.volumes)
       for (const auto& t : v.triangles)
         for (const auto k : t) knot(k);
+    const fem::TissueState& e = o.tissue;
+    if (!e.x.empty()) {
+      if (e.x.size() != o.block.knots() || e.v.size() != e.x.size() || e.mass.size() != e.x.size() ||
+          e.origin.size() != e.x.size() || e.knot_element.size() != e.x.size() ||
+          e.open.size() != e.corner.size())
+        refuse("finite elements whose lists do not fit each other");
+      for (const auto& c : e.corner)
+        for (const auto k : c) knot(k);
+      for (std::size_t k = 0; k < e.origin.size(); ++k) {
+        if (e.origin[k] > k || e.knot_element[k] >= e.corner.size())
+          refuse("finite elements that are damaged");
+      }
+    }
+    const FemSurface& f = o.fem_surface;
+    if (!e.x.empty() &&
+        (f.triangle_face.size() != o.triangles.size() ||
+         f.skin_face.size() != o.topology.skin.triangles.size() || f.knot_vertex.size() != o.block.knots()))
+      refuse("a surface of finite elements whose lists do not fit each other");
+    for (const auto code : f.triangle_face)
+      if (code / 4 >= e.corner.size()) refuse("a face that is not there");
     const Topology& t = o.topology;
     if (t.link_alive.size() != t.links.size() || o.places.size() != t.links.size() ||
         t.triangle_alive.size() != t.skin.triangles.size() || o.triangle_alive.size() != o.triangles.size() ||
@@ -165,6 +189,21 @@ void checkIndices(const WorldState& s) {
   for (const auto& p : s.pairs) {
     anchored(p.object, p.knot), anchored(p.other, 0);
     if (p.triangle >= s.objects[p.other].triangles.size()) refuse("a contact outside the scene");
+  }
+  if (s.fasteners.clips.size() > interaction::kMaxClips ||
+      s.fasteners.slings.size() > interaction::kMaxSlings)
+    refuse("too many clips or slings");
+  for (const auto& f : s.fasteners.clips)
+    for (int i = 0; f.alive && i < f.count; ++i) anchored(f.object, f.knots[i]);
+  for (const auto& f : s.fasteners.slings) {
+    anchored(f.object, 0);
+    for (int i = 0; f.alive && i < f.count; ++i) anchored(f.object, f.knots[i]);
+    if (f.knot < 0 || (f.count > 0 && f.knot >= f.count)) refuse("the knot of a sling");
+  }
+  for (const auto& e : s.electrosurgery.electrodes) {
+    anchored(e.object, 0);
+    const auto& triangles = s.objects[e.object].triangles;
+    if (e.energy > 0.0 && e.element >= triangles.size()) refuse("an electrode outside the scene");
   }
   for (const auto& t : s.cutting.tools) {
     if (t.object >= s.objects.size() || (t.element != 0 && t.element >= s.objects[t.object].triangles.size()))

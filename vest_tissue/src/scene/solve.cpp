@@ -71,12 +71,19 @@ void hold(Context& c, std::size_t object, double h, int batch) {
     const auto at = [axis](Block::KnotRow first) { return static_cast<Block::KnotRow>(first + axis); };
     const float *x = b.row(at(Block::X)), *v = b.row(at(Block::VX));
     float *p = b.row(at(Block::PX)), *f = b.row(at(Block::HX));
-    const float g = static_cast<float>(c.state.gravity[axis]);
+    // Elastostatic objects know what gravity does to them.
+    const bool known = !s.tissue.x.empty() && !s.tissue.dynamic;
+    const float g = known ? 0.0f : static_cast<float>(c.state.gravity[axis]);
     for (std::size_t i = 0; i < knots; ++i) {
       p[i] = x[i] + ahead * v[i];
       f[i] = mass[i] * g;
     }
+    const std::vector<float>& active = c.scratch.objects[object].active;
+    if (active.empty()) continue;
+    const float* const own = active.data() + static_cast<std::size_t>(axis) * (active.size() / 3);
+    for (std::size_t i = 0; i < knots; ++i) f[i] += own[i];
   }
+  if (c.model.objects[object].implicit) return;  // its elements are part of the step
   net::addElements(s.elements, elementArrays(b), c.level);
   if (s.elements.volumes.size() == 1) {
     const int every = s.batches / c.model.objects[object].volume_batches;
@@ -119,7 +126,19 @@ Vector3d connectionForce(Context& c, std::size_t n, double h) {
   const End e0 = endOf(c.state, s.end0), e1 = endOf(c.state, s.end1);
   const Vector3d rate = e1.velocity - e0.velocity;
   const Vector3d off = e1.position + k.offset - e0.position + (0.5 * h) * rate;
-  const Vector3d f = k.stiffness * off + k.damping * rate;
+  Vector3d f = k.stiffness * off + k.damping * rate;
+  // An elastostatic end follows at once, without inertia: the force goes over to its new value no faster than
+  // the softest answer allows.
+  double soft = 0.0;
+  for (const net::Anchor* a : {&s.end0, &s.end1}) {
+    const ObjectState& o = c.state.objects[a->object];
+    if (!o.tissue.x.empty() && !o.tissue.dynamic) soft += c.model.objects[a->object].fem->softest;
+  }
+  if (soft > 0.0) {
+    const Vector3d held = s.force;
+    f = held + (k.stiffness * off - held) / (1.0 + k.stiffness * soft);
+    s.force = f;
+  }
   if (k.break_force > 0.0 && f.squaredNorm() > k.break_force * k.break_force) {
     s.alive = false;
     // The object's own lists stay as they are: a delta without entries.
@@ -191,9 +210,36 @@ void keepReaction(const ObjectState& s, ObjectScratch& o) {
   o.reaction = sum;
 }
 
+/// A batch of an object that is stepped implicitly: contacts and held forces as they are at its start.
+void advanceImplicit(Context& c, std::size_t object, int batch) {
+  ObjectState& s = c.state.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  const int batches = s.batches * c.stretch;
+  const double h = c.dt / batches;
+  const float hf = static_cast<float>(h), dt = static_cast<float>(c.dt);
+  const float fraction = static_cast<float>(batch) / static_cast<float>(batches);
+  for (const auto& [f, held] :
+       {std::pair{Block::FX, Block::HX}, std::pair{Block::FY, Block::HY}, std::pair{Block::FZ, Block::HZ}}) {
+    std::memcpy(s.block.row(f), s.block.row(held), s.block.knots() * sizeof(float));
+  }
+  if (!o.contacts.empty()) contact::addToolContacts(s.block, o.contacts, fraction, hf, dt, o.loads);
+  if (!o.pulls.empty()) contact::addPulls(s.block, o.pulls, fraction, hf, dt, o.loads);
+  if (!o.planes.empty()) contact::addPlaneContacts(s.block, o.planes, hf, o.loads);
+  const solver::NetView net = netView(s);
+  if (batch == 0) o.implicit->renew(net);  // cuts, or another state: cheap beside the step
+  const auto report = o.implicit->step(net, s.block, h, solver::ImplicitNet::Options{});
+  if (c.account) o.heat += report.dissipated;
+  s.degraded = report.degraded;
+  if (batch == batches - 1) keepReaction(s, o);
+}
+
 void advance(Context& c, std::size_t object, int batch) {
   ObjectState& s = c.state.objects[object];
   ObjectScratch& o = c.scratch.objects[object];
+  if (c.model.objects[object].fem) {
+    advanceFem(c, object, batch);
+    return;
+  }
   const int batches = s.batches * c.stretch, per_batch = std::max(1, s.sub_steps / s.batches);
   const double h = c.dt / (static_cast<double>(batches) * per_batch);
   const float hf = static_cast<float>(h), dt = static_cast<float>(c.dt);
@@ -214,10 +260,30 @@ void advance(Context& c, std::size_t object, int batch) {
     if (!o.planes.empty()) contact::addPlaneContacts(s.block, o.planes, hf, o.loads);
     if (batch == batches - 1 && i == per_batch - 1) keepReaction(s, o);
     net::integrateKnots(motion, hf, c.level);
+    holdClips(c, object, h);
+    holdSlings(c, object, h);
     if (c.account) o.heat += heatOf(s, h);
   }
   if (c.account) {
     o.heat += net::elementDissipation(s.elements, elementArrays(s.block)) * c.dt / batches;
+  }
+}
+
+/// Forces of contacts with the finite elements that have just moved, on the sides that move later.
+template <typename Due>
+void pushImplicit(Context& c, int turn, Due due) {
+  for (const OrganContact& r : c.scratch.organ_contacts) {
+    if (r.implicit_side == 0) continue;
+    if (turnOf(c, r.implicit_side == 1 ? r.object : r.other) != turn) continue;
+    if (r.implicit_side == 2 && due(r.object))
+      pushHeld(c.state, net::Anchor{r.object, {r.knot, 0, 0, 0}, {1, 0, 0, 0}}, r.force);
+    if (r.implicit_side == 1 && due(r.other)) {
+      pushHeld(c.state,
+               net::Anchor{r.other,
+                           {r.triangle[0], r.triangle[1], r.triangle[2], 0},
+                           {r.weights[0], r.weights[1], r.weights[2], 0}},
+               -r.force);
+    }
   }
 }
 
@@ -226,9 +292,12 @@ void advance(Context& c, std::size_t object, int batch) {
 void solve(Context& c) {
   const int batches = c.model.batches * c.stretch;
   const std::size_t objects = c.model.objects.size();
+  const bool elements = std::any_of(c.model.objects.begin(), c.model.objects.end(),
+                                    [](const auto& o) { return o.fem != nullptr; });
   for (ObjectScratch& o : c.scratch.objects) {
     o.loads = contact::ObjectLoads{};
     o.heat = 0.0;
+    o.faulty = false;
   }
   for (int batch = 0; batch < batches; ++batch) {
     const auto due = [&](std::size_t object) {
@@ -257,6 +326,7 @@ void solve(Context& c) {
       if (due1) pushHeld(c.state, s.end1, -c.scratch.connection_force[n]);
     }
     for (OrganContact& r : c.scratch.organ_contacts) {
+      if (r.implicit_side != 0) continue;
       const bool due0 = due(r.object), due1 = due(r.other);
       if (due0 && due1) {
         double heat;
@@ -272,12 +342,16 @@ void solve(Context& c) {
                  -r.force);
       }
     }
-    auto work = [&](std::size_t object) {
-      if (!due(object)) return;
-      const int every = batches / (c.state.objects[object].batches * c.stretch);
-      advance(c, object, batch / every);
-    };
-    c.pool.each(objects, work);
+    for (int turn = elements ? 0 : 2; turn <= 2; ++turn) {
+      auto work = [&](std::size_t object) {
+        if (turnOf(c, object) != turn || !due(object)) return;
+        const int every = batches / (c.state.objects[object].batches * c.stretch);
+        c.model.objects[object].implicit ? advanceImplicit(c, object, batch / every)
+                                         : advance(c, object, batch / every);
+      };
+      c.pool.each(objects, work);
+      if (elements && turn < 2) pushImplicit(c, turn, due);
+    }
   }
 }
 
@@ -288,7 +362,7 @@ bool settleVelocities(Context& c, std::string_view& faulty) {
     const ObjectState& s = c.state.objects[object];
     const float *vx = row(s, Block::VX), *vy = row(s, Block::VY), *vz = row(s, Block::VZ);
     const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
-    unsigned bad = 0;
+    unsigned bad = c.scratch.objects[object].faulty ? 1u : 0u;
     for (std::size_t i = 0; i < s.block.knots(); ++i) {
       const float v2 = vx[i] * vx[i] + vy[i] * vy[i] + vz[i] * vz[i],
                   p2 = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];

@@ -31,10 +31,13 @@ struct Context {
 /// Stages in the order in which a step runs them.
 bool checkInput(const StepInput& input);                      ///< finite numbers, dt in range
 void predict(Context& c);                                     ///< edits, impacts, proxies, sub-steps
+void contract(Context& c);                                    ///< forces of organs that move
 void collide(Context& c);                                     ///< boxes, tools, cavity, organs
 void interact(Context& c);                                    ///< jaws: grasp, hold, slip, release
 void solve(Context& c);                                       ///< batches of sub-steps
 bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a state to go on from
+void fasten(Context& c);                                      ///< clips, slings
+void stepHeat(Context& c);                                    ///< electrodes, temperature, damage
 void cut(Context& c);                                         ///< blades: what they swept is divided
 void tell(Context& c);                                        ///< contact models, events
 void keepBackup(Context& c);
@@ -60,6 +63,24 @@ void findOrganPairs(Context& c);
 void findOrganContacts(Context& c);
 void placeTools(Context& c);
 void renewSides(Context& c);
+void advanceFem(Context& c, std::size_t object, int batch);  ///< finite elements: one batch
+/// Order within a batch: 0 elastostatic objects, 1 other finite elements, 2 nets.
+inline int turnOf(const Context& c, std::size_t object) {
+  if (!c.model.objects[object].fem) return 2;
+  return c.state.objects[object].tissue.dynamic ? 1 : 0;
+}
+void copyTissue(ObjectState& s);  ///< places and velocities into the block
+
+bool removeClip(Context& c, std::uint64_t id);
+/// No unit, 0 … 1: how much of what they can close clips and slings have closed now.
+double clipClosure(const ObjectState& state, const interaction::Clip& clip);
+double slingClosure(const ObjectState& state, const interaction::Sling& sling);
+void addFasteners(const WorldState& state, std::vector<Attachment>& out);
+void drawSling(const WorldState& state, const interaction::Sling& sling, SlingView& view);
+void fastenClips(Context& c);
+void holdClips(Context& c, std::size_t object, double dt);  ///< after each sub-step of an object, any thread
+void holdSlings(Context& c, std::size_t object, double dt);
+void fastenSlings(Context& c);
 
 /// Event with room checked: the report's capacity is fixed.
 void emit(Context& c, const Event& event);

@@ -50,6 +50,15 @@ struct StateWalker {
     plain(s.texture_coordinates), plain(s.triangles), plain(s.layer);
   }
 
+  void surface(FemSurface& f) {
+    plain(f.triangle_face), plain(f.skin_face), plain(f.knot_vertex), plain(f.vertex_element), value(f.parts);
+  }
+  void tissue(fem::TissueState& t) {
+    plain(t.x), plain(t.v), value(t.stiffness_scale), flag(t.dynamic), value(t.revision);
+    if (t.revision == 0) return;  // as the scene says
+    plain(t.mass), plain(t.corner), plain(t.open), plain(t.origin), plain(t.knot_element);
+  }
+
   void object(ObjectState& s) {
     using net::Block;
     Block& b = s.block;
@@ -63,11 +72,12 @@ struct StateWalker {
     for (NetLink& l : s.links) {
       value(l.values.knot0), value(l.values.knot1), value(l.values.rest), value(l.values.axial),
           value(l.values.damping);
-      flag(l.by_law), value(l.place);
+      flag(l.by_law), value(l.place), value(l.shrink), value(l.stiffen);
     }
     archive.repack(s);
     value(s.sub_steps), value(s.limit_strain), value(s.bound_strain), value(s.elastic_scale),
         value(s.damping_scale), flag(s.degraded);
+    heat(s.heat, knots);
     list(s.cut.crossings,
          [&](interaction::CutCrossing& x) { value(x.triangle), value(x.edge), value(x.place), value(x.knot); });
     list(s.cut.tracks, [&](interaction::CutTrack& x) {
@@ -75,9 +85,12 @@ struct StateWalker {
           value(x.settled);
     });
     flag(s.cut.exhausted);
+    if (!s.tissue.x.empty()) tissue(s.tissue);
+    values(s.motility.phase.data(), 2);
     value(s.topology.revision);
     if (s.topology.revision == 0 && s.cut.tracks.empty()) return;  // as the scene says
     cut(s.cut);
+    if (!s.tissue.x.empty()) surface(s.fem_surface);
     list(s.topology.links, [&](Link& l) { link(l); });
     list(s.places, [&](LinkPlace& p) { value(p.kind), value(p.index); });
     plain(s.topology.doubled_knots), plain(s.topology.link_alive), plain(s.topology.triangle_alive),
@@ -95,6 +108,51 @@ struct StateWalker {
          [&](net::Tether& e) { value(e.knot), values(e.place, 3), value(e.stiffness), value(e.damping); });
     list(s.elements.volumes,
          [&](net::Volume& e) { plain(e.triangles), plain(e.knots), value(e.bulk_modulus), value(e.rest); });
+  }
+
+  void heat(interaction::HeatState& h, std::size_t knots) {
+    flag(h.touched);
+    if (!h.touched) return;
+    flag(h.warm), flag(h.stiffened), flag(h.denaturing);
+    for (std::size_t k = 0; k < knots; ++k) {
+      interaction::HeatColumn& c = h.columns[k];
+      values(c.excess.data(), c.excess.size()), values(c.arrhenius.data(), c.arrhenius.size());
+      values(c.dried.data(), c.dried.size());
+      value(c.charred), value(c.crushed), value(c.denatured), value(c.surface);
+    }
+    values(h.sealed.data(), h.sealed.size());
+    value(h.ledger.delivered), value(h.ledger.perfused), value(h.ledger.surface), value(h.ledger.latent);
+  }
+  void electrosurgery(interaction::Electrosurgery& e) {
+    value(e.monopolar_power), value(e.bipolar_power);
+    for (auto& p : e.electrodes) {
+      flag(p.on), value(p.object), value(p.element), values(p.weights.data(), 3);
+      value(p.energy), value(p.since);
+    }
+  }
+
+  void matrix(Eigen::Matrix3d& m) { values(m.data(), 9); }
+  void clip(interaction::Clip& c) {
+    value(c.id), flag(c.alive), flag(c.shut), value(c.instrument), value(c.object), value(c.count),
+        value(c.ring);
+    archive.within(c.count, interaction::kMaxClipKnots), archive.within(c.ring, interaction::kMaxClipKnots);
+    values(c.knots.data(), static_cast<std::size_t>(c.count));
+    for (int i = 0; i < c.count; ++i) vector3(c.open[i]), vector3(c.closed[i]);
+    value(c.progress), value(c.jaw), value(c.station), value(c.area), value(c.force);
+    matrix(c.rotation), vector3(c.centre), vector3(c.offset);
+  }
+  void sling(interaction::Sling& s) {
+    value(s.id), flag(s.alive), flag(s.around), flag(s.tied), flag(s.drawing), value(s.instrument),
+        value(s.object);
+    value(s.count), archive.within(s.count, interaction::kMaxSlingKnots);
+    values(s.knots.data(), static_cast<std::size_t>(s.count));
+    value(s.rest), value(s.tension), value(s.station), value(s.area), value(s.knot);
+    vector3(s.tip), vector3(s.ahead), vector3(s.across);
+  }
+  void fasteners(interaction::Fasteners& f) {
+    list(f.clips, [&](interaction::Clip& c) { clip(c); });
+    list(f.slings, [&](interaction::Sling& s) { sling(s); });
+    for (auto& a : f.appliers) value(a.jaw_at_touch), flag(a.loaded), flag(a.drawn);
   }
 
   void cut(interaction::CutState& s) {
@@ -128,9 +186,11 @@ struct StateWalker {
     archive.same(s.objects.size());
     for (ObjectState& o : s.objects) object(o);
     archive.same(s.connections.size());
-    for (ConnectionState& c : s.connections) anchor(c.end0), anchor(c.end1), flag(c.alive);
+    for (ConnectionState& c : s.connections) anchor(c.end0), anchor(c.end1), flag(c.alive), vector3(c.force);
     for (auto& p : s.proxies) tool(p);
     for (auto& g : s.grasps) grasp(g);
+    electrosurgery(s.electrosurgery);
+    fasteners(s.fasteners);
     for (auto& t : s.cutting.tools) cutting(t);
     list(s.pairs, [&](OrganPair& p) { value(p.object), value(p.other), value(p.knot), value(p.triangle); });
     list(s.sides, [&](ContactSide& p) {

@@ -41,7 +41,8 @@ void tell(Context& c) {
       // half its highest mode's.
       const ObjectConstants& k = c.model.objects[i];
       const double own = 0.5 * std::max(k.rates.omega_squared - k.contact_omega_squared, 0.0);
-      const double series = own / (own + k.contact_omega_squared);
+      // Finite elements tell the stiffness of both.
+      const double series = k.fem ? 1.0 : own / (own + k.contact_omega_squared);
       for (int e = 0; e < 3; ++e) {
         force[e] += load.impulse[e] / c.dt;
         moment[e] += load.moment[e] / c.dt;

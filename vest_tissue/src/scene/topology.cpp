@@ -49,6 +49,7 @@ bool doubleKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, std
   using net::Block;
   ObjectState& s = state.objects[object];
   Block& b = s.block;
+  if (!s.tissue.x.empty()) return false;  // finite elements are cut along their faces
   if (knot >= b.knots() || !b.addKnot(copy)) return false;
   for (const auto r : {Block::X, Block::Y, Block::Z, Block::VX, Block::VY, Block::VZ, Block::kDecay})
     b.row(r)[copy] = b.row(r)[knot];
@@ -62,6 +63,7 @@ bool doubleKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, std
     b.row(Block::kInverseMass)[i] = held ? 0.0f : 1.0f / b.row(Block::kMass)[i];
   s.fixed.push_back(s.fixed[knot]);
   s.depth[copy] = s.depth[knot];
+  interaction::copyColumn(s.heat, knot, copy);
   s.topology.doubled_knots.push_back(knot);
   if (!s.cut.inward.empty()) s.cut.inward[copy] = s.cut.inward[knot];
   // Parts of the tethers go with the parts of the mass: both keep their support.
@@ -169,6 +171,13 @@ void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubli
       net::remap(*a, cut, at);
     }
   }
+  for (interaction::Sling& sling : state.fasteners.slings) {
+    if (!sling.alive || !sling.around || sling.object != object) continue;
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (int i = 0; i < sling.count; ++i) middle += placeOf(s, sling.knots[i]) / sling.count;
+    interaction::remapSling(sling, cut, middle);
+  }
+  interaction::remapClips(state.fasteners.clips, object, cut);
   for (std::size_t t = 0; t < state.grasps.size(); ++t) {
     const auto& pose = state.proxies[t].pose;
     auto& grasp = state.grasps[t];

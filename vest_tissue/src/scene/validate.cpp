@@ -187,16 +187,19 @@ void validate(const Description& d) {
     const std::string path = "object '" + o.name + "'";
     if (o.name.empty()) refuse("objects[" + std::to_string(n) + "].name", "empty", "a name");
     if (!names.insert(o.name).second) refuse(path, "occurs twice", "names that differ");
-    if (o.model != ObjectModel::Net && o.model != ObjectModel::Rigid) {
-      refuse(path + ": model", o.model == ObjectModel::Fem ? "fem" : "volume",
-             "net or rigid in this version");
-    }
+    const bool elements = o.model == ObjectModel::Fem || o.model == ObjectModel::Volume;
+    if (elements != static_cast<bool>(o.fem))
+      refuse(path + ": model", elements ? "fem or volume without tetrahedra" : "net or rigid with tetrahedra",
+             "tetrahedra for fem and volume alone");
+    if (elements && (o.fem->nodes.size() != o.position.size() || !o.links.empty()))
+      refuse(path + ": position", std::to_string(o.position.size()) + " knots",
+             std::to_string(o.fem->nodes.size()) + ", the nodes of its tetrahedra, and no links");
     if (o.position.empty()) refuse(path + ": position", "no knots", "at least one");
     if (o.position.size() > 1000000)
       refuse(path + ": position", std::to_string(o.position.size()) + " knots", "at most 1000000");
     const Checker c{o, path, o.position.size()};
     for (std::size_t i = 0; i < c.knots; ++i) c.finite("position", i, o.position[i]);
-    if (o.model == ObjectModel::Net) checkNet(c);
+    if (o.model != ObjectModel::Rigid) checkNet(c);
     for (std::size_t i = 0; i < o.contact_triangles.size(); ++i) {
       for (const Index k : o.contact_triangles[i]) c.knot(c.item("contact_triangles", i), k);
     }

@@ -37,10 +37,16 @@ Status World::step(const StepInput& input, StepReport& report) {
   if (!checkInput(input)) return w.fault(c, "step input");
 
   keepBackup(c);
-  w.time(report, 0, [&] { predict(c); });
+  w.time(report, 0, [&] {
+    predict(c);
+    contract(c);
+  });
   w.time(report, 1, [&] { collide(c); });
   w.time(report, 2, [&] { interact(c); });
-  w.time(report, 3, [&] { solve(c); });
+  w.time(report, 3, [&] {
+    solve(c);
+    fasten(c);
+  });
   std::string_view faulty;
   bool good = true;
   w.time(report, 4, [&] { good = settleVelocities(c, faulty); });
@@ -50,6 +56,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   }
   w.time(report, 2, [&] { cut(c); });
   w.time(report, 5, [&] {
+    stepHeat(c);
     tell(c);
     renewSides(c);
   });
@@ -79,6 +86,7 @@ Status World::Impl::fault(Context& c, std::string_view object) {
     // What exploded begins again at rest, or it would explode again.
     Block& b = state.objects[i].block;
     for (const auto r : {Block::VX, Block::VY, Block::VZ}) std::fill_n(b.row(r), b.knots(), 0.0f);
+    for (auto& v : state.objects[i].tissue.v) v.setZero();
   }
   emit(c, e);
   ++state.step;
@@ -108,6 +116,13 @@ const Topology& World::topology(std::size_t object) const {
   return impl_->state.objects.at(object).topology;
 }
 
+const std::vector<std::array<std::uint32_t, 3>>& World::contactTriangles(std::size_t object) const {
+  return impl_->state.objects.at(object).triangles;
+}
+const std::vector<std::uint8_t>& World::contactTriangleAlive(std::size_t object) const {
+  return impl_->state.objects.at(object).triangle_alive;
+}
+
 namespace {
 void copyRows(const ObjectState& s, Block::KnotRow first, float* out) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -124,10 +139,20 @@ void World::velocities(std::size_t object, float* xyz) const {
   copyRows(impl_->state.objects.at(object), Block::VX, xyz);
 }
 
+Eigen::Vector3d World::knotAt(std::size_t object, std::size_t knot) const {
+  const ObjectState& s = impl_->state.objects.at(object);
+  const std::size_t k = knot < s.block.knots() ? knot : 0;
+  return {s.block.row(Block::X)[k], s.block.row(Block::Y)[k], s.block.row(Block::Z)[k]};
+}
+
 void World::strain(std::size_t object, float* per_knot) const {
   const ObjectState& s = impl_->state.objects.at(object);
   const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
   std::fill_n(per_knot, s.block.knots(), 0.0f);
+  if (const auto& tissue = impl_->model->objects.at(object).fem) {
+    fem::tissueStrain(*tissue, s.tissue, per_knot);
+    return;
+  }
   for (const NetLink& link : s.links) {
     const net::KernelLink& l = link.values;
     if (l.axial == 0.0f) continue;
@@ -173,6 +198,16 @@ void World::attachments(std::vector<Attachment>& out) const {
         stationOf(*impl_->model, impl_->state, first.object, {first.knot, first.knot, first.knot}, {1, 0, 0});
     a.closure = grasp.jaw_at_touch > 0.0 ? 1.0 - pose.jaw / grasp.jaw_at_touch : 0.0;
     out.push_back(a);
+  }
+  addFasteners(impl_->state, out);
+}
+
+void World::slings(std::vector<SlingView>& out) const {
+  out.clear();
+  for (const interaction::Sling& sling : impl_->state.fasteners.slings) {
+    if (!sling.alive) continue;
+    out.emplace_back();
+    drawSling(impl_->state, sling, out.back());
   }
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "delta_history.h"
+#include "fem_cut.h"
 #include "stages.h"
 #include "vest_tissue/solver/pool.h"
 
@@ -24,6 +25,7 @@ struct World::Impl {
   /// A copied vector has no spare room: give it back before steps that must not allocate.
   void reserve() {
     state.pairs.reserve(8192);
+    state.fasteners.reserve();
     state.sides.reserve(2048);
     for (std::size_t i = 0; i < state.objects.size(); ++i) {
       if (!model->objects[i].net) continue;
@@ -35,6 +37,7 @@ struct World::Impl {
       room(s.elements.bending, s.elements.bending.size()),
           room(s.elements.plastic, s.elements.plastic.size());
       room(s.elements.tethers, s.elements.tethers.size());
+      if (model->objects[i].fem) reserveFem(*model->objects[i].fem, s);
       s.fixed.reserve(s.block.knotCapacity()), s.topology.doubled_knots.reserve(s.block.knotCapacity());
     }
     reserveCut(*model, state);

@@ -59,7 +59,9 @@ void readPositions(const scene::World& world, scene::Description& description) {
 }
 
 void settle(scene::Description& description, double seconds, int threads, bool verbose) {
-  scene::World world(description, threads);
+  scene::Description quiet = description;  // at rest: nothing contracts
+  for (auto& object : quiet.objects) object.motility = {};
+  scene::World world(quiet, threads);
   double passed = 0;
   for (;;) {
     const Rest rest = run(world, 2.0, 0.0);

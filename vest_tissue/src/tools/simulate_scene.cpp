@@ -63,8 +63,10 @@ SimulatedScene simulateScene(const scene::Description& description, const Simula
   scene::Description nets = description;
   nets.objects.clear();
   bool any_fem = false;
+  // The trainer's own integrator moves all objects together in a World: they touch and are connected.
+  const bool together = !o.equilibrium && description.integrator == scene::Integrator::NewtonEuler;
   for (const auto& object : description.objects) {
-    if (object.fem) {
+    if (object.fem && !together) {
       any_fem = true;
       continue;
     }
@@ -72,16 +74,14 @@ SimulatedScene simulateScene(const scene::Description& description, const Simula
   }
   for (const auto& connection : description.connections) {
     for (const auto& object : description.objects) {
-      if (object.fem && (object.name == connection.object0 || object.name == connection.object1)) {
+      if (!together && object.fem &&
+          (object.name == connection.object0 || object.name == connection.object1)) {
         throw std::invalid_argument("object '" + object.name +
-                                    "': connections: 1; allowed: none with model fem");
+                                    "': connections: 1; allowed: none between finite elements and others "
+                                    "unless solution.integrator is "
+                                    "newton_euler");
       }
     }
-  }
-  if (any_fem && !o.equilibrium && description.integrator == scene::Integrator::NewtonEuler) {
-    throw std::invalid_argument(
-        "solution.integrator: newton_euler with objects of model fem; allowed: backward_euler, "
-        "static (or --static)");
   }
   const bool any_net = !nets.objects.empty();
   const Moved moved = any_net ? moveNets(nets, o, dt) : Moved{};
@@ -90,7 +90,7 @@ SimulatedScene simulateScene(const scene::Description& description, const Simula
   if (any_net) bytes.append(reinterpret_cast<const char*>(&moved.hash), sizeof moved.hash);
   std::size_t net = 0;
   for (const auto& object : description.objects) {
-    if (object.fem) {
+    if (object.fem && !together) {
       fem::Options f;
       f.equilibrium = o.equilibrium;
       f.steps = static_cast<int>(o.steps);

@@ -215,12 +215,11 @@ TEST(Loader, TablesWithUnknownColumnsOrRaggedRowsAreRefused) {
   expectSays(row.message(), {"links.csv:3: row: 3 cells: must have 2 cells"});
 }
 
-TEST(Loader, ModelsThatDoNotExistYetSaySo) {
+TEST(Loader, AVolumeWithoutAShapeIsRefused) {
   Attempt attempt;
   Attempt::replace(attempt.scene, "model: net", "model: volume");
-  expectSays(
-      attempt.message(),
-      {"scene.yaml:5: objects[0].model: volume: must be net, fem or rigid; volume cannot be simulated yet"});
+  expectSays(attempt.message(),
+             {"scene.yaml:5: objects[0].model: volume: must have one of image, surface, mesh"});
 }
 
 TEST(Baked, WhatIsWrittenIsReadBackAndCutFilesAreRefused) {

@@ -199,16 +199,28 @@ TEST(Conversions, TheTopologyHoldsEveryObjectWithItsKnotsInSceneOrder) {
   }
 }
 
-TEST(Conversions, StrainIsScaledToBytesWithoutWrapping) {
+TEST(Conversions, FieldsAreScaledToBytesWithoutWrapping) {
   scene::StateFrame frame;
   frame.positions = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
-  frame.has_strain = true;
-  frame.strain = {0.0F, 0.5F, 7.0F, std::numeric_limits<float>::quiet_NaN()};
+  frame.has_fields = true;
+  for (std::size_t f = 0; f < frame.fields.size(); ++f) {
+    frame.fields[f].kind = scene::kFieldFrames[f].kind;
+    frame.fields[f].minimum = scene::kFieldFrames[f].minimum;
+    frame.fields[f].maximum = scene::kFieldFrames[f].maximum;
+  }
+  frame.fields[0].values = {0.0F, 0.5F, 7.0F, std::numeric_limits<float>::quiet_NaN()};
+  frame.fields[1].values = {310.15F, 373.15F, 0.0F, 2000.0F};
   vest_msgs::TissueState msg;
   toMsg(frame, msg);
-  ASSERT_EQ(msg.fields.size(), 1U);
+  ASSERT_EQ(msg.fields.size(), 5U);
+  EXPECT_EQ(msg.fields[0].kind, vest_msgs::TissueField::STRAIN);
   EXPECT_EQ(msg.fields[0].data, (std::vector<std::uint8_t>{0, 128, 255, 0}));
-  frame.has_strain = false;
+  EXPECT_EQ(msg.fields[1].kind, vest_msgs::TissueField::TEMPERATURE);
+  EXPECT_EQ(msg.fields[1].data, (std::vector<std::uint8_t>{37, 100, 0, 255})) << "one kelvin a step";
+  EXPECT_EQ(msg.fields[2].kind, vest_msgs::TissueField::DAMAGE);
+  EXPECT_EQ(msg.fields[3].kind, vest_msgs::TissueField::PERFUSION);
+  EXPECT_EQ(msg.fields[4].kind, vest_msgs::TissueField::CHAR);
+  frame.has_fields = false;
   toMsg(frame, msg);
   EXPECT_TRUE(msg.fields.empty());
   EXPECT_EQ(msg.positions.size(), 12U);

@@ -127,31 +127,30 @@ TEST(Physics, WithoutDampingEnergyDoesNotGrow) {
   EXPECT_LT(most, 0.05 * swing);
 }
 
-TEST(Physics, EveryStiffnessIsEitherStableOrRefusedByName) {
-  int stable = 0, refused = 0;
+TEST(Physics, EveryStiffnessIsStableExplicitlyOrImplicitly) {
+  int implicit = 0;
   for (int power = 0; power <= 12; ++power) {
     test::TubeOptions o;
     o.youngs_modulus = 20e3 * std::pow(10.0, power);
-    try {
-      scene::World w(test::tubeScene(o));
-      scene::StepInput in;
-      scene::StepReport report;
-      for (int i = 0; i < 200; ++i) ASSERT_NE(w.step(in, report), scene::Status::Fault) << "10^" << power;
-      ++stable;
-    } catch (const std::invalid_argument& e) {
-      EXPECT_NE(std::string(e.what()).find("object 'tube'"), std::string::npos) << e.what();
-      EXPECT_NE(std::string(e.what()).find("sub-steps"), std::string::npos) << e.what();
-      ++refused;
-    }
+    scene::World w(test::tubeScene(o));
+    scene::StepInput in;
+    scene::StepReport report;
+    for (int i = 0; i < 100; ++i) ASSERT_EQ(w.step(in, report), scene::Status::Ok) << "10^" << power;
+    implicit += w.model().objects[0].implicit;
   }
-  EXPECT_GE(stable, 2);
-  EXPECT_GE(refused, 8);
+  EXPECT_GE(implicit, 8);
+  EXPECT_LE(implicit, 11) << "soft nets keep their explicit sub-steps";
 }
 
-TEST(Physics, AVanishingMassIsRefusedByName) {
+TEST(Physics, AVanishingMassMovesWithItsNeighbours) {
   auto d = test::tubeScene();
   d.objects[0].mass[17] = 1e-14;
-  EXPECT_THROW(scene::World{d}, std::invalid_argument);
+  scene::World w(d);
+  scene::StepInput in;
+  scene::StepReport report;
+  for (int i = 0; i < 200; ++i) ASSERT_EQ(w.step(in, report), scene::Status::Ok);
+  double spacing = (at(w, 0, 17) - at(w, 0, 16)).norm();
+  EXPECT_NEAR(spacing, (d.objects[0].rest_position[17] - d.objects[0].rest_position[16]).norm(), 5e-4);
 }
 
 TEST(Physics, AKnotDoesNotFallThroughTheCavity) {

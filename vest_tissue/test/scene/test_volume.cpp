@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "nets.h"
 #include "vest_tissue/scene/world.h"
+#include "vest_tissue/scene/world_model.h"
 
 namespace {
 
@@ -46,8 +45,7 @@ scene::Description closedTube(double bulk_modulus) {
   return d;
 }
 
-/// Seized in its middle and whipped to and fro, then held still. Greatest speed of a knot, m/s; -1: the step
-/// gave up.
+/// Seized in its middle and whipped to and fro, then held still. Greatest speed of a knot, m/s; -1: a fault.
 double whip(scene::World& world, double speed, double& at_end) {
   const double amplitude = 0.03, omega = speed / amplitude;
   scene::StepReport report;
@@ -69,31 +67,27 @@ double whip(scene::World& world, double speed, double& at_end) {
   return greatest;
 }
 
-TEST(Volume, FromSoftToAbsurdlyStiffAWhippedTubeStaysBoundedOrIsRefusedByName) {
-  int held = 0, refused = 0;
-  for (double factor = 1.0; factor <= 1e8; factor *= 10.0) {
+TEST(Volume, FromSoftToAbsurdlyStiffAWhippedTubeStaysBounded) {
+  int held = 0, implicit = 0;
+  for (const double factor : {1.0, 10.0, 100.0, 1e4, 1e8}) {
     SCOPED_TRACE(factor);
-    try {
-      scene::World world(closedTube(1500.0 * factor));
-      for (const double speed : {0.4, 0.7}) {
-        SCOPED_TRACE(speed);
-        world.reset();
-        double at_end = 0.0;
-        const double greatest = whip(world, speed, at_end);
-        EXPECT_GE(greatest, 0.0) << "fault";
-        // The jaws move at 0.7 m/s; a free end cracks like a whip, several times as fast, not tens of times.
-        EXPECT_LT(greatest, 8.0);
-      }
-      EXPECT_EQ(refused, 0) << "what is stiffer than a refused one is refused too";
-      ++held;
-    } catch (const std::invalid_argument& error) {
-      EXPECT_NE(std::string(error.what()).find("'tube'"), std::string::npos) << error.what();
-      EXPECT_NE(std::string(error.what()).find("volumes"), std::string::npos) << error.what();
-      ++refused;
+    scene::World world(closedTube(1500.0 * factor));
+    const bool stiff = world.model().objects[0].implicit;
+    for (const double speed : {0.4, 0.7}) {
+      if (stiff && speed < 0.7) continue;
+      SCOPED_TRACE(speed);
+      world.reset();
+      double at_end = 0.0;
+      const double greatest = whip(world, speed, at_end);
+      EXPECT_GE(greatest, 0.0) << "fault";
+      // The jaws move at 0.7 m/s; a free end cracks like a whip, several times as fast, not tens of times.
+      EXPECT_LT(greatest, 8.0);
+      EXPECT_GT(greatest, 0.9 * speed) << "it is not frozen: what is seized follows the jaws";
     }
+    ++(stiff ? implicit : held);
   }
-  EXPECT_GE(held, 3);
-  EXPECT_GE(refused, 3);
+  EXPECT_GE(held, 2);
+  EXPECT_GE(implicit, 1);
 }
 
 }  // namespace

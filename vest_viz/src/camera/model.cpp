@@ -7,7 +7,14 @@ namespace vest::camera {
 namespace {
 constexpr double kPi = 3.14159265358979323846;
 
-Eigen::Vector2d distort(const std::array<double, 5>& d, double x, double y) {
+Eigen::Vector2d distort(const Intrinsics& c, double x, double y) {
+  const std::array<double, 5>& d = c.distortion;
+  if (c.model == Distortion::Equidistant) {
+    const double r = std::hypot(x, y), t = std::atan(r), t2 = t * t;
+    const double bent = t * (1 + t2 * (d[0] + t2 * (d[1] + t2 * (d[2] + t2 * d[3]))));
+    const double scale = r > 1e-9 ? bent / r : 1;
+    return {x * scale, y * scale};
+  }
   const double r2 = x * x + y * y;
   const double radial = 1 + r2 * (d[0] + r2 * (d[1] + r2 * d[4]));
   return {x * radial + 2 * d[2] * x * y + d[3] * (r2 + 2 * x * x),
@@ -30,7 +37,7 @@ Intrinsics fromFieldOfView(std::uint32_t width, std::uint32_t height, double fov
 }
 
 Eigen::Vector2d project(const Intrinsics& c, const Eigen::Vector2d& n) {
-  const Eigen::Vector2d d = distort(c.distortion, n.x(), n.y());
+  const Eigen::Vector2d d = distort(c, n.x(), n.y());
   return {c.fx * d.x() + c.cx, c.fy * d.y() + c.cy};
 }
 
@@ -38,12 +45,12 @@ Eigen::Vector2d unproject(const Intrinsics& c, const Eigen::Vector2d& pixel) {
   const Eigen::Vector2d wanted((pixel.x() - c.cx) / c.fx, (pixel.y() - c.cy) / c.fy);
   Eigen::Vector2d p = wanted;
   for (int i = 0; i < 20; ++i) {
-    const Eigen::Vector2d error = distort(c.distortion, p.x(), p.y()) - wanted;
+    const Eigen::Vector2d error = distort(c, p.x(), p.y()) - wanted;
     if (error.squaredNorm() < 1e-24) break;
     constexpr double h = 1e-6;
     Eigen::Matrix2d J;
-    J.col(0) = (distort(c.distortion, p.x() + h, p.y()) - distort(c.distortion, p.x() - h, p.y())) / (2 * h);
-    J.col(1) = (distort(c.distortion, p.x(), p.y() + h) - distort(c.distortion, p.x(), p.y() - h)) / (2 * h);
+    J.col(0) = (distort(c, p.x() + h, p.y()) - distort(c, p.x() - h, p.y())) / (2 * h);
+    J.col(1) = (distort(c, p.x(), p.y() + h) - distort(c, p.x(), p.y() - h)) / (2 * h);
     p -= J.inverse() * error;
   }
   return p;

@@ -14,6 +14,8 @@ mesh::Topology toTopology(const vest_msgs::TissueTopology& message) {
     o.name = m.name;
     o.organ = m.organ;
     o.segmentation_label = m.segmentation_label;
+    o.material = m.material;
+    o.link_kind = m.link_kind;
     o.rigid = m.model == vest_msgs::TissueObject::MODEL_RIGID;
     o.knot_count = m.knot_count;
     o.rest_position = m.rest_position;
@@ -37,6 +39,7 @@ mesh::Delta toDelta(const vest_msgs::TissueTopologyDelta& m) {
   d.revision = m.revision;
   d.object = m.object;
   d.removed_links = m.removed_links;
+  d.added_link_kind = m.added_link_kind;
   d.added_link_knots = m.added_link_knots;
   d.doubled_knots = m.doubled_knots;
   d.removed_triangles = m.removed_triangles;
@@ -67,8 +70,9 @@ sensor_msgs::CameraInfo toCameraInfo(const camera::Intrinsics& c) {
   sensor_msgs::CameraInfo info;
   info.width = c.width;
   info.height = c.height;
-  info.distortion_model = "plumb_bob";
-  info.D.assign(c.distortion.begin(), c.distortion.end());
+  const bool fisheye = c.model == camera::Distortion::Equidistant;
+  info.distortion_model = fisheye ? "equidistant" : "plumb_bob";
+  info.D.assign(c.distortion.begin(), c.distortion.begin() + (fisheye ? 4 : 5));
   info.K = {c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1};
   info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   info.P = {c.fx, 0, c.cx, 0, 0, c.fy, c.cy, 0, 0, 0, 1, 0};

@@ -1,11 +1,13 @@
 #include "dynamic_mesh.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include <OgreHardwareBufferManager.h>
 #include <OgreMeshManager.h>
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
+#include <OgreSubEntity.h>
 #include <OgreSubMesh.h>
 
 #include "ogre_assets.h"
@@ -33,6 +35,7 @@ void DynamicMesh::destroyEntity() {
     mesh_.reset();
   }
   moving_.reset();
+  state_.reset();
 }
 
 void DynamicMesh::setVisible(bool visible) {
@@ -42,23 +45,32 @@ void DynamicMesh::setVisible(bool visible) {
 
 void DynamicMesh::setShape(const std::vector<std::uint32_t>& triangles, const std::vector<float>& uv,
                            const std::vector<float>& tint, std::size_t vertices) {
+  setShape({Group{triangles, material_}}, uv, tint, vertices);
+}
+
+void DynamicMesh::setShape(const std::vector<Group>& groups, const std::vector<float>& uv,
+                           const std::vector<float>& tint, std::size_t vertices) {
   destroyEntity();
   vertices_ = vertices;
-  if (vertices == 0 || triangles.empty()) return;
+  sub_entities_.assign(groups.size(), -1);
+  const bool any =
+      std::any_of(groups.begin(), groups.end(), [](const Group& g) { return !g.triangles.empty(); });
+  if (vertices == 0 || !any) return;
   mesh_ = Ogre::MeshManager::getSingleton().createManual(uniqueName("mesh"), kOgreGroup);
-  Ogre::SubMesh* part = mesh_->createSubMesh();
-  part->useSharedVertices = false;
-  part->vertexData = new Ogre::VertexData();
-  part->vertexData->vertexCount = vertices;
-  Ogre::VertexDeclaration* declaration = part->vertexData->vertexDeclaration;
+  mesh_->sharedVertexData = new Ogre::VertexData();
+  Ogre::VertexData* data = mesh_->sharedVertexData;
+  data->vertexCount = vertices;
+  Ogre::VertexDeclaration* declaration = data->vertexDeclaration;
   declaration->addElement(0, 0, Ogre::VET_FLOAT3, Ogre::VES_POSITION);
   declaration->addElement(0, 12, Ogre::VET_FLOAT3, Ogre::VES_NORMAL);
   declaration->addElement(0, 24, Ogre::VET_FLOAT3, Ogre::VES_TEXTURE_COORDINATES, 1);
   declaration->addElement(1, 0, Ogre::VET_FLOAT2, Ogre::VES_TEXTURE_COORDINATES, 0);
   declaration->addElement(1, 8, Ogre::VET_FLOAT4, Ogre::VES_DIFFUSE);
+  declaration->addElement(2, 0, Ogre::VET_FLOAT4, Ogre::VES_TEXTURE_COORDINATES, 2);
   auto& buffers = Ogre::HardwareBufferManager::getSingleton();
   moving_ =
       buffers.createVertexBuffer(36, vertices, Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY_DISCARDABLE);
+  state_ = buffers.createVertexBuffer(16, vertices, Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY_DISCARDABLE);
   auto fixed = buffers.createVertexBuffer(24, vertices, Ogre::HardwareBuffer::HBU_STATIC_WRITE_ONLY);
   std::vector<float> rows(6 * vertices);
   for (std::size_t v = 0; v < vertices; ++v) {
@@ -67,24 +79,47 @@ void DynamicMesh::setShape(const std::vector<std::uint32_t>& triangles, const st
     for (std::size_t k = 0; k < 4; ++k) rows[6 * v + 2 + k] = tint.empty() ? 1.0f : tint[4 * v + k];
   }
   fixed->writeData(0, rows.size() * sizeof(float), rows.data(), true);
-  part->vertexData->vertexBufferBinding->setBinding(0, moving_);
-  part->vertexData->vertexBufferBinding->setBinding(1, fixed);
-  auto indices = buffers.createIndexBuffer(Ogre::HardwareIndexBuffer::IT_32BIT, triangles.size(),
-                                           Ogre::HardwareBuffer::HBU_STATIC_WRITE_ONLY);
-  indices->writeData(0, triangles.size() * 4, triangles.data(), true);
-  part->indexData->indexBuffer = indices;
-  part->indexData->indexCount = triangles.size();
+  std::memset(state_->lock(Ogre::HardwareBuffer::HBL_DISCARD), 0, 16 * vertices);
+  state_->unlock();
+  data->vertexBufferBinding->setBinding(0, moving_);
+  data->vertexBufferBinding->setBinding(1, fixed);
+  data->vertexBufferBinding->setBinding(2, state_);
+  int next = 0;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const std::vector<std::uint32_t>& triangles = groups[g].triangles;
+    if (triangles.empty()) continue;
+    Ogre::SubMesh* part = mesh_->createSubMesh();
+    part->useSharedVertices = true;
+    auto indices = buffers.createIndexBuffer(Ogre::HardwareIndexBuffer::IT_32BIT, triangles.size(),
+                                             Ogre::HardwareBuffer::HBU_STATIC_WRITE_ONLY);
+    indices->writeData(0, triangles.size() * 4, triangles.data(), true);
+    part->indexData->indexBuffer = indices;
+    part->indexData->indexCount = triangles.size();
+    sub_entities_[g] = next++;
+  }
   // Tissue reaches everywhere in the box: culling by bounds would save nothing and cost a pass over all
   // vertices.
   mesh_->_setBounds(Ogre::AxisAlignedBox(-1, -1, -1, 1, 1, 1));
   mesh_->_setBoundingSphereRadius(2);
   mesh_->load();
   entity_ = manager_->createEntity(uniqueName("entity"), mesh_->getName(), kOgreGroup);
-  entity_->setMaterial(material_);
+  for (std::size_t g = 0; g < groups.size(); ++g) setMaterial(g, groups[g].material);
   entity_->setRenderQueueGroup(queue_);
   entity_->setCastShadows(false);
   entity_->setVisible(visible_);
   node_->attachObject(entity_);
+}
+
+void DynamicMesh::setMaterial(std::size_t group, const Ogre::MaterialPtr& material) {
+  if (entity_ == nullptr || group >= sub_entities_.size() || sub_entities_[group] < 0) return;
+  entity_->getSubEntity(static_cast<std::size_t>(sub_entities_[group]))->setMaterial(material);
+}
+
+void DynamicMesh::setState(const std::vector<std::uint8_t>& state) {
+  if (!state_ || state.size() < 4 * vertices_) return;
+  float* out = static_cast<float*>(state_->lock(Ogre::HardwareBuffer::HBL_DISCARD));
+  for (std::size_t i = 0; i < 4 * vertices_; ++i) out[i] = static_cast<float>(state[i]) * (1.0f / 255.0f);
+  state_->unlock();
 }
 
 void DynamicMesh::setVertices(const std::vector<float>& p, const std::vector<float>& n,

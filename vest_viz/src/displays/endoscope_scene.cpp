@@ -38,11 +38,13 @@ EndoscopeScene::EndoscopeScene(int quality) {
   camera_node_->attachObject(camera_);
   camera_->setNearClipDistance(kNear);
   camera_->setFarClipDistance(kFar);
-  tissue_ = std::make_unique<TissueVisual>(manager_, manager_->getRootSceneNode(), quality);
+  tissue_ = std::make_unique<TissueVisual>(manager_, manager_->getRootSceneNode(), quality, true);
+  effects_ = std::make_unique<EffectsVisual>(manager_, manager_->getRootSceneNode(), true);
 }
 
 EndoscopeScene::~EndoscopeScene() {
   instruments_.clear();
+  effects_.reset();
   tissue_.reset();
   if (stop_ != nullptr) manager_->destroyManualObject(stop_);
   if (target_ != nullptr) target_->removeAllViewports();
@@ -64,7 +66,7 @@ void EndoscopeScene::setCamera(const camera::Intrinsics& source, double circle) 
   viewport->setOverlaysEnabled(false);
   viewport->setShadowsEnabled(false);
   viewport->setSkiesEnabled(false);
-  viewport->setBackgroundColour(Ogre::ColourValue::Black);
+  viewport->setBackgroundColour(Ogre::ColourValue(0, 0, 0, 0));  // alpha 0: far away
   const Eigen::Matrix4d P = camera::glProjection(source, kNear, kFar);
   Ogre::Matrix4 projection;
   for (int r = 0; r < 4; ++r)
@@ -111,7 +113,7 @@ void EndoscopeScene::updateInstruments(const vest_msgs::InstrumentStates& states
     if (state.tool == vest_msgs::InstrumentState::TOOL_ENDOSCOPE || state.name == "endoscope") continue;
     Eigen::Isometry3d pose;
     auto& visual = instruments_[state.name];
-    if (!visual) visual = std::make_unique<InstrumentVisual>(manager_, manager_->getRootSceneNode());
+    if (!visual) visual = std::make_unique<InstrumentVisual>(manager_, manager_->getRootSceneNode(), true);
     const double jaw = std::isfinite(state.joint_position[4]) ? state.joint_position[4] : 0.0;
     if (!toPose(state.tip, &pose)) continue;
     visual->setTool(state.tool);
@@ -131,13 +133,17 @@ void EndoscopeScene::setPose(const Eigen::Isometry3d& X_WO) {
                                static_cast<float>(q.y()), static_cast<float>(q.z()));
 }
 
+double EndoscopeScene::light() const {
+  return kLightIntensity * gain_;
+}
+
 EndoscopeScene::Timing EndoscopeScene::render(cv::Mat* rgba) {
   Timing timing;
   if (target_ == nullptr) return timing;
   complete_ = takeBakedTextures();
-  const Ogre::Vector4 light(0.0f, static_cast<float>(kLightOffset), 0.0f,
-                            static_cast<float>(kLightIntensity * gain_));
+  const Ogre::Vector4 light(0.0f, static_cast<float>(kLightOffset), 0.0f, static_cast<float>(this->light()));
   tissue_->setLight(light);
+  effects_->setLight(light);
   for (auto& [name, visual] : instruments_) visual->setLight(light);
   const double start = seconds();
   target_->update();
@@ -152,6 +158,7 @@ EndoscopeScene::Timing EndoscopeScene::render(cv::Mat* rgba) {
 
 std::string EndoscopeScene::warning() const {
   if (!tissue_->warning().empty()) return tissue_->warning();
+  if (!effects_->warning().empty()) return effects_->warning();
   for (const auto& [name, visual] : instruments_)
     if (!visual->warning().empty()) return visual->warning();
   return {};

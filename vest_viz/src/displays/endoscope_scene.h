@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
+#include "effects_visual.h"
 #include "instrument_visual.h"
 #include "tissue_visual.h"
 #include "vest_viz/camera/model.h"
@@ -33,10 +34,14 @@ class EndoscopeScene {
   void setCamera(const camera::Intrinsics& source, double circle);
   void updateTissue(const mesh::Store& store);
   void updateInstruments(const vest_msgs::InstrumentStates& states);
+  EffectsVisual& effects() { return *effects_; }
+  const std::map<std::string, std::unique_ptr<InstrumentVisual>>& instruments() const { return instruments_; }
   /// Optical frame (z forward, x right, y down) in world.
   void setPose(const Eigen::Isometry3d& X_WO);
   /// @param gain of the camera control unit, 1 at the start
   void setGain(double gain) { gain_ = gain; }
+  /// Intensity of the light times exposure, m2, as the shaders get it.
+  double light() const;
 
   struct Timing {
     double draw = 0, read = 0;  ///< s
@@ -57,6 +62,7 @@ class EndoscopeScene {
   Ogre::RenderTexture* target_ = nullptr;
   Ogre::ManualObject* stop_ = nullptr;
   std::unique_ptr<TissueVisual> tissue_;
+  std::unique_ptr<EffectsVisual> effects_;
   std::map<std::string, std::unique_ptr<InstrumentVisual>> instruments_;
   camera::Intrinsics source_;
   double gain_ = 1.0;

@@ -17,7 +17,9 @@
 #include <rviz/render_panel.h>
 #include <rviz/view_manager.h>
 #include <rviz/window_manager_interface.h>
+#include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
 #include <tf2_ros/buffer.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -81,6 +83,9 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
       -0.3, 0.3);
   k2_ =
       limited(new FloatProperty("k2", 0.03f, "plumb_bob distortion.", this, SLOT(updateCamera())), -0.1, 0.1);
+  calibration_ = new StringProperty("Calibration File", "",
+                                    "YAML of camera_calibration; replaces size, field of view, k1 and k2.",
+                                    this, SLOT(updateCamera()));
   circle_ = limited(new FloatProperty("Circle", 1.0f, "Radius of the round picture over half its height.",
                                       this, SLOT(updateCamera())),
                     0.3, 1.5);
@@ -94,15 +99,37 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
   quality_ = new rviz::EnumProperty(
       "Quality", "automatic",
       "automatic: as fine as the frame time allows. standard: all pixels. simple: half of the "
-      "pixels and smaller textures.",
+      "pixels and smaller textures. fine: more pixels than shown, for a graphics card.",
       this, SLOT(updateScene()));
   quality_->addOption("simple", 0);
   quality_->addOption("standard", 1);
   quality_->addOption("automatic", 2);
+  quality_->addOption("fine", 3);
   fill_ = new rviz::BoolProperty(
       "Fill Window", false,
       "Lie over rviz's 3-D view, which is not drawn meanwhile: saves a second rendering.", this,
       SLOT(updatePlace()));
+  effects_topic_ = new StringProperty("Effects Topic", "effects", "Prefix of fluid, smoke and lens.", this,
+                                      SLOT(updateTopics()));
+  smoke_ = new rviz::EnumProperty("Smoke", "field",
+                                  "field: density in space. billboards: puffs that face the camera.", this,
+                                  SLOT(updateLook()));
+  smoke_->addOption("off", 0);
+  smoke_->addOption("field", 1);
+  smoke_->addOption("billboards", 2);
+  smoke_->addOption("both", 3);
+  lamp_ = limited(
+      new FloatProperty("Lamp", 5600, "Colour temperature of the light source, K.", this, SLOT(updateLook())),
+      1500, 20000);
+  white_ = limited(
+      new FloatProperty("White Balance", 5600, "Colour temperature that the camera takes for white, K.", this,
+                        SLOT(updateLook())),
+      1500, 20000);
+  noise_ = limited(
+      new FloatProperty("Noise", 0, "Standard deviation in levels of 255.", this, SLOT(updateLook())), 0, 30);
+  focus_ = limited(new FloatProperty("Focus", 0, "Distance in focus, m; 0: everything is sharp.", this,
+                                     SLOT(updateLook())),
+                   0, 1);
   print_timing_ =
       new rviz::BoolProperty("Print Timing", false, "Log milliseconds per stage every 2 s.", this);
 }
@@ -124,26 +151,50 @@ void EndoscopicViewDisplay::onInitialize() {
 void EndoscopicViewDisplay::updateScene() {
   if (!initialized() && pane_ == nullptr) return;
   try {
-    scene_ = std::make_unique<EndoscopeScene>(quality_->getOptionInt() > 0 ? 1 : 0);
+    view_ = std::make_unique<EndoscopePipeline>(quality_->getOptionInt() > 0 ? 1 : 0);
     updateCamera();
-    if (!input_.store().empty()) scene_->updateTissue(input_.store());
-    if (instruments_) scene_->updateInstruments(*instruments_);
+    updateLook();
+    if (!input_.store().empty()) view_->setTissue(input_.store());
+    if (instruments_) view_->setInstruments(*instruments_);
+    effects_.again();
   } catch (const std::exception& e) {
-    scene_.reset();
+    view_.reset();
     setStatusStd(rviz::StatusProperty::Error, "Media", e.what());
   }
 }
 
+void EndoscopicViewDisplay::updateLook() {
+  if (!view_) return;
+  picture::CameraLook look;
+  look.lamp = lamp_->getFloat();
+  look.white_balance = white_->getFloat();
+  look.noise = noise_->getFloat();
+  look.focus = focus_->getFloat();
+  view_->setLook(look);
+  view_->setSmokeMethod(static_cast<EndoscopePipeline::Smoke>(smoke_->getOptionInt()));
+}
+
 void EndoscopicViewDisplay::updateCamera() {
-  if (!scene_) return;
+  if (!view_) return;
   camera_ = camera::fromFieldOfView(
       static_cast<std::uint32_t>(width_->getInt()), static_cast<std::uint32_t>(height_->getInt()),
       field_of_view_->getFloat() * kDegree, {k1_->getFloat(), k2_->getFloat(), 0, 0, 0});
+  const std::string file = calibration_->getStdString();
+  deleteStatus("Calibration");
+  if (!file.empty()) {
+    try {
+      camera_ = camera::readCalibration(file);
+    } catch (const std::exception& e) {
+      setStatusStd(rviz::StatusProperty::Error, "Calibration", e.what());
+    }
+  }
   // Fewer pixels are drawn and the camera's resampling fills in.
   const int quality = quality_->getOptionInt();
-  const double resolution = quality == 2 ? kResolutions[level_] : quality == 1 ? 1.0 : 0.7;
-  finisher_ = std::make_unique<picture::Finisher>(camera_, circle_->getFloat(), resolution);
-  scene_->setCamera(finisher_->source(), finisher_->sourceRadius());
+  const double resolution = quality == 3   ? 1.8
+                            : quality == 2 ? kResolutions[level_]
+                            : quality == 1 ? 1.0
+                                           : 0.7;
+  view_->setCamera(camera_, circle_->getFloat(), resolution);
 }
 
 void EndoscopicViewDisplay::updatePlace() {
@@ -179,15 +230,19 @@ void EndoscopicViewDisplay::onEnable() {
 void EndoscopicViewDisplay::onDisable() {
   input_.unsubscribe();
   instruments_sub_.shutdown();
+  effects_.unsubscribe();
   image_pub_.shutdown();
   info_pub_.shutdown();
   compressed_pub_.shutdown();
+  truth_.shutdown();
   updatePlace();
 }
 
 void EndoscopicViewDisplay::reset() {
   rviz::Display::reset();
   input_.clear();
+  effects_.clear();
+  if (view_) view_->clear();
   instruments_.reset();
   if (isEnabled()) updateTopics();
 }
@@ -195,6 +250,7 @@ void EndoscopicViewDisplay::reset() {
 void EndoscopicViewDisplay::updateTopics() {
   if (!isEnabled()) return;
   input_.subscribe(update_nh_, tissue_topic_->getStdString());
+  effects_.subscribe(update_nh_, tissue_topic_->getStdString(), effects_topic_->getStdString());
   instruments_sub_ = update_nh_.subscribe<vest_msgs::InstrumentStates>(
       instruments_topic_->getStdString(), 1,
       [this](const vest_msgs::InstrumentStates::ConstPtr& m) {
@@ -206,6 +262,7 @@ void EndoscopicViewDisplay::updateTopics() {
   image_pub_.shutdown();
   info_pub_.shutdown();
   compressed_pub_.shutdown();
+  truth_.advertise(update_nh_, prefix);
   if (prefix.empty()) return;
   image_pub_ = update_nh_.advertise<sensor_msgs::Image>(prefix + "/image_raw", 2);
   info_pub_ = update_nh_.advertise<sensor_msgs::CameraInfo>(prefix + "/camera_info", 2);
@@ -246,7 +303,7 @@ bool EndoscopicViewDisplay::endoscopePose(Eigen::Isometry3d* X_WO, std::string* 
 }
 
 void EndoscopicViewDisplay::update(float, float) {
-  if (!scene_ || !finisher_) return;
+  if (!view_ || !view_->ready()) return;
   const double start = seconds();
   if (start - last_picture_ < 0.97 / rate_->getFloat()) return;
   try {
@@ -260,33 +317,40 @@ void EndoscopicViewDisplay::update(float, float) {
       return;
     }
     // Nothing moved: twice a second is enough.
-    if (!tissue_changed && !instruments_changed_ && start - last_picture_ < 0.5) return;
+    const bool effects_changed = effects_.changed();
+    if (!tissue_changed && !instruments_changed_ && !effects_changed && start - last_picture_ < 0.5) return;
     setStatusStd(rviz::StatusProperty::Ok, "Camera", how);
-    if (tissue_changed) scene_->updateTissue(input_.store());
-    if (instruments_) scene_->updateInstruments(*instruments_);
+    if (tissue_changed) view_->setTissue(input_.store());
+    if (instruments_) view_->setInstruments(*instruments_);
+    effects_.handTo(view_.get());
     instruments_changed_ = false;
-    scene_->setPose(X_WO);
-    scene_->setGain(exposure_.gain());
     const double prepared = seconds();
-    const EndoscopeScene::Timing timing = scene_->render(&rendering_);
-    const double rendered = seconds();
-    finisher_->apply(rendering_, &picture_);
-    exposure_.update(picture_, finisher_->circle(), start - last_picture_);
+    const EndoscopePipeline::Timing timing =
+        view_->draw(X_WO, input_.time(), start - last_picture_, &picture_);
     const double finished = seconds();
     // The state's stamp; while no state has come, the time of drawing.
     const ros::Time stamp = input_.header().stamp.isZero() ? ros::Time::now() : input_.header().stamp;
     // A session starts with the first picture: nothing is sent before there is tissue with its textures, but
     // a view that gets none (no simulation, only instruments) is not held back for ever.
     if (first_picture_ == 0) first_picture_ = start;
-    if ((scene_->complete() && !input_.store().empty()) || start - first_picture_ > kLongestHold)
+    begun_ = begun_ || (view_->scene().complete() && !input_.store().empty()) ||
+             start - first_picture_ > kLongestHold;
+    if (begun_) {
       publish(stamp);
+      if (truth_.wanted()) {
+        std_msgs::Header header;
+        header.stamp = stamp;
+        header.frame_id = optical_frame_->getStdString();
+        truth_.publish(*view_, input_.store(), instruments_.get(), X_WO, header, input_.step());
+      }
+    }
     const double sent = seconds();
     pane_->show(picture_.data, picture_.cols, picture_.rows);
     const double shown = seconds();
-    sums_.tissue += prepared - start;
+    sums_.tissue += prepared - start + timing.prepare;
     sums_.draw += timing.draw;
     sums_.read += timing.read;
-    sums_.finish += finished - rendered;
+    sums_.finish += timing.finish;
     sums_.send += sent - finished;
     sums_.show += shown - sent;
     ++sums_.pictures;
@@ -348,7 +412,7 @@ void EndoscopicViewDisplay::account(double now) {
   else
     setStatus(rviz::StatusProperty::Ok, "Tissue",
               QString("%1 objects").arg(input_.store().topology().objects.size()));
-  const std::string warning = scene_->warning();
+  const std::string warning = view_->scene().warning();
   if (!warning.empty()) setStatusStd(rviz::StatusProperty::Warn, "Drawing", warning);
   if (n > 0 && elapsed < 60) {
     const double ms = 1000.0 / n;

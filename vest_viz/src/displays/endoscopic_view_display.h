@@ -3,14 +3,13 @@
 #include <memory>
 
 #include <rviz/display.h>
-#include <sensor_msgs/CameraInfo.h>
-#include <sensor_msgs/Image.h>
 #include <vest_msgs/InstrumentStates.h>
 #include <opencv2/core.hpp>
 
-#include "endoscope_scene.h"
+#include "endoscope_inputs.h"
+#include "endoscope_pipeline.h"
 #include "tissue_input.h"
-#include "vest_viz/picture/finish.h"
+#include "truth_output.h"
 
 namespace rviz {
 class BoolProperty;
@@ -45,6 +44,7 @@ class EndoscopicViewDisplay : public rviz::Display {
   void updateCamera();
   void updatePlace();
   void updateScene();
+  void updateLook();
 
  private:
   bool endoscopePose(Eigen::Isometry3d* X_WO, std::string* how);
@@ -61,27 +61,34 @@ class EndoscopicViewDisplay : public rviz::Display {
   rviz::IntProperty* height_;
   rviz::FloatProperty* field_of_view_;
   rviz::FloatProperty* k1_;
+  rviz::StringProperty* calibration_;
   rviz::FloatProperty* k2_;
   rviz::FloatProperty* circle_;
   rviz::FloatProperty* optic_angle_;
   rviz::FloatProperty* rate_;
   rviz::FloatProperty* compressed_rate_;
   rviz::EnumProperty* quality_;
+  rviz::EnumProperty* smoke_;
+  rviz::StringProperty* effects_topic_;
+  rviz::FloatProperty* lamp_;
+  rviz::FloatProperty* white_;
+  rviz::FloatProperty* noise_;
+  rviz::FloatProperty* focus_;
   rviz::BoolProperty* fill_;
   rviz::BoolProperty* print_timing_;
 
   TissueInput input_;
+  EndoscopeInputs effects_;
+  TruthOutput truth_;
   ros::Subscriber instruments_sub_;
   vest_msgs::InstrumentStates::ConstPtr instruments_;
-  bool instruments_changed_ = false;
+  bool instruments_changed_ = false, begun_ = false;
   ros::Publisher image_pub_, info_pub_, compressed_pub_;
-  std::unique_ptr<EndoscopeScene> scene_;
-  std::unique_ptr<picture::Finisher> finisher_;
-  picture::AutoExposure exposure_;
+  std::unique_ptr<EndoscopePipeline> view_;
   camera::Intrinsics camera_;
   ImagePane* pane_ = nullptr;
   rviz::PanelDockWidget* dock_ = nullptr;
-  cv::Mat rendering_, picture_;
+  cv::Mat picture_;
   int level_ = 0;             ///< of kResolutions, moved by the frame time when the quality is automatic
   double first_picture_ = 0;  ///< s, steady clock: when drawing began
   double last_picture_ = 0, last_compressed_ = 0, last_account_ = 0;

@@ -10,22 +10,10 @@
 
 #include "ogre_assets.h"
 #include "vest_instruments/tools/tool_geometry.h"
+#include "vest_viz/effects/shapes.h"
 
 namespace vest::displays {
 namespace {
-
-/// File name stems of vest_instruments/meshes, in the order of InstrumentState.TOOL_*.
-constexpr std::array<const char*, 11> kToolNames{"none",
-                                                 "grasper",
-                                                 "scissors",
-                                                 "clip_applier",
-                                                 "coagulation_hook",
-                                                 "bipolar_forceps",
-                                                 "needle_holder",
-                                                 "suction_irrigator",
-                                                 "injection_needle",
-                                                 "sling_applicator",
-                                                 "endoscope"};
 
 void place(Ogre::SceneNode* node, const Eigen::Isometry3d& X) {
   const Eigen::Quaterniond q(X.linear());
@@ -37,8 +25,9 @@ void place(Ogre::SceneNode* node, const Eigen::Isometry3d& X) {
 
 }  // namespace
 
-InstrumentVisual::InstrumentVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent)
-    : manager_(manager), node_(parent->createChildSceneNode()) {
+InstrumentVisual::InstrumentVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent, bool depth_in_alpha)
+    : manager_(manager), node_(parent->createChildSceneNode()), depth_in_alpha_(depth_in_alpha) {
+  X_WSlot_.fill(Eigen::Isometry3d::Identity());
   slot_nodes_[0] = node_;
   slot_nodes_[1] = node_->createChildSceneNode();
   slot_nodes_[2] = node_->createChildSceneNode();
@@ -66,11 +55,16 @@ void InstrumentVisual::clear() {
 
 void InstrumentVisual::add(int slot, const instrument::TriangleMesh& mesh, bool insulated) {
   Part part;
-  Ogre::MaterialPtr base = Ogre::MaterialManager::getSingleton().getByName("vest_viz/Metal", kOgreGroup);
-  part.material = base->clone(uniqueName("metal"), true, kOgreGroup);
-  part.material->load();
-  part.material->getTechnique(0)->getPass(0)->getFragmentProgramParameters()->setNamedConstant(
-      "metal", insulated ? Ogre::Vector4(0.20f, 0.75f, 0.6f, 0.0f) : Ogre::Vector4(0.55f, 0.25f, 0.0f, 0.0f));
+  part.material = cloneMaterial("vest_viz/Metal");
+  if (warning_.empty()) warning_ = unsupported(part.material);
+  Ogre::Pass* pass = part.material->getTechnique(0)->getPass(0);
+  if (pass->hasFragmentProgram()) {
+    const auto parameters = pass->getFragmentProgramParameters();
+    parameters->setNamedConstant("metal", insulated ? Ogre::Vector4(0.20f, 0.75f, 0.6f, 0.0f)
+                                                    : Ogre::Vector4(0.55f, 0.25f, 0.0f, 0.0f));
+    parameters->setNamedConstant("depth_in_alpha", depth_in_alpha_ ? 1.0f : 0.0f);
+  }
+  part.triangles = mesh;
   const auto s = static_cast<std::size_t>(slot);
   part.mesh =
       std::make_unique<DynamicMesh>(manager_, slot_nodes_[s], part.material, Ogre::RENDER_QUEUE_MAIN - 5);
@@ -84,11 +78,11 @@ void InstrumentVisual::setTool(int tool) {
   clear();
   tool_ = tool;
   warning_.clear();
-  if (tool <= 0 || tool >= static_cast<int>(kToolNames.size())) return;
+  if (tool <= 0 || tool >= tools::kToolKindCount) return;
   const tools::ToolGeometry& geometry = tools::toolGeometry(static_cast<tools::ToolKind>(tool));
   jaw_length_ = geometry.jaw_length;
-  const std::string stem =
-      ros::package::getPath("vest_instruments") + "/meshes/" + kToolNames[static_cast<std::size_t>(tool)];
+  const std::string stem = ros::package::getPath("vest_instruments") + "/meshes/" +
+                           std::string(tools::toolName(static_cast<tools::ToolKind>(tool)));
   struct File {
     const char* part;
     int slot;
@@ -116,22 +110,33 @@ void InstrumentVisual::setTool(int tool) {
 
 void InstrumentVisual::setPose(const Eigen::Isometry3d& X_WTip, double jaw) {
   place(node_, X_WTip);
+  X_WSlot_[0] = X_WTip;
   for (int side : {1, 2}) {
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
     X.translation().z() = -jaw_length_;
     X.rotate(Eigen::AngleAxisd((side == 1 ? 0.5 : -0.5) * jaw, Eigen::Vector3d::UnitY()));
     place(slot_nodes_[static_cast<std::size_t>(side)], X);
+    X_WSlot_[static_cast<std::size_t>(side)] = X_WTip * X;
   }
 }
 
 void InstrumentVisual::setLight(const Ogre::Vector4& light) {
   for (auto& slot : slots_)
-    for (Part& part : slot)
-      part.material->getTechnique(0)->getPass(0)->getFragmentProgramParameters()->setNamedConstant("light",
-                                                                                                   light);
+    for (Part& part : slot) {
+      Ogre::Pass* pass = part.material->getTechnique(0)->getPass(0);
+      if (pass->hasFragmentProgram()) pass->getFragmentProgramParameters()->setNamedConstant("light", light);
+    }
+}
+
+instrument::TriangleMesh InstrumentVisual::worldMesh() const {
+  instrument::TriangleMesh all;
+  for (std::size_t s = 0; s < slots_.size(); ++s)
+    for (const Part& part : slots_[s]) effects::append(&all, part.triangles, X_WSlot_[s]);
+  return all;
 }
 
 void InstrumentVisual::setVisible(bool visible) {
+  visible_ = visible;
   node_->setVisible(visible, true);
 }
 

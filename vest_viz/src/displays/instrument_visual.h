@@ -16,13 +16,17 @@ namespace vest::displays {
 /// vest_instruments, or capsules where a mesh is missing.
 class InstrumentVisual {
  public:
-  InstrumentVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent);
+  /// @param depth_in_alpha for the finishing pass of the endoscopic view
+  InstrumentVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent, bool depth_in_alpha);
   ~InstrumentVisual();
 
   /// @param tool one of vest_msgs/InstrumentState.TOOL_*; meshes are exchanged when it changes
   void setTool(int tool);
   /// @param X_WTip tip pose in world; @param jaw full opening, rad
   void setPose(const Eigen::Isometry3d& X_WTip, double jaw);
+  /// All parts in world as they were placed last, for ground truth.
+  instrument::TriangleMesh worldMesh() const;
+  bool visible() const { return visible_; }
   void setLight(const Ogre::Vector4& light);
   void setVisible(bool visible);
   const std::string& warning() const { return warning_; }
@@ -31,6 +35,7 @@ class InstrumentVisual {
   struct Part {
     std::unique_ptr<DynamicMesh> mesh;
     Ogre::MaterialPtr material;
+    instrument::TriangleMesh triangles;
   };
   void add(int slot, const instrument::TriangleMesh& mesh, bool insulated);
   void clear();
@@ -41,6 +46,8 @@ class InstrumentVisual {
   std::array<Ogre::SceneNode*, 3> slot_nodes_;
   int tool_ = -1;
   double jaw_length_ = 0;
+  bool depth_in_alpha_, visible_ = true;
+  std::array<Eigen::Isometry3d, 3> X_WSlot_;
   std::string warning_;
 };
 

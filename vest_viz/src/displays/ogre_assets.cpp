@@ -1,5 +1,6 @@
 #include "ogre_assets.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <future>
@@ -14,6 +15,7 @@
 #include <OgreTextureUnitState.h>
 #include <ros/package.h>
 
+#include "vest_viz/texture/noise.h"
 #include "vest_viz/texture/organ_texture.h"
 
 namespace vest::displays {
@@ -78,7 +80,8 @@ std::string uniqueName(const std::string& what) {
 
 const OrganTextures& organTextures(const std::string& organ, int quality) {
   const texture::Style& style = texture::styleOf(organ);
-  const int size = (style.tile > 0.06 ? 1024 : 512) >> (quality > 0 ? 0 : 1);
+  const bool small = style.organ.rfind("cut_", 0) == 0;
+  const int size = (style.tile > 0.06 ? 1024 : small ? 256 : 512) >> (quality > 0 ? 0 : 1);
   Entry& entry = cache()[style.organ + "/" + std::to_string(size)];
   if (!entry.textures.albedo) {
     texture::Baked baked = plain(style, size);
@@ -122,12 +125,35 @@ double microTile() {
   return 0.006;
 }
 
-Ogre::MaterialPtr makeTissueMaterial(const std::string& organ, int quality) {
+Ogre::TexturePtr cloudTexture() {
+  static Ogre::TexturePtr texture;
+  if (texture) return texture;
+  constexpr int kSize = 128;
+  std::vector<std::uint8_t> rgba(4u * kSize * kSize, 255);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const float u = (x + 0.5f) / kSize, v = (y + 0.5f) / kSize;
+      const float value = 0.5f + 0.75f * texture::periodicFbm(u, v, 3, 3, 5, 71);
+      for (int k = 0; k < 3; ++k)
+        rgba[4u * (static_cast<std::size_t>(y) * kSize + x) + k] =
+            static_cast<std::uint8_t>(255 * std::clamp(value, 0.0f, 1.0f));
+    }
+  texture = upload(uniqueName("cloud"), kSize, rgba);
+  return texture;
+}
+
+Ogre::MaterialPtr cloneMaterial(const std::string& name) {
+  Ogre::MaterialPtr base = Ogre::MaterialManager::getSingleton().getByName(name, kOgreGroup);
+  if (!base) throw std::runtime_error("ogre_media/vest_viz.material of package vest_viz lacks " + name);
+  Ogre::MaterialPtr material = base->clone(uniqueName("material"), true, kOgreGroup);
+  material->load();
+  return material;
+}
+
+Ogre::MaterialPtr makeTissueMaterial(const std::string& organ, int quality, bool with_state) {
   const OrganTextures& textures = organTextures(organ, quality);
   const texture::Style& style = texture::styleOf(organ);
-  Ogre::MaterialPtr base = Ogre::MaterialManager::getSingleton().getByName("vest_viz/Tissue", kOgreGroup);
-  if (!base) throw std::runtime_error("ogre_media/vest_viz.material of package vest_viz is missing");
-  Ogre::MaterialPtr material = base->clone(uniqueName("material"), true, kOgreGroup);
+  Ogre::MaterialPtr material = cloneMaterial(with_state ? "vest_viz/TissueState" : "vest_viz/Tissue");
   for (unsigned short i = 0; i < material->getNumTechniques(); ++i) {
     Ogre::Pass* pass = material->getTechnique(i)->getPass(0);
     pass->getTextureUnitState("albedo")->setTexture(textures.albedo);

@@ -25,8 +25,14 @@ const OrganTextures& organTextures(const std::string& organ, int quality);
 bool takeBakedTextures();
 Ogre::TexturePtr microTexture();
 double microTile();
-/// A clone of vest_viz/Tissue with the organ's textures.
-Ogre::MaterialPtr makeTissueMaterial(const std::string& organ, int quality);
+/// A clone of vest_viz/Tissue (or of vest_viz/TissueState, which shows what happened to the tissue) with the
+/// organ's textures.
+Ogre::MaterialPtr makeTissueMaterial(const std::string& organ, int quality, bool with_state = false);
+/// A clone of one of the materials of ogre_media/vest_viz.material, loaded. Throws std::runtime_error if it
+/// is missing.
+Ogre::MaterialPtr cloneMaterial(const std::string& name);
+/// Turbulence in grey that tiles, for puffs of smoke.
+Ogre::TexturePtr cloudTexture();
 /// Empty, or why this machine cannot show the shaded technique.
 std::string unsupported(const Ogre::MaterialPtr& material);
 

@@ -1,18 +1,51 @@
 #include "tissue_display.h"
 
+#include <set>
 #include <sstream>
 
 #include <OgreSceneNode.h>
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
 #include <rviz/properties/bool_property.h>
+#include <rviz/properties/enum_property.h>
 #include <rviz/properties/float_property.h>
 #include <rviz/properties/string_property.h>
 #include <pluginlib/class_list_macros.hpp>
 
 #include "ogre_assets.h"
+#include "vest_viz/inspect/colour_map.h"
 
 namespace vest::displays {
+
+namespace {
+
+using By = TissueVisual::Colouring::By;
+using vest_msgs::TissueField;
+
+struct Option {
+  const char* word;
+  By by;
+  std::uint8_t field;
+  const char* title;
+};
+constexpr Option kColourings[] = {{"look", By::Look, 0, ""},
+                                  {"strain", By::Field, TissueField::STRAIN, "strain"},
+                                  {"stress", By::Field, TissueField::STRESS, "stress, Pa"},
+                                  {"temperature", By::Field, TissueField::TEMPERATURE, "temperature, K"},
+                                  {"damage", By::Field, TissueField::DAMAGE, "damage"},
+                                  {"char", By::Field, TissueField::CHAR, "char"},
+                                  {"perfusion", By::Field, TissueField::PERFUSION, "perfusion"},
+                                  {"bleeding", By::Field, TissueField::BLEEDING, "bleeding, m3/s"},
+                                  {"material", By::Material, 0, "material"},
+                                  {"organ", By::Organ, 0, "organ"},
+                                  {"object", By::Object, 0, "object"},
+                                  {"layer", By::Layer, 0, "layer"}};
+
+QColor toQt(const inspect::Colour& c) {
+  return QColor::fromRgbF(static_cast<double>(c[0]), static_cast<double>(c[1]), static_cast<double>(c[2]));
+}
+
+}  // namespace
 
 TissueDisplay::TissueDisplay() {
   topic_ = new rviz::StringProperty("Tissue Topic", "tissue", "Prefix of topology, topology_delta and state.",
@@ -29,6 +62,19 @@ TissueDisplay::TissueDisplay() {
   light_ = new rviz::FloatProperty("Light", 1.0f, "Brightness of the lamp beside the viewer.", this,
                                    SLOT(updateLook()));
   light_->setMin(0.0f);
+  colour_by_ = new rviz::EnumProperty("Colour By", "look", "What the colours of the skins mean.", this,
+                                      SLOT(updateLook()));
+  for (std::size_t i = 0; i < std::size(kColourings); ++i)
+    colour_by_->addOption(kColourings[i].word, static_cast<int>(i));
+  auto_range_ =
+      new rviz::BoolProperty("Range of the Field", true, "The scale is that which the field comes with.",
+                             colour_by_, SLOT(updateLook()), this);
+  low_ = new rviz::FloatProperty("Low", 0.0f, "Lower end of the scale, unit of the field.", colour_by_,
+                                 SLOT(updateLook()), this);
+  high_ =
+      new rviz::FloatProperty("High", 1.0f, "Upper end of the scale.", colour_by_, SLOT(updateLook()), this);
+  show_legend_ = new rviz::BoolProperty("Legend", true, "Show what the colours mean.", colour_by_,
+                                        SLOT(updateLook()), this);
 }
 
 TissueDisplay::~TissueDisplay() {
@@ -38,7 +84,7 @@ TissueDisplay::~TissueDisplay() {
 void TissueDisplay::onInitialize() {
   try {
     loadOgreMedia();
-    visual_ = std::make_unique<TissueVisual>(scene_manager_, scene_node_, 1);
+    visual_ = std::make_unique<TissueVisual>(scene_manager_, scene_node_, 1, false);
   } catch (const std::exception& e) {
     setStatusStd(rviz::StatusProperty::Error, "Media", e.what());
   }
@@ -49,6 +95,8 @@ void TissueDisplay::onEnable() {
 }
 
 void TissueDisplay::onDisable() {
+  if (legend_) legend_->hide();
+  legend_text_.clear();
   input_.unsubscribe();
 }
 
@@ -72,8 +120,54 @@ void TissueDisplay::updateLook() {
   visual_->showSurface(surface_->getBool());
   visual_->showLinks(links_->getBool());
   visual_->setAlpha(alpha_->getFloat());
+  updateColours();
   if (visual_ && !input_.store().empty()) visual_->update(input_.store());
   context_->queueRender();
+}
+
+void TissueDisplay::updateColours() {
+  const mesh::Store& store = input_.store();
+  const Option& option = kColourings[static_cast<std::size_t>(colour_by_->getOptionInt())];
+  TissueVisual::Colouring colouring;
+  colouring.by = option.by;
+  colouring.field = option.field;
+  const mesh::Field* field = option.by == By::Field ? store.field(option.field) : nullptr;
+  const bool automatic = auto_range_->getBool() && field != nullptr;
+  colouring.low = automatic ? field->minimum : low_->getFloat();
+  colouring.high = automatic ? field->maximum : high_->getFloat();
+  visual_->setColouring(colouring, store);
+  if (option.by == By::Field && field == nullptr && !store.empty())
+    setStatus(rviz::StatusProperty::Warn, "Colours", QString("no field %1 has come: grey").arg(option.word));
+  else
+    deleteStatus("Colours");
+
+  if (!isEnabled() || option.by == By::Look || !show_legend_->getBool()) {
+    if (legend_) legend_->hide();
+    legend_text_.clear();
+    return;
+  }
+  std::vector<std::pair<QString, QColor>> rows;
+  std::string text =
+      std::string(option.word) + std::to_string(colouring.low) + std::to_string(colouring.high);
+  if (option.by == By::Layer) {
+    const char* const words[] = {"outer skin", "inner wall", "cut face"};
+    for (unsigned i = 0; i < 3; ++i) rows.emplace_back(words[i], toQt(inspect::layerColour(i)));
+  } else if (option.by != By::Field) {
+    std::set<std::string> names;
+    for (const mesh::Object& o : store.topology().objects)
+      names.insert(option.by == By::Object ? o.name : option.by == By::Organ ? o.organ : o.material);
+    for (const std::string& name : names) {
+      rows.emplace_back(QString::fromStdString(name), toQt(inspect::nameColour(name)));
+      text += "/" + name;
+    }
+  }
+  if (text == legend_text_) return;
+  legend_text_ = text;
+  if (!legend_) legend_ = std::make_unique<Legend>();
+  if (option.by == By::Field)
+    legend_->showScale(option.title, static_cast<double>(colouring.low), static_cast<double>(colouring.high));
+  else
+    legend_->showList(option.title, rows);
 }
 
 void TissueDisplay::update(float wall_dt, float) {
@@ -89,6 +183,7 @@ void TissueDisplay::update(float wall_dt, float) {
   }
   if (input_.process()) {
     visual_->update(input_.store());
+    updateColours();
     context_->queueRender();
   }
   // A lamp at the viewer that shows near and far alike: far away in proportion to its strength.

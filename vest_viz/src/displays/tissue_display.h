@@ -4,11 +4,13 @@
 
 #include <rviz/display.h>
 
+#include "legend.h"
 #include "tissue_input.h"
 #include "tissue_visual.h"
 
 namespace rviz {
 class BoolProperty;
+class EnumProperty;
 class FloatProperty;
 class StringProperty;
 }  // namespace rviz
@@ -35,6 +37,7 @@ class TissueDisplay : public rviz::Display {
 
  private:
   void showStatus();
+  void updateColours();
 
   rviz::StringProperty* topic_;
   rviz::StringProperty* objects_;
@@ -42,6 +45,13 @@ class TissueDisplay : public rviz::Display {
   rviz::BoolProperty* links_;
   rviz::FloatProperty* alpha_;
   rviz::FloatProperty* light_;
+  rviz::EnumProperty* colour_by_;
+  rviz::BoolProperty* auto_range_;
+  rviz::FloatProperty* low_;
+  rviz::FloatProperty* high_;
+  rviz::BoolProperty* show_legend_;
+  std::unique_ptr<Legend> legend_;
+  std::string legend_text_;  ///< what the legend shows, so that it is painted only when it changes
   TissueInput input_;
   std::unique_ptr<TissueVisual> visual_;
   float since_status_ = 1e9f;

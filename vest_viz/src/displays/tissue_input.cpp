@@ -8,13 +8,12 @@ void TissueInput::subscribe(ros::NodeHandle& handle, const std::string& prefix) 
   unsubscribe();
   if (prefix.empty()) return;
   topology_sub_ = handle.subscribe<vest_msgs::TissueTopology>(
-      prefix + "/topology", 2,
-      [this](const vest_msgs::TissueTopology::ConstPtr& m) { topologies_.push_back(m); });
+      prefix + "/topology", 2, [this](const vest_msgs::TissueTopology::ConstPtr& m) { add(m); });
   delta_sub_ = handle.subscribe<vest_msgs::TissueTopologyDelta>(
       prefix + "/topology_delta", 1000,
-      [this](const vest_msgs::TissueTopologyDelta::ConstPtr& m) { deltas_.push_back(m); });
+      [this](const vest_msgs::TissueTopologyDelta::ConstPtr& m) { add(m); });
   state_sub_ = handle.subscribe<vest_msgs::TissueState>(
-      prefix + "/state", 1, [this](const vest_msgs::TissueState::ConstPtr& m) { newest_ = m; }, nullptr,
+      prefix + "/state", 1, [this](const vest_msgs::TissueState::ConstPtr& m) { add(m); }, nullptr,
       ros::TransportHints().tcpNoDelay());
 }
 
@@ -28,6 +27,8 @@ void TissueInput::clear() {
   topologies_.clear();
   deltas_.clear();
   newest_.reset();
+  newest_fields_.reset();
+  step_ = 0, time_ = 0;
   store_.setTopology({});
   header_ = {};
   states_ = dropped_ = 0;
@@ -62,11 +63,24 @@ bool TissueInput::process() {
   if (newest_) {
     if (judge(store_.setState(newest_->revision, newest_->positions.data(), newest_->positions.size()))) {
       header_ = newest_->header;
+      step_ = newest_->step;
+      time_ = newest_->time;
       ++states_;
     } else {
       ++dropped_;
     }
     newest_.reset();
+  }
+  if (newest_fields_) {
+    for (const vest_msgs::TissueField& m : newest_fields_->fields) {
+      mesh::Field field;
+      field.kind = m.kind, field.minimum = m.minimum, field.maximum = m.maximum, field.data = m.data;
+      // Fields of an older revision come again soon: no error.
+      const mesh::Outcome outcome = store_.setField(newest_fields_->revision, field);
+      if (outcome == mesh::Outcome::Malformed) judge(outcome);
+      changed = changed || outcome == mesh::Outcome::Accepted;
+    }
+    newest_fields_.reset();
   }
   if (changed) store_.rebuildSkins();
   return changed;

@@ -21,12 +21,23 @@ class TissueInput {
   void unsubscribe();
   void clear();
 
+  /// For those who read a bag instead of topics.
+  void add(const vest_msgs::TissueTopology::ConstPtr& m) { topologies_.push_back(m); }
+  void add(const vest_msgs::TissueTopologyDelta::ConstPtr& m) { deltas_.push_back(m); }
+  void add(const vest_msgs::TissueState::ConstPtr& m) {
+    newest_ = m;
+    if (!m->fields.empty()) newest_fields_ = m;
+  }
+
   /// Takes over what arrived. @return true if the store changed
   bool process();
 
   mesh::Store& store() { return store_; }
   /// Stamp and step of the state shown; zero before the first.
   const std_msgs::Header& header() const { return header_; }
+  /// Simulation step and time (s) of the state shown.
+  std::uint64_t step() const { return step_; }
+  double time() const { return time_; }
   std::uint64_t states() const { return states_; }
   std::uint64_t dropped() const { return dropped_; }
   /// Empty while all is well; else what was wrong last.
@@ -36,7 +47,9 @@ class TissueInput {
   ros::Subscriber topology_sub_, delta_sub_, state_sub_;
   std::vector<vest_msgs::TissueTopology::ConstPtr> topologies_;
   std::vector<vest_msgs::TissueTopologyDelta::ConstPtr> deltas_;
-  vest_msgs::TissueState::ConstPtr newest_;
+  vest_msgs::TissueState::ConstPtr newest_, newest_fields_;  ///< fields come with few of the states
+  std::uint64_t step_ = 0;
+  double time_ = 0;
   mesh::Store store_;
   std_msgs::Header header_;
   std::uint64_t states_ = 0, dropped_ = 0;

@@ -1,35 +1,80 @@
 #include "tissue_visual.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <OgreManualObject.h>
 #include <OgreMaterialManager.h>
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
 #include <OgreTechnique.h>
+#include <vest_msgs/TissueField.h>
 
 #include "ogre_assets.h"
+#include "vest_viz/inspect/colour_map.h"
 #include "vest_viz/mesh/occlusion.h"
 #include "vest_viz/texture/organ_texture.h"
 
 namespace vest::displays {
 
-TissueVisual::TissueVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent, int quality)
-    : manager_(manager), node_(parent->createChildSceneNode()), quality_(quality) {}
+namespace {
+
+// Fields of vest_msgs/TissueField that show, in the order of the shader's bytes, and the values that are
+// invisible and complete. Bleeding: 2 mm3/s at a knot (0.12 ml/min, knots stand some 4 mm apart) covers the
+// skin round it; assumed.
+struct Shown {
+  std::uint8_t kind;
+  float low, high;
+};
+constexpr std::array<Shown, 4> kShown{{{vest_msgs::TissueField::BLEEDING, 0.0f, 2e-9f},
+                                       {vest_msgs::TissueField::DAMAGE, 0.0f, 1.0f},
+                                       {vest_msgs::TissueField::CHAR, 0.0f, 1.0f},
+                                       {vest_msgs::TissueField::PERFUSION, 1.0f, 0.0f}}};
+
+bool anyShown(const mesh::Store& store) {
+  return std::any_of(kShown.begin(), kShown.end(),
+                     [&](const Shown& s) { return store.field(s.kind) != nullptr; });
+}
+
+}  // namespace
+
+TissueVisual::TissueVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent, int quality,
+                           bool depth_in_alpha)
+    : manager_(manager),
+      node_(parent->createChildSceneNode()),
+      quality_(quality),
+      depth_in_alpha_(depth_in_alpha) {}
 
 TissueVisual::~TissueVisual() {
-  for (Part& part : parts_) {
-    part.mesh.reset();
-    Ogre::MaterialManager::getSingleton().remove(part.material);
-  }
+  for (Part& part : parts_) destroy(&part);
   if (links_ != nullptr) manager_->destroyManualObject(links_);
   if (link_material_) Ogre::MaterialManager::getSingleton().remove(link_material_);
   node_->getParentSceneNode()->removeChild(node_);
   manager_->destroySceneNode(node_);
 }
 
+void TissueVisual::destroy(Part* part) {
+  part->mesh.reset();
+  if (part->coloured) Ogre::MaterialManager::getSingleton().remove(part->coloured);
+  part->coloured.reset();
+  for (auto* materials : {&part->plain, &part->marked})
+    for (Ogre::MaterialPtr& material : *materials)
+      if (material) {
+        Ogre::MaterialManager::getSingleton().remove(material);
+        material.reset();
+      }
+}
+
+template <class F>
+void TissueVisual::forEachMaterial(F&& f) {
+  for (Part& part : parts_)
+    for (auto* materials : {&part.plain, &part.marked})
+      for (Ogre::MaterialPtr& material : *materials)
+        if (material) f(material->getTechnique(0)->getPass(0));
+}
+
 /// Closed skins need no back faces drawn: each edge is used once in each direction.
-bool closed(const std::vector<std::uint32_t>& triangles) {
+static bool closed(const std::vector<std::uint32_t>& triangles) {
   std::vector<std::uint64_t> edges;
   edges.reserve(triangles.size());
   for (std::size_t t = 0; t + 2 < triangles.size(); t += 3)
@@ -41,75 +86,211 @@ bool closed(const std::vector<std::uint32_t>& triangles) {
   return !edges.empty();
 }
 
-void TissueVisual::rebuild(const mesh::Store& store) {
-  for (Part& part : parts_) {
-    part.mesh.reset();
-    Ogre::MaterialManager::getSingleton().remove(part.material);
-  }
+void TissueVisual::prepare(const Ogre::MaterialPtr& material, bool cull) {
+  if (warning_.empty()) warning_ = unsupported(material);
+  Ogre::Pass* pass = material->getTechnique(0)->getPass(0);
+  if (cull) pass->setCullingMode(Ogre::CULL_CLOCKWISE);
+  if (pass->hasFragmentProgram())
+    pass->getFragmentProgramParameters()->setNamedConstant(
+        "alpha", Ogre::Vector2(alpha_, depth_in_alpha_ ? 1.0f : 0.0f));
+  pass->setSceneBlending(alpha_ < 0.999f ? Ogre::SBT_TRANSPARENT_ALPHA : Ogre::SBT_REPLACE);
+  pass->setDepthWriteEnabled(alpha_ >= 0.999f);
+}
+
+void TissueVisual::rebuildAll(const mesh::Store& store) {
+  for (Part& part : parts_) destroy(&part);
   parts_.clear();
-  vertices_ = 0;
-  const std::vector<std::vector<float>> occlusion = mesh::ambientOcclusion(store);
   const auto& objects = store.topology().objects;
+  parts_.resize(objects.size());
+  std::vector<std::vector<float>> occlusion = mesh::ambientOcclusion(store);
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    const mesh::Object& o = objects[i];
-    Part part;
-    part.name = o.name;
-    part.organ = o.organ;
-    part.material = makeTissueMaterial(o.organ, quality_);
-    if (warning_.empty()) warning_ = unsupported(part.material);
-    Ogre::Pass* pass = part.material->getTechnique(0)->getPass(0);
-    if (!o.rigid && closed(o.triangles)) pass->setCullingMode(Ogre::CULL_CLOCKWISE);
-    part.parameters = pass->getFragmentProgramParameters();
-    part.vertex_parameters = pass->getVertexProgramParameters();
-    // Near and small things first: what they hide is not shaded.
-    const std::uint8_t queue = o.rigid ? Ogre::RENDER_QUEUE_MAIN + 5 : Ogre::RENDER_QUEUE_MAIN;
-    part.mesh = std::make_unique<DynamicMesh>(manager_, node_, part.material, queue);
-    const std::size_t n = o.vertexCount();
-    vertices_ += n;
-    const texture::Style& style = texture::styleOf(o.organ);
-    const double metres = mesh::metresPerTextureUnit(o, store.skin(i).positions.data());
-    const float tiles = static_cast<float>(metres / style.tile);
-    std::vector<float> uv(2 * n, 0.0f), tint(4 * n, 1.0f);
-    if (!o.texture_coordinates.empty())
-      for (std::size_t k = 0; k < 2 * n; ++k) uv[k] = tiles * o.texture_coordinates[k];
-    for (std::size_t v = 0; v < n; ++v) {
-      const float* p = &store.skin(i).positions[3 * v];
-      const std::array<float, 3> c = texture::tintAt(p[0], p[1], p[2], style);
-      for (std::size_t k = 0; k < 3; ++k) tint[4 * v + k] = c[k];
-      tint[4 * v + 3] = occlusion[i].empty() ? 1.0f : occlusion[i][v];
-    }
-    part.mesh->setShape(o.triangles, uv, tint, n);
-    parts_.push_back(std::move(part));
+    parts_[i].name = objects[i].name;
+    parts_[i].organ = objects[i].organ;
+    parts_[i].occlusion = std::move(occlusion[i]);
   }
-  setAlpha(alpha_);
-  applyVisibility();
+}
+
+void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
+  const mesh::Object& o = store.topology().objects[index];
+  const mesh::Skin& skin = store.skin(index);
+  Part& part = parts_[index];
+  part.version = store.shapeVersion(index);
+  std::vector<DynamicMesh::Group> groups(kGroups);
+  for (std::size_t t = 0; 3 * t + 2 < skin.triangles.size(); ++t) {
+    const std::uint32_t* v = &skin.triangles[3 * t];
+    if (v[0] == v[1] || v[1] == v[2]) continue;  // died in a cut
+    const std::size_t layer = o.triangle_layer.empty() ? 0 : o.triangle_layer[t];
+    auto& triangles = groups[std::min(layer, kGroups - 1)].triangles;
+    triangles.insert(triangles.end(), v, v + 3);
+  }
+  part.styles = {o.organ, texture::insideOf(o.organ).organ, texture::insideOf(o.organ).organ};
+  // Closed skins need no back faces drawn; a cut opens them.
+  part.cull = !o.rigid && groups[2].triangles.empty() && closed(o.triangles);
+  for (std::size_t g = 0; g < kGroups; ++g) {
+    part.present[g] = !groups[g].triangles.empty();
+    if (part.present[g] && !part.plain[g]) part.plain[g] = makeTissueMaterial(part.styles[g], quality_);
+    for (const Ogre::MaterialPtr& material : {part.plain[g], part.marked[g]}) {
+      if (!material) continue;
+      material->getTechnique(0)->getPass(0)->setCullingMode(Ogre::CULL_NONE);
+      prepare(material, part.cull);
+    }
+    groups[g].material = part.is_marked && part.marked[g] ? part.marked[g] : part.plain[g];
+  }
+  // Near and small things first: what they hide is not shaded.
+  const std::uint8_t queue = o.rigid ? Ogre::RENDER_QUEUE_MAIN + 5 : Ogre::RENDER_QUEUE_MAIN;
+  if (!part.mesh) part.mesh = std::make_unique<DynamicMesh>(manager_, node_, part.plain[0], queue);
+  const std::size_t n = skin.vertexCount(), bound = o.vertexCount();
+  const texture::Style& style = texture::styleOf(o.organ);
+  const texture::Style& inside = texture::insideOf(o.organ);
+  const double metres = mesh::metresPerTextureUnit(o, skin.positions.data());
+  const float tiles = static_cast<float>(metres / style.tile);
+  std::vector<float> uv(2 * n, 0.0f), tint(4 * n, 1.0f);
+  for (std::size_t k = 0; k < std::min(uv.size(), skin.uv.size()); ++k) uv[k] = tiles * skin.uv[k];
+  // Cut faces are patterned by place, looked at across the face: whatever coordinates they came with.
+  std::vector<std::uint8_t> on_skin(n, 0);
+  for (std::uint32_t v : groups[0].triangles) on_skin[v] = 1;
+  const auto per_metre = static_cast<float>(1.0 / inside.tile);
+  for (std::uint32_t v : groups[2].triangles) {
+    if (on_skin[v]) continue;
+    const float* p = &skin.positions[3 * static_cast<std::size_t>(v)];
+    const float* m = &skin.normals[3 * static_cast<std::size_t>(v)];
+    const float ax = std::fabs(m[0]), ay = std::fabs(m[1]), az = std::fabs(m[2]);
+    const int drop = ax > ay && ax > az ? 0 : ay > az ? 1 : 2;
+    uv[2 * v] = per_metre * p[(drop + 1) % 3];
+    uv[2 * v + 1] = per_metre * p[(drop + 2) % 3];
+  }
+  part.occlusion.resize(bound, 0.75f);  // new vertices: about half open
+  for (std::size_t v = 0; v < n; ++v) {
+    const float* p = &skin.positions[3 * v];
+    const std::array<float, 3> c = texture::tintAt(p[0], p[1], p[2], style);
+    for (std::size_t k = 0; k < 3; ++k) tint[4 * v + k] = c[k];
+    tint[4 * v + 3] = part.occlusion[v < bound ? v : skin.doubled[v - bound]];
+  }
+  part.mesh->setShape(groups, uv, tint, n);
+  part.mesh->setVisible(visible(part));
+}
+
+void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
+  Part& part = parts_[index];
+  const std::size_t n = store.skin(index).vertexCount();
+  if (n == 0) return;
+  part.state.resize(4 * n);
+  float largest = 0;
+  for (std::size_t k = 0; k < kShown.size(); ++k)
+    largest = std::max(largest, store.vertexField(index, kShown[k].kind, kShown[k].low, kShown[k].high,
+                                                  part.state.data() + k, kShown.size()));
+  const bool mark = largest > 0.02f;
+  if (mark) part.mesh->setState(part.state);
+  if (mark == part.is_marked) return;
+  part.is_marked = mark;
+  for (std::size_t g = 0; g < kGroups; ++g) {
+    if (!part.present[g]) continue;
+    if (mark && !part.marked[g]) {
+      part.marked[g] = makeTissueMaterial(part.styles[g], quality_, true);
+      prepare(part.marked[g], part.cull);
+    }
+    part.mesh->setMaterial(g, mark ? part.marked[g] : part.plain[g]);
+  }
 }
 
 void TissueVisual::update(const mesh::Store& store) {
   const bool fresh = store.shapeVersion() != shape_version_;
+  const bool fields = store.fieldVersion() != field_version_;
   if (fresh) {
     shape_version_ = store.shapeVersion();
-    rebuild(store);
+    std::vector<std::string> names;
+    for (const mesh::Object& o : store.topology().objects) names.push_back(o.name + "/" + o.organ);
+    if (names != names_) {
+      names_ = std::move(names);
+      rebuildAll(store);
+    }
   }
-  for (std::size_t i = 0; i < parts_.size(); ++i)
-    if (fresh || store.moved(i))
-      parts_[i].mesh->setVertices(store.skin(i).positions, store.skin(i).normals, store.skin(i).tangents);
+  vertices_ = 0;
+  const bool shown = anyShown(store);
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const bool reshaped = fresh && parts_[i].version != store.shapeVersion(i);
+    if (reshaped) rebuildPart(store, i);
+    const mesh::Skin& skin = store.skin(i);
+    if (reshaped || store.moved(i)) parts_[i].mesh->setVertices(skin.positions, skin.normals, skin.tangents);
+    if (colouring_.by != Colouring::By::Look) {
+      if (fields || reshaped) updateColours(store, i);
+    } else if ((fields || reshaped) && (shown || parts_[i].is_marked)) {
+      updateState(store, i);
+    }
+    vertices_ += skin.vertexCount();
+  }
+  field_version_ = store.fieldVersion();
   if (show_links_) drawLinks(store);
 }
 
 void TissueVisual::setLight(const Ogre::Vector4& light) {
-  for (Part& part : parts_)
-    if (part.vertex_parameters) part.vertex_parameters->setNamedConstant("light", light);
+  forEachMaterial([&](Ogre::Pass* pass) {
+    if (pass->hasVertexProgram()) pass->getVertexProgramParameters()->setNamedConstant("light", light);
+  });
 }
 
 void TissueVisual::setAlpha(float alpha) {
   alpha_ = alpha;
-  for (Part& part : parts_) {
-    if (part.parameters) part.parameters->setNamedConstant("alpha", alpha);
-    Ogre::Pass* pass = part.material->getTechnique(0)->getPass(0);
-    pass->setSceneBlending(alpha < 0.999f ? Ogre::SBT_TRANSPARENT_ALPHA : Ogre::SBT_REPLACE);
-    pass->setDepthWriteEnabled(alpha >= 0.999f);
+  for (Part& part : parts_)
+    for (auto* materials : {&part.plain, &part.marked})
+      for (Ogre::MaterialPtr& material : *materials)
+        if (material) prepare(material, part.cull);
+  for (Part& part : parts_)
+    if (part.coloured) prepare(part.coloured, false);
+}
+
+void TissueVisual::setColouring(const Colouring& colouring, const mesh::Store& store) {
+  if (colouring == colouring_) return;
+  colouring_ = colouring;
+  for (std::size_t i = 0; i < parts_.size() && i < store.topology().objects.size(); ++i) {
+    if (colouring.by != Colouring::By::Look) {
+      updateColours(store, i);
+      continue;
+    }
+    for (std::size_t g = 0; g < kGroups; ++g)
+      if (parts_[i].present[g]) parts_[i].mesh->setMaterial(g, parts_[i].plain[g]);
+    parts_[i].is_marked = false;
+    updateState(store, i);
   }
+}
+
+void TissueVisual::updateColours(const mesh::Store& store, std::size_t index) {
+  Part& part = parts_[index];
+  const mesh::Object& o = store.topology().objects[index];
+  const mesh::Skin& skin = store.skin(index);
+  const std::size_t n = skin.vertexCount();
+  if (n == 0) return;
+  if (!part.coloured) {
+    part.coloured = cloneMaterial("vest_viz/Field");
+    prepare(part.coloured, false);
+  }
+  for (std::size_t g = 0; g < kGroups; ++g)
+    if (part.present[g]) part.mesh->setMaterial(g, part.coloured);
+  std::vector<std::uint8_t>& out = part.state;
+  out.assign(4 * n, 255);
+  const auto put = [&](std::size_t v, const inspect::Colour& c) {
+    for (std::size_t k = 0; k < 3; ++k) out[4 * v + k] = static_cast<std::uint8_t>(255 * c[k] + 0.5f);
+  };
+  using By = Colouring::By;
+  if (colouring_.by == By::Field) {
+    const bool known = store.field(colouring_.field) != nullptr;
+    std::vector<std::uint8_t> value(n);
+    store.vertexField(index, colouring_.field, colouring_.low, colouring_.high, value.data(), 1);
+    for (std::size_t v = 0; v < n; ++v)
+      put(v, inspect::valueColour(known ? static_cast<float>(value[v]) / 255 : std::nanf("")));
+  } else if (colouring_.by == By::Layer) {
+    for (std::size_t t = 0; t < o.triangle_layer.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k)
+        put(skin.triangles[3 * t + k], inspect::layerColour(o.triangle_layer[t]));
+    if (o.triangle_layer.empty())
+      for (std::size_t v = 0; v < n; ++v) put(v, inspect::layerColour(0));
+  } else {
+    const inspect::Colour c = inspect::nameColour(colouring_.by == By::Object  ? o.name
+                                                  : colouring_.by == By::Organ ? o.organ
+                                                                               : o.material);
+    for (std::size_t v = 0; v < n; ++v) put(v, c);
+  }
+  part.mesh->setState(out);
 }
 
 void TissueVisual::showSurface(bool show) {
@@ -129,8 +310,12 @@ void TissueVisual::setFilter(const std::set<std::string>& names) {
 
 void TissueVisual::applyVisibility() {
   for (Part& part : parts_)
-    part.mesh->setVisible(show_surface_ && (filter_.empty() || filter_.count(part.name) != 0 ||
-                                            filter_.count(part.organ) != 0));
+    if (part.mesh) part.mesh->setVisible(visible(part));
+}
+
+bool TissueVisual::visible(const Part& part) const {
+  return show_surface_ &&
+         (filter_.empty() || filter_.count(part.name) != 0 || filter_.count(part.organ) != 0);
 }
 
 void TissueVisual::drawLinks(const mesh::Store& store) {

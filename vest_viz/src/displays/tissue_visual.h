@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <set>
 #include <string>
@@ -16,11 +17,12 @@ class ManualObject;
 
 namespace vest::displays {
 
-/// Draws what a mesh::Store holds: one DynamicMesh per object, and the wire net of its living links on
-/// demand.
+/// Draws what a mesh::Store holds: one DynamicMesh per object, coloured by what happened to the tissue
+/// (bleeding, coagulation, char, lost perfusion), and the wire net of its living links on demand.
 class TissueVisual {
  public:
-  TissueVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent, int quality);
+  /// @param depth_in_alpha for the finishing pass of the endoscopic view
+  TissueVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent, int quality, bool depth_in_alpha);
   ~TissueVisual();
 
   /// Uploads what changed since the last call; call after store.rebuildSkins(), in update(), never in a
@@ -33,27 +35,57 @@ class TissueVisual {
   void showLinks(bool show);
   /// Only objects whose name or organ is in the set; an empty set shows all.
   void setFilter(const std::set<std::string>& names);
+  /// How skins are coloured.
+  struct Colouring {
+    enum class By { Look, Field, Object, Organ, Material, Layer };
+    By by = By::Look;
+    std::uint8_t field = 0;   ///< kind of vest_msgs/TissueField
+    float low = 0, high = 1;  ///< of the scale, unit of the kind
+    bool operator==(const Colouring& o) const {
+      return by == o.by && field == o.field && low == o.low && high == o.high;
+    }
+  };
+  void setColouring(const Colouring& colouring, const mesh::Store& store);
   /// Empty, or why shaders are not supported.
   const std::string& warning() const { return warning_; }
   std::size_t vertexCount() const { return vertices_; }
 
  private:
+  /// Outer skin, inner wall and cut faces of an object, each with its look; the second look shows what
+  /// happened to the tissue and is only used where something did.
+  static constexpr std::size_t kGroups = 3;
   struct Part {
     std::unique_ptr<DynamicMesh> mesh;
-    Ogre::MaterialPtr material;
-    /// Of fragment and vertex program; null in the fall-back technique.
-    Ogre::GpuProgramParametersSharedPtr parameters, vertex_parameters;
+    std::array<Ogre::MaterialPtr, kGroups> plain, marked;
+    Ogre::MaterialPtr coloured;
+    std::array<std::string, kGroups> styles;
+    std::array<bool, kGroups> present{};
+    bool is_marked = false, cull = false;
     std::string name, organ;
+    std::uint64_t version = 0;
+    std::vector<float> occlusion;
+    std::vector<std::uint8_t> state;
   };
-  void rebuild(const mesh::Store& store);
+  void rebuildAll(const mesh::Store& store);
+  void rebuildPart(const mesh::Store& store, std::size_t index);
+  void updateState(const mesh::Store& store, std::size_t index);
+  void updateColours(const mesh::Store& store, std::size_t index);
+  void destroy(Part* part);
+  void prepare(const Ogre::MaterialPtr& material, bool cull);
+  template <class F>
+  void forEachMaterial(F&& f);
   void drawLinks(const mesh::Store& store);
   void applyVisibility();
+  bool visible(const Part& part) const;
 
   Ogre::SceneManager* manager_;
   Ogre::SceneNode* node_;
   int quality_;
+  bool depth_in_alpha_;
+  Colouring colouring_;
   std::vector<Part> parts_;
-  std::uint64_t shape_version_ = 0;
+  std::uint64_t shape_version_ = 0, field_version_ = 0;
+  std::vector<std::string> names_;  ///< of the objects drawn
   std::size_t vertices_ = 0;
   Ogre::ManualObject* links_ = nullptr;
   Ogre::MaterialPtr link_material_;

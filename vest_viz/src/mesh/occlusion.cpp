@@ -11,6 +11,7 @@ namespace {
 constexpr float kCell = 0.003f;   // m
 constexpr float kReach = 0.025f;  // m
 constexpr int kRays = 26;
+constexpr std::size_t kMostVertices = 150000;  // above, drawing would wait too long for it
 constexpr int kMaxCells =
     256;  // per axis: a scene larger than 0.77 m is not a body cavity and stays unshaded
 
@@ -35,6 +36,9 @@ struct Grid {
 std::vector<std::vector<float>> ambientOcclusion(const Store& store) {
   const auto& objects = store.topology().objects;
   std::vector<std::vector<float>> result(objects.size());
+  std::size_t vertices = 0;
+  for (std::size_t i = 0; i < objects.size(); ++i) vertices += store.skin(i).vertexCount();
+  if (vertices > kMostVertices) return result;
   Eigen::AlignedBox3f box;
   for (std::size_t i = 0; i < objects.size(); ++i)
     for (std::size_t v = 0; v + 2 < store.skin(i).positions.size(); v += 3)
@@ -65,7 +69,7 @@ std::vector<std::vector<float>> ambientOcclusion(const Store& store) {
     rays.emplace_back(std::sqrt(r2) * std::cos(angle), std::sqrt(r2) * std::sin(angle), std::sqrt(1 - r2));
   }
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    const std::size_t n = objects[i].vertexCount();
+    const std::size_t n = store.skin(i).vertexCount();
     result[i].assign(n, 1.0f);
     for (std::size_t v = 0; v < n; ++v) {
       const Eigen::Vector3f p = Eigen::Map<const Eigen::Vector3f>(&store.skin(i).positions[3 * v]);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "vest_tissue/net/skin.h"
 #include "vest_viz/mesh/unfold.h"
@@ -45,11 +46,48 @@ void clearShape(Object* object) {
   object->binding_weights.clear();
   object->link_knots.clear();
   object->link_alive.clear();
+  object->link_kind.clear();
   if (object->rest_position.size() != 3 * static_cast<std::size_t>(object->knot_count) ||
       !finite(object->rest_position.data(), object->rest_position.size())) {
     object->rest_position.clear();
     object->knot_count = 0;
   }
+}
+
+constexpr std::size_t kAll = ~std::size_t{0};
+
+/// Triangles of the skin with a double of each vertex that cut faces share with other layers.
+void splitCutFaces(const Object& o, Skin* skin) {
+  skin->triangles = o.triangles;
+  skin->doubled.clear();
+  const std::size_t n = o.vertexCount();
+  if (!o.triangle_layer.empty()) {
+    std::vector<std::uint8_t> outside(n, 0);
+    for (std::size_t t = 0; t < o.triangle_layer.size(); ++t)
+      if (o.triangle_layer[t] != kCutFace)
+        for (std::size_t k = 0; k < 3; ++k) outside[o.triangles[3 * t + k]] = 1;
+    std::vector<std::uint32_t> twin(n, 0);
+    for (std::size_t t = 0; t < o.triangle_layer.size(); ++t) {
+      if (o.triangle_layer[t] != kCutFace) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        std::uint32_t& v = skin->triangles[3 * t + k];
+        if (!outside[v]) continue;
+        if (twin[v] == 0) {
+          twin[v] = static_cast<std::uint32_t>(n + skin->doubled.size());
+          skin->doubled.push_back(v);
+        }
+        v = twin[v];
+      }
+    }
+  }
+  skin->uv = o.texture_coordinates;
+  if (!skin->uv.empty())
+    for (std::uint32_t v : skin->doubled)
+      skin->uv.insert(skin->uv.end(), {float(skin->uv[2 * v]), float(skin->uv[2 * v + 1])});
+  const std::size_t all = 3 * (n + skin->doubled.size());
+  skin->positions.assign(all, 0.0f);
+  skin->normals.assign(all, 0.0f);
+  skin->tangents.assign(all, 0.0f);
 }
 
 }  // namespace
@@ -112,11 +150,12 @@ Outcome Store::setTopology(Topology topology) {
                  topology.objects[i].rest_position == topology_.objects[i].rest_position;
   const std::vector<float> old = knots_;
   topology_ = std::move(topology);
-  layOut(same_knots && !old.empty() ? &old : nullptr);
+  if (!same_knots) fields_.clear();
+  layOut(same_knots && !old.empty() ? &old : nullptr, kAll);
   return problem_.empty() ? Outcome::Accepted : Outcome::Malformed;
 }
 
-void Store::layOut(const std::vector<float>* old_knots) {
+void Store::layOut(const std::vector<float>* old_knots, std::size_t changed) {
   first_knot_.clear();
   std::size_t total = 0;
   for (const Object& object : topology_.objects) {
@@ -131,16 +170,77 @@ void Store::layOut(const std::vector<float>* old_knots) {
     for (const Object& object : topology_.objects)
       knots_.insert(knots_.end(), object.rest_position.begin(), object.rest_position.end());
   }
-  skins_.assign(topology_.objects.size(), {});
-  for (std::size_t i = 0; i < skins_.size(); ++i) {
-    const std::size_t n = 3 * topology_.objects[i].vertexCount();
-    skins_[i].positions.assign(n, 0.0f);
-    skins_[i].normals.assign(n, 0.0f);
-    skins_[i].tangents.assign(n, 0.0f);
+  ++shape_version_;
+  if (changed != kAll) {
+    splitCutFaces(topology_.objects[changed], &skins_[changed]);
+    dirty_[changed] = 1;
+    object_version_[changed] = shape_version_;
+    return;
   }
+  skins_.assign(topology_.objects.size(), {});
+  for (std::size_t i = 0; i < skins_.size(); ++i) splitCutFaces(topology_.objects[i], &skins_[i]);
+  object_version_.assign(skins_.size(), shape_version_);
   dirty_.assign(skins_.size(), 1);
   moved_.assign(skins_.size(), 0);
-  ++shape_version_;
+}
+
+Outcome Store::setField(std::uint32_t revision, const Field& field) {
+  if (empty() || revision != topology_.revision) return Outcome::UnknownRevision;
+  if (3 * field.data.size() != knots_.size() || !std::isfinite(field.minimum) ||
+      !std::isfinite(field.maximum)) {
+    problem_ = "field of kind " + std::to_string(field.kind) + " has " + std::to_string(field.data.size()) +
+               " values between " + std::to_string(field.minimum) + " and " + std::to_string(field.maximum) +
+               ", the topology has " + std::to_string(knots_.size() / 3) + " knots";
+    return Outcome::Malformed;
+  }
+  ++field_version_;
+  for (Field& f : fields_)
+    if (f.kind == field.kind) {
+      f = field;
+      return Outcome::Accepted;
+    }
+  fields_.push_back(field);
+  return Outcome::Accepted;
+}
+
+const Field* Store::field(std::uint8_t kind) const {
+  for (const Field& f : fields_)
+    if (f.kind == kind) return &f;
+  return nullptr;
+}
+
+float Store::knotField(std::size_t object, std::uint8_t kind, std::size_t knot) const {
+  const Field* f = field(kind);
+  if (f == nullptr || object >= first_knot_.size() || knot >= topology_.objects[object].knot_count)
+    return std::numeric_limits<float>::quiet_NaN();
+  return f->minimum + (f->maximum - f->minimum) * f->data[first_knot_[object] + knot] / 255.0f;
+}
+
+float Store::vertexField(std::size_t object, std::uint8_t kind, float low, float high, std::uint8_t* out,
+                         std::size_t stride) const {
+  const Field* f = field(kind);
+  const Object& o = topology_.objects[object];
+  const Skin& skin = skins_[object];
+  const std::size_t n = o.vertexCount();
+  const auto at = [&](std::size_t v) -> std::uint8_t& { return out[v * stride]; };
+  if (f == nullptr || high == low) {
+    for (std::size_t v = 0; v < skin.vertexCount(); ++v) at(v) = 0;
+    return 0;
+  }
+  const float scale = (f->maximum - f->minimum) / (high - low);
+  const float offset = 255.0f * (f->minimum - low) / (high - low) + 0.5f;
+  const std::uint8_t* data = f->data.data() + first_knot_[object];
+  std::uint8_t largest = 0;
+  for (std::size_t v = 0; v < n; ++v) {
+    float sum = 0;
+    for (std::uint32_t k = o.binding_start[v]; k < o.binding_start[v + 1]; ++k)
+      sum += o.binding_weights[k] * data[o.binding_knots[k]];
+    const auto value = static_cast<std::uint8_t>(std::clamp(sum * scale + offset, 0.0f, 255.0f));
+    at(v) = value;
+    largest = std::max(largest, value);
+  }
+  for (std::size_t k = 0; k < skin.doubled.size(); ++k) at(n + k) = at(skin.doubled[k]);
+  return static_cast<float>(largest) / 255.0f;
 }
 
 Outcome Store::setState(std::uint32_t revision, const float* positions, std::size_t count) {
@@ -182,11 +282,14 @@ void Store::rebuildSkins() {
     if (n == 0) continue;
     net::rebuildSkin(knots(i), o.binding_start.data(), o.binding_knots.data(), o.binding_weights.data(), n,
                      skin.positions.data());
-    net::vertexNormals(skin.positions.data(), n, o.triangles.data(), o.triangles.size() / 3,
-                       skin.normals.data());
-    vertexTangents(skin.positions.data(),
-                   o.texture_coordinates.empty() ? nullptr : o.texture_coordinates.data(),
-                   skin.normals.data(), n, o.triangles.data(), o.triangles.size() / 3, skin.tangents.data());
+    for (std::size_t k = 0; k < skin.doubled.size(); ++k)
+      std::copy_n(&skin.positions[3 * static_cast<std::size_t>(skin.doubled[k])], 3,
+                  &skin.positions[3 * (n + k)]);
+    net::vertexNormals(skin.positions.data(), skin.vertexCount(), skin.triangles.data(),
+                       skin.triangles.size() / 3, skin.normals.data());
+    vertexTangents(skin.positions.data(), skin.uv.empty() ? nullptr : skin.uv.data(), skin.normals.data(),
+                   skin.vertexCount(), skin.triangles.data(), skin.triangles.size() / 3,
+                   skin.tangents.data());
   }
 }
 
@@ -230,6 +333,10 @@ Outcome Store::applyDelta(const Delta& d) {
   for (std::uint32_t link : d.removed_links) o.link_alive[link] = 0;
   o.link_knots.insert(o.link_knots.end(), d.added_link_knots.begin(), d.added_link_knots.end());
   o.link_alive.resize(o.link_knots.size() / 2, 1);
+  if (!o.link_kind.empty()) {
+    o.link_kind.insert(o.link_kind.end(), d.added_link_kind.begin(), d.added_link_kind.end());
+    o.link_kind.resize(o.link_knots.size() / 2, 0);
+  }
 
   o.knot_count += static_cast<std::uint32_t>(d.doubled_knots.size());
   if (!o.knot_fixed.empty()) o.knot_fixed.resize(o.knot_count, 0);
@@ -237,9 +344,8 @@ Outcome Store::applyDelta(const Delta& d) {
     for (int k = 0; k < 3; ++k) o.rest_position.push_back(float(o.rest_position[3 * p + k]));
 
   if (o.triangle_layer.empty()) o.triangle_layer.assign(o.triangles.size() / 3, 0);
-  // Indices never shift: a dead triangle stays, without area, as in a whole topology.
-  for (const std::uint32_t t : d.removed_triangles)
-    std::fill_n(o.triangles.begin() + static_cast<std::ptrdiff_t>(3 * t), 3, 0U);
+  // Indices never shift: a dead triangle stays, without area.
+  for (std::uint32_t t : d.removed_triangles) std::fill_n(o.triangles.begin() + 3 * t, 3, 0u);
   o.triangles.insert(o.triangles.end(), d.added_triangles.begin(), d.added_triangles.end());
   o.triangle_layer.insert(o.triangle_layer.end(), d.added_triangle_layer.begin(),
                           d.added_triangle_layer.end());
@@ -291,9 +397,21 @@ Outcome Store::applyDelta(const Delta& d) {
     if (i == d.object)
       for (std::uint32_t p : d.doubled_knots) now.insert(now.end(), first + 3 * p, first + 3 * p + 3);
   }
+  for (Field& f : fields_) {
+    std::vector<std::uint8_t> data;
+    data.reserve(now.size() / 3);
+    for (std::size_t i = 0; i < topology_.objects.size(); ++i) {
+      const std::uint8_t* first = f.data.data() + first_knot_[i];
+      data.insert(data.end(), first, first + topology_.objects[i].knot_count);
+      if (i == d.object)
+        for (std::uint32_t p : d.doubled_knots) data.push_back(first[p]);
+    }
+    f.data = std::move(data);
+  }
+  if (!fields_.empty()) ++field_version_;
   topology_.objects[d.object] = std::move(o);
   topology_.revision = d.revision;
-  layOut(&now);
+  layOut(&now, d.object);
   return Outcome::Accepted;
 }
 

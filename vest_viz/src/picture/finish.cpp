@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include <opencv2/imgproc.hpp>
 
@@ -27,7 +28,7 @@ Finisher::Finisher(const camera::Intrinsics& camera, double share, double resolu
   const double half = 1.01 * reach;
   // As many pixels per edge as the circle has, so that the middle is not blurred.
   const auto edge =
-      static_cast<std::uint32_t>(2 * std::ceil(circle_.radius * 1.02 * std::clamp(resolution, 0.4, 1.0)));
+      static_cast<std::uint32_t>(2 * std::ceil(circle_.radius * 1.02 * std::clamp(resolution, 0.4, 2.0)));
   source_ = camera::fromFieldOfView(edge, edge, 2 * std::atan(half), {0, 0, 0, 0, 0});
   source_radius_ = reach / half;
 
@@ -64,14 +65,179 @@ Finisher::Finisher(const camera::Intrinsics& camera, double share, double resolu
   cv::convertMaps(mx, my, map_, map_fraction_, CV_16SC2);
 }
 
-void Finisher::apply(const cv::Mat& rendering, cv::Mat* out) {
+double codedDepth(std::uint8_t code) {
+  const double root = 1.0 - code / 255.0;
+  return 0.3 * root * root;
+}
+
+std::array<double, 3> whiteBalance(double lamp, double white) {
+  constexpr double kSecond = 0.0143877688;  // m·K, second radiation constant h·c/k (CODATA 2018)
+  constexpr double kWave[] = {610e-9, 545e-9, 465e-9};
+  lamp = std::clamp(lamp, 1500.0, 20000.0);
+  white = std::clamp(white, 1500.0, 20000.0);
+  std::array<double, 3> gain{};
+  for (int i = 0; i < 3; ++i)
+    gain[i] = std::expm1(kSecond / (kWave[i] * white)) / std::expm1(kSecond / (kWave[i] * lamp));
+  return {gain[0] / gain[1], 1.0, gain[2] / gain[1]};
+}
+
+void Finisher::setLook(const CameraLook& look) {
+  look_ = look;
+  white_.release();
+  const std::array<double, 3> gain = whiteBalance(look.lamp, look.white_balance);
+  if (std::fabs(gain[0] - 1) > 0.004 || std::fabs(gain[2] - 1) > 0.004) {
+    white_.create(1, 256, CV_8UC3);
+    for (int i = 0; i < 256; ++i)
+      for (int c = 0; c < 3; ++c)  // the picture is coded by a square root: factors on light act by theirs
+        white_.at<cv::Vec3b>(0, i)[c] = cv::saturate_cast<std::uint8_t>(i * std::sqrt(gain[c]));
+  }
+  noise_.release();
+  if (look.noise > 0) {
+    noise_.create(1, 1 << 17, CV_8S);
+    cv::RNG rng(7);
+    rng.fill(noise_, cv::RNG::NORMAL, 0, std::min(look.noise, 30.0));
+  }
+}
+
+void Finisher::setLens(const Lens& lens) {
+  fog_ = std::isfinite(lens.fog) ? std::clamp(lens.fog, 0.0, 1.0) : 0.0;
+  soil_.release();
+  const std::size_t cells =
+      static_cast<std::size_t>(std::max(lens.columns, 0)) * static_cast<std::size_t>(std::max(lens.rows, 0));
+  if (cells == 0 || cells > 4000000 || lens.soiling.size() != cells) return;
+  if (std::all_of(lens.soiling.begin(), lens.soiling.end(), [](std::uint8_t v) { return v == 0; })) return;
+  const cv::Mat map(lens.rows, lens.columns, CV_8U, const_cast<std::uint8_t*>(lens.soiling.data()));
+  cv::Mat all;
+  const cv::Size size(static_cast<int>(camera_.width), static_cast<int>(camera_.height));
+  cv::resize(map, all, size, 0, 0, cv::INTER_LINEAR);
+  // What lies on the lens is far out of focus.
+  const double blur = 0.012 * camera_.height;
+  cv::GaussianBlur(all, all, {0, 0}, blur);
+  soil_ = all(window_).clone();
+  cv::Mat red = cv::Mat::zeros(size, CV_8U);
+  if (lens.blood.size() == cells) {
+    const cv::Mat blood(lens.rows, lens.columns, CV_8U, const_cast<std::uint8_t*>(lens.blood.data()));
+    cv::resize(blood, red, size, 0, 0, cv::INTER_LINEAR);
+    cv::GaussianBlur(red, red, {0, 0}, blur);
+  }
+  red = red(window_);
+  soil_colour_.create(window_.size(), CV_8UC3);
+  for (int y = 0; y < window_.height; ++y)
+    for (int x = 0; x < window_.width; ++x) {
+      const int b = red.at<std::uint8_t>(y, x);
+      // Factors on what shines through: blood keeps the red alone, water and soot dim a little.
+      soil_colour_.at<cv::Vec3b>(y, x) = {static_cast<std::uint8_t>(215 - 85 * b / 255),
+                                          static_cast<std::uint8_t>(212 - 200 * b / 255),
+                                          static_cast<std::uint8_t>(208 - 197 * b / 255)};
+    }
+}
+
+void Finisher::smoothEdges(const cv::Mat& rendering) {
+  // Where the depth jumps (an instrument before tissue) neighbours are mixed: cheaper than drawing more
+  // pixels.
+  constexpr int kJump = 5;  // codes: 6 mm at 8 cm
+  rgb_.copyTo(jagged_);
+  for (int y = 1; y + 1 < rgb_.rows; ++y) {
+    const std::uint8_t* d = rendering.ptr<std::uint8_t>(y) + 3;
+    const std::uint8_t* d_up = rendering.ptr<std::uint8_t>(y - 1) + 3;
+    const std::uint8_t* d_down = rendering.ptr<std::uint8_t>(y + 1) + 3;
+    const std::uint8_t* row = jagged_.ptr<std::uint8_t>(y);
+    const std::uint8_t* up = jagged_.ptr<std::uint8_t>(y - 1);
+    const std::uint8_t* down = jagged_.ptr<std::uint8_t>(y + 1);
+    std::uint8_t* out = rgb_.ptr<std::uint8_t>(y);
+    for (int x = 1; x + 1 < rgb_.cols; ++x) {
+      const int c = d[4 * x];
+      const int jump = std::max(std::max(std::abs(c - d[4 * x - 4]), std::abs(c - d[4 * x + 4])),
+                                std::max(std::abs(c - d_up[4 * x]), std::abs(c - d_down[4 * x])));
+      if (jump < kJump) continue;
+      for (int k = 3 * x; k < 3 * x + 3; ++k)
+        out[k] = static_cast<std::uint8_t>((2 * row[k] + row[k - 3] + row[k + 3] + up[k] + down[k]) / 6);
+    }
+  }
+}
+
+void Finisher::blendVeil(const cv::Mat& veil) {
+  cv::resize(veil, veil_, rgb_.size(), 0, 0, cv::INTER_LINEAR);
+  for (int y = 0; y < rgb_.rows; ++y) {
+    std::uint8_t* p = rgb_.ptr<std::uint8_t>(y);
+    const std::uint8_t* v = veil_.ptr<std::uint8_t>(y);
+    for (int x = 0; x < rgb_.cols; ++x, p += 3, v += 4) {
+      const int a = v[3];
+      for (int k = 0; k < 3; ++k) p[k] = static_cast<std::uint8_t>(p[k] + (((v[k] - p[k]) * a + 128) >> 8));
+    }
+  }
+}
+
+void Finisher::defocus(const cv::Mat& rendering) {
+  // Circle of confusion of a thin lens: aperture · focal length · |1/z - 1/focus|; a share of 1 is a blur of
+  // kBlur pixels at 588. An endoscope's aperture is small: at 5 cm it is sharp from some 3 to 10 cm
+  // (assumed).
+  constexpr double kPerDioptre = 1.0 / 26.0, kTolerated = 9.0;  // m, 1/m
+  std::uint8_t share[256];
+  for (int i = 0; i < 256; ++i) {
+    const double z = std::max(codedDepth(static_cast<std::uint8_t>(i)), 0.002);
+    const double off = std::max(0.0, std::fabs(1 / z - 1 / look_.focus) - kTolerated);
+    share[i] = static_cast<std::uint8_t>(255 * std::min(1.0, off * kPerDioptre));
+  }
+  cv::resize(rgb_, small_, {rgb_.cols / 2, rgb_.rows / 2}, 0, 0, cv::INTER_AREA);
+  cv::GaussianBlur(small_, small_, {0, 0}, 2.2 * rgb_.rows / 588.0);
+  cv::resize(small_, blurred_, rgb_.size(), 0, 0, cv::INTER_LINEAR);
+  cv::extractChannel(rendering, depth_, 3);
+  // Blur reaches over edges: the mask is blurred too.
+  cv::LUT(depth_, cv::Mat(1, 256, CV_8U, share), depth_);
+  cv::blur(depth_, depth_, {5, 5});
+  for (int y = 0; y < rgb_.rows; ++y) {
+    std::uint8_t* p = rgb_.ptr<std::uint8_t>(y);
+    const std::uint8_t* q = blurred_.ptr<std::uint8_t>(y);
+    const std::uint8_t* m = depth_.ptr<std::uint8_t>(y);
+    for (int x = 0; x < rgb_.cols; ++x, p += 3, q += 3)
+      for (int k = 0; k < 3; ++k)
+        p[k] = static_cast<std::uint8_t>(p[k] + (((q[k] - p[k]) * m[x] + 128) >> 8));
+  }
+}
+
+void Finisher::cloud() {
+  // Droplets of condensate scatter: contrast goes, a grey veil in the colour of the scene comes.
+  const int scale = 8;
+  cv::resize(warped_, small_, {warped_.cols / scale, warped_.rows / scale}, 0, 0, cv::INTER_AREA);
+  const cv::Scalar mean = cv::mean(small_);
+  cv::GaussianBlur(small_, small_, {0, 0}, 1.0 + 4.0 * fog_);
+  cv::resize(small_, blurred_, warped_.size(), 0, 0, cv::INTER_LINEAR);
+  const double veil = 0.75 * fog_ * fog_;
+  int add[3];
+  for (int k = 0; k < 3; ++k)
+    add[k] = static_cast<int>(veil * (0.45 * mean[k] + 0.35 * (mean[0] + mean[1] + mean[2]) / 3 + 40));
+  const int f = static_cast<int>(256 * std::min(1.0, 1.4 * fog_)), keep = static_cast<int>(256 * (1 - veil));
+  for (int y = 0; y < warped_.rows; ++y) {
+    std::uint8_t* p = warped_.ptr<std::uint8_t>(y);
+    const std::uint8_t* q = blurred_.ptr<std::uint8_t>(y);
+    const std::uint8_t* soil = soil_.empty() ? nullptr : soil_.ptr<std::uint8_t>(y);
+    const std::uint8_t* tone = soil_.empty() ? nullptr : soil_colour_.ptr<std::uint8_t>(y);
+    for (int x = 0; x < warped_.cols; ++x, p += 3, q += 3) {
+      const int opaque = soil != nullptr ? soil[x] : 0;
+      for (int k = 0; k < 3; ++k) {
+        int value = p[k] + (((q[k] - p[k]) * f) >> 8);
+        if (opaque != 0) value += (((q[k] * tone[3 * x + k] >> 8) - value) * opaque) >> 8;
+        p[k] = static_cast<std::uint8_t>(std::min(255, (value * keep >> 8) + add[k]));
+      }
+    }
+  }
+}
+
+void Finisher::apply(const cv::Mat& rendering, const cv::Mat& veil, cv::Mat* out) {
   if (out->rows != static_cast<int>(camera_.height) || out->cols != static_cast<int>(camera_.width) ||
       out->type() != CV_8UC3) {
     out->create(static_cast<int>(camera_.height), static_cast<int>(camera_.width), CV_8UC3);
     out->setTo(0);
   }
   cv::cvtColor(rendering, rgb_, cv::COLOR_RGBA2RGB);
+  smoothEdges(rendering);
+  if (!veil.empty()) blendVeil(veil);
+  if (look_.focus > 0) defocus(rendering);
   cv::remap(rgb_, warped_, map_, map_fraction_, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  if (fog_ > 0.005 || !soil_.empty()) cloud();
+  if (!white_.empty()) cv::LUT(warped_, white_, warped_);
+  ++pictures_;
   for (int y = 0; y < window_.height; ++y) {
     const std::uint8_t* a = warped_.ptr<std::uint8_t>(y);
     const std::uint8_t* w = weight_.ptr<std::uint8_t>(y);
@@ -79,6 +245,13 @@ void Finisher::apply(const cv::Mat& rendering, cv::Mat* out) {
     std::uint8_t* o = out->ptr<std::uint8_t>(y + window_.y) + 3 * window_.x;
     for (int i = 0; i < 3 * window_.width; ++i)
       o[i] = static_cast<std::uint8_t>(((a[i] * (w[i] + 1u)) >> 8) + r[i] * (255u - w[i]) / 255u);
+    if (noise_.empty()) continue;
+    const auto width = static_cast<std::uint32_t>(3 * window_.width);
+    const std::uint32_t room = static_cast<std::uint32_t>(noise_.cols) - width;
+    const std::uint32_t start = (pictures_ * 40503u + static_cast<std::uint32_t>(y) * 2654435761u) % room;
+    const auto* n = noise_.ptr<std::int8_t>(0) + start;
+    for (std::uint32_t i = 0; i < width; ++i)
+      if (w[i] > 127) o[i] = cv::saturate_cast<std::uint8_t>(o[i] + n[i]);
   }
 }
 

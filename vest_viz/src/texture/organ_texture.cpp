@@ -145,6 +145,39 @@ std::vector<Style> makeStyles() {
   s.vessel_trees = 6, s.vessel_width = 0.0010, s.vessel_strength = 0.72f, s.capillaries = 90, s.fat = 0.11f;
   s.relief = 0.0005, s.relief_length = 0.013, s.wet = 0.6f, s.translucence = 0.3f;
   all.push_back(s);
+  // Inside colours, for cut faces and the inner walls of tubes.
+  s = Style();
+  s.organ = "cut_muscle";  // firm, pale red, fibres and opened vessels
+  s.tile = 0.02;
+  s.base = {0.80f, 0.36f, 0.33f}, s.second = {0.60f, 0.15f, 0.14f}, s.mottle = 0.9f;
+  s.vessel_trees = 3, s.vessel_width = 0.0004, s.vessel_strength = 0.9f, s.capillaries = 150;
+  s.relief = 0.0005, s.relief_length = 0.002, s.streak = 3.0f, s.wet = 1.0f, s.translucence = 0.35f;
+  all.push_back(s);
+  s.organ = "cut_connective";  // ragged, yellow lobules between red
+  s.base = {0.80f, 0.40f, 0.30f}, s.second = {0.58f, 0.13f, 0.12f}, s.fat = 0.35f;
+  s.relief = 0.0006, s.streak = 1.5f;
+  all.push_back(s);
+  s.organ = "cut_pale";  // cortex of the ovary, wall of a vessel
+  s.base = {0.90f, 0.72f, 0.64f}, s.second = {0.72f, 0.30f, 0.28f}, s.mottle = 0.6f, s.fat = 0.0f;
+  s.relief = 0.0003, s.streak = 2.0f;
+  all.push_back(s);
+  s.organ = "cut_mucosa";  // inside of bowel and tube: red velvet in folds
+  s.base = {0.85f, 0.42f, 0.36f}, s.second = {0.70f, 0.20f, 0.19f}, s.mottle = 0.7f;
+  s.relief = 0.0005, s.relief_length = 0.003, s.streak = 3.0f, s.crypts = 0.0002;
+  all.push_back(s);
+  // Squares of a calibration board: paper, matt and without pattern.
+  s = Style();
+  s.organ = "board_white";
+  s.base = s.second = {0.93f, 0.93f, 0.93f};
+  s.mottle = 0, s.vessel_trees = 0, s.capillaries = 0, s.vessel_strength = 0, s.relief = 0, s.wet = 0,
+  s.translucence = 0;
+  all.push_back(s);
+  s.organ = "board_black";
+  s.base = s.second = {0.16f, 0.16f, 0.16f};
+  all.push_back(s);
+  s = Style();
+  s.vessel_trees = 6, s.vessel_strength = 0.72f, s.capillaries = 90, s.mottle = 0.6f;
+  s.second = {0.60f, 0.27f, 0.25f}, s.relief = 0.0005, s.relief_length = 0.013, s.wet = 0.6f;
   s.organ = "";
   s.tile = 0.04, s.base = {0.80f, 0.45f, 0.41f}, s.fat = 0.0f, s.vessel_width = 0.0006, s.vessel_trees = 6;
   all.push_back(s);
@@ -158,6 +191,13 @@ const Style& styleOf(const std::string& organ) {
   for (const Style& style : kStyles)
     if (style.organ == organ) return style;
   return kStyles.back();
+}
+
+const Style& insideOf(const std::string& organ) {
+  if (organ == "ovary" || organ == "artery" || organ == "vein") return styleOf("cut_pale");
+  if (organ == "intestine") return styleOf("cut_mucosa");
+  if (organ == "uterus" || organ == "tube") return styleOf("cut_muscle");
+  return styleOf("cut_connective");
 }
 
 Baked bake(const Style& s, int n, std::uint32_t seed) {

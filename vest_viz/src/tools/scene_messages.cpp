@@ -103,4 +103,37 @@ vest_msgs::TissueTopology topologyOf(const vest::scene::Description& scene) {
   return topology;
 }
 
+vest_msgs::TissueTopology chessboard(int columns, int rows, double square) {
+  vest_msgs::TissueTopology topology;
+  topology.header.frame_id = "world";
+  topology.revision = 1;
+  topology.scene = "chessboard";
+  for (int colour = 0; colour < 2; ++colour) {
+    vest_msgs::TissueObject o;
+    o.name = o.organ = colour == 0 ? "board_white" : "board_black";
+    o.segmentation_label = static_cast<std::uint16_t>(colour + 1);
+    o.model = vest_msgs::TissueObject::MODEL_RIGID;
+    o.binding_start = {0};
+    for (int r = -1; r <= rows; ++r)
+      for (int c = -1; c <= columns; ++c) {
+        const bool margin = r < 0 || c < 0 || r == rows || c == columns;
+        if ((!margin && (r + c) % 2 == 0) != (colour == 1)) continue;
+        const std::uint32_t first = o.knot_count;
+        for (int k = 0; k < 4; ++k) {
+          const double x = (c + (k == 1 || k == 2) - 0.5 * columns) * square;
+          const double y = (r + (k >= 2) - 0.5 * rows) * square;
+          o.rest_position.insert(o.rest_position.end(), {static_cast<float>(x), static_cast<float>(y), 0.0f});
+          o.texture_coordinates.insert(o.texture_coordinates.end(),
+                                       {static_cast<float>(x), static_cast<float>(y)});
+          o.binding_knots.push_back(o.knot_count++);
+          o.binding_weights.push_back(1);
+          o.binding_start.push_back(o.knot_count);
+        }
+        for (std::uint32_t k : {0u, 1u, 2u, 0u, 2u, 3u}) o.triangles.push_back(first + k);
+      }
+    topology.objects.push_back(std::move(o));
+  }
+  return topology;
+}
+
 }  // namespace vest::tools

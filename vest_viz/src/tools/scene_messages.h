@@ -19,4 +19,8 @@ Eigen::Vector3d endoscopeTip(double insertion);
 /// The topology message that the simulation would publish for a scene.
 vest_msgs::TissueTopology topologyOf(const scene::Description& scene);
 
+/// A chessboard in the plane z = 0, its middle at the origin: `columns` × `rows` squares of `square` metres,
+/// as two rigid objects (organs board_white and board_black) with a white margin.
+vest_msgs::TissueTopology chessboard(int columns, int rows, double square);
+
 }  // namespace vest::tools

@@ -1,7 +1,9 @@
 // Publishes a scene file's topology, a gently moved state and instruments, without any simulation: to look at
 // a scene, and for the benchmark and the tests of the displays.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
 #include <string>
 
 #include <ros/package.h>
@@ -11,6 +13,7 @@
 #include <vest_msgs/TissueTopology.h>
 #include <CLI/CLI.hpp>
 
+#include "effect_messages.h"
 #include "scene_messages.h"
 #include "vest_tissue/scene/world.h"
 
@@ -21,7 +24,7 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "vest_show_scene");
   CLI::App app{
       "Publishes tissue/topology, tissue/state and instruments for a scene file, without simulation."};
-  std::string path;
+  std::string path, effects;
   double rate = 60, insertion = 0.10, seconds = 0;
   std::vector<double> view;
   bool still = false;
@@ -31,11 +34,15 @@ int main(int argc, char** argv) {
   app.add_option("--view", view, "endoscope tip x y z, m, in world")->expected(3);
   app.add_option("--seconds", seconds, "ends after so long; 0: runs on");
   app.add_flag("--still", still, "nothing moves");
+  app.add_option("--effects", effects,
+                 "made-up effects: all, or some of fields,cut,clips,sutures,fluid,smoke,lens,monitor");
   CLI11_PARSE(app, argc, argv);
+  std::set<std::string> words;
   if (path.empty()) path = ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml";
   vest::scene::Description scene;
   try {
     scene = vest::scene::loadScene(path);
+    words = tools::effectWords(effects);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "%s\n", e.what());
     return 1;
@@ -44,7 +51,18 @@ int main(int argc, char** argv) {
   ros::Publisher topology_pub = handle.advertise<vest_msgs::TissueTopology>("tissue/topology", 1, true);
   ros::Publisher state_pub = handle.advertise<vest_msgs::TissueState>("tissue/state", 1);
   ros::Publisher instruments_pub = handle.advertise<vest_msgs::InstrumentStates>("instruments", 1);
-  topology_pub.publish(tools::topologyOf(scene));
+  vest_msgs::TissueTopology topology = tools::topologyOf(scene);
+  if (words.count("cut") != 0) tools::addCut(&topology);
+  topology_pub.publish(topology);
+  ros::Publisher attachments_pub = handle.advertise<vest_msgs::TissueAttachments>("tissue/attachments", 1);
+  ros::Publisher sutures_pub = handle.advertise<vest_msgs::SutureStates>("tissue/sutures", 1);
+  ros::Publisher fluid_pub = handle.advertise<vest_msgs::FluidState>("effects/fluid", 1);
+  ros::Publisher smoke_pub = handle.advertise<vest_msgs::SmokeState>("effects/smoke", 1);
+  ros::Publisher lens_pub = handle.advertise<vest_msgs::LensState>("effects/lens", 1);
+  ros::Publisher monitor_pub = handle.advertise<vest_msgs::HaemodynamicsState>("effects/haemodynamics", 1);
+  // Effects at about 30 Hz, fields and lens at about 6 Hz, as the trainer sends them.
+  const auto few = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(rate / 30));
+  const auto fewer = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(rate / 6));
 
   // Where the grasper holds: the left tube's isthmus.
   Vector3d held(-0.035, 0.05, 0.06);
@@ -78,7 +96,16 @@ int main(int argc, char** argv) {
         for (int k = 0; k < 3; ++k) state.positions.push_back(static_cast<float>(p[k]));
       }
     }
+    if (words.count("fields") != 0 && n % fewer == 0) tools::addFields(scene, t, &state);
     state_pub.publish(state);
+    if (n % few == 0) {
+      if (words.count("clips") != 0) attachments_pub.publish(tools::attachmentsAt(scene));
+      if (words.count("sutures") != 0) sutures_pub.publish(tools::suturesAt(scene, t));
+      if (words.count("fluid") != 0) fluid_pub.publish(tools::fluidAt(scene, t));
+      if (words.count("smoke") != 0) smoke_pub.publish(tools::smokeAt(scene, t));
+      if (words.count("monitor") != 0) monitor_pub.publish(tools::haemodynamicsAt(t));
+    }
+    if (words.count("lens") != 0 && n % fewer == 0) lens_pub.publish(tools::lensAt(0.3));
     vest_msgs::InstrumentStates instruments;
     instruments.header = state.header;
     instruments.sequence = n + 1;

@@ -1,6 +1,9 @@
 #include <cmath>
+#include <fstream>
 #include <random>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/calib3d.hpp>
@@ -82,6 +85,69 @@ TEST(CameraModel, ImpossibleFieldsOfViewAreRefused) {
   EXPECT_THROW(fromFieldOfView(720, 576, 3.2, {}), std::invalid_argument);
   EXPECT_THROW(fromFieldOfView(720, 576, std::nan(""), {}), std::invalid_argument);
   EXPECT_THROW(fromFieldOfView(0, 576, 1, {}), std::invalid_argument);
+}
+
+TEST(CameraModel, EquidistantAgreesWithOpenCvFisheye) {
+  Intrinsics c = fromFieldOfView(720, 576, 1.4, {-0.02, 0.01, -0.004, 0.001, 0});
+  c.model = Distortion::Equidistant;
+  const cv::Matx33d K(c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1);
+  const std::vector<cv::Point3d> points{{0.01, 0.02, 0.05}, {-0.04, 0.01, 0.05}, {0, 0, 0.1}};
+  std::vector<cv::Point2d> wanted;
+  cv::fisheye::projectPoints(points, wanted, cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), K,
+                             cv::Vec4d(-0.02, 0.01, -0.004, 0.001));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d n(points[i].x / points[i].z, points[i].y / points[i].z);
+    const Eigen::Vector2d p = project(c, n);
+    EXPECT_NEAR(p.x(), wanted[i].x, 1e-6);
+    EXPECT_NEAR(p.y(), wanted[i].y, 1e-6);
+    EXPECT_NEAR((unproject(c, p) - n).norm(), 0, 1e-9);
+  }
+}
+
+class CalibrationFile : public testing::Test {
+ protected:
+  std::string path = testing::TempDir() + "vest_calibration.yaml";
+  std::string text =
+      "image_width: 640\nimage_height: 480\ncamera_name: scope\n"
+      "camera_matrix: {rows: 3, cols: 3, data: [500.5, 0, 320, 0, 501, 239, 0, 0, 1]}\n"
+      "distortion_model: plumb_bob\n"
+      "distortion_coefficients: {rows: 1, cols: 5, data: [-0.3, 0.1, 0.001, 0, 0]}\n";
+  Intrinsics read(const std::string& from, const std::string& to) {
+    std::string changed = text;
+    const std::size_t at = changed.find(from);
+    if (at != std::string::npos) changed.replace(at, from.size(), to);
+    std::ofstream(path) << changed;
+    return readCalibration(path);
+  }
+};
+
+TEST_F(CalibrationFile, IsReadAsCameraCalibrationWritesIt) {
+  const Intrinsics c = read("", "");
+  EXPECT_EQ(c.width, 640u);
+  EXPECT_DOUBLE_EQ(c.fx, 500.5);
+  EXPECT_DOUBLE_EQ(c.cy, 239);
+  EXPECT_DOUBLE_EQ(c.distortion[0], -0.3);
+  EXPECT_EQ(c.model, Distortion::PlumbBob);
+}
+
+TEST_F(CalibrationFile, IsRefusedWithTheFieldThatIsWrong) {
+  const auto refused = [&](const std::string& from, const std::string& to, const std::string& field) {
+    try {
+      read(from, to);
+      ADD_FAILURE() << to << " was accepted";
+    } catch (const std::runtime_error& e) {
+      EXPECT_NE(std::string(e.what()).find(field), std::string::npos) << e.what();
+      EXPECT_NE(std::string(e.what()).find(path), std::string::npos) << e.what();
+    }
+  };
+  refused("plumb_bob", "thin_prism", "distortion_model");
+  refused("500.5", ".nan", "camera_matrix");
+  refused("500.5", "-1", "camera_matrix");
+  refused("640", "0", "image_width");
+  refused("image_height: 480\n", "", "image_height");
+  refused("-0.3, 0.1, ", "", "distortion_coefficients");
+  refused("[500.5", "{500.5", "YAML");
+  EXPECT_THROW(readCalibration("/does/not/exist.yaml"), std::runtime_error);
 }
 
 }  // namespace

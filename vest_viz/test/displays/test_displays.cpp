@@ -1,6 +1,10 @@
 // Drives the displays inside a real rviz over topics, and looks at the pictures that come back.
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <map>
 
 #include <gtest/gtest.h>
 #include <ros/ros.h>
@@ -8,11 +12,14 @@
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <vest_msgs/InstrumentStates.h>
+#include <vest_msgs/Keypoints.h>
 #include <vest_msgs/TissueState.h>
 #include <vest_msgs/TissueTopology.h>
 #include <vest_msgs/TissueTopologyDelta.h>
+#include <Eigen/Geometry>
 #include <opencv2/imgproc.hpp>
 
+#include "vest_viz/camera/model.h"
 #include "vest_viz/picture/check.h"
 
 namespace {
@@ -70,10 +77,28 @@ class Displays : public testing::Test {
     ros::Subscriber jpeg = handle.subscribe<sensor_msgs::CompressedImage>(
         "endoscope/image_raw/compressed", 2,
         [this](const sensor_msgs::CompressedImage::ConstPtr& m) { last_jpeg = m; });
+    ros::Subscriber depth_sub = handle.subscribe<sensor_msgs::Image>(
+        "endoscope/depth/image_raw", 2, [this](const sensor_msgs::Image::ConstPtr& m) { depth = m; });
+    ros::Subscriber segmentation_sub = handle.subscribe<sensor_msgs::Image>(
+        "endoscope/segmentation/image_raw", 2,
+        [this](const sensor_msgs::Image::ConstPtr& m) { segmentation = m; });
+    ros::Subscriber flow_sub = handle.subscribe<sensor_msgs::Image>(
+        "endoscope/flow/image_raw", 2, [this](const sensor_msgs::Image::ConstPtr& m) {
+          flow = m;
+          const std::size_t middle = 288u * 720 + 360;
+          std::memcpy(flows[m->header.stamp].data(), &m->data[8 * middle], 8);
+        });
+    std::map<ros::Time, std::array<float, 2>> flows;  ///< in the middle of each picture
+    ros::Subscriber keypoints_sub = handle.subscribe<vest_msgs::Keypoints>(
+        "endoscope/keypoints", 2, [this](const vest_msgs::Keypoints::ConstPtr& m) { keypoints = m; });
+    sensor_msgs::Image::ConstPtr depth, segmentation, flow;
+    vest_msgs::Keypoints::ConstPtr keypoints;
+    std::map<ros::Time, float> shown_dx;  ///< of each state published
     sensor_msgs::Image::ConstPtr last, last_second;
     sensor_msgs::CameraInfo::ConstPtr last_info;
     sensor_msgs::CompressedImage::ConstPtr last_jpeg;
     int images = 0;
+    std::uint64_t step = 0;
     vest_msgs::TissueTopology scene;
     ros::Time last_stamp;
 
@@ -83,6 +108,8 @@ class Displays : public testing::Test {
       scene.scene = "balls";
       scene.objects = {ball("uterus", "uterus", 0.02, 0.08, false),
                        ball("cavity", "cavity", 0.15, 0.0, true)};
+      scene.objects[0].segmentation_label = 1;
+      scene.objects[1].segmentation_label = 2;
       topology.publish(scene);
     }
 
@@ -95,6 +122,8 @@ class Displays : public testing::Test {
         for (std::size_t i = 0; i < o.rest_position.size(); ++i)
           s.positions.push_back(o.rest_position[i] + (i % 3 == 0 && o.name == "uterus" ? dx : 0.0f));
       last_stamp = s.header.stamp;
+      s.step = ++step;
+      shown_dx[s.header.stamp] = dx;
       state.publish(s);
       vest_msgs::InstrumentStates m;
       m.header = s.header;
@@ -216,6 +245,109 @@ TEST_F(Displays, TwoViewsDrawAtTheSameTime) {
   ASSERT_TRUE(world->run(10));
   ASSERT_TRUE(world->last_second);
   EXPECT_EQ(world->last_second->width, 320u);
+}
+
+/// Distance along the optical axis to the triangles of the ball, moved by dx; infinite where the ray misses.
+double castAtBall(const vest_msgs::TissueObject& o, float dx, const Eigen::Vector3d& ray) {
+  double best = std::numeric_limits<double>::infinity();
+  for (std::size_t t = 0; t + 2 < o.triangles.size(); t += 3) {
+    Eigen::Vector3d p[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float* q = &o.rest_position[3 * o.triangles[t + k]];
+      p[k] = Eigen::Vector3d(q[0] + dx, q[1], q[2]);
+    }
+    Eigen::Matrix3d M;
+    M << p[1] - p[0], p[2] - p[0], -ray;
+    if (std::fabs(M.determinant()) < 1e-16) continue;
+    const Eigen::Vector3d w = M.inverse() * -p[0];
+    if (w.x() >= 0 && w.y() >= 0 && w.x() + w.y() <= 1 && w.z() > 0.002) best = std::min(best, w.z());
+  }
+  return best;
+}
+
+/// Sub-pixel ray of a published picture, by its own camera_info.
+Eigen::Vector3d rayOf(const sensor_msgs::CameraInfo& info, int u, int v) {
+  vest::camera::Intrinsics c;
+  c.width = info.width, c.height = info.height;
+  c.fx = info.K[0], c.cx = info.K[2], c.fy = info.K[4], c.cy = info.K[5];
+  std::copy_n(info.D.begin(), 5, c.distortion.begin());
+  const Eigen::Vector2d n = vest::camera::unproject(c, {double(u), double(v)});
+  return {n.x(), n.y(), 1};
+}
+
+TEST_F(Displays, DepthAndLabelsAreThoseOfRaysCastIntoTheStateOfTheSameStep) {
+  ASSERT_TRUE(world->run(12, 40, 0.004f));
+  ASSERT_TRUE(world->depth && world->segmentation && world->last_info);
+  ASSERT_EQ(world->depth->encoding, "32FC1");
+  ASSERT_EQ(world->segmentation->encoding, "mono16");
+  ASSERT_EQ(world->shown_dx.count(world->depth->header.stamp), 1u) << "the stamp is that of a state";
+  const float dx = world->shown_dx[world->depth->header.stamp];
+  ASSERT_EQ(world->segmentation->header.stamp, world->depth->header.stamp);
+  int on_ball = 0, inside = 0;
+  unsigned random = 1;
+  for (int i = 0; i < 300; ++i) {
+    random = random * 1664525u + 1013904223u;
+    const int u = 90 + static_cast<int>((random >> 8) % 540), v = 30 + static_cast<int>((random >> 18) % 510);
+    const std::size_t at = static_cast<std::size_t>(v) * 720 + static_cast<std::size_t>(u);
+    float depth;
+    std::memcpy(&depth, &world->depth->data[4 * at], 4);
+    std::uint16_t label;
+    std::memcpy(&label, &world->segmentation->data[2 * at], 2);
+    if (!std::isfinite(depth)) continue;
+    ++inside;
+    if (label != 1) continue;  // the ball is the first object
+    const double expected = castAtBall(world->scene.objects[0], dx, rayOf(*world->last_info, u, v));
+    if (!std::isfinite(expected)) continue;  // its silhouette
+    ++on_ball;
+    EXPECT_NEAR(depth, expected, 0.005 * expected) << u << " " << v;
+  }
+  EXPECT_GT(inside, 150);
+  EXPECT_GT(on_ball, 25);
+}
+
+TEST_F(Displays, FlowIsTheMotionSinceThePictureBefore) {
+  ASSERT_TRUE(world->run(6, 40, 0.0f));
+  // The ball moves by 4 mm at 6 cm before the camera, between two pictures: the first one that shows it there
+  // has the flow.
+  const float dx = 0.004f;
+  world->flows.clear();
+  ASSERT_TRUE(world->run(8, 40, dx));
+  ASSERT_TRUE(world->flow);
+  ASSERT_EQ(world->flow->encoding, "32FC2");
+  bool moved = false;
+  for (const auto& [stamp, flow] : world->flows) {
+    if (world->shown_dx[stamp] != dx) continue;
+    if (moved) {
+      EXPECT_NEAR(flow[0], 0, 0.01) << "it rests again";
+      continue;
+    }
+    moved = true;
+    EXPECT_NEAR(flow[0], world->last_info->K[0] * 0.004 / 0.06, 2.5);
+    EXPECT_NEAR(flow[1], 0, 0.5);
+  }
+  EXPECT_TRUE(moved);
+}
+
+TEST_F(Displays, KeypointsLieWhereThePoseProjects) {
+  ASSERT_TRUE(world->run(6));
+  ASSERT_TRUE(world->keypoints);
+  EXPECT_GT(world->keypoints->step, 0u);
+  EXPECT_EQ(world->keypoints->header.frame_id, "endoscope_optical_frame");
+  bool tip = false;
+  for (const vest_msgs::Keypoint& k : world->keypoints->keypoints) {
+    if (k.instrument != "left" || k.name != "tip") continue;
+    tip = true;
+    vest::camera::Intrinsics c;
+    const sensor_msgs::CameraInfo& info = *world->last_info;
+    c.width = info.width, c.height = info.height;
+    c.fx = info.K[0], c.cx = info.K[2], c.fy = info.K[4], c.cy = info.K[5];
+    std::copy_n(info.D.begin(), 5, c.distortion.begin());
+    const Eigen::Vector2d expected = vest::camera::project(c, {-0.03 / 0.05, 0});
+    EXPECT_NEAR(k.u, expected.x(), 1);
+    EXPECT_NEAR(k.v, expected.y(), 1);
+    EXPECT_NEAR(k.depth, 0.05, 1e-4);
+  }
+  EXPECT_TRUE(tip);
 }
 
 TEST_F(Displays, GarbageIsSurvivedAndTheNextGoodStateIsShown) {

@@ -1,8 +1,11 @@
 // Adds and removes displays at run time, in a visualization manager of this process, and counts OGRE's
 // resources.
+#include <cmath>
+#include <cstdlib>
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <OgreMaterialManager.h>
 #include <OgreMeshManager.h>
@@ -13,6 +16,8 @@
 #include <rviz/display.h>
 #include <rviz/render_panel.h>
 #include <rviz/visualization_manager.h>
+#include <vest_msgs/ContactModels.h>
+#include <vest_msgs/FluidState.h>
 #include <vest_msgs/InstrumentStates.h>
 #include <vest_msgs/TissueTopology.h>
 #include <QApplication>
@@ -38,7 +43,7 @@ std::map<std::string, int> ownResources() {
   return count;
 }
 
-TEST(DisplayLifecycle, TenTimesAddedAndRemovedLeavesNoResourceBehind) {
+TEST(DisplayLifecycle, AddedAndRemovedAgainAndAgainLeavesNoResourceBehind) {
   ros::NodeHandle handle;
   auto topology = handle.advertise<vest_msgs::TissueTopology>("tissue/topology", 1, true);
   auto instruments = handle.advertise<vest_msgs::InstrumentStates>("instruments", 1, true);
@@ -48,6 +53,22 @@ TEST(DisplayLifecycle, TenTimesAddedAndRemovedLeavesNoResourceBehind) {
   states.instruments = {vest::tools::instrumentAt(Place::Left, {-0.03, 0.05, 0.07}, 0, 0.1),
                         vest::tools::instrumentAt(Place::Endoscope, vest::tools::endoscopeTip(0.1), 0, 0)};
   instruments.publish(states);
+  // Effects and contacts that are not finite are left out.
+  auto fluid = handle.advertise<vest_msgs::FluidState>("effects/fluid", 1, true);
+  vest_msgs::FluidState drops;
+  drops.particle_radius = 0.001f;
+  drops.positions = {0, 0, 0.05f, std::nanf(""), 0, 0, 1};
+  drops.pools.resize(1);
+  drops.pools[0].columns = 4000000000u;
+  fluid.publish(drops);
+  auto contacts = handle.advertise<vest_msgs::ContactModels>("tissue/contacts", 1, true);
+  vest_msgs::ContactModels forces;
+  forces.contacts.resize(2);
+  forces.contacts[0].in_contact = forces.contacts[1].in_contact = true;
+  forces.contacts[0].proxy.orientation.w = 1;
+  forces.contacts[0].wrench.force.z = 2;
+  forces.contacts[1].wrench.force.z = std::nan("");
+  contacts.publish(forces);
 
   rviz::RenderPanel panel;
   rviz::VisualizationManager manager(&panel);
@@ -56,12 +77,21 @@ TEST(DisplayLifecycle, TenTimesAddedAndRemovedLeavesNoResourceBehind) {
   manager.setFixedFrame("world");
   manager.startUpdate();
   std::map<std::string, int> first;
-  for (int round = 0; round < 10; ++round) {
+  const int rounds = std::getenv("VEST_FULL") != nullptr ? 100 : 8;
+  for (int round = 0; round < rounds; ++round) {
     rviz::Display* view = manager.createDisplay("vest_viz/EndoscopicView", "view", true);
     rviz::Display* tissue = manager.createDisplay("vest_viz/Tissue", "tissue", true);
+    // Two of each at once.
+    std::vector<rviz::Display*> others;
+    for (const char* kind : {"vest_viz/Tissue", "vest_viz/Contacts", "vest_viz/Contacts", "vest_viz/Effects",
+                             "vest_viz/Effects"}) {
+      others.push_back(manager.createDisplay(kind, "other", true));
+      ASSERT_NE(others.back(), nullptr) << kind;
+    }
     ASSERT_NE(view, nullptr);
     ASSERT_NE(tissue, nullptr);
     tissue->subProp("Links")->setValue(true);
+    others[0]->subProp("Colour By")->setValue(round % 2 == 0 ? "strain" : "material");
     // Until the topology has arrived: then each object has a mesh and a material in both displays.
     const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(20);
     while (ownResources()["meshes"] < 30 && ros::WallTime::now() < end) {
@@ -72,6 +102,7 @@ TEST(DisplayLifecycle, TenTimesAddedAndRemovedLeavesNoResourceBehind) {
     ASSERT_GE(ownResources()["meshes"], 30) << "round " << round;
     for (int k = 0; k < 5; ++k) QApplication::processEvents();
     delete view;
+    for (rviz::Display* other : others) delete other;
     delete tissue;
     QApplication::processEvents();
     if (round == 0) first = ownResources();

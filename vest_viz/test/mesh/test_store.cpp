@@ -149,12 +149,49 @@ TEST(Store, DeltaDoublesKnotsWhereTheyAreNow) {
   EXPECT_EQ(store.topology().revision, 6u);
   EXPECT_EQ(o.knot_count, 5u);
   EXPECT_EQ(o.link_alive, (std::vector<std::uint8_t>{1, 0, 1}));
-  EXPECT_EQ(o.triangles, (std::vector<std::uint32_t>{0, 1, 2, 0, 0, 0, 0, 4, 3}))
-      << "the next delta counts the dead";
+  // Indices never shift: the dead triangle stays, without area.
+  EXPECT_EQ(o.triangles, (std::vector<std::uint32_t>{0, 1, 2, 0, 0, 0, 0, 4, 3}));
+  EXPECT_EQ(o.triangle_layer, (std::vector<std::uint16_t>{0, 0, kCutFace}));
   EXPECT_FLOAT_EQ(store.skin(0).positions[3 * 4 + 2], 0.3f);
   EXPECT_FLOAT_EQ(store.knots(1)[0], 0.7f);  // the neighbour did not shift
   const std::vector<float> next(3 * 9, 0.1f);
   EXPECT_EQ(store.setState(6, next.data(), next.size()), Outcome::Accepted);
+}
+
+TEST(Store, CutFaceHasVerticesOfItsOwnSoThatItsEdgeIsSharp) {
+  Store store;
+  store.setTopology(twoSquares());
+  ASSERT_EQ(store.applyDelta(cutOfFirst()), Outcome::Accepted);
+  store.rebuildSkins();
+  const Skin& skin = store.skin(0);
+  // Vertex 0 belongs to the skin and to the cut face; 3 and 4 to the cut face alone.
+  ASSERT_EQ(skin.doubled, (std::vector<std::uint32_t>{0}));
+  EXPECT_EQ(skin.triangles[6], 5u);
+  EXPECT_EQ(skin.triangles[7], 4u);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(skin.positions[15 + k], skin.positions[k]);
+  EXPECT_EQ(skin.uv.size(), 12u);
+}
+
+TEST(Store, FieldsReachVerticesThroughTheBindingAndSurviveACut) {
+  Store store;
+  store.setTopology(twoSquares());
+  Field f;
+  f.kind = 2, f.minimum = 0, f.maximum = 2;
+  f.data = {0, 255, 255, 0, 0, 0, 0, 51};
+  EXPECT_EQ(store.setField(4, f), Outcome::UnknownRevision);
+  ASSERT_EQ(store.setField(5, f), Outcome::Accepted) << store.problem();
+  EXPECT_FLOAT_EQ(store.knotField(0, 2, 1), 2.0f);
+  EXPECT_FLOAT_EQ(store.knotField(1, 2, 3), 0.4f);
+  EXPECT_TRUE(std::isnan(store.knotField(0, 3, 1)));
+  std::vector<std::uint8_t> out(16, 9);
+  EXPECT_FLOAT_EQ(store.vertexField(0, 2, 0.0f, 4.0f, out.data(), 2), 128 / 255.0f);
+  EXPECT_EQ(out[2], 128);
+  EXPECT_EQ(out[3], 9) << "only every second byte is this field's";
+  ASSERT_EQ(store.applyDelta(cutOfFirst()), Outcome::Accepted);
+  EXPECT_FLOAT_EQ(store.knotField(0, 2, 4), 2.0f) << "the copy has its original's value";
+  EXPECT_FLOAT_EQ(store.knotField(1, 2, 3), 0.4f) << "the neighbour did not shift";
+  f.data.pop_back();
+  EXPECT_EQ(store.setField(6, f), Outcome::Malformed);
 }
 
 TEST(Store, DeltaReboundVerticesHangOnOtherKnots) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "vest_bringup/simulation/trainer.h"
 #include "vest_tissue/scene/world.h"
 
 namespace vest::session {
@@ -15,7 +16,10 @@ class Resimulation {
   explicit Resimulation(scene::World& world) : world_(world) {}
 
   /// Begins at a snapshot instead of the scene. @throws std::invalid_argument naming what does not fit
-  void begin(const std::vector<std::uint8_t>& snapshot) { world_.restore(snapshot); }
+  void begin(const std::vector<std::uint8_t>& snapshot) {
+    const auto world = static_cast<std::ptrdiff_t>(simulation::worldBytes(snapshot));
+    world_.restore(std::vector<std::uint8_t>(snapshot.begin(), snapshot.begin() + world));
+  }
 
   /// @param reset resets the World first  @param jumps the step's number starts anew
   /// @return number of a step that is missing before this one; the World did not move then

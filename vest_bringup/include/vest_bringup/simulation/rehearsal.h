@@ -42,6 +42,7 @@ class Script {
   Hands hands_;
   control::Pedals pedals_;
   std::size_t tray_place_ = 0;
+  std::array<bool, tools::kInstrumentCount> was_open_{};
 };
 
 /// Plays a trajectory through the kinematics of the box into a simulation, step by step.

@@ -1,28 +1,20 @@
 #pragma once
 
 #include <memory>
+#include <string_view>
 #include <vector>
 
+#include "vest_bringup/simulation/effect.h"
 #include "vest_tissue/scene/runner.h"
 
 /// The ROS-free composite: instruments' input, tissue and effects in lockstep.
 namespace vest::simulation {
 
-/// What effects hand back to the tissue; the next step consumes it (fixed lag: one step).
-struct Feedback {
-  std::vector<scene::ImpactInput> impacts;
-  std::vector<scene::DilatationInput> dilatations;
-};
+/// Last bytes of a snapshot that has effects behind the World: 8 bytes of the World's length, then these.
+inline constexpr std::string_view kEffectsMagic = "VESTEFX1";
 
-/// A member of the composite beside the tissue (haemodynamics, bleeding, fluid, smoke …).
-class Effect {
- public:
-  virtual ~Effect() = default;
-  /// One step after the tissue's. Real-time safe; appends to `feedback`, whose arrays have room.
-  virtual void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
-                    Feedback& feedback) = 0;
-  virtual void reset() = 0;
-};
+/// How many of a snapshot's bytes are the World's: all, or those before the effects'.
+std::size_t worldBytes(const std::vector<std::uint8_t>& snapshot);
 
 ///   input (+ feedback of the step before) -> tissue -> effects -> feedback for the next step
 class Trainer : public scene::Simulation {
@@ -35,9 +27,14 @@ class Trainer : public scene::Simulation {
   scene::Status step(scene::StepInput& input, scene::StepReport& report) override;
   scene::World& world() override { return world_; }
   void reset() override;
-  void restored() override;
+  void save(std::vector<std::uint8_t>& bytes) override;
+  /// A snapshot of the World alone is taken too: the effects begin anew then.
+  void restore(const std::vector<std::uint8_t>& bytes) override;
+  /// XXH64 over what save() writes of the effects and the feedback that the next step will consume.
+  std::uint64_t effectsHash() const;
 
  private:
+  void saveEffects(std::vector<std::uint8_t>& bytes) const;
   void clearFeedback();
 
   scene::World world_;

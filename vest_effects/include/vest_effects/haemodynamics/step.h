@@ -8,13 +8,14 @@
 namespace vest::haemodynamics {
 
 /// A hole in a vessel's wall (a cut, a puncture). Leak by the orifice equation
-/// Q = discharge·area·sqrt(2 (P − external_pressure)/rho), both directions.
+/// Q = discharge·area·sqrt(2 (P − external_pressure)/rho), in both directions unless `outward_only`.
 struct Hole {
   int segment = 0;
   double station = 0;            ///< m from the proximal end
   double area = 0;               ///< m², of the hole itself
   double discharge = 0.6;        ///< no unit; 0.6 is the sharp-edged orifice of hydraulics textbooks
   double external_pressure = 0;  ///< Pa
+  bool outward_only = false;     ///< a soft vessel that lets no air in
 };
 
 /// A narrowing at a station (clip, ligature, coagulation, a jaw that pinches). Pressure loss

@@ -12,7 +12,13 @@ namespace vest::fem {
 
 /// XXH64 over everything that the condensed inverse depends on: rest shape, tetrahedra, held nodes, E and nu,
 /// outer nodes, and the version of the computation.
-std::uint64_t contentHash(const Description& description, const std::vector<Index>& outer_nodes);
+/// @param step s: of the matrix of a step of backward Euler, which depends on masses and damping too; 0: the
+/// stiffness alone
+std::uint64_t contentHash(const Description& description, const std::vector<Index>& outer_nodes,
+                          double step = 0.0);
+
+/// $VEST_CACHE_DIR, else $XDG_CACHE_HOME/vest, else $HOME/.cache/vest; empty: none of them is set.
+std::string defaultCacheDirectory();
 
 /// File of a matrix in a cache folder: DIRECTORY/vest_fem_HASH.bin, little-endian: magic, content hash, rows,
 /// columns, numbers by columns, XXH64 of all that.

@@ -20,6 +20,13 @@ enum class Strain : std::uint8_t { Small = 0, Corotational = 1 };
 /// What the object is going to be used for: dynamics needs mass, statics needs something fixed.
 enum class Use : std::uint8_t { Static = 0, Dynamic = 1 };
 
+/// How an object answers its loads.
+/// BackwardEuler: with inertia and Rayleigh damping, small or corotational strain (fem/simulate.h).
+/// Elastostatic: FFEM (models.md section 4), each step the equilibrium under the forces of that step, from
+/// the loaded columns of the precomputed inverse alone; small strain. It goes on with inertia from its first
+/// cut on.
+enum class Motion : std::uint8_t { BackwardEuler = 0, Elastostatic = 1 };
+
 struct Material {
   double youngs_modulus = 0.0;      ///< E, Pa, > 0
   double poisson_ratio = 0.0;       ///< nu, no unit, -1 < nu < 0.5 (positive definite elasticity)
@@ -43,12 +50,22 @@ struct Prescribed {
 struct Description {
   std::string name;
   Strain strain = Strain::Small;
+  Motion motion = Motion::BackwardEuler;         ///< in a World
+  bool start_in_equilibrium = false;             ///< in a World: under gravity and loads, not at rest
   std::vector<Eigen::Vector3d> nodes;            ///< m, shape without load
   std::vector<std::array<Index, 4>> tetrahedra;  ///< positive volume: (n1-n0)·((n2-n0)×(n3-n0)) > 0
   std::vector<Index> fixed;                      ///< nodes; repeated ones count once
   std::vector<Prescribed> prescribed;
   Material material;
+  /// Elasticity and density by cell (volume models): cell_material[t] is an index into `materials`. Both
+  /// empty: `material` everywhere. Rayleigh's coefficients are those of `material` for the whole object.
+  std::vector<Material> materials;
+  std::vector<std::uint16_t> cell_material;
   std::vector<Load> loads;  ///< several on one node add up
+
+  const Material& materialOf(std::size_t tetrahedron) const {
+    return cell_material.empty() ? material : materials[cell_material[tetrahedron]];
+  }
 };
 
 /// Refuses what cannot be computed. @throws std::invalid_argument: object, element or field, value, what is

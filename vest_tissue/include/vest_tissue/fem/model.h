@@ -17,7 +17,7 @@ namespace vest::fem {
 /// Immutable once built.
 struct Model {
   Description description;
-  Lame law;
+  std::vector<Lame> laws;  ///< per element, Pa
   std::vector<Element> elements;
   std::vector<double> mass;           ///< kg per node, lumped: sum of density·volume/4 over its tetrahedra
   std::vector<Eigen::Vector3d> load;  ///< N per node

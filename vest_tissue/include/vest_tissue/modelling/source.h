@@ -77,6 +77,7 @@ struct ObjectSource {
   double cut_toughness = 164.0;  ///< J/m², as scene::Object
   double inner_wall = 0.0;  ///< m: wall that a cut shows; 0: tube's wall_thickness (0 too: solid)
   std::string vessel_segment;
+  motility::Motility motility;
   std::vector<FixRule> fixed;
   std::vector<TetherRule> tethers;
   std::vector<ConnectRule> connections;

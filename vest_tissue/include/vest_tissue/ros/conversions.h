@@ -7,6 +7,7 @@
 #include <vest_msgs/ContactModels.h>
 #include <vest_msgs/InstrumentStates.h>
 #include <vest_msgs/StepInput.h>
+#include <vest_msgs/SutureStates.h>
 #include <vest_msgs/TissueAttachments.h>
 #include <vest_msgs/TissueEvent.h>
 #include <vest_msgs/TissueState.h>
@@ -36,6 +37,8 @@ void toMsg(const scene::TopologyDelta& delta, vest_msgs::TissueTopologyDelta& ms
 void toMsg(const scene::StateFrame& frame, vest_msgs::TissueState& msg);
 void toMsg(const scene::StateFrame& frame, const scene::Description& description,
            vest_msgs::TissueAttachments& msg);
+void toMsg(const scene::StateFrame& frame, const scene::Description& description,
+           vest_msgs::SutureStates& msg);
 /// Skins as triangle lists for stock clients.
 void toMarkers(const vest_msgs::TissueTopology& topology, const scene::StateFrame& frame,
                visualization_msgs::MarkerArray& msg);

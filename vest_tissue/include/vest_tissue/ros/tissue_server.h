@@ -16,10 +16,12 @@
 #include <std_srvs/Trigger.h>
 
 #include <vest_msgs/LoadScene.h>
+#include <vest_msgs/ParameterEdit.h>
 #include <vest_msgs/SessionState.h>
 #include <vest_msgs/Snapshot.h>
 #include <vest_msgs/StateHash.h>
 #include <vest_msgs/Step.h>
+#include <vest_msgs/TissueRequest.h>
 
 #include "vest_tissue/ros/conversions.h"
 #include "vest_tissue/ros/message_pool.h"
@@ -32,10 +34,14 @@ namespace vest::ros_shell {
 class TissueServer {
  public:
   using Factory = std::function<std::unique_ptr<scene::Simulation>(scene::World world)>;
+  /// Stamp of a moment of the steady clock.
+  using Stamp = std::function<ros::Time(std::int64_t steady_ns)>;
+  /// Publishes what a composite has beside the tissue; called every 2 ms by the publishing thread.
+  using Publish = std::function<void(const Stamp& stamp)>;
 
   /// Loads the scene and begins. @throws std::invalid_argument naming parameter or file, value and what is
   /// allowed
-  TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory);
+  TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory, Publish publish = {});
   ~TissueServer();
 
  private:
@@ -48,11 +54,13 @@ class TissueServer {
   Loaded loadFile(const std::string& scene) const;
   void onInstruments(const vest_msgs::InstrumentStates::ConstPtr& msg);
   void onFootswitches(const sensor_msgs::Joy::ConstPtr& msg);
+  void onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg);
   void onRecording(const vest_msgs::SessionState::ConstPtr& msg);
   bool onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res);
   bool onReset(std_srvs::Trigger::Request& req, std_srvs::Trigger::Response& res);
   bool onPause(std_srvs::SetBool::Request& req, std_srvs::SetBool::Response& res);
   bool onStep(vest_msgs::Step::Request& req, vest_msgs::Step::Response& res);
+  bool onRequest(vest_msgs::TissueRequest::Request& req, vest_msgs::TissueRequest::Response& res);
   bool onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snapshot::Response& res);
   std::string snapshotFile(const std::string& name) const;
 
@@ -69,6 +77,7 @@ class TissueServer {
 
   ros::NodeHandle nh_, private_nh_;
   Factory factory_;
+  Publish publish_;
   int threads_ = 1;
   std::string scene_, session_directory_;
   bool wait_for_recorder_ = false;
@@ -84,10 +93,10 @@ class TissueServer {
 
   ros::CallbackQueue input_queue_, service_queue_;
   ros::AsyncSpinner input_spinner_{1, &input_queue_}, service_spinner_{1, &service_queue_};
-  ros::Subscriber instruments_, footswitches_, recording_;
+  ros::Subscriber instruments_, footswitches_, recording_, edits_;
   std::vector<ros::ServiceServer> services_;
   ros::Publisher topology_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_, attachments_pub_,
-      markers_pub_, steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;
+      sutures_pub_, markers_pub_, steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;
 
   // Of the input thread.
   scene::ToolSample sample_;
@@ -102,6 +111,7 @@ class TissueServer {
   std::uint64_t event_id_ = 0, clock_jumps_ = 0;
   std::int64_t clock_offset_ns_ = 0;
   double next_markers_ = 0.0;
+  bool had_sutures_ = false;
   std::uint32_t published_revision_ = 0;
   std::mutex recording_mutex_;
   vest_msgs::SessionState recording_state_;

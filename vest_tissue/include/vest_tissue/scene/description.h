@@ -8,7 +8,9 @@
 
 #include <Eigen/Core>
 
+#include "vest_tissue/interaction/thermal.h"
 #include "vest_tissue/material/law.h"
+#include "vest_tissue/motility/motility.h"
 
 /// What a scene says, as plain data: written by modelling and by the loader, read by the World's builder.
 /// Lengths in metres, masses in kilograms, frames: world (formats.md), unless the scene is of another
@@ -101,11 +103,16 @@ struct Object {
   double contact_thickness = 0.0005;  ///< m: offset of the touched surface from contact_triangles
   double friction = 0.1;              ///< no unit, Coulomb, wet tissue
   double tear_strain = 0.0;           ///< no unit: an elastic link tears above this strain; 0: never
+  interaction::ThermalMaterial thermal;
+  motility::Motility motility;  ///< nets with a tube map only
+  double grasp_damage_threshold =
+      136e3;  ///< Pa: pinch over the jaw's area that begins to destroy (interaction/heat.h); 0: never
   double cut_toughness = 164.0;       ///< J/m²: work per newly cut area; of liver, 164 ± 6 (Gokgol 2012)
   double wall_thickness = 0.0;        ///< m: of a hollow organ; 0: solid
   Skin skin;
   TubeMap tube;
-  std::shared_ptr<const fem::Description> fem;  ///< model fem: its tetrahedra, material, loads; else null
+  std::shared_ptr<const fem::Description>
+      fem;  ///< model fem or volume: tetrahedra, material, loads; else null
 };
 
 /// Ties an anchor of one object to an anchor of another one (ligament to uterus, tube to uterus …).
@@ -126,8 +133,9 @@ enum class Integrator : std::uint8_t { NewtonEuler = 0, BackwardEuler = 1, Stati
 
 struct Description {
   std::string name;
-  std::string directory;  ///< where the scene file lies
-  std::string hash;       ///< XXH64, 16 hexadecimal digits, over the scene file and every file it refers to
+  std::string directory;        ///< where the scene file lies
+  std::string cache_directory;  ///< where inverses of finite elements are kept between runs; empty: nowhere
+  std::string hash;  ///< XXH64, 16 hexadecimal digits, over the scene file and every file it refers to
   Eigen::Vector3d gravity{0, 0, -9.81};
   Integrator integrator = Integrator::NewtonEuler;
   double dt = 0.001;  ///< s

@@ -7,8 +7,8 @@
 
 namespace vest::scene {
 
-/// A request as vest_msgs/StepInput.requests carries it: `remove_link OBJECT LINK` or
-/// `split_knot OBJECT KNOT NX NY NZ`. Exact both ways: numbers have 17 digits.
+/// A request as vest_msgs/StepInput.requests carries it: `remove_link OBJECT LINK`,
+/// `split_knot OBJECT KNOT NX NY NZ` or `remove_clip ID`. Exact both ways: numbers have 17 digits.
 std::string requestText(const TopologyRequest& request, const Description& description);
 /// @throws std::invalid_argument: the text, and what is allowed
 TopologyRequest parseRequest(const std::string& text, const Description& description);

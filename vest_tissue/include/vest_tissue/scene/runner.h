@@ -13,6 +13,7 @@
 
 #include "vest_tissue/scene/ring.h"
 #include "vest_tissue/scene/world.h"
+#include "vest_tissue/shared/contact_memory.h"
 
 namespace vest::scene {
 
@@ -25,8 +26,10 @@ class Simulation {
   virtual Status step(StepInput& input, StepReport& report) = 0;
   virtual World& world() = 0;
   virtual void reset() = 0;
-  /// Called after the World was restored from a snapshot.
-  virtual void restored() {}
+  /// Snapshot of all that evolves. @throws std::invalid_argument naming what does not fit; nothing changed
+  /// then
+  virtual void save(std::vector<std::uint8_t>& bytes) { world().save(bytes); }
+  virtual void restore(const std::vector<std::uint8_t>& bytes) { world().restore(bytes); }
 };
 
 /// The tissue without anything around it.
@@ -68,6 +71,23 @@ struct ContactFrame {
   std::array<ContactModel, tools::kInstrumentCount> contacts;
 };
 
+/// One field of all knots.
+struct FieldFrame {
+  Field kind = Field::Strain;
+  float minimum = 0.0f, maximum = 1.0f;  ///< unit of the kind: range that is sent
+  std::vector<float> values;             ///< unit of the kind, per knot, objects in scene order
+};
+/// Fields that are sent, with their ranges. Temperature: from below body temperature to where char forms.
+struct FieldRange {
+  Field kind;
+  float minimum, maximum;
+};
+inline constexpr std::array<FieldRange, 5> kFieldFrames{{{Field::Strain, 0.0f, 1.0f},
+                                                         {Field::Temperature, 273.15f, 528.15f},
+                                                         {Field::Damage, 0.0f, 1.0f},
+                                                         {Field::Perfusion, 0.0f, 1.0f},
+                                                         {Field::Char, 0.0f, 1.0f}}};
+
 struct StateFrame {
   std::uint64_t step = 0;
   std::uint32_t revision = 0;
@@ -75,16 +95,17 @@ struct StateFrame {
   double time = 0.0;             ///< s
   std::int64_t steady_ns = 0;
   std::vector<float> positions;  ///< m, world, x y z per knot, objects in scene order
-  bool has_strain = false;
-  std::vector<float> strain;  ///< no unit, per knot
+  bool has_fields = false;
+  std::array<FieldFrame, kFieldFrames.size()> fields;  ///< of all knots, while has_fields
   std::vector<Attachment> attachments;
+  std::vector<SlingView> slings;
 };
 
 struct RunnerOptions {
   double speed = 1.0;              ///< simulated over wall time, 0.01 … 1000
   double contact_rate = 250;       ///< Hz, wall time
   double state_rate = 60;          ///< Hz, wall time
-  double strain_rate = 10;         ///< Hz, wall time
+  double strain_rate = 10;         ///< Hz, wall time: of all fields per knot
   std::uint32_t hash_every = 100;  ///< steps
   std::uint32_t seed = 1;
   double catch_up_limit = 0.25;  ///< s: what is further behind is given up, and shows in the real-time factor
@@ -104,6 +125,8 @@ struct RunnerStatistics {
 class Runner {
  public:
   Runner(std::unique_ptr<Simulation> simulation, const RunnerOptions& options);
+  /// Before start(): every step's contact models go to this memory too, for haptic processes.
+  void shareContacts(std::unique_ptr<shared::ContactWriter> memory) { memory_ = std::move(memory); }
   ~Runner();
 
   /// Begins to step; idempotent.
@@ -113,6 +136,9 @@ class Runner {
     tools_.back() = sample;
     tools_.publish();
   }
+
+  /// Adds a request to the next step's input. Any thread but the Runner's.
+  void request(const TopologyRequest& request);
 
   // The following run between two steps and wait for it. Any thread but the Runner's.
   void setPaused(bool paused);
@@ -124,6 +150,8 @@ class Runner {
   void load(std::unique_ptr<Simulation> simulation, const std::string& argument);
   /// @throws std::invalid_argument, and then nothing has changed
   void restore(const std::vector<std::uint8_t>& bytes, const std::string& argument);
+  /// The next step applies it.
+  void edit(const ParameterEdit& edit);
   /// Runs a function between two steps.
   void call(const std::function<void(Simulation&)>& function);
 
@@ -139,6 +167,7 @@ class Runner {
   void run();
   void stepOnce(std::int64_t now);
   void fillContacts(std::int64_t now);
+  void shareStep(std::int64_t now);
   void fillState(std::int64_t now);
   void execute(const std::function<void()>& function);
 
@@ -166,10 +195,14 @@ class Runner {
   std::uint64_t to_advance_ = 0;
   std::int64_t due_ns_ = 0;
   std::int64_t contact_due_ = 0, state_due_ = 0, strain_due_ = 0;
+  std::vector<TopologyRequest> pending_requests_;
   Command pending_command_ = Command::None;
   std::string pending_argument_;
+  std::vector<ParameterEdit> pending_edits_;
   ToolSample sample_;
   StepReport report_;
+  std::unique_ptr<shared::ContactWriter> memory_;
+  shared::ContactImage image_;
   std::thread thread_;
 };
 

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "vest_instruments/tools/tool_kind.h"
+#include "vest_tissue/scene/vessel_name.h"
 
 namespace vest::scene {
 
@@ -39,16 +40,16 @@ struct ImpactInput {
 
 /// Feedback of the pulse: radius over reference radius per vessel segment.
 struct DilatationInput {
-  std::string vessel_segment;
+  VesselName vessel_segment;
   double dilatation = 1.0;
 };
 
 /// A change of the topology, applied before the step. As words on the wire: scene/request.h.
 struct TopologyRequest {
-  enum class Kind : std::uint8_t { RemoveLink = 0, SplitKnot = 1 };
+  enum class Kind : std::uint8_t { RemoveLink = 0, SplitKnot = 1, RemoveClip = 2 };
   Kind kind = Kind::RemoveLink;
   std::uint16_t object = 0;
-  std::uint32_t element = 0;  ///< link of the topology, or knot
+  std::uint32_t element = 0;  ///< link of the topology, knot, or id of a clip
   Eigen::Vector3d normal =
       Eigen::Vector3d::UnitZ();  ///< SplitKnot: of the plane through the knot, to the copy
 };

@@ -9,6 +9,8 @@
 
 #include <Eigen/Geometry>
 
+#include "vest_tissue/interaction/heat.h"
+#include "vest_tissue/interaction/sling.h"
 #include "vest_tissue/net/anchor.h"
 #include "vest_tissue/scene/description.h"
 #include "vest_tissue/scene/step_input.h"
@@ -83,6 +85,15 @@ struct Energy {
   double kinetic = 0, elastic = 0, potential = 0, dissipated = 0, work = 0;
 };
 
+/// What a World knows per knot; values are those of vest_msgs/TissueField.
+enum class Field : std::uint8_t {
+  Strain = 0,       ///< no unit: largest absolute strain of the links
+  Temperature = 1,  ///< K, of the touched surface
+  Damage = 2,       ///< no unit, 0 … 1: denatured or crushed, at the surface
+  Perfusion = 3,    ///< no unit, 0 … 1: share of the healthy perfusion
+  Char = 6,         ///< no unit, 0 … 1
+};
+
 /// What a step tells. Sized once; bounded.
 struct StepReport {
   Status status = Status::Ok;
@@ -133,6 +144,17 @@ struct Attachment {
   std::int8_t instrument = -1;
 };
 
+/// A ligation sling that viewers draw (interaction/sling.h).
+struct SlingView {
+  std::uint64_t id = 0;
+  bool around = false, tied = false;
+  std::uint16_t object = 0;                                         ///< where `around`
+  double rest_length = 0.0;                                         ///< m
+  double tension = 0.0;                                             ///< N
+  Eigen::Vector3d knot = Eigen::Vector3d::Zero();                   ///< m, world: the central knot
+  std::array<Eigen::Vector3d, interaction::kSlingNodes> positions;  ///< m, world: the loop, closed
+};
+
 struct WorldModel;    ///< immutable once built (world_model.h)
 struct WorldState;    ///< everything that evolves; a copy is a snapshot (world_state.h)
 struct WorldScratch;  ///< sized once, no meaning between steps (world_scratch.h)
@@ -162,16 +184,27 @@ class World {
   std::size_t objectCount() const;
   std::size_t knotCount(std::size_t object) const;
   const Topology& topology(std::size_t object) const;
+  /// Triangles of knots that others touch (what ImpactInput::triangle counts), as they are now; dead ones
+  /// stay.
+  const std::vector<std::array<std::uint32_t, 3>>& contactTriangles(std::size_t object) const;
+  const std::vector<std::uint8_t>& contactTriangleAlive(std::size_t object) const;
   /// Positions of an object's knots, m, world, x y z per knot, as float32 (what tissue/state carries).
   void positions(std::size_t object, float* xyz) const;
   void velocities(std::size_t object, float* xyz) const;  ///< m/s
+  /// One knot, m, world; the object's first one where there is no such knot.
+  Eigen::Vector3d knotAt(std::size_t object, std::size_t knot) const;
   /// Largest absolute strain of the links at each knot, no unit.
   void strain(std::size_t object, float* per_knot) const;
+  /// Any field, per knot. Objects without it (rigid) are at body temperature, whole and perfused.
+  void field(std::size_t object, Field kind, float* per_knot) const;
+  /// Heat that instruments brought in and where it went, J, all objects.
+  interaction::HeatLedger heat() const;
   /// Sum of the forces with which fixed knots and tethers hold the object, N, world: the reaction of its
   /// attachments.
   Eigen::Vector3d reaction(std::size_t object) const;
   Energy energy() const;
   void attachments(std::vector<Attachment>& out) const;
+  void slings(std::vector<SlingView>& out) const;
   /// Deltas since a revision, in order; false if it is older than the last kDeltaHistory ones (or not of this
   /// history: after reset and restore it begins anew), then send the whole topology.
   bool deltasSince(std::uint32_t revision, std::vector<TopologyDelta>& out) const;

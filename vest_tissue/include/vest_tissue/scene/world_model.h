@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "vest_tissue/contact/distance_grid.h"
+#include "vest_tissue/fem/tissue.h"
 #include "vest_tissue/net/tube_map.h"
 #include "vest_tissue/scene/world_state.h"
 #include "vest_tissue/solver/step_bound.h"
@@ -12,7 +13,8 @@ namespace vest::scene {
 
 /// What of one object never changes once built.
 struct ObjectConstants {
-  bool net = true;  ///< false: rigid
+  bool net = true;  ///< it deforms: a net, or finite elements (see `fem`); false: rigid
+  std::shared_ptr<const fem::TissueModel> fem;  ///< finite elements, fem or volume; else null
   material::Law law;
   solver::Rates rates;          ///< of the links at the start, contact reserve included
   double calibration = 1.0;     ///< power iteration over the rigorous bound, <= 1 (docs/decisions/0122-…)
@@ -21,6 +23,7 @@ struct ObjectConstants {
   double contact_omega_squared = 0.0;  ///< stiffness over mass that contacts may add, 1/s²
   int sub_steps = 1, batches = 1;      ///< at dt of the description
   int volume_batches = 1;      ///< times a step that the enclosed volume's gradient is renewed; <= batches
+  bool implicit = false;       ///< stepped by solver::ImplicitNet: more than the explicit sub-steps can hold
   double greatest_edge = 0.0;  ///< m, of the contact triangles at the start
   bool closed = false;         ///< contact triangles form a closed surface
   std::uint32_t together = 0;  ///< bit per object (< 32): no contact with it, by design
@@ -28,7 +31,9 @@ struct ObjectConstants {
   net::TubeMap tube;
   std::vector<std::uint32_t> ring_links;  ///< block links within a ring: dilatation acts on them
   contact::DistanceGrid grid;             ///< rigid only
+  interaction::HeatModel heat;            ///< nets only
   interaction::CutConstants cut;
+  motility::MotilityModel motility;       ///< where the object moves by itself
 };
 
 /// Immutable once built.

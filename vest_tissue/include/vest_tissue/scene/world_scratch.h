@@ -1,10 +1,13 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "vest_tissue/contact/contacts.h"
 #include "vest_tissue/interaction/cut_scratch.h"
+#include "vest_tissue/fem/tissue_cut.h"
 #include "vest_tissue/scene/world_model.h"
+#include "vest_tissue/solver/implicit_net.h"
 
 namespace vest::scene {
 
@@ -18,6 +21,9 @@ struct OrganContact {
   float reach = 0;       ///< m
   float stiffness = 0, damping = 0, grip = 0, friction = 0;
   int batches = 1;
+  /// 0: both sides get a force from where they are; 1: `object` answers implicitly, finite elements that move
+  /// before the other side does; 2: `other` does.
+  std::uint8_t implicit_side = 0;
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, held
 };
 
@@ -70,8 +76,14 @@ struct ObjectScratch {
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();  ///< N, of fixed knots, last sub-step
   double heat = 0.0;  ///< J in this step, links and knots, when accounting is on
   std::vector<float> volume_gradient,
-      volume_start;     ///< m², m: three rows over the knots, where the gradient was taken
-  double volume = 0.0;  ///< m³ there
+      volume_start;           ///< m², m: three rows over the knots, where the gradient was taken
+  double volume = 0.0;        ///< m³ there
+  fem::TissueScratch tissue;  ///< finite elements
+  std::vector<Eigen::Vector3d> backup_x, backup_v;  ///< m, m/s: of finite elements
+  std::unique_ptr<solver::ImplicitNet> implicit;  ///< of an object that is stepped implicitly
+  std::vector<float> active;  ///< N, three rows over the knots: what the organ itself does in this step
+  std::vector<std::uint32_t> cut_knots, cut_faces, cut_roots;  ///< finite elements: of this step's cut
+  std::vector<fem::Doubling> doublings;
   bool faulty = false;
   bool over_budget = false;
 };

@@ -6,12 +6,16 @@
 
 #include <Eigen/Core>
 
+#include "vest_tissue/interaction/fasteners.h"
 #include "vest_tissue/interaction/cut_state.h"
+#include "vest_tissue/fem/tissue.h"
 #include "vest_tissue/interaction/grasp.h"
+#include "vest_tissue/interaction/heat.h"
 #include "vest_tissue/interaction/tool_state.h"
 #include "vest_tissue/net/block.h"
 #include "vest_tissue/net/elements.h"
 #include "vest_tissue/net/link_kernel.h"
+#include "vest_tissue/scene/fem_surface.h"
 #include "vest_tissue/scene/world.h"
 
 namespace vest::scene {
@@ -25,8 +29,10 @@ struct LinkPlace {
 /// Elastic or viscous link: its numbers, and its place in the packed table that the kernel reads.
 struct NetLink {
   net::KernelLink values;
-  bool by_law = false;      ///< in law_links, else in linear_links
-  std::uint32_t place = 0;  ///< index in that table
+  bool by_law = false;                  ///< in law_links, else in linear_links
+  std::uint32_t place = 0;              ///< index in that table
+  float shrink = 1.0f, stiffen = 1.0f;  ///< no unit: what heat did to rest and axial (interaction/heat.h)
+  float conductance = 0.0f;             ///< W/K, of heat; constant
 };
 
 /// Everything of one object that evolves. A copy is a snapshot.
@@ -48,7 +54,11 @@ struct ObjectState {
   double elastic_scale = 1.0;  ///< parameter edits: youngs_modulus over the scene's
   double damping_scale = 1.0;
   bool degraded = false;
+  interaction::HeatState heat;  ///< temperature and damage per knot
   interaction::CutState cut;
+  FemSurface fem_surface;   ///< finite elements
+  fem::TissueState tissue;  ///< finite elements; empty for nets. The block's X … VZ are a copy of it
+  motility::MotilityState motility;  ///< phases of its waves
 };
 
 /// Changes a link in the list and in its table. Real-time safe.
@@ -62,6 +72,7 @@ inline void setLink(ObjectState& s, std::size_t index, float axial, float rest, 
 struct ConnectionState {
   net::Anchor end0, end1;
   bool alive = true;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N on end 0; kept where an end is elastostatic
 };
 
 /// Candidates for organ against organ: a knot of one object near a triangle of another.
@@ -92,7 +103,9 @@ struct WorldState {
   interaction::CuttingState cutting;
   std::vector<OrganPair> pairs;    ///< renewed every few steps
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
-  Energy energy;                   ///< work and dissipated are kept, the others computed on demand
+  interaction::Electrosurgery electrosurgery;
+  interaction::Fasteners fasteners;  ///< clips, slings
+  Energy energy;                     ///< work and dissipated are kept, the others computed on demand
 };
 
 }  // namespace vest::scene

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
@@ -13,13 +15,35 @@ struct Circle {
   double cx = 0, cy = 0, radius = 0;
 };
 
+/// What the camera control unit does with the picture, besides exposure.
+struct CameraLook {
+  double lamp = 5600;           ///< K, colour temperature of the light source (xenon: about 5600 … 6000)
+  double white_balance = 5600;  ///< K that the camera takes for white
+  double noise = 0;             ///< standard deviation of the sensor's noise in 8 bit levels at medium grey
+  double focus = 0;             ///< m, distance in focus; 0: everything is sharp
+};
+
+/// Factors for red, green, blue of a camera that takes `white` for white under a lamp of `lamp` kelvin:
+/// Planck's law at 610, 545 and 465 nm, green kept at 1. Both in K, clamped to 1500 … 20000.
+std::array<double, 3> whiteBalance(double lamp, double white);
+
+/// Condition of the front lens (vest_msgs/LensState).
+struct Lens {
+  double fog = 0;  ///< 0 clear … 1 blind
+  int columns = 0, rows = 0;
+  std::vector<std::uint8_t> soiling;  ///< 0 clean … 255 opaque, row-major over the picture; may be empty
+  std::vector<std::uint8_t> blood;    ///< 0 water or smoke … 255 blood, as many; may be empty
+  bool clear() const { return fog < 0.005 && soiling.empty(); }
+};
+
 /// Turns the pinhole rendering into what the camera chip delivers: lens distortion, round field stop with its
 /// thin bright rim, black outside. Built once per camera, no allocation afterwards.
 class Finisher {
  public:
   /// @param camera  what is published: size, K, plumb_bob coefficients
   /// @param circle_share radius of the round image over half the picture's height, 0.3 … 1.5
-  /// @param resolution rendered pixels per pixel of the picture, along an edge, 0.4 … 1
+  /// @param resolution rendered pixels per pixel of the picture, along an edge, 0.4 … 2; above 1 edges
+  /// are finer, below it the camera's resampling fills in
   Finisher(const camera::Intrinsics& camera, double circle_share, double resolution = 1.0);
 
   /// The square pinhole camera that has to be rendered, just large enough for the circle.
@@ -28,19 +52,39 @@ class Finisher {
   /// Radius of the circle in the rendering as share of its half width, for masking what nobody sees.
   double sourceRadius() const { return source_radius_; }
 
-  /// @param rendering CV_8UC4, RGBA, source().width × height
+  void setLook(const CameraLook& look);
+  /// Takes over a new condition of the lens; a soiling map that is not columns × rows counts as clean.
+  void setLens(const Lens& lens);
+
+  /// @param rendering CV_8UC4, RGB and depth (as ogre_media/tissue.frag codes it), source().width × height
+  /// @param veil      CV_8UC4 of any size over the same field: colour and opacity of what floats in between
+  ///                  (smoke::Veil); may be empty
   /// @param out       CV_8UC3, RGB, camera size; allocated on first use
-  void apply(const cv::Mat& rendering, cv::Mat* out);
+  void apply(const cv::Mat& rendering, const cv::Mat& veil, cv::Mat* out);
+  void apply(const cv::Mat& rendering, cv::Mat* out) { apply(rendering, {}, out); }
 
  private:
+  void smoothEdges(const cv::Mat& rendering);
+  void blendVeil(const cv::Mat& veil);
+  void defocus(const cv::Mat& rendering);
+  void cloud();
   camera::Intrinsics camera_, source_;
   Circle circle_;
   double source_radius_ = 1;
   cv::Rect window_;  ///< of the circle in the picture
   cv::Mat map_, map_fraction_;
   cv::Mat weight_, rim_;  ///< CV_8UC3 over window_
-  cv::Mat warped_, rgb_;
+  cv::Mat warped_, rgb_, jagged_, veil_, small_, blurred_, depth_;
+  cv::Mat soil_, soil_colour_;  ///< over window_: opacity, colour; empty while the lens is clean
+  cv::Mat white_;               ///< look-up table, empty while neutral
+  cv::Mat noise_;               ///< a strip of noise, CV_8S, entered at another place each picture
+  std::uint32_t pictures_ = 0;
+  CameraLook look_;
+  double fog_ = 0;
 };
+
+/// Depth in metres of the code that the shaders write into the alpha channel (0: 0.3 m or farther).
+double codedDepth(std::uint8_t code);
 
 /// Light meter of the camera control unit: holds the bright part of the picture at a wanted level.
 class AutoExposure {

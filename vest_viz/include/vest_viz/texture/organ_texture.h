@@ -36,6 +36,8 @@ struct Style {
 /// Style for an organ word of the scene (uterus, tube, ovary, ligament, artery, vein, intestine, cavity); any
 /// other word gets that of a pink serosa.
 const Style& styleOf(const std::string& organ);
+/// What a cut through an organ lays open.
+const Style& insideOf(const std::string& organ);
 
 /// Square RGBA pictures that tile without a seam, row 0 at v = 0.
 struct Baked {

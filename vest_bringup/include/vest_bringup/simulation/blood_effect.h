@@ -1,0 +1,99 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "vest_bringup/simulation/effect.h"
+#include "vest_effects/bleeding/wounds.h"
+#include "vest_tissue/scene/ring.h"
+
+namespace vest::simulation {
+
+struct BloodOptions {
+  std::string vessels;           ///< folder of the knowledge database (vest_effects/haemodynamics/vessels.h)
+  double dx = 0.006;             ///< m, greatest cell of the arteries
+  double pulse_dilatation = 1;   ///< no unit: 1 physiological; more for teaching, 0 … 20
+  double external_pressure = 0;  ///< Pa around the vessels, above that of the air
+  double frame_rate = 100;       ///< Hz of simulated time, 50 … 1000
+};
+
+/// What the patient monitor and viewers are told, now and then.
+struct BloodFrame {
+  struct Vessel {
+    float pressure_prox = 0, pressure_mid = 0, pressure_dist = 0;  ///< Pa
+    float flow_mid = 0;                                            ///< m³/s
+    float radius_mid = 0;                                          ///< m
+    float dilatation = 1;                                          ///< no unit, as the tissue gets it
+    float leak = 0;                                                ///< m³/s
+    double loss = 0;                                               ///< m³
+    float closure = 0;                                             ///< 0 open … 1 closed
+  };
+  std::uint64_t step = 0;
+  double heart_rate = 0;                          ///< Hz
+  double systolic = 0, diastolic = 0, mean = 0;   ///< Pa
+  double blood_volume = 0, blood_loss = 0;        ///< m³
+  std::uint32_t degraded_steps = 0, refused = 0;  ///< since the start
+  std::shared_ptr<const std::vector<std::string>> names;
+  std::vector<Vessel> vessels;  ///< arteries, then veins
+};
+
+/// Circulation, openings of vessels and the pulse in the scene. An object of the scene belongs to a vessel by
+/// its `vessel_segment`; its station 0 … length runs along the whole vessel.
+///   events (cut, punctured, torn, perforated, clipped, unclipped, ligated, coagulated) -> wounds
+///   circulation -> fluid sources at the wounds, and dilatation of the scene's vessels every fourth step
+/// Parameter edits (object empty): heart_rate (Hz), mean_pressure (Pa), resistance_scale, reflex_scale,
+/// pulse_dilatation. With the name of a vessel's object: opening_station (m), then opening_area (m²) opens it
+/// there; clip_station (m) closes it there: complications that an instructor sets.
+class BloodEffect : public Effect {
+ public:
+  /// @param frames may be null  @throws haemodynamics::NetworkError, std::invalid_argument
+  BloodEffect(const scene::World& world, const BloodOptions& options,
+              scene::TripleBuffer<BloodFrame>* frames);
+
+  void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
+            Feedback& feedback) override;
+  void reset() override;
+  void save(std::vector<std::uint8_t>& bytes) const override;
+  bool restore(const std::uint8_t* bytes, std::size_t count) override;
+
+  /// Blood that left otherwise (seeping surfaces), m³.
+  void lose(double volume) { state_.circulation.lost += volume > 0 ? volume : 0; }
+
+  const haemodynamics::CirculationModel& model() const { return circulation_.model; }
+  const haemodynamics::CirculationState& circulation() const { return state_.circulation; }
+  const bleeding::WoundState& wounds() const { return state_.wounds; }
+
+ private:
+  struct State {
+    haemodynamics::CirculationState circulation;
+    haemodynamics::CirculationSettings settings;
+    bleeding::WoundState wounds;
+    double pulse_dilatation = 1;
+    double opening_station = 0;  ///< m, of an instructor's opening to come
+  };
+  template <class Archive, class S>
+  static void walk(Archive& archive, S& state);
+
+  double vesselStation(const scene::World& world, std::size_t object, double station) const;
+  void take(const scene::World& world, const scene::ParameterEdit& edit);
+  void take(const scene::World& world, const scene::Event& event);
+  void openAt(const scene::World& world, std::size_t object, double station, double area,
+              const Eigen::Vector3d* place);
+  void tellSources(const scene::World& world, Feedback& feedback) const;
+  void tellFrame(std::uint64_t step);
+
+  BloodOptions options_;
+  haemodynamics::Circulation circulation_;
+  haemodynamics::CirculationScratch scratch_;
+  haemodynamics::CirculationInputs inputs_;
+  State state_;
+  std::vector<int> vessel_of_;       ///< per object of the scene; −1: none
+  std::vector<std::uint8_t> shown_;  ///< per vessel: the scene has it
+  std::vector<scene::VesselName> names_;
+  std::shared_ptr<const std::vector<std::string>> frame_names_;
+  scene::TripleBuffer<BloodFrame>* frames_;
+  std::uint64_t frame_every_ = 10;
+};
+
+}  // namespace vest::simulation

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "vest_effects/bleeding/source.h"
+#include "vest_tissue/scene/world.h"
+
+namespace vest::simulation {
+
+/// What effects hand on. Arrays have room: nothing allocates while it lasts; what does not fit is counted.
+struct Feedback {
+  // To the tissue: the next step consumes it (fixed lag: one step). Recorded with that step's input.
+  std::vector<scene::ImpactInput> impacts;
+  std::vector<scene::DilatationInput> dilatations;
+  // To the effects behind this one, in the same step.
+  std::vector<bleeding::FluidSource> sources;
+};
+
+/// A member of the composite beside the tissue (haemodynamics and bleeding, fluid, smoke, lens).
+class Effect {
+ public:
+  virtual ~Effect() = default;
+  /// One step after the tissue's. Real-time safe; appends to `feedback`, whose arrays have room. Reads
+  /// nothing but its arguments and its own State: the same inputs give the same bits.
+  virtual void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
+                    Feedback& feedback) = 0;
+  /// As the scene was loaded.
+  virtual void reset() = 0;
+  /// Appends everything that evolves, little-endian. One that appends nothing begins anew after a restore.
+  virtual void save(std::vector<std::uint8_t>& bytes) const { (void)bytes; }
+  /// Takes what save() appended. False, and nothing has changed, where the bytes are not its own.
+  virtual bool restore(const std::uint8_t* bytes, std::size_t count) {
+    (void)bytes;
+    if (count == 0) reset();
+    return count == 0;
+  }
+};
+
+}  // namespace vest::simulation

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "vest_bringup/simulation/effect.h"
+#include "vest_effects/fluid/step.h"
+#include "vest_effects/lens/lens.h"
+#include "vest_effects/smoke/smoke.h"
+#include "vest_tissue/scene/ring.h"
+
+/// What lies in the operating field beside tissue: fluid, smoke and the endoscope's lens.
+namespace vest::simulation {
+
+struct FieldOptions {
+  fluid::Parameters fluid;
+  smoke::Parameters smoke;
+  lens::Parameters lens;
+  double irrigation_flow = 5e-5;       ///< m³/s: 3 l/min, the greatest of models.md section 9
+  double irrigation_diameter = 0.005;  ///< m, models.md section 9
+  double suction_flow = 5e-5;          ///< m³/s of liquid; assumed as irrigation
+  double suction_gas_flow = 1.7e-4;    ///< m³/s of gas: 10 l/min; assumed
+  double coagulation_power =
+      30.0;  ///< W while a coagulating tool touches tissue, until events carry energy; assumed
+  int threads = 1;
+};
+
+/// What one moment of the field shows, for publishing.
+struct FieldFrame {
+  std::uint64_t step = 0;
+  std::int64_t steady_ns = 0;
+  std::shared_ptr<const fluid::Model> fluid_model;
+  std::shared_ptr<const smoke::Model> smoke_model;
+  std::shared_ptr<const std::vector<std::string>> objects;  ///< names, scene order
+  fluid::State fluid;                                       ///< without its knots
+  std::vector<float> smoke;                                 ///< kg/m³, as drawn
+  std::array<smoke::Puff, smoke::kMostPuffs> puffs{};
+  std::uint32_t puff_count = 0;
+  double smoke_mass = 0;  ///< kg
+  lens::State lens;
+  lens::Parameters lens_parameters;
+  double fog = 0;
+  bool degraded = false;                    ///< at any step since the last frame
+  std::vector<scene::ImpactInput> impacts;  ///< since the last frame, at most kMostFrameImpacts
+  std::uint64_t impacts_dropped = 0;
+  std::uint64_t refused = 0;  ///< steps whose input was absurd and that were left out
+};
+inline constexpr std::size_t kMostFrameImpacts = 2048;
+using FieldFrames = scene::TripleBuffer<FieldFrame>;
+
+/// Fluid at 250 Hz, smoke and lens at 50 Hz of simulated time, in lockstep with the tissue.
+///
+/// Instruments: a suction-irrigator irrigates and sucks as its functions or the pedals say. Where nobody
+/// holds one, the irrigation pedal rinses the lens. The lens is cleaned and warmed while the endoscope is
+/// drawn back into its trocar, and wiped where it touches tissue. Parameter edits: object `fluid`:
+/// irrigation_flow, suction_flow (m³/s); `smoke`: yield (kg/J); `lens`: warming, rinse (0 or 1), temperature
+/// (K of the lens), humidity, cavity_temperature (K).
+class OperatingField : public Effect {
+ public:
+  /// @param frames where to put what is to be shown, of this object alone, or null. @throws
+  /// std::invalid_argument
+  OperatingField(const scene::World& world, const FieldOptions& options, std::shared_ptr<FieldFrames> frames);
+  ~OperatingField() override;
+
+  void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
+            Feedback& feedback) override;
+  void reset() override;
+  void save(std::vector<std::uint8_t>& bytes) const override;
+  bool restore(const std::uint8_t* bytes, std::size_t count) override;
+
+  const fluid::Model& fluidModel() const;
+  const fluid::State& fluid() const;
+  const smoke::Model& smokeModel() const;
+  const smoke::State& smoke() const;
+  const lens::State& lens() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vest::simulation

@@ -1,0 +1,149 @@
+#include "vest_bringup/ros/effects_shell.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include <ros/console.h>
+#include <ros/package.h>
+
+#include "vest_bringup/simulation/trainer.h"
+#include "vest_tissue/ros/parameters.h"
+
+namespace vest::ros_shell {
+
+namespace {
+
+/// A word is a database of vest_effects/data/vessels; anything with a slash is a folder.
+std::string vesselsFolder(const std::string& name) {
+  if (name.find('/') != std::string::npos) return name;
+  const std::string package = ros::package::getPath("vest_effects");
+  if (package.empty())
+    throw std::invalid_argument("vessels '" + name + "': package vest_effects is not on ROS_PACKAGE_PATH");
+  return package + "/data/vessels/" + name;
+}
+
+std::int64_t steadyNow() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+}  // namespace
+
+void toMsg(const simulation::BloodFrame& f, vest_msgs::HaemodynamicsState& msg) {
+  msg.header.frame_id = "world";
+  msg.step = f.step;
+  msg.heart_rate = f.heart_rate;
+  msg.systolic = f.systolic;
+  msg.diastolic = f.diastolic;
+  msg.mean_pressure = f.mean;
+  msg.blood_volume = f.blood_volume;
+  msg.blood_loss = f.blood_loss;
+  msg.vessels.resize(f.vessels.size());
+  for (std::size_t i = 0; i < f.vessels.size(); ++i) {
+    const auto& from = f.vessels[i];
+    vest_msgs::VesselState& to = msg.vessels[i];
+    to.name = (*f.names)[i];
+    to.pressure_prox = from.pressure_prox;
+    to.pressure_mid = from.pressure_mid;
+    to.pressure_dist = from.pressure_dist;
+    to.flow_mid = from.flow_mid;
+    to.radius_mid = from.radius_mid;
+    to.dilatation = from.dilatation;
+    to.leak = from.leak;
+    to.loss = from.loss;
+    to.closure = from.closure;
+  }
+}
+
+void toMsg(const simulation::SurfaceFrame& f, vest_msgs::SurfaceBleeding& msg) {
+  msg.header.frame_id = "world";
+  msg.step = f.step;
+  msg.revision = f.revision;
+  msg.seeped = f.seeped;
+  msg.film = f.film;
+  msg.fields.resize(2);
+  float most = 1e-12f;  // m³/s: a range that is no point
+  for (const float q : f.flow) most = std::max(most, q);
+  const auto scale = [](const std::vector<float>& values, float maximum, vest_msgs::TissueField& field) {
+    field.minimum = 0.0f;
+    field.maximum = maximum;
+    field.data.resize(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i)
+      field.data[i] =
+          static_cast<std::uint8_t>(255.0f * std::min(std::max(values[i] / maximum, 0.0f), 1.0f) + 0.5f);
+  };
+  msg.fields[0].kind = vest_msgs::TissueField::BLEEDING;
+  scale(f.flow, most, msg.fields[0]);
+  msg.fields[1].kind = vest_msgs::TissueField::WETNESS;
+  scale(f.wetness, 1.0f, msg.fields[1]);
+}
+
+EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh) {
+  const ros::NodeHandle effects(private_nh, "effects");
+  haemodynamics_ = boolParameter(effects, "haemodynamics", true);
+  blood_.vessels = vesselsFolder(stringParameter(effects, "vessels", "pelvis"));
+  blood_.dx = doubleParameter(effects, "vessel_cell", blood_.dx, 0.0005, 0.05);
+  blood_.pulse_dilatation = doubleParameter(effects, "pulse_dilatation", blood_.pulse_dilatation, 0.0, 20.0);
+  blood_.external_pressure =
+      doubleParameter(effects, "external_pressure", blood_.external_pressure, -1000.0, 10000.0);
+  blood_.frame_rate = doubleParameter(effects, "haemodynamics_rate", blood_.frame_rate, 50.0, 1000.0);
+  surface_ = boolParameter(effects, "surface_bleeding", true);
+  surface_options_.scale =
+      doubleParameter(effects, "surface_bleeding_scale", surface_options_.scale, 0.0, 1000.0);
+  surface_options_.frame_rate =
+      doubleParameter(effects, "surface_rate", surface_options_.frame_rate, 1.0, 100.0);
+  surface_pub_ = nh.advertise<vest_msgs::SurfaceBleeding>("effects/surface", 10);
+  if (boolParameter(effects, "field", true)) {
+    field_options_ = fieldOptions(effects);
+    field_ = std::make_unique<FieldPublisher>(nh);
+  }
+  haemodynamics_pub_ = nh.advertise<vest_msgs::HaemodynamicsState>("effects/haemodynamics", 100);
+}
+
+std::unique_ptr<scene::Simulation> EffectsShell::compose(scene::World world) {
+  auto trainer = std::make_unique<simulation::Trainer>(std::move(world));
+  // In the order in which each hands its sources on.
+  simulation::BloodEffect* circulation = nullptr;
+  if (haemodynamics_) {
+    auto blood = std::make_unique<simulation::BloodEffect>(trainer->world(), blood_, &blood_frames_);
+    circulation = blood.get();
+    trainer->add(std::move(blood));
+  }
+  if (surface_) {
+    trainer->add(std::make_unique<simulation::SurfaceEffect>(trainer->world(), surface_options_, circulation,
+                                                             &surface_frames_));
+  }
+  if (field_) {
+    auto frames = std::make_shared<simulation::FieldFrames>();
+    trainer->add(std::make_unique<simulation::OperatingField>(trainer->world(), field_options_, frames));
+    field_->show(std::move(frames));
+  }
+  return trainer;
+}
+
+void EffectsShell::publish(const TissueServer::Stamp& stamp) {
+  if (surface_frames_.update()) {
+    const auto msg = surface_pool_.take();
+    toMsg(surface_frames_.front(), *msg);
+    msg->header.stamp = stamp(steadyNow());
+    surface_pub_.publish(vest_msgs::SurfaceBleeding::ConstPtr(msg));
+  }
+  if (blood_frames_.update()) {
+    const simulation::BloodFrame& frame = blood_frames_.front();
+    const auto msg = haemodynamics_pool_.take();
+    toMsg(frame, *msg);
+    msg->header.stamp = stamp(steadyNow());
+    haemodynamics_pub_.publish(vest_msgs::HaemodynamicsState::ConstPtr(msg));
+    if (frame.degraded_steps > degraded_seen_)
+      ROS_WARN_THROTTLE(
+          5, "haemodynamics: %u steps with smaller holes, because blood would run as fast as waves",
+          frame.degraded_steps);
+    if (frame.refused > refused_seen_)
+      ROS_WARN("bleeding: %u openings or clips found no room and were left out", frame.refused);
+    degraded_seen_ = frame.degraded_steps;
+    refused_seen_ = frame.refused;
+  }
+}
+
+}  // namespace vest::ros_shell

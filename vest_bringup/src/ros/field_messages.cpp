@@ -1,0 +1,154 @@
+#include "vest_bringup/ros/field_messages.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace vest::ros_shell {
+namespace {
+
+constexpr double kLeastPool = 1e-7, kFilm = 3e-4;  ///< m³, m: less is a wet surface, not a pool (ours)
+constexpr std::size_t kMostPools = 16;
+
+std::uint8_t scaled(float share) {
+  return static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(share, 0.0f, 1.0f)));
+}
+
+}  // namespace
+
+void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
+  msg.header.frame_id = "world";
+  msg.step = frame.step;
+  const fluid::Model& model = *frame.fluid_model;
+  const fluid::Particles& p = frame.fluid.particles;
+  msg.particle_radius = static_cast<float>(0.5 * model.parameters.spacing);
+  msg.positions.resize(3 * p.count);
+  msg.velocities.resize(3 * p.count);
+  msg.blood_fraction.resize(p.count);
+  for (std::size_t i = 0; i < p.count; ++i) {
+    msg.positions[3 * i] = p.x[i], msg.positions[3 * i + 1] = p.y[i], msg.positions[3 * i + 2] = p.z[i];
+    msg.velocities[3 * i] = p.vx[i], msg.velocities[3 * i + 1] = p.vy[i], msg.velocities[3 * i + 2] = p.vz[i];
+    msg.blood_fraction[i] = scaled(p.blood[i]);
+  }
+  std::vector<std::uint32_t> labels;
+  std::vector<fluid::PoolPatch> patches;
+  fluid::findPools(model, frame.fluid, kLeastPool, kFilm, kMostPools, labels, patches);
+  const fluid::Pools& w = frame.fluid.pools;
+  const double cell = model.parameters.pool_cell;
+  msg.pools.resize(patches.size());
+  for (std::size_t k = 0; k < patches.size(); ++k) {
+    const fluid::PoolPatch& patch = patches[k];
+    vest_msgs::FluidPool& pool = msg.pools[k];
+    // The same pool keeps its number while it keeps its first cell.
+    pool.id = static_cast<std::uint32_t>(patch.row * model.columns + patch.column);
+    pool.cell = cell;
+    pool.columns = static_cast<std::uint32_t>(patch.columns);
+    pool.rows = static_cast<std::uint32_t>(patch.rows);
+    pool.volume = patch.volume;
+    pool.blood_fraction = patch.volume > 0 ? static_cast<float>(patch.blood / patch.volume) : 0.0f;
+    float lowest = std::numeric_limits<float>::max();
+    const auto each = [&](auto&& f) {
+      std::size_t n = 0;
+      for (int r = patch.row; r < patch.row + patch.rows; ++r)
+        for (int c = patch.column; c < patch.column + patch.columns; ++c)
+          f(n++, static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) +
+                     static_cast<std::size_t>(c));
+    };
+    each([&](std::size_t, std::size_t i) {
+      if (labels[i] == patch.label) lowest = std::min(lowest, w.bed[i] + w.depth[i]);
+    });
+    pool.height.resize(pool.columns * pool.rows);
+    pool.velocity.resize(pool.height.size());
+    each([&](std::size_t n, std::size_t i) {
+      const bool wet = labels[i] == patch.label;
+      pool.height[n] = wet ? w.bed[i] + w.depth[i] - lowest : std::numeric_limits<float>::quiet_NaN();
+      pool.velocity[n] = wet ? w.rise[i] : 0.0f;
+    });
+    pool.origin.position.x = model.parameters.low[0] + patch.column * cell;
+    pool.origin.position.y = model.parameters.low[1] + patch.row * cell;
+    pool.origin.position.z = static_cast<double>(lowest);
+    pool.origin.orientation.w = 1.0;
+    pool.bubbles.clear();
+    const fluid::Bubbles& b = frame.fluid.bubbles;
+    for (std::size_t j = 0; j < b.count; ++j) {
+      const int c = static_cast<int>(
+                    std::floor((static_cast<double>(b.x[j]) - model.parameters.low[0]) / cell)),
+                r = static_cast<int>(
+                    std::floor((static_cast<double>(b.y[j]) - model.parameters.low[1]) / cell));
+      if (c < 0 || r < 0 || c >= model.columns || r >= model.rows) continue;
+      if (labels[static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) +
+                 static_cast<std::size_t>(c)] != patch.label)
+        continue;
+      pool.bubbles.insert(pool.bubbles.end(), {b.x[j], b.y[j], b.z[j], b.radius[j]});
+    }
+  }
+  msg.emitted = frame.fluid.emitted;
+  msg.sucked = frame.fluid.sucked;
+  msg.lost = frame.fluid.lost;
+  msg.degraded = frame.degraded;
+}
+
+void toMsg(const simulation::FieldFrame& frame, vest_msgs::SmokeState& msg) {
+  msg.header.frame_id = "world";
+  msg.step = frame.step;
+  const smoke::Model& model = *frame.smoke_model;
+  msg.origin.x = model.parameters.low[0], msg.origin.y = model.parameters.low[1],
+  msg.origin.z = model.parameters.low[2];
+  msg.cell = model.parameters.cell;
+  msg.size = {static_cast<std::uint32_t>(model.nx), static_cast<std::uint32_t>(model.ny),
+              static_cast<std::uint32_t>(model.nz)};
+  float most = 0;
+  for (const float d : frame.smoke) most = std::max(most, d);
+  msg.density_scale = most;
+  msg.mass = frame.smoke_mass;
+  if (most > 0) {
+    msg.density.resize(frame.smoke.size());
+    for (std::size_t i = 0; i < frame.smoke.size(); ++i) msg.density[i] = scaled(frame.smoke[i] / most);
+  } else {
+    msg.density.clear();  // a clear cavity
+  }
+  msg.puffs.resize(frame.puff_count);
+  for (std::uint32_t k = 0; k < frame.puff_count; ++k) {
+    const smoke::Puff& from = frame.puffs[k];
+    const smoke::PuffLook look = smoke::lookOf(from);
+    vest_msgs::SmokePuff& to = msg.puffs[k];
+    to.position.x = static_cast<double>(from.position[0]);
+    to.position.y = static_cast<double>(from.position[1]);
+    to.position.z = static_cast<double>(from.position[2]);
+    to.radius = look.radius, to.density = look.density, to.age = from.age, to.phase = look.phase,
+    to.seed = from.seed;
+  }
+}
+
+void toMsg(const simulation::FieldFrame& frame, vest_msgs::LensState& msg) {
+  msg.header.frame_id = "endoscope_optical_frame";
+  msg.step = frame.step;
+  msg.temperature = static_cast<float>(frame.lens.temperature);
+  msg.humidity = static_cast<float>(frame.lens_parameters.cavity_humidity);
+  msg.condensate = static_cast<float>(frame.lens.condensate);
+  msg.fog = static_cast<float>(frame.fog);
+  msg.columns = lens::kColumns;
+  msg.rows = lens::kRows;
+  msg.soiling.resize(frame.lens.soiling.size());
+  msg.soiling_blood.resize(frame.lens.blood.size());
+  for (std::size_t i = 0; i < frame.lens.soiling.size(); ++i) {
+    msg.soiling[i] = scaled(frame.lens.soiling[i]);
+    msg.soiling_blood[i] = scaled(frame.lens.blood[i]);
+  }
+}
+
+void toMsg(const simulation::FieldFrame& frame, vest_msgs::Impacts& msg) {
+  msg.header.frame_id = "world";
+  msg.step = frame.step + 1;
+  msg.impacts.resize(frame.impacts.size());
+  for (std::size_t i = 0; i < frame.impacts.size(); ++i) {
+    const scene::ImpactInput& from = frame.impacts[i];
+    vest_msgs::Impact& to = msg.impacts[i];
+    to.object = from.object < frame.objects->size() ? (*frame.objects)[from.object] : std::string();
+    to.element = from.triangle;
+    for (std::size_t a = 0; a < 3; ++a) to.barycentric[a] = from.weights[a];
+    to.momentum.x = from.momentum.x(), to.momentum.y = from.momentum.y(), to.momentum.z = from.momentum.z();
+  }
+}
+
+}  // namespace vest::ros_shell

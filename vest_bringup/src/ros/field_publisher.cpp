@@ -1,0 +1,135 @@
+#include "vest_bringup/ros/field_publisher.h"
+
+#include <chrono>
+
+#include <pthread.h>
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <boost/make_shared.hpp>
+
+#include "vest_tissue/ros/parameters.h"
+
+namespace vest::ros_shell {
+
+simulation::FieldOptions fieldOptions(const ros::NodeHandle& nh) {
+  simulation::FieldOptions o;
+  const auto number = [&](const char* name, double& to, double low, double high) {
+    to = doubleParameter(nh, name, to, low, high);
+  };
+  number("fluid/spacing", o.fluid.spacing, 0.0005, 0.01);
+  o.fluid.capacity = intParameter(nh, "fluid/capacity", o.fluid.capacity, 16, 60000);
+  o.fluid.iterations = intParameter(nh, "fluid/iterations", o.fluid.iterations, 1, 50);
+  number("fluid/pool_cell", o.fluid.pool_cell, 0.001, 0.05);
+  number("fluid/restitution", o.fluid.restitution, 0, 1);
+  number("fluid/friction", o.fluid.friction, 0, 1);
+  number("fluid/water_viscosity", o.fluid.water_viscosity, 0, 1);
+  number("fluid/blood_viscosity", o.fluid.blood_viscosity, 0, 1);
+  number("fluid/irrigation_flow", o.irrigation_flow, 0, 5e-4);
+  number("fluid/irrigation_diameter", o.irrigation_diameter, 0.0005, 0.02);
+  number("fluid/suction_flow", o.suction_flow, 0, 5e-4);
+  number("fluid/suction_gas_flow", o.suction_gas_flow, 0, 5e-3);
+  o.threads = intParameter(nh, "fluid/threads", o.threads, 1, 64);
+  number("smoke/cell", o.smoke.cell, 0.005, 0.1);
+  number("smoke/yield", o.smoke.yield, 0, 1e-4);
+  number("smoke/exchange", o.smoke.exchange, 0.1, 1e9);
+  number("smoke/settling", o.smoke.settling, 0.1, 1e9);
+  number("smoke/coagulation_power", o.coagulation_power, 0, 400);
+  number("lens/start_temperature", o.lens.start_temperature, 250, 318.15);
+  number("lens/cavity_temperature", o.lens.cavity_temperature, 273.15, 330);
+  number("lens/cavity_humidity", o.lens.cavity_humidity, 0, 1);
+  number("lens/outside_temperature", o.lens.outside_temperature, 250, 330);
+  number("lens/warming", o.lens.warming, 0, 1e5);
+  return o;
+}
+
+FieldPublisher::FieldPublisher(ros::NodeHandle nh) : nh_(nh) {
+  fluid_ = nh_.advertise<vest_msgs::FluidState>("effects/fluid", 10);
+  smoke_ = nh_.advertise<vest_msgs::SmokeState>("effects/smoke", 10);
+  lens_ = nh_.advertise<vest_msgs::LensState>("effects/lens", 10);
+  impacts_ = nh_.advertise<vest_msgs::Impacts>("effects/impacts", 100);
+  diagnostics_ = nh_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
+  thread_ = std::thread([this] { loop(); });
+}
+
+FieldPublisher::~FieldPublisher() {
+  stop_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void FieldPublisher::show(std::shared_ptr<simulation::FieldFrames> frames) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  frames_ = std::move(frames);
+}
+
+void FieldPublisher::loop() {
+  pthread_setname_np(pthread_self(), "vest_effects");
+  double due = 0;
+  while (!stop_) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(4));
+    std::shared_ptr<simulation::FieldFrames> frames;
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      frames = frames_;
+    }
+    if (!frames || !frames->update()) continue;
+    const auto steady = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                            std::chrono::steady_clock::now().time_since_epoch())
+                            .count();
+    const simulation::FieldFrame& frame = frames->front();
+    const ros::Time now = ros::Time::now();
+    const double age = 1e-9 * static_cast<double>(steady - frame.steady_ns);
+    publish(frame, now.toSec() > age ? now - ros::Duration(age) : now);
+    degraded_ |= frame.degraded;
+    const double t = 1e-9 * static_cast<double>(steady);
+    if (t < due) continue;
+    due = t + 1.0;
+    diagnose(frame);
+    degraded_ = false;
+  }
+}
+
+void FieldPublisher::publish(const simulation::FieldFrame& frame, const ros::Time& stamp) {
+  // Nodelets of the same process get the message itself: one of its own each time.
+  const auto send = [&](auto message, ros::Publisher& to) {
+    toMsg(frame, *message);
+    message->header.stamp = stamp;
+    to.publish(message);
+  };
+  if (fluid_.getNumSubscribers() > 0) send(boost::make_shared<vest_msgs::FluidState>(), fluid_);
+  if (smoke_.getNumSubscribers() > 0) send(boost::make_shared<vest_msgs::SmokeState>(), smoke_);
+  if (lens_.getNumSubscribers() > 0) send(boost::make_shared<vest_msgs::LensState>(), lens_);
+  if (impacts_.getNumSubscribers() > 0 && !frame.impacts.empty())
+    send(boost::make_shared<vest_msgs::Impacts>(), impacts_);
+}
+
+void FieldPublisher::diagnose(const simulation::FieldFrame& frame) {
+  diagnostic_msgs::DiagnosticArray msg;
+  msg.header.stamp = ros::Time::now();
+  msg.status.resize(1);
+  diagnostic_msgs::DiagnosticStatus& status = msg.status[0];
+  status.name = "vest: operating field";
+  status.hardware_id = "none";
+  const bool lost = frame.fluid.lost > 0.01 * frame.fluid.emitted;
+  status.level =
+      degraded_ || lost ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK;
+  status.message = degraded_ ? "more fluid than particles: the oldest join the pools at once"
+                             : (lost ? "more than 1 % of the fluid left the domain" : "running");
+  const auto add = [&](const char* key, double value) {
+    diagnostic_msgs::KeyValue kv;
+    kv.key = key;
+    kv.value = std::to_string(value);
+    status.values.push_back(kv);
+  };
+  add("particles", static_cast<double>(frame.fluid.particles.count));
+  add("emitted_ml", 1e6 * frame.fluid.emitted);
+  add("pools_ml", 1e6 * fluid::poolVolume(*frame.fluid_model, frame.fluid));
+  add("sucked_ml", 1e6 * frame.fluid.sucked);
+  add("lost_ml", 1e6 * frame.fluid.lost);
+  add("impacts_dropped", static_cast<double>(frame.impacts_dropped));
+  add("refused_steps", static_cast<double>(frame.refused));
+  add("smoke_mg", 1e6 * frame.smoke_mass);
+  add("lens_fog", frame.fog);
+  diagnostics_.publish(msg);
+}
+
+}  // namespace vest::ros_shell

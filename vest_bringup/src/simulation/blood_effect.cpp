@@ -1,0 +1,346 @@
+#include "vest_bringup/simulation/blood_effect.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "vest_effects/state_bytes.h"
+#include "vest_tissue/scene/world_model.h"
+
+namespace vest::simulation {
+
+namespace {
+
+using Eigen::Vector3d;
+namespace hd = haemodynamics;
+
+constexpr std::uint64_t kDilateEvery = 4;  // steps: 250 Hz follows a pulse, and a session stays small
+// Of an opening that tells no area: a needle of 0.8 mm.
+constexpr double kNeedleArea = 5.0e-7;  // m²
+// Heat that shuts a hole: of the order of 4 J per square millimetre (assumed; bipolar sealing of a 4 mm
+// vessel takes some 50 J).
+constexpr double kSealEnergyPerArea = 4.0e6;  // J/m²
+constexpr double kPi = 3.14159265358979323846;
+
+Vector3d ringCentre(const scene::World& world, std::size_t object, const net::TubeMap& tube,
+                    std::size_t ring) {
+  Vector3d sum = Vector3d::Zero();
+  for (const auto knot : tube.knots(ring)) sum += world.knotAt(object, knot);
+  return sum / static_cast<double>(tube.knots(ring).size());
+}
+
+Vector3d unit(const Vector3d& v) {
+  const double length = std::sqrt(v.squaredNorm());
+  return length > 1e-12 ? Vector3d(v / length) : Vector3d::UnitZ();
+}
+
+/// Cross-section of a scene's vessel at a ring, m²: circle of the knots' mean distance from their centre.
+double crossSection(const scene::World& world, std::size_t object, const net::TubeMap& tube,
+                    std::size_t ring) {
+  const Vector3d centre = ringCentre(world, object, tube, ring);
+  double sum = 0;
+  for (const auto knot : tube.knots(ring))
+    sum += std::sqrt((world.knotAt(object, knot) - centre).squaredNorm());
+  const double r = sum / static_cast<double>(tube.knots(ring).size());
+  return kPi * r * r;
+}
+
+/// Share of a hollow vessel's circumference that a cut of `area` m² through its wall opened; 1 at most. A
+/// wall of unknown thickness counts as a tenth of the radius (as arteries of models.md's networks).
+double cutShare(double area, double wall, double cross_section) {
+  const double radius = std::sqrt(cross_section / kPi);
+  return std::min(1.0, area / (2 * kPi * radius * (wall > 0 ? wall : 0.1 * radius)));
+}
+
+const net::TubeMap& tubeOf(const scene::World& world, std::size_t object) {
+  return world.model().objects[object].tube;
+}
+
+}  // namespace
+
+template <class Archive, class S>
+void BloodEffect::walk(Archive& a, S& s) {
+  auto& c = s.circulation;
+  a(c.arteries.time), a(c.arteries.phase), a(c.arteries.area), a(c.arteries.velocity);
+  a(c.arteries.windkessel_pressure), a(c.arteries.node_volume), a(c.arteries.leak_volume),
+      a(c.arteries.hole_flow);
+  a(c.lost), a(c.vessel_lost), a(c.smoothed_pressure), a(c.rate_tone), a(c.resistance_tone), a(c.volume_tone);
+  a(c.heart_rate), a(c.output), a(c.filling_pressure), a(c.systolic), a(c.diastolic), a(c.mean);
+  a(c.beat_most), a(c.beat_least), a(c.beat_sum), a(c.beat_time), a(c.hole_flow), a(c.degraded);
+  a(s.settings.heart_rate), a(s.settings.mean_pressure), a(s.settings.resistance_scale),
+      a(s.settings.reflex_scale);
+  auto& w = s.wounds;
+  a(w.opening_count), a(w.clamp_count), a(w.next_wound), a(w.refused);
+  for (auto& o : w.openings) {
+    a(o.wound), a(o.slot), a(o.vessel), a(o.end), a(o.station), a(o.area), a(o.sealed), a(o.lost), a(o.flow);
+    a(o.object), a(o.ring), a(o.knot);
+  }
+  for (auto& k : w.clamps) a(k.kind), a(k.vessel), a(k.station), a(k.opening);
+  a(s.pulse_dilatation), a(s.opening_station);
+}
+
+BloodEffect::BloodEffect(const scene::World& world, const BloodOptions& options,
+                         scene::TripleBuffer<BloodFrame>* frames)
+    : options_(options),
+      circulation_(hd::buildCirculation(hd::readVessels(options.vessels), options.dx)),
+      scratch_(circulation_.model),
+      frames_(frames) {
+  const auto refuse = [](const char* name, double value, const char* allowed) {
+    throw std::invalid_argument(std::string(name) + ": " + std::to_string(value) + " (allowed: " + allowed +
+                                ")");
+  };
+  if (!(options.pulse_dilatation >= 0 && options.pulse_dilatation <= 20))
+    refuse("pulse_dilatation", options.pulse_dilatation, "0 to 20");
+  if (!(options.frame_rate >= 50 && options.frame_rate <= 1000))
+    refuse("frame_rate", options.frame_rate, "50 to 1000 Hz");
+  const hd::CirculationModel& m = circulation_.model;
+  shown_.assign(m.vesselCount(), 0);
+  for (std::size_t i = 0; i < world.objectCount(); ++i) {
+    const std::string& segment = world.description().objects[i].tube.vessel_segment;
+    const bool usable = world.model().objects[i].net && tubeOf(world, i).ringCount() > 1;
+    vessel_of_.push_back(segment.empty() || !usable ? -1 : m.find(segment));
+    if (vessel_of_.back() >= 0) shown_[vessel_of_.back()] = 1;
+  }
+  auto names = std::make_shared<std::vector<std::string>>();
+  for (int v = 0; v < m.vesselCount(); ++v) {
+    names_.emplace_back(m.name(v));
+    names->push_back(m.name(v));
+  }
+  frame_names_ = names;
+  if (frames_) {
+    frames_->forEachSlot(
+        [&](BloodFrame& f) { f.vessels.reserve(static_cast<std::size_t>(m.vesselCount())); });
+  }
+  frame_every_ = std::max<std::uint64_t>(
+      1, static_cast<std::uint64_t>(1 / (options.frame_rate * world.description().dt) + 0.5));
+  reset();
+}
+
+void BloodEffect::reset() {
+  state_ = State{};
+  state_.circulation = circulation_.rest;
+  state_.pulse_dilatation = options_.pulse_dilatation;
+}
+
+void BloodEffect::save(std::vector<std::uint8_t>& bytes) const {
+  effects::StateWriter writer(bytes);
+  walk(writer, state_);
+}
+
+bool BloodEffect::restore(const std::uint8_t* bytes, std::size_t count) {
+  if (count == 0) {
+    reset();
+    return true;
+  }
+  State state = state_;
+  effects::StateReader reader(bytes, count);
+  walk(reader, state);
+  const auto known = [&](int vessel) { return vessel >= 0 && vessel < circulation_.model.vesselCount(); };
+  bool good = reader.done() && state.wounds.opening_count >= 0 &&
+              state.wounds.opening_count <= bleeding::kMostOpenings && state.wounds.clamp_count >= 0 &&
+              state.wounds.clamp_count <= bleeding::kMostClamps;
+  for (int i = 0; good && i < state.wounds.opening_count; ++i) {
+    const auto& o = state.wounds.openings[i];
+    good =
+        known(o.vessel) && o.object < static_cast<int>(vessel_of_.size()) && o.slot < bleeding::kMostSources;
+  }
+  for (int i = 0; good && i < state.wounds.clamp_count; ++i) good = known(state.wounds.clamps[i].vessel);
+  if (good) state_ = state;
+  return good;
+}
+
+double BloodEffect::vesselStation(const scene::World& world, std::size_t object, double station) const {
+  const net::TubeMap& tube = tubeOf(world, object);
+  const double first = tube.station(0), share = (station - first) / tube.length();
+  return std::clamp(share, 0.0, 1.0) * circulation_.model.length(vessel_of_[object]);
+}
+
+void BloodEffect::openAt(const scene::World& world, std::size_t object, double station, double area,
+                         const Vector3d* place) {
+  const net::TubeMap& tube = tubeOf(world, object);
+  bleeding::Opening like;
+  like.object = static_cast<std::int32_t>(object);
+  const std::size_t ring = tube.nearestRing(station);
+  like.ring = static_cast<std::uint32_t>(tube.at(station).ring);
+  like.knot = tube.knots(ring).front();
+  if (place) {
+    double nearest = 1e9;
+    for (const auto knot : tube.knots(ring)) {
+      const double d = (world.knotAt(object, knot) - *place).squaredNorm();
+      if (d < nearest) nearest = d, like.knot = knot;
+    }
+  }
+  // The scene's vessel may be drawn wider than the patient's: the same share of the cross-section is open.
+  const double at = vesselStation(world, object, station);
+  const int vessel = vessel_of_[object];
+  const double whole = crossSection(world, object, tube, ring);
+  if (!(whole > 0)) return;
+  bleeding::open(circulation_.model, vessel, at, area / whole * circulation_.model.lumen(vessel, at), like,
+                 state_.wounds);
+}
+
+void BloodEffect::take(const scene::World& world, const scene::ParameterEdit& edit) {
+  if (!std::isfinite(edit.value)) return;
+  hd::CirculationSettings& s = state_.settings;
+  if (edit.object.empty()) {
+    if (edit.parameter == "heart_rate") s.heart_rate = std::clamp(edit.value, 0.3, 4.0);
+    if (edit.parameter == "mean_pressure") s.mean_pressure = std::clamp(edit.value, 2000.0, 30000.0);
+    if (edit.parameter == "resistance_scale") s.resistance_scale = std::clamp(edit.value, 0.1, 10.0);
+    if (edit.parameter == "reflex_scale") s.reflex_scale = std::clamp(edit.value, 0.0, 1.0);
+    if (edit.parameter == "pulse_dilatation") state_.pulse_dilatation = std::clamp(edit.value, 0.0, 20.0);
+    return;
+  }
+  for (std::size_t i = 0; i < vessel_of_.size(); ++i) {
+    if (vessel_of_[i] < 0 || world.description().objects[i].name != edit.object) continue;
+    const net::TubeMap& tube = tubeOf(world, i);
+    const double station = tube.station(0) + std::clamp(edit.value, 0.0, tube.length());
+    if (edit.parameter == "opening_station") state_.opening_station = station;
+    if (edit.parameter == "opening_area") openAt(world, i, state_.opening_station, edit.value, nullptr);
+    if (edit.parameter == "clip_station")
+      bleeding::clamp(circulation_.model, bleeding::ClampKind::kClip, vessel_of_[i],
+                      vesselStation(world, i, station), 0, state_.wounds);
+  }
+}
+
+void BloodEffect::take(const scene::World& world, const scene::Event& event) {
+  if (event.object >= vessel_of_.size() || vessel_of_[event.object] < 0 || !std::isfinite(event.station))
+    return;
+  const std::size_t object = event.object;
+  const int vessel = vessel_of_[object];
+  const hd::CirculationModel& m = circulation_.model;
+  const double station = vesselStation(world, object, event.station);
+  const bool has_area = std::isfinite(event.area) && event.area > 0;
+  using scene::EventKind;
+  switch (event.kind) {
+    case EventKind::Cut:
+    case EventKind::Torn: {
+      // What is told is the area of the wall that was cut; what gapes is that share of the lumen.
+      const net::TubeMap& tube = tubeOf(world, object);
+      const double whole = crossSection(world, object, tube, tube.nearestRing(event.station));
+      const double wall = world.description().objects[object].wall_thickness;
+      if (has_area && whole > 0)
+        openAt(world, object, event.station, cutShare(event.area, wall, whole) * whole, &event.position);
+      break;
+    }
+    case EventKind::Punctured:
+    case EventKind::Perforated:
+      openAt(world, object, event.station, has_area ? event.area : kNeedleArea, &event.position);
+      break;
+    case EventKind::Separated:
+      openAt(world, object, event.station, 1.0, &event.position);  // more than any vessel: cut through
+      break;
+    case EventKind::Clipped:
+      bleeding::clamp(m, bleeding::ClampKind::kClip, vessel, station, 0, state_.wounds);
+      break;
+    case EventKind::Ligated:
+      bleeding::clamp(m, bleeding::ClampKind::kLigature, vessel, station, 0, state_.wounds);
+      break;
+    case EventKind::Unclipped:
+      bleeding::release(vessel, station, state_.wounds);
+      break;
+    case EventKind::Coagulated: {
+      const net::TubeMap& tube = tubeOf(world, object);
+      const double whole = crossSection(world, object, tube, tube.nearestRing(event.station));
+      if (!(whole > 0)) break;
+      // No area: heat, which closes holes. Area 0: no lumen is left. Else: so much of it was closed.
+      const bool heat = std::isnan(event.area);
+      const double energy = std::isfinite(event.energy) ? std::max(event.energy, 0.0) : 0.0;
+      const double closed = heat ? energy / kSealEnergyPerArea : event.area > 0 ? event.area : 10 * whole;
+      bleeding::seal(m, vessel, station, closed / whole * m.lumen(vessel, station), !heat, state_.wounds);
+      break;
+    }
+    default:
+      break;
+  }
+}
+
+void BloodEffect::tellSources(const scene::World& world, Feedback& feedback) const {
+  for (int i = 0; i < state_.wounds.opening_count; ++i) {
+    const bleeding::Opening& o = state_.wounds.openings[i];
+    if (!(o.flow > 0) || o.object < 0 || feedback.sources.size() >= feedback.sources.capacity()) continue;
+    const auto object = static_cast<std::size_t>(o.object);
+    const net::TubeMap& tube = tubeOf(world, object);
+    const std::size_t last = tube.ringCount() - 1;
+    const std::size_t ring = std::min<std::size_t>(o.ring, last);
+    bleeding::FluidSource source;
+    source.slot = o.slot;
+    source.wound = o.wound;
+    source.vessel = o.vessel;
+    source.object = o.object;
+    source.area = std::max(o.area - o.sealed, 1e-9);
+    source.flow = o.flow;
+    if (o.end == bleeding::End::kWall) {
+      source.position = world.knotAt(object, o.knot);
+      source.direction = unit(source.position - ringCentre(world, object, tube, ring));
+    } else if (o.end == bleeding::End::kHeart) {
+      source.position = ringCentre(world, object, tube, ring);
+      source.direction = unit(ring > 0 ? Vector3d(source.position - ringCentre(world, object, tube, ring - 1))
+                                       : Vector3d(ringCentre(world, object, tube, 1) - source.position));
+    } else {
+      const std::size_t behind = std::min(ring + 1, last);
+      source.position = ringCentre(world, object, tube, behind);
+      source.direction =
+          unit(behind < last ? Vector3d(source.position - ringCentre(world, object, tube, behind + 1))
+                             : Vector3d(ringCentre(world, object, tube, behind - 1) - source.position));
+    }
+    feedback.sources.push_back(source);
+  }
+}
+
+void BloodEffect::step(const scene::World& world, const scene::StepInput& input,
+                       const scene::StepReport& report, Feedback& feedback) {
+  for (const auto& edit : input.edits) take(world, edit);
+  for (const auto& event : report.events) take(world, event);
+  inputs_.settings = state_.settings;
+  inputs_.external_pressure = options_.external_pressure;
+  bleeding::fill(circulation_.model, state_.wounds, inputs_);
+  const double dt = std::isfinite(input.dt) ? std::clamp(input.dt, 0.0, 0.01) : 0.0;
+  hd::step(circulation_.model, inputs_, dt, state_.circulation, scratch_);
+  bleeding::book(state_.circulation, dt, state_.wounds);
+  tellSources(world, feedback);
+  if (world.steps() % kDilateEvery == 0) {
+    for (std::size_t v = 0; v < shown_.size(); ++v) {
+      if (!shown_[v] || circulation_.model.isVein(static_cast<int>(v))) continue;
+      const double d = hd::dilatation(circulation_.model, state_.circulation, static_cast<int>(v)) - 1.0;
+      feedback.dilatations.push_back(
+          {names_[v], static_cast<float>(1.0 + std::clamp(state_.pulse_dilatation * d, -0.5, 1.0))});
+    }
+  }
+  if (frames_ && world.steps() % frame_every_ == 0) tellFrame(world.steps());
+}
+
+void BloodEffect::tellFrame(std::uint64_t step) {
+  const hd::CirculationModel& m = circulation_.model;
+  const hd::CirculationState& c = state_.circulation;
+  BloodFrame& f = frames_->back();
+  f.step = step;
+  f.heart_rate = c.heart_rate;
+  f.systolic = c.systolic, f.diastolic = c.diastolic, f.mean = c.mean;
+  f.blood_loss = c.lost;
+  f.blood_volume = m.vessels.control.blood_volume - c.lost;
+  f.degraded_steps = c.degraded;
+  f.refused = state_.wounds.refused;
+  f.names = frame_names_;
+  f.vessels.resize(static_cast<std::size_t>(m.vesselCount()));
+  for (int v = 0; v < m.vesselCount(); ++v) {
+    BloodFrame::Vessel& o = f.vessels[static_cast<std::size_t>(v)];
+    const hd::Sample middle = hd::at(m, c, v, 0.5 * m.length(v));
+    o.pressure_prox = static_cast<float>(hd::at(m, c, v, 0).pressure);
+    o.pressure_mid = static_cast<float>(middle.pressure);
+    o.pressure_dist = static_cast<float>(hd::at(m, c, v, m.length(v)).pressure);
+    o.flow_mid = static_cast<float>(middle.flow);
+    o.radius_mid = static_cast<float>(std::sqrt(middle.area / kPi));
+    o.dilatation = static_cast<float>(1.0 + state_.pulse_dilatation *
+                                                (static_cast<double>(hd::dilatation(m, c, v)) - 1.0));
+    o.leak = 0;
+    o.loss = c.vessel_lost[static_cast<std::size_t>(v)];
+    o.closure = static_cast<float>(bleeding::closure(v, state_.wounds));
+  }
+  for (int i = 0; i < state_.wounds.opening_count; ++i) {
+    const auto& o = state_.wounds.openings[i];
+    f.vessels[static_cast<std::size_t>(o.vessel)].leak += static_cast<float>(o.flow);
+  }
+  frames_->publish();
+}
+
+}  // namespace vest::simulation

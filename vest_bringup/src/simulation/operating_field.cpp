@@ -1,0 +1,454 @@
+#include "vest_bringup/simulation/operating_field.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+
+namespace vest::simulation {
+namespace {
+
+constexpr std::uint64_t kFluidEvery = 4, kSlowEvery = 20, kFrameEvery = 25,
+                        kBedEvery = 48;  ///< steps of the tissue
+constexpr std::uint32_t kCoagPedal = 1, kIrrigationPedal = 4, kSuctionPedal = 8;
+constexpr int kInstrumentSlots = 128;        ///< first slot behind those of bleeding
+constexpr double kWithdrawn = 0.02;          ///< m from pivot to tip: the endoscope is in its trocar (ours)
+constexpr double kOpticTilt = 0.5235987756;  ///< rad: the 30° optic of trainer_box.yaml
+
+/// What evolves here beside the cores: sums between their steps, and what edits changed.
+struct Between {
+  std::array<fluid::Source, fluid::kMostSources> source{};  ///< flow is volume, m³, since the last fluid step
+  std::array<double, fluid::kMostSources> moment{};         ///< m³·blood fraction
+  std::array<double, tools::kInstrumentCount> energy{};     ///< J since the last smoke step
+  std::array<std::array<double, 3>, tools::kInstrumentCount> energy_place{};
+  std::array<std::array<double, 3>, tools::kInstrumentCount> tip{};  ///< m, at the last fluid step
+  std::array<std::uint8_t, tools::kInstrumentCount> has_tip{};
+  std::array<lens::Hit, lens::kMostHits> hits{};
+  int hit_count = 0;
+  std::uint8_t wiped = 0, energy_in_events = 0, warming = 0, rinse = 0;
+  double irrigation_flow = 0, suction_flow = 0, yield = 0;
+  double humidity = 0, cavity_temperature = 0;
+};
+static_assert(std::is_trivially_copyable_v<Between>);
+
+std::array<double, 3> triple(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+}  // namespace
+
+struct OperatingField::Impl {
+  FieldOptions options;
+  std::shared_ptr<const fluid::Model> fluid_model;
+  std::shared_ptr<smoke::Model> smoke_model;
+  lens::Parameters lens_parameters;
+  fluid::State fluid;
+  smoke::State smoke;
+  lens::State lens;
+  Between between;
+
+  // No meaning between steps.
+  fluid::Scratch scratch;
+  smoke::Scratch smoke_scratch;
+  fluid::Inputs fluid_inputs;
+  fluid::Report fluid_report;
+  std::vector<fluid::Surface> surfaces;
+  std::vector<std::vector<float>> positions;
+  std::shared_ptr<FieldFrames> frames;
+  std::shared_ptr<const std::vector<std::string>> names;
+  std::vector<scene::ImpactInput> shown;
+  std::uint64_t dropped = 0, refused = 0;
+  bool degraded = false;
+
+  Impl(const scene::World& world, const FieldOptions& o, std::shared_ptr<FieldFrames> f)
+      : options(o),
+        fluid_model(std::make_shared<const fluid::Model>(fluid::buildModel(o.fluid, sizes(world)))),
+        smoke_model(std::make_shared<smoke::Model>(smoke::buildModel(o.smoke))),
+        lens_parameters(o.lens),
+        scratch(*fluid_model, o.threads),
+        smoke_scratch(*smoke_model),
+        frames(std::move(f)) {
+    lens::check(o.lens);
+    surfaces.resize(world.objectCount());
+    positions.resize(world.objectCount());
+    auto n = std::make_shared<std::vector<std::string>>();
+    for (std::size_t i = 0; i < world.objectCount(); ++i) {
+      positions[i].resize(3 * fluid_model->surfaces[i].knots);
+      n->push_back(world.description().objects[i].name);
+    }
+    names = n;
+    fluid_report.impacts.reserve(fluid_model->triangles);
+    shown.reserve(kMostFrameImpacts);
+    begin();
+    if (!frames) return;
+    frames->forEachSlot([this](FieldFrame& slot) {
+      slot.fluid = fluid;
+      slot.smoke.resize(smoke.density.size());
+      slot.impacts.reserve(kMostFrameImpacts);
+    });
+  }
+
+  /// Cuts add knots and triangles: a quarter more, as the World itself reserves.
+  static std::vector<fluid::SurfaceSize> sizes(const scene::World& world) {
+    std::vector<fluid::SurfaceSize> s;
+    for (std::size_t i = 0; i < world.objectCount(); ++i) {
+      const std::size_t knots = world.knotCount(i), triangles = world.contactTriangles(i).size();
+      s.push_back({knots + knots / 4 + 256, triangles + triangles / 2 + 256});
+    }
+    return s;
+  }
+
+  void begin() {
+    fluid = fluid::initialState(*fluid_model);
+    smoke = smoke::initialState(*smoke_model);
+    lens_parameters = options.lens;
+    lens = lens::initialState(lens_parameters);
+    std::memset(static_cast<void*>(&between), 0, sizeof between);  // its padding too: bytes are hashed
+    between.irrigation_flow = options.irrigation_flow;
+    between.suction_flow = options.suction_flow;
+    between.yield = options.smoke.yield;
+    between.humidity = options.lens.cavity_humidity;
+    between.cavity_temperature = options.lens.cavity_temperature;
+    apply();
+    shown.clear();
+  }
+
+  /// Numbers that edits may change reach the cores.
+  void apply() {
+    smoke_model->parameters.yield = between.yield;
+    lens_parameters.cavity_humidity = between.humidity;
+    lens_parameters.cavity_temperature = between.cavity_temperature;
+  }
+
+  void edit(const scene::ParameterEdit& e) {
+    if (!std::isfinite(e.value)) return;
+    const auto set = [&](const char* object, const char* parameter, double& to, double low, double high) {
+      if (e.object == object && e.parameter == parameter) to = std::clamp(e.value, low, high);
+    };
+    set("fluid", "irrigation_flow", between.irrigation_flow, 0.0, 5e-4);
+    set("fluid", "suction_flow", between.suction_flow, 0.0, 5e-4);
+    set("smoke", "yield", between.yield, 0.0, 1e-4);
+    set("lens", "humidity", between.humidity, 0.0, 1.0);
+    set("lens", "cavity_temperature", between.cavity_temperature, 273.15, 330.0);
+    set("lens", "temperature", lens.temperature, 250.0, 318.15);
+    if (e.object == "lens" && e.parameter == "warming") between.warming = e.value > 0.5;
+    if (e.object == "lens" && e.parameter == "rinse") between.rinse = e.value > 0.5;
+    apply();
+  }
+
+  Eigen::Isometry3d tipOf(const scene::StepInput& input, const scene::StepReport& report, int t) const {
+    // The proxy does not sink into tissue as the command may.
+    if (report.contacts[t].step > 0) return report.contacts[t].proxy;
+    return Eigen::Isometry3d(Eigen::Translation3d(input.tools[t].position) *
+                             input.tools[t].orientation.normalized());
+  }
+
+  void gather(const scene::StepInput& input, const scene::StepReport& report, const Feedback& feedback);
+  void stepFluid(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
+                 Feedback& feedback);
+  void stepSlow(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report);
+  void show(const scene::World& world);
+};
+
+void OperatingField::Impl::gather(const scene::StepInput& input, const scene::StepReport& report,
+                                  const Feedback& feedback) {
+  for (const auto& e : input.edits) edit(e);
+  for (const bleeding::FluidSource& from : feedback.sources) {
+    if (from.slot >= kInstrumentSlots || !(from.flow > 0)) continue;
+    fluid::Source& to = between.source[from.slot];
+    const double volume = from.flow * input.dt;
+    to.flow += volume;
+    between.moment[from.slot] += volume * from.blood_fraction;
+    to.position = triple(from.position), to.direction = triple(from.direction), to.area = from.area;
+  }
+  for (const scene::Event& e : report.events) {
+    if (e.kind != scene::EventKind::Coagulated || !(e.energy > 0)) continue;
+    between.energy_in_events = 1;
+    const auto t = static_cast<std::size_t>(e.instrument >= 0 ? e.instrument : 0);
+    if (t >= between.energy.size()) continue;
+    between.energy[t] += e.energy;
+    between.energy_place[t] = triple(e.position);
+  }
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    const scene::ToolInput& tool = input.tools[t];
+    const auto i = static_cast<std::size_t>(t);
+    const bool heats = tool.present && (tool.tool == tools::ToolKind::CoagulationHook ||
+                                        tool.tool == tools::ToolKind::BipolarForceps);
+    const bool on = (tool.functions & tools::kFunctionCoagulate) || (input.pedals & kCoagPedal);
+    if (heats && on && report.contacts[i].in_contact && !between.energy_in_events) {
+      between.energy[i] += options.coagulation_power * input.dt;
+      between.energy_place[i] = triple(tipOf(input, report, t).translation());
+    }
+  }
+  const auto camera = static_cast<std::size_t>(tools::Instrument::Endoscope);
+  if (report.contacts[camera].in_contact) between.wiped = 1;
+}
+
+void OperatingField::Impl::stepFluid(const scene::World& world, const scene::StepInput& input,
+                                     const scene::StepReport& report, Feedback& feedback) {
+  fluid::Inputs& in = fluid_inputs;
+  in.dt = input.dt * kFluidEvery;
+  in.seed = input.seed;
+  in.source_count = in.suction_count = 0;
+  const Eigen::Vector3d gravity = world.description().gravity;
+  in.gravity = triple(gravity);
+  for (int slot = 0; slot < kInstrumentSlots; ++slot) {
+    fluid::Source& s = between.source[static_cast<std::size_t>(slot)];
+    if (!(s.flow > 0)) continue;
+    fluid::Source& to = in.sources[static_cast<std::size_t>(in.source_count++)];
+    to = s;
+    to.slot = slot;
+    to.blood = std::clamp(between.moment[static_cast<std::size_t>(slot)] / s.flow, 0.0, 1.0);
+    to.flow = std::min(1e-3, s.flow / in.dt);
+    to.area = std::clamp(s.area, 0.0, 0.01);
+    s.flow = between.moment[static_cast<std::size_t>(slot)] = 0;
+  }
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    const scene::ToolInput& tool = input.tools[t];
+    const auto i = static_cast<std::size_t>(t);
+    if (!tool.present || tool.tool != tools::ToolKind::SuctionIrrigator) {
+      between.has_tip[i] = 0;
+      continue;
+    }
+    const Eigen::Isometry3d tip = tipOf(input, report, t);
+    const auto place = triple(tip.translation());
+    if ((tool.functions & tools::kFunctionIrrigate) || (input.pedals & kIrrigationPedal)) {
+      fluid::Source& s = in.sources[static_cast<std::size_t>(in.source_count++)];
+      s = fluid::Source{};
+      s.slot = kInstrumentSlots + t;
+      s.position = place;
+      s.direction = triple(tip.linear().col(2));
+      s.flow = between.irrigation_flow;
+      s.area = 0.25 * 3.14159265358979 * options.irrigation_diameter * options.irrigation_diameter;
+      s.blood = 0;
+      for (std::size_t a = 0; a < 3; ++a)
+        s.velocity[a] =
+            between.has_tip[i] ? std::clamp((place[a] - between.tip[i][a]) / in.dt, -2.0, 2.0) : 0.0;
+    }
+    if ((tool.functions & tools::kFunctionSuck) || (input.pedals & kSuctionPedal)) {
+      fluid::Suction& s = in.suctions[static_cast<std::size_t>(in.suction_count++)];
+      s = fluid::Suction{};
+      s.position = place;
+      s.flow = between.suction_flow;
+    }
+    between.tip[i] = place;
+    between.has_tip[i] = 1;
+  }
+  const auto camera = static_cast<std::size_t>(tools::Instrument::Endoscope);
+  in.window.present = input.tools[camera].present;
+  if (in.window.present) {
+    const Eigen::Isometry3d tip = tipOf(input, report, static_cast<int>(camera));
+    in.window.position = triple(tip.translation());
+    const Eigen::Vector3d axis = 0.8660254038 * tip.linear().col(2) + 0.5 * tip.linear().col(1);
+    in.window.axis = triple(axis);
+    in.window.right = triple(tip.linear().col(0));
+  }
+
+  const bool idle = in.source_count == 0 && fluid.particles.count == 0 && !(fluid.emitted > 0);
+  if (!idle) {
+    for (std::size_t k = 0; k < surfaces.size(); ++k) {
+      const fluid::SurfaceSize most = fluid_model->surfaces[k];
+      const auto& triangles = world.contactTriangles(k);
+      const auto& alive = world.contactTriangleAlive(k);
+      fluid::Surface& s = surfaces[k];
+      s.triangles = triangles.data();
+      s.triangle_count = std::min(triangles.size(), most.triangles);
+      s.alive = alive.size() >= s.triangle_count ? alive.data() : nullptr;
+      s.knot_count = world.knotCount(k);
+      if (s.knot_count > most.knots)
+        s.knot_count = s.triangle_count = 0;  // more than was reserved: cannot be
+      s.positions = positions[k].data();
+      if (s.knot_count > 0) world.positions(k, positions[k].data());
+    }
+    in.surfaces = surfaces.data();
+    in.surface_count = surfaces.size();
+    in.renew_bed = !fluid.has_knots || world.steps() % kBedEvery == 0;
+    fluid::step(*fluid_model, in, fluid, scratch, fluid_report);
+    degraded |= fluid.degraded;
+    refused += fluid_report.status != fluid::Status::Ok;
+    for (const fluid::Impact& impact : fluid_report.impacts) {
+      scene::ImpactInput to;
+      to.object = impact.surface, to.triangle = impact.triangle;
+      for (std::size_t a = 0; a < 3; ++a) to.weights[a] = static_cast<double>(impact.weights[a]);
+      to.momentum = {impact.momentum[0], impact.momentum[1], impact.momentum[2]};
+      if (world.description().objects[impact.surface].model == scene::ObjectModel::Rigid) continue;
+      if (feedback.impacts.size() < feedback.impacts.capacity()) {
+        feedback.impacts.push_back(to);
+      } else {
+        ++dropped;
+      }
+      if (shown.size() < kMostFrameImpacts) shown.push_back(to);
+    }
+    for (int k = 0; k < fluid_report.lens_count && between.hit_count < lens::kMostHits; ++k) {
+      const fluid::LensHit& hit = fluid_report.lens[static_cast<std::size_t>(k)];
+      between.hits[static_cast<std::size_t>(between.hit_count++)] = {hit.u, hit.v, hit.volume, hit.blood};
+    }
+  }
+}
+
+void OperatingField::Impl::stepSlow(const scene::World&, const scene::StepInput& input,
+                                    const scene::StepReport& report) {
+  const double dt = std::min(0.1, input.dt * kSlowEvery);
+  smoke::Inputs s;
+  s.dt = dt;
+  s.seed = input.seed;
+  bool irrigator = false;
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    const auto i = static_cast<std::size_t>(t);
+    if (between.energy[i] > 0 && s.source_count < smoke::kMostSources) {
+      auto& source = s.sources[static_cast<std::size_t>(s.source_count++)];
+      source.position = between.energy_place[i];
+      source.energy = std::min(1000.0, between.energy[i]);
+    }
+    between.energy[i] = 0;
+    const scene::ToolInput& tool = input.tools[i];
+    if (!tool.present || tool.tool != tools::ToolKind::SuctionIrrigator) continue;
+    irrigator = true;
+    if (((tool.functions & tools::kFunctionSuck) || (input.pedals & kSuctionPedal)) &&
+        s.suction_count < smoke::kMostSuctions) {
+      auto& suction = s.suctions[static_cast<std::size_t>(s.suction_count++)];
+      suction.position = triple(tipOf(input, report, t).translation());
+      suction.flow = options.suction_gas_flow;
+    }
+  }
+  refused += smoke::step(*smoke_model, s, smoke, smoke_scratch) != smoke::Status::Ok;
+
+  const auto camera = static_cast<std::size_t>(tools::Instrument::Endoscope);
+  const scene::ToolInput& scope = input.tools[camera];
+  if (scope.present) {
+    lens::Inputs l;
+    l.dt = dt;
+    l.seed = input.seed;
+    l.outside = (scope.position - scope.pivot).norm() < kWithdrawn;
+    l.wiped = between.wiped != 0;
+    l.warmed = between.warming != 0;
+    l.rinsed = between.rinse != 0 || (!irrigator && (input.pedals & kIrrigationPedal));
+    const auto place = tipOf(input, report, static_cast<int>(camera)).translation().cast<float>().eval();
+    l.smoke = std::min(
+        1.0, static_cast<double>(smoke::densityAt(*smoke_model, smoke, place.x(), place.y(), place.z())));
+    l.hits = between.hits;
+    l.hit_count = between.hit_count;
+    refused += lens::step(lens_parameters, l, lens) != lens::Status::Ok;
+  }
+  between.hit_count = 0;
+  between.wiped = 0;
+}
+
+void OperatingField::Impl::show(const scene::World& world) {
+  if (!frames) return;
+  FieldFrame& f = frames->back();
+  f.step = world.steps();
+  f.steady_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                    std::chrono::steady_clock::now().time_since_epoch())
+                    .count();
+  f.fluid_model = fluid_model;
+  f.smoke_model = smoke_model;
+  f.objects = names;
+  f.fluid.step = fluid.step, f.fluid.time = fluid.time;
+  f.fluid.particles = fluid.particles;
+  f.fluid.pools = fluid.pools;
+  f.fluid.bubbles = fluid.bubbles;
+  f.fluid.emitted = fluid.emitted, f.fluid.emitted_blood = fluid.emitted_blood;
+  f.fluid.sucked = fluid.sucked, f.fluid.sucked_blood = fluid.sucked_blood, f.fluid.lost = fluid.lost;
+  f.degraded = degraded;
+  degraded = false;
+  f.smoke.resize(smoke.density.size());
+  smoke::drawnDensity(*smoke_model, smoke, f.smoke.data());
+  f.puffs = smoke.puffs, f.puff_count = smoke.puff_count;
+  f.smoke_mass = smoke::mass(*smoke_model, smoke);
+  f.lens = lens;
+  f.lens_parameters = lens_parameters;
+  f.fog = lens::fog(lens_parameters, lens);
+  f.impacts.assign(shown.begin(), shown.end());
+  f.impacts_dropped = dropped;
+  f.refused = refused;
+  shown.clear();
+  frames->publish();
+}
+
+OperatingField::OperatingField(const scene::World& world, const FieldOptions& options,
+                               std::shared_ptr<FieldFrames> frames)
+    : impl_(std::make_unique<Impl>(world, options, std::move(frames))) {}
+OperatingField::~OperatingField() = default;
+
+void OperatingField::step(const scene::World& world, const scene::StepInput& input,
+                          const scene::StepReport& report, Feedback& feedback) {
+  Impl& m = *impl_;
+  m.gather(input, report, feedback);
+  if (world.steps() % kFluidEvery == 0) m.stepFluid(world, input, report, feedback);
+  if (world.steps() % kSlowEvery == 0) m.stepSlow(world, input, report);
+  if (world.steps() % kFrameEvery == 0) m.show(world);
+}
+
+void OperatingField::reset() {
+  impl_->begin();
+}
+
+void OperatingField::save(std::vector<std::uint8_t>& bytes) const {
+  const auto part = [&](auto&& write) {
+    const std::size_t place = bytes.size();
+    std::uint64_t size = 0;
+    bytes.resize(place + sizeof size);
+    write();
+    size = bytes.size() - place - sizeof size;
+    std::memcpy(bytes.data() + place, &size, sizeof size);
+  };
+  part([&] { fluid::save(impl_->fluid, bytes); });
+  part([&] { smoke::save(impl_->smoke, bytes); });
+  part([&] { lens::save(impl_->lens, bytes); });
+  part([&] {
+    const auto* b = reinterpret_cast<const std::uint8_t*>(&impl_->between);
+    bytes.insert(bytes.end(), b, b + sizeof(Between));
+  });
+}
+
+bool OperatingField::restore(const std::uint8_t* bytes, std::size_t count) {
+  fluid::State f;
+  smoke::State s;
+  lens::State l;
+  Between b;
+  const auto part = [&](auto&& read) {
+    std::uint64_t size;
+    if (count < sizeof size) return false;
+    std::memcpy(&size, bytes, sizeof size);
+    bytes += sizeof size, count -= sizeof size;
+    if (size > count || !read(bytes, static_cast<std::size_t>(size))) return false;
+    bytes += size, count -= size;
+    return true;
+  };
+  const bool good = part([&](const std::uint8_t* at, std::size_t n) {
+                      return fluid::restore(*impl_->fluid_model, at, n, f);
+                    }) &&
+                    part([&](const std::uint8_t* at, std::size_t n) {
+                      return smoke::restore(*impl_->smoke_model, at, n, s);
+                    }) &&
+                    part([&](const std::uint8_t* at, std::size_t n) { return lens::restore(at, n, l); }) &&
+                    part([&](const std::uint8_t* at, std::size_t n) {
+                      if (n == sizeof b) std::memcpy(&b, at, n);
+                      return n == sizeof b && b.hit_count >= 0 && b.hit_count <= lens::kMostHits;
+                    }) &&
+                    count == 0;
+  if (!good) return false;
+  impl_->fluid = std::move(f), impl_->smoke = std::move(s), impl_->lens = l, impl_->between = b;
+  impl_->apply();
+  impl_->shown.clear();
+  return true;
+}
+
+const fluid::Model& OperatingField::fluidModel() const {
+  return *impl_->fluid_model;
+}
+const fluid::State& OperatingField::fluid() const {
+  return impl_->fluid;
+}
+const smoke::Model& OperatingField::smokeModel() const {
+  return *impl_->smoke_model;
+}
+const smoke::State& OperatingField::smoke() const {
+  return impl_->smoke;
+}
+const lens::State& OperatingField::lens() const {
+  return impl_->lens;
+}
+
+}  // namespace vest::simulation

@@ -1,0 +1,251 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <ros/package.h>
+
+#include "vest_bringup/session/resimulation.h"
+#include "vest_bringup/simulation/blood_effect.h"
+#include "vest_bringup/simulation/surface_effect.h"
+#include "vest_bringup/simulation/trainer.h"
+#include "vest_tissue/scene/world_model.h"
+
+// Protects the coupling of circulation and tissue: places of the scene and of the network, pulse, sources,
+// snapshots, and that a session with effects can be re-simulated.
+
+namespace vest::simulation {
+namespace {
+
+scene::Description gynaecology() {
+  static const scene::Description loaded =
+      scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml");
+  return loaded;
+}
+
+BloodOptions options() {
+  BloodOptions o;
+  o.vessels = ros::package::getPath("vest_effects") + "/data/vessels/pelvis";
+  return o;
+}
+
+std::uint16_t objectNamed(const scene::World& world, const std::string& name) {
+  for (std::size_t i = 0; i < world.objectCount(); ++i)
+    if (world.description().objects[i].name == name) return static_cast<std::uint16_t>(i);
+  ADD_FAILURE() << name;
+  return 0;
+}
+
+/// The effect alone, fed with events.
+struct Bench {
+  scene::World world{gynaecology()};
+  BloodEffect effect{world, options(), nullptr};
+  scene::StepInput input;
+  scene::StepReport report;
+  Feedback feedback;
+  Bench() { feedback.sources.reserve(bleeding::kMostSources), feedback.dilatations.reserve(64); }
+  void step() {
+    feedback.sources.clear();
+    feedback.dilatations.clear();
+    effect.step(world, input, report, feedback);
+    report.events.clear();
+    input.edits.clear();
+  }
+  void event(scene::EventKind kind, const std::string& object, double station, double area) {
+    scene::Event e;
+    e.kind = kind;
+    e.object = objectNamed(world, object);
+    const auto& tube = world.model().objects[e.object].tube;
+    e.station = station, e.area = area;
+    if (std::isfinite(station)) e.position = world.knotAt(e.object, tube.knots(tube.nearestRing(station))[0]);
+    report.events.push_back(e);
+  }
+};
+
+TEST(Blood, EveryVesselOfTheSceneIsOneOfTheNetwork) {
+  Bench b;
+  for (const auto& object : b.world.description().objects) {
+    if (!object.tube.vessel_segment.empty()) {
+      EXPECT_GE(b.effect.model().find(object.tube.vessel_segment), 0) << object.name;
+    }
+  }
+}
+
+TEST(Blood, CutArterySpurtsFromBothEndsAndAClipAndALigatureStopIt) {
+  Bench b;
+  const double length = b.world.model().objects[objectNamed(b.world, "uterine_artery_left")].tube.length();
+  b.event(scene::EventKind::Cut, "uterine_artery_left", 0.5 * length, 1e-5);
+  double emitted = 0, most = 0, least = 1;
+  for (int i = 0; i < 2500; ++i) {
+    b.step();
+    if (i == 0) {
+      ASSERT_EQ(b.feedback.sources.size(), 2U);
+    }
+    double flow = 0;
+    for (const auto& s : b.feedback.sources) flow += s.flow, emitted += s.flow * 1e-3;
+    if (i > 1000) most = std::max(most, flow), least = std::min(least, flow);
+  }
+  // What the wounds give is what the patient loses; in step with the pulse.
+  EXPECT_NEAR(emitted, b.effect.circulation().lost, 1e-9 * emitted);
+  EXPECT_GT(most, 1.3 * least);
+  const auto& heart = b.feedback.sources[0];
+  const auto& far = b.feedback.sources[1];
+  EXPECT_LT((heart.position - far.position).norm(), 0.02);
+  EXPECT_NEAR(heart.direction.norm(), 1, 1e-12);
+  EXPECT_LT(heart.direction.dot(far.direction), 0);  // against each other
+  b.event(scene::EventKind::Clipped, "uterine_artery_left", 0.5 * length - 0.004, std::nan(""));
+  b.event(scene::EventKind::Ligated, "uterine_artery_left", 0.5 * length + 0.004, std::nan(""));
+  for (int i = 0; i < 1500; ++i) b.step();
+  const double lost = b.effect.circulation().lost;
+  for (int i = 0; i < 1000; ++i) b.step();
+  EXPECT_LT(b.effect.circulation().lost - lost, 5e-9);
+}
+
+TEST(Blood, VenousOozeStopsByCoagulation) {
+  Bench b;
+  b.event(scene::EventKind::Punctured, "uterine_vein_left", 0.03, 1e-6);
+  for (int i = 0; i < 100; ++i) b.step();
+  ASSERT_EQ(b.feedback.sources.size(), 1U);
+  const double flow = b.feedback.sources[0].flow;
+  EXPECT_GT(flow, 1e-8);
+  EXPECT_LT(flow, 2e-6);
+  b.event(scene::EventKind::Coagulated, "uterine_vein_left", 0.031, 0.0);  // sealed all round
+  b.step();
+  b.step();
+  EXPECT_TRUE(b.feedback.sources.empty());
+}
+
+TEST(Blood, CutUterusSeepsAndThePatientLosesIt) {
+  Bench b;
+  SurfaceOptions surface;
+  surface.scale = 50;
+  SurfaceEffect seeping(b.world, surface, &b.effect, nullptr);
+  const std::uint16_t uterus = objectNamed(b.world, "uterus");
+  scene::Event cut;
+  cut.kind = scene::EventKind::Cut;
+  cut.object = uterus;
+  cut.position = b.world.knotAt(uterus, 100);
+  cut.station = std::nan(""), cut.area = 1e-6;
+  double shed = 0;
+  for (int i = 0; i < 3000; ++i) {
+    if (i == 10) b.report.events.push_back(cut);
+    b.feedback.sources.clear();
+    b.effect.step(b.world, b.input, b.report, b.feedback);
+    seeping.step(b.world, b.input, b.report, b.feedback);
+    for (const auto& s : b.feedback.sources) shed += s.flow * 1e-3;
+    b.report.events.clear();
+  }
+  EXPECT_GT(seeping.state().seeped, 1e-9);
+  EXPECT_NEAR(b.effect.circulation().lost, seeping.state().seeped, 1e-9 * seeping.state().seeped);
+  EXPECT_NEAR(shed, seeping.state().shed, 1e-9 * shed);
+  EXPECT_NEAR(seeping.state().seeped,
+              bleeding::filmVolume(seeping.model(), seeping.state()) + seeping.state().shed,
+              1e-9 * seeping.state().seeped);
+  std::vector<std::uint8_t> bytes, again;
+  seeping.save(bytes);
+  SurfaceEffect other(b.world, surface, nullptr, nullptr);
+  EXPECT_FALSE(other.restore(bytes.data(), bytes.size() - 1));
+  ASSERT_TRUE(other.restore(bytes.data(), bytes.size()));
+  other.save(again);
+  EXPECT_EQ(again, bytes);
+}
+
+TEST(Blood, EventsWithoutAVesselOrAPlaceDoNothing) {
+  Bench b;
+  b.event(scene::EventKind::Cut, "uterus", std::nan(""), 1e-5);
+  b.event(scene::EventKind::Cut, "uterine_artery_left", std::nan(""), 1e-5);
+  b.event(scene::EventKind::Grasped, "uterine_artery_left", 0.03, 1e-5);
+  b.step();
+  EXPECT_EQ(b.effect.wounds().opening_count, 0);
+}
+
+TEST(Blood, PulseWidensTheRingsOfTheSceneByTheFactorForTeaching) {
+  const auto widening = [](double factor) {
+    Trainer trainer{scene::World(gynaecology())};
+    trainer.add(std::make_unique<BloodEffect>(trainer.world(), options(), nullptr));
+    const auto object = objectNamed(trainer.world(), "iliac_artery_left");
+    const auto& tube = trainer.world().model().objects[object].tube;
+    double most = 0, least = 1;
+    scene::StepReport report;
+    for (std::uint64_t k = 1; k <= 1400; ++k) {
+      scene::StepInput input;
+      input.step = k;
+      if (k == 1) input.edits.push_back({"", "pulse_dilatation", factor});
+      trainer.step(input, report);
+      if (k < 500) continue;
+      double sum = 0;
+      const auto& ring = tube.knots(6);
+      for (std::size_t i = 0; i < ring.size(); ++i)
+        sum += (trainer.world().knotAt(object, ring[i]) -
+                trainer.world().knotAt(object, ring[(i + 1) % ring.size()]))
+                   .norm();
+      most = std::max(most, sum), least = std::min(least, sum);
+    }
+    return most / least - 1;
+  };
+  const double none = widening(0), once = widening(1);
+  std::printf("ring of the external iliac artery: %.2f %% wider in systole (%.2f %% without pulse)\n",
+              100 * once, 100 * none);
+  EXPECT_GT(once, 0.02);
+  EXPECT_LT(once, 0.16);
+  EXPECT_LT(none, 0.3 * once);
+}
+
+TEST(Blood, SessionWithEffectsIsTheSameBitsAgainForAnyThreadsAndFromASnapshot) {
+  const auto make = [](int threads) {
+    auto trainer = std::make_unique<Trainer>(scene::World(gynaecology(), threads));
+    trainer->add(std::make_unique<BloodEffect>(trainer->world(), options(), nullptr));
+    return trainer;
+  };
+  const auto inputAt = [](std::uint64_t k) {
+    scene::StepInput input;
+    input.step = k;
+    if (k == 20) input.edits.push_back({"uterine_artery_left", "opening_station", 0.04});
+    if (k == 21) input.edits.push_back({"uterine_artery_left", "opening_area", 1e-4});
+    if (k == 60) input.edits.push_back({"", "heart_rate", 1.5});
+    return input;
+  };
+  auto first = make(1);
+  scene::StepReport report;
+  std::vector<scene::StepInput> recorded;
+  std::vector<std::uint8_t> snapshot;
+  for (std::uint64_t k = 1; k <= 120; ++k) {
+    scene::StepInput input = inputAt(k);
+    first->step(input, report);
+    recorded.push_back(input);
+    if (k == 50) first->save(snapshot);
+  }
+  // The tissue alone, from what was recorded.
+  for (const int threads : {1, 3}) {
+    scene::World world(gynaecology(), threads);
+    session::Resimulation again(world);
+    for (const auto& input : recorded) ASSERT_FALSE(again.step(input, false, false).has_value());
+    EXPECT_EQ(world.stateHash(), first->world().stateHash());
+  }
+  // The whole composite, from what people did.
+  auto second = make(2);
+  for (std::uint64_t k = 1; k <= 120; ++k) {
+    scene::StepInput input = inputAt(k);
+    second->step(input, report);
+    ASSERT_EQ(input.dilatations.size(), recorded[k - 1].dilatations.size());
+  }
+  EXPECT_EQ(second->world().stateHash(), first->world().stateHash());
+  EXPECT_EQ(second->effectsHash(), first->effectsHash());
+  // From the snapshot, effects included.
+  auto third = make(1);
+  third->restore(snapshot);
+  for (std::uint64_t k = 51; k <= 120; ++k) {
+    scene::StepInput input = inputAt(k);
+    third->step(input, report);
+  }
+  EXPECT_EQ(third->world().stateHash(), first->world().stateHash());
+  EXPECT_EQ(third->effectsHash(), first->effectsHash());
+  // Damaged effects: refused, and nothing has changed.
+  std::vector<std::uint8_t> damaged = snapshot;
+  damaged.erase(damaged.end() - 100, damaged.end() - 60);
+  EXPECT_THROW(third->restore(damaged), std::invalid_argument);
+  EXPECT_EQ(third->world().stateHash(), first->world().stateHash());
+  EXPECT_EQ(third->effectsHash(), first->effectsHash());
+}
+
+}  // namespace
+}  // namespace vest::simulation

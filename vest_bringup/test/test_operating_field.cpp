@@ -1,0 +1,172 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <ros/package.h>
+
+#include "vest_bringup/ros/field_messages.h"
+#include "vest_bringup/simulation/operating_field.h"
+#include "vest_bringup/simulation/trainer.h"
+
+// Protects the operating field in the Trainer: irrigation by pedal reaches tissue as recorded momentum,
+// nothing is lost on its way to pool and suction, coagulation makes smoke, the lens is cleaned in the trocar,
+// a snapshot goes on with the same bits, and the messages say what the State is.
+
+namespace vest::simulation {
+namespace {
+
+constexpr auto kRight = static_cast<std::size_t>(tools::Instrument::Right);
+constexpr auto kCamera = static_cast<std::size_t>(tools::Instrument::Endoscope);
+
+struct Theatre {
+  Trainer trainer;
+  OperatingField* field = nullptr;
+  std::shared_ptr<FieldFrames> frames = std::make_shared<FieldFrames>();
+  scene::StepInput tools;
+  scene::StepReport report;
+  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();  ///< that the inputs recorded
+  std::uint64_t k = 0;
+
+  explicit Theatre(const std::string& scene)
+      : trainer(scene::World(scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/" + scene +
+                                              "/" + scene + ".yaml"))) {
+    auto effect = std::make_unique<OperatingField>(trainer.world(), FieldOptions{}, frames);
+    field = effect.get();
+    trainer.add(std::move(effect));
+    hold(tools::ToolKind::SuctionIrrigator, {0.0, 0.03, 0.08});
+    auto& camera = tools.tools[kCamera];
+    camera.present = true;
+    camera.tool = tools::ToolKind::Endoscope;
+    camera.pivot = {0, -0.14, 0.165};
+    camera.position = {0.005, -0.035, 0.135};
+    camera.orientation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(),
+                                                            Eigen::Vector3d(0, 0.195, -0.11).normalized());
+  }
+  void hold(tools::ToolKind kind, const Eigen::Vector3d& place) {
+    auto& tool = tools.tools[kRight];
+    tool.present = true;
+    tool.tool = kind;
+    tool.pivot = {0.115, -0.02, 0.165};
+    tool.position = place;
+    tool.orientation =
+        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), (place - tool.pivot).normalized());
+  }
+  void run(double seconds, std::uint32_t pedals = 0) {
+    for (int n = static_cast<int>(seconds / 0.001 + 0.5); n > 0; --n) {
+      scene::StepInput input = tools;
+      input.step = ++k;
+      input.pedals = pedals;
+      trainer.step(input, report);
+      for (const auto& impact : input.impacts) momentum += impact.momentum;
+    }
+  }
+  double gap() const {
+    const auto& s = field->fluid();
+    double pending = 0;
+    for (const double v : s.pending) pending += v;
+    return s.emitted - fluid::particleVolume(field->fluidModel(), s) -
+           fluid::poolVolume(field->fluidModel(), s) - pending - s.sucked - s.lost;
+  }
+};
+
+TEST(OperatingField, IrrigationPushesTheTubeFillsThePoolAndSuctionEmptiesIt) {
+  Theatre t("irrigation_pool");
+  t.run(0.2);
+  EXPECT_EQ(t.field->fluid().emitted, 0.0) << "no pedal, no water";
+  t.hold(tools::ToolKind::SuctionIrrigator, {0.026, 0.024, 0.075});
+  t.run(1.0, 4);
+  EXPECT_NEAR(t.field->fluid().emitted, 5e-5, 2e-6) << "3 l/min for a second";
+  EXPECT_GT(t.momentum.norm(), 1e-3) << "N·s on the tube";
+  t.run(1.0);
+  const auto& model = t.field->fluidModel();
+  const double pool = fluid::poolVolume(model, t.field->fluid());
+  EXPECT_GT(pool, 0.8 * t.field->fluid().emitted);
+  EXPECT_LT(t.field->fluid().lost, 0.01 * t.field->fluid().emitted);
+  EXPECT_LT(std::fabs(t.gap()), 1e-3 * t.field->fluid().emitted);
+  // Down to the deepest wet cell.
+  const auto& w = t.field->fluid().pools;
+  const std::size_t deepest =
+      static_cast<std::size_t>(std::max_element(w.depth.begin(), w.depth.end()) - w.depth.begin());
+  const double cell = model.parameters.pool_cell;
+  const auto columns = static_cast<std::size_t>(model.columns);
+  t.hold(tools::ToolKind::SuctionIrrigator,
+         {model.parameters.low[0] + (static_cast<double>(deepest % columns) + 0.5) * cell,
+          model.parameters.low[1] + (static_cast<double>(deepest / columns) + 0.5) * cell,
+          static_cast<double>(w.bed[deepest]) + 0.004});
+  t.run(1.5, 8);
+  EXPECT_GT(t.field->fluid().sucked, 0.5 * pool);
+  EXPECT_LT(std::fabs(t.gap()), 1e-3 * t.field->fluid().emitted);
+}
+
+TEST(OperatingField, ASnapshotGoesOnWithTheSameBitsAndResetEmptiesTheField) {
+  Theatre a("irrigation_pool"), b("irrigation_pool");
+  for (Theatre* t : {&a, &b}) t->hold(tools::ToolKind::SuctionIrrigator, {0.026, 0.024, 0.075});
+  a.run(0.402, 4);
+  std::vector<std::uint8_t> bytes, end_a, end_b;
+  a.trainer.save(bytes);
+  b.trainer.restore(bytes);
+  b.k = a.k;
+  a.run(0.1, 12), b.run(0.1, 12);
+  a.trainer.save(end_a), b.trainer.save(end_b);
+  EXPECT_TRUE(end_a == end_b);
+  a.trainer.reset();
+  EXPECT_EQ(a.field->fluid().particles.count, 0U);
+  EXPECT_EQ(a.field->fluid().emitted, 0.0);
+}
+
+TEST(OperatingField, CoagulationOfTissueMakesSmokeAndTheMessagesCarryIt) {
+  Theatre t("smoke_lens");
+  t.hold(tools::ToolKind::CoagulationHook, {0.0, 0.05, 0.058});
+  t.run(0.5, 1);
+  ASSERT_GT(t.field->smoke().made, 0.0) << "the hook touches the slab";
+  ASSERT_TRUE(t.frames->update());
+  const FieldFrame& frame = t.frames->front();
+  vest_msgs::SmokeState smoke;
+  ros_shell::toMsg(frame, smoke);
+  EXPECT_EQ(smoke.density.size(), static_cast<std::size_t>(smoke.size[0]) * smoke.size[1] * smoke.size[2]);
+  EXPECT_GT(smoke.density_scale, 0.0f);
+  EXPECT_GT(smoke.puffs.size(), 2U);
+  vest_msgs::LensState lens;
+  ros_shell::toMsg(frame, lens);
+  EXPECT_EQ(lens.soiling.size(), lens.columns * lens.rows);
+}
+
+TEST(OperatingField, PoolsInMessagesHoldTheVolumeOfTheirHeights) {
+  Theatre t("irrigation_pool");
+  t.hold(tools::ToolKind::SuctionIrrigator, {0.026, 0.024, 0.075});
+  t.run(0.8, 4);
+  t.run(0.7);
+  ASSERT_TRUE(t.frames->update());
+  vest_msgs::FluidState msg;
+  ros_shell::toMsg(t.frames->front(), msg);
+  ASSERT_FALSE(msg.pools.empty());
+  double volume = 0;
+  for (const auto& pool : msg.pools) {
+    EXPECT_EQ(pool.height.size(), pool.columns * pool.rows);
+    EXPECT_EQ(pool.blood_fraction, 0.0f);
+    volume += pool.volume;
+  }
+  EXPECT_NEAR(volume, msg.emitted, 0.15 * msg.emitted) << "the rest is film and drops";
+  EXPECT_EQ(msg.positions.size(), 3 * msg.blood_fraction.size());
+}
+
+TEST(OperatingField, AColdLensSteamsUpAndIsClearAfterItsVisitInTheTrocar) {
+  Theatre t("smoke_lens");
+  t.tools.tools[kRight].present = false;
+  t.tools.edits = {{"lens", "temperature", 293.15}};
+  t.run(0.001);
+  t.tools.edits.clear();
+  t.run(8.0);
+  ASSERT_GT(t.field->lens().condensate, 0.0005);
+  auto& camera = t.tools.tools[kCamera];
+  const Eigen::Vector3d inside = camera.position;
+  camera.position = camera.pivot + 0.01 * (inside - camera.pivot).normalized();
+  t.run(3.0);
+  camera.position = inside;
+  t.run(0.5);
+  EXPECT_LT(t.field->lens().condensate, 0.0001);
+  EXPECT_GT(t.field->lens().temperature, 309.5) << "above the dew point";
+}
+
+}  // namespace
+}  // namespace vest::simulation

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "vest_effects/fluid/model.h"
+
+namespace vest::fluid {
+
+/// Particles as arrays with room for Parameters::capacity; the first `count` are alive.
+struct Particles {
+  std::size_t count = 0;
+  std::vector<float> x, y, z;     ///< m, world
+  std::vector<float> vx, vy, vz;  ///< m/s
+  std::vector<float> volume;      ///< of a whole particle, 0 … 1
+  std::vector<float> blood;       ///< 0 water … 1 blood
+  std::vector<float> age;         ///< s since it was emitted
+  std::vector<float> rest;        ///< s that it has lain slowly on tissue (a twentieth of it on walls)
+};
+
+/// Shallow water over the upward faces of the tissue. Cell (c, r) is r·columns + c; its centre is
+/// low + (c+½, r+½)·pool_cell.
+struct Pools {
+  std::vector<float> bed;                  ///< m, world z of the tissue; kNoBed where there is none
+  std::vector<std::int32_t> bed_triangle;  ///< index among all triangles, -1: none
+  std::vector<float> depth;                ///< m
+  std::vector<float> blood;                ///< m: part of the depth that is blood
+  std::vector<float> u;                    ///< m/s at faces c−½, (columns+1)·rows
+  std::vector<float> v;                    ///< m/s at faces r−½, columns·(rows+1)
+  std::vector<float> rise;                 ///< m/s, vertical velocity of the surface
+  std::vector<float> head;                 ///< m: pressure of impacts in this step, as a water column
+};
+inline constexpr float kNoBed = -1.0e3f;
+inline constexpr float kDryDepth = 1.0e-5f;  ///< m: shallower counts as dry (ours)
+
+struct Bubbles {
+  std::size_t count = 0;
+  std::array<float, kMostBubbles> x{}, y{}, z{};  ///< m, world
+  std::array<float, kMostBubbles> radius{};       ///< m
+  std::array<float, kMostBubbles> left{};         ///< s until it bursts
+};
+
+/// Everything that evolves. A copy is a snapshot.
+struct State {
+  std::uint64_t step = 0;
+  double time = 0;  ///< s
+  Particles particles;
+  Pools pools;
+  Bubbles bubbles;
+  std::vector<float> knots;  ///< m: knots of all surfaces at the end of the last step, x y z
+  bool has_knots = false;
+  std::array<double, kMostSources> pending{};          ///< m³ due, per slot
+  std::array<std::uint32_t, kMostSources> released{};  ///< particles, per slot
+  double air = 0;                                      ///< m³ of air dragged into pools, not yet a bubble
+  double emitted = 0, emitted_blood = 0;               ///< m³ since the start
+  double sucked = 0, sucked_blood = 0;                 ///< m³
+  double lost = 0;                                     ///< m³ that left the domain
+  bool degraded = false;                               ///< the particle budget was exhausted in the last step
+};
+
+/// Nothing in it: no particle, no pool.
+State initialState(const Model& model);
+
+double particleVolume(const Model& model, const State& state);  ///< m³
+double poolVolume(const Model& model, const State& state);      ///< m³
+double poolBlood(const Model& model, const State& state);       ///< m³ of blood in the pools
+
+/// State as bytes, little-endian, arrays whole (their unused ends too): for hashes and snapshots.
+void save(const State& state, std::vector<std::uint8_t>& bytes);
+/// All or nothing. @return false where the bytes do not belong to this model, or hold what no step leaves
+bool restore(const Model& model, const std::uint8_t* bytes, std::size_t size, State& state);
+
+}  // namespace vest::fluid

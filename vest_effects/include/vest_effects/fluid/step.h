@@ -1,0 +1,137 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "vest_effects/fluid/state.h"
+
+namespace vest::fluid {
+
+/// One tissue surface at the end of this step. Arrays are the caller's; triangles counter-clockwise from
+/// outside, where the fluid is.
+struct Surface {
+  const float* positions = nullptr;                         ///< m, world, x y z per knot
+  const std::array<std::uint32_t, 3>* triangles = nullptr;  ///< knots
+  std::size_t knot_count = 0, triangle_count = 0;           ///< at most those of the Model
+  const std::uint8_t* alive = nullptr;                      ///< per triangle; null: all
+};
+
+/// A jet or an ooze: Q leaves with the mean speed Q/area (continuity, models.md section 9).
+struct Source {
+  int slot = 0;                      ///< 0 … kMostSources − 1: where what is not yet a particle is kept
+  std::array<double, 3> position{};  ///< m, world
+  std::array<double, 3> direction{0, 0, 1};  ///< any length > 0
+  double area = 0;                           ///< m²; 0: oozes without speed
+  double flow = 0;                           ///< m³/s, >= 0
+  double blood = 1;                          ///< 0 water … 1 blood
+  std::array<double, 3> velocity{};          ///< m/s, of the nozzle itself
+};
+
+/// An open suction tip: a point sink, whose inflow has the speed Q/(4 pi r²).
+struct Suction {
+  std::array<double, 3> position{};  ///< m, world
+  double flow = 0;                   ///< m³/s
+  double reach = 0.012;              ///< m: nothing beyond it is drawn (ours)
+};
+
+/// A window that drops may hit.
+struct Window {
+  bool present = false;
+  std::array<double, 3> position{};      ///< m, world: its middle
+  std::array<double, 3> axis{0, 0, 1};   ///< unit, to where it looks
+  std::array<double, 3> right{1, 0, 0};  ///< unit, right in the picture
+  double radius = 0.004;                 ///< m
+};
+
+struct LensHit {
+  float u = 0, v = 0;  ///< place on the window, -1 … 1 to the right and down
+  float volume = 0;    ///< m³ of the drop
+  float blood = 0;     ///< 0 … 1
+};
+
+/// Momentum that passed to a triangle in this step, N·s, world.
+struct Impact {
+  std::uint16_t surface = 0;
+  std::uint32_t triangle = 0;
+  std::array<float, 3> weights{};
+  std::array<double, 3> momentum{};
+};
+
+struct Inputs {
+  double dt = 0.004;  ///< s, 1e-5 … 0.02
+  std::uint32_t seed = 1;
+  std::array<double, 3> gravity{0, 0, -9.81};  ///< m/s²
+  std::array<Source, kMostSources> sources{};
+  int source_count = 0;
+  std::array<Suction, kMostSuctions> suctions{};
+  int suction_count = 0;
+  Window window;
+  const Surface* surfaces = nullptr;
+  std::size_t surface_count = 0;
+  bool renew_bed =
+      true;  ///< look again where the tissue lies under the pools (costly: some 20 times a second)
+};
+
+/// Instruction level of the loops over neighbours, "baseline" or "avx2"; VEST_KERNEL=baseline forces the
+/// former. Both give the same bits.
+const char* kernelLevel();
+
+enum class Status : std::uint8_t { Ok = 0, BadInput = 1 };
+
+/// What a step tells; arrays have their room.
+struct Report {
+  Status status = Status::Ok;
+  std::vector<Impact> impacts;  ///< at most one per triangle
+  std::array<LensHit, kMostLensHits> lens{};
+  int lens_count = 0;
+  double sucked = 0;                        ///< m³ in this step
+  std::array<double, 3> tissue_momentum{};  ///< N·s: sum over all surfaces
+  int most_neighbours = 0;
+};
+
+struct ScratchData;
+/// Work space, sized once; fixes the number of threads. Holds nothing that matters between steps.
+class Scratch {
+ public:
+  explicit Scratch(const Model& model, int threads = 1);
+  ~Scratch();
+  Scratch(Scratch&&) noexcept;
+  Scratch& operator=(Scratch&&) noexcept;
+  ScratchData& data() { return *data_; }
+
+ private:
+  ScratchData* data_;
+};
+
+/// One step. Position-based fluid (Macklin and Müller 2013, doi:10.1145/2461912.2461984) with one-sided
+/// density constraint; viscosity by Monaghan's operator (2005, doi:10.1088/0034-4885/68/8/R01); cohesion with
+/// the kernel of Akinci, Akinci and Teschner 2013 (doi:10.1145/2508363.2508395), scaled so that the work to
+/// part two half spaces is twice the surface tension; adhesion likewise to (1+cos θ)·tension (Young–Dupré).
+/// Impacts with mu_p and epsilon_p; a drop splashes where We^½·Re^¼ > 57.7 (Mundo, Sommerfeld and Tropea
+/// 1995, doi:10.1016/0301-9322(94)00069-V). Momentum that leaves the fluid reaches the tissue.
+///
+/// Allocates nothing with one thread, throws nothing; the same bits for any number of threads. After BadInput
+/// the State is what it was.
+void step(const Model& model, const Inputs& inputs, State& state, Scratch& scratch, Report& report);
+
+/// Puts fluid into a pool's cell, m³ (tests, scenes). False outside the field or where there is no bed.
+bool fillCell(const Model& model, State& state, int column, int row, double volume, double blood);
+
+/// Advances the pools alone by dt (part of step()).
+void stepPools(const Model& model, double gravity, double dt, State& state, Scratch& scratch);
+
+/// A connected pool, as a rectangle of cells. Only cells of this pool are wet in it.
+struct PoolPatch {
+  int column = 0, row = 0, columns = 0, rows = 0;  ///< rectangle in the field
+  std::uint32_t label = 0;                         ///< in `labels`
+  double volume = 0, blood = 0;                    ///< m³
+};
+/// Finds the largest connected pools that hold at least `least` m³ in cells deeper than `film` m. Not for the
+/// step.
+/// @param labels per cell: 0 dry, else the pool's label
+void findPools(const Model& model, const State& state, double least, double film, std::size_t most,
+               std::vector<std::uint32_t>& labels, std::vector<PoolPatch>& pools);
+
+}  // namespace vest::fluid

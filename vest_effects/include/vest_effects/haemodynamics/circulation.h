@@ -1,0 +1,125 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "vest_effects/haemodynamics/step.h"
+#include "vest_effects/haemodynamics/vessels.h"
+
+namespace vest::haemodynamics {
+
+/// The circulation of one patient, live: arteries as pulse waves (step.h), veins as resistances, and the loop
+/// that closes over them. A vessel is an artery (0 … arteries − 1, as Model::segments) or a vein (behind
+/// them).
+///
+/// Loop (Guyton's venous return; Hall, Guyton and Hall Textbook of Medical Physiology, 13th ed., chapter 20):
+///
+///     P_fill = (V − V_u)/C,       V: blood volume, V_u: the part that fills without stretching, C:
+///     compliance output = (P_fill − P_atrium)/R_v        drives the inflow curve; R_v from the state at rest
+///
+/// Baroreflex: tone follows the fall of the mean arterial pressure P below its goal,
+///     goal tone = e/sqrt(1 + e²), e = (P_goal − P)/width,
+/// through three first-order lags (times of Ursino 1998, Am. J. Physiol. 275 H1733) that act on heart rate,
+/// terminals' resistance and V_u (veins give blood back). Loss lowers V; nothing else changes it.
+/// Not in it: fluids that are given or shift between tissue and blood, and what happens after minutes of
+/// shock.
+struct CirculationModel {
+  Vessels vessels;
+  Model arteries;
+  int reference = 0;             ///< segment where the monitor measures
+  double curve_output = 0;       ///< m³/s, mean of the inflow curve
+  double curve_rate = 0;         ///< Hz, of the inflow curve
+  double return_resistance = 0;  ///< R_v, Pa·s/m³
+  double unstressed_volume = 0;  ///< V_u at rest, m³
+  double resting_pressure = 0;   ///< Pa, mean at the reference artery at rest: the reflex' goal
+  int vesselCount() const { return static_cast<int>(arteries.segments.size() + vessels.veins.size()); }
+  bool isVein(int vessel) const { return vessel >= static_cast<int>(arteries.segments.size()); }
+  const std::string& name(int vessel) const;
+  double length(int vessel) const;                 ///< m
+  double lumen(int vessel, double station) const;  ///< m², cross-section at rest
+  int find(const std::string& name) const;         ///< −1: none
+};
+
+/// What can be set while it runs; plain data.
+struct CirculationSettings {
+  double heart_rate = 0;  ///< Hz at rest; 0: the database's
+  double mean_pressure =
+      0;  ///< Pa, the reflex' goal and, by the resistance, what follows; 0: the resting one
+  double resistance_scale = 1;  ///< factor on all terminals, > 0
+  double reflex_scale = 1;      ///< 0: no reflex … 1: the database's
+};
+
+/// An opening of a vessel. For arteries as Hole; for veins the two resistances feed it.
+struct VesselHole {
+  int vessel = 0;
+  double station = 0;  ///< m
+  double area = 0;     ///< m²
+};
+/// A narrowing of a vessel, as Closure. Veins: shut below kVeinShut, else open.
+struct VesselClosure {
+  int vessel = 0;
+  double station = 0;  ///< m
+  double opening = 0;  ///< 0 shut … 1 open
+};
+constexpr double kVeinShut = 0.05;  ///< ours
+
+struct CirculationInputs {
+  CirculationSettings settings;
+  double external_pressure = 0;  ///< Pa at the holes, above the air that pressures are counted from
+  int hole_count = 0;
+  std::array<VesselHole, kMostHoles> holes{};
+  int closure_count = 0;
+  std::array<VesselClosure, kMostClosures> closures{};
+};
+
+/// Everything that evolves. A copy is a snapshot.
+struct CirculationState {
+  State arteries;
+  double lost = 0;                                             ///< m³ in all
+  std::vector<double> vessel_lost;                             ///< m³ per vessel
+  double smoothed_pressure = 0;                                ///< Pa, what the baroreceptors tell
+  double rate_tone = 0, resistance_tone = 0, volume_tone = 0;  ///< no unit, −1 … 1
+  double heart_rate = 0;                                       ///< Hz, now
+  double output = 0;                                           ///< m³/s, cardiac output now
+  double filling_pressure = 0;                                 ///< Pa
+  // of the last whole beat at the reference artery, Pa; and of the one that runs
+  double systolic = 0, diastolic = 0, mean = 0;
+  double beat_most = 0, beat_least = 0, beat_sum = 0, beat_time = 0;
+  std::array<double, kMostHoles> hole_flow{};  ///< m³/s, mean of the last step, ≥ 0
+  std::uint32_t degraded = 0;  ///< steps that ran with smaller holes, or not at all, because the model ended
+};
+
+/// Sized once.
+struct CirculationScratch {
+  explicit CirculationScratch(const CirculationModel& model, int threads = 1);
+  Scratch arteries;
+  Inputs inputs;
+  std::array<int, kMostHoles> hole_of;  ///< artery hole -> hole of the inputs
+};
+
+/// Builds the model and the state at rest: runs the arteries until they are periodic, which takes about half
+/// a second of wall time for 40 segments. `dx` in m. Throws NetworkError.
+struct Circulation {
+  CirculationModel model;
+  CirculationState rest;
+};
+Circulation buildCirculation(Vessels vessels, double dx);
+
+/// Advances by dt (s, ≤ 0.01). Allocates nothing with one thread, throws nothing; the same bits for any
+/// number of threads. An input out of range is refused as kBadInput and changes nothing. No hole of an artery
+/// is wider than its lumen. Where the arteries' model ends (flow as fast as waves through a great hole) the
+/// step is tried again with smaller holes, at last with the blood at rest, and counted in `degraded`.
+Status step(const CirculationModel& model, const CirculationInputs& inputs, double dt,
+            CirculationState& state, CirculationScratch& scratch);
+
+/// Pressure (Pa), flow (m³/s, from the heart in arteries, to it in veins) and area (m²) at a station now. Of
+/// veins without holes.
+Sample at(const CirculationModel& model, const CirculationState& state, int vessel, double station);
+
+/// Radius over the radius at the mean pressure of rest: what the pulse and the pressure do to an artery, no
+/// unit; 1 for veins. Float: as the wire carries it.
+float dilatation(const CirculationModel& model, const CirculationState& state, int vessel);
+
+}  // namespace vest::haemodynamics

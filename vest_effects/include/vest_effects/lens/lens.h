@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+/// The endoscope's lens: it steams up where it is colder than the dew point of the cavity, is soiled by drops
+/// and smoke, and clears by warming, wiping and rinsing.
+namespace vest::lens {
+
+inline constexpr int kColumns = 32, kRows = 26;  ///< of the soiling map, over the whole picture
+inline constexpr int kMostHits = 32;
+
+struct Parameters {
+  double cavity_temperature = 310.15;  ///< K, 273 … 330
+  double cavity_humidity = 0.95;  ///< relative, 0 … 1: insufflated gas is soon nearly saturated (assumed)
+  double outside_temperature = 293.15;  ///< K, of the theatre; 250 … 330
+  /// K of the lens at the start. 313.15: warmed beforehand, as the textbooks ask; 293.15 steams up.
+  double start_temperature = 313.15;
+  double heat_capacity = 2000.0;    ///< J/(m²K): 1 mm of glass and its rim (2500 kg/m³·800 J/(kg K)·1 mm)
+  double heat_transfer = 12.0;      ///< W/(m²K): natural convection in a gas, 5 … 25 in textbooks
+  double illumination = 15.0;       ///< W/m² that the light guide leaves in the lens; assumed
+  double warming = 2500.0;          ///< W/m² of lens warming while it is on; assumed (0.2 W on a 10 mm tip)
+  double blind = 0.008;             ///< kg/m² of condensate at which half of the sight is gone; assumed
+  double drip = 0.05;               ///< kg/m²: more runs off (drops of some 50 µm); assumed
+  double smoke_deposition = 0.002;  ///< m/s at which smoke particles reach the lens; assumed
+  double smoke_opaque = 1e-4;       ///< kg/m² of soot that blinds; assumed
+  double rinse_time = 0.5, wipe_time = 0.3;  ///< s in which rinsing and wiping take 63 % away; assumed
+};
+
+/// Everything that evolves. A copy is a snapshot.
+struct State {
+  std::uint64_t step = 0;
+  double temperature = 0;                         ///< K
+  double condensate = 0;                          ///< kg/m²
+  std::array<float, kColumns * kRows> soiling{};  ///< 0 clean … 1 opaque
+  std::array<float, kColumns * kRows> blood{};    ///< 0 water or soot … 1 blood, of what is there
+};
+
+/// A drop that hit the lens.
+struct Hit {
+  float u = 0, v = 0;  ///< −1 … 1 to the right and down on the lens
+  float volume = 0;    ///< m³
+  float blood = 0;     ///< 0 … 1
+};
+
+struct Inputs {
+  double dt = 0.02;  ///< s, 1e-4 … 0.1
+  std::uint32_t seed = 1;
+  bool outside = false;        ///< drawn back into the trocar or out: theatre air, and someone wipes it clean
+  bool wiped = false;          ///< touches tissue
+  bool rinsed = false;         ///< the endoscope's own irrigation
+  bool warmed = false;         ///< lens warming is on
+  double smoke = 0;            ///< kg/m³ in front of it
+  double lens_radius = 0.004;  ///< m: what the picture looks through
+  std::array<Hit, kMostHits> hits{};
+  int hit_count = 0;
+};
+
+enum class Status : std::uint8_t { Ok = 0, BadInput = 1 };
+
+/// @throws std::invalid_argument naming field, value and what is allowed
+void check(const Parameters& parameters);
+State initialState(const Parameters& parameters);
+/// One step. Vapour pressure by Magnus with the coefficients of Alduchov and Eskridge 1996
+/// (doi:10.1175/1520-0450(1996)035<0601:IMFAOS>2.0.CO;2); mass transfer from heat transfer by Chilton and
+/// Colburn (1934) with Lewis number 0.85; implicit in the lens's temperature. Allocates and throws nothing;
+/// no libm. After BadInput the State is what it was.
+Status step(const Parameters& parameters, const Inputs& inputs, State& state);
+
+double saturationPressure(double kelvin);         ///< Pa over water
+double dewPoint(double kelvin, double humidity);  ///< K
+double fog(const Parameters& p, const State& s);  ///< 0 clear … 1 blind
+
+void save(const State& state, std::vector<std::uint8_t>& bytes);
+bool restore(const std::uint8_t* bytes, std::size_t size, State& state);
+
+}  // namespace vest::lens

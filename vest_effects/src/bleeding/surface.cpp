@@ -1,0 +1,173 @@
+#include "vest_effects/bleeding/surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace vest::bleeding {
+
+namespace {
+
+using Eigen::Vector3d;
+
+double squaredDistance(const float* xyz, std::uint32_t knot, const Vector3d& place) {
+  const double dx = xyz[3 * knot] - place.x(), dy = xyz[3 * knot + 1] - place.y(),
+               dz = xyz[3 * knot + 2] - place.z();
+  return dx * dx + dy * dy + dz * dz;
+}
+
+/// 1 at the place, 0 at `reach`, smooth.
+double share(double squared, double reach) {
+  const double s = 1 - squared / (reach * reach);
+  return s > 0 ? s * s : 0;
+}
+
+float raised(float value, double by) {
+  const double v = value + by;
+  return static_cast<float>(v < 1 ? v : 1);
+}
+
+/// A copy shares its original's surface: both carry the original's area until the scene is loaded anew.
+std::uint32_t usedKnots(const SurfaceModel& model, const SurfaceState& state, std::size_t object) {
+  return std::min(state.used[object], model.first[object + 1] - model.first[object]);
+}
+
+}  // namespace
+
+double supplyOf(const char* organ) {
+  const double kPer100gMinute = 1e-6 / 60 / 0.1;  // ml/min per 100 g in m³/s per kg
+  if (std::strcmp(organ, "uterus") == 0) return 26 * kPer100gMinute;
+  if (std::strcmp(organ, "intestine") == 0) return 30 * kPer100gMinute;
+  if (std::strcmp(organ, "ovary") == 0) return 40 * kPer100gMinute;
+  if (std::strcmp(organ, "tube") == 0) return 10 * kPer100gMinute;
+  if (std::strcmp(organ, "cavity") == 0) return 0;
+  return 3 * kPer100gMinute;
+}
+
+SurfaceState initialSurface(const SurfaceModel& model) {
+  SurfaceState s;
+  for (auto* v : {&s.open, &s.styptic, &s.sealed, &s.flow}) v->assign(model.knots(), 0.0f);
+  s.film.assign(model.knots(), 0.0);
+  s.used = model.scene;
+  return s;
+}
+
+void openSurface(const SurfaceModel& model, std::size_t object, const float* positions, const Vector3d& place,
+                 double reach, SurfaceState& state) {
+  const std::uint32_t first = model.first[object], count = usedKnots(model, state, object);
+  std::uint32_t nearest = count;
+  double least = 1e30;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    if (!(model.area[first + k] > 0)) continue;
+    const double d = squaredDistance(positions, k, place);
+    if (d < least) least = d, nearest = k;
+    if (d > reach * reach) continue;
+    state.open[first + k] = 1;
+    state.sealed[first + k] = 0;
+    state.active = 1;
+  }
+  if (nearest == count) return;
+  state.open[first + nearest] = 1;
+  state.sealed[first + nearest] = 0;
+  state.active = 1;
+}
+
+void sealSurface(const SurfaceModel& model, std::size_t object, const float* positions, const Vector3d& place,
+                 double energy, SurfaceState& state) {
+  const std::uint32_t first = model.first[object], count = usedKnots(model, state, object);
+  // Heat goes to the nearest surface that is not sealed yet; a few rounds reach what one event can.
+  for (int round = 0; round < 16 && energy > 0; ++round) {
+    std::uint32_t nearest = count;
+    double least = 0.01 * 0.01;  // m²: heat does not reach farther
+    for (std::uint32_t k = 0; k < count; ++k) {
+      if (!(model.area[first + k] > 0) || state.sealed[first + k] >= 1) continue;
+      const double d = squaredDistance(positions, k, place);
+      if (d < least) least = d, nearest = k;
+    }
+    if (nearest == count) return;
+    const std::uint32_t k = first + nearest;
+    const double needed = (1 - state.sealed[k]) * kSealHeat * model.area[k];
+    const double given = std::min(needed, energy);
+    state.sealed[k] = given >= needed ? 1.0f : raised(state.sealed[k], given / (kSealHeat * model.area[k]));
+    energy -= given;
+  }
+}
+
+bool copyKnot(const SurfaceModel& model, std::size_t object, std::uint32_t original, SurfaceState& state) {
+  const std::uint32_t first = model.first[object], room = model.first[object + 1] - first;
+  const std::uint32_t copy = state.used[object]++;
+  if (copy >= room || original >= copy) return false;
+  state.open[first + copy] = state.open[first + original];
+  state.styptic[first + copy] = state.styptic[first + original];
+  state.sealed[first + copy] = state.sealed[first + original];
+  return true;
+}
+
+void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, SurfaceState& state,
+                 SurfaceRunoff* runoff) {
+  SurfaceRunoff off;
+  if (runoff) *runoff = off;
+  if (!state.active || !in.positions) return;
+  const double clotting = 1 / (1 + dt / kClottingTime), fading = 1 / (1 + dt / kStypticTime);
+  double shed_most = 0;
+  for (std::size_t object = 0; object + 1 < model.first.size(); ++object) {
+    const std::uint32_t first = model.first[object], count = usedKnots(model, state, object);
+    const float* xyz = in.positions[object];
+    double shed_here = 0;
+    for (std::uint32_t k = 0; k < count && xyz; ++k) {
+      const std::uint32_t i = first + k;
+      state.flow[i] = 0;
+      const bool dry = state.open[i] <= 0 && state.film[i] <= 0;
+      if (dry || !(model.area[i] > 0)) continue;
+      double pressed = 0, washed = 0;
+      for (int t = 0; t < 4; ++t) {
+        if (in.inject[t].on)
+          state.styptic[i] =
+              raised(state.styptic[i],
+                     dt * kStypticRate * share(squaredDistance(xyz, k, in.inject[t].place), kStypticReach));
+        if (in.press[t].on && squaredDistance(xyz, k, in.press[t].place) < kPressReach * kPressReach)
+          pressed = 1;
+        if (in.wash[t].on) washed += kWashRate * share(squaredDistance(xyz, k, in.wash[t].place), kWashReach);
+      }
+      const double q = in.scale * model.supply[i] * in.pressure_ratio * state.open[i] *
+                       (1.0 - state.styptic[i]) * (1.0 - state.sealed[i]) * (1 - pressed);
+      state.flow[i] = static_cast<float>(q > 0 ? q : 0);
+      const double grown = state.film[i] + state.flow[i] * dt / model.area[i];
+      state.film[i] = std::min(grown / (1 + washed * dt), kFullFilm);
+      if (state.film[i] < 1e-12) state.film[i] = 0;  // m: thinner than a molecule
+      const double gone = (grown - state.film[i]) * model.area[i];
+      state.seeped += state.flow[i] * dt;
+      if (gone > 0) {
+        state.shed += gone;
+        off.volume += gone;
+        off.place += gone * Vector3d(xyz[3 * k], xyz[3 * k + 1], xyz[3 * k + 2]);
+        shed_here += gone;
+      }
+      state.open[i] = static_cast<float>(
+          state.open[i] * (pressed > 0 ? clotting * clotting * clotting * clotting : clotting));
+      if (state.open[i] < 1e-4f) state.open[i] = 0;
+      state.styptic[i] = static_cast<float>(state.styptic[i] * fading);
+    }
+    if (shed_here > shed_most) shed_most = shed_here, off.object = static_cast<std::int32_t>(object);
+  }
+  // Neighbours level out: volumes move, in the order of the links.
+  for (std::size_t l = 0; l < model.link0.size(); ++l) {
+    const std::uint32_t a = model.link0[l], b = model.link1[l];
+    if (state.film[a] == state.film[b]) continue;
+    const double least = std::min(model.area[a], model.area[b]);
+    const double rate = std::min(kSpread * dt, 0.05 * least);  // m² a step: stable for any dt
+    const double move = rate * (state.film[a] - state.film[b]);
+    state.film[a] -= move / model.area[a];
+    state.film[b] += move / model.area[b];
+  }
+  if (off.volume > 0) off.place /= off.volume;
+  if (runoff) *runoff = off;
+}
+
+double filmVolume(const SurfaceModel& model, const SurfaceState& state) {
+  double sum = 0;
+  for (std::size_t i = 0; i < state.film.size(); ++i) sum += state.film[i] * model.area[i];
+  return sum;
+}
+
+}  // namespace vest::bleeding

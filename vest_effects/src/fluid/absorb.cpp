@@ -1,0 +1,212 @@
+#include <algorithm>
+#include <cmath>
+
+#include "scratch.h"
+#include "vest_effects/arithmetic.h"
+#include "vest_tissue/solver/random.h"
+
+namespace vest::fluid {
+namespace {
+
+/// A particle's fluid into a cell: volume, blood, horizontal momentum.
+void join(const Model& model, State& state, std::size_t cell, float volume, float blood, float vx, float vy) {
+  Pools& w = state.pools;
+  const auto area = static_cast<float>(model.parameters.pool_cell * model.parameters.pool_cell);
+  const float depth = static_cast<float>(model.whole) * volume / area;
+  const std::size_t r = cell / static_cast<std::size_t>(model.columns), u = cell + r;
+  const float share = depth / (depth + std::max(w.depth[cell], 5e-4f));
+  for (const std::size_t face : {u, u + 1}) w.u[face] += 0.5f * share * (vx - w.u[face]);
+  for (const std::size_t face : {cell, cell + static_cast<std::size_t>(model.columns)})
+    w.v[face] += 0.5f * share * (vy - w.v[face]);
+  w.depth[cell] += depth;
+  w.blood[cell] += depth * blood;
+}
+
+std::size_t nearestOpenCell(const Model& model, const Pools& w, int c, int r, float z) {
+  const auto d = static_cast<float>(model.parameters.spacing);
+  std::size_t best = w.bed.size();
+  int distance = 1 << 30;
+  for (int dr = -8; dr <= 8; ++dr) {
+    for (int dc = -8; dc <= 8; ++dc) {
+      const int cc = c + dc, rr = r + dr;
+      if (cc < 0 || rr < 0 || cc >= model.columns || rr >= model.rows) continue;
+      const std::size_t i = static_cast<std::size_t>(rr) * model.columns + cc;
+      if (w.bed[i] <= kNoBed || w.bed[i] > z + 2 * d || w.bed[i] < z - 0.02f) continue;
+      if (dr * dr + dc * dc < distance) distance = dr * dr + dc * dc, best = i;
+    }
+  }
+  return best;
+}
+
+/// Air that a plunging jet drags along, over its own volume: 0.04 Fr^0.28 (L/d)^0.4 with L/d = 10
+/// (Biń 1993, Chem. Eng. Sci. 48, 3585–3630, doi:10.1016/0009-2509(93)81019-R).
+double entrainment(double speed, double diameter) {
+  const double froude = speed * speed / (9.81 * diameter);
+  return froude > 1 ? 0.04 * effects::power(froude, 0.28) * 2.51 : 0.0;
+}
+
+void plunge(const Model& model, const Inputs& inputs, State& state, ScratchData& s, std::size_t i,
+            std::size_t cell) {
+  const Particles& q = state.particles;
+  Pools& w = state.pools;
+  const Parameters& par = model.parameters;
+  const double area = par.pool_cell * par.pool_cell, volume = model.whole * static_cast<double>(q.volume[i]);
+  const float vz = q.vz[i];
+  // Its vertical momentum is a pressure on the pool for this step, and the tissue below bears it.
+  const double gravity = std::max(0.1, -inputs.gravity[2]);
+  w.head[cell] +=
+      static_cast<float>(volume * static_cast<double>(std::max(0.0f, -vz)) / (gravity * inputs.dt * area));
+  w.head[cell] = std::min(w.head[cell], 0.01f);
+  if (w.bed_triangle[cell] >= 0) {
+    const auto id = static_cast<std::uint32_t>(w.bed_triangle[cell]);
+    PlacedTriangle t{};
+    t.id = id;
+    const float weights[3] = {1.0f / 3, 1.0f / 3, 1.0f / 3};
+    addMomentum(s, t, weights, 0.0, 0.0, par.density * volume * static_cast<double>(vz));
+  }
+  const double speed = std::sqrt(static_cast<double>(q.vx[i] * q.vx[i] + q.vy[i] * q.vy[i] + vz * vz));
+  state.air += volume * entrainment(speed, 2 * par.spacing);
+  Bubbles& b = state.bubbles;
+  const auto random = [&](std::uint64_t k) {
+    return static_cast<float>(solver::randomUniform(inputs.seed, state.step, 5000000 + 8 * i + k));
+  };
+  const float radius =
+      0.0006f + 0.0012f * random(0);  // m: millimetres, as jets of this size make them (assumed)
+  const double bubble = 4.18879020478639 * static_cast<double>(radius) * static_cast<double>(radius) *
+                        static_cast<double>(radius);
+  if (state.air < bubble) return;
+  state.air = std::min(state.air - bubble, 1e-6);
+  if (b.count == b.x.size()) return;
+  const std::size_t k = b.count++;
+  b.x[k] = q.x[i] + 0.004f * (random(1) - 0.5f);
+  b.y[k] = q.y[i] + 0.004f * (random(2) - 0.5f);
+  b.z[k] = w.bed[cell] + w.depth[cell] * random(3);
+  b.radius[k] = radius;
+  b.left[k] =
+      0.5f + 2.0f * random(4);  // s at the surface: foam of bloody water lasts about so long (assumed)
+}
+
+}  // namespace
+
+void drown(const Model& model, State& state, std::size_t i) {
+  const Particles& q = state.particles;
+  const int c = columnOf(model, q.x[i]), r = rowOf(model, q.y[i]);
+  const bool inside = c >= 0 && r >= 0 && c < model.columns && r < model.rows;
+  const std::size_t cell = inside ? static_cast<std::size_t>(r) * model.columns + c : 0;
+  if (inside && state.pools.bed[cell] > kNoBed) {
+    join(model, state, cell, q.volume[i], q.blood[i], 0, 0);
+  } else {
+    state.lost += model.whole * static_cast<double>(q.volume[i]);
+  }
+}
+
+void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData& s) {
+  Particles& q = state.particles;
+  Pools& w = state.pools;
+  const Parameters& par = model.parameters;
+  const auto d = static_cast<float>(par.spacing), patience = static_cast<float>(par.rest_time);
+  std::fill(w.head.begin(), w.head.end(), 0.0f);
+  for (std::size_t i = 0; i < q.count; ++i) {
+    if (q.volume[i] <= 0) continue;
+    const float p[3] = {q.x[i], q.y[i], q.z[i]};
+    bool inside = true;
+    for (int a = 0; a < 3; ++a)
+      inside &= p[a] >= static_cast<float>(par.low[a]) && p[a] < static_cast<float>(par.high[a]);
+    if (!inside) {  // also what is no number
+      state.lost += model.whole * static_cast<double>(q.volume[i]);
+      q.volume[i] = 0;
+      continue;
+    }
+    const int c = std::min(model.columns - 1, columnOf(model, p[0])),
+              r = std::min(model.rows - 1, rowOf(model, p[1]));
+    const std::size_t cell = static_cast<std::size_t>(r) * model.columns + c;
+    const float bed = w.bed[cell], depth = w.depth[cell];
+    if (bed > kNoBed && depth > 0.5f * d && p[2] < bed + depth + 0.25f * d && p[2] > bed - 2 * d) {
+      plunge(model, inputs, state, s, i, cell);
+      join(model, state, cell, q.volume[i], q.blood[i], q.vx[i], q.vy[i]);
+      q.volume[i] = 0;
+    } else if (q.rest[i] > patience) {
+      const std::size_t target =
+          bed > kNoBed && p[2] > bed - d ? cell : nearestOpenCell(model, w, c, r, p[2]);
+      if (target < w.bed.size()) {
+        join(model, state, target, q.volume[i], q.blood[i], q.vx[i], q.vy[i]);
+        q.volume[i] = 0;
+      } else {
+        q.rest[i] = 1e-6f;  // under an overhang: tries again after the same time
+      }
+    }
+  }
+}
+
+void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchData& s) {
+  Pools& w = state.pools;
+  const float cell = static_cast<float>(model.parameters.pool_cell), inverse = 1.0f / cell,
+              x0 = static_cast<float>(model.parameters.low[0]),
+              y0 = static_cast<float>(model.parameters.low[1]);
+  auto& bed = s.old_surface;  // scratch of the same size
+  std::fill(bed.begin(), bed.end(), kNoBed);
+  std::size_t id = 0;
+  for (std::size_t k = 0; k < inputs.surface_count; ++k) {
+    const Surface& surface = inputs.surfaces[k];
+    for (std::size_t t = 0; t < surface.triangle_count; ++t) {
+      if (surface.alive && !surface.alive[t]) continue;
+      const auto& n = surface.triangles[t];
+      if (std::max({n[0], n[1], n[2]}) >= surface.knot_count) continue;
+      const float *a = surface.positions + 3 * n[0], *b = surface.positions + 3 * n[1],
+                  *c = surface.positions + 3 * n[2];
+      const float twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+      if (!(twice > 1e-10f)) continue;  // faces down or stands upright
+      const int c0 = std::max(0, CellGrid::floorInt((std::min({a[0], b[0], c[0]}) - x0) * inverse - 0.5f)),
+                c1 = std::min(model.columns - 1,
+                              CellGrid::floorInt((std::max({a[0], b[0], c[0]}) - x0) * inverse - 0.5f) + 1),
+                r0 = std::max(0, CellGrid::floorInt((std::min({a[1], b[1], c[1]}) - y0) * inverse - 0.5f)),
+                r1 = std::min(model.rows - 1,
+                              CellGrid::floorInt((std::max({a[1], b[1], c[1]}) - y0) * inverse - 0.5f) + 1);
+      for (int r = r0; r <= r1; ++r) {
+        for (int col = c0; col <= c1; ++col) {
+          const float px = x0 + (static_cast<float>(col) + 0.5f) * cell,
+                      py = y0 + (static_cast<float>(r) + 0.5f) * cell;
+          const float wa = (b[0] - px) * (c[1] - py) - (b[1] - py) * (c[0] - px);
+          const float wb = (c[0] - px) * (a[1] - py) - (c[1] - py) * (a[0] - px);
+          const float wc = (a[0] - px) * (b[1] - py) - (a[1] - py) * (b[0] - px);
+          const float slack = -1e-4f * twice;
+          if (wa < slack || wb < slack || wc < slack) continue;
+          const float z = (wa * a[2] + wb * b[2] + wc * c[2]) / (wa + wb + wc);
+          const std::size_t i = static_cast<std::size_t>(r) * model.columns + col;
+          if (z > bed[i]) bed[i] = z, w.bed_triangle[i] = static_cast<std::int32_t>(id + t);
+        }
+      }
+    }
+    id += model.surfaces[k].triangles;
+  }
+  // Where tissue went away from under a pool the old bed holds.
+  for (std::size_t i = 0; i < bed.size(); ++i)
+    if (bed[i] > kNoBed) w.bed[i] = bed[i];
+}
+
+void stepBubbles(const Model& model, const Inputs& inputs, State& state) {
+  Bubbles& b = state.bubbles;
+  const Pools& w = state.pools;
+  const auto dt = static_cast<float>(inputs.dt);
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < b.count; ++k) {
+    float x = b.x[k], y = b.y[k], z = b.z[k], left = b.left[k];
+    const int c = columnOf(model, x), r = rowOf(model, y);
+    if (c < 0 || r < 0 || c >= model.columns || r >= model.rows) continue;
+    const std::size_t i = static_cast<std::size_t>(r) * model.columns + c,
+                      u = i + static_cast<std::size_t>(r);
+    if (w.depth[i] < 0.5f * b.radius[k]) continue;  // it lies dry: burst
+    x += dt * 0.5f * (w.u[u] + w.u[u + 1]);
+    y += dt * 0.5f * (w.v[i] + w.v[i + static_cast<std::size_t>(model.columns)]);
+    // Millimetre bubbles rise at 0.2 to 0.25 m/s (Clift, Grace and Weber 1978, fig. 7.3).
+    const float surface = w.bed[i] + w.depth[i];
+    z = std::min(z + 0.22f * dt, surface);
+    if (z >= surface - b.radius[k]) left -= dt;
+    if (left <= 0) continue;
+    b.x[kept] = x, b.y[kept] = y, b.z[kept] = z, b.radius[kept] = b.radius[k], b.left[kept] = left;
+    ++kept;
+  }
+  b.count = kept;
+}
+
+}  // namespace vest::fluid

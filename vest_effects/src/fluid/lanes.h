@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cmath>
+
+#if defined(__AVX__)
+#include <immintrin.h>
+#elif defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+#include "scratch.h"
+
+namespace vest::fluid {
+namespace {  // compiled once for each instruction level: nothing of it may be shared between them
+
+constexpr std::size_t kStride = kMostNeighbours + kNeighbourPadding;
+
+/// Eight particles at a time. Sums, products, exact square roots and divisions: the same bits however the
+/// compiler builds them.
+typedef float Lanes __attribute__((vector_size(32)));
+typedef float HalfLanes __attribute__((vector_size(16)));
+typedef std::int32_t LaneMask __attribute__((vector_size(32)));
+
+inline Lanes all(float v) {
+  return Lanes{v, v, v, v, v, v, v, v};
+}
+inline HalfLanes load(const Quad& q) {
+  return *reinterpret_cast<const HalfLanes*>(q.a);
+}
+inline Lanes positive(Lanes v) {
+  return reinterpret_cast<Lanes>(reinterpret_cast<LaneMask>(v) & (v > all(0.0f)));
+}
+inline Lanes join(HalfLanes a, HalfLanes b) {
+  return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+inline Lanes squareRoot(Lanes v) {
+#if defined(__AVX__)
+  return reinterpret_cast<Lanes>(_mm256_sqrt_ps(reinterpret_cast<__m256>(v)));
+#elif defined(__SSE2__)
+  const HalfLanes low = __builtin_shufflevector(v, v, 0, 1, 2, 3),
+                  high = __builtin_shufflevector(v, v, 4, 5, 6, 7);
+  return join(reinterpret_cast<HalfLanes>(_mm_sqrt_ps(reinterpret_cast<__m128>(low))),
+              reinterpret_cast<HalfLanes>(_mm_sqrt_ps(reinterpret_cast<__m128>(high))));
+#else
+  Lanes r;
+  for (int k = 0; k < 8; ++k) r[k] = std::sqrt(v[k]);
+  return r;
+#endif
+}
+inline float sum(Lanes v) {
+  return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
+}
+
+/// Reads eight quads and turns them: x of all eight, y of all eight …
+inline void gather(const Quad* from, const std::uint32_t* index, Lanes& x, Lanes& y, Lanes& z, Lanes& w) {
+  const Lanes q0 = join(load(from[index[0]]), load(from[index[4]])),
+              q1 = join(load(from[index[1]]), load(from[index[5]])),
+              q2 = join(load(from[index[2]]), load(from[index[6]])),
+              q3 = join(load(from[index[3]]), load(from[index[7]]));
+  const Lanes a = __builtin_shufflevector(q0, q1, 0, 8, 1, 9, 4, 12, 5, 13),
+              b = __builtin_shufflevector(q2, q3, 0, 8, 1, 9, 4, 12, 5, 13),
+              c = __builtin_shufflevector(q0, q1, 2, 10, 3, 11, 6, 14, 7, 15),
+              d = __builtin_shufflevector(q2, q3, 2, 10, 3, 11, 6, 14, 7, 15);
+  x = __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13);
+  y = __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
+  z = __builtin_shufflevector(c, d, 0, 1, 8, 9, 4, 5, 12, 13);
+  w = __builtin_shufflevector(c, d, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+}  // namespace
+}  // namespace vest::fluid

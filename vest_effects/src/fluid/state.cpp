@@ -1,0 +1,107 @@
+#include "vest_effects/fluid/state.h"
+
+#include <cmath>
+#include <cstring>
+
+namespace vest::fluid {
+namespace {
+
+/// Calls f(pointer, bytes) for everything of the State, in a fixed order.
+template <class S, class F>
+void everything(S& s, F&& f) {
+  const auto value = [&](auto& v) { f(&v, sizeof v); };
+  const auto array = [&](auto& a) { f(a.data(), a.size() * sizeof a[0]); };
+  value(s.step), value(s.time);
+  auto& p = s.particles;
+  value(p.count);
+  array(p.x), array(p.y), array(p.z), array(p.vx), array(p.vy), array(p.vz);
+  array(p.volume), array(p.blood), array(p.age), array(p.rest);
+  auto& w = s.pools;
+  array(w.bed), array(w.bed_triangle), array(w.depth), array(w.blood), array(w.u), array(w.v), array(w.rise),
+      array(w.head);
+  auto& b = s.bubbles;
+  value(b.count);
+  array(b.x), array(b.y), array(b.z), array(b.radius), array(b.left);
+  array(s.knots), value(s.has_knots);
+  array(s.pending), array(s.released);
+  value(s.air), value(s.emitted), value(s.emitted_blood), value(s.sucked), value(s.sucked_blood),
+      value(s.lost);
+  value(s.degraded);
+}
+
+}  // namespace
+
+State initialState(const Model& model) {
+  State s;
+  const auto n = static_cast<std::size_t>(model.parameters.capacity);
+  auto& p = s.particles;
+  for (auto* a : {&p.x, &p.y, &p.z, &p.vx, &p.vy, &p.vz, &p.volume, &p.blood, &p.age, &p.rest})
+    a->assign(n, 0.0f);
+  const auto c = static_cast<std::size_t>(model.columns), r = static_cast<std::size_t>(model.rows);
+  auto& w = s.pools;
+  w.bed.assign(c * r, kNoBed);
+  w.bed_triangle.assign(c * r, -1);
+  for (auto* a : {&w.depth, &w.blood, &w.rise, &w.head}) a->assign(c * r, 0.0f);
+  w.u.assign((c + 1) * r, 0.0f);
+  w.v.assign(c * (r + 1), 0.0f);
+  s.knots.assign(3 * model.first_knot.back(), 0.0f);
+  return s;
+}
+
+double particleVolume(const Model& model, const State& state) {
+  double sum = 0;
+  for (std::size_t i = 0; i < state.particles.count; ++i)
+    sum += static_cast<double>(state.particles.volume[i]);
+  return sum * model.whole;
+}
+
+double poolVolume(const Model& model, const State& state) {
+  double sum = 0;
+  for (const float d : state.pools.depth) sum += static_cast<double>(d);
+  return sum * model.parameters.pool_cell * model.parameters.pool_cell;
+}
+
+double poolBlood(const Model& model, const State& state) {
+  double sum = 0;
+  for (const float d : state.pools.blood) sum += static_cast<double>(d);
+  return sum * model.parameters.pool_cell * model.parameters.pool_cell;
+}
+
+void save(const State& state, std::vector<std::uint8_t>& bytes) {
+  everything(state, [&](const void* from, std::size_t size) {
+    const auto* b = static_cast<const std::uint8_t*>(from);
+    bytes.insert(bytes.end(), b, b + size);
+  });
+}
+
+bool restore(const Model& model, const std::uint8_t* bytes, std::size_t size, State& state) {
+  State read = initialState(model);
+  bool fits = true;
+  everything(read, [&](void* to, std::size_t n) {
+    if (n > size) fits = false;
+    if (!fits) return;
+    std::memcpy(to, bytes, n);
+    bytes += n, size -= n;
+  });
+  if (!fits || size != 0 || read.particles.count > read.particles.x.size() ||
+      read.bubbles.count > static_cast<std::size_t>(kMostBubbles))
+    return false;
+  const auto finite = [](const std::vector<float>& a) {
+    for (const float v : a)
+      if (!std::isfinite(v)) return false;
+    return true;
+  };
+  const auto& p = read.particles;
+  for (const auto* a : {&p.x, &p.y, &p.z, &p.vx, &p.vy, &p.vz, &p.volume, &p.blood, &p.age, &p.rest})
+    if (!finite(*a)) return false;
+  const auto& w = read.pools;
+  const auto& knots = read.knots;
+  for (const auto* a : {&w.bed, &w.depth, &w.blood, &w.u, &w.v, &w.rise, &w.head, &knots})
+    if (!finite(*a)) return false;
+  for (const std::int32_t t : w.bed_triangle)
+    if (t < -1 || t >= static_cast<std::int64_t>(model.triangles)) return false;
+  state = std::move(read);
+  return true;
+}
+
+}  // namespace vest::fluid

@@ -1,0 +1,296 @@
+#include "vest_effects/haemodynamics/circulation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vest::haemodynamics {
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr int kHalvings = 6;  // of holes that the arteries' model does not bear
+
+int cellAt(const SegmentModel& s, double station) {
+  return std::clamp(static_cast<int>(station / s.dx), 0, s.cells - 1);
+}
+
+double cellPressure(const Model& m, const State& state, const SegmentModel& s, int cell) {
+  const int i = s.first_cell + cell;
+  return s.reference_pressure + m.beta[i] * (std::sqrt(state.area[i]) - m.sqrt_area_ref[i]);
+}
+
+double referencePressure(const CirculationModel& model, const CirculationState& state) {
+  const SegmentModel& s = model.arteries.segments[model.reference];
+  return cellPressure(model.arteries, state.arteries, s, s.cells / 2);
+}
+
+bool good(const CirculationModel& model, const CirculationInputs& in, double dt) {
+  const CirculationSettings& set = in.settings;
+  bool ok = dt >= 0 && dt <= 0.01 && set.heart_rate >= 0 && set.heart_rate <= 5 && set.mean_pressure >= 0 &&
+            set.mean_pressure <= 5e4 && set.resistance_scale >= 0.05 && set.resistance_scale <= 20 &&
+            set.reflex_scale >= 0 && set.reflex_scale <= 1 && std::isfinite(in.external_pressure) &&
+            in.hole_count >= 0 && in.hole_count <= kMostHoles && in.closure_count >= 0 &&
+            in.closure_count <= kMostClosures;
+  const auto inside = [&](int vessel, double station) {
+    return vessel >= 0 && vessel < model.vesselCount() && station >= 0 && station <= model.length(vessel);
+  };
+  for (int i = 0; ok && i < in.hole_count; ++i)
+    ok = inside(in.holes[i].vessel, in.holes[i].station) && in.holes[i].area >= 0 &&
+         std::isfinite(in.holes[i].area);
+  for (int i = 0; ok && i < in.closure_count; ++i)
+    ok = inside(in.closures[i].vessel, in.closures[i].station) && in.closures[i].opening >= 0 &&
+         in.closures[i].opening <= 1;
+  return ok;
+}
+
+void setInputs(const CirculationModel& model, const CirculationInputs& in, const CirculationState& state,
+               double hole_scale, CirculationScratch& scratch) {
+  const CirculationSettings& set = in.settings;
+  Inputs& a = scratch.inputs;
+  a.heart_rate_scale = state.heart_rate / model.curve_rate;
+  a.flow_scale = state.output / model.curve_output;
+  const double goal = set.mean_pressure > 0 ? set.mean_pressure / model.resting_pressure : 1;
+  a.resistance_scale = set.resistance_scale * goal *
+                       (1 + model.vessels.control.resistance_gain * set.reflex_scale * state.resistance_tone);
+  a.hole_count = a.closure_count = 0;
+  for (int i = 0; i < in.hole_count; ++i) {
+    const VesselHole& h = in.holes[i];
+    if (model.isVein(h.vessel)) continue;
+    scratch.hole_of[a.hole_count] = i;
+    a.holes[a.hole_count++] = {h.vessel,
+                               h.station,
+                               std::min(h.area, model.lumen(h.vessel, h.station)) * hole_scale,
+                               model.vessels.control.discharge,
+                               in.external_pressure,
+                               true};
+  }
+  for (int i = 0; i < in.closure_count; ++i) {
+    const VesselClosure& c = in.closures[i];
+    if (!model.isVein(c.vessel)) a.closures[a.closure_count++] = {c.vessel, c.station, c.opening};
+  }
+}
+
+/// Flow out of the holes of one vein, m³/s each, into state.hole_flow. Holes between the same two closures
+/// share what feeds them: k Q² + Q/G = p, k = rho/(2 (Cd A)²), p and G of the open sides.
+void stepVein(const CirculationModel& model, const CirculationInputs& in, int vessel,
+              CirculationState& state) {
+  const Vein& vein = model.vessels.veins[vessel - static_cast<int>(model.arteries.segments.size())];
+  const double fill = std::max(
+      0.0, state.filling_pressure / model.vessels.control.filling_pressure);  // loss empties veins too
+  for (int side = 1; side <= 3; ++side) {  // 1: fed from the heart's side, 2: from the venules, 3: from both
+    double area = 0;
+    const auto fedFrom = [&](const VesselHole& h) {
+      int open = 3;
+      for (int i = 0; i < in.closure_count; ++i) {
+        const VesselClosure& c = in.closures[i];
+        if (c.vessel != vessel || c.opening >= kVeinShut) continue;
+        if (c.station <= h.station) open &= 2;
+        if (c.station >= h.station) open &= 1;
+      }
+      return open;
+    };
+    for (int i = 0; i < in.hole_count; ++i)
+      if (in.holes[i].vessel == vessel && fedFrom(in.holes[i]) == side) area += in.holes[i].area;
+    if (!(area > 0)) continue;
+    double conductance = 0, drive = 0;
+    if (side & 1) {
+      conductance += 1 / vein.centralResistance();
+      drive += vein.central_pressure * fill / vein.centralResistance();
+    }
+    if (side & 2) {
+      conductance += 1 / vein.upstreamResistance();
+      drive += vein.upstream_pressure * fill / vein.upstreamResistance();
+    }
+    const double p = drive / conductance - in.external_pressure;
+    if (!(p > 0)) continue;
+    const double orifice = model.vessels.control.discharge * area;
+    const double k = 0.5 * model.arteries.density / (orifice * orifice), r = 1 / conductance;
+    const double flow = 2 * p / (r + std::sqrt(r * r + 4 * k * p));
+    for (int i = 0; i < in.hole_count; ++i)
+      if (in.holes[i].vessel == vessel && fedFrom(in.holes[i]) == side)
+        state.hole_flow[i] = flow * in.holes[i].area / area;
+  }
+}
+
+/// Tone, output and heart rate for the next step.
+void stepLoop(const CirculationModel& model, const CirculationSettings& set, double dt, CirculationState& s) {
+  const ControlNumbers& c = model.vessels.control;
+  const double pressure = referencePressure(model, s);
+  s.smoothed_pressure += (pressure - s.smoothed_pressure) * (dt / (c.baroreceptor_time + dt));
+  const double goal = set.mean_pressure > 0 ? set.mean_pressure : model.resting_pressure;
+  const double e = (goal - s.smoothed_pressure) / c.reflex_width;
+  const double tone = e / std::sqrt(1 + e * e);
+  s.rate_tone += (tone - s.rate_tone) * (dt / (c.rate_time + dt));
+  s.resistance_tone += (tone - s.resistance_tone) * (dt / (c.resistance_time + dt));
+  s.volume_tone += (tone - s.volume_tone) * (dt / (c.volume_time + dt));
+
+  const double volume = c.blood_volume - s.lost;
+  const double unstressed = model.unstressed_volume - c.reflex_volume * set.reflex_scale * s.volume_tone;
+  s.filling_pressure = std::max(0.0, (volume - unstressed) / c.systemic_compliance);
+  s.output = std::max(0.0, (s.filling_pressure - c.atrial_pressure) / model.return_resistance);
+  const double rest = set.heart_rate > 0 ? set.heart_rate : c.heart_rate;
+  s.heart_rate = std::clamp(rest * (1 + c.rate_gain * set.reflex_scale * s.rate_tone), 0.3, 4.0);
+}
+
+void stepBeat(const CirculationModel& model, double dt, double phase_before, CirculationState& s) {
+  const double pressure = referencePressure(model, s);
+  if (s.arteries.phase < phase_before && s.beat_time > 0) {
+    s.systolic = s.beat_most;
+    s.diastolic = s.beat_least;
+    s.mean = s.beat_sum / s.beat_time;
+    s.beat_most = s.beat_least = pressure;
+    s.beat_sum = s.beat_time = 0;
+  }
+  s.beat_most = std::max(s.beat_most, pressure);
+  s.beat_least = std::min(s.beat_least, pressure);
+  s.beat_sum += pressure * dt;
+  s.beat_time += dt;
+}
+
+}  // namespace
+
+const std::string& CirculationModel::name(int vessel) const {
+  const int n = static_cast<int>(arteries.segments.size());
+  return vessel < n ? arteries.segments[vessel].name : vessels.veins[vessel - n].name;
+}
+
+double CirculationModel::length(int vessel) const {
+  const int n = static_cast<int>(arteries.segments.size());
+  return vessel < n ? arteries.segments[vessel].length : vessels.veins[vessel - n].length;
+}
+
+double CirculationModel::lumen(int vessel, double station) const {
+  if (isVein(vessel)) {
+    const double r = vessels.veins[vessel - static_cast<int>(arteries.segments.size())].radius;
+    return kPi * r * r;
+  }
+  const SegmentModel& s = arteries.segments[vessel];
+  const double root = arteries.sqrt_area_ref[s.first_cell + cellAt(s, station)];
+  return root * root;
+}
+
+int CirculationModel::find(const std::string& wanted) const {
+  for (int i = 0; i < vesselCount(); ++i)
+    if (name(i) == wanted) return i;
+  return -1;
+}
+
+CirculationScratch::CirculationScratch(const CirculationModel& model, int threads)
+    : arteries(model.arteries, threads) {
+  hole_of.fill(0);
+}
+
+Circulation buildCirculation(Vessels vessels, double dx) {
+  Circulation out;
+  CirculationModel& m = out.model;
+  m.arteries = buildModel(vessels.network, dx);
+  m.vessels = std::move(vessels);
+  for (std::size_t i = 0; i < m.arteries.segments.size(); ++i)
+    if (m.arteries.segments[i].name == m.vessels.reference_artery) m.reference = static_cast<int>(i);
+  const ControlNumbers& c = m.vessels.control;
+  m.curve_rate = 1 / m.arteries.period;
+  m.curve_output = m.arteries.inflowVolume(m.arteries.period) / m.arteries.period;
+  if (!(m.curve_output > 0))
+    throw NetworkError(m.vessels.network.inflow_file, 0, "Q_m3_s", formatNumber(m.curve_output),
+                       "a mean > 0");
+  m.return_resistance = (c.filling_pressure - c.atrial_pressure) / m.curve_output;
+  m.unstressed_volume = c.blood_volume - c.systemic_compliance * c.filling_pressure;
+
+  // Rest: the curve at the resting rate, until one beat's mean pressure is the last one's.
+  CirculationState& s = out.rest;
+  s.arteries = initialState(m.arteries);
+  Scratch scratch(m.arteries);
+  Inputs inputs;
+  inputs.heart_rate_scale = c.heart_rate / m.curve_rate;
+  const double dt = 1e-3;
+  double before = 0, sum = 0, most = 0, least = 1e9;
+  int steps = 0;
+  for (int beat = 0; beat < 60;) {
+    const double phase = s.arteries.phase;
+    const StepReport report = step(m.arteries, inputs, dt, s.arteries, scratch);
+    if (report.status != Status::kOk)
+      throw NetworkError(m.vessels.network.network_file, 0, "network",
+                         report.segment >= 0 ? m.arteries.segments[report.segment].name : "-",
+                         std::string("one that can be run at rest (") + toText(report.status) + ")");
+    const double p = referencePressure(m, s);
+    sum += p, most = std::max(most, p), least = std::min(least, p);
+    ++steps;
+    if (s.arteries.phase >= phase) continue;
+    const double mean = sum / steps;
+    s.systolic = most, s.diastolic = least, s.mean = mean;
+    ++beat;
+    if (beat > 3 && std::fabs(mean - before) < 1e-4 * std::fabs(mean)) break;
+    before = mean, sum = 0, most = 0, least = 1e9, steps = 0;
+  }
+  m.resting_pressure = s.mean;
+  s.smoothed_pressure = s.mean;
+  s.beat_most = s.beat_least = referencePressure(m, s);
+  s.vessel_lost.assign(m.vesselCount(), 0);
+  s.heart_rate = c.heart_rate;
+  s.output = m.curve_output;
+  s.filling_pressure = c.filling_pressure;
+  std::fill(s.arteries.leak_volume.begin(), s.arteries.leak_volume.end(), 0.0);
+  std::fill(s.arteries.node_volume.begin(), s.arteries.node_volume.end(), 0.0);
+  s.arteries.time = 0;
+  return out;
+}
+
+Status step(const CirculationModel& model, const CirculationInputs& inputs, double dt,
+            CirculationState& state, CirculationScratch& scratch) {
+  if (!good(model, inputs, dt)) return Status::kBadInput;
+  stepLoop(model, inputs.settings, dt, state);
+  state.hole_flow.fill(0);
+  const double phase = state.arteries.phase;
+  Status status = Status::kOk;
+  double scale = 1;
+  for (int attempt = 0; attempt <= kHalvings; ++attempt, scale *= attempt == kHalvings ? 0 : 0.5) {
+    setInputs(model, inputs, state, scale, scratch);
+    status = step(model.arteries, scratch.inputs, dt, state.arteries, scratch.arteries).status;
+    if (status == Status::kOk) break;
+  }
+  if (scale < 1 || status != Status::kOk) ++state.degraded;
+  // Beyond help: the blood stands still for a moment, and the next step begins from there.
+  if (status != Status::kOk) std::fill(state.arteries.velocity.begin(), state.arteries.velocity.end(), 0.0);
+  if (status == Status::kOk) {
+    for (int i = 0; i < scratch.inputs.hole_count; ++i)
+      state.hole_flow[scratch.hole_of[i]] = std::max(0.0, state.arteries.hole_flow[i]);
+  }
+  for (int v = static_cast<int>(model.arteries.segments.size()); v < model.vesselCount(); ++v)
+    stepVein(model, inputs, v, state);
+  for (int i = 0; i < inputs.hole_count; ++i) {
+    const double volume = state.hole_flow[i] * dt;
+    state.vessel_lost[inputs.holes[i].vessel] += volume;
+    state.lost += volume;
+  }
+  stepBeat(model, dt, phase, state);
+  return status;
+}
+
+Sample at(const CirculationModel& model, const CirculationState& state, int vessel, double station) {
+  Sample out;
+  if (model.isVein(vessel)) {
+    const Vein& v = model.vessels.veins[vessel - static_cast<int>(model.arteries.segments.size())];
+    const double fill = state.filling_pressure / model.vessels.control.filling_pressure;
+    out.pressure = v.pressure * fill;
+    out.flow = v.flow * fill;
+    out.area = kPi * v.radius * v.radius;
+    return out;
+  }
+  const SegmentModel& s = model.arteries.segments[vessel];
+  const int cell = cellAt(s, station), i = s.first_cell + cell;
+  out.pressure = cellPressure(model.arteries, state.arteries, s, cell);
+  out.area = state.arteries.area[i];
+  out.flow = out.area * state.arteries.velocity[i];
+  return out;
+}
+
+float dilatation(const CirculationModel& model, const CirculationState& state, int vessel) {
+  if (model.isVein(vessel)) return 1.0f;
+  const Model& m = model.arteries;
+  const SegmentModel& s = m.segments[vessel];
+  const int i = s.first_cell + s.cells / 2;
+  const double rest = m.sqrt_area_ref[i] + (model.resting_pressure - s.reference_pressure) / m.beta[i];
+  return static_cast<float>(std::sqrt(state.arteries.area[i]) / rest);
+}
+
+}  // namespace vest::haemodynamics

@@ -1,0 +1,175 @@
+#include "vest_effects/lens/lens.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
+#include "vest_effects/arithmetic.h"
+#include "vest_tissue/solver/random.h"
+
+namespace vest::lens {
+namespace {
+
+constexpr double kVapour = 461.5;         ///< J/(kg K): gas constant of water vapour
+constexpr double kLatent = 2.43e6;        ///< J/kg at about 30 °C
+constexpr double kAirHeat = 1.15 * 1005;  ///< J/(m³K) of air at 35 °C; CO2 has 1.5 times that (neglected)
+constexpr double kLewis = 0.897;          ///< Le^⅔ for Le = 0.85
+
+double vapourDensity(double kelvin, double humidity) {
+  return humidity * saturationPressure(kelvin) / (kVapour * kelvin);
+}
+
+void soil(const Inputs& in, const Hit& hit, std::uint64_t number, State& s) {
+  // A drop spreads to about three times its diameter on wet glass (assumed), and never is quite round.
+  const double radius =
+      1.5 * effects::power(1.9098593 * std::max(0.0, static_cast<double>(hit.volume)), 1.0 / 3.0);
+  const double reach = std::max(0.06, radius / std::max(1e-4, in.lens_radius));
+  const double opacity = 0.25 + 0.6 * static_cast<double>(hit.blood);  // water blurs, blood covers (assumed)
+  for (int r = 0; r < kRows; ++r) {
+    for (int c = 0; c < kColumns; ++c) {
+      const double x = (c + 0.5) * 2 / kColumns - 1 - static_cast<double>(hit.u),
+                   y = (r + 0.5) * 2 / kRows - 1 - static_cast<double>(hit.v);
+      const double wobble =
+          0.75 + 0.5 * solver::randomUniform(in.seed, number, static_cast<std::uint64_t>(8 * r + c / 4));
+      const double t = 1 - (x * x + y * y) / (reach * reach * wobble);
+      if (t <= 0) continue;
+      const auto i = static_cast<std::size_t>(r * kColumns + c);
+      const auto add = static_cast<float>(std::min(1.0, 1.5 * t) * opacity) * (1 - s.soiling[i]);
+      const float sum = s.soiling[i] + add;
+      if (sum > 0) s.blood[i] = (s.blood[i] * s.soiling[i] + hit.blood * add) / sum;
+      s.soiling[i] = sum;
+    }
+  }
+}
+
+}  // namespace
+
+double saturationPressure(double kelvin) {
+  const double t = std::clamp(kelvin - 273.15, -40.0, 100.0);
+  return 610.94 * effects::exponential(17.625 * t / (t + 243.04));
+}
+
+double dewPoint(double kelvin, double humidity) {
+  const double t = std::clamp(kelvin - 273.15, -40.0, 100.0);
+  const double g = effects::logarithm(std::clamp(humidity, 1e-6, 1.0)) + 17.625 * t / (t + 243.04);
+  return 273.15 + 243.04 * g / (17.625 - g);
+}
+
+double fog(const Parameters& p, const State& s) {
+  return s.condensate / (s.condensate + p.blind);
+}
+
+void check(const Parameters& p) {
+  const auto within = [](const char* field, double v, double low, double high, const char* unit) {
+    if (v >= low && v <= high) return;
+    throw std::invalid_argument(std::string("lens: ") + field + ": " + std::to_string(v) + " (allowed: " +
+                                std::to_string(low) + " to " + std::to_string(high) + unit + ")");
+  };
+  within("cavity_temperature", p.cavity_temperature, 273.15, 330, " K");
+  within("cavity_humidity", p.cavity_humidity, 0, 1, "");
+  within("outside_temperature", p.outside_temperature, 250, 330, " K");
+  within("start_temperature", p.start_temperature, 250, 350, " K");
+  within("heat_capacity", p.heat_capacity, 100, 1e6, " J/(m2 K)");
+  within("heat_transfer", p.heat_transfer, 0.1, 1000, " W/(m2 K)");
+  within("illumination", p.illumination, 0, 1e4, " W/m2");
+  within("warming", p.warming, 0, 1e5, " W/m2");
+  within("blind", p.blind, 1e-5, 1, " kg/m2");
+  within("drip", p.drip, 1e-4, 10, " kg/m2");
+  within("smoke_deposition", p.smoke_deposition, 0, 1, " m/s");
+  within("smoke_opaque", p.smoke_opaque, 1e-9, 1, " kg/m2");
+  within("rinse_time", p.rinse_time, 0.01, 1e6, " s");
+  within("wipe_time", p.wipe_time, 0.01, 1e6, " s");
+}
+
+State initialState(const Parameters& p) {
+  State s;
+  s.temperature = p.start_temperature;
+  return s;
+}
+
+Status step(const Parameters& p, const Inputs& in, State& s) {
+  if (!(in.dt >= 1e-4 && in.dt <= 0.1) || !(in.smoke >= 0 && in.smoke < 10) || in.hit_count < 0 ||
+      in.hit_count > kMostHits || !(in.lens_radius > 1e-5 && in.lens_radius < 0.1))
+    return Status::BadInput;
+  for (int k = 0; k < in.hit_count; ++k) {
+    const Hit& h = in.hits[k];
+    if (!std::isfinite(h.u) || !std::isfinite(h.v) || !(h.volume >= 0 && h.volume < 1e-3f) ||
+        !(h.blood >= 0 && h.blood <= 1))
+      return Status::BadInput;
+  }
+  // Vapour: rho_v far away against rho_v saturated at the lens. Outside, the theatre's air is at 50 %.
+  const double gas = in.outside ? p.outside_temperature : p.cavity_temperature,
+               humidity = in.outside ? 0.5 : p.cavity_humidity;
+  const double transfer = p.heat_transfer / (kAirHeat * kLewis);  // m/s
+  double flux = transfer * (vapourDensity(gas, humidity) - vapourDensity(s.temperature, 1.0));
+  if (flux < 0) flux = std::max(flux, -s.condensate / in.dt);  // no more dries than there is
+  s.condensate = std::clamp(s.condensate + flux * in.dt, 0.0, p.drip);
+  // Heat: gas, light, warming, condensation. Outside it is dipped into water of 45 °C, as in theatres, and
+  // takes that temperature within seconds (assumed).
+  const double power = p.illumination + (in.warmed ? p.warming : 0.0) + flux * kLatent;
+  const double rate = in.dt / p.heat_capacity;
+  s.temperature = (s.temperature + rate * (p.heat_transfer * gas + power)) / (1 + rate * p.heat_transfer);
+  if (in.outside) s.temperature += in.dt / (in.dt + 1.2) * (318.15 - s.temperature);
+  s.temperature = std::min(s.temperature, 318.15);  // a warmer stops at 45 °C: hotter burns tissue
+
+  const auto wash = [&](double time) {
+    const auto keep = static_cast<float>(1.0 / (1.0 + in.dt / time));
+    for (float& x : s.soiling) x *= keep;
+    s.condensate *= static_cast<double>(keep);
+  };
+  for (int k = 0; k < in.hit_count; ++k)
+    soil(in, in.hits[k], s.step * static_cast<std::uint64_t>(kMostHits) + static_cast<std::uint64_t>(k), s);
+  const auto soot = static_cast<float>(in.smoke * p.smoke_deposition * in.dt / p.smoke_opaque);
+  if (soot > 0) {
+    for (std::size_t i = 0; i < s.soiling.size(); ++i) {
+      const float add = soot * (1 - s.soiling[i]), sum = s.soiling[i] + add;
+      if (sum > 0) s.blood[i] *= s.soiling[i] / sum;
+      s.soiling[i] = std::min(1.0f, sum);
+    }
+  }
+  if (in.rinsed) wash(p.rinse_time);
+  if (in.wiped) wash(p.wipe_time);
+  if (in.outside) wash(0.4);
+  for (std::size_t i = 0; i < s.soiling.size(); ++i)
+    if (s.soiling[i] < 1e-4f) s.soiling[i] = s.blood[i] = 0;
+  ++s.step;
+  return Status::Ok;
+}
+
+namespace {
+template <class S, class F>
+void everything(S& s, F&& f) {
+  f(&s.step, sizeof s.step), f(&s.temperature, sizeof s.temperature), f(&s.condensate, sizeof s.condensate);
+  f(s.soiling.data(), sizeof s.soiling), f(s.blood.data(), sizeof s.blood);
+}
+}  // namespace
+
+void save(const State& state, std::vector<std::uint8_t>& bytes) {
+  everything(state, [&](const void* from, std::size_t size) {
+    const auto* b = static_cast<const std::uint8_t*>(from);
+    bytes.insert(bytes.end(), b, b + size);
+  });
+}
+
+bool restore(const std::uint8_t* bytes, std::size_t size, State& state) {
+  State read;
+  bool fits = true;
+  everything(read, [&](void* to, std::size_t n) {
+    fits = fits && n <= size;
+    if (!fits) return;
+    std::memcpy(to, bytes, n);
+    bytes += n, size -= n;
+  });
+  if (!fits || size != 0 || !(read.temperature > 200 && read.temperature < 400) ||
+      !(read.condensate >= 0 && read.condensate <= 10))
+    return false;
+  for (std::size_t i = 0; i < read.soiling.size(); ++i)
+    if (!(read.soiling[i] >= 0 && read.soiling[i] <= 1 && read.blood[i] >= 0 && read.blood[i] <= 1))
+      return false;
+  state = read;
+  return true;
+}
+
+}  // namespace vest::lens

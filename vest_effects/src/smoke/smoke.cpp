@@ -1,0 +1,464 @@
+#include "vest_effects/smoke/smoke.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "vest_effects/smoke/noise.h"
+#include "vest_tissue/solver/random.h"
+
+namespace vest::smoke {
+namespace {
+
+constexpr float kLife = 3.5f;         ///< s of a puff (assumed)
+constexpr double kPuffEvery = 0.08;   ///< s between puffs of a source (assumed)
+constexpr double kLeastMass = 1e-10;  ///< kg: a cavity with less counts as clear (ours)
+constexpr int kTransports = 3;        ///< a step
+constexpr int kRelaxations = 8;       ///< a step; the pressure goes on from the step before
+
+[[noreturn]] void refuse(const std::string& field, double value, const std::string& allowed) {
+  std::ostringstream text;
+  text << "smoke: " << field << ": " << value << " (allowed: " << allowed << ")";
+  throw std::invalid_argument(text.str());
+}
+
+struct Grid {
+  int nx, ny, nz;
+  float x0, y0, z0, cell;
+  explicit Grid(const Model& m)
+      : nx(m.nx),
+        ny(m.ny),
+        nz(m.nz),
+        x0(static_cast<float>(m.parameters.low[0])),
+        y0(static_cast<float>(m.parameters.low[1])),
+        z0(static_cast<float>(m.parameters.low[2])),
+        cell(static_cast<float>(m.parameters.cell)) {}
+  std::size_t at(int i, int j, int k) const { return (static_cast<std::size_t>(k) * ny + j) * nx + i; }
+  std::size_t uAt(int i, int j, int k) const { return (static_cast<std::size_t>(k) * ny + j) * (nx + 1) + i; }
+  std::size_t vAt(int i, int j, int k) const { return (static_cast<std::size_t>(k) * (ny + 1) + j) * nx + i; }
+  std::size_t wAt(int i, int j, int k) const { return at(i, j, k); }
+  bool find(float x, float y, float z, int& i, int& j, int& k) const {
+    const float fx = (x - x0) / cell, fy = (y - y0) / cell, fz = (z - z0) / cell;
+    if (!(fx >= 0 && fy >= 0 && fz >= 0 && fx < static_cast<float>(nx) && fy < static_cast<float>(ny) &&
+          fz < static_cast<float>(nz)))
+      return false;
+    i = static_cast<int>(fx), j = static_cast<int>(fy), k = static_cast<int>(fz);
+    return true;
+  }
+};
+
+bool finite(const std::array<double, 3>& a) {
+  return std::isfinite(a[0]) && std::isfinite(a[1]) && std::isfinite(a[2]);
+}
+
+bool good(const Inputs& in) {
+  if (!(in.dt >= 1e-4 && in.dt <= 0.1) || in.source_count < 0 || in.source_count > kMostSources ||
+      in.suction_count < 0 || in.suction_count > kMostSuctions)
+    return false;
+  for (int k = 0; k < in.source_count; ++k)
+    if (!finite(in.sources[k].position) || !(in.sources[k].energy >= 0 && in.sources[k].energy <= 1000))
+      return false;
+  for (int k = 0; k < in.suction_count; ++k)
+    if (!finite(in.suctions[k].position) || !(in.suctions[k].flow >= 0 && in.suctions[k].flow <= 0.01))
+      return false;
+  return true;
+}
+
+void makePuff(const Model& model, const Inputs& in, State& s) {
+  double energy = 0;
+  int strongest = -1;
+  for (int k = 0; k < in.source_count; ++k) {
+    energy += in.sources[k].energy;
+    if (strongest < 0 || in.sources[k].energy > in.sources[strongest].energy) strongest = k;
+  }
+  s.waiting += energy * model.parameters.yield;
+  s.since_puff += in.dt;
+  if (!(s.waiting > 0) || strongest < 0 || !(energy > 0) || s.since_puff < kPuffEvery) return;
+  if (s.puff_count == kMostPuffs) {  // the oldest makes room: it is nearly gone
+    for (std::uint32_t k = 1; k < s.puff_count; ++k) s.puffs[k - 1] = s.puffs[k];
+    --s.puff_count;
+  }
+  Puff& p = s.puffs[s.puff_count++];
+  p = Puff{};
+  p.seed = s.puffs_made++;
+  for (int a = 0; a < 3; ++a) {
+    p.position[static_cast<std::size_t>(a)] = static_cast<float>(
+        in.sources[strongest].position[a] +
+        0.004 * (solver::randomUniform(in.seed, p.seed, static_cast<std::uint64_t>(a)) - 0.5));
+  }
+  p.mass = static_cast<float>(s.waiting);
+  s.waiting = 0;
+  s.since_puff = 0;
+}
+
+void force(const Model& m, const Inputs& in, const Grid& g, State& s) {
+  const Parameters& p = m.parameters;
+  const auto dt = static_cast<float>(in.dt), keep = 1.0f / (1.0f + dt * static_cast<float>(p.damping));
+  for (auto* a : {&s.u, &s.v, &s.w})
+    for (float& x : *a) x *= keep;
+  const float lift = dt * static_cast<float>(p.rise) * 1000.0f, stir = dt * static_cast<float>(p.stirring);
+  const int shift = static_cast<int>(s.step / 8);
+  constexpr int kMask = kTurbulenceSide - 1;
+  for (int k = 1; k < g.nz; ++k) {
+    for (int j = 0; j < g.ny; ++j) {
+      for (int i = 0; i < g.nx; ++i) {
+        const std::size_t c = g.at(i, j, k);
+        const float here = 0.5f * (s.density[c] + s.density[g.at(i, j, k - 1)]);
+        if (here < 1e-6f) continue;
+        // At most 2 m/s²: a hot plume, not an explosion.
+        s.w[c] += std::min(lift * here, 2.0f * dt);
+        const auto t = [&](int di, int dj) {
+          return m.turbulence[static_cast<std::size_t>(
+                     (((k - shift) & kMask) * kTurbulenceSide + ((j + dj) & kMask)) * kTurbulenceSide +
+                     ((i + di) & kMask))] -
+                 1.0f;
+        };
+        const float amount = stir * std::min(1.0f, here * 2000.0f);
+        if (i > 0) s.u[g.uAt(i, j, k)] += amount * t(7, 0);
+        if (j > 0) s.v[g.vAt(i, j, k)] += amount * t(0, 11);
+      }
+    }
+  }
+}
+
+/// Makes the flow free of sources, but for the suction's sinks and the gas that flows in for them everywhere.
+void project(const Inputs& in, const Grid& g, State& s, Scratch& scratch) {
+  double sink = 0;
+  const auto divergence = [&](int i, int j, int k) {
+    return s.u[g.uAt(i + 1, j, k)] - s.u[g.uAt(i, j, k)] + s.v[g.vAt(i, j + 1, k)] - s.v[g.vAt(i, j, k)] +
+           s.w[g.wAt(i, j, k + 1)] - s.w[g.wAt(i, j, k)];
+  };
+  std::array<std::size_t, kMostSuctions> place{};
+  std::array<float, kMostSuctions> strength{};
+  int count = 0;
+  for (int q = 0; q < in.suction_count; ++q) {
+    int i, j, k;
+    const auto& t = in.suctions[q];
+    if (!g.find(static_cast<float>(t.position[0]), static_cast<float>(t.position[1]),
+                static_cast<float>(t.position[2]), i, j, k))
+      continue;
+    place[static_cast<std::size_t>(count)] = g.at(i, j, k);
+    strength[static_cast<std::size_t>(count++)] =
+        static_cast<float>(t.flow / (static_cast<double>(g.cell) * static_cast<double>(g.cell)));
+    sink += t.flow / (static_cast<double>(g.cell) * static_cast<double>(g.cell));
+  }
+  const float inflow = static_cast<float>(sink / (static_cast<double>(g.nx) * g.ny * g.nz));
+  std::vector<float>& rest = scratch.divergence;
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i) rest[g.at(i, j, k)] = divergence(i, j, k) - inflow;
+  for (int q = 0; q < count; ++q)
+    rest[place[static_cast<std::size_t>(q)]] += strength[static_cast<std::size_t>(q)];
+  // Neighbours that a cell at a wall lacks count as itself: nothing flows through walls.
+  const std::size_t line = static_cast<std::size_t>(g.nx), sheet = line * static_cast<std::size_t>(g.ny);
+  for (int pass = 0; pass < 2 * kRelaxations; ++pass) {
+    for (int k = 0; k < g.nz; ++k) {
+      for (int j = 0; j < g.ny; ++j) {
+        const std::size_t row = g.at(0, j, k);
+        const std::size_t south = j > 0 ? line : 0, north = j + 1 < g.ny ? line : 0,
+                          below = k > 0 ? sheet : 0, above = k + 1 < g.nz ? sheet : 0;
+        for (int i = (j + k + pass) & 1; i < g.nx; i += 2) {
+          const std::size_t c = row + static_cast<std::size_t>(i);
+          const float own = s.pressure[c];
+          const float west = i > 0 ? s.pressure[c - 1] : own, east = i + 1 < g.nx ? s.pressure[c + 1] : own;
+          const float around = west + east + s.pressure[c - south] + s.pressure[c + north] +
+                               s.pressure[c - below] + s.pressure[c + above];
+          s.pressure[c] = own + (1.6f / 6.0f) * (around - 6.0f * own - rest[c]);
+        }
+      }
+    }
+  }
+  for (int k = 0; k < g.nz; ++k) {
+    for (int j = 0; j < g.ny; ++j) {
+      for (int i = 0; i < g.nx; ++i) {
+        const std::size_t c = g.at(i, j, k);
+        if (i > 0) s.u[g.uAt(i, j, k)] -= s.pressure[c] - s.pressure[c - 1];
+        if (j > 0) s.v[g.vAt(i, j, k)] -= s.pressure[c] - s.pressure[g.at(i, j - 1, k)];
+        if (k > 0) s.w[c] -= s.pressure[c] - s.pressure[g.at(i, j, k - 1)];
+      }
+    }
+  }
+  // What was subtracted is no longer there: the next step begins with a part of it, for what is steady.
+  for (float& p : s.pressure) p *= 0.25f;
+}
+
+void transport(const Grid& g, float dt, State& s) {
+  // No face carries more than a sixth of a cell: the donor never runs dry.
+  const float limit = 0.16f * g.cell / dt, ratio = dt / g.cell;
+  std::vector<float>& rho = s.density;
+  const auto flux = [&](float velocity, float from, float to) {
+    const float v = std::clamp(velocity, -limit, limit);
+    return ratio * v * (v > 0 ? from : to);
+  };
+  // One direction after another, in place: each keeps the sum and the sign.
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j) {
+      float before = 0;
+      float old = rho[g.at(0, j, k)];
+      for (int i = 0; i < g.nx; ++i) {
+        const std::size_t c = g.at(i, j, k);
+        const float here = old;
+        const float next = i + 1 < g.nx ? rho[c + 1] : 0.0f;
+        const float out = i + 1 < g.nx ? flux(s.u[g.uAt(i + 1, j, k)], here, next) : 0.0f;
+        rho[c] = here + before - out;
+        before = out;
+        old = next;
+      }
+    }
+  for (int k = 0; k < g.nz; ++k)
+    for (int i = 0; i < g.nx; ++i) {
+      float before = 0, old = rho[g.at(i, 0, k)];
+      for (int j = 0; j < g.ny; ++j) {
+        const float here = old, next = j + 1 < g.ny ? rho[g.at(i, j + 1, k)] : 0.0f;
+        const float out = j + 1 < g.ny ? flux(s.v[g.vAt(i, j + 1, k)], here, next) : 0.0f;
+        rho[g.at(i, j, k)] = here + before - out;
+        before = out;
+        old = next;
+      }
+    }
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i) {
+      float before = 0, old = rho[g.at(i, j, 0)];
+      for (int k = 0; k < g.nz; ++k) {
+        const float here = old, next = k + 1 < g.nz ? rho[g.at(i, j, k + 1)] : 0.0f;
+        const float out = k + 1 < g.nz ? flux(s.w[g.wAt(i, j, k + 1)], here, next) : 0.0f;
+        rho[g.at(i, j, k)] = here + before - out;
+        before = out;
+        old = next;
+      }
+    }
+}
+
+void movePuffs(const Inputs& in, const Grid& g, State& s) {
+  const auto dt = static_cast<float>(in.dt);
+  std::uint32_t kept = 0;
+  for (std::uint32_t q = 0; q < s.puff_count; ++q) {
+    Puff p = s.puffs[q];
+    int i, j, k;
+    if (g.find(p.position[0], p.position[1], p.position[2], i, j, k)) {
+      p.position[0] += 0.5f * dt * (s.u[g.uAt(i, j, k)] + s.u[g.uAt(i + 1, j, k)]);
+      p.position[1] += 0.5f * dt * (s.v[g.vAt(i, j, k)] + s.v[g.vAt(i, j + 1, k)]);
+      p.position[2] += 0.5f * dt * (s.w[g.wAt(i, j, k)] + s.w[g.wAt(i, j, k + 1)]);
+    }
+    // Its own warmth lifts it at first.
+    p.position[2] = std::min(p.position[2] + dt * 0.05f / (1.0f + p.age),
+                             g.z0 + (static_cast<float>(g.nz) - 0.1f) * g.cell);
+    p.age += dt;
+    bool drawn = false;
+    for (int t = 0; t < in.suction_count; ++t) {
+      float d2 = 0;
+      for (std::size_t a = 0; a < 3; ++a) {
+        const float d = p.position[a] - static_cast<float>(in.suctions[t].position[a]);
+        d2 += d * d;
+      }
+      drawn |= d2 < 0.012f * 0.012f && in.suctions[t].flow > 0;
+    }
+    if (p.age < kLife && !drawn) s.puffs[kept++] = p;
+  }
+  s.puff_count = kept;
+}
+
+}  // namespace
+
+Model buildModel(const Parameters& p) {
+  static const char* const kAxis[] = {"x", "y", "z"};
+  if (!(p.cell >= 0.002 && p.cell <= 0.1)) refuse("cell", p.cell, "0.002 to 0.1 m");
+  Model m;
+  m.parameters = p;
+  int* const n[3] = {&m.nx, &m.ny, &m.nz};
+  double cells = 1;
+  for (int a = 0; a < 3; ++a) {
+    const double side = p.high[a] - p.low[a];
+    if (!(side >= 2 * p.cell && side <= 2.0))
+      refuse(std::string("high - low, ") + kAxis[a], side, "two cells to 2 m");
+    cells *= *n[a] = static_cast<int>(side / p.cell + 0.999);
+  }
+  if (cells > 200000) refuse("cells", cells, "at most 200000");
+  const auto within = [](const char* field, double v, double low, double high) {
+    if (!(v >= low && v <= high)) refuse(field, v, std::to_string(low) + " to " + std::to_string(high));
+  };
+  within("yield", p.yield, 0, 1e-4);
+  within("rise", p.rise, 0, 100);
+  within("damping", p.damping, 0, 1000);
+  within("stirring", p.stirring, 0, 10);
+  within("exchange", p.exchange, 0.1, 1e9);
+  within("settling", p.settling, 0.1, 1e9);
+  m.turbulence.resize(static_cast<std::size_t>(kTurbulenceSide) * kTurbulenceSide * kTurbulenceSide);
+  double sum = 0;
+  std::size_t c = 0;
+  for (int k = 0; k < kTurbulenceSide; ++k)
+    for (int j = 0; j < kTurbulenceSide; ++j)
+      for (int i = 0; i < kTurbulenceSide; ++i) {
+        const double t = turbulence((i + 0.5) / 4, (j + 0.5) / 4, (k + 0.5) / 4, 3, kTurbulenceSide / 4);
+        m.turbulence[c++] = static_cast<float>(t);
+        sum += t;
+      }
+  const auto scale = static_cast<float>(static_cast<double>(c) / sum);
+  for (float& t : m.turbulence) t *= scale;
+  return m;
+}
+
+State initialState(const Model& m) {
+  State s;
+  const auto x = static_cast<std::size_t>(m.nx), y = static_cast<std::size_t>(m.ny),
+             z = static_cast<std::size_t>(m.nz);
+  s.density.assign(x * y * z, 0);
+  s.pressure.assign(x * y * z, 0);
+  s.u.assign((x + 1) * y * z, 0);
+  s.v.assign(x * (y + 1) * z, 0);
+  s.w.assign(x * y * (z + 1), 0);
+  return s;
+}
+
+double mass(const Model& m, const State& s) {
+  double sum = 0;
+  for (const float d : s.density) sum += static_cast<double>(d);
+  return sum * m.parameters.cell * m.parameters.cell * m.parameters.cell;
+}
+
+Status step(const Model& model, const Inputs& in, State& s, Scratch& scratch) {
+  if (!good(in)) return Status::BadInput;
+  const Grid g(model);
+  const double cell_volume = model.parameters.cell * model.parameters.cell * model.parameters.cell;
+  double there = 0;
+  for (const float d : s.density) there += static_cast<double>(d);
+  there *= cell_volume;
+  for (int q = 0; q < in.source_count; ++q) {
+    int i, j, k;
+    const auto& from = in.sources[q];
+    const double made = from.energy * model.parameters.yield;
+    if (!(made > 0) || !g.find(static_cast<float>(from.position[0]), static_cast<float>(from.position[1]),
+                               static_cast<float>(from.position[2]), i, j, k))
+      continue;
+    s.density[g.at(i, j, k)] += static_cast<float>(made / cell_volume);
+    s.made += made;
+    there += made;
+  }
+  makePuff(model, in, s);
+  ++s.step;
+  s.time += in.dt;
+  if (there < kLeastMass) {
+    if (there > 0) {
+      s.faded += there;
+      std::fill(s.density.begin(), s.density.end(), 0.0f);
+      for (auto* a : {&s.u, &s.v, &s.w, &s.pressure}) std::fill(a->begin(), a->end(), 0.0f);
+    }
+    movePuffs(in, g, s);
+    return Status::Ok;
+  }
+  force(model, in, g, s);
+  project(in, g, s, scratch);
+  for (int k = 0; k < kTransports; ++k) transport(g, static_cast<float>(in.dt) / kTransports, s);
+  for (int q = 0; q < in.suction_count; ++q) {
+    int i, j, k;
+    const auto& tip = in.suctions[q];
+    if (!g.find(static_cast<float>(tip.position[0]), static_cast<float>(tip.position[1]),
+                static_cast<float>(tip.position[2]), i, j, k))
+      continue;
+    const auto share = static_cast<float>(std::min(0.9, tip.flow * in.dt / cell_volume));
+    float& d = s.density[g.at(i, j, k)];
+    s.drawn += static_cast<double>(share * d) * cell_volume;
+    d -= share * d;
+  }
+  const double rate = in.dt * (1 / model.parameters.exchange + 1 / model.parameters.settling);
+  const auto keep = static_cast<float>(1.0 / (1.0 + rate));
+  double gone = 0;
+  for (float& d : s.density) {
+    gone += static_cast<double>(d - d * keep);
+    d *= keep;
+  }
+  s.faded += gone * cell_volume;
+  movePuffs(in, g, s);
+  return Status::Ok;
+}
+
+float densityAt(const Model& model, const State& s, float x, float y, float z) {
+  const Grid g(model);
+  int i, j, k;
+  return g.find(x, y, z, i, j, k) ? s.density[g.at(i, j, k)] : 0.0f;
+}
+
+void drawnDensity(const Model& model, const State& s, float* out) {
+  const Grid g(model);
+  constexpr int kMask = kTurbulenceSide - 1;
+  const double way = s.time * 0.04 / model.parameters.cell;  // the texture shifts up at 4 cm/s (assumed)
+  const double whole = std::floor(way);
+  const int shift = static_cast<int>(static_cast<long long>(whole) & kMask);
+  const auto part = static_cast<float>(way - whole);
+  std::size_t c = 0;
+  for (int k = 0; k < g.nz; ++k)
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i, ++c) {
+        if (s.density[c] <= 0) {
+          out[c] = 0;
+          continue;
+        }
+        const auto t = [&](int kk) {
+          return model.turbulence[static_cast<std::size_t>(
+              ((kk & kMask) * kTurbulenceSide + (j & kMask)) * kTurbulenceSide + (i & kMask))];
+        };
+        out[c] = s.density[c] * ((1.0f - part) * t(k - shift) + part * t(k - shift - 1));
+      }
+}
+
+PuffLook lookOf(const Puff& puff) {
+  // Key frames k0 … k5, equally spaced over the life: radius grows by mixing, density falls (assumed).
+  static constexpr std::array<float, 6> kRadius{0.004f, 0.011f, 0.018f, 0.025f, 0.031f, 0.036f};
+  static constexpr std::array<float, 6> kOpacity{0.3f, 1.0f, 0.8f, 0.5f, 0.2f, 0.0f};
+  PuffLook look;
+  look.phase = std::clamp(puff.age / kLife, 0.0f, 1.0f);
+  const float t = look.phase * 5.0f;
+  const int i = std::min(4, static_cast<int>(t));
+  const float f = t - static_cast<float>(i);
+  const auto spline = [&](const std::array<float, 6>& key) {
+    const auto at = [&](int k) { return key[static_cast<std::size_t>(std::clamp(k, 0, 5))]; };
+    const float a = at(i - 1), b = at(i), c = at(i + 1), d = at(i + 2);
+    return 0.5f *
+           (2 * b + (c - a) * f + (2 * a - 5 * b + 4 * c - d) * f * f + (3 * b - a - 3 * c + d) * f * f * f);
+  };
+  look.radius = spline(kRadius);
+  const float volume = 4.18879f * look.radius * look.radius * look.radius;
+  look.density = std::max(0.0f, spline(kOpacity)) * puff.mass / volume;
+  return look;
+}
+
+namespace {
+template <class S, class F>
+void everything(S& s, F&& f) {
+  const auto value = [&](auto& v) { f(&v, sizeof v); };
+  const auto array = [&](auto& a) { f(a.data(), a.size() * sizeof a[0]); };
+  value(s.step), value(s.time);
+  array(s.density), array(s.u), array(s.v), array(s.w), array(s.pressure), array(s.puffs);
+  value(s.puff_count), value(s.puffs_made), value(s.waiting), value(s.since_puff);
+  value(s.made), value(s.drawn), value(s.faded);
+}
+}  // namespace
+
+void save(const State& state, std::vector<std::uint8_t>& bytes) {
+  everything(state, [&](const void* from, std::size_t size) {
+    const auto* b = static_cast<const std::uint8_t*>(from);
+    bytes.insert(bytes.end(), b, b + size);
+  });
+}
+
+bool restore(const Model& model, const std::uint8_t* bytes, std::size_t size, State& state) {
+  State read = initialState(model);
+  bool fits = true;
+  everything(read, [&](void* to, std::size_t n) {
+    fits = fits && n <= size;
+    if (!fits) return;
+    std::memcpy(to, bytes, n);
+    bytes += n, size -= n;
+  });
+  if (!fits || size != 0 || read.puff_count > kMostPuffs) return false;
+  for (const auto* a : {&read.density, &read.u, &read.v, &read.w, &read.pressure})
+    for (const float v : *a)
+      if (!std::isfinite(v)) return false;
+  state = std::move(read);
+  return true;
+}
+
+}  // namespace vest::smoke

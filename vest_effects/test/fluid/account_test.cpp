@@ -1,0 +1,181 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "boxes.h"
+
+// Protects the account of volume, the same bits for any number of threads and from a snapshot, and what
+// happens at the limits: floods and absurd numbers.
+
+namespace vest::fluid::test {
+namespace {
+
+/// A basin with a jet into it and suction in its middle.
+Fluid basin(int threads, int capacity = 1500) {
+  Parameters p;
+  p.capacity = capacity;
+  Fluid f(p, {openBox(-0.06, 0.06, -0.06, 0.06, 0.1, 8)}, threads);
+  f.inputs.source_count = 2;
+  f.inputs.sources[0].slot = 1;
+  f.inputs.sources[0].position = {0.02, 0, 0.06};
+  f.inputs.sources[0].direction = {0.3, 0.1, -1};
+  f.inputs.sources[0].area = 2e-5;
+  f.inputs.sources[0].flow = 2e-5;
+  f.inputs.sources[0].blood = 0;
+  f.inputs.sources[1].slot = 130;
+  f.inputs.sources[1].position = {-0.03, 0.02, 0.02};
+  f.inputs.sources[1].direction = {1, 0, 0.5};
+  f.inputs.sources[1].area = 1e-6;
+  f.inputs.sources[1].flow = 3e-6;
+  f.inputs.sources[1].blood = 1;
+  f.inputs.suction_count = 1;
+  f.inputs.suctions[0].position = {-0.02, -0.02, 0.002};
+  f.inputs.suctions[0].flow = 1.5e-5;
+  return f;
+}
+
+TEST(Account, NothingIsLostBetweenJetParticlesPoolAndSuction) {
+  Fluid f = basin(1);
+  for (int k = 0; k < 1500; ++k) {
+    f.inputs.renew_bed = k % 12 == 0;
+    f.step();
+  }
+  EXPECT_NEAR(f.state.emitted, 6.0 * 2.3e-5, 1e-9);
+  EXPECT_LT(std::fabs(f.gap()), 1e-4 * f.state.emitted);
+  EXPECT_LT(f.state.lost, 0.01 * f.state.emitted);
+  EXPECT_GT(f.state.sucked, 1e-5) << "the tip stands in the pool";
+  EXPECT_GT(poolVolume(f.model, f.state), 1e-5);
+}
+
+TEST(Account, ThePoolIsDilutedToTheMixtureOfItsInflows) {
+  Fluid f = basin(1);
+  f.inputs.suction_count = 0;
+  for (int k = 0; k < 1000; ++k) f.step();
+  f.inputs.source_count = 0;
+  for (int k = 0; k < 400; ++k) f.step();
+  const double volume = poolVolume(f.model, f.state), blood = poolBlood(f.model, f.state);
+  ASSERT_GT(volume, 8e-5);
+  EXPECT_NEAR(blood / volume, 3.0 / 23.0, 0.02);
+}
+
+TEST(Reproduction, TheSameBitsForAnyNumberOfThreadsAndInstructionLevelAndFromASnapshot) {
+  std::vector<std::uint8_t> reference, middle;
+  for (const int threads : {1, 2, 4}) {
+    Fluid f = basin(threads);
+    for (int k = 0; k < 200; ++k) f.step();
+    if (threads == 1) save(f.state, middle);
+    for (int k = 0; k < 60; ++k) f.step();
+    std::vector<std::uint8_t> bytes;
+    save(f.state, bytes);
+    if (threads == 1) reference = bytes;
+    EXPECT_TRUE(bytes == reference) << threads << " threads";
+  }
+  {
+    setenv("VEST_KERNEL", "baseline", 1);
+    Fluid f = basin(1);
+    unsetenv("VEST_KERNEL");
+    for (int k = 0; k < 260; ++k) f.step();
+    std::vector<std::uint8_t> bytes;
+    save(f.state, bytes);
+    EXPECT_TRUE(bytes == reference) << "at the baseline level";
+  }
+  Fluid f = basin(1);
+  ASSERT_TRUE(restore(f.model, middle.data(), middle.size(), f.state));
+  f.inputs.renew_bed = false;
+  for (int k = 0; k < 60; ++k) f.step();
+  std::vector<std::uint8_t> bytes;
+  save(f.state, bytes);
+  EXPECT_TRUE(bytes == reference) << "from the snapshot";
+}
+
+TEST(Snapshot, BytesOfAnotherModelOrWithBadNumbersAreRefused) {
+  Fluid f = basin(1), other = basin(1, 800);
+  for (int k = 0; k < 50; ++k) f.step();
+  std::vector<std::uint8_t> bytes;
+  save(f.state, bytes);
+  State state = initialState(other.model);
+  EXPECT_FALSE(restore(other.model, bytes.data(), bytes.size(), state));
+  EXPECT_FALSE(restore(f.model, bytes.data(), bytes.size() - 1, state));
+  f.state.particles.x[0] = std::numeric_limits<float>::quiet_NaN();
+  bytes.clear();
+  save(f.state, bytes);
+  EXPECT_FALSE(restore(f.model, bytes.data(), bytes.size(), state));
+}
+
+TEST(Flood, IsBoundedAnnouncedAndLosesNothing) {
+  Fluid f = basin(1, 200);
+  f.inputs.suction_count = 0;
+  bool degraded = false;
+  for (int k = 0; k < 300; ++k) {
+    f.step();
+    degraded |= f.state.degraded;
+    ASSERT_LE(f.state.particles.count, 200U);
+  }
+  EXPECT_TRUE(degraded);
+  EXPECT_LT(std::fabs(f.gap()), 1e-4 * f.state.emitted);
+  EXPECT_LT(f.state.lost, 0.01 * f.state.emitted) << "the oldest joined the pool";
+}
+
+TEST(Input, WhatIsNoNumberOrAbsurdIsRefusedAndChangesNothing) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto refused = [](auto&& spoil) {
+    Fluid f = basin(1);
+    for (int k = 0; k < 5; ++k) f.step();
+    std::vector<std::uint8_t> before, after;
+    save(f.state, before);
+    spoil(f.inputs);
+    f.step();
+    save(f.state, after);
+    return f.report.status == Status::BadInput && before == after;
+  };
+  EXPECT_TRUE(refused([&](Inputs& i) { i.dt = nan; }));
+  EXPECT_TRUE(refused([&](Inputs& i) { i.dt = 1; }));
+  EXPECT_TRUE(refused([&](Inputs& i) { i.sources[0].flow = -1e-6; }));
+  EXPECT_TRUE(refused([&](Inputs& i) { i.sources[0].flow = 1; }));
+  EXPECT_TRUE(refused([&](Inputs& i) { i.sources[1].position[2] = nan; }));
+  EXPECT_TRUE(refused([&](Inputs& i) { i.sources[1].direction = {0, 0, 0}; }));
+  EXPECT_TRUE(refused([&](Inputs& i) { i.sources[1].slot = kMostSources; }));
+  EXPECT_TRUE(refused([&](Inputs& i) { i.suctions[0].reach = 10; }));
+  EXPECT_TRUE(refused([&](Inputs& i) { i.gravity[0] = nan; }));
+}
+
+TEST(Parameters, AreRefusedWithFieldValueAndWhatIsAllowed) {
+  const auto message = [](auto&& spoil) {
+    Parameters p;
+    spoil(p);
+    try {
+      buildModel(p, {});
+    } catch (const std::invalid_argument& e) {
+      return std::string(e.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(message([](Parameters& p) { p.spacing = 0.1; }),
+            "fluid: spacing: 0.1 (allowed: 0.0005 to 0.01 m)");
+  EXPECT_EQ(message([](Parameters& p) { p.capacity = 1000000; }),
+            "fluid: capacity: 1e+06 (allowed: 16 to 60000 particles)");
+  EXPECT_NE(message([](Parameters& p) { p.friction = std::nan(""); }).find("fluid: friction: nan"),
+            std::string::npos);
+  EXPECT_NE(message([](Parameters& p) { p.high[1] = p.low[1]; }).find("high - low, y"), std::string::npos);
+}
+
+TEST(Pool, AirBubblesComeWithAPlungingJetAndGo) {
+  Fluid f = basin(1);
+  f.inputs.source_count = 1;
+  f.inputs.suction_count = 0;
+  f.inputs.sources[0].flow = 5e-5;
+  std::size_t most = 0;
+  for (int k = 0; k < 700; ++k) {
+    f.step();
+    most = std::max(most, f.state.bubbles.count);
+  }
+  EXPECT_GT(most, 2U);
+  f.inputs.source_count = 0;
+  for (int k = 0; k < 1500; ++k) f.step();
+  EXPECT_EQ(f.state.bubbles.count, 0U);
+}
+
+}  // namespace
+}  // namespace vest::fluid::test

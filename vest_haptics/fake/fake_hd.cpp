@@ -1,0 +1,297 @@
+// A stand-in for libHD with the same C functions: a simulated arm, every error on command, and checks that
+// calls come in the documented order and inside frames. For tests and for people without a device.
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "vest_haptics/device/simulated.h"
+
+namespace {
+
+using vest::haptics::HandAxis;
+struct ErrorInfo {
+  unsigned code;
+  int internal;
+  unsigned handle;
+};
+
+struct Fake {
+  std::recursive_mutex mutex;
+  HandAxis axis[3];  // m, maker's axes: x right, y up, z to the user
+  double wish[3] = {}, force[3] = {}, pending[3] = {};
+  bool open = false, frame = false, output = false, scheduled = false, started = false, current = false,
+       manual = false;
+  unsigned (*callback)(void*) = nullptr;
+  void* user = nullptr;
+  unsigned calibration = 0x5000, error = 0;
+  int styles = 2, updates = 0, buttons = 0;
+  double nominal = 3.3;
+  std::map<std::string, int> calls, fail_after;
+  std::map<std::string, unsigned> fail_code;
+  int violations = 0;
+  std::string violation;
+  std::thread thread;
+  std::atomic<bool> stop{false};
+
+  void wrong(const std::string& what) {
+    ++violations;
+    if (violation.empty()) violation = what;
+  }
+  void called(const char* name) {
+    ++calls[name];
+    const auto it = fail_code.find(name);
+    if (it != fail_code.end() && --fail_after[name] < 0) {
+      error = it->second;
+      fail_code.erase(it);
+    }
+  }
+  void tick() {
+    std::lock_guard<std::recursive_mutex> lock(mutex);
+    if (scheduled && callback(user) == 0) scheduled = false;
+    if (frame) wrong("callback returned inside a frame");
+    for (int i = 0; i < 3; ++i) {
+      axis[i].advance(output ? force[i] : 0.0, wish[i], 0.0, 0.001);
+    }
+  }
+};
+
+Fake& it() {
+  static Fake fake;
+  return fake;
+}
+
+#define ENTER(name)                                       \
+  std::lock_guard<std::recursive_mutex> lock(it().mutex); \
+  it().called(#name)
+
+bool needsFrame(unsigned what) {
+  return what == 0x2000 || (what >= 0x2050 && what <= 0x2150) || what == 0x2700;
+}
+
+}  // namespace
+
+extern "C" {
+
+unsigned hdInitDevice(const char* name) {
+  ENTER(hdInitDevice);
+  if (it().error) return 0xffffffffu;
+  if (name && std::strcmp(name, "missing") == 0) {
+    it().error = 0x300;
+    return 0xffffffffu;
+  }
+  if (it().open) it().wrong("hdInitDevice twice");
+  it().open = true;
+  it().current = true;
+  return 1;
+}
+void hdDisableDevice(unsigned) {
+  ENTER(hdDisableDevice);
+  if (it().started) it().wrong("hdDisableDevice while the scheduler runs");
+  if (it().scheduled) it().wrong("hdDisableDevice with a callback scheduled");
+  it().open = it().current = it().output = false;
+}
+void hdMakeCurrentDevice(unsigned handle) {
+  ENTER(hdMakeCurrentDevice);
+  if (handle != 1) it().wrong("hdMakeCurrentDevice with an unknown handle");
+  it().current = true;
+}
+unsigned hdGetCurrentDevice() {
+  return 1;
+}
+void hdBeginFrame(unsigned) {
+  ENTER(hdBeginFrame);
+  if (it().frame) it().wrong("hdBeginFrame inside a frame");
+  it().frame = true;
+  std::memcpy(it().pending, it().force, sizeof it().force);
+}
+void hdEndFrame(unsigned) {
+  ENTER(hdEndFrame);
+  if (!it().frame) it().wrong("hdEndFrame without hdBeginFrame");
+  it().frame = false;
+  std::memcpy(it().force, it().pending, sizeof it().force);
+}
+void hdGetDoublev(unsigned what, double* out) {
+  ENTER(hdGetDoublev);
+  if (!it().current) it().wrong("hdGetDoublev without a current device");
+  if (needsFrame(what) && !it().frame) it().wrong("hdGetDoublev outside a frame");
+  if (what == 0x2603) *out = it().nominal;
+  if (what == 0x2050) {
+    for (int i = 0; i < 3; ++i) out[i] = 1000.0 * it().axis[i].x;
+  }
+  if (what == 0x2052) {
+    std::memset(out, 0, 16 * sizeof *out);
+    // Stylus straight down: −z of its frame is −y.
+    out[0] = 1.0;
+    out[6] = -1.0;
+    out[9] = 1.0;
+    out[15] = 1.0;
+    for (int i = 0; i < 3; ++i) out[12 + i] = 1000.0 * it().axis[i].x;
+  }
+}
+void hdGetIntegerv(unsigned what, int* out) {
+  ENTER(hdGetIntegerv);
+  if (needsFrame(what) && !it().frame) it().wrong("hdGetIntegerv outside a frame");
+  if (what == 0x2000) *out = it().buttons;
+  if (what == 0x2555) *out = it().styles;
+}
+const char* hdGetString(unsigned what) {
+  ENTER(hdGetString);
+  return what == 0x2501 ? "Fake PHANToM" : what == 0x2504 ? "FAKE-1" : "";
+}
+void hdSetDoublev(unsigned what, const double* in) {
+  ENTER(hdSetDoublev);
+  if (what != 0x2700) return;
+  if (!it().frame) it().wrong("force set outside a frame");
+  double square = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    it().pending[i] = in[i];
+    square += in[i] * in[i];
+  }
+  if (!(std::sqrt(square) <= it().nominal * (1 + 1e-9)))
+    it().wrong("force beyond the maximum, or not finite");
+  if (it().calibration != 0x5000 && square > 0.0) it().wrong("force while not calibrated");
+}
+void hdEnable(unsigned what) {
+  ENTER(hdEnable);
+  if (what != 0x4000) return;
+  if (it().calibration != 0x5000) it().wrong("force output enabled before calibration");
+  it().output = true;
+}
+void hdDisable(unsigned what) {
+  ENTER(hdDisable);
+  if (what == 0x4000) it().output = false;
+}
+ErrorInfo hdGetError() {
+  std::lock_guard<std::recursive_mutex> lock(it().mutex);
+  const ErrorInfo e{it().error, it().error ? 7 : 0, 1};
+  it().error = 0;
+  return e;
+}
+const char* hdGetErrorString(unsigned code) {
+  return code == 0x302 ? "communication error" : "fake error";
+}
+unsigned long hdScheduleAsynchronous(unsigned (*callback)(void*), void* user, unsigned short priority) {
+  ENTER(hdScheduleAsynchronous);
+  if (!it().open) it().wrong("hdScheduleAsynchronous without a device");
+  if (priority != 65535) it().wrong("forces must be set at the highest priority");
+  if (it().scheduled) it().wrong("scheduled twice");
+  it().callback = callback;
+  it().user = user;
+  it().scheduled = true;
+  return 5;
+}
+void hdUnschedule(unsigned long handle) {
+  ENTER(hdUnschedule);
+  if (handle != 5) it().wrong("hdUnschedule with an unknown handle");
+  it().scheduled = false;
+}
+void hdSetSchedulerRate(unsigned long rate) {
+  ENTER(hdSetSchedulerRate);
+  if (rate != 1000) it().wrong("scheduler rate is not 1000 Hz");
+}
+void hdStartScheduler() {
+  ENTER(hdStartScheduler);
+  if (it().started) it().wrong("scheduler started twice");
+  if (it().calls["hdScheduleAsynchronous"] == 0)
+    it().wrong("scheduler started before anything was scheduled");
+  it().started = true;
+  it().stop = false;
+  if (it().manual) return;
+  it().thread = std::thread([] {
+    auto due = std::chrono::steady_clock::now();
+    while (!it().stop) {
+      it().tick();
+      std::this_thread::sleep_until(due += std::chrono::milliseconds(1));
+    }
+  });
+}
+void hdStopScheduler() {
+  {
+    ENTER(hdStopScheduler);
+    if (!it().started) it().wrong("scheduler stopped without a start");
+    it().started = false;
+    it().stop = true;
+  }
+  if (it().thread.joinable()) it().thread.join();
+}
+unsigned hdCheckCalibration() {
+  ENTER(hdCheckCalibration);
+  return it().calibration;
+}
+void hdUpdateCalibration(unsigned style) {
+  ENTER(hdUpdateCalibration);
+  if (!(it().styles & static_cast<int>(style))) it().wrong("calibration style that the device does not have");
+  if (it().frame) it().wrong("calibration inside a frame");
+  if (++it().updates >= 3) it().calibration = 0x5000;
+}
+
+// For tests.
+void fakehd_reset() {
+  Fake& f = it();
+  std::lock_guard<std::recursive_mutex> lock(f.mutex);
+  for (int i = 0; i < 3; ++i) {
+    f.axis[i] = HandAxis{};
+    f.wish[i] = f.force[i] = f.pending[i] = 0.0;
+  }
+  f.open = f.frame = f.output = f.scheduled = f.started = f.current = f.manual = false;
+  f.calibration = 0x5000;
+  f.error = 0;
+  f.styles = 2;
+  f.updates = f.buttons = f.violations = 0;
+  f.nominal = 3.3;
+  f.calls.clear();
+  f.fail_after.clear();
+  f.fail_code.clear();
+  f.violation.clear();
+}
+void fakehd_manual() {
+  it().manual = true;
+}
+void fakehd_step(int n) {
+  for (int i = 0; i < n; ++i) it().tick();
+}
+/// From the call number `after` (0: the next) on, function sets this error once.
+void fakehd_fail(const char* function, unsigned code, int after) {
+  std::lock_guard<std::recursive_mutex> lock(it().mutex);
+  it().fail_code[function] = code;
+  it().fail_after[function] = after;
+}
+void fakehd_calibration(unsigned state, int styles) {
+  std::lock_guard<std::recursive_mutex> lock(it().mutex);
+  it().calibration = state;
+  it().styles = styles;
+  it().updates = 0;
+}
+void fakehd_wish(double x, double y, double z) {  // m, maker's axes
+  std::lock_guard<std::recursive_mutex> lock(it().mutex);
+  it().wish[0] = x;
+  it().wish[1] = y;
+  it().wish[2] = z;
+}
+void fakehd_nominal(double newton) {
+  it().nominal = newton;
+}
+void fakehd_shown(double* out) {  // N, maker's axes: what acts on the hand
+  std::lock_guard<std::recursive_mutex> lock(it().mutex);
+  for (int i = 0; i < 3; ++i) out[i] = it().output ? it().force[i] : 0.0;
+}
+int fakehd_output() {
+  return it().output;
+}
+int fakehd_calls(const char* name) {
+  std::lock_guard<std::recursive_mutex> lock(it().mutex);
+  return it().calls[name];
+}
+int fakehd_violations() {
+  return it().violations;
+}
+const char* fakehd_violation() {
+  return it().violation.c_str();
+}
+
+}  // extern "C"

@@ -1,0 +1,39 @@
+/// Stability of sampled contact: a bound on stiffness, and an observer of the energy that really flows.
+#pragma once
+
+#include "vest_haptics/safety/limiter.h"
+
+namespace vest::haptics {
+
+/// Greatest stiffness, N/m, that a spring rendered at the period T may have: b > K·T/2 (Colgate and Schenkel,
+/// "Passivity of a class of sampled-data systems", J. Robotic Systems 14(1), 1997, with no virtual damper).
+/// @param damping N·s/m: the mechanism's, the configured and the hand's. @param period s
+double greatestStiffness(double damping, double period) noexcept;
+
+/// Time-domain passivity observer and controller (Hannaford and Ryu, IEEE Trans. Robotics and Automation
+/// 18(1), 2002, impedance form), with the energy of a held force: over one period the hand receives exactly
+/// F(k−1)·(x(k) − x(k−1)). Ours: the surplus that may be returned later is bounded by what a spring can have
+/// stored, so that long friction does not hide an instability.
+class Passivity {
+ public:
+  /// @param dimension 3 or 5. @param most_damping N·s/m that may be injected
+  Passivity(int dimension, double most_damping) : dimension_(dimension), most_damping_(most_damping) {}
+
+  /// One tick. @param positions measured now (m or rad). @param wanted what the model asks for. @param shown
+  /// what the device has held since the last tick. @param stored J: most that the contact can give back.
+  /// @return wanted plus injected damping
+  Loads update(const Loads& positions, const Loads& wanted, const Loads& shown, double stored,
+               double dt) noexcept;
+  void reset() noexcept;
+  double energy() const noexcept { return energy_; }    ///< J taken from the hand and not yet returned
+  double damping() const noexcept { return damping_; }  ///< N·s/m injected in the last tick
+
+ private:
+  int dimension_;
+  double most_damping_;
+  bool any_ = false;
+  Loads last_{};
+  double energy_ = 0.0, damping_ = 0.0;
+};
+
+}  // namespace vest::haptics

@@ -1,0 +1,367 @@
+#include "haptic_shell.h"
+
+#include <cmath>
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <ros/package.h>
+
+#include "vest_haptics/safety/freshness.h"
+#include "vest_instruments/kinematics/trainer_box.h"
+#include "vest_instruments/tools/tool_kind.h"
+
+namespace vest::ros_shell {
+
+using haptics::Command;
+using haptics::TickReport;
+
+namespace {
+
+constexpr double kPosePeriod = 0.002;   // s: 500 Hz
+constexpr double kStatePeriod = 0.005;  // s: 200 Hz
+
+template <class T>
+T parameter(const ros::NodeHandle& nh, const std::string& name, T otherwise) {
+  if (!nh.hasParam(name)) return otherwise;
+  T value = otherwise;
+  if (!nh.getParam(name, value)) {
+    throw std::runtime_error("parameter '" + nh.resolveName(name) + "' has the wrong type");
+  }
+  return value;
+}
+
+double number(const ros::NodeHandle& nh, const std::string& name, double otherwise, double least,
+              double most) {
+  const double value = parameter<double>(nh, name, otherwise);
+  if (!(value >= least && value <= most)) {
+    throw std::runtime_error("parameter '" + nh.resolveName(name) + "' = " + std::to_string(value) +
+                             "; allowed: " + std::to_string(least) + " … " + std::to_string(most));
+  }
+  return value;
+}
+
+geometry_msgs::Vector3 toMsg(const Eigen::Vector3d& v) {
+  geometry_msgs::Vector3 out;
+  out.x = v.x();
+  out.y = v.y();
+  out.z = v.z();
+  return out;
+}
+
+// Words of the launch files, beside full names of plug-ins.
+std::string className(const std::string& word) {
+  if (word == "sim") return "vest_haptics/Simulated";
+  if (word == "phantom") return "vest_haptics/Phantom";
+  if (word == "impulse_engine") return "vest_haptics/ImpulseEngine";
+  if (word == "force_dimension") return "vest_haptics/ForceDimension";
+  if (word == "replay") return "vest_haptics/Replay";
+  return word;
+}
+
+}  // namespace
+
+HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh)
+    : nh_(nh), loader_("vest_haptics", "vest::haptics::Device") {
+  device_word_ = parameter<std::string>(private_nh, "device", "sim");
+  name_ = parameter<std::string>(private_nh, "instrument", "left");
+  int instrument = -1;
+  for (int i = 0; i < tools::kInstrumentCount; ++i) {
+    if (name_ == tools::instrumentName(static_cast<tools::Instrument>(i))) instrument = i;
+  }
+  if (instrument < 0) {
+    throw std::runtime_error("parameter '" + private_nh.resolveName("instrument") + "' = '" + name_ +
+                             "'; allowed: left, right, third, endoscope");
+  }
+  const std::string box = parameter<std::string>(
+      private_nh, "trainer_box", ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
+  controller_.instrument = instrument;
+  controller_.arm = kinematics::loadTrainerBox(box).arms[static_cast<std::size_t>(instrument)];
+  if (!controller_.arm.present) throw std::runtime_error(box + " has no instrument '" + name_ + "'");
+  const auto tilt = parameter<std::vector<double>>(private_nh, "tilt", {0.0, 0.0});
+  if (tilt.size() != 2)
+    throw std::runtime_error("parameter '" + private_nh.resolveName("tilt") + "'; allowed: two angles, rad");
+  controller_.X_WB = Eigen::AngleAxisd(tilt[0], Eigen::Vector3d::UnitX()) *
+                     Eigen::AngleAxisd(tilt[1], Eigen::Vector3d::UnitY());
+  controller_.scale = number(private_nh, "scale", 1.0, 0.01, 10.0);
+  controller_.force_limit = number(private_nh, "force_limit", 0.0, 0.0, 1000.0);
+  controller_.configured_damping = number(private_nh, "damping", 0.0, 0.0, 20.0);
+  controller_.hand_damping = number(private_nh, "hand_damping", 1.0, 0.0, 20.0);
+  controller_.trocar_friction = number(private_nh, "trocar_friction", 0.0, 0.0, 5.0);
+  controller_.trocar_viscosity = number(private_nh, "trocar_viscosity", 0.0, 0.0, 20.0);
+  controller_.passivity = parameter<bool>(private_nh, "passivity", true);
+  auto_enable_ = parameter<bool>(private_nh, "auto_enable", true);
+  std::map<std::string, std::string> words;
+  XmlRpc::XmlRpcValue raw;
+  if (private_nh.getParam("options", raw)) {
+    if (raw.getType() != XmlRpc::XmlRpcValue::TypeStruct)
+      throw std::runtime_error("parameter '" + private_nh.resolveName("options") +
+                               "'; allowed: a map of words");
+    for (auto& [key, value] : raw) {
+      std::ostringstream text;
+      if (value.getType() == XmlRpc::XmlRpcValue::TypeString)
+        text << static_cast<std::string>(value);
+      else if (value.getType() == XmlRpc::XmlRpcValue::TypeBoolean)
+        text << (static_cast<bool>(value) ? "true" : "false");
+      else
+        value.write(text);
+      options_[key] = text.str();
+    }
+  }
+  openDevice();
+
+  std::string package = parameter<std::string>(private_nh, "crtk_package", "auto");
+  if (package == "auto") package = ros::package::getPath("crtk_msgs").empty() ? "vest_msgs" : "crtk_msgs";
+  ros::NodeHandle arm(nh_, "haptics/" + name_);
+  measured_cp_ = arm.advertise<geometry_msgs::PoseStamped>("measured_cp", 10);
+  measured_cv_ = arm.advertise<geometry_msgs::TwistStamped>("measured_cv", 10);
+  measured_cf_ = arm.advertise<geometry_msgs::WrenchStamped>("measured_cf", 10);
+  if (device_->capabilities().joints)
+    measured_js_ = arm.advertise<sensor_msgs::JointState>("measured_js", 10);
+  if (device_->capabilities().joints || device_->capabilities().jaw)
+    jaw_js_ = arm.advertise<sensor_msgs::JointState>("jaw/measured_js", 10);
+  buttons_ = arm.advertise<sensor_msgs::Joy>("buttons", 10, true);
+  state_ = arm.advertise<vest_msgs::HapticState>("state", 10);
+  ros::AdvertiseOptions operating;
+  operating.init<vest_msgs::OperatingState>("operating_state", 1);
+  operating.datatype = package + "/OperatingState";
+  operating.latch = true;
+  operating_state_ = arm.advertise(operating);
+  diagnostics_ = nh_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
+  ros::SubscribeOptions command = ros::SubscribeOptions::create<vest_msgs::StringStamped>(
+      "state_command", 10, [this](const vest_msgs::StringStampedConstPtr& msg) { onCommand(*msg); },
+      ros::VoidConstPtr(), nullptr);
+  command.datatype = package + "/StringStamped";
+  command_ = arm.subscribe(command);
+  servo_ = arm.subscribe<geometry_msgs::WrenchStamped>(
+      "servo_cf", 10, [this](const geometry_msgs::WrenchStampedConstPtr& msg) { onServo(*msg); },
+      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+
+  js_.name = {name_ + "_yaw", name_ + "_pitch", name_ + "_insertion", name_ + "_roll"};
+  js_.position.resize(4);
+  jaw_.name = {name_ + "_jaw"};
+  jaw_.position.resize(1);
+  cp_.header.frame_id = cv_.header.frame_id = cf_.header.frame_id = "phantom_box";
+  haptic_state_.header.frame_id = "world";
+  haptic_state_.device = device_->capabilities().model;
+  haptic_state_.instrument = name_;
+
+  memory_ = std::make_shared<shared::ContactReader>(
+      shared::contactMemoryName(ros::master::getURI(), nh_.getNamespace()));
+  loop_ = std::make_unique<haptics::Loop>(*device_, controller_, memory_);
+  if (auto_enable_) loop_->post(Command::Enable);
+  loop_->start();
+  publisher_ = std::thread([this] { publishLoop(); });
+  const haptics::Capabilities& c = device_->capabilities();
+  ROS_INFO("haptics/%s: %s%s%s, at most %.2f N, stiffness shown up to %.0f N/m", name_.c_str(),
+           c.model.c_str(), c.serial.empty() ? "" : " ", c.serial.c_str(), c.maximum[c.joints ? 2 : 0],
+           loop_->coupling());
+}
+
+HapticShell::~HapticShell() {
+  stop_ = true;
+  if (publisher_.joinable()) publisher_.join();
+  if (loop_) loop_->stop();
+  if (device_) device_->close();
+}
+
+void HapticShell::openDevice() {
+  const std::string name = className(device_word_);
+  try {
+    device_ = loader_.createInstance(name);
+  } catch (const pluginlib::PluginlibException& e) {
+    std::string known;
+    for (const std::string& c : loader_.getDeclaredClasses()) known += " " + c;
+    throw std::runtime_error("device '" + device_word_ +
+                             "' is no plug-in of vest_haptics; allowed: sim phantom "
+                             "impulse_engine force_dimension replay, or one of" +
+                             known + " (" + e.what() + ")");
+  }
+  device_->open(options_);
+}
+
+ros::Time HapticShell::stamp(std::int64_t steady_ns) const {
+  const double age = 1e-9 * static_cast<double>(haptics::Loop::steadyNow() - steady_ns);
+  return ros::Time::now() - ros::Duration(age);
+}
+
+void HapticShell::onCommand(const vest_msgs::StringStamped& msg) {
+  if (msg.header.stamp.isZero()) return;
+  const std::string& w = msg.string;
+  if (w == "enable") {
+    loop_->post(Command::Enable);
+  } else if (w == "disable") {
+    device_->reset();
+    loop_->post(Command::Disable);
+  } else if (w == "pause") {
+    loop_->post(Command::Pause);
+  } else if (w == "resume") {
+    loop_->post(Command::Resume);
+  } else {
+    ROS_WARN_THROTTLE(2.0, "haptics/%s: state_command '%s' refused; allowed: enable, disable, pause, resume",
+                      name_.c_str(), w.substr(0, 60).c_str());
+  }
+}
+
+void HapticShell::onServo(const geometry_msgs::WrenchStamped& msg) {
+  if (msg.header.stamp.isZero()) return;
+  // Judged by the time at which it was sent, so that a queue cannot make old commands young.
+  const double age = (ros::Time::now() - msg.header.stamp).toSec();
+  if (!(std::abs(age) < haptics::kDecayEnds)) return;
+  loop_->servo({msg.wrench.force.x, msg.wrench.force.y, msg.wrench.force.z},
+               haptics::Loop::steadyNow() - static_cast<std::int64_t>(std::max(age, 0.0) * 1e9));
+}
+
+void HapticShell::publishLoop() {
+  double next_pose = 0.0, next_state = 0.0, next_second = 0.0;
+  bool said = false;
+  while (!stop_) {
+    const double now = 1e-9 * static_cast<double>(haptics::Loop::steadyNow());
+    if (now >= next_second) {
+      next_second = now + 1.0;
+      memory_->connect();
+      if (command_.getNumPublishers() > 1 || servo_.getNumPublishers() > 1)
+        loop_->raise(haptics::Fault::Publisher);
+      const haptics::LoopStatistics s = loop_->statistics();
+      rate_ = static_cast<double>(s.ticks - last_statistics_.ticks);
+      last_statistics_ = s;
+      if (!said && s.ticks > 0) {
+        said = true;
+        if (!s.realtime)
+          ROS_WARN(
+              "haptics/%s: no real-time priority (SCHED_FIFO); contact may feel rough beside other load. "
+              "Mended by "
+              "'@haptics - rtprio 90' in /etc/security/limits.conf, the group haptics and a new login",
+              name_.c_str());
+      }
+      publishDiagnostics(loop_->reports().front());
+    }
+    if (loop_->reports().update()) {
+      const TickReport& report = loop_->reports().front();
+      if (now >= next_pose) {
+        next_pose = std::max(next_pose + kPosePeriod, now);
+        publish(report);
+      }
+      if (now >= next_state) {
+        next_state = std::max(next_state + kStatePeriod, now);
+        publishState(report);
+      }
+    }
+    ros::WallDuration(0.0005).sleep();
+  }
+}
+
+void HapticShell::publish(const TickReport& r) {
+  const ros::Time when = stamp(r.now_ns);
+  cp_.header.stamp = cv_.header.stamp = cf_.header.stamp = js_.header.stamp = jaw_.header.stamp =
+      r.valid ? when : ros::Time();  // CRTK: stamp 0 marks invalid data
+  const Eigen::Quaterniond q(r.X_DTip.linear());
+  cp_.pose.position.x = r.X_DTip.translation().x();
+  cp_.pose.position.y = r.X_DTip.translation().y();
+  cp_.pose.position.z = r.X_DTip.translation().z();
+  cp_.pose.orientation.x = q.x();
+  cp_.pose.orientation.y = q.y();
+  cp_.pose.orientation.z = q.z();
+  cp_.pose.orientation.w = q.w();
+  measured_cp_.publish(cp_);
+  cv_.twist.linear = toMsg(r.velocity_D);
+  measured_cv_.publish(cv_);
+  cf_.wrench.force = toMsg(controller_.X_WB.linear().transpose() * r.force_shown_W);
+  measured_cf_.publish(cf_);
+  const haptics::Capabilities& c = device_->capabilities();
+  if (c.joints) {
+    for (std::size_t i = 0; i < 4; ++i) js_.position[i] = r.sample.joints[i];
+    measured_js_.publish(js_);
+  }
+  if (jaw_js_) {
+    jaw_.position[0] = c.joints ? r.sample.joints[4] : r.sample.jaw;
+    jaw_js_.publish(jaw_);
+  }
+  if (r.valid && r.sample.buttons != last_buttons_) {
+    last_buttons_ = r.sample.buttons;
+    sensor_msgs::Joy joy;
+    joy.header.stamp = when;
+    for (int i = 0; i < c.buttons; ++i) joy.buttons.push_back(static_cast<int>((last_buttons_ >> i) & 1u));
+    buttons_.publish(joy);
+  }
+  const std::string state(control::operatingStateName(r.state));
+  if (state != last_state_ || r.valid != last_homed_) {
+    if (r.state == control::OperatingState::Fault) {
+      const std::string why = r.fault == haptics::Fault::ContactModel ? r.detail : device_->lastError();
+      ROS_ERROR(
+          "haptics/%s: FAULT: %s%s%s. Forces are off; 'disable', then 'enable' on haptics/%s/state_command",
+          name_.c_str(), std::string(haptics::faultText(r.fault)).c_str(), why.empty() ? "" : ": ",
+          why.c_str(), name_.c_str());
+    }
+    last_state_ = state;
+    last_homed_ = r.valid;
+    vest_msgs::OperatingState msg;
+    msg.header.stamp = when;
+    msg.state = state;
+    msg.is_homed = r.valid;
+    operating_state_.publish(msg);
+  }
+}
+
+void HapticShell::publishState(const TickReport& r) {
+  haptic_state_.header.stamp = stamp(r.now_ns);
+  haptic_state_.force_true = toMsg(r.force_true_W);
+  haptic_state_.force_rendered = toMsg(r.force_shown_W);
+  haptic_state_.model_age = r.age;
+  haptic_state_.tick_rate = rate_;
+  haptic_state_.energy = r.energy;
+  haptic_state_.injected_damping = r.damping;
+  haptic_state_.limits = r.limits;
+  haptic_state_.step = r.step;
+  state_.publish(haptic_state_);
+}
+
+void HapticShell::publishDiagnostics(const TickReport& r) {
+  using diagnostic_msgs::DiagnosticStatus;
+  DiagnosticStatus d;
+  const haptics::Capabilities& c = device_->capabilities();
+  d.name = "vest_haptics: " + name_;
+  d.hardware_id = c.model + (c.serial.empty() ? "" : " " + c.serial);
+  d.level = DiagnosticStatus::OK;
+  d.message = std::string(control::operatingStateName(r.state));
+  if (r.state == control::OperatingState::Fault) {
+    d.level = DiagnosticStatus::ERROR;
+    d.message += ": " + std::string(haptics::faultText(r.fault));
+  } else if (r.status != haptics::DeviceStatus::Ok) {
+    d.level = DiagnosticStatus::WARN;
+    d.message += std::string(": device ") + haptics::statusName(r.status);
+    if (r.status == haptics::DeviceStatus::Uncalibrated) d.message += ": " + device_->calibrationHint();
+  } else if (r.limits & haptics::kLimitStale) {
+    d.level = DiagnosticStatus::WARN;
+    d.message += ": no fresh contact model from the simulation, no force";
+  }
+  const auto add = [&](const char* key, const std::string& value) {
+    diagnostic_msgs::KeyValue kv;
+    kv.key = key;
+    kv.value = value;
+    d.values.push_back(kv);
+  };
+  const haptics::LoopStatistics& s = last_statistics_;
+  add("device", device_word_);
+  add("status", haptics::statusName(r.status));
+  add("last error", device_->lastError());
+  add("tick rate [Hz]", std::to_string(rate_));
+  add("tick CPU p50 [us]", std::to_string(1e6 * s.cpu_p50));
+  add("tick CPU p99.99 [us]", std::to_string(1e6 * s.cpu_p9999));
+  add("tick CPU max [us]", std::to_string(1e6 * s.cpu_max));
+  add("late ticks", std::to_string(s.late));
+  add("real-time priority", s.realtime ? "yes" : "no");
+  add("contact memory", memory_->connected() ? memory_->name() : memory_->connect());
+  add("age of contact model [s]", std::to_string(r.age));
+  add("force shown [N]", std::to_string(r.force_shown_W.norm()));
+  add("force true [N]", std::to_string(r.force_true_W.norm()));
+  add("allowance", std::to_string(r.allowance));
+  add("energy [J]", std::to_string(r.energy));
+  add("rejected readings", std::to_string(r.rejected));
+  add("stiffness shown at most [N/m]", std::to_string(loop_->coupling()));
+  add("watchdog of the device [s]", c.watchdog > 0.0 ? std::to_string(c.watchdog) : "none");
+  diagnostic_msgs::DiagnosticArray array;
+  array.header.stamp = ros::Time::now();
+  array.status.push_back(d);
+  diagnostics_.publish(array);
+}
+
+}  // namespace vest::ros_shell

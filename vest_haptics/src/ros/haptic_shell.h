@@ -1,0 +1,68 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <thread>
+
+#include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/TwistStamped.h>
+#include <geometry_msgs/WrenchStamped.h>
+#include <ros/ros.h>
+#include <sensor_msgs/JointState.h>
+#include <sensor_msgs/Joy.h>
+#include <vest_msgs/HapticState.h>
+#include <vest_msgs/OperatingState.h>
+#include <vest_msgs/StringStamped.h>
+#include <pluginlib/class_loader.hpp>
+
+#include "vest_haptics/loop/loop.h"
+
+namespace vest::ros_shell {
+
+/// One device as a CRTK arm under haptics/NAME, NAME being the instrument that it moves.
+class HapticShell {
+ public:
+  /// @throws std::runtime_error: one message that names parameter, library or device and what to do
+  HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh);
+  ~HapticShell();
+  haptics::Loop& loop() { return *loop_; }
+
+ private:
+  void publishLoop();
+  void publish(const haptics::TickReport& report);
+  void publishState(const haptics::TickReport& report);
+  void publishDiagnostics(const haptics::TickReport& report);
+  void onCommand(const vest_msgs::StringStamped& msg);
+  void onServo(const geometry_msgs::WrenchStamped& msg);
+  void openDevice();
+  ros::Time stamp(std::int64_t steady_ns) const;
+
+  ros::NodeHandle nh_;
+  std::string device_word_, name_;
+  haptics::DeviceOptions options_;
+  haptics::ControllerOptions controller_;
+  bool auto_enable_ = true;
+
+  pluginlib::ClassLoader<haptics::Device> loader_;
+  boost::shared_ptr<haptics::Device> device_;
+  std::shared_ptr<shared::ContactReader> memory_;
+  std::unique_ptr<haptics::Loop> loop_;
+
+  ros::Publisher measured_cp_, measured_cv_, measured_cf_, measured_js_, jaw_js_, buttons_, state_,
+      operating_state_, diagnostics_;
+  ros::Subscriber command_, servo_;
+  geometry_msgs::PoseStamped cp_;
+  geometry_msgs::TwistStamped cv_;
+  geometry_msgs::WrenchStamped cf_;
+  sensor_msgs::JointState js_, jaw_;
+  vest_msgs::HapticState haptic_state_;
+  std::uint32_t last_buttons_ = 0xffffffff;
+  std::string last_state_;
+  bool last_homed_ = false;
+  haptics::LoopStatistics last_statistics_;
+  double rate_ = 0.0;
+  std::atomic<bool> stop_{false};
+  std::thread publisher_;
+};
+
+}  // namespace vest::ros_shell

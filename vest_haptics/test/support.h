@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdlib>
+
+#include "vest_haptics/loop/controller.h"
+#include "vest_tissue/shared/contact_memory.h"
+
+namespace vest::haptics::testing {
+
+inline constexpr std::int64_t kMs = 1000000;
+
+/// Full counts of safety.md under ./test --full, about 1 % of them otherwise.
+inline bool full() {
+  return std::getenv("VEST_FULL") != nullptr;
+}
+
+/// A trocar above the middle of the box that points straight down.
+inline kinematics::TrainerArm arm() {
+  kinematics::TrainerArm a;
+  a.present = true;
+  a.pivot_B = {0.0, 0.0, 0.165};
+  a.aim_B = {0.0, 0.0, 0.055};
+  a.X_BTrocar = kinematics::trocarFrame(a.pivot_B, a.aim_B);
+  return a;
+}
+
+inline Capabilities cartesian() {
+  Capabilities c;
+  c.model = "test";
+  c.maximum = {3.3, 0, 0, 0, 0};
+  c.stiffness = 2000.0;
+  c.orientation = false;
+  return c;
+}
+
+inline ControllerOptions options() {
+  ControllerOptions o;
+  o.arm = arm();
+  return o;
+}
+
+/// A simulation in a few lines: an elastic half space below z = level, felt by the tip that was commanded. A
+/// step a millisecond.
+struct HalfSpace {
+  double level = 0.055;      ///< m, world
+  double stiffness = 300.0;  ///< N/m
+  double damping = 0.0;      ///< N·s/m
+  double jump = 0.0;         ///< N added to the force, e.g. NaN
+  shared::ContactImage image;
+
+  HalfSpace() { image.generation = 1; }
+  /// @param tip m, world: where the hand's instrument is
+  const shared::ContactImage* step(const Eigen::Vector3d& tip, std::int64_t now_ns) {
+    ++image.step;
+    image.steady_ns = now_ns;
+    shared::ContactRecord& r = image.contacts[0];
+    r = shared::ContactRecord{};
+    r.flags = shared::kFlagPresent;
+    for (int e = 0; e < 3; ++e) {
+      r.position[e] = r.commanded[e] = tip[e];
+    }
+    r.pivot[2] = 0.165;
+    r.radius = 0.005;
+    const double depth = level - tip.z();
+    if (depth > 0.0) {
+      r.flags |= shared::kFlagContact;
+      r.wrench[2] = stiffness * depth + jump;
+      r.stiffness[14] = stiffness;
+      r.damping[14] = damping;
+      r.plane_count = 1;
+      r.planes[0][2] = 1.0;
+      r.planes[0][3] = level;
+    }
+    return &image;
+  }
+};
+
+}  // namespace vest::haptics::testing

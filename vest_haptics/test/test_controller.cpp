@@ -1,0 +1,526 @@
+// Protects the whole of a tick, on an injected clock: states, faults, dying simulations, start inside tissue,
+// allocation.
+#include <dlfcn.h>
+#include <pthread.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "allocations.h"
+#include "support.h"
+#include "vest_haptics/device/simulated.h"
+
+using namespace vest::haptics;
+using namespace vest::haptics::testing;
+using vest::control::OperatingState;
+
+namespace {
+
+int locks = 0;
+bool watch_locks = false;
+
+/// A simulated device, a half space, a controller: closed loop on an injected clock.
+struct Bench {
+  SimulatedDevice device;
+  HalfSpace tissue;
+  ControllerOptions options;
+  std::unique_ptr<Controller> controller;
+  std::int64_t now = 1000 * kMs;
+  bool alive = true;  ///< the simulation steps
+  int every = 1;      ///< ticks per step
+  TickInput input;
+  TickReport report;
+  int ticks = 0;
+
+  explicit Bench(ControllerOptions o = vest::haptics::testing::options(), DeviceOptions d = {}) : options(o) {
+    device.open(d);
+    controller = std::make_unique<Controller>(device.capabilities(), options);
+    controller->command(Command::Enable);
+  }
+  const TickReport& tick() {
+    now += kMs;
+    ++ticks;
+    input.now_ns = now;
+    input.status = device.read(input.sample);
+    if (alive && ticks % every == 0) {
+      input.image = tissue.step(
+          report.tip_W.isZero() ? Eigen::Vector3d(0, 0, 0.055 + input.sample.position.z()) : report.tip_W,
+          now);
+    }
+    report = controller->tick(input);
+    device.enableForces(report.forces_on);
+    device.write(report.loads);
+    device.advance(0.001);
+    return report;
+  }
+  void run(int n) {
+    for (int i = 0; i < n; ++i) tick();
+  }
+  /// Device frame, m: z = 0 is the surface.
+  void hand(double z) { device.wish(2, z); }
+  void open() {
+    hand(0.01);
+    run(300);
+    run(2100);
+  }
+  double force() const {
+    return std::sqrt(report.loads[0] * report.loads[0] + report.loads[1] * report.loads[1] +
+                     report.loads[2] * report.loads[2]);
+  }
+  void press() {
+    open();
+    hand(-0.006);
+    run(400);
+  }
+};
+
+}  // namespace
+
+extern "C" int pthread_mutex_lock(pthread_mutex_t* m) {
+  static auto* real = reinterpret_cast<int (*)(pthread_mutex_t*)>(::dlsym(RTLD_NEXT, "pthread_mutex_lock"));
+  if (watch_locks) ++locks;
+  return real(m);
+}
+
+TEST(Controller, AHandThatPressesFeelsTheTissue) {
+  Bench b;
+  b.press();
+  const double depth = -b.input.sample.position.z();
+  EXPECT_GT(b.force(), 0.5);
+  EXPECT_NEAR(b.report.loads[2], b.report.force_true_W.z(), 0.2 * b.report.force_true_W.z());
+  EXPECT_NEAR(b.report.force_true_W.z(), 300.0 * depth, 0.02);
+  EXPECT_EQ(b.report.state, OperatingState::Enabled);
+  b.hand(0.01);
+  b.run(400);
+  EXPECT_EQ(b.force(), 0.0) << "nothing sticks on retreat";
+}
+
+TEST(Controller, ADeviceThatWakesUpTwentyMillimetresDeepStaysLimp) {
+  Bench b;
+  b.device.axis(2).x = -0.020;
+  b.hand(-0.020);
+  for (int i = 0; i < 5000; ++i) {
+    b.tick();
+    ASSERT_EQ(b.force(), 0.0) << "tick " << i;
+  }
+  b.hand(0.01);
+  b.run(400);
+  b.hand(-0.006);
+  double last = 0.0;
+  for (int i = 0; i < 1500; ++i) {
+    b.tick();
+    ASSERT_LE(b.report.allowance, 1.0 - 1e-6) << "two seconds of ramp";
+    ASSERT_LE(std::abs(b.force() - last), 0.05 * 3.3 + 1e-9);
+    last = b.force();
+  }
+  b.run(1000);
+  EXPECT_GT(b.force(), 0.5);
+}
+
+TEST(Controller, ASimulationThatDiesIsZeroFiftyMillisecondsAfterItsLastStep) {
+  const int phases = full() ? 1000 : 100;
+  std::mt19937 random(3);
+  Bench b;
+  b.open();
+  for (int n = 0; n < phases; ++n) {
+    b.alive = true;
+    b.hand(0.01);
+    for (int i = 0; i < 400 || b.report.allowance < 1.0; ++i) b.tick();
+    b.hand(-0.006);
+    b.every = 1 + static_cast<int>(random() % 4);
+    b.run(200 + static_cast<int>(random() % 50));
+    ASSERT_GT(b.force(), 0.5);
+    const std::int64_t died = b.tissue.image.steady_ns;
+    b.alive = false;
+    // A hung solver beside a thread that still sends its heart-beat: stamps go on, steps do not.
+    const bool heartbeat = random() % 2;
+    double before = b.force();
+    for (int i = 0; i < 100; ++i) {
+      if (heartbeat) b.tissue.image.steady_ns = b.now;
+      b.tick();
+      const double age = 1e-9 * static_cast<double>(b.now - died);
+      if (age >= 0.050) {
+        ASSERT_EQ(b.force(), 0.0) << "phase " << n << " age " << age;
+      } else if (age > 0.021) {
+        ASSERT_LE(b.force(), before + 0.02) << "phase " << n;
+      }
+      ASSERT_LE(std::abs(b.force() - before), 0.05 * 3.3 + 1e-9) << "phase " << n << " age " << age;
+      before = b.force();
+    }
+  }
+}
+
+TEST(Controller, StepsThatArriveFiveSecondsLateMoveNothing) {
+  Bench b;
+  b.press();
+  b.alive = false;
+  b.run(200);
+  const std::int64_t late = 5000 * kMs;
+  HalfSpace queue = b.tissue;
+  b.now += late - 200 * kMs;
+  b.input.image = &queue.image;
+  for (int i = 0; i < 200; ++i) {
+    ++queue.image.step;
+    queue.image.steady_ns += kMs;
+    b.tick();
+    ASSERT_EQ(b.force(), 0.0);
+  }
+}
+
+TEST(Controller, AfterASimulationCameBackTheHandMustComeOutFirst) {
+  Bench b;
+  b.press();
+  b.alive = false;
+  b.run(100);
+  ASSERT_EQ(b.force(), 0.0);
+  b.alive = true;
+  b.run(3000);
+  EXPECT_EQ(b.force(), 0.0) << "still inside the tissue";
+}
+
+TEST(Controller, AnErrorOfTheDeviceIsZeroAndLatchedUntilDisableAndEnable) {
+  Bench b;
+  b.press();
+  ASSERT_GT(b.force(), 0.5);
+  b.device.inject(DeviceStatus::Error);
+  b.tick();
+  EXPECT_EQ(b.force(), 0.0);
+  EXPECT_FALSE(b.report.forces_on);
+  EXPECT_EQ(b.report.state, OperatingState::Fault);
+  EXPECT_EQ(b.report.fault, Fault::DeviceError);
+  EXPECT_TRUE(b.report.limits & kLimitFault);
+  b.device.inject(DeviceStatus::Ok);
+  b.run(100);
+  EXPECT_EQ(b.report.state, OperatingState::Fault) << "it does not go away by itself";
+  EXPECT_FALSE(b.controller->command(Command::Enable)) << "nor by enable alone";
+  EXPECT_FALSE(b.controller->command(Command::Pause));
+  EXPECT_FALSE(b.controller->command(Command::Resume));
+  EXPECT_TRUE(b.controller->command(Command::Disable));
+  EXPECT_TRUE(b.controller->command(Command::Enable));
+  b.run(1000);
+  EXPECT_EQ(b.report.state, OperatingState::Enabled);
+  EXPECT_EQ(b.force(), 0.0) << "the hand is still inside";
+}
+
+TEST(Controller, SpoiledReadingsAreHeldTenMillisecondsAndThenAFault) {
+  for (const double v : {std::nan(""), std::numeric_limits<double>::infinity(), 3.0}) {
+    for (int field = 0; field < 3; ++field) {
+      Bench b;
+      b.press();
+      b.device.spoil(field, v);
+      b.run(9);
+      EXPECT_EQ(b.report.state, OperatingState::Enabled) << field;
+      EXPECT_TRUE(std::isfinite(b.force()));
+      b.run(5);
+      EXPECT_EQ(b.report.fault, Fault::Sensor) << field;
+      EXPECT_EQ(b.force(), 0.0);
+    }
+  }
+}
+
+TEST(Controller, AnExplodingSimulationIsAFaultWithinATick) {
+  for (const double v : {std::nan(""), std::numeric_limits<double>::infinity(), 1e9}) {
+    Bench b;
+    b.press();
+    b.tissue.jump = v;
+    b.tick();
+    EXPECT_EQ(b.force(), 0.0);
+    EXPECT_EQ(b.report.fault, Fault::ContactModel);
+  }
+}
+
+TEST(Controller, StiffnessFromNothingToTheAbsurdNeverBreaksTheLimits) {
+  for (int power = -3; power <= 12; ++power) {
+    Bench b;
+    b.tissue.stiffness = std::pow(10.0, power);
+    b.open();
+    b.hand(-0.006);
+    double last = b.force();
+    for (int i = 0; i < 600; ++i) {
+      b.tick();
+      ASSERT_TRUE(std::isfinite(b.force()));
+      ASSERT_LE(b.force(), 3.3);
+      if (b.report.state != OperatingState::Fault) {
+        ASSERT_LE(std::abs(b.force() - last), 0.05 * 3.3 + 1e-9) << "stiffness 1e" << power;
+      }
+      last = b.force();
+    }
+  }
+}
+
+TEST(Controller, AnUnpluggedDeviceComesBackByItselfButNotWithForce) {
+  Bench b;
+  b.press();
+  b.device.inject(DeviceStatus::Unplugged);
+  b.tick();
+  EXPECT_EQ(b.force(), 0.0);
+  EXPECT_FALSE(b.report.valid);
+  b.run(50);
+  b.device.inject(DeviceStatus::Ok);
+  b.run(1000);
+  EXPECT_TRUE(b.report.valid);
+  EXPECT_EQ(b.report.state, OperatingState::Enabled);
+  EXPECT_EQ(b.force(), 0.0) << "the hand is still inside";
+}
+
+TEST(Controller, DisabledAndPausedShowNothing) {
+  Bench b;
+  b.press();
+  ASSERT_TRUE(b.controller->command(Command::Pause));
+  b.tick();
+  EXPECT_EQ(b.force(), 0.0);
+  EXPECT_FALSE(b.report.forces_on);
+  ASSERT_TRUE(b.controller->command(Command::Resume));
+  b.run(10);
+  EXPECT_EQ(b.force(), 0.0) << "resume does not kick a hand that is inside";
+  ASSERT_TRUE(b.controller->command(Command::Disable));
+  b.tick();
+  EXPECT_EQ(b.force(), 0.0);
+}
+
+TEST(Controller, AConfiguredLimitLowersAndNeverRaises) {
+  for (const double limit : {0.5, 100.0}) {
+    ControllerOptions o = options();
+    o.force_limit = limit;
+    Bench b(o);
+    b.tissue.stiffness = 5000.0;
+    b.open();
+    b.hand(-0.03);
+    double most = 0.0;
+    for (int i = 0; i < 800; ++i) {
+      b.tick();
+      most = std::max(most, b.force());
+    }
+    EXPECT_NEAR(most, std::min(limit, 3.3), 0.1) << limit;
+    EXPECT_LE(most, std::min(limit, 3.3));
+  }
+}
+
+TEST(Controller, ServoForcesGoThroughTheSameGuardsAndDecayWhenTheyStop) {
+  Bench b;
+  b.alive = false;
+  b.input.image = nullptr;
+  b.hand(0.0);
+  for (int i = 0; i < 2600; ++i) {
+    b.input.servo_force = {i > 60 ? 50.0 : 0.0, 0, 0};
+    b.input.servo_ns = b.now;
+    if (i == 60) b.input.servo_force.setZero();
+    b.tick();
+    ASSERT_LE(b.force(), 3.3);
+  }
+  EXPECT_GT(b.force(), 3.0);
+  for (int i = 0; i < 60; ++i) b.tick();
+  EXPECT_EQ(b.force(), 0.0);
+}
+
+TEST(Controller, ASimulationThatDiesBeyondTheMaximumIsZeroInTimeToo) {
+  Bench b;
+  b.tissue.stiffness = 4000.0;
+  b.open();
+  b.hand(-0.03);
+  b.run(500);
+  ASSERT_GT(b.force(), 3.2);
+  b.alive = false;
+  double before = b.force();
+  for (int i = 1; i <= 60; ++i) {
+    b.tick();
+    ASSERT_LE(std::abs(b.force() - before), 0.05 * 3.3 + 1e-9) << i << " ms: it fades, it is not cut off";
+    before = b.force();
+  }
+  EXPECT_EQ(b.force(), 0.0);
+}
+
+TEST(Controller, AfterOldDataTheFirstNewModelIsNotBlendedWithTheOldOne) {
+  Bench b;
+  b.press();
+  b.alive = false;
+  b.run(100);
+  b.tissue.stiffness = 0.0;
+  b.alive = true;
+  b.tick();
+  EXPECT_EQ(b.controller->report().loads, Loads{});
+  EXPECT_LT(std::abs(b.report.force_true_W.z()), 1e-9);
+  // Twenty small forces open the gate: the old force must not be among them.
+  b.run(22);
+  EXPECT_FALSE(b.report.limits & kLimitStale);
+  EXPECT_GT(b.report.allowance, 0.0) << "nothing of the old force holds the gate";
+}
+
+TEST(Controller, AServoForceThatIsNoNumberIsAFault) {
+  Bench b;
+  b.open();
+  b.input.servo_force = {std::nan(""), 0, 0};
+  b.input.servo_ns = b.now + kMs;
+  b.tick();
+  EXPECT_EQ(b.force(), 0.0);
+  EXPECT_EQ(b.report.fault, Fault::NotFinite);
+}
+
+TEST(Controller, ASteadyClockThatGoesBackIsAFault) {
+  Bench b;
+  b.press();
+  b.now -= 100 * kMs;
+  b.tick();
+  EXPECT_EQ(b.report.fault, Fault::Clock);
+  EXPECT_EQ(b.force(), 0.0);
+}
+
+TEST(Controller, ALoopThatStoodStillBeginsWithoutForce) {
+  Bench b;
+  b.press();
+  b.now += 200 * kMs;  // the process was stopped; the simulation was not
+  b.tick();
+  EXPECT_EQ(b.force(), 0.0);
+  b.run(500);
+  EXPECT_EQ(b.force(), 0.0) << "the hand is still inside";
+}
+
+TEST(Controller, ASecondPublisherOnASafetyTopicIsAFault) {
+  Bench b;
+  b.press();
+  b.controller->raise(Fault::Publisher);
+  b.tick();
+  EXPECT_EQ(b.force(), 0.0);
+  EXPECT_EQ(b.report.fault, Fault::Publisher);
+  b.controller->raise(Fault::Sensor);
+  EXPECT_EQ(b.report.fault, Fault::Publisher) << "the first fault is the cause";
+}
+
+TEST(Controller, TheCouplingStaysWithinTheBoundOfColgateAndTheDevicesOwn) {
+  Capabilities c = cartesian();
+  ControllerOptions o = options();
+  o.hand_damping = 0.1;
+  EXPECT_NEAR(Controller(c, o).coupling(), 2.0 * (0.005 + 0.1) / 0.001, 1e-9);
+  o.hand_damping = 10.0;
+  EXPECT_NEAR(Controller(c, o).coupling(), c.stiffness, 1e-9);
+}
+
+TEST(Controller, WhenTheInstrumentIsClutchedOrTakenOverElsewhereThereIsNoKick) {
+  Bench b;
+  b.press();
+  // The simulation's instrument is suddenly 20 mm deeper than the hand says.
+  b.now += kMs;
+  b.input.now_ns = b.now;
+  b.input.status = b.device.read(b.input.sample);
+  b.input.image = b.tissue.step(b.report.tip_W - Eigen::Vector3d(0, 0, 0.02), b.now);
+  b.report = b.controller->tick(b.input);
+  EXPECT_EQ(b.force(), 0.0);
+}
+
+namespace {
+
+// Peak to peak, m, of a handle that is pressed against something stiff, with models every 4 ms. N·s/m, N/m.
+double swing(bool passivity, double hand_damping, double hand_stiffness) {
+  ControllerOptions o = options();
+  o.passivity = passivity;
+  o.hand_damping = 2.0;
+  Bench b(o);
+  b.tissue.stiffness = 1500.0;
+  b.every = 4;
+  b.open();
+  auto& axis = b.device.axis(2);
+  axis.hand_damping = hand_damping;
+  axis.hand_stiffness = hand_stiffness;
+  b.hand(-0.02);
+  double low = 1.0, high = -1.0;
+  for (int i = 0; i < 4000; ++i) {
+    b.tick();
+    if (i > 3000) {
+      low = std::min(low, axis.x);
+      high = std::max(high, axis.x);
+    }
+  }
+  return high - low;
+}
+
+}  // namespace
+
+TEST(Controller, AHeldHandleRestsAgainstSomethingStiff) {
+  EXPECT_LT(swing(true, 3.0, 300.0), 0.0001);
+}
+
+TEST(Controller, ThePassivityControllerHoldsWhatABareHandleWouldThrowAbout) {
+  // Far beyond the bound of Colgate: 0.055 N·s/m against 0.43.
+  const double without = swing(false, 0.05, 30.0), with = swing(true, 0.05, 30.0);
+  EXPECT_GT(without, 0.05) << "else this shows nothing";
+  EXPECT_LT(with, 0.05 * without);
+}
+
+TEST(Controller, FiveAxesShowTheTipsForceThroughTheTrocar) {
+  ControllerOptions o = options();
+  Bench b(o, {{"axes", "joints"}, {"maximum_force", "8"}});
+  // Insertion 0.12 m: the tip lies 10 mm below the aim.
+  const auto ticks = [&](int n) {
+    for (int i = 0; i < n; ++i) {
+      b.now += kMs;
+      b.input.now_ns = b.now;
+      b.input.status = b.device.read(b.input.sample);
+      const double insertion = b.input.sample.joints[2];
+      b.input.image = b.tissue.step({0, 0, 0.165 - insertion}, b.now);
+      b.report = b.controller->tick(b.input);
+      b.device.enableForces(b.report.forces_on);
+      b.device.write(b.report.loads);
+      b.device.advance(0.001);
+    }
+  };
+  b.device.wish(2, 0.100);
+  ticks(2500);
+  b.device.wish(2, 0.116);
+  ticks(500);
+  EXPECT_LT(b.report.loads[2], -0.5) << "tissue pushes the instrument out";
+  EXPECT_NEAR(b.report.loads[0], 0.0, 1e-3);
+  EXPECT_NEAR(b.report.loads[1], 0.0, 1e-3);
+  EXPECT_NEAR(b.report.force_shown_W.z(), -b.report.loads[2], 1e-6);
+  EXPECT_NEAR(b.report.X_DTip.translation().z(), 0.110 - b.report.sample.joints[2], 1e-9);
+}
+
+TEST(Controller, TheTrocarsFrictionOpposesTheShaft) {
+  ControllerOptions o = options();
+  o.trocar_friction = 0.8;
+  Bench b(o);
+  b.open();
+  b.tissue.level = -1.0;
+  b.device.wish(2, 0.01, -0.03);
+  b.run(200);
+  EXPECT_NEAR(b.report.loads[2], 0.8, 0.15) << "down: it pushes up";
+  b.device.wish(2, b.device.axis(2).x, 0.03);
+  b.run(200);
+  EXPECT_NEAR(b.report.loads[2], -0.8, 0.15);
+}
+
+TEST(Controller, ATickAllocatesNothingAndTakesNoLock) {
+  Bench b;
+  b.press();
+  allocations = 0;
+  std::uint64_t total = 0;
+  int taken = 0;
+  for (int i = 0; i < 2000; ++i) {
+    b.input.now_ns = b.now += kMs;
+    b.input.status = b.device.read(b.input.sample);
+    b.input.image = b.tissue.step(b.report.tip_W, b.now);
+    allocations = 0;
+    locks = 0;
+    watch_locks = true;
+    const TickReport& r = b.controller->tick(b.input);
+    watch_locks = false;
+    total += allocations;
+    taken += locks;
+    b.device.write(r.loads);
+    b.device.advance(0.001);
+    b.report = r;
+  }
+  EXPECT_EQ(total, 0u);
+  EXPECT_EQ(taken, 0);
+  void* p = std::malloc(1);
+  EXPECT_GT(allocations, 0u) << "the trap works";
+  std::free(p);
+  pthread_mutex_t m = PTHREAD_MUTEX_INITIALIZER;
+  watch_locks = true;
+  pthread_mutex_lock(&m);
+  watch_locks = false;
+  pthread_mutex_unlock(&m);
+  EXPECT_GT(locks, 0) << "the trap works";
+}

@@ -1,0 +1,241 @@
+// Protects the hand: freshness, start-up gate, readings, and the energy of sampled contact.
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "support.h"
+#include "vest_haptics/device/simulated.h"
+
+using namespace vest::haptics;
+using namespace vest::haptics::testing;
+
+TEST(Freshness, ForceDecaysFromTwentyMillisecondsAndIsZeroByFifty) {
+  EXPECT_EQ(allowanceForAge(0.0), 1.0);
+  EXPECT_EQ(allowanceForAge(0.020), 1.0);
+  EXPECT_LT(allowanceForAge(0.0201), 1.0);
+  EXPECT_NEAR(allowanceForAge(0.035), 0.5, 1e-12);
+  EXPECT_GT(allowanceForAge(0.0499), 0.0);
+  EXPECT_EQ(allowanceForAge(0.050), 0.0);
+  EXPECT_EQ(allowanceForAge(1e9), 0.0);
+  EXPECT_EQ(allowanceForAge(std::nan("")), 0.0);
+  EXPECT_EQ(allowanceForAge(std::numeric_limits<double>::infinity()), 0.0);
+}
+
+TEST(Freshness, AStepThatStandsStillIsDeadHoweverYoungItsStampIs) {
+  Freshness f;
+  ASSERT_TRUE(f.accept(1, 10, 0, 0));
+  for (int ms = 1; ms < 100; ++ms) EXPECT_FALSE(f.accept(1, 10, ms * kMs, ms * kMs));
+  EXPECT_EQ(allowanceForAge(f.age(99 * kMs)), 0.0);
+}
+
+TEST(Freshness, OldStepsThatArriveLateStayOld) {
+  Freshness f;
+  ASSERT_TRUE(f.accept(1, 1, 0, 0));
+  // Five seconds of stopped simulation, then its queue: newer steps with stamps from back then.
+  const std::int64_t now = 5000 * kMs;
+  for (std::uint64_t step = 2; step < 100; ++step) {
+    f.accept(1, step, static_cast<std::int64_t>(step) * kMs, now);
+    EXPECT_EQ(allowanceForAge(f.age(now)), 0.0);
+  }
+  EXPECT_TRUE(f.accept(1, 100, now, now));
+  EXPECT_EQ(allowanceForAge(f.age(now)), 1.0);
+}
+
+TEST(Freshness, AStampFromTheFutureAnOlderGenerationAndAnEarlierStampAreRefused) {
+  Freshness f;
+  EXPECT_FALSE(f.accept(1, 1, 2 * kMs, 0));
+  EXPECT_EQ(f.age(0), std::numeric_limits<double>::infinity());
+  ASSERT_TRUE(f.accept(2, 50, 10 * kMs, 10 * kMs));
+  EXPECT_FALSE(f.accept(1, 60, 11 * kMs, 11 * kMs)) << "a simulation that was replaced";
+  EXPECT_FALSE(f.accept(2, 51, 9 * kMs, 11 * kMs)) << "a stamp that goes back";
+  EXPECT_FALSE(f.accept(2, 49, 11 * kMs, 11 * kMs)) << "a step that goes back";
+  EXPECT_TRUE(f.accept(3, 1, 11 * kMs, 11 * kMs)) << "after a reset steps begin anew";
+}
+
+TEST(Gate, OpensOnlyAfterTwentySmallForcesAndThenRampsForTwoSeconds) {
+  Gate gate;
+  for (int i = 0; i < 5000; ++i) ASSERT_EQ(gate.update(true, 0.5, 0.001), 0.0) << "deep inside tissue";
+  for (int i = 0; i < 19; ++i) ASSERT_EQ(gate.update(true, 0.01, 0.001), 0.0);
+  ASSERT_EQ(gate.update(true, 0.2, 0.001), 0.0);
+  for (int i = 0; i < 20; ++i) ASSERT_EQ(gate.update(true, 0.01, 0.001), 0.0) << "the count begins anew";
+  double last = 0.0;
+  int ticks = 0;
+  while (last < 1.0) {
+    const double a = gate.update(true, 0.9, 0.001);
+    ASSERT_GT(a, last);
+    ASSERT_LE(a - last, 0.00051);
+    last = a;
+    ++ticks;
+  }
+  EXPECT_NEAR(ticks, 2000, 2);
+  EXPECT_TRUE(gate.open());
+}
+
+TEST(Gate, AnyFaultClosesItAtOnceAndTheWholeWayBeginsAnew) {
+  Gate gate;
+  for (int i = 0; i < 3000; ++i) gate.update(true, 0.0, 0.001);
+  ASSERT_EQ(gate.update(true, 0.0, 0.001), 1.0);
+  EXPECT_EQ(gate.update(false, 0.0, 0.001), 0.0);
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(gate.update(true, 0.0, 0.001), 0.0);
+  EXPECT_LT(gate.update(true, 0.0, 0.001), 0.01);
+  Gate odd;
+  for (int i = 0; i < 100; ++i)
+    EXPECT_EQ(odd.update(true, std::nan(""), 0.001), 0.0) << "no number is not small";
+}
+
+namespace {
+
+Sample at(double x) {
+  Sample s;
+  s.position.x() = x;
+  return s;
+}
+
+Capabilities all() {
+  Capabilities c = cartesian();
+  c.orientation = c.jaw = true;
+  return c;
+}
+
+}  // namespace
+
+TEST(SensorCheck, EveryFieldIsGuardedAgainstNoNumberAndAgainstJumps) {
+  const double bad[] = {std::nan(""), std::numeric_limits<double>::infinity(),
+                        -std::numeric_limits<double>::infinity(), 5.0};
+  for (const bool joints : {false, true}) {
+    Capabilities c = all();
+    c.joints = joints;
+    for (int field = joints ? 7 : 0; field < (joints ? 12 : 8); ++field) {
+      for (const double value : bad) {
+        SensorCheck check(c);
+        Sample good = at(0.01);
+        ASSERT_EQ(check.check(good, 0), SensorCheck::Verdict::Good);
+        for (int ms = 1; ms <= 30; ++ms) {
+          Sample s = at(0.01);
+          if (field < 3)
+            s.position[field] = value;
+          else if (field < 7)
+            s.orientation.coeffs()[field - 3] = value;
+          else if (joints)
+            s.joints[static_cast<std::size_t>(field - 7)] = value;
+          else
+            s.jaw = value;
+          const auto verdict = check.check(s, ms * kMs);
+          ASSERT_EQ(verdict, ms <= 11 ? SensorCheck::Verdict::Held : SensorCheck::Verdict::Fault)
+              << "field " << field << " value " << value << " at " << ms << " ms";
+          ASSERT_EQ(s.position.x(), 0.01) << "the last good reading stands in";
+          ASSERT_EQ(s.jaw, 0.0);
+        }
+      }
+    }
+  }
+}
+
+TEST(SensorCheck, AnAttitudeThatTurnsHalfRoundInATickIsNotBelieved) {
+  SensorCheck check(all());
+  Sample s = at(0.0);
+  ASSERT_EQ(check.check(s, 0), SensorCheck::Verdict::Good);
+  s.orientation = Eigen::AngleAxisd(1.5, Eigen::Vector3d::UnitX());
+  EXPECT_EQ(check.check(s, kMs), SensorCheck::Verdict::Held);
+  EXPECT_NEAR(s.orientation.w(), 1.0, 1e-12);
+}
+
+TEST(SensorCheck, FastHandsAreBelieved) {
+  SensorCheck check(all());
+  for (int ms = 0; ms < 200; ++ms) {
+    Sample s = at(0.001 * 1.5 * ms);  // 1.5 m/s
+    s.orientation = Eigen::AngleAxisd(0.02 * ms, Eigen::Vector3d::UnitZ());
+    s.jaw = 0.005 * ms;
+    ASSERT_EQ(check.check(s, ms * kMs), SensorCheck::Verdict::Good) << ms;
+  }
+  EXPECT_EQ(check.rejected(), 0u);
+}
+
+TEST(SensorCheck, TheFirstReadingMustBeANumberToo) {
+  SensorCheck check(cartesian());
+  Sample s = at(std::nan(""));
+  EXPECT_EQ(check.check(s, 0), SensorCheck::Verdict::Fault) << "there is nothing to hold";
+}
+
+namespace {
+
+// Energy, J, that a spring rendered once a period gives to a handle moved to and fro through it by `v` in a
+// closed triangle, less what a damper b takes. Per cycle; the spring is the one that the loop renders.
+double cycleEnergy(double stiffness, double damping, double period, double v) {
+  HalfSpace tissue;
+  tissue.stiffness = stiffness;
+  TissueModel model;
+  ContactForce contact(1e9);  // no coupling in the way
+  const int half = 200;
+  double energy = 0.0;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  double z = tissue.level - 0.001;
+  const double speed_in = -v;
+  for (int cycle = 0; cycle < 2; ++cycle) {
+    energy = 0.0;
+    for (int i = 0; i < 2 * half; ++i) {
+      const double speed = i < half ? speed_in : -speed_in;
+      const Eigen::Vector3d x(0, 0, z);
+      const auto* image = tissue.step(x, i * kMs);
+      toModel(image->contacts[0], model);
+      contact.reset();
+      contact.update(model, x, Eigen::Vector3d::Zero());
+      contact.evaluate(x, Eigen::Vector3d::Zero(), period);
+      for (int settle = 0; settle < 40; ++settle)
+        force = contact.evaluate(x, Eigen::Vector3d::Zero(), period);
+      energy += force.z() * speed * period - damping * v * v * period;
+      z += speed * period;
+    }
+  }
+  return energy;
+}
+
+}  // namespace
+
+TEST(Passivity, ASampledSpringGainsEnergyExactlyBeyondTheBoundOfColgate) {
+  const double T = 0.001;
+  for (const double K : {200.0, 1000.0, 5000.0}) {
+    const double bound = K * T / 2.0;
+    EXPECT_GT(cycleEnergy(K, 0.99 * bound, T, 0.05), 0.0) << K;
+    EXPECT_LT(cycleEnergy(K, 1.01 * bound, T, 0.05), 0.0) << K;
+    EXPECT_NEAR(greatestStiffness(bound, T), K, 1e-9);
+  }
+}
+
+TEST(Passivity, TheObserverCountsWhatAHeldForceReallyGives) {
+  Passivity p(3, 0.0);
+  const Loads shown{0, 0, 2.0, 0, 0};
+  p.update({0, 0, 0, 0, 0}, shown, shown, 1.0, 0.001);
+  p.update({0, 0, -0.01, 0, 0}, shown, shown, 1.0, 0.001);
+  EXPECT_NEAR(p.energy(), 0.02, 1e-12) << "the hand pushed 2 N over 10 mm";
+  p.update({0, 0, 0.005, 0, 0}, shown, shown, 1.0, 0.001);
+  EXPECT_NEAR(p.energy(), -0.01, 1e-12) << "more came back than went in";
+  p.update({0, 0, 0.005, 0, 0}, shown, Loads{}, 1.0, 0.001);
+  EXPECT_EQ(p.energy(), 0.0) << "nothing shown, nothing owed";
+}
+
+TEST(Passivity, TheControllerTakesBackExactlyTheExcess) {
+  Passivity p(3, 100.0);
+  const Loads shown{0, 0, 1.0, 0, 0};
+  p.update({0, 0, 0, 0, 0}, shown, shown, 1.0, 0.001);
+  const Loads out = p.update({0, 0, 0.0001, 0, 0}, shown, shown, 1.0, 0.001);
+  // 1 N over 0.1 mm came out of nothing: 0.1 mJ, at 0.1 m/s over 1 ms 10 N·s/m.
+  EXPECT_NEAR(p.damping(), 10.0, 1e-9);
+  EXPECT_NEAR(out[2], 1.0 - 10.0 * 0.1, 1e-9);
+  Passivity bounded(3, 5.0);
+  bounded.update({0, 0, 0, 0, 0}, shown, shown, 1.0, 0.001);
+  bounded.update({0, 0, 0.0001, 0, 0}, shown, shown, 1.0, 0.001);
+  EXPECT_EQ(bounded.damping(), 5.0);
+}
+
+TEST(Passivity, FrictionDoesNotSaveUpEnergyForAnInstability) {
+  Passivity p(3, 5.0);
+  const Loads shown{0, 0, 1.0, 0, 0};
+  Loads x{};
+  for (int i = 0; i < 1000; ++i) {
+    x[2] -= 0.0001;
+    p.update(x, shown, shown, 0.01, 0.001);
+  }
+  EXPECT_LE(p.energy(), 0.01);
+}

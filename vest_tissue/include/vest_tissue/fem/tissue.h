@@ -1,0 +1,127 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "vest_tissue/fem/block_ldlt.h"
+#include "vest_tissue/fem/model.h"
+
+/// Finite elements among the objects of a World: touched, held, cut and pulled in real time. Frame: world.
+namespace vest::fem {
+
+inline constexpr std::size_t kMostTissueNodes = 20000;       ///< of an object (ours)
+inline constexpr std::size_t kMostSurfaceNodes = 2000;       ///< 288 MB of inverse (ours)
+inline constexpr std::size_t kMostElastostaticNodes = 1500;  ///< free ones: 162 MB of inverse (ours)
+inline constexpr std::size_t kMostTissuePoints = 96;         ///< contacts and held knots at a time (ours)
+inline constexpr int kTissueIterations = 24;  ///< of conjugate gradients in a step: bounded work (ours)
+inline constexpr double kSnapSpeed = 10.0;    ///< m/s: fastest that an elastostatic object follows (assumed)
+
+/// Immutable after prepareTissue().
+struct TissueModel {
+  std::unique_ptr<const Model> model;  ///< rest shape, masses, elements
+  Motion motion = Motion::BackwardEuler;
+  std::string cache_directory;  ///< where inverses are kept between runs; empty: nowhere
+  std::vector<std::array<std::uint32_t, 4>> neighbours;  ///< element behind the face opposite to each corner
+  std::vector<std::array<Index, 3>> surface;             ///< boundary faces, counter-clockwise from outside
+  std::vector<Index> node_element;                       ///< per node: an element that has it
+  double step = 0.0;                                     ///< s, that the factor is for
+  BlockLdlt factor;                                      ///< of A0 = (1 + h a) M + h (h + b) K at rest
+  std::vector<double> loose_inverse;                     ///< 1/kg per node: 3 over the trace of A0's block
+  std::vector<std::int32_t> answer_number;  ///< per node: block row in `answer`; -1: held, or inner
+  /// 3×3 blocks between surface nodes, m/N: displacement per force held for one step; h² A0^-1, or K^-1.
+  Eigen::MatrixXd answer;
+  double softest = 0.0;                         ///< m/N, elastostatic: greatest eigenvalue of K^-1
+  std::array<Eigen::VectorXd, 3> unit_gravity;  ///< m per m/s², elastostatic: per unknown of `answer`
+  /// m/N, elastostatic: displacement of a free node per force on it, at most.
+  double softestAt(Index node) const {
+    const std::int32_t row = answer_number[node];
+    return row < 0 ? 0.0 : answer.block<3, 3>(3 * row, 3 * row).trace();
+  }
+  Eigen::VectorXd under_loads;  ///< m, elastostatic: displacement by the loads of the scene
+};
+
+/// Everything that evolves. Knots beyond the scene's nodes are copies that cuts made.
+struct TissueState {
+  std::vector<Eigen::Vector3d> x, v;         ///< m, m/s per knot
+  std::vector<double> mass;                  ///< kg per knot
+  std::vector<std::array<Index, 4>> corner;  ///< per element: knots
+  std::vector<std::uint8_t> open;            ///< per element: bit f: face opposite to corner f is cut
+  std::vector<Index> origin;                 ///< per knot: node of the scene
+  std::vector<Index> knot_element;           ///< per knot: an element that has it
+  double stiffness_scale = 1.0;              ///< parameter edit: Young's modulus over the scene's
+  bool dynamic = true;                       ///< false: elastostatic, not cut yet
+  std::uint32_t revision = 0;                ///< of corner; 0: as the scene says
+};
+
+/// A place that is pushed or held during one step: kind 0 unilateral contact, kind 1 bilateral hold.
+struct TissuePoint {
+  std::array<Index, 3> knots{};
+  std::array<double, 3> weights{};
+  std::uint8_t kind = 0;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< contact: from the tissue to the tool
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();  ///< m: tool's axis, or where it is held, at the end
+  Eigen::Vector3d target_velocity = Eigen::Vector3d::Zero();  ///< m/s
+  double reach = 0.0;                                         ///< m, contact: axis to touching surface
+  double stiffness = 0.0;                                     ///< N/m
+  double damping = 0.0;                                       ///< N·s/m, hold
+  double friction = 0.0;                                      ///< Coulomb, contact
+  double most_stiffness = 0.0;  ///< N/m: above it the tool's own coupling would not bear the contact
+  std::uint8_t tool = 0;
+  std::uint32_t source = 0;                         ///< the caller's
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, result: on the tissue
+  double compliance = 0.0;  ///< m/N, result: of the tissue alone along the normal (hold: mean)
+  double slip_power = 0.0;  ///< W, result: turned into heat by friction and damping
+};
+
+/// Sized once.
+struct TissueScratch {
+  TissueScratch() = default;
+  TissueScratch(const TissueModel& model, std::size_t knot_capacity);
+  BlockLdlt factor;  ///< a copy: solving needs room of its own
+  std::vector<Eigen::Matrix3d> rotation;
+  std::vector<Eigen::Vector3d> force, v_next, r, z, p, q;  ///< per knot
+  std::vector<Eigen::Vector3d> sum;                        ///< per node
+  std::vector<std::uint32_t> count;                        ///< per node
+  Eigen::VectorXd work, u, f;
+  std::vector<Eigen::Matrix3d> answers;  ///< between points
+  std::vector<TissuePoint> points;
+  int most_iterations = kTissueIterations;
+  double residual = 0.0;  ///< of the last solve, relative
+  int iterations = 0;     ///< of the last solve; 0: the factor was exact
+};
+
+/// Checks, and everything but the factors. @throws std::invalid_argument naming the object
+std::shared_ptr<TissueModel> makeTissue(const Description& description, Motion motion,
+                                        const std::string& cache_directory);
+/// Factors for steps of h seconds. @throws std::invalid_argument naming the object
+void prepareTissue(TissueModel& tissue, double h);
+TissueState tissueAtRest(const TissueModel& tissue, const std::vector<Eigen::Vector3d>& position);
+
+/// One step of h seconds in three parts, all real-time safe.
+/// 1. Free motion under gravity-less `held` forces (N per knot, three rows; gravity is among them but for
+///    elastostatic objects, which know it from `gravity`, m/s²). False: not finite.
+bool freeTissueStep(const TissueModel& tissue, const TissueState& state, double h,
+                    const std::array<const float*, 3>& held, const Eigen::Vector3d& gravity,
+                    TissueScratch& scratch);
+/// 2. Forces of scratch.points, implicit: with the compliances between all points, block Gauss-Seidel over
+///    scalar complementarity and Coulomb's disc (projected Gauss-Seidel: Jourdan, Alart, Jean 1998,
+///    doi 10.1016/S0045-7825(97)00162-3). Stable for any stiffness of tool or tissue.
+void solveTissuePoints(const TissueModel& tissue, const TissueState& state, double h, TissueScratch& scratch);
+/// 3. Moves the state. False: not finite, nothing has moved.
+bool endTissueStep(const TissueModel& tissue, TissueState& state, double h, TissueScratch& scratch);
+
+/// -gradient of the strain energy per knot, N, into scratch.force.
+void tissueForces(const TissueModel& tissue, const TissueState& state, TissueScratch& scratch);
+double tissueEnergy(const TissueModel& tissue, const TissueState& state);  ///< J, strain energy
+/// Greatest principal strain (absolute) of the elements at each knot, no unit.
+void tissueStrain(const TissueModel& tissue, const TissueState& state, float* per_knot);
+/// Polar rotation of F, the fast way for shapes that are not degenerate (Higham 1986, doi 10.1137/0907079);
+/// nearestRotation() for the others.
+Eigen::Matrix3d polarRotation(const Eigen::Matrix3d& F);
+
+}  // namespace vest::fem

@@ -1,0 +1,282 @@
+#include "vest_tissue/fem/tissue.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "vest_tissue/fem/cache.h"
+#include "vest_tissue/fem/condensed.h"
+
+namespace vest::fem {
+namespace {
+
+constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};  // outward for positive volume
+constexpr std::size_t kWorthKeeping = 600;  ///< unknowns: smaller inverses are made anew faster (assumed)
+
+[[noreturn]] void refuse(const Description& d, const std::string& what) {
+  throw std::invalid_argument("object '" + d.name + "': " + what);
+}
+
+void findFaces(TissueModel& t) {
+  const Description& d = t.model->description;
+  std::map<std::array<Index, 3>, std::pair<std::uint32_t, int>> open;
+  t.neighbours.assign(d.tetrahedra.size(), {kNoSlot, kNoSlot, kNoSlot, kNoSlot});
+  const auto corners = [&](std::uint32_t e, int f) {
+    return std::array<Index, 3>{d.tetrahedra[e][static_cast<std::size_t>(kFaces[f][0])],
+                                d.tetrahedra[e][static_cast<std::size_t>(kFaces[f][1])],
+                                d.tetrahedra[e][static_cast<std::size_t>(kFaces[f][2])]};
+  };
+  for (std::uint32_t e = 0; e < d.tetrahedra.size(); ++e) {
+    for (int f = 0; f < 4; ++f) {
+      auto key = corners(e, f);
+      std::sort(key.begin(), key.end());
+      const auto found = open.find(key);
+      if (found == open.end()) {
+        open[key] = {e, f};
+        continue;
+      }
+      t.neighbours[e][static_cast<std::size_t>(f)] = found->second.first;
+      t.neighbours[found->second.first][static_cast<std::size_t>(found->second.second)] = e;
+      open.erase(found);
+    }
+  }
+  for (std::uint32_t e = 0; e < d.tetrahedra.size(); ++e) {
+    for (int f = 0; f < 4; ++f) {
+      if (t.neighbours[e][static_cast<std::size_t>(f)] == kNoSlot) t.surface.push_back(corners(e, f));
+    }
+  }
+}
+
+/// FFEM: K^-1 between all free nodes, and what gravity and the loads of the scene do.
+void prepareElastostatic(TissueModel& t) {
+  const Model& m = *t.model;
+  CondensedOptions options;
+  options.outer = Outer::All;
+  options.most_rank = 0;
+  if (3 * m.free_node.size() > kWorthKeeping) options.cache_directory = t.cache_directory;
+  const CondensedModel condensed(m.description, options);
+  t.answer = condensed.inverse();
+  t.answer_number.assign(m.mass.size(), -1);
+  for (Index n = 0; n < m.mass.size(); ++n) t.answer_number[n] = condensed.outerNumber(n);
+  const Eigen::Index size = t.answer.rows();
+  Eigen::VectorXd load = Eigen::VectorXd::Zero(size);
+  for (int axis = 0; axis < 3; ++axis) t.unit_gravity[static_cast<std::size_t>(axis)] = load;
+  for (const Index n : m.free_node) {
+    const Eigen::Index row = 3 * t.answer_number[n];
+    load.segment<3>(row) = m.load[n];
+    for (int axis = 0; axis < 3; ++axis)
+      t.unit_gravity[static_cast<std::size_t>(axis)] += m.mass[n] * t.answer.col(row + axis);
+  }
+  t.under_loads = t.answer * load;
+  // Power iteration; a tenth above it is the bound that contacts with others rely on.
+  Eigen::VectorXd x = Eigen::VectorXd::Ones(size), y;
+  for (int i = 0; i < 30; ++i) {
+    y = t.answer * x;
+    t.softest = y.norm() / std::max(x.norm(), 1e-300);
+    x = y / std::max(y.norm(), 1e-300);
+  }
+  t.softest *= 1.1;
+}
+
+}  // namespace
+
+std::shared_ptr<TissueModel> makeTissue(const Description& d, Motion motion, const std::string& cache) {
+  auto t = std::make_shared<TissueModel>();
+  if (d.nodes.size() > kMostTissueNodes) {
+    refuse(d, "nodes: " + std::to_string(d.nodes.size()) + "; allowed in a World: at most " +
+                  std::to_string(kMostTissueNodes));
+  }
+  validate(d, Use::Dynamic);
+  if (motion == Motion::Elastostatic) validate(d, Use::Static);
+  t->model = buildModel(d, Use::Dynamic);
+  const Model& m = *t->model;
+  t->motion = motion;
+  t->cache_directory = cache;
+  if (motion == Motion::Elastostatic && d.strain == Strain::Corotational)
+    refuse(d, "strain: corotational; allowed with integrator: elastostatic: small");
+  if (motion == Motion::Elastostatic && m.free_node.size() > kMostElastostaticNodes) {
+    refuse(d, "integrator: elastostatic with " + std::to_string(m.free_node.size()) +
+                  " free nodes; allowed: at most " + std::to_string(kMostElastostaticNodes) +
+                  " (coarser mesh, or backward_euler)");
+  }
+  t->node_element.assign(d.nodes.size(), kNoSlot);
+  for (std::size_t e = m.elements.size(); e-- > 0;) {
+    for (const Index n : m.elements[e].nodes) t->node_element[n] = static_cast<Index>(e);
+  }
+  for (std::size_t n = 0; n < d.nodes.size(); ++n) {
+    if (t->node_element[n] == kNoSlot) {
+      refuse(d, "node " + std::to_string(n) +
+                    " belongs to no tetrahedron; allowed in a World: nodes of the tissue alone");
+    }
+  }
+  findFaces(*t);
+  return t;
+}
+
+void prepareTissue(TissueModel& t, double h) {
+  const Model& m = *t.model;
+  const Description& d = m.description;
+  t.step = h;
+  Scratch scratch(m, 1);
+  const State rest = restState(m);
+  const double a = d.material.rayleigh_mass, b = d.material.rayleigh_stiffness;
+  assemble(m, rest, 1.0 + h * a, h * (h + b), Tangent::Frozen, scratch);
+  if (!m.free_node.empty() && !scratch.matrix.factorise())
+    refuse(d,
+           "the matrix of a step is singular to rounding; allowed: no slivers, less stiffness or shorter dt");
+  t.factor = std::move(scratch.matrix);
+  t.loose_inverse.assign(m.mass.size(), 0.0);
+  for (const Index n : m.free_node) {
+    double trace = 3.0 * (1.0 + h * a) * m.mass[n];
+    for (std::size_t k = m.incidence_start[n]; k < m.incidence_start[n + 1]; ++k) {
+      const std::size_t e = m.incidence[k] / 4;
+      const int c = static_cast<int>(m.incidence[k] % 4);
+      trace +=
+          h * (h + b) * stiffnessBlock(m.elements[e], m.laws[e], Eigen::Matrix3d::Identity(), c, c).trace();
+    }
+    t.loose_inverse[n] = 3.0 / trace;
+  }
+  if (t.motion == Motion::Elastostatic) {
+    prepareElastostatic(t);
+    return;
+  }
+  // h² A0^-1 between surface nodes.
+  std::vector<Index> nodes;
+  std::vector<std::uint8_t> outer(m.mass.size(), 0);
+  for (const auto& f : t.surface)
+    for (const Index n : f) outer[n] = 1;
+  t.answer_number.assign(m.mass.size(), -1);
+  for (const Index n : m.free_node) {
+    if (outer[n] == 0) continue;
+    t.answer_number[n] = static_cast<std::int32_t>(nodes.size());
+    nodes.push_back(n);
+  }
+  if (nodes.size() > kMostSurfaceNodes) {
+    refuse(d, std::to_string(nodes.size()) + " free nodes at the surface; allowed in a World: at most " +
+                  std::to_string(kMostSurfaceNodes));
+  }
+  const Eigen::Index size = 3 * static_cast<Eigen::Index>(nodes.size());
+  const bool keep = !t.cache_directory.empty() && static_cast<std::size_t>(size) > kWorthKeeping;
+  const std::uint64_t hash = keep ? contentHash(d, nodes, h) : 0;
+  if (keep && loadMatrix(t.cache_directory, hash, size, t.answer)) return;
+  t.answer.resize(size, size);
+  constexpr Eigen::Index kBatch = 48;
+  Eigen::MatrixXd columns;
+  for (Eigen::Index first = 0; first < size; first += kBatch) {
+    const Eigen::Index count = std::min(kBatch, size - first);
+    columns.setZero(3 * static_cast<Eigen::Index>(m.free_node.size()), count);
+    for (Eigen::Index c = 0; c < count; ++c) {
+      columns(3 * m.unknown[nodes[static_cast<std::size_t>((first + c) / 3)]] + (first + c) % 3, c) = h * h;
+    }
+    t.factor.solveColumns(columns.data(), static_cast<std::size_t>(count),
+                          static_cast<std::size_t>(columns.rows()));
+    for (Eigen::Index c = 0; c < count; ++c) {
+      for (std::size_t n = 0; n < nodes.size(); ++n) {
+        t.answer.col(first + c).segment<3>(3 * static_cast<Eigen::Index>(n)) =
+            columns.col(c).segment<3>(3 * m.unknown[nodes[n]]);
+      }
+    }
+  }
+  if (keep) saveMatrix(t.cache_directory, hash, t.answer);
+}
+
+TissueState tissueAtRest(const TissueModel& t, const std::vector<Eigen::Vector3d>& position) {
+  const Model& m = *t.model;
+  TissueState s;
+  s.x = position;
+  for (std::size_t n = 0; n < s.x.size(); ++n) {
+    if (m.unknown[n] < 0) s.x[n] = m.held_at[n];
+  }
+  s.v.assign(s.x.size(), Eigen::Vector3d::Zero());
+  s.mass = m.mass;
+  s.corner.resize(m.elements.size());
+  for (std::size_t e = 0; e < m.elements.size(); ++e) s.corner[e] = m.elements[e].nodes;
+  s.open.assign(m.elements.size(), 0);
+  s.origin.resize(s.x.size());
+  for (Index n = 0; n < s.origin.size(); ++n) s.origin[n] = n;
+  s.knot_element = t.node_element;
+  s.dynamic = t.motion == Motion::BackwardEuler;
+  return s;
+}
+
+TissueScratch::TissueScratch(const TissueModel& t, std::size_t knots)
+    : factor(t.factor),
+      rotation(t.model->elements.size(), Eigen::Matrix3d::Identity()),
+      force(knots, Eigen::Vector3d::Zero()),
+      v_next(force),
+      r(force),
+      z(force),
+      p(force),
+      q(force),
+      sum(t.model->mass.size(), Eigen::Vector3d::Zero()),
+      count(t.model->mass.size(), 0),
+      work(Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(t.model->free_node.size()))),
+      answers(kMostTissuePoints * kMostTissuePoints) {
+  if (t.motion == Motion::Elastostatic) u = f = Eigen::VectorXd::Zero(t.answer.rows());
+  points.reserve(kMostTissuePoints);
+}
+
+Eigen::Matrix3d polarRotation(const Eigen::Matrix3d& F) {
+  // Newton's iteration X <- (X + X^-T)/2 converges quadratically to the orthogonal factor.
+  Eigen::Matrix3d X = F;
+  const double size = F.squaredNorm();
+  if (!(size > 1e-12 && size < 1e12)) return nearestRotation(F);
+  for (int i = 0; i < 10; ++i) {
+    Eigen::Matrix3d C;  // cofactors: X^-T = C / det
+    C.col(0) = X.col(1).cross(X.col(2));
+    C.col(1) = X.col(2).cross(X.col(0));
+    C.col(2) = X.col(0).cross(X.col(1));
+    const double det = X.col(0).dot(C.col(0));
+    if (!(det > 0.02)) return nearestRotation(F);
+    const Eigen::Matrix3d next = 0.5 * (X + C / det);
+    const double change = (next - X).squaredNorm();
+    X = next;
+    if (change < 1e-16) return X;  // the next step's change would be below rounding
+  }
+  return nearestRotation(F);
+}
+
+namespace {
+
+/// Deformation gradient's displacement part, du/dX.
+inline Eigen::Matrix3d gradient(const Element& e, const std::array<Index, 4>& c,
+                                const std::vector<Eigen::Vector3d>& field) {
+  const Eigen::Vector3d& x0 = field[c[0]];
+  Eigen::Matrix3d G = (field[c[1]] - x0) * e.gradient[1].transpose();
+  G += (field[c[2]] - x0) * e.gradient[2].transpose();
+  G += (field[c[3]] - x0) * e.gradient[3].transpose();
+  return G;
+}
+
+}  // namespace
+
+void tissueStrain(const TissueModel& t, const TissueState& s, float* per_knot) {
+  const Model& m = *t.model;
+  std::fill_n(per_knot, s.x.size(), 0.0f);
+  for (std::size_t e = 0; e < m.elements.size(); ++e) {
+    const Eigen::Matrix3d F = gradient(m.elements[e], s.corner[e], s.x);
+    // Green's strain: none for rotations. Its largest row sum bounds the principal strain from above.
+    const Eigen::Matrix3d E = 0.5 * (F.transpose() * F - Eigen::Matrix3d::Identity());
+    Eigen::Vector3d values;
+    Eigen::Matrix3d vectors;
+    symmetricEigen(E, values, vectors);
+    const float strain = static_cast<float>(values.cwiseAbs().maxCoeff());
+    for (const Index k : s.corner[e]) per_knot[k] = std::max(per_knot[k], strain);
+  }
+}
+
+double tissueEnergy(const TissueModel& t, const TissueState& s) {
+  const Model& m = *t.model;
+  double sum = 0.0;
+  for (std::size_t e = 0; e < m.elements.size(); ++e) {
+    const Eigen::Matrix3d G = gradient(m.elements[e], s.corner[e], s.x) - Eigen::Matrix3d::Identity();
+    const Eigen::Matrix3d R = m.description.strain == Strain::Small
+                                  ? Eigen::Matrix3d(Eigen::Matrix3d::Identity())
+                                  : polarRotation(G + Eigen::Matrix3d::Identity());
+    sum += energy(m.elements[e], m.laws[e], G, R);
+  }
+  return s.stiffness_scale * sum;
+}
+
+}  // namespace vest::fem

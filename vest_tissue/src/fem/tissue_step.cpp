@@ -1,0 +1,407 @@
+#include <algorithm>
+#include <cmath>
+
+#include "vest_tissue/fem/tissue.h"
+
+namespace vest::fem {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kTolerance = 1e-7;  ///< of conjugate gradients, relative residual in the factor's norm
+constexpr int kSweeps = 40;          ///< of Gauss-Seidel over the points (ours)
+constexpr double kStiffer = 4.0;     ///< stiffness of a contact over that of the tissue in this step (ours)
+constexpr double kSettled = 1e-7;    ///< relative change of forces at which the sweeps end
+
+inline bool corotational(const TissueModel& t) {
+  return t.model->description.strain == Strain::Corotational;
+}
+inline bool isFree(const TissueModel& t, const TissueState& s, std::size_t knot) {
+  return t.model->unknown[s.origin[knot]] >= 0;
+}
+
+inline Matrix3d gradient(const Element& e, const std::array<Index, 4>& c,
+                         const std::vector<Vector3d>& field) {
+  const Vector3d& x0 = field[c[0]];
+  Matrix3d G = (field[c[1]] - x0) * e.gradient[1].transpose();
+  G += (field[c[2]] - x0) * e.gradient[2].transpose();
+  G += (field[c[3]] - x0) * e.gradient[3].transpose();
+  return G;
+}
+
+/// out += corner forces of stress R·(2 mu e + lambda tr e), e = sym A.
+inline void scatter(const Element& e, const Lame& law, const Matrix3d& R, const Matrix3d& A, double scale,
+                    const std::array<Index, 4>& c, std::vector<Vector3d>& out) {
+  Matrix3d stress = law.mu * (A + A.transpose());
+  stress.diagonal().array() += law.lambda * A.trace();
+  const Matrix3d P = (-e.volume * scale) * (R * stress);
+  const Vector3d f1 = P * e.gradient[1], f2 = P * e.gradient[2], f3 = P * e.gradient[3];
+  out[c[1]] += f1;
+  out[c[2]] += f2;
+  out[c[3]] += f3;
+  out[c[0]] -= (f1 + f2) + f3;
+}
+
+/// out = -K_R v.
+void minusStiffnessTimes(const TissueModel& t, const TissueState& s, const TissueScratch& w,
+                         const std::vector<Vector3d>& v, std::vector<Vector3d>& out) {
+  const Model& m = *t.model;
+  std::fill_n(out.begin(), s.x.size(), Vector3d::Zero());
+  const bool turning = corotational(t);
+  for (std::size_t e = 0; e < m.elements.size(); ++e) {
+    const Matrix3d G = gradient(m.elements[e], s.corner[e], v);
+    if (turning) {
+      scatter(m.elements[e], m.laws[e], w.rotation[e], w.rotation[e].transpose() * G, s.stiffness_scale,
+              s.corner[e], out);
+    } else {
+      scatter(m.elements[e], m.laws[e], Matrix3d::Identity(), G, s.stiffness_scale, s.corner[e], out);
+    }
+  }
+}
+
+/// Whether the factor is that of the matrix itself.
+bool exact(const TissueModel& t, const TissueState& s, double h) {
+  return !corotational(t) && s.revision == 0 && s.stiffness_scale == 1.0 &&
+         std::fabs(h - t.step) <= 1e-12 * t.step;
+}
+
+/// z = preconditioner·r: the factor at rest, turned with the elements at each knot (stiffness warping).
+/// Copies that cuts made share the answer of their origin, and add what moves them apart through the
+/// diagonal.
+void precondition(const TissueModel& t, const TissueState& s, TissueScratch& w,
+                  const std::vector<Vector3d>& r, std::vector<Vector3d>& z) {
+  const Model& m = *t.model;
+  const bool turning = corotational(t), cut = s.x.size() > m.mass.size();
+  w.work.setZero();
+  for (std::size_t k = 0; k < s.x.size(); ++k) {
+    const std::int32_t row = m.unknown[s.origin[k]];
+    if (row < 0) continue;
+    if (turning)
+      w.work.segment<3>(3 * row) += w.rotation[s.knot_element[k]].transpose() * r[k];
+    else
+      w.work.segment<3>(3 * row) += r[k];
+  }
+  w.factor.solve(w.work.data());
+  for (std::size_t k = 0; k < s.x.size(); ++k) {
+    const std::int32_t row = m.unknown[s.origin[k]];
+    if (row < 0)
+      z[k].setZero();
+    else if (turning)
+      z[k] = w.rotation[s.knot_element[k]] * w.work.segment<3>(3 * row);
+    else
+      z[k] = w.work.segment<3>(3 * row);
+  }
+  if (!cut) return;
+  for (std::size_t k = m.mass.size(); k < s.x.size(); ++k) {
+    w.count[s.origin[k]] = 0;
+    w.sum[s.origin[k]].setZero();
+  }
+  const auto each = [&](auto visit) {
+    for (std::size_t k = m.mass.size(); k < s.x.size(); ++k) visit(k);
+  };
+  each([&](std::size_t k) {
+    const Index o = s.origin[k];
+    if (w.count[o] == 0) w.sum[o] = r[o], w.count[o] = 1;
+    w.sum[o] += r[k];
+    ++w.count[o];
+  });
+  const auto apart = [&](std::size_t k) {
+    const Index o = s.origin[k];
+    if (m.unknown[o] < 0) return;
+    z[k] += (t.loose_inverse[o] * w.count[o]) * (r[k] - w.sum[o] / static_cast<double>(w.count[o]));
+  };
+  each(apart);
+  each([&](std::size_t k) {  // the origin itself, once
+    const Index o = s.origin[k];
+    if (w.count[o] == 0) return;
+    apart(o);
+    w.count[o] = 0;
+  });
+}
+
+double dot(const TissueState& s, const std::vector<Vector3d>& a, const std::vector<Vector3d>& b) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < s.x.size(); ++k) sum += a[k].dot(b[k]);
+  return sum;
+}
+
+/// w.v_next += A^-1 w.r with A = (1 + h a) M + h (h + b) K_R; w.r is used up. Preconditioned conjugate
+/// gradients: each iterate lowers ½ x·A x - r·x, so that a solve that is cut short stays bounded.
+void solve(const TissueModel& t, const TissueState& s, double h, TissueScratch& w) {
+  const Material& material = t.model->description.material;
+  const double mass_factor = 1.0 + h * material.rayleigh_mass,
+               stiffness_factor = h * (h + material.rayleigh_stiffness);
+  const std::size_t n = s.x.size();
+  for (std::size_t k = 0; k < n; ++k)
+    if (!isFree(t, s, k)) w.r[k].setZero();
+  precondition(t, s, w, w.r, w.z);
+  w.iterations = 0;
+  w.residual = 0.0;
+  if (exact(t, s, h)) {
+    for (std::size_t k = 0; k < n; ++k) w.v_next[k] += w.z[k];
+    return;
+  }
+  double rho = dot(s, w.r, w.z);
+  const double start = rho;
+  if (!(start > 0.0)) return;
+  for (std::size_t k = 0; k < n; ++k) w.p[k] = w.z[k];
+  for (int i = 0; i < w.most_iterations; ++i) {
+    minusStiffnessTimes(t, s, w, w.p, w.q);
+    for (std::size_t k = 0; k < n; ++k) {
+      w.q[k] = isFree(t, s, k) ? Vector3d(mass_factor * s.mass[k] * w.p[k] - stiffness_factor * w.q[k])
+                               : Vector3d(Vector3d::Zero());
+    }
+    const double curvature = dot(s, w.p, w.q);
+    if (!(curvature > 0.0)) break;
+    const double alpha = rho / curvature;
+    for (std::size_t k = 0; k < n; ++k) {
+      w.v_next[k] += alpha * w.p[k];
+      w.r[k] -= alpha * w.q[k];
+    }
+    ++w.iterations;
+    precondition(t, s, w, w.r, w.z);
+    const double next = dot(s, w.r, w.z);
+    w.residual = std::sqrt(std::max(next, 0.0) / start);
+    if (!(w.residual > kTolerance)) break;
+    const double beta = next / rho;
+    rho = next;
+    for (std::size_t k = 0; k < n; ++k) w.p[k] = w.z[k] + beta * w.p[k];
+  }
+}
+
+/// Displacement of knot a per force on knot b, m/N.
+Matrix3d answerOf(const TissueModel& t, const TissueState& s, const TissueScratch& w, Index a, Index b,
+                  double scale) {
+  const Index oa = s.origin[a], ob = s.origin[b];
+  const std::int32_t ra = t.answer_number[oa], rb = t.answer_number[ob];
+  if (t.model->unknown[oa] < 0 || t.model->unknown[ob] < 0) return Matrix3d::Zero();
+  Matrix3d D = Matrix3d::Zero();
+  if (ra >= 0 && rb >= 0) {
+    D = scale * t.answer.block<3, 3>(3 * ra, 3 * rb);
+    if (corotational(t)) D = w.rotation[s.knot_element[a]] * D * w.rotation[s.knot_element[b]].transpose();
+  }
+  // A copy, or an inner knot that a cut laid open, can also move by itself.
+  const bool alone = s.revision > 0 && (ra < 0 || a != oa || s.mass[a] < 0.999 * t.model->mass[oa]);
+  if (a == b && alone) D += (t.step * t.step * t.loose_inverse[oa]) * Matrix3d::Identity();
+  return D;
+}
+
+}  // namespace
+
+void tissueForces(const TissueModel& t, const TissueState& s, TissueScratch& w) {
+  const Model& m = *t.model;
+  std::fill_n(w.force.begin(), s.x.size(), Vector3d::Zero());
+  const bool turning = corotational(t);
+  for (std::size_t e = 0; e < m.elements.size(); ++e) {
+    const Matrix3d F = gradient(m.elements[e], s.corner[e], s.x);
+    if (turning) {
+      w.rotation[e] = polarRotation(F);
+      const Matrix3d A = w.rotation[e].transpose() * F - Matrix3d::Identity();
+      scatter(m.elements[e], m.laws[e], w.rotation[e], A, s.stiffness_scale, s.corner[e], w.force);
+    } else {
+      scatter(m.elements[e], m.laws[e], Matrix3d::Identity(), F - Matrix3d::Identity(), s.stiffness_scale,
+              s.corner[e], w.force);
+    }
+  }
+}
+
+bool freeTissueStep(const TissueModel& t, const TissueState& s, double h,
+                    const std::array<const float*, 3>& held, const Vector3d& gravity, TissueScratch& w) {
+  const Model& m = *t.model;
+  const std::size_t n = s.x.size();
+  if (!s.dynamic) {
+    w.u = t.under_loads;
+    for (int axis = 0; axis < 3; ++axis)
+      w.u += gravity[axis] * t.unit_gravity[static_cast<std::size_t>(axis)];
+    w.u /= s.stiffness_scale;
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::int32_t row = t.answer_number[k];
+      if (row < 0) continue;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double f = held[static_cast<std::size_t>(axis)][k];
+        if (f != 0.0) w.u += (f / s.stiffness_scale) * t.answer.col(3 * row + axis);
+      }
+    }
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::int32_t row = t.answer_number[k];
+      w.q[k] = row < 0 ? s.x[k] : Vector3d(m.description.nodes[k] + w.u.segment<3>(3 * row));
+    }
+    return w.u.allFinite();
+  }
+  const double a = m.description.material.rayleigh_mass, b = m.description.material.rayleigh_stiffness;
+  tissueForces(t, s, w);
+  minusStiffnessTimes(t, s, w, s.v, w.q);
+  bool finite = true;
+  for (std::size_t k = 0; k < n; ++k) {
+    w.v_next[k] = s.v[k];
+    if (!isFree(t, s, k)) {
+      w.r[k].setZero();
+      w.v_next[k].setZero();
+      continue;
+    }
+    Vector3d f(held[0][k], held[1][k], held[2][k]);
+    const Index o = s.origin[k];
+    f += (s.mass[k] / m.mass[o]) * m.load[o];  // halves of a load go with the halves of the mass
+    w.r[k] = h * (f + w.force[k] - (a * s.mass[k]) * s.v[k] + (h + b) * w.q[k]);
+    finite = finite && w.r[k].allFinite();
+  }
+  if (!finite) return false;
+  solve(t, s, h, w);
+  for (std::size_t k = 0; k < n; ++k) w.q[k] = s.x[k] + h * w.v_next[k];
+  return true;
+}
+
+void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, TissueScratch& w) {
+  const std::size_t count = w.points.size();
+  if (count == 0) return;
+  // `answer` of a dynamic object holds for its own step; for a shorter one forces act for less time.
+  const double ratio = h / t.step;
+  const double scale = s.dynamic ? std::min(1.0, ratio * ratio) : 1.0 / s.stiffness_scale;
+  const auto D = [&](std::size_t p, std::size_t q) -> Matrix3d& {
+    return w.answers[p * kMostTissuePoints + q];
+  };
+  for (std::size_t p = 0; p < count; ++p) {
+    for (std::size_t q = 0; q <= p; ++q) {
+      Matrix3d sum = Matrix3d::Zero();
+      for (int a = 0; a < 3; ++a) {
+        if (w.points[p].weights[a] == 0.0) continue;
+        for (int b = 0; b < 3; ++b) {
+          const double weight = w.points[p].weights[a] * w.points[q].weights[b];
+          if (weight != 0.0)
+            sum += weight * answerOf(t, s, w, w.points[p].knots[a], w.points[q].knots[b], scale);
+        }
+      }
+      D(p, q) = sum;
+      D(q, p) = sum.transpose();
+    }
+  }
+  // Where the points are at the end without these forces; then with them.
+  std::array<Vector3d, kMostTissuePoints> start, end;
+  for (std::size_t p = 0; p < count; ++p) {
+    start[p].setZero(), end[p].setZero();
+    TissuePoint& point = w.points[p];
+    for (int a = 0; a < 3; ++a) {
+      if (point.weights[a] == 0.0) continue;
+      start[p] += point.weights[a] * s.x[point.knots[a]];
+      end[p] += point.weights[a] * w.q[point.knots[a]];
+    }
+    point.force.setZero();
+    const Matrix3d& own = D(p, p);
+    point.compliance = point.kind == 0 ? point.normal.dot(own * point.normal) : own.trace() / 3.0;
+  }
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    double change = 0.0, size = 0.0;
+    for (std::size_t p = 0; p < count; ++p) {
+      TissuePoint& point = w.points[p];
+      const Matrix3d& own = D(p, p);
+      const Vector3d before = point.force;
+      const Vector3d without = end[p] - own * before;
+      Vector3d force;
+      if (point.kind == 1) {
+        const double k = point.stiffness + point.damping / h;
+        // F = k (target - x) + c (target' - x'), x = without + own F
+        const Vector3d wanted = point.stiffness * (point.target - without) +
+                                point.damping * (point.target_velocity - (without - start[p]) / h);
+        const Matrix3d A = Matrix3d::Identity() + k * own;
+        Matrix3d inverse;
+        bool good = false;
+        A.computeInverseWithCheck(inverse, good, 0.0);
+        force = good ? Vector3d(inverse * wanted) : Vector3d(Vector3d::Zero());
+      } else {
+        const double n_own = point.compliance;
+        // Much stiffer than the tissue behind it, as far as the tool bears it.
+        const double k = n_own > 0.0 ? std::clamp(kStiffer / n_own, point.stiffness, point.most_stiffness)
+                                     : point.stiffness;
+        const double gap = point.normal.dot(point.target - without) - point.reach;
+        const double push = std::max(0.0, -k * gap / (1.0 + k * n_own));
+        force = -push * point.normal;
+        if (push > 0.0 && point.friction > 0.0) {
+          // Sticking force that brings the slip of this step to zero, within Coulomb's disc.
+          const Vector3d slip = (without + own * force - start[p]) - h * point.target_velocity;
+          const Vector3d tangential = slip - point.normal.dot(slip) * point.normal;
+          const double soft = 0.5 * std::max(own.trace() - n_own, 0.0);
+          const double length = std::sqrt(tangential.squaredNorm());
+          // A held knot does not give: friction there cannot act within a step.
+          if (soft > 1e-30 && length > 0.0) {
+            const double stick = length / soft, most = point.friction * push;
+            force -= (std::min(stick, most) / length) * tangential;
+          }
+        }
+      }
+      const Vector3d delta = force - before;
+      point.force = force;
+      for (std::size_t q = 0; q < count; ++q) end[q] += D(q, p) * delta;
+      change += delta.squaredNorm();
+      size += force.squaredNorm();
+    }
+    if (change <= kSettled * kSettled * size) break;
+  }
+  for (std::size_t p = 0; p < count; ++p) {
+    TissuePoint& point = w.points[p];
+    if (point.kind == 0 && point.compliance > 0.0)
+      point.stiffness = std::clamp(kStiffer / point.compliance, point.stiffness, point.most_stiffness);
+    const Vector3d slide = (end[p] - start[p]) / h - point.target_velocity;
+    if (point.kind == 1) {
+      point.slip_power = point.damping * slide.squaredNorm();
+    } else {
+      const Vector3d tangential = point.force - point.normal.dot(point.force) * point.normal;
+      point.slip_power = std::max(0.0, -tangential.dot(slide));
+    }
+  }
+  if (!s.dynamic) {
+    for (const TissuePoint& point : w.points) {
+      for (int a = 0; a < 3; ++a) {
+        const std::int32_t row = point.weights[a] == 0.0 ? -1 : t.answer_number[point.knots[a]];
+        if (row < 0) continue;
+        for (int axis = 0; axis < 3; ++axis) {
+          const double f = point.weights[a] * point.force[axis] / s.stiffness_scale;
+          if (f != 0.0) w.u += f * t.answer.col(3 * row + axis);
+        }
+      }
+    }
+    return;
+  }
+  std::fill_n(w.r.begin(), s.x.size(), Vector3d::Zero());
+  bool any = false;
+  for (const TissuePoint& point : w.points) {
+    for (int a = 0; a < 3; ++a) {
+      if (point.weights[a] == 0.0) continue;
+      w.r[point.knots[a]] += (h * point.weights[a]) * point.force;
+      any = any || point.force.squaredNorm() > 0.0;
+    }
+  }
+  if (any) solve(t, s, h, w);
+}
+
+bool endTissueStep(const TissueModel& t, TissueState& s, double h, TissueScratch& w) {
+  const std::size_t n = s.x.size();
+  if (!s.dynamic) {
+    if (!w.u.allFinite()) return false;
+    double most = 0.0;
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::int32_t row = t.answer_number[k];
+      if (row < 0) continue;
+      w.q[k] = t.model->description.nodes[k] + w.u.segment<3>(3 * row);
+      most = std::max(most, (w.q[k] - s.x[k]).squaredNorm());
+    }
+    const double way = std::sqrt(most), part = way > kSnapSpeed * h ? kSnapSpeed * h / way : 1.0;
+    for (std::size_t k = 0; k < n; ++k) {
+      if (t.answer_number[k] < 0) continue;
+      const Vector3d move = part * (w.q[k] - s.x[k]);
+      s.v[k] = move / h;
+      s.x[k] += move;
+    }
+    return true;
+  }
+  for (std::size_t k = 0; k < n; ++k)
+    if (!w.v_next[k].allFinite()) return false;
+  for (std::size_t k = 0; k < n; ++k) {
+    if (!isFree(t, s, k)) continue;
+    s.v[k] = w.v_next[k];
+    s.x[k] += h * s.v[k];
+  }
+  return true;
+}
+
+}  // namespace vest::fem

@@ -1,0 +1,96 @@
+#include <algorithm>
+#include <cmath>
+
+#include "../scene/stages.h"
+#include "vest_tissue/motility/motility.h"
+#include "vest_tissue/solver/elementary.h"
+
+namespace vest::scene {
+namespace {
+
+using Eigen::Vector3d;
+
+void addForces(Context& c, std::size_t object) {
+  const motility::MotilityModel& model = c.model.objects[object].motility;
+  const net::TubeMap& tube = c.model.objects[object].tube;
+  ObjectState& s = c.state.objects[object];
+  std::vector<float>& out = c.scratch.objects[object].active;
+  const std::size_t stride = out.size() / 3, rings = tube.ringCount();
+  std::fill(out.begin(), out.end(), 0.0f);
+  const double ramp = motility::rampAt(model.waves.ramp, c.state.time);
+  std::array<double, 2> amplitude{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const motility::Wave& w = model.waves.waves[i];
+    const std::uint64_t index = 2 * object + i;
+    double& phase = s.motility.phase[i];
+    phase += c.dt * motility::frequencyAt(w, phase, c.input.seed, index);
+    amplitude[i] = w.pressure == 0.0 ? 0.0 : ramp * motility::amplitudeAt(w, phase, c.input.seed, index);
+  }
+  const auto add = [&](std::uint32_t k, const Vector3d& f) {
+    for (int axis = 0; axis < 3; ++axis)
+      out[static_cast<std::size_t>(axis) * stride + k] += static_cast<float>(f[axis]);
+  };
+  const auto centreOf = [&](std::size_t r) {
+    Vector3d sum = Vector3d::Zero();
+    for (const auto k : tube.knots(r)) sum += knotPosition(s, k);
+    return Vector3d(sum / static_cast<double>(std::max<std::size_t>(tube.knots(r).size(), 1)));
+  };
+  Vector3d axial_sum = Vector3d::Zero();
+  double axial_area = 0.0;
+  Vector3d before = centreOf(0), here = before;
+  for (std::size_t r = 0; r < rings; ++r) {
+    const Vector3d after = r + 1 < rings ? centreOf(r + 1) : here;
+    const auto& knots = tube.knots(r);
+    const double place = static_cast<double>(r) / static_cast<double>(rings);
+    const double radial = amplitude[0] * motility::waveAt(model.waves.waves[0], place, s.motility.phase[0]);
+    const double axial = amplitude[1] * motility::waveAt(model.waves.waves[1], place, s.motility.phase[1]);
+    Vector3d along = after - before, mean = Vector3d::Zero();
+    along /= std::max(std::sqrt(along.squaredNorm()), 1e-9);
+    const auto outwards = [&](std::uint32_t k) -> Vector3d {
+      Vector3d out_of = knotPosition(s, k) - here;
+      out_of -= out_of.dot(along) * along;
+      const double length = std::sqrt(out_of.squaredNorm());
+      return length > 1e-9 ? Vector3d(out_of * (model.area[k] / length)) : Vector3d(Vector3d::Zero());
+    };
+    if (knots.size() >= 3 && radial > 0.0) {  // dilates: pressed outwards
+      for (const auto k : knots) mean += outwards(k) / static_cast<double>(knots.size());
+      for (const auto k : knots) add(k, radial * (outwards(k) - mean));
+    } else if (knots.size() >= 3 && radial < 0.0) {  // contracts: tension around it
+      const double n = static_cast<double>(knots.size());
+      double area = 0.0;
+      for (const auto k : knots) area += model.area[k] / n;
+      const double tension = -radial * area / (2.0 * solver::sineOfTurns(0.5 / n));
+      for (std::size_t i = 0; i < knots.size(); ++i) {
+        const std::uint32_t p = knots[i], q = knots[(i + 1) % knots.size()];
+        const Vector3d d = knotPosition(s, q) - knotPosition(s, p);
+        const double length = std::sqrt(d.squaredNorm());
+        if (!(length > 1e-9)) continue;
+        add(p, tension / length * d);
+        add(q, -tension / length * d);
+      }
+    }
+    for (const auto k : knots) {
+      const Vector3d f = axial * model.area[k] * along;
+      axial_sum += f;
+      axial_area += model.area[k];
+      add(k, f);
+    }
+    before = here;
+    here = after;
+  }
+  if (!(axial_area > 0.0)) return;
+  axial_sum /= axial_area;
+  for (std::size_t r = 0; r < rings; ++r)
+    for (const auto k : tube.knots(r)) add(k, -model.area[k] * axial_sum);
+}
+
+}  // namespace
+
+void contract(Context& c) {
+  auto work = [&c](std::size_t object) {
+    if (!c.scratch.objects[object].active.empty()) addForces(c, object);
+  };
+  c.pool.each(c.model.objects.size(), work);
+}
+
+}  // namespace vest::scene

@@ -1,0 +1,357 @@
+#include "fem_cut.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "vest_tissue/fem/tissue_cut.h"
+#include "vest_tissue/scene/topology.h"
+
+namespace vest::scene {
+namespace {
+
+using Eigen::Vector3d;
+using fem::kNoSlot;
+using interaction::BladeCrossing;
+using interaction::BladeSweep;
+using net::Block;
+
+constexpr double kReach = 0.004;  ///< m: a sweep looks this far beyond itself (longest way in a step)
+constexpr double kSlack = 0.03;   ///< of the line between two elements' centres: neighbours overlap by it
+constexpr std::uint32_t kNone = ~0u;
+
+/// One object's cut in one step.
+struct Job {
+  Context& c;
+  std::uint16_t object;
+  ObjectState& s;
+  ObjectScratch& o;
+  const fem::TissueModel& tissue;
+  TopologyDelta& delta;
+  Vector3d low, high;  ///< of the sweeps, m
+  double area = 0.0;
+  std::uint32_t face = kNone;
+  bool electric = false;
+  std::uint8_t instrument = 0;
+};
+
+Vector3d centre(const std::vector<Vector3d>& x, const std::array<fem::Index, 4>& c) {
+  return 0.25 * (x[c[0]] + x[c[1]] + x[c[2]] + x[c[3]]);
+}
+Vector3d faceCentre(const std::vector<Vector3d>& x, const std::array<fem::Index, 3>& k) {
+  return (x[k[0]] + x[k[1]] + x[k[2]]) / 3.0;
+}
+
+bool crossed(const Job& j, const BladeSweep* sweeps, int count, const Vector3d& p, const Vector3d& q,
+             const Vector3d& shift, const BladeSweep*& by) {
+  if ((p.cwiseMin(q).array() > j.high.array()).any() || (p.cwiseMax(q).array() < j.low.array()).any())
+    return false;
+  BladeCrossing crossing;
+  for (int i = 0; i < count; ++i) {
+    if (!sweeps[i].active || !interaction::crosses(sweeps[i], p, q, shift, kSlack, crossing)) continue;
+    by = &sweeps[i];
+    return true;
+  }
+  return false;
+}
+
+/// Opens the faces between elements whose centres the blade has parted.
+bool openFaces(Job& j, const BladeSweep* sweeps, int count) {
+  auto& t = j.s.tissue;
+  const auto& before = j.o.backup_x;
+  auto& knots = j.o.cut_knots;
+  auto& opened = j.o.cut_faces;
+  knots.clear(), opened.clear();
+  const Vector3d low = j.low.array() - kReach, high = j.high.array() + kReach;
+  for (std::uint32_t e = 0; e < t.corner.size(); ++e) {
+    const Vector3d p = centre(t.x, t.corner[e]);
+    if ((p.array() < low.array() - 0.02).any() || (p.array() > high.array() + 0.02).any()) continue;
+    const Vector3d p0 = centre(before, t.corner[e]);
+    for (int f = 0; f < 4; ++f) {
+      const std::uint32_t other = j.tissue.neighbours[e][static_cast<std::size_t>(f)];
+      if (other == kNoSlot || other < e || (t.open[e] >> f & 1) != 0) continue;
+      const Vector3d q = centre(t.x, t.corner[other]);
+      const Vector3d shift = 0.5 * (p - p0 + q - centre(before, t.corner[other]));
+      const BladeSweep* by = nullptr;
+      if (!crossed(j, sweeps, count, p, q, shift, by)) continue;
+      if (opened.size() == opened.capacity() || knots.size() + 3 > knots.capacity()) return true;
+      const std::uint32_t code = fem::faceCode(e, f);
+      if (!fem::openFace(j.tissue, t, code)) continue;
+      opened.push_back(code);
+      const auto k = fem::faceKnots(t, code);
+      for (const auto n : k)
+        if (std::find(knots.begin(), knots.end(), n) == knots.end()) knots.push_back(n);
+      j.area += 0.5 * (t.x[k[1]] - t.x[k[0]]).cross(t.x[k[2]] - t.x[k[0]]).norm();
+      j.face = code;
+      j.electric = by->electric;
+      j.instrument = by->instrument;
+    }
+  }
+  return !opened.empty();
+}
+
+/// The block follows: copies, masses, what is held.
+void copyKnots(Job& j) {
+  Block& b = j.s.block;
+  const auto& t = j.s.tissue;
+  for (const fem::Doubling& d : j.o.doublings) {
+    std::uint32_t copy;
+    if (!b.addKnot(copy)) return;  // the state's room is the block's
+    for (const auto r : {Block::X, Block::Y, Block::Z, Block::VX, Block::VY, Block::VZ, Block::kDecay})
+      b.row(r)[copy] = b.row(r)[d.original];
+    j.s.fixed.push_back(j.s.fixed[d.original]);
+    j.s.depth[copy] = j.s.depth[d.original];
+    j.s.topology.doubled_knots.push_back(d.original);
+    j.delta.doubled_knots.push_back(d.original);
+    j.s.fem_surface.knot_vertex.push_back(kNone);
+  }
+  // The first cut gives elastostatic objects their inertia back; later ones change masses.
+  for (std::size_t k = 0; k < t.x.size(); ++k) {
+    b.row(Block::kMass)[k] = static_cast<float>(t.mass[k]);
+    b.row(Block::kInverseMass)[k] = j.s.fixed[k] ? 0.0f : static_cast<float>(1.0 / t.mass[k]);
+  }
+}
+
+std::uint32_t vertexOf(Job& j, std::uint32_t knot) {
+  auto& surface = j.s.fem_surface;
+  if (surface.knot_vertex[knot] != kNone) return surface.knot_vertex[knot];
+  Skin& skin = j.s.topology.skin;
+  if (skin.binding_start.size() == skin.binding_start.capacity() ||
+      skin.binding_knots.size() == skin.binding_knots.capacity())
+    return kNone;
+  const std::uint32_t vertex = static_cast<std::uint32_t>(skin.binding_start.size() - 1);
+  const Vector3d& x = j.tissue.model->description.nodes[j.s.tissue.origin[knot]];
+  const std::array<float, 2> place{static_cast<float>(x.x() + 0.5 * x.z()),
+                                   static_cast<float>(x.y() + 0.5 * x.z())};
+  for (Skin* s : {&skin, &j.delta.added_skin}) {
+    if (s->binding_start.empty()) s->binding_start.push_back(0);
+    s->binding_knots.push_back(knot);
+    s->binding_weights.push_back(1.0f);
+    s->binding_start.push_back(static_cast<std::uint32_t>(s->binding_knots.size()));
+    s->texture_coordinates.push_back(place);
+  }
+  surface.knot_vertex[knot] = vertex;
+  surface.vertex_element.push_back(kNone);
+  return vertex;
+}
+
+void addSkinTriangle(Job& j, std::uint32_t code, std::uint16_t layer) {
+  Skin& skin = j.s.topology.skin;
+  if (skin.triangles.size() == skin.triangles.capacity()) {
+    j.s.degraded = true;
+    return;
+  }
+  std::array<std::uint32_t, 3> v{};
+  const auto k = fem::faceKnots(j.s.tissue, code);
+  for (std::size_t e = 0; e < 3; ++e) {
+    v[e] = vertexOf(j, k[e]);
+    if (v[e] == kNone) {
+      j.s.degraded = true;
+      return;
+    }
+  }
+  skin.triangles.push_back(v);
+  skin.layer.push_back(layer);
+  j.s.topology.triangle_alive.push_back(1);
+  j.s.fem_surface.skin_face.push_back(code);
+  j.delta.added_triangles.push_back(v);
+  j.delta.added_triangle_layer.push_back(layer);
+}
+
+void removeSkinTriangle(Job& j, std::uint32_t i) {
+  j.s.topology.triangle_alive[i] = 0;
+  j.delta.removed_triangles.push_back(i);
+}
+
+/// Contact triangles and skin follow their faces; open faces become surface on both sides.
+void renewSurface(Job& j, const BladeSweep* sweeps, int count) {
+  auto& surface = j.s.fem_surface;
+  auto& t = j.s.tissue;
+  for (std::size_t i = 0; i < j.s.triangles.size(); ++i)
+    j.s.triangles[i] = fem::faceKnots(t, surface.triangle_face[i]);
+  Skin& skin = j.s.topology.skin;
+  // Embedded vertices stay in their element; triangles of the skin that the blade crosses go.
+  for (std::uint32_t v = 0; v < surface.vertex_element.size(); ++v) {
+    const std::uint32_t e = surface.vertex_element[v];
+    if (e == kNone) continue;
+    bool moved = false;
+    for (std::uint32_t n = 0; n < 4; ++n) {
+      std::uint32_t& knot = skin.binding_knots[skin.binding_start[v] + n];
+      if (t.origin[knot] == t.origin[t.corner[e][n]] && knot != t.corner[e][n])
+        knot = t.corner[e][n], moved = true;
+    }
+    if (!moved) continue;
+    Skin& told = j.delta.rebound_skin;
+    if (told.binding_start.empty()) told.binding_start.push_back(0);
+    j.delta.rebound_vertices.push_back(v);
+    for (std::uint32_t n = 0; n < 4; ++n) {
+      told.binding_knots.push_back(skin.binding_knots[skin.binding_start[v] + n]);
+      told.binding_weights.push_back(skin.binding_weights[skin.binding_start[v] + n]);
+    }
+    told.binding_start.push_back(static_cast<std::uint32_t>(told.binding_knots.size()));
+  }
+  const auto placeOf = [&](std::uint32_t v) {
+    Vector3d p = Vector3d::Zero();
+    for (std::uint32_t e = skin.binding_start[v]; e < skin.binding_start[v + 1]; ++e)
+      p += static_cast<double>(skin.binding_weights[e]) * t.x[skin.binding_knots[e]];
+    return p;
+  };
+  const std::size_t triangles = skin.triangles.size();
+  for (std::uint32_t i = 0; i < triangles; ++i) {
+    if (!j.s.topology.triangle_alive[i]) continue;
+    const auto v = skin.triangles[i];
+    const std::uint32_t code = surface.skin_face[i];
+    if (code != kNone) {  // of a face: its knots may be copies now
+      const auto k = fem::faceKnots(t, code);
+      const bool same = surface.knot_vertex[k[0]] == v[0] && surface.knot_vertex[k[1]] == v[1] &&
+                        surface.knot_vertex[k[2]] == v[2];
+      if (same) continue;
+      const std::uint16_t layer = skin.layer[i];
+      removeSkinTriangle(j, i);
+      addSkinTriangle(j, code, layer);
+      continue;
+    }
+    const std::array<Vector3d, 3> p{placeOf(v[0]), placeOf(v[1]), placeOf(v[2])};
+    const BladeSweep* by = nullptr;
+    for (std::size_t e = 0; e < 3; ++e) {
+      if (!crossed(j, sweeps, count, p[e], p[(e + 1) % 3], Vector3d::Zero(), by)) continue;
+      removeSkinTriangle(j, i);
+      break;
+    }
+  }
+  for (const std::uint32_t code : j.o.cut_faces) {
+    std::uint32_t back = kNone;
+    const std::uint32_t other = j.tissue.neighbours[code / 4][code % 4];
+    for (std::uint32_t g = 0; g < 4; ++g)
+      if (j.tissue.neighbours[other][g] == code / 4) back = 4 * other + g;
+    for (const std::uint32_t side : {code, back}) {
+      if (j.s.triangles.size() == j.s.triangles.capacity()) {
+        j.s.degraded = true;
+        continue;
+      }
+      j.s.triangles.push_back(fem::faceKnots(t, side));
+      j.s.triangle_alive.push_back(1);
+      surface.triangle_face.push_back(side);
+      addSkinTriangle(j, side, 2);
+    }
+  }
+}
+
+/// Anchors of grasps and connections go with their side of the cut.
+void moveAnchors(Job& j) {
+  const auto& x = j.s.tissue.x;
+  for (const fem::Doubling& d : j.o.doublings) {
+    const net::KnotDoubling cut{d.original, d.copy, d.normal, x[d.original]};
+    for (ConnectionState& n : j.c.state.connections) {
+      for (net::Anchor* a : {&n.end0, &n.end1}) {
+        if (a->object != j.object) continue;
+        Vector3d at = Vector3d::Zero();
+        for (int i = 0; i < 4; ++i)
+          if (a->weights[i] != 0.0) at += a->weights[i] * x[a->knots[i]];
+        net::remap(*a, cut, at);
+      }
+    }
+    for (std::size_t tool = 0; tool < j.c.state.grasps.size(); ++tool) {
+      auto& grasp = j.c.state.grasps[tool];
+      const auto& pose = j.c.state.proxies[tool].pose;
+      for (int i = 0; i < grasp.count; ++i) {
+        auto& a = grasp.anchors[i];
+        if (a.object != j.object || a.knot != d.original) continue;
+        net::Anchor anchor{a.object, {a.knot, 0, 0, 0}, {1, 0, 0, 0}};
+        if (net::remap(anchor, cut, pose.tip + pose.orientation * a.local)) a.knot = anchor.knots[0];
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void fillFemSurface(const fem::TissueModel& tissue, ObjectState& s) {
+  FemSurface& f = s.fem_surface;
+  f = FemSurface{};
+  for (std::uint32_t e = 0; e < tissue.neighbours.size(); ++e)
+    for (int k = 0; k < 4; ++k)
+      if (tissue.neighbours[e][static_cast<std::size_t>(k)] == kNoSlot)
+        f.triangle_face.push_back(fem::faceCode(e, k));
+  const Skin& skin = s.topology.skin;
+  f.knot_vertex.assign(s.block.knots(), kNone);
+  const std::size_t vertices = skin.binding_start.empty() ? 0 : skin.binding_start.size() - 1;
+  f.vertex_element.assign(vertices, kNone);
+  f.skin_face.assign(skin.triangles.size(), kNone);
+  bool plain = skin.triangles.size() == f.triangle_face.size();
+  for (std::uint32_t v = 0; v < vertices; ++v) {
+    const std::uint32_t first = skin.binding_start[v], count = skin.binding_start[v + 1] - first;
+    if (count == 1) f.knot_vertex[skin.binding_knots[first]] = v;
+    if (count != 1) plain = false;
+    if (count != 4) continue;
+    // The element whose corners the binding names, in their order.
+    const auto& m = *tissue.model;
+    const std::uint32_t knot = skin.binding_knots[first];
+    for (std::size_t k = m.incidence_start[knot]; k < m.incidence_start[knot + 1]; ++k) {
+      const std::uint32_t e = m.incidence[k] / 4;
+      if (std::equal(m.elements[e].nodes.begin(), m.elements[e].nodes.end(),
+                     skin.binding_knots.begin() + first))
+        f.vertex_element[v] = e;
+    }
+  }
+  if (plain) f.skin_face = f.triangle_face;
+  std::vector<std::uint32_t> root(tissue.neighbours.size());
+  f.parts = fem::tissueParts(tissue, s.tissue, root);
+}
+
+void reserveFem(const fem::TissueModel& tissue, ObjectState& s) {
+  const std::size_t knots = s.block.knotCapacity(), faces = 2 * tissue.neighbours.size() + 64;
+  auto& t = s.tissue;
+  t.x.reserve(knots), t.v.reserve(knots), t.mass.reserve(knots);
+  t.origin.reserve(knots), t.knot_element.reserve(knots);
+  auto& f = s.fem_surface;
+  const std::size_t triangles = f.triangle_face.size() + faces;
+  s.triangles.reserve(triangles), s.triangle_alive.reserve(triangles), f.triangle_face.reserve(triangles);
+  Skin& skin = s.topology.skin;
+  const std::size_t most = 2 * skin.triangles.size() + faces, vertices = f.vertex_element.size() + knots;
+  skin.triangles.reserve(most), skin.layer.reserve(most), s.topology.triangle_alive.reserve(most);
+  f.skin_face.reserve(most), f.knot_vertex.reserve(knots), f.vertex_element.reserve(vertices);
+  skin.binding_start.reserve(vertices + 1), skin.texture_coordinates.reserve(vertices);
+  skin.binding_knots.reserve(skin.binding_knots.size() + knots);
+  skin.binding_weights.reserve(skin.binding_weights.size() + knots);
+}
+
+FemCut cutFem(Context& c, std::size_t object, const BladeSweep* sweeps, int count) {
+  FemCut result;
+  ObjectState& s = c.state.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  TopologyDelta& delta = c.deltas->next();
+  beginDelta(c.state, static_cast<std::uint16_t>(object), delta);
+  Job j{c, static_cast<std::uint16_t>(object), s, o, *c.model.objects[object].fem, delta, {}, {}};
+  j.low.setConstant(1e30), j.high.setConstant(-1e30);
+  for (int i = 0; i < count; ++i) {
+    if (!sweeps[i].active) continue;
+    for (const auto& p : {sweeps[i].from[0], sweeps[i].from[1], sweeps[i].to[0], sweeps[i].to[1]})
+      j.low = j.low.cwiseMin(p), j.high = j.high.cwiseMax(p);
+  }
+  // Copies of this very step lie where their originals were.
+  if (o.backup_x.size() != s.tissue.x.size() || !openFaces(j, sweeps, count)) return result;
+  fem::makeDynamic(s.tissue);
+  o.doublings.clear();
+  if (!fem::divideKnots(j.tissue, s.tissue, o.cut_knots, o.doublings)) s.degraded = true;
+  copyKnots(j);
+  renewSurface(j, sweeps, count);
+  moveAnchors(j);
+  endDelta(c.state, delta);
+  c.deltas->keep();
+  result.area = j.area;
+  result.instrument = j.instrument;
+  result.electric = j.electric;
+  result.place = faceCentre(s.tissue.x, fem::faceKnots(s.tissue, j.face));
+  const auto found =
+      std::find(s.fem_surface.triangle_face.begin(), s.fem_surface.triangle_face.end(), j.face);
+  result.triangle = found == s.fem_surface.triangle_face.end()
+                        ? 0
+                        : static_cast<std::uint32_t>(found - s.fem_surface.triangle_face.begin());
+  const std::uint32_t parts = fem::tissueParts(j.tissue, s.tissue, o.cut_roots);
+  result.separated = parts > s.fem_surface.parts ? parts - s.fem_surface.parts : 0;
+  s.fem_surface.parts = parts;
+  return result;
+}
+
+}  // namespace vest::scene

@@ -1,0 +1,270 @@
+#include <algorithm>
+#include <cmath>
+
+#include "stages.h"
+
+namespace vest::scene {
+namespace {
+
+using Eigen::Vector3d;
+using fem::TissuePoint;
+using net::Block;
+
+/// Of the proxy's mass over dt²: stiffness that its explicit coupling bears, shared by a tool's points
+/// (ours).
+constexpr double kProxyShare = 0.3;
+constexpr double kHeldShare = 0.25;  ///< (omega·h)² of contacts with the cavity, which are held over a step
+constexpr double kHeldGrip = 0.3;    ///< of mass/h: damping that friction amounts to at most
+constexpr std::uint8_t kOrgan = 255;  ///< TissuePoint::tool of contacts with other objects
+constexpr double kInexact = 1e-2;     ///< relative residual of a step's solve above which it is announced
+
+Vector3d toVector(const float v[3]) {
+  return {v[0], v[1], v[2]};
+}
+
+void addTensor(double s[6], const Vector3d& n, double w) {
+  s[0] += w * n.x() * n.x(), s[1] += w * n.y() * n.y(), s[2] += w * n.z() * n.z();
+  s[3] += w * n.x() * n.y(), s[4] += w * n.x() * n.z(), s[5] += w * n.y() * n.z();
+}
+
+/// Contacts with rigid objects: springs at the place where the knot would be, weak enough for each mass.
+void addPlanes(ObjectState& s, ObjectScratch& o, double h) {
+  Block& b = s.block;
+  const float* const mass = b.row(Block::kMass);
+  for (const contact::PlaneContact& c : o.planes) {
+    const std::uint32_t k = c.knot;
+    const Vector3d n = toVector(c.normal), v = s.tissue.dynamic ? s.tissue.v[k] : Vector3d(Vector3d::Zero());
+    const double inertia = s.tissue.dynamic ? mass[k] : 1.0 / b.row(Block::kInverseMass)[k];
+    const double stiffness = std::min<double>(c.stiffness, kHeldShare * inertia / (h * h));
+    const double gap = n.dot(s.tissue.x[k] + h * v) - c.offset;
+    if (gap >= 0.0) continue;
+    const double push = -stiffness * gap;
+    const Vector3d slide = v - n.dot(v) * n;
+    const double speed = std::sqrt(slide.squaredNorm()),
+                 grip = std::min<double>(c.grip, kHeldGrip * inertia / h);
+    const double coefficient = speed * grip > c.friction * push ? c.friction * push / speed : grip;
+    const Vector3d f = push * n - coefficient * slide;
+    o.loads.dissipated += coefficient * speed * speed * h;
+    b.row(Block::HX)[k] += static_cast<float>(f.x());
+    b.row(Block::HY)[k] += static_cast<float>(f.y());
+    b.row(Block::HZ)[k] += static_cast<float>(f.z());
+  }
+}
+
+/// Tool contacts and held knots as points of the implicit solve. `fraction`: of dt at the end of this batch.
+bool gatherPoints(Context& c, ObjectScratch& o, double fraction) {
+  auto& points = o.tissue.points;
+  points.clear();
+  std::array<int, tools::kInstrumentCount> of_tool{};
+  bool all = true;
+  for (const contact::Pull& p : o.pulls) {
+    if (points.size() >= fem::kMostTissuePoints) {
+      all = false;
+      break;
+    }
+    TissuePoint point;
+    point.kind = 1;
+    point.knots = {p.knot, p.knot, p.knot};
+    point.weights = {1, 0, 0};
+    point.target = toVector(p.start) + fraction * toVector(p.travel);
+    point.target_velocity = toVector(p.travel) / c.dt;
+    point.stiffness = p.stiffness, point.damping = p.damping;
+    point.tool = p.tool;
+    ++of_tool[p.tool];
+    points.push_back(point);
+  }
+  for (const contact::ToolContact& t : o.contacts) {
+    TissuePoint point;
+    Vector3d q = Vector3d::Zero();
+    for (int e = 0; e < 3; ++e) {
+      point.knots[e] = t.knots[e], point.weights[e] = t.weights[e];
+      q += point.weights[e] * o.tissue.q[t.knots[e]];
+    }
+    point.normal = toVector(t.normal);
+    point.target = toVector(t.start) + fraction * toVector(t.travel);
+    if (point.normal.dot(point.target - q) > t.reach) continue;
+    if (points.size() >= fem::kMostTissuePoints) {
+      all = false;
+      break;
+    }
+    point.target_velocity = toVector(t.travel) / c.dt;
+    point.reach = t.reach;
+    point.stiffness = t.stiffness;
+    point.friction = t.friction;
+    point.tool = t.tool;
+    ++of_tool[t.tool];
+    points.push_back(point);
+  }
+  for (TissuePoint& point : points) {  // those of tools
+    point.most_stiffness =
+        kProxyShare * interaction::kProxyMass / (c.dt * c.dt * std::max(1, of_tool[point.tool]));
+    point.stiffness = std::min(point.stiffness, point.most_stiffness);
+  }
+  return all;
+}
+
+/// Contacts with objects that move later in this batch: where these will be without them.
+bool gatherOrgans(Context& c, std::size_t object, double h) {
+  auto& points = c.scratch.objects[object].tissue.points;
+  for (std::uint32_t i = 0; i < c.scratch.organ_contacts.size(); ++i) {
+    OrganContact& r = c.scratch.organ_contacts[i];
+    const bool knot = r.implicit_side == 1 && r.object == object,
+               triangle = r.implicit_side == 2 && r.other == object;
+    if (!knot && !triangle) continue;
+    r.force.setZero();
+    TissuePoint point;
+    const Vector3d normal(r.normal[0], r.normal[1], r.normal[2]);
+    Vector3d other = Vector3d::Zero(), rate = other, q = other;
+    if (knot) {
+      const ObjectState& s = c.state.objects[r.other];
+      for (int e = 0; e < 3; ++e) {
+        other += static_cast<double>(r.weights[e]) * knotPosition(s, r.triangle[e]);
+        rate += static_cast<double>(r.weights[e]) * knotVelocity(s, r.triangle[e]);
+      }
+      point.normal = -normal;
+      point.knots = {r.knot, r.knot, r.knot};
+      point.weights = {1, 0, 0};
+    } else {
+      const ObjectState& s = c.state.objects[r.object];
+      other = knotPosition(s, r.knot), rate = knotVelocity(s, r.knot);
+      point.normal = normal;
+      point.knots = r.triangle;
+      for (int e = 0; e < 3; ++e) point.weights[e] = r.weights[e];
+    }
+    point.target = other + h * rate;
+    for (int e = 0; e < 3; ++e)
+      if (point.weights[e] != 0.0) q += point.weights[e] * c.scratch.objects[object].tissue.q[point.knots[e]];
+    if (point.normal.dot(point.target - q) > r.reach) continue;
+    if (points.size() >= fem::kMostTissuePoints) return false;
+    point.target_velocity = rate;
+    point.reach = r.reach;
+    point.stiffness = point.most_stiffness = r.stiffness;
+    point.friction = r.friction;
+    point.tool = kOrgan;
+    point.source = i;
+    points.push_back(point);
+  }
+  return true;
+}
+
+/// What the tools feel, and the work that they do.
+void tellTools(Context& c, const ObjectState& s, ObjectScratch& o, double h) {
+  const double share = h / c.dt;
+  for (const TissuePoint& point : o.tissue.points) {
+    if (point.tool == kOrgan) {
+      OrganContact& r = c.scratch.organ_contacts[point.source];
+      r.force = r.implicit_side == 1 ? point.force : Vector3d(-point.force);
+      o.loads.dissipated += h * point.slip_power;
+      continue;
+    }
+    contact::ToolLoad& load = o.loads.tools[point.tool];
+    if (point.kind == 0 && point.force.squaredNorm() == 0.0) continue;
+    load.touched = true;
+    Vector3d q = Vector3d::Zero();
+    for (int e = 0; e < 3; ++e)
+      if (point.weights[e] != 0.0) q += point.weights[e] * s.tissue.x[point.knots[e]];
+    const Vector3d impulse = -h * point.force, moment = q.cross(impulse);
+    for (int e = 0; e < 3; ++e) load.impulse[e] += impulse[e], load.moment[e] += moment[e];
+    // Spring of the contact and tissue behind it, in series.
+    const double k = point.stiffness > 0.0 ? share / (1.0 / point.stiffness + point.compliance) : 0.0;
+    if (point.kind == 1) {
+      for (int e = 0; e < 3; ++e) load.stiffness[e] += k, load.damping[e] += point.damping * share;
+    } else {
+      addTensor(load.stiffness, point.normal, k);
+      const double push = -point.force.dot(point.normal);
+      for (int e = 0; e < 3; ++e) load.normal[e] += point.normal[e] * push * share;
+    }
+    o.loads.work += h * point.force.dot(point.target_velocity);
+    o.loads.dissipated += h * point.slip_power;
+  }
+}
+
+/// Force of the attachments: what the tissue and other forces do to held knots; for elastostatic objects the
+/// opposite of everything that acts on them, since they are in equilibrium.
+Vector3d reactionOf(const Context& c, std::size_t object, const std::array<const float*, 3>& held,
+                    const Vector3d& internal) {
+  const ObjectState& s = c.state.objects[object];
+  const fem::Model& m = *c.model.objects[object].fem->model;
+  Vector3d reaction = -internal;
+  for (std::size_t k = 0; k < s.tissue.x.size(); ++k) {
+    if (s.tissue.dynamic && !s.fixed[k]) continue;
+    reaction -= Vector3d(held[0][k], held[1][k], held[2][k]);
+    if (!s.tissue.dynamic) reaction -= s.tissue.mass[k] * c.state.gravity + m.load[s.tissue.origin[k]];
+  }
+  if (s.tissue.dynamic) return reaction;
+  for (const TissuePoint& point : c.scratch.objects[object].tissue.points) reaction -= point.force;
+  return reaction;
+}
+
+double kineticOf(const fem::TissueState& s) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < s.x.size(); ++k) sum += 0.5 * s.mass[k] * s.v[k].squaredNorm();
+  return s.dynamic ? sum : 0.0;
+}
+
+}  // namespace
+
+void copyTissue(ObjectState& s) {
+  Block& b = s.block;
+  for (std::size_t k = 0; k < s.tissue.x.size(); ++k) {
+    for (int axis = 0; axis < 3; ++axis) {
+      b.row(static_cast<Block::KnotRow>(Block::X + axis))[k] = static_cast<float>(s.tissue.x[k][axis]);
+      b.row(static_cast<Block::KnotRow>(Block::VX + axis))[k] = static_cast<float>(s.tissue.v[k][axis]);
+    }
+  }
+}
+
+void advanceFem(Context& c, std::size_t object, int batch) {
+  ObjectState& s = c.state.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  const fem::TissueModel& tissue = *c.model.objects[object].fem;
+  const int batches = s.batches * c.stretch;
+  const double h = c.dt / batches;
+  if (batch == 0) s.degraded = false;
+  addPlanes(s, o, h);
+  const std::array<const float*, 3> held{s.block.row(Block::HX), s.block.row(Block::HY),
+                                         s.block.row(Block::HZ)};
+  bool good = fem::freeTissueStep(tissue, s.tissue, h, held, c.state.gravity, o.tissue);
+  double before = 0.0;
+  if (c.account) before = kineticOf(s.tissue) + fem::tissueEnergy(tissue, s.tissue);
+  // What held knots take from the tissue, before the solver uses its room for something else.
+  Vector3d internal = Vector3d::Zero();
+  for (std::size_t k = 0; s.tissue.dynamic && k < s.tissue.x.size(); ++k)
+    if (s.fixed[k]) internal += o.tissue.force[k];
+  double inexact = o.tissue.residual;
+  bool all = good && gatherPoints(c, o, static_cast<double>(batch + 1) / batches);
+  all = all && gatherOrgans(c, object, h);
+  if (good) {
+    fem::solveTissuePoints(tissue, s.tissue, h, o.tissue);
+    inexact = std::max(inexact, o.tissue.residual);
+    if (c.account) {  // places at the start, for the work of held forces
+      for (std::size_t k = 0; k < s.tissue.x.size(); ++k) o.tissue.p[k] = s.tissue.x[k];
+    }
+    good = fem::endTissueStep(tissue, s.tissue, h, o.tissue);
+  }
+  if (!good) {
+    o.faulty = true;
+    return;
+  }
+  o.reaction = reactionOf(c, object, held, internal);
+  tellTools(c, s, o, h);
+  if (c.account) {
+    double work = 0.0;  // of all forces from outside, gravity too
+    for (std::size_t k = 0; k < s.tissue.x.size(); ++k) {
+      Vector3d f(held[0][k], held[1][k], held[2][k]);
+      if (!s.tissue.dynamic) f += s.tissue.mass[k] * c.state.gravity;
+      work += f.dot(s.tissue.x[k] - o.tissue.p[k]);
+    }
+    for (const TissuePoint& point : o.tissue.points) {
+      for (int e = 0; e < 3; ++e) {
+        if (point.weights[e] != 0.0)
+          work += point.weights[e] * point.force.dot(s.tissue.x[point.knots[e]] - o.tissue.p[point.knots[e]]);
+      }
+    }
+    o.heat += before + work - kineticOf(s.tissue) - fem::tissueEnergy(tissue, s.tissue);
+  }
+  if (inexact > kInexact || !all) s.degraded = true;
+  copyTissue(s);
+}
+
+}  // namespace vest::scene

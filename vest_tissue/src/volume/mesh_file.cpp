@@ -1,0 +1,360 @@
+#include "vest_tissue/volume/mesh_file.h"
+
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <stdexcept>
+#include <unordered_map>
+
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <assimp/Importer.hpp>
+
+namespace vest::volume {
+namespace {
+
+constexpr std::size_t kMostNodes = 2000000;  // of a file (ours)
+
+/// Words of a text file, with the line for messages.
+class Words {
+ public:
+  Words(const std::string& path, const std::string& bytes) : path_(path), bytes_(bytes) {}
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw std::invalid_argument(path_ + ":" + std::to_string(line_) + ": " + what);
+  }
+  bool next(std::string& word) {
+    while (at_ < bytes_.size() && std::isspace(static_cast<unsigned char>(bytes_[at_]))) {
+      if (bytes_[at_++] == '\n') ++line_;
+    }
+    const std::size_t first = at_;
+    while (at_ < bytes_.size() && !std::isspace(static_cast<unsigned char>(bytes_[at_]))) ++at_;
+    word.assign(bytes_, first, at_ - first);
+    return !word.empty();
+  }
+  std::string word(const char* what) {
+    std::string w;
+    if (!next(w)) fail(std::string("ends where ") + what + " was expected");
+    return w;
+  }
+  void skipLine() {
+    while (at_ < bytes_.size() && bytes_[at_] != '\n') ++at_;
+  }
+  std::string restOfLine() {
+    const std::size_t first = at_;
+    skipLine();
+    return bytes_.substr(first, at_ - first);
+  }
+  double number(const char* what) {
+    const std::string w = word(what);
+    char* end = nullptr;
+    const double value = std::strtod(w.c_str(), &end);
+    if (end != w.c_str() + w.size() || !std::isfinite(value))
+      fail(std::string(what) + ": '" + w.substr(0, 40) + "'; allowed: a finite number");
+    return value;
+  }
+  std::size_t whole(const char* what, std::size_t most) {
+    const double value = number(what);
+    if (!(value >= 0.0 && value <= static_cast<double>(most)) || value != std::floor(value))
+      fail(std::string(what) + ": " + std::to_string(value) + "; allowed: whole numbers from 0 to " +
+           std::to_string(most));
+    return static_cast<std::size_t>(value);
+  }
+  /// A count of things of which each takes at least two bytes of the file.
+  std::size_t count(const char* what) { return whole(what, std::min(kMostNodes * 8, bytes_.size() / 2 + 1)); }
+  void expect(const char* wanted) {
+    const std::string w = word(wanted);
+    if (w != wanted) fail("'" + w.substr(0, 40) + "'; allowed here: " + wanted);
+  }
+
+ private:
+  const std::string& path_;
+  const std::string& bytes_;
+  std::size_t at_ = 0;
+  int line_ = 1;
+};
+
+constexpr std::size_t kTag = 1u << 30;
+
+/// Nodes of an element by gmsh's number of its kind; 0: not known.
+std::size_t nodesOfKind(std::size_t kind) {
+  static const std::map<std::size_t, std::size_t> known{
+      {1, 2}, {2, 3},  {3, 4},   {4, 4},  {5, 8},  {6, 6},   {7, 5},   {8, 3},
+      {9, 6}, {10, 9}, {11, 10}, {15, 1}, {16, 8}, {17, 20}, {18, 15}, {19, 13}};
+  const auto found = known.find(kind);
+  return found == known.end() ? 0 : found->second;
+}
+
+Lattice readGmsh(const std::string& path, const std::string& bytes) {
+  Words in(path, bytes);
+  Lattice mesh;
+  std::unordered_map<std::size_t, Index> node;
+  std::unordered_map<std::size_t, std::uint16_t> physical;  // of volumes, 4.1
+  in.expect("$MeshFormat");
+  const std::string version = in.word("the version");
+  const bool old = version == "2.2";
+  if (!old && version != "4.1") in.fail("version " + version.substr(0, 20) + "; allowed: 2.2 or 4.1");
+  if (in.whole("the file type", 1) != 0) in.fail("a binary file; allowed: ASCII (gmsh -bin 0)");
+  in.whole("the data size", 16);
+  in.expect("$EndMeshFormat");
+  const auto addNode = [&](std::size_t tag, const Eigen::Vector3d& x) {
+    if (!node.emplace(tag, static_cast<Index>(mesh.nodes.size())).second)
+      in.fail("node " + std::to_string(tag) + " stands there twice; allowed: once");
+    if (mesh.nodes.size() >= kMostNodes) in.fail("more than " + std::to_string(kMostNodes) + " nodes");
+    mesh.nodes.push_back(x);
+  };
+  const auto vector = [&] {
+    Eigen::Vector3d x;
+    for (int a = 0; a < 3; ++a) x[a] = in.number("a coordinate");
+    return x;
+  };
+  const auto element = [&](std::size_t kind, std::uint16_t label) {
+    const std::size_t nodes = nodesOfKind(kind);
+    if (nodes == 0)
+      in.fail("element kind " + std::to_string(kind) + "; allowed: points, lines, triangles, tetrahedra …");
+    std::array<Index, 4> t{};
+    for (std::size_t k = 0; k < nodes; ++k) {
+      const auto found = node.find(in.whole("a node", kTag));
+      if (found == node.end()) in.fail("an element names a node that does not exist");
+      if (k < 4) t[k] = found->second;
+    }
+    if (kind == 11) in.fail("a tetrahedron of second order; allowed: four nodes (gmsh -order 1)");
+    if (kind != 4) return;
+    mesh.tetrahedra.push_back(t);
+    mesh.label.push_back(label);
+  };
+  std::string section;
+  while (in.next(section)) {
+    if (section == "$Nodes" && old) {
+      const std::size_t count = in.count("the number of nodes");
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::size_t tag = in.whole("a node", kTag);
+        addNode(tag, vector());
+      }
+      in.expect("$EndNodes");
+    } else if (section == "$Nodes") {
+      const std::size_t blocks = in.count("the number of blocks");
+      for (int k = 0; k < 3; ++k) in.whole("a count", kTag);
+      for (std::size_t b = 0; b < blocks; ++b) {
+        in.whole("a dimension", 3), in.whole("an entity", kTag);
+        if (in.whole("parametric", 1) != 0) in.fail("parametric nodes; allowed: none");
+        std::vector<std::size_t> tags(in.count("the number of nodes"));
+        for (auto& tag : tags) tag = in.whole("a node", kTag);
+        for (const auto tag : tags) addNode(tag, vector());
+      }
+      in.expect("$EndNodes");
+    } else if (section == "$Elements" && old) {
+      const std::size_t count = in.count("the number of elements");
+      for (std::size_t i = 0; i < count; ++i) {
+        in.whole("an element", kTag);
+        const std::size_t kind = in.whole("a kind", 200), tags = in.whole("the number of tags", 64);
+        std::uint16_t label = 0;
+        for (std::size_t k = 0; k < tags; ++k) {
+          const std::size_t tag = in.whole("a tag", kTag);
+          if (k == 0 && tag > 65535)
+            in.fail("physical group " + std::to_string(tag) + "; allowed: up to 65535");
+          if (k == 0) label = static_cast<std::uint16_t>(tag);
+        }
+        element(kind, label);
+      }
+      in.expect("$EndElements");
+    } else if (section == "$Elements") {
+      const std::size_t blocks = in.count("the number of blocks");
+      for (int k = 0; k < 3; ++k) in.whole("a count", kTag);
+      for (std::size_t b = 0; b < blocks; ++b) {
+        const std::size_t dimension = in.whole("a dimension", 3), entity = in.whole("an entity", kTag),
+                          kind = in.whole("a kind", 200), count = in.count("the number of elements");
+        const auto found = dimension == 3 ? physical.find(entity) : physical.end();
+        const std::uint16_t label = found == physical.end() ? std::uint16_t{0} : found->second;
+        for (std::size_t i = 0; i < count; ++i) {
+          in.whole("an element", kTag);
+          element(kind, label);
+        }
+      }
+      in.expect("$EndElements");
+    } else if (section == "$Entities" && !old) {
+      std::array<std::size_t, 4> count{};
+      for (auto& n : count) n = in.count("the number of entities");
+      for (std::size_t dimension = 0; dimension < 4; ++dimension) {
+        for (std::size_t i = 0; i < count[dimension]; ++i) {
+          const std::size_t tag = in.whole("an entity", kTag);
+          for (int k = 0; k < (dimension == 0 ? 3 : 6); ++k) in.number("a coordinate");
+          const std::size_t groups = in.count("the number of groups");
+          for (std::size_t g = 0; g < groups; ++g) {
+            const std::size_t group = in.whole("a physical group", 65535);
+            if (dimension == 3 && g == 0) physical[tag] = static_cast<std::uint16_t>(group);
+          }
+          if (dimension == 0) continue;
+          const std::size_t bounds = in.count("the number of bounding entities");
+          for (std::size_t k = 0; k < bounds; ++k) in.number("a bounding entity");
+        }
+      }
+      in.expect("$EndEntities");
+    } else if (section[0] == '$') {
+      const std::string end = "$End" + section.substr(1);
+      std::string word;
+      do {
+        if (!in.next(word)) in.fail("ends within " + section);
+      } while (word != end);
+    } else {
+      in.fail("'" + section.substr(0, 40) + "'; allowed here: a section");
+    }
+  }
+  return mesh;
+}
+
+Lattice readVtk(const std::string& path, const std::string& bytes) {
+  Words in(path, bytes);
+  Lattice mesh;
+  if (bytes.compare(0, 22, "# vtk DataFile Version") != 0)
+    in.fail("does not begin with '# vtk DataFile Version'; allowed: legacy VTK files");
+  in.skipLine();
+  in.word("a title");
+  in.skipLine();
+  if (in.word("ASCII") != "ASCII") in.fail("not an ASCII file; allowed: legacy VTK, ASCII");
+  in.expect("DATASET");
+  in.expect("UNSTRUCTURED_GRID");
+  std::vector<std::vector<std::size_t>> cells;
+  std::vector<std::size_t> kinds;
+  std::vector<std::uint16_t> labels;
+  std::string key;
+  bool of_cells = false;
+  while (in.next(key)) {
+    if (key == "POINTS") {
+      const std::size_t count = in.count("the number of points");
+      if (count > kMostNodes) in.fail("more than " + std::to_string(kMostNodes) + " points");
+      in.word("a type");
+      for (std::size_t i = 0; i < count; ++i) {
+        Eigen::Vector3d x;
+        for (int a = 0; a < 3; ++a) x[a] = in.number("a coordinate");
+        mesh.nodes.push_back(x);
+      }
+    } else if (key == "CELLS") {
+      const std::size_t first = in.count("the number of cells"), second = in.count("the size of the cells");
+      std::string word = in.word("a cell");
+      if (word == "OFFSETS") {  // 5.1
+        in.word("a type");
+        std::vector<std::size_t> offset(first);
+        for (auto& o : offset) o = in.whole("an offset", second);
+        in.expect("CONNECTIVITY");
+        in.word("a type");
+        std::vector<std::size_t> corner(second);
+        for (auto& k : corner) k = in.whole("a point", kTag);
+        for (std::size_t i = 0; i + 1 < first; ++i) {
+          if (offset[i + 1] < offset[i]) in.fail("offsets fall; allowed: ascending");
+          cells.emplace_back(corner.begin() + static_cast<std::ptrdiff_t>(offset[i]),
+                             corner.begin() + static_cast<std::ptrdiff_t>(offset[i + 1]));
+        }
+      } else {
+        for (std::size_t i = 0; i < first; ++i) {
+          std::size_t size = 0;
+          if (i == 0) {
+            char* end = nullptr;
+            const double value = std::strtod(word.c_str(), &end);
+            if (end != word.c_str() + word.size() || !(value >= 0.0 && value <= 1e6))
+              in.fail("the size of a cell is '" + word.substr(0, 40) + "'");
+            size = static_cast<std::size_t>(value);
+          } else {
+            size = in.whole("the size of a cell", 1000000);
+          }
+          if (size > second) in.fail("a cell is larger than the list of cells");
+          cells.emplace_back(size);
+          for (auto& k : cells.back()) k = in.whole("a point", kTag);
+        }
+      }
+    } else if (key == "CELL_TYPES") {
+      kinds.resize(in.count("the number of cells"));
+      for (auto& k : kinds) k = in.whole("a cell type", 200);
+    } else if (key == "CELL_DATA" || key == "POINT_DATA") {
+      of_cells = key == "CELL_DATA";
+      in.count("a count");
+    } else if (key == "SCALARS" && of_cells && labels.empty()) {
+      in.word("a name");
+      const std::string type = in.word("a type");
+      const bool whole = type == "int" || type == "unsigned_char" || type == "short" ||
+                         type == "unsigned_short" || type == "unsigned_int" || type == "long";
+      in.skipLine();
+      in.expect("LOOKUP_TABLE");
+      in.word("a table");
+      for (std::size_t i = 0; i < cells.size(); ++i) {
+        if (whole)
+          labels.push_back(static_cast<std::uint16_t>(in.whole("a label", 65535)));
+        else
+          in.number("a value");
+      }
+    } else {
+      in.skipLine();  // fields that say nothing about the mesh
+    }
+  }
+  if (kinds.size() != cells.size())
+    in.fail(std::to_string(cells.size()) + " cells and " + std::to_string(kinds.size()) +
+            " cell types; allowed: as many");
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (kinds[i] != 10) continue;
+    if (cells[i].size() != 4) in.fail("a tetrahedron of " + std::to_string(cells[i].size()) + " points");
+    std::array<Index, 4> t{};
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (cells[i][k] >= mesh.nodes.size()) in.fail("a cell names a point that does not exist");
+      t[k] = static_cast<Index>(cells[i][k]);
+    }
+    mesh.tetrahedra.push_back(t);
+    mesh.label.push_back(labels.size() == cells.size() ? labels[i] : std::uint16_t{0});
+  }
+  return mesh;
+}
+
+std::string endingOf(const std::string& path) {
+  const auto dot = path.find_last_of('.');
+  std::string ending = dot == std::string::npos ? "" : path.substr(dot + 1);
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return ending;
+}
+
+}  // namespace
+
+Lattice readTetrahedra(const std::string& path, const std::string& bytes) {
+  const std::string ending = endingOf(path);
+  if (ending != "msh" && ending != "vtk")
+    throw std::invalid_argument(path + ": '." + ending + "'; allowed: .msh (gmsh 2.2, 4.1) or .vtk (legacy)");
+  Lattice mesh = ending == "msh" ? readGmsh(path, bytes) : readVtk(path, bytes);
+  if (mesh.tetrahedra.empty()) throw std::invalid_argument(path + ": no tetrahedra; allowed: at least one");
+  return mesh;
+}
+
+Surface readSurface(const std::string& path, const std::string& bytes) {
+  const std::string ending = endingOf(path);
+  if (ending != "obj" && ending != "stl" && ending != "ply")
+    throw std::invalid_argument(path + ": '." + ending + "'; allowed: .obj, .stl or .ply");
+  Assimp::Importer importer;
+  const aiScene* const scene =
+      importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, ending.c_str());
+  if (scene == nullptr || scene->mNumMeshes == 0)
+    throw std::invalid_argument(path + ": cannot be read as ." + ending + ": " + importer.GetErrorString());
+  Surface surface;
+  std::map<std::array<float, 3>, Index> known;
+  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene->mMeshes[m];
+    std::vector<Index> number(mesh.mNumVertices);
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+      const aiVector3D& p = mesh.mVertices[v];
+      if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+        throw std::invalid_argument(path + ": a vertex is not finite; allowed: finite numbers");
+      const auto [found, fresh] =
+          known.emplace(std::array<float, 3>{p.x, p.y, p.z}, static_cast<Index>(surface.vertices.size()));
+      if (fresh) surface.vertices.emplace_back(p.x, p.y, p.z);
+      number[v] = found->second;
+    }
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      if (face.mNumIndices != 3) continue;
+      const std::array<Index, 3> t{number[face.mIndices[0]], number[face.mIndices[1]],
+                                   number[face.mIndices[2]]};
+      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) surface.triangles.push_back(t);
+    }
+  }
+  if (surface.triangles.empty()) throw std::invalid_argument(path + ": no triangles; allowed: at least one");
+  return surface;
+}
+
+}  // namespace vest::volume

@@ -1,0 +1,125 @@
+// Scissors on finite elements in a World: parts, mass, topology on the wire, snapshots, re-simulation.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "blades.h"
+#include "slab.h"
+#include "vest_tissue/scene/topology.h"
+#include "vest_tissue/scene/world_model.h"
+
+namespace vest::fem::test {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A bar along x, 40 × 8 × 4 mm, held at x = -20 mm.
+Description bar(Motion motion, Strain strain) {
+  Description d = makeBox({16, 4, 2, 0.04, 0.008, 0.004});
+  d.name = "bar";
+  d.motion = motion, d.strain = strain;
+  d.material = {30e3, 0.45, 1050.0, 4.0, 0.004};
+  for (auto& x : d.nodes) x += Vector3d(-0.02, -0.004, 0.048);
+  return d;
+}
+
+/// Scissors from -y that close along z in the plane x = 1 mm.
+scene::StepInput inputOf(std::uint64_t i) {
+  scene::StepInput in;
+  in.step = i;
+  const double come = std::min(1.0, static_cast<double>(i) / 60.0),
+               close = std::clamp((static_cast<double>(i) - 60.0) / 120.0, 0.0, 1.0);
+  in.tools[1] =
+      vest::test::toolAt(tools::ToolKind::Scissors, Vector3d(0.001, 0.009 - 0.025 * (1.0 - come), 0.050),
+                         Vector3d(0, 1, 0), Vector3d(0, 0, 1), 0.9 * (1.0 - close));
+  return in;
+}
+
+TEST(FemCutInWorld, ScissorsDivideABarAndTheFarPartFalls) {
+  for (const auto& [motion, strain] : {std::pair{Motion::BackwardEuler, Strain::Small},
+                                       std::pair{Motion::BackwardEuler, Strain::Corotational},
+                                       std::pair{Motion::Elastostatic, Strain::Small}}) {
+    scene::Description s = sceneOf({object(bar(motion, strain))});
+    scene::World w(s), threads(s, 3);
+    scene::StepReport report;
+    std::vector<scene::Event> events;
+    const scene::Topology at_start = w.topology(0);
+    scene::Topology followed = at_start;
+    std::vector<scene::TopologyDelta> deltas;
+    const auto mass = [&] {
+      double sum = 0.0;
+      for (const double m : w.state().objects[0].tissue.mass) sum += m;
+      return sum;
+    };
+    const double before = mass();
+    std::vector<std::uint8_t> bytes;
+    std::uint32_t revision = 0;
+    for (std::uint64_t i = 0; i < 400; ++i) {
+      threads.step(inputOf(i), report);
+      ASSERT_NE(w.step(inputOf(i), report), scene::Status::Fault);
+      events.insert(events.end(), report.events.begin(), report.events.end());
+      if (i == 150) w.save(bytes);
+      if (w.revision() == revision) continue;
+      ASSERT_TRUE(w.deltasSince(revision, deltas));
+      for (const auto& d : deltas) ASSERT_TRUE(scene::applyDelta(followed, d));
+      revision = w.revision();
+    }
+    const auto count = [&](scene::EventKind kind) {
+      return std::count_if(events.begin(), events.end(), [&](const auto& e) { return e.kind == kind; });
+    };
+    EXPECT_GE(count(scene::EventKind::Cut), 2) << int(motion) << int(strain);
+    EXPECT_EQ(count(scene::EventKind::Separated), 1) << int(motion) << int(strain);
+    double area = 0.0;
+    for (const auto& e : events)
+      if (e.kind == scene::EventKind::Cut) area += e.area;
+    EXPECT_GT(area, 0.9 * 0.008 * 0.004);
+    EXPECT_LT(area, 2.5 * 0.008 * 0.004) << "faces near the blade's way, not more";
+    EXPECT_NEAR(mass(), before, 1e-12 * before);
+    const auto& state = w.state().objects[0];
+    EXPECT_EQ(state.fem_surface.parts, 2u);
+    EXPECT_EQ(state.tissue.x.size(), w.knotCount(0));
+    // The far part has fallen, the held one has not.
+    const auto x = positionsOf(w, 0);
+    float far = 0.0f, near = 1.0f;
+    for (std::size_t k = 0; k < w.knotCount(0); ++k) {
+      if (x[3 * k] > 0.010f) far = std::max(far, x[3 * k + 2]);
+      if (x[3 * k] < -0.012f) near = std::min(near, x[3 * k + 2]);
+    }
+    EXPECT_LT(far, 0.02f);
+    EXPECT_GT(near, 0.04f);
+    // Who followed the deltas has the topology itself; the skin closes around both parts.
+    const scene::Topology& t = w.topology(0);
+    EXPECT_EQ(followed.revision, t.revision);
+    EXPECT_EQ(followed.skin.triangles, t.skin.triangles);
+    EXPECT_EQ(followed.triangle_alive, t.triangle_alive);
+    EXPECT_EQ(followed.skin.binding_knots, t.skin.binding_knots);
+    EXPECT_EQ(followed.doubled_knots, t.doubled_knots);
+    std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+    std::size_t alive = 0;
+    for (std::size_t i = 0; i < t.skin.triangles.size(); ++i) {
+      if (!t.triangle_alive[i]) continue;
+      ++alive;
+      for (std::size_t e = 0; e < 3; ++e) {
+        const auto knot = [&](std::uint32_t v) { return t.skin.binding_knots[t.skin.binding_start[v]]; };
+        edges.insert({knot(t.skin.triangles[i][e]), knot(t.skin.triangles[i][(e + 1) % 3])});
+      }
+    }
+    EXPECT_GT(alive, s.objects[0].skin.triangles.size() + 8);
+    for (const auto& [a, b] : edges) ASSERT_EQ(edges.count({b, a}), 1u) << a << ' ' << b;
+    EXPECT_EQ(threads.stateHash(), w.stateHash());
+    scene::World again(s);
+    again.restore(bytes);
+    for (std::uint64_t i = 151; i < 400; ++i) {
+      again.step(inputOf(i), report);
+    }
+    EXPECT_EQ(again.stateHash(), w.stateHash());
+    w.reset();
+    EXPECT_EQ(w.knotCount(0), s.objects[0].position.size());
+    EXPECT_EQ(w.topology(0).skin.triangles, at_start.skin.triangles);
+  }
+}
+
+}  // namespace
+}  // namespace vest::fem::test

@@ -1,0 +1,148 @@
+// Protects what haptic processes stake a hand on: no torn model is ever taken for a whole one.
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "vest_tissue/shared/contact_memory.h"
+
+using namespace vest::shared;
+
+namespace {
+
+class ContactMemory : public ::testing::Test {
+ protected:
+  const std::string name_ = "/vest_test_contacts_" + std::to_string(::getpid());
+  void TearDown() override { ::shm_unlink(name_.c_str()); }
+};
+
+/// Every number of the image says the same k: a mixture of two images is seen at once.
+ContactImage image(std::uint64_t k) {
+  ContactImage i;
+  i.step = k;
+  i.steady_ns = static_cast<std::int64_t>(k);
+  for (auto& c : i.contacts) {
+    c.flags = k;
+    for (double& x : c.wrench) x = static_cast<double>(k);
+    for (double& x : c.stiffness) x = static_cast<double>(k);
+    c.jaw_torque = static_cast<double>(k);
+  }
+  return i;
+}
+
+bool whole(const ContactImage& i) {
+  const auto k = static_cast<double>(i.step);
+  if (static_cast<std::uint64_t>(i.steady_ns) != i.step) return false;
+  for (const auto& c : i.contacts) {
+    if (c.flags != i.step || c.jaw_torque != k) return false;
+    for (const double x : c.wrench) {
+      if (x != k) return false;
+    }
+    for (const double x : c.stiffness) {
+      if (x != k) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+TEST_F(ContactMemory, AReaderNeverTakesATornImageWhileTheWriterWritesAsFastAsItCan) {
+  ContactWriter writer(name_);
+  writer.write(image(1));
+  std::atomic<bool> stop{false};
+  std::thread writing([&] {
+    for (std::uint64_t k = 2; !stop; ++k) writer.write(image(k));
+  });
+  ContactReader reader(name_);
+  ASSERT_EQ(reader.connect(), "");
+  ContactImage got;
+  std::uint64_t reads = 0, last = 0, torn = 0, backwards = 0;
+  for (int i = 0; i < 200000; ++i) {
+    if (!reader.read(got)) continue;
+    ++reads;
+    torn += !whole(got);
+    backwards += got.step < last;
+    last = got.step;
+  }
+  stop = true;
+  writing.join();
+  EXPECT_GT(reads, 100u);
+  EXPECT_EQ(torn, 0u);
+  EXPECT_EQ(backwards, 0u);
+}
+
+TEST_F(ContactMemory, AWriterThatDiedWhileItWroteLeavesNothingToRead) {
+  ContactWriter writer(name_);
+  writer.write(image(7));
+  ContactReader reader(name_);
+  ASSERT_EQ(reader.connect(), "");
+  const int fd = ::shm_open(name_.c_str(), O_RDWR, 0600);
+  auto* page = static_cast<ContactPage*>(
+      ::mmap(nullptr, sizeof(ContactPage), PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0));
+  ::close(fd);
+  page->sequence += 1;  // killed in the middle
+  page->words[100] = 12345;
+  ContactImage got = image(3);
+  EXPECT_FALSE(reader.read(got));
+  EXPECT_EQ(got.step, 3u) << "what the reader had is untouched";
+
+  ContactWriter next(name_);
+  EXPECT_FALSE(reader.read(got)) << "the torn image stays hidden until the new writer has written";
+  EXPECT_GT(next.generation(), writer.generation());
+  next.write(image(9));
+  ASSERT_TRUE(reader.read(got)) << "a reader keeps its mapping across a restart of the simulation";
+  EXPECT_EQ(got.step, 9u);
+  EXPECT_EQ(got.generation, next.generation());
+  ::munmap(page, sizeof(ContactPage));
+}
+
+TEST_F(ContactMemory, AnotherLayoutAMissingAndAShortMemoryAreRefusedInWords) {
+  ContactReader reader(name_);
+  EXPECT_NE(reader.connect().find("no simulation has made it yet"), std::string::npos);
+  ContactImage got;
+  EXPECT_FALSE(reader.read(got));
+  const int fd = ::shm_open(name_.c_str(), O_RDWR | O_CREAT, 0600);
+  ASSERT_EQ(::ftruncate(fd, 64), 0);
+  EXPECT_NE(reader.connect().find("smaller"), std::string::npos);
+  ::close(fd);
+  {
+    ContactWriter writer(name_);
+    const int again = ::shm_open(name_.c_str(), O_RDWR, 0600);
+    auto* page = static_cast<ContactPage*>(
+        ::mmap(nullptr, sizeof(ContactPage), PROT_READ | PROT_WRITE, MAP_SHARED, again, 0));
+    ::close(again);
+    page->version = 99;
+    EXPECT_NE(reader.connect().find("version 99; allowed: 1"), std::string::npos);
+    ::munmap(page, sizeof(ContactPage));
+  }
+}
+
+TEST_F(ContactMemory, AWriterInAnotherProcessIsSeen) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ContactWriter writer(name_);
+    writer.write(image(42));
+    ::_exit(0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  ContactReader reader(name_);
+  ASSERT_EQ(reader.connect(), "");
+  ContactImage got;
+  ASSERT_TRUE(reader.read(got));
+  EXPECT_EQ(got.step, 42u);
+}
+
+TEST(ContactMemoryName, SessionsOnOneMachineGetMemoriesOfTheirOwn) {
+  const std::string a = contactMemoryName("http://localhost:11311/", "/vest");
+  EXPECT_NE(a, contactMemoryName("http://localhost:11312/", "/vest"));
+  EXPECT_NE(a, contactMemoryName("http://localhost:11311/", "/lab/vest"));
+  EXPECT_EQ(a.rfind('/'), 0u) << "shm_open wants exactly one slash, in front";
+}

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "vest_viz/instrument/stl.h"
+
+/// Geometry of what is neither tissue nor instrument: clips, threads, needles, slings, drops, pools, puffs.
+/// World frame, metres. Bad numbers (NaN, empty, negative sizes) leave the thing concerned out.
+namespace vest::effects {
+
+/// A titanium clip, closed: two legs along z side by side in x, joined at -z. Its middle is the origin.
+/// @param length m, of a leg; @param gap m, between the legs; @param wire m, radius of the wire
+instrument::TriangleMesh clip(double length, double gap, double wire);
+/// A round chain (thread, sling) through points. @param points x y z; @param closed joins the ends
+instrument::TriangleMesh tube(const float* points, std::size_t count, double radius, bool closed);
+/// A curved needle: arc about z in the x-y plane, its middle on x; pointed at the positive end.
+/// @param arc_radius, wire_radius m; @param arc_angle rad
+instrument::TriangleMesh needle(double arc_radius, double arc_angle, double wire_radius);
+/// A ball, for knots of a thread.
+instrument::TriangleMesh ball(const Eigen::Vector3d& centre, double radius);
+/// Adds b, moved by X, to a.
+void append(instrument::TriangleMesh* a, const instrument::TriangleMesh& b, const Eigen::Isometry3d& X);
+
+/// Quads that face the camera, four vertices each, as ogre_media/quads.vert reads them.
+struct Quads {
+  std::vector<float> corners;   ///< m, world; x y z per vertex
+  std::vector<float> colours;   ///< r g b per vertex
+  std::vector<float> features;  ///< opacity, kind (drops) or seed (puffs), phase
+  std::size_t count() const { return corners.size() / 12; }
+  void clear() { corners.clear(), colours.clear(), features.clear(); }
+};
+
+/// How blood and water mix for the eye; a little blood colours much water. @param blood 0 … 1
+struct Tint {
+  float r, g, b, opacity;
+};
+Tint fluidTint(double blood);
+
+/// Particles as balls, drawn out along their motion across the picture while the shutter is open.
+/// @param blood 0 … 255 per particle, may be empty (all blood); @param eye m, camera in world
+/// @param shutter s; a streak is as much fainter as it is longer
+/// @return particles left out because they are not finite
+std::size_t addDrops(const float* positions, const float* velocities, const std::uint8_t* blood,
+                     std::size_t count, double radius, const Eigen::Vector3d& eye, double shutter,
+                     Quads* quads);
+/// Air bubbles: x y z radius each.
+void addBubbles(const float* bubbles, std::size_t count, const Eigen::Vector3d& eye, Quads* quads);
+/// A puff of smoke; opacity follows from density · 2 radius (Beer-Lambert with kSmokeExtinction).
+void addPuff(const Eigen::Vector3d& centre, double radius, double density, double phase, std::uint32_t seed,
+             const Eigen::Vector3d& eye, Quads* quads);
+/// m2/kg: mass extinction of smoke in visible light; 8.7 m2/g is Mulholland & Croarkin 2000 (Fire and
+/// Materials 24:227) for post-flame soot, surgical plumes are mostly droplets of water and organic matter:
+/// 3 m2/g assumed.
+constexpr double kSmokeExtinction = 3000.0;
+
+/// Surface of a pool from its height field, with a border of one cell so that it dips below the tissue.
+struct Pool {
+  std::vector<float> positions, normals;  ///< x y z per vertex, world
+  std::vector<float> features;            ///< share of blood, opacity, 0 per vertex
+  std::vector<std::uint32_t> triangles;
+};
+/// @param height m above the origin's plane at the middle of each cell, row-major, NaN where dry
+Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
+                 const float* height, double blood);
+
+}  // namespace vest::effects

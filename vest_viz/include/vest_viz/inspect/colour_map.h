@@ -1,0 +1,23 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace vest::inspect {
+
+using Colour = std::array<float, 3>;  ///< sRGB, 0 … 1
+
+/// A value between 0 and 1 as a colour: dark blue, teal, green, yellow, brightening all the way, so that it
+/// is read alike in grey and by colour-blind people. Colours are ours. NaN is grey.
+Colour valueColour(float t);
+/// A colour for a name (of an object, a material): the same name has the same colour everywhere.
+Colour nameColour(const std::string& name);
+/// Colour of a layer of TissueObject.triangle_layer.
+Colour layerColour(unsigned layer);
+
+/// Ticks of a scale from low to high: round numbers, at most `most`, all inside. Empty if low is not below
+/// high or one of them is not finite.
+std::vector<double> ticks(double low, double high, int most);
+
+}  // namespace vest::inspect

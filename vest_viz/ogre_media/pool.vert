@@ -1,0 +1,17 @@
+#version 120
+// Surface of standing fluid.
+uniform mat4 worldview_matrix;
+uniform mat4 worldviewproj_matrix;
+uniform vec4 light;
+varying vec3 position;
+varying vec3 normal;
+varying vec2 place;  // m along the surface
+varying vec2 fluid;  // share of blood, opacity at the border
+
+void main() {
+  position = (worldview_matrix * gl_Vertex).xyz;
+  normal = (worldview_matrix * vec4(gl_Normal, 0.0)).xyz;
+  place = gl_Vertex.xy;
+  fluid = gl_MultiTexCoord1.xy;
+  gl_Position = worldviewproj_matrix * gl_Vertex;
+}

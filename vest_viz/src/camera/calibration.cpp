@@ -1,0 +1,72 @@
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include <yaml-cpp/yaml.h>
+
+#include "vest_viz/camera/model.h"
+
+namespace vest::camera {
+namespace {
+
+template <class T>
+T read(const YAML::Node& root, const std::string& path, const char* field, const char* sub,
+       const char* allowed) {
+  const YAML::Node outer = root[field];
+  const YAML::Node node = sub != nullptr && outer && outer.IsMap() ? outer[sub] : outer;
+  const std::string name = std::string(field) + (sub != nullptr ? std::string(".") + sub : "");
+  try {
+    if (node) return node.as<T>();
+  } catch (const YAML::Exception&) {
+    throw std::runtime_error(path + ": " + name + " cannot be read (allowed: " + allowed + ")");
+  }
+  throw std::runtime_error(path + ": " + name + " is missing (allowed: " + allowed + ")");
+}
+
+}  // namespace
+
+Intrinsics readCalibration(const std::string& path) {
+  YAML::Node root;
+  try {
+    root = YAML::LoadFile(path);
+  } catch (const YAML::BadFile&) {
+    throw std::runtime_error(path + ": no such file");
+  } catch (const YAML::Exception& e) {
+    throw std::runtime_error(path + ": not YAML: " + e.what());
+  }
+  if (!root.IsMap()) throw std::runtime_error(path + ": not a calibration file");
+  Intrinsics c;
+  const auto width = read<int>(root, path, "image_width", nullptr, "64 … 4096 pixels");
+  const auto height = read<int>(root, path, "image_height", nullptr, "64 … 4096 pixels");
+  if (width < 64 || width > 4096 || height < 64 || height > 4096)
+    throw std::runtime_error(path + ": image_width, image_height: " + std::to_string(width) + ", " +
+                             std::to_string(height) + " (allowed: 64 … 4096 pixels)");
+  c.width = static_cast<std::uint32_t>(width);
+  c.height = static_cast<std::uint32_t>(height);
+  const auto K = read<std::vector<double>>(root, path, "camera_matrix", "data", "nine numbers, row-major");
+  const bool sound = K.size() == 9 &&
+                     std::all_of(K.begin(), K.end(), [](double v) { return std::isfinite(v); }) &&
+                     K[0] > 0.1 * width && K[0] < 20 * width && K[4] > 0.1 * height && K[4] < 20 * height &&
+                     K[1] == 0 && K[2] >= 0 && K[2] < width && K[5] >= 0 && K[5] < height;
+  if (!sound)
+    throw std::runtime_error(path +
+                             ": camera_matrix.data (allowed: [fx 0 cx 0 fy cy 0 0 1], focal lengths 0.1 … 20 "
+                             "times the picture's size, no skew, principal point in the picture)");
+  c.fx = K[0], c.cx = K[2], c.fy = K[4], c.cy = K[5];
+  const auto model = read<std::string>(root, path, "distortion_model", nullptr, "plumb_bob, equidistant");
+  if (model != "plumb_bob" && model != "equidistant")
+    throw std::runtime_error(path + ": distortion_model: " + model + " (allowed: plumb_bob, equidistant)");
+  c.model = model == "plumb_bob" ? Distortion::PlumbBob : Distortion::Equidistant;
+  const auto D = read<std::vector<double>>(root, path, "distortion_coefficients", "data", "4 or 5 numbers");
+  const std::size_t most = c.model == Distortion::PlumbBob ? 5 : 4;
+  if (D.size() < 4 || D.size() > most ||
+      !std::all_of(D.begin(), D.end(), [](double v) { return std::isfinite(v) && std::fabs(v) < 10; }))
+    throw std::runtime_error(path +
+                             ": distortion_coefficients.data (allowed: 4 or 5 numbers of plumb_bob, 4 of "
+                             "equidistant, below 10)");
+  std::copy(D.begin(), D.end(), c.distortion.begin());
+  return c;
+}
+
+}  // namespace vest::camera

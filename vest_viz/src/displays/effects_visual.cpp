@@ -1,0 +1,232 @@
+#include "effects_visual.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <OgreMaterialManager.h>
+#include <OgreSceneManager.h>
+#include <OgreSceneNode.h>
+#include <OgreTechnique.h>
+#include <OgreTextureUnitState.h>
+
+#include "conversion.h"
+#include "ogre_assets.h"
+
+namespace vest::displays {
+namespace {
+
+// A medium-large titanium clip: 8 mm closed (as vest_instruments/tool_geometry), legs of 0.6 mm wire;
+// assumed.
+constexpr double kClipLength = 0.008, kClipWire = 0.0003, kClipGap = 0.0004;
+constexpr double kSlingRadius = 0.00025;  // m: USP 0 catgut is 0.40 … 0.50 mm thick
+constexpr double kShutter = 0.008;        // s: of an endoscope's camera in good light; assumed
+constexpr std::size_t kMostDrops = 40000, kMostPuffs = 400;
+
+void setConstant(const Ogre::MaterialPtr& material, const char* name, const Ogre::Vector4& value,
+                 bool vertex) {
+  Ogre::Pass* pass = material->getTechnique(0)->getPass(0);
+  if (!(vertex ? pass->hasVertexProgram() : pass->hasFragmentProgram())) return;
+  const auto parameters = vertex ? pass->getVertexProgramParameters() : pass->getFragmentProgramParameters();
+  parameters->setIgnoreMissingParams(true);
+  parameters->setNamedConstant(name, value);
+}
+
+}  // namespace
+
+EffectsVisual::EffectsVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent, bool depth_in_alpha)
+    : manager_(manager), node_(parent->createChildSceneNode()), depth_in_alpha_(depth_in_alpha) {}
+
+EffectsVisual::~EffectsVisual() {
+  const auto destroy = [](Surface& s) {
+    s.mesh.reset();
+    if (s.material) Ogre::MaterialManager::getSingleton().remove(s.material);
+  };
+  for (Surface* s : {&metal_, &thread_, &drop_, &puff_}) destroy(*s);
+  for (Surface& s : pool_) destroy(s);
+  node_->getParentSceneNode()->removeChild(node_);
+  manager_->destroySceneNode(node_);
+}
+
+void EffectsVisual::make(Surface* s, const char* material, std::uint8_t queue) {
+  if (s->mesh) return;
+  s->material = cloneMaterial(material);
+  if (warning_.empty()) warning_ = unsupported(s->material);
+  s->mesh = std::make_unique<DynamicMesh>(manager_, node_, s->material, queue);
+}
+
+void EffectsVisual::show(Surface* s, const instrument::TriangleMesh& mesh) {
+  // Threads move more often than they change their number of knots.
+  if (s->triangles != mesh.triangles) {
+    s->triangles = mesh.triangles;
+    s->mesh->setShape(mesh.triangles, {}, {}, mesh.positions.size() / 3);
+  }
+  s->mesh->setVertices(mesh.positions, mesh.normals, {});
+  s->mesh->setVisible(visible_ && !mesh.triangles.empty());
+}
+
+void EffectsVisual::show(Surface* s, effects::Quads* quads) {
+  const std::size_t n = quads->count();
+  s->mesh->setVisible(visible_ && n > 0);
+  if (n == 0) return;
+  if (n > s->capacity) {
+    s->capacity = std::max<std::size_t>(64, 2 * n);
+    std::vector<std::uint32_t> triangles;
+    std::vector<float> corners;
+    for (std::uint32_t q = 0; q < s->capacity; ++q) {
+      for (std::uint32_t k : {0u, 1u, 2u, 0u, 2u, 3u}) triangles.push_back(4 * q + k);
+      corners.insert(corners.end(), {-1, -1, 1, -1, 1, 1, -1, 1});
+    }
+    s->mesh->setShape(triangles, corners, {}, 4 * s->capacity);
+  }
+  // Quads that are not used have no area.
+  for (std::vector<float>* values : {&quads->corners, &quads->colours, &quads->features})
+    values->resize(12 * s->capacity, 0.0f);
+  s->mesh->setVertices(quads->corners, quads->colours, quads->features);
+  for (std::vector<float>* values : {&quads->corners, &quads->colours, &quads->features})
+    values->resize(12 * n);
+}
+
+void EffectsVisual::setAttachments(const vest_msgs::TissueAttachments& attachments) {
+  clips_mesh_ = {};
+  for (const vest_msgs::TissueAttachment& a : attachments.attachments) {
+    Eigen::Isometry3d X;
+    if (a.kind != vest_msgs::TissueAttachment::CLIP || !toPose(a.pose, &X)) continue;
+    const double closure = std::isfinite(a.closure) ? std::clamp(a.closure, 0.0, 1.0) : 1.0;
+    effects::append(&clips_mesh_, effects::clip(kClipLength, kClipGap + (1 - closure) * 0.002, kClipWire), X);
+  }
+  rebuildMetal();
+}
+
+void EffectsVisual::rebuildMetal() {
+  metal_mesh_ = clips_mesh_;
+  effects::append(&metal_mesh_, needles_mesh_, Eigen::Isometry3d::Identity());
+  if (metal_mesh_.triangles.empty() && !metal_.mesh) return;
+  if (!metal_.mesh) {
+    make(&metal_, "vest_viz/Metal", Ogre::RENDER_QUEUE_MAIN - 5);
+    setConstant(metal_.material, "metal", Ogre::Vector4(0.85f, 0.15f, 0.0f, 0.10f), false);
+    setConstant(metal_.material, "depth_in_alpha", Ogre::Vector4(depth_in_alpha_ ? 1.0f : 0.0f, 0, 0, 0),
+                false);
+  }
+  show(&metal_, metal_mesh_);
+}
+
+void EffectsVisual::setSutures(const vest_msgs::SutureStates& sutures) {
+  needles_mesh_ = {};
+  thread_mesh_ = {};
+  const Eigen::Isometry3d here = Eigen::Isometry3d::Identity();
+  for (const vest_msgs::SutureNeedle& needle : sutures.needles) {
+    Eigen::Isometry3d X;
+    if (toPose(needle.pose, &X))
+      effects::append(&needles_mesh_,
+                      effects::needle(needle.arc_radius, needle.arc_angle, needle.wire_radius), X);
+  }
+  for (const vest_msgs::SutureThread& thread : sutures.threads)
+    effects::append(&thread_mesh_,
+                    effects::tube(thread.positions.data(), thread.positions.size() / 3,
+                                  std::clamp<double>(thread.radius, 0.00005, 0.002), false),
+                    here);
+  for (const vest_msgs::SutureSling& sling : sutures.slings) {
+    effects::append(&thread_mesh_,
+                    effects::tube(sling.positions.data(), sling.positions.size() / 3, kSlingRadius, true),
+                    here);
+    effects::append(&thread_mesh_,
+                    effects::ball({sling.knot.x, sling.knot.y, sling.knot.z}, 2.2 * kSlingRadius), here);
+  }
+  rebuildMetal();
+  if (thread_mesh_.triangles.empty() && !thread_.mesh) return;
+  if (!thread_.mesh) {
+    make(&thread_, "vest_viz/Metal", Ogre::RENDER_QUEUE_MAIN - 5);
+    // Dyed violet, as absorbable threads are, so that they stand out from tissue.
+    setConstant(thread_.material, "metal", Ogre::Vector4(0.15f, 0.9f, 0.0f, 0.5f), false);
+    setConstant(thread_.material, "colour", Ogre::Vector4(0.42f, 0.28f, 0.62f, 0), false);
+    setConstant(thread_.material, "depth_in_alpha", Ogre::Vector4(depth_in_alpha_ ? 1.0f : 0.0f, 0, 0, 0),
+                false);
+  }
+  show(&thread_, thread_mesh_);
+}
+
+void EffectsVisual::setFluid(const vest_msgs::FluidState& fluid, const Eigen::Vector3d& eye) {
+  drops_.clear();
+  const std::size_t n = std::min(fluid.positions.size() / 3, kMostDrops);
+  const bool moving = fluid.velocities.size() >= 3 * n, mixed = fluid.blood_fraction.size() >= n;
+  effects::addDrops(fluid.positions.data(), moving ? fluid.velocities.data() : nullptr,
+                    mixed ? fluid.blood_fraction.data() : nullptr, n, fluid.particle_radius, eye, kShutter,
+                    &drops_);
+  pools_.clear();
+  for (const vest_msgs::FluidPool& pool : fluid.pools) {
+    Eigen::Isometry3d X;
+    const std::uint64_t cells = static_cast<std::uint64_t>(pool.columns) * pool.rows;
+    if (!toPose(pool.origin, &X) || cells != pool.height.size() || cells == 0 || cells > 1000000) continue;
+    pools_.push_back(
+        effects::poolSurface(X, pool.cell, pool.columns, pool.rows, pool.height.data(), pool.blood_fraction));
+    effects::addBubbles(pool.bubbles.data(), pool.bubbles.size() / 4, eye, &drops_);
+  }
+  if (drops_.count() > 0) make(&drop_, "vest_viz/Drops", Ogre::RENDER_QUEUE_MAIN + 20);
+  if (drop_.mesh) show(&drop_, &drops_);
+  while (pool_.size() < pools_.size()) {
+    pool_.emplace_back();
+    make(&pool_.back(), "vest_viz/Pool", Ogre::RENDER_QUEUE_MAIN + 15);
+    pool_.back().material->getTechnique(0)->getPass(0)->getTextureUnitState("micro")->setTexture(
+        microTexture());
+  }
+  for (std::size_t i = 0; i < pool_.size(); ++i) {
+    Surface& s = pool_[i];
+    if (i >= pools_.size() || pools_[i].triangles.empty()) {
+      s.mesh->setVisible(false);
+      continue;
+    }
+    const effects::Pool& pool = pools_[i];
+    if (s.triangles != pool.triangles) {
+      s.triangles = pool.triangles;
+      s.mesh->setShape(pool.triangles, {}, {}, pool.positions.size() / 3);
+    }
+    s.mesh->setVertices(pool.positions, pool.normals, pool.features);
+    s.mesh->setVisible(visible_);
+    setConstant(s.material, "ripple", Ogre::Vector4(0.05f, 0, 0, 0), false);
+  }
+}
+
+void EffectsVisual::setSmoke(const vest_msgs::SmokeState& smoke, const Eigen::Vector3d& eye,
+                             bool billboards) {
+  puffs_.clear();
+  if (billboards) {
+    // Far ones first, so that they blend.
+    std::vector<std::pair<double, const vest_msgs::SmokePuff*>> order;
+    for (const vest_msgs::SmokePuff& p : smoke.puffs) {
+      const double d = (Eigen::Vector3d(p.position.x, p.position.y, p.position.z) - eye).squaredNorm();
+      if (std::isfinite(d)) order.emplace_back(-d, &p);
+    }
+    std::sort(order.begin(), order.end());
+    if (order.size() > kMostPuffs) order.erase(order.begin(), order.end() - kMostPuffs);
+    for (const auto& [d, p] : order)
+      effects::addPuff({p->position.x, p->position.y, p->position.z}, p->radius, p->density, p->phase,
+                       p->seed, eye, &puffs_);
+  }
+  if (puffs_.count() > 0 && !puff_.mesh) {
+    make(&puff_, "vest_viz/Puffs", Ogre::RENDER_QUEUE_MAIN + 25);
+    puff_.material->getTechnique(0)->getPass(0)->getTextureUnitState("noise")->setTexture(cloudTexture());
+  }
+  if (puff_.mesh) show(&puff_, &puffs_);
+}
+
+void EffectsVisual::setLight(const Ogre::Vector4& light) {
+  for (Surface* s : {&metal_, &thread_})
+    if (s->material) setConstant(s->material, "light", light, false);
+  for (Surface* s : {&drop_, &puff_})
+    if (s->material) setConstant(s->material, "light", light, true);
+  for (Surface& s : pool_) setConstant(s.material, "light", light, false);
+}
+
+void EffectsVisual::setVisible(bool visible) {
+  visible_ = visible;
+  node_->setVisible(visible, true);
+}
+
+void EffectsVisual::clear() {
+  setAttachments({});
+  setSutures({});
+  setFluid({}, Eigen::Vector3d::Zero());
+  setSmoke({}, Eigen::Vector3d::Zero(), false);
+}
+
+}  // namespace vest::displays

@@ -1,0 +1,283 @@
+#include "vest_viz/effects/shapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace vest::effects {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+using instrument::TriangleMesh;
+
+constexpr double kPi = 3.14159265358979323846;
+
+void addVertex(TriangleMesh* m, const Vector3d& p, const Vector3d& n) {
+  for (int k = 0; k < 3; ++k) {
+    m->positions.push_back(static_cast<float>(p[k]));
+    m->normals.push_back(static_cast<float>(n[k]));
+  }
+}
+
+/// Sweeps a circle along points; radii per point. Open ends get a cap through a vertex of radius 0.
+TriangleMesh sweep(const std::vector<Vector3d>& points, const std::vector<double>& radii, bool closed,
+                   int sides) {
+  TriangleMesh m;
+  const std::size_t n = points.size();
+  if (n < 2) return m;
+  // Frames by parallel transport, so that the tube does not twist.
+  Vector3d normal = Vector3d::Zero();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector3d& before = points[closed ? (i + n - 1) % n : i > 0 ? i - 1 : 0];
+    const Vector3d& after = points[closed ? (i + 1) % n : std::min(i + 1, n - 1)];
+    Vector3d t = after - before;
+    if (t.norm() < 1e-12) t = Vector3d::UnitZ();
+    t.normalize();
+    normal -= normal.dot(t) * t;
+    if (normal.norm() < 1e-6)
+      normal = std::fabs(t.x()) < 0.8 ? t.cross(Vector3d::UnitX()) : t.cross(Vector3d::UnitY());
+    normal.normalize();
+    const Vector3d side = t.cross(normal);
+    for (int k = 0; k < sides; ++k) {
+      const double a = 2 * kPi * k / sides;
+      const Vector3d d = std::cos(a) * normal + std::sin(a) * side;
+      addVertex(&m, points[i] + radii[i] * d, d);
+    }
+  }
+  const auto at = [&](std::size_t ring, int k) {
+    return static_cast<std::uint32_t>((ring % n) * static_cast<std::size_t>(sides) +
+                                      static_cast<std::size_t>(k % sides));
+  };
+  for (std::size_t i = 0; i + (closed ? 0 : 1) < n; ++i)
+    for (int k = 0; k < sides; ++k)
+      m.triangles.insert(m.triangles.end(), {at(i, k), at(i + 1, k), at(i + 1, k + 1), at(i, k),
+                                             at(i + 1, k + 1), at(i, k + 1)});
+  if (closed) return m;
+  for (std::size_t end : {std::size_t{0}, n - 1}) {
+    const auto tip = static_cast<std::uint32_t>(m.positions.size() / 3);
+    const Vector3d out = (end == 0 ? points[0] - points[1] : points[n - 1] - points[n - 2]).normalized();
+    addVertex(&m, points[end] + 0.5 * radii[end] * out, out);
+    for (int k = 0; k < sides; ++k)
+      if (end == 0)
+        m.triangles.insert(m.triangles.end(), {tip, at(0, k), at(0, k + 1)});
+      else
+        m.triangles.insert(m.triangles.end(), {tip, at(end, k + 1), at(end, k)});
+  }
+  return m;
+}
+
+/// Corners of a quad in the plane across the line of sight: along `u`, and across it.
+void addQuad(const Vector3f& centre, const Vector3f& along, const Vector3f& across, const Tint& tint,
+             float kind, float phase, Quads* q) {
+  for (int k = 0; k < 4; ++k) {
+    const float a = k == 1 || k == 2 ? 1.0f : -1.0f, b = k >= 2 ? 1.0f : -1.0f;
+    const Vector3f p = centre + a * along + b * across;
+    q->corners.insert(q->corners.end(), {p.x(), p.y(), p.z()});
+    q->colours.insert(q->colours.end(), {tint.r, tint.g, tint.b});
+    q->features.insert(q->features.end(), {tint.opacity, kind, phase});
+  }
+}
+
+/// Two directions across the line of sight.
+void facing(const Vector3f& sight, Vector3f* u, Vector3f* v) {
+  *u = std::fabs(sight.z()) < 0.9f ? sight.cross(Vector3f::UnitZ()) : sight.cross(Vector3f::UnitX());
+  u->normalize();
+  *v = sight.cross(*u);
+}
+
+}  // namespace
+
+TriangleMesh tube(const float* points, std::size_t count, double radius, bool closed) {
+  std::vector<Vector3d> p;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vector3d q(points[3 * i], points[3 * i + 1], points[3 * i + 2]);
+    if (!q.allFinite()) return {};
+    p.push_back(q);
+  }
+  if (!(radius > 0)) return {};
+  return sweep(p, std::vector<double>(p.size(), radius), closed && p.size() > 2, 8);
+}
+
+TriangleMesh clip(double length, double gap, double wire) {
+  std::vector<Vector3d> p;
+  const double x = 0.5 * gap + wire;
+  for (int i = 0; i <= 6; ++i) p.emplace_back(x, 0, 0.5 * length - length * i / 6.0);
+  for (int i = 1; i < 8; ++i) {
+    const double a = kPi * i / 8;
+    p.emplace_back(x * std::cos(a), 0, -0.5 * length - x * std::sin(a));
+  }
+  for (int i = 0; i <= 6; ++i) p.emplace_back(-x, 0, -0.5 * length + length * i / 6.0);
+  TriangleMesh m = sweep(p, std::vector<double>(p.size(), wire), false, 8);
+  // The legs are flat: wider across than thick.
+  for (std::size_t i = 1; i < m.positions.size(); i += 3) m.positions[i] *= 1.6f;
+  return m;
+}
+
+TriangleMesh needle(double arc_radius, double arc_angle, double wire_radius) {
+  if (!(arc_radius > 0 && wire_radius > 0 && arc_angle > 0 && arc_angle < 7)) return {};
+  std::vector<Vector3d> p;
+  std::vector<double> r;
+  constexpr int kParts = 24;
+  for (int i = 0; i <= kParts; ++i) {
+    const double s = static_cast<double>(i) / kParts, a = arc_angle * (s - 0.5);
+    p.emplace_back(arc_radius * std::cos(a), arc_radius * std::sin(a), 0);
+    r.push_back(wire_radius * std::min(1.0, 0.05 + 8.0 * (1.0 - s)));
+  }
+  return sweep(p, r, false, 8);
+}
+
+TriangleMesh ball(const Vector3d& centre, double radius) {
+  TriangleMesh m;
+  if (!centre.allFinite() || !(radius > 0)) return m;
+  constexpr int kRows = 6, kColumns = 10;
+  for (int i = 0; i <= kRows; ++i)
+    for (int j = 0; j < kColumns; ++j) {
+      const double a = kPi * i / kRows, b = 2 * kPi * j / kColumns;
+      const Vector3d d(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
+      addVertex(&m, centre + radius * d, d);
+      if (i == kRows) continue;
+      const auto at = [](int row, int column) {
+        return static_cast<std::uint32_t>(row * kColumns + column % kColumns);
+      };
+      m.triangles.insert(m.triangles.end(), {at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j),
+                                             at(i + 1, j + 1), at(i, j + 1)});
+    }
+  return m;
+}
+
+void append(TriangleMesh* a, const TriangleMesh& b, const Eigen::Isometry3d& X) {
+  const auto first = static_cast<std::uint32_t>(a->positions.size() / 3);
+  for (std::size_t i = 0; i + 2 < b.positions.size(); i += 3) {
+    const Vector3d p(b.positions[i], b.positions[i + 1], b.positions[i + 2]);
+    const Vector3d n(b.normals[i], b.normals[i + 1], b.normals[i + 2]);
+    addVertex(a, X * p, X.linear() * n);
+  }
+  for (std::uint32_t v : b.triangles) a->triangles.push_back(first + v);
+}
+
+Tint fluidTint(double blood) {
+  const auto b = static_cast<float>(std::clamp(blood, 0.0, 1.0));
+  const float hide = 1.0f - std::exp(-7.0f * b);
+  return {0.55f - 0.20f * hide, 0.52f - 0.497f * hide, 0.50f - 0.477f * hide, 0.35f + 0.6f * hide};
+}
+
+std::size_t addDrops(const float* positions, const float* velocities, const std::uint8_t* blood,
+                     std::size_t count, double radius, const Vector3d& eye, double shutter, Quads* q) {
+  std::size_t bad = 0;
+  if (!(radius > 0 && radius < 0.1) || !eye.allFinite()) return count;
+  const Vector3f camera = eye.cast<float>();
+  const auto r = static_cast<float>(radius);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vector3f p(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
+    Vector3f v = Vector3f::Zero();
+    if (velocities != nullptr) v = Vector3f(velocities[3 * i], velocities[3 * i + 1], velocities[3 * i + 2]);
+    const Vector3f sight = (p - camera).normalized();
+    if (!p.allFinite() || !v.allFinite() || !sight.allFinite()) {
+      ++bad;
+      continue;
+    }
+    const Vector3f moved = static_cast<float>(shutter) * (v - v.dot(sight) * sight);
+    const float length = std::min(moved.norm(), 0.05f);
+    Vector3f u, w;
+    facing(sight, &u, &w);
+    if (length > 0.1f * r) {
+      u = moved.normalized();
+      w = sight.cross(u);
+    }
+    Tint tint = fluidTint(blood != nullptr ? blood[i] / 255.0 : 1.0);
+    tint.opacity *= std::sqrt(2 * r / (2 * r + length));
+    // The middle of the streak lies half of it behind.
+    addQuad(p - 0.5f * length * u, (r + 0.5f * length) * u, r * w, tint, 0.0f, 0.0f, q);
+  }
+  return bad;
+}
+
+void addBubbles(const float* bubbles, std::size_t count, const Vector3d& eye, Quads* q) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vector3f p(bubbles[4 * i], bubbles[4 * i + 1], bubbles[4 * i + 2]);
+    const float r = bubbles[4 * i + 3];
+    if (!p.allFinite() || !(r > 0 && r < 0.1f)) continue;
+    const Vector3f sight = (p - eye.cast<float>()).normalized();
+    Vector3f u, w;
+    facing(sight, &u, &w);
+    addQuad(p, r * u, r * w, {0.8f, 0.75f, 0.72f, 0.9f}, 1.0f, 0.0f, q);
+  }
+}
+
+void addPuff(const Vector3d& centre, double radius, double density, double phase, std::uint32_t seed,
+             const Vector3d& eye, Quads* q) {
+  if (!centre.allFinite() || !(radius > 0 && radius < 1) || !(density >= 0) || !std::isfinite(phase)) return;
+  const auto opacity = static_cast<float>(1.0 - std::exp(-kSmokeExtinction * density * 2 * radius));
+  if (opacity < 0.004f) return;
+  const Vector3f p = centre.cast<float>(), sight = (p - eye.cast<float>()).normalized();
+  if (!sight.allFinite()) return;
+  Vector3f u, w;
+  facing(sight, &u, &w);
+  const auto r = static_cast<float>(radius);
+  addQuad(p, r * u, r * w, {1, 1, 1, opacity}, static_cast<float>(seed % 1024u) * 0.0061f,
+          static_cast<float>(phase), q);
+}
+
+Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
+                 const float* height, double blood) {
+  Pool pool;
+  if (!(cell > 0) || !origin.matrix().allFinite()) return pool;
+  const auto C = static_cast<int>(columns), R = static_cast<int>(rows);
+  const auto wet = [&](int c, int r) {
+    return c >= 0 && r >= 0 && c < C && r < R && std::isfinite(height[r * C + c]);
+  };
+  // Heights with the border: a dry neighbour takes the mean of the wet cells round it.
+  std::vector<float> h(static_cast<std::size_t>((C + 2) * (R + 2)), std::numeric_limits<float>::quiet_NaN());
+  std::vector<std::uint32_t> index(h.size(), 0xffffffffu);
+  const auto at = [&](int c, int r) { return static_cast<std::size_t>((r + 1) * (C + 2) + c + 1); };
+  for (int r = -1; r <= R; ++r)
+    for (int c = -1; c <= C; ++c) {
+      if (wet(c, r)) {
+        h[at(c, r)] = height[r * C + c];
+        continue;
+      }
+      float sum = 0;
+      int n = 0;
+      for (int j = -1; j <= 1; ++j)
+        for (int i = -1; i <= 1; ++i)
+          if (wet(c + i, r + j)) sum += height[(r + j) * C + c + i], ++n;
+      if (n > 0) h[at(c, r)] = sum / static_cast<float>(n);
+    }
+  const auto value = [&](int c, int r, float otherwise) {
+    if (c < -1 || r < -1 || c > C || r > R) return otherwise;
+    const float v = h[at(c, r)];
+    return std::isfinite(v) ? v : otherwise;
+  };
+  for (int r = -1; r <= R; ++r)
+    for (int c = -1; c <= C; ++c) {
+      const float z = h[at(c, r)];
+      if (!std::isfinite(z)) continue;
+      index[at(c, r)] = static_cast<std::uint32_t>(pool.positions.size() / 3);
+      const Vector3d p = origin * Vector3d((c + 0.5) * cell, (r + 0.5) * cell, z);
+      const Vector3d n = origin.linear() * Vector3d((value(c - 1, r, z) - value(c + 1, r, z)) / (2 * cell),
+                                                    (value(c, r - 1, z) - value(c, r + 1, z)) / (2 * cell), 1)
+                                               .normalized();
+      for (int k = 0; k < 3; ++k) {
+        pool.positions.push_back(static_cast<float>(p[k]));
+        pool.normals.push_back(static_cast<float>(n[k]));
+      }
+      // Opaque inside; the border fades with the share of wet neighbours, so that cells do not show.
+      int around = 0;
+      for (int j = -1; j <= 1; ++j)
+        for (int i = -1; i <= 1; ++i) around += wet(c + i, r + j);
+      const float share = wet(c, r) ? std::clamp((static_cast<float>(around) - 2) / 5.0f, 0.0f, 1.0f) : 0.0f;
+      pool.features.insert(pool.features.end(), {static_cast<float>(blood), share, 0.0f});
+    }
+  for (int r = -1; r < R; ++r)
+    for (int c = -1; c < C; ++c) {
+      const std::uint32_t a = index[at(c, r)], b = index[at(c + 1, r)], d = index[at(c, r + 1)],
+                          e = index[at(c + 1, r + 1)];
+      constexpr std::uint32_t kNone = 0xffffffffu;
+      if (a != kNone && b != kNone && e != kNone) pool.triangles.insert(pool.triangles.end(), {a, b, e});
+      if (a != kNone && e != kNone && d != kNone) pool.triangles.insert(pool.triangles.end(), {a, e, d});
+    }
+  return pool;
+}
+
+}  // namespace vest::effects

@@ -1,0 +1,303 @@
+// Makes the pictures of docs/gallery.md: the endoscopic view in several situations, each inspection mode,
+// each panel. Everything shown is made up (effect_messages.h): no simulation runs. Needs a ROS master and a
+// screen.
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <OgreRenderWindow.h>
+#include <ros/package.h>
+#include <ros/ros.h>
+#include <rviz/display.h>
+#include <rviz/panel.h>
+#include <rviz/properties/property.h>
+#include <rviz/render_panel.h>
+#include <rviz/ogre_helpers/render_system.h>
+#include <rviz/view_manager.h>
+#include <rviz/visualization_manager.h>
+#include <sensor_msgs/Joy.h>
+#include <vest_msgs/ContactModels.h>
+#include <vest_msgs/HapticState.h>
+#include <vest_msgs/InstrumentStates.h>
+#include <vest_msgs/SessionState.h>
+#include <CLI/CLI.hpp>
+#include <QApplication>
+#include <boost/make_shared.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <pluginlib/class_loader.hpp>
+
+#include "conversion.h"
+#include "effect_messages.h"
+#include "endoscope_pipeline.h"
+#include "ogre_assets.h"
+#include "scene_messages.h"
+
+namespace {
+
+namespace tools = vest::tools;
+namespace displays = vest::displays;
+using Eigen::Vector3d;
+using tools::Place;
+
+std::string folder;
+int pictures = 0;
+
+void save(const std::string& name, const cv::Mat& bgr) {
+  const std::string path = folder + "/" + name + ".jpg";
+  if (bgr.empty() || !cv::imwrite(path, bgr, {cv::IMWRITE_JPEG_QUALITY, 88}))
+    throw std::runtime_error(path + ": cannot be written");
+  std::printf("%s\n", path.c_str());
+  ++pictures;
+}
+
+vest_msgs::InstrumentStates instrumentsFor(const Vector3d& endoscope) {
+  vest_msgs::InstrumentStates m;
+  m.header.stamp = ros::Time::now();
+  m.header.frame_id = "world";
+  m.instruments = {tools::instrumentAt(Place::Left, {-0.036, 0.050, 0.072}, 0.4, 0.12),
+                   tools::instrumentAt(Place::Right, {0.030, 0.045, 0.075}, -0.3, 0.5),
+                   tools::instrumentAt(Place::Endoscope, endoscope, 0, 0)};
+  for (auto& i : m.instruments) i.source = vest_msgs::InstrumentState::SOURCE_BOX;
+  return m;
+}
+
+/// The endoscopic view with some effects.
+void endoscopic(const vest::scene::Description& scene, const std::string& name, const std::string& effects,
+                const Vector3d& tip, int smoke = 1, double fog = 0.35, double focus = 0) {
+  const std::set<std::string> words = tools::effectWords(effects);
+  displays::EndoscopePipeline view(1);
+  view.setCamera(vest::camera::fromFieldOfView(720, 576, 70 * M_PI / 180, {-0.18, 0.03, 0, 0, 0}), 1.0, 1.0);
+  view.setSmokeMethod(static_cast<displays::EndoscopePipeline::Smoke>(smoke));
+  vest::picture::CameraLook look;
+  look.focus = focus;
+  view.setLook(look);
+  vest_msgs::TissueTopology topology = tools::topologyOf(scene);
+  if (words.count("cut") != 0) tools::addCut(&topology);
+  vest::mesh::Store store;
+  store.setTopology(displays::toTopology(topology));
+  if (words.count("fields") != 0) {
+    vest_msgs::TissueState state;
+    tools::addFields(scene, 4.0, &state);
+    for (const vest_msgs::TissueField& m : state.fields)
+      store.setField(1, {m.kind, m.minimum, m.maximum, m.data});
+  }
+  store.rebuildSkins();
+  view.setTissue(store);
+  const vest_msgs::InstrumentStates instruments = instrumentsFor(tip);
+  view.setInstruments(instruments);
+  if (words.count("clips") != 0)
+    view.setAttachments(boost::make_shared<vest_msgs::TissueAttachments>(tools::attachmentsAt(scene)));
+  if (words.count("sutures") != 0)
+    view.setSutures(boost::make_shared<vest_msgs::SutureStates>(tools::suturesAt(scene, 0)));
+  if (words.count("fluid") != 0)
+    view.setFluid(boost::make_shared<vest_msgs::FluidState>(tools::fluidAt(scene, 2.2)));
+  if (words.count("smoke") != 0)
+    view.setSmoke(boost::make_shared<vest_msgs::SmokeState>(tools::smokeAt(scene, 2)));
+  if (words.count("lens") != 0) view.setLens(boost::make_shared<vest_msgs::LensState>(tools::lensAt(fog)));
+  while (!displays::takeBakedTextures()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  Eigen::Isometry3d X_WTip;
+  displays::toPose(instruments.instruments[2].tip, &X_WTip);
+  cv::Mat rgb, bgr;
+  for (int i = 0; i < 15; ++i) view.draw(vest::camera::opticalFrame(X_WTip, 0, 0), 1.0, 0.05, &rgb);
+  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+  save(name, bgr);
+}
+
+/// Publishers of everything that displays and panels listen to.
+class Feed {
+ public:
+  explicit Feed(const vest::scene::Description& scene) : scene_(scene) {
+    vest_msgs::TissueTopology topology = tools::topologyOf(scene);
+    tools::addCut(&topology);
+    topology_.publish(topology);
+  }
+  void publish(double t) {
+    vest_msgs::TissueState state;
+    state.header.stamp = ros::Time::now();
+    state.header.frame_id = "world";
+    state.revision = 1;
+    for (const auto& o : scene_.objects)
+      for (std::size_t i = 0; i < o.rest_position.size(); ++i) {
+        const Vector3d& p = i < o.position.size() ? o.position[i] : o.rest_position[i];
+        for (int k = 0; k < 3; ++k) state.positions.push_back(static_cast<float>(p[k]));
+      }
+    tools::addFields(scene_, 4, &state);
+    state_.publish(state);
+    const vest_msgs::InstrumentStates instruments = instrumentsFor(tools::endoscopeTip(0.1));
+    instruments_.publish(instruments);
+    vest_msgs::ContactModels contacts;
+    contacts.header = state.header;
+    for (const auto& i : instruments.instruments) {
+      if (i.name == "endoscope") continue;
+      vest_msgs::ContactModel c;
+      c.instrument = i.name;
+      c.in_contact = true;
+      c.proxy = i.tip;
+      c.wrench.force.z = 1.6, c.wrench.force.x = i.name == "left" ? 0.7 : -0.7;
+      vest_msgs::ContactPlane plane;
+      plane.normal.z = 1, plane.offset = i.tip.position.z - 0.002;
+      c.planes = {plane};
+      contacts.contacts.push_back(c);
+    }
+    contacts_.publish(contacts);
+    attachments_.publish(tools::attachmentsAt(scene_));
+    sutures_.publish(tools::suturesAt(scene_, t));
+    fluid_.publish(tools::fluidAt(scene_, t));
+    smoke_.publish(tools::smokeAt(scene_, t));
+    monitor_.publish(tools::haemodynamicsAt(t));
+    vest_msgs::SessionState session;
+    session.state = vest_msgs::SessionState::RUNNING;
+    session.scene = scene_.name;
+    session.step = static_cast<std::uint64_t>(1000 * t), session.simulated_time = t;
+    session.real_time_factor = 1.0;
+    session_.publish(session);
+    sensor_msgs::Joy pedals;
+    pedals.buttons = {1, 0, 0, 0, 0, 0};
+    pedals_.publish(pedals);
+    vest_msgs::HapticState haptic;
+    haptic.device = "phantom", haptic.instrument = "left";
+    haptic.force_true.z = 1.4 + 0.3 * std::sin(3 * t), haptic.force_rendered.z = 1.3 + 0.3 * std::sin(3 * t);
+    haptic.model_age = 0.003, haptic.tick_rate = 1000, haptic.energy = 0.002;
+    haptic_.publish(haptic);
+  }
+
+ private:
+  const vest::scene::Description& scene_;
+  ros::NodeHandle handle_;
+  ros::Publisher topology_ = handle_.advertise<vest_msgs::TissueTopology>("tissue/topology", 1, true);
+  ros::Publisher state_ = handle_.advertise<vest_msgs::TissueState>("tissue/state", 1);
+  ros::Publisher instruments_ = handle_.advertise<vest_msgs::InstrumentStates>("instruments", 1);
+  ros::Publisher contacts_ = handle_.advertise<vest_msgs::ContactModels>("tissue/contacts", 1);
+  ros::Publisher attachments_ = handle_.advertise<vest_msgs::TissueAttachments>("tissue/attachments", 1);
+  ros::Publisher sutures_ = handle_.advertise<vest_msgs::SutureStates>("tissue/sutures", 1);
+  ros::Publisher fluid_ = handle_.advertise<vest_msgs::FluidState>("effects/fluid", 1);
+  ros::Publisher smoke_ = handle_.advertise<vest_msgs::SmokeState>("effects/smoke", 1);
+  ros::Publisher monitor_ = handle_.advertise<vest_msgs::HaemodynamicsState>("effects/haemodynamics", 1);
+  ros::Publisher session_ = handle_.advertise<vest_msgs::SessionState>("session/state", 1);
+  ros::Publisher pedals_ = handle_.advertise<sensor_msgs::Joy>("phantom_box/footswitches", 1);
+  ros::Publisher haptic_ = handle_.advertise<vest_msgs::HapticState>("haptics/phantom/state", 1);
+};
+
+void pump(Feed* feed, double seconds) {
+  static double t = 0;
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(seconds);
+  while (ros::WallTime::now() < end) {
+    feed->publish(t);
+    t += 0.04;
+    for (int i = 0; i < 4; ++i) {
+      QApplication::processEvents();
+      ros::spinOnce();
+      ros::WallDuration(0.01).sleep();
+    }
+  }
+}
+
+void inspection(const vest::scene::Description& scene) {
+  rviz::RenderPanel panel;
+  panel.resize(900, 640);
+  rviz::VisualizationManager manager(&panel);
+  panel.initialize(manager.getSceneManager(), &manager);
+  panel.show();
+  manager.initialize();
+  manager.setFixedFrame("world");
+  manager.startUpdate();
+  Feed feed(scene);
+  rviz::Property* view = manager.getViewManager()->getCurrent();
+  view->subProp("Distance")->setValue(0.26);
+  view->subProp("Pitch")->setValue(0.85);
+  view->subProp("Yaw")->setValue(-1.571);
+  view->subProp("Near Clip Distance")->setValue(0.005);
+  view->subProp("Focal Point")->subProp("Y")->setValue(0.045);
+  view->subProp("Focal Point")->subProp("Z")->setValue(0.06);
+  rviz::Display* tissue = manager.createDisplay("vest_viz/Tissue", "tissue", true);
+  tissue->subProp("Objects")->setValue("uterus tube ovary ligament artery vein intestine");
+  tissue->subProp("Light")->setValue(2.5);
+  pump(&feed, 3);
+  const auto shoot = [&](const std::string& name, double wait) {
+    pump(&feed, wait);
+    const std::string file = folder + "/inspect.png";
+    panel.getRenderWindow()->writeContentsToFile(file);
+    const cv::Mat picture = cv::imread(file);
+    std::filesystem::remove(file);
+    save("inspect_" + name, picture);
+  };
+  shoot("look", 2);
+  for (const char* by : {"strain", "temperature", "damage", "char", "perfusion", "bleeding", "material",
+                         "organ", "object", "layer"}) {
+    tissue->subProp("Colour By")->setValue(by);
+    shoot(by, 1);
+  }
+  tissue->subProp("Colour By")->setValue("look");
+  tissue->subProp("Surface")->setValue(false);
+  tissue->subProp("Links")->setValue(true);
+  shoot("links", 1);
+  tissue->subProp("Surface")->setValue(true);
+  tissue->subProp("Links")->setValue(false);
+  tissue->subProp("Alpha")->setValue(0.5);
+  rviz::Display* contacts = manager.createDisplay("vest_viz/Contacts", "contacts", true);
+  contacts->subProp("Collision Shapes")->setValue(true);
+  contacts->subProp("Scale")->setValue(0.02);
+  shoot("contacts", 1.5);
+  tissue->subProp("Alpha")->setValue(1.0);
+  delete contacts;
+  manager.createDisplay("vest_viz/Effects", "effects", true);
+  shoot("effects", 1.5);
+
+  pluginlib::ClassLoader<rviz::Panel> loader("rviz", "rviz::Panel");
+  for (const std::string& name : loader.getDeclaredClasses()) {
+    if (name.rfind("vest_viz/", 0) != 0) continue;
+    rviz::Panel* widget = loader.createUnmanagedInstance(name);
+    widget->initialize(&manager);
+    widget->resize(420, 360);
+    widget->show();
+    pump(&feed, 4);
+    const QString file = QString::fromStdString(folder + "/panel.png");
+    widget->grab().save(file);
+    const cv::Mat picture = cv::imread(file.toStdString());
+    std::filesystem::remove(file.toStdString());
+    save("panel_" + name.substr(9), picture);
+    delete widget;
+  }
+  manager.stopUpdate();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "vest_gallery");
+  CLI::App app{"Makes the pictures of docs/gallery.md. Run it with a ROS master under xvfb-run."};
+  bool no_inspection = false;
+  app.add_option("output", folder, "folder of the pictures; made if it is not there")->required();
+  app.add_flag("--no-inspection", no_inspection, "only the endoscopic view");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    std::filesystem::create_directories(folder);
+    QApplication application(argc, argv);
+    ros::NodeHandle keep_alive;
+    rviz::RenderSystem::get();
+    const vest::scene::Description scene =
+        vest::scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml");
+    const Vector3d over = tools::endoscopeTip(0.10), near(0.0, -0.012, 0.105), side(0.03, -0.012, 0.10);
+    endoscopic(scene, "view_overview", "", over);
+    endoscopic(scene, "view_close", "", near);
+    endoscopic(scene, "view_fields", "fields", near);
+    endoscopic(scene, "view_cut", "cut", near);
+    endoscopic(scene, "view_clips_sutures", "clips,sutures", side);
+    endoscopic(scene, "view_fluid", "fluid", over);
+    endoscopic(scene, "view_smoke_field", "fields,smoke", over, 1);
+    endoscopic(scene, "view_smoke_billboards", "fields,smoke", over, 2);
+    endoscopic(scene, "view_lens", "lens", over, 1, 0.35);
+    endoscopic(scene, "view_focus", "", near, 1, 0, 0.10);
+    if (!no_inspection) inspection(scene);
+    std::printf("%d pictures\n", pictures);
+    return 0;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "vest_gallery: %s\n", e.what());
+    return 1;
+  }
+}
