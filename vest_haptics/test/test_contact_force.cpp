@@ -148,7 +148,7 @@ TEST(ContactForce, NoRecordThatCannotBeBecomesAForce) {
   r.plane_count = 5;
   EXPECT_FALSE(toModel(r, m)) << "more planes than there are";
   r = good;
-  r.stiffness[14] = 2e6;
+  r.stiffness[14] = 2e9;
   EXPECT_FALSE(toModel(r, m)) << "stiffness of nothing on earth";
   r = good;
   r.stiffness[14] = -1.0;

@@ -49,7 +49,7 @@ class Net {
       o->n = n;
       // Odd multiples of the cache line between arrays: no 4 KiB aliasing.
       o->stride = (n + 2 * kLanes + 15) / 16 * 16 + 16;
-      o->data.assign(o->stride * 14, 0.0f);
+      o->data.assign(o->stride * (14 + kPackedFloats), 0.0f);
       for (std::size_t i = 0; i < n; ++i) {
         o->at(0)[map[i]] = tube.x[i];
         o->at(1)[map[i]] = tube.y[i];
@@ -66,9 +66,10 @@ class Net {
   }
   void step(KernelLevel level) {
     for (auto& o : objects_) {
-      addLinkForces(
-          o->table,
-          {o->at(0), o->at(1), o->at(2), o->at(3), o->at(4), o->at(5), o->at(6), o->at(7), o->at(8)}, level);
+      addLinkForces(o->table,
+                    {o->at(0), o->at(1), o->at(2), o->at(3), o->at(4), o->at(5), o->at(6), o->at(7), o->at(8),
+                     o->at(14)},
+                    level);
       MotionArrays m{};
       m.n = (o->n + kLanes - 1) / kLanes * kLanes;
       m.x = o->at(0), m.y = o->at(1), m.z = o->at(2), m.vx = o->at(3), m.vy = o->at(4), m.vz = o->at(5);

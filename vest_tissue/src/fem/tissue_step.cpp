@@ -170,6 +170,16 @@ void solve(const TissueModel& t, const TissueState& s, double h, TissueScratch& 
   }
 }
 
+/// An elastostatic object that a cut has made dynamic has the answers of equilibrium alone: the share of it
+/// that a node with its mass m gives within a step, 1/(c m/h² + 1 + b/h), c: its own answer. A congruence by
+/// the roots of these shares keeps the answers positive definite. They shape the forces of contacts, not the
+/// motion.
+double shareOf(const TissueModel& t, Index node) {
+  const double c = t.softestAt(node) / 3.0, h = t.step;
+  return 1.0 /
+         (c * t.model->mass[node] / (h * h) + 1.0 + t.model->description.material.rayleigh_stiffness / h);
+}
+
 /// Displacement of knot a per force on knot b, m/N.
 Matrix3d answerOf(const TissueModel& t, const TissueState& s, const TissueScratch& w, Index a, Index b,
                   double scale) {
@@ -179,6 +189,7 @@ Matrix3d answerOf(const TissueModel& t, const TissueState& s, const TissueScratc
   Matrix3d D = Matrix3d::Zero();
   if (ra >= 0 && rb >= 0) {
     D = scale * t.answer.block<3, 3>(3 * ra, 3 * rb);
+    if (t.motion == Motion::Elastostatic && s.dynamic) D *= std::sqrt(shareOf(t, oa) * shareOf(t, ob));
     if (corotational(t)) D = w.rotation[s.knot_element[a]] * D * w.rotation[s.knot_element[b]].transpose();
   }
   // A copy, or an inner knot that a cut laid open, can also move by itself.

@@ -22,7 +22,8 @@ constexpr double kTellEvery = 1.0;        ///< s between two events of one activ
 
 const interaction::ColumnShape& shapeOf(const Context& c, std::size_t object, std::uint32_t knot) {
   const auto& shapes = c.model.objects[object].heat.shapes;
-  return shapes[originalKnot(c.state.objects[object].topology, shapes.size(), knot)];
+  const std::size_t original = originalKnot(c.state.objects[object].topology, shapes.size(), knot);
+  return shapes[std::min(original, shapes.size() - 1)];  // a knot without an original: like its neighbours
 }
 
 /// Energy into a knot, less what dry tissue refuses. Returns J delivered.

@@ -31,6 +31,12 @@ void write(const std::string& path, const std::string& bytes) {
 
 void writeScene(const scene::Description& description, const std::string& directory,
                 const std::string& source_file) {
+  for (const auto& object : description.objects) {
+    if (object.fem) {
+      throw std::invalid_argument("object '" + object.name +
+                                  "': model: fem or volume; allowed in scenes that are written: net, rigid");
+    }
+  }
   std::string yaml =
       "# Written by vest_model bake from " + source_file + ": change that file and bake again.\n";
   yaml += "vest_scene: 1\nname: " + description.name + "\nsource: " + source_file + "\n";

@@ -30,7 +30,7 @@ bool Block::addKnot(std::uint32_t& index) {
 }
 
 KnotArrays Block::knotArrays() {
-  return {row(X), row(Y), row(Z), row(VX), row(VY), row(VZ), row(FX), row(FY), row(FZ)};
+  return {row(X), row(Y), row(Z), row(VX), row(VY), row(VZ), row(FX), row(FY), row(FZ), row(kPacked)};
 }
 
 MotionArrays Block::motionArrays() {

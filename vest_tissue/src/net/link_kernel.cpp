@@ -75,6 +75,7 @@ LinkTable::LinkTable(const std::vector<KernelLink>& links, const material::Law& 
     indices_.back().knot0[n % kLanes] = low(indexed[n]);
     indices_.back().knot1[n % kLanes] = high(indexed[n]);
     slot_[indexed[n]] = static_cast<std::uint32_t>(first_indexed_block_ * kLanes + n);
+    indexed_knots_ = std::max(indexed_knots_, high(indexed[n]) + 1);
   }
   spare_ = static_cast<std::uint32_t>(blocks_.size() * kLanes);
   const std::size_t spare_blocks = (spare + kLanes - 1) / kLanes;
@@ -97,6 +98,7 @@ bool LinkTable::addLink(const KernelLink& link) {
   Indices& index = indices_[spare_ / kLanes - first_indexed_block_];
   index.knot0[spare_ % kLanes] = link.knot0;
   index.knot1[spare_ % kLanes] = link.knot1;
+  indexed_knots_ = std::max({indexed_knots_, link.knot0 + 1, link.knot1 + 1});
   slot_[count_] = spare_++;
   setLink(count_++, link.rest, link.axial, link.damping);
   return true;

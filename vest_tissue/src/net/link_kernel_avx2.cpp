@@ -1,12 +1,18 @@
 // Built with -mavx2 and without FMA: see CMakeLists.txt. Called only where the processor has AVX2.
 #include "hinge_kernel_body.h"
 #include "link_kernel_body.h"
+#include "link_kernel_packed.h"
 #include "pack_avx2.h"
 
 namespace vest::net::kernel {
 
 void addLinkForcesAvx2(const LinkTable& table, const KnotArrays& knots) {
-  addLinkForces<Pack>(table, knots);
+  addRunForces<Pack>(table, knots);
+  // Packing costs about as much as a link for each knot.
+  if (knots.packed != nullptr && table.indexedBlocks() * kLanes > table.indexedKnots() / 2)
+    addPackedForces(table, knots);
+  else
+    addIndexedForces<Pack>(table, knots);
 }
 void integrateKnotsAvx2(const MotionArrays& a, float dt) {
   integrateKnots<Pack>(a, dt);

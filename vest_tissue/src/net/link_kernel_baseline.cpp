@@ -5,7 +5,8 @@
 namespace vest::net::kernel {
 
 void addLinkForcesBaseline(const LinkTable& table, const KnotArrays& knots) {
-  addLinkForces<Pack>(table, knots);
+  addRunForces<Pack>(table, knots);
+  addIndexedForces<Pack>(table, knots);
 }
 void integrateKnotsBaseline(const MotionArrays& a, float dt) {
   integrateKnots<Pack>(a, dt);

@@ -34,7 +34,7 @@ inline Force<V> linkForce(const LinkTable::Block& b, const LinkTable::LawConstan
 }
 
 template <class V>
-void addLinkForces(const LinkTable& table, const KnotArrays& k) {
+void addRunForces(const LinkTable& table, const KnotArrays& k) {
   const LinkTable::LawConstants c = table.law();
   const LinkTable::Block* blocks = table.blocks().data();
   for (const LinkTable::Run& run : table.runs()) {
@@ -54,6 +54,12 @@ void addLinkForces(const LinkTable& table, const KnotArrays& k) {
       (V::load(k.fz + j) - f.z).store(k.fz + j);
     }
   }
+}
+
+template <class V>
+void addIndexedForces(const LinkTable& table, const KnotArrays& k) {
+  const LinkTable::LawConstants c = table.law();
+  const LinkTable::Block* blocks = table.blocks().data();
   const std::uint32_t first = table.firstIndexedBlock();
   for (std::size_t n = 0; n < table.indexedBlocks(); ++n) {
     const LinkTable::Indices& index = table.indices()[n];

@@ -45,7 +45,8 @@ interaction::HeatLedger World::heat() const {
     sum.delivered += s.heat.ledger.delivered, sum.perfused += s.heat.ledger.perfused;
     sum.surface += s.heat.ledger.surface, sum.latent += s.heat.ledger.latent;
     for (std::uint32_t k = 0; k < s.block.knots(); ++k) {
-      const auto& shape = model.shapes[originalKnot(s.topology, model.shapes.size(), k)];
+      const std::size_t original = originalKnot(s.topology, model.shapes.size(), k);
+      const auto& shape = model.shapes[std::min(original, model.shapes.size() - 1)];
       sum.stored +=
           interaction::storedHeat(s.heat.columns[k], shape, model.material, row(s, net::Block::kMass)[k]);
     }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <stdexcept>
 
 #include "state_bytes.h"
@@ -149,7 +150,8 @@ void checkIndices(const WorldState& s) {
     const FemSurface& f = o.fem_surface;
     if (!e.x.empty() &&
         (f.triangle_face.size() != o.triangles.size() ||
-         f.skin_face.size() != o.topology.skin.triangles.size() || f.knot_vertex.size() != o.block.knots()))
+         f.skin_face.size() != o.topology.skin.triangles.size() || f.knot_vertex.size() != o.block.knots() ||
+         f.vertex_element.size() + 1 > std::max<std::size_t>(1, o.topology.skin.binding_start.size())))
       refuse("a surface of finite elements whose lists do not fit each other");
     for (const auto code : f.triangle_face)
       if (code / 4 >= e.corner.size()) refuse("a face that is not there");
@@ -246,6 +248,12 @@ void World::restore(const std::vector<std::uint8_t>& bytes) {
   for (ObjectState& o : state.objects) o.law_links.setMaxStrain(o.limit_strain);
   if (archive.at != bytes.size()) refuse(std::to_string(bytes.size() - archive.at) + " bytes too many");
   checkIndices(state);
+  for (std::size_t i = 0; i < state.objects.size(); ++i) {
+    const std::size_t is = state.objects[i].tissue.corner.size(),
+                      wanted = impl_->model->start.objects[i].tissue.corner.size();
+    if (is != wanted)
+      refuse(std::to_string(is) + " elements of an object (the scene has " + std::to_string(wanted) + ")");
+  }
   impl_->state = std::move(state);
   impl_->reserve();
   impl_->deltas.clear();

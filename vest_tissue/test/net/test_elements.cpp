@@ -108,6 +108,33 @@ TEST(Elements, HingeForcesHaveTheSameBitsOnEveryKernelLevel) {
   }
 }
 
+TEST(Elements, ACrushedHingeFadesWithoutANetForceOrTorque) {
+  // One wing is crushed to a tenth of the height below which moments fade, the other one is whole.
+  Knots k(4);
+  k.x = {0.0f, 0.010f, 0.004f, 0.006f};
+  k.y = {0.0f, 0.0f, 0.0002f, -0.006f};
+  k.z = {0.0f, 0.0f, 0.0001f, 0.004f};
+  const std::vector<Hinge> hinges{{0, 1, 2, 3, 1e-4f, 0.0f, 0.002f * 0.002f}};
+  for (const auto level : {KernelLevel::Baseline, chooseKernelLevel()}) {
+    for (auto* v : {&k.fx, &k.fy, &k.fz}) std::fill(v->begin(), v->end(), 0.0f);
+    addHinges(hinges, k.arrays(), level);
+    double sum[3] = {}, torque[3] = {}, largest = 0.0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double p[3] = {k.x[i], k.y[i], k.z[i]}, f[3] = {k.fx[i], k.fy[i], k.fz[i]};
+      for (int a = 0; a < 3; ++a) {
+        largest = std::max(largest, std::fabs(f[a]));
+        sum[a] += f[a];
+        torque[a] += p[(a + 1) % 3] * f[(a + 2) % 3] - p[(a + 2) % 3] * f[(a + 1) % 3];
+      }
+    }
+    ASSERT_GT(largest, 1e-6);
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_NEAR(sum[a], 0.0, 1e-5 * largest);
+      EXPECT_NEAR(torque[a], 0.0, 1e-5 * largest * 0.01);
+    }
+  }
+}
+
 TEST(Elements, PlasticForceIsTheNegativeGradientOfItsEnergyInsideTheRampAndBeyond) {
   Knots k(2);
   k.x = {0, 0.01f}, k.y = {0, 0.002f}, k.z = {0, 0.001f};

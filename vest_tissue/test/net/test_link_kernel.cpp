@@ -20,12 +20,14 @@ namespace {
 constexpr std::size_t kPadding = 2 * vest::net::kLanes;
 
 struct Knots {
-  std::vector<float> x, y, z, vx, vy, vz, fx, fy, fz;
+  std::vector<float> x, y, z, vx, vy, vz, fx, fy, fz, packed;
   explicit Knots(std::size_t n) {
     for (auto* v : {&x, &y, &z, &vx, &vy, &vz, &fx, &fy, &fz}) v->assign(n + kPadding, 0.0f);
+    packed.assign(vest::net::kPackedFloats * (n + kPadding), NAN);
   }
   KnotArrays arrays() {
-    return {x.data(), y.data(), z.data(), vx.data(), vy.data(), vz.data(), fx.data(), fy.data(), fz.data()};
+    return {x.data(),  y.data(),  z.data(),  vx.data(), vy.data(),
+            vz.data(), fx.data(), fy.data(), fz.data(), packed.data()};
   }
 };
 
@@ -122,6 +124,34 @@ TEST(LinkKernel, EveryLevelGivesTheSameBits) {
     EXPECT_EQ(std::memcmp(a.fx.data(), b.fx.data(), a.fx.size() * sizeof(float)), 0);
     EXPECT_EQ(std::memcmp(a.fy.data(), b.fy.data(), a.fy.size() * sizeof(float)), 0);
     EXPECT_EQ(std::memcmp(a.fz.data(), b.fz.data(), a.fz.size() * sizeof(float)), 0);
+  }
+}
+
+TEST(LinkKernel, LinksWithoutRunsGiveTheSameBitsPackedOrNotAndAtEveryLevel) {
+  for (const auto& tube : vest::test::makeSeedNet(3.0f, 0.02f)) {
+    const std::size_t n = tube.x.size() - kPadding;
+    std::vector<std::uint32_t> map(n);
+    for (std::size_t i = 0; i < n; ++i) map[i] = static_cast<std::uint32_t>(i);
+    std::shuffle(map.begin(), map.end(), std::mt19937(3));
+    auto links = tube.links;
+    for (KernelLink& l : links) l = {map[l.knot0], map[l.knot1], l.rest, l.axial, l.damping};
+    LinkTable table(links, softLaw(), 20);
+    ASSERT_TRUE(table.addLink({static_cast<std::uint32_t>(n - 1), 0, 0.01f, 2.0f, 0.1f}));
+    Knots a = shaken(tube, 11);
+    for (std::size_t i = 0; i < n; ++i) a.fx[i] = 1e-3f * static_cast<float>(i), a.fz[i] = -0.5f;
+    Knots b = a, c = a;
+    for (int round = 0; round < 2; ++round) {
+      addLinkForces(table, a.arrays(), KernelLevel::Baseline);
+      addLinkForces(table, b.arrays(), vest::net::chooseKernelLevel());
+      KnotArrays without = c.arrays();
+      without.packed = nullptr;
+      addLinkForces(table, without, vest::net::chooseKernelLevel());
+    }
+    for (const Knots* other : {&b, &c}) {
+      EXPECT_EQ(std::memcmp(a.fx.data(), other->fx.data(), n * sizeof(float)), 0);
+      EXPECT_EQ(std::memcmp(a.fy.data(), other->fy.data(), n * sizeof(float)), 0);
+      EXPECT_EQ(std::memcmp(a.fz.data(), other->fz.data(), n * sizeof(float)), 0);
+    }
   }
 }
 

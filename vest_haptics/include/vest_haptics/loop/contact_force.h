@@ -28,8 +28,9 @@ struct TissueModel {
 
 /// Greatest values believed of a simulation; beyond them, or where a number is not finite, or a stiffness or
 /// damping has a negative diagonal, the record is refused (it would be a fault, not a force).
-inline constexpr double kMostStiffness = 1e6;  ///< N/m, ours: steel shafts bend at some kN/m
-inline constexpr double kMostForce = 1e4;      ///< N, ours
+inline constexpr double kMostStiffness =
+    1e9;  ///< N/m, ours: sums of penalty contacts reach some MN/m; the coupling bounds what is shown
+inline constexpr double kMostForce = 1e4;  ///< N, ours
 /// @param why where it is refused: which field, a text that lives for ever; may be null
 bool toModel(const shared::ContactRecord& record, TissueModel& model, const char** why = nullptr) noexcept;
 

@@ -33,8 +33,9 @@ class Block {
     PY,
     PZ,  // m: predicted for the middle of a batch
     kKeep,
-    kPush,  // no unit, s/kg: of the sub-step in use (net::MotionArrays)
-    kKnotRows
+    kPush,    // no unit, s/kg: of the sub-step in use (net::MotionArrays)
+    kPacked,  // kPackedFloats rows of scratch for the kernel
+    kKnotRows = kPacked + kPackedFloats
   };
 
   Block() = default;

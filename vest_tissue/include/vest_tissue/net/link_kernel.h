@@ -75,6 +75,8 @@ class LinkTable {
   std::size_t indexedBlocks() const { return (spare_ + kLanes - 1) / kLanes - first_indexed_block_; }
   std::uint32_t firstIndexedBlock() const { return first_indexed_block_; }
   const LawConstants& law() const { return law_; }
+  /// One past the greatest knot of the indexed links.
+  std::size_t indexedKnots() const { return indexed_knots_; }
 
  private:
   std::vector<Run> runs_;
@@ -82,6 +84,7 @@ class LinkTable {
   std::vector<Indices> indices_;     ///< one per indexed block
   std::vector<std::uint32_t> slot_;  ///< block·8 + lane per link as given
   std::uint32_t first_indexed_block_ = 0;
+  std::uint32_t indexed_knots_ = 0;
   LawConstants law_;
   std::size_t count_ = 0;
   std::uint32_t spare_ = 0;  ///< next unused place, block·8 + lane
@@ -99,7 +102,11 @@ struct KnotArrays {
   float* fx;
   float* fy;
   float* fz;
+  /// Room for kPackedFloats floats a knot (padding included), no meaning between calls; null: links without
+  /// runs take the slower way, with the same bits.
+  float* packed = nullptr;
 };
+inline constexpr std::size_t kPackedFloats = 12;
 
 enum class KernelLevel : std::uint8_t { Baseline = 0, Avx2 = 1 };
 
