@@ -95,7 +95,8 @@ RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::Traine
     if (k % 20 != 0) continue;
     for (const auto& [object, start] : tubes) {
       const std::vector<float> now = knots(world, object);
-      for (std::size_t i = 0; i + 2 < std::min(now.size(), start.size()); i += 3) {  // copies of cut knots come behind
+      for (std::size_t i = 0; i + 2 < std::min(now.size(), start.size());
+           i += 3) {  // copies of cut knots come behind
         const double d =
             Eigen::Vector3d(now[i] - start[i], now[i + 1] - start[i + 1], now[i + 2] - start[i + 2]).norm();
         if (d > out.tube_displacement) {

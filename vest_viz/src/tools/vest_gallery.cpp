@@ -13,10 +13,10 @@
 #include <ros/package.h>
 #include <ros/ros.h>
 #include <rviz/display.h>
+#include <rviz/ogre_helpers/render_system.h>
 #include <rviz/panel.h>
 #include <rviz/properties/property.h>
 #include <rviz/render_panel.h>
-#include <rviz/ogre_helpers/render_system.h>
 #include <rviz/view_manager.h>
 #include <rviz/visualization_manager.h>
 #include <sensor_msgs/Joy.h>
