@@ -33,7 +33,8 @@ int main(int argc, char** argv) {
   double seconds = 0.0, watchdog = 0.020, noise = 0.0;
   app.add_option("--link", link, "symbolic link of the position port")->capture_default_str();
   app.add_option("--force-link", force_link, "symbolic link of the force port")->capture_default_str();
-  app.add_option("--log", log_file, "CSV: steady_ns and the loads shown, every millisecond");
+  app.add_option("--log", log_file,
+                 "CSV: steady_ns, the loads shown, force frames that came, every millisecond");
   app.add_option("--motion", motion, "what the hand wishes: rest, press, circle")->capture_default_str();
   app.add_option("--watchdog", watchdog, "s after the last force frame until forces are zero")
       ->capture_default_str();
@@ -70,6 +71,7 @@ int main(int argc, char** argv) {
   std::string heard;
   std::vector<std::uint8_t> frame;
   bool session = false;
+  int frames = 0;  // force frames since the last line of the log
   const std::int64_t begin = steadyNow();
   std::int64_t due = begin;
   std::uint8_t buffer[256];
@@ -82,6 +84,7 @@ int main(int argc, char** argv) {
       Loads loads{};
       if (force_frame::decode(frame.data(), maximum, sequence, loads)) {
         arm.write(loads);
+        ++frames;
         frame.clear();
       } else {
         frame.erase(frame.begin());
@@ -125,8 +128,9 @@ int main(int argc, char** argv) {
     for (; due <= now; due += 1000000) {
       arm.advance(0.001);
       if (log) {
-        std::fprintf(log, "%lld,%.4f,%.4f,%.4f,%.4f,%.4f\n", static_cast<long long>(due), arm.shown()[0],
-                     arm.shown()[1], arm.shown()[2], arm.shown()[3], arm.shown()[4]);
+        std::fprintf(log, "%lld,%.4f,%.4f,%.4f,%.4f,%.4f,%d\n", static_cast<long long>(due), arm.shown()[0],
+                     arm.shown()[1], arm.shown()[2], arm.shown()[3], arm.shown()[4], frames);
+        frames = 0;
       }
     }
   }
