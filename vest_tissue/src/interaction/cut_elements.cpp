@@ -229,9 +229,40 @@ void remapAnchor(const CutJob& j, net::Anchor& a, const Vector3d& place) {
     if (a.weights[i] != 0.0) a.knots[i] = towards(j, a.knots[i], place);
 }
 
-/// Anchors of whatever holds on to the object. Clips, slings and stitches belong here too.
+/// Middle of the triangles' corners around a knot now, m.
+Vector3d around(const CutJob& j, std::uint32_t knot) {
+  Vector3d sum = Vector3d::Zero();
+  double parts = 0.0;
+  for (const std::uint32_t* t = j.begin(knot); t != j.end(knot); ++t)
+    for (const std::uint32_t x : j.s.triangles[*t]) sum += knotPosition(j.s, x), parts += 1.0;
+  return parts > 0.0 ? Vector3d(sum / parts) : knotPosition(j.s, knot);
+}
+
+/// Clips and slings stay on the side on which they sit: between the two halves of each knot a plane tells it.
+void remapFasteners(CutJob& j) {
+  WorldState& state = j.c.state;
+  const std::size_t first = j.s.block.knots() - j.delta.doubled_knots.size();
+  for (std::size_t i = 0; i < j.delta.doubled_knots.size(); ++i) {
+    net::KnotDoubling cut;
+    cut.original = j.delta.doubled_knots[i];
+    cut.copy = static_cast<std::uint32_t>(first + i);
+    cut.plane_normal = around(j, cut.copy) - around(j, cut.original);
+    cut.plane_point = knotPosition(j.s, cut.original);
+    interaction::remapClips(state.fasteners.clips, j.object, cut);
+    for (interaction::Sling& sling : state.fasteners.slings) {
+      if (!sling.alive || !sling.around || sling.object != j.object) continue;
+      Vector3d middle = Vector3d::Zero();
+      for (int n = 0; n < sling.count; ++n)
+        middle += knotPosition(j.s, sling.knots[static_cast<std::size_t>(n)]) / sling.count;
+      interaction::remapSling(sling, cut, middle);
+    }
+  }
+}
+
+/// Anchors of whatever holds on to the object.
 void remapAnchors(CutJob& j) {
   WorldState& state = j.c.state;
+  remapFasteners(j);
   const auto placeOf = [&](const net::Anchor& a) {
     Vector3d p = Vector3d::Zero();
     for (int i = 0; i < 4; ++i)

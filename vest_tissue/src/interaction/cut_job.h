@@ -81,7 +81,7 @@ void renewVersions(CutJob& j);
 void renewIncident(CutJob& j);
 bool divideNet(CutJob& j);       ///< cut_net.cpp: doubles knots along the line
 void divideElements(CutJob& j);  ///< cut_elements.cpp: links, hinges, volumes, anchors, parts
-void divideVolumes(CutJob& j);  ///< cut_volume.cpp
+void divideVolumes(CutJob& j);   ///< cut_volume.cpp
 void openSkin(CutJob& j);        ///< cut_skin.cpp
 void bindSkin(CutJob& j, std::size_t old_vertices);                  ///< cut_binding.cpp
 std::uint32_t acrossOrgan(const CutJob& j, std::uint32_t triangle);  ///< cut_binding.cpp

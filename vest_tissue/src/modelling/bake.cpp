@@ -324,7 +324,9 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
     object.contact_thickness = from.contact_thickness;
     object.friction = from.friction;
     object.cut_toughness = from.cut_toughness;
-    object.wall_thickness = from.inner_wall > 0.0 ? from.inner_wall : from.tube ? from.tube->wall_thickness : 0.0;
+    object.wall_thickness = from.inner_wall > 0.0 ? from.inner_wall
+                            : from.tube           ? from.tube->wall_thickness
+                                                  : 0.0;
     object.skin = makeSkin(draft.net, from.skin_along, from.skin_around, from.petals, from.petal_depth);
     object.tube.station = draft.net.station;
     object.tube.vessel_segment = from.vessel_segment;

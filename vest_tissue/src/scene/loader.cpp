@@ -4,8 +4,8 @@
 
 #include "csv_reader.h"
 #include "loader_fem.h"
-#include "vest_tissue/fem/cache.h"
 #include "loader_living.h"
+#include "vest_tissue/fem/cache.h"
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/fem_object.h"
@@ -203,8 +203,8 @@ Object readObject(const Value& value, Files& files) {
   Map map(value);
   if (map.has("baked")) {
     map.only({"name", "organ", "material", "roles", "model", "baked", "law", "density", "friction",
-              "contact_thickness", "vessel_segment", "tear_strain", "cut_toughness", "wall_thickness", "thermal",
-              "grasp_damage_threshold", "motility"});
+              "contact_thickness", "vessel_segment", "tear_strain", "cut_toughness", "wall_thickness",
+              "thermal", "grasp_damage_threshold", "motility"});
   } else {
     map.only({"name",
               "organ",

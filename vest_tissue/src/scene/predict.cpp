@@ -88,7 +88,8 @@ void applyDilatation(Context& c, const DilatationInput& d) {
 void renewBound(Context& c, std::size_t object) {
   const ObjectConstants& constants = c.model.objects[object];
   ObjectState& s = c.state.objects[object];
-  if (!constants.net || constants.fem || constants.implicit || (c.state.step + object) % kBoundEvery != 0) return;
+  if (!constants.net || constants.fem || constants.implicit || (c.state.step + object) % kBoundEvery != 0)
+    return;
   ObjectScratch& o = c.scratch.objects[object];
   const bool was_degraded = s.degraded;
   if (s.degraded) {

@@ -228,6 +228,8 @@ void advanceImplicit(Context& c, std::size_t object, int batch) {
   const solver::NetView net = netView(s);
   if (batch == 0) o.implicit->renew(net);  // cuts, or another state: cheap beside the step
   const auto report = o.implicit->step(net, s.block, h, solver::ImplicitNet::Options{});
+  holdClips(c, object, h);
+  holdSlings(c, object, h);
   if (c.account) o.heat += report.dissipated;
   s.degraded = report.degraded;
   if (batch == batches - 1) keepReaction(s, o);

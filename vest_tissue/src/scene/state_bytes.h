@@ -78,8 +78,9 @@ struct StateWalker {
     value(s.sub_steps), value(s.limit_strain), value(s.bound_strain), value(s.elastic_scale),
         value(s.damping_scale), flag(s.degraded);
     heat(s.heat, knots);
-    list(s.cut.crossings,
-         [&](interaction::CutCrossing& x) { value(x.triangle), value(x.edge), value(x.place), value(x.knot); });
+    list(s.cut.crossings, [&](interaction::CutCrossing& x) {
+      value(x.triangle), value(x.edge), value(x.place), value(x.knot);
+    });
     list(s.cut.tracks, [&](interaction::CutTrack& x) {
       value(x.triangle), values(x.knots.data(), 2), values(x.from.data(), 3), values(x.to.data(), 3),
           value(x.settled);

@@ -107,8 +107,8 @@ struct Object {
   motility::Motility motility;  ///< nets with a tube map only
   double grasp_damage_threshold =
       136e3;  ///< Pa: pinch over the jaw's area that begins to destroy (interaction/heat.h); 0: never
-  double cut_toughness = 164.0;       ///< J/m²: work per newly cut area; of liver, 164 ± 6 (Gokgol 2012)
-  double wall_thickness = 0.0;        ///< m: of a hollow organ; 0: solid
+  double cut_toughness = 164.0;  ///< J/m²: work per newly cut area; of liver, 164 ± 6 (Gokgol 2012)
+  double wall_thickness = 0.0;   ///< m: of a hollow organ; 0: solid
   Skin skin;
   TubeMap tube;
   std::shared_ptr<const fem::Description>

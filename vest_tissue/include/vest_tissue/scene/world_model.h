@@ -33,7 +33,7 @@ struct ObjectConstants {
   contact::DistanceGrid grid;             ///< rigid only
   interaction::HeatModel heat;            ///< nets only
   interaction::CutConstants cut;
-  motility::MotilityModel motility;       ///< where the object moves by itself
+  motility::MotilityModel motility;  ///< where the object moves by itself
 };
 
 /// Immutable once built.

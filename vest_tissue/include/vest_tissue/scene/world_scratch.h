@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "vest_tissue/contact/contacts.h"
-#include "vest_tissue/interaction/cut_scratch.h"
 #include "vest_tissue/fem/tissue_cut.h"
+#include "vest_tissue/interaction/cut_scratch.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/solver/implicit_net.h"
 
@@ -80,7 +80,7 @@ struct ObjectScratch {
   double volume = 0.0;        ///< m³ there
   fem::TissueScratch tissue;  ///< finite elements
   std::vector<Eigen::Vector3d> backup_x, backup_v;  ///< m, m/s: of finite elements
-  std::unique_ptr<solver::ImplicitNet> implicit;  ///< of an object that is stepped implicitly
+  std::unique_ptr<solver::ImplicitNet> implicit;    ///< of an object that is stepped implicitly
   std::vector<float> active;  ///< N, three rows over the knots: what the organ itself does in this step
   std::vector<std::uint32_t> cut_knots, cut_faces, cut_roots;  ///< finite elements: of this step's cut
   std::vector<fem::Doubling> doublings;

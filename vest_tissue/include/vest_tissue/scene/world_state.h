@@ -6,9 +6,9 @@
 
 #include <Eigen/Core>
 
-#include "vest_tissue/interaction/fasteners.h"
-#include "vest_tissue/interaction/cut_state.h"
 #include "vest_tissue/fem/tissue.h"
+#include "vest_tissue/interaction/cut_state.h"
+#include "vest_tissue/interaction/fasteners.h"
 #include "vest_tissue/interaction/grasp.h"
 #include "vest_tissue/interaction/heat.h"
 #include "vest_tissue/interaction/tool_state.h"
