@@ -7,6 +7,8 @@
 #include <string>
 #include <thread>
 
+#include <unistd.h>
+
 #include <gtest/gtest.h>
 #include <ros/time.h>
 #include <rosbag/bag.h>
@@ -277,7 +279,8 @@ TEST_F(Offscreen, SmokeVeilsByBothMethods) {
 }
 
 TEST(Render, BagBecomesPicturesVideoAndGroundTruthOfTheWishedSize) {
-  const std::string folder = testing::TempDir() + "vest_render_test", file = folder + "/session.bag";
+  const std::string folder = testing::TempDir() + "vest_render_" + std::to_string(getpid()),
+                    file = folder + "/session.bag";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   {
