@@ -50,7 +50,7 @@ MUTANTS = [
     (G, "share <= kSmallShare ? small_ + 1 : 0;", "small_ + 1;", "controller", "Controller.ADeviceThatWakes*"),
     (G, "    ramp_ += dt / kRampSeconds;", "    ramp_ = 1.0;", "controller", "Controller.ADeviceThatWakes*"),
     # Readings.
-    (S, "      if (!isFinite(s.joints[i])) return false;\n", "", "safety", "SensorCheck.Every*"),
+    (S, "      if (!isFinite(s.joints[i])) return false;\n", "", "safety", "SensorCheck.TheFirst*"),
     (S, "      if (any_ && !(std::abs(s.joints[i] - good_.joints[i]) <= (i == 2 ? reach : turn))) return false;\n", "", "safety", "SensorCheck.Every*"),
     (S, "    if (!isFinite(s.position[i])) return false;\n", "", "safety", "SensorCheck.TheFirst*"),
     (S, "  if (any_ && !((s.position - good_.position).squaredNorm() <= reach * reach)) return false;\n", "", "safety", "SensorCheck.Every*"),

@@ -98,6 +98,18 @@ Capabilities all() {
   return c;
 }
 
+// Fields of a reading: 0 … 2 place, 3 … 6 attitude, 7 jaw; of a device with joints, 7 … 11 these.
+void spoil(Sample& s, bool joints, int field, double value) {
+  if (field < 3)
+    s.position[field] = value;
+  else if (field < 7)
+    s.orientation.coeffs()[field - 3] = value;
+  else if (joints)
+    s.joints[static_cast<std::size_t>(field - 7)] = value;
+  else
+    s.jaw = value;
+}
+
 }  // namespace
 
 TEST(SensorCheck, EveryFieldIsGuardedAgainstNoNumberAndAgainstJumps) {
@@ -113,14 +125,7 @@ TEST(SensorCheck, EveryFieldIsGuardedAgainstNoNumberAndAgainstJumps) {
         ASSERT_EQ(check.check(good, 0), SensorCheck::Verdict::Good);
         for (int ms = 1; ms <= 30; ++ms) {
           Sample s = at(0.01);
-          if (field < 3)
-            s.position[field] = value;
-          else if (field < 7)
-            s.orientation.coeffs()[field - 3] = value;
-          else if (joints)
-            s.joints[static_cast<std::size_t>(field - 7)] = value;
-          else
-            s.jaw = value;
+          spoil(s, joints, field, value);
           const auto verdict = check.check(s, ms * kMs);
           ASSERT_EQ(verdict, ms <= 11 ? SensorCheck::Verdict::Held : SensorCheck::Verdict::Fault)
               << "field " << field << " value " << value << " at " << ms << " ms";
@@ -153,9 +158,24 @@ TEST(SensorCheck, FastHandsAreBelieved) {
 }
 
 TEST(SensorCheck, TheFirstReadingMustBeANumberToo) {
-  SensorCheck check(cartesian());
-  Sample s = at(std::nan(""));
-  EXPECT_EQ(check.check(s, 0), SensorCheck::Verdict::Fault) << "there is nothing to hold";
+  // Later the bounds on jumps refuse these as well; the first reading has none.
+  const double bad[] = {std::nan(""), std::numeric_limits<double>::infinity(),
+                        -std::numeric_limits<double>::infinity()};
+  for (const bool joints : {false, true}) {
+    Capabilities c = all();
+    c.joints = joints;
+    for (int field = joints ? 7 : 0; field < (joints ? 12 : 8); ++field) {
+      for (const double value : bad) {
+        SensorCheck check(c);
+        Sample s = at(0.01);
+        spoil(s, joints, field, value);
+        EXPECT_EQ(check.check(s, 0), SensorCheck::Verdict::Fault)
+            << "there is nothing to hold: field " << field << " value " << value;
+        s = at(0.01);
+        EXPECT_EQ(check.check(s, kMs), SensorCheck::Verdict::Good) << "the first that is believed";
+      }
+    }
+  }
 }
 
 namespace {

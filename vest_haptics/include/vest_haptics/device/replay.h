@@ -7,8 +7,7 @@
 namespace vest::haptics {
 
 /// Plays recorded hand motion: a CSV with the columns t_s, px_mm, py_mm, pz_mm, qx, qy, qz, qw (others are
-/// ignored), as hand motion is recorded for vest_instruments, or as `replay_from_bag` takes it out of a
-/// session.
+/// ignored), as hand motion is recorded for vest_instruments.
 ///
 /// Options: file; frame: `phantom` (x right, y up, z to the user, as OpenHaptics measures) or `device` (the
 /// frame of device.h); loop: true or false. It shows no force; the motion is that of a hand that felt none,
