@@ -19,13 +19,14 @@ void main() {
   vec2 micro = fine.xy * 2.0 - 1.0;
   vec2 slope = (relief.xy * 2.0 - 1.0) * look.w;
   float wetness = look.x;
+  float film = 0.0;
 #ifdef STATE
   // Borders run along the relief: grooves fill with blood first, crests char first.
   vec3 speck = texture2D(micro_map, uv.xy * look.z * 0.23).xyz;
   float rough = 0.55 * relief.z + 0.45 * speck.z - 0.5;
   float pale = smoothstep(0.10, 0.62, state.y + 0.40 * rough);
   float burnt = smoothstep(0.40, 0.62, state.z + 0.55 * rough);
-  float film = smoothstep(0.08, 0.34, state.x - 0.30 * rough) * (1.0 - 0.9 * burnt);
+  film = smoothstep(0.08, 0.34, state.x - 0.30 * rough) * (1.0 - 0.9 * burnt);
   float deep = smoothstep(0.25, 0.95, state.x);
   // Coagulated protein is opaque, whitish and dry; without blood tissue loses its red.
   float grey0 = dot(ground.rgb, vec3(0.35, 0.45, 0.2));
@@ -41,7 +42,7 @@ void main() {
   vec3 blood = mix(vec3(0.66, 0.075, 0.055), vec3(0.43, 0.030, 0.028), deep);
   ground.rgb = mix(ground.rgb, blood, film * mix(0.72, 0.97, deep));
   slope *= 1.0 - 0.75 * film;
-  micro *= 1.0 - 0.45 * film;
+  micro *= 1.0 - 0.75 * film;
   wetness = mix(wetness, 1.05, film);
   ground.a = mix(ground.a, 0.80, film);
 #endif
@@ -68,13 +69,15 @@ void main() {
   lobe *= lobe;
   lobe *= lobe;                                   // ^8
   float sheen = lobe * lobe;                      // ^16
-  float sharp = sheen * sheen * sheen * sheen;    // ^64
-  sharp *= sharp * sharp;                         // ^192
+  float sharp = sheen * sheen;                    // ^32
+  sharp *= sharp * sharp;                         // ^96
   float wet = wetness * (0.4 + 0.6 * tint.a);
-  // The film lies in droplets: highlights break into small ones with hard edges.
-  sharp *= 3.0 * smoothstep(0.32, 0.58, fine.z);
+  // Fluid gathers between the crests of the micro relief: highlights break up, but fade out softly. A film of
+  // blood covers the relief: its surface is smooth, so its highlight is narrow and it has no sheen.
+  sharp *= mix(smoothstep(0.15, 0.75, fine.z), sharp, film);
+  vec3 soft = vec3(0.050, 0.046, 0.046) * (1.0 - 0.8 * film);
   // A soft film everywhere; bright and slightly blue only where fluid stands.
-  colour += wet * (vec3(0.050, 0.046, 0.046) * sheen + ground.a * ground.a * vec3(22.0, 23.5, 25.0) * sharp);
+  colour += wet * (soft * sheen + ground.a * ground.a * vec3(17.0, 18.0, 19.0) * sharp);
 
   // Close to 1 - exp(-x): highlights run into white softly.
   colour *= uv.z;

@@ -135,7 +135,8 @@ void Finisher::setLens(const Lens& lens) {
 void Finisher::smoothEdges(const cv::Mat& rendering) {
   // Where the depth jumps (an instrument before tissue) neighbours are mixed: cheaper than drawing more
   // pixels.
-  constexpr int kJump = 5;  // codes: 6 mm at 8 cm
+  // The second difference leaves slanted surfaces alone, of which the first grows as large as of an edge.
+  constexpr int kJump = 3;  // codes: 3.6 mm at 8 cm; rounding alone makes 2
   rgb_.copyTo(jagged_);
   for (int y = 1; y + 1 < rgb_.rows; ++y) {
     const std::uint8_t* d = rendering.ptr<std::uint8_t>(y) + 3;
@@ -147,8 +148,8 @@ void Finisher::smoothEdges(const cv::Mat& rendering) {
     std::uint8_t* out = rgb_.ptr<std::uint8_t>(y);
     for (int x = 1; x + 1 < rgb_.cols; ++x) {
       const int c = d[4 * x];
-      const int jump = std::max(std::max(std::abs(c - d[4 * x - 4]), std::abs(c - d[4 * x + 4])),
-                                std::max(std::abs(c - d_up[4 * x]), std::abs(c - d_down[4 * x])));
+      const int jump = std::max(std::abs(d[4 * x - 4] + d[4 * x + 4] - 2 * c),
+                                std::abs(d_up[4 * x] + d_down[4 * x] - 2 * c));
       if (jump < kJump) continue;
       for (int k = 3 * x; k < 3 * x + 3; ++k)
         out[k] = static_cast<std::uint8_t>((2 * row[k] + row[k - 3] + row[k + 3] + up[k] + down[k]) / 6);

@@ -304,6 +304,11 @@ TEST(Render, BagBecomesPicturesVideoAndGroundTruthOfTheWishedSize) {
       m.instruments[1].name = "left";
       m.instruments[1].tool = vest_msgs::InstrumentState::TOOL_GRASPER;
       m.instruments[1].tip.position.z = 0.01;
+      // z from the trocar towards the tip: straight down the shaft would stand in front of the lens.
+      m.instruments[1].tip.orientation = geometry_msgs::Quaternion();
+      const double half = 0.5 * std::atan2(0.1, -0.09);
+      m.instruments[1].tip.orientation.y = std::sin(half),
+      m.instruments[1].tip.orientation.w = std::cos(half);
       m.instruments[1].shaft.position.x = -0.1, m.instruments[1].shaft.position.z = 0.1;
       bag.write("/vest/instruments", ros::Time(100 + i / 30.0), m);
     }
