@@ -8,6 +8,7 @@
 #include <ros/package.h>
 
 #include "vest_bringup/simulation/rehearsal.h"
+#include "vest_bringup/simulation/trainer.h"
 
 // Protects the demo of ./run: the scripted trainee takes a uterine tube, pulls it visibly, and lets it go.
 
@@ -15,6 +16,7 @@ namespace vest::simulation {
 namespace {
 
 const char* const kDemo = "/trajectories/demo.yaml";
+constexpr double kFirstAct = 20.0;  ///< s: grasp and pull; behind it clip, cut, coagulation, bleeding
 
 kinematics::TrainerBox box() {
   return kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
@@ -62,7 +64,7 @@ class DemoTest : public ::testing::Test {
     std::array<Eigen::Vector3d, 2> force{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
     std::array<Eigen::Vector3d, 4> before{};
     const double dt = world.description().dt;
-    for (std::uint64_t k = 0; static_cast<double>(k) * dt < trajectory.rows.back().t; ++k) {
+    for (std::uint64_t k = 0; static_cast<double>(k) * dt < kFirstAct; ++k) {
       const double t = static_cast<double>(k) * dt;
       scene::StepInput input = inputAt(layout, trajectory, tool, t);
       input.step = k + 1;
@@ -130,6 +132,40 @@ TEST_F(DemoTest, BothInstrumentsAreInThePictureAndMoveLikeAHand) {
   for (const int seen : seen_) EXPECT_GE(seen, steps_ * 95 / 100);
   EXPECT_LE(speed_, 0.08);
   EXPECT_GE(speed_, 0.01);
+}
+
+// Protects the rest of the demo: a clip on the tube, a cut beside it, the stump coagulated, the ovarian
+// artery cut, and clips on it, in this order and by the right hand, without a fault and with forces of a
+// careful hand.
+TEST(DemoSecondAct, ClipsCutsCoagulatesAndStopsABleeding) {
+  const auto layout = box();
+  const auto trajectory = trajectory::fromWaypoints(ros::package::getPath("vest_bringup") + kDemo, layout);
+  Trainer trainer(scene::World(
+      scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml"), 2));
+  Hands hands;
+  for (std::size_t i = 0; i < 3; ++i) hands.tool[i] = trajectory.tools[i].value_or(tools::ToolKind::None);
+  hands.tool[3] = tools::ToolKind::Endoscope;
+  hands.tray = trajectory.tool_tray;
+  const RehearsalReport report = rehearse(trainer, layout, trajectory, hands, 58.0);
+  const auto first = [&](scene::EventKind kind, const std::string& object) {
+    for (const scene::Event& e : report.events)
+      if (e.kind == kind && e.instrument == 1 &&
+          trainer.world().description().objects[e.object].name == object)
+        return 1e-3 * static_cast<double>(e.step);
+    return -1.0;
+  };
+  const double clip = first(scene::EventKind::Clipped, "tube_right");
+  const double cut = first(scene::EventKind::Cut, "tube_right");
+  const double coagulated = first(scene::EventKind::Coagulated, "tube_right");
+  const double bleeding = first(scene::EventKind::Cut, "ovarian_artery_right");
+  const double stopped = first(scene::EventKind::Clipped, "ovarian_artery_right");
+  EXPECT_GT(clip, kFirstAct);
+  EXPECT_GT(cut, clip);
+  EXPECT_GT(coagulated, cut);
+  EXPECT_GT(bleeding, coagulated);
+  EXPECT_GT(stopped, bleeding);
+  EXPECT_NE(report.worst, scene::Status::Fault);
+  EXPECT_LT(report.greatest_force, 2.0) << "N";
 }
 
 TEST(DemoMotion, ItEndsWhereItBegins) {

@@ -5,8 +5,10 @@
 #include <ros/package.h>
 #include <CLI/CLI.hpp>
 
+#include "vest_bringup/simulation/blood_effect.h"
 #include "vest_bringup/simulation/operating_field.h"
 #include "vest_bringup/simulation/rehearsal.h"
+#include "vest_bringup/simulation/surface_effect.h"
 #include "vest_bringup/simulation/trainer.h"
 
 // Plays a scripted motion into a scene, faster than real time and without ROS: for authors of demos and
@@ -49,6 +51,13 @@ int main(int argc, char** argv) {
     hands.tray = trajectory.tool_tray;
     vest::simulation::Trainer trainer(vest::scene::World(vest::scene::loadScene(scene), threads));
     const vest::scene::World& world = trainer.world();
+    vest::simulation::BloodOptions blood_options;
+    blood_options.vessels = ros::package::getPath("vest_effects") + "/data/vessels/pelvis";
+    auto blood = std::make_unique<vest::simulation::BloodEffect>(world, blood_options, nullptr);
+    vest::simulation::BloodEffect* const circulation = blood.get();
+    trainer.add(std::move(blood));
+    trainer.add(std::make_unique<vest::simulation::SurfaceEffect>(world, vest::simulation::SurfaceOptions{},
+                                                                  circulation, nullptr));
     auto effect =
         std::make_unique<vest::simulation::OperatingField>(world, vest::simulation::FieldOptions{}, nullptr);
     const vest::simulation::OperatingField& field = *effect;
