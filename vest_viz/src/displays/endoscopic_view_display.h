@@ -89,7 +89,8 @@ class EndoscopicViewDisplay : public rviz::Display {
   ImagePane* pane_ = nullptr;
   rviz::PanelDockWidget* dock_ = nullptr;
   cv::Mat picture_;
-  int level_ = 0;             ///< of kResolutions, moved by the frame time when the quality is automatic
+  int level_ =
+      2;  ///< of kResolutions: coarse at first, moved by the frame time when the quality is automatic
   double first_picture_ = 0;  ///< s, steady clock: when drawing began
   double last_picture_ = 0, last_compressed_ = 0, last_account_ = 0;
   ros::Time last_stamp_;

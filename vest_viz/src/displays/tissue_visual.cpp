@@ -26,6 +26,7 @@ struct Shown {
   std::uint8_t kind;
   float low, high;
 };
+constexpr float kLeastMark = 0.02f;  ///< share of the range from which on a field is drawn (ours)
 constexpr std::array<Shown, 4> kShown{{{vest_msgs::TissueField::BLEEDING, 0.0f, 2e-9f},
                                        {vest_msgs::TissueField::DAMAGE, 0.0f, 1.0f},
                                        {vest_msgs::TissueField::CHAR, 0.0f, 1.0f},
@@ -174,12 +175,17 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   Part& part = parts_[index];
   const std::size_t n = store.skin(index).vertexCount();
   if (n == 0) return;
+  // Healthy objects are most: their knots tell it sooner than their vertices.
+  float at_knots = 0;
+  for (const auto& shown : kShown)
+    at_knots = std::max(at_knots, store.largestAtKnots(index, shown.kind, shown.low, shown.high));
+  if (at_knots <= kLeastMark && !part.is_marked) return;
   part.state.resize(4 * n);
   float largest = 0;
   for (std::size_t k = 0; k < kShown.size(); ++k)
     largest = std::max(largest, store.vertexField(index, kShown[k].kind, kShown[k].low, kShown[k].high,
                                                   part.state.data() + k, kShown.size()));
-  const bool mark = largest > 0.02f;
+  const bool mark = largest > kLeastMark;
   if (mark) part.mesh->setState(part.state);
   if (mark == part.is_marked) return;
   part.is_marked = mark;

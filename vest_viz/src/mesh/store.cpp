@@ -216,6 +216,21 @@ float Store::knotField(std::size_t object, std::uint8_t kind, std::size_t knot) 
   return f->minimum + (f->maximum - f->minimum) * f->data[first_knot_[object] + knot] / 255.0f;
 }
 
+float Store::largestAtKnots(std::size_t object, std::uint8_t kind, float low, float high) const {
+  const Field* f = field(kind);
+  const std::size_t n = topology_.objects[object].knot_count;
+  if (f == nullptr || high == low || n == 0) return 0;
+  // The map may turn the order round (perfusion: less is more to see).
+  const auto [least, most] =
+      std::minmax_element(f->data.begin() + static_cast<std::ptrdiff_t>(first_knot_[object]),
+                          f->data.begin() + static_cast<std::ptrdiff_t>(first_knot_[object] + n));
+  const auto mapped = [&](std::uint8_t byte) {
+    const float value = f->minimum + (f->maximum - f->minimum) * byte / 255.0f;
+    return std::clamp((value - low) / (high - low), 0.0f, 1.0f);
+  };
+  return std::max(mapped(*least), mapped(*most));
+}
+
 float Store::vertexField(std::size_t object, std::uint8_t kind, float low, float high, std::uint8_t* out,
                          std::size_t stride) const {
   const Field* f = field(kind);

@@ -112,6 +112,8 @@ class Store {
   /// @return the largest of them; 0 and zeros if there is no such field
   float vertexField(std::size_t object, std::uint8_t kind, float low, float high, std::uint8_t* out,
                     std::size_t stride) const;
+  /// Largest value at an object's knots, mapped likewise: no vertex is above it. 0 if there is no such field.
+  float largestAtKnots(std::size_t object, std::uint8_t kind, float low, float high) const;
   /// Value at a knot; NaN if there is no such field.
   float knotField(std::size_t object, std::uint8_t kind, std::size_t knot) const;
 
