@@ -110,6 +110,8 @@ Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh) : nh_(nh), pr
 }
 
 Recorder::~Recorder() {
+  stop_listening_ = true;
+  if (listener_.joinable()) listener_.join();
   stop_writing_ = true;
   if (writer_.joinable()) writer_.join();
 }
@@ -149,7 +151,7 @@ void Recorder::onMessage(const std::string& topic,
   const auto header = event.getConnectionHeaderPtr();
   const auto latching = header ? header->find("latching") : ros::M_string::iterator();
   const bool latched = header && latching != header->end() && latching->second == "1";
-  enqueue({topic, ros::Time::now(), event.getConstMessage(), latched ? header : nullptr});
+  enqueue({topic, event.getReceiptTime(), event.getConstMessage(), latched ? header : nullptr});
 }
 
 void Recorder::subscribeAll() {
@@ -226,7 +228,15 @@ int Recorder::run(const std::atomic<bool>& stop) {
   image_spinner_.start();
   if (wait_for_picture_) waitForPicture(stop);
   subscribeAll();
-  spinner_.start();
+  // Thousands of messages a second: taken in heaps, a thread need not be woken for each. They bear the time
+  // at which they came.
+  listener_ = std::thread([this] {
+    while (!stop_listening_) {
+      queue_.callAvailable(ros::WallDuration(0));
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    queue_.callAvailable(ros::WallDuration(0));
+  });
   ROS_INFO("recording %zu topics to %s", topics_.size(), directory_.c_str());
 
   std::string ended = "interrupted";
@@ -422,9 +432,10 @@ void Recorder::publishStatus() {
 }
 
 void Recorder::finish(const std::string& ended) {
+  stop_listening_ = true;
+  if (listener_.joinable()) listener_.join();
   for (ros::Subscriber& s : subscribers_) s.shutdown();
   image_.shutdown();
-  spinner_.stop();
   image_spinner_.stop();
   stop_writing_ = true;
   if (writer_.joinable()) writer_.join();

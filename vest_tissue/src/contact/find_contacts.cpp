@@ -15,6 +15,8 @@ using net::Block;
 
 constexpr double kMargin = 0.0015;       ///< m: contacts are prepared this much before they touch (ours)
 constexpr double kJawFriction = 0.6;     ///< serrated jaws on tissue; assumed
+constexpr double kSteepest = 1.733;      ///< no unit: of trilinear interpolation between distances, sqrt(3)
+constexpr double kRounding = 1e-6;       ///< m: far more than single precision loses in a box of 1 m
 constexpr double kGrip = 0.5;            ///< of critical: damping that friction amounts to at most
 constexpr double kContactDamping = 0.3;  ///< of critical, along the normal
 constexpr std::size_t kMostContacts = 512;
@@ -191,22 +193,25 @@ void findCavityContacts(Context& c, std::size_t object) {
   const double omega = std::sqrt(constants.contact_omega_squared);
   const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z),
               *mass = row(s, Block::kMass);
-  for (std::size_t other = 0; other < c.model.objects.size(); ++other) {
-    const auto& grid = c.model.objects[other].grid;
-    if (grid.empty()) continue;
-    const float friction =
-        static_cast<float>(std::max(described.friction, c.model.description.objects[other].friction));
-    const float close = thickness + static_cast<float>(kMargin) + 0.87f * static_cast<float>(grid.spacing());
-    for (std::size_t i = 0; i < s.block.knots(); ++i) {
-      if (grid.coarse(x[i], y[i], z[i]) > close || s.fixed[i]) continue;
+  for (std::size_t i = 0; i < s.block.knots(); ++i) {
+    if (s.way < o.clear[i]) continue;
+    o.clear[i] = s.way + 1.0;
+    if (s.fixed[i]) continue;
+    const Vector3f p(x[i], y[i], z[i]);
+    const float limit = thickness + s.depth[i], close = limit + static_cast<float>(kMargin);
+    for (std::size_t other = 0; other < c.model.objects.size(); ++other) {
+      const auto& grid = c.model.objects[other].grid;
+      if (grid.empty()) continue;
       Vector3f gradient;
-      const Vector3f p(x[i], y[i], z[i]);
       const float distance = grid.distance(p, gradient);
       const float length = std::sqrt(gradient.squaredNorm());
-      const float limit = thickness + s.depth[i];
-      if (!(length > 0.1f) || distance > limit + static_cast<float>(kMargin) ||
-          o.planes.size() >= o.planes.capacity())
+      if (distance > close) {
+        o.clear[i] =
+            std::min(o.clear[i], s.way + static_cast<double>(distance - close) / kSteepest - kRounding);
         continue;
+      }
+      o.clear[i] = 0.0;
+      if (!(length > 0.1f) || o.planes.size() >= o.planes.capacity()) continue;
       gradient /= length;
       PlaneContact r{};
       r.knot = static_cast<std::uint32_t>(i);
@@ -215,7 +220,8 @@ void findCavityContacts(Context& c, std::size_t object) {
       r.stiffness = static_cast<float>(constants.contact_omega_squared) * mass[i];
       r.damping = static_cast<float>(2.0 * kContactDamping * omega) * mass[i];
       r.grip = static_cast<float>(2.0 * kGrip * omega) * mass[i];
-      r.friction = friction;
+      r.friction =
+          static_cast<float>(std::max(described.friction, c.model.description.objects[other].friction));
       o.planes.push_back(r);
     }
   }

@@ -9,15 +9,18 @@ namespace {
 using Eigen::Vector3d;
 using net::Block;
 
-constexpr std::uint64_t kRenewEvery = 8;  ///< steps between two searches for pairs
-constexpr double kPairMargin = 0.004;     ///< m: 0.5 m/s of approach over that time
-constexpr double kShare = 0.25;           ///< (omega·h)² that a held contact may have
+constexpr std::uint64_t kRenewEvery =
+    8;                                  ///< steps from one turn of an object to search for pairs to the next
+constexpr double kPairMargin = 0.0045;  ///< m: kRenewWay, and 0.5 m/s of approach until the next turn
+constexpr double kRenewWay = 0.0005;    ///< m that things may come nearer before a turn is used
+constexpr double kRounding = 1e-6;      ///< m: far more than single precision loses in a box of 1 m
+constexpr double kShare = 0.25;         ///< (omega·h)² that a held contact may have
 constexpr double kDamping = 0.3, kGrip = 0.3;
 constexpr double kClose = 0.001;  ///< m: contacts are prepared this much before they touch
 
-/// Whether a point is further than `reach` from the box of a triangle, and so from the triangle: spares the
-/// exact distance.
-bool beyondBox(const Vector3d& x, const std::array<Vector3d, 3>& p, double reach) {
+/// Squared distance, m², of a point from the box of a triangle, never more than that from the triangle:
+/// spares the exact one.
+double toBoxSquared(const Vector3d& x, const std::array<Vector3d, 3>& p) {
   double squared = 0.0;
   for (int e = 0; e < 3; ++e) {
     const double low = std::min(std::min(p[0][e], p[1][e]), p[2][e]),
@@ -25,21 +28,72 @@ bool beyondBox(const Vector3d& x, const std::array<Vector3d, 3>& p, double reach
     const double off = std::max(std::max(low - x[e], x[e] - high), 0.0);
     squared += off * off;
   }
-  return squared > reach * reach * (1.0 + 1e-9);
+  return squared;
+}
+bool beyondBox(const Vector3d& x, const std::array<Vector3d, 3>& p, double reach) {
+  return toBoxSquared(x, p) > reach * reach * (1.0 + 1e-9);
+}
+
+/// Way at which a pair that is `distance` apart now can touch within `reach` at the earliest.
+double clearUntil(const ObjectState& a, const ObjectState& b, double distance, double reach) {
+  return a.way + b.way + (distance - reach) - kRounding;
 }
 
 }  // namespace
 
+void measureWays(Context& c) {
+  // A cut may put knots elsewhere than they were: everything is looked at again.
+  const double jump = c.state.revision != c.scratch.revision_before ? 1.0 : 0.0;
+  float furthest = 0.0f;
+  for (std::size_t object = 0; object < c.state.objects.size(); ++object) {
+    if (!c.model.objects[object].net) continue;
+    ObjectState& s = c.state.objects[object];
+    const float* const before = c.scratch.objects[object].backup.data();
+    const float* const motion = s.block.motion();
+    const auto rowOf = [&](Block::KnotRow r) { return s.block.row(r) - motion; };
+    const auto X = static_cast<std::size_t>(rowOf(Block::X)), Y = static_cast<std::size_t>(rowOf(Block::Y)),
+               Z = static_cast<std::size_t>(rowOf(Block::Z));
+    const auto moved = [&](std::size_t k) {
+      const float dx = motion[X + k] - before[X + k], dy = motion[Y + k] - before[Y + k],
+                  dz = motion[Z + k] - before[Z + k];
+      return dx * dx + dy * dy + dz * dz;
+    };
+    float lanes[8] = {};  // vectorises
+    const std::size_t knots = s.block.knots();
+    std::size_t i = 0;
+    for (; i + 8 <= knots; i += 8)
+      for (std::size_t n = 0; n < 8; ++n) {
+        const float m = moved(i + n);
+        lanes[n] = lanes[n] < m ? m : lanes[n];
+      }
+    for (; i < knots; ++i) lanes[0] = std::max(lanes[0], moved(i));
+    const float far = std::sqrt(*std::max_element(lanes, lanes + 8)) * 1.00001f;
+    s.way += static_cast<double>(far) + jump;
+    furthest = std::max(furthest, far);
+  }
+  c.state.way += static_cast<double>(furthest) + jump;
+}
+
 void findOrganPairs(Context& c) {
-  // Every step the pairs of some objects are renewed, so that no step bears the whole search.
+  // Every step it is the turn of some objects, so that no step bears the whole search; it is made where
+  // things came nearer since the last one.
   auto& pairs = c.state.pairs;
   const std::uint64_t turn = c.state.step % kRenewEvery;
-  pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                             [&](const OrganPair& p) { return p.object % kRenewEvery == turn; }),
-              pairs.end());
   const auto& d = c.model.description;
+  std::uint32_t due = 0;
   for (std::size_t a = 0; a < d.objects.size() && a < 32; ++a) {
+    ObjectState& s = c.state.objects[a];
     if (!c.model.objects[a].net || a % kRenewEvery != turn) continue;
+    if (s.way_searched >= 0.0 && s.way + c.state.way - s.way_searched < kRenewWay) continue;
+    s.way_searched = s.way + c.state.way;
+    due |= 1u << a;
+  }
+  if (due == 0) return;
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                             [&](const OrganPair& p) { return (due >> p.object & 1u) != 0; }),
+              pairs.end());
+  for (std::size_t a = 0; a < d.objects.size() && a < 32; ++a) {
+    if ((due >> a & 1u) == 0) continue;
     const ObjectState& sa = c.state.objects[a];
     const ObjectScratch& oa = c.scratch.objects[a];
     for (std::size_t b = 0; b < d.objects.size() && b < 32; ++b) {
@@ -109,8 +163,10 @@ void findOrganPairs(Context& c) {
           }
         }
         if (found && pairs.size() < pairs.capacity()) {
+          const double touch = d.objects[a].contact_thickness + d.objects[b].contact_thickness + kClose;
           pairs.push_back({static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b),
-                           static_cast<std::uint32_t>(i), nearest_triangle});
+                           static_cast<std::uint32_t>(i), nearest_triangle,
+                           clearUntil(sa, sb, nearest_distance, touch)});
         }
       }
     }
@@ -121,15 +177,23 @@ void findOrganContacts(Context& c) {
   auto& contacts = c.scratch.organ_contacts;
   contacts.clear();
   const auto& d = c.model.description;
-  for (const OrganPair& pair : c.state.pairs) {
+  for (OrganPair& pair : c.state.pairs) {
     const ObjectState &sa = c.state.objects[pair.object], &sb = c.state.objects[pair.other];
+    if (sa.way + sb.way < pair.clear) continue;
     const auto& k = sb.triangles[pair.triangle];
     const Vector3d x = knotPosition(sa, pair.knot);
     const std::array<Vector3d, 3> p{knotPosition(sb, k[0]), knotPosition(sb, k[1]), knotPosition(sb, k[2])};
     const double reach = d.objects[pair.object].contact_thickness + d.objects[pair.other].contact_thickness;
-    if (beyondBox(x, p, reach + kClose)) continue;
+    const double box = toBoxSquared(x, p);
+    if (box > (reach + kClose) * (reach + kClose) * (1.0 + 1e-9)) {
+      pair.clear = clearUntil(sa, sb, std::sqrt(box), reach + kClose);
+      continue;
+    }
     const auto n = contact::nearest(x, p);
-    if (!(n.distance < reach + kClose)) continue;
+    if (!(n.distance < reach + kClose)) {
+      pair.clear = clearUntil(sa, sb, n.distance, reach + kClose);
+      continue;
+    }
     Vector3d normal = x - (p[0] * n.weights[0] + p[1] * n.weights[1] + p[2] * n.weights[2]);
     const Vector3d face = (p[1] - p[0]).cross(p[2] - p[0]);
     const double area = std::sqrt(face.squaredNorm());

@@ -48,6 +48,12 @@ void eachBetween(Context& c, const tools::ToolGeometry& g, const JawFrame& frame
       if ((p0 - middle).squaredNorm() > reach * reach || !s.triangle_alive[t]) continue;
       const std::array<Eigen::Vector3d, 3> p{frame.local(p0), frame.local(knotPosition(s, k[1])),
                                              frame.local(knotPosition(s, k[2]))};
+      // Samples lie between the corners: what has these all on one side of the jaws has none in them.
+      const Eigen::Vector3d low = p[0].cwiseMin(p[1]).cwiseMin(p[2]),
+                            high = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
+      if (low.y() > interaction::kJawHalfWidth || high.y() < -interaction::kJawHalfWidth || low.z() > 0.0 ||
+          high.z() < -g.jaw_length || low.x() > g.jaw_length || high.x() < -g.jaw_length)
+        continue;
       for (const auto& w : kSamples) {
         const double at = interaction::jawAngleAt(g, p[0] * w[0] + p[1] * w[1] + p[2] * w[2], thickness);
         if (at >= 0.0 && at <= angle) visit(object, t, w, at);

@@ -260,7 +260,8 @@ void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
     c.batches = powerOfTwo(dt / kImplicitStep);
     return;
   }
-  c.sub_steps = std::max(1, static_cast<int>(std::ceil(fast_needed)));
+  // A hundredth of a sub-step is nothing beside the margin.
+  c.sub_steps = std::max(1, static_cast<int>(std::ceil(fast_needed - 0.01)));
   c.batches = powerOfTwo(slow_needed);
   const solver::Rates volume{solver::volumeRate(s.block, s.elements), 0.0};
   c.volume_batches =
@@ -425,6 +426,8 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     s.contacts.reserve(512);
     s.pulls.reserve(4 * interaction::kMaxGraspAnchors);
     s.planes.reserve(b.knotCapacity());
+    s.clear.assign(b.knotCapacity() + 1, 0.0);
+    s.packed.resize(b.knotCapacity() + 1);
     s.volume_gradient.resize(3 * (b.knotCapacity() + 1));
     s.volume_start.resize(3 * (b.knotCapacity() + 1));
     s.near.resize(b.knotCapacity() + 1);

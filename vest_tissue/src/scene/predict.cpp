@@ -12,6 +12,7 @@ using Eigen::Vector3d;
 using net::Block;
 
 constexpr std::uint64_t kBoundEvery = 4;  ///< steps between two looks at an object's strain
+constexpr double kBoundWay = 1e-5;        ///< m: less is no strain worth a look, links are millimetres long
 constexpr float kGrowth = 1.2f;  ///< of the tangent, below which the old bound still holds (its margin)
 
 void applyEdit(Context& c, const ParameterEdit& edit) {
@@ -90,6 +91,10 @@ void renewBound(Context& c, std::size_t object) {
   ObjectState& s = c.state.objects[object];
   if (!constants.net || constants.fem || constants.implicit || (c.state.step + object) % kBoundEvery != 0)
     return;
+  const bool scaled = s.elastic_scale > 1.0 || s.damping_scale > 1.0 || s.heat.stiffened ||
+                      !s.topology.doubled_knots.empty();
+  if (s.way_bounded >= 0.0 && s.way - s.way_bounded < kBoundWay && !scaled && !s.degraded) return;
+  s.way_bounded = s.way;
   ObjectScratch& o = c.scratch.objects[object];
   const bool was_degraded = s.degraded;
   if (s.degraded) {
@@ -104,7 +109,6 @@ void renewBound(Context& c, std::size_t object) {
   const float tangent = 1.0f + e * (2 * a.a2 + e * (3 * a.a3 + e * 4 * a.a4));
   // Removed links leave every bound valid; doubled knots do not.
   const bool cut = !s.topology.doubled_knots.empty();
-  const bool scaled = s.elastic_scale > 1.0 || s.damping_scale > 1.0 || s.heat.stiffened || cut;
   if (tangent <= kGrowth && strain < 0.5f && !scaled) {
     s.sub_steps = constants.sub_steps;
     s.bound_strain = 0.0f;
@@ -217,6 +221,7 @@ void keepBackup(Context& c) {
   c.scratch.proxies_before = c.state.proxies;
   c.scratch.grasps_before = c.state.grasps;
   c.scratch.energy_before = c.state.energy;
+  c.scratch.revision_before = c.state.revision;
 }
 
 void restoreBackup(Context& c) {

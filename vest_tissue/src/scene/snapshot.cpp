@@ -256,6 +256,7 @@ void World::restore(const std::vector<std::uint8_t>& bytes) {
   }
   impl_->state = std::move(state);
   impl_->reserve();
+  impl_->scratch.forget();
   impl_->deltas.clear();
 }
 

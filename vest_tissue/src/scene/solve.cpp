@@ -38,7 +38,7 @@ void addPressure(Context& c, std::size_t object, bool renew, double interval) {
     net::ElementArrays there = elementArrays(b);
     const float* const x0 = o.volume_start.data();
     there.x = x0, there.y = x0 + stride, there.z = x0 + 2 * stride;
-    o.volume = net::volumeGradient(v, there, o.volume_gradient.data(), stride);
+    o.volume = net::volumeGradient(v, there, o.volume_gradient.data(), stride, o.packed);
   }
   double change = 0.0;
   for (int axis = 0; axis < 3; ++axis) {

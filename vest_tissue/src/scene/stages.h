@@ -60,6 +60,8 @@ void reserveCut(const WorldModel& model, interaction::CutScratch& scratch);
 void findToolContacts(Context& c, std::size_t object);
 void findCavityContacts(Context& c, std::size_t object);
 void findOrganPairs(Context& c);
+/// What this step moved (ObjectState::way), once it is known to stand.
+void measureWays(Context& c);
 void findOrganContacts(Context& c);
 void placeTools(Context& c);
 void renewSides(Context& c);

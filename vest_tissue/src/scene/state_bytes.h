@@ -193,7 +193,11 @@ struct StateWalker {
     electrosurgery(s.electrosurgery);
     fasteners(s.fasteners);
     for (auto& t : s.cutting.tools) cutting(t);
-    list(s.pairs, [&](OrganPair& p) { value(p.object), value(p.other), value(p.knot), value(p.triangle); });
+    list(s.pairs, [&](OrganPair& p) {
+      value(p.object), value(p.other), value(p.knot), value(p.triangle), value(p.clear);
+    });
+    value(s.way);
+    for (ObjectState& o : s.objects) value(o.way), value(o.way_bounded), value(o.way_searched);
     list(s.sides, [&](ContactSide& p) {
       value(p.triangle), value(p.object), value(p.tool), value(p.capsule), value(p.side);
     });

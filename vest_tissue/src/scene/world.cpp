@@ -55,6 +55,7 @@ Status World::step(const StepInput& input, StepReport& report) {
     return w.fault(c, faulty);
   }
   w.time(report, 2, [&] { cut(c); });
+  w.time(report, 1, [&] { measureWays(c); });
   w.time(report, 5, [&] {
     stepHeat(c);
     tell(c);
@@ -232,6 +233,7 @@ bool World::splitKnot(std::size_t object, std::uint32_t knot, const Eigen::Vecto
 void World::reset() {
   impl_->state = impl_->model->start;
   impl_->reserve();
+  impl_->scratch.forget();
   impl_->deltas.clear();
 }
 

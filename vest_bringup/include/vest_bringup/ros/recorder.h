@@ -63,7 +63,8 @@ class Recorder {
   std::string step_topic_, contacts_topic_, events_topic_, topology_topic_, hash_topic_;
 
   ros::CallbackQueue queue_, image_queue_;
-  ros::AsyncSpinner spinner_{1, &queue_}, image_spinner_{1, &image_queue_};
+  ros::AsyncSpinner image_spinner_{1, &image_queue_};
+  std::thread listener_;  ///< empties queue_
   std::vector<ros::Subscriber> subscribers_;
   ros::Subscriber image_;
   ros::Publisher status_;
@@ -73,7 +74,7 @@ class Recorder {
   std::vector<Item> queued_;
   std::size_t queued_bytes_ = 0;
   std::atomic<std::uint64_t> dropped_{0}, written_{0}, bytes_{0};
-  std::atomic<bool> stop_writing_{false}, disk_full_{false}, snapshot_wanted_{false};
+  std::atomic<bool> stop_listening_{false}, stop_writing_{false}, disk_full_{false}, snapshot_wanted_{false};
   std::atomic<double> first_step_time_{0};
   std::thread writer_;
 

@@ -95,9 +95,15 @@ void addVolumes(const std::vector<Volume>& elements, const ElementArrays& a);
 /// All but volumes, which the solver renews once a step (volumeGradient).
 void addElements(const Elements& elements, const ElementArrays& a, KernelLevel level);
 
-/// Volume of one element and its gradient (m², three rows of `stride` floats, zeroed here): dV/dx of each
-/// knot.
-double volumeGradient(const Volume& volume, const ElementArrays& a, float* gradient, std::size_t stride);
+/// A knot of a volume element: place from its first knot, m, and gradient; scratch of volumeGradient.
+using Four = float __attribute__((vector_size(16)));  ///< of gcc and clang; the last of them is 0
+struct PackedKnot {
+  Four x, gradient;
+};
+/// Volume of one element and its gradient (m², three rows of `stride` floats, written for its knots): dV/dx of
+/// each knot. `packed`: room for all knots of the object.
+double volumeGradient(const Volume& volume, const ElementArrays& a, float* gradient, std::size_t stride,
+                      std::vector<PackedKnot>& packed);
 
 /// J, at positions a.x, a.y, a.z.
 double bendingEnergy(const std::vector<Bending>& elements, const ElementArrays& a);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -68,6 +69,9 @@ struct ObjectScratch {
   std::vector<contact::ToolContact> contacts;
   std::vector<contact::Pull> pulls;
   std::vector<contact::PlaneContact> planes;
+  /// Per knot, m: until the object's way exceeds it the knot cannot come near a rigid object. Remembered
+  /// between steps, spares only work.
+  std::vector<double> clear;
   std::vector<std::uint8_t> near;     ///< per knot
   std::vector<std::uint16_t> shared;  ///< per knot: contacts that share it
   contact::ObjectLoads loads;
@@ -76,9 +80,10 @@ struct ObjectScratch {
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();  ///< N, of fixed knots, last sub-step
   double heat = 0.0;  ///< J in this step, links and knots, when accounting is on
   std::vector<float> volume_gradient,
-      volume_start;           ///< m², m: three rows over the knots, where the gradient was taken
-  double volume = 0.0;        ///< m³ there
-  fem::TissueScratch tissue;  ///< finite elements
+      volume_start;     ///< m², m: three rows over the knots, where the gradient was taken
+  double volume = 0.0;  ///< m³ there
+  std::vector<net::PackedKnot> packed;
+  fem::TissueScratch tissue;                        ///< finite elements
   std::vector<Eigen::Vector3d> backup_x, backup_v;  ///< m, m/s: of finite elements
   std::unique_ptr<solver::ImplicitNet> implicit;    ///< of an object that is stepped implicitly
   std::vector<float> active;  ///< N, three rows over the knots: what the organ itself does in this step
@@ -95,6 +100,7 @@ struct WorldScratch {
   std::vector<Eigen::Vector3d> connection_force;  ///< N on end 0, held
   interaction::CutScratch cut;
   Energy energy_before;
+  std::uint32_t revision_before = 0;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies_before{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps_before{};
   std::array<interaction::PlacedCapsule, interaction::kMaxToolCapsules>
@@ -104,6 +110,10 @@ struct WorldScratch {
   std::array<int, tools::kInstrumentCount> capsule_count{};
   explicit WorldScratch(const WorldModel& model);
   WorldScratch() = default;
+  /// What was remembered of a State that is no longer the one.
+  void forget() {
+    for (ObjectScratch& o : objects) std::fill(o.clear.begin(), o.clear.end(), 0.0);
+  }
 };
 
 }  // namespace vest::scene

@@ -59,6 +59,11 @@ struct ObjectState {
   FemSurface fem_surface;   ///< finite elements
   fem::TissueState tissue;  ///< finite elements; empty for nets. The block's X … VZ are a copy of it
   motility::MotilityState motility;  ///< phases of its waves
+  /// m: sum over the steps of the furthest that any of its knots moved, and a metre for each change of
+  /// topology; what was further away than that grew since cannot have come near.
+  double way = 0.0;
+  double way_bounded = -1.0;   ///< m: way when its greatest strain was last looked at; < 0: never
+  double way_searched = -1.0;  ///< m: way and WorldState::way when its pairs were searched; < 0: never
 };
 
 /// Changes a link in the list and in its table. Real-time safe.
@@ -80,6 +85,7 @@ struct OrganPair {
   std::uint16_t object = 0, other = 0;
   std::uint32_t knot = 0;
   std::uint32_t triangle = 0;
+  double clear = 0.0;  ///< m: before the sum of both objects' ways exceeds it they cannot touch
 };
 
 /// Side on which a tool's capsule touches a triangle, so that a deep or fast contact does not flip.
@@ -101,7 +107,8 @@ struct WorldState {
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps{};
   interaction::CuttingState cutting;
-  std::vector<OrganPair> pairs;    ///< renewed every few steps
+  std::vector<OrganPair> pairs;    ///< renewed when something came nearer
+  double way = 0.0;                ///< m: sum over the steps of the furthest that any knot of any object moved
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
   interaction::Electrosurgery electrosurgery;
   interaction::Fasteners fasteners;  ///< clips, slings
