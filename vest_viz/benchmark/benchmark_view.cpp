@@ -109,7 +109,10 @@ int main(int argc, char** argv) {
     scene.updateTissue(store);
     std::printf("load %.0f ms, build %.0f ms\n", loaded - begin, milliseconds() - loaded);
 
-    while (!vest::displays::takeBakedTextures()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    while (!vest::displays::takeBakedTextures() || !scene.settled()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      scene.updateTissue(store);
+    }
     std::printf("textures baked %.0f ms after the start\n", milliseconds() - begin);
 
     vest_msgs::InstrumentStates instruments;

@@ -25,7 +25,7 @@ class EndoscopePipeline {
   /// How smoke is shown (models.md section 10): by its density field, by billboards, or both.
   enum class Smoke { Off = 0, Field = 1, Billboards = 2, Both = 3 };
 
-  /// @param quality 0 simple, 1 standard
+  /// @param quality 0 simple, 1 standard, 2 fine
   explicit EndoscopePipeline(int quality) : scene_(quality) {}
 
   /// @param circle radius of the round picture over half its height; @param resolution rendered pixels per

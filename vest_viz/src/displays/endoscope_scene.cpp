@@ -140,7 +140,7 @@ double EndoscopeScene::light() const {
 EndoscopeScene::Timing EndoscopeScene::render(cv::Mat* rgba) {
   Timing timing;
   if (target_ == nullptr) return timing;
-  complete_ = takeBakedTextures();
+  complete_ = takeBakedTextures() && tissue_->settled();
   const Ogre::Vector4 light(0.0f, static_cast<float>(kLightOffset), 0.0f, static_cast<float>(this->light()));
   tissue_->setLight(light);
   effects_->setLight(light);

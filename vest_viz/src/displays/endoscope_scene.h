@@ -33,6 +33,8 @@ class EndoscopeScene {
   /// @param source pinhole to render; @param circle radius of what is seen over the half width
   void setCamera(const camera::Intrinsics& source, double circle);
   void updateTissue(const mesh::Store& store);
+  /// False while updateTissue() would still find fewer triangles to draw.
+  bool settled() const { return tissue_->settled(); }
   void updateInstruments(const vest_msgs::InstrumentStates& states);
   EffectsVisual& effects() { return *effects_; }
   const std::map<std::string, std::unique_ptr<InstrumentVisual>>& instruments() const { return instruments_; }

@@ -151,7 +151,9 @@ void EndoscopicViewDisplay::onInitialize() {
 void EndoscopicViewDisplay::updateScene() {
   if (!initialized() && pane_ == nullptr) return;
   try {
-    view_ = std::make_unique<EndoscopePipeline>(quality_->getOptionInt() > 0 ? 1 : 0);
+    view_ = std::make_unique<EndoscopePipeline>(quality_->getOptionInt() == 0   ? 0
+                                                : quality_->getOptionInt() == 3 ? 2
+                                                                                : 1);
     updateCamera();
     updateLook();
     if (!input_.store().empty()) view_->setTissue(input_.store());

@@ -12,6 +12,7 @@
 
 #include "ogre_assets.h"
 #include "vest_viz/inspect/colour_map.h"
+#include "vest_viz/mesh/coarse.h"
 #include "vest_viz/mesh/occlusion.h"
 #include "vest_viz/texture/organ_texture.h"
 
@@ -32,6 +33,11 @@ constexpr std::array<Shown, 4> kShown{{{vest_msgs::TissueField::BLEEDING, 0.0f, 
                                        {vest_msgs::TissueField::CHAR, 0.0f, 1.0f},
                                        {vest_msgs::TissueField::PERFUSION, 1.0f, 0.0f}}};
 
+// m: a pixel of the standard view is 0.2 mm wide at 8 cm.
+constexpr double kCoarse = 0.0001;
+constexpr double kCoarseWall = 0.0003;          // m: of walls behind the organs
+constexpr std::size_t kMostTriangles = 100000;  // above, a worker would need too long
+
 bool anyShown(const mesh::Store& store) {
   return std::any_of(kShown.begin(), kShown.end(),
                      [&](const Shown& s) { return store.field(s.kind) != nullptr; });
@@ -47,6 +53,8 @@ TissueVisual::TissueVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent,
       depth_in_alpha_(depth_in_alpha) {}
 
 TissueVisual::~TissueVisual() {
+  stop_ = true;
+  if (coarsening_.valid()) coarsening_.wait();
   for (Part& part : parts_) destroy(&part);
   if (links_ != nullptr) manager_->destroyManualObject(links_);
   if (link_material_) Ogre::MaterialManager::getSingleton().remove(link_material_);
@@ -109,6 +117,46 @@ void TissueVisual::rebuildAll(const mesh::Store& store) {
     parts_[i].organ = objects[i].organ;
     parts_[i].occlusion = std::move(occlusion[i]);
   }
+  beginCoarsening(store);
+}
+
+void TissueVisual::beginCoarsening(const mesh::Store& store) {
+  stop_ = true;
+  if (coarsening_.valid()) coarsening_.get();
+  stop_ = false;
+  if (!depth_in_alpha_ || quality_ > 1) return;
+  struct Job {
+    std::vector<float> positions;
+    Triangles triangles;
+    double tolerance = kCoarse;
+  };
+  std::vector<Job> jobs(parts_.size());
+  std::size_t triangles = 0;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const mesh::Skin& skin = store.skin(i);
+    const auto& layer = store.topology().objects[i].triangle_layer;
+    parts_[i].coarse_version = store.shapeVersion(i);
+    triangles += skin.triangles.size() / 3;
+    if (std::any_of(layer.begin(), layer.end(), [](auto l) { return l != 0; })) continue;
+    jobs[i] = {skin.positions, skin.triangles, store.topology().objects[i].rigid ? kCoarseWall : kCoarse};
+  }
+  if (triangles > kMostTriangles) return;
+  coarsening_ = std::async(std::launch::async, [this, jobs = std::move(jobs)] {
+    std::vector<Triangles> coarse(jobs.size());
+    for (std::size_t i = 0; i < jobs.size() && !stop_; ++i)
+      coarse[i] = mesh::coarseTriangles(jobs[i].positions, jobs[i].triangles, jobs[i].tolerance);
+    return coarse;
+  });
+}
+
+void TissueVisual::takeCoarse() {
+  if (!coarsening_.valid() || coarsening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+    return;
+  std::vector<Triangles> coarse = coarsening_.get();
+  for (std::size_t i = 0; i < parts_.size() && i < coarse.size(); ++i) {
+    parts_[i].coarse = std::move(coarse[i]);
+    parts_[i].stale = true;
+  }
 }
 
 void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
@@ -116,8 +164,13 @@ void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
   const mesh::Skin& skin = store.skin(index);
   Part& part = parts_[index];
   part.version = store.shapeVersion(index);
+  part.stale = false;
   std::vector<DynamicMesh::Group> groups(kGroups);
-  for (std::size_t t = 0; 3 * t + 2 < skin.triangles.size(); ++t) {
+  // What happened to the tissue is shown vertex by vertex, and needs them all.
+  const bool coarse = !part.coarse.empty() && part.coarse_version == part.version && !part.is_marked &&
+                      colouring_.by == Colouring::By::Look;
+  if (coarse) groups[0].triangles = part.coarse;
+  for (std::size_t t = 0; !coarse && 3 * t + 2 < skin.triangles.size(); ++t) {
     const std::uint32_t* v = &skin.triangles[3 * t];
     if (v[0] == v[1] || v[1] == v[2]) continue;  // died in a cut
     const std::size_t layer = o.triangle_layer.empty() ? 0 : o.triangle_layer[t];
@@ -189,6 +242,7 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   if (mark) part.mesh->setState(part.state);
   if (mark == part.is_marked) return;
   part.is_marked = mark;
+  part.stale = part.stale || !part.coarse.empty();
   for (std::size_t g = 0; g < kGroups; ++g) {
     if (!part.present[g]) continue;
     if (mark && !part.marked[g]) {
@@ -211,10 +265,11 @@ void TissueVisual::update(const mesh::Store& store) {
       rebuildAll(store);
     }
   }
+  takeCoarse();
   vertices_ = 0;
   const bool shown = anyShown(store);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const bool reshaped = fresh && parts_[i].version != store.shapeVersion(i);
+    const bool reshaped = parts_[i].stale || (fresh && parts_[i].version != store.shapeVersion(i));
     if (reshaped) rebuildPart(store, i);
     const mesh::Skin& skin = store.skin(i);
     if (reshaped || store.moved(i)) parts_[i].mesh->setVertices(skin.positions, skin.normals, skin.tangents);
@@ -256,6 +311,7 @@ void TissueVisual::setColouring(const Colouring& colouring, const mesh::Store& s
     for (std::size_t g = 0; g < kGroups; ++g)
       if (parts_[i].present[g]) parts_[i].mesh->setMaterial(g, parts_[i].plain[g]);
     parts_[i].is_marked = false;
+    parts_[i].stale = parts_[i].stale || !parts_[i].coarse.empty();
     updateState(store, i);
   }
 }

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <atomic>
+#include <future>
 #include <memory>
 #include <set>
 #include <string>
@@ -21,7 +23,9 @@ namespace vest::displays {
 /// (bleeding, coagulation, char, lost perfusion), and the wire net of its living links on demand.
 class TissueVisual {
  public:
-  /// @param depth_in_alpha for the finishing pass of the endoscopic view
+  /// @param quality 0 simple, 1 standard, 2 fine
+  /// @param depth_in_alpha for the finishing pass of the endoscopic view, which draws healthy, uncut skins
+  /// with fewer triangles unless it is fine
   TissueVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent, int quality, bool depth_in_alpha);
   ~TissueVisual();
 
@@ -46,6 +50,8 @@ class TissueVisual {
     }
   };
   void setColouring(const Colouring& colouring, const mesh::Store& store);
+  /// False while a worker still looks for the triangles that can be left out.
+  bool settled() const { return !coarsening_.valid(); }
   /// Empty, or why shaders are not supported.
   const std::string& warning() const { return warning_; }
   std::size_t vertexCount() const { return vertices_; }
@@ -62,11 +68,15 @@ class TissueVisual {
     std::array<bool, kGroups> present{};
     bool is_marked = false, cull = false;
     std::string name, organ;
-    std::uint64_t version = 0;
+    std::uint64_t version = 0, coarse_version = 0;  ///< shapes that are drawn and that `coarse` was made of
+    std::vector<std::uint32_t> coarse;              ///< fewer triangles; empty: none, or not yet
+    bool stale = false;                             ///< to be built again though the shape is the same
     std::vector<float> occlusion;
     std::vector<std::uint8_t> state;
   };
   void rebuildAll(const mesh::Store& store);
+  void beginCoarsening(const mesh::Store& store);
+  void takeCoarse();
   void rebuildPart(const mesh::Store& store, std::size_t index);
   void updateState(const mesh::Store& store, std::size_t index);
   void updateColours(const mesh::Store& store, std::size_t index);
@@ -92,6 +102,9 @@ class TissueVisual {
   bool show_surface_ = true, show_links_ = false;
   float alpha_ = 1.0f;
   std::set<std::string> filter_;
+  using Triangles = std::vector<std::uint32_t>;
+  std::atomic<bool> stop_{false};
+  std::future<std::vector<Triangles>> coarsening_;  ///< per part; reads stop_
   std::string warning_;
 };
 

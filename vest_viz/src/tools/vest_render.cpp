@@ -118,7 +118,7 @@ void mustWrite(const std::string& path, const cv::Mat& picture) {
 
 class Renderer {
  public:
-  explicit Renderer(const Options& options) : o_(options), view_(std::min(options.quality, 1)) {
+  explicit Renderer(const Options& options) : o_(options), view_(options.quality) {
     view_.setCamera(vest::camera::fromFieldOfView(static_cast<std::uint32_t>(o_.width),
                                                   static_cast<std::uint32_t>(o_.height), o_.fov * M_PI / 180,
                                                   {o_.k1, o_.k2, 0, 0, 0}),

@@ -25,6 +25,24 @@ TEST(Store, EmptyTopologyEmptiesTheStore) {
   EXPECT_TRUE(store.empty());
 }
 
+TEST(Store, WhatNobodyCanSeeMovesNoSkinButAddsUp) {
+  Store store;
+  ASSERT_EQ(store.setTopology(twoSquares()), Outcome::Accepted);
+  store.rebuildSkins();
+  std::vector<float> p = positionsOf(store.topology());
+  int moved = 0;
+  for (int step = 1; step <= 100; ++step) {
+    p[3 * 6 + 2] = 2e-6f * static_cast<float>(step);
+    ASSERT_EQ(store.setState(5, p.data(), p.size()), Outcome::Accepted);
+    store.rebuildSkins();
+    moved += store.moved(1);
+    ASSERT_NEAR(store.skin(1).positions[3 * 2 + 2], p[3 * 6 + 2], 1.1e-5f) << "step " << step;
+    EXPECT_FALSE(store.moved(0));
+  }
+  EXPECT_LT(moved, 20);
+  EXPECT_GT(moved, 10);
+}
+
 TEST(Store, SkinFollowsKnotsOfTheState) {
   Store store;
   ASSERT_EQ(store.setTopology(twoSquares()), Outcome::Accepted);
