@@ -148,6 +148,13 @@ void findToolContacts(Context& c, std::size_t object) {
           r.start[e] = static_cast<float>(start[e]);
           r.travel[e] = static_cast<float>(end[e] - start[e]);
         }
+        if (jaw) {
+          const auto& pose = c.state.proxies[t].pose;
+          const Vector3d z = pose.orientation * Vector3d::UnitZ(), y = pose.orientation * Vector3d::UnitY();
+          const Vector3d arm = end - (pose.tip - tools::toolGeometry(c.state.proxies[t].tool).jaw_length * z);
+          const Vector3d way = (after.which == 0 ? 0.5 : -0.5) * y.cross(arm);
+          for (int e = 0; e < 3; ++e) r.jaw[e] = static_cast<float>(way[e]);
+        }
         r.reach = static_cast<float>(touch);
         r.friction =
             static_cast<float>(jaw ? std::max(described.friction, kJawFriction) : described.friction);
