@@ -43,7 +43,8 @@ double clearUntil(const ObjectState& a, const ObjectState& b, double distance, d
 
 void measureWays(Context& c) {
   // A cut may put knots elsewhere than they were: everything is looked at again.
-  const double jump = c.state.revision != c.scratch.revision_before ? 1.0 : 0.0;
+  const double jump = c.state.revision != c.state.way_revision ? 1.0 : 0.0;
+  c.state.way_revision = c.state.revision;
   float furthest = 0.0f;
   for (std::size_t object = 0; object < c.state.objects.size(); ++object) {
     if (!c.model.objects[object].net) continue;
@@ -59,7 +60,7 @@ void measureWays(Context& c) {
       return dx * dx + dy * dy + dz * dz;
     };
     float lanes[8] = {};  // vectorises
-    const std::size_t knots = s.block.knots();
+    const std::size_t knots = c.scratch.objects[object].knots_before;  // new ones are a jump
     std::size_t i = 0;
     for (; i + 8 <= knots; i += 8)
       for (std::size_t n = 0; n < 8; ++n) {

@@ -213,6 +213,7 @@ void keepBackup(Context& c) {
     if (!c.model.objects[i].net) continue;
     auto& backup = c.scratch.objects[i].backup;
     std::memcpy(backup.data(), c.state.objects[i].block.motion(), backup.size() * sizeof(float));
+    c.scratch.objects[i].knots_before = c.state.objects[i].block.knots();
     if (!c.model.objects[i].fem) continue;
     const fem::TissueState& t = c.state.objects[i].tissue;
     c.scratch.objects[i].backup_x.assign(t.x.begin(), t.x.end());
@@ -221,7 +222,6 @@ void keepBackup(Context& c) {
   c.scratch.proxies_before = c.state.proxies;
   c.scratch.grasps_before = c.state.grasps;
   c.scratch.energy_before = c.state.energy;
-  c.scratch.revision_before = c.state.revision;
 }
 
 void restoreBackup(Context& c) {

@@ -196,7 +196,7 @@ struct StateWalker {
     list(s.pairs, [&](OrganPair& p) {
       value(p.object), value(p.other), value(p.knot), value(p.triangle), value(p.clear);
     });
-    value(s.way);
+    value(s.way), value(s.way_revision);
     for (ObjectState& o : s.objects) value(o.way), value(o.way_bounded), value(o.way_searched);
     list(s.sides, [&](ContactSide& p) {
       value(p.triangle), value(p.object), value(p.tool), value(p.capsule), value(p.side);

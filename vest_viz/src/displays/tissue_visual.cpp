@@ -242,7 +242,6 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   if (mark) part.mesh->setState(part.state);
   if (mark == part.is_marked) return;
   part.is_marked = mark;
-  part.stale = part.stale || !part.coarse.empty();
   for (std::size_t g = 0; g < kGroups; ++g) {
     if (!part.present[g]) continue;
     if (mark && !part.marked[g]) {
@@ -251,6 +250,11 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
     }
     part.mesh->setMaterial(g, mark ? part.marked[g] : part.plain[g]);
   }
+  if (part.coarse.empty()) return;
+  rebuildPart(store, index);  // with all triangles, or fewer again
+  const mesh::Skin& skin = store.skin(index);
+  part.mesh->setVertices(skin.positions, skin.normals, skin.tangents);
+  if (mark) part.mesh->setState(part.state);
 }
 
 void TissueVisual::update(const mesh::Store& store) {

@@ -65,7 +65,8 @@ class Candidates {
 
 /// Per object, no meaning between steps.
 struct ObjectScratch {
-  std::vector<float> backup;  ///< motion at the start of the step
+  std::vector<float> backup;     ///< motion at the start of the step
+  std::size_t knots_before = 0;  ///< then
   std::vector<contact::ToolContact> contacts;
   std::vector<contact::Pull> pulls;
   std::vector<contact::PlaneContact> planes;
@@ -100,7 +101,6 @@ struct WorldScratch {
   std::vector<Eigen::Vector3d> connection_force;  ///< N on end 0, held
   interaction::CutScratch cut;
   Energy energy_before;
-  std::uint32_t revision_before = 0;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies_before{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps_before{};
   std::array<interaction::PlacedCapsule, interaction::kMaxToolCapsules>

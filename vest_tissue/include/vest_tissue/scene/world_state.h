@@ -107,8 +107,9 @@ struct WorldState {
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps{};
   interaction::CuttingState cutting;
-  std::vector<OrganPair> pairs;    ///< renewed when something came nearer
-  double way = 0.0;                ///< m: sum over the steps of the furthest that any knot of any object moved
+  std::vector<OrganPair> pairs;  ///< renewed when something came nearer
+  double way = 0.0;              ///< m: sum over the steps of the furthest that any knot of any object moved
+  std::uint32_t way_revision = 0;  ///< topology when ways were last measured
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
   interaction::Electrosurgery electrosurgery;
   interaction::Fasteners fasteners;  ///< clips, slings
