@@ -59,7 +59,7 @@ void measureWays(Context& c) {
                   dz = motion[Z + k] - before[Z + k];
       return dx * dx + dy * dy + dz * dz;
     };
-    float lanes[8] = {};  // vectorises
+    float lanes[8] = {};                                               // vectorises
     const std::size_t knots = c.scratch.objects[object].knots_before;  // new ones are a jump
     std::size_t i = 0;
     for (; i + 8 <= knots; i += 8)

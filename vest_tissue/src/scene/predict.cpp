@@ -91,8 +91,8 @@ void renewBound(Context& c, std::size_t object) {
   ObjectState& s = c.state.objects[object];
   if (!constants.net || constants.fem || constants.implicit || (c.state.step + object) % kBoundEvery != 0)
     return;
-  const bool scaled = s.elastic_scale > 1.0 || s.damping_scale > 1.0 || s.heat.stiffened ||
-                      !s.topology.doubled_knots.empty();
+  const bool scaled =
+      s.elastic_scale > 1.0 || s.damping_scale > 1.0 || s.heat.stiffened || !s.topology.doubled_knots.empty();
   if (s.way_bounded >= 0.0 && s.way - s.way_bounded < kBoundWay && !scaled && !s.degraded) return;
   s.way_bounded = s.way;
   ObjectScratch& o = c.scratch.objects[object];

@@ -100,8 +100,8 @@ using Four = float __attribute__((vector_size(16)));  ///< of gcc and clang; the
 struct PackedKnot {
   Four x, gradient;
 };
-/// Volume of one element and its gradient (m², three rows of `stride` floats, written for its knots): dV/dx of
-/// each knot. `packed`: room for all knots of the object.
+/// Volume of one element and its gradient (m², three rows of `stride` floats, written for its knots): dV/dx
+/// of each knot. `packed`: room for all knots of the object.
 double volumeGradient(const Volume& volume, const ElementArrays& a, float* gradient, std::size_t stride,
                       std::vector<PackedKnot>& packed);
 

@@ -76,9 +76,9 @@ class Finisher {
   cv::Mat weight_, rim_;  ///< CV_8UC3 over window_
   cv::Mat warped_, rgb_, jagged_, veil_, small_, blurred_, depth_;
   std::vector<std::uint8_t> edge_;  ///< of a row: 1 where the depth jumps
-  cv::Mat soil_, soil_colour_;  ///< over window_: opacity, colour; empty while the lens is clean
-  cv::Mat white_;               ///< look-up table, empty while neutral
-  cv::Mat noise_;               ///< a strip of noise, CV_8S, entered at another place each picture
+  cv::Mat soil_, soil_colour_;      ///< over window_: opacity, colour; empty while the lens is clean
+  cv::Mat white_;                   ///< look-up table, empty while neutral
+  cv::Mat noise_;                   ///< a strip of noise, CV_8S, entered at another place each picture
   std::uint32_t pictures_ = 0;
   CameraLook look_;
   double fog_ = 0;
