@@ -7,8 +7,10 @@
 namespace vest::fluid {
 namespace {
 
-constexpr float kImpactSpeed = 0.15f;   ///< m/s: slower contacts rest, faster ones are impacts (ours)
-constexpr float kRestSpeed = 0.15f;     ///< m/s: slower particles on tissue come to rest (ours)
+constexpr float kImpactSpeed = 0.15f;  ///< m/s: slower contacts rest, faster ones are impacts (ours)
+/// m/s: slower particles on tissue become part of the film that the pools' equations move (ours): what runs
+/// down a slope does so as shallow water, which costs a tenth.
+constexpr float kRestSpeed = 0.4f;
 constexpr double kSplashNumber = 57.7;  ///< We^½·Re^¼ of Mundo, Sommerfeld and Tropea 1995
 
 }  // namespace
@@ -90,7 +92,7 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
         if (speed2 < kRestSpeed * kRestSpeed) resting = std::max(resting, nrm[2] > 0.2f ? 1.0f : 0.05f);
         // A whole drop that comes fast enough sends two small ones off.
         if (vn_in < -kImpactSpeed && q.volume[i] > 0.9f && par.splash_share > 0 &&
-            q.count + 2 <= q.x.size()) {
+            q.count + 2 <= q.x.size() / 2) {  // where particles get scarce, none for the looks
           const double sigma =
               std::max(1e-6, par.water_tension + (par.blood_tension - par.water_tension) * blood);
           const double mu =

@@ -26,8 +26,9 @@ inline constexpr int kMostLensHits = 32;    ///< drops on the lens that one step
 /// Numbers that describe the fluid and its box. Ranges are checked by the Model's builder.
 struct Parameters {
   double spacing = 0.002;  ///< m: edge of the cube of fluid that one whole particle stands for, 0.5 … 10 mm
-  int capacity = 4000;     ///< particles, 16 … 60000; beyond it the oldest join the pools (degraded)
-  int iterations = 3;      ///< of the density constraint per step, 1 … 50
+  int capacity = 2500;  ///< particles, 16 … 60000; beyond it the oldest join the pools (degraded), and from
+                        ///< half of it on drops splash no more: what a step costs is bounded
+  int iterations = 3;   ///< of the density constraint per step, 1 … 50
   double density = 1000.0;  ///< kg/m³, of both fluids (blood: 1060; the 6 % are neglected), 500 … 2000
   double water_viscosity = 0.69e-3;  ///< Pa·s at 37 °C (IAPWS 2008, doi:10.1063/1.3088050)
   double blood_viscosity = 3.5e-3;  ///< Pa·s at high shear (Merrill 1969, doi:10.1152/physrev.1969.49.4.863)
