@@ -54,6 +54,7 @@ void solveDensity(const Model& model, const State& state, ScratchData& s, float 
     for (std::size_t i = 0; i < n; ++i) s.place[i].a[3] = s.lambda[i];
     parts(n, s.threads,
           [&](std::size_t from, std::size_t to) { s.kernels->corrections(model, s, volume, from, to); });
+    const double mass = model.parameters.density * model.whole;
     for (std::size_t i = 0; i < n; ++i) {
       const float length = std::sqrt(s.dx[i] * s.dx[i] + s.dy[i] * s.dy[i] + s.dz[i] * s.dz[i]);
       const float factor = length > most ? most / length : 1.0f;
@@ -61,6 +62,14 @@ void solveDensity(const Model& model, const State& state, ScratchData& s, float 
       s.place[i].a[1] += factor * s.dy[i];
       s.place[i].a[2] += factor * s.dz[i];
       s.place[i].a[3] = volume[i];
+      if (!(s.lambda[i] > 0)) continue;
+      for (std::size_t k = i * kMostPlanes; k < i * kMostPlanes + s.plane_count[i]; ++k) {
+        // own move λ/volume·slope, times its mass: what the tissue gets the other way
+        const double j = -mass * static_cast<double>(factor * s.lambda[i] * s.tissue_slope[k]) / dt;
+        const Plane& p = s.planes[k];
+        if (j != 0)
+          addMomentum(s, s.placed[p.placed], p.weights, j * p.normal[0], j * p.normal[1], j * p.normal[2]);
+      }
     }
     pushOut(model, state, s, dt);
   }

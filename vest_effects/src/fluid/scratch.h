@@ -50,6 +50,7 @@ struct Plane {
   float velocity[3];  ///< m/s, of the tissue there
   float weights[3];
   float distance;            ///< m, at the predicted place
+  float solid;               ///< share of the half space behind it that is tissue
   std::uint32_t placed = 0;  ///< index in ScratchData::placed
 };
 
@@ -155,7 +156,8 @@ struct ScratchData {
   std::vector<Quad> slope;                ///< sum of the kernel's gradients over the neighbours
   std::vector<std::uint32_t> neighbours;  ///< kMostNeighbours + 8 per particle, padded to eights
   std::vector<std::uint16_t> neighbour_count;
-  std::vector<Plane> planes;  ///< kMostPlanes per particle
+  std::vector<Plane> planes;        ///< kMostPlanes per particle
+  std::vector<float> tissue_slope;  ///< 1/m, of each plane in the density
   std::vector<std::uint8_t> plane_count;
   // Contact search.
   std::vector<ParticleGroup> groups;

@@ -94,6 +94,7 @@ Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
   s.neighbours.assign(n * (kMostNeighbours + kNeighbourPadding) + kNeighbourPadding, 0);
   s.neighbour_count.assign(n, 0);
   s.planes.assign(n * kMostPlanes, Plane{});
+  s.tissue_slope.assign(n * kMostPlanes, 0.0f);
   s.plane_count.assign(n, 0);
   std::size_t blocks = 0;
   for (const SurfaceSize& size : model.surfaces) {

@@ -61,6 +61,8 @@ struct Model {
   float h = 0;                          ///< m: kernel radius, 2·spacing
   float density_scale = 0;   ///< of (1−r²/h²)³, so that a cubic lattice of whole particles has density 1
   float gradient_scale = 0;  ///< 1/m, of (1−r/h)²: the spiky kernel with the same density scale
+  float layer_density = 0;   ///< of a whole layer, of (1−z²/h²)⁴, z m away
+  float layer_slope = 0;     ///< 1/m, likewise of (z/h)(1−z/h)³
   float relaxation = 0;      ///< 1/m²: added to the constraint's denominator
   float cohesion_water = 0, cohesion_blood = 0;  ///< m/s², per whole neighbour, of Akinci's kernel
   float adhesion_water = 0, adhesion_blood = 0;  ///< m/s² at the wall
