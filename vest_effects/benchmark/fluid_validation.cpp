@@ -230,13 +230,11 @@ std::string balance(const std::string& images, double minutes) {
     }
   }
   plot(images + "/fluid_balance.svg", "t, s", "ml", {emitted, sucked, there});
-  double pending = 0;
-  for (const double v : f.state.pending) pending += v;
   return format(
       "| emitted | %.2f ml |\n| sucked off | %.2f ml |\n| particles | %.3f ml |\n| pools | %.2f ml |\n| lost "
       "over the rim | %.3f ml |\n"
       "| greatest gap in the account at any time | %.1e of what was emitted |\n",
-      1e6 * f.state.emitted, 1e6 * f.state.sucked, 1e6 * (particleVolume(f.model, f.state) + pending),
+      1e6 * f.state.emitted, 1e6 * f.state.sucked, 1e6 * (particleVolume(f.model, f.state) + pendingVolume(f.state)),
       1e6 * poolVolume(f.model, f.state), 1e6 * f.state.lost, worst / f.state.emitted);
 }
 

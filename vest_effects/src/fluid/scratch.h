@@ -219,7 +219,8 @@ void addMomentum(ScratchData& s, const PlacedTriangle& t, const float* weights, 
 void emit(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
 void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s, Report& report);
 void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
-/// One particle joins the pool under it, wherever it is. Its volume is lost where there is no bed.
+/// One particle joins the pool nearest below or above it. Its volume is lost where there is no bed within
+/// eight cells.
 void drown(const Model& model, State& state, std::size_t particle);
 void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
 void stepBubbles(const Model& model, const Inputs& inputs, State& state);
