@@ -54,7 +54,6 @@ void solveDensity(const Model& model, const State& state, ScratchData& s, float 
     for (std::size_t i = 0; i < n; ++i) s.place[i].a[3] = s.lambda[i];
     parts(n, s.threads,
           [&](std::size_t from, std::size_t to) { s.kernels->corrections(model, s, volume, from, to); });
-    const double mass = model.parameters.density * model.whole;
     for (std::size_t i = 0; i < n; ++i) {
       const float length = std::sqrt(s.dx[i] * s.dx[i] + s.dy[i] * s.dy[i] + s.dz[i] * s.dz[i]);
       const float factor = length > most ? most / length : 1.0f;
@@ -65,7 +64,8 @@ void solveDensity(const Model& model, const State& state, ScratchData& s, float 
       if (!(s.lambda[i] > 0)) continue;
       for (std::size_t k = i * kMostPlanes; k < i * kMostPlanes + s.plane_count[i]; ++k) {
         // own move λ/volume·slope, times its mass: what the tissue gets the other way
-        const double j = -mass * static_cast<double>(factor * s.lambda[i] * s.tissue_slope[k]) / dt;
+        const double j = -wholeMass(model, state.particles.blood[i]) *
+                         static_cast<double>(factor * s.lambda[i] * s.tissue_slope[k]) / dt;
         const Plane& p = s.planes[k];
         if (j != 0)
           addMomentum(s, s.placed[p.placed], p.weights, j * p.normal[0], j * p.normal[1], j * p.normal[2]);

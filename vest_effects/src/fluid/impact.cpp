@@ -31,7 +31,6 @@ void addMomentum(ScratchData& s, const PlacedTriangle& t, const float* weights, 
 
 void pushOut(const Model& model, const State& state, ScratchData& s, float dt) {
   const float radius = 0.5f * static_cast<float>(model.parameters.spacing);
-  const double mass = model.parameters.density * model.whole;
   for (std::size_t i = 0; i < state.particles.count; ++i) {
     for (int k = 0; k < s.plane_count[i]; ++k) {
       const Plane& p = s.planes[i * kMostPlanes + k];
@@ -40,7 +39,8 @@ void pushOut(const Model& model, const State& state, ScratchData& s, float dt) {
           p.normal[0] * x.a[0] + p.normal[1] * x.a[1] + p.normal[2] * x.a[2] - p.offset - radius;
       if (gap >= 0) continue;
       for (int axis = 0; axis < 3; ++axis) x.a[axis] -= gap * p.normal[axis];
-      const double j = mass * static_cast<double>(state.particles.volume[i]) * gap / dt;
+      const double j = wholeMass(model, state.particles.blood[i]) *
+                       static_cast<double>(state.particles.volume[i]) * gap / dt;
       addMomentum(s, s.placed[p.placed], p.weights, j * p.normal[0], j * p.normal[1], j * p.normal[2]);
     }
   }
@@ -51,10 +51,10 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
   const Parameters& par = model.parameters;
   const auto dt = static_cast<float>(inputs.dt);
   const float radius = 0.5f * static_cast<float>(par.spacing);
-  const double whole = par.density * model.whole;
   const std::size_t n = q.count;
   for (std::size_t i = 0; i < n; ++i) {
     float resting = 0;
+    const double whole = wholeMass(model, q.blood[i]);
     const float in[3] = {s.inx[i], s.iny[i], s.inz[i]};
     for (int k = 0; k < s.plane_count[i]; ++k) {
       const Plane& p = s.planes[i * kMostPlanes + k];

@@ -28,6 +28,7 @@ void check(const Parameters& p) {
   within("capacity", p.capacity, 16, 60000, " particles");
   within("iterations", p.iterations, 1, 50, "");
   within("density", p.density, 500, 2000, " kg/m3");
+  within("blood_density", p.blood_density, 500, 2000, " kg/m3");
   within("water_viscosity", p.water_viscosity, 0, 1, " Pa s");
   within("blood_viscosity", p.blood_viscosity, 0, 1, " Pa s");
   within("water_tension", p.water_tension, 0, 0.5, " N/m");

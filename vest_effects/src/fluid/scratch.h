@@ -228,6 +228,11 @@ void hitWindow(const Model& model, const Inputs& inputs, const State& state, Rep
 /// Takes away what has no volume left, keeping the order.
 void compact(State& state);
 
+/// Mass of a whole particle of this mixture, kg.
+inline double wholeMass(const Model& m, float blood) {
+  const Parameters& p = m.parameters;
+  return (p.density + (p.blood_density - p.density) * static_cast<double>(blood)) * m.whole;
+}
 inline int columnOf(const Model& m, float x) {
   return CellGrid::floorInt((x - static_cast<float>(m.parameters.low[0])) /
                             static_cast<float>(m.parameters.pool_cell));

@@ -29,7 +29,9 @@ struct Parameters {
   int capacity = 2500;  ///< particles, 16 … 60000; beyond it the oldest join the pools (degraded), and from
                         ///< half of it on drops splash no more: what a step costs is bounded
   int iterations = 3;   ///< of the density constraint per step, 1 … 50
-  double density = 1000.0;  ///< kg/m³, of both fluids (blood: 1060; the 6 % are neglected), 500 … 2000
+  double density = 1000.0;        ///< kg/m³ of water, 500 … 2000
+  double blood_density = 1060.0;  ///< kg/m³, 500 … 2000 (Hinghofer-Szalkay 1985: 1050 … 1060); counts in what
+                                  ///< is passed to tissue, not between particles or in pools (6 %)
   double water_viscosity = 0.69e-3;  ///< Pa·s at 37 °C (IAPWS 2008, doi:10.1063/1.3088050)
   double blood_viscosity = 3.5e-3;  ///< Pa·s at high shear (Merrill 1969, doi:10.1152/physrev.1969.49.4.863)
   double water_tension = 0.070;     ///< N/m at 37 °C (IAPWS 1994, doi:10.1063/1.555688)

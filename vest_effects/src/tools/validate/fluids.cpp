@@ -106,7 +106,7 @@ void column(Section& section) {
   std::vector<std::vector<std::string>> rows;
   for (const double h : {0.02, 0.04, 0.06}) {
     Parameters p;
-    p.rest_time = 1e6, p.iterations = 10;
+    p.rest_time = 1e6, p.iterations = 10, p.capacity = 4000;
     test::Fluid f(p, {test::openBox(-0.01, 0.01, -0.01, 0.01, 0.1, 4)});
     f.inputs.dt = 0.001;
     f.fill(-0.01, 0.01, -0.01, 0.01, 0, h);
