@@ -25,6 +25,7 @@ struct Theatre {
   scene::StepInput tools;
   scene::StepReport report;
   Eigen::Vector3d momentum = Eigen::Vector3d::Zero();  ///< that the inputs recorded
+  double energy = 0;                                   ///< J that coagulation put into the tissue
   std::uint64_t k = 0;
 
   explicit Theatre(const std::string& scene)
@@ -57,15 +58,15 @@ struct Theatre {
       input.step = ++k;
       input.pedals = pedals;
       trainer.step(input, report);
+      for (const auto& e : report.events)
+        if (e.kind == scene::EventKind::Coagulated) energy += e.energy;
       for (const auto& impact : input.impacts) momentum += impact.momentum;
     }
   }
   double gap() const {
     const auto& s = field->fluid();
-    double pending = 0;
-    for (const double v : s.pending) pending += v;
     return s.emitted - fluid::particleVolume(field->fluidModel(), s) -
-           fluid::poolVolume(field->fluidModel(), s) - pending - s.sucked - s.lost;
+           fluid::poolVolume(field->fluidModel(), s) - fluid::pendingVolume(s) - s.sucked - s.lost;
   }
 };
 
@@ -118,7 +119,11 @@ TEST(OperatingField, CoagulationOfTissueMakesSmokeAndTheMessagesCarryIt) {
   Theatre t("smoke_lens");
   t.hold(tools::ToolKind::CoagulationHook, {0.0, 0.05, 0.058});
   t.run(0.5, 1);
-  ASSERT_GT(t.field->smoke().made, 0.0) << "the hook touches the slab";
+  t.run(0.1);
+  ASSERT_GT(t.energy, 0.0) << "the hook touches the slab";
+  EXPECT_NEAR(t.field->smoke().made, t.field->smokeModel().parameters.yield * t.energy,
+              1e-6 * t.field->smoke().made)
+      << "the heat that went into the tissue, once";
   ASSERT_TRUE(t.frames->update());
   const FieldFrame& frame = t.frames->front();
   vest_msgs::SmokeState smoke;
@@ -147,6 +152,7 @@ TEST(OperatingField, PoolsInMessagesHoldTheVolumeOfTheirHeights) {
     volume += pool.volume;
   }
   EXPECT_NEAR(volume, msg.emitted, 0.15 * msg.emitted) << "the rest is film and drops";
+  EXPECT_NEAR(msg.emitted, msg.flying + msg.pooled + msg.sucked + msg.lost, 1e-3 * msg.emitted);
   EXPECT_EQ(msg.positions.size(), 3 * msg.blood_fraction.size());
 }
 

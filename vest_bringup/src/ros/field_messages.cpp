@@ -85,6 +85,8 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
   msg.emitted = frame.fluid.emitted;
   msg.sucked = frame.fluid.sucked;
   msg.lost = frame.fluid.lost;
+  msg.flying = fluid::particleVolume(*frame.fluid_model, frame.fluid) + fluid::pendingVolume(frame.fluid);
+  msg.pooled = fluid::poolVolume(*frame.fluid_model, frame.fluid);
   msg.degraded = frame.degraded;
 }
 

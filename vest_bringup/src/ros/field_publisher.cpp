@@ -33,7 +33,6 @@ simulation::FieldOptions fieldOptions(const ros::NodeHandle& nh) {
   number("smoke/yield", o.smoke.yield, 0, 1e-4);
   number("smoke/exchange", o.smoke.exchange, 0.1, 1e9);
   number("smoke/settling", o.smoke.settling, 0.1, 1e9);
-  number("smoke/coagulation_power", o.coagulation_power, 0, 400);
   number("lens/start_temperature", o.lens.start_temperature, 250, 318.15);
   number("lens/cavity_temperature", o.lens.cavity_temperature, 273.15, 330);
   number("lens/cavity_humidity", o.lens.cavity_humidity, 0, 1);

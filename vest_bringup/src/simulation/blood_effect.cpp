@@ -162,14 +162,15 @@ void BloodEffect::openAt(const scene::World& world, std::size_t object, double s
   like.object = static_cast<std::int32_t>(object);
   const std::size_t ring = tube.nearestRing(station);
   like.ring = static_cast<std::uint32_t>(tube.at(station).ring);
-  like.knot = tube.knots(ring).front();
-  if (place) {
-    double nearest = 1e9;
-    for (const auto knot : tube.knots(ring)) {
-      const double d = (world.knotAt(object, knot) - *place).squaredNorm();
-      if (d < nearest) nearest = d, like.knot = knot;
-    }
-  }
+  // Nearest to the place that was hit; an instructor's opening is on top, where it is seen.
+  const auto& ring_knots = tube.knots(ring);
+  like.knot = ring_knots.front();
+  const auto merit = [&](std::uint32_t knot) {
+    const Vector3d at = world.knotAt(object, knot);
+    return place ? -(at - *place).squaredNorm() : at.z();
+  };
+  for (const auto knot : ring_knots)
+    if (merit(knot) > merit(like.knot)) like.knot = knot;
   // The scene's vessel may be drawn wider than the patient's: the same share of the cross-section is open.
   const double at = vesselStation(world, object, station);
   const int vessel = vessel_of_[object];

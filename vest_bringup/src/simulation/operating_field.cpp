@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::uint64_t kFluidEvery = 4, kSlowEvery = 20, kFrameEvery = 25,
                         kBedEvery = 48;  ///< steps of the tissue
-constexpr std::uint32_t kCoagPedal = 1, kIrrigationPedal = 4, kSuctionPedal = 8;
+constexpr std::uint32_t kIrrigationPedal = 4, kSuctionPedal = 8;
 constexpr int kInstrumentSlots = 128;        ///< first slot behind those of bleeding
 constexpr double kWithdrawn = 0.02;          ///< m from pivot to tip: the endoscope is in its trocar (ours)
 constexpr double kOpticTilt = 0.5235987756;  ///< rad: the 30° optic of trainer_box.yaml
@@ -25,7 +25,7 @@ struct Between {
   std::array<std::uint8_t, tools::kInstrumentCount> has_tip{};
   std::array<lens::Hit, lens::kMostHits> hits{};
   int hit_count = 0;
-  std::uint8_t wiped = 0, energy_in_events = 0, warming = 0, rinse = 0;
+  std::uint8_t wiped = 0, warming = 0, rinse = 0;
   double irrigation_flow = 0, suction_flow = 0, yield = 0;
   double humidity = 0, cavity_temperature = 0;
 };
@@ -163,22 +163,10 @@ void OperatingField::Impl::gather(const scene::StepInput& input, const scene::St
   }
   for (const scene::Event& e : report.events) {
     if (e.kind != scene::EventKind::Coagulated || !(e.energy > 0)) continue;
-    between.energy_in_events = 1;
     const auto t = static_cast<std::size_t>(e.instrument >= 0 ? e.instrument : 0);
     if (t >= between.energy.size()) continue;
     between.energy[t] += e.energy;
     between.energy_place[t] = triple(e.position);
-  }
-  for (int t = 0; t < tools::kInstrumentCount; ++t) {
-    const scene::ToolInput& tool = input.tools[t];
-    const auto i = static_cast<std::size_t>(t);
-    const bool heats = tool.present && (tool.tool == tools::ToolKind::CoagulationHook ||
-                                        tool.tool == tools::ToolKind::BipolarForceps);
-    const bool on = (tool.functions & tools::kFunctionCoagulate) || (input.pedals & kCoagPedal);
-    if (heats && on && report.contacts[i].in_contact && !between.energy_in_events) {
-      between.energy[i] += options.coagulation_power * input.dt;
-      between.energy_place[i] = triple(tipOf(input, report, t).translation());
-    }
   }
   const auto camera = static_cast<std::size_t>(tools::Instrument::Endoscope);
   if (report.contacts[camera].in_contact) between.wiped = 1;
@@ -348,6 +336,7 @@ void OperatingField::Impl::show(const scene::World& world) {
   f.fluid.particles = fluid.particles;
   f.fluid.pools = fluid.pools;
   f.fluid.bubbles = fluid.bubbles;
+  f.fluid.pending = fluid.pending;
   f.fluid.emitted = fluid.emitted, f.fluid.emitted_blood = fluid.emitted_blood;
   f.fluid.sucked = fluid.sucked, f.fluid.sucked_blood = fluid.sucked_blood, f.fluid.lost = fluid.lost;
   f.degraded = degraded;

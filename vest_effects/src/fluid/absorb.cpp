@@ -22,16 +22,17 @@ void join(const Model& model, State& state, std::size_t cell, float volume, floa
   w.blood[cell] += depth * blood;
 }
 
-std::size_t nearestOpenCell(const Model& model, const Pools& w, int c, int r, float z) {
-  const auto d = static_cast<float>(model.parameters.spacing);
+/// @return the nearest cell whose bed lies between two heights, within `far` cells; else their number
+std::size_t nearestOpenCell(const Model& model, const Pools& w, int c, int r, float low, float high,
+                            int far = 8) {
   std::size_t best = w.bed.size();
   int distance = 1 << 30;
-  for (int dr = -8; dr <= 8; ++dr) {
-    for (int dc = -8; dc <= 8; ++dc) {
+  for (int dr = -far; dr <= far; ++dr) {
+    for (int dc = -far; dc <= far; ++dc) {
       const int cc = c + dc, rr = r + dr;
       if (cc < 0 || rr < 0 || cc >= model.columns || rr >= model.rows) continue;
       const std::size_t i = static_cast<std::size_t>(rr) * model.columns + cc;
-      if (w.bed[i] <= kNoBed || w.bed[i] > z + 2 * d || w.bed[i] < z - 0.02f) continue;
+      if (w.bed[i] <= kNoBed || w.bed[i] > high || w.bed[i] < low) continue;
       if (dr * dr + dc * dc < distance) distance = dr * dr + dc * dc, best = i;
     }
   }
@@ -62,7 +63,8 @@ void plunge(const Model& model, const Inputs& inputs, State& state, ScratchData&
     PlacedTriangle t{};
     t.id = id;
     const float weights[3] = {1.0f / 3, 1.0f / 3, 1.0f / 3};
-    addMomentum(s, t, weights, 0.0, 0.0, par.density * volume * static_cast<double>(vz));
+    addMomentum(s, t, weights, 0.0, 0.0,
+                wholeMass(model, q.blood[i]) * static_cast<double>(q.volume[i] * vz));
   }
   const double speed = std::sqrt(static_cast<double>(q.vx[i] * q.vx[i] + q.vy[i] * q.vy[i] + vz * vz));
   state.air += volume * entrainment(speed, 2 * par.spacing);
@@ -91,9 +93,8 @@ void plunge(const Model& model, const Inputs& inputs, State& state, ScratchData&
 void drown(const Model& model, State& state, std::size_t i) {
   const Particles& q = state.particles;
   const int c = columnOf(model, q.x[i]), r = rowOf(model, q.y[i]);
-  const bool inside = c >= 0 && r >= 0 && c < model.columns && r < model.rows;
-  const std::size_t cell = inside ? static_cast<std::size_t>(r) * model.columns + c : 0;
-  if (inside && state.pools.bed[cell] > kNoBed) {
+  const std::size_t cell = nearestOpenCell(model, state.pools, c, r, -1e2f, 1e2f, 24);
+  if (cell < state.pools.bed.size()) {
     join(model, state, cell, q.volume[i], q.blood[i], 0, 0);
   } else {
     state.lost += model.whole * static_cast<double>(q.volume[i]);
@@ -112,8 +113,14 @@ void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData&
     bool inside = true;
     for (int a = 0; a < 3; ++a)
       inside &= p[a] >= static_cast<float>(par.low[a]) && p[a] < static_cast<float>(par.high[a]);
-    if (!inside) {  // also what is no number
-      state.lost += model.whole * static_cast<double>(q.volume[i]);
+    if (!inside) {
+      // What fell below all tissue began behind the cavity's wall, as where a vessel in it is cut: to the
+      // nearest pool. What went elsewhere is lost, also what is no number.
+      if (p[2] < static_cast<float>(par.low[2]) && std::fabs(p[0]) < 1e3f && std::fabs(p[1]) < 1e3f) {
+        drown(model, state, i);
+      } else {
+        state.lost += model.whole * static_cast<double>(q.volume[i]);
+      }
       q.volume[i] = 0;
       continue;
     }
@@ -127,7 +134,7 @@ void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData&
       q.volume[i] = 0;
     } else if (q.rest[i] > patience) {
       const std::size_t target =
-          bed > kNoBed && p[2] > bed - d ? cell : nearestOpenCell(model, w, c, r, p[2]);
+          bed > kNoBed && p[2] > bed - d ? cell : nearestOpenCell(model, w, c, r, p[2] - 0.02f, p[2] + 2 * d);
       if (target < w.bed.size()) {
         join(model, state, target, q.volume[i], q.blood[i], q.vx[i], q.vy[i]);
         q.volume[i] = 0;

@@ -6,27 +6,6 @@
 #include "scratch.h"
 
 namespace vest::fluid {
-namespace {
-
-/// Hands parts of 0 … count-1 to the threads; parts do not depend on each other.
-template <class F>
-void parts(std::size_t count, int threads, F&& f) {
-#ifdef _OPENMP
-  if (threads > 1 && count > 256) {
-#pragma omp parallel for schedule(static) num_threads(threads)
-    for (int t = 0; t < threads; ++t) {
-      const auto k = static_cast<std::size_t>(t), n = static_cast<std::size_t>(threads);
-      f(count * k / n, count * (k + 1) / n);
-    }
-    return;
-  }
-#else
-  (void)threads;
-#endif
-  f(std::size_t{0}, count);
-}
-
-}  // namespace
 
 const Kernels& chooseKernels() {
 #ifdef VEST_HAS_AVX2_KERNEL
@@ -60,6 +39,8 @@ void sortParticles(const Model&, State& state, ScratchData& s) {
 }
 
 void findNeighbours(const Model& model, std::size_t count, ScratchData& s) {
+  for (std::size_t i = 0; i < count; ++i)
+    s.dx[i] = s.place[i].a[0], s.dy[i] = s.place[i].a[1], s.dz[i] = s.place[i].a[2];
   parts(count, s.threads, [&](std::size_t from, std::size_t to) { s.kernels->lists(model, s, from, to); });
 }
 
@@ -80,6 +61,15 @@ void solveDensity(const Model& model, const State& state, ScratchData& s, float 
       s.place[i].a[1] += factor * s.dy[i];
       s.place[i].a[2] += factor * s.dz[i];
       s.place[i].a[3] = volume[i];
+      if (!(s.lambda[i] > 0)) continue;
+      for (std::size_t k = i * kMostPlanes; k < i * kMostPlanes + s.plane_count[i]; ++k) {
+        // own move λ/volume·slope, times its mass: what the tissue gets the other way
+        const double j = -wholeMass(model, state.particles.blood[i]) *
+                         static_cast<double>(factor * s.lambda[i] * s.tissue_slope[k]) / dt;
+        const Plane& p = s.planes[k];
+        if (j != 0)
+          addMomentum(s, s.placed[p.placed], p.weights, j * p.normal[0], j * p.normal[1], j * p.normal[2]);
+      }
     }
     pushOut(model, state, s, dt);
   }

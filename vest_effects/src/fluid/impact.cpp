@@ -7,8 +7,10 @@
 namespace vest::fluid {
 namespace {
 
-constexpr float kImpactSpeed = 0.15f;   ///< m/s: slower contacts rest, faster ones are impacts (ours)
-constexpr float kRestSpeed = 0.15f;     ///< m/s: slower particles on tissue come to rest (ours)
+constexpr float kImpactSpeed = 0.15f;  ///< m/s: slower contacts rest, faster ones are impacts (ours)
+/// m/s: slower particles on tissue become part of the film that the pools' equations move (ours): what runs
+/// down a slope does so as shallow water, which costs a tenth.
+constexpr float kRestSpeed = 0.4f;
 constexpr double kSplashNumber = 57.7;  ///< We^½·Re^¼ of Mundo, Sommerfeld and Tropea 1995
 
 }  // namespace
@@ -29,7 +31,6 @@ void addMomentum(ScratchData& s, const PlacedTriangle& t, const float* weights, 
 
 void pushOut(const Model& model, const State& state, ScratchData& s, float dt) {
   const float radius = 0.5f * static_cast<float>(model.parameters.spacing);
-  const double mass = model.parameters.density * model.whole;
   for (std::size_t i = 0; i < state.particles.count; ++i) {
     for (int k = 0; k < s.plane_count[i]; ++k) {
       const Plane& p = s.planes[i * kMostPlanes + k];
@@ -38,7 +39,8 @@ void pushOut(const Model& model, const State& state, ScratchData& s, float dt) {
           p.normal[0] * x.a[0] + p.normal[1] * x.a[1] + p.normal[2] * x.a[2] - p.offset - radius;
       if (gap >= 0) continue;
       for (int axis = 0; axis < 3; ++axis) x.a[axis] -= gap * p.normal[axis];
-      const double j = mass * static_cast<double>(state.particles.volume[i]) * gap / dt;
+      const double j = wholeMass(model, state.particles.blood[i]) *
+                       static_cast<double>(state.particles.volume[i]) * gap / dt;
       addMomentum(s, s.placed[p.placed], p.weights, j * p.normal[0], j * p.normal[1], j * p.normal[2]);
     }
   }
@@ -49,10 +51,10 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
   const Parameters& par = model.parameters;
   const auto dt = static_cast<float>(inputs.dt);
   const float radius = 0.5f * static_cast<float>(par.spacing);
-  const double whole = par.density * model.whole;
   const std::size_t n = q.count;
   for (std::size_t i = 0; i < n; ++i) {
     float resting = 0;
+    const double whole = wholeMass(model, q.blood[i]);
     const float in[3] = {s.inx[i], s.iny[i], s.inz[i]};
     for (int k = 0; k < s.plane_count[i]; ++k) {
       const Plane& p = s.planes[i * kMostPlanes + k];
@@ -90,7 +92,7 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
         if (speed2 < kRestSpeed * kRestSpeed) resting = std::max(resting, nrm[2] > 0.2f ? 1.0f : 0.05f);
         // A whole drop that comes fast enough sends two small ones off.
         if (vn_in < -kImpactSpeed && q.volume[i] > 0.9f && par.splash_share > 0 &&
-            q.count + 2 <= q.x.size()) {
+            q.count + 2 <= q.x.size() / 2) {  // where particles get scarce, none for the looks
           const double sigma =
               std::max(1e-6, par.water_tension + (par.blood_tension - par.water_tension) * blood);
           const double mu =

@@ -27,6 +27,26 @@ inline Lanes all(float v) {
 inline HalfLanes load(const Quad& q) {
   return *reinterpret_cast<const HalfLanes*>(q.a);
 }
+inline Lanes eight(const float* p) {
+  Lanes v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+/// Bit k is set where lane k of the mask is.
+inline unsigned bits(LaneMask m) {
+#if defined(__AVX__)
+  return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(m)));
+#elif defined(__SSE2__)
+  const auto low = __builtin_shufflevector(m, m, 0, 1, 2, 3),
+             high = __builtin_shufflevector(m, m, 4, 5, 6, 7);
+  return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(low)) |
+                               _mm_movemask_ps(reinterpret_cast<__m128>(high)) << 4);
+#else
+  unsigned b = 0;
+  for (unsigned k = 0; k < 8; ++k) b |= (m[k] != 0 ? 1u : 0u) << k;
+  return b;
+#endif
+}
 inline Lanes positive(Lanes v) {
   return reinterpret_cast<Lanes>(reinterpret_cast<LaneMask>(v) & (v > all(0.0f)));
 }

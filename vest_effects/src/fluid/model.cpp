@@ -8,6 +8,8 @@
 namespace vest::fluid {
 namespace {
 
+constexpr double kPi = 3.14159265358979;
+
 [[noreturn]] void refuse(const std::string& field, double value, const std::string& allowed) {
   std::ostringstream text;
   text << "fluid: " << field << ": " << value << " (allowed: " << allowed << ")";
@@ -26,6 +28,7 @@ void check(const Parameters& p) {
   within("capacity", p.capacity, 16, 60000, " particles");
   within("iterations", p.iterations, 1, 50, "");
   within("density", p.density, 500, 2000, " kg/m3");
+  within("blood_density", p.blood_density, 500, 2000, " kg/m3");
   within("water_viscosity", p.water_viscosity, 0, 1, " Pa s");
   within("blood_viscosity", p.blood_viscosity, 0, 1, " Pa s");
   within("water_tension", p.water_tension, 0, 0.5, " N/m");
@@ -91,6 +94,9 @@ Model buildModel(const Parameters& parameters, const std::vector<SurfaceSize>& s
   // Both kernels integrate to 1: 315/(64 pi h³) and, for the gradient, 45/(pi h⁴). Their ratio is kept.
   const double gradient = (45.0 / h) / (315.0 / 64.0) / density;
   m.gradient_scale = static_cast<float>(gradient);
+  // Integrals of both over a plane with one particle per spacing².
+  m.layer_density = static_cast<float>(kPi * h * h / (4 * d * d) / density);
+  m.layer_slope = static_cast<float>(2 * kPi * gradient * h * h / (3 * d * d));
   for (int i = -2; i <= 2; ++i) {
     for (int j = -2; j <= 2; ++j) {
       for (int k = -2; k <= 2; ++k) {
@@ -109,7 +115,7 @@ Model buildModel(const Parameters& parameters, const std::vector<SurfaceSize>& s
     integral += cohesionShape(r, h) / (h * h * h * h * h * h) * r * r * r * r * h / steps;
   }
   const auto cohesion = [&](double sigma) {
-    return static_cast<float>(8 * sigma * m.whole / (3.14159265358979 * parameters.density * integral));
+    return static_cast<float>(8 * sigma * m.whole / (kPi * parameters.density * integral));
   };
   m.cohesion_water = cohesion(parameters.water_tension);
   m.cohesion_blood = cohesion(parameters.blood_tension);

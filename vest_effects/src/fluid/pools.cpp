@@ -4,124 +4,6 @@
 #include "scratch.h"
 
 namespace vest::fluid {
-namespace {
-
-constexpr float kFilm = 5e-5f;   ///< m: a film as thin as this stays where it is (assumed)
-constexpr float kDrag = 0.005f;  ///< bed friction c_f of a smooth bed, tau = c_f rho u² (Chow 1959, order of)
-
-/// One direction of the momentum equation on a staggered grid (Stelling and Duinmeijer 2003,
-/// doi:10.1002/fld.537): upwind depth, advection that conserves momentum, well balanced at rest by comparing
-/// surfaces above the higher bed.
-struct Direction {
-  std::size_t step, across;    ///< strides of cells along and across
-  std::size_t fstep, facross;  ///< strides of this direction's faces
-  std::size_t gstep, gacross;  ///< strides of the other direction's faces
-  int line0, line1;            ///< lines across, both included
-  int face0, face1;            ///< faces along; beyond these two there is no water
-};
-
-struct Numbers {
-  float dt, dx, gravity, nu;
-};
-
-/// Depth of each side of a face above the higher bed.
-inline float upwind(float low, float high, float velocity) {
-  return velocity > 0 ? low : (velocity < 0 ? high : std::max(low, high));
-}
-
-/// Depths at the faces, and the flux with the old velocity, which advection needs of the neighbours too.
-void depths(const Pools& w, const Direction& d, const std::vector<float>& own, std::vector<float>& low,
-            std::vector<float>& high, std::vector<float>& flux) {
-  for (int line = d.line0; line <= d.line1; ++line) {
-    for (int k = d.face0; k <= d.face1; ++k) {
-      const std::size_t f =
-          static_cast<std::size_t>(k) * d.fstep + static_cast<std::size_t>(line) * d.facross;
-      low[f] = high[f] = flux[f] = 0;
-      if (k == d.face0 || k == d.face1) continue;
-      const std::size_t j = static_cast<std::size_t>(k) * d.step + static_cast<std::size_t>(line) * d.across,
-                        i = j - d.step;
-      const float di = w.depth[i], dj = w.depth[j];
-      if (di <= kDryDepth && dj <= kDryDepth) continue;
-      const float bi = w.bed[i], bj = w.bed[j];
-      if (bi <= kNoBed || bj <= kNoBed) continue;
-      const float sill = std::max(bi, bj);
-      low[f] = di > kDryDepth ? std::max(0.0f, bi + di - sill) : 0.0f;
-      high[f] = dj > kDryDepth ? std::max(0.0f, bj + dj - sill) : 0.0f;
-      flux[f] = upwind(low[f], high[f], own[f]) * own[f];
-    }
-  }
-}
-
-void accelerate(const Pools& w, const Direction& d, const std::vector<float>& own,
-                const std::vector<float>& other, const Numbers& n, const std::vector<float>& low,
-                const std::vector<float>& high, const std::vector<float>& flux, std::vector<float>& next) {
-  const float limit = 0.4f * n.dx / n.dt;
-  for (int line = d.line0; line <= d.line1; ++line) {
-    const std::size_t start = static_cast<std::size_t>(line) * d.facross;
-    next[start + static_cast<std::size_t>(d.face0) * d.fstep] = 0;
-    next[start + static_cast<std::size_t>(d.face1) * d.fstep] = 0;
-    for (int k = d.face0 + 1; k < d.face1; ++k) {
-      const std::size_t f = static_cast<std::size_t>(k) * d.fstep + start;
-      const float u = own[f], h = upwind(low[f], high[f], u);
-      if (h < kFilm) {
-        next[f] = 0;
-        continue;
-      }
-      const std::size_t j = static_cast<std::size_t>(k) * d.step + static_cast<std::size_t>(line) * d.across,
-                        i = j - d.step;
-      const float mean = std::max(0.5f * (w.depth[i] + w.depth[j]), kFilm);
-      const float before = 0.5f * (flux[f - d.fstep] + flux[f]), after = 0.5f * (flux[f] + flux[f + d.fstep]);
-      float advect = after * ((after > 0 ? u : own[f + d.fstep]) - u) -
-                     before * ((before > 0 ? own[f - d.fstep] : u) - u);
-      // Across: the other direction's flow carries this momentum over the two side faces.
-      const std::size_t g =
-          static_cast<std::size_t>(k) * d.gstep + static_cast<std::size_t>(line) * d.gacross;
-      const float side0 = 0.5f * (other[g - d.gstep] * w.depth[i] + other[g] * w.depth[j]),
-                  side1 = 0.5f *
-                          (other[g - d.gstep + d.gacross] * w.depth[i] + other[g + d.gacross] * w.depth[j]);
-      if (line < d.line1) advect += side1 * ((side1 > 0 ? u : own[f + d.facross]) - u);
-      if (line > d.line0) advect -= side0 * ((side0 > 0 ? own[f - d.facross] : u) - u);
-      const float drop = (low[f] + w.head[i]) - (high[f] + w.head[j]);
-      const float drag = 3.0f * n.nu / (h * h) + kDrag * std::fabs(u) / h;
-      const float v = (u + n.dt / n.dx * (n.gravity * drop - advect / mean)) / (1.0f + n.dt * drag);
-      next[f] = std::clamp(v, -limit, limit);
-    }
-  }
-}
-
-/// New velocities into the State, and the flux with the depth upwind of them.
-void take(const Direction& d, const std::vector<float>& next, const std::vector<float>& low,
-          const std::vector<float>& high, std::vector<float>& own, std::vector<float>& flux) {
-  for (int line = d.line0; line <= d.line1; ++line) {
-    for (int k = d.face0; k <= d.face1; ++k) {
-      const std::size_t f =
-          static_cast<std::size_t>(k) * d.fstep + static_cast<std::size_t>(line) * d.facross;
-      own[f] = next[f];
-      flux[f] = upwind(low[f], high[f], own[f]) * own[f];
-    }
-  }
-}
-
-/// No cell gives more than it has; blood goes with the water of the cell that it comes from.
-void limit(const Pools& w, const Direction& d, const std::vector<float>& share, std::vector<float>& flux,
-           std::vector<float>& blood) {
-  for (int line = d.line0; line <= d.line1; ++line) {
-    for (int k = d.face0; k <= d.face1; ++k) {
-      const std::size_t f =
-          static_cast<std::size_t>(k) * d.fstep + static_cast<std::size_t>(line) * d.facross;
-      if (flux[f] == 0) {
-        blood[f] = 0;
-        continue;
-      }
-      const std::size_t j = static_cast<std::size_t>(k) * d.step + static_cast<std::size_t>(line) * d.across,
-                        from = flux[f] > 0 ? j - d.step : j;
-      flux[f] *= share[from];
-      blood[f] = flux[f] * (w.depth[from] > 0 ? std::min(1.0f, w.blood[from] / w.depth[from]) : 0.0f);
-    }
-  }
-}
-
-}  // namespace
 
 void stepPools(const Model& model, double gravity, double dt, State& state, Scratch& scratch) {
   ScratchData& s = scratch.data();
@@ -157,40 +39,23 @@ void stepPools(const Model& model, double gravity, double dt, State& state, Scra
     for (int r = r0; r <= r1; ++r) {
       const std::size_t line = static_cast<std::size_t>(r) * cells;
       for (std::size_t i = line + static_cast<std::size_t>(c0); i <= line + static_cast<std::size_t>(c1); ++i)
-        f(i, i + static_cast<std::size_t>(r));
+        f(i);
     }
   };
-  each([&](std::size_t i, std::size_t) { s.old_surface[i] = w.depth[i]; });
+  each([&](std::size_t i) { s.old_surface[i] = w.depth[i]; });
   const Parameters& par = model.parameters;
-  const Numbers n{static_cast<float>(dt) / static_cast<float>(parts), dx, static_cast<float>(gravity),
-                  static_cast<float>(0.5 * (par.water_viscosity + par.blood_viscosity) / par.density)};
-  const Direction along{1, cells, 1, cells + 1, 1, cells, r0, r1, c0, c1 + 1};
-  const Direction up{cells, 1, cells, 1, cells + 1, 1, c0, c1, r0, r1 + 1};
-  const float ratio = n.dt / n.dx;
-  for (int part = 0; part < parts; ++part) {
-    depths(w, along, w.u, s.low_u, s.high_u, s.face_u);
-    depths(w, up, w.v, s.low_v, s.high_v, s.face_v);
-    accelerate(w, along, w.u, w.v, n, s.low_u, s.high_u, s.face_u, s.new_u);
-    accelerate(w, up, w.v, w.u, n, s.low_v, s.high_v, s.face_v, s.new_v);
-    take(along, s.new_u, s.low_u, s.high_u, w.u, s.face_u);
-    take(up, s.new_v, s.low_v, s.high_v, w.v, s.face_v);
-    each([&](std::size_t i, std::size_t f) {
-      const float give = ratio * (std::max(0.0f, -s.face_u[f]) + std::max(0.0f, s.face_u[f + 1]) +
-                                  std::max(0.0f, -s.face_v[i]) + std::max(0.0f, s.face_v[i + cells]));
-      s.share[i] = give > w.depth[i] ? w.depth[i] / give : 1.0f;
-    });
-    limit(w, along, s.share, s.face_u, s.new_u);
-    limit(w, up, s.share, s.face_v, s.new_v);
-    each([&](std::size_t i, std::size_t f) {
-      const float change = ratio * (s.face_u[f] - s.face_u[f + 1] + s.face_v[i] - s.face_v[i + cells]);
-      if (change == 0 && w.depth[i] == 0) return;
-      const float blood = ratio * (s.new_u[f] - s.new_u[f + 1] + s.new_v[i] - s.new_v[i + cells]);
-      w.depth[i] = std::max(0.0f, w.depth[i] + change);
-      w.blood[i] = std::clamp(w.blood[i] + blood, 0.0f, w.depth[i]);
-    });
-  }
+  const PoolNumbers n{static_cast<float>(dt) / static_cast<float>(parts),
+                      dx,
+                      static_cast<float>(gravity),
+                      static_cast<float>(0.5 * (par.water_viscosity + par.blood_viscosity) / par.density),
+                      cells,
+                      static_cast<std::size_t>(r0),
+                      static_cast<std::size_t>(r1),
+                      static_cast<std::size_t>(c0),
+                      static_cast<std::size_t>(c1)};
+  for (int part = 0; part < parts; ++part) s.kernels->flow(n, s, w);
   const float inverse_dt = static_cast<float>(1.0 / dt);
-  each([&](std::size_t i, std::size_t) { w.rise[i] = (w.depth[i] - s.old_surface[i]) * inverse_dt; });
+  each([&](std::size_t i) { w.rise[i] = (w.depth[i] - s.old_surface[i]) * inverse_dt; });
 }
 
 bool fillCell(const Model& model, State& state, int column, int row, double volume, double blood) {

@@ -13,12 +13,31 @@ struct alignas(16) Quad {
   float a[4];
 };
 
+/// A box along the axes; empty until something is added.
+struct Extent {
+  float low[3] = {1e9f, 1e9f, 1e9f}, high[3] = {-1e9f, -1e9f, -1e9f};
+  void add(const float* p) {
+    for (int k = 0; k < 3; ++k) {
+      low[k] = low[k] < p[k] ? low[k] : p[k];
+      high[k] = high[k] > p[k] ? high[k] : p[k];
+    }
+  }
+  void grow(float by) {
+    for (int k = 0; k < 3; ++k) low[k] -= by, high[k] += by;
+  }
+  bool meets(const Extent& o) const {
+    return !(low[0] > o.high[0] || high[0] < o.low[0] || low[1] > o.high[1] || high[1] < o.low[1] ||
+             low[2] > o.high[2] || high[2] < o.low[2]);
+  }
+};
+
 /// A tissue triangle as the contact search sees it at the end of the step.
 struct PlacedTriangle {
   float p0[3], p1[3], p2[3];  ///< m
   float travel[3];            ///< m: mean way of its knots in this step
   float normal[3];            ///< unit, outwards
   float before[4];            ///< unit normal and offset of its plane before the step
+  Extent box;                 ///< m, with what it reaches
   std::uint16_t surface = 0;
   std::uint32_t index = 0;  ///< in its surface
   std::uint32_t id = 0;     ///< among all triangles
@@ -31,6 +50,7 @@ struct Plane {
   float velocity[3];  ///< m/s, of the tissue there
   float weights[3];
   float distance;            ///< m, at the predicted place
+  float solid;               ///< share of the half space behind it that is tissue
   std::uint32_t placed = 0;  ///< index in ScratchData::placed
 };
 
@@ -58,15 +78,53 @@ struct CellGrid {
   std::uint32_t cell(int x, int y, int z) const { return row(y, z) | column(x); }
 };
 
+/// Particles of one cell, which look for tissue together.
+struct ParticleGroup {
+  std::uint32_t first = 0, count = 0;
+  Extent ways;                                 ///< m: of their ways in this step
+  std::uint32_t first_hit = 0, hit_count = 0;  ///< in ScratchData::hits
+};
+
+/// Triangles of a run (ours): neighbours in a mesh mostly have neighbouring numbers.
+inline constexpr std::size_t kTriangleBlock = 8;
+
+/// Boxes around runs of a surface's triangles, kept from step to step while its knots hardly move: they only
+/// save looking at triangles that are far from all particles.
+struct SurfaceBlocks {
+  std::size_t knots = 0, triangles = 0;
+  std::vector<float> positions;                       ///< m, when the boxes were made
+  std::vector<std::array<std::uint32_t, 3>> corners;  ///< likewise
+  std::vector<Extent> boxes;
+  Extent whole;
+};
+
+/// A surface that particles may meet in this step.
+struct NearSurface {
+  std::size_t surface = 0, first = 0, last = 0;  ///< its blocks in ScratchData::low …, filled up to eights
+  Extent whole;                                  ///< m, with the reach of its triangles
+};
+
 inline constexpr std::size_t kNeighbourPadding = 8;
+
+/// Numbers of the search for tissue planes: m, m, 1/s.
+struct PlaneSearch {
+  float reach, skin, inverse_dt;
+};
 
 /// Numbers of viscosity and cohesion in this step; units as in the Model.
 struct Diffusion {
   float h, gradient_scale, dt, nu_water, nu_blood, cohesion_water, cohesion_blood;
 };
 
+/// Numbers of the pools in a part of a step, and the rectangle that holds all water: rows and columns, both
+/// ends included.
+struct PoolNumbers {
+  float dt, dx, gravity, nu;
+  std::size_t columns, r0, r1, c0, c1;
+};
+
 struct ScratchData;
-/// The loops over neighbours, for particles from … to − 1, at one instruction level.
+/// The costly loops at one instruction level: over neighbours, for particles from … to − 1, and the pools.
 struct Kernels {
   const char* level;
   void (*lists)(const Model& m, ScratchData& s, std::size_t from, std::size_t to);
@@ -74,6 +132,9 @@ struct Kernels {
   void (*corrections)(const Model& m, ScratchData& s, const std::vector<float>& volume, std::size_t from,
                       std::size_t to);
   void (*diffusions)(const Diffusion& f, ScratchData& s, std::size_t from, std::size_t to);
+  void (*meet)(ScratchData& s);  ///< of groups with blocks
+  void (*planes)(const PlaneSearch& f, ScratchData& s, std::size_t from, std::size_t to);  ///< of groups
+  void (*flow)(const PoolNumbers& n, ScratchData& s, Pools& pools);
 };
 extern const Kernels kBaseline, kAvx2;
 /// By the processor; the environment variable VEST_KERNEL=baseline forces that one.
@@ -90,19 +151,25 @@ struct ScratchData {
   std::vector<Quad> velocity;        ///< vx, vy, vz and blood
   std::vector<float> px, py, pz;     ///< m: where the particle began the step
   std::vector<float> inx, iny, inz;  ///< m/s: velocity before contacts and density
-  std::vector<float> dx, dy, dz;     ///< m: corrections, or m/s
+  std::vector<float> dx, dy, dz;     ///< m: places while neighbours are sought, corrections, or m/s
   std::vector<float> lambda;
   std::vector<Quad> slope;                ///< sum of the kernel's gradients over the neighbours
   std::vector<std::uint32_t> neighbours;  ///< kMostNeighbours + 8 per particle, padded to eights
   std::vector<std::uint16_t> neighbour_count;
-  std::vector<Plane> planes;  ///< kMostPlanes per particle
+  std::vector<Plane> planes;        ///< kMostPlanes per particle
+  std::vector<float> tissue_slope;  ///< 1/m, of each plane in the density
   std::vector<std::uint8_t> plane_count;
   // Contact search.
-  CellGrid tissue_grid;
-  std::vector<std::uint8_t> wanted;  ///< per cell of the tissue grid
-  std::vector<PlacedTriangle> placed;
-  std::vector<std::uint32_t> entries;  ///< indices into `placed`, by cell
-  std::size_t entry_count = 0, placed_count = 0;
+  std::vector<ParticleGroup> groups;
+  std::vector<SurfaceBlocks> surfaces;
+  std::vector<NearSurface> near;
+  std::array<std::vector<float>, 3> low, high;  ///< m: boxes of their blocks with their reach
+  std::vector<std::uint32_t> slot;  ///< per block: 1 + its place among those that a group meets; 0: none
+  std::vector<std::uint32_t> hits;  ///< blocks that groups meet
+  std::size_t group_count = 0, near_count = 0, block_count = 0, hit_count = 0, placed_blocks = 0;
+  std::vector<PlacedTriangle> placed;  ///< eight per block that a group meets
+  std::vector<Quad> ball;              ///< per placed triangle: middle, and how far from it a particle may be
+  std::vector<Quad> facing, was;       ///< its plane after and before the step
   std::vector<std::array<double, 3>> momentum;       ///< per triangle, N·s
   std::vector<std::array<double, 4>> impact_weight;  ///< sum of |J|·weights and of |J|
   std::vector<std::uint32_t> touched;                ///< triangles with momentum, in order of first touch
@@ -117,7 +184,30 @@ void findNeighbours(const Model& model, std::size_t count, ScratchData& s);
 void solveDensity(const Model& model, const State& state, ScratchData& s, float dt);
 void diffuse(const Model& model, State& state, ScratchData& s, float dt);
 
-/// Places the triangles that particles may meet and fills each particle's planes.
+/// Hands parts of 0 … count-1 to the threads; parts do not depend on each other.
+template <class F>
+void parts(std::size_t count, int threads, F&& f) {
+#ifdef _OPENMP
+  if (threads > 1 && count > 256) {
+#pragma omp parallel for schedule(static) num_threads(threads)
+    for (int t = 0; t < threads; ++t) {
+      const auto k = static_cast<std::size_t>(t), n = static_cast<std::size_t>(threads);
+      f(count * k / n, count * (k + 1) / n);
+    }
+    return;
+  }
+#else
+  (void)threads;
+#endif
+  f(std::size_t{0}, count);
+}
+
+/// Blocks of triangles that lie near any particle, refitted; then those that a group of particles meets are
+/// placed.
+void nearBlocks(const Inputs& inputs, const Extent& particles, ScratchData& s, float reach);
+void placeTriangles(const Model& model, const Inputs& inputs, const State& state, ScratchData& s,
+                    float reach);
+/// Fills each particle's planes.
 void findPlanes(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
 /// Pushes particles out of tissue; momentum goes to the triangles.
 void pushOut(const Model& model, const State& state, ScratchData& s, float dt);
@@ -129,7 +219,8 @@ void addMomentum(ScratchData& s, const PlacedTriangle& t, const float* weights, 
 void emit(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
 void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s, Report& report);
 void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
-/// One particle joins the pool under it, wherever it is. Its volume is lost where there is no bed.
+/// One particle joins the pool nearest below or above it. Its volume is lost where there is no bed within
+/// eight cells.
 void drown(const Model& model, State& state, std::size_t particle);
 void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
 void stepBubbles(const Model& model, const Inputs& inputs, State& state);
@@ -137,6 +228,11 @@ void hitWindow(const Model& model, const Inputs& inputs, const State& state, Rep
 /// Takes away what has no volume left, keeping the order.
 void compact(State& state);
 
+/// Mass of a whole particle of this mixture, kg.
+inline double wholeMass(const Model& m, float blood) {
+  const Parameters& p = m.parameters;
+  return (p.density + (p.blood_density - p.density) * static_cast<double>(blood)) * m.whole;
+}
 inline int columnOf(const Model& m, float x) {
   return CellGrid::floorInt((x - static_cast<float>(m.parameters.low[0])) /
                             static_cast<float>(m.parameters.pool_cell));

@@ -55,6 +55,12 @@ double particleVolume(const Model& model, const State& state) {
   return sum * model.whole;
 }
 
+double pendingVolume(const State& state) {
+  double sum = 0;
+  for (const double v : state.pending) sum += v;
+  return sum;
+}
+
 double poolVolume(const Model& model, const State& state) {
   double sum = 0;
   for (const float d : state.pools.depth) sum += static_cast<double>(d);

@@ -101,10 +101,8 @@ struct Fluid {
   }
   /// m³ that the account misses.
   double gap() const {
-    double pending = 0;
-    for (const double v : state.pending) pending += v;
-    return state.emitted - particleVolume(model, state) - poolVolume(model, state) - pending - state.sucked -
-           state.lost;
+    return state.emitted - particleVolume(model, state) - poolVolume(model, state) - pendingVolume(state) -
+           state.sucked - state.lost;
   }
 };
 

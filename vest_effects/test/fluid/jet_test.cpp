@@ -82,6 +82,25 @@ TEST(Jet, PressesOnAPlateWithRhoQV) {
   }
 }
 
+TEST(Jet, OfBloodPressesAsMuchHarderAsItIsDenser) {
+  double force[2];
+  for (const int blood : {0, 1}) {
+    Parameters parameters;
+    parameters.blood_viscosity = parameters.water_viscosity,
+    parameters.blood_tension = parameters.water_tension;
+    Fluid f(parameters, {plate(0.15)});
+    f.inputs.source_count = 1;
+    f.inputs.sources[0] = irrigator();
+    f.inputs.sources[0].blood = blood;
+    f.inputs.sources[0].direction = {0, 0, -1};
+    f.inputs.sources[0].position = {0, 0, 0.05};
+    double momentum = 0;
+    for (int k = 0; k < 60; ++k) f.step(), momentum -= f.report.tissue_momentum[2];
+    force[blood] = momentum;
+  }
+  EXPECT_NEAR(force[1] / force[0], 1.06, 1e-4) << "the same motion";
+}
+
 TEST(Jet, SplashesKeepMassAndTakeMomentumFromTheTissueOnly) {
   Parameters parameters;
   parameters.rest_time = 1e6;
@@ -93,7 +112,7 @@ TEST(Jet, SplashesKeepMassAndTakeMomentumFromTheTissueOnly) {
   p.x[0] = 0.011f, p.y[0] = 0.013f, p.z[0] = 0.006f, p.vx[0] = 0.5f, p.vy[0] = 0, p.vz[0] = -2.5f;
   p.volume[0] = 1, p.blood[0] = 1, p.age[0] = p.rest[0] = 0;
   f.state.emitted = f.model.whole;
-  const double mass = f.model.whole * 1000;
+  const double mass = f.model.whole * f.model.parameters.blood_density;
   double before[3] = {0.5 * mass, 0, -2.5 * mass}, given[3] = {0, 0, 0};
   for (int k = 0; k < 3; ++k) {
     f.step();

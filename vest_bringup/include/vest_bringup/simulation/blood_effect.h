@@ -12,7 +12,7 @@ namespace vest::simulation {
 
 struct BloodOptions {
   std::string vessels;           ///< folder of the knowledge database (vest_effects/haemodynamics/vessels.h)
-  double dx = 0.006;             ///< m, greatest cell of the arteries
+  double dx = 0.010;             ///< m, greatest cell of the arteries
   double pulse_dilatation = 1;   ///< no unit: 1 physiological; more for teaching, 0 … 20
   double external_pressure = 0;  ///< Pa around the vessels, above that of the air
   double frame_rate = 100;       ///< Hz of simulated time, 50 … 1000

@@ -22,8 +22,6 @@ struct FieldOptions {
   double irrigation_diameter = 0.005;  ///< m, models.md section 9
   double suction_flow = 5e-5;          ///< m³/s of liquid; assumed as irrigation
   double suction_gas_flow = 1.7e-4;    ///< m³/s of gas: 10 l/min; assumed
-  double coagulation_power =
-      30.0;  ///< W while a coagulating tool touches tissue, until events carry energy; assumed
   int threads = 1;
 };
 

@@ -26,9 +26,12 @@ inline constexpr int kMostLensHits = 32;    ///< drops on the lens that one step
 /// Numbers that describe the fluid and its box. Ranges are checked by the Model's builder.
 struct Parameters {
   double spacing = 0.002;  ///< m: edge of the cube of fluid that one whole particle stands for, 0.5 … 10 mm
-  int capacity = 4000;     ///< particles, 16 … 60000; beyond it the oldest join the pools (degraded)
-  int iterations = 3;      ///< of the density constraint per step, 1 … 50
-  double density = 1000.0;  ///< kg/m³, of both fluids (blood: 1060; the 6 % are neglected), 500 … 2000
+  int capacity = 2500;  ///< particles, 16 … 60000; beyond it the oldest join the pools (degraded), and from
+                        ///< half of it on drops splash no more: what a step costs is bounded
+  int iterations = 3;   ///< of the density constraint per step, 1 … 50
+  double density = 1000.0;        ///< kg/m³ of water, 500 … 2000
+  double blood_density = 1060.0;  ///< kg/m³, 500 … 2000 (Hinghofer-Szalkay 1985: 1050 … 1060); counts in what
+                                  ///< is passed to tissue, not between particles or in pools (6 %)
   double water_viscosity = 0.69e-3;  ///< Pa·s at 37 °C (IAPWS 2008, doi:10.1063/1.3088050)
   double blood_viscosity = 3.5e-3;  ///< Pa·s at high shear (Merrill 1969, doi:10.1152/physrev.1969.49.4.863)
   double water_tension = 0.070;     ///< N/m at 37 °C (IAPWS 1994, doi:10.1063/1.555688)
@@ -60,6 +63,8 @@ struct Model {
   float h = 0;                          ///< m: kernel radius, 2·spacing
   float density_scale = 0;   ///< of (1−r²/h²)³, so that a cubic lattice of whole particles has density 1
   float gradient_scale = 0;  ///< 1/m, of (1−r/h)²: the spiky kernel with the same density scale
+  float layer_density = 0;   ///< of a whole layer, of (1−z²/h²)⁴, z m away
+  float layer_slope = 0;     ///< 1/m, likewise of (z/h)(1−z/h)³
   float relaxation = 0;      ///< 1/m²: added to the constraint's denominator
   float cohesion_water = 0, cohesion_blood = 0;  ///< m/s², per whole neighbour, of Akinci's kernel
   float adhesion_water = 0, adhesion_blood = 0;  ///< m/s² at the wall

@@ -64,8 +64,9 @@ struct State {
 State initialState(const Model& model);
 
 double particleVolume(const Model& model, const State& state);  ///< m³
-double poolVolume(const Model& model, const State& state);      ///< m³
-double poolBlood(const Model& model, const State& state);       ///< m³ of blood in the pools
+double pendingVolume(const State& state);  ///< m³ that waits at sources for a whole particle
+double poolVolume(const Model& model, const State& state);  ///< m³
+double poolBlood(const Model& model, const State& state);   ///< m³ of blood in the pools
 
 /// State as bytes, little-endian, arrays whole (their unused ends too): for hashes and snapshots.
 void save(const State& state, std::vector<std::uint8_t>& bytes);

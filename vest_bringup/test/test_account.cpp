@@ -1,0 +1,143 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <ros/package.h>
+
+#include "vest_bringup/simulation/blood_effect.h"
+#include "vest_bringup/simulation/operating_field.h"
+#include "vest_bringup/simulation/surface_effect.h"
+#include "vest_tissue/scene/world_model.h"
+
+// Protects the one account of blood: what leaves an artery, a vein or a cut surface, integrated at the hole,
+// is found again in particles, pools, suction and the films on the surfaces.
+
+namespace vest::simulation {
+namespace {
+
+/// A scene with all effects, whose events the test may add to.
+struct Patient {
+  scene::World world;
+  BloodEffect blood;
+  SurfaceEffect surface;
+  OperatingField field;
+  scene::StepInput input;
+  scene::StepReport report;
+  Feedback feedback;
+  double at_holes = 0;  ///< m³: flow out of vessels and surfaces, integrated here
+
+  explicit Patient(const std::string& scene)
+      : world(scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/" + scene + "/" + scene +
+                               ".yaml")),
+        blood(world, vessels(), nullptr),
+        surface(world, {50.0, 10.0}, &blood, nullptr),
+        field(world, FieldOptions{}, nullptr) {
+    feedback.sources.reserve(bleeding::kMostSources);
+    feedback.impacts.reserve(1024), feedback.dilatations.reserve(256);
+  }
+  static BloodOptions vessels() {
+    BloodOptions o;
+    o.vessels = ros::package::getPath("vest_effects") + "/data/vessels/pelvis";
+    return o;
+  }
+  void cutAt(std::size_t object, const Eigen::Vector3d& place) {
+    scene::Event cut;
+    cut.kind = scene::EventKind::Cut;
+    cut.object = static_cast<std::uint16_t>(object);
+    cut.position = place;
+    cut.station = std::nan(""), cut.area = 1e-6;
+    next = cut, has_next = true;
+  }
+  void openVessel(const std::string& name, double station, double area) {
+    input.edits = {{name, "opening_station", station}, {name, "opening_area", area}};
+  }
+  void run(double seconds) {
+    for (int n = static_cast<int>(seconds / 0.001 + 0.5); n > 0; --n) {
+      input.step = world.steps() + 1;
+      input.dt = 0.001;
+      world.step(input, report);
+      if (has_next) report.events.push_back(next);
+      has_next = false;
+      feedback.sources.clear(), feedback.impacts.clear(), feedback.dilatations.clear();
+      blood.step(world, input, report, feedback);
+      for (const auto& s : feedback.sources) at_holes += s.flow * input.dt;
+      const double seeped = surface.state().seeped;
+      surface.step(world, input, report, feedback);
+      at_holes += surface.state().seeped - seeped;
+      field.step(world, input, report, feedback);
+      input.edits.clear();
+    }
+  }
+  /// Holds a suction tip into the deepest pool.
+  void suck() {
+    const auto& w = field.fluid().pools;
+    const auto& m = field.fluidModel();
+    const auto deepest =
+        static_cast<std::size_t>(std::max_element(w.depth.begin(), w.depth.end()) - w.depth.begin());
+    const auto columns = static_cast<std::size_t>(m.columns);
+    auto& tool = input.tools[static_cast<std::size_t>(tools::Instrument::Right)];
+    tool.present = true;
+    tool.tool = tools::ToolKind::SuctionIrrigator;
+    tool.pivot = {0.115, -0.02, 0.165};
+    tool.position = {
+        m.parameters.low[0] + (static_cast<double>(deepest % columns) + 0.5) * m.parameters.pool_cell,
+        m.parameters.low[1] + (static_cast<double>(deepest / columns) + 0.5) * m.parameters.pool_cell,
+        static_cast<double>(w.bed[deepest]) + 0.004};
+    tool.orientation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(),
+                                                          (tool.position - tool.pivot).normalized());
+    input.pedals = 8;
+  }
+  double found() const {
+    const auto& s = field.fluid();
+    const auto& m = field.fluidModel();
+    return fluid::particleVolume(m, s) + fluid::pendingVolume(s) + fluid::poolVolume(m, s) + s.sucked +
+           s.lost + bleeding::filmVolume(surface.model(), surface.state());
+  }
+  void expectBalance(const char* what) const {
+    std::printf(
+        "%s: %.4f ml at the holes, %.4f ml lost by the patient, %.4f ml found (%+.3f %%), %.4f sucked\n",
+        what, 1e6 * at_holes, 1e6 * blood.circulation().lost, 1e6 * found(), 100 * (found() / at_holes - 1),
+        1e6 * field.fluid().sucked);
+    EXPECT_NEAR(blood.circulation().lost, at_holes, 1e-6 * at_holes) << what;
+    EXPECT_NEAR(found(), at_holes, 0.01 * at_holes) << what;
+    EXPECT_LT(field.fluid().lost, 0.01 * at_holes) << what << ": none leaves the field";
+  }
+
+ private:
+  scene::Event next;
+  bool has_next = false;
+};
+
+TEST(Account, OfACutArteryClosesWithinOnePercent) {
+  Patient p("gynaecology");
+  p.openVessel("uterine_artery_left", 0.03, 1e-4);  // through
+  p.run(2.5);
+  EXPECT_GT(p.at_holes, 2e-6);
+  p.suck();
+  p.run(0.5);
+  EXPECT_GT(p.field.fluid().sucked, 0.0);
+  p.expectBalance("artery");
+}
+
+TEST(Account, OfAVeinClosesWithinOnePercent) {
+  Patient p("gynaecology");
+  p.openVessel("uterine_vein_left", 0.03, 2e-6);
+  p.run(2.5);
+  EXPECT_GT(p.at_holes, 1e-6);
+  p.expectBalance("vein");
+}
+
+TEST(Account, OfASeepingSurfaceClosesWithinOnePercentWithItsFilm) {
+  Patient p("smoke_lens");
+  std::size_t object = 0;
+  while (!p.world.model().objects[object].net) ++object;
+  p.cutAt(object, p.world.knotAt(object, 10));
+  p.run(4);
+  EXPECT_GT(p.at_holes, 1e-9);
+  EXPECT_GT(bleeding::filmVolume(p.surface.model(), p.surface.state()), 0.0);
+  p.expectBalance("surface");
+}
+
+}  // namespace
+}  // namespace vest::simulation
