@@ -46,6 +46,12 @@ using tools::Place;
 
 std::string folder;
 int pictures = 0;
+constexpr const char* kMoving = "uterus tube ovary ligament artery vein intestine";
+
+vest::scene::Description shippedScene(const std::string& name) {
+  return vest::scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/" + name + "/" + name +
+                                ".yaml");
+}
 
 void save(const std::string& name, const cv::Mat& bgr) {
   const std::string path = folder + "/" + name + ".jpg";
@@ -112,7 +118,10 @@ void endoscopic(const vest::scene::Description& scene, const std::string& name, 
 class Feed {
  public:
   explicit Feed(const vest::scene::Description& scene) : scene_(scene) {
-    vest_msgs::TissueTopology topology = tools::topologyOf(scene);
+    tellTopology();
+  }
+  void tellTopology() {
+    vest_msgs::TissueTopology topology = tools::topologyOf(scene_);
     tools::addCut(&topology);
     topology_.publish(topology);
   }
@@ -215,7 +224,7 @@ void inspection(const vest::scene::Description& scene) {
   view->subProp("Focal Point")->subProp("Y")->setValue(0.045);
   view->subProp("Focal Point")->subProp("Z")->setValue(0.06);
   rviz::Display* tissue = manager.createDisplay("vest_viz/Tissue", "tissue", true);
-  tissue->subProp("Objects")->setValue("uterus tube ovary ligament artery vein intestine");
+  tissue->subProp("Objects")->setValue(kMoving);
   tissue->subProp("Light")->setValue(2.5);
   pump(&feed, 3);
   const auto shoot = [&](const std::string& name, double wait) {
@@ -227,11 +236,36 @@ void inspection(const vest::scene::Description& scene) {
     save("inspect_" + name, picture);
   };
   shoot("look", 2);
-  for (const char* by : {"strain", "temperature", "damage", "char", "perfusion", "bleeding", "material",
-                         "organ", "object", "layer"}) {
+  for (const char* by : {"strain", "stress", "temperature", "damage", "char", "perfusion", "bleeding",
+                         "wetness", "material", "organ", "object", "layer"}) {
     tissue->subProp("Colour By")->setValue(by);
     shoot(by, 1);
   }
+  rviz::Property* const slice = tissue->subProp("Slice");
+  slice->setValue(true);
+  slice->subProp("Normal")->subProp("X")->setValue(0.0);
+  slice->subProp("Normal")->subProp("Y")->setValue(-1.0);
+  slice->subProp("Offset")->setValue(-0.072);
+  for (const char* by : {"look", "strain"}) {
+    tissue->subProp("Colour By")->setValue(by);
+    shoot(std::string("slice_") + by, 1);
+  }
+  slice->subProp("Offset")->setValue(-0.012);
+  tissue->subProp("Objects")->setValue("");
+  const vest::scene::Description volume = shippedScene("volume_phantom");
+  Feed phantom(volume);
+  view->subProp("Focal Point")->subProp("Y")->setValue(0.0);
+  view->subProp("Focal Point")->subProp("Z")->setValue(0.045);
+  for (const char* by : {"material", "temperature"}) {
+    tissue->subProp("Colour By")->setValue(by);
+    pump(&phantom, 2);
+    shoot(std::string("slice_volume_") + by, 0);
+  }
+  slice->setValue(false);
+  view->subProp("Focal Point")->subProp("Y")->setValue(0.045);
+  view->subProp("Focal Point")->subProp("Z")->setValue(0.06);
+  tissue->subProp("Objects")->setValue(kMoving);
+  feed.tellTopology();
   tissue->subProp("Colour By")->setValue("look");
   tissue->subProp("Surface")->setValue(false);
   tissue->subProp("Links")->setValue(true);
@@ -280,8 +314,7 @@ int main(int argc, char** argv) {
     QApplication application(argc, argv);
     ros::NodeHandle keep_alive;
     rviz::RenderSystem::get();
-    const vest::scene::Description scene =
-        vest::scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml");
+    const vest::scene::Description scene = shippedScene("gynaecology");
     const Vector3d over = tools::endoscopeTip(0.10), near(0.0, -0.012, 0.105), side(0.03, -0.012, 0.10);
     endoscopic(scene, "view_overview", "", over);
     endoscopic(scene, "view_close", "", near);
