@@ -56,6 +56,20 @@ bool TissueInput::takeFields(boost::shared_ptr<const Message>* message) {
   return changed;
 }
 
+bool TissueInput::recall(const vest_msgs::TissueState& state) {
+  const std::uint32_t now = store_.topology().revision;
+  // A state that was overtaken by a delta is older by its revision, but not by its step.
+  if (!store_.empty() && (state.revision == now || (state.revision < now && state.step >= step_)))
+    return false;
+  vest_msgs::TissueTopology::ConstPtr topology;
+  std::vector<vest_msgs::TissueTopologyDelta::ConstPtr> deltas;
+  if (!history_.find(state.revision, &topology, &deltas)) return false;
+  store_.setTopology(toTopology(*topology));
+  for (const auto& delta : deltas) store_.applyDelta(toDelta(*delta));
+  header_.frame_id = topology->header.frame_id;
+  return true;
+}
+
 bool TissueInput::process() {
   bool changed = false;
   const auto judge = [&](mesh::Outcome outcome) {
@@ -82,6 +96,7 @@ bool TissueInput::process() {
       judge(store_.applyDelta(toDelta(*delta)));
   deltas_.clear();
   if (newest_) {
+    changed = recall(*newest_) || changed;
     if (judge(store_.setState(newest_->revision, newest_->positions.data(), newest_->positions.size()))) {
       header_ = newest_->header;
       step_ = newest_->step;

@@ -9,6 +9,7 @@
 #include <vest_msgs/TissueTopology.h>
 #include <vest_msgs/TissueTopologyDelta.h>
 
+#include "tissue_history.h"
 #include "vest_viz/mesh/store.h"
 
 namespace vest::displays {
@@ -21,11 +22,18 @@ class TissueInput {
   /// @param effects blood that surfaces seep comes from EFFECTS/surface; empty: from nowhere
   void subscribe(ros::NodeHandle& handle, const std::string& prefix, const std::string& effects = "effects");
   void unsubscribe();
+  /// Forgets what is shown; a jump in time does this. What is known of the topology stays.
   void clear();
 
   /// For those who read a bag instead of topics.
-  void add(const vest_msgs::TissueTopology::ConstPtr& m) { topologies_.push_back(m); }
-  void add(const vest_msgs::TissueTopologyDelta::ConstPtr& m) { deltas_.push_back(m); }
+  void add(const vest_msgs::TissueTopology::ConstPtr& m) {
+    topologies_.push_back(m);
+    history_.add(m);
+  }
+  void add(const vest_msgs::TissueTopologyDelta::ConstPtr& m) {
+    deltas_.push_back(m);
+    history_.add(m);
+  }
   void add(const vest_msgs::TissueState::ConstPtr& m) {
     newest_ = m;
     if (!m->fields.empty()) newest_fields_ = m;
@@ -47,6 +55,8 @@ class TissueInput {
   const std::string& problem() const { return problem_; }
 
  private:
+  /// Brings the topology of a state's revision back, where it was seen before: after a jump in a bag.
+  bool recall(const vest_msgs::TissueState& state);
   /// True if the store changed.
   template <class Message>
   bool takeFields(boost::shared_ptr<const Message>* message);
@@ -56,6 +66,7 @@ class TissueInput {
   std::vector<vest_msgs::TissueTopologyDelta::ConstPtr> deltas_;
   vest_msgs::TissueState::ConstPtr newest_, newest_fields_;  ///< fields come with few of the states
   vest_msgs::SurfaceBleeding::ConstPtr newest_surface_;
+  TissueHistory history_;
   std::uint64_t step_ = 0;
   double time_ = 0;
   mesh::Store store_;

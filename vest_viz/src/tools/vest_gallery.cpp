@@ -72,9 +72,22 @@ vest_msgs::InstrumentStates instrumentsFor(const Vector3d& endoscope) {
   return m;
 }
 
+/// Where the endoscope's tip is when it looks at the middle of what moves from a distance (m).
+Vector3d lookAt(const vest::scene::Description& scene, double distance) {
+  Vector3d middle = Vector3d::Zero();
+  std::size_t knots = 0;
+  for (const auto& o : scene.objects)
+    if (o.model != vest::scene::ObjectModel::Rigid)
+      for (const Vector3d& p : o.rest_position) middle += p, ++knots;
+  if (knots > 0) middle /= static_cast<double>(knots);
+  const Vector3d pivot = tools::endoscopeTip(0.0);
+  return middle - distance * (middle - pivot).normalized();
+}
+
 /// The endoscopic view with some effects.
 void endoscopic(const vest::scene::Description& scene, const std::string& name, const std::string& effects,
-                const Vector3d& tip, int smoke = 1, double fog = 0.35, double focus = 0) {
+                const Vector3d& tip, int smoke = 1, double fog = 0.35, double focus = 0,
+                bool with_instruments = true) {
   const std::set<std::string> words = tools::effectWords(effects);
   displays::EndoscopePipeline view(1);
   view.setCamera(vest::camera::fromFieldOfView(720, 576, 70 * M_PI / 180, {-0.18, 0.03, 0, 0, 0}), 1.0, 1.0);
@@ -94,7 +107,9 @@ void endoscopic(const vest::scene::Description& scene, const std::string& name, 
   }
   store.rebuildSkins();
   view.setTissue(store);
-  const vest_msgs::InstrumentStates instruments = instrumentsFor(tip);
+  vest_msgs::InstrumentStates instruments = instrumentsFor(tip);
+  if (!with_instruments)  // made for the gynaecology scene
+    instruments.instruments.erase(instruments.instruments.begin(), instruments.instruments.begin() + 2);
   view.setInstruments(instruments);
   if (words.count("clips") != 0)
     view.setAttachments(boost::make_shared<vest_msgs::TissueAttachments>(tools::attachmentsAt(scene)));
@@ -107,7 +122,7 @@ void endoscopic(const vest::scene::Description& scene, const std::string& name, 
   if (words.count("lens") != 0) view.setLens(boost::make_shared<vest_msgs::LensState>(tools::lensAt(fog)));
   while (!displays::takeBakedTextures()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
   Eigen::Isometry3d X_WTip;
-  displays::toPose(instruments.instruments[2].tip, &X_WTip);
+  displays::toPose(instruments.instruments.back().tip, &X_WTip);
   cv::Mat rgb, bgr;
   for (int i = 0; i < 15; ++i) view.draw(vest::camera::opticalFrame(X_WTip, 0, 0), 1.0, 0.05, &rgb);
   cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
@@ -117,9 +132,7 @@ void endoscopic(const vest::scene::Description& scene, const std::string& name, 
 /// Publishers of everything that displays and panels listen to.
 class Feed {
  public:
-  explicit Feed(const vest::scene::Description& scene) : scene_(scene) {
-    tellTopology();
-  }
+  explicit Feed(const vest::scene::Description& scene) : scene_(scene) { tellTopology(); }
   void tellTopology() {
     vest_msgs::TissueTopology topology = tools::topologyOf(scene_);
     tools::addCut(&topology);
@@ -316,6 +329,11 @@ int main(int argc, char** argv) {
     rviz::RenderSystem::get();
     const vest::scene::Description scene = shippedScene("gynaecology");
     const Vector3d over = tools::endoscopeTip(0.10), near(0.0, -0.012, 0.105), side(0.03, -0.012, 0.10);
+    for (const char* name :
+         {"arterial_bleeding", "fem_slab", "volume_phantom", "irrigation_pool", "smoke_lens"}) {
+      const vest::scene::Description other = shippedScene(name);
+      endoscopic(other, std::string("scene_") + name, "", lookAt(other, 0.075), 1, 0.35, 0, false);
+    }
     endoscopic(scene, "view_overview", "", over);
     endoscopic(scene, "view_close", "", near);
     endoscopic(scene, "view_fields", "fields", near);

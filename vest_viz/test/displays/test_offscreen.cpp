@@ -9,6 +9,10 @@
 
 #include <unistd.h>
 
+#include <OgreHighLevelGpuProgram.h>
+#include <OgreHighLevelGpuProgramManager.h>
+#include <OgreMaterialManager.h>
+#include <OgreTechnique.h>
 #include <gtest/gtest.h>
 #include <ros/time.h>
 #include <rosbag/bag.h>
@@ -276,6 +280,28 @@ TEST_F(Offscreen, SmokeVeilsByBothMethods) {
   EXPECT_LT(saturation(), 0.75 * clear);
   view.setSmokeMethod(EndoscopePipeline::Smoke::Off);
   EXPECT_NEAR(saturation(), clear, 0.02);
+}
+
+TEST_F(Offscreen, WithoutShadersTissueIsDrawnPlainAndTheStatusSaysWhy) {
+  // What a machine without them does: the program does not compile.
+  auto& programs = Ogre::HighLevelGpuProgramManager::getSingleton();
+  const Ogre::HighLevelGpuProgramPtr broken =
+      programs.createProgram("vest_viz/test_broken", kOgreGroup, "glsl", Ogre::GPT_FRAGMENT_PROGRAM);
+  broken->setSource("#version 120\nvoid main() { this is no shader; }\n");
+  const Ogre::MaterialPtr material =
+      Ogre::MaterialManager::getSingleton().getByName("vest_viz/Tissue", kOgreGroup);
+  Ogre::Pass* const pass = material->getTechnique(0)->getPass(0);
+  const std::string good = pass->getFragmentProgramName();
+  pass->setFragmentProgram(broken->getName());
+  material->load();
+  load(sheet("uterus"));
+  const Eigen::Isometry3d X_WO = fromAbove(0.06);
+  const cv::Scalar colour = colourAt(picture(X_WO), X_WO, {0, 0, 0}, 30);
+  EXPECT_FALSE(view.scene().warning().empty());
+  EXPECT_GT(colour[0] + colour[1] + colour[2], 60) << "not black";
+  pass->setFragmentProgram(good);
+  material->load();
+  programs.remove(broken);
 }
 
 TEST(Render, BagBecomesPicturesVideoAndGroundTruthOfTheWishedSize) {
