@@ -26,6 +26,9 @@ struct Shown {
   std::uint8_t kind;
   float low, high;
 };
+/// Blood that lies on the skin shows like blood that comes out of it; films of which a fifth is missing tint
+/// (ours).
+constexpr Shown kFilm{vest_msgs::TissueField::WETNESS, 0.0f, 0.8f};
 constexpr float kLeastMark = 0.02f;  ///< share of the range from which on a field is drawn (ours)
 constexpr std::array<Shown, 4> kShown{{{vest_msgs::TissueField::BLEEDING, 0.0f, 2e-9f},
                                        {vest_msgs::TissueField::DAMAGE, 0.0f, 1.0f},
@@ -33,7 +36,8 @@ constexpr std::array<Shown, 4> kShown{{{vest_msgs::TissueField::BLEEDING, 0.0f, 
                                        {vest_msgs::TissueField::PERFUSION, 1.0f, 0.0f}}};
 
 bool anyShown(const mesh::Store& store) {
-  return std::any_of(kShown.begin(), kShown.end(),
+  return store.field(kFilm.kind) != nullptr ||
+         std::any_of(kShown.begin(), kShown.end(),
                      [&](const Shown& s) { return store.field(s.kind) != nullptr; });
 }
 
@@ -178,7 +182,7 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   const std::size_t n = store.skin(index).vertexCount();
   if (n == 0) return;
   // Healthy objects are most: their knots tell it sooner than their vertices.
-  float at_knots = 0;
+  float at_knots = store.largestAtKnots(index, kFilm.kind, kFilm.low, kFilm.high);
   for (const auto& shown : kShown)
     at_knots = std::max(at_knots, store.largestAtKnots(index, shown.kind, shown.low, shown.high));
   if (at_knots <= kLeastMark && !part.is_marked) return;
@@ -187,6 +191,12 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   for (std::size_t k = 0; k < kShown.size(); ++k)
     largest = std::max(largest, store.vertexField(index, kShown[k].kind, kShown[k].low, kShown[k].high,
                                                   part.state.data() + k, kShown.size()));
+  if (store.field(kFilm.kind) != nullptr) {
+    film_.resize(n);
+    largest =
+        std::max(largest, store.vertexField(index, kFilm.kind, kFilm.low, kFilm.high, film_.data(), 1));
+    for (std::size_t v = 0; v < n; ++v) part.state[4 * v] = std::max(part.state[4 * v], film_[v]);
+  }
   const bool mark = largest > kLeastMark;
   if (mark) part.mesh->setState(part.state);
   if (mark == part.is_marked) return;

@@ -180,6 +180,10 @@ TEST_F(Offscreen, BloodIsRedCharIsBlackCoagulatedIsPaleAndTheRestStaysAsItWas) {
   EXPECT_LT(blood[1], 0.5 * healthy[1]);
   EXPECT_NEAR(colourAt(bloody, X_WO, far)[1], colourAt(before, X_WO, far)[1], 2)
       << "elsewhere nothing changes";
+  mark(vest_msgs::TissueField::BLEEDING, 2e-9f, -0.015, 0.0);
+  mark(vest_msgs::TissueField::WETNESS, 1, -0.015, 0.008);
+  const cv::Scalar film = colourAt(picture(X_WO), X_WO, left);
+  EXPECT_GT(film[0], 3 * film[1]) << "blood that lies there is as red as blood that comes";
   mark(vest_msgs::TissueField::CHAR, 1, 0.015, 0.006);
   mark(vest_msgs::TissueField::DAMAGE, 1, 0.015, 0.012);
   const cv::Mat burnt = picture(X_WO);
