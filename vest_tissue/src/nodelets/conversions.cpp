@@ -5,9 +5,11 @@
 #include <limits>
 #include <stdexcept>
 
+#include "vest_tissue/fem/description.h"
 #include "vest_tissue/net/skin.h"
 #include "vest_tissue/scene/request.h"
 #include "vest_tissue/scene/topology.h"
+#include "vest_tissue/scene/world_state.h"
 
 namespace vest::ros_shell {
 namespace {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "vest_instruments/kinematics/arm.h"
+#include "vest_tissue/fem/description.h"
 
 namespace vest::tools {
 namespace {
