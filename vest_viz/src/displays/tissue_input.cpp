@@ -59,7 +59,8 @@ bool TissueInput::takeFields(boost::shared_ptr<const Message>* message) {
 bool TissueInput::recall(const vest_msgs::TissueState& state) {
   const std::uint32_t now = store_.topology().revision;
   // A state that was overtaken by a delta is older by its revision, but not by its step.
-  if (!store_.empty() && (state.revision == now || (state.revision < now && state.step >= step_)))
+  if (!store_.empty() &&
+      (state.revision == now || (state.revision < now && states_ > 0 && state.step >= step_)))
     return false;
   vest_msgs::TissueTopology::ConstPtr topology;
   std::vector<vest_msgs::TissueTopologyDelta::ConstPtr> deltas;
