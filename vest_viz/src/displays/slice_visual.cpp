@@ -9,12 +9,21 @@
 #include "ogre_assets.h"
 
 namespace vest::displays {
+namespace {
+
+std::string borderName(const Ogre::MaterialPtr& face) {
+  return face->getName() + "/border";
+}
+
+}  // namespace
 
 SliceVisual::SliceVisual(Ogre::SceneManager* manager, Ogre::SceneNode* node)
     : manager_(manager), object_(manager->createManualObject(uniqueName("slice"))) {
   material_ = Ogre::MaterialManager::getSingleton().create(uniqueName("slice"), kOgreGroup);
   material_->setLightingEnabled(false);  // colours are read off the legend
   material_->setCullingMode(Ogre::CULL_NONE);
+  const Ogre::MaterialPtr border = material_->clone(borderName(material_));
+  border->getTechnique(0)->getPass(0)->setDepthBias(4.0f, 4.0f);  // lines lie in the face
   object_->setDynamic(true);
   object_->setCastShadows(false);
   node->attachObject(object_);
@@ -22,6 +31,7 @@ SliceVisual::SliceVisual(Ogre::SceneManager* manager, Ogre::SceneNode* node)
 
 SliceVisual::~SliceVisual() {
   manager_->destroyManualObject(object_);
+  Ogre::MaterialManager::getSingleton().remove(borderName(material_), kOgreGroup);
   Ogre::MaterialManager::getSingleton().remove(material_);
 }
 
@@ -44,7 +54,7 @@ void SliceVisual::show(const inspect::Slice& slice,
   }
   if (!slice.borders.empty()) {
     constexpr inspect::Colour kBorder{0.96f, 0.96f, 0.92f};
-    object_->begin(material_->getName(), Ogre::RenderOperation::OT_LINE_LIST, kOgreGroup);
+    object_->begin(borderName(material_), Ogre::RenderOperation::OT_LINE_LIST, kOgreGroup);
     for (std::size_t i = 0; i < slice.borders.size(); i += 3) put(&slice.borders[i], kBorder);
     object_->end();
   }

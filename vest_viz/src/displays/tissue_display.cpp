@@ -49,8 +49,8 @@ constexpr Option kColourings[] = {{"look", By::Look, 0, ""},
 
 /// Word of an object's material for legend and colour; volumes have several.
 std::string materialName(const mesh::Object& o, int inner) {
-  if (inner < 0) return o.material;
-  return (o.material.empty() ? o.name : o.material) + ": " + std::to_string(inner + 1);
+  const std::string& word = o.material.empty() ? o.name : o.material;
+  return inner < 0 ? word : word + ": " + std::to_string(inner + 1);
 }
 
 QColor toQt(const inspect::Colour& c) {
@@ -222,7 +222,7 @@ void TissueDisplay::updateColours() {
   } else if (option.by != By::Field) {
     std::set<std::string> names;
     for (const mesh::Object& o : store.topology().objects) {
-      names.insert(option.by == By::Object ? o.name : option.by == By::Organ ? o.organ : o.material);
+      names.insert(option.by == By::Object ? o.name : option.by == By::Organ ? o.organ : materialName(o, -1));
       if (option.by == By::Material && slice_->getBool())
         for (const std::uint16_t inner :
              std::set<std::uint16_t>(o.tetrahedron_material.begin(), o.tetrahedron_material.end()))

@@ -36,9 +36,9 @@ constexpr std::array<Shown, 4> kShown{{{vest_msgs::TissueField::BLEEDING, 0.0f, 
                                        {vest_msgs::TissueField::PERFUSION, 1.0f, 0.0f}}};
 
 bool anyShown(const mesh::Store& store) {
-  return store.field(kFilm.kind) != nullptr ||
-         std::any_of(kShown.begin(), kShown.end(),
-                     [&](const Shown& s) { return store.field(s.kind) != nullptr; });
+  return store.field(kFilm.kind) != nullptr || std::any_of(kShown.begin(), kShown.end(), [&](const Shown& s) {
+           return store.field(s.kind) != nullptr;
+         });
 }
 
 }  // namespace
@@ -193,8 +193,7 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
                                                   part.state.data() + k, kShown.size()));
   if (store.field(kFilm.kind) != nullptr) {
     film_.resize(n);
-    largest =
-        std::max(largest, store.vertexField(index, kFilm.kind, kFilm.low, kFilm.high, film_.data(), 1));
+    largest = std::max(largest, store.vertexField(index, kFilm.kind, kFilm.low, kFilm.high, film_.data(), 1));
     for (std::size_t v = 0; v < n; ++v) part.state[4 * v] = std::max(part.state[4 * v], film_[v]);
   }
   const bool mark = largest > kLeastMark;
@@ -324,6 +323,7 @@ void TissueVisual::updateColours(const mesh::Store& store, std::size_t index) {
   } else {
     const inspect::Colour c = inspect::nameColour(colouring_.by == By::Object  ? o.name
                                                   : colouring_.by == By::Organ ? o.organ
+                                                  : o.material.empty()         ? o.name
                                                                                : o.material);
     for (std::size_t v = 0; v < n; ++v) put(v, c);
   }

@@ -263,13 +263,14 @@ void inspection(const vest::scene::Description& scene) {
     tissue->subProp("Colour By")->setValue(by);
     shoot(std::string("slice_") + by, 1);
   }
-  slice->subProp("Offset")->setValue(-0.012);
+  slice->subProp("Offset")->setValue(-0.06);
   tissue->subProp("Objects")->setValue("");
   const vest::scene::Description volume = shippedScene("volume_phantom");
   Feed phantom(volume);
-  view->subProp("Focal Point")->subProp("Y")->setValue(0.0);
+  view->subProp("Focal Point")->subProp("Y")->setValue(0.06);
   view->subProp("Focal Point")->subProp("Z")->setValue(0.045);
-  for (const char* by : {"material", "temperature"}) {
+  view->subProp("Distance")->setValue(0.16);
+  for (const char* by : {"material", "strain"}) {
     tissue->subProp("Colour By")->setValue(by);
     pump(&phantom, 2);
     shoot(std::string("slice_volume_") + by, 0);
@@ -277,6 +278,7 @@ void inspection(const vest::scene::Description& scene) {
   slice->setValue(false);
   view->subProp("Focal Point")->subProp("Y")->setValue(0.045);
   view->subProp("Focal Point")->subProp("Z")->setValue(0.06);
+  view->subProp("Distance")->setValue(0.26);
   tissue->subProp("Objects")->setValue(kMoving);
   feed.tellTopology();
   tissue->subProp("Colour By")->setValue("look");
@@ -336,7 +338,7 @@ int main(int argc, char** argv) {
     }
     endoscopic(scene, "view_overview", "", over);
     endoscopic(scene, "view_close", "", near);
-    endoscopic(scene, "view_fields", "fields", near);
+    endoscopic(scene, "view_fields", "fields", over);
     endoscopic(scene, "view_cut", "cut", near);
     endoscopic(scene, "view_clips_sutures", "clips,sutures", side);
     endoscopic(scene, "view_fluid", "fluid", over);
