@@ -26,9 +26,9 @@ struct Shown {
   std::uint8_t kind;
   float low, high;
 };
-/// Blood that lies on the skin shows like blood that comes out of it; films of which a fifth is missing tint
-/// (ours).
-constexpr Shown kFilm{vest_msgs::TissueField::WETNESS, 0.0f, 0.8f};
+/// Blood that lies on the skin shows like blood that comes out of it, but never as deep: it lets the relief
+/// through (ours).
+constexpr Shown kFilm{vest_msgs::TissueField::WETNESS, 0.0f, 1.6f};
 constexpr float kLeastMark = 0.02f;  ///< share of the range from which on a field is drawn (ours)
 constexpr std::array<Shown, 4> kShown{{{vest_msgs::TissueField::BLEEDING, 0.0f, 2e-9f},
                                        {vest_msgs::TissueField::DAMAGE, 0.0f, 1.0f},

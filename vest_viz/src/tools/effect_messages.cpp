@@ -112,7 +112,7 @@ void addFields(const vest::scene::Description& scene, double t, vest_msgs::Tissu
       strain.data.push_back(scaled(soft ? 0.6 * std::exp(-0.3 * a * a) : 0));
       temperature.data.push_back(scaled(soft ? grown * std::exp(-0.4 * b * b) : 0));
       stress.data.push_back(scaled(soft ? 0.9 * std::exp(-0.25 * a * a) : 0));
-      wetness.data.push_back(scaled(soft ? 1.3 * std::exp(-0.4 * a * a) : 0));
+      wetness.data.push_back(scaled(soft ? 0.9 * std::exp(-1.2 * a * a) : 0));
     }
   state->fields = {strain, bleeding, damage, burnt, perfusion, temperature, stress, wetness};
 }
