@@ -12,6 +12,7 @@
 
 #include <vest_msgs/LoadScene.h>
 #include <vest_msgs/SessionState.h>
+#include <vest_msgs/SetSpeed.h>
 #include <vest_msgs/Snapshot.h>
 #include <vest_msgs/Step.h>
 #include <vest_msgs/StepInput.h>
@@ -78,6 +79,61 @@ TEST(System, PauseStepAndResetDoWhatTheySay) {
   EXPECT_EQ(step.response.step, 5U);
   pause.request.data = false;
   ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
+}
+
+TEST(System, ASlowerPaceIsKeptAndAnImpossibleOneIsRefused) {
+  vest_msgs::SetSpeed speed;
+  speed.request.speed = 0.2;
+  ASSERT_TRUE(ros::service::call("/vest/tissue/speed", speed));
+  ASSERT_TRUE(speed.response.success) << speed.response.message;
+  // The factor is that of the last second: until it is one at the new pace.
+  double factor = 1;
+  for (int i = 0; i < 20 && factor > 0.25; ++i) {
+    const auto state =
+        ros::topic::waitForMessage<vest_msgs::SessionState>("/vest/session/state", ros::Duration(10));
+    ASSERT_TRUE(state);
+    factor = state->real_time_factor;
+  }
+  EXPECT_LT(factor, 0.25);
+  EXPECT_GT(factor, 0);
+  for (const double impossible : {0.0, -1.0, 1e9}) {
+    speed.request.speed = impossible;
+    ASSERT_TRUE(ros::service::call("/vest/tissue/speed", speed));
+    EXPECT_FALSE(speed.response.success) << impossible;
+    EXPECT_NE(speed.response.message.find("allowed"), std::string::npos);
+  }
+  speed.request.speed = 1;
+  ASSERT_TRUE(ros::service::call("/vest/tissue/speed", speed));
+  EXPECT_TRUE(speed.response.success);
+}
+
+TEST(System, StopClosesTheRecordingAndStartBeginsAnotherBesideIt) {
+  std::string output;
+  ASSERT_TRUE(ros::NodeHandle("~").getParam("output", output));
+  ASSERT_TRUE(ros::service::waitForService("/vest/session/stop", ros::Duration(60)));
+  std_srvs::Trigger trigger;
+  ASSERT_TRUE(ros::service::call("/vest/session/start", trigger));
+  EXPECT_FALSE(trigger.response.success) << "it records already";
+  ASSERT_TRUE(ros::service::call("/vest/session/stop", trigger));
+  ASSERT_TRUE(trigger.response.success) << trigger.response.message;
+  const auto text = [](const std::string& file) {
+    std::ifstream in(file);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  EXPECT_NE(text(output + "/session.json").find("\"stopped\""), std::string::npos);
+  EXPECT_TRUE(std::ifstream(output + "/session.bag").good());
+  ASSERT_TRUE(ros::service::call("/vest/session/stop", trigger));
+  EXPECT_FALSE(trigger.response.success) << "nothing is recorded";
+  ASSERT_TRUE(ros::service::call("/vest/session/start", trigger));
+  ASSERT_TRUE(trigger.response.success) << trigger.response.message;
+  EXPECT_TRUE(std::ifstream(output + "/earlier_1/session.bag").good()) << "nothing is overwritten";
+  bool recording = false;
+  for (int i = 0; i < 40 && !recording; ++i) {
+    const auto state =
+        ros::topic::waitForMessage<vest_msgs::SessionState>("/vest/session/recording", ros::Duration(10));
+    recording = state && state->recording && state->recorded_messages > 0;
+  }
+  EXPECT_TRUE(recording);
 }
 
 TEST(System, ASnapshotBringsTheSameStateBackAndAnUnknownOneIsRefused) {

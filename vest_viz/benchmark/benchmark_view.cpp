@@ -10,6 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include <OgreRenderQueue.h>
+#include <OgreRoot.h>
+#include <OgreSceneManager.h>
+#include <OgreSceneNode.h>
 #include <ros/package.h>
 #include <ros/time.h>
 #include <rviz/ogre_helpers/render_system.h>
@@ -19,6 +23,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "conversion.h"
+#include "dynamic_mesh.h"
 #include "effect_messages.h"
 #include "endoscope_pipeline.h"
 #include "ogre_assets.h"
@@ -39,132 +44,182 @@ void print(const char* stage, std::vector<double>* values) {
   std::printf("%-8s median %7.2f   90 %% %7.2f ms\n", stage, (*values)[values->size() / 2],
               (*values)[values->size() * 9 / 10]);
 }
+
+struct Options {
+  std::string scene, picture, effects;
+  double focus = 0, noise = 0, fog = 0.35, insertion = 0.10;
+  int smoke = 1, frames = 60, width = 720, height = 576;
+  std::vector<double> view;
+};
+
+/// Positions, normals and tangents of a mesh of 15,000 vertices into its buffer: what each state costs.
+void uploadMesh(int frames) {
+  using vest::displays::DynamicMesh;
+  constexpr std::uint32_t kColumns = 125, kRows = 120;
+  Ogre::SceneManager* const manager = rviz::RenderSystem::get()->root()->createSceneManager();
+  {
+    std::vector<float> positions, normals, tangents;
+    std::vector<std::uint32_t> triangles;
+    for (std::uint32_t r = 0; r < kRows; ++r)
+      for (std::uint32_t c = 0; c < kColumns; ++c) {
+        positions.insert(positions.end(),
+                         {0.001f * static_cast<float>(c), 0.001f * static_cast<float>(r), 0.0f});
+        normals.insert(normals.end(), {0, 0, 1});
+        tangents.insert(tangents.end(), {1, 0, 0});
+        const std::uint32_t k = r * kColumns + c;
+        if (r + 1 < kRows && c + 1 < kColumns)
+          triangles.insert(triangles.end(), {k, k + 1, k + kColumns + 1, k, k + kColumns + 1, k + kColumns});
+      }
+    DynamicMesh mesh(manager, manager->getRootSceneNode(), vest::displays::makeTissueMaterial("uterus", 0),
+                     Ogre::RENDER_QUEUE_MAIN);
+    mesh.setShape(triangles, {}, {}, positions.size() / 3);
+    std::vector<double> all;
+    for (int frame = 0; frame < frames; ++frame) {
+      positions[2] = 0.001f * static_cast<float>(frame);
+      const double begin = milliseconds();
+      mesh.setVertices(positions, normals, tangents);
+      all.push_back(milliseconds() - begin);
+    }
+    print("15k mesh", &all);
+  }
+  rviz::RenderSystem::get()->root()->destroySceneManager(manager);
+}
+
+/// Milliseconds per stage at one level of quality.
+void measure(const Options& o, int quality) {
+  std::printf("%s level, %d x %d\n", quality == 1 ? "standard" : "simple", o.width, o.height);
+  const std::set<std::string> words = vest::tools::effectWords(o.effects);
+  const double begin = milliseconds();
+  vest::mesh::Store store;
+  const vest::scene::Description description = vest::scene::loadScene(o.scene);
+  vest_msgs::TissueTopology topology = vest::tools::topologyOf(description);
+  if (words.count("cut") != 0) vest::tools::addCut(&topology);
+  store.setTopology(vest::displays::toTopology(topology));
+  store.rebuildSkins();
+  const double loaded = milliseconds();
+  vest::displays::EndoscopePipeline endoscope(quality);
+  vest::displays::EndoscopeScene& scene = endoscope.scene();
+  const auto camera =
+      vest::camera::fromFieldOfView(static_cast<std::uint32_t>(o.width), static_cast<std::uint32_t>(o.height),
+                                    70 * 3.14159265 / 180, {-0.18, 0.03, 0, 0, 0});
+  endoscope.setCamera(camera, 1.0, quality == 1 ? 1.0 : 0.7);
+  vest::picture::CameraLook look;
+  look.focus = o.focus, look.noise = o.noise;
+  endoscope.setLook(look);
+  endoscope.setSmokeMethod(static_cast<vest::displays::EndoscopePipeline::Smoke>(o.smoke));
+  if (words.count("fields") != 0) {
+    vest_msgs::TissueState state;
+    vest::tools::addFields(description, 4.0, &state);
+    for (const vest_msgs::TissueField& m : state.fields) {
+      vest::mesh::Field field;
+      field.kind = m.kind, field.minimum = m.minimum, field.maximum = m.maximum, field.data = m.data;
+      store.setField(store.topology().revision, field);
+    }
+  }
+  if (words.count("clips") != 0)
+    endoscope.setAttachments(
+        boost::make_shared<vest_msgs::TissueAttachments>(vest::tools::attachmentsAt(description)));
+  if (words.count("sutures") != 0)
+    endoscope.setSutures(boost::make_shared<vest_msgs::SutureStates>(vest::tools::suturesAt(description, 0)));
+  if (words.count("smoke") != 0)
+    endoscope.setSmoke(boost::make_shared<vest_msgs::SmokeState>(vest::tools::smokeAt(description, 2)));
+  if (words.count("lens") != 0)
+    endoscope.setLens(boost::make_shared<vest_msgs::LensState>(vest::tools::lensAt(o.fog)));
+  scene.updateTissue(store);
+  std::printf("load %.0f ms, build %.0f ms\n", loaded - begin, milliseconds() - loaded);
+
+  while (!vest::displays::takeBakedTextures() || !scene.settled()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    scene.updateTissue(store);
+  }
+  std::printf("textures baked %.0f ms after the start\n", milliseconds() - begin);
+
+  vest_msgs::InstrumentStates instruments;
+  const Vector3d tip =
+      o.view.size() == 3 ? Vector3d(o.view[0], o.view[1], o.view[2]) : vest::tools::endoscopeTip(o.insertion);
+  instruments.instruments = {vest::tools::instrumentAt(Place::Left, {-0.036, 0.050, 0.072}, 0.4, 0.12),
+                             vest::tools::instrumentAt(Place::Right, {0.030, 0.045, 0.075}, -0.3, 0.5),
+                             vest::tools::instrumentAt(Place::Endoscope, tip, 0, 0)};
+  Eigen::Isometry3d X_WTip;
+  vest::displays::toPose(instruments.instruments[2].tip, &X_WTip);
+  const Eigen::Isometry3d X_WO = vest::camera::opticalFrame(X_WTip, 0, 0);
+  scene.updateInstruments(instruments);
+
+  std::vector<float> positions;
+  for (std::size_t i = 0; i < store.topology().objects.size(); ++i)
+    positions.insert(positions.end(), store.topology().objects[i].rest_position.begin(),
+                     store.topology().objects[i].rest_position.end());
+  std::vector<double> tissue, prepare, draw, read, finish, all;
+  cv::Mat out;
+  // The first pictures settle the exposure and compile the shaders.
+  for (int frame = -15; frame < o.frames; ++frame) {
+    const double t0 = milliseconds();
+    std::vector<float> moved = positions;
+    std::size_t k = 0;
+    for (const auto& object : store.topology().objects)
+      for (std::size_t i = 0; i < object.rest_position.size(); ++i, ++k)
+        if (!object.rigid && i % 3 == 2) moved[k] += 0.0005f * std::sin(0.2f * static_cast<float>(frame));
+    store.setState(store.topology().revision, moved.data(), moved.size());
+    store.rebuildSkins();
+    scene.updateTissue(store);
+    if (words.count("fluid") != 0)
+      endoscope.setFluid(
+          boost::make_shared<vest_msgs::FluidState>(vest::tools::fluidAt(description, 2 + 0.05 * frame)));
+    const double t1 = milliseconds();
+    const auto timing = endoscope.draw(X_WO, 0.05 * frame, 0.05, &out);
+    const double t3 = milliseconds();
+    if (frame < 0) continue;
+    tissue.push_back(t1 - t0);
+    draw.push_back(1000 * timing.draw);
+    read.push_back(1000 * timing.read);
+    finish.push_back(1000 * timing.finish);
+    prepare.push_back(1000 * timing.prepare);
+    all.push_back(t3 - t0);
+  }
+  print("tissue", &tissue), print("prepare", &prepare), print("draw", &draw), print("read", &read),
+      print("finish", &finish), print("all", &all);
+  if (!scene.warning().empty()) std::printf("warning: %s\n", scene.warning().c_str());
+  if (!o.picture.empty()) {
+    cv::Mat bgr;
+    cv::cvtColor(out, bgr, cv::COLOR_RGB2BGR);
+    if (!cv::imwrite(o.picture, bgr)) throw std::runtime_error(o.picture + ": cannot be written");
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Milliseconds per stage of the endoscopic view, drawn without topics. Run it under xvfb-run."};
-  std::string path, picture, effects;
-  double focus = 0, noise = 0, fog = 0.35;
-  int smoke = 1;
-  double insertion = 0.10;
-  std::vector<double> view;
-  int frames = 60, width = 720, height = 576, quality = 1;
-  app.add_option("scene", path, "scene file; default: the gynaecology scene of vest_tissue");
-  app.add_option("--frames", frames, "pictures to draw")->check(CLI::Range(1, 100000));
-  app.add_option("--width", width, "pixels")->check(CLI::Range(64, 4096));
-  app.add_option("--height", height, "pixels")->check(CLI::Range(64, 4096));
-  app.add_option("--quality", quality, "0 simple, 1 standard")->check(CLI::Range(0, 1));
-  app.add_option("--insertion", insertion, "of the endoscope, m")->check(CLI::Range(0.0, 0.28));
-  app.add_option("--view", view, "endoscope tip x y z, m, in world")->expected(3);
-  app.add_option("--picture", picture, "file that the last picture is written to");
-  app.add_option("--effects", effects,
+  CLI::App app{
+      "Milliseconds per stage of the endoscopic view at both levels, drawn without topics, and of a mesh's "
+      "update. Run it under xvfb-run."};
+  Options o;
+  int quality = -1;
+  app.add_option("scene", o.scene, "scene file; default: the gynaecology scene of vest_tissue");
+  app.add_option("--frames", o.frames, "pictures to draw")->check(CLI::Range(1, 100000));
+  app.add_option("--width", o.width, "pixels")->check(CLI::Range(64, 4096));
+  app.add_option("--height", o.height, "pixels")->check(CLI::Range(64, 4096));
+  app.add_option("--quality", quality, "0 simple, 1 standard; default: both")->check(CLI::Range(0, 1));
+  app.add_option("--insertion", o.insertion, "of the endoscope, m")->check(CLI::Range(0.0, 0.28));
+  app.add_option("--view", o.view, "endoscope tip x y z, m, in world")->expected(3);
+  app.add_option("--picture", o.picture, "file that the last picture of the standard level is written to");
+  app.add_option("--effects", o.effects,
                  "made-up effects: all, or some of fields,cut,clips,sutures,fluid,smoke,lens");
-  app.add_option("--smoke", smoke, "1: field, 2: billboards, 3: both")->check(CLI::Range(0, 3));
-  app.add_option("--fog", fog, "of the lens, 0 … 1, with the effect lens")->check(CLI::Range(0.0, 1.0));
-  app.add_option("--focus", focus, "m; 0: all sharp")->check(CLI::Range(0.0, 1.0));
-  app.add_option("--noise", noise, "levels of 255")->check(CLI::Range(0.0, 30.0));
+  app.add_option("--smoke", o.smoke, "1: field, 2: billboards, 3: both")->check(CLI::Range(0, 3));
+  app.add_option("--fog", o.fog, "of the lens, 0 … 1, with the effect lens")->check(CLI::Range(0.0, 1.0));
+  app.add_option("--focus", o.focus, "m; 0: all sharp")->check(CLI::Range(0.0, 1.0));
+  app.add_option("--noise", o.noise, "levels of 255")->check(CLI::Range(0.0, 30.0));
   CLI11_PARSE(app, argc, argv);
   try {
-    const std::set<std::string> words = vest::tools::effectWords(effects);
     ros::Time::init();
-    if (path.empty()) path = ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml";
+    if (o.scene.empty())
+      o.scene = ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml";
     rviz::RenderSystem::get();
-    const double begin = milliseconds();
-    vest::mesh::Store store;
-    const vest::scene::Description description = vest::scene::loadScene(path);
-    vest_msgs::TissueTopology topology = vest::tools::topologyOf(description);
-    if (words.count("cut") != 0) vest::tools::addCut(&topology);
-    store.setTopology(vest::displays::toTopology(topology));
-    store.rebuildSkins();
-    const double loaded = milliseconds();
-    vest::displays::EndoscopePipeline endoscope(quality);
-    vest::displays::EndoscopeScene& scene = endoscope.scene();
-    const auto camera =
-        vest::camera::fromFieldOfView(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height),
-                                      70 * 3.14159265 / 180, {-0.18, 0.03, 0, 0, 0});
-    endoscope.setCamera(camera, 1.0, quality == 1 ? 1.0 : 0.7);
-    vest::picture::CameraLook look;
-    look.focus = focus, look.noise = noise;
-    endoscope.setLook(look);
-    endoscope.setSmokeMethod(static_cast<vest::displays::EndoscopePipeline::Smoke>(smoke));
-    if (words.count("fields") != 0) {
-      vest_msgs::TissueState state;
-      vest::tools::addFields(description, 4.0, &state);
-      for (const vest_msgs::TissueField& m : state.fields) {
-        vest::mesh::Field field;
-        field.kind = m.kind, field.minimum = m.minimum, field.maximum = m.maximum, field.data = m.data;
-        store.setField(store.topology().revision, field);
-      }
+    for (const int level : {1, 0}) {
+      if (quality >= 0 && quality != level) continue;
+      measure(o, level);
+      o.picture.clear();
     }
-    if (words.count("clips") != 0)
-      endoscope.setAttachments(
-          boost::make_shared<vest_msgs::TissueAttachments>(vest::tools::attachmentsAt(description)));
-    if (words.count("sutures") != 0)
-      endoscope.setSutures(
-          boost::make_shared<vest_msgs::SutureStates>(vest::tools::suturesAt(description, 0)));
-    if (words.count("smoke") != 0)
-      endoscope.setSmoke(boost::make_shared<vest_msgs::SmokeState>(vest::tools::smokeAt(description, 2)));
-    if (words.count("lens") != 0)
-      endoscope.setLens(boost::make_shared<vest_msgs::LensState>(vest::tools::lensAt(fog)));
-    scene.updateTissue(store);
-    std::printf("load %.0f ms, build %.0f ms\n", loaded - begin, milliseconds() - loaded);
-
-    while (!vest::displays::takeBakedTextures() || !scene.settled()) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      scene.updateTissue(store);
-    }
-    std::printf("textures baked %.0f ms after the start\n", milliseconds() - begin);
-
-    vest_msgs::InstrumentStates instruments;
-    const Vector3d tip =
-        view.size() == 3 ? Vector3d(view[0], view[1], view[2]) : vest::tools::endoscopeTip(insertion);
-    instruments.instruments = {vest::tools::instrumentAt(Place::Left, {-0.036, 0.050, 0.072}, 0.4, 0.12),
-                               vest::tools::instrumentAt(Place::Right, {0.030, 0.045, 0.075}, -0.3, 0.5),
-                               vest::tools::instrumentAt(Place::Endoscope, tip, 0, 0)};
-    Eigen::Isometry3d X_WTip;
-    vest::displays::toPose(instruments.instruments[2].tip, &X_WTip);
-    const Eigen::Isometry3d X_WO = vest::camera::opticalFrame(X_WTip, 0, 0);
-    scene.updateInstruments(instruments);
-
-    std::vector<float> positions;
-    for (std::size_t i = 0; i < store.topology().objects.size(); ++i)
-      positions.insert(positions.end(), store.topology().objects[i].rest_position.begin(),
-                       store.topology().objects[i].rest_position.end());
-    std::vector<double> tissue, prepare, draw, read, finish, all;
-    cv::Mat out;
-    // The first pictures settle the exposure and compile the shaders.
-    for (int frame = -15; frame < frames; ++frame) {
-      const double t0 = milliseconds();
-      std::vector<float> moved = positions;
-      std::size_t k = 0;
-      for (const auto& object : store.topology().objects)
-        for (std::size_t i = 0; i < object.rest_position.size(); ++i, ++k)
-          if (!object.rigid && i % 3 == 2) moved[k] += 0.0005f * std::sin(0.2f * static_cast<float>(frame));
-      store.setState(store.topology().revision, moved.data(), moved.size());
-      store.rebuildSkins();
-      scene.updateTissue(store);
-      if (words.count("fluid") != 0)
-        endoscope.setFluid(
-            boost::make_shared<vest_msgs::FluidState>(vest::tools::fluidAt(description, 2 + 0.05 * frame)));
-      const double t1 = milliseconds();
-      const auto timing = endoscope.draw(X_WO, 0.05 * frame, 0.05, &out);
-      const double t3 = milliseconds();
-      if (frame < 0) continue;
-      tissue.push_back(t1 - t0);
-      draw.push_back(1000 * timing.draw);
-      read.push_back(1000 * timing.read);
-      finish.push_back(1000 * timing.finish);
-      prepare.push_back(1000 * timing.prepare);
-      all.push_back(t3 - t0);
-    }
-    print("tissue", &tissue), print("prepare", &prepare), print("draw", &draw), print("read", &read),
-        print("finish", &finish), print("all", &all);
-    if (!scene.warning().empty()) std::printf("warning: %s\n", scene.warning().c_str());
-    if (!picture.empty()) {
-      cv::Mat bgr;
-      cv::cvtColor(out, bgr, cv::COLOR_RGB2BGR);
-      if (!cv::imwrite(picture, bgr)) throw std::runtime_error(picture + ": cannot be written");
-    }
+    uploadMesh(200);
     return 0;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "vest_viz_benchmark: %s\n", e.what());

@@ -3,7 +3,7 @@
 
 #include <ros/ros.h>
 
-#include "vest_bringup/ros/recorder.h"
+#include "vest_bringup/ros/recording_control.h"
 
 namespace {
 std::atomic<bool> stop{false};
@@ -15,8 +15,7 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, [](int) { stop = true; });
   ros::NodeHandle nh;  // outlives a refusal: the last handle ends ROS and its log
   try {
-    vest::session::Recorder recorder(nh, ros::NodeHandle("~"));
-    return recorder.run(stop);
+    return vest::session::RecordingControl(nh, ros::NodeHandle("~")).run(stop);
   } catch (const std::exception& e) {
     ROS_FATAL("recorder: %s", e.what());
     return 1;

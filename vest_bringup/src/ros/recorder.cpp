@@ -62,6 +62,7 @@ std::vector<std::string> defaultTopics() {
                                      "session/score",
                                      "endoscope/camera_info",
                                      "effects/haemodynamics",
+                                     "effects/surface",
                                      "effects/fluid",
                                      "effects/smoke",
                                      "effects/lens",
@@ -203,9 +204,9 @@ void Recorder::onImage(const sensor_msgs::Image::ConstPtr& msg) {
   enqueue({image_.getTopic() + "/compressed", ros::Time::now(), shifter, nullptr});
 }
 
-void Recorder::waitForPicture(const std::atomic<bool>& stop) {
+void Recorder::waitForPicture(const std::function<std::string()>& stop) {
   const ros::WallTime begin = ros::WallTime::now();
-  while (ros::ok() && !stop) {
+  while (ros::ok() && stop().empty()) {
     {
       std::lock_guard<std::mutex> lock(image_mutex_);
       if (pictures_ > 0) return;
@@ -220,7 +221,7 @@ void Recorder::waitForPicture(const std::atomic<bool>& stop) {
   }
 }
 
-int Recorder::run(const std::atomic<bool>& stop) {
+int Recorder::run(const std::function<std::string()>& stop) {
   ros::NodeHandle image_nh(nh_);
   image_nh.setCallbackQueue(&image_queue_);
   image_ = image_nh.subscribe("endoscope/image_raw", 1, &Recorder::onImage, this);
@@ -242,7 +243,11 @@ int Recorder::run(const std::atomic<bool>& stop) {
   std::string ended = "interrupted";
   double next_status = 0;
   bool warned = false;
-  while (ros::ok() && !stop) {
+  while (ros::ok()) {
+    if (const std::string reason = stop(); !reason.empty()) {
+      ended = reason;
+      break;
+    }
     const double now = ros::WallTime::now().toSec();
     if (seconds_ > 0 && first_step_time_ > 0 && now - first_step_time_ >= seconds_) {
       ended = "after the wished time";

@@ -266,6 +266,22 @@ void tissueStrain(const TissueModel& t, const TissueState& s, float* per_knot) {
   }
 }
 
+void tissueStress(const TissueModel& t, const TissueState& s, float* per_knot) {
+  const Model& m = *t.model;
+  std::fill_n(per_knot, s.x.size(), 0.0f);
+  for (std::size_t e = 0; e < m.elements.size(); ++e) {
+    const Eigen::Matrix3d F = gradient(m.elements[e], s.corner[e], s.x);
+    Eigen::Matrix3d strain = -Eigen::Matrix3d::Identity();
+    strain += m.description.strain == Strain::Small ? F : Eigen::Matrix3d(polarRotation(F).transpose() * F);
+    // Only the deviator of the strain makes equivalent stress: sqrt(3/2) |2 mu dev eps|.
+    const Eigen::Matrix3d symmetric = 0.5 * (strain + strain.transpose());
+    const Eigen::Matrix3d deviator = symmetric - symmetric.trace() / 3.0 * Eigen::Matrix3d::Identity();
+    const auto stress =
+        static_cast<float>(s.stiffness_scale * std::sqrt(6.0) * m.laws[e].mu * deviator.norm());
+    for (const Index k : s.corner[e]) per_knot[k] = std::max(per_knot[k], stress);
+  }
+}
+
 double tissueEnergy(const TissueModel& t, const TissueState& s) {
   const Model& m = *t.model;
   double sum = 0.0;

@@ -5,9 +5,11 @@
 #include <limits>
 #include <stdexcept>
 
+#include "vest_tissue/fem/description.h"
 #include "vest_tissue/net/skin.h"
 #include "vest_tissue/scene/request.h"
 #include "vest_tissue/scene/topology.h"
+#include "vest_tissue/scene/world_state.h"
 
 namespace vest::ros_shell {
 namespace {
@@ -297,6 +299,9 @@ void toMsg(const scene::World& world, vest_msgs::TissueTopology& msg) {
     for (const auto& uv : t.skin.texture_coordinates)
       m.texture_coordinates.insert(m.texture_coordinates.end(), {uv[0], uv[1]});
     skinToMsg(t.skin, m.binding_start, m.binding_knots, m.binding_weights);
+    for (const auto& corner : world.state().objects[i].tissue.corner)
+      m.tetrahedra.insert(m.tetrahedra.end(), corner.begin(), corner.end());
+    if (o.fem) m.tetrahedron_material = o.fem->cell_material;
     m.ring_start.clear();
     if (!o.tube.rings.empty()) m.ring_start.push_back(0);
     for (std::size_t r = 0; r < o.tube.rings.size(); ++r) {

@@ -86,6 +86,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   services_.push_back(service.advertiseService("tissue/load_scene", &TissueServer::onLoad, this));
   services_.push_back(service.advertiseService("tissue/reset", &TissueServer::onReset, this));
   services_.push_back(service.advertiseService("tissue/pause", &TissueServer::onPause, this));
+  services_.push_back(service.advertiseService("tissue/speed", &TissueServer::onSpeed, this));
   services_.push_back(service.advertiseService("tissue/step", &TissueServer::onStep, this));
   services_.push_back(service.advertiseService("tissue/request", &TissueServer::onRequest, this));
   services_.push_back(service.advertiseService("tissue/snapshot", &TissueServer::onSnapshot, this));
@@ -187,6 +188,17 @@ bool TissueServer::onPause(std_srvs::SetBool::Request& req, std_srvs::SetBool::R
   runner_->setPaused(req.data);
   res.success = true;
   res.message = req.data ? "paused" : "running";
+  return true;
+}
+
+bool TissueServer::onSpeed(vest_msgs::SetSpeed::Request& req, vest_msgs::SetSpeed::Response& res) {
+  try {
+    runner_->setSpeed(req.speed);
+    res.success = true;
+  } catch (const std::invalid_argument& e) {
+    res.success = false;
+    res.message = e.what();
+  }
   return true;
 }
 

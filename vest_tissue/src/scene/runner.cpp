@@ -41,12 +41,18 @@ bool elapsed(std::int64_t now, double rate, std::int64_t& due) {
   return true;
 }
 
+void refuse(const char* name, double value, const char* allowed) {
+  throw std::invalid_argument(std::string(name) + ": " + std::to_string(value) + " (allowed: " + allowed +
+                              ")");
+}
+
+double checkedSpeed(double speed) {
+  if (!(speed >= 0.01 && speed <= 1000)) refuse("speed", speed, "0.01 to 1000");
+  return speed;
+}
+
 RunnerOptions checked(RunnerOptions o) {
-  const auto refuse = [](const char* name, double value, const char* allowed) {
-    throw std::invalid_argument(std::string(name) + ": " + std::to_string(value) + " (allowed: " + allowed +
-                                ")");
-  };
-  if (!(o.speed >= 0.01 && o.speed <= 1000)) refuse("speed", o.speed, "0.01 to 1000");
+  checkedSpeed(o.speed);
   if (!(o.contact_rate >= 1 && o.contact_rate <= 1000))
     refuse("contact_rate", o.contact_rate, "1 to 1000 Hz");
   if (!(o.state_rate >= 1 && o.state_rate <= 1000)) refuse("state_rate", o.state_rate, "1 to 1000 Hz");
@@ -57,6 +63,12 @@ RunnerOptions checked(RunnerOptions o) {
 }
 
 }  // namespace
+
+float upperEnd(float largest) {
+  float end = 1.0f;
+  for (int i = 0; end < largest && i < 100; ++i) end *= i % 3 == 1 ? 2.5f : 2.0f;
+  return end;
+}
 
 Runner::Runner(std::unique_ptr<Simulation> simulation, const RunnerOptions& options)
     : options_(checked(options)), simulation_(std::move(simulation)) {
@@ -112,6 +124,11 @@ void Runner::setPaused(bool paused) {
     to_advance_ = 0;
     paused_ = paused;
   });
+}
+
+void Runner::setSpeed(double speed) {
+  checkedSpeed(speed);
+  execute([&] { options_.speed = speed; });
 }
 
 bool Runner::advance(std::uint32_t steps) {
@@ -204,6 +221,9 @@ void Runner::fillState(std::int64_t now) {
       if (frame.has_fields) world.field(i, field.kind, field.values.data() + at);
     at += world.knotCount(i);
   }
+  for (FieldFrame& field : frame.fields)
+    if (frame.has_fields && field.maximum <= field.minimum && !field.values.empty())
+      field.maximum = upperEnd(*std::max_element(field.values.begin(), field.values.end()));
   frame.step = world.steps();
   frame.revision = world.revision();
   frame.generation = generation_;

@@ -63,6 +63,26 @@ TEST(FemInWorld, SettlesInTheStaticEquilibriumAndItsReactionCarriesTheWeight) {
   }
 }
 
+TEST(FemInWorld, EquivalentStressIsThatOfHookeAndATurnMakesNone) {
+  for (const Strain strain : {Strain::Small, Strain::Corotational}) {
+    const Description d = hanging(strain, Motion::BackwardEuler);
+    const scene::World w(sceneOf({object(d)}));
+    const auto& tissue = *w.model().objects[0].fem;
+    std::vector<float> stress(d.nodes.size());
+    auto x = d.nodes;
+    for (Vector3d& p : x) p.x() *= 1.01;
+    tissueStress(tissue, tissueAtRest(tissue, x), stress.data());
+    // Strain (e, 0, 0): its deviator is e (2/3, -1/3, -1/3), von Mises 2 mu e.
+    const double mu = 60e3 / (2 * (1 + 0.3));
+    for (const float s : stress) EXPECT_NEAR(s, 2 * mu * 0.01, 1.0);
+    if (strain == Strain::Small) continue;  // small strains take a turn for a strain
+    for (std::size_t n = 0; n < x.size(); ++n)
+      x[n] = Eigen::AngleAxisd(0.7, Vector3d(1, 2, 3).normalized()) * d.nodes[n];
+    tissueStress(tissue, tissueAtRest(tissue, x), stress.data());
+    for (const float s : stress) EXPECT_NEAR(s, 0, 1e-3);
+  }
+}
+
 TEST(FemInWorld, TakesTheStepsOfBackwardEuler) {
   for (const Strain strain : {Strain::Small, Strain::Corotational}) {
     const Description d = hanging(strain, Motion::BackwardEuler);

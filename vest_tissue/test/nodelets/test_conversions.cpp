@@ -206,13 +206,13 @@ TEST(Conversions, FieldsAreScaledToBytesWithoutWrapping) {
   for (std::size_t f = 0; f < frame.fields.size(); ++f) {
     frame.fields[f].kind = scene::kFieldFrames[f].kind;
     frame.fields[f].minimum = scene::kFieldFrames[f].minimum;
-    frame.fields[f].maximum = scene::kFieldFrames[f].maximum;
+    frame.fields[f].maximum = std::max(scene::kFieldFrames[f].maximum, 1.0F);
   }
   frame.fields[0].values = {0.0F, 0.5F, 7.0F, std::numeric_limits<float>::quiet_NaN()};
   frame.fields[1].values = {310.15F, 373.15F, 0.0F, 2000.0F};
   vest_msgs::TissueState msg;
   toMsg(frame, msg);
-  ASSERT_EQ(msg.fields.size(), 5U);
+  ASSERT_EQ(msg.fields.size(), 6U);
   EXPECT_EQ(msg.fields[0].kind, vest_msgs::TissueField::STRAIN);
   EXPECT_EQ(msg.fields[0].data, (std::vector<std::uint8_t>{0, 128, 255, 0}));
   EXPECT_EQ(msg.fields[1].kind, vest_msgs::TissueField::TEMPERATURE);
@@ -220,6 +220,7 @@ TEST(Conversions, FieldsAreScaledToBytesWithoutWrapping) {
   EXPECT_EQ(msg.fields[2].kind, vest_msgs::TissueField::DAMAGE);
   EXPECT_EQ(msg.fields[3].kind, vest_msgs::TissueField::PERFUSION);
   EXPECT_EQ(msg.fields[4].kind, vest_msgs::TissueField::CHAR);
+  EXPECT_EQ(msg.fields[5].kind, vest_msgs::TissueField::STRESS);
   frame.has_fields = false;
   toMsg(frame, msg);
   EXPECT_TRUE(msg.fields.empty());

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
+#include <limits>
 #include <thread>
 
 #include "nets.h"
@@ -152,6 +154,34 @@ TEST(Runner, TheStateHandedOutBelongsToItsStep) {
   world.positions(0, expected.data());
   EXPECT_EQ(state.positions, expected);
   EXPECT_DOUBLE_EQ(state.time, world.time());
+}
+
+TEST(Runner, SpeedChangesThePaceAndNotTheState) {
+  // Slower than anything that a busy machine could imitate: 200 steps would take 20 s.
+  auto runner = makeRunner(0.01);
+  runner->setPaused(false);
+  runner->setSpeed(1000);
+  std::vector<StepFrame> frames;
+  drainUntil(*runner, 200, frames);
+  runner->setPaused(true);
+  World world(oneTube());
+  StepReport report;
+  for (const StepFrame& frame : frames) {
+    world.step(frame.input, report);
+    if (frame.has_hash) {
+      EXPECT_EQ(world.stateHash(), frame.hash) << frame.input.step;
+    }
+  }
+  EXPECT_THROW(runner->setSpeed(0), std::invalid_argument);
+  EXPECT_THROW(runner->setSpeed(std::nan("")), std::invalid_argument);
+}
+
+TEST(Runner, TheScaleOfStressGoesByRoundSteps) {
+  EXPECT_EQ(upperEnd(0), 1.0f);
+  EXPECT_EQ(upperEnd(1.5f), 2.0f);
+  EXPECT_EQ(upperEnd(4900), 5000.0f);
+  EXPECT_EQ(upperEnd(5100), 10000.0f);
+  EXPECT_TRUE(std::isfinite(upperEnd(std::numeric_limits<float>::infinity())));
 }
 
 TEST(Runner, OptionsOutOfRangeAreRefusedByName) {

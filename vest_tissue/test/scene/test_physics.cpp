@@ -80,6 +80,22 @@ TEST(Physics, AHangingChainStretchesByTheWeightBelowEachLink) {
   EXPECT_NEAR(w.reaction(0).x(), -6e-3 * 9.81, 1e-4) << "the fixed knot carries the chain and itself";
 }
 
+TEST(Physics, StressAtAKnotIsTheLawOfItsMostStretchedLink) {
+  test::TubeOptions o;
+  o.a2 = 3.0;
+  scene::Description d;
+  d.objects.push_back(test::tube(o));
+  for (Vector3d& p : d.objects[0].position) p.x() *= 1.2;
+  const scene::World w(d);
+  std::vector<float> strain(w.knotCount(0)), stress(w.knotCount(0));
+  w.strain(0, strain.data());
+  w.field(0, scene::Field::Stress, stress.data());
+  for (std::size_t k = 0; k < stress.size(); ++k) {
+    EXPECT_NEAR(strain[k], 0.2, 1e-5);
+    EXPECT_NEAR(stress[k], 20e3 * 0.2 * (1 + 3 * 0.2), 1.0) << "knot " << k;
+  }
+}
+
 TEST(Physics, MomentumIsConservedByInnerForces) {
   test::TubeOptions o;
   o.fix_ends = false;

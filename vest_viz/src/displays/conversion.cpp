@@ -28,6 +28,8 @@ mesh::Topology toTopology(const vest_msgs::TissueTopology& message) {
     o.binding_start = m.binding_start;
     o.binding_knots = m.binding_knots;
     o.binding_weights = m.binding_weights;
+    o.tetrahedra = m.tetrahedra;
+    o.tetrahedron_material = m.tetrahedron_material;
     t.objects.push_back(std::move(o));
   }
   return t;

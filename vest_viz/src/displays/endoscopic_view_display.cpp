@@ -251,7 +251,7 @@ void EndoscopicViewDisplay::reset() {
 
 void EndoscopicViewDisplay::updateTopics() {
   if (!isEnabled()) return;
-  input_.subscribe(update_nh_, tissue_topic_->getStdString());
+  input_.subscribe(update_nh_, tissue_topic_->getStdString(), effects_topic_->getStdString());
   effects_.subscribe(update_nh_, tissue_topic_->getStdString(), effects_topic_->getStdString());
   instruments_sub_ = update_nh_.subscribe<vest_msgs::InstrumentStates>(
       instruments_topic_->getStdString(), 1,

@@ -1,5 +1,6 @@
 #include "tissue_display.h"
 
+#include <cmath>
 #include <set>
 #include <sstream>
 
@@ -10,10 +11,12 @@
 #include <rviz/properties/enum_property.h>
 #include <rviz/properties/float_property.h>
 #include <rviz/properties/string_property.h>
+#include <rviz/properties/vector_property.h>
 #include <pluginlib/class_list_macros.hpp>
 
 #include "ogre_assets.h"
 #include "vest_viz/inspect/colour_map.h"
+#include "vest_viz/texture/organ_texture.h"
 
 namespace vest::displays {
 
@@ -28,6 +31,8 @@ struct Option {
   std::uint8_t field;
   const char* title;
 };
+constexpr float kSliceInterval = 0.1f;  // s: the section follows a moving scene that often
+
 constexpr Option kColourings[] = {{"look", By::Look, 0, ""},
                                   {"strain", By::Field, TissueField::STRAIN, "strain"},
                                   {"stress", By::Field, TissueField::STRESS, "stress, Pa"},
@@ -36,10 +41,17 @@ constexpr Option kColourings[] = {{"look", By::Look, 0, ""},
                                   {"char", By::Field, TissueField::CHAR, "char"},
                                   {"perfusion", By::Field, TissueField::PERFUSION, "perfusion"},
                                   {"bleeding", By::Field, TissueField::BLEEDING, "bleeding, m3/s"},
+                                  {"wetness", By::Field, TissueField::WETNESS, "film of blood"},
                                   {"material", By::Material, 0, "material"},
                                   {"organ", By::Organ, 0, "organ"},
                                   {"object", By::Object, 0, "object"},
                                   {"layer", By::Layer, 0, "layer"}};
+
+/// Word of an object's material for legend and colour; volumes have several.
+std::string materialName(const mesh::Object& o, int inner) {
+  const std::string& word = o.material.empty() ? o.name : o.material;
+  return inner < 0 ? word : word + ": " + std::to_string(inner + 1);
+}
 
 QColor toQt(const inspect::Colour& c) {
   return QColor::fromRgbF(static_cast<double>(c[0]), static_cast<double>(c[1]), static_cast<double>(c[2]));
@@ -75,6 +87,17 @@ TissueDisplay::TissueDisplay() {
       new rviz::FloatProperty("High", 1.0f, "Upper end of the scale.", colour_by_, SLOT(updateLook()), this);
   show_legend_ = new rviz::BoolProperty("Legend", true, "Show what the colours mean.", colour_by_,
                                         SLOT(updateLook()), this);
+  slice_ = new rviz::BoolProperty(
+      "Slice", false,
+      "Cut everything by a plane: fields and materials inside of volumes, walls and lumina of nets. The tool "
+      "vest_viz/Slice moves it with the mouse.",
+      this, SLOT(updateLook()));
+  slice_->setDisableChildrenIfFalse(true);
+  slice_normal_ = new rviz::VectorProperty("Normal", Ogre::Vector3(1, 0, 0),
+                                           "In world; the side to which it points is taken away.", slice_,
+                                           SLOT(updateLook()), this);
+  slice_offset_ = new rviz::FloatProperty("Offset", 0.0f, "m along the normal from the origin of world.",
+                                          slice_, SLOT(updateLook()), this);
 }
 
 TissueDisplay::~TissueDisplay() {
@@ -85,8 +108,11 @@ void TissueDisplay::onInitialize() {
   try {
     loadOgreMedia();
     visual_ = std::make_unique<TissueVisual>(scene_manager_, scene_node_, 1, false);
+    slice_visual_ = std::make_unique<SliceVisual>(scene_manager_, scene_node_);
+    slice_visual_->hide();
   } catch (const std::exception& e) {
     setStatusStd(rviz::StatusProperty::Error, "Media", e.what());
+    visual_.reset();
   }
 }
 
@@ -103,7 +129,10 @@ void TissueDisplay::onDisable() {
 void TissueDisplay::reset() {
   rviz::Display::reset();
   input_.clear();
-  if (visual_) visual_->update(input_.store());
+  if (visual_) {
+    visual_->update(input_.store());
+    updateSlice();
+  }
   if (isEnabled()) updateTopic();  // latched topology comes again with a new subscription
 }
 
@@ -121,8 +150,45 @@ void TissueDisplay::updateLook() {
   visual_->showLinks(links_->getBool());
   visual_->setAlpha(alpha_->getFloat());
   updateColours();
-  if (visual_ && !input_.store().empty()) visual_->update(input_.store());
+  if (!input_.store().empty()) visual_->update(input_.store());
+  updateSlice();
   context_->queueRender();
+}
+
+void TissueDisplay::updateSlice() {
+  const mesh::Store& store = input_.store();
+  const Ogre::Vector3 n = slice_normal_->getVector();
+  const bool wanted = slice_->getBool() && n.length() > 1e-6f && std::isfinite(n.length());
+  inspect::Plane plane;
+  if (wanted) {
+    plane.normal = Eigen::Vector3f(n.x, n.y, n.z).normalized();
+    plane.offset = slice_offset_->getFloat();
+  }
+  visual_->setSlice(wanted ? &plane : nullptr, store);
+  if (!wanted || store.empty()) return slice_visual_->hide();
+  since_slice_ = 0;
+  const auto& objects = store.topology().objects;
+  const inspect::SliceField field{colouring_.field, colouring_.low, colouring_.high};
+  const inspect::Slice slice = inspect::slice(
+      store, plane, [&](std::size_t i) { return visual_->shows(objects[i].name, objects[i].organ); },
+      colouring_.by == By::Field ? &field : nullptr);
+  slice_visual_->show(slice, [&](std::size_t v) {
+    const mesh::Object& o = objects[slice.object[v]];
+    switch (colouring_.by) {
+      case By::Field:
+        return inspect::valueColour(slice.values[v]);
+      case By::Object:
+        return inspect::nameColour(o.name);
+      case By::Organ:
+        return inspect::nameColour(o.organ);
+      case By::Material:
+        return inspect::nameColour(materialName(o, slice.material[v]));
+      case By::Layer:
+        return inspect::layerColour(mesh::kCutFace);
+      default:
+        return inspect::Colour(texture::insideOf(o.organ).base);
+    }
+  });
 }
 
 void TissueDisplay::updateColours() {
@@ -135,6 +201,7 @@ void TissueDisplay::updateColours() {
   const bool automatic = auto_range_->getBool() && field != nullptr;
   colouring.low = automatic ? field->minimum : low_->getFloat();
   colouring.high = automatic ? field->maximum : high_->getFloat();
+  colouring_ = colouring;
   visual_->setColouring(colouring, store);
   if (option.by == By::Field && field == nullptr && !store.empty())
     setStatus(rviz::StatusProperty::Warn, "Colours", QString("no field %1 has come: grey").arg(option.word));
@@ -154,8 +221,13 @@ void TissueDisplay::updateColours() {
     for (unsigned i = 0; i < 3; ++i) rows.emplace_back(words[i], toQt(inspect::layerColour(i)));
   } else if (option.by != By::Field) {
     std::set<std::string> names;
-    for (const mesh::Object& o : store.topology().objects)
-      names.insert(option.by == By::Object ? o.name : option.by == By::Organ ? o.organ : o.material);
+    for (const mesh::Object& o : store.topology().objects) {
+      names.insert(option.by == By::Object ? o.name : option.by == By::Organ ? o.organ : materialName(o, -1));
+      if (option.by == By::Material && slice_->getBool())
+        for (const std::uint16_t inner :
+             std::set<std::uint16_t>(o.tetrahedron_material.begin(), o.tetrahedron_material.end()))
+          names.insert(materialName(o, inner));
+    }
     for (const std::string& name : names) {
       rows.emplace_back(QString::fromStdString(name), toQt(inspect::nameColour(name)));
       text += "/" + name;
@@ -181,9 +253,11 @@ void TissueDisplay::update(float wall_dt, float) {
     scene_node_->setPosition(position);
     scene_node_->setOrientation(orientation);
   }
+  since_slice_ += wall_dt;
   if (input_.process()) {
     visual_->update(input_.store());
     updateColours();
+    if (since_slice_ >= kSliceInterval) updateSlice();
     context_->queueRender();
   }
   // A lamp at the viewer that shows near and far alike: far away in proportion to its strength.

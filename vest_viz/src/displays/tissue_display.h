@@ -5,6 +5,7 @@
 #include <rviz/display.h>
 
 #include "legend.h"
+#include "slice_visual.h"
 #include "tissue_input.h"
 #include "tissue_visual.h"
 
@@ -13,6 +14,7 @@ class BoolProperty;
 class EnumProperty;
 class FloatProperty;
 class StringProperty;
+class VectorProperty;
 }  // namespace rviz
 
 namespace vest::displays {
@@ -38,6 +40,7 @@ class TissueDisplay : public rviz::Display {
  private:
   void showStatus();
   void updateColours();
+  void updateSlice();
 
   rviz::StringProperty* topic_;
   rviz::StringProperty* objects_;
@@ -50,10 +53,16 @@ class TissueDisplay : public rviz::Display {
   rviz::FloatProperty* low_;
   rviz::FloatProperty* high_;
   rviz::BoolProperty* show_legend_;
+  rviz::BoolProperty* slice_;
+  rviz::VectorProperty* slice_normal_;
+  rviz::FloatProperty* slice_offset_;
   std::unique_ptr<Legend> legend_;
   std::string legend_text_;  ///< what the legend shows, so that it is painted only when it changes
   TissueInput input_;
   std::unique_ptr<TissueVisual> visual_;
+  std::unique_ptr<SliceVisual> slice_visual_;
+  TissueVisual::Colouring colouring_;
+  float since_slice_ = 1e9f;
   float since_status_ = 1e9f;
 };
 

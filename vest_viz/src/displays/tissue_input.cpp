@@ -4,7 +4,7 @@
 
 namespace vest::displays {
 
-void TissueInput::subscribe(ros::NodeHandle& handle, const std::string& prefix) {
+void TissueInput::subscribe(ros::NodeHandle& handle, const std::string& prefix, const std::string& effects) {
   unsubscribe();
   if (prefix.empty()) return;
   topology_sub_ = handle.subscribe<vest_msgs::TissueTopology>(
@@ -15,12 +15,16 @@ void TissueInput::subscribe(ros::NodeHandle& handle, const std::string& prefix) 
   state_sub_ = handle.subscribe<vest_msgs::TissueState>(
       prefix + "/state", 1, [this](const vest_msgs::TissueState::ConstPtr& m) { add(m); }, nullptr,
       ros::TransportHints().tcpNoDelay());
+  if (effects.empty()) return;
+  surface_sub_ = handle.subscribe<vest_msgs::SurfaceBleeding>(
+      effects + "/surface", 1, [this](const vest_msgs::SurfaceBleeding::ConstPtr& m) { add(m); });
 }
 
 void TissueInput::unsubscribe() {
   topology_sub_.shutdown();
   delta_sub_.shutdown();
   state_sub_.shutdown();
+  surface_sub_.shutdown();
 }
 
 void TissueInput::clear() {
@@ -28,11 +32,43 @@ void TissueInput::clear() {
   deltas_.clear();
   newest_.reset();
   newest_fields_.reset();
+  newest_surface_.reset();
   step_ = 0, time_ = 0;
   store_.setTopology({});
   header_ = {};
   states_ = dropped_ = 0;
   problem_.clear();
+}
+
+template <class Message>
+bool TissueInput::takeFields(boost::shared_ptr<const Message>* message) {
+  if (!*message) return false;
+  bool changed = false;
+  for (const vest_msgs::TissueField& m : (*message)->fields) {
+    mesh::Field field;
+    field.kind = m.kind, field.minimum = m.minimum, field.maximum = m.maximum, field.data = m.data;
+    // Fields of an older revision come again soon: no error.
+    const mesh::Outcome outcome = store_.setField((*message)->revision, field);
+    if (outcome == mesh::Outcome::Malformed) problem_ = store_.problem();
+    changed = changed || outcome == mesh::Outcome::Accepted;
+  }
+  message->reset();
+  return changed;
+}
+
+bool TissueInput::recall(const vest_msgs::TissueState& state) {
+  const std::uint32_t now = store_.topology().revision;
+  // A state that was overtaken by a delta is older by its revision, but not by its step.
+  if (!store_.empty() &&
+      (state.revision == now || (state.revision < now && states_ > 0 && state.step >= step_)))
+    return false;
+  vest_msgs::TissueTopology::ConstPtr topology;
+  std::vector<vest_msgs::TissueTopologyDelta::ConstPtr> deltas;
+  if (!history_.find(state.revision, &topology, &deltas)) return false;
+  store_.setTopology(toTopology(*topology));
+  for (const auto& delta : deltas) store_.applyDelta(toDelta(*delta));
+  header_.frame_id = topology->header.frame_id;
+  return true;
 }
 
 bool TissueInput::process() {
@@ -61,6 +97,7 @@ bool TissueInput::process() {
       judge(store_.applyDelta(toDelta(*delta)));
   deltas_.clear();
   if (newest_) {
+    changed = recall(*newest_) || changed;
     if (judge(store_.setState(newest_->revision, newest_->positions.data(), newest_->positions.size()))) {
       header_ = newest_->header;
       step_ = newest_->step;
@@ -71,17 +108,8 @@ bool TissueInput::process() {
     }
     newest_.reset();
   }
-  if (newest_fields_) {
-    for (const vest_msgs::TissueField& m : newest_fields_->fields) {
-      mesh::Field field;
-      field.kind = m.kind, field.minimum = m.minimum, field.maximum = m.maximum, field.data = m.data;
-      // Fields of an older revision come again soon: no error.
-      const mesh::Outcome outcome = store_.setField(newest_fields_->revision, field);
-      if (outcome == mesh::Outcome::Malformed) judge(outcome);
-      changed = changed || outcome == mesh::Outcome::Accepted;
-    }
-    newest_fields_.reset();
-  }
+  changed = takeFields(&newest_fields_) || changed;
+  changed = takeFields(&newest_surface_) || changed;
   if (changed) store_.rebuildSkins();
   return changed;
 }

@@ -4,10 +4,12 @@
 #include <vector>
 
 #include <ros/ros.h>
+#include <vest_msgs/SurfaceBleeding.h>
 #include <vest_msgs/TissueState.h>
 #include <vest_msgs/TissueTopology.h>
 #include <vest_msgs/TissueTopologyDelta.h>
 
+#include "tissue_history.h"
 #include "vest_viz/mesh/store.h"
 
 namespace vest::displays {
@@ -17,17 +19,26 @@ namespace vest::displays {
 class TissueInput {
  public:
   /// @param prefix topics are PREFIX/topology, PREFIX/topology_delta, PREFIX/state
-  void subscribe(ros::NodeHandle& handle, const std::string& prefix);
+  /// @param effects blood that surfaces seep comes from EFFECTS/surface; empty: from nowhere
+  void subscribe(ros::NodeHandle& handle, const std::string& prefix, const std::string& effects = "effects");
   void unsubscribe();
+  /// Forgets what is shown; a jump in time does this. What is known of the topology stays.
   void clear();
 
   /// For those who read a bag instead of topics.
-  void add(const vest_msgs::TissueTopology::ConstPtr& m) { topologies_.push_back(m); }
-  void add(const vest_msgs::TissueTopologyDelta::ConstPtr& m) { deltas_.push_back(m); }
+  void add(const vest_msgs::TissueTopology::ConstPtr& m) {
+    topologies_.push_back(m);
+    history_.add(m);
+  }
+  void add(const vest_msgs::TissueTopologyDelta::ConstPtr& m) {
+    deltas_.push_back(m);
+    history_.add(m);
+  }
   void add(const vest_msgs::TissueState::ConstPtr& m) {
     newest_ = m;
     if (!m->fields.empty()) newest_fields_ = m;
   }
+  void add(const vest_msgs::SurfaceBleeding::ConstPtr& m) { newest_surface_ = m; }
 
   /// Takes over what arrived. @return true if the store changed
   bool process();
@@ -44,10 +55,18 @@ class TissueInput {
   const std::string& problem() const { return problem_; }
 
  private:
-  ros::Subscriber topology_sub_, delta_sub_, state_sub_;
+  /// Brings the topology of a state's revision back, where it was seen before: after a jump in a bag.
+  bool recall(const vest_msgs::TissueState& state);
+  /// True if the store changed.
+  template <class Message>
+  bool takeFields(boost::shared_ptr<const Message>* message);
+
+  ros::Subscriber topology_sub_, delta_sub_, state_sub_, surface_sub_;
   std::vector<vest_msgs::TissueTopology::ConstPtr> topologies_;
   std::vector<vest_msgs::TissueTopologyDelta::ConstPtr> deltas_;
   vest_msgs::TissueState::ConstPtr newest_, newest_fields_;  ///< fields come with few of the states
+  vest_msgs::SurfaceBleeding::ConstPtr newest_surface_;
+  TissueHistory history_;
   std::uint64_t step_ = 0;
   double time_ = 0;
   mesh::Store store_;

@@ -27,6 +27,9 @@ struct Shown {
   std::uint8_t kind;
   float low, high;
 };
+/// Blood that lies on the skin shows like blood that comes out of it, but never as deep: it lets the relief
+/// through (ours).
+constexpr Shown kFilm{vest_msgs::TissueField::WETNESS, 0.0f, 1.6f};
 constexpr float kLeastMark = 0.02f;  ///< share of the range from which on a field is drawn (ours)
 constexpr std::array<Shown, 4> kShown{{{vest_msgs::TissueField::BLEEDING, 0.0f, 2e-9f},
                                        {vest_msgs::TissueField::DAMAGE, 0.0f, 1.0f},
@@ -39,8 +42,9 @@ constexpr double kCoarseWall = 0.0003;          // m: of walls behind the organs
 constexpr std::size_t kMostTriangles = 100000;  // above, a worker would need too long
 
 bool anyShown(const mesh::Store& store) {
-  return std::any_of(kShown.begin(), kShown.end(),
-                     [&](const Shown& s) { return store.field(s.kind) != nullptr; });
+  return store.field(kFilm.kind) != nullptr || std::any_of(kShown.begin(), kShown.end(), [&](const Shown& s) {
+           return store.field(s.kind) != nullptr;
+         });
 }
 
 }  // namespace
@@ -102,6 +106,8 @@ void TissueVisual::prepare(const Ogre::MaterialPtr& material, bool cull) {
   if (pass->hasFragmentProgram())
     pass->getFragmentProgramParameters()->setNamedConstant(
         "alpha", Ogre::Vector2(alpha_, depth_in_alpha_ ? 1.0f : 0.0f));
+  if (pass->hasVertexProgram() && pass->getVertexProgramName() == "vest_viz/field_vs")
+    pass->getVertexProgramParameters()->setNamedConstant("slice", slice_);
   pass->setSceneBlending(alpha_ < 0.999f ? Ogre::SBT_TRANSPARENT_ALPHA : Ogre::SBT_REPLACE);
   pass->setDepthWriteEnabled(alpha_ >= 0.999f);
 }
@@ -229,7 +235,7 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   const std::size_t n = store.skin(index).vertexCount();
   if (n == 0) return;
   // Healthy objects are most: their knots tell it sooner than their vertices.
-  float at_knots = 0;
+  float at_knots = store.largestAtKnots(index, kFilm.kind, kFilm.low, kFilm.high);
   for (const auto& shown : kShown)
     at_knots = std::max(at_knots, store.largestAtKnots(index, shown.kind, shown.low, shown.high));
   if (at_knots <= kLeastMark && !part.is_marked) return;
@@ -238,6 +244,11 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   for (std::size_t k = 0; k < kShown.size(); ++k)
     largest = std::max(largest, store.vertexField(index, kShown[k].kind, kShown[k].low, kShown[k].high,
                                                   part.state.data() + k, kShown.size()));
+  if (store.field(kFilm.kind) != nullptr) {
+    film_.resize(n);
+    largest = std::max(largest, store.vertexField(index, kFilm.kind, kFilm.low, kFilm.high, film_.data(), 1));
+    for (std::size_t v = 0; v < n; ++v) part.state[4 * v] = std::max(part.state[4 * v], film_[v]);
+  }
   const bool mark = largest > kLeastMark;
   if (mark) part.mesh->setState(part.state);
   if (mark == part.is_marked) return;
@@ -277,7 +288,7 @@ void TissueVisual::update(const mesh::Store& store) {
     if (reshaped) rebuildPart(store, i);
     const mesh::Skin& skin = store.skin(i);
     if (reshaped || store.moved(i)) parts_[i].mesh->setVertices(skin.positions, skin.normals, skin.tangents);
-    if (colouring_.by != Colouring::By::Look) {
+    if (coloured()) {
       if (fields || reshaped) updateColours(store, i);
     } else if ((fields || reshaped) && (shown || parts_[i].is_marked)) {
       updateState(store, i);
@@ -307,8 +318,25 @@ void TissueVisual::setAlpha(float alpha) {
 void TissueVisual::setColouring(const Colouring& colouring, const mesh::Store& store) {
   if (colouring == colouring_) return;
   colouring_ = colouring;
+  recolour(store);
+}
+
+void TissueVisual::setSlice(const inspect::Plane* plane, const mesh::Store& store) {
+  const Ogre::Vector4 slice = plane == nullptr ? Ogre::Vector4(0, 0, 0, 1)
+                                               : Ogre::Vector4(-plane->normal.x(), -plane->normal.y(),
+                                                               -plane->normal.z(), plane->offset);
+  if (slice == slice_ && sliced_ == (plane != nullptr)) return;
+  const bool changed = sliced_ != (plane != nullptr);
+  slice_ = slice;
+  sliced_ = plane != nullptr;
+  for (Part& part : parts_)
+    if (part.coloured) prepare(part.coloured, false);
+  if (changed) recolour(store);
+}
+
+void TissueVisual::recolour(const mesh::Store& store) {
   for (std::size_t i = 0; i < parts_.size() && i < store.topology().objects.size(); ++i) {
-    if (colouring.by != Colouring::By::Look) {
+    if (coloured()) {
       updateColours(store, i);
       continue;
     }
@@ -350,9 +378,12 @@ void TissueVisual::updateColours(const mesh::Store& store, std::size_t index) {
         put(skin.triangles[3 * t + k], inspect::layerColour(o.triangle_layer[t]));
     if (o.triangle_layer.empty())
       for (std::size_t v = 0; v < n; ++v) put(v, inspect::layerColour(0));
+  } else if (colouring_.by == By::Look) {
+    for (std::size_t v = 0; v < n; ++v) put(v, texture::styleOf(o.organ).base);
   } else {
     const inspect::Colour c = inspect::nameColour(colouring_.by == By::Object  ? o.name
                                                   : colouring_.by == By::Organ ? o.organ
+                                                  : o.material.empty()         ? o.name
                                                                                : o.material);
     for (std::size_t v = 0; v < n; ++v) put(v, c);
   }
@@ -379,11 +410,6 @@ void TissueVisual::applyVisibility() {
     if (part.mesh) part.mesh->setVisible(visible(part));
 }
 
-bool TissueVisual::visible(const Part& part) const {
-  return show_surface_ &&
-         (filter_.empty() || filter_.count(part.name) != 0 || filter_.count(part.organ) != 0);
-}
-
 void TissueVisual::drawLinks(const mesh::Store& store) {
   if (links_ == nullptr) {
     link_material_ = Ogre::MaterialManager::getSingleton().create(uniqueName("links"), kOgreGroup);
@@ -399,7 +425,7 @@ void TissueVisual::drawLinks(const mesh::Store& store) {
   std::size_t lines = 0;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const mesh::Object& o = objects[i];
-    if (!filter_.empty() && filter_.count(o.name) == 0 && filter_.count(o.organ) == 0) continue;
+    if (!shows(o.name, o.organ)) continue;
     for (std::size_t k = 0; 2 * k < o.link_knots.size(); ++k) {
       if (!o.link_alive.empty() && !o.link_alive[k]) continue;
       for (int end = 0; end < 2; ++end) {

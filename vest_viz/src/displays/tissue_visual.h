@@ -11,6 +11,7 @@
 #include <OgreVector.h>
 
 #include "dynamic_mesh.h"
+#include "vest_viz/inspect/slice.h"
 #include "vest_viz/mesh/store.h"
 
 namespace Ogre {
@@ -52,6 +53,13 @@ class TissueVisual {
   void setColouring(const Colouring& colouring, const mesh::Store& store);
   /// False while a worker still looks for the triangles that can be left out.
   bool settled() const { return !coarsening_.valid(); }
+  /// What lies on the side to which the plane's normal points is not drawn; null: everything is. A sliced
+  /// skin in By::Look has its organ's plain colour.
+  void setSlice(const inspect::Plane* plane, const mesh::Store& store);
+  /// By the filter.
+  bool shows(const std::string& name, const std::string& organ) const {
+    return filter_.empty() || filter_.count(name) != 0 || filter_.count(organ) != 0;
+  }
   /// Empty, or why shaders are not supported.
   const std::string& warning() const { return warning_; }
   std::size_t vertexCount() const { return vertices_; }
@@ -86,14 +94,19 @@ class TissueVisual {
   void forEachMaterial(F&& f);
   void drawLinks(const mesh::Store& store);
   void applyVisibility();
-  bool visible(const Part& part) const;
+  bool visible(const Part& part) const { return show_surface_ && shows(part.name, part.organ); }
+  bool coloured() const { return sliced_ || colouring_.by != Colouring::By::Look; }
+  void recolour(const mesh::Store& store);
 
   Ogre::SceneManager* manager_;
   Ogre::SceneNode* node_;
   int quality_;
   bool depth_in_alpha_;
   Colouring colouring_;
+  bool sliced_ = false;
+  Ogre::Vector4 slice_{0, 0, 0, 1};  ///< what has slice · (x, y, z, 1) < 0 is not drawn
   std::vector<Part> parts_;
+  std::vector<std::uint8_t> film_;  ///< of one object, for updateState()
   std::uint64_t shape_version_ = 0, field_version_ = 0;
   std::vector<std::string> names_;  ///< of the objects drawn
   std::size_t vertices_ = 0;

@@ -32,7 +32,7 @@ struct FieldWord {
 /// In the order of vest_msgs/TissueField.
 constexpr FieldWord kFields[] = {{"strain", ""},    {"temperature", " K"}, {"damage", ""},
                                  {"perfusion", ""}, {"bleeding", " m3/s"}, {"stress", " Pa"},
-                                 {"char", ""}};
+                                 {"char", ""},      {"wetness", ""}};
 
 }  // namespace
 

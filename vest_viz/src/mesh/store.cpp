@@ -64,6 +64,8 @@ void clearShape(Object* object) {
   object->link_knots.clear();
   object->link_alive.clear();
   object->link_kind.clear();
+  object->tetrahedra.clear();
+  object->tetrahedron_material.clear();
   if (object->rest_position.size() != 3 * static_cast<std::size_t>(object->knot_count) ||
       !finite(object->rest_position.data(), object->rest_position.size())) {
     object->rest_position.clear();
@@ -130,6 +132,10 @@ std::string validate(const Object& o) {
   if (!allBelow(o.binding_knots, knots)) return complain(o, "binding_knots names a knot that does not exist");
   if (!finite(o.binding_weights.data(), o.binding_weights.size()))
     return complain(o, "binding_weights is not finite");
+  if (o.tetrahedra.size() % 4 != 0 || !allBelow(o.tetrahedra, knots))
+    return complain(o, "tetrahedra is not in fours, or names a knot that does not exist");
+  if (!o.tetrahedron_material.empty() && 4 * o.tetrahedron_material.size() != o.tetrahedra.size())
+    return complain(o, "tetrahedron_material is not one per tetrahedron");
   if (o.triangles.size() % 3 != 0) return complain(o, "triangles is not in threes");
   if (!allBelow(o.triangles, o.vertexCount()))
     return complain(o, "triangles names a vertex that does not exist");
@@ -149,7 +155,13 @@ Outcome Store::setTopology(Topology topology) {
       same = topology.objects[i].triangles == topology_.objects[i].triangles &&
              topology.objects[i].rest_position == topology_.objects[i].rest_position &&
              topology.objects[i].link_alive == topology_.objects[i].link_alive;
-    if (same) return Outcome::Repeated;
+    if (same) {
+      for (std::size_t i = 0; i < topology.objects.size(); ++i)  // these come with no delta
+        if (topology.objects[i].knot_count == topology_.objects[i].knot_count &&
+            validate(topology.objects[i]).empty())
+          topology_.objects[i].tetrahedra = std::move(topology.objects[i].tetrahedra);
+      return Outcome::Repeated;
+    }
   }
   problem_.clear();
   for (Object& object : topology.objects) {

@@ -3,6 +3,7 @@
 #include <dirent.h>
 
 #include <QComboBox>
+#include <QDoubleSpinBox>
 #include <QGridLayout>
 #include <QLabel>
 #include <QLineEdit>
@@ -14,6 +15,7 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 #include <vest_msgs/LoadScene.h>
+#include <vest_msgs/SetSpeed.h>
 #include <vest_msgs/Snapshot.h>
 #include <vest_msgs/Step.h>
 #include <pluginlib/class_list_macros.hpp>
@@ -38,6 +40,13 @@ QStringList shippedScenes() {
 
 }  // namespace
 
+template <class Service>
+void SessionPanel::ask(const std::string& name, const Service& service) {
+  call<Service>(name, service, [this](const auto& answer, const std::string& problem) {
+    tell(problem_, !problem.empty() ? problem : answer.response.success ? "" : answer.response.message);
+  });
+}
+
 SessionPanel::SessionPanel(QWidget* parent) : BasePanel(parent) {
   auto* const grid = new QGridLayout(this);
   state_label_ = new QLabel("no simulation heard");
@@ -46,12 +55,22 @@ SessionPanel::SessionPanel(QWidget* parent) : BasePanel(parent) {
   problem_->setWordWrap(true);
   problem_->setStyleSheet("color: #b00020");
   problem_->hide();
+  start_ = new QPushButton("Start");
+  start_->setToolTip("begins a recording");
+  stop_ = new QPushButton("Stop");
+  stop_->setToolTip("closes the recording");
   pause_ = new QPushButton("Pause");
   step_ = new QPushButton("Step");
   steps_ = new QSpinBox;
   steps_->setRange(1, 100000);
   steps_->setSuffix(" ms");
   steps_->setToolTip("steps of 1 ms of simulated time, while paused");
+  speed_ = new QDoubleSpinBox;
+  speed_->setRange(0.01, 1000);
+  speed_->setValue(1);
+  speed_->setPrefix("× ");
+  speed_->setKeyboardTracking(false);
+  speed_->setToolTip("simulated over wall time that is aimed at; the line above says what is reached");
   reset_ = new QPushButton("Reset");
   scene_ = new QComboBox;
   scene_->setEditable(true);
@@ -62,44 +81,43 @@ SessionPanel::SessionPanel(QWidget* parent) : BasePanel(parent) {
   restore_ = new QPushButton("Restore");
   grid->addWidget(state_label_, 0, 0, 1, 3);
   grid->addWidget(recording_label_, 1, 0, 1, 3);
-  grid->addWidget(pause_, 2, 0);
-  grid->addWidget(step_, 2, 1);
-  grid->addWidget(steps_, 2, 2);
-  grid->addWidget(scene_, 3, 0);
-  grid->addWidget(load_, 3, 1);
-  grid->addWidget(reset_, 3, 2);
-  grid->addWidget(snapshot_, 4, 0);
-  grid->addWidget(save_, 4, 1);
-  grid->addWidget(restore_, 4, 2);
-  grid->addWidget(problem_, 5, 0, 1, 3);
-  grid->setRowStretch(6, 1);
+  grid->addWidget(start_, 2, 0);
+  grid->addWidget(stop_, 2, 1);
+  grid->addWidget(speed_, 2, 2);
+  grid->addWidget(pause_, 3, 0);
+  grid->addWidget(step_, 3, 1);
+  grid->addWidget(steps_, 3, 2);
+  grid->addWidget(scene_, 4, 0);
+  grid->addWidget(load_, 4, 1);
+  grid->addWidget(reset_, 4, 2);
+  grid->addWidget(snapshot_, 5, 0);
+  grid->addWidget(save_, 5, 1);
+  grid->addWidget(restore_, 5, 2);
+  grid->addWidget(problem_, 6, 0, 1, 3);
+  grid->setRowStretch(7, 1);
 
+  connect(start_, &QPushButton::clicked, this, [this] { ask<std_srvs::Trigger>("session/start", {}); });
+  connect(stop_, &QPushButton::clicked, this, [this] { ask<std_srvs::Trigger>("session/stop", {}); });
   connect(pause_, &QPushButton::clicked, this, [this] {
     std_srvs::SetBool pause;
     pause.request.data = state_.state != vest_msgs::SessionState::PAUSED;
-    call<std_srvs::SetBool>("tissue/pause", pause, [this](const auto& answer, const std::string& problem) {
-      tell(problem_, !problem.empty() ? problem : answer.response.success ? "" : answer.response.message);
-    });
+    ask("tissue/pause", pause);
   });
   connect(step_, &QPushButton::clicked, this, [this] {
     vest_msgs::Step step;
     step.request.steps = static_cast<std::uint32_t>(steps_->value());
-    call<vest_msgs::Step>("tissue/step", step, [this](const auto& answer, const std::string& problem) {
-      tell(problem_, !problem.empty() ? problem : answer.response.success ? "" : answer.response.message);
-    });
+    ask("tissue/step", step);
   });
-  connect(reset_, &QPushButton::clicked, this, [this] {
-    call<std_srvs::Trigger>("tissue/reset", {}, [this](const auto& answer, const std::string& problem) {
-      tell(problem_, !problem.empty() ? problem : answer.response.success ? "" : answer.response.message);
-    });
+  connect(speed_, &QDoubleSpinBox::editingFinished, this, [this] {
+    vest_msgs::SetSpeed speed;
+    speed.request.speed = speed_->value();
+    ask("tissue/speed", speed);
   });
+  connect(reset_, &QPushButton::clicked, this, [this] { ask<std_srvs::Trigger>("tissue/reset", {}); });
   connect(load_, &QPushButton::clicked, this, [this] {
     vest_msgs::LoadScene load;
     load.request.scene = scene_->currentText().toStdString();
-    call<vest_msgs::LoadScene>(
-        "tissue/load_scene", load, [this](const auto& answer, const std::string& problem) {
-          tell(problem_, !problem.empty() ? problem : answer.response.success ? "" : answer.response.message);
-        });
+    ask("tissue/load_scene", load);
   });
   connect(save_, &QPushButton::clicked, this, [this] { snapshot(false); });
   connect(restore_, &QPushButton::clicked, this, [this] { snapshot(true); });
@@ -118,10 +136,7 @@ void SessionPanel::snapshot(bool restore) {
   snapshot.request.operation =
       restore ? vest_msgs::SnapshotRequest::RESTORE : vest_msgs::SnapshotRequest::SAVE;
   snapshot.request.name = snapshot_->text().toStdString();
-  call<vest_msgs::Snapshot>(
-      "tissue/snapshot", snapshot, [this](const auto& answer, const std::string& problem) {
-        tell(problem_, !problem.empty() ? problem : answer.response.success ? "" : answer.response.message);
-      });
+  ask("tissue/snapshot", snapshot);
 }
 
 void SessionPanel::onState(const vest_msgs::SessionState& msg) {
@@ -145,6 +160,8 @@ void SessionPanel::onState(const vest_msgs::SessionState& msg) {
   const bool paused = msg.state == vest_msgs::SessionState::PAUSED;
   pause_->setText(paused ? "Resume" : "Pause");
   step_->setEnabled(paused);
+  start_->setEnabled(!msg.recording);
+  stop_->setEnabled(msg.recording);
   if (scene_changed) scene_->setCurrentText(QString::fromStdString(msg.scene));
 }
 

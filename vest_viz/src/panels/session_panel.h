@@ -7,14 +7,15 @@
 #include "base_panel.h"
 
 class QComboBox;
+class QDoubleSpinBox;
 class QLineEdit;
 class QPushButton;
 class QSpinBox;
 
 namespace vest::panels {
 
-/// vest_viz/Session: state of the simulation and its recording; pause, single steps, reset, scene, snapshot,
-/// restore.
+/// vest_viz/Session: state of the simulation and its recording; starts and stops a recording, pause, single
+/// steps, speed, reset, scene, snapshot, restore.
 class SessionPanel : public BasePanel {
  public:
   explicit SessionPanel(QWidget* parent = nullptr);
@@ -26,13 +27,17 @@ class SessionPanel : public BasePanel {
   void onState(const vest_msgs::SessionState& msg);
   void showAge();
   void snapshot(bool restore);
+  /// Calls a service whose answer has `success` and `message`; a refusal is shown.
+  template <class Service>
+  void ask(const std::string& name, const Service& service);
 
   ros::Subscriber state_sub_;
   vest_msgs::SessionState state_;
   ros::WallTime heard_;
   QLabel *state_label_, *recording_label_, *problem_;
-  QPushButton *pause_, *step_, *reset_, *load_, *save_, *restore_;
+  QPushButton *start_, *stop_, *pause_, *step_, *reset_, *load_, *save_, *restore_;
   QSpinBox* steps_;
+  QDoubleSpinBox* speed_;
   QComboBox* scene_;
   QLineEdit* snapshot_;
 };

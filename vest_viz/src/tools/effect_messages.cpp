@@ -96,6 +96,8 @@ void addFields(const vest::scene::Description& scene, double t, vest_msgs::Tissu
   auto perfusion = fieldOf(vest_msgs::TissueField::PERFUSION, 0, 1);
   auto strain = fieldOf(vest_msgs::TissueField::STRAIN, 0, 1);
   auto temperature = fieldOf(vest_msgs::TissueField::TEMPERATURE, 310, 373);
+  auto stress = fieldOf(vest_msgs::TissueField::STRESS, 0, 5000);
+  auto wetness = fieldOf(vest_msgs::TissueField::WETNESS, 0, 1);
   Vector3d wound = kWound, burn = kBurn, out;
   placeOn(scene, "uterus", kWound, &wound, &out);
   placeOn(scene, "uterus", kBurn, &burn, &out);
@@ -109,8 +111,10 @@ void addFields(const vest::scene::Description& scene, double t, vest_msgs::Tissu
       perfusion.data.push_back(scaled(o.name == "ovary_left" ? 1 - 0.9 * grown : 1));
       strain.data.push_back(scaled(soft ? 0.6 * std::exp(-0.3 * a * a) : 0));
       temperature.data.push_back(scaled(soft ? grown * std::exp(-0.4 * b * b) : 0));
+      stress.data.push_back(scaled(soft ? 0.9 * std::exp(-0.25 * a * a) : 0));
+      wetness.data.push_back(scaled(soft ? 0.9 * std::exp(-1.2 * a * a) : 0));
     }
-  state->fields = {strain, bleeding, damage, burnt, perfusion, temperature};
+  state->fields = {strain, bleeding, damage, burnt, perfusion, temperature, stress, wetness};
 }
 
 void addCut(vest_msgs::TissueTopology* topology) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "vest_instruments/kinematics/arm.h"
+#include "vest_tissue/fem/description.h"
 
 namespace vest::tools {
 namespace {
@@ -98,6 +99,11 @@ vest_msgs::TissueTopology topologyOf(const vest::scene::Description& scene) {
     m.binding_start = o.skin.binding_start;
     m.binding_knots = o.skin.binding_knots;
     m.binding_weights = o.skin.binding_weights;
+    if (o.fem) {
+      for (const auto& corner : o.fem->tetrahedra)
+        m.tetrahedra.insert(m.tetrahedra.end(), corner.begin(), corner.end());
+      m.tetrahedron_material = o.fem->cell_material;
+    }
     topology.objects.push_back(std::move(m));
   }
   return topology;

@@ -46,6 +46,12 @@ using tools::Place;
 
 std::string folder;
 int pictures = 0;
+constexpr const char* kMoving = "uterus tube ovary ligament artery vein intestine";
+
+vest::scene::Description shippedScene(const std::string& name) {
+  return vest::scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/" + name + "/" + name +
+                                ".yaml");
+}
 
 void save(const std::string& name, const cv::Mat& bgr) {
   const std::string path = folder + "/" + name + ".jpg";
@@ -66,9 +72,22 @@ vest_msgs::InstrumentStates instrumentsFor(const Vector3d& endoscope) {
   return m;
 }
 
+/// Where the endoscope's tip is when it looks at the middle of what moves from a distance (m).
+Vector3d lookAt(const vest::scene::Description& scene, double distance) {
+  Vector3d middle = Vector3d::Zero();
+  std::size_t knots = 0;
+  for (const auto& o : scene.objects)
+    if (o.model != vest::scene::ObjectModel::Rigid)
+      for (const Vector3d& p : o.rest_position) middle += p, ++knots;
+  if (knots > 0) middle /= static_cast<double>(knots);
+  const Vector3d pivot = tools::endoscopeTip(0.0);
+  return middle - distance * (middle - pivot).normalized();
+}
+
 /// The endoscopic view with some effects.
 void endoscopic(const vest::scene::Description& scene, const std::string& name, const std::string& effects,
-                const Vector3d& tip, int smoke = 1, double fog = 0.35, double focus = 0) {
+                const Vector3d& tip, int smoke = 1, double fog = 0.35, double focus = 0,
+                bool with_instruments = true) {
   const std::set<std::string> words = tools::effectWords(effects);
   displays::EndoscopePipeline view(1);
   view.setCamera(vest::camera::fromFieldOfView(720, 576, 70 * M_PI / 180, {-0.18, 0.03, 0, 0, 0}), 1.0, 1.0);
@@ -88,7 +107,9 @@ void endoscopic(const vest::scene::Description& scene, const std::string& name, 
   }
   store.rebuildSkins();
   view.setTissue(store);
-  const vest_msgs::InstrumentStates instruments = instrumentsFor(tip);
+  vest_msgs::InstrumentStates instruments = instrumentsFor(tip);
+  if (!with_instruments)  // made for the gynaecology scene
+    instruments.instruments.erase(instruments.instruments.begin(), instruments.instruments.begin() + 2);
   view.setInstruments(instruments);
   if (words.count("clips") != 0)
     view.setAttachments(boost::make_shared<vest_msgs::TissueAttachments>(tools::attachmentsAt(scene)));
@@ -101,7 +122,7 @@ void endoscopic(const vest::scene::Description& scene, const std::string& name, 
   if (words.count("lens") != 0) view.setLens(boost::make_shared<vest_msgs::LensState>(tools::lensAt(fog)));
   while (!displays::takeBakedTextures()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
   Eigen::Isometry3d X_WTip;
-  displays::toPose(instruments.instruments[2].tip, &X_WTip);
+  displays::toPose(instruments.instruments.back().tip, &X_WTip);
   cv::Mat rgb, bgr;
   for (int i = 0; i < 15; ++i) view.draw(vest::camera::opticalFrame(X_WTip, 0, 0), 1.0, 0.05, &rgb);
   cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
@@ -111,8 +132,9 @@ void endoscopic(const vest::scene::Description& scene, const std::string& name, 
 /// Publishers of everything that displays and panels listen to.
 class Feed {
  public:
-  explicit Feed(const vest::scene::Description& scene) : scene_(scene) {
-    vest_msgs::TissueTopology topology = tools::topologyOf(scene);
+  explicit Feed(const vest::scene::Description& scene) : scene_(scene) { tellTopology(); }
+  void tellTopology() {
+    vest_msgs::TissueTopology topology = tools::topologyOf(scene_);
     tools::addCut(&topology);
     topology_.publish(topology);
   }
@@ -215,7 +237,7 @@ void inspection(const vest::scene::Description& scene) {
   view->subProp("Focal Point")->subProp("Y")->setValue(0.045);
   view->subProp("Focal Point")->subProp("Z")->setValue(0.06);
   rviz::Display* tissue = manager.createDisplay("vest_viz/Tissue", "tissue", true);
-  tissue->subProp("Objects")->setValue("uterus tube ovary ligament artery vein intestine");
+  tissue->subProp("Objects")->setValue(kMoving);
   tissue->subProp("Light")->setValue(2.5);
   pump(&feed, 3);
   const auto shoot = [&](const std::string& name, double wait) {
@@ -227,11 +249,38 @@ void inspection(const vest::scene::Description& scene) {
     save("inspect_" + name, picture);
   };
   shoot("look", 2);
-  for (const char* by : {"strain", "temperature", "damage", "char", "perfusion", "bleeding", "material",
-                         "organ", "object", "layer"}) {
+  for (const char* by : {"strain", "stress", "temperature", "damage", "char", "perfusion", "bleeding",
+                         "wetness", "material", "organ", "object", "layer"}) {
     tissue->subProp("Colour By")->setValue(by);
     shoot(by, 1);
   }
+  rviz::Property* const slice = tissue->subProp("Slice");
+  slice->setValue(true);
+  slice->subProp("Normal")->subProp("X")->setValue(0.0);
+  slice->subProp("Normal")->subProp("Y")->setValue(-1.0);
+  slice->subProp("Offset")->setValue(-0.072);
+  for (const char* by : {"look", "strain"}) {
+    tissue->subProp("Colour By")->setValue(by);
+    shoot(std::string("slice_") + by, 1);
+  }
+  slice->subProp("Offset")->setValue(-0.06);
+  tissue->subProp("Objects")->setValue("");
+  const vest::scene::Description volume = shippedScene("volume_phantom");
+  Feed phantom(volume);
+  view->subProp("Focal Point")->subProp("Y")->setValue(0.06);
+  view->subProp("Focal Point")->subProp("Z")->setValue(0.045);
+  view->subProp("Distance")->setValue(0.16);
+  for (const char* by : {"material", "strain"}) {
+    tissue->subProp("Colour By")->setValue(by);
+    pump(&phantom, 2);
+    shoot(std::string("slice_volume_") + by, 0);
+  }
+  slice->setValue(false);
+  view->subProp("Focal Point")->subProp("Y")->setValue(0.045);
+  view->subProp("Focal Point")->subProp("Z")->setValue(0.06);
+  view->subProp("Distance")->setValue(0.26);
+  tissue->subProp("Objects")->setValue(kMoving);
+  feed.tellTopology();
   tissue->subProp("Colour By")->setValue("look");
   tissue->subProp("Surface")->setValue(false);
   tissue->subProp("Links")->setValue(true);
@@ -280,12 +329,16 @@ int main(int argc, char** argv) {
     QApplication application(argc, argv);
     ros::NodeHandle keep_alive;
     rviz::RenderSystem::get();
-    const vest::scene::Description scene =
-        vest::scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml");
+    const vest::scene::Description scene = shippedScene("gynaecology");
     const Vector3d over = tools::endoscopeTip(0.10), near(0.0, -0.012, 0.105), side(0.03, -0.012, 0.10);
+    for (const char* name :
+         {"arterial_bleeding", "fem_slab", "volume_phantom", "irrigation_pool", "smoke_lens"}) {
+      const vest::scene::Description other = shippedScene(name);
+      endoscopic(other, std::string("scene_") + name, "", lookAt(other, 0.075), 1, 0.35, 0, false);
+    }
     endoscopic(scene, "view_overview", "", over);
     endoscopic(scene, "view_close", "", near);
-    endoscopic(scene, "view_fields", "fields", near);
+    endoscopic(scene, "view_fields", "fields", over);
     endoscopic(scene, "view_cut", "cut", near);
     endoscopic(scene, "view_clips_sutures", "clips,sutures", side);
     endoscopic(scene, "view_fluid", "fluid", over);

@@ -60,6 +60,7 @@ struct Inputs {
     if (is("tissue/topology")) give<vest_msgs::TissueTopology>(m, &tissue);
     if (is("tissue/topology_delta")) give<vest_msgs::TissueTopologyDelta>(m, &tissue);
     if (is("tissue/state")) give<vest_msgs::TissueState>(m, &tissue);
+    if (is("effects/surface")) give<vest_msgs::SurfaceBleeding>(m, &tissue);
     if (is("tissue/attachments")) give<vest_msgs::TissueAttachments>(m, &effects);
     if (is("tissue/sutures")) give<vest_msgs::SutureStates>(m, &effects);
     if (is("effects/fluid")) give<vest_msgs::FluidState>(m, &effects);

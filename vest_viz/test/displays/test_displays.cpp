@@ -11,6 +11,8 @@
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
+#include <tf2/buffer_core.h>
+#include <tf2_ros/static_transform_broadcaster.h>
 #include <vest_msgs/InstrumentStates.h>
 #include <vest_msgs/Keypoints.h>
 #include <vest_msgs/TissueState.h>
@@ -101,6 +103,7 @@ class Displays : public testing::Test {
     std::uint64_t step = 0;
     vest_msgs::TissueTopology scene;
     ros::Time last_stamp;
+    Eigen::Vector3d left_tip{-0.03, 0, 0.05};
 
     World() {
       scene.header.frame_id = "world";
@@ -134,8 +137,9 @@ class Displays : public testing::Test {
       vest_msgs::InstrumentState grasper = scope;
       grasper.name = "left";
       grasper.tool = vest_msgs::InstrumentState::TOOL_GRASPER;
-      grasper.tip.position.x = -0.03;
-      grasper.tip.position.z = 0.05;
+      grasper.tip.position.x = left_tip.x();
+      grasper.tip.position.y = left_tip.y();
+      grasper.tip.position.z = left_tip.z();
       m.instruments = {grasper, scope};
       instruments.publish(m);
     }
@@ -265,12 +269,17 @@ double castAtBall(const vest_msgs::TissueObject& o, float dx, const Eigen::Vecto
   return best;
 }
 
-/// Sub-pixel ray of a published picture, by its own camera_info.
-Eigen::Vector3d rayOf(const sensor_msgs::CameraInfo& info, int u, int v) {
+vest::camera::Intrinsics cameraOf(const sensor_msgs::CameraInfo& info) {
   vest::camera::Intrinsics c;
   c.width = info.width, c.height = info.height;
   c.fx = info.K[0], c.cx = info.K[2], c.fy = info.K[4], c.cy = info.K[5];
   std::copy_n(info.D.begin(), 5, c.distortion.begin());
+  return c;
+}
+
+/// Sub-pixel ray of a published picture, by its own camera_info.
+Eigen::Vector3d rayOf(const sensor_msgs::CameraInfo& info, int u, int v) {
+  const vest::camera::Intrinsics c = cameraOf(info);
   const Eigen::Vector2d n = vest::camera::unproject(c, {double(u), double(v)});
   return {n.x(), n.y(), 1};
 }
@@ -333,26 +342,28 @@ TEST_F(Displays, FlowIsTheMotionSinceThePictureBefore) {
   EXPECT_TRUE(moved);
 }
 
+/// The tip of the left instrument is at `expected` (optical frame, m), within a pixel.
+void expectTip(const vest_msgs::Keypoints& keypoints, const sensor_msgs::CameraInfo& info,
+               const Eigen::Vector3d& expected) {
+  bool tip = false;
+  for (const vest_msgs::Keypoint& k : keypoints.keypoints) {
+    if (k.instrument != "left" || k.name != "tip") continue;
+    tip = true;
+    const Eigen::Vector2d pixel =
+        vest::camera::project(cameraOf(info), {expected.x() / expected.z(), expected.y() / expected.z()});
+    EXPECT_NEAR(k.u, pixel.x(), 1);
+    EXPECT_NEAR(k.v, pixel.y(), 1);
+    EXPECT_NEAR(k.depth, expected.z(), 1e-4);
+  }
+  EXPECT_TRUE(tip);
+}
+
 TEST_F(Displays, KeypointsLieWhereThePoseProjects) {
   ASSERT_TRUE(world->run(6));
   ASSERT_TRUE(world->keypoints);
   EXPECT_GT(world->keypoints->step, 0u);
   EXPECT_EQ(world->keypoints->header.frame_id, "endoscope_optical_frame");
-  bool tip = false;
-  for (const vest_msgs::Keypoint& k : world->keypoints->keypoints) {
-    if (k.instrument != "left" || k.name != "tip") continue;
-    tip = true;
-    vest::camera::Intrinsics c;
-    const sensor_msgs::CameraInfo& info = *world->last_info;
-    c.width = info.width, c.height = info.height;
-    c.fx = info.K[0], c.cx = info.K[2], c.fy = info.K[4], c.cy = info.K[5];
-    std::copy_n(info.D.begin(), 5, c.distortion.begin());
-    const Eigen::Vector2d expected = vest::camera::project(c, {-0.03 / 0.05, 0});
-    EXPECT_NEAR(k.u, expected.x(), 1);
-    EXPECT_NEAR(k.v, expected.y(), 1);
-    EXPECT_NEAR(k.depth, 0.05, 1e-4);
-  }
-  EXPECT_TRUE(tip);
+  expectTip(*world->keypoints, *world->last_info, world->left_tip);
 }
 
 TEST_F(Displays, GarbageIsSurvivedAndTheNextGoodStateIsShown) {
@@ -393,6 +404,33 @@ TEST_F(Displays, GarbageIsSurvivedAndTheNextGoodStateIsShown) {
   ASSERT_TRUE(world->run(15));
   const cv::Point2d centre = paleCentre(world->bgr());
   EXPECT_NEAR(centre.x, 360, 15);
+}
+
+// The last one: what it says to tf stays.
+TEST_F(Displays, KeypointsLieWhereTfSaysTheInstrumentIs) {
+  world->left_tip = {-0.01, 0.03, 0.05};
+  tf2_ros::StaticTransformBroadcaster broadcaster;
+  std::vector<geometry_msgs::TransformStamped> links(3);
+  const auto link = [](const char* parent, const char* child, geometry_msgs::TransformStamped* t) {
+    t->header.frame_id = parent;
+    t->child_frame_id = child;
+    t->transform.rotation.w = 1;
+  };
+  link("world", "endoscope_tip", &links[0]);
+  link("endoscope_tip", "endoscope_optical_frame", &links[1]);
+  links[1].transform.rotation.x = -std::sin(M_PI / 12);  // an optic of 30 degrees
+  links[1].transform.rotation.w = std::cos(M_PI / 12);
+  link("world", "left_tip", &links[2]);
+  links[2].transform.translation.x = world->left_tip.x();
+  links[2].transform.translation.y = world->left_tip.y();
+  links[2].transform.translation.z = world->left_tip.z();
+  broadcaster.sendTransform(links);
+  tf2::BufferCore buffer;
+  for (const auto& t : links) buffer.setTransform(t, "test", true);
+  const auto tip =
+      buffer.lookupTransform("endoscope_optical_frame", "left_tip", ros::Time()).transform.translation;
+  ASSERT_TRUE(world->run(12));
+  expectTip(*world->keypoints, *world->last_info, {tip.x, tip.y, tip.z});
 }
 
 }  // namespace

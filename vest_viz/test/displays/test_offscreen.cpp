@@ -9,6 +9,10 @@
 
 #include <unistd.h>
 
+#include <OgreHighLevelGpuProgram.h>
+#include <OgreHighLevelGpuProgramManager.h>
+#include <OgreMaterialManager.h>
+#include <OgreTechnique.h>
 #include <gtest/gtest.h>
 #include <ros/time.h>
 #include <rosbag/bag.h>
@@ -176,6 +180,10 @@ TEST_F(Offscreen, BloodIsRedCharIsBlackCoagulatedIsPaleAndTheRestStaysAsItWas) {
   EXPECT_LT(blood[1], 0.5 * healthy[1]);
   EXPECT_NEAR(colourAt(bloody, X_WO, far)[1], colourAt(before, X_WO, far)[1], 2)
       << "elsewhere nothing changes";
+  mark(vest_msgs::TissueField::BLEEDING, 2e-9f, -0.015, 0.0);
+  mark(vest_msgs::TissueField::WETNESS, 1, -0.015, 0.008);
+  const cv::Scalar film = colourAt(picture(X_WO), X_WO, left);
+  EXPECT_GT(film[0], 3 * film[1]) << "blood that lies there is as red as blood that comes";
   mark(vest_msgs::TissueField::CHAR, 1, 0.015, 0.006);
   mark(vest_msgs::TissueField::DAMAGE, 1, 0.015, 0.012);
   const cv::Mat burnt = picture(X_WO);
@@ -276,6 +284,28 @@ TEST_F(Offscreen, SmokeVeilsByBothMethods) {
   EXPECT_LT(saturation(), 0.75 * clear);
   view.setSmokeMethod(EndoscopePipeline::Smoke::Off);
   EXPECT_NEAR(saturation(), clear, 0.02);
+}
+
+TEST_F(Offscreen, WithoutShadersTissueIsDrawnPlainAndTheStatusSaysWhy) {
+  // What a machine without them does: the program does not compile.
+  auto& programs = Ogre::HighLevelGpuProgramManager::getSingleton();
+  const Ogre::HighLevelGpuProgramPtr broken =
+      programs.createProgram("vest_viz/test_broken", kOgreGroup, "glsl", Ogre::GPT_FRAGMENT_PROGRAM);
+  broken->setSource("#version 120\nvoid main() { this is no shader; }\n");
+  const Ogre::MaterialPtr material =
+      Ogre::MaterialManager::getSingleton().getByName("vest_viz/Tissue", kOgreGroup);
+  Ogre::Pass* const pass = material->getTechnique(0)->getPass(0);
+  const std::string good = pass->getFragmentProgramName();
+  pass->setFragmentProgram(broken->getName());
+  material->load();
+  load(sheet("uterus"));
+  const Eigen::Isometry3d X_WO = fromAbove(0.06);
+  const cv::Scalar colour = colourAt(picture(X_WO), X_WO, {0, 0, 0}, 30);
+  EXPECT_FALSE(view.scene().warning().empty());
+  EXPECT_GT(colour[0] + colour[1] + colour[2], 60) << "not black";
+  pass->setFragmentProgram(good);
+  material->load();
+  programs.remove(broken);
 }
 
 TEST(Render, BagBecomesPicturesVideoAndGroundTruthOfTheWishedSize) {

@@ -14,8 +14,10 @@
 
 #include <ros/ros.h>
 #include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
 #include <vest_msgs/ExchangeTool.h>
 #include <vest_msgs/ParameterEdit.h>
+#include <vest_msgs/SetSpeed.h>
 #include <vest_msgs/StringStamped.h>
 
 #include "footswitches_panel.h"
@@ -101,6 +103,41 @@ TEST(Session, ShowsTheStateAndPausesIt) {
   EXPECT_TRUE(spin([&] { return shown.says("a scene is loading"); }));
   EXPECT_EQ(asked, 1);
   EXPECT_FALSE(button(shown.panel, "Step")->isEnabled()) << "single steps are for a paused simulation";
+}
+
+TEST(Session, StartsAndStopsARecordingAndSetsTheSpeed) {
+  Shown<SessionPanel> shown;
+  ros::NodeHandle vest("/vest");
+  std::vector<std::string> asked;
+  const auto trigger = [&](const std::string& name) {
+    return vest.advertiseService<std_srvs::Trigger::Request, std_srvs::Trigger::Response>(
+        name, [&asked, name](std_srvs::Trigger::Request&, std_srvs::Trigger::Response& res) {
+          asked.push_back(name);
+          res.success = false;
+          res.message = "refused: " + name;
+          return true;
+        });
+  };
+  const ros::ServiceServer start = trigger("session/start"), stop = trigger("session/stop");
+  double speed = 0;
+  const ros::ServiceServer pace =
+      vest.advertiseService<vest_msgs::SetSpeed::Request, vest_msgs::SetSpeed::Response>(
+          "tissue/speed", [&](vest_msgs::SetSpeed::Request& req, vest_msgs::SetSpeed::Response& res) {
+            speed = req.speed;
+            return res.success = true;
+          });
+  button(shown.panel, "Start")->click();
+  EXPECT_TRUE(spin([&] { return shown.says("refused: session/start"); }));
+  vest_msgs::SessionState state;
+  state.recording = true;
+  ASSERT_TRUE(send("session/state", state, [&] { return !button(shown.panel, "Start")->isEnabled(); }));
+  button(shown.panel, "Stop")->click();
+  EXPECT_TRUE(spin([&] { return shown.says("refused: session/stop"); }));
+  EXPECT_EQ(asked, (std::vector<std::string>{"session/start", "session/stop"}));
+  auto* const box = shown.panel.findChild<QDoubleSpinBox*>();
+  box->setValue(0.5);
+  Q_EMIT box->editingFinished();
+  EXPECT_TRUE(spin([&] { return speed == 0.5; }));
 }
 
 TEST(Session, WithoutASimulationSaysSoInsteadOfHanging) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -29,8 +30,9 @@ class Recorder {
   Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh);
   ~Recorder();
 
-  /// Until `stop` becomes true, the wished time is over, or ROS ends. @return exit code
-  int run(const std::atomic<bool>& stop);
+  /// Until `stop` gives a reason (what session.json says it `ended`), the wished time is over, or ROS ends.
+  /// @return exit code
+  int run(const std::function<std::string()>& stop);
 
  private:
   struct Item {
@@ -41,7 +43,7 @@ class Recorder {
   };
 
   void setAsideEarlier() const;
-  void waitForPicture(const std::atomic<bool>& stop);
+  void waitForPicture(const std::function<std::string()>& stop);
   void subscribeAll();
   void onMessage(const std::string& topic, const ros::MessageEvent<topic_tools::ShapeShifter const>& event);
   void onImage(const sensor_msgs::Image::ConstPtr& msg);

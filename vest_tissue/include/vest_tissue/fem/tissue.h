@@ -120,6 +120,9 @@ void tissueForces(const TissueModel& tissue, const TissueState& state, TissueScr
 double tissueEnergy(const TissueModel& tissue, const TissueState& state);  ///< J, strain energy
 /// Greatest principal strain (absolute) of the elements at each knot, no unit.
 void tissueStrain(const TissueModel& tissue, const TissueState& state, float* per_knot);
+/// Greatest equivalent stress (von Mises) of the elements at each knot, Pa; Hooke's law of the element's
+/// strain, rotations taken out where the description says `corotational`.
+void tissueStress(const TissueModel& tissue, const TissueState& state, float* per_knot);
 /// Polar rotation of F, the fast way for shapes that are not degenerate (Higham 1986, doi 10.1137/0907079);
 /// nearestRotation() for the others.
 Eigen::Matrix3d polarRotation(const Eigen::Matrix3d& F);

@@ -18,6 +18,7 @@
 #include <vest_msgs/LoadScene.h>
 #include <vest_msgs/ParameterEdit.h>
 #include <vest_msgs/SessionState.h>
+#include <vest_msgs/SetSpeed.h>
 #include <vest_msgs/Snapshot.h>
 #include <vest_msgs/StateHash.h>
 #include <vest_msgs/Step.h>
@@ -59,6 +60,7 @@ class TissueServer {
   bool onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res);
   bool onReset(std_srvs::Trigger::Request& req, std_srvs::Trigger::Response& res);
   bool onPause(std_srvs::SetBool::Request& req, std_srvs::SetBool::Response& res);
+  bool onSpeed(vest_msgs::SetSpeed::Request& req, vest_msgs::SetSpeed::Response& res);
   bool onStep(vest_msgs::Step::Request& req, vest_msgs::Step::Response& res);
   bool onRequest(vest_msgs::TissueRequest::Request& req, vest_msgs::TissueRequest::Response& res);
   bool onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snapshot::Response& res);

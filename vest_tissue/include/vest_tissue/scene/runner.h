@@ -78,15 +78,20 @@ struct FieldFrame {
   std::vector<float> values;             ///< unit of the kind, per knot, objects in scene order
 };
 /// Fields that are sent, with their ranges. Temperature: from below body temperature to where char forms.
+/// A maximum of 0: as the values ask, see upperEnd().
 struct FieldRange {
   Field kind;
   float minimum, maximum;
 };
-inline constexpr std::array<FieldRange, 5> kFieldFrames{{{Field::Strain, 0.0f, 1.0f},
+inline constexpr std::array<FieldRange, 6> kFieldFrames{{{Field::Strain, 0.0f, 1.0f},
                                                          {Field::Temperature, 273.15f, 528.15f},
                                                          {Field::Damage, 0.0f, 1.0f},
                                                          {Field::Perfusion, 0.0f, 1.0f},
-                                                         {Field::Char, 0.0f, 1.0f}}};
+                                                         {Field::Char, 0.0f, 1.0f},
+                                                         {Field::Stress, 0.0f, 0.0f}}};
+/// Upper end of a scale that begins at 0 for values up to `largest`: 1, 2 or 5 times a power of ten, so that
+/// it seldom changes. At least 1.
+float upperEnd(float largest);
 
 struct StateFrame {
   std::uint64_t step = 0;
@@ -142,6 +147,8 @@ class Runner {
 
   // The following run between two steps and wait for it. Any thread but the Runner's.
   void setPaused(bool paused);
+  /// Pace from the next step on. @throws std::invalid_argument outside of 0.01 to 1000
+  void setSpeed(double speed);
   /// Advances a paused simulation. @return false where it is not paused
   bool advance(std::uint32_t steps);
   void reset();

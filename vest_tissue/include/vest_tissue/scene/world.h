@@ -91,6 +91,7 @@ enum class Field : std::uint8_t {
   Temperature = 1,  ///< K, of the touched surface
   Damage = 2,       ///< no unit, 0 … 1: denatured or crushed, at the surface
   Perfusion = 3,    ///< no unit, 0 … 1: share of the healthy perfusion
+  Stress = 5,       ///< Pa: greatest equivalent stress (von Mises; along a link its absolute value)
   Char = 6,         ///< no unit, 0 … 1
 };
 
@@ -195,6 +196,9 @@ class World {
   Eigen::Vector3d knotAt(std::size_t object, std::size_t knot) const;
   /// Largest absolute strain of the links at each knot, no unit.
   void strain(std::size_t object, float* per_knot) const;
+  /// Greatest equivalent stress at each knot, Pa: of links by the object's law with what heat and edits did
+  /// to it, of finite elements by von Mises. Dampers are not in it.
+  void stress(std::size_t object, float* per_knot) const;
   /// Any field, per knot. Objects without it (rigid) are at body temperature, whole and perfused.
   void field(std::size_t object, Field kind, float* per_knot) const;
   /// Heat that instruments brought in and where it went, J, all objects.

@@ -29,6 +29,8 @@ struct Object {
   std::vector<std::uint32_t> binding_start;  ///< vertices + 1
   std::vector<std::uint32_t> binding_knots;
   std::vector<float> binding_weights;
+  std::vector<std::uint32_t> tetrahedra;  ///< four knots each; deltas do not carry them, whole topologies do
+  std::vector<std::uint16_t> tetrahedron_material;  ///< may be empty: one material
 
   std::size_t vertexCount() const { return binding_start.empty() ? 0 : binding_start.size() - 1; }
 };

@@ -1,0 +1,164 @@
+#include "camera_assistant.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <geometry_msgs/PoseStamped.h>
+#include <ros/package.h>
+
+#include "crtk_arm.h"
+#include "vest_instruments/control/pedals.h"
+#include "vest_instruments/kinematics/trainer_box.h"
+
+namespace vest_instruments {
+
+using vest::control::CameraMotion;
+namespace kin = vest::kinematics;
+
+namespace {
+
+constexpr double kPeriod = 0.01;  // s
+constexpr double kApart = 0.02;   // m, rad: the instrument node went elsewhere, e.g. to a limit
+
+bool fresh(const ros::SteadyTime& then, const ros::SteadyTime& now) {
+  return !then.isZero() && (now - then).toSec() < vest::control::Pedals::kStale;
+}
+
+}  // namespace
+
+CameraAssistant::CameraAssistant(ros::NodeHandle nh, ros::NodeHandle private_nh) : nh_(nh) {
+  const auto refuse = [&](const std::string& name, const std::string& value, const std::string& allowed) {
+    throw std::runtime_error("parameter " + private_nh.resolveName(name) + ": " + value +
+                             "; allowed: " + allowed);
+  };
+  private_nh.param<std::string>("follow", follows_, "right");
+  if (follows_ != "left" && follows_ != "right" && follows_ != "third")
+    refuse("follow", "'" + follows_ + "'", "left, right, third");
+  constexpr std::array<const char*, kSwitches> kNames{"switches/follow", "switches/in", "switches/out"};
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    private_nh.param(kNames[i], button_[i], -1);
+    if (button_[i] < -1 || button_[i] > 31)
+      refuse(kNames[i], std::to_string(button_[i]), "-1 (none) … 31, a button of the Joy message");
+  }
+  private_nh.param("dead_zone", dead_zone_, 0.12);
+  if (!(dead_zone_ >= 0.0 && dead_zone_ <= 1.0)) refuse("dead_zone", std::to_string(dead_zone_), "0 … 1 rad");
+  std::string box;
+  private_nh.param<std::string>("trainer_box", box,
+                                ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
+  optic_angle_ = kin::loadTrainerBox(box).arm(vest::tools::Instrument::Endoscope).optic_angle;
+
+  pose_ = nh_.advertise<geometry_msgs::PoseStamped>("teleop/endoscope/servo_cp", 10);
+  const auto hints = ros::TransportHints().tcpNoDelay();
+  instruments_ = nh_.subscribe<vest_msgs::InstrumentStates>(
+      "instruments", 1, [this](const vest_msgs::InstrumentStatesConstPtr& m) { onInstruments(*m); }, nullptr,
+      hints);
+  command_ = nh_.subscribe<geometry_msgs::TwistStamped>(
+      "camera_hand/servo_cv", 10, [this](const geometry_msgs::TwistStampedConstPtr& m) { onCommand(*m); },
+      nullptr, hints);
+  switches_ = nh_.subscribe<sensor_msgs::Joy>(
+      "camera_hand/switches", 10, [this](const sensor_msgs::JoyConstPtr& m) { onSwitches(*m); }, nullptr,
+      hints);
+  timer_ =
+      nh_.createSteadyTimer(ros::WallDuration(kPeriod), [this](const ros::SteadyTimerEvent&) { onTimer(); });
+}
+
+void CameraAssistant::onInstruments(const vest_msgs::InstrumentStates& msg) {
+  held_ = false;
+  for (const vest_msgs::InstrumentState& s : msg.instruments) {
+    Eigen::Isometry3d X_WTip, X_WShaft;
+    if (!fromPose(s.tip, X_WTip) || !fromPose(s.shaft, X_WShaft)) continue;
+    if (s.name == follows_) followed_W_ = X_WTip.translation();
+    if (s.name != "endoscope" || s.source != vest_msgs::InstrumentState::SOURCE_TELEOP) continue;
+    held_ = true;
+    const auto& j = s.joint_position;
+    measured_ = {j[0], j[1], j[2], j[3], j[4]};
+    // What lies between trocar and tip is known: the rest is the trocar, wherever the box stands.
+    X_WTrocar_.linear() =
+        X_WTip.linear() *
+        kin::forwardKinematics(Eigen::Isometry3d::Identity(), measured_).linear().transpose();
+    X_WTrocar_.translation() = X_WShaft.translation();
+  }
+  states_time_ = ros::SteadyTime::now();
+}
+
+void CameraAssistant::onCommand(const geometry_msgs::TwistStamped& msg) {
+  // Turning about the picture's down goes to the right, about its right goes up.
+  const CameraMotion rate{msg.twist.angular.y, -msg.twist.angular.x, msg.twist.linear.z};
+  if (!std::isfinite(rate.right) || !std::isfinite(rate.down) || !std::isfinite(rate.in)) {
+    ROS_WARN_THROTTLE(2.0, "camera_hand/servo_cv refused: a value is not finite");
+    return;
+  }
+  using namespace vest::control;
+  command_rate_.right = std::clamp(rate.right, -kCameraSpeed, kCameraSpeed);
+  command_rate_.down = std::clamp(rate.down, -kCameraSpeed, kCameraSpeed);
+  command_rate_.in = std::clamp(rate.in, -kCameraSpeedInsertion, kCameraSpeedInsertion);
+  command_time_ = ros::SteadyTime::now();
+}
+
+void CameraAssistant::onSwitches(const sensor_msgs::Joy& msg) {
+  for (std::size_t i = 0; i < pressed_.size(); ++i) {
+    const int b = button_[i];
+    pressed_[i] = b >= 0 && static_cast<std::size_t>(b) < msg.buttons.size() &&
+                  msg.buttons[static_cast<std::size_t>(b)] == 1;
+  }
+  switches_time_ = ros::SteadyTime::now();
+}
+
+CameraMotion CameraAssistant::wanted(const ros::SteadyTime& now) const {
+  CameraMotion motion;
+  if (fresh(command_time_, now)) {
+    motion = command_rate_;
+    motion.right *= kPeriod, motion.down *= kPeriod, motion.in *= kPeriod;
+  }
+  if (!fresh(switches_time_, now)) return motion;
+  const double step = vest::control::kCameraSpeedInsertion * kPeriod;
+  motion.in += (pressed_[kIn] ? step : 0.0) - (pressed_[kOut] ? step : 0.0);
+  if (pressed_[kFollow]) {
+    Eigen::Isometry3d X_WOptical = kin::forwardKinematics(X_WTrocar_, q_);
+    X_WOptical.linear() *= vest::control::opticalAxes(optic_angle_, q_.jaw);
+    const CameraMotion towards =
+        vest::control::follow(X_WOptical.inverse() * followed_W_, dead_zone_, kPeriod);
+    motion.right += towards.right;
+    motion.down += towards.down;
+  }
+  return motion;
+}
+
+void CameraAssistant::onTimer() {
+  const ros::SteadyTime now = ros::SteadyTime::now();
+  if (!held_ || !fresh(states_time_, now)) {
+    taken_ = false;
+    return;
+  }
+  Eigen::Isometry3d X_BW;
+  try {
+    const auto t = tf_.lookupTransform("phantom_box", "world", ros::Time()).transform;
+    geometry_msgs::Pose pose;
+    pose.position.x = t.translation.x, pose.position.y = t.translation.y, pose.position.z = t.translation.z;
+    pose.orientation = t.rotation;
+    if (!fromPose(pose, X_BW)) return;
+  } catch (const tf2::TransformException&) {
+    return;  // the instrument node has not spoken yet
+  }
+  const auto apart = [&] {
+    return std::max({std::abs(q_.yaw - measured_.yaw), std::abs(q_.pitch - measured_.pitch),
+                     std::abs(q_.insertion - measured_.insertion)}) > kApart;
+  };
+  CameraMotion motion;
+  if (!taken_ || apart())
+    q_ = measured_;  // takes the endoscope over where it is
+  else
+    motion = wanted(now);
+  taken_ = true;
+  q_.jaw = measured_.jaw;
+  q_ =
+      vest::control::moveCamera(X_WTrocar_, q_, motion, {}, vest::control::opticalAxes(optic_angle_, q_.jaw));
+  geometry_msgs::PoseStamped out;
+  out.header.stamp = ros::Time::now();
+  out.header.frame_id = "phantom_box";
+  out.pose = toPose(X_BW * kin::forwardKinematics(X_WTrocar_, q_));
+  pose_.publish(out);
+}
+
+}  // namespace vest_instruments

@@ -1,0 +1,163 @@
+// Protects playback of a bag: after a jump in time the topology of each state is there, whatever order things
+// come in, and blood of the surfaces reaches the skin.
+#include <gtest/gtest.h>
+#include <vest_msgs/TissueField.h>
+#include <boost/make_shared.hpp>
+
+#include "tissue_input.h"
+
+namespace vest::displays {
+namespace {
+
+constexpr std::uint32_t kLinks = 6;
+
+vest_msgs::TissueTopology::ConstPtr whole(std::uint32_t revision, const std::string& hash = "a") {
+  auto t = boost::make_shared<vest_msgs::TissueTopology>();
+  t->header.frame_id = "world";
+  t->revision = revision;
+  t->scene = "net";
+  t->scene_hash = hash;
+  t->objects.resize(1);
+  vest_msgs::TissueObject& o = t->objects[0];
+  o.name = "net";
+  o.knot_count = kLinks + 1;
+  for (std::uint32_t k = 0; k <= kLinks; ++k) {
+    o.rest_position.insert(o.rest_position.end(), {0.01f * static_cast<float>(k), 0.0f, 0.0f});
+    o.binding_start.push_back(k);
+    o.binding_knots.push_back(k);
+    o.binding_weights.push_back(1);
+  }
+  o.binding_start.push_back(kLinks + 1);
+  o.triangles = {0, 1, 2};
+  for (std::uint32_t k = 0; k < kLinks; ++k) {
+    o.link_knots.insert(o.link_knots.end(), {k, k + 1});
+    o.link_alive.push_back(k >= revision);  // each revision cuts one more
+  }
+  return t;
+}
+
+vest_msgs::TissueTopologyDelta::ConstPtr cut(std::uint32_t from) {
+  auto d = boost::make_shared<vest_msgs::TissueTopologyDelta>();
+  d->from_revision = from, d->revision = from + 1;
+  d->removed_links = {from};
+  return d;
+}
+
+vest_msgs::TissueState::ConstPtr state(std::uint32_t revision, std::uint64_t step) {
+  auto s = boost::make_shared<vest_msgs::TissueState>();
+  s->revision = revision, s->step = step;
+  for (std::uint32_t k = 0; k <= kLinks; ++k)
+    s->positions.insert(s->positions.end(),
+                        {0.01f * static_cast<float>(k), 1e-6f * static_cast<float>(step), 0.0f});
+  return s;
+}
+
+int cutLinks(TissueInput& input) {
+  int dead = 0;
+  for (const std::uint8_t alive : input.store().topology().objects[0].link_alive) dead += alive == 0;
+  return dead;
+}
+
+/// Three cuts at steps 1000, 2000, 3000.
+void play(TissueInput* input) {
+  input->add(whole(0));
+  for (std::uint32_t r = 0; r < 4; ++r) {
+    if (r > 0) input->add(cut(r - 1));
+    input->add(state(r, 1000 * r + 500));
+    ASSERT_TRUE(input->process());
+    ASSERT_EQ(cutLinks(*input), static_cast<int>(r));
+  }
+}
+
+TEST(TissueInput, AfterAJumpBackEachStateHasItsOwnTopology) {
+  TissueInput input;
+  play(&input);
+  input.add(state(1, 1600));
+  EXPECT_TRUE(input.process());
+  EXPECT_EQ(cutLinks(input), 1);
+  EXPECT_EQ(input.step(), 1600u);
+  EXPECT_EQ(input.dropped(), 0u);
+  input.add(state(3, 3600));  // and forward again, to what was seen before
+  EXPECT_TRUE(input.process());
+  EXPECT_EQ(cutLinks(input), 3);
+}
+
+TEST(TissueInput, AResetByAJumpInTimeKeepsWhatIsKnownOfTheTopology) {
+  TissueInput input;
+  play(&input);
+  input.clear();
+  EXPECT_TRUE(input.store().empty());
+  input.add(whole(3));  // the bag's latched topology is of before the jump
+  input.add(state(0, 200));
+  EXPECT_TRUE(input.process());
+  EXPECT_EQ(cutLinks(input), 0);
+  EXPECT_EQ(input.step(), 200u);
+}
+
+TEST(TissueInput, AStateThatADeltaOvertookIsDroppedAndDoesNotTurnTheClockBack) {
+  TissueInput input;
+  play(&input);
+  input.add(cut(3));
+  input.process();
+  input.add(state(3, 4001));
+  input.process();
+  EXPECT_EQ(cutLinks(input), 4);
+  EXPECT_EQ(input.dropped(), 1u);
+  input.add(state(4, 4002));
+  EXPECT_TRUE(input.process());
+  EXPECT_EQ(input.step(), 4002u);
+}
+
+TEST(TissueInput, AnUnknownRevisionWaitsForAWholeTopology) {
+  TissueInput input;
+  play(&input);
+  input.add(state(5, 5500));  // a jump forward over two cuts
+  input.process();
+  EXPECT_EQ(input.step(), 3500u);
+  EXPECT_FALSE(input.problem().empty());
+  input.add(whole(5));
+  input.add(state(5, 5600));
+  EXPECT_TRUE(input.process());
+  EXPECT_EQ(cutLinks(input), 5);
+  EXPECT_TRUE(input.problem().empty());
+}
+
+TEST(TissueInput, AnotherSceneDoesNotGetTheOldOnesTopology) {
+  TissueInput input;
+  play(&input);
+  input.add(whole(2, "b"));
+  input.process();
+  input.add(state(1, 100));
+  input.process();
+  EXPECT_EQ(cutLinks(input), 2);
+  EXPECT_EQ(input.dropped(), 1u);
+}
+
+TEST(TissueInput, TheHistoryIsBounded) {
+  TissueHistory history;
+  history.add(whole(0));
+  for (std::uint32_t r = 0; r < 2 * TissueHistory::kMostDeltas; ++r) history.add(cut(r));
+  vest_msgs::TissueTopology::ConstPtr topology;
+  std::vector<vest_msgs::TissueTopologyDelta::ConstPtr> deltas;
+  EXPECT_FALSE(history.find(5, &topology, &deltas)) << "the oldest went";
+  history.add(whole(2 * TissueHistory::kMostDeltas - 3));
+  EXPECT_TRUE(history.find(2 * TissueHistory::kMostDeltas, &topology, &deltas));
+  EXPECT_EQ(deltas.size(), 3u);
+}
+
+TEST(TissueInput, WhatSurfacesSeepReachesTheStore) {
+  TissueInput input;
+  play(&input);
+  auto seeping = boost::make_shared<vest_msgs::SurfaceBleeding>();
+  seeping->revision = 3;
+  seeping->fields.resize(1);
+  seeping->fields[0].kind = vest_msgs::TissueField::WETNESS;
+  seeping->fields[0].maximum = 1;
+  seeping->fields[0].data.assign(kLinks + 1, 255);
+  input.add(vest_msgs::SurfaceBleeding::ConstPtr(seeping));
+  EXPECT_TRUE(input.process());
+  EXPECT_FLOAT_EQ(input.store().knotField(0, vest_msgs::TissueField::WETNESS, 2), 1.0f);
+}
+
+}  // namespace
+}  // namespace vest::displays
