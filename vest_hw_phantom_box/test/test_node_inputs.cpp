@@ -26,9 +26,9 @@ const Session& session() {
   if (!s.joy.empty()) return s;
   ros::NodeHandle nh;
   const auto joy = nh.subscribe<sensor_msgs::Joy>(
-      "input/pad", 2000, [](const sensor_msgs::JoyConstPtr& m) { s.joy.push_back(*m); });
+      "input/pad", 2000, [&](const sensor_msgs::JoyConstPtr& m) { s.joy.push_back(*m); });
   const auto states = nh.subscribe<vest_msgs::InstrumentStates>(
-      "instruments", 5000, [](const vest_msgs::InstrumentStatesConstPtr& m) { s.states.push_back(*m); });
+      "instruments", 5000, [&](const vest_msgs::InstrumentStatesConstPtr& m) { s.states.push_back(*m); });
   ros::Publisher box = nh.advertise<sensor_msgs::JointState>("phantom_box/joint_states", 10);
   ros::Publisher keys = nh.advertise<sensor_msgs::Joy>("teleop/footswitches", 10);
   sensor_msgs::JointState joints;
@@ -46,7 +46,7 @@ const Session& session() {
     box.publish(joints);
     keys.publish(pressed);
     ros::spinOnce();
-    if (s.joy.size() > 2 && (s.joy.back().header.stamp - s.joy.front().header.stamp).toSec() > 7.0) break;
+    if (s.joy.size() > 300 && (s.joy.back().header.stamp - s.joy.front().header.stamp).toSec() > 7.0) break;
     ros::WallDuration(0.01).sleep();
   }
   return s;
@@ -62,8 +62,11 @@ const InstrumentState* find(const vest_msgs::InstrumentStates& m, const char* na
 TEST(Inputs, AGamepadHasAHeartbeatOfFiftyHertzOrMore) {
   const auto& joy = session().joy;
   ASSERT_GT(joy.size(), 100u);
-  const double seconds = (joy.back().header.stamp - joy.front().header.stamp).toSec();
-  EXPECT_GT(static_cast<double>(joy.size()) / seconds, 50.0);
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < joy.size(); ++i)
+    gaps.push_back((joy[i].header.stamp - joy[i - 1].header.stamp).toSec());
+  std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2), gaps.end());
+  EXPECT_LT(gaps[gaps.size() / 2], 0.02) << "half of the time, whatever else the machine does";
 }
 
 TEST(Inputs, AGamepadMovesTheInstrumentOfTheMapBySpeed) {
@@ -108,15 +111,15 @@ TEST(Inputs, AWrongMapEndsEachNodeWithOneMessage) {
   for (const char* node : {INPUT_NODE, "rosrun vest_instruments instruments_node"}) {
     expectRefusal(node, "_inputs:=" + path,
                   {path + ": instruments.left.source: 'bocks'; allowed: none, box"});
-    ros::param::del("/box");
+    ros::param::del("box");
   }
   std::ofstream(path) << "devices: {p: {match: x, buttons: [KEY_NONSENSE]}}\ninstruments: {}\n";
   expectRefusal(INPUT_NODE, "_inputs:=" + path,
                 {path + ": devices.p.buttons: 'KEY_NONSENSE'; allowed: names of"});
-  ros::param::del("/box");
+  ros::param::del("box");
   expectRefusal(INPUT_NODE, "_inputs:=/nowhere.yaml", {"/nowhere.yaml: cannot be read"});
-  ros::param::del("/box");
-  expectRefusal(INPUT_NODE, "", {"parameter /box/inputs: missing"});
+  ros::param::del("box");
+  expectRefusal(INPUT_NODE, "", {"/box/inputs: missing"});
   std::remove(path.c_str());
 }
 
