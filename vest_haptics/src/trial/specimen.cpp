@@ -1,7 +1,11 @@
 #include "vest_haptics/trial/specimen.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+
+#include "vest_haptics/device/simulated.h"
+#include "vest_haptics/trial/trial.h"
 
 namespace vest::haptics {
 namespace {
@@ -72,7 +76,7 @@ scene::Description described(scene::Object o) {
 }  // namespace
 
 scene::Description pressedSlab(const material::Tissue& tissue) {
-  const Grid g{16, 16, 5, 0.004, 0.004};
+  const Grid g{21, 21, 6, 0.003, 0.003};
   scene::Object o = knots(g, tissue);
   const double side = g.spacing * g.spacing;
   for (Index z = 0; z < g.nz; ++z) {
@@ -129,6 +133,85 @@ scene::Description pulledStrip(const material::Tissue& tissue) {
            g.at(x, y + 1, g.nz - 1));
   }
   return described(std::move(o));
+}
+
+namespace {
+
+/// A hand above the specimen that holds its handle firmly, with a grasper straight down.
+struct Hand {
+  SimulatedDevice device;
+  scene::World world;
+  std::unique_ptr<Trial> trial;
+  std::int64_t now = 0;
+  double jaw;
+  TrialSample last;
+
+  Hand(const scene::Description& description, double start, double jaw_) : world(description), jaw(jaw_) {
+    device.open({{"maximum_force", "8"}});
+    device.axis(2).hand_stiffness = 2000.0;
+    ControllerOptions options;
+    options.arm.present = true;
+    options.arm.pivot_B = {0.0, 0.0, 0.165};
+    options.arm.aim_B = {0.0, 0.0, kTop + start};
+    options.arm.X_BTrocar = kinematics::trocarFrame(options.arm.pivot_B, options.arm.aim_B);
+    trial = std::make_unique<Trial>(world, tools::ToolKind::Grasper, device, options);
+    for (int i = 0; i < 2200; ++i) tick();  // through the ramp, in the air
+  }
+  void tick() { last = trial->tick(now += 1000000, jaw); }
+  /// To a height above the start, m, and rest there.
+  void go(double height, int milliseconds) {
+    const double from = device.axis(2).x;
+    for (int i = 1; i <= milliseconds; ++i) {
+      device.wish(2, from + (height - from) * std::min(1.0, 1.5 * i / milliseconds));
+      tick();
+    }
+  }
+};
+
+}  // namespace
+
+std::vector<Felt> press(const material::Tissue& tissue) {
+  const scene::Description slab = pressedSlab(tissue);
+  Hand hand(slab, 0.003, 0.0);
+  const std::size_t middle = slab.objects[0].position.size() - 21 * 21 / 2 - 1;  // under the tip
+  const double height = slab.objects[0].position[middle].z() - slab.objects[0].position[0].z();
+  std::vector<Felt> felt;
+  for (double h = -0.0025; h > -0.0052; h -= 0.0005) {
+    hand.go(h, 300);
+    Felt f;
+    f.depth = slab.objects[0].position[middle].z() - hand.world.knotAt(0, middle).z();
+    f.strain = -f.depth / height;
+    f.shown = hand.last.shown.z();
+    f.law = kPressShape * tissue.law().youngs_modulus * f.depth;
+    if (hand.last.contact && f.depth > 2e-4) felt.push_back(f);
+  }
+  return felt;
+}
+
+std::vector<Felt> pull(const material::Tissue& tissue) {
+  const scene::Description strip = pulledStrip(tissue);
+  Hand hand(strip, 0.010, 0.9);
+  hand.go(-0.014, 900);
+  while (hand.jaw > 0.0) {
+    hand.jaw = std::max(0.0, hand.jaw - 0.0025);
+    hand.tick();
+  }
+  std::vector<Felt> felt;
+  const std::size_t ring = 9, layers = strip.objects[0].position.size() / ring, middle = layers / 2;
+  const double rest = kStripLength * static_cast<double>(middle) / static_cast<double>(layers - 1);
+  for (double h = -0.014; h < 0.0045; h += 0.001) {
+    hand.go(h, 400);
+    double rise = 0.0;
+    for (std::size_t k = middle * ring; k < (middle + 1) * ring; ++k)
+      rise += (hand.world.knotAt(0, k).z() - strip.objects[0].position[k].z()) / static_cast<double>(ring);
+    Felt f;
+    f.strain = rise / rest;
+    f.depth = -f.strain * kStripLength;
+    f.shown = hand.last.shown.z();
+    f.law = -kStripArea * material::stress(tissue.law(), f.strain);
+    if (hand.last.grasping && f.strain > 0.01) felt.push_back(f);
+  }
+  return felt;
 }
 
 }  // namespace vest::haptics

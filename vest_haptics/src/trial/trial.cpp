@@ -72,6 +72,7 @@ const TrialSample& Trial::tick(std::int64_t now_ns, double jaw, int steps) {
   sample_.tip = tool.position;
   sample_.asked = r.force_true_W;
   sample_.shown = r.force_shown_W;
+  sample_.loads = r.loads;
   sample_.contact = report_.contacts[i].in_contact;
   sample_.grasping = report_.contacts[i].grasping;
   sample_.jaw = tool.jaw;

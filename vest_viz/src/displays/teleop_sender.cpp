@@ -25,7 +25,7 @@ void TeleopSender::choose(const std::string& instrument) {
   jaw_publisher_ = handle_.advertise<sensor_msgs::JointState>("teleop/" + instrument + "/jaw/servo_jp", 5);
 }
 
-void TeleopSender::set(const Eigen::Isometry3d& X_BTip, double jaw, std::uint32_t switches) {
+void TeleopSender::set(bool moves, const Eigen::Isometry3d& X_BTip, double jaw, std::uint32_t switches) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const Eigen::Quaterniond q(X_BTip.linear());
   pose_.pose.position.x = X_BTip.translation().x();
@@ -38,6 +38,7 @@ void TeleopSender::set(const Eigen::Isometry3d& X_BTip, double jaw, std::uint32_
   jaw_.position[0] = jaw;
   for (int i = 0; i < kSwitches; ++i)
     joy_.buttons[static_cast<std::size_t>(i)] = static_cast<int>(switches >> i & 1u);
+  moves_ = moves;
   set_ = ros::SteadyTime::now();
 }
 
@@ -45,8 +46,10 @@ void TeleopSender::send() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (set_.isZero() || (ros::SteadyTime::now() - set_).toSec() > kPatience) return;
   pose_.header.stamp = jaw_.header.stamp = joy_.header.stamp = ros::Time::now();
-  pose_publisher_.publish(pose_);
-  jaw_publisher_.publish(jaw_);
+  if (moves_) {
+    pose_publisher_.publish(pose_);
+    jaw_publisher_.publish(jaw_);
+  }
   switches_publisher_.publish(joy_);
 }
 

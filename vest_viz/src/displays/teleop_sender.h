@@ -28,8 +28,9 @@ class TeleopSender {
 
   /// Whose topics teleop/NAME/… are used; nothing is sent before set().
   void choose(const std::string& instrument);
-  /// @param switches bit i: footswitch i is down
-  void set(const Eigen::Isometry3d& X_BTip, double jaw, std::uint32_t switches);
+  /// @param moves false: switches alone, for another source moves the instrument. @param switches bit i:
+  /// footswitch i is down
+  void set(bool moves, const Eigen::Isometry3d& X_BTip, double jaw, std::uint32_t switches);
 
  private:
   void send();
@@ -42,6 +43,7 @@ class TeleopSender {
   sensor_msgs::JointState jaw_;
   sensor_msgs::Joy joy_;
   ros::SteadyTime set_;
+  bool moves_ = false;
   ros::SteadyTimer timer_;
   ros::AsyncSpinner spinner_;
 };

@@ -175,7 +175,8 @@ void TeleoperateTool::update(float wall_dt, float) {
   for (int i = 0; i < TeleopSender::kSwitches; ++i) {
     if (down(Qt::Key_F1 + i)) switches |= 1u << i;
   }
-  sender_->set(hand().tip(), hand().jaw(), switches);
+  sender_->set(state_ && state_->source == vest_msgs::InstrumentState::SOURCE_TELEOP, hand().tip(),
+               hand().jaw(), switches);
   show();
 }
 

@@ -7,6 +7,7 @@
 
 #include <geometry_msgs/PoseStamped.h>
 #include <gtest/gtest.h>
+#include <ros/package.h>
 #include <ros/ros.h>
 #include <rviz/display.h>
 #include <rviz/render_panel.h>
@@ -25,6 +26,8 @@
 #include <QScreen>
 #include <QWheelEvent>
 
+#include "vest_instruments/control/teleoperator.h"
+
 namespace {
 
 QString g_picture;  ///< file; empty: none is kept
@@ -32,8 +35,10 @@ QString g_picture;  ///< file; empty: none is kept
 class Teleoperate : public ::testing::Test {
  protected:
   ros::NodeHandle nh;
-  rviz::RenderPanel panel;
-  std::unique_ptr<rviz::VisualizationManager> manager;
+  // rviz bears one manager in a process.
+  static rviz::RenderPanel* view;
+  static rviz::VisualizationManager* manager;
+  rviz::RenderPanel& panel = *view;
   rviz::Tool* tool = nullptr;
   std::map<std::string, geometry_msgs::Point> tip;
   std::map<std::string, int> count;
@@ -43,6 +48,21 @@ class Teleoperate : public ::testing::Test {
   std::vector<ros::Subscriber> subscribers;
   ros::Publisher states = nh.advertise<vest_msgs::InstrumentStates>("instruments", 1, true);
 
+  static void SetUpTestSuite() {
+    view = new rviz::RenderPanel;
+    view->resize(720, 576);
+    manager = new rviz::VisualizationManager(view);
+    view->initialize(manager->getSceneManager(), manager);
+    manager->initialize();
+    manager->setFixedFrame("world");
+    manager->startUpdate();
+    view->show();
+  }
+  static void TearDownTestSuite() {
+    manager->stopUpdate();
+    delete view;
+    delete manager;
+  }
   void SetUp() override {
     tf2_ros::StaticTransformBroadcaster tf;
     std::vector<geometry_msgs::TransformStamped> frames(2);
@@ -71,19 +91,12 @@ class Teleoperate : public ::testing::Test {
         "teleop/footswitches", 50, [this](const sensor_msgs::JoyConstPtr& m) { pedals = m->buttons; }));
     say(vest_msgs::InstrumentState::SOURCE_TELEOP);
 
-    panel.resize(720, 576);
-    manager = std::make_unique<rviz::VisualizationManager>(&panel);
-    panel.initialize(manager->getSceneManager(), manager.get());
-    manager->initialize();
-    manager->setFixedFrame("world");
-    manager->startUpdate();
-    panel.show();
     tool = manager->getToolManager()->addTool("vest_viz/Teleoperate");
     ASSERT_NE(tool, nullptr);
     manager->getToolManager()->setCurrentTool(tool);
     ASSERT_TRUE(spin([&] { return count["right"] > 0; }));
   }
-  void TearDown() override { manager->stopUpdate(); }
+  void TearDown() override { manager->getToolManager()->removeAll(); }
 
   void say(std::uint8_t source) {
     vest_msgs::InstrumentStates msg;
@@ -121,6 +134,9 @@ class Teleoperate : public ::testing::Test {
     return labels.isEmpty() ? QString() : labels[0]->text();
   }
 };
+
+rviz::RenderPanel* Teleoperate::view = nullptr;
+rviz::VisualizationManager* Teleoperate::manager = nullptr;
 
 TEST_F(Teleoperate, HeldKeysMoveTheTipAlongThePictureUntilTheyAreReleased) {
   const geometry_msgs::Point before = tip["right"];
@@ -194,16 +210,26 @@ TEST_F(Teleoperate, TakingOverIsExplicitStartsWhereTheInstrumentIsAndIsGivenBack
   say(vest_msgs::InstrumentState::SOURCE_BOX);
   ASSERT_TRUE(spin([&] { return legend().contains("moved by box") && legend().contains("take it over"); }));
   EXPECT_TRUE(command.empty()) << "nothing is taken that nobody asked for";
-  const geometry_msgs::Point at = tip["right"];
+  spin([] { return false; }, 0.1);
+  const int refused = count["right"];
+  spin([] { return false; }, 0.2);
+  EXPECT_EQ(count["right"], refused) << "nothing that would be refused is sent";
   press(Qt::Key_T);
   release(Qt::Key_T);
   ASSERT_TRUE(spin([&] { return command["right"] == "source:teleop"; }));
   say(vest_msgs::InstrumentState::SOURCE_TELEOP);
   ASSERT_TRUE(spin([&] { return legend().contains("give it back"); }));
-  EXPECT_EQ(tip["right"].x, at.x);
+  ASSERT_TRUE(spin([&] { return count["right"] > refused; }));
+  vest::control::Teleoperator there(
+      vest::kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml")
+          .arm(vest::tools::Instrument::Right));
+  there.place((vest::control::Joints() << 0.1, -0.1, 0.12, 0.0, 0.3).finished());
+  EXPECT_NEAR(tip["right"].x, there.tip().translation().x(), 1e-9);
+  EXPECT_NEAR(tip["right"].z, there.tip().translation().z(), 1e-9);
   press(Qt::Key_1);
   release(Qt::Key_1);
   EXPECT_TRUE(spin([&] { return command["right"] == "source:box"; })) << "choosing another gives it back";
+  say(vest_msgs::InstrumentState::SOURCE_TELEOP);
   EXPECT_TRUE(spin([&] { return count["left"] > 0; }));
   EXPECT_TRUE(legend().contains("Teleoperate left"));
   const int sent = count["right"];

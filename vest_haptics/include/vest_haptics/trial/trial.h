@@ -18,6 +18,7 @@ struct TrialSample {
   Eigen::Vector3d tip = Eigen::Vector3d::Zero();    ///< m, world: where the hand holds the tip
   Eigen::Vector3d asked = Eigen::Vector3d::Zero();  ///< N, world: what the newest model asks for
   Eigen::Vector3d shown = Eigen::Vector3d::Zero();  ///< N, world: what the device shows
+  Loads loads{};  ///< to the device
   bool contact = false, grasping = false;
   double jaw = 0.0;          ///< rad
   double allowance = 0.0;    ///< of the gate
