@@ -15,6 +15,7 @@ CASES = [
     ("scene.launch", [], ["phantom_box_emulator", "trainer", "view"]),
     ("scene.launch", ["scene:=/tmp/mine.yaml"], ["phantom_box_emulator", "trainer"]),
     ("trainer.launch", ["left:=sim", "right:=impulse_engine"], ["haptics_left", "haptics_right"]),
+    ("trainer.launch", ["inputs:=/tmp/inputs.yaml", "left:=sim"], ["input_devices", "haptic_devices"]),
     ("replay.launch", ["bag:=/tmp/session.bag"], ["play", "view"]),
 ]
 

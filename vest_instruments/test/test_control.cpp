@@ -184,11 +184,24 @@ TEST(PedalsTest, EveryMaskSwitchesWhatTheToolTakesAndAgeReleasesAll) {
     EXPECT_EQ(p.active(ToolKind::Endoscope, 10.05), 0u);
     EXPECT_EQ(p.active(ToolKind::CoagulationHook, 10.11), 0u) << "older than 100 ms counts as released";
     EXPECT_FALSE(p.clutch(10.11));
-    EXPECT_EQ(p.takeToolPress(), (mask & 16) != 0);
+    EXPECT_EQ(p.takeToolPress(), (mask & 16) != 0 ? kEveryInstrument : 0u);
     EXPECT_FALSE(p.takeToolPress());
     p.update(mask, 10.05);
     EXPECT_FALSE(p.takeToolPress()) << "held is not pressed again";
   }
+}
+
+TEST(PedalsTest, ASwitchActsOnItsOwnInstrumentsAlone) {
+  using vest::tools::Instrument;
+  Pedals p({{3, PedalFunction::Coagulate, maskOf(Instrument::Left)},
+            {3, PedalFunction::Clutch, maskOf(Instrument::Right)},
+            {31, PedalFunction::NextTool, maskOf(Instrument::Third)}});
+  p.update(1u << 3 | 1u << 31, 1.0);
+  EXPECT_EQ(p.active(ToolKind::CoagulationHook, 1.0, maskOf(Instrument::Left)), 2u);
+  EXPECT_EQ(p.active(ToolKind::CoagulationHook, 1.0, maskOf(Instrument::Right)), 32u);
+  EXPECT_FALSE(p.clutch(1.0, maskOf(Instrument::Left)));
+  EXPECT_TRUE(p.clutch(1.0, maskOf(Instrument::Right)));
+  EXPECT_EQ(p.takeToolPress(), maskOf(Instrument::Third));
 }
 
 }  // namespace

@@ -1,11 +1,9 @@
 #include <cmath>
-#include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include <gtest/gtest.h>
 
+#include "refusal.h"
 #include "vest_instruments/kinematics/jacobian.h"
 #include "vest_instruments/kinematics/trainer_box.h"
 
@@ -19,32 +17,12 @@ using vest::tools::ToolKind;
 
 const std::string kShipped = std::string(VEST_INSTRUMENTS_DIR) + "/config/trainer_box.yaml";
 
-std::string shippedText() {
-  std::ifstream in(kShipped);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 std::string refusal(const std::string& text) {
-  const std::string path = ::testing::TempDir() + "/vest_trainer_box_test.yaml";
-  std::ofstream(path) << text;
-  std::string message;
-  try {
-    loadTrainerBox(path);
-  } catch (const LayoutError& e) {
-    message = e.what();
-  }
-  std::remove(path.c_str());
-  if (!message.empty()) {
-    EXPECT_NE(message.find(path), std::string::npos) << "names the file: " << message;
-  }
-  return message;
+  return vest::testing::refusal(text, loadTrainerBox);
 }
 
 std::string with(const std::string& from, const std::string& to) {
-  std::string text = shippedText();
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
+  return vest::testing::changed(vest::testing::fileText(kShipped), from, to);
 }
 
 TEST(TrainerBox, TheShippedLayoutLoadsAndTrocarsPointAtTheirAims) {
@@ -83,7 +61,7 @@ TEST(TrainerBox, TheEndoscopeAtZeroAnglesSeesUpAsUp) {
 }
 
 TEST(TrainerBox, ABoxMayHaveTwoInstrumentsOnly) {
-  std::string text = shippedText();
+  std::string text = vest::testing::fileText(kShipped);
   const std::size_t from = text.find("  third:"), to = text.find("  endoscope:");
   text.erase(from, to - from);
   const std::string path = ::testing::TempDir() + "/vest_two_instruments.yaml";
@@ -93,7 +71,7 @@ TEST(TrainerBox, ABoxMayHaveTwoInstrumentsOnly) {
 }
 
 TEST(TrainerBox, EachMistakeIsRefusedWithTheFieldThatHoldsIt) {
-  EXPECT_EQ(refusal(shippedText()), "");
+  EXPECT_EQ(refusal(vest::testing::fileText(kShipped)), "");
   EXPECT_NE(refusal(with("dome: 0.03", "dome: 0.03\n  colour: red")).find("unknown key 'colour'"),
             std::string::npos);
   EXPECT_NE(refusal(with("dome: 0.03", "")).find("box.dome: missing"), std::string::npos);

@@ -6,7 +6,7 @@
 #include <ros/package.h>
 
 #include "vest_haptics/safety/freshness.h"
-#include "vest_instruments/kinematics/trainer_box.h"
+#include "vest_instruments/control/input_map.h"
 #include "vest_instruments/tools/tool_kind.h"
 
 namespace vest::ros_shell {
@@ -18,6 +18,7 @@ namespace {
 
 constexpr double kPosePeriod = 0.002;   // s: 500 Hz
 constexpr double kStatePeriod = 0.005;  // s: 200 Hz
+constexpr double kButtons = 0.015;      // s: a switch that is older than 100 ms counts as released
 
 template <class T>
 T parameter(const ros::NodeHandle& nh, const std::string& name, T otherwise) {
@@ -105,6 +106,18 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh)
         value.write(text);
       options_[key] = text.str();
     }
+  }
+  // An input map names device and options for each instrument.
+  const std::string inputs = parameter<std::string>(private_nh, "inputs", "");
+  if (!inputs.empty()) {
+    const control::InputMap map = control::loadInputMap(inputs);
+    const control::InstrumentInput& in = map.instruments[static_cast<std::size_t>(instrument)];
+    if (in.source != control::Source::Haptic)
+      throw std::runtime_error(inputs + ": instruments." + name_ + ".source: '" +
+                               std::string(control::sourceName(in.source)) +
+                               "'; allowed: haptic, for a device is started for it");
+    device_word_ = in.device;
+    options_ = in.options;
   }
   openDevice();
 
@@ -275,8 +288,10 @@ void HapticShell::publish(const TickReport& r) {
     jaw_.position[0] = c.joints ? r.sample.joints[4] : r.sample.jaw;
     jaw_js_.publish(jaw_);
   }
-  if (r.valid && r.sample.buttons != last_buttons_) {
+  const bool due = 1e-9 * static_cast<double>(r.now_ns) - last_joy_ >= kButtons;
+  if (c.buttons > 0 && r.valid && (r.sample.buttons != last_buttons_ || due)) {
     last_buttons_ = r.sample.buttons;
+    last_joy_ = 1e-9 * static_cast<double>(r.now_ns);
     sensor_msgs::Joy joy;
     joy.header.stamp = when;
     for (int i = 0; i < c.buttons; ++i) joy.buttons.push_back(static_cast<int>((last_buttons_ >> i) & 1u));

@@ -57,6 +57,7 @@ class HapticShell {
   sensor_msgs::JointState js_, jaw_;
   vest_msgs::HapticState haptic_state_;
   std::uint32_t last_buttons_ = 0xffffffff;
+  double last_joy_ = -1.0;  // s, steady
   std::string last_state_;
   bool last_homed_ = false;
   haptics::LoopStatistics last_statistics_;

@@ -7,10 +7,8 @@ namespace vest::control {
 using tools::ToolKind;
 
 std::optional<PedalFunction> pedalFunctionFromName(std::string_view name) {
-  constexpr std::array<std::string_view, 8> kNames{"none",    "coag", "cut",  "irrigation",
-                                                   "suction", "fire", "tool", "clutch"};
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if (kNames[i] == name) return static_cast<PedalFunction>(i);
+  for (std::size_t i = 0; i < kPedalFunctions.size(); ++i) {
+    if (kPedalFunctions[i] == name) return static_cast<PedalFunction>(i);
   }
   return std::nullopt;
 }
@@ -32,23 +30,28 @@ std::uint32_t functionsOf(ToolKind kind) {
   }
 }
 
+Pedals::Pedals(const std::array<PedalFunction, kCount>& functions) {
+  for (int i = 0; i < kCount; ++i)
+    switches_.push_back({i, functions[static_cast<std::size_t>(i)], kEveryInstrument});
+}
+
 void Pedals::update(std::uint32_t mask, double now) {
   const std::uint32_t before = stale(now) ? 0 : mask_;
-  for (std::size_t i = 0; i < functions_.size(); ++i) {
-    const std::uint32_t bit = 1u << i;
-    if (functions_[i] == PedalFunction::NextTool && (mask & bit) != 0 && (before & bit) == 0)
-      tool_press_ = true;
+  for (const Switch& s : switches_) {
+    const std::uint32_t bit = 1u << s.button;
+    if (s.function == PedalFunction::NextTool && (mask & bit) != 0 && (before & bit) == 0)
+      tool_press_ |= s.instruments;
   }
   mask_ = mask;
   last_ = now;
 }
 
-std::uint32_t Pedals::requested(double now) const {
+std::uint32_t Pedals::requested(double now, InstrumentMask of) const {
   if (stale(now)) return 0;
   std::uint32_t on = 0;
-  for (std::size_t i = 0; i < functions_.size(); ++i) {
-    if ((mask_ & (1u << i)) == 0) continue;
-    switch (functions_[i]) {
+  for (const Switch& s : switches_) {
+    if ((mask_ & (1u << s.button)) == 0 || (s.instruments & of) == 0) continue;
+    switch (s.function) {
       case PedalFunction::Coagulate:
         on |= tools::kFunctionCoagulate;
         break;
@@ -75,20 +78,18 @@ std::uint32_t Pedals::requested(double now) const {
   return on;
 }
 
-std::uint32_t Pedals::active(ToolKind kind, double now) const {
+std::uint32_t Pedals::active(ToolKind kind, double now, InstrumentMask of) const {
   const std::uint32_t clutch =
       kind == ToolKind::Endoscope ? 0u : static_cast<std::uint32_t>(tools::kFunctionClutch);
-  return requested(now) & (functionsOf(kind) | clutch);
+  return requested(now, of) & (functionsOf(kind) | clutch);
 }
 
-bool Pedals::clutch(double now) const {
-  return (requested(now) & tools::kFunctionClutch) != 0;
+bool Pedals::clutch(double now, InstrumentMask of) const {
+  return (requested(now, of) & tools::kFunctionClutch) != 0;
 }
 
-bool Pedals::takeToolPress() {
-  const bool pressed = tool_press_;
-  tool_press_ = false;
-  return pressed;
+InstrumentMask Pedals::takeToolPress() {
+  return std::exchange(tool_press_, 0u);
 }
 
 }  // namespace vest::control

@@ -31,6 +31,42 @@ std::string word(const ros::NodeHandle& nh, const std::string& name, const std::
   return read<std::string>(nh, name, otherwise, "a word");
 }
 
+vest::control::InputMap inputsFromParameters(const ros::NodeHandle& nh) {
+  vest::control::InputMap map;
+  for (std::size_t i = 0; i < kInstrumentCount; ++i) {
+    const std::string name(vest::tools::instrumentName(static_cast<vest::tools::Instrument>(i)));
+    const std::string source = word(nh, "sources/" + name, "box");
+    const auto known = vest::control::sourceFromName(source);
+    if (!known) refuse(nh, "sources/" + name, "'" + source + "'", "none, box, haptic, crtk, teleop, replay");
+    map.instruments[i].source = *known;
+    map.instruments[i].handle = static_cast<vest::tools::Instrument>(i);
+  }
+  const auto pedals = read<std::vector<std::string>>(
+      nh, "pedals", {"coag", "cut", "irrigation", "suction", "tool", "clutch"}, "a list of six words");
+  if (pedals.size() != vest::control::Pedals::kCount) {
+    refuse(nh, "pedals", std::to_string(pedals.size()) + " entries", "six, one for each pedal");
+  }
+  const std::string next = word(nh, "tool_pedal_instrument", "right");
+  int found = -1;
+  for (int i = 0; i < 3; ++i) {
+    if (vest::tools::instrumentName(static_cast<vest::tools::Instrument>(i)) == next) found = i;
+  }
+  if (found < 0) refuse(nh, "tool_pedal_instrument", "'" + next + "'", "left, right, third");
+  vest::control::SwitchSource box{"box", {}};
+  for (std::size_t i = 0; i < pedals.size(); ++i) {
+    const auto f = vest::control::pedalFunctionFromName(pedals[i]);
+    if (!f)
+      refuse(nh, "pedals", "'" + pedals[i] + "'", "none, coag, cut, irrigation, suction, fire, tool, clutch");
+    box.switches.push_back({static_cast<int>(i), *f,
+                            *f == vest::control::PedalFunction::NextTool
+                                ? vest::control::maskOf(static_cast<vest::tools::Instrument>(found))
+                                : vest::control::kEveryInstrument});
+  }
+  map.switches.push_back(box);
+  map.switches.push_back({"teleop", box.switches});  // a keyboard stands in for the footswitches
+  return map;
+}
+
 }  // namespace
 
 Configuration readConfiguration(const ros::NodeHandle& nh) {
@@ -40,10 +76,6 @@ Configuration readConfiguration(const ros::NodeHandle& nh) {
   for (std::size_t i = 0; i < kInstrumentCount; ++i) {
     auto& arm = c.box.arms[i];
     const std::string name(vest::tools::instrumentName(static_cast<vest::tools::Instrument>(i)));
-    const std::string source = word(nh, "sources/" + name, "box");
-    const auto known = vest::control::sourceFromName(source);
-    if (!known) refuse(nh, "sources/" + name, "'" + source + "'", "none, box, haptic, crtk, teleop, replay");
-    c.sources[i] = *known;
     if (name == "endoscope" || !arm.present) continue;
     const std::string tool = word(nh, "tools/" + name, std::string(vest::tools::toolName(arm.tool)));
     const auto kind = vest::tools::toolFromName(tool);
@@ -52,24 +84,8 @@ Configuration readConfiguration(const ros::NodeHandle& nh) {
     }
     arm.tool = *kind;
   }
-  const auto pedals = read<std::vector<std::string>>(
-      nh, "pedals", {"coag", "cut", "irrigation", "suction", "tool", "clutch"}, "a list of six words");
-  if (pedals.size() != c.pedals.size()) {
-    refuse(nh, "pedals", std::to_string(pedals.size()) + " entries", "six, one for each pedal");
-  }
-  for (std::size_t i = 0; i < c.pedals.size(); ++i) {
-    const auto f = vest::control::pedalFunctionFromName(pedals[i]);
-    if (!f)
-      refuse(nh, "pedals", "'" + pedals[i] + "'", "none, coag, cut, irrigation, suction, fire, tool, clutch");
-    c.pedals[i] = *f;
-  }
-  const std::string next = word(nh, "tool_pedal_instrument", "right");
-  int found = -1;
-  for (int i = 0; i < 3; ++i) {
-    if (vest::tools::instrumentName(static_cast<vest::tools::Instrument>(i)) == next) found = i;
-  }
-  if (found < 0) refuse(nh, "tool_pedal_instrument", "'" + next + "'", "left, right, third");
-  c.tool_pedal_instrument = static_cast<vest::tools::Instrument>(found);
+  const std::string inputs = word(nh, "inputs", "");
+  c.inputs = inputs.empty() ? inputsFromParameters(nh) : vest::control::loadInputMap(inputs);
   for (const std::string& tool :
        read<std::vector<std::string>>(nh, "tool_tray", {}, "a list of tools' names")) {
     const auto kind = vest::tools::toolFromName(tool);

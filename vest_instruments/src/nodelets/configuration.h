@@ -6,17 +6,16 @@
 
 #include <ros/node_handle.h>
 
-#include "vest_instruments/control/instrument.h"
-#include "vest_instruments/control/pedals.h"
+#include "vest_instruments/control/input_map.h"
 
 namespace vest_instruments {
 
 /// Parameters of the node, read once and checked.
 struct Configuration {
   vest::kinematics::TrainerBox box;
-  std::array<vest::control::Source, vest::tools::kInstrumentCount> sources;
-  std::array<vest::control::PedalFunction, vest::control::Pedals::kCount> pedals;
-  vest::tools::Instrument tool_pedal_instrument = vest::tools::Instrument::Right;
+  /// Who moves what, and what switches do: the file ~inputs, or else ~sources, ~pedals,
+  /// ~tool_pedal_instrument.
+  vest::control::InputMap inputs;
   /// What the pedal hands over, press by press, round and round; empty: every tool in the order of ToolKind.
   std::vector<vest::tools::ToolKind> tool_tray;
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< phantom_box in world: ~tilt

@@ -46,7 +46,7 @@ void CrtkArm::listen(ros::NodeHandle& nh, const std::string& topic, F handler) {
 }
 
 CrtkArm::CrtkArm(ros::NodeHandle& parent, const std::string& name, vest::control::Instrument& instrument,
-                 const std::string& type_package, Clock clock)
+                 const std::string& hand, const std::string& type_package, Clock clock)
     : name_(name), instrument_(instrument), clock_(std::move(clock)), endoscope_(name == "endoscope") {
   ros::NodeHandle nh(parent, name);
   measured_js_ = nh.advertise<sensor_msgs::JointState>("measured_js", 10);
@@ -105,12 +105,12 @@ CrtkArm::CrtkArm(ros::NodeHandle& parent, const std::string& name, vest::control
   listen<std_msgs::Empty>(nh, "free",
                           [this](const std_msgs::Empty&) { take("free", instrument_.hold(clock_())); });
 
-  ros::NodeHandle teleop(parent, "teleop/" + name);
-  listen<geometry_msgs::PoseStamped>(teleop, "servo_cp", [this](const geometry_msgs::PoseStamped& m) {
-    onPose("teleop servo_cp", m, false, Source::Teleop);
+  ros::NodeHandle teleop(parent, hand + "/" + name);
+  listen<geometry_msgs::PoseStamped>(teleop, "servo_cp", [this, hand](const geometry_msgs::PoseStamped& m) {
+    onPose(hand + " servo_cp", m, false, Source::Teleop);
   });
-  listen<sensor_msgs::JointState>(teleop, "jaw/servo_jp", [this](const sensor_msgs::JointState& m) {
-    onJaw("teleop jaw/servo_jp", m, Source::Teleop);
+  listen<sensor_msgs::JointState>(teleop, "jaw/servo_jp", [this, hand](const sensor_msgs::JointState& m) {
+    onJaw(hand + " jaw/servo_jp", m, Source::Teleop);
   });
 
   for (int i = 0; i < (endoscope_ ? 5 : 4); ++i) {

@@ -21,10 +21,12 @@ class CrtkArm {
  public:
   using Clock = std::function<double()>;  ///< steady time, s
 
+  /// @param hand namespace of the topics of the source `teleop`: teleop, or gamepad where the input map says
+  /// so
   /// @param type_package package named in the wire type of operating_state and state_command (same MD5 either
   /// way)
   CrtkArm(ros::NodeHandle& nh, const std::string& name, vest::control::Instrument& instrument,
-          const std::string& type_package, Clock clock);
+          const std::string& hand, const std::string& type_package, Clock clock);
 
   /// measured_*, setpoint_*: only what somebody listens to.
   void publish(const ros::Time& stamp);

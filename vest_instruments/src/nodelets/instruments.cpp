@@ -71,34 +71,35 @@ double Instruments::steadyNow() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-void Instruments::JointMap::learn(const std::vector<std::string>& new_names) {
+void Instruments::JointMap::learn(const std::vector<std::string>& new_names,
+                                  const vest::control::InputMap& inputs) {
   if (new_names == names) return;
   names = new_names;
   for (std::size_t i = 0; i < kCount; ++i) {
+    const auto handle = static_cast<std::size_t>(inputs.instruments[i].handle);
     for (std::size_t k = 0; k < 5; ++k) {
       index[i][k] = -1;
       for (std::size_t n = 0; n < names.size(); ++n) {
-        if (names[n] == jointName(i, k)) index[i][k] = static_cast<int>(n);
+        if (names[n] == jointName(handle, k)) index[i][k] = static_cast<int>(n);
       }
     }
   }
 }
 
 Instruments::Instruments(ros::NodeHandle nh, ros::NodeHandle private_nh)
-    : configuration_(readConfiguration(private_nh)),
-      nh_(nh),
-      pedals_(configuration_.pedals),
-      collision_(configuration_.box) {
+    : configuration_(readConfiguration(private_nh)), nh_(nh), collision_(configuration_.box) {
   grasping_at_.fill(-1.0);
   instruments_.reserve(kCount);
   for (std::size_t i = 0; i < kCount; ++i) {
-    instruments_.emplace_back(configuration_.box.arms[i], configuration_.sources[i]);
+    instruments_.emplace_back(configuration_.box.arms[i], configuration_.inputs.instruments[i].source);
   }
   crtk_.resize(kCount);
   for (std::size_t i = 0; i < kCount; ++i) {
     if (!instruments_[i].present()) continue;
-    crtk_[i] = std::make_unique<CrtkArm>(nh_, instrumentName(i), instruments_[i], configuration_.type_package,
-                                         &Instruments::steadyNow);
+    const bool gamepad = configuration_.inputs.instruments[i].gamepad();
+    crtk_[i] =
+        std::make_unique<CrtkArm>(nh_, instrumentName(i), instruments_[i], gamepad ? "gamepad" : "teleop",
+                                  configuration_.type_package, &Instruments::steadyNow);
     vest_msgs::InstrumentState state;
     state.name = instrumentName(i);
     states_.instruments.push_back(state);
@@ -123,9 +124,14 @@ Instruments::Instruments(ros::NodeHandle nh, ros::NodeHandle private_nh)
       "replay/joint_states", 20,
       [this](const sensor_msgs::JointStateConstPtr& msg) { onJoints(*msg, Source::Replay, replay_map_); },
       ros::VoidConstPtr(), hints));
-  subscribers_.push_back(nh_.subscribe<sensor_msgs::Joy>(
-      "phantom_box/footswitches", 20, [this](const sensor_msgs::JoyConstPtr& msg) { onFootswitches(*msg); },
-      ros::VoidConstPtr(), hints));
+  pedals_.reserve(configuration_.inputs.switches.size());
+  for (const vest::control::SwitchSource& source : configuration_.inputs.switches) {
+    vest::control::Pedals& pedals = pedals_.emplace_back(source.switches);
+    subscribers_.push_back(nh_.subscribe<sensor_msgs::Joy>(
+        source.topic(), 20,
+        [this, &pedals](const sensor_msgs::JoyConstPtr& msg) { onSwitches(*msg, pedals); },
+        ros::VoidConstPtr(), hints));
+  }
   subscribers_.push_back(nh_.subscribe<vest_msgs::ContactModels>(
       "tissue/contacts", 5, [this](const vest_msgs::ContactModelsConstPtr& msg) { onContacts(*msg); },
       ros::VoidConstPtr(), hints));
@@ -167,7 +173,7 @@ void Instruments::onJoints(const sensor_msgs::JointState& msg, Source source, Jo
                       source == Source::Box ? "phantom_box" : "replay");
     return;
   }
-  map.learn(msg.name);
+  map.learn(msg.name, configuration_.inputs);
   const double now = steadyNow();
   bool used = false;
   const bool has_velocity = msg.velocity.size() == msg.position.size();
@@ -197,26 +203,37 @@ void Instruments::onJoints(const sensor_msgs::JointState& msg, Source source, Jo
   if (source == Source::Box || now - last_box_ > 0.01) publish(msg.header.stamp, now);
 }
 
-void Instruments::onFootswitches(const sensor_msgs::Joy& msg) {
+void Instruments::onSwitches(const sensor_msgs::Joy& msg, vest::control::Pedals& pedals) {
   if (msg.header.stamp.isZero()) return;
   std::uint32_t mask = 0;
-  for (std::size_t i = 0; i < msg.buttons.size() && i < vest::control::Pedals::kCount; ++i) {
+  for (std::size_t i = 0; i < msg.buttons.size() && i < vest::control::Pedals::kMost; ++i) {
     if (msg.buttons[i] == 1) mask |= 1u << i;
   }
-  pedals_.update(mask, steadyNow());
-  if (!pedals_.takeToolPress()) return;
-  const auto i = static_cast<std::size_t>(configuration_.tool_pedal_instrument);
-  if (!instruments_[i].present()) return;
+  pedals.update(mask, steadyNow());
+  const vest::control::InstrumentMask pressed = pedals.takeToolPress();
+  for (std::size_t i = 0; i < kCount; ++i) {
+    if ((pressed >> i & 1u) != 0 && instruments_[i].present()) nextTool(i);
+  }
+}
+
+void Instruments::nextTool(std::size_t i) {
   const auto& tray = configuration_.tool_tray;
   const int current = static_cast<int>(instruments_[i].tool());
   const int last = static_cast<int>(ToolKind::SlingApplicator);
   const ToolKind next = tray.empty() ? static_cast<ToolKind>(current >= last ? 1 : current + 1)
-                                     : tray[tray_place_ % tray.size()];
+                                     : tray[tray_place_[i] % tray.size()];
   const std::string reason = exchange(i, next);
   if (reason.empty())
-    ++tray_place_;
+    ++tray_place_[i];
   else
     ROS_WARN("%s: %s", instrumentName(i).c_str(), reason.c_str());
+}
+
+std::uint32_t Instruments::functions(std::size_t i, double now) const {
+  const auto of = vest::control::maskOf(static_cast<vest::tools::Instrument>(i));
+  std::uint32_t on = 0;
+  for (const vest::control::Pedals& pedals : pedals_) on |= pedals.active(instruments_[i].tool(), now, of);
+  return on;
 }
 
 void Instruments::onContacts(const vest_msgs::ContactModels& msg) {
@@ -270,10 +287,10 @@ void Instruments::publish(const ros::Time& stamp, double now) {
   last_stamp_ = stamp;
   last_publish_ = now;
   ++published_;
-  const bool clutch = pedals_.clutch(now);
-  for (Instrument& instrument : instruments_) {
+  for (std::size_t i = 0; i < kCount; ++i) {
+    Instrument& instrument = instruments_[i];
     if (!instrument.present()) continue;
-    instrument.setClutch(clutch && instrument.tool() != ToolKind::Endoscope);
+    instrument.setClutch((functions(i, now) & vest::tools::kFunctionClutch) != 0);
     instrument.update(now);
   }
   if (last_collision_ < 0.0 || now - last_collision_ >= kCollisionPeriod) {
@@ -332,7 +349,7 @@ void Instruments::fillStates(const ros::Time& stamp, double now) {
     s.twist.angular.x = twist[3];
     s.twist.angular.y = twist[4];
     s.twist.angular.z = twist[5];
-    s.functions = instrument.valid() ? pedals_.active(instrument.tool(), now) : 0u;
+    s.functions = instrument.valid() ? functions(i, now) : 0u;
     if (instrument.fires()) s.functions |= vest::tools::kFunctionFire;
     s.colliding = colliding_[i];
     ++n;
@@ -480,8 +497,14 @@ void Instruments::onDiagnostics() {
   DiagnosticStatus node;
   node.name = "vest_instruments: node";
   node.hardware_id = "vest";
-  node.level = pedals_.stale(now) ? DiagnosticStatus::WARN : DiagnosticStatus::OK;
-  node.message = pedals_.stale(now) ? "no footswitches: all count as released" : "running";
+  std::string silent;
+  for (std::size_t k = 0; k < pedals_.size(); ++k) {
+    // A keyboard's switches are there only while somebody teleoperates.
+    const std::string& on = configuration_.inputs.switches[k].on;
+    if (pedals_[k].stale(now) && on != "teleop") silent += (silent.empty() ? "" : ", ") + on;
+  }
+  node.level = silent.empty() ? DiagnosticStatus::OK : DiagnosticStatus::WARN;
+  node.message = silent.empty() ? "running" : "no switches from " + silent + ": all count as released";
   value(node, "rate_hz", std::to_string(published_ - published_before_));
   value(node, "rejected_inputs", std::to_string(rejected_));
   published_before_ = published_;

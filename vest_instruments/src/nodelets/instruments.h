@@ -41,12 +41,14 @@ class Instruments {
     JointMap() {
       for (auto& joints : index) joints.fill(-1);
     }
-    void learn(const std::vector<std::string>& new_names);
+    void learn(const std::vector<std::string>& new_names, const vest::control::InputMap& inputs);
   };
 
   static double steadyNow();
   void onJoints(const sensor_msgs::JointState& msg, vest::control::Source source, JointMap& map);
-  void onFootswitches(const sensor_msgs::Joy& msg);
+  void onSwitches(const sensor_msgs::Joy& msg, vest::control::Pedals& pedals);
+  void nextTool(std::size_t i);
+  std::uint32_t functions(std::size_t i, double now) const;  ///< what the switches ask of it
   void onContacts(const vest_msgs::ContactModels& msg);
   void onHapticPose(std::size_t i, const geometry_msgs::PoseStamped& msg);
   void onTimer();
@@ -64,9 +66,9 @@ class Instruments {
   Configuration configuration_;
   ros::NodeHandle nh_;
   std::vector<vest::control::Instrument> instruments_;
-  std::vector<std::unique_ptr<CrtkArm>> crtk_;  ///< null where the box has no such instrument
-  vest::control::Pedals pedals_;
-  std::size_t tray_place_ = 0;  ///< presses of the tool pedal that exchanged a tool
+  std::vector<std::unique_ptr<CrtkArm>> crtk_;    ///< null where the box has no such instrument
+  std::vector<vest::control::Pedals> pedals_;     ///< one for each entry of configuration_.inputs.switches
+  std::array<std::size_t, kCount> tray_place_{};  ///< presses of the tool pedal that exchanged a tool
   vest::collision::CollisionModel collision_;
   std::array<bool, kCount> colliding_{};
   std::array<bool, kCount> grasping_{};

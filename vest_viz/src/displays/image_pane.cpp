@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include <QCoreApplication>
 #include <QEvent>
 #include <QPainter>
 
@@ -42,6 +43,20 @@ bool ImagePane::eventFilter(QObject* watched, QEvent* event) {
     raise();
   }
   return false;
+}
+
+bool ImagePane::event(QEvent* event) {
+  switch (event->type()) {
+    case QEvent::MouseButtonPress:
+    case QEvent::MouseButtonRelease:
+    case QEvent::MouseMove:
+    case QEvent::Wheel:
+      if (host_ != nullptr) return QCoreApplication::sendEvent(host_, event);
+      break;
+    default:
+      break;
+  }
+  return QWidget::event(event);
 }
 
 void ImagePane::paintEvent(QPaintEvent*) {

@@ -17,6 +17,8 @@ class ImagePane : public QWidget {
 
  protected:
   void paintEvent(QPaintEvent* event) override;
+  /// Over a host, mouse and wheel are the host's.
+  bool event(QEvent* event) override;
   bool eventFilter(QObject* watched, QEvent* event) override;
 
  private:

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "vest_instruments/tools/tool_kind.h"
 
@@ -11,35 +13,55 @@ namespace vest::control {
 
 /// What a pedal of the box does.
 enum class PedalFunction : std::uint8_t { None, Coagulate, Cut, Irrigate, Suck, Fire, NextTool, Clutch };
-/// none, coag, cut, irrigation, suction, fire, tool, clutch.
+/// Their words, in the order of PedalFunction.
+inline constexpr std::array<std::string_view, 8> kPedalFunctions{"none",    "coag", "cut",  "irrigation",
+                                                                 "suction", "fire", "tool", "clutch"};
 std::optional<PedalFunction> pedalFunctionFromName(std::string_view name);
 
 /// Functions (tools::ToolFunction mask) that a kind of tool takes at all.
 std::uint32_t functionsOf(tools::ToolKind kind);
 
-/// Six footswitches: which functions are on. Data older than kStale counts as released.
+/// Bit i: instrument i of tools::Instrument.
+using InstrumentMask = std::uint32_t;
+inline constexpr InstrumentMask kEveryInstrument = (1u << tools::kInstrumentCount) - 1u;
+constexpr InstrumentMask maskOf(tools::Instrument i) {
+  return 1u << static_cast<unsigned>(i);
+}
+
+/// One switch of a source of input: which button it is, what it does, for whom.
+struct Switch {
+  int button = 0;  ///< 0 … 31
+  PedalFunction function = PedalFunction::None;
+  InstrumentMask instruments = kEveryInstrument;
+};
+
+/// The switches of one source (footswitches of the box, pedals on USB, a gamepad, buttons of a haptic
+/// device): which functions are on. Data older than kStale counts as released.
 class Pedals {
  public:
-  static constexpr int kCount = 6;
+  static constexpr int kCount = 6;       ///< of the box
+  static constexpr int kMost = 32;       ///< of any source
   static constexpr double kStale = 0.1;  ///< s
 
-  explicit Pedals(const std::array<PedalFunction, kCount>& functions) : functions_(functions) {}
+  /// Six footswitches for every instrument.
+  explicit Pedals(const std::array<PedalFunction, kCount>& functions);
+  explicit Pedals(std::vector<Switch> switches) : switches_(std::move(switches)) {}
 
-  /// @param mask bit i: pedal i is down. @param now steady time, s
+  /// @param mask bit i: button i is down. @param now steady time, s
   void update(std::uint32_t mask, double now);
-  /// Mask of tools::ToolFunction for an instrument with this tool at `now`.
-  std::uint32_t active(tools::ToolKind kind, double now) const;
-  bool clutch(double now) const;
-  /// True once for each press of a `tool` pedal.
-  bool takeToolPress();
+  /// Mask of tools::ToolFunction for an instrument with this tool at `now`. @param of the instrument's bit
+  std::uint32_t active(tools::ToolKind kind, double now, InstrumentMask of = kEveryInstrument) const;
+  bool clutch(double now, InstrumentMask of = kEveryInstrument) const;
+  /// Instruments whose `tool` switch was pressed since the last call; each press counts once.
+  InstrumentMask takeToolPress();
   bool stale(double now) const { return last_ < 0.0 || now - last_ > kStale; }
 
  private:
-  std::uint32_t requested(double now) const;
-  std::array<PedalFunction, kCount> functions_;
+  std::uint32_t requested(double now, InstrumentMask of) const;
+  std::vector<Switch> switches_;
   std::uint32_t mask_ = 0;
   double last_ = -1.0;
-  bool tool_press_ = false;
+  InstrumentMask tool_press_ = 0;
 };
 
 }  // namespace vest::control
