@@ -62,6 +62,13 @@ void onTool(ToolLoad& load, const float f[3], const float p[3], double h) {
 
 }  // namespace
 
+void onJaws(ToolLoad& load, const float jaw[3], const float f[3], const float n[3], double h,
+            double stiffness) {
+  const double lever = n[0] * jaw[0] + n[1] * jaw[1] + n[2] * jaw[2];
+  load.jaw_impulse += (f[0] * jaw[0] + f[1] * jaw[1] + f[2] * jaw[2]) * h;
+  load.jaw_stiffness += stiffness * lever * lever;
+}
+
 void addToolContacts(Block& block, const std::vector<ToolContact>& contacts, float fraction, float h,
                      float dt, ObjectLoads& loads) {
   const Rows r(block);
@@ -99,6 +106,7 @@ void addToolContacts(Block& block, const std::vector<ToolContact>& contacts, flo
     addTensor(load.stiffness, c.normal, c.stiffness * share);
     addTensor(load.damping, c.normal, c.damping * share);
     for (int i = 0; i < 3; ++i) load.normal[i] += static_cast<double>(c.normal[i]) * f.normal * share;
+    onJaws(load, c.jaw, on_tool, c.normal, h, c.stiffness * share);
     loads.work += (on_tissue[0] * tool_velocity[0] + on_tissue[1] * tool_velocity[1] +
                    on_tissue[2] * tool_velocity[2]) *
                   static_cast<double>(h);

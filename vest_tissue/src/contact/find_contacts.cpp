@@ -94,7 +94,6 @@ void findToolContacts(Context& c, std::size_t object) {
   ObjectScratch& o = c.scratch.objects[object];
   o.contacts.clear();
   if (!constants.net || s.triangles.empty()) return;
-  const float* const w = row(s, Block::kInverseMass);
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     for (int k = 0; k < c.scratch.capsule_count[t]; ++k) {
       const auto &before = c.scratch.capsules_before[t][k], &after = c.scratch.capsules_after[t][k];
@@ -149,6 +148,13 @@ void findToolContacts(Context& c, std::size_t object) {
           r.start[e] = static_cast<float>(start[e]);
           r.travel[e] = static_cast<float>(end[e] - start[e]);
         }
+        if (jaw) {
+          const auto& pose = c.state.proxies[t].pose;
+          const Vector3d z = pose.orientation * Vector3d::UnitZ(), y = pose.orientation * Vector3d::UnitY();
+          const Vector3d arm = end - (pose.tip - tools::toolGeometry(c.state.proxies[t].tool).jaw_length * z);
+          const Vector3d way = (after.which == 0 ? 0.5 : -0.5) * y.cross(arm);
+          for (int e = 0; e < 3; ++e) r.jaw[e] = static_cast<float>(way[e]);
+        }
         r.reach = static_cast<float>(touch);
         r.friction =
             static_cast<float>(jaw ? std::max(described.friction, kJawFriction) : described.friction);
@@ -170,10 +176,10 @@ void findToolContacts(Context& c, std::size_t object) {
     double inverse = 0.0;
     int most = 1;
     for (int e = 0; e < 3; ++e) {
-      inverse += static_cast<double>(r.weights[e]) * r.weights[e] * w[r.knots[e]];
+      inverse += static_cast<double>(r.weights[e]) * r.weights[e] * contactInverseMass(s, r.knots[e]);
       if (r.weights[e] > 1e-6f) most = std::max<int>(most, o.shared[r.knots[e]]);
     }
-    const double mass = inverse > 0.0 ? 1.0 / inverse : 1e-4;
+    const double mass = 1.0 / inverse;
     r.stiffness = static_cast<float>(constants.contact_omega_squared * mass / most);
     r.damping = static_cast<float>(2.0 * kContactDamping * omega * mass / most);
     r.grip = static_cast<float>(2.0 * kGrip * omega * mass / most);

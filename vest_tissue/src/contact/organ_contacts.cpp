@@ -144,20 +144,19 @@ void findOrganContacts(Context& c) {
     }
     OrganContact r;
     r.object = pair.object, r.other = pair.other, r.knot = pair.knot, r.triangle = k;
-    const double inverse_a = row(sa, Block::kInverseMass)[pair.knot];
+    const double inverse_a = contactInverseMass(sa, pair.knot);
     double inverse_b = 0.0;
     for (int e = 0; e < 3; ++e) {
       r.weights[e] = static_cast<float>(n.weights[e]);
       r.normal[e] = static_cast<float>(normal[e]);
-      inverse_b += n.weights[e] * n.weights[e] * row(sb, Block::kInverseMass)[k[e]];
+      inverse_b += n.weights[e] * n.weights[e] * contactInverseMass(sb, k[e]);
     }
     // Finite elements that move first answer implicitly: then only the other side's mass limits the spring.
     const int turn_a = turnOf(c, pair.object), turn_b = turnOf(c, pair.other);
     r.implicit_side = turn_a < turn_b ? 1 : turn_b < turn_a ? 2 : 0;
     double inverse = inverse_a + inverse_b;
-    if (r.implicit_side == 1 && inverse_b > 0.0) inverse = inverse_b;
-    if (r.implicit_side == 2 && inverse_a > 0.0) inverse = inverse_a;
-    if (!(inverse > 0.0)) continue;
+    if (r.implicit_side == 1) inverse = inverse_b;
+    if (r.implicit_side == 2) inverse = inverse_a;
     r.batches = std::min(sa.batches, sb.batches) * c.stretch;
     const double h = c.dt / r.batches;
     r.stiffness = static_cast<float>(kShare / (h * h * inverse));

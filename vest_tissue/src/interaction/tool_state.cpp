@@ -56,7 +56,13 @@ void stepProxy(Proxy& proxy, const scene::ToolInput& input, double dt) {
   q.coeffs() /= std::sqrt(q.squaredNorm());
   proxy.pose.orientation = throughPivot(q, input.pivot, proxy.pose.tip);
   const double most = kJawSpeedLimit * dt;
-  proxy.pose.jaw += std::clamp(std::max(input.jaw, 0.0) - proxy.pose.jaw, -most, most);
+  double way = std::max(input.jaw, 0.0) - proxy.pose.jaw;
+  if (proxy.jaw_stiffness > 0.0) {
+    const double limit = 0.5 * tools::toolGeometry(proxy.tool).jaw_length * kJawForceLimit;
+    way = std::clamp(way, (proxy.jaw_torque - limit) / proxy.jaw_stiffness,
+                     (proxy.jaw_torque + limit) / proxy.jaw_stiffness);
+  }
+  proxy.pose.jaw = std::max(0.0, proxy.pose.jaw + std::clamp(way, -most, most));
 }
 
 int placeCapsules(const tools::ToolGeometry& g, const ToolPose& pose, PlacedCapsule* out) {

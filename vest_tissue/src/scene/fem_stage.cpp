@@ -73,7 +73,8 @@ bool gatherPoints(Context& c, ObjectScratch& o, double fraction) {
     ++of_tool[p.tool];
     points.push_back(point);
   }
-  for (const contact::ToolContact& t : o.contacts) {
+  for (std::uint32_t i = 0; i < o.contacts.size(); ++i) {
+    const contact::ToolContact& t = o.contacts[i];
     TissuePoint point;
     Vector3d q = Vector3d::Zero();
     for (int e = 0; e < 3; ++e) {
@@ -92,6 +93,7 @@ bool gatherPoints(Context& c, ObjectScratch& o, double fraction) {
     point.stiffness = t.stiffness;
     point.friction = t.friction;
     point.tool = t.tool;
+    point.source = i;
     ++of_tool[t.tool];
     points.push_back(point);
   }
@@ -173,6 +175,9 @@ void tellTools(Context& c, const ObjectState& s, ObjectScratch& o, double h) {
       addTensor(load.stiffness, point.normal, k);
       const double push = -point.force.dot(point.normal);
       for (int e = 0; e < 3; ++e) load.normal[e] += point.normal[e] * push * share;
+      const contact::ToolContact& t = o.contacts[point.source];
+      const Eigen::Vector3f f = (-point.force).cast<float>();
+      contact::onJaws(load, t.jaw, f.data(), t.normal, h, k);
     }
     o.loads.work += h * point.force.dot(point.target_velocity);
     o.loads.dissipated += h * point.slip_power;

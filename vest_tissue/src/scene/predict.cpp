@@ -237,9 +237,7 @@ void restoreBackup(Context& c) {
   c.state.energy = c.scratch.energy_before;
   for (auto& p : c.state.proxies) {
     p.velocity.setZero();
-    p.force.setZero();
-    p.torque.setZero();
-    p.tip_force.setZero();
+    clearForces(p);
   }
 }
 

@@ -96,5 +96,12 @@ inline Eigen::Vector3d knotVelocity(const ObjectState& s, std::uint32_t k) {
   using net::Block;
   return {row(s, Block::VX)[k], row(s, Block::VY)[k], row(s, Block::VZ)[k]};
 }
+/// 1/kg: how a knot answers to contacts. A fixed knot counts with its own mass, not as immovable: a contact
+/// whose place is almost on it would otherwise be as stiff as the tiny weight of its free neighbour allows,
+/// and push the tool with any force at all.
+inline double contactInverseMass(const ObjectState& s, std::uint32_t k) {
+  const double inverse = row(s, net::Block::kInverseMass)[k];
+  return inverse > 0.0 ? inverse : 1.0 / static_cast<double>(row(s, net::Block::kMass)[k]);
+}
 
 }  // namespace vest::scene

@@ -172,7 +172,7 @@ struct StateWalker {
     flag(p.present), value(p.tool), vector3(p.pose.tip), values(p.pose.orientation.coeffs().data(), 4),
         vector3(p.pose.pivot);
     value(p.pose.jaw), vector3(p.velocity), vector3(p.commanded), vector3(p.force), vector3(p.torque),
-        vector3(p.tip_force);
+        vector3(p.tip_force), value(p.jaw_torque), value(p.jaw_stiffness);
   }
   void grasp(interaction::Grasp& g) {
     flag(g.active), flag(g.sliding), value(g.jaw_at_touch), value(g.pinch), value(g.count), value(g.passing),

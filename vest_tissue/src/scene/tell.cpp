@@ -32,6 +32,7 @@ void tell(Context& c) {
     Vector3d force = Vector3d::Zero(), moment = Vector3d::Zero(), normal = Vector3d::Zero();
     Matrix3d stiffness = Matrix3d::Zero(), damping = Matrix3d::Zero();
     bool touched = false;
+    proxy.jaw_torque = proxy.jaw_stiffness = 0.0;
     for (std::size_t i = 0; i < c.scratch.objects.size();
          ++i) {  // objects in order: the same sum for any threads
       const auto& load = c.scratch.objects[i].loads.tools[t];
@@ -48,6 +49,8 @@ void tell(Context& c) {
         moment[e] += load.moment[e] / c.dt;
         normal[e] += load.normal[e];
       }
+      proxy.jaw_torque += load.jaw_impulse / c.dt;
+      proxy.jaw_stiffness += load.jaw_stiffness;
       stiffness += series * full(load.stiffness);
       damping += full(load.damping);
     }
@@ -73,8 +76,8 @@ void tell(Context& c) {
     m.stiffness.topLeftCorner<3, 3>() = stiffness;
     m.damping.topLeftCorner<3, 3>() = damping;
     m.pinch_force = grasp.active ? grasp.pinch : 0.0;
-    m.jaw_torque =
-        m.pinch_force * 0.5 * tools::toolGeometry(proxy.tool).jaw_length + c.state.cutting.tools[t].torque;
+    m.jaw_torque = m.pinch_force * 0.5 * tools::toolGeometry(proxy.tool).jaw_length +
+                   c.state.cutting.tools[t].torque + proxy.jaw_torque;
     const double push = std::sqrt(normal.squaredNorm());
     if (push > 1e-6 && !grasp.active) {
       // Free space begins where the linear model's force along the normal ends.

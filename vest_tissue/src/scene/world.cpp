@@ -76,7 +76,7 @@ Status World::Impl::fault(Context& c, std::string_view object) {
     m = ContactModel{};  // zero force
     m.step = state.step;
   }
-  for (auto& p : state.proxies) p.force.setZero(), p.torque.setZero(), p.tip_force.setZero();
+  for (auto& p : state.proxies) clearForces(p);
   Event e;
   e.kind = EventKind::Fault;
   e.step = state.step;

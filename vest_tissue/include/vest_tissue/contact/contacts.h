@@ -18,6 +18,7 @@ struct ToolContact {
   float normal[3];  ///< from tissue to tool
   float start[3];   ///< m: point of the tool's axis at the start of the step
   float travel[3];  ///< m: its way over the step
+  float jaw[3];     ///< m/rad: its way as the jaws open; zero where it is on no jaw
   float reach;      ///< m: radius + contact thickness
   float stiffness;  ///< N/m
   float damping;    ///< N·s/m along the normal
@@ -47,11 +48,13 @@ struct PlaneContact {
 
 /// What the tools did to an object in a step: impulses on the tool and work on the tissue.
 struct ToolLoad {
-  double impulse[3] = {};    ///< N·s, tissue on tool
-  double moment[3] = {};     ///< N·m·s about the world's origin
-  double stiffness[6] = {};  ///< N/m: sum of active k·n·n^T (xx yy zz xy xz yz), averaged over sub-steps
-  double damping[6] = {};    ///< N·s/m likewise
-  double normal[3] = {};     ///< sum of impulse-weighted normals
+  double impulse[3] = {};      ///< N·s, tissue on tool
+  double moment[3] = {};       ///< N·m·s about the world's origin
+  double stiffness[6] = {};    ///< N/m: sum of active k·n·n^T (xx yy zz xy xz yz), averaged over sub-steps
+  double damping[6] = {};      ///< N·s/m likewise
+  double normal[3] = {};       ///< sum of impulse-weighted normals
+  double jaw_impulse = 0.0;    ///< N·m·s, tissue on the jaws; positive opens them
+  double jaw_stiffness = 0.0;  ///< N·m/rad: of the active contacts against the jaws, averaged over sub-steps
   bool touched = false;
 };
 
@@ -61,6 +64,11 @@ struct ObjectLoads {
   double dissipated = 0.0;  ///< J, in contacts' dampers and friction
   double stored = 0.0;      ///< J, in contact springs at the end of the step
 };
+
+/// What a force of the tissue (N) for a time h does to the jaws that it meets (ToolContact::jaw).
+/// @param n the contact's normal  @param stiffness N/m, its share of the step included
+void onJaws(ToolLoad& load, const float jaw[3], const float f[3], const float n[3], double h,
+            double stiffness);
 
 /// Adds the forces of one sub-step to the block's F rows. `fraction`: of the step that has passed at its
 /// start.

@@ -15,7 +15,7 @@ namespace vest::interaction {
 /// with the peak of 20.5 N that surgeons reach (Barrie 2013) at full closure; the quadratic form is assumed.
 /// The jaws hold a pull of up to 5/3 of the pinch (5 N of pull need 3.0 N of pinch, Heijnsdijk); above it the
 /// tissue slips.
-inline constexpr double kGreatestPinch = 20.5;
+inline constexpr double kGreatestPinch = kJawForceLimit;
 inline constexpr double kHoldPerPinch = 5.0 / 3.0;
 inline constexpr double kGraspClosure =
     0.15;  ///< closure at which tissue between the jaws counts as grasped; assumed

@@ -19,6 +19,9 @@ inline constexpr double kProxyMass = 0.05;            ///< kg
 inline constexpr double kCouplingDamping = 20.0;      ///< N·s/m = 2·sqrt(k·m)
 inline constexpr double kProxySpeedLimit = 2.0;  ///< m/s: faster commands are followed late (no tunnelling)
 inline constexpr double kJawSpeedLimit = 12.0;   ///< rad/s
+/// N at the middle of the jaws: more than this a hand does not close them with, and more they do not give way
+/// to. Peak pinch of graspers in use (Barrie 2013: 20.5 N, range 10.2 to 35.2), taken for every kind of jaws.
+inline constexpr double kJawForceLimit = 20.5;
 
 /// Pose of a tool: tip frame of tools::ToolGeometry, the trocar's pivot and the jaw.
 struct ToolPose {
@@ -38,12 +41,22 @@ struct Proxy {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();      ///< N, tissue on tool, mean over the last step
   Eigen::Vector3d torque = Eigen::Vector3d::Zero();     ///< N·m about the tip
   Eigen::Vector3d tip_force = Eigen::Vector3d::Zero();  ///< N, what of it the tip feels through the pivot
+  double jaw_torque = 0.0;     ///< N·m: what tissue that the jaws push on does to them; positive opens
+  double jaw_stiffness = 0.0;  ///< N·m/rad: how it grows as they close
 };
+
+/// No tissue touches it.
+inline void clearForces(Proxy& proxy) {
+  proxy.force.setZero(), proxy.torque.setZero(), proxy.tip_force.setZero();
+  proxy.jaw_torque = proxy.jaw_stiffness = 0.0;
+}
 
 /// Puts the proxy onto the commanded pose, at rest.
 void resetProxy(Proxy& proxy, const scene::ToolInput& input);
 
-/// One step of the proxy: semi-implicit in the coupling, the tissue's force of the last step held.
+/// One step of the proxy: semi-implicit in the coupling, the tissue's force of the last step held. The jaws
+/// follow the handle as long as the torque of the tissue on them stays below what a hand closes with; beyond
+/// it they stop or give way, by as much as the contacts' stiffness says (no inertia: an equilibrium).
 void stepProxy(Proxy& proxy, const scene::ToolInput& input, double dt);
 
 /// Turns `orientation` by the smallest rotation that makes its z axis point from pivot to tip.
