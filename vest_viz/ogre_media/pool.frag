@@ -30,7 +30,7 @@ void main() {
   float blood = clamp(fluid.x, 0.0, 1.0);
   // A little blood colours much water.
   float hide = 1.0 - exp(-7.0 * blood);
-  vec3 body = mix(vec3(0.20, 0.17, 0.16), mix(vec3(0.42, 0.035, 0.03), vec3(0.16, 0.006, 0.008), blood), hide);
+  vec3 body = mix(vec3(0.20, 0.17, 0.16), mix(vec3(0.70, 0.050, 0.040), vec3(1.0, 0.026, 0.024), blood), hide);
   vec3 colour = body * (0.35 + 0.65 * max(dot(n, h), 0.0)) * strength;
   colour += fresnel * mirrored * min(strength * 2.0, 1.5) * 4.0;
   colour += (0.05 * sharp + 9.0 * crisp) * strength * vec3(0.95, 0.98, 1.0);

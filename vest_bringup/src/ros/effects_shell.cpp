@@ -6,7 +6,6 @@
 #include <ros/console.h>
 #include <ros/package.h>
 
-#include "vest_bringup/simulation/trainer.h"
 #include "vest_tissue/ros/parameters.h"
 
 namespace vest::ros_shell {
@@ -81,45 +80,33 @@ void toMsg(const simulation::SurfaceFrame& f, vest_msgs::SurfaceBleeding& msg) {
 
 EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   const ros::NodeHandle effects(private_nh, "effects");
-  haemodynamics_ = boolParameter(effects, "haemodynamics", true);
-  blood_.vessels = vesselsFolder(stringParameter(effects, "vessels", "pelvis"));
-  blood_.dx = doubleParameter(effects, "vessel_cell", blood_.dx, 0.0005, 0.05);
-  blood_.pulse_dilatation = doubleParameter(effects, "pulse_dilatation", blood_.pulse_dilatation, 0.0, 20.0);
-  blood_.external_pressure =
-      doubleParameter(effects, "external_pressure", blood_.external_pressure, -1000.0, 10000.0);
-  blood_.frame_rate = doubleParameter(effects, "haemodynamics_rate", blood_.frame_rate, 50.0, 1000.0);
-  surface_ = boolParameter(effects, "surface_bleeding", true);
-  surface_options_.scale =
-      doubleParameter(effects, "surface_bleeding_scale", surface_options_.scale, 0.0, 1000.0);
-  surface_options_.frame_rate =
-      doubleParameter(effects, "surface_rate", surface_options_.frame_rate, 1.0, 100.0);
+  options_.haemodynamics = boolParameter(effects, "haemodynamics", true);
+  simulation::BloodOptions& blood = options_.blood;
+  blood.vessels = vesselsFolder(stringParameter(effects, "vessels", "pelvis"));
+  blood.dx = doubleParameter(effects, "vessel_cell", blood.dx, 0.0005, 0.05);
+  blood.pulse_dilatation = doubleParameter(effects, "pulse_dilatation", blood.pulse_dilatation, 0.0, 20.0);
+  blood.external_pressure =
+      doubleParameter(effects, "external_pressure", blood.external_pressure, -1000.0, 10000.0);
+  blood.frame_rate = doubleParameter(effects, "haemodynamics_rate", blood.frame_rate, 50.0, 1000.0);
+  options_.surface_bleeding = boolParameter(effects, "surface_bleeding", true);
+  options_.surface.scale =
+      doubleParameter(effects, "surface_bleeding_scale", options_.surface.scale, 0.0, 1000.0);
+  options_.surface.frame_rate =
+      doubleParameter(effects, "surface_rate", options_.surface.frame_rate, 1.0, 100.0);
   surface_pub_ = nh.advertise<vest_msgs::SurfaceBleeding>("effects/surface", 10);
-  if (boolParameter(effects, "field", true)) {
-    field_options_ = fieldOptions(effects);
+  options_.field = boolParameter(effects, "field", true);
+  if (options_.field) {
+    options_.field_options = fieldOptions(effects);
     field_ = std::make_unique<FieldPublisher>(nh);
   }
   haemodynamics_pub_ = nh.advertise<vest_msgs::HaemodynamicsState>("effects/haemodynamics", 100);
 }
 
 std::unique_ptr<scene::Simulation> EffectsShell::compose(scene::World world) {
-  auto trainer = std::make_unique<simulation::Trainer>(std::move(world));
-  // In the order in which each hands its sources on.
-  simulation::BloodEffect* circulation = nullptr;
-  if (haemodynamics_) {
-    auto blood = std::make_unique<simulation::BloodEffect>(trainer->world(), blood_, &blood_frames_);
-    circulation = blood.get();
-    trainer->add(std::move(blood));
-  }
-  if (surface_) {
-    trainer->add(std::make_unique<simulation::SurfaceEffect>(trainer->world(), surface_options_, circulation,
-                                                             &surface_frames_));
-  }
-  if (field_) {
-    auto frames = std::make_shared<simulation::FieldFrames>();
-    trainer->add(std::make_unique<simulation::OperatingField>(trainer->world(), field_options_, frames));
-    field_->show(std::move(frames));
-  }
-  return trainer;
+  const auto field = field_ ? std::make_shared<simulation::FieldFrames>() : nullptr;
+  auto stage = simulation::makeStage(std::move(world), options_, {&blood_frames_, &surface_frames_, field});
+  if (field_) field_->show(field);
+  return std::move(stage.trainer);
 }
 
 void EffectsShell::publish(const TissueServer::Stamp& stamp) {

@@ -13,31 +13,12 @@ namespace vest::ros_shell {
 
 simulation::FieldOptions fieldOptions(const ros::NodeHandle& nh) {
   simulation::FieldOptions o;
-  const auto number = [&](const char* name, double& to, double low, double high) {
+  simulation::eachNumber(o, [&](const char* name, double& to, double low, double high) {
     to = doubleParameter(nh, name, to, low, high);
-  };
-  number("fluid/spacing", o.fluid.spacing, 0.0005, 0.01);
+  });
   o.fluid.capacity = intParameter(nh, "fluid/capacity", o.fluid.capacity, 16, 60000);
   o.fluid.iterations = intParameter(nh, "fluid/iterations", o.fluid.iterations, 1, 50);
-  number("fluid/pool_cell", o.fluid.pool_cell, 0.001, 0.05);
-  number("fluid/restitution", o.fluid.restitution, 0, 1);
-  number("fluid/friction", o.fluid.friction, 0, 1);
-  number("fluid/water_viscosity", o.fluid.water_viscosity, 0, 1);
-  number("fluid/blood_viscosity", o.fluid.blood_viscosity, 0, 1);
-  number("fluid/irrigation_flow", o.irrigation_flow, 0, 5e-4);
-  number("fluid/irrigation_diameter", o.irrigation_diameter, 0.0005, 0.02);
-  number("fluid/suction_flow", o.suction_flow, 0, 5e-4);
-  number("fluid/suction_gas_flow", o.suction_gas_flow, 0, 5e-3);
   o.threads = intParameter(nh, "fluid/threads", o.threads, 1, 64);
-  number("smoke/cell", o.smoke.cell, 0.005, 0.1);
-  number("smoke/yield", o.smoke.yield, 0, 1e-4);
-  number("smoke/exchange", o.smoke.exchange, 0.1, 1e9);
-  number("smoke/settling", o.smoke.settling, 0.1, 1e9);
-  number("lens/start_temperature", o.lens.start_temperature, 250, 318.15);
-  number("lens/cavity_temperature", o.lens.cavity_temperature, 273.15, 330);
-  number("lens/cavity_humidity", o.lens.cavity_humidity, 0, 1);
-  number("lens/outside_temperature", o.lens.outside_temperature, 250, 330);
-  number("lens/warming", o.lens.warming, 0, 1e5);
   return o;
 }
 

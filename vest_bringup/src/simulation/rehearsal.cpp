@@ -42,6 +42,16 @@ scene::StepInput inputAt(const kinematics::TrainerBox& box, const trajectory::Tr
   return input;
 }
 
+Hands handsOf(const trajectory::Trajectory& trajectory) {
+  using tools::ToolKind;
+  Hands hands;
+  hands.tool = {ToolKind::Grasper, ToolKind::Grasper, ToolKind::None, ToolKind::Endoscope};
+  for (std::size_t i = 0; i < hands.tool.size(); ++i)
+    hands.tool[i] = trajectory.tools[i].value_or(hands.tool[i]);
+  hands.tray = trajectory.tool_tray;
+  return hands;
+}
+
 Script::Script(const kinematics::TrainerBox& box, const trajectory::Trajectory& trajectory, Hands hands)
     : box_(box),
       trajectory_(trajectory),
@@ -72,7 +82,8 @@ scene::StepInput Script::inputAt(double t) {
 }
 
 RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::TrainerBox& box,
-                         const trajectory::Trajectory& trajectory, const Hands& hands, double seconds) {
+                         const trajectory::Trajectory& trajectory, const Hands& hands, double seconds,
+                         const Watch& watch) {
   scene::World& world = simulation.world();
   Script script(box, trajectory, hands);
   RehearsalReport out;
@@ -84,7 +95,8 @@ RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::Traine
   const double dt = world.description().dt;
   const double end = seconds > 0 ? seconds : trajectory.rows.back().t;
   for (std::uint64_t k = 0; static_cast<double>(k) * dt < end; ++k) {
-    scene::StepInput input = script.inputAt(static_cast<double>(k) * dt);
+    const double t = static_cast<double>(k) * dt;
+    scene::StepInput input = script.inputAt(t);
     input.step = world.steps() + 1;
     input.dt = dt;
     out.worst = std::max(out.worst, simulation.step(input, report));
@@ -92,6 +104,7 @@ RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::Traine
     for (const scene::ContactModel& c : report.contacts) {
       out.greatest_force = std::max(out.greatest_force, c.wrench.head<3>().norm());
     }
+    if (watch) watch(t, input, report);
     if (k % 20 != 0) continue;
     for (const auto& [object, start] : tubes) {
       const std::vector<float> now = knots(world, object);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "vest_effects/state_bytes.h"
+#include "vest_instruments/tools/tool_geometry.h"
 #include "vest_tissue/scene/world_model.h"
 
 namespace vest::simulation {
@@ -161,7 +162,10 @@ void SurfaceEffect::useTools(const scene::StepInput& input, const scene::StepRep
     const scene::ContactModel& contact = report.contacts[static_cast<std::size_t>(t)];
     const bool fires = tool.present && (tool.functions & tools::kFunctionFire) != 0;
     const bool irrigates = tool.present && (tool.functions & tools::kFunctionIrrigate) != 0;
-    inputs_.inject[t] = {fires && tool.tool == tools::ToolKind::InjectionNeedle, tool.position};
+    const auto& points = tools::toolGeometry(tool.tool).interaction_points;
+    const Eigen::Vector3d point =
+        points.empty() ? tool.position : tool.position + tool.orientation * points.front();
+    inputs_.inject[t] = {fires && tool.tool == tools::ToolKind::InjectionNeedle, point};
     inputs_.wash[t] = {irrigates && tool.tool == tools::ToolKind::SuctionIrrigator, tool.position};
     inputs_.press[t] = {contact.in_contact && contact.wrench.head<3>().squaredNorm() > kPress * kPress,
                         contact.proxy.translation()};

@@ -184,7 +184,8 @@ std::string readSmall(const std::string& path) {
 Trajectory fromWaypoints(const std::string& path, const kinematics::TrainerBox& box) try {
   const YAML::Node root = YAML::Load(readSmall(path));
   const Reader reader(path);
-  reader.onlyKeys(root, "the file", {"rate", "instruments", "footswitches", "tools", "tool_tray"});
+  reader.onlyKeys(root, "the file",
+                  {"rate", "instruments", "footswitches", "tools", "tool_tray", "effects", "pictures"});
   const double rate = root["rate"] ? reader.number(root["rate"], "rate", 1.0, 1000.0) : 100.0;
   const YAML::Node instruments = root["instruments"];
   if (!instruments) reader.refuse("instruments", "missing", "left, right, third, endoscope");
@@ -213,6 +214,28 @@ Trajectory fromWaypoints(const std::string& path, const kinematics::TrainerBox& 
     if (!tray.IsSequence()) reader.refuse("tool_tray", "not a list", "tools by name");
     for (std::size_t i = 0; i < tray.size(); ++i)
       out.tool_tray.push_back(reader.tool(tray[i], "tool_tray[" + std::to_string(i) + "]"));
+  }
+  if (const YAML::Node effects = root["effects"]) {
+    if (!effects.IsMap()) reader.refuse("effects", "not a map", "numbers of the Trainer's ~effects");
+    for (const auto& entry : effects) {
+      const std::string name = entry.first.Scalar();
+      if (!entry.second.IsMap()) {
+        out.effects[name] = reader.number(entry.second, "effects." + name, -1e9, 1e9);
+        continue;
+      }
+      for (const auto& inner : entry.second) {
+        const std::string path = name + "/" + inner.first.Scalar();
+        out.effects[path] = reader.number(inner.second, "effects." + path, -1e9, 1e9);
+      }
+    }
+  }
+  if (const YAML::Node moments = root["pictures"]) {
+    if (!moments.IsSequence()) reader.refuse("pictures", "not a list", "times in s");
+    for (std::size_t i = 0; i < moments.size(); ++i) {
+      const std::string at = "pictures[" + std::to_string(i) + "]";
+      const double earliest = out.pictures.empty() ? 0.0 : out.pictures.back();
+      out.pictures.push_back(reader.number(moments[i], at, earliest, 36000.0));
+    }
   }
   std::vector<Press> presses;
   if (root["footswitches"]) {

@@ -58,6 +58,7 @@ void writeScene(const scene::Description& description, const std::string& direct
                  object.friction, object.contact_thickness);
     if (object.model != scene::ObjectModel::Rigid) {
       yaml += text("    cut_toughness: %.10g\n", object.cut_toughness);
+      if (object.tear_strain > 0.0) yaml += text("    tear_strain: %.10g\n", object.tear_strain);
       if (object.wall_thickness > 0.0) yaml += text("    wall_thickness: %.10g\n", object.wall_thickness);
     }
     if (!object.tube.vessel_segment.empty())

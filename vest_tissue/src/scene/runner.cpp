@@ -201,13 +201,11 @@ void Runner::shareStep(std::int64_t now) {
   memory_->write(image_);
 }
 
-void Runner::fillState(std::int64_t now) {
-  World& world = simulation_->world();
-  StateFrame& frame = states_.back();
+void readState(const World& world, bool fields, StateFrame& frame) {
   std::size_t knots = 0;
   for (std::size_t i = 0; i < world.objectCount(); ++i) knots += world.knotCount(i);
   frame.positions.resize(3 * knots);
-  frame.has_fields = elapsed(now, options_.strain_rate, strain_due_);
+  frame.has_fields = fields;
   for (std::size_t f = 0; f < frame.fields.size(); ++f) {
     FieldFrame& field = frame.fields[f];
     field.kind = kFieldFrames[f].kind;
@@ -226,12 +224,17 @@ void Runner::fillState(std::int64_t now) {
       field.maximum = upperEnd(*std::max_element(field.values.begin(), field.values.end()));
   frame.step = world.steps();
   frame.revision = world.revision();
-  frame.generation = generation_;
   frame.time = world.time();
-  frame.steady_ns = now;
   frame.attachments.clear();
   world.attachments(frame.attachments);
   world.slings(frame.slings);
+}
+
+void Runner::fillState(std::int64_t now) {
+  StateFrame& frame = states_.back();
+  readState(simulation_->world(), elapsed(now, options_.strain_rate, strain_due_), frame);
+  frame.generation = generation_;
+  frame.steady_ns = now;
   states_.publish();
 }
 

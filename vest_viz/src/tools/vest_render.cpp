@@ -40,7 +40,7 @@ struct Options {
   int width = 720, height = 576, quality = 1;
   double fps = 25, from = 0, to = 1e9, fov = 70, k1 = -0.18, k2 = 0.03, circle = 1, optic = 30, noise = 0,
          focus = 0;
-  bool no_frames = false, truth = false;
+  bool no_frames = false, truth = false, each_state = false;
 };
 
 bool endsWith(const std::string& text, const std::string& end) {
@@ -114,7 +114,8 @@ void writeFlow(const std::string& path, const cv::Mat& flow) {
 }
 
 void mustWrite(const std::string& path, const cv::Mat& picture) {
-  if (!cv::imwrite(path, picture)) throw std::runtime_error(path + ": cannot be written");
+  if (!cv::imwrite(path, picture, {cv::IMWRITE_JPEG_QUALITY, 88}))
+    throw std::runtime_error(path + ": cannot be written");
 }
 
 class Renderer {
@@ -155,7 +156,7 @@ class Renderer {
     inputs->effects.handTo(&view_);
     while (!vest::displays::takeBakedTextures()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
     // The exposure settles before the first picture, as a camera's does before anybody looks.
-    for (int i = frames_ == 0 ? 0 : 14; i < 15; ++i)
+    for (int i = frames_ == 0 || o_.each_state ? 0 : 14; i < 15; ++i)
       view_.draw(X_WO, inputs->tissue.time(), 1 / o_.fps, &picture_);
     cv::cvtColor(picture_, bgr_, cv::COLOR_RGB2BGR);
     char name[32];
@@ -213,11 +214,12 @@ int render(const Options& o) {
   double next = o.from;
   for (const rosbag::MessageInstance& m : view) {
     const double t = (m.getTime() - begin).toSec();
-    for (; t > next && next <= o.to; next += 1 / o.fps) renderer.frame(&inputs);
-    if (next > o.to) break;
+    for (; !o.each_state && t > next && next <= o.to; next += 1 / o.fps) renderer.frame(&inputs);
+    if ((o.each_state ? t : next) > o.to) break;
     inputs.take(m);
+    if (o.each_state && t >= o.from && m.isType<vest_msgs::TissueState>()) renderer.frame(&inputs);
   }
-  if (next <= o.to) renderer.frame(&inputs);
+  if (!o.each_state && next <= o.to) renderer.frame(&inputs);
   if (!renderer.warning().empty()) std::fprintf(stderr, "warning: %s\n", renderer.warning().c_str());
   std::printf("%d pictures of %d x %d", renderer.frames(), o.width, o.height);
   if (renderer.empty() > 0)
@@ -253,6 +255,8 @@ int main(int argc, char** argv) {
   app.add_option("--noise", o.noise, "of the sensor, levels of 255")->check(CLI::Range(0.0, 30.0));
   app.add_option("--focus", o.focus, "distance in focus, m; 0: all sharp")->check(CLI::Range(0.0, 1.0));
   app.add_option("--format", o.frame_format, "of the pictures")->check(CLI::IsMember({"png", "jpg"}));
+  app.add_flag("--each-state", o.each_state,
+               "a picture of each state in the bag, however far apart they are");
   app.add_flag("--no-frames", o.no_frames, "no picture files, only the video or the ground truth");
   app.add_flag(
       "--truth", o.truth,

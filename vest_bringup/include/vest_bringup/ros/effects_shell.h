@@ -9,8 +9,7 @@
 #include <vest_msgs/SurfaceBleeding.h>
 
 #include "vest_bringup/ros/field_publisher.h"
-#include "vest_bringup/simulation/blood_effect.h"
-#include "vest_bringup/simulation/surface_effect.h"
+#include "vest_bringup/simulation/stage.h"
 #include "vest_tissue/ros/message_pool.h"
 #include "vest_tissue/ros/tissue_server.h"
 
@@ -31,17 +30,13 @@ class EffectsShell {
   void publish(const TissueServer::Stamp& stamp);
 
  private:
-  bool haemodynamics_ = true;
-  simulation::BloodOptions blood_;
+  simulation::StageOptions options_;
   scene::TripleBuffer<simulation::BloodFrame> blood_frames_;
   ros::Publisher haemodynamics_pub_;
   MessagePool<vest_msgs::HaemodynamicsState> haemodynamics_pool_;
-  bool surface_ = true;
-  simulation::SurfaceOptions surface_options_;
   scene::TripleBuffer<simulation::SurfaceFrame> surface_frames_;
   ros::Publisher surface_pub_;
   MessagePool<vest_msgs::SurfaceBleeding> surface_pool_;
-  simulation::FieldOptions field_options_;
   std::unique_ptr<FieldPublisher> field_;  ///< null: effects/field is false
   std::uint32_t degraded_seen_ = 0, refused_seen_ = 0;
 };

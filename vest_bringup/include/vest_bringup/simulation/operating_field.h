@@ -25,6 +25,31 @@ struct FieldOptions {
   int threads = 1;
 };
 
+/// Each number of the options by the name that sessions and scripts know, with what is allowed (unit of the
+/// field). @param number called as number(name, double& value, lowest, highest)
+template <class Number>
+void eachNumber(FieldOptions& o, Number&& number) {
+  number("fluid/spacing", o.fluid.spacing, 0.0005, 0.01);
+  number("fluid/pool_cell", o.fluid.pool_cell, 0.001, 0.05);
+  number("fluid/restitution", o.fluid.restitution, 0, 1);
+  number("fluid/friction", o.fluid.friction, 0, 1);
+  number("fluid/water_viscosity", o.fluid.water_viscosity, 0, 1);
+  number("fluid/blood_viscosity", o.fluid.blood_viscosity, 0, 1);
+  number("fluid/irrigation_flow", o.irrigation_flow, 0, 5e-4);
+  number("fluid/irrigation_diameter", o.irrigation_diameter, 0.0005, 0.02);
+  number("fluid/suction_flow", o.suction_flow, 0, 5e-4);
+  number("fluid/suction_gas_flow", o.suction_gas_flow, 0, 5e-3);
+  number("smoke/cell", o.smoke.cell, 0.005, 0.1);
+  number("smoke/yield", o.smoke.yield, 0, 1e-4);
+  number("smoke/exchange", o.smoke.exchange, 0.1, 1e9);
+  number("smoke/settling", o.smoke.settling, 0.1, 1e9);
+  number("lens/start_temperature", o.lens.start_temperature, 250, 318.15);
+  number("lens/cavity_temperature", o.lens.cavity_temperature, 273.15, 330);
+  number("lens/cavity_humidity", o.lens.cavity_humidity, 0, 1);
+  number("lens/outside_temperature", o.lens.outside_temperature, 250, 330);
+  number("lens/warming", o.lens.warming, 0, 1e5);
+}
+
 /// What one moment of the field shows, for publishing.
 struct FieldFrame {
   std::uint64_t step = 0;

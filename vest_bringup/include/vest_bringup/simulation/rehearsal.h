@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,9 @@ struct Hands {
   tools::Instrument tray_hand = tools::Instrument::Right;
 };
 
+/// Hands as a session gives them: what the trajectory says, else graspers left and right and nothing third.
+Hands handsOf(const trajectory::Trajectory& trajectory);
+
 /// Inputs of a trajectory step by step, with footswitches and tools as the instruments' node takes them
 /// (pedals of the preset `trainer`). Times must not go back.
 class Script {
@@ -45,10 +49,14 @@ class Script {
   std::array<bool, tools::kInstrumentCount> was_open_{};
 };
 
+/// Told after each step: time since the beginning (s), what was consumed, what came of it.
+using Watch = std::function<void(double t, const scene::StepInput& input, const scene::StepReport& report)>;
+
 /// Plays a trajectory through the kinematics of the box into a simulation, step by step.
-/// @param seconds 0: the whole trajectory
+/// @param seconds 0: the whole trajectory  @param watch may be empty
 RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::TrainerBox& box,
-                         const trajectory::Trajectory& trajectory, const Hands& hands, double seconds = 0);
+                         const trajectory::Trajectory& trajectory, const Hands& hands, double seconds = 0,
+                         const Watch& watch = {});
 
 /// Input of one step at a time of the trajectory; instruments that it does not move are not there.
 scene::StepInput inputAt(const kinematics::TrainerBox& box, const trajectory::Trajectory& trajectory,

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <iosfwd>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -34,6 +35,9 @@ struct Trajectory {
   /// What the hands hold at the start, where waypoints say so; not part of the CSV.
   std::array<std::optional<tools::ToolKind>, tools::kInstrumentCount> tools{};
   std::vector<tools::ToolKind> tool_tray;  ///< what the tool pedal hands over, press by press
+  std::map<std::string, double>
+      effects;                   ///< numbers of the session's effects by path: lens/start_temperature
+  std::vector<double> pictures;  ///< s, growing: moments worth a picture; not part of the CSV
 };
 
 /// CSV: t_s, then NAME_yaw, NAME_pitch, NAME_insertion, NAME_roll, NAME_jaw (not for the endoscope) of each

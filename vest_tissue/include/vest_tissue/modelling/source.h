@@ -75,6 +75,7 @@ struct ObjectSource {
                          ///< a tether of stiffness m·support² whose place lies m·g/stiffness above the design
   double friction = 0.1, contact_thickness = 0.0005;
   double cut_toughness = 164.0;  ///< J/m², as scene::Object
+  double tear_strain = 0.0;      ///< as scene::Object
   double inner_wall = 0.0;       ///< m: wall that a cut shows; 0: tube's wall_thickness (0 too: solid)
   std::string vessel_segment;
   motility::Motility motility;

@@ -106,6 +106,10 @@ struct StateFrame {
   std::vector<SlingView> slings;
 };
 
+/// What viewers are shown of a World as it is now; generation and steady_ns are the caller's.
+/// @param fields also the fields per knot
+void readState(const World& world, bool fields, StateFrame& frame);
+
 struct RunnerOptions {
   double speed = 1.0;              ///< simulated over wall time, 0.01 … 1000
   double contact_rate = 250;       ///< Hz, wall time

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+
+#include <rosbag/bag.h>
+
+#include "vest_bringup/simulation/stage.h"
+#include "vest_instruments/kinematics/trainer_box.h"
+
+namespace vest::ros_shell {
+
+/// Moments of a rehearsal as a session would have recorded them, so that vest_render draws them: topology,
+/// state with all fields, attachments, slings, instruments, surfaces, fluid, smoke, lens. Stamped with
+/// simulated time.
+class MomentBag {
+ public:
+  /// @throws rosbag::BagException where the file cannot be written
+  explicit MomentBag(const std::string& file);
+  /// Buffers that the stage fills; hand them to makeStage().
+  simulation::StageFrames frames() { return {nullptr, &surface_, field_}; }
+  /// The world after the step that consumed `input`, t s since the beginning.
+  void write(double t, const scene::World& world, const kinematics::TrainerBox& box,
+             const scene::StepInput& input);
+
+ private:
+  template <class M>
+  void put(const std::string& topic, ros::Time& time,
+           M& message);  ///< each a little later than the one before
+
+  rosbag::Bag bag_;
+  scene::TripleBuffer<simulation::SurfaceFrame> surface_;
+  std::shared_ptr<simulation::FieldFrames> field_ = std::make_shared<simulation::FieldFrames>();
+  std::array<kinematics::JointPositions, tools::kInstrumentCount> joints_{};
+};
+
+}  // namespace vest::ros_shell

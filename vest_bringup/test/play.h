@@ -1,0 +1,129 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <ros/package.h>
+
+#include "vest_bringup/simulation/rehearsal.h"
+#include "vest_bringup/simulation/stage.h"
+
+namespace vest::simulation {
+
+inline kinematics::TrainerBox testBox() {
+  return kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
+}
+
+/// Effects as a session has them (trainer.launch), or the tissue alone.
+inline StageOptions sessionEffects(bool on, const trajectory::Trajectory& script) {
+  StageOptions o;
+  o.haemodynamics = o.surface_bleeding = o.field = on;
+  o.blood.vessels = ros::package::getPath("vest_effects") + "/data/vessels/pelvis";
+  o.field_options.fluid.spacing = 0.003;
+  apply(script.effects, o);
+  return o;
+}
+
+/// A scene and the script that plays it, rehearsed offline.
+struct Play {
+  kinematics::TrainerBox box = testBox();
+  trajectory::Trajectory trajectory;
+  Stage stage;
+  RehearsalReport report;
+
+  explicit Play(const std::string& scene, bool effects = false, const std::string& script = "")
+      : trajectory(trajectory::fromWaypoints(ros::package::getPath("vest_bringup") + "/trajectories/" +
+                                                 (script.empty() ? scene : script) + ".yaml",
+                                             box)),
+        stage(makeStage(scene::World(scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/" +
+                                                      scene + "/" + scene + ".yaml")),
+                        sessionEffects(effects, trajectory))) {}
+
+  scene::World& world() { return stage.trainer->world(); }
+
+  /// Plays it; `watch` is told each step. A script must never bring the tissue to a fault.
+  void run(const Watch& watch = {}, double seconds = 0) {
+    report = rehearse(*stage.trainer, box, trajectory, handsOf(trajectory), seconds, watch);
+    EXPECT_NE(report.worst, scene::Status::Fault);
+  }
+
+  std::size_t object(const std::string& name) const {
+    const auto& objects = stage.trainer->world().description().objects;
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      if (objects[i].name == name) return i;
+    ADD_FAILURE() << "no object " << name;
+    return 0;
+  }
+  /// Times (s) of an event, in order.
+  std::vector<double> times(scene::EventKind kind, const std::string& name) const {
+    std::vector<double> out;
+    const std::size_t which = object(name);
+    for (const scene::Event& e : report.events)
+      if (e.kind == kind && e.object == which) out.push_back(1e-3 * static_cast<double>(e.step));
+    return out;
+  }
+  /// Its first time, or infinity.
+  double first(scene::EventKind kind, const std::string& name) const {
+    const auto all = times(kind, name);
+    return all.empty() ? std::numeric_limits<double>::infinity() : all.front();
+  }
+
+  std::vector<float> knots(const std::string& name) {
+    const std::size_t i = object(name);
+    std::vector<float> xyz(3 * world().knotCount(i));
+    world().positions(i, xyz.data());
+    return xyz;
+  }
+  /// Greatest way (m) of an object's knots since `before`; copies of cut knots come behind and do not count.
+  double moved(const std::string& name, const std::vector<float>& before) {
+    const auto now = knots(name);
+    double far = 0;
+    for (std::size_t i = 0; i + 2 < std::min(now.size(), before.size()); i += 3)
+      far = std::max<double>(
+          far, std::hypot(now[i] - before[i], now[i + 1] - before[i + 1], now[i + 2] - before[i + 2]));
+    return far;
+  }
+  /// How far (m) a cut gapes: greatest distance between a knot and its copy.
+  double gape(const std::string& name) {
+    const auto xyz = knots(name);
+    const auto& doubled = world().topology(object(name)).doubled_knots;
+    const std::size_t first = xyz.size() / 3 - doubled.size();
+    double far = 0;
+    for (std::size_t i = 0; i < doubled.size(); ++i) {
+      const float *a = &xyz[3 * (first + i)], *b = &xyz[3 * doubled[i]];
+      far = std::max<double>(far, std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]));
+    }
+    return far;
+  }
+  float most(const std::string& name, scene::Field field) {
+    const std::size_t i = object(name);
+    std::vector<float> values(world().knotCount(i));
+    world().field(i, field, values.data());
+    return *std::max_element(values.begin(), values.end());
+  }
+  /// Mean distance (m) of a ring's knots from their middle.
+  double ringRadius(const std::string& name, std::size_t ring) {
+    const std::size_t i = object(name);
+    const auto& knots = world().description().objects[i].tube.rings.at(ring);
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const auto k : knots) middle += world().knotAt(i, k) / static_cast<double>(knots.size());
+    double radius = 0;
+    for (const auto k : knots)
+      radius += (world().knotAt(i, k) - middle).norm() / static_cast<double>(knots.size());
+    return radius;
+  }
+};
+
+/// This step is the one at a moment (s).
+inline bool at(double t, double moment) {
+  return std::fabs(t - moment) < 5e-4;
+}
+
+constexpr auto kRightHand = static_cast<std::size_t>(tools::Instrument::Right);
+
+}  // namespace vest::simulation

@@ -1,0 +1,189 @@
+#include "play.h"
+
+// Protects the small scenes of the tissue: each script really shows the interaction that it is named after.
+
+namespace vest::simulation {
+namespace {
+
+using scene::EventKind;
+using scene::Field;
+
+TEST(SceneTouch, ThePressDentsTheLiverAndFrictionPullsAgainstTheStroke) {
+  Play p("touch_slab");
+  const auto start = p.knots("slab");
+  double dent = 0, normal = 0, drag = 0, drag_ratio = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport& r) {
+    const Eigen::Vector3d f = r.contacts[kRightHand].wrench.head<3>();
+    if (at(t, 3.3)) dent = p.moved("slab", start), normal = f.norm();
+    if (at(t, 5.0)) drag = f.x(), drag_ratio = f.x() / f.norm();
+  });
+  EXPECT_GT(dent, 0.003) << "m";
+  EXPECT_GT(normal, 0.02) << "N";
+  EXPECT_GT(drag, 0.005) << "N: the tip goes to -x, the tissue pulls it to +x";
+  EXPECT_LT(drag_ratio, 0.9);
+  EXPECT_LT(p.moved("slab", start), 0.001) << "it comes back";
+}
+
+TEST(SceneGrasp, ItIsHeldThenSlipsThenTears) {
+  Play p("grasp_tube");
+  const auto start = p.knots("tube");
+  double lifted = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
+    if (at(t, 3.9)) lifted = p.moved("tube", start);
+  });
+  const auto grasped = p.times(EventKind::Grasped, "tube");
+  ASSERT_GE(grasped.size(), 3U);
+  EXPECT_GT(lifted, 0.006) << "m";
+  const double slipped = p.first(EventKind::Slipped, "tube"), torn = p.first(EventKind::Torn, "tube");
+  EXPECT_GT(slipped, grasped[1]) << "a firm hold does not slip";
+  EXPECT_LT(slipped, grasped[2]);
+  EXPECT_GT(torn, grasped[2]) << "neither a lift nor a slip tears";
+  EXPECT_LT(torn, 16.0);
+}
+
+TEST(SceneCutTube, ScissorsDivideItIntoTwoStumps) {
+  Play p("cut_tube");
+  p.run();
+  EXPECT_GT(p.times(EventKind::Cut, "tube").size(), 3U);
+  EXPECT_LT(p.first(EventKind::Separated, "tube"), 6.0);
+  EXPECT_GT(p.gape("tube"), 0.010) << "m between the stumps";
+}
+
+TEST(SceneCutStrip, TwoBitesOfTheScissorsMakeAGapingWound) {
+  Play p("cut_strip");
+  double after_first = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
+    if (at(t, 4.9)) after_first = p.gape("strip");
+  });
+  EXPECT_GT(after_first, 0.001) << "m";
+  EXPECT_GT(p.gape("strip"), after_first);
+}
+
+TEST(SceneHook, CuttingCurrentDividesTheFold) {
+  Play p("hook_strip");
+  double before_current = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
+    if (t < 1.5) before_current = std::max(before_current, p.gape("strip"));
+  });
+  EXPECT_EQ(before_current, 0.0) << "a hook without current divides nothing";
+  EXPECT_GT(p.times(EventKind::Cut, "strip").size(), 10U);
+  EXPECT_GT(p.gape("strip"), 0.002) << "m";
+}
+
+TEST(SceneClip, TwoClipsCloseTheVesselAndStay) {
+  Play p("clip_tube");
+  const double open = p.ringRadius("vessel", 16);
+  p.run();
+  EXPECT_EQ(p.times(EventKind::Clipped, "vessel").size(), 2U);
+  std::vector<scene::Attachment> attachments;
+  p.world().attachments(attachments);
+  ASSERT_EQ(attachments.size(), 2U);
+  for (const auto& a : attachments) EXPECT_GT(a.closure, 0.95);
+  EXPECT_NE(attachments[0].station, attachments[1].station);
+  EXPECT_LT(p.ringRadius("vessel", 16), 0.9 * open) << "pinched";
+}
+
+TEST(SceneMonopolar, TheHookBoilsWhitensAndCharsTheLiver) {
+  Play p("coagulate_slab");
+  float hottest = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
+    if (at(std::fmod(t + 0.05, 0.1), 0.05)) hottest = std::max(hottest, p.most("slab", Field::Temperature));
+  });
+  EXPECT_GT(hottest, 373.0f) << "K";
+  EXPECT_GT(p.most("slab", Field::Damage), 0.95f);
+  EXPECT_GT(p.most("slab", Field::Char), 0.05f);
+  EXPECT_GE(p.times(EventKind::Coagulated, "slab").size(), 4U) << "a spot and a line";
+  EXPECT_LT(p.most("slab", Field::Temperature), 350.0f) << "cooled at the end";
+}
+
+TEST(SceneBipolar, ForcepsSealTheTubeBetweenThem) {
+  Play p("bipolar_tube");
+  const double before = p.ringRadius("tube", 12);
+  p.run();
+  EXPECT_LT(p.first(EventKind::Grasped, "tube"), p.first(EventKind::Coagulated, "tube"));
+  EXPECT_GT(p.most("tube", Field::Damage), 0.95f);
+  EXPECT_LT(p.most("tube", Field::Char), 0.05f) << "water keeps bipolar tissue from charring";
+  EXPECT_LT(p.ringRadius("tube", 12), 0.98 * before) << "shrunk";
+}
+
+TEST(SceneSling, TheLoopIsDrawnShutAndHoldsTheStump) {
+  Play p("sling_stump");
+  const double before = p.ringRadius("stump", 11);
+  p.run();
+  EXPECT_LT(p.first(EventKind::Ligated, "stump"), 7.0);
+  std::vector<scene::SlingView> slings;
+  p.world().slings(slings);
+  ASSERT_EQ(slings.size(), 1U);
+  EXPECT_TRUE(slings[0].around);
+  EXPECT_TRUE(slings[0].tied);
+  double waist = before;
+  for (std::size_t ring = 6; ring < 16; ++ring) waist = std::min(waist, p.ringRadius("stump", ring));
+  EXPECT_LT(waist, 0.8 * before);
+}
+
+TEST(SceneConnected, TheFoldFollowsTheTubeUntilItsTiesTear) {
+  Play p("connected_organs");
+  const auto start = p.knots("fold");
+  double followed = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
+    if (at(t, 4.4)) followed = p.moved("fold", start);
+  });
+  EXPECT_GT(followed, 0.004) << "m";
+  const auto torn = p.times(EventKind::Torn, "fold");
+  ASSERT_GE(torn.size(), 4U);
+  EXPECT_GT(torn.front(), 4.5) << "a small pull tears nothing";
+  EXPECT_GT(torn.back() - torn.front(), 0.1) << "one by one";
+  EXPECT_LT(p.moved("fold", start), 0.5 * followed) << "it falls back";
+}
+
+TEST(ScenePeristalsis, AWaveOfContractionTravelsAlongTheBowel) {
+  Play p("peristalsis");
+  // Each ring's radius over the last two periods, and when it is narrowest.
+  constexpr double kPeriod = 7.5;  // s: 8 a minute
+  std::vector<double> least(36, 1.0), most(36, 0.0), when(36, 0.0);
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
+    if (t < 15.0 || t > 15.0 + kPeriod || !at(std::fmod(t + 0.02, 0.05), 0.02)) return;
+    for (std::size_t r = 4; r < 32; ++r) {
+      const double radius = p.ringRadius("bowel", r);
+      if (radius < least[r]) least[r] = radius, when[r] = t;
+      most[r] = std::max(most[r], radius);
+    }
+  });
+  int squeezed = 0, later = 0;
+  for (std::size_t r = 4; r < 32; ++r) squeezed += least[r] < 0.9 * most[r];
+  EXPECT_GE(squeezed, 14) << "rings that narrow by a tenth";
+  for (std::size_t r = 5; r < 32; ++r)
+    later += std::fmod(when[r] - when[r - 1] + kPeriod, kPeriod) < kPeriod / 2;
+  EXPECT_GE(later, 20) << "of 27 neighbours: the one behind is narrowest later";
+}
+
+TEST(SceneElements, ASlabOfElementsIsDentedAndCutAndTheTubeOnItIsLifted) {
+  Play p("fem_slab");
+  const auto slab = p.knots("slab"), tube = p.knots("tube");
+  double dent = 0, lifted = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
+    if (at(t, 3.0)) dent = p.moved("slab", slab);
+    if (at(t, 8.3)) lifted = p.moved("tube", tube);
+  });
+  EXPECT_GT(dent, 0.0005) << "m";
+  EXPECT_LT(p.first(EventKind::Grasped, "tube"), 7.0);
+  EXPECT_GT(lifted, 0.004) << "m";
+  EXPECT_GT(p.times(EventKind::Cut, "slab").size(), 0U);
+  EXPECT_GT(p.gape("slab"), 0.0001) << "m";
+}
+
+TEST(SceneVolume, ANoduleBelowTheSurfaceIsFeltAndTheLobeIsOpened) {
+  Play p("volume_phantom");
+  double soft = 0, stiff = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport& r) {
+    const double force = r.contacts[kRightHand].wrench.head<3>().norm();
+    if (at(t, 3.1)) soft = force;
+    if (at(t, 6.9)) stiff = force;
+  });
+  EXPECT_GT(soft, 0.01) << "N";
+  EXPECT_GT(stiff, 1.5 * soft);
+  EXPECT_GT(p.times(EventKind::Cut, "phantom").size(), 0U);
+}
+
+}  // namespace
+}  // namespace vest::simulation
