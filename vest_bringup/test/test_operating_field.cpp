@@ -118,7 +118,10 @@ TEST(OperatingField, ASnapshotGoesOnWithTheSameBitsAndResetEmptiesTheField) {
 TEST(OperatingField, CoagulationOfTissueMakesSmokeAndTheMessagesCarryIt) {
   Theatre t("smoke_lens");
   t.hold(tools::ToolKind::CoagulationHook, {0.0, 0.05, 0.058});
-  t.run(0.5, 1);
+  auto& functions = t.tools.tools[kRight].functions;
+  functions = tools::kFunctionCoagulate;
+  t.run(2.0, 1);
+  functions = 0;
   t.run(0.1);
   ASSERT_GT(t.energy, 0.0) << "the hook touches the slab";
   EXPECT_NEAR(t.field->smoke().made, t.field->smokeModel().parameters.yield * t.energy,

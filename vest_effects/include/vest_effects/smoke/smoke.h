@@ -20,7 +20,7 @@ struct Parameters {
   double cell = 0.0125;                          ///< m, 2 … 100 mm; at most 200,000 cells
   /// kg of particles per J into tissue. Assumed: 30 W then make 0.6 mg/s, and 45 s of coagulation in a
   /// chamber of a cubic metre some 20 mg/m³, the order of what was measured (Sci. Rep. 11:14096, 2021).
-  double yield = 2e-8;
+  double yield = 5e-8;
   double rise = 0.6;        ///< m/s² of upward acceleration per g/m³ of fresh smoke; assumed
   double damping = 2.0;     ///< 1/s: of the gas's motion; assumed
   double stirring = 0.15;   ///< m/s²: random forcing of the gas where there is smoke; assumed
