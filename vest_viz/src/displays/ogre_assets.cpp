@@ -147,6 +147,13 @@ Ogre::MaterialPtr cloneMaterial(const std::string& name) {
   if (!base) throw std::runtime_error("ogre_media/vest_viz.material of package vest_viz lacks " + name);
   Ogre::MaterialPtr material = base->clone(uniqueName("material"), true, kOgreGroup);
   material->load();
+  // A program that this machine cannot compile has no constants: setting them must not end the drawing, which
+  // goes on with the plain technique.
+  for (unsigned short i = 0; i < material->getNumTechniques(); ++i) {
+    Ogre::Pass* pass = material->getTechnique(i)->getPass(0);
+    if (pass->hasVertexProgram()) pass->getVertexProgramParameters()->setIgnoreMissingParams(true);
+    if (pass->hasFragmentProgram()) pass->getFragmentProgramParameters()->setIgnoreMissingParams(true);
+  }
   return material;
 }
 
