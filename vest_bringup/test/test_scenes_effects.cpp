@@ -18,6 +18,24 @@ double lost(const Stage& stage) {
   return stage.blood->circulation().lost;
 }
 
+TEST(SceneArterialBleeding, ACutArterySpurtsWithThePulseUntilClipsStopIt) {
+  Play p("arterial_bleeding", true);
+  double least = 1, most = 0, after_heart = 0, lost_at_end = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
+    const double flow = leak(p.stage);
+    if (t > 5.0 && t < 8.0) least = std::min(least, flow), most = std::max(most, flow);
+    if (at(t, 12.0)) after_heart = flow;
+    if (at(t, 15.0)) lost_at_end = lost(p.stage);
+  });
+  EXPECT_GT(most, 1e-6) << "m3/s";
+  EXPECT_GT(most, 1.5 * least) << "in step with the pulse";
+  EXPECT_LT(after_heart, 0.2 * most) << "the clip on the heart's side leaves what flows back";
+  EXPECT_EQ(p.times(EventKind::Clipped, "artery").size(), 2U);
+  EXPECT_LT(leak(p.stage), 1e-3 * most) << "the second clip stops that too";
+  EXPECT_LT(lost(p.stage) - lost_at_end, 1e-8) << "m3: the count stands still";
+  EXPECT_GT(p.stage.field->fluid().emitted, 0.9 * lost(p.stage)) << "what is lost is seen";
+}
+
 TEST(SceneVenousOoze, ANickedVeinOozesUntilBipolarForcepsSealIt) {
   Play p("venous_ooze", true);
   double least = 1, most = 0, lost_when_sealed = 0;
