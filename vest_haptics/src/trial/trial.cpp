@@ -61,6 +61,7 @@ const TrialSample& Trial::tick(std::int64_t now_ns, double jaw, int steps) {
     input_.step = world_.steps() + 1;
     input_.dt = world_.description().dt;
     world_.step(input_, report_);
+    input_.requests.clear();
   }
   image_.step = world_.steps();
   image_.steady_ns = now_ns;

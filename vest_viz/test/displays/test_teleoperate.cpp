@@ -22,6 +22,7 @@
 #include <QApplication>
 #include <QKeyEvent>
 #include <QLabel>
+#include <QMainWindow>
 #include <QMouseEvent>
 #include <QScreen>
 #include <QWheelEvent>
@@ -36,6 +37,7 @@ class Teleoperate : public ::testing::Test {
  protected:
   ros::NodeHandle nh;
   // rviz bears one manager in a process.
+  static QMainWindow* window;  ///< as in rviz: the view draws through a window of its own inside it
   static rviz::RenderPanel* view;
   static rviz::VisualizationManager* manager;
   rviz::RenderPanel& panel = *view;
@@ -49,19 +51,21 @@ class Teleoperate : public ::testing::Test {
   ros::Publisher states = nh.advertise<vest_msgs::InstrumentStates>("instruments", 1, true);
 
   static void SetUpTestSuite() {
+    window = new QMainWindow;
     view = new rviz::RenderPanel;
-    view->resize(720, 576);
+    window->setCentralWidget(view);
+    window->resize(720, 576);
     manager = new rviz::VisualizationManager(view);
     view->initialize(manager->getSceneManager(), manager);
     manager->initialize();
     manager->setFixedFrame("world");
     manager->startUpdate();
-    view->show();
+    window->show();
   }
   static void TearDownTestSuite() {
     manager->stopUpdate();
-    delete view;
     delete manager;
+    delete window;
   }
   void SetUp() override {
     tf2_ros::StaticTransformBroadcaster tf;
@@ -135,6 +139,7 @@ class Teleoperate : public ::testing::Test {
   }
 };
 
+QMainWindow* Teleoperate::window = nullptr;
 rviz::RenderPanel* Teleoperate::view = nullptr;
 rviz::VisualizationManager* Teleoperate::manager = nullptr;
 
@@ -202,7 +207,7 @@ TEST_F(Teleoperate, JawsOpenAndCloseAndTheKeysStandOnTheScreen) {
     press(Qt::Key_F2);
     manager->createDisplay("rviz/Grid", "grid", true)->subProp("Cell Size")->setValue(0.5);
     spin([] { return false; }, 1.0);
-    EXPECT_TRUE(QGuiApplication::primaryScreen()->grabWindow(panel.winId()).save(g_picture));
+    EXPECT_TRUE(QGuiApplication::primaryScreen()->grabWindow(window->winId()).save(g_picture));
   }
 }
 

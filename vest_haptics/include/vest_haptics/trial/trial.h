@@ -18,7 +18,7 @@ struct TrialSample {
   Eigen::Vector3d tip = Eigen::Vector3d::Zero();    ///< m, world: where the hand holds the tip
   Eigen::Vector3d asked = Eigen::Vector3d::Zero();  ///< N, world: what the newest model asks for
   Eigen::Vector3d shown = Eigen::Vector3d::Zero();  ///< N, world: what the device shows
-  Loads loads{};  ///< to the device
+  Loads loads{};                                    ///< to the device
   bool contact = false, grasping = false;
   double jaw = 0.0;          ///< rad
   double allowance = 0.0;    ///< of the gate
@@ -36,6 +36,8 @@ class Trial {
   const TrialSample& tick(std::int64_t now_ns, double jaw, int steps = 1);
   const scene::StepReport& step() const { return report_; }
   Loop& loop() { return loop_; }
+  /// What the next tick's first step shall change, e.g. a link that parts.
+  void request(const scene::TopologyRequest& request) { input_.requests.push_back(request); }
 
  private:
   scene::World& world_;
