@@ -11,6 +11,7 @@ using net::Block;
 
 constexpr std::uint64_t kRenewEvery = 8;  ///< steps between two searches for pairs
 constexpr double kPairMargin = 0.004;     ///< m: 0.5 m/s of approach over that time
+constexpr double kStill = 0.0002;         ///< m: pairs serve until some knot may have gone this far
 constexpr double kShare = 0.25;           ///< (omega·h)² that a held contact may have
 constexpr double kDamping = 0.3, kGrip = 0.3;
 constexpr double kClose = 0.001;  ///< m: contacts are prepared this much before they touch
@@ -31,15 +32,25 @@ bool beyondBox(const Vector3d& x, const std::array<Vector3d, 3>& p, double reach
 }  // namespace
 
 void findOrganPairs(Context& c) {
-  // Every step the pairs of some objects are renewed, so that no step bears the whole search.
+  // Every step the pairs of some objects are renewed, so that no step bears the whole search; not while
+  // nothing has moved or changed since.
   auto& pairs = c.state.pairs;
   const std::uint64_t turn = c.state.step % kRenewEvery;
-  pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                             [&](const OrganPair& p) { return p.object % kRenewEvery == turn; }),
-              pairs.end());
   const auto& d = c.model.description;
+  std::uint32_t due = 0;
+  for (std::size_t a = turn; a < d.objects.size() && a < 32; a += kRenewEvery) {
+    ObjectState& s = c.state.objects[a];
+    if (c.state.travel - s.pairs_at < kStill && s.pairs_revision == c.state.revision) continue;
+    s.pairs_at = c.state.travel;
+    s.pairs_revision = c.state.revision;
+    due |= 1u << a;
+  }
+  if (due == 0) return;
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                             [&](const OrganPair& p) { return (due >> p.object & 1u) != 0; }),
+              pairs.end());
   for (std::size_t a = 0; a < d.objects.size() && a < 32; ++a) {
-    if (!c.model.objects[a].net || a % kRenewEvery != turn) continue;
+    if (!c.model.objects[a].net || (due >> a & 1u) == 0) continue;
     const ObjectState& sa = c.state.objects[a];
     const ObjectScratch& oa = c.scratch.objects[a];
     for (std::size_t b = 0; b < d.objects.size() && b < 32; ++b) {

@@ -359,22 +359,30 @@ void solve(Context& c) {
 
 bool settleVelocities(Context& c, std::string_view& faulty) {
   constexpr float kAbsurd = 100.0f * 100.0f;  // (m/s)²
+  float farthest = 0.0f;                      // m², of all knots in this step
   for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
     if (!c.model.objects[object].net) continue;
     const ObjectState& s = c.state.objects[object];
     const float *vx = row(s, Block::VX), *vy = row(s, Block::VY), *vz = row(s, Block::VZ);
     const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
+    const float* const before = c.scratch.objects[object].backup.data();
+    const float *x0 = before + (x - s.block.motion()), *y0 = before + (y - s.block.motion()),
+                *z0 = before + (z - s.block.motion());
     unsigned bad = c.scratch.objects[object].faulty ? 1u : 0u;
     for (std::size_t i = 0; i < s.block.knots(); ++i) {
       const float v2 = vx[i] * vx[i] + vy[i] * vy[i] + vz[i] * vz[i],
                   p2 = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
       bad |= static_cast<unsigned>(!(v2 < kAbsurd)) | static_cast<unsigned>(!(p2 < 1e12f));
+      const float dx = x[i] - x0[i], dy = y[i] - y0[i], dz = z[i] - z0[i];
+      const float way = dx * dx + dy * dy + dz * dz;
+      farthest = way > farthest ? way : farthest;
     }
     if (bad != 0) {
       faulty = c.model.description.objects[object].name;
       return false;
     }
   }
+  c.state.travel += std::sqrt(static_cast<double>(farthest));
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     if (!c.state.proxies[t].pose.tip.allFinite() || !c.state.proxies[t].velocity.allFinite()) {
       faulty = "instrument";

@@ -193,6 +193,8 @@ struct StateWalker {
     electrosurgery(s.electrosurgery);
     fasteners(s.fasteners);
     for (auto& t : s.cutting.tools) cutting(t);
+    value(s.travel);
+    for (ObjectState& o : s.objects) value(o.pairs_at), value(o.pairs_revision);
     list(s.pairs, [&](OrganPair& p) { value(p.object), value(p.other), value(p.knot), value(p.triangle); });
     list(s.sides, [&](ContactSide& p) {
       value(p.triangle), value(p.object), value(p.tool), value(p.capsule), value(p.side);

@@ -59,6 +59,8 @@ struct ObjectState {
   FemSurface fem_surface;   ///< finite elements
   fem::TissueState tissue;  ///< finite elements; empty for nets. The block's X … VZ are a copy of it
   motility::MotilityState motility;  ///< phases of its waves
+  double pairs_at = -1.0;            ///< m: WorldState::travel when its pairs were last searched
+  std::uint32_t pairs_revision = 0;  ///< of the world, then
 };
 
 /// Changes a link in the list and in its table. Real-time safe.
@@ -102,6 +104,7 @@ struct WorldState {
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps{};
   interaction::CuttingState cutting;
   std::vector<OrganPair> pairs;    ///< renewed every few steps
+  double travel = 0.0;             ///< m: sum over all steps of the greatest way of a knot
   std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
   interaction::Electrosurgery electrosurgery;
   interaction::Fasteners fasteners;  ///< clips, slings
