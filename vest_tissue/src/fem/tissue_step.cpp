@@ -11,6 +11,7 @@ using Eigen::Vector3d;
 
 constexpr double kTolerance = 1e-7;  ///< of conjugate gradients, relative residual in the factor's norm
 constexpr int kSweeps = 40;          ///< of Gauss-Seidel over the points (ours)
+constexpr double kOvershoot = 4.0;   ///< no unit; ours
 constexpr double kStiffer = 4.0;     ///< stiffness of a contact over that of the tissue in this step (ours)
 constexpr double kSettled = 1e-7;    ///< relative change of forces at which the sweeps end
 
@@ -288,6 +289,7 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
     }
   }
   // Where the points are at the end without these forces; then with them.
+  double longest = 0.0;  // m: of the ways that the forces are there for
   std::array<Vector3d, kMostTissuePoints> start, end;
   for (std::size_t p = 0; p < count; ++p) {
     start[p].setZero(), end[p].setZero();
@@ -300,6 +302,11 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
     point.force.setZero();
     const Matrix3d& own = D(p, p);
     point.compliance = point.kind == 0 ? point.normal.dot(own * point.normal) : own.trace() / 3.0;
+    const Vector3d slip = end[p] - start[p] - h * point.target_velocity;
+    longest = std::max(
+        longest, point.kind == 1
+                     ? (point.target - end[p]).norm()
+                     : slip.norm() + std::max(0.0, point.reach - point.normal.dot(point.target - end[p])));
   }
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     double change = 0.0, size = 0.0;
@@ -382,7 +389,25 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
       any = any || point.force.squaredNorm() > 0.0;
     }
   }
-  if (any) solve(t, s, h, w);
+  if (!any) return;
+  std::copy_n(w.v_next.begin(), s.x.size(), w.force.begin());  // m/s: without these forces
+  solve(t, s, h, w);
+  // The answers are those of the whole body, while a piece that a cut has freed gives way much further; and
+  // the sweeps may not settle where friction wedges thin flaps. Forces that throw a point further than
+  // kOvershoot times the longest way that any of them had to go are lowered, all alike.
+  double keep = 1.0;
+  for (std::size_t p = 0; p < count; ++p) {
+    Vector3d thrown = Vector3d::Zero();
+    for (int a = 0; a < 3; ++a) {
+      const Index k = w.points[p].knots[a];
+      if (w.points[p].weights[a] != 0.0) thrown += (h * w.points[p].weights[a]) * (w.v_next[k] - w.force[k]);
+    }
+    const double is = std::sqrt(thrown.squaredNorm());
+    if (is > kOvershoot * longest) keep = std::min(keep, kOvershoot * longest / is);
+  }
+  if (keep == 1.0) return;
+  for (std::size_t k = 0; k < s.x.size(); ++k) w.v_next[k] = w.force[k] + keep * (w.v_next[k] - w.force[k]);
+  for (TissuePoint& point : w.points) point.force *= keep, point.slip_power *= keep;
 }
 
 bool endTissueStep(const TissueModel& t, TissueState& s, double h, TissueScratch& w) {

@@ -403,16 +403,18 @@ void resist(Context& c, int t) {
     load.impulse[e] += impulse[e];
     load.moment[e] += moment[e];
   }
+  // No knot is driven faster than the hook moves: shreds weigh next to nothing.
   ObjectState& s = c.state.objects[tool.object];
+  const double pull = tool.force * c.dt / 3.0, speed = travel / c.dt;
   for (const std::uint32_t knot : s.triangles[tool.element]) {
-    const float w = row(s, Block::kInverseMass)[knot] / 3.0f;
+    const double room = std::max(0.0, speed - knotVelocity(s, knot).dot(way));
+    const Vector3d gain = std::min(row(s, Block::kInverseMass)[knot] * pull, room) * way;
     if (!s.tissue.x.empty()) {
-      s.tissue.v[knot] -= static_cast<double>(w) * impulse;
+      s.tissue.v[knot] += gain;
       continue;
     }
-    s.block.row(Block::VX)[knot] -= w * static_cast<float>(impulse.x());
-    s.block.row(Block::VY)[knot] -= w * static_cast<float>(impulse.y());
-    s.block.row(Block::VZ)[knot] -= w * static_cast<float>(impulse.z());
+    for (int e = 0; e < 3; ++e)
+      s.block.row(static_cast<Block::KnotRow>(Block::VX + e))[knot] += static_cast<float>(gain[e]);
   }
 }
 

@@ -1,0 +1,326 @@
+// Random sequences of grasp, cut, clip, coagulate, ligate, pull and release on random nets and volumes: 10^5
+// operations with VEST_FULL=1, else 10^3.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <random>
+#include <vector>
+
+#include "../fem/slab.h"
+#include "blades.h"
+#include "vest_tissue/scene/world_model.h"
+
+namespace {
+
+using namespace vest;
+using Eigen::Vector3d;
+using scene::EventKind;
+
+/// Objects and operations, from a seed alone.
+class Dice {
+ public:
+  explicit Dice(std::uint32_t seed) : random_(seed) {}
+
+  double uniform(double low, double high) { return low + (high - low) * (random_() / 4294967296.0); }
+  int choose(int n) { return static_cast<int>(random_() % static_cast<std::uint32_t>(n)); }
+
+  scene::Description net() {
+    if (choose(2) == 0) {
+      test::BarOptions o;
+      o.columns = 7 + choose(6), o.rows = 2 + choose(2);
+      o.spacing = uniform(0.0025, 0.004), o.thickness = uniform(0.002, 0.006);
+      o.youngs_modulus = uniform(5e3, 50e3), o.bulk_modulus = choose(3) == 0 ? 0.0 : 2e4;
+      o.fix_right = choose(2) == 0;
+      return test::barScene(o);
+    }
+    test::TubeOptions o;
+    o.rings = 8 + choose(8), o.around = 5 + choose(4);
+    o.length = 0.05, o.radius = uniform(0.002, 0.004);
+    o.youngs_modulus = uniform(5e3, 50e3);
+    scene::Description d = test::tubeScene(o);
+    d.objects[0].wall_thickness = 0.001;
+    return d;
+  }
+
+  /// A bar of tetrahedra held at one end: small strain or corotational, in motion or elastostatic.
+  scene::Description volume() {
+    fem::test::Box box{6 + choose(4), 2 + choose(2), 2, 0.04, 0.008, uniform(0.003, 0.006)};
+    fem::Description d = fem::test::makeBox(box);
+    d.name = "volume";
+    const int kind = choose(3);
+    d.motion = kind == 2 ? fem::Motion::Elastostatic : fem::Motion::BackwardEuler;
+    d.strain = kind == 1 ? fem::Strain::Corotational : fem::Strain::Small;
+    d.material = {uniform(20e3, 200e3), uniform(0.3, 0.45), 1050.0, 4.0, 0.004};
+    for (auto& x : d.nodes) x += Vector3d(-0.02, -0.004, 0.05 - 0.5 * 0.004);
+    return fem::test::sceneOf({fem::test::object(d)});
+  }
+
+  scene::ToolInput pose(tools::ToolKind kind, double jaw) {
+    const Vector3d along(uniform(-0.7, 0.7), uniform(-0.7, 0.7), -1.0);  // from above, as through a trocar
+    const Vector3d opening(uniform(-0.3, 0.3), 1.0, uniform(-0.3, 0.3));
+    const Vector3d middle(uniform(-0.018, 0.018), uniform(-0.003, 0.003), uniform(0.048, 0.052));
+    double beyond = uniform(-0.002, 0.008);
+    if (kind == tools::ToolKind::Scissors) beyond = uniform(0.003, 0.011);
+    if (kind == tools::ToolKind::CoagulationHook) beyond = uniform(-0.014, 0.0);
+    if (kind == tools::ToolKind::SlingApplicator) beyond = uniform(-0.033, -0.027);
+    return test::toolAt(kind, middle + beyond * along.normalized(), along, opening, jaw);
+  }
+
+ private:
+  std::mt19937 random_;
+};
+
+double massOf(const scene::ObjectState& s) {
+  double sum = 0.0;
+  if (!s.tissue.mass.empty()) {
+    for (const double m : s.tissue.mass) sum += m;
+    return sum;
+  }
+  for (std::size_t i = 0; i < s.block.knots(); ++i) sum += s.block.row(net::Block::kMass)[i];
+  return sum;
+}
+
+/// Room for work of one step: what it is bounded by, counted.
+struct Bounds {
+  double mass;
+  std::size_t knots, links, vertices;
+  explicit Bounds(const scene::World& w)
+      : mass(massOf(w.state().objects[0])),
+        knots(2 * w.knotCount(0) + 64),
+        links(2 * w.description().objects[0].links.size() + 64),
+        vertices(2 * w.description().objects[0].skin.texture_coordinates.size() + 2048) {}
+};
+
+/// Every invariant of safety.md that one step can break.
+void check(const scene::World& w, const Bounds& most) {
+  const scene::ObjectState& s = w.state().objects[0];
+  const std::size_t knots = s.block.knots();
+  for (std::size_t i = 0; i < knots; ++i) {
+    ASSERT_GT(s.block.row(net::Block::kMass)[i], 0.0f);
+    for (const auto r :
+         {net::Block::X, net::Block::Y, net::Block::Z, net::Block::VX, net::Block::VY, net::Block::VZ})
+      ASSERT_TRUE(std::isfinite(s.block.row(r)[i]));
+  }
+  ASSERT_NEAR(massOf(s), most.mass, 1e-9 * most.mass);
+  const scene::Topology& t = s.topology;
+  for (const auto& l : t.links) ASSERT_TRUE(l.knot0 < knots && l.knot1 < knots);
+  for (const auto& f : s.triangles)
+    for (const auto k : f) ASSERT_LT(k, knots);
+  const std::size_t now = t.skin.binding_start.empty() ? 0 : t.skin.binding_start.size() - 1;
+  for (const auto k : t.skin.binding_knots) ASSERT_LT(k, knots);
+  for (const auto weight : t.skin.binding_weights) ASSERT_TRUE(std::isfinite(weight));
+  for (const auto& f : t.skin.triangles)
+    for (const auto v : f) ASSERT_LT(v, now);
+  for (const auto& h : s.elements.hinges)
+    ASSERT_TRUE(h.edge0 < knots && h.edge1 < knots && h.wing0 < knots && h.wing1 < knots);
+  for (const auto& clip : w.state().fasteners.clips) {
+    if (!clip.alive) continue;
+    for (int i = 0; i < clip.count; ++i) ASSERT_LT(clip.knots[i], knots);
+    ASSERT_TRUE(clip.centre.allFinite() && clip.rotation.allFinite() && std::isfinite(clip.force));
+  }
+  for (const auto& sling : w.state().fasteners.slings) {
+    if (!sling.alive) continue;
+    for (int i = 0; i < sling.count; ++i) ASSERT_LT(sling.knots[i], knots);
+    ASSERT_TRUE(sling.tip.allFinite() && std::isfinite(sling.rest) && std::isfinite(sling.tension));
+  }
+  for (const auto& grasp : w.state().grasps)
+    for (int i = 0; i < grasp.count; ++i) ASSERT_LT(grasp.anchors[i].knot, knots);
+  // The work of a step: loops over these, times the sub-steps.
+  ASSERT_LE(knots, most.knots);
+  ASSERT_LE(t.links.size(), most.links);
+  ASSERT_LE(now, most.vertices);
+  ASSERT_LE(s.sub_steps, 64);
+  ASSERT_LE(w.state().sides.size(), 2048u);
+  ASSERT_LE(w.state().fasteners.clips.size(), interaction::kMaxClips);
+  ASSERT_LE(w.state().fasteners.slings.size(), interaction::kMaxSlings);
+}
+
+/// One object under the instruments' hands.
+class Theatre {
+ public:
+  Theatre(const scene::Description& d, Dice& dice) : world_(d), most_(world_), dice_(dice) {}
+
+  std::map<EventKind, std::size_t> events;
+  std::size_t degraded = 0, faults = 0;
+
+  void operate() {
+    using tools::ToolKind;
+    switch (dice_.choose(10)) {
+      case 0:
+      case 1:
+      case 8:
+      case 9: {  // scissors close somewhere, perhaps not entirely
+        in_.tools[1] = dice_.pose(ToolKind::Scissors, 0.8);
+        closeTo(1, dice_.choose(4) > 0 ? 0.0 : dice_.uniform(0.0, 0.6), 26);
+        run(45);  // the jaws come after the handle
+        break;
+      }
+      case 2: {  // a hook is drawn through, cutting or coagulating
+        in_.tools[1] = dice_.pose(ToolKind::CoagulationHook, 0.0);
+        in_.tools[1].functions = dice_.choose(3) > 0 ? tools::kFunctionCut : tools::kFunctionCoagulate;
+        move(1, Vector3d(dice_.uniform(-0.02, 0.02), dice_.uniform(-0.02, 0.02), dice_.uniform(-0.02, 0.02)),
+             60);
+        break;
+      }
+      case 3: {  // a grasper closes, pulls, and in half of the cases keeps its hold
+        in_.tools[0] = dice_.pose(ToolKind::Grasper, 1.0);
+        run(12);
+        closeTo(0, 0.0, 16);
+        move(0, Vector3d(dice_.uniform(-0.01, 0.01), dice_.uniform(-0.01, 0.01), dice_.uniform(0.0, 0.02)),
+             15);
+        if (dice_.choose(2) == 0) in_.tools[0].present = false;
+        break;
+      }
+      case 4:
+      case 5: {  // a clip; some are not shut, some are taken off again
+        in_.tools[1] = dice_.pose(ToolKind::ClipApplier, 0.6);
+        run(8);
+        closeTo(1, dice_.choose(4) == 0 ? dice_.uniform(0.1, 0.5) : 0.0, 60);
+        closeTo(1, 0.6, 5);
+        if (dice_.choose(4) == 0) removeSomeClip();
+        break;
+      }
+      case 6: {  // bipolar forceps close and burn
+        in_.tools[1] = dice_.pose(ToolKind::BipolarForceps, 0.8);
+        run(8);
+        closeTo(1, 0.0, 16);
+        in_.tools[1].functions = tools::kFunctionCoagulate;
+        run(30);
+        break;
+      }
+      default: {  // a loop is drawn
+        in_.tools[2] = dice_.pose(ToolKind::SlingApplicator, 0.0);
+        run(3);
+        in_.tools[2].functions = tools::kFunctionFire;
+        run(10);
+        if (dice_.choose(3) > 0) tie();
+        break;
+      }
+    }
+    in_.tools[1].present = in_.tools[2].present = false;
+    run(5);
+  }
+
+ private:
+  scene::World world_;
+  Bounds most_;
+  Dice& dice_;
+  scene::StepInput in_;
+  scene::StepReport report_;
+
+  void step() {
+    if (testing::Test::HasFatalFailure()) return;
+    in_.step = world_.steps();
+    const scene::Status status = world_.step(in_, report_);
+    in_.requests.clear();
+    faults += status == scene::Status::Fault;  // declared: the last good state is kept, no force
+    degraded += status == scene::Status::Degraded;
+    for (const auto& e : report_.events) {
+      ++events[e.kind];
+      ASSERT_TRUE(e.position.allFinite() && std::isfinite(e.force) && std::isfinite(e.energy));
+    }
+    for (const auto& c : report_.contacts) ASSERT_TRUE(c.wrench.allFinite() && std::isfinite(c.jaw_torque));
+    check(world_, most_);
+  }
+  void run(int steps) {
+    for (int i = 0; i < steps; ++i) step();
+  }
+  void closeTo(int tool, double jaw, int steps) {
+    const double from = in_.tools[tool].jaw;
+    for (int i = 1; i <= steps; ++i) in_.tools[tool].jaw = from + (jaw - from) * i / steps, step();
+  }
+  void move(int tool, const Vector3d& way, int steps) {
+    for (int i = 0; i < steps; ++i) in_.tools[tool].position += way / steps, step();
+  }
+  /// Draws on while an organ lies in the loop; with long steps, since a hand takes two seconds.
+  void tie() {
+    in_.dt = 0.01;
+    const auto drawn = [&] {
+      for (const auto& sling : world_.state().fasteners.slings)
+        if (sling.alive && sling.around && !sling.tied && sling.instrument == 2) return true;
+      return false;
+    };
+    for (int i = 0; i < 250 && drawn(); ++i) step();
+    in_.dt = 0.001;
+  }
+  void removeSomeClip() {
+    for (const auto& clip : world_.state().fasteners.clips) {
+      if (!clip.alive) continue;
+      in_.requests.push_back({scene::TopologyRequest::Kind::RemoveClip, clip.object,
+                              static_cast<std::uint32_t>(clip.id), Vector3d::UnitZ()});
+      break;
+    }
+    step();
+  }
+};
+
+/// What all sequences together did, and how often at least: a test whose tools miss would protect nothing.
+struct Sum {
+  std::map<EventKind, std::size_t> events;
+  std::size_t degraded = 0, faults = 0;
+  void add(const Theatre& t) {
+    for (const auto& [kind, count] : t.events) events[kind] += count;
+    degraded += t.degraded, faults += t.faults;
+  }
+  std::size_t of(EventKind kind) const {
+    const auto found = events.find(kind);
+    return found == events.end() ? 0 : found->second;
+  }
+  void print(int operations) const {
+    std::printf(
+        "%d operations: %zu cuts, %zu separations, %zu clips, %zu taken off, %zu coagulations, "
+        "%zu ligatures, %zu grasps, %zu releases, %zu degraded steps, %zu faults\n",
+        operations, of(EventKind::Cut), of(EventKind::Separated), of(EventKind::Clipped),
+        of(EventKind::Unclipped), of(EventKind::Coagulated), of(EventKind::Ligated), of(EventKind::Grasped),
+        of(EventKind::Released), degraded, faults);
+  }
+};
+
+constexpr int kOperations = 8;  // a sequence
+
+Sum play(int sequences, bool volumes) {
+  Sum sum;
+  for (int n = 0; n < sequences && !testing::Test::HasFatalFailure(); ++n) {
+    Dice dice(static_cast<std::uint32_t>(1000 + n));
+    Theatre theatre(volumes ? dice.volume() : dice.net(), dice);
+    for (int i = 0; i < kOperations && !testing::Test::HasFatalFailure(); ++i) theatre.operate();
+    if (testing::Test::HasFatalFailure()) std::printf("in sequence %d\n", n);
+    sum.add(theatre);
+  }
+  sum.print(sequences * kOperations);
+  return sum;
+}
+
+int countOf(int full) {
+  return std::getenv("VEST_FULL") != nullptr ? full : full / 100;
+}
+
+TEST(Sequences, OnRandomNetsKeepEveryInvariant) {
+  const int sequences = countOf(11250);
+  const Sum sum = play(sequences, false);
+  ASSERT_FALSE(HasFatalFailure());
+  const auto least = [&](double share) { return static_cast<std::size_t>(share * sequences); };
+  EXPECT_GE(sum.of(EventKind::Cut), least(1.0));
+  EXPECT_GE(sum.of(EventKind::Separated), least(0.1));
+  EXPECT_GE(sum.of(EventKind::Clipped), least(0.3));
+  EXPECT_GE(sum.of(EventKind::Unclipped), least(0.02));
+  EXPECT_GE(sum.of(EventKind::Coagulated), least(0.1));
+  EXPECT_GE(sum.of(EventKind::Ligated), least(0.01));
+  EXPECT_GE(sum.of(EventKind::Grasped), least(0.1));
+  EXPECT_LE(sum.faults, least(0.05)) << "declared, but rare: tools appear within thin nets here";
+}
+
+TEST(Sequences, OnRandomVolumesKeepEveryInvariant) {
+  const int sequences = countOf(1250);
+  const Sum sum = play(sequences, true);
+  ASSERT_FALSE(HasFatalFailure());
+  const auto least = [&](double share) { return static_cast<std::size_t>(share * sequences); };
+  EXPECT_GE(sum.of(EventKind::Cut), least(1.0));
+  EXPECT_GE(sum.of(EventKind::Separated), least(0.1));
+  EXPECT_GE(sum.of(EventKind::Grasped), least(0.1));
+  EXPECT_LE(sum.faults, least(0.1)) << "declared, but rare: tools appear within thin flaps here";
+}
+
+}  // namespace
