@@ -68,7 +68,7 @@ TEST(SceneHook, CuttingCurrentDividesTheFold) {
   });
   EXPECT_EQ(before_current, 0.0) << "a hook without current divides nothing";
   EXPECT_GT(p.times(EventKind::Cut, "strip").size(), 10U);
-  EXPECT_GT(p.gape("strip"), 0.005) << "m";
+  EXPECT_GT(p.gape("strip"), 0.002) << "m";
 }
 
 TEST(SceneClip, TwoClipsCloseTheVesselAndStay) {

@@ -250,8 +250,8 @@ validation::Section gynaecology(const std::string& fake_hd, const std::string& e
     });
     judge(s, "impulse_engine", samples, device.capabilities(), csv);
     device.close();
-    std::fclose(pipe);
     ::kill(pid, SIGTERM);
+    ::pclose(pipe);
   }
   return s;
 }

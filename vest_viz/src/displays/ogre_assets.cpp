@@ -179,7 +179,9 @@ std::string unsupported(const Ogre::MaterialPtr& material) {
   material->load();
   if (material->getBestTechnique() != nullptr && material->getBestTechnique() == material->getTechnique(0))
     return {};
-  return material->getUnsupportedTechniquesExplanation();
+  const std::string why = material->getUnsupportedTechniquesExplanation();
+  // A clone does not remember why.
+  return why.empty() ? material->getName() + ": this machine cannot run its shaders, it is drawn plain" : why;
 }
 
 }  // namespace vest::displays
