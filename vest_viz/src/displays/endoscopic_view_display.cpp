@@ -33,7 +33,7 @@ namespace {
 
 /// Rendered pixels per pixel of the picture that the automatic quality chooses from, and the milliseconds for
 /// drawing and reading back above which it steps down, below which it steps up.
-constexpr double kResolutions[] = {1.0, 0.85, 0.7};
+constexpr double kResolutions[] = {1.0, 0.85, 0.7, 0.65};
 constexpr double kTooSlowMs = 32, kFastMs = 14;
 
 constexpr double kLongestHold = 20;  // s without tissue or textures before pictures are sent all the same
