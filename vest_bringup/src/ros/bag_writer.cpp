@@ -14,12 +14,20 @@
 namespace vest::session {
 namespace {
 
-// Format 2.0 as the ROS wiki's "Bags/Format/2.0" describes it. Little endian, as every machine that ROS 1 runs on.
+// Format 2.0 as the ROS wiki's "Bags/Format/2.0" describes it. Little endian, as every machine that ROS 1
+// runs on.
 constexpr char kMagic[] = "#ROSBAG V2.0\n";
 constexpr std::size_t kHeaderBytes = 2 * sizeof(std::uint32_t) + 4096;  // of the bag header's record
 constexpr std::size_t kChunk = 768 * 1024;                              // bytes, as stock rosbag
 constexpr std::size_t kProgressBytes = 2 * sizeof(std::uint64_t);
-enum class Op : std::uint8_t { Message = 2, BagHeader = 3, Index = 4, Chunk = 5, ChunkInfo = 6, Connection = 7 };
+enum class Op : std::uint8_t {
+  Message = 2,
+  BagHeader = 3,
+  Index = 4,
+  Chunk = 5,
+  ChunkInfo = 6,
+  Connection = 7
+};
 
 /// Appends little-endian values and the fields of record headers.
 class Writer {
@@ -172,8 +180,8 @@ bool BagWriter::write(const std::string& topic, const ros::Time& time, const top
 bool BagWriter::append(const Bytes& bytes) {
   std::size_t done = 0;
   while (done < bytes.size()) {
-    const ssize_t n = pwrite(descriptor_, bytes.data() + done, bytes.size() - done,
-                             static_cast<off_t>(size_ + done));
+    const ssize_t n =
+        pwrite(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(size_ + done));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) {
       const int why = n < 0 ? errno : ENOSPC;

@@ -61,7 +61,8 @@ RecordingRelay::RecordingRelay(ros::NodeHandle nh) : nh_(nh) {
   });
   const auto came = [this](const ros::SingleSubscriberPublisher&) { listener_came_ = true; };
   auto options = ros::AdvertiseOptions::create<vest_msgs::RecordingBatch>(
-      "session/batches", kWaitingBatches, came, ros::SubscriberStatusCallback(), ros::VoidConstPtr(), &queue_);
+      "session/batches", kWaitingBatches, came, ros::SubscriberStatusCallback(), ros::VoidConstPtr(),
+      &queue_);
   publisher_ = nh_.advertise(options);
   thread_ = std::thread([this] { loop(); });
 }
@@ -71,8 +72,8 @@ RecordingRelay::~RecordingRelay() {
   thread_.join();
 }
 
-// By its own type a message of this process comes as a pointer; as a ShapeShifter roscpp would serialise it at
-// once and wake its poll thread for it.
+// By its own type a message of this process comes as a pointer; as a ShapeShifter roscpp would serialise it
+// at once and wake its poll thread for it.
 template <class M>
 void RecordingRelay::relay(const std::string& name) {
   namespace traits = ros::message_traits;
@@ -82,7 +83,8 @@ void RecordingRelay::relay(const std::string& name) {
       [this, index](const ros::MessageEvent<M const>& event) {
         append(index, *event.getConstMessage(), event.getReceiptTime());
       };
-  topic.subscription.initByFullCallbackType<const ros::MessageEvent<M const>&>(name, kWaitingMessages, callback);
+  topic.subscription.initByFullCallbackType<const ros::MessageEvent<M const>&>(name, kWaitingMessages,
+                                                                               callback);
   topic.subscription.callback_queue = &queue_;
   topics_.push_back(std::move(topic));
 }
@@ -144,7 +146,8 @@ std::uint64_t RelayInlet::take(const vest_msgs::RecordingBatch& batch, const Cal
   if (batch.names.size() == described && batch.datatypes.size() == described &&
       batch.md5sums.size() == described && batch.definitions.size() == described) {
     for (std::size_t i = 0; i < described; ++i) {
-      kinds_[batch.described[i]] = {batch.names[i], batch.datatypes[i], batch.md5sums[i], batch.definitions[i]};
+      kinds_[batch.described[i]] = {batch.names[i], batch.datatypes[i], batch.md5sums[i],
+                                    batch.definitions[i]};
     }
   }
   const std::uint64_t lost = begun_ && batch.first > next_ ? batch.first - next_ : 0;

@@ -15,8 +15,8 @@
 
 namespace vest::session {
 
-/// Frequent topics of the simulation's process, relative to the launch namespace: with the relay they reach the
-/// recorder in batches. The others, and all latched ones, go the usual way.
+/// Frequent topics of the simulation's process, relative to the launch namespace: with the relay they reach
+/// the recorder in batches. The others, and all latched ones, go the usual way.
 std::vector<std::string> relayedTopics();
 
 /// Hands the messages of relayedTopics() on as `session/batches`, 50 a second. Lives in the process that
