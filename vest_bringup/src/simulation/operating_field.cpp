@@ -59,6 +59,7 @@ struct OperatingField::Impl {
   std::vector<scene::ImpactInput> shown;
   std::uint64_t dropped = 0, refused = 0;
   bool degraded = false;
+  SurfaceEffect* surface = nullptr;
 
   Impl(const scene::World& world, const FieldOptions& o, std::shared_ptr<FieldFrames> f)
       : options(o),
@@ -254,6 +255,8 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     fluid::step(*fluid_model, in, fluid, scratch, fluid_report);
     degraded |= fluid.degraded;
     refused += fluid_report.status != fluid::Status::Ok;
+    for (const fluid::Shear& shear : fluid_report.shears)
+      if (surface) surface->wash(shear.surface, world.contactTriangles(shear.surface)[shear.triangle], shear.impulse);
     for (const fluid::Impact& impact : fluid_report.impacts) {
       scene::ImpactInput to;
       to.object = impact.surface, to.triangle = impact.triangle;
@@ -356,8 +359,10 @@ void OperatingField::Impl::show(const scene::World& world) {
 }
 
 OperatingField::OperatingField(const scene::World& world, const FieldOptions& options,
-                               std::shared_ptr<FieldFrames> frames)
-    : impl_(std::make_unique<Impl>(world, options, std::move(frames))) {}
+                               std::shared_ptr<FieldFrames> frames, SurfaceEffect* surface)
+    : impl_(std::make_unique<Impl>(world, options, std::move(frames))) {
+  impl_->surface = surface;
+}
 OperatingField::~OperatingField() = default;
 
 void OperatingField::step(const scene::World& world, const scene::StepInput& input,
