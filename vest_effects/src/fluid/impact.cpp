@@ -86,8 +86,7 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
         // A drop or jet spreads along the wall with the speed that it came with.
         const float came = rel_in[0] * rel_in[0] + rel_in[1] * rel_in[1] + rel_in[2] * rel_in[2];
         if (came > 1e-6f)
-          addShear(s, s.placed[p.placed].id,
-                   static_cast<double>(kDrag * came * dt) * mass / par.spacing);
+          addShear(s, s.placed[p.placed].id, static_cast<double>(kDrag * came * dt) * mass / par.spacing);
         float speed2 = 0;
         for (int a = 0; a < 3; ++a) {
           const float tangential = rel[a] - vn * nrm[a];

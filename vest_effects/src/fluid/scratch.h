@@ -177,8 +177,8 @@ struct ScratchData {
   std::vector<std::array<double, 4>> impact_weight;  ///< sum of |J|·weights and of |J|
   std::vector<std::uint32_t> touched;                ///< triangles with momentum, in order of first touch
   std::vector<std::uint8_t> is_touched;
-  std::vector<double> shear;             ///< per triangle, N·s
-  std::vector<std::uint32_t> sheared;    ///< triangles with shear, in order of first touch
+  std::vector<double> shear;                   ///< per triangle, N·s
+  std::vector<std::uint32_t> sheared;          ///< triangles with shear, in order of first touch
   std::vector<std::uint32_t> triangle_offset;  ///< of each surface among all triangles
   // Pools.
   std::vector<float> face_u, face_v, share, old_surface, new_u, new_v, low_u, high_u, low_v, high_v;

@@ -90,7 +90,8 @@ TEST(Surface, TheDrugFillsASphereOfTissueThatGrowsWithTheVolumeInjected) {
   const auto reached = [&] {
     double far = 0;
     for (std::size_t k = 0; k < 21 * 21; ++k)
-      if (s.state.drug[k] > 0.5f) far = std::max(far, std::hypot(s.xyz[3 * k] - 0.02, s.xyz[3 * k + 1] - 0.02));
+      if (s.state.drug[k] > 0.5f)
+        far = std::max(far, std::hypot(s.xyz[3 * k] - 0.02, s.xyz[3 * k + 1] - 0.02));
     return far;
   };
   s.seconds(0.5);
@@ -145,7 +146,8 @@ TEST(Surface, IrrigationWashesTheStainOffAndNothingOfItIsLost) {
   // A jet's 20 Pa on 0.1 mm of film: h/(1 + tau h t/(2 mu √A)) halves in some 10 ms at the middle.
   const auto k = static_cast<std::uint32_t>(10 * 21 + 10);
   const double film = s.state.film[k], stress = 20, t = 0.05;
-  for (int i = 0; i < 50; ++i) washSurface(s.model, 0, s.rows[0], {k, k + 1, k + 21}, stress * 4e-6 * 3 * t / 50, s.state);
+  for (int i = 0; i < 50; ++i)
+    washSurface(s.model, 0, s.rows[0], {k, k + 1, k + 21}, stress * 4e-6 * 3 * t / 50, s.state);
   EXPECT_NEAR(s.state.film[k], film / (1 + stress * film * t / (2 * kFilmViscosity * 2e-3)), 1e-9 * film);
   s.seconds(0.001);
   for (int i = 0; i < 100; ++i) {

@@ -23,9 +23,9 @@ struct SurfaceFrame {
 };
 
 /// Organ surfaces that seep where they were cut. Opened by events (cut, torn, perforated, punctured) of
-/// objects that are no vessels; closed by an injection needle that fires in tissue, by coagulation's energy and
-/// by a tool that presses; washed by whatever flows over them. What runs off is a fluid source.
-/// Parameter edit (object empty): surface_bleeding (the scale).
+/// objects that are no vessels; closed by an injection needle that fires in tissue, by coagulation's energy
+/// and by a tool that presses; washed by whatever flows over them. What runs off is a fluid source. Parameter
+/// edit (object empty): surface_bleeding (the scale).
 class SurfaceEffect : public Effect {
  public:
   /// @param blood the circulation that gives the pressure and loses the blood; may be null; outlives this

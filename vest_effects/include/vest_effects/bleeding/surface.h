@@ -9,14 +9,15 @@
 /// Bleeding of organ surfaces: where tissue was cut, its capillaries seep; the blood stands as a film on the
 /// surface, spreads and runs off. No ROS, no scene: knots with neighbours. World frame, SI.
 ///
-///     seeping   q = scale · supply · open · (1 − styptic) · (1 − sealed) · (1 − pressed) · P/P_rest, m³/s a knot
-///     film      A dh/dt = q + Σ mobility·(h_j − h_i) − what runs off above kFullFilm − tau h²/(2 mu) √A
+///     seeping   q = scale · supply · open · (1 − styptic) · (1 − sealed) · (1 − pressed) · P/P_rest, m³/s a
+///     knot film      A dh/dt = q + Σ mobility·(h_j − h_i) − what runs off above kFullFilm − tau h²/(2 mu) √A
 ///
 /// The last term is the film that water drags along: the flux of a layer of depth h under a shear stress tau
 /// is tau h²/(2 mu) per width (Couette flow), and √A is the width of a knot's share of the surface.
 ///
-/// A vasoconstrictor is injected into the tissue: it fills the space between the cells around the needle's tip
-/// out to the radius r = (3 V/(4 pi φ))^⅓ for the volume V, and what it reaches constricts within seconds.
+/// A vasoconstrictor is injected into the tissue: it fills the space between the cells around the needle's
+/// tip out to the radius r = (3 V/(4 pi φ))^⅓ for the volume V, and what it reaches constricts within
+/// seconds.
 ///
 /// Nothing is lost: seeped = film + shed, where shed is what ran off or was washed off (FluidSource).
 namespace vest::bleeding {
@@ -28,10 +29,11 @@ constexpr double kClottingTime =
     240;  ///< s: open capillaries close; bleeding times of skin are 2 … 9 min (Ivy)
 constexpr double kStypticTime = 3000;    ///< s: a vasoconstrictor's effect fades (assumed)
 constexpr double kInjectionFlow = 3e-7;  ///< m³/s by the thumb on a syringe (assumed)
-constexpr double kInterstice = 1.0 / 6;  ///< φ: of tissue's volume (Guyton and Hall, Textbook of Medical Physiology)
-constexpr double kConstrictionTime = 2.0;    ///< s: of constriction where the drug has come (assumed)
-constexpr double kNewStitch = 0.003;     ///< m: a needle that moved farther begins a new depot (assumed)
-constexpr double kPressReach = 0.006;  ///< m around a pressing tool's tip (assumed)
+constexpr double kInterstice =
+    1.0 / 6;  ///< φ: of tissue's volume (Guyton and Hall, Textbook of Medical Physiology)
+constexpr double kConstrictionTime = 2.0;  ///< s: of constriction where the drug has come (assumed)
+constexpr double kNewStitch = 0.003;       ///< m: a needle that moved farther begins a new depot (assumed)
+constexpr double kPressReach = 0.006;      ///< m around a pressing tool's tip (assumed)
 constexpr double kFilmViscosity = 3.5e-3;  ///< Pa·s, as fluid::Parameters::blood_viscosity
 /// Heat that seals capillaries 1 mm deep, from 37 to 65 °C: rho·c·ΔT·d = 1050·3600·28·0.001 J/m².
 constexpr double kSealHeat = 1.06e5;
@@ -52,17 +54,17 @@ struct SurfaceModel {
 
 /// Everything that evolves; per knot, room for copies included.
 struct SurfaceState {
-  std::vector<float> open, sealed;  ///< 0 … 1
+  std::vector<float> open, sealed;   ///< 0 … 1
   std::vector<float> drug, styptic;  ///< 0 … 1: vasoconstrictor that came here, and how far it has closed
-  std::vector<double> film;                  ///< m
-  std::vector<float> flow;                   ///< m³/s seeping in the last step
-  std::vector<std::uint32_t> used;           ///< per object: knots that it has now
-  std::array<double, 4> injected{};          ///< m³ in each instrument's last depot
+  std::vector<double> film;          ///< m
+  std::vector<float> flow;           ///< m³/s seeping in the last step
+  std::vector<std::uint32_t> used;   ///< per object: knots that it has now
+  std::array<double, 4> injected{};  ///< m³ in each instrument's last depot
   std::array<std::array<double, 3>, 4> depot{};  ///< m: where
   double washed = 0;                             ///< m³ taken off by water, not yet in shed
   std::array<double, 3> washed_moment{};         ///< m⁴: the same times its place
-  double seeped = 0, shed = 0;               ///< m³ since the start
-  std::uint8_t active = 0;                   ///< anything was ever cut: else a step costs nothing
+  double seeped = 0, shed = 0;                   ///< m³ since the start
+  std::uint8_t active = 0;                       ///< anything was ever cut: else a step costs nothing
 };
 
 /// What tools do to surfaces in a step.

@@ -63,7 +63,8 @@ struct Impact {
 struct Shear {
   std::uint16_t surface = 0;
   std::uint32_t triangle = 0;
-  double impulse = 0;  ///< N·s: shear stress times area times time; c_f rho u² of drops and jets, and the drag of pools
+  double impulse =
+      0;  ///< N·s: shear stress times area times time; c_f rho u² of drops and jets, and the drag of pools
 };
 
 struct Inputs {
