@@ -1,6 +1,7 @@
 // Protects every device plug-in by one suite, and each maker's border by a stand-in of its library or its
 // wire.
 #include <dlfcn.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -136,6 +137,29 @@ TEST(Devices, AMissingLibraryIsOneMessageThatSaysWhatToInstall) {
       refusal(engine, {{"port", "/dev/null"}, {"force", "emulator"}, {"force_port", "/dev/no_such_port"}})
           .find("force side: port '/dev/no_such_port'"),
       std::string::npos);
+}
+
+TEST(Devices, APortWithoutTheRightToItIsOneMessageThatSaysWhomToAsk) {
+  char path[] = "/tmp/vest_no_right_XXXXXX";
+  const int file = ::mkstemp(path);
+  ASSERT_GE(file, 0);
+  ::close(file);
+  ::chmod(path, 0);
+  // Root may open everything: the question is asked as nobody.
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (::geteuid() == 0 && ::setuid(65534) != 0) ::_exit(2);
+    ImpulseEngineDevice engine;
+    const std::string text = refusal(engine, {{"port", path}});
+    ::_exit(text.find("ask whoever runs this computer") != std::string::npos &&
+                    text.find("dialout") != std::string::npos && text.find(path) != std::string::npos
+                ? 0
+                : 1);
+  }
+  int status = -1;
+  ::waitpid(child, &status, 0);
+  ::unlink(path);
+  EXPECT_EQ(status, 0);
 }
 
 TEST_F(Phantom, ADeviceThatIsNotThereIsOneMessageWithTheMakersWords) {

@@ -174,7 +174,7 @@ TEST(SensorCheck, AnInsertionMovesNoFasterThanAHand) {
 }
 
 TEST(SensorCheck, AClockThatGoesBackMakesNoRoomForAJump) {
-  SensorCheck check(all());
+  SensorCheck check(cartesian());
   Sample s = at(0.0);
   ASSERT_EQ(check.check(s, 1000 * kMs), SensorCheck::Verdict::Good);
   s = at(1.0);

@@ -9,15 +9,13 @@ MUTANTS = [
     (F, "  if (down) {\n    pressed_ =", "  if (true) {\n    pressed_ =", "driver", "Footswitches.OlderThan*"),
     (F, "    if (may_be_tap && now", "    if (now", "driver", "Footswitches.OlderThan*:Footswitches.Unplugged*"),
     (F, "may_be_tap && now - pressed_at_[pedal] < options_.quick_tap", "may_be_tap", "driver", "Footswitches.AQuickTap*"),
-    (F, "!has_reading_ || device < last_device_ ||", "device < last_device_ ||", "driver", "Footswitches.*"),
-    (F, " || device - last_device_ > options_.debounce;", ";", "driver", "Footswitches.AHole*"),
-    (F, "!has_reading_ || device < last_device_ || device", "!has_reading_ || device", "driver", "Footswitches.AHole*"),
+    (F, "device - last_device_ > options_.debounce;", "false;", "driver", "Footswitches.AHole*"),
     (F, "    if (down == was) {", "    if (false) {", "driver", "Footswitches.*"),
     (F, "    } else if (!differs_[i] || hole) {", "    } else if (hole) {", "driver", "Footswitches.Chatter*:Footswitches.AllSixtyFour*"),
     (F, "    } else if (!differs_[i] || hole) {", "    } else if (!differs_[i]) {", "driver", "Footswitches.AHole*"),
     (F, "    } else if (device - differs_since_[i] >= options_.debounce) {", "    } else {", "driver", "Footswitches.Chatter*"),
     (F, "  if (has_reading_ && now - last_now_ > options_.timeout) releaseAll();\n", "", "driver", "Footswitches.OlderThan*"),
-    (F, "    if (pressed_ & (1u << i)) change(", "    change(", "driver", "Footswitches.*"),
+    (F, "    if (pressed_ & (1u << i)) change(", "    change(", "driver", "Footswitches.OlderThan*"),
     (F, "(pressed_ & (1u << i)) && now - pressed_at_[i] > options_.stuck", "pressed_ & (1u << i)", "driver", "Footswitches.APedalThatStays*"),
     (F, "(pressed_ & (1u << i)) && now - pressed_at_[i] > options_.stuck", "now - pressed_at_[i] > options_.stuck", "driver", "Footswitches.APedalThatStays*"),
     # Bytes.
@@ -49,7 +47,6 @@ MUTANTS = [
     (E, "    if (source_->keyDown(*code)) next_buttons_ |= 1u << keys_.size();\n", "", "events", "Events.AButtonThatIsHeld*"),
     (E, " && now - pressed_at_[i] > kStuck", "", "events", "Events.AButtonThatIsHeld*"),
     # Time.
-    (T, "std::max<std::int64_t>(0, steady - last_steady_)", "steady - last_steady_", "driver", "TimeMap.*"),
     (T, "delay_now - steady_minus_device_ > kMaxDelay", "false", "driver", "TimeMap.ADeviceClock*"),
     (T, "std::min(delay_now, steady_minus_device_ + drift)", "delay_now", "driver", "TimeMap.LateArrival*"),
     (T, "    if (wall_step_ > kStep) {", "    if (false) {", "driver", "TimeMap.*"),
@@ -59,5 +56,6 @@ MUTANTS = [
     (T, "std::max(last_stamp_ + 1, ", "(", "driver", "TimeMap.*"),
 ]
 ARGUED = [
+    (T, "std::max<std::int64_t>(0, steady", "a steady clock does not go back; std::clamp would not be defined if it did"),
     (F, "    if (event_count_ < static_cast<int>(events_.size()))", "cannot be full: at most three events a pedal between two calls of take()"),
 ]
