@@ -8,16 +8,6 @@ namespace {
 
 using scene::EventKind;
 
-double leak(const Stage& stage) {
-  const bleeding::WoundState& w = stage.blood->wounds();
-  double flow = 0;
-  for (int i = 0; i < w.opening_count; ++i) flow += w.openings[static_cast<std::size_t>(i)].flow;
-  return flow;
-}
-double lost(const Stage& stage) {
-  return stage.blood->circulation().lost;
-}
-
 TEST(SceneArterialBleeding, ACutArterySpurtsWithThePulseUntilClipsStopIt) {
   Play p("arterial_bleeding", true);
   double least = 1, most = 0, after_heart = 0, lost_at_end = 0;

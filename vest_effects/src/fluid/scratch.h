@@ -226,14 +226,6 @@ inline void addShear(ScratchData& s, std::uint32_t triangle, double impulse) {
   if (s.shear[triangle] == 0) s.sheared.push_back(triangle);
   s.shear[triangle] += impulse;
 }
-/// Which surface a triangle among all belongs to.
-std::size_t surfaceOf(const Model& model, const ScratchData& s, std::uint32_t triangle);
-/// The nearest cell whose bed lies between two heights (m), within `far` cells; else their number.
-std::size_t nearestOpenCell(const Model& model, const Pools& w, int c, int r, float low, float high,
-                            int far = 8);
-/// What pools weigh on the tissue below them, rho g h, and the uplift of what dips into them: vertical
-/// momentum on triangles, the sum of several on one.
-void pressPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s);
 /// Shear of the pools on what lies under them.
 void dragPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s);
 

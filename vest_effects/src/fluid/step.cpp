@@ -44,6 +44,12 @@ bool good(const Model& model, const Inputs& in) {
                                 finite(in.window.right) && in.window.radius > 1e-5 && in.window.radius < 0.1);
 }
 
+std::size_t surfaceOf(const Model& model, const ScratchData& s, std::uint32_t triangle) {
+  std::size_t k = 0;
+  while (k + 1 < model.surfaces.size() && triangle >= s.triangle_offset[k + 1]) ++k;
+  return k;
+}
+
 void tellImpacts(const Model& model, ScratchData& s, Report& report) {
   report.tissue_momentum = {0, 0, 0};
   std::sort(s.touched.begin(), s.touched.end());
@@ -84,12 +90,6 @@ void keepKnots(const Model& model, const Inputs& inputs, State& state) {
 }
 
 }  // namespace
-
-std::size_t surfaceOf(const Model& model, const ScratchData& s, std::uint32_t triangle) {
-  std::size_t k = 0;
-  while (k + 1 < model.surfaces.size() && triangle >= s.triangle_offset[k + 1]) ++k;
-  return k;
-}
 
 Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
   ScratchData& s = *data_;
@@ -211,7 +211,6 @@ void step(const Model& model, const Inputs& inputs, State& state, Scratch& scrat
   compact(state);
   stepPools(model, std::max(0.0, -inputs.gravity[2]), inputs.dt, state, scratch);
   dragPools(model, inputs, state, s);
-  pressPools(model, inputs, state, s);
   stepBubbles(model, inputs, state);
   tellImpacts(model, s, report);
   keepKnots(model, inputs, state);

@@ -167,10 +167,11 @@ void readCaseFile(Network& network) {
   network.viscosity = caseNumber(document, "mu", network, text);
   network.profile = caseNumber(document, "zeta", network, text);
   network.period = caseNumber(document, "period_s", network, text);
-  if (document.contains("taper") && document["taper"] != "linear")
+  const auto given = [&](const char* key) { return document.contains(key) && !document[key].is_null(); };
+  if (given("taper") && document["taper"] != "linear")
     throw NetworkError(network.case_file, lineOfKey(text, "taper"), "taper", document["taper"].dump(),
                        "\"linear\"");
-  if (document.contains("wall_thickness_law")) {
+  if (given("wall_thickness_law")) {
     const auto& object = document["wall_thickness_law"];
     if (!object.is_object())
       throw NetworkError(network.case_file, lineOfKey(text, "wall_thickness_law"), "wall_thickness_law",

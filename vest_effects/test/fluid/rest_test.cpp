@@ -110,52 +110,6 @@ TEST(Pool, ItsDamBreakFollowsRitter) {
   EXPECT_NEAR(at_dam, 4.0 / 9.0 * h0, 0.04 * h0);
 }
 
-/// Vertical force on one surface, N, of the last step.
-double liftOf(const Fluid& f, std::size_t surface) {
-  double sum = 0;
-  for (const Impact& i : f.report.impacts)
-    if (i.surface == surface) sum += i.momentum[2];
-  return sum / f.inputs.dt;
-}
-
-TEST(Pool, WeighsOnWhatItStandsOnWithRhoGH) {
-  Parameters p;
-  p.low = {0, 0, -0.05}, p.high = {0.1, 0.1, 0.2};
-  Fluid f(p, {openBox(0, 0.1, 0, 0.1, 0.1)});
-  f.step();
-  for (int r = 0; r < f.model.rows; ++r)
-    for (int c = 0; c < f.model.columns; ++c) fillCell(f.model, f.state, c, r, 0.01 * 0.004 * 0.004, 0.5);
-  f.step();
-  const double weight = 9.81 * (1000 + 0.5 * 60) * poolVolume(f.model, f.state);
-  EXPECT_NEAR(liftOf(f, 0), -weight, 1e-3 * weight);
-}
-
-TEST(Pool, LiftsWhatDipsIntoItByTheWeightOfTheWaterItDisplaces) {
-  // A closed block 32 mm × 32 mm × 12 mm, 6 mm over the floor: water to 30 mm covers it.
-  Mesh block;
-  const double l = 0.032, h = 0.012;
-  block.add({0.032, 0.032, 0.006 + h}, {l, 0, 0}, {0, l, 0}, 8);
-  block.add({0.032, 0.032, 0.006}, {0, l, 0}, {l, 0, 0}, 8);
-  Parameters p;
-  p.low = {0, 0, -0.05}, p.high = {0.1, 0.1, 0.2};
-  Fluid f(p, {openBox(0, 0.1, 0, 0.1, 0.1), block});
-  f.step();
-  const Pools& w = f.state.pools;
-  const auto fillTo = [&](float level) {
-    for (int r = 0; r < f.model.rows; ++r)
-      for (int c = 0; c < f.model.columns; ++c) {
-        const auto i = static_cast<std::size_t>(r) * f.model.columns + c;
-        fillCell(f.model, f.state, c, r, std::max(0.0f, level - w.bed[i] - w.depth[i]) * 0.004 * 0.004, 0);
-      }
-    f.step();
-  };
-  fillTo(0.012f);  // half of it dips in
-  const double displaced = 9.81 * 1000 * l * l * h;
-  EXPECT_NEAR(liftOf(f, 1), 0.5 * displaced, 0.05 * displaced);
-  fillTo(0.030f);
-  EXPECT_NEAR(liftOf(f, 1), displaced, 0.05 * displaced) << "however deep";
-}
-
 TEST(Pool, ALakeOverAnUnevenBedStaysLevel) {
   Fluid f = tray(0.2, 0.2, 0.005);
   f.step();

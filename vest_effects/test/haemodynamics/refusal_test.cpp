@@ -260,6 +260,15 @@ TEST_F(Refusal, WindowsLineEndsBlankLinesAndOtherColumnsAreRead) {
   EXPECT_NEAR(model.inflowVolume(2.0), 3e-5, 1e-18);
 }
 
+TEST_F(Refusal, AnOptionalKeyThatIsNullIsAsIfItWereNotThere) {
+  std::string text = kCase;
+  text.insert(text.find("\"taper\""), "\"wall_thickness_law\": null, ");
+  write("case.json", text);
+  const Network network = readCase(folder_.string());
+  EXPECT_FALSE(network.wall_thickness_law.has_value());
+  EXPECT_NO_THROW(buildModel(network, 0.01));
+}
+
 TEST_F(Refusal, WallThicknessLawTakesThePlaceOfTheColumns) {
   std::string text = kCase;
   text.insert(text.find("\"taper\""),
