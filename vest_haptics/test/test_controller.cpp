@@ -391,13 +391,14 @@ TEST(Controller, AServoForceThatIsNoNumberIsAFault) {
 
 TEST(Controller, AServoForceIsNoTorqueOfAFiveAxisDevice) {
   Bench b(options(), {{"axes", "joints"}});
-  b.now += kMs;
+  b.tissue.level = -1.0;
   for (int i = 0; i < 3000; ++i) {
-    b.input.servo_force = {0, 0, 1.0};
+    b.input.servo_force = {0, 0, i > 2500 ? 1.0 : 0.0};
     b.input.servo_ns = b.now;
     b.shaftTick();
     ASSERT_EQ(b.report.loads, Loads{});
   }
+  EXPECT_EQ(b.report.allowance, 1.0) << "it would be shown";
 }
 
 TEST(Controller, TwoTicksAtTheSameMomentAreNoFault) {
@@ -421,6 +422,12 @@ TEST(Controller, AfterAStartOrAPauseThereIsNoSpeed) {
   b.now += 200 * kMs;
   b.tick();
   EXPECT_EQ(b.report.velocity_D.norm(), 0.0) << "what happened in the pause is unknown";
+  b.device.inject(DeviceStatus::Unplugged);
+  b.run(3);
+  b.device.axis(2).x = 0.03;
+  b.device.inject(DeviceStatus::Ok);
+  b.tick();
+  EXPECT_EQ(b.report.velocity_D.norm(), 0.0) << "and what it did while it was unplugged";
 }
 
 TEST(Controller, ASlewThatIsConfiguredTooFastIsNotTaken) {
@@ -465,7 +472,7 @@ TEST(Controller, ASecondPublisherOnASafetyTopicIsAFault) {
   EXPECT_EQ(b.force(), 0.0);
   EXPECT_EQ(b.report.fault, Fault::Publisher);
   b.controller->raise(Fault::Sensor);
-  EXPECT_EQ(b.report.fault, Fault::Publisher) << "the first fault is the cause";
+  EXPECT_EQ(b.controller->report().fault, Fault::Publisher) << "the first fault is the cause";
 }
 
 TEST(Controller, TheCouplingStaysWithinTheBoundOfColgateAndTheDevicesOwn) {
