@@ -188,7 +188,7 @@ TEST(ContactForce, NoRecordThatCannotBeBecomesAForce) {
     for (int field = 0; field < 10; ++field) {
       vest::shared::ContactRecord r = good;
       double* const fields[] = {&r.position[1],   &r.commanded[2], &r.velocity[0], &r.wrench[3],
-                                &r.stiffness[14], &r.damping[0],   &r.radius,      &r.jaw_torque,
+                                &r.stiffness[35], &r.damping[35],  &r.radius,      &r.jaw_torque,
                                 &r.planes[0][0],  &r.planes[0][3]};
       *fields[field] = v;
       EXPECT_FALSE(toModel(r, m)) << "field " << field;
@@ -196,7 +196,9 @@ TEST(ContactForce, NoRecordThatCannotBeBecomesAForce) {
   }
   vest::shared::ContactRecord r = good;
   r.plane_count = 5;
-  EXPECT_FALSE(toModel(r, m)) << "more planes than there are";
+  const char* why = "";
+  EXPECT_FALSE(toModel(r, m, &why)) << "more planes than there are";
+  EXPECT_STREQ(why, "number of planes") << "before one that is not there was looked at";
   r = good;
   r.stiffness[14] = 2e9;
   EXPECT_FALSE(toModel(r, m)) << "stiffness of nothing on earth";

@@ -142,6 +142,7 @@ TEST(Processes, AKilledStoppedOrHangingSimulationIsZeroForceByFiftyMilliseconds)
 
 TEST(Processes, EndingTheLoopLeavesZeroForceAtARandomPhase) {
   std::mt19937 random(2);
+  int forced = 0;
   for (int n = 0; n < (full() ? 100 : 5); ++n) {
     SimulatedDevice device;
     device.open({});
@@ -155,6 +156,8 @@ TEST(Processes, EndingTheLoopLeavesZeroForceAtARandomPhase) {
       std::this_thread::sleep_for(1ms);
     }
     std::this_thread::sleep_for(std::chrono::microseconds(random() % 2000));
+    loop.reports().update();
+    forced += loop.reports().front().loads[2] > 0.0;
     if (n % 2) loop.halt();  // what the signal handler does
     if (n % 2) {
       std::this_thread::sleep_for(20ms);
@@ -164,6 +167,7 @@ TEST(Processes, EndingTheLoopLeavesZeroForceAtARandomPhase) {
     device.advance(0.001);
     EXPECT_EQ(device.shown(), Loads{});
   }
+  EXPECT_GT(forced, 0) << "there was no force to end";
 }
 
 namespace {

@@ -270,32 +270,58 @@ TEST(Passivity, ASampledSpringGainsEnergyExactlyBeyondTheBoundOfColgate) {
 TEST(Passivity, TheObserverCountsWhatAHeldForceReallyGives) {
   Passivity p(3, 0.0);
   const Loads shown{0, 0, 2.0, 0, 0};
-  p.update({0, 0, 0.5, 0, 0}, shown, shown, 1.0, 0.001);
+  const Loads any{0, 0, 0.1, 0, 0};
+  p.update({0, 0, 0.5, 0, 0}, any, shown, shown, 1.0, 0.001);
   EXPECT_EQ(p.energy(), 0.0) << "the first place is no motion";
-  p.update({0, 0, 0.49, 0, 0}, shown, shown, 1.0, 0.001);
+  p.update({0, 0, 0.49, 0, 0}, any, shown, shown, 1.0, 0.001);
   EXPECT_NEAR(p.energy(), 0.02, 1e-12) << "the hand pushed 2 N over 10 mm";
-  p.update({0, 0, 0.505, 0, 0}, shown, shown, 1.0, 0.001);
+  p.update({0, 0, 0.505, 0, 0}, any, shown, shown, 1.0, 0.001);
   EXPECT_NEAR(p.energy(), -0.01, 1e-12) << "more came back than went in";
-  p.update({0, 0, 0.505, 0, 0}, shown, Loads{}, 1.0, 0.001);
+  p.update({0, 0, 0.505, 0, 0}, any, shown, Loads{}, 1.0, 0.001);
   EXPECT_EQ(p.energy(), 0.0) << "nothing shown, nothing owed";
 }
 
 TEST(Passivity, TheControllerTakesBackExactlyTheExcess) {
   Passivity p(3, 100.0);
-  const Loads shown{0, 0, 1.0, 0, 0};
-  p.update({0, 0, 0, 0, 0}, shown, shown, 1.0, 0.001);
-  const Loads out = p.update({0, 0, 0.0001, 0, 0}, shown, shown, 1.0, 0.001);
+  const Loads shown{0, 0, 1.0, 0, 0}, still{}, out_of{0, 0, 0.1, 0, 0}, into{0, 0, -1.1, 0, 0};
+  p.update({0, 0, 0, 0, 0}, still, shown, shown, 1.0, 0.001);
+  const Loads out = p.update({0, 0, 0.0001, 0, 0}, out_of, shown, shown, 1.0, 0.001);
   // 1 N over 0.1 mm came out of nothing: 0.1 mJ, at 0.1 m/s over 1 ms 10 N·s/m.
   EXPECT_NEAR(p.damping(), 10.0, 1e-9);
   EXPECT_NEAR(out[2], 1.0 - 10.0 * 0.1, 1e-9);
-  p.update({0, 0, 0.0001, 0, 0}, shown, shown, 1.0, 0.001);
+  p.update({0, 0, 0.0001, 0, 0}, still, shown, shown, 1.0, 0.001);
   EXPECT_EQ(p.damping(), 0.0) << "a hand at rest is not damped";
-  EXPECT_EQ(p.update({0, 0, -0.001, 0, 0}, shown, shown, 1.0, 0.001), shown)
+  EXPECT_EQ(p.update({0, 0, -0.001, 0, 0}, into, shown, shown, 1.0, 0.001), shown)
       << "what it gave it may have back";
   Passivity bounded(3, 5.0);
-  bounded.update({0, 0, 0, 0, 0}, shown, shown, 1.0, 0.001);
-  bounded.update({0, 0, 0.0001, 0, 0}, shown, shown, 1.0, 0.001);
+  bounded.update({0, 0, 0, 0, 0}, still, shown, shown, 1.0, 0.001);
+  bounded.update({0, 0, 0.0001, 0, 0}, out_of, shown, shown, 1.0, 0.001);
   EXPECT_EQ(bounded.damping(), 5.0);
+}
+
+TEST(Passivity, AnAxisThatTurnsIsDampedByItsLever) {
+  Passivity p(5, 5.0, {0.12, 0.12, 1.0, 0.01, 0.02});
+  const Loads shown{1.0, 0, 0, 0, 0}, turning{2.0, 0, 0, 0, 0};
+  p.update({}, {}, shown, shown, 1.0, 0.001);
+  const Loads out = p.update({0.002, 0, 0, 0, 0}, turning, shown, shown, 1.0, 0.001);
+  // 5 N·s/m at 0.24 m/s and a lever of 0.12 m, not 5 N·m·s/rad.
+  EXPECT_NEAR(out[0], 1.0 - 5.0 * 0.12 * 0.12 * 2.0, 1e-12);
+}
+
+TEST(Passivity, AStepOfAnEncoderIsNoKick) {
+  Passivity p(3, 5.0);
+  const Loads shown{0, 0, 0.5, 0, 0};
+  Loads x{}, speed{};
+  double most = 0.0;
+  // 10 mm/s outwards, seen in steps of 50 µm through the loop's low-pass of 3 ms.
+  for (int ms = 1; ms < 1000; ++ms) {
+    const double before = x[2];
+    x[2] = 50e-6 * (ms / 5);
+    speed[2] += 0.25 * ((x[2] - before) / 0.001 - speed[2]);
+    most = std::max(most, std::abs(p.update(x, speed, shown, shown, 1.0, 0.001)[2] - shown[2]));
+  }
+  EXPECT_GT(most, 0.0);
+  EXPECT_LT(most, 0.1) << "a raw step would be 5 N·s/m times 50 mm/s";
 }
 
 TEST(Passivity, FrictionDoesNotSaveUpEnergyForAnInstability) {
@@ -304,7 +330,7 @@ TEST(Passivity, FrictionDoesNotSaveUpEnergyForAnInstability) {
   Loads x{};
   for (int i = 0; i < 1000; ++i) {
     x[2] -= 0.0001;
-    p.update(x, shown, shown, 0.01, 0.001);
+    p.update(x, {0, 0, -0.1, 0, 0}, shown, shown, 0.01, 0.001);
   }
   EXPECT_LE(p.energy(), 0.01);
 }

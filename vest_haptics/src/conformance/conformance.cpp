@@ -1,5 +1,6 @@
 #include "vest_haptics/conformance/conformance.h"
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <thread>
@@ -14,6 +15,36 @@ using clock = std::chrono::steady_clock;
 std::int64_t steadyNow() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(clock::now().time_since_epoch()).count();
 }
+
+/// Tells a reading that the device lost from one that a busy machine did not let come: an empty loop beside
+/// the suite, as a control. Where that was late, readings are not judged until a device's thread had its turn
+/// again.
+class Control {
+ public:
+  Control()
+      : thread_([this] {
+          auto due = clock::now();
+          while (!stop_) {
+            std::this_thread::sleep_until(due += std::chrono::milliseconds(1));
+            const auto late = clock::now() - due;
+            if (late < kLate) continue;
+            busy_until_ = steadyNow() + kRest;
+            due = clock::now();
+          }
+        }) {}
+  ~Control() {
+    stop_ = true;
+    thread_.join();
+  }
+  bool quiet() const { return steadyNow() > busy_until_; }
+
+ private:
+  static constexpr std::chrono::milliseconds kLate{3};
+  static constexpr std::int64_t kRest = 50000000;  // ns
+  std::atomic<bool> stop_{false};
+  std::atomic<std::int64_t> busy_until_{0};
+  std::thread thread_;
+};
 
 }  // namespace
 
@@ -84,13 +115,16 @@ std::vector<Finding> run(Device& device, const Options& options) {
     small[2] = 0.02 * c.maximum[2];
   else
     small[2] = 0.02 * c.maximum[0];
-  int rejected = 0, lost = 0, errors = 0, slow = 0;
+  int rejected = 0, lost = 0, judged = 0, errors = 0, slow = 0;
   std::uint64_t allocated = 0;
   double most_turn = 0.0;
+  Control control;
   const auto loop = [&](double seconds, const Loads& loads) {
     const int ticks = static_cast<int>(seconds * 1000);
+    judged = 0;
     auto due = clock::now();
-    for (int i = 0; i < ticks; ++i) {
+    // On a busy machine longer, until enough could be judged.
+    for (int i = 0; judged < ticks && i < 20 * ticks; ++i) {
       const std::uint64_t had = options.allocations ? options.allocations() : 0;
       timespec a{}, b{};
       ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &a);
@@ -100,7 +134,10 @@ std::vector<Finding> run(Device& device, const Options& options) {
       if (options.allocations) allocated += options.allocations() - had;
       slow +=
           1e9 * static_cast<double>(b.tv_sec - a.tv_sec) + static_cast<double>(b.tv_nsec - a.tv_nsec) > 200e3;
-      lost += read != DeviceStatus::Ok;
+      if (control.quiet()) {
+        ++judged;
+        lost += read != DeviceStatus::Ok;
+      }
       errors += read == DeviceStatus::Error || written == DeviceStatus::Error;
       if (c.orientation) most_turn = std::max(most_turn, std::abs(sample.orientation.norm() - 1.0));
       Sample copy = sample;
@@ -111,9 +148,8 @@ std::vector<Finding> run(Device& device, const Options& options) {
   };
   device.enableForces(false);
   loop(options.seconds, Loads{});
-  say("readings go on coming", 2 * lost < static_cast<int>(options.seconds * 1000),
-      std::to_string(lost) + " of " + std::to_string(static_cast<int>(options.seconds * 1000)) +
-          " ticks without one");
+  say("readings go on coming", judged > 0 && lost <= 2,
+      std::to_string(lost) + " of " + std::to_string(judged) + " ticks without one");
   say("a hand can make every motion that it reports", rejected == 0,
       std::to_string(rejected) + " readings not finite, or jumps");
   say("attitudes are rotations", most_turn < 1e-3);

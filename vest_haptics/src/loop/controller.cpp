@@ -33,6 +33,13 @@ LimiterOptions limiterOptions(const Capabilities& c, const ControllerOptions& o)
   return limits;
 }
 
+// m at the tip for a unit of each axis. Of joints: where the axis' maximum equals that along the shaft.
+Loads levers(const Capabilities& c) {
+  Loads out{1.0, 1.0, 1.0, 1.0, 1.0};
+  for (int i = 0; i < kChannels && c.joints; ++i) out[i] = c.maximum[i] / c.maximum[2];
+  return out;
+}
+
 }  // namespace
 
 std::string_view faultText(Fault fault) {
@@ -64,7 +71,7 @@ Controller::Controller(const Capabilities& capabilities, const ControllerOptions
                                      options.period))),
       limiter_(limiterOptions(capabilities, options)),
       sensor_(capabilities),
-      passivity_(capabilities.joints ? kChannels : 3, 5.0),
+      passivity_(capabilities.joints ? kChannels : 3, 5.0, levers(capabilities)),
       contact_(coupling_) {}
 
 void Controller::raise(Fault fault) noexcept {
@@ -273,7 +280,7 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
   r.allowance = gate_.update(healthy, share(all), dt);
   if (options_.passivity) {
     // Injected damping fades with old data as everything does.
-    all = passivity_.update(axes_, wanted, limiter_.last(), contact_.storedEnergy(), dt);
+    all = passivity_.update(axes_, axis_speed_, wanted, limiter_.last(), contact_.storedEnergy(), dt);
     addServo();
   }
   r.energy = passivity_.energy();

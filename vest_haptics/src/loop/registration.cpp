@@ -1,11 +1,10 @@
 #include "vest_haptics/loop/registration.h"
 
-#include <algorithm>
-
 namespace vest::haptics {
 
 void Registration::reset() noexcept {
-  next_ = count_ = 0;
+  ring_.fill(Entry{});
+  next_ = 0;
   offset_.setZero();
 }
 
@@ -13,14 +12,12 @@ void Registration::push(std::int64_t now_ns, const Eigen::Vector3d& own) noexcep
   ring_[next_].ns = now_ns;
   ring_[next_].own = own;
   next_ = (next_ + 1) % kSlots;
-  count_ = std::min(count_ + 1, kSlots);
 }
 
 bool Registration::observe(std::int64_t step_ns, const Eigen::Vector3d& commanded) noexcept {
   const auto window = static_cast<std::int64_t>(kWindow * 1e9);
   double best = -1.0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    const Entry& e = ring_[i];
+  for (const Entry& e : ring_) {
     if (e.ns > step_ns || step_ns - e.ns > window) continue;
     const double d = (commanded - offset_ - e.own).squaredNorm();
     if (best < 0.0 || d < best) best = d;

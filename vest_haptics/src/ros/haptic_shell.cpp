@@ -119,6 +119,8 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh)
     device_word_ = in.device;
     options_ = in.options;
   }
+  const std::string memory = shared::contactMemoryName(ros::master::getURI(), nh_.getNamespace());
+  watch_ = std::make_unique<SessionWatch>("haptics/" + name_, memory + "_" + name_);
   openDevice();
 
   std::string package = parameter<std::string>(private_nh, "crtk_package", "auto");
@@ -157,8 +159,7 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh)
   haptic_state_.device = device_->capabilities().model;
   haptic_state_.instrument = name_;
 
-  memory_ = std::make_shared<shared::ContactReader>(
-      shared::contactMemoryName(ros::master::getURI(), nh_.getNamespace()));
+  memory_ = std::make_shared<shared::ContactReader>(memory);
   loop_ = std::make_unique<haptics::Loop>(*device_, controller_, memory_);
   if (auto_enable_) loop_->post(Command::Enable);
   loop_->start();
@@ -228,6 +229,7 @@ void HapticShell::publishLoop() {
   bool said = false;
   while (!stop_) {
     const double now = 1e-9 * static_cast<double>(haptics::Loop::steadyNow());
+    watch_->look();
     if (now >= next_second) {
       next_second = now + 1.0;
       memory_->connect();
@@ -348,6 +350,10 @@ void HapticShell::publishDiagnostics(const TickReport& r) {
     d.level = DiagnosticStatus::WARN;
     d.message += ": no fresh contact model from the simulation, no force";
   }
+  if (watch_->masterLost()) {
+    d.level = std::max<std::int8_t>(d.level, DiagnosticStatus::WARN);
+    d.message += "; ROS master lost";
+  }
   const auto add = [&](const char* key, const std::string& value) {
     diagnostic_msgs::KeyValue kv;
     kv.key = key;
@@ -370,6 +376,8 @@ void HapticShell::publishDiagnostics(const TickReport& r) {
   add("force true [N]", std::to_string(r.force_true_W.norm()));
   add("allowance", std::to_string(r.allowance));
   add("energy [J]", std::to_string(r.energy));
+  add("ROS master", watch_->masterLost() ? "lost" : "there");
+  add("system clock was set by [s]", std::to_string(watch_->clockStep()));
   add("rejected readings", std::to_string(r.rejected));
   add("stiffness shown at most [N/m]", std::to_string(loop_->coupling()));
   add("watchdog of the device [s]", c.watchdog > 0.0 ? std::to_string(c.watchdog) : "none");

@@ -15,6 +15,7 @@
 #include <vest_msgs/StringStamped.h>
 #include <pluginlib/class_loader.hpp>
 
+#include "session_watch.h"
 #include "vest_haptics/loop/loop.h"
 
 namespace vest::ros_shell {
@@ -47,6 +48,7 @@ class HapticShell {
   boost::shared_ptr<haptics::Device> device_;
   std::shared_ptr<shared::ContactReader> memory_;
   std::unique_ptr<haptics::Loop> loop_;
+  std::unique_ptr<SessionWatch> watch_;
 
   ros::Publisher measured_cp_, measured_cv_, measured_cf_, measured_js_, jaw_js_, buttons_, state_,
       operating_state_, diagnostics_;

@@ -13,16 +13,16 @@ void Passivity::reset() noexcept {
   energy_ = damping_ = 0.0;
 }
 
-Loads Passivity::update(const Loads& positions, const Loads& wanted, const Loads& shown, double stored,
-                        double dt) noexcept {
+Loads Passivity::update(const Loads& positions, const Loads& speeds, const Loads& wanted, const Loads& shown,
+                        double stored, double dt) noexcept {
   Loads out = wanted;
   damping_ = 0.0;
   if (any_) {
     double flow = 0.0, square = 0.0, norm = 0.0;
     for (int i = 0; i < dimension_; ++i) {
-      const double d = positions[i] - last_[i];
-      flow -= shown[i] * d;
-      square += d * d;
+      const double v = levers_[i] * speeds[i];
+      flow -= shown[i] * (positions[i] - last_[i]);
+      square += v * v;
       norm += shown[i] * shown[i];
     }
     energy_ += flow;
@@ -30,8 +30,8 @@ Loads Passivity::update(const Loads& positions, const Loads& wanted, const Loads
     if (energy_ > stored) energy_ = stored;
     if (energy_ < 0.0 && square > 0.0) {
       // α·v²·T = −W
-      damping_ = std::min(-energy_ * dt / square, most_damping_);
-      for (int i = 0; i < dimension_; ++i) out[i] -= damping_ * (positions[i] - last_[i]) / dt;
+      damping_ = std::min(-energy_ / (square * dt), most_damping_);
+      for (int i = 0; i < dimension_; ++i) out[i] -= damping_ * levers_[i] * levers_[i] * speeds[i];
     }
   }
   last_ = positions;

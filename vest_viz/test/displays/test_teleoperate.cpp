@@ -27,6 +27,7 @@
 #include <QScreen>
 #include <QWheelEvent>
 
+#include "image_pane.h"
 #include "vest_instruments/control/teleoperator.h"
 
 namespace {
@@ -129,9 +130,28 @@ class Teleoperate : public ::testing::Test {
   }
   void press(int k) { key(k, QEvent::KeyPress); }
   void release(int k) { key(k, QEvent::KeyRelease); }
-  void mouse(QEvent::Type type, QPoint at, Qt::MouseButton button, Qt::MouseButtons down) {
+  void mouse(QWidget& over, QEvent::Type type, QPoint at, Qt::MouseButton button, Qt::MouseButtons down) {
     QMouseEvent event(type, at, button, down, Qt::NoModifier);
-    QApplication::sendEvent(&panel, &event);
+    QApplication::sendEvent(&over, &event);
+  }
+  /// A drag of 50 pixels to the right and 20 up, then a click of the wheel, over a widget.
+  void dragsAndTurns(QWidget& over) {
+    const geometry_msgs::Point before = tip["right"];
+    mouse(over, QEvent::MouseButtonPress, {300, 300}, Qt::LeftButton, Qt::LeftButton);
+    mouse(over, QEvent::MouseMove, {350, 280}, Qt::NoButton, Qt::LeftButton);
+    mouse(over, QEvent::MouseButtonRelease, {350, 280}, Qt::LeftButton, Qt::NoButton);
+    EXPECT_TRUE(spin([&] { return std::abs(tip["right"].x - before.x - 0.010) < 1e-6; }))
+        << tip["right"].x - before.x;
+    EXPECT_NEAR(tip["right"].z - before.z, 0.004, 1e-6);
+    const geometry_msgs::Point dragged = tip["right"];
+    QWheelEvent wheel(QPointF(300, 300), QPointF(300, 300), QPoint(), QPoint(0, 120), Qt::NoButton,
+                      Qt::NoModifier, Qt::NoScrollPhase, false);
+    QApplication::sendEvent(&over, &wheel);
+    EXPECT_TRUE(spin([&] {
+      const auto& p = tip["right"];
+      return std::abs(std::hypot(std::hypot(p.x - dragged.x, p.y - dragged.y), p.z - dragged.z) - 0.002) <
+             1e-6;
+    }));
   }
   QString legend() const {
     const auto labels = panel.findChildren<QLabel*>();
@@ -163,21 +183,27 @@ TEST_F(Teleoperate, HeldKeysMoveTheTipAlongThePictureUntilTheyAreReleased) {
 }
 
 TEST_F(Teleoperate, TheMouseDragsTheTipAndItsWheelGoesIn) {
-  const geometry_msgs::Point before = tip["right"];
-  mouse(QEvent::MouseButtonPress, {300, 300}, Qt::LeftButton, Qt::LeftButton);
-  mouse(QEvent::MouseMove, {350, 280}, Qt::NoButton, Qt::LeftButton);
-  mouse(QEvent::MouseButtonRelease, {350, 280}, Qt::LeftButton, Qt::NoButton);
-  EXPECT_TRUE(spin([&] { return std::abs(tip["right"].x - before.x - 0.010) < 1e-6; }))
-      << tip["right"].x - before.x;
-  EXPECT_NEAR(tip["right"].z - before.z, 0.004, 1e-6);
-  const geometry_msgs::Point dragged = tip["right"];
-  QWheelEvent wheel(QPointF(300, 300), QPointF(300, 300), QPoint(), QPoint(0, 120), Qt::NoButton,
-                    Qt::NoModifier, Qt::NoScrollPhase, false);
-  QApplication::sendEvent(&panel, &wheel);
+  dragsAndTurns(panel);
+}
+
+TEST_F(Teleoperate, ThroughThePictureThatCoversTheViewTheMouseActsAsWithoutIt) {
+  vest::displays::ImagePane pane;
+  pane.cover(&panel);
+  spin([] { return false; }, 0.1);
+  ASSERT_EQ(panel.childAt(300, 300), &pane) << "it is what lies under the mouse";
+  dragsAndTurns(pane);
+  press(Qt::Key_F1);
   EXPECT_TRUE(spin([&] {
-    const auto& p = tip["right"];
-    return std::abs(std::hypot(std::hypot(p.x - dragged.x, p.y - dragged.y), p.z - dragged.z) - 0.002) < 1e-6;
-  }));
+    return pedals == std::vector<int>({1, 0, 0, 0, 0, 0});
+  })) << "and keys reach the tool";
+  release(Qt::Key_F1);
+  pane.cover(nullptr);
+  const geometry_msgs::Point before = tip["right"];
+  mouse(pane, QEvent::MouseButtonPress, {300, 300}, Qt::LeftButton, Qt::LeftButton);
+  mouse(pane, QEvent::MouseMove, {350, 280}, Qt::NoButton, Qt::LeftButton);
+  mouse(pane, QEvent::MouseButtonRelease, {350, 280}, Qt::LeftButton, Qt::NoButton);
+  spin([] { return false; }, 0.3);
+  EXPECT_EQ(tip["right"].x, before.x) << "a picture beside the view moves nothing";
 }
 
 TEST_F(Teleoperate, PedalsAreDownWithTheirKeysAndGoOffWhenTheWindowIsLeft) {

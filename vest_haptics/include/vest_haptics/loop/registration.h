@@ -25,11 +25,11 @@ class Registration {
  private:
   static constexpr std::size_t kSlots = 160;
   struct Entry {
-    std::int64_t ns = -1;
+    std::int64_t ns = INT64_MIN / 2;  ///< so long ago that it is in no window
     Eigen::Vector3d own = Eigen::Vector3d::Zero();
   };
   std::array<Entry, kSlots> ring_;
-  std::size_t next_ = 0, count_ = 0;
+  std::size_t next_ = 0;
   Eigen::Vector3d offset_ = Eigen::Vector3d::Zero();
 };
 
