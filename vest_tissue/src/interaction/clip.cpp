@@ -8,6 +8,10 @@ namespace vest::interaction {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+namespace {
+constexpr double kGreatestTurn = 0.5;  // rad: of one of Newton's steps
+}
+
 void remapClips(std::vector<Clip>& clips, std::uint16_t object, const net::KnotDoubling& cut) {
   for (Clip& c : clips) {
     if (!c.alive || c.object != object) continue;
@@ -49,19 +53,34 @@ void flattenRing(const Vector3d* ring, int count, double gap, Vector3d* closed) 
   }
 }
 
+Vector3d boundedTurn(const Matrix3d& inertia, const Vector3d& momentum, double energy) {
+  const double size = inertia.trace();
+  for (double added = 1e-9; added < 10.0; added *= 10.0) {
+    const Matrix3d sum = inertia + added * size * Matrix3d::Identity();
+    const Vector3d turn = sum.inverse() * momentum;
+    if (0.5 * turn.dot(inertia * turn) <= energy * (1.0 + 1e-6)) return turn;
+  }
+  return Vector3d::Zero();
+}
+
 Matrix3d nearestRotation(const Matrix3d& moment, const Matrix3d& guess) {
   Eigen::Quaterniond q(guess);
-  for (int n = 0; n < 2; ++n) {
-    const Matrix3d r = q.toRotationMatrix();
-    Vector3d turn = Vector3d::Zero();
-    double length = 0.0;
-    for (int k = 0; k < 3; ++k) {
-      turn += r.col(k).cross(moment.col(k));
-      length += r.col(k).dot(moment.col(k));
-    }
-    turn /= std::fabs(length) + 1e-30;
-    Eigen::Quaterniond d(1.0, 0.5 * turn.x(), 0.5 * turn.y(), 0.5 * turn.z());
-    q = d * q;
+  for (int n = 0; n < 4; ++n) {
+    const Matrix3d r = q.toRotationMatrix(), stretch = moment * r.transpose();
+    const Vector3d gradient(stretch(2, 1) - stretch(1, 2), stretch(0, 2) - stretch(2, 0),
+                            stretch(1, 0) - stretch(0, 1));
+    const double size = std::fabs(stretch.trace()) + 1e-30;
+    // Newton's matrix. Dividing by its trace instead would leave the turn of a long thin group about its own
+    // axis far behind: the links' torque about it would go on and on, and feed energy into the tissue.
+    const Matrix3d curvature = stretch.trace() * Matrix3d::Identity() -
+                               0.5 * (stretch + stretch.transpose()) + 1e-6 * size * Matrix3d::Identity();
+    const double det2 = curvature(0, 0) * curvature(1, 1) - curvature(0, 1) * curvature(1, 0);
+    const bool convex = curvature(0, 0) > 0.0 && det2 > 0.0 && curvature.determinant() > 0.0;
+    Vector3d turn = convex ? Vector3d(curvature.inverse() * gradient) : Vector3d(gradient / size);
+    const double angle = std::sqrt(turn.squaredNorm());
+    if (!(angle < kGreatestTurn)) turn *= kGreatestTurn / angle;
+    if (!turn.allFinite()) break;
+    q = Eigen::Quaterniond(1.0, 0.5 * turn.x(), 0.5 * turn.y(), 0.5 * turn.z()) * q;
     q.coeffs() /= std::sqrt(q.squaredNorm());
   }
   return q.toRotationMatrix();

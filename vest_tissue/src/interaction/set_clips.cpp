@@ -179,7 +179,8 @@ void shapeFold(Context& c, Clip& clip, const Between& at, const tools::ToolGeome
 }
 
 /// Both shapes about their centres of mass, and the clip's place from that of the closed one.
-void centre(const ObjectState& s, Clip& clip) {
+/// Shapes about the centre of mass of what the clip holds. @return by how much the open one moved
+Vector3d recentre(const ObjectState& s, Clip& clip) {
   Vector3d open = Vector3d::Zero(), closed = Vector3d::Zero();
   double mass = 0.0;
   for (int i = 0; i < clip.count; ++i) {
@@ -188,9 +189,15 @@ void centre(const ObjectState& s, Clip& clip) {
     mass += m;
   }
   open /= mass, closed /= mass;
+  constexpr double kNothing = 1e-9 * 1e-9;  // m²: rounding
+  if (open.squaredNorm() < kNothing && closed.squaredNorm() < kNothing) return Vector3d::Zero();
   for (int i = 0; i < clip.count; ++i) clip.open[i] -= open, clip.closed[i] -= closed;
   clip.offset -= open;
-  clip.centre = clip.rotation * open;
+  return open;
+}
+
+void centre(const ObjectState& s, Clip& clip) {
+  clip.centre = clip.rotation * recentre(s, clip);
 }
 
 Event eventOf(const Context& c, const Clip& clip, EventKind kind) {
@@ -214,14 +221,18 @@ void hold(Context& c, Clip& clip, double dt) {
   Block& b = s.block;
   const float* const mass = row(s, Block::kMass);
   Vector3d x = Vector3d::Zero(), momentum = Vector3d::Zero(), spin = Vector3d::Zero();
-  double total = 0.0;
+  double total = 0.0, energy = 0.0;
   for (int i = 0; i < clip.count; ++i) {
     const double m = mass[clip.knots[i]];
     x += m * knotPosition(s, clip.knots[i]);
     momentum += m * knotVelocity(s, clip.knots[i]);
+    energy += 0.5 * m * knotVelocity(s, clip.knots[i]).squaredNorm();
     total += m;
   }
   if (!(total > 0.0)) return;
+  // A cut beside the clip leaves some knots lighter: a shape about the old centre would drag the tissue
+  // along.
+  recentre(s, clip);
   x /= total;
   Matrix3d moment = Matrix3d::Zero();
   std::array<Vector3d, interaction::kMaxClipKnots> shape;
@@ -239,8 +250,9 @@ void hold(Context& c, Clip& clip, double dt) {
     inertia += mass[clip.knots[i]] *
                (shape[i].squaredNorm() * Matrix3d::Identity() - shape[i] * shape[i].transpose());
   }
-  inertia += 1e-9 * inertia.trace() * Matrix3d::Identity();
-  const Vector3d velocity = momentum / total, turn = inertia.inverse() * spin;
+  const Vector3d velocity = momentum / total;
+  const Vector3d turn =
+      interaction::boundedTurn(inertia, spin, energy - 0.5 * total * velocity.squaredNorm());
   clip.centre = x;
   double press = 0.0, lost = 0.0, work = 0.0;
   for (int i = 0; i < clip.count; ++i) {

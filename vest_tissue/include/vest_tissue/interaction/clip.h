@@ -68,6 +68,12 @@ void flattenRing(const Eigen::Vector3d* ring, int count, double gap, Eigen::Vect
 /// m²: area of a polygon in space, the length of its vector area.
 double polygonArea(const Eigen::Vector3d* points, int count);
 
+/// Angular velocity of a rigid group with this angular momentum, with no more rotational energy than given. A
+/// flat group is thin: an error of its axis by a few thousandths would else turn momentum about the long axes
+/// into a spin about the thin one, with many times the energy. As much inertia is added as that needs (a real
+/// clip has some).
+Eigen::Vector3d boundedTurn(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& momentum, double energy);
+
 /// Rotation nearest to sum of mass·place·shape^T, from a guess: a few Newton steps without trigonometry.
 Eigen::Matrix3d nearestRotation(const Eigen::Matrix3d& moment, const Eigen::Matrix3d& guess);
 
