@@ -29,25 +29,6 @@ inline StageOptions sessionEffects(bool on, const trajectory::Trajectory& script
   return o;
 }
 
-/// The script without what comes before a moment (s): tools and tray are those of that moment.
-inline trajectory::Trajectory beginningAt(double from, trajectory::Trajectory t) {
-  constexpr std::uint32_t kToolPedal = 16;
-  constexpr auto kRight = static_cast<std::size_t>(tools::Instrument::Right);
-  std::size_t first = 0, presses = 0;
-  for (; first + 1 < t.rows.size() && t.rows[first].t < from; ++first)
-    presses += (t.rows[first + 1].footswitches & ~t.rows[first].footswitches & kToolPedal) != 0;
-  if (presses > 0 && !t.tool_tray.empty()) {
-    t.tools[kRight] = t.tool_tray[(presses - 1) % t.tool_tray.size()];
-    std::rotate(t.tool_tray.begin(),
-                t.tool_tray.begin() + static_cast<std::ptrdiff_t>(presses % t.tool_tray.size()),
-                t.tool_tray.end());
-  }
-  t.rows.erase(t.rows.begin(), t.rows.begin() + static_cast<std::ptrdiff_t>(first));
-  const double begin = t.rows.front().t;
-  for (auto& row : t.rows) row.t -= begin;
-  return t;
-}
-
 /// A scene and the script that plays it, rehearsed offline.
 struct Play {
   kinematics::TrainerBox box = testBox();
@@ -55,13 +36,10 @@ struct Play {
   Stage stage;
   RehearsalReport report;
 
-  /// @param from s: the script begins here, with the tools that its hands hold by then
-  explicit Play(const std::string& scene, bool effects = false, const std::string& script = "",
-                double from = 0)
-      : trajectory(beginningAt(
-            from, trajectory::fromWaypoints(ros::package::getPath("vest_bringup") + "/trajectories/" +
-                                                (script.empty() ? scene : script) + ".yaml",
-                                            box))),
+  explicit Play(const std::string& scene, bool effects = false, const std::string& script = "")
+      : trajectory(trajectory::fromWaypoints(ros::package::getPath("vest_bringup") + "/trajectories/" +
+                                                 (script.empty() ? scene : script) + ".yaml",
+                                             box)),
         stage(makeStage(scene::World(scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/" +
                                                       scene + "/" + scene + ".yaml")),
                         sessionEffects(effects, trajectory))) {}

@@ -268,8 +268,7 @@ void BloodEffect::tellSources(const scene::World& world, Feedback& feedback) con
     source.wound = o.wound;
     source.vessel = o.vessel;
     source.object = o.object;
-    // The jet contracts behind the hole: the orifice equation that gives its flow passes discharge · area.
-    source.area = std::max((o.area - o.sealed) * model().vessels.control.discharge, 1e-9);
+    source.area = std::max(o.area - o.sealed, 1e-9);
     source.flow = o.flow;
     if (o.end == bleeding::End::kWall) {
       source.position = world.knotAt(object, o.knot);

@@ -8,15 +8,7 @@ namespace vest::fluid {
 namespace {
 
 constexpr double kGreatestSpeed = 10.0;  ///< m/s of any particle: 100 mm of mercury drive 5 m/s (ours)
-constexpr double kSmallestDrop = 0.05;   ///< of a whole particle: bounds what a thin jet costs (ours)
 constexpr double kCapture = 0.005;       ///< m: particles this near to a suction tip go into it (ours)
-
-/// Drops that a jet falls into, of a whole particle: their diameter is 1.89 times the jet's (Rayleigh 1878,
-/// doi:10.1112/plms/s1-10.1.4). Thick jets and oozes come in whole particles.
-double dropShare(const Model& model, double radius) {
-  const double d = 1.89 * 2 * radius, share = 0.5235987756 * d * d * d / model.whole;
-  return radius > 0 ? std::clamp(share, kSmallestDrop, 1.0) : 1.0;
-}
 
 /// Two unit vectors across `d` (unit).
 void across(const double d[3], double e[3], double f[3]) {
@@ -69,10 +61,9 @@ void emit(const Model& model, const Inputs& inputs, State& state, ScratchData& s
     across(d, e, f);
     const double speed = source.area > 0 ? std::min(kGreatestSpeed, source.flow / source.area) : 0.0;
     const double radius = std::sqrt(source.area / 3.14159265358979);
-    const double share = dropShare(model, radius), drop = share * model.whole;
-    while (state.pending[slot] >= drop) {
+    while (state.pending[slot] >= model.whole) {
       makeRoom(model, state, s);
-      state.pending[slot] -= drop;
+      state.pending[slot] -= model.whole;
       const std::uint32_t number = state.released[slot]++;
       double cx = 1, cy = 0;
       for (std::uint32_t turn = number % 16; turn > 0; --turn) {
@@ -94,8 +85,7 @@ void emit(const Model& model, const Inputs& inputs, State& state, ScratchData& s
         *place[a] = static_cast<float>(source.position[a] + r * (cx * e[a] + cy * f[a]) + v * ahead +
                                        0.5 * g * (ahead * ahead - inputs.dt * inputs.dt) - start * inputs.dt);
       }
-      q.volume[i] = static_cast<float>(share), q.blood[i] = static_cast<float>(source.blood), q.age[i] = 0,
-      q.rest[i] = 0;
+      q.volume[i] = 1, q.blood[i] = static_cast<float>(source.blood), q.age[i] = 0, q.rest[i] = 0;
     }
   }
 }
