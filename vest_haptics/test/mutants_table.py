@@ -173,7 +173,7 @@ MUTANTS = [
     (M, "  if (!capabilities_.joints) {", "  if (false) {", "devices", "Mailbox.NoForceBeyond*"),
     (M, "    if (!(std::abs(loads[i]) <= capabilities_.maximum[i] * kRounding)) return false;\n", "", "devices", "Mailbox.NoForceBeyond*"),
     (M, "  if (code_ != 0) return DeviceStatus::Error;\n", "", "devices", "Phantom.EachError*"),
-    (M, "  return !forcesOn() || old ||", "  return old ||", "devices", "ForceDimension.Failures*:Phantom.EachError*"),
+    (M, "  return !forcesOn() || old ||", "  return old ||", "devices", "Mailbox.NoForce*"),
     (M, "  return !forcesOn() || old ||", "  return !forcesOn() ||", "devices", "Phantom.AForceThatIsNotRenewed*"),
     (H, "  const bool output = forcesOn() && calibrated_;", "  const bool output = forcesOn();", "devices", "Phantom.EachCalibration*"),
     (H, "    fail(error.code);\n", "", "devices", "Phantom.EachError*"),

@@ -292,7 +292,7 @@ class Watch {
     }
   }
   void onState(const vest_msgs::HapticState& m) {
-    if (m.step == 0 || !std::isfinite(m.model_age)) return;
+    if (m.step == 0 || !(m.model_age < 1.0)) return;  // what an ended session left behind
     age_.push_back(static_cast<std::int64_t>(1e9 * m.model_age));
   }
   void onDiagnostics(const diagnostic_msgs::DiagnosticArray& m) {
@@ -400,7 +400,7 @@ validation::Section compare(std::size_t ticks, double seconds, int& argc, char**
          "CPU times on a virtual machine hold what its host takes from it.");
   std::vector<std::vector<std::string>> rows;
   const auto row = [&](const std::string& what, const Figures& q, const Figures& l) {
-    using validation::digits;
+    const auto digits = [](double us) { return std::isnan(us) ? std::string("-") : validation::digits(us); };
     rows.push_back(
         {what, digits(q.p50), digits(q.p9999), digits(q.max), digits(l.p50), digits(l.p9999), digits(l.max)});
   };

@@ -198,6 +198,7 @@ TEST_F(Teleoperate, ThroughThePictureThatCoversTheViewTheMouseActsAsWithoutIt) {
   })) << "and keys reach the tool";
   release(Qt::Key_F1);
   pane.cover(nullptr);
+  pane.setParent(nullptr);
   const geometry_msgs::Point before = tip["right"];
   mouse(pane, QEvent::MouseButtonPress, {300, 300}, Qt::LeftButton, Qt::LeftButton);
   mouse(pane, QEvent::MouseMove, {350, 280}, Qt::NoButton, Qt::LeftButton);
