@@ -334,7 +334,9 @@ int main(int argc, char** argv) {
     for (const char* name :
          {"arterial_bleeding", "fem_slab", "volume_phantom", "irrigation_pool", "smoke_lens"}) {
       const vest::scene::Description other = shippedScene(name);
-      endoscopic(other, std::string("scene_") + name, "", lookAt(other, 0.075), 1, 0.35, 0, false);
+      const bool bleeds = name == std::string("arterial_bleeding");
+      endoscopic(other, std::string("scene_") + name, bleeds ? "fields" : "",
+                 lookAt(other, bleeds ? 0.052 : 0.075), 1, 0.35, 0, false);
     }
     endoscopic(scene, "view_overview", "", over);
     endoscopic(scene, "view_close", "", near);
@@ -344,8 +346,8 @@ int main(int argc, char** argv) {
     endoscopic(scene, "view_fluid", "fluid", over);
     endoscopic(scene, "view_smoke_field", "fields,smoke", over, 1);
     endoscopic(scene, "view_smoke_billboards", "fields,smoke", over, 2);
-    endoscopic(scene, "view_lens", "lens", over, 1, 0.35);
-    endoscopic(scene, "view_focus", "", near, 1, 0, 0.10);
+    endoscopic(scene, "view_lens", "lens", over, 1, 0.2);
+    endoscopic(scene, "view_focus", "", near, 1, 0, 0.04);
     if (!no_inspection) inspection(scene);
     std::printf("%d pictures\n", pictures);
     return 0;
