@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -127,6 +128,50 @@ TEST(BagWriter, AClosedBagHasItsNameAnIndexAndNothingBesideIt) {
   EXPECT_FALSE(fs::exists(file + ".progress"));
   rosbag::Bag bag(file, rosbag::bagmode::Read);
   EXPECT_EQ(rosbag::View(bag).size(), 5000U);
+}
+
+TEST(BagWriter, StockRosbagReadsEveryMessageAsItWasGivenAndCanAppend) {
+  const Folder folder;
+  const std::string file = folder / "session.bag";
+  const auto stamp = [](std::uint32_t k) { return ros::Time(100 + k / 1000, 1000000 * (k % 1000)); };
+  {
+    BagWriter bag(file, 0);
+    for (std::uint32_t k = 0; k < 3000; ++k) {
+      // Not in the order of time, as messages of two processes come.
+      const ros::Time time = stamp(k % 7 == 3 && k > 10 ? k - 5 : k);
+      ASSERT_TRUE(bag.write(k % 3 ? "/b" : "/a", time, message(k, time, k % 50), nullptr));
+      if (k % 400 == 0) bag.closeChunk();
+    }
+    bag.closeChunk();
+    bag.closeChunk();  // nothing to close
+  }
+  {
+    rosbag::Bag append(file, rosbag::bagmode::Append);
+    append.write("/c", stamp(5000), message(5000, stamp(5000)));
+  }
+  rosbag::Bag bag(file, rosbag::bagmode::Read);
+  std::vector<bool> seen(3000);
+  ros::Time last;
+  int appended = 0;
+  for (const rosbag::MessageInstance& m : rosbag::View(bag)) {
+    EXPECT_GE(m.getTime(), last);
+    last = m.getTime();
+    const auto header = m.instantiate<std_msgs::Header>();
+    ASSERT_TRUE(header);
+    EXPECT_EQ(header->stamp, m.getTime());
+    if (m.getTopic() == "/c") {
+      ++appended;
+      continue;
+    }
+    EXPECT_EQ(m.getTopic(), header->seq % 3 ? "/b" : "/a");
+    EXPECT_EQ(header->frame_id, std::string(header->seq % 50, 'x'));
+    seen.at(header->seq) = true;
+  }
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), true), 3000);
+  EXPECT_EQ(appended, 1);
+  rosbag::View late(bag, rosbag::TopicQuery("/a"), stamp(1500), stamp(1600));
+  EXPECT_GT(late.size(), 30U) << "the index finds messages by time";
+  EXPECT_LT(late.size(), 40U);
 }
 
 TEST(BagWriter, LatchedConnectionsStayLatchedAndOthersAreNot) {

@@ -6,6 +6,8 @@
 #include <map>
 
 #include <ros/ros.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 #include <topic_tools/shape_shifter.h>
@@ -121,7 +123,14 @@ TEST(System, StopClosesTheRecordingAndStartBeginsAnotherBesideIt) {
     return std::string(std::istreambuf_iterator<char>(in), {});
   };
   EXPECT_NE(text(output + "/session.json").find("\"stopped\""), std::string::npos);
-  EXPECT_TRUE(std::ifstream(output + "/session.bag").good());
+  {
+    rosbag::Bag bag(output + "/session.bag", rosbag::bagmode::Read);
+    std::map<std::string, int> counts;
+    for (const rosbag::MessageInstance& m : rosbag::View(bag)) ++counts[m.getTopic()];
+    for (const char* relayed : {"step_inputs", "instruments", "joint_states", "phantom_box/joint_states"})
+      EXPECT_GT(counts["/vest/" + std::string(relayed)], 100) << relayed;
+    EXPECT_GE(counts["/vest/tissue/topology"], 1) << "latched: not through the relay";
+  }
   ASSERT_TRUE(ros::service::call("/vest/session/stop", trigger));
   EXPECT_FALSE(trigger.response.success) << "nothing is recorded";
   ASSERT_TRUE(ros::service::call("/vest/session/start", trigger));

@@ -5,26 +5,90 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <stdexcept>
 
 namespace vest::session {
 namespace {
 
-constexpr std::uint32_t kChunk = 768 * 1024;  // bytes, as stock rosbag
+// Format 2.0 as the ROS wiki's "Bags/Format/2.0" describes it. Little endian, as every machine that ROS 1
+// runs on.
+constexpr char kMagic[] = "#ROSBAG V2.0\n";
+constexpr std::size_t kHeaderBytes = 2 * sizeof(std::uint32_t) + 4096;  // of the bag header's record
+constexpr std::size_t kChunk = 768 * 1024;                              // bytes, as stock rosbag
 constexpr std::size_t kProgressBytes = 2 * sizeof(std::uint64_t);
+enum class Op : std::uint8_t {
+  Message = 2,
+  BagHeader = 3,
+  Index = 4,
+  Chunk = 5,
+  ChunkInfo = 6,
+  Connection = 7
+};
+
+/// Appends little-endian values and the fields of record headers.
+class Writer {
+ public:
+  explicit Writer(std::vector<std::uint8_t>& to) : to_(to) {}
+
+  void bytes(const void* data, std::size_t size) {
+    const auto* begin = static_cast<const std::uint8_t*>(data);
+    to_.insert(to_.end(), begin, begin + size);
+  }
+  template <class T>
+  void value(const T& v) {
+    bytes(&v, sizeof v);
+  }
+  void value(const ros::Time& time) {
+    value(time.sec);
+    value(time.nsec);
+  }
+  /// Begins a block that is preceded by its length.
+  std::size_t open() {
+    value(std::uint32_t{0});
+    return to_.size();
+  }
+  void close(std::size_t begin) {
+    const auto size = static_cast<std::uint32_t>(to_.size() - begin);
+    std::memcpy(to_.data() + begin - sizeof size, &size, sizeof size);
+  }
+  void field(const char* name, const std::string& text) {
+    const std::size_t begin = open();
+    bytes(name, std::strlen(name));
+    bytes("=", 1);
+    bytes(text.data(), text.size());
+    close(begin);
+  }
+  template <class T>
+  void field(const char* name, const T& v) {
+    const std::size_t begin = open();
+    bytes(name, std::strlen(name));
+    bytes("=", 1);
+    value(v);
+    close(begin);
+  }
+
+ private:
+  std::vector<std::uint8_t>& to_;
+};
 
 }  // namespace
 
 BagWriter::BagWriter(const std::string& file, std::uint64_t min_free) : file_(file), min_free_(min_free) {
-  try {
-    bag_.open(file_ + ".active", rosbag::bagmode::Write);
-  } catch (const rosbag::BagException& e) {
-    throw std::runtime_error(file_ + ".active: cannot be written (" + e.what() + ")");
+  descriptor_ = ::open((file_ + ".active").c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  Bytes start(kMagic, kMagic + sizeof kMagic - 1);
+  const Bytes header = bagHeader(0);
+  start.insert(start.end(), header.begin(), header.end());
+  if (descriptor_ < 0 || !append(start)) {
+    const std::string why = std::strerror(errno);
+    if (descriptor_ >= 0) ::close(descriptor_);
+    throw std::runtime_error(file_ + ".active: cannot be written (" + why + ")");
   }
   open_ = true;
-  bag_.setChunkThreshold(kChunk);
-  const int fd = ::open((file_ + ".progress").c_str(), O_RDWR | O_CREAT | O_TRUNC, 0666);
+  const int fd = ::open((file_ + ".progress").c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (fd >= 0) {
     if (ftruncate(fd, kProgressBytes) == 0) {
       void* map = mmap(nullptr, kProgressBytes, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
@@ -35,11 +99,7 @@ BagWriter::BagWriter(const std::string& file, std::uint64_t min_free) : file_(fi
 }
 
 BagWriter::~BagWriter() {
-  try {
-    close();
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "%s: %s\n", file_.c_str(), e.what());
-  }
+  closeWhatCanBe();
   if (progress_) munmap(progress_, kProgressBytes);
 }
 
@@ -47,33 +107,135 @@ void BagWriter::received() {
   if (progress_) ++progress_[0];
 }
 
+BagWriter::Bytes BagWriter::bagHeader(std::uint64_t index_position) const {
+  Bytes record;
+  Writer out(record);
+  const std::size_t header = out.open();
+  out.field("op", Op::BagHeader);
+  out.field("index_pos", index_position);
+  out.field("conn_count", static_cast<std::uint32_t>(connections_.size()));
+  out.field("chunk_count", static_cast<std::uint32_t>(chunks_.size()));
+  out.close(header);
+  const std::size_t padding = out.open();
+  record.resize(kHeaderBytes, ' ');  // room that a rewritten header fills again
+  out.close(padding);
+  return record;
+}
+
+std::uint32_t BagWriter::connection(const std::string& topic, const topic_tools::ShapeShifter& msg,
+                                    const boost::shared_ptr<ros::M_string>& header) {
+  std::string key = topic;
+  if (header) {
+    const auto caller = header->find("callerid");
+    key += "\nlatched by " + (caller == header->end() ? std::string() : caller->second);
+  }
+  const auto [found, is_new] = by_topic_.try_emplace(key, static_cast<std::uint32_t>(connections_.size()));
+  if (!is_new) return found->second;
+  Bytes record;
+  Writer out(record);
+  const std::size_t fields = out.open();
+  out.field("op", Op::Connection);
+  out.field("conn", found->second);
+  out.field("topic", topic);
+  out.close(fields);
+  ros::M_string data;
+  if (header) data = *header;
+  data["topic"] = topic;
+  data["type"] = msg.getDataType();
+  data["md5sum"] = msg.getMD5Sum();
+  data["message_definition"] = msg.getMessageDefinition();
+  const std::size_t content = out.open();
+  for (const auto& [name, value] : data) out.field(name.c_str(), value);
+  out.close(content);
+  chunk_.insert(chunk_.end(), record.begin(), record.end());
+  connections_.push_back(std::move(record));
+  index_.emplace_back();
+  return found->second;
+}
+
 bool BagWriter::write(const std::string& topic, const ros::Time& time, const topic_tools::ShapeShifter& msg,
                       const boost::shared_ptr<ros::M_string>& header) {
   if (!open_) return false;
-  try {
-    bag_.write(topic, time, msg, header);
-  } catch (const rosbag::BagException&) {
-    disk_full_ = true;
-    closeWhatCanBe();
-    return false;
-  }
-  if (single_) {  // the chunk that this message filled has closed itself and emptied rosbag's buffer
-    single_ = false;
-    bag_.setChunkThreshold(kChunk);
-  }
-  chunk_dirty_ = true;
+  const std::uint32_t id = connection(topic, msg, header);
+  const bool first = std::all_of(index_.begin(), index_.end(), [](const auto& e) { return e.empty(); });
+  begin_ = first ? time : std::min(begin_, time);
+  end_ = first ? time : std::max(end_, time);
+  index_[id].push_back({time, static_cast<std::uint32_t>(chunk_.size())});
+  Writer out(chunk_);
+  const std::size_t fields = out.open();
+  out.field("op", Op::Message);
+  out.field("conn", id);
+  out.field("time", time);
+  out.close(fields);
+  const std::uint32_t size = msg.size();
+  out.value(size);
+  chunk_.resize(chunk_.size() + size);
+  ros::serialization::OStream stream(chunk_.data() + chunk_.size() - size, size);
+  msg.write(stream);
   if (progress_) ++progress_[1];
+  if (chunk_.size() >= kChunk) closeChunk();
+  return open_;
+}
+
+bool BagWriter::append(const Bytes& bytes) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n =
+        pwrite(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(size_ + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) {
+      const int why = n < 0 ? errno : ENOSPC;
+      if (ftruncate(descriptor_, static_cast<off_t>(size_)) != 0) {
+        // What stays behind the last whole chunk, no reader looks at.
+      }
+      errno = why;
+      return false;
+    }
+    done += static_cast<std::size_t>(n);
+  }
+  size_ += bytes.size();
   return true;
 }
 
 void BagWriter::closeChunk() {
-  if (!open_ || !chunk_dirty_) return;
-  // A new threshold closes the open chunk, but leaves rosbag's copy of it in memory; a threshold of one byte
-  // lets the next message close a chunk of its own in the way that frees the copy too.
-  bag_.setChunkThreshold(1);
-  single_ = true;
-  chunk_dirty_ = false;
-  std::fflush(nullptr);
+  if (!open_ || chunk_.empty()) return;
+  Bytes record;
+  record.reserve(chunk_.size() + chunk_.size() / 4);
+  Writer out(record);
+  const std::size_t fields = out.open();
+  out.field("op", Op::Chunk);
+  out.field("compression", std::string("none"));
+  out.field("size", static_cast<std::uint32_t>(chunk_.size()));
+  out.close(fields);
+  const std::size_t data = out.open();
+  out.bytes(chunk_.data(), chunk_.size());
+  out.close(data);
+  ChunkInfo info{size_, begin_, end_, {}};
+  for (std::uint32_t id = 0; id < index_.size(); ++id) {
+    if (index_[id].empty()) continue;
+    const auto count = static_cast<std::uint32_t>(index_[id].size());
+    info.counts.emplace_back(id, count);
+    const std::size_t header = out.open();
+    out.field("op", Op::Index);
+    out.field("ver", std::uint32_t{1});
+    out.field("conn", id);
+    out.field("count", count);
+    out.close(header);
+    const std::size_t entries = out.open();
+    for (const Entry& entry : index_[id]) {
+      out.value(entry.time);
+      out.value(entry.offset);
+    }
+    out.close(entries);
+    index_[id].clear();
+  }
+  chunk_.clear();
+  if (append(record)) {
+    chunks_.push_back(std::move(info));
+  } else {
+    disk_full_ = true;
+    closeWhatCanBe();
+  }
 }
 
 bool BagWriter::checkDisk() {
@@ -91,20 +253,45 @@ void BagWriter::closeWhatCanBe() {
   try {
     close();
   } catch (const std::exception& e) {  // no room for the index: FILE.active stays, for the recovery tool
-    std::fprintf(stderr, "%s.active: not closed (%s); vest_recover_bag makes a bag of it\n", file_.c_str(),
-                 e.what());
+    std::fprintf(stderr, "%s; vest_recover_bag makes a bag of %s.active\n", e.what(), file_.c_str());
   }
 }
 
 std::uint64_t BagWriter::bytes() const {
-  return open_ ? bag_.getSize() : bytes_;
+  return size_ + chunk_.size();
 }
 
 void BagWriter::close() {
   if (!open_) return;
+  closeChunk();
+  if (!open_) return;  // the disk was full, and this was called again from within
   open_ = false;
-  bytes_ = bag_.getSize();
-  bag_.close();
+  Bytes tail;
+  Writer out(tail);
+  for (const Bytes& record : connections_) out.bytes(record.data(), record.size());
+  for (const ChunkInfo& chunk : chunks_) {
+    const std::size_t fields = out.open();
+    out.field("op", Op::ChunkInfo);
+    out.field("ver", std::uint32_t{1});
+    out.field("chunk_pos", chunk.position);
+    out.field("start_time", chunk.begin);
+    out.field("end_time", chunk.end);
+    out.field("count", static_cast<std::uint32_t>(chunk.counts.size()));
+    out.close(fields);
+    const std::size_t counts = out.open();
+    for (const auto& [id, count] : chunk.counts) {
+      out.value(id);
+      out.value(count);
+    }
+    out.close(counts);
+  }
+  const std::uint64_t index_position = size_;
+  const bool indexed = append(tail);
+  const Bytes header = bagHeader(index_position);
+  const bool named = indexed && pwrite(descriptor_, header.data(), header.size(), sizeof kMagic - 1) ==
+                                    static_cast<ssize_t>(header.size());
+  ::close(descriptor_);
+  if (!named) throw std::runtime_error(file_ + ".active: not closed, no room for its index");
   if (std::rename((file_ + ".active").c_str(), file_.c_str()) != 0) {
     throw std::runtime_error(file_ + ": cannot be renamed from " + file_ + ".active");
   }

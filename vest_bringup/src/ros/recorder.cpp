@@ -90,6 +90,7 @@ Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh) : nh_(nh), pr
   jpeg_rate_ = doubleParameter(private_nh_, "jpeg_rate", 5.0, 0.0, 5.0);
   const double min_free_mb = doubleParameter(private_nh_, "min_free_mb", 64.0, 0.1, 1e6);
   wait_for_picture_ = ros_shell::boolParameter(private_nh_, "wait_for_picture", false);
+  relay_ = ros_shell::boolParameter(private_nh_, "relay", false);
   topics_ = defaultTopics();
   if (private_nh_.hasParam("topics") && !private_nh_.getParam("topics", topics_)) {
     throw std::invalid_argument("parameter " + private_nh_.resolveName("topics") + ": not a list of texts");
@@ -155,9 +156,28 @@ void Recorder::onMessage(const std::string& topic,
   enqueue({topic, event.getReceiptTime(), event.getConstMessage(), latched ? header : nullptr});
 }
 
+void Recorder::onBatch(const vest_msgs::RecordingBatch::ConstPtr& batch) {
+  dropped_ += inlet_.take(*batch, [this](const std::string& topic, const ros::Time& receipt,
+                                         topic_tools::ShapeShifter::ConstPtr message) {
+    if (relayed_.count(topic) == 0) return;
+    if (first_step_time_ == 0 && topic == step_topic_) first_step_time_ = ros::WallTime::now().toSec();
+    enqueue({topic, receipt, std::move(message), nullptr});
+  });
+}
+
 void Recorder::subscribeAll() {
+  relayed_.clear();
+  if (relay_) {
+    for (const std::string& name : relayedTopics()) {
+      if (std::count(topics_.begin(), topics_.end(), name) > 0) relayed_.insert(nh_.resolveName(name));
+    }
+    ros::NodeHandle nh(nh_);
+    nh.setCallbackQueue(&queue_);
+    subscribers_.push_back(nh.subscribe("session/batches", 500, &Recorder::onBatch, this));
+  }
   for (const std::string& name : topics_) {
     const std::string topic = nh_.resolveName(name);
+    if (relayed_.count(topic) > 0) continue;
     ros::SubscribeOptions options;
     options.topic = topic;
     options.queue_size = 8000;

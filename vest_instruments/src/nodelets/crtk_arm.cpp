@@ -214,7 +214,7 @@ void CrtkArm::publish(const ros::Time& stamp) {
   if (measured_js_.getNumSubscribers() > 0) {
     fill(instrument_.measured(), true);
     if (!instrument_.valid()) js_.header.stamp = ros::Time();  // CRTK: stamp 0 marks invalid data
-    measured_js_.publish(js_);
+    measured_js_.publish(boost::make_shared<const sensor_msgs::JointState>(js_));
     js_.header.stamp = stamp;
   }
   if (setpoint_js_.getNumSubscribers() > 0) {
@@ -224,7 +224,7 @@ void CrtkArm::publish(const ros::Time& stamp) {
   if (measured_cp_.getNumSubscribers() > 0) {
     cp_.pose = toPose(instrument_.tip());
     if (!instrument_.valid()) cp_.header.stamp = ros::Time();
-    measured_cp_.publish(cp_);
+    measured_cp_.publish(boost::make_shared<const geometry_msgs::PoseStamped>(cp_));
     cp_.header.stamp = stamp;
   }
   if (setpoint_cp_.getNumSubscribers() > 0) {

@@ -298,8 +298,10 @@ void Instruments::publish(const ros::Time& stamp, double now) {
     checkCollisions();
   }
   fillStates(stamp, now);
-  states_publisher_.publish(states_);
-  joint_states_publisher_.publish(joint_states_);
+  // Nodelets of this process get the message itself, unserialised: one of its own each time.
+  states_publisher_.publish(boost::make_shared<const vest_msgs::InstrumentStates>(states_));
+  if (joint_states_publisher_.getNumSubscribers() > 0)
+    joint_states_publisher_.publish(boost::make_shared<const sensor_msgs::JointState>(joint_states_));
   if (last_tf_ < 0.0 || now - last_tf_ >= kTfPeriod - 0.0005) {
     last_tf_ = now;
     publishTransforms(stamp);

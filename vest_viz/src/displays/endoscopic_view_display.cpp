@@ -33,6 +33,7 @@ namespace {
 
 /// Rendered pixels per pixel of the picture that the automatic quality chooses from, and the milliseconds for
 /// drawing and reading back above which it steps down, below which it steps up.
+constexpr double kLongestTick = 0.05;  // s: of rviz
 constexpr double kResolutions[] = {1.0, 0.85, 0.7, 0.65};
 constexpr double kTooSlowMs = 32, kFastMs = 14;
 
@@ -304,10 +305,11 @@ bool EndoscopicViewDisplay::endoscopePose(Eigen::Isometry3d* X_WO, std::string* 
   return false;
 }
 
-void EndoscopicViewDisplay::update(float, float) {
+void EndoscopicViewDisplay::update(float tick, float) {
   if (!view_ || !view_->ready()) return;
   const double start = seconds();
-  if (start - last_picture_ < 0.97 / rate_->getFloat()) return;
+  // rviz asks at its own pace: the nearest of its ticks is taken, so that the mean rate is the wished one.
+  if (start < next_picture_ - 0.5 * std::min(static_cast<double>(tick), kLongestTick)) return;
   try {
     const bool tissue_changed = input_.process();
     Eigen::Isometry3d X_WO;
@@ -322,6 +324,7 @@ void EndoscopicViewDisplay::update(float, float) {
     const bool effects_changed = effects_.changed();
     if (!tissue_changed && !instruments_changed_ && !effects_changed && start - last_picture_ < 0.5) return;
     setStatusStd(rviz::StatusProperty::Ok, "Camera", how);
+    next_picture_ = std::max(next_picture_ + 1.0 / rate_->getFloat(), start);
     if (tissue_changed) view_->setTissue(input_.store());
     if (instruments_) view_->setInstruments(*instruments_);
     effects_.handTo(view_.get());

@@ -92,7 +92,7 @@ class EndoscopicViewDisplay : public rviz::Display {
   int level_ =
       2;  ///< of kResolutions: coarse at first, moved by the frame time when the quality is automatic
   double first_picture_ = 0;  ///< s, steady clock: when drawing began
-  double last_picture_ = 0, last_compressed_ = 0, last_account_ = 0;
+  double last_picture_ = 0, next_picture_ = 0, last_compressed_ = 0, last_account_ = 0;
   ros::Time last_stamp_;
   struct Sums {
     double tissue = 0, draw = 0, read = 0, finish = 0, send = 0, show = 0;

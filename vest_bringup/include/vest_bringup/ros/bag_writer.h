@@ -1,23 +1,28 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
+#include <vector>
 
+#include <ros/datatypes.h>
 #include <ros/time.h>
-#include <rosbag/bag.h>
 #include <topic_tools/shape_shifter.h>
 #include <boost/shared_ptr.hpp>
 
 namespace vest::session {
 
-/// A bag that loses next to nothing when its process is killed: chunks are closed several times a second
-/// (safety.md). While open it is FILE.active; beside it FILE.progress counts what was received, for the
-/// recovery tool.
+/// A bag (format 2.0, uncompressed, indexed) that loses next to nothing when its process is killed: chunks
+/// are closed several times a second (safety.md), each with one write. While open it is FILE.active; beside
+/// it FILE.progress counts what was received, for the recovery tool. Why not rosbag::Bag:
+/// docs/decisions/0290-a-bag-writer-of-our-own.md.
 class BagWriter {
  public:
   /// @param min_free bytes that the disk must keep free  @throws std::runtime_error naming the file
   BagWriter(const std::string& file, std::uint64_t min_free);
   ~BagWriter();
+  BagWriter(const BagWriter&) = delete;
+  BagWriter& operator=(const BagWriter&) = delete;
 
   /// @param header connection header, kept where the connection is latched; may be null
   /// @return false once the bag is closed
@@ -30,20 +35,44 @@ class BagWriter {
   /// Closes the bag, valid, if the disk is nearly full. Call every second. @return false once closed for that
   bool checkDisk();
   /// Index, rename to FILE. Idempotent.
+  /// @throws std::runtime_error naming the file, where there is no room for the index
   void close();
 
   bool isOpen() const { return open_; }
   bool diskFull() const { return disk_full_; }
+  /// Bytes of the file, with the chunk that is open.
   std::uint64_t bytes() const;
 
  private:
+  using Bytes = std::vector<std::uint8_t>;
+  struct Entry {
+    ros::Time time;
+    std::uint32_t offset;  ///< of the message's record in its chunk
+  };
+  struct ChunkInfo {
+    std::uint64_t position;
+    ros::Time begin, end;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> counts;  ///< connection, messages
+  };
+
+  std::uint32_t connection(const std::string& topic, const topic_tools::ShapeShifter& msg,
+                           const boost::shared_ptr<ros::M_string>& header);
+  Bytes bagHeader(std::uint64_t index_position) const;
+  /// All or nothing, at the end of the file.
+  bool append(const Bytes& bytes);
   void closeWhatCanBe();
 
   std::string file_;
   std::uint64_t min_free_;
-  rosbag::Bag bag_;
-  bool open_ = false, disk_full_ = false, chunk_dirty_ = false, single_ = false;
-  std::uint64_t bytes_ = 0;
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+  bool open_ = false, disk_full_ = false;
+  std::map<std::string, std::uint32_t> by_topic_;  ///< topic, for latched ones with who latched it
+  std::vector<Bytes> connections_;                 ///< whole records
+  Bytes chunk_;                                    ///< records of the open chunk
+  std::vector<std::vector<Entry>> index_;          ///< of the open chunk, by connection
+  ros::Time begin_, end_;                          ///< of the open chunk
+  std::vector<ChunkInfo> chunks_;
   std::uint64_t* progress_ = nullptr;  ///< mapped file: received, written
 };
 

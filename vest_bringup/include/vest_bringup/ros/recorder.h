@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -15,6 +16,7 @@
 #include <opencv2/core.hpp>
 
 #include "vest_bringup/ros/bag_writer.h"
+#include "vest_bringup/ros/recording_relay.h"
 #include "vest_bringup/session/statistics.h"
 
 namespace vest::session {
@@ -46,6 +48,7 @@ class Recorder {
   void waitForPicture(const std::function<std::string()>& stop);
   void subscribeAll();
   void onMessage(const std::string& topic, const ros::MessageEvent<topic_tools::ShapeShifter const>& event);
+  void onBatch(const vest_msgs::RecordingBatch::ConstPtr& batch);
   void onImage(const sensor_msgs::Image::ConstPtr& msg);
   void enqueue(Item item);
   void saveStart();
@@ -60,7 +63,9 @@ class Recorder {
   ros::NodeHandle nh_, private_nh_;
   std::string directory_;
   double seconds_ = 0, picture_timeout_ = 0, jpeg_rate_ = 0;
-  bool wait_for_picture_ = false;
+  bool wait_for_picture_ = false, relay_ = false;
+  RelayInlet inlet_;
+  std::set<std::string> relayed_;  ///< what comes through the relay
   std::vector<std::string> topics_;
   std::string step_topic_, contacts_topic_, events_topic_, topology_topic_, hash_topic_;
 
