@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <functional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <OgreRenderWindow.h>
@@ -34,7 +33,6 @@
 #include "conversion.h"
 #include "effect_messages.h"
 #include "endoscope_pipeline.h"
-#include "ogre_assets.h"
 #include "scene_messages.h"
 
 namespace {
@@ -106,7 +104,7 @@ void endoscopic(const vest::scene::Description& scene, const std::string& name, 
       store.setField(1, {m.kind, m.minimum, m.maximum, m.data});
   }
   store.rebuildSkins();
-  view.setTissue(store);
+  view.settle(store);
   vest_msgs::InstrumentStates instruments = instrumentsFor(tip);
   if (!with_instruments)  // made for the gynaecology scene
     instruments.instruments.erase(instruments.instruments.begin(), instruments.instruments.begin() + 2);
@@ -120,7 +118,6 @@ void endoscopic(const vest::scene::Description& scene, const std::string& name, 
   if (words.count("smoke") != 0)
     view.setSmoke(boost::make_shared<vest_msgs::SmokeState>(tools::smokeAt(scene, 2)));
   if (words.count("lens") != 0) view.setLens(boost::make_shared<vest_msgs::LensState>(tools::lensAt(fog)));
-  while (!displays::takeBakedTextures()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
   Eigen::Isometry3d X_WTip;
   displays::toPose(instruments.instruments.back().tip, &X_WTip);
   cv::Mat rgb, bgr;

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
-#include <thread>
 
 #include <unistd.h>
 
@@ -86,8 +85,7 @@ class Offscreen : public testing::Test {
     view.setFixedGain(1.0);
     store.setTopology(toTopology(topology));
     store.rebuildSkins();
-    view.setTissue(store);
-    while (!takeBakedTextures()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    view.settle(store);
   }
 
   /// RGB.
