@@ -22,7 +22,7 @@ struct Traits : OpenMesh::DefaultTraits {
 using Mesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
 
 // m: longer edges stay. Light is computed at the vertices, and falls off within some centimetres.
-constexpr float kLongestCollapse = 0.006f;
+constexpr float kLongestCollapse = 0.004f;
 constexpr float kGreatestTurn = 20.0f;  // degrees; by eye, beyond it shading changes
 
 }  // namespace
