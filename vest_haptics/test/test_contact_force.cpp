@@ -126,6 +126,56 @@ TEST(ContactForce, ANewModelAddsNoJumpAndIsReachedWithinMilliseconds) {
   EXPECT_NEAR(last, 1.8, 0.01);
 }
 
+TEST(ContactForce, ARecordWithoutContactIsNoForceAndGivesNothingBack) {
+  HalfSpace tissue;
+  ContactForce c(400.0);
+  const Vector3d x(0, 0, 0.053);
+  tissue.step(x, 0);
+  auto& r = tissue.image.contacts[0];
+  r.flags = vest::shared::kFlagPresent;
+  TissueModel m;
+  ASSERT_TRUE(toModel(r, m));
+  c.update(m, x, Vector3d::Zero());
+  EXPECT_EQ(settled(c, x).norm(), 0.0);
+  EXPECT_EQ(c.trueForce(x, Vector3d::Zero()).norm(), 0.0);
+  const double nothing = c.storedEnergy();
+  EXPECT_LT(nothing, 0.0021) << "a margin for the noise of sensors, no more";
+  // A force without stiffness is stored in the coupling alone: 1.5 F^2 / 2 Kc.
+  r.flags |= vest::shared::kFlagContact;
+  for (double& k : r.stiffness) k = 0.0;
+  ASSERT_TRUE(toModel(r, m));
+  c.update(m, x, Vector3d::Zero());
+  const double f = settled(c, x).z();
+  EXPECT_NEAR(c.storedEnergy() - nothing, 1.5 * f * f / 2.0 / 400.0, 1e-9);
+}
+
+TEST(ContactForce, WithoutAPushInTheModelOnlyTheExtraFrictionHolds) {
+  HalfSpace tissue;
+  ContactForce c(1e9);
+  const Vector3d x(0, 0, 0.053);
+  tissue.step(x, 0);
+  auto& r = tissue.image.contacts[0];
+  r.wrench[2] = 0.0;
+  r.stiffness[0] = 300.0;
+  TissueModel m;
+  ASSERT_TRUE(toModel(r, m));
+  c.update(m, x, Vector3d::Zero());
+  const Vector3d f = settled(c, {-0.003, 0, 0.052});
+  EXPECT_NEAR(f.z(), 0.3, 1e-6);
+  EXPECT_NEAR(f.x(), ContactForce::kExtraFriction * 0.3, 1e-6);
+}
+
+TEST(ContactForce, DampingOfContactIsBounded) {
+  HalfSpace tissue;
+  tissue.damping = 1000.0;
+  ContactForce c(1e9);
+  const Vector3d x(0, 0, 0.053), v(0, 0, -0.01);
+  c.update(modelAt(tissue, x), x, v);
+  Vector3d f = Vector3d::Zero();
+  for (int i = 0; i < 60; ++i) f = c.evaluate(x, v, 0.001);
+  EXPECT_NEAR(f.z(), 0.6 + ContactForce::kMostDamping * 0.01, 1e-6);
+}
+
 TEST(ContactForce, NoRecordThatCannotBeBecomesAForce) {
   HalfSpace tissue;
   const Vector3d x(0, 0, 0.053);

@@ -56,6 +56,17 @@ struct Bench {
     device.advance(0.001);
     return report;
   }
+  /// Of a five-axis device above the half space, its trocar straight up.
+  const TickReport& shaftTick() {
+    input.now_ns = now += kMs;
+    input.status = device.read(input.sample);
+    input.image = tissue.step({0, 0, 0.165 - input.sample.joints[2]}, now);
+    report = controller->tick(input);
+    device.enableForces(report.forces_on);
+    device.write(report.loads);
+    device.advance(0.001);
+    return report;
+  }
   void run(int n) {
     for (int i = 0; i < n; ++i) tick();
   }
@@ -113,11 +124,22 @@ TEST(Controller, ADeviceThatWakesUpTwentyMillimetresDeepStaysLimp) {
   for (int i = 0; i < 1500; ++i) {
     b.tick();
     ASSERT_LE(b.report.allowance, 1.0 - 1e-6) << "two seconds of ramp";
+    ASSERT_TRUE(b.report.limits & kLimitRamp) << "and it says so";
     ASSERT_LE(std::abs(b.force() - last), 0.05 * 3.3 + 1e-9);
     last = b.force();
   }
   b.run(1000);
   EXPECT_GT(b.force(), 0.5);
+}
+
+TEST(Controller, AFiveAxisDeviceThatWakesUpInTissueStaysLimp) {
+  Bench b(options(), {{"axes", "joints"}, {"maximum_force", "8"}});
+  b.device.wish(2, 0.130);
+  b.device.axis(2).x = 0.130;
+  for (int i = 0; i < 1000; ++i) {
+    b.shaftTick();
+    ASSERT_EQ(b.report.loads, Loads{}) << "tick " << i;
+  }
 }
 
 TEST(Controller, ASimulationThatDiesIsZeroFiftyMillisecondsAfterItsLastStep) {
@@ -144,6 +166,7 @@ TEST(Controller, ASimulationThatDiesIsZeroFiftyMillisecondsAfterItsLastStep) {
       const double age = 1e-9 * static_cast<double>(b.now - died);
       if (age >= 0.050) {
         ASSERT_EQ(b.force(), 0.0) << "phase " << n << " age " << age;
+        ASSERT_TRUE(b.report.limits & kLimitStale) << "it says why";
       } else if (age > 0.021) {
         ASSERT_LE(b.force(), before + 0.02) << "phase " << n;
       }
@@ -216,6 +239,7 @@ TEST(Controller, SpoiledReadingsAreHeldTenMillisecondsAndThenAFault) {
       EXPECT_TRUE(std::isfinite(b.force()));
       b.run(5);
       EXPECT_EQ(b.report.fault, Fault::Sensor) << field;
+      EXPECT_FALSE(b.report.valid);
       EXPECT_EQ(b.force(), 0.0);
     }
   }
@@ -357,6 +381,61 @@ TEST(Controller, AServoForceThatIsNoNumberIsAFault) {
   b.tick();
   EXPECT_EQ(b.force(), 0.0);
   EXPECT_EQ(b.report.fault, Fault::NotFinite);
+  b.run(100);
+  ASSERT_TRUE(b.controller->command(Command::Disable));
+  ASSERT_TRUE(b.controller->command(Command::Enable));
+  b.run(10);
+  EXPECT_EQ(b.report.state, OperatingState::Enabled)
+      << "an old force is forgotten, even one that is no number";
+}
+
+TEST(Controller, AServoForceIsNoTorqueOfAFiveAxisDevice) {
+  Bench b(options(), {{"axes", "joints"}});
+  b.now += kMs;
+  for (int i = 0; i < 3000; ++i) {
+    b.input.servo_force = {0, 0, 1.0};
+    b.input.servo_ns = b.now;
+    b.shaftTick();
+    ASSERT_EQ(b.report.loads, Loads{});
+  }
+}
+
+TEST(Controller, TwoTicksAtTheSameMomentAreNoFault) {
+  Bench b;
+  b.press();
+  b.now -= kMs;
+  b.tick();
+  EXPECT_EQ(b.report.state, OperatingState::Enabled);
+  EXPECT_TRUE(std::isfinite(b.force()));
+}
+
+TEST(Controller, AfterAStartOrAPauseThereIsNoSpeed) {
+  Bench b;
+  b.hand(0.03);
+  b.device.axis(2).x = 0.03;
+  b.tick();
+  EXPECT_EQ(b.report.velocity_D.norm(), 0.0) << "the first place is no motion";
+  b.run(100);
+  b.device.axis(2).x = 0.02;
+  b.hand(0.02);
+  b.now += 200 * kMs;
+  b.tick();
+  EXPECT_EQ(b.report.velocity_D.norm(), 0.0) << "what happened in the pause is unknown";
+}
+
+TEST(Controller, ASlewThatIsConfiguredTooFastIsNotTaken) {
+  ControllerOptions o = options();
+  o.slew_seconds = 0.001;
+  Bench b(o);
+  b.tissue.stiffness = 1e5;
+  b.open();
+  b.hand(-0.02);
+  double last = 0.0;
+  for (int i = 0; i < 300; ++i, last = b.force()) {
+    b.tick();
+    ASSERT_LE(std::abs(b.force() - last), 0.05 * 3.3 + 1e-9);
+  }
+  EXPECT_GT(last, 1.0);
 }
 
 TEST(Controller, ASteadyClockThatGoesBackIsAFault) {
@@ -454,17 +533,7 @@ TEST(Controller, FiveAxesShowTheTipsForceThroughTheTrocar) {
   Bench b(o, {{"axes", "joints"}, {"maximum_force", "8"}});
   // Insertion 0.12 m: the tip lies 10 mm below the aim.
   const auto ticks = [&](int n) {
-    for (int i = 0; i < n; ++i) {
-      b.now += kMs;
-      b.input.now_ns = b.now;
-      b.input.status = b.device.read(b.input.sample);
-      const double insertion = b.input.sample.joints[2];
-      b.input.image = b.tissue.step({0, 0, 0.165 - insertion}, b.now);
-      b.report = b.controller->tick(b.input);
-      b.device.enableForces(b.report.forces_on);
-      b.device.write(b.report.loads);
-      b.device.advance(0.001);
-    }
+    for (int i = 0; i < n; ++i) b.shaftTick();
   };
   b.device.wish(2, 0.100);
   ticks(2500);

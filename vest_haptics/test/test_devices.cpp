@@ -1,6 +1,7 @@
 // Protects every device plug-in by one suite, and each maker's border by a stand-in of its library or its
 // wire.
 #include <dlfcn.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -8,6 +9,7 @@
 #include <cmath>
 #include <csignal>
 #include <fstream>
+#include <limits>
 #include <random>
 #include <thread>
 
@@ -101,6 +103,21 @@ TEST_F(Phantom, ConformsOnItsStandIn) {
   conforms(device, words);
 }
 
+TEST(Devices, TheSimulatedWatchdogAndItsSwitchTakeTheForceAway) {
+  SimulatedDevice device;
+  device.open({{"watchdog", "0.02"}});
+  device.enableForces(true);
+  device.write({0, 0, 1.0, 0, 0});
+  for (int i = 0; i < 19; ++i) device.advance(0.001);
+  EXPECT_EQ(device.shown()[2], 1.0);
+  for (int i = 0; i < 3; ++i) device.advance(0.001);
+  EXPECT_EQ(device.shown()[2], 0.0) << "nobody renewed it for 22 ms";
+  device.write({0, 0, 1.0, 0, 0});
+  device.enableForces(false);
+  device.advance(0.001);
+  EXPECT_EQ(device.shown()[2], 0.0);
+}
+
 TEST(Devices, AMissingLibraryIsOneMessageThatSaysWhatToInstall) {
   PhantomDevice phantom;
   const std::string p = refusal(phantom, {{"library", "libNoSuchThing.so"}});
@@ -116,6 +133,33 @@ TEST(Devices, AMissingLibraryIsOneMessageThatSaysWhatToInstall) {
   EXPECT_NE(e.find("dialout"), std::string::npos) << e;
   EXPECT_NE(refusal(engine, {{"port", "/dev/null"}, {"force", "/no/such.so"}}).find("not public"),
             std::string::npos);
+  EXPECT_NE(
+      refusal(engine, {{"port", "/dev/null"}, {"force", "emulator"}, {"force_port", "/dev/no_such_port"}})
+          .find("force side: port '/dev/no_such_port'"),
+      std::string::npos);
+}
+
+TEST(Devices, APortWithoutTheRightToItIsOneMessageThatSaysWhomToAsk) {
+  char path[] = "/tmp/vest_no_right_XXXXXX";
+  const int file = ::mkstemp(path);
+  ASSERT_GE(file, 0);
+  ::close(file);
+  ::chmod(path, 0);
+  // Root may open everything: the question is asked as nobody.
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (::geteuid() == 0 && ::setuid(65534) != 0) ::_exit(2);
+    ImpulseEngineDevice engine;
+    const std::string text = refusal(engine, {{"port", path}});
+    ::_exit(text.find("ask whoever runs this computer") != std::string::npos &&
+                    text.find("dialout") != std::string::npos && text.find(path) != std::string::npos
+                ? 0
+                : 1);
+  }
+  int status = -1;
+  ::waitpid(child, &status, 0);
+  ::unlink(path);
+  EXPECT_EQ(status, 0);
 }
 
 TEST_F(Phantom, ADeviceThatIsNotThereIsOneMessageWithTheMakersWords) {
@@ -178,7 +222,7 @@ TEST_F(Phantom, EachErrorAtEachCallIsZeroForceAndLatched) {
       EXPECT_EQ(shown()[1], 0.0) << call;
       EXPECT_EQ(fake.get<int()>("fakehd_output")(), 0) << "force output is off after " << call;
       EXPECT_FALSE(device.lastError().empty());
-      device.write({0, 0, 1.0, 0, 0});
+      EXPECT_EQ(device.write({0, 0, 1.0, 0, 0}), DeviceStatus::Error);
       step(3);
       EXPECT_EQ(shown()[1], 0.0) << "latched";
       device.reset();
@@ -236,6 +280,74 @@ TEST_F(Phantom, AForceBeyondTheMaximumNeverLeavesEvenIfTheLoopFails) {
     device.write({0, 0, bad, 0, 0});
     step(1);
     EXPECT_EQ(shown()[1], 0.0) << bad;
+  }
+}
+
+namespace {
+
+/// The mailbox alone, its serving thread played by the test.
+struct Served : MailboxDevice {
+  explicit Served(bool joints = false) {
+    capabilities_.joints = joints;
+    capabilities_.maximum = {2.0, 2.0, 2.0, 0.5, 0.5};
+    begin();
+  }
+  void open(const DeviceOptions&) override {}
+  void close() override {}
+  void reset() override { clearError(); }
+  std::string describe(std::uint32_t code) const override { return "code " + std::to_string(code); }
+  using MailboxDevice::deliver;
+  using MailboxDevice::fail;
+  using MailboxDevice::setStatus;
+  using MailboxDevice::steadyNow;
+  using MailboxDevice::wanted;
+};
+
+}  // namespace
+
+TEST(Mailbox, ReadingsThatStopComingMeanUnplugged) {
+  Served d;
+  Sample s;
+  EXPECT_EQ(d.read(s), DeviceStatus::Starting);
+  d.deliver(s, Served::steadyNow());
+  EXPECT_EQ(d.read(s), DeviceStatus::Starting) << "the device has not said that it is well";
+  d.setStatus(DeviceStatus::Ok);
+  EXPECT_EQ(d.read(s), DeviceStatus::Ok);
+  d.deliver(s, Served::steadyNow() - 21 * vest::haptics::testing::kMs);
+  EXPECT_EQ(d.read(s), DeviceStatus::Unplugged);
+}
+
+TEST(Mailbox, TheFirstErrorIsTheCauseAndAnyErrorIsLatched) {
+  Served d;
+  EXPECT_EQ(d.lastError(), "");
+  d.fail(0);
+  EXPECT_NE(d.errorCode(), 0u) << "an error without a number is an error";
+  d.reset();
+  d.fail(7);
+  d.fail(8);
+  EXPECT_EQ(d.lastError(), "code 7");
+  EXPECT_EQ(d.write(Loads{}), DeviceStatus::Error);
+}
+
+TEST(Mailbox, NoForceBeyondTheMaximumIsServedWhateverTheLoopAsksFor) {
+  const double odd[] = {2.01, -2.01, 1e300, std::nan(""), std::numeric_limits<double>::infinity()};
+  for (const bool joints : {false, true}) {
+    Served d(joints);
+    d.enableForces(true);
+    for (std::size_t channel = 0; channel < (joints ? 5u : 3u); ++channel) {
+      for (const double value : odd) {
+        Loads loads{};
+        loads[channel] = value;
+        d.write(loads);
+        EXPECT_EQ(d.wanted(Served::steadyNow()), Loads{}) << joints << channel << ' ' << value;
+      }
+      Loads most{};
+      most[channel] = d.capabilities().maximum[joints ? channel : 0];
+      d.write(most);
+      EXPECT_EQ(d.wanted(Served::steadyNow()), most) << joints << channel;
+    }
+    d.write({1.5, 1.5, 0, 0, 0});
+    EXPECT_EQ(d.wanted(Served::steadyNow()) == Loads{}, !joints) << "a point has one maximum of its length";
   }
 }
 
@@ -315,6 +427,36 @@ TEST(Hci, AnyAnswerComesBackAsItWasAndSpoiledStreamsAreBackInStepWithinTwo) {
   }
   EXPECT_EQ(late, 0);
   EXPECT_GT(good, count * 5 / 7 - 1);
+}
+
+TEST(Hci, AnAnswerToAnotherRequestIsNoneOfOurs) {
+  hci::Decoder decoder(0x23);
+  hci::Answer sent, got;
+  std::uint8_t bytes[32];
+  const std::size_t size = hci::encode(0x2F, sent, bytes);  // with analog channels that nobody asked for
+  for (std::size_t i = 0; i < size; ++i) EXPECT_FALSE(decoder.push(bytes[i], got));
+  EXPECT_EQ(decoder.skipped(), size);
+}
+
+TEST(ForceFrame, OnlyWhatComesWholeIsAForceAndNoneBeyondTheMaximum) {
+  const Loads maximum{0.9, 0.9, 8.0, 0.05, 0.0};
+  std::uint8_t frame[force_frame::kSize];
+  force_frame::encode(3, {0.3, 100.0, -1e300, 0.01, 1.0}, maximum, frame);
+  std::uint8_t sequence = 0;
+  Loads got{};
+  ASSERT_TRUE(force_frame::decode(frame, maximum, sequence, got));
+  EXPECT_EQ(sequence, 3);
+  EXPECT_NEAR(got[0], 0.3, 1e-4);
+  EXPECT_NEAR(got[1], 0.9, 1e-9);
+  EXPECT_NEAR(got[2], -8.0, 1e-9);
+  EXPECT_EQ(got[4], 0.0) << "a channel that is not there";
+  EXPECT_EQ(frame[10] | frame[11], 0) << "a channel that is not there";
+  for (std::size_t bit = 0; bit < 8 * force_frame::kSize; ++bit) {
+    std::uint8_t spoiled[force_frame::kSize];
+    std::copy(frame, frame + force_frame::kSize, spoiled);
+    spoiled[bit / 8] = static_cast<std::uint8_t>(spoiled[bit / 8] ^ (1u << bit % 8));
+    EXPECT_FALSE(force_frame::decode(spoiled, maximum, sequence, got)) << "bit " << bit;
+  }
 }
 
 TEST(Hci, EncodersAreFollowedAcrossTheirWrap) {

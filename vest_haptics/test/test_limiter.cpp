@@ -106,13 +106,15 @@ TEST(Limiter, WhatIsWithinLimitsPassesUnchanged) {
 }
 
 TEST(Limiter, DirectionIsKeptWhereTheMagnitudeIsCut) {
-  Limiter limiter(cartesian());
-  std::uint32_t flags = 0;
-  Loads out{};
-  for (int i = 0; i < 30; ++i) out = limiter.limit({300.0, 0.0, 400.0, 0, 0}, 1.0, flags);
-  EXPECT_NEAR(out[0], 0.6 * 3.3, 1e-9);
-  EXPECT_NEAR(out[2], 0.8 * 3.3, 1e-9);
-  EXPECT_EQ(flags, std::uint32_t{kLimitMagnitude | kLimitSlew});
+  for (const double size : {100.0, 1e300}) {  // squares of the second overflow
+    Limiter limiter(cartesian());
+    std::uint32_t flags = 0;
+    Loads out{};
+    for (int i = 0; i < 30; ++i) out = limiter.limit({3.0 * size, 4.0 * size, 0.0, 0, 0}, 1.0, flags);
+    EXPECT_NEAR(out[0], 0.6 * 3.3, 1e-9) << size;
+    EXPECT_NEAR(out[1], 0.8 * 3.3, 1e-9) << size;
+    EXPECT_EQ(flags, std::uint32_t{kLimitMagnitude | kLimitSlew});
+  }
 }
 
 TEST(Limiter, FromZeroToFullTakesTwentyTicksAndBackAsWell) {

@@ -165,3 +165,31 @@ TEST(Processes, EndingTheLoopLeavesZeroForceAtARandomPhase) {
     EXPECT_EQ(device.shown(), Loads{});
   }
 }
+
+namespace {
+
+/// Reads well and takes no force.
+struct Refusing : SimulatedDevice {
+  DeviceStatus write(const Loads&) noexcept override { return DeviceStatus::Error; }
+};
+
+}  // namespace
+
+TEST(Processes, ADeviceThatRefusesForcesIsAFaultOfTheLoop) {
+  Refusing device;
+  device.open({});
+  Loop loop(device, options(), std::make_shared<vest::shared::ContactReader>("/vest_test_nothing"));
+  loop.post(Command::Enable);
+  loop.tickOnce(Loop::steadyNow());
+  EXPECT_EQ(loop.tickOnce(Loop::steadyNow() + kMs).fault, Fault::DeviceError);
+}
+
+TEST(Processes, AFaultFromOutsideIsTakenAtTheNextTickAndCommandsToo) {
+  SimulatedDevice device;
+  device.open({});
+  Loop loop(device, options(), std::make_shared<vest::shared::ContactReader>("/vest_test_nothing"));
+  loop.post(Command::Enable);
+  EXPECT_EQ(loop.tickOnce(Loop::steadyNow()).state, vest::control::OperatingState::Enabled);
+  loop.raise(Fault::Publisher);
+  EXPECT_EQ(loop.tickOnce(Loop::steadyNow() + kMs).fault, Fault::Publisher);
+}

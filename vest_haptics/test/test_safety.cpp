@@ -6,6 +6,7 @@
 
 #include "support.h"
 #include "vest_haptics/device/simulated.h"
+#include "vest_haptics/loop/registration.h"
 
 using namespace vest::haptics;
 using namespace vest::haptics::testing;
@@ -146,6 +147,49 @@ TEST(SensorCheck, AnAttitudeThatTurnsHalfRoundInATickIsNotBelieved) {
   EXPECT_NEAR(s.orientation.w(), 1.0, 1e-12);
 }
 
+TEST(SensorCheck, TheFirstReadingIsBelievedWhereverTheHandIsAndAnAttitudeAfterAPauseToo) {
+  for (const bool joints : {false, true}) {
+    Capabilities c = all();
+    c.joints = joints;
+    SensorCheck check(c);
+    Sample s = at(0.3);
+    s.orientation = Eigen::AngleAxisd(1.5, Eigen::Vector3d::UnitX());
+    s.jaw = 0.6;
+    s.joints = {0.5, 0.5, 0.2, 0.5, 0.5};
+    EXPECT_EQ(check.check(s, 0), SensorCheck::Verdict::Good) << joints;
+    // In 209 ms a handle at the fastest believed rate turns twice round: no attitude is a jump.
+    s.orientation = Eigen::AngleAxisd(-1.5, Eigen::Vector3d::UnitX());
+    EXPECT_EQ(check.check(s, 209 * kMs), SensorCheck::Verdict::Good) << joints;
+  }
+}
+
+TEST(SensorCheck, AnInsertionMovesNoFasterThanAHand) {
+  Capabilities c = all();
+  c.joints = true;
+  SensorCheck check(c);
+  Sample s;
+  ASSERT_EQ(check.check(s, 0), SensorCheck::Verdict::Good);
+  s.joints[2] = 0.02;  // m in a millisecond: as an angle that were a slow one
+  EXPECT_EQ(check.check(s, kMs), SensorCheck::Verdict::Held);
+}
+
+TEST(SensorCheck, AClockThatGoesBackMakesNoRoomForAJump) {
+  SensorCheck check(cartesian());
+  Sample s = at(0.0);
+  ASSERT_EQ(check.check(s, 1000 * kMs), SensorCheck::Verdict::Good);
+  s = at(1.0);
+  EXPECT_EQ(check.check(s, 0), SensorCheck::Verdict::Held);
+}
+
+TEST(SensorCheck, HoldingBeginsAnewAfterAGoodReading) {
+  SensorCheck check(all());
+  for (int ms = 0; ms < 40; ++ms) {
+    Sample s = at(ms % 9 == 0 ? 0.0 : 1.0);
+    EXPECT_EQ(check.check(s, ms * kMs), ms % 9 == 0 ? SensorCheck::Verdict::Good : SensorCheck::Verdict::Held)
+        << ms;
+  }
+}
+
 TEST(SensorCheck, FastHandsAreBelieved) {
   SensorCheck check(all());
   for (int ms = 0; ms < 200; ++ms) {
@@ -226,12 +270,13 @@ TEST(Passivity, ASampledSpringGainsEnergyExactlyBeyondTheBoundOfColgate) {
 TEST(Passivity, TheObserverCountsWhatAHeldForceReallyGives) {
   Passivity p(3, 0.0);
   const Loads shown{0, 0, 2.0, 0, 0};
-  p.update({0, 0, 0, 0, 0}, shown, shown, 1.0, 0.001);
-  p.update({0, 0, -0.01, 0, 0}, shown, shown, 1.0, 0.001);
+  p.update({0, 0, 0.5, 0, 0}, shown, shown, 1.0, 0.001);
+  EXPECT_EQ(p.energy(), 0.0) << "the first place is no motion";
+  p.update({0, 0, 0.49, 0, 0}, shown, shown, 1.0, 0.001);
   EXPECT_NEAR(p.energy(), 0.02, 1e-12) << "the hand pushed 2 N over 10 mm";
-  p.update({0, 0, 0.005, 0, 0}, shown, shown, 1.0, 0.001);
+  p.update({0, 0, 0.505, 0, 0}, shown, shown, 1.0, 0.001);
   EXPECT_NEAR(p.energy(), -0.01, 1e-12) << "more came back than went in";
-  p.update({0, 0, 0.005, 0, 0}, shown, Loads{}, 1.0, 0.001);
+  p.update({0, 0, 0.505, 0, 0}, shown, Loads{}, 1.0, 0.001);
   EXPECT_EQ(p.energy(), 0.0) << "nothing shown, nothing owed";
 }
 
@@ -243,6 +288,10 @@ TEST(Passivity, TheControllerTakesBackExactlyTheExcess) {
   // 1 N over 0.1 mm came out of nothing: 0.1 mJ, at 0.1 m/s over 1 ms 10 N·s/m.
   EXPECT_NEAR(p.damping(), 10.0, 1e-9);
   EXPECT_NEAR(out[2], 1.0 - 10.0 * 0.1, 1e-9);
+  p.update({0, 0, 0.0001, 0, 0}, shown, shown, 1.0, 0.001);
+  EXPECT_EQ(p.damping(), 0.0) << "a hand at rest is not damped";
+  EXPECT_EQ(p.update({0, 0, -0.001, 0, 0}, shown, shown, 1.0, 0.001), shown)
+      << "what it gave it may have back";
   Passivity bounded(3, 5.0);
   bounded.update({0, 0, 0, 0, 0}, shown, shown, 1.0, 0.001);
   bounded.update({0, 0, 0.0001, 0, 0}, shown, shown, 1.0, 0.001);
@@ -258,4 +307,32 @@ TEST(Passivity, FrictionDoesNotSaveUpEnergyForAnInstability) {
     p.update(x, shown, shown, 0.01, 0.001);
   }
   EXPECT_LE(p.energy(), 0.01);
+}
+
+namespace {
+
+// Own tips 2 ms apart, 1 mm further each, the first at 100 ms.
+Registration walked(int poses) {
+  Registration r;
+  for (int i = 0; i < poses; ++i) r.push((100 + 2 * i) * kMs, {0.001 * i, 0, 0});
+  return r;
+}
+
+}  // namespace
+
+TEST(Registration, APoseThatWasOnItsWayIsTheSamePlace) {
+  Registration r = walked(100);
+  EXPECT_TRUE(r.observe(298 * kMs, {0.060, 0, 0})) << "where the hand was 78 ms before";
+  EXPECT_TRUE(r.offset().isZero());
+}
+
+TEST(Registration, APoseThatTheHandHadTooLongAgoOrOnlyLaterIsAnotherPlace) {
+  Registration old = walked(100);
+  EXPECT_FALSE(old.observe(298 * kMs, {0.005, 0, 0})) << "188 ms before";
+  EXPECT_NEAR(old.offset().x(), 0.005 - 0.099, 1e-12) << "measured from the newest pose";
+  Registration later = walked(100);
+  EXPECT_FALSE(later.observe(200 * kMs, {0.090, 0, 0})) << "the step was before the hand came there";
+  Registration none = walked(100);
+  EXPECT_FALSE(none.observe(50 * kMs, {0.0, 0, 0})) << "nothing is known of that time";
+  EXPECT_TRUE(none.offset().isZero());
 }

@@ -287,6 +287,13 @@ TEST(Driver, ABoxThatRestartsBeginsANewEpoch) {
   b.send();
   EXPECT_GT(b.d.epoch(), before);
   EXPECT_FALSE(b.d.usable(0));
+  b.send(30);
+  ASSERT_TRUE(b.d.usable(0));
+  protocol::Hello start;
+  start.instruments = b.m.instruments;
+  start.start = true;
+  b.d.hello(start, b.now);
+  EXPECT_FALSE(b.d.usable(0)) << "it says so itself, its clock may have gone on";
 }
 
 TEST(Footswitches, AllSixtyFourMasksArriveAfterTenMilliseconds) {
@@ -327,7 +334,10 @@ TEST(Footswitches, OlderThanAHundredMillisecondsCountsAsReleased) {
     ASSERT_EQ(mask, b.d.footswitches().pressed());
     b.d.tick(last + 100 * kMillisecond + 1);
     ASSERT_EQ(0, b.d.footswitches().pressed());
-    for (const auto& e : events(b.d.footswitches())) EXPECT_EQ(0, e.second) << "a loss is no tap";
+    for (const auto& e : events(b.d.footswitches())) {
+      EXPECT_EQ(0, e.second) << "a loss is no tap";
+      EXPECT_TRUE(mask >> e.first & 1) << "only what was down is let go";
+    }
     // Back, still pressed: counts again only after a full debounce time.
     b.pass(500);
     b.send(10);
@@ -421,6 +431,7 @@ TEST(TimeMap, DeviceTimeMayWrap) {
     if (i > 0) {
       EXPECT_NEAR(static_cast<double>(kMillisecond), static_cast<double>(s - last), 1000) << i;
     }
+    EXPECT_EQ((0xFFFFFFFFll - 50000 + i * 1000) * 1000, map.device()) << "extended beyond 32 bit";
     last = s;
   }
 }
@@ -439,6 +450,14 @@ TEST(TimeMap, StampsNeverGoBackWhenTheWallClockOrTheBoxDoes) {
     last = s;
   }
   EXPECT_LT(map.wallStep(), -3500LL * 1000 * kMillisecond);
+}
+
+TEST(TimeMap, AClockThatIsSetForwardIsFollowedAtOnceAndTheFirstStampIsTheWallClocks) {
+  driver::TimeMap map;
+  const std::int64_t hour = 3600LL * 1000 * kMillisecond;
+  // The wall clock may even lie behind the steady one, on a machine without a battery.
+  EXPECT_EQ(5000 * kMillisecond, map.stamp(0, 10000 * kMillisecond, 5000 * kMillisecond));
+  EXPECT_EQ(hour + 5001 * kMillisecond, map.stamp(1000, 10001 * kMillisecond, hour + 5001 * kMillisecond));
 }
 
 TEST(TimeMap, FramesThatArriveTogetherStillGetStampsThatGrow) {

@@ -50,7 +50,14 @@ class Net {
     m.x = o.at(0), m.y = o.at(1), m.z = o.at(2), m.vx = o.at(3), m.vy = o.at(4), m.vz = o.at(5);
     m.fx = o.at(6), m.fy = o.at(7), m.fz = o.at(8), m.keep = o.at(9), m.push = o.at(10);
     m.hx = o.at(11), m.hy = o.at(12), m.hz = o.at(13);
+    Upcoming upcoming;  // as World::step does
+    if (object + 1 < objects_.size()) {
+      const Object& next = *objects_[object + 1];
+      upcoming.add(next.data.data(), next.data.size() * sizeof(float));
+      next.table.addMemory(upcoming);
+    }
     for (int i = 0; i < sub_steps; ++i) {
+      upcoming.ask(i);
       addLinkForces(o.table, knots, level);
       integrateKnots(m, 0.00005f, level);
     }

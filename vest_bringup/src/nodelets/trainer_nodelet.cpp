@@ -2,6 +2,7 @@
 #include <pluginlib/class_list_macros.hpp>
 
 #include "vest_bringup/ros/effects_shell.h"
+#include "vest_bringup/ros/recording_relay.h"
 
 namespace vest_bringup {
 
@@ -15,6 +16,7 @@ class TrainerNodelet : public nodelet::Nodelet {
           getMTNodeHandle(), getPrivateNodeHandle(),
           [this](vest::scene::World world) { return effects_->compose(std::move(world)); },
           [this](const TissueServer::Stamp& stamp) { effects_->publish(stamp); });
+      relay_ = std::make_unique<vest::session::RecordingRelay>(getMTNodeHandle());
     } catch (const std::exception& e) {
       NODELET_FATAL("%s", e.what());
       throw;
@@ -22,6 +24,7 @@ class TrainerNodelet : public nodelet::Nodelet {
   }
   std::unique_ptr<vest::ros_shell::EffectsShell> effects_;  // outlives the server
   std::unique_ptr<vest::ros_shell::TissueServer> server_;
+  std::unique_ptr<vest::session::RecordingRelay> relay_;
 };
 
 }  // namespace vest_bringup

@@ -59,6 +59,7 @@ struct OperatingField::Impl {
   std::vector<scene::ImpactInput> shown;
   std::uint64_t dropped = 0, refused = 0;
   bool degraded = false;
+  SurfaceEffect* surface = nullptr;
 
   Impl(const scene::World& world, const FieldOptions& o, std::shared_ptr<FieldFrames> f)
       : options(o),
@@ -161,12 +162,10 @@ void OperatingField::Impl::gather(const scene::StepInput& input, const scene::St
     between.moment[from.slot] += volume * from.blood_fraction;
     to.position = triple(from.position), to.direction = triple(from.direction), to.area = from.area;
   }
-  for (const scene::Event& e : report.events) {
-    if (e.kind != scene::EventKind::Coagulated || !(e.energy > 0)) continue;
-    const auto t = static_cast<std::size_t>(e.instrument >= 0 ? e.instrument : 0);
-    if (t >= between.energy.size()) continue;
-    between.energy[t] += e.energy;
-    between.energy_place[t] = triple(e.position);
+  for (std::size_t t = 0; t < between.energy.size(); ++t) {
+    if (!(report.heat[t].energy > 0)) continue;
+    between.energy[t] += report.heat[t].energy;
+    between.energy_place[t] = triple(report.heat[t].position);
   }
   const auto camera = static_cast<std::size_t>(tools::Instrument::Endoscope);
   if (report.contacts[camera].in_contact) between.wiped = 1;
@@ -254,6 +253,9 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     fluid::step(*fluid_model, in, fluid, scratch, fluid_report);
     degraded |= fluid.degraded;
     refused += fluid_report.status != fluid::Status::Ok;
+    for (const fluid::Shear& shear : fluid_report.shears)
+      if (surface)
+        surface->wash(shear.surface, world.contactTriangles(shear.surface)[shear.triangle], shear.impulse);
     for (const fluid::Impact& impact : fluid_report.impacts) {
       scene::ImpactInput to;
       to.object = impact.surface, to.triangle = impact.triangle;
@@ -356,8 +358,10 @@ void OperatingField::Impl::show(const scene::World& world) {
 }
 
 OperatingField::OperatingField(const scene::World& world, const FieldOptions& options,
-                               std::shared_ptr<FieldFrames> frames)
-    : impl_(std::make_unique<Impl>(world, options, std::move(frames))) {}
+                               std::shared_ptr<FieldFrames> frames, SurfaceEffect* surface)
+    : impl_(std::make_unique<Impl>(world, options, std::move(frames))) {
+  impl_->surface = surface;
+}
 OperatingField::~OperatingField() = default;
 
 void OperatingField::step(const scene::World& world, const scene::StepInput& input,

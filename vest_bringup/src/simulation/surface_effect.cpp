@@ -161,15 +161,17 @@ void SurfaceEffect::useTools(const scene::StepInput& input, const scene::StepRep
     const scene::ToolInput& tool = input.tools[static_cast<std::size_t>(t)];
     const scene::ContactModel& contact = report.contacts[static_cast<std::size_t>(t)];
     const bool fires = tool.present && (tool.functions & tools::kFunctionFire) != 0;
-    const bool irrigates = tool.present && (tool.functions & tools::kFunctionIrrigate) != 0;
     const auto& points = tools::toolGeometry(tool.tool).interaction_points;
-    const Eigen::Vector3d point =
-        points.empty() ? tool.position : tool.position + tool.orientation * points.front();
-    inputs_.inject[t] = {fires && tool.tool == tools::ToolKind::InjectionNeedle, point};
-    inputs_.wash[t] = {irrigates && tool.tool == tools::ToolKind::SuctionIrrigator, tool.position};
-    inputs_.press[t] = {contact.in_contact && contact.wrench.head<3>().squaredNorm() > kPress * kPress,
-                        contact.proxy.translation()};
+    const Eigen::Vector3d tip =
+        contact.proxy * (points.empty() ? Eigen::Vector3d::Zero().eval() : points.front());
+    inputs_.inject[t] = {fires && contact.in_contact && tool.tool == tools::ToolKind::InjectionNeedle, tip};
+    inputs_.press[t] = {contact.in_contact && contact.wrench.head<3>().squaredNorm() > kPress * kPress, tip};
   }
+}
+
+void SurfaceEffect::wash(std::size_t object, const std::array<std::uint32_t, 3>& knots, double impulse) {
+  if (object < rows_.size() && rows_[object])
+    bleeding::washSurface(model_, object, rows_[object], knots, impulse, state_);
 }
 
 void SurfaceEffect::step(const scene::World& world, const scene::StepInput& input,

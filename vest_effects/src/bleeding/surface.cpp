@@ -1,5 +1,7 @@
 #include "vest_effects/bleeding/surface.h"
 
+#include "vest_effects/arithmetic.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -14,12 +16,6 @@ double squaredDistance(const float* xyz, std::uint32_t knot, const Vector3d& pla
   const double dx = xyz[3 * knot] - place.x(), dy = xyz[3 * knot + 1] - place.y(),
                dz = xyz[3 * knot + 2] - place.z();
   return dx * dx + dy * dy + dz * dz;
-}
-
-/// 1 at the place, 0 at `reach`, smooth.
-double share(double squared, double reach) {
-  const double s = 1 - squared / (reach * reach);
-  return s > 0 ? s * s : 0;
 }
 
 float raised(float value, double by) {
@@ -46,7 +42,7 @@ double supplyOf(const char* organ) {
 
 SurfaceState initialSurface(const SurfaceModel& model) {
   SurfaceState s;
-  for (auto* v : {&s.open, &s.styptic, &s.sealed, &s.flow}) v->assign(model.knots(), 0.0f);
+  for (auto* v : {&s.open, &s.drug, &s.styptic, &s.sealed, &s.flow}) v->assign(model.knots(), 0.0f);
   s.film.assign(model.knots(), 0.0);
   s.used = model.scene;
   return s;
@@ -93,11 +89,28 @@ void sealSurface(const SurfaceModel& model, std::size_t object, const float* pos
   }
 }
 
+void washSurface(const SurfaceModel& model, std::size_t object, const float* positions,
+                 const std::array<std::uint32_t, 3>& knots, double impulse, SurfaceState& state) {
+  if (!state.active || object + 1 >= model.first.size() || !(impulse > 0)) return;
+  const std::uint32_t first = model.first[object], count = usedKnots(model, state, object);
+  for (const std::uint32_t k : knots) {
+    if (k >= count || !(state.film[first + k] > 0) || !(model.area[first + k] > 0)) continue;
+    const double area = model.area[first + k], before = state.film[first + k];
+    // dh/dt = −tau h²/(2 mu √A), solved exactly over the impulse.
+    const double film = before / (1 + impulse / 3 * before / (2 * kFilmViscosity * area * std::sqrt(area)));
+    state.film[first + k] = film;
+    const double volume = (before - film) * area;
+    state.washed += volume;
+    for (std::uint32_t a = 0; a < 3; ++a) state.washed_moment[a] += volume * positions[3 * k + a];
+  }
+}
+
 bool copyKnot(const SurfaceModel& model, std::size_t object, std::uint32_t original, SurfaceState& state) {
   const std::uint32_t first = model.first[object], room = model.first[object + 1] - first;
   const std::uint32_t copy = state.used[object]++;
   if (copy >= room || original >= copy) return false;
   state.open[first + copy] = state.open[first + original];
+  state.drug[first + copy] = state.drug[first + original];
   state.styptic[first + copy] = state.styptic[first + original];
   state.sealed[first + copy] = state.sealed[first + original];
   return true;
@@ -108,7 +121,21 @@ void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, 
   SurfaceRunoff off;
   if (runoff) *runoff = off;
   if (!state.active || !in.positions) return;
-  const double clotting = 1 / (1 + dt / kClottingTime), fading = 1 / (1 + dt / kStypticTime);
+  const double clotting = 1 / (1 + dt / kClottingTime), fading = 1 / (1 + dt / kStypticTime),
+               constricting = dt / (dt + kConstrictionTime);
+  off.volume = state.washed, off.place = Vector3d(state.washed_moment.data());
+  state.shed += state.washed;
+  state.washed = 0, state.washed_moment.fill(0);
+  // Depots grow while needles inject; where a needle is set anew, another begins.
+  std::array<double, 4> front{};  // m²
+  for (std::size_t t = 0; t < front.size(); ++t) {
+    if (!in.inject[t].on) continue;
+    if ((Vector3d(state.depot[t].data()) - in.inject[t].place).squaredNorm() > kNewStitch * kNewStitch)
+      state.injected[t] = 0;
+    for (std::size_t a = 0; a < 3; ++a) state.depot[t][a] = in.inject[t].place[static_cast<int>(a)];
+    state.injected[t] += kInjectionFlow * dt;
+    front[t] = effects::power(3 * state.injected[t] / (4 * 3.14159265358979 * kInterstice), 2.0 / 3.0);
+  }
   double shed_most = 0;
   for (std::size_t object = 0; object + 1 < model.first.size(); ++object) {
     const std::uint32_t first = model.first[object], count = usedKnots(model, state, object);
@@ -119,21 +146,19 @@ void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, 
       state.flow[i] = 0;
       const bool dry = state.open[i] <= 0 && state.film[i] <= 0;
       if (dry || !(model.area[i] > 0)) continue;
-      double pressed = 0, washed = 0;
-      for (int t = 0; t < 4; ++t) {
-        if (in.inject[t].on)
-          state.styptic[i] =
-              raised(state.styptic[i],
-                     dt * kStypticRate * share(squaredDistance(xyz, k, in.inject[t].place), kStypticReach));
+      double pressed = 0;
+      for (std::size_t t = 0; t < front.size(); ++t) {
+        if (in.inject[t].on && squaredDistance(xyz, k, in.inject[t].place) < front[t]) state.drug[i] = 1;
         if (in.press[t].on && squaredDistance(xyz, k, in.press[t].place) < kPressReach * kPressReach)
           pressed = 1;
-        if (in.wash[t].on) washed += kWashRate * share(squaredDistance(xyz, k, in.wash[t].place), kWashReach);
       }
+      state.styptic[i] =
+          static_cast<float>(state.styptic[i] + constricting * (state.drug[i] - state.styptic[i]));
       const double q = in.scale * model.supply[i] * in.pressure_ratio * state.open[i] *
                        (1.0 - state.styptic[i]) * (1.0 - state.sealed[i]) * (1 - pressed);
       state.flow[i] = static_cast<float>(q > 0 ? q : 0);
       const double grown = state.film[i] + state.flow[i] * dt / model.area[i];
-      state.film[i] = std::min(grown / (1 + washed * dt), kFullFilm);
+      state.film[i] = std::min(grown, kFullFilm);
       if (state.film[i] < 1e-12) state.film[i] = 0;  // m: thinner than a molecule
       const double gone = (grown - state.film[i]) * model.area[i];
       state.seeped += state.flow[i] * dt;
@@ -146,7 +171,7 @@ void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, 
       state.open[i] = static_cast<float>(
           state.open[i] * (pressed > 0 ? clotting * clotting * clotting * clotting : clotting));
       if (state.open[i] < 1e-4f) state.open[i] = 0;
-      state.styptic[i] = static_cast<float>(state.styptic[i] * fading);
+      state.drug[i] = static_cast<float>(state.drug[i] * fading);
     }
     if (shed_here > shed_most) shed_most = shed_here, off.object = static_cast<std::int32_t>(object);
   }
@@ -165,7 +190,7 @@ void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, 
 }
 
 double filmVolume(const SurfaceModel& model, const SurfaceState& state) {
-  double sum = 0;
+  double sum = state.washed;
   for (std::size_t i = 0; i < state.film.size(); ++i) sum += state.film[i] * model.area[i];
   return sum;
 }

@@ -22,23 +22,6 @@ void join(const Model& model, State& state, std::size_t cell, float volume, floa
   w.blood[cell] += depth * blood;
 }
 
-/// @return the nearest cell whose bed lies between two heights, within `far` cells; else their number
-std::size_t nearestOpenCell(const Model& model, const Pools& w, int c, int r, float low, float high,
-                            int far = 8) {
-  std::size_t best = w.bed.size();
-  int distance = 1 << 30;
-  for (int dr = -far; dr <= far; ++dr) {
-    for (int dc = -far; dc <= far; ++dc) {
-      const int cc = c + dc, rr = r + dr;
-      if (cc < 0 || rr < 0 || cc >= model.columns || rr >= model.rows) continue;
-      const std::size_t i = static_cast<std::size_t>(rr) * model.columns + cc;
-      if (w.bed[i] <= kNoBed || w.bed[i] > high || w.bed[i] < low) continue;
-      if (dr * dr + dc * dc < distance) distance = dr * dr + dc * dc, best = i;
-    }
-  }
-  return best;
-}
-
 /// Air that a plunging jet drags along, over its own volume: 0.04 Fr^0.28 (L/d)^0.4 with L/d = 10
 /// (Biń 1993, Chem. Eng. Sci. 48, 3585–3630, doi:10.1016/0009-2509(93)81019-R).
 double entrainment(double speed, double diameter) {
@@ -89,6 +72,22 @@ void plunge(const Model& model, const Inputs& inputs, State& state, ScratchData&
 }
 
 }  // namespace
+
+std::size_t nearestOpenCell(const Model& model, const Pools& w, int c, int r, float low, float high,
+                            int far) {
+  std::size_t best = w.bed.size();
+  int distance = 1 << 30;
+  for (int dr = -far; dr <= far; ++dr) {
+    for (int dc = -far; dc <= far; ++dc) {
+      const int cc = c + dc, rr = r + dr;
+      if (cc < 0 || rr < 0 || cc >= model.columns || rr >= model.rows) continue;
+      const std::size_t i = static_cast<std::size_t>(rr) * model.columns + cc;
+      if (w.bed[i] <= kNoBed || w.bed[i] > high || w.bed[i] < low) continue;
+      if (dr * dr + dc * dc < distance) distance = dr * dr + dc * dc, best = i;
+    }
+  }
+  return best;
+}
 
 void drown(const Model& model, State& state, std::size_t i) {
   const Particles& q = state.particles;

@@ -66,11 +66,12 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
       const float blood = q.blood[i];
       double mass = whole * static_cast<double>(q.volume[i]), child_momentum[3] = {0, 0, 0};
       if (z < 1.1f * radius) {
-        float vn = 0, vn_in = 0, rel[3];
+        float vn = 0, vn_in = 0, rel[3], rel_in[3];
         for (int a = 0; a < 3; ++a) {
           rel[a] = v[a] - p.velocity[a];
+          rel_in[a] = in[a] - p.velocity[a];
           vn += nrm[a] * rel[a];
-          vn_in += nrm[a] * (in[a] - p.velocity[a]);
+          vn_in += nrm[a] * rel_in[a];
         }
         float keep, normal;
         if (vn_in < -kImpactSpeed) {  // v' = v_T (1 − mu_p) − v_N eps_p
@@ -82,6 +83,10 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
           keep = 1.0f / (1.0f + dt * 3.0f * nu / (radius * radius));
           normal = std::max(vn, 0.0f);
         }
+        // A drop or jet spreads along the wall with the speed that it came with.
+        const float came = rel_in[0] * rel_in[0] + rel_in[1] * rel_in[1] + rel_in[2] * rel_in[2];
+        if (came > 1e-6f)
+          addShear(s, s.placed[p.placed].id, static_cast<double>(kDrag * came * dt) * mass / par.spacing);
         float speed2 = 0;
         for (int a = 0; a < 3; ++a) {
           const float tangential = rel[a] - vn * nrm[a];

@@ -4,6 +4,9 @@
 #include "scratch.h"
 
 namespace vest::fluid {
+namespace {
+constexpr float kThinnest = 5e-5f;  ///< m: as the film of pools_body.inc that stays where it is
+}
 
 void stepPools(const Model& model, double gravity, double dt, State& state, Scratch& scratch) {
   ScratchData& s = scratch.data();
@@ -56,6 +59,25 @@ void stepPools(const Model& model, double gravity, double dt, State& state, Scra
   for (int part = 0; part < parts; ++part) s.kernels->flow(n, s, w);
   const float inverse_dt = static_cast<float>(1.0 / dt);
   each([&](std::size_t i) { w.rise[i] = (w.depth[i] - s.old_surface[i]) * inverse_dt; });
+}
+
+void dragPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s) {
+  const Pools& w = state.pools;
+  const Parameters& par = model.parameters;
+  const auto columns = static_cast<std::size_t>(model.columns);
+  const auto nu = static_cast<float>(0.5 * (par.water_viscosity + par.blood_viscosity) / par.density);
+  const double mass = par.density * par.pool_cell * par.pool_cell * inputs.dt;
+  for (std::size_t r = 0; r < static_cast<std::size_t>(model.rows); ++r) {
+    for (std::size_t c = 0; c < columns; ++c) {
+      const std::size_t i = r * columns + c, u = i + r;
+      if (w.depth[i] <= kDryDepth || w.bed_triangle[i] < 0) continue;
+      const float x = 0.5f * (w.u[u] + w.u[u + 1]), y = 0.5f * (w.v[i] + w.v[i + columns]),
+                  speed = std::sqrt(x * x + y * y), h = std::max(w.depth[i], kThinnest);
+      if (speed < 1e-3f) continue;
+      addShear(s, static_cast<std::uint32_t>(w.bed_triangle[i]),
+               mass * static_cast<double>(speed * (3.0f * nu / h + kDrag * speed)));
+    }
+  }
 }
 
 bool fillCell(const Model& model, State& state, int column, int row, double volume, double blood) {

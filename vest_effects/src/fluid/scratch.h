@@ -85,6 +85,9 @@ struct ParticleGroup {
   std::uint32_t first_hit = 0, hit_count = 0;  ///< in ScratchData::hits
 };
 
+/// Friction c_f of a smooth wall, tau = c_f rho u² (Chow 1959, order of).
+inline constexpr float kDrag = 0.005f;
+
 /// Triangles of a run (ours): neighbours in a mesh mostly have neighbouring numbers.
 inline constexpr std::size_t kTriangleBlock = 8;
 
@@ -174,6 +177,8 @@ struct ScratchData {
   std::vector<std::array<double, 4>> impact_weight;  ///< sum of |J|·weights and of |J|
   std::vector<std::uint32_t> touched;                ///< triangles with momentum, in order of first touch
   std::vector<std::uint8_t> is_touched;
+  std::vector<double> shear;                   ///< per triangle, N·s
+  std::vector<std::uint32_t> sheared;          ///< triangles with shear, in order of first touch
   std::vector<std::uint32_t> triangle_offset;  ///< of each surface among all triangles
   // Pools.
   std::vector<float> face_u, face_v, share, old_surface, new_u, new_v, low_u, high_u, low_v, high_v;
@@ -215,6 +220,22 @@ void pushOut(const Model& model, const State& state, ScratchData& s, float dt);
 void impact(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
 void addMomentum(ScratchData& s, const PlacedTriangle& t, const float* weights, double jx, double jy,
                  double jz);
+
+/// Shear stress times area times time, N·s; > 0.
+inline void addShear(ScratchData& s, std::uint32_t triangle, double impulse) {
+  if (s.shear[triangle] == 0) s.sheared.push_back(triangle);
+  s.shear[triangle] += impulse;
+}
+/// Which surface a triangle among all belongs to.
+std::size_t surfaceOf(const Model& model, const ScratchData& s, std::uint32_t triangle);
+/// The nearest cell whose bed lies between two heights (m), within `far` cells; else their number.
+std::size_t nearestOpenCell(const Model& model, const Pools& w, int c, int r, float low, float high,
+                            int far = 8);
+/// What pools weigh on the tissue below them, rho g h, and the uplift of what dips into them: vertical
+/// momentum on triangles, the sum of several on one.
+void pressPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s);
+/// Shear of the pools on what lies under them.
+void dragPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s);
 
 void emit(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
 void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s, Report& report);

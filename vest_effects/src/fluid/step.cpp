@@ -53,8 +53,7 @@ void tellImpacts(const Model& model, ScratchData& s, Report& report) {
     for (int a = 0; a < 3; ++a) report.tissue_momentum[a] += j[a];
     if (w[3] > 0) {
       Impact impact;
-      std::size_t k = 0;
-      while (k + 1 < model.surfaces.size() && id >= s.triangle_offset[k + 1]) ++k;
+      const std::size_t k = surfaceOf(model, s, id);
       impact.surface = static_cast<std::uint16_t>(k);
       impact.triangle = id - s.triangle_offset[k];
       for (int a = 0; a < 3; ++a) impact.weights[a] = static_cast<float>(w[a] / w[3]);
@@ -66,6 +65,13 @@ void tellImpacts(const Model& model, ScratchData& s, Report& report) {
     s.is_touched[id] = 0;
   }
   s.touched.clear();
+  std::sort(s.sheared.begin(), s.sheared.end());
+  for (const std::uint32_t id : s.sheared) {
+    const std::size_t k = surfaceOf(model, s, id);
+    report.shears.push_back({static_cast<std::uint16_t>(k), id - s.triangle_offset[k], s.shear[id]});
+    s.shear[id] = 0;
+  }
+  s.sheared.clear();
 }
 
 void keepKnots(const Model& model, const Inputs& inputs, State& state) {
@@ -78,6 +84,12 @@ void keepKnots(const Model& model, const Inputs& inputs, State& state) {
 }
 
 }  // namespace
+
+std::size_t surfaceOf(const Model& model, const ScratchData& s, std::uint32_t triangle) {
+  std::size_t k = 0;
+  while (k + 1 < model.surfaces.size() && triangle >= s.triangle_offset[k + 1]) ++k;
+  return k;
+}
 
 Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
   ScratchData& s = *data_;
@@ -116,6 +128,8 @@ Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
   s.impact_weight.assign(model.triangles, {0, 0, 0, 0});
   s.touched.reserve(model.triangles);
   s.is_touched.assign(model.triangles, 0);
+  s.shear.assign(model.triangles, 0);
+  s.sheared.reserve(model.triangles);
   std::uint32_t first = 0;
   for (const SurfaceSize& size : model.surfaces) {
     s.triangle_offset.push_back(first);
@@ -140,14 +154,17 @@ Scratch& Scratch::operator=(Scratch&& other) noexcept {
 void step(const Model& model, const Inputs& inputs, State& state, Scratch& scratch, Report& report) {
   ScratchData& s = scratch.data();
   report.impacts.clear();
+  report.shears.clear();
   report.lens_count = 0;
   report.sucked = 0;
   report.most_neighbours = 0;
   report.tissue_momentum = {0, 0, 0};
   report.status = good(model, inputs) ? Status::Ok : Status::BadInput;
   if (report.status != Status::Ok) return;
-  if (report.impacts.capacity() < model.triangles)
-    report.impacts.reserve(model.triangles);  // first call only
+  if (report.impacts.capacity() < model.triangles) {  // first call only
+    report.impacts.reserve(model.triangles);
+    report.shears.reserve(model.triangles);
+  }
   Particles& q = state.particles;
   const auto dt = static_cast<float>(inputs.dt);
   state.degraded = false;
@@ -193,6 +210,8 @@ void step(const Model& model, const Inputs& inputs, State& state, Scratch& scrat
   absorb(model, inputs, state, s);
   compact(state);
   stepPools(model, std::max(0.0, -inputs.gravity[2]), inputs.dt, state, scratch);
+  dragPools(model, inputs, state, s);
+  pressPools(model, inputs, state, s);
   stepBubbles(model, inputs, state);
   tellImpacts(model, s, report);
   keepKnots(model, inputs, state);

@@ -1,5 +1,6 @@
 #include "vest_haptics/device/mailbox_device.h"
 
+#include <cmath>
 #include <ctime>
 
 namespace vest::haptics {
@@ -26,7 +27,6 @@ DeviceStatus MailboxDevice::read(Sample& sample) noexcept {
   readings_.update();
   if (status != DeviceStatus::Ok) return status;
   const Reading& reading = readings_.front();
-  if (reading.ns < 0) return DeviceStatus::Starting;
   if (steadyNow() - reading.ns > static_cast<std::int64_t>(kReadingLife * 1e9))
     return DeviceStatus::Unplugged;
   sample = reading.sample;
@@ -51,11 +51,23 @@ void MailboxDevice::fail(std::uint32_t code) noexcept {
   code_.compare_exchange_strong(none, code == 0 ? 0xffffffffu : code);  // the first error is the cause
 }
 
+bool MailboxDevice::withinMaximum(const Loads& loads) const noexcept {
+  constexpr double kRounding = 1.0 + 1e-9;
+  if (!capabilities_.joints) {
+    const double square = loads[0] * loads[0] + loads[1] * loads[1] + loads[2] * loads[2];
+    return std::sqrt(square) <= capabilities_.maximum[0] * kRounding;  // false for what is no number
+  }
+  for (std::size_t i = 0; i < kChannels; ++i) {
+    if (!(std::abs(loads[i]) <= capabilities_.maximum[i] * kRounding)) return false;
+  }
+  return true;
+}
+
 Loads MailboxDevice::wanted(std::int64_t now_ns) noexcept {
   wanted_.update();
   const Wanted& w = wanted_.front();
-  const bool old = w.ns < 0 || now_ns - w.ns > static_cast<std::int64_t>(kCommandLife * 1e9);
-  return !forcesOn() || old ? Loads{} : w.loads;
+  const bool old = now_ns - w.ns > static_cast<std::int64_t>(kCommandLife * 1e9);
+  return !forcesOn() || old || !withinMaximum(w.loads) ? Loads{} : w.loads;
 }
 
 std::string MailboxDevice::lastError() const {

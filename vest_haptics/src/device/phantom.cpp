@@ -2,7 +2,6 @@
 
 #include <dlfcn.h>
 
-#include <cmath>
 #include <sstream>
 
 namespace vest::haptics {
@@ -227,10 +226,7 @@ unsigned PhantomDevice::serve() noexcept {
   double position[3] = {}, transform[16] = {};
   int buttons = 0;
   const Loads loads = calibrated_ ? wanted(now) : Loads{};
-  // Back into the maker's axes; whatever happens, not beyond its maximum.
-  const double size = std::sqrt(loads[0] * loads[0] + loads[1] * loads[1] + loads[2] * loads[2]);
-  const bool sane = size <= capabilities_.maximum[0] * (1.0 + 1e-9);
-  const double force[3] = {sane ? loads[0] : 0.0, sane ? loads[2] : 0.0, sane ? -loads[1] : 0.0};
+  const double force[3] = {loads[0], loads[2], -loads[1]};  // back into the maker's axes
   hd.beginFrame(handle_);
   hd.getDouble(kCurrentPosition, position);
   hd.getDouble(kCurrentTransform, transform);

@@ -38,7 +38,11 @@ std::string Tty::open(const std::string& path, unsigned baud) {
   if (speed == B0) return "baud " + std::to_string(baud) + "; allowed: 9600, 19200, 38400, 57600, 115200";
   fd_ = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd_ < 0) {
-    return "port '" + path + "': " + std::strerror(errno) +
+    const std::string what = "port '" + path + "': " + std::strerror(errno);
+    if (errno == EACCES)
+      return what +
+             "; ask whoever runs this computer to put this user into the group dialout, then log in anew";
+    return what +
            "; allowed: a serial device, for example /dev/ttyS0, that this user may open (group dialout)";
   }
   termios raw{};

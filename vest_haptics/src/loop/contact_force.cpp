@@ -86,7 +86,7 @@ bool toModel(const shared::ContactRecord& r, TissueModel& model, const char** wh
 }
 
 Vector3d ContactForce::trueForce(const Vector3d& x, const Vector3d& v) const noexcept {
-  if (!any_ || !model_.active) return Vector3d::Zero();
+  if (!model_.active) return Vector3d::Zero();
   return unilateral(model_, model_.force - model_.stiffness * within(x - model_.position, model_.radius) -
                                 model_.damping * (v - model_.velocity));
 }
@@ -120,33 +120,27 @@ Vector3d ContactForce::coupled(const TissueModel& m, const Vector3d& x, const Ve
 }
 
 void ContactForce::update(const TissueModel& model, const Vector3d& x, const Vector3d& v) noexcept {
-  const Vector3d before = any_ ? Vector3d(coupled(model_, x, v) + residual_) : Vector3d::Zero();
+  const Vector3d before = coupled(model_, x, v) + residual_;
   residual_ = before - coupled(model, x, v);
   model_ = model;
-  any_ = true;
 }
 
 Vector3d ContactForce::evaluate(const Vector3d& x, const Vector3d& v, double dt) noexcept {
-  if (!any_) return Vector3d::Zero();
   residual_ *= std::exp(-dt / kBlend);
   if (residual_.squaredNorm() < 1e-18) residual_.setZero();
-  Vector3d force = coupled(model_, x, v) + residual_;
-  if (model_.active) force = unilateral(model_, force);
-  last_ = force;
-  return force;
+  last_ = unilateral(model_, coupled(model_, x, v) + residual_);
+  return last_;
 }
 
 double ContactForce::storedEnergy() const noexcept {
   constexpr double kMargin = 0.002;  // J, ours: what noise of the sensors may add up to
   const double square = last_.squaredNorm();
-  if (!(square > 0.0)) return kMargin;
-  const double k = last_.dot(model_.stiffness * last_) / square;
+  const double k = last_.dot(model_.stiffness * last_) / square;  // of no force: no number, so not > 0
   const double series = k > 0.0 ? 1.0 / (1.0 / k + 1.0 / coupling_) : coupling_;
   return 1.5 * 0.5 * square / series + kMargin;
 }
 
 void ContactForce::reset() noexcept {
-  any_ = false;
   model_ = TissueModel{};
   residual_.setZero();
   last_.setZero();

@@ -25,9 +25,7 @@ LimiterOptions limiterOptions(const Capabilities& c, const ControllerOptions& o)
   limits.joints = c.joints;
   limits.maximum = c.maximum;
   // A configured limit only lowers: the device's own maximum stays where it is smaller.
-  const double share = o.force_limit > 0.0 && c.maximum[c.joints ? 2 : 0] > 0.0
-                           ? std::min(1.0, o.force_limit / c.maximum[c.joints ? 2 : 0])
-                           : 1.0;
+  const double share = o.force_limit > 0.0 ? std::min(1.0, o.force_limit / c.maximum[c.joints ? 2 : 0]) : 1.0;
   for (int i = 0; i < kChannels; ++i) {
     limits.maximum[i] = std::max(kLeastMaximum, share * c.maximum[i]);
     limits.slew_per_tick[i] = limits.maximum[i] * o.period / std::max(o.slew_seconds, 0.020);
@@ -169,10 +167,10 @@ double Controller::share(const Loads& loads) const noexcept {
 const TickReport& Controller::tick(const TickInput& in) noexcept {
   TickReport& r = report_;
   const bool was_any = any_;
-  double dt = any_ ? 1e-9 * static_cast<double>(in.now_ns - last_ns_) : options_.period;
+  double dt = 1e-9 * static_cast<double>(in.now_ns - last_ns_);
   const bool pause = !(dt <= kLongestTick);
   if (dt < 0.0) raise(Fault::Clock);
-  if (pause || !(dt >= 1e-5)) dt = options_.period;
+  if (dt < 1e-5) dt = options_.period;
   last_ns_ = in.now_ns;
   any_ = true;
   r.now_ns = in.now_ns;
@@ -268,17 +266,15 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
   Loads all = wanted;
   const auto addServo = [&] {
     for (double& x : all) x *= fresh;
-    if (!r.valid || served == 0.0) return;
+    if (served == 0.0) return;  // what is old is not even multiplied: it may be no number
     for (int i = 0; i < 3; ++i) all[i] += served * in.servo_force[i];
   };
   addServo();
   r.allowance = gate_.update(healthy, share(all), dt);
-  if (options_.passivity && r.allowance > 0.0) {
+  if (options_.passivity) {
     // Injected damping fades with old data as everything does.
     all = passivity_.update(axes_, wanted, limiter_.last(), contact_.storedEnergy(), dt);
     addServo();
-  } else {
-    passivity_.reset();
   }
   r.energy = passivity_.energy();
   r.damping = passivity_.damping();

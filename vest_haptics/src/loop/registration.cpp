@@ -17,18 +17,13 @@ void Registration::push(std::int64_t now_ns, const Eigen::Vector3d& own) noexcep
 }
 
 bool Registration::observe(std::int64_t step_ns, const Eigen::Vector3d& commanded) noexcept {
-  if (count_ == 0) return false;
   const auto window = static_cast<std::int64_t>(kWindow * 1e9);
   double best = -1.0;
-  Eigen::Vector3d nearest = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < count_; ++i) {
     const Entry& e = ring_[i];
     if (e.ns > step_ns || step_ns - e.ns > window) continue;
     const double d = (commanded - offset_ - e.own).squaredNorm();
-    if (best < 0.0 || d < best) {
-      best = d;
-      nearest = e.own;
-    }
+    if (best < 0.0 || d < best) best = d;
   }
   if (best < 0.0) return false;
   if (best <= kTolerance * kTolerance) return true;

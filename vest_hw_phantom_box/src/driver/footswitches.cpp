@@ -23,7 +23,7 @@ void Footswitches::change(int pedal, bool down, Nanoseconds now, bool may_be_tap
 void Footswitches::reading(std::uint8_t mask, Nanoseconds device, Nanoseconds now) {
   tick(now);
   // What happened inside a hole in the data is unknown: a change must stand for the whole time, seen.
-  const bool hole = !has_reading_ || device < last_device_ || device - last_device_ > options_.debounce;
+  const bool hole = device - last_device_ > options_.debounce;
   for (int i = 0; i < kFootswitches; ++i) {
     const bool down = mask & (1u << i);
     const bool was = pressed_ & (1u << i);
@@ -54,8 +54,7 @@ void Footswitches::releaseAll() {
 }
 
 void Footswitches::newConnection() {
-  differs_.fill(false);
-  last_device_ = INT64_MAX;  // the next reading counts as one after a hole
+  differs_.fill(false);  // the next reading that differs is the first
 }
 
 std::uint8_t Footswitches::stuck(Nanoseconds now) const {

@@ -82,6 +82,13 @@ void bipolar(Context& c, int tool, Electrode& e) {
   e.weights = {grasp.barycentric[0], grasp.barycentric[1], grasp.barycentric[2]};
 }
 
+Eigen::Vector3d placeOf(const Context& c, const Electrode& e) {
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  const auto& knots = c.state.objects[e.object].triangles[e.element];
+  for (int i = 0; i < 3; ++i) place += e.weights[i] * knotPosition(c.state.objects[e.object], knots[i]);
+  return place;
+}
+
 Event eventOf(const Context& c, int tool, const Electrode& e) {
   Event event;
   event.kind = EventKind::Coagulated;
@@ -90,10 +97,9 @@ Event eventOf(const Context& c, int tool, const Electrode& e) {
   event.object = e.object;
   event.element = e.element;
   event.barycentric = {e.weights[0], e.weights[1], e.weights[2], 0.0};
-  const auto& knots = c.state.objects[e.object].triangles[e.element];
-  for (int i = 0; i < 3; ++i)
-    event.position += e.weights[i] * knotPosition(c.state.objects[e.object], knots[i]);
-  event.station = stationOf(c.model, c.state, e.object, knots, e.weights);
+  event.position = placeOf(c, e);
+  event.station =
+      stationOf(c.model, c.state, e.object, c.state.objects[e.object].triangles[e.element], e.weights);
   event.area = std::numeric_limits<double>::quiet_NaN();
   event.energy = e.energy;
   return event;
@@ -108,8 +114,10 @@ void electrodes(Context& c) {
     const bool on =
         proxy.present && (hook || forceps) && (c.input.tools[t].functions & tools::kFunctionCoagulate) != 0;
     if (on && !e.on) e.since = c.state.step, e.energy = 0.0;
+    const double before = e.energy;
     if (on && hook) monopolar(c, t, e);
     if (on && forceps) bipolar(c, t, e);
+    if (e.energy > before) c.report.heat[t] = {e.energy - before, placeOf(c, e)};
     const bool late = on && static_cast<double>(c.state.step - e.since) * c.dt >= kTellEvery;
     if (e.energy > 0.0 && (late || !on)) {
       emit(c, eventOf(c, t, e));

@@ -5,6 +5,7 @@
 #include "csv_reader.h"
 #include "loader_fem.h"
 #include "loader_living.h"
+#include "vest_tissue/cache/block.h"
 #include "vest_tissue/fem/cache.h"
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/scene/baked.h"
@@ -388,7 +389,7 @@ Description loadScene(const std::string& path) {
   for (Object& object : description.objects) {
     if (object.fem && object.fem->start_in_equilibrium) settleFem(object, description.gravity);
   }
-  description.cache_directory = fem::defaultCacheDirectory();
+  description.cache_directory = cache::defaultDirectory();
   return description;
 }
 

@@ -252,9 +252,17 @@ void advance(Context& c, std::size_t object, int batch) {
        {std::pair{Block::FX, Block::HX}, std::pair{Block::FY, Block::HY}, std::pair{Block::FZ, Block::HZ}}) {
     std::memcpy(s.block.row(f), s.block.row(held), motion.n * sizeof(float));
   }
+  net::Upcoming upcoming;
+  if (object + 1 < c.state.objects.size()) {
+    const ObjectState& next = c.state.objects[object + 1];
+    next.block.addMemory(upcoming);
+    next.law_links.addMemory(upcoming);
+    next.linear_links.addMemory(upcoming);
+  }
   for (int i = 0; i < per_batch; ++i) {
     const float fraction =
         static_cast<float>(batch * per_batch + i) / static_cast<float>(batches * per_batch);
+    upcoming.ask(i);
     if (s.law_links.linkCount() > 0) net::addLinkForces(s.law_links, knots, c.level);
     if (s.linear_links.linkCount() > 0) net::addLinkForces(s.linear_links, knots, c.level);
     if (!o.contacts.empty()) contact::addToolContacts(s.block, o.contacts, fraction, hf, dt, o.loads);

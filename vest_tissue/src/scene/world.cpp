@@ -27,6 +27,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   Impl& w = *impl_;
   if (report.events.capacity() < kEventCapacity) report.events.reserve(kEventCapacity);  // first call only
   report.events.clear();
+  report.heat = {};
   report.status = Status::Ok;
   report.fault_object = {};
   const double dt = input.dt, nominal = w.model->description.dt;

@@ -16,6 +16,8 @@
 #include <ros/package.h>
 
 #include "vest_viz/texture/noise.h"
+#include "vest_tissue/cache/block.h"
+#include "vest_viz/texture/kept_texture.h"
 #include "vest_viz/texture/organ_texture.h"
 
 namespace vest::displays {
@@ -91,7 +93,7 @@ const OrganTextures& organTextures(const std::string& organ, int quality) {
     entry.baking = std::async(std::launch::async, [&style, size] {
       static std::mutex one_at_a_time;  // the simulation needs the other processors
       const std::lock_guard<std::mutex> lock(one_at_a_time);
-      return texture::bake(style, size, 17);
+      return texture::bakeKept(style, size, 17, cache::defaultDirectory());
     });
   }
   return entry.textures;

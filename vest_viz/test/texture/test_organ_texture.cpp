@@ -1,8 +1,11 @@
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 
 #include <gtest/gtest.h>
 
+#include "vest_viz/texture/kept_texture.h"
 #include "vest_viz/texture/noise.h"
 #include "vest_viz/texture/organ_texture.h"
 
@@ -32,6 +35,33 @@ TEST(OrganTexture, BakingTwiceGivesTheSamePicture) {
   const Baked a = bake(styleOf("tube"), 64, 3), b = bake(styleOf("tube"), 64, 3);
   EXPECT_EQ(a.albedo, b.albedo);
   EXPECT_EQ(a.relief, b.relief);
+}
+
+TEST(OrganTexture, AKeptPictureIsTheBakedOneAndADamagedFileIsMadeAgain) {
+  namespace fs = std::filesystem;
+  std::string folder = (fs::temp_directory_path() / "vest_textures_XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const Baked baked = bake(styleOf("tube"), 64, 3);
+  const auto file = [&] { return fs::directory_iterator(folder)->path(); };
+  bakeKept(styleOf("tube"), 64, 3, folder);
+  const auto first_written = fs::last_write_time(file());
+  const Baked kept = bakeKept(styleOf("tube"), 64, 3, folder);
+  EXPECT_EQ(fs::last_write_time(file()), first_written) << "read, not made again";
+  EXPECT_EQ(kept.albedo, baked.albedo);
+  EXPECT_EQ(kept.relief, baked.relief);
+  EXPECT_EQ(kept.tile, baked.tile);
+  {
+    std::fstream damage(file(), std::ios::in | std::ios::out | std::ios::binary);
+    damage.seekp(5000);
+    damage.put('x').put('y').put('z');
+  }
+  EXPECT_EQ(bakeKept(styleOf("tube"), 64, 3, folder).albedo, baked.albedo);
+  EXPECT_EQ(bakeKept(styleOf("tube"), 32, 3, folder).size, 32) << "another size is another picture";
+  Style other = styleOf("tube");
+  other.base[0] *= 0.5f;
+  EXPECT_EQ(bakeKept(other, 64, 3, folder).albedo, bake(other, 64, 3).albedo) << "so is another style";
+  fs::remove_all(folder);
+  EXPECT_EQ(bakeKept(styleOf("tube"), 64, 3, "/proc/none").albedo, baked.albedo) << "nowhere to keep it";
 }
 
 TEST(OrganTexture, OrgansHaveTheirColours) {

@@ -23,9 +23,9 @@ struct SurfaceFrame {
 };
 
 /// Organ surfaces that seep where they were cut. Opened by events (cut, torn, perforated, punctured) of
-/// objects that are no vessels; closed by an injection needle that fires, by coagulation's energy and by a
-/// tool that presses; washed by a suction-irrigator that irrigates. What runs off is a fluid source.
-/// Parameter edit (object empty): surface_bleeding (the scale).
+/// objects that are no vessels; closed by an injection needle that fires in tissue, by coagulation's energy
+/// and by a tool that presses; washed by whatever flows over them. What runs off is a fluid source. Parameter
+/// edit (object empty): surface_bleeding (the scale).
 class SurfaceEffect : public Effect {
  public:
   /// @param blood the circulation that gives the pressure and loses the blood; may be null; outlives this
@@ -34,6 +34,8 @@ class SurfaceEffect : public Effect {
 
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;
+  /// Water flows over a triangle of an object's contact surface. @param impulse N·s, fluid::Shear
+  void wash(std::size_t object, const std::array<std::uint32_t, 3>& knots, double impulse);
   void reset() override;
   void save(std::vector<std::uint8_t>& bytes) const override;
   bool restore(const std::uint8_t* bytes, std::size_t count) override;
@@ -44,8 +46,9 @@ class SurfaceEffect : public Effect {
  private:
   template <class Archive, class S>
   static void walk(Archive& archive, S& state, double& scale) {
-    archive(state.open), archive(state.styptic), archive(state.sealed), archive(state.film),
-        archive(state.flow);
+    archive(state.open), archive(state.drug), archive(state.styptic), archive(state.sealed),
+        archive(state.film), archive(state.flow);
+    archive(state.injected), archive(state.depot), archive(state.washed), archive(state.washed_moment);
     archive(state.used), archive(state.seeped), archive(state.shed), archive(state.active), archive(scale);
   }
   void follow(const scene::World& world);

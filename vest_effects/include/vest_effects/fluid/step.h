@@ -59,6 +59,14 @@ struct Impact {
   std::array<double, 3> momentum{};
 };
 
+/// What fluid drags along a triangle in this step, whatever its direction.
+struct Shear {
+  std::uint16_t surface = 0;
+  std::uint32_t triangle = 0;
+  double impulse =
+      0;  ///< N·s: shear stress times area times time; c_f rho u² of drops and jets, and the drag of pools
+};
+
 struct Inputs {
   double dt = 0.004;  ///< s, 1e-5 … 0.02
   std::uint32_t seed = 1;
@@ -84,6 +92,7 @@ enum class Status : std::uint8_t { Ok = 0, BadInput = 1 };
 struct Report {
   Status status = Status::Ok;
   std::vector<Impact> impacts;  ///< at most one per triangle
+  std::vector<Shear> shears;    ///< likewise
   std::array<LensHit, kMostLensHits> lens{};
   int lens_count = 0;
   double sucked = 0;                        ///< m³ in this step

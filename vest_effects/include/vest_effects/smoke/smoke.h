@@ -18,9 +18,11 @@ struct Parameters {
   std::array<double, 3> low{-0.18, -0.22, 0.0};  ///< m, world: the cavity's box
   std::array<double, 3> high{0.18, 0.22, 0.20};  ///< m
   double cell = 0.0125;                          ///< m, 2 … 100 mm; at most 200,000 cells
-  /// kg of particles per J into tissue. Assumed: 30 W then make 0.6 mg/s, and 45 s of coagulation in a
-  /// chamber of a cubic metre some 20 mg/m³, the order of what was measured (Sci. Rep. 11:14096, 2021).
-  double yield = 5e-8;
+  /// kg of particles per J into tissue: 40 mg of condensate come of 1 g of tissue (Tomita et al. 1981,
+  /// doi:10.1016/0165-1218(81)90120-8), which takes 1.9 kJ to heat from 37 to 100 °C and dry (water 75 %,
+  /// 2.26 kJ/g). 30 W then make 0.6 mg/s, and 45 s of it in a cubic metre 28 mg/m³; measured in a chamber:
+  /// 10 to 16 (Sci. Rep. 11:14096, 2021).
+  double yield = 2.1e-8;
   double rise = 0.6;        ///< m/s² of upward acceleration per g/m³ of fresh smoke; assumed
   double damping = 2.0;     ///< 1/s: of the gas's motion; assumed
   double stirring = 0.15;   ///< m/s²: random forcing of the gas where there is smoke; assumed

@@ -13,7 +13,8 @@ namespace vest::haptics {
 /// USB): that thread and the loop exchange readings and forces without waiting for each other.
 ///
 /// A second guard stands here: whatever the loop does, a force that is older than kCommandLife is replaced by
-/// zero, so a loop that died leaves a limp device as long as the process lives.
+/// zero, so a loop that died leaves a limp device as long as the process lives; and one beyond the maximum is
+/// replaced by zero too, whatever went wrong before.
 class MailboxDevice : public Device {
  public:
   static constexpr double kCommandLife = 0.020;  ///< s: safety.md, "zero 20 ms after the last command"
@@ -32,7 +33,8 @@ class MailboxDevice : public Device {
   void setStatus(DeviceStatus status) noexcept { status_ = static_cast<int>(status); }
   /// Latches an error. The text is made later, by describe().
   void fail(std::uint32_t code) noexcept;
-  /// What is to be shown now: zero where forces are off, an error is latched, or the command is too old.
+  /// What is to be shown now: zero where forces are off, an error is latched, or the command is too old
+  /// or beyond the maximum.
   Loads wanted(std::int64_t now_ns) noexcept;
   bool forcesOn() const noexcept { return forces_on_ && code_ == 0; }
 
@@ -45,6 +47,7 @@ class MailboxDevice : public Device {
   Capabilities capabilities_;
 
  private:
+  bool withinMaximum(const Loads& loads) const noexcept;
   struct Reading {
     Sample sample;
     std::int64_t ns = -1;

@@ -68,7 +68,6 @@ class ContactForce {
   Eigen::Vector3d unilateral(const TissueModel& m, Eigen::Vector3d force) const noexcept;
 
   double coupling_;
-  bool any_ = false;
   TissueModel model_;
   Eigen::Vector3d residual_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d last_ = Eigen::Vector3d::Zero();

@@ -17,11 +17,7 @@ namespace vest::fem {
 std::uint64_t contentHash(const Description& description, const std::vector<Index>& outer_nodes,
                           double step = 0.0);
 
-/// $VEST_CACHE_DIR, else $XDG_CACHE_HOME/vest, else $HOME/.cache/vest; empty: none of them is set.
-std::string defaultCacheDirectory();
-
-/// File of a matrix in a cache folder: DIRECTORY/vest_fem_HASH.bin, little-endian: magic, content hash, rows,
-/// columns, numbers by columns, XXH64 of all that.
+/// File of a matrix in a cache folder (vest_tissue/cache/block.h).
 std::string cachePath(const std::string& directory, std::uint64_t content_hash);
 
 /// False where there is no such file, or it is cut short, damaged or of other content: then it is to be

@@ -60,6 +60,8 @@ class Block {
   float* motion() { return row(X); }
   const float* motion() const { return row(X); }
   std::size_t motionFloats() const { return 6 * knot_stride_; }
+  /// All rows.
+  void addMemory(Upcoming& to) const { to.add(lines_.data(), lines_.size() * sizeof(Line)); }
 
  private:
   static constexpr std::size_t kAlign = 64;

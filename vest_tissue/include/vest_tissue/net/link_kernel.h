@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "vest_tissue/material/law.h"
+#include "vest_tissue/net/upcoming.h"
 
 /// The hot loop of a net: forces of elastic and viscous links over structure-of-arrays knots of one object.
 ///
@@ -44,6 +45,12 @@ class LinkTable {
   bool addLink(const KernelLink& link);
   /// From this strain on the law follows its tangent (a declared fallback lowers it). Real-time safe.
   void setMaxStrain(float max_strain);
+  /// What addLinkForces reads of the table.
+  void addMemory(Upcoming& to) const {
+    to.add(blocks_.data(), blocks_.size() * sizeof(Block));
+    to.add(runs_.data(), runs_.size() * sizeof(Run));
+    to.add(indices_.data(), indices_.size() * sizeof(Indices));
+  }
   std::size_t linkCount() const { return count_; }
   std::size_t runCount() const { return runs_.size(); }
   /// Share of lanes that hold a link, no unit.

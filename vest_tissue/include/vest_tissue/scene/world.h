@@ -95,12 +95,19 @@ enum class Field : std::uint8_t {
   Char = 6,         ///< no unit, 0 … 1
 };
 
+/// Heat that a coagulating tool brought into tissue in one step; Event::energy tells the sums, once a second.
+struct ToolHeat {
+  double energy = 0;                                   ///< J
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, where > 0
+};
+
 /// What a step tells. Sized once; bounded.
 struct StepReport {
   Status status = Status::Ok;
   std::string_view fault_object;  ///< name of the object, empty without fault
   std::vector<Event> events;      ///< events of this step (capacity reserved)
   std::array<ContactModel, tools::kInstrumentCount> contacts;
+  std::array<ToolHeat, tools::kInstrumentCount> heat;
   std::array<double, 8> stage_seconds{};  ///< CPU time per stage, only if timing was asked for
 };
 
