@@ -9,8 +9,8 @@
 #include "vest_bringup/ros/recorder.h"
 #include "vest_bringup/ros/recording_relay.h"
 
-// Protects recordings that come in batches: every message whole, losses counted, and nothing read past the end
-// of what came.
+// Protects recordings that come in batches: every message whole, losses counted, and nothing read past the
+// end of what came.
 
 namespace vest::session {
 namespace {

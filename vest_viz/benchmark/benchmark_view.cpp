@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <set>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -127,11 +126,7 @@ void measure(const Options& o, int quality) {
     endoscope.setLens(boost::make_shared<vest_msgs::LensState>(vest::tools::lensAt(o.fog)));
   scene.updateTissue(store);
   std::printf("load %.0f ms, build %.0f ms\n", loaded - begin, milliseconds() - loaded);
-
-  while (!vest::displays::takeBakedTextures() || !scene.settled()) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    scene.updateTissue(store);
-  }
+  endoscope.settle(store);
   std::printf("textures baked %.0f ms after the start\n", milliseconds() - begin);
 
   vest_msgs::InstrumentStates instruments;

@@ -17,8 +17,8 @@ void main() {
   vec3 to_light = light.xyz - position;
   float d2 = dot(to_light, to_light);
   vec3 l = to_light * inversesqrt(d2);
-  float beam = v.z * v.z;
-  float strength = light.w * beam * beam * v.z / (d2 + 0.0012);
+  float beam = v.z * v.z * v.z * v.z;
+  float strength = light.w * beam * beam / (d2 + 0.0012);
   float nl = max(dot(n, l), 0.0);
   vec3 h = normalize(l + v);
   float nh = max(dot(n, h), 0.0);

@@ -16,8 +16,8 @@ void main() {
   vec3 to_light = light.xyz - position;
   float d2 = dot(to_light, to_light);
   vec3 h = normalize(v + to_light * inversesqrt(d2));
-  float beam = v.z * v.z;
-  float strength = light.w * beam * beam * v.z / (d2 + 0.0012);
+  float beam = v.z * v.z * v.z * v.z;
+  float strength = light.w * beam * beam / (d2 + 0.0012);
   float nh = max(dot(n, h), 0.0);
   float sharp = nh * nh;
   sharp *= sharp; sharp *= sharp; sharp *= sharp; sharp *= sharp;   // ^32

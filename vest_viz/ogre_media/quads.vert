@@ -11,9 +11,9 @@ void main() {
   vec3 position = (worldview_matrix * gl_Vertex).xyz;
   vec3 v = normalize(-position);
   vec3 to_light = light.xyz - position;
-  float beam = v.z * v.z;
+  float beam = v.z * v.z * v.z * v.z;
   corner = gl_MultiTexCoord0.xy;
   tone = vec4(gl_Normal, gl_MultiTexCoord1.x);
-  shape = vec4(gl_MultiTexCoord1.yz, light.w * beam * beam * v.z / (dot(to_light, to_light) + 0.0012), -position.z);
+  shape = vec4(gl_MultiTexCoord1.yz, light.w * beam * beam / (dot(to_light, to_light) + 0.0012), -position.z);
   gl_Position = worldviewproj_matrix * gl_Vertex;
 }

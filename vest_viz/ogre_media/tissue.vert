@@ -3,6 +3,7 @@
 uniform mat4 worldview_matrix;
 uniform mat4 worldviewproj_matrix;
 uniform vec4 light;  // view space position (m), intensity (m2) times exposure
+uniform vec4 shaft[6];  // instruments: two ends each in view space (m), radius; 0: there is none
 varying vec3 halfway;    // to lens and light, along tangent, binormal, normal
 varying vec4 uv;         // texture coordinates, strength of the light here, depth (m)
 varying vec4 tint;       // tint.a: openness baked per vertex
@@ -21,10 +22,17 @@ void main() {
   float d2 = dot(to_light, to_light);
   vec3 h = normalize(v + to_light * inversesqrt(d2));
   halfway = vec3(dot(h, t), dot(h, b), dot(h, n));
-  // The beam is brightest in the middle; sides get less.
-  float beam = v.z * v.z;
-  uv = vec4(gl_MultiTexCoord0.xy, light.w * beam * beam * v.z / (d2 + 0.0012), -position.z);
+  // The beam is brightest in the middle; sides get less (the eighth power by the rings of real pictures; ours).
+  float beam = v.z * v.z * v.z * v.z;
+  uv = vec4(gl_MultiTexCoord0.xy, light.w * beam * beam / (d2 + 0.0012), -position.z);
   tint = gl_Color;
+  // An instrument near the skin takes light from it: its share of the sky is that of a long cylinder, r / distance.
+  vec3 front = dot(n, v) < 0.0 ? -n : n;
+  for (int i = 0; i < 6; i += 2) {
+    vec3 along = shaft[i + 1].xyz - shaft[i].xyz, to = shaft[i].xyz - position;
+    to += along * clamp(-dot(to, along) / max(dot(along, along), 1e-9), 0.0, 1.0);
+    tint.a *= 1.0 - 0.75 * clamp(shaft[i].w * dot(to, front) / max(dot(to, to), 1e-9), 0.0, 1.0);
+  }
 #ifdef STATE
   state = gl_MultiTexCoord2;
 #endif

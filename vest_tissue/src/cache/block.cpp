@@ -93,7 +93,8 @@ bool save(const std::string& path, const Key& key, const void* data, std::size_t
     }
     return true;
   };
-  bool good = put(&header, sizeof header) && put(data, bytes) && put(&sum, sizeof sum) && ::fsync(handle) == 0;
+  bool good =
+      put(&header, sizeof header) && put(data, bytes) && put(&sum, sizeof sum) && ::fsync(handle) == 0;
   good = (::close(handle) == 0) && good;
   good = good && std::rename(temporary.c_str(), path.c_str()) == 0;
   if (!good) std::remove(temporary.c_str());

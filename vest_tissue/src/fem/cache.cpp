@@ -67,17 +67,18 @@ bool loadMatrix(const std::string& directory, std::uint64_t content_hash, Eigen:
                 Eigen::MatrixXd& matrix) {
   const auto n = static_cast<std::uint64_t>(rows);
   Eigen::MatrixXd read(rows, rows);
-  if (!cache::load(cachePath(directory, content_hash), {content_hash, n, n}, read.data(), n * n * sizeof(double)))
+  if (!cache::load(cachePath(directory, content_hash), {content_hash, n, n}, read.data(),
+                   n * n * sizeof(double)))
     return false;
   matrix.swap(read);
   return true;
 }
 
 bool saveMatrix(const std::string& directory, std::uint64_t content_hash, const Eigen::MatrixXd& matrix) {
-  return cache::save(cachePath(directory, content_hash),
-                     {content_hash, static_cast<std::uint64_t>(matrix.rows()),
-                      static_cast<std::uint64_t>(matrix.cols())},
-                     matrix.data(), static_cast<std::size_t>(matrix.size()) * sizeof(double));
+  return cache::save(
+      cachePath(directory, content_hash),
+      {content_hash, static_cast<std::uint64_t>(matrix.rows()), static_cast<std::uint64_t>(matrix.cols())},
+      matrix.data(), static_cast<std::size_t>(matrix.size()) * sizeof(double));
 }
 
 }  // namespace vest::fem

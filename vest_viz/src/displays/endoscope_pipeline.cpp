@@ -1,6 +1,9 @@
 #include "endoscope_pipeline.h"
 
 #include <chrono>
+#include <thread>
+
+#include "ogre_assets.h"
 
 namespace vest::displays {
 namespace {
@@ -30,6 +33,14 @@ void EndoscopePipeline::setCamera(const camera::Intrinsics& camera, double circl
 void EndoscopePipeline::setLook(const picture::CameraLook& look) {
   look_ = look;
   if (finisher_) finisher_->setLook(look);
+}
+
+void EndoscopePipeline::settle(const mesh::Store& store) {
+  setTissue(store);
+  while (!takeBakedTextures() || !scene_.settled()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    setTissue(store);
+  }
 }
 
 void EndoscopePipeline::setSmoke(const vest_msgs::SmokeState::ConstPtr& m) {

@@ -38,6 +38,9 @@ class EndoscopePipeline {
 
   void setInstruments(const vest_msgs::InstrumentStates& states) { scene_.updateInstruments(states); }
   void setTissue(const mesh::Store& store) { scene_.updateTissue(store); }
+  /// The same, and waits for the workers: textures, openness and triangles are final. For pictures that are
+  /// kept; a live view goes on meanwhile and calls setTissue() until scene().settled().
+  void settle(const mesh::Store& store);
   void setAttachments(const vest_msgs::TissueAttachments::ConstPtr& m) {
     scene_.effects().setAttachments(*m);
   }

@@ -123,6 +123,7 @@ void EndoscopeScene::updateInstruments(const vest_msgs::InstrumentStates& states
 }
 
 void EndoscopeScene::setPose(const Eigen::Isometry3d& X_WO) {
+  X_WO_ = X_WO;
   // OGRE's camera looks along -z with y up.
   const Eigen::Quaterniond q(X_WO.linear() *
                              Eigen::AngleAxisd(3.14159265358979323846, Eigen::Vector3d::UnitX()));
@@ -137,12 +138,30 @@ double EndoscopeScene::light() const {
   return kLightIntensity * gain_;
 }
 
+TissueVisual::Shafts EndoscopeScene::shafts() const {
+  TissueVisual::Shafts all;
+  all.fill(Ogre::Vector4::ZERO);
+  std::size_t next = 0;
+  for (const auto& [name, visual] : instruments_) {
+    Eigen::Vector3d ends[2];
+    double radius = 0;
+    if (next + 2 > all.size() || !visual->shaft(&ends[0], &ends[1], &radius)) continue;
+    for (const Eigen::Vector3d& end : ends) {
+      const Eigen::Vector3d p = X_WO_.inverse() * end;  // OGRE's view has y up and looks along -z
+      all[next++] = Ogre::Vector4(static_cast<float>(p.x()), static_cast<float>(-p.y()),
+                                  static_cast<float>(-p.z()), static_cast<float>(radius));
+    }
+  }
+  return all;
+}
+
 EndoscopeScene::Timing EndoscopeScene::render(cv::Mat* rgba) {
   Timing timing;
   if (target_ == nullptr) return timing;
   complete_ = takeBakedTextures() && tissue_->settled();
   const Ogre::Vector4 light(0.0f, static_cast<float>(kLightOffset), 0.0f, static_cast<float>(this->light()));
   tissue_->setLight(light);
+  tissue_->setShafts(shafts());
   effects_->setLight(light);
   for (auto& [name, visual] : instruments_) visual->setLight(light);
   const double start = seconds();

@@ -56,6 +56,7 @@ class EndoscopeScene {
 
  private:
   void buildStop(double circle);
+  TissueVisual::Shafts shafts() const;
 
   Ogre::SceneManager* manager_;
   Ogre::Camera* camera_;
@@ -67,6 +68,7 @@ class EndoscopeScene {
   std::unique_ptr<EffectsVisual> effects_;
   std::map<std::string, std::unique_ptr<InstrumentVisual>> instruments_;
   camera::Intrinsics source_;
+  Eigen::Isometry3d X_WO_ = Eigen::Isometry3d::Identity();
   double gain_ = 1.0;
   bool complete_ = false;
 };

@@ -325,7 +325,7 @@ void EndoscopicViewDisplay::update(float tick, float) {
     if (!tissue_changed && !instruments_changed_ && !effects_changed && start - last_picture_ < 0.5) return;
     setStatusStd(rviz::StatusProperty::Ok, "Camera", how);
     next_picture_ = std::max(next_picture_ + 1.0 / rate_->getFloat(), start);
-    if (tissue_changed) view_->setTissue(input_.store());
+    if (tissue_changed || !view_->scene().settled()) view_->setTissue(input_.store());
     if (instruments_) view_->setInstruments(*instruments_);
     effects_.handTo(view_.get());
     instruments_changed_ = false;

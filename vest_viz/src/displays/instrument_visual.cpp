@@ -81,6 +81,7 @@ void InstrumentVisual::setTool(int tool) {
   if (tool <= 0 || tool >= tools::kToolKindCount) return;
   const tools::ToolGeometry& geometry = tools::toolGeometry(static_cast<tools::ToolKind>(tool));
   jaw_length_ = geometry.jaw_length;
+  shaft_radius_ = geometry.shaft_radius;
   const std::string stem = ros::package::getPath("vest_instruments") + "/meshes/" +
                            std::string(tools::toolName(static_cast<tools::ToolKind>(tool)));
   struct File {
@@ -118,6 +119,14 @@ void InstrumentVisual::setPose(const Eigen::Isometry3d& X_WTip, double jaw) {
     place(slot_nodes_[static_cast<std::size_t>(side)], X);
     X_WSlot_[static_cast<std::size_t>(side)] = X_WTip * X;
   }
+}
+
+bool InstrumentVisual::shaft(Eigen::Vector3d* from, Eigen::Vector3d* to, double* radius) const {
+  constexpr double kLength = 0.12;  // m: farther out it is near no tissue
+  *from = X_WSlot_[0] * Eigen::Vector3d(0, 0, -0.5 * jaw_length_);
+  *to = X_WSlot_[0] * Eigen::Vector3d(0, 0, -kLength);
+  *radius = shaft_radius_;
+  return visible_ && !slots_[0].empty();
 }
 
 void InstrumentVisual::setLight(const Ogre::Vector4& light) {

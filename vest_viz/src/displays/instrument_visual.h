@@ -26,6 +26,8 @@ class InstrumentVisual {
   void setPose(const Eigen::Isometry3d& X_WTip, double jaw);
   /// All parts in world as they were placed last, for ground truth.
   instrument::TriangleMesh worldMesh() const;
+  /// Axis of the shaft in world, from the middle of the jaws outwards, and its radius; false: nothing shown.
+  bool shaft(Eigen::Vector3d* from, Eigen::Vector3d* to, double* radius) const;
   bool visible() const { return visible_; }
   void setLight(const Ogre::Vector4& light);
   void setVisible(bool visible);
@@ -45,7 +47,7 @@ class InstrumentVisual {
   std::array<std::vector<Part>, 3> slots_;  ///< 0: tip frame, 1 and 2: jaws
   std::array<Ogre::SceneNode*, 3> slot_nodes_;
   int tool_ = -1;
-  double jaw_length_ = 0;
+  double jaw_length_ = 0, shaft_radius_ = 0;
   bool depth_in_alpha_, visible_ = true;
   std::array<Eigen::Isometry3d, 3> X_WSlot_;
   std::string warning_;

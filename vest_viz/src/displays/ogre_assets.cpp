@@ -15,9 +15,9 @@
 #include <OgreTextureUnitState.h>
 #include <ros/package.h>
 
-#include "vest_viz/texture/noise.h"
 #include "vest_tissue/cache/block.h"
 #include "vest_viz/texture/kept_texture.h"
+#include "vest_viz/texture/noise.h"
 #include "vest_viz/texture/organ_texture.h"
 
 namespace vest::displays {

@@ -11,6 +11,7 @@
 #include <rviz/frame_manager.h>
 #include <rviz/properties/string_property.h>
 #include <rviz/viewport_mouse_event.h>
+#include <QStringList>
 #include <pluginlib/class_list_macros.hpp>
 
 #include "ogre_assets.h"
@@ -131,6 +132,9 @@ void PickTool::show() {
     return;
   }
   if (legend_) legend_->showText(lines);
+  QStringList said;
+  for (const std::string& line : lines) said << QString::fromStdString(line);
+  setStatus(said.join(", "));
 }
 
 }  // namespace vest::displays

@@ -254,7 +254,7 @@ void TissueDisplay::update(float wall_dt, float) {
     scene_node_->setOrientation(orientation);
   }
   since_slice_ += wall_dt;
-  if (input_.process()) {
+  if (input_.process() || !visual_->settled()) {
     visual_->update(input_.store());
     updateColours();
     if (since_slice_ >= kSliceInterval) updateSlice();

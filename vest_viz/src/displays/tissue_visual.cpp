@@ -58,7 +58,7 @@ TissueVisual::TissueVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent,
 
 TissueVisual::~TissueVisual() {
   stop_ = true;
-  if (coarsening_.valid()) coarsening_.wait();
+  if (baking_.valid()) baking_.wait();
   for (Part& part : parts_) destroy(&part);
   if (links_ != nullptr) manager_->destroyManualObject(links_);
   if (link_material_) Ogre::MaterialManager::getSingleton().remove(link_material_);
@@ -117,50 +117,46 @@ void TissueVisual::rebuildAll(const mesh::Store& store) {
   parts_.clear();
   const auto& objects = store.topology().objects;
   parts_.resize(objects.size());
-  std::vector<std::vector<float>> occlusion = mesh::ambientOcclusion(store);
   for (std::size_t i = 0; i < objects.size(); ++i) {
     parts_[i].name = objects[i].name;
     parts_[i].organ = objects[i].organ;
-    parts_[i].occlusion = std::move(occlusion[i]);
   }
-  beginCoarsening(store);
+  beginBaking(store);
 }
 
-void TissueVisual::beginCoarsening(const mesh::Store& store) {
+void TissueVisual::beginBaking(const mesh::Store& store) {
   stop_ = true;
-  if (coarsening_.valid()) coarsening_.get();
+  if (baking_.valid()) baking_.get();
   stop_ = false;
-  if (!depth_in_alpha_ || quality_ > 1) return;
-  struct Job {
-    std::vector<float> positions;
-    Triangles triangles;
-    double tolerance = kCoarse;
-  };
-  std::vector<Job> jobs(parts_.size());
+  std::vector<mesh::Surface> surfaces = mesh::surfacesOf(store);
   std::size_t triangles = 0;
+  for (const mesh::Surface& s : surfaces) triangles += s.triangles.size() / 3;
+  const bool leave_out = depth_in_alpha_ && quality_ <= 1 && triangles <= kMostTriangles;
+  std::vector<double> tolerance(parts_.size(), 0);  // m; 0: every triangle is drawn
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const mesh::Skin& skin = store.skin(i);
     const auto& layer = store.topology().objects[i].triangle_layer;
     parts_[i].coarse_version = store.shapeVersion(i);
-    triangles += skin.triangles.size() / 3;
-    if (std::any_of(layer.begin(), layer.end(), [](auto l) { return l != 0; })) continue;
-    jobs[i] = {skin.positions, skin.triangles, store.topology().objects[i].rigid ? kCoarseWall : kCoarse};
+    if (leave_out && std::all_of(layer.begin(), layer.end(), [](auto l) { return l == 0; }))
+      tolerance[i] = store.topology().objects[i].rigid ? kCoarseWall : kCoarse;
   }
-  if (triangles > kMostTriangles) return;
-  coarsening_ = std::async(std::launch::async, [this, jobs = std::move(jobs)] {
-    std::vector<Triangles> coarse(jobs.size());
-    for (std::size_t i = 0; i < jobs.size() && !stop_; ++i)
-      coarse[i] = mesh::coarseTriangles(jobs[i].positions, jobs[i].triangles, jobs[i].tolerance);
-    return coarse;
+  baking_ = std::async(std::launch::async, [this, surfaces = std::move(surfaces),
+                                            tolerance = std::move(tolerance)] {
+    Baked baked;
+    baked.occlusion = mesh::ambientOcclusion(surfaces, &stop_);
+    baked.coarse.resize(surfaces.size());
+    for (std::size_t i = 0; i < surfaces.size() && !stop_; ++i)
+      if (tolerance[i] > 0)
+        baked.coarse[i] = mesh::coarseTriangles(surfaces[i].positions, surfaces[i].triangles, tolerance[i]);
+    return baked;
   });
 }
 
-void TissueVisual::takeCoarse() {
-  if (!coarsening_.valid() || coarsening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
-    return;
-  std::vector<Triangles> coarse = coarsening_.get();
-  for (std::size_t i = 0; i < parts_.size() && i < coarse.size(); ++i) {
-    parts_[i].coarse = std::move(coarse[i]);
+void TissueVisual::takeBaked() {
+  if (!baking_.valid() || baking_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  Baked baked = baking_.get();
+  for (std::size_t i = 0; i < parts_.size() && i < baked.coarse.size(); ++i) {
+    parts_[i].coarse = std::move(baked.coarse[i]);
+    parts_[i].occlusion = std::move(baked.occlusion[i]);
     parts_[i].stale = true;
   }
 }
@@ -219,7 +215,8 @@ void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
     uv[2 * v] = per_metre * p[(drop + 1) % 3];
     uv[2 * v + 1] = per_metre * p[(drop + 2) % 3];
   }
-  part.occlusion.resize(bound, 0.75f);  // new vertices: about half open
+  // New vertices, and all until the worker has looked: about half open.
+  part.occlusion.resize(bound, 0.75f);
   for (std::size_t v = 0; v < n; ++v) {
     const float* p = &skin.positions[3 * v];
     const std::array<float, 3> c = texture::tintAt(p[0], p[1], p[2], style);
@@ -280,7 +277,7 @@ void TissueVisual::update(const mesh::Store& store) {
       rebuildAll(store);
     }
   }
-  takeCoarse();
+  takeBaked();
   vertices_ = 0;
   const bool shown = anyShown(store);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -302,6 +299,13 @@ void TissueVisual::update(const mesh::Store& store) {
 void TissueVisual::setLight(const Ogre::Vector4& light) {
   forEachMaterial([&](Ogre::Pass* pass) {
     if (pass->hasVertexProgram()) pass->getVertexProgramParameters()->setNamedConstant("light", light);
+  });
+}
+
+void TissueVisual::setShafts(const Shafts& shafts) {
+  forEachMaterial([&](Ogre::Pass* pass) {
+    if (pass->hasVertexProgram())
+      pass->getVertexProgramParameters()->setNamedConstant("shaft", shafts[0].ptr(), shafts.size());
   });
 }
 

@@ -35,6 +35,9 @@ class TissueVisual {
   void update(const mesh::Store& store);
   /// @param light view space position in m and intensity; goes to every object's shader
   void setLight(const Ogre::Vector4& light);
+  /// Instruments that darken the skin beside them: two ends each in view space (m), the radius in w; 0: none.
+  using Shafts = std::array<Ogre::Vector4, 6>;
+  void setShafts(const Shafts& shafts);
   void setAlpha(float alpha);
   void showSurface(bool show);
   void showLinks(bool show);
@@ -51,8 +54,8 @@ class TissueVisual {
     }
   };
   void setColouring(const Colouring& colouring, const mesh::Store& store);
-  /// False while a worker still looks for the triangles that can be left out.
-  bool settled() const { return !coarsening_.valid(); }
+  /// False while a worker still looks how open vertices lie and which triangles can be left out.
+  bool settled() const { return !baking_.valid(); }
   /// What lies on the side to which the plane's normal points is not drawn; null: everything is. A sliced
   /// skin in By::Look has its organ's plain colour.
   void setSlice(const inspect::Plane* plane, const mesh::Store& store);
@@ -79,12 +82,12 @@ class TissueVisual {
     std::uint64_t version = 0, coarse_version = 0;  ///< shapes that are drawn and that `coarse` was made of
     std::vector<std::uint32_t> coarse;              ///< fewer triangles; empty: none, or not yet
     bool stale = false;                             ///< to be built again though the shape is the same
-    std::vector<float> occlusion;
+    std::vector<float> occlusion;                   ///< empty until it is baked
     std::vector<std::uint8_t> state;
   };
   void rebuildAll(const mesh::Store& store);
-  void beginCoarsening(const mesh::Store& store);
-  void takeCoarse();
+  void beginBaking(const mesh::Store& store);
+  void takeBaked();
   void rebuildPart(const mesh::Store& store, std::size_t index);
   void updateState(const mesh::Store& store, std::size_t index);
   void updateColours(const mesh::Store& store, std::size_t index);
@@ -117,7 +120,11 @@ class TissueVisual {
   std::set<std::string> filter_;
   using Triangles = std::vector<std::uint32_t>;
   std::atomic<bool> stop_{false};
-  std::future<std::vector<Triangles>> coarsening_;  ///< per part; reads stop_
+  struct Baked {
+    std::vector<Triangles> coarse;              ///< per part
+    std::vector<std::vector<float>> occlusion;  ///< per part and vertex
+  };
+  std::future<Baked> baking_;  ///< reads stop_
   std::string warning_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
+#include <OpenMesh/Tools/Decimater/ModEdgeLengthT.hh>
 #include <OpenMesh/Tools/Decimater/ModHausdorffT.hh>
 #include <OpenMesh/Tools/Decimater/ModNormalDeviationT.hh>
 #include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
@@ -20,6 +21,8 @@ struct Traits : OpenMesh::DefaultTraits {
 };
 using Mesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
 
+// m: longer edges stay. Light is computed at the vertices, and falls off within some centimetres.
+constexpr float kLongestCollapse = 0.004f;
 constexpr float kGreatestTurn = 20.0f;  // degrees; by eye, beyond it shading changes
 
 }  // namespace
@@ -43,9 +46,12 @@ std::vector<std::uint32_t> coarseTriangles(const std::vector<float>& positions,
   OpenMesh::Decimater::ModQuadricT<Mesh>::Handle quadric;
   OpenMesh::Decimater::ModNormalDeviationT<Mesh>::Handle turn;
   OpenMesh::Decimater::ModHausdorffT<Mesh>::Handle distance;
-  if (!decimater.add(quadric) || !decimater.add(turn) || !decimater.add(distance)) return triangles;
+  OpenMesh::Decimater::ModEdgeLengthT<Mesh>::Handle length;
+  if (!decimater.add(length) || !decimater.add(quadric) || !decimater.add(turn) || !decimater.add(distance))
+    return triangles;
   decimater.module(quadric).unset_max_err();  // the order of collapses; the next one says how far
   decimater.module(distance).set_tolerance(tolerance);
+  decimater.module(length).set_edge_length(kLongestCollapse);
   decimater.module(turn).set_normal_deviation(kGreatestTurn);
   if (!decimater.initialize()) return triangles;
   decimater.decimate();

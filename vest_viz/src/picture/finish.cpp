@@ -10,7 +10,9 @@
 namespace vest::picture {
 namespace {
 constexpr double kRimWidth = 2.2;  // pixels at 576 lines; by eye
-}
+// Undoes the response of the shaders for what is brighter than kWhite, roughly (by eye).
+constexpr int kWhite = 224, kGlare = 8;
+}  // namespace
 
 Finisher::Finisher(const camera::Intrinsics& camera, double share, double resolution) : camera_(camera) {
   share = std::clamp(share, 0.3, 1.5);
@@ -52,7 +54,7 @@ Finisher::Finisher(const camera::Intrinsics& camera, double share, double resolu
       my.at<float>(y, x) = static_cast<float>(s.y());
       // Field stop: soft over two pixels; natural vignetting towards the edge.
       const double inside = std::clamp(circle_.radius - rim - r + 0.5, 0.0, 1.0);
-      const double q = r / circle_.radius, fade = 1.0 - 0.38 * q * q * q * q;
+      const double q = r / circle_.radius, fade = 1.0 - 0.50 * q * q * q * q;
       const auto w = static_cast<std::uint8_t>(255 * inside * fade);
       weight_.at<cv::Vec3b>(y, x) = {w, w, w};
       // The stop's polished edge catches some light, unevenly round the circle.
@@ -233,7 +235,9 @@ void Finisher::cloud() {
     for (int x = 0; x < warped_.cols; ++x, p += 3, q += 3) {
       const int opaque = soil != nullptr ? soil[x] : 0;
       for (int k = 0; k < 3; ++k) {
-        int value = p[k] + (((q[k] - p[k]) * f) >> 8);
+        // A highlight is far brighter than the picture's white: it shines through the fog all the same.
+        const int shines = p[k] + kGlare * std::max(0, p[k] - kWhite);
+        int value = shines + (((q[k] - shines) * f) >> 8);
         if (opaque != 0) value += (((q[k] * tone[3 * x + k] >> 8) - value) * opaque) >> 8;
         p[k] = static_cast<std::uint8_t>(std::min(255, (value * keep >> 8) + add[k]));
       }
@@ -294,7 +298,7 @@ double AutoExposure::update(const cv::Mat& rgb, const Circle& circle, double dt)
   for (; level > 0; --level)
     if ((sum += histogram[level]) > count / 4) break;
   // The 75 % level at 106, within the appearance page's 96–134, for the overview as for a close organ.
-  const double wanted = 106.0;
+  const double wanted = 101.0;
   const double ratio = std::pow(std::clamp(wanted / std::max(level, 4), 0.25, 4.0), 2.0);
   // The first pictures settle at once, as a camera does before anybody looks.
   const double follow = ++pictures_ < 12 ? 0.6 : 1.0 - std::exp(-std::clamp(dt, 0.0, 1.0) / 0.25);

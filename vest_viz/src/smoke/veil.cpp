@@ -60,6 +60,7 @@ void Veil::draw(const Field& field, const camera::Intrinsics& source, const Eige
   const auto extinction = static_cast<float>(effects::kSmokeExtinction * field.scale / 255);
   const auto stride_y = static_cast<int>(field.size[0]),
              stride_z = static_cast<int>(field.size[0] * field.size[1]);
+  const auto light_now = static_cast<float>(light);
   const float lx = lower.x() * per_cell, ly = lower.y() * per_cell, lz = lower.z() * per_cell;
   for (int y = 0; y < h; ++y) {
     cv::Vec4b* row = out->ptr<cv::Vec4b>(y);
@@ -78,6 +79,8 @@ void Veil::draw(const Field& field, const camera::Intrinsics& source, const Eige
         from = std::max(from, std::min(a, b));
         to = std::min(to, std::max(a, b));
       }
+      // The lamp's beam, as in ogre_media/tissue.vert: the cosine's eighth power.
+      const float beam2 = 1 / ray.squaredNorm(), beam = light_now * beam2 * beam2 * beam2 * beam2;
       float clear = 1, lit = 0;
       if (to > from) {
         const float step = (to - from) / kSteps, length = step * ray.norm();
@@ -99,7 +102,7 @@ void Veil::draw(const Field& field, const camera::Intrinsics& source, const Eige
               noise_[static_cast<std::size_t>((nz * kNoise + ny) * kNoise + nx)] * (1.0f / 110.0f);
           const float tau = extinction * rho * swirl * length;
           const float stopped = clear * (1 - 1 / (1 + tau + 0.5f * tau * tau));
-          const auto fall = static_cast<float>(light) / (z * z + 0.0012f);
+          const float fall = beam / (z * z + 0.0012f);
           lit += stopped * fall / (1 + 0.55f * fall);
           clear -= stopped;
           if (clear < 0.01f) break;

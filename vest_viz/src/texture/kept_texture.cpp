@@ -12,7 +12,8 @@ Baked bakeKept(const Style& style, int size, std::uint32_t seed, const std::stri
   constexpr int kSample = 32;
   const Baked sample = bake(style, kSample, seed);
   std::uint64_t content = cache::hash(sample.albedo.data(), sample.albedo.size(), seed);
-  content = cache::hash(sample.relief.data(), sample.relief.size(), content + static_cast<std::uint64_t>(size));
+  content =
+      cache::hash(sample.relief.data(), sample.relief.size(), content + static_cast<std::uint64_t>(size));
   const std::string file = cache::path(directory, "texture", content);
   const auto n = static_cast<std::size_t>(size);
   const cache::Key key{content, n, n};

@@ -126,7 +126,7 @@ std::vector<Style> makeStyles() {
   s.tile = 0.02;
   s.base = {0.68f, 0.31f, 0.26f}, s.second = {0.50f, 0.13f, 0.12f}, s.mottle = 0.8f;
   s.vessel_trees = 2, s.vessel_width = 0.0002, s.capillaries = 30;
-  s.relief = 0.00012, s.relief_length = 0.003, s.streak = 3.0f, s.wet = 0.9f, s.translucence = 0.3f;
+  s.relief = 0.0004, s.relief_length = 0.004, s.streak = 3.0f, s.wet = 0.9f, s.translucence = 0.3f;
   all.push_back(s);
   s.organ = "vein";
   s.base = {0.43f, 0.20f, 0.26f}, s.second = {0.28f, 0.09f, 0.14f};
@@ -143,7 +143,7 @@ std::vector<Style> makeStyles() {
   s.tile = 0.08;
   s.base = {0.75f, 0.44f, 0.405f}, s.second = {0.60f, 0.27f, 0.25f}, s.mottle = 0.6f;
   s.vessel_trees = 6, s.vessel_width = 0.0010, s.vessel_strength = 0.72f, s.capillaries = 90, s.fat = 0.11f;
-  s.relief = 0.0005, s.relief_length = 0.013, s.wet = 0.6f, s.translucence = 0.3f;
+  s.relief = 0.0009, s.relief_length = 0.013, s.wet = 0.6f, s.translucence = 0.3f;
   all.push_back(s);
   // Inside colours, for cut faces and the inner walls of tubes.
   s = Style();

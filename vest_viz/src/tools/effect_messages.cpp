@@ -48,6 +48,16 @@ std::uint8_t scaled(double value) {
   return static_cast<std::uint8_t>(255 * std::clamp(value, 0.0, 1.0));
 }
 
+/// The uterus, or what moves first in a scene without one.
+std::string hurtObject(const vest::scene::Description& scene) {
+  std::string first;
+  for (const auto& o : scene.objects) {
+    if (o.name == "uterus") return o.name;
+    if (first.empty() && o.model != vest::scene::ObjectModel::Rigid) first = o.name;
+  }
+  return first;
+}
+
 }  // namespace
 
 std::set<std::string> effectWords(const std::string& text) {
@@ -99,8 +109,9 @@ void addFields(const vest::scene::Description& scene, double t, vest_msgs::Tissu
   auto stress = fieldOf(vest_msgs::TissueField::STRESS, 0, 5000);
   auto wetness = fieldOf(vest_msgs::TissueField::WETNESS, 0, 1);
   Vector3d wound = kWound, burn = kBurn, out;
-  placeOn(scene, "uterus", kWound, &wound, &out);
-  placeOn(scene, "uterus", kBurn, &burn, &out);
+  const std::string hurt = hurtObject(scene);
+  placeOn(scene, hurt, kWound, &wound, &out);
+  placeOn(scene, hurt, kBurn, &burn, &out);
   for (const auto& o : scene.objects)
     for (const Vector3d& p : o.rest_position) {
       const double a = (p - wound).norm() / (0.004 + 0.008 * grown), b = (p - burn).norm() / 0.006;
@@ -267,7 +278,7 @@ vest_msgs::SmokeState smokeAt(const vest::scene::Description& scene, double t) {
         const double up = std::max(0.0, d.z()), width = 0.006 + 0.35 * up;
         const double lean = d.y() + 0.25 * up, r2 = d.x() * d.x() + lean * lean;
         const double plume = d.z() > -0.004 ? std::exp(-r2 / (width * width)) * 0.9 / (1 + 25 * up) : 0;
-        m.density.push_back(scaled(plume + 0.035));
+        m.density.push_back(scaled(plume + 0.008));
       }
   for (std::uint32_t i = 0; i < 26; ++i) {
     const double age = std::fmod(t + 2.5 * hash(i), 2.5);

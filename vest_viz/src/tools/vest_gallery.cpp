@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <functional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <OgreRenderWindow.h>
@@ -34,7 +33,6 @@
 #include "conversion.h"
 #include "effect_messages.h"
 #include "endoscope_pipeline.h"
-#include "ogre_assets.h"
 #include "scene_messages.h"
 
 namespace {
@@ -106,7 +104,7 @@ void endoscopic(const vest::scene::Description& scene, const std::string& name, 
       store.setField(1, {m.kind, m.minimum, m.maximum, m.data});
   }
   store.rebuildSkins();
-  view.setTissue(store);
+  view.settle(store);
   vest_msgs::InstrumentStates instruments = instrumentsFor(tip);
   if (!with_instruments)  // made for the gynaecology scene
     instruments.instruments.erase(instruments.instruments.begin(), instruments.instruments.begin() + 2);
@@ -120,7 +118,6 @@ void endoscopic(const vest::scene::Description& scene, const std::string& name, 
   if (words.count("smoke") != 0)
     view.setSmoke(boost::make_shared<vest_msgs::SmokeState>(tools::smokeAt(scene, 2)));
   if (words.count("lens") != 0) view.setLens(boost::make_shared<vest_msgs::LensState>(tools::lensAt(fog)));
-  while (!displays::takeBakedTextures()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
   Eigen::Isometry3d X_WTip;
   displays::toPose(instruments.instruments.back().tip, &X_WTip);
   cv::Mat rgb, bgr;
@@ -334,7 +331,9 @@ int main(int argc, char** argv) {
     for (const char* name :
          {"arterial_bleeding", "fem_slab", "volume_phantom", "irrigation_pool", "smoke_lens"}) {
       const vest::scene::Description other = shippedScene(name);
-      endoscopic(other, std::string("scene_") + name, "", lookAt(other, 0.075), 1, 0.35, 0, false);
+      const bool bleeds = name == std::string("arterial_bleeding");
+      endoscopic(other, std::string("scene_") + name, bleeds ? "fields" : "",
+                 lookAt(other, bleeds ? 0.052 : 0.075), 1, 0.35, 0, false);
     }
     endoscopic(scene, "view_overview", "", over);
     endoscopic(scene, "view_close", "", near);
@@ -344,8 +343,8 @@ int main(int argc, char** argv) {
     endoscopic(scene, "view_fluid", "fluid", over);
     endoscopic(scene, "view_smoke_field", "fields,smoke", over, 1);
     endoscopic(scene, "view_smoke_billboards", "fields,smoke", over, 2);
-    endoscopic(scene, "view_lens", "lens", over, 1, 0.35);
-    endoscopic(scene, "view_focus", "", near, 1, 0, 0.10);
+    endoscopic(scene, "view_lens", "lens", over, 1, 0.2);
+    endoscopic(scene, "view_focus", "", near, 1, 0, 0.04);
     if (!no_inspection) inspection(scene);
     std::printf("%d pictures\n", pictures);
     return 0;

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <unistd.h>
@@ -26,7 +25,6 @@
 #include "conversion.h"
 #include "endoscope_inputs.h"
 #include "endoscope_pipeline.h"
-#include "ogre_assets.h"
 #include "tissue_input.h"
 #include "truth_output.h"
 
@@ -151,10 +149,9 @@ class Renderer {
       ++empty_;
       return;
     }
-    if (changed || frames_ == 0) view_.setTissue(inputs->tissue.store());
+    if (changed || frames_ == 0) view_.settle(inputs->tissue.store());
     view_.setInstruments(*inputs->instruments);
     inputs->effects.handTo(&view_);
-    while (!vest::displays::takeBakedTextures()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
     // The exposure settles before the first picture, as a camera's does before anybody looks.
     for (int i = frames_ == 0 || o_.each_state ? 0 : 14; i < 15; ++i)
       view_.draw(X_WO, inputs->tissue.time(), 1 / o_.fps, &picture_);

@@ -1,7 +1,6 @@
 // Protects the teleoperator: keys and mouse in a real rviz view move the chosen instrument and no other, in
 // the direction of the picture; pedals go off with their keys; taking over is explicit and is given back; the
 // keys stand on the screen.
-#include <functional>
 #include <map>
 #include <string>
 
@@ -10,38 +9,31 @@
 #include <ros/package.h>
 #include <ros/ros.h>
 #include <rviz/display.h>
-#include <rviz/render_panel.h>
 #include <rviz/tool.h>
 #include <rviz/tool_manager.h>
-#include <rviz/visualization_manager.h>
 #include <sensor_msgs/JointState.h>
 #include <sensor_msgs/Joy.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 #include <vest_msgs/InstrumentStates.h>
 #include <vest_msgs/StringStamped.h>
 #include <QApplication>
-#include <QKeyEvent>
 #include <QLabel>
-#include <QMainWindow>
-#include <QMouseEvent>
 #include <QScreen>
 #include <QWheelEvent>
 
+<<<<<<< HEAD
 #include "image_pane.h"
+=======
+#include "rviz_view.h"
+>>>>>>> sight
 #include "vest_instruments/control/teleoperator.h"
 
 namespace {
 
 QString g_picture;  ///< file; empty: none is kept
 
-class Teleoperate : public ::testing::Test {
+class Teleoperate : public vest::displays::RvizView {
  protected:
-  ros::NodeHandle nh;
-  // rviz bears one manager in a process.
-  static QMainWindow* window;  ///< as in rviz: the view draws through a window of its own inside it
-  static rviz::RenderPanel* view;
-  static rviz::VisualizationManager* manager;
-  rviz::RenderPanel& panel = *view;
   rviz::Tool* tool = nullptr;
   std::map<std::string, geometry_msgs::Point> tip;
   std::map<std::string, int> count;
@@ -51,23 +43,6 @@ class Teleoperate : public ::testing::Test {
   std::vector<ros::Subscriber> subscribers;
   ros::Publisher states = nh.advertise<vest_msgs::InstrumentStates>("instruments", 1, true);
 
-  static void SetUpTestSuite() {
-    window = new QMainWindow;
-    view = new rviz::RenderPanel;
-    window->setCentralWidget(view);
-    window->resize(720, 576);
-    manager = new rviz::VisualizationManager(view);
-    view->initialize(manager->getSceneManager(), manager);
-    manager->initialize();
-    manager->setFixedFrame("world");
-    manager->startUpdate();
-    window->show();
-  }
-  static void TearDownTestSuite() {
-    manager->stopUpdate();
-    delete manager;
-    delete window;
-  }
   void SetUp() override {
     tf2_ros::StaticTransformBroadcaster tf;
     std::vector<geometry_msgs::TransformStamped> frames(2);
@@ -114,6 +89,7 @@ class Teleoperate : public ::testing::Test {
     }
     states.publish(msg);
   }
+<<<<<<< HEAD
   bool spin(const std::function<bool()>& done, double seconds = 15.0) {
     const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(seconds);
     while (ros::WallTime::now() < end) {
@@ -153,15 +129,13 @@ class Teleoperate : public ::testing::Test {
              1e-6;
     }));
   }
+=======
+>>>>>>> sight
   QString legend() const {
     const auto labels = panel.findChildren<QLabel*>();
     return labels.isEmpty() ? QString() : labels[0]->text();
   }
 };
-
-QMainWindow* Teleoperate::window = nullptr;
-rviz::RenderPanel* Teleoperate::view = nullptr;
-rviz::VisualizationManager* Teleoperate::manager = nullptr;
 
 TEST_F(Teleoperate, HeldKeysMoveTheTipAlongThePictureUntilTheyAreReleased) {
   const geometry_msgs::Point before = tip["right"];

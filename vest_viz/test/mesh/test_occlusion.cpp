@@ -32,20 +32,20 @@ TEST(Occlusion, OpenFloorIsOpenAndAFloorUnderALidIsNot) {
   Store store;
   ASSERT_EQ(store.setTopology(open), Outcome::Accepted) << store.problem();
   store.rebuildSkins();
-  EXPECT_GT(ambientOcclusion(store)[0][middle], 0.95f);
+  EXPECT_GT(ambientOcclusion(surfacesOf(store))[0][middle], 0.95f);
   Topology covered;
   covered.objects = {floorAt("floor", 0.0f), floorAt("lid", 0.008f)};
   ASSERT_EQ(store.setTopology(covered), Outcome::Accepted) << store.problem();
   store.rebuildSkins();
-  EXPECT_LT(ambientOcclusion(store)[0][middle], 0.75f);
-  EXPECT_GT(ambientOcclusion(store)[1][middle], 0.95f);
+  EXPECT_LT(ambientOcclusion(surfacesOf(store))[0][middle], 0.75f);
+  EXPECT_GT(ambientOcclusion(surfacesOf(store))[1][middle], 0.95f);
 }
 
 TEST(Occlusion, SceneTooLargeForTheGridStaysUnshaded) {
   Store store;
   ASSERT_EQ(store.setTopology(twoSquares()), Outcome::Accepted);  // 1 m
   store.rebuildSkins();
-  EXPECT_TRUE(ambientOcclusion(store)[0].empty());
+  EXPECT_TRUE(ambientOcclusion(surfacesOf(store))[0].empty());
 }
 
 }  // namespace

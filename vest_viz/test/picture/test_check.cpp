@@ -1,10 +1,14 @@
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <numeric>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "vest_viz/picture/check.h"
@@ -150,6 +154,19 @@ INSTANTIATE_TEST_SUITE_P(
                     Doctored{"contrast 1-3", blurred}, Doctored{"contrast 3-9", blurred},
                     Doctored{"contrast 9-27", [](cv::Mat p) { return blurred(blurred(blurred(p))); }},
                     Doctored{"brightest outside", withCorner}, Doctored{"round border", squashed}));
+
+TEST(Gallery, EveryPictureOfTheEndoscopicViewLiesInsideTheFigures) {
+  int pictures = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(VEST_VIZ_GALLERY)) {
+    const std::string name = entry.path().filename();
+    if (name.rfind("view_", 0) != 0 && name.rfind("scene_", 0) != 0) continue;
+    const cv::Mat picture = cv::imread(entry.path());
+    const std::vector<Row> rows = checkPicture(picture, findCircle(picture));
+    EXPECT_TRUE(allInside(rows)) << name << "\n" << format(rows);
+    ++pictures;
+  }
+  EXPECT_GE(pictures, 15);
+}
 
 TEST(CheckPicture, WhatIsNoPictureIsRefused) {
   EXPECT_THROW(findCircle({}), std::invalid_argument);

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 
-/// Results that cost seconds and depend on their inputs alone, kept on disk by content hash. Losing them costs
-/// time and nothing else.
+/// Results that cost seconds and depend on their inputs alone, kept on disk by content hash. Losing them
+/// costs time and nothing else.
 namespace vest::cache {
 
 /// $VEST_CACHE_DIR, else $XDG_CACHE_HOME/vest, else $HOME/.cache/vest; empty: none of them is set.
