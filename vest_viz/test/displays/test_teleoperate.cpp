@@ -21,11 +21,8 @@
 #include <QScreen>
 #include <QWheelEvent>
 
-<<<<<<< HEAD
 #include "image_pane.h"
-=======
 #include "rviz_view.h"
->>>>>>> sight
 #include "vest_instruments/control/teleoperator.h"
 
 namespace {
@@ -89,23 +86,7 @@ class Teleoperate : public vest::displays::RvizView {
     }
     states.publish(msg);
   }
-<<<<<<< HEAD
-  bool spin(const std::function<bool()>& done, double seconds = 15.0) {
-    const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(seconds);
-    while (ros::WallTime::now() < end) {
-      ros::spinOnce();
-      QApplication::processEvents(QEventLoop::AllEvents, 5);
-      if (done()) return true;
-      ros::WallDuration(0.002).sleep();
-    }
-    return false;
-  }
-  void key(int k, QEvent::Type type, bool again = false) {
-    QKeyEvent event(type, k, Qt::NoModifier, QString(), again);
-    QApplication::sendEvent(&panel, &event);
-  }
-  void press(int k) { key(k, QEvent::KeyPress); }
-  void release(int k) { key(k, QEvent::KeyRelease); }
+  using RvizView::mouse;
   void mouse(QWidget& over, QEvent::Type type, QPoint at, Qt::MouseButton button, Qt::MouseButtons down) {
     QMouseEvent event(type, at, button, down, Qt::NoModifier);
     QApplication::sendEvent(&over, &event);
@@ -129,8 +110,6 @@ class Teleoperate : public vest::displays::RvizView {
              1e-6;
     }));
   }
-=======
->>>>>>> sight
   QString legend() const {
     const auto labels = panel.findChildren<QLabel*>();
     return labels.isEmpty() ? QString() : labels[0]->text();
