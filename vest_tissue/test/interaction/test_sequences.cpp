@@ -259,10 +259,10 @@ class Theatre {
 /// What all sequences together did, and how often at least: a test whose tools miss would protect nothing.
 struct Sum {
   std::map<EventKind, std::size_t> events;
-  std::size_t degraded = 0, faults = 0;
+  std::size_t degraded = 0, faults = 0, faulted = 0;
   void add(const Theatre& t) {
     for (const auto& [kind, count] : t.events) events[kind] += count;
-    degraded += t.degraded, faults += t.faults;
+    degraded += t.degraded, faults += t.faults, faulted += t.faults > 0;
   }
   std::size_t of(EventKind kind) const {
     const auto found = events.find(kind);
@@ -271,10 +271,10 @@ struct Sum {
   void print(int operations) const {
     std::printf(
         "%d operations: %zu cuts, %zu separations, %zu clips, %zu taken off, %zu coagulations, "
-        "%zu ligatures, %zu grasps, %zu releases, %zu degraded steps, %zu faults\n",
+        "%zu ligatures, %zu grasps, %zu releases, %zu degraded steps, %zu faults in %zu sequences\n",
         operations, of(EventKind::Cut), of(EventKind::Separated), of(EventKind::Clipped),
         of(EventKind::Unclipped), of(EventKind::Coagulated), of(EventKind::Ligated), of(EventKind::Grasped),
-        of(EventKind::Released), degraded, faults);
+        of(EventKind::Released), degraded, faults, faulted);
   }
 };
 
@@ -309,7 +309,7 @@ TEST(Sequences, OnRandomNetsKeepEveryInvariant) {
   EXPECT_GE(sum.of(EventKind::Coagulated), least(0.1));
   EXPECT_GE(sum.of(EventKind::Ligated), least(0.01));
   EXPECT_GE(sum.of(EventKind::Grasped), least(0.1));
-  EXPECT_LE(sum.faults, least(0.05)) << "declared, but rare: tools appear within thin nets here";
+  EXPECT_LE(sum.faulted, least(0.005)) << "declared, but rare: tools appear within thin nets here";
 }
 
 TEST(Sequences, OnRandomVolumesKeepEveryInvariant) {
@@ -320,7 +320,7 @@ TEST(Sequences, OnRandomVolumesKeepEveryInvariant) {
   EXPECT_GE(sum.of(EventKind::Cut), least(1.0));
   EXPECT_GE(sum.of(EventKind::Separated), least(0.1));
   EXPECT_GE(sum.of(EventKind::Grasped), least(0.1));
-  EXPECT_LE(sum.faults, least(0.1)) << "declared, but rare: tools appear within thin flaps here";
+  EXPECT_LE(sum.faulted, least(0.1)) << "declared, but rare: tools appear within thin flaps here";
 }
 
 }  // namespace
