@@ -46,7 +46,7 @@ configure() {
     say "configuring $build ($pass of 2)"
     cmake -S "$repository" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
       -DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython3_EXECUTABLE=/usr/bin/python3 \
-      -DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache "$@" >"$build/configure.log" 2>&1 ||
+      -DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DVEST_UNITY_BUILD=ON "$@" >"$build/configure.log" 2>&1 ||
       { tail -n 40 "$build/configure.log" >&2; fail "cmake failed; all of its output: $build/configure.log"; }
   done
   touch "$build/.configured"

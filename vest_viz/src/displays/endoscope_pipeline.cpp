@@ -4,14 +4,10 @@
 #include <thread>
 
 #include "ogre_assets.h"
+#include "steady_seconds.h"
 
 namespace vest::displays {
 namespace {
-
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 bool byField(EndoscopePipeline::Smoke method) {
   return (static_cast<int>(method) & 1) != 0;
 }
@@ -32,7 +28,7 @@ void EndoscopePipeline::setCamera(const camera::Intrinsics& camera, double circl
 
 void EndoscopePipeline::setLook(const picture::CameraLook& look) {
   look_ = look;
-  if (finisher_) finisher_->setLook(look);
+  look_changed_ = true;
 }
 
 void EndoscopePipeline::settle(const mesh::Store& store) {
@@ -58,7 +54,7 @@ void EndoscopePipeline::setLens(const vest_msgs::LensState::ConstPtr& m) {
   lens_.rows = static_cast<int>(m->rows);
   lens_.soiling = m->soiling;
   lens_.blood = m->soiling_blood;
-  if (finisher_) finisher_->setLens(lens_);
+  lens_changed_ = true;
 }
 
 void EndoscopePipeline::clear() {
@@ -67,30 +63,55 @@ void EndoscopePipeline::clear() {
   smoke_.reset();
   smoke_field_ = {};
   lens_ = {};
-  if (finisher_) finisher_->setLens(lens_);
+  lens_changed_ = true;
+}
+
+EndoscopePipeline::Timing EndoscopePipeline::render(const Eigen::Isometry3d& X_WO, double time, double dt) {
+  Timing timing;
+  const double start = seconds();
+  scene_.setPose(X_WO);
+  scene_.setGain(fixed_gain_ > 0 ? fixed_gain_ : gain_);
+  if (fluid_) scene_.effects().setFluid(*fluid_, X_WO.translation());
+  if (smoke_) scene_.effects().setSmoke(*smoke_, X_WO.translation(), byBillboards(method_));
+  timing.prepare = seconds() - start;
+  const EndoscopeScene::Timing rendered = scene_.render(&rendered_.rgba);
+  timing.draw = rendered.draw;
+  timing.read = rendered.read;
+  rendered_.X_WO = X_WO;
+  rendered_.time = time;
+  rendered_.dt = dt;
+  rendered_.light = scene_.light();
+  return timing;
+}
+
+void EndoscopePipeline::handOver() {
+  std::swap(rendered_, handed_over_);
+  handed_over_.smoky = smoke_ && byField(method_);
+  if (handed_over_.smoky) handed_over_.smoke = smoke_field_;
+  if (look_changed_) finisher_->setLook(look_);
+  if (lens_changed_) finisher_->setLens(lens_);
+  look_changed_ = lens_changed_ = false;
+  gain_ = exposure_.gain();
+}
+
+double EndoscopePipeline::finish(cv::Mat* out) {
+  const double start = seconds();
+  const Rendered& r = handed_over_;
+  if (r.smoky)
+    veil_.draw(r.smoke, finisher_->source(), r.X_WO, r.rgba, r.time, r.light, &veil_picture_);
+  else
+    veil_picture_.release();
+  finisher_->apply(r.rgba, veil_picture_, out);
+  exposure_.update(*out, finisher_->circle(), r.dt);
+  return seconds() - start;
 }
 
 EndoscopePipeline::Timing EndoscopePipeline::draw(const Eigen::Isometry3d& X_WO, double time, double dt,
                                                   cv::Mat* out) {
-  Timing timing;
-  const double start = seconds();
-  scene_.setPose(X_WO);
-  scene_.setGain(fixed_gain_ > 0 ? fixed_gain_ : exposure_.gain());
-  if (fluid_) scene_.effects().setFluid(*fluid_, X_WO.translation());
-  if (smoke_) scene_.effects().setSmoke(*smoke_, X_WO.translation(), byBillboards(method_));
-  const double prepared = seconds();
-  const EndoscopeScene::Timing rendered = scene_.render(&rendering_);
-  const double read = seconds();
-  if (smoke_ && byField(method_))
-    veil_.draw(smoke_field_, finisher_->source(), X_WO, rendering_, time, scene_.light(), &veil_picture_);
-  else
-    veil_picture_.release();
-  finisher_->apply(rendering_, veil_picture_, out);
-  exposure_.update(*out, finisher_->circle(), dt);
-  timing.prepare = prepared - start;
-  timing.draw = rendered.draw;
-  timing.read = rendered.read;
-  timing.finish = seconds() - read;
+  Timing timing = render(X_WO, time, dt);
+  handOver();
+  timing.finish = finish(out);
+  gain_ = exposure_.gain();
   return timing;
 }
 

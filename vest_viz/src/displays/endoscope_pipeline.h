@@ -19,7 +19,9 @@
 namespace vest::displays {
 
 /// From messages to the finished picture of the endoscope: scene, camera, smoke, lens, exposure. The display,
-/// vest_render and the benchmark share it. Messages are put aside by the setters and worked on in draw().
+/// vest_render and the benchmark share it. Messages are put aside by the setters and worked on in render()
+/// and finish(). A live view lets a worker finish a picture while it renders the next: between start of a
+/// finish() and its end the setters, setCamera() excepted, and render() may be called, nothing else.
 class EndoscopePipeline {
  public:
   /// How smoke is shown (models.md section 10): by its density field, by billboards, or both.
@@ -53,8 +55,15 @@ class EndoscopePipeline {
   struct Timing {
     double prepare = 0, draw = 0, read = 0, finish = 0;  ///< s
   };
-  /// @param X_WO optical frame in world; @param time s, of the simulation, moves the smoke's pattern
-  /// @param dt s since the last picture, for the exposure; @param out CV_8UC3, RGB
+  /// Draws the scene and reads it back. @param X_WO optical frame in world; @param time s, of the simulation,
+  /// moves the smoke's pattern; @param dt s since the last picture, for the exposure
+  Timing render(const Eigen::Isometry3d& X_WO, double time, double dt);
+  /// Makes the last rendering, and the smoke and lens of now, what finish() works on. No finish() may run.
+  void handOver();
+  /// Smoke, lens, camera, exposure of what was handed over; by one thread at a time.
+  /// @param out CV_8UC3, RGB; @return s
+  double finish(cv::Mat* out);
+  /// All of it, one after the other.
   Timing draw(const Eigen::Isometry3d& X_WO, double time, double dt, cv::Mat* out);
 
   EndoscopeScene& scene() { return scene_; }
@@ -78,7 +87,17 @@ class EndoscopePipeline {
   double fixed_gain_ = 0;
   vest_msgs::FluidState::ConstPtr fluid_;
   vest_msgs::SmokeState::ConstPtr smoke_;
-  cv::Mat rendering_, veil_picture_;
+  bool lens_changed_ = false, look_changed_ = false;
+  double gain_ = 1;  ///< of the picture handed over last
+  /// What finish() works on.
+  struct Rendered {
+    cv::Mat rgba;
+    smoke::Field smoke;  ///< where it shows
+    bool smoky = false;
+    Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
+    double time = 0, dt = 0, light = 0;
+  } rendered_, handed_over_;
+  cv::Mat veil_picture_;
 };
 
 }  // namespace vest::displays

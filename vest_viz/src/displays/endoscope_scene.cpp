@@ -1,6 +1,5 @@
 #include "endoscope_scene.h"
 
-#include <chrono>
 #include <cmath>
 
 #include <OgreCamera.h>
@@ -15,6 +14,7 @@
 
 #include "conversion.h"
 #include "ogre_assets.h"
+#include "steady_seconds.h"
 
 namespace vest::displays {
 namespace {
@@ -22,10 +22,6 @@ constexpr double kNear = 0.002,
                  kFar = 0.8;            // m; rviz's Camera display clips at 10 mm, where an endoscope works
 constexpr double kLightOffset = 0.004;  // m above the lens: fibre bundle beside the optics of a 10 mm tube
 constexpr double kLightIntensity = 0.0035;  // m2: gain 1 exposes a place 6 cm away
-
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 }  // namespace
 
 EndoscopeScene::EndoscopeScene(int quality) {

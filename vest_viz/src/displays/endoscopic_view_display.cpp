@@ -27,6 +27,7 @@
 
 #include "conversion.h"
 #include "image_pane.h"
+#include "steady_seconds.h"
 
 namespace vest::displays {
 namespace {
@@ -39,10 +40,6 @@ constexpr double kTooSlowMs = 32, kFastMs = 14;
 
 constexpr double kLongestHold = 20;  // s without tissue or textures before pictures are sent all the same
 constexpr double kDegree = 3.14159265358979323846 / 180;
-
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 template <class P>
 P* limited(P* property, double low, double high) {
@@ -137,6 +134,7 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
 
 EndoscopicViewDisplay::~EndoscopicViewDisplay() {
   input_.unsubscribe();
+  waitForWorker();
   if (!initialized()) return;
   fill_->setBool(false);
   delete dock_;
@@ -151,6 +149,7 @@ void EndoscopicViewDisplay::onInitialize() {
 
 void EndoscopicViewDisplay::updateScene() {
   if (!initialized() && pane_ == nullptr) return;
+  waitForWorker();
   try {
     view_ = std::make_unique<EndoscopePipeline>(quality_->getOptionInt() == 0   ? 0
                                                 : quality_->getOptionInt() == 3 ? 2
@@ -179,6 +178,7 @@ void EndoscopicViewDisplay::updateLook() {
 
 void EndoscopicViewDisplay::updateCamera() {
   if (!view_) return;
+  waitForWorker();
   camera_ = camera::fromFieldOfView(
       static_cast<std::uint32_t>(width_->getInt()), static_cast<std::uint32_t>(height_->getInt()),
       field_of_view_->getFloat() * kDegree, {k1_->getFloat(), k2_->getFloat(), 0, 0, 0});
@@ -231,6 +231,7 @@ void EndoscopicViewDisplay::onEnable() {
 }
 
 void EndoscopicViewDisplay::onDisable() {
+  waitForWorker();
   input_.unsubscribe();
   instruments_sub_.shutdown();
   effects_.unsubscribe();
@@ -308,6 +309,8 @@ bool EndoscopicViewDisplay::endoscopePose(Eigen::Isometry3d* X_WO, std::string* 
 void EndoscopicViewDisplay::update(float tick, float) {
   if (!view_ || !view_->ready()) return;
   const double start = seconds();
+  if (finishing_.valid() && finishing_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+    waitForWorker();
   // rviz asks at its own pace: the nearest of its ticks is taken, so that the mean rate is the wished one.
   if (start < next_picture_ - 0.5 * std::min(static_cast<double>(tick), kLongestTick)) return;
   try {
@@ -330,9 +333,7 @@ void EndoscopicViewDisplay::update(float tick, float) {
     effects_.handTo(view_.get());
     instruments_changed_ = false;
     const double prepared = seconds();
-    const EndoscopePipeline::Timing timing =
-        view_->draw(X_WO, input_.time(), start - last_picture_, &picture_);
-    const double finished = seconds();
+    const EndoscopePipeline::Timing timing = view_->render(X_WO, input_.time(), start - last_picture_);
     // The state's stamp; while no state has come, the time of drawing.
     const ros::Time stamp = input_.header().stamp.isZero() ? ros::Time::now() : input_.header().stamp;
     // A session starts with the first picture: nothing is sent before there is tissue with its textures, but
@@ -340,24 +341,23 @@ void EndoscopicViewDisplay::update(float tick, float) {
     if (first_picture_ == 0) first_picture_ = start;
     begun_ = begun_ || (view_->scene().complete() && !input_.store().empty()) ||
              start - first_picture_ > kLongestHold;
-    if (begun_) {
-      publish(stamp);
-      if (truth_.wanted()) {
-        std_msgs::Header header;
-        header.stamp = stamp;
-        header.frame_id = optical_frame_->getStdString();
-        truth_.publish(*view_, input_.store(), instruments_.get(), X_WO, header, input_.step());
-      }
+    collect();  // the picture before this one
+    view_->handOver();
+    const Outgoing to = begun_ ? outgoing(stamp) : Outgoing();
+    // The next picture is drawn while a worker finishes this one; ground truth belongs to one picture.
+    const bool truth = begun_ && truth_.wanted();
+    finishing_ =
+        std::async(truth ? std::launch::deferred : std::launch::async, [this, to] { return finish(to); });
+    if (truth) {
+      collect();
+      std_msgs::Header header;
+      header.stamp = stamp;
+      header.frame_id = optical_frame_->getStdString();
+      truth_.publish(*view_, input_.store(), instruments_.get(), X_WO, header, input_.step());
     }
-    const double sent = seconds();
-    pane_->show(picture_.data, picture_.cols, picture_.rows);
-    const double shown = seconds();
     sums_.tissue += prepared - start + timing.prepare;
     sums_.draw += timing.draw;
     sums_.read += timing.read;
-    sums_.finish += timing.finish;
-    sums_.send += sent - finished;
-    sums_.show += shown - sent;
     ++sums_.pictures;
     last_picture_ = start;
   } catch (const std::exception& e) {
@@ -367,42 +367,74 @@ void EndoscopicViewDisplay::update(float tick, float) {
   account(start);
 }
 
-void EndoscopicViewDisplay::publish(const ros::Time& stamp) {
-  const std::string frame = optical_frame_->getStdString();
+EndoscopicViewDisplay::Outgoing EndoscopicViewDisplay::outgoing(const ros::Time& stamp) {
+  Outgoing to;
+  to.header.stamp = stamp;
+  to.header.frame_id = optical_frame_->getStdString();
   if (info_pub_.getNumSubscribers() > 0) {
     sensor_msgs::CameraInfo info = toCameraInfo(camera_);
-    info.header.stamp = stamp;
-    info.header.frame_id = frame;
+    info.header = to.header;
     info_pub_.publish(info);
   }
-  if (image_pub_.getNumSubscribers() > 0) {
-    auto image = boost::make_shared<sensor_msgs::Image>();
-    image->header.stamp = stamp;
-    image->header.frame_id = frame;
-    image->width = camera_.width;
-    image->height = camera_.height;
-    image->encoding = "rgb8";
-    image->step = 3 * camera_.width;
-    image->data.assign(picture_.data, picture_.data + picture_.total() * 3);
-    image_pub_.publish(image);
+  if (image_pub_.getNumSubscribers() > 0) to.image = image_pub_;
+  const double now = seconds();
+  if (compressed_pub_.getNumSubscribers() > 0 &&
+      now - last_compressed_ >= 0.97 / compressed_rate_->getFloat()) {
+    last_compressed_ = now;
+    to.compressed = compressed_pub_;
   }
-  publishCompressed(stamp);
+  return to;
 }
 
-void EndoscopicViewDisplay::publishCompressed(const ros::Time& stamp) {
-  const double now = seconds();
-  if (compressed_pub_.getNumSubscribers() == 0 ||
-      now - last_compressed_ < 0.97 / compressed_rate_->getFloat())
-    return;
-  last_compressed_ = now;
-  sensor_msgs::CompressedImage message;
-  message.header.stamp = stamp;
-  message.header.frame_id = optical_frame_->getStdString();
-  message.format = "rgb8; jpeg compressed bgr8";
-  cv::Mat bgr;
-  cv::cvtColor(picture_, bgr, cv::COLOR_RGB2BGR);
-  cv::imencode(".jpg", bgr, message.data, {cv::IMWRITE_JPEG_QUALITY, 85});
-  compressed_pub_.publish(message);
+void EndoscopicViewDisplay::send(const Outgoing& to, const cv::Mat& picture) {
+  if (to.image) {
+    auto image = boost::make_shared<sensor_msgs::Image>();
+    image->header = to.header;
+    image->width = static_cast<std::uint32_t>(picture.cols);
+    image->height = static_cast<std::uint32_t>(picture.rows);
+    image->encoding = "rgb8";
+    image->step = 3 * image->width;
+    image->data.assign(picture.data, picture.data + picture.total() * 3);
+    to.image.publish(image);
+  }
+  if (to.compressed) {
+    sensor_msgs::CompressedImage message;
+    message.header = to.header;
+    message.format = "rgb8; jpeg compressed bgr8";
+    cv::Mat bgr;
+    cv::cvtColor(picture, bgr, cv::COLOR_RGB2BGR);
+    cv::imencode(".jpg", bgr, message.data, {cv::IMWRITE_JPEG_QUALITY, 85});
+    to.compressed.publish(message);
+  }
+}
+
+EndoscopicViewDisplay::Finished EndoscopicViewDisplay::finish(const Outgoing& to) {
+  Finished done;
+  done.finish = view_->finish(&picture_);
+  const double finished = seconds();
+  send(to, picture_);
+  const double sent = seconds();
+  done.image = ImagePane::convert(picture_.data, picture_.cols, picture_.rows);
+  done.send = sent - finished;
+  done.show = seconds() - sent;
+  return done;
+}
+
+void EndoscopicViewDisplay::collect() {
+  if (!finishing_.valid()) return;
+  const Finished done = finishing_.get();
+  sums_.finish += done.finish;
+  sums_.send += done.send;
+  sums_.show += done.show;
+  pane_->show(done.image);
+}
+
+void EndoscopicViewDisplay::waitForWorker() {
+  try {
+    collect();
+  } catch (const std::exception& e) {
+    setStatusStd(rviz::StatusProperty::Error, "Picture", e.what());
+  }
 }
 
 void EndoscopicViewDisplay::account(double now) {

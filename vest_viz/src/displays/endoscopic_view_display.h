@@ -1,9 +1,11 @@
 #pragma once
 
+#include <future>
 #include <memory>
 
 #include <rviz/display.h>
 #include <vest_msgs/InstrumentStates.h>
+#include <QImage>
 #include <opencv2/core.hpp>
 
 #include "endoscope_inputs.h"
@@ -48,8 +50,23 @@ class EndoscopicViewDisplay : public rviz::Display {
 
  private:
   bool endoscopePose(Eigen::Isometry3d* X_WO, std::string* how);
-  void publish(const ros::Time& stamp);
-  void publishCompressed(const ros::Time& stamp);
+  /// Who gets a picture, and what with it: settled before a worker finishes it.
+  struct Outgoing {
+    ros::Publisher image, compressed;  ///< invalid: nobody listens, or not this time
+    std_msgs::Header header;
+  };
+  Outgoing outgoing(const ros::Time& stamp);
+  static void send(const Outgoing& to, const cv::Mat& picture);
+  /// What a worker made of a rendering. Times in s.
+  struct Finished {
+    double finish = 0, send = 0, show = 0;
+    QImage image;
+  };
+  Finished finish(const Outgoing& to);
+  /// Shows what the worker has finished, and waits for it if it has not.
+  void collect();
+  /// The same where nobody could handle its error.
+  void waitForWorker();
   void account(double now);
 
   rviz::StringProperty* tissue_topic_;
@@ -88,7 +105,8 @@ class EndoscopicViewDisplay : public rviz::Display {
   camera::Intrinsics camera_;
   ImagePane* pane_ = nullptr;
   rviz::PanelDockWidget* dock_ = nullptr;
-  cv::Mat picture_;
+  cv::Mat picture_;  ///< the worker's, while there is one
+  std::future<Finished> finishing_;
   int level_ =
       2;  ///< of kResolutions: coarse at first, moved by the frame time when the quality is automatic
   double first_picture_ = 0;  ///< s, steady clock: when drawing began

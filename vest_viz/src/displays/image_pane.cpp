@@ -13,14 +13,18 @@ ImagePane::ImagePane(QWidget* parent) : QWidget(parent) {
   setMinimumSize(180, 144);
 }
 
-void ImagePane::show(const unsigned char* rgb, int width, int height) {
-  if (image_.width() != width || image_.height() != height)
-    image_ = QImage(width, height, QImage::Format_RGB32);
+QImage ImagePane::convert(const unsigned char* rgb, int width, int height) {
+  QImage image(width, height, QImage::Format_RGB32);
   for (int y = 0; y < height; ++y) {
-    auto* out = reinterpret_cast<QRgb*>(image_.scanLine(y));
+    auto* out = reinterpret_cast<QRgb*>(image.scanLine(y));
     const unsigned char* in = rgb + 3 * static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
     for (int x = 0; x < width; ++x, in += 3) out[x] = qRgb(in[0], in[1], in[2]);
   }
+  return image;
+}
+
+void ImagePane::show(const QImage& image) {
+  image_ = image;
   update();
 }
 

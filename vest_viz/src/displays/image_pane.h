@@ -9,8 +9,9 @@ namespace vest::displays {
 class ImagePane : public QWidget {
  public:
   explicit ImagePane(QWidget* parent = nullptr);
-  /// @param rgb packed 8 bit RGB, copied
-  void show(const unsigned char* rgb, int width, int height);
+  /// @param rgb packed 8 bit RGB, copied; for any thread
+  static QImage convert(const unsigned char* rgb, int width, int height);
+  void show(const QImage& image);
   /// Lies over `host` and follows its size; nullptr ends that.
   void cover(QWidget* host);
   QSize sizeHint() const override { return QSize(720, 576); }
