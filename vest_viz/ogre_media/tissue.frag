@@ -8,9 +8,16 @@ uniform vec2 alpha;            // opacity; 1: depth goes into the alpha channel 
 varying vec3 halfway;
 varying vec4 uv;
 varying vec4 tint;
+varying vec3 cast0;  // place in the shadow of each instrument: instrument/shadow.h
+varying vec3 cast1;
 #ifdef STATE
 varying vec4 state;  // film of blood, coagulated, charred, bloodless: 0 ... 1
 #endif
+
+// Share of the lamp that an instrument hides; 1.2 is the lamp's diameter over a shaft's radius of 2.5 mm.
+float hidden(vec3 c) {
+  return step(1.0, c.y) * clamp(0.5 + min(c.y - abs(c.x), c.z) / (1.2 * max(c.y - 1.0, 0.02)), 0.0, 1.0);
+}
 
 void main() {
   vec4 ground = texture2D(albedo_map, uv.xy);
@@ -79,8 +86,10 @@ void main() {
   // A soft film everywhere; bright and slightly blue only where fluid stands.
   colour += wet * (soft * sheen + ground.a * ground.a * vec3(17.0, 18.0, 19.0) * sharp);
 
+  // What other tissue scatters reaches into the shadow all the same (a third; by eye).
+  float lit = 1.0 - 0.67 * max(hidden(cast0), hidden(cast1));
   // Close to 1 - exp(-x): highlights run into white softly.
-  colour *= uv.z;
+  colour *= uv.z * lit;
   colour = 1.0 - 1.0 / (1.0 + colour * (1.0 + colour * (0.5 + 0.17 * colour)));
   colour = sqrt(colour);
   // The camera's contrast: dark parts darker, bright ones brighter.

@@ -3,10 +3,13 @@
 uniform mat4 worldview_matrix;
 uniform mat4 worldviewproj_matrix;
 uniform vec4 light;  // view space position (m), intensity (m2) times exposure
+uniform vec4 shadow[6];  // of two instruments: instrument/shadow.h
 uniform vec4 shaft[6];  // instruments: two ends each in view space (m), radius; 0: there is none
 varying vec3 halfway;    // to lens and light, along tangent, binormal, normal
 varying vec4 uv;         // texture coordinates, strength of the light here, depth (m)
 varying vec4 tint;       // tint.a: openness baked per vertex
+varying vec3 cast0;      // place in the shadow of each instrument
+varying vec3 cast1;
 #ifdef STATE
 varying vec4 state;      // film of blood, coagulated, charred, bloodless: 0 ... 1
 #endif
@@ -33,6 +36,9 @@ void main() {
     to += along * clamp(-dot(to, along) / max(dot(along, along), 1e-9), 0.0, 1.0);
     tint.a *= 1.0 - 0.75 * clamp(shaft[i].w * dot(to, front) / max(dot(to, to), 1e-9), 0.0, 1.0);
   }
+  vec4 p = vec4(position, 1.0);
+  cast0 = vec3(dot(shadow[0], p), dot(shadow[1], p), dot(shadow[2], p));
+  cast1 = vec3(dot(shadow[3], p), dot(shadow[4], p), dot(shadow[5], p));
 #ifdef STATE
   state = gl_MultiTexCoord2;
 #endif

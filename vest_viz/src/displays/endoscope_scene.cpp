@@ -1,6 +1,9 @@
 #include "endoscope_scene.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include <OgreCamera.h>
 #include <OgreHardwarePixelBuffer.h>
@@ -15,6 +18,7 @@
 #include "conversion.h"
 #include "ogre_assets.h"
 #include "steady_seconds.h"
+#include "vest_viz/instrument/shadow.h"
 
 namespace vest::displays {
 namespace {
@@ -151,13 +155,36 @@ TissueVisual::Shafts EndoscopeScene::shafts() const {
   return all;
 }
 
+TissueVisual::Shadows EndoscopeScene::shadowsOf(const TissueVisual::Shafts& shafts) {
+  TissueVisual::Shadows all;
+  all.fill(Ogre::Vector4::ZERO);
+  const Eigen::Vector3d lamp(0, kLightOffset, 0);
+  const auto point = [&](std::size_t i) { return Eigen::Vector3d(shafts[i].x, shafts[i].y, shafts[i].z); };
+  // Each costs in every pixel: the two whose ends are nearest, which hide most.
+  std::vector<std::pair<double, std::size_t>> nearest;
+  for (std::size_t i = 0; i < shafts.size(); i += 2)
+    if (shafts[i].w > 0) nearest.emplace_back((point(i) - lamp).norm(), i);
+  std::sort(nearest.begin(), nearest.end());
+  for (std::size_t k = 0; k < std::min<std::size_t>(nearest.size(), 2); ++k) {
+    const std::size_t i = nearest[k].second;
+    const auto shadow =
+        instrument::castShadow(lamp, point(i), point(i + 1), static_cast<double>(shafts[i].w)).rows;
+    for (int r = 0; r < 3; ++r)
+      all[3 * k + static_cast<std::size_t>(r)] =
+          Ogre::Vector4(shadow(r, 0), shadow(r, 1), shadow(r, 2), shadow(r, 3));
+  }
+  return all;
+}
+
 EndoscopeScene::Timing EndoscopeScene::render(cv::Mat* rgba) {
   Timing timing;
   if (target_ == nullptr) return timing;
   complete_ = takeBakedTextures() && tissue_->settled();
   const Ogre::Vector4 light(0.0f, static_cast<float>(kLightOffset), 0.0f, static_cast<float>(this->light()));
   tissue_->setLight(light);
-  tissue_->setShafts(shafts());
+  const TissueVisual::Shafts shafts = this->shafts();
+  tissue_->setShafts(shafts);
+  tissue_->setShadows(shadowsOf(shafts));
   effects_->setLight(light);
   for (auto& [name, visual] : instruments_) visual->setLight(light);
   const double start = seconds();

@@ -57,6 +57,7 @@ class EndoscopeScene {
  private:
   void buildStop(double circle);
   TissueVisual::Shafts shafts() const;
+  static TissueVisual::Shadows shadowsOf(const TissueVisual::Shafts& shafts);
 
   Ogre::SceneManager* manager_;
   Ogre::Camera* camera_;

@@ -28,15 +28,12 @@
 #include "conversion.h"
 #include "image_pane.h"
 #include "steady_seconds.h"
+#include "vest_viz/picture/quality.h"
 
 namespace vest::displays {
 namespace {
 
-/// Rendered pixels per pixel of the picture that the automatic quality chooses from, and the milliseconds for
-/// drawing and reading back above which it steps down, below which it steps up.
 constexpr double kLongestTick = 0.05;  // s: of rviz
-constexpr double kResolutions[] = {1.0, 0.85, 0.7, 0.65};
-constexpr double kTooSlowMs = 32, kFastMs = 14;
 
 constexpr double kLongestHold = 20;  // s without tissue or textures before pictures are sent all the same
 constexpr double kDegree = 3.14159265358979323846 / 180;
@@ -194,7 +191,7 @@ void EndoscopicViewDisplay::updateCamera() {
   // Fewer pixels are drawn and the camera's resampling fills in.
   const int quality = quality_->getOptionInt();
   const double resolution = quality == 3   ? 1.8
-                            : quality == 2 ? kResolutions[level_]
+                            : quality == 2 ? picture::kResolutions[level_]
                             : quality == 1 ? 1.0
                                            : 0.7;
   view_->setCamera(camera_, circle_->getFloat(), resolution);
@@ -247,6 +244,7 @@ void EndoscopicViewDisplay::reset() {
   input_.clear();
   effects_.clear();
   if (view_) view_->clear();
+  history_.clear();
   instruments_.reset();
   if (isEnabled()) updateTopics();
 }
@@ -256,12 +254,9 @@ void EndoscopicViewDisplay::updateTopics() {
   input_.subscribe(update_nh_, tissue_topic_->getStdString(), effects_topic_->getStdString());
   effects_.subscribe(update_nh_, tissue_topic_->getStdString(), effects_topic_->getStdString());
   instruments_sub_ = update_nh_.subscribe<vest_msgs::InstrumentStates>(
-      instruments_topic_->getStdString(), 1,
-      [this](const vest_msgs::InstrumentStates::ConstPtr& m) {
-        instruments_ = m;
-        instruments_changed_ = true;
-      },
-      nullptr, ros::TransportHints().tcpNoDelay());
+      instruments_topic_->getStdString(), InstrumentHistory::kMost,
+      [this](const vest_msgs::InstrumentStates::ConstPtr& m) { history_.add(m); }, nullptr,
+      ros::TransportHints().tcpNoDelay());
   const std::string prefix = image_topic_->getStdString();
   image_pub_.shutdown();
   info_pub_.shutdown();
@@ -277,8 +272,11 @@ bool EndoscopicViewDisplay::endoscopePose(Eigen::Isometry3d* X_WO, std::string* 
   const auto buffer = context_->getFrameManager()->getTF2BufferPtr();
   const std::string optical = optical_frame_->getStdString(), tip = tip_frame_->getStdString();
   const auto lookUp = [&](const std::string& target, const std::string& source, Eigen::Isometry3d* X) {
-    if (!buffer->canTransform(target, source, ros::Time())) return false;
-    const auto t = buffer->lookupTransform(target, source, ros::Time()).transform;
+    // At the step that is shown; a light post that is not known there: as it is now.
+    ros::Time when = input_.header().stamp;
+    if (!buffer->canTransform(target, source, when)) when = ros::Time();
+    if (!buffer->canTransform(target, source, when)) return false;
+    const auto t = buffer->lookupTransform(target, source, when).transform;
     geometry_msgs::Pose pose;
     pose.position.x = t.translation.x, pose.position.y = t.translation.y, pose.position.z = t.translation.z;
     pose.orientation = t.rotation;
@@ -315,6 +313,9 @@ void EndoscopicViewDisplay::update(float tick, float) {
   if (start < next_picture_ - 0.5 * std::min(static_cast<double>(tick), kLongestTick)) return;
   try {
     const bool tissue_changed = input_.process();
+    const auto instruments = history_.at(input_.header().stamp);
+    const bool instruments_changed = instruments != instruments_;
+    instruments_ = instruments;
     Eigen::Isometry3d X_WO;
     std::string how;
     if (!endoscopePose(&X_WO, &how)) {
@@ -325,13 +326,12 @@ void EndoscopicViewDisplay::update(float tick, float) {
     }
     // Nothing moved: twice a second is enough.
     const bool effects_changed = effects_.changed();
-    if (!tissue_changed && !instruments_changed_ && !effects_changed && start - last_picture_ < 0.5) return;
+    if (!tissue_changed && !instruments_changed && !effects_changed && start - last_picture_ < 0.5) return;
     setStatusStd(rviz::StatusProperty::Ok, "Camera", how);
     next_picture_ = std::max(next_picture_ + 1.0 / rate_->getFloat(), start);
     if (tissue_changed || !view_->scene().settled()) view_->setTissue(input_.store());
     if (instruments_) view_->setInstruments(*instruments_);
     effects_.handTo(view_.get());
-    instruments_changed_ = false;
     const double prepared = seconds();
     const EndoscopePipeline::Timing timing = view_->render(X_WO, input_.time(), start - last_picture_);
     // The state's stamp; while no state has come, the time of drawing.
@@ -471,10 +471,7 @@ void EndoscopicViewDisplay::account(double now) {
   sums_ = {};
   // Not judged by the first pictures, which bake textures.
   if (quality_->getOptionInt() != 2 || n < 10 || elapsed > 60) return;
-  const int last_level = static_cast<int>(std::size(kResolutions)) - 1;
-  const int wanted = drawing > kTooSlowMs ? std::min(level_ + 1, last_level)
-                     : drawing < kFastMs  ? std::max(level_ - 1, 0)
-                                          : level_;
+  const std::size_t wanted = picture::nextLevel(level_, drawing);
   if (wanted == level_) return;
   level_ = wanted;
   updateCamera();

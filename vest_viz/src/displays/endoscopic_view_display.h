@@ -10,6 +10,7 @@
 
 #include "endoscope_inputs.h"
 #include "endoscope_pipeline.h"
+#include "instrument_history.h"
 #include "tissue_input.h"
 #include "truth_output.h"
 
@@ -98,8 +99,9 @@ class EndoscopicViewDisplay : public rviz::Display {
   EndoscopeInputs effects_;
   TruthOutput truth_;
   ros::Subscriber instruments_sub_;
-  vest_msgs::InstrumentStates::ConstPtr instruments_;
-  bool instruments_changed_ = false, begun_ = false;
+  InstrumentHistory history_;
+  vest_msgs::InstrumentStates::ConstPtr instruments_;  ///< of the picture
+  bool begun_ = false;
   ros::Publisher image_pub_, info_pub_, compressed_pub_;
   std::unique_ptr<EndoscopePipeline> view_;
   camera::Intrinsics camera_;
@@ -107,8 +109,8 @@ class EndoscopicViewDisplay : public rviz::Display {
   rviz::PanelDockWidget* dock_ = nullptr;
   cv::Mat picture_;  ///< the worker's, while there is one
   std::future<Finished> finishing_;
-  int level_ =
-      2;  ///< of kResolutions: coarse at first, moved by the frame time when the quality is automatic
+  /// Of picture::kResolutions: coarse at first, moved by the frame time when the quality is automatic.
+  std::size_t level_ = 2;
   double first_picture_ = 0;  ///< s, steady clock: when drawing began
   double last_picture_ = 0, next_picture_ = 0, last_compressed_ = 0, last_account_ = 0;
   ros::Time last_stamp_;

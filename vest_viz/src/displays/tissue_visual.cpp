@@ -309,6 +309,13 @@ void TissueVisual::setShafts(const Shafts& shafts) {
   });
 }
 
+void TissueVisual::setShadows(const Shadows& shadows) {
+  forEachMaterial([&](Ogre::Pass* pass) {
+    if (pass->hasVertexProgram())
+      pass->getVertexProgramParameters()->setNamedConstant("shadow", shadows[0].ptr(), shadows.size());
+  });
+}
+
 void TissueVisual::setAlpha(float alpha) {
   alpha_ = alpha;
   for (Part& part : parts_)

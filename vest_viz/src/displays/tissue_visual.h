@@ -38,6 +38,9 @@ class TissueVisual {
   /// Instruments that darken the skin beside them: two ends each in view space (m), the radius in w; 0: none.
   using Shafts = std::array<Ogre::Vector4, 6>;
   void setShafts(const Shafts& shafts);
+  /// Shadows of two of them: three rows of instrument::CastShadow each, in view space.
+  using Shadows = std::array<Ogre::Vector4, 6>;
+  void setShadows(const Shadows& shadows);
   void setAlpha(float alpha);
   void showSurface(bool show);
   void showLinks(bool show);

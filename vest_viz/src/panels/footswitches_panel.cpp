@@ -10,7 +10,8 @@ namespace vest::panels {
 namespace {
 constexpr double kStale = 0.1;  ///< s, safety.md: older counts as released
 const char* const kNames[] = {"coag", "cut", "irrigation", "suction", "tool", "clutch"};  // preset `trainer`
-const char* const kColours[] = {"#2962c9", "#e0b000", "#1f9bb5", "#7d57c1", "#5f6a72", "#5f6a72"};
+const char* const kColours[] = {"#2962c9", "#e0b000", "#1f7f95", "#7d57c1", "#5f6a72", "#5f6a72"};
+constexpr std::size_t kCut = 1;  ///< yellow, as such pedals are: with dark words
 }  // namespace
 
 FootswitchesPanel::FootswitchesPanel(QWidget* parent) : BasePanel(parent) {
@@ -45,7 +46,7 @@ void FootswitchesPanel::refresh() {
   for (std::size_t i = 0; i < lamps_.size(); ++i) {
     const bool down = !stale && i < last_.buttons.size() && last_.buttons[i] == 1;
     const QString style = QString("border-radius: 6px; padding: 2px; color: %1; background: %2")
-                              .arg(down ? "white" : "#404040", down ? kColours[i] : "#d8d8d8");
+                              .arg(down && i != kCut ? "white" : "#202020", down ? kColours[i] : "#d8d8d8");
     if (lamps_[i]->styleSheet() != style) lamps_[i]->setStyleSheet(style);
   }
   const QString text = heard_.isZero() ? "no footswitches heard"

@@ -36,6 +36,16 @@ HapticsPanel::HapticsPanel(QWidget* parent) : BasePanel(parent) {
   table_ = new QTableWidget(0, kColumns);
   table_->setHorizontalHeaderLabels(
       {"device", "instrument", "asked, N", "rendered, N", "age, ms", "rate, Hz", "energy, mJ", "limits"});
+  const char* const tips[] = {
+      "",
+      "the instrument that the device moves",
+      "force that the tissue asks for",
+      "force that the device was given, after the safety limiter",
+      "of the contact model that the force was computed from",
+      "of the force loop",
+      "taken from the hand and not yet given back; below 0 the device would drive the hand",
+      "what the safety limiter changed last; FAULT: no force until the person resets it"};
+  for (int i = 0; i < kColumns; ++i) table_->horizontalHeaderItem(i)->setToolTip(tips[i]);
   table_->verticalHeader()->hide();
   table_->horizontalHeader()->setSectionResizeMode(QHeaderView::ResizeToContents);
   table_->horizontalHeader()->setStretchLastSection(true);

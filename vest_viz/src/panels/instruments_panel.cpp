@@ -70,6 +70,14 @@ void InstrumentsPanel::addRow(QGridLayout* grid, std::size_t i) {
   row.command = new QComboBox;
   row.command->addItems({"command …", "enable", "disable", "pause", "resume", "home"});
   row.active = new QLabel;
+  row.tool->setToolTip("exchanges the tool; refused while it holds tissue");
+  row.source->setToolTip(
+      "who moves the instrument: the box's sensors, a haptic device, a CRTK client, keyboard and mouse, "
+      "or a recording");
+  row.operating->setToolTip("CRTK operating state");
+  row.command->setToolTip("CRTK command to this arm");
+  row.active->setToolTip(
+      "what the pedals make it do, whether it touches another instrument, whether its source is silent");
   grid->addWidget(new QLabel(QString("<b>%1</b>").arg(nameOf(i))), line, 0);
   grid->addWidget(row.tool, line, 1);
   grid->addWidget(row.source, line, 2);

@@ -34,10 +34,16 @@ MaterialPanel::MaterialPanel(QWidget* parent) : BasePanel(parent) {
   parameter_ = new QComboBox;
   value_ = new QDoubleSpinBox;
   value_->setDecimals(3);
+  object_->setToolTip("what is changed: an object, or the world");
+  parameter_->setToolTip("as named in docs/scene_format.md; damping_scale: 1 is the damping of the scene");
+  value_->setToolTip("the value to set; begins at a usual one, not at that of the scene");
   auto* const button = new QPushButton("Apply");
+  button->setToolTip("changes it with the next step, and the recording keeps it");
   about_ = new QLabel("no tissue heard");
   about_->setWordWrap(true);
   problem_ = new QLabel;
+  problem_->setWordWrap(true);
+  problem_->setStyleSheet("color: #b00020");
   problem_->hide();
   grid->addWidget(object_, 0, 0);
   grid->addWidget(parameter_, 0, 1);

@@ -87,7 +87,11 @@ PatientMonitorPanel::PatientMonitorPanel(QWidget* parent) : BasePanel(parent) {
   rate_->setText("HR –");
   pressure_->setText("ART –");
   loss_->setText("LOSS –");
-  balance_->setText("IRRIGATION –");
+  balance_->setText("FLUID –");
+  balance_->setToolTip("irrigation and blood: what came into the cavity, was sucked out, and is left in it");
+  rate_->setToolTip("heart rate");
+  pressure_->setToolTip("arterial pressure: systolic/diastolic (mean)");
+  loss_->setToolTip("blood lost since the scene was loaded, and what all vessels lose now");
   auto* const timer = new QTimer(this);
   connect(timer, &QTimer::timeout, this, [this] { showAge(); });
   timer->start(500);
@@ -119,8 +123,7 @@ void PatientMonitorPanel::onBlood(const vest_msgs::HaemodynamicsState& msg) {
 }
 
 void PatientMonitorPanel::onFluid(const vest_msgs::FluidState& msg) {
-  // What came in and was not taken out again: irrigation and blood in the cavity.
-  balance_->setText(QString("IRRIGATION in %1 ml, sucked %2 ml, left %3 ml")
+  balance_->setText(QString("FLUID in %1 ml, sucked %2 ml, left %3 ml")
                         .arg(1e6 * msg.emitted, 0, 'f', 0)
                         .arg(1e6 * msg.sucked, 0, 'f', 0)
                         .arg(1e6 * (msg.emitted - msg.sucked - msg.lost), 0, 'f', 0));

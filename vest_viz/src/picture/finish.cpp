@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <cstring>
 
 #include <opencv2/imgproc.hpp>
 
@@ -137,44 +135,6 @@ void Finisher::setLens(const Lens& lens) {
     }
 }
 
-void Finisher::smoothEdges(const cv::Mat& rendering) {
-  // Where the depth jumps (an instrument before tissue) neighbours are mixed: cheaper than drawing more
-  // pixels.
-  // The second difference leaves slanted surfaces alone, of which the first grows as large as of an edge.
-  constexpr int kJump = 3;  // codes: 3.6 mm at 8 cm; rounding alone makes 2
-  cv::extractChannel(rendering, depth_, 3);
-  rgb_.copyTo(jagged_);
-  const int width = rgb_.cols;
-  edge_.resize(static_cast<std::size_t>(width) + 8);
-  for (int y = 1; y + 1 < rgb_.rows; ++y) {
-    const std::uint8_t* d = depth_.ptr<std::uint8_t>(y);
-    const std::uint8_t* d_up = depth_.ptr<std::uint8_t>(y - 1);
-    const std::uint8_t* d_down = depth_.ptr<std::uint8_t>(y + 1);
-    std::uint8_t* edge = edge_.data();
-    for (int x = 1; x + 1 < width; ++x) {  // in 16 bits: vectorises
-      const auto twice = static_cast<std::int16_t>(2 * d[x]);
-      const auto along = static_cast<std::int16_t>(d[x - 1] + d[x + 1] - twice);
-      const auto across = static_cast<std::int16_t>(d_up[x] + d_down[x] - twice);
-      edge[x] = (along >= kJump) | (along <= -kJump) | (across >= kJump) | (across <= -kJump);
-    }
-    edge[0] = edge[width - 1] = 0;
-    const std::uint8_t* row = jagged_.ptr<std::uint8_t>(y);
-    const std::uint8_t* up = jagged_.ptr<std::uint8_t>(y - 1);
-    const std::uint8_t* down = jagged_.ptr<std::uint8_t>(y + 1);
-    std::uint8_t* out = rgb_.ptr<std::uint8_t>(y);
-    for (int first = 0; first < width; first += 8) {
-      std::uint64_t any;  // edges are rare
-      std::memcpy(&any, edge + first, sizeof any);
-      if (any == 0) continue;
-      for (int x = std::max(first, 1); x < std::min(first + 8, width - 1); ++x) {
-        if (edge[x] == 0) continue;
-        for (int k = 3 * x; k < 3 * x + 3; ++k)
-          out[k] = static_cast<std::uint8_t>((2 * row[k] + row[k - 3] + row[k + 3] + up[k] + down[k]) / 6);
-      }
-    }
-  }
-}
-
 void Finisher::blendVeil(const cv::Mat& veil) {
   cv::resize(veil, veil_, rgb_.size(), 0, 0, cv::INTER_LINEAR);
   for (int y = 0; y < rgb_.rows; ++y) {
@@ -187,7 +147,7 @@ void Finisher::blendVeil(const cv::Mat& veil) {
   }
 }
 
-void Finisher::defocus(const cv::Mat& rendering) {
+void Finisher::defocus() {
   // Circle of confusion of a thin lens: aperture · focal length · |1/z - 1/focus|; a share of 1 is a blur of
   // kBlur pixels at 588. An endoscope's aperture is small: at 5 cm it is sharp from some 3 to 10 cm
   // (assumed).
@@ -201,7 +161,6 @@ void Finisher::defocus(const cv::Mat& rendering) {
   cv::resize(rgb_, small_, {rgb_.cols / 2, rgb_.rows / 2}, 0, 0, cv::INTER_AREA);
   cv::GaussianBlur(small_, small_, {0, 0}, 2.2 * rgb_.rows / 588.0);
   cv::resize(small_, blurred_, rgb_.size(), 0, 0, cv::INTER_LINEAR);
-  cv::extractChannel(rendering, depth_, 3);
   // Blur reaches over edges: the mask is blurred too.
   cv::LUT(depth_, cv::Mat(1, 256, CV_8U, share), depth_);
   cv::blur(depth_, depth_, {5, 5});
@@ -252,9 +211,10 @@ void Finisher::apply(const cv::Mat& rendering, const cv::Mat& veil, cv::Mat* out
     out->setTo(0);
   }
   cv::cvtColor(rendering, rgb_, cv::COLOR_RGBA2RGB);
-  smoothEdges(rendering);
+  cv::extractChannel(rendering, depth_, 3);
+  edges_.apply(depth_, &rgb_);
   if (!veil.empty()) blendVeil(veil);
-  if (look_.focus > 0) defocus(rendering);
+  if (look_.focus > 0) defocus();
   cv::remap(rgb_, warped_, map_, map_fraction_, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
   if (fog_ > 0.005 || !soil_.empty()) cloud();
   if (!white_.empty()) cv::LUT(warped_, white_, warped_);

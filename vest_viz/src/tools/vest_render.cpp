@@ -25,6 +25,7 @@
 #include "conversion.h"
 #include "endoscope_inputs.h"
 #include "endoscope_pipeline.h"
+#include "instrument_history.h"
 #include "tissue_input.h"
 #include "truth_output.h"
 
@@ -49,7 +50,8 @@ bool endsWith(const std::string& text, const std::string& end) {
 struct Inputs {
   vest::displays::TissueInput tissue;
   vest::displays::EndoscopeInputs effects;
-  vest_msgs::InstrumentStates::ConstPtr instruments;
+  vest::displays::InstrumentHistory history;
+  vest_msgs::InstrumentStates::ConstPtr instruments;  ///< at the state that is shown
   tf2::BufferCore tf;
 
   void take(const rosbag::MessageInstance& m) {
@@ -65,7 +67,7 @@ struct Inputs {
     if (is("effects/smoke")) give<vest_msgs::SmokeState>(m, &effects);
     if (is("effects/lens")) give<vest_msgs::LensState>(m, &effects);
     if (is("/instruments"))
-      if (const auto message = m.instantiate<vest_msgs::InstrumentStates>()) instruments = message;
+      if (const auto message = m.instantiate<vest_msgs::InstrumentStates>()) history.add(message);
     if (topic == "/tf" || topic == "/tf_static")
       if (const auto message = m.instantiate<tf2_msgs::TFMessage>())
         for (const auto& t : message->transforms) tf.setTransform(t, "bag", topic == "/tf_static");
@@ -77,8 +79,11 @@ struct Inputs {
       Eigen::Isometry3d X_WTip, X_TipO;
       if (state.name != "endoscope" || !vest::displays::toPose(state.tip, &X_WTip)) continue;
       geometry_msgs::Pose pose;
-      if (tf.canTransform("endoscope_tip", "endoscope_optical_frame", ros::Time())) {
-        const auto t = tf.lookupTransform("endoscope_tip", "endoscope_optical_frame", ros::Time()).transform;
+      const char *const tip = "endoscope_tip", *const optical = "endoscope_optical_frame";
+      ros::Time when = tissue.header().stamp;
+      if (!tf.canTransform(tip, optical, when)) when = ros::Time();
+      if (tf.canTransform(tip, optical, when)) {
+        const auto t = tf.lookupTransform(tip, optical, when).transform;
         pose.position.x = t.translation.x, pose.position.y = t.translation.y,
         pose.position.z = t.translation.z;
         pose.orientation = t.rotation;
@@ -145,6 +150,7 @@ class Renderer {
   void frame(Inputs* inputs) {
     Eigen::Isometry3d X_WO;
     const bool changed = inputs->tissue.process();
+    inputs->instruments = inputs->history.at(inputs->tissue.header().stamp);
     if (inputs->tissue.store().empty() || !inputs->pose(o_.optic, &X_WO)) {
       ++empty_;
       return;

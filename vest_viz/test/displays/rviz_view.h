@@ -1,17 +1,16 @@
 #pragma once
 
-#include <functional>
-
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <rviz/render_panel.h>
 #include <rviz/visualization_manager.h>
-#include <QApplication>
 #include <QKeyEvent>
 #include <QMainWindow>
 #include <QMouseEvent>
 #include <QTest>
 #include <QWindow>
+
+#include "../spin.h"
 
 namespace vest::displays {
 
@@ -42,16 +41,6 @@ class RvizView : public testing::Test {
     delete window;
   }
 
-  bool spin(const std::function<bool()>& done, double seconds = 15.0) {
-    const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(seconds);
-    while (ros::WallTime::now() < end) {
-      ros::spinOnce();
-      QApplication::processEvents(QEventLoop::AllEvents, 5);
-      if (done()) return true;
-      ros::WallDuration(0.002).sleep();
-    }
-    return false;
-  }
   void key(int k, QEvent::Type type, bool again = false) {
     QKeyEvent event(type, k, Qt::NoModifier, QString(), again);
     QApplication::sendEvent(&panel, &event);

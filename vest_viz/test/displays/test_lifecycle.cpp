@@ -1,32 +1,39 @@
-// Adds and removes displays at run time, in a visualization manager of this process, and counts OGRE's
-// resources.
+// Adds and removes displays at run time in a real rviz view, feeds them topologies of every kind, and counts
+// what is left: OGRE's resources, threads, memory.
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include <OgreMaterialManager.h>
 #include <OgreMeshManager.h>
+#include <OgreRenderWindow.h>
 #include <OgreTextureManager.h>
-#include <gtest/gtest.h>
 #include <ros/package.h>
-#include <ros/ros.h>
 #include <rviz/display.h>
-#include <rviz/render_panel.h>
-#include <rviz/visualization_manager.h>
+#include <rviz/properties/status_list.h>
+#include <rviz/view_controller.h>
+#include <rviz/view_manager.h>
+#include <unistd.h>
 #include <vest_msgs/ContactModels.h>
 #include <vest_msgs/FluidState.h>
 #include <vest_msgs/InstrumentStates.h>
+#include <vest_msgs/TissueState.h>
 #include <vest_msgs/TissueTopology.h>
-#include <QApplication>
 
+#include "rviz_view.h"
 #include "scene_messages.h"
+#include "sheet.h"
 
+namespace vest::displays {
 namespace {
 
-using vest::tools::Place;
+using tools::Place;
+
+constexpr double kLeak = 1;  // MiB a round that may stay in the heap
 
 /// Number of OGRE resources per kind that bear our name.
 std::map<std::string, int> ownResources() {
@@ -43,25 +50,62 @@ std::map<std::string, int> ownResources() {
   return count;
 }
 
-TEST(DisplayLifecycle, AddedAndRemovedAgainAndAgainLeavesNoResourceBehind) {
-  ros::NodeHandle handle;
-  auto topology = handle.advertise<vest_msgs::TissueTopology>("tissue/topology", 1, true);
-  auto instruments = handle.advertise<vest_msgs::InstrumentStates>("instruments", 1, true);
-  topology.publish(vest::tools::topologyOf(
-      vest::scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml")));
-  vest_msgs::InstrumentStates states;
-  states.instruments = {vest::tools::instrumentAt(Place::Left, {-0.03, 0.05, 0.07}, 0, 0.1),
-                        vest::tools::instrumentAt(Place::Endoscope, vest::tools::endoscopeTip(0.1), 0, 0)};
-  instruments.publish(states);
+/// MiB of this process in memory; the software renderer's textures and buffers are among it.
+double residentMiB() {
+  long pages = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> pages >> resident;
+  return static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024 * 1024);
+}
+
+long threads() {
+  long count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) count += entry.exists();
+  return count;
+}
+
+class Lifecycle : public RvizView {
+ protected:
+  ros::Publisher topology = nh.advertise<vest_msgs::TissueTopology>("tissue/topology", 1, true);
+  ros::Publisher state = nh.advertise<vest_msgs::TissueState>("tissue/state", 1, true);
+  ros::Publisher instruments = nh.advertise<vest_msgs::InstrumentStates>("instruments", 1, true);
+
+  static vest_msgs::TissueTopology gynaecology() {
+    return tools::topologyOf(
+        scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml"));
+  }
+  void publishInstruments() {
+    vest_msgs::InstrumentStates states;
+    states.instruments = {tools::instrumentAt(Place::Left, {-0.03, 0.05, 0.07}, 0, 0.1),
+                          tools::instrumentAt(Place::Endoscope, tools::endoscopeTip(0.1), 0, 0)};
+    instruments.publish(states);
+  }
+  static rviz::Display* make(const char* kind) {
+    rviz::Display* const display = manager->createDisplay(kind, kind, true);
+    EXPECT_NE(display, nullptr) << kind;
+    return display;
+  }
+  /// What a display says of itself in rviz's list.
+  static QString status(rviz::Display* display, const char* line) {
+    for (int i = 0; i < display->numChildren(); ++i)
+      if (auto* const list = qobject_cast<rviz::StatusList*>(display->childAt(i)))
+        for (int k = 0; k < list->numChildren(); ++k)
+          if (list->childAt(k)->getName() == line) return list->childAt(k)->getValue().toString();
+    return {};
+  }
+};
+
+TEST_F(Lifecycle, AddedAndRemovedAgainAndAgainLeavesNothingBehind) {
+  topology.publish(gynaecology());
+  publishInstruments();
   // Effects and contacts that are not finite are left out.
-  auto fluid = handle.advertise<vest_msgs::FluidState>("effects/fluid", 1, true);
+  auto fluid = nh.advertise<vest_msgs::FluidState>("effects/fluid", 1, true);
   vest_msgs::FluidState drops;
   drops.particle_radius = 0.001f;
   drops.positions = {0, 0, 0.05f, std::nanf(""), 0, 0, 1};
   drops.pools.resize(1);
   drops.pools[0].columns = 4000000000u;
   fluid.publish(drops);
-  auto contacts = handle.advertise<vest_msgs::ContactModels>("tissue/contacts", 1, true);
+  auto contacts = nh.advertise<vest_msgs::ContactModels>("tissue/contacts", 1, true);
   vest_msgs::ContactModels forces;
   forces.contacts.resize(2);
   forces.contacts[0].in_contact = forces.contacts[1].in_contact = true;
@@ -70,49 +114,100 @@ TEST(DisplayLifecycle, AddedAndRemovedAgainAndAgainLeavesNoResourceBehind) {
   forces.contacts[1].wrench.force.z = std::nan("");
   contacts.publish(forces);
 
-  rviz::RenderPanel panel;
-  rviz::VisualizationManager manager(&panel);
-  panel.initialize(manager.getSceneManager(), &manager);
-  manager.initialize();
-  manager.setFixedFrame("world");
-  manager.startUpdate();
+  const bool full = std::getenv("VEST_FULL") != nullptr;
+  const int rounds = full ? 100 : 8, settled = full ? 20 : 4;
   std::map<std::string, int> first;
-  const int rounds = std::getenv("VEST_FULL") != nullptr ? 100 : 8;
+  double memory = 0;
+  long running = 0;
   for (int round = 0; round < rounds; ++round) {
-    rviz::Display* view = manager.createDisplay("vest_viz/EndoscopicView", "view", true);
-    rviz::Display* tissue = manager.createDisplay("vest_viz/Tissue", "tissue", true);
     // Two of each at once.
-    std::vector<rviz::Display*> others;
-    for (const char* kind : {"vest_viz/Tissue", "vest_viz/Contacts", "vest_viz/Contacts", "vest_viz/Effects",
-                             "vest_viz/Effects"}) {
-      others.push_back(manager.createDisplay(kind, "other", true));
-      ASSERT_NE(others.back(), nullptr) << kind;
-    }
-    ASSERT_NE(view, nullptr);
-    ASSERT_NE(tissue, nullptr);
-    tissue->subProp("Links")->setValue(true);
-    others[0]->subProp("Colour By")->setValue(round % 2 == 0 ? "strain" : "material");
-    // Until the topology has arrived: then each object has a mesh and a material in both displays.
-    const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(20);
-    while (ownResources()["meshes"] < 30 && ros::WallTime::now() < end) {
-      QApplication::processEvents();
-      ros::spinOnce();
-      ros::WallDuration(0.01).sleep();
-    }
-    ASSERT_GE(ownResources()["meshes"], 30) << "round " << round;
-    for (int k = 0; k < 5; ++k) QApplication::processEvents();
-    delete view;
-    for (rviz::Display* other : others) delete other;
-    delete tissue;
+    std::vector<rviz::Display*> displays;
+    for (const char* kind :
+         {"vest_viz/EndoscopicView", "vest_viz/Tissue", "vest_viz/Contacts", "vest_viz/Effects"})
+      for (int k = 0; k < 2; ++k) displays.push_back(make(kind));
+    displays[2]->subProp("Links")->setValue(true);
+    displays[3]->subProp("Colour By")->setValue(round % 2 == 0 ? "strain" : "material");
+    // Until the topology has arrived: then each object has a mesh and a material in all four.
+    ASSERT_TRUE(spin([] { return ownResources()["meshes"] >= 60; }, 60)) << "round " << round;
+    spin([] { return false; }, 0.05);
+    for (rviz::Display* display : displays) delete display;
     QApplication::processEvents();
     if (round == 0) first = ownResources();
     EXPECT_EQ(ownResources(), first) << "round " << round;
+    if (round == settled) memory = residentMiB(), running = threads();
+    if (round % 5 == 0) std::printf("round %d: %.0f MiB, %ld threads\n", round, residentMiB(), threads());
   }
   EXPECT_EQ(first["meshes"], 0);
-  manager.stopUpdate();
+  EXPECT_LE(threads(), running);
+  const double growth = (residentMiB() - memory) / (rounds - 1 - settled);
+  std::printf("%.2f MiB more in each round\n", growth);
+  EXPECT_LT(growth, kLeak) << "MiB a round";
+}
+
+TEST_F(Lifecycle, RepeatedEmptyAndOtherTopologiesLeaveNothingBehind) {
+  const vest_msgs::TissueTopology whole = gynaecology();
+  publishInstruments();
+  rviz::Display* const view = make("vest_viz/EndoscopicView");
+  rviz::Display* const tissue = make("vest_viz/Tissue");
+  const auto show = [&](const vest_msgs::TissueTopology& t) {
+    topology.publish(t);
+    const std::string wanted = std::to_string(t.objects.size()) + " objects";
+    return spin([&] { return status(tissue, "Tissue").startsWith(QString::fromStdString(wanted)); }, 20);
+  };
+  ASSERT_TRUE(show(whole)) << status(tissue, "Tissue").toStdString();
+  ASSERT_TRUE(
+      spin([&] { return ownResources()["meshes"] >= 2 * static_cast<int>(whole.objects.size()) - 2; }));
+  spin([] { return false; }, 0.5);
+  const auto before = ownResources();
+  for (int round = 0; round < 5; ++round) {
+    ASSERT_TRUE(show(whole)) << "the same again";
+    ASSERT_TRUE(show(sheet("uterus"))) << "another scene";
+    topology.publish(vest_msgs::TissueTopology());
+    ASSERT_TRUE(spin([&] { return status(tissue, "Tissue") == "no topology yet"; })) << "an empty one";
+    ASSERT_TRUE(show(whole));
+  }
+  EXPECT_TRUE(spin([&] { return ownResources()["meshes"] == before.at("meshes"); }));
+  spin([] { return false; }, 0.5);
+  EXPECT_EQ(ownResources()["meshes"], before.at("meshes"));
+  EXPECT_LE(ownResources()["materials"], before.at("materials"));
+  delete view;
+  delete tissue;
+}
+
+TEST_F(Lifecycle, AMillionVerticesAreShownColouredAndMoved) {
+  const vest_msgs::TissueTopology million = sheet("uterus", 1000);
+  rviz::Display* const tissue = make("vest_viz/Tissue");
+  rviz::Property* const camera = manager->getViewManager()->getCurrent();
+  camera->subProp("Distance")->setValue(0.06);
+  camera->subProp("Pitch")->setValue(1.5);
+  camera->subProp("Near Clip Distance")->setValue(0.005);
+  topology.publish(million);
+  ASSERT_TRUE(spin([&] { return status(tissue, "Tissue").contains("1002001 vertices"); }, 120))
+      << status(tissue, "Tissue").toStdString();
+  const auto middle = [&] {
+    const std::string file = testing::TempDir() + "vest_million_" + std::to_string(getpid()) + ".png";
+    panel.getRenderWindow()->writeContentsToFile(file);
+    const QImage image(QString::fromStdString(file));
+    std::filesystem::remove(file);
+    return image.pixelColor(image.width() / 2, image.height() / 2);
+  };
+  ASSERT_TRUE(spin([&] { return middle().red() > middle().blue() + 20; }, 60)) << "tissue, not rviz's grey";
+  vest_msgs::TissueState s;
+  s.header.frame_id = "world";
+  s.revision = 1;
+  s.positions = million.objects[0].rest_position;
+  s.positions[0] = std::nanf("");
+  state.publish(s);
+  ASSERT_TRUE(spin([&] { return status(tissue, "Tissue").contains("not finite"); }, 30));
+  for (std::size_t k = 0; k < s.positions.size(); k += 3)
+    s.positions[k] = million.objects[0].rest_position[k] + 1;
+  state.publish(s);
+  EXPECT_TRUE(spin([&] { return std::abs(middle().red() - middle().blue()) < 20; }, 60)) << "it went aside";
+  delete tissue;
 }
 
 }  // namespace
+}  // namespace vest::displays
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

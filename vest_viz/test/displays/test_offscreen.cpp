@@ -28,7 +28,10 @@
 #include "endoscope_pipeline.h"
 #include "ogre_assets.h"
 #include "scene_messages.h"
+#include "sheet.h"
 #include "truth_output.h"
+#include "vest_instruments/tools/tool_geometry.h"
+#include "vest_viz/instrument/shadow.h"
 
 namespace vest::displays {
 namespace {
@@ -37,33 +40,6 @@ using Eigen::Vector3d;
 
 camera::Intrinsics sampleCamera() {
   return camera::fromFieldOfView(720, 576, 70 * M_PI / 180, {-0.18, 0.03, 0, 0, 0});
-}
-
-/// A square sheet of organ `organ`, 6 cm wide, seen from 6 cm above: world z up, the camera looks down.
-vest_msgs::TissueTopology sheet(const std::string& organ, int cells = 40) {
-  vest_msgs::TissueTopology t;
-  t.revision = 1;
-  t.scene = "sheet";
-  vest_msgs::TissueObject o;
-  o.name = o.organ = organ;
-  o.segmentation_label = 1;
-  const auto n = static_cast<std::uint32_t>(cells);
-  o.binding_start = {0};
-  for (std::uint32_t r = 0; r <= n; ++r)
-    for (std::uint32_t c = 0; c <= n; ++c) {
-      const float x = 0.06f * (static_cast<float>(c) / n - 0.5f),
-                  y = 0.06f * (static_cast<float>(r) / n - 0.5f);
-      o.rest_position.insert(o.rest_position.end(), {x, y, 0.0f});
-      o.texture_coordinates.insert(o.texture_coordinates.end(), {x, y});
-      o.binding_knots.push_back(o.knot_count++);
-      o.binding_weights.push_back(1);
-      o.binding_start.push_back(o.knot_count);
-      if (r == n || c == n) continue;
-      const std::uint32_t k = r * (n + 1) + c;
-      o.triangles.insert(o.triangles.end(), {k, k + 1, k + n + 2, k, k + n + 2, k + n + 1});
-    }
-  t.objects = {o};
-  return t;
 }
 
 Eigen::Isometry3d fromAbove(double height) {
@@ -191,6 +167,35 @@ TEST_F(Chessboard, CalibrationByOpenCvGivesTheCamerasParametersBack) {
   calibrate(16, 1.0);
 }
 
+TEST_F(Chessboard, AnEquidistantPictureAgreesWithItsCalibration) {
+  load(tools::chessboard(kColumns, kRows, kSquare));
+  camera::Intrinsics camera = sampleCamera();
+  camera.model = camera::Distortion::Equidistant;
+  camera.distortion = {0.05, -0.02, 0.004, 0, 0};
+  view.setCamera(camera, 1.0, 1.0);
+  view.setFixedGain(6.0);
+  int boards = 0;
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Isometry3d X_WO = place(i);
+    cv::Mat grey;
+    cv::cvtColor(picture(X_WO), grey, cv::COLOR_RGB2GRAY);
+    std::vector<cv::Point2f> found;
+    if (!cv::findChessboardCornersSB(grey, {kColumns - 1, kRows - 1}, found, cv::CALIB_CB_ACCURACY)) continue;
+    ++boards;
+    double sum = 0;
+    std::size_t k = 0;
+    for (int r = 1; r < kRows; ++r)
+      for (int c = 1; c < kColumns; ++c, ++k) {
+        const Vector3d p =
+            X_WO.inverse() * Vector3d((c - 0.5 * kColumns) * kSquare, (r - 0.5 * kRows) * kSquare, 0);
+        const Eigen::Vector2d wanted = camera::project(camera, {p.x() / p.z(), p.y() / p.z()});
+        sum += (Eigen::Vector2d(found[k].x, found[k].y) - wanted).squaredNorm();
+      }
+    EXPECT_LT(std::sqrt(sum / static_cast<double>(k)), 0.4) << "pixels, root mean square";
+  }
+  EXPECT_GE(boards, 3);
+}
+
 TEST_F(Chessboard, CalibrationHoldsAtEveryLevelOfQuality) {
   for (double resolution : {0.65, 0.85, 1.0, 1.8}) {
     SCOPED_TRACE(resolution);
@@ -289,6 +294,61 @@ TEST_F(Offscreen, ClipPoolAndDropsAreDrawnWhereTheTruthSays) {
   EXPECT_LT(tissue_changed, 0.01 * tissue);
 }
 
+TEST_F(Offscreen, LightFallsOffWithDistanceAndTheExposureMakesUpForIt) {
+  load(sheet("uterus"));
+  const auto brightness = [&](double height, int pictures) {
+    cv::Mat rgb;
+    for (int k = 0; k < pictures; ++k) rgb = picture(fromAbove(height));
+    const cv::Scalar c = colourAt(rgb, fromAbove(height), {0, 0, 0}, 40);
+    return c[0] + c[1] + c[2];
+  };
+  const double near = brightness(0.05, 1), middle = brightness(0.07, 1), far = brightness(0.1, 1);
+  EXPECT_GT(near, 1.15 * middle);
+  EXPECT_GT(middle, 1.15 * far);
+  view.setFixedGain(0);
+  const double bright = brightness(0.05, 40), same = brightness(0.07, 40);
+  EXPECT_LT(std::fabs(bright - same), 0.5 * (near - middle));
+}
+
+TEST_F(Offscreen, AnInstrumentCastsAShadowFromTheLampBesideTheLens) {
+  load(sheet("uterus"));
+  const Eigen::Isometry3d X_WO = fromAbove(0.06);
+  const cv::Mat before = picture(X_WO);
+  vest_msgs::InstrumentStates states;
+  states.instruments.resize(1);
+  vest_msgs::InstrumentState& left = states.instruments[0];
+  left.name = "left";
+  left.tool = vest_msgs::InstrumentState::TOOL_GRASPER;
+  left.tip.position.x = 0.012, left.tip.position.z = 0.018;
+  left.tip.orientation.y = left.tip.orientation.w = std::sqrt(0.5);  // along x, level
+  view.setInstruments(states);
+  const cv::Mat after = picture(X_WO);
+  TruthOutput truth;
+  cv::Mat labels;
+  truth.draw(view, store, &states, X_WO).segmentation(&labels);
+  const double radius = tools::toolGeometry(tools::ToolKind::Grasper).shaft_radius;
+  // The picture's down is -y of world; the lamp stands 4 mm above the lens.
+  const Vector3d lamp = X_WO * Vector3d(0, -0.004, 0);
+  const instrument::CastShadow shadow =
+      instrument::castShadow(lamp, Vector3d(0.0, 0, 0.018), Vector3d(-0.1, 0, 0.018), radius);
+  double dark[2] = {0, 0}, lit[2] = {0, 0};
+  int in_shadow = 0, in_light = 0;
+  for (int v = 90; v < 486; v += 2)
+    for (int u = 160; u < 560; u += 2) {
+      if (labels.at<std::uint16_t>(v, u) != 1) continue;
+      const Eigen::Vector2d n = camera::unproject(view.camera(), {double(u), double(v)});
+      const Vector3d p = X_WO * Vector3d(0.06 * n.x(), 0.06 * n.y(), 0.06);
+      const double hidden = instrument::shadowAt(shadow, p, radius);
+      const double was = before.at<cv::Vec3b>(v, u)[0], is = after.at<cv::Vec3b>(v, u)[0];
+      if (hidden > 0.95) dark[0] += was, dark[1] += is, ++in_shadow;
+      if (hidden == 0 && p.x() > 0.016) lit[0] += was, lit[1] += is, ++in_light;
+    }
+  ASSERT_GT(in_shadow, 100) << "beside the shaft, on the side away from the lamp";
+  ASSERT_GT(in_light, 300);
+  EXPECT_LT(dark[1], 0.8 * dark[0]);
+  EXPECT_NEAR(lit[1], lit[0], 0.02 * lit[0]) << "beyond the tip nothing changes";
+}
+
 TEST_F(Offscreen, SmokeVeilsByBothMethods) {
   load(sheet("uterus"));
   const Eigen::Isometry3d X_WO = fromAbove(0.08);
@@ -339,23 +399,25 @@ TEST_F(Offscreen, WithoutShadersTissueIsDrawnPlainAndTheStatusSaysWhy) {
   programs.remove(broken);
 }
 
-TEST(Render, BagBecomesPicturesVideoAndGroundTruthOfTheWishedSize) {
-  const std::string folder = testing::TempDir() + "vest_render_" + std::to_string(getpid()),
-                    file = folder + "/session.bag";
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  {
-    rosbag::Bag bag(file, rosbag::bagmode::Write);
-    vest_msgs::TissueTopology topology = sheet("uterus");
-    topology.header.frame_id = "world";
+/// A recorded session of a second: a sheet that moves to the right below an endoscope, and a grasper that
+/// moves before it. Instruments come four times as often as states.
+class Render : public testing::Test {
+ protected:
+  static inline std::string folder;
+  static double sheetAt(double t) { return 0.015 * t; }
+  static Vector3d tipAt(double t) { return {0.01 * t, 0.006 * t, 0.01}; }
+
+  static void SetUpTestSuite() {
+    folder = testing::TempDir() + "vest_render_" + std::to_string(getpid());
+    std::filesystem::create_directories(folder);
+    rosbag::Bag bag(folder + "/session.bag", rosbag::bagmode::Write);
+    const vest_msgs::TissueTopology topology = sheet("uterus");
     bag.write("/vest/tissue/topology", ros::Time(100), topology);
-    for (int i = 0; i < 30; ++i) {
-      vest_msgs::TissueState state;
-      state.revision = 1;
-      state.step = static_cast<std::uint64_t>(33 * i);
-      state.positions = topology.objects[0].rest_position;
-      bag.write("/vest/tissue/state", ros::Time(100 + i / 30.0), state);
+    for (int i = 0; i < 120; ++i) {
+      const double t = i / 120.0;
+      const ros::Time stamp(100 + t);
       vest_msgs::InstrumentStates m;
+      m.header.stamp = stamp;
       m.instruments.resize(2);
       m.instruments[0].name = "endoscope";
       m.instruments[0].tool = vest_msgs::InstrumentState::TOOL_ENDOSCOPE;
@@ -364,42 +426,135 @@ TEST(Render, BagBecomesPicturesVideoAndGroundTruthOfTheWishedSize) {
       m.instruments[1] = m.instruments[0];
       m.instruments[1].name = "left";
       m.instruments[1].tool = vest_msgs::InstrumentState::TOOL_GRASPER;
-      m.instruments[1].tip.position.z = 0.01;
+      m.instruments[1].tip.position.x = tipAt(t).x(), m.instruments[1].tip.position.y = tipAt(t).y();
+      m.instruments[1].tip.position.z = tipAt(t).z();
       // z from the trocar towards the tip: straight down the shaft would stand in front of the lens.
       m.instruments[1].tip.orientation = geometry_msgs::Quaternion();
       const double half = 0.5 * std::atan2(0.1, -0.09);
       m.instruments[1].tip.orientation.y = std::sin(half),
       m.instruments[1].tip.orientation.w = std::cos(half);
       m.instruments[1].shaft.position.x = -0.1, m.instruments[1].shaft.position.z = 0.1;
-      bag.write("/vest/instruments", ros::Time(100 + i / 30.0), m);
+      bag.write("/vest/instruments", stamp, m);
+      if (i % 4 != 0) continue;
+      vest_msgs::TissueState state;
+      state.header.stamp = stamp;
+      state.revision = 1;
+      state.step = static_cast<std::uint64_t>(1000 * i) / 120;
+      state.positions = topology.objects[0].rest_position;
+      for (std::size_t k = 0; k < state.positions.size(); k += 3)
+        state.positions[k] += static_cast<float>(sheetAt(t));
+      // Told a few ms later, as in a session.
+      bag.write("/vest/tissue/state", stamp + ros::Duration(0.02), state);
     }
   }
-  const std::string run = std::string(VEST_RENDER) + " " + file + " --output " + folder + " --video " +
-                          folder +
-                          "/session.avi --width 400 --height 320 --fps 5 --truth --optic 0 > /dev/null";
-  ASSERT_EQ(std::system(run.c_str()), 0) << run;
+  static void TearDownTestSuite() { std::filesystem::remove_all(folder); }
+
+  static int run(const std::string& words) {
+    return std::system(
+        (std::string(VEST_RENDER) + " " + folder + "/session.bag " + words + " > /dev/null 2>&1").c_str());
+  }
+  static cv::Mat flowOf(const std::string& path, int width, int height) {
+    std::ifstream in(path, std::ios::binary);
+    cv::Mat flow(height, width, CV_32FC2);
+    in.ignore(12);
+    in.read(reinterpret_cast<char*>(flow.data), static_cast<std::streamsize>(flow.total() * 8));
+    return in ? flow : cv::Mat();
+  }
+};
+
+TEST_F(Render, BagBecomesPicturesVideoAndGroundTruthOfTheWishedSize) {
+  ASSERT_EQ(run("--output " + folder + " --video " + folder +
+                "/session.avi --width 400 --height 320 --fps 5 --truth --optic 0"),
+            0);
   const cv::Mat picture = cv::imread(folder + "/frame_000002.png");
   ASSERT_EQ(picture.size(), cv::Size(400, 320));
   EXPECT_GT(cv::mean(picture(cv::Rect(180, 140, 40, 40)))[2], 40) << "lit tissue in the middle";
   EXPECT_FALSE(cv::imread(folder + "/frame_000004.png").empty()) << "1 s at 5 pictures a second";
-  const cv::Mat depth = cv::imread(folder + "/depth_000002.tiff", cv::IMREAD_UNCHANGED);
-  ASSERT_EQ(depth.type(), CV_32F);
-  EXPECT_NEAR(depth.at<float>(200, 250), 0.06, 0.001);
-  const cv::Mat labels = cv::imread(folder + "/segmentation_000002.png", cv::IMREAD_UNCHANGED);
-  ASSERT_EQ(labels.type(), CV_16U);
-  EXPECT_EQ(labels.at<std::uint16_t>(200, 250), 1);
   cv::VideoCapture video(folder + "/session.avi");
   cv::Mat frame;
   int frames = 0;
   while (video.read(frame)) ++frames;
   EXPECT_GE(frames, 5);
   EXPECT_EQ(frame.empty() ? 400 : frame.cols, 400);
+
+  // Keypoints lie where the instrument was at the step of the picture.
+  const camera::Intrinsics camera =
+      camera::fromFieldOfView(400, 320, 70 * M_PI / 180, {-0.18, 0.03, 0, 0, 0});
+  const auto pixel = [&](const Vector3d& p) {
+    const Vector3d q = fromAbove(0.06).inverse() * p;
+    return camera::project(camera, {q.x() / q.z(), q.y() / q.z()});
+  };
   std::ifstream points(folder + "/keypoints.csv");
-  const std::string text((std::istreambuf_iterator<char>(points)), {});
-  EXPECT_NE(text.find("left,tip"), std::string::npos);
-  EXPECT_NE(std::system((std::string(VEST_RENDER) + " " + file + " > /dev/null 2>&1").c_str()), 0)
-      << "neither --output nor --video";
-  std::filesystem::remove_all(folder);
+  std::vector<double> time;  // s, of each picture
+  std::string line;
+  std::getline(points, line);
+  while (std::getline(points, line)) {
+    int number = 0;
+    unsigned long step = 0;
+    char name[32] = "", u[32] = "", v[32] = "", depth[32] = "";
+    ASSERT_EQ(std::sscanf(line.c_str(), "%d,%lu,left,%31[^,],%31[^,],%31[^,],%31[^,]", &number, &step, name,
+                          u, v, depth),
+              6)
+        << line;
+    time.resize(static_cast<std::size_t>(number) + 1, std::round(static_cast<double>(step) * 0.03) / 30);
+    if (std::string(name) != "tip") continue;
+    const Vector3d tip = tipAt(time.back());
+    EXPECT_NEAR(std::atof(u), pixel(tip).x(), 0.1) << line;
+    EXPECT_NEAR(std::atof(v), pixel(tip).y(), 0.1) << line;
+    EXPECT_NEAR(std::atof(depth), 0.05, 1e-4);
+  }
+  ASSERT_GE(time.size(), 5u);
+  for (std::size_t k = 1; k < 5; ++k) {
+    const std::string end = "_00000" + std::to_string(k) + ".";
+    const cv::Mat depth = cv::imread(folder + "/depth" + end + "tiff", cv::IMREAD_UNCHANGED);
+    const cv::Mat labels = cv::imread(folder + "/segmentation" + end + "png", cv::IMREAD_UNCHANGED);
+    const cv::Mat flow = flowOf(folder + "/flow" + end + "flo", 400, 320);
+    ASSERT_EQ(depth.type(), CV_32F);
+    ASSERT_EQ(labels.type(), CV_16U);
+    ASSERT_FALSE(flow.empty());
+    int seen = 0;
+    for (int v = 60; v < 260; v += 17)
+      for (int u = 120; u < 300; u += 13) {
+        if (labels.at<std::uint16_t>(v, u) != 1) continue;
+        ++seen;
+        EXPECT_NEAR(depth.at<float>(v, u), 0.06, 0.005 * 0.06);
+        const Eigen::Vector2d n = camera::unproject(camera, {double(u), double(v)});
+        const Vector3d p = fromAbove(0.06) * Vector3d(0.06 * n.x(), 0.06 * n.y(), 0.06);
+        const Eigen::Vector2d was = pixel(p - Vector3d(sheetAt(time[k]) - sheetAt(time[k - 1]), 0, 0));
+        EXPECT_NEAR(flow.at<cv::Vec2f>(v, u)[0], u - was.x(), 0.05);
+        EXPECT_NEAR(flow.at<cv::Vec2f>(v, u)[1], v - was.y(), 0.05);
+      }
+    EXPECT_GT(seen, 80);
+    EXPECT_GT(time[k], time[k - 1] + 0.1) << "it moves by more than ten pixels";
+  }
+  EXPECT_NE(run(""), 0) << "neither --output nor --video";
+}
+
+TEST_F(Render, AnySizeIsDrawn) {
+  for (const cv::Size size :
+       {cv::Size(320, 256), cv::Size(321, 257), cv::Size(1280, 720), cv::Size(1920, 1080)}) {
+    SCOPED_TRACE(size.width);
+    const std::string video = folder + "/size.mp4";
+    ASSERT_EQ(run("--optic 0 --fps 10 --to 0.15 --output " + folder + "/size --video " + video + " --width " +
+                  std::to_string(size.width) + " --height " + std::to_string(size.height)),
+              0);
+    const cv::Mat picture = cv::imread(folder + "/size/frame_000001.png");
+    ASSERT_EQ(picture.size(), size);
+    cv::Mat middle, corner;
+    EXPECT_GT(cv::mean(picture(cv::Rect(size.width / 2 - 30, size.height / 2 - 30, 20, 20)))[2], 40);
+    EXPECT_EQ(cv::sum(picture(cv::Rect(0, 0, size.width / 20, size.height / 20))), cv::Scalar::all(0))
+        << "black outside of the circle";
+    cv::VideoCapture film(video);
+    cv::Mat frame;
+    ASSERT_TRUE(film.read(frame));
+    EXPECT_LE(std::abs(frame.cols - size.width) + std::abs(frame.rows - size.height), 2)
+        << "a video format may want even sizes";
+    cv::resize(frame, frame, size);
+    EXPECT_LT(cv::norm(frame, cv::imread(folder + "/size/frame_000000.png"), cv::NORM_L1),
+              4.0 * 3 * static_cast<double>(size.area()))
+        << "the same picture";
+    std::filesystem::remove_all(folder + "/size");
+  }
 }
 
 TEST_F(Offscreen, AMillionVerticesAreDrawn) {

@@ -27,6 +27,8 @@
 
 namespace {
 
+using vest::spin;
+
 QString g_picture;  ///< file; empty: none is kept
 
 class Teleoperate : public vest::displays::RvizView {

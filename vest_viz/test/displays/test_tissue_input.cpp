@@ -4,6 +4,7 @@
 #include <vest_msgs/TissueField.h>
 #include <boost/make_shared.hpp>
 
+#include "instrument_history.h"
 #include "net_messages.h"
 #include "tissue_input.h"
 
@@ -74,6 +75,22 @@ TEST(TissueInput, AnUnknownRevisionWaitsForAWholeTopology) {
   EXPECT_TRUE(input.problem().empty());
 }
 
+TEST(TissueInput, StatesThatComeBeforeTheTopologyAreDroppedAndTheFirstAfterItIsShown) {
+  TissueInput input;
+  for (std::uint64_t step : {100u, 200u}) {
+    input.add(state(0, step));
+    input.process();
+    EXPECT_TRUE(input.store().empty());
+    EXPECT_FALSE(input.problem().empty()) << "a status line says why nothing is seen";
+  }
+  input.add(whole(0));
+  input.add(state(0, 300));
+  EXPECT_TRUE(input.process());
+  EXPECT_EQ(input.step(), 300u);
+  EXPECT_EQ(input.dropped(), 2u);
+  EXPECT_TRUE(input.problem().empty()) << input.problem();
+}
+
 TEST(TissueInput, AnotherSceneDoesNotGetTheOldOnesTopology) {
   TissueInput input;
   play(&input);
@@ -109,6 +126,37 @@ TEST(TissueInput, WhatSurfacesSeepReachesTheStore) {
   input.add(vest_msgs::SurfaceBleeding::ConstPtr(seeping));
   EXPECT_TRUE(input.process());
   EXPECT_FLOAT_EQ(input.store().knotField(0, vest_msgs::TissueField::WETNESS, 2), 1.0f);
+}
+
+vest_msgs::InstrumentStates::ConstPtr instruments(double stamp) {
+  auto m = boost::make_shared<vest_msgs::InstrumentStates>();
+  m->header.stamp = ros::Time(stamp);
+  return m;
+}
+
+TEST(InstrumentHistory, GivesTheInstrumentsOfTheStateThatIsShown) {
+  InstrumentHistory history;
+  EXPECT_EQ(history.at(ros::Time(5)), nullptr);
+  for (int k = 0; k < 50; ++k) history.add(instruments(10 + 0.001 * k));
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(10.0202))->header.stamp.toSec(), 10.020);
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(10.0207))->header.stamp.toSec(), 10.021);
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(9.99))->header.stamp.toSec(), 10) << "before all: the first";
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(11))->header.stamp.toSec(), 10.049) << "after all: the last";
+  EXPECT_DOUBLE_EQ(history.at(ros::Time())->header.stamp.toSec(), 10.049) << "no state has come";
+  for (int k = 0; k < 100; ++k) history.add(instruments(10.05 + 0.001 * k));
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(10.04))->header.stamp.toSec(), 10.149)
+      << "a paused simulation: the instruments go on";
+}
+
+TEST(InstrumentHistory, ABagThatJumpsBackStartsAnewAndGarbageStampsAreSurvived) {
+  InstrumentHistory history;
+  for (int k = 0; k < 1000; ++k) history.add(instruments(100 + 0.001 * k));
+  history.add(instruments(20));
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(100.5))->header.stamp.toSec(), 20);
+  history.add(instruments(4294967295.0));
+  EXPECT_NE(history.at(ros::Time(1)), nullptr);
+  history.clear();
+  EXPECT_EQ(history.at(ros::Time(20)), nullptr);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <string>
 
 #include <OgreCamera.h>
+#include <geometry_msgs/TwistStamped.h>
 #include <rviz/display.h>
 #include <rviz/properties/float_property.h>
 #include <rviz/properties/vector_property.h>
@@ -143,6 +144,34 @@ TEST_F(Tools, TheLeftButtonMovesTheSliceAndTheRightTurnsIt) {
   drag({300, 300}, {360, 330}, Qt::RightButton);
   EXPECT_TRUE(spin([&] { return normal->getVector().dotProduct(Ogre::Vector3(1, 0, 0)) < 0.99f; }, 5));
   EXPECT_EQ(offset->getFloat(), moved) << "turned, not moved";
+}
+
+TEST_F(Tools, TheCameraHandSendsWhereTheMouseGoes) {
+  geometry_msgs::TwistStamped last;
+  int count = 0;
+  const ros::Subscriber hand = nh.subscribe<geometry_msgs::TwistStamped>(
+      "camera_hand/servo_cv", 10,
+      [&](const geometry_msgs::TwistStamped::ConstPtr& m) { last = *m, ++count; });
+  ASSERT_NE(use("vest_viz/CameraHand"), nullptr);
+  ASSERT_TRUE(spin([&] { return hand.getNumPublishers() > 0; }));
+  const auto hold = [&](Qt::MouseButton button, QPoint to) {
+    mouse(QEvent::MouseButtonPress, {300, 300}, button, button);
+    mouse(QEvent::MouseMove, to, Qt::NoButton, button);
+    count = 0;
+    EXPECT_TRUE(spin([&] { return count > 2; }));
+    mouse(QEvent::MouseButtonRelease, to, button, Qt::NoButton);
+  };
+  hold(Qt::LeftButton, {340, 280});
+  EXPECT_EQ(last.header.frame_id, "endoscope_optical_frame");
+  EXPECT_GT(last.twist.angular.y, 0.01) << "to the right";
+  EXPECT_GT(last.twist.angular.x, 0.01) << "and up";
+  EXPECT_EQ(last.twist.linear.z, 0);
+  hold(Qt::RightButton, {300, 260});
+  EXPECT_GT(last.twist.linear.z, 0.001) << "in";
+  spin([] { return false; }, 0.2);
+  count = 0;
+  spin([] { return false; }, 0.3);
+  EXPECT_EQ(count, 0) << "a button that is released stops the hand";
 }
 
 }  // namespace

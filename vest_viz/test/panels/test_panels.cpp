@@ -20,6 +20,7 @@
 #include <vest_msgs/SetSpeed.h>
 #include <vest_msgs/StringStamped.h>
 
+#include "../spin.h"
 #include "footswitches_panel.h"
 #include "haptics_panel.h"
 #include "instruments_panel.h"
@@ -50,17 +51,6 @@ struct Shown {
     return false;
   }
 };
-
-bool spin(const std::function<bool()>& done, double seconds = 10.0) {
-  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(seconds);
-  while (ros::WallTime::now() < end) {
-    ros::spinOnce();
-    QApplication::processEvents(QEventLoop::AllEvents, 5);
-    if (done()) return true;
-    ros::WallDuration(0.002).sleep();
-  }
-  return false;
-}
 
 template <class Message>
 bool send(const std::string& topic, const Message& msg, const std::function<bool()>& done) {
@@ -126,12 +116,13 @@ TEST(Session, StartsAndStopsARecordingAndSetsTheSpeed) {
             speed = req.speed;
             return res.success = true;
           });
-  button(shown.panel, "Start")->click();
+  button(shown.panel, "Start recording")->click();
   EXPECT_TRUE(spin([&] { return shown.says("refused: session/start"); }));
   vest_msgs::SessionState state;
   state.recording = true;
-  ASSERT_TRUE(send("session/state", state, [&] { return !button(shown.panel, "Start")->isEnabled(); }));
-  button(shown.panel, "Stop")->click();
+  ASSERT_TRUE(
+      send("session/state", state, [&] { return !button(shown.panel, "Start recording")->isEnabled(); }));
+  button(shown.panel, "Stop recording")->click();
   EXPECT_TRUE(spin([&] { return shown.says("refused: session/stop"); }));
   EXPECT_EQ(asked, (std::vector<std::string>{"session/start", "session/stop"}));
   auto* const box = shown.panel.findChild<QDoubleSpinBox*>();
@@ -204,12 +195,13 @@ TEST(Footswitches, LightWhilePressedAndGoOutWhenTheBoxFallsSilent) {
   joy.buttons = {1, 0, 0, 1, 0, 0};
   const auto lit = [&](const char* name) {
     for (const QLabel* const label : shown.panel.findChildren<QLabel*>())
-      if (label->text() == name) return label->styleSheet().contains("white");
+      if (label->text() == name) return !label->styleSheet().contains("#d8d8d8");
     return false;
   };
   ASSERT_TRUE(send("phantom_box/footswitches", joy, [&] { return lit("coag"); }));
   EXPECT_TRUE(lit("suction"));
   EXPECT_FALSE(lit("cut"));
+  EXPECT_FALSE(lit("clutch"));
   shown.keep("footswitches");
   EXPECT_TRUE(spin([&] { return !lit("coag"); })) << "older than 100 ms counts as released";
   EXPECT_TRUE(shown.says("all count as released"));

@@ -5,6 +5,7 @@
 
 #include "vest_viz/picture/check.h"
 #include "vest_viz/picture/finish.h"
+#include "vest_viz/picture/quality.h"
 
 namespace vest::picture {
 namespace {
@@ -83,6 +84,36 @@ TEST(Finisher, RenderingCoversTheWholeCircle) {
       const Eigen::Vector2d s = camera::project(finisher.source(), camera::unproject(camera, {x, y}));
       EXPECT_GE(s.minCoeff(), -0.5);
       EXPECT_LE(s.maxCoeff(), finisher.source().width - 0.5);
+    }
+  }
+}
+
+TEST(Finisher, EdgeIsDarkerThanTheMiddle) {
+  Finisher finisher(sampleCamera(), 1.0);
+  cv::Mat rgb;
+  finisher.apply(rendering(finisher, {200, 200, 200, 255}), &rgb);
+  const Circle& c = finisher.circle();
+  // Vignette of 1 - r^4 / 2.
+  for (const double r : {0.0, 0.3, 0.6, 0.9})
+    for (const double a : {0.3, 2.0, 4.5}) {
+      const cv::Point at(static_cast<int>(std::lround(c.cx + r * c.radius * std::cos(a))),
+                         static_cast<int>(std::lround(c.cy + r * c.radius * std::sin(a))));
+      EXPECT_NEAR(rgb.at<cv::Vec3b>(at)[1], 200 * (1 - 0.5 * r * r * r * r), 3) << r;
+    }
+}
+
+TEST(Quality, FollowsTheFrameTimeAndSettles) {
+  // A machine that needs `ms` for all pixels: drawing time goes with their number.
+  for (const double ms : {5.0, 12.0, 20.0, 40.0, 60.0, 200.0}) {
+    std::size_t level = 2, before = 2;
+    for (int k = 0; k < 8; ++k)
+      before = level, level = nextLevel(level, ms * kResolutions[level] * kResolutions[level]);
+    EXPECT_EQ(level, before) << "goes to and fro at " << ms << " ms";
+    if (ms <= 12) {
+      EXPECT_EQ(level, 0u) << "every pixel on a fast machine";
+    }
+    if (ms >= 200) {
+      EXPECT_EQ(level, kResolutions.size() - 1) << "the fewest on a slow one";
     }
   }
 }

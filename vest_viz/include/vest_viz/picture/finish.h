@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include "vest_viz/camera/model.h"
+#include "vest_viz/picture/edges.h"
 
 namespace vest::picture {
 
@@ -64,9 +65,8 @@ class Finisher {
   void apply(const cv::Mat& rendering, cv::Mat* out) { apply(rendering, {}, out); }
 
  private:
-  void smoothEdges(const cv::Mat& rendering);
   void blendVeil(const cv::Mat& veil);
-  void defocus(const cv::Mat& rendering);
+  void defocus();
   void cloud();
   camera::Intrinsics camera_, source_;
   Circle circle_;
@@ -74,11 +74,11 @@ class Finisher {
   cv::Rect window_;  ///< of the circle in the picture
   cv::Mat map_, map_fraction_;
   cv::Mat weight_, rim_;  ///< CV_8UC3 over window_
-  cv::Mat warped_, rgb_, jagged_, veil_, small_, blurred_, depth_;
-  std::vector<std::uint8_t> edge_;  ///< of a row: 1 where the depth jumps
-  cv::Mat soil_, soil_colour_;      ///< over window_: opacity, colour; empty while the lens is clean
-  cv::Mat white_;                   ///< look-up table, empty while neutral
-  cv::Mat noise_;                   ///< a strip of noise, CV_8S, entered at another place each picture
+  cv::Mat warped_, rgb_, veil_, small_, blurred_, depth_;
+  EdgeSmoother edges_;
+  cv::Mat soil_, soil_colour_;  ///< over window_: opacity, colour; empty while the lens is clean
+  cv::Mat white_;               ///< look-up table, empty while neutral
+  cv::Mat noise_;               ///< a strip of noise, CV_8S, entered at another place each picture
   std::uint32_t pictures_ = 0;
   CameraLook look_;
   double fog_ = 0;

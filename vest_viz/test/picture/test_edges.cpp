@@ -1,0 +1,77 @@
+// Protects edges of instruments: a slanted edge becomes what its coverage of each pixel says, and where the
+// depth does not jump nothing changes.
+#include "vest_viz/picture/edges.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+namespace vest::picture {
+namespace {
+
+constexpr int kSize = 96;
+const cv::Vec3b kNear(40, 50, 60), kFar(200, 120, 110);
+
+/// A half plane before another, its edge turned by `angle` from the horizontal.
+struct HalfPlane {
+  double nx, ny;
+  explicit HalfPlane(double angle) : nx(-std::sin(angle)), ny(std::cos(angle)) {}
+  bool nearAt(double x, double y) const {
+    return (x - 0.5 * kSize + 0.3) * nx + (y - 0.5 * kSize + 0.2) * ny > 0;
+  }
+  double coverage(int x, int y) const {
+    int n = 0;
+    for (int i = 0; i < 8; ++i)
+      for (int j = 0; j < 8; ++j) n += nearAt(x + (i + 0.5) / 8 - 0.5, y + (j + 0.5) / 8 - 0.5);
+    return n / 64.0;
+  }
+};
+
+/// Root mean square, levels, of the first channel against the coverage, over the pixels that the edge cuts.
+double error(const HalfPlane& plane, const cv::Mat& rgb) {
+  double sum = 0;
+  int n = 0;
+  for (int y = 8; y < kSize - 8; ++y)
+    for (int x = 8; x < kSize - 8; ++x) {
+      const double c = plane.coverage(x, y),
+                   off = c * kNear[0] + (1 - c) * kFar[0] - rgb.at<cv::Vec3b>(y, x)[0];
+      if (c > 0 && c < 1) sum += off * off, ++n;
+    }
+  return std::sqrt(sum / n);
+}
+
+TEST(EdgeSmoother, StairsOfAStraightEdgeBecomeItsCoverage) {
+  for (const double angle : {0.06, 0.15, 0.3, 0.6, 1.0, 1.3, 1.5, 1.9, 2.5, 3.0}) {
+    SCOPED_TRACE(angle);
+    const HalfPlane plane(angle);
+    cv::Mat rgb(kSize, kSize, CV_8UC3), depth(kSize, kSize, CV_8U);
+    for (int y = 0; y < kSize; ++y)
+      for (int x = 0; x < kSize; ++x) {
+        const bool near = plane.nearAt(x, y);
+        rgb.at<cv::Vec3b>(y, x) = near ? kNear : kFar;
+        depth.at<std::uint8_t>(y, x) = near ? 160 : 120;
+      }
+    const double before = error(plane, rgb);
+    EdgeSmoother smoother;
+    smoother.apply(depth, &rgb);
+    EXPECT_LT(error(plane, rgb), 0.5 * before);
+  }
+}
+
+TEST(EdgeSmoother, TextureAndSlantedSurfacesStayAsTheyAre) {
+  cv::Mat rgb(kSize, kSize, CV_8UC3), depth(kSize, kSize, CV_8U);
+  cv::randu(rgb, 0, 255);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) depth.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(2 * x + y / 3);
+  const cv::Mat before = rgb.clone();
+  EdgeSmoother smoother;
+  smoother.apply(depth, &rgb);
+  EXPECT_EQ(cv::norm(rgb, before, cv::NORM_INF), 0);
+  cv::Mat tiny(2, 2, CV_8UC3, cv::Scalar(1, 2, 3)), tiny_depth(2, 2, CV_8U, cv::Scalar(9));
+  smoother.apply(tiny_depth, &tiny);
+  EXPECT_EQ(tiny.at<cv::Vec3b>(1, 1), cv::Vec3b(1, 2, 3));
+}
+
+}  // namespace
+}  // namespace vest::picture
