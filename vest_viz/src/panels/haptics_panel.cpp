@@ -14,7 +14,7 @@
 namespace vest::panels {
 namespace {
 
-constexpr double kSilent = 0.5;  ///< s
+constexpr double kHapticsSilent = 0.5;  ///< s
 enum Column { kDevice, kInstrument, kAsked, kRendered, kAge, kRate, kEnergy, kLimits, kColumns };
 
 double length(const geometry_msgs::Vector3& v) {
@@ -74,7 +74,7 @@ void HapticsPanel::look() {
   }
   for (int row = 0; row < table_->rowCount(); ++row) {
     const auto heard = heard_.find(table_->item(row, kDevice)->text().toStdString());
-    if (heard != heard_.end() && (ros::WallTime::now() - heard->second).toSec() > kSilent)
+    if (heard != heard_.end() && (ros::WallTime::now() - heard->second).toSec() > kHapticsSilent)
       table_->item(row, kLimits)->setText("silent");
   }
 }

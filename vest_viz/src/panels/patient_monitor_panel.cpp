@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kPascalPerMmHg = 133.322;  ///< Pa; conventional millimetre of mercury, ISO 80000-4
 constexpr double kWindow = 6.0;             ///< s of curve on the screen
-constexpr double kSilent = 1.0;             ///< s
+constexpr double kMonitorSilent = 1.0;      ///< s
 const QColor kRed(255, 70, 60), kGreen(90, 230, 110), kBlue(90, 190, 255), kGrid(48, 56, 60);
 
 QLabel* number(QWidget* parent, const QColor& colour) {
@@ -130,7 +130,8 @@ void PatientMonitorPanel::onFluid(const vest_msgs::FluidState& msg) {
 }
 
 void PatientMonitorPanel::showAge() {
-  if (!heard_.isZero() && (ros::WallTime::now() - heard_).toSec() > kSilent) rate_->setText("HR – (no data)");
+  if (!heard_.isZero() && (ros::WallTime::now() - heard_).toSec() > kMonitorSilent)
+    rate_->setText("HR – (no data)");
 }
 
 }  // namespace vest::panels

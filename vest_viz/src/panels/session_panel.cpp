@@ -23,7 +23,7 @@
 namespace vest::panels {
 namespace {
 
-constexpr double kSilent = 2.5;  ///< s: session/state comes at 2 Hz
+constexpr double kSessionSilent = 2.5;  ///< s: session/state comes at 2 Hz
 
 /// Scenes that are shipped: folders of vest_tissue/scenes.
 QStringList shippedScenes() {
@@ -174,7 +174,7 @@ void SessionPanel::onState(const vest_msgs::SessionState& msg) {
 }
 
 void SessionPanel::showAge() {
-  if (heard_.isZero() || (ros::WallTime::now() - heard_).toSec() < kSilent) return;
+  if (heard_.isZero() || (ros::WallTime::now() - heard_).toSec() < kSessionSilent) return;
   state_label_->setText("<b>silent</b>: no word from the simulation for " +
                         QString::number((ros::WallTime::now() - heard_).toSec(), 'f', 0) + " s");
 }
