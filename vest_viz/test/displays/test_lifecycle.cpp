@@ -1,6 +1,7 @@
 // Adds and removes displays at run time, in a visualization manager of this process, and counts OGRE's
 // resources.
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <memory>
@@ -78,6 +79,7 @@ TEST(DisplayLifecycle, AddedAndRemovedAgainAndAgainLeavesNoResourceBehind) {
   manager.startUpdate();
   std::map<std::string, int> first;
   const int rounds = std::getenv("VEST_FULL") != nullptr ? 100 : 8;
+  std::printf("count: %d of 100 rounds of all displays\n", rounds);
   for (int round = 0; round < rounds; ++round) {
     rviz::Display* view = manager.createDisplay("vest_viz/EndoscopicView", "view", true);
     rviz::Display* tissue = manager.createDisplay("vest_viz/Tissue", "tissue", true);
