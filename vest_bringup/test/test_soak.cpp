@@ -8,8 +8,8 @@
 #include <rosbag/view.h>
 #include <std_msgs/Header.h>
 
+#include "../../vest_tissue/test/support/soak.h"
 #include "play.h"
-#include "soak.h"
 #include "vest_bringup/ros/bag_writer.h"
 #include "vest_bringup/session/statistics.h"
 

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "soak.h"
+#include "../../vest_tissue/test/support/soak.h"
 #include "support.h"
 #include "vest_haptics/device/simulated.h"
 #include "vest_haptics/loop/loop.h"
