@@ -15,6 +15,8 @@ namespace vest::testing {
 
 class Soak {
  public:
+  Soak() { samples_.reserve(200); }
+
   /// Bytes that are allocated, resident bytes that belong to no file, open descriptors.
   struct Sample {
     double hours, heap, resident;
