@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -78,6 +79,7 @@ ros::Time wall() {
 
 TEST(BagWriter, KilledAtRandomTimesItLosesAtMostASecondAndTheRestIsWhole) {
   const int rounds = std::getenv("VEST_FULL") ? 200 : 3;
+  std::printf("count: %d of 200 killed recorders\n", rounds);
   std::mt19937 random(4711);
   std::uniform_real_distribution<double> after(0.3, 1.6);
   for (int round = 0; round < rounds; ++round) {

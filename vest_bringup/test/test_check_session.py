@@ -10,7 +10,7 @@ import unittest
 import genpy
 import rosbag
 from std_msgs.msg import Header
-from vest_msgs.msg import StepInput
+from vest_msgs.msg import StepInput, StringStamped
 
 CHECK = sys.argv.pop(1)
 RATES = {"joint_states": 1000, "phantom_box/joint_states": 1000, "phantom_box/footswitches": 60, "left/measured_js": 200,
@@ -19,8 +19,9 @@ RATES = {"joint_states": 1000, "phantom_box/joint_states": 1000, "phantom_box/fo
 SECONDS = 3
 
 
-def write(folder, rates, skip=(), stall=None, json_edit=None):
-    """A session of SECONDS s. skip: steps that are missing; stall: (step, seconds) that the simulation stands still."""
+def write(folder, rates, skip=(), stall=None, json_edit=None, clock=None, marked=True):
+    """A session of SECONDS s. skip: steps that are missing; stall: (step, seconds) that the simulation stands still; clock:
+    (step, seconds) by which the system clock is set, marked by the recorder."""
     messages = []
     for topic, rate in rates.items():
         name = topic if topic.startswith("/") else "/vest/" + topic
@@ -32,14 +33,16 @@ def write(folder, rates, skip=(), stall=None, json_edit=None):
         if k in skip:
             continue
         m = StepInput(step=k, dt=0.001)
-        m.header.stamp = genpy.Time.from_sec(1000.0 + t)
+        m.header.stamp = genpy.Time.from_sec(10000.0 + t + (clock[1] if clock and k >= clock[0] else 0.0))
+        if clock and k == clock[0] and marked:
+            messages.append((t + 0.015, "/vest/session/marks", StringStamped(string=f"system clock set by {clock[1]:+.6f} s")))
         m.header.frame_id = "world"
         messages.append((t, "/vest/step_inputs", m))
         count += 1
     messages.sort(key=lambda m: m[0])
     with rosbag.Bag(os.path.join(folder, "session.bag"), "w") as bag:
         for time, topic, message in messages:
-            bag.write(topic, message, genpy.Time.from_sec(1000.0 + time))
+            bag.write(topic, message, genpy.Time.from_sec(10000.0 + time))
     session = {"real_time_factor": (1000 * SECONDS - 1) * 0.001 / (t - 0.001), "steps": count, "rates": {}, "events": [],
                "scene_hash": "0", "state_hash": "0", "version": "0.1.0"}
     session.update(json_edit or {})
@@ -78,6 +81,15 @@ class CheckSession(unittest.TestCase):
 
     def test_a_stall_of_100_ms_fails_the_worst_second(self):
         code, out = self.judge(stall=(1500, 0.1))
+        self.assertEqual(code, 1, out)
+
+    def test_a_clock_that_is_set_is_told_apart_from_a_stall_by_its_mark(self):
+        for by in (-3600.0, 3600.0, 0.3):
+            code, out = self.judge(clock=(1500, by))
+            self.assertEqual(code, 0, out)
+            code, out = self.judge(clock=(1500, by), marked=False)
+            self.assertEqual(code, 1, out)
+        code, out = self.judge(clock=(1500, -3600.0), stall=(2000, 0.1))
         self.assertEqual(code, 1, out)
 
     def test_session_json_must_be_whole_and_agree_with_the_bag(self):

@@ -5,6 +5,8 @@ import subprocess
 import sys
 import unittest
 
+from roslaunch.config import load_config_default
+
 LAUNCH = sys.argv.pop(1)
 CASES = [
     ("trainer.launch", [], ["manager", "instruments", "trainer", "recorder", "view", "phantom_box", "phantom_box_emulator"]),
@@ -31,6 +33,17 @@ class LaunchFiles(unittest.TestCase):
             self.assertEqual(done.returncode, 0, name + done.stderr)
             started = {line.rsplit("/", 1)[-1] for line in done.stdout.split()}
             self.assertTrue(set(nodes) <= started, f"{name} {arguments}: {started}")
+
+    def test_a_haptic_process_that_died_is_never_started_again(self):
+        for arguments, nodes in ((["left:=sim", "third:=phantom"], {"haptics_left", "haptics_third"}),
+                                 (["inputs:=/tmp/inputs.yaml"], {"haptic_devices"})):
+            config = load_config_default([(os.path.join(LAUNCH, "trainer.launch"), arguments)], None, verbose=False)
+            haptic = [node for node in config.nodes if node.package == "vest_haptics"]
+            self.assertEqual({node.name for node in haptic}, nodes)
+            for node in haptic:
+                self.assertFalse(node.respawn, node.name)
+                self.assertTrue(node.required, f"{node.name}: the session ends with it")
+                self.assertFalse(node.launch_prefix, f"{node.name}: keep_running would start it again")
 
     def test_without_the_emulator_none_is_started(self):
         done = subprocess.run(["roslaunch", "--nodes", os.path.join(LAUNCH, "trainer.launch"), "emulator:=false"],

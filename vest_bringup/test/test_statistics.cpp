@@ -49,6 +49,7 @@ TEST(Summary, SessionJsonHasTheFieldsThatOthersReadAndStaysJsonWithoutAnyStep) {
   summary.topics["/vest/joint_states"].add(1.0);
   summary.topics["/vest/joint_states"].add(1.5);
   summary.events.push_back({7, 0.007, "grasped", "right", "tube_right", std::nan("")});
+  summary.clock_jumps.push_back({9, 0.0125, -3600.0});
   const auto j = nlohmann::json::parse(toJson(summary));
   for (const char* field :
        {"real_time_factor", "steps", "rates", "events", "scene_hash", "state_hash", "version"}) {
@@ -57,6 +58,8 @@ TEST(Summary, SessionJsonHasTheFieldsThatOthersReadAndStaysJsonWithoutAnyStep) {
   EXPECT_TRUE(j["real_time_factor"].is_null());
   EXPECT_EQ(j["rates"]["/vest/joint_states"], 2.0);
   EXPECT_TRUE(j["events"][0]["force_n"].is_null());
+  EXPECT_EQ(j["clock_jumps"][0]["step"], 9);
+  EXPECT_EQ(j["clock_jumps"][0]["by_s"], -3600.0);
 }
 
 }  // namespace

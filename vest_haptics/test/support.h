@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 
 #include "vest_haptics/loop/controller.h"
@@ -12,6 +14,14 @@ inline constexpr std::int64_t kMs = 1000000;
 /// Full counts of safety.md under ./test --full, about 1 % of them otherwise.
 inline bool full() {
   return std::getenv("VEST_FULL") != nullptr;
+}
+
+/// How many of something a test does: all of them under ./test --full. Says it in the form that
+/// .ci/full_table reads.
+inline std::int64_t counted(std::int64_t whole, std::int64_t reduced, const char* what) {
+  const std::int64_t count = full() ? whole : reduced;
+  std::printf("count: %lld of %lld %s\n", static_cast<long long>(count), static_cast<long long>(whole), what);
+  return count;
 }
 
 /// A trocar above the middle of the box that points straight down.

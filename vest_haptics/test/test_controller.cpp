@@ -143,7 +143,7 @@ TEST(Controller, AFiveAxisDeviceThatWakesUpInTissueStaysLimp) {
 }
 
 TEST(Controller, ASimulationThatDiesIsZeroFiftyMillisecondsAfterItsLastStep) {
-  const int phases = full() ? 1000 : 100;
+  const auto phases = counted(1000, 100, "deaths at random phases, injected clock");
   std::mt19937 random(3);
   Bench b;
   b.open();

@@ -390,7 +390,7 @@ TEST(Hci, AnswersHaveTheSizeThatTheProtocolSays) {
 
 TEST(Hci, AnyAnswerComesBackAsItWasAndSpoiledStreamsAreBackInStepWithinTwo) {
   std::mt19937 random(5);
-  const int count = vest::haptics::testing::full() ? 10000000 : 100000;
+  const auto count = vest::haptics::testing::counted(10000000, 100000, "answers, spoiled ones among them");
   hci::Decoder decoder(0x23);
   int good = 0, late = 0, wrong = 0, since = 100;
   for (int n = 0; n < count; ++n) {

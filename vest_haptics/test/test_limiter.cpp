@@ -45,7 +45,8 @@ double length(const Loads& x, const Loads& y) {
 
 /// Raw 64 bit patterns: NaNs with every payload, infinities, denormals, huge and ordinary numbers.
 void fuzz(const LimiterOptions& o, std::uint64_t seed) {
-  const std::uint64_t count = vest::haptics::testing::full() ? 50000000 : 500000;
+  const auto count =
+      static_cast<std::uint64_t>(vest::haptics::testing::counted(50000000, 500000, "inputs of raw bits"));
   std::mt19937_64 random(seed);
   Limiter limiter(o);
   Loads before{};

@@ -106,7 +106,7 @@ struct Session {
 TEST(Processes, AKilledStoppedOrHangingSimulationIsZeroForceByFiftyMilliseconds) {
   std::mt19937 random(11);
   Session s;
-  const int phases = full() ? 1000 : 6;
+  const auto phases = counted(1000, 6, "killed, stopped and hanging simulations");
   int seen = 0;
   for (int n = 0; n < phases; ++n) {
     ASSERT_TRUE(s.press()) << "phase " << n;
@@ -143,7 +143,8 @@ TEST(Processes, AKilledStoppedOrHangingSimulationIsZeroForceByFiftyMilliseconds)
 TEST(Processes, EndingTheLoopLeavesZeroForceAtARandomPhase) {
   std::mt19937 random(2);
   int forced = 0;
-  for (int n = 0; n < (full() ? 100 : 5); ++n) {
+  const auto ends = counted(100, 5, "ends at random phases");
+  for (int n = 0; n < ends; ++n) {
     SimulatedDevice device;
     device.open({});
     auto memory = std::make_shared<vest::shared::ContactReader>("/vest_test_nothing");

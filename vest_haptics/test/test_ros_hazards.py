@@ -35,6 +35,24 @@ def patient(condition, seconds=30.0):
     return condition()
 
 
+OPTIONS = {"motion": "circle", "seconds": "2"}
+BAD = ("Hangs", "NotNumbers", "Throws", "Boundless")
+
+
+def bad_devices(folder):
+    """A package of plug-ins that do what they must not; its library lies in the devel space. @return environment to find it"""
+    classes = "".join(f'<class name="vest_bad_devices/{name}" type="vest_bad_devices::{name}" '
+                      'base_class_type="vest::haptics::Device"/>' for name in BAD)
+    files = {"package.xml": '<package format="2"><name>vest_bad_devices</name><version>0.0.1</version><description>-</description>'
+                            '<maintainer email="lab@example.org">-</maintainer><license>BSD</license><depend>vest_haptics</depend>'
+                            '<export><vest_haptics plugin="${prefix}/plugins.xml"/></export></package>',
+             "plugins.xml": f'<library path="libvest_bad_devices">{classes}</library>'}
+    for name, text in files.items():
+        with open(os.path.join(folder, name), "w", encoding="utf-8") as f:
+            f.write(text)
+    return {"ROS_PACKAGE_PATH": folder + ":" + os.environ.get("ROS_PACKAGE_PATH", "")}
+
+
 def master():
     process = subprocess.Popen(["rosmaster", "--core", "-p", str(PORT)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
@@ -78,7 +96,7 @@ class RosHazards(unittest.TestCase):
     def setUpClass(cls):
         cls.master = master()
         rospy.init_node("test_ros_hazards", anonymous=True, disable_rosout=True)
-        rospy.set_param("/haptics/options", {"motion": "circle", "seconds": "2"})
+        rospy.set_param("/haptics/options", OPTIONS)
         cls.poses, cls.states, cls.instruments, cls.diagnostics, cls.operating = [], [], [], [], []
         cls.subscribers = [rospy.Subscriber("haptics/left/measured_cp", PoseStamped, cls.poses.append),
                            rospy.Subscriber("haptics/left/state", HapticState, cls.states.append),
@@ -90,6 +108,16 @@ class RosHazards(unittest.TestCase):
     def tearDownClass(cls):
         cls.master.kill()
         cls.master.wait()
+
+    def bad(self, name):
+        """Starts a bad device beside whatever else there is, with the options that it knows: none."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        rospy.set_param("/haptics/options", {})
+        self.addCleanup(rospy.set_param, "/haptics/options", OPTIONS)
+        for kept in (self.poses, self.states, self.diagnostics, self.operating):
+            kept.clear()
+        return Node("vest_haptics", "haptics", f"_device:=vest_bad_devices/{name}", **bad_devices(folder.name))
 
     def device(self, **environment):
         for kept in (self.poses, self.states, self.instruments, self.diagnostics, self.operating):
@@ -113,6 +141,7 @@ class RosHazards(unittest.TestCase):
         time.sleep(2.0)
         still.send_signal(signal.SIGSTOP)
         before, sent, seconds = node.memory(), 0, 60.0 if FULL else 4.0
+        print(f"count: {seconds:.0f} of 60 seconds of flood (RosHazards.{self._testMethodName})", flush=True)
         begin = time.monotonic()
         had = len(self.states)
         while time.monotonic() - begin < seconds:
@@ -153,6 +182,41 @@ class RosHazards(unittest.TestCase):
             self.assertTrue(patient(lambda: re.search(r"the system clock was set by -3(599|600)\.", node.text())), node.text())
             self.assertEqual(self.operating[-1].state, "ENABLED")
             self.assertEqual(node.text().count("FAULT"), 0)
+
+    def test_a_second_process_of_the_same_name_does_not_end_the_first(self):
+        self.device()
+        second = Node("vest_haptics", "haptics")
+        try:
+            self.assertEqual(second.process.wait(60), 2)
+            self.assertEqual(second.text().count("haptics/left of this session already runs in another process"), 1, second.text())
+        finally:
+            second.said.close()
+        self.goes_on(self.poses)
+        self.assertEqual(self.operating[-1].state, "ENABLED")
+
+    def test_a_device_that_hangs_is_told_and_the_process_still_ends(self):
+        node = self.bad("Hangs")
+        self.addCleanup(node.said.close)
+        self.assertTrue(patient(lambda: "the loop stands still: a call of the device has not come back" in node.text()), node.text())
+        self.assertIn("has no watchdog and may keep its last force", node.text())
+        self.assertTrue(patient(lambda: any(s.level == 2 and "the loop stands still" in s.message
+                                            for m in list(self.diagnostics) for s in m.status)))
+        node.process.send_signal(signal.SIGINT)
+        self.assertEqual(node.process.wait(60), 3)
+        self.assertIn("ended without it", node.text())
+
+    def test_a_device_without_numbers_is_a_fault(self):
+        node = self.bad("NotNumbers")
+        self.addCleanup(node.end)
+        self.assertTrue(patient(lambda: bool(self.operating) and self.operating[-1].state == "FAULT"), node.text())
+        self.assertTrue(patient(lambda: "readings are not finite or jump" in node.text()), node.text())
+
+    def test_a_device_that_throws_or_is_boundless_is_one_message(self):
+        for name, what in (("Throws", "threw something"), ("Boundless", "maximum = inf; allowed: ")):
+            node = self.bad(name)
+            self.assertEqual(node.process.wait(60), 2, node.text())
+            self.assertEqual(node.text().count(what), 1, node.text())
+            node.said.close()
 
     def test_c_when_the_master_dies_the_session_goes_on_says_so_and_admits_no_second(self):
         rospy.set_param("/instruments/sources", {"left": "haptic", "right": "none", "third": "none", "endoscope": "none"})

@@ -362,3 +362,54 @@ TEST(Registration, APoseThatTheHandHadTooLongAgoOrOnlyLaterIsAnotherPlace) {
   EXPECT_FALSE(none.observe(50 * kMs, {0.0, 0, 0})) << "nothing is known of that time";
   EXPECT_TRUE(none.offset().isZero());
 }
+
+TEST(Capabilities, ANumberThatNoDeviceCanHaveIsNamedWithWhatIsAllowed) {
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(unsound(cartesian()), "");
+  const auto says = [](const Capabilities& c, const char* what) {
+    const std::string text = unsound(c);
+    EXPECT_EQ(text.rfind(what, 0), 0U) << text;
+    EXPECT_NE(text.find("allowed: "), std::string::npos) << text;
+  };
+  for (const double bad : {nan, inf, -1.0, 0.0, 101.0}) {
+    Capabilities c = cartesian();
+    c.maximum[0] = bad;
+    says(c, "maximum");
+    c = cartesian();
+    c.joints = true;
+    c.maximum = {1.0, 1.0, 1.0, 1.0, bad};
+    says(c, "maximum");
+  }
+  for (const double bad : {nan, inf, -1.0}) {
+    Capabilities c = cartesian();
+    (c = cartesian()).damping = bad;
+    says(c, "damping");  // not a number would lift the bound of Colgate
+    (c = cartesian()).stiffness = bad;
+    says(c, "stiffness");
+    (c = cartesian()).watchdog = bad;
+    says(c, "watchdog");
+    (c = cartesian()).rate = bad;
+    says(c, "rate");
+  }
+  Capabilities c = cartesian();
+  c.buttons = 33;
+  says(c, "buttons");
+  (c = cartesian()).model.clear();
+  says(c, "model");
+}
+
+TEST(Options, NumbersHaveAPointWhateverTheLocale) {
+  struct Commas : std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+  };
+  const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Commas));
+  std::string refusal;
+  try {
+    EXPECT_EQ(numberOption({{"seconds", "1.5"}}, "seconds", 0.0, 0.0, 2.0), 1.5);
+    numberOption({{"seconds", "1,5"}}, "seconds", 0.0, 0.5, 2.0);
+  } catch (const DeviceError& e) {
+    refusal = e.what();
+  }
+  std::locale::global(before);
+  EXPECT_EQ(refusal, "option 'seconds' = '1,5'; allowed: 0.5 … 2");
+}

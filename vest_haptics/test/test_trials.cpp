@@ -79,9 +79,10 @@ const material::Tissue& tissue(const char* name) {
 }  // namespace
 
 TEST(Trials, ForceAgainstDepthFollowsTheTissuesLawPressedAndPulled) {
+  const auto pulled = vest::haptics::testing::counted(3, 1, "tissues pulled, three pressed");
   for (const char* name : {"liver", "uterus", "fat_soft"}) {
     follows(press(tissue(name)), 0.1, std::string(name) + " pressed");
-    if (full() || std::string(name) == "liver")
+    if (pulled == 3 || std::string(name) == "liver")
       follows(pull(tissue(name)), 0.5, std::string(name) + " pulled");
   }
 }

@@ -1,6 +1,7 @@
 // Protects: the bytes on the wire, and that damage is found, counted, and never turned into motion.
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <random>
 
@@ -202,6 +203,7 @@ TEST(Protocol, UnknownTypesWithAGoodCheckAreSkipped) {
 // 10^5 frames, 10^7 with VEST_FULL=1.
 TEST(Protocol, ThroughSeededNoiseOnlyFramesThatWereSentComeOut) {
   const long count = std::getenv("VEST_FULL") ? 10000000 : 100000;
+  std::printf("count: %ld of 10000000 frames\n", count);
   vest::emulator::Faults faults;
   faults.drop = faults.flip = faults.split = faults.garbage = faults.lose = 0.02;
   faults.seed = 20;

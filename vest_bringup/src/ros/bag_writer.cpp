@@ -19,6 +19,7 @@ namespace {
 constexpr char kMagic[] = "#ROSBAG V2.0\n";
 constexpr std::size_t kHeaderBytes = 2 * sizeof(std::uint32_t) + 4096;  // of the bag header's record
 constexpr std::size_t kChunk = 768 * 1024;                              // bytes, as stock rosbag
+constexpr std::size_t kSpill = 64 * 1024;                               // bytes of the index in memory
 constexpr std::size_t kProgressBytes = 2 * sizeof(std::uint64_t);
 enum class Op : std::uint8_t {
   Message = 2,
@@ -28,6 +29,29 @@ enum class Op : std::uint8_t {
   ChunkInfo = 6,
   Connection = 7
 };
+
+bool writeAll(int descriptor, const std::uint8_t* bytes, std::size_t size, std::uint64_t at) {
+  for (std::size_t done = 0; done < size;) {
+    const ssize_t n = pwrite(descriptor, bytes + done, size - done, static_cast<off_t>(at + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n == 0) errno = ENOSPC;
+    if (n <= 0) return false;
+    done += static_cast<std::size_t>(n);
+  }
+  return true;
+}
+
+/// A file without a name in the folder of `beside`; -1 where there can be none.
+int namelessFile(const std::string& beside) {
+  const std::string folder = beside.substr(0, beside.find_last_of('/') + 1);
+  const int fd = ::open(folder.empty() ? "." : folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  if (fd >= 0) return fd;
+  // Not every file system has such files.
+  const std::string name = beside + ".index";
+  const int named = ::open(name.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  if (named >= 0) ::unlink(name.c_str());
+  return named;
+}
 
 /// Appends little-endian values and the fields of record headers.
 class Writer {
@@ -88,6 +112,7 @@ BagWriter::BagWriter(const std::string& file, std::uint64_t min_free) : file_(fi
     throw std::runtime_error(file_ + ".active: cannot be written (" + why + ")");
   }
   open_ = true;
+  index_file_ = namelessFile(file_);
   const int fd = ::open((file_ + ".progress").c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (fd >= 0) {
     if (ftruncate(fd, kProgressBytes) == 0) {
@@ -100,6 +125,7 @@ BagWriter::BagWriter(const std::string& file, std::uint64_t min_free) : file_(fi
 
 BagWriter::~BagWriter() {
   closeWhatCanBe();
+  if (index_file_ >= 0) ::close(index_file_);
   if (progress_) munmap(progress_, kProgressBytes);
 }
 
@@ -114,7 +140,7 @@ BagWriter::Bytes BagWriter::bagHeader(std::uint64_t index_position) const {
   out.field("op", Op::BagHeader);
   out.field("index_pos", index_position);
   out.field("conn_count", static_cast<std::uint32_t>(connections_.size()));
-  out.field("chunk_count", static_cast<std::uint32_t>(chunks_.size()));
+  out.field("chunk_count", chunk_count_);
   out.close(header);
   const std::size_t padding = out.open();
   record.resize(kHeaderBytes, ' ');  // room that a rewritten header fills again
@@ -178,20 +204,13 @@ bool BagWriter::write(const std::string& topic, const ros::Time& time, const top
 }
 
 bool BagWriter::append(const Bytes& bytes) {
-  std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t n =
-        pwrite(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(size_ + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) {
-      const int why = n < 0 ? errno : ENOSPC;
-      if (ftruncate(descriptor_, static_cast<off_t>(size_)) != 0) {
-        // What stays behind the last whole chunk, no reader looks at.
-      }
-      errno = why;
-      return false;
+  if (!writeAll(descriptor_, bytes.data(), bytes.size(), size_)) {
+    const int why = errno;
+    if (ftruncate(descriptor_, static_cast<off_t>(size_)) != 0) {
+      // What stays behind the last whole chunk, no reader looks at.
     }
-    done += static_cast<std::size_t>(n);
+    errno = why;
+    return false;
   }
   size_ += bytes.size();
   return true;
@@ -210,11 +229,11 @@ void BagWriter::closeChunk() {
   const std::size_t data = out.open();
   out.bytes(chunk_.data(), chunk_.size());
   out.close(data);
-  ChunkInfo info{size_, begin_, end_, {}};
+  const std::size_t described = newest_infos_.size();
+  describeChunk(size_);
   for (std::uint32_t id = 0; id < index_.size(); ++id) {
     if (index_[id].empty()) continue;
     const auto count = static_cast<std::uint32_t>(index_[id].size());
-    info.counts.emplace_back(id, count);
     const std::size_t header = out.open();
     out.field("op", Op::Index);
     out.field("ver", std::uint32_t{1});
@@ -230,21 +249,49 @@ void BagWriter::closeChunk() {
     index_[id].clear();
   }
   chunk_.clear();
-  if (append(record)) {
-    chunks_.push_back(std::move(info));
-  } else {
+  if (!append(record)) {
+    newest_infos_.resize(described);
     disk_full_ = true;
     closeWhatCanBe();
+    return;
   }
+  ++chunk_count_;
+  if (newest_infos_.size() >= kSpill && index_file_ >= 0 &&
+      writeAll(index_file_, newest_infos_.data(), newest_infos_.size(), index_file_size_)) {
+    index_file_size_ += newest_infos_.size();
+    newest_infos_.clear();
+  }
+}
+
+void BagWriter::describeChunk(std::uint64_t position) {
+  Writer out(newest_infos_);
+  const auto topics = std::count_if(index_.begin(), index_.end(), [](const auto& e) { return !e.empty(); });
+  const std::size_t fields = out.open();
+  out.field("op", Op::ChunkInfo);
+  out.field("ver", std::uint32_t{1});
+  out.field("chunk_pos", position);
+  out.field("start_time", begin_);
+  out.field("end_time", end_);
+  out.field("count", static_cast<std::uint32_t>(topics));
+  out.close(fields);
+  const std::size_t counts = out.open();
+  for (std::uint32_t id = 0; id < index_.size(); ++id) {
+    if (index_[id].empty()) continue;
+    out.value(id);
+    out.value(static_cast<std::uint32_t>(index_[id].size()));
+  }
+  out.close(counts);
 }
 
 bool BagWriter::checkDisk() {
   if (disk_full_) return false;
   struct statvfs fs {};
-  if (open_ && statvfs((file_ + ".active").c_str(), &fs) == 0 &&
-      static_cast<std::uint64_t>(fs.f_bavail) * fs.f_frsize < min_free_) {
-    disk_full_ = true;
-    closeWhatCanBe();
+  if (open_ && statvfs((file_ + ".active").c_str(), &fs) == 0) {
+    const std::uint64_t free = static_cast<std::uint64_t>(fs.f_bavail) * fs.f_frsize;
+    if (free < min_free_ || free - min_free_ < index_file_size_ + newest_infos_.size()) {
+      disk_full_ = true;
+      closeWhatCanBe();
+    }
   }
   return !disk_full_;
 }
@@ -261,6 +308,20 @@ std::uint64_t BagWriter::bytes() const {
   return size_ + chunk_.size();
 }
 
+bool BagWriter::appendIndex() {
+  Bytes piece;
+  for (std::uint64_t at = 0; at < index_file_size_;) {
+    piece.resize(std::min<std::uint64_t>(index_file_size_ - at, 1U << 20U));
+    const ssize_t n = pread(index_file_, piece.data(), piece.size(), static_cast<off_t>(at));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return false;
+    piece.resize(static_cast<std::size_t>(n));
+    if (!append(piece)) return false;
+    at += piece.size();
+  }
+  return append(newest_infos_);
+}
+
 void BagWriter::close() {
   if (!open_) return;
   closeChunk();
@@ -269,24 +330,8 @@ void BagWriter::close() {
   Bytes tail;
   Writer out(tail);
   for (const Bytes& record : connections_) out.bytes(record.data(), record.size());
-  for (const ChunkInfo& chunk : chunks_) {
-    const std::size_t fields = out.open();
-    out.field("op", Op::ChunkInfo);
-    out.field("ver", std::uint32_t{1});
-    out.field("chunk_pos", chunk.position);
-    out.field("start_time", chunk.begin);
-    out.field("end_time", chunk.end);
-    out.field("count", static_cast<std::uint32_t>(chunk.counts.size()));
-    out.close(fields);
-    const std::size_t counts = out.open();
-    for (const auto& [id, count] : chunk.counts) {
-      out.value(id);
-      out.value(count);
-    }
-    out.close(counts);
-  }
   const std::uint64_t index_position = size_;
-  const bool indexed = append(tail);
+  const bool indexed = append(tail) && appendIndex();
   const Bytes header = bagHeader(index_position);
   const bool named = indexed && pwrite(descriptor_, header.data(), header.size(), sizeof kMagic - 1) ==
                                     static_cast<ssize_t>(header.size());

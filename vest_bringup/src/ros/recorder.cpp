@@ -19,6 +19,7 @@
 #include <vest_msgs/Snapshot.h>
 #include <vest_msgs/StateHash.h>
 #include <vest_msgs/StepInput.h>
+#include <vest_msgs/StringStamped.h>
 #include <vest_msgs/TissueEvent.h>
 
 #include "vest_tissue/ros/parameters.h"
@@ -40,6 +41,19 @@ std::string hex(std::uint64_t value) {
   char text[17];
   std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
   return text;
+}
+
+template <class M>
+topic_tools::ShapeShifter::ConstPtr shifted(const M& message) {
+  const auto shifter = boost::make_shared<topic_tools::ShapeShifter>();
+  shifter->morph(ros::message_traits::md5sum(message), ros::message_traits::datatype(message),
+                 ros::message_traits::definition(message), "");
+  std::vector<std::uint8_t> bytes(ros::serialization::serializationLength(message));
+  ros::serialization::OStream out(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::serialize(out, message);
+  ros::serialization::IStream in(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  shifter->read(in);
+  return shifter;
 }
 
 }  // namespace
@@ -107,6 +121,7 @@ Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh) : nh_(nh), pr
   events_topic_ = nh_.resolveName("tissue/events");
   topology_topic_ = nh_.resolveName("tissue/topology");
   hash_topic_ = nh_.resolveName("tissue/state_hash");
+  marks_topic_ = nh_.resolveName("session/marks");
   summary_.version = VEST_VERSION;
   status_ = nh_.advertise<vest_msgs::SessionState>("session/recording", 10);
 }
@@ -149,19 +164,20 @@ void Recorder::enqueue(Item item) {
 
 void Recorder::onMessage(const std::string& topic,
                          const ros::MessageEvent<topic_tools::ShapeShifter const>& event) {
-  if (first_step_time_ == 0 && topic == step_topic_) first_step_time_ = ros::WallTime::now().toSec();
+  if (first_step_time_ == 0 && topic == step_topic_) first_step_time_ = steadySeconds();
   const auto header = event.getConnectionHeaderPtr();
   const auto latching = header ? header->find("latching") : ros::M_string::iterator();
   const bool latched = header && latching != header->end() && latching->second == "1";
-  enqueue({topic, event.getReceiptTime(), event.getConstMessage(), latched ? header : nullptr});
+  enqueue(
+      {topic, event.getReceiptTime(), event.getConstMessage(), latched ? header : nullptr, steadySeconds()});
 }
 
 void Recorder::onBatch(const vest_msgs::RecordingBatch::ConstPtr& batch) {
   dropped_ += inlet_.take(*batch, [this](const std::string& topic, const ros::Time& receipt,
                                          topic_tools::ShapeShifter::ConstPtr message) {
     if (relayed_.count(topic) == 0) return;
-    if (first_step_time_ == 0 && topic == step_topic_) first_step_time_ = ros::WallTime::now().toSec();
-    enqueue({topic, receipt, std::move(message), nullptr});
+    if (first_step_time_ == 0 && topic == step_topic_) first_step_time_ = steadySeconds();
+    enqueue({topic, receipt, std::move(message), nullptr, steadySeconds()});
   });
 }
 
@@ -206,32 +222,24 @@ void Recorder::onImage(const sensor_msgs::Image::ConstPtr& msg) {
     newest_picture_ = bgr;  // never touched again: others may hold it
     ++pictures_;
   }
-  const double now = ros::WallTime::now().toSec();
+  const double now = steadySeconds();
   if (jpeg_rate_ <= 0 || now < next_jpeg_) return;
   next_jpeg_ = std::max(next_jpeg_ + 1.0 / jpeg_rate_, now);
   sensor_msgs::CompressedImage jpeg;
   jpeg.header = msg->header;
   jpeg.format = "jpeg";
   cv::imencode(".jpg", bgr, jpeg.data, {cv::IMWRITE_JPEG_QUALITY, 90});
-  const auto shifter = boost::make_shared<topic_tools::ShapeShifter>();
-  shifter->morph(ros::message_traits::md5sum(jpeg), ros::message_traits::datatype(jpeg),
-                 ros::message_traits::definition(jpeg), "");
-  std::vector<std::uint8_t> bytes(ros::serialization::serializationLength(jpeg));
-  ros::serialization::OStream out(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(out, jpeg);
-  ros::serialization::IStream in(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  shifter->read(in);
-  enqueue({image_.getTopic() + "/compressed", ros::Time::now(), shifter, nullptr});
+  enqueue({image_.getTopic() + "/compressed", ros::Time::now(), shifted(jpeg), nullptr, now});
 }
 
 void Recorder::waitForPicture(const std::function<std::string()>& stop) {
-  const ros::WallTime begin = ros::WallTime::now();
+  const double begin = steadySeconds();
   while (ros::ok() && stop().empty()) {
     {
       std::lock_guard<std::mutex> lock(image_mutex_);
       if (pictures_ > 0) return;
     }
-    if ((ros::WallTime::now() - begin).toSec() > picture_timeout_) {
+    if (steadySeconds() - begin > picture_timeout_) {
       ROS_WARN("no picture on %s after %.0f s: the recording begins without one", image_.getTopic().c_str(),
                picture_timeout_);
       return;
@@ -268,7 +276,7 @@ int Recorder::run(const std::function<std::string()>& stop) {
       ended = reason;
       break;
     }
-    const double now = ros::WallTime::now().toSec();
+    const double now = steadySeconds();
     if (seconds_ > 0 && first_step_time_ > 0 && now - first_step_time_ >= seconds_) {
       ended = "after the wished time";
       break;
@@ -318,12 +326,10 @@ void Recorder::writeLoop() {
       items.swap(queued_);
       queued_bytes_ = 0;
     }
+    watchClock();  // after the queue was emptied: a jump before any of its times is known
     for (const Item& item : items) {
       observe(item);
-      if (bag_->write(item.topic, item.time, *item.msg, item.header)) {
-        ++written_;
-        summary_.topics[item.topic].add(item.time.toSec());
-      }
+      write(item);
     }
     const auto now = Clock::now();
     if (now >= chunk_due) {
@@ -338,6 +344,30 @@ void Recorder::writeLoop() {
     }
     bytes_ = bag_->bytes();
   }
+}
+
+void Recorder::watchClock() {
+  const auto reading = readClocks();
+  const auto jump = reading ? clock_.look(reading->system, reading->steady) : std::nullopt;
+  if (!jump) return;
+  const double since = summary_.steps.steps() > 0 ? jump->steady - first_step_steady_ : 0.0;
+  summary_.clock_jumps.push_back({summary_.steps.lastStep(), since, jump->by});
+  char text[80];
+  std::snprintf(text, sizeof text, "system clock set by %+.6f s", jump->by);
+  ROS_WARN("%s: marked in the recording, whose times go on by the steady clock", text);
+  vest_msgs::StringStamped mark;
+  mark.header.stamp = ros::Time::now();
+  mark.string = text;
+  bag_->received();
+  write({marks_topic_, mark.header.stamp, shifted(mark), nullptr, jump->steady});
+}
+
+void Recorder::write(const Item& item) {
+  const double time = clock_.line(item.time.toSec(), item.steady);
+  const ros::Time stamp = clock_.jumps().empty() ? item.time : ros::Time(std::max(time, 0.0));
+  if (!bag_->write(item.topic, stamp, *item.msg, item.header)) return;
+  ++written_;
+  summary_.topics[item.topic].add(time);
 }
 
 void Recorder::observe(const Item& item) {
@@ -359,16 +389,17 @@ void Recorder::observe(const Item& item) {
     in.next(command);
     // A recording that begins late needs the State that its first inputs act on.
     if (summary_.steps.steps() == 0 && step != 1) snapshot_wanted_ = true;
-    summary_.steps.add(step, dt, header.stamp.toSec(), command != 0);
+    if (summary_.steps.steps() == 0) first_step_steady_ = item.steady;
+    summary_.steps.add(step, dt, clock_.line(header.stamp.toSec(), item.steady), command != 0);
   } else if (item.topic == events_topic_) {
     const auto e = item.msg->instantiate<vest_msgs::TissueEvent>();
     if (summary_.events.size() < 100000) {
-      const double first =
-          summary_.topics.count(step_topic_) ? summary_.topics[step_topic_].first : item.time.toSec();
-      summary_.events.push_back(
-          {e->step, e->header.stamp.toSec() - first, eventWord(e->kind), e->instrument, e->object, e->force});
+      const double first = summary_.topics.count(step_topic_) ? summary_.topics[step_topic_].first
+                                                              : clock_.line(item.time.toSec(), item.steady);
+      summary_.events.push_back({e->step, clock_.line(e->header.stamp.toSec(), item.steady) - first,
+                                 eventWord(e->kind), e->instrument, e->object, e->force});
     }
-    next_moment_ = item.time.toSec() + 0.3;
+    next_moment_ = item.steady + 0.3;
   } else if (item.topic == hash_topic_) {
     const auto h = item.msg->instantiate<vest_msgs::StateHash>();
     summary_.state_hash = hex(h->hash);
@@ -386,8 +417,8 @@ void Recorder::observe(const Item& item) {
     in.next(step);
     in.next(summary_.scene);
     in.next(summary_.scene_hash);
-  } else if (item.topic == contacts_topic_ && item.time.toSec() >= next_contacts_) {
-    next_contacts_ = item.time.toSec() + 0.1;
+  } else if (item.topic == contacts_topic_ && item.steady >= next_contacts_) {
+    next_contacts_ = item.steady + 0.1;
     observeContacts(item);
   }
 }
@@ -412,7 +443,7 @@ void Recorder::observeContacts(const Item& item) {
 }
 
 void Recorder::considerPicture() {
-  const double now = ros::Time::now().toSec();
+  const double now = steadySeconds();
   cv::Mat picture;
   {
     std::lock_guard<std::mutex> lock(image_mutex_);

@@ -3,6 +3,7 @@
 #include <vest_msgs/SessionState.h>
 
 #include "vest_bringup/ros/recorder.h"
+#include "vest_bringup/session/clock_watch.h"
 
 namespace vest::session {
 namespace {
@@ -70,7 +71,7 @@ int RecordingControl::run(const std::atomic<bool>& stop) {
     state_ = State::Idle;
     double due = 0;
     while (ros::ok() && !stop && state_ != State::Starting) {
-      const double now = ros::WallTime::now().toSec();
+      const double now = steadySeconds();
       if (now >= due) {
         due = now + 0.5;
         vest_msgs::SessionState idle;

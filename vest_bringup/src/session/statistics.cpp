@@ -67,6 +67,9 @@ std::string toJson(const Summary& s) {
                            {"object", e.object},
                            {"force_n", number(e.force)}});
   }
+  j["clock_jumps"] = nlohmann::ordered_json::array();
+  for (const ClockJumpLine& c : s.clock_jumps)
+    j["clock_jumps"].push_back({{"step", c.step}, {"time_s", number(c.time)}, {"by_s", number(c.by)}});
   j["messages"] = s.messages;
   j["dropped_messages"] = s.dropped;
   j["bytes"] = s.bytes;

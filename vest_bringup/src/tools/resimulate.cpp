@@ -49,12 +49,14 @@ int main(int argc, char** argv) {
     rosbag::Bag bag(directory + "/session.bag", rosbag::bagmode::Read);
     std::string recorded_hash;
     std::vector<vest_msgs::StepInput::ConstPtr> inputs;
-    std::vector<vest_msgs::StateHash::ConstPtr> hashes;
+    // By step and stamp: a reset begins the steps anew, and stamps go back where the clock was set back.
+    std::map<std::pair<std::uint64_t, ros::Time>, std::uint64_t> hashes;
     for (const rosbag::MessageInstance& m : rosbag::View(bag)) {
       if (endsWith(m.getTopic(), "step_inputs")) {
         inputs.push_back(m.instantiate<vest_msgs::StepInput>());
       } else if (endsWith(m.getTopic(), "tissue/state_hash")) {
-        hashes.push_back(m.instantiate<vest_msgs::StateHash>());
+        const auto hash = m.instantiate<vest_msgs::StateHash>();
+        hashes[{hash->step, hash->header.stamp}] = hash->hash;
       } else if (recorded_hash.empty() && endsWith(m.getTopic(), "tissue/topology")) {
         const auto topology = m.instantiate<vest_msgs::TissueTopology>();
         recorded_hash = topology->scene_hash;
@@ -75,7 +77,6 @@ int main(int argc, char** argv) {
     if (inputs.front()->step != 1) {
       resimulation.begin(readFile(directory + "/snapshots/start.snapshot"));
     }
-    std::size_t next_hash = 0;
     for (const auto& msg : inputs) {
       if (msg->step <= world.steps() && msg->command == 0) continue;  // before the snapshot
       vest::scene::StepInput input;
@@ -95,18 +96,13 @@ int main(int argc, char** argv) {
                     static_cast<unsigned long long>(input.step));
         return 1;
       }
-      while (next_hash < hashes.size() && hashes[next_hash]->header.stamp < msg->header.stamp) ++next_hash;
-      if (next_hash < hashes.size() && hashes[next_hash]->step == input.step &&
-          hashes[next_hash]->header.stamp == msg->header.stamp) {
-        if (!resimulation.compare(hashes[next_hash]->hash)) {
-          std::printf(
-              "first difference: state hash after step %llu: recorded %016llx, re-simulated %016llx\n",
-              static_cast<unsigned long long>(input.step),
-              static_cast<unsigned long long>(hashes[next_hash]->hash),
-              static_cast<unsigned long long>(world.stateHash()));
-          return 1;
-        }
-        ++next_hash;
+      const auto recorded = hashes.find({input.step, msg->header.stamp});
+      if (recorded != hashes.end() && !resimulation.compare(recorded->second)) {
+        std::printf("first difference: state hash after step %llu: recorded %016llx, re-simulated %016llx\n",
+                    static_cast<unsigned long long>(input.step),
+                    static_cast<unsigned long long>(recorded->second),
+                    static_cast<unsigned long long>(world.stateHash()));
+        return 1;
       }
     }
     std::printf("%llu steps, %llu state hashes, all the same (%d thread%s, kernel %s)\n",

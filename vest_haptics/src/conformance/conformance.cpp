@@ -81,11 +81,7 @@ std::vector<Finding> run(Device& device, const Options& options) {
   if (!open("it opens")) return out;
 
   const Capabilities& c = device.capabilities();
-  bool sound = !c.model.empty() && c.damping >= 0.0 && c.stiffness > 0.0 && c.watchdog >= 0.0 &&
-               c.rate > 0.0 && c.buttons >= 0 && c.buttons <= 32;
-  for (int i = 0; i < (c.joints ? kChannels : 1); ++i)
-    sound &= isFinite(c.maximum[i]) && c.maximum[i] > 0.0 && c.maximum[i] < 100.0;
-  say("its capabilities are numbers that a device can have", sound);
+  say("its capabilities are numbers that a device can have", unsound(c).empty(), unsound(c));
 
   // First reading.
   DeviceStatus status = DeviceStatus::Starting;

@@ -1,7 +1,9 @@
 #include "vest_haptics/device/device.h"
 
-#include <cstdlib>
+#include <charconv>
+#include <locale>
 #include <sstream>
+#include <system_error>
 
 namespace vest::haptics {
 
@@ -19,6 +21,30 @@ const char* statusName(DeviceStatus status) {
       return "error";
   }
   return "?";
+}
+
+std::string unsound(const Capabilities& c) {
+  // N or N·m, assumed: the strongest device of a page here, Force Dimension's sigma.7, shows 20 N.
+  constexpr double kStrongest = 100.0;
+  const auto outside = [](const char* what, double value, double least, double most) {
+    if (isFinite(value) && value >= least && value <= most) return std::string();
+    std::ostringstream message;
+    message.imbue(std::locale::classic());
+    message << what << " = " << value << "; allowed: " << least << " … " << most;
+    return message.str();
+  };
+  if (c.model.empty()) return "model is empty; allowed: a name for people";
+  std::string wrong;
+  const auto check = [&](const char* what, double value, double least, double most) {
+    if (wrong.empty()) wrong = outside(what, value, least, most);
+  };
+  for (int i = 0; i < (c.joints ? kChannels : 1); ++i) check("maximum", c.maximum[i], 1e-6, kStrongest);
+  check("damping", c.damping, 0.0, 1e3);
+  check("stiffness", c.stiffness, 1e-3, 1e6);
+  check("watchdog", c.watchdog, 0.0, 1e3);
+  check("rate", c.rate, 1.0, 1e5);
+  check("buttons", c.buttons, 0.0, 32.0);
+  return wrong;
 }
 
 void checkOptions(const std::string& device, const DeviceOptions& options, const std::string& allowed) {
@@ -41,10 +67,12 @@ double numberOption(const DeviceOptions& options, const std::string& key, double
                     double most) {
   const std::string text = option(options, key, "");
   if (text.empty()) return otherwise;
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (end != text.c_str() + text.size() || !(value >= least && value <= most)) {
+  // Not strtod: a maker's library may have set a locale with decimal commas.
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !(value >= least && value <= most)) {
     std::ostringstream message;
+    message.imbue(std::locale::classic());
     message << "option '" << key << "' = '" << text << "'; allowed: " << least << " … " << most;
     throw DeviceError(message.str());
   }

@@ -1,4 +1,5 @@
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
@@ -14,12 +15,22 @@ void onSignal(int) {
   if (running) running->halt();
   ros::requestShutdown();
 }
+
+constexpr unsigned kLongestEnd = 5;  // s, ours: roslaunch kills after 15
+void onStuck(int) {
+  constexpr char kText[] = "haptics: a call of the device does not come back: ended without it\n";
+  if (::write(STDERR_FILENO, kText, sizeof kText - 1) < 0) ::_exit(4);
+  ::_exit(3);
+}
 }  // namespace
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "haptics", ros::init_options::NoSigintHandler);
   ::mlockall(MCL_CURRENT | MCL_FUTURE);  // no page faults in the loop where the machine grants it
   try {
+    // Before any handle: the master would tell a process of the same name to end, with the hand in the
+    // tissue.
+    const auto alone = vest::ros_shell::holdHand();
     vest::ros_shell::HapticShell shell(ros::NodeHandle(), ros::NodeHandle("~"));
     running = &shell.loop();
     std::signal(SIGINT, onSignal);
@@ -27,8 +38,14 @@ int main(int argc, char** argv) {
     std::signal(SIGHUP, onSignal);
     ros::spin();
     running = nullptr;
+    // A call of the device that never comes back must not keep the process from ending.
+    std::signal(SIGALRM, onStuck);
+    ::alarm(kLongestEnd);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "haptics: %s\n", e.what());
+    return 2;
+  } catch (...) {
+    std::fprintf(stderr, "haptics: the device threw something that is no std::exception\n");
     return 2;
   }
   return 0;

@@ -19,6 +19,9 @@ namespace {
 constexpr double kPosePeriod = 0.002;   // s: 500 Hz
 constexpr double kStatePeriod = 0.005;  // s: 200 Hz
 constexpr double kButtons = 0.015;      // s: a switch that is older than 100 ms counts as released
+constexpr std::int64_t kStill =
+    200000000;  // ns without a tick, ours: longer than a loaded machine keeps a thread waiting
+constexpr std::int64_t kPause = 50000000;  // ns in which this process was put aside: nobody ticks then
 
 template <class T>
 T parameter(const ros::NodeHandle& nh, const std::string& name, T otherwise) {
@@ -58,16 +61,30 @@ std::string className(const std::string& word) {
   return word;
 }
 
+int instrumentOf(const std::string& name) {
+  for (int i = 0; i < tools::kInstrumentCount; ++i) {
+    if (name == tools::instrumentName(static_cast<tools::Instrument>(i))) return i;
+  }
+  return -1;
+}
+
 }  // namespace
+
+std::unique_ptr<shared::SessionLock> holdHand() {
+  constexpr double kPatience = 10.0;  // s: of a session that has just been told to end
+  const std::string name = ros::param::param<std::string>("~instrument", "left");
+  if (instrumentOf(name) < 0) return nullptr;  // refused by who reads all parameters
+  return std::make_unique<shared::SessionLock>(
+      "haptics/" + name,
+      shared::contactMemoryName(ros::master::getURI(), ros::this_node::getNamespace()) + "_" + name,
+      kPatience);
+}
 
 HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : nh_(nh), loader_("vest_haptics", "vest::haptics::Device") {
   device_word_ = parameter<std::string>(private_nh, "device", "sim");
   name_ = parameter<std::string>(private_nh, "instrument", "left");
-  int instrument = -1;
-  for (int i = 0; i < tools::kInstrumentCount; ++i) {
-    if (name_ == tools::instrumentName(static_cast<tools::Instrument>(i))) instrument = i;
-  }
+  const int instrument = instrumentOf(name_);
   if (instrument < 0) {
     throw std::runtime_error("parameter '" + private_nh.resolveName("instrument") + "' = '" + name_ +
                              "'; allowed: left, right, third, endoscope");
@@ -120,7 +137,7 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh)
     options_ = in.options;
   }
   const std::string memory = shared::contactMemoryName(ros::master::getURI(), nh_.getNamespace());
-  watch_ = std::make_unique<SessionWatch>("haptics/" + name_, memory + "_" + name_);
+  watch_ = std::make_unique<SessionWatch>("haptics/" + name_);
   openDevice();
 
   std::string package = parameter<std::string>(private_nh, "crtk_package", "auto");
@@ -190,6 +207,11 @@ void HapticShell::openDevice() {
                              known + " (" + e.what() + ")");
   }
   device_->open(options_);
+  const std::string wrong = haptics::unsound(device_->capabilities());
+  if (!wrong.empty()) {
+    device_->close();
+    throw std::runtime_error("device '" + device_word_ + "' says of itself: " + wrong);
+  }
 }
 
 ros::Time HapticShell::stamp(std::int64_t steady_ns) const {
@@ -226,6 +248,7 @@ void HapticShell::onServo(const geometry_msgs::WrenchStamped& msg) {
 
 void HapticShell::publishLoop() {
   double next_pose = 0.0, next_state = 0.0, next_second = 0.0;
+  std::int64_t ticked = haptics::Loop::steadyNow(), passed = ticked;
   bool said = false;
   while (!stop_) {
     const double now = 1e-9 * static_cast<double>(haptics::Loop::steadyNow());
@@ -249,7 +272,21 @@ void HapticShell::publishLoop() {
       }
       publishDiagnostics(loop_->reports().front());
     }
+    const std::int64_t pass = haptics::Loop::steadyNow();
+    if (pass - passed > kPause) ticked += pass - passed;
+    passed = pass;
+    if (!stands_still_ && pass - ticked > kStill) {
+      stands_still_ = true;
+      ROS_ERROR(
+          "haptics/%s: the loop stands still: a call of the device has not come back. %s", name_.c_str(),
+          device_->capabilities().watchdog > 0.0
+              ? "The device's watchdog takes its force away"
+              : "The device has no watchdog and may keep its last force: let go of it and switch it off");
+    }
     if (loop_->reports().update()) {
+      ticked = haptics::Loop::steadyNow();
+      if (stands_still_) ROS_WARN("haptics/%s: the loop goes on", name_.c_str());
+      stands_still_ = false;
       const TickReport& report = loop_->reports().front();
       if (now >= next_pose) {
         next_pose = std::max(next_pose + kPosePeriod, now);
@@ -350,6 +387,10 @@ void HapticShell::publishDiagnostics(const TickReport& r) {
     d.level = DiagnosticStatus::WARN;
     d.message += ": no fresh contact model from the simulation, no force";
   }
+  if (stands_still_) {
+    d.level = DiagnosticStatus::ERROR;
+    d.message = "the loop stands still: a call of the device has not come back";
+  }
   if (watch_->masterLost()) {
     d.level = std::max<std::int8_t>(d.level, DiagnosticStatus::WARN);
     d.message += "; ROS master lost";
@@ -363,7 +404,7 @@ void HapticShell::publishDiagnostics(const TickReport& r) {
   const haptics::LoopStatistics& s = last_statistics_;
   add("device", device_word_);
   add("status", haptics::statusName(r.status));
-  add("last error", device_->lastError());
+  add("last error", stands_still_ ? "not asked" : device_->lastError());
   add("tick rate [Hz]", std::to_string(rate_));
   add("tick CPU p50 [us]", std::to_string(1e6 * s.cpu_p50));
   add("tick CPU p99.99 [us]", std::to_string(1e6 * s.cpu_p9999));

@@ -17,8 +17,13 @@
 
 #include "session_watch.h"
 #include "vest_haptics/loop/loop.h"
+#include "vest_tissue/shared/session_lock.h"
 
 namespace vest::ros_shell {
+
+/// The hand of `~instrument` in this session, for this process alone. Asked for before the first NodeHandle.
+/// @throws std::runtime_error where another process has it, or there is no shared memory
+std::unique_ptr<shared::SessionLock> holdHand();
 
 /// One device as a CRTK arm under haptics/NAME, NAME being the instrument that it moves.
 class HapticShell {
@@ -64,6 +69,7 @@ class HapticShell {
   bool last_homed_ = false;
   haptics::LoopStatistics last_statistics_;
   double rate_ = 0.0;
+  bool stands_still_ = false;
   std::atomic<bool> stop_{false};
   std::thread publisher_;
 };

@@ -1,14 +1,6 @@
 #include "session_watch.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <stdexcept>
 #include <thread>
 
 #include <ros/ros.h>
@@ -24,17 +16,7 @@ double clockOffset() {
 
 }  // namespace
 
-SessionWatch::SessionWatch(std::string who, const std::string& name) : who_(std::move(who)) {
-  lock_ = ::shm_open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  if (lock_ < 0 || ::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
-    const bool taken = lock_ >= 0 && errno == EWOULDBLOCK;
-    const std::string why = std::strerror(errno);
-    if (lock_ >= 0) ::close(lock_);
-    throw std::runtime_error(
-        who_ + (taken ? " of this session already runs in another process. If the ROS master was started "
-                        "anew, the old session still goes on: end it first"
-                      : ": shared memory '" + name + "': " + why));
-  }
+SessionWatch::SessionWatch(std::string who) : who_(std::move(who)) {
   offset_ = clockOffset();
   master_->answered = haptics::Loop::steadyNow();
   std::thread([master = master_] {
@@ -51,7 +33,6 @@ SessionWatch::SessionWatch(std::string who, const std::string& name) : who_(std:
 SessionWatch::~SessionWatch() {
   master_->stop = true;
   for (int i = 0; i < 100 && !master_->ended; ++i) ros::WallDuration(0.01).sleep();
-  ::close(lock_);  // and with it the lock
 }
 
 void SessionWatch::look() {

@@ -8,13 +8,11 @@
 namespace vest::ros_shell {
 
 /// What happens around a running device: the ROS master dies or is another one, the system clock is set. The
-/// loop needs neither; people must be told. Holds the device of a session for this process alone: a master
-/// that was restarted knows nothing of a session that still runs, and would let a second one begin.
+/// loop needs neither; people must be told.
 class SessionWatch {
  public:
-  /// @param who how messages begin, e.g. "haptics/left" @param name of the lock in shared memory, "/…"
-  /// @throws std::runtime_error where another process holds it
-  SessionWatch(std::string who, const std::string& name);
+  /// @param who how messages begin, e.g. "haptics/left"
+  explicit SessionWatch(std::string who);
   ~SessionWatch();
   SessionWatch(const SessionWatch&) = delete;
   SessionWatch& operator=(const SessionWatch&) = delete;
@@ -34,7 +32,6 @@ class SessionWatch {
   };
 
   std::string who_;
-  int lock_ = -1;
   std::shared_ptr<Master> master_ = std::make_shared<Master>();
   bool lost_ = false;
   double offset_ = 0.0;  ///< s, system clock minus steady clock

@@ -33,8 +33,27 @@ std::string sceneFile(const std::string& scene) {
 
 }  // namespace
 
-TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory, Publish publish)
-    : nh_(nh), private_nh_(private_nh), factory_(std::move(factory)), publish_(std::move(publish)) {
+std::unique_ptr<shared::SessionLock> TissueServer::holdSession(const std::string& ns) {
+  constexpr double kPatience = 10.0;  // s: of a session that has just been told to end
+  try {
+    return std::make_unique<shared::SessionLock>(
+        "the simulation", shared::contactMemoryName(ros::master::getURI(), ns) + "_simulation", kPatience);
+  } catch (const shared::SessionTaken&) {
+    throw;
+  } catch (const std::exception& e) {
+    ROS_WARN("%s; a second simulation in this session would not be noticed", e.what());
+    return nullptr;
+  }
+}
+
+TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory, Publish publish,
+                           std::unique_ptr<shared::SessionLock> alone)
+    : nh_(nh),
+      private_nh_(private_nh),
+      alone_(std::move(alone)),
+      factory_(std::move(factory)),
+      publish_(std::move(publish)) {
+  if (!alone_) alone_ = holdSession(nh_.getNamespace());
   scene_ = stringParameter(private_nh_, "scene", "gynaecology");
   threads_ = intParameter(private_nh_, "threads", 1, 1, 64);
   session_directory_ = stringParameter(private_nh_, "session_directory", "");
@@ -124,7 +143,7 @@ void TissueServer::onInstruments(const vest_msgs::InstrumentStates::ConstPtr& ms
         5, "instruments: an unknown name or tool, or a pose that is not finite; its last good pose is kept");
   }
   // Pedals older than 100 ms count as released (safety).
-  if (sample_.pedals != 0 && (ros::WallTime::now() - pedals_time_).toSec() > 0.1) sample_.pedals = 0;
+  if (sample_.pedals != 0 && (ros::SteadyTime::now() - pedals_time_).toSec() > 0.1) sample_.pedals = 0;
   runner_->setTools(sample_);
 }
 
@@ -134,7 +153,7 @@ void TissueServer::onFootswitches(const sensor_msgs::Joy::ConstPtr& msg) {
     if (msg->buttons[i] == 1) pedals |= 1U << i;
   }
   sample_.pedals = pedals;
-  pedals_time_ = ros::WallTime::now();
+  pedals_time_ = ros::SteadyTime::now();
   runner_->setTools(sample_);
 }
 
@@ -150,7 +169,7 @@ void TissueServer::onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg) {
 void TissueServer::onRecording(const vest_msgs::SessionState::ConstPtr& msg) {
   std::lock_guard<std::mutex> lock(recording_mutex_);
   recording_state_ = *msg;
-  recording_time_ = ros::WallTime::now();
+  recording_time_ = ros::SteadyTime::now();
 }
 
 bool TissueServer::onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res) {
@@ -267,7 +286,12 @@ ros::Time TissueServer::stamp(std::int64_t steady_ns) const {
 }
 
 void TissueServer::followClock() {
-  const std::int64_t offset = static_cast<std::int64_t>(ros::Time::now().toNSec()) - steadyNow();
+  const std::int64_t before = steadyNow();
+  const std::int64_t system = static_cast<std::int64_t>(ros::Time::now().toNSec());
+  const std::int64_t after = steadyNow();
+  // Put aside between the two clocks: the next reading tells.
+  if (clock_offset_ns_ != 0 && after - before > 1000000) return;
+  const std::int64_t offset = system - before;
   const std::int64_t error = offset - clock_offset_ns_;
   if (std::abs(error) > 5000000) {
     if (clock_offset_ns_ != 0) {
@@ -422,7 +446,7 @@ void TissueServer::publishSession() {
   vest_msgs::SessionState msg;
   {
     std::lock_guard<std::mutex> lock(recording_mutex_);
-    if ((ros::WallTime::now() - recording_time_).toSec() < 2.0) msg = recording_state_;
+    if ((ros::SteadyTime::now() - recording_time_).toSec() < 2.0) msg = recording_state_;
   }
   msg.header.stamp = stamp(steadyNow());
   msg.state = s.fault ? vest_msgs::SessionState::FAULT

@@ -1,15 +1,26 @@
+#include <cstdio>
+
 #include <ros/ros.h>
 
 #include "vest_tissue/ros/tissue_server.h"
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "tissue");
+  std::unique_ptr<vest::shared::SessionLock> alone;
+  try {
+    alone = vest::ros_shell::TissueServer::holdSession(ros::this_node::getNamespace());
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "tissue_node: %s\n", e.what());
+    return 1;
+  }
   ros::NodeHandle keep;  // the last handle ends ROS, and with it the log that carries a refusal
   try {
     vest::ros_shell::TissueServer server(
-        ros::NodeHandle(), ros::NodeHandle("~"), [](vest::scene::World world) {
+        ros::NodeHandle(), ros::NodeHandle("~"),
+        [](vest::scene::World world) {
           return std::make_unique<vest::scene::TissueSimulation>(std::move(world));
-        });
+        },
+        {}, std::move(alone));
     ros::spin();
   } catch (const std::exception& e) {
     ROS_FATAL("tissue_node: %s", e.what());

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 
 #include "beam.h"
@@ -130,6 +131,7 @@ TEST(Cantilever, CorotationalFollowsTheElastica) {
   const std::array<std::array<double, 2>, 4> elastica{
       {{1.0, 0.30172}, {2.0, 0.49346}, {5.0, 0.71379}, {10.0, 0.81061}}};
   const int n = fullRun() ? 24 : 12;
+  std::printf("count: %d of 24 elements over the thickness\n", n);
   const double tolerance = fullRun() ? 0.006 : 0.02;
   const Box b{20 * n, 1, n, 10.0, 0.6, 0.5};
   for (std::size_t i = 0; i < (fullRun() ? 4u : 2u); ++i) {

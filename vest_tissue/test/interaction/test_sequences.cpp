@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <random>
@@ -294,7 +295,9 @@ Sum play(int sequences, bool volumes) {
 }
 
 int countOf(int full) {
-  return std::getenv("VEST_FULL") != nullptr ? full : full / 100;
+  const int count = std::getenv("VEST_FULL") != nullptr ? full : full / 100;
+  std::printf("count: %d of %d sequences of %d operations\n", count, full, kOperations);
+  return count;
 }
 
 TEST(Sequences, OnRandomNetsKeepEveryInvariant) {

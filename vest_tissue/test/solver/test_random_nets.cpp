@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 
 #include "nets.h"
@@ -45,6 +46,7 @@ scene::Description randomNet(Dice& dice) {
 
 TEST(RandomNets, StayBoundedFiniteAndOfValidIndicesThroughCuts) {
   const int nets = std::getenv("VEST_FULL") != nullptr ? 4000 : 40;
+  std::printf("count: %d of 4000 random nets\n", nets);
   int implicit = 0, cuts = 0, copies = 0;
   for (int n = 0; n < nets; ++n) {
     Dice dice{static_cast<std::uint32_t>(n + 1)};

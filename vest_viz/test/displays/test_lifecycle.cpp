@@ -1,6 +1,7 @@
 // Adds and removes displays at run time in a real rviz view, feeds them topologies of every kind, and counts
 // what is left: OGRE's resources, threads, memory.
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -119,6 +120,7 @@ TEST_F(Lifecycle, AddedAndRemovedAgainAndAgainLeavesNothingBehind) {
   std::map<std::string, int> first;
   double memory = 0;
   long running = 0;
+  std::printf("count: %d of 100 rounds of all displays\n", rounds);
   for (int round = 0; round < rounds; ++round) {
     // Two of each at once.
     std::vector<rviz::Display*> displays;

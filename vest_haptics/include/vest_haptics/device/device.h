@@ -91,6 +91,10 @@ class Device {
   virtual std::uint32_t errorCode() const noexcept { return 0; }
 };
 
+/// The first number of a device that its loop must not be built on (not finite, negative, a maximum of
+/// nothing or of more than any device for a hand shows), with what is allowed. Empty: all are sound.
+std::string unsound(const Capabilities& capabilities);
+
 /// Refuses keys that a plug-in does not know. @throws DeviceError naming key and what is allowed
 void checkOptions(const std::string& device, const DeviceOptions& options, const std::string& allowed);
 /// Value of a key, or a default.

@@ -27,6 +27,7 @@
 #include "vest_tissue/ros/conversions.h"
 #include "vest_tissue/ros/message_pool.h"
 #include "vest_tissue/scene/runner.h"
+#include "vest_tissue/shared/session_lock.h"
 
 namespace vest::ros_shell {
 
@@ -41,9 +42,17 @@ class TissueServer {
   using Publish = std::function<void(const Stamp& stamp)>;
 
   /// Loads the scene and begins. @throws std::invalid_argument naming parameter or file, value and what is
-  /// allowed
-  TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory, Publish publish = {});
+  /// allowed; shared::SessionTaken where another process simulates in this session (master and namespace)
+  /// @param alone what holdSession() gave; null: asked for here
+  TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Factory factory, Publish publish = {},
+               std::unique_ptr<shared::SessionLock> alone = nullptr);
   ~TissueServer();
+
+  /// The session (master and namespace) for one simulation alone. A node asks before its first NodeHandle:
+  /// from then on the master has told one of the same name to end. Null, with a warning, without shared
+  /// memory.
+  /// @param ns launch namespace  @throws shared::SessionTaken after 10 s in which nobody ended
+  static std::unique_ptr<shared::SessionLock> holdSession(const std::string& ns);
 
  private:
   struct Loaded {
@@ -78,6 +87,7 @@ class TissueServer {
   void followClock();
 
   ros::NodeHandle nh_, private_nh_;
+  std::unique_ptr<shared::SessionLock> alone_;
   Factory factory_;
   Publish publish_;
   int threads_ = 1;
@@ -102,7 +112,7 @@ class TissueServer {
 
   // Of the input thread.
   scene::ToolSample sample_;
-  ros::WallTime pedals_time_;
+  ros::SteadyTime pedals_time_;
   std::atomic<std::uint64_t> refused_inputs_{0};
 
   // Of the publishing thread.
@@ -117,7 +127,7 @@ class TissueServer {
   std::uint32_t published_revision_ = 0;
   std::mutex recording_mutex_;
   vest_msgs::SessionState recording_state_;
-  ros::WallTime recording_time_;
+  ros::SteadyTime recording_time_;
 
   std::atomic<bool> stop_{false};
   std::thread publisher_;

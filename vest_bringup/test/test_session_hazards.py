@@ -1,0 +1,235 @@
+#!/usr/bin/python3
+"""Protects a session from what happens around it: the system clock is set while it is recorded, a second simulation is started in
+it. Named in docs/HAZARDS.md."""
+import glob
+import json
+import os
+import random
+import signal
+import socket
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+FULL = "VEST_FULL" in os.environ
+with socket.socket() as free:
+    free.bind(("localhost", 0))
+    PORT = free.getsockname()[1]
+os.environ.update(ROS_MASTER_URI=f"http://localhost:{PORT}", ROS_HOSTNAME="localhost")
+
+import rosbag  # noqa: E402  (reads the environment)
+import rospy  # noqa: E402
+from vest_msgs.msg import SessionState, StepInput  # noqa: E402
+
+
+def patient(condition, seconds=60.0):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.02)
+    return condition()
+
+
+def master():
+    process = subprocess.Popen(["rosmaster", "--core", "-p", str(PORT)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    def answers():
+        with socket.socket() as s:
+            return s.connect_ex(("localhost", PORT)) == 0
+
+    assert patient(answers), "no master"
+    return process
+
+
+class Node:
+    """A node, and what it says."""
+
+    def __init__(self, package, name, *words, **environment):
+        self.said = tempfile.TemporaryFile("w+")
+        # Its own group: rosrun is a shell around the node.
+        self.process = subprocess.Popen(["rosrun", package, name, *words], stdout=self.said, stderr=subprocess.STDOUT,
+                                        env={**os.environ, **environment}, start_new_session=True)
+
+    def text(self):
+        self.said.seek(0)
+        return self.said.read()
+
+    def signal(self, number):
+        if self.process.poll() is None:
+            os.killpg(self.process.pid, number)
+
+    def end(self):
+        self.signal(signal.SIGINT)
+        try:
+            self.process.wait(30)
+        except subprocess.TimeoutExpired:
+            self.signal(signal.SIGKILL)
+            self.process.wait()
+        self.said.close()
+
+
+class Steps:
+    """Publishes step_inputs a hundred times a second, stamped by a clock that can be set."""
+
+    def __init__(self):
+        self.by, self.step, self.stop = 0.0, 0, threading.Event()
+        self.publisher = rospy.Publisher("step_inputs", StepInput, queue_size=1000)
+        self.thread = threading.Thread(target=self.run)
+        self.thread.start()
+
+    def run(self):
+        while not self.stop.is_set():
+            if self.publisher.get_num_connections() > 0:
+                self.step += 1
+                message = StepInput(step=self.step, dt=0.01)
+                message.header.stamp = rospy.Time.from_sec(time.time() + self.by)
+                self.publisher.publish(message)
+            time.sleep(0.01)
+
+    def end(self):
+        self.stop.set()
+        self.thread.join()
+
+
+class SessionHazards(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.master = master()
+        rospy.init_node("test_session_hazards", anonymous=True, disable_rosout=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.master.kill()
+        cls.master.wait()
+
+    def recorded(self, by, stamps_follow):
+        """A session of 4 s whose system clock is set by so many s after one: its session.json, and its messages in order."""
+        library = glob.glob("/usr/lib/*/faketime/libfaketimeMT.so.1")
+        self.assertTrue(library, "libfaketime is missing: apt-get install libfaketime")
+        steps, statuses = Steps(), []
+        self.addCleanup(steps.end)
+        listening = rospy.Subscriber("session/recording", SessionState, statuses.append)
+        self.addCleanup(listening.unregister)
+        with tempfile.TemporaryDirectory() as folder, tempfile.NamedTemporaryFile("w", suffix=".time") as clock:
+            clock.write("+0")
+            clock.flush()
+            node = Node("vest_bringup", "recorder", f"_directory:={folder}", "_seconds:=4", LD_PRELOAD=library[0],
+                        FAKETIME_TIMESTAMP_FILE=clock.name, FAKETIME_NO_CACHE="1", FAKETIME_DONT_FAKE_MONOTONIC="1",
+                        FAKETIME_DONT_RESET="1")
+            self.addCleanup(node.end)
+            self.assertTrue(patient(lambda: steps.step > 100), node.text())
+            clock.seek(0)
+            clock.write(f"{by:+d}")
+            clock.flush()
+            steps.by = by if stamps_follow else 0.0
+            had = len(statuses)
+            # By a clock set back it would go on for an hour, by one set forward it would have ended at once.
+            self.assertTrue(patient(lambda: os.path.exists(f"{folder}/session.json")), node.text())
+            self.assertGreaterEqual(len(statuses) - had, 2, "it says how it goes all the time")
+            self.assertIn("system clock set by", node.text())
+            with open(f"{folder}/session.json", encoding="utf-8") as f:
+                session = json.load(f)
+            with rosbag.Bag(f"{folder}/session.bag") as bag:
+                messages = list(bag.read_messages())
+        return session, messages
+
+    def judge(self, by, session, messages):
+        self.assertEqual(session["ended"], "after the wished time")
+        self.assertEqual(len(session["clock_jumps"]), 1, session["clock_jumps"])
+        jump = session["clock_jumps"][0]
+        self.assertAlmostEqual(jump["by_s"], by, delta=1.0)  # the machine may have paused when the file was written
+        self.assertGreater(jump["step"], 50)
+        self.assertLess(jump["step"], session["steps"])
+        self.assertGreater(jump["time_s"], 0.5)
+        self.assertLess(abs(session["duration_s"]), 60.0, "not an hour")
+        times = [m.timestamp.to_sec() for m in messages]
+        self.assertLess(max(times) - min(times), 60.0, "not an hour")
+        steps = [m.message.step for m in messages if m.topic == "/step_inputs"]
+        self.assertEqual(steps, sorted(steps), "in the order in which they came")
+        self.assertEqual(session["skipped_steps"], 0)
+        marks = [(i, m) for i, m in enumerate(messages) if m.topic == "/session/marks"]
+        self.assertEqual(len(marks), 1)
+        i, mark = marks[0]
+        self.assertRegex(mark.message.string, r"^system clock set by [-+][0-9.]+ s$")
+        self.assertAlmostEqual(float(mark.message.string.split()[4]), by, delta=1.0)
+        before = [m.message.step for m in messages[:i] if m.topic == "/step_inputs"]
+        self.assertGreater(len(before), 50, "it stands where it happened")
+        self.assertLess(len(before), len(steps))
+
+    def test_a_clock_that_is_set_back_an_hour_is_marked_and_the_recording_goes_by_the_steady_clock(self):
+        session, messages = self.recorded(-3600, stamps_follow=True)
+        self.judge(-3600, session, messages)
+
+    def test_a_clock_that_is_set_forward_is_marked_also_where_other_machines_stamps_do_not_follow(self):
+        session, messages = self.recorded(3600, stamps_follow=False)
+        self.judge(3600, session, messages)
+
+    def test_interrupted_at_any_phase_a_recording_is_closed_within_five_seconds(self):
+        steps = Steps()
+        self.addCleanup(steps.end)
+        rounds, chance = (50 if FULL else 3), random.Random(5)
+        print(f"count: {rounds} of 50 interrupted recordings (SessionHazards.{self._testMethodName})", flush=True)
+        for _ in range(rounds):
+            with tempfile.TemporaryDirectory() as folder:
+                node = Node("vest_bringup", "recorder", f"_directory:={folder}")
+                self.addCleanup(node.end)
+                begun = steps.step
+                self.assertTrue(patient(lambda: steps.step > begun + 20), node.text())  # noqa: B023
+                time.sleep(chance.random())
+                interrupted = time.monotonic()
+                node.signal(signal.SIGINT)
+                self.assertEqual(node.process.wait(60), 0, node.text())
+                self.assertLess(time.monotonic() - interrupted, 5.0)
+                with open(f"{folder}/session.json", encoding="utf-8") as f:
+                    session = json.load(f)
+                self.assertEqual(session["ended"], "interrupted")
+                with rosbag.Bag(f"{folder}/session.bag") as bag:
+                    self.assertEqual(bag.get_message_count("/step_inputs"), session["steps"])
+                self.assertFalse(glob.glob(f"{folder}/*.active"))
+
+    def simulation(self, name):
+        node = Node("vest_tissue", "tissue_node", f"__name:={name}", "_scene:=tube")
+        self.addCleanup(node.end)
+        return node
+
+    def goes_on(self, states, node):
+        had = len(states)
+        self.assertTrue(patient(lambda: len(states) > had + 3), node.text())
+
+    def test_a_second_simulation_of_a_session_ends_with_one_message_and_the_first_goes_on(self):
+        states = []
+        listening = rospy.Subscriber("session/state", SessionState, states.append)
+        first = self.simulation("first")
+        self.goes_on(states, first)
+        second = self.simulation("second")
+        self.assertEqual(second.process.wait(60), 1, second.text())
+        # Of the same name, too: the master is not even asked, or it would tell the first to end.
+        self.assertEqual(self.simulation("first").process.wait(60), 1)
+        self.assertEqual(second.text().count("the simulation of this session already runs in another process"), 1, second.text())
+        self.goes_on(states, first)
+        steps = [s.step for s in states]
+        self.assertEqual(steps, sorted(steps), "nobody else stepped")
+        # A master that was restarted knows nothing of the first.
+        self.master.kill()
+        self.master.wait()
+        type(self).master = master()
+        second = self.simulation("first")
+        self.assertEqual(second.process.wait(60), 1, second.text())
+        self.assertIn("If the ROS master was started anew, the old session still goes on", second.text())
+        self.assertIsNone(first.process.poll())
+        # However the first dies, its place is free.
+        first.signal(signal.SIGKILL)
+        first.process.wait()
+        listening.unregister()  # the new master does not know it
+        del states[:]
+        listening = rospy.Subscriber("session/state", SessionState, states.append)
+        self.addCleanup(listening.unregister)
+        third = self.simulation("third")
+        self.assertTrue(patient(lambda: len(states) > 2), third.text())
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2, warnings="ignore")
