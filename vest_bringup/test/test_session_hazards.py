@@ -92,6 +92,7 @@ class Steps:
     def end(self):
         self.stop.set()
         self.thread.join()
+        self.publisher.unregister()  # the next one makes itself known, also to a new master
 
 
 class SessionHazards(unittest.TestCase):
@@ -106,7 +107,7 @@ class SessionHazards(unittest.TestCase):
         cls.master.wait()
 
     def recorded(self, by, stamps_follow):
-        """A session of 4 s whose system clock is set by so many s after one: its session.json, and its messages in order."""
+        """A session of 8 s whose system clock is set by so many s in its midst: its session.json, and its messages in order."""
         library = glob.glob("/usr/lib/*/faketime/libfaketimeMT.so.1")
         self.assertTrue(library, "libfaketime is missing: apt-get install libfaketime")
         steps, statuses = Steps(), []
@@ -116,11 +117,11 @@ class SessionHazards(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder, tempfile.NamedTemporaryFile("w", suffix=".time") as clock:
             clock.write("+0")
             clock.flush()
-            node = Node("vest_bringup", "recorder", f"_directory:={folder}", "_seconds:=4", LD_PRELOAD=library[0],
+            node = Node("vest_bringup", "recorder", f"_directory:={folder}", "_seconds:=8", LD_PRELOAD=library[0],
                         FAKETIME_TIMESTAMP_FILE=clock.name, FAKETIME_NO_CACHE="1", FAKETIME_DONT_FAKE_MONOTONIC="1",
                         FAKETIME_DONT_RESET="1")
             self.addCleanup(node.end)
-            self.assertTrue(patient(lambda: steps.step > 100), node.text())
+            self.assertTrue(patient(lambda: bool(statuses) and statuses[-1].recorded_messages > 100), node.text())
             clock.seek(0)
             clock.write(f"{by:+d}")
             clock.flush()
@@ -143,7 +144,7 @@ class SessionHazards(unittest.TestCase):
         self.assertAlmostEqual(jump["by_s"], by, delta=1.0)  # the machine may have paused when the file was written
         self.assertGreater(jump["step"], 50)
         self.assertLess(jump["step"], session["steps"])
-        self.assertGreater(jump["time_s"], 0.5)
+        self.assertGreater(jump["time_s"], 0.0)
         self.assertLess(abs(session["duration_s"]), 60.0, "not an hour")
         times = [m.timestamp.to_sec() for m in messages]
         self.assertLess(max(times) - min(times), 60.0, "not an hour")

@@ -114,10 +114,12 @@ class RosHazards(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         rospy.set_param("/haptics/options", {})
+        rospy.set_param("/haptics/device", f"vest_bad_devices/{name}")
+        self.addCleanup(rospy.set_param, "/haptics/device", "sim")
         self.addCleanup(rospy.set_param, "/haptics/options", OPTIONS)
         for kept in (self.poses, self.states, self.diagnostics, self.operating):
             kept.clear()
-        return Node("vest_haptics", "haptics", f"_device:=vest_bad_devices/{name}", **bad_devices(folder.name))
+        return Node("vest_haptics", "haptics", **bad_devices(folder.name))
 
     def device(self, **environment):
         for kept in (self.poses, self.states, self.instruments, self.diagnostics, self.operating):

@@ -41,7 +41,7 @@ std::unique_ptr<shared::SessionLock> TissueServer::holdSession(const std::string
   } catch (const shared::SessionTaken&) {
     throw;
   } catch (const std::exception& e) {
-    ROS_WARN("%s; a second simulation in this session would not be noticed", e.what());
+    ROS_WARN_ONCE("%s; a second simulation in this session would not be noticed", e.what());
     return nullptr;
   }
 }
