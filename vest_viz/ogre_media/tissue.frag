@@ -86,8 +86,8 @@ void main() {
   // A soft film everywhere; bright and slightly blue only where fluid stands.
   colour += wet * (soft * sheen + ground.a * ground.a * vec3(17.0, 18.0, 19.0) * sharp);
 
-  // What other tissue scatters reaches into the shadow all the same (a third; by eye).
-  float lit = 1.0 - 0.67 * max(hidden(cast0), hidden(cast1));
+  // What other tissue scatters reaches into the shadow all the same (nearly half; by eye).
+  float lit = 1.0 - 0.55 * max(hidden(cast0), hidden(cast1));
   // Close to 1 - exp(-x): highlights run into white softly.
   colour *= uv.z * lit;
   colour = 1.0 - 1.0 / (1.0 + colour * (1.0 + colour * (0.5 + 0.17 * colour)));

@@ -24,6 +24,7 @@
 #include <vest_msgs/ContactModels.h>
 #include <vest_msgs/HapticState.h>
 #include <vest_msgs/InstrumentStates.h>
+#include <vest_msgs/OperatingState.h>
 #include <vest_msgs/SessionState.h>
 #include <CLI/CLI.hpp>
 #include <QApplication>
@@ -151,7 +152,6 @@ class Feed {
     tools::addFields(scene_, 4, &state);
     state_.publish(state);
     const vest_msgs::InstrumentStates instruments = instrumentsFor(tools::endoscopeTip(0.1));
-    instruments_.publish(instruments);
     vest_msgs::ContactModels contacts;
     contacts.header = state.header;
     for (const auto& i : instruments.instruments) {
@@ -171,12 +171,26 @@ class Feed {
     sutures_.publish(tools::suturesAt(scene_, t));
     fluid_.publish(tools::fluidAt(scene_, t));
     smoke_.publish(tools::smokeAt(scene_, t));
-    monitor_.publish(tools::haemodynamicsAt(t));
+    publishSmall(t);
+  }
+  /// What the panels show.
+  void publishSmall(double t) {
+    vest_msgs::HaemodynamicsState monitor = tools::haemodynamicsAt(t);
+    monitor.header.stamp = begin_ + ros::Duration(t);
+    monitor_.publish(monitor);
+    vest_msgs::InstrumentStates instruments = instrumentsFor(tools::endoscopeTip(0.1));
+    instruments.instruments[0].functions = vest_msgs::InstrumentState::FUNCTION_COAGULATE;
+    for (auto& i : instruments.instruments) i.valid = true;
+    instruments_.publish(instruments);
+    vest_msgs::OperatingState operating;
+    operating.state = "ENABLED";
+    operating.is_homed = true;
+    operating_.publish(operating);
     vest_msgs::SessionState session;
     session.state = vest_msgs::SessionState::RUNNING;
     session.scene = scene_.name;
     session.step = static_cast<std::uint64_t>(1000 * t), session.simulated_time = t;
-    session.real_time_factor = 1.0;
+    session.real_time_factor = 1.0, session.step_cpu_time = 430e-6;
     session_.publish(session);
     sensor_msgs::Joy pedals;
     pedals.buttons = {1, 0, 0, 0, 0, 0};
@@ -212,6 +226,8 @@ class Feed {
   ros::Publisher monitor_ = handle_.advertise<vest_msgs::HaemodynamicsState>("effects/haemodynamics", 1);
   ros::Publisher session_ = handle_.advertise<vest_msgs::SessionState>("session/state", 1);
   ros::Publisher pedals_ = handle_.advertise<sensor_msgs::Joy>("phantom_box/footswitches", 1);
+  ros::Publisher operating_ = handle_.advertise<vest_msgs::OperatingState>("left/operating_state", 1);
+  ros::Time begin_ = ros::Time::now();
   ros::Publisher haptic_ = handle_.advertise<vest_msgs::HapticState>("haptics/phantom/state", 1);
 };
 
@@ -226,6 +242,17 @@ void pump(Feed* feed, double seconds) {
       ros::spinOnce();
       ros::WallDuration(0.01).sleep();
     }
+  }
+}
+
+/// For panels: 50 messages a second of the time that they show, however slow this machine is.
+void pumpSmall(Feed* feed, double seconds) {
+  static double t = 0;
+  for (const double end = t + seconds; t < end; t += 0.02) {
+    feed->publishSmall(t);
+    ros::WallDuration(0.004).sleep();
+    QApplication::processEvents();
+    ros::spinOnce();
   }
 }
 
@@ -318,14 +345,19 @@ void inspection(const vest::scene::Description& scene) {
   manager.createDisplay("vest_viz/Effects", "effects", true);
   shoot("effects", 1.5);
 
+  manager.stopUpdate();  // panels need no drawing
   pluginlib::ClassLoader<rviz::Panel> loader("rviz", "rviz::Panel");
   for (const std::string& name : loader.getDeclaredClasses()) {
     if (name.rfind("vest_viz/", 0) != 0) continue;
     rviz::Panel* widget = loader.createUnmanagedInstance(name);
     widget->initialize(&manager);
-    widget->resize(420, 360);
     widget->show();
-    pump(&feed, 4);
+    pumpSmall(&feed, 1);
+    // As small as it can be, and the table of the haptic devices as wide as its columns.
+    widget->resize(name == "vest_viz/Haptics" ? 660 : std::max(440, widget->sizeHint().width()),
+                   std::clamp(widget->minimumSizeHint().height(), 90, 220));
+    pumpSmall(&feed, 6);
+    if (name == "vest_viz/Haptics") pumpSmall(&feed, 6);  // it looks for devices each second
     if (name == "vest_viz/PatientMonitor") feed.publishBeats();
     const QString file = QString::fromStdString(folder + "/panel.png");
     widget->grab().save(file);
@@ -334,7 +366,6 @@ void inspection(const vest::scene::Description& scene) {
     save("panel_" + name.substr(9), picture);
     delete widget;
   }
-  manager.stopUpdate();
 }
 
 }  // namespace

@@ -154,7 +154,7 @@ TEST_F(Lifecycle, RepeatedEmptyAndOtherTopologiesLeaveNothingBehind) {
   const auto show = [&](const vest_msgs::TissueTopology& t) {
     topology.publish(t);
     const std::string wanted = std::to_string(t.objects.size()) + " objects";
-    return spin([&] { return status(tissue, "Tissue").startsWith(QString::fromStdString(wanted)); }, 20);
+    return spin([&] { return status(tissue, "Tissue").startsWith(QString::fromStdString(wanted)); }, 60);
   };
   ASSERT_TRUE(show(whole)) << status(tissue, "Tissue").toStdString();
   ASSERT_TRUE(
