@@ -160,6 +160,40 @@ TEST(OperatingField, PoolsInMessagesHoldTheVolumeOfTheirHeights) {
   EXPECT_EQ(msg.positions.size(), 3 * msg.blood_fraction.size());
 }
 
+TEST(OperatingField, APoolsSurfaceGoesOnUnderAnOrganThatSpansIt) {
+  FieldFrame frame;
+  frame.fluid_model = std::make_shared<const fluid::Model>(fluid::buildModel({}, {}));
+  frame.fluid = fluid::initialState(*frame.fluid_model);
+  fluid::Pools& w = frame.fluid.pools;
+  const int columns = frame.fluid_model->columns;
+  const auto at = [&](int c, int r) { return static_cast<std::size_t>(r * columns + c); };
+  for (int r = 30; r < 42; ++r) {
+    for (int c = 20; c < 40; ++c) {
+      const bool organ = c >= 28 && c < 31, step = c >= 36;  // 12 mm wide, 20 mm above; a shore, 1 mm above
+      w.bed[at(c, r)] = organ ? 0.025f : step ? 0.006f : 0.0f;
+      w.depth[at(c, r)] = organ || step ? 0.0f : 0.005f;
+    }
+  }
+  vest_msgs::FluidState msg;
+  ros_shell::toMsg(frame, msg);
+  // From above two pools; what is drawn of them leaves no gap under the organ, and ends at the shore.
+  double volume = 0;
+  std::vector<int> covered(static_cast<std::size_t>(columns), 0);
+  for (const auto& pool : msg.pools) {
+    volume += pool.volume;
+    const int first = static_cast<int>(
+        std::lround((pool.origin.position.x - frame.fluid_model->parameters.low[0]) / pool.cell));
+    for (std::size_t k = 0; k < pool.height.size(); ++k) {
+      if (std::isnan(pool.height[k])) continue;
+      ++covered[static_cast<std::size_t>(first) + k % pool.columns];
+      EXPECT_NEAR(pool.origin.position.z + static_cast<double>(pool.height[k]), 0.005, 1e-6);
+    }
+  }
+  for (int c = 20; c < 36; ++c) EXPECT_EQ(covered[static_cast<std::size_t>(c)], 12) << "column " << c;
+  EXPECT_EQ(covered[36], 0);
+  EXPECT_NEAR(volume, 13 * 12 * 1.6e-5 * 0.005, 1e-9) << "m³: what is drawn under the organ does not count";
+}
+
 TEST(OperatingField, AColdLensSteamsUpAndIsClearAfterItsVisitInTheTrocar) {
   Theatre t("smoke_lens");
   t.tools.tools[kRight].present = false;

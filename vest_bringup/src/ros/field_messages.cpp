@@ -10,6 +10,58 @@ namespace {
 constexpr double kLeastPool = 1e-7, kFilm = 3e-4;  ///< m³, m: less is a wet surface, not a pool (ours)
 constexpr std::size_t kMostPools = 16;
 
+/// Under an organ that spans a pool water stands too, though the height field knows only the organ's top
+/// there: the pool's surface goes on from shore to shore. Where tissue stands on the floor instead it hides
+/// what is drawn within it.
+/// @param surface m, world, per cell; NaN where it is dry  @param labels, patches grow with the surface
+void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<float>& surface,
+            std::vector<std::uint32_t>& labels, std::vector<fluid::PoolPatch>& patches) {
+  constexpr int kSpan = 4;         ///< cells to either shore: 28 mm of organ with cells of 4 mm (ours)
+  constexpr float kStep = 0.002f;  ///< m between the levels of two pools that are one below (ours)
+  constexpr int kWays[4][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
+  int c0 = model.columns, c1 = -1, r0 = model.rows, r1 = -1;
+  for (const fluid::PoolPatch& p : patches) {
+    c0 = std::min(c0, p.column), c1 = std::max(c1, p.column + p.columns - 1);
+    r0 = std::min(r0, p.row), r1 = std::max(r1, p.row + p.rows - 1);
+  }
+  const std::vector<float> known = surface;
+  const auto cell = [&](int c, int r) {
+    return static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) +
+           static_cast<std::size_t>(c);
+  };
+  const auto wet = [&](int c, int r) {
+    return c >= c0 && r >= r0 && c <= c1 && r <= r1 && !std::isnan(known[cell(c, r)]);
+  };
+  for (int r = r0; r <= r1; ++r) {
+    for (int c = c0; c <= c1; ++c) {
+      const std::size_t i = cell(c, r);
+      if (!std::isnan(known[i]) || pools.bed[i] <= fluid::kNoBed) continue;
+      int span = 2 * kSpan + 1;
+      for (const auto& way : kWays) {
+        int a = 1, b = 1;
+        while (a <= kSpan && !wet(c + a * way[0], r + a * way[1])) ++a;
+        while (b <= kSpan && !wet(c - b * way[0], r - b * way[1])) ++b;
+        if (a > kSpan || b > kSpan || a + b >= span) continue;
+        const std::size_t p = cell(c + a * way[0], r + a * way[1]), q = cell(c - b * way[0], r - b * way[1]);
+        const float level = 0.5f * (known[p] + known[q]);
+        if (std::fabs(known[p] - known[q]) > kStep || level > pools.bed[i]) continue;
+        surface[i] = level, labels[i] = labels[p], span = a + b;
+      }
+    }
+  }
+  for (fluid::PoolPatch& p : patches) {
+    int low_c = p.column, high_c = p.column + p.columns - 1, low_r = p.row, high_r = p.row + p.rows - 1;
+    for (int r = std::max(r0, low_r - kSpan); r <= std::min(r1, p.row + p.rows - 1 + kSpan); ++r) {
+      for (int c = std::max(c0, p.column - kSpan); c <= std::min(c1, p.column + p.columns - 1 + kSpan); ++c) {
+        if (labels[cell(c, r)] != p.label) continue;
+        low_c = std::min(low_c, c), high_c = std::max(high_c, c);
+        low_r = std::min(low_r, r), high_r = std::max(high_r, r);
+      }
+    }
+    p.column = low_c, p.columns = high_c - low_c + 1, p.row = low_r, p.rows = high_r - low_r + 1;
+  }
+}
+
 std::uint8_t scaled(float share) {
   return static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(share, 0.0f, 1.0f)));
 }
@@ -35,6 +87,10 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
   fluid::findPools(model, frame.fluid, kLeastPool, kFilm, kMostPools, labels, patches);
   const fluid::Pools& w = frame.fluid.pools;
   const double cell = model.parameters.pool_cell;
+  std::vector<float> surface(labels.size(), std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    if (labels[i] != 0) surface[i] = w.bed[i] + w.depth[i];
+  bridge(model, w, surface, labels, patches);
   msg.pools.resize(patches.size());
   for (std::size_t k = 0; k < patches.size(); ++k) {
     const fluid::PoolPatch& patch = patches[k];
@@ -55,14 +111,14 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
                      static_cast<std::size_t>(c));
     };
     each([&](std::size_t, std::size_t i) {
-      if (labels[i] == patch.label) lowest = std::min(lowest, w.bed[i] + w.depth[i]);
+      if (labels[i] == patch.label) lowest = std::min(lowest, surface[i]);
     });
     pool.height.resize(pool.columns * pool.rows);
     pool.velocity.resize(pool.height.size());
     each([&](std::size_t n, std::size_t i) {
       const bool wet = labels[i] == patch.label;
-      pool.height[n] = wet ? w.bed[i] + w.depth[i] - lowest : std::numeric_limits<float>::quiet_NaN();
-      pool.velocity[n] = wet ? w.rise[i] : 0.0f;
+      pool.height[n] = wet ? surface[i] - lowest : std::numeric_limits<float>::quiet_NaN();
+      pool.velocity[n] = wet && surface[i] >= w.bed[i] ? w.rise[i] : 0.0f;
     });
     pool.origin.position.x = model.parameters.low[0] + patch.column * cell;
     pool.origin.position.y = model.parameters.low[1] + patch.row * cell;

@@ -59,6 +59,7 @@ struct OperatingField::Impl {
   std::vector<scene::ImpactInput> shown;
   std::uint64_t dropped = 0, refused = 0;
   bool degraded = false;
+  bool has_rigid = false;  ///< places of rigid objects are known: they stay
   SurfaceEffect* surface = nullptr;
 
   Impl(const scene::World& world, const FieldOptions& o, std::shared_ptr<FieldFrames> f)
@@ -245,8 +246,10 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
       if (s.knot_count > most.knots)
         s.knot_count = s.triangle_count = 0;  // more than was reserved: cannot be
       s.positions = positions[k].data();
-      if (s.knot_count > 0) world.positions(k, positions[k].data());
+      s.still = has_rigid && world.description().objects[k].model == scene::ObjectModel::Rigid;
+      if (s.knot_count > 0 && !s.still) world.positions(k, positions[k].data());
     }
+    has_rigid = true;
     in.surfaces = surfaces.data();
     in.surface_count = surfaces.size();
     in.renew_bed = !fluid.has_knots || world.steps() % kBedEvery == 0;

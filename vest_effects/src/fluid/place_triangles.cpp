@@ -8,7 +8,7 @@ namespace vest::fluid {
 namespace {
 
 constexpr float kSlack =
-    0.002f;  ///< m: so far may knots move before their blocks' boxes are made anew (ours)
+    0.0005f;  ///< m: so far may knots move before their blocks' boxes are made anew (ours)
 
 bool stayed(const float* now, const float* then, std::size_t count) {
   int moved = 0;
@@ -19,6 +19,7 @@ bool stayed(const float* now, const float* then, std::size_t count) {
 /// Brings a surface's boxes up to date. They hold what its triangles occupy, and kSlack more; what is found
 /// with them does not depend on when they were made.
 void refit(const Surface& surface, SurfaceBlocks& b) {
+  if (surface.still && b.knots == surface.knot_count && b.triangles == surface.triangle_count) return;
   const bool same_mesh =
       b.knots == surface.knot_count && b.triangles == surface.triangle_count &&
       std::equal(b.corners.begin(), b.corners.begin() + static_cast<std::ptrdiff_t>(b.triangles),

@@ -24,6 +24,7 @@ void stepPools(const Model& model, double gravity, double dt, State& state, Scra
       deepest = std::max(deepest, line[c]);
     }
   }
+  s.wet_r0 = 0, s.wet_r1 = -1;
   if (r1 < 0) {
     if (state.step % 64 == 0) {
       std::fill(w.u.begin(), w.u.end(), 0.0f), std::fill(w.v.begin(), w.v.end(), 0.0f);
@@ -38,6 +39,7 @@ void stepPools(const Model& model, double gravity, double dt, State& state, Scra
   // Water comes one cell further in each part: beyond this rectangle all is dry.
   r0 = std::max(0, r0 - parts), r1 = std::min(rows - 1, r1 + parts);
   c0 = std::max(0, c0 - parts), c1 = std::min(columns - 1, c1 + parts);
+  s.wet_r0 = r0, s.wet_r1 = r1, s.wet_c0 = c0, s.wet_c1 = c1;
   const auto each = [&](auto&& f) {
     for (int r = r0; r <= r1; ++r) {
       const std::size_t line = static_cast<std::size_t>(r) * cells;
@@ -67,9 +69,10 @@ void dragPools(const Model& model, const Inputs& inputs, const State& state, Scr
   const auto columns = static_cast<std::size_t>(model.columns);
   const auto nu = static_cast<float>(0.5 * (par.water_viscosity + par.blood_viscosity) / par.density);
   const double mass = par.density * par.pool_cell * par.pool_cell * inputs.dt;
-  for (std::size_t r = 0; r < static_cast<std::size_t>(model.rows); ++r) {
-    for (std::size_t c = 0; c < columns; ++c) {
-      const std::size_t i = r * columns + c, u = i + r;
+  for (int row = s.wet_r0; row <= s.wet_r1; ++row) {
+    for (int column = s.wet_c0; column <= s.wet_c1; ++column) {
+      const auto r = static_cast<std::size_t>(row);
+      const std::size_t i = r * columns + static_cast<std::size_t>(column), u = i + r;
       if (w.depth[i] <= kDryDepth || w.bed_triangle[i] < 0) continue;
       const float x = 0.5f * (w.u[u] + w.u[u + 1]), y = 0.5f * (w.v[i] + w.v[i + columns]),
                   speed = std::sqrt(x * x + y * y), h = std::max(w.depth[i], kThinnest);

@@ -182,6 +182,7 @@ struct ScratchData {
   std::vector<std::uint32_t> triangle_offset;  ///< of each surface among all triangles
   // Pools.
   std::vector<float> face_u, face_v, share, old_surface, new_u, new_v, low_u, high_u, low_v, high_v;
+  int wet_r0 = 0, wet_r1 = -1, wet_c0 = 0, wet_c1 = -1;  ///< rectangle that holds all water, ends included
 };
 
 void sortParticles(const Model& model, State& state, ScratchData& s);

@@ -83,7 +83,7 @@ void tellImpacts(const Model& model, ScratchData& s, Report& report) {
 void keepKnots(const Model& model, const Inputs& inputs, State& state) {
   for (std::size_t k = 0; k < inputs.surface_count; ++k) {
     const Surface& surface = inputs.surfaces[k];
-    if (surface.positions)
+    if (surface.positions && !(surface.still && state.has_knots))
       std::copy_n(surface.positions, 3 * surface.knot_count, state.knots.data() + 3 * model.first_knot[k]);
   }
   state.has_knots = true;

@@ -29,8 +29,8 @@ void checkCase(const Network& network) {
     throw NetworkError(network.case_file, found == network.case_lines.end() ? 0 : found->second, key,
                        formatNumber(value), allowed);
   };
-  check("rho", network.density, network.density > 0, "a density > 0 kg/m3");
-  check("mu", network.viscosity, network.viscosity >= 0, "a viscosity >= 0 Pa s");
+  check("rho", network.density, network.density >= 1 && network.density <= 1e5, "1 ... 100000 kg/m3");
+  check("mu", network.viscosity, network.viscosity >= 0 && network.viscosity <= 1e3, "0 ... 1000 Pa s");
   check("zeta", network.profile, network.profile > 0, "a number > 0");
   check("period_s", network.period, network.period >= 1e-3 && network.period <= 1e4, "0.001 ... 10000 s");
 }

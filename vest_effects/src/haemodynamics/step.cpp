@@ -138,7 +138,8 @@ void planSubstep(const Model& model, const Inputs& inputs, State& state, Scratch
     }
   }
   const double count = std::ceil(shared.remaining * shared.rate / kCourant);
-  if (shared.status == Status::kOk && !(count <= kMostSubsteps)) shared.status = Status::kTooManySubsteps;
+  if (shared.status == Status::kOk && !(count <= kMostSubsteps && shared.rate * kLeastSubstep <= kCourant))
+    shared.status = Status::kTooManySubsteps;
   if (shared.status == Status::kOk && shared.substeps >= kMostSubsteps)
     shared.status = Status::kTooManySubsteps;
   shared.done = shared.remaining <= 0 || shared.status != Status::kOk;

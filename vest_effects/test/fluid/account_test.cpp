@@ -115,6 +115,18 @@ TEST(Reproduction, WhatTheScratchKeepsOfMovingTissueChangesNoBit) {
   EXPECT_TRUE(kept == anew);
 }
 
+TEST(Reproduction, WhatIsSparedOnStillTissueChangesNoBit) {
+  const auto run = [](bool told) {
+    Fluid f = basin(1);
+    f.still = told;
+    for (int k = 0; k < 200; ++k) f.step();
+    std::vector<std::uint8_t> bytes;
+    save(f.state, bytes);
+    return bytes;
+  };
+  EXPECT_TRUE(run(true) == run(false));
+}
+
 TEST(Snapshot, BytesOfAnotherModelOrWithBadNumbersAreRefused) {
   Fluid f = basin(1), other = basin(1, 800);
   for (int k = 0; k < 50; ++k) f.step();

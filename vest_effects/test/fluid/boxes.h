@@ -63,6 +63,7 @@ struct Fluid {
   Inputs inputs;
   Report report;
   std::vector<Surface> surfaces;
+  bool still = false;  ///< says so of all surfaces from the second step on
 
   Fluid(const Parameters& parameters, std::vector<Mesh> in, int threads = 1)
       : meshes(std::move(in)),
@@ -78,7 +79,10 @@ struct Fluid {
   }
   void step() {
     surfaces.clear();
-    for (const Mesh& m : meshes) surfaces.push_back(m.surface());
+    for (const Mesh& m : meshes) {
+      surfaces.push_back(m.surface());
+      surfaces.back().still = still && state.step > 0;
+    }
     inputs.surfaces = surfaces.data();
     inputs.surface_count = surfaces.size();
     fluid::step(model, inputs, state, scratch, report);

@@ -202,7 +202,11 @@ TEST_F(Refusal, CaseValues) {
   expectRefused("case.json", 2, "rho");
   with("1060", "\"1060\"");
   expectRefused("case.json", 2, "rho");
+  with("1060", "1e-9");
+  expectRefused("case.json", 2, "rho");
   with("0.004", "-1");
+  expectRefused("case.json", 3, "mu");
+  with("0.004", "1e9");
   expectRefused("case.json", 3, "mu");
   with(": 2", ": -1");
   expectRefused("case.json", 4, "zeta");

@@ -105,6 +105,15 @@ TEST(Step, AFailedStepLeavesTheStateAsItWas) {
   EXPECT_EQ(state.node_volume, before.node_volume);
 }
 
+TEST(Step, ANetworkThatWouldRunForHoursIsRefusedAtOnce) {
+  Network n = mixedNetwork();
+  for (SegmentSpec& s : n.segments) s.youngs_modulus = 1e16;  // waves of some 800 km/s
+  const Model model = buildModel(n, 0.004);
+  State state = initialState(model);
+  Scratch scratch(model);
+  EXPECT_EQ(step(model, {}, 1e-6, state, scratch).status, Status::kTooManySubsteps);
+}
+
 TEST(Step, NanInTheStateAndInputsOutOfRangeAreReported) {
   const Model model = buildModel(mixedNetwork(), 0.004);
   const double nan = std::numeric_limits<double>::quiet_NaN();

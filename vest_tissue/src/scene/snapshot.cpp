@@ -70,7 +70,8 @@ struct ReadArchive {
   void repack(ObjectState& s) {
     for (std::size_t i = 0; i < s.links.size(); ++i) {
       const NetLink& l = s.links[i];
-      if (l.values.knot0 >= s.block.knots() || l.values.knot1 >= s.block.knots() || !(l.values.rest > 0.0f)) {
+      if (l.values.knot0 >= s.block.knots() || l.values.knot1 >= s.block.knots() || !(l.values.rest > 0.0f) ||
+          !(l.conductance >= 0.0f && l.conductance < 1e9f)) {
         refuse("link " + std::to_string(i) + " of an object is damaged");
       }
       net::LinkTable& table = l.by_law ? s.law_links : s.linear_links;

@@ -72,7 +72,7 @@ struct StateWalker {
     for (NetLink& l : s.links) {
       value(l.values.knot0), value(l.values.knot1), value(l.values.rest), value(l.values.axial),
           value(l.values.damping);
-      flag(l.by_law), value(l.place), value(l.shrink), value(l.stiffen);
+      flag(l.by_law), value(l.place), value(l.shrink), value(l.stiffen), value(l.conductance);
     }
     archive.repack(s);
     value(s.sub_steps), value(s.limit_strain), value(s.bound_strain), value(s.elastic_scale),

@@ -16,6 +16,7 @@ struct Surface {
   const std::array<std::uint32_t, 3>* triangles = nullptr;  ///< knots
   std::size_t knot_count = 0, triangle_count = 0;           ///< at most those of the Model
   const std::uint8_t* alive = nullptr;                      ///< per triangle; null: all
+  bool still = false;  ///< knots and triangles are those of the last step: spares looking at them
 };
 
 /// A jet or an ooze: Q leaves with the mean speed Q/area (continuity, models.md section 9).
