@@ -10,7 +10,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr std::size_t kMostCouplings = 64;  ///< nodes that one knot's elements lead to (ours)
-constexpr double kColumnBytes = 48e6;       ///< of kept columns (ours)
+constexpr double kColumnBytes = 48e6;       ///< of kept answers (ours)
 
 /// Lower Cholesky factor of the leading n × n part, row by row: a row needs those before it alone. From row
 /// `first` on, the earlier ones being those of the same matrix.
@@ -49,18 +49,19 @@ void backward(const Matrix& l, Eigen::Index n, Vector&& x) {
 CutAnswer::CutAnswer(const TissueModel& t, std::size_t knots) {
   const std::size_t nodes = t.model->mass.size();
   const double unknowns = 3.0 * static_cast<double>(t.model->free_node.size());
-  const std::size_t most = static_cast<std::size_t>(std::min<double>(
-      static_cast<double>(kMostCutKnots) / 2, kColumnBytes / (24.0 * std::max(unknowns, 1.0))));
+  const std::size_t rows = static_cast<std::size_t>(
+      std::min<double>(kMostCutKnots, kColumnBytes / (24.0 * std::max(unknowns, 1.0))));
+  const std::size_t most = (rows + 1) / 2;  // doubled nodes have two knots or more
   gamma_.resize(most);
   gamma_of_.assign(nodes, -1);
   row_of_.assign(knots, -1);
-  row_.resize(kMostCutKnots);
-  changed_.resize(kMostCutKnots);
-  coupling_.resize(kMostCutKnots * kMostCouplings);
-  const auto g = 3 * static_cast<Eigen::Index>(most), c = 3 * static_cast<Eigen::Index>(kMostCutKnots),
+  row_.resize(rows);
+  changed_.resize(rows);
+  coupling_.resize(rows * kMostCouplings);
+  const auto g = 3 * static_cast<Eigen::Index>(most), c = 3 * static_cast<Eigen::Index>(rows),
              n = static_cast<Eigen::Index>(unknowns);
   columns_.setZero(n, g);
-  answers_.setZero(n, 8);
+  answers_.setZero(n, c);
   gamma_factor_.setZero(g, g);
   gamma_answer_.setZero(g, c);
   half_.setZero(c, g);
@@ -147,79 +148,65 @@ void CutAnswer::setColumns(const TissueModel& t, BlockLdlt& factor, std::size_t 
                         static_cast<std::size_t>(columns_.rows()));
 }
 
-/// F_GI A_IC for all, and A_CC - A_CI F A_IC for changed rows.
+/// F A_IC and A_CC - A_CI F A_IC where something changed, then F_GI A_IC for all. Each entry comes from the
+/// later one of its two rows, whichever changed: the same bits however the mesh came about.
 void CutAnswer::setAnswers(const TissueModel& t, const TissueState& s, BlockLdlt& factor) {
   const Model& m = *t.model;
   const Material& material = m.description.material;
   const double scale = t.step * (t.step + material.rayleigh_stiffness),
                inertia = 1.0 + t.step * material.rayleigh_mass;
-  const Eigen::Index size = 3 * static_cast<Eigen::Index>(rows_);
-  // A_CC of changed rows and columns.
+  const auto at = [](std::size_t row) { return 3 * static_cast<Eigen::Index>(row); };
   for (std::size_t r = 0; r < rows_; ++r) {
     if (!changed_[r]) continue;
-    const Eigen::Index i = 3 * static_cast<Eigen::Index>(r);
-    own_.block(i, 0, 3, size).setZero();
-    own_.block(0, i, size, 3).setZero();
+    own_.block(at(r), 0, 3, at(rows_)).setZero();
+    own_.block(0, at(r), at(rows_), 3).setZero();
   }
   for (std::size_t r = 0; r < rows_; ++r) {
     if (!changed_[r]) continue;
-    const Eigen::Index i = 3 * static_cast<Eigen::Index>(r);
-    const Row& row = row_[r];
-    const Index o = s.origin[row.knot];
-    own_.block<3, 3>(i, i) += inertia * s.mass[row.knot] * Matrix3d::Identity();
+    const Index knot = row_[r].knot, o = s.origin[knot];
+    own_.block<3, 3>(at(r), at(r)) += inertia * s.mass[knot] * Matrix3d::Identity();
     for (std::size_t k = m.incidence_start[o]; k < m.incidence_start[o + 1]; ++k) {
       const std::uint32_t e = m.incidence[k] / 4;
       const int own = static_cast<int>(m.incidence[k] % 4);
-      if (s.corner[e][static_cast<std::size_t>(own)] != row.knot) continue;
+      if (s.corner[e][static_cast<std::size_t>(own)] != knot) continue;
       for (int c = 0; c < 4; ++c) {
-        const std::int32_t other = row_of_[s.corner[e][static_cast<std::size_t>(c)]];
-        if (other < 0 || (changed_[static_cast<std::size_t>(other)] && static_cast<std::size_t>(other) < r))
-          continue;  // both changed: the lesser row has written it
-        const Matrix3d block = scale * stiffnessBlock(m.elements[e], m.laws[e], Matrix3d::Identity(), own, c);
-        own_.block<3, 3>(i, 3 * other) += block;
-        if (static_cast<std::size_t>(other) != r) own_.block<3, 3>(3 * other, i) += block.transpose();
+        const std::int32_t found = row_of_[s.corner[e][static_cast<std::size_t>(c)]];
+        if (found < 0) continue;
+        const std::size_t other = static_cast<std::size_t>(found);
+        if (other < r && changed_[other]) continue;  // that row has written it
+        const std::size_t first = std::min(r, other), last = std::max(r, other);
+        const Matrix3d block = scale * stiffnessBlock(m.elements[e], m.laws[e], Matrix3d::Identity(),
+                                                      first == r ? own : c, first == r ? c : own);
+        own_.block<3, 3>(at(first), at(last)) += block;
       }
     }
   }
-  // F A_IC, eight columns at a time.
-  Eigen::Index unknowns[8];
-  Eigen::Index count = 0;
-  const auto flush = [&] {
-    if (count == 0) return;
-    factor.solveColumns(answers_.data(), static_cast<std::size_t>(count),
-                        static_cast<std::size_t>(answers_.rows()));
-    for (Eigen::Index n = 0; n < count; ++n) {
-      const Eigen::Index c = unknowns[n];
-      for (std::size_t l = 0; l < rows_; ++l) {
-        if (changed_[l] && static_cast<Eigen::Index>(l) < c / 3) continue;  // by symmetry: that row's own
-        Vector3d sum = Vector3d::Zero();
-        for (std::uint32_t i = row_[l].first; i < row_[l].first + row_[l].count; ++i)
-          sum +=
-              coupling_[i].block.transpose() * answers_.col(n).segment<3>(3 * m.unknown[coupling_[i].node]);
-        for (Eigen::Index a = 0; a < 3; ++a) {
-          const Eigen::Index at = 3 * static_cast<Eigen::Index>(l) + a;
-          if (at / 3 == c / 3) {
-            own_(at, c) -= sum[a];
-          } else {
-            own_(at, c) -= sum[a];
-            own_(c, at) -= sum[a];
-          }
-        }
-      }
-      answers_.col(n).setZero();
+  for (std::size_t r = 0; r < rows_;) {
+    if (!changed_[r]) {
+      ++r;
+      continue;
     }
-    count = 0;
-  };
-  answers_.setZero();
+    std::size_t end = r;  // of neighbours that changed, too: solved together
+    for (; end < rows_ && changed_[end]; ++end) {
+      auto columns = answers_.middleCols<3>(at(end));
+      columns.setZero();
+      for (std::uint32_t i = row_[end].first; i < row_[end].first + row_[end].count; ++i)
+        columns.block<3, 3>(3 * m.unknown[coupling_[i].node], 0) = coupling_[i].block;
+    }
+    factor.solveColumns(answers_.col(at(r)).data(), 3 * (end - r), static_cast<std::size_t>(answers_.rows()));
+    r = end;
+  }
   for (std::size_t r = 0; r < rows_; ++r) {
-    for (Eigen::Index a = 0; changed_[r] && a < 3; ++a) {
-      unknowns[count] = 3 * static_cast<Eigen::Index>(r) + a;
-      for (std::uint32_t i = row_[r].first; i < row_[r].first + row_[r].count; ++i)
-        answers_.col(count).segment<3>(3 * m.unknown[coupling_[i].node]) = coupling_[i].block.col(a);
-      if (++count == 8) flush();
+    for (std::size_t l = 0; l <= r; ++l) {
+      if (!changed_[r] && !changed_[l]) continue;
+      Matrix3d sum = Matrix3d::Zero();
+      for (std::uint32_t i = row_[l].first; i < row_[l].first + row_[l].count; ++i)
+        sum += coupling_[i].block.transpose() * answers_.block<3, 3>(3 * m.unknown[coupling_[i].node], at(r));
+      const Matrix3d block = own_.block<3, 3>(at(l), at(r)) - sum;
+      own_.block<3, 3>(at(r), at(l)) = block.transpose();
+      if (l != r) own_.block<3, 3>(at(l), at(r)) = block;
     }
   }
-  flush();
   // F_GI A_IC from the kept columns.
   for (std::size_t r = 0; r < rows_; ++r) {
     for (Eigen::Index g = 0; g < 3 * static_cast<Eigen::Index>(gammas_); ++g) {

@@ -11,6 +11,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kTolerance = 1e-7;  ///< of conjugate gradients, relative residual in the factor's norm
+constexpr double kRounding = 1e-22;  ///< of the squared residual (ours)
 constexpr int kSweeps = 40;          ///< of Gauss-Seidel over the points (ours)
 constexpr double kOvershoot = 4.0;   ///< no unit; ours
 constexpr double kPushOut = 2.0;     ///< m/s: of what a tool that appears in tissue holds within (ours)
@@ -208,6 +209,8 @@ void solve(const TissueModel& t, const TissueState& s, double h, TissueScratch& 
   const double start = rho;
   double total = 0.0;
   for (std::size_t k = 0; k < n; ++k) total += s.mass[k];
+  double size = 0.0;
+  for (std::size_t k = 0; k < n; ++k) size += w.r[k].squaredNorm();
   const double least = std::max(kTolerance * kTolerance * start, total * w.quiet * w.quiet);
   if (!(start > least)) return;
   for (std::size_t k = 0; k < n; ++k) w.p[k] = w.z[k];
@@ -221,6 +224,9 @@ void solve(const TissueModel& t, const TissueState& s, double h, TissueScratch& 
       w.r[k] -= alpha * w.q[k];
     }
     ++w.iterations;
+    double left = 0.0;  // an exact update leaves rounding: not worth another answer
+    for (std::size_t k = 0; k < n; ++k) left += w.r[k].squaredNorm();
+    if (w.groups.empty() && !(left > kRounding * size)) break;
     preconditioned();
     const double next = dot(s, w.r, w.z);
     w.residual = next > least ? std::sqrt(std::max(next, 0.0) / start) : 0.0;

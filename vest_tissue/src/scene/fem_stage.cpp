@@ -16,7 +16,7 @@ constexpr double kProxyShare = 0.3;
 constexpr double kHeldShare = 0.25;  ///< (omega·h)² of contacts with the cavity, which are held over a step
 constexpr double kHeldGrip = 0.3;    ///< of mass/h: damping that friction amounts to at most
 constexpr std::uint8_t kOrgan = 255;  ///< TissuePoint::tool of contacts with other objects
-constexpr double kQuiet = 1e-6;       ///< m/s: fem::TissueScratch::quiet (ours)
+constexpr double kQuiet = 1e-9;       ///< m/s: fem::TissueScratch::quiet (ours)
 constexpr double kInexact = 1e-2;     ///< relative residual of a step's solve above which it is announced
 
 Vector3d toVector(const float v[3]) {

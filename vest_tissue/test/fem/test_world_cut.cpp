@@ -145,7 +145,8 @@ TEST(FemCutInWorld, AtAnyStiffnessAndMassACutObjectMovesBoundedly) {
         }
         EXPECT_GE(cuts, 1u);
         for (const Vector3d& x : w.state().objects[0].tissue.x)
-          ASSERT_LT((x - Vector3d(0, 0, 0.05)).norm(), 0.1);
+          ASSERT_LT((x - Vector3d(0, 0, 0.05)).norm(), 0.1)
+              << int(motion) << int(strain) << " E·" << stiffness << " density·" << density;
       }
     }
   }
@@ -157,7 +158,9 @@ TEST(FemInWorld, ElementsTurnedInsideOutStayBoundedAndComeToRest) {
     d.name = "bar";
     d.strain = strain;
     d.material = {20e3, 0.45, 1050.0, 4.0, 0.004};
-    scene::World w(sceneOf({object(d)}));
+    scene::Description weightless = sceneOf({object(d)});
+    weightless.gravity.setZero();
+    scene::World w(weightless);
     auto& t = const_cast<scene::WorldState&>(w.state()).objects[0].tissue;
     const auto rest = t.x;
     for (std::size_t k = 0; k < t.x.size(); ++k)  // the free half mirrored, and everything beyond flat
@@ -173,7 +176,7 @@ TEST(FemInWorld, ElementsTurnedInsideOutStayBoundedAndComeToRest) {
     }
     EXPECT_LT(fastest, 1e-3) << "m/s";
     if (strain == Strain::Small) {
-      for (std::size_t k = 0; k < t.x.size(); ++k) EXPECT_LT((t.x[k] - rest[k]).norm(), 2e-3) << k;
+      for (std::size_t k = 0; k < t.x.size(); ++k) EXPECT_LT((t.x[k] - rest[k]).norm(), 1e-4) << k;
     }
   }
 }

@@ -62,7 +62,7 @@ class CutAnswer {
   std::vector<std::uint8_t> changed_;      ///< per row
   std::vector<Coupling> coupling_;         ///< kMostCouplings per row
   Eigen::MatrixXd columns_;                ///< F_:G
-  Eigen::MatrixXd answers_;                ///< eight columns at a time
+  Eigen::MatrixXd answers_;                ///< F A_IC
   RowMajor gamma_factor_;                  ///< Cholesky factor of F_GG, lower
   Eigen::MatrixXd gamma_answer_;           ///< F_GI A_IC
   RowMajor half_;                          ///< per unknown of C: L^-1 F_GI A_IC
