@@ -67,6 +67,14 @@ struct Play {
       if (e.kind == kind && e.object == which) out.push_back(1e-3 * static_cast<double>(e.step));
     return out;
   }
+  /// m², of all its cuts.
+  double cutArea(const std::string& name) const {
+    const std::size_t which = object(name);
+    double sum = 0;
+    for (const scene::Event& e : report.events)
+      if (e.kind == scene::EventKind::Cut && e.object == which) sum += e.area;
+    return sum;
+  }
   /// Its first time, or infinity.
   double first(scene::EventKind kind, const std::string& name) const {
     const auto all = times(kind, name);

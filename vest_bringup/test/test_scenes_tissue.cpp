@@ -157,7 +157,7 @@ TEST(ScenePeristalsis, AWaveOfContractionTravelsAlongTheBowel) {
   EXPECT_GE(later, 20) << "of 27 neighbours: the one behind is narrowest later";
 }
 
-TEST(SceneElements, ASlabOfElementsIsDentedAndTheNetOnItIsLifted) {
+TEST(SceneElements, ASlabOfElementsIsDentedTheNetOnItIsLiftedAndTheHookOpensAFurrow) {
   Play p("fem_slab");
   const auto slab = p.knots("slab"), tube = p.knots("tube");
   double dent = 0, lifted = 0;
@@ -168,9 +168,13 @@ TEST(SceneElements, ASlabOfElementsIsDentedAndTheNetOnItIsLifted) {
   EXPECT_GT(dent, 0.0005) << "m";
   EXPECT_LT(p.first(EventKind::Grasped, "tube"), 7.0);
   EXPECT_GT(lifted, 0.004) << "m";
+  EXPECT_GT(p.first(EventKind::Cut, "slab"), 14.6) << "only under current";
+  EXPECT_GT(p.times(EventKind::Cut, "slab").size(), 10U);
+  EXPECT_GT(p.cutArea("slab"), 30e-6) << "m²: 30 mm long, a millimetre deep or more";
+  EXPECT_GT(p.gape("slab"), 0.0002) << "m";
 }
 
-TEST(SceneVolume, ANoduleBelowTheSurfaceIsFelt) {
+TEST(SceneVolume, ANoduleBelowTheSurfaceIsFeltAndScissorsOpenTheLobe) {
   Play p("volume_phantom");
   double soft = 0, stiff = 0;
   p.run([&](double t, const scene::StepInput&, const scene::StepReport& r) {
@@ -180,6 +184,10 @@ TEST(SceneVolume, ANoduleBelowTheSurfaceIsFelt) {
   });
   EXPECT_GT(soft, 0.01) << "N";
   EXPECT_GT(stiff, 1.5 * soft);
+  EXPECT_GT(p.first(EventKind::Cut, "phantom"), 13.2);
+  EXPECT_GT(p.times(EventKind::Cut, "phantom").size(), 5U);
+  EXPECT_GT(p.cutArea("phantom"), 30e-6) << "m²";
+  EXPECT_GT(p.gape("phantom"), 0.0005) << "m";
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "vest_tissue/fem/cache.h"
 #include "vest_tissue/fem/condensed.h"
+#include "vest_tissue/fem/cut_answer.h"
 
 namespace vest::fem {
 namespace {
@@ -209,12 +210,20 @@ TissueScratch::TissueScratch(const TissueModel& t, std::size_t knots)
       z(force),
       p(force),
       q(force),
+      turned(force),
       sum(t.model->mass.size(), Eigen::Vector3d::Zero()),
       count(t.model->mass.size(), 0),
       work(Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(t.model->free_node.size()))),
       answers(kMostTissuePoints * kMostTissuePoints) {
   if (t.motion == Motion::Elastostatic) u = f = Eigen::VectorXd::Zero(t.answer.rows());
   points.reserve(kMostTissuePoints);
+  groups.reserve(kMostGroups);
+  cut = std::make_shared<CutAnswer>(t, knots);
+  group_residual.resize(kMostGroups * kMostGroupKnots);
+}
+
+void TissueScratch::forget() {
+  if (cut) cut->forget();
 }
 
 Eigen::Matrix3d polarRotation(const Eigen::Matrix3d& F) {
@@ -271,13 +280,14 @@ void tissueStress(const TissueModel& t, const TissueState& s, float* per_knot) {
   std::fill_n(per_knot, s.x.size(), 0.0f);
   for (std::size_t e = 0; e < m.elements.size(); ++e) {
     const Eigen::Matrix3d F = gradient(m.elements[e], s.corner[e], s.x);
-    Eigen::Matrix3d strain = -Eigen::Matrix3d::Identity();
+    const double part = s.denatured.empty() ? 0.0 : static_cast<double>(s.denatured[e]);
+    Eigen::Matrix3d strain = -Eigen::Matrix3d::Identity();  // shrinking is isotropic: no deviator
     strain += m.description.strain == Strain::Small ? F : Eigen::Matrix3d(polarRotation(F).transpose() * F);
     // Only the deviator of the strain makes equivalent stress: sqrt(3/2) |2 mu dev eps|.
     const Eigen::Matrix3d symmetric = 0.5 * (strain + strain.transpose());
     const Eigen::Matrix3d deviator = symmetric - symmetric.trace() / 3.0 * Eigen::Matrix3d::Identity();
-    const auto stress =
-        static_cast<float>(s.stiffness_scale * std::sqrt(6.0) * m.laws[e].mu * deviator.norm());
+    const auto stress = static_cast<float>((1.0 + kStiffening * part) * s.stiffness_scale * std::sqrt(6.0) *
+                                           m.laws[e].mu * deviator.norm());
     for (const Index k : s.corner[e]) per_knot[k] = std::max(per_knot[k], stress);
   }
 }
@@ -290,7 +300,14 @@ double tissueEnergy(const TissueModel& t, const TissueState& s) {
     const Eigen::Matrix3d R = m.description.strain == Strain::Small
                                   ? Eigen::Matrix3d(Eigen::Matrix3d::Identity())
                                   : polarRotation(G + Eigen::Matrix3d::Identity());
-    sum += energy(m.elements[e], m.laws[e], G, R);
+    if (s.denatured.empty()) {
+      sum += energy(m.elements[e], m.laws[e], G, R);
+      continue;
+    }
+    const double part = static_cast<double>(s.denatured[e]);
+    // Strain beyond the shorter rest shape: R^T F - (1 - shrinkage).
+    const Eigen::Matrix3d shrunk = G + kShrinkage * part * R;
+    sum += (1.0 + kStiffening * part) * energy(m.elements[e], m.laws[e], shrunk, R);
   }
   return s.stiffness_scale * sum;
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vest_tissue/fem/cut_answer.h"
 #include "vest_tissue/fem/tissue.h"
 
 namespace vest::fem {
@@ -10,8 +11,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kTolerance = 1e-7;  ///< of conjugate gradients, relative residual in the factor's norm
+constexpr double kRounding = 1e-22;  ///< of the squared residual (ours)
 constexpr int kSweeps = 40;          ///< of Gauss-Seidel over the points (ours)
 constexpr double kOvershoot = 4.0;   ///< no unit; ours
+constexpr double kPushOut = 2.0;     ///< m/s: of what a tool that appears in tissue holds within (ours)
 constexpr double kStiffer = 4.0;     ///< stiffness of a contact over that of the tissue in this step (ours)
 constexpr double kSettled = 1e-7;    ///< relative change of forces at which the sweeps end
 
@@ -20,6 +23,15 @@ inline bool corotational(const TissueModel& t) {
 }
 inline bool isFree(const TissueModel& t, const TissueState& s, std::size_t knot) {
   return t.model->unknown[s.origin[knot]] >= 0;
+}
+
+/// Denatured collagen (docs/decisions/0220-…): shorter at rest, stiffer.
+inline double shrinkOf(const TissueState& s, std::size_t e) {
+  return s.denatured.empty() ? 0.0 : kShrinkage * static_cast<double>(s.denatured[e]);
+}
+inline double scaleOf(const TissueState& s, std::size_t e) {
+  return s.denatured.empty() ? s.stiffness_scale
+                             : s.stiffness_scale * (1.0 + kStiffening * static_cast<double>(s.denatured[e]));
 }
 
 inline Matrix3d gradient(const Element& e, const std::array<Index, 4>& c,
@@ -53,27 +65,53 @@ void minusStiffnessTimes(const TissueModel& t, const TissueState& s, const Tissu
   for (std::size_t e = 0; e < m.elements.size(); ++e) {
     const Matrix3d G = gradient(m.elements[e], s.corner[e], v);
     if (turning) {
-      scatter(m.elements[e], m.laws[e], w.rotation[e], w.rotation[e].transpose() * G, s.stiffness_scale,
+      scatter(m.elements[e], m.laws[e], w.rotation[e], w.rotation[e].transpose() * G, scaleOf(s, e),
               s.corner[e], out);
     } else {
-      scatter(m.elements[e], m.laws[e], Matrix3d::Identity(), G, s.stiffness_scale, s.corner[e], out);
+      scatter(m.elements[e], m.laws[e], Matrix3d::Identity(), G, scaleOf(s, e), s.corner[e], out);
     }
   }
 }
 
 /// Whether the factor is that of the matrix itself.
 bool exact(const TissueModel& t, const TissueState& s, double h) {
-  return !corotational(t) && s.revision == 0 && s.stiffness_scale == 1.0 &&
+  return !corotational(t) && s.revision == 0 && s.stiffness_scale == 1.0 && s.denatured.empty() &&
          std::fabs(h - t.step) <= 1e-12 * t.step;
 }
 
-/// z = preconditioner·r: the factor at rest, turned with the elements at each knot (stiffness warping).
-/// Copies that cuts made share the answer of their origin, and add what moves them apart through the
-/// diagonal.
+/// The rigid part of a field on each group: an orthogonal projection, so that conjugate gradients between
+/// projections are those of the constrained problem.
+void makeRigid(const std::vector<TissueGroup>& groups, std::vector<Vector3d>& field) {
+  for (const TissueGroup& g : groups) {
+    Vector3d mean = Vector3d::Zero(), moment = Vector3d::Zero();
+    for (int i = 0; i < g.count; ++i) {
+      mean += field[g.knots[i]];
+      moment += g.arm[i].cross(field[g.knots[i]]);
+    }
+    mean /= g.count;
+    const Vector3d turn = g.inverse * moment;
+    for (int i = 0; i < g.count; ++i) field[g.knots[i]] = mean + turn.cross(g.arm[i]);
+  }
+}
+
+/// z = preconditioner·r: the factor at rest, turned with the elements at each knot (stiffness warping), with
+/// the low-rank update for a cut. Where the cut is too long for that, copies that cuts made share the answer
+/// of their origin, and add what moves them apart through the diagonal.
 void precondition(const TissueModel& t, const TissueState& s, TissueScratch& w,
                   const std::vector<Vector3d>& r, std::vector<Vector3d>& z) {
   const Model& m = *t.model;
   const bool turning = corotational(t), cut = s.x.size() > m.mass.size();
+  if (cut && w.cut && w.cut->renew(t, s, w.factor)) {
+    if (!turning) {
+      w.cut->solve(t, s, w.factor, r, z);
+      return;
+    }
+    for (std::size_t k = 0; k < s.x.size(); ++k)
+      w.turned[k] = w.rotation[s.knot_element[k]].transpose() * r[k];
+    w.cut->solve(t, s, w.factor, w.turned, z);
+    for (std::size_t k = 0; k < s.x.size(); ++k) z[k] = w.rotation[s.knot_element[k]] * z[k];
+    return;
+  }
   w.work.setZero();
   for (std::size_t k = 0; k < s.x.size(); ++k) {
     const std::int32_t row = m.unknown[s.origin[k]];
@@ -127,32 +165,57 @@ double dot(const TissueState& s, const std::vector<Vector3d>& a, const std::vect
   return sum;
 }
 
-/// w.v_next += A^-1 w.r with A = (1 + h a) M + h (h + b) K_R; w.r is used up. Preconditioned conjugate
-/// gradients: each iterate lowers ½ x·A x - r·x, so that a solve that is cut short stays bounded.
-void solve(const TissueModel& t, const TissueState& s, double h, TissueScratch& w) {
+/// q = (mass_factor M + stiffness_factor K_R) p on free knots.
+void matrixTimes(const TissueModel& t, const TissueState& s, double h, const TissueScratch& w,
+                 const std::vector<Vector3d>& p, std::vector<Vector3d>& q) {
   const Material& material = t.model->description.material;
   const double mass_factor = 1.0 + h * material.rayleigh_mass,
                stiffness_factor = h * (h + material.rayleigh_stiffness);
+  minusStiffnessTimes(t, s, w, p, q);
+  for (std::size_t k = 0; k < s.x.size(); ++k) {
+    q[k] = isFree(t, s, k) ? Vector3d(mass_factor * s.mass[k] * p[k] - stiffness_factor * q[k])
+                           : Vector3d(Vector3d::Zero());
+  }
+}
+
+/// w.v_next += A^-1 w.r with A = (1 + h a) M + h (h + b) K_R, among the changes that are rigid on each group;
+/// w.r becomes what is left, on the groups the opposite of their impulses. Preconditioned conjugate
+/// gradients: each iterate lowers ½ x·A x - r·x, so that a solve that is cut short stays bounded.
+void solve(const TissueModel& t, const TissueState& s, double h, TissueScratch& w) {
   const std::size_t n = s.x.size();
   for (std::size_t k = 0; k < n; ++k)
     if (!isFree(t, s, k)) w.r[k].setZero();
-  precondition(t, s, w, w.r, w.z);
   w.iterations = 0;
   w.residual = 0.0;
-  if (exact(t, s, h)) {
+  if (w.groups.empty() && exact(t, s, h)) {
+    precondition(t, s, w, w.r, w.z);
     for (std::size_t k = 0; k < n; ++k) w.v_next[k] += w.z[k];
     return;
   }
+  // w.r stays the whole residual; its part that moves the groups as rigid bodies is what is solved for.
+  const auto preconditioned = [&] {
+    std::size_t held = 0;
+    for (const TissueGroup& g : w.groups)
+      for (int i = 0; i < g.count; ++i) w.group_residual[held++] = w.r[g.knots[i]];
+    makeRigid(w.groups, w.r);
+    precondition(t, s, w, w.r, w.z);
+    makeRigid(w.groups, w.z);
+    held = 0;
+    for (const TissueGroup& g : w.groups)
+      for (int i = 0; i < g.count; ++i) w.r[g.knots[i]] = w.group_residual[held++];
+  };
+  preconditioned();
   double rho = dot(s, w.r, w.z);
   const double start = rho;
-  if (!(start > 0.0)) return;
+  double total = 0.0;
+  for (std::size_t k = 0; k < n; ++k) total += s.mass[k];
+  double size = 0.0;
+  for (std::size_t k = 0; k < n; ++k) size += w.r[k].squaredNorm();
+  const double least = std::max(kTolerance * kTolerance * start, total * w.quiet * w.quiet);
+  if (!(start > least)) return;
   for (std::size_t k = 0; k < n; ++k) w.p[k] = w.z[k];
   for (int i = 0; i < w.most_iterations; ++i) {
-    minusStiffnessTimes(t, s, w, w.p, w.q);
-    for (std::size_t k = 0; k < n; ++k) {
-      w.q[k] = isFree(t, s, k) ? Vector3d(mass_factor * s.mass[k] * w.p[k] - stiffness_factor * w.q[k])
-                               : Vector3d(Vector3d::Zero());
-    }
+    matrixTimes(t, s, h, w, w.p, w.q);
     const double curvature = dot(s, w.p, w.q);
     if (!(curvature > 0.0)) break;
     const double alpha = rho / curvature;
@@ -161,14 +224,23 @@ void solve(const TissueModel& t, const TissueState& s, double h, TissueScratch& 
       w.r[k] -= alpha * w.q[k];
     }
     ++w.iterations;
-    precondition(t, s, w, w.r, w.z);
+    double left = 0.0;  // an exact update leaves rounding: not worth another answer
+    for (std::size_t k = 0; k < n; ++k) left += w.r[k].squaredNorm();
+    if (w.groups.empty() && !(left > kRounding * size)) break;
+    preconditioned();
     const double next = dot(s, w.r, w.z);
-    w.residual = std::sqrt(std::max(next, 0.0) / start);
-    if (!(w.residual > kTolerance)) break;
+    w.residual = next > least ? std::sqrt(std::max(next, 0.0) / start) : 0.0;
+    if (!(next > least)) break;
     const double beta = next / rho;
     rho = next;
     for (std::size_t k = 0; k < n; ++k) w.p[k] = w.z[k] + beta * w.p[k];
   }
+}
+
+/// What the groups took: after each solve.
+void addImpulses(TissueScratch& w) {
+  for (TissueGroup& g : w.groups)
+    for (int i = 0; i < g.count; ++i) g.impulse[i] -= w.r[g.knots[i]];
 }
 
 /// An elastostatic object that a cut has made dynamic has the answers of equilibrium alone: the share of it
@@ -201,6 +273,19 @@ Matrix3d answerOf(const TissueModel& t, const TissueState& s, const TissueScratc
 
 }  // namespace
 
+void prepareGroup(TissueGroup& g) {
+  Vector3d mean = Vector3d::Zero();
+  for (int i = 0; i < g.count; ++i) mean += g.goal[i] / g.count;
+  Matrix3d inertia = Matrix3d::Zero();
+  for (int i = 0; i < g.count; ++i) {
+    g.arm[i] = g.goal[i] - mean;
+    inertia += g.arm[i].squaredNorm() * Matrix3d::Identity() - g.arm[i] * g.arm[i].transpose();
+  }
+  // Knots in a line have no inertia about it, and no moment either.
+  inertia += std::max(1e-12 * inertia.trace(), 1e-30) * Matrix3d::Identity();
+  g.inverse = inertia.inverse();
+}
+
 void tissueForces(const TissueModel& t, const TissueState& s, TissueScratch& w) {
   const Model& m = *t.model;
   std::fill_n(w.force.begin(), s.x.size(), Vector3d::Zero());
@@ -209,11 +294,11 @@ void tissueForces(const TissueModel& t, const TissueState& s, TissueScratch& w) 
     const Matrix3d F = gradient(m.elements[e], s.corner[e], s.x);
     if (turning) {
       w.rotation[e] = polarRotation(F);
-      const Matrix3d A = w.rotation[e].transpose() * F - Matrix3d::Identity();
-      scatter(m.elements[e], m.laws[e], w.rotation[e], A, s.stiffness_scale, s.corner[e], w.force);
+      const Matrix3d A = w.rotation[e].transpose() * F - (1.0 - shrinkOf(s, e)) * Matrix3d::Identity();
+      scatter(m.elements[e], m.laws[e], w.rotation[e], A, scaleOf(s, e), s.corner[e], w.force);
     } else {
-      scatter(m.elements[e], m.laws[e], Matrix3d::Identity(), F - Matrix3d::Identity(), s.stiffness_scale,
-              s.corner[e], w.force);
+      const Matrix3d A = F - (1.0 - shrinkOf(s, e)) * Matrix3d::Identity();
+      scatter(m.elements[e], m.laws[e], Matrix3d::Identity(), A, scaleOf(s, e), s.corner[e], w.force);
     }
   }
 }
@@ -259,7 +344,18 @@ bool freeTissueStep(const TissueModel& t, const TissueState& s, double h,
     finite = finite && w.r[k].allFinite();
   }
   if (!finite) return false;
+  if (!w.groups.empty()) {
+    // Begin with velocities that bring the groups to their shapes.
+    makeRigid(w.groups, w.v_next);
+    for (const TissueGroup& g : w.groups)
+      for (int i = 0; i < g.count; ++i) w.v_next[g.knots[i]] += (g.goal[i] - s.x[g.knots[i]]) / h;
+    for (std::size_t k = 0; k < n; ++k) w.p[k] = w.v_next[k] - s.v[k];
+    matrixTimes(t, s, h, w, w.p, w.q);
+    for (std::size_t k = 0; k < n; ++k) w.r[k] -= w.q[k];
+    for (TissueGroup& g : w.groups) g.impulse.fill(Vector3d::Zero());
+  }
   solve(t, s, h, w);
+  addImpulses(w);
   for (std::size_t k = 0; k < n; ++k) w.q[k] = s.x[k] + h * w.v_next[k];
   return true;
 }
@@ -303,10 +399,16 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
     const Matrix3d& own = D(p, p);
     point.compliance = point.kind == 0 ? point.normal.dot(own * point.normal) : own.trace() / 3.0;
     const Vector3d slip = end[p] - start[p] - h * point.target_velocity;
-    longest = std::max(
-        longest, point.kind == 1
-                     ? (point.target - end[p]).norm()
-                     : slip.norm() + std::max(0.0, point.reach - point.normal.dot(point.target - end[p])));
+    if (point.kind == 1) {
+      longest = std::max(longest, (point.target - end[p]).norm());
+      continue;
+    }
+    // What lies deeper in the tool than they came together in this step was there before: it is pushed out by
+    // and by, not thrown.
+    const double way = slip.norm(), deep = point.reach - point.normal.dot(point.target - end[p]);
+    const double most = way + kPushOut * h;
+    if (deep > most) point.reach -= deep - most;
+    longest = std::max(longest, way + std::clamp(deep, 0.0, most));
   }
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     double change = 0.0, size = 0.0;
@@ -392,19 +494,16 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
   if (!any) return;
   std::copy_n(w.v_next.begin(), s.x.size(), w.force.begin());  // m/s: without these forces
   solve(t, s, h, w);
-  // The answers are those of the whole body, while a piece that a cut has freed gives way much further; and
-  // the sweeps may not settle where friction wedges thin flaps. Forces that throw a point further than
-  // kOvershoot times the longest way that any of them had to go are lowered, all alike.
-  double keep = 1.0;
-  for (std::size_t p = 0; p < count; ++p) {
-    Vector3d thrown = Vector3d::Zero();
-    for (int a = 0; a < 3; ++a) {
-      const Index k = w.points[p].knots[a];
-      if (w.points[p].weights[a] != 0.0) thrown += (h * w.points[p].weights[a]) * (w.v_next[k] - w.force[k]);
-    }
-    const double is = std::sqrt(thrown.squaredNorm());
-    if (is > kOvershoot * longest) keep = std::min(keep, kOvershoot * longest / is);
-  }
+  addImpulses(w);
+  // The answers are those of the whole body, while a piece that a cut has freed gives way much further; the
+  // sweeps may not settle where friction wedges thin flaps; and a light knot that bears little of a place
+  // goes much further than the place. Forces that throw any knot further than kOvershoot times the longest
+  // way that any of them had to go are lowered, all alike.
+  double furthest = 0.0;
+  for (std::size_t k = 0; k < s.x.size(); ++k)
+    furthest = std::max(furthest, (w.v_next[k] - w.force[k]).squaredNorm());
+  const double is = h * std::sqrt(furthest), most = kOvershoot * longest;
+  const double keep = is > most ? most / is : 1.0;
   if (keep == 1.0) return;
   for (std::size_t k = 0; k < s.x.size(); ++k) w.v_next[k] = w.force[k] + keep * (w.v_next[k] - w.force[k]);
   for (TissuePoint& point : w.points) point.force *= keep, point.slip_power *= keep;

@@ -18,6 +18,7 @@ using net::Block;
 
 constexpr std::uint64_t kLinkEvery = 16;  ///< steps between two renewals of what denaturation does to links
 constexpr double kCold = 1e-3;            ///< K: an object nowhere warmer is at body temperature again
+constexpr double kNoticed = 1e-3;         ///< of denaturation: elements with less are as healthy ones
 constexpr double kTellEvery = 1.0;        ///< s between two events of one activation
 
 const interaction::ColumnShape& shapeOf(const Context& c, std::size_t object, std::uint32_t knot) {
@@ -148,28 +149,43 @@ void crush(Context& c) {
   }
 }
 
-/// Heat flow of one object: along the links, then each column.
+/// Heat between two knots, layer by layer.
+void exchangeHeat(Context& c, std::size_t object, std::uint32_t p, std::uint32_t q, float conductance) {
+  HeatState& heat = c.state.objects[object].heat;
+  HeatColumn &a = heat.columns[p], &b = heat.columns[q];
+  if (a.excess == b.excess) return;  // nearly all pairs: both at body temperature
+  const double specific = c.model.objects[object].heat.material.heat_capacity;
+  const float* const mass = row(c.state.objects[object], Block::kMass);
+  const auto &sa = shapeOf(c, object, p), &sb = shapeOf(c, object, q);
+  for (std::size_t layer = 0; layer < interaction::kThermalLayers; ++layer) {
+    const double share = std::min(sa.share[layer], sb.share[layer]);
+    if (!(share > 0.0)) continue;
+    const double ca = specific * mass[p] * sa.share[layer], cb = specific * mass[q] * sb.share[layer];
+    const double flow =
+        interaction::exchange(conductance * share, a.excess[layer], b.excess[layer], ca, cb, c.dt);
+    a.excess[layer] += flow / ca;
+    b.excess[layer] -= flow / cb;
+  }
+}
+
+/// Heat flow of one object: along the links or the edges of the elements, then each column.
 void conduct(Context& c, std::size_t object) {
   ObjectState& s = c.state.objects[object];
   HeatState& heat = s.heat;
   if (!heat.warm) return;
   const HeatModel& model = c.model.objects[object].heat;
   const float* const mass = row(s, Block::kMass);
-  const double specific = model.material.heat_capacity;
   for (const NetLink& l : s.links) {
     if (l.conductance == 0.0f || (l.values.axial == 0.0f && l.values.damping == 0.0f)) continue;
-    const std::uint32_t p = l.values.knot0, q = l.values.knot1;
-    HeatColumn &a = heat.columns[p], &b = heat.columns[q];
-    if (a.excess == b.excess) continue;  // nearly all pairs: both at body temperature
-    const auto &sa = shapeOf(c, object, p), &sb = shapeOf(c, object, q);
-    for (std::size_t layer = 0; layer < interaction::kThermalLayers; ++layer) {
-      const double share = std::min(sa.share[layer], sb.share[layer]);
-      if (!(share > 0.0)) continue;
-      const double ca = specific * mass[p] * sa.share[layer], cb = specific * mass[q] * sb.share[layer];
-      const double flow =
-          interaction::exchange(l.conductance * share, a.excess[layer], b.excess[layer], ca, cb, c.dt);
-      a.excess[layer] += flow / ca;
-      b.excess[layer] -= flow / cb;
+    exchangeHeat(c, object, l.values.knot0, l.values.knot1, l.conductance);
+  }
+  for (std::size_t e = 0; e < s.tissue.corner.size(); ++e) {
+    const auto& knots = s.tissue.corner[e];
+    const auto warm = [&](fem::Index k) { return heat.columns[k].excess != decltype(HeatColumn::excess){}; };
+    if (!warm(knots[0]) && !warm(knots[1]) && !warm(knots[2]) && !warm(knots[3])) continue;
+    for (std::size_t i = 6 * e; i < 6 * e + 6; ++i) {
+      const interaction::ElementEdge& edge = model.element_edges[i];
+      exchangeHeat(c, object, knots[edge.corner0], knots[edge.corner1], edge.conductance);
     }
   }
   double warmest = 0.0;
@@ -191,8 +207,28 @@ void conduct(Context& c, std::size_t object) {
   }
 }
 
-/// Denatured links are shorter and stiffer.
+/// Elements follow the mean of their corners. An elastostatic object goes on by backward Euler: its inverse
+/// is that of the healthy tissue.
+void shrinkElements(ObjectState& s) {
+  fem::TissueState& t = s.tissue;
+  if (t.corner.empty()) return;
+  bool any = !t.denatured.empty();
+  for (std::size_t k = 0; k < t.x.size() && !any; ++k) any = s.heat.columns[k].denatured > kNoticed;
+  if (!any) return;
+  if (t.denatured.empty()) {
+    makeDynamic(s);
+    t.denatured.resize(t.corner.size(), 0.0f);
+  }
+  for (std::size_t e = 0; e < t.corner.size(); ++e) {
+    double sum = 0.0;
+    for (const fem::Index k : t.corner[e]) sum += s.heat.columns[k].denatured;
+    t.denatured[e] = static_cast<float>(0.25 * sum);
+  }
+}
+
+/// Denatured links and elements are shorter and stiffer.
 void shrink(ObjectState& s) {
+  shrinkElements(s);
   for (std::size_t i = 0; i < s.links.size(); ++i) {
     NetLink& l = s.links[i];
     if (l.values.axial == 0.0f) continue;

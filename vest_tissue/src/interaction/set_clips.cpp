@@ -16,8 +16,9 @@ using net::Block;
 
 constexpr double kFill = 0.08;  ///< rad: the tissue fills the gap when it comes this near to the jaws; ours
 constexpr double kRingShare =
-    0.6;                         ///< of a ring's knots between the jaws: the lumen is between them; assumed
-constexpr double kAcross = 0.3;  ///< least sine between the opening of the jaws and the tube; assumed
+    0.6;                          ///< of a ring's knots between the jaws: the lumen is between them; assumed
+constexpr double kAcross = 0.3;   ///< least sine between the opening of the jaws and the tube; assumed
+constexpr double kClosing = 0.2;  ///< m/s: of the legs of a clip on finite elements; assumed
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 bool movable(const ObjectState& s, std::uint32_t k) {
@@ -215,6 +216,12 @@ Event eventOf(const Context& c, const Clip& clip, EventKind kind) {
   return e;
 }
 
+/// Of a clip's leg, towards the other: +1, -1 along its x; 0 between them.
+double inwardOf(const Clip& clip, int i) {
+  const double side = clip.closed[i].x();
+  return side < 0.0 ? 1.0 : side > 0.0 ? -1.0 : 0.0;
+}
+
 /// Holds the group of a clip together after `dt` of motion (interaction/clip.h).
 void hold(Context& c, Clip& clip, double dt) {
   ObjectState& s = c.state.objects[clip.object];
@@ -261,8 +268,7 @@ void hold(Context& c, Clip& clip, double dt) {
     const Vector3d place = knotPosition(s, k), before = knotVelocity(s, k);
     const Vector3d goal = x + shape[i], after = velocity + turn.cross(shape[i]);
     const Vector3d force = m / dt * (after - before);  // of the clip on the knot
-    const double side = clip.closed[i].x();
-    press += 0.5 * (side < 0.0 ? 1.0 : side > 0.0 ? -1.0 : 0.0) * force.dot(clip.rotation.col(0));
+    press += 0.5 * inwardOf(clip, i) * force.dot(clip.rotation.col(0));
     lost += 0.5 * m * (before.squaredNorm() - after.squaredNorm());
     work += force.dot(goal - place);
     for (int axis = 0; axis < 3; ++axis) {
@@ -286,7 +292,7 @@ void apply(Context& c, int tool) {
     if (clip.alive && !clip.shut && clip.instrument == tool) forming = &clip;
   if (!proxy.present || proxy.tool != tools::ToolKind::ClipApplier) {
     if (forming != nullptr) forming->alive = false;
-    applier = Applier{};
+    if (!proxy.present || proxy.tool != tools::ToolKind::SlingApplicator) applier = Applier{};
     return;
   }
   const auto& g = tools::toolGeometry(proxy.tool);
@@ -357,6 +363,72 @@ void fastenClips(Context& c) {
 void holdClips(Context& c, std::size_t object, double dt) {
   for (Clip& clip : c.state.fasteners.clips)
     if (clip.alive && clip.object == object) hold(c, clip, dt);
+}
+
+void gatherClips(Context& c, std::size_t object, double dt) {
+  ObjectState& s = c.state.objects[object];
+  auto& groups = c.scratch.objects[object].tissue.groups;
+  auto& taken = c.scratch.objects[object].shared;  // per knot: a clip set later has it
+  groups.clear();
+  auto& clips = c.state.fasteners.clips;
+  for (std::size_t n = clips.size(); n-- > 0;) {
+    Clip& clip = clips[n];
+    if (!clip.alive || clip.object != object || groups.size() == groups.capacity()) continue;
+    if (groups.empty()) std::fill(taken.begin(), taken.end(), std::uint16_t{0});
+    if (!s.tissue.dynamic) makeDynamic(s);
+    recentre(s, clip);
+    Vector3d centre = Vector3d::Zero();
+    double total = 0.0;
+    for (int i = 0; i < clip.count; ++i) {
+      centre += s.tissue.mass[clip.knots[i]] * s.tissue.x[clip.knots[i]];
+      total += s.tissue.mass[clip.knots[i]];
+    }
+    centre /= total;
+    Matrix3d moment = Matrix3d::Zero();
+    std::array<Vector3d, interaction::kMaxClipKnots> shape;
+    for (int i = 0; i < clip.count; ++i) {
+      const std::uint32_t k = clip.knots[i];
+      shape[i] = clip.open[i] + clip.progress * (clip.closed[i] - clip.open[i]);
+      moment += s.tissue.mass[k] * (s.tissue.x[k] - centre) * shape[i].transpose();
+    }
+    clip.rotation = interaction::nearestRotation(moment, clip.rotation);
+    clip.centre = centre;
+    groups.emplace_back();
+    fem::TissueGroup& g = groups.back();
+    g.source = static_cast<std::uint32_t>(n);
+    double furthest = 0.0;
+    for (int i = 0; i < clip.count; ++i) {
+      const std::uint32_t k = clip.knots[i];
+      if (taken[k] != 0 || s.fixed[k]) continue;
+      taken[k] = 1;
+      g.knots[g.count] = k;
+      g.member[g.count] = static_cast<std::uint8_t>(i);
+      g.goal[g.count] = centre + clip.rotation * shape[i];
+      furthest = std::max(furthest, (g.goal[g.count] - s.tissue.x[k]).squaredNorm());
+      ++g.count;
+    }
+    if (g.count < 3) {
+      for (int i = 0; i < g.count; ++i) taken[g.knots[i]] = 0;
+      groups.pop_back();
+      continue;
+    }
+    // What came loose from its shape, by another clip that is gone, comes back no faster than jaws close.
+    const double way = std::sqrt(furthest), part = way > kClosing * dt ? kClosing * dt / way : 1.0;
+    for (int i = 0; i < g.count; ++i) {
+      const Vector3d& x = s.tissue.x[g.knots[i]];
+      g.goal[i] = x + part * (g.goal[i] - x);
+    }
+    fem::prepareGroup(g);
+  }
+}
+
+void tellClips(Context& c, std::size_t object, double dt) {
+  for (const fem::TissueGroup& g : c.scratch.objects[object].tissue.groups) {
+    Clip& clip = c.state.fasteners.clips[g.source];
+    clip.force = 0.0;
+    for (int i = 0; i < g.count; ++i)
+      clip.force += 0.5 * inwardOf(clip, g.member[i]) * g.impulse[i].dot(clip.rotation.col(0)) / dt;
+  }
 }
 
 bool removeClip(Context& c, std::uint64_t id) {

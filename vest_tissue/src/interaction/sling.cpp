@@ -189,12 +189,11 @@ void apply(Context& c, int tool) {
   const bool present = proxy.present && proxy.tool == tools::ToolKind::SlingApplicator;
   if (!present) {  // untied, it slips off with its applicator
     if (own != nullptr) own->alive = false;
-    fasteners.appliers[tool].drawn = false;
     return;
   }
   const bool draw = (c.input.tools[tool].functions & tools::kFunctionFire) != 0;
   if (own == nullptr) {
-    if (draw && fasteners.appliers[tool].drawn) return;  // tied one: the next comes when it is let go
+    if (!fasteners.appliers[tool].loaded) return;  // it carried one loop; the next comes with the next one
     own = free(c);
     if (own == nullptr) {
       c.report.status = Status::Degraded;
@@ -226,6 +225,7 @@ void fastenSlings(Context& c) {
       continue;
     sling.tied = true;
     sling.drawing = false;
+    c.state.fasteners.appliers[sling.instrument].loaded = false;
     emit(c, eventOf(c, sling));
   }
 }

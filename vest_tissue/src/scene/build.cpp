@@ -184,6 +184,32 @@ void fillHeat(const Object& o, ObjectState& s, ObjectConstants& c) {
                      (o.rest_position[l.values.knot1] - o.rest_position[l.values.knot0]).norm()});
   const std::vector<double> g = interaction::linkConductances(places, volume, links, o.thermal.conductivity);
   for (std::size_t i = 0; i < g.size(); ++i) s.links[i].conductance = static_cast<float>(g[i]);
+  if (o.fem) {  // the edges of its elements conduct as links do, each element a share
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> elements;
+    const auto pairOf = [&](const std::array<Index, 4>& t, const std::array<int, 2>& p) {
+      const std::uint32_t a = t[static_cast<std::size_t>(p[0])], b = t[static_cast<std::size_t>(p[1])];
+      return std::pair{std::min(a, b), std::max(a, b)};
+    };
+    constexpr std::array<std::array<int, 2>, 6> kEdges{{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
+    for (const auto& t : o.fem->tetrahedra)
+      for (const auto& p : kEdges) ++elements[pairOf(t, p)];
+    std::vector<interaction::HeatLink> edges;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> number;
+    for (const auto& [pair, count] : elements) {
+      number[pair] = edges.size();
+      edges.push_back(
+          {pair.first, pair.second, (o.rest_position[pair.second] - o.rest_position[pair.first]).norm()});
+    }
+    const std::vector<double> of =
+        interaction::linkConductances(places, volume, edges, o.thermal.conductivity);
+    for (const auto& t : o.fem->tetrahedra) {
+      for (const auto& p : kEdges) {
+        const auto pair = pairOf(t, p);
+        c.heat.element_edges.push_back({static_cast<std::uint8_t>(p[0]), static_cast<std::uint8_t>(p[1]),
+                                        static_cast<float>(of[number[pair]] / elements[pair])});
+      }
+    }
+  }
   s.heat.columns.resize(s.block.knotCapacity());
   s.heat.sealed.assign(o.tube.rings.size(), 0);
 }

@@ -101,15 +101,12 @@ void copyKnots(Job& j) {
       b.row(r)[copy] = b.row(r)[d.original];
     j.s.fixed.push_back(j.s.fixed[d.original]);
     j.s.depth[copy] = j.s.depth[d.original];
+    interaction::copyColumn(j.s.heat, d.original, copy);
     j.s.topology.doubled_knots.push_back(d.original);
     j.delta.doubled_knots.push_back(d.original);
     j.s.fem_surface.knot_vertex.push_back(kNone);
   }
-  // The first cut gives elastostatic objects their inertia back; later ones change masses.
-  for (std::size_t k = 0; k < t.x.size(); ++k) {
-    b.row(Block::kMass)[k] = static_cast<float>(t.mass[k]);
-    b.row(Block::kInverseMass)[k] = j.s.fixed[k] ? 0.0f : static_cast<float>(1.0 / t.mass[k]);
-  }
+  makeDynamic(j.s);  // masses, too
 }
 
 std::uint32_t vertexOf(Job& j, std::uint32_t knot) {
@@ -242,6 +239,7 @@ void moveAnchors(Job& j) {
   const auto& x = j.s.tissue.x;
   for (const fem::Doubling& d : j.o.doublings) {
     const net::KnotDoubling cut{d.original, d.copy, d.normal, x[d.original]};
+    interaction::remapClips(j.c.state.fasteners.clips, j.object, cut);
     for (ConnectionState& n : j.c.state.connections) {
       for (net::Anchor* a : {&n.end0, &n.end1}) {
         if (a->object != j.object) continue;
@@ -303,6 +301,7 @@ void reserveFem(const fem::TissueModel& tissue, ObjectState& s) {
   const std::size_t knots = s.block.knotCapacity(), faces = 2 * tissue.neighbours.size() + 64;
   auto& t = s.tissue;
   t.x.reserve(knots), t.v.reserve(knots), t.mass.reserve(knots);
+  t.denatured.reserve(t.corner.size());
   t.origin.reserve(knots), t.knot_element.reserve(knots);
   auto& f = s.fem_surface;
   const std::size_t triangles = f.triangle_face.size() + faces;
@@ -331,7 +330,6 @@ FemCut cutFem(Context& c, std::size_t object, const BladeSweep* sweeps, int coun
   }
   // Copies of this very step lie where their originals were.
   if (o.backup_x.size() != s.tissue.x.size() || !openFaces(j, sweeps, count)) return result;
-  fem::makeDynamic(s.tissue);
   o.doublings.clear();
   if (!fem::divideKnots(j.tissue, s.tissue, o.cut_knots, o.doublings)) s.degraded = true;
   copyKnots(j);

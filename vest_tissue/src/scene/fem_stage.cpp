@@ -16,6 +16,7 @@ constexpr double kProxyShare = 0.3;
 constexpr double kHeldShare = 0.25;  ///< (omega·h)² of contacts with the cavity, which are held over a step
 constexpr double kHeldGrip = 0.3;    ///< of mass/h: damping that friction amounts to at most
 constexpr std::uint8_t kOrgan = 255;  ///< TissuePoint::tool of contacts with other objects
+constexpr double kQuiet = 1e-9;       ///< m/s: fem::TissueScratch::quiet (ours)
 constexpr double kInexact = 1e-2;     ///< relative residual of a step's solve above which it is announced
 
 Vector3d toVector(const float v[3]) {
@@ -209,6 +210,14 @@ double kineticOf(const fem::TissueState& s) {
 
 }  // namespace
 
+void makeDynamic(ObjectState& s) {
+  fem::makeDynamic(s.tissue);
+  for (std::size_t k = 0; k < s.tissue.x.size(); ++k) {
+    s.block.row(Block::kMass)[k] = static_cast<float>(s.tissue.mass[k]);
+    s.block.row(Block::kInverseMass)[k] = s.fixed[k] ? 0.0f : static_cast<float>(1.0 / s.tissue.mass[k]);
+  }
+}
+
 void copyTissue(ObjectState& s) {
   Block& b = s.block;
   for (std::size_t k = 0; k < s.tissue.x.size(); ++k) {
@@ -229,6 +238,8 @@ void advanceFem(Context& c, std::size_t object, int batch) {
   addPlanes(s, o, h);
   const std::array<const float*, 3> held{s.block.row(Block::HX), s.block.row(Block::HY),
                                          s.block.row(Block::HZ)};
+  gatherClips(c, object, h);
+  o.tissue.quiet = kQuiet;
   bool good = fem::freeTissueStep(tissue, s.tissue, h, held, c.state.gravity, o.tissue);
   double before = 0.0;
   if (c.account) before = kineticOf(s.tissue) + fem::tissueEnergy(tissue, s.tissue);
@@ -251,6 +262,7 @@ void advanceFem(Context& c, std::size_t object, int batch) {
     o.faulty = true;
     return;
   }
+  tellClips(c, object, h);
   o.reaction = reactionOf(c, object, held, internal);
   tellTools(c, s, o, h);
   if (c.account) {
@@ -266,6 +278,9 @@ void advanceFem(Context& c, std::size_t object, int batch) {
           work += point.weights[e] * point.force.dot(s.tissue.x[point.knots[e]] - o.tissue.p[point.knots[e]]);
       }
     }
+    for (const fem::TissueGroup& g : o.tissue.groups)
+      for (int i = 0; i < g.count; ++i)
+        work += g.impulse[i].dot(s.tissue.x[g.knots[i]] - o.tissue.p[g.knots[i]]) / h;
     o.heat += before + work - kineticOf(s.tissue) - fem::tissueEnergy(tissue, s.tissue);
   }
   if (inexact > kInexact || !all) s.degraded = true;

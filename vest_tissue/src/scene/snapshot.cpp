@@ -139,7 +139,7 @@ void checkIndices(const WorldState& s) {
     if (!e.x.empty()) {
       if (e.x.size() != o.block.knots() || e.v.size() != e.x.size() || e.mass.size() != e.x.size() ||
           e.origin.size() != e.x.size() || e.knot_element.size() != e.x.size() ||
-          e.open.size() != e.corner.size())
+          e.open.size() != e.corner.size() || (!e.denatured.empty() && e.denatured.size() != e.corner.size()))
         refuse("finite elements whose lists do not fit each other");
       for (const auto& c : e.corner)
         for (const auto k : c) knot(k);

@@ -71,6 +71,8 @@ inline int turnOf(const Context& c, std::size_t object) {
   if (!c.model.objects[object].fem) return 2;
   return c.state.objects[object].tissue.dynamic ? 1 : 0;
 }
+/// An elastostatic object goes on with inertia: cut, clipped or denatured it is no longer what was inverted.
+void makeDynamic(ObjectState& s);
 void copyTissue(ObjectState& s);  ///< places and velocities into the block
 
 bool removeClip(Context& c, std::uint64_t id);
@@ -81,6 +83,9 @@ void addFasteners(const WorldState& state, std::vector<Attachment>& out);
 void drawSling(const WorldState& state, const interaction::Sling& sling, SlingView& view);
 void fastenClips(Context& c);
 void holdClips(Context& c, std::size_t object, double dt);  ///< after each sub-step of an object, any thread
+/// Clips on finite elements: groups of the object's implicit step, before it, and what they took, after it.
+void gatherClips(Context& c, std::size_t object, double dt);
+void tellClips(Context& c, std::size_t object, double dt);
 void holdSlings(Context& c, std::size_t object, double dt);
 void fastenSlings(Context& c);
 

@@ -54,7 +54,7 @@ struct StateWalker {
     plain(f.triangle_face), plain(f.skin_face), plain(f.knot_vertex), plain(f.vertex_element), value(f.parts);
   }
   void tissue(fem::TissueState& t) {
-    plain(t.x), plain(t.v), value(t.stiffness_scale), flag(t.dynamic), value(t.revision);
+    plain(t.x), plain(t.v), value(t.stiffness_scale), flag(t.dynamic), plain(t.denatured), value(t.revision);
     if (t.revision == 0) return;  // as the scene says
     plain(t.mass), plain(t.corner), plain(t.open), plain(t.origin), plain(t.knot_element);
   }

@@ -122,5 +122,64 @@ TEST(FemCutInWorld, ScissorsDivideABarAndTheFarPartFalls) {
   }
 }
 
+TEST(FemCutInWorld, AtAnyStiffnessAndMassACutObjectMovesBoundedly) {
+  for (const auto& [motion, strain] : {std::pair{Motion::BackwardEuler, Strain::Small},
+                                       std::pair{Motion::BackwardEuler, Strain::Corotational},
+                                       std::pair{Motion::Elastostatic, Strain::Small}}) {
+    for (double stiffness = 1.0; stiffness < 2e12; stiffness *= 1e4) {
+      for (const double density : {1.0, 1e-9}) {
+        Description d = makeBox({10, 2, 2, 0.04, 0.008, 0.004});
+        d.name = "bar";
+        d.motion = motion, d.strain = strain;
+        d.material = {20e3 * stiffness, 0.45, 1050.0 * density, 4.0, 0.004};
+        for (auto& x : d.nodes) x += Vector3d(-0.02, -0.004, 0.048);
+        scene::Description s = sceneOf({object(d)});
+        s.gravity = Vector3d(0, 0, -2);
+        scene::World w(s);
+        scene::StepReport report;
+        std::size_t cuts = 0;
+        for (std::uint64_t i = 0; i < 260; ++i) {
+          ASSERT_NE(w.step(inputOf(i), report), scene::Status::Fault)
+              << int(motion) << int(strain) << " E·" << stiffness << " density·" << density << " step " << i;
+          for (const auto& e : report.events) cuts += e.kind == scene::EventKind::Cut;
+        }
+        EXPECT_GE(cuts, 1u);
+        for (const Vector3d& x : w.state().objects[0].tissue.x)
+          ASSERT_LT((x - Vector3d(0, 0, 0.05)).norm(), 0.1)
+              << int(motion) << int(strain) << " E·" << stiffness << " density·" << density;
+      }
+    }
+  }
+}
+
+TEST(FemInWorld, ElementsTurnedInsideOutStayBoundedAndComeToRest) {
+  for (const Strain strain : {Strain::Small, Strain::Corotational}) {
+    Description d = makeBox({6, 3, 3, 0.03, 0.012, 0.012});
+    d.name = "bar";
+    d.strain = strain;
+    d.material = {20e3, 0.45, 1050.0, 4.0, 0.004};
+    scene::Description weightless = sceneOf({object(d)});
+    weightless.gravity.setZero();
+    scene::World w(weightless);
+    auto& t = const_cast<scene::WorldState&>(w.state()).objects[0].tissue;
+    const auto rest = t.x;
+    for (std::size_t k = 0; k < t.x.size(); ++k)  // the free half mirrored, and everything beyond flat
+      if (rest[k].x() > 0.012) t.x[k].z() = rest[k].x() > 0.024 ? 0.006 : 0.012 - rest[k].z();
+    scene::StepInput in;
+    scene::StepReport report;
+    for (in.step = 0; in.step < 1500; ++in.step)
+      ASSERT_NE(w.step(in, report), scene::Status::Fault) << in.step;
+    double fastest = 0.0;
+    for (std::size_t k = 0; k < t.x.size(); ++k) {
+      ASSERT_LT((t.x[k] - rest[k]).norm(), 0.05);
+      fastest = std::max(fastest, t.v[k].norm());
+    }
+    EXPECT_LT(fastest, 1e-3) << "m/s";
+    if (strain == Strain::Small) {
+      for (std::size_t k = 0; k < t.x.size(); ++k) EXPECT_LT((t.x[k] - rest[k]).norm(), 1e-4) << k;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace vest::fem::test

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <vector>
+
+#include <Eigen/SVD>
 
 #include "nets.h"
 #include "vest_tissue/interaction/clip.h"
@@ -256,6 +259,119 @@ TEST(Clip, HashesAreTheSameForAnyThreadsAndAfterRestore) {
   EXPECT_EQ(hashes(2, false), reference);
   EXPECT_EQ(hashes(4, false), reference);
   EXPECT_EQ(hashes(2, true), reference);
+}
+
+/// A group of knots as a clip holds it: long along z, thin along x.
+struct Group {
+  std::vector<Vector3d> shape;
+  std::vector<double> mass;
+  Group() {
+    std::mt19937 dice(5);
+    const auto random = [&](double size) { return size * (dice() / 2147483648.0 - 1.0); };
+    for (int i = 0; i < 16; ++i) {
+      shape.emplace_back(random(0.2e-3), random(0.5e-3), random(8e-3));
+      mass.push_back(1e-6 * (1.0 + std::fabs(random(0.5))));
+    }
+    Vector3d centre = Vector3d::Zero();
+    double total = 0.0;
+    for (std::size_t i = 0; i < shape.size(); ++i) centre += mass[i] * shape[i], total += mass[i];
+    for (Vector3d& p : shape) p -= centre / total;
+  }
+  Eigen::Matrix3d moment(const Eigen::Matrix3d& turn, double noise) const {
+    std::mt19937 dice(7);
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+      const Vector3d off(dice() / 4294967296.0 - 0.5, dice() / 4294967296.0 - 0.5,
+                         dice() / 4294967296.0 - 0.5);
+      sum += mass[i] * (turn * shape[i] + noise * off) * shape[i].transpose();
+    }
+    return sum;
+  }
+  Eigen::Matrix3d inertia() const {
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (std::size_t i = 0; i < shape.size(); ++i)
+      sum +=
+          mass[i] * (shape[i].squaredNorm() * Eigen::Matrix3d::Identity() - shape[i] * shape[i].transpose());
+    return sum;
+  }
+};
+
+double angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  return Eigen::AngleAxisd(a * b.transpose()).angle();
+}
+
+// Protects the Newton matrix: divided by the trace instead, the turn of a thin group about its own axis stays
+// far behind.
+TEST(ClipRotation, IsThePolarFactorForTurnsAboutEveryAxisOfAThinGroup) {
+  const Group group;
+  const Vector3d axes[] = {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ(),
+                           Vector3d(1, 2, -1).normalized()};
+  for (const Vector3d& axis : axes) {
+    for (const double angle : {1e-6, 0.05, 0.4}) {
+      const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+      for (const double noise : {0.0, 0.1e-3}) {
+        const Eigen::Matrix3d moment = group.moment(turn, noise);
+        const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
+        Eigen::Matrix3d polar = svd.matrixU() * svd.matrixV().transpose();
+        if (polar.determinant() < 0.0) {
+          Eigen::Matrix3d u = svd.matrixU();
+          u.col(2) = -u.col(2);
+          polar = u * svd.matrixV().transpose();
+        }
+        const Eigen::Matrix3d found = interaction::nearestRotation(moment, Eigen::Matrix3d::Identity());
+        EXPECT_LT(angleBetween(found, polar), 1e-4) << axis.transpose() << ", " << angle << ", " << noise;
+        EXPECT_LT((found * found.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+      }
+    }
+  }
+}
+
+TEST(ClipRotation, ReachesALargeTurnWithinAFewCalls) {
+  const Group group;
+  for (const Vector3d& axis : {Vector3d(Vector3d::UnitY()), Vector3d(Vector3d(1, 1, 1).normalized())}) {
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(2.0, axis).toRotationMatrix();
+    Eigen::Matrix3d found = Eigen::Matrix3d::Identity();
+    for (int i = 0; i < 4; ++i) {
+      found = interaction::nearestRotation(group.moment(turn, 0.0), found);
+      EXPECT_NEAR(found.determinant(), 1.0, 1e-12);
+    }
+    EXPECT_LT(angleBetween(found, turn), 1e-6);
+  }
+}
+
+TEST(ClipRotation, OfAMomentThatSaysNothingStaysARotation) {
+  const Eigen::Matrix3d guess = Eigen::AngleAxisd(0.7, Vector3d(0, 0.6, 0.8)).toRotationMatrix();
+  for (const Eigen::Matrix3d& moment : {Eigen::Matrix3d(Eigen::Matrix3d::Zero()),
+                                        Eigen::Matrix3d(Vector3d(1, 0, 0) * Vector3d(1, 0, 0).transpose()),
+                                        Eigen::Matrix3d(-Eigen::Matrix3d::Identity())}) {
+    const Eigen::Matrix3d found = interaction::nearestRotation(moment, guess);
+    EXPECT_TRUE(found.allFinite());
+    EXPECT_LT((found * found.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-9);
+  }
+}
+
+// Protects the bound of the spin: without it an error of the thin axis by a thousandth became many times the
+// energy.
+TEST(ClipSpin, IsThatOfTheMomentumWhereTheEnergyAllowsIt) {
+  const Eigen::Matrix3d inertia = Group().inertia();
+  const Vector3d momentum = inertia * Vector3d(3.0, -2.0, 5.0);
+  const double energy = 0.5 * Vector3d(3.0, -2.0, 5.0).dot(momentum);
+  const Vector3d turn = interaction::boundedTurn(inertia, momentum, 1.001 * energy);
+  EXPECT_LT((turn - Vector3d(3.0, -2.0, 5.0)).norm(), 1e-4);
+}
+
+TEST(ClipSpin, AboutTheThinAxisNeverHasMoreEnergyThanThereWas) {
+  // kg m²: 50 mm along z, a hundredth of that across.
+  const Eigen::Matrix3d inertia = Vector3d(1e-5, 1e-5, 1e-10).asDiagonal();
+  const double about_x = 1e-6;                           // N·m·s
+  const double energy = 0.5 * about_x * about_x / 1e-5;  // J, of the turn about x alone
+  for (const double leaked : {1e-9, 1e-8, 1e-7}) {       // N·m·s about z that are not really there
+    const Vector3d momentum(about_x, 0.0, leaked);
+    const Vector3d turn = interaction::boundedTurn(inertia, momentum, 1.05 * energy);
+    EXPECT_LE(0.5 * turn.dot(inertia * turn), 1.05 * energy * (1.0 + 1e-5)) << leaked;
+    EXPECT_NEAR(turn.x(), about_x / 1e-5, 0.02 * about_x / 1e-5) << "the real turn goes on: " << leaked;
+  }
+  EXPECT_EQ(interaction::boundedTurn(inertia, Vector3d(1e-6, 0, 0), 0.0).norm(), 0.0) << "no energy, no turn";
 }
 
 TEST(Clip, FlatteningKeepsThePerimeter) {

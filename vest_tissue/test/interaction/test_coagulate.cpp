@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "nets.h"
+#include "vest_tissue/interaction/thermal.h"
 #include "vest_tissue/scene/world.h"
 
 namespace {
@@ -118,6 +119,35 @@ TEST(Coagulation, TissueShrinksAndStiffensWhereItIsDenatured) {
   ASSERT_GT(red, 0);
   EXPECT_LT(shorter / white, 0.93);
   EXPECT_NEAR(other / red, 1.0, 0.05);
+}
+
+// Protects the order of what a hook that stays does: white, then dry, then black.
+TEST(Coagulation, AHookThatStaysWhitensDriesAndOnlyThenChars) {
+  Theatre t;
+  const double top = t.top();
+  double white = 0.0, boiling = 0.0, black = 0.0, hottest = 0.0;
+  for (int i = 0; i < 12000 && black == 0.0; ++i) {
+    t.input.tools[1] = hook(0.0, top, true);
+    t.step();
+    if (i % 10 != 0) continue;
+    const double now = 1e-3 * i, kelvin = t.most(scene::Field::Temperature);
+    hottest = std::max(hottest, kelvin);
+    if (white == 0.0 && t.most(scene::Field::Damage) > 0.95f) white = now;
+    if (boiling == 0.0 && kelvin > 373.0) boiling = now;
+    if (black == 0.0 && t.most(scene::Field::Char) > 0.5f) black = now;
+    if (kelvin < interaction::kCharBegin && black == 0.0) {
+      ASSERT_LT(t.most(scene::Field::Char), 0.5f) << "s " << now;
+    }
+  }
+  std::printf("white %.2f s, boiling %.2f s, black %.2f s, %.0f K\n", white, boiling, black, hottest);
+  EXPECT_GT(white, 0.0);
+  EXPECT_GT(boiling, white) << "collagen denatures before water boils";
+  EXPECT_GT(black, boiling + 0.3) << "the water of the first layer has to go";
+  EXPECT_GT(hottest, interaction::kCharBegin);
+  const auto heat = t.world.heat();
+  EXPECT_GT(heat.latent, 0.0);
+  EXPECT_NEAR(heat.delivered, heat.stored + heat.perfused + heat.surface + heat.latent,
+              1e-6 * heat.delivered);
 }
 
 TEST(Coagulation, ForcepsSealAVesselAllAround) {

@@ -125,6 +125,33 @@ TEST(Sling, TiesTheTubeOffTellsWhereAndHoldsWithoutItsApplicator) {
   EXPECT_LT(lengthOf(t.sling()), 0.025) << "drawn where it lies";
 }
 
+// Protects against a second loop that hung loose at the applicator, and could be laid, after the first was
+// tied.
+TEST(Sling, AnApplicatorCarriesOneLoopUntilItIsExchanged) {
+  Theatre t;
+  const auto count = [&] {
+    std::vector<scene::SlingView> all;
+    t.world.slings(all);
+    return all.size();
+  };
+  t.applicator(0.0, true);
+  for (int i = 0; i < 6000 && (i < 20 || !t.sling().tied); ++i) t.step();
+  ASSERT_TRUE(t.sling().tied);
+  t.run(20);
+  EXPECT_EQ(count(), 1u) << "still drawn";
+  t.applicator(0.0, false);
+  t.run(20);
+  EXPECT_EQ(count(), 1u) << "let go";
+  t.applicator(0.010, true);
+  t.run(20);
+  EXPECT_EQ(count(), 1u) << "drawn again";
+  t.input.tools[0].present = false;
+  t.run(2);
+  t.applicator(0.010, false);
+  t.run(2);
+  EXPECT_EQ(count(), 2u) << "another applicator";
+}
+
 TEST(Sling, PutsNoNetForceAndNoNetTorqueOnTheTissue) {
   const scene::Description d = stump(false);
   Theatre t(d);

@@ -14,12 +14,19 @@
 /// Finite elements among the objects of a World: touched, held, cut and pulled in real time. Frame: world.
 namespace vest::fem {
 
+class CutAnswer;
+
 inline constexpr std::size_t kMostTissueNodes = 20000;       ///< of an object (ours)
 inline constexpr std::size_t kMostSurfaceNodes = 2000;       ///< 288 MB of inverse (ours)
 inline constexpr std::size_t kMostElastostaticNodes = 1500;  ///< free ones: 162 MB of inverse (ours)
 inline constexpr std::size_t kMostTissuePoints = 96;         ///< contacts and held knots at a time (ours)
-inline constexpr int kTissueIterations = 24;  ///< of conjugate gradients in a step: bounded work (ours)
-inline constexpr double kSnapSpeed = 10.0;    ///< m/s: fastest that an elastostatic object follows (assumed)
+inline constexpr int kTissueIterations = 24;    ///< of conjugate gradients in a step: bounded work (ours)
+inline constexpr int kMostGroupKnots = 48;      ///< that one rigid group holds (interaction::kMaxClipKnots)
+inline constexpr std::size_t kMostGroups = 16;  ///< at a time (ours)
+/// Denatured collagen is up to a third shorter (Wright & Humphrey 2002, Annu. Rev. Biomed. Eng. 4:109) and
+/// coagulated tissue several times stiffer; the factor is assumed. As links of nets (interaction/heat.h).
+inline constexpr double kShrinkage = 0.3, kStiffening = 4.0;
+inline constexpr double kSnapSpeed = 10.0;  ///< m/s: fastest that an elastostatic object follows (assumed)
 
 /// Immutable after prepareTissue().
 struct TissueModel {
@@ -54,7 +61,8 @@ struct TissueState {
   std::vector<Index> origin;                 ///< per knot: node of the scene
   std::vector<Index> knot_element;           ///< per knot: an element that has it
   double stiffness_scale = 1.0;              ///< parameter edit: Young's modulus over the scene's
-  bool dynamic = true;                       ///< false: elastostatic, not cut yet
+  bool dynamic = true;                       ///< false: elastostatic, not changed yet
+  std::vector<float> denatured;              ///< per element, 0 … 1, by heat; empty: none
   std::uint32_t revision = 0;                ///< of corner; 0: as the scene says
 };
 
@@ -78,18 +86,40 @@ struct TissuePoint {
   double slip_power = 0.0;  ///< W, result: turned into heat by friction and damping
 };
 
+/// Knots that move as one rigid body during a step: what a clip holds. Places at its end: goal, turned and
+/// shifted by any small rigid motion.
+struct TissueGroup {
+  int count = 0;
+  std::uint32_t source = 0;                            ///< the caller's
+  std::array<std::uint8_t, kMostGroupKnots> member{};  ///< the caller's
+  std::array<Index, kMostGroupKnots> knots{};
+  std::array<Eigen::Vector3d, kMostGroupKnots> goal{};     ///< m
+  std::array<Eigen::Vector3d, kMostGroupKnots> arm{};      ///< m, of the goal from their mean: prepareGroup()
+  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();       ///< 1/m², of sum |arm|² I - arm arm^T
+  std::array<Eigen::Vector3d, kMostGroupKnots> impulse{};  ///< N·s, result: of the clip on each knot
+};
+/// Arms, and the inverse of their inertia. Its knots must be free, and in no other group.
+void prepareGroup(TissueGroup& group);
+
 /// Sized once.
 struct TissueScratch {
   TissueScratch() = default;
   TissueScratch(const TissueModel& model, std::size_t knot_capacity);
+  void forget();     ///< the next state is not what the last one led to
   BlockLdlt factor;  ///< a copy: solving needs room of its own
   std::vector<Eigen::Matrix3d> rotation;
-  std::vector<Eigen::Vector3d> force, v_next, r, z, p, q;  ///< per knot
-  std::vector<Eigen::Vector3d> sum;                        ///< per node
-  std::vector<std::uint32_t> count;                        ///< per node
+  std::vector<Eigen::Vector3d> force, v_next, r, z, p, q, turned;  ///< per knot
+  std::vector<Eigen::Vector3d> sum;                                ///< per node
+  std::vector<std::uint32_t> count;                                ///< per node
   Eigen::VectorXd work, u, f;
   std::vector<Eigen::Matrix3d> answers;  ///< between points
   std::vector<TissuePoint> points;
+  std::vector<TissueGroup> groups;
+  std::vector<Eigen::Vector3d> group_residual;
+  std::shared_ptr<CutAnswer> cut;  ///< of the cut object, in the factor's place (cut_answer.h)
+  /// m/s: a solve ends where what is left would change velocities by less than this, as the root of the mean
+  /// square weighted by masses; the next step takes it up. 0: runs on to the relative tolerance.
+  double quiet = 0.0;
   int most_iterations = kTissueIterations;
   double residual = 0.0;  ///< of the last solve, relative
   int iterations = 0;     ///< of the last solve; 0: the factor was exact

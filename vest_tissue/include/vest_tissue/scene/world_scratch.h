@@ -112,7 +112,10 @@ struct WorldScratch {
   WorldScratch() = default;
   /// What was remembered of a State that is no longer the one.
   void forget() {
-    for (ObjectScratch& o : objects) std::fill(o.clear.begin(), o.clear.end(), 0.0);
+    for (ObjectScratch& o : objects) {
+      std::fill(o.clear.begin(), o.clear.end(), 0.0);
+      o.tissue.forget();
+    }
   }
 };
 

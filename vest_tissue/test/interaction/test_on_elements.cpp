@@ -1,0 +1,287 @@
+// Clips and heat on finite elements: they do there what they do on nets.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "../fem/slab.h"
+#include "blades.h"
+#include "vest_tissue/scene/world_model.h"
+
+namespace {
+
+using namespace vest;
+using Eigen::Vector3d;
+using fem::Motion;
+using fem::Strain;
+
+struct Kind {
+  Motion motion;
+  Strain strain;
+};
+constexpr Kind kKinds[] = {{Motion::BackwardEuler, Strain::Small},
+                           {Motion::BackwardEuler, Strain::Corotational},
+                           {Motion::Elastostatic, Strain::Small}};
+
+/// A fold along x, 40 × 3 × 6 mm, its lower edge held or free.
+scene::Description fold(const Kind& kind, bool held = true) {
+  fem::Description d = fem::test::makeBox({16, 2, 4, 0.04, 0.003, 0.006}, false);
+  d.name = "fold";
+  d.motion = kind.motion, d.strain = kind.strain;
+  d.material = {20e3, 0.4, 1050.0, 2.0, 0.004};
+  for (fem::Index n = 0; n < d.nodes.size(); ++n) {
+    if (held && d.nodes[n].z() == 0.0) d.fixed.push_back(n);
+    d.nodes[n] += Vector3d(-0.02, -0.0015, 0.047);
+  }
+  scene::Description s = fem::test::sceneOf({fem::test::object(d)});
+  s.gravity.setZero();
+  return s;
+}
+
+struct Theatre {
+  scene::World world;
+  scene::StepInput input;
+  scene::StepReport report;
+  std::vector<scene::Event> events;
+
+  explicit Theatre(const scene::Description& d, int threads = 1) : world(d, threads) {}
+  void step() {
+    input.step = world.steps();
+    ASSERT_NE(world.step(input, report), scene::Status::Fault);
+    events.insert(events.end(), report.events.begin(), report.events.end());
+  }
+  void run(int steps) {
+    for (int i = 0; i < steps; ++i) step();
+  }
+  /// An applier from above, jaws open along y, that closes over the fold's upper edge.
+  void close(double jaw0, double jaw1, int steps) {
+    for (int i = 1; i <= steps; ++i) {
+      auto& t = input.tools[1];
+      t = test::grasper(Vector3d(0, 0, 0.0485), jaw0 + (jaw1 - jaw0) * i / steps);
+      t.tool = tools::ToolKind::ClipApplier;
+      t.pivot = Vector3d(0, 0, 0.2);
+      step();
+    }
+  }
+  void clip() {
+    close(0.6, 0.6, 60);
+    close(0.6, 0.0, 300);
+  }
+  void leave() { input.tools[1].present = false; }
+  std::size_t count(scene::EventKind kind) const {
+    return static_cast<std::size_t>(
+        std::count_if(events.begin(), events.end(), [&](const auto& e) { return e.kind == kind; }));
+  }
+  const interaction::Clip& theClip() const { return world.state().fasteners.clips.at(0); }
+  /// How far apart (m) the two sides are that the legs of the clip hold.
+  double apart(const interaction::Clip& clip) const {
+    double low = 1.0, high = -1.0;
+    for (int i = 0; i < clip.count; ++i) {
+      const double y = world.state().objects[0].tissue.x[clip.knots[i]].y();
+      low = std::min(low, y), high = std::max(high, y);
+    }
+    return high - low;
+  }
+  float most(scene::Field kind) const {
+    std::vector<float> v(world.knotCount(0));
+    world.field(0, kind, v.data());
+    return *std::max_element(v.begin(), v.end());
+  }
+};
+
+TEST(ClipOnElements, HoldsTheFoldShutUntilItIsTakenOff) {
+  for (const Kind& kind : kKinds) {
+    Theatre t(fold(kind));
+    t.clip();
+    ASSERT_EQ(t.count(scene::EventKind::Clipped), 1u) << int(kind.motion) << int(kind.strain);
+    const interaction::Clip clip = t.theClip();
+    ASSERT_GE(clip.count, 6);
+    EXPECT_GT(clip.force, 1e-3) << "N: the fold presses against the legs";
+    t.leave();
+    t.run(1000);
+    EXPECT_LT(t.apart(clip), 0.8e-3) << "m, of 3 mm";
+    EXPECT_GT(t.theClip().force, 1e-3) << "N";
+    const auto rest = fem::test::positionsOf(t.world, 0);
+    t.run(500);
+    const auto now = fem::test::positionsOf(t.world, 0);
+    double moved = 0.0;
+    for (std::size_t i = 0; i < rest.size(); ++i)
+      moved = std::max<double>(moved, std::fabs(now[i] - rest[i]));
+    EXPECT_LT(moved, 2e-5) << "m: it does not creep";
+    scene::TopologyRequest request;
+    request.kind = scene::TopologyRequest::Kind::RemoveClip;
+    request.element = static_cast<std::uint32_t>(clip.id);
+    t.input.requests = {request};
+    t.step();
+    t.input.requests.clear();
+    t.run(1500);
+    EXPECT_EQ(t.count(scene::EventKind::Unclipped), 1u);
+    EXPECT_GT(t.apart(clip), 2.5e-3) << "m: it opens again";
+  }
+}
+
+TEST(ClipOnElements, PutsNoNetForceOnATissueThatIsFree) {
+  for (const Strain strain : {Strain::Small, Strain::Corotational}) {
+    scene::Description d = fold({Motion::BackwardEuler, strain}, false);
+    Theatre t(d);
+    t.clip();
+    ASSERT_EQ(t.count(scene::EventKind::Clipped), 1u);
+    t.leave();
+    t.step();
+    const auto momentum = [&] {
+      Vector3d sum = Vector3d::Zero();
+      const auto& s = t.world.state().objects[0].tissue;
+      for (std::size_t k = 0; k < s.x.size(); ++k) sum += s.mass[k] * s.v[k];
+      return sum;
+    };
+    const Vector3d before = momentum();
+    const double force = t.theClip().force;
+    t.run(200);
+    // Damping by rayleigh_mass takes momentum, at 2 1/s.
+    EXPECT_LT((momentum() - before).norm(), 1e-3 * force * 0.2 + 0.5 * before.norm()) << "N·s";
+    EXPECT_GT(force, 1e-3);
+  }
+}
+
+TEST(ClipOnElements, StaysOnItsSideOfACutAndTheStateGoesOnAlike) {
+  for (const Kind& kind : kKinds) {
+    Theatre t(fold(kind)), threads(fold(kind), 3);
+    std::vector<std::uint8_t> bytes;
+    for (Theatre* each : {&t, &threads}) {
+      each->clip();
+      each->leave();
+      each->run(50);
+      if (each == &t) t.world.save(bytes);
+      // Scissors 8 mm beside it.
+      for (int i = 0; i < 200; ++i) {
+        const double come = std::min(1.0, i / 60.0), close = std::clamp((i - 60.0) / 120.0, 0.0, 1.0);
+        each->input.tools[1] =
+            test::toolAt(tools::ToolKind::Scissors, Vector3d(0.009, 0, 0.060 - 0.010 * come),
+                         Vector3d(0, 0, -1), Vector3d(0, 1, 0), 0.9 * (1.0 - close));
+        each->step();
+      }
+      each->leave();
+      each->run(300);
+    }
+    EXPECT_GE(t.count(scene::EventKind::Cut), 1u) << int(kind.motion) << int(kind.strain);
+    EXPECT_LT(t.apart(t.theClip()), 0.8e-3) << "m";
+    EXPECT_EQ(t.world.stateHash(), threads.world.stateHash());
+    Theatre again(fold(kind));
+    again.world.restore(bytes);
+    again.leave();
+    again.run(0);
+    Theatre straight(fold(kind));
+    straight.world.restore(bytes);
+    again.run(100), straight.run(100);
+    EXPECT_EQ(again.world.stateHash(), straight.world.stateHash());
+  }
+}
+
+/// The lower side of a hook's foot at height z above the slab's middle.
+scene::ToolInput hook(double z, bool on) {
+  scene::ToolInput t = test::grasper(Vector3d(0, 0, z + 0.0146), 0.0);
+  t.tool = tools::ToolKind::CoagulationHook;
+  t.pivot = Vector3d(0, 0, 0.25);
+  if (on) t.functions = tools::kFunctionCoagulate;
+  return t;
+}
+
+TEST(HeatOnElements, TheHookWhitensStiffensAndShrinksASlabAndEveryJouleIsAccountedFor) {
+  for (const Kind& kind : kKinds) {
+    fem::test::SlabOptions options;
+    options.motion = kind.motion, options.strain = kind.strain;
+    options.nx = 12, options.ny = 8;
+    scene::Description d = fem::test::sceneOf({fem::test::object(fem::test::slab(options))});
+    d.gravity.setZero();
+    Theatre t(d);
+    t.input.tools[1] = hook(0.0112, false);
+    t.run(50);
+    EXPECT_EQ(t.world.heat().delivered, 0.0);
+    t.input.tools[1] = hook(0.0112, true);
+    t.run(1500);
+    const auto heat = t.world.heat();
+    ASSERT_GT(heat.delivered, 5.0) << int(kind.motion) << int(kind.strain);
+    EXPECT_LE(heat.delivered, 30.0 * 1.5 + 1e-9);
+    EXPECT_NEAR(heat.delivered, heat.stored + heat.perfused + heat.surface + heat.latent,
+                1e-6 * heat.delivered);
+    EXPECT_GT(t.most(scene::Field::Damage), 0.95f);
+    t.input.tools[1] = hook(0.080, false);
+    t.run(1500);
+    // The surface is drawn together towards the spot, and far away it is as it was.
+    std::vector<float> damage(t.world.knotCount(0));
+    t.world.field(0, scene::Field::Damage, damage.data());
+    const auto x = fem::test::positionsOf(t.world, 0);
+    double shorter = 1.0;
+    std::size_t white = 0;
+    for (const auto& c : d.objects[0].contact_triangles) {
+      for (int e = 0; e < 3; ++e) {
+        const auto a = c[e], b = c[(e + 1) % 3];
+        if (damage[a] < 0.9f || damage[b] < 0.9f) continue;
+        ++white;
+        const double now =
+            std::hypot(x[3 * a] - x[3 * b], x[3 * a + 1] - x[3 * b + 1], x[3 * a + 2] - x[3 * b + 2]);
+        shorter =
+            std::min(shorter, now / (d.objects[0].rest_position[a] - d.objects[0].rest_position[b]).norm());
+      }
+    }
+    ASSERT_GT(white, 0u);
+    EXPECT_LT(shorter, 0.93);
+    std::size_t healthy = 0;
+    for (const float v : damage) healthy += v < 0.01f;
+    EXPECT_GT(healthy, damage.size() / 2);
+    const auto& elements = t.world.state().objects[0].tissue.denatured;
+    ASSERT_FALSE(elements.empty());
+    EXPECT_GT(*std::max_element(elements.begin(), elements.end()), 0.3f);
+    // A snapshot keeps it.
+    std::vector<std::uint8_t> bytes;
+    t.world.save(bytes);
+    scene::World other(d, 2);
+    other.restore(bytes);
+    EXPECT_EQ(other.stateHash(), t.world.stateHash());
+    scene::StepReport report;
+    for (int i = 0; i < 100; ++i) {
+      t.step();
+      other.step(t.input, report);
+    }
+    EXPECT_EQ(other.stateHash(), t.world.stateHash());
+  }
+}
+
+TEST(HeatOnElements, ABarConductsAlongItsEdgesLikeTheHeatEquation) {
+  fem::Description b = fem::test::makeBox({8, 1, 1, 0.008, 0.001, 0.001}, false);
+  b.name = "bar";
+  b.material = {20e3, 0.4, 1050.0, 2.0, 0.004};
+  for (auto& x : b.nodes) x += Vector3d(-0.004, -0.0005, 0.05);
+  scene::Description d = fem::test::sceneOf({fem::test::object(b)});
+  d.objects[0].thermal.perfusion = 0.0;
+  scene::World w(d);
+  auto& heat = const_cast<scene::WorldState&>(w.state()).objects[0].heat;
+  heat.touched = heat.warm = true;
+  std::vector<double> place;
+  for (std::size_t k = 0; k < w.knotCount(0); ++k) {
+    place.push_back((w.knotAt(0, k).x() + 0.004) / 0.008);
+    for (double& e : heat.columns[k].excess) e = 4.0 * std::cos(M_PI * place[k]);
+  }
+  scene::StepInput input;
+  input.dt = 0.01;
+  scene::StepReport report;
+  for (int i = 0; i < 2000; ++i) {
+    input.step = w.steps();
+    w.step(input, report);
+  }
+  // The slowest mode decays with (pi/L)²·k/(rho·c); the surface loses heat to the gas, A·h/(V·rho·c).
+  const auto& m = d.objects[0].thermal;
+  const double capacity = 1050.0 * m.heat_capacity, area = 4 * 0.008 * 0.001 + 2 * 1e-6;
+  const double rate = M_PI * M_PI / (0.008 * 0.008) * m.conductivity / capacity +
+                      interaction::kSurfaceLoss * area / (0.008e-6 * capacity);
+  double amplitude = 0.0, size = 0.0;
+  for (std::size_t k = 0; k < place.size(); ++k) {
+    const double mode = std::cos(M_PI * place[k]), mass = w.state().objects[0].tissue.mass[k];
+    amplitude += mass * mode * heat.columns[k].excess[0];
+    size += mass * mode * mode;
+  }
+  EXPECT_NEAR(std::log(4.0 / (amplitude / size)) / 20.0, rate, 0.1 * rate) << "1/s";
+}
+
+}  // namespace
