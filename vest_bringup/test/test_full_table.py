@@ -27,6 +27,13 @@ count: 3 of 200 killed recorders
 [       OK ] BagWriter.Killed (3000 ms)"""
 MUTANTS = "  1 red      limiter.cpp\ncount: 91 of 91 mutants (mutants.vest_haptics)\nmutants: 91 tried"
 
+UNITTEST = """test_a (__main__.Ros.test_a) ... count: 60 of 60 seconds (Ros.test_a)
+ok
+test_b (__main__.Ros.test_b) ... count: 5 of 5 rounds (Ros.test_b)
+FAIL
+FAIL: test_b (__main__.Ros.test_b)
+Ran 2 tests in 60.0s"""
+
 
 class FullTable(unittest.TestCase):
     def setUp(self):
@@ -89,6 +96,14 @@ class FullTable(unittest.TestCase):
                          {"Protocol.Noise/frames": "FAILED", "Protocol.Dies": "FAILED", "mutants.vest_haptics": "FAILED"})
         self.assertEqual(rows["Protocol.Noise/frames"][4], "2.0 s")
 
+    def test_of_a_unittest_only_what_failed_is_red(self):
+        junit, _ = self.run_ctest({"ros": (UNITTEST, 1)})
+        _, rows = self.table(junit)
+        self.assertEqual({name: row[3] for name, row in rows.items()}, {"Ros.test_a": "passed", "Ros.test_b": "FAILED"})
+        junit, _ = self.run_ctest({"ros": (UNITTEST.split("FAIL\n")[0], 1)})
+        _, rows = self.table(junit)
+        self.assertEqual(rows["Ros.test_a"][3], "FAILED", "it did not come to its end")
+
     def test_runs_in_parts_add_up_and_the_newest_of_a_row_counts(self):
         junit, _ = self.run_ctest({"protocol": (RED, 1)})
         self.table(junit)
@@ -117,6 +132,11 @@ class FullTable(unittest.TestCase):
         done, rows = self.table(cut)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(set(rows), {"Limiter.NoBitPatternGetsThroughOnACartesianDevice"})
+
+    def test_the_commit_is_the_one_that_was_given(self):
+        junit, _ = self.run_ctest({"limiter": (LIMITER, 0)})
+        _, rows = self.table("--commit", "0123456789", junit)
+        self.assertEqual([row[6] for row in rows.values()], ["0123456789"])
 
     def test_a_file_that_is_no_result_is_one_message(self):
         done, _ = self.table(os.path.join(self.folder.name, "nothing.xml"))
