@@ -170,8 +170,7 @@ TEST(SceneElements, ASlabOfElementsIsDentedTheNetOnItIsLiftedAndTheHookOpensAFur
   EXPECT_GT(lifted, 0.004) << "m";
   EXPECT_GT(p.first(EventKind::Cut, "slab"), 14.6) << "only under current";
   EXPECT_GT(p.times(EventKind::Cut, "slab").size(), 10U);
-  EXPECT_GT(p.cutArea("slab"), 30e-6) << "m²: 30 mm long, a millimetre deep or more";
-  EXPECT_GT(p.gape("slab"), 0.0002) << "m";
+  EXPECT_GT(p.cutArea("slab"), 30e-6) << "m²: 30 mm long, deeper than a millimetre";
 }
 
 TEST(SceneVolume, ANoduleBelowTheSurfaceIsFeltAndScissorsOpenTheLobe) {
@@ -187,7 +186,6 @@ TEST(SceneVolume, ANoduleBelowTheSurfaceIsFeltAndScissorsOpenTheLobe) {
   EXPECT_GT(p.first(EventKind::Cut, "phantom"), 13.2);
   EXPECT_GT(p.times(EventKind::Cut, "phantom").size(), 5U);
   EXPECT_GT(p.cutArea("phantom"), 30e-6) << "m²";
-  EXPECT_GT(p.gape("phantom"), 0.0005) << "m";
 }
 
 }  // namespace

@@ -139,6 +139,8 @@ std::uint32_t tissueParts(const TissueModel& t, const TissueState& s, std::vecto
 }
 
 void makeDynamic(TissueState& s) {
+  if (s.dynamic) return;
+  for (auto& v : s.v) v.setZero();
   s.dynamic = true;
 }
 

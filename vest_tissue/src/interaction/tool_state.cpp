@@ -59,11 +59,8 @@ void stepProxy(Proxy& proxy, const scene::ToolInput& input, double dt) {
   double way = std::max(input.jaw, 0.0) - proxy.pose.jaw;
   if (proxy.jaw_stiffness > 0.0) {
     const double limit = 0.5 * tools::toolGeometry(proxy.tool).jaw_length * kJawForceLimit;
-    // The torque is the mean of a step in which the jaws still moved: it knows half of that way. Going the
-    // whole way that it asks for would take the other half twice, and the jaws would swing about the limit.
-    constexpr double kKnown = 0.5;
-    way = std::clamp(way, kKnown * (proxy.jaw_torque - limit) / proxy.jaw_stiffness,
-                     kKnown * (proxy.jaw_torque + limit) / proxy.jaw_stiffness);
+    way = std::clamp(way, (proxy.jaw_torque - limit) / proxy.jaw_stiffness,
+                     (proxy.jaw_torque + limit) / proxy.jaw_stiffness);
   }
   proxy.pose.jaw = std::max(0.0, proxy.pose.jaw + std::clamp(way, -most, most));
 }
