@@ -169,11 +169,12 @@ class Feed {
     contacts_.publish(contacts);
     attachments_.publish(tools::attachmentsAt(scene_));
     sutures_.publish(tools::suturesAt(scene_, t));
-    fluid_.publish(tools::fluidAt(scene_, t));
+    publishFluid(t);
     smoke_.publish(tools::smokeAt(scene_, t));
     publishSmall(t);
   }
-  /// What the panels show.
+  void publishFluid(double t) { fluid_.publish(tools::fluidAt(scene_, t)); }
+  /// What the panels show, but the fluids.
   void publishSmall(double t) {
     vest_msgs::HaemodynamicsState monitor = tools::haemodynamicsAt(t);
     monitor.header.stamp = begin_ + ros::Duration(t);
@@ -240,6 +241,7 @@ void pumpSmall(Feed* feed, double seconds) {
   static double t = 0;
   for (const double end = t + seconds; t < end; t += 0.02) {
     feed->publishSmall(t);
+    if (std::fmod(t, 0.5) < 0.02) feed->publishFluid(t);
     ros::WallDuration(0.004).sleep();
     QApplication::processEvents();
     ros::spinOnce();
@@ -317,7 +319,7 @@ void inspection(const vest::scene::Description& scene) {
   manager.getToolManager()->setCurrentTool(pick);
   pump(&feed, 1);
   for (const QEvent::Type type : {QEvent::MouseButtonPress, QEvent::MouseButtonRelease}) {
-    QMouseEvent event(type, QPoint(panel.width() / 2, panel.height() / 2), Qt::LeftButton,
+    QMouseEvent event(type, QPoint(panel.width() / 2, panel.height() * 43 / 100), Qt::LeftButton,
                       type == QEvent::MouseButtonPress ? Qt::LeftButton : Qt::NoButton, Qt::NoModifier);
     QApplication::sendEvent(&panel, &event);
   }
