@@ -16,8 +16,6 @@
 #include <rviz/panel.h>
 #include <rviz/properties/property.h>
 #include <rviz/render_panel.h>
-#include <rviz/tool.h>
-#include <rviz/tool_manager.h>
 #include <rviz/view_manager.h>
 #include <rviz/visualization_manager.h>
 #include <sensor_msgs/Joy.h>
@@ -28,7 +26,6 @@
 #include <vest_msgs/SessionState.h>
 #include <CLI/CLI.hpp>
 #include <QApplication>
-#include <QMouseEvent>
 #include <boost/make_shared.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -314,17 +311,6 @@ void inspection(const vest::scene::Description& scene) {
   tissue->subProp("Surface")->setValue(false);
   tissue->subProp("Links")->setValue(true);
   shoot("links", 1);
-  rviz::Tool* const pick = manager.getToolManager()->addTool("vest_viz/Pick");
-  if (pick == nullptr) throw std::runtime_error("no tool vest_viz/Pick");
-  manager.getToolManager()->setCurrentTool(pick);
-  pump(&feed, 1);
-  for (const QEvent::Type type : {QEvent::MouseButtonPress, QEvent::MouseButtonRelease}) {
-    QMouseEvent event(type, QPoint(panel.width() / 2, panel.height() * 43 / 100), Qt::LeftButton,
-                      type == QEvent::MouseButtonPress ? Qt::LeftButton : Qt::NoButton, Qt::NoModifier);
-    QApplication::sendEvent(&panel, &event);
-  }
-  shoot("pick", 1);
-  manager.getToolManager()->removeAll();
   tissue->subProp("Surface")->setValue(true);
   tissue->subProp("Links")->setValue(false);
   tissue->subProp("Alpha")->setValue(0.5);
