@@ -16,8 +16,6 @@
 #include <rviz/panel.h>
 #include <rviz/properties/property.h>
 #include <rviz/render_panel.h>
-#include <rviz/tool.h>
-#include <rviz/tool_manager.h>
 #include <rviz/view_manager.h>
 #include <rviz/visualization_manager.h>
 #include <sensor_msgs/Joy.h>
@@ -28,7 +26,6 @@
 #include <vest_msgs/SessionState.h>
 #include <CLI/CLI.hpp>
 #include <QApplication>
-#include <QMouseEvent>
 #include <boost/make_shared.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -169,11 +166,12 @@ class Feed {
     contacts_.publish(contacts);
     attachments_.publish(tools::attachmentsAt(scene_));
     sutures_.publish(tools::suturesAt(scene_, t));
-    fluid_.publish(tools::fluidAt(scene_, t));
+    publishFluid(t);
     smoke_.publish(tools::smokeAt(scene_, t));
     publishSmall(t);
   }
-  /// What the panels show.
+  void publishFluid(double t) { fluid_.publish(tools::fluidAt(scene_, t)); }
+  /// What the panels show, but the fluids.
   void publishSmall(double t) {
     vest_msgs::HaemodynamicsState monitor = tools::haemodynamicsAt(t);
     monitor.header.stamp = begin_ + ros::Duration(t);
@@ -250,6 +248,7 @@ void pumpSmall(Feed* feed, double seconds) {
   static double t = 0;
   for (const double end = t + seconds; t < end; t += 0.02) {
     feed->publishSmall(t);
+    if (std::fmod(t, 0.5) < 0.02) feed->publishFluid(t);
     ros::WallDuration(0.004).sleep();
     QApplication::processEvents();
     ros::spinOnce();
@@ -322,17 +321,6 @@ void inspection(const vest::scene::Description& scene) {
   tissue->subProp("Surface")->setValue(false);
   tissue->subProp("Links")->setValue(true);
   shoot("links", 1);
-  rviz::Tool* const pick = manager.getToolManager()->addTool("vest_viz/Pick");
-  if (pick == nullptr) throw std::runtime_error("no tool vest_viz/Pick");
-  manager.getToolManager()->setCurrentTool(pick);
-  pump(&feed, 1);
-  for (const QEvent::Type type : {QEvent::MouseButtonPress, QEvent::MouseButtonRelease}) {
-    QMouseEvent event(type, QPoint(panel.width() / 2, panel.height() / 2), Qt::LeftButton,
-                      type == QEvent::MouseButtonPress ? Qt::LeftButton : Qt::NoButton, Qt::NoModifier);
-    QApplication::sendEvent(&panel, &event);
-  }
-  shoot("pick", 1);
-  manager.getToolManager()->removeAll();
   tissue->subProp("Surface")->setValue(true);
   tissue->subProp("Links")->setValue(false);
   tissue->subProp("Alpha")->setValue(0.5);
