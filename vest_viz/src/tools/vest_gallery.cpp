@@ -199,16 +199,6 @@ class Feed {
     haptic.model_age = 0.003, haptic.tick_rate = 1000, haptic.energy = 0.002;
     haptic_.publish(haptic);
   }
-  /// Several beats at once, 50 samples a second as a session sends them: a monitor shows what has been.
-  void publishBeats() {
-    const ros::Time begin = ros::Time::now();
-    for (int i = 0; i < 350; ++i) {
-      vest_msgs::HaemodynamicsState blood = tools::haemodynamicsAt(0.02 * i);
-      blood.header.stamp = begin + ros::Duration(0.02 * i);
-      monitor_.publish(blood);
-      ros::spinOnce();
-    }
-  }
 
  private:
   const vest::scene::Description& scene_;
@@ -346,7 +336,6 @@ void inspection(const vest::scene::Description& scene) {
                    std::clamp(widget->minimumSizeHint().height(), 90, 220));
     pumpSmall(&feed, 6);
     if (name == "vest_viz/Haptics") pumpSmall(&feed, 6);  // it looks for devices each second
-    if (name == "vest_viz/PatientMonitor") feed.publishBeats();
     const QString file = QString::fromStdString(folder + "/panel.png");
     widget->grab().save(file);
     const cv::Mat picture = cv::imread(file.toStdString());
