@@ -31,6 +31,10 @@ std::string sceneFile(const std::string& scene) {
   return package + "/scenes/" + scene + "/" + scene + ".yaml";
 }
 
+constexpr std::size_t kRecent = 64;  // messages: 64 ms of the trainer's instruments; a state is younger
+/// ns: where no states come (paused), the instruments are published at about their rate all the same.
+constexpr std::int64_t kToolsLatest = 20000000;
+
 }  // namespace
 
 std::unique_ptr<shared::SessionLock> TissueServer::holdSession(const std::string& ns) {
@@ -84,6 +88,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   delta_pub_ = nh_.advertise<vest_msgs::TissueTopologyDelta>("tissue/topology_delta", 1000);
   state_pub_ = nh_.advertise<vest_msgs::TissueState>("tissue/state", 10);
   contacts_pub_ = nh_.advertise<vest_msgs::ContactModels>("tissue/contacts", 100);
+  tools_pub_ = nh_.advertise<vest_msgs::InstrumentStates>("tissue/instruments", 10);
   events_pub_ = nh_.advertise<vest_msgs::TissueEvent>("tissue/events", 1000);
   attachments_pub_ = nh_.advertise<vest_msgs::TissueAttachments>("tissue/attachments", 10);
   sutures_pub_ = nh_.advertise<vest_msgs::SutureStates>("tissue/sutures", 10);
@@ -145,6 +150,10 @@ void TissueServer::onInstruments(const vest_msgs::InstrumentStates::ConstPtr& ms
   // Pedals older than 100 ms count as released (safety).
   if (sample_.pedals != 0 && (ros::SteadyTime::now() - pedals_time_).toSec() > 0.1) sample_.pedals = 0;
   runner_->setTools(sample_);
+  std::lock_guard<std::mutex> lock(recent_mutex_);
+  if (!recent_.empty() && msg->header.stamp < recent_.back()->header.stamp) recent_.clear();
+  recent_.push_back(msg);
+  if (recent_.size() > kRecent) recent_.pop_front();
 }
 
 void TissueServer::onFootswitches(const sensor_msgs::Joy::ConstPtr& msg) {
@@ -332,6 +341,7 @@ void TissueServer::publishLoop() {
       contacts_pub_.publish(vest_msgs::ContactModels::ConstPtr(msg));
     }
     if (runner_->states().update()) publishState();
+    if (steadyNow() - tools_published_ns_ > kToolsLatest) publishInstruments(stamp(steadyNow()));
     if (publish_ && !loading_) publish_([this](std::int64_t steady_ns) { return stamp(steady_ns); });
     if (t >= session_due) {
       session_due = t + 0.5;
@@ -413,6 +423,7 @@ void TissueServer::publishState() {
   // A viewer gets the topology first, then states that belong to it.
   if (loading_ || topology_due_ || frame.generation != runner_->generation()) return;
   if (frame.revision != published_revision_) publishChangedTopology(frame.revision);
+  publishInstruments(stamp(frame.steady_ns));  // first: who gets the state has them
   const auto msg = state_pool_.take();
   toMsg(frame, *msg);
   msg->header.seq = ++state_sequence_;
@@ -439,6 +450,28 @@ void TissueServer::publishState() {
     for (auto& m : markers->markers) m.header.stamp = msg->header.stamp;
     markers_pub_.publish(visualization_msgs::MarkerArray::ConstPtr(markers));
   }
+}
+
+void TissueServer::publishInstruments(const ros::Time& moment) {
+  tools_published_ns_ = steadyNow();
+  vest_msgs::InstrumentStates::ConstPtr nearest;
+  {
+    std::lock_guard<std::mutex> lock(recent_mutex_);
+    const auto after =
+        std::lower_bound(recent_.begin(), recent_.end(), moment,
+                         [](const auto& m, const ros::Time& wanted) { return m->header.stamp < wanted; });
+    if (after != recent_.end()) nearest = *after;
+    if (after != recent_.begin()) {
+      const auto& before = *(after - 1);
+      const auto away = [&](const auto& m) {  // as numbers: ros::Duration throws when far
+        return std::fabs(m->header.stamp.toSec() - moment.toSec());
+      };
+      if (!nearest || away(before) <= away(nearest)) nearest = before;
+    }
+  }
+  if (!nearest || nearest == published_tools_) return;
+  published_tools_ = nearest;
+  tools_pub_.publish(nearest);
 }
 
 void TissueServer::publishSession() {

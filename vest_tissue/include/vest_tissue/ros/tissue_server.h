@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -78,6 +79,8 @@ class TissueServer {
   void publishLoop();
   void publishSteps();
   void publishState();
+  /// The instruments of the moment of a state: displays need no more, and 1 kHz over a socket is dear.
+  void publishInstruments(const ros::Time& moment);
   void publishTopology();
   void publishChangedTopology(std::uint32_t revision);
   void publishSession();
@@ -108,11 +111,13 @@ class TissueServer {
   ros::Subscriber instruments_, footswitches_, recording_, edits_;
   std::vector<ros::ServiceServer> services_;
   ros::Publisher topology_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_, attachments_pub_,
-      sutures_pub_, markers_pub_, steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;
+      tools_pub_, sutures_pub_, markers_pub_, steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;
 
   // Of the input thread.
   scene::ToolSample sample_;
   ros::SteadyTime pedals_time_;
+  std::mutex recent_mutex_;  ///< recent_: of the input and the publishing thread
+  std::deque<vest_msgs::InstrumentStates::ConstPtr> recent_;  ///< the last messages, oldest first
   std::atomic<std::uint64_t> refused_inputs_{0};
 
   // Of the publishing thread.
@@ -123,6 +128,8 @@ class TissueServer {
   std::uint64_t event_id_ = 0, clock_jumps_ = 0;
   std::int64_t clock_offset_ns_ = 0;
   double next_markers_ = 0.0;
+  std::int64_t tools_published_ns_ = 0;  ///< steady clock
+  vest_msgs::InstrumentStates::ConstPtr published_tools_;
   bool had_sutures_ = false;
   std::uint32_t published_revision_ = 0;
   std::mutex recording_mutex_;
