@@ -10,8 +10,8 @@
 
 namespace vest_instruments {
 
-/// The same node, inside a nodelet manager. Its messages and its timer come a thousand times a second each: one thread of
-/// its own serves them, where the manager would hand each over twice.
+/// The same node, inside a nodelet manager. Its messages and its timer come a thousand times a second each:
+/// one thread of its own serves them, where the manager would hand each over twice.
 class InstrumentsNodelet : public nodelet::Nodelet {
  public:
   ~InstrumentsNodelet() override {

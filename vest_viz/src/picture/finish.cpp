@@ -9,9 +9,9 @@ namespace vest::picture {
 namespace {
 constexpr double kRimWidth = 2.2;  // pixels at 576 lines; by eye
 // Undoes the response of the shaders for what is brighter than kWhite, roughly (by eye).
-/// Enlarging blurs. Of a rendering with fewer pixels than this share along an edge a part is given back, as the
-/// aperture correction of a camera does: the contrast at 1-3 px of the demo's pictures, 0.039 without it, is then
-/// 0.047 (real frames: 0.045 and more).
+/// Enlarging blurs. Of a rendering with fewer pixels than this share along an edge a part is given back, as
+/// the aperture correction of a camera does: the contrast at 1-3 px of the demo's pictures, 0.039 without it,
+/// is then 0.047 (real frames: 0.045 and more).
 constexpr double kSharpBelow = 0.62, kSharpening = 0.3;
 constexpr int kWhite = 224, kGlare = 8;
 }  // namespace

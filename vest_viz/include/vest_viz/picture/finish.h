@@ -72,7 +72,8 @@ class Finisher {
   camera::Intrinsics camera_, source_;
   Circle circle_;
   double source_radius_ = 1;
-  double sharpening_ = 0;  ///< no unit: part of what is finer than a rendered pixel's neighbours, added once more
+  double sharpening_ =
+      0;             ///< no unit: part of what is finer than a rendered pixel's neighbours, added once more
   cv::Rect window_;  ///< of the circle in the picture
   cv::Mat map_, map_fraction_;
   cv::Mat weight_, rim_;  ///< CV_8UC3 over window_
