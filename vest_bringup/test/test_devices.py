@@ -3,7 +3,6 @@
 of libHD and an Impulse Engine on the emulator of its wire; and the one message where library, device or right is missing."""
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -18,26 +17,10 @@ from sensor_msgs.msg import JointState, Joy
 from tf2_msgs.msg import TFMessage
 from vest_msgs.msg import HapticState, OperatingState, StringStamped
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "vest_haptics", "test"))
+from ros_support import end, patient  # noqa: E402
+
 AXES = ["_yaw", "_pitch", "_insertion", "_roll"]
-
-
-def patient(condition, seconds=60.0):
-    """Until the condition holds; whether it did."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.02)
-    return condition()
-
-
-def end(process):
-    process.send_signal(signal.SIGINT)
-    try:
-        process.wait(30)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
 
 
 class Heard:

@@ -36,6 +36,7 @@ class LaunchFiles(unittest.TestCase):
 
     def test_a_haptic_process_that_died_is_never_started_again(self):
         for arguments, nodes in ((["left:=sim", "third:=phantom"], {"haptics_left", "haptics_third"}),
+                                 (["left:=haptic"], set()),  # started by itself
                                  (["inputs:=/tmp/inputs.yaml"], {"haptic_devices"})):
             config = load_config_default([(os.path.join(LAUNCH, "trainer.launch"), arguments)], None, verbose=False)
             haptic = [node for node in config.nodes if node.package == "vest_haptics"]

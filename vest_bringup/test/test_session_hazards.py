@@ -6,69 +6,23 @@ import json
 import os
 import random
 import signal
-import socket
 import subprocess
+import sys
 import tempfile
 import threading
 import time
 import unittest
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "vest_haptics", "test"))
+from ros_support import Node, master, own_port, patient  # noqa: E402
+
 FULL = "VEST_FULL" in os.environ
-with socket.socket() as free:
-    free.bind(("localhost", 0))
-    PORT = free.getsockname()[1]
-os.environ.update(ROS_MASTER_URI=f"http://localhost:{PORT}", ROS_HOSTNAME="localhost")
+PORT = own_port()
 
 import rosbag  # noqa: E402  (reads the environment)
+import rosnode  # noqa: E402
 import rospy  # noqa: E402
 from vest_msgs.msg import SessionState, StepInput  # noqa: E402
-
-
-def patient(condition, seconds=60.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.02)
-    return condition()
-
-
-def master():
-    process = subprocess.Popen(["rosmaster", "--core", "-p", str(PORT)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-
-    def answers():
-        with socket.socket() as s:
-            return s.connect_ex(("localhost", PORT)) == 0
-
-    assert patient(answers), "no master"
-    return process
-
-
-class Node:
-    """A node, and what it says."""
-
-    def __init__(self, package, name, *words, **environment):
-        self.said = tempfile.TemporaryFile("w+")
-        # Its own group: rosrun is a shell around the node.
-        self.process = subprocess.Popen(["rosrun", package, name, *words], stdout=self.said, stderr=subprocess.STDOUT,
-                                        env={**os.environ, **environment}, start_new_session=True)
-
-    def text(self):
-        self.said.seek(0)
-        return self.said.read()
-
-    def signal(self, number):
-        if self.process.poll() is None:
-            os.killpg(self.process.pid, number)
-
-    def end(self):
-        self.signal(signal.SIGINT)
-        try:
-            self.process.wait(30)
-        except subprocess.TimeoutExpired:
-            self.signal(signal.SIGKILL)
-            self.process.wait()
-        self.said.close()
 
 
 class Steps:
@@ -98,7 +52,7 @@ class Steps:
 class SessionHazards(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.master = master()
+        cls.master = master(PORT)
         rospy.init_node("test_session_hazards", anonymous=True, disable_rosout=True)
 
     @classmethod
@@ -200,6 +154,39 @@ class SessionHazards(unittest.TestCase):
         had = len(states)
         self.assertTrue(patient(lambda: len(states) > had + 3), node.text())
 
+    def launched(self, *words):
+        """What roslaunch says that refuses to start."""
+        done = subprocess.run(["roslaunch", *words], capture_output=True, text=True, timeout=120, check=False)
+        self.assertNotEqual(done.returncode, 0, done.stdout)
+        return done.stdout + done.stderr
+
+    def test_a_second_launch_at_one_master_is_one_message_before_any_node_starts(self):
+        states = []
+        listening = rospy.Subscriber("session/state", SessionState, states.append)
+        self.addCleanup(listening.unregister)
+        first = self.simulation("first")
+        self.goes_on(states, first)
+        nodes = set(rosnode.get_node_names())
+        for words in (["trainer.launch", "ns:=vest"], ["trainer.launch", "ns:=other"], ["scene.launch"], ["replay.launch", "bag:=/nowhere"]):
+            said = self.launched("vest_bringup", *words)
+            self.assertEqual(said.count("a session runs at this ROS master already"), 1, said)
+            self.assertIn("/first publishes /session/state", said)
+            self.assertIn("roslaunch -p PORT", said)
+            self.assertLessEqual(set(rosnode.get_node_names()), nodes, "nothing was started")
+        self.assertFalse(rospy.has_param("/use_sim_time"), "the first would begin to wait for a clock")
+        self.goes_on(states, first)
+        # With a master of its own it is no second one.
+        names = subprocess.run(["roslaunch", "-p", str(PORT + 1), "--nodes", "vest_bringup", "trainer.launch"], capture_output=True,
+                               text=True, timeout=120, check=False)
+        self.assertIn("/vest/manager", names.stdout, names.stderr)
+        # Nor where the first was killed, though the master still knows its name.
+        first.signal(signal.SIGKILL)
+        first.process.wait()
+        self.assertIn("/first", rosnode.get_node_names())
+        names = subprocess.run(["roslaunch", "--nodes", "vest_bringup", "trainer.launch"], capture_output=True, text=True, timeout=120,
+                               check=False)
+        self.assertIn("/vest/manager", names.stdout, names.stderr)
+
     def test_a_second_simulation_of_a_session_ends_with_one_message_and_the_first_goes_on(self):
         states = []
         listening = rospy.Subscriber("session/state", SessionState, states.append)
@@ -216,7 +203,7 @@ class SessionHazards(unittest.TestCase):
         # A master that was restarted knows nothing of the first.
         self.master.kill()
         self.master.wait()
-        type(self).master = master()
+        type(self).master = master(PORT)
         second = self.simulation("first")
         self.assertEqual(second.process.wait(60), 1, second.text())
         self.assertIn("If the ROS master was started anew, the old session still goes on", second.text())

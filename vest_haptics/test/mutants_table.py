@@ -3,11 +3,11 @@ L, F, S, P, C, M, R, X, G = (
     "src/safety/limiter.cpp", "src/safety/freshness.cpp", "src/safety/sensor_check.cpp", "src/safety/passivity.cpp",
     "src/loop/controller.cpp", "src/device/mailbox_device.cpp", "src/loop/registration.cpp", "src/loop/contact_force.cpp",
     "include/vest_haptics/safety/gate.h")
-O, H, W, D, I = ("src/loop/loop.cpp", "src/device/phantom.cpp", "src/device/force_transport.cpp", "src/device/simulated.cpp",
-                 "src/device/hci.cpp")
+O, H, W, D, I, V = ("src/loop/loop.cpp", "src/device/phantom.cpp", "src/device/force_transport.cpp", "src/device/simulated.cpp",
+                    "src/device/hci.cpp", "src/device/device.cpp")
 USER = {G: C}
 # Each branch of these has a mutant, or a reason.
-GUARDED = [L, F, S, P, G, M, R, X, C, O, W]
+GUARDED = [L, F, S, P, G, M, R, X, C, O, W, V]
 MUTANTS = [
     # The limiter.
     (L, "    if (!isFinite(wanted[i])) {", "    if (false) {", "limiter", "Limiter.NoBitPattern*"),
@@ -95,8 +95,10 @@ MUTANTS = [
     (C, "      r.valid = false;\n", "", "controller", "Controller.Spoiled*"),
     (C, "    if (was_any && !pause) {", "    if (!pause) {", "controller", "Controller.AfterAStart*"),
     (C, "    if (was_any && !pause) {", "    if (was_any) {", "controller", "Controller.AfterAStart*"),
-    (C, "  if (in.image && freshness_.accept(in.image->generation, in.image->step, in.image->steady_ns, in.now_ns)) {", "  if (in.image) {", "controller", "Controller.*Late*:Controller.ASimulation*"),
-    (C, "  if (in.image && ", "  if (", "controller", "Controller.ServoForces*"),
+    (C, "      in.image && freshness_.accept(in.image->generation, in.image->step, in.image->steady_ns, in.now_ns);", "      in.image;", "controller", "Controller.*Late*:Controller.ASimulation*"),
+    (C, "      in.image && fresh", "      fresh", "controller", "Controller.ServoForces*"),
+    (C, "  if (newer && r.age < kDecayEnds) {", "  if (newer) {", "controller", "Controller.WhatADeadSimulationLeft*"),
+    (C, "  if (newer && r.age < kDecayEnds) {", "  if (r.age < kDecayEnds) {", "controller", "Controller.AnImageOfAnEarlier*"),
     (C, "in.servo_ns >= 0 && !capabilities_.joints", "in.servo_ns >= 0", "controller", "Controller.AServoForceIsNoTorque*"),
     (C, "  if (fresh < 1.0) r.limits |= kLimitStale;\n", "", "controller", "Controller.ASimulationThatDiesIsZero*"),
     (C, "    if (served == 0.0) return;", "", "controller", "Controller.AServoForceThatIsNoNumber*"),
@@ -192,6 +194,20 @@ MUTANTS = [
     (I, "    if (byte != (request_ | 0x80)) {", "    if (false) {", "devices", "Hci.AnAnswerToAnother*"),
     (I, "  if (have_ == 0) {", "  if (false) {", "devices", "Hci.*"),
     (I, "    have_ = 0;\n    if", "    if", "devices", "Hci.AnyAnswer*"),
+    # What a device says of itself, and its options.
+    (V, "isFinite(value) && value >= least && value <= most", "isFinite(value) && value <= most", "safety", "Capabilities.*"),
+    (V, "isFinite(value) && value >= least && value <= most", "isFinite(value) && value >= least", "safety", "Capabilities.*"),
+    (V, "  if (c.model.empty()) return \"model is empty; allowed: a name for people\";\n", "", "safety", "Capabilities.*"),
+    (V, "    if (wrong.empty()) wrong = ", "    wrong = ", "safety", "Capabilities.*"),
+    (V, "(c.joints ? kChannels : 1)", "1", "safety", "Capabilities.*"),
+    (V, "(c.joints ? kChannels : 1)", "kChannels", "safety", "Capabilities.*"),
+    (V, "known |= word == key;", "known = true;", "safety", "Options.*"),
+    (V, "    if (!known)\n", "    if (true)\n", "safety", "Options.*"),
+    (V, "it == options.end() || it->second.empty() ? otherwise", "it == options.end() ? otherwise", "safety", "Options.*"),
+    (V, "  if (text.empty()) return otherwise;\n", "", "safety", "Options.*"),
+    (V, "error != std::errc() || end != ", "end != ", "safety", "Options.*"),
+    (V, "end != text.data() + text.size() || ", "", "safety", "Options.*"),
+    (V, " || !(value >= least && value <= most)", "", "safety", "Options.*"),
 ]
 # file, text, why it needs no mutant.
 KIND = "which kind of device it is, no guard; shown by Controller.FiveAxes*, .AHandThatPresses* and .TheTrocars*"

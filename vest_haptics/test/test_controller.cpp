@@ -10,8 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "allocations.h"
-#include "support.h"
-#include "vest_haptics/device/simulated.h"
+#include "bench.h"
 
 using namespace vest::haptics;
 using namespace vest::haptics::testing;
@@ -21,72 +20,6 @@ namespace {
 
 int locks = 0;
 bool watch_locks = false;
-
-/// A simulated device, a half space, a controller: closed loop on an injected clock.
-struct Bench {
-  SimulatedDevice device;
-  HalfSpace tissue;
-  ControllerOptions options;
-  std::unique_ptr<Controller> controller;
-  std::int64_t now = 1000 * kMs;
-  bool alive = true;  ///< the simulation steps
-  int every = 1;      ///< ticks per step
-  TickInput input;
-  TickReport report;
-  int ticks = 0;
-
-  explicit Bench(ControllerOptions o = vest::haptics::testing::options(), DeviceOptions d = {}) : options(o) {
-    device.open(d);
-    controller = std::make_unique<Controller>(device.capabilities(), options);
-    controller->command(Command::Enable);
-  }
-  const TickReport& tick() {
-    now += kMs;
-    ++ticks;
-    input.now_ns = now;
-    input.status = device.read(input.sample);
-    if (alive && ticks % every == 0) {
-      input.image = tissue.step(
-          report.tip_W.isZero() ? Eigen::Vector3d(0, 0, 0.055 + input.sample.position.z()) : report.tip_W,
-          now);
-    }
-    report = controller->tick(input);
-    device.enableForces(report.forces_on);
-    device.write(report.loads);
-    device.advance(0.001);
-    return report;
-  }
-  /// Of a five-axis device above the half space, its trocar straight up.
-  const TickReport& shaftTick() {
-    input.now_ns = now += kMs;
-    input.status = device.read(input.sample);
-    input.image = tissue.step({0, 0, 0.165 - input.sample.joints[2]}, now);
-    report = controller->tick(input);
-    device.enableForces(report.forces_on);
-    device.write(report.loads);
-    device.advance(0.001);
-    return report;
-  }
-  void run(int n) {
-    for (int i = 0; i < n; ++i) tick();
-  }
-  /// Device frame, m: z = 0 is the surface.
-  void hand(double z) { device.wish(2, z); }
-  void open() {
-    hand(0.01);
-    run(300);
-    run(2100);
-  }
-  double force() const {
-    return std::sqrt(report.loads[0] * report.loads[0] + report.loads[1] * report.loads[1] +
-                     report.loads[2] * report.loads[2]);
-  }
-  void press() {
-    open();
-    hand(-0.006);
-    run(400);
-  }
-};
 
 }  // namespace
 
@@ -191,6 +124,34 @@ TEST(Controller, StepsThatArriveFiveSecondsLateMoveNothing) {
     b.tick();
     ASSERT_EQ(b.force(), 0.0);
   }
+}
+
+TEST(Controller, WhatADeadSimulationLeftInTheMemoryIsNeitherForceNorFault) {
+  Bench b;
+  b.alive = false;
+  HalfSpace left;
+  left.jump = std::numeric_limits<double>::quiet_NaN();
+  left.step({0, 0, 0.035}, b.now - 60000 * kMs);
+  b.input.image = &left.image;
+  for (int i = 0; i < 200; ++i) {
+    b.tick();
+    ASSERT_EQ(b.force(), 0.0);
+  }
+  EXPECT_EQ(b.report.state, OperatingState::Enabled) << "a process that was started anew must be of use";
+  EXPECT_TRUE(b.report.limits & kLimitStale);
+}
+
+TEST(Controller, AnImageOfAnEarlierSimulationIsNotLookedAtBesideOneThatIsAlive) {
+  Bench b;
+  b.run(10);
+  b.alive = false;
+  HalfSpace earlier;
+  earlier.jump = std::numeric_limits<double>::quiet_NaN();
+  earlier.step({0, 0, 0.035}, b.now);
+  earlier.image.generation = 0;
+  b.input.image = &earlier.image;
+  b.run(10);
+  EXPECT_EQ(b.report.state, OperatingState::Enabled);
 }
 
 TEST(Controller, AfterASimulationCameBackTheHandMustComeOutFirst) {
@@ -473,95 +434,6 @@ TEST(Controller, ASecondPublisherOnASafetyTopicIsAFault) {
   EXPECT_EQ(b.report.fault, Fault::Publisher);
   b.controller->raise(Fault::Sensor);
   EXPECT_EQ(b.controller->report().fault, Fault::Publisher) << "the first fault is the cause";
-}
-
-TEST(Controller, TheCouplingStaysWithinTheBoundOfColgateAndTheDevicesOwn) {
-  Capabilities c = cartesian();
-  ControllerOptions o = options();
-  o.hand_damping = 0.1;
-  EXPECT_NEAR(Controller(c, o).coupling(), 2.0 * (0.005 + 0.1) / 0.001, 1e-9);
-  o.hand_damping = 10.0;
-  EXPECT_NEAR(Controller(c, o).coupling(), c.stiffness, 1e-9);
-}
-
-TEST(Controller, WhenTheInstrumentIsClutchedOrTakenOverElsewhereThereIsNoKick) {
-  Bench b;
-  b.press();
-  // The simulation's instrument is suddenly 20 mm deeper than the hand says.
-  b.now += kMs;
-  b.input.now_ns = b.now;
-  b.input.status = b.device.read(b.input.sample);
-  b.input.image = b.tissue.step(b.report.tip_W - Eigen::Vector3d(0, 0, 0.02), b.now);
-  b.report = b.controller->tick(b.input);
-  EXPECT_EQ(b.force(), 0.0);
-}
-
-namespace {
-
-// Peak to peak, m, of a handle that is pressed against something stiff, with models every 4 ms. N·s/m, N/m.
-double swing(bool passivity, double hand_damping, double hand_stiffness) {
-  ControllerOptions o = options();
-  o.passivity = passivity;
-  o.hand_damping = 2.0;
-  Bench b(o);
-  b.tissue.stiffness = 1500.0;
-  b.every = 4;
-  b.open();
-  auto& axis = b.device.axis(2);
-  axis.hand_damping = hand_damping;
-  axis.hand_stiffness = hand_stiffness;
-  b.hand(-0.02);
-  double low = 1.0, high = -1.0;
-  for (int i = 0; i < 4000; ++i) {
-    b.tick();
-    if (i > 3000) {
-      low = std::min(low, axis.x);
-      high = std::max(high, axis.x);
-    }
-  }
-  return high - low;
-}
-
-}  // namespace
-
-TEST(Controller, AHeldHandleRestsAgainstSomethingStiff) {
-  EXPECT_LT(swing(true, 3.0, 300.0), 0.0001);
-}
-
-TEST(Controller, ThePassivityControllerHoldsWhatABareHandleWouldThrowAbout) {
-  // Far beyond the bound of Colgate: 0.055 N·s/m against 0.43.
-  const double without = swing(false, 0.05, 30.0), with = swing(true, 0.05, 30.0);
-  EXPECT_GT(without, 0.05) << "else this shows nothing";
-  EXPECT_LT(with, 0.05 * without);
-}
-
-TEST(Controller, FiveAxesShowTheTipsForceThroughTheTrocar) {
-  ControllerOptions o = options();
-  Bench b(o, {{"axes", "joints"}, {"maximum_force", "8"}});
-  // Insertion 0.12 m: the tip lies 10 mm below the aim.
-  b.device.wish(2, 0.100);
-  for (int i = 0; i < 2500; ++i) b.shaftTick();
-  b.device.wish(2, 0.116);
-  for (int i = 0; i < 500; ++i) b.shaftTick();
-  EXPECT_LT(b.report.loads[2], -0.5) << "tissue pushes the instrument out";
-  EXPECT_NEAR(b.report.loads[0], 0.0, 1e-3);
-  EXPECT_NEAR(b.report.loads[1], 0.0, 1e-3);
-  EXPECT_NEAR(b.report.force_shown_W.z(), -b.report.loads[2], 1e-6);
-  EXPECT_NEAR(b.report.X_DTip.translation().z(), 0.110 - b.report.sample.joints[2], 1e-9);
-}
-
-TEST(Controller, TheTrocarsFrictionOpposesTheShaft) {
-  ControllerOptions o = options();
-  o.trocar_friction = 0.8;
-  Bench b(o);
-  b.open();
-  b.tissue.level = -1.0;
-  b.device.wish(2, 0.01, -0.03);
-  b.run(200);
-  EXPECT_NEAR(b.report.loads[2], 0.8, 0.15) << "down: it pushes up";
-  b.device.wish(2, b.device.axis(2).x, 0.03);
-  b.run(200);
-  EXPECT_NEAR(b.report.loads[2], -0.8, 0.15);
 }
 
 TEST(Controller, ATickAllocatesNothingAndTakesNoLock) {

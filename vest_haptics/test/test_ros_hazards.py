@@ -5,96 +5,48 @@ import glob
 import os
 import re
 import signal
-import socket
 import struct
 import subprocess
-import sys
 import tempfile
+import threading
 import time
 import unittest
 from io import BytesIO
 
+from ros_support import Node, master, own_port, patient
+
 FULL = "VEST_FULL" in os.environ
-with socket.socket() as free:
-    free.bind(("localhost", 0))
-    PORT = free.getsockname()[1]
-os.environ.update(ROS_MASTER_URI=f"http://localhost:{PORT}", ROS_HOSTNAME="localhost")
+PORT = own_port()
 
 import rospy  # noqa: E402  (reads the environment)
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import PoseStamped, WrenchStamped  # noqa: E402
-from vest_msgs.msg import HapticState, InstrumentStates, OperatingState  # noqa: E402
-
-
-def patient(condition, seconds=30.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.02)
-    return condition()
+from vest_msgs.msg import HapticState, InstrumentStates, OperatingState, StringStamped  # noqa: E402
 
 
 OPTIONS = {"motion": "circle", "seconds": "2"}
 BAD = ("Hangs", "NotNumbers", "Throws", "Boundless")
 
 
-def bad_devices(folder):
-    """A package of plug-ins that do what they must not; its library lies in the devel space. @return environment to find it"""
-    classes = "".join(f'<class name="vest_bad_devices/{name}" type="vest_bad_devices::{name}" '
-                      'base_class_type="vest::haptics::Device"/>' for name in BAD)
-    files = {"package.xml": '<package format="2"><name>vest_bad_devices</name><version>0.0.1</version><description>-</description>'
+def package_of_devices(folder, package, names):
+    """A package that declares devices of these names; its library lies in the devel space. @return environment to find it"""
+    classes = "".join(f'<class name="{name}" type="vest_bad_devices::{name.split("/")[-1]}" '
+                      'base_class_type="vest::haptics::Device"/>' for name in names)
+    files = {"package.xml": f'<package format="2"><name>{package}</name><version>0.0.1</version><description>-</description>'
                             '<maintainer email="lab@example.org">-</maintainer><license>BSD</license><depend>vest_haptics</depend>'
                             '<export><vest_haptics plugin="${prefix}/plugins.xml"/></export></package>',
              "plugins.xml": f'<library path="libvest_bad_devices">{classes}</library>'}
+    os.makedirs(os.path.join(folder, package))
     for name, text in files.items():
-        with open(os.path.join(folder, name), "w", encoding="utf-8") as f:
+        with open(os.path.join(folder, package, name), "w", encoding="utf-8") as f:
             f.write(text)
     return {"ROS_PACKAGE_PATH": folder + ":" + os.environ.get("ROS_PACKAGE_PATH", "")}
-
-
-def master():
-    process = subprocess.Popen(["rosmaster", "--core", "-p", str(PORT)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-
-    def answers():
-        with socket.socket() as s:
-            return s.connect_ex(("localhost", PORT)) == 0
-
-    assert patient(answers), "no master"
-    return process
-
-
-class Node:
-    """A node, and what it says."""
-
-    def __init__(self, package, name, *words, **environment):
-        self.said = tempfile.TemporaryFile("w+")
-        self.process = subprocess.Popen(["rosrun", package, name, *words], stdout=self.said, stderr=subprocess.STDOUT,
-                                        env={**os.environ, **environment})
-
-    def text(self):
-        self.said.seek(0)
-        return self.said.read()
-
-    def memory(self):
-        """Bytes in use."""
-        with open(f"/proc/{self.process.pid}/statm", encoding="ascii") as f:
-            return int(f.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-
-    def end(self):
-        self.process.send_signal(signal.SIGINT)
-        try:
-            self.process.wait(15)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
-        self.said.close()
 
 
 class RosHazards(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.master = master()
+        cls.master = master(PORT)
         rospy.init_node("test_ros_hazards", anonymous=True, disable_rosout=True)
         rospy.set_param("/haptics/options", OPTIONS)
         cls.poses, cls.states, cls.instruments, cls.diagnostics, cls.operating = [], [], [], [], []
@@ -119,12 +71,12 @@ class RosHazards(unittest.TestCase):
         self.addCleanup(rospy.set_param, "/haptics/options", OPTIONS)
         for kept in (self.poses, self.states, self.diagnostics, self.operating):
             kept.clear()
-        return Node("vest_haptics", "haptics", **bad_devices(folder.name))
+        return Node("vest_haptics", "haptics", **package_of_devices(folder.name, "vest_bad_devices", [f"vest_bad_devices/{bad}" for bad in BAD]))
 
-    def device(self, **environment):
+    def device(self, *words, **environment):
         for kept in (self.poses, self.states, self.instruments, self.diagnostics, self.operating):
             kept.clear()
-        node = Node("vest_haptics", "haptics", **environment)
+        node = Node("vest_haptics", "haptics", *words, **environment)
         self.addCleanup(node.end)
         self.assertTrue(patient(lambda: len(self.poses) > 200), node.text())
         return node
@@ -206,6 +158,80 @@ class RosHazards(unittest.TestCase):
         node.process.send_signal(signal.SIGINT)
         self.assertEqual(node.process.wait(60), 3)
         self.assertIn("ended without it", node.text())
+        rospy.set_param("/haptics/device", "sim")
+        rospy.set_param("/haptics/options", OPTIONS)
+        self.comes_back_without_force()
+
+    def comes_back_without_force(self):
+        """After a process that did not end in order, the next has no force until a person enables it."""
+        # Ten times what a hand of the device would be shown, all the time: it must not matter.
+        servo = rospy.Publisher("haptics/left/servo_cf", WrenchStamped, queue_size=1)
+        self.addCleanup(servo.unregister)
+        pushing = threading.Event()
+
+        def push():
+            while not pushing.wait(0.005):
+                message = WrenchStamped()
+                message.header.stamp = rospy.Time.now()
+                message.wrench.force.z = 1.0
+                servo.publish(message)
+
+        pusher = threading.Thread(target=push)
+        pusher.start()
+        self.addCleanup(pusher.join)
+        self.addCleanup(pushing.set)
+        node = self.device()
+        self.assertTrue(patient(lambda: servo.get_num_connections() > 0))
+        self.assertEqual(node.text().count("the process before this one was killed or crashed: DISABLED"), 1, node.text())
+        self.goes_on(self.states, 100)
+        self.assertEqual({s.state for s in self.operating}, {"DISABLED"})
+        self.assertEqual({f for s in self.states for f in (s.force_rendered.x, s.force_rendered.y, s.force_rendered.z)}, {0.0})
+        self.assertTrue(patient(lambda: any(s.level == 1 and "killed or crashed" in s.message
+                                            for m in list(self.diagnostics) for s in m.status)))
+        # That it was ended in order settles nothing: nobody has looked at the device.
+        node.end()
+        node = self.device()
+        self.goes_on(self.states, 20)
+        self.assertEqual(self.operating[-1].state, "DISABLED")
+        command = rospy.Publisher("haptics/left/state_command", StringStamped, queue_size=1)
+        self.addCleanup(command.unregister)
+        self.assertTrue(patient(lambda: command.get_num_connections() > 0))
+        message = StringStamped(string="enable")
+        message.header.stamp = rospy.Time.now()
+        command.publish(message)
+        self.assertTrue(patient(lambda: self.operating[-1].state == "ENABLED"), node.text())
+        # The force that was asked for all the time begins with nothing: the hand must be let go of first.
+        self.goes_on(self.states, 100)
+        self.assertEqual(max(s.force_rendered.z for s in self.states), 0.0, "more than a small force at the moment of enabling")
+        pushing.set()
+        node.end()
+        self.device()
+        self.assertTrue(patient(lambda: self.operating and self.operating[-1].state == "ENABLED"), "it is settled")
+
+    def test_a_device_process_that_was_killed_comes_back_disabled_and_without_force(self):
+        node = self.device()
+        self.assertTrue(patient(lambda: self.operating and self.operating[-1].state == "ENABLED"))
+        node.signal(signal.SIGKILL)
+        node.process.wait()
+        self.comes_back_without_force()
+
+    def test_two_plug_ins_of_one_name_are_one_message(self):
+        for name, declared in (("vest_haptics/Simulated", "vest_haptics/Simulated"), ("sim", "vest_haptics/Simulated"),
+                               ("phantom", "phantom")):
+            with tempfile.TemporaryDirectory() as folder:
+                found = package_of_devices(folder, "vest_twin_devices", [declared])
+                node = Node("vest_haptics", "haptics", "_device:=" + name, **found)
+                self.assertEqual(node.process.wait(60), 2, node.text())
+                said = [line for line in node.text().splitlines() if line.strip()]
+                self.assertEqual(len(said), 1, node.text())
+                self.assertIn(f"device '{name}' is declared 2 times, in ", said[0])
+                self.assertIn("vest_haptics/device_plugins.xml", said[0])
+                self.assertIn(os.path.join(folder, "vest_twin_devices/plugins.xml"), said[0])
+                node.said.close()
+                check = subprocess.run(["rosrun", "vest_haptics", "check_device", name], capture_output=True, text=True, timeout=60,
+                                       check=False, env={**os.environ, **found})
+                self.assertEqual(check.returncode, 2, check.stderr)
+                self.assertEqual(check.stderr.count("is declared 2 times"), 1, check.stderr)
 
     def test_a_device_without_numbers_is_a_fault(self):
         node = self.bad("NotNumbers")
@@ -234,7 +260,7 @@ class RosHazards(unittest.TestCase):
         self.assertTrue(patient(lambda: any("ROS master lost" in s.message for m in list(self.diagnostics) for s in m.status)))
         self.goes_on(self.poses)
         self.goes_on(self.instruments)
-        type(self).master = master()
+        type(self).master = master(PORT)
         self.assertTrue(patient(lambda: "a ROS master answers again" in node.text()), node.text())
         self.goes_on(self.poses)
         # The new master knows nothing of it: who starts again is told.

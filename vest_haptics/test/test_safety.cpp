@@ -413,3 +413,22 @@ TEST(Options, NumbersHaveAPointWhateverTheLocale) {
   std::locale::global(before);
   EXPECT_EQ(refusal, "option 'seconds' = '1,5'; allowed: 0.5 … 2");
 }
+
+TEST(Options, ANumberIsOneNumberWithinItsLimitsAndNothingIsTheDefault) {
+  for (const char* bad : {"1e999", "1.5x", "x", "-0.1", "2.1", "nan", "inf", " 1"}) {
+    EXPECT_THROW(numberOption({{"seconds", bad}}, "seconds", 1.0, 0.0, 2.0), DeviceError) << bad;
+  }
+  EXPECT_EQ(numberOption({{"seconds", ""}}, "seconds", 1.0, 0.0, 2.0), 1.0);
+  EXPECT_EQ(numberOption({}, "seconds", 1.0, 0.0, 2.0), 1.0);
+  EXPECT_EQ(option({{"library", ""}}, "library", "libHD.so"), "libHD.so");
+}
+
+TEST(Options, AKeyThatADeviceDoesNotKnowIsNamedWithThoseThatItKnows) {
+  EXPECT_NO_THROW(checkOptions("arm", {{"port", "a"}, {"rate", "b"}}, "port rate"));
+  try {
+    checkOptions("arm", {{"port", "a"}, {"prot", "b"}}, "port rate");
+    ADD_FAILURE();
+  } catch (const DeviceError& e) {
+    EXPECT_EQ(std::string(e.what()), "arm: option 'prot' = 'b' is unknown; allowed: port rate");
+  }
+}

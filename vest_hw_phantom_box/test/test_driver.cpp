@@ -51,6 +51,7 @@ std::vector<std::pair<int, int>> events(driver::Footswitches& f) {
 
 TEST(Driver, RunsOnceReadingsHaveSettled) {
   Bench b;
+  EXPECT_EQ(BoxState::kFault, b.d.state(b.now)) << "it has said who it is, and nothing else";
   b.send(20);
   EXPECT_EQ(BoxState::kFault, b.d.state(b.now)) << "nothing is believed before it settled";
   b.send(1);
@@ -64,11 +65,51 @@ TEST(Driver, RunsOnceReadingsHaveSettled) {
 
 TEST(Driver, ABoxWithTwoInstrumentsHasNoThird) {
   Bench b(2);
+  for (int i = 10; i < 15; ++i) b.m.counts[i] = protocol::kNoReading;  // and misses none
   b.send(30);
   EXPECT_EQ(BoxState::kRunning, b.d.state(b.now));
   for (int i = 10; i < 15; ++i) EXPECT_FALSE(b.d.has(i));
   EXPECT_TRUE(b.d.has(9));
   EXPECT_TRUE(b.d.has(15));
+}
+
+TEST(Driver, TheLightPostIsThereWhereBoxAndCalibrationHaveIt) {
+  for (const bool box : {false, true})
+    for (const bool file : {false, true}) {
+      auto c = calibration::defaultCalibration();
+      c.has_light_post = file;
+      driver::Driver d(c);
+      d.connected(0);
+      EXPECT_FALSE(d.has(protocol::kLightPost)) << "nobody has said so yet";
+      EXPECT_FALSE(d.has(0));
+      protocol::Hello h;
+      h.light_post = box;
+      d.hello(h, 0);
+      EXPECT_EQ(box && file, d.has(protocol::kLightPost));
+    }
+}
+
+TEST(Driver, ABoxThatIsGoneIsDisconnectedAndNotOneThatSaysNothing) {
+  Bench b;
+  b.send(30);
+  b.d.disconnected(b.now);
+  EXPECT_EQ(BoxState::kDisconnected, b.d.state(b.now));
+}
+
+TEST(Driver, AHandIsFollowedThroughTheWrapOfTheBoxsClock) {
+  Bench b;
+  b.m.time_us = 0xFFFFFFFFu - 40000u;
+  b.send(30);
+  const auto epoch = b.d.epoch();
+  for (int i = 0; i < 100; ++i) {
+    b.m.counts[0] = static_cast<std::int16_t>(b.m.counts[0] + 50);
+    b.send();
+    ASSERT_DOUBLE_EQ(calibration::defaultCalibration().joints[0].position(b.m.counts[0]),
+                     b.d.sample().joints[0].position)
+        << i;
+  }
+  EXPECT_EQ(epoch, b.d.epoch());
+  EXPECT_EQ(0u, b.d.counters().rejected + b.d.counters().faults);
 }
 
 TEST(Driver, AMotionFrameThatDoesNotFitTheHelloIsIgnored) {
@@ -203,6 +244,18 @@ TEST(Driver, AFaultedJointComesBackAfterSettlingAndClaimsNoSpeed) {
   EXPECT_TRUE(b.d.usable(0));
   EXPECT_DOUBLE_EQ(0.9, b.d.sample().joints[0].position);
   EXPECT_EQ(0, b.d.sample().joints[0].velocity);
+}
+
+TEST(Driver, ReadingsThatAreFlaggedDoNotSettleTheJoint) {
+  Bench b;
+  b.send(30);
+  b.m.invalid = 1;
+  b.send(500);  // the same count all the time, and no measurement
+  b.m.invalid = 0;
+  b.send(20);
+  EXPECT_FALSE(b.d.usable(0));
+  b.send(1);
+  EXPECT_TRUE(b.d.usable(0));
 }
 
 TEST(Driver, ASensorThatNeverSettlesNeverComesBack) {

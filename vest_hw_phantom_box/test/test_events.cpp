@@ -33,6 +33,38 @@ struct KernelPad : FakeEvdev {
   }
 };
 
+/// Exactly these events, which libevdev may put right before they come.
+struct Script : EventSource {
+  std::vector<Event> events;
+  std::map<int, AxisRange> ranges{{ABS_X, {-100, 100, 0, 0}}, {ABS_RY, {-100, 100, 0, 0}}};
+  bool gone = false;
+  int* asked = nullptr;
+  Read next(Event& event, double) override {
+    if (asked) ++*asked;
+    if (gone) return Read::Gone;
+    if (events.empty()) return Read::Nothing;
+    event = events.front();
+    events.erase(events.begin());
+    return Read::Event;
+  }
+  bool hasKey(std::uint16_t) const override { return true; }
+  bool keyDown(std::uint16_t) const override { return false; }
+  std::optional<AxisRange> axis(std::uint16_t code) const override {
+    const auto it = ranges.find(code);
+    return it == ranges.end() ? std::nullopt : std::optional<AxisRange>(it->second);
+  }
+  std::string name() const override { return "script"; }
+};
+
+/// What a device says after these events.
+InputDevice played(std::vector<Event> events) {
+  auto script = std::make_unique<Script>();
+  script->events = std::move(events);
+  InputDevice device(pad(), std::move(script));
+  device.poll(1.0);
+  return device;
+}
+
 std::string problem(const std::function<void()>& work) {
   try {
     work();
@@ -91,6 +123,44 @@ TEST(Events, AnAxisIsZeroInItsFlatMiddleAndGrowsFromThereWithoutAJump) {
   EXPECT_EQ(device.axes()[1], 1.0) << "beyond its range";
 }
 
+TEST(Events, OnlyAReportMakesThemSeenAndARepeatedKeyPressesNothing) {
+  EXPECT_EQ(played({{EV_KEY, BTN_SOUTH, 1}, {EV_MSC, MSC_SERIAL, 7}}).buttons(), 0u);
+  EXPECT_EQ(played({{EV_KEY, BTN_SOUTH, 1}, {EV_SYN, SYN_MT_REPORT, 0}}).buttons(), 0u);
+  EXPECT_EQ(played({{EV_KEY, BTN_SOUTH, 1}, {EV_SYN, SYN_REPORT, 0}}).buttons(), 1u);
+  EXPECT_EQ(played({{EV_KEY, BTN_SOUTH, 2}, {EV_SYN, SYN_REPORT, 0}}).buttons(), 0u);
+  EXPECT_EQ(played({{EV_ABS, BTN_SOUTH, 1}, {EV_SYN, SYN_REPORT, 0}}).buttons(), 0u)
+      << "an axis of its number";
+  const auto axes = played({{EV_ABS, ABS_RY, 50}, {EV_SYN, SYN_REPORT, 0}}).axes();
+  EXPECT_EQ(axes[0], 0.0) << "the other axis";
+  EXPECT_EQ(axes[1], 0.5);
+}
+
+TEST(Events, AFlatMiddleThatCannotBeLeavesAnAxisOfUse) {
+  for (const std::int32_t flat : {-50, 100, 1000}) {
+    auto script = std::make_unique<Script>();
+    script->ranges[ABS_X].flat = flat;
+    script->events = {{EV_ABS, ABS_X, 0}, {EV_SYN, SYN_REPORT, 0}};
+    Script& events = *script;
+    InputDevice device(pad(), std::move(script));
+    device.poll(1.0);
+    EXPECT_EQ(device.axes()[0], 0.0) << flat;
+    events.events = {{EV_ABS, ABS_X, 100}, {EV_SYN, SYN_REPORT, 0}};
+    device.poll(1.0);
+    EXPECT_EQ(device.axes()[0], 1.0) << flat;
+  }
+}
+
+TEST(Events, WhatIsGoneIsNotAskedAgain) {
+  auto script = std::make_unique<Script>();
+  int asked = 0;
+  script->gone = true;
+  script->asked = &asked;
+  InputDevice device(pad(), std::move(script));
+  EXPECT_TRUE(device.poll(1.0));
+  EXPECT_FALSE(device.poll(2.0));
+  EXPECT_EQ(asked, 1);
+}
+
 TEST(Events, WhatTheKernelDroppedIsAskedForAnew) {
   KernelPad kernel;
   InputDevice device = kernel.open();
@@ -132,6 +202,7 @@ TEST(Events, AButtonThatIsHeldWhileItIsOpenedIsDownAtOnceAndReportedWhenStuck) {
   InputDevice device = kernel.open();
   EXPECT_EQ(device.buttons(), 1u);
   device.poll(10.0);
+  device.poll(69.0);
   EXPECT_EQ(device.stuck(70.0), 0u);
   EXPECT_EQ(device.stuck(70.1), 1u);
 }
@@ -167,6 +238,23 @@ TEST(Events, WhatCannotBeOpenedSaysWhatMendsIt) {
               InputDevice(wrong, openKernelDevice(other.descriptor(), "fake", false));
             }).find("'ABS_NONSENSE' is no axis; allowed"),
             std::string::npos);
+}
+
+TEST(Events, KeysAndAxesThatCannotBeUsedAreNamed) {
+  const auto refused = [](const EventDevice& wanted, const AxisRange& x) {
+    auto script = std::make_unique<Script>();
+    script->ranges[ABS_X] = x;
+    return problem([&] { InputDevice(wanted, std::move(script)); });
+  };
+  const AxisRange good{-100, 100, 0, 0};
+  EventDevice key = pad(), axis = pad();
+  key.buttons[0] = "BTN_NONSENSE";
+  axis.axes[1] = "ABS_Z";
+  EXPECT_NE(refused(key, good).find("'BTN_NONSENSE' is no key; allowed"), std::string::npos);
+  EXPECT_NE(refused(axis, good).find("'ABS_Z' is not on this device"), std::string::npos);
+  EXPECT_NE(refused(pad(), {5, 5, 0, 5}).find("'ABS_X' has no range"), std::string::npos);
+  EXPECT_NE(refused(pad(), {5, -5, 0, 0}).find("'ABS_X' has no range"), std::string::npos);
+  EXPECT_EQ(refused(pad(), good), "");
 }
 
 TEST(Events, ARecordingPlaysAsADeviceWould) {

@@ -1,6 +1,7 @@
 // Protects: the bytes on the wire, and that damage is found, counted, and never turned into motion.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <random>
@@ -183,21 +184,75 @@ TEST(Protocol, ABoxThatStartsAnewIsNoLoss) {
   EXPECT_EQ(2u, decoder.counters().restarts);
 }
 
-TEST(Protocol, UnknownTypesWithAGoodCheckAreSkipped) {
-  Bytes unknown{kSync0, kSync1, 0x33, 1, 1, 0, 0, 0, 0, 0, 0xAA};
-  const std::uint16_t crc = crc16(unknown.data() + 2, unknown.size() - 2);
-  unknown.insert(unknown.end(), {static_cast<std::uint8_t>(crc & 0xFF), static_cast<std::uint8_t>(crc >> 8),
-                                 static_cast<std::uint8_t>(1 ^ kEndMask)});
+TEST(Protocol, AHelloIsAStartOnlyWhereItSaysSo) {
+  Decoder decoder;
+  Collector got;
+  const auto hello = [&](std::uint16_t sequence, bool start) {
+    Bytes bytes;
+    Hello h;
+    h.start = start;
+    encode(h, sequence, 0, bytes);
+    decoder.feed(bytes.data(), bytes.size(), got);
+  };
+  hello(10, false);
+  hello(15, false);
+  EXPECT_EQ(4u, decoder.counters().lost) << "its numbers go on";
+  EXPECT_EQ(0u, decoder.counters().restarts);
+  hello(16, true);
+  EXPECT_EQ(0u, decoder.counters().restarts) << "the first of a box may follow what it said before";
+  hello(16, true);
+  hello(3000, true);
+  EXPECT_EQ(5u, got.hellos.size()) << "no repetition of the last, though of its number";
+  EXPECT_EQ(4u, decoder.counters().lost) << "and no loss";
+  EXPECT_EQ(2u, decoder.counters().restarts);
+}
+
+/// A frame with a good check, whatever is in it.
+Bytes frame(std::uint8_t type, const Bytes& payload, std::uint8_t sequence) {
+  Bytes out{kSync0, kSync1, type, static_cast<std::uint8_t>(payload.size()), sequence, 0, 0, 0, 0, 0};
+  for (const std::uint8_t byte : payload) out.push_back(byte);
+  const std::uint16_t crc = crc16(out.data() + 2, out.size() - 2);
+  out.push_back(static_cast<std::uint8_t>(crc & 0xFF));
+  out.push_back(static_cast<std::uint8_t>(crc >> 8));
+  out.push_back(static_cast<std::uint8_t>(sequence ^ kEndMask));
+  return out;
+}
+
+TEST(Protocol, UnknownTypesAndLengthsWithAGoodCheckAreSkipped) {
+  const std::pair<std::uint8_t, std::size_t> unknown[] = {{0x33, 1},
+                                                          {0x33, kHelloPayload},
+                                                          {0x33, motionPayload(2)},
+                                                          {0x33, motionPayload(3)},
+                                                          {kTypeHello, 1},
+                                                          {kTypeHello, motionPayload(3)},
+                                                          {kTypeMotion, 1},
+                                                          {kTypeMotion, kHelloPayload}};
+  Decoder decoder;
+  Collector got;
+  std::uint8_t sequence = 0;
+  for (const auto& [type, size] : unknown) {
+    const Bytes bytes = frame(type, Bytes(size, 0x41), sequence++);
+    decoder.feed(bytes.data(), bytes.size(), got);
+    EXPECT_EQ(sequence, decoder.counters().unknown) << int{type} << " of " << size;
+  }
   Bytes bytes;
-  encode(example(0), bytes);
-  bytes.insert(bytes.end(), unknown.begin(), unknown.end());
-  encode(example(2), bytes);
+  encode(example(sequence), bytes);
+  decoder.feed(bytes.data(), bytes.size(), got);
+  EXPECT_EQ(1u, got.motions.size());
+  EXPECT_EQ(0u, got.hellos.size());
+  EXPECT_EQ(0u, decoder.counters().lost + decoder.counters().skipped);
+}
+
+TEST(Protocol, ASerialNumberIsPrintableWhateverTheBoxSends) {
+  Bytes payload(kHelloPayload, 0);
+  const std::uint8_t serial[] = {'A', 0x1f, 0x7f, 0xc3, ' ', '~'};
+  std::copy(std::begin(serial), std::end(serial), payload.begin() + 8);
+  const Bytes bytes = frame(kTypeHello, payload, 0);
   Decoder decoder;
   Collector got;
   decoder.feed(bytes.data(), bytes.size(), got);
-  EXPECT_EQ(2u, got.motions.size());
-  EXPECT_EQ(1u, decoder.counters().unknown);
-  EXPECT_EQ(0u, decoder.counters().lost + decoder.counters().skipped);
+  ASSERT_EQ(1u, got.hellos.size());
+  EXPECT_EQ("A??? ~", got.hellos[0].serial_number);
 }
 
 // 10^5 frames, 10^7 with VEST_FULL=1.

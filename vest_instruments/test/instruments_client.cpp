@@ -1,5 +1,9 @@
 // A client of the instrument node: CRTK commands, sources, tools, pedals, and who publishes what.
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <cmath>
+#include <csignal>
 #include <functional>
 #include <limits>
 #include <set>
@@ -290,6 +294,30 @@ TEST(Client, PedalsSwitchTheToolThatTakesThemAndSilenceReleases) {
   }
   c.press(0);
   EXPECT_TRUE(c.exchange("right", InstrumentState::TOOL_GRASPER));
+}
+
+TEST(Client, ASecondPublisherOfPedalsReleasesThemUntilItIsGone) {
+  Client& c = client();
+  const auto coagulates = [&] {
+    c.press(1);
+    ros::WallDuration(0.01).sleep();
+    return c.state(kLeft).functions == InstrumentState::FUNCTION_COAGULATE;
+  };
+  ASSERT_TRUE(c.wait(coagulates));
+  // Presses nothing, and seldom: without the guard the first one's pedals would stay down.
+  const pid_t second = ::fork();
+  if (second == 0) {
+    ::execlp("rostopic", "rostopic", "pub", "-r", "1", "phantom_box/footswitches", "sensor_msgs/Joy", "{}",
+             static_cast<char*>(nullptr));
+    ::_exit(1);
+  }
+  EXPECT_TRUE(c.wait([&] { return !coagulates(); }, 20.0));
+  int on = 0;
+  for (int i = 0; i < 50; ++i) on += c.wait([] { return true; }) && coagulates();
+  EXPECT_EQ(on, 0);
+  ::kill(second, SIGINT);
+  ::waitpid(second, nullptr, 0);
+  EXPECT_TRUE(c.wait(coagulates, 20.0)) << "one is left, and is heard";
 }
 
 TEST(Client, SelectSourceTakesEffectAndRefusesNonsense) {

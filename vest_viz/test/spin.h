@@ -9,8 +9,8 @@ namespace vest {
 
 /// Lets ROS and Qt work until `done`, or for some seconds; whether it was done.
 inline bool spin(const std::function<bool()>& done, double seconds = 15.0) {
-  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(seconds);
-  while (ros::WallTime::now() < end) {
+  const ros::SteadyTime end = ros::SteadyTime::now() + ros::WallDuration(seconds);
+  while (ros::SteadyTime::now() < end) {
     ros::spinOnce();
     QApplication::processEvents(QEventLoop::AllEvents, 5);
     if (done()) return true;

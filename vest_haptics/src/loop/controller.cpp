@@ -224,7 +224,11 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
 
   // What the simulation says.
   bool registered = true;
-  if (in.image && freshness_.accept(in.image->generation, in.image->step, in.image->steady_ns, in.now_ns)) {
+  const bool newer =
+      in.image && freshness_.accept(in.image->generation, in.image->step, in.image->steady_ns, in.now_ns);
+  r.age = freshness_.age(in.now_ns);
+  // What a dead simulation left in the memory is not even looked at.
+  if (newer && r.age < kDecayEnds) {
     TissueModel model;
     if (!toModel(in.image->contacts[static_cast<std::size_t>(options_.instrument)], model, &r.detail)) {
       raise(Fault::ContactModel);
@@ -241,7 +245,6 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
       contact_.update(model, own_W_ + registration_.offset(), velocity_W_);
     }
   }
-  r.age = freshness_.age(in.now_ns);
   r.step = freshness_.step();
   const double fresh = allowanceForAge(r.age);
   const double served = in.servo_ns >= 0 && !capabilities_.joints

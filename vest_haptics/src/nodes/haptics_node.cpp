@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
     // Before any handle: the master would tell a process of the same name to end, with the hand in the
     // tissue.
     const auto alone = vest::ros_shell::holdHand();
-    vest::ros_shell::HapticShell shell(ros::NodeHandle(), ros::NodeHandle("~"));
+    vest::ros_shell::HapticShell shell(ros::NodeHandle(), ros::NodeHandle("~"), alone.get());
     running = &shell.loop();
     std::signal(SIGINT, onSignal);
     std::signal(SIGTERM, onSignal);

@@ -51,16 +51,6 @@ geometry_msgs::Vector3 toMsg(const Eigen::Vector3d& v) {
   return out;
 }
 
-// Words of the launch files, beside full names of plug-ins.
-std::string className(const std::string& word) {
-  if (word == "sim") return "vest_haptics/Simulated";
-  if (word == "phantom") return "vest_haptics/Phantom";
-  if (word == "impulse_engine") return "vest_haptics/ImpulseEngine";
-  if (word == "force_dimension") return "vest_haptics/ForceDimension";
-  if (word == "replay") return "vest_haptics/Replay";
-  return word;
-}
-
 int instrumentOf(const std::string& name) {
   for (int i = 0; i < tools::kInstrumentCount; ++i) {
     if (name == tools::instrumentName(static_cast<tools::Instrument>(i))) return i;
@@ -80,8 +70,8 @@ std::unique_ptr<shared::SessionLock> holdHand() {
       kPatience);
 }
 
-HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh)
-    : nh_(nh), loader_("vest_haptics", "vest::haptics::Device") {
+HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh, shared::SessionLock* hand)
+    : nh_(nh), hand_(hand) {
   device_word_ = parameter<std::string>(private_nh, "device", "sim");
   name_ = parameter<std::string>(private_nh, "instrument", "left");
   const int instrument = instrumentOf(name_);
@@ -178,7 +168,14 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh)
 
   memory_ = std::make_shared<shared::ContactReader>(memory);
   loop_ = std::make_unique<haptics::Loop>(*device_, controller_, memory_);
-  if (auto_enable_) loop_->post(Command::Enable);
+  after_death_ = hand_ && hand_->predecessorDied();
+  if (after_death_)
+    ROS_WARN(
+        "haptics/%s: the process before this one was killed or crashed: DISABLED, without force. Look at the "
+        "device, then 'enable' on haptics/%s/state_command",
+        name_.c_str(), name_.c_str());
+  else if (auto_enable_)
+    loop_->post(Command::Enable);
   loop_->start();
   publisher_ = std::thread([this] { publishLoop(); });
   const haptics::Capabilities& c = device_->capabilities();
@@ -195,17 +192,7 @@ HapticShell::~HapticShell() {
 }
 
 void HapticShell::openDevice() {
-  const std::string name = className(device_word_);
-  try {
-    device_ = loader_.createInstance(name);
-  } catch (const pluginlib::PluginlibException& e) {
-    std::string known;
-    for (const std::string& c : loader_.getDeclaredClasses()) known += " " + c;
-    throw std::runtime_error("device '" + device_word_ +
-                             "' is no plug-in of vest_haptics; allowed: sim phantom "
-                             "impulse_engine force_dimension replay, or one of" +
-                             known + " (" + e.what() + ")");
-  }
+  device_ = plugins_.create(device_word_);
   device_->open(options_);
   const std::string wrong = haptics::unsound(device_->capabilities());
   if (!wrong.empty()) {
@@ -223,6 +210,8 @@ void HapticShell::onCommand(const vest_msgs::StringStamped& msg) {
   if (msg.header.stamp.isZero()) return;
   const std::string& w = msg.string;
   if (w == "enable") {
+    if (hand_) hand_->settle();
+    after_death_ = false;
     loop_->post(Command::Enable);
   } else if (w == "disable") {
     device_->reset();
@@ -379,6 +368,9 @@ void HapticShell::publishDiagnostics(const TickReport& r) {
   if (r.state == control::OperatingState::Fault) {
     d.level = DiagnosticStatus::ERROR;
     d.message += ": " + std::string(haptics::faultText(r.fault));
+  } else if (after_death_) {
+    d.level = DiagnosticStatus::WARN;
+    d.message += ": the process before was killed or crashed; 'enable' when the device is well";
   } else if (r.status != haptics::DeviceStatus::Ok) {
     d.level = DiagnosticStatus::WARN;
     d.message += std::string(": device ") + haptics::statusName(r.status);

@@ -13,8 +13,8 @@
 #include <vest_msgs/HapticState.h>
 #include <vest_msgs/OperatingState.h>
 #include <vest_msgs/StringStamped.h>
-#include <pluginlib/class_loader.hpp>
 
+#include "device_plugins.h"
 #include "session_watch.h"
 #include "vest_haptics/loop/loop.h"
 #include "vest_tissue/shared/session_lock.h"
@@ -28,8 +28,9 @@ std::unique_ptr<shared::SessionLock> holdHand();
 /// One device as a CRTK arm under haptics/NAME, NAME being the instrument that it moves.
 class HapticShell {
  public:
+  /// @param hand whose predecessor's death keeps the device DISABLED until somebody enables it; may be null
   /// @throws std::runtime_error: one message that names parameter, library or device and what to do
-  HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh);
+  HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh, shared::SessionLock* hand);
   ~HapticShell();
   haptics::Loop& loop() { return *loop_; }
 
@@ -48,8 +49,10 @@ class HapticShell {
   haptics::DeviceOptions options_;
   haptics::ControllerOptions controller_;
   bool auto_enable_ = true;
+  shared::SessionLock* hand_;
+  std::atomic<bool> after_death_{false};  ///< of the process before, and nobody has enabled this one yet
 
-  pluginlib::ClassLoader<haptics::Device> loader_;
+  DevicePlugins plugins_;
   boost::shared_ptr<haptics::Device> device_;
   std::shared_ptr<shared::ContactReader> memory_;
   std::unique_ptr<haptics::Loop> loop_;

@@ -252,8 +252,8 @@ class Watch {
   /// Until transforms come (and a simulation, if there is one to be), then `seconds` of them. False: nothing.
   bool watch(double seconds, bool simulation, Seen& seen) {
     const auto spin = [&](double until, auto&& enough) {
-      const ros::WallTime begin = ros::WallTime::now();
-      while ((ros::WallTime::now() - begin).toSec() < until && !enough())
+      const ros::SteadyTime begin = ros::SteadyTime::now();
+      while ((ros::SteadyTime::now() - begin).toSec() < until && !enough())
         ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
       return enough();
     };

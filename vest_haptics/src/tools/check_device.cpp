@@ -6,8 +6,8 @@
 #include <new>
 
 #include <CLI/CLI.hpp>
-#include <pluginlib/class_loader.hpp>
 
+#include "../ros/device_plugins.h"
 #include "vest_haptics/conformance/conformance.h"
 
 namespace {
@@ -33,7 +33,8 @@ int main(int argc, char** argv) {
   std::vector<std::string> words;
   conformance::Options options;
   bool no_force = false;
-  app.add_option("plugin", name, "class name, e.g. vest_haptics/Simulated")->required();
+  app.add_option("plugin", name, "word of the launch files or class name, e.g. vest_haptics/Simulated")
+      ->required();
   app.add_option("--option", words, "KEY=VALUE of the device, may be repeated");
   app.add_option("--seconds", options.seconds, "of motion that is watched")->capture_default_str();
   app.add_flag("--no-force", no_force, "do not show the small force");
@@ -49,8 +50,8 @@ int main(int argc, char** argv) {
     options.device[w.substr(0, at)] = w.substr(at + 1);
   }
   try {
-    pluginlib::ClassLoader<Device> loader("vest_haptics", "vest::haptics::Device");
-    const boost::shared_ptr<Device> device = loader.createInstance(name);
+    vest::ros_shell::DevicePlugins plugins;
+    const boost::shared_ptr<Device> device = plugins.create(name);
     int broken = 0;
     for (const conformance::Finding& f : conformance::run(*device, options)) {
       std::printf("%s  %s%s%s\n", f.kept ? "kept  " : "BROKEN", f.promise.c_str(),

@@ -126,10 +126,10 @@ Instruments::Instruments(ros::NodeHandle nh, ros::NodeHandle private_nh)
       ros::VoidConstPtr(), hints));
   pedals_.reserve(configuration_.inputs.switches.size());
   for (const vest::control::SwitchSource& source : configuration_.inputs.switches) {
-    vest::control::Pedals& pedals = pedals_.emplace_back(source.switches);
-    subscribers_.push_back(nh_.subscribe<sensor_msgs::Joy>(
-        source.topic(), 20,
-        [this, &pedals](const sensor_msgs::JoyConstPtr& msg) { onSwitches(*msg, pedals); },
+    const std::size_t k = pedals_.size();
+    pedals_.emplace_back(source.switches);
+    switches_.push_back(nh_.subscribe<sensor_msgs::Joy>(
+        source.topic(), 20, [this, k](const sensor_msgs::JoyConstPtr& msg) { onSwitches(*msg, k); },
         ros::VoidConstPtr(), hints));
   }
   subscribers_.push_back(nh_.subscribe<vest_msgs::ContactModels>(
@@ -203,8 +203,20 @@ void Instruments::onJoints(const sensor_msgs::JointState& msg, Source source, Jo
   if (source == Source::Box || now - last_box_ > 0.01) publish(msg.header.stamp, now);
 }
 
-void Instruments::onSwitches(const sensor_msgs::Joy& msg, vest::control::Pedals& pedals) {
+bool Instruments::twoPress(std::size_t k) const {
+  // A keyboard's switches count only while its window teleoperates; two windows may be open.
+  return k < switches_.size() && configuration_.inputs.switches[k].on != "teleop" &&
+         switches_[k].getNumPublishers() > 1;
+}
+
+void Instruments::onSwitches(const sensor_msgs::Joy& msg, std::size_t k) {
   if (msg.header.stamp.isZero()) return;
+  if (twoPress(k)) {  // nobody knows whose foot it is: what is not heard is released
+    ROS_ERROR_THROTTLE(10.0, "%s: two publishers, none of them is heard: all its switches count as released",
+                       switches_[k].getTopic().c_str());
+    return;
+  }
+  vest::control::Pedals& pedals = pedals_[k];
   std::uint32_t mask = 0;
   for (std::size_t i = 0; i < msg.buttons.size() && i < vest::control::Pedals::kMost; ++i) {
     if (msg.buttons[i] == 1) mask |= 1u << i;
@@ -499,14 +511,19 @@ void Instruments::onDiagnostics() {
   DiagnosticStatus node;
   node.name = "vest_instruments: node";
   node.hardware_id = "vest";
-  std::string silent;
+  std::string silent, two;
   for (std::size_t k = 0; k < pedals_.size(); ++k) {
     // A keyboard's switches are there only while somebody teleoperates.
     const std::string& on = configuration_.inputs.switches[k].on;
     if (pedals_[k].stale(now) && on != "teleop") silent += (silent.empty() ? "" : ", ") + on;
+    if (twoPress(k)) two += (two.empty() ? "" : ", ") + on;
   }
   node.level = silent.empty() ? DiagnosticStatus::OK : DiagnosticStatus::WARN;
   node.message = silent.empty() ? "running" : "no switches from " + silent + ": all count as released";
+  if (!two.empty()) {
+    node.level = DiagnosticStatus::ERROR;
+    node.message = "two publishers of switches " + two + ": all count as released";
+  }
   value(node, "rate_hz", std::to_string(published_ - published_before_));
   value(node, "rejected_inputs", std::to_string(rejected_));
   published_before_ = published_;

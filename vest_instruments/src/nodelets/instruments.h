@@ -46,7 +46,8 @@ class Instruments {
 
   static double steadyNow();
   void onJoints(const sensor_msgs::JointState& msg, vest::control::Source source, JointMap& map);
-  void onSwitches(const sensor_msgs::Joy& msg, vest::control::Pedals& pedals);
+  void onSwitches(const sensor_msgs::Joy& msg, std::size_t k);
+  bool twoPress(std::size_t k) const;  ///< another node publishes the same switches
   void nextTool(std::size_t i);
   std::uint32_t functions(std::size_t i, double now) const;  ///< what the switches ask of it
   void onContacts(const vest_msgs::ContactModels& msg);
@@ -82,6 +83,7 @@ class Instruments {
   tf2_ros::StaticTransformBroadcaster static_tf_;
   ros::Publisher states_publisher_, joint_states_publisher_, diagnostics_publisher_;
   std::vector<ros::Subscriber> subscribers_;
+  std::vector<ros::Subscriber> switches_;  ///< as pedals_
   std::vector<ros::ServiceServer> services_;
   ros::SteadyTimer timer_, diagnostics_timer_;
   double last_publish_ = -1.0, last_crtk_ = -1.0, last_tf_ = -1.0, last_collision_ = -1.0, last_box_ = -1.0;

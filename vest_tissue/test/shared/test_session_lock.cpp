@@ -74,6 +74,20 @@ TEST_F(Lock, WhoWasToldToEndHasTimeToDoIt) {
   ::waitpid(child, nullptr, 0);
 }
 
+TEST_F(Lock, WhoDiedWithoutLettingGoIsSeenUntilSomebodySettlesIt) {
+  EXPECT_FALSE(SessionLock("first", name_).predecessorDied());
+  EXPECT_FALSE(SessionLock("second", name_).predecessorDied()) << "the first let go";
+  end(holder());
+  EXPECT_TRUE(SessionLock("third", name_).predecessorDied());
+  {
+    SessionLock fourth("fourth", name_);
+    EXPECT_TRUE(fourth.predecessorDied()) << "that the third let go settles nothing";
+    fourth.settle();
+    EXPECT_FALSE(fourth.predecessorDied());
+  }
+  EXPECT_FALSE(SessionLock("fifth", name_).predecessorDied());
+}
+
 TEST_F(Lock, WithoutSharedMemoryTheReasonIsTheSystems) {
   try {
     const SessionLock lock("a", "/no/such/place");

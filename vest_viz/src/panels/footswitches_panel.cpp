@@ -37,12 +37,12 @@ void FootswitchesPanel::connectTopics() {
   sub_ = nh().subscribe<sensor_msgs::Joy>("phantom_box/footswitches", 5,
                                           [this](const sensor_msgs::JoyConstPtr& msg) {
                                             last_ = *msg;
-                                            heard_ = ros::WallTime::now();
+                                            heard_ = ros::SteadyTime::now();
                                           });
 }
 
 void FootswitchesPanel::refresh() {
-  const bool stale = heard_.isZero() || (ros::WallTime::now() - heard_).toSec() > kStale;
+  const bool stale = heard_.isZero() || (ros::SteadyTime::now() - heard_).toSec() > kStale;
   for (std::size_t i = 0; i < lamps_.size(); ++i) {
     const bool down = !stale && i < last_.buttons.size() && last_.buttons[i] == 1;
     const QString style = QString("border-radius: 6px; padding: 2px; color: %1; background: %2")

@@ -23,7 +23,7 @@ class FootswitchesPanel : public BasePanel {
 
   ros::Subscriber sub_;
   sensor_msgs::Joy last_;
-  ros::WallTime heard_;
+  ros::SteadyTime heard_;
   std::array<QLabel*, 6> lamps_{};
   QLabel* age_;
 };

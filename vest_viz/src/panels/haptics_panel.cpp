@@ -70,25 +70,27 @@ void HapticsPanel::look() {
       continue;
     if (subs_.count(topic.name) != 0) continue;
     subs_[topic.name] = nh().subscribe<vest_msgs::HapticState>(
-        topic.name, 1, [this](const vest_msgs::HapticStateConstPtr& msg) { onState(*msg); });
+        topic.name, 1,
+        [this, name = topic.name](const vest_msgs::HapticStateConstPtr& msg) { onState(name, *msg); });
   }
   for (int row = 0; row < table_->rowCount(); ++row) {
-    const auto heard = heard_.find(table_->item(row, kDevice)->text().toStdString());
-    if (heard != heard_.end() && (ros::WallTime::now() - heard->second).toSec() > kHapticsSilent)
+    const auto heard = heard_.find(table_->item(row, kDevice)->data(Qt::UserRole).toString().toStdString());
+    if (heard != heard_.end() && (ros::SteadyTime::now() - heard->second).toSec() > kHapticsSilent)
       table_->item(row, kLimits)->setText("silent");
   }
 }
 
-void HapticsPanel::onState(const vest_msgs::HapticState& msg) {
-  heard_[msg.device] = ros::WallTime::now();
-  const QString device = QString::fromStdString(msg.device);
+void HapticsPanel::onState(const std::string& topic, const vest_msgs::HapticState& msg) {
+  heard_[topic] = ros::SteadyTime::now();
+  const QString name = QString::fromStdString(topic);  // two hands may have devices of one model
   int row = 0;
-  while (row < table_->rowCount() && table_->item(row, kDevice)->text() != device) ++row;
+  while (row < table_->rowCount() && table_->item(row, kDevice)->data(Qt::UserRole).toString() != name) ++row;
   if (row == table_->rowCount()) {
     table_->insertRow(row);
     for (int column = 0; column < kColumns; ++column) table_->setItem(row, column, new QTableWidgetItem);
-    table_->item(row, kDevice)->setText(device);
+    table_->item(row, kDevice)->setData(Qt::UserRole, name);
   }
+  table_->item(row, kDevice)->setText(QString::fromStdString(msg.device));
   table_->item(row, kInstrument)->setText(QString::fromStdString(msg.instrument));
   table_->item(row, kAsked)->setText(QString::number(length(msg.force_true), 'f', 2));
   table_->item(row, kRendered)->setText(QString::number(length(msg.force_rendered), 'f', 2));

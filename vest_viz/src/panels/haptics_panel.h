@@ -23,10 +23,10 @@ class HapticsPanel : public BasePanel {
 
  private:
   void look();
-  void onState(const vest_msgs::HapticState& msg);
+  void onState(const std::string& topic, const vest_msgs::HapticState& msg);
 
-  std::map<std::string, ros::Subscriber> subs_;  ///< per topic
-  std::map<std::string, ros::WallTime> heard_;   ///< per device
+  std::map<std::string, ros::Subscriber> subs_;   ///< per topic
+  std::map<std::string, ros::SteadyTime> heard_;  ///< per topic
   QTableWidget* table_;
 };
 

@@ -106,7 +106,7 @@ void PatientMonitorPanel::connectTopics() {
 }
 
 void PatientMonitorPanel::onBlood(const vest_msgs::HaemodynamicsState& msg) {
-  heard_ = ros::WallTime::now();
+  heard_ = ros::SteadyTime::now();
   if (const auto* const vessel = reference(msg))
     curve_->add({msg.header.stamp.toSec(), vessel->pressure_mid});
   rate_->setText(
@@ -130,7 +130,7 @@ void PatientMonitorPanel::onFluid(const vest_msgs::FluidState& msg) {
 }
 
 void PatientMonitorPanel::showAge() {
-  if (!heard_.isZero() && (ros::WallTime::now() - heard_).toSec() > kMonitorSilent)
+  if (!heard_.isZero() && (ros::SteadyTime::now() - heard_).toSec() > kMonitorSilent)
     rate_->setText("HR – (no data)");
 }
 

@@ -48,7 +48,7 @@ class PatientMonitorPanel : public BasePanel {
   void showAge();
 
   ros::Subscriber blood_sub_, fluid_sub_;
-  ros::WallTime heard_;
+  ros::SteadyTime heard_;
   PressureCurve* curve_;
   QLabel *rate_, *pressure_, *loss_, *balance_;
 };

@@ -151,7 +151,7 @@ void SessionPanel::onState(const vest_msgs::SessionState& msg) {
   static const char* const kWords[] = {"idle", "running", "paused", "FAULT"};
   const bool scene_changed = msg.scene != state_.scene;
   state_ = msg;
-  heard_ = ros::WallTime::now();
+  heard_ = ros::SteadyTime::now();
   state_label_->setText(QString("<b>%1</b>, %2: step %3, %4 s, real time ×%5, %6 µs per step")
                             .arg(msg.state < 4 ? kWords[msg.state] : "?", QString::fromStdString(msg.scene))
                             .arg(msg.step)
@@ -174,9 +174,9 @@ void SessionPanel::onState(const vest_msgs::SessionState& msg) {
 }
 
 void SessionPanel::showAge() {
-  if (heard_.isZero() || (ros::WallTime::now() - heard_).toSec() < kSessionSilent) return;
+  if (heard_.isZero() || (ros::SteadyTime::now() - heard_).toSec() < kSessionSilent) return;
   state_label_->setText("<b>silent</b>: no word from the simulation for " +
-                        QString::number((ros::WallTime::now() - heard_).toSec(), 'f', 0) + " s");
+                        QString::number((ros::SteadyTime::now() - heard_).toSec(), 'f', 0) + " s");
 }
 
 }  // namespace vest::panels

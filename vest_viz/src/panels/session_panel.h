@@ -33,7 +33,7 @@ class SessionPanel : public BasePanel {
 
   ros::Subscriber state_sub_;
   vest_msgs::SessionState state_;
-  ros::WallTime heard_;
+  ros::SteadyTime heard_;
   QLabel *state_label_, *recording_label_, *problem_;
   QPushButton *start_, *stop_, *pause_, *step_, *reset_, *load_, *save_, *restore_;
   QSpinBox* steps_;

@@ -221,8 +221,8 @@ class Feed {
 
 void pump(Feed* feed, double seconds) {
   static double t = 0;
-  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(seconds);
-  while (ros::WallTime::now() < end) {
+  const ros::SteadyTime end = ros::SteadyTime::now() + ros::WallDuration(seconds);
+  while (ros::SteadyTime::now() < end) {
     feed->publish(t);
     t += 0.04;
     for (int i = 0; i < 4; ++i) {

@@ -74,10 +74,10 @@ int main(int argc, char** argv) {
         held = p;
       }
   ros::Rate pace(rate);
-  const ros::WallTime start = ros::WallTime::now();
+  const ros::SteadyTime start = ros::SteadyTime::now();
   for (std::uint64_t n = 0; ros::ok(); ++n) {
     const double t = still ? 2.0 : static_cast<double>(n) / rate;
-    if (seconds > 0 && (ros::WallTime::now() - start).toSec() > seconds) break;
+    if (seconds > 0 && (ros::SteadyTime::now() - start).toSec() > seconds) break;
     const double lift = 0.5 - 0.5 * std::cos(t * 1.2);
     const Vector3d pull = lift * Vector3d(-0.005, -0.012, 0.022);
     vest_msgs::TissueState state;

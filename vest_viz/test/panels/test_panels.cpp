@@ -2,7 +2,13 @@
 // topic, a refusal is told in the words of the node that refused, and none of it needs a node that is there.
 #include <gtest/gtest.h>
 
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <ctime>
 #include <functional>
 
 #include <QApplication>
@@ -31,7 +37,14 @@
 namespace vest::panels {
 namespace {
 
-QString g_pictures;  ///< folder; empty: none are kept
+QString g_pictures;                ///< folder; empty: none are kept
+std::atomic<long> g_clock_set{0};  ///< s by which the system clock of this process was set
+
+/// The system clock is set for as long as this lives.
+struct ClockSet {
+  explicit ClockSet(long seconds) { g_clock_set = seconds; }
+  ~ClockSet() { g_clock_set = 0; }
+};
 
 /// A panel as rviz makes it, shown on Qt's offscreen platform.
 template <class Panel>
@@ -259,6 +272,55 @@ TEST(Haptics, SaysWhatTheLimiterDid) {
   shown.keep("haptics");
 }
 
+TEST(Haptics, TwoDevicesOfOneModelAreTwoRows) {
+  Shown<HapticsPanel> shown;
+  auto* const table = shown.panel.findChild<QTableWidget*>();
+  vest_msgs::HapticState state;
+  state.device = "simulated";
+  ros::Publisher publishers[2];
+  const char* const names[] = {"left", "right"};
+  for (int i = 0; i < 2; ++i) {
+    state.instrument = names[i];
+    publishers[i] = ros::NodeHandle("/vest").advertise<vest_msgs::HapticState>(
+        std::string("haptics/two_") + names[i] + "/state", 2, true);
+    publishers[i].publish(state);
+  }
+  EXPECT_TRUE(spin([&] { return table->rowCount() == 2; }));
+  std::vector<QString> instruments;
+  for (int row = 0; row < table->rowCount(); ++row) instruments.push_back(table->item(row, 1)->text());
+  std::sort(instruments.begin(), instruments.end());
+  EXPECT_EQ(instruments, (std::vector<QString>{"left", "right"}));
+}
+
+// Set back by an hour, a silence judged by the system clock would be seen an hour later; set forward, all
+// would count as silent at once.
+TEST(AllPanels, SilenceIsSeenThoughTheSystemClockIsSetBack) {
+  Shown<FootswitchesPanel> switches;
+  Shown<SessionPanel> session;
+  Shown<PatientMonitorPanel> monitor;
+  Shown<HapticsPanel> haptics;
+  sensor_msgs::Joy joy;
+  joy.buttons = {1, 0, 0, 0, 0, 0};
+  vest_msgs::SessionState state;
+  state.step = 4711;
+  vest_msgs::HaemodynamicsState blood;
+  blood.heart_rate = 1.2;
+  vest_msgs::HapticState force;
+  force.device = "silent";
+  auto* const table = haptics.panel.findChild<QTableWidget*>();
+  ASSERT_TRUE(send("haptics/clock/state", force, [&] { return table->rowCount() == 1; }));
+  ASSERT_TRUE(send("session/state", state, [&] { return session.says("4711"); }));
+  ASSERT_TRUE(send("effects/haemodynamics", blood, [&] { return monitor.says(">72<"); }));
+  ASSERT_TRUE(send("phantom_box/footswitches", joy, [&] { return !switches.says("no footswitches heard"); }));
+  const ros::WallTime before = ros::WallTime::now();
+  const ClockSet back(-3600);
+  ASSERT_LT(ros::WallTime::now(), before) << "the clock was not set at all";
+  EXPECT_TRUE(spin([&] { return switches.says("all count as released"); }));
+  EXPECT_TRUE(spin([&] { return session.says("no word from the simulation"); }));
+  EXPECT_TRUE(spin([&] { return monitor.says("no data"); }));
+  EXPECT_TRUE(spin([&] { return table->item(0, 7)->text() == "silent"; }));
+}
+
 TEST(Material, SendsTheEditOfTheObjectThatIsChosen) {
   Shown<MaterialPanel> shown;
   vest_msgs::ParameterEdit edit;
@@ -305,6 +367,13 @@ TEST(AllPanels, KeepTheirNamespaceAndSurviveAHundredLives) {
 
 }  // namespace
 }  // namespace vest::panels
+
+// In front of the C library's: the tests set the system clock without harm to anybody else.
+extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
+  const int result = static_cast<int>(::syscall(SYS_clock_gettime, clock, time));
+  if (result == 0 && clock == CLOCK_REALTIME) time->tv_sec += vest::panels::g_clock_set;
+  return result;
+}
 
 int main(int argc, char** argv) {
   qputenv("QT_QPA_PLATFORM", "offscreen");

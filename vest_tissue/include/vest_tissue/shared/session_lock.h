@@ -20,12 +20,20 @@ class SessionLock {
   /// @throws SessionTaken where another process (or another object of this one) holds it; std::runtime_error
   /// with the system's reason where there is no shared memory
   SessionLock(const std::string& who, const std::string& name, double patience = 0.0);
+  /// Lets go. A process that dies without it leaves that to be seen by the next.
   ~SessionLock();
   SessionLock(const SessionLock&) = delete;
   SessionLock& operator=(const SessionLock&) = delete;
 
+  /// Who held it before did not let go (it was killed, or crashed), and nobody has settled it since this
+  /// machine was started.
+  bool predecessorDied() const noexcept { return predecessor_died_; }
+  /// A person knows of it: who comes next is not told again.
+  void settle() noexcept { predecessor_died_ = false; }
+
  private:
   int descriptor_ = -1;
+  bool predecessor_died_ = false;
 };
 
 }  // namespace vest::shared
