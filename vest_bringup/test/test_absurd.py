@@ -115,16 +115,16 @@ class Absurd(unittest.TestCase):
         message = InstrumentStates()
         tool = InstrumentState(name="right", tool=InstrumentState.TOOL_SUCTION_IRRIGATOR, valid=True,
                                functions=InstrumentState.FUNCTION_IRRIGATE)
-        tool.tip.position.x, tool.tip.position.y, tool.tip.position.z = 0.02, 0.03, 0.07
-        tool.tip.orientation.x = 1.0  # the jet points down
-        tool.shaft = tool.tip
+        tool.tip.position.x, tool.tip.position.y, tool.tip.position.z = 0.02, 0.03, 0.10
+        tool.tip.orientation.w = tool.shaft.orientation.w = 1.0  # the jet points up: it stays long in the air
+        tool.shaft.position.x, tool.shaft.position.y, tool.shaft.position.z = 0.02, 0.03, 0.01
         message.instruments = [tool]
         end = time.monotonic() + 60
         while time.monotonic() < end and not any("more fluid than particles" in t for _, _, t in self.reports):
             message.header.stamp = rospy.Time.now()
             self.instruments.publish(message)
             time.sleep(0.02)
-        self.assertTrue(self.announced("vest: operating field", "more fluid than particles"))
+        self.assertTrue(self.announced("vest: operating field", "more fluid than particles"), self.told["vest: operating field"])
         self.steps(300)
         fluid = self.newest["fluid"]
         self.assertLessEqual(len(fluid.positions), 3 * 200)

@@ -38,15 +38,15 @@ void main() {
     cover = clamp((min(c, x + 0.5 * s) - max(-c, x - 0.5 * s)) / s, 0.0, 1.0);
     z = tone.y < 1.0 ? mix(sqrt(max(c2 - x * x, 0.0)), 0.785 * c, tone.y) : 0.785 * c;
     // The lamp's image is a point in the drop: it draws a line while the shutter is open.
-    float beyond = max(abs(x + 0.1) - 0.5 * tone.y, 0.0);
-    flash = exp(-beyond * beyond * 90.0) * min(1.0, 0.3 / max(tone.y, 0.01));
+    float half_way = 0.5 * tone.y + 0.12, along = (x + 0.1) / half_way;
+    flash = max(1.0 - along * along, 0.0) * min(1.0, 0.35 / max(tone.y, 0.01));
     z *= mix(1.0, z, shape.y);
   }
   float mm = 2.0 * tone.x * z;  // of fluid behind this place
   float hide = tone.z;
   float deep = 1.0 - exp(-1.1 * mm);
-  // Blood: thin it lets the ground through and is bright, thick it is nearly black; water bends light at its rim.
-  vec3 blood = mix(vec3(0.60, 0.045, 0.034), vec3(0.30, 0.010, 0.010), deep);
+  // Blood: thin it lets the ground through and is bright, thick it is dark; water bends light at its rim.
+  vec3 blood = mix(vec3(0.55, 0.040, 0.031), vec3(0.28, 0.010, 0.010), deep);
   float rim = 1.0 - z; rim *= rim;
   float across = y - 0.30;
   float glint = exp(-across * across * 170.0) * flash;
@@ -54,5 +54,6 @@ void main() {
   colour += rim * (1.0 - 0.7 * hide) * vec3(0.10, 0.045, 0.04) + (1.6 - 0.4 * hide - 0.5 * shape.y) * glint * vec3(0.95, 0.98, 1.0);
   a = mix(0.07 + 0.28 * rim, 1.0 - exp(-4.0 * mm), hide);
   a = clamp(cover * a + min(glint * shape.z, 1.0) * cover * (0.9 - 0.65 * hide), 0.0, 1.0) * tone.a;
-  gl_FragColor = vec4(response(colour * shape.z), a);
+  // Near the lens the exposure has no room for more.
+  gl_FragColor = vec4(response(colour * min(shape.z, 1.5)), a);
 }
