@@ -34,6 +34,7 @@ std::string sceneFile(const std::string& scene) {
 constexpr std::size_t kRecent = 64;  // messages: 64 ms of the trainer's instruments; a state is younger
 /// ns: where no states come (paused), the instruments are published at about their rate all the same.
 constexpr std::int64_t kToolsLatest = 20000000;
+constexpr double kTellRefusal = 5.0;  // s: some /diagnostics (1 Hz) say what was refused
 
 }  // namespace
 
@@ -73,6 +74,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   Loaded loaded = loadFile(scene_);
   topology_ = loaded.topology;
   description_ = loaded.description;
+  editable_ = loaded.edits;
   published_revision_ = topology_->revision;
   runner_ = std::make_unique<scene::Runner>(std::move(loaded.simulation), options);
   if (boolParameter(private_nh_, "share_contacts", true)) {
@@ -138,6 +140,7 @@ TissueServer::Loaded TissueServer::loadFile(const std::string& scene) const {
   toMsg(world, *loaded.topology);
   loaded.description = std::make_shared<const scene::Description>(std::move(description));
   loaded.simulation = factory_(std::move(world));
+  loaded.simulation->edits(loaded.edits);
   return loaded;
 }
 
@@ -166,13 +169,23 @@ void TissueServer::onFootswitches(const sensor_msgs::Joy::ConstPtr& msg) {
   runner_->setTools(sample_);
 }
 
+void TissueServer::refuseInput(const std::string& sentence) {
+  ++refused_inputs_;
+  ROS_WARN_THROTTLE(0.2, "%s", sentence.c_str());
+  std::lock_guard<std::mutex> lock(refusal_mutex_);
+  refusal_ = sentence;
+  refusal_time_ = ros::SteadyTime::now();
+}
+
 void TissueServer::onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg) {
-  if (!std::isfinite(msg->value)) {
-    ++refused_inputs_;
-    ROS_WARN_THROTTLE(5, "parameter_edit: %s is not finite; nothing changes", msg->parameter.c_str());
-    return;
+  const scene::ParameterEdit edit{msg->object, msg->parameter, msg->value};
+  std::string why;
+  {
+    std::lock_guard<std::mutex> lock(loaded_mutex_);
+    why = scene::refusal(editable_, edit);
   }
-  runner_->edit({msg->object, msg->parameter, msg->value});
+  if (!why.empty()) return refuseInput("parameter_edit: " + why + "; nothing changes");
+  runner_->edit(edit);
 }
 
 void TissueServer::onRecording(const vest_msgs::SessionState::ConstPtr& msg) {
@@ -189,6 +202,7 @@ bool TissueServer::onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadSce
     std::lock_guard<std::mutex> lock(loaded_mutex_);
     topology_ = loaded.topology;
     description_ = loaded.description;
+    editable_ = loaded.edits;
     topology_due_ = true;
     loading_ = false;
     res.success = true;
@@ -506,11 +520,21 @@ void TissueServer::publishDiagnostics() {
   status.name = "vest: simulation";
   status.hardware_id = "none";
   const bool slow = !s.paused && s.real_time_factor < 0.95;
-  status.level =
-      s.fault ? diagnostic_msgs::DiagnosticStatus::ERROR
-              : (slow ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK);
-  status.message = s.fault ? "fault: last good state kept"
-                           : (s.paused ? "paused" : (slow ? "slower than real time" : "real time"));
+  std::string refused;
+  bool lately = false;
+  {
+    std::lock_guard<std::mutex> lock(refusal_mutex_);
+    refused = refusal_;
+    lately = !refused.empty() && (ros::SteadyTime::now() - refusal_time_).toSec() < kTellRefusal;
+  }
+  status.level = s.fault            ? diagnostic_msgs::DiagnosticStatus::ERROR
+                 : (slow || lately) ? diagnostic_msgs::DiagnosticStatus::WARN
+                                    : diagnostic_msgs::DiagnosticStatus::OK;
+  status.message = s.fault    ? "fault: last good state kept"
+                   : lately   ? "refused: " + refused
+                   : s.paused ? "paused"
+                   : slow     ? "slower than real time"
+                              : "real time";
   const auto add = [&](const char* key, double value) {
     diagnostic_msgs::KeyValue kv;
     kv.key = key;
@@ -522,6 +546,10 @@ void TissueServer::publishDiagnostics() {
   add("step_cpu_time_s", s.step_cpu_time);
   add("refused_inputs", static_cast<double>(refused_inputs_));
   add("clock_jumps", static_cast<double>(clock_jumps_));
+  diagnostic_msgs::KeyValue last;
+  last.key = "last_refused_input";
+  last.value = refused;
+  status.values.push_back(last);
   diagnostics_pub_.publish(msg);
 }
 

@@ -60,12 +60,15 @@ class TissueServer {
     std::unique_ptr<scene::Simulation> simulation;
     boost::shared_ptr<vest_msgs::TissueTopology> topology;
     std::shared_ptr<const scene::Description> description;
+    std::vector<scene::EditableParameter> edits;
   };
 
   Loaded loadFile(const std::string& scene) const;
   void onInstruments(const vest_msgs::InstrumentStates::ConstPtr& msg);
   void onFootswitches(const sensor_msgs::Joy::ConstPtr& msg);
   void onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg);
+  /// Counts it, warns with one sentence, and has /diagnostics say it for a while.
+  void refuseInput(const std::string& sentence);
   void onRecording(const vest_msgs::SessionState::ConstPtr& msg);
   bool onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res);
   bool onReset(std_srvs::Trigger::Request& req, std_srvs::Trigger::Response& res);
@@ -100,9 +103,10 @@ class TissueServer {
   std::atomic<bool> held_{false};  ///< paused until a recorder listens
 
   std::unique_ptr<scene::Runner> runner_;
-  std::mutex loaded_mutex_;  ///< topology_ and description_; never held by the stepping thread
+  std::mutex loaded_mutex_;  ///< topology_, description_ and editable_; never held by the stepping thread
   boost::shared_ptr<vest_msgs::TissueTopology> topology_;
   std::shared_ptr<const scene::Description> description_;
+  std::vector<scene::EditableParameter> editable_;  ///< likewise
   std::atomic<bool> topology_due_{true}, loading_{false};
   std::map<std::string, std::vector<std::uint8_t>> snapshots_;
 
@@ -119,6 +123,9 @@ class TissueServer {
   std::mutex recent_mutex_;  ///< recent_: of the input and the publishing thread
   std::deque<vest_msgs::InstrumentStates::ConstPtr> recent_;  ///< the last messages, oldest first
   std::atomic<std::uint64_t> refused_inputs_{0};
+  std::mutex refusal_mutex_;
+  std::string refusal_;  ///< the last one
+  ros::SteadyTime refusal_time_;
 
   // Of the publishing thread.
   MessagePool<vest_msgs::StepInput> step_pool_;
