@@ -365,8 +365,9 @@ namespace {
 
 /// Contacts and holds during one step.
 struct PointWays {
-  std::array<Vector3d, kMostTissuePoints> start, free, end;  ///< m: now, and at the end without and with forces
-  std::array<double, kMostTissuePoints> give;                ///< m/N: of held knots, in series with the contact
+  std::array<Vector3d, kMostTissuePoints> start, free,
+      end;                                     ///< m: now, and at the end without and with forces
+  std::array<double, kMostTissuePoints> give;  ///< m/N: of held knots, in series with the contact
 };
 
 Matrix3d& answerBetween(TissueScratch& w, std::size_t p, std::size_t q) {
@@ -412,8 +413,8 @@ void beginPoints(const TissueModel& t, const TissueState& s, double h, TissueScr
       const Index k = point.knots[a];
       ways.start[p] += weight * s.x[k];
       ways.free[p] += weight * w.q[k];
-      // A held knot counts with its own mass, not as immovable: a contact almost on it would otherwise throw its
-      // free neighbour, of whose way it has next to nothing, as far as it takes.
+      // A held knot counts with its own mass, not as immovable: a contact almost on it would otherwise throw
+      // its free neighbour, of whose way it has next to nothing, as far as it takes.
       if (!isFree(t, s, k)) ways.give[p] += weight * weight * h * h / s.mass[k];
     }
     point.force.setZero();
@@ -500,13 +501,13 @@ bool applyPoints(const TissueModel& t, const TissueState& s, double h, TissueScr
   return any;
 }
 
-/// Part of the forces, 0 … 1, that is right for how far they really move the points, with the rest of what they
-/// found along their direction: the minimum of the step's own quadratic,
+/// Part of the forces, 0 … 1, that is right for how far they really move the points, with the rest of what
+/// they found along their direction: the minimum of the step's own quadratic,
 ///   α²/2 (f·Δ + f·R f) - α f·d,
-/// Δ: ways that the forces cause, d: ways that the points had to go, R: compliance of contacts and holds. Up to it
-/// the forces take the energy of what comes together, and no more: whatever the answers were worth, a contact
-/// feeds nothing but what pushing out costs. Where a point gives way more than it was supposed to, its answer is
-/// raised to what it is.
+/// Δ: ways that the forces cause, d: ways that the points had to go, R: compliance of contacts and holds. Up
+/// to it the forces take the energy of what comes together, and no more: whatever the answers were worth, a
+/// contact feeds nothing but what pushing out costs. Where a point gives way more than it was supposed to,
+/// its answer is raised to what it is.
 double partOf(double h, TissueScratch& w, const PointWays& ways) {
   double work = 0.0, wanted = 0.0;
   std::array<double, kMostTissuePoints> softer;
@@ -553,8 +554,8 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
     std::copy_n(w.v_next.begin(), s.x.size(), w.force.begin());  // m/s: without these forces
     for (int pass = 0;; ++pass) {
       if (!applyPoints(t, s, h, w)) return;
-      // The answers are those of the whole body, while a piece that a cut has freed gives way much further; and
-      // the sweeps may not settle where friction wedges thin flaps.
+      // The answers are those of the whole body, while a piece that a cut has freed gives way much further;
+      // and the sweeps may not settle where friction wedges thin flaps.
       part = partOf(h, w, ways);
       if (part > kGood || pass == kPasses) break;
       sweepPoints(h, w, ways);

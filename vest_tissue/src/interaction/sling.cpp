@@ -38,10 +38,13 @@ using LoopNodes = std::array<Vector3d, kSlingNodes>;
 constexpr double kPusher = 0.0112;  ///< m from the tip frame to the pusher's end, where the loop leaves it
 constexpr double kTurn = 6.283185307179586;
 constexpr double kLoopMargin = 0.0015;  ///< m: a surface this near to a node's way is looked at (ours)
-constexpr double kLies = kSlingRadius;  ///< m: a node nearer than this to where it would touch lies on tissue (ours)
-constexpr double kRadial = 0.5;  ///< cosine: the surface under a node looks away from the loop's middle (ours)
-constexpr double kKeep = 1.5;    ///< of the loop's radius: a tube further from its middle has left it (ours)
-constexpr double kTaut = 0.98;   ///< of l0: a path that long is taut (ours)
+constexpr double kLies =
+    kSlingRadius;  ///< m: a node nearer than this to where it would touch lies on tissue (ours)
+constexpr double kRadial =
+    0.5;                        ///< cosine: the surface under a node looks away from the loop's middle (ours)
+constexpr double kKeep = 1.5;   ///< of the loop's radius: a tube further from its middle has left it (ours)
+constexpr double kLegs = 0.7;   ///< of l0: two legs that long reach no slack circle's far side, 2/pi (ours)
+constexpr double kTaut = 0.98;  ///< of l0: a path that long is taut (ours)
 constexpr double kAround = kTurn * kSlingRadius;  ///< m: a thread around something is longer by that
 constexpr double kNoTube = std::numeric_limits<double>::quiet_NaN();
 
@@ -101,13 +104,50 @@ Vector3d centreOfRing(const ObjectState& s, const net::TubeMap& tube, std::size_
   return sum / static_cast<double>(std::max<std::size_t>(tube.knots(ring).size(), 1));
 }
 
+/// Length around the ring of knots of the tube in it, m.
+double ringPath(const ObjectState& s, const Sling& sling) {
+  double length = 0.0;
+  for (int i = 0; i < sling.count; ++i)
+    length +=
+        std::sqrt((knotPosition(s, sling.knots[(i + 1) % sling.count]) - knotPosition(s, sling.knots[i]))
+                      .squaredNorm());
+  return length;
+}
+
 bool liesOn(const Sling& sling) {
   const auto on = [&](const SlingTouch& t) { return t.on && t.object == sling.object; };
   return std::count_if(sling.touch.begin(), sling.touch.end(), on) >= 3;
 }
 
-/// The tube whose centre line passes through the loop: with several the one nearest to its middle; one that lies
-/// in it already stays, until the loop neither has its line in it nor lies on it.
+/// Puts the nodes onto the ring of knots of the tube, from the one nearest to the pusher on.
+void layOnRing(const ObjectState& s, Sling& sling) {
+  Vector3d middle = Vector3d::Zero();
+  for (int i = 0; i < sling.count; ++i) middle += knotPosition(s, sling.knots[i]) / sling.count;
+  int first = 0;
+  double nearest = std::numeric_limits<double>::max();
+  for (int i = 0; i < sling.count; ++i) {
+    const double d = (knotPosition(s, sling.knots[i]) - sling.tip).squaredNorm();
+    if (d < nearest) nearest = d, first = i;
+  }
+  for (int n = 1; n < kSlingNodes; ++n) {
+    const double at = static_cast<double>(n) * sling.count / kSlingNodes, t = at - std::floor(at);
+    const int i = first + static_cast<int>(at);
+    SlingTouch& touch = sling.touch[n];
+    touch.on = true;
+    touch.side = 0;
+    touch.object = sling.object;
+    touch.knots = {sling.knots[i % sling.count], sling.knots[(i + 1) % sling.count],
+                   sling.knots[(i + 1) % sling.count]};
+    touch.weights = {1.0 - t, t, 0.0};
+    const Vector3d place = placeOf(s, touch), out = place - middle;
+    touch.offset = out * (kSlingRadius / std::max(std::sqrt(out.squaredNorm()), 1e-9));
+    sling.node[n] = place + touch.offset;
+    sling.velocity[n].setZero();
+  }
+}
+
+/// The tube whose centre line passes through the loop: with several the one nearest to its middle; one that
+/// lies in it already stays, until the loop neither has its line in it nor lies on it.
 void embrace(Context& c, Sling& sling) {
   const Vector3d middle = middleOf(sling.node);
   Vector3d normal = Vector3d::Zero();
@@ -148,7 +188,17 @@ void embrace(Context& c, Sling& sling) {
       p = q;
     }
   }
-  if (!found && sling.around && liesOn(sling)) return;
+  if (!found && sling.around) {
+    // A thread does not pass through what it is drawn tight around: nodes that crumpled walls have misled lie
+    // around the tube again.
+    const ObjectState& s = c.state.objects[sling.object];
+    const auto ring = static_cast<std::size_t>(sling.ring);
+    const Vector3d centre = centreOfRing(s, c.model.objects[sling.object].tube, ring);
+    const bool taut = ringPath(s, sling) > kTaut * (sling.rest - kAround) ||
+                      2.0 * std::sqrt((centre - sling.tip).squaredNorm()) > kLegs * sling.rest;
+    if (taut) layOnRing(c.state.objects[sling.object], sling);
+    if (taut || liesOn(sling)) return;
+  }
   sling.around = found;
   if (!found) {
     sling.ring = -1;
@@ -162,8 +212,8 @@ void embrace(Context& c, Sling& sling) {
   sling.area = areaOf(c.model.start.objects[sling.object], sling);
 }
 
-/// Tissue that is no tube: it lies in the loop where the thread lies taut on it with most of its nodes, and the
-/// surface under these looks outward.
+/// Tissue that is no tube: it lies in the loop where the thread lies taut on it with most of its nodes, and
+/// the surface under these looks outward.
 void enclose(Context& c, Sling& sling) {
   const Vector3d middle = middleOf(sling.node);
   if (sling.around) {
@@ -228,6 +278,9 @@ void look(Context& c, Sling& sling, LoopStep& step, int i, double way) {
   const Vector3d& x = step.start[i];
   const std::int8_t side_before = touch.side;
   const std::uint16_t object_before = touch.object;
+  // Walls of a crushed tube lie close together: a node stays at the one that it was at.
+  const Vector3d facing =
+      side_before != 0 ? normalOf(c.state.objects[object_before], touch) : Vector3d(Vector3d::Zero());
   plane.active = false;
   touch.side = 0;
   double best = kSlingRadius + kLoopMargin + way;
@@ -242,6 +295,9 @@ void look(Context& c, Sling& sling, LoopStep& step, int i, double way) {
     if ((p[0] - x).squaredNorm() > (best + edge) * (best + edge)) continue;
     const contact::Nearest n = contact::nearest(x, p);
     if (!(n.distance < best)) continue;
+    if (side_before != 0 && o == object_before &&
+        (p[1] - p[0]).cross(p[2] - p[0]).dot(facing) * side_before < 0.0)
+      continue;
     best = n.distance, at = n, object = o, triangle = t;
     plane.active = true;
   }
@@ -256,8 +312,10 @@ void look(Context& c, Sling& sling, LoopStep& step, int i, double way) {
     const double height = face.dot(off);
     // Organs are closed where they are tubes; of a sheet the node keeps the side that it came from.
     const bool closed = c.model.objects[object].tube.ringCount() > 1;
-    if (!closed && side_before != 0 && object_before == object) touch.side = side_before;
-    else if (!closed && height < 0.0) touch.side = -1;
+    if (!closed && side_before != 0 && object_before == object)
+      touch.side = side_before;
+    else if (!closed && height < 0.0)
+      touch.side = -1;
     const double outward = touch.side < 0 ? -height : height, distance = std::sqrt(off.squaredNorm());
     plane.normal = outward > 0.0 && distance > 1e-7 ? Vector3d(off / distance)
                                                     : Vector3d(face * static_cast<double>(touch.side));
@@ -319,7 +377,8 @@ void moveLoop(Context& c, Sling& sling, const Sling& before) {
   }
 }
 
-/// A tied loop lies where it was tied and goes with the tissue; between two nodes that lie on it, it is straight.
+/// A tied loop lies where it was tied and goes with the tissue; between two nodes that lie on it, it is
+/// straight.
 void carryLoop(Context& c, Sling& sling) {
   LoopNodes x = sling.node;
   int first = -1;
@@ -344,8 +403,9 @@ void carryLoop(Context& c, Sling& sling) {
   sling.node = x;
 }
 
-/// Length of the way under the nodes that lie on the organ, on its surface, and over the applicator's knot where it
-/// holds it: m. The thread outside is 2·pi·(its radius) longer. Per place of `loop` its gradient, no unit.
+/// Length of the way under the nodes that lie on the organ, on its surface, and over the applicator's knot
+/// where it holds it: m. The thread outside is 2·pi·(its radius) longer. Per place of `loop` its gradient, no
+/// unit.
 double pathOf(const ObjectState& s, const Sling& sling, const LoopTissue& loop, const Vector3d& knot,
               std::array<Vector3d, LoopTissue::kMost>* gradient, Vector3d* at_knot) {
   std::array<Vector3d, kSlingNodes> p, g;
@@ -383,8 +443,8 @@ double pathOf(const ObjectState& s, const Sling& sling, const LoopTissue& loop, 
   return length;
 }
 
-/// The path is not longer than l0: places are drawn in, and the path's lengthening is stopped by an impulse along
-/// its gradient, limited by what a hand or a knot bears; beyond it the thread slips through its knot.
+/// The path is not longer than l0: places are drawn in, and the path's lengthening is stopped by an impulse
+/// along its gradient, limited by what a hand or a knot bears; beyond it the thread slips through its knot.
 void tighten(Context& c, Sling& sling, const LoopTissue& loop, double fraction, double dt) {
   constexpr double kSmooth = 0.005;  // s: of the tension that is told
   ObjectState& s = c.state.objects[sling.object];
@@ -428,6 +488,47 @@ void tighten(Context& c, Sling& sling, const LoopTissue& loop, double fraction, 
   const Vector3d push = -impulse * at_knot, moment = knot.cross(push);
   load.touched = true;
   for (int e = 0; e < 3; ++e) load.impulse[e] += push[e], load.moment[e] += moment[e];
+}
+
+/// A tube in the loop is no wider than the loop, wherever the nodes lie: the same for the ring of its knots,
+/// which nothing but the loop holds.
+void tightenRing(Context& c, Sling& sling, double dt) {
+  ObjectState& s = c.state.objects[sling.object];
+  const double excess = ringPath(s, sling) - (sling.rest - kAround);
+  if (sling.count < 3 || excess <= 0.0) return;
+  std::array<Vector3d, interaction::kMaxSlingKnots> g;
+  std::fill_n(g.begin(), sling.count, Vector3d::Zero());
+  for (int i = 0; i < sling.count; ++i) {
+    const int j = (i + 1) % sling.count;
+    const Vector3d d = knotPosition(s, sling.knots[j]) - knotPosition(s, sling.knots[i]);
+    const double l = std::sqrt(d.squaredNorm());
+    if (!(l > 1e-9)) continue;
+    g[j] += d / l;
+    g[i] -= d / l;
+  }
+  const float* const w = row(s, Block::kInverseMass);
+  double inverse = 0.0, rate = 0.0;
+  for (int i = 0; i < sling.count; ++i) {
+    inverse += w[sling.knots[i]] * g[i].squaredNorm();
+    rate += g[i].dot(knotVelocity(s, sling.knots[i]));
+  }
+  if (!(inverse > 0.0)) return;
+  const double wanted = sling.drawing ? -interaction::kSlingShortening * sling.rest : 0.0;
+  const double impulse = std::min(std::max((rate - wanted) / inverse, 0.0), interaction::kSlingTension * dt);
+  double work = 0.0;
+  for (int i = 0; i < sling.count; ++i) {
+    const std::uint32_t k = sling.knots[i];
+    const Vector3d before = knotVelocity(s, k), after = before - w[k] * impulse * g[i];
+    const Vector3d place = knotPosition(s, k) - w[k] * (excess / inverse) * g[i];
+    if (w[k] > 0.0f) work += 0.5 / w[k] * (after.squaredNorm() - before.squaredNorm());
+    work += impulse / dt * w[k] * (excess / inverse) * g[i].squaredNorm();
+    for (int axis = 0; axis < 3; ++axis) {
+      s.block.row(static_cast<Block::KnotRow>(Block::X + axis))[k] = static_cast<float>(place[axis]);
+      s.block.row(static_cast<Block::KnotRow>(Block::VX + axis))[k] = static_cast<float>(after[axis]);
+    }
+  }
+  sling.tension += std::min(1.0, dt / 0.005) * impulse / dt;
+  c.scratch.objects[sling.object].loads.work += work;
 }
 
 Sling* free(Context& c) {
@@ -481,16 +582,19 @@ void apply(Context& c, int tool) {
   hang(*own);
   own->drawing = draw;
   const double factor = solver::exponential(-interaction::kSlingShortening * c.dt);
-  if (draw) own->rest *= factor;
-  else if (!own->around) own->rest = std::min(own->rest / factor, interaction::kSlingLength);  // it dilates
+  if (draw)
+    own->rest *= factor;
+  else if (!own->around)
+    own->rest = std::min(own->rest / factor, interaction::kSlingLength);  // it dilates
   moveLoop(c, *own, before);
   if (!draw && !own->around) return;
   if (own->count > 0 || !own->around) embrace(c, *own);
   if (own->count == 0) enclose(c, *own);
 }
 
-/// Ties the loop where it has closed what lies in it, and will keep it closed without the pusher: the knot is set
-/// on the tissue, and every node that has some near; l0 is the way that lies there. A loop of that length holds no more than a circle of it.
+/// Ties the loop where it has closed what lies in it, and will keep it closed without the pusher: the knot is
+/// set on the tissue, and every node that has some near; l0 is the way that lies there. A loop of that length
+/// holds no more than a circle of it.
 void tieClosed(Context& c, Sling& sling) {
   const double most = interaction::kSlingClosed * sling.area;
   const ObjectState& s = c.state.objects[sling.object];
@@ -551,8 +655,11 @@ void gatherSlings(Context& c) {
 void holdSlings(Context& c, std::size_t object, double fraction, double dt) {
   auto& slings = c.state.fasteners.slings;
   for (std::size_t n = 0; n < slings.size(); ++n) {
-    if (slings[n].alive && slings[n].around && slings[n].object == object && c.scratch.loops[n].count > 0)
-      tighten(c, slings[n], c.scratch.loops[n], fraction, dt);
+    Sling& sling = slings[n];
+    const LoopTissue& loop = c.scratch.loops[n];
+    if (!sling.alive || !sling.around || sling.object != object || !(sling.tied || loop.held)) continue;
+    if (loop.count > 0) tighten(c, sling, loop, fraction, dt);
+    tightenRing(c, sling, dt);
   }
 }
 

@@ -16,21 +16,21 @@ constexpr int kN = kSlingNodes;
 constexpr int kFree = kN - 1;  // all but the central knot
 constexpr int kBand = 4;       // below the diagonal, in the order of slotOf()
 constexpr double kPi = 3.141592653589793;
-constexpr double kOpenLink = kSlingLength / kN;                                  // m
-constexpr double kSection = kPi * kSlingRadius * kSlingRadius;                   // m²
-constexpr double kNodeMass = kSlingDensity * kSection * kOpenLink;               // kg
-constexpr double kInertia = 0.25 * kSection * kSlingRadius * kSlingRadius;       // m^4, second moment of area
+constexpr double kOpenLink = kSlingLength / kN;                             // m
+constexpr double kSection = kPi * kSlingRadius * kSlingRadius;              // m²
+constexpr double kNodeMass = kSlingDensity * kSection * kOpenLink;          // kg
+constexpr double kInertia = 0.25 * kSection * kSlingRadius * kSlingRadius;  // m^4, second moment of area
 constexpr double kBending = kSlingModulus * kInertia / (kOpenLink * kOpenLink * kOpenLink);  // N/m
-/// 1/s: what the open loop's slowest motion, of the order of sqrt(EI/µ)/R², is damped with: twice that, critically
-/// (assumed). sqrt(EI/µ) = 0.107 m²/s, R = 19.1 mm.
+/// 1/s: what the open loop's slowest motion, of the order of sqrt(EI/µ)/R², is damped with: twice that,
+/// critically (assumed). sqrt(EI/µ) = 0.107 m²/s, R = 19.1 mm.
 constexpr double kDamping = 600.0;
 constexpr int kRounds = 24;         // of links and planes in turn, at most (ours)
 constexpr double kExact = 1e-4;     // of a link's length: links and planes agree (ours)
 constexpr double kSoft = 1e-6;      // of a link's inverse mass: keeps a straight chain solvable (ours)
 constexpr double kShortest = 1e-9;  // m
 
-/// Row of a node: from the knot outward on both sides in turn, so that neighbours are at most kBand rows apart
-/// although the chain is closed.
+/// Row of a node: from the knot outward on both sides in turn, so that neighbours are at most kBand rows
+/// apart although the chain is closed.
 constexpr int slotOf(int node) {
   return node <= kN / 2 ? 2 * (node - 1) : 2 * (kN - node) - 1;
 }
@@ -61,9 +61,9 @@ void solveBand(const Band& a, std::array<Vector3d, kFree>& b) {
     for (int d = 1; d <= std::min(kBand, r); ++d) b[r - d] -= a[r][d] * b[r];
 }
 
-/// One Newton step on the lengths of all links; the central knot does not move. Link i goes from node i to i+1,
-/// so that links i and i+1 share node i+1: tridiagonal, since the first and the last share only the knot. Returns
-/// the greatest error of a length before it, m.
+/// One Newton step on the lengths of all links; the central knot does not move. Link i goes from node i to
+/// i+1, so that links i and i+1 share node i+1: tridiagonal, since the first and the last share only the
+/// knot. Returns the greatest error of a length before it, m.
 double straighten(std::array<Vector3d, kN>& x, double length) {
   std::array<Vector3d, kN> u;
   std::array<double, kN> diagonal, below, lambda;
@@ -104,6 +104,27 @@ void keepOut(std::array<LoopPlane, kN>& planes, std::array<Vector3d, kN>& x) {
     if (!p.active || !(deep > 0.0)) continue;
     x[i] += deep * p.normal;
     p.pushed += deep;
+  }
+}
+
+/// Friction across the thread. It is held by what pushed it in this step, and by the tension that presses it
+/// on: the way that its friction takes from the node's inertia.
+void stick(const Sling& s, const LoopStep& step, std::array<Vector3d, kN>& x) {
+  for (int i = 1; i < kN; ++i) {
+    const LoopPlane& p = step.planes[i];
+    if (!s.touch[i].on || !p.active) continue;
+    const Vector3d along = x[(i + 1) % kN] - x[i - 1];
+    Vector3d across = p.normal.cross(along);
+    const double wide = std::sqrt(across.squaredNorm());
+    if (!(wide > kShortest)) continue;
+    across /= wide;
+    const Vector3d ahead = x[(i + 1) % kN] - x[i], behind = x[i] - x[i - 1];
+    const double a = std::sqrt(ahead.squaredNorm()), b = std::sqrt(behind.squaredNorm());
+    const double turn =
+        a > kShortest && b > kShortest ? std::sqrt((ahead / a - behind / b).squaredNorm()) : 0.0;
+    const double most = p.friction * (p.pushed + s.tension * turn * step.h * step.h / kNodeMass);
+    const double slip = across.dot(x[i] - step.start[i]);
+    x[i] -= std::clamp(slip, -most, most) * across;
   }
 }
 
@@ -151,23 +172,7 @@ void link(const Sling& s, LoopStep& step, std::array<Vector3d, kN>& x) {
     keepOut(step.planes, x);
     if (worst < kExact * length) break;
   }
-  for (int i = 1; i < kN; ++i) {
-    const LoopPlane& p = step.planes[i];
-    if (!s.touch[i].on || !p.active) continue;
-    const Vector3d along = x[(i + 1) % kN] - x[i - 1];
-    Vector3d across = p.normal.cross(along);
-    const double wide = std::sqrt(across.squaredNorm());
-    if (!(wide > kShortest)) continue;
-    across /= wide;
-    // Held by what pushed in this step, and by the tension that presses the thread on: the way that its friction
-    // takes from the node's inertia.
-    const Vector3d ahead = x[(i + 1) % kN] - x[i], behind = x[i] - x[i - 1];
-    const double a = std::sqrt(ahead.squaredNorm()), b = std::sqrt(behind.squaredNorm());
-    const double turn = a > kShortest && b > kShortest ? std::sqrt((ahead / a - behind / b).squaredNorm()) : 0.0;
-    const double most = p.friction * (p.pushed + s.tension * turn * step.h * step.h / kNodeMass);
-    const double slip = across.dot(x[i] - step.start[i]);
-    x[i] -= std::clamp(slip, -most, most) * across;
-  }
+  stick(s, step, x);
 }
 
 }  // namespace vest::interaction

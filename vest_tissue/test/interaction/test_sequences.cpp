@@ -304,7 +304,7 @@ Sum play(int sequences, bool volumes) {
 
 int countOf(int full) {
   const char* wanted = std::getenv("VEST_SEQUENCES");
-  const int count = wanted != nullptr                    ? std::atoi(wanted)
+  const int count = wanted != nullptr                     ? std::atoi(wanted)
                     : std::getenv("VEST_FULL") != nullptr ? full
                                                           : full / 100;
   std::printf("count: %d of %d sequences of %d operations\n", count, full, kOperations);

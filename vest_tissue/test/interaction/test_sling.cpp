@@ -123,8 +123,8 @@ TEST(Sling, TheLoopBeingDrawnHasTheSameShapeForAnyStep) {
   }
 }
 
-// Protects against a loop that is drawn with its applicator as a picture: it has inertia, swings, and comes to
-// rest; its links keep their length meanwhile.
+// Protects against a loop that is drawn with its applicator as a picture: it has inertia, swings, and comes
+// to rest; its links keep their length meanwhile.
 TEST(Sling, TheLoopIsAChainThatSwingsBehindItsApplicatorAndComesToRest) {
   Theatre t;
   t.applicator(0.2, false);  // nothing in it
@@ -160,8 +160,7 @@ TEST(Sling, ALoopThatIsPressedOnTissueBendsAndDoesNotEnterIt) {
     t.input.tools[0].position.z() -= 0.0001;
     t.step();
     for (const Vector3d& p : t.sling().positions)
-      if (std::fabs(p.x()) < 0.03)
-        deepest = std::min(deepest, std::hypot(p.y(), p.z() - 0.05));
+      if (std::fabs(p.x()) < 0.03) deepest = std::min(deepest, std::hypot(p.y(), p.z() - 0.05));
   }
   // The tube is a polygon of eight sides within its radius.
   EXPECT_GT(deepest, 0.0002 + 0.004 * std::cos(M_PI / 8) - 2e-4);
@@ -296,7 +295,8 @@ TEST(Sling, PutsNoForceOnTheTissueButThatOfItsApplicator) {
 TEST(Sling, PutsNoNetForceAndNoNetTorqueOnTheTissueOnceItIsTied) {
   scene::Description d = stump(false);
   const double rate = 20.0;  // 1/s
-  for (std::size_t i = 0; i < d.objects[0].mass.size(); ++i) d.objects[0].damping[i] = rate * d.objects[0].mass[i];
+  for (std::size_t i = 0; i < d.objects[0].mass.size(); ++i)
+    d.objects[0].damping[i] = rate * d.objects[0].mass[i];
   Theatre t(d);
   t.applicator(0.0, true);
   for (int i = 0; i < 3000 && (i < 20 || !t.sling().tied); ++i) {

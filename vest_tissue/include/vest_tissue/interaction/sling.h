@@ -8,8 +8,8 @@
 
 #include "vest_tissue/net/anchor.h"
 
-/// Ligation sling (models.md section 7): a pre-tied loop with linkage to its applicator's tube, which dilates by
-/// itself, is laid around an organ and tightened until the organ is tied off.
+/// Ligation sling (models.md section 7): a pre-tied loop with linkage to its applicator's tube, which dilates
+/// by itself, is laid around an organ and tightened until the organ is tied off.
 ///
 ///            0          node 0: the central knot, in the pusher's end until it is tied
 ///          /   \         nodes 0 … 31, links i to i+1 of l0/32 each, closed
@@ -18,9 +18,9 @@
 ///        18 … 14
 ///
 /// l0 <- l0·exp(-sf·dt) while it is drawn, and back likewise while it is let go with nothing in it: the same
-/// for any step. Tension is the same all along the loop (a thread runs through its knot and along wet tissue), so
-/// that the tissue feels the gradient of one length: what the applicator does not hold has no net force and no
-/// net torque.
+/// for any step. Tension is the same all along the loop (a thread runs through its knot and along wet
+/// tissue), so that the tissue feels the gradient of one length: what the applicator does not hold has no net
+/// force and no net torque.
 namespace vest::interaction {
 
 inline constexpr std::size_t kMaxSlings = 16;
@@ -40,7 +40,7 @@ struct SlingTouch {
   std::int8_t side = 0;  ///< of the surface: 1 outside, -1 inside, 0 far from any
   std::uint16_t object = 0;
   std::array<std::uint32_t, 3> knots{};
-  std::array<double, 3> weights{};                    ///< no unit, sum 1
+  std::array<double, 3> weights{};                   ///< no unit, sum 1
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< m, world: from that place to the node
 };
 
@@ -52,8 +52,8 @@ struct Sling {
   bool drawing = false;  ///< in this step
   std::int8_t instrument = -1;
   std::uint16_t object = 0;  ///< where around
-  std::int32_t count = 0;    ///< knots of the ring of the tube that it closes; 0: around tissue that is no tube
-  std::int32_t ring = -1;    ///< of the tube map; -1: none
+  std::int32_t count = 0;  ///< knots of the ring of the tube that it closes; 0: around tissue that is no tube
+  std::int32_t ring = -1;  ///< of the tube map; -1: none
   std::array<std::uint32_t, kMaxSlingKnots> knots{};  ///< of that ring
   double rest = kSlingLength;                         ///< m: l0
   double tension = 0.0;                               ///< N, smoothed over 5 ms
@@ -62,7 +62,8 @@ struct Sling {
   std::array<Eigen::Vector3d, kSlingNodes> node{};      ///< m, world
   std::array<Eigen::Vector3d, kSlingNodes> velocity{};  ///< m/s
   std::array<SlingTouch, kSlingNodes> touch{};
-  /// Linkage to the applicator: where the central knot sits, and the directions to the loop's middle and across it.
+  /// Linkage to the applicator: where the central knot sits, and the directions to the loop's middle and
+  /// across it.
   Eigen::Vector3d tip = Eigen::Vector3d::Zero();  ///< m, world
   Eigen::Vector3d ahead = Eigen::Vector3d::UnitZ(), across = Eigen::Vector3d::UnitX();
 };

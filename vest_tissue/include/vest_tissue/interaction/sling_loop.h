@@ -28,16 +28,17 @@ struct LoopStep {
   std::array<LoopPlane, kSlingNodes> planes{};
 };
 
-/// Where bending, inertia and gravity take the nodes, links and planes apart: m, world. Backward Euler, node 0 at
-/// the tip:
+/// Where bending, inertia and gravity take the nodes, links and planes apart: m, world. Backward Euler, node
+/// 0 at the tip:
 ///   (m/h² + c/h + k D^T D) (x - x_hanging) = m/h²·(x_free - x_hanging) + c/h·(x_0 - x_hanging,0) + m g,
-/// D: second differences along the loop. The chain is bent elastically as far as it is as it hangs, k = EI/l³ of
-/// the open loop; what is drawn tighter has yielded, and keeps that moment (assumed).
+/// D: second differences along the loop. The chain is bent elastically as far as it is as it hangs, k = EI/l³
+/// of the open loop; what is drawn tighter has yielded, and keeps that moment (assumed).
 void swing(const Sling& sling, const LoopStep& step, std::array<Eigen::Vector3d, kSlingNodes>& to);
 
-/// Links are l0/kSlingNodes long (a Newton step on all of them at once is a tridiagonal system), planes are not
-/// passed; where both cannot be, planes win: tissue that resists is drawn in by the length of the loop
-/// (scene/stages.h: holdSlings()). Friction of planes holds nodes across the thread. Node 0 stays where it is.
+/// Links are l0/kSlingNodes long (a Newton step on all of them at once is a tridiagonal system), planes are
+/// not passed; where both cannot be, planes win: tissue that resists is drawn in by the length of the loop
+/// (scene/stages.h: holdSlings()). Friction of planes holds nodes across the thread. Node 0 stays where it
+/// is.
 void link(const Sling& sling, LoopStep& step, std::array<Eigen::Vector3d, kSlingNodes>& nodes);
 
 }  // namespace vest::interaction

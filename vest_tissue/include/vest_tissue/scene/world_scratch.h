@@ -103,16 +103,17 @@ struct LoopTissue {
   std::array<std::uint32_t, kMost> knots{};
   std::array<std::array<std::uint8_t, 3>, interaction::kSlingNodes> slot{};  ///< per node: places in `knots`
   bool held = false;  ///< its applicator holds the central knot
-  Eigen::Vector3d knot = Eigen::Vector3d::Zero(), travel = Eigen::Vector3d::Zero();  ///< m: of that in the step
+  Eigen::Vector3d knot = Eigen::Vector3d::Zero(),
+                  travel = Eigen::Vector3d::Zero();  ///< m: of that in the step
 };
 
 struct WorldScratch {
   std::vector<ObjectScratch> objects;
   std::vector<OrganContact> organ_contacts;
   Candidates candidates;
-  std::vector<Eigen::Vector3d> connection_force;  ///< N on end 0, held
-  std::array<LoopTissue, interaction::kMaxSlings> loops;                   ///< per sling of the State
-  interaction::LoopStep loop_step;                                         ///< of the loop that moves
+  std::vector<Eigen::Vector3d> connection_force;                         ///< N on end 0, held
+  std::array<LoopTissue, interaction::kMaxSlings> loops;                 ///< per sling of the State
+  interaction::LoopStep loop_step;                                       ///< of the loop that moves
   std::vector<std::pair<std::uint16_t, std::uint32_t>> loop_candidates;  ///< near it: object, triangle
   interaction::CutScratch cut;
   Energy energy_before;
