@@ -1,5 +1,6 @@
 #include "haptic_shell.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <diagnostic_msgs/DiagnosticArray.h>
@@ -131,7 +132,15 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh, shared:
   openDevice();
 
   std::string package = parameter<std::string>(private_nh, "crtk_package", "auto");
-  if (package == "auto") package = ros::package::getPath("crtk_msgs").empty() ? "vest_msgs" : "crtk_msgs";
+  if (package == "auto") {
+    ros::V_string packages;  // asking for a missing package by name would print an error
+    ros::package::getAll(packages);
+    const bool found = std::find(packages.begin(), packages.end(), "crtk_msgs") != packages.end();
+    package = found ? "crtk_msgs" : "vest_msgs";
+  } else if (package != "vest_msgs" && package != "crtk_msgs") {
+    throw std::runtime_error("parameter '" + private_nh.resolveName("crtk_package") + "' = '" + package +
+                             "'; allowed: auto, vest_msgs, crtk_msgs");
+  }
   ros::NodeHandle arm(nh_, "haptics/" + name_);
   measured_cp_ = arm.advertise<geometry_msgs::PoseStamped>("measured_cp", 10);
   measured_cv_ = arm.advertise<geometry_msgs::TwistStamped>("measured_cv", 10);
@@ -328,7 +337,10 @@ void HapticShell::publish(const TickReport& r) {
   const std::string state(control::operatingStateName(r.state));
   if (state != last_state_ || r.valid != last_homed_) {
     if (r.state == control::OperatingState::Fault) {
-      const std::string why = r.fault == haptics::Fault::ContactModel ? r.detail : device_->lastError();
+      std::string why = device_->lastError();
+      if (r.fault == haptics::Fault::ContactModel) why = r.detail;
+      if (r.fault == haptics::Fault::Publisher)
+        why = "'rostopic info' names them; one that was killed counts until 'rosnode cleanup'";
       ROS_ERROR(
           "haptics/%s: FAULT: %s%s%s. Forces are off; 'disable', then 'enable' on haptics/%s/state_command",
           name_.c_str(), std::string(haptics::faultText(r.fault)).c_str(), why.empty() ? "" : ": ",
