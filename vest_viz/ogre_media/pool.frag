@@ -53,7 +53,7 @@ void main() {
   vec3 colour = mix(vec3(0.26, 0.20, 0.18), body, hide) * (0.40 + 0.60 * abs(dot(still, h))) * strength;
   colour += fresnel * mirrored * min(strength * 2.0, 1.5) * 4.0;
   // Broken where the tissue below the brim is rough.
-  float shine = (0.04 * sharp + 9.0 * crisp) * mix(smoothstep(0.35, 0.75, small.z), 1.0, inward);
+  float shine = (0.04 * sharp + 9.0 * crisp) * mix(0.3 * smoothstep(0.45, 0.80, small.z), 1.0, inward);
   colour += shine * strength * vec3(0.95, 0.98, 1.0);
   colour = 1.0 - 1.0 / (1.0 + colour * (1.0 + colour * (0.5 + 0.17 * colour)));
   colour = sqrt(colour);
