@@ -54,6 +54,8 @@ void main() {
   colour += fresnel * mirrored * min(strength * 2.0, 1.5) * 4.0;
   // Broken where the tissue below the brim is rough.
   float shine = (0.04 * sharp + 9.0 * crisp) * mix(0.3 * smoothstep(0.45, 0.80, small.z), 1.0, inward);
+  // Between cells of very different height the mesh is a cliff that no fluid has.
+  shine *= smoothstep(0.80, 0.95, normalize(normal).z);
   colour += shine * strength * vec3(0.95, 0.98, 1.0);
   colour = 1.0 - 1.0 / (1.0 + colour * (1.0 + colour * (0.5 + 0.17 * colour)));
   colour = sqrt(colour);
