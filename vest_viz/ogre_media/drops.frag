@@ -39,7 +39,7 @@ void main() {
     z = tone.y < 1.0 ? mix(sqrt(max(c2 - x * x, 0.0)), 0.785 * c, tone.y) : 0.785 * c;
     // The lamp's image is a point in the drop: it draws a line while the shutter is open.
     float half_way = 0.5 * tone.y + 0.12, along = (x + 0.1) / half_way;
-    flash = max(1.0 - along * along, 0.0) * min(1.0, 0.35 / max(tone.y, 0.01));
+    flash = max(1.0 - along * along, 0.0) * min(1.0, mix(1.2, 0.35, tone.z) / max(tone.y, 0.01));
     z *= mix(1.0, z, shape.y);
   }
   float mm = 2.0 * tone.x * z;  // of fluid behind this place
@@ -50,10 +50,10 @@ void main() {
   float rim = 1.0 - z; rim *= rim;
   float across = y - 0.30;
   float glint = exp(-across * across * 170.0) * flash;
-  colour = mix(vec3(0.30, 0.25, 0.24), blood, hide) * (0.45 + 0.55 * z);
+  colour = mix(vec3(0.46, 0.41, 0.40), blood, hide) * (0.45 + 0.55 * z);
   colour += rim * (1.0 - 0.7 * hide) * vec3(0.10, 0.045, 0.04) + (1.6 - 0.4 * hide - 0.5 * shape.y) * glint * vec3(0.95, 0.98, 1.0);
-  a = mix(0.07 + 0.28 * rim, 1.0 - exp(-4.0 * mm), hide);
+  a = mix(0.14 + 0.40 * rim, 1.0 - exp(-4.0 * mm), hide);
   a = clamp(cover * a + min(glint * shape.z, 1.0) * cover * (0.9 - 0.65 * hide), 0.0, 1.0) * tone.a;
-  // Near the lens the exposure has no room for more.
-  gl_FragColor = vec4(response(colour * min(shape.z, 1.5)), a);
+  // Blood near the lens: the exposure has no room for more.
+  gl_FragColor = vec4(response(colour * min(shape.z, mix(4.0, 1.5, hide))), a);
 }

@@ -23,7 +23,7 @@ void main() {
   vec2 steep = abs(area) > 1e-14
       ? vec2(dFdx(wet) * py.y - dFdy(wet) * px.y, dFdy(wet) * px.x - dFdx(wet) * py.x) / area : vec2(0.0);
   steep *= inversesqrt(dot(steep, steep) + 100.0) * (1.0 - inward);
-  vec2 waves = (rough.xy - 0.5) * 0.12 + (small.xy - 0.5) * 0.06;
+  vec2 waves = (rough.xy - 0.5) * 0.20 + (small.xy - 0.5) * 0.06;
   vec3 level = (worldview_matrix * vec4(normal, 0.0)).xyz;
   vec3 n = normalize((worldview_matrix * vec4(normalize(normal) + vec3(waves + 1.6 * steep, 0.0), 0.0)).xyz);
   if (dot(n, v) < 0.0) n = -n;
@@ -44,21 +44,24 @@ void main() {
   vec3 r = reflect(-v, still);
   float wall = texture2D(micro_map, r.xy * 0.40 + 0.37).z;
   vec3 mirrored = mix(vec3(0.10, 0.03, 0.026), vec3(0.75, 0.36, 0.31), clamp(0.35 + 0.65 * r.y, 0.0, 1.0)) * (0.4 + wall) +
-                  vec3(7.0, 7.2, 7.4) * smoothstep(0.60, 0.85, wall);
+                  vec3(7.0, 7.2, 7.4) * smoothstep(0.62, 0.78, wall);
   float blood = clamp(fluid.x, 0.0, 1.0);
   // Blood hides by its amount along the line of sight; a little colours much water.
   float amount = blood * mm;
   float hide = 1.0 - exp(-4.0 * amount), deep = 1.0 - exp(-0.8 * amount);
   vec3 body = mix(vec3(1.40, 0.130, 0.095), vec3(1.05, 0.028, 0.026), deep);
   vec3 colour = mix(vec3(0.26, 0.20, 0.18), body, hide) * (0.40 + 0.60 * abs(dot(still, h))) * strength;
-  colour += fresnel * mirrored * min(strength * 2.0, 1.5) * 4.0;
+  vec3 gloss = fresnel * mirrored * min(strength * 2.0, 1.5) * 4.0;
+  colour += gloss;
   // Broken where the tissue below the brim is rough.
-  float shine = (0.04 * sharp + 9.0 * crisp) * mix(smoothstep(0.35, 0.75, small.z), 1.0, inward);
+  float shine = (0.04 * sharp + 9.0 * crisp) * mix(0.3 * smoothstep(0.45, 0.80, small.z), 1.0, inward);
+  // Between cells of very different height the mesh is a cliff that no fluid has.
+  shine *= smoothstep(0.80, 0.95, normalize(normal).z);
   colour += shine * strength * vec3(0.95, 0.98, 1.0);
   colour = 1.0 - 1.0 / (1.0 + colour * (1.0 + colour * (0.5 + 0.17 * colour)));
   colour = sqrt(colour);
   colour = mix(colour, colour * colour * (3.0 - 2.0 * colour), 0.85);
-  float a = mix(0.02 + 0.10 * (1.0 - exp(-0.2 * mm)), 0.97, hide) + 2.0 * fresnel;
+  float a = mix(0.02 + 0.10 * (1.0 - exp(-0.2 * mm)), 0.97, hide) + 2.0 * fresnel + 1.8 * gloss.g;
   a = max(a * smoothstep(0.0, 0.25, inward), min(0.6 * shine * strength, 1.0));
   gl_FragColor = vec4(max(1.06 * colour - 0.06, 0.0), min(a, 1.0));
 }
