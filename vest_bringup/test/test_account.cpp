@@ -128,6 +128,21 @@ TEST(Account, OfAVeinClosesWithinOnePercent) {
   p.expectBalance("vein");
 }
 
+TEST(Account, ClosesWithMoreWoundsThanThereIsRoomForAndAPoundingHeart) {
+  Patient p("arterial_bleeding");
+  p.input.edits = {{"", "heart_rate", 4.0}};
+  p.run(0.01);
+  for (int i = 0; i < 60; ++i) {
+    p.openVessel("artery", 0.00125 * (1 + i), i % 2 == 0 ? 2e-7 : 1e-4);  // a hole; through
+    p.run(0.04);
+    ASSERT_NE(p.report.status, scene::Status::Fault) << i << ": " << p.report.fault_object << p.world.time();
+  }
+  EXPECT_GT(p.blood.wounds().refused, 0U) << "announced";
+  p.run(0.5);
+  EXPECT_NE(p.report.status, scene::Status::Fault);
+  p.expectBalance("48 wounds");
+}
+
 TEST(Account, OfASeepingSurfaceClosesWithinOnePercentWithItsFilm) {
   Patient p("smoke_lens");
   std::size_t object = 0;

@@ -149,15 +149,27 @@ TEST(OperatingField, PoolsInMessagesHoldTheVolumeOfTheirHeights) {
   vest_msgs::FluidState msg;
   ros_shell::toMsg(t.frames->front(), msg);
   ASSERT_FALSE(msg.pools.empty());
-  double volume = 0;
+  double volume = 0, depth = 0;
   for (const auto& pool : msg.pools) {
     EXPECT_EQ(pool.height.size(), pool.columns * pool.rows);
     EXPECT_EQ(pool.blood_fraction, 0.0f);
     volume += pool.volume;
+    ASSERT_EQ(pool.depth.size(), pool.height.size());
+    ASSERT_EQ(pool.blood.size(), pool.height.size());
+    for (std::size_t k = 0; k < pool.height.size(); ++k) {
+      EXPECT_EQ(pool.depth[k] == 0, std::isnan(pool.height[k])) << "what is wet has a depth";
+      EXPECT_EQ(pool.blood[k], 0);
+      if (pool.depth[k] < 255) depth += 1e-4 * pool.depth[k] * pool.cell * pool.cell;
+    }
   }
+  EXPECT_NEAR(depth, volume, 0.05 * volume) << "but for rounding to 0.1 mm";
   EXPECT_NEAR(volume, msg.emitted, 0.15 * msg.emitted) << "the rest is film and drops";
   EXPECT_NEAR(msg.emitted, msg.flying + msg.pooled + msg.sucked + msg.lost, 1e-3 * msg.emitted);
   EXPECT_EQ(msg.positions.size(), 3 * msg.blood_fraction.size());
+  ASSERT_EQ(msg.positions.size(), 3 * msg.volume.size());
+  double flying = 0;
+  for (const std::uint8_t share : msg.volume) flying += share / 255.0 * std::pow(2 * msg.particle_radius, 3);
+  EXPECT_NEAR(flying, msg.flying, 0.05 * msg.flying + 1e-8) << "and what waits for a whole particle";
 }
 
 TEST(OperatingField, APoolsSurfaceGoesOnUnderAnOrganThatSpansIt) {

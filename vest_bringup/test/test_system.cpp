@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <map>
+#include <set>
 
 #include <ros/ros.h>
 #include <rosbag/bag.h>
@@ -12,6 +15,7 @@
 #include <std_srvs/Trigger.h>
 #include <topic_tools/shape_shifter.h>
 
+#include <vest_msgs/InstrumentStates.h>
 #include <vest_msgs/LoadScene.h>
 #include <vest_msgs/SessionState.h>
 #include <vest_msgs/SetSpeed.h>
@@ -30,6 +34,7 @@ const std::map<std::string, std::string> kTopics = {
     {"/vest/phantom_box/footswitches", "sensor_msgs/Joy"},
     {"/vest/joint_states", "sensor_msgs/JointState"},
     {"/vest/instruments", "vest_msgs/InstrumentStates"},
+    {"/vest/tissue/instruments", "vest_msgs/InstrumentStates"},
     {"/vest/tissue/topology", "vest_msgs/TissueTopology"},
     {"/vest/tissue/state", "vest_msgs/TissueState"},
     {"/vest/tissue/contacts", "vest_msgs/ContactModels"},
@@ -58,6 +63,60 @@ TEST(System, EveryTopicOfTheContractSpeaksWithItsType) {
     ros::WallDuration(0.01).sleep();
   }
   for (const auto& [topic, type] : kTopics) EXPECT_EQ(seen[topic], type) << topic;
+}
+
+/// Displays take the instruments from here: with each state those of its moment, and few beside.
+TEST(System, TheInstrumentsOfEachStateComeWithItAndGoOnWhilePaused) {
+  ros::NodeHandle nh;
+  std::set<ros::Time> all, of_states;
+  std::vector<ros::Time> states;
+  const auto heard = [&](std::set<ros::Time>* to) {
+    return boost::function<void(const vest_msgs::InstrumentStates::ConstPtr&)>(
+        [to](const vest_msgs::InstrumentStates::ConstPtr& m) { to->insert(m->header.stamp); });
+  };
+  const ros::Subscriber fast =
+      nh.subscribe<vest_msgs::InstrumentStates>("/vest/instruments", 10000, heard(&all));
+  const ros::Subscriber slow =
+      nh.subscribe<vest_msgs::InstrumentStates>("/vest/tissue/instruments", 1000, heard(&of_states));
+  const ros::Subscriber state =
+      nh.subscribe<vest_msgs::TissueState>("/vest/tissue/state", 1000,
+                                           boost::function<void(const vest_msgs::TissueState::ConstPtr&)>(
+                                               [&](const vest_msgs::TissueState::ConstPtr& m) {
+                                                 if (!all.empty() && !of_states.empty())
+                                                   states.push_back(m->header.stamp);
+                                               }));
+  const auto spinUntil = [&](const std::function<bool()>& done) {
+    const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(60);
+    while (ros::ok() && !done() && ros::WallTime::now() < end) {
+      ros::spinOnce();
+      ros::WallDuration(0.01).sleep();
+    }
+    return done();
+  };
+  ASSERT_TRUE(spinUntil([&] { return states.size() >= 100; }));
+  spinUntil([&] { return *all.rbegin() > states.back(); });
+  const auto away = [](const std::set<ros::Time>& in, const ros::Time& wanted) {
+    double least = 1e9;
+    for (const ros::Time& t : in) least = std::min(least, std::fabs(t.toSec() - wanted.toSec()));
+    return least;
+  };
+  int near = 0;
+  for (const ros::Time& t : states) near += away(of_states, t) < away(all, t) + 0.002;
+  EXPECT_GE(near, 80) << "of " << states.size() << ": a loaded machine may hold one up";
+  EXPECT_LT(of_states.size(), all.size() / 4) << "that is why displays listen here";
+  int foreign = 0;
+  for (const ros::Time& t : of_states) foreign += t > *all.begin() && t < *all.rbegin() && all.count(t) == 0;
+  EXPECT_LE(foreign, 1) << "messages are passed on as they are";
+
+  ASSERT_TRUE(ros::service::waitForService("/vest/tissue/pause", ros::Duration(60)));
+  std_srvs::SetBool pause;
+  pause.request.data = true;
+  ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
+  of_states.clear();
+  EXPECT_TRUE(spinUntil([&] { return of_states.size() >= 10; }))
+      << "instruments move while the tissue stands";
+  pause.request.data = false;
+  ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
 }
 
 TEST(System, PauseStepAndResetDoWhatTheySay) {

@@ -1,17 +1,31 @@
 #version 120
-// Standing blood or water: mirrors lamp and cavity, blood hides the ground, water lets it through.
+// Standing blood or water: mirrors lamp and cavity, hides the ground as far as its depth and its blood do.
 uniform sampler2D micro_map;
+uniform mat4 worldview_matrix;
 uniform vec4 light;
-uniform float ripple;  // slope of the fine waves
 varying vec3 position;
 varying vec3 normal;
 varying vec2 place;
-varying vec2 fluid;
+varying vec3 fluid;
 
 void main() {
   vec3 v = normalize(-position);
-  vec2 fine = texture2D(micro_map, place * 60.0).xy + texture2D(micro_map, place.yx * 37.0 + 0.3).xy - 1.0;
-  vec3 n = normalize(normalize(normal) + vec3(fine * ripple, 0.0));
+  // The shore runs where half of the cells around are wet; straight between cells it would be a polygon.
+  vec3 rough = texture2D(micro_map, place * 11.0).xyz;
+  vec3 small = texture2D(micro_map, place.yx * 47.0).xyz;
+  float wet = fluid.z + 0.30 * (rough.z - 0.5) + 0.12 * (small.z - 0.5);
+  if (wet < 0.42) discard;
+  float inward = smoothstep(0.42, 0.75, wet);
+  float mm = (fluid.y + 0.05) * inward;
+  // Fluid wets tissue and climbs it: over the last millimetre its surface turns up towards the shore.
+  vec2 px = dFdx(place), py = dFdy(place);
+  float area = px.x * py.y - px.y * py.x;
+  vec2 steep = abs(area) > 1e-14
+      ? vec2(dFdx(wet) * py.y - dFdy(wet) * px.y, dFdy(wet) * px.x - dFdx(wet) * py.x) / area : vec2(0.0);
+  steep *= inversesqrt(dot(steep, steep) + 100.0) * (1.0 - inward);
+  vec2 waves = (rough.xy - 0.5) * 0.20 + (small.xy - 0.5) * 0.06;
+  vec3 level = (worldview_matrix * vec4(normal, 0.0)).xyz;
+  vec3 n = normalize((worldview_matrix * vec4(normalize(normal) + vec3(waves + 1.6 * steep, 0.0), 0.0)).xyz);
   if (dot(n, v) < 0.0) n = -n;
   vec3 to_light = light.xyz - position;
   float d2 = dot(to_light, to_light);
@@ -23,21 +37,31 @@ void main() {
   sharp *= sharp; sharp *= sharp; sharp *= sharp; sharp *= sharp;   // ^32
   float crisp = sharp * sharp; crisp *= crisp; crisp *= crisp; crisp *= crisp;  // ^512
   // Fresnel by Schlick 1994, water against air: 2 % at normal incidence.
-  float facing = 1.0 - max(dot(n, v), 0.0);
+  vec3 still = normalize(level + (worldview_matrix * vec4(waves, 0.0, 0.0)).xyz);
+  float facing = 1.0 - abs(dot(still, v));
   float fresnel = 0.02 + 0.98 * facing * facing * facing * facing * facing;
-  vec3 r = reflect(-v, n);
-  vec3 mirrored = mix(vec3(0.02, 0.006, 0.006), vec3(0.30, 0.11, 0.09), clamp(0.5 + 0.5 * r.y, 0.0, 1.0));
+  // What it mirrors: lit walls above, and their wet patches, which mirror the lamp (by eye).
+  vec3 r = reflect(-v, still);
+  float wall = texture2D(micro_map, r.xy * 0.40 + 0.37).z;
+  vec3 mirrored = mix(vec3(0.10, 0.03, 0.026), vec3(0.75, 0.36, 0.31), clamp(0.35 + 0.65 * r.y, 0.0, 1.0)) * (0.4 + wall) +
+                  vec3(7.0, 7.2, 7.4) * smoothstep(0.62, 0.78, wall);
   float blood = clamp(fluid.x, 0.0, 1.0);
-  // A little blood colours much water.
-  float hide = 1.0 - exp(-7.0 * blood);
-  vec3 body = mix(vec3(0.20, 0.17, 0.16), mix(vec3(0.70, 0.050, 0.040), vec3(1.0, 0.026, 0.024), blood), hide);
-  vec3 colour = body * (0.35 + 0.65 * max(dot(n, h), 0.0)) * strength;
-  colour += fresnel * mirrored * min(strength * 2.0, 1.5) * 4.0;
-  colour += (0.05 * sharp + 9.0 * crisp) * strength * vec3(0.95, 0.98, 1.0);
+  // Blood hides by its amount along the line of sight; a little colours much water.
+  float amount = blood * mm;
+  float hide = 1.0 - exp(-4.0 * amount), deep = 1.0 - exp(-0.8 * amount);
+  vec3 body = mix(vec3(1.40, 0.130, 0.095), vec3(1.05, 0.028, 0.026), deep);
+  vec3 colour = mix(vec3(0.26, 0.20, 0.18), body, hide) * (0.40 + 0.60 * abs(dot(still, h))) * strength;
+  vec3 gloss = fresnel * mirrored * min(strength * 2.0, 1.5) * 4.0;
+  colour += gloss;
+  // Broken where the tissue below the brim is rough.
+  float shine = (0.04 * sharp + 9.0 * crisp) * mix(0.3 * smoothstep(0.45, 0.80, small.z), 1.0, inward);
+  // Between cells of very different height the mesh is a cliff that no fluid has.
+  shine *= smoothstep(0.80, 0.95, normalize(normal).z);
+  colour += shine * strength * vec3(0.95, 0.98, 1.0);
   colour = 1.0 - 1.0 / (1.0 + colour * (1.0 + colour * (0.5 + 0.17 * colour)));
   colour = sqrt(colour);
   colour = mix(colour, colour * colour * (3.0 - 2.0 * colour), 0.85);
-  float a = mix(0.16, 0.96, hide);
-  a = clamp(a + 3.0 * fresnel + min(4.0 * crisp * strength, 1.0), 0.0, 1.0);
-  gl_FragColor = vec4(max(1.06 * colour - 0.06, 0.0), a * fluid.y);
+  float a = mix(0.02 + 0.10 * (1.0 - exp(-0.2 * mm)), 0.97, hide) + 2.0 * fresnel + 1.8 * gloss.g;
+  a = max(a * smoothstep(0.0, 0.25, inward), min(0.6 * shine * strength, 1.0));
+  gl_FragColor = vec4(max(1.06 * colour - 0.06, 0.0), min(a, 1.0));
 }

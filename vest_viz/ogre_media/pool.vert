@@ -4,14 +4,14 @@ uniform mat4 worldview_matrix;
 uniform mat4 worldviewproj_matrix;
 uniform vec4 light;
 varying vec3 position;
-varying vec3 normal;
-varying vec2 place;  // m along the surface
-varying vec2 fluid;  // share of blood, opacity at the border
+varying vec3 normal;  // world, up
+varying vec2 place;   // m along the surface
+varying vec3 fluid;   // share of blood, depth (mm), wet share of the cells around
 
 void main() {
   position = (worldview_matrix * gl_Vertex).xyz;
-  normal = (worldview_matrix * vec4(gl_Normal, 0.0)).xyz;
+  normal = gl_Normal;
   place = gl_Vertex.xy;
-  fluid = gl_MultiTexCoord1.xy;
+  fluid = gl_MultiTexCoord1.xyz;
   gl_Position = worldviewproj_matrix * gl_Vertex;
 }

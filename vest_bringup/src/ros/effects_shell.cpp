@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/console.h>
 #include <ros/package.h>
 
@@ -99,6 +100,7 @@ EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh) {
     options_.field_options = fieldOptions(effects);
     field_ = std::make_unique<FieldPublisher>(nh);
   }
+  diagnostics_pub_ = nh.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
   haemodynamics_pub_ = nh.advertise<vest_msgs::HaemodynamicsState>("effects/haemodynamics", 100);
 }
 
@@ -130,7 +132,39 @@ void EffectsShell::publish(const TissueServer::Stamp& stamp) {
       ROS_WARN("bleeding: %u openings or clips found no room and were left out", frame.refused);
     degraded_seen_ = frame.degraded_steps;
     refused_seen_ = frame.refused;
+    const double now = 1e-9 * static_cast<double>(steadyNow());
+    if (now < diagnostics_due_) return;
+    diagnostics_due_ = now + 1.0;
+    diagnose(frame);
   }
+}
+
+void EffectsShell::diagnose(const simulation::BloodFrame& frame) {
+  diagnostic_msgs::DiagnosticArray msg;
+  msg.header.stamp = ros::Time::now();
+  msg.status.resize(1);
+  diagnostic_msgs::DiagnosticStatus& status = msg.status[0];
+  status.name = "vest: circulation";
+  status.hardware_id = "none";
+  const bool degraded = frame.degraded_steps > degraded_told_, full = frame.refused > 0;
+  degraded_told_ = frame.degraded_steps;
+  status.level =
+      degraded || full ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK;
+  status.message = degraded ? "smaller holes than the wounds have: blood would run as fast as waves"
+                   : full   ? "more openings or clips than there is room for: the newest are left out"
+                            : "running";
+  const auto add = [&](const char* key, double value) {
+    diagnostic_msgs::KeyValue kv;
+    kv.key = key;
+    kv.value = std::to_string(value);
+    status.values.push_back(kv);
+  };
+  add("heart_rate_per_min", 60 * frame.heart_rate);
+  add("mean_pressure_mmHg", frame.mean / 133.322);
+  add("blood_loss_ml", 1e6 * frame.blood_loss);
+  add("degraded_steps", frame.degraded_steps);
+  add("openings_or_clips_left_out", frame.refused);
+  diagnostics_pub_.publish(msg);
 }
 
 }  // namespace vest::ros_shell

@@ -66,6 +66,11 @@ std::uint8_t scaled(float share) {
   return static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(share, 0.0f, 1.0f)));
 }
 
+/// Tenths of a millimetre; what is wet is never 0.
+std::uint8_t tenths(float depth) {
+  return static_cast<std::uint8_t>(std::clamp(std::lround(1e4f * depth), 1L, 255L));
+}
+
 }  // namespace
 
 void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
@@ -77,10 +82,12 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
   msg.positions.resize(3 * p.count);
   msg.velocities.resize(3 * p.count);
   msg.blood_fraction.resize(p.count);
+  msg.volume.resize(p.count);
   for (std::size_t i = 0; i < p.count; ++i) {
     msg.positions[3 * i] = p.x[i], msg.positions[3 * i + 1] = p.y[i], msg.positions[3 * i + 2] = p.z[i];
     msg.velocities[3 * i] = p.vx[i], msg.velocities[3 * i + 1] = p.vy[i], msg.velocities[3 * i + 2] = p.vz[i];
     msg.blood_fraction[i] = scaled(p.blood[i]);
+    msg.volume[i] = scaled(p.volume[i]);
   }
   std::vector<std::uint32_t> labels;
   std::vector<fluid::PoolPatch> patches;
@@ -115,10 +122,17 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
     });
     pool.height.resize(pool.columns * pool.rows);
     pool.velocity.resize(pool.height.size());
+    pool.depth.resize(pool.height.size());
+    pool.blood.resize(pool.height.size());
     each([&](std::size_t n, std::size_t i) {
       const bool wet = labels[i] == patch.label;
       pool.height[n] = wet ? surface[i] - lowest : std::numeric_limits<float>::quiet_NaN();
-      pool.velocity[n] = wet && surface[i] >= w.bed[i] ? w.rise[i] : 0.0f;
+      // Under an organ nobody knows how deep it is: as deep as can be told.
+      const bool bridged = wet && surface[i] < w.bed[i];
+      pool.velocity[n] = wet && !bridged ? w.rise[i] : 0.0f;
+      pool.depth[n] = !wet ? 0 : bridged ? 255 : tenths(w.depth[i]);
+      pool.blood[n] =
+          wet && !bridged && w.depth[i] > 0 ? scaled(w.blood[i] / w.depth[i]) : scaled(pool.blood_fraction);
     });
     pool.origin.position.x = model.parameters.low[0] + patch.column * cell;
     pool.origin.position.y = model.parameters.low[1] + patch.row * cell;

@@ -89,11 +89,19 @@ void FieldPublisher::diagnose(const simulation::FieldFrame& frame) {
   diagnostic_msgs::DiagnosticStatus& status = msg.status[0];
   status.name = "vest: operating field";
   status.hardware_id = "none";
-  const bool lost = frame.fluid.lost > 0.01 * frame.fluid.emitted;
+  std::string wrong;
+  const auto tell = [&](bool that, const char* what) {
+    if (that) wrong += (wrong.empty() ? "" : "; ") + std::string(what);
+  };
+  tell(degraded_, "more fluid than particles: the oldest join the pools at once");
+  tell(frame.fluid.lost > 0.01 * frame.fluid.emitted, "more than 1 % of the fluid left the domain");
+  tell(frame.impacts_dropped > dropped_seen_,
+       "more impacts than tissue takes in a step: the rest is left out");
+  tell(frame.refused > refused_seen_, "steps with absurd input were left out");
+  dropped_seen_ = frame.impacts_dropped, refused_seen_ = frame.refused;
   status.level =
-      degraded_ || lost ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK;
-  status.message = degraded_ ? "more fluid than particles: the oldest join the pools at once"
-                             : (lost ? "more than 1 % of the fluid left the domain" : "running");
+      wrong.empty() ? diagnostic_msgs::DiagnosticStatus::OK : diagnostic_msgs::DiagnosticStatus::WARN;
+  status.message = wrong.empty() ? "running" : wrong;
   const auto add = [&](const char* key, double value) {
     diagnostic_msgs::KeyValue kv;
     kv.key = key;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 
 #include "vest_effects/state_bytes.h"
@@ -21,6 +22,19 @@ constexpr double kNeedleArea = 5.0e-7;  // m²
 // vessel takes some 50 J).
 constexpr double kSealEnergyPerArea = 4.0e6;  // J/m²
 constexpr double kPi = 3.14159265358979323846;
+// Of an instructor's opening: from a tenth of the finest needle (0.3 mm) to more than any vessel has.
+constexpr double kLeastOpening = 7.0e-9, kGreatestOpening = 0.01;  // m²
+
+// What edits change of the whole circulation, in the order of BloodEffect::take.
+struct Setting {
+  const char *name, *unit;
+  double low, high;
+};
+constexpr Setting kSettings[] = {{"heart_rate", "Hz", 0.3, 4.0},
+                                 {"mean_pressure", "Pa", 2000.0, 30000.0},
+                                 {"resistance_scale", "", 0.1, 10.0},
+                                 {"reflex_scale", "", 0.0, 1.0},
+                                 {"pulse_dilatation", "", 0.0, 20.0}};
 
 Vector3d ringCentre(const scene::World& world, std::size_t object, const net::TubeMap& tube,
                     std::size_t ring) {
@@ -180,15 +194,28 @@ void BloodEffect::openAt(const scene::World& world, std::size_t object, double s
                  state_.wounds);
 }
 
+void BloodEffect::edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const {
+  for (const Setting& p : kSettings) out.push_back({"", p.name, p.unit, p.low, p.high});
+  for (std::size_t i = 0; i < vessel_of_.size(); ++i) {
+    if (vessel_of_[i] < 0) continue;
+    const std::string& name = world.description().objects[i].name;
+    const double length = tubeOf(world, i).length();
+    out.push_back({name, "opening_station", "m", 0, length});
+    out.push_back({name, "opening_area", "m²", kLeastOpening, kGreatestOpening});
+    out.push_back({name, "clip_station", "m", 0, length});
+  }
+}
+
 void BloodEffect::take(const scene::World& world, const scene::ParameterEdit& edit) {
   if (!std::isfinite(edit.value)) return;
-  hd::CirculationSettings& s = state_.settings;
   if (edit.object.empty()) {
-    if (edit.parameter == "heart_rate") s.heart_rate = std::clamp(edit.value, 0.3, 4.0);
-    if (edit.parameter == "mean_pressure") s.mean_pressure = std::clamp(edit.value, 2000.0, 30000.0);
-    if (edit.parameter == "resistance_scale") s.resistance_scale = std::clamp(edit.value, 0.1, 10.0);
-    if (edit.parameter == "reflex_scale") s.reflex_scale = std::clamp(edit.value, 0.0, 1.0);
-    if (edit.parameter == "pulse_dilatation") state_.pulse_dilatation = std::clamp(edit.value, 0.0, 20.0);
+    hd::CirculationSettings& s = state_.settings;
+    double* const to[] = {&s.heart_rate, &s.mean_pressure, &s.resistance_scale, &s.reflex_scale,
+                          &state_.pulse_dilatation};
+    static_assert(std::size(to) == std::size(kSettings));
+    for (std::size_t i = 0; i < std::size(kSettings); ++i)
+      if (edit.parameter == kSettings[i].name)
+        *to[i] = std::clamp(edit.value, kSettings[i].low, kSettings[i].high);
     return;
   }
   for (std::size_t i = 0; i < vessel_of_.size(); ++i) {
@@ -196,7 +223,9 @@ void BloodEffect::take(const scene::World& world, const scene::ParameterEdit& ed
     const net::TubeMap& tube = tubeOf(world, i);
     const double station = tube.station(0) + std::clamp(edit.value, 0.0, tube.length());
     if (edit.parameter == "opening_station") state_.opening_station = station;
-    if (edit.parameter == "opening_area") openAt(world, i, state_.opening_station, edit.value, nullptr);
+    if (edit.parameter == "opening_area" && edit.value > 0)
+      openAt(world, i, state_.opening_station, std::clamp(edit.value, kLeastOpening, kGreatestOpening),
+             nullptr);
     if (edit.parameter == "clip_station")
       bleeding::clamp(circulation_.model, bleeding::ClampKind::kClip, vessel_of_[i],
                       vesselStation(world, i, station), 0, state_.wounds);

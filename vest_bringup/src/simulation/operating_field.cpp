@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 namespace vest::simulation {
 namespace {
@@ -122,19 +123,33 @@ struct OperatingField::Impl {
     lens_parameters.cavity_temperature = between.cavity_temperature;
   }
 
+  /// Each number that edits change: visit(object, parameter, unit, number, lowest, highest). The lens'
+  /// warming and rinse are 0 or 1.
+  template <class Self, class Visit>
+  static void eachEdit(Self& s, Visit&& visit) {
+    auto& b = s.between;
+    visit("fluid", "irrigation_flow", "m³/s", b.irrigation_flow, 0.0, 5e-4);
+    visit("fluid", "suction_flow", "m³/s", b.suction_flow, 0.0, 5e-4);
+    visit("smoke", "yield", "kg/J", b.yield, 0.0, 1e-4);
+    visit("lens", "humidity", "", b.humidity, 0.0, 1.0);
+    visit("lens", "cavity_temperature", "K", b.cavity_temperature, 273.15, 330.0);
+    visit("lens", "temperature", "K", s.lens.temperature, 250.0, 318.15);
+    visit("lens", "warming", "", b.warming, 0.0, 1.0);
+    visit("lens", "rinse", "", b.rinse, 0.0, 1.0);
+  }
+
   void edit(const scene::ParameterEdit& e) {
     if (!std::isfinite(e.value)) return;
-    const auto set = [&](const char* object, const char* parameter, double& to, double low, double high) {
-      if (e.object == object && e.parameter == parameter) to = std::clamp(e.value, low, high);
-    };
-    set("fluid", "irrigation_flow", between.irrigation_flow, 0.0, 5e-4);
-    set("fluid", "suction_flow", between.suction_flow, 0.0, 5e-4);
-    set("smoke", "yield", between.yield, 0.0, 1e-4);
-    set("lens", "humidity", between.humidity, 0.0, 1.0);
-    set("lens", "cavity_temperature", between.cavity_temperature, 273.15, 330.0);
-    set("lens", "temperature", lens.temperature, 250.0, 318.15);
-    if (e.object == "lens" && e.parameter == "warming") between.warming = e.value > 0.5;
-    if (e.object == "lens" && e.parameter == "rinse") between.rinse = e.value > 0.5;
+    eachEdit(*this,
+             [&](const char* object, const char* parameter, const char*, auto& to, double low, double high) {
+               if (e.object != object || e.parameter != parameter) return;
+               const double value = std::clamp(e.value, low, high);
+               if constexpr (std::is_same_v<std::decay_t<decltype(to)>, std::uint8_t>) {
+                 to = value > 0.5;
+               } else {
+                 to = value;
+               }
+             });
     apply();
   }
 
@@ -374,6 +389,13 @@ void OperatingField::step(const scene::World& world, const scene::StepInput& inp
   if (world.steps() % kFluidEvery == 0) m.stepFluid(world, input, report, feedback);
   if (world.steps() % kSlowEvery == 0) m.stepSlow(world, input, report);
   if (world.steps() % kFrameEvery == 0) m.show(world);
+}
+
+void OperatingField::edits(const scene::World&, std::vector<scene::EditableParameter>& out) const {
+  Impl::eachEdit(*impl_, [&](const char* object, const char* parameter, const char* unit, const auto&,
+                             double low, double high) {
+    out.push_back({object, parameter, unit, low, high});
+  });
 }
 
 void OperatingField::reset() {

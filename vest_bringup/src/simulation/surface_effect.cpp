@@ -13,11 +13,12 @@ namespace vest::simulation {
 
 namespace {
 
-constexpr std::uint16_t kSlot = 64;        // of the fluid source; vessels' openings have lower ones
-constexpr double kRunoffArea = 1e-5;       // m²: blood creeps off over some square millimetres (assumed)
-constexpr double kCutReach = 0.0025;       // m around a cut whose capillaries are open (assumed)
-constexpr double kPunctureReach = 0.0015;  // m (assumed)
-constexpr double kPress = 0.5;             // N from which on a tool presses (assumed)
+constexpr std::uint16_t kSlot = 64;         // of the fluid source; vessels' openings have lower ones
+constexpr double kRunoffArea = 1e-5;        // m²: blood creeps off over some square millimetres (assumed)
+constexpr double kGreatestBleeding = 1000;  // of the scale, no unit
+constexpr double kCutReach = 0.0025;        // m around a cut whose capillaries are open (assumed)
+constexpr double kPunctureReach = 0.0015;   // m (assumed)
+constexpr double kPress = 0.5;              // N from which on a tool presses (assumed)
 
 /// Room that a World keeps for copies of knots (World::Impl::reserve).
 std::size_t roomFor(std::size_t knots) {
@@ -76,7 +77,8 @@ SurfaceEffect::SurfaceEffect(const scene::World& world, const SurfaceOptions& op
     throw std::invalid_argument(std::string(name) + ": " + std::to_string(value) + " (allowed: " + allowed +
                                 ")");
   };
-  if (!(options.scale >= 0 && options.scale <= 1000)) refuse("surface_bleeding", options.scale, "0 to 1000");
+  if (!(options.scale >= 0 && options.scale <= kGreatestBleeding))
+    refuse("surface_bleeding", options.scale, "0 to 1000");
   if (!(options.frame_rate >= 1 && options.frame_rate <= 100))
     refuse("surface_rate", options.frame_rate, "1 to 100 Hz");
   for (std::size_t i = 0; i < world.objectCount(); ++i) {
@@ -174,11 +176,15 @@ void SurfaceEffect::wash(std::size_t object, const std::array<std::uint32_t, 3>&
     bleeding::washSurface(model_, object, rows_[object], knots, impulse, state_);
 }
 
+void SurfaceEffect::edits(const scene::World&, std::vector<scene::EditableParameter>& out) const {
+  out.push_back({"", "surface_bleeding", "", 0.0, kGreatestBleeding});
+}
+
 void SurfaceEffect::step(const scene::World& world, const scene::StepInput& input,
                          const scene::StepReport& report, Feedback& feedback) {
   for (const auto& edit : input.edits) {
     if (edit.object.empty() && edit.parameter == "surface_bleeding" && std::isfinite(edit.value))
-      scale_ = std::clamp(edit.value, 0.0, 1000.0);
+      scale_ = std::clamp(edit.value, 0.0, kGreatestBleeding);
   }
   if (state_.active || !report.events.empty()) follow(world);
   for (const auto& event : report.events) take(event);

@@ -102,6 +102,11 @@ void Trainer::reset() {
   for (const auto& effect : effects_) effect->reset();
 }
 
+void Trainer::edits(std::vector<scene::EditableParameter>& out) {
+  scene::editableParameters(world_, out);
+  for (const auto& effect : effects_) effect->edits(world_, out);
+}
+
 void Trainer::saveEffects(std::vector<std::uint8_t>& bytes) const {
   saveFeedback(feedback_, bytes);
   for (const auto& effect : effects_) {

@@ -28,6 +28,15 @@ std::uint32_t usedKnots(const SurfaceModel& model, const SurfaceState& state, st
   return std::min(state.used[object], model.first[object + 1] - model.first[object]);
 }
 
+/// The first link from `link` on that begins at knot `knot` or behind it.
+std::size_t endOfLinks(const SurfaceModel& model, std::size_t link, std::uint32_t knot) {
+  const auto begin = model.link0.begin();
+  return static_cast<std::size_t>(std::partition_point(begin + static_cast<std::ptrdiff_t>(link),
+                                                       model.link0.end(),
+                                                       [&](std::uint32_t k) { return k < knot; }) -
+                                  begin);
+}
+
 }  // namespace
 
 double supplyOf(const char* organ) {
@@ -137,15 +146,18 @@ void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, 
     front[t] = effects::power(3 * state.injected[t] / (4 * 3.14159265358979 * kInterstice), 2.0 / 3.0);
   }
   double shed_most = 0;
+  std::size_t link = 0;
   for (std::size_t object = 0; object + 1 < model.first.size(); ++object) {
     const std::uint32_t first = model.first[object], count = usedKnots(model, state, object);
     const float* xyz = in.positions[object];
     double shed_here = 0;
+    bool any = false;
     for (std::uint32_t k = 0; k < count && xyz; ++k) {
       const std::uint32_t i = first + k;
       state.flow[i] = 0;
       const bool dry = state.open[i] <= 0 && state.film[i] <= 0;
       if (dry || !(model.area[i] > 0)) continue;
+      any = true;
       double pressed = 0;
       for (std::size_t t = 0; t < front.size(); ++t) {
         if (in.inject[t].on && squaredDistance(xyz, k, in.inject[t].place) < front[t]) state.drug[i] = 1;
@@ -174,16 +186,18 @@ void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, 
       state.drug[i] = static_cast<float>(state.drug[i] * fading);
     }
     if (shed_here > shed_most) shed_most = shed_here, off.object = static_cast<std::int32_t>(object);
-  }
-  // Neighbours level out: volumes move, in the order of the links.
-  for (std::size_t l = 0; l < model.link0.size(); ++l) {
-    const std::uint32_t a = model.link0[l], b = model.link1[l];
-    if (state.film[a] == state.film[b]) continue;
-    const double least = std::min(model.area[a], model.area[b]);
-    const double rate = std::min(kSpread * dt, 0.05 * least);  // m² a step: stable for any dt
-    const double move = rate * (state.film[a] - state.film[b]);
-    state.film[a] -= move / model.area[a];
-    state.film[b] += move / model.area[b];
+    // Neighbours level out: volumes move, in the order of the links, which go object by object. What is dry
+    // everywhere, as nearly all organs are, has nothing to level.
+    const std::size_t end = endOfLinks(model, link, model.first[object + 1]);
+    for (link = any ? link : end; link < end; ++link) {
+      const std::uint32_t a = model.link0[link], b = model.link1[link];
+      if (state.film[a] == state.film[b]) continue;
+      const double least = std::min(model.area[a], model.area[b]);
+      const double rate = std::min(kSpread * dt, 0.05 * least);  // m² a step: stable for any dt
+      const double move = rate * (state.film[a] - state.film[b]);
+      state.film[a] -= move / model.area[a];
+      state.film[b] += move / model.area[b];
+    }
   }
   if (off.volume > 0) off.place /= off.volume;
   if (runoff) *runoff = off;

@@ -5,8 +5,10 @@
 
 namespace vest::fluid {
 namespace {
+constexpr float kFlood =
+    0.05f;  ///< m: deeper than any pool of a patient; shallower ones are not looked at for an overflow
 constexpr float kThinnest = 5e-5f;  ///< m: as the film of pools_body.inc that stays where it is
-}
+}  // namespace
 
 void stepPools(const Model& model, double gravity, double dt, State& state, Scratch& scratch) {
   ScratchData& s = scratch.data();
@@ -61,6 +63,16 @@ void stepPools(const Model& model, double gravity, double dt, State& state, Scra
   for (int part = 0; part < parts; ++part) s.kernels->flow(n, s, w);
   const float inverse_dt = static_cast<float>(1.0 / dt);
   each([&](std::size_t i) { w.rise[i] = (w.depth[i] - s.old_surface[i]) * inverse_dt; });
+  if (deepest < kFlood) return;
+  // What rises above the box runs over its rim.
+  const auto top = static_cast<float>(par.high[2]);
+  const double area = par.pool_cell * par.pool_cell;
+  each([&](std::size_t i) {
+    const float room = std::max(0.0f, top - w.bed[i]);
+    if (w.bed[i] <= kNoBed || w.depth[i] <= room) return;
+    state.lost += static_cast<double>(w.depth[i] - room) * area;
+    w.blood[i] *= room / w.depth[i], w.depth[i] = room;
+  });
 }
 
 void dragPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s) {

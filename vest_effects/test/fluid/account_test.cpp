@@ -155,6 +155,24 @@ TEST(Flood, IsBoundedAnnouncedAndLosesNothing) {
   EXPECT_LT(f.state.lost, 0.01 * f.state.emitted) << "the oldest joined the pool";
 }
 
+TEST(Flood, WhatRisesAboveTheBoxRunsOverItsRim) {
+  Fluid f = basin(1);
+  f.inputs.source_count = f.inputs.suction_count = 0;
+  f.step();  // knows its bed
+  const Parameters& p = f.model.parameters;
+  double poured = 0;
+  for (int row = 0; row < f.model.rows; ++row)
+    for (int column = 0; column < f.model.columns; ++column)
+      if (fillCell(f.model, f.state, column, row, 1e-5, 0.5)) poured += 1e-5;  // 0.6 m deep
+  ASSERT_GT(poured, 1e-3);
+  for (int k = 0; k < 5; ++k) f.step();
+  EXPECT_GT(f.state.lost, 0.3 * poured);
+  EXPECT_NEAR(poolVolume(f.model, f.state) + f.state.lost, poured, 1e-5 * poured);
+  EXPECT_NEAR(poolBlood(f.model, f.state) / poolVolume(f.model, f.state), 0.5, 1e-3);
+  for (std::size_t i = 0; i < f.state.pools.depth.size(); ++i)
+    EXPECT_LE(f.state.pools.depth[i], p.high[2] - p.low[2]);
+}
+
 TEST(Input, WhatIsNoNumberOrAbsurdIsRefusedAndChangesNothing) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto refused = [](auto&& spoil) {

@@ -465,15 +465,7 @@ void addFasteners(const WorldState& state, std::vector<Attachment>& out) {
   for (const interaction::Sling& sling : state.fasteners.slings) {
     if (!sling.alive || !sling.around) continue;
     Attachment a;
-    a.id = sling.id;
-    a.kind = 2;  // SLING
-    a.anchor.object = sling.object;
-    a.anchor.knots = {sling.knots[0], sling.knots[sling.count / 2], sling.knots[0], sling.knots[0]};
-    a.anchor.weights = {0.5, 0.5, 0.0, 0.0};
-    a.pose.translation() = knotPosition(state.objects[sling.object], sling.knots[sling.knot]);
-    a.station = sling.station;
-    a.closure = slingClosure(state.objects[sling.object], sling);
-    a.instrument = sling.tied ? -1 : sling.instrument;
+    attachSling(state, sling, a);
     out.push_back(a);
   }
 }

@@ -31,6 +31,11 @@ std::string sceneFile(const std::string& scene) {
   return package + "/scenes/" + scene + "/" + scene + ".yaml";
 }
 
+constexpr std::size_t kRecent = 64;  // messages: 64 ms of the trainer's instruments; a state is younger
+/// ns: where no states come (paused), the instruments are published at about their rate all the same.
+constexpr std::int64_t kToolsLatest = 20000000;
+constexpr double kTellRefusal = 5.0;  // s: some /diagnostics (1 Hz) say what was refused
+
 }  // namespace
 
 std::unique_ptr<shared::SessionLock> TissueServer::holdSession(const std::string& ns) {
@@ -69,6 +74,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   Loaded loaded = loadFile(scene_);
   topology_ = loaded.topology;
   description_ = loaded.description;
+  editable_ = loaded.edits;
   published_revision_ = topology_->revision;
   runner_ = std::make_unique<scene::Runner>(std::move(loaded.simulation), options);
   if (boolParameter(private_nh_, "share_contacts", true)) {
@@ -84,6 +90,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   delta_pub_ = nh_.advertise<vest_msgs::TissueTopologyDelta>("tissue/topology_delta", 1000);
   state_pub_ = nh_.advertise<vest_msgs::TissueState>("tissue/state", 10);
   contacts_pub_ = nh_.advertise<vest_msgs::ContactModels>("tissue/contacts", 100);
+  tools_pub_ = nh_.advertise<vest_msgs::InstrumentStates>("tissue/instruments", 10);
   events_pub_ = nh_.advertise<vest_msgs::TissueEvent>("tissue/events", 1000);
   attachments_pub_ = nh_.advertise<vest_msgs::TissueAttachments>("tissue/attachments", 10);
   sutures_pub_ = nh_.advertise<vest_msgs::SutureStates>("tissue/sutures", 10);
@@ -133,6 +140,7 @@ TissueServer::Loaded TissueServer::loadFile(const std::string& scene) const {
   toMsg(world, *loaded.topology);
   loaded.description = std::make_shared<const scene::Description>(std::move(description));
   loaded.simulation = factory_(std::move(world));
+  loaded.simulation->edits(loaded.edits);
   return loaded;
 }
 
@@ -145,6 +153,10 @@ void TissueServer::onInstruments(const vest_msgs::InstrumentStates::ConstPtr& ms
   // Pedals older than 100 ms count as released (safety).
   if (sample_.pedals != 0 && (ros::SteadyTime::now() - pedals_time_).toSec() > 0.1) sample_.pedals = 0;
   runner_->setTools(sample_);
+  std::lock_guard<std::mutex> lock(recent_mutex_);
+  if (!recent_.empty() && msg->header.stamp < recent_.back()->header.stamp) recent_.clear();
+  recent_.push_back(msg);
+  if (recent_.size() > kRecent) recent_.pop_front();
 }
 
 void TissueServer::onFootswitches(const sensor_msgs::Joy::ConstPtr& msg) {
@@ -157,13 +169,23 @@ void TissueServer::onFootswitches(const sensor_msgs::Joy::ConstPtr& msg) {
   runner_->setTools(sample_);
 }
 
+void TissueServer::refuseInput(const std::string& sentence) {
+  ++refused_inputs_;
+  ROS_WARN_THROTTLE(0.2, "%s", sentence.c_str());
+  std::lock_guard<std::mutex> lock(refusal_mutex_);
+  refusal_ = sentence;
+  refusal_time_ = ros::SteadyTime::now();
+}
+
 void TissueServer::onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg) {
-  if (!std::isfinite(msg->value)) {
-    ++refused_inputs_;
-    ROS_WARN_THROTTLE(5, "parameter_edit: %s is not finite; nothing changes", msg->parameter.c_str());
-    return;
+  const scene::ParameterEdit edit{msg->object, msg->parameter, msg->value};
+  std::string why;
+  {
+    std::lock_guard<std::mutex> lock(loaded_mutex_);
+    why = scene::refusal(editable_, edit);
   }
-  runner_->edit({msg->object, msg->parameter, msg->value});
+  if (!why.empty()) return refuseInput("parameter_edit: " + why + "; nothing changes");
+  runner_->edit(edit);
 }
 
 void TissueServer::onRecording(const vest_msgs::SessionState::ConstPtr& msg) {
@@ -180,6 +202,7 @@ bool TissueServer::onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadSce
     std::lock_guard<std::mutex> lock(loaded_mutex_);
     topology_ = loaded.topology;
     description_ = loaded.description;
+    editable_ = loaded.edits;
     topology_due_ = true;
     loading_ = false;
     res.success = true;
@@ -332,6 +355,7 @@ void TissueServer::publishLoop() {
       contacts_pub_.publish(vest_msgs::ContactModels::ConstPtr(msg));
     }
     if (runner_->states().update()) publishState();
+    if (steadyNow() - tools_published_ns_ > kToolsLatest) publishInstruments(stamp(steadyNow()));
     if (publish_ && !loading_) publish_([this](std::int64_t steady_ns) { return stamp(steady_ns); });
     if (t >= session_due) {
       session_due = t + 0.5;
@@ -413,6 +437,7 @@ void TissueServer::publishState() {
   // A viewer gets the topology first, then states that belong to it.
   if (loading_ || topology_due_ || frame.generation != runner_->generation()) return;
   if (frame.revision != published_revision_) publishChangedTopology(frame.revision);
+  publishInstruments(stamp(frame.steady_ns));  // first: who gets the state has them
   const auto msg = state_pool_.take();
   toMsg(frame, *msg);
   msg->header.seq = ++state_sequence_;
@@ -439,6 +464,28 @@ void TissueServer::publishState() {
     for (auto& m : markers->markers) m.header.stamp = msg->header.stamp;
     markers_pub_.publish(visualization_msgs::MarkerArray::ConstPtr(markers));
   }
+}
+
+void TissueServer::publishInstruments(const ros::Time& moment) {
+  tools_published_ns_ = steadyNow();
+  vest_msgs::InstrumentStates::ConstPtr nearest;
+  {
+    std::lock_guard<std::mutex> lock(recent_mutex_);
+    const auto after =
+        std::lower_bound(recent_.begin(), recent_.end(), moment,
+                         [](const auto& m, const ros::Time& wanted) { return m->header.stamp < wanted; });
+    if (after != recent_.end()) nearest = *after;
+    if (after != recent_.begin()) {
+      const auto& before = *(after - 1);
+      const auto away = [&](const auto& m) {  // as numbers: ros::Duration throws when far
+        return std::fabs(m->header.stamp.toSec() - moment.toSec());
+      };
+      if (!nearest || away(before) <= away(nearest)) nearest = before;
+    }
+  }
+  if (!nearest || nearest == published_tools_) return;
+  published_tools_ = nearest;
+  tools_pub_.publish(nearest);
 }
 
 void TissueServer::publishSession() {
@@ -473,11 +520,21 @@ void TissueServer::publishDiagnostics() {
   status.name = "vest: simulation";
   status.hardware_id = "none";
   const bool slow = !s.paused && s.real_time_factor < 0.95;
-  status.level =
-      s.fault ? diagnostic_msgs::DiagnosticStatus::ERROR
-              : (slow ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK);
-  status.message = s.fault ? "fault: last good state kept"
-                           : (s.paused ? "paused" : (slow ? "slower than real time" : "real time"));
+  std::string refused;
+  bool lately = false;
+  {
+    std::lock_guard<std::mutex> lock(refusal_mutex_);
+    refused = refusal_;
+    lately = !refused.empty() && (ros::SteadyTime::now() - refusal_time_).toSec() < kTellRefusal;
+  }
+  status.level = s.fault            ? diagnostic_msgs::DiagnosticStatus::ERROR
+                 : (slow || lately) ? diagnostic_msgs::DiagnosticStatus::WARN
+                                    : diagnostic_msgs::DiagnosticStatus::OK;
+  status.message = s.fault    ? "fault: last good state kept"
+                   : lately   ? "refused: " + refused
+                   : s.paused ? "paused"
+                   : slow     ? "slower than real time"
+                              : "real time";
   const auto add = [&](const char* key, double value) {
     diagnostic_msgs::KeyValue kv;
     kv.key = key;
@@ -489,6 +546,10 @@ void TissueServer::publishDiagnostics() {
   add("step_cpu_time_s", s.step_cpu_time);
   add("refused_inputs", static_cast<double>(refused_inputs_));
   add("clock_jumps", static_cast<double>(clock_jumps_));
+  diagnostic_msgs::KeyValue last;
+  last.key = "last_refused_input";
+  last.value = refused;
+  status.values.push_back(last);
   diagnostics_pub_.publish(msg);
 }
 

@@ -473,6 +473,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     if (model.objects[i].motility.waves.active()) s.active.resize(3 * b.knotCapacity());
   }
   organ_contacts.reserve(8192);
+  loop_candidates.reserve(4096);
   std::size_t most = 0;
   for (const auto& o : model.start.objects) most = std::max(most, 2 * o.triangles.size() + 64);
   candidates.reserve(most);

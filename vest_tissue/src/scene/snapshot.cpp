@@ -201,7 +201,11 @@ void checkIndices(const WorldState& s) {
   for (const auto& f : s.fasteners.slings) {
     anchored(f.object, 0);
     for (int i = 0; f.alive && i < f.count; ++i) anchored(f.object, f.knots[i]);
-    if (f.knot < 0 || (f.count > 0 && f.knot >= f.count)) refuse("the knot of a sling");
+    if (f.alive && (f.instrument < 0 || f.instrument >= tools::kInstrumentCount))
+      refuse("the instrument of a sling");
+    for (const auto& touch : f.touch)
+      for (const auto k : touch.knots)
+        if (f.alive && touch.on) anchored(touch.object, k);
   }
   for (const auto& e : s.electrosurgery.electrodes) {
     anchored(e.object, 0);

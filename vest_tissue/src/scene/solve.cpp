@@ -229,7 +229,7 @@ void advanceImplicit(Context& c, std::size_t object, int batch) {
   if (batch == 0) o.implicit->renew(net);  // cuts, or another state: cheap beside the step
   const auto report = o.implicit->step(net, s.block, h, solver::ImplicitNet::Options{});
   holdClips(c, object, h);
-  holdSlings(c, object, h);
+  holdSlings(c, object, static_cast<double>(batch + 1) / batches, h);
   if (c.account) o.heat += report.dissipated;
   s.degraded = report.degraded;
   if (batch == batches - 1) keepReaction(s, o);
@@ -271,7 +271,8 @@ void advance(Context& c, std::size_t object, int batch) {
     if (batch == batches - 1 && i == per_batch - 1) keepReaction(s, o);
     net::integrateKnots(motion, hf, c.level);
     holdClips(c, object, h);
-    holdSlings(c, object, h);
+    const int passed = batch * per_batch + i + 1;
+    holdSlings(c, object, static_cast<double>(passed) / (batches * per_batch), h);
     if (c.account) o.heat += heatOf(s, h);
   }
   if (c.account) {
@@ -309,6 +310,7 @@ void solve(Context& c) {
     o.heat = 0.0;
     o.faulty = false;
   }
+  gatherSlings(c);
   for (int batch = 0; batch < batches; ++batch) {
     const auto due = [&](std::size_t object) {
       const int every = batches / (c.state.objects[object].batches * c.stretch);

@@ -80,13 +80,17 @@ bool removeClip(Context& c, std::uint64_t id);
 double clipClosure(const ObjectState& state, const interaction::Clip& clip);
 double slingClosure(const ObjectState& state, const interaction::Sling& sling);
 void addFasteners(const WorldState& state, std::vector<Attachment>& out);
-void drawSling(const WorldState& state, const interaction::Sling& sling, SlingView& view);
+void attachSling(const WorldState& state, const interaction::Sling& sling, Attachment& out);
+void drawSling(const interaction::Sling& sling, SlingView& view);
 void fastenClips(Context& c);
 void holdClips(Context& c, std::size_t object, double dt);  ///< after each sub-step of an object, any thread
 /// Clips on finite elements: groups of the object's implicit step, before it, and what they took, after it.
 void gatherClips(Context& c, std::size_t object, double dt);
 void tellClips(Context& c, std::size_t object, double dt);
-void holdSlings(Context& c, std::size_t object, double dt);
+/// What each sling draws in, and the way of the pusher that holds it: before the sub-steps of a step.
+void gatherSlings(Context& c);
+/// After each sub-step of `dt` of an object, any thread. `fraction`: of the step that has passed.
+void holdSlings(Context& c, std::size_t object, double fraction, double dt);
 void fastenSlings(Context& c);
 
 /// Event with room checked: the report's capacity is fixed.

@@ -147,7 +147,13 @@ struct StateWalker {
         value(s.object);
     value(s.count), archive.within(s.count, interaction::kMaxSlingKnots);
     values(s.knots.data(), static_cast<std::size_t>(s.count));
-    value(s.rest), value(s.tension), value(s.station), value(s.area), value(s.knot);
+    value(s.ring), value(s.rest), value(s.tension), value(s.station), value(s.area);
+    for (int i = 0; i < interaction::kSlingNodes; ++i) {
+      interaction::SlingTouch& t = s.touch[i];
+      vector3(s.node[i]), vector3(s.velocity[i]);
+      flag(t.on), value(t.side), value(t.object), values(t.knots.data(), 3), values(t.weights.data(), 3);
+      vector3(t.offset);
+    }
     vector3(s.tip), vector3(s.ahead), vector3(s.across);
   }
   void fasteners(interaction::Fasteners& f) {

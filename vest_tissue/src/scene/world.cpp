@@ -209,7 +209,7 @@ void World::slings(std::vector<SlingView>& out) const {
   for (const interaction::Sling& sling : impl_->state.fasteners.slings) {
     if (!sling.alive) continue;
     out.emplace_back();
-    drawSling(impl_->state, sling, out.back());
+    drawSling(sling, out.back());
   }
 }
 

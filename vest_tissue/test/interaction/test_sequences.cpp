@@ -281,13 +281,21 @@ struct Sum {
 
 constexpr int kOperations = 8;  // a sequence
 
+/// VEST_FIRST=n begins with the n-th sequence: to look at one that failed.
+int firstSequence() {
+  const char* first = std::getenv("VEST_FIRST");
+  return first != nullptr ? std::atoi(first) : 0;
+}
+
 Sum play(int sequences, bool volumes) {
   Sum sum;
-  for (int n = 0; n < sequences && !testing::Test::HasFatalFailure(); ++n) {
+  const int first = firstSequence();
+  for (int n = first; n < first + sequences && !testing::Test::HasFatalFailure(); ++n) {
     Dice dice(static_cast<std::uint32_t>(1000 + n));
     Theatre theatre(volumes ? dice.volume() : dice.net(), dice);
     for (int i = 0; i < kOperations && !testing::Test::HasFatalFailure(); ++i) theatre.operate();
     if (testing::Test::HasFatalFailure()) std::printf("in sequence %d\n", n);
+    if (theatre.faults > 0) std::printf("%zu faults in sequence %d\n", theatre.faults, n);
     sum.add(theatre);
   }
   sum.print(sequences * kOperations);
@@ -295,7 +303,10 @@ Sum play(int sequences, bool volumes) {
 }
 
 int countOf(int full) {
-  const int count = std::getenv("VEST_FULL") != nullptr ? full : full / 100;
+  const char* wanted = std::getenv("VEST_SEQUENCES");
+  const int count = wanted != nullptr                     ? std::atoi(wanted)
+                    : std::getenv("VEST_FULL") != nullptr ? full
+                                                          : full / 100;
   std::printf("count: %d of %d sequences of %d operations\n", count, full, kOperations);
   return count;
 }
@@ -323,7 +334,7 @@ TEST(Sequences, OnRandomVolumesKeepEveryInvariant) {
   EXPECT_GE(sum.of(EventKind::Cut), least(1.0));
   EXPECT_GE(sum.of(EventKind::Separated), least(0.1));
   EXPECT_GE(sum.of(EventKind::Grasped), least(0.1));
-  EXPECT_LE(sum.faulted, least(0.1)) << "declared, but rare: tools appear within thin flaps here";
+  EXPECT_EQ(sum.faulted, 0u) << "nothing that a cut frees is thrown (docs/decisions/0311-…)";
 }
 
 }  // namespace

@@ -147,18 +147,26 @@ void EffectsVisual::setSutures(const vest_msgs::SutureStates& sutures) {
 
 void EffectsVisual::setFluid(const vest_msgs::FluidState& fluid, const Eigen::Vector3d& eye) {
   drops_.clear();
-  const std::size_t n = std::min(fluid.positions.size() / 3, kMostDrops);
-  const bool moving = fluid.velocities.size() >= 3 * n, mixed = fluid.blood_fraction.size() >= n;
-  effects::addDrops(fluid.positions.data(), moving ? fluid.velocities.data() : nullptr,
-                    mixed ? fluid.blood_fraction.data() : nullptr, n, fluid.particle_radius, eye, kShutter,
-                    &drops_);
+  effects::FluidParticles particles;
+  const std::size_t n = particles.count = std::min(fluid.positions.size() / 3, kMostDrops);
+  particles.positions = fluid.positions.data();
+  if (fluid.velocities.size() >= 3 * n) particles.velocities = fluid.velocities.data();
+  if (fluid.blood_fraction.size() >= n) particles.blood = fluid.blood_fraction.data();
+  if (fluid.volume.size() >= n) particles.volume = fluid.volume.data();
+  particles.radius = fluid.particle_radius;
+  effects::addDrops(particles, eye, kShutter, &drops_);
   pools_.clear();
   for (const vest_msgs::FluidPool& pool : fluid.pools) {
     Eigen::Isometry3d X;
     const std::uint64_t cells = static_cast<std::uint64_t>(pool.columns) * pool.rows;
     if (!toPose(pool.origin, &X) || cells != pool.height.size() || cells == 0 || cells > 1000000) continue;
-    pools_.push_back(
-        effects::poolSurface(X, pool.cell, pool.columns, pool.rows, pool.height.data(), pool.blood_fraction));
+    effects::PoolCells of;
+    of.height = pool.height.data();
+    if (pool.depth.size() == cells) of.depth = pool.depth.data();
+    if (pool.blood.size() == cells) of.blood = pool.blood.data();
+    of.blood_fraction =
+        std::isfinite(pool.blood_fraction) ? std::clamp(pool.blood_fraction, 0.0f, 1.0f) : 1.0;
+    pools_.push_back(effects::poolSurface(X, pool.cell, pool.columns, pool.rows, of));
     effects::addBubbles(pool.bubbles.data(), pool.bubbles.size() / 4, eye, &drops_);
   }
   if (drops_.count() > 0) make(&drop_, "vest_viz/Drops", Ogre::RENDER_QUEUE_MAIN + 20);
@@ -182,7 +190,6 @@ void EffectsVisual::setFluid(const vest_msgs::FluidState& fluid, const Eigen::Ve
     }
     s.mesh->setVertices(pool.positions, pool.normals, pool.features);
     s.mesh->setVisible(visible_);
-    setConstant(s.material, "ripple", Ogre::Vector4(0.05f, 0, 0, 0), false);
   }
 }
 

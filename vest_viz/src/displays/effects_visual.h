@@ -13,6 +13,7 @@
 #include <Eigen/Geometry>
 
 #include "dynamic_mesh.h"
+#include "vest_viz/effects/drops.h"
 #include "vest_viz/effects/shapes.h"
 
 namespace vest::displays {

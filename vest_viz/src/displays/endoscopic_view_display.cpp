@@ -35,6 +35,7 @@ namespace {
 
 constexpr double kLongestTick = 0.05;  // s: of rviz
 
+constexpr double kLooks = 0.5;       // s between looks whether the simulation is still there
 constexpr double kLongestHold = 20;  // s without tissue or textures before pictures are sent all the same
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
@@ -231,6 +232,7 @@ void EndoscopicViewDisplay::onDisable() {
   waitForWorker();
   input_.unsubscribe();
   instruments_sub_.shutdown();
+  state_instruments_sub_.shutdown();
   effects_.unsubscribe();
   image_pub_.shutdown();
   info_pub_.shutdown();
@@ -253,10 +255,16 @@ void EndoscopicViewDisplay::updateTopics() {
   if (!isEnabled()) return;
   input_.subscribe(update_nh_, tissue_topic_->getStdString(), effects_topic_->getStdString());
   effects_.subscribe(update_nh_, tissue_topic_->getStdString(), effects_topic_->getStdString());
-  instruments_sub_ = update_nh_.subscribe<vest_msgs::InstrumentStates>(
-      instruments_topic_->getStdString(), InstrumentHistory::kMost,
-      [this](const vest_msgs::InstrumentStates::ConstPtr& m) { history_.add(m); }, nullptr,
-      ros::TransportHints().tcpNoDelay());
+  subscribeInstruments();
+  state_instruments_sub_.shutdown();
+  if (!tissue_topic_->getStdString().empty())
+    state_instruments_sub_ = update_nh_.subscribe<vest_msgs::InstrumentStates>(
+        tissue_topic_->getStdString() + "/instruments", InstrumentHistory::kMost,
+        [this](const vest_msgs::InstrumentStates::ConstPtr& m) {
+          instruments_sub_.shutdown();
+          history_.add(m);
+        },
+        nullptr, ros::TransportHints().tcpNoDelay());
   const std::string prefix = image_topic_->getStdString();
   image_pub_.shutdown();
   info_pub_.shutdown();
@@ -266,6 +274,13 @@ void EndoscopicViewDisplay::updateTopics() {
   image_pub_ = update_nh_.advertise<sensor_msgs::Image>(prefix + "/image_raw", 2);
   info_pub_ = update_nh_.advertise<sensor_msgs::CameraInfo>(prefix + "/camera_info", 2);
   compressed_pub_ = update_nh_.advertise<sensor_msgs::CompressedImage>(prefix + "/image_raw/compressed", 2);
+}
+
+void EndoscopicViewDisplay::subscribeInstruments() {
+  instruments_sub_ = update_nh_.subscribe<vest_msgs::InstrumentStates>(
+      instruments_topic_->getStdString(), InstrumentHistory::kMost,
+      [this](const vest_msgs::InstrumentStates::ConstPtr& m) { history_.add(m); }, nullptr,
+      ros::TransportHints().tcpNoDelay());
 }
 
 bool EndoscopicViewDisplay::endoscopePose(Eigen::Isometry3d* X_WO, std::string* how) {
@@ -311,6 +326,10 @@ void EndoscopicViewDisplay::update(float tick, float) {
     waitForWorker();
   // rviz asks at its own pace: the nearest of its ticks is taken, so that the mean rate is the wished one.
   if (start < next_picture_ - 0.5 * std::min(static_cast<double>(tick), kLongestTick)) return;
+  if (start - looked_ > kLooks) {
+    looked_ = start;
+    if (!instruments_sub_ && state_instruments_sub_.getNumPublishers() == 0) subscribeInstruments();
+  }
   try {
     const bool tissue_changed = input_.process();
     const auto instruments = history_.at(input_.header().stamp);

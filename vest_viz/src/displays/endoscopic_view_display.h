@@ -50,6 +50,8 @@ class EndoscopicViewDisplay : public rviz::Display {
   void updateLook();
 
  private:
+  /// All of the instruments topic, while no simulation sends those of its states.
+  void subscribeInstruments();
   bool endoscopePose(Eigen::Isometry3d* X_WO, std::string* how);
   /// Who gets a picture, and what with it: settled before a worker finishes it.
   struct Outgoing {
@@ -98,7 +100,9 @@ class EndoscopicViewDisplay : public rviz::Display {
   TissueInput input_;
   EndoscopeInputs effects_;
   TruthOutput truth_;
-  ros::Subscriber instruments_sub_;
+  /// All that the instruments topic has; and what the simulation sends of it with each state, which is enough
+  /// and a sixteenth of the messages.
+  ros::Subscriber instruments_sub_, state_instruments_sub_;
   InstrumentHistory history_;
   vest_msgs::InstrumentStates::ConstPtr instruments_;  ///< of the picture
   bool begun_ = false;
@@ -112,7 +116,7 @@ class EndoscopicViewDisplay : public rviz::Display {
   /// Of picture::kResolutions: coarse at first, moved by the frame time when the quality is automatic.
   std::size_t level_ = 2;
   double first_picture_ = 0;  ///< s, steady clock: when drawing began
-  double last_picture_ = 0, next_picture_ = 0, last_compressed_ = 0, last_account_ = 0;
+  double last_picture_ = 0, next_picture_ = 0, last_compressed_ = 0, last_account_ = 0, looked_ = 0;
   ros::Time last_stamp_;
   struct Sums {
     double tissue = 0, draw = 0, read = 0, finish = 0, send = 0, show = 0;

@@ -68,14 +68,14 @@ TriangleMesh sweep(const std::vector<Vector3d>& points, const std::vector<double
 }
 
 /// Corners of a quad in the plane across the line of sight: along `u`, and across it.
-void addQuad(const Vector3f& centre, const Vector3f& along, const Vector3f& across, const Tint& tint,
-             float kind, float phase, Quads* q) {
+void addQuad(const Vector3f& centre, const Vector3f& along, const Vector3f& across, float opacity, float kind,
+             float phase, Quads* q) {
   for (int k = 0; k < 4; ++k) {
     const float a = k == 1 || k == 2 ? 1.0f : -1.0f, b = k >= 2 ? 1.0f : -1.0f;
     const Vector3f p = centre + a * along + b * across;
     q->corners.insert(q->corners.end(), {p.x(), p.y(), p.z()});
-    q->colours.insert(q->colours.end(), {tint.r, tint.g, tint.b});
-    q->features.insert(q->features.end(), {tint.opacity, kind, phase});
+    q->colours.insert(q->colours.end(), {1.0f, 1.0f, 1.0f});
+    q->features.insert(q->features.end(), {opacity, kind, phase});
   }
 }
 
@@ -156,55 +156,6 @@ void append(TriangleMesh* a, const TriangleMesh& b, const Eigen::Isometry3d& X) 
   for (std::uint32_t v : b.triangles) a->triangles.push_back(first + v);
 }
 
-Tint fluidTint(double blood) {
-  const auto b = static_cast<float>(std::clamp(blood, 0.0, 1.0));
-  const float hide = 1.0f - std::exp(-7.0f * b);
-  return {0.55f - 0.20f * hide, 0.52f - 0.497f * hide, 0.50f - 0.477f * hide, 0.35f + 0.6f * hide};
-}
-
-std::size_t addDrops(const float* positions, const float* velocities, const std::uint8_t* blood,
-                     std::size_t count, double radius, const Vector3d& eye, double shutter, Quads* q) {
-  std::size_t bad = 0;
-  if (!(radius > 0 && radius < 0.1) || !eye.allFinite()) return count;
-  const Vector3f camera = eye.cast<float>();
-  const auto r = static_cast<float>(radius);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vector3f p(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
-    Vector3f v = Vector3f::Zero();
-    if (velocities != nullptr) v = Vector3f(velocities[3 * i], velocities[3 * i + 1], velocities[3 * i + 2]);
-    const Vector3f sight = (p - camera).normalized();
-    if (!p.allFinite() || !v.allFinite() || !sight.allFinite()) {
-      ++bad;
-      continue;
-    }
-    const Vector3f moved = static_cast<float>(shutter) * (v - v.dot(sight) * sight);
-    const float length = std::min(moved.norm(), 0.05f);
-    Vector3f u, w;
-    facing(sight, &u, &w);
-    if (length > 0.1f * r) {
-      u = moved.normalized();
-      w = sight.cross(u);
-    }
-    Tint tint = fluidTint(blood != nullptr ? blood[i] / 255.0 : 1.0);
-    tint.opacity *= std::sqrt(2 * r / (2 * r + length));
-    // The middle of the streak lies half of it behind.
-    addQuad(p - 0.5f * length * u, (r + 0.5f * length) * u, r * w, tint, 0.0f, 0.0f, q);
-  }
-  return bad;
-}
-
-void addBubbles(const float* bubbles, std::size_t count, const Vector3d& eye, Quads* q) {
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vector3f p(bubbles[4 * i], bubbles[4 * i + 1], bubbles[4 * i + 2]);
-    const float r = bubbles[4 * i + 3];
-    if (!p.allFinite() || !(r > 0 && r < 0.1f)) continue;
-    const Vector3f sight = (p - eye.cast<float>()).normalized();
-    Vector3f u, w;
-    facing(sight, &u, &w);
-    addQuad(p, r * u, r * w, {0.8f, 0.75f, 0.72f, 0.9f}, 1.0f, 0.0f, q);
-  }
-}
-
 void addPuff(const Vector3d& centre, double radius, double density, double phase, std::uint32_t seed,
              const Vector3d& eye, Quads* q) {
   if (!centre.allFinite() || !(radius > 0 && radius < 1) || !(density >= 0) || !std::isfinite(phase)) return;
@@ -215,45 +166,61 @@ void addPuff(const Vector3d& centre, double radius, double density, double phase
   Vector3f u, w;
   facing(sight, &u, &w);
   const auto r = static_cast<float>(radius);
-  addQuad(p, r * u, r * w, {1, 1, 1, opacity}, static_cast<float>(seed % 1024u) * 0.0061f,
-          static_cast<float>(phase), q);
+  addQuad(p, r * u, r * w, opacity, static_cast<float>(seed % 1024u) * 0.0061f, static_cast<float>(phase), q);
 }
 
 Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
-                 const float* height, double blood) {
+                 const PoolCells& cells) {
   Pool pool;
   if (!(cell > 0) || !origin.matrix().allFinite()) return pool;
   const auto C = static_cast<int>(columns), R = static_cast<int>(rows);
   const auto wet = [&](int c, int r) {
-    return c >= 0 && r >= 0 && c < C && r < R && std::isfinite(height[r * C + c]);
+    return c >= 0 && r >= 0 && c < C && r < R && std::isfinite(cells.height[r * C + c]);
   };
-  // Heights with the border: a dry neighbour takes the mean of the wet cells round it.
-  std::vector<float> h(static_cast<std::size_t>((C + 2) * (R + 2)), std::numeric_limits<float>::quiet_NaN());
-  std::vector<std::uint32_t> index(h.size(), 0xffffffffu);
-  const auto at = [&](int c, int r) { return static_cast<std::size_t>((r + 1) * (C + 2) + c + 1); };
+  const auto depthOf = [&](int c, int r) {
+    return !wet(c, r) ? 0.0f : cells.depth != nullptr ? 0.1f * cells.depth[r * C + c] : kUnknownDepth;
+  };
+  const auto bloodOf = [&](int c, int r) {
+    return cells.blood != nullptr ? cells.blood[r * C + c] / 255.0f
+                                  : static_cast<float>(cells.blood_fraction);
+  };
+  // With a border: a dry neighbour takes the mean height of the wet cells round it. Depth and blood are means
+  // over a cell and its neighbours (1 2 1 either way), so that the cells' corners do not show at the shore.
+  struct Vertex {
+    float height = std::numeric_limits<float>::quiet_NaN(), depth = 0, blood = 0, share = 0;
+    std::uint32_t index = 0xffffffffu;
+  };
+  std::vector<Vertex> grid(static_cast<std::size_t>((C + 2) * (R + 2)));
+  const auto at = [&](int c, int r) -> Vertex& {
+    return grid[static_cast<std::size_t>((r + 1) * (C + 2) + c + 1)];
+  };
   for (int r = -1; r <= R; ++r)
     for (int c = -1; c <= C; ++c) {
-      if (wet(c, r)) {
-        h[at(c, r)] = height[r * C + c];
-        continue;
-      }
-      float sum = 0;
-      int n = 0;
+      float height = 0, depth = 0, blood = 0, weights = 0;
+      int around = 0;
       for (int j = -1; j <= 1; ++j)
-        for (int i = -1; i <= 1; ++i)
-          if (wet(c + i, r + j)) sum += height[(r + j) * C + c + i], ++n;
-      if (n > 0) h[at(c, r)] = sum / static_cast<float>(n);
+        for (int i = -1; i <= 1; ++i) {
+          if (!wet(c + i, r + j)) continue;
+          const auto weight = static_cast<float>((2 - std::abs(i)) * (2 - std::abs(j)));
+          ++around, weights += weight;
+          height += cells.height[(r + j) * C + c + i];
+          depth += weight * depthOf(c + i, r + j), blood += weight * bloodOf(c + i, r + j);
+        }
+      if (around == 0) continue;
+      Vertex& v = at(c, r);
+      v.height = wet(c, r) ? cells.height[r * C + c] : height / static_cast<float>(around);
+      v.depth = depth / 16.0f, v.blood = blood / weights, v.share = weights / 16.0f;
     }
   const auto value = [&](int c, int r, float otherwise) {
     if (c < -1 || r < -1 || c > C || r > R) return otherwise;
-    const float v = h[at(c, r)];
+    const float v = at(c, r).height;
     return std::isfinite(v) ? v : otherwise;
   };
   for (int r = -1; r <= R; ++r)
     for (int c = -1; c <= C; ++c) {
-      const float z = h[at(c, r)];
+      const float z = at(c, r).height;
       if (!std::isfinite(z)) continue;
-      index[at(c, r)] = static_cast<std::uint32_t>(pool.positions.size() / 3);
+      at(c, r).index = static_cast<std::uint32_t>(pool.positions.size() / 3);
       const Vector3d p = origin * Vector3d((c + 0.5) * cell, (r + 0.5) * cell, z);
       const Vector3d n = origin.linear() * Vector3d((value(c - 1, r, z) - value(c + 1, r, z)) / (2 * cell),
                                                     (value(c, r - 1, z) - value(c, r + 1, z)) / (2 * cell), 1)
@@ -262,17 +229,12 @@ Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t col
         pool.positions.push_back(static_cast<float>(p[k]));
         pool.normals.push_back(static_cast<float>(n[k]));
       }
-      // Opaque inside; the border fades with the share of wet neighbours, so that cells do not show.
-      int around = 0;
-      for (int j = -1; j <= 1; ++j)
-        for (int i = -1; i <= 1; ++i) around += wet(c + i, r + j);
-      const float share = wet(c, r) ? std::clamp((static_cast<float>(around) - 2) / 5.0f, 0.0f, 1.0f) : 0.0f;
-      pool.features.insert(pool.features.end(), {static_cast<float>(blood), share, 0.0f});
+      pool.features.insert(pool.features.end(), {at(c, r).blood, at(c, r).depth, at(c, r).share});
     }
   for (int r = -1; r < R; ++r)
     for (int c = -1; c < C; ++c) {
-      const std::uint32_t a = index[at(c, r)], b = index[at(c + 1, r)], d = index[at(c, r + 1)],
-                          e = index[at(c + 1, r + 1)];
+      const std::uint32_t a = at(c, r).index, b = at(c + 1, r).index, d = at(c, r + 1).index,
+                          e = at(c + 1, r + 1).index;
       constexpr std::uint32_t kNone = 0xffffffffu;
       if (a != kNone && b != kNone && e != kNone) pool.triangles.insert(pool.triangles.end(), {a, b, e});
       if (a != kNone && e != kNone && d != kNone) pool.triangles.insert(pool.triangles.end(), {a, e, d});

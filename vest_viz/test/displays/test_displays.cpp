@@ -365,6 +365,38 @@ TEST_F(Displays, DepthAndLabelsAreThoseOfRaysCastIntoTheStateOfTheSameStep) {
   EXPECT_LE(wrong_label, 2) << "only pixels on the silhouette may differ";
 }
 
+TEST_F(Displays, InstrumentsOfTheStatesReplaceTheFastTopicWhileThereAreAny) {
+  ASSERT_TRUE(world->run(3));
+  const std::uint32_t before = world->instruments.getNumSubscribers();
+  ASSERT_GT(before, 0U);
+  const auto until = [&](const std::function<bool()>& done, const std::function<void()>& also) {
+    const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(40);
+    while (ros::ok() && !done() && ros::WallTime::now() < end) {
+      world->publishOnce(0, 1);
+      also();
+      ros::spinOnce();
+      ros::WallDuration(0.03).sleep();
+    }
+    return done();
+  };
+  ros::Publisher slow = world->handle.advertise<vest_msgs::InstrumentStates>("tissue/instruments", 10);
+  vest_msgs::InstrumentStates m;
+  m.instruments.resize(1);
+  m.instruments[0].name = "endoscope";
+  m.instruments[0].tool = vest_msgs::InstrumentState::TOOL_ENDOSCOPE;
+  m.instruments[0].tip.orientation.w = 1;
+  EXPECT_TRUE(until([&] { return world->instruments.getNumSubscribers() < before; },
+                    [&] {
+                      m.header.stamp = world->last_stamp;
+                      slow.publish(m);
+                    }))
+      << "a thousand messages a second are still read";
+  slow.shutdown();
+  EXPECT_TRUE(until([&] { return world->instruments.getNumSubscribers() == before; }, [] {}))
+      << "the simulation is gone: the instruments move on";
+  EXPECT_TRUE(world->run(3));
+}
+
 /// Ball, endoscope and left instrument at a time (s): a few pixels from picture to picture, and the
 /// instrument 9 pixels in the 12 ms by which a state is older than the newest instruments.
 Moment moving(double t) {

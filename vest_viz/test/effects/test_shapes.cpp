@@ -1,5 +1,6 @@
-#include "vest_viz/effects/shapes.h"
+#include "vest_viz/effects/drops.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -31,45 +32,106 @@ TEST(Tube, FollowsItsPointsAtItsRadiusAndClosesWhereAsked) {
   EXPECT_TRUE(tube(nullptr, 0, 0.0003, true).triangles.empty());
 }
 
-TEST(Drops, AreDrawnOutAlongTheirMotionAndFainter) {
-  const float p[] = {0, 0, 0.1f, 0.01f, 0, 0.1f, kNaN, 0, 0};
-  const float v[] = {0, 0, 0, 0, 2.0f, 0, 0, 0, 0};
-  Quads q;
-  EXPECT_EQ(addDrops(p, v, nullptr, 3, 0.0005, Vector3d::Zero(), 0.01, &q), 1u) << "the NaN is left out";
-  ASSERT_EQ(q.count(), 2u);
-  const auto extent = [&](std::size_t quad, int axis) {
-    float low = 1, high = -1;
-    for (std::size_t k = 0; k < 4; ++k) {
-      low = std::min(low, q.corners[12 * quad + 3 * k + static_cast<std::size_t>(axis)]);
-      high = std::max(high, q.corners[12 * quad + 3 * k + static_cast<std::size_t>(axis)]);
-    }
-    return high - low;
-  };
-  EXPECT_NEAR(extent(0, 0), 0.001, 3e-4);
-  EXPECT_NEAR(extent(1, 1), 0.02 + 0.001, 1e-3) << "2 m/s for 10 ms";
-  EXPECT_LT(q.features[12], 0.5f * q.features[0]);
+/// Extent of a quad along an axis, m.
+float extent(const Quads& q, std::size_t quad, int axis) {
+  float low = 1, high = -1;
+  for (std::size_t k = 0; k < 4; ++k) {
+    low = std::min(low, q.corners[12 * quad + 3 * k + static_cast<std::size_t>(axis)]);
+    high = std::max(high, q.corners[12 * quad + 3 * k + static_cast<std::size_t>(axis)]);
+  }
+  return high - low;
 }
 
-TEST(Pool, IsWetWhereItsCellsAreAndFadesAtItsBorder) {
+TEST(Drops, HaveTheVolumeOfTheirParticlesAndAreDrawnOutAlongTheirMotion) {
+  const float p[] = {0, 0, 0.1f, 0.01f, 0, 0.1f, kNaN, 0, 0, -0.01f, 0, 0.1f};
+  const float v[] = {0, 0.3f, 0, 0, 2.0f, 0, 0, 0, 0, 0, 0.3f, 0};
+  const std::uint8_t volume[] = {255, 32, 255, 32};
+  FluidParticles in;
+  in.positions = p, in.velocities = v, in.volume = volume, in.count = 4, in.radius = 0.0005;
+  Quads q;
+  EXPECT_EQ(addDrops(in, Vector3d::Zero(), 0.01, &q), 1u) << "the NaN is left out";
+  ASSERT_EQ(q.count(), 3u);
+  // A ball of 1 mm³ is 1.24 mm wide, one of an eighth half of that.
+  EXPECT_NEAR(extent(q, 0, 0), 0.00124, 1e-5);
+  EXPECT_NEAR(extent(q, 2, 0), 0.00062, 1e-5);
+  EXPECT_NEAR(extent(q, 0, 1), 0.00124 + 0.003, 1e-5) << "0.3 m/s for 10 ms";
+  EXPECT_NEAR(extent(q, 1, 1), 0.00062 + 0.02, 1e-5);
+  EXPECT_NEAR(q.colours[1], 0.003 / 0.00062, 0.05) << "how long it is, for the shader to fade it";
+}
+
+TEST(Drops, ThatFollowOneAnotherAreAStreamOfTheirVolume) {
+  // Four particles of 27 mm³, 9 mm apart, fly upwards one behind the other.
+  std::vector<float> p, v;
+  for (int i = 0; i < 4; ++i) {
+    p.insert(p.end(), {0, 0.009f * static_cast<float>(i), 0.1f});
+    v.insert(v.end(), {0, 0.3f, 0});
+  }
+  FluidParticles in;
+  in.positions = p.data(), in.velocities = v.data(), in.count = 4, in.radius = 0.0015;
+  Quads q;
+  addDrops(in, Vector3d::Zero(), 0.008, &q);
+  ASSERT_EQ(q.count(), 4u) << "three cylinders, and the drop at the head";
+  EXPECT_NEAR(extent(q, 0, 1), 0.009, 1e-4);
+  EXPECT_NEAR(extent(q, 0, 0), 2 * std::sqrt(27e-9 / (3.14159265 * 0.009)), 1e-5);
+  EXPECT_FLOAT_EQ(q.features[1], 2.0f) << "drawn as a stream";
+  // Beside others they are a body of fluid: each is drawn by itself.
+  for (int i = 0; i < 4; ++i)
+    for (const float x : {-0.003f, 0.0f, 0.003f})
+      for (const float z : {0.097f, 0.1f, 0.103f}) {
+        if (x == 0 && z == 0.1f) continue;
+        p.insert(p.end(), {x, 0.009f * static_cast<float>(i), z});
+        v.insert(v.end(), {0, 0.3f, 0});
+      }
+  in.positions = p.data(), in.velocities = v.data(), in.count = p.size() / 3;
+  q.clear();
+  addDrops(in, Vector3d::Zero(), 0.008, &q);
+  int streams = 0;
+  for (std::size_t k = 0; k < q.count(); ++k) streams += q.features[12 * k + 1] > 1.5f;
+  EXPECT_EQ(streams, 0);
+}
+
+TEST(Drops, FastOnesShedSatellitesOfTheSameVolumeTogether) {
+  const float p[] = {0, 0, 0.1f}, v[] = {1.0f, 0.5f, 0};
+  FluidParticles in;
+  in.positions = p, in.velocities = v, in.count = 1, in.radius = 0.001;
+  Quads q, again;
+  addDrops(in, Vector3d::Zero(), 0.008, &q);
+  ASSERT_EQ(q.count(), 3u);
+  double volume = 0;  // of balls, mm³
+  for (std::size_t k = 0; k < 3; ++k) volume += 4.18879 * std::pow(q.colours[12 * k], 3);
+  EXPECT_NEAR(volume, 8, 1e-3);
+  addDrops(in, Vector3d::Zero(), 0.008, &again);
+  EXPECT_EQ(q.corners, again.corners) << "they stay with their drop";
+}
+
+TEST(Pool, IsWetWhereItsCellsAreAndShallowsTowardsItsBorder) {
   const float n = kNaN;
   const float h[] = {n, n, n, n, n, n, 1, 1, 1, n, n, 1, 1, 1, n, n, 1, 1, 1, n, n, n, n, n, n};
+  const std::vector<std::uint8_t> depth(25, 80), blood(25, 51);
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.translation() = Vector3d(1, 0, 0);
-  const Pool pool = poolSurface(X, 0.01, 5, 5, h, 0.5);
+  PoolCells cells;
+  cells.height = h, cells.depth = depth.data(), cells.blood = blood.data();
+  const Pool pool = poolSurface(X, 0.01, 5, 5, cells);
   ASSERT_EQ(pool.positions.size() / 3, 25u) << "nine wet cells and the sixteen round them";
   int full = 0, dry = 0;
   for (std::size_t i = 0; i < pool.features.size(); i += 3) {
-    EXPECT_FLOAT_EQ(pool.features[i], 0.5f);
+    EXPECT_FLOAT_EQ(pool.features[i], 0.2f);
     EXPECT_FLOAT_EQ(pool.positions[i + 2], 1) << "the border lies level with its neighbours";
-    dry += pool.features[i + 1] == 0;
-    if (pool.features[i + 1] < 1) continue;
+    dry += pool.features[i + 2] < 0.3f;
+    EXPECT_LT(pool.features[i + 2], 1.001f);
+    if (pool.features[i + 1] < 7.99f) continue;
     ++full;
     EXPECT_NEAR(pool.positions[i], 1.025, 1e-6);
     EXPECT_NEAR(pool.positions[i + 1], 0.025, 1e-6);
   }
   EXPECT_EQ(full, 1);
   EXPECT_EQ(dry, 16);
-  EXPECT_TRUE(poolSurface(X, 0.0, 5, 5, h, 0.5).triangles.empty());
+  EXPECT_TRUE(poolSurface(X, 0.0, 5, 5, cells).triangles.empty());
+  cells.depth = cells.blood = nullptr, cells.blood_fraction = 0.5;
+  const Pool unknown = poolSurface(X, 0.01, 5, 5, cells);
+  EXPECT_FLOAT_EQ(unknown.features[0], 0.5f);
+  EXPECT_FLOAT_EQ(*std::max_element(unknown.features.begin(), unknown.features.end()), kUnknownDepth) << "mm";
 }
 
 TEST(Puffs, ThinSmokeIsFainterAndNothingIsLeftOut) {

@@ -38,7 +38,11 @@ class EffectsShell {
   ros::Publisher surface_pub_;
   MessagePool<vest_msgs::SurfaceBleeding> surface_pool_;
   std::unique_ptr<FieldPublisher> field_;  ///< null: effects/field is false
-  std::uint32_t degraded_seen_ = 0, refused_seen_ = 0;
+  void diagnose(const simulation::BloodFrame& frame);
+  ros::Publisher diagnostics_pub_;
+  std::uint32_t degraded_seen_ = 0, refused_seen_ = 0;  ///< of the frame before
+  std::uint32_t degraded_told_ = 0;                     ///< in /diagnostics
+  double diagnostics_due_ = 0;                          ///< s, steady clock
 };
 
 }  // namespace vest::ros_shell

@@ -34,6 +34,7 @@ class FieldPublisher {
   std::mutex mutex_;
   std::shared_ptr<simulation::FieldFrames> frames_;
   bool degraded_ = false;
+  std::uint64_t dropped_seen_ = 0, refused_seen_ = 0;  ///< told already
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "vest_effects/bleeding/source.h"
+#include "vest_tissue/scene/edits.h"
 #include "vest_tissue/scene/world.h"
 
 namespace vest::simulation {
@@ -26,6 +27,10 @@ class Effect {
   /// nothing but its arguments and its own State: the same inputs give the same bits.
   virtual void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
                     Feedback& feedback) = 0;
+  /// Appends the parameters that a step's edits may change here. Before the first step.
+  virtual void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const {
+    (void)world, (void)out;
+  }
   /// As the scene was loaded.
   virtual void reset() = 0;
   /// Appends everything that evolves, little-endian. One that appends nothing begins anew after a restore.

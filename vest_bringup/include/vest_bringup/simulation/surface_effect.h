@@ -36,6 +36,7 @@ class SurfaceEffect : public Effect {
             Feedback& feedback) override;
   /// Water flows over a triangle of an object's contact surface. @param impulse N·s, fluid::Shear
   void wash(std::size_t object, const std::array<std::uint32_t, 3>& knots, double impulse);
+  void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;
   void reset() override;
   void save(std::vector<std::uint8_t>& bytes) const override;
   bool restore(const std::uint8_t* bytes, std::size_t count) override;

@@ -30,6 +30,7 @@ class Trainer : public scene::Simulation {
   void save(std::vector<std::uint8_t>& bytes) override;
   /// A snapshot of the World alone is taken too: the effects begin anew then.
   void restore(const std::vector<std::uint8_t>& bytes) override;
+  void edits(std::vector<scene::EditableParameter>& out) override;
   /// XXH64 over what save() writes of the effects and the feedback that the next step will consume.
   std::uint64_t effectsHash() const;
 

@@ -48,7 +48,7 @@ struct SurfaceModel {
   std::vector<std::uint32_t> scene;  ///< per object: knots of the scene; the rest of its room is for copies
   std::vector<double> supply;        ///< m³/s per knot
   std::vector<double> area;          ///< m² per knot, of the surface; 0: inside
-  std::vector<std::uint32_t> link0, link1;  ///< pairs of neighbours on a surface
+  std::vector<std::uint32_t> link0, link1;  ///< pairs of neighbours on a surface, object by object
   std::size_t knots() const { return supply.size(); }
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -59,12 +60,15 @@ class TissueServer {
     std::unique_ptr<scene::Simulation> simulation;
     boost::shared_ptr<vest_msgs::TissueTopology> topology;
     std::shared_ptr<const scene::Description> description;
+    std::vector<scene::EditableParameter> edits;
   };
 
   Loaded loadFile(const std::string& scene) const;
   void onInstruments(const vest_msgs::InstrumentStates::ConstPtr& msg);
   void onFootswitches(const sensor_msgs::Joy::ConstPtr& msg);
   void onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg);
+  /// Counts it, warns with one sentence, and has /diagnostics say it for a while.
+  void refuseInput(const std::string& sentence);
   void onRecording(const vest_msgs::SessionState::ConstPtr& msg);
   bool onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res);
   bool onReset(std_srvs::Trigger::Request& req, std_srvs::Trigger::Response& res);
@@ -78,6 +82,8 @@ class TissueServer {
   void publishLoop();
   void publishSteps();
   void publishState();
+  /// The instruments of the moment of a state: displays need no more, and 1 kHz over a socket is dear.
+  void publishInstruments(const ros::Time& moment);
   void publishTopology();
   void publishChangedTopology(std::uint32_t revision);
   void publishSession();
@@ -97,9 +103,10 @@ class TissueServer {
   std::atomic<bool> held_{false};  ///< paused until a recorder listens
 
   std::unique_ptr<scene::Runner> runner_;
-  std::mutex loaded_mutex_;  ///< topology_ and description_; never held by the stepping thread
+  std::mutex loaded_mutex_;  ///< topology_, description_ and editable_; never held by the stepping thread
   boost::shared_ptr<vest_msgs::TissueTopology> topology_;
   std::shared_ptr<const scene::Description> description_;
+  std::vector<scene::EditableParameter> editable_;  ///< likewise
   std::atomic<bool> topology_due_{true}, loading_{false};
   std::map<std::string, std::vector<std::uint8_t>> snapshots_;
 
@@ -108,12 +115,17 @@ class TissueServer {
   ros::Subscriber instruments_, footswitches_, recording_, edits_;
   std::vector<ros::ServiceServer> services_;
   ros::Publisher topology_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_, attachments_pub_,
-      sutures_pub_, markers_pub_, steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;
+      tools_pub_, sutures_pub_, markers_pub_, steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;
 
   // Of the input thread.
   scene::ToolSample sample_;
   ros::SteadyTime pedals_time_;
+  std::mutex recent_mutex_;  ///< recent_: of the input and the publishing thread
+  std::deque<vest_msgs::InstrumentStates::ConstPtr> recent_;  ///< the last messages, oldest first
   std::atomic<std::uint64_t> refused_inputs_{0};
+  std::mutex refusal_mutex_;
+  std::string refusal_;  ///< the last one
+  ros::SteadyTime refusal_time_;
 
   // Of the publishing thread.
   MessagePool<vest_msgs::StepInput> step_pool_;
@@ -123,6 +135,8 @@ class TissueServer {
   std::uint64_t event_id_ = 0, clock_jumps_ = 0;
   std::int64_t clock_offset_ns_ = 0;
   double next_markers_ = 0.0;
+  std::int64_t tools_published_ns_ = 0;  ///< steady clock
+  vest_msgs::InstrumentStates::ConstPtr published_tools_;
   bool had_sutures_ = false;
   std::uint32_t published_revision_ = 0;
   std::mutex recording_mutex_;

@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "vest_tissue/scene/edits.h"
 #include "vest_tissue/scene/ring.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/shared/contact_memory.h"
@@ -30,6 +31,8 @@ class Simulation {
   /// then
   virtual void save(std::vector<std::uint8_t>& bytes) { world().save(bytes); }
   virtual void restore(const std::vector<std::uint8_t>& bytes) { world().restore(bytes); }
+  /// Appends the parameters that edits of a step's input may change. Before it runs.
+  virtual void edits(std::vector<EditableParameter>& out) { editableParameters(world(), out); }
 };
 
 /// The tissue without anything around it.

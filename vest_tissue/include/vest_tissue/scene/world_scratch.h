@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "vest_tissue/contact/contacts.h"
 #include "vest_tissue/fem/tissue_cut.h"
 #include "vest_tissue/interaction/cut_scratch.h"
+#include "vest_tissue/interaction/sling_loop.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/solver/implicit_net.h"
 
@@ -94,11 +96,25 @@ struct ObjectScratch {
   bool over_budget = false;
 };
 
+/// What a sling draws in during one step: each knot once.
+struct LoopTissue {
+  static constexpr std::size_t kMost = 3 * interaction::kSlingNodes;
+  int count = 0;
+  std::array<std::uint32_t, kMost> knots{};
+  std::array<std::array<std::uint8_t, 3>, interaction::kSlingNodes> slot{};  ///< per node: places in `knots`
+  bool held = false;  ///< its applicator holds the central knot
+  Eigen::Vector3d knot = Eigen::Vector3d::Zero(),
+                  travel = Eigen::Vector3d::Zero();  ///< m: of that in the step
+};
+
 struct WorldScratch {
   std::vector<ObjectScratch> objects;
   std::vector<OrganContact> organ_contacts;
   Candidates candidates;
-  std::vector<Eigen::Vector3d> connection_force;  ///< N on end 0, held
+  std::vector<Eigen::Vector3d> connection_force;                         ///< N on end 0, held
+  std::array<LoopTissue, interaction::kMaxSlings> loops;                 ///< per sling of the State
+  interaction::LoopStep loop_step;                                       ///< of the loop that moves
+  std::vector<std::pair<std::uint16_t, std::uint32_t>> loop_candidates;  ///< near it: object, triangle
   interaction::CutScratch cut;
   Energy energy_before;
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies_before{};

@@ -27,27 +27,12 @@ void append(instrument::TriangleMesh* a, const instrument::TriangleMesh& b, cons
 /// Quads that face the camera, four vertices each, as ogre_media/quads.vert reads them.
 struct Quads {
   std::vector<float> corners;   ///< m, world; x y z per vertex
-  std::vector<float> colours;   ///< r g b per vertex
-  std::vector<float> features;  ///< opacity, kind (drops) or seed (puffs), phase
+  std::vector<float> colours;   ///< r g b per vertex; of drops: effects/drops.h
+  std::vector<float> features;  ///< opacity, kind (drops) or seed (puffs), flatness (drops) or phase
   std::size_t count() const { return corners.size() / 12; }
   void clear() { corners.clear(), colours.clear(), features.clear(); }
 };
 
-/// How blood and water mix for the eye; a little blood colours much water. @param blood 0 … 1
-struct Tint {
-  float r, g, b, opacity;
-};
-Tint fluidTint(double blood);
-
-/// Particles as balls, drawn out along their motion across the picture while the shutter is open.
-/// @param blood 0 … 255 per particle, may be empty (all blood); @param eye m, camera in world
-/// @param shutter s; a streak is as much fainter as it is longer
-/// @return particles left out because they are not finite
-std::size_t addDrops(const float* positions, const float* velocities, const std::uint8_t* blood,
-                     std::size_t count, double radius, const Eigen::Vector3d& eye, double shutter,
-                     Quads* quads);
-/// Air bubbles: x y z radius each.
-void addBubbles(const float* bubbles, std::size_t count, const Eigen::Vector3d& eye, Quads* quads);
 /// A puff of smoke; opacity follows from density · 2 radius (Beer-Lambert with kSmokeExtinction).
 void addPuff(const Eigen::Vector3d& centre, double radius, double density, double phase, std::uint32_t seed,
              const Eigen::Vector3d& eye, Quads* quads);
@@ -59,11 +44,18 @@ constexpr double kSmokeExtinction = 3000.0;
 /// Surface of a pool from its height field, with a border of one cell so that it dips below the tissue.
 struct Pool {
   std::vector<float> positions, normals;  ///< x y z per vertex, world
-  std::vector<float> features;            ///< share of blood, opacity, 0 per vertex
+  std::vector<float> features;  ///< share of blood, depth (mm), wet share of the cells around, per vertex
   std::vector<std::uint32_t> triangles;
 };
-/// @param height m above the origin's plane at the middle of each cell, row-major, NaN where dry
+/// What a FluidPool says of its cells, row-major.
+struct PoolCells {
+  const float* height = nullptr;        ///< m above the origin's plane at the cell's middle, NaN where dry
+  const std::uint8_t* depth = nullptr;  ///< 0.1 mm; null: unknown, kUnknownDepth
+  const std::uint8_t* blood = nullptr;  ///< 0 water … 255 blood; null: everywhere as in blood_fraction
+  double blood_fraction = 1;            ///< of the whole pool, 0 … 1
+};
+constexpr float kUnknownDepth = 5.0f;  ///< mm: hides the ground where it is blood (ours)
 Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
-                 const float* height, double blood);
+                 const PoolCells& cells);
 
 }  // namespace vest::effects

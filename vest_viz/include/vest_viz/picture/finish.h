@@ -65,12 +65,15 @@ class Finisher {
   void apply(const cv::Mat& rendering, cv::Mat* out) { apply(rendering, {}, out); }
 
  private:
+  void sharpen();
   void blendVeil(const cv::Mat& veil);
   void defocus();
   void cloud();
   camera::Intrinsics camera_, source_;
   Circle circle_;
   double source_radius_ = 1;
+  double sharpening_ =
+      0;             ///< no unit: part of what is finer than a rendered pixel's neighbours, added once more
   cv::Rect window_;  ///< of the circle in the picture
   cv::Mat map_, map_fraction_;
   cv::Mat weight_, rim_;  ///< CV_8UC3 over window_

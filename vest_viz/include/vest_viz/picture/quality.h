@@ -6,7 +6,7 @@
 namespace vest::picture {
 
 /// Rendered pixels per pixel of the picture, along an edge, that the automatic quality chooses from.
-constexpr std::array<double, 4> kResolutions{1.0, 0.85, 0.7, 0.65};
+constexpr std::array<double, 5> kResolutions{1.0, 0.85, 0.7, 0.65, 0.55};
 
 /// The next level of kResolutions after some pictures that took `drawing_ms` each to draw and read back: a
 /// level coarser above 32 ms, finer below 14 ms (ours: 20 pictures a second beside the simulation on two
