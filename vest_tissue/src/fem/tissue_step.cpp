@@ -13,8 +13,7 @@ using Eigen::Vector3d;
 constexpr double kTolerance = 1e-7;  ///< of conjugate gradients, relative residual in the factor's norm
 constexpr double kRounding = 1e-22;  ///< of the squared residual (ours)
 constexpr int kSweeps = 40;          ///< of Gauss-Seidel over the points (ours)
-constexpr double kGood = 0.9;        ///< part of the forces found that is right: good enough (ours)
-constexpr int kPasses = 2;           ///< more, over points whose answers were not those supposed (ours)
+constexpr double kOvershoot = 4.0;   ///< no unit; ours
 constexpr double kPushOut = 2.0;     ///< m/s: of what a tool that appears in tissue holds within (ours)
 constexpr double kStiffer = 4.0;     ///< stiffness of a contact over that of the tissue in this step (ours)
 constexpr double kSettled = 1e-7;    ///< relative change of forces at which the sweeps end
@@ -361,33 +360,15 @@ bool freeTissueStep(const TissueModel& t, const TissueState& s, double h,
   return true;
 }
 
-namespace {
-
-/// Contacts and holds during one step.
-struct PointWays {
-  std::array<Vector3d, kMostTissuePoints> start, free,
-      end;                                     ///< m: now, and at the end without and with forces
-  std::array<double, kMostTissuePoints> give;  ///< m/N: of held knots, in series with the contact
-};
-
-Matrix3d& answerBetween(TissueScratch& w, std::size_t p, std::size_t q) {
-  return w.answers[p * kMostTissuePoints + q];
-}
-
-/// N/m of a contact: much stiffer than the tissue behind it, as far as the tool bears it.
-double stiffnessOf(const TissuePoint& point, double give) {
-  const double k = point.compliance > 0.0
-                       ? std::clamp(kStiffer / point.compliance, point.stiffness, point.most_stiffness)
-                       : point.stiffness;
-  return k / (1.0 + k * give);
-}
-
-/// Answers between points, and where they go without forces.
-void beginPoints(const TissueModel& t, const TissueState& s, double h, TissueScratch& w, PointWays& ways) {
+void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, TissueScratch& w) {
   const std::size_t count = w.points.size();
+  if (count == 0) return;
   // `answer` of a dynamic object holds for its own step; for a shorter one forces act for less time.
   const double ratio = h / t.step;
   const double scale = s.dynamic ? std::min(1.0, ratio * ratio) : 1.0 / s.stiffness_scale;
+  const auto D = [&](std::size_t p, std::size_t q) -> Matrix3d& {
+    return w.answers[p * kMostTissuePoints + q];
+  };
   for (std::size_t p = 0; p < count; ++p) {
     for (std::size_t q = 0; q <= p; ++q) {
       Matrix3d sum = Matrix3d::Zero();
@@ -399,72 +380,65 @@ void beginPoints(const TissueModel& t, const TissueState& s, double h, TissueScr
             sum += weight * answerOf(t, s, w, w.points[p].knots[a], w.points[q].knots[b], scale);
         }
       }
-      answerBetween(w, p, q) = sum;
-      answerBetween(w, q, p) = sum.transpose();
+      D(p, q) = sum;
+      D(q, p) = sum.transpose();
     }
   }
+  // Where the points are at the end without these forces; then with them.
+  double longest = 0.0;  // m: of the ways that the forces are there for
+  std::array<Vector3d, kMostTissuePoints> start, end;
   for (std::size_t p = 0; p < count; ++p) {
+    start[p].setZero(), end[p].setZero();
     TissuePoint& point = w.points[p];
-    ways.start[p].setZero(), ways.free[p].setZero();
-    ways.give[p] = 0.0;
     for (int a = 0; a < 3; ++a) {
-      const double weight = point.weights[a];
-      if (weight == 0.0) continue;
-      const Index k = point.knots[a];
-      ways.start[p] += weight * s.x[k];
-      ways.free[p] += weight * w.q[k];
-      // A held knot counts with its own mass, not as immovable: a contact almost on it would otherwise throw
-      // its free neighbour, of whose way it has next to nothing, as far as it takes.
-      if (!isFree(t, s, k)) ways.give[p] += weight * weight * h * h / s.mass[k];
+      if (point.weights[a] == 0.0) continue;
+      start[p] += point.weights[a] * s.x[point.knots[a]];
+      end[p] += point.weights[a] * w.q[point.knots[a]];
     }
     point.force.setZero();
-    const Matrix3d& own = answerBetween(w, p, p);
+    const Matrix3d& own = D(p, p);
     point.compliance = point.kind == 0 ? point.normal.dot(own * point.normal) : own.trace() / 3.0;
-    if (point.kind == 1) continue;
+    const Vector3d slip = end[p] - start[p] - h * point.target_velocity;
+    if (point.kind == 1) {
+      longest = std::max(longest, (point.target - end[p]).norm());
+      continue;
+    }
     // What lies deeper in the tool than they came together in this step was there before: it is pushed out by
     // and by, not thrown.
-    const Vector3d slip = ways.free[p] - ways.start[p] - h * point.target_velocity;
-    const double together = std::max(0.0, point.normal.dot(slip)),
-                 deep = point.reach - point.normal.dot(point.target - ways.free[p]),
-                 most = together + kPushOut * h;
+    const double way = slip.norm(), deep = point.reach - point.normal.dot(point.target - end[p]);
+    const double most = way + kPushOut * h;
     if (deep > most) point.reach -= deep - most;
+    longest = std::max(longest, way + std::clamp(deep, 0.0, most));
   }
-}
-
-/// Force that a hold has at a place (m), N; stiffness with its damping, N/m.
-Vector3d holdForce(const TissuePoint& point, const Vector3d& start, const Vector3d& at, double h) {
-  return point.stiffness * (point.target - at) + point.damping * (point.target_velocity - (at - start) / h);
-}
-
-/// Forces for the answers as they are supposed to be.
-void sweepPoints(double h, TissueScratch& w, PointWays& ways) {
-  const std::size_t count = w.points.size();
-  auto& end = ways.end;
-  for (std::size_t p = 0; p < count; ++p) w.points[p].force.setZero(), end[p] = ways.free[p];
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     double change = 0.0, size = 0.0;
     for (std::size_t p = 0; p < count; ++p) {
       TissuePoint& point = w.points[p];
-      const Matrix3d& own = answerBetween(w, p, p);
+      const Matrix3d& own = D(p, p);
       const Vector3d before = point.force;
       const Vector3d without = end[p] - own * before;
       Vector3d force;
       if (point.kind == 1) {
+        const double k = point.stiffness + point.damping / h;
         // F = k (target - x) + c (target' - x'), x = without + own F
-        const Vector3d wanted = holdForce(point, ways.start[p], without, h);
-        const Matrix3d A = Matrix3d::Identity() + (point.stiffness + point.damping / h) * own;
+        const Vector3d wanted = point.stiffness * (point.target - without) +
+                                point.damping * (point.target_velocity - (without - start[p]) / h);
+        const Matrix3d A = Matrix3d::Identity() + k * own;
         Matrix3d inverse;
         bool good = false;
         A.computeInverseWithCheck(inverse, good, 0.0);
         force = good ? Vector3d(inverse * wanted) : Vector3d(Vector3d::Zero());
       } else {
-        const double n_own = point.normal.dot(own * point.normal), k = stiffnessOf(point, ways.give[p]);
+        const double n_own = point.compliance;
+        // Much stiffer than the tissue behind it, as far as the tool bears it.
+        const double k = n_own > 0.0 ? std::clamp(kStiffer / n_own, point.stiffness, point.most_stiffness)
+                                     : point.stiffness;
         const double gap = point.normal.dot(point.target - without) - point.reach;
         const double push = std::max(0.0, -k * gap / (1.0 + k * n_own));
         force = -push * point.normal;
         if (push > 0.0 && point.friction > 0.0) {
           // Sticking force that brings the slip of this step to zero, within Coulomb's disc.
-          const Vector3d slip = (without + own * force - ways.start[p]) - h * point.target_velocity;
+          const Vector3d slip = (without + own * force - start[p]) - h * point.target_velocity;
           const Vector3d tangential = slip - point.normal.dot(slip) * point.normal;
           const double soft = 0.5 * std::max(own.trace() - n_own, 0.0);
           const double length = std::sqrt(tangential.squaredNorm());
@@ -477,17 +451,37 @@ void sweepPoints(double h, TissueScratch& w, PointWays& ways) {
       }
       const Vector3d delta = force - before;
       point.force = force;
-      for (std::size_t q = 0; q < count; ++q) end[q] += answerBetween(w, q, p) * delta;
+      for (std::size_t q = 0; q < count; ++q) end[q] += D(q, p) * delta;
       change += delta.squaredNorm();
       size += force.squaredNorm();
     }
     if (change <= kSettled * kSettled * size) break;
   }
-}
-
-/// Velocities with these forces: w.v_next from those without them, in w.force. False: there are none.
-bool applyPoints(const TissueModel& t, const TissueState& s, double h, TissueScratch& w) {
-  std::copy_n(w.force.begin(), s.x.size(), w.v_next.begin());
+  for (std::size_t p = 0; p < count; ++p) {
+    TissuePoint& point = w.points[p];
+    if (point.kind == 0 && point.compliance > 0.0)
+      point.stiffness = std::clamp(kStiffer / point.compliance, point.stiffness, point.most_stiffness);
+    const Vector3d slide = (end[p] - start[p]) / h - point.target_velocity;
+    if (point.kind == 1) {
+      point.slip_power = point.damping * slide.squaredNorm();
+    } else {
+      const Vector3d tangential = point.force - point.normal.dot(point.force) * point.normal;
+      point.slip_power = std::max(0.0, -tangential.dot(slide));
+    }
+  }
+  if (!s.dynamic) {
+    for (const TissuePoint& point : w.points) {
+      for (int a = 0; a < 3; ++a) {
+        const std::int32_t row = point.weights[a] == 0.0 ? -1 : t.answer_number[point.knots[a]];
+        if (row < 0) continue;
+        for (int axis = 0; axis < 3; ++axis) {
+          const double f = point.weights[a] * point.force[axis] / s.stiffness_scale;
+          if (f != 0.0) w.u += f * t.answer.col(3 * row + axis);
+        }
+      }
+    }
+    return;
+  }
   std::fill_n(w.r.begin(), s.x.size(), Vector3d::Zero());
   bool any = false;
   for (const TissuePoint& point : w.points) {
@@ -497,100 +491,22 @@ bool applyPoints(const TissueModel& t, const TissueState& s, double h, TissueScr
       any = any || point.force.squaredNorm() > 0.0;
     }
   }
-  if (any) solve(t, s, h, w);
-  return any;
-}
-
-/// Part of the forces, 0 … 1, that is right for how far they really move the points, with the rest of what
-/// they found along their direction: the minimum of the step's own quadratic,
-///   α²/2 (f·Δ + f·R f) - α f·d,
-/// Δ: ways that the forces cause, d: ways that the points had to go, R: compliance of contacts and holds. Up
-/// to it the forces take the energy of what comes together, and no more: whatever the answers were worth, a
-/// contact feeds nothing but what pushing out costs. Where a point gives way more than it was supposed to,
-/// its answer is raised to what it is.
-double partOf(double h, TissueScratch& w, const PointWays& ways) {
-  double work = 0.0, wanted = 0.0;
-  std::array<double, kMostTissuePoints> softer;
-  for (std::size_t p = 0; p < w.points.size(); ++p) {
-    const TissuePoint& point = w.points[p];
-    Vector3d way = Vector3d::Zero();
-    for (int a = 0; a < 3; ++a) {
-      const Index k = point.knots[a];
-      if (point.weights[a] != 0.0) way += (h * point.weights[a]) * (w.v_next[k] - w.force[k]);
-    }
-    const double is = point.force.dot(way), supposed = point.force.dot(ways.end[p] - ways.free[p]);
-    softer[p] = supposed > 0.0 && is > supposed ? std::sqrt(is / supposed) : 1.0;
-    work += is;
-    if (point.kind == 1) {
-      const double k = point.stiffness + point.damping / h;
-      if (!(k > 0.0)) continue;
-      work += point.force.squaredNorm() / k;
-      wanted += point.force.dot(holdForce(point, ways.start[p], ways.free[p], h)) / k;
-      continue;
-    }
-    const double push = -point.force.dot(point.normal), k = stiffnessOf(point, ways.give[p]);
-    if (!(push > 0.0)) continue;
-    work += push * push / k;
-    wanted += push * (point.reach - point.normal.dot(point.target - ways.free[p]));
-    const Vector3d rub = point.force + push * point.normal;
-    wanted -= rub.dot(ways.free[p] - ways.start[p] - h * point.target_velocity);
-  }
-  if (!(work > wanted)) return 1.0;
-  for (std::size_t p = 0; p < w.points.size(); ++p) w.points[p].compliance *= softer[p] * softer[p];
-  for (std::size_t p = 0; p < w.points.size(); ++p)
-    for (std::size_t q = 0; q < w.points.size(); ++q) answerBetween(w, p, q) *= softer[p] * softer[q];
-  return std::max(wanted, 0.0) / work;
-}
-
-}  // namespace
-
-void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, TissueScratch& w) {
-  if (w.points.empty()) return;
-  PointWays ways;
-  beginPoints(t, s, h, w, ways);
-  sweepPoints(h, w, ways);
-  double part = 1.0;
-  if (s.dynamic) {
-    std::copy_n(w.v_next.begin(), s.x.size(), w.force.begin());  // m/s: without these forces
-    for (int pass = 0;; ++pass) {
-      if (!applyPoints(t, s, h, w)) return;
-      // The answers are those of the whole body, while a piece that a cut has freed gives way much further;
-      // and the sweeps may not settle where friction wedges thin flaps.
-      part = partOf(h, w, ways);
-      if (part > kGood || pass == kPasses) break;
-      sweepPoints(h, w, ways);
-    }
-    if (part < 1.0) {
-      for (std::size_t k = 0; k < s.x.size(); ++k)
-        w.v_next[k] = w.force[k] + part * (w.v_next[k] - w.force[k]);
-      for (TissuePoint& point : w.points) point.force *= part;
-    }
-    for (TissueGroup& g : w.groups)
-      for (int i = 0; i < g.count; ++i) g.impulse[i] -= part * w.r[g.knots[i]];
-  }
-  for (std::size_t p = 0; p < w.points.size(); ++p) {
-    TissuePoint& point = w.points[p];
-    if (point.kind == 0) point.stiffness = stiffnessOf(point, ways.give[p]);
-    const Vector3d slide =
-        (ways.free[p] + part * (ways.end[p] - ways.free[p]) - ways.start[p]) / h - point.target_velocity;
-    if (point.kind == 1) {
-      point.slip_power = point.damping * slide.squaredNorm();
-    } else {
-      const Vector3d tangential = point.force - point.normal.dot(point.force) * point.normal;
-      point.slip_power = std::max(0.0, -tangential.dot(slide));
-    }
-  }
-  if (s.dynamic) return;
-  for (const TissuePoint& point : w.points) {
-    for (int a = 0; a < 3; ++a) {
-      const std::int32_t row = point.weights[a] == 0.0 ? -1 : t.answer_number[point.knots[a]];
-      if (row < 0) continue;
-      for (int axis = 0; axis < 3; ++axis) {
-        const double f = point.weights[a] * point.force[axis] / s.stiffness_scale;
-        if (f != 0.0) w.u += f * t.answer.col(3 * row + axis);
-      }
-    }
-  }
+  if (!any) return;
+  std::copy_n(w.v_next.begin(), s.x.size(), w.force.begin());  // m/s: without these forces
+  solve(t, s, h, w);
+  addImpulses(w);
+  // The answers are those of the whole body, while a piece that a cut has freed gives way much further; the
+  // sweeps may not settle where friction wedges thin flaps; and a light knot that bears little of a place
+  // goes much further than the place. Forces that throw any knot further than kOvershoot times the longest
+  // way that any of them had to go are lowered, all alike.
+  double furthest = 0.0;
+  for (std::size_t k = 0; k < s.x.size(); ++k)
+    furthest = std::max(furthest, (w.v_next[k] - w.force[k]).squaredNorm());
+  const double is = h * std::sqrt(furthest), most = kOvershoot * longest;
+  const double keep = is > most ? most / is : 1.0;
+  if (keep == 1.0) return;
+  for (std::size_t k = 0; k < s.x.size(); ++k) w.v_next[k] = w.force[k] + keep * (w.v_next[k] - w.force[k]);
+  for (TissuePoint& point : w.points) point.force *= keep, point.slip_power *= keep;
 }
 
 bool endTissueStep(const TissueModel& t, TissueState& s, double h, TissueScratch& w) {
