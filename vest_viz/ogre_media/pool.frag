@@ -14,7 +14,7 @@ void main() {
   vec3 rough = texture2D(micro_map, place * 11.0).xyz;
   vec3 small = texture2D(micro_map, place.yx * 47.0).xyz;
   float wet = fluid.z + 0.30 * (rough.z - 0.5) + 0.12 * (small.z - 0.5);
-  if (wet < 0.42) discard;
+  if (wet < 0.30) discard;
   float inward = smoothstep(0.42, 0.75, wet);
   float mm = (fluid.y + 0.05) * inward;
   // Fluid wets tissue and climbs it: over the last millimetre its surface turns up towards the shore.
@@ -61,7 +61,19 @@ void main() {
   colour = 1.0 - 1.0 / (1.0 + colour * (1.0 + colour * (0.5 + 0.17 * colour)));
   colour = sqrt(colour);
   colour = mix(colour, colour * colour * (3.0 - 2.0 * colour), 0.85);
+  // The lamp through the waves: a net of bright lines on the ground, sharpest in a few millimetres of water.
+  float net = 1.0 - abs(texture2D(micro_map, place * 23.0 + 0.9 * normalize(normal).xy + 0.02 * rough.xy).z +
+                        small.z - 1.0) * 5.0;
+  net = max(net, 0.0); net *= net;
+  float lines = 0.30 * net * inward * (1.0 - hide) * smoothstep(0.5, 3.0, mm) * (1.0 - smoothstep(8.0, 25.0, mm));
   float a = mix(0.02 + 0.10 * (1.0 - exp(-0.2 * mm)), 0.97, hide) + 2.0 * fresnel + 1.8 * gloss.g;
   a = max(a * smoothstep(0.0, 0.25, inward), min(0.6 * shine * strength, 1.0));
+  vec3 lit = vec3(1.0, 0.80, 0.72) * min(strength, 1.0);
+  colour = (colour * a + lit * lines * (1.0 - a)) / max(a + lines * (1.0 - a), 1e-3);
+  a += lines * (1.0 - a);
+  // Beyond the brim tissue is wet: darker.
+  float border = smoothstep(0.30, 0.41, wet) * (1.0 - smoothstep(0.42, 0.50, wet));
+  colour = mix(colour, vec3(0.16, 0.03, 0.03), border * (1.0 - min(0.6 * shine * strength, 1.0)));
+  a = max(a, 0.34 * border);
   gl_FragColor = vec4(max(1.06 * colour - 0.06, 0.0), min(a, 1.0));
 }

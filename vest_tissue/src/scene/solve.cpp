@@ -59,7 +59,7 @@ void addPressure(Context& c, std::size_t object, bool renew, double interval) {
   }
 }
 
-/// Forces that are held over the batch: gravity, and the slower elements where the knots will be in its
+/// Forces that are held over the batch: gravity, loads from outside, and the slower elements where the knots will be in its
 /// middle. With that prediction the held force neither feeds nor damps (docs/decisions/0121-…).
 void hold(Context& c, std::size_t object, double h, int batch) {
   ObjectState& s = c.state.objects[object];
@@ -78,6 +78,8 @@ void hold(Context& c, std::size_t object, double h, int batch) {
       p[i] = x[i] + ahead * v[i];
       f[i] = mass[i] * g;
     }
+    if (s.load.any)
+      for (std::size_t i = 0; i < knots; ++i) f[i] += s.load.now[3 * i + static_cast<std::size_t>(axis)];
     const std::vector<float>& active = c.scratch.objects[object].active;
     if (active.empty()) continue;
     const float* const own = active.data() + static_cast<std::size_t>(axis) * (active.size() / 3);

@@ -77,6 +77,11 @@ struct StateWalker {
     archive.repack(s);
     value(s.sub_steps), value(s.limit_strain), value(s.bound_strain), value(s.elastic_scale),
         value(s.damping_scale), flag(s.degraded);
+    if (!s.load.now.empty()) flag(s.load.any);
+    if (s.load.any) {
+      value(s.load.left);
+      values(s.load.now.data(), 3 * knots), values(s.load.told.data(), 3 * knots);
+    }
     heat(s.heat, knots);
     list(s.cut.crossings, [&](interaction::CutCrossing& x) {
       value(x.triangle), value(x.edge), value(x.place), value(x.knot);
