@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace vest::ros_shell {
 namespace {
@@ -25,6 +26,15 @@ void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<fl
     r0 = std::min(r0, p.row), r1 = std::max(r1, p.row + p.rows - 1);
   }
   const std::vector<float> known = surface;
+  // Which pools are one below, by their labels.
+  std::uint32_t most = 0;
+  for (const fluid::PoolPatch& p : patches) most = std::max(most, p.label);
+  std::vector<std::uint32_t> same(most + 1);
+  std::iota(same.begin(), same.end(), 0u);
+  const auto first = [&](std::uint32_t label) {
+    while (same[label] != label) label = same[label];
+    return label;
+  };
   const auto cell = [&](int c, int r) {
     return static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) +
            static_cast<std::size_t>(c);
@@ -46,9 +56,31 @@ void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<fl
         const float level = 0.5f * (known[p] + known[q]);
         if (std::fabs(known[p] - known[q]) > kStep || level > pools.bed[i]) continue;
         surface[i] = level, labels[i] = labels[p], span = a + b;
+        if (labels[p] > most || labels[q] > most) continue;
+        const std::uint32_t one = first(labels[p]), other = first(labels[q]);
+        same[std::max(one, other)] = std::min(one, other);
       }
     }
   }
+  // Drawn as one, or their shores would show where they meet.
+  for (std::uint32_t& label : labels)
+    if (label <= most) label = first(label);
+  for (std::size_t k = 0; k < patches.size(); ++k) {
+    fluid::PoolPatch& p = patches[k];
+    if (first(p.label) == p.label) continue;
+    const auto to = std::find_if(patches.begin(), patches.end(),
+                                 [&](const fluid::PoolPatch& o) { return o.label == first(p.label); });
+    if (to == patches.end()) continue;
+    const int columns = std::max(to->column + to->columns, p.column + p.columns),
+              rows = std::max(to->row + to->rows, p.row + p.rows);
+    to->column = std::min(to->column, p.column), to->row = std::min(to->row, p.row);
+    to->columns = columns - to->column, to->rows = rows - to->row;
+    to->volume += p.volume, to->blood += p.blood;
+    p.volume = 0;
+  }
+  patches.erase(std::remove_if(patches.begin(), patches.end(),
+                               [](const fluid::PoolPatch& p) { return !(p.volume > 0); }),
+                patches.end());
   for (fluid::PoolPatch& p : patches) {
     int low_c = p.column, high_c = p.column + p.columns - 1, low_r = p.row, high_r = p.row + p.rows - 1;
     for (int r = std::max(r0, low_r - kSpan); r <= std::min(r1, p.row + p.rows - 1 + kSpan); ++r) {

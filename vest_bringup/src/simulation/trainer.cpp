@@ -34,7 +34,7 @@ void saveFeedback(const Feedback& feedback, std::vector<std::uint8_t>& bytes) {
   append(bytes, &feedback.load_over, sizeof feedback.load_over);
   for (const auto& l : feedback.loads) {
     append(bytes, &l.object, sizeof l.object), append(bytes, &l.knot, sizeof l.knot);
-    append(bytes, l.force.data(), sizeof l.force);
+    append(bytes, l.force.data(), sizeof l.force), append(bytes, &l.damping, sizeof l.damping);
   }
   for (const auto& i : feedback.impacts) {
     append(bytes, &i.object, sizeof i.object), append(bytes, &i.triangle, sizeof i.triangle);
@@ -55,7 +55,7 @@ bool readFeedback(Reader& in, Feedback& feedback) {
   feedback.loads.resize(counts[2]);
   for (auto& l : feedback.loads) {
     if (!in.take(&l.object, sizeof l.object) || !in.take(&l.knot, sizeof l.knot) ||
-        !in.take(l.force.data(), sizeof l.force))
+        !in.take(l.force.data(), sizeof l.force) || !in.take(&l.damping, sizeof l.damping))
       return false;
   }
   feedback.impacts.resize(counts[0]);

@@ -7,6 +7,7 @@ namespace vest::fluid {
 namespace {
 
 constexpr float kStanding = 1e-3f;  ///< m: shallower water is a film, which does not reach under tissue (ours)
+constexpr float kGround = 1e-3f;    ///< m: as far as contacts let tissue into the ground (ours)
 constexpr float kSame = 1e-4f;      ///< m: nearer to the highest face is the highest face (ours)
 /// Horizontal over vertical part of a face's pressure: what stands steeper than 72° is hardly seen by cells of
 /// millimetres (ours).
@@ -173,6 +174,9 @@ void weighPools(const Model& model, const Inputs& inputs, const State& state, Sc
     return gravity * area * (par.density + (par.blood_density - par.density) * blood) *
            static_cast<double>(depth);
   };
+  const auto impedance = [&](float depth) {  // N·s/m of a cell
+    return par.density * area * std::sqrt(gravity * static_cast<double>(depth));
+  };
   reachUnder(model, w, s);
   for (std::size_t k = 0; k < inputs.surface_count; ++k) {
     const Surface& surface = inputs.surfaces[k];
@@ -186,13 +190,17 @@ void weighPools(const Model& model, const Inputs& inputs, const State& state, Sc
         const std::size_t i = hit.cell;
         const std::int32_t from = s.around[i];
         const auto source = static_cast<std::size_t>(std::max(0, from));
-        const float under = from < 0 ? 0.0f : w.bed[source] + w.depth[source] - hit.z;
-        double down = 0;
+        // What lies in the ground, as vessels in the wall, has no water about it.
+        const float buried = std::min(1.0f, std::max(0.0f, 1.0f + (hit.z - s.floor[i]) / kGround));
+        const float under = from < 0 ? 0.0f : buried * (w.bed[source] + w.depth[source] - hit.z);
+        double down = 0, drag = 0;
         if (under > 0 && !surface.closed) return;  // a sheet with water on both sides
         if (seen.up && w.bed_triangle[i] == id) {
           down = weight(i, w.depth[i] > kDryDepth ? w.depth[i] : 0.0f);
+          drag = impedance(w.depth[i]);
         } else if (under > 0 && hit.own && (!seen.up || hit.z < w.bed[i] - kSame)) {
           down = seen.up ? weight(source, under) : -weight(source, under);
+          drag = impedance(under);
         }
         if (down == 0) return;
         // Pressure acts along the normal: what is vertical of it is the weight of the column.
@@ -202,12 +210,12 @@ void weighPools(const Model& model, const Inputs& inputs, const State& state, Sc
               y = (e0[2] * e1[0] - e0[0] * e1[2]) / seen.twice;
         const float steep = std::sqrt(x * x + y * y);
         if (steep > kSteepest) x *= kSteepest / steep, y *= kSteepest / steep;
-        const double force[3] = {-down * static_cast<double>(x), -down * static_cast<double>(y), -down};
+        const double force[4] = {-down * static_cast<double>(x), -down * static_cast<double>(y), -down, drag};
         for (int corner = 0; corner < 3; ++corner) {
           const std::uint32_t knot = seen.knots[static_cast<std::size_t>(corner)];
           auto& to = s.knot_load[knot];
           if (!s.is_loaded[knot]) s.is_loaded[knot] = 1, s.loaded.push_back(knot);
-          for (std::size_t axis = 0; axis < 3; ++axis)
+          for (std::size_t axis = 0; axis < 4; ++axis)
             to[axis] += static_cast<double>(hit.w[corner] / hit.sum) * force[axis];
         }
       });
@@ -217,8 +225,9 @@ void weighPools(const Model& model, const Inputs& inputs, const State& state, Sc
       auto& from = s.knot_load[knot];
       report.loads.push_back({static_cast<std::uint16_t>(k), knot,
                               {static_cast<float>(from[0]), static_cast<float>(from[1]),
-                               static_cast<float>(from[2])}});
-      from = {0, 0, 0};
+                               static_cast<float>(from[2])},
+                              static_cast<float>(from[3])});
+      from = {0, 0, 0, 0};
       s.is_loaded[knot] = 0;
     }
   }

@@ -186,7 +186,7 @@ struct ScratchData {
   std::vector<std::int32_t> floor_triangle;  ///< its index among all triangles
   bool has_floor = false;
   std::vector<std::int32_t> around, open, wave;  ///< cells: see reachUnder()
-  std::vector<std::array<double, 3>> knot_load;  ///< N, per knot of one surface
+  std::vector<std::array<double, 4>> knot_load;  ///< N and N·s/m, per knot of one surface
   std::vector<std::uint8_t> is_loaded;
   std::vector<std::uint32_t> loaded;  ///< knots of one surface
   int wet_r0 = 0, wet_r1 = -1, wet_c0 = 0, wet_c1 = -1;  ///< rectangle that holds all water, ends included

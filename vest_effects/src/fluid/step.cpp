@@ -144,7 +144,7 @@ Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
   s.open.reserve(c * r), s.wave.reserve(c * r);
   std::size_t most = 0;
   for (const SurfaceSize& size : model.surfaces) most = std::max(most, size.knots);
-  s.knot_load.assign(most, {0, 0, 0});
+  s.knot_load.assign(most, {0, 0, 0, 0});
   s.is_loaded.assign(most, 0);
   s.loaded.reserve(most);
 }

@@ -157,8 +157,9 @@ void fillState(const Object& o, ObjectState& s) {
   s.limit_strain = static_cast<float>(o.law.max_strain);
   s.depth.assign(s.block.knotCapacity(), 0.0f);
   if (rigid) return;
-  s.load.now.assign(3 * s.block.knotCapacity(), 0.0f);
+  s.load.now.assign(s.block.knotCapacity(), {});
   s.load.told = s.load.now;
+  s.load.own.assign(s.block.knotCapacity(), 0.0f);
 }
 
 /// Columns of tissue under the knots, and what the links conduct.

@@ -4,10 +4,16 @@
 #include "stages.h"
 
 namespace vest::scene {
+
+using net::Block;
+
 namespace {
 
 float bounded(float force) {
   return std::isfinite(force) ? std::clamp(force, -kGreatestLoad, kGreatestLoad) : 0.0f;
+}
+float boundedDamping(float damping) {
+  return std::isfinite(damping) ? std::clamp(damping, 0.0f, kGreatestLoadDamping) : 0.0f;
 }
 
 }  // namespace
@@ -18,20 +24,28 @@ void takeLoads(Context& c) {
     const double over = std::min(in.load_over, kLongestLoad);
     for (ObjectState& s : c.state.objects) {
       if (!s.load.any) continue;
-      std::fill(s.load.told.begin(), s.load.told.end(), 0.0f);
+      std::fill(s.load.told.begin(), s.load.told.end(), HeldLoad::Of{});
       s.load.left = over;
     }
     for (const KnotLoad& l : in.loads) {
       if (l.object >= c.state.objects.size() || !c.model.objects[l.object].net) continue;
       ObjectState& s = c.state.objects[l.object];
       if (l.knot >= s.block.knots()) continue;
+      if (!s.load.any) std::copy_n(row(s, Block::kDecay), s.block.knots(), s.load.own.begin());
       s.load.any = true;
       s.load.left = over;
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        s.load.told[3 * l.knot + axis] = bounded(s.load.told[3 * l.knot + axis] + bounded(l.force[axis]));
+      HeldLoad::Of& told = s.load.told[l.knot];
+      for (std::size_t axis = 0; axis < 3; ++axis) told[axis] = bounded(told[axis] + bounded(l.force[axis]));
+      told[3] = boundedDamping(told[3] + boundedDamping(l.damping));
     }
   }
-  for (ObjectState& s : c.state.objects) s.load.go(c.dt, s.block.knots());
+  for (ObjectState& s : c.state.objects) {
+    if (!s.load.any) continue;
+    s.load.go(c.dt, s.block.knots());
+    float* const decay = s.block.row(Block::kDecay);
+    const float* const inverse = s.block.row(Block::kInverseMass);
+    for (std::size_t k = 0; k < s.block.knots(); ++k) decay[k] = s.load.own[k] + s.load.now[k][3] * inverse[k];
+  }
 }
 
 void accountLoads(Context& c) {
@@ -44,7 +58,7 @@ void accountLoads(Context& c) {
       const float* const x = s.block.motion() + axis * stride;
       const float* const before = c.scratch.objects[i].backup.data() + axis * stride;
       for (std::size_t k = 0; k < c.scratch.objects[i].knots_before; ++k)
-        work += static_cast<double>(s.load.now[3 * k + axis]) * (static_cast<double>(x[k]) - before[k]);
+        work += static_cast<double>(s.load.now[k][axis]) * (static_cast<double>(x[k]) - before[k]);
     }
     c.state.energy.work += work;
   }

@@ -79,8 +79,9 @@ struct StateWalker {
         value(s.damping_scale), flag(s.degraded);
     if (!s.load.now.empty()) flag(s.load.any);
     if (s.load.any) {
-      value(s.load.left);
-      values(s.load.now.data(), 3 * knots), values(s.load.told.data(), 3 * knots);
+      value(s.load.left), values(s.load.own.data(), knots);
+      for (auto* load : {&s.load.now, &s.load.told})
+        for (std::size_t k = 0; k < knots; ++k) values((*load)[k].data(), (*load)[k].size());
     }
     heat(s.heat, knots);
     list(s.cut.crossings, [&](interaction::CutCrossing& x) {

@@ -79,8 +79,10 @@ TEST(EditRefusal, WhatAWorldListsItsStepTakesAndWhatIsBeyondEndsAtItsEnd) {
   EXPECT_NEAR(edit(0.1 * tube->low), tube->low, 1e-6 * tube->low);
   EXPECT_NEAR(edit(std::numeric_limits<double>::quiet_NaN()), tube->low, 1e-6 * tube->low) << "left out";
   EXPECT_NE(refusal(allowed, {"", "gravity_z", 1e9}), "");
-  for (const EditableParameter& p : allowed)
-    if (p.object.empty()) EXPECT_EQ(refusal(allowed, {"", p.parameter, p.low}), "") << p.parameter;
+  for (const EditableParameter& p : allowed) {
+    if (!p.object.empty()) continue;
+    EXPECT_EQ(refusal(allowed, {"", p.parameter, p.low}), "") << p.parameter;
+  }
 }
 
 }  // namespace

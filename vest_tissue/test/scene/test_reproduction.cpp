@@ -47,7 +47,7 @@ scene::StepInput inputOf(int i) {
   if (i == 130 || i == 180) {
     in.load_over = 0.048;
     for (std::uint32_t k = 10; k < 60; ++k)
-      in.loads.push_back({static_cast<std::uint16_t>(i == 130 ? 4 : 5), k, {1e-5f, 0, -2e-5f}});
+      in.loads.push_back({static_cast<std::uint16_t>(i == 130 ? 4 : 5), k, {1e-5f, 0, -2e-5f}, 1e-4f});
   }
   return in;
 }

@@ -67,6 +67,7 @@ struct KnotLoad {
   std::uint16_t surface = 0;
   std::uint32_t knot = 0;
   std::array<float, 3> force{};  ///< N, world
+  float damping = 0;             ///< N·s/m: what moves under h m of water sends waves off, rho √(g h) per area
 };
 
 /// What fluid drags along a triangle in this step, whatever its direction.

@@ -38,11 +38,12 @@ struct ImpactInput {
   Eigen::Vector3d momentum = Eigen::Vector3d::Zero();  ///< N·s
 };
 
-/// A steady force on a knot.
+/// A steady force on a knot, and the damping of its motion that comes with it.
 struct KnotLoad {
   std::uint16_t object = 0;
   std::uint32_t knot = 0;
   std::array<float, 3> force{};  ///< N, world
+  float damping = 0;             ///< N·s/m
 };
 
 /// Feedback of the pulse: radius over reference radius per vessel segment.
