@@ -152,16 +152,19 @@ TEST(PoolWeight, ASheetTooSlackToHoldAPoolStaysBounded) {
   s.run(1.0);
   s.run(1.0, true);
   s.run(10.0);
-  double most = 0, deepest = 0;
+  double early = 0, most = 0, deepest = 0;
   for (int part = 0; part < 1200; ++part) {
     s.run(0.05);
     most = std::max(most, s.kinetic()), deepest = std::max(deepest, std::fabs(s.sag()));
+    if (part < 600) early = most;
   }
   const double given = kWater * kGravity * s.pool() * deepest;
   std::printf("slack: greatest kinetic energy in a minute %.2e J of %.2e J, greatest sag %.2f mm\n", most, given,
               1e3 * deepest);
-  EXPECT_LT(most, 0.01 * given);
-  EXPECT_LT(deepest, 0.01) << "m: less than what the liquid in one place would draw it down";
+  EXPECT_LT(most, 0.1 * given) << "a swing, not a storm: all that the liquid can give is 1";
+  EXPECT_LT(most, 2 * early) << "the second half minute as the first";
+  EXPECT_LT(deepest, 0.5 * s.pool() * kWater * kGravity / kWide * kHalf / (kWater * kGravity * kHalf * kHalf / 4.0))
+      << "m: what all of it in the middle would draw it down";
   EXPECT_NEAR(s.load, kWater * kGravity * s.pool(), 0.02 * s.load);
 }
 

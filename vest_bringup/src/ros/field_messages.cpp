@@ -31,6 +31,8 @@ void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<fl
   for (const fluid::PoolPatch& p : patches) most = std::max(most, p.label);
   std::vector<std::uint32_t> same(most + 1);
   std::iota(same.begin(), same.end(), 0u);
+  std::vector<std::uint8_t> drawn(most + 1);
+  for (const fluid::PoolPatch& p : patches) drawn[p.label] = 1;
   const auto first = [&](std::uint32_t label) {
     while (same[label] != label) label = same[label];
     return label;
@@ -56,7 +58,7 @@ void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<fl
         const float level = 0.5f * (known[p] + known[q]);
         if (std::fabs(known[p] - known[q]) > kStep || level > pools.bed[i]) continue;
         surface[i] = level, labels[i] = labels[p], span = a + b;
-        if (labels[p] > most || labels[q] > most) continue;
+        if (labels[p] > most || labels[q] > most || !drawn[labels[p]] || !drawn[labels[q]]) continue;
         const std::uint32_t one = first(labels[p]), other = first(labels[q]);
         same[std::max(one, other)] = std::min(one, other);
       }
