@@ -96,6 +96,26 @@ void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<fl
   }
 }
 
+/// A film on an organ that stands in a pool is none of its surface: thin water more than a cell above what is beside
+/// it. Drawn with the pool it would be a cliff.
+void leaveFilmsOut(const fluid::Model& model, const fluid::Pools& pools, std::vector<float>& surface,
+                   std::vector<std::uint32_t>& labels) {
+  constexpr float kThin = 0.004f;  ///< m (ours)
+  const std::vector<float> known = surface;
+  const auto steep = static_cast<float>(model.parameters.pool_cell);
+  const auto columns = static_cast<std::size_t>(model.columns), rows = static_cast<std::size_t>(model.rows);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] == 0 || pools.depth[i] > kThin) continue;
+    const std::size_t c = i % columns, r = i / columns;
+    const auto below = [&](bool inside, std::size_t j) {
+      return inside && !std::isnan(known[j]) && known[j] < known[i] - steep;
+    };
+    if (below(c > 0, i - 1) || below(c + 1 < columns, i + 1) || below(r > 0, i - columns) ||
+        below(r + 1 < rows, i + columns))
+      surface[i] = std::numeric_limits<float>::quiet_NaN(), labels[i] = 0;
+  }
+}
+
 std::uint8_t scaled(float share) {
   return static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(share, 0.0f, 1.0f)));
 }
@@ -131,6 +151,7 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
   std::vector<float> surface(labels.size(), std::numeric_limits<float>::quiet_NaN());
   for (std::size_t i = 0; i < labels.size(); ++i)
     if (labels[i] != 0) surface[i] = w.bed[i] + w.depth[i];
+  leaveFilmsOut(model, w, surface, labels);
   bridge(model, w, surface, labels, patches);
   msg.pools.resize(patches.size());
   for (std::size_t k = 0; k < patches.size(); ++k) {
