@@ -7,16 +7,16 @@
 #include "vest_bringup/simulation/trainer.h"
 #include "vest_tissue/scene/world_state.h"
 
-// Protects the coupling of pools and tissue in the Trainer: a stretched membrane sags under what is poured on it
-// as hydrostatics says, its ends bear the liquid gram for gram, it comes to rest and stays there, and the State is
-// the same for any threads and from what was recorded.
+// Protects the coupling of pools and tissue in the Trainer: a stretched membrane sags under what is poured on
+// it as hydrostatics says, its ends bear the liquid gram for gram, it comes to rest and stays there, and the
+// State is the same for any threads and from what was recorded.
 
 namespace vest::simulation {
 namespace {
 
 constexpr double kGravity = 9.81, kWater = 1000;
 constexpr double kHalf = 0.04, kWide = 0.024;  // m
-constexpr double kMass = 0.2;                                  // kg/m²: a membrane of 0.2 mm
+constexpr double kMass = 0.2;                  // kg/m²: a membrane of 0.2 mm
 constexpr int kAlong = 41, kAcross = 7;
 
 /// A strip along x, held at both ends and stretched to twice its length, so that its tension hardly changes.
@@ -100,7 +100,8 @@ struct Sheet {
 };
 
 /// Sag of the middle under a volume V that covers all of it: T z'' = rho g d + m g with a level top, so that
-/// d + c = A cos(kx), k² = rho g/T, c = m/rho. Without water's following of the sag it would be k²a²/2 (V/2aw + c).
+/// d + c = A cos(kx), k² = rho g/T, c = m/rho. Without water's following of the sag it would be k²a²/2 (V/2aw
+/// + c).
 double hydrostaticSag(double volume, double tension) {
   const double c = kMass / kWater, k = std::sqrt(kWater * kGravity / tension);
   const double most = (0.5 * volume / kWide + c * kHalf) * k / std::sin(k * kHalf);
@@ -112,7 +113,8 @@ TEST(PoolWeight, AMembraneSagsAsHydrostaticsSaysAndItsEndsBearTheLiquid) {
   const double tension = kWater * kGravity * kHalf * kHalf / 1.44;
   Sheet s(tension);
   s.run(3.0);
-  const double dry = s.trainer_world().reaction(0).z(), own = 0.5 * kMass * kGravity * kHalf * kHalf / tension;
+  const double dry = s.trainer_world().reaction(0).z(),
+               own = 0.5 * kMass * kGravity * kHalf * kHalf / tension;
   EXPECT_NEAR(s.sag(), own, 0.03 * own) << "its own weight";
   s.run(2.0, true);
   s.run(20.0);
@@ -121,7 +123,8 @@ TEST(PoolWeight, AMembraneSagsAsHydrostaticsSaysAndItsEndsBearTheLiquid) {
   EXPECT_NEAR(s.load, weight, 0.01 * weight) << "what is told";
   EXPECT_NEAR(s.trainer_world().reaction(0).z() - dry, weight, 0.01 * weight) << "what the ends bear";
   const double expected = hydrostaticSag(s.pool(), tension);
-  std::printf("%.3f ml: sags %.3f mm, hydrostatics says %.3f mm\n", 1e6 * s.pool(), 1e3 * s.sag(), 1e3 * expected);
+  std::printf("%.3f ml: sags %.3f mm, hydrostatics says %.3f mm\n", 1e6 * s.pool(), 1e3 * s.sag(),
+              1e3 * expected);
   EXPECT_NEAR(s.sag(), expected, 0.05 * expected) << "cells of 4 mm";
 }
 
@@ -146,8 +149,8 @@ TEST(PoolWeight, ItComesToRestAndStaysThere) {
 }
 
 TEST(PoolWeight, ASheetTooSlackToHoldAPoolStaysBounded) {
-  // Beyond k²a² = 2.5 a pool draws together what it has, where the sheet gives way most; there it keeps swinging a
-  // little (decision 0350). It must not work up.
+  // Beyond k²a² = 2.5 a pool draws together what it has, where the sheet gives way most; there it keeps
+  // swinging a little (decision 0350). It must not work up.
   const double tension = kWater * kGravity * kHalf * kHalf / 4.0;
   Sheet s(tension);
   s.run(1.0);
@@ -160,8 +163,8 @@ TEST(PoolWeight, ASheetTooSlackToHoldAPoolStaysBounded) {
     if (part < 600) early = most;
   }
   const double given = kWater * kGravity * s.pool() * deepest;
-  std::printf("slack: greatest kinetic energy in a minute %.2e J of %.2e J, greatest sag %.2f mm\n", most, given,
-              1e3 * deepest);
+  std::printf("slack: greatest kinetic energy in a minute %.2e J of %.2e J, greatest sag %.2f mm\n", most,
+              given, 1e3 * deepest);
   EXPECT_LT(most, 0.1 * given) << "a swing, not a storm: all that the liquid can give is 1";
   EXPECT_LT(most, 2 * early) << "the second half minute as the first";
   // m: what all of it in the middle, and the sheet's own weight, would draw it down

@@ -73,11 +73,13 @@ void main() {
   a += lines * (1.0 - a);
   // Beyond the brim tissue is wet: darker.
   float border = smoothstep(0.30, 0.41, wet) * (1.0 - smoothstep(0.42, 0.47, wet)) * calm;
+  // Thin water has a thin brim.
+  float thick = smoothstep(0.2, 1.6, fluid.y);
   colour = mix(colour, vec3(0.10, 0.015, 0.015), border);
-  a = max(a, 0.45 * border);
+  a = max(a, 0.35 * border * thick);
   // The brim itself, round as a thread, mirrors the lamp wherever it turns to it.
   float brim = smoothstep(0.42, 0.47, wet) * (1.0 - smoothstep(0.50, 0.62, wet)) * calm;
-  brim *= (1.0 - 0.7 * hide) * (0.35 + 0.65 * smoothstep(0.50, 0.92, nh)) * (0.3 + 0.9 * small.z);
+  brim *= thick * (1.0 - 0.8 * hide) * (0.35 + 0.65 * smoothstep(0.50, 0.92, nh)) * (0.3 + 0.9 * small.z);
   colour = mix(colour, lit, brim);
   a = max(a, 0.75 * brim);
   a *= mix(calm, 1.0, hide);

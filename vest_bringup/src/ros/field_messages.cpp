@@ -96,8 +96,8 @@ void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<fl
   }
 }
 
-/// A film on an organ that stands in a pool is none of its surface: thin water more than a cell above what is beside
-/// it. Drawn with the pool it would be a cliff.
+/// A film on an organ that stands in a pool is none of its surface: thin water more than a cell above what is
+/// beside it. Drawn with the pool it would be a cliff.
 void leaveFilmsOut(const fluid::Model& model, const fluid::Pools& pools, std::vector<float>& surface,
                    std::vector<std::uint32_t>& labels) {
   constexpr float kThin = 0.004f;  ///< m (ours)

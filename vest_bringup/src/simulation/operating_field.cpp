@@ -367,8 +367,9 @@ void OperatingField::Impl::show(const scene::World& world) {
   const fluid::Particles& from = fluid.particles;
   fluid::Particles& to = f.fluid.particles;
   to.count = from.count;
-  for (auto a : {&fluid::Particles::x, &fluid::Particles::y, &fluid::Particles::z, &fluid::Particles::vx,
-                 &fluid::Particles::vy, &fluid::Particles::vz, &fluid::Particles::volume, &fluid::Particles::blood})
+  for (auto a :
+       {&fluid::Particles::x, &fluid::Particles::y, &fluid::Particles::z, &fluid::Particles::vx,
+        &fluid::Particles::vy, &fluid::Particles::vz, &fluid::Particles::volume, &fluid::Particles::blood})
     std::copy_n((from.*a).begin(), from.count, (to.*a).begin());
   for (auto a : {&fluid::Pools::bed, &fluid::Pools::depth, &fluid::Pools::blood, &fluid::Pools::rise})
     f.fluid.pools.*a = fluid.pools.*a;

@@ -133,7 +133,8 @@ void SurfaceEffect::follow(const scene::World& world, const std::vector<scene::E
     const auto& doubled = world.topology(i).doubled_knots;
     while (state_.used[i] < model_.scene[i] + doubled.size())
       bleeding::copyKnot(model_, i, doubled[state_.used[i] - model_.scene[i]], state_);
-    const bool happens = std::any_of(events.begin(), events.end(), [i](const auto& e) { return e.object == i; });
+    const bool happens =
+        std::any_of(events.begin(), events.end(), [i](const auto& e) { return e.object == i; });
     if (state_.dry[i] && !happens) continue;
     if (world.knotCount(i) * 3 <= positions_[i].size()) world.positions(i, positions_[i].data());
   }

@@ -6,11 +6,12 @@
 namespace vest::fluid {
 namespace {
 
-constexpr float kStanding = 1e-3f;  ///< m: shallower water is a film, which does not reach under tissue (ours)
-constexpr float kGround = 1e-3f;    ///< m: as far as contacts let tissue into the ground (ours)
-constexpr float kSame = 1e-4f;      ///< m: nearer to the highest face is the highest face (ours)
-/// Horizontal over vertical part of a face's pressure: what stands steeper than 72° is hardly seen by cells of
-/// millimetres (ours).
+constexpr float kStanding =
+    1e-3f;                        ///< m: shallower water is a film, which does not reach under tissue (ours)
+constexpr float kGround = 1e-3f;  ///< m: as far as contacts let tissue into the ground (ours)
+constexpr float kSame = 1e-4f;    ///< m: nearer to the highest face is the highest face (ours)
+/// Horizontal over vertical part of a face's pressure: what stands steeper than 72° is hardly seen by cells
+/// of millimetres (ours).
 constexpr float kSteepest = 3.0f;
 
 /// A triangle from above, counter-clockwise there. `up`: its outside faces up.
@@ -28,8 +29,8 @@ bool see(const Surface& surface, std::size_t t, Seen& seen) {
   if (std::max({seen.knots[0], seen.knots[1], seen.knots[2]}) >= surface.knot_count) return false;
   seen.a = surface.positions + 3 * seen.knots[0], seen.b = surface.positions + 3 * seen.knots[1],
   seen.c = surface.positions + 3 * seen.knots[2];
-  seen.twice = (seen.b[0] - seen.a[0]) * (seen.c[1] - seen.a[1]) -
-               (seen.b[1] - seen.a[1]) * (seen.c[0] - seen.a[0]);
+  seen.twice =
+      (seen.b[0] - seen.a[0]) * (seen.c[1] - seen.a[1]) - (seen.b[1] - seen.a[1]) * (seen.c[0] - seen.a[0]);
   seen.up = seen.twice > 0;
   if (!seen.up) {
     std::swap(seen.b, seen.c), std::swap(seen.knots[1], seen.knots[2]);
@@ -80,7 +81,8 @@ void eachCell(const Model& model, const Seen& t, F&& f) {
       const float sum = wa + wb + wc;
       const bool own = (wa > 0 || (wa == 0 && ownsEdge(b, c))) && (wb > 0 || (wb == 0 && ownsEdge(c, a))) &&
                        (wc > 0 || (wc == 0 && ownsEdge(a, b)));
-      f(Hit{static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) + static_cast<std::size_t>(col),
+      f(Hit{static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) +
+                static_cast<std::size_t>(col),
             {wa, wb, wc},
             sum,
             (wa * a[2] + wb * b[2] + wc * c[2]) / sum,
@@ -133,7 +135,8 @@ void reachUnder(const Model& model, const Pools& w, ScratchData& s) {
       for (const std::int32_t j : beside) {
         if (j < 0) continue;
         const auto at = static_cast<std::size_t>(j);
-        if (s.around[at] >= 0 || !(s.floor[at] > kNoBed) || !(s.floor[at] < top) || !(w.bed[at] > s.floor[at]))
+        if (s.around[at] >= 0 || !(s.floor[at] > kNoBed) || !(s.floor[at] < top) ||
+            !(w.bed[at] > s.floor[at]))
           continue;
         s.around[at] = from;
         s.wave.push_back(j);
@@ -165,7 +168,8 @@ void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchDat
     if (bed[i] > kNoBed) w.bed[i] = bed[i];
 }
 
-void weighPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s, Report& report) {
+void weighPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s,
+                Report& report) {
   const Pools& w = state.pools;
   const Parameters& par = model.parameters;
   const double gravity = std::max(0.0, -inputs.gravity[2]), area = par.pool_cell * par.pool_cell;
@@ -186,8 +190,16 @@ void weighPools(const Model& model, const Inputs& inputs, const State& state, Sc
       Seen seen;
       if (!see(surface, t, seen)) continue;
       const auto id = static_cast<std::int32_t>(s.triangle_offset[k] + t);
+      // Pressure acts along the normal: what is vertical of it is the weight of the column.
+      const float e0[3] = {seen.b[0] - seen.a[0], seen.b[1] - seen.a[1], seen.b[2] - seen.a[2]},
+                  e1[3] = {seen.c[0] - seen.a[0], seen.c[1] - seen.a[1], seen.c[2] - seen.a[2]};
+      float x = (e0[1] * e1[2] - e0[2] * e1[1]) / seen.twice,
+            y = (e0[2] * e1[0] - e0[0] * e1[2]) / seen.twice;
+      const float steep = std::sqrt(x * x + y * y);
+      if (steep > kSteepest) x *= kSteepest / steep, y *= kSteepest / steep;
       eachCell(model, seen, [&](const Hit& hit) {
         const std::size_t i = hit.cell;
+        if (s.around[i] < 0 && !(w.depth[i] > kDryDepth)) return;
         const std::int32_t from = s.around[i];
         const auto source = static_cast<std::size_t>(std::max(0, from));
         // What lies in the ground, as vessels in the wall, has no water about it.
@@ -203,13 +215,6 @@ void weighPools(const Model& model, const Inputs& inputs, const State& state, Sc
           drag = impedance(under);
         }
         if (down == 0) return;
-        // Pressure acts along the normal: what is vertical of it is the weight of the column.
-        const float e0[3] = {seen.b[0] - seen.a[0], seen.b[1] - seen.a[1], seen.b[2] - seen.a[2]},
-                    e1[3] = {seen.c[0] - seen.a[0], seen.c[1] - seen.a[1], seen.c[2] - seen.a[2]};
-        float x = (e0[1] * e1[2] - e0[2] * e1[1]) / seen.twice,
-              y = (e0[2] * e1[0] - e0[0] * e1[2]) / seen.twice;
-        const float steep = std::sqrt(x * x + y * y);
-        if (steep > kSteepest) x *= kSteepest / steep, y *= kSteepest / steep;
         const double force[4] = {-down * static_cast<double>(x), -down * static_cast<double>(y), -down, drag};
         for (int corner = 0; corner < 3; ++corner) {
           const std::uint32_t knot = seen.knots[static_cast<std::size_t>(corner)];
@@ -223,10 +228,11 @@ void weighPools(const Model& model, const Inputs& inputs, const State& state, Sc
     std::sort(s.loaded.begin(), s.loaded.end());
     for (const std::uint32_t knot : s.loaded) {
       auto& from = s.knot_load[knot];
-      report.loads.push_back({static_cast<std::uint16_t>(k), knot,
-                              {static_cast<float>(from[0]), static_cast<float>(from[1]),
-                               static_cast<float>(from[2])},
-                              static_cast<float>(from[3])});
+      report.loads.push_back(
+          {static_cast<std::uint16_t>(k),
+           knot,
+           {static_cast<float>(from[0]), static_cast<float>(from[1]), static_cast<float>(from[2])},
+           static_cast<float>(from[3])});
       from = {0, 0, 0, 0};
       s.is_loaded[knot] = 0;
     }

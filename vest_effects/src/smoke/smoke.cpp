@@ -124,9 +124,9 @@ void force(const Model& m, const Inputs& in, const Grid& g, State& s) {
   }
 }
 
-/// One row of a red-black relaxation: the cells of this colour, whose first is `first`. All cells are reckoned and
-/// those of the other colour kept as they are, which is done eight at a time. Neighbours that a cell at a wall
-/// lacks count as itself: nothing flows through walls.
+/// One row of a red-black relaxation: the cells of this colour, whose first is `first`. All cells are
+/// reckoned and those of the other colour kept as they are, which is done eight at a time. Neighbours that a
+/// cell at a wall lacks count as itself: nothing flows through walls.
 void relaxRow(const Grid& g, int j, int k, int first, const std::vector<float>& divergence,
               std::vector<float>& pressure, Scratch& scratch) {
   const auto nx = static_cast<std::size_t>(g.nx);
@@ -186,7 +186,8 @@ void project(const Inputs& in, const Grid& g, State& s, Scratch& scratch) {
   for (int k = 0; k < g.nz; ++k) {
     for (int j = 0; j < g.ny; ++j) {
       const float* const p = s.pressure.data() + g.at(0, j, k);
-      const auto subtract = [&](float* __restrict from, const float* at, const float* before, std::size_t count) {
+      const auto subtract = [&](float* __restrict from, const float* at, const float* before,
+                                std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) from[i] -= at[i] - before[i];
       };
       subtract(s.u.data() + g.uAt(1, j, k), p + 1, p, nx - 1);
@@ -207,12 +208,13 @@ void fluxes(std::size_t count, float limit, float ratio, const float* __restrict
     out[i] = ratio * v * (v > 0 ? behind : ahead);
   }
 }
-void exchange(std::size_t count, const float* __restrict in, const float* __restrict out, float* __restrict rho) {
+void exchange(std::size_t count, const float* __restrict in, const float* __restrict out,
+              float* __restrict rho) {
   for (std::size_t i = 0; i < count; ++i) rho[i] = rho[i] + in[i] - out[i];
 }
 
-/// One direction after another, in place: each keeps the sum and the sign. Rows and sheets at once: each cell's
-/// numbers stand for themselves.
+/// One direction after another, in place: each keeps the sum and the sign. Rows and sheets at once: each
+/// cell's numbers stand for themselves.
 void transport(const Grid& g, float dt, State& s, Scratch& scratch) {
   // No face carries more than a sixth of a cell: the donor never runs dry.
   const float limit = 0.16f * g.cell / dt, ratio = dt / g.cell;

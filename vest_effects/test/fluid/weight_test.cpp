@@ -18,8 +18,8 @@ constexpr double kGravity = 9.81, kWater = 1000;  // m/s², kg/m³
 Mesh bowl(double half, double steepness, int cells) {
   Mesh m = plate(half, 0.0, cells);
   for (std::size_t k = 0; k < m.positions.size(); k += 3)
-    m.positions[k + 2] = static_cast<float>(
-        steepness * (std::pow(m.positions[k], 2) + std::pow(m.positions[k + 1], 2)));
+    m.positions[k + 2] =
+        static_cast<float>(steepness * (std::pow(m.positions[k], 2) + std::pow(m.positions[k + 1], 2)));
   return m;
 }
 
@@ -83,7 +83,8 @@ TEST(Weight, WhatStandsInASoftBowlWeighsOnItGramForGram) {
   ASSERT_GT(volume, 1e-6);
   const auto f = p.force(0);
   EXPECT_NEAR(f[2], -kWater * kGravity * volume, 1e-5 * kWater * kGravity * volume);
-  EXPECT_NEAR(f[0], 0, 0.01 * std::fabs(f[2])) << "its walls hold each other; triangles of 5 mm, cells of 4 mm";
+  EXPECT_NEAR(f[0], 0, 0.01 * std::fabs(f[2]))
+      << "its walls hold each other; triangles of 5 mm, cells of 4 mm";
   // On one half the walls push outwards by the pressure on their upright projection.
   double outwards = 0, upright = 0;
   for (const KnotLoad& l : p.report.loads)

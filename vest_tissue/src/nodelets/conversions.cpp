@@ -181,10 +181,10 @@ void fromMsg(const vest_msgs::StepInput& msg, const Description& description, sc
   for (const auto& m : msg.loads) {
     const std::uint16_t object = indexOf("loads", m.object);
     if (m.forces.size() != 3 * m.knots.size() || m.damping.size() != m.knots.size()) {
-      throw std::invalid_argument("step " + std::to_string(msg.step) + ": loads of " + m.object + " have " +
-                                  std::to_string(m.forces.size()) + " forces and " +
-                                  std::to_string(m.damping.size()) + " dampings (allowed: three and one for each of " +
-                                  std::to_string(m.knots.size()) + " knots)");
+      throw std::invalid_argument(
+          "step " + std::to_string(msg.step) + ": loads of " + m.object + " have " +
+          std::to_string(m.forces.size()) + " forces and " + std::to_string(m.damping.size()) +
+          " dampings (allowed: three and one for each of " + std::to_string(m.knots.size()) + " knots)");
     }
     for (std::size_t i = 0; i < m.knots.size(); ++i)
       in.loads.push_back(

@@ -44,7 +44,8 @@ void takeLoads(Context& c) {
     s.load.go(c.dt, s.block.knots());
     float* const decay = s.block.row(Block::kDecay);
     const float* const inverse = s.block.row(Block::kInverseMass);
-    for (std::size_t k = 0; k < s.block.knots(); ++k) decay[k] = s.load.own[k] + s.load.now[k][3] * inverse[k];
+    for (std::size_t k = 0; k < s.block.knots(); ++k)
+      decay[k] = s.load.own[k] + s.load.now[k][3] * inverse[k];
   }
 }
 

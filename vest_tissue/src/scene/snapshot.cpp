@@ -132,7 +132,8 @@ void checkIndices(const WorldState& s) {
     for (const auto* load : {&o.load.now, &o.load.told})
       for (const HeldLoad::Of& of : *load)
         for (std::size_t i = 0; i < of.size(); ++i)
-          if (!(of[i] >= (i < 3 ? -kGreatestLoad : 0.0f) && of[i] <= (i < 3 ? kGreatestLoad : kGreatestLoadDamping)))
+          if (!(of[i] >= (i < 3 ? -kGreatestLoad : 0.0f) &&
+                of[i] <= (i < 3 ? kGreatestLoad : kGreatestLoadDamping)))
             refuse("a load of " + std::to_string(of[i]) + (i < 3 ? " N" : " N·s/m") + " on a knot");
     if (!(o.load.left >= 0.0 && o.load.left <= kLongestLoad))
       refuse("a load that comes within " + std::to_string(o.load.left) + " s");

@@ -9,8 +9,9 @@
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/scene/world_state.h"
 
-// Protects how a person hears of an edit that cannot be: one sentence with object, parameter, value and what is
-// allowed; that what is listed is what a step takes, ends included; and that a step stays bounded all the same.
+// Protects how a person hears of an edit that cannot be: one sentence with object, parameter, value and what
+// is allowed; that what is listed is what a step takes, ends included; and that a step stays bounded all the
+// same.
 
 namespace vest::scene {
 namespace {
@@ -32,13 +33,15 @@ TEST(EditRefusal, WhatIsAllowedIsNotRefusedEndsIncluded) {
 TEST(EditRefusal, BeyondTheRangeSaysObjectParameterValueAndRangeWithItsUnit) {
   EXPECT_EQ(refusal(list(), {"tube", "youngs_modulus", 5e7}),
             "tube: youngs_modulus = 5e+07: allowed is 100 to 1e+06 Pa");
-  EXPECT_EQ(refusal(list(), {"tube", "damping_scale", -1}), "tube: damping_scale = -1: allowed is 0.01 to 100");
+  EXPECT_EQ(refusal(list(), {"tube", "damping_scale", -1}),
+            "tube: damping_scale = -1: allowed is 0.01 to 100");
   EXPECT_EQ(refusal(list(), {"", "gravity_z", 21}), "gravity_z = 21: allowed is -20 to 20 m/s²");
 }
 
 TEST(EditRefusal, WhatIsNoNumberIsRefused) {
-  for (const double value : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
-                             -std::numeric_limits<double>::infinity()})
+  for (const double value :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+        -std::numeric_limits<double>::infinity()})
     EXPECT_NE(refusal(list(), {"tube", "youngs_modulus", value}), "");
   EXPECT_EQ(refusal(list(), {"tube", "youngs_modulus", std::numeric_limits<double>::infinity()}),
             "tube: youngs_modulus = inf: allowed is 100 to 1e+06 Pa");
@@ -52,7 +55,8 @@ TEST(EditRefusal, UnknownParametersAndObjectsAreAnsweredWithTheKnownOnes) {
             "object = spleen: allowed is one of tube, ovary, lens, or none for what belongs to no object");
   auto of_objects = list();
   of_objects.erase(of_objects.begin());
-  EXPECT_EQ(refusal(of_objects, {"spleen", "damping_scale", 1}), "object = spleen: allowed is one of tube, ovary, lens");
+  EXPECT_EQ(refusal(of_objects, {"spleen", "damping_scale", 1}),
+            "object = spleen: allowed is one of tube, ovary, lens");
 }
 
 TEST(EditRefusal, WhatAWorldListsItsStepTakesAndWhatIsBeyondEndsAtItsEnd) {

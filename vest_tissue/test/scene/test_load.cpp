@@ -8,9 +8,9 @@
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/scene/world_state.h"
 
-// Protects steady forces from outside (the weight of pools): the attachments bear all of them and no more, they
-// come and go without a jerk, the next ones take their place, cuts lose none, snapshots keep them, their work is
-// accounted, and absurd ones stay bounded.
+// Protects steady forces from outside (the weight of pools): the attachments bear all of them and no more,
+// they come and go without a jerk, the next ones take their place, cuts lose none, snapshots keep them, their
+// work is accounted, and absurd ones stay bounded.
 
 namespace {
 
@@ -27,7 +27,8 @@ scene::StepInput load(float force, double over = 0.05, float damping = 0.0f) {
 }
 void run(scene::World& w, int steps, const scene::StepInput& first = {}) {
   scene::StepReport report;
-  for (int i = 0; i < steps; ++i) EXPECT_EQ(w.step(i == 0 ? first : scene::StepInput{}, report), scene::Status::Ok);
+  for (int i = 0; i < steps; ++i)
+    EXPECT_EQ(w.step(i == 0 ? first : scene::StepInput{}, report), scene::Status::Ok);
 }
 
 TEST(Load, TheAttachmentsBearAllOfItAndLetItGoAgain) {
@@ -65,7 +66,9 @@ TEST(Load, ItsWorkIsAccounted) {
   scene::World w(test::tubeScene());
   w.accountEnergy(true);
   run(w, 1);
-  const auto sum = [](const scene::Energy& e) { return e.kinetic + e.elastic + e.potential + e.dissipated - e.work; };
+  const auto sum = [](const scene::Energy& e) {
+    return e.kinetic + e.elastic + e.potential + e.dissipated - e.work;
+  };
   const scene::Energy before = w.energy();
   run(w, 3000, load(kForce));
   const scene::Energy after = w.energy();
@@ -77,12 +80,15 @@ TEST(Load, ItsDampingTakesEnergyAndLeavesThePlaceAsItIs) {
   scene::World free(test::tubeScene()), damped(test::tubeScene());
   for (scene::World* w : {&free, &damped}) w->accountEnergy(true);
   run(free, 1, load(kForce)), run(damped, 1, load(kForce, 0.05, 1e-2f));
-  const auto sum = [](const scene::Energy& e) { return e.kinetic + e.elastic + e.potential + e.dissipated - e.work; };
+  const auto sum = [](const scene::Energy& e) {
+    return e.kinetic + e.elastic + e.potential + e.dissipated - e.work;
+  };
   const scene::Energy before = damped.energy();
   double most_free = 0, most_damped = 0;
   for (int i = 0; i < 300; ++i) {
     run(free, 1), run(damped, 1);
-    most_free = std::max(most_free, free.energy().kinetic), most_damped = std::max(most_damped, damped.energy().kinetic);
+    most_free = std::max(most_free, free.energy().kinetic),
+    most_damped = std::max(most_damped, damped.energy().kinetic);
   }
   EXPECT_LT(most_damped, 0.5 * most_free);
   run(free, 12000), run(damped, 12000);

@@ -58,8 +58,8 @@ struct FieldFrame {
   std::shared_ptr<const fluid::Model> fluid_model;
   std::shared_ptr<const smoke::Model> smoke_model;
   std::shared_ptr<const std::vector<std::string>> objects;  ///< names, scene order
-  fluid::State fluid;                                       ///< without its knots and what of particles and pools no message tells
-  std::vector<float> smoke;                                 ///< kg/m³, as drawn
+  fluid::State fluid;        ///< without its knots and what of particles and pools no message tells
+  std::vector<float> smoke;  ///< kg/m³, as drawn
   std::array<smoke::Puff, smoke::kMostPuffs> puffs{};
   std::uint32_t puff_count = 0;
   double smoke_mass = 0;  ///< kg

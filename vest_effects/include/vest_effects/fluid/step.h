@@ -67,7 +67,7 @@ struct KnotLoad {
   std::uint16_t surface = 0;
   std::uint32_t knot = 0;
   std::array<float, 3> force{};  ///< N, world
-  float damping = 0;             ///< N·s/m: what moves under h m of water sends waves off, rho √(g h) per area
+  float damping = 0;  ///< N·s/m: what moves under h m of water sends waves off, rho √(g h) per area
 };
 
 /// What fluid drags along a triangle in this step, whatever its direction.
@@ -89,9 +89,8 @@ struct Inputs {
   Window window;
   const Surface* surfaces = nullptr;
   std::size_t surface_count = 0;
-  bool renew_bed =
-      true;  ///< look again where the tissue lies under the pools, and tell how they weigh on it
-             ///< (costly: some 20 times a second)
+  bool renew_bed = true;  ///< look again where the tissue lies under the pools, and tell how they weigh on it
+                          ///< (costly: some 20 times a second)
 };
 
 /// Instruction level of the loops over neighbours, "baseline" or "avx2"; VEST_KERNEL=baseline forces the

@@ -87,7 +87,8 @@ struct Scratch {
     for (std::size_t i = 0; i < colour.size(); i += 2) colour[i] = 1;
   }
   std::vector<float> divergence;  ///< m/s per cell: what the projection has to take away
-  std::vector<float> in, out;  ///< of a row or sheet of cells: what flows through their faces, or a row's pressures
+  std::vector<float> in,
+      out;  ///< of a row or sheet of cells: what flows through their faces, or a row's pressures
   std::vector<std::uint32_t> colour;  ///< 1 0 1 0 …: cells that a pass of the relaxation takes
 };
 
