@@ -36,9 +36,9 @@ int doubled(int base, double least) {
   return n;
 }
 
-int powerOfTwo(double least) { return doubled(1, least); }
-
-int multipleOf(int unit, int least) { return (least + unit - 1) / unit * unit; }
+int multipleOf(int unit, int least) {
+  return (least + unit - 1) / unit * unit;
+}
 
 /// Exchanges of held forces a step, for objects that touch: 4, or 3 where that costs less, in links and held
 /// forces evaluated a step. Each object's own number is this one or it doubled, so that all meet
@@ -440,7 +440,8 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   connect(description, m);
   const bool several =
       std::count_if(m.objects.begin(), m.objects.end(), [](const auto& c) { return c.net; }) > 1;
-  // Organ against organ is exchanged three or four times a step; finite elements, whose steps are dear, twice.
+  // Organ against organ is exchanged three or four times a step; finite elements, whose steps are dear,
+  // twice.
   const int base = several ? exchanges(m, description.dt) : 1;
   for (std::size_t i = 0; i < m.objects.size(); ++i) {
     ObjectConstants& c = m.objects[i];

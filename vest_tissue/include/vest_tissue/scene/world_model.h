@@ -24,8 +24,8 @@ struct ObjectConstants {
   int sub_steps = 1, batches = 1;      ///< at dt of the description
   double exchanges_needed = 1.0;       ///< times a step that held forces have to be renewed; <= batches
   double volume_needed = 1.0;          ///< and the enclosed volume's gradient; <= volume_batches
-  int volume_batches = 1;      ///< times a step that the enclosed volume's gradient is renewed; divides batches
-  bool implicit = false;       ///< stepped by solver::ImplicitNet: more than the explicit sub-steps can hold
+  int volume_batches = 1;  ///< times a step that the enclosed volume's gradient is renewed; divides batches
+  bool implicit = false;   ///< stepped by solver::ImplicitNet: more than the explicit sub-steps can hold
   double greatest_edge = 0.0;  ///< m, of the contact triangles at the start
   bool closed = false;         ///< contact triangles form a closed surface
   std::uint32_t together = 0;  ///< bit per object (< 32): no contact with it, by design
