@@ -24,8 +24,8 @@ Matrix3d wholeAnswer(const TissueModel& t, const TissueState& s, const TissueScr
     D = (s.dynamic ? t.movingAnswer() : t.answer).block<3, 3>(3 * ra, 3 * rb);
     if (turns(t)) D = w.rotation[s.knot_element[a]] * D * w.rotation[s.knot_element[b]].transpose();
   }
-  // Where the cut is too long for the update of the answers: a copy, or an inner knot that a cut laid open, can
-  // also move by itself.
+  // Where the cut is too long for the update of the answers: a copy, or an inner knot that a cut laid open,
+  // can also move by itself.
   const bool alone = s.revision > 0 && (ra < 0 || a != oa || s.mass[a] < 0.999 * t.model->mass[oa]);
   if (a == b && alone) D += (t.step * t.step * t.loose_inverse[oa]) * Matrix3d::Identity();
   return D;
@@ -66,9 +66,9 @@ bool touchAll(const TissueModel& t, const TissueState& s, TissueScratch& w) {
 template <typename Columns>
 Matrix3d product(const Columns& all, std::size_t p, std::size_t q, Eigen::Index rows) {
   Matrix3d sum = Matrix3d::Zero();
-  const Eigen::Index first = static_cast<Eigen::Index>(p) * rows, second = static_cast<Eigen::Index>(q) * rows;
-  for (Eigen::Index r = 0; r < rows; ++r)
-    sum += all.row(first + r).transpose() * all.row(second + r);
+  const Eigen::Index first = static_cast<Eigen::Index>(p) * rows,
+                     second = static_cast<Eigen::Index>(q) * rows;
+  for (Eigen::Index r = 0; r < rows; ++r) sum += all.row(first + r).transpose() * all.row(second + r);
   return sum;
 }
 
@@ -99,8 +99,8 @@ void answerPoints(const TissueModel& t, const TissueState& s, double h, TissueSc
         }
       }
       if (updated) {
-        sum += square * (product(w.point_u, p, q, w.cut->cutSize()) -
-                         product(w.point_g, p, q, w.cut->doubledSize()));
+        sum += square *
+               (product(w.point_u, p, q, w.cut->cutSize()) - product(w.point_g, p, q, w.cut->doubledSize()));
       }
       sum *= scale;
       w.answers[p * kMostTissuePoints + q] = sum;

@@ -450,10 +450,10 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
   std::copy_n(w.v_next.begin(), s.x.size(), w.force.begin());  // m/s: without these forces
   solve(t, s, h, w);
   addImpulses(w);
-  // The answers are those of the whole body, while a piece that a cut has freed gives way much further; the
-  // sweeps may not settle where friction wedges thin flaps; and a light knot that bears little of a place
-  // goes much further than the place. Forces that throw any knot further than kOvershoot times the longest
-  // way that any of them had to go are lowered, all alike.
+  // The sweeps may not settle where friction wedges thin flaps; the answers of a cut that is too long for its
+  // update are approximate; and a light knot that bears little of a place goes much further than the place.
+  // Forces that throw any knot further than kOvershoot times the longest way that any of them had to go are
+  // lowered, all alike.
   double furthest = 0.0;
   for (std::size_t k = 0; k < s.x.size(); ++k)
     furthest = std::max(furthest, (w.v_next[k] - w.force[k]).squaredNorm());

@@ -157,8 +157,8 @@ TEST(TissueCut, MovesLikeAFreshModelOfTheCutMesh) {
 }
 
 TEST(TissueCut, ContactsMeetTheAnswersOfAFreshModelOfTheCutMesh) {
-  // Small and elastostatic, which has become dynamic; cut through, and with a tip that stays whole. A contact with
-  // a freed flap that was given the answer of the whole body was thrown at any speed.
+  // Small and elastostatic, which has become dynamic; cut through, and with a tip that stays whole. A contact
+  // with a freed flap that was given the answer of the whole body was thrown at any speed.
   for (const Motion motion : {Motion::BackwardEuler, Motion::Elastostatic}) {
     for (const double depth : {0.009, -1.0}) {
       Description d = beam(Strain::Small);

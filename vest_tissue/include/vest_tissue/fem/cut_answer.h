@@ -39,13 +39,13 @@ class CutAnswer {
              const std::vector<Eigen::Vector3d>& b, std::vector<Eigen::Vector3d>& x);
 
   /// What the points of a step need: blocks of A^-1 between their knots alone. For a knot a in I, with
-  /// g_a = L^-1 F_Ga, L L^T = F_GG, and u_a = M^-1 ((L^-1 F_GI A_IC)^T g_a - A_CI F_Ia), M M^T = S; for a knot in
-  /// C, g_a = 0, u_a = M^-1 E_a:
+  /// g_a = L^-1 F_Ga, L L^T = F_GG, and u_a = M^-1 ((L^-1 F_GI A_IC)^T g_a - A_CI F_Ia), M M^T = S; for a
+  /// knot in C, g_a = 0, u_a = M^-1 E_a:
   ///   (A^-1)_ab = [a and b in I] (F_ab - g_a^T g_b) + u_a^T u_b.
   /// u and g are kept per knot until the mesh changes.
   using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
-  /// Finds u and g of these knots (repeats allowed, at most kMostTouched), and F's columns of those among them
-  /// that a cut laid open. Renewed before. False: no room.
+  /// Finds u and g of these knots (repeats allowed, at most kMostTouched), and F's columns of those among
+  /// them that a cut laid open. Renewed before. False: no room.
   bool touch(const TissueModel& model, const TissueState& state, BlockLdlt& factor, const Index* knots,
              std::size_t count);
   /// Of touched knots. Rows: 3 per row of C, 3 per doubled node.

@@ -42,8 +42,8 @@ struct TissueModel {
   std::vector<std::int32_t> answer_number;  ///< per node: block row in `answer`; -1: held, or inner
   /// 3×3 blocks between surface nodes, m/N: displacement per force held for one step; h² A0^-1, or K^-1.
   Eigen::MatrixXd answer;
-  /// Of an elastostatic object, for when it has become dynamic: h² A0^-1 between surface nodes, as `answer` is
-  /// of the others, and its block rows.
+  /// Of an elastostatic object, for when it has become dynamic: h² A0^-1 between surface nodes, as `answer`
+  /// is of the others, and its block rows.
   Eigen::MatrixXd moving_answer;
   std::vector<std::int32_t> moving_number;
   const Eigen::MatrixXd& movingAnswer() const {
@@ -137,8 +137,8 @@ struct TissueScratch {
 };
 
 /// Displacement that a force on a knot causes at another within the step, between all points: into
-/// scratch.answers, m/N. For a step of h seconds of the object as it is now, cut or not; turned with the elements
-/// of a corotational object. They shape the forces of contacts, not the motion.
+/// scratch.answers, m/N. For a step of h seconds of the object as it is now, cut or not; turned with the
+/// elements of a corotational object. They shape the forces of contacts, not the motion.
 void answerPoints(const TissueModel& tissue, const TissueState& state, double h, TissueScratch& scratch);
 
 /// Checks, and everything but the factors. @throws std::invalid_argument naming the object
