@@ -62,7 +62,7 @@ bool touchAll(const TissueModel& t, const TissueState& s, TissueScratch& w) {
   return true;
 }
 
-/// m²/N² … sums over rows, one by one: the same bits whatever else is asked.
+/// Sum over the rows, one by one: the same bits whatever else is asked.
 template <typename Columns>
 Matrix3d product(const Columns& all, std::size_t p, std::size_t q, Eigen::Index rows) {
   Matrix3d sum = Matrix3d::Zero();
