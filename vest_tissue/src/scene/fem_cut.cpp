@@ -101,6 +101,7 @@ void copyKnots(Job& j) {
       b.row(r)[copy] = b.row(r)[d.original];
     j.s.fixed.push_back(j.s.fixed[d.original]);
     j.s.depth[copy] = j.s.depth[d.original];
+    j.s.load.divide(d.original, copy, 0.5f);
     interaction::copyColumn(j.s.heat, d.original, copy);
     j.s.topology.doubled_knots.push_back(d.original);
     j.delta.doubled_knots.push_back(d.original);
