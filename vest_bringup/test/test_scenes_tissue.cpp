@@ -68,7 +68,8 @@ TEST(SceneHook, CuttingCurrentDividesTheFold) {
   });
   EXPECT_EQ(before_current, 0.0) << "a hook without current divides nothing";
   EXPECT_GT(p.times(EventKind::Cut, "strip").size(), 10U);
-  EXPECT_GT(p.gape("strip"), 0.002) << "m";
+  EXPECT_LT(p.first(EventKind::Separated, "strip"), 12.0) << "both leaves, from edge to edge";
+  EXPECT_GT(p.gape("strip"), 0.010) << "m between the stumps";
 }
 
 TEST(SceneClip, TwoClipsCloseTheVesselAndStay) {
@@ -84,15 +85,27 @@ TEST(SceneClip, TwoClipsCloseTheVesselAndStay) {
   EXPECT_LT(p.ringRadius("vessel", 16), 0.9 * open) << "pinched";
 }
 
-TEST(SceneMonopolar, TheHookBoilsAndWhitensTheLiver) {
+TEST(SceneMonopolar, UnderADwellingHookTheLiverWhitensThenBoilsThenChars) {
   Play p("coagulate_slab");
-  float hottest = 0;
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  constexpr double kLifted = 13.1, kLine = 15.8;  // s: of the script
+  double white = kNever, boiling = kNever, black = kNever;
+  float char_of_spot = 0;
   p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
-    if (at(std::fmod(t + 0.05, 0.1), 0.05)) hottest = std::max(hottest, p.most("slab", Field::Temperature));
+    if (!at(std::fmod(t + 0.05, 0.1), 0.05)) return;
+    const float kelvin = p.most("slab", Field::Temperature), burnt = p.most("slab", Field::Char);
+    if (p.most("slab", Field::Damage) > 0.5f) white = std::min(white, t);
+    if (kelvin >= 373.0f) boiling = std::min(boiling, t);
+    if (burnt > 0.5f) black = std::min(black, t);
+    if (t < kLine) char_of_spot = burnt;
   });
-  EXPECT_GT(hottest, 373.0f) << "K";
+  EXPECT_LT(white, boiling);
+  EXPECT_LT(boiling + 1.0, black) << "its water boils off first";
+  EXPECT_LT(black, kLifted);
+  EXPECT_EQ(p.most("slab", Field::Char), char_of_spot) << "a hook that moves on does not char";
   EXPECT_GT(p.most("slab", Field::Damage), 0.95f);
-  EXPECT_GE(p.times(EventKind::Coagulated, "slab").size(), 4U) << "a spot and a line";
+  const auto told = p.times(EventKind::Coagulated, "slab");
+  EXPECT_GE(std::count_if(told.begin(), told.end(), [&](double t) { return t > kLine; }), 3) << "a line, too";
   EXPECT_LT(p.most("slab", Field::Temperature), 350.0f) << "cooled at the end";
 }
 

@@ -11,6 +11,7 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kMostCouplings = 64;  ///< nodes that one knot's elements lead to (ours)
 constexpr double kColumnBytes = 48e6;       ///< of kept answers (ours)
+constexpr double kOpenedBytes = 16e6;       ///< of columns of nodes that cuts laid open (ours)
 
 /// Lower Cholesky factor of the leading n × n part, row by row: a row needs those before it alone. From row
 /// `first` on, the earlier ones being those of the same matrix.
@@ -68,6 +69,13 @@ CutAnswer::CutAnswer(const TissueModel& t, std::size_t knots) {
   own_.setZero(c, c);
   factor_.setZero(c, c);
   work_.setZero(n), small_.setZero(g), at_cut_.setZero(c);
+  touched_of_.assign(knots, -1);
+  opened_of_.assign(nodes, -1);
+  stride_u_ = c, stride_g_ = g;
+  touched_u_.setZero(static_cast<Eigen::Index>(kMostTouched) * c, 3);
+  touched_g_.setZero(static_cast<Eigen::Index>(kMostTouched) * g, 3);
+  const double most_opened = std::min<double>(kMostTouched, kOpenedBytes / (24.0 * std::max(unknowns, 1.0)));
+  opened_columns_.setZero(n, 3 * static_cast<Eigen::Index>(most_opened));
 }
 
 /// Doubled nodes and their knots, in the order of the copies: what was there keeps its place.
@@ -226,6 +234,8 @@ bool CutAnswer::renew(const TissueModel& t, const TissueState& s, BlockLdlt& fac
   if (anew) std::fill(row_.begin(), row_.end(), Row{});
   revision_ = s.revision;
   usable_ = false;
+  touched_ = 0;
+  std::fill(touched_of_.begin(), touched_of_.end(), -1);
   if (anew)
     for (Row& row : row_) row.knot = static_cast<Index>(row_of_.size());
   if (!gather(t, s)) return false;
@@ -295,6 +305,88 @@ void CutAnswer::solve(const TissueModel& t, const TissueState& s, BlockLdlt& fac
            : row >= 0  ? Vector3d(at_cut_.segment<3>(3 * static_cast<Eigen::Index>(row)))
                        : Vector3d(work_.segment<3>(3 * unknown));
   }
+}
+
+bool CutAnswer::touch(const TissueModel& t, const TissueState& s, BlockLdlt& factor, const Index* knots,
+                      std::size_t count) {
+  const Model& m = *t.model;
+  const auto& number = t.movingNumber();
+  const auto inner = [&](Index k) {
+    const Index o = s.origin[k];
+    return m.unknown[o] >= 0 && row_of_[k] < 0 && number[o] < 0;
+  };
+  // Where the new ones have no room beside the old ones, these go: what is kept has no bearing on the values.
+  std::size_t news = 0, opened = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    news += touched_of_[knots[i]] < 0;
+    opened += inner(knots[i]) && opened_of_[s.origin[knots[i]]] < 0;
+  }
+  if (touched_ + news > kMostTouched) {
+    touched_ = 0;
+    std::fill(touched_of_.begin(), touched_of_.end(), -1);
+  }
+  const std::size_t room = static_cast<std::size_t>(opened_columns_.cols() / 3);
+  if (opened_ + opened > room) {
+    opened_ = 0;
+    std::fill(opened_of_.begin(), opened_of_.end(), -1);
+  }
+  const Eigen::Index g = doubledSize(), c = cutSize();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Index k = knots[i], o = s.origin[k];
+    if (inner(k) && opened_of_[o] < 0) {
+      if (opened_ == room) return false;
+      const auto first = 3 * static_cast<Eigen::Index>(opened_);
+      opened_columns_.middleCols<3>(first).setZero();
+      opened_columns_.block<3, 3>(3 * m.unknown[o], first).setIdentity();
+      factor.solveColumns(opened_columns_.col(first).data(), 3,
+                          static_cast<std::size_t>(opened_columns_.rows()));
+      opened_of_[o] = static_cast<std::int32_t>(opened_++);
+    }
+    if (touched_of_[k] >= 0) continue;
+    if (touched_ == kMostTouched) return false;
+    touched_of_[k] = static_cast<std::int32_t>(touched_++);
+    auto u = touched_u_.middleRows(at(k) * stride_u_, c);
+    auto v = touched_g_.middleRows(at(k) * stride_g_, g);
+    u.setZero(), v.setZero();
+    if (m.unknown[o] < 0) continue;
+    Eigen::Index from = 0;
+    if (row_of_[k] >= 0) {
+      from = 3 * row_of_[k];
+      u.middleRows<3>(from).setIdentity();
+    } else {
+      const Eigen::Index own = 3 * m.unknown[o];
+      for (Eigen::Index r = 0; r < g; ++r) {
+        Eigen::RowVector3d sum = columns_.col(r).segment<3>(own).transpose();
+        for (Eigen::Index l = 0; l < r; ++l) sum -= gamma_factor_(r, l) * v.row(l);
+        v.row(r) = sum / gamma_factor_(r, r);
+      }
+      for (Eigen::Index r = 0; r < c; ++r) {
+        Eigen::RowVector3d sum = -answers_.col(r).segment<3>(own).transpose();
+        for (Eigen::Index l = 0; l < g; ++l) sum += half_(r, l) * v.row(l);
+        u.row(r) = sum;
+      }
+    }
+    for (Eigen::Index r = from; r < c; ++r) {
+      Eigen::RowVector3d sum = u.row(r);
+      for (Eigen::Index l = from; l < r; ++l) sum -= factor_(r, l) * u.row(l);
+      u.row(r) = sum / factor_(r, r);
+    }
+  }
+  return true;
+}
+
+Matrix3d CutAnswer::whole(const TissueModel& t, const TissueState& s, Index a, Index b) const {
+  const Model& m = *t.model;
+  const Index oa = s.origin[a], ob = s.origin[b];
+  if (m.unknown[oa] < 0 || m.unknown[ob] < 0 || row_of_[a] >= 0 || row_of_[b] >= 0) return Matrix3d::Zero();
+  const auto& number = t.movingNumber();
+  const std::int32_t ra = number[oa], rb = number[ob];
+  if (ra >= 0 && rb >= 0) return t.movingAnswer().block<3, 3>(3 * ra, 3 * rb) / (t.step * t.step);
+  // From the column of the inner one; of two, of the first in number.
+  const bool by_a = ra < 0 && (rb >= 0 || oa < ob);
+  const Index column = by_a ? oa : ob, row = by_a ? ob : oa;
+  const Matrix3d block = opened_columns_.block<3, 3>(3 * m.unknown[row], 3 * opened_of_[column]);
+  return by_a ? Matrix3d(block.transpose()) : block;
 }
 
 }  // namespace vest::fem

@@ -80,6 +80,49 @@ void prepareElastostatic(TissueModel& t) {
   t.softest *= 1.1;
 }
 
+/// h² A0^-1 between surface nodes, and their block rows.
+void stepAnswers(TissueModel& t, double h, std::vector<std::int32_t>& number, Eigen::MatrixXd& answer) {
+  const Model& m = *t.model;
+  const Description& d = m.description;
+  std::vector<Index> nodes;
+  std::vector<std::uint8_t> outer(m.mass.size(), 0);
+  for (const auto& f : t.surface)
+    for (const Index n : f) outer[n] = 1;
+  number.assign(m.mass.size(), -1);
+  for (const Index n : m.free_node) {
+    if (outer[n] == 0) continue;
+    number[n] = static_cast<std::int32_t>(nodes.size());
+    nodes.push_back(n);
+  }
+  if (nodes.size() > kMostSurfaceNodes) {
+    refuse(d, std::to_string(nodes.size()) + " free nodes at the surface; allowed in a World: at most " +
+                  std::to_string(kMostSurfaceNodes));
+  }
+  const Eigen::Index size = 3 * static_cast<Eigen::Index>(nodes.size());
+  const bool keep = !t.cache_directory.empty() && static_cast<std::size_t>(size) > kWorthKeeping;
+  const std::uint64_t hash = keep ? contentHash(d, nodes, h) : 0;
+  if (keep && loadMatrix(t.cache_directory, hash, size, answer)) return;
+  answer.resize(size, size);
+  constexpr Eigen::Index kBatch = 48;
+  Eigen::MatrixXd columns;
+  for (Eigen::Index first = 0; first < size; first += kBatch) {
+    const Eigen::Index count = std::min(kBatch, size - first);
+    columns.setZero(3 * static_cast<Eigen::Index>(m.free_node.size()), count);
+    for (Eigen::Index c = 0; c < count; ++c) {
+      columns(3 * m.unknown[nodes[static_cast<std::size_t>((first + c) / 3)]] + (first + c) % 3, c) = h * h;
+    }
+    t.factor.solveColumns(columns.data(), static_cast<std::size_t>(count),
+                          static_cast<std::size_t>(columns.rows()));
+    for (Eigen::Index c = 0; c < count; ++c) {
+      for (std::size_t n = 0; n < nodes.size(); ++n) {
+        answer.col(first + c).segment<3>(3 * static_cast<Eigen::Index>(n)) =
+            columns.col(c).segment<3>(3 * m.unknown[nodes[n]]);
+      }
+    }
+  }
+  if (keep) saveMatrix(t.cache_directory, hash, answer);
+}
+
 }  // namespace
 
 std::shared_ptr<TissueModel> makeTissue(const Description& d, Motion motion, const std::string& cache) {
@@ -140,46 +183,10 @@ void prepareTissue(TissueModel& t, double h) {
   }
   if (t.motion == Motion::Elastostatic) {
     prepareElastostatic(t);
+    stepAnswers(t, h, t.moving_number, t.moving_answer);
     return;
   }
-  // h² A0^-1 between surface nodes.
-  std::vector<Index> nodes;
-  std::vector<std::uint8_t> outer(m.mass.size(), 0);
-  for (const auto& f : t.surface)
-    for (const Index n : f) outer[n] = 1;
-  t.answer_number.assign(m.mass.size(), -1);
-  for (const Index n : m.free_node) {
-    if (outer[n] == 0) continue;
-    t.answer_number[n] = static_cast<std::int32_t>(nodes.size());
-    nodes.push_back(n);
-  }
-  if (nodes.size() > kMostSurfaceNodes) {
-    refuse(d, std::to_string(nodes.size()) + " free nodes at the surface; allowed in a World: at most " +
-                  std::to_string(kMostSurfaceNodes));
-  }
-  const Eigen::Index size = 3 * static_cast<Eigen::Index>(nodes.size());
-  const bool keep = !t.cache_directory.empty() && static_cast<std::size_t>(size) > kWorthKeeping;
-  const std::uint64_t hash = keep ? contentHash(d, nodes, h) : 0;
-  if (keep && loadMatrix(t.cache_directory, hash, size, t.answer)) return;
-  t.answer.resize(size, size);
-  constexpr Eigen::Index kBatch = 48;
-  Eigen::MatrixXd columns;
-  for (Eigen::Index first = 0; first < size; first += kBatch) {
-    const Eigen::Index count = std::min(kBatch, size - first);
-    columns.setZero(3 * static_cast<Eigen::Index>(m.free_node.size()), count);
-    for (Eigen::Index c = 0; c < count; ++c) {
-      columns(3 * m.unknown[nodes[static_cast<std::size_t>((first + c) / 3)]] + (first + c) % 3, c) = h * h;
-    }
-    t.factor.solveColumns(columns.data(), static_cast<std::size_t>(count),
-                          static_cast<std::size_t>(columns.rows()));
-    for (Eigen::Index c = 0; c < count; ++c) {
-      for (std::size_t n = 0; n < nodes.size(); ++n) {
-        t.answer.col(first + c).segment<3>(3 * static_cast<Eigen::Index>(n)) =
-            columns.col(c).segment<3>(3 * m.unknown[nodes[n]]);
-      }
-    }
-  }
-  if (keep) saveMatrix(t.cache_directory, hash, t.answer);
+  stepAnswers(t, h, t.answer_number, t.answer);
 }
 
 TissueState tissueAtRest(const TissueModel& t, const std::vector<Eigen::Vector3d>& position) {
@@ -219,6 +226,8 @@ TissueScratch::TissueScratch(const TissueModel& t, std::size_t knots)
   points.reserve(kMostTissuePoints);
   groups.reserve(kMostGroups);
   cut = std::make_shared<CutAnswer>(t, knots);
+  point_u.setZero(static_cast<Eigen::Index>(3 * kMostTissuePoints * kMostCutKnots), 3);
+  point_g.setZero(static_cast<Eigen::Index>(3 * kMostTissuePoints * kMostCutKnots / 2), 3);
   group_residual.resize(kMostGroups * kMostGroupKnots);
 }
 

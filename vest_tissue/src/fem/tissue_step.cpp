@@ -243,34 +243,6 @@ void addImpulses(TissueScratch& w) {
     for (int i = 0; i < g.count; ++i) g.impulse[i] -= w.r[g.knots[i]];
 }
 
-/// An elastostatic object that a cut has made dynamic has the answers of equilibrium alone: the share of it
-/// that a node with its mass m gives within a step, 1/(c m/h² + 1 + b/h), c: its own answer. A congruence by
-/// the roots of these shares keeps the answers positive definite. They shape the forces of contacts, not the
-/// motion.
-double shareOf(const TissueModel& t, Index node) {
-  const double c = t.softestAt(node) / 3.0, h = t.step;
-  return 1.0 /
-         (c * t.model->mass[node] / (h * h) + 1.0 + t.model->description.material.rayleigh_stiffness / h);
-}
-
-/// Displacement of knot a per force on knot b, m/N.
-Matrix3d answerOf(const TissueModel& t, const TissueState& s, const TissueScratch& w, Index a, Index b,
-                  double scale) {
-  const Index oa = s.origin[a], ob = s.origin[b];
-  const std::int32_t ra = t.answer_number[oa], rb = t.answer_number[ob];
-  if (t.model->unknown[oa] < 0 || t.model->unknown[ob] < 0) return Matrix3d::Zero();
-  Matrix3d D = Matrix3d::Zero();
-  if (ra >= 0 && rb >= 0) {
-    D = scale * t.answer.block<3, 3>(3 * ra, 3 * rb);
-    if (t.motion == Motion::Elastostatic && s.dynamic) D *= std::sqrt(shareOf(t, oa) * shareOf(t, ob));
-    if (corotational(t)) D = w.rotation[s.knot_element[a]] * D * w.rotation[s.knot_element[b]].transpose();
-  }
-  // A copy, or an inner knot that a cut laid open, can also move by itself.
-  const bool alone = s.revision > 0 && (ra < 0 || a != oa || s.mass[a] < 0.999 * t.model->mass[oa]);
-  if (a == b && alone) D += (t.step * t.step * t.loose_inverse[oa]) * Matrix3d::Identity();
-  return D;
-}
-
 }  // namespace
 
 void prepareGroup(TissueGroup& g) {
@@ -363,27 +335,10 @@ bool freeTissueStep(const TissueModel& t, const TissueState& s, double h,
 void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, TissueScratch& w) {
   const std::size_t count = w.points.size();
   if (count == 0) return;
-  // `answer` of a dynamic object holds for its own step; for a shorter one forces act for less time.
-  const double ratio = h / t.step;
-  const double scale = s.dynamic ? std::min(1.0, ratio * ratio) : 1.0 / s.stiffness_scale;
+  answerPoints(t, s, h, w);
   const auto D = [&](std::size_t p, std::size_t q) -> Matrix3d& {
     return w.answers[p * kMostTissuePoints + q];
   };
-  for (std::size_t p = 0; p < count; ++p) {
-    for (std::size_t q = 0; q <= p; ++q) {
-      Matrix3d sum = Matrix3d::Zero();
-      for (int a = 0; a < 3; ++a) {
-        if (w.points[p].weights[a] == 0.0) continue;
-        for (int b = 0; b < 3; ++b) {
-          const double weight = w.points[p].weights[a] * w.points[q].weights[b];
-          if (weight != 0.0)
-            sum += weight * answerOf(t, s, w, w.points[p].knots[a], w.points[q].knots[b], scale);
-        }
-      }
-      D(p, q) = sum;
-      D(q, p) = sum.transpose();
-    }
-  }
   // Where the points are at the end without these forces; then with them.
   double longest = 0.0;  // m: of the ways that the forces are there for
   std::array<Vector3d, kMostTissuePoints> start, end;
@@ -495,10 +450,10 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
   std::copy_n(w.v_next.begin(), s.x.size(), w.force.begin());  // m/s: without these forces
   solve(t, s, h, w);
   addImpulses(w);
-  // The answers are those of the whole body, while a piece that a cut has freed gives way much further; the
-  // sweeps may not settle where friction wedges thin flaps; and a light knot that bears little of a place
-  // goes much further than the place. Forces that throw any knot further than kOvershoot times the longest
-  // way that any of them had to go are lowered, all alike.
+  // The sweeps may not settle where friction wedges thin flaps; the answers of a cut that is too long for its
+  // update are approximate; and a light knot that bears little of a place goes much further than the place.
+  // Forces that throw any knot further than kOvershoot times the longest way that any of them had to go are
+  // lowered, all alike.
   double furthest = 0.0;
   for (std::size_t k = 0; k < s.x.size(); ++k)
     furthest = std::max(furthest, (w.v_next[k] - w.force[k]).squaredNorm());

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -28,10 +29,37 @@ constexpr double kImplicitStep = 2.5e-4;
 constexpr int kPowerSweeps = 40;
 constexpr double kPowerMargin = 1.15;  ///< the iteration converges from below
 
-int powerOfTwo(double least) {
-  int n = 1;
+/// The least of base, 2 base, 4 base … that is not below `least`.
+int doubled(int base, double least) {
+  int n = base;
   while (n < least && n < (1 << 20)) n *= 2;
   return n;
+}
+
+int multipleOf(int unit, int least) {
+  return (least + unit - 1) / unit * unit;
+}
+
+/// Exchanges of held forces a step, for objects that touch: 4, or 3 where that costs less, in links and held
+/// forces evaluated a step. Each object's own number is this one or it doubled, so that all meet
+/// (docs/decisions/0360-…). Finite elements stay with 2 and 4: their steps are dear.
+int exchanges(const WorldModel& m, double dt) {
+  const int limit = static_cast<int>(std::max(1.0, solver::kSubStepsPerSecond * dt));
+  int best = 4;
+  double least = std::numeric_limits<double>::infinity();
+  for (const int base : {4, 3}) {
+    double cost = 0.0;
+    bool fits = true;
+    for (std::size_t i = 0; i < m.objects.size(); ++i) {
+      const ObjectConstants& c = m.objects[i];
+      if (!c.net) continue;
+      const int batches = doubled(base, c.exchanges_needed), sub_steps = multipleOf(batches, c.sub_steps);
+      fits = fits && !c.fem && sub_steps <= std::max(limit, base);
+      cost += static_cast<double>(m.start.objects[i].links.size()) * (sub_steps + batches);
+    }
+    if ((fits || base == 4) && cost < least) least = cost, best = base;
+  }
+  return best;
 }
 
 void fillKnots(const Object& o, ObjectState& s) {
@@ -287,15 +315,14 @@ void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
     c.implicit = true;
     c.contact_omega_squared = kContactLeast;
     c.sub_steps = 1;
-    c.batches = powerOfTwo(dt / kImplicitStep);
+    c.exchanges_needed = dt / kImplicitStep;
     return;
   }
   // A hundredth of a sub-step is nothing beside the margin.
   c.sub_steps = std::max(1, static_cast<int>(std::ceil(fast_needed - 0.01)));
-  c.batches = powerOfTwo(slow_needed);
+  c.exchanges_needed = slow_needed;
   const solver::Rates volume{solver::volumeRate(s.block, s.elements), 0.0};
-  c.volume_batches =
-      powerOfTwo(dt / (kSlowMargin * solver::longestStep(volume)));  // <= batches: part of `slow`
+  c.volume_needed = dt / (kSlowMargin * solver::longestStep(volume));  // <= exchanges: part of `slow`
 }
 
 void connect(const Description& d, WorldModel& m) {
@@ -327,10 +354,8 @@ void connect(const Description& d, WorldModel& m) {
           << d.dt << " s (at most " << limit << ": lower them or raise the knots' masses)";
       throw std::invalid_argument(out.str());
     }
-    const int batches = powerOfTwo(needed);
-    m.batches_of_connection.push_back(batches);
     for (const auto object : {s.end0.object, s.end1.object}) {
-      m.objects[object].batches = std::max(m.objects[object].batches, batches);
+      m.objects[object].exchanges_needed = std::max(m.objects[object].exchanges_needed, needed);
     }
     m.start.connections.push_back(s);
   }
@@ -419,12 +444,18 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   connect(description, m);
   const bool several =
       std::count_if(m.objects.begin(), m.objects.end(), [](const auto& c) { return c.net; }) > 1;
+  // Organ against organ is exchanged three or four times a step; finite elements, whose steps are dear,
+  // twice.
+  const int base = several ? exchanges(m, description.dt) : 1;
   for (std::size_t i = 0; i < m.objects.size(); ++i) {
     ObjectConstants& c = m.objects[i];
     if (!c.net) continue;
-    // Organ against organ is exchanged four times a step; finite elements, whose steps are dear, twice.
-    if (several) c.batches = std::max(c.batches, tissues[i] ? 2 : 4);
-    c.sub_steps = (c.sub_steps + c.batches - 1) / c.batches * c.batches;
+    c.batches = doubled(several ? (tissues[i] ? 2 : base) : 1, c.exchanges_needed);
+    c.sub_steps = multipleOf(c.batches, c.sub_steps);
+    // A whole part of the exchanges.
+    for (c.volume_batches = c.batches; c.volume_batches % 2 == 0 && c.volume_batches / 2 >= c.volume_needed;)
+      c.volume_batches /= 2;
+    if (c.volume_batches % 3 == 0 && c.volume_batches / 3 >= c.volume_needed) c.volume_batches /= 3;
     m.start.objects[i].sub_steps = c.sub_steps;
     m.start.objects[i].batches = c.batches;
     m.batches = std::max(m.batches, c.batches);

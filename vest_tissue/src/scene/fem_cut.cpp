@@ -93,7 +93,6 @@ bool openFaces(Job& j, const BladeSweep* sweeps, int count) {
 /// The block follows: copies, masses, what is held.
 void copyKnots(Job& j) {
   Block& b = j.s.block;
-  const auto& t = j.s.tissue;
   for (const fem::Doubling& d : j.o.doublings) {
     std::uint32_t copy;
     if (!b.addKnot(copy)) return;  // the state's room is the block's

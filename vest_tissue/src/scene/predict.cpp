@@ -126,7 +126,8 @@ void renewBound(Context& c, std::size_t object) {
   if (!scaled && !was_degraded && strain < 1.05f * s.bound_strain && strain > 0.8f * s.bound_strain) return;
   s.bound_strain = strain;
   const double dt = c.model.description.dt;
-  const int limit = std::max(1, static_cast<int>(solver::kSubStepsPerSecond * dt));
+  const int most = static_cast<int>(solver::kSubStepsPerSecond * dt);
+  const int limit = std::max(s.batches, most / s.batches * s.batches);  // of whole batches
   int needed = 1;
   for (int attempt = 0; attempt < 8; ++attempt) {
     solver::Rates rates = solver::linkRates(links, o.bound);

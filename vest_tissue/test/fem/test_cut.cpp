@@ -156,6 +156,54 @@ TEST(TissueCut, MovesLikeAFreshModelOfTheCutMesh) {
   }
 }
 
+TEST(TissueCut, ContactsMeetTheAnswersOfAFreshModelOfTheCutMesh) {
+  // Small and elastostatic, which has become dynamic; cut through, and with a tip that stays whole. A contact
+  // with a freed flap that was given the answer of the whole body was thrown at any speed.
+  for (const Motion motion : {Motion::BackwardEuler, Motion::Elastostatic}) {
+    for (const double depth : {0.009, -1.0}) {
+      Description d = beam(Strain::Small);
+      d.motion = motion;
+      Cutting c(d);
+      const auto doubled = c.cutAt(0, 0.045, [depth](const Vector3d& p) { return p.z() > depth; });
+      makeDynamic(c.state);
+      Description now = cutDescription(*c.model, c.state);
+      now.motion = Motion::BackwardEuler;
+      Cutting fresh(now);
+      // Each copy, and every seventh of the other knots: held ones, outer ones, inner ones at the tip.
+      std::vector<Index> knots;
+      for (const Doubling& two : doubled) knots.push_back(two.copy), knots.push_back(two.original);
+      for (Index k = 0; k < c.state.x.size(); k += 7) knots.push_back(k);
+      std::size_t laid_open = 0;
+      for (const Index k : knots) {
+        const Index o = c.state.origin[k];
+        const bool free = c.model->model->unknown[o] >= 0;
+        if (free && fresh.model->answer_number[k] < 0) continue;  // no contact reaches it
+        laid_open += free && k == o && c.model->movingNumber()[o] < 0;
+        TissuePoint point;
+        point.knots = {k, doubled[0].copy, doubled[0].original};
+        point.weights = {0.5, 0.2, 0.3};
+        if (c.scratch.points.size() < kMostTissuePoints) c.scratch.points.push_back(point);
+      }
+      EXPECT_GT(laid_open, 0u) << "nothing was said of inner knots";
+      fresh.scratch.points = c.scratch.points;
+      for (const double h : {c.h, 0.5 * c.h}) {
+        answerPoints(*c.model, c.state, h, c.scratch);
+        answerPoints(*fresh.model, fresh.state, h, fresh.scratch);
+        double error = 0.0, size = 0.0;
+        for (std::size_t p = 0; p < c.scratch.points.size(); ++p) {
+          for (std::size_t q = 0; q < c.scratch.points.size(); ++q) {
+            const auto& is = c.scratch.answers[p * kMostTissuePoints + q];
+            const auto& should = fresh.scratch.answers[p * kMostTissuePoints + q];
+            error = std::max(error, (is - should).norm());
+            size = std::max(size, should.norm());
+          }
+        }
+        EXPECT_LT(error, 1e-9 * size) << "motion " << int(motion) << " depth " << depth << " h " << h;
+      }
+    }
+  }
+}
+
 TEST(TissueCut, RoomThatIsUsedUpLeavesTheRestWhole) {
   Cutting c(beam(Strain::Small), 3);
   std::vector<Index> knots;

@@ -10,6 +10,7 @@
 #include "vest_tissue/net/skin.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/world.h"
+#include "vest_tissue/scene/world_model.h"
 
 namespace {
 
@@ -36,6 +37,29 @@ std::vector<Eigen::Vector3d> skinOf(const Object& object) {
 }
 
 }  // namespace
+
+// Stability: no sub-step and no exchange is longer than the bounds allow, and objects that touch meet at each
+// exchange of the one that has fewer (docs/decisions/0121, 0122, 0360).
+TEST(Gynaecology, SubStepsAndExchangesKeepTheirBoundsAndMeet) {
+  const auto model = vest::scene::buildModel(scene());
+  const double dt = scene().dt;
+  int nets = 0;
+  for (std::size_t i = 0; i < model->objects.size(); ++i) {
+    const auto& c = model->objects[i];
+    if (!c.net) continue;
+    ++nets;
+    const std::string& name = scene().objects[i].name;
+    EXPECT_LE(dt / c.sub_steps, 1.01 * vest::solver::kStepMargin * vest::solver::longestStep(c.rates))
+        << name;
+    EXPECT_GE(c.batches, c.exchanges_needed) << name;
+    EXPECT_GE(c.volume_batches, c.volume_needed) << name;
+    EXPECT_EQ(c.sub_steps % c.batches, 0) << name;
+    EXPECT_EQ(c.batches % c.volume_batches, 0) << name;
+    EXPECT_EQ(model->batches % c.batches, 0) << name;
+    EXPECT_EQ(c.batches % 3, 0) << name;  // the cheaper of three and four here
+  }
+  EXPECT_EQ(nets, 21);
+}
 
 // models.md section 5: the seed's scene, exactly.
 TEST(Gynaecology, HasTheSeedsObjectsKnotsAndSprings) {

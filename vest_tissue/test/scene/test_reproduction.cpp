@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "../fem/slab.h"
+#include "blades.h"
 #include "nets.h"
 #include "vest_tissue/scene/world.h"
 
@@ -142,6 +144,34 @@ TEST(RealTime, AStepAllocatesNothing) {
   }
   forbid_allocation = false;
   EXPECT_GE(allocations, 1);
+}
+
+// Scissors divide an object of elements and touch its flaps.
+TEST(RealTime, AStepThatCutsElementsAllocatesNothing) {
+  scene::StepReport report;
+  int worst = 0;
+  fem::Description bar = fem::test::makeBox({10, 3, 2, 0.04, 0.008, 0.004});
+  bar.name = "bar";
+  bar.strain = fem::Strain::Corotational;
+  bar.material = {100e3, 0.45, 1050.0, 4.0, 0.004};
+  for (auto& x : bar.nodes) x += Eigen::Vector3d(-0.02, -0.004, 0.048);
+  scene::World cut(fem::test::sceneOf({fem::test::object(bar)}));
+  std::size_t cuts = 0;
+  for (std::uint64_t i = 0; i < 200; ++i) {
+    scene::StepInput in;
+    in.step = i;
+    in.tools[1] = test::toolAt(tools::ToolKind::Scissors, Eigen::Vector3d(0.001, 0.009, 0.050),
+                               Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ(),
+                               0.9 * std::max(0.0, 1.0 - static_cast<double>(i) / 100.0));
+    allocations = 0;
+    forbid_allocation = i > 0;
+    cut.step(in, report);
+    forbid_allocation = false;
+    worst = std::max(worst, allocations);
+    for (const auto& e : report.events) cuts += e.kind == scene::EventKind::Cut;
+  }
+  EXPECT_GE(cuts, 2u);
+  EXPECT_EQ(worst, 0);
 }
 
 }  // namespace

@@ -11,6 +11,8 @@
 namespace vest::fem {
 
 inline constexpr std::size_t kMostCutKnots = 128;  ///< doubled knots and their copies that have room (ours)
+/// Knots of the points of one step that have room.
+inline constexpr std::size_t kMostTouched = 3 * kMostTissuePoints;
 
 /// Low-rank update of the factor of the whole object for its cut mesh, at rest: an answer of the matrix
 /// A = (1 + h a) M + h (h + b) K of the cut object for two solves with the factor F^-1 of the whole one.
@@ -36,7 +38,26 @@ class CutAnswer {
   void solve(const TissueModel& model, const TissueState& state, BlockLdlt& factor,
              const std::vector<Eigen::Vector3d>& b, std::vector<Eigen::Vector3d>& x);
 
+  /// What the points of a step need: blocks of A^-1 between their knots alone. For a knot a in I, with
+  /// g_a = L^-1 F_Ga, L L^T = F_GG, and u_a = M^-1 ((L^-1 F_GI A_IC)^T g_a - A_CI F_Ia), M M^T = S; for a
+  /// knot in C, g_a = 0, u_a = M^-1 E_a:
+  ///   (A^-1)_ab = [a and b in I] (F_ab - g_a^T g_b) + u_a^T u_b.
+  /// u and g are kept per knot until the mesh changes.
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+  /// Finds u and g of these knots (repeats allowed, at most kMostTouched), and F's columns of those among
+  /// them that a cut laid open. Renewed before. False: no room.
+  bool touch(const TissueModel& model, const TissueState& state, BlockLdlt& factor, const Index* knots,
+             std::size_t count);
+  /// Of touched knots. Rows: 3 per row of C, 3 per doubled node.
+  auto u(Index knot) const { return touched_u_.middleRows(at(knot) * stride_u_, cutSize()); }
+  auto g(Index knot) const { return touched_g_.middleRows(at(knot) * stride_g_, doubledSize()); }
+  Eigen::Index cutSize() const { return 3 * static_cast<Eigen::Index>(rows_); }
+  Eigen::Index doubledSize() const { return 3 * static_cast<Eigen::Index>(gammas_); }
+  /// F_ab between touched knots; 0 unless both are in I.
+  Eigen::Matrix3d whole(const TissueModel& model, const TissueState& state, Index a, Index b) const;
+
  private:
+  Eigen::Index at(Index knot) const { return touched_of_[knot]; }
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   struct Row {
     Index knot = 0;
@@ -69,6 +90,12 @@ class CutAnswer {
   RowMajor own_;                           ///< A_CC - A_CI F A_IC
   RowMajor factor_;                        ///< Cholesky factor of S, lower
   Eigen::VectorXd work_, small_, at_cut_;  ///< scratch
+  std::size_t touched_ = 0, opened_ = 0;   ///< in use
+  std::vector<std::int32_t> touched_of_;   ///< per knot; -1: not touched since the mesh changed
+  std::vector<std::int32_t> opened_of_;    ///< per node: columns in `opened_columns_`; -1: none
+  Eigen::Index stride_u_ = 0, stride_g_ = 0;
+  Columns touched_u_, touched_g_;
+  Eigen::MatrixXd opened_columns_;  ///< of F: inner nodes that a cut laid open
 };
 
 }  // namespace vest::fem

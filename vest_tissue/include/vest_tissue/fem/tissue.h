@@ -42,6 +42,16 @@ struct TissueModel {
   std::vector<std::int32_t> answer_number;  ///< per node: block row in `answer`; -1: held, or inner
   /// 3×3 blocks between surface nodes, m/N: displacement per force held for one step; h² A0^-1, or K^-1.
   Eigen::MatrixXd answer;
+  /// Of an elastostatic object, for when it has become dynamic: h² A0^-1 between surface nodes, as `answer`
+  /// is of the others, and its block rows.
+  Eigen::MatrixXd moving_answer;
+  std::vector<std::int32_t> moving_number;
+  const Eigen::MatrixXd& movingAnswer() const {
+    return motion == Motion::Elastostatic ? moving_answer : answer;
+  }
+  const std::vector<std::int32_t>& movingNumber() const {
+    return motion == Motion::Elastostatic ? moving_number : answer_number;
+  }
   double softest = 0.0;                         ///< m/N, elastostatic: greatest eigenvalue of K^-1
   std::array<Eigen::VectorXd, 3> unit_gravity;  ///< m per m/s², elastostatic: per unknown of `answer`
   /// m/N, elastostatic: displacement of a free node per force on it, at most.
@@ -112,7 +122,8 @@ struct TissueScratch {
   std::vector<Eigen::Vector3d> sum;                                ///< per node
   std::vector<std::uint32_t> count;                                ///< per node
   Eigen::VectorXd work, u, f;
-  std::vector<Eigen::Matrix3d> answers;  ///< between points
+  std::vector<Eigen::Matrix3d> answers;  ///< between points: answerPoints()
+  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> point_u, point_g;  ///< CutAnswer's, per point
   std::vector<TissuePoint> points;
   std::vector<TissueGroup> groups;
   std::vector<Eigen::Vector3d> group_residual;
@@ -124,6 +135,11 @@ struct TissueScratch {
   double residual = 0.0;  ///< of the last solve, relative
   int iterations = 0;     ///< of the last solve; 0: the factor was exact
 };
+
+/// Displacement that a force on a knot causes at another within the step, between all points: into
+/// scratch.answers, m/N. For a step of h seconds of the object as it is now, cut or not; turned with the
+/// elements of a corotational object. They shape the forces of contacts, not the motion.
+void answerPoints(const TissueModel& tissue, const TissueState& state, double h, TissueScratch& scratch);
 
 /// Checks, and everything but the factors. @throws std::invalid_argument naming the object
 std::shared_ptr<TissueModel> makeTissue(const Description& description, Motion motion,

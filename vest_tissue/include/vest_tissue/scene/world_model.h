@@ -22,8 +22,10 @@ struct ObjectConstants {
   double slow_omega_squared = 0.0, slow_decay = 0.0;
   double contact_omega_squared = 0.0;  ///< stiffness over mass that contacts may add, 1/s²
   int sub_steps = 1, batches = 1;      ///< at dt of the description
-  int volume_batches = 1;      ///< times a step that the enclosed volume's gradient is renewed; <= batches
-  bool implicit = false;       ///< stepped by solver::ImplicitNet: more than the explicit sub-steps can hold
+  double exchanges_needed = 1.0;       ///< times a step that held forces have to be renewed; <= batches
+  double volume_needed = 1.0;          ///< and the enclosed volume's gradient; <= volume_batches
+  int volume_batches = 1;  ///< times a step that the enclosed volume's gradient is renewed; divides batches
+  bool implicit = false;   ///< stepped by solver::ImplicitNet: more than the explicit sub-steps can hold
   double greatest_edge = 0.0;  ///< m, of the contact triangles at the start
   bool closed = false;         ///< contact triangles form a closed surface
   std::uint32_t together = 0;  ///< bit per object (< 32): no contact with it, by design
@@ -40,9 +42,8 @@ struct ObjectConstants {
 struct WorldModel {
   Description description;
   std::vector<ObjectConstants> objects;
-  std::vector<int> batches_of_connection;  ///< how often a step each connection is renewed
-  int batches = 1;                         ///< greatest of all
-  WorldState start;                        ///< what reset() returns to
+  int batches = 1;   ///< greatest of all; a multiple of each
+  WorldState start;  ///< what reset() returns to
 };
 
 /// @throws std::invalid_argument naming object, field, index, value and what is allowed
