@@ -1,3 +1,5 @@
+#include <cstdio>
+
 #include "play.h"
 
 // Protects the small scenes of blood, water and smoke: each script really shows what it is named after, with
@@ -10,13 +12,16 @@ using scene::EventKind;
 
 TEST(SceneArterialBleeding, ACutArterySpurtsWithThePulseUntilClipsStopIt) {
   Play p("arterial_bleeding", true);
-  double least = 1, most = 0, after_heart = 0, lost_at_end = 0;
+  double least = 1, most = 0, after_heart = 0, lost_at_end = 0, least_after = 1, most_after = 0;
   p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
     const double flow = leak(p.stage);
     if (t > 5.0 && t < 8.0) least = std::min(least, flow), most = std::max(most, flow);
     if (at(t, 12.0)) after_heart = flow;
+    if (t > 11.0 && t < 13.0) least_after = std::min(least_after, flow), most_after = std::max(most_after, flow);
     if (at(t, 15.0)) lost_at_end = lost(p.stage);
   });
+  std::printf("%.2f to %.2f ml/s; after the clip on the heart's side %.2f to %.2f ml/s\n", 1e6 * least, 1e6 * most,
+              1e6 * least_after, 1e6 * most_after);
   EXPECT_GT(most, 1e-6) << "m3/s";
   EXPECT_GT(most, 1.5 * least) << "in step with the pulse";
   EXPECT_LT(after_heart, 0.2 * most) << "the clip on the heart's side leaves what flows back";

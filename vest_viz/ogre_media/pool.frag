@@ -14,7 +14,7 @@ void main() {
   vec3 rough = texture2D(micro_map, place * 11.0).xyz;
   vec3 small = texture2D(micro_map, place.yx * 47.0).xyz;
   float wet = fluid.z + 0.30 * (rough.z - 0.5) + 0.12 * (small.z - 0.5);
-  if (wet < 0.42) discard;
+  if (wet < 0.30) discard;
   float inward = smoothstep(0.42, 0.75, wet);
   float mm = (fluid.y + 0.05) * inward;
   // Fluid wets tissue and climbs it: over the last millimetre its surface turns up towards the shore.
@@ -39,7 +39,8 @@ void main() {
   // Fresnel by Schlick 1994, water against air: 2 % at normal incidence.
   vec3 still = normalize(level + (worldview_matrix * vec4(waves, 0.0, 0.0)).xyz);
   float facing = 1.0 - abs(dot(still, v));
-  float fresnel = 0.02 + 0.98 * facing * facing * facing * facing * facing;
+  float calm = smoothstep(0.80, 0.95, normalize(normal).z);  // see below
+  float fresnel = 0.02 + 0.98 * calm * facing * facing * facing * facing * facing;
   // What it mirrors: lit walls above, and their wet patches, which mirror the lamp (by eye).
   vec3 r = reflect(-v, still);
   float wall = texture2D(micro_map, r.xy * 0.40 + 0.37).z;
@@ -50,18 +51,35 @@ void main() {
   float amount = blood * mm;
   float hide = 1.0 - exp(-4.0 * amount), deep = 1.0 - exp(-0.8 * amount);
   vec3 body = mix(vec3(1.40, 0.130, 0.095), vec3(1.05, 0.028, 0.026), deep);
-  vec3 colour = mix(vec3(0.26, 0.20, 0.18), body, hide) * (0.40 + 0.60 * abs(dot(still, h))) * strength;
+  vec3 colour = mix(vec3(0.24, 0.15, 0.13), body, hide) * (0.40 + 0.60 * abs(dot(still, h))) * strength;
   vec3 gloss = fresnel * mirrored * min(strength * 2.0, 1.5) * 4.0;
   colour += gloss;
   // Broken where the tissue below the brim is rough.
   float shine = (0.04 * sharp + 9.0 * crisp) * mix(0.3 * smoothstep(0.45, 0.80, small.z), 1.0, inward);
   // Between cells of very different height the mesh is a cliff that no fluid has.
-  shine *= smoothstep(0.80, 0.95, normalize(normal).z);
+  shine *= calm * step(0.42, wet);
   colour += shine * strength * vec3(0.95, 0.98, 1.0);
   colour = 1.0 - 1.0 / (1.0 + colour * (1.0 + colour * (0.5 + 0.17 * colour)));
   colour = sqrt(colour);
   colour = mix(colour, colour * colour * (3.0 - 2.0 * colour), 0.85);
-  float a = mix(0.02 + 0.10 * (1.0 - exp(-0.2 * mm)), 0.97, hide) + 2.0 * fresnel + 1.8 * gloss.g;
+  // The lamp through the waves: a net of bright lines on the ground, sharpest in a few millimetres of water.
+  float net = 1.0 - abs(texture2D(micro_map, place.yx * 9.0 + 0.9 * normalize(normal).xy).z + rough.z - 1.0) * 4.0;
+  net = max(net, 0.0); net *= net;
+  float lines = 0.28 * net * inward * (1.0 - hide) * smoothstep(0.5, 3.0, mm) * (1.0 - smoothstep(8.0, 25.0, mm));
+  float a = mix(0.08 + 0.22 * (1.0 - exp(-0.3 * mm)), 0.97, hide) + 2.0 * fresnel + 1.8 * gloss.g;
   a = max(a * smoothstep(0.0, 0.25, inward), min(0.6 * shine * strength, 1.0));
+  vec3 lit = vec3(1.0, 0.84, 0.78) * sqrt(min(2.5 * strength, 1.0));
+  colour = (colour * a + lit * lines * (1.0 - a)) / max(a + lines * (1.0 - a), 1e-3);
+  a += lines * (1.0 - a);
+  // Beyond the brim tissue is wet: darker.
+  float border = smoothstep(0.30, 0.41, wet) * (1.0 - smoothstep(0.42, 0.47, wet)) * calm;
+  colour = mix(colour, vec3(0.10, 0.015, 0.015), border);
+  a = max(a, 0.45 * border);
+  // The brim itself, round as a thread, mirrors the lamp wherever it turns to it.
+  float brim = smoothstep(0.42, 0.47, wet) * (1.0 - smoothstep(0.50, 0.62, wet)) * calm;
+  brim *= (1.0 - 0.7 * hide) * (0.35 + 0.65 * smoothstep(0.50, 0.92, nh)) * (0.3 + 0.9 * small.z);
+  colour = mix(colour, lit, brim);
+  a = max(a, 0.75 * brim);
+  a *= mix(calm, 1.0, hide);
   gl_FragColor = vec4(max(1.06 * colour - 0.06, 0.0), min(a, 1.0));
 }

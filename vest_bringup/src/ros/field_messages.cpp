@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace vest::ros_shell {
 namespace {
@@ -25,6 +26,17 @@ void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<fl
     r0 = std::min(r0, p.row), r1 = std::max(r1, p.row + p.rows - 1);
   }
   const std::vector<float> known = surface;
+  // Which pools are one below, by their labels.
+  std::uint32_t most = 0;
+  for (const fluid::PoolPatch& p : patches) most = std::max(most, p.label);
+  std::vector<std::uint32_t> same(most + 1);
+  std::iota(same.begin(), same.end(), 0u);
+  std::vector<std::uint8_t> drawn(most + 1);
+  for (const fluid::PoolPatch& p : patches) drawn[p.label] = 1;
+  const auto first = [&](std::uint32_t label) {
+    while (same[label] != label) label = same[label];
+    return label;
+  };
   const auto cell = [&](int c, int r) {
     return static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) +
            static_cast<std::size_t>(c);
@@ -46,9 +58,31 @@ void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<fl
         const float level = 0.5f * (known[p] + known[q]);
         if (std::fabs(known[p] - known[q]) > kStep || level > pools.bed[i]) continue;
         surface[i] = level, labels[i] = labels[p], span = a + b;
+        if (labels[p] > most || labels[q] > most || !drawn[labels[p]] || !drawn[labels[q]]) continue;
+        const std::uint32_t one = first(labels[p]), other = first(labels[q]);
+        same[std::max(one, other)] = std::min(one, other);
       }
     }
   }
+  // Drawn as one, or their shores would show where they meet.
+  for (std::uint32_t& label : labels)
+    if (label <= most) label = first(label);
+  for (std::size_t k = 0; k < patches.size(); ++k) {
+    fluid::PoolPatch& p = patches[k];
+    if (first(p.label) == p.label) continue;
+    const auto to = std::find_if(patches.begin(), patches.end(),
+                                 [&](const fluid::PoolPatch& o) { return o.label == first(p.label); });
+    if (to == patches.end()) continue;
+    const int columns = std::max(to->column + to->columns, p.column + p.columns),
+              rows = std::max(to->row + to->rows, p.row + p.rows);
+    to->column = std::min(to->column, p.column), to->row = std::min(to->row, p.row);
+    to->columns = columns - to->column, to->rows = rows - to->row;
+    to->volume += p.volume, to->blood += p.blood;
+    p.volume = 0;
+  }
+  patches.erase(std::remove_if(patches.begin(), patches.end(),
+                               [](const fluid::PoolPatch& p) { return !(p.volume > 0); }),
+                patches.end());
   for (fluid::PoolPatch& p : patches) {
     int low_c = p.column, high_c = p.column + p.columns - 1, low_r = p.row, high_r = p.row + p.rows - 1;
     for (int r = std::max(r0, low_r - kSpan); r <= std::min(r1, p.row + p.rows - 1 + kSpan); ++r) {
@@ -59,6 +93,26 @@ void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<fl
       }
     }
     p.column = low_c, p.columns = high_c - low_c + 1, p.row = low_r, p.rows = high_r - low_r + 1;
+  }
+}
+
+/// A film on an organ that stands in a pool is none of its surface: thin water more than a cell above what is beside
+/// it. Drawn with the pool it would be a cliff.
+void leaveFilmsOut(const fluid::Model& model, const fluid::Pools& pools, std::vector<float>& surface,
+                   std::vector<std::uint32_t>& labels) {
+  constexpr float kThin = 0.004f;  ///< m (ours)
+  const std::vector<float> known = surface;
+  const auto steep = static_cast<float>(model.parameters.pool_cell);
+  const auto columns = static_cast<std::size_t>(model.columns), rows = static_cast<std::size_t>(model.rows);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] == 0 || pools.depth[i] > kThin) continue;
+    const std::size_t c = i % columns, r = i / columns;
+    const auto below = [&](bool inside, std::size_t j) {
+      return inside && !std::isnan(known[j]) && known[j] < known[i] - steep;
+    };
+    if (below(c > 0, i - 1) || below(c + 1 < columns, i + 1) || below(r > 0, i - columns) ||
+        below(r + 1 < rows, i + columns))
+      surface[i] = std::numeric_limits<float>::quiet_NaN(), labels[i] = 0;
   }
 }
 
@@ -97,6 +151,7 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
   std::vector<float> surface(labels.size(), std::numeric_limits<float>::quiet_NaN());
   for (std::size_t i = 0; i < labels.size(); ++i)
     if (labels[i] != 0) surface[i] = w.bed[i] + w.depth[i];
+  leaveFilmsOut(model, w, surface, labels);
   bridge(model, w, surface, labels, patches);
   msg.pools.resize(patches.size());
   for (std::size_t k = 0; k < patches.size(); ++k) {

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <type_traits>
 
+#include "vest_tissue/scene/world_model.h"
+
 namespace vest::simulation {
 namespace {
 
@@ -248,6 +250,9 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
   }
 
   const bool idle = in.source_count == 0 && fluid.particles.count == 0 && !(fluid.emitted > 0);
+  // Every so often how the pools weigh: what acts has reached it when the next is told. None: it goes.
+  const bool weigh = world.steps() % kBedEvery == 0 || (!idle && !fluid.has_knots);
+  if (weigh) feedback.load_over = input.dt * kBedEvery;
   if (!idle) {
     for (std::size_t k = 0; k < surfaces.size(); ++k) {
       const fluid::SurfaceSize most = fluid_model->surfaces[k];
@@ -261,19 +266,24 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
       if (s.knot_count > most.knots)
         s.knot_count = s.triangle_count = 0;  // more than was reserved: cannot be
       s.positions = positions[k].data();
-      s.still = has_rigid && world.description().objects[k].model == scene::ObjectModel::Rigid;
+      s.rigid = world.description().objects[k].model == scene::ObjectModel::Rigid;
+      s.closed = world.model().objects[k].closed;
+      s.still = has_rigid && s.rigid;
       if (s.knot_count > 0 && !s.still) world.positions(k, positions[k].data());
     }
     has_rigid = true;
     in.surfaces = surfaces.data();
     in.surface_count = surfaces.size();
-    in.renew_bed = !fluid.has_knots || world.steps() % kBedEvery == 0;
+    in.renew_bed = weigh;
     fluid::step(*fluid_model, in, fluid, scratch, fluid_report);
     degraded |= fluid.degraded;
     refused += fluid_report.status != fluid::Status::Ok;
     for (const fluid::Shear& shear : fluid_report.shears)
       if (surface)
         surface->wash(shear.surface, world.contactTriangles(shear.surface)[shear.triangle], shear.impulse);
+    for (const fluid::KnotLoad& load : fluid_report.loads)
+      if (feedback.loads.size() < feedback.loads.capacity())
+        feedback.loads.push_back({load.surface, load.knot, load.force, load.damping});
     for (const fluid::Impact& impact : fluid_report.impacts) {
       scene::ImpactInput to;
       to.object = impact.surface, to.triangle = impact.triangle;
@@ -353,8 +363,15 @@ void OperatingField::Impl::show(const scene::World& world) {
   f.smoke_model = smoke_model;
   f.objects = names;
   f.fluid.step = fluid.step, f.fluid.time = fluid.time;
-  f.fluid.particles = fluid.particles;
-  f.fluid.pools = fluid.pools;
+  // What is told, no more: the arrays are large.
+  const fluid::Particles& from = fluid.particles;
+  fluid::Particles& to = f.fluid.particles;
+  to.count = from.count;
+  for (auto a : {&fluid::Particles::x, &fluid::Particles::y, &fluid::Particles::z, &fluid::Particles::vx,
+                 &fluid::Particles::vy, &fluid::Particles::vz, &fluid::Particles::volume, &fluid::Particles::blood})
+    std::copy_n((from.*a).begin(), from.count, (to.*a).begin());
+  for (auto a : {&fluid::Pools::bed, &fluid::Pools::depth, &fluid::Pools::blood, &fluid::Pools::rise})
+    f.fluid.pools.*a = fluid.pools.*a;
   f.fluid.bubbles = fluid.bubbles;
   f.fluid.pending = fluid.pending;
   f.fluid.emitted = fluid.emitted, f.fluid.emitted_blood = fluid.emitted_blood;

@@ -120,18 +120,21 @@ bool SurfaceEffect::restore(const std::uint8_t* bytes, std::size_t count) {
   effects::StateReader reader(bytes, count);
   walk(reader, state, scale);
   if (!reader.done()) return false;
+  std::fill(state.dry.begin(), state.dry.end(), std::uint8_t{0});
   state_ = state;
   scale_ = scale;
   return true;
 }
 
-/// Copies that cuts have made since, and where knots are.
-void SurfaceEffect::follow(const scene::World& world) {
+/// Copies that cuts have made since, and where knots are, where anything bleeds or happens.
+void SurfaceEffect::follow(const scene::World& world, const std::vector<scene::Event>& events) {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (!rows_[i]) continue;
     const auto& doubled = world.topology(i).doubled_knots;
     while (state_.used[i] < model_.scene[i] + doubled.size())
       bleeding::copyKnot(model_, i, doubled[state_.used[i] - model_.scene[i]], state_);
+    const bool happens = std::any_of(events.begin(), events.end(), [i](const auto& e) { return e.object == i; });
+    if (state_.dry[i] && !happens) continue;
     if (world.knotCount(i) * 3 <= positions_[i].size()) world.positions(i, positions_[i].data());
   }
 }
@@ -186,7 +189,7 @@ void SurfaceEffect::step(const scene::World& world, const scene::StepInput& inpu
     if (edit.object.empty() && edit.parameter == "surface_bleeding" && std::isfinite(edit.value))
       scale_ = std::clamp(edit.value, 0.0, kGreatestBleeding);
   }
-  if (state_.active || !report.events.empty()) follow(world);
+  if (state_.active || !report.events.empty()) follow(world, report.events);
   for (const auto& event : report.events) take(event);
   if (state_.active) {
     useTools(input, report);

@@ -28,8 +28,14 @@ struct Reader {
 
 // Fields one by one: no padding, as the World's snapshot.
 void saveFeedback(const Feedback& feedback, std::vector<std::uint8_t>& bytes) {
-  const std::uint64_t counts[2] = {feedback.impacts.size(), feedback.dilatations.size()};
+  const std::uint64_t counts[3] = {feedback.impacts.size(), feedback.dilatations.size(),
+                                   feedback.loads.size()};
   append(bytes, counts, sizeof counts);
+  append(bytes, &feedback.load_over, sizeof feedback.load_over);
+  for (const auto& l : feedback.loads) {
+    append(bytes, &l.object, sizeof l.object), append(bytes, &l.knot, sizeof l.knot);
+    append(bytes, l.force.data(), sizeof l.force), append(bytes, &l.damping, sizeof l.damping);
+  }
   for (const auto& i : feedback.impacts) {
     append(bytes, &i.object, sizeof i.object), append(bytes, &i.triangle, sizeof i.triangle);
     append(bytes, i.weights.data(), sizeof i.weights), append(bytes, i.momentum.data(), 3 * sizeof(double));
@@ -42,8 +48,16 @@ void saveFeedback(const Feedback& feedback, std::vector<std::uint8_t>& bytes) {
 }
 
 bool readFeedback(Reader& in, Feedback& feedback) {
-  std::uint64_t counts[2];
-  if (!in.take(counts, sizeof counts) || counts[0] > 1'000'000 || counts[1] > 100'000) return false;
+  std::uint64_t counts[3];
+  if (!in.take(counts, sizeof counts) || counts[0] > 1'000'000 || counts[1] > 100'000 ||
+      counts[2] > 1'000'000 || !in.take(&feedback.load_over, sizeof feedback.load_over))
+    return false;
+  feedback.loads.resize(counts[2]);
+  for (auto& l : feedback.loads) {
+    if (!in.take(&l.object, sizeof l.object) || !in.take(&l.knot, sizeof l.knot) ||
+        !in.take(l.force.data(), sizeof l.force) || !in.take(&l.damping, sizeof l.damping))
+      return false;
+  }
   feedback.impacts.resize(counts[0]);
   for (auto& i : feedback.impacts) {
     if (!in.take(&i.object, sizeof i.object) || !in.take(&i.triangle, sizeof i.triangle) ||
@@ -79,6 +93,9 @@ std::size_t worldBytes(const std::vector<std::uint8_t>& snapshot) {
 Trainer::Trainer(scene::World world) : world_(std::move(world)) {
   feedback_.impacts.reserve(1024);
   feedback_.dilatations.reserve(256);
+  std::size_t knots = 0;
+  for (std::size_t i = 0; i < world_.objectCount(); ++i) knots += world_.knotCount(i);
+  feedback_.loads.reserve(knots + knots / 2 + 1024);
   feedback_.sources.reserve(bleeding::kMostSources);
 }
 
@@ -88,6 +105,8 @@ void Trainer::add(std::unique_ptr<Effect> effect) {
 
 scene::Status Trainer::step(scene::StepInput& input, scene::StepReport& report) {
   input.impacts.insert(input.impacts.end(), feedback_.impacts.begin(), feedback_.impacts.end());
+  input.loads.insert(input.loads.end(), feedback_.loads.begin(), feedback_.loads.end());
+  if (feedback_.load_over > 0) input.load_over = feedback_.load_over;
   input.dilatations.insert(input.dilatations.end(), feedback_.dilatations.begin(),
                            feedback_.dilatations.end());
   const scene::Status status = world_.step(input, report);
@@ -166,6 +185,8 @@ void Trainer::restore(const std::vector<std::uint8_t>& bytes) {
 
 void Trainer::clearFeedback() {
   feedback_.impacts.clear();
+  feedback_.loads.clear();
+  feedback_.load_over = 0;
   feedback_.dilatations.clear();
   feedback_.sources.clear();
 }

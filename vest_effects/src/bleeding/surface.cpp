@@ -54,6 +54,7 @@ SurfaceState initialSurface(const SurfaceModel& model) {
   for (auto* v : {&s.open, &s.drug, &s.styptic, &s.sealed, &s.flow}) v->assign(model.knots(), 0.0f);
   s.film.assign(model.knots(), 0.0);
   s.used = model.scene;
+  s.dry.assign(model.scene.size(), 0);
   return s;
 }
 
@@ -72,6 +73,7 @@ void openSurface(const SurfaceModel& model, std::size_t object, const float* pos
     state.active = 1;
   }
   if (nearest == count) return;
+  state.dry[object] = 0;
   state.open[first + nearest] = 1;
   state.sealed[first + nearest] = 0;
   state.active = 1;
@@ -118,6 +120,7 @@ bool copyKnot(const SurfaceModel& model, std::size_t object, std::uint32_t origi
   const std::uint32_t first = model.first[object], room = model.first[object + 1] - first;
   const std::uint32_t copy = state.used[object]++;
   if (copy >= room || original >= copy) return false;
+  state.dry[object] = 0;
   state.open[first + copy] = state.open[first + original];
   state.drug[first + copy] = state.drug[first + original];
   state.styptic[first + copy] = state.styptic[first + original];
@@ -149,6 +152,11 @@ void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, 
   std::size_t link = 0;
   for (std::size_t object = 0; object + 1 < model.first.size(); ++object) {
     const std::uint32_t first = model.first[object], count = usedKnots(model, state, object);
+    const std::size_t end = endOfLinks(model, link, model.first[object + 1]);
+    if (state.dry[object]) {
+      link = end;
+      continue;
+    }
     const float* xyz = in.positions[object];
     double shed_here = 0;
     bool any = false;
@@ -188,7 +196,7 @@ void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, 
     if (shed_here > shed_most) shed_most = shed_here, off.object = static_cast<std::int32_t>(object);
     // Neighbours level out: volumes move, in the order of the links, which go object by object. What is dry
     // everywhere, as nearly all organs are, has nothing to level.
-    const std::size_t end = endOfLinks(model, link, model.first[object + 1]);
+    state.dry[object] = !any;
     for (link = any ? link : end; link < end; ++link) {
       const std::uint32_t a = model.link0[link], b = model.link1[link];
       if (state.film[a] == state.film[b]) continue;

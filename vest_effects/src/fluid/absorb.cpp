@@ -145,52 +145,6 @@ void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData&
   }
 }
 
-void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchData& s) {
-  Pools& w = state.pools;
-  const float cell = static_cast<float>(model.parameters.pool_cell), inverse = 1.0f / cell,
-              x0 = static_cast<float>(model.parameters.low[0]),
-              y0 = static_cast<float>(model.parameters.low[1]);
-  auto& bed = s.old_surface;  // scratch of the same size
-  std::fill(bed.begin(), bed.end(), kNoBed);
-  std::size_t id = 0;
-  for (std::size_t k = 0; k < inputs.surface_count; ++k) {
-    const Surface& surface = inputs.surfaces[k];
-    for (std::size_t t = 0; t < surface.triangle_count; ++t) {
-      if (surface.alive && !surface.alive[t]) continue;
-      const auto& n = surface.triangles[t];
-      if (std::max({n[0], n[1], n[2]}) >= surface.knot_count) continue;
-      const float *a = surface.positions + 3 * n[0], *b = surface.positions + 3 * n[1],
-                  *c = surface.positions + 3 * n[2];
-      const float twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-      if (!(twice > 1e-10f)) continue;  // faces down or stands upright
-      const int c0 = std::max(0, CellGrid::floorInt((std::min({a[0], b[0], c[0]}) - x0) * inverse - 0.5f)),
-                c1 = std::min(model.columns - 1,
-                              CellGrid::floorInt((std::max({a[0], b[0], c[0]}) - x0) * inverse - 0.5f) + 1),
-                r0 = std::max(0, CellGrid::floorInt((std::min({a[1], b[1], c[1]}) - y0) * inverse - 0.5f)),
-                r1 = std::min(model.rows - 1,
-                              CellGrid::floorInt((std::max({a[1], b[1], c[1]}) - y0) * inverse - 0.5f) + 1);
-      for (int r = r0; r <= r1; ++r) {
-        for (int col = c0; col <= c1; ++col) {
-          const float px = x0 + (static_cast<float>(col) + 0.5f) * cell,
-                      py = y0 + (static_cast<float>(r) + 0.5f) * cell;
-          const float wa = (b[0] - px) * (c[1] - py) - (b[1] - py) * (c[0] - px);
-          const float wb = (c[0] - px) * (a[1] - py) - (c[1] - py) * (a[0] - px);
-          const float wc = (a[0] - px) * (b[1] - py) - (a[1] - py) * (b[0] - px);
-          const float slack = -1e-4f * twice;
-          if (wa < slack || wb < slack || wc < slack) continue;
-          const float z = (wa * a[2] + wb * b[2] + wc * c[2]) / (wa + wb + wc);
-          const std::size_t i = static_cast<std::size_t>(r) * model.columns + col;
-          if (z > bed[i]) bed[i] = z, w.bed_triangle[i] = static_cast<std::int32_t>(id + t);
-        }
-      }
-    }
-    id += model.surfaces[k].triangles;
-  }
-  // Where tissue went away from under a pool the old bed holds.
-  for (std::size_t i = 0; i < bed.size(); ++i)
-    if (bed[i] > kNoBed) w.bed[i] = bed[i];
-}
-
 void stepBubbles(const Model& model, const Inputs& inputs, State& state) {
   Bubbles& b = state.bubbles;
   const Pools& w = state.pools;

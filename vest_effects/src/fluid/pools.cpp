@@ -8,6 +8,19 @@ namespace {
 constexpr float kFlood =
     0.05f;  ///< m: deeper than any pool of a patient; shallower ones are not looked at for an overflow
 constexpr float kThinnest = 5e-5f;  ///< m: as the film of pools_body.inc that stays where it is
+
+/// Greatest of a row, or 0. Eight at a time: the row is looked at in every step.
+float greatest(const float* line, int count) {
+  float lanes[8] = {};
+  int c = 0;
+  for (; c + 8 <= count; c += 8)
+    for (int n = 0; n < 8; ++n) lanes[n] = line[c + n] > lanes[n] ? line[c + n] : lanes[n];
+  for (; c < count; ++c) lanes[0] = line[c] > lanes[0] ? line[c] : lanes[0];
+  float most = 0;
+  for (const float lane : lanes) most = lane > most ? lane : most;
+  return most;
+}
+
 }  // namespace
 
 void stepPools(const Model& model, double gravity, double dt, State& state, Scratch& scratch) {
@@ -20,11 +33,14 @@ void stepPools(const Model& model, double gravity, double dt, State& state, Scra
   float deepest = 0;
   for (int r = 0; r < rows; ++r) {
     const float* const line = w.depth.data() + static_cast<std::size_t>(r) * cells;
-    for (int c = 0; c < columns; ++c) {
-      if (!(line[c] > 0)) continue;
-      r0 = std::min(r0, r), r1 = r, c0 = std::min(c0, c), c1 = std::max(c1, c);
-      deepest = std::max(deepest, line[c]);
-    }
+    const float most = greatest(line, columns);
+    if (!(most > 0)) continue;
+    deepest = std::max(deepest, most);
+    r0 = std::min(r0, r), r1 = r;
+    int first = 0, last = columns - 1;
+    while (!(line[first] > 0)) ++first;
+    while (!(line[last] > 0)) --last;
+    c0 = std::min(c0, first), c1 = std::max(c1, last);
   }
   s.wet_r0 = 0, s.wet_r1 = -1;
   if (r1 < 0) {

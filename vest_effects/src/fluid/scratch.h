@@ -182,6 +182,13 @@ struct ScratchData {
   std::vector<std::uint32_t> triangle_offset;  ///< of each surface among all triangles
   // Pools.
   std::vector<float> face_u, face_v, share, old_surface, new_u, new_v, low_u, high_u, low_v, high_v;
+  std::vector<float> floor;                  ///< m: highest upward face of rigid surfaces, per cell, or kNoBed
+  std::vector<std::int32_t> floor_triangle;  ///< its index among all triangles
+  bool has_floor = false;
+  std::vector<std::int32_t> around, open, wave;  ///< cells: see reachUnder()
+  std::vector<std::array<double, 4>> knot_load;  ///< N and N·s/m, per knot of one surface
+  std::vector<std::uint8_t> is_loaded;
+  std::vector<std::uint32_t> loaded;  ///< knots of one surface
   int wet_r0 = 0, wet_r1 = -1, wet_c0 = 0, wet_c1 = -1;  ///< rectangle that holds all water, ends included
 };
 
@@ -237,6 +244,8 @@ void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData&
 /// eight cells.
 void drown(const Model& model, State& state, std::size_t particle);
 void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
+/// How the pools weigh on the knots, where they stand now.
+void weighPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s, Report& report);
 void stepBubbles(const Model& model, const Inputs& inputs, State& state);
 void hitWindow(const Model& model, const Inputs& inputs, const State& state, Report& report);
 /// Takes away what has no volume left, keeping the order.

@@ -139,6 +139,14 @@ Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
   for (auto* a : {&s.face_u, &s.face_v, &s.share, &s.old_surface, &s.new_u, &s.new_v, &s.low_u, &s.high_u,
                   &s.low_v, &s.high_v})
     a->assign((c + 1) * (r + 1), 0);
+  s.floor.assign(c * r, kNoBed);
+  for (auto* a : {&s.floor_triangle, &s.around}) a->assign(c * r, -1);
+  s.open.reserve(c * r), s.wave.reserve(c * r);
+  std::size_t most = 0;
+  for (const SurfaceSize& size : model.surfaces) most = std::max(most, size.knots);
+  s.knot_load.assign(most, {0, 0, 0, 0});
+  s.is_loaded.assign(most, 0);
+  s.loaded.reserve(most);
 }
 Scratch::~Scratch() {
   delete data_;
@@ -155,6 +163,7 @@ void step(const Model& model, const Inputs& inputs, State& state, Scratch& scrat
   ScratchData& s = scratch.data();
   report.impacts.clear();
   report.shears.clear();
+  report.loads.clear();
   report.lens_count = 0;
   report.sucked = 0;
   report.most_neighbours = 0;
@@ -164,12 +173,16 @@ void step(const Model& model, const Inputs& inputs, State& state, Scratch& scrat
   if (report.impacts.capacity() < model.triangles) {  // first call only
     report.impacts.reserve(model.triangles);
     report.shears.reserve(model.triangles);
+    report.loads.reserve(model.first_knot.back());
   }
   Particles& q = state.particles;
   const auto dt = static_cast<float>(inputs.dt);
   state.degraded = false;
 
-  if (inputs.renew_bed) renewBed(model, inputs, state, s);
+  if (inputs.renew_bed) {
+    renewBed(model, inputs, state, s);
+    weighPools(model, inputs, state, s, report);
+  }
   suck(model, inputs, state, s, report);
   compact(state);
   emit(model, inputs, state, s);

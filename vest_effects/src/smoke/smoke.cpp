@@ -124,6 +124,33 @@ void force(const Model& m, const Inputs& in, const Grid& g, State& s) {
   }
 }
 
+/// One row of a red-black relaxation: the cells of this colour, whose first is `first`. All cells are reckoned and
+/// those of the other colour kept as they are, which is done eight at a time. Neighbours that a cell at a wall
+/// lacks count as itself: nothing flows through walls.
+void relaxRow(const Grid& g, int j, int k, int first, const std::vector<float>& divergence,
+              std::vector<float>& pressure, Scratch& scratch) {
+  const auto nx = static_cast<std::size_t>(g.nx);
+  const std::size_t row = g.at(0, j, k), sheet = nx * static_cast<std::size_t>(g.ny);
+  float* const old = scratch.in.data();
+  std::copy_n(pressure.data() + row, nx, old + 1);
+  old[0] = old[1], old[nx + 1] = old[nx];
+  const float* const p = pressure.data() + row;
+  const auto relax = [nx](float* __restrict now, const float* __restrict own, const float* __restrict south,
+                          const float* __restrict north, const float* __restrict below,
+                          const float* __restrict above, const float* __restrict rest,
+                          const std::uint32_t* __restrict colour) {
+    for (std::size_t i = 0; i < nx; ++i) {
+      const float here = own[i + 1];
+      const float around = own[i] + own[i + 2] + south[i] + north[i] + below[i] + above[i];
+      const float relaxed = here + (1.6f / 6.0f) * (around - 6.0f * here - rest[i]);
+      now[i] = colour[i] != 0 ? relaxed : here;
+    }
+  };
+  relax(pressure.data() + row, old, j > 0 ? p - nx : old + 1, j + 1 < g.ny ? p + nx : old + 1,
+        k > 0 ? p - sheet : old + 1, k + 1 < g.nz ? p + sheet : old + 1, divergence.data() + row,
+        scratch.colour.data() + first);
+}
+
 /// Makes the flow free of sources, but for the suction's sinks and the gas that flows in for them everywhere.
 void project(const Inputs& in, const Grid& g, State& s, Scratch& scratch) {
   double sink = 0;
@@ -152,84 +179,68 @@ void project(const Inputs& in, const Grid& g, State& s, Scratch& scratch) {
       for (int i = 0; i < g.nx; ++i) rest[g.at(i, j, k)] = divergence(i, j, k) - inflow;
   for (int q = 0; q < count; ++q)
     rest[place[static_cast<std::size_t>(q)]] += strength[static_cast<std::size_t>(q)];
-  // Neighbours that a cell at a wall lacks count as itself: nothing flows through walls.
-  const std::size_t line = static_cast<std::size_t>(g.nx), sheet = line * static_cast<std::size_t>(g.ny);
-  for (int pass = 0; pass < 2 * kRelaxations; ++pass) {
-    for (int k = 0; k < g.nz; ++k) {
-      for (int j = 0; j < g.ny; ++j) {
-        const std::size_t row = g.at(0, j, k);
-        const std::size_t south = j > 0 ? line : 0, north = j + 1 < g.ny ? line : 0,
-                          below = k > 0 ? sheet : 0, above = k + 1 < g.nz ? sheet : 0;
-        for (int i = (j + k + pass) & 1; i < g.nx; i += 2) {
-          const std::size_t c = row + static_cast<std::size_t>(i);
-          const float own = s.pressure[c];
-          const float west = i > 0 ? s.pressure[c - 1] : own, east = i + 1 < g.nx ? s.pressure[c + 1] : own;
-          const float around = west + east + s.pressure[c - south] + s.pressure[c + north] +
-                               s.pressure[c - below] + s.pressure[c + above];
-          s.pressure[c] = own + (1.6f / 6.0f) * (around - 6.0f * own - rest[c]);
-        }
-      }
-    }
-  }
+  for (int pass = 0; pass < 2 * kRelaxations; ++pass)
+    for (int k = 0; k < g.nz; ++k)
+      for (int j = 0; j < g.ny; ++j) relaxRow(g, j, k, (j + k + pass) & 1, rest, s.pressure, scratch);
+  const auto nx = static_cast<std::size_t>(g.nx);
   for (int k = 0; k < g.nz; ++k) {
     for (int j = 0; j < g.ny; ++j) {
-      for (int i = 0; i < g.nx; ++i) {
-        const std::size_t c = g.at(i, j, k);
-        if (i > 0) s.u[g.uAt(i, j, k)] -= s.pressure[c] - s.pressure[c - 1];
-        if (j > 0) s.v[g.vAt(i, j, k)] -= s.pressure[c] - s.pressure[g.at(i, j - 1, k)];
-        if (k > 0) s.w[c] -= s.pressure[c] - s.pressure[g.at(i, j, k - 1)];
-      }
+      const float* const p = s.pressure.data() + g.at(0, j, k);
+      const auto subtract = [&](float* __restrict from, const float* at, const float* before, std::size_t count) {
+        for (std::size_t i = 0; i < count; ++i) from[i] -= at[i] - before[i];
+      };
+      subtract(s.u.data() + g.uAt(1, j, k), p + 1, p, nx - 1);
+      if (j > 0) subtract(s.v.data() + g.vAt(0, j, k), p, s.pressure.data() + g.at(0, j - 1, k), nx);
+      if (k > 0) subtract(s.w.data() + g.wAt(0, j, k), p, s.pressure.data() + g.at(0, j, k - 1), nx);
     }
   }
   // What was subtracted is no longer there: the next step begins with a part of it, for what is steady.
   for (float& p : s.pressure) p *= 0.25f;
 }
 
-void transport(const Grid& g, float dt, State& s) {
+/// What flows through `count` faces: of the density upwind, with at most `limit`.
+void fluxes(std::size_t count, float limit, float ratio, const float* __restrict velocity,
+            const float* __restrict from, const float* __restrict to, float* __restrict out) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const float u = velocity[i], behind = from[i], ahead = to[i];
+    const float over = u < -limit ? -limit : u, v = limit < over ? limit : over;
+    out[i] = ratio * v * (v > 0 ? behind : ahead);
+  }
+}
+void exchange(std::size_t count, const float* __restrict in, const float* __restrict out, float* __restrict rho) {
+  for (std::size_t i = 0; i < count; ++i) rho[i] = rho[i] + in[i] - out[i];
+}
+
+/// One direction after another, in place: each keeps the sum and the sign. Rows and sheets at once: each cell's
+/// numbers stand for themselves.
+void transport(const Grid& g, float dt, State& s, Scratch& scratch) {
   // No face carries more than a sixth of a cell: the donor never runs dry.
   const float limit = 0.16f * g.cell / dt, ratio = dt / g.cell;
-  std::vector<float>& rho = s.density;
-  const auto flux = [&](float velocity, float from, float to) {
-    const float v = std::clamp(velocity, -limit, limit);
-    return ratio * v * (v > 0 ? from : to);
+  const auto nx = static_cast<std::size_t>(g.nx), sheet = nx * static_cast<std::size_t>(g.ny);
+  std::vector<float>&in = scratch.in, &out = scratch.out;
+  const auto along = [&](std::size_t steps, std::size_t count, const float* velocity, float* rho) {
+    std::fill_n(in.begin(), count, 0.0f);
+    for (std::size_t k = 0; k < steps; ++k, rho += count) {
+      velocity += count;  // of the faces behind these cells
+      if (k + 1 < steps)
+        fluxes(count, limit, ratio, velocity, rho, rho + count, out.data());
+      else
+        std::fill_n(out.begin(), count, 0.0f);
+      exchange(count, in.data(), out.data(), rho);
+      in.swap(out);
+    }
   };
-  // One direction after another, in place: each keeps the sum and the sign.
-  for (int k = 0; k < g.nz; ++k)
+  for (int k = 0; k < g.nz; ++k) {
     for (int j = 0; j < g.ny; ++j) {
-      float before = 0;
-      float old = rho[g.at(0, j, k)];
-      for (int i = 0; i < g.nx; ++i) {
-        const std::size_t c = g.at(i, j, k);
-        const float here = old;
-        const float next = i + 1 < g.nx ? rho[c + 1] : 0.0f;
-        const float out = i + 1 < g.nx ? flux(s.u[g.uAt(i + 1, j, k)], here, next) : 0.0f;
-        rho[c] = here + before - out;
-        before = out;
-        old = next;
-      }
+      float* const rho = s.density.data() + g.at(0, j, k);
+      out[0] = out[nx] = 0.0f;
+      fluxes(nx - 1, limit, ratio, s.u.data() + g.uAt(1, j, k), rho, rho + 1, out.data() + 1);
+      exchange(nx, out.data(), out.data() + 1, rho);
     }
+  }
   for (int k = 0; k < g.nz; ++k)
-    for (int i = 0; i < g.nx; ++i) {
-      float before = 0, old = rho[g.at(i, 0, k)];
-      for (int j = 0; j < g.ny; ++j) {
-        const float here = old, next = j + 1 < g.ny ? rho[g.at(i, j + 1, k)] : 0.0f;
-        const float out = j + 1 < g.ny ? flux(s.v[g.vAt(i, j + 1, k)], here, next) : 0.0f;
-        rho[g.at(i, j, k)] = here + before - out;
-        before = out;
-        old = next;
-      }
-    }
-  for (int j = 0; j < g.ny; ++j)
-    for (int i = 0; i < g.nx; ++i) {
-      float before = 0, old = rho[g.at(i, j, 0)];
-      for (int k = 0; k < g.nz; ++k) {
-        const float here = old, next = k + 1 < g.nz ? rho[g.at(i, j, k + 1)] : 0.0f;
-        const float out = k + 1 < g.nz ? flux(s.w[g.wAt(i, j, k + 1)], here, next) : 0.0f;
-        rho[g.at(i, j, k)] = here + before - out;
-        before = out;
-        old = next;
-      }
-    }
+    along(static_cast<std::size_t>(g.ny), nx, s.v.data() + g.vAt(0, 0, k), s.density.data() + g.at(0, 0, k));
+  along(static_cast<std::size_t>(g.nz), sheet, s.w.data(), s.density.data());
 }
 
 void movePuffs(const Inputs& in, const Grid& g, State& s) {
@@ -351,7 +362,7 @@ Status step(const Model& model, const Inputs& in, State& s, Scratch& scratch) {
   }
   force(model, in, g, s);
   project(in, g, s, scratch);
-  for (int k = 0; k < kTransports; ++k) transport(g, static_cast<float>(in.dt) / kTransports, s);
+  for (int k = 0; k < kTransports; ++k) transport(g, static_cast<float>(in.dt) / kTransports, s, scratch);
   for (int q = 0; q < in.suction_count; ++q) {
     int i, j, k;
     const auto& tip = in.suctions[q];

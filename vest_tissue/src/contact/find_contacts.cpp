@@ -65,7 +65,7 @@ bool boxTouches(const ObjectScratch& o, const Vector3d& a, const Vector3d& b, do
 /// once.
 std::uint64_t featureKey(const std::array<std::uint32_t, 3>& k, const std::array<double, 3>& w,
                          std::size_t triangle) {
-  std::uint32_t on[3];
+  std::uint32_t on[3] = {};
   int n = 0;
   for (int i = 0; i < 3; ++i)
     if (w[i] > 1e-6) on[n++] = k[i];

@@ -115,6 +115,18 @@ void toMsg(const scene::StepFrame& frame, const Description& description, vest_m
     std::copy(in.impacts[i].weights.begin(), in.impacts[i].weights.end(), msg.impacts[i].barycentric.begin());
     msg.impacts[i].momentum = vectorMsg(in.impacts[i].momentum);
   }
+  msg.loads.clear();
+  for (std::size_t i = 0; i < in.loads.size(); ++i) {
+    const scene::KnotLoad& l = in.loads[i];
+    if (i == 0 || l.object != in.loads[i - 1].object) {
+      msg.loads.emplace_back();
+      msg.loads.back().object = objectWord(l.object, description);
+    }
+    msg.loads.back().knots.push_back(l.knot);
+    msg.loads.back().forces.insert(msg.loads.back().forces.end(), l.force.begin(), l.force.end());
+    msg.loads.back().damping.push_back(l.damping);
+  }
+  msg.load_over = in.load_over;
   msg.dilatations.resize(in.dilatations.size());
   for (std::size_t i = 0; i < in.dilatations.size(); ++i) {
     msg.dilatations[i].vessel_segment.assign(in.dilatations[i].vessel_segment.view());
@@ -148,20 +160,37 @@ void fromMsg(const vest_msgs::StepInput& msg, const Description& description, sc
   in.edits.clear();
   for (const auto& e : msg.edits) in.edits.push_back({e.object, e.parameter, e.value});
   in.impacts.clear();
-  for (const auto& m : msg.impacts) {
+  const auto indexOf = [&](const char* field, const std::string& name) {
     const auto object = std::find_if(description.objects.begin(), description.objects.end(),
-                                     [&](const scene::Object& o) { return o.name == m.object; });
+                                     [&](const scene::Object& o) { return o.name == name; });
     if (object == description.objects.end()) {
-      throw std::invalid_argument("step " + std::to_string(msg.step) + ": impacts name the object '" +
-                                  m.object + "', which the scene does not have");
+      throw std::invalid_argument("step " + std::to_string(msg.step) + ": " + field + " name the object '" +
+                                  name + "', which the scene does not have");
     }
+    return static_cast<std::uint16_t>(object - description.objects.begin());
+  };
+  for (const auto& m : msg.impacts) {
     scene::ImpactInput impact;
-    impact.object = static_cast<std::uint16_t>(object - description.objects.begin());
+    impact.object = indexOf("impacts", m.object);
     impact.triangle = m.element;
     std::copy(m.barycentric.begin(), m.barycentric.end(), impact.weights.begin());
     impact.momentum = {m.momentum.x, m.momentum.y, m.momentum.z};
     in.impacts.push_back(impact);
   }
+  in.loads.clear();
+  for (const auto& m : msg.loads) {
+    const std::uint16_t object = indexOf("loads", m.object);
+    if (m.forces.size() != 3 * m.knots.size() || m.damping.size() != m.knots.size()) {
+      throw std::invalid_argument("step " + std::to_string(msg.step) + ": loads of " + m.object + " have " +
+                                  std::to_string(m.forces.size()) + " forces and " +
+                                  std::to_string(m.damping.size()) + " dampings (allowed: three and one for each of " +
+                                  std::to_string(m.knots.size()) + " knots)");
+    }
+    for (std::size_t i = 0; i < m.knots.size(); ++i)
+      in.loads.push_back(
+          {object, m.knots[i], {m.forces[3 * i], m.forces[3 * i + 1], m.forces[3 * i + 2]}, m.damping[i]});
+  }
+  in.load_over = msg.load_over;
   in.dilatations.clear();
   for (const auto& d : msg.dilatations) in.dilatations.push_back({d.vessel_segment, d.dilatation});
   in.requests.clear();

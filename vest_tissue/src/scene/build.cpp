@@ -184,6 +184,10 @@ void fillState(const Object& o, ObjectState& s) {
   s.triangle_alive.assign(s.triangles.size(), 1);
   s.limit_strain = static_cast<float>(o.law.max_strain);
   s.depth.assign(s.block.knotCapacity(), 0.0f);
+  if (rigid) return;
+  s.load.now.assign(s.block.knotCapacity(), {});
+  s.load.told = s.load.now;
+  s.load.own.assign(s.block.knotCapacity(), 0.0f);
 }
 
 /// Columns of tissue under the knots, and what the links conduct.

@@ -93,7 +93,6 @@ bool openFaces(Job& j, const BladeSweep* sweeps, int count) {
 /// The block follows: copies, masses, what is held.
 void copyKnots(Job& j) {
   Block& b = j.s.block;
-  const auto& t = j.s.tissue;
   for (const fem::Doubling& d : j.o.doublings) {
     std::uint32_t copy;
     if (!b.addKnot(copy)) return;  // the state's room is the block's
@@ -101,6 +100,7 @@ void copyKnots(Job& j) {
       b.row(r)[copy] = b.row(r)[d.original];
     j.s.fixed.push_back(j.s.fixed[d.original]);
     j.s.depth[copy] = j.s.depth[d.original];
+    j.s.load.divide(d.original, copy, 0.5f);
     interaction::copyColumn(j.s.heat, d.original, copy);
     j.s.topology.doubled_knots.push_back(d.original);
     j.delta.doubled_knots.push_back(d.original);

@@ -251,6 +251,8 @@ void Runner::stepOnce(std::int64_t now) {
   input.edits.clear();
   input.edits.swap(pending_edits_);
   input.impacts.clear();
+  input.loads.clear();
+  input.load_over = 0.0;
   input.dilatations.clear();
   input.requests = pending_requests_;
   pending_requests_.clear();

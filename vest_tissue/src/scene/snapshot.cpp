@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "state_bytes.h"
@@ -128,6 +129,13 @@ void checkIndices(const WorldState& s) {
     };
     for (const auto& t : o.triangles)
       for (const auto k : t) knot(k);
+    for (const auto* load : {&o.load.now, &o.load.told})
+      for (const HeldLoad::Of& of : *load)
+        for (std::size_t i = 0; i < of.size(); ++i)
+          if (!(of[i] >= (i < 3 ? -kGreatestLoad : 0.0f) && of[i] <= (i < 3 ? kGreatestLoad : kGreatestLoadDamping)))
+            refuse("a load of " + std::to_string(of[i]) + (i < 3 ? " N" : " N·s/m") + " on a knot");
+    if (!(o.load.left >= 0.0 && o.load.left <= kLongestLoad))
+      refuse("a load that comes within " + std::to_string(o.load.left) + " s");
     for (const auto& b : o.elements.bending) knot(b.a), knot(b.b), knot(b.c);
     for (const auto& h : o.elements.hinges) knot(h.edge0), knot(h.edge1), knot(h.wing0), knot(h.wing1);
     for (const auto& p : o.elements.plastic) knot(p.a), knot(p.b);

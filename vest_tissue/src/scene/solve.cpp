@@ -63,7 +63,22 @@ void addPressure(Context& c, std::size_t object, bool renew, double interval) {
   }
 }
 
-/// Forces that are held over the batch: gravity, and the slower elements where the knots will be in its
+/// Loads from outside. Their damping is part of the knots' decay (loads.cpp); finite elements, which have none,
+/// get as much of it as a force that is held may take, half of the momentum (ours).
+void addLoad(ObjectState& s, double h) {
+  Block& b = s.block;
+  const bool drags = !s.tissue.x.empty() && s.tissue.dynamic;
+  const float* const mass = b.row(Block::kMass);
+  const float most = static_cast<float>(0.5 / h);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float* const v = b.row(static_cast<Block::KnotRow>(Block::VX + axis));
+    float* const f = b.row(static_cast<Block::KnotRow>(Block::HX + axis));
+    for (std::size_t i = 0; i < b.knots(); ++i) f[i] += s.load.now[i][axis];
+    for (std::size_t i = 0; drags && i < b.knots(); ++i) f[i] -= std::min(s.load.now[i][3], most * mass[i]) * v[i];
+  }
+}
+
+/// Forces that are held over the batch: gravity, loads from outside, and the slower elements where the knots will be in its
 /// middle. With that prediction the held force neither feeds nor damps (docs/decisions/0121-…).
 void hold(Context& c, std::size_t object, double h, int batch) {
   ObjectState& s = c.state.objects[object];
@@ -87,6 +102,7 @@ void hold(Context& c, std::size_t object, double h, int batch) {
     const float* const own = active.data() + static_cast<std::size_t>(axis) * (active.size() / 3);
     for (std::size_t i = 0; i < knots; ++i) f[i] += own[i];
   }
+  if (s.load.any) addLoad(s, h);
   if (c.model.objects[object].implicit) return;  // its elements are part of the step
   net::addElements(s.elements, elementArrays(b), c.level);
   if (s.elements.volumes.size() == 1) {

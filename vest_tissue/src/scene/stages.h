@@ -31,6 +31,8 @@ struct Context {
 /// Stages in the order in which a step runs them.
 bool checkInput(const StepInput& input);                      ///< finite numbers, dt in range
 void predict(Context& c);                                     ///< edits, impacts, proxies, sub-steps
+void takeLoads(Context& c);                                   ///< steady forces from outside
+void accountLoads(Context& c);                                ///< their work in this step
 void contract(Context& c);                                    ///< forces of organs that move
 void collide(Context& c);                                     ///< boxes, tools, cavity, organs
 void interact(Context& c);                                    ///< jaws: grasp, hold, slip, release

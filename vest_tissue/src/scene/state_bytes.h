@@ -77,6 +77,12 @@ struct StateWalker {
     archive.repack(s);
     value(s.sub_steps), value(s.limit_strain), value(s.bound_strain), value(s.elastic_scale),
         value(s.damping_scale), flag(s.degraded);
+    if (!s.load.now.empty()) flag(s.load.any);
+    if (s.load.any) {
+      value(s.load.left), values(s.load.own.data(), knots);
+      for (auto* load : {&s.load.now, &s.load.told})
+        for (std::size_t k = 0; k < knots; ++k) values((*load)[k].data(), (*load)[k].size());
+    }
     heat(s.heat, knots);
     list(s.cut.crossings, [&](interaction::CutCrossing& x) {
       value(x.triangle), value(x.edge), value(x.place), value(x.knot);

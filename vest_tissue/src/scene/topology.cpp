@@ -63,6 +63,7 @@ bool doubleKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, std
     b.row(Block::kInverseMass)[i] = held ? 0.0f : 1.0f / b.row(Block::kMass)[i];
   s.fixed.push_back(s.fixed[knot]);
   s.depth[copy] = s.depth[knot];
+  s.load.divide(knot, copy, 1.0f - kept);
   interaction::copyColumn(s.heat, knot, copy);
   s.topology.doubled_knots.push_back(knot);
   if (!s.cut.inward.empty()) s.cut.inward[copy] = s.cut.inward[knot];

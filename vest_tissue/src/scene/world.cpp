@@ -40,6 +40,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   keepBackup(c);
   w.time(report, 0, [&] {
     predict(c);
+    takeLoads(c);
     contract(c);
   });
   w.time(report, 1, [&] { collide(c); });
@@ -55,6 +56,7 @@ Status World::step(const StepInput& input, StepReport& report) {
     restoreBackup(c);
     return w.fault(c, faulty);
   }
+  if (c.account) accountLoads(c);
   w.time(report, 2, [&] { cut(c); });
   w.time(report, 1, [&] { measureWays(c); });
   w.time(report, 5, [&] {

@@ -58,6 +58,8 @@ TEST(Conversions, AStepInputComesBackBitForBit) {
   impact.weights = {0.25, 0.5, 0.25};
   impact.momentum = {1e-6, 2e-6, -3e-6};
   frame.input.impacts.push_back(impact);
+  frame.input.loads = {{0, 3, {1e-7f, 0, -1.0f / 3}, 1e-3f}, {0, 9, {0, 0, -2}, 0}, {1, 4, {5, 6, 7}, 8}};
+  frame.input.load_over = 0.048;
   frame.input.requests.push_back({scene::TopologyRequest::Kind::SplitKnot, 1, 12, {1.0 / 3, -2e-7, 0.0}});
   frame.input.dilatations.push_back({"uterine_left", 1.0625});
   vest_msgs::StepInput msg;
@@ -84,6 +86,15 @@ TEST(Conversions, AStepInputComesBackBitForBit) {
   ASSERT_EQ(back.impacts.size(), 1U);
   EXPECT_EQ(back.impacts[0].object, 1);
   EXPECT_EQ(back.impacts[0].momentum, impact.momentum);
+  ASSERT_EQ(msg.loads.size(), 2U) << "one for each object";
+  ASSERT_EQ(back.loads.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(back.loads[i].object, frame.input.loads[i].object);
+    EXPECT_EQ(back.loads[i].knot, frame.input.loads[i].knot);
+    EXPECT_EQ(back.loads[i].force, frame.input.loads[i].force);
+    EXPECT_EQ(back.loads[i].damping, frame.input.loads[i].damping);
+  }
+  EXPECT_EQ(back.load_over, 0.048);
   ASSERT_EQ(back.dilatations.size(), 1U);
   EXPECT_EQ(back.dilatations[0].dilatation, 1.0625);
 }
@@ -101,6 +112,15 @@ TEST(Conversions, AStepInputThatNamesAnUnknownObjectOrToolIsRefusedByName) {
     EXPECT_NE(std::string(e.what()).find("spleen"), std::string::npos);
   }
   msg.impacts.clear();
+  msg.loads.resize(1);
+  msg.loads[0].object = "spleen";
+  EXPECT_THROW(fromMsg(msg, d, in), std::invalid_argument);
+  msg.loads[0].object = "first";
+  msg.loads[0].knots = {3, 4}, msg.loads[0].forces = {0, 0, 1, 0, 0}, msg.loads[0].damping = {0, 0};
+  EXPECT_THROW(fromMsg(msg, d, in), std::invalid_argument) << "three forces for each knot";
+  msg.loads[0].forces.push_back(0), msg.loads[0].damping.pop_back();
+  EXPECT_THROW(fromMsg(msg, d, in), std::invalid_argument) << "and one damping";
+  msg.loads.clear();
   msg.tools[1].tool = 99;
   EXPECT_THROW(fromMsg(msg, d, in), std::invalid_argument);
 }

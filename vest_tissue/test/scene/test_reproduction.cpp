@@ -46,6 +46,11 @@ scene::StepInput inputOf(int i) {
   in.tools[1].pivot = Vector3d(0.02, 0.048, 0.2);
   if (i == 100) in.edits.push_back({"tube_3", "damping_scale", 2.0});
   if (i == 120) in.impacts.push_back({2, 10, {0.3, 0.3, 0.4}, Vector3d(0, 0, -1e-5)});
+  if (i == 130 || i == 180) {
+    in.load_over = 0.048;
+    for (std::uint32_t k = 10; k < 60; ++k)
+      in.loads.push_back({static_cast<std::uint16_t>(i == 130 ? 4 : 5), k, {1e-5f, 0, -2e-5f}, 1e-4f});
+  }
   return in;
 }
 

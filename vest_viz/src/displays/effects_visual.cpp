@@ -24,11 +24,13 @@ constexpr std::size_t kMostDrops = 40000, kMostPuffs = 400;
 
 void setConstant(const Ogre::MaterialPtr& material, const char* name, const Ogre::Vector4& value,
                  bool vertex) {
-  Ogre::Pass* pass = material->getTechnique(0)->getPass(0);
-  if (!(vertex ? pass->hasVertexProgram() : pass->hasFragmentProgram())) return;
-  const auto parameters = vertex ? pass->getVertexProgramParameters() : pass->getFragmentProgramParameters();
-  parameters->setIgnoreMissingParams(true);
-  parameters->setNamedConstant(name, value);
+  for (Ogre::Pass* pass : material->getTechnique(0)->getPasses()) {
+    if (!(vertex ? pass->hasVertexProgram() : pass->hasFragmentProgram())) continue;
+    const auto parameters =
+        vertex ? pass->getVertexProgramParameters() : pass->getFragmentProgramParameters();
+    parameters->setIgnoreMissingParams(true);
+    parameters->setNamedConstant(name, value);
+  }
 }
 
 }  // namespace
@@ -174,8 +176,8 @@ void EffectsVisual::setFluid(const vest_msgs::FluidState& fluid, const Eigen::Ve
   while (pool_.size() < pools_.size()) {
     pool_.emplace_back();
     make(&pool_.back(), "vest_viz/Pool", Ogre::RENDER_QUEUE_MAIN + 15);
-    pool_.back().material->getTechnique(0)->getPass(0)->getTextureUnitState("micro")->setTexture(
-        microTexture());
+    for (Ogre::Pass* pass : pool_.back().material->getTechnique(0)->getPasses())
+      pass->getTextureUnitState("micro")->setTexture(microTexture());
   }
   for (std::size_t i = 0; i < pool_.size(); ++i) {
     Surface& s = pool_[i];

@@ -207,16 +207,19 @@ vest_msgs::FluidState fluidAt(const vest::scene::Description& scene, double t) {
   vest_msgs::FluidState m;
   m.header.frame_id = "world";
   m.header.stamp = ros::Time::now();
-  m.particle_radius = 0.0005f;
+  m.particle_radius = 0.0008f;
   Vector3d hole(0.02, 0.045, 0.07), out(0, -0.4, 0.9);
   placeOn(scene, "tube_right", {0.025, 0.045, 0.07}, &hole, &out);
   out = Vector3d(0.15, -0.45, 0.9).normalized();
   // A spurting jet by ballistics: speed follows the pulse at 72 per minute.
-  for (std::uint32_t i = 0; i < 700; ++i) {
-    const double age = 0.18 * hash(i), born = t - age;
+  // One particle after the other, as a vessel gives them (2 ml/s), and splashes where they land.
+  constexpr std::uint32_t kStream = 90, kSplashes = 40;
+  for (std::uint32_t i = 0; i < kStream + kSplashes; ++i) {
+    const bool splash = i >= kStream;
+    const double age = splash ? 0.15 + 0.03 * hash(i) : 0.18 * (i + 0.5) / kStream, born = t - age;
     const double pulse = 0.55 + 0.45 * std::max(0.0, std::sin(2 * kPi * 1.2 * born));
     const Vector3d side(hash(3 * i + 1) - 0.5, hash(3 * i + 2) - 0.5, hash(3 * i + 3) - 0.5);
-    const Vector3d v0 = pulse * 0.75 * out + 0.10 * side;
+    const Vector3d v0 = pulse * 0.75 * out + (splash ? 0.30 : 0.02) * side;
     const Vector3d p = hole + v0 * age + Vector3d(0, 0, -4.905 * age * age);
     const Vector3d v = v0 + Vector3d(0, 0, -9.81 * age);
     if (p.z() < 0.032) continue;
@@ -225,6 +228,7 @@ vest_msgs::FluidState fluidAt(const vest::scene::Description& scene, double t) {
       m.velocities.push_back(static_cast<float>(v[k]));
     }
     m.blood_fraction.push_back(255);
+    m.volume.push_back(static_cast<std::uint8_t>(splash ? 8 + 40 * hash(5 * i) : 255));
   }
   // A pool in front of the uterus, another one of diluted blood beside it.
   for (int which = 0; which < 2; ++which) {
@@ -243,6 +247,7 @@ vest_msgs::FluidState fluidAt(const vest::scene::Description& scene, double t) {
                                   ? static_cast<float>(0.0003 * std::sin(40 * d - 9 * t) * std::exp(-4 * d))
                                   : std::numeric_limits<float>::quiet_NaN());
         pool.velocity.push_back(0);
+        pool.depth.push_back(d < edge ? static_cast<std::uint8_t>(5 + 60 * (1 - d / edge)) : 0);
       }
     pool.blood_fraction = which == 0 ? 0.95f : 0.10f;
     pool.volume = 5e-6;

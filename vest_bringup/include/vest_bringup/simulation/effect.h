@@ -14,6 +14,8 @@ namespace vest::simulation {
 struct Feedback {
   // To the tissue: the next step consumes it (fixed lag: one step). Recorded with that step's input.
   std::vector<scene::ImpactInput> impacts;
+  std::vector<scene::KnotLoad> loads;  ///< with load_over, as scene::StepInput says
+  double load_over = 0;                ///< s
   std::vector<scene::DilatationInput> dilatations;
   // To the effects behind this one, in the same step.
   std::vector<bleeding::FluidSource> sources;

@@ -58,7 +58,7 @@ struct FieldFrame {
   std::shared_ptr<const fluid::Model> fluid_model;
   std::shared_ptr<const smoke::Model> smoke_model;
   std::shared_ptr<const std::vector<std::string>> objects;  ///< names, scene order
-  fluid::State fluid;                                       ///< without its knots
+  fluid::State fluid;                                       ///< without its knots and what of particles and pools no message tells
   std::vector<float> smoke;                                 ///< kg/m³, as drawn
   std::array<smoke::Puff, smoke::kMostPuffs> puffs{};
   std::uint32_t puff_count = 0;

@@ -52,7 +52,7 @@ class SurfaceEffect : public Effect {
     archive(state.injected), archive(state.depot), archive(state.washed), archive(state.washed_moment);
     archive(state.used), archive(state.seeped), archive(state.shed), archive(state.active), archive(scale);
   }
-  void follow(const scene::World& world);
+  void follow(const scene::World& world, const std::vector<scene::Event>& events);
   void take(const scene::Event& event);
   void useTools(const scene::StepInput& input, const scene::StepReport& report);
   void tellFrame(const scene::World& world);

@@ -65,6 +65,9 @@ struct SurfaceState {
   std::array<double, 3> washed_moment{};         ///< m⁴: the same times its place
   double seeped = 0, shed = 0;                   ///< m³ since the start
   std::uint8_t active = 0;                       ///< anything was ever cut: else a step costs nothing
+  /// Per object: nothing open, no film, no flow since. Follows from the rest, spares only looking: all 0 where the
+  /// rest was changed from outside.
+  std::vector<std::uint8_t> dry;
 };
 
 /// What tools do to surfaces in a step.

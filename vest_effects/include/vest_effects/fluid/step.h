@@ -16,7 +16,9 @@ struct Surface {
   const std::array<std::uint32_t, 3>* triangles = nullptr;  ///< knots
   std::size_t knot_count = 0, triangle_count = 0;           ///< at most those of the Model
   const std::uint8_t* alive = nullptr;                      ///< per triangle; null: all
-  bool still = false;  ///< knots and triangles are those of the last step: spares looking at them
+  bool rigid = false;   ///< never yields: what stands on it weighs on nothing that moves
+  bool closed = false;  ///< it has an inside; else it is a sheet, one side of which is told
+  bool still = false;   ///< knots and triangles are those of the last step: spares looking at them
 };
 
 /// A jet or an ooze: Q leaves with the mean speed Q/area (continuity, models.md section 9).
@@ -60,6 +62,14 @@ struct Impact {
   std::array<double, 3> momentum{};
 };
 
+/// Steady force of the pools on a knot.
+struct KnotLoad {
+  std::uint16_t surface = 0;
+  std::uint32_t knot = 0;
+  std::array<float, 3> force{};  ///< N, world
+  float damping = 0;             ///< N·s/m: what moves under h m of water sends waves off, rho √(g h) per area
+};
+
 /// What fluid drags along a triangle in this step, whatever its direction.
 struct Shear {
   std::uint16_t surface = 0;
@@ -80,7 +90,8 @@ struct Inputs {
   const Surface* surfaces = nullptr;
   std::size_t surface_count = 0;
   bool renew_bed =
-      true;  ///< look again where the tissue lies under the pools (costly: some 20 times a second)
+      true;  ///< look again where the tissue lies under the pools, and tell how they weigh on it
+             ///< (costly: some 20 times a second)
 };
 
 /// Instruction level of the loops over neighbours, "baseline" or "avx2"; VEST_KERNEL=baseline forces the
@@ -94,6 +105,10 @@ struct Report {
   Status status = Status::Ok;
   std::vector<Impact> impacts;  ///< at most one per triangle
   std::vector<Shear> shears;    ///< likewise
+  /// Hydrostatic pressure of the pools on what yields, by surface and knot; at Inputs::renew_bed, else empty.
+  /// What stands on a face weighs on it; what stands on rigid ground reaches under the tissue beside it, and
+  /// lifts what dips into it there.
+  std::vector<KnotLoad> loads;
   std::array<LensHit, kMostLensHits> lens{};
   int lens_count = 0;
   double sucked = 0;                        ///< m³ in this step

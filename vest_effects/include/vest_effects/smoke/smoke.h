@@ -80,8 +80,15 @@ struct Inputs {
 /// Sized once; nothing in it matters between steps.
 struct Scratch {
   explicit Scratch(const Model& model)
-      : divergence(static_cast<std::size_t>(model.nx) * model.ny * model.nz) {}
+      : divergence(static_cast<std::size_t>(model.nx) * model.ny * model.nz),
+        in(static_cast<std::size_t>(model.nx) * model.ny + 2),
+        out(in.size()),
+        colour(static_cast<std::size_t>(model.nx) + 1) {
+    for (std::size_t i = 0; i < colour.size(); i += 2) colour[i] = 1;
+  }
   std::vector<float> divergence;  ///< m/s per cell: what the projection has to take away
+  std::vector<float> in, out;  ///< of a row or sheet of cells: what flows through their faces, or a row's pressures
+  std::vector<std::uint32_t> colour;  ///< 1 0 1 0 …: cells that a pass of the relaxation takes
 };
 
 enum class Status : std::uint8_t { Ok = 0, BadInput = 1 };

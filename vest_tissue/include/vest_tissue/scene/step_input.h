@@ -38,6 +38,14 @@ struct ImpactInput {
   Eigen::Vector3d momentum = Eigen::Vector3d::Zero();  ///< N·s
 };
 
+/// A steady force on a knot, and the damping of its motion that comes with it.
+struct KnotLoad {
+  std::uint16_t object = 0;
+  std::uint32_t knot = 0;
+  std::array<float, 3> force{};  ///< N, world
+  float damping = 0;             ///< N·s/m
+};
+
 /// Feedback of the pulse: radius over reference radius per vessel segment.
 struct DilatationInput {
   VesselName vessel_segment;
@@ -63,6 +71,10 @@ struct StepInput {
   std::uint32_t pedals = 0;  ///< bit mask, six footswitches: coag, cut, irrigation, suction, tool, clutch
   std::vector<ParameterEdit> edits;
   std::vector<ImpactInput> impacts;
+  /// Steady forces, as the weight of pools. Where `load_over` > 0 they take the place of all that were told
+  /// before: what acts goes over to them linearly within that time (s), and then holds.
+  std::vector<KnotLoad> loads;
+  double load_over = 0.0;
   std::vector<DilatationInput> dilatations;
   std::vector<TopologyRequest> requests;
 };

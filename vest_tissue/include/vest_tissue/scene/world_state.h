@@ -16,6 +16,7 @@
 #include "vest_tissue/net/elements.h"
 #include "vest_tissue/net/link_kernel.h"
 #include "vest_tissue/scene/fem_surface.h"
+#include "vest_tissue/scene/held_load.h"
 #include "vest_tissue/scene/world.h"
 
 namespace vest::scene {
@@ -54,6 +55,7 @@ struct ObjectState {
   double elastic_scale = 1.0;  ///< parameter edits: youngs_modulus over the scene's
   double damping_scale = 1.0;
   bool degraded = false;
+  HeldLoad load;                ///< from outside, on top of gravity
   interaction::HeatState heat;  ///< temperature and damage per knot
   interaction::CutState cut;
   FemSurface fem_surface;   ///< finite elements

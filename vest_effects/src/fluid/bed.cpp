@@ -1,0 +1,236 @@
+#include <algorithm>
+#include <cmath>
+
+#include "scratch.h"
+
+namespace vest::fluid {
+namespace {
+
+constexpr float kStanding = 1e-3f;  ///< m: shallower water is a film, which does not reach under tissue (ours)
+constexpr float kGround = 1e-3f;    ///< m: as far as contacts let tissue into the ground (ours)
+constexpr float kSame = 1e-4f;      ///< m: nearer to the highest face is the highest face (ours)
+/// Horizontal over vertical part of a face's pressure: what stands steeper than 72° is hardly seen by cells of
+/// millimetres (ours).
+constexpr float kSteepest = 3.0f;
+
+/// A triangle from above, counter-clockwise there. `up`: its outside faces up.
+struct Seen {
+  const float *a, *b, *c;  ///< m
+  std::array<std::uint32_t, 3> knots;
+  float twice;  ///< m²: twice the area that it covers, > 0
+  bool up;
+};
+
+/// @return false where the triangle is gone or stands upright
+bool see(const Surface& surface, std::size_t t, Seen& seen) {
+  if (surface.alive && !surface.alive[t]) return false;
+  seen.knots = surface.triangles[t];
+  if (std::max({seen.knots[0], seen.knots[1], seen.knots[2]}) >= surface.knot_count) return false;
+  seen.a = surface.positions + 3 * seen.knots[0], seen.b = surface.positions + 3 * seen.knots[1],
+  seen.c = surface.positions + 3 * seen.knots[2];
+  seen.twice = (seen.b[0] - seen.a[0]) * (seen.c[1] - seen.a[1]) -
+               (seen.b[1] - seen.a[1]) * (seen.c[0] - seen.a[0]);
+  seen.up = seen.twice > 0;
+  if (!seen.up) {
+    std::swap(seen.b, seen.c), std::swap(seen.knots[1], seen.knots[2]);
+    seen.twice = -seen.twice;
+  }
+  return seen.twice > 1e-10f;
+}
+
+/// Whether a place on the edge p … q belongs to the triangle on its left: of two that share it, to one.
+inline bool ownsEdge(const float* p, const float* q) {
+  return q[1] > p[1] || (q[1] == p[1] && q[0] < p[0]);
+}
+
+/// What a triangle covers of a cell: its middle.
+struct Hit {
+  std::size_t cell;
+  float w[3], sum;  ///< weights of the corners times their sum
+  float z;          ///< m
+  bool own;         ///< of triangles side by side one alone has the place, also on their edges
+};
+
+/// Calls f(Hit) for each cell whose middle lies in the triangle, or next to its edge.
+template <class F>
+void eachCell(const Model& model, const Seen& t, F&& f) {
+  const float cell = static_cast<float>(model.parameters.pool_cell), inverse = 1.0f / cell,
+              x0 = static_cast<float>(model.parameters.low[0]),
+              y0 = static_cast<float>(model.parameters.low[1]);
+  const float *a = t.a, *b = t.b, *c = t.c;
+  const auto first = [&](float low, float from) {
+    return std::max(0, CellGrid::floorInt((low - from) * inverse - 0.5f));
+  };
+  const auto last = [&](float high, float from, int count) {
+    return std::min(count - 1, CellGrid::floorInt((high - from) * inverse - 0.5f) + 1);
+  };
+  const int c0 = first(std::min({a[0], b[0], c[0]}), x0),
+            c1 = last(std::max({a[0], b[0], c[0]}), x0, model.columns),
+            r0 = first(std::min({a[1], b[1], c[1]}), y0),
+            r1 = last(std::max({a[1], b[1], c[1]}), y0, model.rows);
+  const float slack = -1e-4f * t.twice;
+  for (int r = r0; r <= r1; ++r) {
+    for (int col = c0; col <= c1; ++col) {
+      const float px = x0 + (static_cast<float>(col) + 0.5f) * cell,
+                  py = y0 + (static_cast<float>(r) + 0.5f) * cell;
+      const float wa = (b[0] - px) * (c[1] - py) - (b[1] - py) * (c[0] - px);
+      const float wb = (c[0] - px) * (a[1] - py) - (c[1] - py) * (a[0] - px);
+      const float wc = (a[0] - px) * (b[1] - py) - (a[1] - py) * (b[0] - px);
+      if (wa < slack || wb < slack || wc < slack) continue;
+      const float sum = wa + wb + wc;
+      const bool own = (wa > 0 || (wa == 0 && ownsEdge(b, c))) && (wb > 0 || (wb == 0 && ownsEdge(c, a))) &&
+                       (wc > 0 || (wc == 0 && ownsEdge(a, b)));
+      f(Hit{static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) + static_cast<std::size_t>(col),
+            {wa, wb, wc},
+            sum,
+            (wa * a[2] + wb * b[2] + wc * c[2]) / sum,
+            own});
+    }
+  }
+}
+
+/// The highest upward face over each cell, of the surfaces that f chooses.
+template <class Choice>
+void highest(const Model& model, const Inputs& inputs, const ScratchData& s, std::vector<float>& bed,
+             std::vector<std::int32_t>& triangle, Choice&& chosen) {
+  for (std::size_t k = 0; k < inputs.surface_count; ++k) {
+    const Surface& surface = inputs.surfaces[k];
+    if (!chosen(surface)) continue;
+    for (std::size_t t = 0; t < surface.triangle_count; ++t) {
+      Seen seen;
+      if (!see(surface, t, seen) || !seen.up) continue;
+      const auto id = static_cast<std::int32_t>(s.triangle_offset[k] + t);
+      eachCell(model, seen, [&](const Hit& hit) {
+        if (hit.z > bed[hit.cell]) bed[hit.cell] = hit.z, triangle[hit.cell] = id;
+      });
+    }
+  }
+}
+
+/// Where water that stands on rigid ground reaches under tissue: to the lowest level beside it, as in
+/// communicating vessels. ScratchData::around: per cell the open cell that it comes from, or -1.
+void reachUnder(const Model& model, const Pools& w, ScratchData& s) {
+  std::fill(s.around.begin(), s.around.end(), -1);
+  s.open.clear();
+  for (std::size_t i = 0; i < w.depth.size(); ++i)
+    if (w.depth[i] >= kStanding && s.floor[i] > kNoBed && w.bed[i] <= s.floor[i])
+      s.open.push_back(static_cast<std::int32_t>(i));
+  const auto level = [&](std::int32_t i) {
+    return w.bed[static_cast<std::size_t>(i)] + w.depth[static_cast<std::size_t>(i)];
+  };
+  std::sort(s.open.begin(), s.open.end(), [&](std::int32_t a, std::int32_t b) {
+    return level(a) != level(b) ? level(a) < level(b) : a < b;
+  });
+  for (const std::int32_t from : s.open) {
+    const float top = level(from);
+    s.wave.clear();
+    s.wave.push_back(from);
+    for (std::size_t k = 0; k < s.wave.size(); ++k) {
+      const std::int32_t i = s.wave[k], c = i % model.columns, r = i / model.columns;
+      const std::int32_t beside[] = {c > 0 ? i - 1 : -1, c + 1 < model.columns ? i + 1 : -1,
+                                     r > 0 ? i - model.columns : -1,
+                                     r + 1 < model.rows ? i + model.columns : -1};
+      for (const std::int32_t j : beside) {
+        if (j < 0) continue;
+        const auto at = static_cast<std::size_t>(j);
+        if (s.around[at] >= 0 || !(s.floor[at] > kNoBed) || !(s.floor[at] < top) || !(w.bed[at] > s.floor[at]))
+          continue;
+        s.around[at] = from;
+        s.wave.push_back(j);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchData& s) {
+  Pools& w = state.pools;
+  // Rigid ground that lies still was looked at before.
+  bool still = s.has_floor;
+  for (std::size_t k = 0; k < inputs.surface_count; ++k)
+    still &= !inputs.surfaces[k].rigid || inputs.surfaces[k].still;
+  if (!still) {
+    std::fill(s.floor.begin(), s.floor.end(), kNoBed);
+    std::fill(s.floor_triangle.begin(), s.floor_triangle.end(), -1);
+    highest(model, inputs, s, s.floor, s.floor_triangle, [](const Surface& f) { return f.rigid; });
+    s.has_floor = true;
+  }
+  auto& bed = s.old_surface;  // scratch of the same size or larger
+  std::copy(s.floor.begin(), s.floor.end(), bed.begin());
+  std::copy(s.floor_triangle.begin(), s.floor_triangle.end(), w.bed_triangle.begin());
+  highest(model, inputs, s, bed, w.bed_triangle, [](const Surface& f) { return !f.rigid; });
+  // Where tissue went away from under a pool the old bed holds, and nothing bears what stands there.
+  for (std::size_t i = 0; i < w.bed.size(); ++i)
+    if (bed[i] > kNoBed) w.bed[i] = bed[i];
+}
+
+void weighPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s, Report& report) {
+  const Pools& w = state.pools;
+  const Parameters& par = model.parameters;
+  const double gravity = std::max(0.0, -inputs.gravity[2]), area = par.pool_cell * par.pool_cell;
+  const auto weight = [&](std::size_t i, float depth) {  // N: of so much of the liquid that stands in a cell
+    const double blood = w.depth[i] > 0 ? static_cast<double>(w.blood[i] / w.depth[i]) : 0.0;
+    return gravity * area * (par.density + (par.blood_density - par.density) * blood) *
+           static_cast<double>(depth);
+  };
+  const auto impedance = [&](float depth) {  // N·s/m of a cell
+    return par.density * area * std::sqrt(gravity * static_cast<double>(depth));
+  };
+  reachUnder(model, w, s);
+  for (std::size_t k = 0; k < inputs.surface_count; ++k) {
+    const Surface& surface = inputs.surfaces[k];
+    if (surface.rigid) continue;
+    s.loaded.clear();
+    for (std::size_t t = 0; t < surface.triangle_count; ++t) {
+      Seen seen;
+      if (!see(surface, t, seen)) continue;
+      const auto id = static_cast<std::int32_t>(s.triangle_offset[k] + t);
+      eachCell(model, seen, [&](const Hit& hit) {
+        const std::size_t i = hit.cell;
+        const std::int32_t from = s.around[i];
+        const auto source = static_cast<std::size_t>(std::max(0, from));
+        // What lies in the ground, as vessels in the wall, has no water about it.
+        const float buried = std::min(1.0f, std::max(0.0f, 1.0f + (hit.z - s.floor[i]) / kGround));
+        const float under = from < 0 ? 0.0f : buried * (w.bed[source] + w.depth[source] - hit.z);
+        double down = 0, drag = 0;
+        if (under > 0 && !surface.closed) return;  // a sheet with water on both sides
+        if (seen.up && w.bed_triangle[i] == id) {
+          down = weight(i, w.depth[i] > kDryDepth ? w.depth[i] : 0.0f);
+          drag = impedance(w.depth[i]);
+        } else if (under > 0 && hit.own && (!seen.up || hit.z < w.bed[i] - kSame)) {
+          down = seen.up ? weight(source, under) : -weight(source, under);
+          drag = impedance(under);
+        }
+        if (down == 0) return;
+        // Pressure acts along the normal: what is vertical of it is the weight of the column.
+        const float e0[3] = {seen.b[0] - seen.a[0], seen.b[1] - seen.a[1], seen.b[2] - seen.a[2]},
+                    e1[3] = {seen.c[0] - seen.a[0], seen.c[1] - seen.a[1], seen.c[2] - seen.a[2]};
+        float x = (e0[1] * e1[2] - e0[2] * e1[1]) / seen.twice,
+              y = (e0[2] * e1[0] - e0[0] * e1[2]) / seen.twice;
+        const float steep = std::sqrt(x * x + y * y);
+        if (steep > kSteepest) x *= kSteepest / steep, y *= kSteepest / steep;
+        const double force[4] = {-down * static_cast<double>(x), -down * static_cast<double>(y), -down, drag};
+        for (int corner = 0; corner < 3; ++corner) {
+          const std::uint32_t knot = seen.knots[static_cast<std::size_t>(corner)];
+          auto& to = s.knot_load[knot];
+          if (!s.is_loaded[knot]) s.is_loaded[knot] = 1, s.loaded.push_back(knot);
+          for (std::size_t axis = 0; axis < 4; ++axis)
+            to[axis] += static_cast<double>(hit.w[corner] / hit.sum) * force[axis];
+        }
+      });
+    }
+    std::sort(s.loaded.begin(), s.loaded.end());
+    for (const std::uint32_t knot : s.loaded) {
+      auto& from = s.knot_load[knot];
+      report.loads.push_back({static_cast<std::uint16_t>(k), knot,
+                              {static_cast<float>(from[0]), static_cast<float>(from[1]),
+                               static_cast<float>(from[2])},
+                              static_cast<float>(from[3])});
+      from = {0, 0, 0, 0};
+      s.is_loaded[knot] = 0;
+    }
+  }
+}
+
+}  // namespace vest::fluid

@@ -1,0 +1,173 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "boxes.h"
+
+// Protects the weight of pools on what yields: no gram more or less than stands there, pressure along the
+// normal, Archimedes' lift for what dips in, none for a sheet with water on both sides, nothing from tissue
+// that went away, the same bits for any threads.
+
+namespace vest::fluid::test {
+namespace {
+
+constexpr double kGravity = 9.81, kWater = 1000;  // m/s², kg/m³
+
+/// A bowl z = steepness·r², a sheet that faces up.
+Mesh bowl(double half, double steepness, int cells) {
+  Mesh m = plate(half, 0.0, cells);
+  for (std::size_t k = 0; k < m.positions.size(); k += 3)
+    m.positions[k + 2] = static_cast<float>(
+        steepness * (std::pow(m.positions[k], 2) + std::pow(m.positions[k + 1], 2)));
+  return m;
+}
+
+/// A closed block on or over the floor.
+Mesh block(double half, double low, double high, int cells) {
+  Mesh m;
+  const double s = 2 * half, h = high - low;
+  m.add({-half, -half, high}, {s, 0, 0}, {0, s, 0}, cells);
+  m.add({-half, -half, low}, {0, s, 0}, {s, 0, 0}, cells);
+  m.add({-half, -half, low}, {s, 0, 0}, {0, 0, h}, cells);
+  m.add({half, half, low}, {-s, 0, 0}, {0, 0, h}, cells);
+  m.add({half, -half, low}, {0, s, 0}, {0, 0, h}, cells);
+  m.add({-half, half, low}, {0, -s, 0}, {0, 0, h}, cells);
+  return m;
+}
+
+struct Pool : Fluid {
+  std::vector<std::array<bool, 2>> kind;  ///< per mesh: rigid, closed
+  Pool(std::vector<Mesh> meshes, std::vector<std::array<bool, 2>> of, int threads = 1)
+      : Fluid(Parameters{}, std::move(meshes), threads), kind(std::move(of)) {}
+
+  /// A step that looks at the ground and the weight.
+  void weigh() {
+    surfaces.clear();
+    for (std::size_t k = 0; k < meshes.size(); ++k) {
+      surfaces.push_back(meshes[k].surface());
+      surfaces.back().rigid = kind[k][0], surfaces.back().closed = kind[k][1];
+    }
+    inputs.surfaces = surfaces.data(), inputs.surface_count = surfaces.size();
+    inputs.renew_bed = true;
+    fluid::step(model, inputs, state, scratch, report);
+  }
+  std::array<double, 3> force(std::uint16_t surface) const {
+    std::array<double, 3> sum{};
+    for (const KnotLoad& l : report.loads)
+      if (l.surface == surface)
+        for (std::size_t a = 0; a < 3; ++a) sum[a] += static_cast<double>(l.force[a]);
+    return sum;
+  }
+  /// To a level (m) wherever the bed lies lower.
+  void fillTo(double level, double blood = 0) {
+    const double area = std::pow(model.parameters.pool_cell, 2);
+    for (int r = 0; r < model.rows; ++r) {
+      for (int c = 0; c < model.columns; ++c) {
+        const auto i = static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) +
+                       static_cast<std::size_t>(c);
+        const double top = static_cast<double>(state.pools.bed[i] + state.pools.depth[i]);
+        if (top > -1 && top < level) fillCell(model, state, c, r, (level - top) * area, blood);
+      }
+    }
+  }
+};
+
+TEST(Weight, WhatStandsInASoftBowlWeighsOnItGramForGram) {
+  Pool p({bowl(0.06, 5.0, 24)}, {{false, false}});
+  p.weigh();
+  EXPECT_TRUE(p.report.loads.empty()) << "dry";
+  p.fillTo(0.008);
+  p.weigh();
+  const double volume = poolVolume(p.model, p.state);
+  ASSERT_GT(volume, 1e-6);
+  const auto f = p.force(0);
+  EXPECT_NEAR(f[2], -kWater * kGravity * volume, 1e-5 * kWater * kGravity * volume);
+  EXPECT_NEAR(f[0], 0, 0.01 * std::fabs(f[2])) << "its walls hold each other; triangles of 5 mm, cells of 4 mm";
+  // On one half the walls push outwards by the pressure on their upright projection.
+  double outwards = 0, upright = 0;
+  for (const KnotLoad& l : p.report.loads)
+    if (p.meshes[0].positions[3 * l.knot] > 0) outwards += static_cast<double>(l.force[0]);
+  for (double y = -0.05; y < 0.05; y += 1e-4)
+    upright += 0.5 * kWater * kGravity * std::pow(std::max(0.0, 0.008 - 5 * y * y), 2) * 1e-4;
+  EXPECT_NEAR(outwards, upright, 0.05 * upright) << "cells of 4 mm";
+}
+
+TEST(Weight, BloodWeighsMore) {
+  Pool p({bowl(0.06, 5.0, 24)}, {{false, false}});
+  p.weigh();
+  p.fillTo(0.008, 1.0);
+  p.weigh();
+  const double weight = 1060 * kGravity * poolVolume(p.model, p.state);
+  EXPECT_NEAR(p.force(0)[2], -weight, 1e-5 * weight);
+}
+
+TEST(Weight, RigidGroundIsNotTold) {
+  Pool p({bowl(0.06, 5.0, 24)}, {{true, false}});
+  p.weigh();
+  p.fillTo(0.008);
+  p.weigh();
+  EXPECT_TRUE(p.report.loads.empty());
+}
+
+TEST(Weight, WhatDipsInIsLiftedByTheWaterItDisplaces) {
+  // 24 × 24 × 8 mm, 2 mm over the ground of a basin.
+  const double half = 0.012, low = 0.002, high = 0.010;
+  Pool p({openBox(-0.06, 0.06, -0.06, 0.06, 0.04, 12), block(half, low, high, 6)},
+         {{true, false}, {false, true}});
+  p.weigh();
+  p.fillTo(0.006);
+  p.weigh();
+  const double half_deep = kWater * kGravity * 4 * half * half * 0.004;
+  EXPECT_NEAR(p.force(1)[2], half_deep, 0.03 * half_deep) << "half of it";
+  p.fillTo(0.016);  // over its top, too
+  p.weigh();
+  const double all = kWater * kGravity * 4 * half * half * (high - low);
+  EXPECT_NEAR(p.force(1)[2], all, 0.03 * all) << "the water upon it weighs, that below it lifts more";
+  EXPECT_NEAR(p.force(1)[0], 0, 0.01 * all);
+}
+
+TEST(Weight, ASheetWithWaterOnBothSidesIsLeftAlone) {
+  Mesh sheet;
+  sheet.add({-0.02, -0.02, 0.004}, {0.04, 0, 0}, {0, 0.04, 0}, 10);
+  Pool p({openBox(-0.06, 0.06, -0.06, 0.06, 0.04, 12), sheet}, {{true, false}, {false, false}});
+  p.weigh();
+  p.fillTo(0.010);
+  p.weigh();
+  EXPECT_TRUE(p.report.loads.empty());
+}
+
+TEST(Weight, APuddleOnAnOrganThatStandsDryWeighsOnIt) {
+  Pool p({openBox(-0.06, 0.06, -0.06, 0.06, 0.04, 12), block(0.02, 0.002, 0.015, 8)},
+         {{true, false}, {false, true}});
+  p.weigh();
+  const int column = p.model.columns / 2, row = p.model.rows / 2;
+  ASSERT_TRUE(fillCell(p.model, p.state, column, row, 2e-8, 0));
+  p.weigh();
+  EXPECT_NEAR(p.force(1)[2], -kWater * kGravity * 2e-8, 1e-3 * kWater * kGravity * 2e-8);
+}
+
+TEST(Weight, TissueThatWentAwayBearsNothing) {
+  Pool p({bowl(0.06, 5.0, 24)}, {{false, false}});
+  p.weigh();
+  p.fillTo(0.008);
+  for (std::size_t k = 0; k < p.meshes[0].positions.size(); k += 3) p.meshes[0].positions[k] += 0.5f;
+  p.weigh();
+  EXPECT_TRUE(p.report.loads.empty());
+}
+
+TEST(Weight, SameBitsForAnyThreadsAndNothingBetweenTwoLooks) {
+  Pool a({bowl(0.06, 5.0, 24)}, {{false, false}}, 1), b({bowl(0.06, 5.0, 24)}, {{false, false}}, 3);
+  for (Pool* p : {&a, &b}) p->weigh(), p->fillTo(0.008), p->weigh();
+  ASSERT_EQ(a.report.loads.size(), b.report.loads.size());
+  for (std::size_t i = 0; i < a.report.loads.size(); ++i) {
+    EXPECT_EQ(a.report.loads[i].knot, b.report.loads[i].knot);
+    EXPECT_EQ(a.report.loads[i].force, b.report.loads[i].force);
+  }
+  a.inputs.renew_bed = false;
+  fluid::step(a.model, a.inputs, a.state, a.scratch, a.report);
+  EXPECT_TRUE(a.report.loads.empty());
+}
+
+}  // namespace
+}  // namespace vest::fluid::test
