@@ -19,6 +19,7 @@ constexpr double kSteepest = 1.733;      ///< no unit: of trilinear interpolatio
 constexpr double kRounding = 1e-6;       ///< m: far more than single precision loses in a box of 1 m
 constexpr double kGrip = 0.5;            ///< of critical: damping that friction amounts to at most
 constexpr double kContactDamping = 0.3;  ///< of critical, along the normal
+constexpr double kShallow = 0.5;         ///< of the reach: contacts that are renewed within the step (ours)
 constexpr std::size_t kMostContacts = 512;
 
 std::uint64_t sideKey(std::uint8_t tool, std::uint8_t capsule, std::uint16_t object, std::uint32_t triangle) {
@@ -72,6 +73,27 @@ std::uint64_t featureKey(const std::array<std::uint32_t, 3>& k, const std::array
   if (n == 1) return on[0];
   if (on[0] > on[1]) std::swap(on[0], on[1]);
   return (static_cast<std::uint64_t>(on[0] + 1) << 24) | on[1];
+}
+
+/// Where a contact is, from the nearest points of its capsule and its triangle.
+void placeContact(const Context& c, const Nearest& n, const Vector3d& normal,
+                  const interaction::PlacedCapsule& before, const interaction::PlacedCapsule& after,
+                  ToolContact& r) {
+  const Vector3d start = before.a + (before.b - before.a) * n.s, end = after.a + (after.b - after.a) * n.s;
+  for (std::size_t e = 0; e < 3; ++e) {
+    const auto i = static_cast<Eigen::Index>(e);
+    r.weights[e] = static_cast<float>(n.weights[e]);
+    r.normal[e] = static_cast<float>(normal[i]);
+    r.start[e] = static_cast<float>(start[i]);
+    r.travel[e] = static_cast<float>(end[i] - start[i]);
+  }
+  if (after.which < 0) return;
+  const auto& proxy = c.state.proxies[r.tool];
+  const Vector3d z = proxy.pose.orientation * Vector3d::UnitZ(),
+                 y = proxy.pose.orientation * Vector3d::UnitY();
+  const Vector3d arm = end - (proxy.pose.tip - tools::toolGeometry(proxy.tool).jaw_length * z);
+  const Vector3d way = (after.which == 0 ? 0.5 : -0.5) * y.cross(arm);
+  for (std::size_t e = 0; e < 3; ++e) r.jaw[e] = static_cast<float>(way[static_cast<Eigen::Index>(e)]);
 }
 
 }  // namespace
@@ -142,25 +164,12 @@ void findToolContacts(Context& c, std::size_t object) {
             face.dot(normal) * found->side < -0.2)
           normal = -normal;
         ToolContact r{};
-        for (int e = 0; e < 3; ++e) r.knots[e] = knots[e], r.weights[e] = static_cast<float>(n.weights[e]);
-        const Vector3d start = before.a + (before.b - before.a) * n.s,
-                       end = after.a + (after.b - after.a) * n.s;
-        for (int e = 0; e < 3; ++e) {
-          r.normal[e] = static_cast<float>(normal[e]);
-          r.start[e] = static_cast<float>(start[e]);
-          r.travel[e] = static_cast<float>(end[e] - start[e]);
-        }
-        if (jaw) {
-          const auto& pose = c.state.proxies[t].pose;
-          const Vector3d z = pose.orientation * Vector3d::UnitZ(), y = pose.orientation * Vector3d::UnitY();
-          const Vector3d arm = end - (pose.tip - tools::toolGeometry(c.state.proxies[t].tool).jaw_length * z);
-          const Vector3d way = (after.which == 0 ? 0.5 : -0.5) * y.cross(arm);
-          for (int e = 0; e < 3; ++e) r.jaw[e] = static_cast<float>(way[e]);
-        }
+        for (int e = 0; e < 3; ++e) r.knots[e] = knots[e];
+        r.tool = static_cast<std::uint8_t>(t);
+        placeContact(c, n, normal, before, after, r);
         r.reach = static_cast<float>(touch);
         r.friction =
             static_cast<float>(jaw ? std::max(described.friction, kJawFriction) : described.friction);
-        r.tool = static_cast<std::uint8_t>(t);
         r.capsule = static_cast<std::uint8_t>(k);
         r.triangle = static_cast<std::uint32_t>(i);
         o.contacts.push_back(r);
@@ -185,6 +194,37 @@ void findToolContacts(Context& c, std::size_t object) {
     r.stiffness = static_cast<float>(constants.contact_omega_squared * mass / most);
     r.damping = static_cast<float>(2.0 * kContactDamping * omega * mass / most);
     r.grip = static_cast<float>(2.0 * kGrip * omega * mass / most);
+  }
+}
+
+void renewContacts(Context& c, std::size_t object, double fraction) {
+  const ObjectState& s = c.state.objects[object];
+  const auto inverseMass = [&](const ToolContact& r) {
+    double sum = 0.0;
+    for (int e = 0; e < 3; ++e)
+      sum += static_cast<double>(r.weights[e]) * r.weights[e] * contactInverseMass(s, r.knots[e]);
+    return sum;
+  };
+  for (ToolContact& r : c.scratch.objects[object].contacts) {
+    const auto &before = c.scratch.capsules_before[r.tool][r.capsule],
+               &after = c.scratch.capsules_after[r.tool][r.capsule];
+    const Vector3d a = before.a + fraction * (after.a - before.a),
+                   b = before.b + fraction * (after.b - before.b);
+    const std::array<Vector3d, 3> p{knotPosition(s, r.knots[0]), knotPosition(s, r.knots[1]),
+                                    knotPosition(s, r.knots[2])};
+    const Nearest n = contact::nearest(a, b, p);
+    Vector3d normal = a + (b - a) * n.s - (p[0] * n.weights[0] + p[1] * n.weights[1] + p[2] * n.weights[2]);
+    const double distance = std::sqrt(normal.squaredNorm());
+    // Towards the capsule's axis the direction to it says less and less: there a contact stays as it was
+    // found.
+    if (!(distance > kShallow * r.reach)) continue;
+    normal /= distance;
+    // It keeps its side within the step.
+    if (normal.dot(Vector3d(r.normal[0], r.normal[1], r.normal[2])) < 0.0) normal = -normal;
+    const double held = inverseMass(r);
+    placeContact(c, n, normal, before, after, r);
+    const float scale = static_cast<float>(held / inverseMass(r));
+    r.stiffness *= scale, r.damping *= scale, r.grip *= scale;
   }
 }
 

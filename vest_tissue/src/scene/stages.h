@@ -60,6 +60,8 @@ void reserveCut(const WorldModel& model, interaction::CutScratch& scratch);
 
 /// Parts of the above in files of their own.
 void findToolContacts(Context& c, std::size_t object);
+/// Places, normals and stiffness of an object's contacts as it is within the step, after this fraction of it.
+void renewContacts(Context& c, std::size_t object, double fraction);
 void findCavityContacts(Context& c, std::size_t object);
 void findOrganPairs(Context& c);
 /// What this step moved (ObjectState::way), once it is known to stand.
