@@ -20,6 +20,10 @@ constexpr int kHalvings = 12;            // of a step in the line search
 constexpr double kDescent = 1e-4;        // share of the linear decrease that a step must reach (Armijo)
 // J per metre of the last step: differences of energies below it are rounding.
 constexpr double kFloatEnergy = 1.0;
+// m/s: what goes far in one step keeps no more, half of what the World takes for absurd (ours). A knot of a
+// microgram that was crushed by centimetres is at rest within a step of 0.25 ms and has no speed to go on
+// with.
+constexpr double kFastest = 50.0;
 // Shares of the greatest diagonal that are added to it: where rounding beside huge stiffness keeps the matrix
 // from being factored, and for an equilibrium, whose free motions nothing else holds.
 constexpr double kRidge = 1e-13, kFreeRidge = 1e-9;
@@ -317,16 +321,21 @@ ImplicitNet::Report ImplicitNet::step(const NetView& net, Block& block, double h
   // Start where the objective is lower: at rest or carried on.
   if (!(objective(net, p, x_) < objective(net, p, trial_))) std::copy(x0_.begin(), x0_.end(), x_.begin());
   Report report = minimise(net, p, o);
-  double kinetic = 0.0, work = 0.0;
+  double kinetic = 0.0, work = 0.0, furthest = 0.0;
   for (std::size_t i = 0; i < knots_; ++i) {
     if (fixed_[i] != 0) continue;
     kinetic += 0.5 * mass_[i] * ((x_[i] - x0_[i]) / h).squaredNorm();
+    furthest = std::max(furthest, (x_[i] - x0_[i]).norm());
     work += force_[i].dot(x_[i] - x0_[i]);
   }
   const double allowed = std::max(0.0, before + work - netEnergy(net, x_));
   double scale = 1.0;
   if (kinetic > allowed) {
     scale = std::sqrt(allowed / kinetic);
+    report.bounded = true;
+  }
+  if (scale * furthest > kFastest * h) {
+    scale = kFastest * h / furthest;
     report.bounded = true;
   }
   report.dissipated = allowed - scale * scale * kinetic;

@@ -47,7 +47,7 @@ class ImplicitNet {
   struct Report {
     int iterations = 0;
     bool converged = false;
-    bool bounded = false;     ///< the energy bound had to lower the speed
+    bool bounded = false;     ///< the energy bound, or that of speed (50 m/s), had to lower the speed
     bool degraded = false;    ///< no room for the matrix: diagonal steps instead, more damping
     double dissipated = 0.0;  ///< J, kinetic + potential energy before plus work, minus after
   };
