@@ -421,8 +421,9 @@ TEST_F(Displays, FlowIsTheReprojectedMotionSinceThePictureBefore) {
     // Each picture with ground truth has its keypoints: those before are of the picture before.
     const ros::Time now = all[i]->header.stamp, before = all[i - 1]->header.stamp;
     if (now == before || !world->flows.count(now) || !world->labels.count(now)) continue;
-    // Unless keypoints were lost on their way, or the same state was drawn again: its flow came later.
-    if (all[i]->header.seq != all[i - 1]->header.seq + 1) continue;
+    // Unless keypoints were lost on their way, or a state was drawn again: this test was held up, and tissue
+    // that stands still is shown with the instruments as they are by then.
+    if (all[i]->header.seq != all[i - 1]->header.seq + 1 || all[i - 2]->header.stamp == before) continue;
     if (i + 1 < all.size() && all[i + 1]->header.stamp == now) continue;
     ASSERT_EQ(world->shown.count(now) + world->shown.count(before), 2u);
     const Moment &is = world->shown[now], &was = world->shown[before];
