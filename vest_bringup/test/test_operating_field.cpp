@@ -206,6 +206,44 @@ TEST(OperatingField, APoolsSurfaceGoesOnUnderAnOrganThatSpansIt) {
   EXPECT_NEAR(volume, 13 * 12 * 1.6e-5 * 0.005, 1e-9) << "m³: what is drawn under the organ does not count";
 }
 
+TEST(OperatingField, AWellThatAnOrganHasLaidBareIsNoHoleInThePool) {
+  FieldFrame frame;
+  frame.fluid_model = std::make_shared<const fluid::Model>(fluid::buildModel({}, {}));
+  frame.fluid = fluid::initialState(*frame.fluid_model);
+  fluid::Pools& w = frame.fluid.pools;
+  const int columns = frame.fluid_model->columns;
+  const auto at = [&](int c, int r) { return static_cast<std::size_t>(r * columns + c); };
+  for (int r = 30; r < 42; ++r) {
+    for (int c = 20; c < 40; ++c) {
+      const bool organ = c == 28 || c == 29;
+      w.bed[at(c, r)] = organ ? 0.025f : 0.0f;
+      w.depth[at(c, r)] = organ ? 0.0f : 0.010f;
+    }
+  }
+  for (const int r : {34, 35}) w.bed[at(28, r)] = 0;         // it bends to the right there
+  w.depth[at(28, 34)] = 0.002f;                              // and water begins to fall in
+  for (const int c : {35, 36}) w.depth[at(c, 36)] = 0.004f;  // a wave's trough far from it stays
+  vest_msgs::FluidState msg;
+  ros_shell::toMsg(frame, msg);
+  ASSERT_EQ(msg.pools.size(), 1u);
+  const vest_msgs::FluidPool& pool = msg.pools[0];
+  const int c0 = static_cast<int>(
+                std::lround((pool.origin.position.x - frame.fluid_model->parameters.low[0]) / pool.cell)),
+            r0 = static_cast<int>(
+                std::lround((pool.origin.position.y - frame.fluid_model->parameters.low[1]) / pool.cell));
+  const auto drawn = [&](int c, int r) {
+    const auto k = static_cast<std::size_t>(r - r0) * pool.columns + static_cast<std::size_t>(c - c0);
+    EXPECT_EQ(pool.depth[k],
+              std::lround(1e4 * (pool.origin.position.z + static_cast<double>(pool.height[k]))))
+        << "as deep as it is drawn";
+    return pool.origin.position.z + static_cast<double>(pool.height[k]);
+  };
+  EXPECT_NEAR(drawn(28, 34), 0.010, 1e-6);
+  EXPECT_NEAR(drawn(28, 35), 0.010, 1e-6) << "dry still";
+  EXPECT_NEAR(drawn(35, 36), 0.004, 1e-6);
+  EXPECT_NEAR(pool.volume, fluid::poolVolume(*frame.fluid_model, frame.fluid), 1e-9) << "no drop more";
+}
+
 TEST(OperatingField, AColdLensSteamsUpAndIsClearAfterItsVisitInTheTrocar) {
   Theatre t("smoke_lens");
   t.tools.tools[kRight].present = false;

@@ -13,7 +13,8 @@ constexpr std::size_t kMostPools = 16;
 
 /// Under an organ that spans a pool water stands too, though the height field knows only the organ's top
 /// there: the pool's surface goes on from shore to shore. Where tissue stands on the floor instead it hides
-/// what is drawn within it.
+/// what is drawn within it. A cell that such an organ has just laid bare is a well there, into which the pool
+/// falls within the next tenth of a second: its surface goes on, too.
 /// @param surface m, world, per cell; NaN where it is dry  @param labels, patches grow with the surface
 void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<float>& surface,
             std::vector<std::uint32_t>& labels, std::vector<fluid::PoolPatch>& patches) {
@@ -25,7 +26,7 @@ void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<fl
     c0 = std::min(c0, p.column), c1 = std::max(c1, p.column + p.columns - 1);
     r0 = std::min(r0, p.row), r1 = std::max(r1, p.row + p.rows - 1);
   }
-  const std::vector<float> known = surface;
+  std::vector<float> known;
   // Which pools are one below, by their labels.
   std::uint32_t most = 0;
   for (const fluid::PoolPatch& p : patches) most = std::max(most, p.label);
@@ -41,26 +42,38 @@ void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<fl
     return static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) +
            static_cast<std::size_t>(c);
   };
-  const auto wet = [&](int c, int r) {
-    return c >= c0 && r >= r0 && c <= c1 && r <= r1 && !std::isnan(known[cell(c, r)]);
+  const auto inside = [&](int c, int r) { return c >= c0 && r >= r0 && c <= c1 && r <= r1; };
+  const auto wet = [&](int c, int r) { return inside(c, r) && !std::isnan(known[cell(c, r)]); };
+  const auto beside = [&](int c, int r, float level) {  // tissue that rises above the water
+    for (int dr = -1; dr <= 1; ++dr)
+      for (int dc = -1; dc <= 1; ++dc)
+        if (inside(c + dc, r + dr) && pools.bed[cell(c + dc, r + dr)] > level) return true;
+    return false;
   };
-  for (int r = r0; r <= r1; ++r) {
-    for (int c = c0; c <= c1; ++c) {
-      const std::size_t i = cell(c, r);
-      if (!std::isnan(known[i]) || pools.bed[i] <= fluid::kNoBed) continue;
-      int span = 2 * kSpan + 1;
-      for (const auto& way : kWays) {
-        int a = 1, b = 1;
-        while (a <= kSpan && !wet(c + a * way[0], r + a * way[1])) ++a;
-        while (b <= kSpan && !wet(c - b * way[0], r - b * way[1])) ++b;
-        if (a > kSpan || b > kSpan || a + b >= span) continue;
-        const std::size_t p = cell(c + a * way[0], r + a * way[1]), q = cell(c - b * way[0], r - b * way[1]);
-        const float level = 0.5f * (known[p] + known[q]);
-        if (std::fabs(known[p] - known[q]) > kStep || level > pools.bed[i]) continue;
-        surface[i] = level, labels[i] = labels[p], span = a + b;
-        if (labels[p] > most || labels[q] > most || !drawn[labels[p]] || !drawn[labels[q]]) continue;
-        const std::uint32_t one = first(labels[p]), other = first(labels[q]);
-        same[std::max(one, other)] = std::min(one, other);
+  // Wells lie beside each other: those in the middle have their shores when the outer ones are drawn full.
+  for (const bool wells : {false, true, true}) {
+    known = surface;
+    for (int r = r0; r <= r1; ++r) {
+      for (int c = c0; c <= c1; ++c) {
+        const std::size_t i = cell(c, r);
+        if ((!wells && !std::isnan(known[i])) || pools.bed[i] <= fluid::kNoBed) continue;
+        int span = 2 * kSpan + 1;
+        for (const auto& way : kWays) {
+          int a = 1, b = 1;
+          while (a <= kSpan && !wet(c + a * way[0], r + a * way[1])) ++a;
+          while (b <= kSpan && !wet(c - b * way[0], r - b * way[1])) ++b;
+          if (a > kSpan || b > kSpan || a + b >= span) continue;
+          const std::size_t p = cell(c + a * way[0], r + a * way[1]),
+                            q = cell(c - b * way[0], r - b * way[1]);
+          const float level = 0.5f * (known[p] + known[q]);
+          if (std::fabs(known[p] - known[q]) > kStep) continue;
+          const bool well = pools.bed[i] < level - kStep && !(known[i] >= level - kStep);
+          if (wells ? !well || !beside(c, r, level) : level > pools.bed[i]) continue;
+          surface[i] = level, labels[i] = labels[p], span = a + b;
+          if (labels[p] > most || labels[q] > most || !drawn[labels[p]] || !drawn[labels[q]]) continue;
+          const std::uint32_t one = first(labels[p]), other = first(labels[q]);
+          same[std::max(one, other)] = std::min(one, other);
+        }
       }
     }
   }
@@ -184,8 +197,9 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
       pool.height[n] = wet ? surface[i] - lowest : std::numeric_limits<float>::quiet_NaN();
       // Under an organ nobody knows how deep it is: as deep as can be told.
       const bool bridged = wet && surface[i] < w.bed[i];
-      pool.velocity[n] = wet && !bridged ? w.rise[i] : 0.0f;
-      pool.depth[n] = !wet ? 0 : bridged ? 255 : tenths(w.depth[i]);
+      const bool raised = wet && surface[i] != w.bed[i] + w.depth[i];
+      pool.velocity[n] = wet && !raised ? w.rise[i] : 0.0f;
+      pool.depth[n] = !wet ? 0 : bridged ? 255 : tenths(raised ? surface[i] - w.bed[i] : w.depth[i]);
       pool.blood[n] =
           wet && !bridged && w.depth[i] > 0 ? scaled(w.blood[i] / w.depth[i]) : scaled(pool.blood_fraction);
     });

@@ -365,8 +365,8 @@ void EndoscopicViewDisplay::update(float tick, float) {
     const Outgoing to = begun_ ? outgoing(stamp) : Outgoing();
     // The next picture is drawn while a worker finishes this one; ground truth belongs to one picture.
     const bool truth = begun_ && truth_.wanted();
-    finishing_ =
-        std::async(truth ? std::launch::deferred : std::launch::async, [this, to] { return finish(to); });
+    const auto task = [this, to] { return finish(to); };
+    finishing_ = truth ? std::async(std::launch::deferred, task) : worker_.start(task);
     if (truth) {
       collect();
       std_msgs::Header header;

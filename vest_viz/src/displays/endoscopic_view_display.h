@@ -13,6 +13,7 @@
 #include "instrument_history.h"
 #include "tissue_input.h"
 #include "truth_output.h"
+#include "worker.h"
 
 namespace rviz {
 class BoolProperty;
@@ -122,6 +123,7 @@ class EndoscopicViewDisplay : public rviz::Display {
     double tissue = 0, draw = 0, read = 0, finish = 0, send = 0, show = 0;
     int pictures = 0;
   } sums_;
+  Worker worker_;  ///< last: its task uses all of the above
 };
 
 }  // namespace vest::displays

@@ -1,5 +1,6 @@
 // Adds and removes displays at run time in a real rviz view, feeds them topologies of every kind, and counts
 // what is left: OGRE's resources, threads, memory.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -13,11 +14,13 @@
 #include <OgreMeshManager.h>
 #include <OgreRenderWindow.h>
 #include <OgreTextureManager.h>
+#include <malloc.h>
 #include <ros/package.h>
 #include <rviz/display.h>
 #include <rviz/properties/status_list.h>
 #include <rviz/view_controller.h>
 #include <rviz/view_manager.h>
+#include <sensor_msgs/CameraInfo.h>
 #include <unistd.h>
 #include <vest_msgs/ContactModels.h>
 #include <vest_msgs/FluidState.h>
@@ -34,7 +37,10 @@ namespace {
 
 using tools::Place;
 
-constexpr double kLeak = 1;  // MiB a round that may stay in the heap
+// KiB that a round may leave in the heap. Measured: 1.7, which is what OpenCV keeps of the threads of the two
+// views (worker.h). A plain material of OGRE's has 1.6.
+constexpr double kLeak = 2.5;
+constexpr double kResidentLeak = 1024;  // KiB of resident memory, in the mean of many rounds
 
 /// Number of OGRE resources per kind that bear our name.
 std::map<std::string, int> ownResources() {
@@ -51,11 +57,29 @@ std::map<std::string, int> ownResources() {
   return count;
 }
 
-/// MiB of this process in memory; the software renderer's textures and buffers are among it.
-double residentMiB() {
+/// KiB of the heap in use, in all arenas; the software renderer's textures and buffers are among it.
+double heapKiB() {
+  const struct mallinfo2 heap = mallinfo2();
+  return static_cast<double>(heap.uordblks + heap.hblkhd) / 1024;
+}
+
+/// KiB of this process in memory, without what the allocator can give back. From one round to another it
+/// moves by MiB, for the allocator does not keep its free pieces together: no measure for a few rounds.
+double residentKiB() {
+  malloc_trim(0);
   long pages = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> pages >> resident;
-  return static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024 * 1024);
+  return static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1024;
+}
+
+/// What a round leaves: the median of the differences to the round `period` before. What is made once, late
+/// (a shader's code, an arena, a table that grows), is in few of the differences.
+double leftByARound(const std::vector<double>& after, std::size_t period) {
+  std::vector<double> left;
+  for (std::size_t k = period; k < after.size(); ++k)
+    left.push_back((after[k] - after[k - period]) / static_cast<double>(period));
+  std::nth_element(left.begin(), left.begin() + static_cast<std::ptrdiff_t>(left.size() / 2), left.end());
+  return left[left.size() / 2];
 }
 
 long threads() {
@@ -116,9 +140,9 @@ TEST_F(Lifecycle, AddedAndRemovedAgainAndAgainLeavesNothingBehind) {
   contacts.publish(forces);
 
   const bool full = std::getenv("VEST_FULL") != nullptr;
-  const int rounds = full ? 100 : 8, settled = full ? 20 : 4;
+  const int rounds = full ? 100 : 12, settled = full ? 20 : 3;
   std::map<std::string, int> first;
-  double memory = 0;
+  std::vector<double> heap, resident;
   long running = 0;
   std::printf("count: %d of 100 rounds of all displays\n", rounds);
   for (int round = 0; round < rounds; ++round) {
@@ -136,14 +160,61 @@ TEST_F(Lifecycle, AddedAndRemovedAgainAndAgainLeavesNothingBehind) {
     QApplication::processEvents();
     if (round == 0) first = ownResources();
     EXPECT_EQ(ownResources(), first) << "round " << round;
-    if (round == settled) memory = residentMiB(), running = threads();
-    if (round % 5 == 0) std::printf("round %d: %.0f MiB, %ld threads\n", round, residentMiB(), threads());
+    if (round < settled) continue;
+    if (round == settled) running = threads();
+    heap.push_back(heapKiB());
+    resident.push_back(residentKiB());
+    if (!full || round % 5 == 0)
+      std::printf("round %d: %.1f KiB in the heap, %.0f KiB resident, %ld threads\n", round, heap.back(),
+                  resident.back(), threads());
   }
   EXPECT_EQ(first["meshes"], 0);
   EXPECT_LE(threads(), running);
-  const double growth = (residentMiB() - memory) / (rounds - 1 - settled);
-  std::printf("%.2f MiB more in each round\n", growth);
-  EXPECT_LT(growth, kLeak) << "MiB a round";
+  // Rounds alternate in what they colour by, and the heap in some KiB.
+  const double left = leftByARound(heap, 2);
+  const auto mean = [](const std::vector<double>& v) {
+    return (v.back() - v.front()) / static_cast<double>(v.size() - 1);
+  };
+  std::printf("left by a round: %.2f KiB in the heap; resident memory %+.0f KiB in the mean\n", left,
+              mean(resident));
+  EXPECT_LT(left, kLeak) << "KiB a round";
+  // What comes once weighs little over many rounds: the mean finds what does not leak in each of them.
+  if (full) {
+    EXPECT_LT(mean(heap), kLeak);
+    EXPECT_LT(mean(resident), kResidentLeak);
+  }
+}
+
+TEST_F(Lifecycle, APictureLeavesNothingBehind) {
+  // Each was finished by a thread of its own once, of which OpenCV kept 850 bytes: 20 pictures 17 KiB.
+  constexpr int kPictures = 20, kWindows = 7, kMostWindows = 60;
+  constexpr double kLeft = 8;  // KiB in 20 pictures
+  // KiB: so much more or less in a window, and what is baked for the view has not all come.
+  constexpr double kBaked = 100;
+  topology.publish(gynaecology());
+  int pictures = 0;
+  const auto counter = nh.subscribe<sensor_msgs::CameraInfo>(
+      "endoscope/camera_info", 10, [&](const sensor_msgs::CameraInfo::ConstPtr&) { ++pictures; });
+  rviz::Display* const view = make("vest_viz/EndoscopicView");
+  view->subProp("Width")->setValue(320);
+  view->subProp("Height")->setValue(256);
+  std::vector<double> heap;
+  for (int window = 0; heap.size() < kWindows; ++window) {
+    ASSERT_LT(window, kMostWindows) << "the heap does not come to rest";
+    const int wanted = pictures + kPictures;
+    ASSERT_TRUE(spin(
+        [&] {
+          publishInstruments();  // something new to draw
+          return pictures >= wanted;
+        },
+        120))
+        << pictures << " pictures";
+    if (!heap.empty() && std::abs(heapKiB() - heap.back()) > kBaked) heap.clear();
+    heap.push_back(heapKiB());
+    std::printf("%d pictures: %.1f KiB in the heap\n", pictures, heap.back());
+  }
+  EXPECT_LT(leftByARound(heap, 1), kLeft) << "KiB in " << kPictures << " pictures";
+  delete view;
 }
 
 TEST_F(Lifecycle, RepeatedEmptyAndOtherTopologiesLeaveNothingBehind) {
