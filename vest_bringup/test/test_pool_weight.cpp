@@ -156,21 +156,24 @@ TEST(PoolWeight, ASheetTooSlackToHoldAPoolStaysBounded) {
   s.run(1.0);
   s.run(1.0, true);
   s.run(10.0);
-  double early = 0, most = 0, deepest = 0;
+  // The swing itself is chaotic: means of half minutes, not single moments, tell whether it grows.
+  double most = 0, deepest = 0, mean[2] = {0, 0}, load = 0, weight = 0;
   for (int part = 0; part < 1200; ++part) {
     s.run(0.05);
     most = std::max(most, s.kinetic()), deepest = std::max(deepest, std::fabs(s.sag()));
-    if (part < 600) early = most;
+    mean[part / 600] += s.kinetic() / 600;
+    load += s.load / 1200, weight += kWater * kGravity * s.pool() / 1200;
   }
   const double given = kWater * kGravity * s.pool() * deepest;
-  std::printf("slack: greatest kinetic energy in a minute %.2e J of %.2e J, greatest sag %.2f mm\n", most,
-              given, 1e3 * deepest);
+  std::printf("slack: kinetic energy %.2e J, then %.2e J, at most %.2e J of %.2e J; greatest sag %.2f mm\n",
+              mean[0], mean[1], most, given, 1e3 * deepest);
+  std::printf("slack: load %.2f mN of a weight of %.2f mN\n", 1e3 * load, 1e3 * weight);
   EXPECT_LT(most, 0.1 * given) << "a swing, not a storm: all that the liquid can give is 1";
-  EXPECT_LT(most, 2 * early) << "the second half minute as the first";
+  EXPECT_LT(mean[1], 1.5 * mean[0]) << "the second half minute as the first";
   // m: what all of it in the middle, and the sheet's own weight, would draw it down
   const double furthest = 0.5 * kGravity * kHalf / tension * (kWater * s.pool() / kWide + kMass * kHalf);
   EXPECT_LT(deepest, furthest);
-  EXPECT_NEAR(s.load, kWater * kGravity * s.pool(), 0.02 * s.load);
+  EXPECT_NEAR(load, weight, 0.02 * weight) << "no weight comes from the swing";
 }
 
 TEST(PoolWeight, SameBitsForAnyThreadsAndFromWhatWasRecorded) {

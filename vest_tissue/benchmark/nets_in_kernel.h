@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "seed_net.h"
+#include "vest_tissue/net/block.h"
 #include "vest_tissue/net/link_kernel.h"
 
 #if defined(VEST_HAVE_BULLET)
@@ -43,17 +44,12 @@ class Net {
   /// So many sub-steps of one object, which stays in the first cache level.
   void step(std::size_t object, KernelLevel level, int sub_steps = 1) {
     Object& o = *objects_[object];
-    const KnotArrays knots{o.at(0), o.at(1), o.at(2), o.at(3), o.at(4),
-                           o.at(5), o.at(6), o.at(7), o.at(8), o.at(14)};
-    MotionArrays m{};
-    m.n = (o.n + kLanes - 1) / kLanes * kLanes;
-    m.x = o.at(0), m.y = o.at(1), m.z = o.at(2), m.vx = o.at(3), m.vy = o.at(4), m.vz = o.at(5);
-    m.fx = o.at(6), m.fy = o.at(7), m.fz = o.at(8), m.keep = o.at(9), m.push = o.at(10);
-    m.hx = o.at(11), m.hy = o.at(12), m.hz = o.at(13);
+    const KnotArrays knots = o.block.knotArrays();
+    const MotionArrays m = o.block.motionArrays();
     Upcoming upcoming;  // as World::step does
     if (object + 1 < objects_.size()) {
       const Object& next = *objects_[object + 1];
-      upcoming.add(next.data.data(), next.data.size() * sizeof(float));
+      next.block.addMemory(upcoming);
       next.table.addMemory(upcoming);
     }
     for (int i = 0; i < sub_steps; ++i) {
@@ -77,18 +73,16 @@ class Net {
       if (shuffled) std::shuffle(map.begin(), map.end(), std::mt19937(5));
       for (auto& l : links) l = {map[l.knot0], map[l.knot1], l.rest, l.axial, l.damping};
       auto o = std::make_unique<Object>();
-      o->n = n;
-      // Odd multiples of the cache line between arrays: no 4 KiB aliasing.
-      o->stride = (n + 2 * kLanes + 15) / 16 * 16 + 16;
-      o->data.assign(o->stride * (14 + kPackedFloats), 0.0f);
+      o->block = Block(n);
+      for (std::uint32_t i = 0, added = 0; i < n; ++i) o->block.addKnot(added);
       for (std::size_t i = 0; i < n; ++i) {
-        o->at(0)[map[i]] = tube.x[i];
-        o->at(1)[map[i]] = tube.y[i];
-        o->at(2)[map[i]] = tube.z[i];
-        o->at(9)[i] = i < static_cast<std::size_t>(tube.rings) ? 0.0f : 0.999f;
-        o->at(10)[i] =
-            i < static_cast<std::size_t>(tube.rings) ? 0.0f : 0.00005f / 0.0001f;  // dt 0.05 ms, 0.1 g a knot
-        o->at(13)[i] = -9.81f * 0.0001f;                                           // weight
+        o->block.row(Block::X)[map[i]] = tube.x[i];
+        o->block.row(Block::Y)[map[i]] = tube.y[i];
+        o->block.row(Block::Z)[map[i]] = tube.z[i];
+        const bool fixed = i < static_cast<std::size_t>(tube.rings);
+        o->block.row(Block::kKeep)[i] = fixed ? 0.0f : 0.999f;
+        o->block.row(Block::kPush)[i] = fixed ? 0.0f : 0.00005f / 0.0001f;  // dt 0.05 ms, 0.1 g a knot
+        o->block.row(Block::HZ)[i] = -9.81f * 0.0001f;                      // weight
       }
       o->table = LinkTable(links, law());
       links_ += links.size();
@@ -96,10 +90,8 @@ class Net {
     }
   }
   struct Object {
-    std::size_t n = 0, stride = 0;
-    std::vector<float> data;
+    Block block;  // as in a World's State
     LinkTable table;
-    float* at(int k) { return data.data() + stride * k; }
   };
   std::vector<std::unique_ptr<Object>> objects_;
   std::size_t links_ = 0;

@@ -96,6 +96,30 @@ void placeContact(const Context& c, const Nearest& n, const Vector3d& normal,
   for (std::size_t e = 0; e < 3; ++e) r.jaw[e] = static_cast<float>(way[static_cast<Eigen::Index>(e)]);
 }
 
+/// Knots share their room for contact stiffness among the contacts that touch them.
+void shareStiffness(Context& c, std::size_t object) {
+  const ObjectState& s = c.state.objects[object];
+  const ObjectConstants& constants = c.model.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  std::fill(o.shared.begin(), o.shared.end(), std::uint16_t{0});
+  for (const ToolContact& r : o.contacts)
+    for (int e = 0; e < 3; ++e)
+      if (r.weights[e] > 1e-6f) ++o.shared[r.knots[e]];
+  const double omega = std::sqrt(constants.contact_omega_squared);
+  for (ToolContact& r : o.contacts) {
+    double inverse = 0.0;
+    int most = 1;
+    for (int e = 0; e < 3; ++e) {
+      inverse += static_cast<double>(r.weights[e]) * r.weights[e] * contactInverseMass(s, r.knots[e]);
+      if (r.weights[e] > 1e-6f) most = std::max<int>(most, o.shared[r.knots[e]]);
+    }
+    const double mass = 1.0 / inverse;
+    r.stiffness = static_cast<float>(constants.contact_omega_squared * mass / most);
+    r.damping = static_cast<float>(2.0 * kContactDamping * omega * mass / most);
+    r.grip = static_cast<float>(2.0 * kGrip * omega * mass / most);
+  }
+}
+
 }  // namespace
 
 void placeTools(Context& c) {
@@ -177,34 +201,11 @@ void findToolContacts(Context& c, std::size_t object) {
     }
   }
   if (o.contacts.empty()) return;
-  // Knots share their room for contact stiffness among the contacts that touch them.
-  std::fill(o.shared.begin(), o.shared.end(), std::uint16_t{0});
-  for (const ToolContact& r : o.contacts)
-    for (int e = 0; e < 3; ++e)
-      if (r.weights[e] > 1e-6f) ++o.shared[r.knots[e]];
-  const double omega = std::sqrt(constants.contact_omega_squared);
-  for (ToolContact& r : o.contacts) {
-    double inverse = 0.0;
-    int most = 1;
-    for (int e = 0; e < 3; ++e) {
-      inverse += static_cast<double>(r.weights[e]) * r.weights[e] * contactInverseMass(s, r.knots[e]);
-      if (r.weights[e] > 1e-6f) most = std::max<int>(most, o.shared[r.knots[e]]);
-    }
-    const double mass = 1.0 / inverse;
-    r.stiffness = static_cast<float>(constants.contact_omega_squared * mass / most);
-    r.damping = static_cast<float>(2.0 * kContactDamping * omega * mass / most);
-    r.grip = static_cast<float>(2.0 * kGrip * omega * mass / most);
-  }
+  shareStiffness(c, object);
 }
 
 void renewContacts(Context& c, std::size_t object, double fraction) {
   const ObjectState& s = c.state.objects[object];
-  const auto inverseMass = [&](const ToolContact& r) {
-    double sum = 0.0;
-    for (int e = 0; e < 3; ++e)
-      sum += static_cast<double>(r.weights[e]) * r.weights[e] * contactInverseMass(s, r.knots[e]);
-    return sum;
-  };
   for (ToolContact& r : c.scratch.objects[object].contacts) {
     const auto &before = c.scratch.capsules_before[r.tool][r.capsule],
                &after = c.scratch.capsules_after[r.tool][r.capsule];
@@ -221,11 +222,9 @@ void renewContacts(Context& c, std::size_t object, double fraction) {
     normal /= distance;
     // It keeps its side within the step.
     if (normal.dot(Vector3d(r.normal[0], r.normal[1], r.normal[2])) < 0.0) normal = -normal;
-    const double held = inverseMass(r);
     placeContact(c, n, normal, before, after, r);
-    const float scale = static_cast<float>(held / inverseMass(r));
-    r.stiffness *= scale, r.damping *= scale, r.grip *= scale;
   }
+  shareStiffness(c, object);
 }
 
 void findCavityContacts(Context& c, std::size_t object) {

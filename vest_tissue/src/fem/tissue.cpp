@@ -224,6 +224,9 @@ TissueScratch::TissueScratch(const TissueModel& t, std::size_t knots)
       answers(kMostTissuePoints * kMostTissuePoints) {
   if (t.motion == Motion::Elastostatic) u = f = Eigen::VectorXd::Zero(t.answer.rows());
   points.reserve(kMostTissuePoints);
+  threads.reserve(kMostThreads);
+  thread_answers.assign(kMostThreadPoints * kMostThreadPoints, Eigen::Matrix3d::Zero());
+  thread_matrix.assign(9 * kMostThreadPoints * kMostThreadPoints, 0.0);
   groups.reserve(kMostGroups);
   cut = std::make_shared<CutAnswer>(t, knots);
   point_u.setZero(static_cast<Eigen::Index>(3 * kMostTissuePoints * kMostCutKnots), 3);
@@ -268,6 +271,16 @@ inline Eigen::Matrix3d gradient(const Element& e, const std::array<Index, 4>& c,
 }
 
 }  // namespace
+
+double leastVolume(const TissueModel& t, const TissueState& s, const std::vector<std::uint16_t>& marked) {
+  double least = 1.0;
+  for (std::size_t e = 0; e < s.corner.size(); ++e) {
+    const auto& k = s.corner[e];
+    if ((marked[k[0]] | marked[k[1]] | marked[k[2]] | marked[k[3]]) == 0) continue;
+    least = std::min(least, gradient(t.model->elements[e], k, s.x).determinant());
+  }
+  return least;
+}
 
 void tissueStrain(const TissueModel& t, const TissueState& s, float* per_knot) {
   const Model& m = *t.model;

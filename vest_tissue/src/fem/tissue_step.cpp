@@ -351,9 +351,20 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
       end[p] += point.weights[a] * w.q[point.knots[a]];
     }
     point.force.setZero();
+  }
+  for (TissueThread& thread : w.threads) {
+    std::array<Vector3d, kMostThreadPoints> slack;
+    const std::size_t first = thread.first, points = static_cast<std::size_t>(thread.count);
+    for (std::size_t p = 0; p < points; ++p) slack[p] = end[first + p];
+    solveThread(w, thread, h, start.data(), end.data());
+    for (std::size_t p = 0; p < points; ++p) longest = std::max(longest, (end[first + p] - slack[p]).norm());
+  }
+  for (std::size_t p = 0; p < count; ++p) {
+    TissuePoint& point = w.points[p];
     const Matrix3d& own = D(p, p);
     point.compliance = point.kind == 0 ? point.normal.dot(own * point.normal) : own.trace() / 3.0;
     const Vector3d slip = end[p] - start[p] - h * point.target_velocity;
+    if (point.kind == 2) continue;
     if (point.kind == 1) {
       longest = std::max(longest, (point.target - end[p]).norm());
       continue;
@@ -369,6 +380,7 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
     double change = 0.0, size = 0.0;
     for (std::size_t p = 0; p < count; ++p) {
       TissuePoint& point = w.points[p];
+      if (point.kind == 2) continue;
       const Matrix3d& own = D(p, p);
       const Vector3d before = point.force;
       const Vector3d without = end[p] - own * before;
@@ -419,7 +431,7 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
     const Vector3d slide = (end[p] - start[p]) / h - point.target_velocity;
     if (point.kind == 1) {
       point.slip_power = point.damping * slide.squaredNorm();
-    } else {
+    } else if (point.kind == 0) {
       const Vector3d tangential = point.force - point.normal.dot(point.force) * point.normal;
       point.slip_power = std::max(0.0, -tangential.dot(slide));
     }
@@ -462,6 +474,7 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
   if (keep == 1.0) return;
   for (std::size_t k = 0; k < s.x.size(); ++k) w.v_next[k] = w.force[k] + keep * (w.v_next[k] - w.force[k]);
   for (TissuePoint& point : w.points) point.force *= keep, point.slip_power *= keep;
+  for (TissueThread& thread : w.threads) thread.tension *= keep;
 }
 
 bool endTissueStep(const TissueModel& t, TissueState& s, double h, TissueScratch& w) {

@@ -15,19 +15,37 @@ using net::Block;
 constexpr double kFillTolerance =
     0.03;  ///< rad: the tissue fills the gap when it comes this near to the jaws
 
+/// As stiff as the knot's mass bears beside the object's own links.
+void stiffen(const Context& c, GraspAnchor& a) {
+  const double mass = row(c.state.objects[a.object], Block::kMass)[a.knot],
+               omega2 = c.model.objects[a.object].contact_omega_squared;
+  a.stiffness = mass * omega2;
+  a.damping = 0.6 * mass * std::sqrt(omega2);
+}
+
+/// What a cut has taken from a knot its hold loses with it.
+void soften(Context& c, Grasp& grasp, const JawFrame& frame) {
+  for (int i = 0; i < grasp.count; ++i) {
+    GraspAnchor& a = grasp.anchors[i];
+    const double before = a.stiffness;
+    stiffen(c, a);
+    if (a.stiffness == before) continue;
+    const Vector3d off = frame.world(a.local) - knotPosition(c.state.objects[a.object], a.knot);
+    c.state.energy.dissipated += 0.5 * (before - a.stiffness) * off.squaredNorm();
+  }
+}
+
 void addAnchor(Context& c, Grasp& grasp, const JawFrame& frame, std::size_t object, std::uint32_t knot) {
   for (int i = 0; i < grasp.count; ++i) {
     if (grasp.anchors[i].object == object && grasp.anchors[i].knot == knot) return;
   }
   if (grasp.count >= interaction::kMaxGraspAnchors) return;
   const ObjectState& s = c.state.objects[object];
-  const double mass = row(s, Block::kMass)[knot], omega2 = c.model.objects[object].contact_omega_squared;
   GraspAnchor& a = grasp.anchors[grasp.count++];
   a.object = static_cast<std::uint16_t>(object);
   a.knot = knot;
   a.local = frame.local(knotPosition(s, knot));  // no force at the moment of grasp
-  a.stiffness = mass * omega2;
-  a.damping = 0.6 * mass * std::sqrt(omega2);
+  stiffen(c, a);
 }
 
 Event eventOf(const Context& c, const Grasp& grasp, EventKind kind, int tool) {
@@ -158,6 +176,7 @@ void interact(Context& c) {
       if (proxy.pose.jaw > (1.0 - interaction::kReleaseClosure) * grasp.jaw_at_touch) {
         letGo(c, grasp, t);
       } else {
+        soften(c, grasp, frame);
         slip(c, grasp, g, frame, t);
       }
     }

@@ -347,6 +347,9 @@ void apply(Context& c, int tool) {
   if (!around || !shapeRings(c, clip, at, frame)) shapeFold(c, clip, at, g, frame, jaw);
   if (clip.count < 3) return;
   centre(c.state.objects[clip.object], clip);
+  // Between steps: within one its turn among the objects would come twice.
+  if (c.model.objects[clip.object].fem && !c.state.objects[clip.object].tissue.dynamic)
+    makeDynamic(c.state.objects[clip.object]);
   clip.alive = true;
   clip.id = c.state.next_attachment++;
   clip.jaw = jaw;

@@ -44,6 +44,9 @@ constexpr double kRadial =
 constexpr double kKeep = 1.5;   ///< of the loop's radius: a tube further from its middle has left it (ours)
 constexpr double kLegs = 0.7;   ///< of l0: two legs that long reach no slack circle's far side, 2/pi (ours)
 constexpr double kTaut = 0.98;  ///< of l0: a path that long is taut (ours)
+/// Of an element's volume: drawn further it would turn inside out. Tissue is nearly incompressible, and what
+/// has lost so much is shut (ours).
+constexpr double kCrushed = 0.25;
 constexpr double kNoTube = std::numeric_limits<double>::quiet_NaN();
 
 Vector3d middleOf(const LoopNodes& nodes) {
@@ -203,7 +206,7 @@ void enclose(Context& c, Sling& sling) {
     return;
   }
   for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
-    if (!c.model.objects[object].net || c.model.objects[object].fem) continue;
+    if (!c.model.objects[object].net) continue;
     int lie = 0;
     double path = 0.0;
     for (int i = 0; i < kSlingNodes; ++i) {
@@ -219,6 +222,8 @@ void enclose(Context& c, Sling& sling) {
     sling.count = 0;
     sling.station = kNoTube;
     sling.area = areaOf(c.state.objects[object], sling);
+    ObjectState& s = c.state.objects[object];
+    if (c.model.objects[object].fem && !s.tissue.dynamic) makeDynamic(s);
     return;
   }
 }
@@ -292,8 +297,8 @@ void look(Context& c, Sling& sling, LoopStep& step, int i, double way) {
     touch.side = 1;
     const Vector3d face = normalOf(s, touch);
     const double height = face.dot(off);
-    // Organs are closed where they are tubes; of a sheet the node keeps the side that it came from.
-    const bool closed = c.model.objects[object].tube.ringCount() > 1;
+    // Organs are closed where they are tubes or bodies; of a sheet the node keeps the side that it came from.
+    const bool closed = c.model.objects[object].tube.ringCount() > 1 || c.model.objects[object].fem;
     if (!closed && side_before != 0 && object_before == object)
       touch.side = side_before;
     else if (!closed && height < 0.0)
@@ -442,11 +447,23 @@ void apply(Context& c, int tool) {
   if (own->count == 0) enclose(c, *own);
 }
 
-/// Ties the loop where it has closed what lies in it, and will keep it closed without the pusher: the knot is
-/// set on the tissue, and every node that has some near; l0 is the way that lies there. A loop of that length
-/// holds no more than a circle of it.
+/// Finite elements under a taut loop bear no more.
+bool crushes(Context& c, const Sling& sling) {
+  const ObjectState& s = c.state.objects[sling.object];
+  if (!c.model.objects[sling.object].fem || !(sling.tension > 0.0)) return false;
+  auto& under = c.scratch.objects[sling.object].shared;  // per knot
+  std::fill(under.begin(), under.end(), std::uint16_t{0});
+  for (const SlingTouch& t : sling.touch)
+    if (t.on && t.object == sling.object)
+      for (const std::uint32_t k : t.knots) under[k] = 1;
+  return fem::leastVolume(*c.model.objects[sling.object].fem, s.tissue, under) < kCrushed;
+}
+
+/// Ties the loop where it has closed what lies in it, and will keep it closed without the pusher, or
+/// crushed as far as it can be: the knot is set on the tissue, and every node that has some near; l0 is the
+/// way that lies there. A loop of that length holds no more than a circle of it.
 void tieClosed(Context& c, Sling& sling) {
-  const double most = interaction::kSlingClosed * sling.area;
+  const double most = crushes(c, sling) ? sling.area : interaction::kSlingClosed * sling.area;
   const ObjectState& s = c.state.objects[sling.object];
   if (areaOf(s, sling) > most || !liesOn(sling)) return;
   const auto before = sling.touch;

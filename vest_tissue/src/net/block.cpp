@@ -5,15 +5,10 @@ namespace {
 
 constexpr std::size_t kLine = 16;  // floats per cache line
 
-std::size_t padded(std::size_t count) {
-  return (count + kLine - 1) / kLine * kLine;
-}
-
-/// Rows whose distance is a multiple of 4 KiB alias in the first cache level.
+/// An odd number of cache lines: else rows that are used together would lie a multiple of 4 KiB apart, where
+/// a load waits for a store that it takes for its own.
 std::size_t stride(std::size_t count) {
-  std::size_t result = padded(count);
-  if (result % 1024 == 0) result += kLine;
-  return result;
+  return ((count + kLine - 1) / kLine | 1) * kLine;
 }
 
 }  // namespace

@@ -17,6 +17,43 @@ constexpr std::size_t kShortestRun = 5;
 // new run.
 constexpr std::uint32_t kLongestGap = 4;
 
+// A processor waits for a sum of forces that it has just stored when it reads it back shifted by less than a
+// block. So neighbours in the order of adding share no such knots, where another block can be found among the
+// next few (docs/decisions/0120-…).
+constexpr std::size_t kApart = 2;
+constexpr std::size_t kCandidates = 64;
+
+int shifted(std::uint32_t a, std::uint32_t b) {
+  const std::uint32_t distance = a < b ? b - a : a - b;
+  return distance != 0 && distance < kLanes ? 1 : 0;
+}
+int shifted(const LinkTable::Place& a, const LinkTable::Place& b) {
+  return shifted(a.knot0, b.knot0) + shifted(a.knot0, b.knot1) + shifted(a.knot1, b.knot0) +
+         shifted(a.knot1, b.knot1);
+}
+
+/// Order in which the blocks' forces are added; the first of the best, so it is the same everywhere.
+std::vector<std::uint32_t> orderOfAdding(const std::vector<LinkTable::Place>& places) {
+  std::vector<std::uint32_t> left, order;  // left: what is open, in order of knots
+  left.reserve(kCandidates);
+  std::uint32_t next = 0;
+  while (order.size() < places.size()) {
+    while (left.size() < kCandidates && next < places.size()) left.push_back(next++);
+    const auto cost = [&](std::uint32_t block) {
+      int sum = 0;
+      for (std::size_t back = 1; back <= std::min(kApart, order.size()); ++back)
+        sum +=
+            static_cast<int>(kApart + 1 - back) * shifted(places[block], places[order[order.size() - back]]);
+      return sum;
+    };
+    const auto best = std::min_element(left.begin(), left.end(),
+                                       [&](std::uint32_t a, std::uint32_t b) { return cost(a) < cost(b); });
+    order.push_back(*best);
+    left.erase(best);
+  }
+  return order;
+}
+
 LinkTable::Block emptyBlock() {
   LinkTable::Block b{};
   std::fill_n(b.rest, kLanes, 1.0f);
@@ -44,6 +81,7 @@ LinkTable::LinkTable(const std::vector<KernelLink>& links, const material::Law& 
   });
 
   std::vector<std::uint32_t> indexed;
+  std::vector<Place> places;
   for (std::size_t begin = 0; begin < order.size();) {
     std::size_t end = begin + 1;
     const auto difference = [&](std::size_t n) { return high(order[n]) - low(order[n]); };
@@ -53,18 +91,30 @@ LinkTable::LinkTable(const std::vector<KernelLink>& links, const material::Law& 
       ++end;
     }
     if (end - begin >= kShortestRun) {
-      Run run{low(order[begin]), high(order[begin]), static_cast<std::uint32_t>(blocks_.size()),
-              static_cast<std::uint32_t>((low(order[end - 1]) - low(order[begin])) / kLanes + 1)};
-      for (std::size_t n = begin; n < end; ++n) {
-        slot_[order[n]] = run.block * static_cast<std::uint32_t>(kLanes) + low(order[n]) - run.knot0;
-      }
-      blocks_.resize(blocks_.size() + run.blocks, emptyBlock());
-      runs_.push_back(run);
+      const std::uint32_t first = low(order[begin]);
+      const std::uint32_t block = static_cast<std::uint32_t>(places.size());
+      for (std::size_t n = begin; n < end; ++n)
+        slot_[order[n]] = block * static_cast<std::uint32_t>(kLanes) + low(order[n]) - first;
+      for (std::uint32_t knot = first; knot <= low(order[end - 1]); knot += kLanes)
+        places.push_back({knot, knot + difference(begin)});
+      ++runs_;
     } else {
       indexed.insert(indexed.end(), order.begin() + begin, order.begin() + end);
     }
     begin = end;
   }
+  const std::vector<std::uint32_t> adding = orderOfAdding(places);
+  std::vector<std::uint32_t> position(places.size());
+  for (std::uint32_t n = 0; n < adding.size(); ++n) {
+    places_.push_back(places[adding[n]]);
+    position[adding[n]] = n;
+  }
+  std::vector<bool> in_run(links.size(), true);
+  for (const std::uint32_t n : indexed) in_run[n] = false;
+  for (std::size_t n = 0; n < links.size(); ++n)
+    if (in_run[n])
+      slot_[n] = position[slot_[n] / kLanes] * static_cast<std::uint32_t>(kLanes) + slot_[n] % kLanes;
+  blocks_.assign(places_.size(), emptyBlock());
   first_indexed_block_ = static_cast<std::uint32_t>(blocks_.size());
   for (std::size_t n = 0; n < indexed.size(); ++n) {
     if (n % kLanes == 0) {
@@ -107,7 +157,8 @@ bool LinkTable::addLink(const KernelLink& link) {
 void LinkTable::setMaxStrain(float max_strain) {
   const float e = max_strain;
   law_.max_strain = max_strain;
-  law_.tail = 1.0f + e * (2.0f * law_.a2 + e * (3.0f * law_.a3 + e * 4.0f * law_.a4));
+  law_.beyond = e * (2.0f * law_.a2 + e * (3.0f * law_.a3 + e * 4.0f * law_.a4));
+  law_.tail = 1.0f + law_.beyond;
 }
 
 double LinkTable::occupancy() const {

@@ -6,13 +6,22 @@
 
 namespace vest::net::kernel {
 
-void addLinkForcesAvx2(const LinkTable& table, const KnotArrays& knots) {
-  addRunForces<Pack>(table, knots);
+namespace {
+
+template <bool kStraight>
+void addAllForces(const LinkTable& table, const KnotArrays& knots) {
+  addRunForces<Pack, kStraight>(table, knots);
   // Packing costs about as much as a link for each knot.
   if (knots.packed != nullptr && table.indexedBlocks() * kLanes > table.indexedKnots() / 2)
-    addPackedForces(table, knots);
+    addPackedForces<kStraight>(table, knots);
   else
-    addIndexedForces<Pack>(table, knots);
+    addIndexedForces<Pack, kStraight>(table, knots);
+}
+
+}  // namespace
+
+void addLinkForcesAvx2(const LinkTable& table, const KnotArrays& knots) {
+  table.law().straight() ? addAllForces<true>(table, knots) : addAllForces<false>(table, knots);
 }
 void integrateKnotsAvx2(const MotionArrays& a, float dt) {
   integrateKnots<Pack>(a, dt);

@@ -5,8 +5,13 @@
 namespace vest::net::kernel {
 
 void addLinkForcesBaseline(const LinkTable& table, const KnotArrays& knots) {
-  addRunForces<Pack>(table, knots);
-  addIndexedForces<Pack>(table, knots);
+  if (table.law().straight()) {
+    addRunForces<Pack, true>(table, knots);
+    addIndexedForces<Pack, true>(table, knots);
+  } else {
+    addRunForces<Pack, false>(table, knots);
+    addIndexedForces<Pack, false>(table, knots);
+  }
 }
 void integrateKnotsBaseline(const MotionArrays& a, float dt) {
   integrateKnots<Pack>(a, dt);

@@ -30,7 +30,8 @@ inline Rows rows(__m256 x, __m256 y, __m256 z) {
            _mm256_shuffle_ps(t1, z1, 0xEE)}};
 }
 
-inline void gatherKnots(const KnotArrays& k, std::size_t knots, float* motion, float* force) {
+inline void gatherKnots(const KnotArrays& arrays, std::size_t knots, float* motion, float* force) {
+  const KnotArrays k = arrays;  // a copy, see addRunForces
   for (std::size_t i = 0; i < knots; i += kLanes) {
     const Rows p = rows(_mm256_loadu_ps(k.x + i), _mm256_loadu_ps(k.y + i), _mm256_loadu_ps(k.z + i));
     const Rows v = rows(_mm256_loadu_ps(k.vx + i), _mm256_loadu_ps(k.vy + i), _mm256_loadu_ps(k.vz + i));
@@ -44,7 +45,8 @@ inline void gatherKnots(const KnotArrays& k, std::size_t knots, float* motion, f
   }
 }
 
-inline void scatterForces(const KnotArrays& k, std::size_t knots, const float* force) {
+inline void scatterForces(const KnotArrays& arrays, std::size_t knots, const float* force) {
+  const KnotArrays k = arrays;
   for (std::size_t i = 0; i < knots; i += kLanes) {
     __m256 r[4];
     for (std::size_t n = 0; n < 4; ++n)
@@ -64,6 +66,7 @@ inline void addLane(float* force, std::uint32_t i, std::uint32_t j, __m128 f) {
   _mm_storeu_ps(to, _mm_sub_ps(_mm_loadu_ps(to), f));
 }
 
+template <bool kStraight>
 inline void addPackedForces(const LinkTable& table, const KnotArrays& k) {
   const LinkTable::LawConstants c = table.law();
   const LinkTable::Block* const blocks = table.blocks().data() + table.firstIndexedBlock();
@@ -72,8 +75,9 @@ inline void addPackedForces(const LinkTable& table, const KnotArrays& k) {
   float* const force = k.packed + 8 * knots;
   gatherKnots(k, knots, motion, force);
   const std::size_t count = table.indexedBlocks();
+  const LinkTable::Indices* const indices = table.indices().data();
   for (std::size_t n = 0; n < count; ++n) {
-    const LinkTable::Indices& index = table.indices()[n];
+    const LinkTable::Indices& index = indices[n];
     const auto difference = [&](int lane) {
       return _mm256_sub_ps(_mm256_loadu_ps(motion + 8 * static_cast<std::size_t>(index.knot1[lane])),
                            _mm256_loadu_ps(motion + 8 * static_cast<std::size_t>(index.knot0[lane])));
@@ -82,8 +86,9 @@ inline void addPackedForces(const LinkTable& table, const KnotArrays& k) {
     const Quads b = columns(difference(4), difference(5), difference(6), difference(7));
     const auto low = [](__m256 p, __m256 q) { return Pack{_mm256_permute2f128_ps(p, q, 0x20)}; };
     const auto high = [](__m256 p, __m256 q) { return Pack{_mm256_permute2f128_ps(p, q, 0x31)}; };
-    const Force<Pack> f = linkForce<Pack>(blocks[n], c, low(a.a, b.a), low(a.b, b.b), low(a.c, b.c),
-                                          high(a.a, b.a), high(a.b, b.b), high(a.c, b.c));
+    const Force<Pack> f =
+        linkForce<Pack, kStraight>(blocks[n], c, low(a.a, b.a), low(a.b, b.b), low(a.c, b.c), high(a.a, b.a),
+                                   high(a.b, b.b), high(a.c, b.c));
     const Rows r = rows(f.x.v, f.y.v, f.z.v);
     for (int lane = 0; lane < 4; ++lane)
       addLane(force, index.knot0[lane], index.knot1[lane], _mm256_castps256_ps128(r.r[lane]));

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../interaction/sling_path.h"
 #include "stages.h"
+#include "vest_tissue/interaction/fasteners.h"
 
 namespace vest::scene {
 namespace {
@@ -15,9 +17,11 @@ using net::Block;
 constexpr double kProxyShare = 0.3;
 constexpr double kHeldShare = 0.25;  ///< (omega·h)² of contacts with the cavity, which are held over a step
 constexpr double kHeldGrip = 0.3;    ///< of mass/h: damping that friction amounts to at most
-constexpr std::uint8_t kOrgan = 255;  ///< TissuePoint::tool of contacts with other objects
-constexpr double kQuiet = 1e-9;       ///< m/s: fem::TissueScratch::quiet (ours)
-constexpr double kInexact = 1e-2;     ///< relative residual of a step's solve above which it is announced
+constexpr std::uint8_t kOrgan = 255;   ///< TissuePoint::tool of contacts with other objects
+constexpr std::uint8_t kThread = 254;  ///< TissuePoint::tool of a sling's places
+constexpr double kDrawn = 0.5;     ///< m/s: a thread that is too short at once is drawn no faster; assumed
+constexpr double kQuiet = 1e-9;    ///< m/s: fem::TissueScratch::quiet (ours)
+constexpr double kInexact = 1e-2;  ///< relative residual of a step's solve above which it is announced
 
 Vector3d toVector(const float v[3]) {
   return {v[0], v[1], v[2]};
@@ -59,7 +63,7 @@ bool gatherPoints(Context& c, ObjectScratch& o, double fraction) {
   std::array<int, tools::kInstrumentCount> of_tool{};
   bool all = true;
   for (const contact::Pull& p : o.pulls) {
-    if (points.size() >= fem::kMostTissuePoints) {
+    if (points.size() >= fem::kMostContactPoints) {
       all = false;
       break;
     }
@@ -85,7 +89,7 @@ bool gatherPoints(Context& c, ObjectScratch& o, double fraction) {
     point.normal = toVector(t.normal);
     point.target = toVector(t.start) + fraction * toVector(t.travel);
     if (point.normal.dot(point.target - q) > t.reach) continue;
-    if (points.size() >= fem::kMostTissuePoints) {
+    if (points.size() >= fem::kMostContactPoints) {
       all = false;
       break;
     }
@@ -138,7 +142,7 @@ bool gatherOrgans(Context& c, std::size_t object, double h) {
     for (int e = 0; e < 3; ++e)
       if (point.weights[e] != 0.0) q += point.weights[e] * c.scratch.objects[object].tissue.q[point.knots[e]];
     if (point.normal.dot(point.target - q) > r.reach) continue;
-    if (points.size() >= fem::kMostTissuePoints) return false;
+    if (points.size() >= fem::kMostContactPoints) return false;
     point.target_velocity = rate;
     point.reach = r.reach;
     point.stiffness = point.most_stiffness = r.stiffness;
@@ -148,6 +152,74 @@ bool gatherOrgans(Context& c, std::size_t object, double h) {
     points.push_back(point);
   }
   return true;
+}
+
+/// Slings that lie on the object: the places of their nodes, and the way over these.
+bool gatherThreads(Context& c, std::size_t object, double before, double after) {
+  static_assert(interaction::kSlingNodes <= static_cast<int>(fem::kMostThreadPoints));
+  auto& w = c.scratch.objects[object].tissue;
+  w.threads.clear();
+  auto& slings = c.state.fasteners.slings;
+  for (std::size_t n = 0; n < slings.size(); ++n) {
+    const interaction::Sling& sling = slings[n];
+    const LoopTissue& loop = c.scratch.loops[n];
+    if (!sling.alive || !sling.around || sling.object != object || loop.count == 0) continue;
+    if (w.threads.size() == fem::kMostThreads) return false;
+    fem::TissueThread thread;
+    thread.source = static_cast<std::uint32_t>(n);
+    thread.first = static_cast<std::uint32_t>(w.points.size());
+    thread.held = loop.held;
+    thread.knot = loop.knot + before * loop.travel, thread.knot_end = loop.knot + after * loop.travel;
+    thread.length = std::max(sling.rest - kAround, 0.0);
+    thread.fastest = kDrawn;
+    thread.most = interaction::kSlingTension;
+    thread.tension = sling.tension;
+    // The knot, node 0, closes the way.
+    for (int i = 1; i <= interaction::kSlingNodes; ++i) {
+      const int node = i % interaction::kSlingNodes;
+      const interaction::SlingTouch& t = sling.touch[node];
+      if ((node == 0 && loop.held) || !t.on || t.object != sling.object) continue;
+      TissuePoint point;
+      point.kind = 2;
+      point.knots = t.knots, point.weights = t.weights;
+      point.tool = kThread;
+      w.points.push_back(point);
+      ++thread.count;
+    }
+    w.threads.push_back(thread);
+  }
+  return true;
+}
+
+/// What slings do to their applicators, and what is told of them; after copyTissue().
+void tellThreads(Context& c, std::size_t object, double h) {
+  constexpr double kSmooth = 0.005;  // s: of the tension that is told
+  const ObjectState& s = c.state.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  const double keep = std::min(1.0, h / kSmooth);
+  for (const fem::TissueThread& thread : o.tissue.threads) {
+    interaction::Sling& sling = c.state.fasteners.slings[thread.source];
+    sling.tension += keep * (thread.tension - sling.tension);
+    Vector3d sum = Vector3d::Zero();
+    for (int i = 0; i < thread.count; ++i) {
+      const TissuePoint& point = o.tissue.points[thread.first + static_cast<std::uint32_t>(i)];
+      sum += point.force;
+      for (int e = 0; e < 3; ++e)
+        if (point.weights[e] != 0.0)
+          o.loads.work += h * point.weights[e] * point.force.dot(knotVelocity(s, point.knots[e]));
+    }
+    // A hand, or a knot, bears no more: the thread slips through its knot.
+    if (thread.tension >= thread.most) {
+      const double length =
+          pathOf(s, sling, c.scratch.loops[thread.source], thread.knot_end, nullptr, nullptr);
+      sling.rest = std::max(sling.rest, length + kAround);
+    }
+    if (!thread.held || !(thread.tension > 0.0)) continue;
+    contact::ToolLoad& load = o.loads.tools[sling.instrument];
+    const Vector3d push = -h * sum, moment = thread.knot_end.cross(push);
+    load.touched = true;
+    for (int e = 0; e < 3; ++e) load.impulse[e] += push[e], load.moment[e] += moment[e];
+  }
 }
 
 /// What the tools feel, and the work that they do.
@@ -160,6 +232,7 @@ void tellTools(Context& c, const ObjectState& s, ObjectScratch& o, double h) {
       o.loads.dissipated += h * point.slip_power;
       continue;
     }
+    if (point.tool == kThread) continue;
     contact::ToolLoad& load = o.loads.tools[point.tool];
     if (point.kind == 0 && point.force.squaredNorm() == 0.0) continue;
     load.touched = true;
@@ -251,6 +324,11 @@ void advanceFem(Context& c, std::size_t object, int batch) {
   bool all = good && gatherPoints(c, o, static_cast<double>(batch + 1) / batches);
   all = all && gatherOrgans(c, object, h);
   if (good) {
+    all = gatherThreads(c, object, static_cast<double>(batch) / batches,
+                        static_cast<double>(batch + 1) / batches) &&
+          all;
+  }
+  if (good) {
     fem::solveTissuePoints(tissue, s.tissue, h, o.tissue);
     inexact = std::max(inexact, o.tissue.residual);
     if (c.account) {  // places at the start, for the work of held forces
@@ -285,6 +363,7 @@ void advanceFem(Context& c, std::size_t object, int batch) {
   }
   if (inexact > kInexact || !all) s.degraded = true;
   copyTissue(s);
+  tellThreads(c, object, h);
 }
 
 }  // namespace vest::scene

@@ -19,7 +19,11 @@ class CutAnswer;
 inline constexpr std::size_t kMostTissueNodes = 20000;       ///< of an object (ours)
 inline constexpr std::size_t kMostSurfaceNodes = 2000;       ///< 288 MB of inverse (ours)
 inline constexpr std::size_t kMostElastostaticNodes = 1500;  ///< free ones: 162 MB of inverse (ours)
-inline constexpr std::size_t kMostTissuePoints = 96;         ///< contacts and held knots at a time (ours)
+inline constexpr std::size_t kMostContactPoints = 96;        ///< contacts and held knots at a time (ours)
+inline constexpr std::size_t kMostThreadPoints = 32;         ///< of one thread, its knot among them
+inline constexpr std::size_t kMostThreads = 3;               ///< drawn taut on an object at a time (ours)
+/// Points of one step.
+inline constexpr std::size_t kMostTissuePoints = kMostContactPoints + kMostThreads * kMostThreadPoints;
 inline constexpr int kTissueIterations = 24;    ///< of conjugate gradients in a step: bounded work (ours)
 inline constexpr int kMostGroupKnots = 48;      ///< that one rigid group holds (interaction::kMaxClipKnots)
 inline constexpr std::size_t kMostGroups = 16;  ///< at a time (ours)
@@ -76,7 +80,8 @@ struct TissueState {
   std::uint32_t revision = 0;                ///< of corner; 0: as the scene says
 };
 
-/// A place that is pushed or held during one step: kind 0 unilateral contact, kind 1 bilateral hold.
+/// A place that is pushed or held during one step: kind 0 unilateral contact, kind 1 bilateral hold, kind 2
+/// part of a thread.
 struct TissuePoint {
   std::array<Index, 3> knots{};
   std::array<double, 3> weights{};
@@ -94,6 +99,20 @@ struct TissuePoint {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, result: on the tissue
   double compliance = 0.0;  ///< m/N, result: of the tissue alone along the normal (hold: mean)
   double slip_power = 0.0;  ///< W, result: turned into heat by friction and damping
+};
+
+/// A closed thread over places of the tissue, drawn taut: the way over them in their order, and over the
+/// applicator's knot where it is held, is not longer than it may be. It runs freely over them: one tension.
+struct TissueThread {
+  std::uint32_t source = 0;  ///< the caller's
+  std::uint32_t first = 0;   ///< of its points, kind 2, in a row
+  int count = 0;
+  bool held = false;  ///< the knot comes after the last point
+  Eigen::Vector3d knot = Eigen::Vector3d::Zero(), knot_end = Eigen::Vector3d::Zero();  ///< m: start and end
+  double length = 0.0;   ///< m, at the end of the step
+  double fastest = 0.0;  ///< m/s: no shortening is faster
+  double most = 0.0;     ///< N
+  double tension = 0.0;  ///< N: of the step before; result: of this one
 };
 
 /// Knots that move as one rigid body during a step: what a clip holds. Places at its end: goal, turned and
@@ -125,6 +144,9 @@ struct TissueScratch {
   std::vector<Eigen::Matrix3d> answers;  ///< between points: answerPoints()
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> point_u, point_g;  ///< CutAnswer's, per point
   std::vector<TissuePoint> points;
+  std::vector<TissueThread> threads;
+  std::vector<Eigen::Matrix3d> thread_answers;  ///< m/N: of links to the forces of links
+  std::vector<double> thread_matrix;
   std::vector<TissueGroup> groups;
   std::vector<Eigen::Vector3d> group_residual;
   std::shared_ptr<CutAnswer> cut;  ///< of the cut object, in the factor's place (cut_answer.h)
@@ -158,12 +180,20 @@ bool freeTissueStep(const TissueModel& tissue, const TissueState& state, double 
 ///    scalar complementarity and Coulomb's disc (projected Gauss-Seidel: Jourdan, Alart, Jean 1998,
 ///    doi 10.1016/S0045-7825(97)00162-3). Stable for any stiffness of tool or tissue.
 void solveTissuePoints(const TissueModel& tissue, const TissueState& state, double h, TissueScratch& scratch);
+/// Part of it, before the contacts: tension of a thread and forces of its points. `start`, `end`: m, per
+/// point, at the start of the step and at its end; the thread's forces change the end. The tension turns with
+/// the links within the step: stable however short they are.
+void solveThread(TissueScratch& scratch, TissueThread& thread, double h, const Eigen::Vector3d* start,
+                 Eigen::Vector3d* end);
 /// 3. Moves the state. False: not finite, nothing has moved.
 bool endTissueStep(const TissueModel& tissue, TissueState& state, double h, TissueScratch& scratch);
 
 /// -gradient of the strain energy per knot, N, into scratch.force.
 void tissueForces(const TissueModel& tissue, const TissueState& state, TissueScratch& scratch);
 double tissueEnergy(const TissueModel& tissue, const TissueState& state);  ///< J, strain energy
+/// Least volume of the elements that have a marked knot, over that at rest: no unit, 1 without any.
+double leastVolume(const TissueModel& tissue, const TissueState& state,
+                   const std::vector<std::uint16_t>& marked);
 /// Greatest principal strain (absolute) of the elements at each knot, no unit.
 void tissueStrain(const TissueModel& tissue, const TissueState& state, float* per_knot);
 /// Greatest equivalent stress (von Mises) of the elements at each knot, Pa; Hooke's law of the element's

@@ -20,20 +20,20 @@ class Block {
     VX,
     VY,
     VZ,  // m, m/s: State that evolves
-    kInverseMass,
-    kDecay,
-    kMass,  // 1/kg (0 fixed), 1/s, kg
-    HX,
-    HY,
-    HZ,  // N: held over a batch
     FX,
     FY,
     FZ,  // N: of a sub-step
+    HX,
+    HY,
+    HZ,  // N: held over a batch
+    kKeep,
+    kPush,  // no unit, s/kg: of the sub-step in use (net::MotionArrays)
+    kInverseMass,
+    kDecay,
+    kMass,  // 1/kg (0 fixed), 1/s, kg: State that cuts and loads change
     PX,
     PY,
-    PZ,  // m: predicted for the middle of a batch
-    kKeep,
-    kPush,    // no unit, s/kg: of the sub-step in use (net::MotionArrays)
+    PZ,       // m: predicted for the middle of a batch
     kPacked,  // kPackedFloats rows of scratch for the kernel
     kKnotRows = kPacked + kPackedFloats
   };

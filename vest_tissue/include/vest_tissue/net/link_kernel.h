@@ -48,11 +48,12 @@ class LinkTable {
   /// What addLinkForces reads of the table.
   void addMemory(Upcoming& to) const {
     to.add(blocks_.data(), blocks_.size() * sizeof(Block));
-    to.add(runs_.data(), runs_.size() * sizeof(Run));
+    to.add(places_.data(), places_.size() * sizeof(Place));
     to.add(indices_.data(), indices_.size() * sizeof(Indices));
   }
   std::size_t linkCount() const { return count_; }
-  std::size_t runCount() const { return runs_.size(); }
+  /// Runs that were long enough to need no indices.
+  std::size_t runCount() const { return runs_; }
   /// Share of lanes that hold a link, no unit.
   double occupancy() const;
 
@@ -62,9 +63,8 @@ class LinkTable {
     alignas(32) float axial[kLanes];
     alignas(32) float damping[kLanes];
   };
-  struct Run {
-    std::uint32_t knot0, knot1;  ///< of the first link
-    std::uint32_t block, blocks;
+  struct Place {
+    std::uint32_t knot0, knot1;  ///< of the first of eight links of a run
   };
   struct Indices {
     std::uint32_t knot0[kLanes];
@@ -72,10 +72,13 @@ class LinkTable {
   };
   struct LawConstants {
     float a2 = 0, a3 = 0, a4 = 0, max_strain = 0;
-    float tail = 1;  ///< tangent at max_strain over E, no unit
+    float tail = 1;    ///< tangent at max_strain over E, no unit
+    float beyond = 0;  ///< tail - 1
+    bool straight() const { return a2 == 0 && a3 == 0 && a4 == 0; }
   };
 
-  const std::vector<Run>& runs() const { return runs_; }
+  /// Of the first firstIndexedBlock() blocks, in the order in which their forces are added.
+  const std::vector<Place>& places() const { return places_; }
   const std::vector<Block>& blocks() const { return blocks_; }
   const std::vector<Indices>& indices() const { return indices_; }
   /// Indexed blocks in use; behind them lie spare ones.
@@ -86,14 +89,14 @@ class LinkTable {
   std::size_t indexedKnots() const { return indexed_knots_; }
 
  private:
-  std::vector<Run> runs_;
+  std::vector<Place> places_;        ///< one per block of a run
   std::vector<Block> blocks_;        ///< of the runs, then of the indexed links
   std::vector<Indices> indices_;     ///< one per indexed block
   std::vector<std::uint32_t> slot_;  ///< block·8 + lane per link as given
   std::uint32_t first_indexed_block_ = 0;
   std::uint32_t indexed_knots_ = 0;
   LawConstants law_;
-  std::size_t count_ = 0;
+  std::size_t count_ = 0, runs_ = 0;
   std::uint32_t spare_ = 0;  ///< next unused place, block·8 + lane
 };
 
