@@ -6,8 +6,6 @@
 namespace vest::fluid {
 namespace {
 
-constexpr float kStanding =
-    1e-3f;                        ///< m: shallower water is a film, which does not reach under tissue (ours)
 constexpr float kGround = 1e-3f;  ///< m: as far as contacts let tissue into the ground (ours)
 constexpr float kSame = 1e-4f;    ///< m: nearer to the highest face is the highest face (ours)
 /// Horizontal over vertical part of a face's pressure: what stands steeper than 72° is hardly seen by cells
@@ -145,6 +143,22 @@ void reachUnder(const Model& model, const Pools& w, ScratchData& s) {
   }
 }
 
+/// Where water reaches under tissue: how high it may stand there, ScratchData::underside.
+void findUndersides(const Model& model, const Inputs& inputs, const Pools& w, ScratchData& s) {
+  std::copy(w.bed.begin(), w.bed.end(), s.underside.begin());
+  for (std::size_t k = 0; k < inputs.surface_count; ++k) {
+    const Surface& surface = inputs.surfaces[k];
+    if (surface.rigid) continue;
+    for (std::size_t t = 0; t < surface.triangle_count; ++t) {
+      Seen seen;
+      if (!see(surface, t, seen) || (surface.closed && seen.up)) continue;
+      eachCell(model, seen, [&](const Hit& hit) {
+        if (s.around[hit.cell] >= 0) s.underside[hit.cell] = std::min(s.underside[hit.cell], hit.z);
+      });
+    }
+  }
+}
+
 }  // namespace
 
 void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchData& s) {
@@ -168,8 +182,7 @@ void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchDat
     if (bed[i] > kNoBed) w.bed[i] = bed[i];
 }
 
-void weighPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s,
-                Report& report) {
+void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchData& s, Report& report) {
   const Pools& w = state.pools;
   const Parameters& par = model.parameters;
   const double gravity = std::max(0.0, -inputs.gravity[2]), area = par.pool_cell * par.pool_cell;
@@ -182,6 +195,10 @@ void weighPools(const Model& model, const Inputs& inputs, const State& state, Sc
     return par.density * area * std::sqrt(gravity * static_cast<double>(depth));
   };
   reachUnder(model, w, s);
+  if (std::any_of(s.around.begin(), s.around.end(), [](std::int32_t from) { return from >= 0; }))
+    findUndersides(model, inputs, w, s);
+  sinkLevels(model, state, s);
+  const auto sunk = [&](std::size_t node) { return std::max(0.0f, w.sunk[node]); };
   for (std::size_t k = 0; k < inputs.surface_count; ++k) {
     const Surface& surface = inputs.surfaces[k];
     if (surface.rigid) continue;
@@ -204,11 +221,12 @@ void weighPools(const Model& model, const Inputs& inputs, const State& state, Sc
         const auto source = static_cast<std::size_t>(std::max(0, from));
         // What lies in the ground, as vessels in the wall, has no water about it.
         const float buried = std::min(1.0f, std::max(0.0f, 1.0f + (hit.z - s.floor[i]) / kGround));
-        const float under = from < 0 ? 0.0f : buried * (w.bed[source] + w.depth[source] - hit.z);
+        const float level = w.bed[source] + w.depth[source] - sunk(w.depth.size() + i),
+                    under = from < 0 ? 0.0f : buried * (level - hit.z);
         double down = 0, drag = 0;
         if (under > 0 && !surface.closed) return;  // a sheet with water on both sides
         if (seen.up && w.bed_triangle[i] == id) {
-          down = weight(i, w.depth[i] > kDryDepth ? w.depth[i] : 0.0f);
+          down = weight(i, w.depth[i] > kDryDepth ? std::max(0.0f, w.depth[i] - sunk(i)) : 0.0f);
           drag = impedance(w.depth[i]);
         } else if (under > 0 && hit.own && (!seen.up || hit.z < w.bed[i] - kSame)) {
           down = seen.up ? weight(source, under) : -weight(source, under);

@@ -186,6 +186,7 @@ struct ScratchData {
   std::vector<std::int32_t> floor_triangle;  ///< its index among all triangles
   bool has_floor = false;
   std::vector<std::int32_t> around, open, wave;  ///< cells: see reachUnder()
+  std::vector<float> underside, sink;            ///< m: see sinkLevels()
   std::vector<std::array<double, 4>> knot_load;  ///< N and N·s/m, per knot of one surface
   std::vector<std::uint8_t> is_loaded;
   std::vector<std::uint32_t> loaded;                     ///< knots of one surface
@@ -245,7 +246,12 @@ void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData&
 void drown(const Model& model, State& state, std::size_t particle);
 void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
 /// How the pools weigh on the knots, where they stand now.
-void weighPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s, Report& report);
+void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchData& s, Report& report);
+/// How much lower liquid stands that runs under tissue beside it: renews Pools::sunk.
+/// ScratchData::around: what it reaches, ScratchData::underside: the lowest face over the ground there (m).
+void sinkLevels(const Model& model, State& state, ScratchData& s);
+inline constexpr float kStanding =
+    1e-3f;  ///< m: shallower water is a film, which does not reach under tissue (ours)
 void stepBubbles(const Model& model, const Inputs& inputs, State& state);
 void hitWindow(const Model& model, const Inputs& inputs, const State& state, Report& report);
 /// Takes away what has no volume left, keeping the order.

@@ -6,8 +6,8 @@
 #include "boxes.h"
 
 // Protects the weight of pools on what yields: no gram more or less than stands there, pressure along the
-// normal, Archimedes' lift for what dips in, none for a sheet with water on both sides, nothing from tissue
-// that went away, the same bits for any threads.
+// normal, Archimedes' lift for what dips in, by the level of the liquid that is there, none for a sheet with
+// water on both sides, nothing from tissue that went away, the same bits for any threads.
 
 namespace vest::fluid::test {
 namespace {
@@ -126,6 +126,71 @@ TEST(Weight, WhatDipsInIsLiftedByTheWaterItDisplaces) {
   const double all = kWater * kGravity * 4 * half * half * (high - low);
   EXPECT_NEAR(p.force(1)[2], all, 0.03 * all) << "the water upon it weighs, that below it lifts more";
   EXPECT_NEAR(p.force(1)[0], 0, 0.01 * all);
+}
+
+/// A block of 40 mm, 2 mm over the ground of a basin of 56 mm (whole cells): there is little water beside it.
+struct Narrow : Pool {
+  static constexpr double kLow = 0.002, kBlock = 0.04 * 0.04, kBeside = 0.056 * 0.056 - kBlock;  // m, m²
+  Narrow()
+      : Pool({openBox(-0.028, 0.028, -0.028, 0.028, 0.04, 14), block(0.02, kLow, 0.02, 10)},
+             {{true, false}, {false, true}}) {
+    weigh();
+  }
+  /// N: what the level lifts at which the liquid that is there stands beside the block and under it
+  double archimedes() const {
+    const double all = poolVolume(model, state);
+    return kWater * kGravity * kBlock * std::max(0.0, (all - kLow * kBlock) / kBeside - kLow);
+  }
+};
+
+TEST(Weight, LittleWaterLiftsNoMoreThanItsOwnLevel) {
+  Narrow p;
+  p.fillTo(0.006);
+  const double before = poolVolume(p.model, p.state);
+  p.weigh();
+  const double lift = p.archimedes();
+  ASSERT_GT(lift, 0.4 * kWater * kGravity * Narrow::kBlock * 0.004) << "half of what 6 mm would lift";
+  EXPECT_NEAR(p.force(1)[2], lift, 0.03 * lift);
+  EXPECT_NEAR(poolVolume(p.model, p.state), before, 1e-6 * before) << "nothing is taken";
+}
+
+TEST(Weight, WhatDoesNotFillTheGapLiftsNothing) {
+  Narrow p;
+  p.fillTo(0.0025);
+  p.weigh();
+  EXPECT_EQ(p.archimedes(), 0) << "half of the gap's height";
+  EXPECT_EQ(p.force(1)[2], 0);
+}
+
+TEST(Weight, AnOrganUnderLittleWaterIsLiftedByWhatItDisplaces) {
+  Narrow p;
+  p.fillTo(0.025);
+  p.weigh();
+  const double lift = kWater * kGravity * Narrow::kBlock * (0.02 - Narrow::kLow);
+  EXPECT_NEAR(p.force(1)[2], lift, 0.03 * lift) << "what runs under it is missing above it, too";
+}
+
+TEST(Weight, AGapThatOpensFillsSlowly) {
+  Narrow p;
+  p.fillTo(0.006);
+  p.weigh();
+  const double before = p.force(1)[2];
+  const double rise = 0.0005;
+  for (std::size_t k = 2; k < p.meshes[1].positions.size(); k += 3)
+    p.meshes[1].positions[k] += static_cast<float>(rise);
+  p.weigh();
+  // Less by what it dips in less deep, not by what would have to run under it in 4 ms.
+  const double stiff = kWater * kGravity * Narrow::kBlock * rise;
+  EXPECT_NEAR(p.force(1)[2], before - stiff, 0.05 * stiff);
+  for (int look = 0; look < 20; ++look) {  // s
+    p.inputs.renew_bed = false;
+    for (int n = 0; n < 250; ++n) fluid::step(p.model, p.inputs, p.state, p.scratch, p.report);
+    p.weigh();
+  }
+  const double low = Narrow::kLow + rise, all = poolVolume(p.model, p.state),
+               lift = kWater * kGravity * Narrow::kBlock *
+                      ((all - low * Narrow::kBlock) / Narrow::kBeside - low);
+  EXPECT_NEAR(p.force(1)[2], lift, 0.05 * lift) << "20 s later";
 }
 
 TEST(Weight, ASheetWithWaterOnBothSidesIsLeftAlone) {

@@ -31,6 +31,10 @@ struct Pools {
   std::vector<float> v;                    ///< m/s at faces r−½, columns·(rows+1)
   std::vector<float> rise;                 ///< m/s, vertical velocity of the surface
   std::vector<float> head;                 ///< m: pressure of impacts in this step, as a water column
+  /// m, per cell for what stands there, then per cell for what reaches under tissue: how much lower liquid
+  /// stands that fills the gaps under tissue beside it, too. < 0: there are none.
+  std::vector<float> sunk;
+  double sunk_at = 0;  ///< s: State::time when it was renewed
 };
 inline constexpr float kNoBed = -1.0e3f;
 inline constexpr float kDryDepth = 1.0e-5f;  ///< m: shallower counts as dry (ours)
