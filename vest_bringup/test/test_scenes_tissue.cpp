@@ -186,6 +186,23 @@ TEST(SceneElements, ASlabOfElementsIsDentedTheNetOnItIsLiftedAndTheHookOpensAFur
   EXPECT_GT(p.cutArea("slab"), 30e-6) << "m²: 30 mm long, deeper than a millimetre";
 }
 
+TEST(SceneElementsSling, TheLoopIsDrawnShutAroundAStumpOfElementsAndHolds) {
+  Play p("fem_ligation");
+  const auto start = p.knots("stump");
+  double tied = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
+    if (at(t, 8.0)) tied = p.moved("stump", start);
+  });
+  EXPECT_LT(p.first(EventKind::Ligated, "stump"), 7.0);
+  EXPECT_TRUE(p.times(EventKind::Fault, "stump").empty());
+  std::vector<scene::SlingView> slings;
+  p.world().slings(slings);
+  ASSERT_GE(slings.size(), 1U);
+  EXPECT_TRUE(slings[0].tied);
+  EXPECT_GT(tied, 0.0008) << "m: drawn in, of a radius of 3.5 mm";
+  EXPECT_NEAR(p.moved("stump", start), tied, 0.2 * tied) << "it holds without the applicator";
+}
+
 TEST(SceneVolume, ANoduleBelowTheSurfaceIsFeltAndScissorsOpenTheLobe) {
   Play p("volume_phantom");
   double soft = 0, stiff = 0;

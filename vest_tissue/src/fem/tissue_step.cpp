@@ -16,6 +16,7 @@ constexpr int kSweeps = 40;          ///< of Gauss-Seidel over the points (ours)
 constexpr double kOvershoot = 4.0;   ///< no unit; ours
 constexpr double kPushOut = 2.0;     ///< m/s: of what a tool that appears in tissue holds within (ours)
 constexpr double kStiffer = 4.0;     ///< stiffness of a contact over that of the tissue in this step (ours)
+constexpr int kThreadPasses = 2;     ///< of correctThreads() (ours)
 constexpr double kSettled = 1e-7;    ///< relative change of forces at which the sweeps end
 
 inline bool corotational(const TissueModel& t) {
@@ -332,6 +333,47 @@ bool freeTissueStep(const TissueModel& t, const TissueState& s, double h,
   return true;
 }
 
+namespace {
+
+/// The answers between points are approximate where elements turn, are cut at length, denatured or clipped:
+/// threads are solved anew from where their points really end, so that links pull along themselves.
+void correctThreads(const TissueModel& t, const TissueState& s, double h, TissueScratch& w,
+                    const Vector3d* start, Vector3d* end) {
+  if (w.threads.empty() || (w.groups.empty() && exact(t, s, h))) return;
+  std::array<Vector3d, kMostThreadPoints> before;
+  for (int pass = 0; pass < kThreadPasses; ++pass) {
+    std::fill_n(w.r.begin(), s.x.size(), Vector3d::Zero());
+    for (TissueThread& thread : w.threads) {
+      const std::size_t first = thread.first, points = static_cast<std::size_t>(thread.count);
+      for (std::size_t p = 0; p < points; ++p) {
+        TissuePoint& point = w.points[first + p];
+        end[first + p].setZero();
+        for (int a = 0; a < 3; ++a) {
+          if (point.weights[a] == 0.0) continue;
+          const Index k = point.knots[a];
+          end[first + p] += point.weights[a] * (s.x[k] + h * w.v_next[k]);
+        }
+        before[p] = point.force;
+      }
+      for (std::size_t p = 0; p < points; ++p)
+        for (std::size_t q = 0; q < points; ++q)
+          end[first + p] -= w.answers[(first + p) * kMostTissuePoints + first + q] * before[q];
+      for (std::size_t p = 0; p < points; ++p) w.points[first + p].force.setZero();
+      solveThread(w, thread, h, start, end);
+      for (std::size_t p = 0; p < points; ++p) {
+        const TissuePoint& point = w.points[first + p];
+        for (int a = 0; a < 3; ++a)
+          if (point.weights[a] != 0.0)
+            w.r[point.knots[a]] += (h * point.weights[a]) * (point.force - before[p]);
+      }
+    }
+    solve(t, s, h, w);
+    addImpulses(w);
+  }
+}
+
+}  // namespace
+
 void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, TissueScratch& w) {
   const std::size_t count = w.points.size();
   if (count == 0) return;
@@ -462,6 +504,7 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
   std::copy_n(w.v_next.begin(), s.x.size(), w.force.begin());  // m/s: without these forces
   solve(t, s, h, w);
   addImpulses(w);
+  correctThreads(t, s, h, w, start.data(), end.data());
   // The sweeps may not settle where friction wedges thin flaps; the answers of a cut that is too long for its
   // update are approximate; and a light knot that bears little of a place goes much further than the place.
   // Forces that throw any knot further than kOvershoot times the longest way that any of them had to go are

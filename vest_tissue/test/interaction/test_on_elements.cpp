@@ -187,6 +187,15 @@ scene::ToolInput hook(double z, bool on) {
   return t;
 }
 
+/// Part of its free shrinkage that an oblate spheroid in a solid of the same stiffness keeps, across its
+/// short axis (Eshelby 1957, doi:10.1098/rspa.1957.0133): (1 + nu)/(1 - nu)·I/(4·pi), I of its potential. At
+/// a free surface, half of it, and stiffer than what is around, it keeps more.
+/// @param flat short axis over long ones, less than 1
+double heldSpot(double flat, double nu) {
+  const double off = std::sqrt(1.0 - flat * flat);
+  return (1.0 + nu) / (1.0 - nu) * flat / (2.0 * off * off * off) * (std::acos(flat) - flat * off);
+}
+
 TEST(HeatOnElements, TheHookWhitensStiffensAndShrinksASlabAndEveryJouleIsAccountedFor) {
   for (const Kind& kind : kKinds) {
     fem::test::SlabOptions options;
@@ -211,26 +220,41 @@ TEST(HeatOnElements, TheHookWhitensStiffensAndShrinksASlabAndEveryJouleIsAccount
     // The surface is drawn together towards the spot, and far away it is as it was.
     std::vector<float> damage(t.world.knotCount(0));
     t.world.field(0, scene::Field::Damage, damage.data());
-    const auto x = fem::test::positionsOf(t.world, 0);
-    double shorter = 1.0;
-    std::size_t white = 0;
+    const fem::TissueState& tissue = t.world.state().objects[0].tissue;
+    ASSERT_FALSE(tissue.denatured.empty());
+    double contraction = 0.0, edges = 0.0;  // over that of free tissue
     for (const auto& c : d.objects[0].contact_triangles) {
       for (int e = 0; e < 3; ++e) {
         const auto a = c[e], b = c[(e + 1) % 3];
         if (damage[a] < 0.9f || damage[b] < 0.9f) continue;
-        ++white;
-        const double now =
-            std::hypot(x[3 * a] - x[3 * b], x[3 * a + 1] - x[3 * b + 1], x[3 * a + 2] - x[3 * b + 2]);
-        shorter =
-            std::min(shorter, now / (d.objects[0].rest_position[a] - d.objects[0].rest_position[b]).norm());
+        double free = 0.0, sharing = 0.0;
+        for (std::size_t n = 0; n < tissue.corner.size(); ++n) {
+          const auto& k = tissue.corner[n];
+          if (std::count(k.begin(), k.end(), a) + std::count(k.begin(), k.end(), b) < 2) continue;
+          free += fem::kShrinkage * static_cast<double>(tissue.denatured[n]), sharing += 1.0;
+        }
+        const double now = (tissue.x[a] - tissue.x[b]).norm(),
+                     rest = (d.objects[0].rest_position[a] - d.objects[0].rest_position[b]).norm();
+        contraction += (1.0 - now / rest) / (free / sharing), edges += 1.0;
       }
     }
-    ASSERT_GT(white, 0u);
-    const auto& elements = t.world.state().objects[0].tissue.denatured;
-    ASSERT_FALSE(elements.empty());
-    const double most = *std::max_element(elements.begin(), elements.end());
-    EXPECT_GT(most, 0.1) << "the surface is white, the depth is not";
-    EXPECT_LT(shorter, 1.0 - 0.5 * fem::kShrinkage * most) << "what lies below holds half of it back at most";
+    ASSERT_GT(edges, 0.0);
+    const auto white = std::count_if(damage.begin(), damage.end(), [](float v) { return v >= 0.9f; });
+    const double wide =
+                     std::sqrt(static_cast<double>(white) * (0.06 / options.nx) * (0.04 / options.ny) / M_PI),
+                 deep = 0.012 / options.nz;  // m: knots stand for a cell of the surface, elements go down one
+    EXPECT_GT(contraction / edges, heldSpot(deep / wide, 0.45)) << "in the plane of the surface";
+    EXPECT_LT(contraction / edges, 1.0) << "no more than free tissue";
+    // What is white is denatured in its first layer at least; elements are the mean of their corners.
+    double least = 0.0;
+    for (const auto& corner : tissue.corner) {
+      double sum = 0.0;
+      for (const fem::Index k : corner)
+        if (damage[k] >= 0.9f) sum += 0.25 * 0.9 * t.world.model().objects[0].heat.shapes[k].share[0];
+      least = std::max(least, sum);
+    }
+    EXPECT_GE(*std::max_element(tissue.denatured.begin(), tissue.denatured.end()), least);
+    EXPECT_GT(least, 0.0);
     std::size_t healthy = 0;
     for (const float v : damage) healthy += v < 0.01f;
     EXPECT_GT(healthy, damage.size() / 2);
@@ -246,6 +270,57 @@ TEST(HeatOnElements, TheHookWhitensStiffensAndShrinksASlabAndEveryJouleIsAccount
       other.step(t.input, report);
     }
     EXPECT_EQ(other.stateHash(), t.world.stateHash());
+  }
+}
+
+/// A free bar along x, or one that is held at both ends; parts of it are denatured at once.
+scene::Description shrinkingBar(const Strain strain, bool held) {
+  fem::Description b = fem::test::makeBox({20, 2, 2, 0.04, 0.002, 0.002}, false);
+  b.name = "bar";
+  b.strain = strain;
+  b.material = {20e3, 0.0, 1050.0, 20.0, 0.004};
+  for (fem::Index n = 0; n < b.nodes.size(); ++n) {
+    if (held && (b.nodes[n].x() == 0.0 || b.nodes[n].x() > 0.04 - 1e-9)) b.fixed.push_back(n);
+    b.nodes[n] += Vector3d(-0.02, -0.001, 0.05);
+  }
+  scene::Description d = fem::test::sceneOf({fem::test::object(b)});
+  d.gravity.setZero();
+  return d;
+}
+
+// Denatured tissue is shorter at rest by kShrinkage: all of it where it is free; between healthy parts of a
+// bar that is held, s of the free strain and r times as stiff, by s·r/(r + f/(1 - f)), f its share of the
+// bar: one tension along all of it, and lengths that add up to that of the bar.
+TEST(HeatOnElements, DenaturedPartsOfABarShrinkFreelyOrAgainstTheRestOfIt) {
+  constexpr double kPart = 0.5, kFree = kPart * fem::kShrinkage, kShare = 0.5;
+  for (const Strain strain : {Strain::Small, Strain::Corotational}) {
+    for (const bool held : {false, true}) {
+      const scene::Description d = shrinkingBar(strain, held);
+      Theatre t(d);
+      auto& tissue = const_cast<scene::WorldState&>(t.world.state()).objects[0].tissue;
+      tissue.denatured.assign(tissue.corner.size(), 0.0f);
+      const double reach = held ? 0.5 * kShare * 0.04 : 1.0;  // m: from the middle
+      for (std::size_t e = 0; e < tissue.corner.size(); ++e) {
+        double middle = 0.0;
+        for (const fem::Index k : tissue.corner[e]) middle += 0.25 * tissue.x[k].x();
+        if (std::fabs(middle) < reach) tissue.denatured[e] = static_cast<float>(kPart);
+      }
+      t.run(2000);
+      const double stiffer = 1.0 + fem::kStiffening * kPart;
+      const double wanted = held ? kFree * stiffer / (stiffer + kShare / (1.0 - kShare)) : kFree;
+      // Of the ends of the denatured part.
+      const double end = held ? reach : 0.02;
+      double shorter = 0.0, n = 0.0;
+      for (std::size_t k = 0; k < tissue.x.size(); ++k) {
+        const Vector3d& rest = d.objects[0].rest_position[k];
+        if (std::fabs(std::fabs(rest.x()) - end) > 1e-9) continue;
+        shorter += 1.0 - tissue.x[k].x() / rest.x(), n += 1.0;
+      }
+      // Held, its cross-section shrinks too: near its ends, over about its thickness, the tension is not
+      // even.
+      const double tolerance = held ? 0.002 / (2.0 * reach) : 1e-4;
+      EXPECT_NEAR(shorter / n, wanted, tolerance * wanted) << int(strain) << held;
+    }
   }
 }
 

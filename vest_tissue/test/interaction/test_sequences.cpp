@@ -323,7 +323,7 @@ TEST(Sequences, OnRandomNetsKeepEveryInvariant) {
   EXPECT_GE(sum.of(EventKind::Coagulated), least(0.1));
   EXPECT_GE(sum.of(EventKind::Ligated), least(0.01));
   EXPECT_GE(sum.of(EventKind::Grasped), least(0.1));
-  EXPECT_LE(sum.faulted, least(0.005)) << "declared, but rare: tools appear within thin nets here";
+  EXPECT_EQ(sum.faulted, 0u) << "tools that appear within thin nets push them out, and throw none";
 }
 
 TEST(Sequences, OnRandomVolumesKeepEveryInvariant) {
