@@ -12,7 +12,6 @@
 
 #include "ogre_assets.h"
 #include "vest_viz/inspect/colour_map.h"
-#include "vest_viz/mesh/coarse.h"
 #include "vest_viz/mesh/occlusion.h"
 #include "vest_viz/texture/organ_texture.h"
 
@@ -40,6 +39,9 @@ constexpr std::array<Shown, 4> kShown{{{vest_msgs::TissueField::BLEEDING, 0.0f, 
 constexpr double kCoarse = 0.0001;
 constexpr double kCoarseWall = 0.0003;          // m: of walls behind the organs
 constexpr std::size_t kMostTriangles = 100000;  // above, a worker would need too long
+/// m: from here on a dent or a waist that fewer triangles do not follow is drawn with all of them, down to
+/// half of it: some three pixels of the standard view (ours).
+constexpr float kBent = 0.0005f;
 
 bool anyShown(const mesh::Store& store) {
   return store.field(kFilm.kind) != nullptr || std::any_of(kShown.begin(), kShown.end(), [&](const Shown& s) {
@@ -139,16 +141,21 @@ void TissueVisual::beginBaking(const mesh::Store& store) {
     if (leave_out && std::all_of(layer.begin(), layer.end(), [](auto l) { return l == 0; }))
       tolerance[i] = store.topology().objects[i].rigid ? kCoarseWall : kCoarse;
   }
-  baking_ = std::async(std::launch::async, [this, surfaces = std::move(surfaces),
-                                            tolerance = std::move(tolerance)] {
-    Baked baked;
-    baked.occlusion = mesh::ambientOcclusion(surfaces, &stop_);
-    baked.coarse.resize(surfaces.size());
-    for (std::size_t i = 0; i < surfaces.size() && !stop_; ++i)
-      if (tolerance[i] > 0)
-        baked.coarse[i] = mesh::coarseTriangles(surfaces[i].positions, surfaces[i].triangles, tolerance[i]);
-    return baked;
-  });
+  baking_ = std::async(
+      std::launch::async, [this, surfaces = std::move(surfaces), tolerance = std::move(tolerance)] {
+        Baked baked;
+        baked.occlusion = mesh::ambientOcclusion(surfaces, &stop_);
+        baked.coarse.resize(surfaces.size());
+        baked.left_out.resize(surfaces.size());
+        for (std::size_t i = 0; i < surfaces.size() && !stop_; ++i) {
+          const mesh::Surface& s = surfaces[i];
+          if (tolerance[i] > 0)
+            baked.coarse[i] = mesh::coarseTriangles(s.positions, s.triangles, tolerance[i]);
+          if (tolerance[i] == kCoarse)
+            baked.left_out[i] = mesh::leftOut(s.positions, s.triangles, baked.coarse[i], &stop_);
+        }
+        return baked;
+      });
 }
 
 void TissueVisual::takeBaked() {
@@ -156,6 +163,7 @@ void TissueVisual::takeBaked() {
   Baked baked = baking_.get();
   for (std::size_t i = 0; i < parts_.size() && i < baked.coarse.size(); ++i) {
     parts_[i].coarse = std::move(baked.coarse[i]);
+    parts_[i].left_out = std::move(baked.left_out[i]);
     parts_[i].occlusion = std::move(baked.occlusion[i]);
     parts_[i].stale = true;
   }
@@ -170,7 +178,7 @@ void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
   std::vector<DynamicMesh::Group> groups(kGroups);
   // What happened to the tissue is shown vertex by vertex, and needs them all.
   const bool coarse = !part.coarse.empty() && part.coarse_version == part.version && !part.is_marked &&
-                      colouring_.by == Colouring::By::Look;
+                      !part.is_bent && colouring_.by == Colouring::By::Look;
   if (coarse) groups[0].triangles = part.coarse;
   for (std::size_t t = 0; !coarse && 3 * t + 2 < skin.triangles.size(); ++t) {
     const std::uint32_t* v = &skin.triangles[3 * t];
@@ -227,6 +235,18 @@ void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
   part.mesh->setVisible(visible(part));
 }
 
+/// Whether the object must be built again, since fewer triangles hide what happened to it now, or hide it no
+/// more.
+bool TissueVisual::judgeBend(const mesh::Store& store, std::size_t index) {
+  Part& part = parts_[index];
+  if (part.left_out.empty() || part.coarse_version != store.shapeVersion(index)) return false;
+  const float gap = mesh::greatestGap(part.left_out, store.skin(index).positions);
+  const bool bent = gap > (part.is_bent ? 0.5f * kBent : kBent);
+  if (bent == part.is_bent) return false;
+  part.is_bent = bent;
+  return true;
+}
+
 void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   Part& part = parts_[index];
   const std::size_t n = store.skin(index).vertexCount();
@@ -281,7 +301,8 @@ void TissueVisual::update(const mesh::Store& store) {
   vertices_ = 0;
   const bool shown = anyShown(store);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const bool reshaped = parts_[i].stale || (fresh && parts_[i].version != store.shapeVersion(i));
+    const bool bend = (parts_[i].stale || store.moved(i)) && judgeBend(store, i);
+    const bool reshaped = bend || parts_[i].stale || (fresh && parts_[i].version != store.shapeVersion(i));
     if (reshaped) rebuildPart(store, i);
     const mesh::Skin& skin = store.skin(i);
     if (reshaped || store.moved(i)) parts_[i].mesh->setVertices(skin.positions, skin.normals, skin.tangents);

@@ -12,6 +12,7 @@
 
 #include "dynamic_mesh.h"
 #include "vest_viz/inspect/slice.h"
+#include "vest_viz/mesh/coarse.h"
 #include "vest_viz/mesh/store.h"
 
 namespace Ogre {
@@ -84,6 +85,8 @@ class TissueVisual {
     std::string name, organ;
     std::uint64_t version = 0, coarse_version = 0;  ///< shapes that are drawn and that `coarse` was made of
     std::vector<std::uint32_t> coarse;              ///< fewer triangles; empty: none, or not yet
+    std::vector<mesh::LeftOut> left_out;            ///< by `coarse`, of what can be bent
+    bool is_bent = false;                           ///< so that fewer triangles would hide it
     bool stale = false;                             ///< to be built again though the shape is the same
     std::vector<float> occlusion;                   ///< empty until it is baked
     std::vector<std::uint8_t> state;
@@ -92,6 +95,7 @@ class TissueVisual {
   void beginBaking(const mesh::Store& store);
   void takeBaked();
   void rebuildPart(const mesh::Store& store, std::size_t index);
+  bool judgeBend(const mesh::Store& store, std::size_t index);
   void updateState(const mesh::Store& store, std::size_t index);
   void updateColours(const mesh::Store& store, std::size_t index);
   void destroy(Part* part);
@@ -126,6 +130,7 @@ class TissueVisual {
   struct Baked {
     std::vector<Triangles> coarse;              ///< per part
     std::vector<std::vector<float>> occlusion;  ///< per part and vertex
+    std::vector<std::vector<mesh::LeftOut>> left_out;
   };
   std::future<Baked> baking_;  ///< reads stop_
   std::string warning_;

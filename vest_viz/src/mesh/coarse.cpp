@@ -1,6 +1,8 @@
 #include "vest_viz/mesh/coarse.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
@@ -8,6 +10,8 @@
 #include <OpenMesh/Tools/Decimater/ModHausdorffT.hh>
 #include <OpenMesh/Tools/Decimater/ModNormalDeviationT.hh>
 #include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
+
+#include "vest_tissue/contact/contacts.h"
 
 namespace vest::mesh {
 namespace {
@@ -24,6 +28,14 @@ using Mesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
 // m: longer edges stay. Light is computed at the vertices, and falls off within some centimetres.
 constexpr float kLongestCollapse = 0.004f;
 constexpr float kGreatestTurn = 20.0f;  // degrees; by eye, beyond it shading changes
+
+/// A triangle of the coarse surface, and the ball that it lies in.
+struct Patch {
+  std::array<std::uint32_t, 3> corners;
+  std::array<Eigen::Vector3d, 3> at;
+  Eigen::Vector3d middle;
+  double reach;  // m
+};
 
 }  // namespace
 
@@ -59,6 +71,54 @@ std::vector<std::uint32_t> coarseTriangles(const std::vector<float>& positions,
   for (const auto f : mesh.faces())
     for (const auto v : mesh.fv_range(f)) out.push_back(static_cast<std::uint32_t>(v.idx()));
   return out;
+}
+
+std::vector<LeftOut> leftOut(const std::vector<float>& positions, const std::vector<std::uint32_t>& triangles,
+                             const std::vector<std::uint32_t>& coarse, const std::atomic<bool>* stop) {
+  const auto at = [&](std::uint32_t v) {
+    return Eigen::Vector3d(positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]);
+  };
+  std::vector<bool> open(positions.size() / 3, false);
+  for (const std::uint32_t v : triangles) open[v] = true;
+  for (const std::uint32_t v : coarse) open[v] = false;
+  std::vector<Patch> patches;
+  for (std::size_t t = 0; t + 2 < coarse.size(); t += 3) {
+    Patch p{{coarse[t], coarse[t + 1], coarse[t + 2]}, {}, Eigen::Vector3d::Zero(), 0.0};
+    for (std::size_t k = 0; k < 3; ++k) p.at[k] = at(p.corners[k]), p.middle += p.at[k] / 3.0;
+    for (const Eigen::Vector3d& corner : p.at) p.reach = std::max(p.reach, (corner - p.middle).norm());
+    patches.push_back(p);
+  }
+  std::vector<LeftOut> result;
+  for (std::uint32_t v = 0; v < open.size() && !patches.empty() && !(stop != nullptr && *stop); ++v) {
+    if (!open[v]) continue;
+    const Eigen::Vector3d place = at(v);
+    double least = std::numeric_limits<double>::infinity();
+    LeftOut found{v, {}, {}};
+    for (const Patch& p : patches) {
+      if ((place - p.middle).norm() - p.reach >= least) continue;
+      const contact::Nearest n = contact::nearest(place, p.at);
+      if (n.distance >= least) continue;
+      least = n.distance;
+      found.corners = p.corners;
+      for (std::size_t k = 0; k < 3; ++k) found.weights[k] = static_cast<float>(n.weights[k]);
+    }
+    result.push_back(found);
+  }
+  return result;
+}
+
+float greatestGap(const std::vector<LeftOut>& left_out, const std::vector<float>& positions) {
+  float greatest = 0.0f;
+  for (const LeftOut& l : left_out) {
+    float square = 0.0f;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      float gap = positions[3 * l.vertex + axis];
+      for (std::size_t k = 0; k < 3; ++k) gap -= l.weights[k] * positions[3 * l.corners[k] + axis];
+      square += gap * gap;
+    }
+    greatest = std::max(greatest, square);
+  }
+  return std::sqrt(greatest);
 }
 
 }  // namespace vest::mesh

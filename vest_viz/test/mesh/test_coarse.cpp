@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <map>
 
@@ -74,6 +75,43 @@ TEST(Coarse, FacesStillLookOutwards) {
     const Eigen::Vector3d p = s.at(c[t]), q = s.at(c[t + 1]), r = s.at(c[t + 2]);
     ASSERT_GT((q - p).cross(r - p).dot(p + q + r), 0.0) << "triangle " << t / 3;
   }
+}
+
+// Protects a waist that a sling or a clip draws from vanishing between the few vertices of a straight tube.
+TEST(Coarse, AWaistOfAStraightTubeIsTold) {
+  constexpr std::uint32_t rings = 40, around = 24;
+  const auto tube = [&](double waist, const Eigen::Affine3d& moved) {
+    std::vector<float> positions;
+    for (std::uint32_t r = 0; r < rings; ++r)
+      for (std::uint32_t a = 0; a < around; ++a) {
+        const double angle = 2 * 3.14159265 * a / around, radius = r == 20 ? 0.0035 - waist : 0.0035;
+        const Eigen::Vector3d p =
+            moved * Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), 0.001 * r);
+        for (int k = 0; k < 3; ++k) positions.push_back(static_cast<float>(p[k]));
+      }
+    return positions;
+  };
+  std::vector<std::uint32_t> triangles;
+  for (std::uint32_t r = 0; r + 1 < rings; ++r)
+    for (std::uint32_t a = 0; a < around; ++a) {
+      const std::uint32_t v = r * around + a, w = r * around + (a + 1) % around;
+      triangles.insert(triangles.end(), {v, w, v + around, w, w + around, v + around});
+    }
+  constexpr double kTolerance = 0.0001;
+  const std::vector<float> rest = tube(0, Eigen::Affine3d::Identity());
+  const std::vector<std::uint32_t> c = coarseTriangles(rest, triangles, kTolerance);
+  const std::vector<LeftOut> l = leftOut(rest, triangles, c, nullptr);
+  std::vector<bool> named(rest.size() / 3, false);
+  for (const std::uint32_t v : c) named[v] = true;
+  EXPECT_EQ(l.size(), static_cast<std::size_t>(std::count(named.begin(), named.end(), false)));
+  ASSERT_FALSE(l.empty());
+  EXPECT_LE(greatestGap(l, rest), 1.01f * static_cast<float>(kTolerance));
+  Eigen::Affine3d moved(Eigen::AngleAxisd(1.1, Eigen::Vector3d(1, 2, -1).normalized()));
+  moved.pretranslate(Eigen::Vector3d(0.03, -0.02, 0.05));
+  EXPECT_LE(greatestGap(l, tube(0, moved)), 2.02f * static_cast<float>(kTolerance)) << "a motion is no bend";
+  EXPECT_GT(greatestGap(l, tube(0.0015, moved)), 0.0008f);
+  const std::atomic<bool> stop{true};
+  EXPECT_TRUE(leftOut(rest, triangles, c, &stop).empty());
 }
 
 TEST(Coarse, WhatIsNoSurfaceComesBackAsItIs) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <atomic>
 #include <cstdint>
 #include <vector>
 
@@ -16,5 +18,20 @@ namespace vest::mesh {
 /// @param tolerance m, > 0
 std::vector<std::uint32_t> coarseTriangles(const std::vector<float>& positions,
                                            const std::vector<std::uint32_t>& triangles, double tolerance);
+
+/// A vertex that coarseTriangles left out, and the place of the coarse surface that is drawn for it.
+struct LeftOut {
+  std::uint32_t vertex;
+  std::array<std::uint32_t, 3> corners;
+  std::array<float, 3> weights;  ///< barycentric
+};
+/// Where the vertices of `triangles` that `coarse` does not name lie on it, in the shape at rest.
+/// @param stop ends the search early, with what was found; may be null
+std::vector<LeftOut> leftOut(const std::vector<float>& positions, const std::vector<std::uint32_t>& triangles,
+                             const std::vector<std::uint32_t>& coarse, const std::atomic<bool>* stop);
+/// Greatest distance of such a vertex from its place now, m: the detail of a tissue that has been bent, tied
+/// or squeezed which the coarse surface does not show. A motion of the whole changes it by no more than the
+/// tolerance.
+float greatestGap(const std::vector<LeftOut>& left_out, const std::vector<float>& positions);
 
 }  // namespace vest::mesh
