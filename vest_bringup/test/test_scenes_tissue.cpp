@@ -129,8 +129,8 @@ TEST(SceneSling, TheLoopIsDrawnShutAndHoldsTheStump) {
   ASSERT_GE(slings.size(), 1U);
   EXPECT_TRUE(slings[0].around);
   EXPECT_TRUE(slings[0].tied);
-  double waist = before;  // wherever between the domes it slid while it was drawn
-  for (std::size_t ring = 2; ring < 20; ++ring) waist = std::min(waist, p.ringRadius("stump", ring));
+  double waist = before;
+  for (std::size_t ring = 6; ring < 16; ++ring) waist = std::min(waist, p.ringRadius("stump", ring));
   EXPECT_LT(waist, 0.8 * before);
 }
 
