@@ -43,6 +43,7 @@ constexpr double kRadial =
     0.5;                        ///< cosine: the surface under a node looks away from the loop's middle (ours)
 constexpr double kKeep = 1.5;   ///< of the loop's radius: a tube further from its middle has left it (ours)
 constexpr double kLegs = 0.7;   ///< of l0: two legs that long reach no slack circle's far side, 2/pi (ours)
+constexpr int kLeastArc = 8;    ///< nodes between the two legs of a thread that lies around something (ours)
 constexpr double kTaut = 0.98;  ///< of l0: a path that long is taut (ours)
 /// Of an element's volume: drawn further it would turn inside out. Tissue is nearly incompressible, and what
 /// has lost so much is shut (ours).
@@ -198,25 +199,33 @@ void embrace(Context& c, Sling& sling) {
 }
 
 /// Tissue that is no tube: it lies in the loop where the thread lies taut on it with most of its nodes, and
-/// the surface under these looks outward.
+/// the surface under these looks outward. On finite elements the two legs to a pusher that stands off do not
+/// count: the thread itself brings them together.
 void enclose(Context& c, Sling& sling) {
   const Vector3d middle = middleOf(sling.node);
   if (sling.around) {
     sling.around = liesOn(sling);
+    // What it is drawn in from is told by the loop that just begins to pull.
+    if (sling.around && c.model.objects[sling.object].fem && !(sling.tension > 0.0))
+      sling.area = areaOf(c.state.objects[sling.object], sling);
     return;
   }
   for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
     if (!c.model.objects[object].net) continue;
-    int lie = 0;
+    int lie = 0, first = kSlingNodes, last = -1;
     double path = 0.0;
     for (int i = 0; i < kSlingNodes; ++i) {
       path += std::sqrt((sling.node[(i + 1) % kSlingNodes] - sling.node[i]).squaredNorm());
       const SlingTouch& t = sling.touch[i];
       if (!t.on || t.object != object) continue;
       const Vector3d out = sling.node[i] - middle;
-      lie += normalOf(c.state.objects[object], t).dot(out) > kRadial * std::sqrt(out.squaredNorm());
+      if (normalOf(c.state.objects[object], t).dot(out) <= kRadial * std::sqrt(out.squaredNorm())) continue;
+      ++lie;
+      first = std::min(first, i);
+      last = i;
     }
-    if (2 * lie < kSlingNodes || path < kTaut * sling.rest) continue;
+    const int between = c.model.objects[object].fem ? std::max(last - first + 1, kLeastArc) : kSlingNodes;
+    if (2 * lie < between || path < kTaut * sling.rest) continue;
     sling.around = true;
     sling.object = static_cast<std::uint16_t>(object);
     sling.count = 0;

@@ -235,12 +235,15 @@ class Theatre {
   void move(int tool, const Vector3d& way, int steps) {
     for (int i = 0; i < steps; ++i) in_.tools[tool].position += way / steps, step();
   }
-  /// Draws on while an organ lies in the loop; with long steps, since a hand takes two seconds.
+  /// Draws on while an organ lies in the loop; with long steps, since a hand takes two seconds. What is no tube
+  /// lies in it only once the thread does on it.
   void tie() {
     in_.dt = 0.01;
     const auto drawn = [&] {
       for (const auto& sling : world_.state().fasteners.slings)
-        if (sling.alive && sling.around && !sling.tied && sling.instrument == 2) return true;
+        if (sling.alive && !sling.tied && sling.instrument == 2 &&
+            (sling.around || !world_.state().objects[0].tissue.mass.empty()))
+          return true;
       return false;
     };
     for (int i = 0; i < 250 && drawn(); ++i) step();
@@ -333,6 +336,9 @@ TEST(Sequences, OnRandomVolumesKeepEveryInvariant) {
   const auto least = [&](double share) { return static_cast<std::size_t>(share * sequences); };
   EXPECT_GE(sum.of(EventKind::Cut), least(1.0));
   EXPECT_GE(sum.of(EventKind::Separated), least(0.1));
+  EXPECT_GE(sum.of(EventKind::Clipped), least(0.3));
+  EXPECT_GE(sum.of(EventKind::Coagulated), least(0.1));
+  EXPECT_GE(sum.of(EventKind::Ligated), least(0.1));
   EXPECT_GE(sum.of(EventKind::Grasped), least(0.1));
   EXPECT_EQ(sum.faulted, 0u) << "tools that appear within thin flaps push them out, and throw none";
 }
