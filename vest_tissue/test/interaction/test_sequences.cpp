@@ -235,8 +235,8 @@ class Theatre {
   void move(int tool, const Vector3d& way, int steps) {
     for (int i = 0; i < steps; ++i) in_.tools[tool].position += way / steps, step();
   }
-  /// Draws on while an organ lies in the loop; with long steps, since a hand takes two seconds. What is no tube
-  /// lies in it only once the thread does on it.
+  /// Draws on while an organ lies in the loop; with long steps, since a hand takes two seconds. What is no
+  /// tube lies in it only once the thread does on it.
   void tie() {
     in_.dt = 0.01;
     const auto drawn = [&] {
