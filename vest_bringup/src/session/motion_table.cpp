@@ -1,0 +1,264 @@
+#include "vest_bringup/session/motion_table.h"
+
+#include <clocale>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+#include <stdexcept>
+
+#include <sys/stat.h>
+
+namespace vest::session {
+namespace {
+
+constexpr std::size_t kMostRows = 5'000'000, kMostColumns = 1000, kMostLine = 64 * 1024;
+constexpr double kFarthest = 1e6;  // m
+
+/// What of a message comes from a file: short, one line, printable.
+std::string shown(const std::string& text) {
+  std::string out;
+  for (const char c : text.substr(0, 40)) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
+  return text.empty() ? "nothing" : text.size() > 40 ? out + "..." : out;
+}
+
+[[noreturn]] void refuse(const std::string& file, std::size_t line, const std::string& field,
+                         const std::string& value, const std::string& allowed) {
+  throw std::invalid_argument(file + (line > 0 ? ": line " + std::to_string(line) : "") + ": " +
+                              shown(field) + ": " + shown(value) + " (allowed: " + allowed + ")");
+}
+
+/// A finite number with a point in every locale; NaN for anything else.
+double number(const std::string& text) {
+  static const locale_t classic = newlocale(LC_ALL_MASK, "C", nullptr);
+  if (text.empty() || text.find_first_not_of("0123456789+-.eE") != std::string::npos)
+    return std::numeric_limits<double>::quiet_NaN();
+  char* end = nullptr;
+  const double value = strtod_l(text.c_str(), &end, classic);
+  return *end == '\0' && std::isfinite(value) ? value : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::vector<std::string> split(const std::string& line) {
+  const char separator = line.find(',') != std::string::npos   ? ','
+                         : line.find(';') != std::string::npos ? ';'
+                                                               : ' ';
+  std::vector<std::string> cells(1);
+  for (const char c : line) {
+    const bool blank = c == ' ' || c == '\t' || c == '\r';
+    if (c == separator || (separator == ' ' && blank)) {
+      if (separator != ' ' || !cells.back().empty()) cells.emplace_back();
+    } else if (!blank) {
+      cells.back() += c;
+    }
+  }
+  if (separator == ' ' && cells.back().empty()) cells.pop_back();
+  return cells;
+}
+
+/// Where a tool's values stand, counted from 0.
+struct Places {
+  std::size_t position[3] = {0, 0, 0};
+  std::size_t orientation[4] = {0, 0, 0, 0};  // x y z w
+  std::size_t jaw = 0;
+  bool has_orientation = false, has_jaw = false;
+};
+
+struct Plan {
+  std::vector<Places> tools;
+  std::vector<std::string> names;  ///< of columns, for messages
+  std::size_t time = 0, most = 0;
+  bool has_time = false;
+};
+
+Plan planOf(const std::string& file, std::size_t line, const std::vector<std::string>& header,
+            MotionTable& table) {
+  Plan plan;
+  plan.names = header;
+  plan.most = header.empty() ? 0 : header.size() - 1;
+  std::map<std::string, std::size_t> at;
+  for (std::size_t i = 0; i < header.size(); ++i)
+    if (!at.emplace(header[i], i).second)
+      refuse(file, line, "header", header[i] + " twice", "each column once");
+  const auto find = [&](const std::string& name, std::size_t& place) {
+    const auto found = at.find(name);
+    if (found != at.end()) place = found->second;
+    return found != at.end();
+  };
+  plan.has_time = find("t_s", plan.time);
+  for (const std::string& column : header) {
+    const std::string end = "_x_m";
+    if (column.size() <= end.size() || column.compare(column.size() - end.size(), end.size(), end) != 0)
+      continue;
+    const std::string name = column.substr(0, column.size() - end.size());
+    Places places;
+    const char* const axes[3] = {"_x_m", "_y_m", "_z_m"};
+    for (int k = 0; k < 3; ++k)
+      if (!find(name + axes[k], places.position[k]))
+        refuse(file, line, "header", "no " + name + axes[k],
+               name + "_x_m, " + name + "_y_m and " + name + "_z_m");
+    const char* const parts[4] = {"_qx", "_qy", "_qz", "_qw"};
+    int there = 0;
+    for (int k = 0; k < 4; ++k) there += find(name + parts[k], places.orientation[k]);
+    if (there != 0 && there != 4)
+      refuse(file, line, "header", name + " with " + std::to_string(there) + " of its quaternion's columns",
+             "all of " + name + "_qx _qy _qz _qw, or none");
+    places.has_orientation = there == 4;
+    places.has_jaw = find(name + "_jaw_rad", places.jaw);
+    plan.tools.push_back(places);
+    table.tools.push_back({name, {}, {}, {}});
+  }
+  if (plan.tools.empty())
+    refuse(file, line, "header", "no tool",
+           "t_s, NAME_x_m, NAME_y_m, NAME_z_m …; --columns for other tables");
+  return plan;
+}
+
+Plan planOf(const MotionLayout& layout, MotionTable& table) {
+  Plan plan;
+  plan.has_time = layout.time_column > 0;
+  plan.time = plan.has_time ? layout.time_column - 1 : 0;
+  plan.most = plan.time;
+  for (const auto& [name, columns] : layout.tools) {
+    Places places;
+    for (std::size_t k = 0; k < 3; ++k) places.position[k] = columns.first - 1 + k;
+    places.has_orientation = columns.last - columns.first == 6;
+    for (std::size_t k = 0; k < 4; ++k) places.orientation[k] = columns.first + 2 + k;
+    plan.most = std::max(plan.most, columns.last - 1);
+    plan.tools.push_back(places);
+    table.tools.push_back({name, {}, {}, {}});
+  }
+  return plan;
+}
+
+class Reader {
+ public:
+  Reader(std::string path, const MotionLayout& layout) : path_(std::move(path)), layout_(layout) {
+    table_.file = path_;
+  }
+
+  MotionTable read() {
+    struct stat status {};
+    if (stat(path_.c_str(), &status) != 0 || !S_ISREG(status.st_mode))
+      refuse(path_, 0, "file", "cannot be read", "a file with a table of numbers");
+    std::ifstream stream(path_, std::ios::binary);
+    if (!stream) refuse(path_, 0, "file", "cannot be read", "a file with a table of numbers");
+    std::string line;
+    while (std::getline(stream, line)) {
+      ++number_;
+      if (line.size() > kMostLine) refuse(path_, number_, "row", "longer than 64 KiB", "a row of numbers");
+      if (number_ == 1 && line.compare(0, 3, "\xEF\xBB\xBF") == 0) line.erase(0, 3);
+      if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
+      take(split(line));
+    }
+    if (table_.time.size() < 2)
+      refuse(path_, 0, "file", std::to_string(table_.time.size()) + " rows", "2 or more rows of numbers");
+    return std::move(table_);
+  }
+
+ private:
+  void take(const std::vector<std::string>& cells) {
+    if (cells.size() > kMostColumns)
+      refuse(path_, number_, "row", std::to_string(cells.size()) + " cells", "at most 1000");
+    if (!planned_) {
+      planned_ = true;
+      const bool foreign = !layout_.tools.empty();
+      plan_ = foreign ? planOf(layout_, table_) : planOf(path_, number_, cells, table_);
+      cells_ = cells.size();
+      if (!plan_.has_time && layout_.rate <= 0.0)
+        refuse(path_, number_, "time", "none", "a column t_s, --time COLUMN, or --rate HZ");
+      // A foreign table may begin with a header of its own.
+      if (!foreign || std::isnan(number(cells[0]))) return;
+    }
+    row(cells);
+  }
+
+  double value(const std::vector<std::string>& cells, std::size_t place) const {
+    const double v = number(cells[place]);
+    if (std::isnan(v)) refuse(path_, number_, columnName(place), cells[place], "a finite number");
+    return v;
+  }
+
+  std::string columnName(std::size_t place) const {
+    return place < plan_.names.size() ? plan_.names[place] : "column " + std::to_string(place + 1);
+  }
+
+  void row(const std::vector<std::string>& cells) {
+    if (cells.size() != cells_ || cells.size() <= plan_.most)
+      refuse(path_, number_, "row", std::to_string(cells.size()) + " cells",
+             std::to_string(std::max(cells_, plan_.most + 1)) + " cells");
+    if (table_.time.size() == kMostRows) refuse(path_, number_, "file", "more rows", "at most 5000000 rows");
+    const double t =
+        plan_.has_time ? value(cells, plan_.time) : static_cast<double>(table_.time.size()) / layout_.rate;
+    if (!table_.time.empty() && !(t > table_.time.back()))
+      refuse(path_, number_, plan_.has_time ? columnName(plan_.time) : "time", cells[plan_.time],
+             "later than the row before, " + std::to_string(table_.time.back()) + " s");
+    table_.time.push_back(t);
+    for (std::size_t i = 0; i < plan_.tools.size(); ++i) {
+      const Places& places = plan_.tools[i];
+      MotionTable::Tool& tool = table_.tools[i];
+      Eigen::Vector3d p;
+      for (int k = 0; k < 3; ++k) {
+        p[k] = layout_.metres_per_unit * value(cells, places.position[k]);
+        if (std::abs(p[k]) > kFarthest)
+          refuse(path_, number_, columnName(places.position[k]), cells[places.position[k]],
+                 "-1e6 to 1e6 m; --unit for other units");
+      }
+      tool.position.push_back(p);
+      if (places.has_orientation) {
+        Eigen::Quaterniond q;
+        for (int k = 0; k < 4; ++k) q.coeffs()[k] = value(cells, places.orientation[k]);
+        const double length = q.norm();
+        if (!(length > 1e-3 && length < 1e3))
+          refuse(path_, number_, columnName(places.orientation[0]),
+                 "a quaternion of length " + std::to_string(length), "length 1");
+        q.coeffs() /= length;
+        tool.orientation.push_back(q);
+      }
+      if (places.has_jaw) tool.jaw.push_back(value(cells, places.jaw));
+    }
+  }
+
+  std::string path_;
+  const MotionLayout& layout_;
+  MotionTable table_;
+  Plan plan_;
+  bool planned_ = false;
+  std::size_t number_ = 0, cells_ = 0;
+};
+
+}  // namespace
+
+std::map<std::string, MotionLayout::Columns> parseColumns(const std::string& text) {
+  const auto wrong = [&](const std::string& part) {
+    throw std::invalid_argument(
+        "--columns " + shown(text) + ": " + shown(part) +
+        " (allowed: NAME=2-4 for x y z or NAME=2-8 for x y z qx qy qz qw, counted from 1, "
+        "several separated by commas)");
+  };
+  std::map<std::string, MotionLayout::Columns> out;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string part = text.substr(begin, end - begin);
+    begin = end + 1;
+    const std::size_t equals = part.find('='),
+                      dash = part.find('-', equals == std::string::npos ? 0 : equals);
+    if (equals == std::string::npos || equals == 0 || dash == std::string::npos) wrong(part);
+    const std::string first = part.substr(equals + 1, dash - equals - 1), last = part.substr(dash + 1);
+    for (const std::string& digits : {first, last})
+      if (digits.empty() || digits.size() > 4 || digits.find_first_not_of("0123456789") != std::string::npos)
+        wrong(part);
+    const MotionLayout::Columns columns{std::stoul(first), std::stoul(last)};
+    const std::size_t count = columns.last - columns.first + 1;
+    if (columns.first == 0 || columns.last > kMostColumns || columns.last < columns.first ||
+        (count != 3 && count != 7))
+      wrong(part);
+    if (!out.emplace(part.substr(0, equals), columns).second) wrong(part + " twice");
+  }
+  return out;
+}
+
+MotionTable readMotionTable(const std::string& path, const MotionLayout& layout) {
+  return Reader(path, layout).read();
+}
+
+}  // namespace vest::session
