@@ -3,8 +3,8 @@ L, F, S, P, C, M, R, X, G = (
     "src/safety/limiter.cpp", "src/safety/freshness.cpp", "src/safety/sensor_check.cpp", "src/safety/passivity.cpp",
     "src/loop/controller.cpp", "src/device/mailbox_device.cpp", "src/loop/registration.cpp", "src/loop/contact_force.cpp",
     "include/vest_haptics/safety/gate.h")
-O, H, W, D, I, V = ("src/loop/loop.cpp", "src/device/phantom.cpp", "src/device/force_transport.cpp", "src/device/simulated.cpp",
-                    "src/device/hci.cpp", "src/device/device.cpp")
+O, H, W, D, I, V, E = ("src/loop/loop.cpp", "src/device/phantom.cpp", "src/device/force_transport.cpp", "src/device/simulated.cpp",
+                       "src/device/hci.cpp", "src/device/device.cpp", "src/device/impulse_engine.cpp")
 USER = {G: C}
 # Each branch of these has a mutant, or a reason.
 GUARDED = [L, F, S, P, G, M, R, X, C, O, W, V]
@@ -177,6 +177,14 @@ MUTANTS = [
     (M, "  if (code_ != 0) return DeviceStatus::Error;\n", "", "devices", "Phantom.EachError*"),
     (M, "  return !forcesOn() || old ||", "  return old ||", "devices", "Mailbox.NoForce*"),
     (M, "  return !forcesOn() || old ||", "  return !forcesOn() ||", "devices", "Phantom.AForceThatIsNotRenewed*"),
+    (M, "|| old || blind || ", "|| old || ", "devices", "Mailbox.WithoutAPose*"),
+    (M, "now_ns - delivered_ns_ > static_cast<std::int64_t>(kPoseLife * 1e9) ||", "", "devices", "Mailbox.WithoutAPose*"),
+    (M, "status_ != static_cast<int>(DeviceStatus::Ok);", "false;", "devices", "Mailbox.WithoutAPose*"),
+    (M, "  if (posed_ns == posed_ns_) return;\n", "", "devices", "Mailbox.TheTrueDelay*"),
+    (M, "  if (held < kLongest) {", "  if (true) {", "devices", "Mailbox.TheTrueDelay*"),
+    (M, "period_ > 0.0 ? held / (kMean + held) : 1.0", "held / (kMean + held)", "devices", "Mailbox.TheTrueDelay*"),
+    # Two lines lead to the Impulse Engine.
+    (E, "    if (!transport_->write(wanted(steadyNow()))) fail(kForceGone);", "    if (tty_.isOpen() && !transport_->write(wanted(steadyNow()))) fail(kForceGone);", "devices", "ImpulseEngine.WhenThePositionLine*"),
     (H, "  const bool output = forcesOn() && calibrated_;", "  const bool output = forcesOn();", "devices", "Phantom.EachCalibration*"),
     (H, "    fail(error.code);\n", "", "devices", "Phantom.EachError*"),
     (H, "    hd.disable(kForceOutput);\n    output_ = false;\n    scheduled_ = false;", "    scheduled_ = false;", "devices", "Phantom.EachError*"),

@@ -41,6 +41,15 @@ struct Capabilities {
   double watchdog =
       0.0;  ///< s after the last command at which the device itself drops to zero; 0: it has none
   double rate = 1000.0;  ///< Hz: poses a second
+  double delay = 0.0;    ///< s that the host cannot measure: in the device, before a pose and behind a force
+};
+
+/// How late forces are, as measured while the device runs. A force reaches the hand `delay` after the pose
+/// was measured that it was computed from, and is held for `period` until that of a newer pose follows. Both
+/// 0: not measured.
+struct Timing {
+  double period = 0.0;  ///< s, T
+  double delay = 0.0;   ///< s, t_d
 };
 
 /// One reading. Fields that the capabilities deny stay at their defaults.
@@ -87,6 +96,8 @@ class Device {
 
   virtual std::string lastError() const { return {}; }        ///< for people, of the newest error
   virtual std::string calibrationHint() const { return {}; }  ///< what the hand must do
+  /// Measured by the device while it runs. Real-time safe.
+  virtual Timing timing() const noexcept { return {}; }
   /// Newest error as the device numbers it, 0: none. Real-time safe.
   virtual std::uint32_t errorCode() const noexcept { return 0; }
 };
