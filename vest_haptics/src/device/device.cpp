@@ -44,6 +44,7 @@ std::string unsound(const Capabilities& c) {
   check("watchdog", c.watchdog, 0.0, 1e3);
   check("rate", c.rate, 1.0, 1e5);
   check("delay", c.delay, 0.0, 0.1);
+  check("continuous", c.continuous, 0.0, kStrongest);
   check("buttons", c.buttons, 0.0, 32.0);
   return wrong;
 }

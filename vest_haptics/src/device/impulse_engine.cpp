@@ -8,6 +8,8 @@
 #include <cstring>
 #include <sstream>
 
+#include "vest_haptics/device/realtime.h"
+
 namespace vest::haptics {
 namespace {
 
@@ -153,6 +155,7 @@ bool ImpulseEngineDevice::connect() {
 }
 
 void ImpulseEngineDevice::serve() {
+  becomeRealTime("vest_lie_pose");
   hci::Decoder decoder(hci::kTimerSixEncoders);
   std::array<hci::Unwrap, kChannels> unwrap;
   hci::Answer answer;
@@ -197,6 +200,7 @@ void ImpulseEngineDevice::serve() {
 
 // Nothing here waits for the position line. While that gives no poses, wanted() is zero.
 void ImpulseEngineDevice::serveForces() {
+  becomeRealTime("vest_lie_force");
   auto due = std::chrono::steady_clock::now();
   while (!stop_) {
     if (!transport_->write(wanted(steadyNow()))) fail(kForceGone);

@@ -35,6 +35,7 @@ struct Capabilities {
   bool force = true;         ///< can show force at all
   int buttons = 0;
   Loads maximum{};           ///< N or N·m: nominal; Cartesian: [0] is the norm's
+  double continuous = 0.0;   ///< N, Cartesian: what the motors bear for ever; 0: not told
   Loads workspace{};         ///< m or rad: half width of each measured axis about its middle, for conformance
   double damping = 0.005;    ///< N·s/m: viscous damping of the bare mechanism, for the bound of Colgate
   double stiffness = 500.0;  ///< N/m: greatest stiffness the maker names
@@ -91,6 +92,9 @@ class Device {
   virtual void enableForces(bool on) noexcept = 0;
   /// Acknowledges an error. The status tells whether it helped.
   virtual void reset() = 0;
+  /// A person holds the device as calibrationHint() says, and says so. For devices that cannot see it
+  /// themselves.
+  virtual void home() {}
   /// Advances a simulated device by dt seconds; real devices do nothing.
   virtual void advance(double dt) noexcept { static_cast<void>(dt); }
 
