@@ -40,8 +40,8 @@ struct Fake {
   void* hook_user = nullptr;
   std::string hook_at;
   int styles = 2, updates = 0, buttons = 0;
-  double nominal = 3.3, continuous = 0.88, stiffness = 0.5;  // N, N, N/mm
-  double box[6] = {-80, -60, -35, 80, 60, 35};               // mm
+  double nominal = 3.3, continuous = 0.88, stiffness = 1.26;  // N, N, N/mm: of a Touch
+  double box[6] = {-80, -60, -35, 80, 60, 35};                // mm
   std::map<std::string, int> calls, fail_after;
   std::map<std::string, unsigned> fail_code;
   int violations = 0;
@@ -287,7 +287,7 @@ void fakehd_reset() {
   f.updates = f.buttons = f.violations = 0;
   f.nominal = 3.3;
   f.continuous = 0.88;
-  f.stiffness = 0.5;
+  f.stiffness = 1.26;
   f.calls.clear();
   f.fail_after.clear();
   f.fail_code.clear();

@@ -211,6 +211,7 @@ TEST(ContactForce, WhatIsGraspedPullsToo) {
   ASSERT_TRUE(toModel(r, m));
   c.update(m, x, Vector3d::Zero());
   EXPECT_NEAR(settled(c, {0, 0, 0.0565}).z(), 0.6 - 300.0 * 0.0035, 1e-6);
+  EXPECT_NEAR(c.trueForce({0, 0, 0.0565}, Vector3d::Zero()).z(), 0.6 - 300.0 * 0.0035, 1e-6);
 }
 
 TEST(ContactForce, BeyondItsRadiusTheModelIsNotExtrapolated) {
@@ -219,6 +220,18 @@ TEST(ContactForce, BeyondItsRadiusTheModelIsNotExtrapolated) {
   const Vector3d x(0, 0, 0.053);
   c.update(modelAt(tissue, x), x, Vector3d::Zero());
   EXPECT_NEAR(settled(c, {0, 0, 0.0}).z(), 0.6 + 300.0 * 0.005, 1e-4);
+}
+
+TEST(ContactForce, WhileANewModelIsBlendedInNothingPulls) {
+  HalfSpace tissue;
+  ContactForce c(1e9);
+  const Vector3d x(0, 0, 0.053);
+  tissue.stiffness = 100.0;
+  c.update(modelAt(tissue, x), x, Vector3d::Zero());
+  settled(c, x);
+  tissue.stiffness = 2000.0;  // what is missing to it is still taken off
+  c.update(modelAt(tissue, x), x, Vector3d::Zero());
+  EXPECT_GE(c.evaluate({0, 0, 0.056}, Vector3d::Zero(), 1e-4).z(), 0.0) << "out of the tissue";
 }
 
 TEST(ContactForce, WhereAModelIsLeftFarBehindTheCouplingBoundsTheForceToo) {

@@ -286,7 +286,25 @@ TEST(Controller, FiveAxesShowTheTipsForceThroughTheTrocar) {
   EXPECT_NEAR(b.report.loads[0], 0.0, 1e-3);
   EXPECT_NEAR(b.report.loads[1], 0.0, 1e-3);
   EXPECT_NEAR(b.report.force_shown_W.z(), -b.report.loads[2], 1e-6);
-  EXPECT_NEAR(b.report.X_DTip.translation().z(), 0.110 - b.report.sample.joints[2], 1e-9);
+  EXPECT_NEAR(b.report.X_BTip.translation().z(), 0.165 - b.report.sample.joints[2], 1e-9);
+}
+
+TEST(Controller, TheMeasuredPoseAndSpeedAreThoseOfTheTipInTheBoxWhateverScaleAndTilt) {
+  ControllerOptions o = options();
+  o.scale = 2.0;
+  o.X_WB = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX());
+  Bench b(o);
+  b.alive = false;
+  b.device.wish(0, 0.01);
+  b.device.wish(2, 0.02);
+  b.run(500);
+  const Eigen::Vector3d p = b.report.sample.position;
+  EXPECT_NEAR((b.report.X_BTip.translation() - (o.arm.aim_B + 2.0 * p)).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((o.X_WB * b.report.X_BTip.translation() - b.report.tip_W).norm(), 0.0, 1e-12);
+  b.device.wish(0, b.device.axis(0).x, 0.02);
+  b.run(300);
+  EXPECT_NEAR(b.report.velocity_B.x(), 0.04, 0.002) << "the hand's 20 mm/s, scaled";
+  EXPECT_NEAR(b.report.velocity_B.z(), 0.0, 0.002);
 }
 
 TEST(Controller, TheTrocarsFrictionOpposesTheShaft) {

@@ -87,6 +87,7 @@ TEST_F(ForceDimension, FailuresOfEachCallAreLatchedAndForcesAreZero) {
   fail("enable");
   device.enableForces(true);
   EXPECT_TRUE(loop([&] { return status == DeviceStatus::Error; })) << "who cannot enable says so";
+  EXPECT_NE(device.lastError().find("switched on or off"), std::string::npos) << device.lastError();
 }
 
 TEST_F(ForceDimension, InResetModeThereIsNeitherPoseNorForce) {

@@ -188,9 +188,8 @@ Vector3d ContactForce::trueForce(const Vector3d& x, const Vector3d& v) const noe
   const TissueModel& m = model_;
   const Vector3d d = within(x - m.position, m.radius);
   const Vector3d whole = m.force - m.stiffness * d - m.damping * (v - m.velocity);
-  const unsigned all = (1u << m.planes) - 1u, pushing = below(m, d);
-  if (m.grasping || pushing == all) return unilateral(m, whole);
-  return unilateral(m, partly(m, pushing, d, whole, d));
+  if (m.grasping) return whole;
+  return unilateral(m, partly(m, below(m, d), d, whole, d));
 }
 
 Vector3d ContactForce::unilateral(const TissueModel& m, Vector3d force) const noexcept {

@@ -123,15 +123,13 @@ void Controller::pose(const Sample& s) noexcept {
     const kinematics::JointPositions q{s.joints[0], s.joints[1], s.joints[2], s.joints[3], s.joints[4]};
     const Eigen::Isometry3d X_BTip = kinematics::forwardKinematics(arm.X_BTrocar, q);
     jacobian_ = kinematics::tipJacobian(options_.X_WB * arm.X_BTrocar, q);
-    report_.X_DTip = X_BTip;
-    report_.X_DTip.translation() = (X_BTip.translation() - arm.aim_B) / options_.scale;
-    own_W_ = options_.X_WB * X_BTip.translation();
+    report_.X_BTip = X_BTip;
   } else {
-    report_.X_DTip.linear() =
+    report_.X_BTip.linear() =
         capabilities_.orientation ? s.orientation.normalized().toRotationMatrix() : arm.X_BTrocar.linear();
-    report_.X_DTip.translation() = s.position;
-    own_W_ = options_.X_WB * Vector3d(arm.aim_B + options_.scale * s.position);
+    report_.X_BTip.translation() = arm.aim_B + options_.scale * s.position;
   }
+  own_W_ = options_.X_WB * report_.X_BTip.translation();
 }
 
 // Virtual work: what the hand does at the device is what the tip does in the tissue.
@@ -165,8 +163,7 @@ void Controller::addTrocar(Loads& loads) const noexcept {
     return;
   }
   const Vector3d v(axis_speed_[0], axis_speed_[1], axis_speed_[2]);
-  const Vector3d axis =
-      options_.arm.aim_B + options_.scale * report_.X_DTip.translation() - options_.arm.pivot_B;
+  const Vector3d axis = report_.X_BTip.translation() - options_.arm.pivot_B;
   const double length = std::sqrt(axis.squaredNorm());
   Vector3d f = -options_.configured_damping * v;
   if (length > 1e-3) f += axis / length * friction(axis.dot(v) / length);
@@ -237,7 +234,7 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
       velocity_W_.setZero();
     }
     axes_ = axes;
-    r.velocity_D = options_.X_WB.linear().transpose() * velocity_W_ / options_.scale;
+    r.velocity_B = options_.X_WB.linear().transpose() * velocity_W_;
     registration_.push(in.now_ns, own_W_);
   } else {
     any_ = false;  // speeds begin anew

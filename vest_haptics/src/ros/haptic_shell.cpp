@@ -306,16 +306,16 @@ void HapticShell::publish(const TickReport& r) {
   const ros::Time when = stamp(r.now_ns);
   cp_.header.stamp = cv_.header.stamp = cf_.header.stamp = js_.header.stamp = jaw_.header.stamp =
       r.valid ? when : ros::Time();  // CRTK: stamp 0 marks invalid data
-  const Eigen::Quaterniond q(r.X_DTip.linear());
-  cp_.pose.position.x = r.X_DTip.translation().x();
-  cp_.pose.position.y = r.X_DTip.translation().y();
-  cp_.pose.position.z = r.X_DTip.translation().z();
+  const Eigen::Quaterniond q(r.X_BTip.linear());
+  cp_.pose.position.x = r.X_BTip.translation().x();
+  cp_.pose.position.y = r.X_BTip.translation().y();
+  cp_.pose.position.z = r.X_BTip.translation().z();
   cp_.pose.orientation.x = q.x();
   cp_.pose.orientation.y = q.y();
   cp_.pose.orientation.z = q.z();
   cp_.pose.orientation.w = q.w();
   measured_cp_.publish(cp_);
-  cv_.twist.linear = toMsg(r.velocity_D);
+  cv_.twist.linear = toMsg(r.velocity_B);
   measured_cv_.publish(cv_);
   cf_.wrench.force = toMsg(controller_.X_WB.linear().transpose() * r.force_shown_W);
   measured_cf_.publish(cf_);

@@ -60,10 +60,10 @@ struct TickReport {
   DeviceStatus status = DeviceStatus::Starting;
   bool valid = false;  ///< the pose is a measured one
   Sample sample;       ///< checked
-  Eigen::Isometry3d X_DTip =
-      Eigen::Isometry3d::Identity();                ///< tip in the device frame (haptics/NAME/measured_cp)
-  Eigen::Vector3d tip_W = Eigen::Vector3d::Zero();  ///< m
-  Eigen::Vector3d velocity_D = Eigen::Vector3d::Zero();    ///< m/s
+  Eigen::Isometry3d X_BTip =
+      Eigen::Isometry3d::Identity();                       ///< tip in phantom_box (haptics/NAME/measured_cp)
+  Eigen::Vector3d tip_W = Eigen::Vector3d::Zero();         ///< m
+  Eigen::Vector3d velocity_B = Eigen::Vector3d::Zero();    ///< m/s, of the tip in phantom_box
   Eigen::Vector3d force_true_W = Eigen::Vector3d::Zero();  ///< N: what the newest model asks for
   Eigen::Vector3d force_shown_W =
       Eigen::Vector3d::Zero();  ///< N, Cartesian equivalent of what the device shows
