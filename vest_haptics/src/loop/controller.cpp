@@ -184,8 +184,10 @@ double Controller::share(const Loads& loads) const noexcept {
 // Motors warm with the square of their force: what they do not bear for ever is there for some seconds only.
 void Controller::spareMotors(Loads& loads) const noexcept {
   constexpr double kBegins = 0.8;  // of the heat that is borne, ours
-  const double cool = std::clamp((1.0 - heat_) / (1.0 - kBegins), 0.0, 1.0);
-  const double most = capabilities_.continuous / limiter_.maximum()[0];
+  const double c = capabilities_.continuous;
+  if (c == 0.0) return;
+  const double cool = std::clamp((1.0 - heat_ / (c * c)) / (1.0 - kBegins), 0.0, 1.0);
+  const double most = c / limiter_.maximum()[0];
   const double allowed = most + cool * (1.0 - most), beyond = std::max(1.0, share(loads) / allowed);
   for (double& x : loads) x /= beyond;
 }
@@ -332,10 +334,7 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
   }
   constexpr double kWarm = 10.0;  // s, ours: windings of motors of this size warm within some ten seconds
   const double force = share(r.loads) * limiter_.maximum()[0];
-  if (capabilities_.continuous > 0.0) {
-    heat_ +=
-        dt / (kWarm + dt) * (force * force / (capabilities_.continuous * capabilities_.continuous) - heat_);
-  }
+  heat_ += dt / (kWarm + dt) * (force * force - heat_);
   r.forces_on = r.state == OperatingState::Enabled && r.valid;
 
   if (capabilities_.joints) {

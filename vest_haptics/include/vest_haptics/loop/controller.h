@@ -124,7 +124,7 @@ class Controller {
   Eigen::Vector3d velocity_W_ = Eigen::Vector3d::Zero();  ///< m/s
   Eigen::Vector3d torque_W_ = Eigen::Vector3d::Zero();    ///< N·m, low-passed
   double jaw_torque_ = 0.0;                               ///< N·m, low-passed
-  double heat_ = 0.0;  ///< mean square of the force shown over that of the continuous one
+  double heat_ = 0.0;                                     ///< N²: mean square of the force shown
   Eigen::Matrix<double, 6, 4> jacobian_ = Eigen::Matrix<double, 6, 4>::Zero();
 };
 
