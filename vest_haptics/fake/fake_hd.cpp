@@ -24,19 +24,31 @@ struct Fake {
   std::recursive_mutex mutex;
   HandAxis axis[3];  // m, maker's axes: x right, y up, z to the user
   double wish[3] = {}, force[3] = {}, pending[3] = {};
-  bool open = false, frame = false, output = false, scheduled = false, started = false, current = false,
-       manual = false;
-  unsigned (*callback)(void*) = nullptr;
-  void* user = nullptr;
-  unsigned calibration = 0x5000, error = 0;
+  bool open = false, frame = false, output = false, started = false, current = false, manual = false;
+  struct Task {
+    unsigned (*callback)(void*);
+    void* user;
+  };
+  std::mutex tasks_mutex;  // never held while a callback runs: it may be followed by another at any moment
+  std::map<unsigned long, Task> tasks;
+  unsigned long handles = 5;
+  std::atomic<unsigned> error{0};
+  unsigned calibration = 0x5000;
+  double reset_at[3] =
+      {};  // where the arm was when its encoders were reset: the library takes it for the posture
+  void (*hook)(void*) = nullptr;
+  void* hook_user = nullptr;
+  std::string hook_at;
   int styles = 2, updates = 0, buttons = 0;
-  double nominal = 3.3;
+  double nominal = 3.3, continuous = 0.88, stiffness = 1.26;  // N, N, N/mm: of a Touch
+  double box[6] = {-80, -60, -35, 80, 60, 35};                // mm
   std::map<std::string, int> calls, fail_after;
   std::map<std::string, unsigned> fail_code;
   int violations = 0;
   std::string violation;
   std::thread thread;
   std::atomic<bool> stop{false};
+  bool ever_scheduled = false;
 
   void wrong(const std::string& what) {
     ++violations;
@@ -49,10 +61,28 @@ struct Fake {
       error = it->second;
       fail_code.erase(it);
     }
+    if (hook && hook_at == name) {
+      auto* const now = hook;
+      hook = nullptr;
+      now(hook_user);
+    }
+  }
+  bool scheduled() {
+    std::lock_guard<std::mutex> lock(tasks_mutex);
+    return !tasks.empty();
   }
   void tick() {
     std::lock_guard<std::recursive_mutex> lock(mutex);
-    if (scheduled && callback(user) == 0) scheduled = false;
+    std::map<unsigned long, Task> due;
+    {
+      std::lock_guard<std::mutex> other(tasks_mutex);
+      due = tasks;
+    }
+    for (const auto& [handle, task] : due) {
+      if (task.callback(task.user) != 0) continue;
+      std::lock_guard<std::mutex> other(tasks_mutex);
+      tasks.erase(handle);
+    }
     if (frame) wrong("callback returned inside a frame");
     for (int i = 0; i < 3; ++i) {
       axis[i].advance(output ? force[i] : 0.0, wish[i], 0.0, 0.001);
@@ -92,7 +122,7 @@ unsigned hdInitDevice(const char* name) {
 void hdDisableDevice(unsigned) {
   ENTER(hdDisableDevice);
   if (it().started) it().wrong("hdDisableDevice while the scheduler runs");
-  if (it().scheduled) it().wrong("hdDisableDevice with a callback scheduled");
+  if (it().scheduled()) it().wrong("hdDisableDevice with a callback scheduled");
   it().open = it().current = it().output = false;
 }
 void hdMakeCurrentDevice(unsigned handle) {
@@ -120,8 +150,11 @@ void hdGetDoublev(unsigned what, double* out) {
   if (!it().current) it().wrong("hdGetDoublev without a current device");
   if (needsFrame(what) && !it().frame) it().wrong("hdGetDoublev outside a frame");
   if (what == 0x2603) *out = it().nominal;
+  if (what == 0x2604) *out = it().continuous;
+  if (what == 0x2602) *out = it().stiffness;
+  if (what == 0x2551) std::memcpy(out, it().box, sizeof it().box);
   if (what == 0x2050) {
-    for (int i = 0; i < 3; ++i) out[i] = 1000.0 * it().axis[i].x;
+    for (int i = 0; i < 3; ++i) out[i] = 1000.0 * (it().axis[i].x - it().reset_at[i]);
   }
   if (what == 0x2052) {
     std::memset(out, 0, 16 * sizeof *out);
@@ -167,28 +200,28 @@ void hdDisable(unsigned what) {
   if (what == 0x4000) it().output = false;
 }
 ErrorInfo hdGetError() {
-  std::lock_guard<std::recursive_mutex> lock(it().mutex);
-  const ErrorInfo e{it().error, it().error ? 7 : 0, 1};
-  it().error = 0;
-  return e;
+  const unsigned code = it().error.exchange(0);  // waits for no callback
+  return {code, code ? 7 : 0, 1};
 }
 const char* hdGetErrorString(unsigned code) {
   return code == 0x302 ? "communication error" : "fake error";
 }
 unsigned long hdScheduleAsynchronous(unsigned (*callback)(void*), void* user, unsigned short priority) {
-  ENTER(hdScheduleAsynchronous);
-  if (!it().open) it().wrong("hdScheduleAsynchronous without a device");
-  if (priority != 65535) it().wrong("forces must be set at the highest priority");
-  if (it().scheduled) it().wrong("scheduled twice");
-  it().callback = callback;
-  it().user = user;
-  it().scheduled = true;
-  return 5;
+  Fake& f = it();
+  if (f.fail_code.count("hdScheduleAsynchronous")) {
+    ENTER(hdScheduleAsynchronous);
+  }
+  std::lock_guard<std::mutex> lock(f.tasks_mutex);
+  f.ever_scheduled = true;
+  if (!f.open) f.wrong("hdScheduleAsynchronous without a device");
+  if (priority != 65535) f.wrong("forces must be set at the highest priority");
+  f.tasks[++f.handles] = {callback, user};
+  return f.handles;
 }
 void hdUnschedule(unsigned long handle) {
   ENTER(hdUnschedule);
-  if (handle != 5) it().wrong("hdUnschedule with an unknown handle");
-  it().scheduled = false;
+  std::lock_guard<std::mutex> other(it().tasks_mutex);
+  if (it().tasks.erase(handle) == 0) it().wrong("hdUnschedule with an unknown handle");
 }
 void hdSetSchedulerRate(unsigned long rate) {
   ENTER(hdSetSchedulerRate);
@@ -197,8 +230,7 @@ void hdSetSchedulerRate(unsigned long rate) {
 void hdStartScheduler() {
   ENTER(hdStartScheduler);
   if (it().started) it().wrong("scheduler started twice");
-  if (it().calls["hdScheduleAsynchronous"] == 0)
-    it().wrong("scheduler started before anything was scheduled");
+  if (!it().ever_scheduled) it().wrong("scheduler started before anything was scheduled");
   it().started = true;
   it().stop = false;
   if (it().manual) return;
@@ -227,6 +259,14 @@ void hdUpdateCalibration(unsigned style) {
   ENTER(hdUpdateCalibration);
   if (!(it().styles & static_cast<int>(style))) it().wrong("calibration style that the device does not have");
   if (it().frame) it().wrong("calibration inside a frame");
+  if (style == 1) {
+    // Whatever the posture is; the maker's pages do it before the servo loop runs.
+    if (it().started) it().wrong("encoders reset while the scheduler runs");
+    for (int i = 0; i < 3; ++i) it().reset_at[i] = it().axis[i].x;
+    it().calibration = 0x5000;
+  } else if (!it().started) {
+    it().wrong("inkwell or automatic calibration before the scheduler runs");
+  }
   if (++it().updates >= 3) it().calibration = 0x5000;
 }
 
@@ -236,14 +276,18 @@ void fakehd_reset() {
   std::lock_guard<std::recursive_mutex> lock(f.mutex);
   for (int i = 0; i < 3; ++i) {
     f.axis[i] = HandAxis{};
-    f.wish[i] = f.force[i] = f.pending[i] = 0.0;
+    f.wish[i] = f.force[i] = f.pending[i] = f.reset_at[i] = 0.0;
   }
-  f.open = f.frame = f.output = f.scheduled = f.started = f.current = f.manual = false;
+  f.open = f.frame = f.output = f.started = f.current = f.manual = f.ever_scheduled = false;
+  f.tasks.clear();
+  f.hook = nullptr;
   f.calibration = 0x5000;
   f.error = 0;
   f.styles = 2;
   f.updates = f.buttons = f.violations = 0;
   f.nominal = 3.3;
+  f.continuous = 0.88;
+  f.stiffness = 1.26;
   f.calls.clear();
   f.fail_after.clear();
   f.fail_code.clear();
@@ -273,8 +317,27 @@ void fakehd_wish(double x, double y, double z) {  // m, maker's axes
   it().wish[1] = y;
   it().wish[2] = z;
 }
-void fakehd_nominal(double newton) {
-  it().nominal = newton;
+void fakehd_limits(double nominal, double continuous, double stiffness, double width) {
+  it().nominal = nominal;
+  it().continuous = continuous;
+  it().stiffness = stiffness;
+  it().box[3] = it().box[0] + width;
+}
+/// Where the person holds the arm, m, maker's axes.
+void fakehd_hold(double x, double y, double z) {
+  std::lock_guard<std::recursive_mutex> lock(it().mutex);
+  const double at[3] = {x, y, z};
+  for (int i = 0; i < 3; ++i) it().axis[i].x = it().wish[i] = at[i], it().axis[i].v = 0.0;
+}
+/// Called once within the next call of a function.
+void fakehd_hook(const char* function, void (*hook)(void*), void* user) {
+  std::lock_guard<std::recursive_mutex> lock(it().mutex);
+  it().hook_at = function;
+  it().hook_user = user;
+  it().hook = hook;
+}
+int fakehd_started() {
+  return it().started;
 }
 void fakehd_shown(double* out) {  // N, maker's axes: what acts on the hand
   std::lock_guard<std::recursive_mutex> lock(it().mutex);

@@ -20,6 +20,7 @@ struct Bench {
   TickInput input;
   TickReport report;
   int ticks = 0;
+  bool known = true;  ///< the device tells its delay
 
   explicit Bench(ControllerOptions o = vest::haptics::testing::options(), DeviceOptions d = {}) : options(o) {
     device.open(d);
@@ -31,6 +32,7 @@ struct Bench {
     ++ticks;
     input.now_ns = now;
     input.status = device.read(input.sample);
+    input.timing = known ? device.timing() : Timing{0.001, 0.0};
     if (alive && ticks % every == 0) {
       input.image = tissue.step(
           report.tip_W.isZero() ? Eigen::Vector3d(0, 0, 0.055 + input.sample.position.z()) : report.tip_W,
@@ -46,6 +48,7 @@ struct Bench {
   const TickReport& shaftTick() {
     input.now_ns = now += kMs;
     input.status = device.read(input.sample);
+    input.timing = device.timing();
     input.image = tissue.step({0, 0, 0.165 - input.sample.joints[2]}, now);
     report = controller->tick(input);
     device.enableForces(report.forces_on);

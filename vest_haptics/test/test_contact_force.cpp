@@ -2,8 +2,11 @@
 // updates.
 #include <cmath>
 #include <limits>
+#include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
+#include <Eigen/Cholesky>
 
 #include "support.h"
 
@@ -70,6 +73,133 @@ TEST(ContactForce, FrictionEndsWhereThePushEnds) {
   EXPECT_NEAR(settled(c, {-0.004, 0, 0.0551}).norm(), 0.0, 1e-9);
 }
 
+namespace {
+
+/// Stiff surfaces that all touch at x0.
+TissueModel corner(const std::vector<Vector3d>& normals, const std::vector<double>& offsets,
+                   const Vector3d& x0, double k) {
+  HalfSpace any;
+  auto r = any.step({0, 0, any.level - 0.001}, 0)->contacts[0];
+  Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();
+  Vector3d force = Vector3d::Zero();
+  r.plane_count = normals.size();
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    stiffness += k * normals[i] * normals[i].transpose();
+    force += k * (offsets[i] - normals[i].dot(x0)) * normals[i];
+    for (int e = 0; e < 3; ++e) r.planes[i][e] = normals[i][e];
+    r.planes[i][3] = offsets[i];
+  }
+  for (int i = 0; i < 3; ++i) {
+    r.position[i] = x0[i];
+    r.wrench[i] = force[i];
+    for (int j = 0; j < 3; ++j) r.stiffness[6 * i + j] = stiffness(i, j);
+  }
+  r.radius = 1.0;
+  TissueModel m;
+  EXPECT_TRUE(toModel(r, m));
+  return m;
+}
+
+/// The point of { n·p ≥ o } nearest to x, by trying every set of planes that may hold it.
+Vector3d nearest(const std::vector<Vector3d>& n, const std::vector<double>& o, const Vector3d& x) {
+  Vector3d best = Vector3d::Constant(1e9);
+  for (unsigned set = 0; set < 1u << n.size(); ++set) {
+    Eigen::MatrixXd a(3, 0);
+    Eigen::VectorXd b(0);
+    for (std::size_t i = 0; i < n.size(); ++i) {
+      if (!(set >> i & 1u)) continue;
+      a.conservativeResize(3, a.cols() + 1);
+      b.conservativeResize(b.size() + 1);
+      a.col(a.cols() - 1) = n[i];
+      b[b.size() - 1] = o[i] - n[i].dot(x);
+    }
+    if (a.cols() > 3) continue;
+    Vector3d p = x;
+    if (a.cols() > 0) p += a * Eigen::MatrixXd(a.transpose() * a).ldlt().solve(b);
+    bool free = true;
+    for (std::size_t i = 0; i < n.size(); ++i) free &= n[i].dot(p) >= o[i] - 1e-9;
+    if (free && (p - x).norm() < (best - x).norm()) best = p;
+  }
+  return best;
+}
+
+}  // namespace
+
+TEST(ContactForce, OnRigidPlanesTheProxyIsThePointOfFreeSpaceNearestToTheHand) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> gauss;
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  const auto count = counted(100000, 2000, "corners of one to four rigid planes");
+  const double coupling = 1000.0;
+  int corners = 0;
+  for (int trial = 0; trial < count; ++trial) {
+    std::vector<Vector3d> n;
+    std::vector<double> o;
+    const Vector3d x0(0.01, 0.02, 0.05);
+    for (int i = 0, planes = 1 + trial % 4; i < 40 && static_cast<int>(n.size()) < planes; ++i) {
+      Vector3d normal(gauss(random), gauss(random), 1.0 + std::abs(gauss(random)));
+      normal.normalize();
+      bool apart = true;
+      for (const Vector3d& other : n) apart &= normal.dot(other) < 0.85;
+      if (!apart) continue;
+      n.push_back(normal);
+      o.push_back(normal.dot(x0) + 1e-7);  // touched
+    }
+    ContactForce c(coupling);
+    const Vector3d x = x0 + 0.002 * Vector3d(uniform(random), uniform(random), uniform(random));
+    c.update(corner(n, o, x0, 1e6), x, Vector3d::Zero());
+    const Vector3d expected = nearest(n, o, x);
+    corners += n.size() > 1 && (expected - x0).norm() < 1e-6;
+    ASSERT_NEAR((c.proxy(x, Vector3d::Zero()) - expected).norm(), 0.0, 5e-6) << "trial " << trial;
+    ASSERT_NEAR((settled(c, x) - coupling * (expected - x)).norm(), 0.0, 0.01) << "trial " << trial;
+  }
+  EXPECT_GT(corners, count / 100) << "hands behind corners are among them";
+}
+
+TEST(ContactForce, WhoLeavesOneSurfaceOfACornerStillRestsOnTheOther) {
+  const Vector3d floor(0, 0, 1), wall(1, 0, 0), x0(0, 0, 0);
+  ContactForce c(1000.0);
+  const Vector3d in(-0.001, 0, -0.002);
+  c.update(corner({floor, wall}, {1e-7, 1e-7}, x0, 1e7), in, Vector3d::Zero());
+  EXPECT_NEAR((settled(c, in) - Vector3d(1.0, 0, 2.0)).norm(), 0.0, 0.01);
+  EXPECT_NEAR((settled(c, {0.001, 0, -0.002}) - Vector3d(0, 0, 2.0)).norm(), 0.0, 0.01) << "off the wall";
+  EXPECT_NEAR((settled(c, {-0.001, 0, 0.001}) - Vector3d(1.0, 0, 0)).norm(), 0.0, 0.01) << "off the floor";
+  EXPECT_EQ(settled(c, {0.001, 0, 0.001}).norm(), 0.0);
+}
+
+TEST(ContactForce, WhatOneSurfaceHeldAloneEndsWhereItIsLeft) {
+  const Vector3d floor(0, 0, 1), wall(1, 0, 0), x0(0, 0, 0);
+  ContactForce c(1000.0);
+  TissueModel m = corner({floor, wall}, {1e-3, 1e-3}, x0, 1000.0);
+  m.force.x() += 0.5;  // the wall is harder than its plane says
+  c.update(m, x0, Vector3d::Zero());
+  const Vector3d f = settled(c, {0.003, 0, 0});
+  EXPECT_NEAR(f.x(), 0.0, 1e-6);
+  EXPECT_NEAR(f.z(), 0.5, 1e-6);
+}
+
+TEST(ContactForce, AModelWithoutPlanesPushesAndPulls) {
+  HalfSpace tissue;
+  ContactForce c(1e9);
+  const Vector3d x(0, 0, 0.053);
+  TissueModel m = modelAt(tissue, x);
+  m.planes = 0;
+  c.update(m, x, Vector3d::Zero());
+  EXPECT_NEAR(settled(c, {0, 0, 0.0565}).z(), 0.6 - 300.0 * 0.0035, 1e-6);
+}
+
+TEST(ContactForce, AnotherCouplingAddsNoJumpAndIsReachedWithinMilliseconds) {
+  HalfSpace tissue;
+  tissue.stiffness = 1000.0;
+  ContactForce c(1000.0);
+  const Vector3d x(0, 0, 0.053);
+  c.update(modelAt(tissue, x), x, Vector3d::Zero());
+  EXPECT_NEAR(settled(c, x).z(), 1.0, 1e-6);
+  c.couple(250.0, x, Vector3d::Zero());
+  EXPECT_NEAR(c.evaluate(x, Vector3d::Zero(), 1e-9).z(), 1.0, 1e-5);
+  EXPECT_NEAR(settled(c, x).z(), 0.002 / (1.0 / 1000.0 + 1.0 / 250.0), 1e-6);
+}
+
 TEST(ContactForce, WhatIsGraspedPullsToo) {
   HalfSpace tissue;
   ContactForce c(1e9);
@@ -81,6 +211,7 @@ TEST(ContactForce, WhatIsGraspedPullsToo) {
   ASSERT_TRUE(toModel(r, m));
   c.update(m, x, Vector3d::Zero());
   EXPECT_NEAR(settled(c, {0, 0, 0.0565}).z(), 0.6 - 300.0 * 0.0035, 1e-6);
+  EXPECT_NEAR(c.trueForce({0, 0, 0.0565}, Vector3d::Zero()).z(), 0.6 - 300.0 * 0.0035, 1e-6);
 }
 
 TEST(ContactForce, BeyondItsRadiusTheModelIsNotExtrapolated) {
@@ -89,6 +220,28 @@ TEST(ContactForce, BeyondItsRadiusTheModelIsNotExtrapolated) {
   const Vector3d x(0, 0, 0.053);
   c.update(modelAt(tissue, x), x, Vector3d::Zero());
   EXPECT_NEAR(settled(c, {0, 0, 0.0}).z(), 0.6 + 300.0 * 0.005, 1e-4);
+}
+
+TEST(ContactForce, WhileANewModelIsBlendedInNothingPulls) {
+  HalfSpace tissue;
+  ContactForce c(1e9);
+  const Vector3d x(0, 0, 0.053);
+  tissue.stiffness = 100.0;
+  c.update(modelAt(tissue, x), x, Vector3d::Zero());
+  settled(c, x);
+  tissue.stiffness = 2000.0;  // what is missing to it is still taken off
+  c.update(modelAt(tissue, x), x, Vector3d::Zero());
+  EXPECT_GE(c.evaluate({0, 0, 0.056}, Vector3d::Zero(), 1e-4).z(), 0.0) << "out of the tissue";
+}
+
+TEST(ContactForce, WhereAModelIsLeftFarBehindTheCouplingBoundsTheForceToo) {
+  HalfSpace tissue;
+  tissue.stiffness = 1e5;
+  ContactForce c(400.0);
+  const Vector3d x(0, 0, 0.045);  // 10 mm deep, twice the model's radius: 1 kN
+  c.update(modelAt(tissue, x), x, Vector3d::Zero());
+  EXPECT_LE(settled(c, x).z(), 400.0 * 0.010);
+  EXPECT_GT(settled(c, x).z(), 1.0);
 }
 
 TEST(ContactForce, ShownStiffnessNeverExceedsTheCoupling) {

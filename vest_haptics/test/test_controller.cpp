@@ -376,19 +376,19 @@ TEST(Controller, AfterAStartOrAPauseThereIsNoSpeed) {
   b.hand(0.03);
   b.device.axis(2).x = 0.03;
   b.tick();
-  EXPECT_EQ(b.report.velocity_D.norm(), 0.0) << "the first place is no motion";
+  EXPECT_EQ(b.report.velocity_B.norm(), 0.0) << "the first place is no motion";
   b.run(100);
   b.device.axis(2).x = 0.02;
   b.hand(0.02);
   b.now += 200 * kMs;
   b.tick();
-  EXPECT_EQ(b.report.velocity_D.norm(), 0.0) << "what happened in the pause is unknown";
+  EXPECT_EQ(b.report.velocity_B.norm(), 0.0) << "what happened in the pause is unknown";
   b.device.inject(DeviceStatus::Unplugged);
   b.run(3);
   b.device.axis(2).x = 0.03;
   b.device.inject(DeviceStatus::Ok);
   b.tick();
-  EXPECT_EQ(b.report.velocity_D.norm(), 0.0) << "and what it did while it was unplugged";
+  EXPECT_EQ(b.report.velocity_B.norm(), 0.0) << "and what it did while it was unplugged";
 }
 
 TEST(Controller, ASlewThatIsConfiguredTooFastIsNotTaken) {

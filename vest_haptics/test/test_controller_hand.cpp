@@ -9,13 +9,103 @@
 using namespace vest::haptics;
 using namespace vest::haptics::testing;
 
-TEST(Controller, TheCouplingStaysWithinTheBoundOfColgateAndTheDevicesOwn) {
+namespace {
+
+double stiffnessAt(const Capabilities& c, const ControllerOptions& o, const Timing& timing) {
+  Controller controller(c, o);
+  TickInput in;
+  in.now_ns = 1000 * kMs;
+  in.timing = timing;
+  return controller.tick(in).stiffness;
+}
+
+}  // namespace
+
+TEST(Controller, TheStiffnessStaysWithinTheBoundOfTheTrueDelayAndTheDevicesOwn) {
   Capabilities c = cartesian();
   ControllerOptions o = options();
   o.hand_damping = 0.1;
-  EXPECT_NEAR(Controller(c, o).coupling(), 2.0 * (0.005 + 0.1) / 0.001, 1e-9);
+  const double b = 0.005 + 0.1;
+  EXPECT_NEAR(stiffnessAt(c, o, {0.001, 0.0}), b / 0.0005, 1e-9);
+  EXPECT_NEAR(stiffnessAt(c, o, {0.001, 0.002}), b / (0.0005 + 0.002), 1e-9);
+  EXPECT_NEAR(stiffnessAt(c, o, {0.0004, 0.002}), b / (0.0005 + 0.002), 1e-9)
+      << "the loop's own period holds";
+  EXPECT_NEAR(stiffnessAt(c, o, {0.003, 0.002}), b / (0.0015 + 0.002), 1e-9) << "a device that is slower";
+  c.rate = 500.0;
+  EXPECT_NEAR(stiffnessAt(c, o, {}), b / (0.001 + 0.002), 1e-9)
+      << "not measured: its rate, and a period on top";
+  c.delay = 0.001;
+  EXPECT_NEAR(stiffnessAt(c, o, {0.001, 0.002}), b / (0.0005 + 0.003), 1e-9) << "what no host can measure";
   o.hand_damping = 10.0;
-  EXPECT_NEAR(Controller(c, o).coupling(), c.stiffness, 1e-9);
+  EXPECT_NEAR(stiffnessAt(c, o, {0.001, 0.0}), c.stiffness, 1e-9);
+}
+
+namespace {
+
+constexpr double kRigid = 1e6;  // N/m
+
+/// Stiffness that acts at the handle, N/m, of something rigid that is pressed, with forces that grow by gain.
+double feltStiffness(double scale, double gain) {
+  ControllerOptions o = options();
+  o.scale = scale;
+  o.force_gain = gain;
+  o.passivity = false;
+  Bench b(o, {{"maximum_force", "100"}});
+  b.tissue.stiffness = kRigid;
+  b.device.axis(2).hand_stiffness = 1e5;
+  b.device.axis(2).hand_damping = 300.0;
+  b.open();
+  double f[2] = {}, x[2] = {};
+  for (const int i : {0, 1}) {
+    b.hand(-0.0005 * (1 + i));
+    b.run(600);
+    f[i] = b.report.loads[2];
+    x[i] = b.device.axis(2).x;
+  }
+  EXPECT_GT(f[0], 0.3);
+  return (f[1] - f[0]) / (x[0] - x[1]);
+}
+
+}  // namespace
+
+TEST(Controller, NeitherScaleNorGainMakeTheHandleStifferThanTheBound) {
+  for (const double scale : {1.0, 3.0, 0.5}) {
+    for (const double gain : {1.0, 4.0, 0.25}) {
+      const double lever = scale * scale * gain;  // of the tip's stiffness
+      const double expected = 1.0 / (1.0 / 2000.0 + 1.0 / (lever * kRigid));
+      EXPECT_NEAR(feltStiffness(scale, gain), expected, 0.01 * expected) << scale << ' ' << gain;
+    }
+  }
+}
+
+TEST(Controller, ADelayThatGrowsSoftensAtOnceAndOneThatShrinksOnlyInTheAir) {
+  Bench b;
+  b.tissue.stiffness = 5000.0;
+  b.press();
+  const double before = b.report.stiffness, force = b.force();
+  double last = force;
+  const auto tickWith = [&](double delay) {
+    b.now += kMs;
+    b.input.timing = {0.001, delay};
+    b.input.now_ns = b.now;
+    b.input.status = b.device.read(b.input.sample);
+    b.input.image = b.tissue.step(b.report.tip_W, b.now);
+    b.report = b.controller->tick(b.input);
+    b.device.write(b.report.loads);
+    b.device.advance(0.001);
+  };
+  for (int i = 0; i < 50; ++i) {
+    tickWith(0.004);
+    EXPECT_LE(std::abs(b.force() - last), 0.05 * 3.3 + 1e-9) << "without a jump";
+    last = b.force();
+  }
+  EXPECT_NEAR(b.report.stiffness, 1.005 / 0.0045, 1.0);
+  EXPECT_LT(b.force(), 0.9 * force);
+  for (int i = 0; i < 50; ++i) tickWith(0.0);
+  EXPECT_NEAR(b.report.stiffness, 1.005 / 0.0045, 1.0) << "still in the tissue";
+  b.hand(0.01);
+  for (int i = 0; i < 400; ++i) tickWith(0.0);
+  EXPECT_NEAR(b.report.stiffness, before, 1.0);
 }
 
 TEST(Controller, WhenTheInstrumentIsClutchedOrTakenOverElsewhereThereIsNoKick) {
@@ -58,6 +148,121 @@ double swing(bool passivity, double hand_damping, double hand_stiffness) {
 
 }  // namespace
 
+namespace {
+
+// Peak to peak, m, of a handle with twice the damping that is assumed, pressed against something rigid
+// through a device that shows each force 3 ms late, with passivity off. `told`: whether the device's delay is
+// known.
+double swingWithDelay(bool told) {
+  ControllerOptions o = options();
+  o.passivity = false;
+  Bench b(o, {{"delay", "0.003"}, {"maximum_force", "20"}});
+  b.tissue.stiffness = 1e5;
+  b.known = told;
+  b.open();
+  auto& axis = b.device.axis(2);
+  axis.hand_damping = 2.0 * o.hand_damping;
+  axis.hand_stiffness = 100.0;
+  b.hand(-0.01);
+  double low = 1.0, high = -1.0;
+  for (int i = 0; i < 5000; ++i) {
+    b.tick();
+    EXPECT_EQ(b.report.fault, Fault::None);
+    if (i > 4000) {
+      low = std::min(low, axis.x);
+      high = std::max(high, axis.x);
+    }
+  }
+  return high - low;
+}
+
+}  // namespace
+
+TEST(Controller, WithTheTrueDelayInTheBoundAHandleRestsThatSwingsWithoutIt) {
+  EXPECT_GT(swingWithDelay(false), 0.001) << "else this shows nothing";
+  EXPECT_LT(swingWithDelay(true), 0.0001);
+}
+
+namespace {
+
+// Peak to peak of the force that the hand itself gives, N, and its mean, at each depth of a slow press and
+// release.
+struct Feel {
+  double in = 0.0, out = 0.0, shown = 0.0;  ///< N at the same depth, going in and coming out
+};
+Feel feelAt(double friction, double gain, double depth) {
+  ControllerOptions o = options();
+  o.force_gain = gain;
+  Bench b(o, {{"friction", std::to_string(friction)}, {"maximum_force", "8"}});
+  b.tissue.stiffness = 300.0;
+  auto& axis = b.device.axis(2);
+  axis.hand_stiffness = 5000.0;
+  axis.hand_damping = 20.0;
+  b.open();
+  Feel out;
+  const auto hand = [&](double h) { return axis.hand_stiffness * (axis.x - h); };
+  // 5 mm/s, so that the dampers take 0.1 N.
+  double h = 0.002;
+  for (; axis.x > -depth; h -= 5e-6) b.hand(h), b.tick();
+  out.in = hand(h), out.shown = b.force();
+  for (double more = h - 0.002; h > more; h -= 5e-6) b.hand(h), b.tick();
+  for (; axis.x < -depth; h += 5e-6) b.hand(h), b.tick();
+  out.out = hand(h);
+  return out;
+}
+
+}  // namespace
+
+TEST(Controller, TheHandFeelsTheForceShownBetweenTheDevicesFrictions) {
+  // 0.26 N: what the maker of the Touch names as its backdrive friction.
+  for (const double gain : {1.0, 3.0}) {
+    const Feel f = feelAt(0.26, gain, 0.004);
+    const double series = 1.0 / (1.0 / 300.0 + gain / 2000.0);  // tissue and coupling
+    EXPECT_NEAR(f.shown, gain * series * 0.004, 0.02 * f.shown) << gain;
+    EXPECT_NEAR(0.5 * (f.in + f.out), f.shown, 0.1) << gain << ": the middle of the loop is what is shown";
+    EXPECT_NEAR(0.5 * (f.in - f.out), 0.26, 0.13)
+        << gain << ": its half width is the friction, and the dampers";
+  }
+  // The softest touch goes under in the friction, and gain brings it up: a handle that nobody holds does not
+  // move.
+  for (const bool lifted : {false, true}) {
+    ControllerOptions o = options();
+    o.force_gain = lifted ? 4.0 : 1.0;
+    Bench b(o, {{"friction", "0.26"}});
+    b.tissue.stiffness = 50.0;
+    b.open();
+    b.hand(-0.003);
+    b.run(400);
+    auto& axis = b.device.axis(2);
+    axis.hand_stiffness = axis.hand_damping = 0.0;
+    const double from = axis.x;
+    b.run(200);
+    EXPECT_EQ(axis.x - from > 1e-4, lifted);
+  }
+}
+
+TEST(Controller, ForcesBeyondWhatTheMotorsBearForEverLastForSecondsOnly) {
+  Bench b(options(), {{"continuous", "0.88"}});  // N, of 3.3 N
+  b.tissue.stiffness = 1000.0;
+  b.open();
+  b.hand(-0.015);
+  b.run(300);
+  EXPECT_GT(b.force(), 2.5) << "a push has all of it";
+  double last = b.force(), square = 0.0;
+  for (int i = 0; i < 60000; ++i) {
+    b.tick();
+    ASSERT_LE(std::abs(b.force() - last), 0.05 * 3.3 + 1e-9) << "and no jump";
+    last = b.force();
+    if (i >= 30000) square += last * last / 30000.0;
+  }
+  EXPECT_NEAR(std::sqrt(square), 0.88, 0.03) << "what is left is what they bear";
+  b.hand(0.01);
+  b.run(20000);
+  b.hand(-0.015);
+  b.run(300);
+  EXPECT_GT(b.force(), 2.5) << "cooled down";
+}
+
 TEST(Controller, AHeldHandleRestsAgainstSomethingStiff) {
   EXPECT_LT(swing(true, 3.0, 300.0), 0.0001);
 }
@@ -81,7 +286,25 @@ TEST(Controller, FiveAxesShowTheTipsForceThroughTheTrocar) {
   EXPECT_NEAR(b.report.loads[0], 0.0, 1e-3);
   EXPECT_NEAR(b.report.loads[1], 0.0, 1e-3);
   EXPECT_NEAR(b.report.force_shown_W.z(), -b.report.loads[2], 1e-6);
-  EXPECT_NEAR(b.report.X_DTip.translation().z(), 0.110 - b.report.sample.joints[2], 1e-9);
+  EXPECT_NEAR(b.report.X_BTip.translation().z(), 0.165 - b.report.sample.joints[2], 1e-9);
+}
+
+TEST(Controller, TheMeasuredPoseAndSpeedAreThoseOfTheTipInTheBoxWhateverScaleAndTilt) {
+  ControllerOptions o = options();
+  o.scale = 2.0;
+  o.X_WB = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX());
+  Bench b(o);
+  b.alive = false;
+  b.device.wish(0, 0.01);
+  b.device.wish(2, 0.02);
+  b.run(500);
+  const Eigen::Vector3d p = b.report.sample.position;
+  EXPECT_NEAR((b.report.X_BTip.translation() - (o.arm.aim_B + 2.0 * p)).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((o.X_WB * b.report.X_BTip.translation() - b.report.tip_W).norm(), 0.0, 1e-12);
+  b.device.wish(0, b.device.axis(0).x, 0.02);
+  b.run(300);
+  EXPECT_NEAR(b.report.velocity_B.x(), 0.04, 0.002) << "the hand's 20 mm/s, scaled";
+  EXPECT_NEAR(b.report.velocity_B.z(), 0.0, 0.002);
 }
 
 TEST(Controller, TheTrocarsFrictionOpposesTheShaft) {

@@ -263,7 +263,48 @@ TEST(Passivity, ASampledSpringGainsEnergyExactlyBeyondTheBoundOfColgate) {
     const double bound = K * T / 2.0;
     EXPECT_GT(cycleEnergy(K, 0.99 * bound, T, 0.05), 0.0) << K;
     EXPECT_LT(cycleEnergy(K, 1.01 * bound, T, 0.05), 0.0) << K;
-    EXPECT_NEAR(greatestStiffness(bound, T), K, 1e-9);
+    EXPECT_NEAR(greatestStiffness(bound, T, 0.0), K, 1e-9);
+  }
+}
+
+namespace {
+
+// The same with a simulated device that shows each force a while after it was sent. J a cycle.
+double cycleEnergyWithDelay(double stiffness, double damping, double period, double delay, double v) {
+  SimulatedDevice device;
+  device.open({{"delay", std::to_string(delay)}, {"maximum_force", "100"}});
+  device.enableForces(true);
+  const int half = 2000;  // at its turns the triangle is no even motion
+  double energy = 0.0, z = -0.001;
+  for (int cycle = 0; cycle < 2; ++cycle) {
+    energy = 0.0;
+    for (int i = 0; i < 2 * half; ++i) {
+      const double speed = i < half ? -v : v;
+      device.axis(2).x = z;
+      Sample s;
+      device.read(s);
+      device.write({0, 0, -stiffness * s.position.z(), 0, 0});
+      device.advance(period);
+      energy += device.shown()[2] * speed * period - damping * v * v * period;
+      z += speed * period;
+    }
+  }
+  return energy;
+}
+
+}  // namespace
+
+TEST(Passivity, ASampledSpringWithDelayGainsEnergyExactlyBeyondHalfAPeriodPlusTheDelay) {
+  const double T = 0.001;
+  for (const double delay : {0.001, 0.002, 0.005}) {
+    for (const double K : {200.0, 1000.0}) {
+      const double bound = K * (T / 2.0 + delay);
+      EXPECT_GT(cycleEnergyWithDelay(K, 0.99 * bound, T, delay, 0.05), 0.0) << K << ' ' << delay;
+      EXPECT_LT(cycleEnergyWithDelay(K, 1.01 * bound, T, delay, 0.05), 0.0) << K << ' ' << delay;
+      EXPECT_NEAR(greatestStiffness(bound, T, delay), K, 1e-9);
+      EXPECT_GT(cycleEnergyWithDelay(K, 1.01 * K * T / 2.0, T, delay, 0.05), 0.0)
+          << "half a period is not all";
+    }
   }
 }
 

@@ -49,7 +49,8 @@ struct Sweep {
   void tick() {
     const TrialSample& s = trial->tick(now += 1000000, jaw);
     const double moved = (s.tip - place).norm();
-    if (now > 2000000) jump = std::max(jump, (s.shown - last).norm() - trial->loop().coupling() * moved);
+    if (now > 2000000)
+      jump = std::max(jump, (s.shown - last).norm() - trial->loop().newest().stiffness * moved);
     greatest = std::max(greatest, s.shown.norm());
     changes += (s.contact != contact) + (s.grasping != grasping);
     contact = s.contact;

@@ -43,6 +43,8 @@ std::string unsound(const Capabilities& c) {
   check("stiffness", c.stiffness, 1e-3, 1e6);
   check("watchdog", c.watchdog, 0.0, 1e3);
   check("rate", c.rate, 1.0, 1e5);
+  check("delay", c.delay, 0.0, 0.1);
+  check("continuous", c.continuous, 0.0, kStrongest);
   check("buttons", c.buttons, 0.0, 32.0);
   return wrong;
 }

@@ -2,10 +2,13 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstring>
 #include <sstream>
+
+#include "vest_haptics/device/realtime.h"
 
 namespace vest::haptics {
 namespace {
@@ -71,18 +74,20 @@ void ImpulseEngineDevice::open(const DeviceOptions& options) {
     }
     transport_.reset(make());
   }
+  begin();
+  stop_ = false;
   if (transport_) {
     transport_->open(option(options, "force_port", ""), capabilities_.maximum);
     capabilities_.force = true;
     capabilities_.watchdog = transport_->watchdog();
+    capabilities_.delay = transport_->delay();
+    forces_ = std::thread([this] { serveForces(); });
   }
-  begin();
   const std::string wrong = tty_.open(port_, baud_);
   if (!wrong.empty()) {
     close();
     throw DeviceError("Impulse Engine: " + wrong);
   }
-  stop_ = false;
   if (!connect()) {
     close();
     throw DeviceError("Impulse Engine: port '" + port_ + "' does not answer at " + std::to_string(baud_) +
@@ -95,6 +100,7 @@ void ImpulseEngineDevice::open(const DeviceOptions& options) {
 void ImpulseEngineDevice::close() {
   stop_ = true;
   if (thread_.joinable()) thread_.join();
+  if (forces_.joinable()) forces_.join();
   if (transport_) {
     transport_->write(Loads{});
     transport_->close();
@@ -149,6 +155,7 @@ bool ImpulseEngineDevice::connect() {
 }
 
 void ImpulseEngineDevice::serve() {
+  becomeRealTime("vest_lie_pose");
   hci::Decoder decoder(hci::kTimerSixEncoders);
   std::array<hci::Unwrap, kChannels> unwrap;
   hci::Answer answer;
@@ -164,9 +171,7 @@ void ImpulseEngineDevice::serve() {
       decoder = hci::Decoder(hci::kTimerSixEncoders);
       unwrap = {};
     }
-    // Forces flow also while positions do not come: zero, so that a watchdog is not needed.
     const std::int64_t asked = steadyNow();
-    if (transport_ && !transport_->write(wanted(asked))) fail(kForceGone);
     bool answered = false, gone = !tty_.write(&hci::kTimerSixEncoders, 1);
     while (!answered && !gone && steadyNow() - asked < 5000000) {
       const int n = tty_.read(buffer, sizeof buffer, 1);
@@ -179,7 +184,7 @@ void ImpulseEngineDevice::serve() {
         sample.joints[i] = home_[i] + static_cast<double>(unwrap[i].update(answer.encoders[i])) / counts_[i];
       }
       sample.buttons = answer.buttons;
-      deliver(sample, steadyNow());
+      deliver(sample, asked);  // measured after that, at the earliest
       setStatus(DeviceStatus::Ok);
       silent_since_ = 0;
     } else {
@@ -190,6 +195,17 @@ void ImpulseEngineDevice::serve() {
         silent_since_ = 0;
       }
     }
+  }
+}
+
+// Nothing here waits for the position line. While that gives no poses, wanted() is zero.
+void ImpulseEngineDevice::serveForces() {
+  becomeRealTime("vest_lie_force");
+  auto due = std::chrono::steady_clock::now();
+  while (!stop_) {
+    if (!transport_->write(wanted(steadyNow()))) fail(kForceGone);
+    due = std::max(due + std::chrono::milliseconds(1), std::chrono::steady_clock::now());
+    std::this_thread::sleep_until(due);
   }
 }
 

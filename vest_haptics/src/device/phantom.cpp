@@ -2,7 +2,9 @@
 
 #include <dlfcn.h>
 
+#include <chrono>
 #include <sstream>
+#include <thread>
 
 namespace vest::haptics {
 namespace {
@@ -11,7 +13,8 @@ namespace {
 using Enum = unsigned int;
 constexpr Enum kCurrentButtons = 0x2000, kCurrentPosition = 0x2050, kCurrentTransform = 0x2052,
                kModelType = 0x2501, kSerialNumber = 0x2504, kCalibrationStyle = 0x2555,
-               kNominalMaxForce = 0x2603, kCurrentForce = 0x2700, kForceOutput = 0x4000,
+               kUsableWorkspace = 0x2551, kNominalMaxStiffness = 0x2602, kNominalMaxForce = 0x2603,
+               kNominalMaxContinuousForce = 0x2604, kCurrentForce = 0x2700, kForceOutput = 0x4000,
                kMaxForceClamping = 0x4001, kCalibrationOk = 0x5000, kNeedsUpdate = 0x5001;
 constexpr int kStyleEncoderReset = 1, kStyleAuto = 2, kStyleInkwell = 4;
 constexpr unsigned kDone = 0, kContinue = 1, kInvalidHandle = 0xffffffffu;
@@ -105,11 +108,7 @@ PhantomDevice::PhantomDevice() {
   capabilities_.orientation = true;
   capabilities_.buttons = 2;
   capabilities_.maximum = {0.5, 0, 0, 0, 0};
-  // Touch and PHANToM Omni: 160 × 120 × 70 mm, 3.3 N, x stiffness 1.26 N/mm (maker's data sheet); damping:
-  // order of safety.md.
-  capabilities_.workspace = {0.08, 0.035, 0.06, 0, 0};
-  capabilities_.stiffness = 1000.0;
-  capabilities_.damping = 0.005;
+  capabilities_.damping = 0.005;  // order of the mechanisms of this class; the library does not tell it
 }
 
 PhantomDevice::~PhantomDevice() {
@@ -149,14 +148,13 @@ void PhantomDevice::open(const DeviceOptions& options) {
   };
   capabilities_.model = text(kModelType);
   capabilities_.serial = text(kSerialNumber);
-  double force = 0.0;
-  hd_->getDouble(kNominalMaxForce, &force);
-  check("its maximum force cannot be read");
-  if (!isFinite(force) || !(force > 0.0 && force < 100.0)) {
+  try {
+    readLimits();
+  } catch (const DeviceError&) {
     close();
-    throw DeviceError("PHANToM: nominal maximum force " + std::to_string(force) + " N; allowed: 0 … 100");
+    throw;
   }
-  capabilities_.maximum[0] = force;
+  check("its limits cannot be read");
   int styles = 0;
   hd_->getInteger(kCalibrationStyle, &styles);
   check("its calibration style cannot be read");
@@ -170,9 +168,56 @@ void PhantomDevice::open(const DeviceOptions& options) {
   check("its servo loop cannot be scheduled");
   hd_->setRate(1000);
   hd_->getError();  // old drivers refuse the rate and run at 1 kHz anyway
+  if (style_ == kStyleEncoderReset) {
+    setStatus(DeviceStatus::Uncalibrated);  // until home()
+    return;
+  }
+  start();
+  check("its servo loop cannot be started");
+}
+
+void PhantomDevice::start() {
   running_ = true;
   hd_->start();
-  check("its servo loop cannot be started");
+}
+
+// The library speaks of mm, N and N/mm.
+void PhantomDevice::readLimits() {
+  const auto read = [&](Enum what, const char* name, double least, double most) {
+    double value = 0.0;
+    hd_->getDouble(what, &value);
+    if (!isFinite(value) || !(value > least && value < most)) {
+      throw DeviceError("PHANToM: " + std::string(name) + " " + std::to_string(value) +
+                        "; allowed: " + std::to_string(least) + " … " + std::to_string(most));
+    }
+    return value;
+  };
+  capabilities_.maximum[0] = read(kNominalMaxForce, "nominal maximum force, N,", 0.0, 100.0);
+  capabilities_.continuous = read(kNominalMaxContinuousForce, "maximum continuous force, N,", 0.0, 100.0);
+  capabilities_.stiffness = 1000.0 * read(kNominalMaxStiffness, "maximum stiffness, N/mm,", 0.0, 1000.0);
+  double box[6] = {};  // least x y z, greatest x y z
+  hd_->getDouble(kUsableWorkspace, box);
+  Eigen::Vector3d half;
+  for (int i = 0; i < 3; ++i) {
+    middle_[i] = 0.5 * (box[i] + box[3 + i]);
+    half[i] = 0.5 * (box[3 + i] - box[i]);
+    if (!isFinite(middle_[i]) || !(half[i] > 0.0 && half[i] < 10000.0))
+      throw DeviceError("PHANToM: usable workspace of " + std::to_string(2.0 * half[i]) +
+                        " mm; allowed: 0 … 20000");
+  }
+  capabilities_.workspace = {0.001 * half.x(), 0.001 * half.z(), 0.001 * half.y(), 0, 0};
+}
+
+// Encoders are reset before the servo loop runs, and where that has stopped.
+void PhantomDevice::home() {
+  if (!hd_ || style_ != kStyleEncoderReset) return;
+  if (running_) hd_->stop();
+  running_ = calibrated_ = false;
+  setStatus(DeviceStatus::Uncalibrated);
+  hd_->makeCurrent(handle_);
+  hd_->updateCalibration(kStyleEncoderReset);
+  const bool done = hd_->checkCalibration() == kCalibrationOk;
+  if (hd_->getError().code == 0 && done) start();
 }
 
 void PhantomDevice::schedule() {
@@ -197,6 +242,8 @@ void PhantomDevice::close() {
 
 void PhantomDevice::reset() {
   if (!hd_ || errorCode() == 0) return;
+  // The callback that latched the error ends itself a moment later: not before that is it scheduled anew.
+  for (int i = 0; i < 10000 && scheduled_; ++i) std::this_thread::sleep_for(std::chrono::microseconds(100));
   hd_->getError();  // what is left of the old error
   clearError();
   calibrated_ = output_ = false;
@@ -215,7 +262,9 @@ unsigned PhantomDevice::serve() noexcept {
   hd.makeCurrent(handle_);
   if (!calibrated_ || ++ticks_ % 100 == 0) {
     const Enum state = hd.checkCalibration();
-    if (state == kNeedsUpdate) hd.updateCalibration(static_cast<Enum>(style_));
+    // Where encoders are reset, nobody here knows the posture.
+    if (state == kNeedsUpdate && style_ != kStyleEncoderReset)
+      hd.updateCalibration(static_cast<Enum>(style_));
     calibrated_ = state == kCalibrationOk;
   }
   const bool output = forcesOn() && calibrated_;
@@ -225,12 +274,12 @@ unsigned PhantomDevice::serve() noexcept {
   }
   double position[3] = {}, transform[16] = {};
   int buttons = 0;
-  const Loads loads = calibrated_ ? wanted(now) : Loads{};
-  const double force[3] = {loads[0], loads[2], -loads[1]};  // back into the maker's axes
   hd.beginFrame(handle_);
   hd.getDouble(kCurrentPosition, position);
   hd.getDouble(kCurrentTransform, transform);
   hd.getInteger(kCurrentButtons, &buttons);
+  const Loads loads = calibrated_ ? wanted(steadyNow()) : Loads{};
+  const double force[3] = {loads[0], loads[2], -loads[1]};  // back into the maker's axes
   hd.setDouble(kCurrentForce, force);
   hd.endFrame(handle_);
   const ErrorInfo error = hd.getError();
@@ -247,7 +296,7 @@ unsigned PhantomDevice::serve() noexcept {
   }
   Sample sample;
   const Eigen::Matrix3d C = axes();
-  sample.position = C * (0.001 * Eigen::Vector3d(position[0], position[1], position[2]));
+  sample.position = C * (0.001 * (Eigen::Vector3d(position[0], position[1], position[2]) - middle_));
   Eigen::Matrix3d R;
   for (int c = 0; c < 3; ++c) {
     for (int r = 0; r < 3; ++r) R(r, c) = transform[4 * c + r];
@@ -275,7 +324,8 @@ std::string PhantomDevice::calibrationHint() const {
     case kStyleInkwell:
       return "put the stylus into the inkwell for a moment";
     case kStyleEncoderReset:
-      return "hold the arm in its reset position (upper arm level, lower arm upright) and start again";
+      return "hold the arm in its reset position (upper arm level, lower arm upright), then send 'home' on "
+             "state_command";
     default:
       return "move the stylus through its whole reach";
   }

@@ -7,14 +7,17 @@ namespace vest::haptics {
 
 void HandAxis::advance(double force, double h, double h_v, double dt) noexcept {
   constexpr int kSub = 16;
-  const double s = dt / kSub, c = hand_damping + bare_damping;
+  const double s = dt / kSub, c = hand_damping + bare_damping, most = s * friction;
   for (int i = 0; i < kSub; ++i) {
     const double x_old = x, v_old = v;
     // Implicit midpoint of a linear system: exact energy balance of force, damper and springs.
     const double k = hand_stiffness;
     const double rhs =
         force + k * (h + 0.5 * s * h_v - x_old - 0.5 * s * v_old) + hand_damping * h_v - c * v_old;
-    const double dv = s * rhs / (mass + 0.5 * s * c + 0.25 * s * s * k);
+    const double inertia = mass + 0.5 * s * c + 0.25 * s * s * k;
+    // Friction holds the middle of the sub-step still where it can, and else takes all that it has.
+    const double hold = -2.0 * v_old * inertia - s * rhs;
+    const double dv = (s * rhs + std::clamp(hold, -most, most)) / inertia;
     v = v_old + dv;
     x = x_old + s * 0.5 * (v + v_old);
     h += s * h_v;
@@ -32,7 +35,8 @@ SimulatedDevice::SimulatedDevice() {
 }
 
 void SimulatedDevice::open(const DeviceOptions& options) {
-  checkOptions("simulated device", options, "axes motion seconds maximum_force watchdog");
+  checkOptions("simulated device", options,
+               "axes motion seconds maximum_force watchdog friction delay continuous");
   const std::string axes = option(options, "axes", "cartesian"), motion = option(options, "motion", "rest");
   if (axes != "cartesian" && axes != "joints")
     throw DeviceError("simulated device: axes '" + axes + "'; allowed: cartesian, joints");
@@ -42,6 +46,10 @@ void SimulatedDevice::open(const DeviceOptions& options) {
   period_ = numberOption(options, "seconds", 4.0, 0.1, 1000.0);
   const double force = numberOption(options, "maximum_force", 3.3, 0.01, 100.0);
   capabilities_.watchdog = numberOption(options, "watchdog", 0.0, 0.0, 10.0);
+  const double friction = numberOption(options, "friction", 0.0, 0.0, 5.0);
+  capabilities_.continuous = numberOption(options, "continuous", 0.0, 0.0, 100.0);
+  delay_ = numberOption(options, "delay", 0.0, 0.0, 0.06);
+  timing_ = {0.001, delay_};
   capabilities_.joints = axes == "joints";
   capabilities_.maximum = {force, 0, 0, 0, 0};
   middle_.fill(0.0);
@@ -57,12 +65,15 @@ void SimulatedDevice::open(const DeviceOptions& options) {
   for (int i = 0; i < kChannels; ++i) {
     axes_[static_cast<std::size_t>(i)].x = middle_[static_cast<std::size_t>(i)];
     axes_[static_cast<std::size_t>(i)].v = 0.0;
+    axes_[static_cast<std::size_t>(i)].friction = capabilities_.joints ? 0.0 : friction;
   }
   scripted_ = motion_ != 0;
   time_ = 0.0;
   open_ = true;
   forces_on_ = false;
   shown_.fill(0.0);
+  under_way_.fill(Loads{});
+  sent_ = 0;
   fault_ = DeviceStatus::Ok;
 }
 
@@ -101,8 +112,9 @@ DeviceStatus SimulatedDevice::write(const Loads& loads) noexcept {
   if (!open_) return DeviceStatus::Starting;
   if (fault_ == DeviceStatus::Error) forces_on_ = false;
   commanded_at_ = time_;
-  for (std::size_t i = 0; i < kChannels; ++i)
-    shown_[i] = forces_on_ && fault_ == DeviceStatus::Ok ? loads[i] : 0.0;
+  Loads& last = under_way_[sent_ % kSlots];
+  last = forces_on_ && fault_ == DeviceStatus::Ok ? loads : Loads{};
+  if (delay_ == 0.0) shown_ = last;
   return fault_;
 }
 
@@ -136,6 +148,13 @@ void SimulatedDevice::script() noexcept {
 void SimulatedDevice::advance(double dt) noexcept {
   if (!open_) return;
   time_ += dt;
+  timing_.period = dt;
+  if (delay_ > 0.0) {
+    const auto ticks = static_cast<std::size_t>(std::lround(delay_ / dt));
+    shown_ = ticks < kSlots && ticks <= sent_ ? under_way_[(sent_ - ticks) % kSlots] : Loads{};
+    const Loads held = under_way_[sent_ % kSlots];
+    under_way_[++sent_ % kSlots] = held;
+  }
   if (scripted_) script();
   if (capabilities_.watchdog > 0.0 && time_ - commanded_at_ > capabilities_.watchdog) shown_.fill(0.0);
   if (!forces_on_) shown_.fill(0.0);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
 
@@ -34,6 +35,8 @@ Matrix3d block(const double* m) noexcept {
   }
   return out;
 }
+
+void shareOut(TissueModel& m) noexcept;
 
 bool believable(const Matrix3d& m) noexcept {
   for (int i = 0; i < 3; ++i) {
@@ -81,33 +84,125 @@ bool toModel(const shared::ContactRecord& r, TissueModel& model, const char** wh
     m.offset[i] = r.planes[i][3];
     if (!(std::abs(m.normal[i].squaredNorm() - 1.0) < 0.01)) return refuse("normal of a plane");
   }
+  shareOut(m);
   model = m;
   return true;
 }
 
+namespace {
+
+// Multipliers λ ≥ 0 of least squares: Gauss-Seidel, projected, on a Gram matrix with ones on its diagonal.
+template <class Gram>
+void notNegative(int n, const Gram& gram, const double* right, double* out) noexcept {
+  constexpr int kSweeps = 200;  // four planes 30° apart: within 1e-6
+  for (int i = 0; i < n; ++i) out[i] = 0.0;
+  for (int sweep = 0; sweep < (n > 1 ? kSweeps : 1); ++sweep) {
+    for (int i = 0; i < n; ++i) {
+      double x = right[i];
+      for (int j = 0; j < n; ++j) x -= j == i ? 0.0 : gram(i, j) * out[j];
+      out[i] = std::max(0.0, x);
+    }
+  }
+}
+
+// Part of a force that the planes can push with.
+Vector3d pushOf(const TissueModel& m, const Vector3d& force) noexcept {
+  double right[shared::kContactPlanes], share[shared::kContactPlanes];
+  for (int i = 0; i < m.planes; ++i) right[i] = m.normal[i].dot(force);
+  notNegative(
+      m.planes, [&](int i, int j) { return m.normal[i].dot(m.normal[j]); }, right, share);
+  Vector3d push = Vector3d::Zero();
+  for (int i = 0; i < m.planes; ++i) push += share[i] * m.normal[i];
+  return push;
+}
+
+// Bit i: the point x0 + d is below plane i.
+unsigned below(const TissueModel& m, const Vector3d& d) noexcept {
+  unsigned out = 0;
+  for (int i = 0; i < m.planes; ++i) {
+    if (m.normal[i].dot(m.position + d) < m.offset[i]) out |= 1u << i;
+  }
+  return out;
+}
+
+// K = Σ k n nᵀ + what is along the surfaces, least squares over the entries of K.
+void shareOut(TissueModel& m) noexcept {
+  double right[shared::kContactPlanes];
+  for (int i = 0; i < m.planes; ++i) right[i] = m.normal[i].dot(m.stiffness * m.normal[i]);
+  const auto gram = [&](int i, int j) {
+    const double c = m.normal[i].dot(m.normal[j]);
+    return c * c;
+  };
+  notNegative(m.planes, gram, right, m.plane_stiffness);
+}
+
+// Force of the planes that still push, where the tip has left others: each by its own stiffness, and of the
+// rest of the whole force what the planes that were left had no part in.
+Vector3d partly(const TissueModel& m, unsigned pushing, const Vector3d& d, const Vector3d& whole,
+                const Vector3d& whole_d) noexcept {
+  Vector3d push = Vector3d::Zero(), rest = whole;
+  for (int i = 0; i < m.planes; ++i) {
+    const Vector3d& n = m.normal[i];
+    const double gap = m.offset[i] - n.dot(m.position);
+    rest -= m.plane_stiffness[i] * (gap - n.dot(whole_d)) * n;
+    if (pushing >> i & 1u) push += m.plane_stiffness[i] * (gap - n.dot(d)) * n;
+  }
+  for (int i = 0; i < m.planes; ++i) {
+    if (!(pushing >> i & 1u)) rest -= m.normal[i].dot(rest) * m.normal[i];
+  }
+  return push + rest;
+}
+
+// The proxy on the planes alone, d = p − x0: least energy of the coupling and of the planes that it is below.
+// Four planes at most, so each set of them is tried.
+Vector3d onPlanes(const TissueModel& m, double coupling, const Vector3d& hand) noexcept {
+  Vector3d best = hand;
+  double least = std::numeric_limits<double>::infinity();
+  for (unsigned set = 0; set < 1u << m.planes; ++set) {
+    Matrix3d a = coupling * Matrix3d::Identity();
+    Vector3d right = coupling * hand;
+    for (int i = 0; i < m.planes; ++i) {
+      const Vector3d& n = m.normal[i];
+      const double k = set >> i & 1u ? m.plane_stiffness[i] : 0.0;
+      a += k * n * n.transpose();
+      right += k * (m.offset[i] - n.dot(m.position)) * n;
+    }
+    const Vector3d d = within(a.ldlt().solve(right), m.radius);
+    double energy = coupling * (d - hand).squaredNorm();
+    for (int i = 0; i < m.planes; ++i) {
+      const double depth = std::max(0.0, m.offset[i] - m.normal[i].dot(m.position + d));
+      energy += m.plane_stiffness[i] * depth * depth;
+    }
+    if (energy < least) {
+      least = energy;
+      best = d;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
 Vector3d ContactForce::trueForce(const Vector3d& x, const Vector3d& v) const noexcept {
   if (!model_.active) return Vector3d::Zero();
-  return unilateral(model_, model_.force - model_.stiffness * within(x - model_.position, model_.radius) -
-                                model_.damping * (v - model_.velocity));
+  const TissueModel& m = model_;
+  const Vector3d d = within(x - m.position, m.radius);
+  const Vector3d whole = m.force - m.stiffness * d - m.damping * (v - m.velocity);
+  if (m.grasping) return whole;
+  return unilateral(m, partly(m, below(m, d), d, whole, d));
 }
 
 Vector3d ContactForce::unilateral(const TissueModel& m, Vector3d force) const noexcept {
-  if (m.grasping) return force;
-  for (int i = 0; i < m.planes; ++i) {
-    const Vector3d& n = m.normal[i];
-    const double push = n.dot(force);
-    if (push <= 0.0) return Vector3d::Zero();
-    const Vector3d along = force - push * n;
-    const double model_push = n.dot(m.force);
-    const double ratio =
-        model_push > 1e-9 ? std::sqrt((m.force - model_push * n).squaredNorm()) / model_push : 0.0;
-    force = push * n + within(along, (ratio + kExtraFriction) * push);
-  }
-  return force;
+  if (m.grasping || m.planes == 0) return force;
+  const Vector3d push = pushOf(m, force), model_push = pushOf(m, m.force);
+  const double hardness = std::sqrt(model_push.squaredNorm());
+  const double ratio = hardness > 1e-9 ? std::sqrt((m.force - model_push).squaredNorm()) / hardness : 0.0;
+  return push + within(force - push, (ratio + kExtraFriction) * std::sqrt(push.squaredNorm()));
 }
 
-Vector3d ContactForce::coupled(const TissueModel& m, const Vector3d& x, const Vector3d& v) const noexcept {
-  if (!m.active) return Vector3d::Zero();
+ContactForce::Found ContactForce::coupled(const TissueModel& m, const Vector3d& x,
+                                          const Vector3d& v) const noexcept {
+  if (!m.active) return {Vector3d::Zero(), Vector3d::Zero()};
   // Damping of contact comes and goes with noise of the velocity: bounded.
   const double most = m.damping.diagonal().maxCoeff();
   const double share = most > kMostDamping ? kMostDamping / most : 1.0;
@@ -115,20 +210,40 @@ Vector3d ContactForce::coupled(const TissueModel& m, const Vector3d& x, const Ve
   // Kc (p − x) = constant − K (p − x0), in d = p − x0.
   Matrix3d a = m.stiffness;
   a.diagonal().array() += coupling_;
-  const Vector3d d = within(a.ldlt().solve(coupling_ * (x - m.position) + constant), m.radius);
-  return constant - m.stiffness * d;
+  Vector3d d = within(a.ldlt().solve(coupling_ * (x - m.position) + constant), m.radius);
+  const Vector3d whole = constant - m.stiffness * d;
+  const unsigned all = (1u << m.planes) - 1u;
+  // Where p may not go as far as it should, the two sides differ: the weaker holds.
+  const auto bounded = [&](const Vector3d& force) {
+    return within(force, coupling_ * std::sqrt((m.position + d - x).squaredNorm()));
+  };
+  if (m.grasping || below(m, d) == all) return {d, bounded(whole)};
+  // Planes that p has left do not act.
+  const Vector3d whole_d = d;
+  d = onPlanes(m, coupling_, x - m.position);
+  return {d, bounded(partly(m, below(m, d), d, whole, whole_d))};
+}
+
+Vector3d ContactForce::proxy(const Vector3d& x, const Vector3d& v) const noexcept {
+  return model_.position + coupled(model_, x, v).d;
 }
 
 void ContactForce::update(const TissueModel& model, const Vector3d& x, const Vector3d& v) noexcept {
-  const Vector3d before = coupled(model_, x, v) + residual_;
-  residual_ = before - coupled(model, x, v);
+  const Vector3d before = coupled(model_, x, v).force + residual_;
+  residual_ = before - coupled(model, x, v).force;
   model_ = model;
+}
+
+void ContactForce::couple(double coupling, const Vector3d& x, const Vector3d& v) noexcept {
+  const Vector3d before = coupled(model_, x, v).force + residual_;
+  coupling_ = coupling;
+  residual_ = before - coupled(model_, x, v).force;
 }
 
 Vector3d ContactForce::evaluate(const Vector3d& x, const Vector3d& v, double dt) noexcept {
   residual_ *= std::exp(-dt / kBlend);
   if (residual_.squaredNorm() < 1e-18) residual_.setZero();
-  last_ = unilateral(model_, coupled(model_, x, v) + residual_);
+  last_ = unilateral(model_, coupled(model_, x, v).force + residual_);
   return last_;
 }
 

@@ -65,14 +65,27 @@ std::string_view faultText(Fault fault) {
 Controller::Controller(const Capabilities& capabilities, const ControllerOptions& options)
     : capabilities_(capabilities),
       options_(options),
-      coupling_(
-          std::min(capabilities.stiffness,
-                   greatestStiffness(capabilities.damping + options.configured_damping + options.hand_damping,
-                                     options.period))),
       limiter_(limiterOptions(capabilities, options)),
       sensor_(capabilities),
       passivity_(capabilities.joints ? kChannels : 3, 5.0, levers(capabilities)),
-      contact_(coupling_) {}
+      contact_(coupling(greatest(Timing{}))) {
+  report_.stiffness = greatest(Timing{});
+}
+
+// N/m at the handle. A device that does not measure: its own rate, and a pose that is a period old.
+double Controller::greatest(const Timing& measured) const noexcept {
+  const double rated = 1.0 / capabilities_.rate;
+  const Timing t = measured.period > 0.0 ? measured : Timing{rated, rated};
+  const double damping = capabilities_.damping + options_.configured_damping + options_.hand_damping;
+  return std::min(capabilities_.stiffness, greatestStiffness(damping, std::max(t.period, options_.period),
+                                                             t.delay + capabilities_.delay));
+}
+
+// N/m at the tip: a device that is scaled up makes its hand's motion larger and the force of it, too.
+double Controller::coupling(double stiffness) const noexcept {
+  const double scale = capabilities_.joints ? 1.0 : options_.scale;
+  return stiffness / (scale * scale * options_.force_gain);
+}
 
 void Controller::raise(Fault fault) noexcept {
   if (report_.state == OperatingState::Fault) return;
@@ -110,15 +123,13 @@ void Controller::pose(const Sample& s) noexcept {
     const kinematics::JointPositions q{s.joints[0], s.joints[1], s.joints[2], s.joints[3], s.joints[4]};
     const Eigen::Isometry3d X_BTip = kinematics::forwardKinematics(arm.X_BTrocar, q);
     jacobian_ = kinematics::tipJacobian(options_.X_WB * arm.X_BTrocar, q);
-    report_.X_DTip = X_BTip;
-    report_.X_DTip.translation() = (X_BTip.translation() - arm.aim_B) / options_.scale;
-    own_W_ = options_.X_WB * X_BTip.translation();
+    report_.X_BTip = X_BTip;
   } else {
-    report_.X_DTip.linear() =
+    report_.X_BTip.linear() =
         capabilities_.orientation ? s.orientation.normalized().toRotationMatrix() : arm.X_BTrocar.linear();
-    report_.X_DTip.translation() = s.position;
-    own_W_ = options_.X_WB * Vector3d(arm.aim_B + options_.scale * s.position);
+    report_.X_BTip.translation() = arm.aim_B + options_.scale * s.position;
   }
+  own_W_ = options_.X_WB * report_.X_BTip.translation();
 }
 
 // Virtual work: what the hand does at the device is what the tip does in the tissue.
@@ -152,8 +163,7 @@ void Controller::addTrocar(Loads& loads) const noexcept {
     return;
   }
   const Vector3d v(axis_speed_[0], axis_speed_[1], axis_speed_[2]);
-  const Vector3d axis =
-      options_.arm.aim_B + options_.scale * report_.X_DTip.translation() - options_.arm.pivot_B;
+  const Vector3d axis = report_.X_BTip.translation() - options_.arm.pivot_B;
   const double length = std::sqrt(axis.squaredNorm());
   Vector3d f = -options_.configured_damping * v;
   if (length > 1e-3) f += axis / length * friction(axis.dot(v) / length);
@@ -169,6 +179,17 @@ double Controller::share(const Loads& loads) const noexcept {
     most = std::max(most, std::abs(loads[i]) / limiter_.maximum()[i]);
   }
   return most;
+}
+
+// Motors warm with the square of their force: what they do not bear for ever is there for some seconds only.
+void Controller::spareMotors(Loads& loads) const noexcept {
+  constexpr double kBegins = 0.8;  // of the heat that is borne, ours
+  const double c = capabilities_.continuous;
+  if (c == 0.0) return;
+  const double cool = std::clamp((1.0 - heat_ / (c * c)) / (1.0 - kBegins), 0.0, 1.0);
+  const double most = c / limiter_.maximum()[0];
+  const double allowed = most + cool * (1.0 - most), beyond = std::max(1.0, share(loads) / allowed);
+  for (double& x : loads) x /= beyond;
 }
 
 const TickReport& Controller::tick(const TickInput& in) noexcept {
@@ -215,7 +236,7 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
       velocity_W_.setZero();
     }
     axes_ = axes;
-    r.velocity_D = options_.X_WB.linear().transpose() * velocity_W_ / options_.scale;
+    r.velocity_B = options_.X_WB.linear().transpose() * velocity_W_;
     registration_.push(in.now_ns, own_W_);
   } else {
     any_ = false;  // speeds begin anew
@@ -253,6 +274,15 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
   if (fresh == 0.0) contact_.reset();
   if (fresh < 1.0) r.limits |= kLimitStale;
 
+  // How stiff it may feel.
+  constexpr double kChange = 0.02;  // of it, ours: what is not worth a change
+  const double greatest_now = greatest(in.timing);
+  if (greatest_now < (1.0 - kChange) * r.stiffness ||
+      (greatest_now > (1.0 + kChange) * r.stiffness && !contact_.model().active)) {
+    r.stiffness = greatest_now;
+    contact_.couple(coupling(r.stiffness), own_W_ + registration_.offset(), velocity_W_);
+  }
+
   // The force.
   r.tip_W = own_W_ + registration_.offset();
   Loads wanted{};
@@ -262,7 +292,9 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
     const double k = dt / (dt + kTorqueFilter);
     torque_W_ += k * (contact_.model().torque - torque_W_);
     jaw_torque_ += k * (contact_.model().jaw_torque - jaw_torque_);
-    wanted = toDevice(contact_.evaluate(r.tip_W, velocity_W_, dt), torque_W_, -jaw_torque_);
+    const double gain = options_.force_gain;
+    wanted =
+        toDevice(gain * contact_.evaluate(r.tip_W, velocity_W_, dt), gain * torque_W_, -gain * jaw_torque_);
     addTrocar(wanted);
     // What is beyond the maximum must not keep the decay waiting.
     const double beyond = std::max(1.0, share(wanted));
@@ -283,12 +315,14 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
   r.allowance = gate_.update(healthy, share(all), dt);
   if (options_.passivity) {
     // Injected damping fades with old data as everything does.
-    all = passivity_.update(axes_, axis_speed_, wanted, limiter_.last(), contact_.storedEnergy(), dt);
+    all = passivity_.update(axes_, axis_speed_, wanted, limiter_.last(),
+                            options_.force_gain * contact_.storedEnergy(), dt);
     addServo();
   }
   r.energy = passivity_.energy();
   r.damping = passivity_.damping();
   if (r.allowance < 1.0) r.limits |= kLimitRamp;
+  spareMotors(all);
   r.loads = limiter_.limit(all, r.allowance, r.limits);
   if (r.limits & kLimitNotFinite) raise(Fault::NotFinite);
   if (r.state == OperatingState::Fault) {
@@ -298,6 +332,9 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
     gate_.close();
     contact_.reset();
   }
+  constexpr double kWarm = 10.0;  // s, ours: windings of motors of this size warm within some ten seconds
+  const double force = share(r.loads) * limiter_.maximum()[0];
+  heat_ += dt / (kWarm + dt) * (force * force - heat_);
   r.forces_on = r.state == OperatingState::Enabled && r.valid;
 
   if (capabilities_.joints) {

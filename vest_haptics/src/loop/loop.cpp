@@ -1,10 +1,10 @@
 #include "vest_haptics/loop/loop.h"
 
-#include <pthread.h>
-#include <sched.h>
-
 #include <algorithm>
+#include <cerrno>
 #include <ctime>
+
+#include "vest_haptics/device/realtime.h"
 
 namespace vest::haptics {
 namespace {
@@ -55,6 +55,7 @@ const TickReport& Loop::tickOnce(std::int64_t now_ns) noexcept {
   if (halt_) controller_.command(Command::Disable);
   input_.now_ns = now_ns;
   input_.status = device_.read(input_.sample);
+  input_.timing = device_.timing();
   any_image_ = memory_->read(image_) || any_image_;
   input_.image = any_image_ ? &image_ : nullptr;
   if (servo_.update()) {
@@ -72,9 +73,7 @@ const TickReport& Loop::tickOnce(std::int64_t now_ns) noexcept {
 }
 
 void Loop::run() {
-  pthread_setname_np(pthread_self(), "vest_haptics");
-  const sched_param parameter{80};
-  realtime_ = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter) == 0;
+  realtime_ = becomeRealTime("vest_haptics");
   const auto period = static_cast<std::int64_t>(options_.period * 1e9);
   std::int64_t due = steadyNow();
   while (!stop_) {

@@ -91,6 +91,7 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh, shared:
   controller_.X_WB = Eigen::AngleAxisd(tilt[0], Eigen::Vector3d::UnitX()) *
                      Eigen::AngleAxisd(tilt[1], Eigen::Vector3d::UnitY());
   controller_.scale = number(private_nh, "scale", 1.0, 0.01, 10.0);
+  controller_.force_gain = number(private_nh, "force_gain", 1.0, 0.1, 5.0);
   controller_.force_limit = number(private_nh, "force_limit", 0.0, 0.0, 1000.0);
   controller_.configured_damping = number(private_nh, "damping", 0.0, 0.0, 20.0);
   controller_.hand_damping = number(private_nh, "hand_damping", 1.0, 0.0, 20.0);
@@ -188,9 +189,8 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh, shared:
   loop_->start();
   publisher_ = std::thread([this] { publishLoop(); });
   const haptics::Capabilities& c = device_->capabilities();
-  ROS_INFO("haptics/%s: %s%s%s, at most %.2f N, stiffness shown up to %.0f N/m", name_.c_str(),
-           c.model.c_str(), c.serial.empty() ? "" : " ", c.serial.c_str(), c.maximum[c.joints ? 2 : 0],
-           loop_->coupling());
+  ROS_INFO("haptics/%s: %s%s%s, at most %.2f N", name_.c_str(), c.model.c_str(), c.serial.empty() ? "" : " ",
+           c.serial.c_str(), c.maximum[c.joints ? 2 : 0]);
 }
 
 HapticShell::~HapticShell() {
@@ -225,12 +225,15 @@ void HapticShell::onCommand(const vest_msgs::StringStamped& msg) {
   } else if (w == "disable") {
     device_->reset();
     loop_->post(Command::Disable);
+  } else if (w == "home") {
+    device_->home();
   } else if (w == "pause") {
     loop_->post(Command::Pause);
   } else if (w == "resume") {
     loop_->post(Command::Resume);
   } else {
-    ROS_WARN_THROTTLE(2.0, "haptics/%s: state_command '%s' refused; allowed: enable, disable, pause, resume",
+    ROS_WARN_THROTTLE(2.0,
+                      "haptics/%s: state_command '%s' refused; allowed: enable, disable, pause, resume, home",
                       name_.c_str(), w.substr(0, 60).c_str());
   }
 }
@@ -303,16 +306,16 @@ void HapticShell::publish(const TickReport& r) {
   const ros::Time when = stamp(r.now_ns);
   cp_.header.stamp = cv_.header.stamp = cf_.header.stamp = js_.header.stamp = jaw_.header.stamp =
       r.valid ? when : ros::Time();  // CRTK: stamp 0 marks invalid data
-  const Eigen::Quaterniond q(r.X_DTip.linear());
-  cp_.pose.position.x = r.X_DTip.translation().x();
-  cp_.pose.position.y = r.X_DTip.translation().y();
-  cp_.pose.position.z = r.X_DTip.translation().z();
+  const Eigen::Quaterniond q(r.X_BTip.linear());
+  cp_.pose.position.x = r.X_BTip.translation().x();
+  cp_.pose.position.y = r.X_BTip.translation().y();
+  cp_.pose.position.z = r.X_BTip.translation().z();
   cp_.pose.orientation.x = q.x();
   cp_.pose.orientation.y = q.y();
   cp_.pose.orientation.z = q.z();
   cp_.pose.orientation.w = q.w();
   measured_cp_.publish(cp_);
-  cv_.twist.linear = toMsg(r.velocity_D);
+  cv_.twist.linear = toMsg(r.velocity_B);
   measured_cv_.publish(cv_);
   cf_.wrench.force = toMsg(controller_.X_WB.linear().transpose() * r.force_shown_W);
   measured_cf_.publish(cf_);
@@ -424,7 +427,14 @@ void HapticShell::publishDiagnostics(const TickReport& r) {
   add("ROS master", watch_->masterLost() ? "lost" : "there");
   add("system clock was set by [s]", std::to_string(watch_->clockStep()));
   add("rejected readings", std::to_string(r.rejected));
-  add("stiffness shown at most [N/m]", std::to_string(loop_->coupling()));
+  const haptics::Timing timing = device_->timing();
+  add("stiffness shown at most [N/m]", std::to_string(r.stiffness));
+  add("measured period of forces [ms]",
+      timing.period > 0.0 ? std::to_string(1e3 * timing.period) : "not measured");
+  add("measured delay of forces [ms]",
+      timing.period > 0.0 ? std::to_string(1e3 * timing.delay) : "not measured");
+  add("force that the motors bear for ever [N]",
+      c.continuous > 0.0 ? std::to_string(c.continuous) : "not told");
   add("watchdog of the device [s]", c.watchdog > 0.0 ? std::to_string(c.watchdog) : "none");
   diagnostic_msgs::DiagnosticArray array;
   array.header.stamp = ros::Time::now();

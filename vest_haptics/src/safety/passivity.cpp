@@ -4,8 +4,8 @@
 
 namespace vest::haptics {
 
-double greatestStiffness(double damping, double period) noexcept {
-  return 2.0 * damping / period;
+double greatestStiffness(double damping, double period, double delay) noexcept {
+  return damping / (0.5 * period + delay);
 }
 
 void Passivity::reset() noexcept {

@@ -272,7 +272,7 @@ class Watch {
   void onPose(const geometry_msgs::PoseStamped& m) {
     if (m.header.stamp.isZero()) return;
     const Eigen::Vector3d p(m.pose.position.x, m.pose.position.y, m.pose.position.z);
-    poses_.push_back({m.header.stamp, (arm_.aim_B + p - arm_.pivot_B).norm()});
+    poses_.push_back({m.header.stamp, (p - arm_.pivot_B).norm()});
     if (poses_.size() > 500) poses_.pop_front();
   }
   void onTransforms(const tf2_msgs::TFMessage& m) {

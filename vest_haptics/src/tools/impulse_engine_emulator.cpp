@@ -1,6 +1,8 @@
 // A Laparoscopic Impulse Engine on two pseudo-terminals: positions by the HCI protocol, forces by the frames
 // of force_transport.h, with a watchdog of its own and a simulated hand behind it. In a process of its own,
 // so that killing the driver shows what the device does.
+#include <unistd.h>
+
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -15,7 +17,7 @@
 
 namespace {
 
-volatile std::sig_atomic_t stop = 0;
+volatile std::sig_atomic_t stop = 0, pull = 0, hush = 0;
 
 std::int64_t steadyNow() {
   timespec t{};
@@ -33,16 +35,22 @@ int main(int argc, char** argv) {
   double seconds = 0.0, watchdog = 0.020, noise = 0.0;
   app.add_option("--link", link, "symbolic link of the position port")->capture_default_str();
   app.add_option("--force-link", force_link, "symbolic link of the force port")->capture_default_str();
-  app.add_option("--log", log_file,
-                 "CSV: steady_ns, the loads shown, force frames that came, every millisecond");
+  app.add_option(
+      "--log", log_file,
+      "CSV: steady_ns, the loads shown, force frames that came, whether the position line is there, "
+      "every millisecond");
   app.add_option("--motion", motion, "what the hand wishes: rest, press, circle")->capture_default_str();
   app.add_option("--watchdog", watchdog, "s after the last force frame until forces are zero")
       ->capture_default_str();
   app.add_option("--seconds", seconds, "end after this time; 0: never")->capture_default_str();
   app.add_option("--noise", noise, "share of answered bytes that are spoiled or lost")->capture_default_str();
+  app.footer(
+      "SIGUSR1 pulls the position line out and plugs it in again; SIGUSR2 leaves it in and answers no more.");
   CLI11_PARSE(app, argc, argv);
   std::signal(SIGINT, [](int) { stop = 1; });
   std::signal(SIGTERM, [](int) { stop = 1; });
+  std::signal(SIGUSR1, [](int) { pull = 1; });
+  std::signal(SIGUSR2, [](int) { hush = 1; });
 
   Tty position, force;
   for (const std::string& wrong : {position.openPseudo(link), force.openPseudo(force_link)}) {
@@ -91,8 +99,17 @@ int main(int argc, char** argv) {
         while (!frame.empty() && frame[0] != 0xA5) frame.erase(frame.begin());
       }
     }
-    const int n = position.read(buffer, sizeof buffer, 1);
-    for (int i = 0; i < n; ++i) {
+    if (pull) {
+      pull = 0;
+      session = false;
+      if (position.isOpen())
+        position.close();
+      else if (const std::string wrong = position.openPseudo(link); !wrong.empty())
+        std::fprintf(stderr, "impulse_engine_emulator: %s\n", wrong.c_str());
+    }
+    if (!position.isOpen()) ::usleep(1000);
+    const int n = position.isOpen() ? position.read(buffer, sizeof buffer, 1) : 0;
+    for (int i = 0; i < n && !hush; ++i) {
       const std::uint8_t byte = buffer[i];
       if (byte == hci::kEndSession) {
         session = false;
@@ -128,8 +145,9 @@ int main(int argc, char** argv) {
     for (; due <= now; due += 1000000) {
       arm.advance(0.001);
       if (log) {
-        std::fprintf(log, "%lld,%.4f,%.4f,%.4f,%.4f,%.4f,%d\n", static_cast<long long>(due), arm.shown()[0],
-                     arm.shown()[1], arm.shown()[2], arm.shown()[3], arm.shown()[4], frames);
+        std::fprintf(log, "%lld,%.4f,%.4f,%.4f,%.4f,%.4f,%d,%d\n", static_cast<long long>(due),
+                     arm.shown()[0], arm.shown()[1], arm.shown()[2], arm.shown()[3], arm.shown()[4], frames,
+                     position.isOpen() && !hush);
         frames = 0;
       }
     }

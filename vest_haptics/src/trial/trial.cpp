@@ -42,9 +42,7 @@ const TrialSample& Trial::tick(std::int64_t now_ns, double jaw, int steps) {
   // The trocar, as the instrument node has it.
   const double now = 1e-9 * static_cast<double>(now_ns - began_);
   if (r.valid) {
-    Eigen::Isometry3d X_BTip = r.X_DTip;
-    X_BTip.translation() = options_.arm.aim_B + options_.scale * r.X_DTip.translation();
-    instrument_.servoPose(control::Source::Haptic, X_BTip, now);
+    instrument_.servoPose(control::Source::Haptic, r.X_BTip, now);
     instrument_.servoJaw(control::Source::Haptic, jaw, now);
   }
   instrument_.update(now);

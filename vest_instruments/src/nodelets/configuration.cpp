@@ -112,10 +112,6 @@ Configuration readConfiguration(const ros::NodeHandle& nh) {
     refuse(nh, "crtk_package", "'" + c.type_package + "'", "auto, vest_msgs, crtk_msgs");
   }
   c.set_robot_description = read<bool>(nh, "set_robot_description", true, "true or false");
-  c.haptic_scale = read<double>(nh, "haptic_scale", 1.0, "a number");
-  if (!(c.haptic_scale > 0.0 && c.haptic_scale <= 10.0)) {
-    refuse(nh, "haptic_scale", std::to_string(c.haptic_scale), "0 … 10, above 0");
-  }
   return c;
 }
 

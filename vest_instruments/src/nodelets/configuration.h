@@ -21,7 +21,6 @@ struct Configuration {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< phantom_box in world: ~tilt
   std::string type_package;                                ///< vest_msgs or crtk_msgs
   bool set_robot_description = true;
-  double haptic_scale = 1.0;
 };
 
 /// @throws std::runtime_error that names parameter, value and what is allowed.

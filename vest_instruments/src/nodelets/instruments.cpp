@@ -280,8 +280,6 @@ void Instruments::onHapticPose(std::size_t i, const geometry_msgs::PoseStamped& 
     ++rejected_;
     return;
   }
-  // The device's origin stands for the aim point of the trocar; axes as those of phantom_box.
-  X.translation() = instruments_[i].arm().aim_B + configuration_.haptic_scale * X.translation();
   instruments_[i].servoPose(Source::Haptic, X, steadyNow());
 }
 

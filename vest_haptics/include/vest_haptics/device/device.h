@@ -35,12 +35,22 @@ struct Capabilities {
   bool force = true;         ///< can show force at all
   int buttons = 0;
   Loads maximum{};           ///< N or N·m: nominal; Cartesian: [0] is the norm's
+  double continuous = 0.0;   ///< N, Cartesian: what the motors bear for ever; 0: not told
   Loads workspace{};         ///< m or rad: half width of each measured axis about its middle, for conformance
   double damping = 0.005;    ///< N·s/m: viscous damping of the bare mechanism, for the bound of Colgate
   double stiffness = 500.0;  ///< N/m: greatest stiffness the maker names
   double watchdog =
       0.0;  ///< s after the last command at which the device itself drops to zero; 0: it has none
   double rate = 1000.0;  ///< Hz: poses a second
+  double delay = 0.0;    ///< s that the host cannot measure: in the device, before a pose and behind a force
+};
+
+/// How late forces are, as measured while the device runs. A force reaches the hand `delay` after the pose
+/// was measured that it was computed from, and is held for `period` until that of a newer pose follows. Both
+/// 0: not measured.
+struct Timing {
+  double period = 0.0;  ///< s, T
+  double delay = 0.0;   ///< s, t_d
 };
 
 /// One reading. Fields that the capabilities deny stay at their defaults.
@@ -82,11 +92,16 @@ class Device {
   virtual void enableForces(bool on) noexcept = 0;
   /// Acknowledges an error. The status tells whether it helped.
   virtual void reset() = 0;
+  /// A person holds the device as calibrationHint() says, and says so. For devices that cannot see it
+  /// themselves.
+  virtual void home() {}
   /// Advances a simulated device by dt seconds; real devices do nothing.
   virtual void advance(double dt) noexcept { static_cast<void>(dt); }
 
   virtual std::string lastError() const { return {}; }        ///< for people, of the newest error
   virtual std::string calibrationHint() const { return {}; }  ///< what the hand must do
+  /// Measured by the device while it runs. Real-time safe.
+  virtual Timing timing() const noexcept { return {}; }
   /// Newest error as the device numbers it, 0: none. Real-time safe.
   virtual std::uint32_t errorCode() const noexcept { return 0; }
 };

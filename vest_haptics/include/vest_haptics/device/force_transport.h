@@ -22,11 +22,14 @@ class ForceTransport {
   /// @param port option `force_port` @param maximum N·m, N·m, N, N·m, N·m. @throws DeviceError
   virtual void open(const std::string& port, const Loads& maximum) = 0;
   virtual void close() = 0;
-  /// Loads on the hand: yaw, pitch, insertion, roll, jaw. Called some 700 times a second by the device's
-  /// thread; may wait a little. False: the device is gone.
+  /// Loads on the hand: yaw, pitch, insertion, roll, jaw. Called up to 1000 times a second by a thread of its
+  /// own, from open() to close(), also while the position line is dead: then with zero. May wait a little.
+  /// False: the device is gone.
   virtual bool write(const Loads& loads) noexcept = 0;
   /// s after the last write at which the device itself drops to zero; 0: it does not.
   virtual double watchdog() const = 0;
+  /// s from a write until the force acts, where known: it lowers the stiffness that can be shown.
+  virtual double delay() const { return 0.0; }
 };
 
 /// Force frames of the emulator, 14 bytes: 0xA5 · sequence · 5 × int16 (little-endian, share of the maximum ×

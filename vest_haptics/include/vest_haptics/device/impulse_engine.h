@@ -11,8 +11,9 @@
 namespace vest::haptics {
 
 /// Laparoscopic Impulse Engine, five axes: yaw, pitch, insertion, roll, jaw. Position by the serial HCI
-/// protocol; force by a ForceTransport, because the maker's force protocol is not public. Not tried on
-/// hardware.
+/// protocol; force by a ForceTransport, because the maker's force protocol is not public. Two lines, a thread
+/// for each: forces go out whatever the position line does, and are zero while no positions come. Not tried
+/// on hardware.
 ///
 /// Options: port; baud (115200); force (none, emulator, or the path of a library with a transport);
 /// force_port; counts (five numbers: counts per rad or m, sign included); home (five numbers: rad or m where
@@ -32,6 +33,7 @@ class ImpulseEngineDevice : public MailboxDevice {
   static constexpr std::uint32_t kForceGone = 1;
   bool connect();
   void serve();
+  void serveForces();
   std::string describe(std::uint32_t code) const override;
 
   std::string port_;
@@ -43,7 +45,7 @@ class ImpulseEngineDevice : public MailboxDevice {
   std::atomic<bool> stop_{false};
   std::int64_t silent_since_ = 0;
   std::string product_;  ///< of the serving thread until capabilities are asked for
-  std::thread thread_;
+  std::thread thread_, forces_;
 };
 
 }  // namespace vest::haptics

@@ -7,15 +7,16 @@
 
 namespace vest::haptics {
 
-/// A mass on an axis, held by a hand: m·x'' = F + k·(h − x) + c·(h' − x') − b·x'. The hand is the usual
-/// mass-spring-damper about a wished position h. Defaults are assumed, of the order of wrists that hold a
-/// stylus in the literature (some hundred N/m, a few N·s/m, a tenth of a kilogram with the handle).
+/// A mass on an axis, held by a hand: m·x'' = F + k·(h − x) + c·(h' − x') − b·x' − f·sign(x'). The hand is
+/// the usual mass-spring-damper about a wished position h. Defaults are assumed, of the order of wrists that
+/// hold a stylus in the literature (some hundred N/m, a few N·s/m, a tenth of a kilogram with the handle).
 struct HandAxis {
   double mass = 0.1;              ///< kg (or kg·m²)
   double bare_damping = 0.005;    ///< N·s/m of the mechanism: PHANToM class (safety.md)
   double hand_stiffness = 300.0;  ///< N/m
   double hand_damping = 3.0;      ///< N·s/m
   double x = 0.0, v = 0.0;        ///< m, m/s
+  double friction = 0.0;          ///< N: Coulomb friction of the mechanism
   /// One tick with the force held: implicit midpoint, which keeps the energy balance exactly.
   /// @param h hand's wish, m; @param h_v its speed, m/s
   void advance(double force, double h, double h_v, double dt) noexcept;
@@ -28,7 +29,9 @@ struct HandAxis {
 /// Device without hardware: Cartesian, or five joints. advance() moves it; faults can be put in for tests.
 ///
 /// Options: axes (cartesian, joints), motion (rest, press, circle: what the hand wishes, ±10 mm), seconds (of
-/// one turn of the motion), maximum_force (N), watchdog (s; 0: none).
+/// one turn of the motion), maximum_force (N), watchdog (s; 0: none), friction (N, Cartesian: of the
+/// mechanism, Coulomb), delay (s, whole ticks: from write() until the force acts), continuous (N that its
+/// motors bear for ever; 0: not told).
 class SimulatedDevice : public Device {
  public:
   SimulatedDevice();
@@ -40,6 +43,7 @@ class SimulatedDevice : public Device {
   void enableForces(bool on) noexcept override { forces_on_ = on; }
   void reset() override { fault_ = DeviceStatus::Ok; }
   void advance(double dt) noexcept override;
+  Timing timing() const noexcept override { return timing_; }
   std::string lastError() const override;
 
   // The hand, and what tests put in.
@@ -61,6 +65,11 @@ class SimulatedDevice : public Device {
   double period_ = 4.0, time_ = 0.0, commanded_at_ = -1.0;
   std::array<HandAxis, kChannels> axes_{};
   Loads wish_{}, wish_speed_{}, middle_{}, shown_{};
+  static constexpr std::size_t kSlots = 64;
+  std::array<Loads, kSlots> under_way_{};
+  std::size_t sent_ = 0;  ///< forces under way so far
+  double delay_ = 0.0;
+  Timing timing_;
   DeviceStatus fault_ = DeviceStatus::Ok;
   int spoiled_ = -1;
   double spoil_value_ = 0.0;

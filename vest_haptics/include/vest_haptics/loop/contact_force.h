@@ -21,9 +21,10 @@ struct TissueModel {
   Eigen::Matrix3d damping = Eigen::Matrix3d::Zero();    ///< N·s/m, symmetric part
   int planes = 0;
   Eigen::Vector3d normal[shared::kContactPlanes];
-  double offset[shared::kContactPlanes] = {};  ///< m
-  double radius = 0.0;                         ///< m
-  double jaw_torque = 0.0;                     ///< N·m
+  double offset[shared::kContactPlanes] = {};      ///< m
+  double plane_stiffness[shared::kContactPlanes];  ///< N/m: each plane's share of K along its normal
+  double radius = 0.0;                             ///< m
+  double jaw_torque = 0.0;                         ///< N·m
 };
 
 /// Greatest values believed of a simulation; beyond them, or where a number is not finite, or a stiffness or
@@ -40,14 +41,20 @@ bool toModel(const shared::ContactRecord& record, TissueModel& model, const char
 ///
 /// p is in equilibrium between the two; so the stiffness shown never exceeds Kc, and with Kc that of the
 /// simulation's own coupling the force equals the simulation's where the hand stands still. A new model adds
-/// no jump: what it would change at once decays with kBlend instead. Unilateral planes: tissue that is not
-/// held pushes and does not pull, and friction ends where the push ends.
+/// no jump: what it would change at once decays with kBlend instead.
+///
+/// p is a constraint proxy (Zilles and Salisbury, "A constraint-based god-object method for haptic display",
+/// IROS 1995) on the model's unilateral planes: tissue that is not held pushes and does not pull, each
+/// surface for itself, and friction ends where the push ends. On rigid planes p is the point of free space
+/// nearest to the hand; where they give way, each plane does by its share of K.
 class ContactForce {
  public:
   static constexpr double kBlend = 0.003;        ///< s, ours: three updates of a simulation of 1 kHz
   static constexpr double kMostDamping = 10.0;   ///< N·s/m shown by contact, ours
   static constexpr double kExtraFriction = 0.3;  ///< beyond the model's ratio of friction to push, ours
 
+  /// Another Kc, N/m, from now on; no jump.
+  void couple(double coupling, const Eigen::Vector3d& x, const Eigen::Vector3d& v) noexcept;
   /// @param coupling N/m, Kc > 0
   explicit ContactForce(double coupling) : coupling_(coupling) {}
 
@@ -61,10 +68,15 @@ class ContactForce {
   double storedEnergy() const noexcept;
   void reset() noexcept;
   const TissueModel& model() const noexcept { return model_; }
+  /// p, m, world, for a hand at x that touches something.
+  Eigen::Vector3d proxy(const Eigen::Vector3d& x, const Eigen::Vector3d& v) const noexcept;
 
  private:
-  Eigen::Vector3d coupled(const TissueModel& m, const Eigen::Vector3d& x,
-                          const Eigen::Vector3d& v) const noexcept;
+  struct Found {
+    Eigen::Vector3d d;      ///< m: p − x0, within the model's radius
+    Eigen::Vector3d force;  ///< N, of the tissue at p
+  };
+  Found coupled(const TissueModel& m, const Eigen::Vector3d& x, const Eigen::Vector3d& v) const noexcept;
   Eigen::Vector3d unilateral(const TissueModel& m, Eigen::Vector3d force) const noexcept;
 
   double coupling_;

@@ -26,6 +26,7 @@ struct ControllerOptions {
   double period = 0.001;                                   ///< s
   double scale = 1.0;               ///< box metres per metre of the device; forces by virtual work
   double force_limit = 0.0;         ///< N: lowers the device's maximum; 0: leave it
+  double force_gain = 1.0;          ///< contact force shown over contact force; the limits stay
   double slew_seconds = 0.025;      ///< s from zero to the maximum, ≥ 0.02: so one tick changes at most 5 %
   double configured_damping = 0.0;  ///< N·s/m: viscous damping added to the handle, always
   double hand_damping = 1.0;        ///< N·s/m that a holding hand adds: assumed, low end of what wrists have
@@ -42,6 +43,7 @@ struct TickInput {
   std::int64_t now_ns = 0;  ///< steady
   DeviceStatus status = DeviceStatus::Starting;
   Sample sample;
+  Timing timing;                                ///< measured by the device; 0: assumed from its rate
   const shared::ContactImage* image = nullptr;  ///< newest of the shared memory, null where there is none
   Eigen::Vector3d servo_force = Eigen::Vector3d::Zero();  ///< N, device frame: CRTK servo_cf
   std::int64_t servo_ns = -1;                             ///< steady, when it came; < 0: never
@@ -58,10 +60,10 @@ struct TickReport {
   DeviceStatus status = DeviceStatus::Starting;
   bool valid = false;  ///< the pose is a measured one
   Sample sample;       ///< checked
-  Eigen::Isometry3d X_DTip =
-      Eigen::Isometry3d::Identity();                ///< tip in the device frame (haptics/NAME/measured_cp)
-  Eigen::Vector3d tip_W = Eigen::Vector3d::Zero();  ///< m
-  Eigen::Vector3d velocity_D = Eigen::Vector3d::Zero();    ///< m/s
+  Eigen::Isometry3d X_BTip =
+      Eigen::Isometry3d::Identity();                       ///< tip in phantom_box (haptics/NAME/measured_cp)
+  Eigen::Vector3d tip_W = Eigen::Vector3d::Zero();         ///< m
+  Eigen::Vector3d velocity_B = Eigen::Vector3d::Zero();    ///< m/s, of the tip in phantom_box
   Eigen::Vector3d force_true_W = Eigen::Vector3d::Zero();  ///< N: what the newest model asks for
   Eigen::Vector3d force_shown_W =
       Eigen::Vector3d::Zero();  ///< N, Cartesian equivalent of what the device shows
@@ -69,6 +71,9 @@ struct TickReport {
   double energy = 0.0;          ///< J
   double damping = 0.0;         ///< N·s/m
   double allowance = 0.0;
+  double stiffness =
+      0.0;  ///< N/m at the handle: most that is shown. The measured delay lowers it at once, and
+            ///< raises it only where nothing is touched: a spring that stiffens gives energy
   std::uint32_t limits = 0;    ///< LimitFlag
   std::uint64_t step = 0;      ///< of the simulation
   std::uint64_t rejected = 0;  ///< readings
@@ -90,19 +95,19 @@ class Controller {
   void raise(Fault fault) noexcept;
   control::OperatingState state() const noexcept { return report_.state; }
   const TickReport& report() const noexcept { return report_; }
-  /// N/m: the coupling that was chosen.
-  double coupling() const noexcept { return coupling_; }
 
  private:
+  double greatest(const Timing& measured) const noexcept;
+  double coupling(double stiffness) const noexcept;
   void pose(const Sample& sample) noexcept;
   Loads toDevice(const Eigen::Vector3d& force_W, const Eigen::Vector3d& torque_W,
                  double jaw_torque) const noexcept;
   void addTrocar(Loads& loads) const noexcept;
   double share(const Loads& loads) const noexcept;
+  void spareMotors(Loads& loads) const noexcept;
 
   Capabilities capabilities_;
   ControllerOptions options_;
-  double coupling_;
   Limiter limiter_;
   Gate gate_;
   Freshness freshness_;
@@ -119,6 +124,7 @@ class Controller {
   Eigen::Vector3d velocity_W_ = Eigen::Vector3d::Zero();  ///< m/s
   Eigen::Vector3d torque_W_ = Eigen::Vector3d::Zero();    ///< N·m, low-passed
   double jaw_torque_ = 0.0;                               ///< N·m, low-passed
+  double heat_ = 0.0;                                     ///< N²: mean square of the force shown
   Eigen::Matrix<double, 6, 4> jacobian_ = Eigen::Matrix<double, 6, 4>::Zero();
 };
 

@@ -43,10 +43,10 @@ class Loop {
   void servo(const Eigen::Vector3d& force, std::int64_t now_ns) noexcept;
   scene::TripleBuffer<TickReport>& reports() { return reports_; }
   LoopStatistics statistics() const;
-  double coupling() const { return controller_.coupling(); }
 
   /// One tick, for whoever drives time himself (tests, benchmarks): the loop must not have been started.
   const TickReport& tickOnce(std::int64_t now_ns) noexcept;
+  const TickReport& newest() const noexcept { return controller_.report(); }  ///< likewise
 
   static std::int64_t steadyNow() noexcept;
 

@@ -5,10 +5,14 @@
 
 namespace vest::haptics {
 
-/// Greatest stiffness, N/m, that a spring rendered at the period T may have: b > K·T/2 (Colgate and Schenkel,
-/// "Passivity of a class of sampled-data systems", J. Robotic Systems 14(1), 1997, with no virtual damper).
-/// @param damping N·s/m: the mechanism's, the configured and the hand's. @param period s
-double greatestStiffness(double damping, double period) noexcept;
+/// Greatest stiffness, N/m, that a spring may have whose force reaches the hand a time t_d after its pose and
+/// is then held for a period T: b > K·(T/2 + t_d). Without delay: Colgate and Schenkel, "Passivity of a class
+/// of sampled-data systems", J. Robotic Systems 14(1), 1997, with no virtual damper; with delay: Gil,
+/// Sánchez, Hulin, Preusche and Hirzinger, "Stability boundary for haptic rendering: influence of damping and
+/// delay", J. Computing and Information Science in Engineering 9(1), 2009. T/2 + t_d is the mean age of the
+/// pose behind the force, so the spring gives K·v²·(T/2 + t_d) of power to a hand that moves through it by v.
+/// @param damping N·s/m: the mechanism's, the configured and the hand's. @param period, delay s
+double greatestStiffness(double damping, double period, double delay) noexcept;
 
 /// Time-domain passivity observer and controller (Hannaford and Ryu, IEEE Trans. Robotics and Automation
 /// 18(1), 2002, impedance form), with the energy of a held force: over one period the hand receives exactly
