@@ -2,13 +2,13 @@
 """Protects what a pedal means, in each preset and through the launch file: from the byte on the serial line (the emulated box presses one
 pedal after the other) to the functions that the instruments tell, that each step consumes, and the current that burns tissue. Of two
 publishers of footswitches none is heard, by tissue and fluid neither."""
+import bisect
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
 import threading
-import time
 import unittest
 
 import rospy
@@ -109,17 +109,10 @@ class Session:
 
     def pressed(self, t, before=SLACK, after=SLACK):
         """Masks of the box from `before` to `after` about a moment; empty where the box was not heard."""
-        masks, last = set(), None
-        for stamp, mask in self.raw:
-            if stamp > t + after:
-                break
-            if stamp >= t - before:
-                masks.add(mask)
-            else:
-                last = mask
-        if masks and last is not None:
-            masks.add(last)
-        return masks
+        first = bisect.bisect_left(self.raw, (t - before, -1))
+        last = bisect.bisect_left(self.raw, (t + after, -1))
+        masks = {mask for _, mask in self.raw[first:last]}
+        return masks | {self.raw[first - 1][1]} if masks and first else masks
 
 
 class Pedals(unittest.TestCase):
