@@ -1,6 +1,7 @@
 #!/usr/bin/python3
-"""Protects what a running session does with absurd parameters and floods of fluid: each edit is refused with one sentence that
-/diagnostics repeats, and changes nothing; a flood and too many wounds are bounded, announced, and every drop stays accounted for."""
+"""Protects what a running session does with raw pedals, absurd parameters and floods of fluid: a pedal acts by the instruments alone,
+and silence switches off; each edit is refused with one sentence that /diagnostics repeats, and changes nothing; a flood and too many
+wounds are bounded, announced, and every drop stays accounted for."""
 import math
 import sys
 import time
@@ -9,6 +10,7 @@ import unittest
 import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from sensor_msgs.msg import Joy
 from vest_msgs.msg import FluidState, HaemodynamicsState, InstrumentState, InstrumentStates, ParameterEdit, SessionState, StepInput
 
 # object, parameter, value, what the sentence names
@@ -46,7 +48,7 @@ class Absurd(unittest.TestCase):
         cls.instruments = rospy.Publisher("/vest/instruments", InstrumentStates, queue_size=10)
         cls.subscribers = [
             rospy.Subscriber("/diagnostics", DiagnosticArray, cls.diagnosed, queue_size=100),
-            rospy.Subscriber("/vest/step_inputs", StepInput, lambda m: cls.edits.extend(m.edits), queue_size=8000),
+            rospy.Subscriber("/vest/step_inputs", StepInput, cls.consumed, queue_size=8000),
             rospy.Subscriber("/vest/effects/haemodynamics", HaemodynamicsState, lambda m: cls.newest.update(blood=m)),
             rospy.Subscriber("/vest/effects/fluid", FluidState, lambda m: cls.newest.update(fluid=m)),
             rospy.Subscriber("/vest/session/state", SessionState, lambda m: cls.newest.update(session=m)),
@@ -54,6 +56,11 @@ class Absurd(unittest.TestCase):
         for publisher in (cls.edit, cls.instruments):
             assert cls.within(60, lambda p=publisher: p.get_num_connections() > 0), publisher.name
         assert cls.within(60, lambda: {"blood", "session"} <= set(cls.newest))
+
+    @classmethod
+    def consumed(cls, message):
+        cls.edits.extend(message.edits)
+        cls.newest["step"] = message
 
     @classmethod
     def diagnosed(cls, message):
@@ -79,6 +86,43 @@ class Absurd(unittest.TestCase):
         first = self.newest["session"].step
         self.assertTrue(self.within(60, lambda: self.newest["session"].step >= first + count), "it does not go on")
         self.assertEqual(self.newest["session"].state, SessionState.RUNNING)
+
+    @staticmethod
+    def irrigator(functions):
+        """A suction-irrigator in the right hand; its jet points up, so that water stays long in the air."""
+        tool = InstrumentState(name="right", tool=InstrumentState.TOOL_SUCTION_IRRIGATOR, valid=True, functions=functions)
+        tool.tip.position.x, tool.tip.position.y, tool.tip.position.z = 0.02, 0.03, 0.10
+        tool.tip.orientation.w = tool.shaft.orientation.w = 1.0
+        tool.shaft.position.x, tool.shaft.position.y, tool.shaft.position.z = 0.02, 0.03, 0.01
+        message = InstrumentStates(instruments=[tool])
+        message.header.stamp = rospy.Time.now()
+        return message
+
+    def test_0_pedals_act_by_the_instruments_alone_and_silence_switches_off(self):
+        raw = [rospy.Publisher("/vest/phantom_box/footswitches", Joy, queue_size=10) for _ in range(2)]
+        on = lambda: self.newest["step"].tools[1].functions
+        water = lambda: self.newest["fluid"].emitted if "fluid" in self.newest else 0.0
+
+        def tell(functions, until, seconds=60):
+            def told():
+                pressed = Joy(buttons=[1] * 6)
+                pressed.header.stamp = rospy.Time.now()
+                for publisher in raw:
+                    publisher.publish(pressed)
+                self.instruments.publish(self.irrigator(functions))
+                return until()
+            return self.within(seconds, told)
+
+        self.assertTrue(tell(0, lambda: self.newest.get("step") and self.newest["step"].tools[1].present))
+        first = self.newest["session"].step
+        self.assertTrue(tell(0, lambda: self.newest["session"].step > first + 300))
+        self.assertEqual((on(), water()), (0, 0.0), "raw pedals are down, the instruments say that nothing is on")
+        self.assertTrue(tell(InstrumentState.FUNCTION_IRRIGATE, lambda: on() and water() > 0.0))
+        self.assertTrue(self.within(30, lambda: on() == 0), "who said that it is on is silent")
+        self.steps(100)
+        emitted = water()
+        self.steps(300)
+        self.assertEqual(water(), emitted)
 
     def test_1_each_absurd_edit_is_refused_with_one_sentence_and_changes_nothing(self):
         self.steps(100)
@@ -112,17 +156,9 @@ class Absurd(unittest.TestCase):
         self.assertTrue(math.isfinite(blood.mean_pressure) and blood.blood_loss > 0)
 
     def test_4_a_flood_is_bounded_announced_and_accounted_for(self):
-        message = InstrumentStates()
-        tool = InstrumentState(name="right", tool=InstrumentState.TOOL_SUCTION_IRRIGATOR, valid=True,
-                               functions=InstrumentState.FUNCTION_IRRIGATE)
-        tool.tip.position.x, tool.tip.position.y, tool.tip.position.z = 0.02, 0.03, 0.10
-        tool.tip.orientation.w = tool.shaft.orientation.w = 1.0  # the jet points up: it stays long in the air
-        tool.shaft.position.x, tool.shaft.position.y, tool.shaft.position.z = 0.02, 0.03, 0.01
-        message.instruments = [tool]
         end = time.monotonic() + 60
         while time.monotonic() < end and not any("more fluid than particles" in t for _, _, t in self.reports):
-            message.header.stamp = rospy.Time.now()
-            self.instruments.publish(message)
+            self.instruments.publish(self.irrigator(InstrumentState.FUNCTION_IRRIGATE))
             time.sleep(0.02)
         self.assertTrue(self.announced("vest: operating field", "more fluid than particles"), self.told["vest: operating field"])
         self.steps(300)

@@ -86,7 +86,7 @@ struct Patient {
         static_cast<double>(w.bed[deepest]) + 0.004};
     tool.orientation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(),
                                                           (tool.position - tool.pivot).normalized());
-    input.pedals = 8;
+    tool.functions = tools::kFunctionSuck;
   }
   double found() const {
     const auto& s = field.fluid();

@@ -7,6 +7,7 @@
 #include "vest_bringup/ros/field_messages.h"
 #include "vest_bringup/simulation/operating_field.h"
 #include "vest_bringup/simulation/trainer.h"
+#include "vest_instruments/control/pedals.h"
 
 // Protects the operating field in the Trainer: irrigation by pedal reaches tissue as recorded momentum,
 // nothing is lost on its way to pool and suction, coagulation makes smoke, the lens is cleaned in the trocar,
@@ -38,6 +39,7 @@ struct Theatre {
     auto& camera = tools.tools[kCamera];
     camera.present = true;
     camera.tool = tools::ToolKind::Endoscope;
+    camera.sight = {0, 0.5, std::sqrt(0.75)};  // a 30° optic
     camera.pivot = {0, -0.14, 0.165};
     camera.position = {0.005, -0.035, 0.135};
     camera.orientation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(),
@@ -52,11 +54,12 @@ struct Theatre {
     tool.orientation =
         Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), (place - tool.pivot).normalized());
   }
-  void run(double seconds, std::uint32_t pedals = 0) {
+  /// @param functions switched on: of each tool, what it takes
+  void run(double seconds, std::uint32_t functions = 0) {
     for (int n = static_cast<int>(seconds / 0.001 + 0.5); n > 0; --n) {
       scene::StepInput input = tools;
       input.step = ++k;
-      input.pedals = pedals;
+      for (auto& tool : input.tools) tool.functions = functions & control::functionsOf(tool.tool);
       trainer.step(input, report);
       for (const auto& e : report.events)
         if (e.kind == scene::EventKind::Coagulated) energy += e.energy;
@@ -118,10 +121,7 @@ TEST(OperatingField, ASnapshotGoesOnWithTheSameBitsAndResetEmptiesTheField) {
 TEST(OperatingField, CoagulationOfTissueMakesSmokeAndTheMessagesCarryIt) {
   Theatre t("smoke_lens");
   t.hold(tools::ToolKind::CoagulationHook, {0.0, 0.05, 0.058});
-  auto& functions = t.tools.tools[kRight].functions;
-  functions = tools::kFunctionCoagulate;
-  t.run(2.0, 1);
-  functions = 0;
+  t.run(2.0, tools::kFunctionCoagulate);
   t.run(0.1);
   ASSERT_GT(t.energy, 0.0) << "the hook touches the slab";
   EXPECT_NEAR(t.field->smoke().made, t.field->smokeModel().parameters.yield * t.energy,

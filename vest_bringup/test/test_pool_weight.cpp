@@ -82,7 +82,8 @@ struct Sheet {
     for (int n = static_cast<int>(seconds / 0.001 + 0.5); n > 0; --n) {
       scene::StepInput input = tools;
       input.step = trainer.world().steps() + 1;
-      input.pedals = irrigate ? 4 : 0;
+      input.tools[static_cast<std::size_t>(tools::Instrument::Right)].functions =
+          irrigate ? tools::kFunctionIrrigate : 0u;
       EXPECT_EQ(trainer.step(input, report), scene::Status::Ok);
       if (record) recorded.push_back(input);
       if (!(input.load_over > 0)) continue;

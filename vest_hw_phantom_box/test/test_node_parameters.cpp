@@ -15,18 +15,41 @@ TEST(Parameters, WrongTypesAndValuesEndTheNodeWithAMessage) {
   ros::param::del("/box");
   expectRefusal(NODE_PATH, "_calibration:=/nowhere.yaml", {"/nowhere.yaml", "No such file"});
   ros::param::del("/box");
-  expectRefusal(NODE_PATH, "_footswitch_preset:=piano",
-                {"parameter /box/footswitch_preset", "piano", "trainer, dvrk"});
+  expectRefusal(NODE_PATH, "_footswitch_preset:=dvrk",
+                {"parameter /box/footswitch_preset", "the driver alone", "in the session's namespace"});
   ros::param::del("/box");
-  ros::param::set("/box/footswitch_preset", "custom");
-  expectRefusal(NODE_PATH, "", {"/box/footswitch_preset"});
+}
+
+// The session's parameters, for the driver and for the instruments: a wrong one ends both with the same
+// words.
+TEST(Parameters, WhatPedalsMeanIsReadAlikeByTheDriverAndTheInstruments) {
+  const auto bothRefuse = [](const std::vector<std::string>& parts) {
+    expectRefusal(NODE_PATH, "", parts);
+    expectRefusal("rosrun vest_instruments instruments_node", "", parts);
+  };
+  ros::param::set("/footswitch_preset", "piano");
+  bothRefuse({"parameter /footswitch_preset", "piano", "trainer, dvrk"});
+  ros::param::set("/footswitch_preset", 7);
+  bothRefuse({"parameter /footswitch_preset", "no word"});
+  ros::param::set("/footswitch_preset", "custom");
+  bothRefuse({"/footswitch_functions", "six of none, coag"});
+  const std::vector<std::string> six{"coag", "cut", "none", "none", "tool", "clutch"};
+  std::vector<std::string> wrong = six;
+  wrong[3] = "sing";
+  ros::param::set("/footswitch_functions", wrong);
+  bothRefuse({"/footswitch_functions", "'sing'"});
+  ros::param::set("/footswitch_functions", six);
   for (const std::vector<std::string>& names : {std::vector<std::string>{"a", "b"},
                                                 {"a", "b", "c", "d", "e", "e"},
                                                 {"a", "b", "c", "d", "e", "f/g"}}) {
-    ros::param::set("/box/footswitch_names", names);
-    expectRefusal(NODE_PATH, "", {"/box/footswitch_names", "six different names"});
+    ros::param::set("/footswitch_names", names);
+    bothRefuse({"/footswitch_names", "six different names"});
   }
-  ros::param::del("/box");
+  ros::param::del("/footswitch_names");
+  ros::param::set("/footswitch_preset", "dvrk");
+  bothRefuse({"/footswitch_functions", "together with footswitch_preset 'dvrk'"});
+  ros::param::del("/footswitch_functions");
+  ros::param::del("/footswitch_preset");
 }
 
 TEST(Parameters, TheNodeletIsRefusedTheSameWay) {

@@ -20,7 +20,7 @@ struct Client {
   tf2_ros::Buffer tf;
   tf2_ros::TransformListener listener{tf};
   ros::Publisher command = nh.advertise<geometry_msgs::TwistStamped>("camera_hand/servo_cv", 10);
-  ros::Publisher switches = nh.advertise<sensor_msgs::Joy>("camera_hand/switches", 10);
+  ros::Publisher switches = nh.advertise<sensor_msgs::Joy>("phantom_box/footswitches", 10);
   ros::Publisher right = nh.advertise<sensor_msgs::JointState>("right/servo_jp", 10);
   ros::Subscriber subscriber = nh.subscribe<vest_msgs::InstrumentStates>(
       "instruments", 10, [this](const vest_msgs::InstrumentStatesConstPtr& m) { states = *m; });

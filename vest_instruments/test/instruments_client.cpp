@@ -198,20 +198,24 @@ TEST(Client, ServoCpPutsTheTipWhereTheClientSaysAndNotThatOfTheBox) {
   EXPECT_EQ(c.setpoint_cp.header.frame_id, "phantom_box");
 }
 
-TEST(Client, UndatedAndNonFiniteCommandsMoveNothing) {
+TEST(Client, OldAndNonFiniteCommandsMoveNothing) {
   Client& c = client();
   c.right_servo_jp.publish(c.joint({0.1, 0.0, 0.15, 0.0}));
   ASSERT_TRUE(c.yawIs(kRight, 0.1));
-  auto undated = c.joint({0.4, 0.0, 0.15, 0.0});
-  undated.header.stamp = ros::Time();
-  c.right_servo_jp.publish(undated);
+  auto old = c.joint({0.4, 0.0, 0.15, 0.0});
+  old.header.stamp -= ros::Duration(3.0);
+  c.right_servo_jp.publish(old);
   c.right_servo_jp.publish(c.joint({std::numeric_limits<double>::quiet_NaN(), 0.0, 0.15, 0.0}));
   c.right_servo_jp.publish(c.joint({0.4, 0.0}));
   geometry_msgs::PoseStamped pose;
   pose.pose.orientation.w = 1.0;
+  pose.header.stamp = ros::Time::now() + ros::Duration(3.0);
   c.right_servo_cp.publish(pose);
   pose.header.stamp = ros::Time::now();
   pose.pose.orientation.w = 0.0;
+  c.right_servo_cp.publish(pose);
+  pose.pose.orientation.w = 1.0;
+  pose.header.frame_id = "kitchen";
   c.right_servo_cp.publish(pose);
   EXPECT_FALSE(c.wait([&] { return std::abs(c.yaw(kRight) - 0.1) > 1e-9; }, 0.4));
 }
@@ -294,6 +298,57 @@ TEST(Client, PedalsSwitchTheToolThatTakesThemAndSilenceReleases) {
   }
   c.press(0);
   EXPECT_TRUE(c.exchange("right", InstrumentState::TOOL_GRASPER));
+}
+
+TEST(Client, OnePressOfThePedalHandsOverOneToolThoughItsMessagesComeWithAGap) {
+  Client& c = client();
+  const auto pressed = [&] {
+    c.press(16);
+    return c.state(kRight).tool != InstrumentState::TOOL_GRASPER;
+  };
+  ASSERT_TRUE(c.wait([&] { return c.state(kRight).tool == InstrumentState::TOOL_GRASPER; }));
+  c.press(0);
+  ASSERT_TRUE(c.wait(pressed));
+  const int first = c.state(kRight).tool;
+  for (int gap = 0; gap < 3; ++gap) {  // the foot stays down, a busy machine holds the messages up
+    c.wait([] { return false; }, 0.25);
+    const int count = c.count;
+    c.press(16);
+    ASSERT_TRUE(c.wait([&] { return c.count > count + 50; }));
+    EXPECT_EQ(c.state(kRight).tool, first) << "gap " << gap;
+  }
+  c.press(0);
+  EXPECT_TRUE(c.exchange("right", InstrumentState::TOOL_GRASPER));
+}
+
+TEST(Client, APresetThatChangesUnderneathReleasesThePedals) {
+  Client& c = client();
+  const auto coagulates = [&] {
+    c.press(1);
+    return c.state(kLeft).functions == InstrumentState::FUNCTION_COAGULATE;
+  };
+  ASSERT_TRUE(c.wait(coagulates));
+  c.nh.setParam("footswitch_preset", "dvrk");  // a driver that starts now says clutch to this pedal
+  EXPECT_TRUE(c.wait([&] { return !coagulates(); }, 20.0));
+  c.wait([] { return false; }, 0.2);
+  int on = 0;
+  for (int i = 0; i < 50; ++i) {
+    c.wait([] { return false; }, 0.01);
+    on += coagulates();
+  }
+  EXPECT_EQ(on, 0);
+  c.nh.setParam("footswitch_preset", "trainer");
+  EXPECT_TRUE(c.wait(coagulates, 20.0));
+  c.press(0);
+}
+
+TEST(Client, TheEndoscopeSaysWhereItsOpticLooks) {
+  Client& c = client();
+  const auto& s = c.state(3).sight;  // 30 degrees down at light post 0
+  EXPECT_NEAR(s[0], 0.0, 1e-9);
+  EXPECT_NEAR(s[1], 0.5, 1e-9);
+  EXPECT_NEAR(s[2], std::sqrt(0.75), 1e-9);
+  EXPECT_EQ(c.state(kLeft).sight[2], 0.0);
 }
 
 TEST(Client, ASecondPublisherOfPedalsReleasesThemUntilItIsGone) {

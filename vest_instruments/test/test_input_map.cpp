@@ -110,7 +110,7 @@ TEST(InputMap, EachMistakeIsOneMessageWithFieldAndWhatIsAllowed) {
       {"{on: box, button: 0,", "{on: box, button: 0.5,", "switches[0].button: 0.5; allowed: a whole number"},
       {"{on: box, button: 0,", "{on: box, button: 1,", "button: 1 is there already"},
       {"function: suction", "function: suck",
-       "switches[3].function: 'suck'; allowed: none, coag, cut, irrigation, suction, fire, tool, clutch"},
+       "switches[3].function: 'suck'; allowed: none, coag, monopolar_coag, bipolar_coag, cut"},
       {"function: tool, instruments: [right]", "function: tool", "switches[4]: a switch for tools without"},
       {"clutch, instruments: [third]", "clutch, instruments: [thrid]", "switches[8].instruments[0]: 'thrid'"},
       {"clutch, instruments: [third]", "clutch, instruments: []", "switches[8].instruments: "},

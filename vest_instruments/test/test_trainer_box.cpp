@@ -122,4 +122,14 @@ TEST(Jacobian, AgreesWithFiniteDifferencesOfTheForwardKinematics) {
   }
 }
 
+TEST(TiltedBox, IsTurnedAboutItsOwnXAndThenAboutItsOwnY) {
+  const double a = 0.3, b = 0.5;
+  const Eigen::Matrix3d R = vest::kinematics::tiltedBox(a, b).linear();
+  // By hand: y is turned about x alone; z first leans in x, then is turned about the world's x.
+  EXPECT_TRUE(R.col(1).isApprox(Vector3d(0, std::cos(a), std::sin(a)), 1e-12)) << R;
+  EXPECT_TRUE(
+      R.col(2).isApprox(Vector3d(std::sin(b), -std::sin(a) * std::cos(b), std::cos(a) * std::cos(b)), 1e-12))
+      << R;
+}
+
 }  // namespace

@@ -13,10 +13,8 @@ namespace {
 
 constexpr std::uint64_t kFluidEvery = 4, kSlowEvery = 20, kFrameEvery = 25,
                         kBedEvery = 48;  ///< steps of the tissue
-constexpr std::uint32_t kIrrigationPedal = 4, kSuctionPedal = 8;
-constexpr int kInstrumentSlots = 128;        ///< first slot behind those of bleeding
-constexpr double kWithdrawn = 0.02;          ///< m from pivot to tip: the endoscope is in its trocar (ours)
-constexpr double kOpticTilt = 0.5235987756;  ///< rad: the 30° optic of trainer_box.yaml
+constexpr int kInstrumentSlots = 128;    ///< first slot behind those of bleeding
+constexpr double kWithdrawn = 0.02;      ///< m from pivot to tip: the endoscope is in its trocar (ours)
 
 /// What evolves here beside the cores: sums between their steps, and what edits changed.
 struct Between {
@@ -217,7 +215,7 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     }
     const Eigen::Isometry3d tip = tipOf(input, report, t);
     const auto place = triple(tip.translation());
-    if ((tool.functions & tools::kFunctionIrrigate) || (input.pedals & kIrrigationPedal)) {
+    if (tool.functions & tools::kFunctionIrrigate) {
       fluid::Source& s = in.sources[static_cast<std::size_t>(in.source_count++)];
       s = fluid::Source{};
       s.slot = kInstrumentSlots + t;
@@ -230,7 +228,7 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
         s.velocity[a] =
             between.has_tip[i] ? std::clamp((place[a] - between.tip[i][a]) / in.dt, -2.0, 2.0) : 0.0;
     }
-    if ((tool.functions & tools::kFunctionSuck) || (input.pedals & kSuctionPedal)) {
+    if (tool.functions & tools::kFunctionSuck) {
       fluid::Suction& s = in.suctions[static_cast<std::size_t>(in.suction_count++)];
       s = fluid::Suction{};
       s.position = place;
@@ -240,12 +238,11 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     between.has_tip[i] = 1;
   }
   const auto camera = static_cast<std::size_t>(tools::Instrument::Endoscope);
-  in.window.present = input.tools[camera].present;
+  in.window.present = input.tools[camera].present && input.tools[camera].sight.squaredNorm() > 0.5;
   if (in.window.present) {
     const Eigen::Isometry3d tip = tipOf(input, report, static_cast<int>(camera));
     in.window.position = triple(tip.translation());
-    const Eigen::Vector3d axis = 0.8660254038 * tip.linear().col(2) + 0.5 * tip.linear().col(1);
-    in.window.axis = triple(axis);
+    in.window.axis = triple(tip.linear() * input.tools[camera].sight);
     in.window.right = triple(tip.linear().col(0));
   }
 
@@ -322,8 +319,7 @@ void OperatingField::Impl::stepSlow(const scene::World&, const scene::StepInput&
     const scene::ToolInput& tool = input.tools[i];
     if (!tool.present || tool.tool != tools::ToolKind::SuctionIrrigator) continue;
     irrigator = true;
-    if (((tool.functions & tools::kFunctionSuck) || (input.pedals & kSuctionPedal)) &&
-        s.suction_count < smoke::kMostSuctions) {
+    if ((tool.functions & tools::kFunctionSuck) && s.suction_count < smoke::kMostSuctions) {
       auto& suction = s.suctions[static_cast<std::size_t>(s.suction_count++)];
       suction.position = triple(tipOf(input, report, t).translation());
       suction.flow = options.suction_gas_flow;
@@ -340,7 +336,7 @@ void OperatingField::Impl::stepSlow(const scene::World&, const scene::StepInput&
     l.outside = (scope.position - scope.pivot).norm() < kWithdrawn;
     l.wiped = between.wiped != 0;
     l.warmed = between.warming != 0;
-    l.rinsed = between.rinse != 0 || (!irrigator && (input.pedals & kIrrigationPedal));
+    l.rinsed = between.rinse != 0 || (!irrigator && (scope.functions & tools::kFunctionIrrigate));
     const auto place = tipOf(input, report, static_cast<int>(camera)).translation().cast<float>().eval();
     l.smoke = std::min(
         1.0, static_cast<double>(smoke::densityAt(*smoke_model, smoke, place.x(), place.y(), place.z())));

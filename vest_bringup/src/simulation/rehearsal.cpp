@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "vest_instruments/kinematics/jacobian.h"
+
 namespace vest::simulation {
 namespace {
 
@@ -11,16 +13,23 @@ std::vector<float> knots(const scene::World& world, std::size_t object) {
   return xyz;
 }
 
+struct Between {
+  const trajectory::Row &before, &after;
+};
+
+Between rowsAt(const trajectory::Trajectory& trajectory, double t) {
+  const auto& rows = trajectory.rows;
+  const auto next = std::upper_bound(rows.begin(), rows.end(), t,
+                                     [](double v, const trajectory::Row& r) { return v < r.t; });
+  return {next == rows.begin() ? rows.front() : *(next - 1), next == rows.end() ? rows.back() : *next};
+}
+
 }  // namespace
 
 scene::StepInput inputAt(const kinematics::TrainerBox& box, const trajectory::Trajectory& trajectory,
                          const std::array<tools::ToolKind, tools::kInstrumentCount>& tool, double t) {
   scene::StepInput input;
-  const auto& rows = trajectory.rows;
-  const auto next = std::upper_bound(rows.begin(), rows.end(), t,
-                                     [](double v, const trajectory::Row& r) { return v < r.t; });
-  const trajectory::Row& b = next == rows.end() ? rows.back() : *next;
-  const trajectory::Row& a = next == rows.begin() ? rows.front() : *(next - 1);
+  const auto [a, b] = rowsAt(trajectory, t);
   const double s = b.t > a.t ? std::clamp((t - a.t) / (b.t - a.t), 0.0, 1.0) : 0.0;
   const auto mix = [s](double x, double y) { return x + s * (y - x); };
   for (std::size_t i = 0; i < tool.size(); ++i) {
@@ -37,8 +46,9 @@ scene::StepInput inputAt(const kinematics::TrainerBox& box, const trajectory::Tr
     in.orientation = Eigen::Quaterniond(tip.linear());
     in.pivot = box.arms[i].pivot_B;
     in.jaw = tool[i] == tools::ToolKind::Endoscope ? 0.0 : joints.jaw;
+    if (tool[i] == tools::ToolKind::Endoscope)
+      in.sight = kinematics::opticalFrame(box.arms[i].optic_angle, joints.jaw).linear().col(2);
   }
-  input.pedals = a.footswitches;
   return input;
 }
 
@@ -56,13 +66,13 @@ Script::Script(const kinematics::TrainerBox& box, const trajectory::Trajectory& 
     : box_(box),
       trajectory_(trajectory),
       hands_(std::move(hands)),
-      pedals_({control::PedalFunction::Coagulate, control::PedalFunction::Cut,
-               control::PedalFunction::Irrigate, control::PedalFunction::Suck,
-               control::PedalFunction::NextTool, control::PedalFunction::Clutch}) {}
+      pedals_(control::footswitchPreset("trainer")->functions) {
+  pedals_.update(0, 0.0);  // all are up before the script begins
+}
 
 scene::StepInput Script::inputAt(double t) {
   scene::StepInput input = simulation::inputAt(box_, trajectory_, hands_.tool, t);
-  pedals_.update(input.pedals, t);
+  pedals_.update(rowsAt(trajectory_, t).before.footswitches, t);
   if (pedals_.takeToolPress() && !hands_.tray.empty()) {
     const auto hand = static_cast<std::size_t>(hands_.tray_hand);
     hands_.tool[hand] = hands_.tray[tray_place_++ % hands_.tray.size()];

@@ -1,10 +1,9 @@
 // Parameters of the driver, each checked for type and range.
-#include <algorithm>
-#include <cctype>
 #include <set>
 #include <sstream>
 
 #include "phantom_box_shell.h"
+#include "vest_instruments/ros/footswitches.h"
 
 namespace vest::ros_shell {
 namespace {
@@ -35,38 +34,18 @@ std::string text(const ros::NodeHandle& nh, const std::string& name, const std::
   return get(nh, name, Value::TypeString, allowed, v) ? static_cast<std::string>(v) : fallback;
 }
 
-using Names = std::array<std::string, protocol::kFootswitches>;
-
-Names pedalNames(const ros::NodeHandle& nh) {
-  const std::string presets = "trainer, dvrk, custom (with footswitch_names)";
-  const std::string preset = text(nh, "footswitch_preset", "trainer", presets);
-  const bool named = nh.hasParam("footswitch_names");
-  if (preset != "custom" && named && nh.hasParam("footswitch_preset"))
-    fail(nh, "footswitch_names", "given together with footswitch_preset '" + preset + "'", "preset custom");
-  if (!named && preset == "trainer") return {"coag", "cut", "irrigation", "suction", "tool", "clutch"};
-  if (!named && preset == "dvrk") return {"clutch", "camera", "cam_minus", "cam_plus", "bicoag", "coag"};
-  if (!named) fail(nh, "footswitch_preset", "'" + preset + "'", presets);
-  const std::string allowed = "a list of six different names of letters, digits and _, a letter first";
-  Value list;
-  get(nh, "footswitch_names", Value::TypeArray, allowed, list);
-  if (list.size() != protocol::kFootswitches) fail(nh, "footswitch_names", shown(list), allowed);
-  Names names;
-  std::set<std::string> seen;
-  for (int i = 0; i < protocol::kFootswitches; ++i) {
-    if (list[i].getType() != Value::TypeString) fail(nh, "footswitch_names", shown(list), allowed);
-    names[i] = static_cast<std::string>(list[i]);
-    const bool word = !names[i].empty() && std::isalpha(static_cast<unsigned char>(names[i][0])) &&
-                      std::all_of(names[i].begin(), names[i].end(),
-                                  [](unsigned char c) { return std::isalnum(c) || c == '_'; });
-    if (!word || !seen.insert(names[i]).second) fail(nh, "footswitch_names", shown(list), allowed);
-  }
-  return names;
+// What pedals mean is told to the session, not to the driver alone: it acts by their names, others by their
+// functions.
+void refusePrivatePreset(const ros::NodeHandle& nh) {
+  for (const char* name : {"footswitch_preset", "footswitch_names"})
+    if (nh.hasParam(name))
+      fail(nh, name, "given to the driver alone",
+           std::string(name) + " in the session's namespace, where the instruments read it, too");
 }
 
 void warnUnknown(const ros::NodeHandle& nh) {
   const std::string own = nh.getNamespace() + "/";
-  const std::set<std::string> known{"port", "baud_rate", "calibration", "footswitch_preset",
-                                    "footswitch_names"};
+  const std::set<std::string> known{"port", "baud_rate", "calibration"};
   std::vector<std::string> all;
   nh.getParamNames(all);
   for (const std::string& name : all)
@@ -76,7 +55,8 @@ void warnUnknown(const ros::NodeHandle& nh) {
 
 }  // namespace
 
-Parameters readParameters(const ros::NodeHandle& nh) {
+Parameters readParameters(const ros::NodeHandle& session_nh, const ros::NodeHandle& nh) {
+  refusePrivatePreset(nh);
   warnUnknown(nh);
   Parameters p;
   p.reader.port = text(nh, "port", "/dev/ttyUSB0", "a path to a serial device");
@@ -90,7 +70,7 @@ Parameters readParameters(const ros::NodeHandle& nh) {
   }
   const std::string file = text(nh, "calibration", "", "a path to a calibration file");
   p.calibration = file.empty() ? calibration::defaultCalibration() : calibration::loadCalibration(file);
-  p.pedals = pedalNames(nh);
+  p.pedals = vest_instruments::readFootswitches(session_nh).names;
   return p;
 }
 

@@ -14,7 +14,7 @@ using protocol::kFootswitches;
 using protocol::kJoints;
 
 PhantomBoxShell::PhantomBoxShell(ros::NodeHandle nh, ros::NodeHandle private_nh)
-    : parameters_(readParameters(private_nh)) {
+    : parameters_(readParameters(nh, private_nh)) {
   joint_states_ = nh.advertise<sensor_msgs::JointState>("phantom_box/joint_states", 100);
   footswitches_ = nh.advertise<sensor_msgs::Joy>("phantom_box/footswitches", 100);
   diagnostics_ = nh.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);

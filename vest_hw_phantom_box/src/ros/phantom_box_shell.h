@@ -25,8 +25,9 @@ struct Parameters {
   calibration::Calibration calibration;
   std::array<std::string, protocol::kFootswitches> pedals;
 };
-/// Throws ParameterError or calibration::Error.
-Parameters readParameters(const ros::NodeHandle& private_nh);
+/// The names of the pedals are the session's, the rest is the node's own. Throws std::runtime_error or
+/// calibration::Error, with one message.
+Parameters readParameters(const ros::NodeHandle& session_nh, const ros::NodeHandle& private_nh);
 
 class PhantomBoxShell : public driver::ReaderListener {
  public:

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "vest_instruments/control/pedals.h"
+#include "vest_instruments/kinematics/jacobian.h"
 #include "vest_instruments/tools/tool_geometry.h"
 
 namespace vest::control {
@@ -42,12 +43,14 @@ std::string_view operatingStateName(OperatingState state) {
 }
 
 std::string_view verdictText(Verdict verdict) {
-  constexpr std::array<std::string_view, 6> kTexts{"taken",
+  constexpr std::array<std::string_view, 8> kTexts{"taken",
+                                                   "taken as far as the arm reaches",
                                                    "the instrument is moved by another source",
                                                    "the instrument is not enabled",
                                                    "the instrument is not homed",
                                                    "a value is not finite",
-                                                   "the clutch is pressed"};
+                                                   "the clutch is pressed",
+                                                   "the goal is out of reach"};
   return kTexts[static_cast<std::size_t>(verdict)];
 }
 
@@ -63,20 +66,26 @@ Instrument::Instrument(const kinematics::TrainerArm& arm, Source source)
     : arm_(arm), source_(source), tool_(arm.tool) {
   q_ << 0.0, 0.0, std::clamp(kStartInsertion, arm.limits.lower.insertion, arm.limits.upper.insertion), 0.0,
       0.0;
-  setpoint_ = previous_ = move_from_ = move_to_ = q_;
+  setpoint_ = previous_ = q_;
 }
 
-Joints Instrument::limited(Joints q) const {
-  const Joints lower = toJoints(arm_.limits.lower);
-  Joints upper = toJoints(arm_.limits.upper);
-  // A tool's jaws may open less far than the handle of the box.
-  if (tool_ != tools::ToolKind::Endoscope)
-    upper[4] = std::min(upper[4], tools::toolGeometry(tool_).max_jaw_angle);
-  // Tools without jaws keep the handle's travel: it fires them.
-  if (tool_ != tools::ToolKind::Endoscope && tools::toolGeometry(tool_).jaw_length == 0.0) {
-    upper[4] = arm_.limits.upper.jaw;
-  }
-  return q.cwiseMax(lower).cwiseMin(upper);
+kinematics::JointLimits Instrument::limits() const {
+  kinematics::JointLimits limits = arm_.limits;
+  // A tool's jaws may open less far than the handle of the box. Tools without jaws keep the handle's travel:
+  // it fires them.
+  if (tool_ != tools::ToolKind::Endoscope && tools::toolGeometry(tool_).jaw_length > 0.0)
+    limits.upper.jaw = std::min(limits.upper.jaw, tools::toolGeometry(tool_).max_jaw_angle);
+  return limits;
+}
+
+Joints Instrument::limited(const Joints& q) const {
+  const kinematics::JointLimits l = limits();
+  return q.cwiseMax(toJoints(l.lower)).cwiseMin(toJoints(l.upper));
+}
+
+bool Instrument::within(const Joints& q) const {
+  constexpr double kRounding = 1e-6;  // rad, m: a client may send back what it read
+  return (limited(q) - q).cwiseAbs().maxCoeff() < kRounding;
 }
 
 Verdict Instrument::admit(Source from) const {
@@ -86,10 +95,14 @@ Verdict Instrument::admit(Source from) const {
   return Verdict::Taken;
 }
 
-void Instrument::accept(const Joints& q, double now) {
+// Takes the place of a move under way; without a fifth value the jaw goes on with its own.
+void Instrument::accept(const Joints& q, bool has_fifth, double now) {
+  const bool was_busy = busy();
   setpoint_ = limited(q);
   last_input_ = now;
-  if (moving_) setBusy(false);
+  free_ = arm_move_.active = false;
+  if (has_fifth) jaw_move_.active = false;
+  if (busy() != was_busy) ++state_revision_;
 }
 
 Verdict Instrument::sensedJoints(Source from, const Joints& q, bool has_jaw, const Joints* velocity,
@@ -99,14 +112,18 @@ Verdict Instrument::sensedJoints(Source from, const Joints& q, bool has_jaw, con
   if (!q.head<4>().allFinite() || (has_jaw && !std::isfinite(q[4]))) return Verdict::NotFinite;
   Joints wanted = q;
   if (!has_jaw) wanted[4] = setpoint_[4];
-  accept(wanted, now);
+  accept(wanted, has_jaw, now);
   has_velocity_ = velocity != nullptr && velocity->allFinite();
   if (has_velocity_) qd_ = *velocity;
   return Verdict::Taken;
 }
 
 Verdict Instrument::servoJoints(const Joints& q, bool has_fifth, double now) {
-  return sensedJoints(Source::Crtk, q, has_fifth, nullptr, now);
+  const Verdict verdict = sensedJoints(Source::Crtk, q, has_fifth, nullptr, now);
+  if (verdict != Verdict::Taken) return verdict;
+  Joints asked = q;
+  if (!has_fifth) asked[4] = setpoint_[4];
+  return within(asked) ? Verdict::Taken : Verdict::Limited;
 }
 
 Verdict Instrument::servoPose(Source from, const Eigen::Isometry3d& X_BTip, double now) {
@@ -124,9 +141,10 @@ Verdict Instrument::servoPose(Source from, const Eigen::Isometry3d& X_BTip, doub
     rebase_ = false;
     wanted.translation() += clutch_offset_B_;
   }
-  accept(toJoints(inverseKinematics(arm_.X_BTrocar, wanted, fromJoints(setpoint_), arm_.limits).q), now);
+  const auto found = inverseKinematics(arm_.X_BTrocar, wanted, fromJoints(setpoint_), arm_.limits);
+  accept(toJoints(found.q), false, now);
   has_velocity_ = false;
-  return Verdict::Taken;
+  return found.reachable || from != Source::Crtk ? Verdict::Taken : Verdict::Limited;
 }
 
 Verdict Instrument::servoJaw(Source from, double angle, double now) {
@@ -135,10 +153,12 @@ Verdict Instrument::servoJaw(Source from, double angle, double now) {
   if (!std::isfinite(angle)) return Verdict::NotFinite;
   Joints q = setpoint_;
   q[4] = angle;
+  const bool reached = within(q), was_busy = busy();
   setpoint_ = limited(q);
-  move_to_[4] = move_from_[4] = setpoint_[4];
+  jaw_move_.active = false;
+  if (busy() != was_busy) ++state_revision_;
   last_input_ = now;
-  return Verdict::Taken;
+  return reached || from != Source::Crtk ? Verdict::Taken : Verdict::Limited;
 }
 
 Verdict Instrument::moveJoints(const Joints& q, bool has_fifth, double now) {
@@ -147,7 +167,9 @@ Verdict Instrument::moveJoints(const Joints& q, bool has_fifth, double now) {
   Joints goal = q;
   if (!has_fifth) goal[4] = setpoint_[4];
   if (!goal.allFinite()) return Verdict::NotFinite;
-  startMove(limited(goal), now);
+  if (!within(goal)) return Verdict::OutOfReach;
+  start(arm_move_, limited(goal), 0, 4, now);
+  if (has_fifth) start(jaw_move_, limited(goal), 4, 5, now);
   return Verdict::Taken;
 }
 
@@ -155,25 +177,45 @@ Verdict Instrument::movePose(const Eigen::Isometry3d& X_BTip, double now) {
   const Verdict verdict = admit(Source::Crtk);
   if (verdict != Verdict::Taken) return verdict;
   if (!X_BTip.matrix().allFinite()) return Verdict::NotFinite;
-  startMove(
-      limited(toJoints(inverseKinematics(arm_.X_BTrocar, X_BTip, fromJoints(setpoint_), arm_.limits).q)),
-      now);
+  const auto found = inverseKinematics(arm_.X_BTrocar, X_BTip, fromJoints(setpoint_), arm_.limits);
+  if (!found.reachable) return Verdict::OutOfReach;
+  start(arm_move_, limited(toJoints(found.q)), 0, 4, now);
   return Verdict::Taken;
 }
 
-void Instrument::startMove(const Joints& goal, double now) {
-  move_from_ = setpoint_;
-  move_to_ = goal;
-  move_start_ = now;
+Verdict Instrument::moveJaw(double angle, double now) {
+  const Verdict verdict = admit(Source::Crtk);
+  if (verdict != Verdict::Taken) return verdict;
+  if (!std::isfinite(angle)) return Verdict::NotFinite;
+  Joints goal = setpoint_;
+  goal[4] = angle;
+  if (!within(goal)) return Verdict::OutOfReach;
+  start(jaw_move_, limited(goal), 4, 5, now);
+  return Verdict::Taken;
+}
+
+void Instrument::start(Move& move, const Joints& goal, int first, int last, double now) {
+  constexpr double kPeak = 1.875;  // greatest slope of the minimum-jerk course
+  move = {true, now, 0.0, setpoint_, goal};
+  for (int i = first; i < last; ++i) {
+    const double speed = i == 2 ? kMoveSpeedInsertion : kMoveSpeed;
+    move.time = std::max(move.time, kPeak * std::abs(goal[i] - setpoint_[i]) / speed);
+  }
   last_input_ = now;
   has_velocity_ = false;
-  constexpr double kPeak = 1.875;  // greatest slope of the minimum-jerk course
-  move_time_ = 0.0;
-  for (int i = 0; i < 5; ++i) {
-    const double speed = i == 2 ? kMoveSpeedInsertion : kMoveSpeed;
-    move_time_ = std::max(move_time_, kPeak * std::abs(goal[i] - move_from_[i]) / speed);
-  }
-  setBusy(true);
+  if (first == 0) free_ = false;
+  ++state_revision_;  // a client waits for busy, be the way ever so short
+}
+
+void Instrument::advance(Move& move, int first, int last, double now) {
+  if (!move.active) return;
+  const double s = move.time > 0.0 ? std::clamp((now - move.start) / move.time, 0.0, 1.0) : 1.0;
+  for (int i = first; i < last; ++i)
+    setpoint_[i] = s < 1.0 ? move.from[i] + minimumJerk(s) * (move.to[i] - move.from[i]) : move.to[i];
+  last_input_ = now;
+  if (s < 1.0) return;
+  move.active = false;
+  if (!busy()) ++state_revision_;
 }
 
 Verdict Instrument::hold(double now) {
@@ -181,8 +223,39 @@ Verdict Instrument::hold(double now) {
   if (verdict != Verdict::Taken) return verdict;
   update(now);
   last_input_ = now;
-  setBusy(false);
+  free_ = false;
+  stop();
   return Verdict::Taken;
+}
+
+Verdict Instrument::release(double now) {
+  const Verdict verdict = hold(now);
+  free_ = verdict == Verdict::Taken;
+  return verdict;
+}
+
+void Instrument::feel(const Eigen::Matrix<double, 6, 1>& wrench_B, double now) {
+  if (!wrench_B.allFinite()) return;
+  wrench_B_ = wrench_B;
+  felt_ = now;
+}
+
+// Each joint gives way to its load, by virtual work J^T · wrench, as fast as a tip that is kYield light: a
+// turn about the pivot moves the tip by the insertion per radian.
+void Instrument::yield(double now) {
+  if (!free_ || state_ != OperatingState::Enabled || felt_ < 0.0 || now - felt_ > kSilence ||
+      last_update_ < 0.0)
+    return;
+  constexpr double kFastest = 0.1;  // m/s: a free arm is damped (assumed)
+  const double dt = std::clamp(now - last_update_, 0.0, kSilence);
+  const Eigen::Vector4d load =
+      kinematics::tipJacobian(arm_.X_BTrocar, fromJoints(setpoint_)).transpose() * wrench_B_;
+  const double lever = std::max(setpoint_[2], 0.02);  // m
+  const auto speed = [&](double force) { return std::clamp(kYield * force, -kFastest, kFastest); };
+  setpoint_[0] += dt * speed(load[0] / lever) / lever;
+  setpoint_[1] += dt * speed(load[1] / lever) / lever;
+  setpoint_[2] += dt * speed(load[2]);
+  setpoint_ = limited(setpoint_);
 }
 
 void Instrument::setState(OperatingState state) {
@@ -191,10 +264,9 @@ void Instrument::setState(OperatingState state) {
   ++state_revision_;
 }
 
-void Instrument::setBusy(bool busy) {
-  if (busy == moving_) return;
-  moving_ = busy;
-  ++state_revision_;
+void Instrument::stop() {
+  if (busy()) ++state_revision_;
+  arm_move_.active = jaw_move_.active = false;
 }
 
 bool Instrument::stateCommand(std::string_view word, double now) {
@@ -208,11 +280,11 @@ bool Instrument::stateCommand(std::string_view word, double now) {
     if (state_ == OperatingState::Fault) return false;
     setState(OperatingState::Enabled);
   } else if (word == "disable") {
-    setBusy(false);
+    stop();
     setState(OperatingState::Disabled);
   } else if (word == "pause") {
     if (state_ != OperatingState::Enabled) return false;
-    setBusy(false);
+    stop();
     setState(OperatingState::Paused);
   } else if (word == "resume") {
     if (state_ != OperatingState::Paused) return false;
@@ -223,7 +295,7 @@ bool Instrument::stateCommand(std::string_view word, double now) {
     const bool homed = word == "home";
     if (homed != homed_) ++state_revision_;
     homed_ = homed;
-    if (!homed) setBusy(false);
+    if (!homed) stop();
   } else {
     return false;
   }
@@ -233,7 +305,8 @@ bool Instrument::stateCommand(std::string_view word, double now) {
 void Instrument::selectSource(Source source, double now) {
   if (source == source_) return;
   update(now);
-  setBusy(false);
+  stop();
+  free_ = false;
   source_ = source;
   setpoint_ = q_;
   has_velocity_ = false;
@@ -255,17 +328,13 @@ void Instrument::setClutch(bool pressed) {
 }
 
 void Instrument::update(double now) {
-  if (moving_) {
-    const double s = move_time_ > 0.0 ? std::clamp((now - move_start_) / move_time_, 0.0, 1.0) : 1.0;
-    const double jaw = setpoint_[4];
-    setpoint_ = move_from_ + minimumJerk(s) * (move_to_ - move_from_);
-    if (move_from_[4] == move_to_[4]) setpoint_[4] = jaw;
-    last_input_ = now;
-    if (s >= 1.0) setBusy(false);
-  }
+  advance(arm_move_, 0, 4, now);
+  advance(jaw_move_, 4, 5, now);
+  yield(now);
   q_ = setpoint_;
-  // A simulated arm stays where its client left it: with crtk, silence is no fault (decision 0110).
-  const bool silent = last_input_ < 0.0 || (source_ != Source::Crtk && now - last_input_ > kSilence);
+  // A simulated arm stays where its client left it, and is somewhere before the first command: with crtk,
+  // silence is no fault (decision 0110).
+  const bool silent = source_ != Source::Crtk && (last_input_ < 0.0 || now - last_input_ > kSilence);
   valid_ = !silent && source_ != Source::None && state_ == OperatingState::Enabled && homed_;
   const double dt = now - last_update_;
   if (!valid_) {

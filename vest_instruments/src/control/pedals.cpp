@@ -25,9 +25,32 @@ std::uint32_t functionsOf(ToolKind kind) {
     case ToolKind::InjectionNeedle:
     case ToolKind::SlingApplicator:
       return tools::kFunctionFire;
+    case ToolKind::Endoscope:
+      return tools::kFunctionIrrigate | tools::kFunctionCameraFollow | tools::kFunctionCameraIn |
+             tools::kFunctionCameraOut;
     default:
       return 0;
   }
+}
+
+std::string pedalFunctionNames() {
+  std::string all;
+  for (const std::string_view word : kPedalFunctions) all.append(all.empty() ? "" : ", ").append(word);
+  return all;
+}
+
+std::optional<Footswitches> footswitchPreset(std::string_view name) {
+  using F = PedalFunction;
+  if (name == "trainer") {
+    return Footswitches{{"coag", "cut", "irrigation", "suction", "tool", "clutch"},
+                        {F::Coagulate, F::Cut, F::Irrigate, F::Suck, F::NextTool, F::Clutch}};
+  }
+  if (name == "dvrk") {
+    return Footswitches{
+        {"clutch", "camera", "cam_minus", "cam_plus", "bicoag", "coag"},
+        {F::Clutch, F::CameraFollow, F::CameraOut, F::CameraIn, F::CoagulateBipolar, F::CoagulateMonopolar}};
+  }
+  return std::nullopt;
 }
 
 Pedals::Pedals(const std::array<PedalFunction, kCount>& functions) {
@@ -36,17 +59,22 @@ Pedals::Pedals(const std::array<PedalFunction, kCount>& functions) {
 }
 
 void Pedals::update(std::uint32_t mask, double now) {
-  const std::uint32_t before = stale(now) ? 0 : mask_;
+  // A gap in the messages is no release: one press hands over one tool, however late the next message comes.
+  const std::uint32_t pressed = mask & ~mask_;
   for (const Switch& s : switches_) {
-    const std::uint32_t bit = 1u << s.button;
-    if (s.function == PedalFunction::NextTool && (mask & bit) != 0 && (before & bit) == 0)
+    if (s.function == PedalFunction::NextTool && (pressed >> s.button & 1u) != 0)
       tool_press_ |= s.instruments;
   }
   mask_ = mask;
   last_ = now;
 }
 
-std::uint32_t Pedals::requested(double now, InstrumentMask of) const {
+void Pedals::forget() {
+  mask_ = ~0u;
+  last_ = -1.0;
+}
+
+std::uint32_t Pedals::requested(ToolKind kind, double now, InstrumentMask of) const {
   if (stale(now)) return 0;
   std::uint32_t on = 0;
   for (const Switch& s : switches_) {
@@ -54,6 +82,12 @@ std::uint32_t Pedals::requested(double now, InstrumentMask of) const {
     switch (s.function) {
       case PedalFunction::Coagulate:
         on |= tools::kFunctionCoagulate;
+        break;
+      case PedalFunction::CoagulateMonopolar:
+        if (kind == ToolKind::CoagulationHook) on |= tools::kFunctionCoagulate;
+        break;
+      case PedalFunction::CoagulateBipolar:
+        if (kind == ToolKind::BipolarForceps) on |= tools::kFunctionCoagulate;
         break;
       case PedalFunction::Cut:
         on |= tools::kFunctionCut;
@@ -70,6 +104,15 @@ std::uint32_t Pedals::requested(double now, InstrumentMask of) const {
       case PedalFunction::Clutch:
         on |= tools::kFunctionClutch;
         break;
+      case PedalFunction::CameraFollow:
+        on |= tools::kFunctionCameraFollow;
+        break;
+      case PedalFunction::CameraIn:
+        on |= tools::kFunctionCameraIn;
+        break;
+      case PedalFunction::CameraOut:
+        on |= tools::kFunctionCameraOut;
+        break;
       case PedalFunction::None:
       case PedalFunction::NextTool:
         break;
@@ -81,11 +124,7 @@ std::uint32_t Pedals::requested(double now, InstrumentMask of) const {
 std::uint32_t Pedals::active(ToolKind kind, double now, InstrumentMask of) const {
   const std::uint32_t clutch =
       kind == ToolKind::Endoscope ? 0u : static_cast<std::uint32_t>(tools::kFunctionClutch);
-  return requested(now, of) & (functionsOf(kind) | clutch);
-}
-
-bool Pedals::clutch(double now, InstrumentMask of) const {
-  return (requested(now, of) & tools::kFunctionClutch) != 0;
+  return requested(kind, now, of) & (functionsOf(kind) | clutch);
 }
 
 InstrumentMask Pedals::takeToolPress() {

@@ -70,6 +70,13 @@ Eigen::Isometry3d trocarFrame(const Vector3d& pivot_B, const Vector3d& aim_B) {
   return X;
 }
 
+Eigen::Isometry3d tiltedBox(double about_x, double about_y) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = (Eigen::AngleAxisd(about_x, Vector3d::UnitX()) * Eigen::AngleAxisd(about_y, Vector3d::UnitY()))
+                   .toRotationMatrix();
+  return X;
+}
+
 TrainerBox loadTrainerBox(const std::string& path) {
   const Field root = loadFile(path);
   try {

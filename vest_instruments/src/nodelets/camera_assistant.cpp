@@ -35,12 +35,9 @@ CameraAssistant::CameraAssistant(ros::NodeHandle nh, ros::NodeHandle private_nh)
   private_nh.param<std::string>("follow", follows_, "right");
   if (follows_ != "left" && follows_ != "right" && follows_ != "third")
     refuse("follow", "'" + follows_ + "'", "left, right, third");
-  constexpr std::array<const char*, kSwitches> kNames{"switches/follow", "switches/in", "switches/out"};
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    private_nh.param(kNames[i], button_[i], -1);
-    if (button_[i] < -1 || button_[i] > 31)
-      refuse(kNames[i], std::to_string(button_[i]), "-1 (none) … 31, a button of the Joy message");
-  }
+  if (private_nh.hasParam("switches"))
+    refuse("switches", "is no more",
+           "footswitch_preset dvrk or custom, or an input map, with camera_follow, camera_in, camera_out");
   private_nh.param("dead_zone", dead_zone_, 0.12);
   if (!(dead_zone_ >= 0.0 && dead_zone_ <= 1.0)) refuse("dead_zone", std::to_string(dead_zone_), "0 … 1 rad");
   std::string box;
@@ -56,21 +53,20 @@ CameraAssistant::CameraAssistant(ros::NodeHandle nh, ros::NodeHandle private_nh)
   command_ = nh_.subscribe<geometry_msgs::TwistStamped>(
       "camera_hand/servo_cv", 10, [this](const geometry_msgs::TwistStampedConstPtr& m) { onCommand(*m); },
       nullptr, hints);
-  switches_ = nh_.subscribe<sensor_msgs::Joy>(
-      "camera_hand/switches", 10, [this](const sensor_msgs::JoyConstPtr& m) { onSwitches(*m); }, nullptr,
-      hints);
   timer_ =
       nh_.createSteadyTimer(ros::WallDuration(kPeriod), [this](const ros::SteadyTimerEvent&) { onTimer(); });
 }
 
 void CameraAssistant::onInstruments(const vest_msgs::InstrumentStates& msg) {
   held_ = false;
+  functions_ = 0;
   for (const vest_msgs::InstrumentState& s : msg.instruments) {
     Eigen::Isometry3d X_WTip, X_WShaft;
     if (!fromPose(s.tip, X_WTip) || !fromPose(s.shaft, X_WShaft)) continue;
     if (s.name == follows_) followed_W_ = X_WTip.translation();
     if (s.name != "endoscope" || s.source != vest_msgs::InstrumentState::SOURCE_TELEOP) continue;
     held_ = true;
+    functions_ = s.functions;
     const auto& j = s.joint_position;
     measured_ = {j[0], j[1], j[2], j[3], j[4]};
     // What lies between trocar and tip is known: the rest is the trocar, wherever the box stands.
@@ -96,25 +92,17 @@ void CameraAssistant::onCommand(const geometry_msgs::TwistStamped& msg) {
   command_time_ = ros::SteadyTime::now();
 }
 
-void CameraAssistant::onSwitches(const sensor_msgs::Joy& msg) {
-  for (std::size_t i = 0; i < pressed_.size(); ++i) {
-    const int b = button_[i];
-    pressed_[i] = b >= 0 && static_cast<std::size_t>(b) < msg.buttons.size() &&
-                  msg.buttons[static_cast<std::size_t>(b)] == 1;
-  }
-  switches_time_ = ros::SteadyTime::now();
-}
-
 CameraMotion CameraAssistant::wanted(const ros::SteadyTime& now) const {
   CameraMotion motion;
   if (fresh(command_time_, now)) {
     motion = command_rate_;
     motion.right *= kPeriod, motion.down *= kPeriod, motion.in *= kPeriod;
   }
-  if (!fresh(switches_time_, now)) return motion;
+  const auto on = [this](std::uint32_t function) { return (functions_ & function) != 0; };
   const double step = vest::control::kCameraSpeedInsertion * kPeriod;
-  motion.in += (pressed_[kIn] ? step : 0.0) - (pressed_[kOut] ? step : 0.0);
-  if (pressed_[kFollow]) {
+  motion.in +=
+      (on(vest::tools::kFunctionCameraIn) ? step : 0.0) - (on(vest::tools::kFunctionCameraOut) ? step : 0.0);
+  if (on(vest::tools::kFunctionCameraFollow)) {
     Eigen::Isometry3d X_WOptical = kin::forwardKinematics(X_WTrocar_, q_);
     X_WOptical.linear() *= vest::control::opticalAxes(optic_angle_, q_.jaw);
     const CameraMotion towards =

@@ -8,6 +8,8 @@
 
 #include <ros/package.h>
 
+#include "vest_instruments/ros/footswitches.h"
+
 namespace vest_instruments {
 namespace {
 
@@ -31,7 +33,7 @@ std::string word(const ros::NodeHandle& nh, const std::string& name, const std::
   return read<std::string>(nh, name, otherwise, "a word");
 }
 
-vest::control::InputMap inputsFromParameters(const ros::NodeHandle& nh) {
+vest::control::InputMap inputsFromParameters(const ros::NodeHandle& session_nh, const ros::NodeHandle& nh) {
   vest::control::InputMap map;
   for (std::size_t i = 0; i < kInstrumentCount; ++i) {
     const std::string name(vest::tools::instrumentName(static_cast<vest::tools::Instrument>(i)));
@@ -41,11 +43,7 @@ vest::control::InputMap inputsFromParameters(const ros::NodeHandle& nh) {
     map.instruments[i].source = *known;
     map.instruments[i].handle = static_cast<vest::tools::Instrument>(i);
   }
-  const auto pedals = read<std::vector<std::string>>(
-      nh, "pedals", {"coag", "cut", "irrigation", "suction", "tool", "clutch"}, "a list of six words");
-  if (pedals.size() != vest::control::Pedals::kCount) {
-    refuse(nh, "pedals", std::to_string(pedals.size()) + " entries", "six, one for each pedal");
-  }
+  const vest::control::Footswitches pedals = readFootswitches(session_nh);
   const std::string next = word(nh, "tool_pedal_instrument", "right");
   int found = -1;
   for (int i = 0; i < 3; ++i) {
@@ -53,12 +51,10 @@ vest::control::InputMap inputsFromParameters(const ros::NodeHandle& nh) {
   }
   if (found < 0) refuse(nh, "tool_pedal_instrument", "'" + next + "'", "left, right, third");
   vest::control::SwitchSource box{"box", {}};
-  for (std::size_t i = 0; i < pedals.size(); ++i) {
-    const auto f = vest::control::pedalFunctionFromName(pedals[i]);
-    if (!f)
-      refuse(nh, "pedals", "'" + pedals[i] + "'", "none, coag, cut, irrigation, suction, fire, tool, clutch");
-    box.switches.push_back({static_cast<int>(i), *f,
-                            *f == vest::control::PedalFunction::NextTool
+  for (std::size_t i = 0; i < pedals.functions.size(); ++i) {
+    const vest::control::PedalFunction f = pedals.functions[i];
+    box.switches.push_back({static_cast<int>(i), f,
+                            f == vest::control::PedalFunction::NextTool
                                 ? vest::control::maskOf(static_cast<vest::tools::Instrument>(found))
                                 : vest::control::kEveryInstrument});
   }
@@ -69,8 +65,11 @@ vest::control::InputMap inputsFromParameters(const ros::NodeHandle& nh) {
 
 }  // namespace
 
-Configuration readConfiguration(const ros::NodeHandle& nh) {
+Configuration readConfiguration(const ros::NodeHandle& session_nh, const ros::NodeHandle& nh) {
   Configuration c;
+  if (nh.hasParam("pedals"))
+    refuse(nh, "pedals", "given to the instruments alone",
+           "footswitch_preset in the session's namespace, where the driver reads it, too");
   const std::string shipped = ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml";
   c.box = vest::kinematics::loadTrainerBox(word(nh, "trainer_box", shipped));
   for (std::size_t i = 0; i < kInstrumentCount; ++i) {
@@ -84,8 +83,15 @@ Configuration readConfiguration(const ros::NodeHandle& nh) {
     }
     arm.tool = *kind;
   }
+  c.footswitch_preset = word(session_nh, "footswitch_preset", "trainer");
   const std::string inputs = word(nh, "inputs", "");
-  c.inputs = inputs.empty() ? inputsFromParameters(nh) : vest::control::loadInputMap(inputs);
+  c.inputs = inputs.empty() ? inputsFromParameters(session_nh, nh) : vest::control::loadInputMap(inputs);
+  for (const vest::control::SwitchSource& source : c.inputs.switches) {
+    const std::string preset = word(session_nh, "footswitch_preset", "inputs");
+    if (!inputs.empty() && source.on == "box" && preset != "inputs")
+      refuse(session_nh, "footswitch_preset", "'" + preset + "' beside an input map with switches on the box",
+             "inputs: the map says what its pedals do");
+  }
   for (const std::string& tool :
        read<std::vector<std::string>>(nh, "tool_tray", {}, "a list of tools' names")) {
     const auto kind = vest::tools::toolFromName(tool);
@@ -99,9 +105,7 @@ Configuration readConfiguration(const ros::NodeHandle& nh) {
   if (tilt.size() != 2 || !(std::abs(tilt[0]) <= 0.8) || !(std::abs(tilt[1]) <= 0.8)) {
     refuse(nh, "tilt", "not two angles within ±0.8 rad", "[about x, about y] in rad, each within ±0.8");
   }
-  c.X_WB.linear() = (Eigen::AngleAxisd(tilt[1], Eigen::Vector3d::UnitY()) *
-                     Eigen::AngleAxisd(tilt[0], Eigen::Vector3d::UnitX()))
-                        .toRotationMatrix();
+  c.X_WB = vest::kinematics::tiltedBox(tilt[0], tilt[1]);
   c.type_package = word(nh, "crtk_package", "auto");
   if (c.type_package == "auto") {
     ros::V_string packages;  // asking for a missing package by name would print an error

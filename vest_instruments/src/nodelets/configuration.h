@@ -13,9 +13,10 @@ namespace vest_instruments {
 /// Parameters of the node, read once and checked.
 struct Configuration {
   vest::kinematics::TrainerBox box;
-  /// Who moves what, and what switches do: the file ~inputs, or else ~sources, ~pedals,
-  /// ~tool_pedal_instrument.
+  /// Who moves what, and what switches do: the file ~inputs, or else ~sources, ~tool_pedal_instrument and
+  /// what the session says of the footswitches (ros/footswitches.h).
   vest::control::InputMap inputs;
+  std::string footswitch_preset;  ///< as the session had it at the start
   /// What the pedal hands over, press by press, round and round; empty: every tool in the order of ToolKind.
   std::vector<vest::tools::ToolKind> tool_tray;
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< phantom_box in world: ~tilt
@@ -23,7 +24,8 @@ struct Configuration {
   bool set_robot_description = true;
 };
 
+/// @param nh of the session's namespace
 /// @throws std::runtime_error that names parameter, value and what is allowed.
-Configuration readConfiguration(const ros::NodeHandle& private_nh);
+Configuration readConfiguration(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
 
 }  // namespace vest_instruments

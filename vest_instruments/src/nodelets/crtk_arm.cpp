@@ -2,18 +2,28 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
+
+#include <std_msgs/String.h>
 
 #include "vest_instruments/kinematics/jacobian.h"
 
 namespace vest_instruments {
 
 using vest::control::Joints;
-using vest::control::Source;
 using vest::control::Verdict;
 
 namespace {
+
 const std::array<std::string, 5> kJoints{"yaw", "pitch", "insertion", "roll", "jaw"};
+
+std::string number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g", value);
+  return text.data();
 }
+
+}  // namespace
 
 geometry_msgs::Pose toPose(const Eigen::Isometry3d& X) {
   const Eigen::Quaterniond q(X.linear());
@@ -46,8 +56,12 @@ void CrtkArm::listen(ros::NodeHandle& nh, const std::string& topic, F handler) {
 }
 
 CrtkArm::CrtkArm(ros::NodeHandle& parent, const std::string& name, vest::control::Instrument& instrument,
-                 const std::string& hand, const std::string& type_package, Clock clock)
-    : name_(name), instrument_(instrument), clock_(std::move(clock)), endoscope_(name == "endoscope") {
+                 const Options& options, Clock clock)
+    : name_(name),
+      instrument_(instrument),
+      options_(options),
+      clock_(std::move(clock)),
+      endoscope_(name == "endoscope") {
   ros::NodeHandle nh(parent, name);
   measured_js_ = nh.advertise<sensor_msgs::JointState>("measured_js", 10);
   setpoint_js_ = nh.advertise<sensor_msgs::JointState>("setpoint_js", 10);
@@ -55,63 +69,22 @@ CrtkArm::CrtkArm(ros::NodeHandle& parent, const std::string& name, vest::control
   setpoint_cp_ = nh.advertise<geometry_msgs::PoseStamped>("setpoint_cp", 10);
   measured_cv_ = nh.advertise<geometry_msgs::TwistStamped>("measured_cv", 10);
   measured_cf_ = nh.advertise<geometry_msgs::WrenchStamped>("measured_cf", 10);
-  if (!endoscope_) jaw_ = nh.advertise<sensor_msgs::JointState>("jaw/measured_js", 10);
-
+  error_ = nh.advertise<std_msgs::String>("error", 100);
+  warning_ = nh.advertise<std_msgs::String>("warning", 100);
+  if (!endoscope_) {
+    jaw_ = nh.advertise<sensor_msgs::JointState>("jaw/measured_js", 10);
+    jaw_setpoint_ = nh.advertise<sensor_msgs::JointState>("jaw/setpoint_js", 10);
+  }
   ros::AdvertiseOptions state;
-  state.init<vest_msgs::OperatingState>("operating_state", 1);
-  state.datatype = type_package + "/OperatingState";
+  state.init<vest_msgs::OperatingState>("operating_state", 10);
+  state.datatype = options_.type_package + "/OperatingState";
   state.latch = true;
   operating_state_ = nh.advertise(state);
 
-  ros::SubscribeOptions command = ros::SubscribeOptions::create<vest_msgs::StringStamped>(
-      "state_command", 10,
-      [this](const vest_msgs::StringStampedConstPtr& msg) {
-        if (!dated("state_command", msg->header)) return;
-        if (!instrument_.stateCommand(msg->string, clock_())) {
-          refuse("state_command", "'" + msg->string.substr(0, 60) +
-                                      "' is unknown or does not fit the present state; allowed: enable, "
-                                      "disable, pause, resume, home, "
-                                      "unhome, source:box|haptic|crtk|teleop|replay|none");
-        }
-        publishStateIfChanged(ros::Time::now());
-      },
-      ros::VoidConstPtr(), nullptr);
-  command.datatype = type_package + "/StringStamped";
-  subscribers_.push_back(nh.subscribe(command));
-
-  listen<sensor_msgs::JointState>(nh, "servo_jp", [this](const sensor_msgs::JointState& m) {
-    Joints q;
-    bool fifth = false;
-    if (joints("servo_jp", m, q, fifth)) take("servo_jp", instrument_.servoJoints(q, fifth, clock_()));
-  });
-  listen<sensor_msgs::JointState>(nh, "move_jp", [this](const sensor_msgs::JointState& m) {
-    Joints q;
-    bool fifth = false;
-    if (joints("move_jp", m, q, fifth)) take("move_jp", instrument_.moveJoints(q, fifth, clock_()));
-  });
-  listen<geometry_msgs::PoseStamped>(nh, "servo_cp", [this](const geometry_msgs::PoseStamped& m) {
-    onPose("servo_cp", m, false, Source::Crtk);
-  });
-  listen<geometry_msgs::PoseStamped>(nh, "move_cp", [this](const geometry_msgs::PoseStamped& m) {
-    onPose("move_cp", m, true, Source::Crtk);
-  });
-  if (!endoscope_) {
-    listen<sensor_msgs::JointState>(nh, "jaw/servo_jp", [this](const sensor_msgs::JointState& m) {
-      onJaw("jaw/servo_jp", m, Source::Crtk);
-    });
-  }
-  listen<std_msgs::Empty>(nh, "hold",
-                          [this](const std_msgs::Empty&) { take("hold", instrument_.hold(clock_())); });
-  listen<std_msgs::Empty>(nh, "free",
-                          [this](const std_msgs::Empty&) { take("free", instrument_.hold(clock_())); });
-
-  ros::NodeHandle teleop(parent, hand + "/" + name);
-  listen<geometry_msgs::PoseStamped>(teleop, "servo_cp", [this, hand](const geometry_msgs::PoseStamped& m) {
-    onPose(hand + " servo_cp", m, false, Source::Teleop);
-  });
-  listen<sensor_msgs::JointState>(teleop, "jaw/servo_jp", [this, hand](const sensor_msgs::JointState& m) {
-    onJaw(hand + " jaw/servo_jp", m, Source::Teleop);
-  });
+  subscribe(nh);
+  serve(nh);
+  ros::NodeHandle hand(parent, options_.hand + "/" + name);
+  subscribeHand(hand, options_.hand);
 
   for (int i = 0; i < (endoscope_ ? 5 : 4); ++i) {
     js_.name.push_back(name + "_" + (i == 4 ? "light_post" : kJoints[static_cast<std::size_t>(i)]));
@@ -121,30 +94,149 @@ CrtkArm::CrtkArm(ros::NodeHandle& parent, const std::string& name, vest::control
   jaw_js_.name = {name + "_jaw"};
   jaw_js_.position.resize(1);
   jaw_js_.velocity.resize(1);
-  cp_.header.frame_id = cv_.header.frame_id = "phantom_box";
+  js_.header.frame_id = jaw_js_.header.frame_id = cp_.header.frame_id = cv_.header.frame_id = "phantom_box";
+}
+
+void CrtkArm::subscribe(ros::NodeHandle& nh) {
+  ros::SubscribeOptions command = ros::SubscribeOptions::create<vest_msgs::StringStamped>(
+      "state_command", 10, [this](const vest_msgs::StringStampedConstPtr& msg) { onStateCommand(*msg); },
+      ros::VoidConstPtr(), nullptr);
+  command.datatype = options_.type_package + "/StringStamped";
+  subscribers_.push_back(nh.subscribe(command));
+
+  struct Motion {
+    const char* name;
+    Way way;
+    bool relative;
+  };
+  for (const Motion& m : {Motion{"servo_jp", Way::Servo, false}, Motion{"servo_jr", Way::Servo, true},
+                          Motion{"move_jp", Way::Move, false}, Motion{"move_jr", Way::Move, true}}) {
+    listen<sensor_msgs::JointState>(nh, m.name, [this, m](const sensor_msgs::JointState& msg) {
+      onJoints(m.name, msg, m.way, m.relative);
+    });
+  }
+  for (const Motion& m : {Motion{"servo_cp", Way::Servo, false}, Motion{"servo_cr", Way::Servo, true},
+                          Motion{"move_cp", Way::Move, false}, Motion{"move_cr", Way::Move, true}}) {
+    listen<geometry_msgs::PoseStamped>(nh, m.name, [this, m](const geometry_msgs::PoseStamped& msg) {
+      onPose(m.name, msg, m.way, m.relative, Source::Crtk);
+    });
+  }
+  if (!endoscope_) {
+    listen<sensor_msgs::JointState>(nh, "jaw/servo_jp", [this](const sensor_msgs::JointState& m) {
+      onJaw("jaw/servo_jp", m, Way::Servo, Source::Crtk);
+    });
+    listen<sensor_msgs::JointState>(nh, "jaw/move_jp", [this](const sensor_msgs::JointState& m) {
+      onJaw("jaw/move_jp", m, Way::Move, Source::Crtk);
+    });
+  }
+  listen<std_msgs::Empty>(nh, "hold",
+                          [this](const std_msgs::Empty&) { take("hold", instrument_.hold(clock_())); });
+  listen<std_msgs::Empty>(nh, "free",
+                          [this](const std_msgs::Empty&) { take("free", instrument_.release(clock_())); });
+}
+
+void CrtkArm::subscribeHand(ros::NodeHandle& nh, const std::string& hand) {
+  listen<geometry_msgs::PoseStamped>(nh, "servo_cp", [this, hand](const geometry_msgs::PoseStamped& m) {
+    onPose(hand + " servo_cp", m, Way::Servo, false, Source::Teleop);
+  });
+  listen<sensor_msgs::JointState>(nh, "jaw/servo_jp", [this, hand](const sensor_msgs::JointState& m) {
+    onJaw(hand + " jaw/servo_jp", m, Way::Servo, Source::Teleop);
+  });
+}
+
+void CrtkArm::serve(ros::NodeHandle& nh) {
+  const auto advertise = [&](ros::AdvertiseServiceOptions options, const std::string& type) {
+    options.datatype = options_.type_package + "/" + type;
+    options.req_datatype = options.datatype + "Request";
+    options.res_datatype = options.datatype + "Response";
+    services_.push_back(nh.advertiseService(options));
+  };
+  using Forward = vest_msgs::QueryForwardKinematics;
+  using Inverse = vest_msgs::QueryInverseKinematics;
+  using Trigger = vest_msgs::TriggerOperatingState;
+  advertise(
+      ros::AdvertiseServiceOptions::create<Forward>(
+          "forward_kinematics", [this](Forward::Request& q, Forward::Response& r) { return onForward(q, r); },
+          nullptr, nullptr),
+      "QueryForwardKinematics");
+  advertise(
+      ros::AdvertiseServiceOptions::create<Inverse>(
+          "inverse_kinematics", [this](Inverse::Request& q, Inverse::Response& r) { return onInverse(q, r); },
+          nullptr, nullptr),
+      "QueryInverseKinematics");
+  advertise(ros::AdvertiseServiceOptions::create<Trigger>(
+                "operating_state",
+                [this](Trigger::Request&, Trigger::Response& r) {
+                  r.operating_state = state();
+                  return true;
+                },
+                nullptr, nullptr),
+            "TriggerOperatingState");
+}
+
+bool CrtkArm::toldLately(const std::string& sentence) {
+  constexpr double kAgain = 2.0;          // s
+  constexpr std::size_t kSentences = 64;  // a client may send ever other nonsense
+  const double now = clock_();
+  const auto at = told_.find(sentence);
+  if (at != told_.end() && now - at->second < kAgain) return true;
+  if (told_.size() >= kSentences) told_.clear();
+  told_[sentence] = now;
+  return false;
 }
 
 void CrtkArm::refuse(const std::string& topic, const std::string& reason) {
   ++refused_;
-  ROS_WARN_STREAM_THROTTLE(2.0, name_ << ": " << topic << " refused: " << reason);
+  std_msgs::String said;
+  said.data = name_ + ": " + topic + " refused: " + reason;
+  if (toldLately(topic + reason.substr(0, reason.find_first_of("0123456789")))) return;
+  ROS_WARN_STREAM(said.data);
+  error_.publish(said);
 }
 
-void CrtkArm::take(const std::string& topic, Verdict verdict) {
-  if (verdict == Verdict::Taken || verdict == Verdict::Clutched) return;
-  refuse(topic, std::string(vest::control::verdictText(verdict)) + " (source " +
-                    std::string(vest::control::sourceName(instrument_.source())) + ")");
+void CrtkArm::warn(const std::string& topic, const std::string& what) {
+  std_msgs::String said;
+  said.data = name_ + ": " + topic + " " + what;
+  if (toldLately(topic + what.substr(0, what.find_first_of("0123456789")))) return;
+  ROS_WARN_STREAM(said.data);
+  warning_.publish(said);
+}
+
+void CrtkArm::take(const std::string& topic, Verdict verdict, const std::string& beyond) {
+  const std::string text(vest::control::verdictText(verdict));
+  switch (verdict) {
+    case Verdict::Taken:
+    case Verdict::Clutched:
+      break;
+    case Verdict::Limited:
+      warn(topic, text + ": " + beyond);
+      break;
+    case Verdict::OutOfReach:
+      refuse(topic, text + ": " + beyond);
+      break;
+    case Verdict::OtherSource:
+      refuse(topic, text + ", " + std::string(vest::control::sourceName(instrument_.source())) +
+                        "; state_command 'source:crtk' takes it over");
+      break;
+    default:
+      refuse(topic, text);
+  }
+  publishStateIfChanged();
 }
 
 bool CrtkArm::dated(const std::string& topic, const std_msgs::Header& header) {
-  if (!header.stamp.isZero()) return true;
-  refuse(topic, "header.stamp is 0, which marks invalid data; allowed: the time of the command");
+  if (header.stamp.isZero()) return true;  // released clients stamp no command: it is of now
+  const double age = (ros::Time::now() - header.stamp).toSec();
+  if (std::abs(age) <= kOldest) return true;
+  refuse(topic, age > 0.0 ? "its stamp is " + number(age) + " s old; allowed: " + number(kOldest) +
+                                " s, or 0, which means now"
+                          : "its stamp lies " + number(-age) + " s ahead: set the client's clock");
   return false;
 }
 
 bool CrtkArm::joints(const std::string& topic, const sensor_msgs::JointState& msg, Joints& q,
                      bool& has_fifth) {
   if (!dated(topic, msg.header)) return false;
-  q = instrument_.setpoint();
   const std::size_t most = 5;
   if (msg.name.empty()) {
     if (msg.position.size() != 4 && msg.position.size() != most) {
@@ -177,29 +269,154 @@ bool CrtkArm::joints(const std::string& topic, const sensor_msgs::JointState& ms
   return true;
 }
 
-void CrtkArm::onPose(const std::string& topic, const geometry_msgs::PoseStamped& msg, bool move,
-                     Source source) {
-  if (!dated(topic, msg.header)) return;
-  Eigen::Isometry3d X;
+bool CrtkArm::pose(const std::string& topic, const geometry_msgs::PoseStamped& msg, bool relative,
+                   Eigen::Isometry3d& X) {
+  if (!dated(topic, msg.header)) return false;
   if (!fromPose(msg.pose, X)) {
     refuse(topic, "the pose is not finite or its quaternion is no rotation");
-    return;
+    return false;
   }
-  if (!msg.header.frame_id.empty() && msg.header.frame_id != "phantom_box") {
-    refuse(topic, "frame_id '" + msg.header.frame_id.substr(0, 60) + "'; allowed: phantom_box");
-    return;
+  const std::string& frame = msg.header.frame_id;
+  if (frame == "world") {
+    Eigen::Isometry3d X_BW = options_.X_WB.inverse();
+    if (relative) X_BW.translation().setZero();
+    X = X_BW * X;
+    if (relative) X.linear() *= X_BW.linear().transpose();
+  } else if (!frame.empty() && frame != "phantom_box") {
+    refuse(topic, "frame_id '" + frame.substr(0, 60) + "'; allowed: phantom_box (or empty), world");
+    return false;
   }
-  take(topic, move ? instrument_.movePose(X, clock_()) : instrument_.servoPose(source, X, clock_()));
+  return true;
 }
 
-void CrtkArm::onJaw(const std::string& topic, const sensor_msgs::JointState& msg, Source source) {
-  if (!dated(topic, msg.header)) return;
+bool CrtkArm::angle(const std::string& topic, const sensor_msgs::JointState& msg, double& angle) {
+  if (!dated(topic, msg.header)) return false;
   if (msg.position.size() != 1) {
     refuse(topic,
            "position has " + std::to_string(msg.position.size()) + " values; allowed: 1 (full opening, rad)");
-    return;
+    return false;
   }
-  take(topic, instrument_.servoJaw(source, msg.position[0], clock_()));
+  angle = msg.position[0];
+  return true;
+}
+
+std::string CrtkArm::beyondLimits(const Joints& q) const {
+  const Joints lower = vest::control::toJoints(instrument_.limits().lower);
+  const Joints upper = vest::control::toJoints(instrument_.limits().upper);
+  std::string text;
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    if (q[i] >= lower[i] && q[i] <= upper[i]) continue;
+    text += (text.empty() ? "" : ", ") + kJoints[static_cast<std::size_t>(i)] + " " + number(q[i]) +
+            " (allowed: " + number(lower[i]) + " to " + number(upper[i]) + ")";
+  }
+  return text;
+}
+
+std::string CrtkArm::shortOf(const Eigen::Isometry3d& X_BTip) const {
+  const auto found = vest::kinematics::inverseKinematics(instrument_.arm().X_BTrocar, X_BTip,
+                                                         vest::control::fromJoints(instrument_.setpoint()),
+                                                         instrument_.limits());
+  const Eigen::Vector3d reached =
+      vest::kinematics::forwardKinematics(instrument_.arm().X_BTrocar, found.q).translation();
+  return "the nearest place of the tip is " + number(1e3 * (reached - X_BTip.translation()).norm()) +
+         " mm away";
+}
+
+void CrtkArm::onJoints(const std::string& topic, const sensor_msgs::JointState& msg, Way way, bool relative) {
+  const Joints setpoint = instrument_.setpoint();
+  Joints q = relative ? Joints::Zero().eval() : setpoint;
+  bool fifth = false;
+  if (!joints(topic, msg, q, fifth)) return;
+  if (relative) q += setpoint;
+  const Verdict verdict = way == Way::Move ? instrument_.moveJoints(q, fifth, clock_())
+                                           : instrument_.servoJoints(q, fifth, clock_());
+  take(topic, verdict, beyondLimits(q));
+}
+
+void CrtkArm::onPose(const std::string& topic, const geometry_msgs::PoseStamped& msg, Way way, bool relative,
+                     Source source) {
+  Eigen::Isometry3d X;
+  if (!pose(topic, msg, relative, X)) return;
+  if (relative) {  // along and about the axes of the frame, at the tip
+    const Eigen::Isometry3d now = instrument_.setpointTip();
+    X.linear() *= now.linear();
+    X.translation() += now.translation();
+  }
+  const Verdict verdict =
+      way == Way::Move ? instrument_.movePose(X, clock_()) : instrument_.servoPose(source, X, clock_());
+  const bool beyond = verdict == Verdict::Limited || verdict == Verdict::OutOfReach;
+  take(topic, verdict, beyond ? shortOf(X) : "");
+}
+
+void CrtkArm::onJaw(const std::string& topic, const sensor_msgs::JointState& msg, Way way, Source source) {
+  double opening = 0.0;
+  if (!angle(topic, msg, opening)) return;
+  const Verdict verdict = way == Way::Move ? instrument_.moveJaw(opening, clock_())
+                                           : instrument_.servoJaw(source, opening, clock_());
+  Joints q = instrument_.setpoint();
+  q[4] = opening;
+  take(topic, verdict, beyondLimits(q));
+}
+
+void CrtkArm::onStateCommand(const vest_msgs::StringStamped& msg) {
+  // What stops an arm is never too late.
+  const bool stops = msg.string == "disable" || msg.string == "pause";
+  if (!stops && !dated("state_command", msg.header)) return;
+  if (!instrument_.stateCommand(msg.string, clock_())) {
+    refuse("state_command", "'" + msg.string.substr(0, 60) +
+                                "' is unknown or does not fit the present state; allowed: enable, disable, "
+                                "pause, resume, home, unhome, source:box|haptic|crtk|teleop|replay|none");
+  }
+  publishStateIfChanged();
+}
+
+bool CrtkArm::onForward(vest_msgs::QueryForwardKinematics::Request& request,
+                        vest_msgs::QueryForwardKinematics::Response& response) {
+  response.cp.orientation.w = 1.0;
+  Joints q = instrument_.setpoint();
+  if (request.jp.size() != js_.name.size()) {
+    response.message = "jp has " + std::to_string(request.jp.size()) +
+                       " values; allowed: " + std::to_string(js_.name.size()) +
+                       ", in the order of measured_js";
+    return true;
+  }
+  for (std::size_t i = 0; i < request.jp.size(); ++i) q[static_cast<Eigen::Index>(i)] = request.jp[i];
+  if (!q.allFinite()) {
+    response.message = "a value is not finite";
+    return true;
+  }
+  response.cp =
+      toPose(vest::kinematics::forwardKinematics(instrument_.arm().X_BTrocar, vest::control::fromJoints(q)));
+  response.message = beyondLimits(q);
+  response.result = response.message.empty();
+  return true;
+}
+
+bool CrtkArm::onInverse(vest_msgs::QueryInverseKinematics::Request& request,
+                        vest_msgs::QueryInverseKinematics::Response& response) {
+  Joints reference = instrument_.setpoint();
+  Eigen::Isometry3d X;
+  if (!fromPose(request.cp, X)) {
+    response.message = "the pose is not finite or its quaternion is no rotation";
+    return true;
+  }
+  if (!request.jp.empty() && request.jp.size() != js_.name.size()) {
+    response.message = "jp has " + std::to_string(request.jp.size()) + " values; allowed: none, or " +
+                       std::to_string(js_.name.size()) + ", in the order of measured_js";
+    return true;
+  }
+  for (std::size_t i = 0; i < request.jp.size(); ++i) reference[static_cast<Eigen::Index>(i)] = request.jp[i];
+  if (!reference.allFinite()) {
+    response.message = "a value is not finite";
+    return true;
+  }
+  const auto found = vest::kinematics::inverseKinematics(
+      instrument_.arm().X_BTrocar, X, vest::control::fromJoints(reference), instrument_.limits());
+  const Joints q = vest::control::toJoints(found.q);
+  response.jp.assign(q.data(), q.data() + js_.name.size());
+  response.result = found.reachable;
+  if (!found.reachable) response.message = "out of reach: " + shortOf(X);
+  return true;
 }
 
 void CrtkArm::publish(const ros::Time& stamp) {
@@ -213,7 +430,7 @@ void CrtkArm::publish(const ros::Time& stamp) {
   };
   if (measured_js_.getNumSubscribers() > 0) {
     fill(instrument_.measured(), true);
-    if (!instrument_.valid()) js_.header.stamp = ros::Time();  // CRTK: stamp 0 marks invalid data
+    if (!instrument_.known()) js_.header.stamp = ros::Time();  // CRTK: stamp 0 marks invalid data
     measured_js_.publish(boost::make_shared<const sensor_msgs::JointState>(js_));
     js_.header.stamp = stamp;
   }
@@ -223,7 +440,7 @@ void CrtkArm::publish(const ros::Time& stamp) {
   }
   if (measured_cp_.getNumSubscribers() > 0) {
     cp_.pose = toPose(instrument_.tip());
-    if (!instrument_.valid()) cp_.header.stamp = ros::Time();
+    if (!instrument_.known()) cp_.header.stamp = ros::Time();
     measured_cp_.publish(boost::make_shared<const geometry_msgs::PoseStamped>(cp_));
     cp_.header.stamp = stamp;
   }
@@ -241,25 +458,39 @@ void CrtkArm::publish(const ros::Time& stamp) {
     cv_.twist.angular.x = twist[3];
     cv_.twist.angular.y = twist[4];
     cv_.twist.angular.z = twist[5];
-    if (!instrument_.valid()) cv_.header.stamp = ros::Time();
+    if (!instrument_.known()) cv_.header.stamp = ros::Time();
     measured_cv_.publish(cv_);
   }
   if (!endoscope_ && jaw_.getNumSubscribers() > 0) {
-    jaw_js_.header.stamp = instrument_.valid() ? stamp : ros::Time();
+    jaw_js_.header.stamp = instrument_.known() ? stamp : ros::Time();
     jaw_js_.position[0] = instrument_.measured()[4];
     jaw_js_.velocity[0] = instrument_.velocity()[4];
     jaw_.publish(jaw_js_);
   }
+  if (!endoscope_ && jaw_setpoint_.getNumSubscribers() > 0) {
+    jaw_js_.header.stamp = stamp;
+    jaw_js_.position[0] = instrument_.setpoint()[4];
+    jaw_js_.velocity[0] = 0.0;
+    jaw_setpoint_.publish(jaw_js_);
+  }
 }
 
-void CrtkArm::publishStateIfChanged(const ros::Time& stamp) {
-  if (instrument_.stateRevision() == published_revision_) return;
-  published_revision_ = instrument_.stateRevision();
+vest_msgs::OperatingState CrtkArm::state() const {
   vest_msgs::OperatingState msg;
-  msg.header.stamp = stamp;
+  msg.header.stamp = ros::Time::now();
   msg.state = std::string(vest::control::operatingStateName(instrument_.operatingState()));
   msg.is_homed = instrument_.homed();
   msg.is_busy = instrument_.busy();
+  return msg;
+}
+
+void CrtkArm::publishStateIfChanged() {
+  if (instrument_.stateRevision() == published_revision_) return;
+  published_revision_ = instrument_.stateRevision();
+  vest_msgs::OperatingState msg = state();
+  const ros::Time next = state_stamp_ + ros::Duration(0, 1);
+  if (msg.header.stamp < next && next - msg.header.stamp < ros::Duration(kOldest)) msg.header.stamp = next;
+  state_stamp_ = msg.header.stamp;
   operating_state_.publish(msg);
 }
 

@@ -87,7 +87,7 @@ void Instruments::JointMap::learn(const std::vector<std::string>& new_names,
 }
 
 Instruments::Instruments(ros::NodeHandle nh, ros::NodeHandle private_nh)
-    : configuration_(readConfiguration(private_nh)), nh_(nh), collision_(configuration_.box) {
+    : configuration_(readConfiguration(nh, private_nh)), nh_(nh), collision_(configuration_.box) {
   grasping_at_.fill(-1.0);
   instruments_.reserve(kCount);
   for (std::size_t i = 0; i < kCount; ++i) {
@@ -97,9 +97,10 @@ Instruments::Instruments(ros::NodeHandle nh, ros::NodeHandle private_nh)
   for (std::size_t i = 0; i < kCount; ++i) {
     if (!instruments_[i].present()) continue;
     const bool gamepad = configuration_.inputs.instruments[i].gamepad();
+    const CrtkArm::Options options{gamepad ? "gamepad" : "teleop", configuration_.type_package,
+                                   configuration_.X_WB};
     crtk_[i] =
-        std::make_unique<CrtkArm>(nh_, instrumentName(i), instruments_[i], gamepad ? "gamepad" : "teleop",
-                                  configuration_.type_package, &Instruments::steadyNow);
+        std::make_unique<CrtkArm>(nh_, instrumentName(i), instruments_[i], options, &Instruments::steadyNow);
     vest_msgs::InstrumentState state;
     state.name = instrumentName(i);
     states_.instruments.push_back(state);
@@ -212,8 +213,13 @@ bool Instruments::twoPress(std::size_t k) const {
 void Instruments::onSwitches(const sensor_msgs::Joy& msg, std::size_t k) {
   if (msg.header.stamp.isZero()) return;
   if (twoPress(k)) {  // nobody knows whose foot it is: what is not heard is released
+    pedals_[k].forget();
     ROS_ERROR_THROTTLE(10.0, "%s: two publishers, none of them is heard: all its switches count as released",
                        switches_[k].getTopic().c_str());
+    return;
+  }
+  if (renamed_ && configuration_.inputs.switches[k].on == "box") {
+    pedals_[k].forget();
     return;
   }
   vest::control::Pedals& pedals = pedals_[k];
@@ -270,6 +276,9 @@ void Instruments::onContacts(const vest_msgs::ContactModels& msg) {
     force.wrench.force = turned(contact.wrench.force);
     force.wrench.torque = turned(contact.wrench.torque);
     crtk_[static_cast<std::size_t>(i)]->publishForce(force);
+    const geometry_msgs::Vector3 &f = force.wrench.force, &t = force.wrench.torque;
+    instruments_[static_cast<std::size_t>(i)].feel(
+        (Eigen::Matrix<double, 6, 1>() << f.x, f.y, f.z, t.x, t.y, t.z).finished(), now);
   }
 }
 
@@ -323,7 +332,7 @@ void Instruments::publish(const ros::Time& stamp, double now) {
     }
   }
   for (auto& arm : crtk_) {
-    if (arm) arm->publishStateIfChanged(stamp);
+    if (arm) arm->publishStateIfChanged();
   }
 }
 
@@ -363,6 +372,11 @@ void Instruments::fillStates(const ros::Time& stamp, double now) {
     s.twist.angular.z = twist[5];
     s.functions = instrument.valid() ? functions(i, now) : 0u;
     if (instrument.fires()) s.functions |= vest::tools::kFunctionFire;
+    if (instrument.tool() == ToolKind::Endoscope) {
+      const Eigen::Vector3d sight =
+          vest::kinematics::opticalFrame(instrument.arm().optic_angle, q[4]).linear().col(2);
+      for (std::size_t k = 0; k < 3; ++k) s.sight[k] = sight[static_cast<Eigen::Index>(k)];
+    }
     s.colliding = colliding_[i];
     ++n;
   }
@@ -473,7 +487,22 @@ bool Instruments::onSelectSource(vest_msgs::SelectSource::Request& request,
   return true;
 }
 
+// A driver that starts anew would name its pedals otherwise than they act here.
+void Instruments::watchPreset() {
+  std::string preset = "trainer";
+  nh_.getParamCached("footswitch_preset", preset);
+  const bool renamed = preset != configuration_.footswitch_preset;
+  if (renamed && !renamed_)
+    ROS_ERROR(
+        "%s: changed from '%s' to '%s' while the instruments run: all pedals of the box count as "
+        "released until they are started anew",
+        nh_.resolveName("footswitch_preset").c_str(), configuration_.footswitch_preset.c_str(),
+        preset.c_str());
+  renamed_ = renamed;
+}
+
 void Instruments::onDiagnostics() {
+  watchPreset();
   if (diagnostics_publisher_.getNumSubscribers() == 0) {
     published_before_ = published_;
     return;
@@ -521,6 +550,10 @@ void Instruments::onDiagnostics() {
   if (!two.empty()) {
     node.level = DiagnosticStatus::ERROR;
     node.message = "two publishers of switches " + two + ": all count as released";
+  }
+  if (renamed_) {
+    node.level = DiagnosticStatus::ERROR;
+    node.message = "footswitch_preset was changed: all pedals of the box count as released";
   }
   value(node, "rate_hz", std::to_string(published_ - published_before_));
   value(node, "rejected_inputs", std::to_string(rejected_));

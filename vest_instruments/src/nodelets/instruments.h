@@ -54,6 +54,7 @@ class Instruments {
   void onHapticPose(std::size_t i, const geometry_msgs::PoseStamped& msg);
   void onTimer();
   void onDiagnostics();
+  void watchPreset();
   bool onSelectSource(vest_msgs::SelectSource::Request& request, vest_msgs::SelectSource::Response& response);
   bool onExchangeTool(vest_msgs::ExchangeTool::Request& request, vest_msgs::ExchangeTool::Response& response);
   std::string exchange(std::size_t i, vest::tools::ToolKind tool);  ///< empty: done; else the reason
@@ -88,6 +89,7 @@ class Instruments {
   ros::SteadyTimer timer_, diagnostics_timer_;
   double last_publish_ = -1.0, last_crtk_ = -1.0, last_tf_ = -1.0, last_collision_ = -1.0, last_box_ = -1.0;
   ros::Time last_stamp_;
+  bool renamed_ = false;  ///< the session says otherwise now what the box's pedals mean
   std::uint64_t rejected_ = 0, published_ = 0, published_before_ = 0;
 };
 

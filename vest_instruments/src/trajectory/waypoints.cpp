@@ -6,6 +6,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include "vest_instruments/control/pedals.h"
 #include "vest_instruments/trajectory/trajectory.h"
 
 namespace vest::trajectory {
@@ -97,8 +98,9 @@ class Reader {
     return *kind;
   }
 
+  // Pedals by their names in the preset `trainer`, which a script brings with it.
   std::vector<Press> presses(const YAML::Node& list) const {
-    constexpr std::array<const char*, 6> kPedals{"coag", "cut", "irrigation", "suction", "tool", "clutch"};
+    const auto pedals = control::footswitchPreset("trainer")->names;
     const std::string names = "coag, cut, irrigation, suction, tool, clutch or 0 … 5";
     if (!list.IsSequence()) refuse("footswitches", "not a list", "entries {t, pressed: [" + names + "]}");
     std::vector<Press> out;
@@ -113,8 +115,8 @@ class Reader {
       for (const auto& entry : n["pressed"]) {
         const std::string word = entry.IsScalar() ? entry.Scalar() : "?";
         unsigned bit = 6;
-        for (unsigned k = 0; k < kPedals.size(); ++k) {
-          if (word == kPedals[k] || word == std::to_string(k)) bit = k;
+        for (unsigned k = 0; k < pedals.size(); ++k) {
+          if (word == pedals[k] || word == std::to_string(k)) bit = k;
         }
         if (bit == 6) refuse(at + ".pressed", "'" + word + "'", names);
         p.mask |= 1u << bit;

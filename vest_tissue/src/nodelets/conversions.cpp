@@ -100,8 +100,8 @@ void toMsg(const scene::StepFrame& frame, const Description& description, vest_m
     m.orientation = {t.orientation.x(), t.orientation.y(), t.orientation.z(), t.orientation.w()};
     for (std::size_t k = 0; k < 3; ++k) m.pivot[k] = t.pivot[static_cast<Eigen::Index>(k)];
     m.jaw = t.jaw;
+    m.sight = {t.sight.x(), t.sight.y(), t.sight.z()};
   }
-  msg.pedals = in.pedals;
   msg.edits.resize(in.edits.size());
   for (std::size_t i = 0; i < in.edits.size(); ++i) {
     msg.edits[i].object = in.edits[i].object;
@@ -155,8 +155,8 @@ void fromMsg(const vest_msgs::StepInput& msg, const Description& description, sc
         Eigen::Quaterniond(m.orientation[3], m.orientation[0], m.orientation[1], m.orientation[2]);
     t.pivot = {m.pivot[0], m.pivot[1], m.pivot[2]};
     t.jaw = m.jaw;
+    t.sight = {m.sight[0], m.sight[1], m.sight[2]};
   }
-  in.pedals = msg.pedals;
   in.edits.clear();
   for (const auto& e : msg.edits) in.edits.push_back({e.object, e.parameter, e.value});
   in.impacts.clear();
@@ -199,6 +199,7 @@ void fromMsg(const vest_msgs::StepInput& msg, const Description& description, sc
 
 bool fromMsg(const vest_msgs::InstrumentStates& msg, scene::ToolSample& sample) {
   bool good = true;
+  for (scene::ToolInput& t : sample.tools) t.functions = 0;  // of what is not told well, nothing is on
   for (const vest_msgs::InstrumentState& s : msg.instruments) {
     std::size_t i = 0;
     while (i < tools::kInstrumentCount && tools::instrumentName(static_cast<tools::Instrument>(i)) != s.name)
@@ -207,7 +208,8 @@ bool fromMsg(const vest_msgs::InstrumentStates& msg, scene::ToolSample& sample) 
                         s.tip.orientation.y * s.tip.orientation.y +
                         s.tip.orientation.z * s.tip.orientation.z + s.tip.orientation.w * s.tip.orientation.w;
     if (i == tools::kInstrumentCount || s.tool >= tools::kToolKindCount || !finite(s.tip) ||
-        !finite(s.shaft) || !std::isfinite(s.joint_position[4]) || std::abs(norm - 1.0) > 1e-3) {
+        !finite(s.shaft) || !std::isfinite(s.joint_position[4]) || !std::isfinite(s.sight[0]) ||
+        !std::isfinite(s.sight[1]) || !std::isfinite(s.sight[2]) || std::abs(norm - 1.0) > 1e-3) {
       good = false;
       continue;
     }
@@ -215,12 +217,13 @@ bool fromMsg(const vest_msgs::InstrumentStates& msg, scene::ToolSample& sample) 
     if (!s.valid && !t.present) continue;
     t.present = s.tool != vest_msgs::InstrumentState::TOOL_NONE;
     t.tool = static_cast<tools::ToolKind>(s.tool);
-    t.functions = s.functions;
+    t.functions = s.valid ? s.functions : 0;
     t.position = {s.tip.position.x, s.tip.position.y, s.tip.position.z};
     t.orientation = Eigen::Quaterniond(s.tip.orientation.w, s.tip.orientation.x, s.tip.orientation.y,
                                        s.tip.orientation.z);
     t.pivot = {s.shaft.position.x, s.shaft.position.y, s.shaft.position.z};
     t.jaw = t.tool == tools::ToolKind::Endoscope ? 0.0 : s.joint_position[4];
+    t.sight = {s.sight[0], s.sight[1], s.sight[2]};
   }
   return good;
 }

@@ -104,7 +104,8 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   input.setCallbackQueue(&input_queue_);
   const auto hints = ros::TransportHints().tcpNoDelay();
   instruments_ = input.subscribe("instruments", 10, &TissueServer::onInstruments, this, hints);
-  footswitches_ = input.subscribe("phantom_box/footswitches", 10, &TissueServer::onFootswitches, this, hints);
+  silence_timer_ =
+      input.createSteadyTimer(ros::WallDuration(0.02), [this](const ros::SteadyTimerEvent&) { onSilence(); });
   recording_ = input.subscribe("session/recording", 10, &TissueServer::onRecording, this);
   edits_ = input.subscribe("parameter_edit", 100, &TissueServer::onEdit, this);
   ros::NodeHandle service(nh_);
@@ -150,8 +151,7 @@ void TissueServer::onInstruments(const vest_msgs::InstrumentStates::ConstPtr& ms
     ROS_WARN_THROTTLE(
         5, "instruments: an unknown name or tool, or a pose that is not finite; its last good pose is kept");
   }
-  // Pedals older than 100 ms count as released (safety).
-  if (sample_.pedals != 0 && (ros::SteadyTime::now() - pedals_time_).toSec() > 0.1) sample_.pedals = 0;
+  instruments_time_ = ros::SteadyTime::now();
   runner_->setTools(sample_);
   std::lock_guard<std::mutex> lock(recent_mutex_);
   if (!recent_.empty() && msg->header.stamp < recent_.back()->header.stamp) recent_.clear();
@@ -159,14 +159,15 @@ void TissueServer::onInstruments(const vest_msgs::InstrumentStates::ConstPtr& ms
   if (recent_.size() > kRecent) recent_.pop_front();
 }
 
-void TissueServer::onFootswitches(const sensor_msgs::Joy::ConstPtr& msg) {
-  std::uint32_t pedals = 0;
-  for (std::size_t i = 0; i < msg->buttons.size() && i < 6; ++i) {
-    if (msg->buttons[i] == 1) pedals |= 1U << i;
+void TissueServer::onSilence() {
+  constexpr double kStale = 0.1;  // s, as for pedals
+  if ((ros::SteadyTime::now() - instruments_time_).toSec() < kStale) return;
+  bool on = false;
+  for (scene::ToolInput& tool : sample_.tools) {
+    on = on || tool.functions != 0;
+    tool.functions = 0;
   }
-  sample_.pedals = pedals;
-  pedals_time_ = ros::SteadyTime::now();
-  runner_->setTools(sample_);
+  if (on) runner_->setTools(sample_);
 }
 
 void TissueServer::refuseInput(const std::string& sentence) {

@@ -247,7 +247,6 @@ void Runner::stepOnce(std::int64_t now) {
   input.dt = world.description().dt;
   input.seed = options_.seed;
   input.tools = sample_.tools;
-  input.pedals = sample_.pedals;
   input.edits.clear();
   input.edits.swap(pending_edits_);
   input.impacts.clear();

@@ -37,7 +37,6 @@ TEST(Conversions, AStepInputComesBackBitForBit) {
   frame.input.step = 1234567890123ULL;
   frame.input.dt = 0.001;
   frame.input.seed = 77;
-  frame.input.pedals = 0b101001;
   frame.command = scene::Command::Restore;
   frame.command_argument = "start";
   for (std::size_t i = 0; i < frame.input.tools.size(); ++i) {
@@ -50,6 +49,7 @@ TEST(Conversions, AStepInputComesBackBitForBit) {
     t.orientation = Eigen::Quaterniond(0.1 + k, 0.2, 0.3 * k, 0.4);
     t.pivot = {k * k, 1e-300, -0.0};
     t.jaw = k / 3;
+    t.sight = {0.0, k, std::nextafter(k, 0)};
   }
   frame.input.edits.push_back({"first", "youngs_modulus", 1.0 / 3.0});
   scene::ImpactInput impact;
@@ -72,13 +72,13 @@ TEST(Conversions, AStepInputComesBackBitForBit) {
   EXPECT_EQ(back.step, frame.input.step);
   EXPECT_TRUE(sameBits(back.dt, frame.input.dt));
   EXPECT_EQ(back.seed, frame.input.seed);
-  EXPECT_EQ(back.pedals, frame.input.pedals);
   for (std::size_t i = 0; i < back.tools.size(); ++i) {
     const scene::ToolInput &a = frame.input.tools[i], &b = back.tools[i];
     EXPECT_EQ(a.present, b.present);
     EXPECT_EQ(a.tool, b.tool);
     EXPECT_EQ(a.functions, b.functions);
     EXPECT_TRUE(sameBits(a.position, b.position) && sameBits(a.pivot, b.pivot) && sameBits(a.jaw, b.jaw));
+    EXPECT_TRUE(sameBits(a.sight, b.sight));
     EXPECT_TRUE(sameBits(a.orientation.coeffs(), b.orientation.coeffs())) << "orientation of " << i;
   }
   ASSERT_EQ(back.edits.size(), 1U);
@@ -156,6 +156,26 @@ TEST(Conversions, AnInstrumentWhosePoseWasNeverKnownIsNotThereAndASilentOneStays
   EXPECT_TRUE(fromMsg(msg, sample));
   EXPECT_TRUE(sample.tools[1].present)
       << "an instrument in tissue must not vanish when its source falls silent";
+}
+
+TEST(Conversions, NothingIsOnThatNoMessageSaysIsOn) {
+  scene::ToolSample sample;
+  auto msg = oneInstrument();
+  msg.instruments[0].functions = vest_msgs::InstrumentState::FUNCTION_CUT;
+  ASSERT_TRUE(fromMsg(msg, sample));
+  EXPECT_EQ(sample.tools[1].functions, tools::kFunctionCut);
+  auto silent = msg;
+  silent.instruments[0].valid = false;
+  EXPECT_TRUE(fromMsg(silent, sample));
+  EXPECT_EQ(sample.tools[1].functions, 0U) << "an instrument whose source is silent";
+  ASSERT_TRUE(fromMsg(msg, sample));
+  auto spoiled = msg;
+  spoiled.instruments[0].tip.position.x = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(fromMsg(spoiled, sample));
+  EXPECT_EQ(sample.tools[1].functions, 0U) << "an instrument whose pose is nonsense";
+  ASSERT_TRUE(fromMsg(msg, sample));
+  EXPECT_TRUE(fromMsg(vest_msgs::InstrumentStates(), sample));
+  EXPECT_EQ(sample.tools[1].functions, 0U) << "an instrument that is not told of";
 }
 
 TEST(Conversions, APoseThatIsNotFiniteOrNotAUnitQuaternionIsRefusedAndTheLastGoodOneKept) {

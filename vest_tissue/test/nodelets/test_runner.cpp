@@ -54,7 +54,6 @@ ToolSample pushing(double depth) {
   t.position = {0.0, 0.0, 0.060 - depth};
   t.orientation = Eigen::Quaterniond(0, 1, 0, 0);  // z downwards
   t.pivot = {0.0, 0.0, 0.160};
-  sample.pedals = 1;
   return sample;
 }
 

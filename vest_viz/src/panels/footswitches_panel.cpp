@@ -6,19 +6,37 @@
 
 #include <pluginlib/class_list_macros.hpp>
 
+#include "vest_instruments/ros/footswitches.h"
+
 namespace vest::panels {
 namespace {
-constexpr double kStale = 0.1;  ///< s, safety.md: older counts as released
-const char* const kNames[] = {"coag", "cut", "irrigation", "suction", "tool", "clutch"};  // preset `trainer`
-const char* const kColours[] = {"#2962c9", "#e0b000", "#1f7f95", "#7d57c1", "#5f6a72", "#5f6a72"};
-constexpr std::size_t kCut = 1;  ///< yellow, as such pedals are: with dark words
+using control::PedalFunction;
+constexpr double kStale = 0.1;  ///< s: older counts as released
+
+/// Blue coagulates and yellow cuts, as pedals in theatres are.
+const char* colourOf(PedalFunction function) {
+  switch (function) {
+    case PedalFunction::Coagulate:
+    case PedalFunction::CoagulateMonopolar:
+    case PedalFunction::CoagulateBipolar:
+      return "#2962c9";
+    case PedalFunction::Cut:
+      return "#e0b000";
+    case PedalFunction::Irrigate:
+      return "#1f7f95";
+    case PedalFunction::Suck:
+      return "#7d57c1";
+    default:
+      return "#5f6a72";
+  }
+}
 }  // namespace
 
 FootswitchesPanel::FootswitchesPanel(QWidget* parent) : BasePanel(parent) {
   auto* const rows = new QVBoxLayout(this);
   auto* const line = new QHBoxLayout;
   for (std::size_t i = 0; i < lamps_.size(); ++i) {
-    lamps_[i] = new QLabel(kNames[i]);
+    lamps_[i] = new QLabel(QString::fromStdString(pedals_.names[i]));
     lamps_[i]->setAlignment(Qt::AlignCenter);
     lamps_[i]->setMinimumHeight(34);
     line->addWidget(lamps_[i]);
@@ -34,6 +52,13 @@ FootswitchesPanel::FootswitchesPanel(QWidget* parent) : BasePanel(parent) {
 }
 
 void FootswitchesPanel::connectTopics() {
+  try {
+    pedals_ = vest_instruments::readFootswitches(nh());
+  } catch (const std::exception& e) {
+    ROS_WARN("footswitches: %s; the lamps keep their names", e.what());
+  }
+  for (std::size_t i = 0; i < lamps_.size(); ++i)
+    lamps_[i]->setText(QString::fromStdString(pedals_.names[i]));
   sub_ = nh().subscribe<sensor_msgs::Joy>("phantom_box/footswitches", 5,
                                           [this](const sensor_msgs::JoyConstPtr& msg) {
                                             last_ = *msg;
@@ -46,7 +71,8 @@ void FootswitchesPanel::refresh() {
   for (std::size_t i = 0; i < lamps_.size(); ++i) {
     const bool down = !stale && i < last_.buttons.size() && last_.buttons[i] == 1;
     const QString style = QString("border-radius: 6px; padding: 2px; color: %1; background: %2")
-                              .arg(down && i != kCut ? "white" : "#202020", down ? kColours[i] : "#d8d8d8");
+                              .arg(down && pedals_.functions[i] != PedalFunction::Cut ? "white" : "#202020",
+                                   down ? colourOf(pedals_.functions[i]) : "#d8d8d8");
     if (lamps_[i]->styleSheet() != style) lamps_[i]->setStyleSheet(style);
   }
   const QString text = heard_.isZero() ? "no footswitches heard"

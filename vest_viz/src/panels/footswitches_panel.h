@@ -7,10 +7,12 @@
 #include <sensor_msgs/Joy.h>
 
 #include "base_panel.h"
+#include "vest_instruments/control/pedals.h"
 
 namespace vest::panels {
 
-/// vest_viz/Footswitches: six lamps. Older than 100 ms counts as released (safety.md), and shows as silent.
+/// vest_viz/Footswitches: six lamps, named as the session's `footswitch_preset` says. Older than 100 ms
+/// counts as released, and shows as silent.
 class FootswitchesPanel : public BasePanel {
  public:
   explicit FootswitchesPanel(QWidget* parent = nullptr);
@@ -26,6 +28,7 @@ class FootswitchesPanel : public BasePanel {
   ros::SteadyTime heard_;
   std::array<QLabel*, 6> lamps_{};
   QLabel* age_;
+  control::Footswitches pedals_ = *control::footswitchPreset("trainer");
 };
 
 }  // namespace vest::panels

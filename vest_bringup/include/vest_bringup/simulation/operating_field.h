@@ -76,8 +76,8 @@ using FieldFrames = scene::TripleBuffer<FieldFrame>;
 
 /// Fluid at 250 Hz, smoke and lens at 50 Hz of simulated time, in lockstep with the tissue.
 ///
-/// Instruments: a suction-irrigator irrigates and sucks as its functions or the pedals say. Where nobody
-/// holds one, the irrigation pedal rinses the lens. The lens is cleaned and warmed while the endoscope is
+/// Instruments: a suction-irrigator irrigates and sucks as its functions say. Where nobody holds one, an
+/// endoscope that irrigates rinses its lens. The lens is cleaned and warmed while the endoscope is
 /// drawn back into its trocar, and wiped where it touches tissue. Parameter edits: object `fluid`:
 /// irrigation_flow, suction_flow (m³/s); `smoke`: yield (kg/J); `lens`: warming, rinse (0 or 1), temperature
 /// (K of the lens), humidity, cavity_temperature (K).

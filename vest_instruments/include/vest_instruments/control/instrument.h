@@ -22,8 +22,8 @@ std::optional<Source> sourceFromValue(std::uint8_t value);    ///< empty where o
 enum class OperatingState { Disabled, Enabled, Paused, Fault };
 std::string_view operatingStateName(OperatingState state);  ///< DISABLED, ENABLED, PAUSED, FAULT
 
-/// Why an input was not taken; Taken where it was.
-enum class Verdict { Taken, OtherSource, NotEnabled, NotHomed, NotFinite, Clutched };
+/// Why an input was not taken; Taken where it was, Limited where it was as far as the arm reaches.
+enum class Verdict { Taken, Limited, OtherSource, NotEnabled, NotHomed, NotFinite, Clutched, OutOfReach };
 std::string_view verdictText(Verdict verdict);
 
 /// Joint space values in the order yaw, pitch, insertion, roll, jaw (or light_post).
@@ -47,16 +47,25 @@ class Instrument {
   // Inputs. `from` is the source that the input belongs to; any other than source() is refused.
   /// Sensed or played joints; NaN in one of the first four is refused. has_jaw false: the jaw is kept.
   Verdict sensedJoints(Source from, const Joints& q, bool has_jaw, const Joints* velocity, double now);
-  /// CRTK servo_jp: all but the jaw.
+  /// CRTK servo_jp: all but the jaw. Limited where a joint is beyond limits().
   Verdict servoJoints(const Joints& q, bool has_fifth, double now);
-  /// servo_cp of a source (crtk, teleop, haptic): tip pose in phantom_box.
+  /// servo_cp of a source (crtk, teleop, haptic): tip pose in phantom_box. From crtk, Limited where the place
+  /// is out of reach; of the attitude the arm has the roll alone.
   Verdict servoPose(Source from, const Eigen::Isometry3d& X_BTip, double now);
   Verdict servoJaw(Source from, double angle, double now);
-  /// CRTK move_jp and move_cp: a minimum-jerk motion; is_busy until it ends.
+  /// CRTK move_jp, move_cp and jaw/move_jp: a minimum-jerk motion; is_busy until it ends. A goal that the arm
+  /// does not reach is refused.
   Verdict moveJoints(const Joints& q, bool has_fifth, double now);
   Verdict movePose(const Eigen::Isometry3d& X_BTip, double now);
-  /// CRTK hold and free: stops a move where it is.
+  Verdict moveJaw(double angle, double now);
+  /// CRTK hold: stops a move where it is, and holds it there.
   Verdict hold(double now);
+  /// CRTK free: nobody holds the arm until the next command. It gives way to the forces on it (yield()).
+  Verdict release(double now);
+  /// Force (N) and torque (N·m) of the tissue on the tip, in phantom_box, as of now. A free arm follows it at
+  /// kYield per newton, within its limits.
+  void feel(const Eigen::Matrix<double, 6, 1>& wrench_B, double now);
+  static constexpr double kYield = 0.02;  ///< m/s per N: so light is a free arm (assumed)
 
   /// enable, disable, pause, resume, home, unhome, or source:NAME. False where the word is unknown or does
   /// not fit.
@@ -75,8 +84,12 @@ class Instrument {
   tools::ToolKind tool() const { return tool_; }
   OperatingState operatingState() const { return state_; }
   bool homed() const { return homed_; }
-  bool busy() const { return moving_; }
+  bool busy() const { return arm_move_.active || jaw_move_.active; }
+  bool free() const { return free_; }
   bool valid() const { return valid_; }
+  /// measured() is where the instrument is. A simulated arm knows that before its first command, and while it
+  /// is paused; of other sources only what is valid() is known.
+  bool known() const { return valid_ || source_ == Source::Crtk; }
   bool clutched() const { return clutched_; }
   std::uint32_t stateRevision() const { return state_revision_; }  ///< counts changes of state, homed, busy
   const Joints& measured() const { return q_; }
@@ -84,6 +97,7 @@ class Instrument {
   const Joints& setpoint() const { return setpoint_; }
   double lastInput() const { return last_input_; }  ///< s, steady; < 0 before the first
   const kinematics::TrainerArm& arm() const { return arm_; }
+  kinematics::JointLimits limits() const;  ///< of the arm, with this tool
   Eigen::Isometry3d tip() const { return kinematics::forwardKinematics(arm_.X_BTrocar, fromJoints(q_)); }
   Eigen::Isometry3d setpointTip() const {
     return kinematics::forwardKinematics(arm_.X_BTrocar, fromJoints(setpoint_));
@@ -92,23 +106,35 @@ class Instrument {
   bool fires() const { return fires_; }
 
  private:
+  /// A minimum-jerk motion of the first four joints, or of the fifth.
+  struct Move {
+    bool active = false;
+    double start = 0.0, time = 0.0;
+    Joints from = Joints::Zero(), to = Joints::Zero();
+  };
+
   Verdict admit(Source from) const;
-  Joints limited(Joints q) const;
-  void accept(const Joints& q, double now);
-  void startMove(const Joints& goal, double now);
+  Joints limited(const Joints& q) const;
+  bool within(const Joints& q) const;
+  void accept(const Joints& q, bool has_fifth, double now);
+  void start(Move& move, const Joints& goal, int first, int last, double now);
+  void advance(Move& move, int first, int last, double now);
+  void yield(double now);
   void setState(OperatingState state);
-  void setBusy(bool busy);
+  void stop();
 
   kinematics::TrainerArm arm_;
   Source source_;
   tools::ToolKind tool_;
   OperatingState state_ = OperatingState::Enabled;
-  bool homed_ = true, moving_ = false, valid_ = false, clutched_ = false, has_velocity_ = false;
-  bool was_open_ = false, fires_ = false, rebase_ = false;
+  bool homed_ = true, valid_ = false, clutched_ = false, has_velocity_ = false;
+  bool was_open_ = false, fires_ = false, rebase_ = false, free_ = false;
   std::uint32_t state_revision_ = 0;
-  Joints q_, qd_ = Joints::Zero(), setpoint_, previous_, move_from_, move_to_;
+  Joints q_, qd_ = Joints::Zero(), setpoint_, previous_;
+  Move arm_move_, jaw_move_;
   Eigen::Vector3d clutch_offset_B_ = Eigen::Vector3d::Zero();
-  double last_input_ = -1.0, last_update_ = -1.0, move_start_ = 0.0, move_time_ = 0.0;
+  Eigen::Matrix<double, 6, 1> wrench_B_ = Eigen::Matrix<double, 6, 1>::Zero();
+  double last_input_ = -1.0, last_update_ = -1.0, felt_ = -1.0;
 };
 
 }  // namespace vest::control

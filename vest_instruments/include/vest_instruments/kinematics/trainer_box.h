@@ -41,6 +41,10 @@ struct TrainerBox {
 /// @throws LayoutError where aim and pivot coincide or z lies along x.
 Eigen::Isometry3d trocarFrame(const Eigen::Vector3d& pivot_B, const Eigen::Vector3d& aim_B);
 
+/// phantom_box in world where the box stands tilted: turned about its own x, then about its own y that came
+/// along, R = Rx(about_x) · Ry(about_y). Radians. Whoever needs the tilt takes it from here.
+Eigen::Isometry3d tiltedBox(double about_x, double about_y);
+
 /// Reads a layout. Strict: unknown or missing keys, wrong types, non-finite and out-of-range numbers are
 /// errors. Files over 64 KiB and YAML with anchors or aliases are refused before they are parsed.
 /// @throws LayoutError

@@ -38,6 +38,9 @@ enum ToolFunction : std::uint32_t {
   kFunctionSuck = 8,
   kFunctionFire = 16,
   kFunctionClutch = 32,
+  kFunctionCameraFollow = 64,
+  kFunctionCameraIn = 128,
+  kFunctionCameraOut = 256,
 };
 
 /// Instruments in the order of every array of them.

@@ -12,7 +12,6 @@
 
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
-#include <sensor_msgs/Joy.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
@@ -65,7 +64,7 @@ class TissueServer {
 
   Loaded loadFile(const std::string& scene) const;
   void onInstruments(const vest_msgs::InstrumentStates::ConstPtr& msg);
-  void onFootswitches(const sensor_msgs::Joy::ConstPtr& msg);
+  void onSilence();  ///< of the instruments: nothing is on that nobody says is on
   void onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg);
   /// Counts it, warns with one sentence, and has /diagnostics say it for a while.
   void refuseInput(const std::string& sentence);
@@ -112,14 +111,15 @@ class TissueServer {
 
   ros::CallbackQueue input_queue_, service_queue_;
   ros::AsyncSpinner input_spinner_{1, &input_queue_}, service_spinner_{1, &service_queue_};
-  ros::Subscriber instruments_, footswitches_, recording_, edits_;
+  ros::Subscriber instruments_, recording_, edits_;
   std::vector<ros::ServiceServer> services_;
   ros::Publisher topology_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_, attachments_pub_,
       tools_pub_, sutures_pub_, markers_pub_, steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;
 
   // Of the input thread.
   scene::ToolSample sample_;
-  ros::SteadyTime pedals_time_;
+  ros::SteadyTime instruments_time_;
+  ros::SteadyTimer silence_timer_;
   std::mutex recent_mutex_;  ///< recent_: of the input and the publishing thread
   std::deque<vest_msgs::InstrumentStates::ConstPtr> recent_;  ///< the last messages, oldest first
   std::atomic<std::uint64_t> refused_inputs_{0};

@@ -47,10 +47,9 @@ class TissueSimulation : public Simulation {
   World world_;
 };
 
-/// The newest that is known of all instruments and pedals.
+/// The newest that is known of all instruments.
 struct ToolSample {
   std::array<ToolInput, tools::kInstrumentCount> tools;
-  std::uint32_t pedals = 0;  ///< bit mask, as StepInput::pedals
 };
 
 /// Commands that change the State between two steps; values are those of vest_msgs/StepInput COMMAND_*.

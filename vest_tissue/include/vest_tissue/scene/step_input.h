@@ -21,6 +21,7 @@ struct ToolInput {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< commanded tip
   Eigen::Vector3d pivot = Eigen::Vector3d::Zero();                  ///< m, trocar's pivot
   double jaw = 0.0;                                                 ///< rad, full opening angle
+  Eigen::Vector3d sight = Eigen::Vector3d::UnitZ();  ///< endoscope: direction of view in the tip's frame
 };
 
 /// A change of a parameter, applied before the step.
@@ -68,7 +69,6 @@ struct StepInput {
   double dt = 0.001;  ///< s
   std::uint32_t seed = 1;
   std::array<ToolInput, tools::kInstrumentCount> tools;
-  std::uint32_t pedals = 0;  ///< bit mask, six footswitches: coag, cut, irrigation, suction, tool, clutch
   std::vector<ParameterEdit> edits;
   std::vector<ImpactInput> impacts;
   /// Steady forces, as the weight of pools. Where `load_over` > 0 they take the place of all that were told
