@@ -148,9 +148,33 @@ TEST_F(Pty, ASilentBoxIsStaleThoughThePortIsOpen) {
   const auto before = heard_.messages.size();
   now_ += 21 * kMillisecond;
   reader_->runOnce();
-  ASSERT_EQ(before + 1, heard_.messages.size());
-  EXPECT_NE(std::string::npos, heard_.messages.back().find("no good frame"));
   EXPECT_EQ(BoxState::kStale, state());
+  EXPECT_EQ(before, heard_.messages.size()) << "as short as a busy machine's";
+  for (int i = 0; i < 20; ++i) {
+    now_ += 100 * kMillisecond;
+    reader_->runOnce();
+  }
+  ASSERT_EQ(before + 1, heard_.messages.size()) << "once";
+  EXPECT_NE(std::string::npos, heard_.messages.back().find("no good frame"));
+  tick(emulator::restPose());
+  EXPECT_NE(std::string::npos, heard_.messages.back().find("running"));
+}
+
+TEST_F(Pty, GapsThatABusyMachineMakesAreCountedAndNotSaid) {
+  terminal_.open(link_);
+  makeReader();
+  reader_->runOnce();
+  for (int i = 0; i < 30; ++i) tick(emulator::restPose());
+  const auto before = heard_.messages.size();
+  for (int gap = 0; gap < 10; ++gap) {
+    now_ += 40 * kMillisecond;
+    reader_->runOnce();
+    for (int i = 0; i < 30; ++i) tick(emulator::restPose());
+  }
+  EXPECT_EQ(before, heard_.messages.size());
+  now_ += 60 * kMillisecond;
+  reader_->runOnce();
+  EXPECT_EQ(11u, reader_->status().gaps);
 }
 
 TEST_F(Pty, ASecondDriverOnThePortIsToldSo) {

@@ -510,9 +510,12 @@ void Recorder::finish(const std::string& ended) {
   out.close();
   if (!out || std::rename((file + ".part").c_str(), file.c_str()) != 0)
     ROS_ERROR("%s cannot be written", file.c_str());
-  std::fprintf(stderr, "session recorded: %s, %llu messages, %llu steps\n", directory_.c_str(),
+  const double minutes = first_step_time_ > 0 ? (steadySeconds() - first_step_time_) / 60 : 0;
+  const double megabytes = 1e-6 * static_cast<double>(summary_.bytes);
+  std::fprintf(stderr, "session recorded: %s, %llu messages, %llu steps, %.0f MB", directory_.c_str(),
                static_cast<unsigned long long>(summary_.messages),
-               static_cast<unsigned long long>(summary_.steps.steps()));
+               static_cast<unsigned long long>(summary_.steps.steps()), megabytes);
+  std::fprintf(stderr, minutes > 0.02 ? " (%.0f MB a minute)\n" : "\n", megabytes / minutes);
 }
 
 }  // namespace vest::session

@@ -8,7 +8,9 @@
 #include "vest_bringup/ros/moment_bag.h"
 #include "vest_bringup/simulation/rehearsal.h"
 #include "vest_bringup/simulation/stage.h"
+#include "vest_instruments/tools/tool_names.h"
 #include "vest_tissue/ros/conversions.h"
+#include "vest_tissue/ros/scene_file.h"
 
 namespace {
 
@@ -69,8 +71,6 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     namespace simulation = vest::simulation;
-    if (scene.find('/') == std::string::npos)
-      scene = ros::package::getPath("vest_tissue") + "/scenes/" + scene + "/" + scene + ".yaml";
     const auto box = vest::kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") +
                                                       "/config/trainer_box.yaml");
     const auto trajectory = vest::trajectory::fromWaypoints(waypoints, box);
@@ -79,7 +79,7 @@ int main(int argc, char** argv) {
       if (wanted[i].empty()) continue;
       const auto tool = vest::tools::toolFromName(wanted[i]);
       if (!tool)
-        throw std::invalid_argument("tool '" + wanted[i] + "' (allowed: none, grasper, scissors, …)");
+        throw std::invalid_argument("tool '" + wanted[i] + "' (allowed: " + vest::tools::handTools() + ")");
       hands.tool[i] = *tool;
     }
     std::unique_ptr<vest::ros_shell::MomentBag> moments;
@@ -88,9 +88,9 @@ int main(int argc, char** argv) {
     options.blood.vessels = ros::package::getPath("vest_effects") + "/data/vessels/pelvis";
     options.field_options.fluid.spacing = spacing;
     simulation::apply(trajectory.effects, options);
-    const simulation::Stage stage =
-        simulation::makeStage(vest::scene::World(vest::scene::loadScene(scene), threads), options,
-                              moments ? moments->frames() : simulation::StageFrames{});
+    const simulation::Stage stage = simulation::makeStage(
+        vest::scene::World(vest::scene::loadScene(vest::ros_shell::sceneFile(scene)), threads), options,
+        moments ? moments->frames() : simulation::StageFrames{});
     const vest::scene::World& world = stage.trainer->world();
     if (at.empty()) at = trajectory.pictures;
     auto next = at.cbegin();

@@ -7,6 +7,7 @@
 #include <ros/ros.h>
 
 #include "../ros/haptic_shell.h"
+#include "vest_instruments/ros/node_help.h"
 
 namespace {
 vest::haptics::Loop* volatile running = nullptr;
@@ -25,6 +26,13 @@ void onStuck(int) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (vest::ros_shell::answeredHelp(
+          argc, argv,
+          "usage: rosrun vest_haptics haptics _instrument:=left _device:=sim [_PARAMETER:=VALUE …]\n"
+          "Force feedback of one haptic device; ends the session that it belongs to if it fails. As "
+          "device.launch starts it.\n"
+          "Parameters and topics: README.md of vest_haptics."))
+    return 0;
   ros::init(argc, argv, "haptics", ros::init_options::NoSigintHandler);
   ::mlockall(MCL_CURRENT | MCL_FUTURE);  // no page faults in the loop where the machine grants it
   try {

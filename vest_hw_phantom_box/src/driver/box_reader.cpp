@@ -129,13 +129,26 @@ void BoxReader::pedals(Nanoseconds now) {
 
 void BoxReader::watch(Nanoseconds now) {
   const BoxState state = driver_.state(now);
+  // A busy machine holds an emulator or this thread up for longer than DriverOptions::stale: counted. What
+  // lasts is told.
+  constexpr Nanoseconds kSilence = 500 * kMillisecond;
+  if (state == BoxState::kStale && last_state_ != BoxState::kStale) {
+    ++gaps_;
+    stale_since_ = now;
+  }
+  if (state == BoxState::kStale && !told_silence_ && now - stale_since_ > kSilence) {
+    told_silence_ = true;
+    say(Severity::kError, "connected, but no good frame for 0.5 s");
+  }
   if (state != last_state_) {
-    if (state == BoxState::kStale) say(Severity::kError, "connected, but no good frame for 20 ms");
     if (state == BoxState::kFault && last_state_ == BoxState::kRunning) {
       updateStatus(now);
       say(Severity::kError, "sensor fault; left out until they read well again: " + status_.unusable);
     }
-    if (state == BoxState::kRunning) say(Severity::kInfo, "running");
+    if (state == BoxState::kRunning) {
+      if (last_state_ != BoxState::kStale || told_silence_) say(Severity::kInfo, "running");
+      told_silence_ = false;
+    }
     last_state_ = state;
   }
   constexpr Nanoseconds kPatience = 2000 * kMillisecond;  // a box says hello once a second
@@ -163,6 +176,7 @@ void BoxReader::updateStatus(Nanoseconds now) {
   status_.wire = decoder_.counters();
   status_.driver = driver_.counters();
   status_.reconnects = reconnects_;
+  status_.gaps = gaps_;
   status_.age = driver_.age(now);
   status_.status = driver_.status();
   status_.pressed = driver_.footswitches().pressed();

@@ -85,6 +85,7 @@ void PhantomBoxShell::onPedal(const driver::PedalEvent& event) {
 }
 
 void PhantomBoxShell::onMessage(Severity severity, const std::string& text) {
+  if (silent_) return;
   switch (severity) {
     case Severity::kInfo:
       ROS_INFO("phantom_box: %s", text.c_str());
@@ -106,6 +107,7 @@ void PhantomBoxShell::publishDiagnostics(const ros::SteadyTimerEvent&) {
   const auto crc = s.wire.crc_errors - last_status_.wire.crc_errors;
   const auto lost = s.wire.lost - last_status_.wire.lost;
   const auto rejected = s.driver.rejected - last_status_.driver.rejected;
+  const auto gaps = s.gaps - last_status_.gaps;
 
   diagnostic_msgs::DiagnosticStatus d;
   d.name = "phantom_box: trainer box";
@@ -120,6 +122,7 @@ void PhantomBoxShell::publishDiagnostics(const ros::SteadyTimerEvent&) {
   if (!s.port_error.empty()) d.message += ": port '" + parameters_.reader.port + "': " + s.port_error;
   if (s.state == BoxState::kFault) d.message += ": " + s.unusable;
   if (crc) warn(std::to_string(crc) + " CRC errors in the last second");
+  if (gaps) warn(std::to_string(gaps) + " gaps of more than 20 ms between good frames in the last second");
   if (lost) warn(std::to_string(lost) + " frames lost in the last second");
   if (rejected) warn(std::to_string(rejected) + " sensor readings rejected in the last second");
   if (s.state == BoxState::kRunning && rate < 0.9 * s.box.rate_hz) warn("rate below what the box promises");
@@ -148,6 +151,7 @@ void PhantomBoxShell::publishDiagnostics(const ros::SteadyTimerEvent&) {
   add("repeated frames", std::to_string(s.wire.repeated));
   add("skipped bytes", std::to_string(s.wire.skipped));
   add("reconnects", std::to_string(s.reconnects));
+  add("gaps of more than 20 ms", std::to_string(s.gaps));
   add("rejected readings", std::to_string(s.driver.rejected));
   add("sensor faults", std::to_string(s.driver.faults));
   add("readings beyond limits", std::to_string(s.driver.clamped));

@@ -4,6 +4,7 @@
 #include <ros/ros.h>
 
 #include <array>
+#include <atomic>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -34,6 +35,8 @@ class PhantomBoxShell : public driver::ReaderListener {
   /// Starts reading at once; throws as readParameters() does.
   PhantomBoxShell(ros::NodeHandle nh, ros::NodeHandle private_nh);
   ~PhantomBoxShell() override;
+  /// Says nothing from now on: the session ends, and its box with it. From a signal handler, too.
+  void fallSilent() { silent_ = true; }
 
  private:
   void onSample(const driver::Driver& driver, driver::Nanoseconds arrived) override;
@@ -44,6 +47,7 @@ class PhantomBoxShell : public driver::ReaderListener {
   void publishDiagnostics(const ros::SteadyTimerEvent&);
 
   Parameters parameters_;
+  std::atomic<bool> silent_{false};
   ros::Publisher joint_states_, footswitches_, diagnostics_;
   std::array<ros::Publisher, protocol::kFootswitches> pedals_;
   ros::SteadyTimer timer_;

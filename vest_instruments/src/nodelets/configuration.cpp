@@ -9,6 +9,7 @@
 #include <ros/package.h>
 
 #include "vest_instruments/ros/footswitches.h"
+#include "vest_instruments/tools/tool_names.h"
 
 namespace vest_instruments {
 namespace {
@@ -79,7 +80,7 @@ Configuration readConfiguration(const ros::NodeHandle& session_nh, const ros::No
     const std::string tool = word(nh, "tools/" + name, std::string(vest::tools::toolName(arm.tool)));
     const auto kind = vest::tools::toolFromName(tool);
     if (!kind || *kind == vest::tools::ToolKind::Endoscope) {
-      refuse(nh, "tools/" + name, "'" + tool + "'", "a tool of the README's table, e.g. grasper");
+      refuse(nh, "tools/" + name, "'" + tool + "'", vest::tools::handTools());
     }
     arm.tool = *kind;
   }

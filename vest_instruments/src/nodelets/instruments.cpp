@@ -6,6 +6,7 @@
 
 #include "vest_instruments/kinematics/jacobian.h"
 #include "vest_instruments/tools/tool_geometry.h"
+#include "vest_instruments/tools/tool_names.h"
 #include "vest_instruments/urdf/description.h"
 
 namespace vest_instruments {
@@ -452,7 +453,8 @@ void Instruments::publishTransforms(const ros::Time& stamp) {
 std::string Instruments::exchange(std::size_t i, ToolKind tool) {
   if (grasping_[i] && steadyNow() - grasping_at_[i] < 0.5)
     return "it holds tissue: release it before the tool is exchanged";
-  if (!instruments_[i].exchangeTool(tool)) return "this tool does not fit; allowed: any but the endoscope";
+  if (!instruments_[i].exchangeTool(tool))
+    return "this tool does not fit; allowed: " + vest::tools::handTools(true);
   setDescription();
   return {};
 }
@@ -460,10 +462,12 @@ std::string Instruments::exchange(std::size_t i, ToolKind tool) {
 bool Instruments::onExchangeTool(vest_msgs::ExchangeTool::Request& request,
                                  vest_msgs::ExchangeTool::Response& response) {
   const int i = instrumentIndex(request.instrument);
-  if (i < 0 || !instruments_[static_cast<std::size_t>(i)].present()) {
-    response.message = "instrument '" + request.instrument + "' is unknown; allowed: left, right, third";
+  if (i < 0 || i == static_cast<int>(vest::tools::Instrument::Endoscope) ||
+      !instruments_[static_cast<std::size_t>(i)].present()) {
+    response.message = "instrument '" + request.instrument + "' holds no tool; allowed: left, right, third";
   } else if (request.tool >= vest::tools::kToolKindCount) {
-    response.message = "tool " + std::to_string(request.tool) + " is unknown; allowed: 0 … 9";
+    response.message =
+        "tool " + std::to_string(request.tool) + " is unknown; allowed: " + vest::tools::handTools(true);
   } else {
     response.message = exchange(static_cast<std::size_t>(i), static_cast<ToolKind>(request.tool));
   }

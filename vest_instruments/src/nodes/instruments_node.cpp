@@ -3,8 +3,15 @@
 #include <ros/ros.h>
 
 #include "../nodelets/instruments.h"
+#include "vest_instruments/ros/node_help.h"
 
 int main(int argc, char** argv) {
+  if (vest::ros_shell::answeredHelp(
+          argc, argv,
+          "usage: rosrun vest_instruments instruments_node [_PARAMETER:=VALUE …]\n"
+          "Instruments in their trocars, without tissue; the node behind instruments.launch.\n"
+          "Parameters and topics: README.md of vest_instruments."))
+    return 0;
   ros::init(argc, argv, "instruments");
   ros::NodeHandle keep;  // the last handle ends ROS, and with it the log that carries a refusal
   try {

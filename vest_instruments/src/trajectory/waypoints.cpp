@@ -7,6 +7,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "vest_instruments/control/pedals.h"
+#include "vest_instruments/tools/tool_names.h"
 #include "vest_instruments/trajectory/trajectory.h"
 
 namespace vest::trajectory {
@@ -93,8 +94,7 @@ class Reader {
   tools::ToolKind tool(const YAML::Node& n, const std::string& at) const {
     const std::string word = n.IsScalar() ? n.Scalar() : "?";
     const auto kind = tools::toolFromName(word);
-    if (!kind || *kind == tools::ToolKind::Endoscope)
-      refuse(at, "'" + word + "'", "none, grasper, scissors and the other tools of the README's table");
+    if (!kind || *kind == tools::ToolKind::Endoscope) refuse(at, "'" + word + "'", tools::handTools());
     return *kind;
   }
 

@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 #include <diagnostic_msgs/DiagnosticArray.h>
-#include <ros/package.h>
 
 #include "vest_tissue/ros/parameters.h"
+#include "vest_tissue/ros/scene_file.h"
 #include "vest_tissue/scene/request.h"
 
 namespace vest::ros_shell {
@@ -18,17 +18,6 @@ std::int64_t steadyNow() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
              std::chrono::steady_clock::now().time_since_epoch())
       .count();
-}
-
-/// A word is a scene of vest_tissue/scenes; anything with a slash or .yaml is a file.
-std::string sceneFile(const std::string& scene) {
-  const bool file = scene.find('/') != std::string::npos ||
-                    (scene.size() > 5 && scene.compare(scene.size() - 5, 5, ".yaml") == 0);
-  if (file) return scene;
-  const std::string package = ros::package::getPath("vest_tissue");
-  if (package.empty())
-    throw std::invalid_argument("scene '" + scene + "': package vest_tissue is not on ROS_PACKAGE_PATH");
-  return package + "/scenes/" + scene + "/" + scene + ".yaml";
 }
 
 constexpr std::size_t kRecent = 64;  // messages: 64 ms of the trainer's instruments; a state is younger

@@ -2,9 +2,16 @@
 
 #include <ros/ros.h>
 
+#include "vest_instruments/ros/node_help.h"
 #include "vest_tissue/ros/tissue_server.h"
 
 int main(int argc, char** argv) {
+  if (vest::ros_shell::answeredHelp(
+          argc, argv,
+          "usage: rosrun vest_tissue tissue_node [_scene:=gynaecology] [_threads:=1] [_PARAMETER:=VALUE …]\n"
+          "The tissue of a scene, without effects; the node behind tissue.launch.\n"
+          "Parameters and topics: README.md of vest_tissue."))
+    return 0;
   ros::init(argc, argv, "tissue");
   std::unique_ptr<vest::shared::SessionLock> alone;
   try {

@@ -43,6 +43,7 @@ struct ReaderStatus {
   protocol::DecoderCounters wire;
   DriverCounters driver;
   std::uint64_t reconnects = 0;  ///< connections after the first
+  std::uint64_t gaps = 0;        ///< times that no good frame came for DriverOptions::stale
   Nanoseconds age = -1;          ///< of the last good frame
   std::uint8_t status = 0;       ///< the box's status byte
   std::uint8_t pressed = 0;
@@ -92,6 +93,9 @@ class BoxReader : private protocol::FrameSink {
   Nanoseconds last_status_ = INT64_MIN / 2;
   BoxState last_state_ = BoxState::kDisconnected;
   bool warned_no_frames_ = false;
+  bool told_silence_ = false;
+  std::uint64_t gaps_ = 0;
+  Nanoseconds stale_since_ = 0;
   std::uint8_t warned_stuck_ = 0;
   Nanoseconds first_attempt_ = -1;
   std::string last_open_error_;
