@@ -44,7 +44,7 @@ def write(folder, rates, skip=(), stall=None, json_edit=None, clock=None, marked
         for time, topic, message in messages:
             bag.write(topic, message, genpy.Time.from_sec(10000.0 + time))
     session = {"real_time_factor": (1000 * SECONDS - 1) * 0.001 / (t - 0.001), "steps": count, "rates": {}, "events": [],
-               "scene_hash": "0", "state_hash": "0", "version": "0.1.0"}
+               "scene_hash": "0", "state_hash": "0", "version": "0.1.0", "ended": "interrupted"}
     session.update(json_edit or {})
     with open(os.path.join(folder, "session.json"), "w", encoding="utf-8") as f:
         json.dump({k: v for k, v in session.items() if v is not None}, f)
@@ -56,7 +56,7 @@ class CheckSession(unittest.TestCase):
         rates.update(changes.pop("rates", {}))
         with tempfile.TemporaryDirectory() as folder:
             write(folder, {k: v for k, v in rates.items() if v}, **changes)
-            done = subprocess.run(["/usr/bin/python3", CHECK, folder, *options], capture_output=True, text=True, check=False)
+            done = subprocess.run([CHECK, folder, *options], capture_output=True, text=True, check=False)
         return done.returncode, done.stdout + done.stderr
 
     def test_a_good_session_passes(self):
@@ -97,9 +97,25 @@ class CheckSession(unittest.TestCase):
         self.assertEqual(self.judge(json_edit={"steps": 17})[0], 1)
         self.assertEqual(self.judge(json_edit={"real_time_factor": 1.2})[0], 1)
 
+    def test_a_session_that_did_not_end_as_it_was_meant_to_never_holds(self):
+        for ended in ("killed", "disk full", "", 17, None):
+            code, out = self.judge(json_edit={"ended": ended})
+            self.assertEqual(code, 1, out)
+            self.assertNotIn("every row holds", out)
+        for ended in ("stopped", "after the wished time"):
+            self.assertEqual(self.judge(json_edit={"ended": ended})[0], 0)
+
+    def test_one_that_was_not_recovered_is_told_to_be(self):
+        with tempfile.TemporaryDirectory() as folder:
+            write(folder, RATES)
+            os.rename(os.path.join(folder, "session.bag"), os.path.join(folder, "session.bag.active"))
+            done = subprocess.run([CHECK, folder], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("vest_recover_bag", done.stderr)
+
     def test_a_folder_without_a_bag_is_an_error_of_its_own(self):
         with tempfile.TemporaryDirectory() as folder:
-            done = subprocess.run(["/usr/bin/python3", CHECK, folder], capture_output=True, text=True, check=False)
+            done = subprocess.run([CHECK, folder], capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 2)
         self.assertIn("session.bag", done.stderr)
 

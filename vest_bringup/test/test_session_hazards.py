@@ -22,7 +22,8 @@ PORT = own_port()
 import rosbag  # noqa: E402  (reads the environment)
 import rosnode  # noqa: E402
 import rospy  # noqa: E402
-from vest_msgs.msg import SessionState, StepInput  # noqa: E402
+from vest_msgs.msg import HapticState, SessionState, StepInput, TissueField, TissueState  # noqa: E402
+from vest_msgs.srv import Snapshot, SnapshotRequest  # noqa: E402
 
 
 class Steps:
@@ -145,8 +146,107 @@ class SessionHazards(unittest.TestCase):
                     self.assertEqual(bag.get_message_count("/step_inputs"), session["steps"])
                 self.assertFalse(glob.glob(f"{folder}/*.active"))
 
-    def simulation(self, name):
-        node = Node("vest_tissue", "tissue_node", f"__name:={name}", "_scene:=tube")
+    def test_without_a_master_the_recorder_hears_both_signals(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with tempfile.TemporaryDirectory() as folder:
+                for words in ([f"_directory:={folder}"], []):  # with a private parameter roscpp itself waits
+                    node = Node("vest_bringup", "recorder", *words, ROS_MASTER_URI="http://localhost:9")
+                    self.addCleanup(node.end)
+                    self.assertTrue(patient(lambda: "master" in node.text()), node.text())  # noqa: B023
+                    node.signal(number)
+                    node.process.wait(60)
+
+    def test_a_killed_recorder_is_told_at_once_and_holds_no_start(self):
+        for seen in (True, False):  # killed while the start waits for it, or before anybody heard of it
+            with tempfile.TemporaryDirectory() as folder:
+                states, statuses = [], []
+                listening = [rospy.Subscriber("session/state", SessionState, states.append),
+                             rospy.Subscriber("session/recording", SessionState, statuses.append)]
+                # It waits for a picture that never comes.
+                recorder = Node("vest_bringup", "recorder", "__name:=killed", f"_directory:={folder}", "_wait_for_picture:=true",
+                                "_picture_timeout:=3000")
+                self.addCleanup(recorder.end)
+                self.assertTrue(patient(lambda: bool(statuses)), recorder.text())  # noqa: B023
+                words = ("_wait_for_recorder:=true", "_recorder_timeout:=3600")
+                if seen:
+                    simulation = self.simulation("waits", *words)
+                    self.assertTrue(patient(lambda: bool(states) and states[-1].status == "waiting for the recorder"))  # noqa: B023
+                    time.sleep(1.0)
+                    self.assertEqual(states[-1].step, 0)
+                recorder.signal(signal.SIGKILL)
+                recorder.process.wait()
+                if not seen:
+                    simulation = self.simulation("waits", *words)
+                self.assertTrue(patient(lambda: bool(states) and states[-1].step > 100), simulation.text())  # noqa: B023
+                self.assertTrue(patient(lambda: states[-1].status.startswith("THE RECORDER HAS DIED")), states[-1])  # noqa: B023
+                self.assertFalse(states[-1].recording)
+                if seen:
+                    self.assertIn("the recorder has died: nothing more is recorded", simulation.text())
+                for subscriber in listening:
+                    subscriber.unregister()
+                simulation.end()
+
+    def test_a_recorder_that_ends_as_it_was_meant_to_is_no_death_and_one_that_refuses_holds_no_start(self):
+        states = []
+        listening = rospy.Subscriber("session/state", SessionState, states.append)
+        self.addCleanup(listening.unregister)
+        refused = Node("vest_bringup", "recorder", "_directory:=/dev/null/nowhere")
+        self.addCleanup(refused.end)
+        self.assertEqual(refused.process.wait(60), 1, refused.text())
+        simulation = self.simulation("waits", "_wait_for_recorder:=true", "_recorder_timeout:=3600")
+        self.assertTrue(patient(lambda: bool(states) and states[-1].step > 100), simulation.text())
+        with tempfile.TemporaryDirectory() as folder:
+            recorder = Node("vest_bringup", "recorder", f"_directory:={folder}")
+            self.addCleanup(recorder.end)
+            self.assertTrue(patient(lambda: states[-1].recording), recorder.text())
+            self.assertEqual(states[-1].status, "")
+            recorder.end()
+        had = len(states)
+        self.assertTrue(patient(lambda: len(states) > had + 6))
+        self.assertNotIn("DIED", states[-1].status)
+        self.assertNotIn("recorder has died", simulation.text())
+        simulation.end()
+
+    def test_forces_on_the_hand_are_recorded_and_of_the_states_those_that_pictures_need(self):
+        force = rospy.Publisher("haptics/left/state", HapticState, queue_size=100)
+        state = rospy.Publisher("tissue/state", TissueState, queue_size=100)
+        with tempfile.TemporaryDirectory() as folder:
+            recorder = Node("vest_bringup", "recorder", f"_directory:={folder}", "_state_rate:=5")
+            self.addCleanup(recorder.end)
+            self.assertTrue(patient(lambda: force.get_num_connections() > 0 and state.get_num_connections() > 0), recorder.text())
+            for k in range(120):
+                force.publish(HapticState(instrument="left", step=k))
+                fields = [TissueField(data=b"1")] if k % 40 == 0 else []
+                state.publish(TissueState(step=k, positions=[0.0] * 300, fields=fields))
+                time.sleep(0.02)
+            time.sleep(0.5)
+            recorder.end()
+            with rosbag.Bag(f"{folder}/session.bag") as bag:
+                self.assertEqual(bag.get_message_count("/haptics/left/state"), 120)
+                steps = [m.message.step for m in bag.read_messages(topics=["/tissue/state"])]
+                self.assertEqual([k for k in (0, 40, 80) if k not in steps], [], "fields per knot are kept, all of them")
+                self.assertLess(len(steps), 60)
+                self.assertGreater(len(steps), 3)
+        force.unregister()
+        state.unregister()
+
+    def test_a_snapshot_by_name_is_kept_and_restored_where_nothing_is_recorded(self):
+        with tempfile.TemporaryDirectory() as folder:
+            simulation = self.simulation("alone", f"_session_directory:={folder}/not_there")
+            rospy.wait_for_service("tissue/snapshot", 60)
+            snapshot = rospy.ServiceProxy("tissue/snapshot", Snapshot)
+            saved = snapshot(operation=SnapshotRequest.SAVE, name="before")
+            self.assertTrue(saved.success, saved.message)
+            self.assertIn("in memory", saved.message)
+            self.assertFalse(os.path.exists(f"{folder}/not_there"))
+            os.mkdir(f"{folder}/not_there")  # as a recorder does that starts now
+            restored = snapshot(operation=SnapshotRequest.RESTORE, name="before")
+            self.assertTrue(restored.success, restored.message)
+            self.assertTrue(os.path.exists(f"{folder}/not_there/snapshots/before.snapshot"), "re-simulation will ask for it")
+            simulation.end()
+
+    def simulation(self, name, *words):
+        node = Node("vest_tissue", "tissue_node", f"__name:={name}", "_scene:=tube", *words)
         self.addCleanup(node.end)
         return node
 

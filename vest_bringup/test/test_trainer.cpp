@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 #include <ros/package.h>
 
 #include "vest_bringup/session/resimulation.h"
@@ -13,6 +16,12 @@ namespace {
 
 scene::Description tubeScene() {
   return scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/tube/tube.yaml");
+}
+
+using Outcome = session::Resimulation::Outcome;
+
+std::unique_ptr<scene::Simulation> tissue(int threads) {
+  return std::make_unique<scene::TissueSimulation>(scene::World(tubeScene(), threads));
 }
 
 /// Pushes the first triangle in every third step.
@@ -56,24 +65,57 @@ TEST(Trainer, TheRecordedInputsAloneReSimulateACompositeWithEffects) {
     hashes.push_back(trainer.world().stateHash());
   }
   for (const int threads : {1, 2, 4}) {
-    scene::World world(tubeScene(), threads);
-    session::Resimulation resimulation(world);
+    session::Resimulation resimulation(tissue(threads));
     for (std::size_t i = 0; i < recorded.size(); ++i) {
-      ASSERT_FALSE(resimulation.step(recorded[i], false, false).has_value());
+      ASSERT_EQ(resimulation.step(recorded[i], false, false), Outcome::Same);
       ASSERT_TRUE(resimulation.compare(hashes[i])) << "step " << i + 1 << ", threads " << threads;
     }
   }
 }
 
 TEST(Trainer, AMissingStepAndAChangedInputAreSeen) {
-  scene::World world(tubeScene());
-  session::Resimulation resimulation(world);
+  session::Resimulation resimulation(tissue(1));
   scene::StepInput input;
   input.step = 1;
-  EXPECT_FALSE(resimulation.step(input, false, false).has_value());
+  EXPECT_EQ(resimulation.step(input, false, false), Outcome::Same);
   input.step = 3;
-  EXPECT_EQ(resimulation.step(input, false, false), std::optional<std::uint64_t>(2));
-  EXPECT_FALSE(resimulation.compare(world.stateHash() + 1));
+  EXPECT_EQ(resimulation.step(input, false, false), Outcome::Missing);
+  EXPECT_EQ(resimulation.world().steps(), 1U);
+  EXPECT_FALSE(resimulation.compare(resimulation.world().stateHash() + 1));
+}
+
+TEST(Trainer, AFaultThatTheSessionDidNotHaveIsSeenAndOneThatItHadIsNoDifference) {
+  for (const bool had : {false, true}) {
+    session::Resimulation resimulation(tissue(1));
+    scene::StepInput input;
+    input.step = 1;
+    input.dt = std::numeric_limits<double>::quiet_NaN();  // the State stays as it was, and so does its hash
+    EXPECT_EQ(resimulation.step(input, false, false, had), had ? Outcome::Same : Outcome::Fault);
+    EXPECT_EQ(resimulation.faults(), had ? 1U : 0U);
+    input.dt = 0.001;
+    input.step = resimulation.world().steps() + 1;
+    EXPECT_EQ(resimulation.step(input, false, false, true), Outcome::NoFault);
+  }
+}
+
+TEST(Trainer, EffectsThatAreSimulatedAgainHandBackWhatTheyDidAndAChangeIsSeen) {
+  const auto composite = [] {
+    auto trainer = std::make_unique<Trainer>(scene::World(tubeScene()));
+    trainer->add(std::make_unique<Pusher>());
+    return trainer;
+  };
+  const auto recorded = composite();
+  session::Resimulation again(composite(), true), changed(composite(), true);
+  scene::StepReport report;
+  for (std::uint64_t k = 1; k <= 12; ++k) {
+    scene::StepInput input;
+    input.step = k;
+    recorded->step(input, report);
+    ASSERT_EQ(again.step(input, false, false), Outcome::Same) << "step " << k;
+    if (k == 10) input.impacts.at(0).momentum.z() = std::nextafter(input.impacts.at(0).momentum.z(), 1.0);
+    ASSERT_EQ(changed.step(input, false, false), k == 10 ? Outcome::Feedback : Outcome::Same) << "step " << k;
+  }
+  EXPECT_TRUE(again.compare(recorded->world().stateHash()));
 }
 
 TEST(Trainer, ResetForgetsFeedbackAndResetsEffects) {

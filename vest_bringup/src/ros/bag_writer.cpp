@@ -1,6 +1,7 @@
 #include "vest_bringup/ros/bag_writer.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -11,24 +12,17 @@
 #include <cstring>
 #include <stdexcept>
 
+#include <roslz4/lz4s.h>
+
+#include "vest_bringup/ros/bag_format.h"
+
 namespace vest::session {
 namespace {
 
-// Format 2.0 as the ROS wiki's "Bags/Format/2.0" describes it. Little endian, as every machine that ROS 1
-// runs on.
-constexpr char kMagic[] = "#ROSBAG V2.0\n";
 constexpr std::size_t kHeaderBytes = 2 * sizeof(std::uint32_t) + 4096;  // of the bag header's record
-constexpr std::size_t kChunk = 768 * 1024;                              // bytes, as stock rosbag
+constexpr std::size_t kChunkBytes = 768 * 1024;                         // bytes, as stock rosbag
 constexpr std::size_t kSpill = 64 * 1024;                               // bytes of the index in memory
 constexpr std::size_t kProgressBytes = 2 * sizeof(std::uint64_t);
-enum class Op : std::uint8_t {
-  Message = 2,
-  BagHeader = 3,
-  Index = 4,
-  Chunk = 5,
-  ChunkInfo = 6,
-  Connection = 7
-};
 
 bool writeAll(int descriptor, const std::uint8_t* bytes, std::size_t size, std::uint64_t at) {
   for (std::size_t done = 0; done < size;) {
@@ -103,7 +97,7 @@ class Writer {
 
 BagWriter::BagWriter(const std::string& file, std::uint64_t min_free) : file_(file), min_free_(min_free) {
   descriptor_ = ::open((file_ + ".active").c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  Bytes start(kMagic, kMagic + sizeof kMagic - 1);
+  Bytes start(kBagMagic, kBagMagic + kBagMagicSize);
   const Bytes header = bagHeader(0);
   start.insert(start.end(), header.begin(), header.end());
   if (descriptor_ < 0 || !append(start)) {
@@ -111,6 +105,7 @@ BagWriter::BagWriter(const std::string& file, std::uint64_t min_free) : file_(fi
     if (descriptor_ >= 0) ::close(descriptor_);
     throw std::runtime_error(file_ + ".active: cannot be written (" + why + ")");
   }
+  flock(descriptor_, LOCK_EX | LOCK_NB);  // the recovery tool leaves a bag alone that is being written
   open_ = true;
   index_file_ = namelessFile(file_);
   const int fd = ::open((file_ + ".progress").c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
@@ -150,7 +145,7 @@ BagWriter::Bytes BagWriter::bagHeader(std::uint64_t index_position) const {
 
 std::uint32_t BagWriter::connection(const std::string& topic, const topic_tools::ShapeShifter& msg,
                                     const boost::shared_ptr<ros::M_string>& header) {
-  std::string key = topic;
+  std::string key = topic + "\n" + msg.getMD5Sum();  // two publishers may disagree on a topic's type
   if (header) {
     const auto caller = header->find("callerid");
     key += "\nlatched by " + (caller == header->end() ? std::string() : caller->second);
@@ -199,7 +194,7 @@ bool BagWriter::write(const std::string& topic, const ros::Time& time, const top
   ros::serialization::OStream stream(chunk_.data() + chunk_.size() - size, size);
   msg.write(stream);
   if (progress_) ++progress_[1];
-  if (chunk_.size() >= kChunk) closeChunk();
+  if (chunk_.size() >= kChunkBytes) closeChunk();
   return open_;
 }
 
@@ -216,6 +211,18 @@ bool BagWriter::append(const Bytes& bytes) {
   return true;
 }
 
+bool BagWriter::pack() {
+  constexpr int kBlock = 6;  // 1 MB, as stock rosbag
+  packed_.resize(chunk_.size());
+  auto size = static_cast<unsigned int>(packed_.size());
+  if (roslz4_buffToBuffCompress(reinterpret_cast<char*>(chunk_.data()),
+                                static_cast<unsigned int>(chunk_.size()),
+                                reinterpret_cast<char*>(packed_.data()), &size, kBlock) != ROSLZ4_OK)
+    return false;
+  packed_.resize(size);
+  return true;
+}
+
 void BagWriter::closeChunk() {
   if (!open_ || chunk_.empty()) return;
   Bytes record;
@@ -223,11 +230,13 @@ void BagWriter::closeChunk() {
   Writer out(record);
   const std::size_t fields = out.open();
   out.field("op", Op::Chunk);
-  out.field("compression", std::string("none"));
+  const bool packed = pack();
+  const Bytes& content = packed ? packed_ : chunk_;
+  out.field("compression", std::string(packed ? "lz4" : "none"));
   out.field("size", static_cast<std::uint32_t>(chunk_.size()));
   out.close(fields);
   const std::size_t data = out.open();
-  out.bytes(chunk_.data(), chunk_.size());
+  out.bytes(content.data(), content.size());
   out.close(data);
   const std::size_t described = newest_infos_.size();
   describeChunk(size_);
@@ -333,7 +342,7 @@ void BagWriter::close() {
   const std::uint64_t index_position = size_;
   const bool indexed = append(tail) && appendIndex();
   const Bytes header = bagHeader(index_position);
-  const bool named = indexed && pwrite(descriptor_, header.data(), header.size(), sizeof kMagic - 1) ==
+  const bool named = indexed && pwrite(descriptor_, header.data(), header.size(), kBagMagicSize) ==
                                     static_cast<ssize_t>(header.size());
   ::close(descriptor_);
   if (!named) throw std::runtime_error(file_ + ".active: not closed, no room for its index");

@@ -6,6 +6,7 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/console.h>
 #include <ros/package.h>
+#include <vest_msgs/EffectsOptions.h>
 
 #include "vest_tissue/ros/parameters.h"
 
@@ -83,7 +84,8 @@ EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   const ros::NodeHandle effects(private_nh, "effects");
   options_.haemodynamics = boolParameter(effects, "haemodynamics", true);
   simulation::BloodOptions& blood = options_.blood;
-  blood.vessels = vesselsFolder(stringParameter(effects, "vessels", "pelvis"));
+  const std::string vessels = stringParameter(effects, "vessels", "pelvis");
+  blood.vessels = vesselsFolder(vessels);
   blood.dx = doubleParameter(effects, "vessel_cell", blood.dx, 0.0005, 0.05);
   blood.pulse_dilatation = doubleParameter(effects, "pulse_dilatation", blood.pulse_dilatation, 0.0, 20.0);
   blood.external_pressure =
@@ -102,6 +104,19 @@ EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   }
   diagnostics_pub_ = nh.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
   haemodynamics_pub_ = nh.advertise<vest_msgs::HaemodynamicsState>("effects/haemodynamics", 100);
+  options_pub_ = nh.advertise<vest_msgs::EffectsOptions>("effects/options", 1, true);
+  publishOptions(vessels);
+}
+
+void EffectsShell::publishOptions(const std::string& vessels) {
+  vest_msgs::EffectsOptions msg;
+  msg.header.stamp = ros::Time::now();
+  msg.vessels = vessels;
+  eachNumber(options_, [&](const char* name, double& value, double, double) {
+    msg.names.emplace_back(name);
+    msg.values.push_back(value);
+  });
+  options_pub_.publish(msg);
 }
 
 std::unique_ptr<scene::Simulation> EffectsShell::compose(scene::World world) {

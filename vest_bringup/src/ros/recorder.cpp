@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -17,10 +18,8 @@
 #include <vest_msgs/ContactModels.h>
 #include <vest_msgs/SessionState.h>
 #include <vest_msgs/Snapshot.h>
-#include <vest_msgs/StateHash.h>
-#include <vest_msgs/StepInput.h>
 #include <vest_msgs/StringStamped.h>
-#include <vest_msgs/TissueEvent.h>
+#include <vest_msgs/TissueState.h>
 
 #include "vest_tissue/ros/parameters.h"
 
@@ -30,17 +29,8 @@ namespace {
 namespace fs = std::filesystem;
 constexpr std::size_t kMostQueuedBytes = 128U << 20U;
 
-const char* eventWord(std::uint8_t kind) {
-  static const char* const kWords[] = {"grasped",   "released",   "slipped",   "cut",     "clipped",
-                                       "unclipped", "coagulated", "punctured", "ligated", "torn",
-                                       "knot_tied", "perforated", "separated", "fault"};
-  return kind < std::size(kWords) ? kWords[kind] : "unknown";
-}
-
-std::string hex(std::uint64_t value) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-  return text;
+std::string withSlash(const std::string& ns) {
+  return !ns.empty() && ns.back() == '/' ? ns : ns + "/";
 }
 
 template <class M>
@@ -56,14 +46,37 @@ topic_tools::ShapeShifter::ConstPtr shifted(const M& message) {
   return shifter;
 }
 
+/// The message as it is sent.
+const std::vector<std::uint8_t>& toBytes(const topic_tools::ShapeShifter& message,
+                                         std::vector<std::uint8_t>& to) {
+  to.resize(message.size());
+  ros::serialization::OStream out(to.data(), message.size());
+  message.write(out);
+  return to;
+}
+
+/// Whether a TissueState has fields per knot: it tells what no other state does.
+bool hasFields(const std::vector<std::uint8_t>& bytes) {
+  std::uint32_t frame = 0, positions = 0, fields = 0;
+  const auto read = [&](std::size_t at, std::uint32_t& to) {
+    if (at + sizeof to > bytes.size()) return false;
+    std::memcpy(&to, bytes.data() + at, sizeof to);
+    return true;
+  };
+  // sequence, stamp, frame; revision, step, time; positions; fields
+  if (!read(12, frame) || !read(36 + std::size_t{frame}, positions)) return false;
+  return read(40 + std::size_t{frame} + sizeof(float) * std::size_t{positions}, fields) && fields > 0;
+}
+
 }  // namespace
 
 std::vector<std::string> defaultTopics() {
   std::vector<std::string> topics = {"step_inputs",
+                                     "tissue/scene",
                                      "joint_states",
                                      "phantom_box/joint_states",
                                      "phantom_box/footswitches",
-                                     "instruments",
+                                     "tissue/instruments",
                                      "tissue/topology",
                                      "tissue/topology_delta",
                                      "tissue/state",
@@ -75,6 +88,7 @@ std::vector<std::string> defaultTopics() {
                                      "session/state",
                                      "session/score",
                                      "endoscope/camera_info",
+                                     "effects/options",
                                      "effects/haemodynamics",
                                      "effects/surface",
                                      "effects/fluid",
@@ -88,11 +102,14 @@ std::vector<std::string> defaultTopics() {
     topics.push_back(std::string(arm) + "/measured_js");
     topics.push_back(std::string(arm) + "/measured_cp");
     topics.push_back(std::string(arm) + "/operating_state");
+    topics.push_back("haptics/" + std::string(arm) + "/state");
+    topics.push_back("haptics/" + std::string(arm) + "/operating_state");
   }
   return topics;
 }
 
-Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh) : nh_(nh), private_nh_(private_nh) {
+Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh)
+    : nh_(nh), private_nh_(private_nh), observer_(withSlash(nh.getNamespace())) {
   using ros_shell::doubleParameter;
   directory_ = ros_shell::stringParameter(private_nh_, "directory", "");
   if (directory_.empty()) {
@@ -102,6 +119,7 @@ Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh) : nh_(nh), pr
   seconds_ = doubleParameter(private_nh_, "seconds", 0.0, 0.0, 1e6);
   picture_timeout_ = doubleParameter(private_nh_, "picture_timeout", 60.0, 0.0, 3600.0);
   jpeg_rate_ = doubleParameter(private_nh_, "jpeg_rate", 5.0, 0.0, 5.0);
+  state_rate_ = doubleParameter(private_nh_, "state_rate", 20.0, 1.0, 500.0);
   const double min_free_mb = doubleParameter(private_nh_, "min_free_mb", 64.0, 0.1, 1e6);
   wait_for_picture_ = ros_shell::boolParameter(private_nh_, "wait_for_picture", false);
   relay_ = ros_shell::boolParameter(private_nh_, "relay", false);
@@ -118,9 +136,8 @@ Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh) : nh_(nh), pr
       std::make_unique<BagWriter>(directory_ + "/session.bag", static_cast<std::uint64_t>(min_free_mb * 1e6));
   step_topic_ = nh_.resolveName("step_inputs");
   contacts_topic_ = nh_.resolveName("tissue/contacts");
+  state_topic_ = nh_.resolveName("tissue/state");
   events_topic_ = nh_.resolveName("tissue/events");
-  topology_topic_ = nh_.resolveName("tissue/topology");
-  hash_topic_ = nh_.resolveName("tissue/state_hash");
   marks_topic_ = nh_.resolveName("session/marks");
   summary_.version = VEST_VERSION;
   status_ = nh_.advertise<vest_msgs::SessionState>("session/recording", 10);
@@ -329,7 +346,7 @@ void Recorder::writeLoop() {
     watchClock();  // after the queue was emptied: a jump before any of its times is known
     for (const Item& item : items) {
       observe(item);
-      write(item);
+      if (isKept(item)) write(item);
     }
     const auto now = Clock::now();
     if (now >= chunk_due) {
@@ -367,64 +384,45 @@ void Recorder::write(const Item& item) {
   const ros::Time stamp = clock_.jumps().empty() ? item.time : ros::Time(std::max(time, 0.0));
   if (!bag_->write(item.topic, stamp, *item.msg, item.header)) return;
   ++written_;
-  summary_.topics[item.topic].add(time);
+  observer_.count(item.topic, time);
+}
+
+bool Recorder::isKept(const Item& item) {
+  if (item.topic != state_topic_ ||
+      item.msg->getMD5Sum() != ros::message_traits::md5sum<vest_msgs::TissueState>())
+    return true;
+  // A little early: states come at a rate of their own, and each would else be just too soon.
+  if (item.steady < next_state_ && !hasFields(toBytes(*item.msg, scratch_))) return false;
+  next_state_ = item.steady + 0.9 / state_rate_;
+  return true;
 }
 
 void Recorder::observe(const Item& item) {
-  if (item.topic == step_topic_) {
-    // header, step, dt, seed, command: the beginning of the message is enough
-    scratch_.resize(item.msg->size());
-    ros::serialization::OStream out(scratch_.data(), static_cast<std::uint32_t>(scratch_.size()));
-    item.msg->write(out);
-    ros::serialization::IStream in(scratch_.data(), static_cast<std::uint32_t>(scratch_.size()));
-    std_msgs::Header header;
-    std::uint64_t step = 0;
-    double dt = 0;
-    std::uint32_t seed = 0;
-    std::uint8_t command = 0;
-    in.next(header);
-    in.next(step);
-    in.next(dt);
-    in.next(seed);
-    in.next(command);
-    // A recording that begins late needs the State that its first inputs act on.
-    if (summary_.steps.steps() == 0 && step != 1) snapshot_wanted_ = true;
-    if (summary_.steps.steps() == 0) first_step_steady_ = item.steady;
-    summary_.steps.add(step, dt, clock_.line(header.stamp.toSec(), item.steady), command != 0);
-  } else if (item.topic == events_topic_) {
-    const auto e = item.msg->instantiate<vest_msgs::TissueEvent>();
-    if (summary_.events.size() < 100000) {
-      const double first = summary_.topics.count(step_topic_) ? summary_.topics[step_topic_].first
-                                                              : clock_.line(item.time.toSec(), item.steady);
-      summary_.events.push_back({e->step, clock_.line(e->header.stamp.toSec(), item.steady) - first,
-                                 eventWord(e->kind), e->instrument, e->object, e->force});
-    }
-    next_moment_ = item.steady + 0.3;
-  } else if (item.topic == hash_topic_) {
-    const auto h = item.msg->instantiate<vest_msgs::StateHash>();
-    summary_.state_hash = hex(h->hash);
-    summary_.state_hash_step = h->step;
-  } else if (item.topic == topology_topic_) {
-    scratch_.resize(item.msg->size());
-    ros::serialization::OStream out(scratch_.data(), static_cast<std::uint32_t>(scratch_.size()));
-    item.msg->write(out);
-    ros::serialization::IStream in(scratch_.data(), static_cast<std::uint32_t>(scratch_.size()));
-    std_msgs::Header header;
-    std::uint32_t revision = 0;
-    std::uint64_t step = 0;
-    in.next(header);
-    in.next(revision);
-    in.next(step);
-    in.next(summary_.scene);
-    in.next(summary_.scene_hash);
-  } else if (item.topic == contacts_topic_ && item.steady >= next_contacts_) {
+  if (item.topic == contacts_topic_ && item.steady >= next_contacts_) {
     next_contacts_ = item.steady + 0.1;
     observeContacts(item);
   }
+  if (item.topic == events_topic_) next_moment_ = item.steady + 0.3;
+  if (!observer_.wants(item.topic)) return;
+  BagConnection connection;
+  connection.topic = item.topic;
+  connection.type = item.msg->getDataType();
+  connection.md5sum = item.msg->getMD5Sum();
+  toBytes(*item.msg, scratch_);
+  const BagMessage message{connection, item.time.sec, item.time.nsec, scratch_.data(), item.msg->size()};
+  StepHead head;
+  if (summary_.steps.steps() == 0 && item.topic == step_topic_ && readStepHead(message, head)) {
+    first_step_steady_ = item.steady;
+    // A recording that begins late needs the State that its first inputs act on.
+    if (head.step != 1) snapshot_wanted_ = true;
+  }
+  observer_.observe(message, clock_.line(item.time.toSec(), item.steady),
+                    [&](double stamp) { return clock_.line(stamp, item.steady); });
 }
 
 void Recorder::observeContacts(const Item& item) {
   // The most telling picture: tissue is held, and pulled hardest.
+  if (item.msg->getMD5Sum() != ros::message_traits::md5sum<vest_msgs::ContactModels>()) return;
   const auto contacts = item.msg->instantiate<vest_msgs::ContactModels>();
   double force = -1;
   for (const vest_msgs::ContactModel& c : contacts->contacts) {
@@ -474,20 +472,23 @@ void Recorder::savePicture(const cv::Mat& picture, const std::string& name) {
   }
 }
 
-void Recorder::publishStatus() {
+void Recorder::publishStatus(const std::string& ended) {
   vest_msgs::SessionState msg;
   msg.header.stamp = ros::Time::now();
   msg.directory = directory_;
-  msg.recording = !subscribers_.empty() && !disk_full_;
+  msg.state = disk_full_ || !ended.empty() ? vest_msgs::SessionState::IDLE : vest_msgs::SessionState::RUNNING;
+  msg.recording = msg.state == vest_msgs::SessionState::RUNNING && !subscribers_.empty();
   msg.recorded_messages = written_;
   msg.recorded_bytes = bytes_;
   msg.dropped_messages = dropped_;
   if (subscribers_.empty()) msg.status = "waiting for the first picture";
+  if (!ended.empty()) msg.status = "the recording has ended: " + ended;
   if (disk_full_) msg.status = "disk full: the bag is closed";
   status_.publish(msg);
 }
 
 void Recorder::finish(const std::string& ended) {
+  publishStatus(ended);  // whoever watches can tell an end from a death, however long the bag takes to close
   stop_listening_ = true;
   if (listener_.joinable()) listener_.join();
   for (ros::Subscriber& s : subscribers_) s.shutdown();
@@ -503,13 +504,7 @@ void Recorder::finish(const std::string& ended) {
   summary_.bytes = bag_->bytes();
   summary_.disk_full = bag_->diskFull();
   summary_.ended = summary_.disk_full ? "disk full" : ended;
-  // Written under another name and renamed: who waits for session.json finds it whole.
-  const std::string file = directory_ + "/session.json";
-  std::ofstream out(file + ".part");
-  out << toJson(summary_);
-  out.close();
-  if (!out || std::rename((file + ".part").c_str(), file.c_str()) != 0)
-    ROS_ERROR("%s cannot be written", file.c_str());
+  if (!writeSummary(summary_, directory_)) ROS_ERROR("%s/session.json cannot be written", directory_.c_str());
   const double minutes = first_step_time_ > 0 ? (steadySeconds() - first_step_time_) / 60 : 0;
   const double megabytes = 1e-6 * static_cast<double>(summary_.bytes);
   std::fprintf(stderr, "session recorded: %s, %llu messages, %llu steps, %.0f MB", directory_.c_str(),

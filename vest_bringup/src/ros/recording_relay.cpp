@@ -28,7 +28,7 @@ void eachRelayed(Visitor&& visit) {
   visit("joint_states", sensor_msgs::JointState());
   visit("phantom_box/joint_states", sensor_msgs::JointState());
   visit("phantom_box/footswitches", sensor_msgs::Joy());
-  visit("instruments", vest_msgs::InstrumentStates());
+  visit("tissue/instruments", vest_msgs::InstrumentStates());
   visit("tissue/contacts", vest_msgs::ContactModels());
   visit("effects/haemodynamics", vest_msgs::HaemodynamicsState());
   visit("effects/surface", vest_msgs::SurfaceBleeding());

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <fstream>
 #include <limits>
 
 #include <nlohmann/json.hpp>
@@ -77,6 +79,14 @@ std::string toJson(const Summary& s) {
   j["ended"] = s.ended;
   j["pictures"] = s.pictures;
   return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+bool writeSummary(const Summary& summary, const std::string& directory) {
+  const std::string file = directory + "/session.json";
+  std::ofstream out(file + ".part");
+  out << toJson(summary);
+  out.close();
+  return out && std::rename((file + ".part").c_str(), file.c_str()) == 0;
 }
 
 }  // namespace vest::session

@@ -7,7 +7,8 @@
 
 #include "vest_tissue/ros/tissue_server.h"
 
-// The snapshot service: by name in memory (and in the session's folder, for re-simulation), or in a file.
+// The snapshot service: by name in memory (and in the session's folder where there is one, for
+// re-simulation), or in a file.
 namespace vest::ros_shell {
 namespace {
 
@@ -36,7 +37,25 @@ void checkTarget(const std::string& file) {
                                 " exists and is no snapshot (allowed: a new file, or a snapshot)");
 }
 
+void writeFile(const std::string& file, const std::vector<std::uint8_t>& bytes) {
+  std::ofstream out(file, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) throw std::invalid_argument(file + ": cannot be written");
+}
+
+/// In a folder of snapshots that may not be there yet.
+void keepFile(const std::string& file, const std::vector<std::uint8_t>& bytes) {
+  mkdir(std::filesystem::path(file).parent_path().c_str(), 0777);
+  writeFile(file, bytes);
+}
+
 }  // namespace
+
+bool TissueServer::keepsFiles() const {
+  std::error_code unknown;
+  return !session_directory_.empty() && std::filesystem::is_directory(session_directory_, unknown);
+}
 
 std::string TissueServer::snapshotFile(const std::string& name) const {
   if (isPath(name)) return name;
@@ -51,13 +70,8 @@ bool TissueServer::onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snap
       if (isPath(req.name)) checkTarget(file);
       std::vector<std::uint8_t> bytes;
       runner_->call([&](scene::Simulation& s) { s.save(bytes); });
-      if (!file.empty()) {
-        if (!isPath(req.name)) mkdir((session_directory_ + "/snapshots").c_str(), 0777);
-        std::ofstream out(file, std::ios::binary);
-        out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-        out.close();
-        if (!out) throw std::invalid_argument(file + ": cannot be written");
-      }
+      if (isPath(req.name)) writeFile(file, bytes);
+      if (!isPath(req.name) && keepsFiles()) keepFile(file, bytes);
       if (!isPath(req.name)) {
         if (snapshots_.size() >= kMostSnapshots && snapshots_.count(req.name) == 0) {
           throw std::invalid_argument(
@@ -70,6 +84,8 @@ bool TissueServer::onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snap
       const auto kept = snapshots_.find(req.name);
       if (kept != snapshots_.end()) {
         bytes = kept->second;
+        // Saved before anything was recorded: re-simulation will ask for it.
+        if (keepsFiles() && !std::filesystem::exists(file)) keepFile(file, bytes);
       } else {
         std::ifstream in(file, std::ios::binary);
         if (file.empty() || !in) throw std::invalid_argument("there is no snapshot '" + req.name + "'");
@@ -82,7 +98,8 @@ bool TissueServer::onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snap
                                   " (allowed: 0 SAVE, 1 RESTORE)");
     }
     res.success = true;
-    res.message = file.empty() ? req.name : file;
+    const bool memory = !isPath(req.name) && !keepsFiles();
+    res.message = memory ? req.name + " (in memory: nothing is recorded)" : file;
   } catch (const std::exception& e) {
     res.success = false;
     res.message = std::string("snapshot refused: ") + e.what();

@@ -10,6 +10,7 @@
 #include "vest_tissue/ros/parameters.h"
 #include "vest_tissue/ros/scene_file.h"
 #include "vest_tissue/scene/request.h"
+#include "vest_tissue/scene/scene_files.h"
 
 namespace vest::ros_shell {
 namespace {
@@ -76,6 +77,8 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   }
 
   topology_pub_ = nh_.advertise<vest_msgs::TissueTopology>("tissue/topology", 2, true);
+  files_pub_ = nh_.advertise<vest_msgs::SceneFiles>("tissue/scene", 10, true);
+  publishFiles(loaded.files);
   delta_pub_ = nh_.advertise<vest_msgs::TissueTopologyDelta>("tissue/topology_delta", 1000);
   state_pub_ = nh_.advertise<vest_msgs::TissueState>("tissue/state", 10);
   contacts_pub_ = nh_.advertise<vest_msgs::ContactModels>("tissue/contacts", 100);
@@ -123,8 +126,10 @@ TissueServer::~TissueServer() {
 }
 
 TissueServer::Loaded TissueServer::loadFile(const std::string& scene) const {
-  scene::Description description = scene::loadScene(sceneFile(scene));
+  scene::SceneFiles files;
+  scene::Description description = scene::loadScene(sceneFile(scene), files);
   Loaded loaded;
+  loaded.files = toMessage(scene, description.hash, files);
   scene::World world(description, threads_);
   loaded.topology = boost::make_shared<vest_msgs::TissueTopology>();
   toMsg(world, *loaded.topology);
@@ -178,16 +183,11 @@ void TissueServer::onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg) {
   runner_->edit(edit);
 }
 
-void TissueServer::onRecording(const vest_msgs::SessionState::ConstPtr& msg) {
-  std::lock_guard<std::mutex> lock(recording_mutex_);
-  recording_state_ = *msg;
-  recording_time_ = ros::SteadyTime::now();
-}
-
 bool TissueServer::onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res) {
   try {
     Loaded loaded = loadFile(req.scene);
     loading_ = true;
+    publishFiles(loaded.files);
     runner_->load(std::move(loaded.simulation), req.scene);
     std::lock_guard<std::mutex> lock(loaded_mutex_);
     topology_ = loaded.topology;
@@ -278,19 +278,6 @@ bool TissueServer::onStep(vest_msgs::Step::Request& req, vest_msgs::Step::Respon
   return true;
 }
 
-void TissueServer::startWhenReady(double waited) {
-  if (!held_) return;
-  if (steps_pub_.getNumSubscribers() > 0) {
-    held_ = false;
-    runner_->setPaused(false);
-  } else if (waited > recorder_timeout_) {
-    ROS_WARN("no recorder listens to %s after %.0f s: the simulation begins without one",
-             steps_pub_.getTopic().c_str(), recorder_timeout_);
-    held_ = false;
-    runner_->setPaused(false);
-  }
-}
-
 ros::Time TissueServer::stamp(std::int64_t steady_ns) const {
   const std::int64_t t = steady_ns + clock_offset_ns_;
   ros::Time time;
@@ -330,6 +317,7 @@ void TissueServer::publishLoop() {
     std::this_thread::sleep_until(next);
     const double t = std::chrono::duration<double>(Clock::now() - begin).count();
     followClock();
+    watchRecorder();
     startWhenReady(t);
     if (topology_due_ || t >= topology_due) {
       topology_due = t + 10.0;
@@ -484,7 +472,9 @@ void TissueServer::publishSession() {
   {
     std::lock_guard<std::mutex> lock(recording_mutex_);
     if ((ros::SteadyTime::now() - recording_time_).toSec() < 2.0) msg = recording_state_;
+    if (recorder_died_) msg = vest_msgs::SessionState();
   }
+  if (recorder_died_) msg.status = kRecorderDied;
   msg.header.stamp = stamp(steadyNow());
   msg.state = s.fault ? vest_msgs::SessionState::FAULT
                       : (s.paused ? vest_msgs::SessionState::PAUSED : vest_msgs::SessionState::RUNNING);

@@ -10,6 +10,7 @@
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/fem_object.h"
+#include "vest_tissue/scene/scene_files.h"
 #include "vest_tissue/scene/world.h"
 #include "yaml_reader.h"
 
@@ -25,8 +26,9 @@ constexpr std::size_t kMaxObjects = 1000;
 // Reads files below the scene's folder and remembers their bytes for the hash.
 class Files {
  public:
-  Files(std::string directory, std::string scene_bytes)
-      : directory_(std::move(directory)), all_(std::move(scene_bytes)) {}
+  /// @param kept gets what is read; may be null
+  Files(std::string directory, std::string scene_bytes, SceneFiles* kept)
+      : directory_(std::move(directory)), all_(std::move(scene_bytes)), kept_(kept) {}
 
   std::string read(const Value& value, std::string& path) {
     path = yaml::resolve(directory_, value.string(), value.file(), value.line(), value.field());
@@ -38,6 +40,7 @@ class Files {
                  std::to_string(kMaxSideFile) + " bytes");
     }
     all_ += bytes;
+    if (kept_) kept_->files.emplace_back(path.substr(directory_.size() + 1), bytes);
     return bytes;
   }
   /// A material of the database, whose bytes belong to the hash from then on.
@@ -45,7 +48,9 @@ class Files {
     if (database_.tissues.empty()) {
       const std::string path = material::databasePath();
       database_ = material::readDatabase(path);
-      all_ += yaml::readFile(path, yaml::kMaxBytes);
+      const std::string bytes = yaml::readFile(path, yaml::kMaxBytes);
+      all_ += bytes;
+      if (kept_) kept_->materials = bytes;
     }
     for (const material::Tissue& tissue : database_.tissues)
       if (tissue.name == name.name()) return tissue;
@@ -58,6 +63,7 @@ class Files {
 
  private:
   std::string directory_, all_;
+  SceneFiles* kept_;
   material::Database database_;
 };
 
@@ -337,15 +343,14 @@ void readConnections(const Value& value, Files& files, Description& description)
   }
 }
 
-}  // namespace
-
-Description loadScene(const std::string& path) {
+Description load(const std::string& path, SceneFiles* kept) {
   const std::string text = yaml::readFile(path, yaml::kMaxBytes);
   const Value root = yaml::parse(path, text);
   const auto slash = path.find_last_of('/');
   Description description;
   description.directory = slash == std::string::npos ? "." : path.substr(0, slash);
-  Files files(description.directory, text);
+  if (kept) *kept = {{{path.substr(slash == std::string::npos ? 0 : slash + 1), text}}, ""};
+  Files files(description.directory, text, kept);
   Map map(root);
   map.only(
       {"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections", "connect"});
@@ -391,6 +396,16 @@ Description loadScene(const std::string& path) {
   }
   description.cache_directory = cache::defaultDirectory();
   return description;
+}
+
+}  // namespace
+
+Description loadScene(const std::string& path) {
+  return load(path, nullptr);
+}
+
+Description loadScene(const std::string& path, SceneFiles& files) {
+  return load(path, &files);
 }
 
 }  // namespace vest::scene

@@ -233,6 +233,7 @@ void EndoscopicViewDisplay::onDisable() {
   input_.unsubscribe();
   instruments_sub_.shutdown();
   state_instruments_sub_.shutdown();
+  session_sub_.shutdown();
   effects_.unsubscribe();
   image_pub_.shutdown();
   info_pub_.shutdown();
@@ -265,6 +266,12 @@ void EndoscopicViewDisplay::updateTopics() {
           history_.add(m);
         },
         nullptr, ros::TransportHints().tcpNoDelay());
+  // Who trains looks at the picture, and not at a panel: a recording that is lost is told here.
+  session_sub_ = update_nh_.subscribe<vest_msgs::SessionState>(
+      "session/state", 2, [this](const vest_msgs::SessionState::ConstPtr& m) {
+        const bool died = m->status.rfind("THE RECORDER HAS DIED", 0) == 0;
+        if (pane_ != nullptr) pane_->warn(died ? QString::fromStdString(m->status) : QString());
+      });
   const std::string prefix = image_topic_->getStdString();
   image_pub_.shutdown();
   info_pub_.shutdown();

@@ -5,6 +5,7 @@
 
 #include <rviz/display.h>
 #include <vest_msgs/InstrumentStates.h>
+#include <vest_msgs/SessionState.h>
 #include <QImage>
 #include <opencv2/core.hpp>
 
@@ -103,7 +104,7 @@ class EndoscopicViewDisplay : public rviz::Display {
   TruthOutput truth_;
   /// All that the instruments topic has; and what the simulation sends of it with each state, which is enough
   /// and a sixteenth of the messages.
-  ros::Subscriber instruments_sub_, state_instruments_sub_;
+  ros::Subscriber instruments_sub_, state_instruments_sub_, session_sub_;
   InstrumentHistory history_;
   vest_msgs::InstrumentStates::ConstPtr instruments_;  ///< of the picture
   bool begun_ = false;

@@ -28,6 +28,12 @@ void ImagePane::show(const QImage& image) {
   update();
 }
 
+void ImagePane::warn(const QString& line) {
+  if (line == warning_) return;
+  warning_ = line;
+  update();
+}
+
 void ImagePane::cover(QWidget* host) {
   if (host_ != nullptr) host_->removeEventFilter(this);
   host_ = host;
@@ -79,6 +85,12 @@ void ImagePane::paintEvent(QPaintEvent*) {
   painter.fillRect(0, place.top(), place.left(), place.height(), Qt::black);
   painter.fillRect(place.right() + 1, place.top(), width() - place.right() - 1, place.height(), Qt::black);
   painter.drawImage(place, image_);
+  if (warning_.isEmpty()) return;
+  const QRect band(place.left(), place.top(), place.width(), 2 * fontMetrics().height());
+  painter.fillRect(band, QColor(170, 0, 0));
+  painter.setPen(Qt::white);
+  painter.drawText(band, Qt::AlignCenter,
+                   fontMetrics().elidedText(warning_, Qt::ElideRight, band.width() - 8));
 }
 
 }  // namespace vest::displays

@@ -12,6 +12,8 @@ class ImagePane : public QWidget {
   /// @param rgb packed 8 bit RGB, copied; for any thread
   static QImage convert(const unsigned char* rgb, int width, int height);
   void show(const QImage& image);
+  /// A line over the picture that nobody at the table can miss; empty: none.
+  void warn(const QString& line);
   /// Lies over `host` and follows its size; nullptr ends that.
   void cover(QWidget* host);
   QSize sizeHint() const override { return QSize(720, 576); }
@@ -24,6 +26,7 @@ class ImagePane : public QWidget {
 
  private:
   QImage image_;
+  QString warning_;
   QWidget* host_ = nullptr;
 };
 

@@ -164,7 +164,7 @@ void SessionPanel::onState(const vest_msgs::SessionState& msg) {
                                       .arg(1e-6 * static_cast<double>(msg.recorded_bytes), 0, 'f', 1)
                                       .arg(msg.recorded_messages)
                                       .arg(msg.dropped_messages)
-                                : "not recording");
+                                : QString::fromStdString(msg.status.empty() ? "not recording" : msg.status));
   const bool paused = msg.state == vest_msgs::SessionState::PAUSED;
   pause_->setText(paused ? "Resume" : "Pause");
   step_->setEnabled(paused);

@@ -12,10 +12,10 @@
 
 namespace vest::session {
 
-/// A bag (format 2.0, uncompressed, indexed) that loses next to nothing when its process is killed: chunks
-/// are closed several times a second (safety.md), each with one write. While open it is FILE.active; beside
-/// it FILE.progress counts what was received, for the recovery tool. Why not rosbag::Bag:
-/// docs/decisions/0290-a-bag-writer-of-our-own.md.
+/// A bag (format 2.0, indexed, its chunks compressed with LZ4 as stock rosbag does it) that loses next to
+/// nothing when its process is killed: chunks are closed several times a second (safety.md), each with one
+/// write. While open it is FILE.active; beside it FILE.progress counts what was received, for the recovery
+/// tool. Why not rosbag::Bag: docs/decisions/0290-a-bag-writer-of-our-own.md.
 class BagWriter {
  public:
   /// @param min_free bytes that the disk must keep free  @throws std::runtime_error naming the file
@@ -55,6 +55,8 @@ class BagWriter {
   Bytes bagHeader(std::uint64_t index_position) const;
   /// All or nothing, at the end of the file.
   bool append(const Bytes& bytes);
+  /// False: it would not get smaller.
+  bool pack();
   /// What the bag's index will say of the open chunk, which begins at a byte of the file.
   void describeChunk(std::uint64_t position);
   bool appendIndex();
@@ -68,6 +70,7 @@ class BagWriter {
   std::map<std::string, std::uint32_t> by_topic_;  ///< topic, for latched ones with who latched it
   std::vector<Bytes> connections_;                 ///< whole records
   Bytes chunk_;                                    ///< records of the open chunk
+  Bytes packed_;                                   ///< likewise, compressed
   std::vector<std::vector<Entry>> index_;          ///< of the open chunk, by connection
   ros::Time begin_, end_;                          ///< of the open chunk
   // Records of closed chunks, which come to the end of the bag: in a file without a name, because eight hours

@@ -38,6 +38,8 @@ class EffectsShell {
   ros::Publisher surface_pub_;
   MessagePool<vest_msgs::SurfaceBleeding> surface_pool_;
   std::unique_ptr<FieldPublisher> field_;  ///< null: effects/field is false
+  ros::Publisher options_pub_;
+  void publishOptions(const std::string& vessels);
   void diagnose(const simulation::BloodFrame& frame);
   ros::Publisher diagnostics_pub_;
   std::uint32_t degraded_seen_ = 0, refused_seen_ = 0;  ///< of the frame before

@@ -17,8 +17,8 @@
 
 #include "vest_bringup/ros/bag_writer.h"
 #include "vest_bringup/ros/recording_relay.h"
+#include "vest_bringup/ros/session_observer.h"
 #include "vest_bringup/session/clock_watch.h"
-#include "vest_bringup/session/statistics.h"
 
 namespace vest::session {
 
@@ -59,21 +59,24 @@ class Recorder {
   void writeLoop();
   void watchClock();
   void write(const Item& item);
+  /// tissue/state is the largest of all topics: as often as pictures need it.
+  bool isKept(const Item& item);
   void observe(const Item& item);
   void observeContacts(const Item& item);
   void considerPicture();
   void savePicture(const cv::Mat& picture, const std::string& name);
   void finish(const std::string& ended);
-  void publishStatus();
+  /// @param ended why the recording has ended; empty: it goes on
+  void publishStatus(const std::string& ended = "");
 
   ros::NodeHandle nh_, private_nh_;
   std::string directory_;
-  double seconds_ = 0, picture_timeout_ = 0, jpeg_rate_ = 0;
+  double seconds_ = 0, picture_timeout_ = 0, jpeg_rate_ = 0, state_rate_ = 0;
   bool wait_for_picture_ = false, relay_ = false;
   RelayInlet inlet_;
   std::set<std::string> relayed_;  ///< what comes through the relay
   std::vector<std::string> topics_;
-  std::string step_topic_, contacts_topic_, events_topic_, topology_topic_, hash_topic_, marks_topic_;
+  std::string step_topic_, contacts_topic_, events_topic_, marks_topic_, state_topic_;
 
   ros::CallbackQueue queue_, image_queue_;
   ros::AsyncSpinner image_spinner_{1, &image_queue_};
@@ -92,11 +95,12 @@ class Recorder {
   std::thread writer_;
 
   // Of the writing thread, and of finish() after it.
-  Summary summary_;
+  SessionObserver observer_;
+  Summary& summary_ = observer_.summary;
   ClockWatch clock_;
   double first_step_steady_ = 0;
   std::vector<std::uint8_t> scratch_;
-  double next_contacts_ = 0, next_moment_ = 0;
+  double next_contacts_ = 0, next_moment_ = 0, next_state_ = 0;
   double best_force_ = -1;
   bool grasping_ = false;
   int moments_ = 0;

@@ -1,48 +1,53 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
-#include "vest_bringup/simulation/trainer.h"
-#include "vest_tissue/scene/world.h"
+#include "vest_tissue/scene/runner.h"
 
 namespace vest::session {
 
-/// Steps a World through recorded inputs and compares the hashes of its State with recorded ones.
+/// Steps a simulation through recorded inputs and compares what comes of it with what was recorded.
 class Resimulation {
  public:
-  /// The World outlives it.
-  explicit Resimulation(scene::World& world) : world_(world) {}
+  /// @param effects the simulation has the effects of the session: they make their feedback (impacts, loads,
+  /// dilatations) again, and it is compared with the recorded one. Without them the recorded one is consumed.
+  explicit Resimulation(std::unique_ptr<scene::Simulation> simulation, bool effects = false);
 
+  /// Goes on in another scene.
+  void load(std::unique_ptr<scene::Simulation> simulation) { simulation_ = std::move(simulation); }
   /// Begins at a snapshot instead of the scene. @throws std::invalid_argument naming what does not fit
-  void begin(const std::vector<std::uint8_t>& snapshot) {
-    const auto world = static_cast<std::ptrdiff_t>(simulation::worldBytes(snapshot));
-    world_.restore(std::vector<std::uint8_t>(snapshot.begin(), snapshot.begin() + world));
-  }
+  void begin(const std::vector<std::uint8_t>& snapshot);
 
-  /// @param reset resets the World first  @param jumps the step's number starts anew
-  /// @return number of a step that is missing before this one; the World did not move then
-  std::optional<std::uint64_t> step(const scene::StepInput& input, bool reset, bool jumps) {
-    if (reset) world_.reset();
-    if (input.step != world_.steps() + 1 && !jumps) return world_.steps() + 1;
-    world_.step(input, report_);
-    ++steps_;
-    return std::nullopt;
-  }
+  /// What a step did; the first that holds.
+  enum class Outcome {
+    Same,      ///< as recorded, as far as its input tells
+    Missing,   ///< there is a step missing before it; nothing moved
+    Feedback,  ///< the effects handed other feedback to this step than they did in the session
+    Fault,     ///< FAULT, which the session did not have in this step
+    NoFault    ///< no FAULT, which the session had
+  };
+  /// @param reset resets first  @param jumps the step's number starts anew  @param fault the session had a
+  /// FAULT in this step
+  Outcome step(const scene::StepInput& input, bool reset, bool jumps, bool fault = false);
 
-  bool compare(std::uint64_t recorded) {
-    ++compared_;
-    return world_.stateHash() == recorded;
-  }
+  /// Whether the State has the recorded hash.
+  bool compare(std::uint64_t recorded);
 
+  const scene::World& world() const { return simulation_->world(); }
+  scene::Simulation& simulation() { return *simulation_; }
   std::uint64_t steps() const { return steps_; }
-  std::uint64_t compared() const { return compared_; }
+  std::uint64_t compared() const { return compared_; }  ///< hashes
+  std::uint64_t faults() const { return faults_; }      ///< steps, as recorded
 
  private:
-  scene::World& world_;
+  std::unique_ptr<scene::Simulation> simulation_;
+  bool effects_;
   scene::StepReport report_;
-  std::uint64_t steps_ = 0, compared_ = 0;
+  scene::StepInput input_;
+  std::uint64_t steps_ = 0, compared_ = 0, faults_ = 0;
 };
 
 }  // namespace vest::session

@@ -74,4 +74,8 @@ struct Summary {
 /// session.json as text. Numbers as JSON wants them in any locale.
 std::string toJson(const Summary& summary);
 
+/// Writes DIRECTORY/session.json, under another name first: who waits for it finds it whole. False: it cannot
+/// be written.
+bool writeSummary(const Summary& summary, const std::string& directory);
+
 }  // namespace vest::session

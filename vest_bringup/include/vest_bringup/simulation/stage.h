@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <type_traits>
 
 #include "vest_bringup/simulation/blood_effect.h"
 #include "vest_bringup/simulation/operating_field.h"
@@ -18,6 +19,28 @@ struct StageOptions {
   SurfaceOptions surface;
   FieldOptions field_options;
 };
+
+/// Each option that changes what the effects compute, by the name that sessions know, with what is allowed.
+/// Threads and rates of publishing change nothing. @param number called as number(name, double& value,
+/// lowest, highest)
+template <class Number>
+void eachNumber(StageOptions& o, Number&& number) {
+  const auto whole = [&](const char* name, auto& value, double low, double high) {
+    auto as_number = static_cast<double>(value);
+    number(name, as_number, low, high);
+    value = static_cast<std::decay_t<decltype(value)>>(as_number);
+  };
+  whole("haemodynamics", o.haemodynamics, 0, 1);
+  whole("surface_bleeding", o.surface_bleeding, 0, 1);
+  whole("field", o.field, 0, 1);
+  number("vessel_cell", o.blood.dx, 0.0005, 0.05);
+  number("pulse_dilatation", o.blood.pulse_dilatation, 0, 20);
+  number("external_pressure", o.blood.external_pressure, -1000, 10000);
+  number("surface_bleeding_scale", o.surface.scale, 0, 1000);
+  eachNumber(o.field_options, number);
+  whole("fluid/capacity", o.field_options.fluid.capacity, 16, 60000);
+  whole("fluid/iterations", o.field_options.fluid.iterations, 1, 50);
+}
 
 /// What a script says about effects (trajectory::Trajectory::effects), in place of the options'.
 /// @throws std::invalid_argument naming the option, its value and what is allowed

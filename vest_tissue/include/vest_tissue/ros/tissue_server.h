@@ -17,6 +17,7 @@
 
 #include <vest_msgs/LoadScene.h>
 #include <vest_msgs/ParameterEdit.h>
+#include <vest_msgs/SceneFiles.h>
 #include <vest_msgs/SessionState.h>
 #include <vest_msgs/SetSpeed.h>
 #include <vest_msgs/Snapshot.h>
@@ -27,6 +28,7 @@
 #include "vest_tissue/ros/conversions.h"
 #include "vest_tissue/ros/message_pool.h"
 #include "vest_tissue/scene/runner.h"
+#include "vest_tissue/scene/scene_files.h"
 #include "vest_tissue/shared/session_lock.h"
 
 namespace vest::ros_shell {
@@ -55,11 +57,15 @@ class TissueServer {
   static std::unique_ptr<shared::SessionLock> holdSession(const std::string& ns);
 
  private:
+  /// Status of session/state from then on; viewers look for it.
+  static constexpr char kRecorderDied[] = "THE RECORDER HAS DIED: nothing is recorded";
+
   struct Loaded {
     std::unique_ptr<scene::Simulation> simulation;
     boost::shared_ptr<vest_msgs::TissueTopology> topology;
     std::shared_ptr<const scene::Description> description;
     std::vector<scene::EditableParameter> edits;
+    boost::shared_ptr<vest_msgs::SceneFiles> files;
   };
 
   Loaded loadFile(const std::string& scene) const;
@@ -77,6 +83,12 @@ class TissueServer {
   bool onRequest(vest_msgs::TissueRequest::Request& req, vest_msgs::TissueRequest::Response& res);
   bool onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snapshot::Response& res);
   std::string snapshotFile(const std::string& name) const;
+  /// Whether the session's folder is there: nothing else makes it than the recorder.
+  bool keepsFiles() const;
+  /// Files above 64 MB are not sent: a recording then has to find them again.
+  static boost::shared_ptr<vest_msgs::SceneFiles> toMessage(const std::string& scene, const std::string& hash,
+                                                            const scene::SceneFiles& files);
+  void publishFiles(const boost::shared_ptr<vest_msgs::SceneFiles>& files);
 
   void publishLoop();
   void publishSteps();
@@ -88,6 +100,10 @@ class TissueServer {
   void publishSession();
   void publishDiagnostics();
   void startWhenReady(double waited);
+  /// Notices that the recorder died, says so once, and keeps saying it in session/state.
+  void watchRecorder();
+  /// Whether a recorder that the start waits for will never come. Asks the master: not while it runs.
+  bool recorderGone() const;
   ros::Time stamp(std::int64_t steady_ns) const;
   void followClock();
 
@@ -100,6 +116,8 @@ class TissueServer {
   bool wait_for_recorder_ = false;
   double recorder_timeout_ = 60.0;
   std::atomic<bool> held_{false};  ///< paused until a recorder listens
+  double next_look_ = 0;           ///< s since the start: for a recorder that will never listen
+  bool looked_gone_ = false;
 
   std::unique_ptr<scene::Runner> runner_;
   std::mutex loaded_mutex_;  ///< topology_, description_ and editable_; never held by the stepping thread
@@ -113,8 +131,9 @@ class TissueServer {
   ros::AsyncSpinner input_spinner_{1, &input_queue_}, service_spinner_{1, &service_queue_};
   ros::Subscriber instruments_, recording_, edits_;
   std::vector<ros::ServiceServer> services_;
-  ros::Publisher topology_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_, attachments_pub_,
-      tools_pub_, sutures_pub_, markers_pub_, steps_pub_, hash_pub_, session_pub_, diagnostics_pub_;
+  ros::Publisher topology_pub_, files_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_,
+      attachments_pub_, tools_pub_, sutures_pub_, markers_pub_, steps_pub_, hash_pub_, session_pub_,
+      diagnostics_pub_;
 
   // Of the input thread.
   scene::ToolSample sample_;
@@ -142,6 +161,8 @@ class TissueServer {
   std::mutex recording_mutex_;
   vest_msgs::SessionState recording_state_;
   ros::SteadyTime recording_time_;
+  bool recorder_seen_ = false;              ///< it was there, and has not said that it ends
+  std::atomic<bool> recorder_died_{false};  ///< until another one says something
 
   std::atomic<bool> stop_{false};
   std::thread publisher_;
