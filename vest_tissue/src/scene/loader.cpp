@@ -436,8 +436,13 @@ Description loadScene(const std::string& path) {
   map.finish();
   description.hash = files.hash();
   for (Object& object : description.objects) {
-    if (description.integrator == Integrator::NewtonEuler && object.fem && object.fem->start_in_equilibrium)
+    if (description.integrator != Integrator::NewtonEuler || !object.fem || !object.fem->start_in_equilibrium)
+      continue;
+    try {
       settleFem(object, description.gravity);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(files::shown(path, 4096) + ": " + error.what());
+    }
   }
   description.cache_directory = cache::defaultDirectory();
   return description;
