@@ -74,6 +74,9 @@ bool readFeedback(Reader& in, Feedback& feedback) {
   return true;
 }
 
+/// Behind the effects: their checksum, where they begin, the magic word.
+constexpr std::size_t kTail = 2 * sizeof(std::uint64_t) + kEffectsMagic.size();
+
 [[noreturn]] void refuse(const std::string& what) {
   throw std::invalid_argument("snapshot: its effects " + what);
 }
@@ -81,13 +84,12 @@ bool readFeedback(Reader& in, Feedback& feedback) {
 }  // namespace
 
 std::size_t worldBytes(const std::vector<std::uint8_t>& snapshot) {
-  const std::size_t tail = sizeof(std::uint64_t) + kEffectsMagic.size();
-  if (snapshot.size() < tail || std::memcmp(snapshot.data() + snapshot.size() - kEffectsMagic.size(),
-                                            kEffectsMagic.data(), kEffectsMagic.size()) != 0)
+  if (snapshot.size() < kTail || std::memcmp(snapshot.data() + snapshot.size() - kEffectsMagic.size(),
+                                             kEffectsMagic.data(), kEffectsMagic.size()) != 0)
     return snapshot.size();
   std::uint64_t size;
-  std::memcpy(&size, snapshot.data() + snapshot.size() - tail, sizeof size);
-  return size <= snapshot.size() - tail ? size : snapshot.size();
+  std::memcpy(&size, snapshot.data() + snapshot.size() - kTail + sizeof size, sizeof size);
+  return size <= snapshot.size() - kTail ? size : snapshot.size();
 }
 
 Trainer::Trainer(scene::World world) : world_(std::move(world)) {
@@ -149,12 +151,21 @@ void Trainer::save(std::vector<std::uint8_t>& bytes) {
   if (effects_.empty()) return;
   const std::uint64_t size = bytes.size();
   saveEffects(bytes);
+  const std::uint64_t sum = XXH64(bytes.data() + size, bytes.size() - size, 0);
+  append(bytes, &sum, sizeof sum);
   append(bytes, &size, sizeof size);
   append(bytes, kEffectsMagic.data(), kEffectsMagic.size());
 }
 
 void Trainer::restore(const std::vector<std::uint8_t>& bytes) {
   const std::size_t size = worldBytes(bytes);
+  if (size != bytes.size()) {
+    const std::size_t end = bytes.size() - kTail;
+    std::uint64_t sum = 0;
+    std::memcpy(&sum, bytes.data() + end, sizeof sum);
+    if (sum != XXH64(bytes.data() + size, end - size, 0))
+      refuse("do not fit their checksum (damaged, or cut off)");
+  }
   std::vector<std::uint8_t> before;
   save(before);  // all or nothing: what was taken is given back if the rest does not fit
   world_.restore(std::vector<std::uint8_t>(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)));
@@ -164,7 +175,7 @@ void Trainer::restore(const std::vector<std::uint8_t>& bytes) {
       for (const auto& effect : effects_) effect->reset();
       return true;
     }
-    Reader in{from.data() + world, from.data() + from.size() - sizeof(std::uint64_t) - kEffectsMagic.size()};
+    Reader in{from.data() + world, from.data() + from.size() - kTail};
     if (!readFeedback(in, feedback_)) return false;
     for (const auto& effect : effects_) {
       std::uint64_t count;

@@ -44,7 +44,15 @@ class StateReader {
   template <class T>
   void operator()(T& value) {
     static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
-    raw(&value, sizeof value);
+    if constexpr (std::is_same_v<T, bool>) {
+      std::uint8_t byte = value ? 1 : 0;
+      raw(&byte, 1);
+      good_ = good_ && byte <= 1;
+      value = byte == 1;
+    } else {
+      raw(&value, sizeof value);
+      finite(&value, 1);
+    }
   }
   template <class T>
   void operator()(std::vector<T>& values) {
@@ -52,6 +60,7 @@ class StateReader {
     (*this)(size);
     good_ = good_ && size == values.size();
     if (good_) raw(values.data(), values.size() * sizeof(T));
+    finite(values.data(), values.size());
   }
   template <class T, std::size_t N>
   void operator()(std::array<T, N>& values) {
@@ -61,6 +70,11 @@ class StateReader {
   bool done() const { return good_ && at_ == end_; }
 
  private:
+  template <class T>
+  void finite(const T* values, std::size_t count) {
+    if constexpr (std::is_floating_point_v<T>)
+      for (std::size_t i = 0; i < count; ++i) good_ = good_ && std::isfinite(values[i]);
+  }
   void raw(void* to, std::size_t count) {
     good_ = good_ && static_cast<std::size_t>(end_ - at_) >= count;
     if (!good_) return;

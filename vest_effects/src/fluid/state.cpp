@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 namespace vest::fluid {
 namespace {
@@ -9,7 +10,15 @@ namespace {
 /// Calls f(pointer, bytes) for everything of the State, in a fixed order.
 template <class S, class F>
 void everything(S& s, F&& f) {
-  const auto value = [&](auto& v) { f(&v, sizeof v); };
+  const auto value = [&](auto& v) {
+    if constexpr (std::is_same_v<std::remove_const_t<std::remove_reference_t<decltype(v)>>, bool>) {
+      std::uint8_t byte = v ? 1 : 0;  // any byte may come, a bool may not be any
+      f(&byte, sizeof byte);
+      if constexpr (!std::is_const_v<std::remove_reference_t<decltype(v)>>) v = byte != 0;
+    } else {
+      f(&v, sizeof v);
+    }
+  };
   const auto array = [&](auto& a) { f(a.data(), a.size() * sizeof a[0]); };
   value(s.step), value(s.time);
   auto& p = s.particles;

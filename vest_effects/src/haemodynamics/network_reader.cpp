@@ -1,18 +1,17 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "vest_effects/haemodynamics/network.h"
+#include "vest_instruments/files/read.h"
 
 namespace vest::haemodynamics {
 
 namespace {
 
-constexpr std::uintmax_t kMostBytes = 64u
-                                      << 20;  // far above any real network; bounds the memory of a wrong file
+// Far above any real network; bounds the memory of a wrong file, whose cells take 32 bytes and more each.
+constexpr std::size_t kMostBytes = 4u << 20;
 
 struct Row {
   int line;
@@ -26,13 +25,12 @@ struct Table {
 };
 
 std::string readText(const std::string& file) {
-  std::error_code error;
-  const auto size = std::filesystem::file_size(file, error);
-  if (error) throw NetworkError(file, 0, "file", "", "a readable file");
-  if (size > kMostBytes) throw NetworkError(file, 0, "size", std::to_string(size), "at most 64 MiB");
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw NetworkError(file, 0, "file", "", "a readable file");
-  std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  std::string text;
+  try {
+    text = files::read(file, kMostBytes);
+  } catch (const files::Refused& why) {
+    throw NetworkError(file, 0, why.field, why.value, why.allowed);
+  }
   if (text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3);
   return text;
 }
@@ -226,10 +224,10 @@ void readInflow(Network& network) {
 
 std::string message(const std::string& file, int line, const std::string& field, const std::string& value,
                     const std::string& allowed) {
-  std::string text = file;
+  std::string text = files::shown(file, 4096);
   if (line > 0) text += ":" + std::to_string(line);
-  text += ": " + field;
-  if (!value.empty()) text += " = " + value;
+  text += ": " + files::shown(field, 200);
+  if (!value.empty()) text += " = " + files::shown(value, 100);
   return text + ": allowed is " + allowed;
 }
 
@@ -249,12 +247,7 @@ double WallThicknessLaw::thickness(double radius) const {
 }
 
 bool parseNumber(const std::string& text, double& value) {
-  const char* begin = text.data();
-  const char* end = begin + text.size();
-  if (begin != end && *begin == '+') ++begin;
-  if (begin == end || *begin == '+') return false;
-  const auto result = std::from_chars(begin, end, value);
-  return result.ec == std::errc() && result.ptr == end && std::isfinite(value);
+  return files::parseNumber(text, value);
 }
 
 std::string formatNumber(double value) {

@@ -1,13 +1,9 @@
-#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
-#include <fstream>
-#include <functional>
-#include <iterator>
 #include <set>
-#include <sstream>
 
 #include "vest_effects/haemodynamics/vessels.h"
+#include "vest_instruments/files/strict_yaml.h"
 
 namespace vest::haemodynamics {
 
@@ -15,38 +11,6 @@ namespace {
 
 constexpr std::size_t kMostBytes = 1u << 20;
 constexpr int kMostDepth = 8;
-
-/// Looks at the structure before a tree is built: aliases and deep nesting are refused.
-class Scan : public YAML::EventHandler {
- public:
-  explicit Scan(const std::string& file) : file_(file) {}
-  void OnDocumentStart(const YAML::Mark&) override {}
-  void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
-    throw NetworkError(file_, mark.line + 1, "alias", "*", "no aliases");
-  }
-  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
-  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
-                       YAML::EmitterStyle::value) override {
-    deeper(mark);
-  }
-  void OnSequenceEnd() override { --depth_; }
-  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
-                  YAML::EmitterStyle::value) override {
-    deeper(mark);
-  }
-  void OnMapEnd() override { --depth_; }
-
- private:
-  void deeper(const YAML::Mark& mark) {
-    if (++depth_ > kMostDepth)
-      throw NetworkError(file_, mark.line + 1, "depth", std::to_string(depth_),
-                         "at most " + std::to_string(kMostDepth));
-  }
-  std::string file_;
-  int depth_ = 0;
-};
 
 class Reader {
  public:
@@ -196,18 +160,12 @@ Vessels readVessels(const std::string& folder) {
   Vessels out;
   out.network = readCase(folder);
   const std::string file = folder + "/vessels.yaml";
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw NetworkError(file, 0, "file", "(missing)", "a file that can be read");
-  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (text.size() > kMostBytes)
-    throw NetworkError(file, 0, "size", std::to_string(text.size()),
-                       "at most " + std::to_string(kMostBytes) + " bytes");
   try {
-    std::istringstream stream(text);
-    YAML::Parser parser(stream);
-    Scan scan(file);
-    parser.HandleNextDocument(scan);
-    Reader(file, out).read(YAML::Load(text));
+    files::YamlLimits limits;
+    limits.depth = kMostDepth;
+    Reader(file, out).read(files::parseYaml(files::read(file, kMostBytes), limits));
+  } catch (const files::Refused& why) {
+    throw NetworkError(file, why.line, why.field, why.value, why.allowed);
   } catch (const YAML::Exception& e) {
     throw NetworkError(file, e.mark.line + 1, "yaml", "(" + e.msg + ")", "YAML as README.md describes it");
   }

@@ -1,14 +1,12 @@
 #include "vest_hw_phantom_box/calibration/calibration.h"
 
-#include <sys/stat.h>
 #include <yaml-cpp/yaml.h>
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <set>
 #include <sstream>
+
+#include "vest_instruments/files/strict_yaml.h"
 
 namespace vest::calibration {
 namespace {
@@ -18,7 +16,8 @@ using protocol::kJoints;
 
 [[noreturn]] void fail(const std::string& file, const std::string& field, const std::string& value,
                        const std::string& allowed) {
-  throw Error(file + ": " + field + ": " + value + "; allowed: " + allowed);
+  throw Error(files::shown(file, 4096) + ": " + files::shown(field, 200) + ": " + files::shown(value, 100) +
+              "; allowed: " + allowed);
 }
 
 std::string shown(const YAML::Node& node) {
@@ -46,16 +45,6 @@ void checkKeys(const YAML::Node& map, const std::string& file, const std::string
   }
   for (const auto& key : required)
     if (!seen.count(key)) fail(file, where + "." + key, "is missing", "every one of " + joined(required));
-}
-
-std::string withoutComments(const std::string& source) {
-  std::string text;
-  bool comment = false;
-  for (const char ch : source) {
-    comment = ch == '#' || (comment && ch != '\n');
-    if (!comment) text += ch;
-  }
-  return text;
 }
 
 double number(const YAML::Node& node, const std::string& file, const std::string& where, double low,
@@ -140,21 +129,13 @@ Calibration defaultCalibration() {
 }
 
 Calibration parseCalibration(const std::string& source, const std::string& name) {
-  const std::string text = withoutComments(source);
-  if (text.size() > (1u << 20)) fail(name, "size", std::to_string(text.size()) + " bytes", "at most 1 MiB");
-  // A calibration needs no anchors; refusing them keeps an alias bomb from unfolding.
-  if (text.find_first_of("&*") != std::string::npos)
-    fail(name, "text", "an anchor or alias (& or *)", "plain maps");
-  std::size_t depth = 0;
-  for (const char ch : text) {
-    if (ch == '{' || ch == '[') ++depth;
-    if (depth > 256) fail(name, "text", "more than 256 opening brackets", "plain maps");
-  }
   YAML::Node root;
   try {
-    root = YAML::Load(text);
-  } catch (const YAML::Exception& e) {
-    fail(name, "line " + std::to_string(e.mark.line + 1), e.msg, "valid YAML");
+    files::YamlLimits limits;
+    limits.depth = 8;
+    root = files::parseYaml(source, limits);
+  } catch (const files::Refused& why) {
+    fail(name, "line " + std::to_string(why.line), why.value, why.allowed);
   }
   checkKeys(root, name, "calibration file", {"left", "right", "endoscope"}, {"third"});
   Calibration c = defaultCalibration();
@@ -165,16 +146,13 @@ Calibration parseCalibration(const std::string& source, const std::string& name)
 }
 
 Calibration loadCalibration(const std::string& file) {
-  struct stat info {};
-  const std::string allowed = "a readable calibration file (YAML)";
-  if (::stat(file.c_str(), &info) != 0) fail(file, "calibration file", std::strerror(errno), allowed);
-  if (!S_ISREG(info.st_mode)) fail(file, "calibration file", "is not a regular file", allowed);
-  if (info.st_size > (1 << 20)) fail(file, "size", std::to_string(info.st_size) + " bytes", "at most 1 MiB");
-  std::ifstream in(file, std::ios::binary);
-  if (!in) fail(file, "calibration file", std::strerror(errno), allowed);
-  std::stringstream text;
-  text << in.rdbuf();
-  return parseCalibration(text.str(), file);
+  std::string text;
+  try {
+    text = files::read(file, 1 << 20);
+  } catch (const files::Refused& why) {
+    fail(file, "calibration file", why.value, why.allowed);
+  }
+  return parseCalibration(text, file);
 }
 
 }  // namespace vest::calibration

@@ -1,14 +1,10 @@
 #include "vest_hw_phantom_box/emulator/trajectory.h"
 
-#include <sys/stat.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstdlib>
-#include <cstring>
-#include <fstream>
 #include <sstream>
+
+#include "vest_instruments/files/read.h"
 
 namespace vest::emulator {
 namespace {
@@ -19,19 +15,23 @@ using protocol::kJoints;
 
 constexpr int kFootswitchColumn = -2;
 constexpr int kTimeColumn = -1;
+constexpr std::size_t kMostRows = 2000000;  // ours: 5.5 h at 100 Hz
 
 [[noreturn]] void fail(const std::string& file, const std::string& field, const std::string& value,
                        const std::string& allowed) {
-  throw Error(file + ": " + field + ": " + value + "; allowed: " + allowed);
+  throw Error(files::shown(file, 4096) + ": " + files::shown(field, 200) + ": " + files::shown(value, 100) +
+              "; allowed: " + allowed);
 }
 
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> cells(1);
   for (const char ch : line) {
-    if (ch == ',')
+    if (ch == ',') {
+      if (cells.size() > kJoints + 2) break;  // one too many is enough to say so
       cells.emplace_back();
-    else if (ch != ' ' && ch != '\t' && ch != '\r')
+    } else if (ch != ' ' && ch != '\t' && ch != '\r') {
       cells.back() += ch;
+    }
   }
   return cells;
 }
@@ -59,11 +59,10 @@ std::vector<int> parseHeader(const std::string& line, const std::string& file) {
 
 double parseNumber(const std::string& cell, const std::string& file, std::size_t line,
                    const std::string& column) {
-  char* end = nullptr;
-  const double value = std::strtod(cell.c_str(), &end);
+  double value = 0;
   // Hundreds of rad or m are a wrong unit or a broken file; time may be an epoch.
   const double limit = column == "t_s" ? 1e11 : 100;
-  if (cell.empty() || *end != 0 || !std::isfinite(value) || std::abs(value) > limit)
+  if (!files::parseNumber(cell, value) || std::abs(value) > limit)
     fail(file, "line " + std::to_string(line) + ", column " + column, "'" + cell + "'",
          "a finite number, at most " + std::string(column == "t_s" ? "1e11" : "100") + " in size");
   return value;
@@ -80,16 +79,13 @@ Pose restPose() {
 }
 
 Trajectory Trajectory::load(const std::string& file, const TrajectoryOptions& options) {
-  struct stat info {};
-  if (::stat(file.c_str(), &info) != 0) fail(file, "trajectory", std::strerror(errno), "a readable CSV file");
-  if (!S_ISREG(info.st_mode)) fail(file, "trajectory", "is not a regular file", "a readable CSV file");
-  if (info.st_size > (256 << 20))
-    fail(file, "size", std::to_string(info.st_size) + " bytes", "at most 256 MiB");
-  std::ifstream in(file, std::ios::binary);
-  if (!in) fail(file, "trajectory", std::strerror(errno), "a readable CSV file");
-  std::stringstream text;
-  text << in.rdbuf();
-  return parse(text.str(), file, options);
+  std::string text;
+  try {
+    text = files::read(file, 256u << 20);
+  } catch (const files::Refused& why) {
+    fail(file, "trajectory", why.value, why.allowed);
+  }
+  return parse(text, file, options);
 }
 
 Trajectory Trajectory::parse(const std::string& text, const std::string& name,
@@ -107,6 +103,9 @@ Trajectory Trajectory::parse(const std::string& text, const std::string& name,
     if (cells.size() != columns.size())
       fail(name, "line " + std::to_string(number), std::to_string(cells.size()) + " cells",
            std::to_string(columns.size()) + ", as in the header");
+    if (t.times_.size() == kMostRows)
+      fail(name, "line " + std::to_string(number), "more than " + std::to_string(kMostRows) + " rows",
+           "at most as many");
     Pose row = restPose();
     double time = 0;
     for (std::size_t i = 0; i < cells.size(); ++i) {

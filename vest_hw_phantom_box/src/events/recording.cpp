@@ -1,4 +1,3 @@
-#include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
@@ -7,21 +6,29 @@
 #include <libevdev/libevdev.h>
 
 #include "vest_hw_phantom_box/events/event_source.h"
+#include "vest_instruments/files/read.h"
 
 namespace vest::events {
 namespace {
 
 constexpr const char* kLine = "t_s,type,code,value, e.g. 0.5,EV_KEY,BTN_SOUTH,1, in order of time";
 
+std::string bytesOf(const std::string& path) try {
+  return files::read(path, 64u << 20);
+} catch (const files::Refused& why) {
+  throw DeviceError(files::shown(path, 4096) + ": cannot be read: " + why.value +
+                    "; allowed: " + why.allowed);
+}
+
 class Recording : public EventSource {
  public:
   explicit Recording(const std::string& path) : name_(path) {
-    std::ifstream in(path);
-    if (!in) throw DeviceError(path + ": cannot be read; allowed: a CSV file of events");
+    std::istringstream in(bytesOf(path));
     std::string line;
     bool head = false;
     for (int number = 1; std::getline(in, line); ++number) {
-      const std::string where = path + ": line " + std::to_string(number) + ": '" + line.substr(0, 60) + "'";
+      const std::string where =
+          files::shown(path, 4096) + ": line " + std::to_string(number) + ": '" + files::shown(line) + "'";
       if (line.empty()) continue;
       if (line[0] == '#') {
         if (!about(line.substr(1)))
@@ -36,7 +43,7 @@ class Recording : public EventSource {
         throw DeviceError(where + "; allowed: " + kLine);
       }
     }
-    if (!head) throw DeviceError(path + ": no head; allowed: a line t_s,type,code,value");
+    if (!head) throw DeviceError(files::shown(path, 4096) + ": no head; allowed: a line t_s,type,code,value");
   }
 
   Read next(Event& event, double now) override {
@@ -77,7 +84,8 @@ class Recording : public EventSource {
     AxisRange range;
     const auto code = axisCode(word);
     if (what != "axis:" || !code || !(in >> range.minimum >> range.maximum >> range.flat)) return false;
-    range.value = range.minimum + (range.maximum - range.minimum) / 2;
+    range.value =  // 64 bits: the width of the widest range is none of 32
+        static_cast<std::int32_t>(range.minimum + (std::int64_t{range.maximum} - range.minimum) / 2);
     axes_[*code] = range;
     return true;
   }
@@ -89,14 +97,15 @@ class Recording : public EventSource {
         !std::getline(in, value))
       return false;
     try {
-      std::size_t used = 0, used_value = 0;
-      const double t = std::stod(time, &used);
+      std::size_t used_value = 0;
+      double t = -1.0;
       const int v = std::stoi(value, &used_value);
       const int kind = libevdev_event_type_from_name(type.c_str());
       const int number =
           kind < 0 ? -1 : libevdev_event_code_from_name(static_cast<unsigned>(kind), code.c_str());
-      const bool ordered = t >= 0.0 && (events_.empty() || t >= events_.back().first);
-      if (used != time.size() || used_value != value.size() || number < 0 || !ordered) return false;
+      const bool ordered =
+          files::parseNumber(time, t) && t >= 0.0 && (events_.empty() || t >= events_.back().first);
+      if (used_value != value.size() || number < 0 || !ordered) return false;
       events_.push_back({t, {static_cast<std::uint16_t>(kind), static_cast<std::uint16_t>(number), v}});
     } catch (const std::logic_error&) {  // no number
       return false;

@@ -2,11 +2,11 @@
 // `--check FILE`.
 #include <fstream>
 #include <iostream>
-#include <iterator>
 #include <string>
 
 #include <CLI/CLI.hpp>
 
+#include "vest_instruments/files/read.h"
 #include "vest_instruments/urdf/description.h"
 
 int main(int argc, char** argv) {
@@ -20,9 +20,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     if (!check.empty()) {
-      std::ifstream in(check, std::ios::binary);
-      if (!in) throw std::runtime_error("cannot be read");
-      vest::urdf::checkUrdf({std::istreambuf_iterator<char>(in), {}});
+      vest::urdf::checkUrdf(vest::files::read(check, 4u << 20));
       std::cout << check << ": one tree, within the limits\n";
       return 0;
     }

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
 #include <optional>
+#include <sstream>
 
+#include "vest_instruments/files/read.h"
 #include "vest_instruments/trajectory/trajectory.h"
 
 namespace vest::trajectory {
@@ -11,6 +11,8 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+
+constexpr std::size_t kMostBytes = 256u << 20, kMostSamples = 4000000, kMostCells = 256;  // ours
 
 struct Sample {
   double t;
@@ -22,6 +24,7 @@ std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> cells(1);
   for (const char c : line) {
     if (c == ',') {
+      if (cells.size() == kMostCells) break;
       cells.emplace_back();
     } else if (c != '\r') {
       cells.back() += c;
@@ -30,17 +33,25 @@ std::vector<std::string> split(const std::string& line) {
   return cells;
 }
 
+std::string readMotionFile(const std::string& path) try {
+  return files::read(path, kMostBytes);
+} catch (const files::Refused& why) {
+  throw TrajectoryError(files::shown(path, 4096) + ": cannot be read: " + why.value +
+                        "; allowed: " + why.allowed);
+}
+
 std::vector<Sample> readMotion(const std::string& path) {
-  std::ifstream in(path);
+  std::istringstream in(readMotionFile(path));
   std::string line;
-  if (!in || !std::getline(in, line)) throw TrajectoryError(path + ": cannot be read or is empty");
+  if (!std::getline(in, line))
+    throw TrajectoryError(files::shown(path, 4096) + ": empty; allowed: a header and samples");
   const std::array<const char*, 8> wanted{"t_s", "px_mm", "py_mm", "pz_mm", "qx", "qy", "qz", "qw"};
   const std::vector<std::string> header = split(line);
   std::array<std::size_t, 8> column{};
   for (std::size_t k = 0; k < wanted.size(); ++k) {
     column[k] = static_cast<std::size_t>(std::find(header.begin(), header.end(), wanted[k]) - header.begin());
     if (column[k] == header.size()) {
-      throw TrajectoryError(path + ": line 1: column '" + wanted[k] +
+      throw TrajectoryError(files::shown(path, 4096) + ": line 1: column '" + wanted[k] +
                             "' is missing; allowed: t_s, px_mm, py_mm, pz_mm, qx, qy, qz, qw and others");
     }
   }
@@ -52,26 +63,29 @@ std::vector<Sample> readMotion(const std::string& path) {
     const std::vector<std::string> cells = split(line);
     std::array<double, 8> v{};
     for (std::size_t k = 0; k < v.size(); ++k) {
-      const std::string where = path + ": line " + std::to_string(number) + ": " + wanted[k] + ": ";
+      const std::string where =
+          files::shown(path, 4096) + ": line " + std::to_string(number) + ": " + wanted[k] + ": ";
       if (column[k] >= cells.size()) throw TrajectoryError(where + "missing; allowed: a finite number");
-      char* end = nullptr;
-      v[k] = std::strtod(cells[column[k]].c_str(), &end);
-      if (cells[column[k]].empty() || *end != '\0' || !std::isfinite(v[k])) {
-        throw TrajectoryError(where + "'" + cells[column[k]].substr(0, 40) + "'; allowed: a finite number");
+      if (!files::parseNumber(cells[column[k]], v[k]) || std::abs(v[k]) > 1e12) {
+        throw TrajectoryError(where + "'" + files::shown(cells[column[k]]) + "'; allowed: a finite number");
       }
     }
+    if (samples.size() == kMostSamples)
+      throw TrajectoryError(files::shown(path, 4096) + ": line " + std::to_string(number) + ": more than " +
+                            std::to_string(kMostSamples) + " samples; allowed: at most as many");
     const Eigen::Quaterniond q(v[7], v[4], v[5], v[6]);
     if (std::abs(q.norm() - 1.0) > 0.02) {
-      throw TrajectoryError(path + ": line " + std::to_string(number) + ": quaternion of norm " +
-                            std::to_string(q.norm()) + "; allowed: 1");
+      throw TrajectoryError(files::shown(path, 4096) + ": line " + std::to_string(number) +
+                            ": quaternion of norm " + std::to_string(q.norm()) + "; allowed: 1");
     }
     if (!samples.empty() && v[0] <= samples.back().t) {
-      throw TrajectoryError(path + ": line " + std::to_string(number) + ": t_s does not grow");
+      throw TrajectoryError(files::shown(path, 4096) + ": line " + std::to_string(number) +
+                            ": t_s does not grow");
     }
     samples.push_back({v[0], C * (1e-3 * Vector3d(v[1], v[2], v[3])),
                        C * q.normalized().toRotationMatrix() * C.transpose()});
   }
-  if (samples.size() < 2) throw TrajectoryError(path + ": fewer than two samples");
+  if (samples.size() < 2) throw TrajectoryError(files::shown(path, 4096) + ": fewer than two samples");
   return samples;
 }
 
@@ -146,7 +160,8 @@ MotionReport fromMotion(const std::string& path, const kinematics::TrainerBox& b
     return report;
   }
   throw TrajectoryError(
-      path + ": cannot be laid into reach of this instrument: its aim point itself is out of reach");
+      files::shown(path, 4096) +
+      ": cannot be laid into reach of this instrument: its aim point itself is out of reach");
 }
 
 }  // namespace vest::trajectory

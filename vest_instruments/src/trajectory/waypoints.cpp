@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
+#include <set>
 #include <sstream>
 
 #include <yaml-cpp/yaml.h>
 
 #include "vest_instruments/control/pedals.h"
+#include "vest_instruments/files/strict_yaml.h"
 #include "vest_instruments/tools/tool_names.h"
 #include "vest_instruments/trajectory/trajectory.h"
 
@@ -14,6 +14,8 @@ namespace vest::trajectory {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr std::size_t kMostRows = 1000000;  // ours: 2.7 h at 100 Hz
 
 struct Waypoint {
   double t;
@@ -33,15 +35,18 @@ class Reader {
 
   [[noreturn]] void refuse(const std::string& field, const std::string& value,
                            const std::string& allowed) const {
-    throw TrajectoryError(path_ + ": " + field + ": " + value + "; allowed: " + allowed);
+    throw TrajectoryError(files::shown(path_, 4096) + ": " + files::shown(field, 200) + ": " +
+                          files::shown(value, 100) + "; allowed: " + allowed);
   }
   void onlyKeys(const YAML::Node& node, const std::string& field,
                 std::initializer_list<const char*> keys) const {
     std::string known;
     for (const char* k : keys) known += (known.empty() ? "" : ", ") + std::string(k);
     if (!node.IsMap()) refuse(field, "not a map", known);
+    std::set<std::string> seen;
     for (const auto& entry : node) {
       const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
+      if (!seen.insert(key).second) refuse(field, "key '" + key + "' given twice", "each key once");
       if (std::none_of(keys.begin(), keys.end(), [&](const char* k) { return key == k; })) {
         refuse(field, "unknown key '" + key + "'", known);
       }
@@ -168,23 +173,12 @@ Waypoint at(const std::vector<Waypoint>& w, double t) {
   return out;
 }
 
-std::string readSmall(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw TrajectoryError(path + ": cannot be read; allowed: a readable YAML file");
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (text.size() > 1024 * 1024) throw TrajectoryError(path + ": more than 1 MiB; allowed: a waypoint file");
-  int depth = 0;
-  for (const char c : text) {
-    depth += (c == '[' || c == '{') - (c == ']' || c == '}');
-    if (depth > 16) throw TrajectoryError(path + ": nested deeper than 16; allowed: a waypoint file");
-  }
-  return text;
-}
-
 }  // namespace
 
 Trajectory fromWaypoints(const std::string& path, const kinematics::TrainerBox& box) try {
-  const YAML::Node root = YAML::Load(readSmall(path));
+  files::YamlLimits limits;
+  limits.depth = 16;
+  const YAML::Node root = files::parseYaml(files::read(path, 1 << 20), limits);
   const Reader reader(path);
   reader.onlyKeys(root, "the file",
                   {"rate", "instruments", "footswitches", "tools", "tool_tray", "effects", "pictures"});
@@ -218,15 +212,19 @@ Trajectory fromWaypoints(const std::string& path, const kinematics::TrainerBox& 
       out.tool_tray.push_back(reader.tool(tray[i], "tool_tray[" + std::to_string(i) + "]"));
   }
   if (const YAML::Node effects = root["effects"]) {
+    const auto name = [&](const YAML::Node& key) {
+      if (!key.IsScalar()) reader.refuse("effects", "a key that is no word", "names");
+      return key.Scalar();
+    };
     if (!effects.IsMap()) reader.refuse("effects", "not a map", "numbers of the Trainer's ~effects");
     for (const auto& entry : effects) {
-      const std::string name = entry.first.Scalar();
+      const std::string group = name(entry.first);
       if (!entry.second.IsMap()) {
-        out.effects[name] = reader.number(entry.second, "effects." + name, -1e9, 1e9);
+        out.effects[group] = reader.number(entry.second, "effects." + group, -1e9, 1e9);
         continue;
       }
       for (const auto& inner : entry.second) {
-        const std::string path = name + "/" + inner.first.Scalar();
+        const std::string path = group + "/" + name(inner.first);
         out.effects[path] = reader.number(inner.second, "effects." + path, -1e9, 1e9);
       }
     }
@@ -248,7 +246,11 @@ Trajectory fromWaypoints(const std::string& path, const kinematics::TrainerBox& 
 
   std::array<kinematics::JointPositions, tools::kInstrumentCount> reference;
   const auto rows = static_cast<std::size_t>(std::floor(end * rate + 1e-6)) + 1;
+  if (rows > kMostRows)
+    reader.refuse("rate", std::to_string(rows) + " rows until the last time",
+                  "at most " + std::to_string(kMostRows) + ": a lower rate, or an earlier end");
   out.rows.reserve(rows);
+  std::size_t pressed = 0;
   for (std::size_t k = 0; k < rows; ++k) {
     Row row;
     row.t = static_cast<double>(k) / rate;
@@ -269,15 +271,19 @@ Trajectory fromWaypoints(const std::string& path, const kinematics::TrainerBox& 
       row.joints[i].jaw = w.jaw;
       reference[i] = row.joints[i];
     }
-    for (const Press& p : presses) {
-      if (p.t <= row.t + 1e-9) row.footswitches = p.mask;
+    for (; pressed < presses.size() && presses[pressed].t <= row.t + 1e-9; ++pressed) {
     }
+    if (pressed > 0) row.footswitches = presses[pressed - 1].mask;
     out.rows.push_back(row);
   }
   return out;
+} catch (const files::Refused& why) {
+  throw TrajectoryError(files::shown(path, 4096) + ": " +
+                        (why.line > 0 ? "line " + std::to_string(why.line) : why.field) + ": " +
+                        files::shown(why.value) + "; allowed: " + why.allowed);
 } catch (const YAML::Exception& e) {
-  throw TrajectoryError(path + ": line " + std::to_string(e.mark.line + 1) + ": " + e.msg +
-                        "; allowed: YAML");
+  throw TrajectoryError(files::shown(path, 4096) + ": line " + std::to_string(e.mark.line + 1) + ": " +
+                        e.msg + "; allowed: YAML");
 }
 
 }  // namespace vest::trajectory

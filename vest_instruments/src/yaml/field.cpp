@@ -1,8 +1,8 @@
 #include "field.h"
 
-#include <fstream>
 #include <sstream>
 
+#include "vest_instruments/files/strict_yaml.h"
 #include "vest_instruments/kinematics/trainer_box.h"
 
 namespace vest::yaml {
@@ -10,7 +10,8 @@ namespace vest::yaml {
 using kinematics::LayoutError;
 
 void Field::refuse(const std::string& value, const std::string& allowed) const {
-  throw LayoutError(file + ": " + (path.empty() ? "" : path + ": ") + value + "; allowed: " + allowed);
+  throw LayoutError(files::shown(file, 4096) + ": " + (path.empty() ? "" : files::shown(path, 200) + ": ") +
+                    files::shown(value, 100) + "; allowed: " + files::shown(allowed, 4096));
 }
 
 std::string Field::text() const {
@@ -79,41 +80,15 @@ std::string Field::scalar(const char* allowed) const {
   return node.Scalar();
 }
 
-namespace {
-
-std::string readText(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw LayoutError(path + ": cannot be read; allowed: a readable YAML file");
+Field loadFile(const std::string& path) try {
   constexpr std::size_t kMost = 64 * 1024;  // the shipped file has 2 kB
-  std::string text(kMost + 1, '\0');
-  in.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(in.gcount()));
-  if (text.size() > kMost) throw LayoutError(path + ": more than 64 KiB; allowed: a file up to 64 KiB");
-  int depth = 0;
-  bool comment = false;
-  for (const char c : text) {
-    if (c == '\n') comment = false;
-    if (c == '#') comment = true;
-    if (comment) continue;
-    if (c == '&' || c == '*') throw LayoutError(path + ": YAML anchor or alias; allowed: plain YAML");
-    if (c == '[' || c == '{') ++depth;
-    if (c == ']' || c == '}') --depth;
-    if (depth > 8) throw LayoutError(path + ": nested deeper than 8; allowed: a plain file");
-  }
-  return text;
-}
-
-}  // namespace
-
-Field loadFile(const std::string& path) {
-  const std::string text = readText(path);
-  Field root{path, "", {}};
-  try {
-    root.node = YAML::Load(text);
-  } catch (const YAML::Exception& e) {
-    throw LayoutError(path + ": line " + std::to_string(e.mark.line + 1) + ": " + e.msg + "; allowed: YAML");
-  }
-  return root;
+  files::YamlLimits limits;
+  limits.depth = 8;
+  return {path, "", files::parseYaml(files::read(path, kMost), limits)};
+} catch (const files::Refused& why) {
+  throw LayoutError(files::shown(path, 4096) + ": " +
+                    (why.line > 0 ? "line " + std::to_string(why.line) : why.field) + ": " +
+                    files::shown(why.value) + "; allowed: " + why.allowed);
 }
 
 }  // namespace vest::yaml

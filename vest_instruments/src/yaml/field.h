@@ -32,8 +32,8 @@ struct Field {
   std::string scalar(const char* allowed) const;
 };
 
-/// Reads a file of at most 64 KiB, nested at most 8 deep, without anchors and aliases. `path` must outlive
-/// the field. @throws kinematics::LayoutError
+/// Reads a file of at most 64 KiB, nested at most 8 deep (files/strict_yaml.h). `path` must outlive it.
+/// @throws kinematics::LayoutError
 Field loadFile(const std::string& path);
 
 }  // namespace vest::yaml

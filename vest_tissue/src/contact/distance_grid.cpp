@@ -9,6 +9,11 @@
 #include "vest_tissue/contact/contacts.h"
 
 namespace vest::contact {
+namespace {
+
+constexpr std::size_t kMostWork = 1000000000;  // distances to triangles: a minute (ours)
+
+}  // namespace
 
 DistanceGrid::DistanceGrid(const std::vector<Eigen::Vector3d>& vertices,
                            const std::vector<std::array<std::uint32_t, 3>>& triangles, double spacing,
@@ -48,6 +53,7 @@ DistanceGrid::DistanceGrid(const std::vector<Eigen::Vector3d>& vertices,
       normal[t[c]] += face.normalized() * std::acos(cosine);  // loading, not a step
     }
   }
+  std::size_t work = 0;
   for (const auto& t : triangles) {
     const std::array<Vector3d, 3> p{vertices[t[0]], vertices[t[1]], vertices[t[2]]};
     const Vector3d face = (p[1] - p[0]).cross(p[2] - p[0]);
@@ -59,6 +65,12 @@ DistanceGrid::DistanceGrid(const std::vector<Eigen::Vector3d>& vertices,
       from[c] = std::clamp(static_cast<int>((lo[c] - band - low[c]) / spacing), 0, limit[c]);
       to[c] = std::clamp(static_cast<int>((hi[c] + band - low[c]) / spacing) + 1, 0, limit[c]);
     }
+    work += static_cast<std::size_t>(to[0] - from[0] + 1) * static_cast<std::size_t>(to[1] - from[1] + 1) *
+            static_cast<std::size_t>(to[2] - from[2] + 1);
+    if (work > kMostWork)
+      throw std::invalid_argument(
+          "distance grid: its triangles cover too many points one after another; fewer large ones are "
+          "allowed");
     for (int k = from[2]; k <= to[2]; ++k) {
       for (int j = from[1]; j <= to[1]; ++j) {
         for (int i = from[0]; i <= to[0]; ++i) {

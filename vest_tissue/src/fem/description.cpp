@@ -47,19 +47,24 @@ void checkTetrahedra(const Description& d) {
     const auto& t = d.tetrahedra[e];
     for (Index n : t) checkNode(d, "tetrahedra", e, n);
     const std::array<Eigen::Vector3d, 4> x{d.nodes[t[0]], d.nodes[t[1]], d.nodes[t[2]], d.nodes[t[3]]};
-    double edge = 0.0;
-    for (int a = 0; a < 4; ++a)
-      for (int b = a + 1; b < 4; ++b) edge = std::max(edge, (x[b] - x[a]).norm());
-    const double six = sixfoldVolume(x);
-    if (!(six > kFlat * edge * edge * edge)) {
+    const int is = orientation(x);
+    if (is != 1) {
       refuse(d, "tetrahedra[", e, "] (nodes ", t[0], ", ", t[1], ", ", t[2], ", ", t[3], ") is ",
-             six < -kFlat * edge * edge * edge ? "inverted" : "flat", ", volume ", six / 6.0,
+             is < 0 ? "inverted" : "flat", ", volume ", sixfoldVolume(x) / 6.0,
              "; allowed: positive volume (swap two of its nodes if it is inverted)");
     }
   }
 }
 
 }  // namespace
+
+int orientation(const std::array<Eigen::Vector3d, 4>& x) {
+  double edge = 0.0;
+  for (std::size_t a = 0; a < 4; ++a)
+    for (std::size_t b = a + 1; b < 4; ++b) edge = std::max(edge, (x[b] - x[a]).norm());
+  const double six = sixfoldVolume(x), least = kFlat * edge * edge * edge;
+  return six > least ? 1 : six < -least ? -1 : 0;
+}
 
 std::vector<int> components(const Description& d, const std::vector<std::uint8_t>& alive) {
   std::vector<Index> root(d.nodes.size());

@@ -1,14 +1,18 @@
 #include <cstdarg>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
 #include "../scene/loader_living.h"
+#include "vest_instruments/files/read.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/baked.h"
 
 namespace vest::modelling {
 namespace {
+
+constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-";
 
 std::string text(const char* format, ...) __attribute__((format(printf, 1, 2)));
 std::string text(const char* format, ...) {
@@ -20,17 +24,54 @@ std::string text(const char* format, ...) {
   return buffer;
 }
 
-void write(const std::string& path, const std::string& bytes) {
-  std::ofstream stream(path, std::ios::binary);
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  if (!stream) throw std::runtime_error(path + ": cannot be written");
-}
+/// Files of a folder, all of them or none.
+class Files {
+ public:
+  explicit Files(std::string directory) : directory_(std::move(directory)) {
+    std::error_code error;
+    std::filesystem::create_directories(directory_, error);
+  }
+  ~Files() {
+    for (const auto& name : names_) std::remove((directory_ + "/" + name + kNew).c_str());
+  }
+  Files(const Files&) = delete;
+  Files& operator=(const Files&) = delete;
+
+  void write(const std::string& name, const std::string& bytes) {
+    names_.push_back(name);
+    const std::string path = directory_ + "/" + name;
+    std::ofstream stream(path + kNew, std::ios::binary);
+    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    if (!stream) throw std::runtime_error(path + ": cannot be written");
+  }
+  void finish() {
+    for (const auto& name : names_) {
+      const std::string path = directory_ + "/" + name;
+      if (std::rename((path + kNew).c_str(), path.c_str()) != 0)
+        throw std::runtime_error(path + ": cannot be written");
+    }
+    names_.clear();
+  }
+
+ private:
+  static constexpr const char* kNew = ".new";
+  std::string directory_;
+  std::vector<std::string> names_;
+};
 
 }  // namespace
 
 void writeScene(const scene::Description& description, const std::string& directory,
-                const std::string& source_file) {
+                const std::string& source_file, const std::string& source_bytes) {
+  if (source_file == description.name + ".yaml")
+    throw std::invalid_argument("name: " + description.name +
+                                ": its scene file would take the place of its source " + source_file +
+                                "; allowed: another name");
+  if (source_file.find_first_not_of(kPlain) != std::string::npos || source_file[0] == '.')
+    throw std::invalid_argument(files::shown(source_file) +
+                                ": the name of a source; allowed: letters, digits, _ . -");
+  Files folder(directory);
   for (const auto& object : description.objects) {
     if (object.fem) {
       throw std::invalid_argument("object '" + object.name +
@@ -64,7 +105,7 @@ void writeScene(const scene::Description& description, const std::string& direct
     if (!object.tube.vessel_segment.empty())
       yaml += "    vessel_segment: " + object.tube.vessel_segment + "\n";
     if (object.motility.active()) yaml += "    motility: " + scene::motilityText(object.motility) + "\n";
-    write(directory + "/" + object.name + ".net", scene::encodeBaked(object));
+    folder.write(object.name + ".net", scene::encodeBaked(object));
   }
   if (!description.connections.empty()) {
     const auto indexOf = [&](const std::string& name) {
@@ -81,10 +122,12 @@ void writeScene(const scene::Description& description, const std::string& direct
                   c.damping, c.break_force);
     }
     const std::string name = description.name + "_connections.csv";
-    write(directory + "/" + name, csv);
+    folder.write(name, csv);
     yaml += "connections: " + name + "\n";
   }
-  write(directory + "/" + description.name + ".yaml", yaml);
+  folder.write(description.name + ".yaml", yaml);
+  if (!source_bytes.empty()) folder.write(source_file, source_bytes);
+  folder.finish();
 }
 
 }  // namespace vest::modelling

@@ -2,9 +2,9 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <stdexcept>
 
+#include "vest_instruments/files/read.h"
 #include "vest_tissue/ros/tissue_server.h"
 
 // The snapshot service: by name in memory (and in the session's folder where there is one, for
@@ -13,6 +13,7 @@ namespace vest::ros_shell {
 namespace {
 
 constexpr std::size_t kMostSnapshots = 64;
+constexpr std::size_t kMostBytes = 1u << 30;  // of a file
 // Snapshots of any version may be written over.
 constexpr std::string_view kSnapshotBegin = scene::kSnapshotMagic.substr(0, 7);
 
@@ -87,9 +88,14 @@ bool TissueServer::onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snap
         // Saved before anything was recorded: re-simulation will ask for it.
         if (keepsFiles() && !std::filesystem::exists(file)) keepFile(file, bytes);
       } else {
-        std::ifstream in(file, std::ios::binary);
-        if (file.empty() || !in) throw std::invalid_argument("there is no snapshot '" + req.name + "'");
-        bytes.assign(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+        if (file.empty()) throw std::invalid_argument("there is no snapshot '" + req.name + "'");
+        try {
+          const std::string read = files::read(file, kMostBytes);
+          bytes.assign(read.begin(), read.end());
+        } catch (const files::Refused& why) {
+          throw std::invalid_argument("there is no snapshot '" + files::shown(req.name, 300) +
+                                      "': " + why.value);
+        }
       }
       runner_->restore(bytes, req.name);
       topology_due_ = true;

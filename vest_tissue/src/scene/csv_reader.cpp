@@ -4,16 +4,22 @@
 #include <cmath>
 #include <sstream>
 
+#include "vest_instruments/files/read.h"
 #include "yaml_reader.h"
 
 namespace vest::scene::csv {
 namespace {
 
+constexpr std::size_t kMostCells = 64;      // of a line (ours)
+constexpr std::size_t kMostRows = 2000000;  // of a table (ours)
+
+/// At most kMostCells + 1 cells.
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> cells;
   std::string cell;
   for (const char c : line) {
     if (c == ',') {
+      if (cells.size() == kMostCells) break;
       cells.push_back(cell);
       cell.clear();
     } else if (c != ' ' && c != '\t' && c != '\r') {
@@ -76,16 +82,14 @@ Table read(const std::string& path, const std::string& bytes, const std::vector<
       yaml::fail(path, number, "row", std::to_string(cells.size()) + " cells",
                  "must have " + std::to_string(table.columns.size()) + " cells");
     }
+    if (table.rows.size() == kMostRows)
+      yaml::fail(path, number, "row", std::to_string(kMostRows + 1),
+                 "must be at most " + std::to_string(kMostRows) + " rows");
     std::vector<double> row;
+    row.reserve(cells.size());
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      std::size_t used = 0;
-      double value = std::nan("");
-      try {
-        value = std::stod(cells[i], &used);
-      } catch (const std::exception&) {
-        used = 0;
-      }
-      if (used == 0 || used != cells[i].size() || !std::isfinite(value)) {
+      double value = 0;
+      if (!files::parseNumber(cells[i], value)) {
         yaml::fail(path, number, table.columns[i], cells[i].empty() ? "nothing" : cells[i],
                    "must be a finite number");
       }

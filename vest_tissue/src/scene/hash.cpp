@@ -17,6 +17,8 @@ struct HashArchive {
   void resize(std::vector<T>&, std::size_t size) {
     same(size);
   }
+  template <typename T>
+  void numbers(const T*, std::size_t) {}
   void same(std::uint64_t size) { bytes(&size, sizeof size); }
   void within(std::int32_t, std::int32_t) {}
   void setCounts(ObjectState&, std::uint64_t, std::uint64_t) {}

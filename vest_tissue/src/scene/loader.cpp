@@ -1,10 +1,15 @@
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <memory>
 #include <stdexcept>
+
+#include <xxhash.h>
 
 #include "csv_reader.h"
 #include "loader_fem.h"
 #include "loader_living.h"
+#include "vest_instruments/files/read.h"
 #include "vest_tissue/cache/block.h"
 #include "vest_tissue/fem/cache.h"
 #include "vest_tissue/material/database.h"
@@ -21,25 +26,38 @@ using yaml::Map;
 using yaml::Value;
 
 constexpr std::size_t kMaxSideFile = 64u << 20;
+constexpr std::size_t kMaxAllFiles = 128u << 20;
 constexpr std::size_t kMaxObjects = 1000;
+constexpr double kMostGravity = 1e4;  // m/s²: in a step of 10 ms a knot may not reach 100 m/s (World::step)
 
-// Reads files below the scene's folder and remembers their bytes for the hash.
+// Reads files below the scene's folder; their bytes belong to the hash.
 class Files {
  public:
   /// @param kept gets what is read; may be null
-  Files(std::string directory, std::string scene_bytes, SceneFiles* kept)
-      : directory_(std::move(directory)), all_(std::move(scene_bytes)), kept_(kept) {}
+  Files(const std::string& scene, std::string directory, const std::string& scene_bytes, SceneFiles* kept)
+      : scene_(scene), directory_(std::move(directory)), state_(XXH64_createState()), kept_(kept) {
+    XXH64_reset(state_.get(), 0);
+    hash(scene_bytes);
+  }
 
   std::string read(const Value& value, std::string& path) {
     path = yaml::resolve(directory_, value.string(), value.file(), value.line(), value.field());
-    std::string bytes;
+    std::string bytes, is;
     try {
-      bytes = yaml::readFile(path, kMaxSideFile);
-    } catch (const std::invalid_argument&) {
-      value.fail("must name a readable file below " + directory_ + " of at most " +
-                 std::to_string(kMaxSideFile) + " bytes");
+      bytes = files::read(path, kMaxSideFile);
+    } catch (const files::Refused& why) {
+      is = why.value;
     }
-    all_ += bytes;
+    if (is.empty() && !below(path)) is = "a link to elsewhere";
+    if (!is.empty()) {
+      value.fail("must name a readable file below " + directory_ + " of at most " +
+                 std::to_string(kMaxSideFile) + " bytes; it is: " + is);
+    }
+    all_ += bytes.size();
+    if (all_ > kMaxAllFiles)
+      value.fail("with it the scene has " + std::to_string(all_) + " bytes in files; allowed are " +
+                 std::to_string(kMaxAllFiles));
+    hash(bytes);
     if (kept_) kept_->files.emplace_back(path.substr(directory_.size() + 1), bytes);
     return bytes;
   }
@@ -49,7 +67,7 @@ class Files {
       const std::string path = material::databasePath();
       database_ = material::readDatabase(path);
       const std::string bytes = yaml::readFile(path, yaml::kMaxBytes);
-      all_ += bytes;
+      hash(bytes);
       if (kept_) kept_->materials = bytes;
     }
     for (const material::Tissue& tissue : database_.tissues)
@@ -59,10 +77,29 @@ class Files {
       known += (known.empty() ? "" : ", ") + tissue.name;
     name.fail("must be a material of the database: " + known);
   }
-  std::string hash() const { return hashText(all_); }
+  std::string hash() const { return digits(XXH64_digest(state_.get())); }
 
  private:
-  std::string directory_, all_;
+  struct Free {
+    void operator()(XXH64_state_t* state) const { XXH64_freeState(state); }
+  };
+  void hash(const std::string& bytes) { XXH64_update(state_.get(), bytes.data(), bytes.size()); }
+  /// Links may lead about within the folder, or within that of the file which the scene's own name leads to.
+  bool below(const std::string& path) const {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    const fs::path file = fs::canonical(path, error);
+    for (const fs::path& folder :
+         {fs::canonical(directory_, error), fs::canonical(scene_, error).parent_path()}) {
+      const auto rest = file.lexically_relative(folder);
+      if (!error && !rest.empty() && *rest.begin() != "..") return true;
+    }
+    return false;
+  }
+
+  std::string scene_, directory_;
+  std::unique_ptr<XXH64_state_t, Free> state_;
+  std::size_t all_ = 0;
   SceneFiles* kept_;
   material::Database database_;
 };
@@ -206,7 +243,7 @@ void readTables(Map& map, Files& files, Object& object) {
   }
 }
 
-Object readObject(const Value& value, Files& files) {
+Object readObject(const Value& value, Files& files, bool in_world) {
   Map map(value);
   if (map.has("baked")) {
     map.only({"name", "organ", "material", "roles", "model", "baked", "law", "density", "friction",
@@ -276,7 +313,8 @@ Object readObject(const Value& value, Files& files) {
   std::string path = value.file();
   if (elements) {
     readFem(
-        map, [&files](const Value& name, std::string& file) { return files.read(name, file); }, object);
+        map, [&files](const Value& name, std::string& file) { return files.read(name, file); }, in_world,
+        object);
     map.finish();
     return object;
   }
@@ -336,9 +374,14 @@ void readConnections(const Value& value, Files& files, Description& description)
     connection.stiffness = cell("stiffness");
     connection.damping = cell("damping");
     connection.break_force = cell("break_force");
-    if (!(connection.stiffness > 0)) refuse("stiffness", "must be > 0");
-    if (connection.damping < 0) refuse("damping", "must be >= 0");
-    if (connection.break_force < 0) refuse("break_force", "must be >= 0; 0: never breaks");
+    for (const char* name : {"offset_x", "offset_y", "offset_z", "w0", "w1", "w2"})
+      if (!(std::abs(cell(name)) <= kFarthest)) refuse(name, "must be within 500000 of 0");
+    if (!(connection.stiffness > 0 && connection.stiffness <= kGreatest))
+      refuse("stiffness", "must be > 0, at most 1e30");
+    if (!(connection.damping >= 0 && connection.damping <= kGreatest))
+      refuse("damping", "must be from 0 to 1e30");
+    if (!(connection.break_force >= 0 && connection.break_force <= kGreatest))
+      refuse("break_force", "must be from 0 to 1e30; 0: never breaks");
     description.connections.push_back(connection);
   }
 }
@@ -350,7 +393,7 @@ Description load(const std::string& path, SceneFiles* kept) {
   Description description;
   description.directory = slash == std::string::npos ? "." : path.substr(0, slash);
   if (kept) *kept = {{{path.substr(slash == std::string::npos ? 0 : slash + 1), text}}, ""};
-  Files files(description.directory, text, kept);
+  Files files(path, description.directory, text, kept);
   Map map(root);
   map.only(
       {"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections", "connect"});
@@ -358,7 +401,7 @@ Description load(const std::string& path, SceneFiles* kept) {
   if (map.has("name"))
     description.name = map["name"].name();
   else
-    description.name = path.substr(slash == std::string::npos ? 0 : slash + 1);
+    description.name = files::shown(path.substr(slash == std::string::npos ? 0 : slash + 1), 64);
   if (map.has("gravity")) description.gravity = map["gravity"].vector3();
   if (map.has("seed")) description.seed = map["seed"].integer(0, 4294967295u);
   if (map.has("solution")) {
@@ -376,12 +419,18 @@ Description load(const std::string& path, SceneFiles* kept) {
     solution.finish();
   }
   std::string source_path;
-  if (map.has("source")) files.read(map["source"], source_path);
-  const auto objects = map["objects"].list();
-  if (objects.empty() || objects.size() > kMaxObjects)
+  if (map.has("source")) {
+    files.read(map["source"], source_path);
+    description.source = map["source"].string();
+  }
+  if (map["objects"].node().size() > kMaxObjects)
     map["objects"].fail("must be 1 to " + std::to_string(kMaxObjects) + " objects");
+  const auto objects = map["objects"].list();
+  if (objects.empty()) map["objects"].fail("must be 1 to " + std::to_string(kMaxObjects) + " objects");
+  if (description.integrator == Integrator::NewtonEuler && description.gravity.norm() > kMostGravity)
+    map["gravity"].fail("must be at most 10000 m/s² with integrator: newton_euler");
   for (const Value& item : objects) {
-    Object object = readObject(item, files);
+    Object object = readObject(item, files, description.integrator == Integrator::NewtonEuler);
     for (const auto& other : description.objects) {
       if (other.name == object.name) Map(item)["name"].fail("must be there once");
     }
@@ -392,7 +441,13 @@ Description load(const std::string& path, SceneFiles* kept) {
   map.finish();
   description.hash = files.hash();
   for (Object& object : description.objects) {
-    if (object.fem && object.fem->start_in_equilibrium) settleFem(object, description.gravity);
+    if (description.integrator != Integrator::NewtonEuler || !object.fem || !object.fem->start_in_equilibrium)
+      continue;
+    try {
+      settleFem(object, description.gravity);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(files::shown(path, 4096) + ": " + error.what());
+    }
   }
   description.cache_directory = cache::defaultDirectory();
   return description;

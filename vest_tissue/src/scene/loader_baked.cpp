@@ -50,8 +50,7 @@ class Reader {
     std::memcpy(head, bytes_.data() + place_ + 4, sizeof head);
     place_ += 4 + sizeof head;
     if (head[1] != sizeof(T)) fail(tag, "elements of " + std::to_string(head[1]) + " bytes");
-    if (head[0] > kMaxElements || bytes_.size() - place_ < std::size_t{head[0]} * sizeof(T))
-      fail(tag, "cut off");
+    if (head[0] > kMaxElements || (bytes_.size() - place_) / sizeof(T) < head[0]) fail(tag, "cut off");
     std::vector<T> values(head[0]);
     if (head[0] > 0) std::memcpy(values.data(), bytes_.data() + place_, values.size() * sizeof(T));
     place_ += values.size() * sizeof(T);
@@ -167,7 +166,8 @@ void decodeBaked(const std::string& bytes, const std::string& file, Object& obje
   const auto volume_triangles = reader.section<std::array<std::uint32_t, 3>>("VOLT");
   std::size_t used = 0;
   for (const auto& value : reader.section<Triple>("VOLV")) {
-    if (!(value[0] >= 0 && value[0] <= static_cast<double>(volume_triangles.size() - used)))
+    if (!(value[0] >= 0 && value[0] <= static_cast<double>(volume_triangles.size() - used)) ||
+        value[0] != std::floor(value[0]))
       reader.fail("VOLV", "count of triangles");
     VolumeElement volume;
     const auto first = volume_triangles.begin() + static_cast<std::ptrdiff_t>(used);
@@ -216,11 +216,14 @@ void decodeBaked(const std::string& bytes, const std::string& file, Object& obje
   }
 }
 
-std::string hashText(const std::string& bytes) {
+std::string digits(std::uint64_t hash) {
   char text[17];
-  std::snprintf(text, sizeof text, "%016llx",
-                static_cast<unsigned long long>(XXH64(bytes.data(), bytes.size(), 0)));
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
   return text;
+}
+
+std::string hashText(const std::string& bytes) {
+  return digits(XXH64(bytes.data(), bytes.size(), 0));
 }
 
 }  // namespace vest::scene

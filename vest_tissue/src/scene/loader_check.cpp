@@ -1,14 +1,21 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <set>
 #include <tuple>
+
+#include <Eigen/Geometry>
 
 #include "vest_tissue/scene/baked.h"
 #include "yaml_reader.h"
 
 namespace vest::scene {
 namespace {
+
+constexpr double kLeastMass = 1e-30;  // single precision holds its inverse
+/// Of the distance from the origin: four spacings of single precision.
+constexpr double kResolved = 4.8e-7;
 
 class Check {
  public:
@@ -32,7 +39,19 @@ class Check {
   }
   void number(const std::string& field, std::size_t index, double value, double least,
               const char* allowed) const {
-    if (!std::isfinite(value) || value < least) fail(field, index, std::to_string(value), allowed);
+    if (!(value >= least && value <= kGreatest))
+      fail(field, index, text(value), std::string(allowed) + ", at most 1e30");
+  }
+  void place(const std::string& field, std::size_t index, const Eigen::Vector3d& x) const {
+    for (const double c : x) {
+      if (!(std::abs(c) <= kFarthest))
+        fail(field, index, text(c), "must be a coordinate from -500000 to 500000");
+    }
+  }
+  static std::string text(double value) {
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "%g", value);
+    return buffer;
   }
 
  private:
@@ -64,7 +83,10 @@ void checkSkin(const Object& object, const Check& check) {
     double sum = 0;
     for (std::uint32_t e = from; e < to; ++e) {
       check.knot("skin.binding_knots", e, skin.binding_knots[e]);
-      sum += skin.binding_weights[e];
+      if (!(std::abs(skin.binding_weights[e]) <= 1e3f))
+        check.fail("skin.binding_weights", e, Check::text(static_cast<double>(skin.binding_weights[e])),
+                   "must be from -1000 to 1000");
+      sum += static_cast<double>(skin.binding_weights[e]);
     }
     if (!(std::abs(sum - 1) < 1e-4))
       check.fail("skin.binding_weights", v, "sum " + std::to_string(sum), "must sum to 1");
@@ -78,7 +100,36 @@ void checkSkin(const Object& object, const Check& check) {
       if (v >= vertices)
         check.fail("skin.triangles", t, "vertex " + std::to_string(v), "must be a vertex of the skin");
     }
+    const auto& k = skin.triangles[t];
+    if (k[0] == k[1] || k[1] == k[2] || k[2] == k[0])
+      check.fail("skin.triangles", t, "a corner twice", "must have three corners");
   }
+}
+
+/// Triangles that others touch: three corners each, none twice; where they are closed, seen from outside.
+void checkSurface(const Object& object, const Check& check) {
+  const auto& triangles = object.contact_triangles;
+  std::set<std::array<Index, 3>> known;
+  std::set<std::pair<Index, Index>> edges;
+  double six = 0;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    std::array<Index, 3> t = triangles[i];
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
+      check.fail("contact_triangles", i, "knot " + std::to_string(t[0] == t[1] ? t[0] : t[2]) + " twice",
+                 "must have three corners");
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+    if (!known.insert(t).second)
+      check.fail("contact_triangles", i, "stands there twice", "must stand there once");
+    for (std::size_t e = 0; e < 3; ++e) edges.insert({t[e], t[(e + 1) % 3]});
+    const Eigen::Vector3d o = object.rest_position[triangles[0][0]];
+    six += (object.rest_position[t[0]] - o)
+               .dot((object.rest_position[t[1]] - o).cross(object.rest_position[t[2]] - o));
+  }
+  for (const auto& [from, to] : edges)
+    if (edges.count({to, from}) == 0) return;  // open: it has two sides
+  if (six < 0 && object.organ != "cavity")
+    check.fail("contact_triangles", 0, "inside out, volume " + Check::text(six / 6),
+               "must be counter-clockwise from outside (organ: cavity where one looks from within)");
 }
 
 }  // namespace
@@ -94,11 +145,10 @@ void checkObject(const Object& object, const std::string& file) {
   check.size("damping", object.damping.size(), knots);
   check.size("fixed", object.fixed.size(), knots);
   for (std::size_t i = 0; i < knots; ++i) {
-    if (!object.rest_position[i].allFinite())
-      check.fail("rest_position", i, "not finite", "must be finite numbers");
-    if (!object.position[i].allFinite()) check.fail("position", i, "not finite", "must be finite numbers");
-    if (!std::isfinite(object.mass[i]) || !(object.mass[i] > 0))
-      check.fail("mass", i, std::to_string(object.mass[i]), "must be > 0");
+    check.place("rest_position", i, object.rest_position[i]);
+    check.place("position", i, object.position[i]);
+    check.number("mass", i, object.mass[i], kLeastMass, "must be at least 1e-30");
+    if (object.fixed[i] > 1) check.fail("fixed", i, std::to_string(object.fixed[i]), "must be 0 or 1");
     check.number("damping", i, object.damping[i], 0, "must be >= 0");
   }
   std::set<std::tuple<int, Index, Index, Index>> known;
@@ -116,17 +166,26 @@ void checkObject(const Object& object, const std::string& file) {
                  "must not stand there twice");
     }
     const bool has_length = link.kind == LinkKind::Elastic || link.kind == LinkKind::Plastic;
-    if (!std::isfinite(link.rest) || (has_length && !(link.rest > 0))) {
-      check.fail("links.rest_length", i, std::to_string(link.rest), "must be > 0");
+    if (!(std::abs(link.rest) <= kFarthest) || (has_length && !(link.rest > 0))) {
+      check.fail("links.rest_length", i, Check::text(link.rest), "must be > 0, at most 500000");
+    }
+    const double off = std::max(object.position[link.knot0].cwiseAbs().maxCoeff(),
+                                object.position[link.knot1].cwiseAbs().maxCoeff());
+    if (has_length && link.rest < kResolved * off) {
+      check.fail("links.rest_length", i, Check::text(link.rest),
+                 "must be at least " + Check::text(kResolved * off) + ": its knots lie " + Check::text(off) +
+                     " from the origin, where single precision resolves no less");
     }
     check.number("links.area", i, link.area, 0, "must be >= 0");
+    if (link.kind == LinkKind::Elastic && link.stiffness == 0)
+      check.number("links: youngs_modulus * area / rest_length", i,
+                   object.law.youngs_modulus * link.area / link.rest, 0, "must be >= 0");
     check.number("links.stiffness", i, link.stiffness, 0, "must be >= 0");
     check.number("links.damping", i, link.damping, 0, "must be >= 0");
   }
   for (std::size_t i = 0; i < object.tethers.size(); ++i) {
     check.knot("tethers", i, object.tethers[i].knot);
-    if (!object.tethers[i].place.allFinite())
-      check.fail("tethers", i, "place not finite", "must be finite numbers");
+    check.place("tethers.place", i, object.tethers[i].place);
     check.number("tethers.stiffness", i, object.tethers[i].stiffness, 0, "must be >= 0");
     check.number("tethers.damping", i, object.tethers[i].damping, 0, "must be >= 0");
   }
@@ -137,6 +196,7 @@ void checkObject(const Object& object, const std::string& file) {
   for (std::size_t i = 0; i < object.contact_triangles.size(); ++i) {
     for (const Index knot : object.contact_triangles[i]) check.knot("contact_triangles", i, knot);
   }
+  checkSurface(object, check);
   for (std::size_t i = 0; i < object.volumes.size(); ++i) {
     for (const auto& triangle : object.volumes[i].triangles) {
       for (const Index knot : triangle) check.knot("volumes", i, knot);

@@ -1,12 +1,16 @@
 #include "loader_fem.h"
 
 #include <algorithm>
-#include <cstring>
-#include <limits>
+#include <cmath>
+#include <cstdio>
 #include <stdexcept>
+#include <tuple>
 
 #include "csv_reader.h"
+#include "vest_instruments/files/read.h"
 #include "vest_tissue/fem/description.h"
+#include "vest_tissue/fem/tissue.h"
+#include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/fem_object.h"
 #include "vest_tissue/volume/lattice.h"
 #include "vest_tissue/volume/mesh_file.h"
@@ -17,8 +21,15 @@ namespace {
 using yaml::Map;
 using yaml::Value;
 
-constexpr double kMost = std::numeric_limits<double>::max();
+constexpr double kMost = kGreatest;
+constexpr std::size_t kMostBoxes = 256;      // ours
 constexpr std::uint32_t kMostVoxels = 1024;  // along an axis
+
+std::string format(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%g", value);
+  return buffer;
+}
 
 Eigen::Vector3d vectorOf(const csv::Table& table, std::size_t row, const char* const (&names)[3]) {
   Eigen::Vector3d v;
@@ -58,25 +69,91 @@ struct Reading {
       return f();
     } catch (const std::invalid_argument& error) {
       const std::string what = error.what();
-      if (what.compare(0, path.size(), path) == 0 && !path.empty()) throw;
+      const std::string file = files::shown(path, 4096);
+      if (!path.empty() && what.compare(0, file.size(), file) == 0) throw;
       map[key].fail(what);
     }
   }
 };
 
-void readTables(Reading& r) {
+/// Where nodes and tetrahedra stand, for messages. Lines: of tables alone.
+struct Places {
+  std::string nodes, tetrahedra;
+  std::vector<int> node_line, tetrahedron_line;
+
+  [[noreturn]] void fail(bool node, std::size_t index, const std::string& value,
+                         const std::string& allowed) const {
+    const auto& lines = node ? node_line : tetrahedron_line;
+    const char* const what = node ? "node" : "tetrahedron";
+    yaml::fail(node ? nodes : tetrahedra, index < lines.size() ? lines[index] : 0,
+               std::string(what) + " " + std::to_string(index), value, allowed);
+  }
+};
+
+void checkShape(const fem::Description& d, const Places& places, bool in_world) {
+  if (in_world && d.nodes.size() > fem::kMostTissueNodes) {
+    yaml::fail(places.nodes, 0, "nodes", std::to_string(d.nodes.size()),
+               "must be at most " + std::to_string(fem::kMostTissueNodes) + " with integrator: newton_euler");
+  }
+  for (std::size_t n = 0; n < d.nodes.size(); ++n)
+    for (const double c : d.nodes[n])
+      if (!(std::abs(c) <= kFarthest))
+        places.fail(true, n, "a coordinate of " + format(c), "must be from -500000 to 500000");
+  std::vector<std::uint8_t> used(d.nodes.size(), 0);
+  struct Face {
+    std::array<fem::Index, 3> nodes;
+    std::uint32_t of;  ///< tetrahedron
+    bool operator<(const Face& f) const { return std::tie(nodes, of) < std::tie(f.nodes, f.of); }
+  };
+  std::vector<Face> faces;
+  std::vector<std::pair<std::array<fem::Index, 4>, std::uint32_t>> known;
+  faces.reserve(4 * d.tetrahedra.size()), known.reserve(d.tetrahedra.size());
+  for (std::uint32_t e = 0; e < d.tetrahedra.size(); ++e) {
+    std::array<fem::Index, 4> t = d.tetrahedra[e];
+    const int is = fem::orientation({d.nodes[t[0]], d.nodes[t[1]], d.nodes[t[2]], d.nodes[t[3]]});
+    if (is != 1) {
+      places.fail(false, e, is < 0 ? "inverted: its volume is negative" : "flat: it has no volume",
+                  "must have positive volume, (n1-n0)·((n2-n0)×(n3-n0)) > 0" +
+                      std::string(is < 0 ? "; two of its nodes are to be swapped" : ""));
+    }
+    for (const fem::Index n : t) used[n] = 1;
+    std::sort(t.begin(), t.end());
+    known.emplace_back(t, e);
+    faces.push_back({{t[0], t[1], t[2]}, e}), faces.push_back({{t[0], t[1], t[3]}, e});
+    faces.push_back({{t[0], t[2], t[3]}, e}), faces.push_back({{t[1], t[2], t[3]}, e});
+  }
+  std::sort(known.begin(), known.end());
+  for (std::size_t i = 1; i < known.size(); ++i)
+    if (known[i].first == known[i - 1].first)
+      places.fail(false, known[i].second, "stands there twice", "must stand there once");
+  std::sort(faces.begin(), faces.end());
+  for (std::size_t i = 2; i < faces.size(); ++i)
+    if (faces[i].nodes == faces[i - 2].nodes)
+      places.fail(false, faces[i].of, "the third one at a face", "must share a face with one other");
+  for (std::size_t n = 0; in_world && n < used.size(); ++n)
+    if (used[n] == 0)
+      places.fail(true, n, "belongs to no tetrahedron", "must belong to one with integrator: newton_euler");
+}
+
+void readTables(Reading& r, Places& places) {
   const csv::Table nodes = r.table("nodes", {"node", "x", "y", "z"});
   if (nodes.rows.empty()) yaml::fail(r.path, 0, "rows", "none", "must have at least one node");
   const std::size_t most = nodes.rows.size() - 1;
+  places.nodes = r.path;
+  places.node_line.resize(nodes.rows.size());
   r.d.nodes.resize(nodes.rows.size());
   std::vector<bool> seen(nodes.rows.size(), false);
   for (std::size_t i = 0; i < nodes.rows.size(); ++i) {
     const std::size_t node = nodes.index(i, "node", most);
     if (seen[node]) yaml::fail(r.path, nodes.lines[i], "node", std::to_string(node), "must be there once");
     seen[node] = true;
+    places.node_line[node] = nodes.lines[i];
     r.d.nodes[node] = vectorOf(nodes, i, {"x", "y", "z"});
   }
   const csv::Table tetrahedra = r.table("tetrahedra", {"n0", "n1", "n2", "n3"});
+  if (tetrahedra.rows.empty()) yaml::fail(r.path, 0, "rows", "none", "must have at least one tetrahedron");
+  places.tetrahedra = r.path;
+  places.tetrahedron_line = tetrahedra.lines;
   for (std::size_t i = 0; i < tetrahedra.rows.size(); ++i) {
     std::array<fem::Index, 4> t{};
     const char* const names[] = {"n0", "n1", "n2", "n3"};
@@ -158,9 +235,9 @@ volume::LabelledImage readImage(Reading& r, const Value& value) {
 }
 
 /// Lattice in an image or a closed surface. Returns the labels of its cells.
-std::vector<std::uint16_t> readLattice(Reading& r) {
+std::vector<std::uint16_t> readLattice(Reading& r, bool in_world) {
   Map& map = r.map;
-  const double cell = map["cell"].positive();
+  const double cell = map["cell"].number(1e-9, kFarthest);
   volume::Lattice lattice;
   volume::Surface surface;
   const bool fit = !map.has("fit") || map["fit"].boolean();
@@ -179,8 +256,19 @@ std::vector<std::uint16_t> readLattice(Reading& r) {
     const std::string bytes = r.read(map["skin"], r.path);
     r.with("skin", [&] { surface = volume::readSurface(r.path, bytes); });
   }
-  if (fit) volume::fitBoundary(lattice, surface, cell);
-  r.object.skin = volume::embed(lattice, surface);
+  r.path.clear();
+  r.with(map.has("skin") ? "skin" : "cell", [&] {
+    if (fit) volume::fitBoundary(lattice, surface, cell);
+    r.object.skin = volume::embed(lattice, surface);
+  });
+  for (const Eigen::Vector3d& x : lattice.nodes)
+    if (!(x.cwiseAbs().maxCoeff() <= kFarthest))
+      map["cell"].fail("must leave nodes within 500000 of the origin; one is at " +
+                       format(x.cwiseAbs().maxCoeff()));
+  if (in_world && lattice.nodes.size() > fem::kMostTissueNodes) {
+    map["cell"].fail("gives " + std::to_string(lattice.nodes.size()) + " nodes; must give at most " +
+                     std::to_string(fem::kMostTissueNodes) + " with integrator: newton_euler");
+  }
   r.d.nodes = std::move(lattice.nodes);
   r.d.tetrahedra = std::move(lattice.tetrahedra);
   return std::move(lattice.label);
@@ -194,6 +282,8 @@ void readHeld(Reading& r) {
       r.d.fixed.push_back(static_cast<fem::Index>(fixed.index(i, "node", most)));
   }
   if (r.map.has("fixed_boxes")) {
+    if (r.map["fixed_boxes"].node().size() > kMostBoxes)
+      r.map["fixed_boxes"].fail("must be at most " + std::to_string(kMostBoxes) + " boxes");
     for (const Value& item : r.map["fixed_boxes"].list()) {
       const auto corners = item.list();
       if (corners.size() != 2) item.fail("must be two corners: [[x, y, z], [x, y, z]]");
@@ -213,13 +303,15 @@ void readHeld(Reading& r) {
     for (std::size_t i = 0; i < loads.rows.size(); ++i) {
       r.d.loads.push_back(
           {static_cast<fem::Index>(loads.index(i, "node", most)), vectorOf(loads, i, {"fx", "fy", "fz"})});
+      if (!(r.d.loads.back().force.cwiseAbs().maxCoeff() <= kMost))
+        yaml::fail(r.path, loads.lines[i], "fx, fy, fz", "beyond 1e30", "must be at most 1e30");
     }
   }
 }
 
 }  // namespace
 
-void readFem(Map& map, const ReadFile& read, Object& object) {
+void readFem(Map& map, const ReadFile& read, bool in_world, Object& object) {
   auto d = std::make_shared<fem::Description>();
   d->name = object.name;
   if (map.has("strain")) {
@@ -237,6 +329,7 @@ void readFem(Map& map, const ReadFile& read, Object& object) {
     d->start_in_equilibrium = map["start"].oneOf({"rest", "equilibrium"}) == "equilibrium";
   Reading r{map, read, object, *d, {}};
   std::vector<std::uint16_t> label;
+  Places places;
   const bool volume = object.model == ObjectModel::Volume;
   const int shapes = (map.has("image") ? 1 : 0) + (map.has("surface") ? 1 : 0) + (map.has("mesh") ? 1 : 0) +
                      (map.has("nodes") ? 1 : 0);
@@ -249,18 +342,21 @@ void readFem(Map& map, const ReadFile& read, Object& object) {
   if (map.has("mesh")) {
     const std::string bytes = read(map["mesh"], r.path);
     volume::Lattice mesh = r.with("mesh", [&] { return volume::readTetrahedra(r.path, bytes); });
+    d->nodes = mesh.nodes, d->tetrahedra = mesh.tetrahedra;
+    places.nodes = places.tetrahedra = r.path;
+    checkShape(*d, places, in_world);
     if (map.has("skin")) {
       const std::string of_skin = read(map["skin"], r.path);
       const volume::Surface surface = r.with("skin", [&] { return volume::readSurface(r.path, of_skin); });
-      object.skin = volume::embed(mesh, surface);
+      r.path.clear();
+      r.with("skin", [&] { object.skin = volume::embed(mesh, surface); });
     }
-    d->nodes = std::move(mesh.nodes);
-    d->tetrahedra = std::move(mesh.tetrahedra);
     label = std::move(mesh.label);
   } else if (map.has("nodes")) {
-    readTables(r);
+    readTables(r, places);
+    checkShape(*d, places, in_world);
   } else {
-    label = readLattice(r);
+    label = readLattice(r, in_world);
   }
   readMaterials(r, label);
   readHeld(r);

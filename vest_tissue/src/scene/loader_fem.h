@@ -12,7 +12,8 @@ namespace vest::scene {
 using ReadFile = std::function<std::string(const yaml::Value&, std::string&)>;
 
 /// Keys of an object with `model: fem` or `model: volume` (docs/scene_format.md).
-/// @throws std::invalid_argument: file, line, field, value, what is allowed
-void readFem(yaml::Map& map, const ReadFile& read, Object& object);
+/// In a World each node belongs to a tetrahedron. @throws std::invalid_argument: file, line, field, value,
+/// what is allowed
+void readFem(yaml::Map& map, const ReadFile& read, bool in_world, Object& object);
 
 }  // namespace vest::scene

@@ -13,6 +13,8 @@ namespace {
 using yaml::Map;
 using yaml::Value;
 
+constexpr std::size_t kMostPairs = 1000000000;  // seconds (ours)
+
 void readWave(const Value& value, motility::Wave& w) {
   Map map(value);
   const auto number = [&](const char* key, double& target, double least, double most) {
@@ -81,6 +83,7 @@ void readLiving(Map& map, Object& object) {
 }
 
 void readNearestConnections(const Value& value, Description& description) {
+  std::size_t work = 0;
   for (const Value& item : value.list()) {
     Map map(item);
     const auto names = map["objects"].list();
@@ -102,11 +105,20 @@ void readNearestConnections(const Value& value, Description& description) {
     if (map.has("break_force")) c.break_force = map["break_force"].number(0, 1e9);
     const std::size_t most = map.has("most") ? map["most"].integer(1, 1000000) : 1000000;
     map.finish();
+    work += from.position.size() * to.contact_triangles.size();
+    if (work > kMostPairs)
+      item.fail("must look at no more than " + std::to_string(kMostPairs) +
+                " pairs of a knot and a triangle, with those above it");
     // Nearest first, so that `most` keeps the closest; equal distances by knot.
     std::vector<std::pair<double, Connection>> found;
     for (std::size_t k = 0; k < from.position.size(); ++k) {
       double best = std::numeric_limits<double>::infinity();
       for (const auto& t : to.contact_triangles) {
+        const auto& x = to.position;
+        const Eigen::Vector3d off =
+            (x[t[0]].cwiseMin(x[t[1]]).cwiseMin(x[t[2]]) - from.position[k])
+                .cwiseMax(from.position[k] - x[t[0]].cwiseMax(x[t[1]]).cwiseMax(x[t[2]]));
+        if (off.maxCoeff() > std::min(best, within)) continue;  // nothing of it is so near
         const contact::Nearest n =
             contact::nearest(from.position[k], {to.position[t[0]], to.position[t[1]], to.position[t[2]]});
         if (!(n.distance < best)) continue;

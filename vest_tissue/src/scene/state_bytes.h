@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstring>
 #include <type_traits>
 
@@ -8,8 +9,21 @@
 namespace vest::scene {
 
 /// Walks the State in one order for hash, snapshot and restore. An archive has bytes(void*, size):
-/// little-endian numbers without padding, as x86-64 and ARM64 hold them; and resize(vector, size): its length
-/// goes in and out.
+/// little-endian numbers without padding, as x86-64 and ARM64 hold them; numbers(T*, count), which looks at
+/// what was read; and resize(vector, size): its length goes in and out.
+template <typename T>
+struct NumbersOf {  ///< what a vector's entries consist of
+  using Type = T;
+};
+template <typename T, std::size_t n>
+struct NumbersOf<std::array<T, n>> {
+  using Type = T;
+};
+template <>
+struct NumbersOf<Eigen::Vector3d> {
+  using Type = double;
+};
+
 template <typename Archive>
 struct StateWalker {
   Archive& archive;
@@ -17,12 +31,17 @@ struct StateWalker {
   template <typename T>
   void value(T& v) {
     static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
-    archive.bytes(&v, sizeof v);
+    values(&v, 1);
   }
   template <typename T>
   void values(T* v, std::size_t count) {
     archive.bytes(v, count * sizeof(T));
+    using Number = typename NumbersOf<T>::Type;
+    if constexpr (std::is_floating_point_v<Number>)
+      archive.numbers(reinterpret_cast<const Number*>(v), count * (sizeof(T) / sizeof(Number)));
   }
+  /// NaN says that there is none.
+  void optional(double& v) { archive.bytes(&v, sizeof v); }
   void flag(bool& v) {
     std::uint8_t byte = v;
     value(byte);
@@ -145,7 +164,7 @@ struct StateWalker {
     archive.within(c.count, interaction::kMaxClipKnots), archive.within(c.ring, interaction::kMaxClipKnots);
     values(c.knots.data(), static_cast<std::size_t>(c.count));
     for (int i = 0; i < c.count; ++i) vector3(c.open[i]), vector3(c.closed[i]);
-    value(c.progress), value(c.jaw), value(c.station), value(c.area), value(c.force);
+    value(c.progress), value(c.jaw), optional(c.station), optional(c.area), value(c.force);
     matrix(c.rotation), vector3(c.centre), vector3(c.offset);
   }
   void sling(interaction::Sling& s) {
@@ -153,7 +172,7 @@ struct StateWalker {
         value(s.object);
     value(s.count), archive.within(s.count, interaction::kMaxSlingKnots);
     values(s.knots.data(), static_cast<std::size_t>(s.count));
-    value(s.ring), value(s.rest), value(s.tension), value(s.station), value(s.area);
+    value(s.ring), value(s.rest), value(s.tension), optional(s.station), optional(s.area);
     for (int i = 0; i < interaction::kSlingNodes; ++i) {
       interaction::SlingTouch& t = s.touch[i];
       vector3(s.node[i]), vector3(s.velocity[i]);

@@ -1,63 +1,13 @@
 #include "yaml_reader.h"
 
-#include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <sstream>
 #include <stdexcept>
 
-#include <yaml-cpp/eventhandler.h>
+#include "vest_instruments/files/strict_yaml.h"
 
 namespace vest::scene::yaml {
 namespace {
-
-std::string shortened(const std::string& text) {
-  std::string clean;
-  for (const char c : text) clean += (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) ? '?' : c;
-  return clean.size() > 60 ? clean.substr(0, 57) + "..." : clean;
-}
-
-// Walks the events before any tree is built, so that a hostile file cannot make a large one.
-class Scan : public YAML::EventHandler {
- public:
-  explicit Scan(std::string file) : file_(std::move(file)) {}
-  void OnDocumentStart(const YAML::Mark&) override {}
-  void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { noAnchor(mark, anchor); }
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
-    yaml::fail(file_, mark.line + 1, "document", "alias", "aliases are not allowed");
-  }
-  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
-                const std::string&) override {
-    noAnchor(mark, anchor);
-  }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
-                       YAML::EmitterStyle::value) override {
-    noAnchor(mark, anchor);
-    deeper(mark);
-  }
-  void OnSequenceEnd() override { --depth_; }
-  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
-                  YAML::EmitterStyle::value) override {
-    noAnchor(mark, anchor);
-    deeper(mark);
-  }
-  void OnMapEnd() override { --depth_; }
-
- private:
-  void noAnchor(const YAML::Mark& mark, YAML::anchor_t anchor) const {
-    if (anchor != 0)
-      yaml::fail(file_, mark.line + 1, "document", "anchor", "anchors and aliases are not allowed");
-  }
-  void deeper(const YAML::Mark& mark) {
-    if (++depth_ > kMaxDepth) {
-      yaml::fail(file_, mark.line + 1, "document", "nesting deeper than " + std::to_string(kMaxDepth),
-                 "at most " + std::to_string(kMaxDepth) + " levels");
-    }
-  }
-  std::string file_;
-  int depth_ = 0;
-};
 
 std::string format(double value) {
   char buffer[32];
@@ -69,24 +19,15 @@ std::string format(double value) {
 
 void fail(const std::string& file, int line, const std::string& field, const std::string& value,
           const std::string& allowed) {
-  throw std::invalid_argument(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + field + ": " +
-                              shortened(value) + ": " + allowed);
+  throw std::invalid_argument(files::shown(file, 4096) + (line > 0 ? ":" + std::to_string(line) : "") + ": " +
+                              files::shown(field, 200) + ": " + files::shown(value) + ": " +
+                              files::shown(allowed, 4096));
 }
 
-std::string readFile(const std::string& path, std::size_t max_bytes) {
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) fail(path, 0, "file", "missing", "must be a readable file");
-  std::string bytes;
-  char buffer[1 << 16];
-  while (stream.read(buffer, sizeof buffer) || stream.gcount() > 0) {
-    bytes.append(buffer, static_cast<std::size_t>(stream.gcount()));
-    if (bytes.size() > max_bytes) {
-      fail(path, 0, "file", "more than " + std::to_string(max_bytes) + " bytes",
-           "at most " + std::to_string(max_bytes) + " bytes");
-    }
-  }
-  if (stream.bad()) fail(path, 0, "file", "not readable", "must be a readable file");
-  return bytes;
+std::string readFile(const std::string& path, std::size_t max_bytes) try {
+  return files::read(path, max_bytes);
+} catch (const files::Refused& why) {
+  fail(path, why.line, why.field, why.value, "allowed: " + why.allowed);
 }
 
 std::string resolve(const std::string& directory, const std::string& relative, const std::string& file,
@@ -140,15 +81,8 @@ bool Value::boolean() const {
 double Value::number(double least, double most) const {
   const std::string allowed = "must be a number from " + format(least) + " to " + format(most);
   if (!node_.IsScalar()) fail(allowed);
-  const std::string& word = node_.Scalar();
-  std::size_t used = 0;
   double value = 0;
-  try {
-    value = std::stod(word, &used);
-  } catch (const std::exception&) {
-    fail(allowed);
-  }
-  if (used != word.size() || !std::isfinite(value) || value < least || value > most) fail(allowed);
+  if (!files::parseNumber(node_.Scalar(), value) || value < least || value > most) fail(allowed);
   return value;
 }
 
@@ -238,17 +172,11 @@ Value parse(const std::string& file, const std::string& text) {
          "at most " + std::to_string(kMaxBytes) + " bytes");
   }
   try {
-    {
-      std::istringstream stream(text);
-      YAML::Parser parser(stream);
-      Scan scan(file);
-      parser.HandleNextDocument(scan);
-    }
-    const YAML::Node root = YAML::Load(text);
+    const YAML::Node root = files::parseYaml(text);
     if (!root.IsMap()) fail(file, 1, "document", "no mapping", "must be a mapping");
     return Value(file, "", root);
-  } catch (const YAML::Exception& error) {
-    fail(file, error.mark.line + 1, "document", error.msg, "must be well-formed YAML");
+  } catch (const files::Refused& why) {
+    fail(file, why.line, why.field, why.value, "allowed: " + why.allowed);
   }
 }
 

@@ -8,18 +8,18 @@
 #include <yaml-cpp/yaml.h>
 #include <Eigen/Core>
 
-/// Strict reading of YAML: unknown and doubled keys, aliases, deep nesting and large files are errors; every
-/// error is one message with file, line, field, value and what is allowed.
+/// Strict reading of YAML: unknown and doubled keys, and what vest_instruments/files/strict_yaml.h refuses,
+/// are errors; every error is one message with file, line, field, value and what is allowed.
 namespace vest::scene::yaml {
 
 constexpr std::size_t kMaxBytes = 4u << 20;
-constexpr int kMaxDepth = 32;
 
 /// @throws std::invalid_argument
 [[noreturn]] void fail(const std::string& file, int line, const std::string& field, const std::string& value,
                        const std::string& allowed);
 
-/// Whole file as bytes. @throws std::invalid_argument if it cannot be read or is larger than `max_bytes`
+/// Whole regular file as bytes. @throws std::invalid_argument if it cannot be read or is larger than
+/// `max_bytes`
 std::string readFile(const std::string& path, std::size_t max_bytes);
 
 /// A relative path below the scene's directory: no "..", no absolute path, no URL. Returns

@@ -7,10 +7,23 @@
 
 #include <Eigen/Geometry>
 
+#include "settle.h"
+#include "vest_tissue/fem/description.h"
+#include "vest_tissue/fem/model.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/baked.h"
 
 namespace vest::tools {
+
+namespace {
+
+/// Connected tetrahedra.
+std::size_t countParts(const fem::Description& d) {
+  const std::vector<int> parts = fem::components(d, {});
+  return parts.empty() ? 0 : static_cast<std::size_t>(*std::max_element(parts.begin(), parts.end()) + 1);
+}
+
+}  // namespace
 
 bool printCheck(const scene::Description& description) {
   std::printf("%-22s %-9s %6s %7s %6s %5s %6s %8s %9s %8s %6s %6s %9s\n", "object", "organ", "knots",
@@ -20,9 +33,11 @@ bool printCheck(const scene::Description& description) {
   bool good = true;
   for (const auto& object : description.objects) {
     const bool rigid = object.model == scene::ObjectModel::Rigid;
-    const std::size_t pieces = rigid ? 1 : scene::countPieces(object);
+    const bool elements = object.fem != nullptr;
+    const std::size_t pieces = rigid ? 1 : elements ? countParts(*object.fem) : scene::countPieces(object);
     const std::size_t twice = scene::countDuplicateLinks(object);
-    const std::size_t unbound = object.skin.triangles.empty() ? 0 : scene::countUnboundKnots(object);
+    const bool bound = elements || object.skin.triangles.empty();  // inner nodes carry no skin
+    const std::size_t unbound = bound ? 0 : scene::countUnboundKnots(object);
     double mass = 0;
     for (const double m : object.mass) mass += m;
     const auto fixed = std::count(object.fixed.begin(), object.fixed.end(), 1);
@@ -30,12 +45,16 @@ bool printCheck(const scene::Description& description) {
         std::count_if(description.connections.begin(), description.connections.end(),
                       [&](const auto& c) { return c.object0 == object.name || c.object1 == object.name; });
     // Sub-steps that an explicit step of the springs needs at rest: dt·omega/2 (models.md section 2).
-    const double steps = rigid ? 0 : description.dt * modelling::highestFrequency(object) / 2;
+    const double steps = rigid || elements ? 0 : description.dt * modelling::highestFrequency(object) / 2;
     std::printf("%-22s %-9s %6zu %7zu %6zu %5zu %6zu %8zu %9zu %8.2f %6td %6td %9.2f%s\n",
                 object.name.c_str(), object.organ.c_str(), object.mass.size(), object.links.size(), pieces,
                 twice, unbound, object.skin.texture_coordinates.size(), object.skin.triangles.size(),
-                1000 * mass, fixed, ties, steps, rigid ? "  rigid" : "");
-    good = good && pieces == 1 && twice == 0 && unbound == 0;
+                1000 * mass, fixed, ties, steps,
+                rigid      ? "  rigid"
+                : elements ? ("  " + std::to_string(object.fem->tetrahedra.size()) + " tetrahedra").c_str()
+                           : "");
+    // Parts of a volume may be loose: an image holds what it holds.
+    good = good && (pieces == 1 || elements) && twice == 0 && unbound == 0;
     if (rigid) continue;
     ++objects;
     knots += object.mass.size();
@@ -68,6 +87,22 @@ bool printCheck(const scene::Description& description) {
   }
   std::printf("%s\n", good ? "good" : "NOT good: pieces must be 1; twice and free must be 0");
   return good;
+}
+
+bool startsWell(const scene::Description& description) try {
+  constexpr int kSteps = 10;
+  if (description.integrator == scene::Integrator::NewtonEuler) {
+    scene::World world(description, 1);
+    run(world, kSteps * description.dt, 0.0);
+    return true;
+  }
+  const bool still = description.integrator == scene::Integrator::Static;
+  for (const auto& object : description.objects)
+    if (object.fem) fem::buildModel(*object.fem, still ? fem::Use::Static : fem::Use::Dynamic);
+  return true;
+} catch (const std::exception& error) {
+  std::printf("NOT good: it does not start: %s\n", error.what());
+  return false;
 }
 
 std::string defaultMaterials() {

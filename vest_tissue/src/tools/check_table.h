@@ -10,6 +10,9 @@ namespace vest::tools {
 /// links, with every knot in the skin's binding.
 bool printCheck(const scene::Description& description);
 
+/// Whether a scene can be built and takes ten steps without a FAULT (as its integrator says). Prints why not.
+bool startsWell(const scene::Description& description);
+
 /// data/materials.yaml of this package: in the source, or where it was installed.
 std::string defaultMaterials();
 

@@ -7,39 +7,22 @@
 #include <string>
 #include <vector>
 
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
-#include <assimp/Importer.hpp>
 
 #include "surface_distance.h"
+#include "vest_instruments/files/read.h"
 #include "vest_tissue/net/skin.h"
 #include "vest_tissue/scene/world.h"
+#include "vest_tissue/volume/mesh_file.h"
 
 namespace {
 
 using vest::tools::Surface;
 
 Surface readMesh(const std::string& path) {
-  Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_JoinIdenticalVertices);
-  if (scene == nullptr || scene->mNumMeshes == 0)
-    throw std::invalid_argument(path + ": no mesh that can be read");
-  Surface surface;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-    const aiMesh& mesh = *scene->mMeshes[m];
-    const auto base = static_cast<std::uint32_t>(surface.points.size());
-    for (unsigned v = 0; v < mesh.mNumVertices; ++v)
-      surface.points.emplace_back(mesh.mVertices[v].x, mesh.mVertices[v].y, mesh.mVertices[v].z);
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-      const aiFace& face = mesh.mFaces[f];
-      if (face.mNumIndices == 3)
-        surface.triangles.push_back(
-            {base + face.mIndices[0], base + face.mIndices[1], base + face.mIndices[2]});
-    }
-  }
-  return surface;
+  vest::volume::Surface mesh = vest::volume::readSurface(path, vest::files::read(path, 64u << 20));
+  return {std::move(mesh.vertices), std::move(mesh.triangles)};
 }
 
 void append(const Surface& part, Surface& whole) {

@@ -1,12 +1,15 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
+#include <stdexcept>
 #include <string>
 
 #include <CLI/CLI.hpp>
 
 #include "check_table.h"
 #include "settle.h"
+#include "vest_instruments/files/read.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/world.h"
 
@@ -49,19 +52,30 @@ int main(int argc, char** argv) {
       if (directory.empty()) directory = directoryOf(source_path);
       const auto materials = vest::modelling::readMaterials(materials_path);
       const auto description = vest::modelling::bake(vest::modelling::readSource(source_path), materials);
-      vest::modelling::writeScene(description, directory, fileOf(source_path));
+      // A scene lies beside its source.
+      std::error_code error;
+      const bool beside = std::filesystem::equivalent(directory, directoryOf(source_path), error);
+      vest::modelling::writeScene(description, directory, fileOf(source_path),
+                                  beside ? "" : vest::files::read(source_path, 4u << 20));
       scene_path = directory + "/" + description.name + ".yaml";
     }
     auto description = vest::scene::loadScene(scene_path);
     if (settle->parsed()) {
       for (auto& object : description.objects) object.position = object.rest_position;
       vest::tools::settle(description, seconds, threads, true);
-      vest::modelling::writeScene(description, description.directory, "source.yaml");
+      if (description.source.empty())
+        throw std::invalid_argument(scene_path +
+                                    ": source: missing: only a scene that bake wrote can be settled");
+      vest::modelling::writeScene(description, description.directory, description.source);
       description = vest::scene::loadScene(scene_path);
     }
-    return vest::tools::printCheck(description) ? 0 : 1;
+    const bool good = vest::tools::printCheck(description);
+    return vest::tools::startsWell(description) && good ? 0 : 1;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "vest_model: %s\n", error.what());
+    const std::string message = error.what();
+    const bool named = message.compare(0, scene_path.size(), scene_path) == 0 ||
+                       message.find(directoryOf(scene_path) + "/") == 0 || scene_path.empty();
+    std::fprintf(stderr, "vest_model: %s%s\n", named ? "" : (scene_path + ": ").c_str(), message.c_str());
     return 1;
   }
 }

@@ -5,11 +5,14 @@
 #include <map>
 #include <sstream>
 #include <stdexcept>
+#include <tuple>
 
 namespace vest::volume {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr std::size_t kMostWork = 1000000000;  // looks at triangles: seconds (ours)
 
 [[noreturn]] void refuse(const std::string& what) {
   throw std::invalid_argument(what);
@@ -91,23 +94,103 @@ Lattice fill(const Cubes& c, Place place) {
   return lattice;
 }
 
+std::string text(const Vector3d& v) {
+  std::ostringstream out;
+  out << "(" << v.x() << ", " << v.y() << ", " << v.z() << ")";
+  return out.str();
+}
+
+/// Each edge has its opposite once: the surface is closed, and nowhere more than two triangles meet at an
+/// edge.
 void checkClosed(const Surface& s) {
-  std::map<std::pair<Index, Index>, int> edges;
+  struct Edge {
+    Index low, high;
+    std::uint8_t back;
+    bool operator<(const Edge& e) const {
+      return std::tie(low, high, back) < std::tie(e.low, e.high, e.back);
+    }
+  };
+  std::vector<Edge> edges;
+  edges.reserve(3 * s.triangles.size());
   for (const auto& t : s.triangles) {
     for (std::size_t e = 0; e < 3; ++e) {
-      if (t[e] >= s.vertices.size()) refuse("the surface names a vertex that does not exist");
-      ++edges[{t[e], t[(e + 1) % 3]}];
+      const Index a = t[e], b = t[(e + 1) % 3];
+      if (a >= s.vertices.size()) refuse("the surface names a vertex that does not exist");
+      edges.push_back({std::min(a, b), std::max(a, b), a > b});
     }
   }
+  std::sort(edges.begin(), edges.end());
   std::size_t open = 0;
-  for (const auto& [edge, count] : edges) {
-    const auto back = edges.find({edge.second, edge.first});
-    if (back == edges.end() || back->second != count) ++open;
+  for (std::size_t i = 0, next = 0; i < edges.size(); i = next) {
+    std::size_t there = 0, back = 0;
+    for (next = i;
+         next < edges.size() && edges[next].low == edges[i].low && edges[next].high == edges[i].high; ++next)
+      ++(edges[next].back ? back : there);
+    if (there > 1 && there == back) {
+      refuse("the surface is pinched: " + std::to_string(there + back) + " triangles meet at the edge from " +
+             text(s.vertices[edges[i].low]) + " to " + text(s.vertices[edges[i].high]) +
+             "; allowed: two at each edge");
+    }
+    open += there > back ? there - back : back - there;
   }
   if (open > 0 || s.triangles.empty()) {
     refuse("the surface is not closed: " + std::to_string(open) +
            " edges have no triangle on their other side; allowed: closed surfaces, counter-clockwise from "
            "outside");
+  }
+}
+
+/// The triangles around each vertex are one fan: edge by edge one comes from each of them to each other.
+void checkFans(const Surface& s) {
+  std::vector<Index> root(3 * s.triangles.size());
+  for (Index i = 0; i < root.size(); ++i) root[i] = i;
+  const auto find = [&root](Index i) {
+    while (root[i] != i) i = root[i] = root[root[i]];
+    return i;
+  };
+  struct Side {
+    Index from, to, corner_from, corner_to;
+  };
+  std::vector<Side> sides;
+  sides.reserve(root.size());
+  for (Index t = 0; t < s.triangles.size(); ++t) {
+    for (Index e = 0; e < 3; ++e) {
+      const Index f = (e + 1) % 3;
+      sides.push_back({s.triangles[t][e], s.triangles[t][f], 3 * t + e, 3 * t + f});
+    }
+  }
+  const auto before = [](const Side& a, const Side& b) {
+    return std::tie(a.from, a.to) < std::tie(b.from, b.to);
+  };
+  std::sort(sides.begin(), sides.end(), before);
+  for (const Side& side : sides) {  // with the triangle on the other side, as checkClosed() found it
+    const auto other = std::lower_bound(sides.begin(), sides.end(), Side{side.to, side.from, 0, 0}, before);
+    root[find(side.corner_from)] = find(other->corner_to);
+    root[find(side.corner_to)] = find(other->corner_from);
+  }
+  std::vector<Index> fan(s.vertices.size(), ~0u);
+  for (Index c = 0; c < root.size(); ++c) {
+    Index& of_vertex = fan[s.triangles[c / 3][c % 3]];
+    const Index is = find(c);
+    if (of_vertex == ~0u) of_vertex = is;
+    if (of_vertex != is)
+      refuse("the surface is pinched: it meets itself at the vertex " +
+             text(s.vertices[s.triangles[c / 3][c % 3]]) +
+             "; allowed: one ring of triangles around each vertex");
+  }
+}
+
+void checkOutside(const Surface& s) {
+  double six = 0.0;
+  const Vector3d o = s.vertices[s.triangles[0][0]];
+  for (const auto& t : s.triangles)
+    six += (s.vertices[t[0]] - o).dot((s.vertices[t[1]] - o).cross(s.vertices[t[2]] - o));
+  if (!(six > 0.0)) {
+    std::ostringstream out;
+    out << "the surface is inside out: its volume is " << six / 6.0
+        << "; allowed: counter-clockwise from outside, so that the volume is positive (turn its triangles "
+           "round)";
+    refuse(out.str());
   }
 }
 
@@ -117,13 +200,23 @@ struct Crossing {
   int in;
 };
 
-void crossings(const Surface& s, double y, double z, std::vector<Crossing>& out) {
+/// Triangles that a plane z crosses.
+void slab(const Surface& s, double z, std::vector<Index>& out) {
   out.clear();
-  for (const auto& t : s.triangles) {
+  for (Index t = 0; t < s.triangles.size(); ++t) {
+    const auto& k = s.triangles[t];
+    const double a = s.vertices[k[0]].z(), b = s.vertices[k[1]].z(), c = s.vertices[k[2]].z();
+    if (std::max({a, b, c}) >= z && std::min({a, b, c}) <= z) out.push_back(t);
+  }
+}
+
+void crossings(const Surface& s, const std::vector<Index>& among, double y, double z,
+               std::vector<Crossing>& out) {
+  out.clear();
+  for (const Index of : among) {
+    const auto& t = s.triangles[of];
     const Vector3d &a = s.vertices[t[0]], &b = s.vertices[t[1]], &c = s.vertices[t[2]];
-    if (std::max({a.z(), b.z(), c.z()}) < z || std::min({a.z(), b.z(), c.z()}) > z ||
-        std::max({a.y(), b.y(), c.y()}) < y || std::min({a.y(), b.y(), c.y()}) > y)
-      continue;
+    if (std::min({a.y(), b.y(), c.y()}) > y || std::max({a.y(), b.y(), c.y()}) < y) continue;
     // Point in polygon with half-open edges: triangles that share an edge never both count a point on it.
     bool inside = false;
     for (const auto& [p, q] : {std::pair{&a, &b}, std::pair{&b, &c}, std::pair{&c, &a}}) {
@@ -188,6 +281,8 @@ Lattice fillSurface(const Surface& s, double cell) {
   for (const Vector3d& v : s.vertices)
     if (!v.allFinite()) refuse("the surface has a vertex that is not finite");
   checkClosed(s);
+  checkFans(s);
+  checkOutside(s);
   Vector3d low = s.vertices[s.triangles[0][0]], high = low;
   for (const auto& t : s.triangles)
     for (const Index n : t) low = low.cwiseMin(s.vertices[n]), high = high.cwiseMax(s.vertices[n]);
@@ -196,9 +291,17 @@ Lattice fillSurface(const Surface& s, double cell) {
     low[a] = 0.5 * (low[a] + high[a]) - 0.5 * cell * c.size[static_cast<std::size_t>(a)];
   std::vector<std::uint8_t> inside(c.label.size(), 0);
   std::vector<Crossing> line;
+  std::vector<Index> near;
+  std::size_t work = 0;
   for (int k = 0; k < 2 * c.size[2]; ++k) {
+    const double z = low.z() + cell * (k + 0.5) / 2;
+    slab(s, z, near);
+    work += s.triangles.size() + near.size() * 2 * static_cast<std::size_t>(c.size[1]);
+    if (work > kMostWork)
+      refuse("the surface has " + std::to_string(s.triangles.size()) +
+             " triangles, too many for this cell; allowed: a coarser surface, or larger cells");
     for (int j = 0; j < 2 * c.size[1]; ++j) {
-      crossings(s, low.y() + cell * (j + 0.5) / 2, low.z() + cell * (k + 0.5) / 2, line);
+      crossings(s, near, low.y() + cell * (j + 0.5) / 2, z, line);
       std::size_t next = 0;
       int winding = 0;
       for (int i = 0; i < 2 * c.size[0]; ++i) {

@@ -1,81 +1,19 @@
 #include "vest_tissue/volume/mesh_file.h"
 
 #include <cctype>
-#include <cmath>
-#include <cstdlib>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <unordered_map>
 
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-#include <assimp/Importer.hpp>
+#include "words.h"
 
 namespace vest::volume {
 namespace {
 
-constexpr std::size_t kMostNodes = 2000000;  // of a file (ours)
-
-/// Words of a text file, with the line for messages.
-class Words {
- public:
-  Words(const std::string& path, const std::string& bytes) : path_(path), bytes_(bytes) {}
-
-  [[noreturn]] void fail(const std::string& what) const {
-    throw std::invalid_argument(path_ + ":" + std::to_string(line_) + ": " + what);
-  }
-  bool next(std::string& word) {
-    while (at_ < bytes_.size() && std::isspace(static_cast<unsigned char>(bytes_[at_]))) {
-      if (bytes_[at_++] == '\n') ++line_;
-    }
-    const std::size_t first = at_;
-    while (at_ < bytes_.size() && !std::isspace(static_cast<unsigned char>(bytes_[at_]))) ++at_;
-    word.assign(bytes_, first, at_ - first);
-    return !word.empty();
-  }
-  std::string word(const char* what) {
-    std::string w;
-    if (!next(w)) fail(std::string("ends where ") + what + " was expected");
-    return w;
-  }
-  void skipLine() {
-    while (at_ < bytes_.size() && bytes_[at_] != '\n') ++at_;
-  }
-  std::string restOfLine() {
-    const std::size_t first = at_;
-    skipLine();
-    return bytes_.substr(first, at_ - first);
-  }
-  double number(const char* what) {
-    const std::string w = word(what);
-    char* end = nullptr;
-    const double value = std::strtod(w.c_str(), &end);
-    if (end != w.c_str() + w.size() || !std::isfinite(value))
-      fail(std::string(what) + ": '" + w.substr(0, 40) + "'; allowed: a finite number");
-    return value;
-  }
-  std::size_t whole(const char* what, std::size_t most) {
-    const double value = number(what);
-    if (!(value >= 0.0 && value <= static_cast<double>(most)) || value != std::floor(value))
-      fail(std::string(what) + ": " + std::to_string(value) + "; allowed: whole numbers from 0 to " +
-           std::to_string(most));
-    return static_cast<std::size_t>(value);
-  }
-  /// A count of things of which each takes at least two bytes of the file.
-  std::size_t count(const char* what) { return whole(what, std::min(kMostNodes * 8, bytes_.size() / 2 + 1)); }
-  void expect(const char* wanted) {
-    const std::string w = word(wanted);
-    if (w != wanted) fail("'" + w.substr(0, 40) + "'; allowed here: " + wanted);
-  }
-
- private:
-  const std::string& path_;
-  const std::string& bytes_;
-  std::size_t at_ = 0;
-  int line_ = 1;
-};
-
 constexpr std::size_t kTag = 1u << 30;
+constexpr std::size_t kMostTetrahedra = 2000000;  // of a file (ours)
+constexpr std::size_t kMostCells = 4000000;       // of a file (ours)
 
 /// Nodes of an element by gmsh's number of its kind; 0: not known.
 std::size_t nodesOfKind(std::size_t kind) {
@@ -86,6 +24,27 @@ std::size_t nodesOfKind(std::size_t kind) {
   return found == known.end() ? 0 : found->second;
 }
 
+/// Of a section of version 4.1.
+struct Header {
+  const char* what;
+  std::size_t blocks, entries, least, greatest;  ///< tags from least to greatest
+
+  void check(const Words& in, std::size_t are) const {
+    if (are != entries)
+      in.fail("the header counts " + std::to_string(entries) + " " + what + ", its blocks hold " +
+              std::to_string(are) + "; allowed: as many");
+  }
+};
+
+Header readHeader(Words& in, const char* what) {
+  Header h{what, in.count("the number of blocks"), in.count("the number of entries"), 0, 0};
+  h.least = in.whole("the least tag", kTag);
+  h.greatest = in.whole("the greatest tag", kTag);
+  if (h.entries > 0 && h.least > h.greatest)
+    in.fail("the least tag is above the greatest; allowed: not above");
+  return h;
+}
+
 Lattice readGmsh(const std::string& path, const std::string& bytes) {
   Words in(path, bytes);
   Lattice mesh;
@@ -94,7 +53,7 @@ Lattice readGmsh(const std::string& path, const std::string& bytes) {
   in.expect("$MeshFormat");
   const std::string version = in.word("the version");
   const bool old = version == "2.2";
-  if (!old && version != "4.1") in.fail("version " + version.substr(0, 20) + "; allowed: 2.2 or 4.1");
+  if (!old && version != "4.1") in.fail("version " + files::shown(version, 20) + "; allowed: 2.2 or 4.1");
   if (in.whole("the file type", 1) != 0) in.fail("a binary file; allowed: ASCII (gmsh -bin 0)");
   in.whole("the data size", 16);
   in.expect("$EndMeshFormat");
@@ -106,7 +65,7 @@ Lattice readGmsh(const std::string& path, const std::string& bytes) {
   };
   const auto vector = [&] {
     Eigen::Vector3d x;
-    for (int a = 0; a < 3; ++a) x[a] = in.number("a coordinate");
+    for (int a = 0; a < 3; ++a) x[a] = in.coordinate();
     return x;
   };
   const auto element = [&](std::size_t kind, std::uint16_t label) {
@@ -121,11 +80,17 @@ Lattice readGmsh(const std::string& path, const std::string& bytes) {
     }
     if (kind == 11) in.fail("a tetrahedron of second order; allowed: four nodes (gmsh -order 1)");
     if (kind != 4) return;
+    if (mesh.tetrahedra.size() == kMostTetrahedra)
+      in.fail("more than " + std::to_string(kMostTetrahedra) + " tetrahedra");
     mesh.tetrahedra.push_back(t);
     mesh.label.push_back(label);
   };
   std::string section;
+  std::set<std::string> sections;
   while (in.next(section)) {
+    if ((section == "$Nodes" || section == "$Elements" || section == "$Entities") &&
+        !sections.insert(section).second)
+      in.fail(section + " twice; allowed: once");
     if (section == "$Nodes" && old) {
       const std::size_t count = in.count("the number of nodes");
       for (std::size_t i = 0; i < count; ++i) {
@@ -134,15 +99,17 @@ Lattice readGmsh(const std::string& path, const std::string& bytes) {
       }
       in.expect("$EndNodes");
     } else if (section == "$Nodes") {
-      const std::size_t blocks = in.count("the number of blocks");
-      for (int k = 0; k < 3; ++k) in.whole("a count", kTag);
-      for (std::size_t b = 0; b < blocks; ++b) {
+      const Header header = readHeader(in, "nodes");
+      std::size_t count = 0;
+      for (std::size_t b = 0; b < header.blocks; ++b) {
         in.whole("a dimension", 3), in.whole("an entity", kTag);
         if (in.whole("parametric", 1) != 0) in.fail("parametric nodes; allowed: none");
         std::vector<std::size_t> tags(in.count("the number of nodes"));
-        for (auto& tag : tags) tag = in.whole("a node", kTag);
+        for (auto& tag : tags) tag = in.whole("a node", header.greatest, header.least);
         for (const auto tag : tags) addNode(tag, vector());
+        count += tags.size();
       }
+      header.check(in, count);
       in.expect("$EndNodes");
     } else if (section == "$Elements" && old) {
       const std::size_t count = in.count("the number of elements");
@@ -160,18 +127,20 @@ Lattice readGmsh(const std::string& path, const std::string& bytes) {
       }
       in.expect("$EndElements");
     } else if (section == "$Elements") {
-      const std::size_t blocks = in.count("the number of blocks");
-      for (int k = 0; k < 3; ++k) in.whole("a count", kTag);
-      for (std::size_t b = 0; b < blocks; ++b) {
+      const Header header = readHeader(in, "elements");
+      std::size_t elements = 0;
+      for (std::size_t b = 0; b < header.blocks; ++b) {
         const std::size_t dimension = in.whole("a dimension", 3), entity = in.whole("an entity", kTag),
                           kind = in.whole("a kind", 200), count = in.count("the number of elements");
         const auto found = dimension == 3 ? physical.find(entity) : physical.end();
         const std::uint16_t label = found == physical.end() ? std::uint16_t{0} : found->second;
         for (std::size_t i = 0; i < count; ++i) {
-          in.whole("an element", kTag);
+          in.whole("an element", header.greatest, header.least);
           element(kind, label);
         }
+        elements += count;
       }
+      header.check(in, elements);
       in.expect("$EndElements");
     } else if (section == "$Entities" && !old) {
       std::array<std::size_t, 4> count{};
@@ -198,7 +167,7 @@ Lattice readGmsh(const std::string& path, const std::string& bytes) {
         if (!in.next(word)) in.fail("ends within " + section);
       } while (word != end);
     } else {
-      in.fail("'" + section.substr(0, 40) + "'; allowed here: a section");
+      in.fail("'" + files::shown(section, 40) + "'; allowed here: a section");
     }
   }
   return mesh;
@@ -223,15 +192,18 @@ Lattice readVtk(const std::string& path, const std::string& bytes) {
   while (in.next(key)) {
     if (key == "POINTS") {
       const std::size_t count = in.count("the number of points");
+      if (!mesh.nodes.empty()) in.fail("POINTS twice; allowed: once");
       if (count > kMostNodes) in.fail("more than " + std::to_string(kMostNodes) + " points");
       in.word("a type");
       for (std::size_t i = 0; i < count; ++i) {
         Eigen::Vector3d x;
-        for (int a = 0; a < 3; ++a) x[a] = in.number("a coordinate");
+        for (int a = 0; a < 3; ++a) x[a] = in.coordinate();
         mesh.nodes.push_back(x);
       }
     } else if (key == "CELLS") {
       const std::size_t first = in.count("the number of cells"), second = in.count("the size of the cells");
+      if (!cells.empty()) in.fail("CELLS twice; allowed: once");
+      if (first > kMostCells) in.fail("more than " + std::to_string(kMostCells) + " cells");
       std::string word = in.word("a cell");
       if (word == "OFFSETS") {  // 5.1
         in.word("a type");
@@ -241,34 +213,39 @@ Lattice readVtk(const std::string& path, const std::string& bytes) {
         in.word("a type");
         std::vector<std::size_t> corner(second);
         for (auto& k : corner) k = in.whole("a point", kTag);
+        if (!offset.empty() && (offset.front() != 0 || offset.back() != second))
+          in.fail("offsets from " + std::to_string(offset.front()) + " to " + std::to_string(offset.back()) +
+                  "; allowed: from 0 to " + std::to_string(second));
         for (std::size_t i = 0; i + 1 < first; ++i) {
           if (offset[i + 1] < offset[i]) in.fail("offsets fall; allowed: ascending");
           cells.emplace_back(corner.begin() + static_cast<std::ptrdiff_t>(offset[i]),
                              corner.begin() + static_cast<std::ptrdiff_t>(offset[i + 1]));
         }
       } else {
+        std::size_t used = 0;
         for (std::size_t i = 0; i < first; ++i) {
-          std::size_t size = 0;
-          if (i == 0) {
-            char* end = nullptr;
-            const double value = std::strtod(word.c_str(), &end);
-            if (end != word.c_str() + word.size() || !(value >= 0.0 && value <= 1e6))
-              in.fail("the size of a cell is '" + word.substr(0, 40) + "'");
-            size = static_cast<std::size_t>(value);
-          } else {
-            size = in.whole("the size of a cell", 1000000);
-          }
-          if (size > second) in.fail("a cell is larger than the list of cells");
-          cells.emplace_back(size);
+          const double size =
+              in.toNumber(i == 0 ? word : in.word("the size of a cell"), "the size of a cell");
+          if (!(size >= 0.0 && size < static_cast<double>(second - used)) || size != std::floor(size))
+            in.fail("a cell of " + std::to_string(size) + " points; allowed: as CELLS counts, " +
+                    std::to_string(second) + " numbers in all");
+          cells.emplace_back(static_cast<std::size_t>(size));
           for (auto& k : cells.back()) k = in.whole("a point", kTag);
+          used += 1 + cells.back().size();
         }
+        if (used != second)
+          in.fail("the cells hold " + std::to_string(used) + " numbers, CELLS counts " +
+                  std::to_string(second) + "; allowed: as many");
       }
     } else if (key == "CELL_TYPES") {
       kinds.resize(in.count("the number of cells"));
       for (auto& k : kinds) k = in.whole("a cell type", 200);
     } else if (key == "CELL_DATA" || key == "POINT_DATA") {
       of_cells = key == "CELL_DATA";
-      in.count("a count");
+      const std::size_t count = in.count("a count");
+      if (of_cells && count != cells.size())
+        in.fail("CELL_DATA of " + std::to_string(count) + "; allowed: " + std::to_string(cells.size()) +
+                ", as CELLS holds");
     } else if (key == "SCALARS" && of_cells && labels.empty()) {
       in.word("a name");
       const std::string type = in.word("a type");
@@ -292,6 +269,8 @@ Lattice readVtk(const std::string& path, const std::string& bytes) {
             " cell types; allowed: as many");
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (kinds[i] != 10) continue;
+    if (mesh.tetrahedra.size() == kMostTetrahedra)
+      in.fail("more than " + std::to_string(kMostTetrahedra) + " tetrahedra");
     if (cells[i].size() != 4) in.fail("a tetrahedron of " + std::to_string(cells[i].size()) + " points");
     std::array<Index, 4> t{};
     for (std::size_t k = 0; k < 4; ++k) {
@@ -304,6 +283,8 @@ Lattice readVtk(const std::string& path, const std::string& bytes) {
   return mesh;
 }
 
+}  // namespace
+
 std::string endingOf(const std::string& path) {
   const auto dot = path.find_last_of('.');
   std::string ending = dot == std::string::npos ? "" : path.substr(dot + 1);
@@ -311,50 +292,15 @@ std::string endingOf(const std::string& path) {
   return ending;
 }
 
-}  // namespace
-
 Lattice readTetrahedra(const std::string& path, const std::string& bytes) {
   const std::string ending = endingOf(path);
   if (ending != "msh" && ending != "vtk")
-    throw std::invalid_argument(path + ": '." + ending + "'; allowed: .msh (gmsh 2.2, 4.1) or .vtk (legacy)");
+    throw std::invalid_argument(files::shown(path, 4096) + ": '." + files::shown(ending) +
+                                "'; allowed: .msh (gmsh 2.2, 4.1) or .vtk (legacy)");
   Lattice mesh = ending == "msh" ? readGmsh(path, bytes) : readVtk(path, bytes);
-  if (mesh.tetrahedra.empty()) throw std::invalid_argument(path + ": no tetrahedra; allowed: at least one");
+  if (mesh.tetrahedra.empty())
+    throw std::invalid_argument(files::shown(path, 4096) + ": no tetrahedra; allowed: at least one");
   return mesh;
-}
-
-Surface readSurface(const std::string& path, const std::string& bytes) {
-  const std::string ending = endingOf(path);
-  if (ending != "obj" && ending != "stl" && ending != "ply")
-    throw std::invalid_argument(path + ": '." + ending + "'; allowed: .obj, .stl or .ply");
-  Assimp::Importer importer;
-  const aiScene* const scene =
-      importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, ending.c_str());
-  if (scene == nullptr || scene->mNumMeshes == 0)
-    throw std::invalid_argument(path + ": cannot be read as ." + ending + ": " + importer.GetErrorString());
-  Surface surface;
-  std::map<std::array<float, 3>, Index> known;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-    const aiMesh& mesh = *scene->mMeshes[m];
-    std::vector<Index> number(mesh.mNumVertices);
-    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
-      const aiVector3D& p = mesh.mVertices[v];
-      if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-        throw std::invalid_argument(path + ": a vertex is not finite; allowed: finite numbers");
-      const auto [found, fresh] =
-          known.emplace(std::array<float, 3>{p.x, p.y, p.z}, static_cast<Index>(surface.vertices.size()));
-      if (fresh) surface.vertices.emplace_back(p.x, p.y, p.z);
-      number[v] = found->second;
-    }
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-      const aiFace& face = mesh.mFaces[f];
-      if (face.mNumIndices != 3) continue;
-      const std::array<Index, 3> t{number[face.mIndices[0]], number[face.mIndices[1]],
-                                   number[face.mIndices[2]]};
-      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) surface.triangles.push_back(t);
-    }
-  }
-  if (surface.triangles.empty()) throw std::invalid_argument(path + ": no triangles; allowed: at least one");
-  return surface;
 }
 
 }  // namespace vest::volume

@@ -203,7 +203,7 @@ TEST(Loader, HugeFilesAreRefused) {
 TEST(Loader, BrokenYamlNamesTheLine) {
   Attempt attempt;
   Attempt::replace(attempt.scene, "gravity: [0, 0, -9.81]", "gravity: [0, 0");
-  expectSays(attempt.message(), {"scene.yaml:", "must be well-formed YAML"});
+  expectSays(attempt.message(), {"scene.yaml:", "well-formed YAML"});
 }
 
 TEST(Loader, TablesWithUnknownColumnsOrRaggedRowsAreRefused) {

@@ -133,6 +133,72 @@ TEST(Lattice, FillsAClosedSurfaceAndRefusesOneWithAHole) {
   EXPECT_THROW(fillSurface(s, 0.0025), std::invalid_argument) << "inside out";
 }
 
+std::string refusal(const Surface& s, double cell, bool fit = false) {
+  try {
+    Lattice l = fillSurface(s, cell);
+    if (fit) fitBoundary(l, s, cell);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return {};
+}
+
+/// A tetrahedron of edge 1 at a corner, counter-clockwise from outside.
+void addCorner(Surface& s, const Vector3d& at, const Vector3d& ahead, std::array<Index, 4> use) {
+  const std::array<Vector3d, 4> x{at, at + Vector3d(ahead.x(), 0, 0), at + Vector3d(0, ahead.y(), 0),
+                                  at + Vector3d(0, 0, ahead.z())};
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (use[i] != ~0u) continue;
+    use[i] = static_cast<Index>(s.vertices.size());
+    s.vertices.push_back(x[i]);
+  }
+  const bool turned = ahead.prod() < 0;
+  for (auto t : {std::array<Index, 3>{use[0], use[2], use[1]},
+                 {use[0], use[1], use[3]},
+                 {use[1], use[2], use[3]},
+                 {use[2], use[0], use[3]}}) {
+    if (turned) std::swap(t[0], t[1]);
+    s.triangles.push_back(t);
+  }
+}
+
+TEST(Lattice, APinchedSurfaceIsRefusedAndSaysWhere) {
+  constexpr Index kNew = ~0u;
+  Surface one;
+  addCorner(one, Vector3d::Zero(), Vector3d(1, 1, 1), {kNew, kNew, kNew, kNew});
+  EXPECT_EQ(refusal(one, 0.1), "");
+  Surface vertex = one;  // a second one hangs on its corner alone
+  addCorner(vertex, Vector3d::Zero(), Vector3d(-1, -1, -1), {0, kNew, kNew, kNew});
+  EXPECT_NE(refusal(vertex, 0.1).find("pinched: it meets itself at the vertex (0, 0, 0)"), std::string::npos)
+      << refusal(vertex, 0.1);
+  Surface edge = one;  // or along its edge
+  addCorner(edge, Vector3d::Zero(), Vector3d(1, -1, -1), {0, 1, kNew, kNew});
+  EXPECT_NE(refusal(edge, 0.1).find("pinched: 4 triangles meet at the edge from (0, 0, 0) to (1, 0, 0)"),
+            std::string::npos)
+      << refusal(edge, 0.1);
+}
+
+TEST(Lattice, ASurfaceMuchLargerThanTheMeshIsRefusedWithBothSizes) {
+  Lattice l = fillSurface(sphere(0.02, Vector3d::Zero()), 0.005);
+  for (const double scale : {1e3, 1e5, 1e30}) {
+    Surface s = sphere(0.02 * scale, Vector3d::Zero());
+    try {
+      fitBoundary(l, s, 0.005);
+      ADD_FAILURE() << scale;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find("of the size ("), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("far from the mesh, which has the size (0.04"),
+                std::string::npos)
+          << error.what();
+    }
+    EXPECT_THROW(embed(l, s), std::invalid_argument) << scale;
+  }
+  // Large triangles through the whole mesh are looked at where they pass, and no more.
+  Surface one;
+  addCorner(one, Vector3d::Zero(), Vector3d(1, 1, 1), {~0u, ~0u, ~0u, ~0u});
+  EXPECT_EQ(refusal(one, 0.018, true), "");
+}
+
 TEST(Skin, EmbeddedVerticesLieWhereTheyWereAndFollowEveryLinearMotion) {
   const LabelledImage image = ball(0.017, 0.0);
   Lattice l = fillImage(image, 0.004);

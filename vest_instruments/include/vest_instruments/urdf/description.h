@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "vest_instruments/files/read.h"
 #include "vest_instruments/kinematics/trainer_box.h"
 #include "vest_instruments/tools/tool_kind.h"
 
@@ -12,7 +13,7 @@ namespace vest::urdf {
 /// A URDF that must not reach the URDF library; what() says why.
 class UrdfError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit UrdfError(const std::string& why) : std::runtime_error(files::shown(why, 300)) {}
 };
 
 using ToolSet = std::array<tools::ToolKind, tools::kInstrumentCount>;

@@ -68,6 +68,10 @@ struct Description {
   }
 };
 
+/// 1: a tetrahedron of positive volume; -1: inverted; 0: flat, its gradients would lose more than half of the
+/// digits of a double.
+int orientation(const std::array<Eigen::Vector3d, 4>& corners);
+
 /// Refuses what cannot be computed. @throws std::invalid_argument: object, element or field, value, what is
 /// allowed. Statics refuses a component of elements that shares no node with `fixed` or `prescribed`.
 void validate(const Description& description, Use use);

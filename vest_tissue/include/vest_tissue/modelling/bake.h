@@ -26,9 +26,11 @@ NearestPoint nearestPoint(const std::vector<Vector3>& points,
 /// @throws std::invalid_argument naming object and field
 scene::Description bake(const SceneSource& source, const std::map<std::string, MaterialEntry>& materials);
 
-/// Writes NAME.yaml, NAME_connections.csv and one baked net per object. @throws std::runtime_error
+/// Writes NAME.yaml, NAME_connections.csv and one baked net per object into a folder, which is made where it
+/// is missing; with `source_bytes` also the source itself, which the scene names. All of them or none.
+/// @throws std::runtime_error
 void writeScene(const scene::Description& description, const std::string& directory,
-                const std::string& source_file);
+                const std::string& source_file, const std::string& source_bytes = {});
 
 /// Stiffness of a link at rest, N/m: E·area/rest by the law, or its own.
 double linkStiffness(const scene::Object& object, const scene::Link& link);

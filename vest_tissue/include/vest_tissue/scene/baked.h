@@ -29,6 +29,12 @@ std::size_t countUnboundKnots(const Object& object);
 /// Pairs of knots that more than one link of the same kind joins.
 std::size_t countDuplicateLinks(const Object& object);
 
+inline constexpr double kFarthest = 5e5;  ///< of a coordinate: beyond 1e6 a World's step is a FAULT
+inline constexpr double kGreatest =
+    1e30;  ///< of stiffness, damping, force: single precision holds their products
+
+/// 64 bits as 16 hexadecimal digits.
+std::string digits(std::uint64_t hash);
 /// XXH64 of bytes as 16 hexadecimal digits.
 std::string hashText(const std::string& bytes);
 

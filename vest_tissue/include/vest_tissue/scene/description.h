@@ -134,6 +134,7 @@ enum class Integrator : std::uint8_t { NewtonEuler = 0, BackwardEuler = 1, Stati
 struct Description {
   std::string name;
   std::string directory;        ///< where the scene file lies
+  std::string source;           ///< spline source that it was baked from, beside it; empty: none
   std::string cache_directory;  ///< where inverses of finite elements are kept between runs; empty: nowhere
   std::string hash;  ///< XXH64, 16 hexadecimal digits, over the scene file and every file it refers to
   Eigen::Vector3d gravity{0, 0, -9.81};

@@ -13,8 +13,12 @@ namespace vest::volume {
 /// @param path for messages @throws std::invalid_argument: file, line, what is allowed
 Lattice readTetrahedra(const std::string& path, const std::string& bytes);
 
-/// Triangles of a surface file through assimp, by its ending: .obj, .stl or .ply. Vertices at exactly the
-/// same place are one vertex. @throws std::invalid_argument
+/// Triangles of a surface file, by its ending: .obj, .stl (text or binary) or .ply (text or binary). Vertices
+/// at exactly the same place are one vertex; polygons become fans. Indices that do not exist, corners at one
+/// place, coordinates beyond 1e6, unknown words and wrong counts are refused. @throws std::invalid_argument
 Surface readSurface(const std::string& path, const std::string& bytes);
+
+/// Behind the last dot, in small letters.
+std::string endingOf(const std::string& path);
 
 }  // namespace vest::volume

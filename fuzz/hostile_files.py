@@ -1,0 +1,362 @@
+#!/usr/bin/env python3
+"""Damaged and hostile files for every reader, each given to the tool that reads it, within limits.
+
+usage: fuzz/hostile_files.py [--devel FOLDER] [--count N] [--seed N] [--only KIND] [--slow X] [--output FILE]
+
+Writes the table corpora x outcomes (docs/hostile_files.md). Exit 1 where a tool crashed, hung, took too much memory, or
+refused a file without naming it. --devel: devel space of a build (default build/test/devel; build/asan/devel has
+sanitizers, with --slow 10). What failed stays under build/hostile, one folder each, with its command.
+"""
+import argparse
+import concurrent.futures
+import os
+import random
+import re
+import resource
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.dirname(HERE)
+SECONDS, MEGABYTES = 5, 1024  # of processor time, resident: what a tool may take for one file
+
+PIECES = [b'nan', b'-1', b'0', b'1e39', b'1e308', b'-1e-308', b'99999999999', b'4294967295', b'inf', b'0x10', b'1_0',
+          b'[', b'{', b': ', b'\n', b'&a ', b'*a', b'\n---\n', b'!!binary ', b'..', b'/etc/passwd', b'"', b"'", b',', b',,,,',
+          b'\t', b'\xff\xfe', b'\x1b[2J', b'\x00', b'- ', b'~', b'true', b'\xe2\x80\xae', b'%', b'<', b'&amp;']
+
+
+def read(*path):
+    with open(os.path.join(ROOT, *path), 'rb') as file:
+        return file.read()
+
+
+def kept(reader, name):
+    """Files of a kept input of fuzz/corpus: lines '=== NAME' begin the next."""
+    first = {'scene': 'scene.yaml', 'source': 'source.yaml', 'network': 'case.json'}.get(reader, name)
+    files, current = {}, first
+    for line in read('fuzz', 'corpus', reader, name).splitlines(keepends=True):
+        if line.startswith(b'=== '):
+            current = line[4:].strip().decode()
+            files[current] = b''
+        else:
+            files[current] = files.get(current, b'') + line
+    return files
+
+
+def mutant(data, rng, others):
+    """A few random changes of bytes, numbers and lines."""
+    s = bytearray(data)
+    for _ in range(rng.randint(1, 4)):
+        at = rng.randrange(len(s) + 1)
+        way = rng.randrange(9)
+        if way == 0 and s:
+            s[at % len(s)] = rng.randrange(256)
+        elif way == 1:
+            del s[at:at + rng.randint(1, 40)]
+        elif way == 2:
+            s[at:at] = rng.choice(PIECES)
+        elif way == 3:
+            number = re.compile(rb'[0-9][0-9.eE+-]*').search(bytes(s), at)
+            if number:
+                s[number.start():number.end()] = rng.choice(PIECES[:11])
+        elif way == 4:
+            start = rng.randrange(len(s) + 1)
+            s[at:at] = s[start:start + rng.randint(1, 200)]
+        elif way == 5:
+            del s[at:]
+        elif way == 6 and len(s) > 8:
+            at = min(at, len(s) - 4)
+            s[at:at + 4] = struct.pack('<I', rng.choice([0, 0xffffffff, 0x7fffffff, 65536, rng.getrandbits(32)]))
+        elif way == 7:  # a line twice, or two exchanged
+            lines = bytes(s).splitlines(keepends=True)
+            if len(lines) > 2:
+                i, j = rng.randrange(len(lines)), rng.randrange(len(lines))
+                if rng.random() < 0.5:
+                    lines.insert(i, lines[j])
+                else:
+                    lines[i], lines[j] = lines[j], lines[i]
+                s = bytearray(b''.join(lines))
+        else:
+            other = rng.choice(others)
+            s[at:] = other[rng.randrange(len(other) + 1):]
+    return bytes(s)
+
+
+def hostile(name, data):
+    """What a stranger would try first, whatever the format."""
+    return {
+        'empty': b'', 'only zeros': b'\x00' * 1000, 'one line of 3 MB': b'a' * 3000000,
+        '3 MB of brackets': b'[' * 3000000, '3 MB of commas': b',' * 3000000, '3 MB of line ends': b'\n' * 3000000,
+        '3 MB of digits': b'9' * 3000000, 'random bytes': random.Random(name).randbytes(20000),
+        'utf-16': data.decode('latin-1').encode('utf-16'), 'cut in the middle': data[:len(data) // 2],
+        'twice': data + data, 'backwards': data[::-1], 'carriage returns': data.replace(b'\n', b'\r\n'),
+        'byte order mark': b'\xef\xbb\xbf' + data, 'a bomb of aliases':
+        b'a: &a [x,x,x,x,x,x,x,x]\n' + b''.join(b'%c: &%c [%s]\n' % (98 + i, 98 + i, b','.join([b'*%c' % (97 + i)] * 8))
+                                                for i in range(8)),
+        'a list of two million': b'objects: [' + b'0,' * 2000000 + b'0]\n',
+        'nested elements': b'<robot>' + b'<a>' * 200000, 'nested flow maps': b'{a: ' * 5000,
+    }
+
+
+def special(path, rng):
+    """Puts something in the place of a file that is no file."""
+    os.remove(path)
+    way = rng.randrange(5)
+    if way == 0:
+        os.mkfifo(path)
+        return 'a pipe'
+    if way == 1:
+        os.mkdir(path)
+        return 'a folder'
+    if way == 2:
+        os.symlink('/dev/zero', path)
+        return 'a device'
+    if way == 3:
+        os.symlink(os.path.basename(path), path)
+        return 'a link to itself'
+    with open(path, 'wb') as file:
+        file.truncate(1 << 36)
+    return '64 GB of holes'
+
+
+class Kind:
+    """One corpus: files, which of them is damaged, and what reads them."""
+
+    def __init__(self, name, files, target, command, named=None):
+        self.name, self.files, self.target, self.command = name, files, target, command
+        self.named = named or [os.path.basename(f) for f in files]
+
+
+def kinds(tool):
+    model = tool('vest_tissue', 'vest_model')
+    two, surface, mesh, image, static = (kept('scene', n) for n in ('two', 'surface', 'mesh', 'image', 'static'))
+    scene = [model, 'check', '{}/scene.yaml']
+    reader = lambda name, target: [tool('', 'vest_read'), name, '{}/' + target]
+    out = [Kind('scene.yaml', two, 'scene.yaml', scene)]
+    for table in ('nodes.csv', 'links.csv', 'triangles.csv', 'tets.csv', 'ties.csv', 'loads.csv'):
+        out.append(Kind('scene: ' + table, two, table, scene))
+    out.append(Kind('static scene: fem.csv', static, 'fem.csv', [tool('vest_tissue', 'vest_simulate'), '{}/scene.yaml']))
+    for ending, name in (('obj', 'obj'), ('obj', 'obj_quads'), ('stl', 'stl'), ('stl', 'stl_binary'), ('ply', 'ply'),
+                         ('ply', 'ply_binary')):
+        files = dict(surface)
+        del files['cube.obj']
+        files['cube.' + ending] = read('fuzz', 'corpus', 'surface', name)[1:]
+        files['scene.yaml'] = files['scene.yaml'].replace(b'cube.obj', b'cube.' + ending.encode()).replace(
+            b'    skin: skin.ply\n', b'').replace(b'cell: 0.011', b'cell: 0.011' if name == 'obj' else b'cell: 0.3')
+        out.append(Kind('surface: ' + name, files, 'cube.' + ending, scene))
+    out.append(Kind('skin.ply', surface, 'skin.ply', scene))
+    for ending, name in (('msh', 'msh22'), ('msh', 'msh41'), ('vtk', 'vtk'), ('vtk', 'vtk51')):
+        files = dict(mesh)
+        del files['a.msh']
+        files['a.' + ending] = read('fuzz', 'corpus', 'mesh', name)[1:]
+        files['scene.yaml'] = files['scene.yaml'].replace(b'a.msh', b'a.' + ending.encode())
+        out.append(Kind('mesh: ' + name, files, 'a.' + ending, scene))
+    out.append(Kind('image: scene.yaml', image, 'scene.yaml', scene))
+    tube = {'scene.yaml': read('vest_tissue', 'scenes', 'tube', 'tube.yaml'), 'tube.net': read('vest_tissue', 'scenes', 'tube',
+            'tube.net'), 'source.yaml': b'vest_source: 1\n'}
+    out.append(Kind('baked net', tube, 'tube.net', scene))
+    for name in ('tube', 'sheet'):
+        out.append(Kind('source: ' + name, kept('source', name), 'source.yaml', [model, 'bake', '{}/source.yaml', '{}/out']))
+    material = tool('vest_tissue', 'vest_material')
+    out.append(Kind('materials.yaml', {'materials.yaml': read('vest_tissue', 'data', 'materials.yaml')}, 'materials.yaml',
+                    [material, '--materials', '{}/materials.yaml', 'list']))
+    out.append(Kind('measured curve', {'curve.csv': read('fuzz', 'corpus', 'curve', 'liver')}, 'curve.csv',
+                    [material, 'fit', '{}/curve.csv']))
+    network = kept('network', 'bifurcation')
+    for target in sorted(network):
+        out.append(Kind('blood flow: ' + target, network, target,
+                        [tool('vest_effects', 'vest_pulse'), '{}', '--cycles', '1', '--dx', '0.02', '--output', '{}/out'],
+                        sorted(network) + ['vest_pulse']))
+    pelvis = {n: read('vest_effects', 'data', 'vessels', 'pelvis', n)
+              for n in ('case.json', 'network.csv', 'inflow.csv', 'vessels.yaml')}
+    box = read('vest_instruments', 'config', 'trainer_box.yaml')
+    out.append(Kind('trainer box', {'box.yaml': box}, 'box.yaml', [tool('vest_instruments', 'make_urdf'), '--box', '{}/box.yaml']))
+    out.append(Kind('urdf', {'arm.urdf': read('fuzz', 'corpus', 'urdf', 'arm')}, 'arm.urdf',
+                    [tool('vest_instruments', 'make_urdf'), '--check', '{}/arm.urdf']))
+    out.append(Kind('waypoints', {'way.yaml': read('fuzz', 'corpus', 'waypoints', 'two'), 'box.yaml': box}, 'way.yaml',
+                    [tool('vest_instruments', 'trajectory_from_waypoints'), '{}/way.yaml', '--box', '{}/box.yaml', '--output',
+                     '{}/out.csv']))
+    out.append(Kind('recorded motion', {'motion.csv': read('fuzz', 'corpus', 'motion', 'turn'), 'box.yaml': box}, 'motion.csv',
+                    [tool('vest_instruments', 'trajectory_from_motion'), '{}/motion.csv', '--box', '{}/box.yaml', '--output',
+                     '{}/out.csv']))
+    emulator = [tool('vest_hw_phantom_box', 'phantom_box_emulator'), '--seconds', '0.01']
+    out.append(Kind('calibration', {'c.yaml': read('vest_hw_phantom_box', 'config', 'default.yaml')}, 'c.yaml',
+                    emulator + ['--calibration', '{}/c.yaml']))
+    out.append(Kind('trajectory', {'t.csv': read('fuzz', 'corpus', 'trajectory', 'arm')}, 't.csv',
+                    emulator + ['--trajectory', '{}/t.csv', '--interpolation', 'cubic']))
+    # Read by nodes and inside a running session: their reader alone.
+    out.append(Kind('input map', {'inputs.yaml': read('vest_instruments', 'config', 'inputs.yaml')}, 'inputs.yaml',
+                    reader('input_map', 'inputs.yaml')))
+    out.append(Kind('input events', {'pad.csv': read('fuzz', 'corpus', 'events', 'pad')}, 'pad.csv', reader('events', 'pad.csv'),
+                    ['events.csv', 'pad.csv']))
+    whole = b''.join((b'' if n == 'case.json' else b'\n=== ' + n.encode() + b'\n') + pelvis[n]
+                     for n in ('case.json', 'network.csv', 'inflow.csv', 'vessels.yaml'))
+    out.append(Kind('vessels of the pelvis', {'all': whole}, 'all', reader('network', 'all'), sorted(pelvis) + ['/tmp/vest_fuzz']))
+    return out
+
+
+OUTCOMES = ['refused, file named', 'judged not good', 'accepted', 'refused without the file', 'crashed', 'hung',
+            'over 1 GB']
+
+
+def run(kind, folder, slow):
+    """What the tool makes of the files in the folder: (outcome, message)."""
+    command = [part.format(folder) for part in kind.command]
+    environment = dict(os.environ, ASAN_OPTIONS='detect_leaks=0:exitcode=77:allocator_may_return_null=0',
+                       UBSAN_OPTIONS='print_stacktrace=1:halt_on_error=1:exitcode=77', VEST_CACHE_DIR=folder + '/cache')
+    environment.pop('DISPLAY', None)
+
+    def limits():
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        resource.setrlimit(resource.RLIMIT_CPU, (int(SECONDS * slow) + 1, int(SECONDS * slow) + 2))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 30, 1 << 30))
+
+    with open(folder + '.err', 'wb+') as err:
+        process = subprocess.Popen(command, stdout=err, stderr=err, stdin=subprocess.DEVNULL, env=environment,
+                                   preexec_fn=limits, start_new_session=True)
+        deadline = time.monotonic() + 60 * slow
+        while True:
+            done, status, usage = os.wait4(process.pid, os.WNOHANG)
+            if done:
+                break
+            if time.monotonic() > deadline:  # waits for something: a pipe, say
+                os.kill(process.pid, signal.SIGKILL)
+                os.wait4(process.pid, 0)
+                process.returncode = -9
+                return 'hung', 'it waits'
+            time.sleep(0.002)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        err.seek(0)
+        text = err.read().decode('utf-8', 'replace').strip()
+    last = text.splitlines()[-1] if text else ''
+    code = process.returncode
+    if code in (-signal.SIGXCPU, -signal.SIGKILL):
+        return 'hung', '%.0f s of processor time' % (usage.ru_utime + usage.ru_stime)
+    if code < 0 or code == 77 or 'ERROR: AddressSanitizer' in text or 'runtime error:' in text:
+        return 'crashed', 'exit %d: %s' % (code, next((line for line in text.splitlines() if 'ERROR' in line or 'error:' in line),
+                                                      last))
+    if usage.ru_maxrss > MEGABYTES * 1024 * (3 if slow > 1 else 1):
+        return 'over 1 GB', '%d MB' % (usage.ru_maxrss // 1024)
+    if code == 0:
+        return 'accepted', last
+    if 'NOT good' in text:
+        return 'judged not good', last
+    if any(name in last for name in kind.named) and last.count(': ') >= 2:
+        return 'refused, file named', last
+    return 'refused without the file', last
+
+
+def cases(kind, count, seed):
+    """(title, function that writes the case into a folder)."""
+    data = kind.files[kind.target]
+    others = [bytes(f) or b'0' for f in kind.files.values()]
+    for title, bytes_ in hostile(kind.name, data).items():
+        yield title, bytes_
+    for i in range(6):
+        yield 'special %d' % i, None
+    for i in range(count):
+        rng = random.Random('%s %d %d' % (kind.name, seed, i))
+        yield 'mutant %d' % i, mutant(data, rng, others)
+
+
+def one(kind, number, title, data, place, slow):
+    """Writes a case, runs it; the folder stays where it failed."""
+    folder = os.path.join(place, re.sub(r'[^a-z0-9]+', '_', kind.name.lower()) + '_%d' % number)
+    os.mkdir(folder)
+    for name, bytes_ in kind.files.items():
+        with open(os.path.join(folder, name), 'wb') as file:
+            file.write(bytes_)
+    path = os.path.join(folder, kind.target)
+    if data is None:
+        title = special(path, random.Random(number))
+    else:
+        with open(path, 'wb') as file:
+            file.write(data)
+    outcome, message = run(kind, folder, slow)
+    if OUTCOMES.index(outcome) < 3:
+        shutil.rmtree(folder, ignore_errors=True)
+        os.remove(folder + '.err')
+    return outcome, title, message, folder
+
+
+def table(rows, total, options):
+    """The page."""
+    how = ' '.join(['`fuzz/hostile_files.py`', '%d changed files a corpus, seed %d' % (options.count, options.seed)] +
+                   (['only the corpora with "%s" in their name' % options.only] if options.only else []) +
+                   (['over the build with sanitizers, limits times %g' % options.slow] if 'asan' in options.devel else []))
+    head = ['# Damaged and hostile files', '',
+            'Written by `fuzz/hostile_files.py`; do not edit. The command makes %d files, seeded, from the formats that VEST reads. It' %
+            total,
+            'gives each to the tool that reads it. One file may cost %d s of processor time and 1 GB.' % SECONDS, '',
+            'Each corpus holds random changes of a good file (bytes, numbers, lines, parts of other files). It also holds what a stranger',
+            'would try first: no bytes, millions of brackets, a bomb of aliases, a pipe or a device in the place of a file. A changed file may',
+            'still be a good one: it is accepted then. *Judged not good*: `vest_model check` read it and says what is wrong with the scene.', '',
+            'This table: %s.' % how.replace('` ', '`, '), '',
+            'What a file can and cannot do to the machine that opens it: [security.md](security.md).', '',
+            '| corpus | ' + ' | '.join(OUTCOMES) + ' |', '| --- |' + ' ---: |' * len(OUTCOMES)]
+    sums = [0] * len(OUTCOMES)
+    for name, counts in rows:
+        head.append('| %s | %s |' % (name, ' | '.join(str(counts.get(o, 0)) for o in OUTCOMES)))
+        sums = [a + counts.get(o, 0) for a, o in zip(sums, OUTCOMES)]
+    head.append('| **all** | %s |' % ' | '.join('**%d**' % n for n in sums))
+    return '\n'.join(head) + '\n'
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--devel', default=os.path.join(ROOT, 'build', 'test', 'devel'))
+    parser.add_argument('--count', type=int, default=300, help='mutants a corpus')
+    parser.add_argument('--seed', type=int, default=1)
+    parser.add_argument('--only', default='', help='corpora whose name holds this')
+    parser.add_argument('--slow', type=float, default=1, help='times the limits, for sanitizers')
+    parser.add_argument('--jobs', type=int, default=2)
+    parser.add_argument('--output', help='page to write')
+    options = parser.parse_args()
+
+    # The devel space that is sourced, if any, comes behind.
+    os.environ['LD_LIBRARY_PATH'] = os.path.abspath(options.devel) + '/lib:' + os.environ.get('LD_LIBRARY_PATH', '')
+
+    def tool(package, name):
+        for path in (os.path.join(options.devel, 'lib', package, name), os.path.join(options.devel, 'lib', 'vest', name)):
+            if os.path.exists(path):
+                return os.path.abspath(path)
+        return ''
+
+    place = os.path.join(ROOT, 'build', 'hostile')
+    os.makedirs(place, exist_ok=True)
+    place = tempfile.mkdtemp(dir=place)
+    rows, bad, total = [], 0, 0
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        for kind in kinds(tool):
+            if options.only not in kind.name:
+                continue
+            if not kind.command[0]:
+                bad += 1
+                print('%s: its tool is not built in %s' % (kind.name, options.devel))
+                continue
+            counts = {}
+            jobs = [pool.submit(one, kind, number, title, data, place, options.slow)
+                    for number, (title, data) in enumerate(cases(kind, options.count, options.seed))]
+            for job in jobs:
+                outcome, title, message, folder = job.result()
+                counts[outcome] = counts.get(outcome, 0) + 1
+                if OUTCOMES.index(outcome) >= 3:
+                    bad += 1
+                    print('%s: %s: %s: %s (%s)' % (kind.name, title, outcome, message[:300], folder))
+            total += len(jobs)
+            rows.append((kind.name, counts))
+            print('%-24s %s' % (kind.name, ', '.join('%s %d' % (o, counts[o]) for o in OUTCOMES if o in counts)), flush=True)
+    if options.output:
+        with open(options.output, 'w', encoding='utf-8') as file:
+            file.write(table(rows, total, options))
+    print('hostile_files: %d files, %d bad' % (total, bad))
+    return 1 if bad else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,55 @@
+/// Every reader of files as one function over bytes, for libFuzzer (libfuzzer.cpp) and ./test
+/// (test_readers.cpp).
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace vest::fuzz {
+
+struct Reader {
+  const char* name;                                ///< of its folder in fuzz/corpus, too
+  std::function<void(const std::string&)> run;     ///< takes or refuses; anything else ends the process
+  std::function<std::vector<std::string>()> made;  ///< inputs beside those of the folder; may be empty
+};
+
+/// Of all packages.
+const std::vector<Reader>& readers();
+const Reader& reader(const std::string& name);  ///< ends the process where there is none
+
+/// Kept inputs: files of fuzz/corpus/NAME, and those that the reader makes.
+std::vector<std::string> corpus(const Reader& reader);
+
+/// A folder of this process; input is written there, one file or several: lines "=== NAME" begin the next.
+class Folder {
+ public:
+  Folder();
+  ~Folder();
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  const std::string& path() const { return path_; }
+  /// Path of the file with these bytes.
+  std::string write(const std::string& name, const std::string& bytes);
+  /// A text of several files; what stands before the first mark is `first`. @returns path of `first`
+  std::string unpack(const std::string& first, const std::string& text);
+  void clear();
+
+ private:
+  std::string path_;
+  std::vector<std::string> names_;
+};
+
+/// Runs what reads; true where it took the input. A refusal is one line of printable text that holds `named`
+/// (the file). Anything else, as std::bad_alloc, is printed and ends the process.
+bool takes(const std::string& named, const std::function<void()>& read);
+std::string& lastRefusal();  ///< message of the last that was not taken
+
+/// Files of the repository as inputs beside those of the corpus.
+std::function<std::vector<std::string>()> shipped(const std::string& file, const std::string& other = {});
+
+std::vector<Reader> tissueReaders();
+std::vector<Reader> effectsReaders();
+std::vector<Reader> hardwareReaders();
+
+}  // namespace vest::fuzz

@@ -1,0 +1,166 @@
+#include <xxhash.h>
+
+#include <cstring>
+#include <memory>
+
+#include "readers.h"
+#include "vest_instruments/files/read.h"
+#include "vest_tissue/material/database.h"
+#include "vest_tissue/modelling/bake.h"
+#include "vest_tissue/modelling/source.h"
+#include "vest_tissue/scene/baked.h"
+#include "vest_tissue/scene/world.h"
+#include "vest_tissue/volume/lattice.h"
+#include "vest_tissue/volume/mesh_file.h"
+
+namespace vest::fuzz {
+namespace {
+
+Folder& folder() {
+  static Folder of_all;
+  return of_all;
+}
+
+void step(scene::World& world, int count) {
+  scene::StepInput input;
+  scene::StepReport report;
+  input.dt = world.description().dt;
+  for (int i = 0; i < count; ++i) {
+    input.step = world.steps();
+    world.step(input, report);
+  }
+}
+
+/// A scene and its side files; a small one that is taken makes its first steps.
+void readScene(const std::string& input) {
+  const std::string file = folder().unpack("scene.yaml", input);
+  scene::Description d;
+  if (!takes(folder().path(), [&] { d = scene::loadScene(file); })) return;
+  std::size_t knots = 0;
+  for (const auto& object : d.objects) knots += object.position.size();
+  if (knots > 400 || d.integrator != scene::Integrator::NewtonEuler) return;
+  d.cache_directory.clear();
+  takes("", [&] {
+    scene::World world(d);
+    step(world, 3);
+  });
+}
+
+void readSurface(const std::string& input) {
+  if (input.empty()) return;
+  const char* const names[] = {"a.obj", "a.stl", "a.ply"};  // the first byte says which
+  const std::string name = names[static_cast<unsigned char>(input[0]) % 3];
+  volume::Surface surface;
+  if (!takes(name, [&] { surface = volume::readSurface(name, input.substr(1)); })) return;
+  takes("", [&] {
+    double extent = 0;
+    for (const auto& v : surface.vertices) extent = std::max(extent, (v - surface.vertices[0]).norm());
+    volume::Lattice lattice = volume::fillSurface(surface, std::max(extent / 8, 1e-6));
+    volume::fitBoundary(lattice, surface, std::max(extent / 8, 1e-6));
+    volume::embed(lattice, surface);
+  });
+}
+
+void readMesh(const std::string& input) {
+  if (input.empty()) return;
+  const std::string name = input[0] % 2 == 0 ? "a.msh" : "a.vtk";
+  takes(name, [&] { volume::readTetrahedra(name, input.substr(1)); });
+}
+
+void readNet(const std::string& input) {
+  scene::Object object;
+  takes("a.net", [&] {
+    scene::decodeBaked(input, "a.net", object);
+    scene::checkObject(object, "a.net");
+  });
+}
+
+void readSource(const std::string& input) {
+  const std::string file = folder().unpack("source.yaml", input);
+  modelling::SceneSource source;
+  if (!takes(file, [&] { source = modelling::readSource(file); })) return;
+  std::size_t work = 0;
+  for (const auto& o : source.objects) {
+    if (o.tube) work += o.tube->rings * o.tube->around;
+    if (o.sheet) work += o.sheet->stations * o.sheet->height_knots * 2;
+  }
+  if (work > 400) return;
+  static const auto materials =
+      modelling::readMaterials(std::string(VEST_SOURCE_DIR) + "/vest_tissue/data/materials.yaml");
+  takes("", [&] { modelling::bake(source, materials); });
+}
+
+void readMaterials(const std::string& input) {
+  const std::string file = folder().unpack("materials.yaml", input);
+  takes(file, [&] { material::readDatabase(file); });
+}
+
+void readCurve(const std::string& input) {
+  const std::string file = folder().unpack("curve.csv", input);
+  std::vector<material::Point> points;
+  if (takes(file, [&] { points = material::readCurve(file); }))
+    takes("", [&] { material::fitLaw(points, 4); });
+}
+
+/// A world with a net and finite elements; the inputs are its snapshots without the checksum, which is put
+/// behind them, so that what lies below it is reached.
+scene::World& world() {
+  static const std::unique_ptr<scene::World> one = [] {
+    const std::string file = folder().unpack(
+        "scene.yaml", files::read(std::string(VEST_SOURCE_DIR) + "/fuzz/corpus/scene/two", 1 << 20));
+    auto d = scene::loadScene(file);
+    d.cache_directory.clear();
+    return std::make_unique<scene::World>(d);
+  }();
+  return *one;
+}
+
+void readSnapshot(const std::string& input) {
+  std::vector<std::uint8_t> bytes(input.begin(), input.end());
+  const std::uint64_t sum = XXH64(bytes.data(), bytes.size(), 0);
+  bytes.resize(bytes.size() + sizeof sum);
+  std::memcpy(bytes.data() + input.size(), &sum, sizeof sum);
+  if (!takes("snapshot", [&] { world().restore(bytes); })) return;
+  step(world(), 3);
+  std::vector<std::uint8_t> again;
+  world().save(again);
+}
+
+std::vector<std::string> snapshots() {
+  std::vector<std::string> made;
+  const auto keep = [&] {
+    std::vector<std::uint8_t> bytes;
+    world().save(bytes);
+    made.emplace_back(bytes.begin(), bytes.end() - sizeof(std::uint64_t));
+  };
+  world().reset();
+  keep();
+  step(world(), 5);
+  std::uint32_t copy = 0;
+  for (std::size_t object = 0; object < world().objectCount(); ++object)
+    world().splitKnot(object, 1, Eigen::Vector3d(1, 0.1, 0.2), copy);
+  world().removeLink(0, 2);
+  step(world(), 2);
+  keep();
+  return made;
+}
+
+std::vector<std::string> nets() {
+  std::vector<std::string> made{
+      files::read(std::string(VEST_SOURCE_DIR) + "/vest_tissue/scenes/tube/tube.net", 8 << 20)};
+  for (const auto& object : world().description().objects)
+    if (!object.fem) made.push_back(scene::encodeBaked(object));
+  return made;
+}
+
+}  // namespace
+
+std::vector<Reader> tissueReaders() {
+  return {
+      {"scene", readScene, {}},   {"surface", readSurface, {}},
+      {"mesh", readMesh, {}},     {"net", readNet, nets},
+      {"source", readSource, {}}, {"materials", readMaterials, shipped("vest_tissue/data/materials.yaml")},
+      {"curve", readCurve, {}},   {"snapshot", readSnapshot, snapshots}};
+}
+
+}  // namespace vest::fuzz

@@ -1,0 +1,115 @@
+// Damaged inputs to every reader of files, in the ordinary build; ./test --full runs libFuzzer with
+// sanitizers (fuzz/run_sanitized) beside it.
+#include <sys/resource.h>
+#include <sys/time.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "readers.h"
+
+namespace {
+
+using vest::fuzz::Reader;
+
+// Counter-based random numbers, so that a failure can be repeated (SplitMix64, Steele et al., OOPSLA 2014).
+struct Random {
+  std::uint64_t seed, index = 0;
+  std::uint64_t operator()() {
+    std::uint64_t z = seed * 0x2545f4914f6cdd1dull + 0x9e3779b97f4a7c15ull * ++index;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+    return z ^ (z >> 31);
+  }
+  std::size_t below(std::size_t count) { return count == 0 ? 0 : (*this)() % count; }
+};
+
+const char* const kPieces[] = {"nan",  "-1", "0",  "1e39", "1e308", "-1e-308", "99999999999", "4294967295",
+                               "[",    "{",  ": ", "\n",   "&a ",   "*a",      "---\n",       "!!binary ",
+                               "..",   "//", "\"", "'",    ",",     ",,,,",    "\t",          "\xff\xfe",
+                               "\x1b", "- ", "~",  "inf",  "0x10",  "1_0",     "true",        "=== x.csv\n"};
+
+std::string damaged(const std::vector<std::string>& corpus, std::uint64_t seed) {
+  Random random{seed};
+  std::string s = corpus[random.below(corpus.size())];
+  const std::size_t changes = 1 + random.below(5);
+  for (std::size_t c = 0; c < changes; ++c) {
+    const std::size_t at = random.below(s.size());
+    switch (random.below(8)) {
+      case 0:
+        if (!s.empty()) s[at] = static_cast<char>(random());
+        break;
+      case 1:
+        s.erase(at, 1 + random.below(30));
+        break;
+      case 2:
+        s.insert(at, kPieces[random.below(std::size(kPieces))]);
+        break;
+      case 3: {  // another number
+        const std::size_t from = s.find_first_of("0123456789", at);
+        if (from == std::string::npos) break;
+        const std::size_t end = std::min(s.find_first_not_of("0123456789.eE+-", from), s.size());
+        s.replace(from, end - from, kPieces[random.below(8)]);
+        break;
+      }
+      case 4:
+        s.insert(at, s.substr(random.below(s.size()), random.below(80)));
+        break;
+      case 5:
+        s.resize(at);
+        break;
+      case 6: {  // four bytes, as counts and indices of binary files
+        const std::uint32_t values[] = {0, 0xffffffffu, 0x7fffffffu, 65536,
+                                        static_cast<std::uint32_t>(random())};
+        if (s.size() < at + 4) break;
+        const std::uint32_t v = values[random.below(5)];
+        s.replace(at, 4, reinterpret_cast<const char*>(&v), 4);
+        break;
+      }
+      default: {
+        const std::string& other = corpus[random.below(corpus.size())];
+        s = s.substr(0, at) + other.substr(random.below(other.size()));
+        break;
+      }
+    }
+  }
+  return s;
+}
+
+class Readers : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(Readers, TakeOrRefuseWhateverComes) {
+  const Reader& reader = vest::fuzz::reader(GetParam());
+  const auto corpus = vest::fuzz::corpus(reader);
+  ASSERT_FALSE(corpus.empty()) << "fuzz/corpus/" << reader.name;
+  for (const auto& input : corpus) reader.run(input);
+  const std::uint64_t inputs = std::getenv("VEST_FULL") != nullptr ? 100000 : 200;
+  // What ends this process is a file that can be given to the reader again.
+  const std::string last = ::testing::TempDir() + "/vest_reader_" + reader.name;
+  for (std::uint64_t seed = 1; seed <= inputs; ++seed) {
+    const std::string input = damaged(corpus, seed);
+    std::ofstream(last, std::ios::binary) << input;
+    const itimerval most{{0, 0}, {20, 0}};  // s of processor time: an endless loop ends the process
+    setitimer(ITIMER_VIRTUAL, &most, nullptr);
+    reader.run(input);
+  }
+  const itimerval off{};
+  setitimer(ITIMER_VIRTUAL, &off, nullptr);
+  std::remove(last.c_str());
+}
+
+std::vector<std::string> names() {
+  const rlimit memory{3ull << 30, 3ull << 30};  // a reader that wants more gets std::bad_alloc: no refusal
+  setrlimit(RLIMIT_AS, &memory);
+  std::vector<std::string> all;
+  for (const auto& reader : vest::fuzz::readers()) all.push_back(reader.name);
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(OfFiles, Readers, ::testing::ValuesIn(names()),
+                         [](const auto& info) { return info.param; });
+
+}  // namespace

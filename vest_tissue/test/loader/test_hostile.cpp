@@ -1,0 +1,246 @@
+// Scene files of somebody who wants harm, or who made a mistake: one message in bounded time and memory.
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "../../src/tools/check_table.h"
+#include "temporary_scene.h"
+#include "vest_instruments/files/read.h"
+#include "vest_tissue/modelling/bake.h"
+#include "vest_tissue/scene/world.h"
+
+namespace {
+
+using vest::test::TemporaryScene;
+
+/// The scenes of fuzz/corpus: a text of several files, "=== NAME" begins the next.
+class Scene {
+ public:
+  explicit Scene(const std::string& kept) {
+    const std::string text =
+        vest::files::read(std::string(VEST_TISSUE_SOURCE_DIR) + "/../fuzz/corpus/scene/" + kept, 1 << 20);
+    std::istringstream lines(text);
+    std::string name = "scene.yaml";
+    for (std::string line; std::getline(lines, line);) {
+      if (line.compare(0, 4, "=== ") == 0)
+        name = line.substr(4);
+      else
+        files[name] += line + (lines.eof() ? "" : "\n");
+    }
+  }
+  Scene& with(const std::string& name, const std::string& from, const std::string& to) {
+    const std::size_t at = files[name].find(from);
+    EXPECT_NE(at, std::string::npos) << from << " in " << name;
+    if (at != std::string::npos) files[name].replace(at, from.size(), to);
+    return *this;
+  }
+  std::string path() const {
+    std::string scene;
+    for (const auto& [name, bytes] : files) {
+      const std::string file = folder_.write(name, bytes);
+      if (name == "scene.yaml") scene = file;
+    }
+    return scene;
+  }
+  /// What loading it says; empty: it loads.
+  std::string message() const {
+    try {
+      vest::scene::loadScene(path());
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return {};
+  }
+  const std::string& folder() const { return folder_.folder(); }
+  std::map<std::string, std::string> files;
+
+ private:
+  TemporaryScene folder_;
+};
+
+void says(const std::string& message, std::initializer_list<const char*> parts) {
+  for (const char* part : parts)
+    EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' not in: " << message;
+  EXPECT_EQ(vest::files::shown(message, 5000), message) << "one printable line";
+}
+
+TEST(Hostile, TheKeptScenesLoadAndStart) {
+  for (const char* name : {"two", "static", "surface", "mesh", "image", "database"}) {
+    const Scene scene(name);
+    EXPECT_EQ(scene.message(), "") << name;
+    auto d = vest::scene::loadScene(scene.path());
+    d.cache_directory.clear();
+    EXPECT_TRUE(vest::tools::startsWell(d)) << name;
+  }
+}
+
+TEST(Hostile, MillionsOfValuesAreRefusedBeforeTheyAreATree) {
+  Scene scene("two");
+  std::string list = "objects: [0";
+  while (list.size() < (4u << 20) - 100) list += ",0";
+  scene.files["scene.yaml"] = list + "]\n";
+  rusage before{}, after{};
+  getrusage(RUSAGE_SELF, &before);
+  says(scene.message(), {"scene.yaml:1: document: more than", "values"});
+  getrusage(RUSAGE_SELF, &after);
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 100 * 1024) << "kB; a tree of them took 1.4 GB";
+}
+
+TEST(Hostile, NobodyWaitsForAPipeAndNoFileIsElsewhere) {
+  const Scene scene("two");
+  scene.path();
+  const std::string nodes = scene.folder() + "/nodes.csv";
+  const auto message = [&] {
+    try {
+      vest::scene::loadScene(scene.folder() + "/scene.yaml");
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string("loaded");
+  };
+  std::filesystem::remove(nodes);
+  ASSERT_EQ(mkfifo(nodes.c_str(), 0600), 0);
+  says(message(), {"objects[0].nodes", "nodes.csv", "it is: a pipe"});
+  std::filesystem::remove(nodes);
+  std::filesystem::create_directory(nodes);
+  says(message(), {"objects[0].nodes", "it is: a folder"});
+  std::filesystem::remove(nodes);
+  std::filesystem::create_symlink("/etc/hostname", nodes);
+  says(message(), {"objects[0].nodes", "it is: a link to elsewhere"});
+  std::filesystem::remove(nodes);
+  std::filesystem::create_symlink("fem.csv", nodes);
+  says(message(), {"links.csv"});  // a link within the folder is read: its nodes are others
+}
+
+TEST(Hostile, OneFileManyTimesIsNotReadWithoutEnd) {
+  Scene scene("two");
+  std::string objects = "objects:\n";
+  for (int i = 0; i < 8; ++i)
+    objects +=
+        "  - {name: a" + std::to_string(i) +
+        ", nodes: nodes.csv, links: big.csv, knot_mass: 1, link_area: 1, material: {youngs_modulus: 1}}\n";
+  scene.files["scene.yaml"] = objects;
+  scene.files["big.csv"] = "n0,n1\n#" + std::string(30u << 20, ' ') + "\n0,1\n";
+  says(scene.message(), {"objects[4].links", "bytes in files"});
+}
+
+TEST(Hostile, ASecondDocumentIsRefused) {
+  Scene scene("two");
+  scene.files["scene.yaml"] += "---\nobjects: []\n";
+  says(scene.message(), {"scene.yaml:", "a second document"});
+}
+
+TEST(Hostile, WhatSinglePrecisionOrAStepCannotHoldIsRefusedByName) {
+  says(Scene("two").with("nodes.csv", "\n17,0.02,", "\n17,1e39,").message(), {"rest_position[17]", "1e+39"});
+  says(Scene("two").with("nodes.csv", "\n17,0.02,", "\n17,1e9,").message(), {"rest_position[17]", "1e+09"});
+  says(Scene("two").with("fem.csv", "\n7,0.07,", "\n7,1e9,").message(), {"fem.csv:9: node 7", "1e+09"});
+  says(Scene("database").with("links.csv", "0,1,0.01,", "0,1,1e308,").message(),
+       {"links.rest_length[0]", "1e+308"});
+  says(Scene("database").with("links.csv", "0,1,0.01,0,", "0,1,0.01,1e39,").message(),
+       {"links.stiffness[0]", "1e+39"});
+  says(Scene("two").with("scene.yaml", "-9.81]", "-1e7]").message(), {"scene.yaml:3: gravity", "10000"});
+  says(Scene("database").with("nodes.csv", "\n1,0.01,", "\n1,400000,").message(),
+       {"links.rest_length", "resolves"});
+}
+
+TEST(Hostile, TetrahedraAreRefusedByFileAndLine) {
+  const std::string tets = Scene("two").files["tets.csv"];
+  const std::string first =
+      tets.substr(tets.find('\n') + 1, tets.find('\n', tets.find('\n') + 1) - tets.find('\n') - 1);
+  says(Scene("two").with("tets.csv", "7,3,5,6", "7,3,6,5").message(),
+       {"tets.csv:6: tetrahedron 4", "inverted"});
+  says(Scene("two").with("tets.csv", "7,3,5,6", "7,3,3,6").message(), {"tets.csv:6: tetrahedron 4", "flat"});
+  says(Scene("two").with("tets.csv", "n3\n", "n3\n" + first + "\n").message(),
+       {"tets.csv:3: tetrahedron 1", "twice"});
+  Scene orphan("two");
+  orphan.files["fem.csv"] += "8,0,0,0\n";
+  says(orphan.message(), {"fem.csv:10: node 8", "belongs to no tetrahedron"});
+  Scene still("static");
+  still.files["fem.csv"] += "8,0,0,0\n";
+  EXPECT_EQ(still.message(), "") << "an equilibrium leaves such a node where it is";
+}
+
+TEST(Hostile, SurfacesOfKnotsAreClosedFromOutsideAndOfThreeCorners) {
+  says(Scene("two").with("triangles.csv", "n2\n", "n2\n0,0,0\n").message(),
+       {"block.contact_triangles[0]", "knot 0 twice"});
+  Scene twice("two");
+  twice.files["floor.csv"] += "1,2,0\n";
+  says(twice.message(), {"floor.contact_triangles[2]", "stands there twice"});
+  // Each triangle turned round.
+  const auto turned = [](const std::string& csv) {
+    std::istringstream lines(csv);
+    std::string all, line;
+    std::getline(lines, line);
+    for (all = line + "\n"; std::getline(lines, line);) {
+      const auto a = line.find(','), b = line.rfind(',');
+      all += line.substr(a + 1, b - a) + line.substr(0, a) + line.substr(b) + "\n";
+    }
+    return all;
+  };
+  Scene inside("two");
+  inside.files["triangles.csv"] = turned(inside.files["triangles.csv"]);
+  says(inside.message(), {"block.contact_triangles[0]", "inside out"});
+  inside.with("scene.yaml", "organ: liver", "organ: cavity");
+  EXPECT_EQ(inside.message(), "") << "one looks at a cavity from within";
+}
+
+TEST(Hostile, SurfaceFilesAreRefusedByFieldAndWhy) {
+  says(Scene("surface").with("cube.obj", "v 0.02 0.02 0.02", "v 0.02 0.02 1e5").message(), {"cell", "cubes"});
+  says(Scene("surface").with("skin.ply", "0.02 0.02 0.02\n", "0.02 0.02 1e5\n").message(),
+       {"objects[0].skin", "far from the mesh", "100000", "(0.02"});
+  says(Scene("surface").with("skin.ply", "0.02 0.02 0.02\n", "0.02 0.02 1e30\n").message(),
+       {"skin.ply:", "1e+30"});
+  Scene inside("surface");
+  std::string& obj = inside.files["cube.obj"];
+  for (std::size_t at = obj.find("f "); at != std::string::npos; at = obj.find("\nf ", at + 1)) {
+    const std::size_t a = obj.find(' ', at) + 1, b = obj.find(' ', a) + 1, c = obj.find(' ', b) + 1,
+                      end = obj.find('\n', c);
+    obj.replace(a, end - a, obj.substr(b, c - b) + obj.substr(a, b - a) + obj.substr(c, end - c));
+  }
+  says(inside.message(), {"objects[0].surface", "inside out", "volume"});
+}
+
+TEST(Hostile, ControlCharactersAreShownAndNotSent) {
+  Scene scene("two");
+  scene.files["scene.yaml"] += "\"\\e[2J\\a\\u202e\": 1\n";
+  says(scene.message(), {"\\x1b[2J\\x07\\xe2\\x80\\xae", "unknown key"});
+}
+
+TEST(Hostile, ABakedSceneLiesWholeInItsFolder) {
+  const TemporaryScene source, target;
+  const std::string text =
+      vest::files::read(std::string(VEST_TISSUE_SOURCE_DIR) + "/../fuzz/corpus/source/tube", 1 << 20);
+  const auto materials =
+      vest::modelling::readMaterials(std::string(VEST_TISSUE_SOURCE_DIR) + "/data/materials.yaml");
+  const auto baked =
+      vest::modelling::bake(vest::modelling::readSource(source.write("source.yaml", text)), materials);
+  const std::string folder = target.folder() + "/scenes/new";
+  vest::modelling::writeScene(baked, folder, "source.yaml", text);
+  const auto d = vest::scene::loadScene(folder + "/tube.yaml");
+  EXPECT_EQ(d.source, "source.yaml");
+  EXPECT_TRUE(vest::tools::printCheck(d));
+  EXPECT_TRUE(vest::tools::startsWell(d));
+  // A folder that cannot be written to: nothing is left behind.
+  auto other = baked;
+  other.objects.push_back(other.objects[0]);
+  other.objects[1].name = "no/such";
+  const std::string none = target.folder() + "/none";
+  EXPECT_THROW(vest::modelling::writeScene(other, none, "source.yaml", text), std::runtime_error);
+  EXPECT_TRUE(std::filesystem::is_empty(none));
+}
+
+TEST(Check, ElementsAreJudgedAsElementsAndFaultsAreTold) {
+  Scene scene("two");
+  auto d = vest::scene::loadScene(scene.path());
+  EXPECT_TRUE(vest::tools::printCheck(d));
+  d.objects[1].position[7].x() += 1e5;  // as if a file could say so
+  EXPECT_FALSE(vest::tools::startsWell(d));
+}
+
+}  // namespace
