@@ -1,5 +1,6 @@
 #include "image_pane.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include <QCoreApplication>
@@ -25,6 +26,12 @@ QImage ImagePane::convert(const unsigned char* rgb, int width, int height) {
 
 void ImagePane::show(const QImage& image) {
   image_ = image;
+  update();
+}
+
+void ImagePane::warn(const QString& words) {
+  if (words == warning_) return;
+  warning_ = words;
   update();
 }
 
@@ -65,6 +72,20 @@ bool ImagePane::event(QEvent* event) {
 
 void ImagePane::paintEvent(QPaintEvent*) {
   QPainter painter(this);
+  paintPicture(&painter);
+  if (warning_.isEmpty()) return;
+  QFont font = painter.font();
+  font.setPixelSize(std::max(14, height() / 24));
+  font.setBold(true);
+  painter.setFont(font);
+  const QRect line(0, 0, width(), 2 * painter.fontMetrics().height());
+  painter.fillRect(line, QColor(0, 0, 0, 190));
+  painter.setPen(QColor(255, 60, 50));
+  painter.drawText(line, Qt::AlignCenter, warning_);
+}
+
+void ImagePane::paintPicture(QPainter* to) {
+  QPainter& painter = *to;
   if (image_.isNull()) {
     painter.fillRect(rect(), Qt::black);
     return;
