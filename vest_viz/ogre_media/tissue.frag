@@ -31,7 +31,9 @@ void main() {
   // Borders run along the relief: grooves fill with blood first, crests char first.
   vec3 speck = texture2D(micro_map, uv.xy * look.z * 0.23).xyz;
   float rough = 0.55 * relief.z + 0.45 * speck.z - 0.5;
-  float pale = smoothstep(0.10, 0.62, state.y + 0.40 * rough);
+  // Heat goes farther here than there: patches of several millimetres, and their ragged borders.
+  float blotch = texture2D(micro_map, uv.xy * look.z * 0.09 + 0.37).z;
+  float pale = smoothstep(0.14, 0.56, state.y * (0.75 + 0.5 * blotch) + 0.34 * rough + 0.30 * (blotch - 0.5));
   float burnt = smoothstep(0.40, 0.62, state.z + 0.55 * rough);
   film = smoothstep(0.08, 0.34, state.x - 0.30 * rough) * (1.0 - 0.9 * burnt);
   float deep = smoothstep(0.25, 0.95, state.x);

@@ -13,6 +13,7 @@
 #include <rviz/ogre_helpers/arrow.h>
 #include <rviz/properties/bool_property.h>
 #include <rviz/properties/float_property.h>
+#include <rviz/properties/ros_topic_property.h>
 #include <rviz/properties/string_property.h>
 #include <Eigen/Geometry>
 #include <pluginlib/class_list_macros.hpp>
@@ -85,8 +86,8 @@ class Pen {
 ContactsDisplay::ContactsDisplay() {
   tissue_topic_ =
       new rviz::StringProperty("Tissue Topic", "tissue", "Prefix of contacts and attachments.", this);
-  instruments_topic_ =
-      new rviz::StringProperty("Instruments Topic", "instruments", "vest_msgs/InstrumentStates.", this);
+  instruments_topic_ = new rviz::RosTopicProperty(
+      "Instruments Topic", "instruments", "vest_msgs/InstrumentStates", "vest_msgs/InstrumentStates.", this);
   scale_ = new rviz::FloatProperty("Scale", 0.01f, "Length of an arrow, m per N.", this);
   scale_->setMin(0.0001f);
   forces_ = new rviz::BoolProperty("Forces", true, "Force of the tissue on each instrument.", this);

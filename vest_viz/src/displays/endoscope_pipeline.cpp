@@ -23,7 +23,7 @@ void EndoscopePipeline::setCamera(const camera::Intrinsics& camera, double circl
   finisher_ = std::make_unique<picture::Finisher>(camera, circle, resolution);
   finisher_->setLook(look_);
   finisher_->setLens(lens_);
-  scene_.setCamera(finisher_->source(), finisher_->sourceRadius());
+  scene_.setCamera(finisher_->source(), finisher_->sourceRadius(), resolution);
 }
 
 void EndoscopePipeline::setLook(const picture::CameraLook& look) {
@@ -59,6 +59,7 @@ void EndoscopePipeline::setLens(const vest_msgs::LensState::ConstPtr& m) {
 
 void EndoscopePipeline::clear() {
   scene_.effects().clear();
+  scene_.setHeld({});
   fluid_.reset();
   smoke_.reset();
   smoke_field_ = {};

@@ -45,6 +45,7 @@ class EndoscopePipeline {
   void settle(const mesh::Store& store);
   void setAttachments(const vest_msgs::TissueAttachments::ConstPtr& m) {
     scene_.effects().setAttachments(*m);
+    scene_.setHeld(*m);
   }
   void setSutures(const vest_msgs::SutureStates::ConstPtr& m) { scene_.effects().setSutures(*m); }
   void setFluid(const vest_msgs::FluidState::ConstPtr& m) { fluid_ = m; }

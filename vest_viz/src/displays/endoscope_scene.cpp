@@ -53,8 +53,10 @@ EndoscopeScene::~EndoscopeScene() {
   Ogre::Root::getSingleton().destroySceneManager(manager_);
 }
 
-void EndoscopeScene::setCamera(const camera::Intrinsics& source, double circle) {
+void EndoscopeScene::setCamera(const camera::Intrinsics& source, double circle, double resolution) {
   source_ = source;
+  // A rendering that is enlarged keeps the detail of the picture.
+  tissue_->setMipBias(static_cast<float>(std::log2(std::clamp(resolution, 0.4, 1.0))));
   if (target_ != nullptr) target_->removeAllViewports();
   if (target_texture_) Ogre::TextureManager::getSingleton().remove(target_texture_);
   target_texture_ = Ogre::TextureManager::getSingleton().createManual(
@@ -99,7 +101,20 @@ void EndoscopeScene::buildStop(double circle) {
   manager_->getRootSceneNode()->attachObject(stop_);
 }
 
+void EndoscopeScene::setHeld(const vest_msgs::TissueAttachments& attachments) {
+  held_.clear();
+  for (const vest_msgs::TissueAttachment& a : attachments.attachments)
+    if (a.kind == vest_msgs::TissueAttachment::GRASP) held_[a.instrument] = a.object;
+}
+
 void EndoscopeScene::updateTissue(const mesh::Store& store) {
+  TissueVisual::Held held;
+  for (const auto& [instrument, object] : held_) {
+    instrument::Jaws jaws;
+    const auto visual = instruments_.find(instrument);
+    if (visual != instruments_.end() && visual->second->jaws(&jaws)) held[object].push_back(jaws);
+  }
+  tissue_->setHeld(std::move(held));
   tissue_->update(store);
 }
 

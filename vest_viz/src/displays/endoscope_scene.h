@@ -6,6 +6,7 @@
 
 #include <OgreTexture.h>
 #include <vest_msgs/InstrumentStates.h>
+#include <vest_msgs/TissueAttachments.h>
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
@@ -31,8 +32,15 @@ class EndoscopeScene {
   EndoscopeScene(const EndoscopeScene&) = delete;
 
   /// @param source pinhole to render; @param circle radius of what is seen over the half width
-  void setCamera(const camera::Intrinsics& source, double circle);
+  /// @param resolution pixels that are rendered per pixel of the picture, along an edge
+  void setCamera(const camera::Intrinsics& source, double circle, double resolution);
+  /// Call it after updateInstruments() and setHeld(): what jaws hold lies between them.
   void updateTissue(const mesh::Store& store);
+  void setHeld(const vest_msgs::TissueAttachments& attachments);
+  /// Skin of an object as it is drawn; x y z per vertex, m, in world.
+  const std::vector<float>& drawnSkin(const mesh::Store& store, std::size_t object) const {
+    return tissue_->drawnSkin(store, object);
+  }
   /// False while updateTissue() would still find fewer triangles to draw.
   bool settled() const { return tissue_->settled(); }
   void updateInstruments(const vest_msgs::InstrumentStates& states);
@@ -68,6 +76,7 @@ class EndoscopeScene {
   std::unique_ptr<TissueVisual> tissue_;
   std::unique_ptr<EffectsVisual> effects_;
   std::map<std::string, std::unique_ptr<InstrumentVisual>> instruments_;
+  std::map<std::string, std::string> held_;  ///< object by the instrument that holds it
   camera::Intrinsics source_;
   Eigen::Isometry3d X_WO_ = Eigen::Isometry3d::Identity();
   double gain_ = 1.0;

@@ -13,7 +13,9 @@
 #include <rviz/properties/enum_property.h>
 #include <rviz/properties/float_property.h>
 #include <rviz/properties/int_property.h>
+#include <rviz/properties/ros_topic_property.h>
 #include <rviz/properties/string_property.h>
+#include <rviz/properties/tf_frame_property.h>
 #include <rviz/render_panel.h>
 #include <rviz/view_manager.h>
 #include <rviz/window_manager_interface.h>
@@ -21,6 +23,7 @@
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <tf2_ros/buffer.h>
+#include <vest_msgs/SessionState.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <pluginlib/class_list_macros.hpp>
@@ -35,8 +38,9 @@ namespace {
 
 constexpr double kLongestTick = 0.05;  // s: of rviz
 
-constexpr double kLooks = 0.5;       // s between looks whether the simulation is still there
-constexpr double kLongestHold = 20;  // s without tissue or textures before pictures are sent all the same
+constexpr double kLongestWait = 0.1;  // s that a picture waits for instruments
+constexpr double kLooks = 0.5;        // s between looks whether the simulation is still there
+constexpr double kLongestHold = 20;   // s without tissue or textures before pictures are sent all the same
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
 template <class P>
@@ -54,18 +58,19 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
   using rviz::StringProperty;
   tissue_topic_ = new StringProperty(
       "Tissue Topic", "tissue", "Prefix of topology, topology_delta and state.", this, SLOT(updateTopics()));
-  instruments_topic_ = new StringProperty("Instruments Topic", "instruments", "vest_msgs/InstrumentStates.",
-                                          this, SLOT(updateTopics()));
+  instruments_topic_ =
+      new rviz::RosTopicProperty("Instruments Topic", "instruments", "vest_msgs/InstrumentStates",
+                                 "vest_msgs/InstrumentStates.", this, SLOT(updateTopics()));
   image_topic_ = new StringProperty("Image Topic", "endoscope",
                                     "Prefix of image_raw, camera_info and image_raw/compressed.", this,
                                     SLOT(updateTopics()));
   optical_frame_ =
-      new StringProperty("Optical Frame", "endoscope_optical_frame", "tf frame of the camera.", this);
+      new rviz::TfFrameProperty("Optical Frame", "endoscope_optical_frame", "tf frame of the camera.", this);
   tip_frame_ =
-      new StringProperty("Tip Frame", "endoscope_tip",
-                         "tf frame of the endoscope's tip: what tf says between it and the optical frame is "
-                         "added to the tip pose of the instruments topic.",
-                         this);
+      new rviz::TfFrameProperty("Tip Frame", "endoscope_tip",
+                                "tf frame of the endoscope's tip: what tf says between it and the optical "
+                                "frame is added to the tip pose of the instruments topic.",
+                                this);
   width_ = new IntProperty("Width", 720, "Pixels.", this, SLOT(updateCamera()));
   width_->setMin(64);
   width_->setMax(4096);
@@ -107,6 +112,9 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
       SLOT(updatePlace()));
   effects_topic_ = new StringProperty("Effects Topic", "effects", "Prefix of fluid, smoke and lens.", this,
                                       SLOT(updateTopics()));
+  session_topic_ = new StringProperty(
+      "Session Topic", "session", "Prefix of recording: a recorder that ends without a word is told in red.",
+      this, SLOT(updateTopics()));
   smoke_ = new rviz::EnumProperty("Smoke", "field",
                                   "field: density in space. billboards: puffs that face the camera.", this,
                                   SLOT(updateLook()));
@@ -133,13 +141,16 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
 EndoscopicViewDisplay::~EndoscopicViewDisplay() {
   input_.unsubscribe();
   waitForWorker();
-  if (!initialized()) return;
-  fill_->setBool(false);
+  if (covered_ != nullptr && covered_->getRenderWindow() != nullptr)
+    covered_->getRenderWindow()->setActive(true);
+  if (pane_ != nullptr) pane_->cover(nullptr);
   delete dock_;
-  if (dock_ == nullptr) delete pane_;
+  delete pane_;
 }
 
 void EndoscopicViewDisplay::onInitialize() {
+  optical_frame_->setFrameManager(context_->getFrameManager());
+  tip_frame_->setFrameManager(context_->getFrameManager());
   pane_ = new ImagePane();
   updateScene();
   updatePlace();
@@ -205,12 +216,12 @@ void EndoscopicViewDisplay::updatePlace() {
   rviz::WindowManagerInterface* windows = context_->getWindowManager();
   const bool over = isEnabled() && fill_->getBool() && panel != nullptr;
   if (panel != nullptr && panel->getRenderWindow() != nullptr) panel->getRenderWindow()->setActive(!over);
+  covered_ = over ? panel : nullptr;
   if (over) {
     if (dock_ != nullptr) {
       dock_->setContentWidget(nullptr);
       pane_->setParent(nullptr);
       delete dock_;
-      dock_ = nullptr;
     }
     pane_->cover(panel);
     return;
@@ -233,8 +244,8 @@ void EndoscopicViewDisplay::onDisable() {
   input_.unsubscribe();
   instruments_sub_.shutdown();
   state_instruments_sub_.shutdown();
-  session_sub_.shutdown();
   effects_.unsubscribe();
+  recorder_sub_.shutdown();
   image_pub_.shutdown();
   info_pub_.shutdown();
   compressed_pub_.shutdown();
@@ -266,12 +277,10 @@ void EndoscopicViewDisplay::updateTopics() {
           history_.add(m);
         },
         nullptr, ros::TransportHints().tcpNoDelay());
-  // Who trains looks at the picture, and not at a panel: a recording that is lost is told here.
-  session_sub_ = update_nh_.subscribe<vest_msgs::SessionState>(
-      "session/state", 2, [this](const vest_msgs::SessionState::ConstPtr& m) {
-        const bool died = m->status.rfind("THE RECORDER HAS DIED", 0) == 0;
-        if (pane_ != nullptr) pane_->warn(died ? QString::fromStdString(m->status) : QString());
-      });
+  recorder_ = {};
+  recorder_sub_ = update_nh_.subscribe<vest_msgs::SessionState>(
+      session_topic_->getStdString() + "/recording", 5,
+      [this](const vest_msgs::SessionState::ConstPtr& m) { recorder_.heard(m->recording, seconds()); });
   const std::string prefix = image_topic_->getStdString();
   image_pub_.shutdown();
   info_pub_.shutdown();
@@ -329,6 +338,8 @@ bool EndoscopicViewDisplay::endoscopePose(Eigen::Isometry3d* X_WO, std::string* 
 void EndoscopicViewDisplay::update(float tick, float) {
   if (!view_ || !view_->ready()) return;
   const double start = seconds();
+  if (pane_ != nullptr)
+    pane_->warn(recorder_.lost(start) ? "NOT RECORDED: the recorder ended without a word" : "");
   if (finishing_.valid() && finishing_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
     waitForWorker();
   // rviz asks at its own pace: the nearest of its ticks is taken, so that the mean rate is the wished one.
@@ -338,8 +349,18 @@ void EndoscopicViewDisplay::update(float tick, float) {
     if (!instruments_sub_ && state_instruments_sub_.getNumPublishers() == 0) subscribeInstruments();
   }
   try {
-    const bool tissue_changed = input_.process();
-    const auto instruments = history_.at(input_.header().stamp);
+    const std::uint64_t states = input_.states();
+    tissue_changed_ = input_.process() || tissue_changed_;
+    if (input_.states() != states) last_state_ = start;
+    // Instruments come by a connection of their own: a picture waits for those of its state, but not long.
+    if (history_.awaits(input_.header().stamp)) {
+      if (waiting_since_ == 0) waiting_since_ = start;
+      if (start - waiting_since_ < kLongestWait) return;
+    }
+    waiting_since_ = 0;
+    const bool tissue_changed = tissue_changed_;
+    tissue_changed_ = false;
+    const auto instruments = history_.at(input_.header().stamp, start - last_state_);
     const bool instruments_changed = instruments != instruments_;
     instruments_ = instruments;
     Eigen::Isometry3d X_WO;
@@ -355,9 +376,9 @@ void EndoscopicViewDisplay::update(float tick, float) {
     if (!tissue_changed && !instruments_changed && !effects_changed && start - last_picture_ < 0.5) return;
     setStatusStd(rviz::StatusProperty::Ok, "Camera", how);
     next_picture_ = std::max(next_picture_ + 1.0 / rate_->getFloat(), start);
-    if (tissue_changed || !view_->scene().settled()) view_->setTissue(input_.store());
     if (instruments_) view_->setInstruments(*instruments_);
     effects_.handTo(view_.get());
+    if (tissue_changed || !view_->scene().settled()) view_->setTissue(input_.store());
     const double prepared = seconds();
     const EndoscopePipeline::Timing timing = view_->render(X_WO, input_.time(), start - last_picture_);
     // The state's stamp; while no state has come, the time of drawing.
@@ -452,7 +473,7 @@ void EndoscopicViewDisplay::collect() {
   sums_.finish += done.finish;
   sums_.send += done.send;
   sums_.show += done.show;
-  pane_->show(done.image);
+  if (pane_ != nullptr) pane_->show(done.image);
 }
 
 void EndoscopicViewDisplay::waitForWorker() {

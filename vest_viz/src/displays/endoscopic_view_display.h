@@ -7,6 +7,7 @@
 #include <vest_msgs/InstrumentStates.h>
 #include <vest_msgs/SessionState.h>
 #include <QImage>
+#include <QPointer>
 #include <opencv2/core.hpp>
 
 #include "endoscope_inputs.h"
@@ -14,6 +15,7 @@
 #include "instrument_history.h"
 #include "tissue_input.h"
 #include "truth_output.h"
+#include "vest_viz/session/recorder_watch.h"
 #include "worker.h"
 
 namespace rviz {
@@ -22,7 +24,10 @@ class EnumProperty;
 class FloatProperty;
 class IntProperty;
 class PanelDockWidget;
+class RenderPanel;
+class RosTopicProperty;
 class StringProperty;
+class TfFrameProperty;
 }  // namespace rviz
 
 namespace vest::displays {
@@ -75,10 +80,10 @@ class EndoscopicViewDisplay : public rviz::Display {
   void account(double now);
 
   rviz::StringProperty* tissue_topic_;
-  rviz::StringProperty* instruments_topic_;
+  rviz::RosTopicProperty* instruments_topic_;
   rviz::StringProperty* image_topic_;
-  rviz::StringProperty* optical_frame_;
-  rviz::StringProperty* tip_frame_;
+  rviz::TfFrameProperty* optical_frame_;
+  rviz::TfFrameProperty* tip_frame_;
   rviz::IntProperty* width_;
   rviz::IntProperty* height_;
   rviz::FloatProperty* field_of_view_;
@@ -92,6 +97,7 @@ class EndoscopicViewDisplay : public rviz::Display {
   rviz::EnumProperty* quality_;
   rviz::EnumProperty* smoke_;
   rviz::StringProperty* effects_topic_;
+  rviz::StringProperty* session_topic_;
   rviz::FloatProperty* lamp_;
   rviz::FloatProperty* white_;
   rviz::FloatProperty* noise_;
@@ -106,19 +112,26 @@ class EndoscopicViewDisplay : public rviz::Display {
   /// and a sixteenth of the messages.
   ros::Subscriber instruments_sub_, state_instruments_sub_, session_sub_;
   InstrumentHistory history_;
+  ros::Subscriber recorder_sub_;
+  session::RecorderWatch recorder_;
   vest_msgs::InstrumentStates::ConstPtr instruments_;  ///< of the picture
   bool begun_ = false;
   ros::Publisher image_pub_, info_pub_, compressed_pub_;
   std::unique_ptr<EndoscopePipeline> view_;
   camera::Intrinsics camera_;
-  ImagePane* pane_ = nullptr;
-  rviz::PanelDockWidget* dock_ = nullptr;
-  cv::Mat picture_;  ///< the worker's, while there is one
+  // rviz deletes its view, and what lies over it, before the displays.
+  QPointer<ImagePane> pane_;
+  QPointer<rviz::PanelDockWidget> dock_;
+  QPointer<rviz::RenderPanel> covered_;  ///< the view under the pane, which is not drawn
+  cv::Mat picture_;                      ///< the worker's, while there is one
   std::future<Finished> finishing_;
   /// Of picture::kResolutions: coarse at first, moved by the frame time when the quality is automatic.
   std::size_t level_ = 2;
   double first_picture_ = 0;  ///< s, steady clock: when drawing began
   double last_picture_ = 0, next_picture_ = 0, last_compressed_ = 0, last_account_ = 0, looked_ = 0;
+  double last_state_ = 0;        ///< s, when the newest state was taken
+  double waiting_since_ = 0;     ///< s, for instruments of a state; 0: not
+  bool tissue_changed_ = false;  ///< since the last picture
   ros::Time last_stamp_;
   struct Sums {
     double tissue = 0, draw = 0, read = 0, finish = 0, send = 0, show = 0;

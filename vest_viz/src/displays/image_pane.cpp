@@ -1,5 +1,6 @@
 #include "image_pane.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include <QCoreApplication>
@@ -28,9 +29,9 @@ void ImagePane::show(const QImage& image) {
   update();
 }
 
-void ImagePane::warn(const QString& line) {
-  if (line == warning_) return;
-  warning_ = line;
+void ImagePane::warn(const QString& words) {
+  if (words == warning_) return;
+  warning_ = words;
   update();
 }
 
@@ -71,6 +72,20 @@ bool ImagePane::event(QEvent* event) {
 
 void ImagePane::paintEvent(QPaintEvent*) {
   QPainter painter(this);
+  paintPicture(&painter);
+  if (warning_.isEmpty()) return;
+  QFont font = painter.font();
+  font.setPixelSize(std::max(14, height() / 24));
+  font.setBold(true);
+  painter.setFont(font);
+  const QRect line(0, 0, width(), 2 * painter.fontMetrics().height());
+  painter.fillRect(line, QColor(0, 0, 0, 190));
+  painter.setPen(QColor(255, 60, 50));
+  painter.drawText(line, Qt::AlignCenter, warning_);
+}
+
+void ImagePane::paintPicture(QPainter* to) {
+  QPainter& painter = *to;
   if (image_.isNull()) {
     painter.fillRect(rect(), Qt::black);
     return;
@@ -85,12 +100,6 @@ void ImagePane::paintEvent(QPaintEvent*) {
   painter.fillRect(0, place.top(), place.left(), place.height(), Qt::black);
   painter.fillRect(place.right() + 1, place.top(), width() - place.right() - 1, place.height(), Qt::black);
   painter.drawImage(place, image_);
-  if (warning_.isEmpty()) return;
-  const QRect band(place.left(), place.top(), place.width(), 2 * fontMetrics().height());
-  painter.fillRect(band, QColor(170, 0, 0));
-  painter.setPen(Qt::white);
-  painter.drawText(band, Qt::AlignCenter,
-                   fontMetrics().elidedText(warning_, Qt::ElideRight, band.width() - 8));
 }
 
 }  // namespace vest::displays

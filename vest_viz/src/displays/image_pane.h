@@ -3,6 +3,8 @@
 #include <QImage>
 #include <QWidget>
 
+class QPainter;
+
 namespace vest::displays {
 
 /// Shows a picture, as large as fits, black around it.
@@ -12,8 +14,9 @@ class ImagePane : public QWidget {
   /// @param rgb packed 8 bit RGB, copied; for any thread
   static QImage convert(const unsigned char* rgb, int width, int height);
   void show(const QImage& image);
-  /// A line over the picture that nobody at the table can miss; empty: none.
-  void warn(const QString& line);
+  /// Red words over the picture; empty: none. They are in no picture that is published.
+  void warn(const QString& words);
+  const QString& warning() const { return warning_; }
   /// Lies over `host` and follows its size; nullptr ends that.
   void cover(QWidget* host);
   QSize sizeHint() const override { return QSize(720, 576); }
@@ -25,6 +28,7 @@ class ImagePane : public QWidget {
   bool eventFilter(QObject* watched, QEvent* event) override;
 
  private:
+  void paintPicture(QPainter* to);
   QImage image_;
   QString warning_;
   QWidget* host_ = nullptr;

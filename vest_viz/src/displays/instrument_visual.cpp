@@ -112,6 +112,7 @@ void InstrumentVisual::setTool(int tool) {
 void InstrumentVisual::setPose(const Eigen::Isometry3d& X_WTip, double jaw) {
   place(node_, X_WTip);
   X_WSlot_[0] = X_WTip;
+  opening_ = jaw;
   for (int side : {1, 2}) {
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
     X.translation().z() = -jaw_length_;
@@ -127,6 +128,11 @@ bool InstrumentVisual::shaft(Eigen::Vector3d* from, Eigen::Vector3d* to, double*
   *to = X_WSlot_[0] * Eigen::Vector3d(0, 0, -kLength);
   *radius = shaft_radius_;
   return visible_ && !slots_[0].empty();
+}
+
+bool InstrumentVisual::jaws(instrument::Jaws* jaws) const {
+  *jaws = {X_WSlot_[0], opening_, jaw_length_};
+  return visible_ && jaw_length_ > 0;
 }
 
 void InstrumentVisual::setLight(const Ogre::Vector4& light) {

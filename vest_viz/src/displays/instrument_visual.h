@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "dynamic_mesh.h"
+#include "vest_viz/instrument/jaws.h"
 
 namespace vest::displays {
 
@@ -28,6 +29,8 @@ class InstrumentVisual {
   instrument::TriangleMesh worldMesh() const;
   /// Axis of the shaft in world, from the middle of the jaws outwards, and its radius; false: nothing shown.
   bool shaft(Eigen::Vector3d* from, Eigen::Vector3d* to, double* radius) const;
+  /// Where the jaws are in world; false: nothing shown, or there are none.
+  bool jaws(instrument::Jaws* jaws) const;
   bool visible() const { return visible_; }
   void setLight(const Ogre::Vector4& light);
   void setVisible(bool visible);
@@ -48,6 +51,7 @@ class InstrumentVisual {
   std::array<Ogre::SceneNode*, 3> slot_nodes_;
   int tool_ = -1;
   double jaw_length_ = 0, shaft_radius_ = 0;
+  double opening_ = 0;  ///< rad
   bool depth_in_alpha_, visible_ = true;
   std::array<Eigen::Isometry3d, 3> X_WSlot_;
   std::string warning_;

@@ -1,5 +1,6 @@
 #include "tissue_display.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <sstream>
@@ -31,6 +32,9 @@ struct Option {
   std::uint8_t field;
   const char* title;
 };
+enum class Scale { Data, Field, Fixed };
+/// A field comes in 255 levels of its range: fewer are no detail.
+constexpr double kLeastScale = 4.0 / 255;
 constexpr float kSliceInterval = 0.1f;  // s: the section follows a moving scene that often
 
 constexpr Option kColourings[] = {{"look", By::Look, 0, ""},
@@ -62,9 +66,10 @@ QColor toQt(const inspect::Colour& c) {
 TissueDisplay::TissueDisplay() {
   topic_ = new rviz::StringProperty("Tissue Topic", "tissue", "Prefix of topology, topology_delta and state.",
                                     this, SLOT(updateTopic()));
-  objects_ = new rviz::StringProperty("Objects", "",
-                                      "Names or organ words to show, separated by spaces; empty: all.", this,
-                                      SLOT(updateLook()));
+  objects_ = new rviz::StringProperty(
+      "Objects", "",
+      "Names or organ words to show, separated by spaces; empty: all. With a - before it: not that one.",
+      this, SLOT(updateLook()));
   surface_ = new rviz::BoolProperty("Surface", true, "Show the skins.", this, SLOT(updateLook()));
   links_ =
       new rviz::BoolProperty("Links", false, "Show the wire net of living links.", this, SLOT(updateLook()));
@@ -78,9 +83,14 @@ TissueDisplay::TissueDisplay() {
                                       SLOT(updateLook()));
   for (std::size_t i = 0; i < std::size(kColourings); ++i)
     colour_by_->addOption(kColourings[i].word, static_cast<int>(i));
-  auto_range_ =
-      new rviz::BoolProperty("Range of the Field", true, "The scale is that which the field comes with.",
-                             colour_by_, SLOT(updateLook()), this);
+  scale_ = new rviz::EnumProperty(
+      "Scale", "data",
+      "data: fits itself to the values of the objects that are shown. field: that which the field comes "
+      "with. fixed: from Low to High.",
+      colour_by_, SLOT(updateLook()), this);
+  for (const auto& [word, scale] :
+       {std::pair{"data", Scale::Data}, {"field", Scale::Field}, {"fixed", Scale::Fixed}})
+    scale_->addOption(word, static_cast<int>(scale));
   low_ = new rviz::FloatProperty("Low", 0.0f, "Lower end of the scale, unit of the field.", colour_by_,
                                  SLOT(updateLook()), this);
   high_ =
@@ -191,6 +201,29 @@ void TissueDisplay::updateSlice() {
   });
 }
 
+std::array<float, 2> TissueDisplay::scaleOf(const mesh::Field& field) const {
+  const auto scale = static_cast<Scale>(scale_->getOptionInt());
+  if (scale == Scale::Fixed) return {low_->getFloat(), high_->getFloat()};
+  const double range = static_cast<double>(field.maximum) - static_cast<double>(field.minimum);
+  if (scale == Scale::Field || !(range > 0)) return {field.minimum, field.maximum};
+  std::uint8_t low = 255, high = 0;
+  std::size_t first = 0;
+  for (const mesh::Object& o : input_.store().topology().objects) {
+    if (visual_->shows(o.name, o.organ) && !o.rigid)
+      for (std::size_t k = first; k < first + o.knot_count; ++k) {
+        low = std::min(low, field.data[k]);
+        high = std::max(high, field.data[k]);
+      }
+    first += o.knot_count;
+  }
+  if (low > high) return {field.minimum, field.maximum};
+  const auto value = [&](std::uint8_t byte) {
+    return static_cast<double>(field.minimum) + range * byte / 255;
+  };
+  const auto ends = inspect::fittedScale(value(low), value(high), kLeastScale * range);
+  return {static_cast<float>(ends[0]), static_cast<float>(ends[1])};
+}
+
 void TissueDisplay::updateColours() {
   const mesh::Store& store = input_.store();
   const Option& option = kColourings[static_cast<std::size_t>(colour_by_->getOptionInt())];
@@ -198,9 +231,11 @@ void TissueDisplay::updateColours() {
   colouring.by = option.by;
   colouring.field = option.field;
   const mesh::Field* field = option.by == By::Field ? store.field(option.field) : nullptr;
-  const bool automatic = auto_range_->getBool() && field != nullptr;
-  colouring.low = automatic ? field->minimum : low_->getFloat();
-  colouring.high = automatic ? field->maximum : high_->getFloat();
+  colouring.low = low_->getFloat(), colouring.high = high_->getFloat();
+  if (field != nullptr) {
+    const auto [low, high] = scaleOf(*field);
+    colouring.low = low, colouring.high = high;
+  }
   colouring_ = colouring;
   visual_->setColouring(colouring, store);
   if (option.by == By::Field && field == nullptr && !store.empty())

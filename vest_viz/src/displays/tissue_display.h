@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 
 #include <rviz/display.h>
@@ -41,6 +42,8 @@ class TissueDisplay : public rviz::Display {
   void showStatus();
   void updateColours();
   void updateSlice();
+  /// Ends of the scale of a field, by the property Scale.
+  std::array<float, 2> scaleOf(const mesh::Field& field) const;
 
   rviz::StringProperty* topic_;
   rviz::StringProperty* objects_;
@@ -49,7 +52,7 @@ class TissueDisplay : public rviz::Display {
   rviz::FloatProperty* alpha_;
   rviz::FloatProperty* light_;
   rviz::EnumProperty* colour_by_;
-  rviz::BoolProperty* auto_range_;
+  rviz::EnumProperty* scale_;
   rviz::FloatProperty* low_;
   rviz::FloatProperty* high_;
   rviz::BoolProperty* show_legend_;

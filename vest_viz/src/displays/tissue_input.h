@@ -44,6 +44,7 @@ class TissueInput {
   bool process();
 
   mesh::Store& store() { return store_; }
+  const mesh::Store& store() const { return store_; }
   /// Stamp and step of the state shown; zero before the first.
   const std_msgs::Header& header() const { return header_; }
   /// Simulation step and time (s) of the state shown.

@@ -8,9 +8,11 @@
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
 #include <OgreTechnique.h>
+#include <OgreTextureUnitState.h>
 #include <vest_msgs/TissueField.h>
 
 #include "ogre_assets.h"
+#include "vest_tissue/net/skin.h"
 #include "vest_viz/inspect/colour_map.h"
 #include "vest_viz/mesh/occlusion.h"
 #include "vest_viz/texture/organ_texture.h"
@@ -42,6 +44,25 @@ constexpr std::size_t kMostTriangles = 100000;  // above, a worker would need to
 /// m: from here on a dent or a waist that fewer triangles do not follow is drawn with all of them, down to
 /// half of it: some three pixels of the standard view (ours).
 constexpr float kBent = 0.0005f;
+
+/// m: mean length of the links between knots.
+float knotDistance(const mesh::Object& o) {
+  double sum = 0;
+  std::size_t count = 0;
+  const auto add = [&](std::size_t a, std::size_t b) {
+    double squared = 0;
+    for (std::size_t d = 0; d < 3; ++d) {
+      const double off =
+          static_cast<double>(o.rest_position[3 * a + d]) - static_cast<double>(o.rest_position[3 * b + d]);
+      squared += off * off;
+    }
+    sum += std::sqrt(squared);
+    ++count;
+  };
+  for (std::size_t k = 0; k + 1 < o.link_knots.size(); k += 2) add(o.link_knots[k], o.link_knots[k + 1]);
+  for (std::size_t k = 0; k + 3 < o.tetrahedra.size(); k += 4) add(o.tetrahedra[k], o.tetrahedra[k + 1]);
+  return count == 0 ? 0 : static_cast<float>(sum / static_cast<double>(count));
+}
 
 bool anyShown(const mesh::Store& store) {
   return store.field(kFilm.kind) != nullptr || std::any_of(kShown.begin(), kShown.end(), [&](const Shown& s) {
@@ -105,6 +126,7 @@ void TissueVisual::prepare(const Ogre::MaterialPtr& material, bool cull) {
   if (warning_.empty()) warning_ = unsupported(material);
   Ogre::Pass* pass = material->getTechnique(0)->getPass(0);
   if (cull) pass->setCullingMode(Ogre::CULL_CLOCKWISE);
+  for (Ogre::TextureUnitState* unit : pass->getTextureUnitStates()) unit->setTextureMipmapBias(mip_bias_);
   if (pass->hasFragmentProgram())
     pass->getFragmentProgramParameters()->setNamedConstant(
         "alpha", Ogre::Vector2(alpha_, depth_in_alpha_ ? 1.0f : 0.0f));
@@ -165,6 +187,7 @@ void TissueVisual::takeBaked() {
     parts_[i].coarse = std::move(baked.coarse[i]);
     parts_[i].left_out = std::move(baked.left_out[i]);
     parts_[i].occlusion = std::move(baked.occlusion[i]);
+    parts_[i].coarse_occlusion = mesh::coarseValues(parts_[i].left_out, parts_[i].occlusion);
     parts_[i].stale = true;
   }
 }
@@ -225,11 +248,13 @@ void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
   }
   // New vertices, and all until the worker has looked: about half open.
   part.occlusion.resize(bound, 0.75f);
+  const std::vector<float>& open =
+      coarse && part.coarse_occlusion.size() == bound ? part.coarse_occlusion : part.occlusion;
   for (std::size_t v = 0; v < n; ++v) {
     const float* p = &skin.positions[3 * v];
     const std::array<float, 3> c = texture::tintAt(p[0], p[1], p[2], style);
     for (std::size_t k = 0; k < 3; ++k) tint[4 * v + k] = c[k];
-    tint[4 * v + 3] = part.occlusion[v < bound ? v : skin.doubled[v - bound]];
+    tint[4 * v + 3] = open[v < bound ? v : skin.doubled[v - bound]];
   }
   part.mesh->setShape(groups, uv, tint, n);
   part.mesh->setVisible(visible(part));
@@ -240,11 +265,41 @@ void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
 bool TissueVisual::judgeBend(const mesh::Store& store, std::size_t index) {
   Part& part = parts_[index];
   if (part.left_out.empty() || part.coarse_version != store.shapeVersion(index)) return false;
-  const float gap = mesh::greatestGap(part.left_out, store.skin(index).positions);
+  const float gap = mesh::greatestGap(part.left_out, drawnSkin(store, index));
   const bool bent = gap > (part.is_bent ? 0.5f * kBent : kBent);
   if (bent == part.is_bent) return false;
   part.is_bent = bent;
   return true;
+}
+
+bool TissueVisual::press(const mesh::Store& store, std::size_t index) {
+  Part& part = parts_[index];
+  const auto held = held_.find(part.name);
+  const bool was = !part.pressed.empty();
+  part.pressed.clear();
+  if (held == held_.end()) return was;
+  const mesh::Skin& skin = store.skin(index);
+  part.pressed = skin.positions;
+  bool any = false;
+  for (const instrument::Jaws& jaws : held->second)
+    any = instrument::pressBetween(jaws, &part.pressed) || any;
+  if (!any) {
+    part.pressed.clear();
+    return was;
+  }
+  part.pressed_normals.resize(part.pressed.size());
+  net::vertexNormals(part.pressed.data(), skin.vertexCount(), skin.triangles.data(),
+                     skin.triangles.size() / 3, part.pressed_normals.data());
+  return true;
+}
+
+void TissueVisual::upload(const mesh::Store& store, std::size_t index) {
+  const mesh::Skin& skin = store.skin(index);
+  const Part& part = parts_[index];
+  if (part.pressed.size() == skin.positions.size() && !part.pressed.empty())
+    part.mesh->setVertices(part.pressed, part.pressed_normals, skin.tangents);
+  else
+    part.mesh->setVertices(skin.positions, skin.normals, skin.tangents);
 }
 
 void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
@@ -257,6 +312,11 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
     at_knots = std::max(at_knots, store.largestAtKnots(index, shown.kind, shown.low, shown.high));
   if (at_knots <= kLeastMark && !part.is_marked) return;
   part.state.resize(4 * n);
+  if (part.smoother_version != store.shapeVersion(index)) {
+    part.smoother_version = store.shapeVersion(index);
+    part.smoother.build(store.skin(index).triangles, store.skin(index).positions,
+                        knotDistance(store.topology().objects[index]));
+  }
   float largest = 0;
   for (std::size_t k = 0; k < kShown.size(); ++k)
     largest = std::max(largest, store.vertexField(index, kShown[k].kind, kShown[k].low, kShown[k].high,
@@ -266,6 +326,8 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
     largest = std::max(largest, store.vertexField(index, kFilm.kind, kFilm.low, kFilm.high, film_.data(), 1));
     for (std::size_t v = 0; v < n; ++v) part.state[4 * v] = std::max(part.state[4 * v], film_[v]);
   }
+  // Blood and char have borders; heat and lost blood fade out.
+  for (const std::size_t k : {1u, 3u}) part.smoother.smooth(part.state.data() + k, kShown.size());
   const bool mark = largest > kLeastMark;
   if (mark) part.mesh->setState(part.state);
   if (mark == part.is_marked) return;
@@ -280,8 +342,7 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   }
   if (part.coarse.empty()) return;
   rebuildPart(store, index);  // with all triangles, or fewer again
-  const mesh::Skin& skin = store.skin(index);
-  part.mesh->setVertices(skin.positions, skin.normals, skin.tangents);
+  upload(store, index);
   if (mark) part.mesh->setState(part.state);
 }
 
@@ -301,17 +362,17 @@ void TissueVisual::update(const mesh::Store& store) {
   vertices_ = 0;
   const bool shown = anyShown(store);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const bool bend = (parts_[i].stale || store.moved(i)) && judgeBend(store, i);
+    const bool moved = press(store, i) || store.moved(i);
+    const bool bend = (parts_[i].stale || moved) && judgeBend(store, i);
     const bool reshaped = bend || parts_[i].stale || (fresh && parts_[i].version != store.shapeVersion(i));
     if (reshaped) rebuildPart(store, i);
-    const mesh::Skin& skin = store.skin(i);
-    if (reshaped || store.moved(i)) parts_[i].mesh->setVertices(skin.positions, skin.normals, skin.tangents);
+    if (reshaped || moved) upload(store, i);
     if (coloured()) {
       if (fields || reshaped) updateColours(store, i);
     } else if ((fields || reshaped) && (shown || parts_[i].is_marked)) {
       updateState(store, i);
     }
-    vertices_ += skin.vertexCount();
+    vertices_ += store.skin(i).vertexCount();
   }
   field_version_ = store.fieldVersion();
   if (show_links_) drawLinks(store);
@@ -334,6 +395,13 @@ void TissueVisual::setShadows(const Shadows& shadows) {
   forEachMaterial([&](Ogre::Pass* pass) {
     if (pass->hasVertexProgram())
       pass->getVertexProgramParameters()->setNamedConstant("shadow", shadows[0].ptr(), shadows.size());
+  });
+}
+
+void TissueVisual::setMipBias(float bias) {
+  mip_bias_ = bias;
+  forEachMaterial([&](Ogre::Pass* pass) {
+    for (Ogre::TextureUnitState* unit : pass->getTextureUnitStates()) unit->setTextureMipmapBias(bias);
   });
 }
 
@@ -434,6 +502,7 @@ void TissueVisual::showLinks(bool show) {
 
 void TissueVisual::setFilter(const std::set<std::string>& names) {
   filter_ = names;
+  shows_others_ = std::all_of(names.begin(), names.end(), [](const auto& word) { return word[0] == '-'; });
   applyVisibility();
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 #include <future>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -12,7 +13,9 @@
 
 #include "dynamic_mesh.h"
 #include "vest_viz/inspect/slice.h"
+#include "vest_viz/instrument/jaws.h"
 #include "vest_viz/mesh/coarse.h"
+#include "vest_viz/mesh/field_smoother.h"
 #include "vest_viz/mesh/store.h"
 
 namespace Ogre {
@@ -42,10 +45,22 @@ class TissueVisual {
   /// Shadows of two of them: three rows of instrument::CastShadow each, in view space.
   using Shadows = std::array<Ogre::Vector4, 6>;
   void setShadows(const Shadows& shadows);
+  /// Jaws by the object that they hold: its skin is drawn between them, from the next update() on.
+  using Held = std::map<std::string, std::vector<instrument::Jaws>>;
+  void setHeld(Held held) { held_ = std::move(held); }
+  /// Skin of an object as it is drawn; x y z per vertex, m, in world.
+  const std::vector<float>& drawnSkin(const mesh::Store& store, std::size_t index) const {
+    const std::vector<float>& all = store.skin(index).positions;
+    return index < parts_.size() && parts_[index].pressed.size() == all.size() ? parts_[index].pressed : all;
+  }
+  /// @param bias levels by which textures are finer than the pixels that are drawn; for pictures that are
+  /// enlarged
+  void setMipBias(float bias);
   void setAlpha(float alpha);
   void showSurface(bool show);
   void showLinks(bool show);
-  /// Only objects whose name or organ is in the set; an empty set shows all.
+  /// Only objects whose name or organ is in the set, none whose name or organ is in it behind a `-`; where
+  /// all words are such ones, all others are shown.
   void setFilter(const std::set<std::string>& names);
   /// How skins are coloured.
   struct Colouring {
@@ -65,7 +80,8 @@ class TissueVisual {
   void setSlice(const inspect::Plane* plane, const mesh::Store& store);
   /// By the filter.
   bool shows(const std::string& name, const std::string& organ) const {
-    return filter_.empty() || filter_.count(name) != 0 || filter_.count(organ) != 0;
+    if (filter_.count("-" + name) != 0 || filter_.count("-" + organ) != 0) return false;
+    return shows_others_ || filter_.count(name) != 0 || filter_.count(organ) != 0;
   }
   /// Empty, or why shaders are not supported.
   const std::string& warning() const { return warning_; }
@@ -89,13 +105,20 @@ class TissueVisual {
     bool is_bent = false;                           ///< so that fewer triangles would hide it
     bool stale = false;                             ///< to be built again though the shape is the same
     std::vector<float> occlusion;                   ///< empty until it is baked
+    std::vector<float> coarse_occlusion;            ///< the same for `coarse`; empty: the same
     std::vector<std::uint8_t> state;
+    mesh::FieldSmoother smoother;  ///< of what happened to the tissue
+    std::uint64_t smoother_version = 0;
+    std::vector<float> pressed, pressed_normals;  ///< while jaws hold it, else empty
   };
   void rebuildAll(const mesh::Store& store);
   void beginBaking(const mesh::Store& store);
   void takeBaked();
   void rebuildPart(const mesh::Store& store, std::size_t index);
   bool judgeBend(const mesh::Store& store, std::size_t index);
+  /// What jaws hold lies between them. @return true if vertices are to be drawn anew
+  bool press(const mesh::Store& store, std::size_t index);
+  void upload(const mesh::Store& store, std::size_t index);
   void updateState(const mesh::Store& store, std::size_t index);
   void updateColours(const mesh::Store& store, std::size_t index);
   void destroy(Part* part);
@@ -123,8 +146,10 @@ class TissueVisual {
   Ogre::ManualObject* links_ = nullptr;
   Ogre::MaterialPtr link_material_;
   bool show_surface_ = true, show_links_ = false;
-  float alpha_ = 1.0f;
+  float alpha_ = 1.0f, mip_bias_ = 0.0f;
+  Held held_;
   std::set<std::string> filter_;
+  bool shows_others_ = true;  ///< the filter names none to be shown
   using Triangles = std::vector<std::uint32_t>;
   std::atomic<bool> stop_{false};
   struct Baked {

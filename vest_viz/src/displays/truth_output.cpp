@@ -72,7 +72,7 @@ truth::Raster& TruthOutput::draw(EndoscopePipeline& view, const mesh::Store& sto
     const std::uint16_t label = objects[i].segmentation_label != 0 ? objects[i].segmentation_label
                                                                    : static_cast<std::uint16_t>(i + 1);
     Shape& s = shape("tissue/" + objects[i].name, label);
-    s.now = store.skin(i).positions;
+    s.now = view.scene().drawnSkin(store, i);
     if (s.triangles != store.skin(i).triangles) {
       s.triangles = store.skin(i).triangles;
       s.before.clear();  // a cut: what was where before is unknown

@@ -59,4 +59,16 @@ std::vector<double> ticks(double low, double high, int most) {
   return out;
 }
 
+std::array<double, 2> fittedScale(double low, double high, double least) {
+  const double span = std::max(high - low, least);
+  const double decade = std::pow(10.0, std::floor(std::log10(span / 2)));
+  double step = 10 * decade;
+  for (const double s : {5.0, 2.0, 1.0})
+    if (s * decade >= span / 5) step = s * decade;
+  constexpr double kRounding = 1e-6;  // of a step
+  const double least_steps = std::max(2.0, std::ceil(least / step - kRounding));
+  const double from = step * std::floor(low / step + kRounding);
+  return {from, std::max(step * std::ceil(high / step - kRounding), from + least_steps * step)};
+}
+
 }  // namespace vest::inspect

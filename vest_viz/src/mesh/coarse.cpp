@@ -37,6 +37,22 @@ struct Patch {
   double reach;  // m
 };
 
+/// Vertices at sharp edges and those next to them stay: the normal there turns within one triangle, and would
+/// darken the whole width of a larger one.
+void lockCrests(Mesh* mesh) {
+  const double crest = std::cos(2 * static_cast<double>(kGreatestTurn) * 3.14159265358979 / 180);
+  for (const auto e : mesh->edges()) {
+    const auto h = mesh->halfedge_handle(e, 0);
+    if (mesh->is_boundary(e) ||
+        (mesh->normal(mesh->face_handle(h)) | mesh->normal(mesh->opposite_face_handle(h))) > crest)
+      continue;
+    for (const auto v : {mesh->from_vertex_handle(h), mesh->to_vertex_handle(h)}) {
+      mesh->status(v).set_locked(true);
+      for (const auto next : mesh->vv_range(v)) mesh->status(next).set_locked(true);
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> coarseTriangles(const std::vector<float>& positions,
@@ -54,6 +70,7 @@ std::vector<std::uint32_t> coarseTriangles(const std::vector<float>& positions,
   for (const auto v : mesh.vertices())
     if (mesh.is_boundary(v)) mesh.status(v).set_locked(true);
   mesh.update_face_normals();
+  lockCrests(&mesh);
   OpenMesh::Decimater::DecimaterT<Mesh> decimater(mesh);
   OpenMesh::Decimater::ModQuadricT<Mesh>::Handle quadric;
   OpenMesh::Decimater::ModNormalDeviationT<Mesh>::Handle turn;
@@ -105,6 +122,18 @@ std::vector<LeftOut> leftOut(const std::vector<float>& positions, const std::vec
     result.push_back(found);
   }
   return result;
+}
+
+std::vector<float> coarseValues(const std::vector<LeftOut>& left_out, const std::vector<float>& values) {
+  if (values.empty()) return values;
+  std::vector<float> sum = values, weight(values.size(), 1.0f);
+  for (const LeftOut& l : left_out)
+    for (std::size_t k = 0; k < 3; ++k) {
+      sum[l.corners[k]] += l.weights[k] * values[l.vertex];
+      weight[l.corners[k]] += l.weights[k];
+    }
+  for (std::size_t v = 0; v < values.size(); ++v) sum[v] /= weight[v];
+  return sum;
 }
 
 float greatestGap(const std::vector<LeftOut>& left_out, const std::vector<float>& positions) {

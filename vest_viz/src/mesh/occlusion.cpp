@@ -1,7 +1,9 @@
 #include "vest_viz/mesh/occlusion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 
 #include <Eigen/Geometry>
 
@@ -11,6 +13,7 @@ namespace {
 constexpr float kCell = 0.003f;   // m
 constexpr float kReach = 0.025f;  // m
 constexpr int kRays = 26;
+constexpr float kContact = 0.8f;  // what touches moves away, and its shadow stays: never quite dark (by eye)
 constexpr std::size_t kMostVertices = 150000;  // above, the worker would need too long
 constexpr int kMaxCells =
     256;  // per axis: a scene larger than 0.77 m is not a body cavity and stays unshaded
@@ -29,6 +32,72 @@ struct Grid {
     if ((c.array() < 0).any() || (c.array() >= size.array()).any()) return;
     full[static_cast<std::size_t>((c.z() * size.y() + c.y()) * size.x() + c.x())] = 1;
   }
+};
+
+/// A piece of a surface, for what lies so near that the grid is too coarse for it.
+struct Patch {
+  Eigen::Vector3f place, normal;
+  float area;  // m2
+  std::size_t surface;
+};
+
+/// Patches of at most kPatch by kPatch, by cell of kNear.
+class Patches {
+ public:
+  static constexpr float kPatch = 0.0025f;  // m
+  static constexpr float kNear = 0.007f;    // m: how far they reach; farther out the rays see more
+
+  void add(std::size_t surface, const Eigen::Vector3f& a, const Eigen::Vector3f& b,
+           const Eigen::Vector3f& c) {
+    const Eigen::Vector3f across = (b - a).cross(c - a);
+    const float area = 0.5f * across.norm();
+    if (!(area > 0)) return;
+    const float longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+    const int n = std::clamp(static_cast<int>(longest / kPatch) + 1, 1, 32);
+    // n² like triangles; their centres.
+    const auto put = [&](float u, float w) {
+      const Eigen::Vector3f p = a + (b - a) * u + (c - a) * w;
+      cells_[cellOf(p)].push_back({p, across.normalized(), area / static_cast<float>(n * n), surface});
+    };
+    const float s = 1.0f / static_cast<float>(n), third = s / 3;
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; i + j < n; ++j) {
+        put(static_cast<float>(i) * s + third, static_cast<float>(j) * s + third);
+        if (i + j + 1 < n) put(static_cast<float>(i) * s + 2 * third, static_cast<float>(j) * s + 2 * third);
+      }
+  }
+
+  /// Share of the sky over a vertex that other surfaces within kNear hide: sum of the form factors of discs,
+  /// Bunnell 2005 (GPU Gems 2, chapter 14).
+  float hidden(std::size_t surface, const Eigen::Vector3f& p, const Eigen::Vector3f& normal) const {
+    constexpr float kPi = 3.14159265f;
+    float sum = 0;
+    const std::array<int, 3> c = cellOf(p);
+    for (int x = -1; x <= 1; ++x)
+      for (int y = -1; y <= 1; ++y)
+        for (int z = -1; z <= 1; ++z) {
+          const auto cell = cells_.find({c[0] + x, c[1] + y, c[2] + z});
+          if (cell == cells_.end()) continue;
+          for (const Patch& patch : cell->second) {
+            if (patch.surface == surface) continue;
+            const Eigen::Vector3f d = patch.place - p;
+            const float r2 = d.squaredNorm();
+            if (r2 > kNear * kNear || r2 < 1e-12f) continue;
+            const float up = normal.dot(d), facing = std::fabs(patch.normal.dot(d));
+            if (up <= 0) continue;
+            sum += patch.area * up * facing / (r2 * (kPi * r2 + patch.area));
+          }
+        }
+    return std::min(sum, 1.0f);
+  }
+
+ private:
+  static std::array<int, 3> cellOf(const Eigen::Vector3f& p) {
+    const Eigen::Vector3i c = (p / kNear).array().floor().cast<int>();
+    return {c.x(), c.y(), c.z()};
+  }
+
+  std::map<std::array<int, 3>, std::vector<Patch>> cells_;
 };
 
 }  // namespace
@@ -69,6 +138,15 @@ std::vector<std::vector<float>> ambientOcclusion(const std::vector<Surface>& sur
                     (c - a) * (static_cast<float>(w) / steps));
     }
   }
+  Patches patches;
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const auto corner = [&](std::size_t k) {
+      return Eigen::Map<const Eigen::Vector3f>(
+          &surfaces[i].positions[3 * static_cast<std::size_t>(surfaces[i].triangles[k])]);
+    };
+    for (std::size_t t = 0; t + 2 < surfaces[i].triangles.size(); t += 3)
+      patches.add(i, corner(t), corner(t + 1), corner(t + 2));
+  }
   // Directions on a cosine-weighted spiral about z.
   std::vector<Eigen::Vector3f> rays;
   for (int k = 0; k < kRays; ++k) {
@@ -95,7 +173,7 @@ std::vector<std::vector<float>> ambientOcclusion(const std::vector<Surface>& sur
           }
         open += std::min(1.0f, free / kReach);
       }
-      const float share = open / kRays;
+      const float share = open / kRays * (1.0f - kContact * patches.hidden(i, p, normal));
       result[i][v] = std::clamp(0.12f + 0.95f * share, 0.0f, 1.0f);
     }
   }

@@ -80,6 +80,7 @@ void splitCutFaces(const Object& o, Skin* skin) {
   skin->triangles = o.triangles;
   skin->doubled.clear();
   const std::size_t n = o.vertexCount();
+  skin->cut.build(o.triangles, o.triangle_layer, n);
   if (!o.triangle_layer.empty()) {
     std::vector<std::uint8_t> outside(n, 0);
     for (std::size_t t = 0; t < o.triangle_layer.size(); ++t)
@@ -99,6 +100,7 @@ void splitCutFaces(const Object& o, Skin* skin) {
       }
     }
   }
+  for (std::uint32_t t : skin->cut.dropped()) std::fill_n(skin->triangles.begin() + 3 * t, 3, 0u);
   skin->uv = o.texture_coordinates;
   if (!skin->uv.empty())
     for (std::uint32_t v : skin->doubled)
@@ -326,6 +328,7 @@ void Store::rebuildSkins() {
     if (n == 0) continue;
     net::rebuildSkin(knots(i), o.binding_start.data(), o.binding_knots.data(), o.binding_weights.data(), n,
                      skin.positions.data());
+    skin.cut.smooth(skin.positions.data());
     for (std::size_t k = 0; k < skin.doubled.size(); ++k)
       std::copy_n(&skin.positions[3 * static_cast<std::size_t>(skin.doubled[k])], 3,
                   &skin.positions[3 * (n + k)]);

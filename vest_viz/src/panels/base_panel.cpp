@@ -9,6 +9,8 @@
 namespace vest::panels {
 
 BasePanel::~BasePanel() {
+  // A box that loses the focus with the panel says that it was edited.
+  for (QObject* const child : findChildren<QObject*>()) child->disconnect(this);
   // A call that waits for a node that died would hold rviz: services of one machine answer or fail at once.
   for (auto& one : calls_)
     if (one->thread.joinable()) one->thread.join();

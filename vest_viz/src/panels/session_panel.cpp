@@ -137,6 +137,11 @@ SessionPanel::SessionPanel(QWidget* parent) : BasePanel(parent) {
 void SessionPanel::connectTopics() {
   state_sub_ = nh().subscribe<vest_msgs::SessionState>(
       "session/state", 5, [this](const vest_msgs::SessionStateConstPtr& msg) { onState(*msg); });
+  recorder_ = {};
+  recorder_sub_ = nh().subscribe<vest_msgs::SessionState>(
+      "session/recording", 5, [this](const vest_msgs::SessionStateConstPtr& msg) {
+        recorder_.heard(msg->recording, ros::SteadyTime::now().toSec());
+      });
 }
 
 void SessionPanel::snapshot(bool restore) {
@@ -158,13 +163,14 @@ void SessionPanel::onState(const vest_msgs::SessionState& msg) {
                             .arg(msg.simulated_time, 0, 'f', 1)
                             .arg(msg.real_time_factor, 0, 'f', 3)
                             .arg(1e6 * msg.step_cpu_time, 0, 'f', 0));
-  recording_label_->setText(msg.recording
-                                ? QString("recording to %1: %2 MB, %3 messages, %4 lost")
-                                      .arg(QString::fromStdString(msg.directory))
-                                      .arg(1e-6 * static_cast<double>(msg.recorded_bytes), 0, 'f', 1)
-                                      .arg(msg.recorded_messages)
-                                      .arg(msg.dropped_messages)
-                                : QString::fromStdString(msg.status.empty() ? "not recording" : msg.status));
+  if (!recorder_.lost(heard_.toSec()))
+    recording_label_->setText(msg.recording
+                                  ? QString("recording to %1: %2 MB, %3 messages, %4 lost")
+                                        .arg(QString::fromStdString(msg.directory))
+                                        .arg(1e-6 * static_cast<double>(msg.recorded_bytes), 0, 'f', 1)
+                                        .arg(msg.recorded_messages)
+                                        .arg(msg.dropped_messages)
+                                  : QString::fromStdString(msg.status.empty() ? "not recording" : msg.status));
   const bool paused = msg.state == vest_msgs::SessionState::PAUSED;
   pause_->setText(paused ? "Resume" : "Pause");
   step_->setEnabled(paused);
@@ -174,6 +180,9 @@ void SessionPanel::onState(const vest_msgs::SessionState& msg) {
 }
 
 void SessionPanel::showAge() {
+  if (recorder_.lost(ros::SteadyTime::now().toSec()))
+    recording_label_->setText(
+        "<b style='color: #b00020'>NOT RECORDED: the recorder ended without a word</b>");
   if (heard_.isZero() || (ros::SteadyTime::now() - heard_).toSec() < kSessionSilent) return;
   state_label_->setText("<b>silent</b>: no word from the simulation for " +
                         QString::number((ros::SteadyTime::now() - heard_).toSec(), 'f', 0) + " s");

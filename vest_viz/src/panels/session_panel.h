@@ -5,6 +5,7 @@
 #include <vest_msgs/SessionState.h>
 
 #include "base_panel.h"
+#include "vest_viz/session/recorder_watch.h"
 
 class QComboBox;
 class QDoubleSpinBox;
@@ -31,7 +32,8 @@ class SessionPanel : public BasePanel {
   template <class Service>
   void ask(const std::string& name, const Service& service);
 
-  ros::Subscriber state_sub_;
+  ros::Subscriber state_sub_, recorder_sub_;
+  session::RecorderWatch recorder_;
   vest_msgs::SessionState state_;
   ros::SteadyTime heard_;
   QLabel *state_label_, *recording_label_, *problem_;

@@ -140,9 +140,10 @@ std::vector<Style> makeStyles() {
   all.push_back(s);
   s = Style();
   s.organ = "cavity";
-  s.tile = 0.08;
+  s.tile = 0.16, s.span = 2;  // as wide as what is seen of it: no patch of fat comes twice
   s.base = {0.75f, 0.44f, 0.405f}, s.second = {0.60f, 0.27f, 0.25f}, s.mottle = 0.6f;
-  s.vessel_trees = 6, s.vessel_width = 0.0010, s.vessel_strength = 0.72f, s.capillaries = 90, s.fat = 0.11f;
+  s.vessel_trees = 24, s.vessel_width = 0.0010, s.vessel_strength = 0.72f, s.capillaries = 360;
+  s.fat = 0.11f;
   s.relief = 0.0009, s.relief_length = 0.013, s.wet = 0.6f, s.translucence = 0.3f;
   all.push_back(s);
   // Inside colours, for cut faces and the inner walls of tubes.
@@ -210,10 +211,11 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
   Field vein(n), artery(n), capillary(n), height(n);
   const float texels_per_metre = static_cast<float>(n / s.tile);
   const float radius = 0.5f * static_cast<float>(s.vessel_width) * texels_per_metre;
+  const float reach = static_cast<float>(n) / static_cast<float>(s.span);
   for (int i = 0; i < s.vessel_trees; ++i) {
     const float x = n * random.uniform(), y = n * random.uniform(), a = 6.2832f * random.uniform();
     const float r = radius * (0.45f + 0.8f * random.uniform()),
-                length = n * (0.45f + 0.5f * random.uniform());
+                length = reach * (0.45f + 0.5f * random.uniform());
     VesselPainter{&vein, &random, 0.11f}.grow(x, y, a, r, length, 1.0f, 3);
     // Arteries run beside veins, thinner and more tortuous.
     const float off = 3.2f * r + 2.0f;
@@ -223,18 +225,19 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
   for (int i = 0; i < s.capillaries; ++i)
     VesselPainter{&capillary, &random, 0.22f}.grow(
         n * random.uniform(), n * random.uniform(), 6.2832f * random.uniform(),
-        0.3f + 0.35f * random.uniform(), n * (0.03f + 0.08f * random.uniform()),
+        0.3f + 0.35f * random.uniform(), reach * (0.03f + 0.08f * random.uniform()),
         0.35f + 0.4f * random.uniform(), 2);
 
   const int waves = std::max(1, static_cast<int>(std::lround(s.tile / s.relief_length)));
   const int waves_u = std::max(1, static_cast<int>(std::lround(waves / s.streak)));
+  const auto span = static_cast<float>(s.span);
   const int lobules = std::max(4, static_cast<int>(s.tile / 0.0038));
   for (int y = 0; y < n; ++y)
     for (int x = 0; x < n; ++x) {
       const float u = (x + 0.5f) / n, v = (y + 0.5f) / n;
       const std::size_t k = static_cast<std::size_t>(y) * n + x;
-      const float warp = 0.02f * periodicFbm(u, v, 4, 4, 2, seed + 5);
-      const float low = periodicFbm(u + warp, v - warp, 3, 3, 4, seed + 11);
+      const float warp = 0.02f / span * periodicFbm(u, v, 4 * s.span, 4 * s.span, 2, seed + 5);
+      const float low = periodicFbm(u + warp, v - warp, 3 * s.span, 3 * s.span, 4, seed + 11);
       const float fine = periodicFbm(u, v, waves_u * 3, waves * 3, 3, seed + 23);
       const float coarse = periodicFbm(u + warp, v + warp, waves_u, waves, 3, seed + 37);
       float h = static_cast<float>(s.relief) * (coarse + 0.15f * fine);
@@ -242,8 +245,10 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
       const float m = std::clamp(s.mottle * (0.5f + 0.8f * low + 0.25f * fine), 0.0f, 1.0f);
       for (int i = 0; i < 3; ++i) c[i] = mixf(s.base[i], s.second[i], m);
       // The film of fluid is not even: wet patches beside drier ones.
-      float wet = s.wet * (0.12f + 0.95f * smooth(-0.05f, 0.55f,
-                                                  periodicFbm(u, v, 5, 5, 3, seed + 83) + 0.3f * coarse));
+      float wet =
+          s.wet *
+          (0.12f + 0.95f * smooth(-0.05f, 0.55f,
+                                  periodicFbm(u, v, 5 * s.span, 5 * s.span, 3, seed + 83) + 0.3f * coarse));
       if (s.crypts > 0) {
         const Cell cell = periodicCell(u + warp, v, std::max(3, static_cast<int>(s.tile / 0.004)), seed + 3);
         const float groove = 1.0f - smooth(0.02f, 0.35f, cell.second - cell.nearest);
@@ -254,14 +259,15 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
       if (s.fat > 0) {
         // Threshold chosen so that about `fat` of the surface lies above it (fbm is about normal, deviation
         // 0.35).
-        const float field = periodicFbm(u - warp, v + 2 * warp, 2, 2, 5, seed + 53) + 0.10f * fine;
+        const float field =
+            periodicFbm(u - warp, v + 2 * warp, 2 * s.span, 2 * s.span, 5, seed + 53) + 0.10f * fine;
         const float threshold = 0.42f - 0.9f * s.fat;
         const float cover = smooth(threshold - 0.14f, threshold + 0.24f, field);
         if (cover > 0) {
           // Soft round lobules of two sizes, drawn out of shape; what lies between them shines through pink.
-          const float wu = u + 0.8f * warp + 0.010f * coarse, wv = v + 0.010f * low;
+          const float wu = u + 0.8f * warp + 0.010f / span * coarse, wv = v + 0.010f / span * low;
           const Cell lobe = periodicCell(wu, wv, lobules, seed + 61);
-          const Cell small = periodicCell(wu + 0.004f * fine, wv, lobules * 2, seed + 63);
+          const Cell small = periodicCell(wu + 0.004f / span * fine, wv, lobules * 2, seed + 63);
           const auto dome = [](float d) { return std::max(0.0f, 1.0f - d * d); };
           const float bump = 0.75f * dome(lobe.nearest) + 0.25f * dome(small.nearest);
           const float crease =

@@ -149,15 +149,17 @@ class Renderer {
 
   void frame(Inputs* inputs) {
     Eigen::Isometry3d X_WO;
+    const std::uint64_t states = inputs->tissue.states();
     const bool changed = inputs->tissue.process();
-    inputs->instruments = inputs->history.at(inputs->tissue.header().stamp);
+    const double age = inputs->tissue.states() != states ? 0 : 1;  // s: the bag tells which stand still
+    inputs->instruments = inputs->history.at(inputs->tissue.header().stamp, age);
     if (inputs->tissue.store().empty() || !inputs->pose(o_.optic, &X_WO)) {
       ++empty_;
       return;
     }
-    if (changed || frames_ == 0) view_.settle(inputs->tissue.store());
     view_.setInstruments(*inputs->instruments);
     inputs->effects.handTo(&view_);
+    if (changed || frames_ == 0) view_.settle(inputs->tissue.store());
     // The exposure settles before the first picture, as a camera's does before anybody looks.
     for (int i = frames_ == 0 || o_.each_state ? 0 : 14; i < 15; ++i)
       view_.draw(X_WO, inputs->tissue.time(), 1 / o_.fps, &picture_);

@@ -22,40 +22,13 @@
 #include <Eigen/Geometry>
 #include <opencv2/imgproc.hpp>
 
+#include "ball.h"
 #include "vest_viz/camera/model.h"
 #include "vest_viz/picture/check.h"
 
 namespace {
 
-/// A ball: one of 2 cm radius, 8 cm before the camera, inside one of 15 cm round everything.
-vest_msgs::TissueObject ball(const std::string& name, const std::string& organ, double radius, double z,
-                             bool inward) {
-  vest_msgs::TissueObject o;
-  o.name = name;
-  o.organ = organ;
-  const std::uint32_t rows = 24, columns = 36;
-  for (std::uint32_t i = 0; i <= rows; ++i)
-    for (std::uint32_t j = 0; j <= columns; ++j) {
-      const double a = M_PI * i / rows, b = 2 * M_PI * j / columns;
-      o.rest_position.push_back(static_cast<float>(radius * std::sin(a) * std::cos(b)));
-      o.rest_position.push_back(static_cast<float>(radius * std::sin(a) * std::sin(b)));
-      o.rest_position.push_back(static_cast<float>(z + radius * std::cos(a)));
-      o.texture_coordinates.push_back(static_cast<float>(radius * a));
-      o.texture_coordinates.push_back(static_cast<float>(radius * b));
-      o.binding_knots.push_back(o.knot_count);
-      o.binding_weights.push_back(1);
-      o.binding_start.push_back(o.knot_count++);
-      if (i == rows || j == columns) continue;
-      const std::uint32_t k = i * (columns + 1) + j, down = k + columns + 1;
-      const std::uint32_t t[] = {k, down, down + 1, k, down + 1, k + 1};
-      for (int n = 0; n < 6; ++n) o.triangles.push_back(t[inward ? 5 - n : n]);
-    }
-  o.binding_start.push_back(o.knot_count);
-  o.link_knots = {0, 1, 1, 2};
-  o.link_kind = {0, 0};
-  o.link_alive = {1, 1};
-  return o;
-}
+using vest::displays::ball;
 
 /// What moves, at one time.
 struct Moment {
@@ -469,6 +442,40 @@ void expectTip(const vest_msgs::Keypoints& keypoints, const sensor_msgs::CameraI
     EXPECT_NEAR(k.depth, expected.z(), 1e-4);
   }
   EXPECT_TRUE(tip);
+}
+
+/// Of the pictures with ground truth that are the first of their state: the tip is where it was at the
+/// state's stamp.
+int expectTipsOfTheirStates(const std::vector<vest_msgs::Keypoints::ConstPtr>& all,
+                            const std::map<ros::Time, Moment>& shown, const sensor_msgs::CameraInfo& info) {
+  int pictures = 0;
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    const ros::Time stamp = all[i]->header.stamp;
+    if (all[i - 1]->header.stamp == stamp || all[i]->header.seq != all[i - 1]->header.seq + 1) continue;
+    const Moment& then = shown.at(stamp);
+    expectTip(*all[i], info, then.left - then.eye);
+    ++pictures;
+  }
+  return pictures;
+}
+
+TEST_F(Displays, AStateWaitsForItsInstruments) {
+  ASSERT_TRUE(world->run(6));
+  world->all_keypoints.clear();
+  // They come by another connection: here always after the state.
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(60);
+  ros::Time told = ros::Time::now();
+  while (ros::ok() && world->all_keypoints.size() < 8 && ros::WallTime::now() < end) {
+    const ros::Time now = ros::Time::now();
+    if (now - told > ros::Duration(0.1)) told = now - ros::Duration(0.05);
+    world->publishState(now, moving(now.toSec()), 1);
+    ros::WallDuration(0.04).sleep();
+    for (; told < now; told += ros::Duration(0.001))
+      world->publishInstruments(told + ros::Duration(0.001), moving((told + ros::Duration(0.001)).toSec()));
+    ros::WallDuration(0.02).sleep();
+    ros::spinOnce();
+  }
+  EXPECT_GT(expectTipsOfTheirStates(world->all_keypoints, world->shown, *world->last_info), 3);
 }
 
 TEST_F(Displays, KeypointsLieWhereThePoseProjects) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -104,6 +105,25 @@ TEST(Ticks, AreRoundNumbersInside) {
   EXPECT_GE(ticks(309.7, 374.2, 5).size(), 2u);
   EXPECT_TRUE(ticks(1, 1, 5).empty());
   EXPECT_TRUE(ticks(0, std::numeric_limits<double>::quiet_NaN(), 5).empty());
+}
+
+TEST(ColourMap, AScaleFitsItselfToTheValuesInRoundSteps) {
+  using Ends = std::array<double, 2>;
+  const auto near = [](const Ends& is, const Ends& wanted) {
+    return std::fabs(is[0] - wanted[0]) < 1e-9 * wanted[1] && std::fabs(is[1] - wanted[1]) < 1e-9 * wanted[1];
+  };
+  EXPECT_TRUE(near(fittedScale(0.013, 0.187, 1e-3), {0.0, 0.2}));
+  EXPECT_TRUE(near(fittedScale(310.1, 316.2, 0.1), {310, 318}));
+  EXPECT_TRUE(near(fittedScale(0, 43000, 1), {0, 50000}));
+  const Ends still = fittedScale(0.5, 0.5, 0.01);
+  EXPECT_GT(still[1] - still[0], 0.009) << "a field that is the same everywhere is no division by zero";
+  EXPECT_LE(still[0], 0.5);
+  for (double high = 0.11; high < 2.1; high += 0.01) {
+    const Ends ends = fittedScale(0.02, high, 1e-3);
+    EXPECT_LE(ends[0], 0.02);
+    EXPECT_GE(ends[1], high - 1e-9);
+    EXPECT_LT(ends[1] - ends[0], 2 * (high - 0.02)) << high << ": half of the colours at least";
+  }
 }
 
 }  // namespace

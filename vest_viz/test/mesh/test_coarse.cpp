@@ -121,5 +121,38 @@ TEST(Coarse, WhatIsNoSurfaceComesBackAsItIs) {
   EXPECT_TRUE(coarseTriangles({}, {}, 0.1).empty());
 }
 
+TEST(Coarse, WhatLiesNextToASharpEdgeStays) {
+  std::vector<float> positions;
+  std::vector<std::uint32_t> triangles;
+  constexpr std::uint32_t n = 20;
+  const auto index = [](std::uint32_t i, std::uint32_t j) { return j * (n + 1) + i; };
+  for (std::uint32_t j = 0; j <= n; ++j)
+    for (std::uint32_t i = 0; i <= n; ++i) {
+      // A sheet that is bent down by 90 degrees along its middle.
+      const float x = 0.001f * static_cast<float>(i) - 0.01f;
+      positions.insert(positions.end(),
+                       {std::min(x, 0.0f), 0.001f * static_cast<float>(j), -std::max(x, 0.0f)});
+      if (i < n && j < n)
+        triangles.insert(triangles.end(), {index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j),
+                                           index(i + 1, j + 1), index(i, j + 1)});
+    }
+  const std::vector<std::uint32_t> coarse = coarseTriangles(positions, triangles, 0.0001);
+  EXPECT_LT(coarse.size(), 3 * triangles.size() / 4) << "what is flat is drawn with fewer";
+  const auto kept = [&](std::uint32_t v) {
+    return std::find(coarse.begin(), coarse.end(), v) != coarse.end();
+  };
+  for (std::uint32_t j = 1; j < n; ++j)
+    for (std::uint32_t i : {n / 2 - 1, n / 2, n / 2 + 1}) EXPECT_TRUE(kept(index(i, j))) << i << " " << j;
+}
+
+TEST(Coarse, ADarkVertexDoesNotStandForABrightSurface) {
+  // One bright vertex was left out in the middle of a triangle with a dark corner.
+  const std::vector<LeftOut> left_out{{3, {0, 1, 2}, {1.0f / 3, 1.0f / 3, 1.0f / 3}}};
+  const std::vector<float> drawn = coarseValues(left_out, {0.1f, 0.9f, 0.9f, 0.9f});
+  EXPECT_NEAR(drawn[0], (0.1f + 0.3f) / (4.0f / 3), 1e-6);
+  EXPECT_NEAR(drawn[1], 0.9f, 1e-6);
+  EXPECT_EQ(coarseValues({}, {0.5f}), std::vector<float>{0.5f});
+}
+
 }  // namespace
 }  // namespace vest::mesh

@@ -41,6 +41,20 @@ TEST(Occlusion, OpenFloorIsOpenAndAFloorUnderALidIsNot) {
   EXPECT_GT(ambientOcclusion(surfacesOf(store))[1][middle], 0.95f);
 }
 
+TEST(Occlusion, WhatLiesOnAFloorDarkensIt) {
+  // Nearer than the grid can tell apart: a vessel on the wall would seem to hang before it.
+  Topology t;
+  t.objects = {floorAt("floor", 0.0f), floorAt("lid", 0.003f)};
+  for (std::size_t k = 0; k < t.objects[1].rest_position.size(); k += 3)
+    t.objects[1].rest_position[k] = 0.045f + 0.1f * t.objects[1].rest_position[k];  // 10 mm wide
+  Store store;
+  ASSERT_EQ(store.setTopology(t), Outcome::Accepted) << store.problem();
+  store.rebuildSkins();
+  const std::vector<float> open = ambientOcclusion(surfacesOf(store))[0];
+  EXPECT_LT(open[10 * 21 + 10], 0.5f) << "in the middle below it";
+  EXPECT_GT(open[10 * 21 + 2], 0.9f) << "3 cm beside it";
+}
+
 TEST(Occlusion, SceneTooLargeForTheGridStaysUnshaded) {
   Store store;
   ASSERT_EQ(store.setTopology(twoSquares()), Outcome::Accepted);  // 1 m

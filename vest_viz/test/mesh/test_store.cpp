@@ -170,7 +170,7 @@ TEST(Store, DeltaDoublesKnotsWhereTheyAreNow) {
   // Indices never shift: the dead triangle stays, without area.
   EXPECT_EQ(o.triangles, (std::vector<std::uint32_t>{0, 1, 2, 0, 0, 0, 0, 4, 3}));
   EXPECT_EQ(o.triangle_layer, (std::vector<std::uint16_t>{0, 0, kCutFace}));
-  EXPECT_FLOAT_EQ(store.skin(0).positions[3 * 4 + 2], 0.3f);
+  EXPECT_FLOAT_EQ(store.knots(0)[3 * 4 + 2], 0.3f);
   EXPECT_FLOAT_EQ(store.knots(1)[0], 0.7f);  // the neighbour did not shift
   const std::vector<float> next(3 * 9, 0.1f);
   EXPECT_EQ(store.setState(6, next.data(), next.size()), Outcome::Accepted);

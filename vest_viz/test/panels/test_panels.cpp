@@ -15,6 +15,7 @@
 #include <QComboBox>
 #include <QDoubleSpinBox>
 #include <QLabel>
+#include <QProgressBar>
 #include <QPushButton>
 #include <QTableWidget>
 
@@ -27,11 +28,13 @@
 #include <vest_msgs/StringStamped.h>
 
 #include "../spin.h"
+#include "events_panel.h"
 #include "footswitches_panel.h"
 #include "haptics_panel.h"
 #include "instruments_panel.h"
 #include "material_panel.h"
 #include "patient_monitor_panel.h"
+#include "plots_panel.h"
 #include "session_panel.h"
 
 namespace vest::panels {
@@ -142,6 +145,129 @@ TEST(Session, StartsAndStopsARecordingAndSetsTheSpeed) {
   box->setValue(0.5);
   Q_EMIT box->editingFinished();
   EXPECT_TRUE(spin([&] { return speed == 0.5; }));
+}
+
+TEST(Session, ARecorderThatEndsWithoutAWordIsTold) {
+  Shown<SessionPanel> shown;
+  ros::NodeHandle vest("/vest");
+  ros::Publisher recorder = vest.advertise<vest_msgs::SessionState>("session/recording", 2, true);
+  ros::Publisher simulation = vest.advertise<vest_msgs::SessionState>("session/state", 2, true);
+  vest_msgs::SessionState state;
+  state.recording = true;
+  state.directory = "/tmp/killed";
+  recorder.publish(state);
+  simulation.publish(state);
+  ASSERT_TRUE(spin([&] { return shown.says("recording to /tmp/killed"); }));
+  EXPECT_TRUE(spin([&] { return shown.says("NOT RECORDED"); }));
+  simulation.publish(state);
+  spin([] { return false; }, 0.3);
+  EXPECT_TRUE(shown.says("NOT RECORDED")) << "what the simulation says of it does not hide that";
+  state.recording = false;  // begun again, and closed as it should be
+  recorder.publish(state);
+  simulation.publish(state);
+  ASSERT_TRUE(spin([&] { return shown.says("not recording"); }));
+  spin([] { return false; }, session::RecorderWatch::kSilent + 1);
+  EXPECT_FALSE(shown.says("NOT RECORDED")) << "a recording that was closed is none that was lost";
+}
+
+TEST(Events, AreListedWithTimeInstrumentAndLoad) {
+  EXPECT_EQ(eventWord(vest_msgs::TissueEvent::LIGATED), "ligated");
+  EXPECT_EQ(eventWord(200), "kind 200");
+  Shown<EventsPanel> shown;
+  auto* const table = shown.panel.findChild<QTableWidget*>();
+  ros::Publisher publisher =
+      ros::NodeHandle("/vest").advertise<vest_msgs::TissueEvent>("tissue/events", 2000);
+  ASSERT_TRUE(spin([&] { return publisher.getNumSubscribers() > 0; }));
+  vest_msgs::TissueEvent event;
+  event.step = 4012;
+  event.kind = vest_msgs::TissueEvent::CUT;
+  event.instrument = "right", event.object = "tube_left";
+  event.force = 2.7;
+  event.area = event.station = std::nan("");
+  publisher.publish(event);
+  ASSERT_TRUE(spin([&] { return table->rowCount() == 1; }));
+  EXPECT_EQ(table->item(0, 0)->text(), "4.01");
+  EXPECT_EQ(table->item(0, 1)->text(), "cut");
+  EXPECT_EQ(table->item(0, 2)->text(), "tube_left");
+  EXPECT_EQ(table->item(0, 3)->text(), "right");
+  EXPECT_EQ(table->item(0, 4)->text(), "2.70 N");
+  event.kind = vest_msgs::TissueEvent::COAGULATED;
+  event.energy = 3.2, event.force = 0;
+  for (int i = 0; i < EventsPanel::kMost + 100; ++i) {
+    ++event.step;
+    publisher.publish(event);
+  }
+  const QString last = QString::number(0.001 * static_cast<double>(event.step), 'f', 2);
+  EXPECT_TRUE(spin([&] { return table->item(table->rowCount() - 1, 0)->text() == last; }));
+  EXPECT_EQ(table->rowCount(), EventsPanel::kMost) << "a long session does not grow the list for ever";
+  EXPECT_EQ(table->item(table->rowCount() - 1, 4)->text(), "3.2 J");
+  shown.keep("events");
+  event.step = 5;
+  publisher.publish(event);
+  EXPECT_TRUE(spin([&] { return table->rowCount() == 1; })) << "the simulation began anew";
+}
+
+TEST(Plots, ForceIsANumberABarAndALineAndScalesFitThemselves) {
+  TimePlot plot("", {Qt::red, Qt::green}, 0.5);
+  EXPECT_EQ(plot.top(), 0.5);
+  plot.add(10, 0, 0.7);
+  EXPECT_EQ(plot.top(), 1);
+  plot.add(10.01, 0, 3.1);
+  EXPECT_EQ(plot.points(0), 1u) << "points stand 50 ms apart";
+  EXPECT_EQ(plot.top(), 5) << "and no peak between them is lost";
+  plot.add(11, 1, std::nan(""));
+  EXPECT_EQ(plot.points(1), 0u);
+  for (double t = 11; t < 11 + 2 * TimePlot::kSpan; t += 0.1) plot.add(t, 0, 0.01);
+  EXPECT_EQ(plot.top(), 0.5) << "what is out of sight counts no more";
+  plot.add(2, 0, 0.2);
+  EXPECT_EQ(plot.points(0), 1u) << "a bag was wound back";
+
+  Shown<PlotsPanel> shown;
+  shown.panel.resize(360, 420);
+  ros::NodeHandle vest("/vest");
+  ros::Publisher contacts = vest.advertise<vest_msgs::ContactModels>("tissue/contacts", 400);
+  ros::Publisher instruments = vest.advertise<vest_msgs::InstrumentStates>("tissue/instruments", 400);
+  ros::Publisher blood = vest.advertise<vest_msgs::HaemodynamicsState>("effects/haemodynamics", 400);
+  ASSERT_TRUE(spin([&] {
+    return contacts.getNumSubscribers() > 0 && instruments.getNumSubscribers() > 0 &&
+           blood.getNumSubscribers() > 0;
+  }));
+  vest_msgs::ContactModels force;
+  force.contacts.resize(1);
+  force.contacts[0].instrument = "left";
+  vest_msgs::InstrumentStates speed;
+  speed.instruments.resize(1);
+  speed.instruments[0].name = "right", speed.instruments[0].valid = true;
+  vest_msgs::HaemodynamicsState loss;
+  bool seen = false;
+  auto* const bar = shown.panel.findChild<QProgressBar*>();
+  for (int i = 0; i < 300; ++i) {
+    const double t = 0.1 * i;
+    force.header.stamp = speed.header.stamp = loss.header.stamp = ros::Time(100 + t);
+    force.contacts[0].wrench.force.x = 1.5, force.contacts[0].wrench.force.z = 2.0;
+    speed.instruments[0].twist.linear.y = 0.03 + 0.02 * std::sin(t);
+    loss.blood_loss = 1e-6 * t;
+    contacts.publish(force);
+    instruments.publish(speed);
+    blood.publish(loss);
+    spin([] { return false; }, 0.01);
+    seen = seen || (shown.says("2.50 N") && bar->value() == 250);
+  }
+  EXPECT_TRUE(seen) << "the left instrument's force as a number, and half of the bar";
+  const QImage screen = shown.panel.grab().toImage();
+  int blue = 0, orange = 0, red = 0;
+  for (int y = 0; y < screen.height(); ++y)
+    for (int x = 0; x < screen.width(); ++x) {
+      const QColor c = screen.pixelColor(x, y);
+      blue += c.blue() > 200 && c.red() < 130;
+      orange += c.red() > 200 && c.green() > 120 && c.blue() < 110;
+      red += c.red() > 200 && c.green() < 110;
+    }
+  EXPECT_GT(blue, 100) << "force of the left instrument";
+  EXPECT_GT(orange, 100) << "speed of the right one";
+  EXPECT_GT(red, 100) << "blood";
+  shown.keep("plots");
+  EXPECT_TRUE(spin([&] { return shown.says("– N"); })) << "a simulation that is gone has no force";
 }
 
 TEST(Session, WithoutASimulationSaysSoInsteadOfHanging) {

@@ -20,4 +20,9 @@ Colour layerColour(unsigned layer);
 /// high or one of them is not finite.
 std::vector<double> ticks(double low, double high, int most);
 
+/// Round ends of a scale round values from low to high: whole steps of 1, 2 or 5 times a power of ten, two to
+/// ten of them, so that it stays while the values move a little.
+/// @param least the scale spans no less, so that rounding errors do not fill it; > 0
+std::array<double, 2> fittedScale(double low, double high, double least);
+
 }  // namespace vest::inspect

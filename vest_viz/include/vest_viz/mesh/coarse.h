@@ -9,9 +9,9 @@ namespace vest::mesh {
 
 /// Fewer triangles for drawing a skin from afar, over the same vertices: those left out are not named any
 /// more, all others keep index, texture coordinates and motion. Edges collapse while the surface stays within
-/// `tolerance` and its triangles turn by less than 20°; rims and seams of the texture stay. A software
-/// renderer pays by the triangle where these are smaller than some ten pixels. By OpenMesh's decimater:
-/// quadric error metric, Garland and Heckbert 1997, doi:10.1145/258734.258849.
+/// `tolerance` and its triangles turn by less than 20°; rims, seams of the texture and what lies next to
+/// sharp edges stay. A software renderer pays by the triangle where these are smaller than some ten pixels.
+/// By OpenMesh's decimater: quadric error metric, Garland and Heckbert 1997, doi:10.1145/258734.258849.
 /// @param positions x y z per vertex, m, of the shape at rest
 /// @param triangles three vertices each; what no mesh can be made of (an edge with three faces) comes back as
 /// it is
@@ -29,6 +29,10 @@ struct LeftOut {
 /// @param stop ends the search early, with what was found; may be null
 std::vector<LeftOut> leftOut(const std::vector<float>& positions, const std::vector<std::uint32_t>& triangles,
                              const std::vector<std::uint32_t>& coarse, const std::atomic<bool>* stop);
+/// Values of all vertices as they are drawn with the coarse triangles: those kept take the mean of what lies
+/// round them, so that no dark vertex stands for a bright surface.
+/// @param values one per vertex
+std::vector<float> coarseValues(const std::vector<LeftOut>& left_out, const std::vector<float>& values);
 /// Greatest distance of such a vertex from its place now, m: the detail of a tissue that has been bent, tied
 /// or squeezed which the coarse surface does not show. A motion of the whole changes it by no more than the
 /// tolerance.

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "vest_viz/mesh/cut_surface.h"
+
 /// What a viewer keeps of the tissue: topology with its deltas, the newest state, skins rebuilt from it.
 /// Nothing here knows ROS; whatever arrives (empty, late, repeated, unknown revision, NaN) leaves the store
 /// usable.
@@ -70,6 +72,7 @@ struct Skin {
   std::vector<std::uint32_t> triangles;  ///< as in the topology, with the doubles
   std::vector<std::uint32_t> doubled;    ///< skin vertex of each double
   std::vector<float> uv;                 ///< u v per vertex; empty if the object has none
+  CutSurface cut;                        ///< how the walls of its cuts are drawn
   std::size_t vertexCount() const { return positions.size() / 3; }
 };
 

@@ -15,6 +15,7 @@ using Colour = std::array<float, 3>;  ///< sRGB, 0 … 1
 struct Style {
   std::string organ;
   double tile = 0.04;  ///< m, edge of the square that repeats
+  int span = 1;        ///< longest waves of mottling, film and fat per tile, over those of a small tile
   Colour base{0.7f, 0.4f, 0.35f};
   Colour second{0.6f, 0.3f, 0.28f};  ///< what the ground is mottled with
   float mottle = 0.5f;               ///< 0 … 1, how far towards `second`
