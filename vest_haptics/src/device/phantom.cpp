@@ -106,7 +106,7 @@ PhantomDevice::PhantomDevice() {
   capabilities_.buttons = 2;
   capabilities_.maximum = {0.5, 0, 0, 0, 0};
   // Touch and PHANToM Omni: 160 × 120 × 70 mm, 3.3 N, x stiffness 1.26 N/mm (maker's data sheet); damping:
-  // order of safety.md.
+  // order of magnitude of the mechanism, assumed.
   capabilities_.workspace = {0.08, 0.035, 0.06, 0, 0};
   capabilities_.stiffness = 1000.0;
   capabilities_.damping = 0.005;

@@ -29,7 +29,7 @@ bool printCheck(const scene::Description& description) {
     const auto ties =
         std::count_if(description.connections.begin(), description.connections.end(),
                       [&](const auto& c) { return c.object0 == object.name || c.object1 == object.name; });
-    // Sub-steps that an explicit step of the springs needs at rest: dt·omega/2 (models.md section 2).
+    // Sub-steps that an explicit step of the springs needs at rest: dt·omega/2.
     const double steps = rigid ? 0 : description.dt * modelling::highestFrequency(object) / 2;
     std::printf("%-22s %-9s %6zu %7zu %6zu %5zu %6zu %8zu %9zu %8.2f %6td %6td %9.2f%s\n",
                 object.name.c_str(), object.organ.c_str(), object.mass.size(), object.links.size(), pieces,

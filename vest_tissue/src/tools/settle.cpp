@@ -8,7 +8,7 @@
 
 namespace vest::tools {
 namespace {
-constexpr double kRestSpeed = 0.001;  // m/s: what counts as at rest (architecture.md)
+constexpr double kRestSpeed = 0.001;  // m/s: what counts as at rest (docs/conventions.md)
 }
 
 Rest run(scene::World& world, double seconds, double watch_from) {

@@ -8,7 +8,7 @@
 
 namespace vest::panels {
 namespace {
-constexpr double kStale = 0.1;  ///< s, safety.md: older counts as released
+constexpr double kStale = 0.1;  ///< s, docs/HAZARDS.md: older counts as released
 const char* const kNames[] = {"coag", "cut", "irrigation", "suction", "tool", "clutch"};  // preset `trainer`
 const char* const kColours[] = {"#2962c9", "#e0b000", "#1f7f95", "#7d57c1", "#5f6a72", "#5f6a72"};
 constexpr std::size_t kCut = 1;  ///< yellow, as such pedals are: with dark words

@@ -10,7 +10,7 @@
 
 namespace vest::panels {
 
-/// vest_viz/Footswitches: six lamps. Older than 100 ms counts as released (safety.md), and shows as silent.
+/// vest_viz/Footswitches: six lamps. Older than 100 ms counts as released, and shows as silent.
 class FootswitchesPanel : public BasePanel {
  public:
   explicit FootswitchesPanel(QWidget* parent = nullptr);

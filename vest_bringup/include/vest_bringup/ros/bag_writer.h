@@ -13,7 +13,7 @@
 namespace vest::session {
 
 /// A bag (format 2.0, uncompressed, indexed) that loses next to nothing when its process is killed: chunks
-/// are closed several times a second (safety.md), each with one write. While open it is FILE.active; beside
+/// are closed several times a second, each with one write. While open it is FILE.active; beside
 /// it FILE.progress counts what was received, for the recovery tool. Why not rosbag::Bag:
 /// docs/decisions/0290-a-bag-writer-of-our-own.md.
 class BagWriter {

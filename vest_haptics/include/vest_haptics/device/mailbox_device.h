@@ -17,7 +17,7 @@ namespace vest::haptics {
 /// replaced by zero too, whatever went wrong before.
 class MailboxDevice : public Device {
  public:
-  static constexpr double kCommandLife = 0.020;  ///< s: safety.md, "zero 20 ms after the last command"
+  static constexpr double kCommandLife = 0.020;  ///< s: docs/HAZARDS.md, "haptic loop dies"
   static constexpr double kReadingLife = 0.020;  ///< s: older readings mean unplugged
 
   const Capabilities& capabilities() const override { return capabilities_; }
