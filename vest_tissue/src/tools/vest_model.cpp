@@ -1,7 +1,8 @@
-#include <cmath>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -12,13 +13,20 @@
 
 namespace {
 
-std::string directoryOf(const std::string& path) {
-  const auto slash = path.find_last_of('/');
-  return slash == std::string::npos ? "." : path.substr(0, slash);
-}
+namespace fs = std::filesystem;
 
-std::string fileOf(const std::string& path) {
-  return path.substr(path.find_last_of('/') + 1);
+/// The source and its own parts, so that the scene's folder holds what it was made from.
+void copySources(const vest::modelling::SceneSource& source, const fs::path& from,
+                 const fs::path& directory) {
+  fs::create_directories(directory);
+  std::vector<fs::path> files{from.filename()};
+  files.insert(files.end(), source.parts.begin(), source.parts.end());
+  for (const fs::path& file : files) {
+    const fs::path to = directory / file;
+    if (fs::exists(to) && fs::equivalent(from.parent_path() / file, to)) continue;
+    fs::create_directories(to.parent_path());
+    fs::copy_file(from.parent_path() / file, to, fs::copy_options::overwrite_existing);
+  }
 }
 
 }  // namespace
@@ -30,7 +38,8 @@ int main(int argc, char** argv) {
   std::string source_path, directory, materials_path = vest::tools::defaultMaterials();
   CLI::App* bake = app.add_subcommand("bake", "nets, skins and connections from a spline source");
   bake->add_option("SOURCE", source_path, "source.yaml")->required();
-  bake->add_option("SCENE_DIR", directory, "folder to write to (default: that of the source)");
+  bake->add_option("SCENE_DIR", directory,
+                   "folder to write to, with a copy of the source (default: that of the source)");
   bake->add_option("--materials", materials_path, "material database")->capture_default_str();
 
   std::string scene_path;
@@ -46,17 +55,25 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     if (bake->parsed()) {
-      if (directory.empty()) directory = directoryOf(source_path);
+      const fs::path path = fs::absolute(source_path);
+      if (directory.empty()) directory = fs::path(source_path).parent_path().string();
+      if (directory.empty()) directory = ".";
       const auto materials = vest::modelling::readMaterials(materials_path);
-      const auto description = vest::modelling::bake(vest::modelling::readSource(source_path), materials);
-      vest::modelling::writeScene(description, directory, fileOf(source_path));
+      const auto source = vest::modelling::readSource(source_path);
+      if (source.name + ".yaml" == path.filename().string())
+        throw std::invalid_argument(source_path + ": name: " + source.name +
+                                    ": must differ from the file's name, which " + source.name +
+                                    ".yaml would overwrite");
+      const auto description = vest::modelling::bake(source, materials);
+      copySources(source, path, directory);
+      vest::modelling::writeScene(description, directory, path.filename().string());
       scene_path = directory + "/" + description.name + ".yaml";
     }
     auto description = vest::scene::loadScene(scene_path);
     if (settle->parsed()) {
       for (auto& object : description.objects) object.position = object.rest_position;
       vest::tools::settle(description, seconds, threads, true);
-      vest::modelling::writeScene(description, description.directory, "source.yaml");
+      vest::modelling::writeScene(description, description.directory, vest::modelling::sourceOf(scene_path));
       description = vest::scene::loadScene(scene_path);
     }
     return vest::tools::printCheck(description) ? 0 : 1;
