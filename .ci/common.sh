@@ -52,15 +52,20 @@ configure() {
   touch "$build/.configured"
 }
 
-# build FOLDER [targets]: progress is ninja's own line.
+# build FOLDER [targets]: on a terminal progress is ninja's own line; elsewhere only what goes wrong is said. (Each build checks
+# the dependencies of 59 messages and services anew, a line for each.)
 build() {
   local build=$1
+  local -a quiet=()
   shift
+  [ -t 1 ] || { quiet=(--quiet); say "building $build (the first time this takes minutes)"; }
   export CCACHE_BASEDIR=$repository CCACHE_NOHASHDIR=1
   # Two at once in one folder would break each other's files.
   (
     flock -n 9 || { say "waiting for another build in $build"; flock 9; }
-    NINJA_STATUS='[%f/%t %es] ' ninja -C "$build" "$@" 9>&-
+    # Where a CMake file changed, cmake runs again, and has as much to say as the first time.
+    ninja -C "$build" build.ninja >"$build/regenerate.log" 2>&1 9>&- || { tail -n 40 "$build/regenerate.log" >&2; exit 1; }
+    NINJA_STATUS='[%f/%t %es] ' ninja ${quiet[@]+"${quiet[@]}"} -C "$build" "$@" 9>&-
   ) 9>"$build/.lock" || fail "the build failed, see above"
 }
 

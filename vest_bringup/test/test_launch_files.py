@@ -1,13 +1,19 @@
 #!/usr/bin/env python3
-"""Protects the launch files: each one that is shipped parses, in its shipped configurations, and names what it starts."""
+"""Protects the launch files: each one that is shipped parses, in its shipped configurations, names what it starts, and sets the
+parameters that its script and its arguments say."""
+import glob
 import os
 import subprocess
 import sys
 import unittest
+import xml.etree.ElementTree
 
+import yaml
 from roslaunch.config import load_config_default
 
 LAUNCH = sys.argv.pop(1)
+TRAJECTORIES = os.path.join(LAUNCH, os.pardir, "trajectories")
+SCRIPTS = sorted(os.path.splitext(name)[0] for name in os.listdir(TRAJECTORIES))
 CASES = [
     ("trainer.launch", [], ["manager", "instruments", "trainer", "recorder", "view", "phantom_box", "phantom_box_emulator"]),
     ("trainer.launch", ["headless:=true", "record:=false", "emulator:=false", "port:=/dev/ttyUSB0"],
@@ -19,7 +25,27 @@ CASES = [
     ("trainer.launch", ["left:=sim", "right:=impulse_engine"], ["haptics_left", "haptics_right"]),
     ("trainer.launch", ["inputs:=/tmp/inputs.yaml", "left:=sim"], ["input_devices", "haptic_devices"]),
     ("replay.launch", ["bag:=/tmp/session.bag"], ["play", "view"]),
+    ("replay.launch", ["bag:=/tmp/session.bag", "headless:=true"], ["play", "view"]),
+    ("view.launch", [], ["view"]),
 ]
+
+
+def parameters(name, *arguments):
+    """What roslaunch would set, by path below /vest."""
+    config = load_config_default([(os.path.join(LAUNCH, name), list(arguments))], None, verbose=False)
+    return {key[len("/vest/"):]: value.value for key, value in config.params.items() if key.startswith("/vest/")}
+
+
+def script(name):
+    with open(os.path.join(TRAJECTORIES, name + ".yaml"), encoding="utf-8") as file:
+        return yaml.safe_load(file)
+
+
+def flat(tree, path):
+    """{path: value} of a nested dictionary."""
+    if not isinstance(tree, dict):
+        return {path: tree}
+    return {key: value for name, inner in tree.items() for key, value in flat(inner, f"{path}/{name}").items()}
 
 
 class LaunchFiles(unittest.TestCase):
@@ -33,6 +59,59 @@ class LaunchFiles(unittest.TestCase):
             self.assertEqual(done.returncode, 0, name + done.stderr)
             started = {line.rsplit("/", 1)[-1] for line in done.stdout.split()}
             self.assertTrue(set(nodes) <= started, f"{name} {arguments}: {started}")
+
+    def test_a_script_s_tools_tray_and_effects_are_what_roslaunch_sets(self):
+        for name in SCRIPTS:
+            says = script(name)
+            wanted = {"instruments/tools/left": "grasper", "instruments/tools/right": "grasper", "instruments/tools/third": "none",
+                      "trainer/effects/fluid/spacing": 0.003, **flat(says.get("tools", {}), "instruments/tools"),
+                      **flat(says.get("effects", {}), "trainer/effects")}
+            if "tool_tray" in says:
+                wanted["instruments/tool_tray"] = says["tool_tray"]
+            found = parameters("scene.launch", "scene:=" + ("gynaecology" if name == "demo" else name))
+            self.assertEqual({key: found.get(key) for key in wanted}, wanted, name)
+            if name != "demo":
+                self.assertEqual(found["trainer/scene"], name)
+
+    def test_arguments_say_more_than_the_script(self):
+        arguments = {"left_tool": "bipolar_forceps", "right_tool": "clip_applier", "third_tool": "injection_needle",
+                     "tool_tray": "[scissors, grasper]", "fluid_spacing": "0.002"}
+        for name in ("cut_tube", "demo", "smoke_lens"):  # with tools alone, a tray, effects
+            found = parameters("trainer.launch", "script:=" + name, *(f"{key}:={value}" for key, value in arguments.items()))
+            self.assertEqual([found["instruments/tools/" + hand] for hand in ("left", "right", "third")],
+                             ["bipolar_forceps", "clip_applier", "injection_needle"], name)
+            self.assertEqual(found["instruments/tool_tray"], ["scissors", "grasper"], name)
+            self.assertEqual(found["trainer/effects/fluid/spacing"], 0.002, name)
+
+    def test_a_path_is_taken_wherever_a_name_is(self):
+        here = os.environ.get("PWD", os.getcwd())
+        os.environ["PWD"] = TRAJECTORIES
+        try:
+            for path in (os.path.join(TRAJECTORIES, "cut_tube.yaml"), "cut_tube.yaml", "./cut_tube.yaml"):
+                for launch in ("trainer.launch", "scene.launch"):
+                    found = parameters(launch, "script:=" + path, "scene:=mine/mine.yaml", "output:=mine", "record:=true")
+                    self.assertEqual(found["instruments/tools/right"], "scissors")
+                    for which, name in (("trainer/scene", "mine/mine.yaml"), ("recorder/directory", "mine"),
+                                        ("trainer/session_directory", "mine")):
+                        self.assertEqual(os.path.normpath(found[which]), os.path.normpath(os.path.join(TRAJECTORIES, name)), which)
+        finally:
+            os.environ["PWD"] = here
+
+    def test_a_script_that_is_not_there_or_wrong_is_refused_before_any_node_starts(self):
+        for wrong, named in (("nosuch", "cut_tube"), ("/nowhere/mine.yaml", "no such file"), (os.path.abspath(__file__), "")):
+            done = subprocess.run(["roslaunch", "--nodes", os.path.join(LAUNCH, "trainer.launch"), "script:=" + wrong],
+                                  capture_output=True, text=True, check=False)
+            self.assertNotEqual(done.returncode, 0, wrong)
+            self.assertIn("allowed", done.stderr, wrong)
+            self.assertIn(named, done.stderr, wrong)
+
+    def test_every_argument_of_every_launch_file_is_explained(self):
+        files = glob.glob(os.path.join(LAUNCH, os.pardir, os.pardir, "vest_*", "launch", "*.launch"))
+        self.assertGreater(len(files), 5)
+        for file in files:
+            for argument in xml.etree.ElementTree.parse(file).getroot().findall("arg"):
+                if "value" not in argument.attrib:
+                    self.assertTrue(argument.get("doc"), f"{file}: {argument.get('name')}")
 
     def test_a_haptic_process_that_died_is_never_started_again(self):
         for arguments, nodes in ((["left:=sim", "third:=phantom"], {"haptics_left", "haptics_third"}),

@@ -17,6 +17,10 @@ REFUSED = [
     (["--seconds"], "--seconds"),
     (["--instrument", "up"], "--instrument up"),
     (["--trajectory", "/nowhere.csv"], "--trajectory /nowhere.csv"),
+    (["--trajectory", "/nowhere.yaml"], "--trajectory /nowhere.yaml: no such file (allowed: "),
+    (["--trajectory", os.path.join(PACKAGE, "trajectories", "demo.yaml"), "script:=demo"], "give one of them"),
+    (["script:=nosuch"], "cut_tube"),
+    (["script:=/nowhere/mine.yaml"], "the path of a waypoint file"),
     (["--hardware", "/nowhere"], "--hardware /nowhere"),
     (["--hardware", "/dev/null"], "--hardware /dev/null: not a serial device"),
     (["--hardware", "/etc/passwd"], "--hardware /etc/passwd: not a serial device"),
@@ -33,7 +37,8 @@ class rostime:
     def wallsleep(seconds):
         import time; time.sleep(seconds)
 def init_node(*a, **k): pass
-def Subscriber(topic, kind, callback):
+AnyMsg = None
+def Subscriber(topic, kind, callback, queue_size=None):
     if topic == os.environ["VEST_TOPIC"]:
         callback(types.SimpleNamespace(RUNNING=1, **eval(os.environ["VEST_MESSAGE"])))
 """
@@ -50,7 +55,7 @@ class Run(unittest.TestCase):
 
 
 class WhenRecording(unittest.TestCase):
-    def waits(self, topic, message, quick=True):
+    def waits(self, topic, message, *options, quick=True):
         with tempfile.TemporaryDirectory() as folder:
             os.makedirs(os.path.join(folder, "vest_msgs"))
             for name, text in (("rospy.py", ROSPY), ("vest_msgs/__init__.py", ""), ("vest_msgs/msg.py", "SessionState = None\n")):
@@ -58,7 +63,7 @@ class WhenRecording(unittest.TestCase):
                     file.write(text)
             environment = dict(os.environ, PYTHONPATH=folder, VEST_TOPIC=topic, VEST_MESSAGE=message)
             script = os.path.join(PACKAGE, "scripts", "when_recording")
-            begun = subprocess.Popen([sys.executable, script, "3600", "true"], env=environment)
+            begun = subprocess.Popen([sys.executable, script, "3600", *options, "true"], env=environment)
             try:
                 return begun.wait(timeout=20 if quick else 2) != 0
             except subprocess.TimeoutExpired:
@@ -66,15 +71,15 @@ class WhenRecording(unittest.TestCase):
                 begun.wait()
                 return True
 
-    def test_the_command_starts_with_the_recording(self):
-        self.assertFalse(self.waits("session/recording", "{'recording': True, 'state': 0}"))
+    def test_the_command_starts_with_the_first_step(self):
+        self.assertFalse(self.waits("session/state", "{'state': 1, 'step': 1}"))
 
-    def test_the_command_waits_while_nothing_is_recorded_and_nothing_runs(self):
-        self.assertTrue(self.waits("session/recording", "{'recording': False, 'state': 0}", quick=False))
-        self.assertTrue(self.waits("session/state", "{'recording': False, 'state': 2}", quick=False))
+    def test_the_command_waits_while_nothing_runs_though_a_recorder_is_ready(self):
+        self.assertTrue(self.waits("session/recording", "{'recording': True, 'state': 1, 'step': 0}", quick=False))
+        self.assertTrue(self.waits("session/state", "{'state': 2, 'step': 0}", quick=False))
 
-    def test_a_driver_that_comes_back_does_not_wait_for_a_recorder_that_died(self):
-        self.assertFalse(self.waits("session/state", "{'recording': False, 'state': 1}"))
+    def test_with_picture_the_command_waits_for_the_view_too(self):
+        self.assertTrue(self.waits("session/state", "{'state': 1, 'step': 1}", "--picture", quick=False))
 
 
 class KeepRunning(unittest.TestCase):
