@@ -3,7 +3,10 @@
 and silence switches off; each edit is refused with one sentence that /diagnostics repeats, and changes nothing; a flood and too many
 wounds are bounded, announced, and every drop stays accounted for."""
 import math
+import os
+import pathlib
 import sys
+import tempfile
 import time
 import unittest
 
@@ -12,6 +15,7 @@ import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import Joy
 from vest_msgs.msg import FluidState, HaemodynamicsState, InstrumentState, InstrumentStates, ParameterEdit, SessionState, StepInput
+from vest_msgs.srv import LoadScene
 
 # object, parameter, value, what the sentence names
 ABSURD = [
@@ -167,6 +171,17 @@ class Absurd(unittest.TestCase):
         self.assertEqual(len(fluid.volume), len(fluid.positions) // 3)
         parts = fluid.flying + fluid.pooled + fluid.sucked + fluid.lost
         self.assertLess(abs(parts - fluid.emitted), 0.01 * fluid.emitted)
+
+    def test_5_a_scene_whose_object_falls_for_ever_is_announced(self):
+        with tempfile.TemporaryDirectory() as folder:
+            files = {"chain.yaml": "name: chain\nobjects:\n  - {name: bead, model: net, nodes: n.csv, links: l.csv, knot_mass: 0.001, "
+                                   "link_area: 1e-6, material: {youngs_modulus: 1e4, density: 1000}}\n",
+                     "n.csv": "node,x,y,z\n0,0,0,0.05\n1,0.01,0,0.05\n", "l.csv": "n0,n1\n0,1\n"}
+            for name, text in files.items():
+                pathlib.Path(folder, name).write_text(text)
+            loaded = rospy.ServiceProxy("/vest/tissue/load_scene", LoadScene)(os.path.join(folder, "chain.yaml"))
+        self.assertTrue(loaded.success, loaded.message)
+        self.assertTrue(self.announced("vest: simulation", "object bead falls for ever"), self.told["vest: simulation"])
 
 
 if __name__ == "__main__":

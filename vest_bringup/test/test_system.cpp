@@ -24,7 +24,7 @@
 #include <vest_msgs/StepInput.h>
 #include <vest_msgs/TissueState.h>
 
-// Protects the interface of architecture.md on the running system: topics with their types, services,
+// Protects the interface of docs/ros_interface.md on the running system: topics with their types, services,
 // refusals.
 
 namespace {

@@ -11,7 +11,7 @@ namespace vest::haptics::testing {
 
 inline constexpr std::int64_t kMs = 1000000;
 
-/// Full counts of safety.md under ./test --full, about 1 % of them otherwise.
+/// Full counts of docs/HAZARDS.md under ./test --full, about 1 % of them otherwise.
 inline bool full() {
   return std::getenv("VEST_FULL") != nullptr;
 }

@@ -256,7 +256,7 @@ class RosHazards(unittest.TestCase):
         self.master.wait()
         killed = time.monotonic()
         self.assertTrue(patient(lambda: "ROS master lost" in node.text()), node.text())
-        self.assertLess(time.monotonic() - killed, 2.0, "safety.md: told in 2 s")
+        self.assertLess(time.monotonic() - killed, 2.0, "docs/HAZARDS.md: told in 2 s")
         self.assertTrue(patient(lambda: any("ROS master lost" in s.message for m in list(self.diagnostics) for s in m.status)))
         self.goes_on(self.poses)
         self.goes_on(self.instruments)

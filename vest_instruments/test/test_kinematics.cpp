@@ -27,7 +27,7 @@ struct RandomJoints {
   }
 };
 
-// Drawn by hand from formats.md: yaw about y, pitch about the turned x, insertion along z, roll about z.
+// Drawn by hand from docs/conventions.md: yaw about y, pitch about the turned x, insertion, roll about z.
 TEST(Kinematics, ForwardMatchesCasesWorkedOutByHand) {
   const Isometry3d I = Isometry3d::Identity();
   EXPECT_TRUE(

@@ -60,7 +60,7 @@ double crossSection(const scene::World& world, std::size_t object, const net::Tu
 }
 
 /// Share of a hollow vessel's circumference that a cut of `area` m² through its wall opened; 1 at most. A
-/// wall of unknown thickness counts as a tenth of the radius (as arteries of models.md's networks).
+/// wall of unknown thickness counts as a tenth of the radius (as in the arteries of the shipped network).
 double cutShare(double area, double wall, double cross_section) {
   const double radius = std::sqrt(cross_section / kPi);
   return std::min(1.0, area / (2 * kPi * radius * (wall > 0 ? wall : 0.1 * radius)));

@@ -1,4 +1,4 @@
-// vest_pulse: pulse waves in a network of arteries, from a case folder to curves (formats.md, README.md of
+// vest_pulse: pulse waves in a network of arteries, from a case folder to curves (files: README.md of
 // vest_effects).
 
 #include <CLI/CLI.hpp>

@@ -24,7 +24,7 @@ class SessionWatch {
 
  private:
   static constexpr double kAsk = 0.5;       ///< s between two questions to the master
-  static constexpr double kPatience = 1.5;  ///< s without an answer: lost (safety.md: told in 2 s)
+  static constexpr double kPatience = 1.5;  ///< s without an answer: lost (docs/HAZARDS.md: told in 2 s)
   static constexpr double kStep = 0.5;      ///< s: beyond it the clock was set, not disciplined
   struct Master {
     std::atomic<std::int64_t> answered{0};  ///< steady, ns

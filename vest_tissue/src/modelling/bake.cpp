@@ -22,8 +22,16 @@ struct Draft {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-[[noreturn]] void fail(const std::string& object, const std::string& what) {
-  throw std::invalid_argument("object " + object + ": " + what);
+[[noreturn]] void fail(const ObjectSource& object, int line, const std::string& what) {
+  const std::string place = object.file.empty() ? ""
+                            : line > 0          ? object.file + ":" + std::to_string(line) + ": "
+                                                : object.file + ": ";
+  throw std::invalid_argument(place + "object " + object.name + ": " + what);
+}
+
+[[noreturn]] void fail(const ObjectSource& object, const std::string& key, const std::string& what) {
+  const auto found = object.line.find(object.line.count(key) ? key : "");
+  fail(object, found == object.line.end() ? 0 : found->second, what);
 }
 
 std::vector<std::uint32_t> selected(const Rings& rings, const Draft& draft) {
@@ -31,8 +39,9 @@ std::vector<std::uint32_t> selected(const Rings& rings, const Draft& draft) {
   const int first = rings.first < 0 ? count + rings.first : rings.first;
   const int last = rings.last < 0 ? count + rings.last : rings.last;
   if (first < 0 || last >= count || first > last) {
-    fail(draft.source->name, "rings " + std::to_string(rings.first) + " to " + std::to_string(rings.last) +
-                                 ": must be rings of 0 to " + std::to_string(count - 1));
+    fail(*draft.source, rings.line,
+         "rings " + std::to_string(rings.first) + " to " + std::to_string(rings.last) +
+             ": must be rings of 0 to " + std::to_string(count - 1));
   }
   std::vector<std::uint32_t> result;
   for (int r = first; r <= last; r += rings.step) result.push_back(static_cast<std::uint32_t>(r));
@@ -48,11 +57,14 @@ void pushBumps(Draft& draft) {
   }
 }
 
-const Draft& draftNamed(const std::vector<Draft>& drafts, const std::string& name, const std::string& asker) {
+const Draft& draftNamed(const std::vector<Draft>& drafts, const std::string& name, const Draft& asker,
+                        int line) {
+  std::string known;
   for (const Draft& draft : drafts) {
     if (draft.source->name == name) return draft;
+    known += (known.empty() ? "" : ", ") + draft.source->name;
   }
-  fail(asker, "refers to " + name + ", which is no object of the scene");
+  fail(*asker.source, line, "refers to " + name + ", which is no object of the scene; those are " + known);
 }
 
 void moveRing(RingNet& net, std::uint32_t ring, const Vector3& by) {
@@ -130,7 +142,7 @@ void addLinks(const Draft& draft, Object& object) {
   try {
     links = makeLinks(draft.net, source.springs, source.fillers);
   } catch (const std::invalid_argument& error) {
-    fail(source.name, error.what());
+    fail(source, "springs", error.what());
   }
   for (const NetLink& net_link : links) {
     scene::Link link;
@@ -158,7 +170,7 @@ void addHolds(const Draft& draft, const std::vector<Draft>& drafts, const Vector
       }
     }
     if (!rule.outside.empty()) {
-      const Draft& cavity = draftNamed(drafts, rule.outside, source.name);
+      const Draft& cavity = draftNamed(drafts, rule.outside, draft, rule.line);
       for (std::size_t i = 0; i < net.knots.size(); ++i) {
         if (nearestPoint(cavity.net.knots, cavity.triangles, net.knots[i]).distance < rule.margin)
           object.fixed[i] = 1;
@@ -192,7 +204,7 @@ void addConnections(const Draft& draft, const std::vector<Draft>& drafts, const 
   };
   const Object& self = objectNamed(draft.source->name);
   for (const ConnectRule& rule : draft.source->connections) {
-    const Draft& other = draftNamed(drafts, rule.to, draft.source->name);
+    const Draft& other = draftNamed(drafts, rule.to, draft, rule.line);
     const Object& target = objectNamed(rule.to);
     std::size_t made = 0;
     for (const auto r : selected(rule.rings, draft)) {
@@ -224,7 +236,7 @@ void addConnections(const Draft& draft, const std::vector<Draft>& drafts, const 
       }
     }
     if (made == 0)
-      fail(draft.source->name,
+      fail(*draft.source, rule.line,
            "connect to " + rule.to + ": no knot lies within " + std::to_string(rule.within) + " m");
   }
 }
@@ -282,7 +294,7 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
     try {
       drafts.push_back({&object, object.tube ? makeTube(*object.tube) : makeSheet(*object.sheet), {}});
     } catch (const std::invalid_argument& error) {
-      fail(object.name, error.what());
+      fail(object, object.tube ? "tube" : "sheet", error.what());
     }
     Draft& draft = drafts.back();
     pushBumps(draft);
@@ -290,18 +302,22 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
   }
   for (Draft& draft : drafts) {
     const ObjectSource& object = *draft.source;
-    for (const LayRule& rule : object.lay) layOn(draft, draftNamed(drafts, rule.on, object.name), rule);
+    for (const LayRule& rule : object.lay) layOn(draft, draftNamed(drafts, rule.on, draft, rule.line), rule);
   }
   for (Draft& draft : drafts) {  // when everything lies in its place
     const ObjectSource& object = *draft.source;
     for (const ClearRule& rule : object.clear) {
-      clearOf(draft, draftNamed(drafts, rule.of, object.name), rule.gap);
+      clearOf(draft, draftNamed(drafts, rule.of, draft, rule.line), rule.gap);
     }
   }
   for (const Draft& draft : drafts) {
     const ObjectSource& from = *draft.source;
     const auto found = materials.find(from.material);
-    if (found == materials.end()) fail(from.name, "material " + from.material + " is not in the database");
+    if (found == materials.end()) {
+      std::string known;
+      for (const auto& entry : materials) known += (known.empty() ? "" : ", ") + entry.first;
+      fail(from, "material", "material " + from.material + " is not in the database: " + known);
+    }
     Object object;
     object.name = from.name;
     object.organ = from.organ;

@@ -255,15 +255,15 @@ std::vector<NetLink> makeLinks(const RingNet& net, std::uint32_t springs,
     for (const NetLink& link : ofClass(kind))
       if (fresh(link)) candidates.push_back(link);
     const std::size_t room = springs > result.size() ? springs - result.size() : 0;
-    const std::size_t take = std::min(room, candidates.size());
+    const std::size_t take = springs == 0 ? candidates.size() : std::min(room, candidates.size());
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       if ((i + 1) * take / candidates.size() > i * take / candidates.size()) result.push_back(candidates[i]);
     }
   }
-  if (result.size() != springs) {
+  if (springs != 0 && result.size() != springs) {
     throw std::invalid_argument("springs is " + std::to_string(springs) +
                                 ", possible with these fillers is " + std::to_string(least) + " to " +
-                                std::to_string(result.size()));
+                                std::to_string(result.size()) + "; leave it out to take all");
   }
   return result;
 }

@@ -1,6 +1,8 @@
 #include "vest_tissue/modelling/source.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <set>
 
 #include "../scene/loader_living.h"
 #include "../scene/yaml_reader.h"
@@ -37,7 +39,7 @@ int signedInteger(const Value& value) {
 Rings ringsOf(const Value& value) {  // [first, last] or [first, last, step]
   const auto items = value.list();
   if (items.size() < 2 || items.size() > 3) value.fail("must be [first, last] or [first, last, step]");
-  Rings rings{signedInteger(items[0]), signedInteger(items[1]), 1};
+  Rings rings{signedInteger(items[0]), signedInteger(items[1]), 1, value.line()};
   if (items.size() == 3) rings.step = static_cast<int>(items[2].integer(1, 1000));
   return rings;
 }
@@ -104,6 +106,15 @@ std::string mirrored(std::string word) {
   return word;
 }
 
+void shift(ObjectSource& object, const Vector3& by) {
+  if (object.tube)
+    for (auto& p : object.tube->centre) p += by;
+  if (object.sheet)
+    for (auto& curve : object.sheet->curves)
+      for (auto& p : curve) p += by;
+  for (auto& bump : object.bumps) bump.at += by;
+}
+
 ObjectSource mirrored(ObjectSource object) {
   const auto turn = [](Vector3& p) { p.x() = -p.x(); };
   if (object.tube) {
@@ -135,6 +146,7 @@ void readRules(Map& map, ObjectSource& object) {
     for (const Value& item : map["fixed"].list()) {
       Map rule(item);
       FixRule fix;
+      fix.line = item.line();
       if (rule.has("rings")) fix.rings = ringsOf(rule["rings"]);
       if (rule.has("outside")) fix.outside = rule["outside"].name();
       if (rule.has("margin")) fix.margin = rule["margin"].number(-kMetres, kMetres);
@@ -156,6 +168,7 @@ void readRules(Map& map, ObjectSource& object) {
     for (const Value& item : map["connect"].list()) {
       Map rule(item);
       ConnectRule connect;
+      connect.line = item.line();
       connect.to = rule["to"].name();
       connect.rings = ringsOf(rule["rings"]);
       if (rule.has("per_ring")) connect.per_ring = rule["per_ring"].integer(1, 100);
@@ -170,7 +183,7 @@ void readRules(Map& map, ObjectSource& object) {
     for (const Value& item : map["lay"].list()) {
       Map rule(item);
       object.lay.push_back(
-          {rule["on"].name(), ringsOf(rule["rings"]), rule["gap"].number(-kMetres, kMetres)});
+          {rule["on"].name(), ringsOf(rule["rings"]), rule["gap"].number(-kMetres, kMetres), item.line()});
       rule.finish();
     }
   }
@@ -178,7 +191,7 @@ void readRules(Map& map, ObjectSource& object) {
     object.clear.clear();
     for (const Value& item : map["clear"].list()) {
       Map rule(item);
-      object.clear.push_back({rule["of"].name(), rule["gap"].number(0, kMetres)});
+      object.clear.push_back({rule["of"].name(), rule["gap"].number(0, kMetres), item.line()});
       rule.finish();
     }
   }
@@ -195,6 +208,9 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
     if (found == before.end()) other.fail("must be an object above");
     object = mirrored(*found);
   }
+  object.file = value.file();
+  object.line[""] = value.line();
+  for (const auto& entry : value.node()) object.line[entry.first.Scalar()] = entry.second.Mark().line + 1;
   object.name = map["name"].name();
   for (const auto& other : before)
     if (other.name == object.name) map["name"].fail("must be there once");
@@ -218,7 +234,7 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
       bump.finish();
     }
   }
-  if (!object.rigid && needed("springs")) object.springs = map["springs"].integer(1, 1000000);
+  if (!object.rigid && map.has("springs")) object.springs = map["springs"].integer(1, 1000000);
   if (map.has("fillers")) {
     object.fillers.clear();
     for (const Value& item : map["fillers"].list()) {
@@ -226,6 +242,9 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
       object.fillers.push_back(kLinkClasses[static_cast<std::size_t>(
           std::find(kLinkWords.begin(), kLinkWords.end(), word) - kLinkWords.begin())]);
     }
+  } else if (!mirror && object.springs == 0) {
+    object.fillers =
+        object.sheet ? std::vector{LinkClass::Leaf, LinkClass::Cross} : std::vector{LinkClass::Ring2};
   }
   if (map.has("skin")) {
     Map skin(map["skin"]);
@@ -256,7 +275,57 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
   return object;
 }
 
+std::string directoryOf(const std::string& path) {
+  const auto slash = path.find_last_of('/');
+  return slash == std::string::npos ? "." : path.substr(0, slash);
+}
+
+// Beside the material database: data/parts/NAME.yaml.
+std::string shippedPart(const Value& name) {
+  const std::string folder = directoryOf(material::databasePath()) + "/parts";
+  std::set<std::string> known;
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, none))
+    if (entry.path().extension() == ".yaml") known.insert(entry.path().stem().string());
+  if (known.count(name.name())) return folder + "/" + name.name() + ".yaml";
+  std::string allowed;
+  for (const std::string& word : known) allowed += (allowed.empty() ? "" : ", ") + word;
+  name.fail("must be a part that VEST ships: " + allowed);
+}
+
+void include(const Value& value, SceneSource& source) {
+  Map map(value);
+  const bool shipped = map.has("part"), own = map.has("file");
+  if (shipped == own) value.fail("must have either part (one that VEST ships) or file (one of your own)");
+  std::string path;
+  if (own) {
+    const Value file = map["file"];
+    path = scene::yaml::resolve(directoryOf(value.file()), file.string(), file.file(), file.line(),
+                                file.field());
+    source.parts.push_back(file.string());
+  } else {
+    path = shippedPart(map["part"]);
+  }
+  const Vector3 by = map.has("shift") ? map["shift"].vector3() : Vector3::Zero();
+  map.finish();
+  const Value root = scene::yaml::parse(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));
+  Map part(root);
+  part["vest_part"].integer(1, 1);
+  for (const Value& item : part["objects"].list()) {
+    source.objects.push_back(objectOf(item, source.objects));
+    shift(source.objects.back(), by);
+  }
+  part.finish();
+}
+
 }  // namespace
+
+std::string sourceOf(const std::string& scene_path) {
+  const Value root =
+      scene::yaml::parse(scene_path, scene::yaml::readFile(scene_path, scene::yaml::kMaxBytes));
+  Map map(root);
+  return map.has("source") ? map["source"].string() : "";
+}
 
 SceneSource readSource(const std::string& path) {
   const Value root = scene::yaml::parse(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));
@@ -267,7 +336,10 @@ SceneSource readSource(const std::string& path) {
   if (map.has("gravity")) source.gravity = map["gravity"].vector3();
   if (map.has("dt")) source.dt = map["dt"].number(1e-6, 0.01);
   if (map.has("seed")) source.seed = map["seed"].integer(0, 4294967295u);
-  for (const Value& item : map["objects"].list()) source.objects.push_back(objectOf(item, source.objects));
+  if (map.has("objects") || !map.has("include"))
+    for (const Value& item : map["objects"].list()) source.objects.push_back(objectOf(item, source.objects));
+  if (map.has("include"))
+    for (const Value& item : map["include"].list()) include(item, source);
   map.finish();
   return source;
 }

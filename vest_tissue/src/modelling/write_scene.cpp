@@ -78,9 +78,11 @@ void writeScene(const scene::Description& description, const std::string& direct
                                   "': model: fem or volume; allowed in scenes that are written: net, rigid");
     }
   }
-  std::string yaml =
-      "# Written by vest_model bake from " + source_file + ": change that file and bake again.\n";
-  yaml += "vest_scene: 1\nname: " + description.name + "\nsource: " + source_file + "\n";
+  std::string yaml = "# Written by vest_model.\n";
+  if (!source_file.empty())
+    yaml = "# Written by vest_model bake from " + source_file + ": change that file and bake again.\n";
+  yaml += "vest_scene: 1\nname: " + description.name + "\n";
+  if (!source_file.empty()) yaml += "source: " + source_file + "\n";
   yaml += text("gravity: [%.10g, %.10g, %.10g]\n", description.gravity.x(), description.gravity.y(),
                description.gravity.z());
   yaml += text("seed: %u\nsolution: {integrator: newton_euler, dt: %.10g}\nobjects:\n", description.seed,

@@ -9,6 +9,7 @@
 
 #include "vest_tissue/ros/parameters.h"
 #include "vest_tissue/ros/scene_file.h"
+#include "vest_tissue/scene/falling.h"
 #include "vest_tissue/scene/request.h"
 #include "vest_tissue/scene/scene_files.h"
 
@@ -65,6 +66,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   topology_ = loaded.topology;
   description_ = loaded.description;
   editable_ = loaded.edits;
+  falling_ = loaded.falling;
   published_revision_ = topology_->revision;
   runner_ = std::make_unique<scene::Runner>(std::move(loaded.simulation), options);
   if (boolParameter(private_nh_, "share_contacts", true)) {
@@ -133,6 +135,8 @@ TissueServer::Loaded TissueServer::loadFile(const std::string& scene) const {
   scene::World world(description, threads_);
   loaded.topology = boost::make_shared<vest_msgs::TissueTopology>();
   toMsg(world, *loaded.topology);
+  loaded.falling = scene::fallingSentence(description);
+  if (!loaded.falling.empty()) ROS_WARN("scene %s: %s", description.name.c_str(), loaded.falling.c_str());
   loaded.description = std::make_shared<const scene::Description>(std::move(description));
   loaded.simulation = factory_(std::move(world));
   loaded.simulation->edits(loaded.edits);
@@ -193,6 +197,7 @@ bool TissueServer::onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadSce
     topology_ = loaded.topology;
     description_ = loaded.description;
     editable_ = loaded.edits;
+    falling_ = loaded.falling;
     topology_due_ = true;
     loading_ = false;
     res.success = true;
@@ -507,14 +512,20 @@ void TissueServer::publishDiagnostics() {
     refused = refusal_;
     lately = !refused.empty() && (ros::SteadyTime::now() - refusal_time_).toSec() < kTellRefusal;
   }
-  status.level = s.fault            ? diagnostic_msgs::DiagnosticStatus::ERROR
-                 : (slow || lately) ? diagnostic_msgs::DiagnosticStatus::WARN
-                                    : diagnostic_msgs::DiagnosticStatus::OK;
-  status.message = s.fault    ? "fault: last good state kept"
-                   : lately   ? "refused: " + refused
-                   : s.paused ? "paused"
-                   : slow     ? "slower than real time"
-                              : "real time";
+  std::string falling;
+  {
+    std::lock_guard<std::mutex> lock(loaded_mutex_);
+    falling = falling_;
+  }
+  status.level = s.fault                                ? diagnostic_msgs::DiagnosticStatus::ERROR
+                 : (slow || lately || !falling.empty()) ? diagnostic_msgs::DiagnosticStatus::WARN
+                                                        : diagnostic_msgs::DiagnosticStatus::OK;
+  status.message = s.fault            ? "fault: last good state kept"
+                   : lately           ? "refused: " + refused
+                   : !falling.empty() ? falling
+                   : s.paused         ? "paused"
+                   : slow             ? "slower than real time"
+                                      : "real time";
   const auto add = [&](const char* key, double value) {
     diagnostic_msgs::KeyValue kv;
     kv.key = key;

@@ -12,10 +12,75 @@
 #include "vest_tissue/fem/model.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/baked.h"
+#include "vest_tissue/scene/falling.h"
 
 namespace vest::tools {
-
 namespace {
+
+/// What two objects have in common at the start.
+struct Overlap {
+  const scene::Object *a, *b;
+  std::size_t a_in_b = 0, b_in_a = 0;  ///< knots; of a rigid b: free knots of a in it, or in a cavity's wall
+  double deepest = 0;                  ///< m
+  bool touch = false;                  ///< nearer than contacts reach
+};
+
+bool rigid(const scene::Object& object) {
+  return object.model == scene::ObjectModel::Rigid;
+}
+
+std::size_t countInside(const scene::Object& a, const scene::Object& b, Overlap& overlap) {
+  // As the World asks whether two objects belong together (docs/decisions/0123).
+  const double reach = a.contact_thickness + b.contact_thickness + 3e-4;
+  // What is inside of a cavity's surface is its wall, which goes on beyond its box.
+  const bool cavity = modelling::enclosedVolume(b.position, b.contact_triangles) < 0;
+  Eigen::AlignedBox3d box;
+  for (const auto& p : b.position) box.extend(p);
+  box.min().array() -= reach, box.max().array() += reach;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < a.position.size(); ++i) {
+    if ((rigid(b) && a.fixed[i]) || (!cavity && !box.contains(a.position[i]))) continue;
+    const double distance = modelling::nearestPoint(b.position, b.contact_triangles, a.position[i]).distance;
+    overlap.touch = overlap.touch || distance < reach;
+    overlap.deepest = std::max(overlap.deepest, -distance);
+    count += distance < 0;
+  }
+  return count;
+}
+
+/// Of all pairs but those that a connection joins.
+std::vector<Overlap> overlapsOf(const scene::Description& description) {
+  std::vector<Overlap> overlaps;
+  const auto joined = [&](const scene::Object& a, const scene::Object& b) {
+    return std::any_of(description.connections.begin(), description.connections.end(), [&](const auto& c) {
+      return (c.object0 == a.name && c.object1 == b.name) || (c.object0 == b.name && c.object1 == a.name);
+    });
+  };
+  for (const auto& a : description.objects) {
+    for (const auto& b : description.objects) {
+      if (rigid(a) || (!rigid(b) && &b <= &a) || b.contact_triangles.empty() || joined(a, b)) continue;
+      Overlap overlap{&a, &b};
+      overlap.a_in_b = countInside(a, b, overlap);
+      if (!rigid(b)) overlap.b_in_a = countInside(b, a, overlap);
+      if (overlap.a_in_b + overlap.b_in_a > 0 || (overlap.touch && !rigid(b))) overlaps.push_back(overlap);
+    }
+  }
+  return overlaps;
+}
+
+void print(const Overlap& o) {
+  const char *a = o.a->name.c_str(), *b = o.b->name.c_str();
+  if (rigid(*o.b))
+    std::printf("overlap: %zu free knots of %s in %s, deepest %.1f mm: they may stay as deep\n", o.a_in_b, a,
+                b, 1000 * o.deepest);
+  else if (o.a_in_b + o.b_in_a == 0)
+    std::printf("touch: %s and %s: they do not collide with each other\n", a, b);
+  else
+    std::printf(
+        "overlap: %zu knots of %s in %s, %zu the other way round, deepest %.1f mm: they do not collide with "
+        "each other\n",
+        o.a_in_b, a, b, o.b_in_a, 1000 * o.deepest);
+}
 
 /// Connected tetrahedra.
 std::size_t countParts(const fem::Description& d) {
@@ -26,36 +91,38 @@ std::size_t countParts(const fem::Description& d) {
 }  // namespace
 
 bool printCheck(const scene::Description& description) {
-  std::printf("%-22s %-9s %6s %7s %6s %5s %6s %8s %9s %8s %6s %6s %9s\n", "object", "organ", "knots",
-              "springs", "pieces", "twice", "free", "vertices", "triangles", "mass g", "fixed", "ties",
-              "steps/ms");
+  std::printf("%-22s %-9s %6s %7s %6s %5s %6s %6s %8s %9s %8s %6s %6s %9s\n", "object", "organ", "knots",
+              "springs", "pieces", "twice", "free", "inside", "vertices", "triangles", "mass g", "fixed",
+              "ties", "steps/ms");
   std::size_t objects = 0, knots = 0, springs = 0, vertices = 0, triangles = 0;
   bool good = true;
+  const std::vector<Overlap> overlaps = overlapsOf(description);
   for (const auto& object : description.objects) {
-    const bool rigid = object.model == scene::ObjectModel::Rigid;
-    const bool elements = object.fem != nullptr;
-    const std::size_t pieces = rigid ? 1 : elements ? countParts(*object.fem) : scene::countPieces(object);
+    const bool still = rigid(object), elements = object.fem != nullptr;
+    const std::size_t pieces = still ? 1 : elements ? countParts(*object.fem) : scene::countPieces(object);
     const std::size_t twice = scene::countDuplicateLinks(object);
     const bool bound = elements || object.skin.triangles.empty();  // inner nodes carry no skin
     const std::size_t unbound = bound ? 0 : scene::countUnboundKnots(object);
+    std::size_t inside = 0;
+    for (const Overlap& o : overlaps) inside += o.a == &object ? o.a_in_b : o.b == &object ? o.b_in_a : 0;
     double mass = 0;
     for (const double m : object.mass) mass += m;
     const auto fixed = std::count(object.fixed.begin(), object.fixed.end(), 1);
     const auto ties =
         std::count_if(description.connections.begin(), description.connections.end(),
                       [&](const auto& c) { return c.object0 == object.name || c.object1 == object.name; });
-    // Sub-steps that an explicit step of the springs needs at rest: dt·omega/2 (models.md section 2).
-    const double steps = rigid || elements ? 0 : description.dt * modelling::highestFrequency(object) / 2;
-    std::printf("%-22s %-9s %6zu %7zu %6zu %5zu %6zu %8zu %9zu %8.2f %6td %6td %9.2f%s\n",
+    // Sub-steps that an explicit step of the springs needs at rest: dt·omega/2.
+    const double steps = still || elements ? 0 : description.dt * modelling::highestFrequency(object) / 2;
+    std::printf("%-22s %-9s %6zu %7zu %6zu %5zu %6zu %6zu %8zu %9zu %8.2f %6td %6td %9.2f%s\n",
                 object.name.c_str(), object.organ.c_str(), object.mass.size(), object.links.size(), pieces,
-                twice, unbound, object.skin.texture_coordinates.size(), object.skin.triangles.size(),
+                twice, unbound, inside, object.skin.texture_coordinates.size(), object.skin.triangles.size(),
                 1000 * mass, fixed, ties, steps,
-                rigid      ? "  rigid"
+                still      ? "  rigid"
                 : elements ? ("  " + std::to_string(object.fem->tetrahedra.size()) + " tetrahedra").c_str()
                            : "");
     // Parts of a volume may be loose: an image holds what it holds.
     good = good && (pieces == 1 || elements) && twice == 0 && unbound == 0;
-    if (rigid) continue;
+    if (still) continue;
     ++objects;
     knots += object.mass.size();
     springs += object.links.size();
@@ -64,28 +131,11 @@ bool printCheck(const scene::Description& description) {
   }
   std::printf("%zu objects that move: %zu knots, %zu springs, %zu vertices, %zu triangles; %zu connections\n",
               objects, knots, springs, vertices, triangles, description.connections.size());
-  // Knots that begin inside another organ: contact would push them out. Attached places overlap on purpose.
-  for (const auto& a : description.objects) {
-    if (a.model == scene::ObjectModel::Rigid) continue;
-    for (const auto& b : description.objects) {
-      if (&a == &b || b.contact_triangles.empty()) continue;
-      Eigen::AlignedBox3d box;
-      for (const auto& p : b.position) box.extend(p);
-      std::size_t inside = 0;
-      double deepest = 0;
-      for (std::size_t i = 0; i < a.position.size(); ++i) {
-        if (a.fixed[i] || !box.contains(a.position[i])) continue;
-        const double distance =
-            modelling::nearestPoint(b.position, b.contact_triangles, a.position[i]).distance;
-        inside += distance < 0;
-        deepest = std::min(deepest, distance);
-      }
-      if (inside > 0)
-        std::printf("overlap: %zu free knots of %s in %s, deepest %.1f mm\n", inside, a.name.c_str(),
-                    b.name.c_str(), -1000 * deepest);
-    }
-  }
-  std::printf("%s\n", good ? "good" : "NOT good: pieces must be 1; twice and free must be 0");
+  for (const Overlap& overlap : overlaps) print(overlap);
+  const std::string falling = scene::fallingSentence(description);
+  if (!falling.empty()) std::printf("%s\n", falling.c_str());
+  good = good && falling.empty();
+  std::printf("%s\n", good ? "good" : "NOT good: pieces must be 1; twice and free 0; no object may fall");
   return good;
 }
 

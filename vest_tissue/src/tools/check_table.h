@@ -6,8 +6,8 @@
 
 namespace vest::tools {
 
-/// Prints one line per object and the sums; returns whether every object is in one piece, without double
-/// links, with every knot in the skin's binding.
+/// Prints one line per object, the sums, and which knots are inside another object; returns whether every
+/// object is in one piece, without double links, with every knot in the skin's binding, and none falls.
 bool printCheck(const scene::Description& description);
 
 /// Whether a scene can be built and takes ten steps without a FAULT (as its integrator says). Prints why not.

@@ -6,9 +6,11 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "vest_tissue/scene/falling.h"
+
 namespace vest::tools {
 namespace {
-constexpr double kRestSpeed = 0.001;  // m/s: what counts as at rest (architecture.md)
+constexpr double kRestSpeed = 0.001;  // m/s: what counts as at rest (docs/conventions.md)
 }
 
 Rest run(scene::World& world, double seconds, double watch_from) {
@@ -59,6 +61,8 @@ void readPositions(const scene::World& world, scene::Description& description) {
 }
 
 void settle(scene::Description& description, double seconds, int threads, bool verbose) {
+  const std::string falling = scene::fallingSentence(description);
+  if (!falling.empty()) throw std::invalid_argument(falling);
   scene::Description quiet = description;  // at rest: nothing contracts
   for (auto& object : quiet.objects) object.motility = {};
   scene::World world(quiet, threads);

@@ -21,9 +21,8 @@ Rest run(scene::World& world, double seconds, double watch_from);
 void readPositions(const scene::World& world, scene::Description& description);
 
 /// Lets a scene come to rest under gravity and puts the result into description.position; rest lengths stay.
-/// `rounds` of fixed-point correction first move the rest shape, so that the settled shape is the designed
-/// one (pre-stress; x_rest += x_design - x_settled).
-/// @throws std::runtime_error if it does not come to rest within `seconds`
+/// @throws std::invalid_argument if an object would fall for ever, std::runtime_error if it does not come to
+/// rest within `seconds`
 void settle(scene::Description& description, double seconds, int threads, bool verbose);
 
 }  // namespace vest::tools

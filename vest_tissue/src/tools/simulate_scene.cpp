@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kMostWorldStep = 0.01;  // s, World::step
 constexpr double kMostSettling = 100.0;  // s of simulated time until nets have to be at rest
-constexpr double kRestSpeed = 0.0002;    // m/s: a fifth of what counts as at rest (architecture.md)
+constexpr double kRestSpeed = 0.0002;    // m/s: a fifth of what counts as at rest (docs/conventions.md)
 
 void append(std::string& bytes, const std::vector<Eigen::Vector3d>& values) {
   bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Eigen::Vector3d));

@@ -1,9 +1,9 @@
-#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -15,13 +15,14 @@
 
 namespace {
 
-std::string directoryOf(const std::string& path) {
-  const auto slash = path.find_last_of('/');
-  return slash == std::string::npos ? "." : path.substr(0, slash);
-}
+namespace fs = std::filesystem;
 
-std::string fileOf(const std::string& path) {
-  return path.substr(path.find_last_of('/') + 1);
+/// The source's own parts, so that the scene's folder holds what it was made from.
+void copyParts(const vest::modelling::SceneSource& source, const fs::path& from, const fs::path& to) {
+  for (const fs::path part : source.parts) {
+    fs::create_directories((to / part).parent_path());
+    fs::copy_file(from / part, to / part, fs::copy_options::overwrite_existing);
+  }
 }
 
 }  // namespace
@@ -33,7 +34,8 @@ int main(int argc, char** argv) {
   std::string source_path, directory, materials_path = vest::tools::defaultMaterials();
   CLI::App* bake = app.add_subcommand("bake", "nets, skins and connections from a spline source");
   bake->add_option("SOURCE", source_path, "source.yaml")->required();
-  bake->add_option("SCENE_DIR", directory, "folder to write to (default: that of the source)");
+  bake->add_option("SCENE_DIR", directory,
+                   "folder to write to, with a copy of the source (default: that of the source)");
   bake->add_option("--materials", materials_path, "material database")->capture_default_str();
 
   std::string scene_path;
@@ -49,15 +51,18 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     if (bake->parsed()) {
-      if (directory.empty()) directory = directoryOf(source_path);
+      const fs::path path = fs::absolute(source_path);
+      if (directory.empty()) directory = fs::path(source_path).parent_path().string();
+      if (directory.empty()) directory = ".";
       const auto materials = vest::modelling::readMaterials(materials_path);
-      const auto description = vest::modelling::bake(vest::modelling::readSource(source_path), materials);
-      // A scene lies beside its source.
+      const auto source = vest::modelling::readSource(source_path);
+      // A scene lies beside its source and its parts.
       std::error_code error;
-      const bool beside = std::filesystem::equivalent(directory, directoryOf(source_path), error);
-      vest::modelling::writeScene(description, directory, fileOf(source_path),
+      const bool beside = fs::equivalent(directory, path.parent_path(), error);
+      vest::modelling::writeScene(vest::modelling::bake(source, materials), directory, path.filename().string(),
                                   beside ? "" : vest::files::read(source_path, 4u << 20));
-      scene_path = directory + "/" + description.name + ".yaml";
+      if (!beside) copyParts(source, path.parent_path(), directory);
+      scene_path = directory + "/" + source.name + ".yaml";
     }
     auto description = vest::scene::loadScene(scene_path);
     if (settle->parsed()) {
@@ -74,7 +79,7 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     const std::string message = error.what();
     const bool named = message.compare(0, scene_path.size(), scene_path) == 0 ||
-                       message.find(directoryOf(scene_path) + "/") == 0 || scene_path.empty();
+                       message.find(fs::path(scene_path).parent_path().string() + "/") == 0 || scene_path.empty();
     std::fprintf(stderr, "vest_model: %s%s\n", named ? "" : (scene_path + ": ").c_str(), message.c_str());
     return 1;
   }

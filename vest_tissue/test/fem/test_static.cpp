@@ -127,7 +127,7 @@ TEST(Cantilever, SmallStrainConvergesToEulerBernoulliWithTheSquareOfTheMesh) {
 }
 
 TEST(Cantilever, CorotationalFollowsTheElastica) {
-  // w/L at PL²/EI (Bisshopp and Drucker 1945, doi 10.1090/qam/13360; models.md lists the figures).
+  // w/L at PL²/EI (Bisshopp and Drucker 1945, doi 10.1090/qam/13360).
   const std::array<std::array<double, 2>, 4> elastica{
       {{1.0, 0.30172}, {2.0, 0.49346}, {5.0, 0.71379}, {10.0, 0.81061}}};
   const int n = fullRun() ? 24 : 12;

@@ -94,7 +94,7 @@ struct Bounds {
         vertices(2 * w.description().objects[0].skin.texture_coordinates.size() + 2048) {}
 };
 
-/// Every invariant of safety.md that one step can break.
+/// Every invariant of docs/HAZARDS.md that one step can break.
 void check(const scene::World& w, const Bounds& most) {
   const scene::ObjectState& s = w.state().objects[0];
   const std::size_t knots = s.block.knots();

@@ -61,7 +61,7 @@ TEST(Gynaecology, SubStepsAndExchangesKeepTheirBoundsAndMeet) {
   EXPECT_EQ(nets, 21);
 }
 
-// models.md section 5: the seed's scene, exactly.
+// docs/anatomy.md: objects, knots and springs of the 2001 scene, exactly.
 TEST(Gynaecology, HasTheSeedsObjectsKnotsAndSprings) {
   std::map<std::string, std::array<std::size_t, 3>> groups;
   std::set<std::string> names;
@@ -176,7 +176,7 @@ TEST(Gynaecology, NothingLiesFarOutsideOfTheCavity) {
   }
 }
 
-// architecture.md: scenes are saved in equilibrium under gravity. Two seconds without any instrument.
+// docs/conventions.md: scenes are saved in equilibrium under gravity. Two seconds without any instrument.
 TEST(Gynaecology, IsSavedAtRestAndStaysThereForTwoSeconds) {
   vest::scene::World world(scene());
   vest::scene::StepInput input;

@@ -156,7 +156,7 @@ TEST(Motility, DrawsAreMadeOncePerPeriodAndDependOnSeedAndOrganAlone) {
 }
 
 TEST(Motility, PresetsKeepPhysiologicalRates) {
-  const double limits[][2] = {{1, 3}, {8, 11}, {3, 8}, {1.2, 2.3}};  // per minute, models.md section 6
+  const double limits[][2] = {{1, 3}, {8, 11}, {3, 8}, {1.2, 2.3}};  // per minute, as motility.h says
   for (std::size_t i = 0; i < motility::kPresets.size(); ++i) {
     motility::Motility m;
     ASSERT_TRUE(motility::preset(motility::kPresets[i], m));

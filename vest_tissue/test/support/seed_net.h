@@ -6,7 +6,7 @@
 
 #include "vest_tissue/net/link_kernel.h"
 
-/// A net of the seed scene's size (models.md section 5): 21 tubes, 2,751 knots, 10,942 springs. For
+/// A net of the size of the gynaecology scene: 21 tubes, 2,751 knots, 10,942 springs. For
 /// benchmarks and tests of the kernel; the real scene has other shapes and the same counts.
 namespace vest::test {
 

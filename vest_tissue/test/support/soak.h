@@ -1,5 +1,5 @@
-/// Memory and descriptors of this process over hours of simulated time. safety.md: the slope of memory stays
-/// below 1 MB/h, descriptors are constant.
+/// Memory and descriptors of this process over hours of simulated time. docs/HAZARDS.md: the slope of memory
+/// stays below 1 MB/h, descriptors are constant.
 #pragma once
 
 #include <dirent.h>

@@ -24,7 +24,7 @@ namespace vest::displays {
 /// finish() and its end the setters, setCamera() excepted, and render() may be called, nothing else.
 class EndoscopePipeline {
  public:
-  /// How smoke is shown (models.md section 10): by its density field, by billboards, or both.
+  /// How smoke is shown: by its density field, by billboards, or both.
   enum class Smoke { Off = 0, Field = 1, Billboards = 2, Both = 3 };
 
   /// @param quality 0 simple, 1 standard, 2 fine

@@ -12,7 +12,7 @@
 namespace vest::panels {
 namespace {
 
-/// Parameters that a step applies (docs/scene_format.md, parameter edits), with their bounds there.
+/// Parameters that a step applies (docs/parameters.md), with their bounds there.
 struct Parameter {
   const char *name, *unit;
   double low, high, usual;
@@ -35,7 +35,7 @@ MaterialPanel::MaterialPanel(QWidget* parent) : BasePanel(parent) {
   value_ = new QDoubleSpinBox;
   value_->setDecimals(3);
   object_->setToolTip("what is changed: an object, or the world");
-  parameter_->setToolTip("as named in docs/scene_format.md; damping_scale: 1 is the damping of the scene");
+  parameter_->setToolTip("as named in docs/parameters.md; damping_scale: 1 is the damping of the scene");
   value_->setToolTip("the value to set; begins at a usual one, not at that of the scene");
   auto* const button = new QPushButton("Apply");
   button->setToolTip("changes it with the next step, and the recording keeps it");

@@ -268,7 +268,7 @@ double AutoExposure::update(const cv::Mat& rgb, const Circle& circle, double dt)
   int sum = 0, level = 255;
   for (; level > 0; --level)
     if ((sum += histogram[level]) > count / 4) break;
-  // The 75 % level at 106, within the appearance page's 96–134, for the overview as for a close organ.
+  // The 75 % level at 106, within vest_viz/docs/pictures.md's 96–134, for the overview as for a close organ.
   const double wanted = 101.0;
   const double ratio = std::pow(std::clamp(wanted / std::max(level, 4), 0.25, 4.0), 2.0);
   // The first pictures settle at once, as a camera does before anybody looks.

@@ -10,7 +10,8 @@
 
 int main(int argc, char** argv) {
   CLI::App app{
-      "Measures the round image of PICTURE against figures of real laparoscopies (docs/pictures.md).\n"
+      "Measures the round image of PICTURE against figures of real laparoscopies "
+      "(vest_viz/docs/pictures.md).\n"
       "Exit status: 0 all inside, 1 some outside, 2 the picture cannot be read."};
   std::string path;
   std::vector<double> circle_values;

@@ -19,8 +19,8 @@ struct FieldOptions {
   fluid::Parameters fluid;
   smoke::Parameters smoke;
   lens::Parameters lens;
-  double irrigation_flow = 5e-5;       ///< m³/s: 3 l/min, the greatest of models.md section 9
-  double irrigation_diameter = 0.005;  ///< m, models.md section 9
+  double irrigation_flow = 5e-5;       ///< m³/s: 3 l/min, the greatest of Aesculap's irrigator
+  double irrigation_diameter = 0.005;  ///< m, of the same
   double suction_flow = 5e-5;          ///< m³/s of liquid; assumed as irrigation
   double suction_gas_flow = 1.7e-4;    ///< m³/s of gas: 10 l/min; assumed
   int threads = 1;

@@ -37,7 +37,7 @@ struct Parameters {
   double water_tension = 0.070;     ///< N/m at 37 °C (IAPWS 1994, doi:10.1063/1.555688)
   double blood_tension = 0.056;     ///< N/m (Hrnčíř and Rosina 1997, Physiol. Res. 46, 319–321)
   double contact_angle_cosine = 0.5;  ///< wet peritoneum, 60°: assumed
-  double restitution = 0.02;          ///< epsilon_p of models.md section 7: normal part kept; assumed
+  double restitution = 0.02;          ///< epsilon_p: normal part kept in an impact; assumed
   double friction = 0.3;              ///< mu_p: tangential part lost in an impact; assumed
   double splash_share = 0.06;         ///< of an impacting particle's volume; assumed
   double splash_restitution = 0.25;   ///< normal speed of a splash over that of the impact; assumed

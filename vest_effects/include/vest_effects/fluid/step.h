@@ -21,7 +21,7 @@ struct Surface {
   bool still = false;   ///< knots and triangles are those of the last step: spares looking at them
 };
 
-/// A jet or an ooze: Q leaves with the mean speed Q/area (continuity, models.md section 9).
+/// A jet or an ooze: Q leaves with the mean speed Q/area (continuity).
 struct Source {
   int slot = 0;                      ///< 0 … kMostSources − 1: where what is not yet a particle is kept
   std::array<double, 3> position{};  ///< m, world

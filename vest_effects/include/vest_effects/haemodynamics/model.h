@@ -7,7 +7,7 @@
 
 namespace vest::haemodynamics {
 
-/// One-dimensional blood flow in elastic, tapering arteries (models.md section 8; equations as in Boileau et
+/// One-dimensional blood flow in elastic, tapering arteries (equations as in Boileau et
 /// al. 2015, Int. J. Numer. Meth. Biomed. Eng. 31(10) e02732, section 2). Area A(x,t), mean velocity U,
 /// pressure P:
 ///

@@ -2,7 +2,7 @@
 ///
 /// Device frame: right-handed, x to the user's right, y away from the user, z up; origin at the middle of the
 /// device's workspace. Metres, radians, newtons, seconds. A five-axis device measures joints of an instrument
-/// behind a trocar instead (formats.md: yaw, pitch, insertion, roll, jaw).
+/// behind a trocar instead (docs/conventions.md: yaw, pitch, insertion, roll, jaw).
 #pragma once
 
 #include <array>

@@ -21,7 +21,7 @@ namespace vest::haptics {
 /// shown. Its mean is T/2 + t_d.
 class MailboxDevice : public Device {
  public:
-  static constexpr double kCommandLife = 0.020;  ///< s: safety.md, "zero 20 ms after the last command"
+  static constexpr double kCommandLife = 0.020;  ///< s: docs/HAZARDS.md, "haptic loop dies"
   static constexpr double kReadingLife = 0.020;  ///< s: older readings mean unplugged
   static constexpr double kPoseLife = 0.010;     ///< s: as long as a spoiled reading is held (sensor_check.h)
 

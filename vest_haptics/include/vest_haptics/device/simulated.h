@@ -12,7 +12,7 @@ namespace vest::haptics {
 /// hold a stylus in the literature (some hundred N/m, a few N·s/m, a tenth of a kilogram with the handle).
 struct HandAxis {
   double mass = 0.1;              ///< kg (or kg·m²)
-  double bare_damping = 0.005;    ///< N·s/m of the mechanism: PHANToM class (safety.md)
+  double bare_damping = 0.005;    ///< N·s/m of the mechanism: PHANToM class; assumed
   double hand_stiffness = 300.0;  ///< N/m
   double hand_damping = 3.0;      ///< N·s/m
   double x = 0.0, v = 0.0;        ///< m, m/s

@@ -5,7 +5,7 @@
 
 namespace vest::haptics {
 
-inline constexpr double kDecayBegins = 0.020;      ///< s of age: safety.md, "tissue simulation dies or hangs"
+inline constexpr double kDecayBegins = 0.020;      ///< s of age: docs/HAZARDS.md, "simulation dies, hangs"
 inline constexpr double kDecayEnds = 0.050;        ///< s of age: no force from here on
 inline constexpr double kFutureTolerance = 0.001;  ///< s: a stamp later than this from now is refused
 

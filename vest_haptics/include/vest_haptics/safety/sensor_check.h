@@ -10,7 +10,7 @@ namespace vest::haptics {
 /// rejected reading is replaced by the last good one for at most 10 ms; then it is a fault.
 class SensorCheck {
  public:
-  static constexpr double kHold = 0.010;  ///< s: safety.md, "sensor NaN or jump"
+  static constexpr double kHold = 0.010;  ///< s: docs/HAZARDS.md, "sensor NaN or jump"
   /// Fastest motions believed: assumed, some five times those of hands in box training (0.3 m/s, 5 rad/s); a
   /// blow against the handle's stop may come near.
   static constexpr double kSpeed = 3.0;      ///< m/s

@@ -4,7 +4,7 @@
 
 namespace vest::kinematics {
 
-/// Joint positions of an instrument behind its trocar (formats.md, "Geometry and joints").
+/// Joint positions of an instrument behind its trocar (docs/conventions.md, "Joints").
 struct JointPositions {
   double yaw = 0.0;        ///< rad, about the trocar's y
   double pitch = 0.0;      ///< rad, about the x turned by yaw
@@ -29,7 +29,7 @@ struct JointLimits {
   JointPositions upper{1.2, 1.2, 0.3, 3.14159265358979, 1.2};
 };
 
-/// Position exact, roll nearest (formats.md). The roll stays on the turn nearest to the reference's.
+/// Position exact, roll nearest (docs/conventions.md). The roll stays on the turn nearest to the reference's.
 InverseResult inverseKinematics(const Eigen::Isometry3d& X_WTrocar, const Eigen::Isometry3d& X_WT_wanted,
                                 const JointPositions& reference, const JointLimits& limits);
 

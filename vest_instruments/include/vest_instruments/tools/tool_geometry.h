@@ -34,7 +34,7 @@ struct ToolGeometry {
   std::array<std::vector<Capsule>, 2>
       jaw;  ///< in the jaw's frame: origin on the jaws' axis, z to the jaw's point when closed
   std::vector<Eigen::Vector3d>
-      interaction_points;  ///< INT_P1 … INT_P4 of models.md section 7, in the tip frame, jaws closed
+      interaction_points;  ///< where it is tried against what it touches; tip frame, jaws closed
 };
 
 /// Geometry of a kind; the reference lives for ever. Total: every kind has one (None has no capsules).

@@ -25,7 +25,7 @@ struct CondensedOptions {
   int most_rank = 240;          ///< columns of low-rank updates that a state has room for
 };
 
-/// Fast elastostatics (models.md section 4), small strain. Holds C = (K^-1)_oo, the outer block of the
+/// Fast elastostatics (FFEM), small strain. Holds C = (K^-1)_oo, the outer block of the
 /// inverse, which is the inverse of the condensed matrix K_oo - K_oi K_ii^-1 K_io. Unknowns of C: 3·(outer
 /// number) + axis. Immutable but for the factor of K, which is made when first needed.
 class CondensedModel {

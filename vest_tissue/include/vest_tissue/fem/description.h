@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-/// Elastostatic and elastodynamic tissue of linear tetrahedra (models.md section 4). Any consistent unit
+/// Elastostatic and elastodynamic tissue of linear tetrahedra. Any consistent unit
 /// system; the units in comments are SI. Frame: world.
 namespace vest::fem {
 
@@ -22,9 +22,9 @@ enum class Use : std::uint8_t { Static = 0, Dynamic = 1 };
 
 /// How an object answers its loads.
 /// BackwardEuler: with inertia and Rayleigh damping, small or corotational strain (fem/simulate.h).
-/// Elastostatic: FFEM (models.md section 4), each step the equilibrium under the forces of that step, from
-/// the loaded columns of the precomputed inverse alone; small strain. It goes on with inertia from its first
-/// cut on.
+/// Elastostatic: fast finite elements (fem/condensed.h), each step the equilibrium under the forces of that
+/// step, from the loaded columns of the precomputed inverse alone; small strain. It goes on with inertia from
+/// its first cut on.
 enum class Motion : std::uint8_t { BackwardEuler = 0, Elastostatic = 1 };
 
 struct Material {

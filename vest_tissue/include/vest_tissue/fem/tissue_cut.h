@@ -4,7 +4,7 @@
 
 #include "vest_tissue/fem/tissue.h"
 
-/// Cutting of tetrahedra (models.md section 7: P -> P, P'): a blade opens faces between elements, and a knot
+/// Cutting of tetrahedra (a knot P becomes P and P'): a blade opens faces between elements, and a knot
 /// whose elements no longer hold together around it by closed faces is doubled. No element is lost or made,
 /// so that mass, rest shape and stiffness of every element stay (docs/decisions/0210-…).
 namespace vest::fem {

@@ -9,7 +9,7 @@
 #include "vest_instruments/tools/tool_kind.h"
 #include "vest_tissue/net/elements.h"
 
-/// Cutting (models.md section 7: P -> P, P'): what of it is State, and what of it never changes.
+/// Cutting (a knot P becomes P and P'): what of it is State, and what of it never changes.
 ///
 /// The blade's swept surface crosses edges of an object's contact triangles. A triangle that it has crossed
 /// on two edges is cut through: the knots nearest to the crossings become part of the cut line, and a knot

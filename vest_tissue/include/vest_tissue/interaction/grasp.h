@@ -10,7 +10,7 @@
 
 namespace vest::interaction {
 
-/// Grasping (models.md section 7; anchors of section 3): the jaws that close on tissue pinch it,
+/// Grasping: the jaws that close on tissue pinch it,
 ///   pinch = kGreatestPinch·c²,  c = 1 - jaw/jaw_at_touch,
 /// with the peak of 20.5 N that surgeons reach (Barrie 2013) at full closure; the quadratic form is assumed.
 /// The jaws hold a pull of up to 5/3 of the pinch (5 N of pull need 3.0 N of pinch, Heijnsdijk); above it the

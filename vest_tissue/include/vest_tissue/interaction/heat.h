@@ -26,7 +26,7 @@ inline constexpr double kSealed =
     0.632;  ///< denatured part of every knot around that closes a vessel: omega = 1
 
 /// Pinch over the area of a jaw from which on tissue is damaged: 15 N, the lower end of Heijnsdijk's 15 … 37
-/// N, over the 110 mm² of our grasper's jaw (models.md section 3; which jaw was measured is assumed).
+/// N, over the 110 mm² of our grasper's jaw (which jaw was measured is assumed).
 inline constexpr double kGraspDamageThreshold = 136e3;  ///< Pa
 inline constexpr double kCrushTime = 10.0;              ///< s to destroy at twice the threshold; assumed
 

@@ -8,7 +8,7 @@
 
 #include "vest_tissue/net/anchor.h"
 
-/// Ligation sling (models.md section 7): a pre-tied loop with linkage to its applicator's tube, which dilates
+/// Ligation sling: a pre-tied loop with linkage to its applicator's tube, which dilates
 /// by itself, is laid around an organ and tightened until the organ is tied off.
 ///
 ///            0          node 0: the central knot, in the pusher's end until it is tied

@@ -55,8 +55,8 @@ struct Point {
   double stress = 0.0;  ///< Pa
 };
 
-/// Least squares fit of models.md section 3: sigma = E·eps + (E·a2)·eps² + … for eps > 0, E·eps for eps <= 0;
-/// linear in E, E·a2, E·a3, E·a4.
+/// Least squares fit of the law (material/law.h): sigma = E·eps + (E·a2)·eps² + … for eps > 0, E·eps for eps
+/// <= 0; linear in E, E·a2, E·a3, E·a4.
 struct Fit {
   Law law;                     ///< max_strain: the greatest strain of the data
   int terms = 4;               ///< coefficients that were fitted, the others are 0

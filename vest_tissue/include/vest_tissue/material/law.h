@@ -2,7 +2,7 @@
 
 namespace vest::material {
 
-/// Fourth-order law of models.md section 3 (Maaß):
+/// Fourth-order law of soft tissue (Maaß):
 ///   sigma(eps) = E·eps·(1 + a2·eps + a3·eps² + a4·eps³)   for eps >= 0
 ///   sigma(eps) = E·eps                                    for -0.15 <= eps < 0, continued monotonically
 ///   below

@@ -69,9 +69,9 @@ struct NetLink {
   std::uint32_t a, b;
 };
 
-/// Exactly `springs` links: Ring, Long, Diagonal and Pole all of them, then those of `fillers` in order; the
-/// last one that does not fit entirely is thinned out evenly. @throws std::invalid_argument saying what would
-/// be possible
+/// Ring, Long, Diagonal and Pole links, then those of `fillers` in order: all of them (`springs` 0), or
+/// exactly `springs`, where the last class that does not fit entirely is thinned out evenly. @throws
+/// std::invalid_argument saying what would be possible
 std::vector<NetLink> makeLinks(const RingNet& net, std::uint32_t springs,
                                const std::vector<LinkClass>& fillers);
 

@@ -14,6 +14,7 @@ namespace vest::modelling {
 /// Some rings of a net: from first to last in steps; counted from the end when negative in the file.
 struct Rings {
   int first = 0, last = -1, step = 1;
+  int line = 0;  ///< of the source; 0: not from a file
 };
 
 /// Knots that are held: by place along the organ, or because they lie outside a cavity.
@@ -21,6 +22,7 @@ struct FixRule {
   std::optional<Rings> rings;
   std::string outside;  ///< object; empty: by rings
   double margin = 0.0;  ///< m; knots nearer than this to the cavity's surface are held too
+  int line = 0;         ///< of the source, as in the rules below
 };
 
 struct TetherRule {
@@ -35,6 +37,7 @@ struct ConnectRule {
   std::uint32_t per_ring = 1;  ///< how many knots of each ring, nearest first
   double within = 0.0;         ///< m; farther ones stay free
   double stiffness = 0.0;      ///< N/m
+  int line = 0;
 };
 
 /// Moves a surface: all knots near `at` by up to `push` (Gaussian of standard deviations `size`).
@@ -46,6 +49,7 @@ struct Bump {
 struct ClearRule {
   std::string of;
   double gap = 0.0;  ///< m between the surfaces
+  int line = 0;
 };
 
 /// Lays rings on another organ's surface: their centres end `gap` outside of it (0: half sunk).
@@ -53,16 +57,19 @@ struct LayRule {
   std::string on;
   Rings rings;
   double gap = 0.0;  ///< m
+  int line = 0;
 };
 
 struct ObjectSource {
+  std::string file;                 ///< where it stands; empty: nowhere
+  std::map<std::string, int> line;  ///< of each key in the file
   std::string name, organ, material;
   std::vector<std::string> roles;
   bool rigid = false;
   std::optional<TubeSpec> tube;
   std::optional<SheetSpec> sheet;
   std::vector<Bump> bumps;
-  std::uint32_t springs = 0;
+  std::uint32_t springs = 0;  ///< exact number; 0: as many as the net has with all of `fillers`
   std::vector<LinkClass> fillers;
   std::uint32_t skin_along = 2, skin_around = 2, petals = 0;
   double petal_depth = 0.0;
@@ -96,11 +103,16 @@ struct SceneSource {
   Vector3 gravity{0, 0, -9.81};
   double dt = 0.001;
   std::uint32_t seed = 1;
-  std::vector<ObjectSource> objects;
+  std::vector<ObjectSource> objects;  ///< its own, then those of the parts
+  std::vector<std::string> parts;     ///< included files of its own, relative to its folder
 };
 
-/// @throws std::invalid_argument: file, line, field, value, what is allowed
+/// A source and the parts that it includes. @throws std::invalid_argument: file, line, field, value, what is
+/// allowed
 SceneSource readSource(const std::string& path);
+
+/// What a scene file names as its `source`; empty if it names none. @throws as readSource
+std::string sourceOf(const std::string& scene_path);
 
 /// data/materials.yaml. @throws std::invalid_argument
 std::map<std::string, MaterialEntry> readMaterials(const std::string& path);

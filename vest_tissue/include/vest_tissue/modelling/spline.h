@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-/// Curves that organs are drawn with (models.md section 11: spline curves with 2-D cross-sections).
+/// Curves that organs are drawn with (spline curves with 2-D cross-sections).
 /// All curves are cubic and pass through their control points: Catmull, Rom, "A class of local interpolating
 /// splines", Computer Aided Geometric Design, Academic Press 1974, with tension 1/2.
 namespace vest::modelling {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-/// Active deforming objects (models.md section 6, ADO): peristalsis, dilatation, contraction.
+/// Active deforming objects: peristalsis, dilatation, contraction.
 ///
 ///   F_i(t, k) = u_i·S_k·A_i(t)·sin(2·pi·(w_i·k/n - d_i·phase_i)),   d phase_i/dt = fr_i + frD_i·rand
 ///   A_i = Δp_mean,i ± Δp_var,i·rand
@@ -38,7 +38,7 @@ struct Motility {
 };
 
 /// Presets: antrum, small_bowel, colon, uterus. Rates: 1 … 3, 8 … 11, 3 … 8 a minute (PMC8553224), 1.2 … 2.3
-/// a minute (models.md section 6). Pressures are what moves these nets, whose walls are softer than in print,
+/// a minute (uterus: assumed). Pressures are what moves these nets, whose walls are softer than in print,
 /// by a visible millimetre or less: assumed. Wave lengths: assumed.
 /// False: no such word.
 bool preset(std::string_view word, Motility& motility);

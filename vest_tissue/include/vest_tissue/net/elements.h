@@ -14,7 +14,7 @@ namespace vest::net {
 /// batch of sub-steps, at the positions predicted for its middle, and held (docs/decisions/0121-…). Energies
 /// are those whose negative gradient the forces are; tests check each by finite differences.
 
-/// Bending link (models.md section 2, default form from an energy): E = ½·k·(beta - beta0)², where beta = pi
+/// Bending link, from an energy: E = ½·k·(beta - beta0)², where beta = pi
 /// - alpha is the deviation from straight and alpha the angle at knot b between the arms to a and c. Forces
 /// and torques sum to zero. Where beta0 > 0 the direction at the straight angle is undefined: the force fades
 /// to zero over 1e-3 rad.
@@ -36,7 +36,7 @@ struct Hinge {
 };
 inline constexpr float kGreatestFold = 4.0f;
 
-/// Plastic link (models.md section 2): +kappa beyond the rest length, -kappa below; the jump is spread over 2
+/// Plastic link: +kappa beyond the rest length, -kappa below; the jump is spread over 2
 /// % of the rest length (ours), so that its tangent is bounded.
 struct Plastic {
   std::uint32_t a, b;

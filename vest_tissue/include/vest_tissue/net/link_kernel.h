@@ -19,8 +19,8 @@ namespace vest::net {
 inline constexpr std::size_t kLanes = 8;
 
 /// One link as given. Force on knot0 is +s·d, on knot1 -s·d, with d = x1 - x0, l = |d|, eps = l/rest - 1,
-///   s·l = axial·sigma(eps)/E + damping·(v1 - v0)·d/l         (models.md section 2, elastic and viscous;
-///   section 3, the law)
+///   s·l = axial·sigma(eps)/E + damping·(v1 - v0)·d/l         (elastic and viscous part;
+///   sigma: material/law.h)
 struct KernelLink {
   std::uint32_t knot0 = 0;
   std::uint32_t knot1 = 0;
@@ -133,11 +133,11 @@ struct MotionArrays {
   std::size_t n = 0;
   float *x, *y, *z, *vx, *vy, *vz, *fx, *fy, *fz;
   const float *hx, *hy, *hz;  ///< N: what the sum of forces begins with in the next sub-step
-  const float* keep;          ///< 1/(1 + dt·gamma/m), no unit (models.md section 2: k_i)
-  const float* push;          ///< dt/m, s/kg; 0 for fixed knots (the seed's B_i)
+  const float* keep;          ///< 1/(1 + dt·gamma/m), no unit; see integrateKnots
+  const float* push;          ///< dt/m, s/kg; 0 for fixed knots
 };
 
-/// Newton-Euler step of models.md section 2: v = keep·(v + push·f), x += dt·v (ours), then f = h.
+/// Newton-Euler (symplectic Euler) step: v = keep·(v + push·f), x += dt·v, then f = h.
 void integrateKnots(const MotionArrays& a, float dt, KernelLevel level);
 
 }  // namespace vest::net

@@ -66,6 +66,7 @@ class TissueServer {
     std::shared_ptr<const scene::Description> description;
     std::vector<scene::EditableParameter> edits;
     boost::shared_ptr<vest_msgs::SceneFiles> files;
+    std::string falling;  ///< scene::fallingSentence
   };
 
   Loaded loadFile(const std::string& scene) const;
@@ -120,10 +121,12 @@ class TissueServer {
   bool looked_gone_ = false;
 
   std::unique_ptr<scene::Runner> runner_;
-  std::mutex loaded_mutex_;  ///< topology_, description_ and editable_; never held by the stepping thread
+  std::mutex
+      loaded_mutex_;  ///< topology_, description_, editable_, falling_; never held by the stepping thread
   boost::shared_ptr<vest_msgs::TissueTopology> topology_;
   std::shared_ptr<const scene::Description> description_;
   std::vector<scene::EditableParameter> editable_;  ///< likewise
+  std::string falling_;                             ///< likewise
   std::atomic<bool> topology_due_{true}, loading_{false};
   std::map<std::string, std::vector<std::uint8_t>> snapshots_;
 

@@ -13,8 +13,8 @@
 #include "vest_tissue/motility/motility.h"
 
 /// What a scene says, as plain data: written by modelling and by the loader, read by the World's builder.
-/// Lengths in metres, masses in kilograms, frames: world (formats.md), unless the scene is of another
-/// consistent unit system. Nothing here changes after loading.
+/// Lengths in metres, masses in kilograms, frames: world (docs/conventions.md), unless the scene is of
+/// another consistent unit system. Nothing here changes after loading.
 namespace vest::fem {
 struct Description;  // vest_tissue/fem/description.h
 }
@@ -26,7 +26,7 @@ using Index = std::uint32_t;
 enum class ObjectModel : std::uint8_t { Net = 0, Fem = 1, Volume = 2, Rigid = 3 };
 enum class LinkKind : std::uint8_t { Elastic = 0, Viscous = 1, Plastic = 2, Bending = 3 };
 
-/// One spring of the net, counted as such (models.md section 2).
+/// One spring of the net, counted as such, or a viscous, plastic or bending link.
 struct Link {
   LinkKind kind = LinkKind::Elastic;
   Index knot0 = 0;

@@ -6,7 +6,7 @@
 
 namespace vest::solver {
 
-/// The one solver interface (architecture.md): whatever acts on tissue, be it net, elastostatic or volume,
+/// The one solver interface: whatever acts on tissue, be it net, elastostatic or volume,
 /// uses this and nothing else: contact, threads, joints between objects of different kinds, the haptic force
 /// model. Real-time safe: no call allocates, logs or throws.
 class Body {

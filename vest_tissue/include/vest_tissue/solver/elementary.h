@@ -5,7 +5,7 @@
 #include <cstring>
 
 /// Elementary functions for use inside a step: additions, multiplications and exact scalings only, so that
-/// every machine gets the same bits (formats.md, "Arithmetic": the C library's differ between processors).
+/// every machine gets the same bits (docs/conventions.md: those of libm differ between processors).
 namespace vest::solver {
 
 /// exp(x); relative error below 1e-14 for -700 <= x <= 700, 0 below and exp(700) above.

@@ -11,7 +11,7 @@ namespace vest::solver {
 
 /// A few threads that live as long as the world. run() hands out the items 0 … count-1; the caller works too.
 /// Items must not depend on each other: then the result is the same for any number of threads. Waits by
-/// blocking after a short look, so that a busy machine does not stall (performance.md). run() allocates
+/// blocking after a short look, so that a busy machine does not stall. run() allocates
 /// nothing.
 class Pool {
  public:

@@ -56,12 +56,12 @@ double powerIteration(const BoundLinks& links, int iterations);
 float greatestStrain(const BoundLinks& links);
 
 /// Longest stable step of v += dt·a, x += dt·v with explicit damping: (2/omega)(sqrt(1+xi²) - xi), xi =
-/// decay/(2 omega) (models.md section 2).
+/// decay/(2 omega).
 double longestStep(const Rates& rates);
 
 /// Sub-steps of dt with a margin of 0.8 of the longest stable step, at least 1.
 int subSteps(double dt, const Rates& rates);
 inline constexpr double kStepMargin = 0.8;
-inline constexpr double kSubStepsPerSecond = 64000.0;  ///< 64 a millisecond (performance.md): more is refused
+inline constexpr double kSubStepsPerSecond = 64000.0;  ///< 64 a millisecond: beyond it, implicit steps
 
 }  // namespace vest::solver

@@ -27,7 +27,7 @@ struct Row {
 Circle findCircle(const cv::Mat& bgr);
 
 /// Measures a picture inside the circle, against figures taken from eight frames of real laparoscopic
-/// cholecystectomies (CholecSeg8k; docs/pictures.md lists them and how each is computed here).
+/// cholecystectomies (CholecSeg8k; vest_viz/docs/pictures.md lists them and how each is computed here).
 ///
 /// Luminance is 0.299 R + 0.587 G + 0.114 B (ITU-R BT.601), 0 … 255. The outer 4 % of the radius, where rim
 /// and soft edge are, count in no row but the last.

@@ -21,7 +21,7 @@ struct Field {
   bool valid() const;
 };
 
-/// Smoke between lens and tissue (models.md section 10, method 1: a 3-D texture shifted in time): rays are
+/// Smoke between lens and tissue (a 3-D density field): rays are
 /// marched through the field on a coarse grid of the picture, up to the depth that the rendering coded into
 /// its alpha channel. Single scattering of the light at the lens, whose strength falls with the square of the
 /// distance; Beer-Lambert with effects::kSmokeExtinction. No allocation after the first picture of a size.
