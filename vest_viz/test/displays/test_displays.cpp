@@ -444,40 +444,6 @@ void expectTip(const vest_msgs::Keypoints& keypoints, const sensor_msgs::CameraI
   EXPECT_TRUE(tip);
 }
 
-/// Of the pictures with ground truth that are the first of their state: the tip is where it was at the
-/// state's stamp.
-int expectTipsOfTheirStates(const std::vector<vest_msgs::Keypoints::ConstPtr>& all,
-                            const std::map<ros::Time, Moment>& shown, const sensor_msgs::CameraInfo& info) {
-  int pictures = 0;
-  for (std::size_t i = 1; i < all.size(); ++i) {
-    const ros::Time stamp = all[i]->header.stamp;
-    if (all[i - 1]->header.stamp == stamp || all[i]->header.seq != all[i - 1]->header.seq + 1) continue;
-    const Moment& then = shown.at(stamp);
-    expectTip(*all[i], info, then.left - then.eye);
-    ++pictures;
-  }
-  return pictures;
-}
-
-TEST_F(Displays, AStateWaitsForItsInstruments) {
-  ASSERT_TRUE(world->run(6));
-  world->all_keypoints.clear();
-  // They come by another connection: here always after the state.
-  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(60);
-  ros::Time told = ros::Time::now();
-  while (ros::ok() && world->all_keypoints.size() < 8 && ros::WallTime::now() < end) {
-    const ros::Time now = ros::Time::now();
-    if (now - told > ros::Duration(0.1)) told = now - ros::Duration(0.05);
-    world->publishState(now, moving(now.toSec()), 1);
-    ros::WallDuration(0.04).sleep();
-    for (; told < now; told += ros::Duration(0.001))
-      world->publishInstruments(told + ros::Duration(0.001), moving((told + ros::Duration(0.001)).toSec()));
-    ros::WallDuration(0.02).sleep();
-    ros::spinOnce();
-  }
-  EXPECT_GT(expectTipsOfTheirStates(world->all_keypoints, world->shown, *world->last_info), 3);
-}
-
 TEST_F(Displays, KeypointsLieWhereThePoseProjects) {
   ASSERT_TRUE(world->run(6));
   ASSERT_TRUE(world->keypoints);
