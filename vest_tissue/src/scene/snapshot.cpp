@@ -131,10 +131,13 @@ void checkIndices(const WorldState& s) {
       for (const auto k : t) knot(k);
     for (const auto* load : {&o.load.now, &o.load.told})
       for (const HeldLoad::Of& of : *load)
-        for (std::size_t i = 0; i < of.size(); ++i)
-          if (!(of[i] >= (i < 3 ? -kGreatestLoad : 0.0f) &&
-                of[i] <= (i < 3 ? kGreatestLoad : kGreatestLoadDamping)))
-            refuse("a load of " + std::to_string(of[i]) + (i < 3 ? " N" : " N·s/m") + " on a knot");
+        for (std::size_t i = 0; i < of.size(); ++i) {
+          constexpr HeldLoad::Of kMost{kGreatestLoad,        kGreatestLoad,          kGreatestLoad,
+                                       kGreatestLoadDamping, kGreatestLoadStiffness, kGreatestLoadLevel};
+          constexpr const char* kUnit[] = {"N", "N", "N", "N·s/m", "N/m", "m (level)"};
+          if (!(of[i] >= (i == HeldLoad::kDamping ? 0.0f : -kMost[i]) && of[i] <= kMost[i]))
+            refuse("a load of " + std::to_string(of[i]) + " " + kUnit[i] + " on a knot");
+        }
     if (!(o.load.left >= 0.0 && o.load.left <= kLongestLoad))
       refuse("a load that comes within " + std::to_string(o.load.left) + " s");
     for (const auto& b : o.elements.bending) knot(b.a), knot(b.b), knot(b.c);
