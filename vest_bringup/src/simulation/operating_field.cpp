@@ -280,7 +280,8 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
         surface->wash(shear.surface, world.contactTriangles(shear.surface)[shear.triangle], shear.impulse);
     for (const fluid::KnotLoad& load : fluid_report.loads)
       if (feedback.loads.size() < feedback.loads.capacity())
-        feedback.loads.push_back({load.surface, load.knot, load.force, load.damping});
+        feedback.loads.push_back(
+            {load.surface, load.knot, load.force, load.damping, load.stiffness, load.depth});
     for (const fluid::Impact& impact : fluid_report.impacts) {
       scene::ImpactInput to;
       to.object = impact.surface, to.triangle = impact.triangle;

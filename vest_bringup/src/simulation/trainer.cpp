@@ -35,6 +35,7 @@ void saveFeedback(const Feedback& feedback, std::vector<std::uint8_t>& bytes) {
   for (const auto& l : feedback.loads) {
     append(bytes, &l.object, sizeof l.object), append(bytes, &l.knot, sizeof l.knot);
     append(bytes, l.force.data(), sizeof l.force), append(bytes, &l.damping, sizeof l.damping);
+    append(bytes, &l.stiffness, sizeof l.stiffness), append(bytes, &l.depth, sizeof l.depth);
   }
   for (const auto& i : feedback.impacts) {
     append(bytes, &i.object, sizeof i.object), append(bytes, &i.triangle, sizeof i.triangle);
@@ -55,7 +56,8 @@ bool readFeedback(Reader& in, Feedback& feedback) {
   feedback.loads.resize(counts[2]);
   for (auto& l : feedback.loads) {
     if (!in.take(&l.object, sizeof l.object) || !in.take(&l.knot, sizeof l.knot) ||
-        !in.take(l.force.data(), sizeof l.force) || !in.take(&l.damping, sizeof l.damping))
+        !in.take(l.force.data(), sizeof l.force) || !in.take(&l.damping, sizeof l.damping) ||
+        !in.take(&l.stiffness, sizeof l.stiffness) || !in.take(&l.depth, sizeof l.depth))
       return false;
   }
   feedback.impacts.resize(counts[0]);

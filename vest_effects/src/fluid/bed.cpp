@@ -8,6 +8,12 @@ namespace {
 
 constexpr float kGround = 1e-3f;  ///< m: as far as contacts let tissue into the ground (ours)
 constexpr float kSame = 1e-4f;    ///< m: nearer to the highest face is the highest face (ours)
+/// m: ground that is so much higher than at the last look has come from the side, not from below (ours: 30
+/// mm/s).
+constexpr float kOver = 1.5e-3f;
+constexpr std::size_t kOpen = 6;  ///< places that liquid set aside is shared among (ours)
+/// m: what is this high over the level may dip in before the next look, at some 0.2 m/s (ours).
+constexpr float kDips = 0.01f;
 /// Horizontal over vertical part of a face's pressure: what stands steeper than 72° is hardly seen by cells
 /// of millimetres (ours).
 constexpr float kSteepest = 3.0f;
@@ -143,6 +149,44 @@ void reachUnder(const Model& model, const Pools& w, ScratchData& s) {
   }
 }
 
+/// What tissue comes over it does not lift: liquid that lies below the tissue goes to the nearest places that
+/// are open, up to kOpen of them. @param bed the new one
+void setAside(const Model& model, const std::vector<float>& bed, Pools& w, ScratchData& s) {
+  std::fill(s.around.begin(), s.around.end(), -1);  // cells that the search from this one has seen
+  const auto n = static_cast<std::int32_t>(w.depth.size());
+  for (std::int32_t from = 0; from < n; ++from) {
+    const auto i = static_cast<std::size_t>(from);
+    if (!(w.depth[i] > 0) || !(w.bed[i] > kNoBed) || !(bed[i] - w.bed[i] > kOver)) continue;
+    const float level = w.bed[i] + w.depth[i];
+    if (!(bed[i] > level)) continue;
+    std::array<std::size_t, kOpen> open{};
+    std::size_t found = 0;
+    s.wave.clear();
+    s.wave.push_back(from);
+    s.around[i] = from;
+    for (std::size_t k = 0; k < s.wave.size() && found < kOpen; ++k) {
+      const std::int32_t at = s.wave[k], c = at % model.columns, r = at / model.columns;
+      const std::int32_t beside[] = {c > 0 ? at - 1 : -1, c + 1 < model.columns ? at + 1 : -1,
+                                     r > 0 ? at - model.columns : -1,
+                                     r + 1 < model.rows ? at + model.columns : -1};
+      for (const std::int32_t j : beside) {
+        const auto next = static_cast<std::size_t>(std::max(0, j));
+        if (j < 0 || s.around[next] == from) continue;
+        s.around[next] = from;
+        const bool is_open =
+            bed[next] > kNoBed && bed[next]<level, below = s.floor[next]> kNoBed && s.floor[next] < level;
+        if (is_open && found < kOpen) open[found++] = next;
+        if (!is_open && below) s.wave.push_back(j);
+      }
+    }
+    if (found == 0) continue;  // all is covered: it stays where it is drawn
+    const float share = 1.0f / static_cast<float>(found);
+    for (std::size_t k = 0; k < found; ++k)
+      w.depth[open[k]] += share * w.depth[i], w.blood[open[k]] += share * w.blood[i];
+    w.depth[i] = w.blood[i] = 0;
+  }
+}
+
 /// Where water reaches under tissue: how high it may stand there, ScratchData::underside.
 void findUndersides(const Model& model, const Inputs& inputs, const Pools& w, ScratchData& s) {
   std::copy(w.bed.begin(), w.bed.end(), s.underside.begin());
@@ -177,6 +221,7 @@ void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchDat
   std::copy(s.floor.begin(), s.floor.end(), bed.begin());
   std::copy(s.floor_triangle.begin(), s.floor_triangle.end(), w.bed_triangle.begin());
   highest(model, inputs, s, bed, w.bed_triangle, [](const Surface& f) { return !f.rigid; });
+  setAside(model, bed, w, s);
   // Where tissue went away from under a pool the old bed holds, and nothing bears what stands there.
   for (std::size_t i = 0; i < w.bed.size(); ++i)
     if (bed[i] > kNoBed) w.bed[i] = bed[i];
@@ -223,7 +268,7 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
         const float buried = std::min(1.0f, std::max(0.0f, 1.0f + (hit.z - s.floor[i]) / kGround));
         const float level = w.bed[source] + w.depth[source] - sunk(w.depth.size() + i),
                     under = from < 0 ? 0.0f : buried * (level - hit.z);
-        double down = 0, drag = 0;
+        double down = 0, drag = 0, stiffness = 0;
         if (under > 0 && !surface.closed) return;  // a sheet with water on both sides
         if (seen.up && w.bed_triangle[i] == id) {
           down = weight(i, w.depth[i] > kDryDepth ? std::max(0.0f, w.depth[i] - sunk(i)) : 0.0f);
@@ -232,14 +277,23 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
           down = seen.up ? weight(source, under) : -weight(source, under);
           drag = impedance(under);
         }
-        if (down == 0) return;
-        const double force[4] = {-down * static_cast<double>(x), -down * static_cast<double>(y), -down, drag};
+        // What the level lifts follows the tissue at once (docs/decisions/0450-…), also where it dips in
+        // anew.
+        const bool lifts = from >= 0 && surface.closed && hit.own && w.bed_triangle[i] != id &&
+                           under > -kDips && (!seen.up || hit.z < w.bed[i] - kSame);
+        if (lifts) stiffness = (seen.up ? -1 : 1) * weight(source, buried);
+        if (down == 0 && stiffness == 0) return;
+        const double force[5] = {-down * static_cast<double>(x), -down * static_cast<double>(y), -down, drag,
+                                 stiffness};
         for (int corner = 0; corner < 3; ++corner) {
           const std::uint32_t knot = seen.knots[static_cast<std::size_t>(corner)];
           auto& to = s.knot_load[knot];
           if (!s.is_loaded[knot]) s.is_loaded[knot] = 1, s.loaded.push_back(knot);
-          for (std::size_t axis = 0; axis < 4; ++axis)
-            to[axis] += static_cast<double>(hit.w[corner] / hit.sum) * force[axis];
+          const double share = static_cast<double>(hit.w[corner] / hit.sum);
+          for (std::size_t n = 0; n < 5; ++n) to[n] += share * force[n];
+          if (!lifts) continue;
+          const float z = surface.positions[3 * knot + 2];
+          to[5] += share * static_cast<double>(level - z), to[6] += share;
         }
       });
     }
@@ -250,8 +304,10 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
           {static_cast<std::uint16_t>(k),
            knot,
            {static_cast<float>(from[0]), static_cast<float>(from[1]), static_cast<float>(from[2])},
-           static_cast<float>(from[3])});
-      from = {0, 0, 0, 0};
+           static_cast<float>(from[3]),
+           static_cast<float>(from[4]),
+           static_cast<float>(from[6] > 0 ? from[5] / from[6] : 0.0)});
+      from = {};
       s.is_loaded[knot] = 0;
     }
   }

@@ -187,7 +187,9 @@ struct ScratchData {
   bool has_floor = false;
   std::vector<std::int32_t> around, open, wave;  ///< cells: see reachUnder()
   std::vector<float> underside, sink;            ///< m: see sinkLevels()
-  std::vector<std::array<double, 4>> knot_load;  ///< N and N·s/m, per knot of one surface
+  /// Per knot of one surface: N x y z, N·s/m, N/m, and the area (of faces under the level) times its depth
+  /// and the area, for their mean
+  std::vector<std::array<double, 7>> knot_load;
   std::vector<std::uint8_t> is_loaded;
   std::vector<std::uint32_t> loaded;                     ///< knots of one surface
   int wet_r0 = 0, wet_r1 = -1, wet_c0 = 0, wet_c1 = -1;  ///< rectangle that holds all water, ends included

@@ -145,7 +145,7 @@ Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
   s.underside.assign(c * r, 0.0f), s.sink.assign(2 * c * r, -1.0f);
   std::size_t most = 0;
   for (const SurfaceSize& size : model.surfaces) most = std::max(most, size.knots);
-  s.knot_load.assign(most, {0, 0, 0, 0});
+  s.knot_load.assign(most, {});
   s.is_loaded.assign(most, 0);
   s.loaded.reserve(most);
 }

@@ -203,6 +203,51 @@ TEST(Weight, ASheetWithWaterOnBothSidesIsLeftAlone) {
   EXPECT_TRUE(p.report.loads.empty());
 }
 
+TEST(Weight, WhatPassesOverAPoolDoesNotTakeItAlong) {
+  // A block 20 mm over a pool of 4 mm, as a cut vessel that swings over blood.
+  Pool p({openBox(-0.06, 0.06, -0.06, 0.06, 0.04, 12), block(0.008, 0.024, 0.030, 4)},
+         {{true, false}, {false, true}});
+  const auto to = [&](double x) {
+    for (std::size_t k = 0; k < p.meshes[1].positions.size(); k += 3)
+      p.meshes[1].positions[k] += static_cast<float>(x);
+  };
+  to(-0.04);
+  p.weigh();
+  p.fillTo(0.004);
+  p.weigh();
+  const double before = poolVolume(p.model, p.state);
+  for (int look = 0; look < 8; ++look) {
+    to(0.01);
+    p.weigh();
+    for (const KnotLoad& l : p.report.loads) EXPECT_EQ(l.surface, 0) << "nothing stands on the block";
+    p.inputs.renew_bed = false;
+    for (int n = 0; n < 11; ++n) fluid::step(p.model, p.inputs, p.state, p.scratch, p.report);
+    EXPECT_NEAR(poolVolume(p.model, p.state), before, 1e-5 * before);
+    double most = 0;
+    for (std::size_t i = 0; i < p.state.pools.depth.size(); ++i)
+      most = std::max(most, static_cast<double>(p.state.pools.depth[i]));
+    EXPECT_LT(most, 0.012) << "what is set aside is shared out";
+  }
+}
+
+TEST(Weight, ALiftTellsHowItFollows) {
+  const double half = 0.012, low = 0.002, high = 0.010;
+  Pool p({openBox(-0.06, 0.06, -0.06, 0.06, 0.04, 12), block(half, low, high, 6)},
+         {{true, false}, {false, true}});
+  p.weigh();
+  p.fillTo(0.006);
+  p.weigh();
+  double stiffness = 0;
+  for (const KnotLoad& l : p.report.loads) {
+    if (l.surface != 1) continue;
+    stiffness += static_cast<double>(l.stiffness);
+    const double z = static_cast<double>(p.meshes[1].positions[3 * l.knot + 2]);
+    if (l.stiffness != 0) EXPECT_NEAR(static_cast<double>(l.depth), 0.006 - z, 1e-4) << "m";
+  }
+  const double waterline = kWater * kGravity * 4 * half * half;
+  EXPECT_NEAR(stiffness, waterline, 0.03 * waterline) << "N/m: rho g times the area at the water's level";
+}
+
 TEST(Weight, APuddleOnAnOrganThatStandsDryWeighsOnIt) {
   Pool p({openBox(-0.06, 0.06, -0.06, 0.06, 0.04, 12), block(0.02, 0.002, 0.015, 8)},
          {{true, false}, {false, true}});

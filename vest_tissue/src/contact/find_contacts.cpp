@@ -146,9 +146,9 @@ void findToolContacts(Context& c, std::size_t object) {
     for (int k = 0; k < c.scratch.capsule_count[t]; ++k) {
       const auto &before = c.scratch.capsules_before[t][k], &after = c.scratch.capsules_after[t][k];
       const bool jaw = after.which >= 0;
-      if (jaw && object < 32 && (c.state.grasps[t].passing >> object & 1u)) continue;
+      if (jaw && (c.state.jaws_pass[object] >> t & 1u)) continue;
       // Blades that cut go through. A hook's capsules from 2 on are its wire (tools::ToolGeometry).
-      if ((jaw || k >= 2) && object < 32 && (c.state.cutting.tools[t].passing >> object & 1u)) continue;
+      if ((jaw || k >= 2) && (c.state.blades_pass[object] >> t & 1u)) continue;
       const double way = std::max((after.a - before.a).norm(), (after.b - before.b).norm());
       const double touch = after.radius + described.contact_thickness, reach = touch + kMargin + way;
       const Vector3d a = 0.5 * (before.a + after.a), b = 0.5 * (before.b + after.b);

@@ -81,24 +81,25 @@ void findOrganPairs(Context& c) {
   auto& pairs = c.state.pairs;
   const std::uint64_t turn = c.state.step % kRenewEvery;
   const auto& d = c.model.description;
-  std::uint32_t due = 0;
-  for (std::size_t a = 0; a < d.objects.size() && a < 32; ++a) {
+  bool any = false;
+  for (std::size_t a = 0; a < d.objects.size(); ++a) {
+    c.scratch.objects[a].search_due = false;
     ObjectState& s = c.state.objects[a];
     if (!c.model.objects[a].net || a % kRenewEvery != turn) continue;
     if (s.way_searched >= 0.0 && s.way + c.state.way - s.way_searched < kRenewWay) continue;
     s.way_searched = s.way + c.state.way;
-    due |= 1u << a;
+    c.scratch.objects[a].search_due = any = true;
   }
-  if (due == 0) return;
+  if (!any) return;
   pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                             [&](const OrganPair& p) { return (due >> p.object & 1u) != 0; }),
+                             [&](const OrganPair& p) { return c.scratch.objects[p.object].search_due; }),
               pairs.end());
-  for (std::size_t a = 0; a < d.objects.size() && a < 32; ++a) {
-    if ((due >> a & 1u) == 0) continue;
+  for (std::size_t a = 0; a < d.objects.size(); ++a) {
+    if (!c.scratch.objects[a].search_due) continue;
     const ObjectState& sa = c.state.objects[a];
     const ObjectScratch& oa = c.scratch.objects[a];
-    for (std::size_t b = 0; b < d.objects.size() && b < 32; ++b) {
-      if (a == b || (c.model.objects[a].together >> b & 1u) || !c.model.objects[b].net ||
+    for (std::size_t b = 0; b < d.objects.size(); ++b) {
+      if (a == b || c.model.objects[a].together[b] || !c.model.objects[b].net ||
           c.state.objects[b].triangles.empty())
         continue;
       const ObjectState& sb = c.state.objects[b];

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../scene/connections.h"
 #include "../scene/fem_cut.h"
 #include "cut_job.h"
 
@@ -216,25 +217,16 @@ bool cutCords(CutJob& j, const Box& box) {
 
 /// Connections that the blade passes between their ends come loose.
 void cutConnections(Context& c, const Box& box) {
-  const auto placeOf = [&](const net::Anchor& a) {
-    Vector3d p = Vector3d::Zero();
-    for (int i = 0; i < 4; ++i)
-      if (a.weights[i] != 0.0) p += a.weights[i] * knotPosition(c.state.objects[a.object], a.knots[i]);
-    return p;
-  };
-  for (ConnectionState& n : c.state.connections) {
+  for (std::size_t at = 0; at < c.state.connections.size(); ++at) {
+    const ConnectionState& n = c.state.connections[at];
     if (!n.alive) continue;
-    const Vector3d p = placeOf(n.end0), q = placeOf(n.end1);
+    const Vector3d p = footOf(c.state, n.end0), q = footOf(c.state, n.end1);
     if (!box.holds(p, q)) continue;
     BladeCrossing crossing;
     for (int i = 0; i < c.scratch.cut.sweep_count && n.alive; ++i) {
       const BladeSweep& sweep = c.scratch.cut.sweeps[static_cast<std::size_t>(i)];
       if (!sweep.active || !interaction::crosses(sweep, p, q, Vector3d::Zero(), 0.0, crossing)) continue;
-      n.alive = false;
-      TopologyDelta& delta = c.deltas->next();  // without entries: something outside the objects changed
-      beginDelta(c.state, n.end0.object, delta);
-      delta.revision = ++c.state.revision;
-      c.deltas->keep();
+      sever(c, at, 0.0, sweep.instrument);
     }
   }
 }
@@ -422,26 +414,31 @@ void resist(Context& c, int t) {
 void renewPassing(Context& c, int t) {
   CuttingTool& tool = c.state.cutting.tools[t];
   const auto& proxy = c.state.proxies[t];
+  auto& pass = c.state.blades_pass;
+  const auto passAll = [&](bool on) {
+    for (auto& bits : pass) setBit(bits, t, on);
+  };
   if (!proxy.present ||
       (proxy.tool != tools::ToolKind::Scissors && proxy.tool != tools::ToolKind::CoagulationHook)) {
     tool = CuttingTool{};
+    passAll(false);
     return;
   }
   if (proxy.tool == tools::ToolKind::CoagulationHook) {
-    tool.passing = (c.input.tools[t].functions & tools::kFunctionCut) != 0 ? ~0u : 0u;
+    passAll((c.input.tools[t].functions & tools::kFunctionCut) != 0);
     return;
   }
   const auto& g = tools::toolGeometry(proxy.tool);
   const double closing = c.scratch.proxies_before[t].pose.jaw - proxy.pose.jaw;
   const bool cuts = closing > interaction::kCuttingJawSpeed * c.dt;
-  if (!cuts && tool.passing == 0) return;
+  if (!cuts && std::none_of(pass.begin(), pass.end(), [&](auto bits) { return bits >> t & 1u; })) return;
   const Eigen::Matrix3d turn = proxy.pose.orientation.toRotationMatrix().transpose();
   const double half = 0.5 * proxy.pose.jaw;  // tan h > h below pi/2: a margin covers the difference
-  std::uint32_t between = 0;
-  for (std::size_t object = 0; object < c.model.objects.size() && object < 32; ++object) {
+  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
+    ObjectScratch& o = c.scratch.objects[object];
+    o.between = false;
     if (!c.model.objects[object].net) continue;
     const ObjectState& s = c.state.objects[object];
-    const ObjectScratch& o = c.scratch.objects[object];
     const Vector3d low = o.low.cast<double>(), high = o.high.cast<double>();
     if (((proxy.pose.tip.array() + 0.03) < low.array()).any() ||
         ((proxy.pose.tip.array() - 0.03) > high.array()).any())
@@ -458,12 +455,15 @@ void renewPassing(Context& c, int t) {
       const Vector3d p0 = knotPosition(s, knots[0]), p1 = knotPosition(s, knots[1]),
                      p2 = knotPosition(s, knots[2]);
       if (!inside(p0) && !inside(0.5 * (p0 + p1)) && !inside((p0 + p1 + p2) / 3.0)) continue;
-      between |= 1u << object;
+      o.between = true;
       break;
     }
   }
   // What was between the blades while they closed is not pushed until they open again or are gone.
-  tool.passing = cuts ? tool.passing | between : closing < 0.0 ? 0u : tool.passing & between;
+  for (std::size_t object = 0; object < pass.size(); ++object) {
+    const bool between = c.scratch.objects[object].between, passed = pass[object] >> t & 1u;
+    setBit(pass[object], t, cuts ? passed || between : closing >= 0.0 && passed && between);
+  }
 }
 
 }  // namespace

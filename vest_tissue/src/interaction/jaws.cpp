@@ -76,13 +76,14 @@ void letGo(Context& c, Grasp& grasp, int tool) {
 void seek(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const JawFrame& frame, int tool) {
   const double jaw = c.state.proxies[tool].pose.jaw;
   double most = 0.0;
-  std::uint32_t between = 0;
+  for (ObjectScratch& o : c.scratch.objects) o.between = false;
   eachBetween(c, g, frame, jaw + kFillTolerance + 0.05,
               [&](std::size_t object, std::size_t, const double*, double at) {
                 most = std::max(most, at);
-                if (object < 32) between |= 1u << object;
+                c.scratch.objects[object].between = true;
               });
-  grasp.passing &= between;  // what left the jaws is pushed by them again
+  for (std::size_t object = 0; object < c.scratch.objects.size(); ++object)  // what left the jaws is pushed
+    if (!c.scratch.objects[object].between) setBit(c.state.jaws_pass[object], tool, false);
   if (most <= 0.0) {
     grasp.jaw_at_touch = 0.0;
     return;
@@ -106,9 +107,7 @@ void seek(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const JawFrame
   grasp.sliding = false;
   grasp.id = c.state.next_attachment++;
   grasp.pinch = interaction::pinchForce(jaw, grasp.jaw_at_touch);
-  for (int i = 0; i < grasp.count; ++i) {
-    if (grasp.anchors[i].object < 32) grasp.passing |= 1u << grasp.anchors[i].object;
-  }
+  for (int i = 0; i < grasp.count; ++i) setBit(c.state.jaws_pass[grasp.anchors[i].object], tool, true);
   emit(c, eventOf(c, grasp, EventKind::Grasped, tool));
 }
 
@@ -163,7 +162,7 @@ void interact(Context& c) {
     const auto& proxy = c.state.proxies[t];
     if (!proxy.present || !interaction::hasJaws(proxy.tool)) {
       if (grasp.active) letGo(c, grasp, t);
-      grasp.passing = 0;
+      for (auto& pass : c.state.jaws_pass) setBit(pass, t, false);
       continue;
     }
     const auto& g = tools::toolGeometry(proxy.tool);

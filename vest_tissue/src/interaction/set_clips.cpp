@@ -75,14 +75,13 @@ struct Between {
   double most = 0.0;     ///< rad: opening that the tissue fills
   double station = 0.0;  ///< m, mean of the samples
   int samples = 0;
-  std::uint32_t objects = 0;  ///< bit per object < 32
 };
 
-/// What lies between the jaws; of several objects the one with the most samples.
+/// What lies between the jaws (ObjectScratch::between); of several objects the one with the most samples.
 Between look(Context& c, const tools::ToolGeometry& g, const JawFrame& frame, double jaw) {
   Between best;
   double most = 0.0;
-  std::uint32_t objects = 0;
+  for (ObjectScratch& o : c.scratch.objects) o.between = false;
   Between now;
   double stations = 0.0;
   int with_station = 0;
@@ -95,19 +94,18 @@ Between look(Context& c, const tools::ToolGeometry& g, const JawFrame& frame, do
               [&](std::size_t object, std::size_t triangle, const double* w, double at) {
                 if (now.samples == 0 || now.object != object) {
                   if (now.samples > 0) finish();
-                  now = Between{object, triangle, 0.0, 0.0, 0, 0};
+                  now = Between{object, triangle, 0.0, 0.0, 0};
                   stations = 0.0, with_station = 0;
                 }
                 ++now.samples;
                 most = std::max(most, at);
-                if (object < 32) objects |= 1u << object;
+                c.scratch.objects[object].between = true;
                 const double s = stationOf(c.model, c.state, object,
                                            c.state.objects[object].triangles[triangle], {w[0], w[1], w[2]});
                 if (std::isfinite(s)) stations += s, ++with_station;
               });
   if (now.samples > 0) finish();
   best.most = most;
-  best.objects = objects;
   return best;
 }
 
@@ -301,9 +299,9 @@ void apply(Context& c, int tool) {
   if (jaw > interaction::kClipReload && forming == nullptr) applier.loaded = true;
   const Between at = look(c, g, frame, jaw);
   // The jaws do not push what they hold, nor what they just let go of.
-  std::uint32_t& passing = c.state.grasps[tool].passing;
+  auto& pass = c.state.jaws_pass;
   if (forming != nullptr) {
-    if (forming->object < 32) passing |= 1u << forming->object;
+    setBit(pass[forming->object], tool, true);
     if (jaw > 1.1 * forming->jaw) {  // opened before it was shut: it falls off
       forming->alive = false;
       return;
@@ -321,7 +319,8 @@ void apply(Context& c, int tool) {
     return;
   }
   if (!applier.loaded) {
-    passing |= at.objects;
+    for (std::size_t object = 0; object < pass.size(); ++object)
+      if (c.scratch.objects[object].between) setBit(pass[object], tool, true);
     return;
   }
   if (at.most >= jaw - kFill) applier.jaw_at_touch = std::max(applier.jaw_at_touch, jaw);
@@ -354,7 +353,7 @@ void apply(Context& c, int tool) {
   clip.id = c.state.next_attachment++;
   clip.jaw = jaw;
   applier.jaw_at_touch = 0.0;
-  if (clip.object < 32) passing |= 1u << clip.object;
+  setBit(pass[clip.object], tool, true);
 }
 
 }  // namespace

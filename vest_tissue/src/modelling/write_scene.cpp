@@ -104,6 +104,7 @@ void writeScene(const scene::Description& description, const std::string& direct
       if (object.tear_strain > 0.0) yaml += text("    tear_strain: %.10g\n", object.tear_strain);
       if (object.wall_thickness > 0.0) yaml += text("    wall_thickness: %.10g\n", object.wall_thickness);
     }
+    yaml += scene::heatText(object);
     if (!object.tube.vessel_segment.empty())
       yaml += "    vessel_segment: " + object.tube.vessel_segment + "\n";
     if (object.motility.active()) yaml += "    motility: " + scene::motilityText(object.motility) + "\n";

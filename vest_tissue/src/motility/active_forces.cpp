@@ -30,9 +30,14 @@ void addForces(Context& c, std::size_t object) {
     for (int axis = 0; axis < 3; ++axis)
       out[static_cast<std::size_t>(axis) * stride + k] += static_cast<float>(f[axis]);
   };
+  // Held over the step, so taken at its predicted middle: from where the knots are now the tension of a ring,
+  // which turns with it, would lag by half a step and feed its wall's vibrations (docs/decisions/0121-…).
+  const auto placeOf = [&, ahead = 0.5 * c.dt](std::uint32_t k) -> Vector3d {
+    return knotPosition(s, k) + ahead * knotVelocity(s, k);
+  };
   const auto centreOf = [&](std::size_t r) {
     Vector3d sum = Vector3d::Zero();
-    for (const auto k : tube.knots(r)) sum += knotPosition(s, k);
+    for (const auto k : tube.knots(r)) sum += placeOf(k);
     return Vector3d(sum / static_cast<double>(std::max<std::size_t>(tube.knots(r).size(), 1)));
   };
   Vector3d axial_sum = Vector3d::Zero();
@@ -47,7 +52,7 @@ void addForces(Context& c, std::size_t object) {
     Vector3d along = after - before, mean = Vector3d::Zero();
     along /= std::max(std::sqrt(along.squaredNorm()), 1e-9);
     const auto outwards = [&](std::uint32_t k) -> Vector3d {
-      Vector3d out_of = knotPosition(s, k) - here;
+      Vector3d out_of = placeOf(k) - here;
       out_of -= out_of.dot(along) * along;
       const double length = std::sqrt(out_of.squaredNorm());
       return length > 1e-9 ? Vector3d(out_of * (model.area[k] / length)) : Vector3d(Vector3d::Zero());
@@ -62,7 +67,7 @@ void addForces(Context& c, std::size_t object) {
       const double tension = -radial * area / (2.0 * solver::sineOfTurns(0.5 / n));
       for (std::size_t i = 0; i < knots.size(); ++i) {
         const std::uint32_t p = knots[i], q = knots[(i + 1) % knots.size()];
-        const Vector3d d = knotPosition(s, q) - knotPosition(s, p);
+        const Vector3d d = placeOf(q) - placeOf(p);
         const double length = std::sqrt(d.squaredNorm());
         if (!(length > 1e-9)) continue;
         add(p, tension / length * d);

@@ -125,6 +125,8 @@ void toMsg(const scene::StepFrame& frame, const Description& description, vest_m
     msg.loads.back().knots.push_back(l.knot);
     msg.loads.back().forces.insert(msg.loads.back().forces.end(), l.force.begin(), l.force.end());
     msg.loads.back().damping.push_back(l.damping);
+    msg.loads.back().stiffness.push_back(l.stiffness);
+    msg.loads.back().depth.push_back(l.depth);
   }
   msg.load_over = in.load_over;
   msg.dilatations.resize(in.dilatations.size());
@@ -180,15 +182,23 @@ void fromMsg(const vest_msgs::StepInput& msg, const Description& description, sc
   in.loads.clear();
   for (const auto& m : msg.loads) {
     const std::uint16_t object = indexOf("loads", m.object);
-    if (m.forces.size() != 3 * m.knots.size() || m.damping.size() != m.knots.size()) {
+    const std::size_t knots = m.knots.size();
+    if (m.forces.size() != 3 * knots || m.damping.size() != knots || m.stiffness.size() != knots ||
+        m.depth.size() != knots) {
       throw std::invalid_argument(
           "step " + std::to_string(msg.step) + ": loads of " + m.object + " have " +
-          std::to_string(m.forces.size()) + " forces and " + std::to_string(m.damping.size()) +
-          " dampings (allowed: three and one for each of " + std::to_string(m.knots.size()) + " knots)");
+          std::to_string(m.forces.size()) + " forces, " + std::to_string(m.damping.size()) + " dampings, " +
+          std::to_string(m.stiffness.size()) + " stiffnesses and " + std::to_string(m.depth.size()) +
+          " depths (allowed: three forces, and one of the others, for each of " + std::to_string(knots) +
+          " knots)");
     }
-    for (std::size_t i = 0; i < m.knots.size(); ++i)
-      in.loads.push_back(
-          {object, m.knots[i], {m.forces[3 * i], m.forces[3 * i + 1], m.forces[3 * i + 2]}, m.damping[i]});
+    for (std::size_t i = 0; i < knots; ++i)
+      in.loads.push_back({object,
+                          m.knots[i],
+                          {m.forces[3 * i], m.forces[3 * i + 1], m.forces[3 * i + 2]},
+                          m.damping[i],
+                          m.stiffness[i],
+                          m.depth[i]});
   }
   in.load_over = msg.load_over;
   in.dilatations.clear();

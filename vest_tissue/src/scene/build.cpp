@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include "connections.h"
 #include "fem_cut.h"
 #include "object_arrays.h"
 #include "stages.h"
@@ -340,10 +341,16 @@ void connect(const Description& d, WorldModel& m) {
     s.end1.object = find(k.object1);
     s.end1.knots = {k.triangle1[0], k.triangle1[1], k.triangle1[2], k.triangle1[0]};
     s.end1.weights = {k.weights1[0], k.weights1[1], k.weights1[2], 0};
-    const float* w0 = m.start.objects[s.end0.object].block.row(Block::kInverseMass);
-    const float* w1 = m.start.objects[s.end1.object].block.row(Block::kInverseMass);
-    double inverse = w0[k.knot0];
-    for (int c = 0; c < 3; ++c) inverse += k.weights1[c] * k.weights1[c] * w1[k.triangle1[c]];
+    // What the scene says of the world's axes the face carries with it from now on.
+    ConnectionConstants constants;
+    if (!carryOffset(m.start, s, k.offset, constants)) {
+      std::ostringstream out;
+      out << "connections[" << n << "] ('" << k.object0 << "' to '" << k.object1
+          << "'): triangle1: its corners lie on one line (allowed: an area, which carries the offset)";
+      throw std::invalid_argument(out.str());
+    }
+    const double inverse = constants.inverse_mass;
+    m.connections.push_back(constants);
     const solver::Rates rates{k.stiffness * inverse, k.damping * inverse};
     const double needed = inverse > 0.0 ? d.dt / (kSlowMargin * solver::longestStep(rates)) : 1.0;
     const double limit = std::max(1.0, solver::kSubStepsPerSecond * d.dt);
@@ -385,6 +392,8 @@ bool within(const Eigen::Vector3d& x, const Object& other, bool closed, double r
 /// a rigid object as at the start.
 void ignoreDesignedContacts(WorldModel& m) {
   const auto& d = m.description;
+  for (ObjectConstants& c : m.objects) c.together.assign(d.objects.size(), 0);
+  m.start.jaws_pass.assign(d.objects.size(), 0), m.start.blades_pass.assign(d.objects.size(), 0);
   for (std::size_t a = 0; a < d.objects.size(); ++a) {
     if (!m.objects[a].net) continue;
     ObjectState& s = m.start.objects[a];
@@ -401,21 +410,17 @@ void ignoreDesignedContacts(WorldModel& m) {
         }
         continue;
       }
-      if (b >= 32) continue;
       const double reach = d.objects[a].contact_thickness + other.contact_thickness + 3e-4;
       for (std::size_t i = 0; i < d.objects[a].position.size(); ++i) {
         if (within(d.objects[a].position[i], other, m.objects[b].closed, reach)) {
-          m.objects[a].together |= 1u << b;
-          m.objects[b].together |= (a < 32 ? 1u << a : 0u);
+          m.objects[a].together[b] = m.objects[b].together[a] = 1;
           break;
         }
       }
     }
   }
   for (const ConnectionState& c : m.start.connections) {
-    if (c.end0.object >= 32 || c.end1.object >= 32) continue;
-    m.objects[c.end0.object].together |= 1u << c.end1.object;
-    m.objects[c.end1.object].together |= 1u << c.end0.object;
+    m.objects[c.end0.object].together[c.end1.object] = m.objects[c.end1.object].together[c.end0.object] = 1;
   }
 }
 
@@ -473,7 +478,8 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
     fillFemSurface(*tissues[i], s);
   }
   ignoreDesignedContacts(m);
-  m.start.pairs.reserve(8192);
+  findFloating(m);
+  m.start.pairs.reserve(m.mostPairs());
   m.start.sides.reserve(2048);
   return model;
 }
@@ -507,13 +513,17 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     }
     if (model.objects[i].motility.waves.active()) s.active.resize(3 * b.knotCapacity());
   }
-  organ_contacts.reserve(8192);
+  organ_contacts.reserve(model.mostPairs());
   loop_candidates.reserve(4096);
   std::size_t most = 0;
   for (const auto& o : model.start.objects) most = std::max(most, 2 * o.triangles.size() + 64);
   candidates.reserve(most);
   reserveCut(model, cut);
-  connection_force.assign(model.start.connections.size(), Eigen::Vector3d::Zero());
+  std::size_t knots = 1;
+  for (const ObjectState& s : model.start.objects) knots += s.block.knotCapacity();
+  part.resize(knots), part_size.resize(knots), part_first.resize(model.objects.size());
+  connection_force.assign(model.start.connections.size(), ConnectionForce{});
+  jaws_pass_before = model.start.jaws_pass, blades_pass_before = model.start.blades_pass;
 }
 
 }  // namespace vest::scene

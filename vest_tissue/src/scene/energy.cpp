@@ -1,3 +1,4 @@
+#include "connections.h"
 #include "stages.h"
 #include "world_impl.h"
 
@@ -45,13 +46,7 @@ Energy World::energy() const {
   for (std::size_t n = 0; n < state.connections.size(); ++n) {
     const ConnectionState& c = state.connections[n];
     if (!c.alive) continue;
-    Vector3d off = impl_->model->description.connections[n].offset;
-    for (int i = 0; i < 4; ++i) {
-      if (c.end0.weights[i] != 0.0)
-        off -= c.end0.weights[i] * knotPosition(state.objects[c.end0.object], c.end0.knots[i]);
-      if (c.end1.weights[i] != 0.0)
-        off += c.end1.weights[i] * knotPosition(state.objects[c.end1.object], c.end1.knots[i]);
-    }
+    const Vector3d off = stretchOf(state, c, impl_->model->connections[n]);
     e.elastic += 0.5 * impl_->model->description.connections[n].stiffness * off.squaredNorm();
   }
   // Springs between tools and tissue: held knots, then the contacts of the last step.

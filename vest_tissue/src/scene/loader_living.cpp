@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <limits>
 
 #include "vest_tissue/contact/contacts.h"
@@ -63,6 +64,27 @@ std::string motilityText(const motility::Motility& m) {
   char ramp[40];
   std::snprintf(ramp, sizeof ramp, "ramp: %.10g}", m.ramp);
   return out + ramp;
+}
+
+std::string heatText(const Object& object) {
+  const Object normal;
+  const auto &t = object.thermal, &usual = normal.thermal;
+  const double is[] = {t.heat_capacity, t.conductivity, t.perfusion, t.water},
+               was[] = {usual.heat_capacity, usual.conductivity, usual.perfusion, usual.water};
+  std::string out;
+  char text[200];
+  if (!std::equal(std::begin(is), std::end(is), std::begin(was))) {
+    std::snprintf(
+        text, sizeof text,
+        "    thermal: {heat_capacity: %.10g, conductivity: %.10g, perfusion: %.10g, water: %.10g}\n", is[0],
+        is[1], is[2], is[3]);
+    out += text;
+  }
+  if (object.grasp_damage_threshold != normal.grasp_damage_threshold) {
+    std::snprintf(text, sizeof text, "    grasp_damage_threshold: %.10g\n", object.grasp_damage_threshold);
+    out += text;
+  }
+  return out;
 }
 
 void readLiving(Map& map, Object& object) {

@@ -16,6 +16,16 @@ float boundedDamping(float damping) {
   return std::isfinite(damping) ? std::clamp(damping, 0.0f, kGreatestLoadDamping) : 0.0f;
 }
 
+/// The lift that follows the knot. Elastostatic objects, which have no inertia, would follow it within one
+/// step: theirs is held with the rest.
+void takeLift(const KnotLoad& l, float z, HeldLoad::Of& told) {
+  if (!(std::fabs(l.stiffness) > 0.0f) || !std::isfinite(l.depth)) return;
+  const float stiffness = std::clamp(l.stiffness, -kGreatestLoadStiffness, kGreatestLoadStiffness);
+  const float level = std::clamp(z + l.depth, -kGreatestLoadLevel, kGreatestLoadLevel);
+  told[HeldLoad::kZ] = bounded(told[HeldLoad::kZ] - stiffness * std::max(0.0f, level - z));
+  told[HeldLoad::kStiffness] = stiffness, told[HeldLoad::kLevel] = level;
+}
+
 }  // namespace
 
 void takeLoads(Context& c) {
@@ -37,6 +47,15 @@ void takeLoads(Context& c) {
       HeldLoad::Of& told = s.load.told[l.knot];
       for (std::size_t axis = 0; axis < 3; ++axis) told[axis] = bounded(told[axis] + bounded(l.force[axis]));
       told[3] = boundedDamping(told[3] + boundedDamping(l.damping));
+      if (s.tissue.x.empty() || s.tissue.dynamic) takeLift(l, row(s, Block::Z)[l.knot], told);
+    }
+    for (ObjectState& s : c.state.objects) {  // a lift that comes or goes does so at its own level
+      if (!s.load.any) continue;
+      for (std::size_t k = 0; k < s.block.knots(); ++k) {
+        HeldLoad::Of &now = s.load.now[k], &told = s.load.told[k];
+        if (now[HeldLoad::kStiffness] == 0.0f) now[HeldLoad::kLevel] = told[HeldLoad::kLevel];
+        if (told[HeldLoad::kStiffness] == 0.0f) told[HeldLoad::kLevel] = now[HeldLoad::kLevel];
+      }
     }
   }
   for (ObjectState& s : c.state.objects) {
@@ -61,6 +80,11 @@ void accountLoads(Context& c) {
       for (std::size_t k = 0; k < c.scratch.objects[i].knots_before; ++k)
         work += static_cast<double>(s.load.now[k][axis]) * (static_cast<double>(x[k]) - before[k]);
     }
+    const float *z = row(s, Block::Z),
+                *z_before = c.scratch.objects[i].backup.data() + (z - s.block.motion());
+    for (std::size_t k = 0; k < c.scratch.objects[i].knots_before; ++k)  // ∫ K u dz, u the depth
+      work += 0.5 * (static_cast<double>(s.load.lift(k, z[k])) + s.load.lift(k, z_before[k])) *
+              (static_cast<double>(z[k]) - z_before[k]);
     c.state.energy.work += work;
   }
 }

@@ -230,6 +230,8 @@ void keepBackup(Context& c) {
   }
   c.scratch.proxies_before = c.state.proxies;
   c.scratch.grasps_before = c.state.grasps;
+  c.scratch.jaws_pass_before.assign(c.state.jaws_pass.begin(), c.state.jaws_pass.end());
+  c.scratch.blades_pass_before.assign(c.state.blades_pass.begin(), c.state.blades_pass.end());
   c.scratch.energy_before = c.state.energy;
 }
 
@@ -248,6 +250,9 @@ void restoreBackup(Context& c) {
   }
   c.state.proxies = c.scratch.proxies_before;
   c.state.grasps = c.scratch.grasps_before;
+  std::copy(c.scratch.jaws_pass_before.begin(), c.scratch.jaws_pass_before.end(), c.state.jaws_pass.begin());
+  std::copy(c.scratch.blades_pass_before.begin(), c.scratch.blades_pass_before.end(),
+            c.state.blades_pass.begin());
   c.state.energy = c.scratch.energy_before;
   for (auto& p : c.state.proxies) {
     p.velocity.setZero();

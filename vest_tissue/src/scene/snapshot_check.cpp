@@ -77,6 +77,10 @@ struct Object {
         bounded("a load, N,", (*load)[k].data(), 3, static_cast<double>(-kGreatestLoad),
                 static_cast<double>(kGreatestLoad));
         bounded("a load's damping", (*load)[k].data() + 3, 1, 0.0, static_cast<double>(kGreatestLoadDamping));
+        bounded("a load's stiffness", (*load)[k].data() + 4, 1, static_cast<double>(-kGreatestLoadStiffness),
+                static_cast<double>(kGreatestLoadStiffness));
+        bounded("a load's level", (*load)[k].data() + 5, 1, static_cast<double>(-kGreatestLoadLevel),
+                static_cast<double>(kGreatestLoadLevel));
       }
     }
     bounded("a load that comes within s:", &s.load.left, 1, 0.0, kLongestLoad);

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "connections.h"
 #include "stages.h"
-#include "vest_tissue/scene/topology.h"
 
 namespace vest::scene {
 namespace {
@@ -64,7 +64,8 @@ void addPressure(Context& c, std::size_t object, bool renew, double interval) {
 }
 
 /// Loads from outside. Their damping is part of the knots' decay (loads.cpp); finite elements, which have
-/// none, get as much of it as a force that is held may take, half of the momentum (ours).
+/// none, get as much of it as a force that is held may take, half of the momentum (ours). The lift follows
+/// the knot to the middle of the batch, as stiff as a quarter of what a held force may be (ours).
 void addLoad(ObjectState& s, double h) {
   Block& b = s.block;
   const bool drags = !s.tissue.x.empty() && s.tissue.dynamic;
@@ -76,6 +77,14 @@ void addLoad(ObjectState& s, double h) {
     for (std::size_t i = 0; i < b.knots(); ++i) f[i] += s.load.now[i][axis];
     for (std::size_t i = 0; drags && i < b.knots(); ++i)
       f[i] -= std::min(s.load.now[i][3], most * mass[i]) * v[i];
+  }
+  const float* const z = b.row(Block::PZ);
+  float* const f = b.row(Block::HZ);
+  const float hardest = static_cast<float>(0.25 / (h * h));
+  for (std::size_t i = 0; i < b.knots(); ++i) {
+    const HeldLoad::Of& l = s.load.now[i];
+    const float stiffness = std::min(std::fabs(l[HeldLoad::kStiffness]), hardest * mass[i]);
+    f[i] += std::copysign(stiffness, l[HeldLoad::kStiffness]) * std::max(0.0f, l[HeldLoad::kLevel] - z[i]);
   }
 }
 
@@ -115,71 +124,16 @@ void hold(Context& c, std::size_t object, double h, int batch) {
   }
 }
 
-struct End {
-  Vector3d position = Vector3d::Zero(), velocity = Vector3d::Zero();
-};
-
-End endOf(const WorldState& state, const net::Anchor& a) {
-  End e;
-  const ObjectState& s = state.objects[a.object];
-  for (int i = 0; i < 4; ++i) {
-    if (a.weights[i] == 0.0) continue;
-    e.position += a.weights[i] * knotPosition(s, a.knots[i]);
-    e.velocity += a.weights[i] * knotVelocity(s, a.knots[i]);
+/// Adds parts of a force to the held forces of an object's knots.
+void pushKnots(WorldState& state, std::size_t object, const std::array<std::uint32_t, 3>& knots,
+               const std::array<float, 3>& weights, const Vector3d& f) {
+  Block& b = state.objects[object].block;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (weights[i] == 0.0f) continue;
+    b.row(Block::HX)[knots[i]] += weights[i] * static_cast<float>(f.x());
+    b.row(Block::HY)[knots[i]] += weights[i] * static_cast<float>(f.y());
+    b.row(Block::HZ)[knots[i]] += weights[i] * static_cast<float>(f.z());
   }
-  return e;
-}
-
-void pushHeld(WorldState& state, const net::Anchor& a, const Vector3d& f) {
-  Block& b = state.objects[a.object].block;
-  for (int i = 0; i < 4; ++i) {
-    if (a.weights[i] == 0.0) continue;
-    const float w = static_cast<float>(a.weights[i]);
-    b.row(Block::HX)[a.knots[i]] += w * static_cast<float>(f.x());
-    b.row(Block::HY)[a.knots[i]] += w * static_cast<float>(f.y());
-    b.row(Block::HZ)[a.knots[i]] += w * static_cast<float>(f.z());
-  }
-}
-
-/// Force of connection n on end 0.
-Vector3d connectionForce(Context& c, std::size_t n, double h) {
-  const Connection& k = c.model.description.connections[n];
-  ConnectionState& s = c.state.connections[n];
-  const End e0 = endOf(c.state, s.end0), e1 = endOf(c.state, s.end1);
-  const Vector3d rate = e1.velocity - e0.velocity;
-  const Vector3d off = e1.position + k.offset - e0.position + (0.5 * h) * rate;
-  Vector3d f = k.stiffness * off + k.damping * rate;
-  // An elastostatic end follows at once, without inertia: the force goes over to its new value no faster than
-  // the softest answer allows.
-  double soft = 0.0;
-  for (const net::Anchor* a : {&s.end0, &s.end1}) {
-    const ObjectState& o = c.state.objects[a->object];
-    if (!o.tissue.x.empty() && !o.tissue.dynamic) soft += c.model.objects[a->object].fem->softest;
-  }
-  if (soft > 0.0) {
-    const Vector3d held = s.force;
-    f = held + (k.stiffness * off - held) / (1.0 + k.stiffness * soft);
-    s.force = f;
-  }
-  if (k.break_force > 0.0 && f.squaredNorm() > k.break_force * k.break_force) {
-    s.alive = false;
-    // The object's own lists stay as they are: a delta without entries.
-    TopologyDelta& delta = c.deltas->next();
-    beginDelta(c.state, s.end0.object, delta);
-    delta.revision = ++c.state.revision;
-    c.deltas->keep();
-    Event e;
-    e.kind = EventKind::Torn;
-    e.step = c.state.step;
-    e.object = s.end0.object;
-    e.element = s.end0.knots[0];
-    e.position = e0.position;
-    e.force = std::sqrt(f.squaredNorm());
-    emit(c, e);
-    return Vector3d::Zero();
-  }
-  if (c.account) c.state.energy.dissipated += k.damping * rate.squaredNorm() * h;
-  return f;
 }
 
 /// Force on the knot of an organ contact; the triangle gets its opposite.
@@ -313,13 +267,9 @@ void pushImplicit(Context& c, int turn, Due due) {
     if (r.implicit_side == 0) continue;
     if (turnOf(c, r.implicit_side == 1 ? r.object : r.other) != turn) continue;
     if (r.implicit_side == 2 && due(r.object))
-      pushHeld(c.state, net::Anchor{r.object, {r.knot, 0, 0, 0}, {1, 0, 0, 0}}, r.force);
+      pushKnots(c.state, r.object, {r.knot, 0, 0}, {1, 0, 0}, r.force);
     if (r.implicit_side == 1 && due(r.other)) {
-      pushHeld(c.state,
-               net::Anchor{r.other,
-                           {r.triangle[0], r.triangle[1], r.triangle[2], 0},
-                           {r.weights[0], r.weights[1], r.weights[2], 0}},
-               -r.force);
+      pushKnots(c.state, r.other, r.triangle, r.weights, -r.force);
     }
   }
 }
@@ -350,18 +300,14 @@ void solve(Context& c) {
     c.pool.each(objects, prepare);
     // Exchange between objects, in fixed order; a force holds until both its objects are renewed together.
     for (std::size_t n = 0; n < c.state.connections.size(); ++n) {
-      ConnectionState& s = c.state.connections[n];
+      const ConnectionState& s = c.state.connections[n];
       if (!s.alive) continue;
       const bool due0 = due(s.end0.object), due1 = due(s.end1.object);
       const bool net0 = c.model.objects[s.end0.object].net, net1 = c.model.objects[s.end1.object].net;
       if (!due0 && !due1) continue;
-      if ((due0 || !net0) && (due1 || !net1)) {
-        const int slow = std::min(net0 ? c.state.objects[s.end0.object].batches : 1 << 20,
-                                  net1 ? c.state.objects[s.end1.object].batches : 1 << 20);
-        c.scratch.connection_force[n] = connectionForce(c, n, c.dt / (slow * c.stretch));
-      }
-      if (due0) pushHeld(c.state, s.end0, c.scratch.connection_force[n]);
-      if (due1) pushHeld(c.state, s.end1, -c.scratch.connection_force[n]);
+      const int slow = std::min(net0 ? c.state.objects[s.end0.object].batches : 1 << 20,
+                                net1 ? c.state.objects[s.end1.object].batches : 1 << 20);
+      exchange(c, n, c.dt / (slow * c.stretch), (due0 || !net0) && (due1 || !net1), due0, due1);
     }
     for (OrganContact& r : c.scratch.organ_contacts) {
       if (r.implicit_side != 0) continue;
@@ -371,13 +317,9 @@ void solve(Context& c) {
         r.force = organForce(c, r, c.dt / r.batches, heat);
         c.state.energy.dissipated += heat;
       }
-      if (due0) pushHeld(c.state, net::Anchor{r.object, {r.knot, 0, 0, 0}, {1, 0, 0, 0}}, r.force);
+      if (due0) pushKnots(c.state, r.object, {r.knot, 0, 0}, {1, 0, 0}, r.force);
       if (due1) {
-        pushHeld(c.state,
-                 net::Anchor{r.other,
-                             {r.triangle[0], r.triangle[1], r.triangle[2], 0},
-                             {r.weights[0], r.weights[1], r.weights[2], 0}},
-                 -r.force);
+        pushKnots(c.state, r.other, r.triangle, r.weights, -r.force);
       }
     }
     for (int turn = elements ? 0 : 2; turn <= 2; ++turn) {

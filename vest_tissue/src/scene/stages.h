@@ -41,7 +41,8 @@ bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a 
 void fasten(Context& c);                                      ///< clips, slings
 void stepHeat(Context& c);                                    ///< electrodes, temperature, damage
 void cut(Context& c);                                         ///< blades: what they swept is divided
-void tell(Context& c);                                        ///< contact models, events
+void dropLoose(Context& c);  ///< parts that a cut left without hold lose what carried them in their place
+void tell(Context& c);       ///< contact models, events
 void keepBackup(Context& c);
 void restoreBackup(Context& c);
 
@@ -53,6 +54,8 @@ bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& delt
 double stationOf(const WorldModel& model, const WorldState& state, std::size_t object,
                  const std::array<std::uint32_t, 3>& knots, const std::array<double, 3>& weights);
 
+/// Which objects nothing holds from the start (ObjectConstants::floats).
+void findFloating(WorldModel& model);
 /// Cutting's part of a built model, its room in a State, and its scratch.
 void buildCut(const Object& object, ObjectState& s, interaction::CutConstants& c);
 void reserveCut(const WorldModel& model, WorldState& state);
@@ -100,6 +103,11 @@ void fastenSlings(Context& c);
 /// Event with room checked: the report's capacity is fixed.
 void emit(Context& c, const Event& event);
 
+/// Bit of an instrument.
+inline void setBit(std::uint8_t& bits, int instrument, bool on) {
+  const auto bit = static_cast<std::uint8_t>(1u << instrument);
+  bits = static_cast<std::uint8_t>(on ? bits | bit : bits & ~bit);
+}
 inline const float* row(const ObjectState& s, net::Block::KnotRow r) {
   return s.block.row(r);
 }

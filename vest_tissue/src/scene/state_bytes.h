@@ -59,7 +59,9 @@ struct StateWalker {
   }
   void vector3(Eigen::Vector3d& v) { values(v.data(), 3); }
 
-  void anchor(net::Anchor& a) { value(a.object), values(a.knots.data(), 4), values(a.weights.data(), 4); }
+  void anchor(net::Anchor& a) {
+    value(a.object), values(a.knots.data(), 4), values(a.weights.data(), 4), value(a.height);
+  }
   void link(Link& l) {
     value(l.kind), value(l.knot0), value(l.knot1), value(l.knot2);
     value(l.rest), value(l.area), value(l.stiffness), value(l.damping);
@@ -95,7 +97,7 @@ struct StateWalker {
     }
     archive.repack(s);
     value(s.sub_steps), value(s.limit_strain), value(s.bound_strain), value(s.elastic_scale),
-        value(s.damping_scale), flag(s.degraded);
+        value(s.damping_scale), flag(s.degraded), flag(s.dropped);
     if (!s.load.now.empty()) flag(s.load.any);
     if (s.load.any) {
       value(s.load.left), values(s.load.own.data(), knots);
@@ -114,7 +116,7 @@ struct StateWalker {
     if (!s.tissue.x.empty()) tissue(s.tissue);
     values(s.motility.phase.data(), 2);
     value(s.topology.revision);
-    if (s.topology.revision == 0 && s.cut.tracks.empty()) return;  // as the scene says
+    if (s.topology.revision == 0 && s.cut.tracks.empty() && !s.dropped) return;  // as the scene says
     cut(s.cut);
     if (!s.tissue.x.empty()) surface(s.fem_surface);
     list(s.topology.links, [&](Link& l) { link(l); });
@@ -196,8 +198,7 @@ struct StateWalker {
     value(s.parts), value(s.area), value(s.energy), flag(s.opened), flag(s.unfinished);
   }
   void cutting(interaction::CuttingTool& t) {
-    value(t.passing), value(t.owed), value(t.force), value(t.torque), vector3(t.place), value(t.object),
-        value(t.element);
+    value(t.owed), value(t.force), value(t.torque), vector3(t.place), value(t.object), value(t.element);
   }
   void tool(interaction::Proxy& p) {
     flag(p.present), value(p.tool), vector3(p.pose.tip), values(p.pose.orientation.coeffs().data(), 4),
@@ -206,8 +207,7 @@ struct StateWalker {
         vector3(p.tip_force), value(p.jaw_torque), value(p.jaw_stiffness);
   }
   void grasp(interaction::Grasp& g) {
-    flag(g.active), flag(g.sliding), value(g.jaw_at_touch), value(g.pinch), value(g.count), value(g.passing),
-        value(g.id);
+    flag(g.active), flag(g.sliding), value(g.jaw_at_touch), value(g.pinch), value(g.count), value(g.id);
     value(g.element), values(g.barycentric.data(), 4);
     for (auto& a : g.anchors)
       value(a.object), value(a.knot), vector3(a.local), value(a.stiffness), value(a.damping);
@@ -224,10 +224,11 @@ struct StateWalker {
     electrosurgery(s.electrosurgery);
     fasteners(s.fasteners);
     for (auto& t : s.cutting.tools) cutting(t);
+    values(s.jaws_pass.data(), s.objects.size()), values(s.blades_pass.data(), s.objects.size());
     list(s.pairs, [&](OrganPair& p) {
       value(p.object), value(p.other), value(p.knot), value(p.triangle), value(p.clear);
     });
-    value(s.way), value(s.way_revision);
+    value(s.way), value(s.way_revision), value(s.supported_revision);
     for (ObjectState& o : s.objects) value(o.way), value(o.way_bounded), value(o.way_searched);
     list(s.sides, [&](ContactSide& p) {
       value(p.triangle), value(p.object), value(p.tool), value(p.capsule), value(p.side);

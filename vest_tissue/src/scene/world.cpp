@@ -28,6 +28,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   if (report.events.capacity() < kEventCapacity) report.events.reserve(kEventCapacity);  // first call only
   report.events.clear();
   report.heat = {};
+  report.stage_seconds = {};
   report.status = Status::Ok;
   report.fault_object = {};
   const double dt = input.dt, nominal = w.model->description.dt;
@@ -57,7 +58,10 @@ Status World::step(const StepInput& input, StepReport& report) {
     return w.fault(c, faulty);
   }
   if (c.account) accountLoads(c);
-  w.time(report, 2, [&] { cut(c); });
+  w.time(report, 2, [&] {
+    cut(c);
+    dropLoose(c);
+  });
   w.time(report, 1, [&] { measureWays(c); });
   w.time(report, 5, [&] {
     stepHeat(c);

@@ -24,7 +24,7 @@ struct World::Impl {
 
   /// A copied vector has no spare room: give it back before steps that must not allocate.
   void reserve() {
-    state.pairs.reserve(8192);
+    state.pairs.reserve(model->mostPairs());
     state.fasteners.reserve();
     state.sides.reserve(2048);
     for (std::size_t i = 0; i < state.objects.size(); ++i) {
@@ -54,7 +54,7 @@ struct World::Impl {
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &a);
     stage();
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &b);
-    report.stage_seconds[index] =
+    report.stage_seconds[index] +=
         static_cast<double>(b.tv_sec - a.tv_sec) + 1e-9 * static_cast<double>(b.tv_nsec - a.tv_nsec);
   }
 };

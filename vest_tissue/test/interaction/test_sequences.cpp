@@ -329,6 +329,56 @@ TEST(Sequences, OnRandomNetsKeepEveryInvariant) {
   EXPECT_EQ(sum.faulted, 0u) << "tools that appear within thin nets push them out, and throw none";
 }
 
+/// Tools that are somewhere else every few steps, and requests that split knots and remove links anywhere.
+std::size_t teleport(std::uint32_t seed, bool volumes) {
+  using tools::ToolKind;
+  Dice dice(seed);
+  scene::World w(volumes ? dice.volume() : dice.net());
+  constexpr ToolKind kKinds[] = {ToolKind::Grasper,         ToolKind::Scissors,
+                                 ToolKind::CoagulationHook, ToolKind::BipolarForceps,
+                                 ToolKind::ClipApplier,     ToolKind::SuctionIrrigator,
+                                 ToolKind::NeedleHolder,    ToolKind::InjectionNeedle};
+  scene::StepInput in;
+  scene::StepReport report;
+  std::size_t faults = 0;
+  const int pause = 1 + dice.choose(12), requests = 1 + dice.choose(4);
+  for (int i = 0; i < 400; ++i) {
+    if (i % pause == 0) {
+      for (int t = 0; t < 3; ++t) {
+        in.tools[t] = dice.pose(kKinds[dice.choose(8)], dice.uniform(0.0, 1.0));
+        in.tools[t].functions = dice.choose(3) == 0 ? tools::kFunctionCut | tools::kFunctionCoagulate : 0u;
+        in.tools[t].present = dice.choose(4) > 0;
+      }
+    }
+    in.requests.clear();
+    for (int n = 0; n < requests; ++n) {
+      const auto of = [&](std::size_t count) {
+        return static_cast<std::uint32_t>(dice.choose(static_cast<int>(count)));
+      };
+      const Vector3d normal(dice.uniform(-1, 1), dice.uniform(-1, 1), dice.uniform(-1, 1));
+      if (dice.choose(2) == 0)
+        in.requests.push_back({scene::TopologyRequest::Kind::SplitKnot, 0, of(w.knotCount(0)), normal});
+      else if (!w.topology(0).links.empty())
+        in.requests.push_back(
+            {scene::TopologyRequest::Kind::RemoveLink, 0, of(w.topology(0).links.size()), normal});
+    }
+    in.step = w.steps();
+    faults += w.step(in, report) == scene::Status::Fault;
+  }
+  return faults;
+}
+
+TEST(Sequences, ToolsThatJumpWhileKnotsAreSplitThrowNothing) {
+  const int count = countOf(2400);
+  int faulted = 0;
+  for (int n = firstSequence(); n < firstSequence() + count; ++n) {
+    const std::size_t faults = teleport(static_cast<std::uint32_t>(5000 + n), n % 4 == 3);
+    if (faults > 0) std::printf("%zu faults in sequence %d\n", faults, n), ++faulted;
+  }
+  std::printf("%d of %d with a fault\n", faulted, count);
+  EXPECT_EQ(faulted, 0);
+}
+
 TEST(Sequences, OnRandomVolumesKeepEveryInvariant) {
   const int sequences = countOf(1250);
   const Sum sum = play(sequences, true);

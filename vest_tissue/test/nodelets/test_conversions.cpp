@@ -58,7 +58,9 @@ TEST(Conversions, AStepInputComesBackBitForBit) {
   impact.weights = {0.25, 0.5, 0.25};
   impact.momentum = {1e-6, 2e-6, -3e-6};
   frame.input.impacts.push_back(impact);
-  frame.input.loads = {{0, 3, {1e-7f, 0, -1.0f / 3}, 1e-3f}, {0, 9, {0, 0, -2}, 0}, {1, 4, {5, 6, 7}, 8}};
+  frame.input.loads = {{0, 3, {1e-7f, 0, -1.0f / 3}, 1e-3f, 0.1f, -0.01f},
+                       {0, 9, {0, 0, -2}, 0},
+                       {1, 4, {5, 6, 7}, 8, -9, 10}};
   frame.input.load_over = 0.048;
   frame.input.requests.push_back({scene::TopologyRequest::Kind::SplitKnot, 1, 12, {1.0 / 3, -2e-7, 0.0}});
   frame.input.dilatations.push_back({"uterine_left", 1.0625});
@@ -93,6 +95,8 @@ TEST(Conversions, AStepInputComesBackBitForBit) {
     EXPECT_EQ(back.loads[i].knot, frame.input.loads[i].knot);
     EXPECT_EQ(back.loads[i].force, frame.input.loads[i].force);
     EXPECT_EQ(back.loads[i].damping, frame.input.loads[i].damping);
+    EXPECT_EQ(back.loads[i].stiffness, frame.input.loads[i].stiffness);
+    EXPECT_EQ(back.loads[i].depth, frame.input.loads[i].depth);
   }
   EXPECT_EQ(back.load_over, 0.048);
   ASSERT_EQ(back.dilatations.size(), 1U);

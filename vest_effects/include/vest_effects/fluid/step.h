@@ -68,6 +68,9 @@ struct KnotLoad {
   std::uint32_t knot = 0;
   std::array<float, 3> force{};  ///< N, world
   float damping = 0;  ///< N·s/m: what moves under h m of water sends waves off, rho √(g h) per area
+  /// N/m: what the lift under tissue loses for each metre that the knot rises, and m: how deep the knot lies
+  /// below the level that lifts. Above the level (depth < 0) nothing acts yet.
+  float stiffness = 0, depth = 0;
 };
 
 /// What fluid drags along a triangle in this step, whatever its direction.

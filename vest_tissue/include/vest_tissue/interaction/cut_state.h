@@ -71,10 +71,9 @@ inline constexpr std::uint32_t kNone = 0xffffffffu;
 
 /// Per instrument.
 struct CuttingTool {
-  std::uint32_t passing = 0;  ///< bit per object < 32: the blades pass through it, their capsules do not push
-  double owed = 0.0;          ///< J: work that the blade still has to do for what it has cut
-  double force = 0.0;         ///< N, against the blade's motion, last step
-  double torque = 0.0;        ///< N·m, against the jaws' closing, last step
+  double owed = 0.0;    ///< J: work that the blade still has to do for what it has cut
+  double force = 0.0;   ///< N, against the blade's motion, last step
+  double torque = 0.0;  ///< N·m, against the jaws' closing, last step
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< m: of the last cut
   std::uint16_t object = 0;
   std::uint32_t element = 0;  ///< contact triangle

@@ -40,9 +40,7 @@ struct Grasp {
   double pinch = 0.0;         ///< N
   int count = 0;
   std::array<GraspAnchor, kMaxGraspAnchors> anchors{};
-  std::uint32_t passing =
-      0;                 ///< bit per object < 32: the jaws' capsules do not push it (held, or just let go)
-  std::uint64_t id = 0;  ///< of the attachment
+  std::uint64_t id = 0;       ///< of the attachment
   std::uint32_t element = 0;  ///< contact triangle of the first object held
   std::array<double, 4> barycentric{};
 };

@@ -14,6 +14,7 @@ struct Anchor {
   std::uint16_t object = 0;              ///< scene order
   std::array<std::uint32_t, 4> knots{};  ///< knots that carry it (unused ones have weight 0)
   std::array<double, 4> weights{};       ///< barycentric, sum 1
+  double height = 0.0;                   ///< m, over the face of the first three knots, along its normal
 };
 
 /// A cut doubled knot -> copy: which one carries the anchor afterwards.

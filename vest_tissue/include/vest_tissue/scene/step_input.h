@@ -39,12 +39,15 @@ struct ImpactInput {
   Eigen::Vector3d momentum = Eigen::Vector3d::Zero();  ///< N·s
 };
 
-/// A steady force on a knot, and the damping of its motion that comes with it.
+/// A steady force on a knot, the damping of its motion that comes with it, and how it follows the knot: its z
+/// is force.z + stiffness·(max(0, L − z) − max(0, depth)), L the level that lies `depth` over the knot now.
 struct KnotLoad {
   std::uint16_t object = 0;
   std::uint32_t knot = 0;
   std::array<float, 3> force{};  ///< N, world
   float damping = 0;             ///< N·s/m
+  float stiffness = 0;           ///< N/m: < 0 where liquid presses from above
+  float depth = 0;               ///< m, < 0: the knot is above the level
 };
 
 /// Feedback of the pulse: radius over reference radius per vessel segment.

@@ -26,10 +26,11 @@ struct ObjectConstants {
   double volume_needed = 1.0;          ///< and the enclosed volume's gradient; <= volume_batches
   int volume_batches = 1;  ///< times a step that the enclosed volume's gradient is renewed; divides batches
   bool implicit = false;   ///< stepped by solver::ImplicitNet: more than the explicit sub-steps can hold
-  double greatest_edge = 0.0;  ///< m, of the contact triangles at the start
-  bool closed = false;         ///< contact triangles form a closed surface
-  std::uint32_t together = 0;  ///< bit per object (< 32): no contact with it, by design
-  bool polynomial = false;     ///< the law has a2, a3 or a4
+  double greatest_edge = 0.0;          ///< m, of the contact triangles at the start
+  bool closed = false;                 ///< contact triangles form a closed surface
+  std::vector<std::uint8_t> together;  ///< per object: no contact with it, by design
+  bool floats = false;                 ///< none of its knots hangs on anything fixed: tethers alone carry it
+  bool polynomial = false;             ///< the law has a2, a3 or a4
   net::TubeMap tube;
   std::vector<std::uint32_t> ring_links;  ///< block links within a ring: dilatation acts on them
   contact::DistanceGrid grid;             ///< rigid only
@@ -38,12 +39,26 @@ struct ObjectConstants {
   motility::MotilityModel motility;  ///< where the object moves by itself
 };
 
+/// What of a connection never changes once built.
+struct ConnectionConstants {
+  double inverse_mass = 0.0;  ///< 1/kg, of both ends
+  double strand = 0.0;        ///< m: part of the offset that is a strand of this length, turning freely
+};
+
 /// Immutable once built.
 struct WorldModel {
   Description description;
   std::vector<ObjectConstants> objects;
   int batches = 1;   ///< greatest of all; a multiple of each
   WorldState start;  ///< what reset() returns to
+  /// Room for candidates of contact between objects (ours): 8192, or every knot near two others.
+  std::size_t mostPairs() const {
+    std::size_t knots = 0;
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      if (objects[i].net) knots += start.objects[i].block.knots();
+    return std::max<std::size_t>(8192, 2 * knots);
+  }
+  std::vector<ConnectionConstants> connections;
 };
 
 /// @throws std::invalid_argument naming object, field, index, value and what is allowed

@@ -93,7 +93,15 @@ struct ObjectScratch {
   std::vector<std::uint32_t> cut_knots, cut_faces, cut_roots;  ///< finite elements: of this step's cut
   std::vector<fem::Doubling> doublings;
   bool faulty = false;
+  bool between = false;     ///< the jaws or blades of the tool that is looked at
+  bool search_due = false;  ///< for pairs with others, in this step
   bool over_budget = false;
+};
+
+/// Held forces of a connection on its end 0, N, and what carries the other end of its damper.
+struct ConnectionForce {
+  Eigen::Vector3d spring = Eigen::Vector3d::Zero(), damping = Eigen::Vector3d::Zero();
+  net::Anchor damper;
 };
 
 /// What a sling draws in during one step: each knot once.
@@ -111,7 +119,9 @@ struct WorldScratch {
   std::vector<ObjectScratch> objects;
   std::vector<OrganContact> organ_contacts;
   Candidates candidates;
-  std::vector<Eigen::Vector3d> connection_force;                         ///< N on end 0, held
+  std::vector<ConnectionForce> connection_force;
+  std::vector<std::uint32_t> part, part_first, part_size;                ///< support.cpp
+  std::vector<std::uint8_t> jaws_pass_before, blades_pass_before;        ///< as of WorldState
   std::array<LoopTissue, interaction::kMaxSlings> loops;                 ///< per sling of the State
   interaction::LoopStep loop_step;                                       ///< of the loop that moves
   std::vector<std::pair<std::uint16_t, std::uint32_t>> loop_candidates;  ///< near it: object, triangle

@@ -55,6 +55,7 @@ struct ObjectState {
   double elastic_scale = 1.0;  ///< parameter edits: youngs_modulus over the scene's
   double damping_scale = 1.0;
   bool degraded = false;
+  bool dropped = false;         ///< parts of it lost their support (support.cpp)
   HeldLoad load;                ///< from outside, on top of gravity
   interaction::HeatState heat;  ///< temperature and damage per knot
   interaction::CutState cut;
@@ -109,10 +110,14 @@ struct WorldState {
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies{};
   std::array<interaction::Grasp, tools::kInstrumentCount> grasps{};
   interaction::CuttingState cutting;
+  /// Per object, a bit per instrument: its jaws' capsules do not push the object (held, or just let go), or
+  /// its blades pass through it.
+  std::vector<std::uint8_t> jaws_pass, blades_pass;
   std::vector<OrganPair> pairs;  ///< renewed when something came nearer
   double way = 0.0;              ///< m: sum over the steps of the furthest that any knot of any object moved
-  std::uint32_t way_revision = 0;  ///< topology when ways were last measured
-  std::vector<ContactSide> sides;  ///< sorted by tool, capsule, object, triangle
+  std::uint32_t way_revision = 0;        ///< topology when ways were last measured
+  std::uint32_t supported_revision = 0;  ///< topology when loose parts were last looked for
+  std::vector<ContactSide> sides;        ///< sorted by tool, capsule, object, triangle
   interaction::Electrosurgery electrosurgery;
   interaction::Fasteners fasteners;  ///< clips, slings
   Energy energy;                     ///< work and dissipated are kept, the others computed on demand

@@ -1,0 +1,211 @@
+#include "connections.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "vest_tissue/scene/topology.h"
+
+namespace vest::scene {
+namespace {
+
+using Eigen::Vector3d;
+using net::Block;
+
+constexpr double kLeastFace = 1e-12;  ///< m²: less than a micrometre each way (ours)
+/// 1: greatest answer of a face to a force at the end of its lever, over that at its foot (ours). Connections
+/// of 11 mm on triangles of 4 mm would need ten times as many exchanges as their foot does.
+constexpr double kGreatestLever = 6.0;
+/// A face that crumples would carry its lever with the forces of a crowbar: a connection gets softer where
+/// its ends have become this much lighter than they were built (ours).
+constexpr double kLighter = 2.0;
+
+Vector3d at(const ObjectState& s, std::uint32_t knot, double ahead) {
+  return ahead == 0.0 ? knotPosition(s, knot) : knotPosition(s, knot) + ahead * knotVelocity(s, knot);
+}
+
+bool onFace(const net::Anchor& a) {
+  return a.knots[0] != a.knots[1] && a.knots[1] != a.knots[2] && a.knots[0] != a.knots[2] &&
+         a.weights[3] == 0.0;
+}
+
+void addHeld(ObjectState& s, std::uint32_t knot, const Vector3d& f) {
+  s.block.row(Block::HX)[knot] += static_cast<float>(f.x());
+  s.block.row(Block::HY)[knot] += static_cast<float>(f.y());
+  s.block.row(Block::HZ)[knot] += static_cast<float>(f.z());
+}
+
+}  // namespace
+
+Face faceOf(const WorldState& state, const net::Anchor& a, double ahead) {
+  Face face;
+  if (!onFace(a)) return face;
+  const ObjectState& s = state.objects[a.object];
+  face.corner = at(s, a.knots[0], ahead);
+  face.edge1 = at(s, a.knots[1], ahead) - face.corner, face.edge2 = at(s, a.knots[2], ahead) - face.corner;
+  const Vector3d cross = face.edge1.cross(face.edge2);
+  const double doubled = std::sqrt(cross.squaredNorm());
+  if (!(doubled > kLeastFace)) return face;
+  face.doubled = doubled, face.normal = cross / doubled;
+  return face;
+}
+
+Vector3d footOf(const WorldState& state, const net::Anchor& a, double ahead) {
+  Vector3d p = Vector3d::Zero();
+  for (int i = 0; i < 4; ++i)
+    if (a.weights[i] != 0.0) p += a.weights[i] * at(state.objects[a.object], a.knots[i], ahead);
+  return p;
+}
+
+Vector3d placeOf(const WorldState& state, const net::Anchor& a, double ahead) {
+  const Vector3d foot = footOf(state, a, ahead);
+  return a.height == 0.0 ? foot : Vector3d(foot + a.height * faceOf(state, a, ahead).normal);
+}
+
+Vector3d velocityOf(const WorldState& state, const net::Anchor& a, const Face& face) {
+  const ObjectState& s = state.objects[a.object];
+  Vector3d v = Vector3d::Zero();
+  for (int i = 0; i < 4; ++i)
+    if (a.weights[i] != 0.0) v += a.weights[i] * knotVelocity(s, a.knots[i]);
+  if (a.height == 0.0 || face.doubled == 0.0) return v;
+  const Vector3d v0 = knotVelocity(s, a.knots[0]), u1 = knotVelocity(s, a.knots[1]) - v0,
+                 u2 = knotVelocity(s, a.knots[2]) - v0;
+  const Vector3d turning = u1.cross(face.edge2) + face.edge1.cross(u2);
+  return v + a.height / face.doubled * (turning - face.normal.dot(turning) * face.normal);
+}
+
+void pushHeld(WorldState& state, const net::Anchor& a, const Face& face, const Vector3d& force) {
+  ObjectState& s = state.objects[a.object];
+  for (int i = 0; i < 4; ++i)
+    if (a.weights[i] != 0.0) addHeld(s, a.knots[i], a.weights[i] * force);
+  if (a.height == 0.0 || face.doubled == 0.0) return;
+  // Transpose of what the normal's turning does to the place.
+  const Vector3d across = a.height / face.doubled * (force - face.normal.dot(force) * face.normal);
+  const Vector3d f1 = face.edge2.cross(across), f2 = across.cross(face.edge1);
+  addHeld(s, a.knots[1], f1), addHeld(s, a.knots[2], f2), addHeld(s, a.knots[0], -f1 - f2);
+}
+
+double inverseMass(const WorldState& state, const net::Anchor& a, const Face& face) {
+  const float* const w = state.objects[a.object].block.row(Block::kInverseMass);
+  std::array<double, 4> lever{};
+  if (a.height != 0.0 && face.doubled > 0.0) {
+    const double arm = std::fabs(a.height) / face.doubled;
+    lever[0] = arm * std::sqrt((face.edge1 - face.edge2).squaredNorm());
+    lever[1] = arm * std::sqrt(face.edge2.squaredNorm());
+    lever[2] = arm * std::sqrt(face.edge1.squaredNorm());
+  }
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 4; ++i)  // along the normal and across it: at right angles
+    sum += (a.weights[i] * a.weights[i] + lever[i] * lever[i] + 2.0 * std::fabs(a.weights[i]) * lever[i]) *
+           static_cast<double>(w[a.knots[i]]);
+  return sum;
+}
+
+bool carry(net::Anchor& a, const Face& face, const Vector3d& place) {
+  if (face.doubled == 0.0) return false;
+  const Vector3d r = place - face.corner;
+  const double w1 = r.cross(face.edge2).dot(face.normal) / face.doubled,
+               w2 = face.edge1.cross(r).dot(face.normal) / face.doubled;
+  a.weights = {1.0 - w1 - w2, w1, w2, 0.0};
+  a.height = r.dot(face.normal);
+  return true;
+}
+
+Vector3d stretchOf(const WorldState& state, const ConnectionState& s, const ConnectionConstants& k,
+                   double ahead) {
+  const Vector3d way = placeOf(state, s.end1, ahead) - placeOf(state, s.end0, ahead);
+  if (k.strand == 0.0) return way;
+  // A strand that is crushed to nothing has no direction.
+  const double length = std::max(std::sqrt(way.squaredNorm()), 0.1 * k.strand);
+  return (1.0 - k.strand / length) * way;
+}
+
+bool carryOffset(const WorldState& state, ConnectionState& s, const Vector3d& offset,
+                 ConnectionConstants& k) {
+  const Face face = faceOf(state, s.end1);
+  const double own = inverseMass(state, s.end0, Face{});
+  const double most = own + kGreatestLever * inverseMass(state, s.end1, face);
+  const Vector3d foot = footOf(state, s.end1);
+  const double length = std::sqrt(offset.squaredNorm());
+  if (length > 0.0) {
+    net::Anchor a = s.end1;
+    double share = 1.0;
+    do {
+      if (!carry(a, face, foot + share * offset)) return false;
+      k.inverse_mass = own + inverseMass(state, a, face);
+      k.strand = (1.0 - share) * length;
+      share *= 0.9;
+    } while (k.inverse_mass > most && share > 0.05);
+    s.end1 = a;
+  }
+  k.inverse_mass = own + inverseMass(state, s.end1, face);
+  return true;
+}
+
+void sever(Context& c, std::size_t n, double force, int instrument) {
+  ConnectionState& s = c.state.connections[n];
+  s.alive = false;
+  // The object's own lists stay as they are: a delta without entries.
+  TopologyDelta& delta = c.deltas->next();
+  beginDelta(c.state, s.end0.object, delta);
+  delta.revision = ++c.state.revision;
+  c.deltas->keep();
+  Event e;
+  e.kind = instrument < 0 ? EventKind::Torn : EventKind::Cut;
+  e.step = c.state.step;
+  e.instrument = static_cast<std::int8_t>(instrument);
+  e.object = s.end0.object;
+  e.element = s.end0.knots[0];
+  e.position = placeOf(c.state, s.end0);
+  e.force = force;
+  emit(c, e);
+}
+
+void exchange(Context& c, std::size_t n, double h, bool renew, bool due0, bool due1) {
+  const Connection& k = c.model.description.connections[n];
+  ConnectionState& s = c.state.connections[n];
+  ConnectionForce& f = c.scratch.connection_force[n];
+  // All at the middle of the batch (docs/decisions/0121-…): where the forces are taken, there they act.
+  const double ahead = 0.5 * h;
+  const Face face = faceOf(c.state, s.end1, ahead);
+  if (renew) {
+    const ConnectionConstants& constants = c.model.connections[n];
+    const Vector3d off = stretchOf(c.state, s, constants, ahead);
+    // The damper sits at end 0 and its other end is carried by the face there: a stretched connection that
+    // only turns is not damped, and no torque is left.
+    f.damper = s.end1;
+    carry(f.damper, face, placeOf(c.state, s.end0, ahead));
+    const Vector3d rate = velocityOf(c.state, f.damper, face) - velocityOf(c.state, s.end0, Face{});
+    const double built = constants.inverse_mass, own = inverseMass(c.state, s.end0, Face{});
+    const double soft1 = std::min(1.0, kLighter * built / (own + inverseMass(c.state, s.end1, face))),
+                 soft2 = std::min(1.0, kLighter * built / (own + inverseMass(c.state, f.damper, face)));
+    f.spring = (soft1 * k.stiffness) * off;
+    f.damping = (soft2 * k.damping) * rate;
+    // An elastostatic end follows at once, without inertia: the force goes over to its new value no faster
+    // than the softest answer allows.
+    double soft = 0.0;
+    for (const net::Anchor* a : {&s.end0, &s.end1}) {
+      const ObjectState& o = c.state.objects[a->object];
+      if (!o.tissue.x.empty() && !o.tissue.dynamic) soft += c.model.objects[a->object].fem->softest;
+    }
+    if (soft > 0.0) {
+      const Vector3d held = s.force;
+      f.spring = held + (k.stiffness * off - held) / (1.0 + k.stiffness * soft);
+      f.damping.setZero();
+      s.force = f.spring;
+    }
+    const double force2 = (f.spring + f.damping).squaredNorm();
+    if (k.break_force > 0.0 && force2 > k.break_force * k.break_force) {
+      sever(c, n, std::sqrt(force2), -1);
+      f = ConnectionForce{};
+      return;
+    }
+    if (c.account) c.state.energy.dissipated += f.damping.dot(rate) * h;
+  }
+  if (due0) pushHeld(c.state, s.end0, Face{}, f.spring + f.damping);
+  if (!due1) return;
+  pushHeld(c.state, s.end1, face, -f.spring);
+  pushHeld(c.state, f.damper, face, -f.damping);
+}
+
+}  // namespace vest::scene
