@@ -320,13 +320,6 @@ void include(const Value& value, SceneSource& source) {
 
 }  // namespace
 
-std::string sourceOf(const std::string& scene_path) {
-  const Value root =
-      scene::yaml::parse(scene_path, scene::yaml::readFile(scene_path, scene::yaml::kMaxBytes));
-  Map map(root);
-  return map.has("source") ? map["source"].string() : "";
-}
-
 SceneSource readSource(const std::string& path) {
   const Value root = scene::yaml::parse(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));
   Map map(root);

@@ -59,7 +59,8 @@ int main(int argc, char** argv) {
       // A scene lies beside its source and its parts.
       std::error_code error;
       const bool beside = fs::equivalent(directory, path.parent_path(), error);
-      vest::modelling::writeScene(vest::modelling::bake(source, materials), directory, path.filename().string(),
+      vest::modelling::writeScene(vest::modelling::bake(source, materials), directory,
+                                  path.filename().string(),
                                   beside ? "" : vest::files::read(source_path, 4u << 20));
       if (!beside) copyParts(source, path.parent_path(), directory);
       scene_path = directory + "/" + source.name + ".yaml";
@@ -79,7 +80,8 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     const std::string message = error.what();
     const bool named = message.compare(0, scene_path.size(), scene_path) == 0 ||
-                       message.find(fs::path(scene_path).parent_path().string() + "/") == 0 || scene_path.empty();
+                       message.find(fs::path(scene_path).parent_path().string() + "/") == 0 ||
+                       scene_path.empty();
     std::fprintf(stderr, "vest_model: %s%s\n", named ? "" : (scene_path + ": ").c_str(), message.c_str());
     return 1;
   }

@@ -164,13 +164,13 @@ void SessionPanel::onState(const vest_msgs::SessionState& msg) {
                             .arg(msg.real_time_factor, 0, 'f', 3)
                             .arg(1e6 * msg.step_cpu_time, 0, 'f', 0));
   if (!recorder_.lost(heard_.toSec()))
-    recording_label_->setText(msg.recording
-                                  ? QString("recording to %1: %2 MB, %3 messages, %4 lost")
-                                        .arg(QString::fromStdString(msg.directory))
-                                        .arg(1e-6 * static_cast<double>(msg.recorded_bytes), 0, 'f', 1)
-                                        .arg(msg.recorded_messages)
-                                        .arg(msg.dropped_messages)
-                                  : QString::fromStdString(msg.status.empty() ? "not recording" : msg.status));
+    recording_label_->setText(
+        msg.recording ? QString("recording to %1: %2 MB, %3 messages, %4 lost")
+                            .arg(QString::fromStdString(msg.directory))
+                            .arg(1e-6 * static_cast<double>(msg.recorded_bytes), 0, 'f', 1)
+                            .arg(msg.recorded_messages)
+                            .arg(msg.dropped_messages)
+                      : QString::fromStdString(msg.status.empty() ? "not recording" : msg.status));
   const bool paused = msg.state == vest_msgs::SessionState::PAUSED;
   pause_->setText(paused ? "Resume" : "Pause");
   step_->setEnabled(paused);

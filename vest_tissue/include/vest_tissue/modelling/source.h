@@ -111,9 +111,6 @@ struct SceneSource {
 /// allowed
 SceneSource readSource(const std::string& path);
 
-/// What a scene file names as its `source`; empty if it names none. @throws as readSource
-std::string sourceOf(const std::string& scene_path);
-
 /// data/materials.yaml. @throws std::invalid_argument
 std::map<std::string, MaterialEntry> readMaterials(const std::string& path);
 
