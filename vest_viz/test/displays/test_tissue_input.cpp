@@ -136,27 +136,39 @@ vest_msgs::InstrumentStates::ConstPtr instruments(double stamp) {
 
 TEST(InstrumentHistory, GivesTheInstrumentsOfTheStateThatIsShown) {
   InstrumentHistory history;
-  EXPECT_EQ(history.at(ros::Time(5)), nullptr);
+  EXPECT_EQ(history.at(ros::Time(5), 0.0), nullptr);
   for (int k = 0; k < 50; ++k) history.add(instruments(10 + 0.001 * k));
-  EXPECT_DOUBLE_EQ(history.at(ros::Time(10.0202))->header.stamp.toSec(), 10.020);
-  EXPECT_DOUBLE_EQ(history.at(ros::Time(10.0207))->header.stamp.toSec(), 10.021);
-  EXPECT_DOUBLE_EQ(history.at(ros::Time(9.99))->header.stamp.toSec(), 10) << "before all: the first";
-  EXPECT_DOUBLE_EQ(history.at(ros::Time(11))->header.stamp.toSec(), 10.049) << "after all: the last";
-  EXPECT_DOUBLE_EQ(history.at(ros::Time())->header.stamp.toSec(), 10.049) << "no state has come";
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(10.0202), 0.0)->header.stamp.toSec(), 10.020);
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(10.0207), 0.0)->header.stamp.toSec(), 10.021);
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(9.99), 0.0)->header.stamp.toSec(), 10) << "before all: the first";
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(11), 0.0)->header.stamp.toSec(), 10.049) << "after all: the last";
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(), 0.0)->header.stamp.toSec(), 10.049) << "no state has come";
   for (int k = 0; k < 100; ++k) history.add(instruments(10.05 + 0.001 * k));
-  EXPECT_DOUBLE_EQ(history.at(ros::Time(10.04))->header.stamp.toSec(), 10.149)
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(10.04), 1.0)->header.stamp.toSec(), 10.149)
       << "a paused simulation: the instruments go on";
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(10.04), 0.02)->header.stamp.toSec(), 10.040)
+      << "a busy machine: the state came just now, but late";
+}
+
+TEST(InstrumentHistory, AwaitsTheInstrumentsOfAStateThatCameFirst) {
+  InstrumentHistory history;
+  EXPECT_FALSE(history.awaits(ros::Time(10))) << "nobody sends any";
+  for (int k = 0; k < 50; ++k) history.add(instruments(10 + 0.02 * k));
+  EXPECT_FALSE(history.awaits(ros::Time(10.98))) << "they are here";
+  EXPECT_TRUE(history.awaits(ros::Time(11.0))) << "the next ones";
+  EXPECT_FALSE(history.awaits(ros::Time(11.5))) << "they have ended";
+  EXPECT_FALSE(history.awaits(ros::Time())) << "no state has come";
 }
 
 TEST(InstrumentHistory, ABagThatJumpsBackStartsAnewAndGarbageStampsAreSurvived) {
   InstrumentHistory history;
   for (int k = 0; k < 1000; ++k) history.add(instruments(100 + 0.001 * k));
   history.add(instruments(20));
-  EXPECT_DOUBLE_EQ(history.at(ros::Time(100.5))->header.stamp.toSec(), 20);
+  EXPECT_DOUBLE_EQ(history.at(ros::Time(100.5), 0.0)->header.stamp.toSec(), 20);
   history.add(instruments(4294967295.0));
-  EXPECT_NE(history.at(ros::Time(1)), nullptr);
+  EXPECT_NE(history.at(ros::Time(1), 0.0), nullptr);
   history.clear();
-  EXPECT_EQ(history.at(ros::Time(20)), nullptr);
+  EXPECT_EQ(history.at(ros::Time(20), 0.0), nullptr);
 }
 
 }  // namespace
