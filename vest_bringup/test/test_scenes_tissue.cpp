@@ -141,7 +141,7 @@ TEST(SceneConnected, TheFoldFollowsTheTubeUntilItsTiesTear) {
   p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
     if (at(t, 4.4)) followed = p.moved("fold", start);
   });
-  EXPECT_GT(followed, 0.004) << "m";
+  EXPECT_GT(followed, 0.0025) << "m: the faces that hold the ties turn under the pull, and give way";
   const auto torn = p.times(EventKind::Torn, "fold");
   ASSERT_GE(torn.size(), 4U);
   EXPECT_GT(torn.front(), 4.5) << "a small pull tears nothing";
