@@ -288,6 +288,7 @@ void fakehd_reset() {
   f.nominal = 3.3;
   f.continuous = 0.88;
   f.stiffness = 1.26;
+  f.box[3] = 80;
   f.calls.clear();
   f.fail_after.clear();
   f.fail_code.clear();

@@ -84,6 +84,7 @@ Configuration readConfiguration(const ros::NodeHandle& session_nh, const ros::No
     }
     arm.tool = *kind;
   }
+  static_cast<void>(readFootswitches(session_nh));  // a wrong one is refused in the driver's words
   c.footswitch_preset = word(session_nh, "footswitch_preset", "trainer");
   const std::string inputs = word(nh, "inputs", "");
   c.inputs = inputs.empty() ? inputsFromParameters(session_nh, nh) : vest::control::loadInputMap(inputs);

@@ -92,11 +92,13 @@ struct Object {
     for (const auto& p : s.elements.plastic) knot(p.a), knot(p.b);
     for (const auto& t : s.elements.tethers) knot(t.knot);
     for (const auto& v : s.elements.volumes) {
-      std::set<std::uint32_t> corners;
+      // A cut body lists all of its knots: those of a surface that was cut away are not looked for.
+      const std::set<std::uint32_t> known(v.knots.begin(), v.knots.end());
+      for (const auto k : v.knots) knot(k);
       for (const auto& t : v.triangles)
-        for (const auto k : t) knot(k), corners.insert(k);
-      if (!std::equal(corners.begin(), corners.end(), v.knots.begin(), v.knots.end()))
-        refuse("knots of an enclosed volume that are not those of its triangles");
+        for (const auto k : t)
+          if (known.count(k) == 0)
+            refuse("a triangle of an enclosed volume with a knot that is not the volume's");
     }
   }
 
