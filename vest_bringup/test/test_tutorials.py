@@ -100,7 +100,7 @@ class Changed(unittest.TestCase):
     def test_a_source_is_never_written_over(self):
         done = self.bake(self.source.replace("name: slab_and_vessel", "name: mine"))
         self.assertEqual(done.returncode, 1)
-        self.assertIn("mine.yaml: name: mine: must differ", done.stderr)
+        self.assertIn("mine.yaml: name: mine: its scene file would take the place", done.stderr)
         self.assertIn("objects:", pathlib.Path(self.folder.name, "mine.yaml").read_text())
 
 

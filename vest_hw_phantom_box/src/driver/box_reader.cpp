@@ -53,6 +53,7 @@ void BoxReader::runOnce() {
     stopped_ = port_.sleep(10);
   }
   now = clock_();
+  if (now - lost_at_ > 300 * kMillisecond) tellLost();
   driver_.tick(now);
   pedals(now);
   watch(now);
@@ -75,6 +76,7 @@ void BoxReader::tryOpen(Nanoseconds now) {
     last_open_error_ = error;
     return;
   }
+  tellLost();
   last_open_error_.clear();
   told_open_error_.clear();
   lost_ = false;
@@ -92,9 +94,16 @@ void BoxReader::lostPort(Nanoseconds now) {
   decoder_.reset();
   last_open_error_ = port_.error();
   lost_ = true;
-  say(Severity::kError, "lost (" + port_.error() + "); trying again until it is back");
+  lost_why_ = port_.error();
+  lost_at_ = now;
   next_attempt_ = now;
   updateStatus(now);
+}
+
+void BoxReader::tellLost() {
+  if (lost_why_.empty()) return;
+  say(Severity::kError, "lost (" + lost_why_ + "); trying again until it is back");
+  lost_why_.clear();
 }
 
 void BoxReader::onHello(const protocol::Hello& hello, std::uint32_t) {

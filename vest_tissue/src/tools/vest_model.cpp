@@ -78,11 +78,10 @@ int main(int argc, char** argv) {
     const bool good = vest::tools::printCheck(description);
     return vest::tools::startsWell(description) && good ? 0 : 1;
   } catch (const std::exception& error) {
-    const std::string message = error.what();
-    const bool named = message.compare(0, scene_path.size(), scene_path) == 0 ||
-                       message.find(fs::path(scene_path).parent_path().string() + "/") == 0 ||
-                       scene_path.empty();
-    std::fprintf(stderr, "vest_model: %s%s\n", named ? "" : (scene_path + ": ").c_str(), message.c_str());
+    const std::string message = error.what(), of = scene_path.empty() ? source_path : scene_path;
+    const bool named = message.compare(0, of.size(), of) == 0 ||
+                       message.find(fs::path(of).parent_path().string() + "/") == 0;
+    std::fprintf(stderr, "vest_model: %s%s\n", named ? "" : (of + ": ").c_str(), message.c_str());
     return 1;
   }
 }

@@ -72,6 +72,7 @@ class BoxReader : private protocol::FrameSink {
   void onMotion(const protocol::Motion& motion) override;
   void tryOpen(Nanoseconds now);
   void lostPort(Nanoseconds now);
+  void tellLost();
   void pedals(Nanoseconds now);
   void watch(Nanoseconds now);
   void updateStatus(Nanoseconds now);
@@ -86,6 +87,9 @@ class BoxReader : private protocol::FrameSink {
   bool stopped_ = false;
   bool ever_connected_ = false;
   bool lost_ = false;
+  std::string
+      lost_why_;  ///< not told yet: a box that ends with the session hangs up just before the driver ends
+  Nanoseconds lost_at_ = 0;
   std::uint64_t reconnects_ = 0;
   Nanoseconds next_attempt_ = INT64_MIN;
   Nanoseconds opened_ = 0;
