@@ -117,7 +117,8 @@ TEST(Inputs, AWrongMapEndsEachNodeWithOneMessage) {
   expectRefusal(INPUT_NODE, "_inputs:=" + path,
                 {path + ": devices.p.buttons: 'KEY_NONSENSE'; allowed: names of"});
   ros::param::del("box");
-  expectRefusal(INPUT_NODE, "_inputs:=/nowhere.yaml", {"/nowhere.yaml: file: No such file", "allowed: a readable file"});
+  expectRefusal(INPUT_NODE, "_inputs:=/nowhere.yaml",
+                {"/nowhere.yaml: file: No such file", "allowed: a readable file"});
   ros::param::del("box");
   expectRefusal(INPUT_NODE, "", {"/box/inputs: missing"});
   std::remove(path.c_str());
