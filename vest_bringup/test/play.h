@@ -56,7 +56,7 @@ struct Play {
     report = rehearse(*stage.trainer, box, trajectory, handsOf(trajectory), seconds, watch);
     EXPECT_NE(report.worst, scene::Status::Fault);
     if (seconds == 0) {
-      std::printf("%.2f mm/s at the end\n", 1e3 * report.settled_speed);
+      std::printf("%.2f mm/s at the end (%s)\n", 1e3 * report.settled_speed, report.fastest.c_str());
       EXPECT_LT(report.settled_speed, rest) << "m/s";
     }
   }

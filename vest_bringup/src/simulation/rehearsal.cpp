@@ -133,8 +133,10 @@ RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::Traine
     std::vector<float> v(3 * world.knotCount(i));
     world.velocities(i, v.data());
     for (std::size_t k = 0; k + 2 < v.size(); k += 3) {
-      out.settled_speed =
-          std::max(out.settled_speed, static_cast<double>(Eigen::Vector3f(v[k], v[k + 1], v[k + 2]).norm()));
+      const double speed = static_cast<double>(Eigen::Vector3f(v[k], v[k + 1], v[k + 2]).norm());
+      if (speed <= out.settled_speed) continue;
+      out.settled_speed = speed;
+      out.fastest = world.description().objects[i].name;
     }
   }
   return out;

@@ -24,10 +24,12 @@ void tell(const vest::simulation::Stage& stage, const vest::simulation::Rehearsa
                 m.text.c_str(), e.position.x(), e.position.y(), e.position.z(), e.force);
   }
   std::printf(
-      "%s moved %.1f mm; greatest force %.3f N; worst status %d; speed at the end %.2f mm/s; %.3f ms per "
+      "%s moved %.1f mm; greatest force %.3f N; worst status %d; speed at the end %.2f mm/s (%s); %.3f ms "
+      "per "
       "step\n",
       report.tube.c_str(), 1e3 * report.tube_displacement, report.greatest_force,
-      static_cast<int>(report.worst), 1e3 * report.settled_speed, milliseconds_per_step);
+      static_cast<int>(report.worst), 1e3 * report.settled_speed, report.fastest.c_str(),
+      milliseconds_per_step);
   std::printf("heat: %.1f J delivered by instruments\n", world.heat().delivered);
   std::printf("blood: %.2f ml lost, %.2f ml of it seeped; mean pressure %.0f mmHg\n",
               1e6 * stage.blood->circulation().lost, 1e6 * stage.surface->state().seeped,

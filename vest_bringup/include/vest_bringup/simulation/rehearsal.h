@@ -20,6 +20,7 @@ struct RehearsalReport {
   double greatest_force = 0;  ///< N, on any instrument
   scene::Status worst = scene::Status::Ok;
   double settled_speed = 0;  ///< m/s: greatest of all knots at the end
+  std::string fastest;       ///< object with the fastest knot at the end
 };
 
 /// Tools of a scripted trainee: what each hand begins with, and what the tool pedal hands over.
