@@ -194,6 +194,14 @@ def kinds(tool):
                     reader('input_map', 'inputs.yaml')))
     out.append(Kind('input events', {'pad.csv': read('fuzz', 'corpus', 'events', 'pad')}, 'pad.csv', reader('events', 'pad.csv'),
                     ['events.csv', 'pad.csv']))
+    out.append(Kind('haptic motion', {'hand.csv': read('fuzz', 'corpus', 'haptic_motion', 'hand')}, 'hand.csv',
+                    reader('haptic_motion', 'hand.csv'), ['hand.csv', 'motion.csv']))
+    out.append(Kind('camera', {'c.yaml': read('fuzz', 'corpus', 'camera', 'scope')}, 'c.yaml', reader('camera', 'c.yaml'),
+                    ['c.yaml', 'camera.yaml']))
+    out.append(Kind('instrument', {'a.stl': read('vest_instruments', 'meshes', 'injection_needle_fixed.stl')}, 'a.stl',
+                    reader('instrument', 'a.stl'), ['a.stl', 'shaft.stl']))
+    out.append(Kind('motion table', {'table.csv': read('fuzz', 'corpus', 'motion_table', 'two_tools')}, 'table.csv',
+                    [tool('vest_bringup', 'vest_metrics'), '{}/table.csv', '--json']))
     whole = b''.join((b'' if n == 'case.json' else b'\n=== ' + n.encode() + b'\n') + pelvis[n]
                      for n in ('case.json', 'network.csv', 'inflow.csv', 'vessels.yaml'))
     out.append(Kind('vessels of the pelvis', {'all': whole}, 'all', reader('network', 'all'), sorted(pelvis) + ['/tmp/vest_fuzz']))

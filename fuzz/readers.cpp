@@ -93,7 +93,8 @@ bool takes(const std::string& named, const std::function<void()>& read) {
 const std::vector<Reader>& readers() {
   static const std::vector<Reader> all = [] {
     std::vector<Reader> list;
-    for (auto part : {tissueReaders(), effectsReaders(), hardwareReaders()})
+    for (auto part :
+         {tissueReaders(), effectsReaders(), hardwareReaders(), sessionReaders(), deviceReaders()})
       list.insert(list.end(), part.begin(), part.end());
     return list;
   }();

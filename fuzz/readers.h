@@ -51,5 +51,7 @@ std::function<std::vector<std::string>()> shipped(const std::string& file, const
 std::vector<Reader> tissueReaders();
 std::vector<Reader> effectsReaders();
 std::vector<Reader> hardwareReaders();
+std::vector<Reader> sessionReaders();
+std::vector<Reader> deviceReaders();
 
 }  // namespace vest::fuzz

@@ -86,7 +86,7 @@ TEST_P(Readers, TakeOrRefuseWhateverComes) {
   const auto corpus = vest::fuzz::corpus(reader);
   ASSERT_FALSE(corpus.empty()) << "fuzz/corpus/" << reader.name;
   for (const auto& input : corpus) reader.run(input);
-  const std::uint64_t inputs = std::getenv("VEST_FULL") != nullptr ? 100000 : 200;
+  const std::uint64_t inputs = std::getenv("VEST_FULL") != nullptr ? 100000 : 1000;
   // What ends this process is a file that can be given to the reader again.
   const std::string last = ::testing::TempDir() + "/vest_reader_" + reader.name;
   for (std::uint64_t seed = 1; seed <= inputs; ++seed) {

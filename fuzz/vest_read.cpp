@@ -21,7 +21,7 @@ int main(int argc, char** argv) {
       vest::fuzz::lastRefusal().clear();
       reader.run(bytes);
     } catch (const std::exception& error) {
-      vest::fuzz::lastRefusal() = error.what();
+      vest::fuzz::lastRefusal() = std::string(argv[i]) + ": " + error.what();
     }
     if (vest::fuzz::lastRefusal().empty()) continue;
     std::fprintf(stderr, "vest_read: %s\n", vest::fuzz::lastRefusal().c_str());

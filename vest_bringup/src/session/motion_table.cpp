@@ -1,13 +1,13 @@
 #include "vest_bringup/session/motion_table.h"
 
-#include <clocale>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <stdexcept>
 
 #include <sys/stat.h>
+
+#include "vest_instruments/files/read.h"
 
 namespace vest::session {
 namespace {
@@ -15,11 +15,8 @@ namespace {
 constexpr std::size_t kMostRows = 5'000'000, kMostColumns = 1000, kMostLine = 64 * 1024;
 constexpr double kFarthest = 1e6;  // m
 
-/// What of a message comes from a file: short, one line, printable.
 std::string shown(const std::string& text) {
-  std::string out;
-  for (const char c : text.substr(0, 40)) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
-  return text.empty() ? "nothing" : text.size() > 40 ? out + "..." : out;
+  return text.empty() ? "nothing" : files::shown(text, 40);
 }
 
 [[noreturn]] void refuse(const std::string& file, std::size_t line, const std::string& field,
@@ -30,12 +27,8 @@ std::string shown(const std::string& text) {
 
 /// A finite number with a point in every locale; NaN for anything else.
 double number(const std::string& text) {
-  static const locale_t classic = newlocale(LC_ALL_MASK, "C", nullptr);
-  if (text.empty() || text.find_first_not_of("0123456789+-.eE") != std::string::npos)
-    return std::numeric_limits<double>::quiet_NaN();
-  char* end = nullptr;
-  const double value = strtod_l(text.c_str(), &end, classic);
-  return *end == '\0' && std::isfinite(value) ? value : std::numeric_limits<double>::quiet_NaN();
+  double value = 0;
+  return files::parseNumber(text, value) ? value : std::numeric_limits<double>::quiet_NaN();
 }
 
 std::vector<std::string> split(const std::string& line) {
@@ -90,6 +83,8 @@ Plan planOf(const std::string& file, std::size_t line, const std::vector<std::st
     if (column.size() <= end.size() || column.compare(column.size() - end.size(), end.size(), end) != 0)
       continue;
     const std::string name = column.substr(0, column.size() - end.size());
+    if (files::shown(name) != name)
+      refuse(file, line, "header", name, "names of tools of at most 60 printable characters");
     Places places;
     const char* const axes[3] = {"_x_m", "_y_m", "_z_m"};
     for (int k = 0; k < 3; ++k)
@@ -142,10 +137,12 @@ class Reader {
       refuse(path_, 0, "file", "cannot be read", "a file with a table of numbers");
     std::ifstream stream(path_, std::ios::binary);
     if (!stream) refuse(path_, 0, "file", "cannot be read", "a file with a table of numbers");
-    std::string line;
-    while (std::getline(stream, line)) {
+    std::vector<char> buffer(kMostLine);
+    while (stream.getline(buffer.data(), kMostLine) || stream.gcount() > 0) {
       ++number_;
-      if (line.size() > kMostLine) refuse(path_, number_, "row", "longer than 64 KiB", "a row of numbers");
+      if (stream.fail()) refuse(path_, number_, "row", "longer than 64 KiB", "a row of numbers");
+      const std::size_t end = static_cast<std::size_t>(stream.gcount()) - (stream.eof() ? 0 : 1);
+      std::string line(buffer.data(), end);
       if (number_ == 1 && line.compare(0, 3, "\xEF\xBB\xBF") == 0) line.erase(0, 3);
       if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
       take(split(line));

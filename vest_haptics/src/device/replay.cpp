@@ -2,8 +2,9 @@
 
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <sstream>
+
+#include "vest_instruments/files/read.h"
 
 namespace vest::haptics {
 
@@ -14,6 +15,14 @@ Eigen::Matrix3d fromPhantom() {
   Eigen::Matrix3d r;
   r << 1, 0, 0, 0, 0, -1, 0, 1, 0;
   return r;
+}
+
+constexpr std::size_t kMostBytes = std::size_t{256} << 20;  // an hour of rows of 70 bytes at 1 kHz
+constexpr double kMostMillimetres = 10000;                  // no device of this kind reaches a metre
+
+std::string trimmed(const std::string& cell) {
+  const std::size_t from = cell.find_first_not_of(" \r"), to = cell.find_last_not_of(" \r");
+  return from == std::string::npos ? std::string() : cell.substr(from, to - from + 1);
 }
 
 }  // namespace
@@ -35,11 +44,14 @@ void ReplayDevice::open(const DeviceOptions& options) {
   if (loop != "true" && loop != "false")
     throw DeviceError("replay device: loop '" + loop + "'; allowed: true, false");
   loop_ = loop == "true";
-  std::ifstream in(file);
-  const std::string where = "replay device: file '" + file + "'";
-  if (!in)
-    throw DeviceError(where +
-                      " cannot be read; allowed: a CSV with t_s, px_mm, py_mm, pz_mm, qx, qy, qz, qw");
+  const std::string where = "replay device: file '" + files::shown(file, 1000) + "'";
+  std::istringstream in;
+  try {
+    in.str(files::read(file, kMostBytes));
+  } catch (const files::Refused& e) {
+    throw DeviceError(where + ": " + e.value +
+                      "; allowed: a CSV of at most 256 MB with t_s, px_mm, py_mm, pz_mm, qx, qy, qz, qw");
+  }
   std::string line, cell;
   std::getline(in, line);
   const std::array<const char*, 8> wanted{"t_s", "px_mm", "py_mm", "pz_mm", "qx", "qy", "qz", "qw"};
@@ -47,9 +59,8 @@ void ReplayDevice::open(const DeviceOptions& options) {
   column.fill(-1);
   std::istringstream header(line);
   for (int c = 0; std::getline(header, cell, ','); ++c) {
-    while (!cell.empty() && (cell.back() == '\r' || cell.back() == ' ')) cell.pop_back();
     for (std::size_t k = 0; k < wanted.size(); ++k) {
-      if (cell == wanted[k]) column[k] = c;
+      if (trimmed(cell) == wanted[k]) column[k] = c;
     }
   }
   for (std::size_t k = 0; k < wanted.size(); ++k) {
@@ -66,12 +77,17 @@ void ReplayDevice::open(const DeviceOptions& options) {
     v.fill(std::nan(""));
     for (int c = 0; std::getline(cells, cell, ','); ++c) {
       for (std::size_t k = 0; k < 8; ++k) {
-        if (column[k] == c) v[k] = std::strtod(cell.c_str(), nullptr);
+        if (column[k] == c && !files::parseNumber(trimmed(cell), v[k])) v[k] = std::nan("");
       }
     }
     for (std::size_t k = 0; k < 8; ++k) {
       if (!isFinite(v[k]))
         throw DeviceError(where + " line " + std::to_string(number) + ": " + wanted[k] + " is not a number");
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (std::abs(v[k]) > (k == 0 ? 1e7 : kMostMillimetres))
+        throw DeviceError(where + " line " + std::to_string(number) + ": " + wanted[k] +
+                          (k == 0 ? " is beyond 1e7 s" : " is beyond 10 m"));
     }
     Row row;
     if (rows_.empty()) begin = v[0];

@@ -3,8 +3,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include <yaml-cpp/yaml.h>
-
+#include "vest_instruments/files/strict_yaml.h"
 #include "vest_viz/camera/model.h"
 
 namespace vest::camera {
@@ -29,11 +28,9 @@ T read(const YAML::Node& root, const std::string& path, const char* field, const
 Intrinsics readCalibration(const std::string& path) {
   YAML::Node root;
   try {
-    root = YAML::LoadFile(path);
-  } catch (const YAML::BadFile&) {
-    throw std::runtime_error(path + ": no such file");
-  } catch (const YAML::Exception& e) {
-    throw std::runtime_error(path + ": not YAML: " + e.what());
+    root = files::parseYaml(files::read(path, 1 << 20));
+  } catch (const files::Refused& e) {
+    throw std::runtime_error(path + (e.line > 0 ? " line " + std::to_string(e.line) : "") + ": " + e.what());
   }
   if (!root.IsMap()) throw std::runtime_error(path + ": not a calibration file");
   Intrinsics c;
@@ -56,7 +53,8 @@ Intrinsics readCalibration(const std::string& path) {
   c.fx = K[0], c.cx = K[2], c.fy = K[4], c.cy = K[5];
   const auto model = read<std::string>(root, path, "distortion_model", nullptr, "plumb_bob, equidistant");
   if (model != "plumb_bob" && model != "equidistant")
-    throw std::runtime_error(path + ": distortion_model: " + model + " (allowed: plumb_bob, equidistant)");
+    throw std::runtime_error(path + ": distortion_model: " + files::shown(model) +
+                             " (allowed: plumb_bob, equidistant)");
   c.model = model == "plumb_bob" ? Distortion::PlumbBob : Distortion::Equidistant;
   const auto D = read<std::vector<double>>(root, path, "distortion_coefficients", "data", "4 or 5 numbers");
   const std::size_t most = c.model == Distortion::PlumbBob ? 5 : 4;

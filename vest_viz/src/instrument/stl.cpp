@@ -1,51 +1,43 @@
 #include "vest_viz/instrument/stl.h"
 
-#include <array>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <map>
 #include <stdexcept>
 
 #include <Eigen/Geometry>
 
+#include "vest_instruments/files/read.h"
+#include "vest_tissue/volume/mesh_file.h"
+
 namespace vest::instrument {
 
 TriangleMesh readStl(const std::string& path, double crease) {
-  std::ifstream in(path, std::ios::binary | std::ios::ate);
-  if (!in) throw std::runtime_error(path + ": cannot be read");
-  const std::streamoff size = in.tellg();
-  if (size < 84) throw std::runtime_error(path + ": shorter than the 84 bytes of a binary STL header");
-  if (size > (16 << 20)) throw std::runtime_error(path + ": over 16 MB");
-  std::vector<char> bytes(static_cast<std::size_t>(size));
-  in.seekg(0);
-  in.read(bytes.data(), size);
-  std::uint32_t count = 0;
-  std::memcpy(&count, &bytes[80], 4);
-  if (84 + 50 * static_cast<std::uint64_t>(count) > bytes.size())
-    throw std::runtime_error(path + ": says " + std::to_string(count) + " triangles, holds fewer");
+  volume::Surface surface;
+  try {
+    surface = volume::readSurface(path, files::read(path, 16 << 20));
+  } catch (const files::Refused& e) {
+    throw std::runtime_error(path + ": " + e.what());
+  } catch (const std::invalid_argument& e) {
+    throw std::runtime_error(e.what());
+  }
   struct Corner {
     std::uint32_t triangle, corner;
   };
-  std::map<std::array<float, 3>, std::vector<Corner>> corners;
-  std::vector<std::array<Eigen::Vector3f, 3>> points(count);
+  const std::size_t count = surface.triangles.size();
+  std::vector<std::vector<Corner>> corners(surface.vertices.size());
   std::vector<Eigen::Vector3f> area_normal(count);
   for (std::uint32_t t = 0; t < count; ++t) {
-    float v[9];
-    std::memcpy(v, &bytes[84 + 50 * static_cast<std::size_t>(t) + 12], sizeof v);
-    for (float f : v)
-      if (!std::isfinite(f))
-        throw std::runtime_error(path + ": triangle " + std::to_string(t) + " is not finite");
-    for (std::uint32_t c = 0; c < 3; ++c) {
-      points[t][c] = Eigen::Vector3f(v[3 * c], v[3 * c + 1], v[3 * c + 2]);
-      corners[{v[3 * c], v[3 * c + 1], v[3 * c + 2]}].push_back({t, c});
-    }
-    area_normal[t] = (points[t][1] - points[t][0]).cross(points[t][2] - points[t][0]);
+    const auto& v = surface.triangles[t];
+    for (std::uint32_t c = 0; c < 3; ++c) corners[v[c]].push_back({t, c});
+    const Eigen::Vector3d edge[2] = {surface.vertices[v[1]] - surface.vertices[v[0]],
+                                     surface.vertices[v[2]] - surface.vertices[v[0]]};
+    area_normal[t] = edge[0].cross(edge[1]).cast<float>();
   }
   TriangleMesh mesh;
-  mesh.triangles.resize(3 * static_cast<std::size_t>(count));
+  mesh.triangles.resize(3 * count);
   const float limit = static_cast<float>(std::cos(crease));
-  for (const auto& [place, users] : corners) {
+  for (std::size_t v = 0; v < corners.size(); ++v) {
+    const auto& users = corners[v];
+    const Eigen::Vector3f place = surface.vertices[v].cast<float>();
     std::vector<std::pair<Eigen::Vector3f, std::uint32_t>> made;  // normals at this place
     for (const Corner& user : users) {
       const Eigen::Vector3f own = area_normal[user.triangle].normalized();
@@ -60,7 +52,7 @@ TriangleMesh readStl(const std::string& path, double crease) {
         if (normal.dot(n) > 0.9999f) index = vertex, found = true;
       if (!found) {
         index = static_cast<std::uint32_t>(mesh.positions.size() / 3);
-        mesh.positions.insert(mesh.positions.end(), place.begin(), place.end());
+        mesh.positions.insert(mesh.positions.end(), place.data(), place.data() + 3);
         mesh.normals.insert(mesh.normals.end(), {n.x(), n.y(), n.z()});
         made.emplace_back(n, index);
       }

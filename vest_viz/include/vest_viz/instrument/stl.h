@@ -13,9 +13,9 @@ struct TriangleMesh {
   std::vector<std::uint32_t> triangles;
 };
 
-/// Reads a binary STL file, metres. Edges sharper than `crease` stay sharp.
+/// Reads an STL file (text or binary), metres. Edges sharper than `crease` stay sharp.
 /// @param crease rad
-/// Throws std::runtime_error naming file and reason: not there, truncated, not finite, over 16 MB.
+/// @throws std::runtime_error naming file and reason: volume::readSurface() refuses it, or it has over 16 MB
 TriangleMesh readStl(const std::string& path, double crease);
 
 /// Cylinder along z with rounded ends, for tools without a mesh.
