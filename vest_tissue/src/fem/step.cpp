@@ -3,7 +3,9 @@
 #include "vest_tissue/fem/simulate.h"
 
 namespace vest::fem {
+namespace {
 
+/// The velocities at the step's end, by one solve: s.v_next.
 StepStatus beginStep(const Model& model, const StepOptions& o, const State& state, Scratch& s) {
   const Material& m = model.description.material;
   const double dt = o.dt, a = m.rayleigh_mass, b = m.rayleigh_stiffness;
@@ -38,8 +40,6 @@ void endStep(const Model& model, const StepOptions& o, State& state, const Scrat
     state.x[n] += o.dt * s.v_next[n];
   }
 }
-
-namespace {
 
 /// Newton's iterations beyond the first: v_next += A^-1 r, r = M (v - v+) + dt (f_ext - f_int(x + dt v+) - C
 /// v+). `end` is a copy of the state that is moved to the step's end and back.

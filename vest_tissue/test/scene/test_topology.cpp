@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "nets.h"
-#include "vest_tissue/net/net_body.h"
 #include "vest_tissue/scene/request.h"
 #include "vest_tissue/scene/topology.h"
 #include "vest_tissue/scene/world_model.h"
@@ -251,29 +250,6 @@ TEST(Deltas, AnchorsOfConnectionsAndGraspsGoToTheirSideOfTheSplit) {
   EXPECT_EQ(s.connections[0].end1.knots[0], copy);
   EXPECT_EQ(s.connections[0].end1.knots[1], 65u);
   EXPECT_EQ(s.connections[0].end0.knots[0], 64u) << "of the other object";
-}
-
-TEST(NetBody, AnImpulseChangesTheMomentumByItselfAndPlacesAreWeighted) {
-  const auto model = scene::buildModel(test::tubeScene());
-  scene::WorldState s = model->start;
-  Block& b = s.objects[0].block;
-  net::NetBody body(b, 1e-3, 1e6);
-  net::Anchor a;
-  a.knots = {40, 41, 48, 0};
-  a.weights = {0.5, 0.25, 0.25, 0.0};
-  const Eigen::Vector3d impulse(1e-5, -2e-5, 3e-5);
-  body.applyImpulse(a, impulse);
-  Eigen::Vector3d p = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < b.knots(); ++i) {
-    p += b.row(Block::kMass)[i] *
-         Eigen::Vector3d(b.row(Block::VX)[i], b.row(Block::VY)[i], b.row(Block::VZ)[i]);
-  }
-  EXPECT_LT((p - impulse).norm(), 1e-5 * impulse.norm());
-  EXPECT_GT(body.velocity(a).dot(impulse), 0.0);
-  EXPECT_NEAR(body.position(a).x(),
-              0.5 * b.row(Block::X)[40] + 0.25 * b.row(Block::X)[41] + 0.25 * b.row(Block::X)[48], 1e-9);
-  EXPECT_GT(body.compliance(a)(0, 0), 0.0);
-  EXPECT_EQ(body.compliance(a), body.compliance(a).transpose());
 }
 
 }  // namespace

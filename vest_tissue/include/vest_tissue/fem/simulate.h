@@ -27,12 +27,6 @@ struct StepOptions {
 /// matrix is factored once). Real-time safe once a Scratch exists: no allocation, no exception.
 StepStatus step(const Model& model, const StepOptions& options, State& state, Scratch& scratch);
 
-/// The same in two parts. After beginStep() scratch.v_next holds the velocities at the step's end and
-/// scratch.matrix its factored matrix, so that impulses J can be added as A^-1 J; endStep() advances the
-/// state.
-StepStatus beginStep(const Model& model, const StepOptions& options, const State& state, Scratch& scratch);
-void endStep(const Model& model, const StepOptions& options, State& state, const Scratch& scratch);
-
 struct StaticReport {
   bool converged = false;
   int iterations = 0;  ///< linear solves
