@@ -1,0 +1,22 @@
+/// Work on files of strangers in a process of its own, so that what kills it is one message.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace vest::image {
+
+/// Memory that a worker fills and its parent reads; zero at first, taken page by page as it is written.
+/// @throws std::invalid_argument where the machine has none
+std::shared_ptr<void> sharedMemory(std::size_t bytes);
+
+/// Runs work(0) … work(files - 1) in a child process, which may use 4 s of processor time a file and 300 MB,
+/// and more in proportion to a large file. Only what it writes to sharedMemory() is left of it: check that
+/// before use, for a file may have taken the worker over. Its output is discarded.
+/// @throws std::invalid_argument "FILE: cause": what work threw, or how the process died
+void inWorker(const std::vector<std::string>& files, const std::function<void(std::size_t)>& work);
+
+}  // namespace vest::image
