@@ -40,10 +40,15 @@ struct Play {
   /// m/s: faster than this nothing may be when a script has ended. What goes on by itself says why.
   double rest = 0.005;
 
+  /// A script by its file, with effects.
+  Play(const std::string& scene, const std::string& file) : Play(scene, file, true) {}
   explicit Play(const std::string& scene, bool effects = true, const std::string& script = "")
-      : trajectory(trajectory::fromWaypoints(ros::package::getPath("vest_bringup") + "/trajectories/" +
-                                                 (script.empty() ? scene : script) + ".yaml",
-                                             box)),
+      : Play(scene,
+             ros::package::getPath("vest_bringup") + "/trajectories/" + (script.empty() ? scene : script) +
+                 ".yaml",
+             effects) {}
+  Play(const std::string& scene, const std::string& file, bool effects)
+      : trajectory(trajectory::fromWaypoints(file, box)),
         stage(makeStage(scene::World(scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/" +
                                                       scene + "/" + scene + ".yaml")),
                         sessionEffects(effects, trajectory))) {}

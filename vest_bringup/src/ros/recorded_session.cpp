@@ -5,6 +5,7 @@
 
 #include <vest_msgs/SceneFiles.h>
 #include <vest_msgs/StateHash.h>
+#include <vest_msgs/StringStamped.h>
 #include <vest_msgs/TissueEvent.h>
 #include <vest_msgs/TissueTopology.h>
 
@@ -73,6 +74,10 @@ void RecordedSession::note(const BagMessage& m) {
     vest_msgs::EffectsOptions options;
     readMessage(file(), m, options);
     effects_ = options;
+  } else if (endsWith(topic, "session/exercise_file") || endsWith(topic, "session/result")) {
+    vest_msgs::StringStamped text;
+    readMessage(file(), m, text);
+    (endsWith(topic, "session/result") ? result_ : exercise_file_) = text.string;
   }
 }
 

@@ -87,6 +87,8 @@ std::vector<std::string> defaultTopics() {
                                      "tissue/state_hash",
                                      "session/state",
                                      "session/score",
+                                     "session/exercise_file",
+                                     "session/result",
                                      "endoscope/camera_info",
                                      "effects/options",
                                      "effects/haemodynamics",

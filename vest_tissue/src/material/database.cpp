@@ -5,7 +5,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "../scene/yaml_reader.h"
+#include "vest_tissue/scene/yaml_reader.h"
 
 namespace vest::material {
 namespace {

@@ -5,8 +5,8 @@
 #include <Eigen/Dense>
 
 #include "../scene/csv_reader.h"
-#include "../scene/yaml_reader.h"
 #include "vest_tissue/material/database.h"
+#include "vest_tissue/scene/yaml_reader.h"
 
 namespace vest::material {
 

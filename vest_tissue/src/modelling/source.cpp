@@ -5,8 +5,8 @@
 #include <set>
 
 #include "../scene/loader_living.h"
-#include "../scene/yaml_reader.h"
 #include "vest_tissue/material/database.h"
+#include "vest_tissue/scene/yaml_reader.h"
 
 namespace vest::modelling {
 namespace {

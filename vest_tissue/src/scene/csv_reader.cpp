@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "vest_instruments/files/read.h"
-#include "yaml_reader.h"
+#include "vest_tissue/scene/yaml_reader.h"
 
 namespace vest::scene::csv {
 namespace {

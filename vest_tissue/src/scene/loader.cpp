@@ -17,7 +17,7 @@
 #include "vest_tissue/scene/fem_object.h"
 #include "vest_tissue/scene/scene_files.h"
 #include "vest_tissue/scene/world.h"
-#include "yaml_reader.h"
+#include "vest_tissue/scene/yaml_reader.h"
 
 namespace vest::scene {
 namespace {

@@ -9,7 +9,7 @@
 #include <xxhash.h>
 
 #include "vest_tissue/scene/baked.h"
-#include "yaml_reader.h"
+#include "vest_tissue/scene/yaml_reader.h"
 
 namespace vest::scene {
 namespace {

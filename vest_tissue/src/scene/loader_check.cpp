@@ -8,7 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "vest_tissue/scene/baked.h"
-#include "yaml_reader.h"
+#include "vest_tissue/scene/yaml_reader.h"
 
 namespace vest::scene {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "vest_tissue/scene/description.h"
-#include "yaml_reader.h"
+#include "vest_tissue/scene/yaml_reader.h"
 
 namespace vest::scene {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "vest_tissue/scene/description.h"
-#include "yaml_reader.h"
+#include "vest_tissue/scene/yaml_reader.h"
 
 /// Keys of an object that make it live: heat, crushing, motility; and connections by nearest neighbour
 /// (docs/scene_format.md).

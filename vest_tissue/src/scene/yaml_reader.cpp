@@ -1,4 +1,4 @@
-#include "yaml_reader.h"
+#include "vest_tissue/scene/yaml_reader.h"
 
 #include <cstdio>
 #include <sstream>

@@ -51,6 +51,9 @@ class RecordedSession {
   bool hadFault(const Step& step) const { return faults_.count(step) > 0; }
   /// What the effects of the session were; nothing where it had none, or does not tell.
   const std::optional<vest_msgs::EffectsOptions>& effects() const { return effects_; }
+  /// Text of the exercise's file, and the result that the session came to (JSON); empty without them.
+  const std::string& exerciseFile() const { return exercise_file_; }
+  const std::string& result() const { return result_; }
 
  private:
   void note(const BagMessage& message);
@@ -62,6 +65,7 @@ class RecordedSession {
   std::map<Step, std::uint64_t> state_hashes_;
   std::set<Step> faults_;
   std::optional<vest_msgs::EffectsOptions> effects_;
+  std::string exercise_file_, result_;
 };
 
 }  // namespace vest::session

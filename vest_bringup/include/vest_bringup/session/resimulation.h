@@ -38,6 +38,9 @@ class Resimulation {
 
   const scene::World& world() const { return simulation_->world(); }
   scene::Simulation& simulation() { return *simulation_; }
+  /// Of the last step: what it consumed, what came of it.
+  const scene::StepInput& input() const { return input_; }
+  const scene::StepReport& report() const { return report_; }
   std::uint64_t steps() const { return steps_; }
   std::uint64_t compared() const { return compared_; }  ///< hashes
   std::uint64_t faults() const { return faults_; }      ///< steps, as recorded

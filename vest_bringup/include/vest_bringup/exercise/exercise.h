@@ -1,0 +1,201 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "vest_instruments/tools/tool_kind.h"
+#include "vest_tissue/scene/world.h"
+
+/// An exercise as its file says it (docs/exercises.md), plain data. Names of objects and roles are looked up
+/// in the scene when an Engine is built.
+namespace vest::exercise {
+
+/// Numbers that are known after each step. Their words, units and meanings: kMetrics.
+enum class Metric : std::uint8_t {
+  Time,
+  BloodLost,
+  Leak,
+  Pool,
+  Sucked,
+  Path,
+  Idle,
+  Force,
+  ForcePeak,
+  ForceImpulse,
+  Touches,
+  BothMove,
+  OutOfView,
+  Distance,
+  OffCentre,
+  Horizon,
+  Contact,
+  ContactPeak,
+  Damage,
+  DamageOutside,
+  Sealed,
+  CutArea,
+  Clips,
+  ClipOff,
+  ClipTilt,
+  CutOff,
+};
+
+/// What a number is a number of, beside its word.
+enum Needs : std::uint8_t { kNothing = 0, kTool = 1, kObject = 2, kMark = 4 };
+
+struct MetricInfo {
+  Metric metric;
+  std::string_view name;  ///< ends with its unit
+  std::uint8_t needs;     ///< bits of Needs
+  bool sums;              ///< grows from nothing: an item may ask for its part within a phase
+  std::string_view meaning;
+};
+
+inline constexpr double kIdleSpeed = 0.005;      ///< m/s, as of vest_metrics
+inline constexpr double kForceWindow = 0.020;    ///< s: force peaks are peaks of the mean over it
+inline constexpr double kFreeForce = 0.5;        ///< N that the impulse does not count (ours)
+inline constexpr double kTouchPause = 0.1;       ///< s without contact before the next touch counts
+inline constexpr double kOutOfViewPause = 0.2;   ///< s that a tip may leave the picture
+inline constexpr double kPictureHalfAngle = 35;  ///< degrees: half the field of view of the endoscope
+inline constexpr double kSealedDamage = 0.632;   ///< denatured share at which tissue is sealed: omega = 1
+
+inline constexpr std::array<MetricInfo, 26> kMetrics{{
+    {Metric::Time, "time_s", kNothing, true, "time since the first phase began"},
+    {Metric::BloodLost, "blood_lost_ml", kNothing, true, "blood that left the vessels and surfaces"},
+    {Metric::Leak, "leak_ml_s", kNothing, false, "blood that leaves the vessels now"},
+    {Metric::Pool, "pool_ml", kNothing, false, "liquid that stands in the field"},
+    {Metric::Sucked, "sucked_ml", kNothing, true, "liquid that suction removed"},
+    {Metric::Path, "path_mm", kTool, true, "way of the tool's tip"},
+    {Metric::Idle, "idle_s", kTool, true, "time with the tip slower than 5 mm/s"},
+    {Metric::Force, "force_N", kTool, false, "force of tissue on the tool, mean of 20 ms"},
+    {Metric::ForcePeak, "force_peak_N", kTool, false, "greatest mean force within 20 ms"},
+    {Metric::ForceImpulse, "force_impulse_Ns", kTool, true, "integral of the force above 0.5 N"},
+    {Metric::Touches, "touches", kTool, true, "touches of tissue, those less than 0.1 s apart as one"},
+    {Metric::BothMove, "both_move_s", kNothing, true, "time in which left and right tool move together"},
+    {Metric::OutOfView, "out_of_view_s", kTool, true,
+     "time with the tip outside the picture, beyond 0.2 s each"},
+    {Metric::Distance, "distance_mm", kTool | kMark, false, "tip to the mark"},
+    {Metric::OffCentre, "off_centre_deg", kMark, false, "the mark's angle from the middle of the picture"},
+    {Metric::Horizon, "horizon_deg", kNothing, false, "the camera's tilt about its line of sight"},
+    {Metric::Contact, "contact_N", kTool | kObject, false, "force on the tool while it touches the object"},
+    {Metric::ContactPeak, "contact_peak_N", kObject, false, "greatest contact_N of any tool"},
+    {Metric::Damage, "damage_mm3", kObject, false, "sum of volume times damage, by heat or crushing"},
+    {Metric::DamageOutside, "damage_outside_mm3", kObject | kMark, false,
+     "the same of knots outside the mark's radius"},
+    {Metric::Sealed, "sealed_percent", kObject | kMark, false,
+     "part of the knots within the mark's radius whose damage is 0.632 or more"},
+    {Metric::CutArea, "cut_area_mm2", kObject, true, "area of all cuts"},
+    {Metric::Clips, "clips", kObject, true, "clips set on the object"},
+    {Metric::ClipOff, "clip_off_mm", kObject | kMark, false,
+     "greatest distance along the tube of a clip from the nearest of its marks"},
+    {Metric::ClipTilt, "clip_tilt_deg", kObject, false,
+     "greatest angle of a clip to the tube's cross-section"},
+    {Metric::CutOff, "cut_off_mm", kObject | kMark, false,
+     "greatest distance of a cut from the mark's plane"},
+}};
+const MetricInfo& infoOf(Metric metric);
+
+/// A place that tools, clips and cuts are measured against.
+struct Mark {
+  std::string name;
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< m, world, in the scene as it is loaded
+  std::string object;                            ///< that it moves with; empty: it stands
+  double radius = 0.002;                         ///< m: of a region on tissue
+};
+
+/// A number of the exercise: a metric, and of what.
+struct Number {
+  Metric metric = Metric::Time;
+  int tool = -1;             ///< tools::Instrument
+  std::string object, role;  ///< at most one of them
+  std::vector<std::string> marks;
+};
+
+/// Tree of conditions, judged after each step since its phase began (of gates and errors: since the start).
+struct Condition {
+  enum class Kind : std::uint8_t {
+    Event,   ///< at least `count` such events happened
+    Number,  ///< the number lies within [low, high]
+    Any,
+    All,
+    Not,     ///< of its only child
+    For,     ///< the child held for `seconds` without a break
+    Within,  ///< the child held at a moment not later than `seconds` after the beginning
+    Before,  ///< the first child held while the second had not yet; stays true
+  };
+  Kind kind = Kind::All;
+  scene::EventKind event = scene::EventKind::Grasped;
+  int tool = -1;                                  ///< of events; -1: any
+  std::string object, role;                       ///< of events; both empty: any
+  double station_low = -1e9, station_high = 1e9;  ///< m
+  std::uint32_t count = 1;
+  Number number;
+  double low = -1e300, high = 1e300;  ///< unit of the metric
+  double seconds = 0;
+  std::vector<Condition> children;
+};
+
+struct Phase {
+  std::string name, instruction, hint;
+  Condition end;
+  double hint_after = 0;  ///< s
+  bool required = true;
+};
+
+/// What must hold at the end, or must never happen; else the exercise is failed, with its text as the reason.
+struct Gate {
+  std::string name, text;
+  Condition condition;
+  bool never = false;
+};
+
+/// Costs points (s) each time that its condition becomes true.
+struct Error {
+  std::string name, text;
+  Condition when;
+  double points = 0;  ///< s
+  std::uint32_t most = 1;
+};
+
+struct Item {
+  std::string name, phase, source;
+  Number number;
+  bool higher_is_better = false;
+  double weight = 1, proficient = 0, pass = 0;  ///< unit of the metric
+};
+
+struct Script {
+  std::string file;
+  std::string reason;  ///< of one that fails: name of the phase, gate or item it fails by
+};
+
+struct Exercise {
+  std::string name, title, aim, scene;
+  std::string file, hash;  ///< XXH64 of the file's text, 16 hexadecimal digits
+  double limit = 0;        ///< s
+  double proficient = 0;   ///< s: who does it faster without errors has 100 points
+  double least = 0;        ///< s: faster than this nobody is
+  double optic = 30;       ///< degrees
+  /// What each hand begins with, and then what the tool pedal hands to the right one.
+  std::array<std::vector<tools::ToolKind>, 3> tools;
+  std::vector<Mark> marks;
+  std::vector<Phase> phases;
+  std::vector<Gate> gates;
+  std::vector<Error> errors;
+  std::vector<Item> items;
+  Script pass_script;
+  std::vector<Script> fail_scripts;
+};
+
+/// Reads a file strictly: unknown and doubled keys, numbers out of range, unknown names are errors.
+/// @throws std::invalid_argument: file, line, field, value, what is allowed
+Exercise loadExercise(const std::string& path);
+/// The same of a text; `path` names it in messages.
+Exercise parseExercise(const std::string& path, const std::string& text);
+
+}  // namespace vest::exercise

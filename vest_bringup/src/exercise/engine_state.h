@@ -1,0 +1,128 @@
+#pragma once
+
+#include <array>
+#include <cstring>
+#include <vector>
+
+#include "vest_bringup/exercise/engine.h"
+
+namespace vest::exercise {
+
+constexpr std::size_t kHands = 3;           ///< left, right, third
+constexpr std::uint64_t kMotionEvery = 20;  ///< steps: motion by chords of 20 ms, whatever the box's rate
+constexpr std::uint64_t kFieldsEvery = 20;  ///< steps: damage and pools
+constexpr std::size_t kMostWindow = 64;     ///< steps of the force window
+
+/// Objects of the scene that a number or event is about.
+struct Objects {
+  std::vector<std::uint8_t> in;  ///< per object of the scene
+  std::vector<std::size_t> list;
+};
+
+struct BuiltNumber {
+  Metric metric;
+  std::size_t tool = 0;
+  Objects objects;
+  std::vector<std::size_t> marks;
+  std::vector<double> stations;                    ///< m, of the marks on the tube
+  std::vector<std::vector<std::uint8_t>> regions;  ///< per object of the list: knots within the mark's radius
+};
+
+struct BuiltMark {
+  Eigen::Vector3d at;  ///< m: place, or offset from the knot
+  int object = -1;
+  std::size_t knot = 0;
+};
+
+struct Node {
+  Condition::Kind kind;
+  scene::EventKind event;
+  int tool;
+  Objects objects;
+  double station_low, station_high;
+  double count;
+  std::size_t number = 0;
+  double low, high, seconds;
+  std::vector<std::size_t> children;
+};
+/// Nodes of one condition, children before parents; the last is the root.
+struct Range {
+  std::size_t begin = 0, end = 0;
+};
+
+struct Engine::Model {
+  Exercise exercise;
+  const simulation::BloodEffect* blood = nullptr;
+  const simulation::OperatingField* field = nullptr;
+  std::vector<BuiltMark> marks;
+  std::vector<BuiltNumber> numbers;
+  std::vector<Node> nodes;
+  std::vector<Range> phases, gates, errors;
+  std::vector<std::size_t> items;  ///< number of each
+  std::vector<std::size_t> phase_of_item;
+  std::size_t window = 20;  ///< steps
+  std::size_t scene_objects = 0;
+  bool pools = false;
+};
+
+// Members of 8 bytes alone: no padding, the bytes are saved and hashed.
+struct NodeState {
+  double count = 0, held = 0;
+  std::uint64_t latched = 0, value = 0;
+};
+struct PhaseState {
+  std::uint64_t begun = 0, ended = 0;  ///< steps; 0: not yet
+};
+struct ToolState {
+  std::uint64_t seen = 0, at = 0, touches = 0, touching = 0, moves = 0, wrong = 0;
+  double path = 0, idle = 0, force = 0, peak = 0, impulse = 0, free = 1e9, hidden = 0, out_of_view = 0;
+  std::array<double, 3> place{};  ///< m, at the last chord
+  std::array<double, kMostWindow> window{};
+};
+struct ObjectState {
+  std::array<double, 4> contact{};  ///< N, per instrument
+  double contact_peak = 0, cut_area = 0, clips = 0, clip_tilt = 0;
+};
+struct ItemState {
+  double begin = 0, end = 0;
+};
+struct Clock {
+  std::uint64_t steps = 0, phase = 0, hinted = 0, finished = 0, flags = 0,
+                input_hash = 14695981039346656037ULL;
+  double time = 0, phase_time = 0, lost_at_start = 0, both_move = 0, pool = 0, sucked_at_start = 0;
+};
+
+struct Engine::State {
+  Clock clock;
+  std::vector<NodeState> nodes;
+  std::vector<PhaseState> phases;
+  std::vector<std::uint64_t> gates;   ///< step at which it was broken; 0: not
+  std::vector<std::uint64_t> errors;  ///< times
+  std::vector<std::uint64_t> error_was;
+  std::vector<ItemState> items;
+  std::vector<double> numbers;  ///< what a number keeps for itself
+  std::vector<double> results;  ///< of the items, when it ended
+  std::array<ToolState, kHands> tools;
+  std::vector<ObjectState> objects;
+  std::vector<Moment> moments;
+
+  template <class Self, class Archive>
+  static void walk(Self& s, Archive&& archive) {
+    archive(&s.clock, sizeof s.clock), archive(s.tools.data(), sizeof s.tools);
+    const auto all = [&](auto& v) { archive(v.data(), v.size() * sizeof v[0]); };
+    all(s.nodes), all(s.phases), all(s.gates), all(s.errors), all(s.error_was), all(s.items);
+    all(s.numbers), all(s.results), all(s.objects);
+  }
+};
+
+struct Engine::Scratch {
+  std::vector<float> damage;  ///< room for the largest object and its copies
+};
+
+/// What numbers are made of, after a step.
+void measure(const Engine::Model& m, const scene::World& world, const scene::StepInput& input,
+             const scene::StepReport& report, Engine::State& s, Engine::Scratch& scratch);
+double valueOf(const Engine::Model& m, const Engine::State& s, std::size_t number, const scene::World& world,
+               const scene::StepInput& input);
+
+}  // namespace vest::exercise

@@ -1,0 +1,234 @@
+#include "vest_bringup/ros/session_player.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include <ros/package.h>
+
+#include "vest_bringup/simulation/stage.h"
+#include "vest_tissue/material/database.h"
+#include "vest_tissue/ros/conversions.h"
+#include "vest_tissue/scene/world.h"
+
+namespace vest::session {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool isFile(const std::string& scene) {
+  return scene.find('/') != std::string::npos || fs::path(scene).extension() == ".yaml";
+}
+
+std::string sceneFile(const std::string& scene) {
+  if (isFile(scene)) return scene;
+  return ros::package::getPath("vest_tissue") + "/scenes/" + scene + "/" + scene + ".yaml";
+}
+
+std::vector<std::uint8_t> readFile(const std::string& file) {
+  constexpr std::uintmax_t kMost = 1U << 30U;
+  std::error_code error;
+  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMost)
+    throw std::invalid_argument(file + ": cannot be read (allowed: a file of at most 1 GB)");
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+/// A folder that goes with the program.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "vest_scene_XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot be made");
+    path_ = name;
+  }
+  ~Folder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// The scenes of a session, from its bag, else from where the session says that they are.
+class Scenes {
+ public:
+  Scenes(const RecordedSession& session, const PlayOptions& options) : session_(session), options_(options) {}
+
+  std::unique_ptr<scene::Simulation> first() {
+    const auto& scenes = session_.scenes();
+    if (!options_.scene.empty()) return make(fromDisk(options_.scene, session_.sceneHash()));
+    if (!scenes.empty()) return make(recorded(scenes[next_++]));
+    if (session_.sceneName().empty())
+      throw std::invalid_argument(session_.file() + ": no tissue/topology names the scene (use --scene)");
+    return make(fromDisk(session_.sceneName(), session_.sceneHash()));
+  }
+
+  /// Of the scene that was made last; null where no exercise is done in it.
+  const exercise::Engine* engine() const { return engine_; }
+
+  /// The one that the session loaded next.
+  std::unique_ptr<scene::Simulation> loaded(const std::string& scene) {
+    const auto& scenes = session_.scenes();
+    for (std::size_t i = next_; i < scenes.size(); ++i) {
+      if (scenes[i].scene != scene) continue;
+      next_ = i + 1;
+      return make(recorded(scenes[i]));
+    }
+    return make(fromDisk(scene, ""));
+  }
+
+ private:
+  scene::Description fromDisk(const std::string& scene, const std::string& hash) const {
+    scene::Description description = scene::loadScene(sceneFile(scene));
+    check(description, scene, hash);
+    return description;
+  }
+
+  scene::Description recorded(const RecordedScene& scene) const {
+    if (scene.files.files.empty()) return fromDisk(scene.scene, scene.hash);
+    const Folder folder;
+    const std::string file = scene::writeSceneFiles(scene.files, folder.path());
+    const char* const before = std::getenv("VEST_TISSUE_DATA");
+    const std::string kept = before ? before : "";
+    if (!scene.files.materials.empty()) setenv("VEST_TISSUE_DATA", (folder.path() + "/database").c_str(), 1);
+    scene::Description description;
+    try {
+      description = scene::loadScene(file);
+    } catch (const std::exception& e) {
+      throw std::invalid_argument("the scene '" + scene.scene + "' in it cannot be loaded: " + e.what());
+    }
+    before ? setenv("VEST_TISSUE_DATA", kept.c_str(), 1) : unsetenv("VEST_TISSUE_DATA");
+    check(description, scene.scene, scene.hash);
+    return description;
+  }
+
+  void check(const scene::Description& description, const std::string& scene, const std::string& hash) const {
+    if (!hash.empty() && description.hash != hash)
+      throw std::invalid_argument("scene " + scene + " has scene_hash " + description.hash +
+                                  ", the session was recorded with " + hash);
+  }
+
+  std::unique_ptr<scene::Simulation> make(const scene::Description& description) const {
+    engine_ = nullptr;
+    scene::World world(description, options_.threads);
+    if (!options_.effects) return std::make_unique<scene::TissueSimulation>(std::move(world));
+    auto stage = simulation::makeStage(std::move(world), options());
+    if (options_.exercise && options_.exercise->scene == description.name)
+      engine_ = &exercise::addExercise(*options_.exercise, stage);
+    return std::move(stage.trainer);
+  }
+
+  simulation::StageOptions options() const {
+    const vest_msgs::EffectsOptions& recorded = *session_.effects();
+    if (recorded.names.size() != recorded.values.size())
+      throw std::invalid_argument("effects/options has " + std::to_string(recorded.names.size()) +
+                                  " names and " + std::to_string(recorded.values.size()) + " values");
+    simulation::StageOptions options;
+    options.blood.vessels = isFile(recorded.vessels)
+                                ? recorded.vessels
+                                : ros::package::getPath("vest_effects") + "/data/vessels/" + recorded.vessels;
+    eachNumber(options, [&](const std::string& name, double& to, double low, double high) {
+      for (std::size_t i = 0; i < recorded.names.size(); ++i) {
+        if (recorded.names[i] != name) continue;
+        to = recorded.values[i];
+        if (!(to >= low && to <= high))
+          throw std::invalid_argument("effects/options: " + name + " is " + std::to_string(to) +
+                                      " (allowed: " + std::to_string(low) + " to " + std::to_string(high) +
+                                      ")");
+      }
+    });
+    return options;
+  }
+
+  const RecordedSession& session_;
+  const PlayOptions& options_;
+  mutable const exercise::Engine* engine_ = nullptr;
+  std::size_t next_ = 0;
+};
+
+std::string hashText(std::uint64_t value) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+  return text;
+}
+
+void judge(Resimulation::Outcome outcome, std::uint64_t step, std::uint64_t here) {
+  const std::string number = std::to_string(step);
+  switch (outcome) {
+    case Resimulation::Outcome::Same:
+      return;
+    case Resimulation::Outcome::Missing:
+      throw Difference("step " + std::to_string(here + 1) + " is missing before step " + number);
+    case Resimulation::Outcome::Feedback:
+      throw Difference("first difference: what the effects handed to step " + number);
+    case Resimulation::Outcome::Fault:
+      throw Difference("first difference: FAULT in step " + number + ", which the session did not have");
+    case Resimulation::Outcome::NoFault:
+      throw Difference("first difference: no FAULT in step " + number + ", which the session had");
+  }
+}
+
+}  // namespace
+
+Played play(const std::string& directory, RecordedSession& session, PlayOptions options,
+            const PlayWatch& watch) {
+  if (session.stepCount() == 0) throw std::invalid_argument("no step_inputs in it");
+  options.effects = options.effects && session.effects();
+  Scenes scenes(session, options);
+  Resimulation resimulation(scenes.first(), options.effects);
+  const auto begin = [&](const std::string& name) {
+    // A session that was moved has its snapshots still beside it.
+    std::string file = directory + "/snapshots/" + fs::path(name).filename().string();
+    if (!isFile(name)) file += ".snapshot";
+    if (!fs::exists(file) && isFile(name)) file = name;
+    try {
+      resimulation.begin(readFile(file));
+    } catch (const std::invalid_argument& e) {
+      const std::string what = e.what();
+      throw std::invalid_argument(what.rfind(file, 0) == 0 ? what : file + ": " + what);
+    }
+  };
+  if (session.firstStep() != 1) begin("start");
+  session.steps([&](const vest_msgs::StepInput& msg) {
+    using scene::Command;
+    if (msg.step <= resimulation.world().steps() && msg.command == 0) return;  // before the snapshot
+    const auto command = static_cast<Command>(msg.command);
+    if (command == Command::Load) {
+      resimulation.load(scenes.loaded(msg.command_argument));
+    } else if (command == Command::Restore) {
+      begin(msg.command_argument);
+    } else if (msg.command > static_cast<std::uint8_t>(Command::Restore)) {
+      throw std::invalid_argument("step " + std::to_string(msg.step) + ": command is " +
+                                  std::to_string(msg.command) + " (allowed: 0 to 3)");
+    }
+    scene::StepInput input;
+    ros_shell::fromMsg(msg, resimulation.world().description(), input);
+    const RecordedSession::Step step{msg.step, msg.header.stamp};
+    const std::uint64_t here = resimulation.world().steps();
+    judge(
+        resimulation.step(input, command == Command::Reset, command != Command::None, session.hadFault(step)),
+        msg.step, here);
+    const auto recorded = session.stateHash(step);
+    if (recorded && !resimulation.compare(*recorded))
+      throw Difference("first difference: state hash after step " + std::to_string(msg.step) + ": recorded " +
+                       hashText(*recorded) + ", re-simulated " + hashText(resimulation.world().stateHash()));
+    if (watch) watch(resimulation.world(), resimulation.input(), resimulation.report(), scenes.engine());
+  });
+  Played played;
+  played.steps = resimulation.steps(), played.compared = resimulation.compared();
+  played.faults = resimulation.faults();
+  played.kernel = resimulation.world().kernelLevel();
+  if (scenes.engine()) played.result = scenes.engine()->result();
+  return played;
+}
+
+}  // namespace vest::session

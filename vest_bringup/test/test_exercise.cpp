@@ -1,0 +1,249 @@
+#include <gtest/gtest.h>
+
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "play.h"
+#include "vest_bringup/exercise/engine.h"
+#include "vest_bringup/ros/exercise_file.h"
+#include "vest_instruments/files/read.h"
+
+// Protects exercises: each passes with its good script and fails with its bad ones for the stated reason; the
+// score of a recorded session is the one that it had, to the bit; wrong files are refused by file, line and
+// field.
+
+namespace vest::exercise {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A script in the scene of an exercise, with all effects.
+struct Attempt {
+  simulation::Play play;
+  const Engine& engine;
+
+  Attempt(const Exercise& e, const std::string& script, const simulation::Watch& watch = {})
+      : play(e.scene, script), engine(addExercise(e, play.stage)) {
+    play.rest = 1.0;
+    play.run(watch, play.trajectory.rows.back().t);
+  }
+};
+
+class ExerciseScripts : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(ExerciseScripts, TheGoodOnePassesAndTheBadOnesFailForTheStatedReason) {
+  const Exercise e = loadExercise(ros_shell::exerciseFile(GetParam()));
+  {
+    const Attempt good(e, e.pass_script.file);
+    const Result r = good.engine.result();
+    EXPECT_TRUE(r.passed) << toText(e, r);
+    EXPECT_GE(r.total, 60) << toText(e, r);
+    EXPECT_TRUE(r.failed_by.empty()) << toText(e, r);
+  }
+  for (const Script& script : e.fail_scripts) {
+    const Attempt bad(e, script.file);
+    const Result r = bad.engine.result();
+    EXPECT_FALSE(r.passed) << script.file;
+    EXPECT_NE(std::find(r.failed_by.begin(), r.failed_by.end(), script.reason), r.failed_by.end())
+        << script.file << " should fail by " << script.reason << "\n"
+        << toText(e, r);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ExerciseScripts, ::testing::ValuesIn(ros_shell::exerciseNames()),
+                         [](const auto& name) { return name.param; });
+
+Exercise shipped() {
+  return loadExercise(ros_shell::exerciseFile("clip_cut_tube"));
+}
+
+TEST(ExerciseEngine, GoesOnFromASnapshotToTheSameResult) {
+  const Exercise e = shipped();
+  const auto box = simulation::testBox();
+  const auto trajectory = trajectory::fromWaypoints(e.pass_script.file, box);
+  const auto play = [&](std::uint64_t cut) {
+    simulation::Play p(e.scene, e.pass_script.file);
+    const Engine& engine = addExercise(e, p.stage);
+    simulation::Script script(box, trajectory, simulation::handsOf(trajectory));
+    scene::StepReport report;
+    for (std::uint64_t k = 0; k < 4500; ++k) {
+      scene::StepInput input = script.inputAt(1e-3 * static_cast<double>(k));
+      input.step = k + 1;
+      p.stage.trainer->step(input, report);
+      if (k != cut) continue;
+      std::vector<std::uint8_t> bytes;
+      p.stage.trainer->save(bytes);
+      for (int other = 0; other < 50; ++other) p.stage.trainer->step(input, report);
+      p.stage.trainer->restore(bytes);
+    }
+    return engine.result();
+  };
+  Result whole = play(10000), parted = play(2000);
+  EXPECT_EQ(parted.flags, kRestored) << "a result that was not got in one go says so";
+  parted.flags = whole.flags;
+  EXPECT_EQ(toJson(e, parted), toJson(e, whole));
+  EXPECT_GT(whole.items.back().value, 50) << "mm: there was motion to lose";
+}
+
+TEST(ExerciseEngine, DoingNothingFastScoresNothing) {
+  const Exercise e = shipped();
+  const Attempt idle(e, fs::path(e.file).parent_path() / "does_nothing.yaml");
+  const Result r = idle.engine.result();
+  EXPECT_EQ(r.total, 0);
+  EXPECT_EQ(r.quality, 0);
+}
+
+TEST(ExerciseEngine, WhatATeacherChangedIsAssisted) {
+  const Exercise e = shipped();
+  simulation::Play p(e.scene, e.pass_script.file);
+  const Engine& engine = addExercise(e, p.stage);
+  scene::StepInput input;
+  scene::StepReport report;
+  input.step = 1;
+  p.stage.trainer->step(input, report);
+  EXPECT_EQ(engine.result().flags, 0U);
+  input.step = 2;
+  input.edits.push_back({"vessel", "youngs_modulus", 20000});
+  p.stage.trainer->step(input, report);
+  EXPECT_EQ(engine.result().flags, kAssisted);
+}
+
+TEST(ExerciseEngine, AnglesNeedNoLibm) {
+  for (const double angle : {0.0, 0.5, 5.0, 30.0, 89.0, 90.0, 135.0, 180.0})
+    EXPECT_NEAR(degrees(std::cos(angle * M_PI / 180)), angle, 2e-6);
+}
+
+TEST(ExerciseConditions, BecomeTrueAtTheStepThatTheySay) {
+  const std::string late = "{of: time_s, above: 0.0505}", early = "{of: time_s, below: 0.0205}";
+  // Each condition, and the step at which it is true for the first time; 0: never.
+  const std::vector<std::pair<std::string, std::uint64_t>> course{
+      {late, 51},
+      {"{any: [" + late + ", " + early + "]}", 1},
+      {"{all: [" + late + ", " + early + "]}", 0},
+      {"{not: " + early + "}", 21},
+      {"{for_s: 0.0095, that: " + late + "}", 60},
+      {"{within_s: 0.05, that: " + late + "}", 0},
+      {"{within_s: 0.06, that: " + late + "}", 51},
+      {"{before: [" + early + ", " + late + "]}", 1},
+      {"{before: [" + late + ", " + early + "]}", 0},
+      {"{event: cut, object: vessel}", 0},
+  };
+  const Exercise base = shipped();
+  std::string text = files::read(base.file, 1U << 20U), gates = "gates:\n";
+  for (std::size_t i = 0; i < course.size(); ++i)
+    gates += "  - {name: asked" + std::to_string(i) + ", text: Asked., never: " + course[i].first + "}\n";
+  const std::size_t at = text.find("gates:");
+  text.replace(at, text.find("errors:") - at, gates);
+  text.replace(text.find("reason: clipped_before_cut"), 26, "reason: cut");
+  const Exercise e = parseExercise(base.file, text);
+  simulation::Play p(e.scene, e.pass_script.file);
+  const Engine& engine = addExercise(e, p.stage);
+  scene::StepReport report;
+  for (std::uint64_t k = 1; k <= 80; ++k) {
+    scene::StepInput input;
+    input.step = k;
+    p.stage.trainer->step(input, report);
+  }
+  std::vector<std::uint64_t> first(course.size());
+  for (const Moment& m : engine.result().moments)
+    if (m.kind == Moment::Kind::GateBroken) first[m.index] = m.step;
+  for (std::size_t i = 0; i < course.size(); ++i) EXPECT_EQ(first[i], course[i].second) << course[i].first;
+}
+
+/// What is said of the shipped file with one text replaced by another.
+std::string refusal(const std::string& from, const std::string& to) {
+  const std::string file = ros_shell::exerciseFile("clip_cut_tube");
+  std::string text = files::read(file, 1U << 20U);
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  try {
+    const Exercise e = parseExercise(file, text);
+    simulation::Play p(e.scene, e.pass_script.file);
+    addExercise(e, p.stage);
+  } catch (const std::invalid_argument& why) {
+    EXPECT_EQ(std::string(why.what()).rfind(file, 0), 0U) << why.what();
+    EXPECT_EQ(std::string(why.what()).find('\n'), std::string::npos) << why.what();
+    return why.what();
+  }
+  return "accepted";
+}
+
+TEST(ExerciseFile, WrongOnesAreRefusedByFileLineAndField) {
+  const std::vector<std::array<std::string, 3>> wrong{
+      {"limit_s: 120", "limit_s: .nan", ":7: limit_s: .nan"},
+      {"limit_s: 120", "limit: 120", "limit_s: missing"},
+      {"limit_s: 120", "limit_s: 120\nspeed: 2", "speed: "},
+      {"proficient_s: 20", "proficient_s: 500", "proficient_s: 500"},
+      {"better: lower", "better: smaller", "items[0].better: smaller"},
+      {"of: clip_off_mm", "of: clip_off_cm", "items[0].of: clip_off_cm"},
+      {"mark: [near, far]", "mark: [near, nowhere]", "must be the name of one of the marks"},
+      {"proficient: 1.5, pass: 3", "proficient: 3, pass: 1.5", "must be worse than proficient"},
+      {"event: clipped,", "event: stapled,", "phases[0].end.event: stapled"},
+      {"at_least: 2}", "at_least: -2}", "at_least: -2"},
+      {"object: vessel, at_least", "object: aorta, at_least", "no object is called 'aorta'"},
+      {"object: vessel, at_least", "role: nerve, at_least", "no object has the role 'nerve'"},
+      {"tools: {right: [clip_applier", "tools: {right: [chainsaw", "tools.right[0]: chainsaw"},
+      {"name: cut\n", "name: clip\n", "stands twice"},
+      {"reason: clip}", "reason: weather}", "must name a phase, a gate or an item"},
+      {"pass: pass.yaml", "pass: ../../pass.yaml", "scripts.pass: ../../pass.yaml"},
+      {"scene: clip_tube", "scene: clip tube", "scene: clip tube"},
+      {"title: Clip", "title: &a Clip", "anchor"},
+  };
+  for (const auto& [from, to, said] : wrong) {
+    const std::string what = refusal(from, to);
+    EXPECT_NE(what.find(said), std::string::npos) << to << ": " << what;
+  }
+  std::string deep = "{of: time_s, above: 1}";
+  for (int i = 0; i < 12; ++i) deep = "{not: " + deep + "}";
+  EXPECT_NE(refusal("never: {before", "never: " + deep + "\n    #{").find("at most 8 deep"),
+            std::string::npos);
+}
+
+TEST(ExercisePage, TellsEachNumberAsTheCodeHasIt) {
+  const std::string page =
+      files::read(ros::package::getPath("vest_bringup") + "/../docs/exercises.md", 1U << 20U);
+  for (const MetricInfo& m : kMetrics) {
+    const std::string begin = "| " + std::string(m.name) + " | ",
+                      end = " | " + std::string(m.meaning) + " |\n";
+    const std::size_t row = page.find(begin);
+    ASSERT_NE(row, std::string::npos) << m.name;
+    EXPECT_EQ(page.find(end, row), page.find('\n', row) + 1 - end.size()) << m.name;
+    EXPECT_EQ(&infoOf(m.metric), &m) << "the table is in the order of Metric";
+  }
+}
+
+std::string said(const std::string& command, int& code) {
+  const std::string out = fs::temp_directory_path() / ("vest_exercise_" + std::to_string(getpid()));
+  const int status = std::system((command + " > " + out + " 2>&1").c_str());
+  code = WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+  std::ifstream in(out);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  fs::remove(out);
+  return text;
+}
+
+TEST(VestScore, ScoresARecordedSessionToTheSameBits) {
+  std::string folder = fs::temp_directory_path() / "vest_score_XXXXXX";
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  int code = 0;
+  const std::string live =
+      said(VEST_EXERCISE " run clip_cut_tube --json --output " + folder + "/session", code);
+  ASSERT_EQ(code, 0) << live;
+  const std::string scored = said(VEST_SCORE " --json " + folder + "/session", code);
+  EXPECT_EQ(code, 0) << scored;
+  EXPECT_EQ(scored, live);
+  EXPECT_NE(live.find("\"passed\": true"), std::string::npos) << live;
+  fs::resize_file(folder + "/session/session.bag", fs::file_size(folder + "/session/session.bag") / 2);
+  const std::string cut = said(VEST_SCORE " " + folder + "/session", code);
+  EXPECT_EQ(code, 2) << cut;
+  EXPECT_EQ(std::count(cut.begin(), cut.end(), '\n'), 1) << cut;
+  fs::remove_all(folder);
+}
+}  // namespace
+}  // namespace vest::exercise
