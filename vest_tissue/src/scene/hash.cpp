@@ -22,6 +22,7 @@ struct HashArchive {
   void same(std::uint64_t size) { bytes(&size, sizeof size); }
   void within(std::int32_t, std::int32_t) {}
   void setCounts(ObjectState&, std::uint64_t, std::uint64_t) {}
+  void room(std::size_t, std::size_t) {}
   void repack(ObjectState&) {}
 };
 

@@ -29,6 +29,7 @@ struct WriteArchive {
   void same(std::uint64_t size) { bytes(&size, sizeof size); }
   void within(std::int32_t, std::int32_t) {}
   void setCounts(ObjectState&, std::uint64_t, std::uint64_t) {}
+  void room(std::size_t, std::size_t) {}
   void repack(ObjectState&) {}
 };
 
@@ -63,6 +64,9 @@ struct ReadArchive {
   }
   void within(std::int32_t count, std::int32_t most) {
     if (count < 0 || count > most) refuse(std::to_string(count) + " knots in a clip or sling");
+  }
+  void room(std::size_t there, std::size_t wanted) {
+    if (there < wanted) refuse("heat in an object that conducts none");
   }
   void setCounts(ObjectState& s, std::uint64_t knots, std::uint64_t links) {
     net::Block& b = s.block;

@@ -141,6 +141,7 @@ struct StateWalker {
   void heat(interaction::HeatState& h, std::size_t knots) {
     flag(h.touched);
     if (!h.touched) return;
+    archive.room(h.columns.size(), knots);
     flag(h.warm), flag(h.stiffened), flag(h.denaturing);
     for (std::size_t k = 0; k < knots; ++k) {
       interaction::HeatColumn& c = h.columns[k];
