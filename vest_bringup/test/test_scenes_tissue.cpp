@@ -72,39 +72,6 @@ TEST(SceneHook, CuttingCurrentDividesTheFold) {
   EXPECT_GT(p.gape("strip"), 0.010) << "m between the stumps";
 }
 
-/// A live hand: it stands still for a step now and then, and begins between two steps.
-bool partedByAHandThatHesitates(const std::string& scene, double share, double late, double seconds) {
-  Play p(scene, false);
-  Script script(p.box, p.trajectory, handsOf(p.trajectory));
-  scene::StepReport report;
-  double hand = 0;
-  for (std::uint32_t k = 0, seed = 1; k < 1000 * seconds; ++k) {
-    seed = 1664525u * seed + 1013904223u;
-    if (1e-3 * (seed >> 22) >= share) hand = 1e-3 * k;
-    scene::StepInput input = script.inputAt(hand + late);
-    input.step = k + 1;
-    EXPECT_NE(p.stage.trainer->step(input, report), scene::Status::Fault);
-    for (const scene::Event& e : report.events)
-      if (e.kind == EventKind::Separated) return true;
-  }
-  return false;
-}
-
-TEST(SceneCutTube, ScissorsThatHesitateDivideItToo) {
-  EXPECT_TRUE(partedByAHandThatHesitates("cut_tube", 0.2, 0.0, 6.0));
-  EXPECT_TRUE(partedByAHandThatHesitates("cut_tube", 0.8, 0.0003, 6.0));
-}
-
-TEST(SceneHook, WhereTheHandIsWithinAStepDecidesNothing) {
-  const bool full = std::getenv("VEST_FULL") != nullptr;
-  for (const double share : {0.0, 0.2, 0.5, 0.8})
-    for (const double late : {0.0, 0.0003, 0.0006, 0.0009})
-      if (full || (share == 0.0 && late == 0.0003) || (share == 0.2 && late == 0.0)) {
-        EXPECT_TRUE(partedByAHandThatHesitates("hook_strip", share, late, 12.4))
-            << share << " of the steps without motion, " << late << " s late";
-      }
-}
-
 TEST(SceneClip, TwoClipsCloseTheVesselAndStay) {
   Play p("clip_tube");
   const double open = p.ringRadius("vessel", 16);

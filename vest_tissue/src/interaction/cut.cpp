@@ -10,6 +10,7 @@ namespace vest::scene {
 namespace {
 
 using Eigen::Vector3d;
+using interaction::BladeCrossing;
 using interaction::BladeSweep;
 using interaction::CutCrossing;
 using interaction::CuttingTool;
@@ -34,23 +35,31 @@ struct Box {
   }
 };
 
-interaction::MovingSegment edgeOf(const CutJob& j, std::uint32_t a, std::uint32_t b) {
+/// Places of an edge's ends now, and its way over the step.
+struct Edge {
+  Vector3d p, q, shift;
+};
+Edge edgeOf(const CutJob& j, std::uint32_t a, std::uint32_t b) {
   const float* const before = j.c.scratch.objects[j.object].backup.data();
   const std::ptrdiff_t y = row(j.s, Block::Y) - row(j.s, Block::X),
                        z = row(j.s, Block::Z) - row(j.s, Block::X);
   const auto was = [&](std::uint32_t k) { return Vector3d(before[k], before[k + y], before[k + z]); };
-  return {{was(a), was(b)}, {knotPosition(j.s, a), knotPosition(j.s, b)}};
+  Edge e{knotPosition(j.s, a), knotPosition(j.s, b), Vector3d::Zero()};
+  e.shift = 0.5 * (e.p - was(a) + e.q - was(b));
+  return e;
 }
 
 /// The first active sweep that crosses the edge a…b, told from a to b whichever way round it is asked.
 const BladeSweep* crossedBy(const CutJob& j, const Box& box, std::uint32_t a, std::uint32_t b,
                             double& place) {
-  const auto edge = edgeOf(j, std::min(a, b), std::max(a, b));
-  if (!box.holds(edge.to[0], edge.to[1])) return nullptr;
+  const Edge e = edgeOf(j, std::min(a, b), std::max(a, b));
+  if (!box.holds(e.p, e.q)) return nullptr;
+  BladeCrossing crossing;
   for (int i = 0; i < j.k.sweep_count; ++i) {
     const BladeSweep& sweep = j.k.sweeps[static_cast<std::size_t>(i)];
-    if (!sweep.active || !interaction::crosses(sweep, edge, kSlack, place)) continue;
-    place = std::clamp(a < b ? place : 1.0 - place, 0.0, 1.0);
+    if (!sweep.active || !interaction::crosses(sweep, e.p, e.q, e.shift, kSlack, crossing)) continue;
+    const double t = std::clamp(crossing.place, 0.0, 1.0);
+    place = a < b ? t : 1.0 - t;
     return &sweep;
   }
   return nullptr;
@@ -130,32 +139,6 @@ void chooseKnots(CutJob& j, CutCrossing& x, CutCrossing& y) {
   }
 }
 
-/// An edge that blades have crossed in two places, near either of its knots, is cut from end to end: what the
-/// blade did between them beyond the edge would else leave a bridge.
-void markCrossedTwice(CutJob& j, std::uint32_t triangle) {
-  const auto& knots = j.s.triangles[triangle];
-  for (std::size_t e = 0; e < 3; ++e) {
-    const std::array<std::uint32_t, 2> ends{knots[e], knots[(e + 1) % 3]};
-    if (j.cut.line[triangle] >> e & 1u) continue;
-    const Vector3d p = j.rest(ends[0]), along = j.rest(ends[1]) - p;
-    std::array<bool, 2> chosen{};
-    for (const CutTrack& track : j.cut.tracks) {
-      if (track.triangle != triangle) continue;
-      for (std::size_t n = 0; n < 2; ++n) {
-        const auto& x = n == 0 ? track.from : track.to;
-        const Vector3d off = Vector3d(x[0], x[1], x[2]) - p;
-        if (off.cross(along).squaredNorm() > 1e-6 * along.squaredNorm() * along.squaredNorm()) continue;
-        for (std::size_t end = 0; end < 2; ++end)
-          chosen[end] = chosen[end] || j.k.version_of[track.knots[n]] == j.k.version_of[ends[end]];
-      }
-    }
-    if (!chosen[0] || !chosen[1]) continue;
-    markLine(j, triangle, ends[0], ends[1]);
-    for (const std::uint32_t knot : ends)
-      if (std::find(j.k.work.begin(), j.k.work.end(), knot) == j.k.work.end()) j.k.work.push_back(knot);
-  }
-}
-
 /// Triangles with two crossings are cut through: line, track, newly cut area (m²).
 double cutThrough(CutJob& j, std::uint32_t& element) {
   auto& pending = j.cut.crossings;
@@ -200,7 +183,6 @@ double cutThrough(CutJob& j, std::uint32_t& element) {
     area += length * j.constants.wall;
     element = t;
     if (track.knots[0] != track.knots[1]) markLine(j, t, track.knots[0], track.knots[1]);
-    markCrossedTwice(j, t);
     // Corners that the line does not touch know on which side of it they are.
     if (length > 1e-9) {
       for (const std::uint32_t corner : knots) {
@@ -240,10 +222,10 @@ void cutConnections(Context& c, const Box& box) {
     if (!n.alive) continue;
     const Vector3d p = footOf(c.state, n.end0), q = footOf(c.state, n.end1);
     if (!box.holds(p, q)) continue;
-    double place;
+    BladeCrossing crossing;
     for (int i = 0; i < c.scratch.cut.sweep_count && n.alive; ++i) {
       const BladeSweep& sweep = c.scratch.cut.sweeps[static_cast<std::size_t>(i)];
-      if (!sweep.active || !interaction::crosses(sweep, {{p, q}, {p, q}}, 0.0, place)) continue;
+      if (!sweep.active || !interaction::crosses(sweep, p, q, Vector3d::Zero(), 0.0, crossing)) continue;
       sever(c, at, 0.0, sweep.instrument);
     }
   }
@@ -480,8 +462,7 @@ void renewPassing(Context& c, int t) {
   // What was between the blades while they closed is not pushed until they open again or are gone.
   for (std::size_t object = 0; object < pass.size(); ++object) {
     const bool between = c.scratch.objects[object].between, passed = pass[object] >> t & 1u;
-    setBit(pass[object], t,
-           cuts ? passed || between : closing > -interaction::kCuttingJawSpeed * c.dt && passed && between);
+    setBit(pass[object], t, cuts ? passed || between : closing >= 0.0 && passed && between);
   }
 }
 
@@ -493,11 +474,9 @@ void cut(Context& c) {
   Box box;
   bool active = false;
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
-    const bool passing = std::any_of(c.state.blades_pass.begin(), c.state.blades_pass.end(),
-                                     [t](auto bits) { return (bits >> t & 1u) != 0; });
     const int count =
         interaction::sweepsOf(c.scratch.proxies_before[t], c.state.proxies[t], c.input.tools[t].functions,
-                              c.dt, static_cast<std::uint8_t>(t), passing, k.sweeps.data() + k.sweep_count);
+                              c.dt, static_cast<std::uint8_t>(t), k.sweeps.data() + k.sweep_count);
     for (int i = 0; i < count; ++i) {
       const BladeSweep& sweep = k.sweeps[static_cast<std::size_t>(k.sweep_count + i)];
       if (!sweep.active) continue;
