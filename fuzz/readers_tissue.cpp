@@ -5,6 +5,7 @@
 
 #include "readers.h"
 #include "vest_instruments/files/read.h"
+#include "vest_tissue/image/phantom.h"
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/modelling/source.h"
@@ -153,14 +154,39 @@ std::vector<std::string> nets() {
   return made;
 }
 
+void readDicom(const std::string& input) {
+  folder().clear();
+  const std::string file = folder().write("slice", input);
+  takes(file, [&] { image::read(file); });
+}
+
+/// The first slice of a phantom in each of the ways that files are written.
+std::vector<std::string> dicomFiles() {
+  image::PhantomImage options;
+  options.size = {12, 10, 8};
+  const auto volume = image::picture(image::makePhantom("head"), options);
+  std::vector<std::string> made;
+  for (const char* const fault : {"none", "big_endian", "implicit", "padding", "rle", "jpeg", "jpeg_ls",
+                                  "jpeg2000", "multi_frame", "multi_frame_jpeg2000", "colour"}) {
+    const Folder of_series;
+    image::writeDicom(volume, of_series.path(), fault);
+    made.push_back(files::read(of_series.path() + "/I0001", 1 << 20));
+  }
+  return made;
+}
+
 }  // namespace
 
 std::vector<Reader> tissueReaders() {
-  return {
-      {"scene", readScene, {}},   {"surface", readSurface, {}},
-      {"mesh", readMesh, {}},     {"net", readNet, nets},
-      {"source", readSource, {}}, {"materials", readMaterials, shipped("vest_tissue/data/materials.yaml")},
-      {"curve", readCurve, {}},   {"snapshot", readSnapshot, snapshots}};
+  return {{"scene", readScene, {}},
+          {"surface", readSurface, {}},
+          {"mesh", readMesh, {}},
+          {"net", readNet, nets},
+          {"source", readSource, {}},
+          {"materials", readMaterials, shipped("vest_tissue/data/materials.yaml")},
+          {"curve", readCurve, {}},
+          {"snapshot", readSnapshot, snapshots},
+          {"dicom", readDicom, dicomFiles}};
 }
 
 }  // namespace vest::fuzz

@@ -1,0 +1,195 @@
+#include "vest_tissue/image/patient.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <stdexcept>
+
+#include "../scene/yaml_reader.h"
+#include "vest_tissue/fem/tissue.h"
+#include "vest_tissue/material/database.h"
+#include "vest_tissue/volume/stuffing.h"
+
+namespace vest::image {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+using scene::yaml::Map;
+using scene::yaml::Value;
+
+Segment segmentOf(const Value& item, const material::Database& tissues) {
+  Map map(item);
+  Segment s;
+  s.name = map["name"].name();
+  s.tissue = map["tissue"].name();
+  const auto known = [&](const material::Tissue& t) { return t.name == s.tissue; };
+  if (std::none_of(tissues.tissues.begin(), tissues.tissues.end(), known))
+    map["tissue"].fail("must be a material of the database (vest_material list)");
+  const auto values = map["values"].list();
+  if (values.size() != 2) map["values"].fail("must be two numbers: [least, greatest]");
+  s.low = values[0].number(-1e30, 1e30), s.high = values[1].number(s.low, 1e30);
+  if (map.has("median")) s.median = map["median"].integer(0, 5);
+  if (map.has("closing")) s.closing = map["closing"].integer(0, 20);
+  if (map.has("from")) s.grows = true, s.from = 1e-3 * map["from"].vector3();
+  if (map.has("largest")) s.largest = map["largest"].integer(1, 1000);
+  map.finish();
+  return s;
+}
+
+void save(const fs::path& path, const std::string& text) {
+  std::ofstream out(path, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) throw std::invalid_argument(path.string() + ": cannot be written");
+}
+
+template <class... Numbers>
+std::string print(const char* format, Numbers... numbers) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, numbers...);
+  return text;
+}
+
+/// Legacy VTK with a label for each cell. Coordinates as they are, to the last bit.
+std::string toVtk(const volume::Lattice& lattice, const std::string& name) {
+  std::string text = "# vtk DataFile Version 3.0\n" + name + ", m\nASCII\nDATASET UNSTRUCTURED_GRID\n" +
+                     print("POINTS %zu double\n", lattice.nodes.size());
+  for (const Vector3d& n : lattice.nodes) text += print("%.17g %.17g %.17g\n", n[0], n[1], n[2]);
+  const std::size_t count = lattice.tetrahedra.size();
+  text += print("CELLS %zu %zu\n", count, 5 * count);
+  for (const auto& t : lattice.tetrahedra) text += print("4 %u %u %u %u\n", t[0], t[1], t[2], t[3]);
+  text += print("CELL_TYPES %zu\n", count);
+  for (std::size_t i = 0; i < count; ++i) text += "10\n";
+  text += print("CELL_DATA %zu\nSCALARS label int 1\nLOOKUP_TABLE default\n", count);
+  for (const auto label : lattice.label) text += print("%u\n", label);
+  return text;
+}
+
+/// Nodes that do not move, in ascending order.
+std::set<volume::Index> heldNodes(const volume::Lattice& lattice, const Patient& patient) {
+  std::set<volume::Index> held;
+  for (std::size_t s = 0; s < patient.segments.size(); ++s) {
+    if (std::find(patient.held.begin(), patient.held.end(), patient.segments[s].name) == patient.held.end())
+      continue;
+    for (std::size_t t = 0; t < lattice.label.size(); ++t)
+      if (lattice.label[t] == s + 1) held.insert(lattice.tetrahedra[t].begin(), lattice.tetrahedra[t].end());
+  }
+  if (!patient.held.empty()) return held;
+  double low = 1e300, high = -1e300;
+  for (const Vector3d& n : lattice.nodes) low = std::min(low, n[2]), high = std::max(high, n[2]);
+  for (volume::Index n = 0; n < lattice.nodes.size(); ++n)
+    if (lattice.nodes[n][2] <= low + 0.1 * (high - low)) held.insert(n);
+  return held;
+}
+
+}  // namespace
+
+Patient readPatient(const std::string& path) {
+  const Value root = scene::yaml::parse(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));
+  Map map(root);
+  Patient p;
+  map["vest_patient"].integer(1, 1);
+  p.name = map["name"].name();
+  p.images = (fs::path(path).parent_path() / map["images"].string()).string();  // an absolute one stays
+  if (map.has("series")) p.reading.series = map["series"].string();
+  if (map.has("resample")) p.reading.resample = map["resample"].boolean();
+  if (map.has("crop")) {
+    const auto corners = map["crop"].list();
+    if (corners.size() != 2) map["crop"].fail("must be two corners in mm: [[x, y, z], [x, y, z]]");
+    p.cropped = true;
+    p.low = 1e-3 * corners[0].vector3(), p.high = 1e-3 * corners[1].vector3();
+  }
+  const auto tissues = material::readDatabase(material::databasePath());
+  const auto entries = map["labels"].list();
+  if (entries.empty() || entries.size() > 100) map["labels"].fail("must have 1 … 100 entries");
+  std::set<std::string> names;
+  for (const Value& item : entries) {
+    p.segments.push_back(segmentOf(item, tissues));
+    if (!names.insert(p.segments.back().name).second) item.fail("must have a name of its own");
+  }
+  p.cell = 1e-3 * map["cell"].number(0.1, 1000);
+  if (map.has("held"))
+    for (const Value& item : map["held"].list()) {
+      p.held.push_back(item.name());
+      if (names.count(p.held.back()) == 0) item.fail("must be the name of a label");
+    }
+  if (map.has("place")) p.place = map["place"].vector3();
+  map.finish();
+  return p;
+}
+
+std::string firstPatient(const std::string& name, const std::string& images, const Volume& volume) {
+  const Vector3d extent = volume.axes.cwiseAbs() * Vector3d(volume.size[0], volume.size[1], volume.size[2]);
+  return "# How a patient's images become a scene (docs/images.md). Then: vest_import bake THIS_FOLDER\n"
+         "vest_patient: 1\nname: " +
+         name + "\nimages: " + images +
+         "\n# crop: [[-50, -50, -50], [50, 50, 50]]   # mm, patient's axes: left, posterior, superior\n"
+         "labels:                    # where they overlap, the later one counts\n"
+         "  - {name: soft_tissue, tissue: liver, values: [-20, 150], median: 1, largest: 1}\n"
+         "  - {name: bone, tissue: bone, values: [200, 4000], median: 1}\n" +
+         print("cell: %.0f                   # mm: smaller cells, finer mesh\n",
+               std::ceil(1e3 * extent.maxCoeff() / 20)) +
+         "held: [bone]               # these do not move; without this line: the lowest tenth\n"
+         "place: [0, 0.05, 0.03]     # m, world: the middle of the underside\n";
+}
+
+volume::Lattice mesh(const volume::LabelledImage& labels, const Patient& patient) {
+  Eigen::Matrix3d supine;
+  supine << -1, 0, 0, 0, 0, -1, 0, -1, 0;
+  volume::LabelledImage turned = labels;
+  turned.direction = supine * labels.direction;
+  turned.origin = supine * labels.origin;
+  volume::Lattice lattice = volume::stuffLabels(turned, patient.cell);
+  Vector3d low = lattice.nodes[0], high = low;
+  for (const Vector3d& n : lattice.nodes) low = low.cwiseMin(n), high = high.cwiseMax(n);
+  const Vector3d from(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), low[2]);
+  for (Vector3d& n : lattice.nodes) n += patient.place - from;
+  return lattice;
+}
+
+std::string writePatientScene(const volume::Lattice& lattice, const Patient& patient,
+                              const std::string& directory) {
+  if (lattice.nodes.size() > fem::kMostTissueNodes)
+    throw std::invalid_argument(
+        "cell: " + print("%zu nodes; at most %zu are allowed: take a larger cell, a crop or fewer labels",
+                         lattice.nodes.size(), static_cast<std::size_t>(fem::kMostTissueNodes)));
+  const fs::path folder(directory);
+  save(folder / (patient.name + ".vtk"), toVtk(lattice, patient.name));
+  std::string held = "node\n";
+  for (const auto n : heldNodes(lattice, patient)) held += print("%u\n", n);
+  save(folder / (patient.name + "_held.csv"), held);
+  const auto tissues = material::readDatabase(material::databasePath());
+  const std::set<std::uint16_t> present(lattice.label.begin(), lattice.label.end());
+  std::string materials, lost;
+  for (std::size_t s = 0; s < patient.segments.size(); ++s) {
+    const Segment& segment = patient.segments[s];
+    if (present.count(static_cast<std::uint16_t>(s + 1)) == 0)
+      throw std::invalid_argument("cell: nothing is left of " + segment.name + ": take a smaller cell");
+    const auto& t = tissues.at(segment.tissue);
+    materials +=
+        print("      - {label: %zu, youngs_modulus: %.9g, poisson_ratio: %.9g, density: %.9g}", s + 1,
+              t.at("youngs_modulus").value, t.at("poisson_ratio").value, t.at("density").value) +
+        "  # " + segment.name + ": " + segment.tissue + "\n";
+  }
+  const fs::path scene = folder / (patient.name + ".yaml");
+  save(scene,
+       "# Written by vest_import bake; change patient.yaml instead.\nvest_scene: 1\nname: " + patient.name +
+           "\ngravity: [0, 0, -9.81]\nseed: 1\nsolution: {integrator: newton_euler, dt: 0.001}\nobjects:\n  "
+           "- name: " +
+           patient.name + "\n    organ: " + patient.segments.front().name +
+           "\n    roles: [target]\n    model: fem\n    integrator: backward_euler\n    strain: corotational\n"
+           "    start: rest\n    mesh: " +
+           patient.name + ".vtk\n    fixed: " + patient.name +
+           "_held.csv\n    # stiffness and density: data/materials.yaml; damping: assumed\n    "
+           "rayleigh_mass: 2\n"
+           "    rayleigh_stiffness: 0.004\n    materials:\n" +
+           materials);
+  return scene.string();
+}
+
+}  // namespace vest::image

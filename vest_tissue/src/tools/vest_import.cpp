@@ -1,0 +1,89 @@
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "check_table.h"
+#include "vest_instruments/files/read.h"
+#include "vest_tissue/image/patient.h"
+#include "vest_tissue/scene/world.h"
+#include "vest_tissue/volume/stuffing.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace vest::image;
+
+void begin(const std::string& images, const std::string& folder, const ReadOptions& options) {
+  const fs::path recipe = fs::path(folder) / "patient.yaml";
+  if (fs::exists(recipe)) throw std::invalid_argument(recipe.string() + ": is there already");
+  const Volume volume = read(images, options);
+  for (const auto& note : volume.notes)
+    std::fprintf(stderr, "vest_import: note: %s\n", vest::files::shown(note, 1000).c_str());
+  fs::create_directories(folder);
+  std::string text = firstPatient(fs::absolute(folder).lexically_normal().filename().string(),
+                                  fs::absolute(images).string(), volume);
+  if (!options.series.empty()) text += "series: \"" + options.series + "\"\n";
+  if (options.resample) text += "resample: true\n";
+  std::ofstream out(recipe, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) throw std::invalid_argument(recipe.string() + ": cannot be written");
+  readPatient(recipe.string());  // a name that a recipe cannot have is told now
+  std::printf("%s: %u x %u x %u voxels. Look at its labels, then: vest_import bake %s\n", recipe.c_str(),
+              volume.size[0], volume.size[1], volume.size[2], folder.c_str());
+}
+
+int bake(const std::string& folder) {
+  const Patient patient = readPatient((fs::path(folder) / "patient.yaml").string());
+  const Volume volume = read(patient.images, patient.reading);
+  const auto labels = segment(volume, patient);
+  const auto lattice = mesh(labels, patient);
+  for (std::size_t s = 0; s < patient.segments.size(); ++s) {
+    std::size_t voxels = 0;
+    for (const auto label : labels.labels) voxels += label == s + 1;
+    std::printf("%-16s %9.1f ml of voxels, %9.1f ml of elements\n", patient.segments[s].name.c_str(),
+                1e6 * static_cast<double>(voxels) * labels.spacing.prod(),
+                1e6 * vest::volume::volumeOf(lattice, static_cast<std::uint16_t>(s + 1)));
+  }
+  const auto [least, greatest] = vest::volume::dihedralAngles(lattice);
+  std::printf("%zu nodes, %zu tetrahedra, dihedral angles %.1f … %.1f degrees\n", lattice.nodes.size(),
+              lattice.tetrahedra.size(), least, greatest);
+  const auto scene = vest::scene::loadScene(writePatientScene(lattice, patient, folder));
+  const bool good = vest::tools::printCheck(scene);
+  return vest::tools::startsWell(scene) && good ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("A scene from a patient's images (docs/images.md).");
+  app.require_subcommand(1);
+  ReadOptions options;
+  std::string images, folder;
+  CLI::App* const first = app.add_subcommand("new", "a recipe to begin with: FOLDER/patient.yaml");
+  first->add_option("IMAGES", images, "folder or file of DICOM")->required();
+  first->add_option("FOLDER", folder, "of the patient; its name becomes that of the scene")->required();
+  first->add_option("--series", options.series,
+                    "which of several series: its number in the list, or its UID");
+  first->add_flag("--resample", options.resample, "interpolate what is uneven or tilted");
+  CLI::App* const second =
+      app.add_subcommand("bake", "labels, mesh and a scene that runs, beside the recipe");
+  second->add_option("FOLDER", folder, "with patient.yaml")->required();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (second->parsed()) return bake(folder);
+    begin(images, folder, options);
+    return 0;
+  } catch (const std::exception& error) {
+    const std::string message = error.what(), recipe = (fs::path(folder) / "patient.yaml").string();
+    const bool bare = second->parsed() && message.find('/') == std::string::npos;
+    std::fprintf(stderr, "vest_import: %s%s\n", bare ? (recipe + ": ").c_str() : "",
+                 vest::files::shown(message, 2000).c_str());
+    return 1;
+  }
+}

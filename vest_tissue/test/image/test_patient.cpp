@@ -1,0 +1,187 @@
+// From images to a scene: a patient whose shapes are known comes back as labels, tetrahedra and a World that
+// runs.
+#include <cmath>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "phantom_files.h"
+#include "vest_tissue/image/patient.h"
+#include "vest_tissue/scene/world.h"
+#include "vest_tissue/volume/stuffing.h"
+
+namespace {
+
+using namespace vest::image;
+using vest::test::refusal;
+using vest::test::TemporaryScene;
+
+constexpr double kSphere = 0.014;
+
+/// A box of 50 HU around a sphere of 300 HU.
+Phantom boxWithSphere() {
+  return {"box",
+          {-0.036, -0.036, -0.03},
+          {0.036, 0.036, 0.03},
+          {{Shape::Box, {0, 0, 0}, {0.030, 0.025, 0.020}, 50, 1},
+           {Shape::Ellipsoid, {0.004, -0.002, 0.001}, {kSphere, kSphere, kSphere}, 300, 2}},
+          {"box", "sphere"}};
+}
+
+const PhantomImage kImage{{48, 48, 40}, 15, 3};
+
+Segment segmentOf(const std::string& name, const std::string& tissue, double low, double high) {
+  Segment s;
+  s.name = name, s.tissue = tissue, s.low = low, s.high = high;
+  return s;
+}
+
+Patient patientOf() {
+  Patient p;
+  p.name = "box";
+  p.segments = {segmentOf("box", "spleen", -400, 900), segmentOf("sphere", "kidney", 175, 900)};
+  for (Segment& s : p.segments) s.largest = 1;
+  p.cell = 0.005;
+  return p;
+}
+
+std::string bytesOf(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(Patient, ImagesBecomeTheShapesThatTheyShow) {
+  const Phantom phantom = boxWithSphere();
+  const Volume volume = picture(phantom, kImage);
+  const auto found = segment(volume, patientOf()), exact = labels(phantom, kImage);
+  std::size_t wrong = 0;
+  for (std::size_t v = 0; v < exact.labels.size(); ++v) wrong += found.labels[v] != exact.labels[v];
+  EXPECT_LT(wrong, exact.labels.size() / 100);
+  const auto lattice = mesh(found, patientOf());
+  const double sphere = phantom.shapes[1].volume();
+  EXPECT_NEAR(vest::volume::volumeOf(lattice, 2) / sphere, 1, 0.03);
+  EXPECT_NEAR(vest::volume::volumeOf(lattice, 1) / (phantom.shapes[0].volume() - sphere), 1, 0.03);
+  const auto [least, greatest] = vest::volume::dihedralAngles(lattice);
+  EXPECT_GE(least, 10.7);
+  EXPECT_LE(greatest, 165.0001);
+}
+
+// Supine: the patient's left is at the trainee's left (-x), the front is up, the underside lies at `place`.
+TEST(Patient, LiesOnItsBackAtItsPlace) {
+  const auto lattice = mesh(segment(picture(boxWithSphere(), kImage), patientOf()), patientOf());
+  Eigen::Vector3d low = lattice.nodes[0], high = low, sphere = Eigen::Vector3d::Zero();
+  double of_sphere = 0;
+  for (const auto& n : lattice.nodes) low = low.cwiseMin(n), high = high.cwiseMax(n);
+  for (std::size_t t = 0; t < lattice.label.size(); ++t) {
+    if (lattice.label[t] != 2) continue;
+    const auto& n = lattice.tetrahedra[t];
+    sphere += 0.25 * (lattice.nodes[n[0]] + lattice.nodes[n[1]] + lattice.nodes[n[2]] + lattice.nodes[n[3]]);
+    ++of_sphere;
+  }
+  EXPECT_NEAR(low[2], 0.03, 1e-12);
+  EXPECT_NEAR(high[0] - low[0], 0.060, 0.002);
+  EXPECT_NEAR(high[1] - low[1], 0.040, 0.002);  // the patient's height lies along y
+  EXPECT_NEAR(high[2] - low[2], 0.050, 0.002);
+  const Eigen::Vector3d middle = sphere / of_sphere - 0.5 * (low + high);
+  EXPECT_LT((middle - Eigen::Vector3d(-0.004, -0.001, 0.002)).norm(), 0.001) << middle;
+}
+
+TEST(Patient, TheSameRecipeGivesTheSameBytesAndASceneThatRuns) {
+  const TemporaryScene first, second;
+  const auto lattice = mesh(segment(picture(boxWithSphere(), kImage), patientOf()), patientOf());
+  const std::string scene = writePatientScene(lattice, patientOf(), first.folder());
+  writePatientScene(mesh(segment(picture(boxWithSphere(), kImage), patientOf()), patientOf()), patientOf(),
+                    second.folder());
+  for (const char* const name : {"box.yaml", "box.vtk", "box_held.csv"})
+    EXPECT_TRUE(bytesOf(first.folder() + "/" + name) == bytesOf(second.folder() + "/" + name)) << name;
+  auto description = vest::scene::loadScene(scene);
+  description.cache_directory.clear();
+  ASSERT_EQ(description.objects.at(0).position.size(), lattice.nodes.size());
+  vest::scene::World world(description);
+  vest::scene::StepInput input;
+  vest::scene::StepReport report;
+  input.dt = description.dt;
+  for (int i = 0; i < 5; ++i) {
+    input.step = world.steps();
+    world.step(input, report);
+  }
+  EXPECT_EQ(world.steps(), 5u);
+  EXPECT_EQ(report.status, vest::scene::Status::Ok) << report.fault_object;
+}
+
+/// Values along a line of voxels, as a volume.
+Volume line(const std::vector<std::int16_t>& values) {
+  Volume v;
+  v.size = {static_cast<std::uint32_t>(values.size()), 1, 1};
+  v.axes *= 0.001;
+  v.slices.resize(1);
+  const auto copy =
+      std::shared_ptr<std::int16_t>(new std::int16_t[values.size()], std::default_delete<std::int16_t[]>());
+  std::copy(values.begin(), values.end(), copy.get());
+  v.whole = copy;
+  return v;
+}
+
+std::vector<std::uint16_t> labelled(const std::vector<std::int16_t>& values, const Segment& s) {
+  Patient p;
+  p.segments = {s};
+  return segment(line(values), p).labels;
+}
+
+TEST(Segment, ClosesGrowsAndKeepsTheLargest) {
+  const std::vector<std::int16_t> values{9, 9, 0, 9, 9, 9, 0, 0, 0, 9, 0, 0};
+  using Labels = std::vector<std::uint16_t>;
+  Segment s = segmentOf("nine", "liver", 5, 10);
+  EXPECT_EQ(labelled(values, s), (Labels{1, 1, 0, 1, 1, 1, 0, 0, 0, 1, 0, 0}));
+  s.closing = 1;
+  EXPECT_EQ(labelled(values, s), (Labels{1, 1, 1, 1, 1, 1, 0, 0, 0, 1, 0, 0}));
+  s.largest = 1;
+  EXPECT_EQ(labelled(values, s), (Labels{1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0}));
+  s.largest = 0, s.grows = true, s.from = {0.009, 0, 0};
+  EXPECT_EQ(labelled(values, s), (Labels{0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0}));
+  s.from = {0.011, 0, 0};
+  EXPECT_NE(refusal([&] { labelled(values, s); }).find("nine: from"), std::string::npos);
+  s = segmentOf("ten", "liver", 10, 10);
+  EXPECT_NE(refusal([&] { labelled(values, s); }).find("ten: no voxel"), std::string::npos);
+}
+
+TEST(Segment, MedianFillsHolesAndDropsCorners) {
+  Volume block = line(std::vector<std::int16_t>(125, 9));
+  block.size = {5, 5, 5};
+  block.slices.resize(5);
+  const_cast<std::int16_t*>(block.whole.get())[62] = 0;  // the middle
+  Patient p;
+  p.segments = {segmentOf("nine", "liver", 5, 10)};
+  p.segments[0].median = 1;
+  const auto labels = segment(block, p);
+  EXPECT_EQ(labels.at(2, 2, 2), 1);
+  EXPECT_EQ(labels.at(0, 2, 2), 1);
+  EXPECT_EQ(labels.at(0, 0, 0), 0);
+  p.cropped = true, p.low.setZero(), p.high.setConstant(0.0021);
+  EXPECT_EQ(segment(block, p).at(2, 2, 3), 0);
+}
+
+TEST(Recipe, IsReadStrictly) {
+  const TemporaryScene folder;
+  const auto recipe = [&](const std::string& labels) {
+    return folder.write("patient.yaml",
+                        "vest_patient: 1\nname: a\nimages: dicom\ncell: 5\nlabels: [" + labels + "]\n");
+  };
+  const std::string good = "{name: liver, tissue: liver, values: [0, 100], from: [10, 20, 30]}";
+  const Patient p = readPatient(recipe(good));
+  EXPECT_EQ(p.images, folder.folder() + "/dicom");
+  EXPECT_EQ(p.segments.at(0).from, Eigen::Vector3d(0.010, 0.020, 0.030));
+  EXPECT_EQ(p.cell, 0.005);
+  for (const char* const bad :
+       {"", "{name: liver, tissue: cheese, values: [0, 100]}", "{name: liver, tissue: liver, values: [9, 1]}",
+        "{name: liver, tissue: liver}", "{name: liver, tissue: liver, values: [0, 1], colour: red}"}) {
+    const std::string message = refusal([&] { readPatient(recipe(bad)); });
+    EXPECT_NE(message.find("patient.yaml:"), std::string::npos) << bad << ": " << message;
+  }
+  EXPECT_NE(refusal([&] { readPatient(recipe(good + ", " + good)); }).find("name of its own"),
+            std::string::npos);
+  const Volume head = vest::test::headOf(24, 8);
+  EXPECT_EQ(readPatient(folder.write("patient.yaml", firstPatient("b", "/x", head))).images, "/x");
+}
+
+}  // namespace
