@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "simulate_rods.h"
 #include "simulate_scene.h"
 
 int main(int argc, char** argv) {
@@ -23,13 +24,31 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
   app.add_option("--output", output, "CSV: object,node,x,y,z");
+  vest::tools::RodTables tables;
+  app.add_option("--reactions", tables.reactions,
+                 "CSV: t,object,node,fx,fy,fz,mx,my,mz of every held node of rods, holder on rod");
+  app.add_option("--path", tables.path, "CSV: t,object,node,x,y,z of every node of rods");
+  app.add_option("--every", tables.every, "steps from one time in those tables to the next")
+      ->check(CLI::Range(1, 1000000000))
+      ->capture_default_str();
   app.add_flag("--hash", hash, "print scene_hash and state_hash");
   CLI11_PARSE(app, argc, argv);
   try {
-    const auto description = vest::scene::loadScene(scene_path);
-    const auto result = vest::tools::simulateScene(description, options);
+    vest::tools::SimulatedScene result;
+    std::string scene_hash;
+    if (vest::scene::hasRods(scene_path)) {
+      const auto rods = vest::scene::loadRods(scene_path);
+      result = vest::tools::simulateRods(rods, options, tables);
+      scene_hash = rods.hash;
+    } else {
+      if (!tables.reactions.empty() || !tables.path.empty())
+        throw std::invalid_argument("--reactions and --path are for scenes of rods, and there is none");
+      const auto description = vest::scene::loadScene(scene_path);
+      result = vest::tools::simulateScene(description, options);
+      scene_hash = description.hash;
+    }
     if (!output.empty()) vest::tools::writePositions(result, output);
-    if (hash) std::printf("scene_hash %s\nstate_hash %s\n", description.hash.c_str(), result.hash.c_str());
+    if (hash) std::printf("scene_hash %s\nstate_hash %s\n", scene_hash.c_str(), result.hash.c_str());
     return 0;
   } catch (const std::exception& error) {
     const std::string message = error.what();

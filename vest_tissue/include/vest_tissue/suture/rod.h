@@ -1,0 +1,143 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "vest_tissue/suture/block_chain.h"
+#include "vest_tissue/suture/description.h"
+
+/// Staggered Cosserat rods: a place x_i per node, a quaternion q_j per segment, R = R(q),
+/// p = conj(q_j)·q_j+1, with the strains
+///
+///     Γ = Rᵀ(x_j+1 − x_j)/l − e3,      κ = (2/l)·Im p / Re p
+///
+/// and the energy Σ l/2·ΓᵀSΓ + Σ l/2·(κ−κ⁰)ᵀK(κ−κ⁰), S = diag(GA, GA, EA), K = diag(EI, EI, GJ). A frame that
+/// is held at a node acts on the segments beside it through half an element. Steps are backward Euler, by
+/// Newton's method with the exact Hessian on positions and rotations (Bergou et al. 2008 keep an angle
+/// instead), as one block tridiagonal system a rod.
+namespace vest::suture {
+
+constexpr Index kNone = 0xffffffffu;
+
+/// A bending element between two frames; where a frame is held, one of them is that of the holder.
+struct Joint {
+  Index a = kNone, b = kNone;  ///< segments; kNone: the held frame `held`
+  Index held = kNone;
+  double length = 0.0;  ///< m
+};
+
+struct Strand {
+  Index first = 0, nodes = 0, segments = 0;  ///< node and segment numbers follow each other
+  bool closed = false;
+  Section section;
+  Index joints_begin = 0, joints_end = 0;
+  Index next(Index node) const { return node + 1 < first + nodes ? node + 1 : first; }
+};
+
+struct HeldModel {
+  Index node = 0;
+  Hold hold = Hold::Place;
+  Eigen::Quaterniond frame = Eigen::Quaterniond::Identity();  ///< at the start, twist put in included
+  std::vector<DriveRow> drive;                                ///< the start is its first row
+};
+
+/// A contact that was near in the last sub-step: it keeps its side.
+struct LiveContact {
+  Index a = kNone, b = kNone;                        ///< segments a < b, or b = kCylinder + number
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< from b to a
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   ///< N, on a
+};
+constexpr Index kCylinder = 0x80000000u;
+
+struct State {
+  double time = 0.0;                      ///< s
+  std::vector<Eigen::Vector3d> position;  ///< m, per node
+  std::vector<Eigen::Vector3d> velocity;  ///< m/s
+  std::vector<Eigen::Quaterniond> frame;  ///< per segment (by its first node); third axis along it
+  std::vector<Eigen::Vector3d> spin;      ///< rad/s, in the frame
+  /// 1/m, per joint. Twist beyond a small one is kept in `offset` and, with the other sign, in the third
+  /// component here: p = conj(q_a·offset)·q_b stays near 1, and no number of turns is too many.
+  std::vector<Eigen::Vector3d> natural_curvature;
+  std::vector<Eigen::Quaterniond> offset;
+  std::vector<LiveContact> contacts;  ///< as many as `contact_count` are live
+  Index contact_count = 0;
+};
+
+/// Immutable.
+struct Model {
+  /// @throws std::invalid_argument: rod, field, value, what is allowed
+  explicit Model(const Description& description);
+
+  Eigen::Vector3d gravity;
+  std::vector<Strand> strands;
+  std::vector<Cylinder> cylinders;       ///< axes of length 1
+  std::vector<double> mass, drag;        ///< kg, N·s/m, per node
+  std::vector<double> length;            ///< m, per segment
+  std::vector<Eigen::Vector3d> inertia;  ///< kg·m², per segment, in its frame
+  std::vector<Eigen::Vector3d> force;    ///< N, weight and loads, per node
+  std::vector<Joint> joints;
+  std::vector<HeldModel> held;
+  std::vector<Index> held_at;  ///< per node: number in `held`, or kNone
+  State start;
+};
+
+/// Force of the holder on the rod, and its moment about the node; world.
+struct Reaction {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   ///< N
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();  ///< N·m; zero where the frame is free
+};
+
+enum class StepStatus : std::uint8_t { Ok = 0, Degraded = 1, Fault = 2 };
+
+struct ContactScratch;
+
+/// Memory of a step; one per State that steps at the same time.
+struct Scratch {
+  explicit Scratch(const Model& model);
+  ~Scratch();
+  std::vector<Reaction> reactions;  ///< out: per held node, at the step's end
+  int passes = 0;                   ///< out: Newton passes of the last step
+  int parts = 0;                    ///< out: sub-steps of the last step
+  int sweeps = 0;                   ///< out: sweeps over contacts of the last step
+  double contact_residual = 0.0;    ///< out: N, of the last sweep
+
+  std::vector<BlockChain> chain;                             ///< per strand
+  std::vector<Vector6> gradient, change;                     ///< per node: place and rotation of its segment
+  std::vector<Eigen::Vector3d> strain_then, curvature_then;  ///< at the sub-step's start
+  std::vector<Eigen::Vector3d> target;                       ///< per held node
+  std::vector<Eigen::Quaterniond> held_frame;
+  std::vector<Eigen::Vector3d> contact_force;  ///< N, per node
+  State before, trial, backup;
+  std::unique_ptr<ContactScratch> contacts;
+};
+
+/// Advances by dt in 1, 2, 4 or 8 sub-steps, as motion asks for. No allocation, no exception.
+/// Fault: numbers were not finite, and the state is as before.
+StepStatus step(const Model& model, State& state, Scratch& scratch, double dt);
+
+/// Reactions of held nodes in a state at rest: scratch.reactions.
+void findReactions(const Model& model, const State& state, Scratch& scratch);
+
+struct StaticReport {
+  bool converged = false;
+  int iterations = 0;
+  double residual = 0.0;  ///< N, greatest unbalanced force of a free node
+  double load = 0.0;      ///< N, what it is measured against
+};
+
+/// Stable equilibrium with all that is held at the end of its drive, followed there in small parts. Where
+/// symmetry keeps a rod in an unstable equilibrium, a small push leads it out. Velocities become zero.
+StaticReport solveStatic(const Model& model, State& state, Scratch& scratch);
+
+/// Kinetic and elastic energy, and that of weight and dead loads, J.
+double energy(const Model& model, const State& state);
+
+/// XXH64 over the state's numbers, little-endian.
+std::uint64_t stateHash(const State& state);
+
+}  // namespace vest::suture

@@ -1,0 +1,255 @@
+#include "elements.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "quaternions.h"
+
+namespace vest::suture {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Vector3d bendStiffness(const Section& s) {
+  return {s.bend, s.bend, s.twist};
+}
+Vector3d strainStiffness(const Section& s) {
+  return {s.shear, s.shear, s.stretch};
+}
+
+/// Rotation over the sub-step in the frame at its start, 2·Im: the angle, to third order.
+struct Turn {
+  Vector3d phi;
+  Matrix3d derivative;  // by a further rotation in the frame's own axes
+};
+Turn turnSince(const Eigen::Quaterniond& then, const Eigen::Quaterniond& now) {
+  const Eigen::Quaterniond p = then.conjugate() * now;
+  const double sign = p.w() < 0.0 ? -1.0 : 1.0;
+  return {2.0 * sign * p.vec(), sign * (p.w() * Matrix3d::Identity() + skew(p.vec()))};
+}
+
+struct Inertia {
+  double weight;   // (m + h·d)/h²
+  Vector3d place;  // that it pulls to
+};
+Inertia inertiaOf(const Potential& p, Index i, double damping) {
+  const double m = p.model.mass[i], d = m * damping + p.model.drag[i];
+  return {(m + p.h * d) / (p.h * p.h),
+          p.before.position[i] + p.before.velocity[i] * (p.h * m / (m + p.h * d))};
+}
+
+}  // namespace
+
+Vector3d strainOf(const Model& model, const State& s, const Strand& strand, Index j) {
+  const Vector3d d = s.position[strand.next(j)] - s.position[j];
+  return s.frame[j].conjugate() * d / model.length[j] - Vector3d::UnitZ();
+}
+
+Vector3d bendOf(const Model& model, const State& s, const std::vector<Eigen::Quaterniond>& held_frame,
+                Index k) {
+  const Joint& joint = model.joints[k];
+  const Eigen::Quaterniond& qa = joint.a == kNone ? held_frame[joint.held] : s.frame[joint.a];
+  const Eigen::Quaterniond& qb = joint.b == kNone ? held_frame[joint.held] : s.frame[joint.b];
+  const Eigen::Quaterniond p = (qa * s.offset[k]).conjugate() * qb;
+  return 2.0 * p.vec() / p.w();
+}
+
+void absorbTwist(const Model& model, const std::vector<Eigen::Quaterniond>& held_frame, Index k, State& s) {
+  const double z = 0.5 * bendOf(model, s, held_frame, k).z();  // tangent of half the angle
+  if (!(std::abs(z) > 0.005) || !(std::abs(z) < 1.0)) return;
+  const double z2 = z * z, root = std::sqrt(1.0 + z2);
+  double arc = 0.0;  // atan(z)/z by its series after two halvings, |z| then below 0.2
+  double w = z / (1.0 + root);
+  w /= 1.0 + std::sqrt(1.0 + w * w);
+  for (int n = 21; n >= 1; n -= 2) arc = 1.0 / n - w * w * arc;
+  const double half_angle = 4.0 * w * arc;
+  Vector3d& natural = s.natural_curvature[k];
+  s.offset[k] = (s.offset[k] * Eigen::Quaterniond(1.0, 0.0, 0.0, z)).normalized();
+  // What curves by nature stays with the material, halfway between both frames.
+  const double c = 1.0 / root, sine = z / root, x = natural.x(), y = natural.y();
+  natural = {c * x + sine * y, c * y - sine * x, natural.z() - 2.0 * half_angle / model.joints[k].length};
+}
+
+double valueOf(const Potential& p, const State& s, const Scratch& scratch) {
+  const Model& m = p.model;
+  double sum = 0.0;
+  for (const Strand& strand : m.strands) {
+    const double rate = strand.section.strain_damping / p.h;
+    const Vector3d S = strainStiffness(strand.section), K = bendStiffness(strand.section);
+    for (Index k = 0; k < strand.nodes; ++k) {
+      const Index i = strand.first + k;
+      const Inertia a = inertiaOf(p, i, strand.section.damping);
+      sum += 0.5 * a.weight * (s.position[i] - a.place).squaredNorm() -
+             m.force[i].dot(s.position[i] - p.before.position[i]);
+      if (k >= strand.segments) continue;
+      const Vector3d strain = strainOf(m, s, strand, i);
+      sum += 0.5 * m.length[i] *
+             (S.cwiseProduct(strain).dot(strain) +
+              rate * S.cwiseProduct(strain - scratch.strain_then[i]).dot(strain - scratch.strain_then[i]));
+      const double weight = (1.0 + p.h * strand.section.damping) / (p.h * p.h);
+      const Vector3d past = turnSince(p.before.frame[i], s.frame[i]).phi -
+                            p.before.spin[i] * (p.h / (1.0 + p.h * strand.section.damping));
+      sum += 0.5 * weight * p.inertia(i).cwiseProduct(past).dot(past);
+    }
+    for (Index k = strand.joints_begin; k < strand.joints_end; ++k) {
+      const Joint& joint = m.joints[k];
+      const Vector3d bend = bendOf(m, s, scratch.held_frame, k) / joint.length;
+      const Vector3d off = bend - s.natural_curvature[k], change = bend - scratch.curvature_then[k];
+      sum += 0.5 * joint.length * (K.cwiseProduct(off).dot(off) + rate * K.cwiseProduct(change).dot(change));
+    }
+  }
+  return sum;
+}
+
+namespace {
+
+void addInertia(const Potential& p, const State& s, const Strand& strand, Index k, BlockChain& chain,
+                Scratch& scratch) {
+  const Index i = strand.first + k;
+  const Inertia a = inertiaOf(p, i, strand.section.damping);
+  Matrix6& diagonal = chain.diagonal[k];
+  Vector6& g = scratch.gradient[i];
+  g.head<3>() += a.weight * (s.position[i] - a.place) - p.model.force[i];
+  diagonal.topLeftCorner<3, 3>().diagonal().array() += a.weight;
+  if (k >= strand.segments) {
+    diagonal.bottomRightCorner<3, 3>().setIdentity();  // an end has no segment
+    return;
+  }
+  const double damping = strand.section.damping, weight = (1.0 + p.h * damping) / (p.h * p.h);
+  const Turn turn = turnSince(p.before.frame[i], s.frame[i]);
+  const Vector3d moment =
+      weight * p.inertia(i).cwiseProduct(turn.phi - p.before.spin[i] * (p.h / (1.0 + p.h * damping)));
+  g.tail<3>() += turn.derivative.transpose() * moment;
+  diagonal.bottomRightCorner<3, 3>() +=
+      turn.derivative.transpose() * (weight * p.inertia(i)).asDiagonal() * turn.derivative;
+}
+
+void addSegment(const Potential& p, const State& s, const Strand& strand, Index k, bool exact,
+                BlockChain& chain, Scratch& scratch) {
+  const Index i = strand.first + k, j = strand.next(i);
+  const double l = p.model.length[i], rate = strand.section.strain_damping / p.h;
+  const Matrix3d R = s.frame[i].toRotationMatrix();
+  const Vector3d b = R.transpose() * (s.position[j] - s.position[i]);
+  const Vector3d strain = b / l - Vector3d::UnitZ();
+  const Vector3d S = strainStiffness(strand.section);
+  const Vector3d n = S.cwiseProduct(strain + rate * (strain - scratch.strain_then[i]));
+  const Vector3d force = R * n;
+  scratch.gradient[i].head<3>() -= force;
+  scratch.gradient[j].head<3>() += force;
+  scratch.gradient[i].tail<3>() += n.cross(b);
+
+  const Vector3d tangent = S * ((1.0 + rate) / l);
+  const Matrix3d B = skew(b);
+  Matrix3d dd = R * tangent.asDiagonal() * R.transpose();
+  Matrix3d td = B.transpose() * tangent.asDiagonal() * R.transpose();
+  Matrix3d tt = B.transpose() * tangent.asDiagonal() * B;
+  if (exact) {
+    td += skew(n) * R.transpose();
+    tt += 0.5 * (n * b.transpose() + b * n.transpose());
+    tt.diagonal().array() -= n.dot(b);
+  } else if (n.z() > 0.0) {
+    const Vector3d t = R.col(2);
+    dd -= (n.z() / l) * t * t.transpose();
+    dd.diagonal().array() += n.z() / l;
+  }
+  // Places i and j, rotation i.
+  const Index kj = j - strand.first;
+  chain.diagonal[k].topLeftCorner<3, 3>() += dd;
+  chain.diagonal[kj].topLeftCorner<3, 3>() += dd;
+  chain.diagonal[k].bottomLeftCorner<3, 3>() -= td;
+  chain.diagonal[k].topRightCorner<3, 3>() -= td.transpose();
+  chain.diagonal[k].bottomRightCorner<3, 3>() += tt;
+  chain.lower[k].topLeftCorner<3, 3>() -= dd;
+  chain.lower[k].topRightCorner<3, 3>() += td.transpose();
+}
+
+void addJoint(const Potential& p, const State& s, const Strand& strand, Index k, bool exact,
+              BlockChain& chain, Scratch& scratch) {
+  const Joint& joint = p.model.joints[k];
+  const double l = joint.length, rate = strand.section.strain_damping / p.h;
+  const Vector3d K = bendStiffness(strand.section);
+  const Vector3d u = bendOf(p.model, s, scratch.held_frame, k), c = 0.5 * u, curvature = u / l;
+  const Vector3d m =
+      K.cwiseProduct(curvature - s.natural_curvature[k] + rate * (curvature - scratch.curvature_then[k]));
+  Matrix3d A = skew(c) + c * c.transpose();
+  A.diagonal().array() += 1.0;
+  const Vector3d gb = A.transpose() * m, ha = A * m;  // gradients: b, and minus that of a
+  const Matrix3d D = (K * ((1.0 + rate) / l)).asDiagonal();
+  Matrix3d bb = A.transpose() * D * A, aa = A * D * A.transpose(), ab = -(A * D * A);
+  if (exact) {
+    bb += 0.5 * (gb * c.transpose() + c * gb.transpose());
+    aa += 0.5 * (ha * c.transpose() + c * ha.transpose());
+    const double mc = m.dot(c);
+    const Vector3d cm = c.cross(m);
+    Matrix3d mixed =
+        skew(m) - cm * c.transpose() + c * cm.transpose() - mc * skew(c) - 2.0 * mc * c * c.transpose();
+    mixed.diagonal().array() -= 2.0 * mc;
+    ab += 0.5 * mixed;
+  }
+  const Matrix3d O = s.offset[k].toRotationMatrix();
+  if (joint.b != kNone) {
+    scratch.gradient[joint.b].tail<3>() += gb;
+    chain.diagonal[joint.b - strand.first].bottomRightCorner<3, 3>() += bb;
+  } else {
+    scratch.reactions[joint.held].moment += scratch.held_frame[joint.held] * gb;
+  }
+  if (joint.a != kNone) {
+    scratch.gradient[joint.a].tail<3>() -= O * ha;
+    chain.diagonal[joint.a - strand.first].bottomRightCorner<3, 3>() += O * aa * O.transpose();
+  } else {
+    scratch.reactions[joint.held].moment -= scratch.held_frame[joint.held] * ha;
+  }
+  if (joint.a != kNone && joint.b != kNone)
+    chain.lower[joint.a - strand.first].bottomRightCorner<3, 3>() += (O * ab).transpose();
+}
+
+/// Held places: their change is known, so that the equations of their neighbours get it.
+void hold(const Model& m, const State& s, const Strand& strand, BlockChain& chain, Scratch& scratch) {
+  for (Index h = 0; h < m.held.size(); ++h) {
+    const Index i = m.held[h].node;
+    if (i < strand.first || i >= strand.first + strand.nodes) continue;
+    const Index k = i - strand.first, before = k > 0 ? k - 1 : strand.nodes - 1,
+                after = k + 1 < strand.nodes ? k + 1 : 0;
+    const Vector3d change = scratch.target[h] - s.position[i];
+    scratch.reactions[h].force = scratch.gradient[i].head<3>();
+    scratch.gradient[i].tail<3>() += chain.diagonal[k].bottomLeftCorner<3, 3>() * change;
+    if (k + 1 < strand.nodes || strand.closed) {
+      scratch.gradient[strand.first + after] += chain.lower[k].leftCols<3>() * change;
+      chain.lower[k].leftCols<3>().setZero();
+    }
+    if (k > 0 || strand.closed) {
+      scratch.gradient[strand.first + before] += chain.lower[before].topRows<3>().transpose() * change;
+      chain.lower[before].topRows<3>().setZero();
+    }
+    Matrix6& d = chain.diagonal[k];
+    d.topRows<3>().setZero();
+    d.leftCols<3>().setZero();
+    d.topLeftCorner<3, 3>().setIdentity();
+  }
+  // Last, so that neighbours which are held both are right.
+  for (Index h = 0; h < m.held.size(); ++h) {
+    const Index i = m.held[h].node;
+    if (i >= strand.first && i < strand.first + strand.nodes)
+      scratch.gradient[i].head<3>() = s.position[i] - scratch.target[h];
+  }
+}
+
+}  // namespace
+
+void assemble(const Potential& p, const State& s, bool exact, Scratch& scratch) {
+  for (auto& g : scratch.gradient) g.setZero();
+  for (auto& r : scratch.reactions) r.moment.setZero();
+  for (Index n = 0; n < p.model.strands.size(); ++n) {
+    const Strand& strand = p.model.strands[n];
+    BlockChain& chain = scratch.chain[n];
+    chain.setZero();
+    for (Index k = 0; k < strand.nodes; ++k) addInertia(p, s, strand, k, chain, scratch);
+    for (Index k = 0; k < strand.segments; ++k) addSegment(p, s, strand, k, exact, chain, scratch);
+    for (Index k = strand.joints_begin; k < strand.joints_end; ++k)
+      addJoint(p, s, strand, k, exact, chain, scratch);
+    hold(p.model, s, strand, chain, scratch);
+  }
+}
+
+}  // namespace vest::suture

@@ -1,0 +1,118 @@
+// Rods from files to tables.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "../../src/tools/simulate_rods.h"
+#include "temporary_scene.h"
+
+namespace vest::tools::test {
+namespace {
+
+const char* const kScene =
+    "gravity: [0, 0, 0]\n"
+    "objects:\n"
+    "  - name: thread\n"
+    "    model: rod\n"
+    "    nodes: nodes.csv\n"
+    "    closed: false\n"
+    "    rod: {radius: 0.01, density: 1180, youngs_modulus: 1.8e5, poisson_ratio: 0.5}\n"
+    "    natural: straight\n"
+    "    turn: 0.0\n"
+    "    friction: 0.1\n"
+    "    damping: 1.0\n"
+    "    held: held.csv\n"
+    "    drive: drive.csv\n"
+    "    loads: loads.csv\n";
+
+struct RodFiles {
+  vest::test::TemporaryScene folder;
+  RodFiles() {
+    std::ostringstream nodes;
+    nodes << "node,x,y,z\n";
+    for (int i = 0; i <= 20; ++i) nodes << i << ',' << 0.05 * i << ",0,0\n";
+    folder.write("nodes.csv", nodes.str());
+    folder.write("held.csv", "node,kind\n0,1\n20,0\n");
+    folder.write("drive.csv", "t,node,x,y,z,angle\n0,20,1,0,0,0\n0.5,20,0.9,0,0.1,0\n");
+    folder.write("loads.csv", "node,fx,fy,fz\n10,0,0,0.5\n");
+  }
+  std::string with(const std::string& from, const std::string& to) const {
+    std::string text = kScene;
+    const auto at = text.find(from);
+    if (at == std::string::npos) throw std::logic_error(from);
+    return folder.write("scene.yaml", text.replace(at, from.size(), to));
+  }
+  static std::string refusal(const std::string& path) {
+    try {
+      scene::loadRods(path);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+};
+
+std::vector<std::string> lines(const std::string& path) {
+  std::ifstream in(path);
+  std::vector<std::string> all;
+  for (std::string line; std::getline(in, line);) all.push_back(line);
+  return all;
+}
+
+TEST(RodScene, TablesHaveHeldNodesAndPathsAtEveryTime) {
+  const RodFiles files;
+  const auto scene = scene::loadRods(files.with("closed: false", "closed: false"));
+  SimulateOptions options;
+  options.steps = 100;
+  RodTables tables{files.folder.folder() + "/r.csv", files.folder.folder() + "/p.csv", 50};
+  const auto first = simulateRods(scene, options, tables);
+  const auto reactions = lines(tables.reactions), path = lines(tables.path);
+  ASSERT_EQ(reactions.size(), 1u + 3 * 2);
+  EXPECT_EQ(reactions[0], "t,object,node,fx,fy,fz,mx,my,mz");
+  EXPECT_EQ(reactions.back().rfind("0.1", 0), 0u) << reactions.back();
+  EXPECT_NE(reactions.back().find(",thread,20,"), std::string::npos);
+  ASSERT_EQ(path.size(), 1u + 3 * 21);
+  EXPECT_EQ(path[0], "t,object,node,x,y,z");
+  EXPECT_NEAR(first.positions[0][20].x(), 1.0 - 0.1 * 0.1 / 0.5, 1e-12);
+  EXPECT_EQ(first.hash, simulateRods(scene, options, {}).hash);
+}
+
+TEST(RodScene, StaticsEndWhereTheDriveEnds) {
+  const RodFiles files;
+  const auto scene = scene::loadRods(files.with("natural: straight", "natural: shape"));
+  SimulateOptions options;
+  options.equilibrium = true;
+  const auto end = simulateRods(scene, options, {});
+  EXPECT_NEAR((end.positions[0][20] - Eigen::Vector3d(0.9, 0, 0.1)).norm(), 0.0, 1e-12);
+}
+
+TEST(RodScene, MistakesAreToldWithFileLineFieldAndWhatIsAllowed) {
+  const RodFiles files;
+  const std::pair<const char*, const char*> edits[] = {
+      {"radius: 0.01", "radius: .nan"},        {"radius: 0.01", "radius: 0"},
+      {"density: 1180", "density: -1"},        {"poisson_ratio: 0.5", "poisson_ratio: 0.6"},
+      {"natural: straight", "natural: bent"},  {"closed: false", "close: false"},
+      {"nodes: nodes.csv", "nodes: none.csv"}, {"model: rod", "model: rods"}};
+  for (const auto& [from, to] : edits) {
+    const std::string told = RodFiles::refusal(files.with(from, to));
+    EXPECT_NE(told.find("scene.yaml:"), std::string::npos) << to << ": " << told;
+    EXPECT_EQ(told.find('\n'), std::string::npos) << told;
+  }
+  const std::string good = files.with("closed: false", "closed: false");
+  files.folder.write("nodes.csv", "node,x,y,z\n0,0,0,0\n1,1,0,0\n2,1,0,0\n");
+  EXPECT_NE(RodFiles::refusal(good).find("nodes.csv:4: node: 2"), std::string::npos)
+      << RodFiles::refusal(good);
+}
+
+TEST(RodScene, RodsBesideOtherObjectsAreRefused) {
+  const RodFiles files;
+  const std::string both = files.folder.write(
+      "both.yaml", std::string(kScene) + "  - {name: organ, model: fem, nodes: nodes.csv}\n");
+  EXPECT_TRUE(scene::hasRods(both));
+  EXPECT_NE(RodFiles::refusal(both).find("organ: is of model fem"), std::string::npos);
+  EXPECT_THROW(scene::loadScene(both), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace vest::tools::test
