@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Protects docs/tutorials: the commands of own_scene.md, taken from the page, make a scene that cuts and bleeds; every edit that a page
+"""Protects docs/tutorials: the commands of own_scene.md, taken from the page, make a scene that cuts and bleeds; those of
+first_exercise.md score an attempt; every edit that a page
 prints is one that docs/parameters.md lists, within its range.
 
 usage: test_tutorials.py DOCS"""
@@ -56,6 +57,25 @@ class OwnScene(unittest.TestCase):
             self.assertRegex(played, r"%s cut|cut.*%s" % (thing, thing))
         self.assertGreater(float(re.search(r"blood: ([\d.]+) ml lost", played)[1]), 0.2, played)
         self.assertIn("worst status 0", played)
+
+
+class FirstExercise(unittest.TestCase):
+    def test_the_commands_of_the_page_score_an_attempt_and_keep_it(self):
+        said = {}
+        with tempfile.TemporaryDirectory() as where:
+            own = dict(os.environ, VEST_TRAINEES=os.path.join(where, "trainees.db"))
+            for kind, line in (step[:2] for step in steps("docs/tutorials/first_exercise.md")):
+                if kind == "command" and not line.startswith(SESSION + ("./run",)):
+                    done = subprocess.run(["bash", "-c", line], cwd=where, env=own, capture_output=True, text=True, timeout=600)
+                    self.assertEqual(done.returncode, 0, "%s\n%s%s" % (line, done.stdout, done.stderr))
+                    said[line] = done.stdout
+            page = pathlib.Path(where, "attempt", "report.html").read_text(encoding="utf-8")
+        of = lambda word: next(text for command, text in said.items() if word in command)
+        self.assertIn("PASSED, total 100.0", of("--output"))
+        self.assertIn("kept for anna", of("vest_score"))
+        self.assertRegex(of(" show anna"), r"clip_cut_tube  passed, total 100\.0")
+        self.assertEqual(of("--script fail").count("NOT FINISHED, total 0.0"), 2)
+        self.assertEqual(page.count("data:image/jpeg;base64"), 2)
 
 
 class Changed(unittest.TestCase):

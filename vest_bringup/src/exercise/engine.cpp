@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "engine_state.h"
+#include "vest_tissue/scene/ring.h"
 #include "vest_tissue/scene/roles.h"
 #include "vest_tissue/scene/world_model.h"
 
@@ -19,6 +20,8 @@ class Builder {
   void build() {
     const Exercise& e = m_.exercise;
     m_.scene_objects = world_.objectCount();
+    for (Mark& mark : m_.exercise.marks)
+      if (mark.middle) mark.at = middle(objects(mark.object, "").list.front());
     m_.window = std::clamp<std::size_t>(
         static_cast<std::size_t>(kForceWindow / world_.description().dt + 0.5), 1, kMostWindow);
     for (const Mark& mark : e.marks) m_.marks.push_back(place(mark));
@@ -53,6 +56,12 @@ class Builder {
       refuse(object.empty() ? "no object has the role '" + role + "'"
                             : "no object is called '" + object + "'");
     return out;
+  }
+
+  Eigen::Vector3d middle(std::size_t object) const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < world_.knotCount(object); ++k) sum += world_.knotAt(object, k);
+    return sum / static_cast<double>(world_.knotCount(object));
   }
 
   BuiltMark place(const Mark& mark) const {
@@ -327,9 +336,11 @@ void Engine::step(const scene::World& world, const scene::StepInput& input, cons
                    : s.phases[p].begun != 0 ? valueOf(m, s, m.items[i], world, input) - item.begin
                                             : 0.0;
   }
-  if (c.phase < m.phases.size() && c.time < m.exercise.limit) return;
-  c.finished = step;
-  note(s, Moment::Kind::Finished, step, 0);
+  if (c.phase == m.phases.size() || c.time >= m.exercise.limit) {
+    c.finished = step;
+    note(s, Moment::Kind::Finished, step, 0);
+  }
+  if (progress_) progress_->show(s);
 }
 
 void Engine::save(std::vector<std::uint8_t>& bytes) const {
@@ -371,9 +382,9 @@ bool Engine::restore(const std::uint8_t* bytes, std::size_t count) {
   return true;
 }
 
-Result Engine::result() const {
-  const Model& m = *model_;
-  const State& s = *state_;
+namespace {
+
+Result resultOf(const Engine::Model& m, const Engine::State& s) {
   const Exercise& e = m.exercise;
   Result r;
   r.exercise = e.name, r.hash = e.hash;
@@ -422,30 +433,66 @@ Result Engine::result() const {
   return r;
 }
 
+}  // namespace
+
+Result Engine::result() const {
+  return resultOf(*model_, *state_);
+}
 bool Engine::finished() const {
   return state_->clock.finished != 0;
-}
-std::size_t Engine::phase() const {
-  return state_->clock.phase;
-}
-bool Engine::hint() const {
-  return state_->clock.hinted != 0;
-}
-double Engine::time() const {
-  return state_->clock.time;
-}
-double Engine::force() const {
-  double most = 0;
-  for (const ToolState& t : state_->tools) most = std::max(most, t.force);
-  return most;
 }
 const Exercise& Engine::exercise() const {
   return model_->exercise;
 }
+std::shared_ptr<Progress> Engine::progress() {
+  progress_ = std::make_shared<Progress>(model_, *state_);
+  return progress_;
+}
 
-const Engine& addExercise(const Exercise& exercise, simulation::Stage& stage) {
+struct Progress::Impl {
+  std::shared_ptr<const Engine::Model> model;
+  scene::TripleBuffer<Engine::State> buffer;
+  std::size_t moments = 0;
+  std::uint64_t next = 0;
+};
+
+Progress::Progress(std::shared_ptr<const Engine::Model> model, const Engine::State& state)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->model = std::move(model);
+  impl_->buffer.forEachSlot([&](Engine::State& slot) {
+    slot = state;
+    slot.moments.reserve(kMostMoments);
+  });
+}
+Progress::~Progress() = default;
+
+void Progress::show(const Engine::State& state) {
+  const std::uint64_t steps = state.clock.steps;
+  if (steps == 1) impl_->next = 0;  // after a reset
+  if (steps < impl_->next && state.moments.size() == impl_->moments) return;
+  impl_->next = steps + 50, impl_->moments = state.moments.size();
+  impl_->buffer.back() = state;  // of the same sizes: nothing allocates
+  impl_->buffer.publish();
+}
+bool Progress::update() {
+  return impl_->buffer.update();
+}
+Result Progress::result() const {
+  return resultOf(*impl_->model, impl_->buffer.front());
+}
+std::string Progress::instruction() const {
+  const Clock& c = impl_->buffer.front().clock;
+  const auto& phases = exercise().phases;
+  if (c.finished != 0 || c.phase >= phases.size()) return "";
+  return c.hinted != 0 ? phases[c.phase].hint : phases[c.phase].instruction;
+}
+const Exercise& Progress::exercise() const {
+  return impl_->model->exercise;
+}
+
+Engine& addExercise(const Exercise& exercise, simulation::Stage& stage) {
   auto effect = std::make_unique<ExerciseEffect>(exercise, stage.trainer->world(), stage);
-  const Engine& engine = effect->engine();
+  Engine& engine = effect->engine();
   stage.trainer->add(std::move(effect));
   return engine;
 }

@@ -105,9 +105,10 @@ class Reader {
     Map map(value);
     Mark m;
     m.name = fresh(map["name"]);
-    m.at = map["at"].vector3();
-    if (m.at.norm() > 10) map["at"].fail("must lie within 10 m");
     if (map.has("object")) m.object = map["object"].name();
+    m.middle = !m.object.empty() && !map.has("at");
+    if (!m.middle) m.at = map["at"].vector3();
+    if (m.at.norm() > 10) map["at"].fail("must lie within 10 m");
     if (map.has("radius_mm")) m.radius = 1e-3 * map["radius_mm"].number(0.1, 500);
     map.finish();
     marks_.insert(m.name);
@@ -269,8 +270,12 @@ class Reader {
     Map map(value);
     const auto file = [&](const Value& v) {
       const std::string name = v.name();
-      if (std::filesystem::path(name).extension() != ".yaml") v.fail("must be a .yaml beside the exercise");
-      return (std::filesystem::path(v.file()).parent_path() / name).string();
+      if (std::filesystem::path(name).extension() != ".yaml")
+        v.fail("must be a .yaml beside the exercise, or among the trajectories");
+      const auto folder = std::filesystem::path(v.file()).parent_path();
+      const auto shared = folder / ".." / ".." / "trajectories" / name;
+      std::error_code error;
+      return (std::filesystem::exists(shared, error) ? shared : folder / name).lexically_normal().string();
     };
     e.pass_script.file = file(map["pass"]);
     for (const Value& v : list(map["fail"])) {

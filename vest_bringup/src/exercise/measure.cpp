@@ -228,6 +228,8 @@ double valueOf(const Engine::Model& m, const Engine::State& s, std::size_t numbe
       if (!tool.present) return 1e9;
       return 1e3 * std::sqrt((tool.position - placeOf(m.marks[n.marks[0]], world)).squaredNorm());
     }
+    case Metric::TipHeight:
+      return input.tools[n.tool].present ? 1e3 * input.tools[n.tool].position.z() : 0.0;
     case Metric::OffCentre:
       return degrees(cosineOfSight(input, placeOf(m.marks[n.marks[0]], world)));
     case Metric::Horizon: {

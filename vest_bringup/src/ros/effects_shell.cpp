@@ -80,7 +80,7 @@ void toMsg(const simulation::SurfaceFrame& f, vest_msgs::SurfaceBleeding& msg) {
   scale(f.wetness, 1.0f, msg.fields[1]);
 }
 
-EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh) {
+EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh) : exercise_(nh, private_nh) {
   const ros::NodeHandle effects(private_nh, "effects");
   options_.haemodynamics = boolParameter(effects, "haemodynamics", true);
   simulation::BloodOptions& blood = options_.blood;
@@ -123,10 +123,12 @@ std::unique_ptr<scene::Simulation> EffectsShell::compose(scene::World world) {
   const auto field = field_ ? std::make_shared<simulation::FieldFrames>() : nullptr;
   auto stage = simulation::makeStage(std::move(world), options_, {&blood_frames_, &surface_frames_, field});
   if (field_) field_->show(field);
+  exercise_.attach(stage);
   return std::move(stage.trainer);
 }
 
 void EffectsShell::publish(const TissueServer::Stamp& stamp) {
+  exercise_.publish(stamp(steadyNow()));
   if (surface_frames_.update()) {
     const auto msg = surface_pool_.take();
     toMsg(surface_frames_.front(), *msg);

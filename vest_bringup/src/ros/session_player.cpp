@@ -121,7 +121,7 @@ class Scenes {
     engine_ = nullptr;
     scene::World world(description, options_.threads);
     if (!options_.effects) return std::make_unique<scene::TissueSimulation>(std::move(world));
-    auto stage = simulation::makeStage(std::move(world), options());
+    auto stage = simulation::makeStage(std::move(world), options(), options_.frames);
     if (options_.exercise && options_.exercise->scene == description.name)
       engine_ = &exercise::addExercise(*options_.exercise, stage);
     return std::move(stage.trainer);

@@ -41,6 +41,23 @@ void show(const std::string& name) {
                 i.source.c_str());
 }
 
+/// Arguments of trainer.launch that give a person the exercise's tools, a line each.
+void tellTools(const std::string& name) {
+  const auto e = exercise::loadExercise(vest::ros_shell::exerciseFile(name));
+  for (std::size_t hand = 0; hand < e.tools.size(); ++hand) {
+    if (e.tools[hand].empty()) continue;
+    std::printf("%s_tool:=%s\n",
+                std::string(vest::tools::instrumentName(static_cast<vest::tools::Instrument>(hand))).c_str(),
+                std::string(vest::tools::toolName(e.tools[hand].front())).c_str());
+  }
+  const auto& right = e.tools[static_cast<std::size_t>(vest::tools::Instrument::Right)];
+  if (right.size() < 2) return;
+  std::string tray;  // begins with what comes after the first tool
+  for (std::size_t i = 1; i <= right.size(); ++i)
+    tray += (i > 1 ? ", " : "") + std::string(vest::tools::toolName(right[i % right.size()]));
+  std::printf("tool_tray:=[%s]\n", tray.c_str());
+}
+
 /// @param output folder that gets the session, for vest_score; empty: none
 exercise::Result play(const exercise::Exercise& e, const std::string& script, int threads,
                       const std::string& output) {
@@ -88,6 +105,8 @@ int main(int argc, char** argv) {
   auto* const listing = app.add_subcommand("list", "all exercises");
   auto* const showing = app.add_subcommand("show", "what an exercise asks for");
   showing->add_option("NAME", name, "exercise, or the path of an exercise file")->required();
+  auto* const tooling = app.add_subcommand("tools", "its tools as arguments of trainer.launch");
+  tooling->add_option("NAME", name, "exercise, or the path of an exercise file")->required();
   auto* const running =
       app.add_subcommand("run", "plays a script; exit 1: it did not come out as its exercise says");
   running->add_option("NAME", name, "exercise, or the path of an exercise file")->required();
@@ -99,6 +118,7 @@ int main(int argc, char** argv) {
   try {
     if (listing->parsed()) list();
     if (showing->parsed()) show(name);
+    if (tooling->parsed()) tellTools(name);
     if (!running->parsed()) return 0;
     const auto e = exercise::loadExercise(vest::ros_shell::exerciseFile(name));
     bool as_said = true;

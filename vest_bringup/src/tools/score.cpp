@@ -1,54 +1,227 @@
-#include <cstdio>
-#include <string>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <ros/package.h>
+#include <sys/stat.h>
 #include <CLI/CLI.hpp>
 
+#include "vest_bringup/exercise/report.h"
+#include "vest_bringup/exercise/trainees.h"
 #include "vest_bringup/ros/exercise_file.h"
+#include "vest_bringup/ros/moment_bag.h"
 #include "vest_bringup/ros/session_player.h"
 
 // Scores a recorded session: simulates it again and lets the exercise's engine look at each step.
+
+namespace {
+
+namespace exercise = vest::exercise;
+namespace fs = std::filesystem;
+
+/// When the recording ended, UTC.
+std::string dateOf(const std::string& file) {
+  struct stat status = {};
+  stat(file.c_str(), &status);
+  char text[32] = "";
+  struct tm utc = {};
+  gmtime_r(&status.st_mtime, &utc);
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+void write(const std::string& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) throw std::runtime_error(file + ": cannot be written (is the disk full?)");
+}
+
+/// Keeps the moments that counted for the renderer.
+class Moments {
+ public:
+  Moments() {
+    std::string name = fs::temp_directory_path() / "vest_moments_XXXXXX";
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot be made");
+    folder_ = name;
+    bag_ = std::make_unique<vest::ros_shell::MomentBag>(folder_ + "/moments.bag");
+  }
+  ~Moments() {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+  }
+  Moments(const Moments&) = delete;
+  Moments& operator=(const Moments&) = delete;
+
+  vest::simulation::StageFrames frames() { return bag_->frames(); }
+
+  void look(const vest::scene::World& world, const vest::scene::StepInput& input,
+            const exercise::Engine& engine) {
+    if (world.steps() % 50 == 0 || engine.finished() != finished_) {
+      const auto all = engine.result().moments;
+      for (; seen_ < all.size(); ++seen_) {
+        using Kind = exercise::Moment::Kind;
+        const Kind kind = all[seen_].kind;
+        const bool counts = kind == Kind::PhaseEnded || kind == Kind::GateBroken || kind == Kind::ErrorMade;
+        if (!counts || pictures_.size() >= kMost) continue;
+        const double t = 1e-3 * static_cast<double>(all[seen_].step);
+        bag_->write(1e-3 * static_cast<double>(world.steps()), world, box_, input);
+        pictures_.push_back({t, exercise::describe(engine.exercise(), all[seen_]), ""});
+      }
+      finished_ = engine.finished();
+    }
+  }
+
+  /// Draws them with the code of the endoscopic view; none where that cannot be.
+  std::vector<exercise::Picture> draw() {
+    bag_.reset();
+    if (pictures_.empty()) return {};
+    const pid_t child = fork();
+    if (child == 0) {
+      const std::string bag = folder_ + "/moments.bag";
+      if (std::freopen("/dev/null", "w", stdout) == nullptr) _exit(1);
+      execlp("rosrun", "rosrun", "vest_viz", "vest_render", bag.c_str(), "--each-state", "--format", "jpg",
+             "--output", folder_.c_str(), static_cast<char*>(nullptr));
+      _exit(127);
+    }
+    int status = 0;
+    if (child < 0 || waitpid(child, &status, 0) != child || status != 0) {
+      std::fprintf(stderr, "vest_score: no pictures: vest_render failed\n");
+      return {};
+    }
+    for (std::size_t i = 0; i < pictures_.size(); ++i) {
+      char name[32];
+      std::snprintf(name, sizeof name, "/frame_%06zu.jpg", i);
+      std::ifstream in(folder_ + name, std::ios::binary);
+      pictures_[i].jpeg.assign(std::istreambuf_iterator<char>(in), {});
+    }
+    return pictures_;
+  }
+
+ private:
+  static constexpr std::size_t kMost = 8;
+  std::string folder_;
+  std::unique_ptr<vest::ros_shell::MomentBag> bag_;
+  vest::kinematics::TrainerBox box_ = vest::kinematics::loadTrainerBox(
+      ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
+  std::vector<exercise::Picture> pictures_;
+  std::size_t seen_ = 0;
+  bool finished_ = false;
+};
+
+struct Wanted {
+  std::string directory, exercise, trainee, database;
+  int threads = 1;
+  bool json = false, report = false, pictures = false;
+};
+
+exercise::Attempt attemptOf(const exercise::Exercise& e, const exercise::Result& r, const Wanted& wanted,
+                            const std::string& date, const std::string& json) {
+  exercise::Attempt a;
+  a.trainee = wanted.trainee, a.date = date;
+  a.exercise = e.name, a.exercise_hash = e.hash, a.version = VEST_VERSION;
+  char hash[17];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(r.input_hash));
+  a.input_hash = hash;
+  a.directory = fs::absolute(wanted.directory).string();
+  a.total = r.total, a.quality = r.quality, a.time = r.time, a.passed = r.passed;
+  for (const std::string& word : exercise::flagWords(r.flags)) a.flags += (a.flags.empty() ? "" : ",") + word;
+  a.json = json;
+  return a;
+}
+
+void score(const Wanted& wanted) {
+  vest::session::RecordedSession session(wanted.directory + "/session.bag");
+  if (!session.effects())
+    throw std::invalid_argument("the session does not tell its effects (allowed: one with effects/options)");
+  if (wanted.exercise.empty() && session.exerciseFile().empty())
+    throw std::invalid_argument("no exercise was done in it (use --exercise)");
+  const exercise::Exercise e =
+      wanted.exercise.empty()
+          ? exercise::parseExercise(session.file() + ": session/exercise_file", session.exerciseFile())
+          : exercise::loadExercise(vest::ros_shell::exerciseFile(wanted.exercise));
+  std::unique_ptr<exercise::Trainees> trainees;
+  std::vector<double> earlier;
+  if (!wanted.trainee.empty()) {
+    trainees = std::make_unique<exercise::Trainees>(
+        wanted.database.empty() ? exercise::Trainees::defaultFile() : wanted.database);
+    for (const auto& a : trainees->attempts(wanted.trainee, e.name)) earlier.push_back(a.total);
+  }
+  vest::session::PlayOptions options;
+  options.effects = true, options.threads = wanted.threads, options.exercise = &e;
+  std::unique_ptr<Moments> moments;
+  if (wanted.pictures) moments = std::make_unique<Moments>(), options.frames = moments->frames();
+  exercise::Trace trace;
+  const auto played =
+      vest::session::play(wanted.directory, session, options,
+                          [&](const auto& world, const auto& input, const auto& report, const auto* engine) {
+                            if (!engine || (engine->finished() && !moments)) return;
+                            if (!engine->finished()) trace.add(input, report);
+                            if (moments) moments->look(world, input, *engine);
+                          });
+  if (!played.result)
+    throw std::invalid_argument("the exercise needs scene " + e.scene + ", the session has another one");
+  const std::string json = exercise::toJson(e, *played.result), date = dateOf(session.file());
+  std::fputs((wanted.json ? json : exercise::toText(e, *played.result)).c_str(), stdout);
+  if (wanted.exercise.empty() && !session.result().empty() && session.result() != json)
+    throw vest::session::Difference("the score differs from the one of the session");
+  if (wanted.report || wanted.pictures) {
+    exercise::Report report{e, *played.result, trace, wanted.trainee, date, VEST_VERSION, earlier, {}};
+    if (moments) report.pictures = moments->draw();
+    write(wanted.directory + "/report.html", exercise::toHtml(report));
+    write(wanted.directory + "/score.json", json);
+    write(wanted.directory + "/trace.csv", trace.toCsv());
+    write(wanted.directory + "/xapi.json", exercise::toXapi(report));
+    if (!wanted.json) std::printf("report: %s/report.html\n", wanted.directory.c_str());
+  }
+  if (!trainees) return;
+  const auto kept = trainees->keep(attemptOf(e, *played.result, wanted, date, json));
+  if (!wanted.json)
+    std::printf("kept for %s%s%s\n", kept.trainee.c_str(), kept.flags.empty() ? "" : ": ",
+                kept.flags.c_str());
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{
       "Scores a recorded session by simulating it again with its effects. Exit 0: scored, and where the "
       "session "
       "has a score it is the same to the bit; 1: it differs; 2: refused"};
-  std::string directory, name;
-  vest::session::PlayOptions options;
-  options.effects = true;
-  bool json = false;
-  app.add_option("DIR", directory, "folder with session.bag")->required();
-  app.add_option("--exercise", name, "exercise or its file; default: the one that the session carries");
-  app.add_option("--threads", options.threads, "worker threads")->check(CLI::Range(1, 64));
-  app.add_flag("--json", json, "print JSON");
+  Wanted wanted;
+  app.add_option("DIR", wanted.directory, "folder with session.bag")->required();
+  app.add_option("--exercise", wanted.exercise,
+                 "exercise or its file; default: the one that the session carries");
+  app.add_option("--threads", wanted.threads, "worker threads")->check(CLI::Range(1, 64));
+  app.add_option("--trainee", wanted.trainee,
+                 "pseudonym: keeps the result for this trainee (vest_trainee add)");
+  app.add_option("--database", wanted.database,
+                 "of trainees; default: $VEST_TRAINEES, else in ~/.local/share/vest");
+  app.add_flag("--report", wanted.report, "writes report.html, score.json, trace.csv and xapi.json into DIR");
+  app.add_flag("--pictures", wanted.pictures, "the report, with pictures of the moments that counted");
+  app.add_flag("--json", wanted.json, "print JSON");
   CLI11_PARSE(app, argc, argv);
-  namespace exercise = vest::exercise;
   try {
-    vest::session::RecordedSession session(directory + "/session.bag");
-    if (!session.effects())
-      throw std::invalid_argument(
-          "the session does not tell its effects (allowed: one with effects/options)");
-    if (name.empty() && session.exerciseFile().empty())
-      throw std::invalid_argument("no exercise was done in it (use --exercise)");
-    const exercise::Exercise e =
-        name.empty()
-            ? exercise::parseExercise(session.file() + ": session/exercise_file", session.exerciseFile())
-            : exercise::loadExercise(vest::ros_shell::exerciseFile(name));
-    options.exercise = &e;
-    const auto played = vest::session::play(directory, session, options);
-    if (!played.result)
-      throw std::invalid_argument("the exercise needs scene " + e.scene + ", the session has another one");
-    const std::string result = exercise::toJson(e, *played.result);
-    std::fputs((json ? result : exercise::toText(e, *played.result)).c_str(), stdout);
-    if (name.empty() && !session.result().empty() && session.result() != result)
-      throw vest::session::Difference("the score differs from the one of the session");
+    score(wanted);
   } catch (const vest::session::Difference& e) {
     std::fprintf(stderr, "vest_score: %s\n", e.what());
     return 1;
+  } catch (const exercise::DatabaseError& e) {
+    std::fprintf(stderr, "vest_score: %s\n", e.what());
+    return 2;
   } catch (const std::exception& e) {
     const std::string what = e.what();
-    const bool named = what.rfind(directory, 0) == 0;
-    std::fprintf(stderr, "vest_score: %s%s\n", named ? "" : (directory + "/session.bag: ").c_str(),
+    const bool named = what.rfind(wanted.directory, 0) == 0;
+    std::fprintf(stderr, "vest_score: %s%s\n", named ? "" : (wanted.directory + "/session.bag: ").c_str(),
                  what.c_str());
     return 2;
   }

@@ -70,6 +70,8 @@ std::string describe(const Exercise& exercise, const Moment& moment);
 /// One line for each thing that counted, for people.
 std::string toText(const Exercise& exercise, const Result& result);
 
+class Progress;
+
 /// An exercise in a scene: looks at each step and judges. No ROS, no clock; after construction a step
 /// allocates nothing and throws nothing.
 class Engine {
@@ -91,17 +93,35 @@ class Engine {
 
   Result result() const;
   bool finished() const;
-  /// Phase that runs; as many as there are: none does any more.
-  std::size_t phase() const;
-  bool hint() const;     ///< its hint is due
-  double time() const;   ///< s, since the first phase began
-  double force() const;  ///< N: greatest of all hands now, mean of 20 ms
+  const Exercise& exercise() const;
+  /// For one other thread, which may keep it longer than the engine. Before the first step.
+  std::shared_ptr<Progress> progress();
+
+ private:
+  std::shared_ptr<const Model> model_;
+  std::unique_ptr<State> state_;
+  std::unique_ptr<Scratch> scratch_;
+  std::shared_ptr<Progress> progress_;  ///< null: nobody asked
+};
+
+/// How an exercise stands, for another thread: renewed every 50 steps, and when something counted.
+class Progress {
+ public:
+  Progress(std::shared_ptr<const Engine::Model> model, const Engine::State& state);
+  ~Progress();
+
+  /// The stepping thread's.
+  void show(const Engine::State& state);
+  /// The other thread's: whether there is something new; what is asked below is of it.
+  bool update();
+  Result result() const;
+  /// Instruction of the phase that runs, or its hint once that is due; empty at the end.
+  std::string instruction() const;
   const Exercise& exercise() const;
 
  private:
-  std::unique_ptr<const Model> model_;
-  std::unique_ptr<State> state_;
-  std::unique_ptr<Scratch> scratch_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 /// The engine as the last effect of a Trainer: what it sees and says is part of the session's State.
@@ -119,13 +139,13 @@ class ExerciseEffect : public simulation::Effect {
   bool restore(const std::uint8_t* bytes, std::size_t count) override {
     return engine_.restore(bytes, count);
   }
-  const Engine& engine() const { return engine_; }
+  Engine& engine() { return engine_; }
 
  private:
   Engine engine_;
 };
 
 /// Adds an exercise to a stage, before its first step. @throws as Engine
-const Engine& addExercise(const Exercise& exercise, simulation::Stage& stage);
+Engine& addExercise(const Exercise& exercise, simulation::Stage& stage);
 
 }  // namespace vest::exercise

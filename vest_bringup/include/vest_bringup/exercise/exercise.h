@@ -31,6 +31,7 @@ enum class Metric : std::uint8_t {
   BothMove,
   OutOfView,
   Distance,
+  TipHeight,
   OffCentre,
   Horizon,
   Contact,
@@ -64,7 +65,7 @@ inline constexpr double kOutOfViewPause = 0.2;   ///< s that a tip may leave the
 inline constexpr double kPictureHalfAngle = 35;  ///< degrees: half the field of view of the endoscope
 inline constexpr double kSealedDamage = 0.632;   ///< denatured share at which tissue is sealed: omega = 1
 
-inline constexpr std::array<MetricInfo, 26> kMetrics{{
+inline constexpr std::array<MetricInfo, 27> kMetrics{{
     {Metric::Time, "time_s", kNothing, true, "time since the first phase began"},
     {Metric::BloodLost, "blood_lost_ml", kNothing, true, "blood that left the vessels and surfaces"},
     {Metric::Leak, "leak_ml_s", kNothing, false, "blood that leaves the vessels now"},
@@ -80,6 +81,7 @@ inline constexpr std::array<MetricInfo, 26> kMetrics{{
     {Metric::OutOfView, "out_of_view_s", kTool, true,
      "time with the tip outside the picture, beyond 0.2 s each"},
     {Metric::Distance, "distance_mm", kTool | kMark, false, "tip to the mark"},
+    {Metric::TipHeight, "tip_height_mm", kTool, false, "height of the tip above the floor of the box"},
     {Metric::OffCentre, "off_centre_deg", kMark, false, "the mark's angle from the middle of the picture"},
     {Metric::Horizon, "horizon_deg", kNothing, false, "the camera's tilt about its line of sight"},
     {Metric::Contact, "contact_N", kTool | kObject, false, "force on the tool while it touches the object"},
@@ -105,6 +107,7 @@ struct Mark {
   std::string name;
   Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< m, world, in the scene as it is loaded
   std::string object;                            ///< that it moves with; empty: it stands
+  bool middle = false;                           ///< of the object, in place of `at`
   double radius = 0.002;                         ///< m: of a region on tissue
 };
 

@@ -18,6 +18,7 @@ struct PlayOptions {
   bool effects = false;  ///< simulates them again, where the session says what they were
   /// Done in the session's scene of its name; needs effects. Null: none.
   const exercise::Exercise* exercise = nullptr;
+  simulation::StageFrames frames;  ///< where effects put what is to be shown
 };
 
 struct Played {

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "vest_bringup/exercise/engine.h"
+
+namespace vest::exercise {
+
+/// What hands did, 20 rows per simulated second.
+class Trace {
+ public:
+  struct Row {
+    double t = 0;  ///< s
+    struct Tool {
+      bool present = false;
+      Eigen::Vector3d tip = Eigen::Vector3d::Zero();  ///< m, world
+      double speed = 0, force = 0;                    ///< m/s; N, greatest since the row before
+    };
+    std::array<Tool, 3> tools;
+  };
+  /// After each step.
+  void add(const scene::StepInput& input, const scene::StepReport& report);
+  const std::vector<Row>& rows() const { return rows_; }
+  std::string toCsv() const;
+
+ private:
+  static constexpr double kEvery = 0.05;  ///< s
+  double time_ = 0;
+  Row next_;
+  std::vector<Row> rows_;
+};
+
+/// A picture of a moment.
+struct Picture {
+  double t = 0;  ///< s
+  std::string text, jpeg;
+};
+
+struct Report {
+  const Exercise& exercise;
+  const Result& result;
+  const Trace& trace;
+  std::string trainee, date, version;  ///< pseudonym, or empty; ISO 8601; of VEST
+  std::vector<double> earlier;         ///< totals of earlier attempts at it, oldest first
+  std::vector<Picture> pictures;
+};
+
+/// One HTML page that needs nothing beside it: all texts are escaped, plots are SVG, pictures inline.
+std::string toHtml(const Report& report);
+/// Experience API statement (xAPI 1.0.3): the pseudonym as an account, passed or failed, scaled score,
+/// duration.
+std::string toXapi(const Report& report);
+
+}  // namespace vest::exercise

@@ -1,0 +1,250 @@
+#include "vest_bringup/exercise/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include <nlohmann/json.hpp>
+
+#include "vest_tissue/validation/svg_plot.h"
+
+namespace vest::exercise {
+namespace {
+
+constexpr std::array<const char*, 3> kTools{"left", "right", "third"};
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        out += c;
+    }
+  }
+  return out;
+}
+
+std::string number(const char* format, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+std::string base64(const std::string& bytes) {
+  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const auto byte = [&](std::size_t k) {
+      return i + k < bytes.size() ? static_cast<unsigned>(static_cast<unsigned char>(bytes[i + k])) : 0U;
+    };
+    const unsigned word = byte(0) << 16U | byte(1) << 8U | byte(2);
+    for (std::size_t k = 0; k < 4; ++k) out += digits[(word >> (18 - 6 * k)) & 63U];
+  }
+  const std::size_t rest = bytes.size() % 3;
+  for (std::size_t k = 0; rest > 0 && k < 3 - rest; ++k) out[out.size() - 1 - k] = '=';
+  return out;
+}
+
+std::string figure(const std::string& svg, const std::string& caption) {
+  return "<figure>" + svg.substr(svg.find("<svg")) + "<figcaption>" + caption + "</figcaption></figure>\n";
+}
+
+/// One curve per hand that was there. @param value called as value(row, tool)
+template <class Value>
+validation::Plot overTime(const Trace& trace, const std::string& title, const std::string& label,
+                          Value&& value) {
+  validation::Plot plot;
+  plot.title = title, plot.x_label = "time, s", plot.y_label = label;
+  for (std::size_t tool = 0; tool < kTools.size(); ++tool) {
+    validation::Curve curve;
+    curve.label = kTools[tool];
+    for (const Trace::Row& row : trace.rows()) {
+      if (!row.tools[tool].present) continue;
+      curve.x.push_back(row.t), curve.y.push_back(value(row.tools[tool]));
+    }
+    if (!curve.x.empty()) plot.curves.push_back(std::move(curve));
+  }
+  return plot;
+}
+
+std::string plots(const Report& r) {
+  std::string out = "<h2>Motion and force</h2>\n<div class=\"plots\">\n";
+  out += figure(toSvg(overTime(r.trace, "Force on the tool", "force, N",
+                               [](const Trace::Row::Tool& t) { return t.force; })),
+                "Peaks are pulls and presses. Gentle hands stay low.");
+  out += figure(toSvg(overTime(r.trace, "Speed of the tip", "speed, mm/s",
+                               [](const Trace::Row::Tool& t) { return 1e3 * t.speed; })),
+                "Few smooth hills are practised moves, many small ones are searching.");
+  validation::Plot path;
+  path.title = "Way of the tips, from above", path.x_label = "to the right, mm", path.y_label = "away, mm";
+  for (std::size_t tool = 0; tool < kTools.size(); ++tool) {
+    validation::Curve curve;
+    curve.label = kTools[tool];
+    for (const Trace::Row& row : r.trace.rows()) {
+      if (!row.tools[tool].present) continue;
+      curve.x.push_back(1e3 * row.tools[tool].tip.x()), curve.y.push_back(1e3 * row.tools[tool].tip.y());
+    }
+    if (!curve.x.empty()) path.curves.push_back(std::move(curve));
+  }
+  out += figure(toSvg(path), "The shorter the way, the better the plan.");
+  if (!r.earlier.empty()) {
+    validation::Plot learning;
+    learning.title = "Learning curve", learning.x_label = "attempt", learning.y_label = "total";
+    validation::Curve curve;
+    curve.label = "total";
+    std::vector<double> totals = r.earlier;
+    totals.push_back(r.result.total);
+    for (std::size_t i = 0; i < totals.size(); ++i)
+      curve.x.push_back(static_cast<double>(i + 1)), curve.y.push_back(totals[i]);
+    learning.curves.push_back(curve);
+    curve.mark = validation::Mark::Points, curve.label = "";
+    learning.curves.push_back(curve);
+    out += figure(toSvg(learning), "All attempts at this exercise, the last one included.");
+  }
+  return out + "</div>\n";
+}
+
+constexpr const char* kStyle =
+    "body{font:16px/1.45 system-ui,sans-serif;color:#1b2733;max-width:1100px;margin:2em auto;padding:0 1em}"
+    "h1{margin-bottom:.1em}h2{margin-top:1.6em}.verdict{display:inline-block;padding:.2em "
+    ".8em;border-radius:.3em;"
+    "color:#fff;font-weight:600}.passed{background:#00704f}.failed{background:#b33a00}"
+    ".figures{display:flex;gap:2.5em;margin:1em 0}.figures b{display:block;font-size:2em}"
+    "table{border-collapse:collapse;width:100%}td,th{padding:.35em .6em;border-bottom:1px solid #d5dce2;"
+    "text-align:left}td.n{text-align:right;font-variant-numeric:tabular-nums}.plots{display:grid;"
+    "grid-template-columns:1fr 1fr;gap:1em}figure{margin:0}figure svg,figure img{width:100%;height:auto}"
+    "figcaption,.small{color:#56646f;font-size:.88em}.bad{color:#b33a00;font-weight:600}.good{color:#00704f}";
+
+}  // namespace
+
+void Trace::add(const scene::StepInput& input, const scene::StepReport& report) {
+  time_ += input.dt;
+  for (std::size_t i = 0; i < next_.tools.size(); ++i) {
+    Row::Tool& tool = next_.tools[i];
+    tool.present = input.tools[i].present;
+    tool.tip = input.tools[i].position;
+    tool.force = std::max(tool.force, report.contacts[i].wrench.head<3>().norm());
+  }
+  const double since = rows_.empty() ? 0.0 : rows_.back().t;
+  if (!rows_.empty() && time_ - since < kEvery) return;
+  next_.t = time_;
+  for (std::size_t i = 0; i < next_.tools.size(); ++i)
+    if (!rows_.empty() && rows_.back().tools[i].present)
+      next_.tools[i].speed = (next_.tools[i].tip - rows_.back().tools[i].tip).norm() / (time_ - since);
+  rows_.push_back(next_);
+  next_ = Row{};
+}
+
+std::string Trace::toCsv() const {
+  std::string out = "t_s";
+  for (const char* tool : kTools)
+    for (const char* column : {"_x_m", "_y_m", "_z_m", "_speed_m_s", "_force_N"})
+      out += std::string(",") + tool + column;
+  out += "\n";
+  for (const Row& row : rows_) {
+    out += number("%.3f", row.t);
+    for (const Row::Tool& t : row.tools)
+      for (const double v : {t.tip.x(), t.tip.y(), t.tip.z(), t.speed, t.force})
+        out += "," + number("%.6g", t.present ? v : std::nan(""));
+    out += "\n";
+  }
+  return out;
+}
+
+std::string toHtml(const Report& report) {
+  const Exercise& e = report.exercise;
+  const Result& r = report.result;
+  std::string h = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
+                  escaped(e.title) + "</title><style>" + kStyle + "</style></head><body>\n";
+  h += "<h1>" + escaped(e.title) + "</h1>\n<p class=\"small\">" +
+       (report.trainee.empty() ? "" : "Trainee " + escaped(report.trainee) + " · ") + escaped(report.date) +
+       "</p>\n<p>" + escaped(e.aim) + "</p>\n";
+  const char* const verdict = r.passed ? "PASSED" : r.finished ? "NOT PASSED" : "NOT FINISHED";
+  h += std::string("<p><span class=\"verdict ") + (r.passed ? "passed" : "failed") + "\">" + verdict +
+       "</span></p>\n";
+  h += "<div class=\"figures\"><div><b>" + number("%.0f", r.total) + "</b>points of 100</div><div><b>" +
+       number("%.1f s", r.time) + "</b>of " + number("%.0f s", e.limit) + "</div><div><b>" +
+       number("%.0f s", r.error_points) + "</b>for errors</div><div><b>" + number("%.0f %%", r.quality) +
+       "</b>quality</div></div>\n";
+  if (!r.failed_by.empty()) {
+    h += "<h2>What to do better</h2>\n<ul>\n";
+    for (const std::string& name : r.failed_by) h += "<li>" + escaped(textOf(e, name)) + "</li>\n";
+    h += "</ul>\n";
+  }
+  const auto flags = flagWords(r.flags);
+  if (!flags.empty()) {
+    h += "<p class=\"bad\">This was practice:";
+    for (const std::string& word : flags) h += " " + escaped(word);
+    h += "</p>\n";
+  }
+  h += "<h2>Items</h2>\n<table><tr><th>item</th><th>what</th><th>value</th><th>pass</th><th>proficient</th>"
+       "<th>points</th></tr>\n";
+  for (std::size_t i = 0; i < r.items.size(); ++i) {
+    const MetricInfo& info = infoOf(e.items[i].number.metric);
+    const std::string word(info.name),
+        unit = word.substr(word.rfind('_') == std::string::npos ? word.size() : word.rfind('_') + 1);
+    std::string name = e.items[i].name;
+    std::replace(name.begin(), name.end(), '_', ' ');
+    h += "<tr><td>" + escaped(name) + "</td><td class=\"small\">" + escaped(std::string(info.meaning)) +
+         "</td><td class=\"n " + (r.items[i].passed ? "good" : "bad") + "\">" +
+         number("%.3g ", r.items[i].value) + escaped(unit) + "</td><td class=\"n\">" +
+         number("%.3g", e.items[i].pass) + "</td><td class=\"n\">" + number("%.3g", e.items[i].proficient) +
+         "</td><td class=\"n\">" + number("%.0f", r.items[i].points) + "</td></tr>\n";
+  }
+  h += "</table>\n<h2>Course</h2>\n<table>\n";
+  for (const Moment& m : r.moments) {
+    const bool bad = m.kind == Moment::Kind::GateBroken || m.kind == Moment::Kind::ErrorMade ||
+                     m.kind == Moment::Kind::WrongTool;
+    h += "<tr><td class=\"n\">" + number("%.1f s", 1e-3 * static_cast<double>(m.step)) + "</td><td" +
+         (bad ? " class=\"bad\"" : "") + ">" + escaped(describe(e, m)) + "</td></tr>\n";
+  }
+  h += "</table>\n";
+  if (!report.pictures.empty()) {
+    h += "<h2>Moments</h2>\n<div class=\"plots\">\n";
+    for (const Picture& p : report.pictures)
+      h += "<figure><img alt=\"" + escaped(p.text) + "\" src=\"data:image/jpeg;base64," + base64(p.jpeg) +
+           "\"><figcaption>" + number("%.1f s: ", p.t) + escaped(p.text) + "</figcaption></figure>\n";
+    h += "</div>\n";
+  }
+  h += plots(report);
+  h +=
+      "<p class=\"small\">VEST " + escaped(report.version) + ", exercise " + escaped(r.exercise) + " " +
+      escaped(r.hash) +
+      ". Marks whose source is a script are provisional: they do not come from people.</p>\n</body></html>\n";
+  return h;
+}
+
+std::string toXapi(const Report& report) {
+  const Result& r = report.result;
+  nlohmann::ordered_json j;
+  j["actor"] = {
+      {"account",
+       {{"homePage", "urn:vest:trainees"}, {"name", report.trainee.empty() ? "nobody" : report.trainee}}}};
+  const std::string verb = r.passed ? "passed" : "failed";
+  j["verb"] = {{"id", "http://adlnet.gov/expapi/verbs/" + verb}, {"display", {{"en", verb}}}};
+  j["object"] = {{"id", "urn:vest:exercise:" + r.exercise},
+                 {"definition", {{"name", {{"en", report.exercise.title}}}}}};
+  j["result"] = {{"score", {{"scaled", r.total / 100}, {"raw", r.total}, {"min", 0}, {"max", 100}}},
+                 {"success", r.passed},
+                 {"completion", r.finished},
+                 {"duration", "PT" + number("%.2f", r.time) + "S"}};
+  j["timestamp"] = report.date;
+  return j.dump(2) + "\n";
+}
+
+}  // namespace vest::exercise

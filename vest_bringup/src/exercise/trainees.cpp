@@ -1,0 +1,227 @@
+#include "vest_bringup/exercise/trainees.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include <sqlite3.h>
+#include <nlohmann/json.hpp>
+
+namespace vest::exercise {
+namespace {
+
+constexpr int kVersion = 1;  ///< of the tables
+
+/// A prepared statement with its values bound.
+class Statement {
+ public:
+  Statement(sqlite3* database, const char* sql, const std::vector<std::string>& values)
+      : database_(database) {
+    good_ = sqlite3_prepare_v2(database, sql, -1, &statement_, nullptr) == SQLITE_OK;
+    for (std::size_t i = 0; good_ && i < values.size(); ++i)
+      good_ = sqlite3_bind_text(statement_, static_cast<int>(i) + 1, values[i].data(),
+                                static_cast<int>(values[i].size()), SQLITE_TRANSIENT) == SQLITE_OK;
+  }
+  ~Statement() { sqlite3_finalize(statement_); }
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  void number(int place, double value) {
+    good_ = good_ && sqlite3_bind_double(statement_, place, value) == SQLITE_OK;
+  }
+  /// A row is there.
+  bool row() {
+    const int code = good_ ? sqlite3_step(statement_) : SQLITE_ERROR;
+    good_ = code == SQLITE_ROW || code == SQLITE_DONE;
+    return code == SQLITE_ROW;
+  }
+  bool good() const { return good_; }
+  std::string text(int column) const {
+    const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
+    return bytes ? std::string(bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement_, column)))
+                 : "";
+  }
+  double real(int column) const { return sqlite3_column_double(statement_, column); }
+
+ private:
+  sqlite3* database_;
+  sqlite3_stmt* statement_ = nullptr;
+  bool good_ = false;
+};
+
+bool isUtf8(const std::string& s) {
+  for (std::size_t i = 0; i < s.size();) {
+    const auto c = static_cast<unsigned char>(s[i]);
+    const std::size_t more = c < 0x80                ? 0
+                             : c >= 0xc2 && c < 0xe0 ? 1
+                             : c >= 0xe0 && c < 0xf0 ? 2
+                             : c >= 0xf0 && c < 0xf5 ? 3
+                                                     : 9;
+    if (more == 9 || c < 0x20 || c == 0x7f || i + more >= s.size() + (more == 0)) return false;
+    for (std::size_t k = 1; k <= more; ++k)
+      if ((static_cast<unsigned char>(s[i + k]) & 0xc0) != 0x80) return false;
+    i += more + 1;
+  }
+  return true;
+}
+
+constexpr const char* kColumns =
+    "trainee, date, exercise, exercise_hash, input_hash, version, directory, flags, json, total, quality, "
+    "time_s, passed";
+
+}  // namespace
+
+std::string Trainees::defaultFile() {
+  const auto set = [](const char* name) {
+    const char* const value = std::getenv(name);
+    return std::string(value ? value : "");
+  };
+  if (!set("VEST_TRAINEES").empty()) return set("VEST_TRAINEES");
+  std::string folder = set("XDG_DATA_HOME");
+  if (folder.empty()) folder = set("HOME") + "/.local/share";
+  folder += "/vest";
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  return folder + "/trainees.db";
+}
+
+void Trainees::fail(const char* doing) const {
+  const int code = database_ ? sqlite3_errcode(database_) : SQLITE_CANTOPEN;
+  std::string why = database_ ? sqlite3_errmsg(database_) : "cannot be opened";
+  if (code == SQLITE_BUSY || code == SQLITE_LOCKED)
+    why = "another program holds it (close that program, then try again)";
+  if (code == SQLITE_FULL || code == SQLITE_IOERR)
+    why = "the disk is full or failing (make room, then try again)";
+  if (code == SQLITE_READONLY || code == SQLITE_CANTOPEN)
+    why = "cannot be written (allowed: a file of yours in a folder of yours)";
+  if (code == SQLITE_NOTADB || code == SQLITE_CORRUPT) why = "is no database of trainees, or damaged";
+  throw DatabaseError(file_ + ": " + doing + ": " + why);
+}
+
+void Trainees::run(const char* sql) const {
+  if (sqlite3_exec(database_, sql, nullptr, nullptr, nullptr) != SQLITE_OK) fail("cannot be used");
+}
+
+Trainees::Trainees(const std::string& file, int wait) : file_(file) {
+  // Made with its rights before anything is in it: SQLite's own files beside it take them over.
+  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (descriptor < 0) fail("open");
+  ::close(descriptor);
+  try {
+    if (sqlite3_open_v2(file.c_str(), &database_, SQLITE_OPEN_READWRITE, nullptr) != SQLITE_OK) fail("open");
+    sqlite3_busy_timeout(database_, wait);
+    run("PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA secure_delete=ON; PRAGMA foreign_keys=ON");
+    Statement version(database_, "PRAGMA user_version", {});
+    if (!version.row()) fail("read");
+    const int found = static_cast<int>(version.real(0));
+    if (found > kVersion)
+      throw DatabaseError(file_ + ": its version is " + std::to_string(found) + " (allowed: at most " +
+                          std::to_string(kVersion) + "; a newer VEST made it)");
+    run("BEGIN IMMEDIATE;"
+        "CREATE TABLE IF NOT EXISTS trainee(pseudonym TEXT PRIMARY KEY NOT NULL);"
+        "CREATE TABLE IF NOT EXISTS attempt(id INTEGER PRIMARY KEY, trainee TEXT NOT NULL REFERENCES "
+        "trainee(pseudonym) ON DELETE CASCADE, date TEXT, exercise TEXT, exercise_hash TEXT, input_hash "
+        "TEXT, "
+        "version TEXT, directory TEXT, flags TEXT, json TEXT, total REAL, quality REAL, time_s REAL, passed "
+        "REAL);"
+        "PRAGMA user_version=1;"
+        "COMMIT");
+  } catch (...) {
+    sqlite3_close(database_);
+    throw;
+  }
+}
+
+Trainees::~Trainees() {
+  sqlite3_close(database_);
+}
+
+void Trainees::add(const std::string& pseudonym) {
+  if (pseudonym.empty() || pseudonym.size() > 64 || !isUtf8(pseudonym))
+    throw DatabaseError(
+        "trainee: not a pseudonym (allowed: 1 to 64 bytes of UTF-8 without control characters)");
+  Statement insert(database_, "INSERT INTO trainee(pseudonym) VALUES(?1)", {pseudonym});
+  insert.row();
+  if (insert.good()) return;
+  if (sqlite3_errcode(database_) == SQLITE_CONSTRAINT)
+    throw DatabaseError("trainee '" + pseudonym + "': is there already (allowed: another pseudonym)");
+  fail("add");
+}
+
+std::vector<std::string> Trainees::list() const {
+  Statement select(database_, "SELECT pseudonym FROM trainee ORDER BY pseudonym", {});
+  std::vector<std::string> names;
+  while (select.row()) names.push_back(select.text(0));
+  if (!select.good()) fail("read");
+  return names;
+}
+
+void Trainees::mustKnow(const std::string& trainee) const {
+  Statement select(database_, "SELECT 1 FROM trainee WHERE pseudonym=?1", {trainee});
+  const bool known = select.row();
+  if (!select.good()) fail("read");
+  if (!known)
+    throw DatabaseError("trainee '" + trainee + "': unknown (vest_trainee add makes one, list tells all)");
+}
+
+Attempt Trainees::keep(Attempt a) {
+  mustKnow(a.trainee);
+  {
+    Statement same(database_, "SELECT 1 FROM attempt WHERE exercise=?1 AND input_hash=?2",
+                   {a.exercise, a.input_hash});
+    if (same.row()) a.flags += a.flags.empty() ? "copy" : ",copy";
+    if (!same.good()) fail("read");
+  }
+  Statement insert(
+      database_,
+      "INSERT INTO attempt(trainee, date, exercise, exercise_hash, input_hash, version, directory, flags, "
+      "json, total, quality, time_s, passed) VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13)",
+      {a.trainee, a.date, a.exercise, a.exercise_hash, a.input_hash, a.version, a.directory, a.flags,
+       a.json});
+  insert.number(10, a.total), insert.number(11, a.quality), insert.number(12, a.time);
+  insert.number(13, a.passed ? 1 : 0);
+  insert.row();
+  if (!insert.good()) fail("keep a result");
+  return a;
+}
+
+std::vector<Attempt> Trainees::attempts(const std::string& trainee, const std::string& exercise) const {
+  mustKnow(trainee);
+  const std::string sql = std::string("SELECT ") + kColumns +
+                          " FROM attempt WHERE trainee=?1 AND (?2='' OR exercise=?2) ORDER BY id";
+  Statement select(database_, sql.c_str(), {trainee, exercise});
+  std::vector<Attempt> all;
+  while (select.row())
+    all.push_back({select.text(0), select.text(1), select.text(2), select.text(3), select.text(4),
+                   select.text(5), select.text(6), select.real(9), select.real(10), select.real(11),
+                   select.real(12) != 0, select.text(7), select.text(8)});
+  if (!select.good()) fail("read");
+  return all;
+}
+
+std::string Trainees::exported(const std::string& trainee) const {
+  using nlohmann::ordered_json;
+  ordered_json j;
+  j["trainee"] = trainee;
+  j["attempts"] = ordered_json::array();
+  for (const Attempt& a : attempts(trainee))
+    j["attempts"].push_back({{"date", a.date},
+                             {"directory", a.directory},
+                             {"version", a.version},
+                             {"flags", a.flags},
+                             {"result", ordered_json::parse(a.json, nullptr, false)}});
+  return j.dump(2) + "\n";
+}
+
+void Trainees::erase(const std::string& trainee) {
+  mustKnow(trainee);
+  Statement drop(database_, "DELETE FROM trainee WHERE pseudonym=?1", {trainee});
+  drop.row();
+  if (!drop.good()) fail("erase");
+  run("PRAGMA wal_checkpoint(TRUNCATE)");
+}
+
+}  // namespace vest::exercise
