@@ -9,6 +9,7 @@
 #include "vest_bringup/simulation/operating_field.h"
 #include "vest_bringup/simulation/surface_effect.h"
 #include "vest_tissue/scene/world_model.h"
+#include "vest_tissue/scene/world_state.h"
 
 // Protects the one account of blood: what leaves an artery, a vein or a cut surface, integrated at the hole,
 // is found again in particles, pools, suction and the films on the surfaces.
@@ -32,7 +33,7 @@ struct Patient {
                                ".yaml")),
         blood(world, vessels(), nullptr),
         surface(world, {50.0, 10.0}, &blood, nullptr),
-        field(world, FieldOptions{}, nullptr) {
+        field(world, FieldOptions{}, nullptr, true) {
     feedback.sources.reserve(bleeding::kMostSources);
     feedback.impacts.reserve(1024), feedback.dilatations.reserve(256);
   }
@@ -92,7 +93,13 @@ struct Patient {
     const auto& s = field.fluid();
     const auto& m = field.fluidModel();
     return fluid::particleVolume(m, s) + fluid::pendingVolume(s) + fluid::poolVolume(m, s) + s.sucked +
-           s.lost + bleeding::filmVolume(surface.model(), surface.state());
+           s.lost + bleeding::filmVolume(surface.state()) + told();
+  }
+  /// m³ that the field has told the surfaces and they take in the next step.
+  double told() const {
+    double sum = 0;
+    for (const auto& film : feedback.films) sum += film.blood;
+    return sum;
   }
   void expectBalance(const char* what) const {
     std::printf(
@@ -100,7 +107,7 @@ struct Patient {
         what, 1e6 * at_holes, 1e6 * blood.circulation().lost, 1e6 * found(), 100 * (found() / at_holes - 1),
         1e6 * field.fluid().sucked);
     EXPECT_NEAR(blood.circulation().lost, at_holes, 1e-6 * at_holes) << what;
-    EXPECT_NEAR(found(), at_holes, 0.01 * at_holes) << what;
+    EXPECT_NEAR(found(), at_holes, 1e-3 * at_holes) << what;
     EXPECT_LT(field.fluid().lost, 0.01 * at_holes) << what << ": none leaves the field";
   }
 
@@ -109,7 +116,7 @@ struct Patient {
   bool has_next = false;
 };
 
-TEST(Account, OfACutArteryClosesWithinOnePercent) {
+TEST(Account, OfACutArteryClosesWithinAThousandth) {
   Patient p("gynaecology");
   p.openVessel("uterine_artery_left", 0.03, 1e-4);  // through
   p.run(2.5);
@@ -120,7 +127,43 @@ TEST(Account, OfACutArteryClosesWithinOnePercent) {
   p.expectBalance("artery");
 }
 
-TEST(Account, OfAVeinClosesWithinOnePercent) {
+TEST(Account, AGrasperOnTheArteryStopsTheHoleBehindItWhileItHolds) {
+  Patient p("arterial_bleeding");
+  std::size_t artery = 0;
+  while (p.world.description().objects[artery].name != "artery") ++artery;
+  const auto& tube = p.world.model().objects[artery].tube;
+  const auto& ring = tube.knots(tube.nearestRing(tube.station(0) + 0.35 * tube.length()));
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const auto k : ring) centre += p.world.knotAt(artery, k) / static_cast<double>(ring.size());
+  p.openVessel("artery", 0.6 * tube.length(), 1e-6);
+  p.run(0.5);
+  const auto leak = [&] { return p.blood.wounds().openings[0].flow; };
+  const double before = leak();
+  ASSERT_GT(before, 1e-7);
+  auto& tool = p.input.tools[static_cast<std::size_t>(tools::Instrument::Right)];
+  tool.present = true;
+  tool.tool = tools::ToolKind::Grasper;
+  tool.pivot = {0.115, -0.02, 0.165};
+  const Eigen::Vector3d way = (centre - tool.pivot).normalized();
+  bool grasped = false;
+  for (int roll = 0; roll < 4 && !grasped; ++roll) {  // until the jaws lie across it
+    tool.orientation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), way) *
+                       Eigen::Quaterniond(Eigen::AngleAxisd(roll * M_PI / 4, Eigen::Vector3d::UnitZ()));
+    tool.jaw = 0.8;
+    for (int i = 0; i <= 20; ++i) tool.position = centre + (0.006 - 0.002 * (20 - i)) * way, p.run(0.01);
+    for (int i = 0; i <= 20; ++i) tool.jaw = 0.04 * (20 - i), p.run(0.01);
+    grasped = p.world.state().grasps[static_cast<std::size_t>(tools::Instrument::Right)].active;
+  }
+  ASSERT_TRUE(grasped);
+  p.run(1.0);
+  std::printf("%.2f ml/s through the hole, %.2f ml/s while it is held\n", 1e6 * before, 1e6 * leak());
+  EXPECT_LT(leak(), 0.5 * before) << "what flows back is left";
+  for (int i = 0; i <= 20; ++i) tool.jaw = 0.04 * i, p.run(0.01);
+  p.run(0.6);
+  EXPECT_GT(leak(), 0.7 * before);
+}
+
+TEST(Account, OfAVeinClosesWithinAThousandth) {
   Patient p("gynaecology");
   p.openVessel("uterine_vein_left", 0.03, 2e-6);
   p.run(2.5);
@@ -128,29 +171,29 @@ TEST(Account, OfAVeinClosesWithinOnePercent) {
   p.expectBalance("vein");
 }
 
-TEST(Account, ClosesWithMoreWoundsThanThereIsRoomForAndAPoundingHeart) {
+TEST(Account, ClosesWithAnArteryFullOfWoundsAndAPoundingHeart) {
   Patient p("arterial_bleeding");
   p.input.edits = {{"", "heart_rate", 4.0}};
-  p.run(0.01);
+  p.run(0.012);  // all in all whole steps of the fluid
   for (int i = 0; i < 60; ++i) {
     p.openVessel("artery", 0.00125 * (1 + i), i % 2 == 0 ? 2e-7 : 1e-4);  // a hole; through
     p.run(0.04);
     ASSERT_NE(p.report.status, scene::Status::Fault) << i << ": " << p.report.fault_object << p.world.time();
   }
-  EXPECT_GT(p.blood.wounds().refused, 0U) << "announced";
+  EXPECT_GT(p.blood.wounds().opening_count, 24);
   p.run(0.5);
   EXPECT_NE(p.report.status, scene::Status::Fault);
   p.expectBalance("48 wounds");
 }
 
-TEST(Account, OfASeepingSurfaceClosesWithinOnePercentWithItsFilm) {
+TEST(Account, OfASeepingSurfaceClosesWithinAThousandthWithItsFilm) {
   Patient p("smoke_lens");
   std::size_t object = 0;
   while (!p.world.model().objects[object].net) ++object;
   p.cutAt(object, p.world.knotAt(object, 10));
   p.run(4);
   EXPECT_GT(p.at_holes, 1e-9);
-  EXPECT_GT(bleeding::filmVolume(p.surface.model(), p.surface.state()), 0.0);
+  EXPECT_GT(bleeding::filmVolume(p.surface.state()), 0.0);
   p.expectBalance("surface");
 }
 

@@ -16,6 +16,8 @@
 namespace vest::simulation {
 namespace {
 
+namespace hd = haemodynamics;
+
 scene::Description gynaecology() {
   static const scene::Description loaded =
       scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/gynaecology/gynaecology.yaml");
@@ -137,8 +139,7 @@ TEST(Blood, CutUterusSeepsAndThePatientLosesIt) {
   EXPECT_GT(seeping.state().seeped, 1e-9);
   EXPECT_NEAR(b.effect.circulation().lost, seeping.state().seeped, 1e-9 * seeping.state().seeped);
   EXPECT_NEAR(shed, seeping.state().shed, 1e-9 * shed);
-  EXPECT_NEAR(seeping.state().seeped,
-              bleeding::filmVolume(seeping.model(), seeping.state()) + seeping.state().shed,
+  EXPECT_NEAR(seeping.state().seeped, bleeding::filmVolume(seeping.state()) + seeping.state().shed,
               1e-9 * seeping.state().seeped);
   std::vector<std::uint8_t> bytes, again;
   seeping.save(bytes);
@@ -147,6 +148,27 @@ TEST(Blood, CutUterusSeepsAndThePatientLosesIt) {
   ASSERT_TRUE(other.restore(bytes.data(), bytes.size()));
   other.save(again);
   EXPECT_EQ(again, bytes);
+}
+
+TEST(Blood, HeatBesideAHoleSealsItInTheScenesMetres) {
+  Bench b;
+  b.event(scene::EventKind::Punctured, "uterine_artery_left", 0.03, 5e-7);
+  b.step();
+  b.event(scene::EventKind::Coagulated, "uterine_artery_left", 0.032, 0.0);
+  b.step();
+  ASSERT_EQ(b.effect.wounds().opening_count, 1);
+  EXPECT_EQ(b.effect.wounds().openings[0].sealed, b.effect.wounds().openings[0].area);
+}
+
+TEST(Blood, AJetFromAHoleHasTorricellisSpeed) {
+  Bench b;
+  b.event(scene::EventKind::Punctured, "iliac_artery_left", 0.03, 1e-6);
+  for (int i = 0; i < 200; ++i) b.step();
+  ASSERT_EQ(b.feedback.sources.size(), 1U);
+  const auto& s = b.feedback.sources[0];
+  const auto& o = b.effect.wounds().openings[0];
+  const double p = hd::at(b.effect.model(), b.effect.circulation(), o.vessel, o.station).pressure;
+  EXPECT_NEAR(s.flow / s.area, std::sqrt(2 * p / b.effect.model().arteries.density), 0.1);
 }
 
 TEST(Blood, EventsWithoutAVesselOrAPlaceDoNothing) {

@@ -64,7 +64,7 @@ TEST(SceneSurfaceBleeding, ACutSeepsStypticStopsItAndIrrigationWashesIt) {
     for (const float f : p.stage.surface->state().flow) flow += static_cast<double>(f);
     return flow;
   };
-  const auto film = [&] { return bleeding::filmVolume(p.stage.surface->model(), p.stage.surface->state()); };
+  const auto film = [&] { return bleeding::filmVolume(p.stage.surface->state()); };
   double before = 0, after = 0, film_before = 0, film_after = 0, pool = 0;
   p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
     if (at(t, 9.0)) before = seeping();

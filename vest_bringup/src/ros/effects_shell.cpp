@@ -39,7 +39,9 @@ void toMsg(const simulation::BloodFrame& f, vest_msgs::HaemodynamicsState& msg) 
   msg.diastolic = f.diastolic;
   msg.mean_pressure = f.mean;
   msg.blood_volume = f.blood_volume;
+  msg.pressure = f.pressure;
   msg.blood_loss = f.blood_loss;
+  msg.loss_rate = f.loss_rate;
   msg.vessels.resize(f.vessels.size());
   for (std::size_t i = 0; i < f.vessels.size(); ++i) {
     const auto& from = f.vessels[i];

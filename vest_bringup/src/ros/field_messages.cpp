@@ -224,6 +224,7 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
   msg.emitted = frame.fluid.emitted;
   msg.sucked = frame.fluid.sucked;
   msg.lost = frame.fluid.lost;
+  msg.stained = frame.fluid.stained;
   msg.flying = fluid::particleVolume(*frame.fluid_model, frame.fluid) + fluid::pendingVolume(frame.fluid);
   msg.pooled = fluid::poolVolume(*frame.fluid_model, frame.fluid);
   msg.degraded = frame.degraded;

@@ -78,7 +78,8 @@ void BloodEffect::walk(Archive& a, S& s) {
   a(c.arteries.time), a(c.arteries.phase), a(c.arteries.area), a(c.arteries.velocity);
   a(c.arteries.windkessel_pressure), a(c.arteries.node_volume), a(c.arteries.leak_volume),
       a(c.arteries.hole_flow);
-  a(c.lost), a(c.vessel_lost), a(c.smoothed_pressure), a(c.rate_tone), a(c.resistance_tone), a(c.volume_tone);
+  a(c.lost), a(c.vessel_lost), a(c.territory_flow), a(c.smoothed_pressure), a(c.rate_tone),
+      a(c.resistance_tone), a(c.volume_tone);
   a(c.heart_rate), a(c.output), a(c.filling_pressure), a(c.systolic), a(c.diastolic), a(c.mean);
   a(c.beat_most), a(c.beat_least), a(c.beat_sum), a(c.beat_time), a(c.hole_flow), a(c.degraded);
   a(s.settings.heart_rate), a(s.settings.mean_pressure), a(s.settings.resistance_scale),
@@ -86,7 +87,8 @@ void BloodEffect::walk(Archive& a, S& s) {
   auto& w = s.wounds;
   a(w.opening_count), a(w.clamp_count), a(w.next_wound), a(w.refused);
   for (auto& o : w.openings) {
-    a(o.wound), a(o.slot), a(o.vessel), a(o.end), a(o.station), a(o.area), a(o.sealed), a(o.lost), a(o.flow);
+    a(o.wound), a(o.slot), a(o.vessel), a(o.end), a(o.station), a(o.area), a(o.sealed), a(o.clot), a(o.lost),
+        a(o.flow);
     a(o.object), a(o.ring), a(o.knot);
   }
   for (auto& k : w.clamps) a(k.kind), a(k.vessel), a(k.station), a(k.opening);
@@ -155,18 +157,79 @@ bool BloodEffect::restore(const std::uint8_t* bytes, std::size_t count) {
               state.wounds.clamp_count <= bleeding::kMostClamps;
   for (int i = 0; good && i < state.wounds.opening_count; ++i) {
     const auto& o = state.wounds.openings[i];
-    good =
-        known(o.vessel) && o.object < static_cast<int>(vessel_of_.size()) && o.slot < bleeding::kMostSources;
+    good = known(o.vessel) && o.sealed >= 0 && o.clot >= 0 &&
+           o.object < static_cast<int>(vessel_of_.size()) && o.slot < bleeding::kMostSources;
   }
   for (int i = 0; good && i < state.wounds.clamp_count; ++i) good = known(state.wounds.clamps[i].vessel);
   if (good) state_ = state;
   return good;
 }
 
-double BloodEffect::vesselStation(const scene::World& world, std::size_t object, double station) const {
+bleeding::Place BloodEffect::placeOf(const scene::World& world, std::size_t object, double station) const {
   const net::TubeMap& tube = tubeOf(world, object);
-  const double first = tube.station(0), share = (station - first) / tube.length();
-  return std::clamp(share, 0.0, 1.0) * circulation_.model.length(vessel_of_[object]);
+  const int vessel = vessel_of_[object];
+  const double stretch = circulation_.model.length(vessel) / tube.length();
+  const double along = std::clamp(station - tube.station(0), 0.0, tube.length());
+  return {vessel, std::min(along * stretch, circulation_.model.length(vessel)), stretch};
+}
+
+/// Jaws that hold a vessel, and tools that press on one, shut it as far as their force is that of the blood
+/// in it on the same area: pressure at rest, times the tool's width, times the vessel's diameter.
+void BloodEffect::findPinches(const scene::World& world, const scene::StepReport& report) {
+  pinches_.count = 0;
+  const scene::WorldState& state = world.state();
+  const auto pinch = [&](std::size_t object, std::uint32_t knot, double force) {
+    if (object >= vessel_of_.size() || vessel_of_[object] < 0 || pinches_.count >= bleeding::kMostPinches)
+      return;
+    const net::TubeMap& tube = tubeOf(world, object);
+    const std::int32_t ring = tube.ringOf(knot);
+    if (ring < 0) return;
+    const bleeding::Place place = placeOf(world, object, tube.station(static_cast<std::size_t>(ring)));
+    const hd::CirculationModel& m = circulation_.model;
+    const double pressure =
+        m.isVein(place.vessel) ? hd::at(m, state_.circulation, place.vessel, 0).pressure : m.resting_pressure;
+    const double area = crossSection(world, object, tube, static_cast<std::size_t>(ring));
+    const double needed = pressure * 2 * interaction::kJawHalfWidth * 2 * std::sqrt(area / kPi);
+    const double opening = std::clamp(1 - force / std::max(needed, 1e-6), 0.0, 1.0);
+    if (opening < 1) pinches_.each[static_cast<std::size_t>(pinches_.count++)] = {place, opening};
+  };
+  for (std::size_t t = 0; t < state.grasps.size(); ++t) {
+    const interaction::Grasp& grasp = state.grasps[t];
+    std::size_t last = vessel_of_.size();
+    for (int k = 0; grasp.active && k < grasp.count; ++k) {
+      const auto& anchor = grasp.anchors[static_cast<std::size_t>(k)];
+      if (anchor.object != last) pinch(last = anchor.object, anchor.knot, grasp.pinch);
+    }
+    const double force = std::sqrt(report.contacts[t].wrench.head<3>().squaredNorm());
+    if (grasp.active || !report.contacts[t].in_contact || !(force > 0)) continue;
+    for (const scene::ContactSide& side : state.sides) {
+      if (side.tool != t || side.object == last ||
+          side.triangle >= world.contactTriangles(side.object).size())
+        continue;
+      last = side.object;
+      pinch(last, world.contactTriangles(last)[side.triangle][0], force);
+    }
+  }
+}
+
+/// A sucker takes the clot from an opening that it touches.
+void BloodEffect::suckClots(const scene::World& world, const scene::StepInput& input,
+                            const scene::StepReport& report) {
+  for (std::size_t t = 0; t < input.tools.size(); ++t) {
+    const scene::ToolInput& tool = input.tools[t];
+    if (!tool.present || tool.tool != tools::ToolKind::SuctionIrrigator ||
+        !(tool.functions & tools::kFunctionSuck))
+      continue;
+    const Vector3d tip =
+        report.contacts[t].step > 0 ? Vector3d(report.contacts[t].proxy.translation()) : tool.position;
+    for (int i = 0; i < state_.wounds.opening_count; ++i) {
+      bleeding::Opening& o = state_.wounds.openings[static_cast<std::size_t>(i)];
+      if (o.clot > 0 && o.object >= 0 &&
+          (world.knotAt(static_cast<std::size_t>(o.object), o.knot) - tip).squaredNorm() <
+              bleeding::kSuckReach * bleeding::kSuckReach)
+        o.clot = 0;
+    }
+  }
 }
 
 void BloodEffect::openAt(const scene::World& world, std::size_t object, double station, double area,
@@ -186,11 +249,10 @@ void BloodEffect::openAt(const scene::World& world, std::size_t object, double s
   for (const auto knot : ring_knots)
     if (merit(knot) > merit(like.knot)) like.knot = knot;
   // The scene's vessel may be drawn wider than the patient's: the same share of the cross-section is open.
-  const double at = vesselStation(world, object, station);
-  const int vessel = vessel_of_[object];
+  const bleeding::Place at = placeOf(world, object, station);
   const double whole = crossSection(world, object, tube, ring);
   if (!(whole > 0)) return;
-  bleeding::open(circulation_.model, vessel, at, area / whole * circulation_.model.lumen(vessel, at), like,
+  bleeding::open(circulation_.model, at, area / whole * circulation_.model.lumen(at.vessel, at.station), like,
                  state_.wounds);
 }
 
@@ -227,8 +289,8 @@ void BloodEffect::take(const scene::World& world, const scene::ParameterEdit& ed
       openAt(world, i, state_.opening_station, std::clamp(edit.value, kLeastOpening, kGreatestOpening),
              nullptr);
     if (edit.parameter == "clip_station")
-      bleeding::clamp(circulation_.model, bleeding::ClampKind::kClip, vessel_of_[i],
-                      vesselStation(world, i, station), 0, state_.wounds);
+      bleeding::clamp(circulation_.model, bleeding::ClampKind::kClip, placeOf(world, i, station), 0,
+                      state_.wounds);
   }
 }
 
@@ -236,9 +298,8 @@ void BloodEffect::take(const scene::World& world, const scene::Event& event) {
   if (event.object >= vessel_of_.size() || vessel_of_[event.object] < 0 || !std::isfinite(event.station))
     return;
   const std::size_t object = event.object;
-  const int vessel = vessel_of_[object];
   const hd::CirculationModel& m = circulation_.model;
-  const double station = vesselStation(world, object, event.station);
+  const bleeding::Place at = placeOf(world, object, event.station);
   const bool has_area = std::isfinite(event.area) && event.area > 0;
   using scene::EventKind;
   switch (event.kind) {
@@ -260,13 +321,13 @@ void BloodEffect::take(const scene::World& world, const scene::Event& event) {
       openAt(world, object, event.station, 1.0, &event.position);  // more than any vessel: cut through
       break;
     case EventKind::Clipped:
-      bleeding::clamp(m, bleeding::ClampKind::kClip, vessel, station, 0, state_.wounds);
+      bleeding::clamp(m, bleeding::ClampKind::kClip, at, 0, state_.wounds);
       break;
     case EventKind::Ligated:
-      bleeding::clamp(m, bleeding::ClampKind::kLigature, vessel, station, 0, state_.wounds);
+      bleeding::clamp(m, bleeding::ClampKind::kLigature, at, 0, state_.wounds);
       break;
     case EventKind::Unclipped:
-      bleeding::release(vessel, station, state_.wounds);
+      bleeding::release(at, state_.wounds);
       break;
     case EventKind::Coagulated: {
       const net::TubeMap& tube = tubeOf(world, object);
@@ -276,7 +337,7 @@ void BloodEffect::take(const scene::World& world, const scene::Event& event) {
       const bool heat = std::isnan(event.area);
       const double energy = std::isfinite(event.energy) ? std::max(event.energy, 0.0) : 0.0;
       const double closed = heat ? energy / kSealEnergyPerArea : event.area > 0 ? event.area : 10 * whole;
-      bleeding::seal(m, vessel, station, closed / whole * m.lumen(vessel, station), !heat, state_.wounds);
+      bleeding::seal(m, at, closed / whole * m.lumen(at.vessel, at.station), !heat, state_.wounds);
       break;
     }
     default:
@@ -297,9 +358,11 @@ void BloodEffect::tellSources(const scene::World& world, Feedback& feedback) con
     source.wound = o.wound;
     source.vessel = o.vessel;
     source.object = o.object;
-    source.area = std::max(o.area - o.sealed, 1e-9);
+    source.area = std::max(o.area - o.sealed - o.clot, 1e-9);
     source.flow = o.flow;
     if (o.end == bleeding::End::kWall) {
+      // The jet contracts behind a hole, and has the speed that the pressure gives (Torricelli).
+      source.area *= circulation_.model.vessels.control.discharge;
       source.position = world.knotAt(object, o.knot);
       source.direction = unit(source.position - ringCentre(world, object, tube, ring));
     } else if (o.end == bleeding::End::kHeart) {
@@ -323,10 +386,12 @@ void BloodEffect::step(const scene::World& world, const scene::StepInput& input,
   for (const auto& event : report.events) take(world, event);
   inputs_.settings = state_.settings;
   inputs_.external_pressure = options_.external_pressure;
-  bleeding::fill(circulation_.model, state_.wounds, inputs_);
+  findPinches(world, report);
+  suckClots(world, input, report);
+  bleeding::fill(circulation_.model, state_.wounds, pinches_, inputs_);
   const double dt = std::isfinite(input.dt) ? std::clamp(input.dt, 0.0, 0.01) : 0.0;
   hd::step(circulation_.model, inputs_, dt, state_.circulation, scratch_);
-  bleeding::book(state_.circulation, dt, state_.wounds);
+  bleeding::book(circulation_.model, state_.circulation, dt, state_.wounds);
   tellSources(world, feedback);
   if (world.steps() % kDilateEvery == 0) {
     for (std::size_t v = 0; v < shown_.size(); ++v) {
@@ -346,7 +411,10 @@ void BloodEffect::tellFrame(std::uint64_t step) {
   f.step = step;
   f.heart_rate = c.heart_rate;
   f.systolic = c.systolic, f.diastolic = c.diastolic, f.mean = c.mean;
+  f.pressure = hd::at(m, c, m.reference, 0.5 * m.length(m.reference)).pressure;
   f.blood_loss = c.lost;
+  f.loss_rate = seeping_;
+  for (int i = 0; i < state_.wounds.opening_count; ++i) f.loss_rate += state_.wounds.openings[i].flow;
   f.blood_volume = m.vessels.control.blood_volume - c.lost;
   f.degraded_steps = c.degraded;
   f.refused = state_.wounds.refused;

@@ -27,6 +27,7 @@ struct Between {
   std::array<lens::Hit, lens::kMostHits> hits{};
   int hit_count = 0;
   std::uint8_t wiped = 0, warming = 0, rinse = 0;
+  float wiped_on_blood = 0;
   double irrigation_flow = 0, suction_flow = 0, yield = 0;
   double humidity = 0, cavity_temperature = 0;
 };
@@ -61,7 +62,7 @@ struct OperatingField::Impl {
   std::uint64_t dropped = 0, refused = 0;
   bool degraded = false;
   bool has_rigid = false;  ///< places of rigid objects are known: they stay
-  SurfaceEffect* surface = nullptr;
+  bool films = false;
 
   Impl(const scene::World& world, const FieldOptions& o, std::shared_ptr<FieldFrames> f)
       : options(o),
@@ -184,7 +185,10 @@ void OperatingField::Impl::gather(const scene::StepInput& input, const scene::St
     between.energy_place[t] = triple(report.heat[t].position);
   }
   const auto camera = static_cast<std::size_t>(tools::Instrument::Endoscope);
-  if (report.contacts[camera].in_contact) between.wiped = 1;
+  if (report.contacts[camera].in_contact) {
+    between.wiped = 1;
+    between.wiped_on_blood = std::max(between.wiped_on_blood, feedback.blood_at_lens);
+  }
 }
 
 void OperatingField::Impl::stepFluid(const scene::World& world, const scene::StepInput& input,
@@ -202,9 +206,11 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     to = s;
     to.slot = slot;
     to.blood = std::clamp(between.moment[static_cast<std::size_t>(slot)] / s.flow, 0.0, 1.0);
-    to.flow = std::min(1e-3, s.flow / in.dt);
+    to.flow = std::min(fluid::kGreatestFlow, s.flow / in.dt);
     to.area = std::clamp(s.area, 0.0, 0.01);
-    s.flow = between.moment[static_cast<std::size_t>(slot)] = 0;
+    s.flow -= to.flow * in.dt;  // what is more comes in the next steps
+    if (s.flow < 1e-18) s.flow = 0;
+    between.moment[static_cast<std::size_t>(slot)] = s.flow * to.blood;
   }
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     const scene::ToolInput& tool = input.tools[t];
@@ -272,12 +278,12 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     in.surfaces = surfaces.data();
     in.surface_count = surfaces.size();
     in.renew_bed = weigh;
+    in.stains = films;
     fluid::step(*fluid_model, in, fluid, scratch, fluid_report);
     degraded |= fluid.degraded;
     refused += fluid_report.status != fluid::Status::Ok;
     for (const fluid::Shear& shear : fluid_report.shears)
-      if (surface)
-        surface->wash(shear.surface, world.contactTriangles(shear.surface)[shear.triangle], shear.impulse);
+      if (films) feedback.films.push_back({shear.surface, shear.triangle, shear.impulse, shear.blood});
     for (const fluid::KnotLoad& load : fluid_report.loads)
       if (feedback.loads.size() < feedback.loads.capacity())
         feedback.loads.push_back(
@@ -336,6 +342,7 @@ void OperatingField::Impl::stepSlow(const scene::World&, const scene::StepInput&
     l.seed = input.seed;
     l.outside = (scope.position - scope.pivot).norm() < kWithdrawn;
     l.wiped = between.wiped != 0;
+    l.wiped_on_blood = between.wiped_on_blood;
     l.warmed = between.warming != 0;
     l.rinsed = between.rinse != 0 || (!irrigator && (scope.functions & tools::kFunctionIrrigate));
     const auto place = tipOf(input, report, static_cast<int>(camera)).translation().cast<float>().eval();
@@ -347,6 +354,7 @@ void OperatingField::Impl::stepSlow(const scene::World&, const scene::StepInput&
   }
   between.hit_count = 0;
   between.wiped = 0;
+  between.wiped_on_blood = 0;
 }
 
 void OperatingField::Impl::show(const scene::World& world) {
@@ -374,6 +382,7 @@ void OperatingField::Impl::show(const scene::World& world) {
   f.fluid.pending = fluid.pending;
   f.fluid.emitted = fluid.emitted, f.fluid.emitted_blood = fluid.emitted_blood;
   f.fluid.sucked = fluid.sucked, f.fluid.sucked_blood = fluid.sucked_blood, f.fluid.lost = fluid.lost;
+  f.fluid.stained = fluid.stained;
   f.degraded = degraded;
   degraded = false;
   f.smoke.resize(smoke.density.size());
@@ -391,9 +400,9 @@ void OperatingField::Impl::show(const scene::World& world) {
 }
 
 OperatingField::OperatingField(const scene::World& world, const FieldOptions& options,
-                               std::shared_ptr<FieldFrames> frames, SurfaceEffect* surface)
+                               std::shared_ptr<FieldFrames> frames, bool films)
     : impl_(std::make_unique<Impl>(world, options, std::move(frames))) {
-  impl_->surface = surface;
+  impl_->films = films;
 }
 OperatingField::~OperatingField() = default;
 
@@ -458,7 +467,8 @@ bool OperatingField::restore(const std::uint8_t* bytes, std::size_t count) {
                     part([&](const std::uint8_t* at, std::size_t n) { return lens::restore(at, n, l); }) &&
                     part([&](const std::uint8_t* at, std::size_t n) {
                       if (n == sizeof b) std::memcpy(&b, at, n);
-                      return n == sizeof b && b.hit_count >= 0 && b.hit_count <= lens::kMostHits;
+                      return n == sizeof b && b.wiped_on_blood >= 0 && b.wiped_on_blood <= 1 &&
+                             b.hit_count >= 0 && b.hit_count <= lens::kMostHits;
                     }) &&
                     count == 0;
   if (!good) return false;

@@ -41,8 +41,8 @@ Stage makeStage(scene::World world, const StageOptions& options, const StageFram
     stage.surface =
         add(std::make_unique<SurfaceEffect>(tissue, options.surface, stage.blood, frames.surface));
   if (options.field)
-    stage.field =
-        add(std::make_unique<OperatingField>(tissue, options.field_options, frames.field, stage.surface));
+    stage.field = add(std::make_unique<OperatingField>(tissue, options.field_options, frames.field,
+                                                       stage.surface != nullptr));
   return stage;
 }
 

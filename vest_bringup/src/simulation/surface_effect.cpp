@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <stdexcept>
 
 #include "vest_effects/state_bytes.h"
@@ -13,7 +12,11 @@ namespace vest::simulation {
 
 namespace {
 
-constexpr std::uint16_t kSlot = 64;         // of the fluid source; vessels' openings have lower ones
+constexpr std::uint16_t kFirstSlot = 64;  // of the fluid sources; vessels' openings have lower ones
+static_assert(kFirstSlot + bleeding::kMostDrips <= bleeding::kMostSources &&
+              kFirstSlot >= bleeding::kMostOpenings);
+constexpr std::uint64_t kEvery = 4;         // steps of the tissue
+constexpr std::uint32_t kUnseen = ~0u;      // revision of a topology that was not looked at
 constexpr double kRunoffArea = 1e-5;        // m²: blood creeps off over some square millimetres (assumed)
 constexpr double kGreatestBleeding = 1000;  // of the scale, no unit
 constexpr double kCutReach = 0.0025;        // m around a cut whose capillaries are open (assumed)
@@ -25,45 +28,38 @@ std::size_t roomFor(std::size_t knots) {
   return knots + knots / 4 + 64;
 }
 
+bool bleeds(const scene::World& world, std::size_t object) {
+  const std::string& organ = world.description().objects[object].organ;
+  return world.model().objects[object].net && organ != "artery" && organ != "vein";
+}
+
 bleeding::SurfaceModel build(const scene::World& world) {
   bleeding::SurfaceModel m;
   m.first.push_back(0);
   for (std::size_t i = 0; i < world.objectCount(); ++i) {
     const scene::Object& o = world.description().objects[i];
-    const std::size_t first = m.first.back(), knots = o.rest_position.size();
-    const bool bleeds = world.model().objects[i].net && o.organ != "artery" && o.organ != "vein";
-    m.area.resize(first + roomFor(knots), 0.0);
-    m.supply.resize(first + roomFor(knots), 0.0);
-    std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
-    for (const auto& t : o.contact_triangles) {
-      if (!bleeds) break;
-      const Eigen::Vector3d a = o.rest_position[t[0]], b = o.rest_position[t[1]], c = o.rest_position[t[2]];
-      const double area = 0.5 * std::sqrt((b - a).cross(c - a).squaredNorm());
-      for (int e = 0; e < 3; ++e) {
-        m.area[first + t[e]] += area / 3;
-        edges.insert(std::minmax(t[e], t[(e + 1) % 3]));
+    const std::size_t first = m.first.back(), knots = world.knotCount(i), room = roomFor(knots);
+    m.perfusion.resize(first + room, bleeds(world, i) ? o.thermal.perfusion : 0.0);
+    m.depth.resize(first + room, bleeding::kFeedDepth);
+    if (world.model().objects[i].net && !o.fem && o.density > 0) {
+      // A shell bleeds from what it has behind its surface.
+      std::vector<double> area(knots, 0.0);
+      for (const auto& t : o.contact_triangles) {
+        const Eigen::Vector3d a = o.rest_position[t[0]];
+        const double third =
+            std::sqrt((o.rest_position[t[1]] - a).cross(o.rest_position[t[2]] - a).squaredNorm()) / 6;
+        for (const auto k : t) area[k] += third;
       }
-    }
-    for (const auto& [a, b] : edges) {
-      m.link0.push_back(static_cast<std::uint32_t>(first + a));
-      m.link1.push_back(static_cast<std::uint32_t>(first + b));
-    }
-    double area = 0, supply = 0;
-    std::size_t outer = 0;
-    const double per_kg = bleeding::supplyOf(o.organ.c_str());
-    for (std::size_t k = 0; k < knots && bleeds; ++k) {
-      if (!(m.area[first + k] > 0)) continue;
-      m.supply[first + k] = per_kg * o.mass[k];
-      area += m.area[first + k], supply += m.supply[first + k];
-      ++outer;
-    }
-    // Copies that a cut makes: the object's mean.
-    for (std::size_t k = knots; k < roomFor(knots) && outer > 0; ++k) {
-      m.area[first + k] = area / static_cast<double>(outer);
-      m.supply[first + k] = supply / static_cast<double>(outer);
+      double volume = 0, whole = 0;
+      for (std::size_t k = 0; k < knots; ++k) {
+        if (!(area[k] > 0)) continue;
+        m.depth[first + k] = std::min(bleeding::kFeedDepth, o.mass[k] / (o.density * area[k]));
+        volume += m.depth[first + k] * area[k], whole += area[k];
+      }
+      for (std::size_t k = knots; k < room && whole > 0; ++k) m.depth[first + k] = volume / whole;
     }
     m.scene.push_back(static_cast<std::uint32_t>(knots));
-    m.first.push_back(static_cast<std::uint32_t>(first + roomFor(knots)));
+    m.first.push_back(static_cast<std::uint32_t>(first + room));
   }
   return m;
 }
@@ -82,14 +78,27 @@ SurfaceEffect::SurfaceEffect(const scene::World& world, const SurfaceOptions& op
   if (!(options.frame_rate >= 1 && options.frame_rate <= 100))
     refuse("surface_rate", options.frame_rate, "1 to 100 Hz");
   for (std::size_t i = 0; i < world.objectCount(); ++i) {
-    const std::string& organ = world.description().objects[i].organ;
-    vessel_.push_back(organ == "artery" || organ == "vein");
+    const scene::Object& o = world.description().objects[i];
     positions_.emplace_back(3 * roomFor(model_.scene[i]));
-    rows_.push_back(nullptr);
+    rest_.emplace_back(3 * roomFor(model_.scene[i]));
+    for (std::size_t k = 0; k < std::min<std::size_t>(o.rest_position.size(), model_.scene[i]); ++k)
+      for (std::size_t a = 0; a < 3; ++a)
+        rest_[i][3 * k + a] = static_cast<float>(o.rest_position[k][static_cast<int>(a)]);
+    world.positions(i, positions_[i].data());
   }
+  territory_.assign(world.objectCount(), -1);
+  for (std::size_t i = 0; blood && i < territory_.size(); ++i) {
+    const auto& territories = blood->model().vessels.territories;
+    for (std::size_t k = 0; k < territories.size(); ++k)
+      if (territories[k].tissue == world.description().objects[i].name) territory_[i] = static_cast<int>(k);
+  }
+  meshes_.resize(world.objectCount());
+  perfused_.assign(world.objectCount(), 1.0);
+  seen_.assign(world.objectCount(), kUnseen);
   for (std::size_t i = 0; i < world.objectCount(); ++i)
-    if (world.model().objects[i].net) rows_[i] = positions_[i].data();
-  inputs_.positions = rows_.data();
+    at_start_.push_back(static_cast<std::uint32_t>(world.contactTriangles(i).size()));
+  inputs_.meshes = meshes_.data();
+  inputs_.perfused = perfused_.data();
   if (frames_) {
     frames_->forEachSlot(
         [&](SurfaceFrame& f) { f.flow.reserve(model_.knots()), f.wetness.reserve(model_.knots()); });
@@ -102,12 +111,15 @@ SurfaceEffect::SurfaceEffect(const scene::World& world, const SurfaceOptions& op
 void SurfaceEffect::reset() {
   state_ = bleeding::initialSurface(model_);
   scale_ = options_.scale;
+  faces_ = at_start_;
+  std::fill(seen_.begin(), seen_.end(), kUnseen);
 }
 
 void SurfaceEffect::save(std::vector<std::uint8_t>& bytes) const {
   effects::StateWriter writer(bytes);
   double scale = scale_;
   walk(writer, state_, scale);
+  writer(faces_);
 }
 
 bool SurfaceEffect::restore(const std::uint8_t* bytes, std::size_t count) {
@@ -119,50 +131,83 @@ bool SurfaceEffect::restore(const std::uint8_t* bytes, std::size_t count) {
   double scale = scale_;
   effects::StateReader reader(bytes, count);
   walk(reader, state, scale);
-  if (!reader.done()) return false;
+  std::vector<std::uint32_t> faces = faces_;
+  reader(faces);
+  bool good = reader.done();
+  for (const auto& drip : state.drips)
+    good = good && drip.object >= -1 && drip.object < static_cast<std::int32_t>(seen_.size());
+  for (std::size_t i = 0; good && i < seen_.size(); ++i) good = state.used[i] >= model_.scene[i];
+  for (std::size_t k = 0; good && k < state.film.size(); ++k)
+    good = state.film[k] >= 0 && state.loose[k] >= 0 && state.area[k] >= 0;
+  if (!good) return false;
   std::fill(state.dry.begin(), state.dry.end(), std::uint8_t{0});
+  std::fill(seen_.begin(), seen_.end(), kUnseen);
   state_ = state;
   scale_ = scale;
+  faces_ = faces;
   return true;
 }
 
-/// Copies that cuts have made since, and where knots are, where anything bleeds or happens.
-void SurfaceEffect::follow(const scene::World& world, const std::vector<scene::Event>& events) {
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (!rows_[i]) continue;
-    const auto& doubled = world.topology(i).doubled_knots;
-    while (state_.used[i] < model_.scene[i] + doubled.size())
-      bleeding::copyKnot(model_, i, doubled[state_.used[i] - model_.scene[i]], state_);
-    const bool happens =
-        std::any_of(events.begin(), events.end(), [i](const auto& e) { return e.object == i; });
-    if (state_.dry[i] && !happens) continue;
-    if (world.knotCount(i) * 3 <= positions_[i].size()) world.positions(i, positions_[i].data());
+void SurfaceEffect::followCuts(const scene::World& world) {
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    const scene::Topology& topology = world.topology(i);
+    if (seen_[i] == topology.revision) continue;
+    seen_[i] = topology.revision;
+    const auto& doubled = topology.doubled_knots;
+    const std::uint32_t scene = model_.scene[i], room = model_.first[i + 1] - model_.first[i];
+    while (state_.used[i] < scene + doubled.size())
+      bleeding::copyKnot(model_, i, doubled[state_.used[i] - scene], state_);
+    for (std::size_t k = 0; k < doubled.size() && scene + k < room; ++k)
+      std::copy_n(&rest_[i][3 * std::size_t{doubled[k]}], 3, &rest_[i][3 * (scene + k)]);
+    const auto& triangles = world.contactTriangles(i);
+    const auto& alive = world.contactTriangleAlive(i);
+    meshes_[i] = {positions_[i].data(), triangles.data(),
+                  alive.size() >= triangles.size() ? alive.data() : nullptr, triangles.size()};
+    bleeding::measureSurface(model_, i, meshes_[i], rest_[i].data(), state_);
+    // Of finite elements what came since are the faces that a cut made.
+    for (std::size_t t = faces_[i]; t < triangles.size() && world.model().objects[i].fem; ++t)
+      bleeding::openFace(model_, i, triangles[t], state_);
+    faces_[i] = std::max(faces_[i], static_cast<std::uint32_t>(triangles.size()));
   }
 }
 
-void SurfaceEffect::take(const scene::Event& event) {
-  if (event.object >= vessel_.size() || vessel_[event.object] || !rows_[event.object]) return;
+/// Rigid objects stay where they were.
+void SurfaceEffect::findPositions(const scene::World& world, std::size_t object) {
+  if (world.model().objects[object].net && 3 * world.knotCount(object) <= positions_[object].size())
+    world.positions(object, positions_[object].data());
+}
+
+void SurfaceEffect::take(const scene::World& world, const scene::Event& event) {
+  if (event.object >= meshes_.size() || !bleeds(world, event.object)) return;
   using scene::EventKind;
-  const float* xyz = rows_[event.object];
-  switch (event.kind) {
-    case EventKind::Cut:
-    case EventKind::Torn:
-      bleeding::openSurface(model_, event.object, xyz, event.position, kCutReach, state_);
-      break;
-    case EventKind::Punctured:
-    case EventKind::Perforated:
-      bleeding::openSurface(model_, event.object, xyz, event.position, kPunctureReach, state_);
-      break;
-    case EventKind::Coagulated:
-      if (std::isfinite(event.energy) && event.energy > 0)
-        bleeding::sealSurface(model_, event.object, xyz, event.position, event.energy, state_);
-      break;
-    default:
-      break;
+  const double reach = event.kind == EventKind::Cut || event.kind == EventKind::Torn ? kCutReach
+                       : event.kind == EventKind::Punctured || event.kind == EventKind::Perforated
+                           ? kPunctureReach
+                           : 0;
+  const bool heat = event.kind == EventKind::Coagulated && std::isfinite(event.energy) && event.energy > 0;
+  if (!(reach > 0) && !heat) return;
+  findPositions(world, event.object);
+  const float* xyz = positions_[event.object].data();
+  if (heat) {
+    bleeding::sealSurface(model_, event.object, xyz, event.position, event.energy, state_);
+  } else {
+    bleeding::openSurface(model_, event.object, xyz, event.position, reach, state_);
   }
 }
 
-void SurfaceEffect::useTools(const scene::StepInput& input, const scene::StepReport& report) {
+void SurfaceEffect::takeFilms(const scene::World& world, std::vector<FilmInput>& films) {
+  for (const FilmInput& film : films) {
+    if (film.object >= meshes_.size() || film.triangle >= world.contactTriangles(film.object).size())
+      continue;
+    const auto& knots = world.contactTriangles(film.object)[film.triangle];
+    bleeding::washSurface(model_, film.object, knots, film.impulse, state_);
+    bleeding::stainSurface(model_, film.object, knots, film.blood, state_);
+  }
+  films.clear();
+}
+
+void SurfaceEffect::useTools(const scene::World& world, const scene::StepInput& input,
+                             const scene::StepReport& report) {
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     const scene::ToolInput& tool = input.tools[static_cast<std::size_t>(t)];
     const scene::ContactModel& contact = report.contacts[static_cast<std::size_t>(t)];
@@ -170,14 +215,29 @@ void SurfaceEffect::useTools(const scene::StepInput& input, const scene::StepRep
     const auto& points = tools::toolGeometry(tool.tool).interaction_points;
     const Eigen::Vector3d tip =
         contact.proxy * (points.empty() ? Eigen::Vector3d::Zero().eval() : points.front());
-    inputs_.inject[t] = {fires && contact.in_contact && tool.tool == tools::ToolKind::InjectionNeedle, tip};
-    inputs_.press[t] = {contact.in_contact && contact.wrench.head<3>().squaredNorm() > kPress * kPress, tip};
+    inputs_.inject[t] = {fires && contact.in_contact && tool.tool == tools::ToolKind::InjectionNeedle, tip,
+                         -1};
+    inputs_.press[t] = {contact.in_contact && contact.wrench.head<3>().squaredNorm() > kPress * kPress, tip,
+                        -1};
+    inputs_.suck[t] = {tool.present && tool.tool == tools::ToolKind::SuctionIrrigator &&
+                           (tool.functions & tools::kFunctionSuck) != 0,
+                       tip, -1};
+    if (!inputs_.inject[t].on) continue;
+    // The needle is in the first object that it touches.
+    for (const scene::ContactSide& side : world.state().sides)
+      if (side.tool == t && inputs_.inject[t].object < 0) inputs_.inject[t].object = side.object;
+    inputs_.inject[t].on = inputs_.inject[t].object >= 0;
+    if (inputs_.inject[t].on) state_.dry[static_cast<std::size_t>(inputs_.inject[t].object)] = 0;
   }
 }
 
-void SurfaceEffect::wash(std::size_t object, const std::array<std::uint32_t, 3>& knots, double impulse) {
-  if (object < rows_.size() && rows_[object])
-    bleeding::washSurface(model_, object, rows_[object], knots, impulse, state_);
+/// By the vessels that feed it, or else as the arterial pressure goes.
+double SurfaceEffect::perfused(std::size_t object) const {
+  if (!blood_) return 1;
+  if (territory_[object] >= 0)
+    return haemodynamics::perfusion(blood_->model(), blood_->circulation(),
+                                    static_cast<std::size_t>(territory_[object]));
+  return std::clamp(blood_->circulation().smoothed_pressure / blood_->model().resting_pressure, 0.0, 3.0);
 }
 
 void SurfaceEffect::edits(const scene::World&, std::vector<scene::EditableParameter>& out) const {
@@ -190,31 +250,47 @@ void SurfaceEffect::step(const scene::World& world, const scene::StepInput& inpu
     if (edit.object.empty() && edit.parameter == "surface_bleeding" && std::isfinite(edit.value))
       scale_ = std::clamp(edit.value, 0.0, kGreatestBleeding);
   }
-  if (state_.active || !report.events.empty()) follow(world, report.events);
-  for (const auto& event : report.events) take(event);
-  if (state_.active) {
-    useTools(input, report);
+  followCuts(world);
+  for (const auto& event : report.events) take(world, event);
+  takeFilms(world, feedback.films);
+  if (world.steps() % kEvery == 0) {
+    useTools(world, input, report);
+    for (std::size_t i = 0; i < meshes_.size(); ++i)
+      if (!state_.dry[i]) findPositions(world, i);
     inputs_.scale = scale_;
-    inputs_.pressure_ratio =
-        blood_
-            ? std::clamp(blood_->circulation().smoothed_pressure / blood_->model().resting_pressure, 0.0, 3.0)
-            : 1.0;
+    inputs_.gravity = world.description().gravity;
+    for (std::size_t i = 0; i < perfused_.size(); ++i) perfused_[i] = perfused(i);
     const double dt = std::isfinite(input.dt) ? std::clamp(input.dt, 0.0, 0.01) : 0.0;
     const double before = state_.seeped;
-    bleeding::SurfaceRunoff runoff;
-    bleeding::stepSurface(model_, inputs_, dt, state_, &runoff);
-    if (blood_) blood_->lose(state_.seeped - before);
-    if (runoff.volume > 0 && dt > 0 && feedback.sources.size() < feedback.sources.capacity()) {
+    bleeding::stepSurface(model_, inputs_, kEvery * dt, state_, runoff_);
+    if (blood_) blood_->lose(state_.seeped - before, kEvery * dt);
+    for (std::size_t d = 0; d < runoff_.falls.size() && dt > 0; ++d) {
+      const auto& fall = runoff_.falls[d];
+      if (!(fall.volume > 0)) continue;
       bleeding::FluidSource source;
-      source.slot = kSlot;
-      source.object = runoff.object;
-      source.position = runoff.place;
+      source.slot = static_cast<std::uint16_t>(kFirstSlot + d);
+      source.object = fall.object;
+      source.position = fall.place;
+      source.direction = inputs_.gravity;
       source.area = kRunoffArea;
-      source.flow = runoff.volume / dt;
+      source.flow = fall.volume / dt;
       feedback.sources.push_back(source);
     }
   }
+  feedback.blood_at_lens = state_.active ? bloodAt(world, tools::Instrument::Endoscope) : 0.0f;
   if (frames_ && world.steps() % frame_every_ == 0) tellFrame(world);
+}
+
+float SurfaceEffect::bloodAt(const scene::World& world, tools::Instrument tool) const {
+  float most = 0;
+  for (const scene::ContactSide& side : world.state().sides) {
+    const auto& triangles = world.contactTriangles(side.object);
+    if (side.tool != static_cast<std::uint8_t>(tool) || side.triangle >= triangles.size()) continue;
+    for (const std::uint32_t k : triangles[side.triangle])
+      if (model_.first[side.object] + k < model_.first[side.object + 1u])
+        most = std::max(most, bleeding::wetness(bleeding::thickness(state_, model_.first[side.object] + k)));
+  }
+  return most;
 }
 
 void SurfaceEffect::tellFrame(const scene::World& world) {
@@ -222,14 +298,14 @@ void SurfaceEffect::tellFrame(const scene::World& world) {
   f.step = world.steps();
   f.revision = world.revision();
   f.seeped = state_.seeped;
-  f.film = state_.active ? bleeding::filmVolume(model_, state_) : 0.0;
+  f.film = state_.active ? bleeding::filmVolume(state_) : 0.0;
   f.flow.clear(), f.wetness.clear();
   for (std::size_t i = 0; i < world.objectCount(); ++i) {
     const std::uint32_t room = model_.first[i + 1] - model_.first[i];
     for (std::uint32_t k = 0; k < world.knotCount(i); ++k) {
       const bool known = k < room;
       f.flow.push_back(known ? state_.flow[model_.first[i] + k] : 0.0f);
-      f.wetness.push_back(known ? bleeding::wetness(state_.film[model_.first[i] + k]) : 0.0f);
+      f.wetness.push_back(known ? bleeding::wetness(bleeding::thickness(state_, model_.first[i] + k)) : 0.0f);
     }
   }
   frames_->publish();

@@ -1,5 +1,6 @@
 #include "vest_bringup/simulation/trainer.h"
 
+#include <cmath>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -28,8 +29,8 @@ struct Reader {
 
 // Fields one by one: no padding, as the World's snapshot.
 void saveFeedback(const Feedback& feedback, std::vector<std::uint8_t>& bytes) {
-  const std::uint64_t counts[3] = {feedback.impacts.size(), feedback.dilatations.size(),
-                                   feedback.loads.size()};
+  const std::uint64_t counts[4] = {feedback.impacts.size(), feedback.dilatations.size(),
+                                   feedback.loads.size(), feedback.films.size()};
   append(bytes, counts, sizeof counts);
   append(bytes, &feedback.load_over, sizeof feedback.load_over);
   for (const auto& l : feedback.loads) {
@@ -41,6 +42,10 @@ void saveFeedback(const Feedback& feedback, std::vector<std::uint8_t>& bytes) {
     append(bytes, &i.object, sizeof i.object), append(bytes, &i.triangle, sizeof i.triangle);
     append(bytes, i.weights.data(), sizeof i.weights), append(bytes, i.momentum.data(), 3 * sizeof(double));
   }
+  for (const auto& f : feedback.films) {
+    append(bytes, &f.object, sizeof f.object), append(bytes, &f.triangle, sizeof f.triangle);
+    append(bytes, &f.impulse, sizeof f.impulse), append(bytes, &f.blood, sizeof f.blood);
+  }
   for (const auto& d : feedback.dilatations) {
     std::array<char, scene::VesselName::kMost + 1> name{};
     d.vessel_segment.view().copy(name.data(), scene::VesselName::kMost);
@@ -49,9 +54,10 @@ void saveFeedback(const Feedback& feedback, std::vector<std::uint8_t>& bytes) {
 }
 
 bool readFeedback(Reader& in, Feedback& feedback) {
-  std::uint64_t counts[3];
+  std::uint64_t counts[4];
   if (!in.take(counts, sizeof counts) || counts[0] > 1'000'000 || counts[1] > 100'000 ||
-      counts[2] > 1'000'000 || !in.take(&feedback.load_over, sizeof feedback.load_over))
+      counts[2] > 1'000'000 || counts[3] > 1'000'000 ||
+      !in.take(&feedback.load_over, sizeof feedback.load_over))
     return false;
   feedback.loads.resize(counts[2]);
   for (auto& l : feedback.loads) {
@@ -64,6 +70,13 @@ bool readFeedback(Reader& in, Feedback& feedback) {
   for (auto& i : feedback.impacts) {
     if (!in.take(&i.object, sizeof i.object) || !in.take(&i.triangle, sizeof i.triangle) ||
         !in.take(i.weights.data(), sizeof i.weights) || !in.take(i.momentum.data(), 3 * sizeof(double)))
+      return false;
+  }
+  feedback.films.resize(counts[3]);
+  for (auto& f : feedback.films) {
+    if (!in.take(&f.object, sizeof f.object) || !in.take(&f.triangle, sizeof f.triangle) ||
+        !in.take(&f.impulse, sizeof f.impulse) || !in.take(&f.blood, sizeof f.blood) ||
+        !std::isfinite(f.impulse) || !(f.blood >= 0 && f.blood < 1))
       return false;
   }
   feedback.dilatations.resize(counts[1]);
@@ -101,6 +114,9 @@ Trainer::Trainer(scene::World world) : world_(std::move(world)) {
   for (std::size_t i = 0; i < world_.objectCount(); ++i) knots += world_.knotCount(i);
   feedback_.loads.reserve(knots + knots / 2 + 1024);
   feedback_.sources.reserve(bleeding::kMostSources);
+  std::size_t triangles = 0;
+  for (std::size_t i = 0; i < world_.objectCount(); ++i) triangles += world_.contactTriangles(i).size();
+  feedback_.films.reserve(2 * triangles + 1024);
 }
 
 void Trainer::add(std::unique_ptr<Effect> effect) {
@@ -122,6 +138,7 @@ scene::Status Trainer::step(scene::StepInput& input, scene::StepReport& report) 
 void Trainer::reset() {
   world_.reset();
   clearFeedback();
+  feedback_.films.clear();
   for (const auto& effect : effects_) effect->reset();
 }
 
@@ -172,6 +189,7 @@ void Trainer::restore(const std::vector<std::uint8_t>& bytes) {
   save(before);  // all or nothing: what was taken is given back if the rest does not fit
   world_.restore(std::vector<std::uint8_t>(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)));
   clearFeedback();
+  feedback_.films.clear();
   const auto take = [this](const std::vector<std::uint8_t>& from, std::size_t world) {
     if (world == from.size()) {
       for (const auto& effect : effects_) effect->reset();

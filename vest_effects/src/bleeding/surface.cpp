@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 namespace vest::bleeding {
 
@@ -18,44 +17,211 @@ double squaredDistance(const float* xyz, std::uint32_t knot, const Vector3d& pla
   return dx * dx + dy * dy + dz * dz;
 }
 
+Vector3d placeOf(const float* xyz, std::uint32_t knot) {
+  return {xyz[3 * knot], xyz[3 * knot + 1], xyz[3 * knot + 2]};
+}
+
 float raised(float value, double by) {
   const double v = value + by;
   return static_cast<float>(v < 1 ? v : 1);
 }
 
-/// A copy shares its original's surface: both carry the original's area until the scene is loaded anew.
 std::uint32_t usedKnots(const SurfaceModel& model, const SurfaceState& state, std::size_t object) {
   return std::min(state.used[object], model.first[object + 1] - model.first[object]);
 }
 
-/// The first link from `link` on that begins at knot `knot` or behind it.
-std::size_t endOfLinks(const SurfaceModel& model, std::size_t link, std::uint32_t knot) {
-  const auto begin = model.link0.begin();
-  return static_cast<std::size_t>(std::partition_point(begin + static_cast<std::ptrdiff_t>(link),
-                                                       model.link0.end(),
-                                                       [&](std::uint32_t k) { return k < knot; }) -
-                                  begin);
+void openKnot(std::size_t object, std::uint32_t knot, SurfaceState& state) {
+  state.open[knot] = 1;
+  state.sealed[knot] = state.clot[knot] = 0;
+  state.active = 1;
+  state.dry[object] = 0;
 }
+
+/// `volume` m³ of blood of that age comes to a knot's film.
+void pour(std::size_t knot, double volume, double age, SurfaceState& state) {
+  const double sum = state.film[knot] + volume;
+  if (!(sum > 0)) return;
+  state.age[knot] = static_cast<float>((state.age[knot] * state.film[knot] + age * volume) / sum);
+  state.film[knot] = sum;
+}
+
+/// One object's share of a step.
+struct Film {
+  const SurfaceModel& model;
+  const SurfaceInputs& in;
+  SurfaceState& s;
+  std::size_t object;
+  double dt;
+  const std::array<double, 4>& front;  ///< m²: radius of each depot, squared
+  SurfaceRunoff& off;
+  const SurfaceMesh& mesh = in.meshes[object];
+  const std::uint32_t first = model.first[object], count = usedKnots(model, s, object);
+
+  bool near(const SurfaceInputs::Reach (&tools)[4], std::uint32_t k, double reach) const {
+    for (const auto& tool : tools)
+      if (tool.on && squaredDistance(mesh.positions, k, tool.place) < reach * reach) return true;
+    return false;
+  }
+
+  /// What tissue does: drug, clotting, seeping. @return whether anything is left to do here
+  bool seep() {
+    const double clotting = 1 / (1 + dt / kClottingTime), fading = 1 / (1 + dt / kStypticTime),
+                 constricting = dt / (dt + kConstrictionTime);
+    const double perfused = in.scale * (in.perfused ? in.perfused[object] : 1.0);
+    bool any = false;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const std::uint32_t i = first + k;
+      for (std::size_t t = 0; t < front.size(); ++t)
+        if (in.inject[t].on && in.inject[t].object == static_cast<std::int32_t>(object) &&
+            squaredDistance(mesh.positions, k, in.inject[t].place) < front[t])
+          s.drug[i] = 1;
+      s.flow[i] = 0;
+      if (s.drug[i] <= 0 && s.styptic[i] <= 0 && s.open[i] <= 0 && s.clot[i] <= 0 && s.film[i] <= 0 &&
+          s.loose[i] <= 0)
+        continue;
+      any = true;
+      s.styptic[i] = static_cast<float>(s.styptic[i] + constricting * (s.drug[i] - s.styptic[i]));
+      s.drug[i] = static_cast<float>(s.drug[i] * fading);
+      if (s.drug[i] < 1e-3f) s.drug[i] = 0;
+      if (s.drug[i] <= 0 && s.styptic[i] < 1e-3f) s.styptic[i] = 0;
+      s.age[i] = s.film[i] > 0 ? static_cast<float>(s.age[i] + dt) : 0.0f;
+      if (!(s.area[i] > 0) || (s.open[i] <= 0 && s.clot[i] <= 0)) continue;
+      if (s.clot[i] > 0 && near(in.suck, k, kSuckReach)) {
+        s.open[i] = raised(s.open[i], s.clot[i]);
+        s.clot[i] = 0;
+      }
+      const bool pressed = near(in.press, k, kPressReach);
+      const double q = pressed ? 0.0
+                               : perfused * model.perfusion[i] * s.area[i] * model.depth[i] * s.open[i] *
+                                     (1.0 - s.styptic[i]) * (1.0 - s.sealed[i]);
+      s.flow[i] = static_cast<float>(q > 0 ? q : 0);
+      pour(i, s.flow[i] * dt, 0, s);
+      s.seeped += s.flow[i] * dt;
+      const float before = s.open[i];
+      s.open[i] =
+          static_cast<float>(before * (pressed ? clotting * clotting * clotting * clotting : clotting));
+      if (s.open[i] < 1e-4f) s.open[i] = 0;
+      s.clot[i] = raised(s.clot[i], before - s.open[i]);
+    }
+    return any;
+  }
+
+  double mobility(std::uint32_t i) const {
+    const double a = s.age[i] / kSettingTime;
+    return 1 / (1 + a * a * a * a);
+  }
+
+  /// Between two knots of a triangle. @param across its width over its length
+  void run(std::uint32_t a, std::uint32_t b, const Vector3d& edge, double across) {
+    std::uint32_t i = first + a, j = first + b;
+    if (!(s.area[i] > 0) || !(s.area[j] > 0)) return;
+    double fall = edge.dot(in.gravity);  // m²/s²
+    if (fall < 0) std::swap(i, j), fall = -fall;
+    const auto steep = static_cast<float>(fall * fall / edge.squaredNorm());
+    if (steep > off.steepest[i]) off.steepest[i] = steep, off.lower[i] = j;
+    const double hi = std::min(thickness(s, i), kFullFilm), hj = std::min(thickness(s, j), kFullFilm);
+    const double move = dt * across *
+                        (kFilmDensity * fall / (3 * kFilmViscosity) * hi * hi * hi * mobility(i) +
+                         kSpread * (hi - hj) * mobility(hi > hj ? i : j));
+    const std::uint32_t from = move > 0 ? i : j, to = move > 0 ? j : i;
+    const double moved = std::min(std::fabs(move), 0.1 * s.film[from]);  // stable for any step
+    s.film[from] -= moved;
+    pour(to, moved, s.age[from], s);
+  }
+
+  void flow() {
+    std::fill_n(off.steepest.begin() + first, count, 0.0f);
+    const auto wet = [&](std::uint32_t k) { return k < count && s.film[first + k] > 0; };
+    for (std::size_t t = 0; t < mesh.triangle_count; ++t) {
+      const auto& k = mesh.triangles[t];
+      if (!(wet(k[0]) || wet(k[1]) || wet(k[2])) || (mesh.alive && !mesh.alive[t])) continue;
+      if (k[0] >= count || k[1] >= count || k[2] >= count) continue;
+      const Vector3d a = placeOf(mesh.positions, k[0]), b = placeOf(mesh.positions, k[1]),
+                     c = placeOf(mesh.positions, k[2]), ab = b - a, bc = c - b, ca = a - c;
+      const double twice = std::sqrt(ab.cross(bc).squaredNorm());
+      if (!(twice > 1e-14)) continue;
+      const auto cotangent = [&](const Vector3d& u, const Vector3d& v) {
+        return 0.5 * std::clamp(-u.dot(v) / twice, 0.0, 4.0);
+      };
+      run(k[0], k[1], ab, cotangent(bc, ca));
+      run(k[1], k[2], bc, cotangent(ca, ab));
+      run(k[2], k[0], ca, cotangent(ab, bc));
+    }
+  }
+
+  /// What the surface does not hold goes on to where it falls steepest, and drips where that is nearly level.
+  double surplus(std::uint32_t k) {
+    const std::uint32_t i = first + k;
+    const double gone = s.film[i] - kFullFilm * static_cast<double>(s.area[i]);
+    if (!(gone > 0)) return 0;
+    s.film[i] -= gone;
+    if (!(off.steepest[i] > 2.5e-3 * in.gravity.squaredNorm())) return gone;  // 1 in 20
+    pour(off.lower[i], gone, s.age[i], s);
+    return 0;
+  }
+
+  /// The drip that a knot falls with: one near by, or a free one, or the one that rests longest.
+  std::size_t dripAt(std::uint32_t k) {
+    std::size_t best = 0;
+    for (std::size_t d = 0; d < s.drips.size(); ++d) {
+      const Drip& drip = s.drips[d];
+      if (drip.object == static_cast<std::int32_t>(object) && drip.knot < count &&
+          (placeOf(mesh.positions, drip.knot) - placeOf(mesh.positions, k)).squaredNorm() <
+              kOneDrip * kOneDrip)
+        return d;
+      if (s.drips[best].object >= 0 && (drip.object < 0 || drip.idle > s.drips[best].idle)) best = d;
+    }
+    s.drips[best] = {static_cast<std::int32_t>(object), k, 0};
+    return best;
+  }
+
+  void drip() {
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const std::uint32_t i = first + k;
+      const double gone = surplus(k) + s.loose[i];
+      if (!(gone > 0)) continue;
+      s.loose[i] = 0;
+      s.shed += gone;
+      const std::size_t d = dripAt(k);
+      s.drips[d].idle = 0;
+      auto& fall = off.falls[d];
+      fall.place = (fall.volume * fall.place + gone * placeOf(mesh.positions, k)) / (fall.volume + gone);
+      fall.volume += gone;
+      fall.object = static_cast<std::int32_t>(object);
+    }
+  }
+};
 
 }  // namespace
 
-double supplyOf(const char* organ) {
-  const double kPer100gMinute = 1e-6 / 60 / 0.1;  // ml/min per 100 g in m³/s per kg
-  if (std::strcmp(organ, "uterus") == 0) return 26 * kPer100gMinute;
-  if (std::strcmp(organ, "intestine") == 0) return 30 * kPer100gMinute;
-  if (std::strcmp(organ, "ovary") == 0) return 40 * kPer100gMinute;
-  if (std::strcmp(organ, "tube") == 0) return 10 * kPer100gMinute;
-  if (std::strcmp(organ, "cavity") == 0) return 0;
-  return 3 * kPer100gMinute;
-}
-
 SurfaceState initialSurface(const SurfaceModel& model) {
   SurfaceState s;
-  for (auto* v : {&s.open, &s.drug, &s.styptic, &s.sealed, &s.flow}) v->assign(model.knots(), 0.0f);
-  s.film.assign(model.knots(), 0.0);
+  for (auto* v : {&s.open, &s.drug, &s.styptic, &s.sealed, &s.clot, &s.flow, &s.area, &s.age})
+    v->assign(model.knots(), 0.0f);
+  for (auto* v : {&s.film, &s.loose}) v->assign(model.knots(), 0.0);
   s.used = model.scene;
   s.dry.assign(model.scene.size(), 0);
   return s;
+}
+
+void measureSurface(const SurfaceModel& model, std::size_t object, const SurfaceMesh& mesh, const float* rest,
+                    SurfaceState& state) {
+  const std::uint32_t first = model.first[object], count = usedKnots(model, state, object);
+  std::fill_n(state.area.begin() + first, count, 0.0f);
+  for (std::size_t t = 0; t < mesh.triangle_count; ++t) {
+    const auto& k = mesh.triangles[t];
+    if ((mesh.alive && !mesh.alive[t]) || std::max({k[0], k[1], k[2]}) >= count) continue;
+    const Vector3d a = placeOf(rest, k[0]);
+    const double area =
+        0.5 * std::sqrt((placeOf(rest, k[1]) - a).cross(placeOf(rest, k[2]) - a).squaredNorm());
+    for (const std::uint32_t knot : k) state.area[first + knot] += static_cast<float>(area / 3);
+  }
+  for (std::uint32_t i = first; i < first + count; ++i) {  // what stood on a surface that is no more
+    if (state.area[i] > 0 || !(state.film[i] > 0)) continue;
+    state.loose[i] += state.film[i];
+    state.film[i] = 0;
+  }
+  state.dry[object] = 0;
 }
 
 void openSurface(const SurfaceModel& model, std::size_t object, const float* positions, const Vector3d& place,
@@ -64,19 +230,18 @@ void openSurface(const SurfaceModel& model, std::size_t object, const float* pos
   std::uint32_t nearest = count;
   double least = 1e30;
   for (std::uint32_t k = 0; k < count; ++k) {
-    if (!(model.area[first + k] > 0)) continue;
+    if (!(state.area[first + k] > 0)) continue;
     const double d = squaredDistance(positions, k, place);
     if (d < least) least = d, nearest = k;
-    if (d > reach * reach) continue;
-    state.open[first + k] = 1;
-    state.sealed[first + k] = 0;
-    state.active = 1;
+    if (d <= reach * reach) openKnot(object, first + k, state);
   }
-  if (nearest == count) return;
-  state.dry[object] = 0;
-  state.open[first + nearest] = 1;
-  state.sealed[first + nearest] = 0;
-  state.active = 1;
+  if (nearest < count) openKnot(object, first + nearest, state);
+}
+
+void openFace(const SurfaceModel& model, std::size_t object, const std::array<std::uint32_t, 3>& knots,
+              SurfaceState& state) {
+  for (const std::uint32_t k : knots)
+    if (k < usedKnots(model, state, object)) openKnot(object, model.first[object] + k, state);
 }
 
 void sealSurface(const SurfaceModel& model, std::size_t object, const float* positions, const Vector3d& place,
@@ -87,33 +252,47 @@ void sealSurface(const SurfaceModel& model, std::size_t object, const float* pos
     std::uint32_t nearest = count;
     double least = 0.01 * 0.01;  // m²: heat does not reach farther
     for (std::uint32_t k = 0; k < count; ++k) {
-      if (!(model.area[first + k] > 0) || state.sealed[first + k] >= 1) continue;
+      if (!(state.area[first + k] > 0) || state.sealed[first + k] >= 1) continue;
       const double d = squaredDistance(positions, k, place);
       if (d < least) least = d, nearest = k;
     }
     if (nearest == count) return;
     const std::uint32_t k = first + nearest;
-    const double needed = (1 - state.sealed[k]) * kSealHeat * model.area[k];
+    const double needed = (1 - state.sealed[k]) * kSealHeat * state.area[k];
     const double given = std::min(needed, energy);
-    state.sealed[k] = given >= needed ? 1.0f : raised(state.sealed[k], given / (kSealHeat * model.area[k]));
+    state.sealed[k] = given >= needed ? 1.0f : raised(state.sealed[k], given / (kSealHeat * state.area[k]));
     energy -= given;
   }
 }
 
-void washSurface(const SurfaceModel& model, std::size_t object, const float* positions,
-                 const std::array<std::uint32_t, 3>& knots, double impulse, SurfaceState& state) {
+void washSurface(const SurfaceModel& model, std::size_t object, const std::array<std::uint32_t, 3>& knots,
+                 double impulse, SurfaceState& state) {
   if (!state.active || object + 1 >= model.first.size() || !(impulse > 0)) return;
   const std::uint32_t first = model.first[object], count = usedKnots(model, state, object);
   for (const std::uint32_t k : knots) {
-    if (k >= count || !(state.film[first + k] > 0) || !(model.area[first + k] > 0)) continue;
-    const double area = model.area[first + k], before = state.film[first + k];
+    const std::uint32_t i = first + k;
+    if (k >= count || !(state.film[i] > 0) || !(state.area[i] > 0)) continue;
+    const double area = state.area[i], before = thickness(state, i);
     // dh/dt = −tau h²/(2 mu √A), solved exactly over the impulse.
-    const double film = before / (1 + impulse / 3 * before / (2 * kFilmViscosity * area * std::sqrt(area)));
-    state.film[first + k] = film;
-    const double volume = (before - film) * area;
-    state.washed += volume;
-    for (std::uint32_t a = 0; a < 3; ++a) state.washed_moment[a] += volume * positions[3 * k + a];
+    const double film =
+        area * before / (1 + impulse / 3 * before / (2 * kFilmViscosity * area * std::sqrt(area)));
+    state.loose[i] += state.film[i] - film;
+    state.film[i] = film;
   }
+}
+
+void stainSurface(const SurfaceModel& model, std::size_t object, const std::array<std::uint32_t, 3>& knots,
+                  double volume, SurfaceState& state) {
+  if (object + 1 >= model.first.size() || !(volume > 0)) return;
+  const std::uint32_t first = model.first[object], count = usedKnots(model, state, object);
+  int here = 0;
+  for (const std::uint32_t k : knots) here += k < count && state.area[first + k] > 0;
+  if (here == 0) state.loose[first + (knots[0] < count ? knots[0] : 0)] += volume;
+  for (const std::uint32_t k : knots)
+    if (k < count && state.area[first + k] > 0) pour(first + k, volume / here, 0, state);
+  state.stained += volume;
+  state.active = 1;
+  state.dry[object] = 0;
 }
 
 bool copyKnot(const SurfaceModel& model, std::size_t object, std::uint32_t original, SurfaceState& state) {
@@ -121,99 +300,49 @@ bool copyKnot(const SurfaceModel& model, std::size_t object, std::uint32_t origi
   const std::uint32_t copy = state.used[object]++;
   if (copy >= room || original >= copy) return false;
   state.dry[object] = 0;
-  state.open[first + copy] = state.open[first + original];
-  state.drug[first + copy] = state.drug[first + original];
-  state.styptic[first + copy] = state.styptic[first + original];
-  state.sealed[first + copy] = state.sealed[first + original];
+  const std::uint32_t from = first + original, to = first + copy;
+  for (auto* v : {&state.open, &state.clot, &state.drug, &state.styptic, &state.sealed, &state.age})
+    (*v)[to] = (*v)[from];
+  // Until the surface is measured anew, half of it is the copy's.
+  state.film[to] = state.film[from] *= 0.5;
+  state.area[to] = state.area[from] *= 0.5f;
   return true;
 }
 
 void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, SurfaceState& state,
-                 SurfaceRunoff* runoff) {
-  SurfaceRunoff off;
-  if (runoff) *runoff = off;
-  if (!state.active || !in.positions) return;
-  const double clotting = 1 / (1 + dt / kClottingTime), fading = 1 / (1 + dt / kStypticTime),
-               constricting = dt / (dt + kConstrictionTime);
-  off.volume = state.washed, off.place = Vector3d(state.washed_moment.data());
-  state.shed += state.washed;
-  state.washed = 0, state.washed_moment.fill(0);
+                 SurfaceRunoff& runoff) {
+  runoff.falls.fill({});
+  if (!in.meshes) return;
   // Depots grow while needles inject; where a needle is set anew, another begins.
   std::array<double, 4> front{};  // m²
+  bool injected = false;
   for (std::size_t t = 0; t < front.size(); ++t) {
     if (!in.inject[t].on) continue;
+    injected = true;
     if ((Vector3d(state.depot[t].data()) - in.inject[t].place).squaredNorm() > kNewStitch * kNewStitch)
       state.injected[t] = 0;
     for (std::size_t a = 0; a < 3; ++a) state.depot[t][a] = in.inject[t].place[static_cast<int>(a)];
     state.injected[t] += kInjectionFlow * dt;
     front[t] = effects::power(3 * state.injected[t] / (4 * 3.14159265358979 * kInterstice), 2.0 / 3.0);
+    const auto object = static_cast<std::size_t>(in.inject[t].object);
+    if (object < state.dry.size()) state.dry[object] = 0;
   }
-  double shed_most = 0;
-  std::size_t link = 0;
+  if (injected) state.active = 1;
+  if (!state.active) return;
+  for (Drip& drip : state.drips) drip.idle += dt;
   for (std::size_t object = 0; object + 1 < model.first.size(); ++object) {
-    const std::uint32_t first = model.first[object], count = usedKnots(model, state, object);
-    const std::size_t end = endOfLinks(model, link, model.first[object + 1]);
-    if (state.dry[object]) {
-      link = end;
-      continue;
-    }
-    const float* xyz = in.positions[object];
-    double shed_here = 0;
-    bool any = false;
-    for (std::uint32_t k = 0; k < count && xyz; ++k) {
-      const std::uint32_t i = first + k;
-      state.flow[i] = 0;
-      const bool dry = state.open[i] <= 0 && state.film[i] <= 0;
-      if (dry || !(model.area[i] > 0)) continue;
-      any = true;
-      double pressed = 0;
-      for (std::size_t t = 0; t < front.size(); ++t) {
-        if (in.inject[t].on && squaredDistance(xyz, k, in.inject[t].place) < front[t]) state.drug[i] = 1;
-        if (in.press[t].on && squaredDistance(xyz, k, in.press[t].place) < kPressReach * kPressReach)
-          pressed = 1;
-      }
-      state.styptic[i] =
-          static_cast<float>(state.styptic[i] + constricting * (state.drug[i] - state.styptic[i]));
-      const double q = in.scale * model.supply[i] * in.pressure_ratio * state.open[i] *
-                       (1.0 - state.styptic[i]) * (1.0 - state.sealed[i]) * (1 - pressed);
-      state.flow[i] = static_cast<float>(q > 0 ? q : 0);
-      const double grown = state.film[i] + state.flow[i] * dt / model.area[i];
-      state.film[i] = std::min(grown, kFullFilm);
-      if (state.film[i] < 1e-12) state.film[i] = 0;  // m: thinner than a molecule
-      const double gone = (grown - state.film[i]) * model.area[i];
-      state.seeped += state.flow[i] * dt;
-      if (gone > 0) {
-        state.shed += gone;
-        off.volume += gone;
-        off.place += gone * Vector3d(xyz[3 * k], xyz[3 * k + 1], xyz[3 * k + 2]);
-        shed_here += gone;
-      }
-      state.open[i] = static_cast<float>(
-          state.open[i] * (pressed > 0 ? clotting * clotting * clotting * clotting : clotting));
-      if (state.open[i] < 1e-4f) state.open[i] = 0;
-      state.drug[i] = static_cast<float>(state.drug[i] * fading);
-    }
-    if (shed_here > shed_most) shed_most = shed_here, off.object = static_cast<std::int32_t>(object);
-    // Neighbours level out: volumes move, in the order of the links, which go object by object. What is dry
-    // everywhere, as nearly all organs are, has nothing to level.
-    state.dry[object] = !any;
-    for (link = any ? link : end; link < end; ++link) {
-      const std::uint32_t a = model.link0[link], b = model.link1[link];
-      if (state.film[a] == state.film[b]) continue;
-      const double least = std::min(model.area[a], model.area[b]);
-      const double rate = std::min(kSpread * dt, 0.05 * least);  // m² a step: stable for any dt
-      const double move = rate * (state.film[a] - state.film[b]);
-      state.film[a] -= move / model.area[a];
-      state.film[b] += move / model.area[b];
-    }
+    if (state.dry[object] || !in.meshes[object].positions) continue;
+    Film film{model, in, state, object, dt, front, runoff};
+    state.dry[object] = !film.seep();
+    if (state.dry[object]) continue;
+    film.flow();
+    film.drip();
   }
-  if (off.volume > 0) off.place /= off.volume;
-  if (runoff) *runoff = off;
 }
 
-double filmVolume(const SurfaceModel& model, const SurfaceState& state) {
-  double sum = state.washed;
-  for (std::size_t i = 0; i < state.film.size(); ++i) sum += state.film[i] * model.area[i];
+double filmVolume(const SurfaceState& state) {
+  double sum = 0;
+  for (std::size_t i = 0; i < state.film.size(); ++i) sum += state.film[i] + state.loose[i];
   return sum;
 }
 

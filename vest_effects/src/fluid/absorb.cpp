@@ -90,6 +90,13 @@ void plunge(const Model& model, const Inputs& inputs, State& state, ScratchData&
 
 }  // namespace
 
+bool overBed(const Model& model, const State& state, std::size_t i) {
+  const int c = columnOf(model, state.particles.x[i]), r = rowOf(model, state.particles.y[i]);
+  return c >= 0 && r >= 0 && c < model.columns && r < model.rows &&
+         state.pools.bed[static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) +
+                         static_cast<std::size_t>(c)] > kNoBed;
+}
+
 void drown(const Model& model, State& state, std::size_t i) {
   const Particles& q = state.particles;
   const int c = columnOf(model, q.x[i]), r = rowOf(model, q.y[i]);

@@ -24,25 +24,26 @@ void across(const double d[3], double e[3], double f[3]) {
   f[0] = d[1] * e[2] - d[2] * e[1], f[1] = d[2] * e[0] - d[0] * e[2], f[2] = d[0] * e[1] - d[1] * e[0];
 }
 
-/// Makes room by letting the oldest particle join the pools.
-bool makeRoom(const Model& model, State& state, ScratchData& s) {
+/// Makes room by letting the oldest particle join what lies right under it. False where no particle is over a
+/// bed: then what is emitted waits.
+bool makeRoom(const Model& model, State& state) {
   Particles& q = state.particles;
   if (q.count < q.x.size()) return true;
   state.degraded = true;
-  std::size_t oldest = 0;
-  for (std::size_t i = 1; i < q.count; ++i)
-    if (q.age[i] > q.age[oldest]) oldest = i;
+  std::size_t oldest = q.count;
+  for (std::size_t i = 0; i < q.count; ++i)
+    if ((oldest == q.count || q.age[i] > q.age[oldest]) && overBed(model, state, i)) oldest = i;
+  if (oldest == q.count) return false;
   drown(model, state, oldest);
   const std::size_t last = --q.count;
   for (auto* a : {&q.x, &q.y, &q.z, &q.vx, &q.vy, &q.vz, &q.volume, &q.blood, &q.age, &q.rest})
     (*a)[oldest] = (*a)[last];
-  (void)s;
   return true;
 }
 
 }  // namespace
 
-void emit(const Model& model, const Inputs& inputs, State& state, ScratchData& s) {
+void emit(const Model& model, const Inputs& inputs, State& state) {
   Particles& q = state.particles;
   // Directions for a disc: turned by the golden angle each time (Vogel 1979), by rotation alone.
   constexpr double kCos = -0.7373688780783197, kSin = 0.6754902942615238;
@@ -61,8 +62,7 @@ void emit(const Model& model, const Inputs& inputs, State& state, ScratchData& s
     across(d, e, f);
     const double speed = source.area > 0 ? std::min(kGreatestSpeed, source.flow / source.area) : 0.0;
     const double radius = std::sqrt(source.area / 3.14159265358979);
-    while (state.pending[slot] >= model.whole) {
-      makeRoom(model, state, s);
+    while (state.pending[slot] >= model.whole && makeRoom(model, state)) {
       state.pending[slot] -= model.whole;
       const std::uint32_t number = state.released[slot]++;
       double cx = 1, cy = 0;

@@ -111,6 +111,20 @@ void dragPools(const Model& model, const Inputs& inputs, const State& state, Scr
   }
 }
 
+void leaveFilms(const Model& model, State& state, ScratchData& s) {
+  constexpr float kStays = 5e-5f;  // m: thinner does not flow (pools_body.inc)
+  Pools& w = state.pools;
+  const double area = model.parameters.pool_cell * model.parameters.pool_cell;
+  for (std::size_t i = 0; i < w.depth.size(); ++i) {
+    if (!(w.blood[i] > 0) || w.depth[i] > kStays || w.bed_triangle[i] < 0) continue;
+    const float before = w.depth[i];
+    w.depth[i] = std::max(0.0f, w.depth[i] - w.blood[i]);
+    addStain(state, s, static_cast<std::uint32_t>(w.bed_triangle[i]),
+             area * static_cast<double>(before - w.depth[i]));
+    w.blood[i] = 0;
+  }
+}
+
 bool fillCell(const Model& model, State& state, int column, int row, double volume, double blood) {
   if (column < 0 || row < 0 || column >= model.columns || row >= model.rows || !(volume >= 0)) return false;
   const std::size_t i = static_cast<std::size_t>(row) * model.columns + column;

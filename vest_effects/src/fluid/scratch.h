@@ -177,7 +177,7 @@ struct ScratchData {
   std::vector<std::array<double, 4>> impact_weight;  ///< sum of |J|·weights and of |J|
   std::vector<std::uint32_t> touched;                ///< triangles with momentum, in order of first touch
   std::vector<std::uint8_t> is_touched;
-  std::vector<double> shear;                   ///< per triangle, N·s
+  std::vector<double> shear, stain;            ///< per triangle, N·s, m³
   std::vector<std::uint32_t> sheared;          ///< triangles with shear, in order of first touch
   std::vector<std::uint32_t> triangle_offset;  ///< of each surface among all triangles
   // Pools.
@@ -237,14 +237,24 @@ inline void addShear(ScratchData& s, std::uint32_t triangle, double impulse) {
   if (s.shear[triangle] == 0) s.sheared.push_back(triangle);
   s.shear[triangle] += impulse;
 }
+/// `volume` m³ of blood goes from the fluid onto a triangle.
+inline void addStain(State& state, ScratchData& s, std::uint32_t triangle, double volume) {
+  addShear(s, triangle, 1e-30);  // told with the shears, which are sorted
+  s.stain[triangle] += volume;
+  state.stained += volume;
+}
+/// What of the pools is too thin to flow stays on the tissue under it, as far as it is blood.
+void leaveFilms(const Model& model, State& state, ScratchData& s);
 /// Shear of the pools on what lies under them.
 void dragPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s);
 
-void emit(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
+void emit(const Model& model, const Inputs& inputs, State& state);
 void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s, Report& report);
 void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
-/// One particle joins the pool nearest below or above it. Its volume is lost where there is no bed within
-/// eight cells.
+/// Whether tissue lies below or above a particle.
+bool overBed(const Model& model, const State& state, std::size_t particle);
+/// One particle joins the pool below or above it, or beside that. Its volume is lost where there is no bed
+/// within 24 cells.
 void drown(const Model& model, State& state, std::size_t particle);
 void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
 /// How the pools weigh on the knots, where they stand now.

@@ -24,8 +24,7 @@ bool good(const Model& model, const Inputs& in) {
         s.direction[0] * s.direction[0] + s.direction[1] * s.direction[1] + s.direction[2] * s.direction[2];
     if (!finite(s.position) || !finite(s.direction) || !finite(s.velocity) || !(d > 1e-20 && d < 1e20))
       return false;
-    // 1 l/s is more than a heart gives: nothing in this room is larger.
-    if (!(s.area >= 0 && s.area <= 0.01) || !(s.flow >= 0 && s.flow <= 1e-3) ||
+    if (!(s.area >= 0 && s.area <= 0.01) || !(s.flow >= 0 && s.flow <= kGreatestFlow) ||
         !(s.blood >= 0 && s.blood <= 1))
       return false;
   }
@@ -74,8 +73,9 @@ void tellImpacts(const Model& model, ScratchData& s, Report& report) {
   std::sort(s.sheared.begin(), s.sheared.end());
   for (const std::uint32_t id : s.sheared) {
     const std::size_t k = surfaceOf(model, s, id);
-    report.shears.push_back({static_cast<std::uint16_t>(k), id - s.triangle_offset[k], s.shear[id]});
-    s.shear[id] = 0;
+    report.shears.push_back(
+        {static_cast<std::uint16_t>(k), id - s.triangle_offset[k], s.shear[id], s.stain[id]});
+    s.shear[id] = s.stain[id] = 0;
   }
   s.sheared.clear();
 }
@@ -128,7 +128,7 @@ Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
   s.impact_weight.assign(model.triangles, {0, 0, 0, 0});
   s.touched.reserve(model.triangles);
   s.is_touched.assign(model.triangles, 0);
-  s.shear.assign(model.triangles, 0);
+  s.shear.assign(model.triangles, 0), s.stain.assign(model.triangles, 0);
   s.sheared.reserve(model.triangles);
   std::uint32_t first = 0;
   for (const SurfaceSize& size : model.surfaces) {
@@ -183,10 +183,11 @@ void step(const Model& model, const Inputs& inputs, State& state, Scratch& scrat
   if (inputs.renew_bed) {
     renewBed(model, inputs, state, s);
     weighPools(model, inputs, state, s, report);
+    if (inputs.stains) leaveFilms(model, state, s);
   }
   suck(model, inputs, state, s, report);
   compact(state);
-  emit(model, inputs, state, s);
+  emit(model, inputs, state);
 
   // Predict, with half of gravity's kick before the way and half after all else: free flight is exact then.
   const float kick[3] = {static_cast<float>(0.5 * inputs.dt * inputs.gravity[0]),

@@ -8,6 +8,12 @@ namespace vest::haemodynamics {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
+// Pa: as far below its beginning the brain's ischaemic response is whole (60 to 17.5 mmHg: Hall, Guyton and
+// Hall Textbook of Medical Physiology, 13th ed., chapter 18).
+constexpr double kIschaemicRange = 5670;
+// Of the pressure around them that veins of the abdomen take on: from 10.2 to 18.2 mmHg in the femoral vein
+// under 14 mmHg (Beebe et al. 1993, Surg. Gynecol. Obstet. 176, 443-447).
+constexpr double kVeinShare = 8.0 / 14.0;
 constexpr int kHalvings = 6;  // of holes that the arteries' model does not bear
 
 int cellAt(const SegmentModel& s, double station) {
@@ -77,6 +83,7 @@ void stepVein(const CirculationModel& model, const CirculationInputs& in, int ve
   const Vein& vein = model.vessels.veins[vessel - static_cast<int>(model.arteries.segments.size())];
   const double fill = std::max(
       0.0, state.filling_pressure / model.vessels.control.filling_pressure);  // loss empties veins too
+  const double around = kVeinShare * std::max(0.0, in.external_pressure);
   for (int side = 1; side <= 3; ++side) {  // 1: fed from the heart's side, 2: from the venules, 3: from both
     double area = 0;
     const auto fedFrom = [&](const VesselHole& h) {
@@ -101,7 +108,7 @@ void stepVein(const CirculationModel& model, const CirculationInputs& in, int ve
       conductance += 1 / vein.upstreamResistance();
       drive += vein.upstream_pressure * fill / vein.upstreamResistance();
     }
-    const double p = drive / conductance - in.external_pressure;
+    const double p = drive / conductance + around - in.external_pressure;
     if (!(p > 0)) continue;
     const double orifice = model.vessels.control.discharge * area;
     const double k = 0.5 * model.arteries.density / (orifice * orifice), r = 1 / conductance;
@@ -118,10 +125,17 @@ void stepLoop(const CirculationModel& model, const CirculationSettings& set, dou
   const double pressure = referencePressure(model, s);
   s.smoothed_pressure += (pressure - s.smoothed_pressure) * (dt / (c.baroreceptor_time + dt));
   const double goal = set.mean_pressure > 0 ? set.mean_pressure : model.resting_pressure;
-  const double e = (goal - s.smoothed_pressure) / c.reflex_width;
-  const double tone = e / std::sqrt(1 + e * e);
+  const double brain =
+      set.reflex_scale > 0 && c.ischaemic_pressure > 0
+          ? std::clamp((c.ischaemic_pressure - s.smoothed_pressure) / kIschaemicRange, 0.0, 1.0)
+          : 0.0;
+  const auto toneOf = [&](double width) {
+    const double e = (goal - s.smoothed_pressure) / width;
+    return e / std::sqrt(1 + e * e) + brain;
+  };
+  const double tone = toneOf(c.reflex_width);
   s.rate_tone += (tone - s.rate_tone) * (dt / (c.rate_time + dt));
-  s.resistance_tone += (tone - s.resistance_tone) * (dt / (c.resistance_time + dt));
+  s.resistance_tone += (toneOf(c.resistance_width) - s.resistance_tone) * (dt / (c.resistance_time + dt));
   s.volume_tone += (tone - s.volume_tone) * (dt / (c.volume_time + dt));
 
   const double volume = c.blood_volume - s.lost;
@@ -130,6 +144,13 @@ void stepLoop(const CirculationModel& model, const CirculationSettings& set, dou
   s.output = std::max(0.0, (s.filling_pressure - c.atrial_pressure) / model.return_resistance);
   const double rest = set.heart_rate > 0 ? set.heart_rate : c.heart_rate;
   s.heart_rate = std::clamp(rest * (1 + c.rate_gain * set.reflex_scale * s.rate_tone), 0.3, 4.0);
+}
+
+/// m³/s that leaves the ends which feed a territory.
+double inflow(const CirculationModel& model, const CirculationState& s, const Territory& territory) {
+  double sum = 0;
+  for (const int i : territory.segments) sum += at(model, s, i, model.arteries.segments[i].length).flow;
+  return sum;
 }
 
 void stepBeat(const CirculationModel& model, double dt, double phase_before, CirculationState& s) {
@@ -205,6 +226,8 @@ Circulation buildCirculation(Vessels vessels, double dx) {
   const double dt = 1e-3;
   double before = 0, sum = 0, most = 0, least = 1e9;
   int steps = 0;
+  const auto& territories = m.vessels.territories;
+  std::vector<double> fed(territories.size(), 0.0);
   for (int beat = 0; beat < 60;) {
     const double phase = s.arteries.phase;
     const StepReport report = step(m.arteries, inputs, dt, s.arteries, scratch);
@@ -215,7 +238,11 @@ Circulation buildCirculation(Vessels vessels, double dx) {
     const double p = referencePressure(m, s);
     sum += p, most = std::max(most, p), least = std::min(least, p);
     ++steps;
+    for (std::size_t k = 0; k < fed.size(); ++k) fed[k] += inflow(m, s, territories[k]);
     if (s.arteries.phase >= phase) continue;
+    for (double& flow : fed) flow /= steps;
+    m.territory_flow = fed;
+    std::fill(fed.begin(), fed.end(), 0.0);
     const double mean = sum / steps;
     s.systolic = most, s.diastolic = least, s.mean = mean;
     ++beat;
@@ -226,6 +253,7 @@ Circulation buildCirculation(Vessels vessels, double dx) {
   s.smoothed_pressure = s.mean;
   s.beat_most = s.beat_least = referencePressure(m, s);
   s.vessel_lost.assign(m.vesselCount(), 0);
+  s.territory_flow = m.territory_flow;
   s.heart_rate = c.heart_rate;
   s.output = m.curve_output;
   s.filling_pressure = c.filling_pressure;
@@ -239,6 +267,7 @@ Status step(const CirculationModel& model, const CirculationInputs& inputs, doub
             CirculationState& state, CirculationScratch& scratch) {
   if (!good(model, inputs, dt)) return Status::kBadInput;
   stepLoop(model, inputs.settings, dt, state);
+  state.external_pressure = inputs.external_pressure;
   state.hole_flow.fill(0);
   const double phase = state.arteries.phase;
   Status status = Status::kOk;
@@ -262,6 +291,10 @@ Status step(const CirculationModel& model, const CirculationInputs& inputs, doub
     state.vessel_lost[inputs.holes[i].vessel] += volume;
     state.lost += volume;
   }
+  const auto& territories = model.vessels.territories;
+  for (std::size_t k = 0; k < territories.size(); ++k)
+    state.territory_flow[k] +=
+        (inflow(model, state, territories[k]) - state.territory_flow[k]) * dt / (dt + kPerfusionTime);
   stepBeat(model, dt, phase, state);
   return status;
 }
@@ -271,7 +304,7 @@ Sample at(const CirculationModel& model, const CirculationState& state, int vess
   if (model.isVein(vessel)) {
     const Vein& v = model.vessels.veins[vessel - static_cast<int>(model.arteries.segments.size())];
     const double fill = state.filling_pressure / model.vessels.control.filling_pressure;
-    out.pressure = v.pressure * fill;
+    out.pressure = v.pressure * fill + kVeinShare * std::max(0.0, state.external_pressure);
     out.flow = v.flow * fill;
     out.area = kPi * v.radius * v.radius;
     return out;
@@ -282,6 +315,12 @@ Sample at(const CirculationModel& model, const CirculationState& state, int vess
   out.area = state.arteries.area[i];
   out.flow = out.area * state.arteries.velocity[i];
   return out;
+}
+
+double perfusion(const CirculationModel& model, const CirculationState& state, std::size_t territory) {
+  return model.territory_flow[territory] > 0
+             ? std::clamp(state.territory_flow[territory] / model.territory_flow[territory], 0.0, 3.0)
+             : 1.0;
 }
 
 float dilatation(const CirculationModel& model, const CirculationState& state, int vessel) {

@@ -50,7 +50,8 @@ class Reader {
   }
 
   void read(const YAML::Node& root) {
-    only(root, "", {"vest_vessels", "sources", "quoted", "reference_artery", "numbers", "veins"});
+    only(root, "",
+         {"vest_vessels", "sources", "quoted", "reference_artery", "numbers", "veins", "territories"});
     number(root["vest_vessels"], "vest_vessels", 1, 1);
     const YAML::Node sources = root["sources"];
     if (!sources.IsDefined() || !sources.IsMap()) fail(sources, "sources", "a mapping of key to citation");
@@ -66,6 +67,7 @@ class Reader {
     readNumbers(root["numbers"]);
     readQuoted(root["quoted"]);
     readVeins(root["veins"]);
+    readTerritories(root["territories"]);
   }
 
  private:
@@ -87,6 +89,8 @@ class Reader {
         {"reflex_resistance_gain", "1", 0, 5, &c.resistance_gain},
         {"reflex_volume", "m3", 0, 5e-3, &c.reflex_volume},
         {"reflex_width", "Pa", 100, 1e5, &c.reflex_width},
+        {"reflex_resistance_width", "Pa", 100, 1e5, &c.resistance_width},
+        {"ischaemic_pressure", "Pa", 0, 2e4, &c.ischaemic_pressure},
         {"reflex_rate_time", "s", 0.1, 1000, &c.rate_time},
         {"reflex_resistance_time", "s", 0.1, 1000, &c.resistance_time},
         {"reflex_volume_time", "s", 0.1, 1000, &c.volume_time},
@@ -147,6 +151,31 @@ class Reader {
       if (!(v.central_pressure < v.pressure)) fail(entry["central_Pa"], "veins.central_Pa", "< pressure_Pa");
       source(entry["source"], "veins.source", v.name);
       out_.veins.push_back(v);
+    }
+  }
+
+  void readTerritories(const YAML::Node& list) {
+    if (!list.IsDefined()) return;
+    if (!list.IsSequence()) fail(list, "territories", "a list");
+    std::set<std::string> names;
+    for (const auto& entry : list) {
+      only(entry, "territories", {"tissue", "fed_by", "source"});
+      Territory t;
+      t.tissue = text(entry["tissue"], "territories.tissue");
+      if (!names.insert(t.tissue).second) fail(entry["tissue"], "territories.tissue", "a name of its own");
+      if (!entry["fed_by"].IsDefined() || !entry["fed_by"].IsSequence() || entry["fed_by"].size() == 0)
+        fail(entry["fed_by"], "territories.fed_by", "a list of segments");
+      for (const auto& name : entry["fed_by"]) {
+        int found = -1;
+        for (std::size_t i = 0; i < out_.network.segments.size(); ++i)
+          if (out_.network.segments[i].name == text(name, "territories.fed_by") &&
+              out_.network.segments[i].terminal)
+            found = static_cast<int>(i);
+        if (found < 0) fail(name, "territories.fed_by", "a segment of the network with a terminal");
+        t.segments.push_back(found);
+      }
+      source(entry["source"], "territories.source", "territories." + t.tissue);
+      out_.territories.push_back(t);
     }
   }
 

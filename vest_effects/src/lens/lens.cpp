@@ -91,7 +91,8 @@ State initialState(const Parameters& p) {
 
 Status step(const Parameters& p, const Inputs& in, State& s) {
   if (!(in.dt >= 1e-4 && in.dt <= 0.1) || !(in.smoke >= 0 && in.smoke < 10) || in.hit_count < 0 ||
-      in.hit_count > kMostHits || !(in.lens_radius > 1e-5 && in.lens_radius < 0.1))
+      in.hit_count > kMostHits || !(in.wiped_on_blood >= 0 && in.wiped_on_blood <= 1) ||
+      !(in.lens_radius > 1e-5 && in.lens_radius < 0.1))
     return Status::BadInput;
   for (int k = 0; k < in.hit_count; ++k) {
     const Hit& h = in.hits[k];
@@ -130,7 +131,14 @@ Status step(const Parameters& p, const Inputs& in, State& s) {
     }
   }
   if (in.rinsed) wash(p.rinse_time);
-  if (in.wiped) wash(p.wipe_time);
+  if (in.wiped) {
+    wash(p.wipe_time);
+    const auto taken = static_cast<float>(1.0 - 1.0 / (1.0 + in.dt / p.wipe_time)) * in.wiped_on_blood;
+    for (std::size_t i = 0; i < s.soiling.size() && taken > 0; ++i) {
+      s.soiling[i] += taken;  // as much as the wiping left room for
+      s.blood[i] += taken / s.soiling[i] * (1 - s.blood[i]);
+    }
+  }
   if (in.outside) wash(0.4);
   for (std::size_t i = 0; i < s.soiling.size(); ++i)
     if (s.soiling[i] < 1e-4f) s.soiling[i] = s.blood[i] = 0;

@@ -121,5 +121,19 @@ TEST(Lens, RefusesWhatIsAbsurdAndASnapshotThatIsNotItsOwn) {
   EXPECT_THROW(check(p), std::invalid_argument);
 }
 
+TEST(Lens, TissueCoveredWithBloodSoilsIt) {
+  const Parameters p;
+  State clean = initialState(p), bloody = clean;
+  for (float& x : bloody.soiling) x = 0.5f;
+  Inputs in;
+  in.wiped = true;
+  for (int k = 0; k < 200; ++k) ASSERT_EQ(step(p, in, bloody), Status::Ok);
+  EXPECT_LT(bloody.soiling[0], 0.01f) << "moist tissue wipes";
+  in.wiped_on_blood = 0.8f;
+  for (int k = 0; k < 200; ++k) ASSERT_EQ(step(p, in, clean), Status::Ok);
+  EXPECT_NEAR(clean.soiling[0], 0.8f, 0.03f);
+  EXPECT_GT(clean.blood[0], 0.95f);
+}
+
 }  // namespace
 }  // namespace vest::lens

@@ -25,13 +25,6 @@ QLabel* number(QWidget* parent, const QColor& colour) {
   return label;
 }
 
-/// The artery at which a cuff or a catheter would measure: the first that is named so, else the first.
-const vest_msgs::VesselState* reference(const vest_msgs::HaemodynamicsState& msg) {
-  for (const auto& vessel : msg.vessels)
-    if (vessel.name.find("aorta") != std::string::npos) return &vessel;
-  return msg.vessels.empty() ? nullptr : &msg.vessels.front();
-}
-
 }  // namespace
 
 void PressureCurve::add(const MonitorSample& sample) {
@@ -91,7 +84,7 @@ PatientMonitorPanel::PatientMonitorPanel(QWidget* parent) : BasePanel(parent) {
   balance_->setToolTip("irrigation and blood: what came into the cavity, was sucked out, and is left in it");
   rate_->setToolTip("heart rate");
   pressure_->setToolTip("arterial pressure: systolic/diastolic (mean)");
-  loss_->setToolTip("blood lost since the scene was loaded, and what all vessels lose now");
+  loss_->setToolTip("blood lost since the scene was loaded, and what vessels and surfaces lose now");
   auto* const timer = new QTimer(this);
   connect(timer, &QTimer::timeout, this, [this] { showAge(); });
   timer->start(500);
@@ -107,19 +100,16 @@ void PatientMonitorPanel::connectTopics() {
 
 void PatientMonitorPanel::onBlood(const vest_msgs::HaemodynamicsState& msg) {
   heard_ = ros::SteadyTime::now();
-  if (const auto* const vessel = reference(msg))
-    curve_->add({msg.header.stamp.toSec(), vessel->pressure_mid});
+  curve_->add({msg.header.stamp.toSec(), msg.pressure});
   rate_->setText(
       QString("HR <span style='font-size:22pt'>%1</span> /min").arg(60.0 * msg.heart_rate, 0, 'f', 0));
   pressure_->setText(QString("ART <span style='font-size:22pt'>%1/%2</span> (%3) mmHg")
                          .arg(msg.systolic / kPascalPerMmHg, 0, 'f', 0)
                          .arg(msg.diastolic / kPascalPerMmHg, 0, 'f', 0)
                          .arg(msg.mean_pressure / kPascalPerMmHg, 0, 'f', 0));
-  double leak = 0;
-  for (const auto& vessel : msg.vessels) leak += vessel.leak;
   loss_->setText(QString("LOSS <span style='font-size:22pt'>%1</span> ml, now %2 ml/min")
                      .arg(1e6 * msg.blood_loss, 0, 'f', 1)
-                     .arg(6e7 * leak, 0, 'f', 0));
+                     .arg(6e7 * msg.loss_rate, 0, 'f', 0));
 }
 
 void PatientMonitorPanel::onFluid(const vest_msgs::FluidState& msg) {

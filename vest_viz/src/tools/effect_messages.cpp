@@ -341,6 +341,8 @@ vest_msgs::HaemodynamicsState haemodynamicsAt(double t) {
   vessel.name = "aorta";
   vessel.pressure_mid = static_cast<float>(m.diastolic + (m.systolic - m.diastolic) * std::min(1.0, wave));
   vessel.pressure_prox = vessel.pressure_dist = vessel.pressure_mid;
+  m.pressure = vessel.pressure_mid;
+  m.loss_rate = 2e-6;
   vessel.flow_mid = 83e-6f, vessel.radius_mid = 0.012f, vessel.dilatation = 1;
   m.vessels.push_back(vessel);
   return m;

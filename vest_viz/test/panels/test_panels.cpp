@@ -355,14 +355,11 @@ TEST(PatientMonitor, DrawsTheCurveAndCountsInTheUnitsOfTheWard) {
   msg.heart_rate = 1.2;
   msg.systolic = 15999, msg.diastolic = 10666, msg.mean_pressure = 12443;  // 120/80 (93) mmHg
   msg.blood_loss = 42.5e-6;
-  msg.vessels.resize(2);
-  msg.vessels[0].name = "uterine_artery_right";
-  msg.vessels[0].leak = 1e-6;
-  msg.vessels[1].name = "abdominal_aorta";
+  msg.loss_rate = 1e-6;  // of no vessel: a surface seeps
   for (int i = 0; i < 300; ++i) {
     const double t = 0.02 * i;
     msg.header.stamp = ros::Time(100 + t);
-    msg.vessels[1].pressure_mid = static_cast<float>(13300 + 2600 * std::sin(2 * M_PI * 1.2 * t));
+    msg.pressure = 13300 + 2600 * std::sin(2 * M_PI * 1.2 * t);
     publisher.publish(msg);
     if (i % 20 == 0) spin([] { return false; }, 0.01);
   }

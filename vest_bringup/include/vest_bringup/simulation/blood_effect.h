@@ -32,14 +32,17 @@ struct BloodFrame {
   std::uint64_t step = 0;
   double heart_rate = 0;                          ///< Hz
   double systolic = 0, diastolic = 0, mean = 0;   ///< Pa
+  double pressure = 0;                            ///< Pa, now, where the others are measured
   double blood_volume = 0, blood_loss = 0;        ///< m³
+  double loss_rate = 0;                           ///< m³/s now, of vessels and surfaces
   std::uint32_t degraded_steps = 0, refused = 0;  ///< since the start
   std::shared_ptr<const std::vector<std::string>> names;
   std::vector<Vessel> vessels;  ///< arteries, then veins
 };
 
-/// Circulation, openings of vessels and the pulse in the scene. An object of the scene belongs to a vessel by
-/// its `vessel_segment`; its station 0 … length runs along the whole vessel.
+/// Circulation, openings of vessels and the pulse in the scene. Jaws that hold a vessel and tools that press
+/// on one close it while they do; a sucker takes clots off openings. An object of the scene belongs to a
+/// vessel by its `vessel_segment`; its station 0 … length runs along the whole vessel.
 ///   events (cut, punctured, torn, perforated, clipped, unclipped, ligated, coagulated) -> wounds
 ///   circulation -> fluid sources at the wounds, and dilatation of the scene's vessels every fourth step
 /// Parameter edits (object empty): heart_rate (Hz), mean_pressure (Pa), resistance_scale, reflex_scale,
@@ -58,8 +61,11 @@ class BloodEffect : public Effect {
   void save(std::vector<std::uint8_t>& bytes) const override;
   bool restore(const std::uint8_t* bytes, std::size_t count) override;
 
-  /// Blood that left otherwise (seeping surfaces), m³.
-  void lose(double volume) { state_.circulation.lost += volume > 0 ? volume : 0; }
+  /// Blood that left otherwise (seeping surfaces), m³ in `dt` s.
+  void lose(double volume, double dt) {
+    state_.circulation.lost += volume > 0 ? volume : 0;
+    seeping_ = dt > 0 ? volume / dt : 0;
+  }
 
   const haemodynamics::CirculationModel& model() const { return circulation_.model; }
   const haemodynamics::CirculationState& circulation() const { return state_.circulation; }
@@ -76,7 +82,9 @@ class BloodEffect : public Effect {
   template <class Archive, class S>
   static void walk(Archive& archive, S& state);
 
-  double vesselStation(const scene::World& world, std::size_t object, double station) const;
+  bleeding::Place placeOf(const scene::World& world, std::size_t object, double station) const;
+  void findPinches(const scene::World& world, const scene::StepReport& report);
+  void suckClots(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report);
   void take(const scene::World& world, const scene::ParameterEdit& edit);
   void take(const scene::World& world, const scene::Event& event);
   void openAt(const scene::World& world, std::size_t object, double station, double area,
@@ -89,6 +97,8 @@ class BloodEffect : public Effect {
   haemodynamics::CirculationScratch scratch_;
   haemodynamics::CirculationInputs inputs_;
   State state_;
+  bleeding::Pinches pinches_;
+  double seeping_ = 0;               ///< m³/s, to be told
   std::vector<int> vessel_of_;       ///< per object of the scene; −1: none
   std::vector<std::uint8_t> shown_;  ///< per vessel: the scene has it
   std::vector<scene::VesselName> names_;

@@ -10,6 +10,14 @@
 
 namespace vest::simulation {
 
+/// What a fluid does to the film of blood on a contact triangle.
+struct FilmInput {
+  std::uint16_t object = 0;
+  std::uint32_t triangle = 0;
+  double impulse = 0;  ///< N·s: shear stress times area times time (fluid::Shear)
+  double blood = 0;    ///< m³ that stays there
+};
+
 /// What effects hand on. Arrays have room: nothing allocates while it lasts; what does not fit is counted.
 struct Feedback {
   // To the tissue: the next step consumes it (fixed lag: one step). Recorded with that step's input.
@@ -19,6 +27,9 @@ struct Feedback {
   std::vector<scene::DilatationInput> dilatations;
   // To the effects behind this one, in the same step.
   std::vector<bleeding::FluidSource> sources;
+  float blood_at_lens = 0;  ///< 0 … 1: how far the tissue that the endoscope touches is covered with blood
+  /// From the field to the surfaces, which take it in the next step (fixed lag) and empty it.
+  std::vector<FilmInput> films;
 };
 
 /// A member of the composite beside the tissue (haemodynamics and bleeding, fluid, smoke, lens).

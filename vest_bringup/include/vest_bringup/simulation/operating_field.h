@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "vest_bringup/simulation/effect.h"
-#include "vest_bringup/simulation/surface_effect.h"
 #include "vest_effects/fluid/step.h"
 #include "vest_effects/lens/lens.h"
 #include "vest_effects/smoke/smoke.h"
@@ -85,9 +84,9 @@ class OperatingField : public Effect {
  public:
   /// @param frames where to put what is to be shown, of this object alone, or null. @throws
   /// std::invalid_argument
-  /// @param surface whose films water washes off; may be null; outlives this
+  /// @param films whether a SurfaceEffect takes Feedback::films
   OperatingField(const scene::World& world, const FieldOptions& options, std::shared_ptr<FieldFrames> frames,
-                 SurfaceEffect* surface = nullptr);
+                 bool films = false);
   ~OperatingField() override;
 
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,

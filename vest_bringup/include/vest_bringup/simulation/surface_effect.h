@@ -22,10 +22,11 @@ struct SurfaceFrame {
   double seeped = 0, film = 0;  ///< m³ since the start; on the surfaces now
 };
 
-/// Organ surfaces that seep where they were cut. Opened by events (cut, torn, perforated, punctured) of
-/// objects that are no vessels; closed by an injection needle that fires in tissue, by coagulation's energy
-/// and by a tool that presses; washed by whatever flows over them. What runs off is a fluid source. Parameter
-/// edit (object empty): surface_bleeding (the scale).
+/// Blood on the surfaces of all objects. Tissue that is no vessel seeps where it was cut: opened by events
+/// (cut, torn, perforated, punctured) and, in finite elements, by the faces that a cut made; closed by what a
+/// needle injects, by coagulation's energy and by a tool that presses. Films come from there and from
+/// Feedback::films, which also washes them. What drips is a fluid source. Every fourth step. Parameter edit
+/// (object empty): surface_bleeding (the scale).
 class SurfaceEffect : public Effect {
  public:
   /// @param blood the circulation that gives the pressure and loses the blood; may be null; outlives this
@@ -34,8 +35,6 @@ class SurfaceEffect : public Effect {
 
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;
-  /// Water flows over a triangle of an object's contact surface. @param impulse N·s, fluid::Shear
-  void wash(std::size_t object, const std::array<std::uint32_t, 3>& knots, double impulse);
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;
   void reset() override;
   void save(std::vector<std::uint8_t>& bytes) const override;
@@ -47,14 +46,22 @@ class SurfaceEffect : public Effect {
  private:
   template <class Archive, class S>
   static void walk(Archive& archive, S& state, double& scale) {
-    archive(state.open), archive(state.drug), archive(state.styptic), archive(state.sealed),
-        archive(state.film), archive(state.flow);
-    archive(state.injected), archive(state.depot), archive(state.washed), archive(state.washed_moment);
-    archive(state.used), archive(state.seeped), archive(state.shed), archive(state.active), archive(scale);
+    archive(state.open), archive(state.clot), archive(state.drug), archive(state.styptic),
+        archive(state.sealed), archive(state.area), archive(state.film), archive(state.age),
+        archive(state.loose), archive(state.flow);
+    archive(state.injected), archive(state.depot);
+    for (auto& drip : state.drips) archive(drip.object), archive(drip.knot), archive(drip.idle);
+    archive(state.used), archive(state.seeped), archive(state.stained), archive(state.shed),
+        archive(state.active), archive(scale);
   }
-  void follow(const scene::World& world, const std::vector<scene::Event>& events);
-  void take(const scene::Event& event);
-  void useTools(const scene::StepInput& input, const scene::StepReport& report);
+  /// Copies that cuts have made since, and the faces that they opened.
+  void followCuts(const scene::World& world);
+  void findPositions(const scene::World& world, std::size_t object);
+  void take(const scene::World& world, const scene::Event& event);
+  void takeFilms(const scene::World& world, std::vector<FilmInput>& films);
+  void useTools(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report);
+  double perfused(std::size_t object) const;
+  float bloodAt(const scene::World& world, tools::Instrument tool) const;
   void tellFrame(const scene::World& world);
 
   SurfaceOptions options_;
@@ -62,9 +69,13 @@ class SurfaceEffect : public Effect {
   bleeding::SurfaceModel model_;
   bleeding::SurfaceState state_;
   double scale_ = 1;
-  std::vector<std::uint8_t> vessel_;           ///< per object: bleeds as a vessel, not here
-  std::vector<std::vector<float>> positions_;  ///< per object, room for copies
-  std::vector<const float*> rows_;
+  std::vector<std::vector<float>> positions_, rest_;  ///< m, per object, room for copies
+  std::vector<bleeding::SurfaceMesh> meshes_;
+  std::vector<int> territory_;       ///< per object: of the vessels' database; -1: none
+  std::vector<double> perfused_;     ///< per object
+  std::vector<std::uint32_t> seen_;  ///< per object: revision of its topology that areas were measured at
+  std::vector<std::uint32_t> faces_, at_start_;  ///< per object: contact triangles that were seen; evolves
+  bleeding::SurfaceRunoff runoff_{model_};
   bleeding::SurfaceInputs inputs_;
   scene::TripleBuffer<SurfaceFrame>* frames_;
   std::uint64_t frame_every_ = 100;

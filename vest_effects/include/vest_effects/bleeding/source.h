@@ -10,6 +10,7 @@ namespace vest::bleeding {
 /// Most sources that live at a time; `slot` is below it. Two of a vessel's holes (both ends of a cut), organ
 /// surfaces and instruments share it (ours).
 constexpr int kMostSources = 128;
+constexpr double kSuckReach = 0.004;  ///< m around a suction tip: clots there come off (assumed)
 
 /// One source during one step: volume flow·dt enters, spread over `area` at `position`, with the mean speed
 /// flow/area along `direction`. A reader that keeps an account per `slot` of what it has not yet turned into

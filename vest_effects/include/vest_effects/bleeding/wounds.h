@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "vest_effects/bleeding/source.h"
 #include "vest_effects/haemodynamics/circulation.h"
 
 /// Openings of vessels and what closes them. No ROS, no scene: places are vessel and station.
@@ -12,9 +13,16 @@ namespace vest::bleeding {
 constexpr int kMostOpenings = 48;  ///< ours; a cut through takes two
 constexpr int kMostClamps = 56;  ///< ours; cuts through take one each. Both fit kMostHoles and kMostClosures
 
-/// Openings of one vessel nearer than this count as one, and heat reaches so far, m (ours: jaws are 3 … 5 mm
-/// wide).
+/// Openings of one vessel nearer than this count as one, and heat reaches so far, m in the scene (ours: jaws
+/// are 3 … 5 mm wide).
 constexpr double kSamePlace = 0.003;
+constexpr int kMostPinches = 8;  ///< ours; with clamps they fit kMostClosures
+/// A clot of a whole opening needs so long, s, while nothing flows through it (four times as fast as on
+/// surfaces that bleed on, as under pressure there), or while it is a small hole, which vessel and platelets
+/// close themselves (Ivy: 2 … 9 min).
+constexpr double kStillClotting = 60, kHoleClotting = 240;
+constexpr double kSmallHole = 5e-7;  ///< m² in the scene: a needle of 0.8 mm (assumed)
+constexpr double kStillFlow = 5e-9;  ///< m³/s: less is no flow that keeps a clot away (assumed)
 /// Share of the lumen from which on an opening is a cut through (ours: the rest tears).
 constexpr double kThrough = 0.8;
 
@@ -29,6 +37,7 @@ struct Opening {
   double station = 0;    ///< m
   double area = 0;       ///< m², of the opening in the network's lumen
   double sealed = 0;     ///< m² of it closed by coagulation
+  double clot = 0;       ///< m² of it closed by clot, which a sucker takes
   double lost = 0;       ///< m³
   double flow = 0;       ///< m³/s, mean of the last step
   std::int32_t object = -1;
@@ -55,28 +64,48 @@ struct WoundState {
 
 using Vessels = haemodynamics::CirculationModel;
 
+/// Of a vessel. A scene may draw it shorter than the patient has it.
+struct Place {
+  int vessel = 0;
+  double station = 0;  ///< m of the network
+  double stretch = 1;  ///< m of the network for each m of the scene
+  double same() const { return kSamePlace * stretch; }
+};
+
+/// What holds a vessel shut in this step alone: jaws, a finger.
+struct Pinch {
+  Place place;
+  double opening = 0;  ///< 0 shut … 1 open
+};
+struct Pinches {
+  int count = 0;
+  std::array<Pinch, kMostPinches> each{};
+};
+
 /// An opening of `area` m² at a place; nearer than kSamePlace to another one it widens that. From kThrough of
 /// the lumen on the vessel is cut through: two stumps, and nothing flows past. `like` carries object, ring,
-/// knot. False where there is no room or the place is not in the vessel.
-bool open(const Vessels& vessels, int vessel, double station, double area, const Opening& like,
-          WoundState& state);
+/// knot. Where there is no room one that is wholly sealed makes it. False where there is none, or the place
+/// is not in the vessel.
+bool open(const Vessels& vessels, const Place& place, double area, const Opening& like, WoundState& state);
 
-/// A clip or ligature.
-bool clamp(const Vessels& vessels, ClampKind kind, int vessel, double station, double opening,
-           WoundState& state);
+/// A clip or ligature. Where there is no room one that another makes needless does: sealed for good beside
+/// it.
+bool clamp(const Vessels& vessels, ClampKind kind, const Place& place, double opening, WoundState& state);
 /// Takes the nearest clip within 2·kSamePlace away. False if there is none.
-bool release(int vessel, double station, WoundState& state);
+bool release(const Place& place, WoundState& state);
 
 /// Coagulation closes `area` m² of the openings within kSamePlace; with `lumen` what is left of it narrows
-/// the vessel there.
-bool seal(const Vessels& vessels, int vessel, double station, double area, bool lumen, WoundState& state);
+/// the vessel there. Of two stumps that on whose side it is; both, where it is right between them.
+bool seal(const Vessels& vessels, const Place& place, double area, bool lumen, WoundState& state);
 
 /// Holes and closures for the circulation's next step, in the order of state.openings. Keeps each closure on
 /// its own side of each hole, however coarse the cells are.
-void fill(const Vessels& vessels, const WoundState& state, haemodynamics::CirculationInputs& inputs);
+void fill(const Vessels& vessels, const WoundState& state, const Pinches& pinches,
+          haemodynamics::CirculationInputs& inputs);
 
-/// Books the flows of a step of dt seconds.
-void book(const haemodynamics::CirculationState& circulation, double dt, WoundState& state);
+/// Books the flows of a step of dt seconds; clots grow.
+void book(const Vessels& vessels, const haemodynamics::CirculationState& circulation, double dt,
+          WoundState& state);
 
 /// Share of a vessel's cross-section that its narrowest clamp closes, 0 … 1.
 double closure(int vessel, const WoundState& state);

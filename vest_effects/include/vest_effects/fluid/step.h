@@ -21,13 +21,15 @@ struct Surface {
   bool still = false;   ///< knots and triangles are those of the last step: spares looking at them
 };
 
+inline constexpr double kGreatestFlow = 1e-3;  ///< m³/s of one source: more than a heart gives
+
 /// A jet or an ooze: Q leaves with the mean speed Q/area (continuity).
 struct Source {
   int slot = 0;                      ///< 0 … kMostSources − 1: where what is not yet a particle is kept
   std::array<double, 3> position{};  ///< m, world
   std::array<double, 3> direction{0, 0, 1};  ///< any length > 0
   double area = 0;                           ///< m²; 0: oozes without speed
-  double flow = 0;                           ///< m³/s, >= 0
+  double flow = 0;                           ///< m³/s, 0 … kGreatestFlow
   double blood = 1;                          ///< 0 water … 1 blood
   std::array<double, 3> velocity{};          ///< m/s, of the nozzle itself
 };
@@ -73,12 +75,14 @@ struct KnotLoad {
   float stiffness = 0, depth = 0;
 };
 
-/// What fluid drags along a triangle in this step, whatever its direction.
+/// What fluid does to the film on a triangle in this step.
 struct Shear {
   std::uint16_t surface = 0;
   std::uint32_t triangle = 0;
-  double impulse =
-      0;  ///< N·s: shear stress times area times time; c_f rho u² of drops and jets, and the drag of pools
+  /// N·s, whatever its direction: shear stress times area times time; c_f rho u² of drops and jets, and the
+  /// drag of pools.
+  double impulse = 0;
+  double blood = 0;  ///< m³ that stays there: Inputs::stains
 };
 
 struct Inputs {
@@ -92,6 +96,10 @@ struct Inputs {
   Window window;
   const Surface* surfaces = nullptr;
   std::size_t surface_count = 0;
+  /// Drops that move over tissue leave a film of blood, as thick as Landau and Levich have it (1942, Acta
+  /// Physicochim. URSS 17, 42): 0.94 Ca^⅔ √(sigma/(rho g)), Ca = mu v/sigma; so does, at renew_bed, what of
+  /// the pools is too thin to flow. It leaves the fluid for Report::shears.
+  bool stains = false;
   bool renew_bed = true;  ///< look again where the tissue lies under the pools, and tell how they weigh on it
                           ///< (costly: some 20 times a second)
 };

@@ -20,20 +20,21 @@ namespace vest::haemodynamics {
 ///     compliance output = (P_fill − P_atrium)/R_v        drives the inflow curve; R_v from the state at rest
 ///
 /// Baroreflex: tone follows the fall of the mean arterial pressure P below its goal,
-///     goal tone = e/sqrt(1 + e²), e = (P_goal − P)/width,
-/// through three first-order lags (times of Ursino 1998, Am. J. Physiol. 275 H1733) that act on heart rate,
-/// terminals' resistance and V_u (veins give blood back). Loss lowers V; nothing else changes it.
-/// Not in it: fluids that are given or shift between tissue and blood, and what happens after minutes of
-/// shock.
+///     goal tone = e/sqrt(1 + e²) + b, e = (P_goal − P)/width, b = (P_i − P)/5670 Pa in 0 … 1
+/// (b: the brain's ischaemic response below P_i; Guyton, chapter 18), through three first-order lags (times
+/// of Ursino 1998, Am. J. Physiol. 275 H1733) that act on heart rate, terminals' resistance and V_u (veins
+/// give blood back). Loss lowers V; nothing else changes it. Not in it: fluids that are given or shift
+/// between tissue and blood, and what happens after minutes of shock.
 struct CirculationModel {
   Vessels vessels;
   Model arteries;
-  int reference = 0;             ///< segment where the monitor measures
-  double curve_output = 0;       ///< m³/s, mean of the inflow curve
-  double curve_rate = 0;         ///< Hz, of the inflow curve
-  double return_resistance = 0;  ///< R_v, Pa·s/m³
-  double unstressed_volume = 0;  ///< V_u at rest, m³
-  double resting_pressure = 0;   ///< Pa, mean at the reference artery at rest: the reflex' goal
+  int reference = 0;                   ///< segment where the monitor measures
+  double curve_output = 0;             ///< m³/s, mean of the inflow curve
+  double curve_rate = 0;               ///< Hz, of the inflow curve
+  double return_resistance = 0;        ///< R_v, Pa·s/m³
+  double unstressed_volume = 0;        ///< V_u at rest, m³
+  std::vector<double> territory_flow;  ///< m³/s at rest, per Vessels::territories
+  double resting_pressure = 0;         ///< Pa, mean at the reference artery at rest: the reflex' goal
   int vesselCount() const { return static_cast<int>(arteries.segments.size() + vessels.veins.size()); }
   bool isVein(int vessel) const { return vessel >= static_cast<int>(arteries.segments.size()); }
   const std::string& name(int vessel) const;
@@ -77,13 +78,15 @@ struct CirculationInputs {
 /// Everything that evolves. A copy is a snapshot.
 struct CirculationState {
   State arteries;
-  double lost = 0;                                             ///< m³ in all
-  std::vector<double> vessel_lost;                             ///< m³ per vessel
-  double smoothed_pressure = 0;                                ///< Pa, what the baroreceptors tell
-  double rate_tone = 0, resistance_tone = 0, volume_tone = 0;  ///< no unit, −1 … 1
+  double lost = 0;                     ///< m³ in all
+  std::vector<double> vessel_lost;     ///< m³ per vessel
+  std::vector<double> territory_flow;  ///< m³/s into each territory, smoothed over kPerfusionTime
+  double smoothed_pressure = 0;        ///< Pa, what the baroreceptors tell
+  double rate_tone = 0, resistance_tone = 0, volume_tone = 0;  ///< no unit, −1 … 2
   double heart_rate = 0;                                       ///< Hz, now
   double output = 0;                                           ///< m³/s, cardiac output now
   double filling_pressure = 0;                                 ///< Pa
+  double external_pressure = 0;                                ///< Pa around the veins, of the last step
   // of the last whole beat at the reference artery, Pa; and of the one that runs
   double systolic = 0, diastolic = 0, mean = 0;
   double beat_most = 0, beat_least = 0, beat_sum = 0, beat_time = 0;
@@ -117,6 +120,12 @@ Status step(const CirculationModel& model, const CirculationInputs& inputs, doub
 /// Pressure (Pa), flow (m³/s, from the heart in arteries, to it in veins) and area (m²) at a station now. Of
 /// veins without holes.
 Sample at(const CirculationModel& model, const CirculationState& state, int vessel, double station);
+
+/// s: in which tissue blanches and fills again; a finger's nail fills within 2 s (capillary refill, Schriger
+/// and Baraff 1988, Ann. Emerg. Med. 17, 932), a beat takes one.
+constexpr double kPerfusionTime = 2.0;
+/// Flow into a territory over that at rest, no unit, 0 … 3.
+double perfusion(const CirculationModel& model, const CirculationState& state, std::size_t territory);
 
 /// Radius over the radius at the mean pressure of rest: what the pulse and the pressure do to an artery, no
 /// unit; 1 for veins. Float: as the wire carries it.

@@ -22,6 +22,12 @@ struct Vein {
   double centralResistance() const { return (pressure - central_pressure) / flow; }    ///< Pa·s/m³
 };
 
+/// Tissue that segments feed with what leaves their ends.
+struct Territory {
+  std::string tissue;         ///< name of the scene's object
+  std::vector<int> segments;  ///< of the network, each with a terminal
+};
+
 /// Numbers of the closed loop (circulation.h says what they do).
 struct ControlNumbers {
   double blood_volume = 0;                                     ///< m³
@@ -31,7 +37,9 @@ struct ControlNumbers {
   double heart_rate = 0;                                       ///< Hz, at rest
   double rate_gain = 0, resistance_gain = 0;                   ///< no unit: share added at full tone
   double reflex_volume = 0;                                    ///< m³ that veins give back at full tone
-  double reflex_width = 0;                                     ///< Pa
+  double reflex_width = 0;                                     ///< Pa, of heart rate and veins
+  double resistance_width = 0;                                 ///< Pa, of the resistance
+  double ischaemic_pressure = 0;                               ///< Pa: below it the brain calls
   double rate_time = 0, resistance_time = 0, volume_time = 0;  ///< s
   double baroreceptor_time = 0;                                ///< s
   double discharge = 0;                                        ///< no unit, of holes
@@ -53,6 +61,7 @@ struct Vessels {
   std::map<std::string, std::string> sources;    ///< key -> citation
   std::map<std::string, std::string> source_of;  ///< number, vein or segment -> key in `sources`
   std::vector<QuotedVessel> quoted;
+  std::vector<Territory> territories;
 };
 
 /// Strict: unknown keys, unknown sources, other units, numbers out of range, aliases, files over 1 MB are

@@ -50,6 +50,7 @@ struct Inputs {
   std::uint32_t seed = 1;
   bool outside = false;        ///< drawn back into the trocar or out: theatre air, and someone wipes it clean
   bool wiped = false;          ///< touches tissue
+  float wiped_on_blood = 0;    ///< 0 … 1: how far that is covered with blood, which it takes on
   bool rinsed = false;         ///< the endoscope's own irrigation
   bool warmed = false;         ///< lens warming is on
   double smoke = 0;            ///< kg/m³ in front of it
