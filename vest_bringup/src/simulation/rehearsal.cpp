@@ -26,6 +26,28 @@ Between rowsAt(const trajectory::Trajectory& trajectory, double t) {
 
 }  // namespace
 
+scene::ToolInput toolInput(const kinematics::TrainerArm& arm, tools::ToolKind tool,
+                           const kinematics::JointPositions& joints) {
+  const Eigen::Isometry3d tip = kinematics::forwardKinematics(arm.X_BTrocar, joints);
+  scene::ToolInput in;
+  in.present = true;
+  in.tool = tool;
+  in.position = tip.translation();
+  in.orientation = Eigen::Quaterniond(tip.linear());
+  in.pivot = arm.pivot_B;
+  in.jaw = tool == tools::ToolKind::Endoscope ? 0.0 : joints.jaw;
+  if (tool == tools::ToolKind::Endoscope)
+    in.sight = kinematics::opticalFrame(arm.optic_angle, joints.jaw).linear().col(2);
+  return in;
+}
+
+void fireByHandle(bool& was_open, scene::ToolInput& tool) {
+  constexpr double kOpen = 0.15, kClosed = 0.05;  // rad
+  was_open = was_open || tool.jaw > kOpen;
+  if (was_open && tool.jaw < kClosed)
+    tool.functions |= control::functionsOf(tool.tool) & tools::kFunctionFire;
+}
+
 scene::StepInput inputAt(const kinematics::TrainerBox& box, const trajectory::Trajectory& trajectory,
                          const std::array<tools::ToolKind, tools::kInstrumentCount>& tool, double t) {
   scene::StepInput input;
@@ -38,16 +60,7 @@ scene::StepInput inputAt(const kinematics::TrainerBox& box, const trajectory::Tr
     const kinematics::JointPositions joints{mix(p.yaw, q.yaw), mix(p.pitch, q.pitch),
                                             mix(p.insertion, q.insertion), mix(p.roll, q.roll),
                                             mix(p.jaw, q.jaw)};
-    const Eigen::Isometry3d tip = kinematics::forwardKinematics(box.arms[i].X_BTrocar, joints);
-    scene::ToolInput& in = input.tools[i];
-    in.present = true;
-    in.tool = tool[i];
-    in.position = tip.translation();
-    in.orientation = Eigen::Quaterniond(tip.linear());
-    in.pivot = box.arms[i].pivot_B;
-    in.jaw = tool[i] == tools::ToolKind::Endoscope ? 0.0 : joints.jaw;
-    if (tool[i] == tools::ToolKind::Endoscope)
-      in.sight = kinematics::opticalFrame(box.arms[i].optic_angle, joints.jaw).linear().col(2);
+    input.tools[i] = toolInput(box.arms[i], tool[i], joints);
   }
   return input;
 }
@@ -82,11 +95,7 @@ scene::StepInput Script::inputAt(double t) {
     scene::ToolInput& tool = input.tools[i];
     if (!tool.present) continue;
     tool.functions = pedals_.active(tool.tool, t);
-    // As the instruments do: a handle that was open fires while it is closed.
-    constexpr double kOpen = 0.15, kClosed = 0.05;  // rad
-    was_open_[i] = was_open_[i] || tool.jaw > kOpen;
-    if (was_open_[i] && tool.jaw < kClosed)
-      tool.functions |= control::functionsOf(tool.tool) & tools::kFunctionFire;
+    fireByHandle(was_open_[i], tool);
   }
   return input;
 }

@@ -12,8 +12,9 @@ namespace vest::scene {
 
 using net::Block;
 
-World::World(const Description& description, int threads) : impl_(std::make_unique<Impl>()) {
-  impl_->model = buildModel(description);
+World::World(const Description& description, int threads) : World(buildModel(description), threads) {}
+World::World(std::shared_ptr<const WorldModel> model, int threads) : impl_(std::make_unique<Impl>()) {
+  impl_->model = std::move(model);
   impl_->state = impl_->model->start;
   impl_->reserve();
   impl_->scratch = WorldScratch(*impl_->model);

@@ -13,7 +13,7 @@ namespace vest::scene {
 inline constexpr std::size_t kEventCapacity = 64;
 
 struct World::Impl {
-  std::unique_ptr<WorldModel> model;
+  std::shared_ptr<const WorldModel> model;
   WorldState state;
   WorldScratch scratch;
   std::unique_ptr<solver::Pool> pool;

@@ -59,6 +59,13 @@ RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::Traine
                          const trajectory::Trajectory& trajectory, const Hands& hands, double seconds = 0,
                          const Watch& watch = {});
 
+/// One instrument as a step consumes it, in world (of a box that does not stand tilted).
+scene::ToolInput toolInput(const kinematics::TrainerArm& arm, tools::ToolKind tool,
+                           const kinematics::JointPositions& joints);
+
+/// As the instruments do: a handle that was open fires while it is closed.
+void fireByHandle(bool& was_open, scene::ToolInput& tool);
+
 /// Input of one step at a time of the trajectory; instruments that it does not move are not there.
 scene::StepInput inputAt(const kinematics::TrainerBox& box, const trajectory::Trajectory& trajectory,
                          const std::array<tools::ToolKind, tools::kInstrumentCount>& tool, double t);

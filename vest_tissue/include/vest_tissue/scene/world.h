@@ -178,6 +178,8 @@ class World {
  public:
   /// @throws std::invalid_argument with object, field, value and what is allowed
   explicit World(const Description& description, int threads = 1);
+  /// Any number of Worlds share one Model (buildModel), also in different threads.
+  explicit World(std::shared_ptr<const WorldModel> model, int threads = 1);
   ~World();
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;

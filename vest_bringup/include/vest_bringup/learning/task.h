@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "vest_bringup/simulation/stage.h"
+#include "vest_instruments/kinematics/trainer_box.h"
+#include "vest_tissue/scene/world_model.h"
+
+/// Tasks for learning: the Trainer in lockstep with an agent, without ROS and without wall time.
+namespace vest::learning {
+
+enum class TaskKind : std::uint8_t { Reach, GraspLift, Retract, Clip, Cut };
+
+/// What is asked of the right hand; one row of tasks().
+struct TaskRow {
+  TaskKind kind;
+  const char* name;
+  const char* scene;  ///< of vest_tissue
+  const char* object;
+  tools::ToolKind tool;
+  double beyond;    ///< m: how far along the shaft the tip goes beyond the middle of the tube
+  double open_jaw;  ///< rad, at the start
+  double limit;     ///< s
+};
+const std::vector<TaskRow>& tasks();
+/// "reach, grasp_lift, …"
+std::string taskNames();
+
+struct TaskOptions {
+  std::string task;
+  std::string scene;    ///< scene file
+  std::string box;      ///< trainer_box.yaml
+  std::string vessels;  ///< folder of the vessels' database; empty: tissue and instruments without effects
+  int skip = 20;        ///< simulated steps for one action, 1 … 1000
+  double limit = 0;     ///< s until an episode is truncated; 0: the task's
+};
+
+/// What all environments of a task share. Immutable once made.
+struct Task {
+  TaskRow row;
+  TaskOptions options;
+  kinematics::TrainerBox box;
+  std::shared_ptr<const scene::WorldModel> model;
+  std::size_t object = 0;  ///< the tube
+  double limit = 0;        ///< s
+};
+
+/// Loads the scene and builds its Model once. @throws std::invalid_argument, kinematics::LayoutError
+std::shared_ptr<const Task> makeTask(const TaskOptions& options);
+
+}  // namespace vest::learning

@@ -1,0 +1,126 @@
+#pragma once
+
+/** VEST from C (C11) and from whatever calls C: the tissue World, and the Trainer as tasks for learning. No
+ * ROS.
+ *
+ * Handles are numbers, 0 is none. They are never used twice: a closed one is refused. Each function returns a
+ * code of vest_code and throws nothing; vest_error() tells what was wrong. A handle serves one thread at a
+ * time, a second one gets VEST_BUSY. Different handles run at once, also those that share a model. Structures
+ * begin with their size, which the caller sets: sizeof the structure. Units are SI, the frame is world
+ * (docs/conventions.md). docs/learning.md explains tasks and observations. */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define VEST_API __attribute__((visibility("default")))
+
+typedef uint64_t vest_handle;
+
+enum vest_code {
+  VEST_OK = 0,
+  VEST_BAD_HANDLE = 1, /**< closed, never opened, or of another kind */
+  VEST_BAD_ARGUMENT =
+      2,            /**< NULL, a wrong size, a number or a word that is not allowed; nothing has changed */
+  VEST_REFUSED = 3, /**< a file or a snapshot that cannot be used; nothing has changed */
+  VEST_BUSY = 4,    /**< another thread is using this handle */
+  VEST_FAULT = 5,   /**< a step ended in a fault; the last good state was kept */
+  VEST_OVER = 6,    /**< the episode is over: reset it first */
+  VEST_INTERNAL = 7 /**< out of memory, or a mistake of VEST */
+};
+
+/** What was wrong with the last call on a handle, or, for handle 0, with the calling thread's last call that
+ * failed. Valid until the thread's next call of vest_error. Empty: nothing. Never NULL. */
+VEST_API const char* vest_error(vest_handle handle);
+/** Version of the library, e.g. "0.1.0". */
+VEST_API const char* vest_version(void);
+VEST_API int vest_close(vest_handle handle);
+
+/** Tissue alone.  @param scene scene file  @param threads 1 … 64; results are the same bits for any */
+typedef struct vest_world_options {
+  size_t struct_size;
+  const char* scene;
+  int32_t threads;
+} vest_world_options;
+VEST_API int vest_world_new(const vest_world_options* options, vest_handle* world);
+/** Steps of the scene's dt without instruments. */
+VEST_API int vest_world_step(vest_handle world, uint64_t steps);
+
+/** Scene and task, loaded once and shared by any number of environments, which keep it alive. */
+typedef struct vest_model_options {
+  size_t struct_size;
+  const char* task;    /**< reach, grasp_lift, retract, clip, cut */
+  const char* scene;   /**< scene file */
+  const char* box;     /**< trainer_box.yaml */
+  const char* vessels; /**< folder of the vessels' database; NULL: without effects */
+  int32_t skip;        /**< simulated steps for one action, 1 … 1000; 0: 20 */
+  double limit_s;      /**< s until an episode is truncated; 0: the task's */
+} vest_model_options;
+VEST_API int vest_model_load(const vest_model_options* options, vest_handle* model);
+/** Scene of vest_tissue that a task is made for, "" where the task is unknown.  */
+VEST_API const char* vest_task_scene(const char* task);
+/** Name of a task, NULL beyond the last one. */
+VEST_API const char* vest_task_name(size_t index);
+
+/** Numbers of an action and of an observation. */
+VEST_API size_t vest_action_size(void);
+VEST_API size_t vest_observation_size(void);
+
+typedef struct vest_result {
+  size_t struct_size;
+  double reward; /**< change of the score */
+  double score;  /**< 0 … 1 */
+  int32_t terminated, truncated, passed;
+} vest_result;
+
+VEST_API int vest_env_new(vest_handle model, int32_t threads, vest_handle* env);
+/** @param count of the observation's numbers: vest_observation_size() */
+VEST_API int vest_reset(vest_handle env, uint64_t seed, float* observation, size_t count);
+/** @param action action_count numbers in [-1, 1]  */
+VEST_API int vest_step(vest_handle env, const float* action, size_t action_count, float* observation,
+                       size_t count, vest_result* result);
+/** The action of a script that sees the scene. */
+VEST_API int vest_expert(vest_handle env, float* action, size_t action_count);
+/** Tip of the instrument as commanded. @param pose 8 numbers: x y z (m, world), quaternion x y z w (z along
+ * the shaft, away from the trocar), opening of the jaw (rad) */
+VEST_API int vest_tip(vest_handle env, double* pose, size_t count);
+VEST_API int vest_observe(vest_handle env, float* observation, size_t count);
+
+/** n environments on threads. An environment whose episode is over is reset by its next step, with its seed +
+ * n. */
+VEST_API int vest_vec_new(vest_handle model, size_t environments, int32_t threads, vest_handle* vec);
+/** @param seeds n of them  @param count n times vest_observation_size() */
+VEST_API int vest_vec_reset(vest_handle vec, const uint64_t* seeds, size_t environments, float* observations,
+                            size_t count);
+/** @param results n of them; struct_size of the first one counts */
+VEST_API int vest_vec_step(vest_handle vec, const float* actions, size_t action_count, float* observations,
+                           size_t count, vest_result* results, size_t environments);
+VEST_API int vest_vec_expert(vest_handle vec, float* actions, size_t action_count);
+
+/* The following take worlds and environments. */
+
+VEST_API int vest_objects(vest_handle handle, size_t* objects);
+/** @param text cut off to capacity, with its 0 */
+VEST_API int vest_object_name(vest_handle handle, size_t object, char* text, size_t capacity);
+VEST_API int vest_knots(vest_handle handle, size_t object, size_t* knots);
+/** @param xyz m, world, x y z per knot  @param count 3 times vest_knots() */
+VEST_API int vest_positions(vest_handle handle, size_t object, float* xyz, size_t count);
+/** Living triangles of knots that others touch. @param indices three per triangle; NULL: their number alone
+ * @param count in: room (numbers); out: how many there are. Too little room: VEST_BAD_ARGUMENT, and count
+ * tells. */
+VEST_API int vest_triangles(vest_handle handle, size_t object, uint32_t* indices, size_t* count);
+/** Steps since loading or reset, and simulated time, s. */
+VEST_API int vest_time(vest_handle handle, uint64_t* steps, double* seconds);
+/** XXH64 of the tissue's State: what sessions record as tissue/state_hash. */
+VEST_API int vest_hash(vest_handle handle, uint64_t* hash);
+/** Everything that evolves. @param bytes NULL: the size alone  @param size in: room; out: bytes. Too little
+ * room: VEST_BAD_ARGUMENT, and size tells. */
+VEST_API int vest_save(vest_handle handle, uint8_t* bytes, size_t* size);
+VEST_API int vest_restore(vest_handle handle, const uint8_t* bytes, size_t size);
+
+#ifdef __cplusplus
+}
+#endif

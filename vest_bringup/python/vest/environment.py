@@ -1,0 +1,211 @@
+"""Tasks with Gymnasium's signatures. Where gymnasium is installed its classes are used, and the tasks are registered there."""
+import functools
+import os
+import weakref
+
+import numpy as np
+
+from . import _core, picture
+
+try:
+    import gymnasium
+except ImportError:
+    gymnasium = None
+
+
+class _OwnBox:
+    """A box of numbers: what is used of gymnasium.spaces.Box."""
+
+    def __init__(self, low, high, shape, dtype=np.float32, seed=None):
+        self.shape, self.dtype = tuple(shape), np.dtype(dtype)
+        self.low, self.high = np.full(shape, low, dtype), np.full(shape, high, dtype)
+        self.seed(seed)
+
+    def seed(self, seed=None):
+        self._random = np.random.default_rng(seed)
+
+    def sample(self):
+        """Uniform where it is bounded, normal elsewhere."""
+        bounded = np.isfinite(self.low) & np.isfinite(self.high)
+        low, high = np.where(bounded, self.low, 0), np.where(bounded, self.high, 1)
+        return np.where(bounded, self._random.uniform(low, high), self._random.normal(size=self.shape)).astype(self.dtype)
+
+    def contains(self, x):
+        x = np.asarray(x)
+        return x.shape == self.shape and np.can_cast(x.dtype, self.dtype) and bool(np.all(x >= self.low) and np.all(x <= self.high))
+
+    __contains__ = contains
+
+    def __eq__(self, other):
+        return (isinstance(other, _OwnBox) and self.dtype == other.dtype and self.shape == other.shape
+                and np.array_equal(self.low, other.low) and np.array_equal(self.high, other.high))
+
+    def __repr__(self):
+        return f"Box({self.low.min()}, {self.high.max()}, {self.shape}, {self.dtype})"
+
+
+Box = gymnasium.spaces.Box if gymnasium else _OwnBox
+_EnvBase = gymnasium.Env if gymnasium else object
+_VectorBase = gymnasium.vector.VectorEnv if gymnasium else object
+
+
+def tasks():
+    """Names of the tasks."""
+    return _core.task_names()
+
+
+@functools.lru_cache(None)
+def _package(name):
+    import rospkg  # here: World needs no packages
+    return rospkg.RosPack().get_path(name)
+
+
+_models = weakref.WeakValueDictionary()
+
+
+def _model(task, scene=None, effects=False, skip=20, limit=0.0):
+    """Loads a task once: environments of the same task and options share its Model while one of them lives."""
+    if task not in tasks():
+        raise ValueError(f"task: '{task}' is unknown (allowed: {', '.join(tasks())})")
+    name = _core.task_scene(task)
+    scene = os.fspath(scene) if scene else f"{_package('vest_tissue')}/scenes/{name}/{name}.yaml"
+    key = (task, scene, bool(effects), int(skip), float(limit))
+    model = _models.get(key)
+    if model is None:
+        vessels = f"{_package('vest_effects')}/data/vessels/pelvis" if effects else ""
+        model = _core.Model(task, scene, f"{_package('vest_instruments')}/config/trainer_box.yaml", vessels, key[3], key[4])
+        _models[key] = model
+    return model
+
+
+class Env(_EnvBase):
+    """One task. See make()."""
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 50}
+
+    def __init__(self, task, *, threads=1, render_mode=None, **options):
+        if render_mode not in (None, "rgb_array"):
+            raise ValueError(f"render_mode: {render_mode!r} (allowed: None, 'rgb_array')")
+        self._model = _model(task, **options)
+        self._env = _core.Environment(self._model, threads)
+        self.task, self.render_mode, self.spec = task, render_mode, None
+        self.action_space = Box(-1.0, 1.0, (_core.action_size,), np.float32)
+        self.observation_space = Box(-np.inf, np.inf, (_core.observation_size,), np.float32)
+        self._random = np.random.default_rng()
+        self._seed = 0
+
+    def _info(self, score, passed):
+        return {"score": score, "passed": passed, "seed": self._seed}
+
+    def reset(self, *, seed=None, options=None):
+        """Begins an episode: its start and goal follow from the seed. options={"state": bytes of save()} continues there.
+        Without a seed: the next one of the sequence that the last seed began."""
+        options = dict(options or {})
+        state = options.pop("state", None)
+        if options:
+            raise ValueError(f"options: {', '.join(options)} (allowed: state)")
+        if seed is not None:
+            self._random = np.random.default_rng(seed)
+            if gymnasium:
+                self._np_random = self._random
+        self._seed = int(seed) if seed is not None else int(self._random.integers(2**63))
+        if state is not None:
+            self._env.restore(state)
+            observation = self._env.observe()
+        else:
+            observation = self._env.reset(self._seed)
+        return observation, self._info(float(observation[-2]), False)
+
+    def step(self, action):
+        """observation, reward, terminated, truncated, info: one action over `skip` simulated milliseconds."""
+        observation, reward, terminated, truncated, score, passed = self._env.step(np.asarray(action, np.float32))
+        return observation, reward, terminated, truncated, self._info(score, passed)
+
+    def expert(self):
+        """The action of a script that sees the scene."""
+        return self._env.expert()
+
+    def render(self):
+        """The scene now, uint8 height x width x 3: a plain drawing, not the endoscope's picture."""
+        return picture.draw(self._env)
+
+    def close(self):
+        self._env.close()
+
+    @property
+    def objects(self):
+        return self._env.objects
+
+    def positions(self, object):  # noqa: A002, as World's
+        """Knots of an object, m, world."""
+        return self._env.positions(object)
+
+    def hash(self):
+        """XXH64 of the tissue's State, as sessions record it."""
+        return self._env.hash()
+
+    def save(self):
+        """Everything that evolves, commands and counters included, as bytes."""
+        return self._env.save()
+
+    def restore(self, state):
+        """Takes what save() gave, exactly."""
+        self._env.restore(state)
+
+
+class VectorEnv(_VectorBase):
+    """n environments on threads. See make_vector()."""
+
+    def __init__(self, task, n, *, threads=None, **options):
+        self._model = _model(task, **options)
+        self._envs = _core.Environments(self._model, n, threads or min(n, os.cpu_count() or 1, 64))
+        self.task, self.num_envs = task, n
+        self.metadata = {"render_modes": []}
+        if gymnasium:
+            self.metadata["autoreset_mode"] = gymnasium.vector.AutoresetMode.NEXT_STEP
+        self.single_action_space = Box(-1.0, 1.0, (_core.action_size,), np.float32)
+        self.single_observation_space = Box(-np.inf, np.inf, (_core.observation_size,), np.float32)
+        self.action_space = Box(-1.0, 1.0, (n, _core.action_size), np.float32)
+        self.observation_space = Box(-np.inf, np.inf, (n, _core.observation_size), np.float32)
+        self._random = np.random.default_rng()
+
+    def reset(self, *, seed=None, options=None):
+        """@param seed a number (then seed, seed + 1, …), one number for each, or None"""
+        if options:
+            raise ValueError(f"options: {', '.join(options)} (allowed: none)")
+        if seed is None:
+            seed = int(self._random.integers(2**62))
+        seeds = np.asarray(seed, np.uint64) if np.ndim(seed) else np.uint64(seed) + np.arange(self.num_envs, dtype=np.uint64)
+        observations = self._envs.reset(seeds)
+        return observations, {"score": observations[:, -2].astype(float), "passed": np.zeros(self.num_envs, bool)}
+
+    def step(self, actions):
+        """Arrays. What is over begins anew with the next step, which has reward 0 then (Gymnasium's next-step mode)."""
+        observations, reward, terminated, truncated, score, passed = self._envs.step(np.asarray(actions, np.float32))
+        return observations, reward, terminated, truncated, {"score": score, "passed": passed}
+
+    def expert(self):
+        """Actions of a script that sees the scenes."""
+        return self._envs.expert()
+
+    def close(self, **_):
+        self._envs.close()
+
+
+def make(task, **options):
+    """A task as an environment.
+    @param task one of tasks()
+    @param options effects=False (True: blood, fluid, smoke and lens too), skip=20 (simulated steps of 1 ms for an action),
+    limit=0 (s until an episode is truncated; 0: the task's), threads=1, scene=None (another scene file), render_mode=None
+    @raises ValueError naming what is wrong"""
+    return Env(task, **options)
+
+
+def make_vector(task, n, **options):
+    """n environments of a task, stepped together; they share one Model. @param options as of make; threads: as many as there
+    are processors"""
+    return VectorEnv(task, n, **options)
+
+
+if gymnasium:
+    for _name in tasks():
+        gymnasium.register(f"vest/{_name}-v0", entry_point="vest:Env", kwargs={"task": _name})

@@ -1,0 +1,347 @@
+#include "vest_bringup/learning/environment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+#include <xxhash.h>
+
+#include "vest_bringup/simulation/rehearsal.h"
+#include "vest_tissue/solver/random.h"
+
+namespace vest::learning {
+namespace {
+
+using Eigen::Vector3d;
+constexpr auto kHand = static_cast<std::size_t>(tools::Instrument::Right);
+constexpr double kTipStep = 0.002, kTurnStep = 0.1;  // m, rad: what an action of 1 does
+constexpr double kReached = 0.0015;                  // m
+constexpr double kLift = 0.010;                      // m
+constexpr double kRetracted = 0.002;                 // m
+constexpr double kHoldTime = 0.5;                    // s
+constexpr double kBeside = 0.004;                    // m: a clip or cut farther from its place fails
+constexpr double kRoll = 0.77;                       // rad: jaws close across the tubes of these scenes
+constexpr std::string_view kMagic = "VESTENV1";
+
+Vector3d vec(const std::array<double, 3>& a) {
+  return {a[0], a[1], a[2]};
+}
+std::array<double, 3> arr(const Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
+double limited(float value) {
+  return std::isfinite(value) ? std::clamp(static_cast<double>(value), -1.0, 1.0) : 0.0;
+}
+
+simulation::Stage stageOf(const Task& task, int threads) {
+  simulation::StageOptions options;
+  options.haemodynamics = options.surface_bleeding = options.field = !task.options.vessels.empty();
+  options.blood.vessels = task.options.vessels;
+  options.field_options.fluid.spacing = 0.003;  // m, as of trainer.launch
+  return simulation::makeStage(scene::World(task.model, threads), options);
+}
+
+}  // namespace
+
+Environment::Environment(std::shared_ptr<const Task> task, int threads)
+    : task_(std::move(task)), stage_(stageOf(*task_, threads)) {}
+
+const kinematics::TrainerArm& Environment::arm() const {
+  return task_->box.arms[kHand];
+}
+Vector3d Environment::tip() const {
+  return kinematics::forwardKinematics(arm().X_BTrocar, state_.joints).translation();
+}
+scene::ToolInput Environment::tool() const {
+  return simulation::toolInput(arm(), task_->row.tool, state_.joints);
+}
+Vector3d Environment::middle() const {
+  const auto& knots = task_->model->objects[task_->object].tube.knots(state_.ring);
+  Vector3d sum = Vector3d::Zero();
+  for (const auto k : knots) sum += world().knotAt(task_->object, k);
+  return sum / static_cast<double>(knots.size());
+}
+Vector3d Environment::shaft(const Vector3d& towards) const {
+  return (towards - arm().pivot_B).normalized();
+}
+
+/// Where the tip has to go: along the shaft beyond the middle of the tube, once tissue is held with it.
+Vector3d Environment::goal() const {
+  if (task_->row.kind == TaskKind::Reach) return vec(state_.place);
+  const Vector3d m = middle();
+  return m + task_->row.beyond * shaft(m);
+}
+
+/// Where the middle has to go minus where it is.
+Vector3d Environment::left() const {
+  return vec(state_.place) - task_->row.beyond * shaft(vec(state_.place)) + vec(state_.way) - middle();
+}
+
+bool Environment::passed() const {
+  switch (task_->row.kind) {
+    case TaskKind::Reach:
+      return (goal() - tip()).norm() < kReached;
+    case TaskKind::GraspLift:
+    case TaskKind::Retract:
+      return static_cast<double>(state_.held) * task_->options.skip * task_->model->description.dt >=
+             kHoldTime;
+    case TaskKind::Clip:
+      return state_.clipped != 0;
+    case TaskKind::Cut:
+      return state_.divided != 0;
+  }
+  return false;
+}
+
+/// 0.3 (reach: all) for the way to the goal, 0.2 for the grasp, 0.5 for the way of the tissue or the deed.
+double Environment::score() const {
+  if (state_.failed != 0) return 0;
+  if (passed()) return 1;
+  const double near = std::clamp(1.0 - (goal() - tip()).norm() / state_.distance, 0.0, 1.0);
+  if (task_->row.kind == TaskKind::Reach) return 0.9 * near;
+  if (task_->row.kind == TaskKind::Clip || task_->row.kind == TaskKind::Cut) return 0.5 * near;
+  if (state_.grasping == 0) return 0.3 * near;
+  const double way = vec(state_.way).norm();
+  return 0.5 + 0.4 * std::clamp(1.0 - left().norm() / way, 0.0, 1.0);
+}
+
+void Environment::reset(std::uint64_t seed, float* observation) {
+  stage_.trainer->reset();
+  state_ = State{};
+  report_.contacts = {};
+  state_.over = 0;
+  state_.seed = seed;
+  std::uint64_t index = 0;
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * solver::randomUniform(static_cast<std::uint32_t>(seed), seed >> 32, index++);
+  };
+  const auto rings = task_->model->objects[task_->object].tube.ringCount();
+  state_.ring = static_cast<std::uint64_t>(uniform(0.4, 0.6) * static_cast<double>(rings));
+  const TaskRow& row = task_->row;
+  const Vector3d centre = middle(), along = shaft(centre);
+  Vector3d place = centre + row.beyond * along;
+  const auto ball = [&](double radius) {
+    Vector3d v;
+    do v = {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
+    while (v.squaredNorm() > 1);
+    return Vector3d(radius * v);
+  };
+  if (row.kind == TaskKind::Reach) place += ball(0.006) - 0.010 * along;
+  state_.place = arr(place);
+  if (row.kind == TaskKind::GraspLift) state_.way = {0, 0, kLift};
+  if (row.kind == TaskKind::Retract) {
+    const double side = uniform(-1, 1);
+    state_.way = arr(0.008 * Vector3d(side, std::sqrt(1 - side * side), 0.5).normalized());
+  }
+  Eigen::Isometry3d start = Eigen::Isometry3d::Identity();
+  start.translation() = place - 0.020 * along + ball(0.008);
+  kinematics::JointPositions reference;
+  reference.jaw = row.open_jaw;
+  reference.roll = kRoll + uniform(-0.1, 0.1);
+  const double roll = reference.roll;
+  state_.joints = kinematics::inverseKinematics(arm().X_BTrocar, start, reference, arm().limits).q;
+  state_.joints.roll = roll;
+  state_.distance = std::max((goal() - tip()).norm(), 0.005);
+  state_.score = score();
+  observe(observation);
+}
+
+StepResult Environment::step(const float* action, float* observation) {
+  if (state_.over != 0) throw std::logic_error("the episode is over, or has not begun: reset it first");
+  const kinematics::JointPositions from = state_.joints;
+  Eigen::Isometry3d wanted = kinematics::forwardKinematics(arm().X_BTrocar, from);
+  for (int axis = 0; axis < 3; ++axis) wanted.translation()[axis] += kTipStep * limited(action[axis]);
+  kinematics::JointPositions to =
+      kinematics::inverseKinematics(arm().X_BTrocar, wanted, from, arm().limits).q;
+  to.roll = std::clamp(from.roll + kTurnStep * limited(action[3]), arm().limits.lower.roll,
+                       arm().limits.upper.roll);
+  to.jaw =
+      std::clamp(from.jaw + kTurnStep * limited(action[4]), arm().limits.lower.jaw, arm().limits.upper.jaw);
+  const std::uint32_t functions =
+      limited(action[5]) > 0
+          ? control::functionsOf(task_->row.tool) & ~static_cast<std::uint32_t>(tools::kFunctionFire)
+          : 0;
+  const int skip = task_->options.skip;
+  for (int k = 1; k <= skip; ++k) {
+    const double s = static_cast<double>(k) / skip;
+    const auto mix = [s](double a, double b) { return a + s * (b - a); };
+    state_.joints = {mix(from.yaw, to.yaw), mix(from.pitch, to.pitch), mix(from.insertion, to.insertion),
+                     mix(from.roll, to.roll), mix(from.jaw, to.jaw)};
+    input_.impacts.clear(), input_.loads.clear(), input_.dilatations.clear();
+    input_.load_over = 0;
+    input_.step = world().steps() + 1;
+    input_.dt = task_->model->description.dt;
+    input_.tools[kHand] = tool();
+    input_.tools[kHand].functions = functions;
+    bool was_open = state_.was_open != 0;
+    simulation::fireByHandle(was_open, input_.tools[kHand]);
+    state_.was_open = was_open ? 1 : 0;
+    if (stage_.trainer->step(input_, report_) == scene::Status::Fault) state_.failed = 1;
+    take(report_);
+    if (watch_) watch_(input_, report_);
+  }
+  state_.joints = to;
+  ++state_.steps;
+  const bool moving =
+      task_->row.kind == TaskKind::GraspLift ? -left().z() > -kRetracted : left().norm() < kRetracted;
+  state_.held = state_.grasping != 0 && moving ? state_.held + 1 : 0;
+  StepResult result;
+  result.score = score();
+  result.reward = result.score - state_.score;
+  result.passed = state_.failed == 0 && passed();
+  result.terminated = state_.failed != 0 || result.passed;
+  result.truncated =
+      !result.terminated &&
+      static_cast<double>(state_.steps) * skip * task_->model->description.dt >= task_->limit - 1e-9;
+  state_.score = result.score;
+  state_.over = result.terminated || result.truncated ? 1 : 0;
+  observe(observation);
+  return result;
+}
+
+void Environment::take(const scene::StepReport& report) {
+  const scene::ContactModel& contact = report.contacts[kHand];
+  state_.force = arr(contact.wrench.head<3>());
+  state_.grasping = contact.grasping ? 1 : 0;
+  state_.pinch = contact.pinch_force;
+  for (const scene::Event& e : report.events) {
+    if (e.object != task_->object) continue;
+    const bool clip = e.kind == scene::EventKind::Clipped, divided = e.kind == scene::EventKind::Separated;
+    // Where the scene's tube was asked to be treated: stations do not move with it.
+    const double beside =
+        std::fabs(e.station - task_->model->objects[task_->object].tube.station(state_.ring));
+    if (task_->row.kind == TaskKind::Clip && clip) (beside <= kBeside ? state_.clipped : state_.failed) = 1;
+    if (task_->row.kind != TaskKind::Cut) continue;
+    if (e.kind == scene::EventKind::Cut && beside > 2 * kBeside) state_.failed = 1;
+    if (divided) state_.divided = 1;
+  }
+}
+
+void Environment::expert(float* action) const {
+  std::fill_n(action, kActionSize, 0.0f);
+  // What is cut moves; where it is to be cut does not. One cut may leave a rest: the next one is set beside
+  // it.
+  const bool cuts = task_->row.kind == TaskKind::Cut;
+  constexpr std::uint64_t kOpening = 35, kCycle = 125;                // actions
+  constexpr std::array<double, 4> kDeeper{0, 0.002, -0.0015, 0.001};  // m
+  const Vector3d t = tip(), middle = cuts ? vec(state_.place) : goal(), along = shaft(middle);
+  const Vector3d g =
+      cuts ? Vector3d(middle + kDeeper[state_.steps / kCycle % kDeeper.size()] * along) : middle;
+  const auto go = [&](const Vector3d& way, double share) {
+    const Vector3d a = way / kTipStep;
+    const double scale = share / std::max(a.norm(), share);
+    for (int axis = 0; axis < 3; ++axis) action[axis] = static_cast<float>(scale * a[axis]);
+  };
+  if (task_->row.kind == TaskKind::Reach) return go(g - t, 1);
+  const auto jaw = [&](double wanted) {
+    action[4] = static_cast<float>(std::clamp((wanted - state_.joints.jaw) / kTurnStep, -1.0, 1.0));
+  };
+  // Blades cut where they meet: slowly.
+  const auto closing = [&] { action[4] = task_->row.kind == TaskKind::Cut ? -0.1f : -0.25f; };
+  action[3] = static_cast<float>(std::clamp((kRoll - state_.joints.roll) / kTurnStep, -1.0, 1.0));
+  if (state_.grasping != 0) {
+    if (state_.joints.jaw > 0.05) return closing();
+    const Vector3d way = left();
+    return go(task_->row.kind == TaskKind::GraspLift ? Vector3d(way + Vector3d(0, 0, 0.001)) : way, 0.5);
+  }
+  const Vector3d off = t - g;
+  const double depth = off.dot(along);  // m, negative: before the goal
+  const double aside = (off - depth * along).norm();
+  const bool at_goal = off.norm() < 0.001;
+  if (cuts && state_.steps % kCycle >= kOpening) return closing();
+  if (!cuts &&
+      (at_goal || (aside < 0.002 && state_.joints.jaw < task_->row.open_jaw - 0.06 && depth > -0.003)))
+    return closing();
+  jaw(task_->row.open_jaw);
+  if (aside > 0.001 && depth > -0.012) return go(g - 0.016 * along - t, 1);  // back, then along the shaft
+  if (aside > 0.001) return go(-(off - depth * along), 1);
+  go(-off, 1);
+}
+
+void Environment::observe(float* out) const {
+  const auto put = [&out](const Vector3d& v, double scale) {
+    for (int axis = 0; axis < 3; ++axis) *out++ = static_cast<float>(scale * v[axis]);
+  };
+  const auto number = [&out](double v) { *out++ = static_cast<float>(v); };
+  constexpr double kCm = 100;
+  const Vector3d t = tip();
+  put(goal() - t, kCm);
+  put(t - vec(state_.place), kCm);
+  number(state_.joints.roll - kRoll), number(state_.joints.jaw);
+  put(vec(state_.force), 1);
+  number(static_cast<double>(state_.grasping)), number(state_.pinch);
+  put(middle() - t, kCm);
+  const bool moves = task_->row.kind == TaskKind::GraspLift || task_->row.kind == TaskKind::Retract;
+  put(moves ? left() : Vector3d::Zero(), kCm);
+  number(state_.score);
+  number(1.0 - static_cast<double>(state_.steps) * task_->options.skip * task_->model->description.dt /
+                   task_->limit);
+}
+
+void Environment::save(std::vector<std::uint8_t>& bytes) {
+  std::vector<std::uint8_t> trainer;
+  stage_.trainer->save(trainer);
+  bytes.assign(kMagic.begin(), kMagic.end());
+  const std::uint64_t kind = static_cast<std::uint64_t>(task_->row.kind);
+  const auto append = [&bytes](const void* data, std::size_t count) {
+    const auto* const from = static_cast<const std::uint8_t*>(data);
+    bytes.insert(bytes.end(), from, from + count);
+  };
+  append(&kind, sizeof kind);
+  append(&state_, sizeof state_);
+  append(trainer.data(), trainer.size());
+  const std::uint64_t sum = XXH64(bytes.data(), bytes.size(), 0);
+  append(&sum, sizeof sum);
+}
+
+void Environment::restore(const std::vector<std::uint8_t>& bytes) {
+  const auto refuse = [](const char* what) {
+    throw std::invalid_argument(std::string("snapshot of an environment: ") + what);
+  };
+  constexpr std::size_t kHead = kMagic.size() + sizeof(std::uint64_t) + sizeof(State);
+  std::uint64_t kind, sum;
+  if (bytes.size() < kHead + sizeof sum || std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) != 0)
+    refuse("it does not begin as one");
+  std::memcpy(&sum, bytes.data() + bytes.size() - sizeof sum, sizeof sum);
+  if (sum != XXH64(bytes.data(), bytes.size() - sizeof sum, 0))
+    refuse("it does not fit its checksum (damaged, or cut off)");
+  std::memcpy(&kind, bytes.data() + kMagic.size(), sizeof kind);
+  if (kind != static_cast<std::uint64_t>(task_->row.kind)) refuse("it is of another task");
+  State state;
+  std::memcpy(&state, bytes.data() + kMagic.size() + sizeof kind, sizeof state);
+  const kinematics::JointPositions& q = state.joints;
+  bool finite = std::isfinite(q.yaw + q.pitch + q.insertion + q.roll + q.jaw) && state.distance > 0 &&
+                std::isfinite(state.pinch + state.distance + state.score);
+  for (const auto& a : {state.force, state.place, state.way}) finite = finite && vec(a).allFinite();
+  if (!finite || state.ring >= task_->model->objects[task_->object].tube.ringCount())
+    refuse("it holds numbers out of range");
+  stage_.trainer->restore(std::vector<std::uint8_t>(bytes.begin() + kHead, bytes.end() - sizeof sum));
+  state_ = state;
+}
+
+Environments::Environments(const std::shared_ptr<const Task>& task, std::size_t count, int threads)
+    : pool_(std::clamp(threads, 1, 64)) {
+  if (count < 1 || count > 4096)
+    throw std::invalid_argument("environments: " + std::to_string(count) + " (allowed: 1 to 4096)");
+  for (std::size_t i = 0; i < count; ++i) all_.push_back(std::make_unique<Environment>(task));
+}
+
+void Environments::reset(const std::uint64_t* seeds, float* observations) {
+  auto work = [&](std::size_t i) { all_[i]->reset(seeds[i], observations + i * kObservationSize); };
+  pool_.each(all_.size(), work);
+}
+
+void Environments::step(const float* actions, float* observations, StepResult* results) {
+  auto work = [&](std::size_t i) {
+    float* const seen = observations + i * kObservationSize;
+    results[i] = StepResult{};
+    if (all_[i]->over())
+      all_[i]->reset(all_[i]->seed() + all_.size(), seen);
+    else
+      results[i] = all_[i]->step(actions + i * kActionSize, seen);
+  };
+  pool_.each(all_.size(), work);
+}
+
+}  // namespace vest::learning

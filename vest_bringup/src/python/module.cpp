@@ -1,0 +1,270 @@
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "vest_bringup/vest.h"
+
+// Python's side of vest.h: handles as objects, codes as exceptions, arrays of NumPy filled in place. The
+// interpreter is free while VEST computes.
+
+namespace py = pybind11;
+
+namespace {
+
+using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
+void check(int code, vest_handle handle) {
+  if (code == VEST_OK) return;
+  const std::string text = vest_error(handle);
+  if (code == VEST_BAD_ARGUMENT || code == VEST_REFUSED) throw py::value_error(text);
+  throw std::runtime_error(text);
+}
+
+/// Runs a call without the interpreter's lock. @param handle whose error to tell
+template <class Call>
+void run(vest_handle handle, Call call) {
+  int code;
+  {
+    const py::gil_scoped_release free;
+    code = call();
+  }
+  check(code, handle);
+}
+
+struct Handle {
+  vest_handle id = 0;
+  Handle() = default;
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() { close(); }
+  void close() {
+    if (id != 0) vest_close(id);
+    id = 0;
+  }
+};
+
+struct Simulated : Handle {
+  std::vector<std::string> objects() const {
+    std::size_t count = 0;
+    check(vest_objects(id, &count), id);
+    std::vector<std::string> names(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      char text[256];
+      check(vest_object_name(id, i, text, sizeof text), id);
+      names[i] = text;
+    }
+    return names;
+  }
+  std::size_t index(const py::object& object) const {
+    if (!py::isinstance<py::str>(object)) return object.cast<std::size_t>();
+    const auto names = objects();
+    const auto name = object.cast<std::string>();
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+    std::string all;
+    for (const auto& n : names) all += (all.empty() ? "" : ", ") + n;
+    throw py::value_error("object: '" + name + "' is not in the scene (allowed: " + all + ")");
+  }
+  py::array_t<float> positions(const py::object& object) const {
+    const std::size_t which = index(object);
+    std::size_t knots = 0;
+    check(vest_knots(id, which, &knots), id);
+    py::array_t<float> xyz({knots, std::size_t{3}});
+    check(vest_positions(id, which, xyz.mutable_data(), 3 * knots), id);
+    return xyz;
+  }
+  py::array_t<std::uint32_t> triangles(const py::object& object) const {
+    const std::size_t which = index(object);
+    std::size_t count = 0;
+    check(vest_triangles(id, which, nullptr, &count), id);
+    py::array_t<std::uint32_t> indices({count / 3, std::size_t{3}});
+    check(vest_triangles(id, which, indices.mutable_data(), &count), id);
+    return indices;
+  }
+  std::uint64_t steps() const {
+    std::uint64_t steps = 0;
+    double seconds = 0;
+    check(vest_time(id, &steps, &seconds), id);
+    return steps;
+  }
+  double time() const {
+    std::uint64_t steps = 0;
+    double seconds = 0;
+    check(vest_time(id, &steps, &seconds), id);
+    return seconds;
+  }
+  std::uint64_t hash() const {
+    std::uint64_t value = 0;
+    check(vest_hash(id, &value), id);
+    return value;
+  }
+  py::bytes save() const {
+    std::size_t size = 0;
+    check(vest_save(id, nullptr, &size), id);
+    std::string bytes(size, '\0');
+    check(vest_save(id, reinterpret_cast<std::uint8_t*>(bytes.data()), &size), id);
+    return py::bytes(bytes);
+  }
+  void restore(const py::bytes& bytes) {
+    char* data = nullptr;
+    Py_ssize_t size = 0;
+    if (PyBytes_AsStringAndSize(bytes.ptr(), &data, &size) != 0) throw py::error_already_set();
+    run(id, [&] {
+      return vest_restore(id, reinterpret_cast<const std::uint8_t*>(data), static_cast<std::size_t>(size));
+    });
+  }
+};
+
+struct World : Simulated {
+  World(const std::string& scene, int threads) {
+    const vest_world_options options{sizeof options, scene.c_str(), threads};
+    run(0, [&] { return vest_world_new(&options, &id); });
+  }
+  void step(std::uint64_t n) {
+    run(id, [&] { return vest_world_step(id, n); });
+  }
+};
+
+struct Model : Handle {
+  Model(const std::string& task, const std::string& scene, const std::string& box, const std::string& vessels,
+        int skip, double limit) {
+    const vest_model_options options{
+        sizeof options, task.c_str(), scene.c_str(), box.c_str(), vessels.empty() ? nullptr : vessels.c_str(),
+        skip,           limit};
+    run(0, [&] { return vest_model_load(&options, &id); });
+  }
+};
+
+struct Environment : Simulated {
+  Environment(const Model& model, int threads) {
+    run(model.id, [&] { return vest_env_new(model.id, threads, &id); });
+  }
+  py::array_t<float> reset(std::uint64_t seed) {
+    py::array_t<float> seen(static_cast<py::ssize_t>(vest_observation_size()));
+    float* const to = seen.mutable_data();
+    run(id, [&] { return vest_reset(id, seed, to, vest_observation_size()); });
+    return seen;
+  }
+  py::tuple step(const Floats& action) {
+    py::array_t<float> seen(static_cast<py::ssize_t>(vest_observation_size()));
+    float* const to = seen.mutable_data();
+    vest_result result{};
+    result.struct_size = sizeof result;
+    run(id, [&] {
+      return vest_step(id, action.data(), static_cast<std::size_t>(action.size()), to,
+                       vest_observation_size(), &result);
+    });
+    return py::make_tuple(seen, result.reward, result.terminated != 0, result.truncated != 0, result.score,
+                          result.passed != 0);
+  }
+  py::array_t<double> tip() const {
+    py::array_t<double> pose(8);
+    check(vest_tip(id, pose.mutable_data(), 8), id);
+    return pose;
+  }
+  py::array_t<float> expert() const {
+    py::array_t<float> action(static_cast<py::ssize_t>(vest_action_size()));
+    check(vest_expert(id, action.mutable_data(), vest_action_size()), id);
+    return action;
+  }
+  py::array_t<float> observe() const {
+    py::array_t<float> seen(static_cast<py::ssize_t>(vest_observation_size()));
+    check(vest_observe(id, seen.mutable_data(), vest_observation_size()), id);
+    return seen;
+  }
+};
+
+struct Environments : Handle {
+  Environments(const Model& model, std::size_t n, int threads) : count(n) {
+    run(model.id, [&] { return vest_vec_new(model.id, n, threads, &id); });
+  }
+  py::array_t<float> reset(
+      const py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>& seeds) {
+    py::array_t<float> seen({count, vest_observation_size()});
+    float* const to = seen.mutable_data();
+    run(id, [&] {
+      return vest_vec_reset(id, seeds.data(), static_cast<std::size_t>(seeds.size()), to,
+                            count * vest_observation_size());
+    });
+    return seen;
+  }
+  py::tuple step(const Floats& actions) {
+    py::array_t<float> seen({count, vest_observation_size()});
+    float* const to = seen.mutable_data();
+    std::vector<vest_result> results(count);
+    for (vest_result& r : results) r.struct_size = sizeof r;
+    run(id, [&] {
+      return vest_vec_step(id, actions.data(), static_cast<std::size_t>(actions.size()), to,
+                           count * vest_observation_size(), results.data(), count);
+    });
+    const auto n = static_cast<py::ssize_t>(count);
+    py::array_t<double> reward(n), score(n);
+    py::array_t<bool> terminated(n), truncated(n), passed(n);
+    for (py::ssize_t i = 0; i < n; ++i) {
+      const vest_result& r = results[static_cast<std::size_t>(i)];
+      reward.mutable_at(i) = r.reward, score.mutable_at(i) = r.score;
+      terminated.mutable_at(i) = r.terminated != 0, truncated.mutable_at(i) = r.truncated != 0;
+      passed.mutable_at(i) = r.passed != 0;
+    }
+    return py::make_tuple(seen, reward, terminated, truncated, score, passed);
+  }
+  py::array_t<float> expert() const {
+    py::array_t<float> actions({count, vest_action_size()});
+    check(vest_vec_expert(id, actions.mutable_data(), count * vest_action_size()), id);
+    return actions;
+  }
+  std::size_t count;
+};
+
+std::vector<std::string> taskNames() {
+  std::vector<std::string> names;
+  while (const char* name = vest_task_name(names.size())) names.emplace_back(name);
+  return names;
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_core, m) {
+  m.attr("__version__") = vest_version();
+  m.def("task_names", &taskNames);
+  m.def("task_scene", [](const std::string& task) { return std::string(vest_task_scene(task.c_str())); });
+  m.attr("action_size") = vest_action_size();
+  m.attr("observation_size") = vest_observation_size();
+  py::class_<Simulated>(m, "Simulated")
+      .def_property_readonly("objects", &Simulated::objects, "Names of the objects, scene order.")
+      .def("positions", &Simulated::positions, py::arg("object"),
+           "Knots of an object (name or index): float32, knots x 3, m, world. A copy.")
+      .def("triangles", &Simulated::triangles, py::arg("object"),
+           "Living triangles of an object's touched surface: uint32, n x 3, rows of positions().")
+      .def_property_readonly("steps", &Simulated::steps, "Simulated steps since loading or reset.")
+      .def_property_readonly("time", &Simulated::time, "Simulated time, s.")
+      .def("hash", &Simulated::hash, "XXH64 of the tissue's State, as sessions record it: int.")
+      .def("save", &Simulated::save, "Everything that evolves, as bytes.")
+      .def("restore", &Simulated::restore, py::arg("bytes"),
+           "Takes what save() gave. All or nothing: ValueError.")
+      .def("close", &Simulated::close, "Frees it now; later calls raise RuntimeError.");
+  py::class_<World, Simulated>(m, "World")
+      .def(py::init<const std::string&, int>(), py::arg("scene_path"), py::arg("threads") = 1)
+      .def("step", &World::step, py::arg("n") = 1, "n steps of the scene's dt, without instruments.");
+  py::class_<Model>(m, "Model")
+      .def(py::init<const std::string&, const std::string&, const std::string&, const std::string&, int,
+                    double>())
+      .def("close", &Model::close);
+  py::class_<Environment, Simulated>(m, "Environment")
+      .def(py::init<const Model&, int>())
+      .def("reset", &Environment::reset)
+      .def("step", &Environment::step)
+      .def("observe", &Environment::observe)
+      .def("tip", &Environment::tip)
+      .def("expert", &Environment::expert);
+  py::class_<Environments>(m, "Environments")
+      .def(py::init<const Model&, std::size_t, int>())
+      .def("reset", &Environments::reset)
+      .def("step", &Environments::step)
+      .def("expert", &Environments::expert)
+      .def("close", &Environments::close);
+}

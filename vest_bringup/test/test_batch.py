@@ -1,0 +1,210 @@
+#!/usr/bin/env python3
+"""Protects vest_batch: results survive a kill and are never done twice, the table has the same bytes for any order and back end, a result that
+changes is a conflict, mistakes are one line. With VEST_FULL and Slurm installed: two nodes on this machine, one killed in the middle."""
+import json
+import os
+import random
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+BATCH = os.path.abspath(sys.argv.pop(1))
+FULL = "VEST_FULL" in os.environ
+# A run: its result follows from its parameters; it counts how often it was begun.
+RUN = ("import json,sys,time; a,b,log,wait=int(sys.argv[1]),sys.argv[2],sys.argv[3],float(sys.argv[4]); open(log,'a').write('%d%s\\n'%(a,b)); "
+       "time.sleep(wait); print(json.dumps({'sum':a*10+len(b),'text':b}))")
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        self.log = self.path("begun")
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def batch(self, *arguments, code=0):
+        done = subprocess.run([BATCH, *arguments], capture_output=True, text=True, timeout=300, check=False)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        if code == 2:
+            self.assertEqual((done.stderr.count("\n"), done.stderr.startswith("vest_batch: ")), (1, True), done.stderr)
+        return done.stdout if code != 2 else done.stderr
+
+    def manifest(self, wait=0.0, count=4, name="batch.json", **more):
+        manifest = {"vest_batch": 1, "command": [sys.executable, "-c", RUN, "{a}", "{b}", self.log, wait],
+                    "parameters": {"a": list(range(count)), "b": ["x", "ä \U0001f600,\"q\""]}, **more}
+        with open(self.path(name), "w", encoding="utf-8") as f:
+            json.dump(manifest, f)
+        return self.path(name)
+
+    def results(self, where):
+        return {n for n in os.listdir(os.path.join(where, "runs")) if n[0] != "."}
+
+
+class Batch(Case):
+    def test_any_order_and_back_end_give_the_same_table_and_nothing_is_done_twice(self):
+        tables = []
+        for jobs in ("1", "2", "one by one"):
+            where = self.path("b" + jobs)
+            self.batch("plan", self.manifest(), where)
+            self.batch("status", where, code=1)
+            self.assertIn("8 of 8 runs have no result", self.batch("merge", where, code=2))
+            if jobs == "one by one":
+                for k in random.Random(1).sample(range(8), 8):
+                    self.batch("run", where, "--index", str(k))
+            else:
+                self.batch("run", where, "--jobs", jobs)
+            self.batch("run", where, "--jobs", jobs if jobs != "one by one" else "1")
+            self.assertIn("8 of 8 runs have a result, 0 failed", self.batch("status", where))
+            self.batch("merge", where, "--output", self.path("table"))
+            with open(self.path("table"), "rb") as f:
+                tables.append(f.read())
+        self.assertEqual(tables[0], tables[1])
+        self.assertEqual(tables[0], tables[2])
+        self.assertEqual(tables[0].splitlines()[0], b"id,a,b,sum,text")
+        self.assertEqual(len(tables[0].splitlines()), 9)
+        with open(self.log, encoding="utf-8") as f:
+            self.assertEqual(len(f.readlines()), 24)
+
+    def test_what_is_killed_goes_on_where_it_was(self):
+        where = self.path("killed")
+        self.batch("plan", self.manifest(wait=0.1), where)
+        # In a group of its own, so that its children die with it.
+        running = subprocess.Popen([BATCH, "run", where], start_new_session=True)
+        while not self.results(where):
+            time.sleep(0.02)
+        os.killpg(running.pid, signal.SIGKILL)
+        running.wait()
+        kept = self.results(where)
+        self.assertTrue(0 < len(kept) < 8)
+        self.batch("run", where)
+        self.batch("merge", where, "--output", self.path("table"))
+        with open(self.log, encoding="utf-8") as f:
+            self.assertLessEqual(len(f.readlines()), 9, "one run at most was lost")
+
+    def test_a_result_that_changes_is_a_conflict_and_both_are_kept(self):
+        where = self.path("conflict")
+        manifest = self.manifest(command=[sys.executable, "-c", "import os; print(os.urandom(8).hex())"], parameters={"a": [1]})
+        self.batch("plan", manifest, where)
+        with open(os.path.join(where, "plan.json"), encoding="utf-8") as f:
+            name = json.load(f)[0]["id"]
+        script = self.path("slow.py")
+        with open(script, "w", encoding="utf-8") as f:  # another node is faster
+            f.write("import os,sys\nopen(sys.argv[1],'w').write('{}\\n')\nprint(7)\n")
+        with open(manifest, "w", encoding="utf-8") as f:
+            json.dump({"vest_batch": 1, "command": [sys.executable, script, os.path.join(where, "runs", "{n}")], "parameters": {"n": ["N"]}}, f)
+        self.batch("plan", manifest, where)
+        with open(os.path.join(where, "plan.json"), encoding="utf-8") as f:
+            plan = json.load(f)
+        self.assertNotEqual(plan[0]["id"], name, "another command is another run")
+        plan[0]["argv"][2] = os.path.join(where, "runs", plan[0]["id"])
+        with open(os.path.join(where, "plan.json"), "w", encoding="utf-8") as f:
+            json.dump(plan, f)
+        self.assertIn("CONFLICT", self.batch("run", where, code=2))
+        self.assertEqual(len([n for n in os.listdir(where) if n.startswith("conflict.")]), 1)
+
+    def test_a_changed_file_is_another_run_and_a_failed_run_says_why_and_is_tried_again(self):
+        data, where = self.path("data.txt"), self.path("files")
+        manifest = self.manifest(command=["grep", "-c", "good", "{file}"], parameters={"file": ["data.txt"]}, files=["file"])
+        with open(data, "w", encoding="utf-8") as f:
+            f.write("bad")
+        self.batch("plan", manifest, where)
+        self.assertIn("1 of 1 runs failed", self.batch("run", where, code=2))
+        self.assertIn("0 of 1 runs have a result, 1 failed", self.batch("status", where, code=1))
+        failed = os.path.join(where, "failed", os.listdir(os.path.join(where, "failed"))[0])
+        with open(failed, encoding="utf-8") as f:
+            self.assertIn("ended with 1", f.read())
+        with open(data, "w", encoding="utf-8") as f:
+            f.write("good")
+        self.assertEqual(self.batch("plan", manifest, where), "1 runs, 1 without result\n")
+        self.batch("run", where)
+        self.assertEqual(self.batch("plan", manifest, where), "1 runs, 0 without result\n")
+
+    def test_mistakes_are_one_line(self):
+        where = self.path("never")
+        for text, said in ((b"{", "batch.json"), (b"[]", "vest_batch: is missing"), (b"\xff\xfe", "batch.json"),
+                           (b'{"vest_batch": 1}', "command"), (b'{"vest_batch": 1, "command": ["a"], "runs": 7}', "runs"),
+                           (b'{"vest_batch": 1, "command": ["a {b}"]}', "{b} is no parameter"),
+                           (b'{"vest_batch": 1, "command": ["a"], "sweep": {}}', "sweep: unknown"),
+                           (b'{"vest_batch": 1, "command": ["a"], "parameters": {"x": [NaN]}}', "allowed: texts, numbers"),
+                           (b'{"vest_batch": 1, "command": ["a"], "files": ["x"], "parameters": {"x": ["nowhere"]}}', "No such file"),
+                           (json.dumps({"vest_batch": 1, "command": ["a"], "parameters": {k: list(range(1000)) for k in "ab"}}).encode(),
+                            "1000000 runs (allowed: at most 100000)")):
+            with open(self.path("batch.json"), "wb") as f:
+                f.write(text)
+            with self.subTest(text[:60]):
+                self.assertIn(said, self.batch("plan", self.path("batch.json"), where, code=2))
+                self.assertFalse(os.path.exists(where), "nothing half written")
+        self.assertIn("no plan", self.batch("run", where, code=2))
+        self.batch("plan", self.manifest(), where)
+        self.assertIn("--index 99 (allowed: 0 to 7)", self.batch("run", where, "--index", "99", code=2))
+
+
+@unittest.skipUnless(FULL and shutil.which("slurmctld") and shutil.which("slurmd"), "with VEST_FULL and Slurm (slurmctld, slurmd, slurm-client)")
+class Slurm(Case):
+    """Two nodes on this machine, without root and munge: https://slurm.schedmd.com/slurm.conf.html"""
+
+    def start(self):
+        host, user = socket.gethostname(), subprocess.check_output(["id", "-un"], text=True).strip()
+        lines = ["ClusterName=vest", "SlurmctldHost=%s(127.0.0.1)" % host, "SlurmctldPort=16817", "SlurmUser=" + user, "SlurmdUser=" + user,
+                 "AuthType=auth/none", "CredType=cred/none", "AuthInfo=cred_expire=5", "CommunicationParameters=NoInAddrAny,NoCtldInAddrAny",
+                 "ProctrackType=proctrack/linuxproc", "ReturnToService=2", "SlurmdTimeout=5", "SlurmdParameters=config_overrides",
+                 "SchedulerParameters=batch_sched_delay=1,sched_interval=2", "StateSaveLocation=%s/state" % self.folder,
+                 "SlurmdSpoolDir=%s/spool-%%n" % self.folder, "SlurmctldLogFile=%s/ctld.log" % self.folder,
+                 "SlurmdLogFile=%s/%%n.log" % self.folder, "SlurmctldPidFile=%s/ctld.pid" % self.folder, "SlurmdPidFile=%s/%%n.pid" % self.folder,
+                 "NodeName=node[1-2] NodeHostname=%s NodeAddr=127.0.0.1 Port=[16821-16822] CPUs=1" % host,
+                 "PartitionName=vest Nodes=ALL Default=YES"]
+        for name in ("state", "spool-node1", "spool-node2"):
+            os.mkdir(self.path(name))
+        with open(self.path("slurm.conf"), "w", encoding="utf-8") as f:
+            f.write("\n".join(lines) + "\n")
+        os.environ["SLURM_CONF"] = self.path("slurm.conf")
+        self.daemons = [self.daemon("slurmctld", "-D")]
+        self.nodes = {n: self.node(n) for n in ("node1", "node2")}
+
+    def daemon(self, *command):
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+        def end():
+            process.kill()
+            process.wait()
+        self.addCleanup(end)
+        return process
+
+    def node(self, name):
+        # All that a node runs dies with it.
+        return self.daemon("unshare", "-U", "--map-current-user", "-pf", "--kill-child", "--mount-proc", "slurmd", "-D", "-N", name)
+
+    def test_a_killed_node_costs_a_retry_and_the_table_is_that_of_one_machine(self):
+        manifest = self.manifest(wait=0.5, count=30)
+        self.batch("plan", manifest, self.path("here"))
+        self.batch("run", self.path("here"), "--jobs", "8")
+        self.batch("plan", manifest, self.path("there"))
+        self.start()
+        deadline = time.monotonic() + 300
+        while subprocess.run(["sinfo", "-h", "-t", "idle", "-o", "%D"], capture_output=True, text=True, check=False).stdout.strip() != "2":
+            self.assertLess(time.monotonic(), deadline, "the nodes did not start")
+            time.sleep(0.5)
+        self.batch("submit", self.path("there"), "--tasks", "4")
+        while len(self.results(self.path("there"))) < 8:
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.1)
+        self.nodes["node1"].kill()
+        self.nodes["node1"].wait()
+        self.assertLess(len(self.results(self.path("there"))), 60)
+        while len(self.results(self.path("there"))) < 60:
+            self.assertLess(time.monotonic(), deadline, "the other node did not take over")
+            time.sleep(0.5)
+        for name in ("here", "there"):
+            self.batch("merge", self.path(name), "--output", self.path(name + ".csv"))
+        with open(self.path("here.csv"), "rb") as a, open(self.path("there.csv"), "rb") as b:
+            self.assertEqual(a.read(), b.read())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,171 @@
+#!/usr/bin/env python3
+"""Protects `import vest`: what the interface promises, errors as exceptions, exact snapshots, the same hash as C and C++, free threads, no leak."""
+import os
+import resource
+import tempfile
+import threading
+import unittest
+
+import numpy as np
+import rospkg
+import vest
+from vest import cem, picture
+
+FULL = "VEST_FULL" in os.environ
+TUBE = os.path.join(rospkg.RosPack().get_path("vest_tissue"), "scenes/tube/tube.yaml")
+
+
+def play(env, seed, steps=10**6, policy=None):
+    observation, info = env.reset(seed=seed)
+    total = 0.0
+    for _ in range(steps):
+        observation, reward, terminated, truncated, info = env.step(env.expert() if policy is None else policy(observation))
+        total += reward
+        if terminated or truncated:
+            break
+    return total, info
+
+
+class TestWorld(unittest.TestCase):
+    def test_steps_positions_hash_save_and_restore(self):
+        world = vest.World(TUBE, threads=2)
+        self.assertIn("tube", world.objects)
+        before = world.positions("tube")
+        self.assertEqual((before.dtype, before.shape[1]), (np.float32, 3))
+        np.testing.assert_array_equal(before, world.positions(world.objects.index("tube")))
+        world.step()
+        world.step(n=30)
+        self.assertEqual(world.steps, 31)
+        self.assertAlmostEqual(world.time, 0.031)
+        state, hash_there = world.save(), world.hash()
+        self.assertIsInstance(state, bytes)
+        world.step(20)
+        self.assertNotEqual(world.hash(), hash_there)
+        after, positions = world.hash(), world.positions("tube")
+        world.restore(state)
+        self.assertEqual(world.hash(), hash_there)
+        world.step(20)
+        self.assertEqual(world.hash(), after)
+        other = vest.World(scene_path=TUBE)
+        other.step(51)
+        self.assertEqual(other.hash(), after)
+        np.testing.assert_array_equal(other.positions("tube"), positions)
+
+    def test_mistakes_are_exceptions_with_one_message(self):
+        with self.assertRaisesRegex(ValueError, "nowhere.yaml"):
+            vest.World("/nowhere.yaml")
+        with self.assertRaisesRegex(ValueError, r"threads: 0 \(allowed: 1 to 64\)"):
+            vest.World(TUBE, threads=0)
+        world = vest.World(TUBE)
+        with self.assertRaisesRegex(ValueError, r"'ovary' is not in the scene \(allowed: tube\)"):
+            world.positions("ovary")
+        with self.assertRaisesRegex(ValueError, r"object: 7 \(allowed: 0 to 0\)"):
+            world.positions(7)
+        there = world.hash()
+        for bad in (b"", b"VESTWLD7", world.save()[:-1]):
+            with self.assertRaises(ValueError):
+                world.restore(bad)
+        self.assertEqual(world.hash(), there)
+        for call in (lambda: world.step(-1), lambda: world.restore("text"), lambda: vest.World(7)):
+            with self.assertRaises(TypeError):
+                call()
+        world.close()
+        with self.assertRaisesRegex(RuntimeError, "closed"):
+            world.step()
+
+    def test_the_interpreter_is_free_while_it_steps(self):
+        world, counted = vest.World(TUBE), [0]
+        thread = threading.Thread(target=world.step, args=(20000,))
+        thread.start()
+        while thread.is_alive():
+            counted[0] += 1
+        self.assertGreater(counted[0], 100)  # held: at most a few before the thread has the lock
+
+
+class TestTasks(unittest.TestCase):
+    def test_signatures_spaces_and_experts(self):
+        for task in vest.tasks():
+            env = vest.make(task)
+            observation, info = env.reset(seed=4)
+            self.assertTrue(env.observation_space.contains(observation))
+            self.assertTrue(env.action_space.contains(env.action_space.sample()))
+            start = info["score"]
+            total, info = play(env, 4)
+            self.assertTrue(info["passed"], task)
+            self.assertAlmostEqual(start + total, 1.0, places=5)
+            with self.assertRaisesRegex(RuntimeError, "the episode is over"):
+                env.step(np.zeros(6))
+            env.close()
+
+    def test_mistakes(self):
+        with self.assertRaisesRegex(ValueError, r"task: 'fly' is unknown \(allowed: reach, grasp_lift, retract, clip, cut\)"):
+            vest.make("fly")
+        with self.assertRaisesRegex(ValueError, "skip: 0|skip: -1"):
+            vest.make("reach", skip=-1)
+        env = vest.make("reach")
+        env.reset(seed=1)
+        with self.assertRaisesRegex(ValueError, r"action: 5 numbers \(allowed: 6\)"):
+            env.step(np.zeros(5))
+        with self.assertRaisesRegex(ValueError, "options: nonsense"):
+            env.reset(options={"nonsense": 1})
+
+    def test_seeds_states_and_vectors_are_exact(self):
+        one, other = vest.make("grasp_lift"), vest.make("grasp_lift")
+        play(one, 9, 70)
+        play(other, 9, 40)
+        state = other.save()
+        play(other, 3, 5)
+        other.reset(options={"state": state})
+        for _ in range(30):
+            other.step(other.expert())
+        self.assertEqual(one.hash(), other.hash())
+        self.assertEqual(one.save(), other.save())
+        many = vest.make_vector("grasp_lift", 3, threads=2)
+        seen, _ = many.reset(seed=[9, 10, 11])
+        self.assertEqual(seen.shape, many.observation_space.shape)
+        for _ in range(70):
+            seen, reward, terminated, truncated, info = many.step(many.expert())
+        self.assertEqual((reward.shape, terminated.dtype, truncated.dtype), ((3,), np.bool_, np.bool_))
+        one.reset(options={"state": one.save()})
+        np.testing.assert_array_equal(seen[0], one.reset(options={"state": one.save()})[0])
+        self.assertEqual(info["passed"].shape, (3,))
+
+    def test_a_picture_shows_the_tube_and_the_instrument(self):
+        env = vest.make("grasp_lift", render_mode="rgb_array")
+        play(env, 1, 60)
+        drawn = env.render()
+        self.assertEqual((drawn.dtype, drawn.ndim), (np.uint8, 3))
+        red = (drawn[..., 0] > 1.5 * drawn[..., 2]) & (drawn[..., 0] > 60)
+        grey = (abs(drawn[..., 0].astype(int) - drawn[..., 2]) < 30) & (drawn[..., 0] > 60)
+        self.assertGreater(red.mean(), 0.02)
+        self.assertGreater(grey.mean(), 0.002)
+        with tempfile.NamedTemporaryFile(suffix=".png") as f:
+            picture.write_png(f.name, drawn)
+            self.assertEqual(f.read(8), b"\x89PNG\r\n\x1a\n")
+
+    def test_ten_thousand_resets_leak_nothing(self):
+        env = vest.make("reach", skip=1)
+        seen = env.reset(seed=0)[0]
+
+        def resets(count):
+            for k in range(count):
+                env.reset(seed=k)
+                env.step(seen[:6])
+                if k % 100 == 0:
+                    env.restore(env.save())
+            return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        before = resets(300)
+        after = resets(10000 if FULL else 2000)
+        self.assertLess(after - before, 3000, "KiB")  # a leak of one State a reset would be gigabytes
+
+    def test_the_baseline_beats_chance(self):
+        for task, columns, generations in (("reach", (0, 1, 2), 6), ("clip", (0, 1, 2, 7), 8)):
+            weights = cem.train(task, generations=generations, population=16, episodes=1, columns=columns, limit=1.2, seed=1)
+            env = vest.make_vector(task, 8, limit=1.2)
+            learnt = cem.returns(env, lambda seen: cem.act(weights, seen, columns), seed=1000)
+            chance = cem.returns(env, cem.random_policy(), seed=1000)
+            self.assertGreater(learnt[0].mean(), chance[0].mean() + 0.2, task)
+
+
+if __name__ == "__main__":
+    unittest.main()
