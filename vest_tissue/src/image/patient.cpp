@@ -9,7 +9,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "../scene/yaml_reader.h"
+#include "vest_tissue/scene/yaml_reader.h"
 #include "vest_tissue/fem/tissue.h"
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/volume/stuffing.h"

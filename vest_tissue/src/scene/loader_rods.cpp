@@ -6,7 +6,7 @@
 #include "csv_reader.h"
 #include "side_files.h"
 #include "vest_tissue/scene/rod_scene.h"
-#include "yaml_reader.h"
+#include "vest_tissue/scene/yaml_reader.h"
 
 namespace vest::scene {
 namespace {

@@ -10,7 +10,7 @@
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/scene_files.h"
-#include "yaml_reader.h"
+#include "vest_tissue/scene/yaml_reader.h"
 
 namespace vest::scene {
 
