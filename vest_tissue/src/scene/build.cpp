@@ -306,7 +306,7 @@ void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
   c.contact_omega_squared = std::max(kContactShare * own, kContactLeast);
   c.rates.omega_squared = own + c.contact_omega_squared;
   c.rates.decay = solver::linkDecay(links, scratch) + std::sqrt(c.contact_omega_squared);
-  const solver::Rates slow = solver::elementRates(s.block, s.elements);
+  const solver::Rates slow = solver::elementRates(s.block, s.elements, scratch);
   c.slow_omega_squared = slow.omega_squared;
   c.slow_decay = slow.decay;
   const double limit = std::max(1.0, solver::kSubStepsPerSecond * dt);
@@ -322,7 +322,7 @@ void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
   // A hundredth of a sub-step is nothing beside the margin.
   c.sub_steps = std::max(1, static_cast<int>(std::ceil(fast_needed - 0.01)));
   c.exchanges_needed = slow_needed;
-  const solver::Rates volume{solver::volumeRate(s.block, s.elements), 0.0};
+  const solver::Rates volume{solver::volumeRate(s.block, s.elements, scratch), 0.0};
   c.volume_needed = dt / (kSlowMargin * solver::longestStep(volume));  // <= exchanges: part of `slow`
 }
 

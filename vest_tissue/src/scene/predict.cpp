@@ -20,6 +20,16 @@ constexpr double kBoundWay = 1e-5;        ///< m: less is no strain worth a look
 constexpr double kFastestFluid = 10.0;
 constexpr float kGrowth = 1.2f;  ///< of the tangent, below which the old bound still holds (its margin)
 
+/// Times a step that held forces have to be renewed for the shape and the parts that there are now.
+int exchangesNow(const ObjectConstants& constants, const ObjectState& s, double dt, int most,
+                 solver::BoundScratch& scratch) {
+  const solver::Rates slow = solver::elementRates(s.block, s.elements, scratch);
+  const double needed = dt / (solver::kStepMargin * solver::longestStep(slow));
+  int batches = constants.batches;
+  while (batches < needed && 2 * batches <= most) batches *= 2;
+  return batches;
+}
+
 void applyEdit(Context& c, const ParameterEdit& edit) {
   if (!std::isfinite(edit.value)) return;
   if (edit.object.empty()) {
@@ -119,14 +129,19 @@ void renewBound(Context& c, std::size_t object) {
   const bool cut = !s.topology.doubled_knots.empty();
   if (tangent <= kGrowth && strain < 0.5f && !scaled) {
     s.sub_steps = constants.sub_steps;
+    s.batches = constants.batches;
     s.bound_strain = 0.0f;
     return;
   }
-  // The bound of a strain serves for a little more and for somewhat less.
-  if (!scaled && !was_degraded && strain < 1.05f * s.bound_strain && strain > 0.8f * s.bound_strain) return;
-  s.bound_strain = strain;
   const double dt = c.model.description.dt;
   const int most = static_cast<int>(solver::kSubStepsPerSecond * dt);
+  const int before = s.batches;
+  s.batches = exchangesNow(constants, s, dt, most, o.bound);
+  // The bound of a strain serves for a little more and for somewhat less.
+  if (!scaled && !was_degraded && s.batches == before && strain < 1.05f * s.bound_strain &&
+      strain > 0.8f * s.bound_strain)
+    return;
+  s.bound_strain = strain;
   const int limit = std::max(s.batches, most / s.batches * s.batches);  // of whole batches
   int needed = 1;
   for (int attempt = 0; attempt < 8; ++attempt) {
@@ -171,7 +186,7 @@ void tear(Context& c, std::size_t object) {
       e.area = s.topology.links[i].area;
       emit(c, e);
     }
-    removeLink(c.state, static_cast<std::uint16_t>(object), static_cast<std::uint32_t>(i), delta);
+    tearLink(c.state, static_cast<std::uint16_t>(object), static_cast<std::uint32_t>(i), delta);
   }
   if (delta.removed_links.empty()) return;
   endDelta(c.state, delta);
@@ -197,7 +212,7 @@ bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& delt
   TopologyDelta& delta = deltas.next();
   beginDelta(state, request.object, delta);
   const bool done = request.kind == TopologyRequest::Kind::RemoveLink
-                        ? removeLink(state, request.object, request.element, delta)
+                        ? tearLink(state, request.object, request.element, delta)
                         : splitKnot(state, request.object, request.element, request.normal, copy, delta);
   if (!done) return false;
   endDelta(state, delta);

@@ -65,6 +65,9 @@ struct Object {
       bounded("a parameter", &scale, 1, 0.0, 1e9);
     bounded("a phase of motility", s.motility.phase.data(), 2, -1e9, 1e9);
     bounded("a strain", &s.limit_strain, 1, 0.0, 1e9);
+    int doubled = constants.batches;
+    while (doubled < s.batches && doubled <= kMostSubSteps) doubled *= 2;
+    if (s.batches != doubled) refuse(std::to_string(s.batches) + " exchanges of an object");
     if (s.sub_steps < 1 || s.sub_steps > std::max(kMostSubSteps, start.sub_steps) ||
         s.sub_steps % s.batches != 0)
       refuse(std::to_string(s.sub_steps) + " sub-steps of an object");

@@ -117,7 +117,8 @@ void hold(Context& c, std::size_t object, double h, int batch) {
   if (c.model.objects[object].implicit) return;  // its elements are part of the step
   net::addElements(s.elements, elementArrays(b), c.level);
   if (s.elements.volumes.size() == 1) {
-    const int every = s.batches / c.model.objects[object].volume_batches;
+    const ObjectConstants& constants = c.model.objects[object];
+    const int every = s.batches > constants.batches ? 1 : s.batches / constants.volume_batches;
     addPressure(c, object, batch % every == 0, h * every);
   } else if (!s.elements.volumes.empty()) {
     net::addVolumes(s.elements.volumes, elementArrays(b));
@@ -277,7 +278,9 @@ void pushImplicit(Context& c, int turn, Due due) {
 }  // namespace
 
 void solve(Context& c) {
-  const int batches = c.model.batches * c.stretch;
+  int batches = c.model.batches;
+  for (const ObjectState& s : c.state.objects) batches = std::max(batches, s.batches);
+  batches *= c.stretch;
   const std::size_t objects = c.model.objects.size();
   const bool elements = std::any_of(c.model.objects.begin(), c.model.objects.end(),
                                     [](const auto& o) { return o.fem != nullptr; });

@@ -96,8 +96,8 @@ struct StateWalker {
       flag(l.by_law), value(l.place), value(l.shrink), value(l.stiffen), value(l.conductance);
     }
     archive.repack(s);
-    value(s.sub_steps), value(s.limit_strain), value(s.bound_strain), value(s.elastic_scale),
-        value(s.damping_scale), flag(s.degraded), flag(s.dropped);
+    value(s.sub_steps), value(s.batches), value(s.limit_strain), value(s.bound_strain),
+        value(s.elastic_scale), value(s.damping_scale), flag(s.degraded), flag(s.dropped);
     if (!s.load.now.empty()) flag(s.load.any);
     if (s.load.any) {
       value(s.load.left), values(s.load.own.data(), knots);

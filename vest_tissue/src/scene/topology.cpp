@@ -4,6 +4,10 @@
 
 namespace vest::scene {
 
+namespace {
+constexpr double kLeastShare = 0.25;  ///< of a knot's mass that a part gets (as in cut_net.cpp)
+}
+
 void beginDelta(const WorldState& state, std::uint16_t object, TopologyDelta& d) {
   d.object = object;
   d.from_revision = d.revision = state.revision;
@@ -41,6 +45,33 @@ bool removeLink(WorldState& state, std::uint16_t object, std::uint32_t link, Top
   }
   s.topology.link_alive[link] = 0;
   delta.removed_links.push_back(link);
+  return true;
+}
+
+namespace {
+
+bool linked(const ObjectState& s, std::uint32_t a, std::uint32_t b) {
+  for (std::size_t i = 0; i < s.topology.links.size(); ++i) {
+    const Link& l = s.topology.links[i];
+    if (s.topology.link_alive[i] && l.kind == LinkKind::Elastic &&
+        ((l.knot0 == a && l.knot1 == b) || (l.knot0 == b && l.knot1 == a)))
+      return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool tearLink(WorldState& state, std::uint16_t object, std::uint32_t link, TopologyDelta& delta) {
+  if (!removeLink(state, object, link, delta)) return false;
+  ObjectState& s = state.objects[object];
+  const Link& l = s.topology.links[link];
+  if (l.kind != LinkKind::Elastic) return true;
+  for (net::Hinge& h : s.elements.hinges) {
+    const bool along =
+        (h.edge0 == l.knot0 && h.edge1 == l.knot1) || (h.edge0 == l.knot1 && h.edge1 == l.knot0);
+    if (along && h.stiffness != 0.0f && !linked(s, h.edge0, h.edge1)) h.stiffness = 0.0f;
+  }
   return true;
 }
 
@@ -197,15 +228,51 @@ void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubli
 bool splitKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, const Eigen::Vector3d& normal,
                std::uint32_t& copy, TopologyDelta& delta) {
   ObjectState& s = state.objects[object];
-  if (!(normal.squaredNorm() > 0.0) || !normal.allFinite() || !doubleKnot(state, object, knot, copy, delta))
-    return false;
-  const net::KnotDoubling cut{knot, copy, normal, placeOf(s, knot)};
+  if (!(normal.squaredNorm() > 0.0) || !normal.allFinite() || knot >= s.block.knots()) return false;
+  const Eigen::Vector3d place = placeOf(s, knot);
   const auto beyond = [&](auto first, auto last) {  // the others of an element lie beyond the plane
     double sum = 0.0;
     for (; first != last; ++first)
-      if (*first != knot) sum += cut.plane_normal.dot(placeOf(s, *first) - cut.plane_point);
+      if (*first != knot) sum += normal.dot(placeOf(s, *first) - place);
     return sum > 0.0;
   };
+  // The mass goes with the tissue. Where there is none on one side, nothing is divided.
+  std::array<int, 2> parts{};
+  for (std::size_t i = 0; i < s.topology.links.size(); ++i) {
+    const Link& l = s.topology.links[i];
+    const std::array<std::uint32_t, 2> ends{l.knot0, l.knot1};
+    if (s.topology.link_alive[i] && (l.knot0 == knot || l.knot1 == knot))
+      ++parts[beyond(ends.begin(), ends.end()) ? 1 : 0];
+  }
+  for (const auto& t : s.triangles)
+    if (std::find(t.begin(), t.end(), knot) != t.end()) ++parts[beyond(t.begin(), t.end()) ? 1 : 0];
+  if (parts[0] == 0 || parts[1] == 0) return false;
+  const double share =
+      std::clamp(static_cast<double>(parts[1]) / (parts[0] + parts[1]), kLeastShare, 1.0 - kLeastShare);
+  if (!doubleKnot(state, object, knot, copy, delta, share)) return false;
+  const net::KnotDoubling cut{knot, copy, normal, place};
+  // A hinge goes with its triangles and with the link along its edge; where these part, it dies.
+  for (net::Hinge& h : s.elements.hinges) {
+    const bool at0 = h.edge0 == knot, at1 = h.edge1 == knot;
+    std::uint32_t* const wing = h.wing0 == knot ? &h.wing0 : h.wing1 == knot ? &h.wing1 : nullptr;
+    if (h.stiffness == 0.0f || (!at0 && !at1 && wing == nullptr)) continue;
+    const auto side = [&](std::uint32_t w) {
+      const std::array<std::uint32_t, 3> t{h.edge0, h.edge1, w};
+      return beyond(t.begin(), t.end());
+    };
+    if (wing != nullptr) {
+      if (side(*wing)) *wing = copy;
+      continue;
+    }
+    const std::uint32_t other = at0 ? h.edge1 : h.edge0;
+    const std::array<std::uint32_t, 2> edge{knot, other};
+    const bool moves = side(h.wing0), had_link = linked(s, knot, other);
+    if (moves != side(h.wing1) || (had_link && moves != beyond(edge.begin(), edge.end()))) {
+      h.stiffness = 0.0f;
+    } else if (moves) {
+      (at0 ? h.edge0 : h.edge1) = copy;
+    }
+  }
   for (std::size_t i = 0, count = s.topology.links.size(); i < count; ++i) {
     const Link& l = s.topology.links[i];
     const std::array<std::uint32_t, 3> knots{l.knot0, l.knot1,
@@ -216,13 +283,6 @@ bool splitKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, cons
     if (!moveLinkEnd(state, object, static_cast<std::uint32_t>(i), knot, copy, delta)) {
       removeLink(state, object, static_cast<std::uint32_t>(i), delta);
     }
-  }
-  for (net::Hinge& h : s.elements.hinges) {
-    const std::array<std::uint32_t, 4> knots{h.edge0, h.edge1, h.wing0, h.wing1};
-    if (std::find(knots.begin(), knots.end(), knot) == knots.end() || !beyond(knots.begin(), knots.end()))
-      continue;
-    for (std::uint32_t* k : {&h.edge0, &h.edge1, &h.wing0, &h.wing1})
-      if (*k == knot) *k = copy;
   }
   for (auto& t : s.triangles) {
     if (std::find(t.begin(), t.end(), knot) != t.end() && beyond(t.begin(), t.end()))

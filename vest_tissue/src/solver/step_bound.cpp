@@ -105,20 +105,22 @@ double linkDecay(const BoundLinks& links, BoundScratch& scratch) {
   return greatest(links, scratch.tensor);
 }
 
-Rates elementRates(const net::Block& block, const net::Elements& elements) {
-  using net::Block;
+Rates elementRates(const net::Block& block, const net::Elements& elements, BoundScratch& scratch) {
   const float *x = block.row(Block::X), *y = block.row(Block::Y), *z = block.row(Block::Z);
   const float* w = block.row(Block::kInverseMass);
-  std::vector<double> stiffness(block.knotCapacity() + 1, 0.0), damping(block.knotCapacity() + 1, 0.0);
+  std::fill(scratch.tensor.begin(), scratch.tensor.end(), 0.0f);
+  float* const stiffness = scratch.tensor.data();
+  float* const damping = stiffness + scratch.tensor.size() / 2;
+  const auto add = [](float& to, double value) { to += static_cast<float>(value); };
   const auto distance = [&](std::uint32_t i, std::uint32_t j) {
     const double dx = x[i] - x[j], dy = y[i] - y[j], dz = z[i] - z[j];
     return std::sqrt(dx * dx + dy * dy + dz * dz);
   };
   for (const auto& b : elements.bending) {  // gradient of the angle: 1/l0, 1/l0 + 1/l1, 1/l1
     const double g0 = 1.0 / std::max(distance(b.a, b.b), 1e-9), g1 = 1.0 / std::max(distance(b.b, b.c), 1e-9);
-    stiffness[b.a] += 3.0 * b.stiffness * g0 * g0;
-    stiffness[b.b] += 3.0 * b.stiffness * (g0 + g1) * (g0 + g1);
-    stiffness[b.c] += 3.0 * b.stiffness * g1 * g1;
+    add(stiffness[b.a], 3.0 * b.stiffness * g0 * g0);
+    add(stiffness[b.b], 3.0 * b.stiffness * (g0 + g1) * (g0 + g1));
+    add(stiffness[b.c], 3.0 * b.stiffness * g1 * g1);
   }
   for (const auto& h : elements.hinges) {  // gradient of the dihedral angle: one over the wing's height
     const Eigen::Vector3d e0(x[h.edge0], y[h.edge0], z[h.edge0]), e1(x[h.edge1], y[h.edge1], z[h.edge1]);
@@ -128,45 +130,49 @@ Rates elementRates(const net::Block& block, const net::Elements& elements) {
     const auto height = [&](const Eigen::Vector3d& p) {
       const Eigen::Vector3d d = p - e0;
       const Eigen::Vector3d off = d - edge * (d.dot(edge) / (length * length));
-      return std::max(off.norm(), 1e-9);
+      return std::max({off.norm(), std::sqrt(static_cast<double>(h.least)), 1e-9});  // lower: it fades
     };
     const double ga = 1.0 / height(a), gb = 1.0 / height(b), ge = ga + gb;
     const double bent = 1.0 + 0.25 * h.rest * h.rest;         // d fold/d theta at rest
     const double k = 2.0 * h.stiffness * bent * bent * 10.0;  // folded and crushed ones are stiffer
-    stiffness[h.wing0] += k * ga * ga;
-    stiffness[h.wing1] += k * gb * gb;
-    stiffness[h.edge0] += k * ge * ge;
-    stiffness[h.edge1] += k * ge * ge;
+    add(stiffness[h.wing0], k * ga * ga);
+    add(stiffness[h.wing1], k * gb * gb);
+    add(stiffness[h.edge0], k * ge * ge);
+    add(stiffness[h.edge1], k * ge * ge);
   }
   for (const auto& p : elements.plastic) {
     const double k = 2.0 * p.kappa / (static_cast<double>(net::kPlasticWidth) * p.rest);
-    stiffness[p.a] += k, stiffness[p.b] += k;
-    damping[p.a] += 2.0 * p.damping, damping[p.b] += 2.0 * p.damping;
+    add(stiffness[p.a], k), add(stiffness[p.b], k);
+    add(damping[p.a], 2.0 * p.damping), add(damping[p.b], 2.0 * p.damping);
   }
-  for (const auto& t : elements.tethers) stiffness[t.knot] += t.stiffness, damping[t.knot] += t.damping;
+  for (const auto& t : elements.tethers) add(stiffness[t.knot], t.stiffness), add(damping[t.knot], t.damping);
   Rates rates;
   for (std::size_t i = 0; i < block.knots(); ++i) {
-    rates.omega_squared = std::max(rates.omega_squared, stiffness[i] * w[i]);
-    rates.decay = std::max(rates.decay, damping[i] * w[i]);
+    rates.omega_squared = std::max(rates.omega_squared, static_cast<double>(stiffness[i]) * w[i]);
+    rates.decay = std::max(rates.decay, static_cast<double>(damping[i]) * w[i]);
   }
-  rates.omega_squared += volumeRate(block, elements);
+  rates.omega_squared += volumeRate(block, elements, scratch);
   return rates;
 }
 
-double volumeRate(const net::Block& block, const net::Elements& elements) {
+double volumeRate(const net::Block& block, const net::Elements& elements, BoundScratch& scratch) {
   const float *x = block.row(Block::X), *y = block.row(Block::Y), *z = block.row(Block::Z);
   const float* const w = block.row(Block::kInverseMass);
   double rate = 0.0;
   for (const auto& v : elements.volumes) {  // K/V0·g g^T: one mode, omega² = K/V0·sum |g_i|²/m_i
-    std::vector<Eigen::Vector3d> g(block.knotCapacity() + 1, Eigen::Vector3d::Zero());
+    if (v.bulk_modulus == 0.0f || v.triangles.empty()) continue;
+    std::fill(scratch.tensor.begin(), scratch.tensor.end(), 0.0f);
+    const auto g = [&](std::uint32_t k) {
+      return Eigen::Map<Eigen::Vector3f>(scratch.tensor.data() + 3 * k);
+    };
     for (const auto& t : v.triangles) {
       const Eigen::Vector3d p(x[t[0]], y[t[0]], z[t[0]]), q(x[t[1]], y[t[1]], z[t[1]]),
           r(x[t[2]], y[t[2]], z[t[2]]);
       const Eigen::Vector3d share = (q - p).cross(r - p) / 6.0;
-      for (const auto i : t) g[i] += share;
+      for (const auto i : t) g(i) += share.cast<float>();
     }
     double sum = 0.0;
-    for (std::size_t i = 0; i < block.knots(); ++i) sum += g[i].squaredNorm() * w[i];
+    for (const auto i : v.knots) sum += static_cast<double>(g(i).squaredNorm()) * w[i];
     rate += v.bulk_modulus / v.rest * sum;
   }
   return rate;

@@ -369,13 +369,18 @@ std::size_t teleport(std::uint32_t seed, bool volumes) {
 }
 
 TEST(Sequences, ToolsThatJumpWhileKnotsAreSplitThrowNothing) {
-  const int count = countOf(2400);
+  const int count = countOf(2400), first = firstSequence();
   int faulted = 0;
-  for (int n = firstSequence(); n < firstSequence() + count; ++n) {
+  const auto play = [&](int n) {
     const std::size_t faults = teleport(static_cast<std::uint32_t>(5000 + n), n % 4 == 3);
     if (faults > 0) std::printf("%zu faults in sequence %d\n", faults, n), ++faulted;
-  }
-  std::printf("%d of %d with a fault\n", faulted, count);
+  };
+  for (int n = first; n < first + count; ++n) play(n);
+  // Each had a cause of its own: an enclosed volume that outgrew its step (33), a hinge over an edge whose
+  // link was gone (34, 84), a knot halved again and again while all of its links stayed (578).
+  for (const int n : {33, 34, 84, 578})
+    if (n >= first + count) play(n);
+  std::printf("%d with a fault\n", faulted);
   EXPECT_EQ(faulted, 0);
 }
 

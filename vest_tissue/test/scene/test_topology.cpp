@@ -127,7 +127,8 @@ TEST(Deltas, OldTopologyAndDeltasGiveTheNewTopologyExactly) {
   ASSERT_TRUE(w.splitKnot(1, 64, Eigen::Vector3d::UnitX(), copy));
   EXPECT_EQ(copy, 128u);
   ASSERT_TRUE(w.splitKnot(1, 65, Eigen::Vector3d::UnitX(), copy));
-  ASSERT_TRUE(w.splitKnot(1, 128, Eigen::Vector3d::UnitY(), copy)) << "a copy can be split again";
+  EXPECT_FALSE(w.splitKnot(1, 128, Eigen::Vector3d::UnitY(), copy)) << "all its tissue is on one side";
+  ASSERT_TRUE(w.splitKnot(1, 128, Eigen::Vector3d::UnitZ(), copy)) << "a copy can be split again";
   EXPECT_FALSE(w.splitKnot(1, 9999, Eigen::Vector3d::UnitX(), copy));
   EXPECT_FALSE(w.splitKnot(0, 3, Eigen::Vector3d::Zero(), copy));
   ASSERT_TRUE(w.removeLink(1, static_cast<std::uint32_t>(w.topology(1).links.size() - 1)));

@@ -47,9 +47,9 @@ struct ObjectState {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< contact triangles, knots
   std::vector<std::uint8_t> triangle_alive;
   std::vector<std::uint8_t> fixed;  ///< per knot
-  std::vector<float> depth;  ///< per knot, m: how deep it may lie in rigid objects (<= 0), from the start
-  int sub_steps = 1;         ///< per dt of the description, a multiple of `batches`
-  int batches = 1;  ///< times a step that held forces are renewed; that of the others, or doubled or halved
+  std::vector<float> depth;    ///< per knot, m: how deep it may lie in rigid objects (<= 0), from the start
+  int sub_steps = 1;           ///< per dt of the description, a multiple of `batches`
+  int batches = 1;             ///< times a step that held forces are renewed: those at loading, or doubled
   float limit_strain = 0.0f;   ///< of the law now; lowered where the tangent would need too many sub-steps
   float bound_strain = 0.0f;   ///< greatest strain when `sub_steps` was last bounded
   double elastic_scale = 1.0;  ///< parameter edits: youngs_modulus over the scene's

@@ -45,9 +45,9 @@ Rates linkRates(const BoundLinks& links, BoundScratch& scratch);
 /// The same for links' damping alone and for the slower elements (bending, hinges, plastic, tethers,
 /// volumes).
 double linkDecay(const BoundLinks& links, BoundScratch& scratch);
-Rates elementRates(const net::Block& block, const net::Elements& elements);
+Rates elementRates(const net::Block& block, const net::Elements& elements, BoundScratch& scratch);
 /// omega² of the enclosed volumes alone at the present positions: K/V0·sum |dV/dx_i|²/m_i each.
-double volumeRate(const net::Block& block, const net::Elements& elements);
+double volumeRate(const net::Block& block, const net::Elements& elements, BoundScratch& scratch);
 /// Power iteration on M⁻¹K of the links at the present positions (deterministic start, `iterations` sweeps):
 /// a lower bound that converges to omega². Allocates: for loading only.
 double powerIteration(const BoundLinks& links, int iterations);
