@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Protects docs/tutorials: the commands of own_scene.md, taken from the page, make a scene that cuts and bleeds; those of
-first_exercise.md score an attempt; every edit that a page
+first_exercise.md score an attempt; the programs of learning.md print what it says; every edit that a page
 prints is one that docs/parameters.md lists, within its range.
 
 usage: test_tutorials.py DOCS"""
@@ -25,7 +25,7 @@ def steps(page):
     while k < len(lines):
         name = re.match(r"Write this to `([\w.]+)`:$", lines[k])
         if name:
-            begin = lines.index("```yaml", k) + 1
+            begin = next(i for i in range(k, len(lines)) if lines[i].startswith("```")) + 1
             k = lines.index("```", begin)
             found.append(("file", name[1], "\n".join(lines[begin:k]) + "\n"))
         elif lines[k].startswith("    "):
@@ -34,21 +34,33 @@ def steps(page):
     return found
 
 
+def follow(page):
+    """Does what the page says. @return what each command said"""
+    said = {}
+    with tempfile.TemporaryDirectory() as where:
+        for step in steps(page):
+            if step[0] == "file":
+                pathlib.Path(where, step[1]).write_text(step[2], encoding="utf-8")
+            elif step[1].startswith("cd "):
+                where = os.path.join(where, step[1][3:])
+            elif not step[1].startswith(SESSION):
+                done = subprocess.run(["bash", "-c", step[1]], cwd=where, capture_output=True, text=True, timeout=600)
+                if done.returncode != 0:
+                    raise AssertionError("%s\n%s%s" % (step[1], done.stdout, done.stderr))
+                said[step[1]] = done.stdout
+    return said
+
+
+class Learning(unittest.TestCase):
+    def test_the_programs_of_the_page_print_what_it_says(self):
+        said = follow("docs/tutorials/learning.md")
+        self.assertEqual(said, {"python3 episode.py": "passed True return 1.0\n", "python3 again.py": "same True\n"})
+
+
 class OwnScene(unittest.TestCase):
     def test_the_commands_of_the_page_make_a_scene_that_cuts_and_bleeds(self):
-        said, commands = {}, 0
-        with tempfile.TemporaryDirectory() as where:
-            for step in steps("docs/tutorials/own_scene.md"):
-                if step[0] == "file":
-                    pathlib.Path(where, step[1]).write_text(step[2], encoding="utf-8")
-                elif step[1].startswith("cd "):
-                    where = os.path.join(where, step[1][3:])
-                elif not step[1].startswith(SESSION):
-                    done = subprocess.run(["bash", "-c", step[1]], cwd=where, capture_output=True, text=True, timeout=600)
-                    self.assertEqual(done.returncode, 0, "%s\n%s%s" % (step[1], done.stdout, done.stderr))
-                    said[step[1]] = done.stdout
-                    commands += 1
-        self.assertGreaterEqual(commands, 4, "the page has no commands: %s" % said.keys())
+        said = follow("docs/tutorials/own_scene.md")
+        self.assertGreaterEqual(len(said), 4, "the page has no commands: %s" % said.keys())
         of = lambda word: next(text for command, text in said.items() if word in command)
         for word in (" bake ", " settle "):
             self.assertEqual(of(word).splitlines()[-1], "good", of(word))
