@@ -177,8 +177,9 @@ class Slurm(Case):
         return process
 
     def node(self, name):
-        # All that a node runs dies with it.
-        return self.daemon("unshare", "-U", "--map-current-user", "-pf", "--kill-child", "--mount-proc", "slurmd", "-D", "-N", name)
+        # All that a node runs dies with it. Root needs no user namespace, and slurmd as root would not start in one.
+        user = ["-U", "--map-current-user"] if os.geteuid() else []
+        return self.daemon("unshare", *user, "-pf", "--kill-child", "--mount-proc", "slurmd", "-D", "-N", name)
 
     def test_a_killed_node_costs_a_retry_and_the_table_is_that_of_one_machine(self):
         manifest = self.manifest(wait=0.5, count=30)
