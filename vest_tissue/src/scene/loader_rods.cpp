@@ -213,8 +213,6 @@ RodScene loadRods(const std::string& path) {
         model == "rod" ? scene.objects.rods.back().name : scene.objects.cylinders.back().name;
     if (!names.insert(name).second) Map(object)["name"].fail("must be there once");
   }
-  if (!scene.objects.cylinders.empty())
-    map["objects"].fail("must have no cylinder yet: rods do not touch anything, nor themselves");
   if (scene.objects.rods.empty()) map["objects"].fail("must have at least one rod beside cylinders");
   map.finish();
   scene.hash = files.hash();

@@ -1,18 +1,57 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "vest_tissue/suture/rod.h"
 
-/// Threads that touch themselves, each other, and cylinders.
+/// Threads that touch themselves, each other, and cylinders: as capsules, with Coulomb friction. Contacts are
+/// rows on the factored matrix of a Newton pass, solved by block Gauss–Seidel on displacement over the
+/// sub-step, so that what sticks does not move at all.
 namespace vest::suture {
 
-struct ContactScratch {
-  explicit ContactScratch(const Model&) {}
+/// A pair that may touch within the sub-step.
+struct Near {
+  LiveContact live;
+  double friction = 0.0, reach = 0.0;  ///< reach: m, distance of the axes at which they touch
 };
 
-inline std::size_t contactRoom(const Model&) {
-  return 0;
-}
+/// A near pair in one pass.
+struct Row {
+  Index near = 0;
+  std::array<Index, 4> node{};  ///< kNone: none, or held
+  std::array<double, 4> weight{};
+  Eigen::Matrix3d axes;   ///< columns: normal, two tangents
+  Eigen::Vector3d gap;    ///< m: along the normal, and slip since the sub-step's start
+  Eigen::Vector3d force;  ///< N, in the axes
+};
+
+struct ContactScratch {
+  explicit ContactScratch(const Model& model);
+  struct Box {
+    Eigen::Vector3d low, high;
+    Index first = 0, end = 0;
+  };
+  std::vector<Box> boxes;   ///< of some neighbouring segments each
+  std::vector<double> arc;  ///< m, of each segment's middle along its rod
+  std::vector<Near> near;
+  std::vector<Row> rows;
+  std::vector<Index> touched, place;     ///< nodes that rows touch, ascending; and a node's number among them
+  std::vector<Eigen::Matrix3d> answers;  ///< inverse between touched nodes
+  std::vector<Eigen::Matrix3d> coupling;  ///< between rows, in their axes
+  bool full = false;                      ///< a near pair found no room
+};
+
+std::size_t contactRoom(const Model& model);
+
+/// Pairs that may touch in a sub-step of h from the state.
+void findNear(const Model& model, const State& s, double h, ContactScratch& c);
+
+/// Contact forces of one pass; scratch.gradient loses them, scratch.change is then the constrained one.
+/// False: there are none, and nothing has changed.
+bool solveContacts(const Model& model, const State& before, const State& s, Scratch& scratch);
+
+/// What is near becomes the state's memory, and forces on nodes go to scratch.contact_force.
+void keepContacts(const Model& model, State& s, Scratch& scratch);
 
 }  // namespace vest::suture

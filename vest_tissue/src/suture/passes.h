@@ -20,6 +20,7 @@ struct PassResult {
   Factor factor = Factor::None;
   double change = 1.0;  ///< greatest: rad, or of a segment's length
   bool whole = false;   ///< not shortened
+  bool touching = false;
 };
 
 /// One pass; the first one takes held nodes along, the later ones lower the potential.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contacts.h"
 #include "passes.h"
 
 namespace vest::suture {
@@ -68,7 +69,10 @@ PassResult creep(const Model& m, State& s, Scratch& scratch, double h, bool firs
   for (Index k = 0; k < m.joints.size(); ++k) absorbTwist(m, scratch.held_frame, k, s);
   copyMotion(s, scratch.before);
   remember(m, s, scratch);
-  return pass({m, scratch.before, h, 1.0}, s, first, scratch);
+  findNear(m, s, 0.0, *scratch.contacts);
+  const PassResult result = pass({m, scratch.before, h, 1.0}, s, first, scratch);
+  keepContacts(m, s, scratch);
+  return result;
 }
 
 /// Leaves a place that symmetry keeps. The directions repeat after no small number of nodes.
@@ -94,6 +98,8 @@ void findReactions(const Model& m, const State& s, Scratch& scratch) {
   for (Vector3d& v : scratch.before.velocity) v.setZero();
   for (Vector3d& w : scratch.before.spin) w.setZero();
   assemble({m, scratch.before, 1.0}, s, true, scratch);
+  for (std::size_t n = 0; n < m.held.size(); ++n)
+    scratch.reactions[n].force -= scratch.contact_force[m.held[n].node];
 }
 
 StaticReport solveStatic(const Model& m, State& s, Scratch& scratch) {
@@ -132,7 +138,8 @@ StaticReport solveStatic(const Model& m, State& s, Scratch& scratch) {
   for (std::size_t i = 0; i < m.mass.size(); ++i) {
     report.load = std::max(report.load, m.force[i].norm());
     if (m.held_at[i] == kNone)
-      report.residual = std::max(report.residual, scratch.gradient[i].head<3>().norm());
+      report.residual =
+          std::max(report.residual, (scratch.gradient[i].head<3>() - scratch.contact_force[i]).norm());
   }
   for (const Reaction& r : scratch.reactions) report.load = std::max(report.load, r.force.norm());
   return report;

@@ -13,6 +13,7 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr int kMostPasses = 8;     ///< of Newton a sub-step
+constexpr int kTouchPasses = 6;    ///< with contacts: each pass solves them anew
 constexpr double kSettled = 1e-5;  ///< of a segment's length, and rad: a smaller change ends the passes
 constexpr double kMostTurn = 0.7;  ///< rad: of a segment in one pass
 constexpr double kPartTurn = 0.3;  ///< rad: free rotation that a sub-step may have
@@ -137,10 +138,13 @@ PassResult pass(const Potential& p, State& s, bool first, Scratch& scratch) {
   result.factor = linearise(p, s, scratch);
   if (result.factor == Factor::None) return result;
   solve(p.model, scratch);
+  const bool touching = solveContacts(p.model, p.before, s, scratch);
+  if (touching) solve(p.model, scratch);
+  result.touching = touching;
   const Size size = sizeOf(p.model, scratch.change);
   double share = size.turn > kMostTurn ? kMostTurn / size.turn : 1.0;
   result.change = std::max(size.turn, size.way);
-  if (!first && result.change > 1e-8) {
+  if (!first && !touching && result.change > 1e-8) {
     // Held nodes are where they are to be: the potential has to fall.
     copyMotion(s, scratch.trial);  // with its offsets
     const double now = valueOf(p, s, scratch);
@@ -186,8 +190,10 @@ bool part(const Model& m, State& s, Scratch& scratch, double h, double end) {
   remember(m, s, scratch);  // with the holders' frames of the start
   aim(m, end, scratch);
   const Potential p{m, scratch.before, h};
+  findNear(m, s, h, *scratch.contacts);
   PassResult last;
-  for (int k = 0; k < kMostPasses && !(last.whole && last.change < kSettled); ++k, ++scratch.passes) {
+  for (int k = 0; k < (last.touching ? kTouchPasses : kMostPasses) && !(last.whole && last.change < kSettled);
+       ++k, ++scratch.passes) {
     last = pass(p, s, k == 0, scratch);
     if (last.factor == Factor::None) return false;
   }
@@ -202,6 +208,9 @@ bool part(const Model& m, State& s, Scratch& scratch, double h, double end) {
   }
   for (std::size_t n = 0; n < m.held.size(); ++n) s.position[m.held[n].node] = scratch.target[n];
   assemble(p, s, true, scratch);  // reactions
+  keepContacts(m, s, scratch);
+  for (std::size_t n = 0; n < m.held.size(); ++n)
+    scratch.reactions[n].force -= scratch.contact_force[m.held[n].node];
   keepShape(m, s, scratch);
   return true;
 }
@@ -220,7 +229,7 @@ StepStatus step(const Model& m, State& s, Scratch& scratch, double dt) {
   for (int k = 1; k <= scratch.parts && good; ++k)
     good = part(m, s, scratch, dt / scratch.parts, start + dt * k / scratch.parts);
   s.time = start + dt;
-  if (good && finite(s)) return StepStatus::Ok;
+  if (good && finite(s)) return scratch.contacts->full ? StepStatus::Degraded : StepStatus::Ok;
   copyMotion(scratch.backup, s);
   return StepStatus::Fault;
 }

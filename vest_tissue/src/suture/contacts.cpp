@@ -1,0 +1,373 @@
+#include "contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vest::suture {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr Index kGroup = 8;             ///< segments of a box
+constexpr std::size_t kMostRows = 400;  ///< at once
+constexpr int kMostSweeps = 100;
+constexpr double kEnd = 1e-4;  ///< of the greatest force: a smaller change in a sweep ends them
+
+bool before(const LiveContact& p, const LiveContact& q) {
+  return p.a != q.a ? p.a < q.a : p.b < q.b;
+}
+
+const LiveContact* find(const State& s, Index a, Index b) {
+  LiveContact key;
+  key.a = a, key.b = b;
+  const auto end = s.contacts.begin() + s.contact_count;
+  const auto at = std::lower_bound(s.contacts.begin(), end, key, before);
+  return at != end && at->a == a && at->b == b ? &*at : nullptr;
+}
+
+const Strand& strandOf(const Model& m, Index node) {
+  std::size_t k = 0;
+  while (node >= m.strands[k].first + m.strands[k].nodes) ++k;
+  return m.strands[k];
+}
+
+struct Closest {
+  double s = 0.0, t = 0.0;
+  Vector3d between = Vector3d::Zero();  // from b to a
+};
+
+/// Nearest points of two segments p + s·u, q + t·v, 0 … 1 (Ericson, Real-Time Collision Detection, 5.1.9).
+/// @param line t is not limited
+Closest closest(const Vector3d& p, const Vector3d& u, const Vector3d& q, const Vector3d& v, bool line) {
+  const Vector3d r = p - q;
+  const double a = u.squaredNorm(), e = v.squaredNorm(), f = v.dot(r), c = u.dot(r), b = u.dot(v);
+  const double d = a * e - b * b;
+  Closest k;
+  k.s = d > 1e-12 * a * e ? std::clamp((b * f - c * e) / d, 0.0, 1.0) : 0.5;
+  k.t = (b * k.s + f) / e;
+  if (!line && (k.t < 0.0 || k.t > 1.0)) {
+    k.t = std::clamp(k.t, 0.0, 1.0);
+    k.s = std::clamp((b * k.t - c) / a, 0.0, 1.0);
+  }
+  k.between = r + k.s * u - k.t * v;
+  return k;
+}
+
+Closest closestOf(const Model& m, const State& s, Index a, Index b) {
+  const Index a1 = strandOf(m, a).next(a);
+  const Vector3d u = s.position[a1] - s.position[a];
+  if (b >= kCylinder) {
+    const Cylinder& c = m.cylinders[b - kCylinder];
+    return closest(s.position[a], u, c.point, c.axis, true);
+  }
+  return closest(s.position[a], u, s.position[b], s.position[strandOf(m, b).next(b)] - s.position[b], false);
+}
+
+/// The side on which a new pair begins: that of a neighbour that was near before, if it is another.
+Vector3d sideOf(const State& s, Index a, Index b, const Vector3d& between) {
+  for (const auto& [da, db] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+    if (b >= kCylinder && db != 0) continue;
+    const LiveContact* n = find(s, a + static_cast<Index>(da), b + static_cast<Index>(db));
+    if (n != nullptr && n->normal.dot(between) < -0.3 * between.norm()) return n->normal;
+  }
+  const double d = between.norm();
+  return d > 0.0 ? Vector3d(between / d) : Vector3d::UnitX();
+}
+
+double speedOf(const State& s, const Strand& strand, Index a) {
+  return std::sqrt(std::max(s.velocity[a].squaredNorm(), s.velocity[strand.next(a)].squaredNorm()));
+}
+
+void consider(const Model& m, const State& s, Index a, Index b, double margin, ContactScratch& c) {
+  const Strand& sa = strandOf(m, a);
+  Near n;
+  n.live.a = a, n.live.b = b;
+  if (b >= kCylinder) {
+    const Cylinder& cylinder = m.cylinders[b - kCylinder];
+    n.reach = sa.section.radius + cylinder.radius;
+    n.friction = std::max(sa.section.friction, cylinder.friction);
+  } else {
+    const Strand& sb = strandOf(m, b);
+    n.reach = sa.section.radius + sb.section.radius;
+    n.friction = std::max(sa.section.friction, sb.section.friction);
+  }
+  const Closest k = closestOf(m, s, a, b);
+  if (k.between.norm() > n.reach + margin) return;
+  if (c.near.size() == c.near.capacity()) {
+    c.full = true;
+    return;
+  }
+  if (const LiveContact* live = find(s, a, b)) {
+    n.live = *live;
+  } else {
+    n.live.normal = sideOf(s, a, b, k.between);
+  }
+  c.near.push_back(n);
+}
+
+}  // namespace
+
+std::size_t contactRoom(const Model& model) {
+  return model.mass.empty() ? 0 : 12 * model.mass.size() + 64;
+}
+
+ContactScratch::ContactScratch(const Model& model) {
+  arc.resize(model.mass.size(), 0.0);
+  for (const Strand& strand : model.strands) {
+    double at = 0.0;
+    for (Index k = 0; k < strand.segments; ++k) {
+      arc[strand.first + k] = at + 0.5 * model.length[strand.first + k];
+      at += model.length[strand.first + k];
+      if (k % kGroup == 0)
+        boxes.push_back({Vector3d::Zero(), Vector3d::Zero(), strand.first + k,
+                         strand.first + std::min(k + kGroup, strand.segments)});
+    }
+  }
+  near.reserve(contactRoom(model));
+  rows.reserve(kMostRows);
+  touched.reserve(4 * kMostRows);
+  place.resize(model.mass.size(), kNone);
+  const std::size_t most = std::min(model.mass.size(), 4 * kMostRows);
+  answers.resize(most * most);
+  coupling.resize(std::min<std::size_t>(kMostRows * kMostRows, 16 * model.mass.size() * model.mass.size()));
+}
+
+void findNear(const Model& m, const State& s, double h, ContactScratch& c) {
+  c.near.clear();
+  c.full = false;
+  double thickest = 0.0;
+  for (const Strand& strand : m.strands) thickest = std::max(thickest, strand.section.radius);
+  for (ContactScratch::Box& box : c.boxes) {
+    const Strand& strand = strandOf(m, box.first);
+    box.low = box.high = s.position[box.first];
+    double way = 0.0;
+    for (Index i = box.first; i < box.end; ++i) {
+      const Vector3d& x = s.position[strand.next(i)];
+      box.low = box.low.cwiseMin(x), box.high = box.high.cwiseMax(x);
+      way = std::max(way, speedOf(s, strand, i));
+    }
+    const double more = strand.section.radius * 1.5 + 1.5 * h * way;
+    box.low.array() -= more, box.high.array() += more;
+  }
+  const auto pair = [&](Index i, Index j) {
+    const Strand &si = strandOf(m, i), &sj = strandOf(m, j);
+    if (&si == &sj) {
+      double apart = std::abs(c.arc[i] - c.arc[j]);
+      if (si.closed) {
+        const Index last = si.first + si.segments - 1;
+        apart = std::min(apart, c.arc[last] + 0.5 * m.length[last] - apart);
+      }
+      const double l = std::max(m.length[i], m.length[j]);
+      if (apart <= std::max(3.0 * l, 4.0 * si.section.radius) * (1.0 + 1e-9)) return;
+    }
+    const double way = 1.5 * h * (speedOf(s, si, i) + speedOf(s, sj, j));
+    consider(m, s, i, j, way + thickest, c);
+  };
+  for (std::size_t p = 0; p < c.boxes.size(); ++p) {
+    const ContactScratch::Box& b = c.boxes[p];
+    for (std::size_t q = p; q < c.boxes.size(); ++q) {
+      const ContactScratch::Box& o = c.boxes[q];
+      if ((b.low.array() > o.high.array()).any() || (o.low.array() > b.high.array()).any()) continue;
+      for (Index i = b.first; i < b.end; ++i)
+        for (Index j = std::max(i + 1, o.first); j < o.end; ++j) pair(i, j);
+    }
+    for (Index k = 0; k < m.cylinders.size(); ++k)
+      for (Index i = b.first; i < b.end; ++i)
+        consider(m, s, i, kCylinder + k, 1.5 * h * speedOf(s, strandOf(m, i), i) + thickest, c);
+  }
+  std::sort(c.near.begin(), c.near.end(),
+            [](const Near& p, const Near& q) { return before(p.live, q.live); });
+}
+
+namespace {
+
+/// The row of a near pair at the iterate; gaps are those after the free change.
+Row rowOf(const Model& m, const State& before, const State& s, const Near& n, const Scratch& scratch) {
+  Row row;
+  const Index a = n.live.a, b = n.live.b;
+  const Closest k = closestOf(m, s, a, b);
+  const bool on_thread = b < kCylinder;
+  const std::array<Index, 4> node = {a, strandOf(m, a).next(a), on_thread ? b : kNone,
+                                     on_thread ? strandOf(m, b).next(b) : kNone};
+  row.weight = {1.0 - k.s, k.s, k.t - 1.0, -k.t};
+  const double d = k.between.norm();
+  Vector3d normal = d > 1e-9 * n.reach ? Vector3d(k.between / d) : n.live.normal;
+  double gap = d - n.reach;
+  if (normal.dot(n.live.normal) < 0.0) normal = -normal, gap = -d - n.reach;  // it keeps its side
+  // Tangents: the first one along the thread.
+  const Vector3d along = s.position[node[1]] - s.position[node[0]];
+  Vector3d t = along - along.dot(normal) * normal;
+  if (!(t.squaredNorm() > 1e-12 * along.squaredNorm())) t = normal.unitOrthogonal();
+  t.normalize();
+  row.axes << normal, t, normal.cross(t);
+  Vector3d slip = Vector3d::Zero(), ahead = Vector3d::Zero();
+  for (int i = 0; i < 4; ++i) {
+    row.node[i] = node[i];
+    if (node[i] == kNone) continue;
+    slip += row.weight[i] * (s.position[node[i]] - before.position[node[i]]);
+    ahead += row.weight[i] * scratch.change[node[i]].head<3>();
+    if (m.held_at[node[i]] != kNone) row.node[i] = kNone;
+  }
+  row.gap = row.axes.transpose() * (slip - ahead);
+  row.gap[0] = gap - normal.dot(ahead);
+  row.force = row.axes.transpose() * n.live.force;
+  row.force[0] = std::max(0.0, row.force[0]);
+  const double most = n.friction * row.force[0], size = row.force.tail<2>().norm();
+  if (size > most) row.force.tail<2>() *= size > 0.0 ? most / size : 0.0;
+  return row;
+}
+
+void collectTouched(ContactScratch& c) {
+  for (const Index i : c.touched) c.place[i] = kNone;
+  c.touched.clear();
+  for (const Row& row : c.rows)
+    for (const Index i : row.node)
+      if (i != kNone && c.place[i] == kNone) c.place[i] = 0, c.touched.push_back(i);
+  std::sort(c.touched.begin(), c.touched.end());
+  for (std::size_t k = 0; k < c.touched.size(); ++k) c.place[c.touched[k]] = static_cast<Index>(k);
+}
+
+/// Blocks of the inverse between touched nodes.
+void findAnswers(const Model& m, Scratch& scratch, ContactScratch& c) {
+  const std::size_t n = c.touched.size();
+  std::fill(c.answers.begin(), c.answers.begin() + static_cast<std::ptrdiff_t>(n * n), Matrix3d::Zero());
+  for (std::size_t k = 0; k < m.strands.size(); ++k) {
+    const Strand& strand = m.strands[k];
+    BlockChain& chain = scratch.chain[k];
+    const auto begin = std::lower_bound(c.touched.begin(), c.touched.end(), strand.first);
+    const auto end = std::lower_bound(begin, c.touched.end(), strand.first + strand.nodes);
+    if (begin == end) continue;
+    chain.prepareInverse();
+    for (auto q = begin; q != end; ++q) {
+      BlockChain::Matrix63 column = chain.start(*q - strand.first);
+      auto p = q;
+      for (Index i = *q;; --i) {
+        if (i != *q) column = chain.climb(i - strand.first, column);
+        if (i == *p) {
+          const Matrix3d block = column.topRows<3>() + chain.around(i - strand.first, *q - strand.first);
+          const std::size_t row = static_cast<std::size_t>(p - c.touched.begin());
+          const std::size_t at = static_cast<std::size_t>(q - c.touched.begin());
+          c.answers[row * n + at] = block;
+          c.answers[at * n + row] = block.transpose();
+          if (p == begin) break;
+          --p;
+        }
+      }
+    }
+  }
+}
+
+void couple(ContactScratch& c) {
+  const std::size_t n = c.rows.size(), nodes = c.touched.size();
+  for (std::size_t r = 0; r < n; ++r) {
+    for (std::size_t q = r; q < n; ++q) {
+      Matrix3d sum = Matrix3d::Zero();
+      for (int i = 0; i < 4; ++i) {
+        if (c.rows[r].node[i] == kNone) continue;
+        for (int j = 0; j < 4; ++j)
+          if (c.rows[q].node[j] != kNone)
+            sum += c.rows[r].weight[i] * c.rows[q].weight[j] *
+                   c.answers[c.place[c.rows[r].node[i]] * nodes + c.place[c.rows[q].node[j]]];
+      }
+      const Matrix3d block = c.rows[r].axes.transpose() * sum * c.rows[q].axes;
+      c.coupling[r * n + q] = block;
+      c.coupling[q * n + r] = block.transpose();
+    }
+  }
+}
+
+/// Coulomb's law for one row whose gap without its own force is g.
+Vector3d law(const Matrix3d& D, const Vector3d& g, double friction, Vector3d force) {
+  const double resist = D(0, 0);
+  if (!(resist > 0.0)) return Vector3d::Zero();
+  for (int k = 0; k < 3; ++k) {
+    force[0] = std::max(0.0, -(g[0] + D(0, 1) * force[1] + D(0, 2) * force[2]) / resist);
+    const double most = friction * force[0];
+    const Eigen::Vector2d still = g.tail<2>() + D.block<2, 1>(1, 0) * force[0];
+    const Eigen::Matrix2d T = D.bottomRightCorner<2, 2>();
+    Eigen::Vector2d t = -T.inverse() * still;  // sticks
+    if (!(t.squaredNorm() <= most * most)) {
+      const double trace = T.trace();
+      t = force.tail<2>();
+      for (int i = 0; i < 4; ++i) {
+        t -= (still + T * t) / trace;
+        const double size = t.norm();
+        if (size > most) t *= most / size;
+      }
+    }
+    force.tail<2>() = t;
+  }
+  return force;
+}
+
+void sweep(Scratch& scratch, ContactScratch& c) {
+  const std::size_t n = c.rows.size();
+  for (int k = 0; k < kMostSweeps; ++k) {
+    ++scratch.sweeps;
+    double change = 0.0, greatest = 0.0;
+    for (std::size_t r = 0; r < n; ++r) {
+      Row& row = c.rows[r];
+      Vector3d g = row.gap;
+      for (std::size_t q = 0; q < n; ++q)
+        if (q != r) g.noalias() += c.coupling[r * n + q] * c.rows[q].force;
+      const Vector3d force = law(c.coupling[r * n + r], g, c.near[row.near].friction, row.force);
+      change = std::max(change, (force - row.force).squaredNorm());
+      row.force = force;
+      greatest = std::max(greatest, force.squaredNorm());
+    }
+    scratch.contact_residual = std::sqrt(change);
+    if (change <= kEnd * kEnd * greatest) break;
+  }
+}
+
+}  // namespace
+
+bool solveContacts(const Model& m, const State& before, const State& s, Scratch& scratch) {
+  ContactScratch& c = *scratch.contacts;
+  c.rows.clear();
+  for (Index k = 0; k < c.near.size(); ++k) {
+    Row row = rowOf(m, before, s, c.near[k], scratch);
+    row.near = k;
+    const bool far = row.gap[0] > 0.25 * c.near[k].reach && c.near[k].live.force.isZero();
+    c.near[k].live.force.setZero();
+    if (far) continue;
+    if (c.rows.size() == kMostRows || (c.rows.size() + 1) * (c.rows.size() + 1) > c.coupling.size()) {
+      c.full = true;
+      continue;
+    }
+    c.rows.push_back(row);
+  }
+  if (c.rows.empty()) return false;
+  collectTouched(c);
+  findAnswers(m, scratch, c);
+  couple(c);
+  sweep(scratch, c);
+  bool any = false;
+  for (const Row& row : c.rows) {
+    const Vector3d force = row.axes * row.force;
+    c.near[row.near].live.force = force;
+    c.near[row.near].live.normal = row.axes.col(0);
+    any = any || row.force[0] > 0.0;
+    for (int i = 0; i < 4; ++i)
+      if (row.node[i] != kNone) scratch.gradient[row.node[i]].head<3>() -= row.weight[i] * force;
+  }
+  return any;
+}
+
+void keepContacts(const Model& m, State& s, Scratch& scratch) {
+  for (Vector3d& f : scratch.contact_force) f.setZero();
+  ContactScratch& c = *scratch.contacts;
+  s.contact_count = static_cast<Index>(std::min(c.near.size(), s.contacts.size()));
+  for (Index k = 0; k < s.contact_count; ++k) {
+    const LiveContact& live = s.contacts[k] = c.near[k].live;
+    const Closest at = closestOf(m, s, live.a, live.b);
+    scratch.contact_force[live.a] += (1.0 - at.s) * live.force;
+    scratch.contact_force[strandOf(m, live.a).next(live.a)] += at.s * live.force;
+    if (live.b >= kCylinder) continue;
+    scratch.contact_force[live.b] -= (1.0 - at.t) * live.force;
+    scratch.contact_force[strandOf(m, live.b).next(live.b)] -= at.t * live.force;
+  }
+}
+
+}  // namespace vest::suture

@@ -1,0 +1,71 @@
+// Rods that touch cylinders and each other.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "rods.h"
+
+namespace vest::suture::test {
+namespace {
+
+using Eigen::Vector3d;
+
+TEST(RodContact, TensionGrowsRoundADrumAsEytelweinSays) {
+  // Half a turn on a drum 20 threads thick, 1 N on the slack end, the other end drawn: exp(mu·pi).
+  constexpr double kDrum = 0.01, kRadius = 0.0005, kAt = kDrum + 1.001 * kRadius, kFriction = 0.2;
+  constexpr int kArc = 16, kLeg = 4;
+  RodDescription rod = straight(4);
+  rod.nodes.clear();
+  for (int i = kLeg; i > 0; --i) rod.nodes.push_back({kAt, -0.002 * i, 0.0});
+  for (int i = 0; i <= kArc; ++i)
+    rod.nodes.push_back({kAt * std::cos(kPi * i / kArc), kAt * std::sin(kPi * i / kArc), 0.0});
+  for (int i = 1; i <= kLeg; ++i) rod.nodes.push_back({-kAt, -0.002 * i, 0.0});
+  rod.section.radius = kRadius, rod.section.linear_density = 1e-3, rod.section.damping = 50.0;
+  rod.section.stretch = 2000.0, rod.section.shear = 700.0, rod.section.bend = 1e-9, rod.section.twist = 1e-9;
+  rod.section.friction = kFriction;
+  const Vector3d start = rod.nodes.front(), end = start - Vector3d(0.0, 0.003, 0.0);
+  rod.held = {{0, Hold::Place, {{0.02, start, 0.0}, {0.12, end, 0.0}}}};
+  rod.loads.push_back({static_cast<Index>(rod.nodes.size() - 1), {0.0, -1.0, 0.0}});
+  Description d{Vector3d::Zero(), {rod}, {}};
+  d.cylinders.push_back({"drum", Vector3d::Zero(), Vector3d::UnitZ(), kDrum, kFriction});
+  Moving m(d);
+  m.run(0.001, 80);
+  double mean = 0.0;
+  for (int k = 0; k < 20; ++k) {
+    m.run(0.001, 1);
+    mean -= m.scratch.reactions[0].force.y() / 20.0;
+  }
+  const double theory = std::exp(kFriction * kPi);
+  EXPECT_NEAR(mean, theory, 0.05 * theory);
+}
+
+TEST(RodContact, AThreadThatIsDrawnAcrossAnotherStaysOnItsSide) {
+  // The upper one is hooked below the lower one's height and drawn against it at 1 m/s: both bend, none
+  // passes.
+  RodDescription lower = straight(20), upper = straight(20);
+  for (Vector3d& x : lower.nodes) x = {0.04 * (x.x() - 0.5), 0.0, 0.0};
+  for (Vector3d& x : upper.nodes) x = {0.0, 0.04 * (x.x() - 0.5), 0.0012};
+  for (RodDescription* rod : {&lower, &upper}) {
+    rod->section = solidSection(0.0002, 1000, 1e8, 0.4);
+    rod->section.friction = 0.2, rod->section.strain_damping = 1e-4;
+  }
+  upper.name = "upper";
+  lower.held = {{0, Hold::Place, {}}, {20, Hold::Place, {}}};
+  const auto down = [&](Index node) {
+    const Vector3d x = upper.nodes[node];
+    return HeldNode{node, Hold::Place, {{0.0, x, 0.0}, {0.008, x - Vector3d(0, 0, 0.008), 0.0}}};
+  };
+  upper.held = {down(0), down(20)};
+  Moving m(Description{Vector3d::Zero(), {lower, upper}, {}});
+  for (int k = 0; k < 60; ++k) {
+    ASSERT_NE(step(m.model, m.state, m.scratch, 0.001), StepStatus::Fault);
+    // The middles cross in plan: the upper one's is higher all the time.
+    EXPECT_GT(m.state.position[21 + 10].z(), m.state.position[10].z()) << k;
+  }
+  const double apart = m.state.position[21 + 10].z() - m.state.position[10].z();
+  EXPECT_GT(apart, 0.9 * 0.0004);
+  EXPECT_LT(m.state.position[10].z(), -0.001);  // it was pushed
+}
+
+}  // namespace
+}  // namespace vest::suture::test
