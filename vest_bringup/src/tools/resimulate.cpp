@@ -226,13 +226,20 @@ void resimulate(const std::string& directory, const std::string& scene, int thre
     if (recorded && !resimulation.compare(*recorded))
       throw Difference("first difference: state hash after step " + std::to_string(msg.step) + ": recorded " +
                        hex(*recorded) + ", re-simulated " + hex(resimulation.world().stateHash()));
+    const auto of_effects = session.effectsHash(step);
+    if (of_effects && !resimulation.compareEffects(*of_effects))
+      throw Difference("first difference: the effects' hash after step " + std::to_string(msg.step) +
+                       ": recorded " + hex(*of_effects) + ", re-simulated " +
+                       hex(resimulation.simulation().effectsHash().value_or(0)));
   });
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   if (resimulation.compared() == 0)
     throw Difference("no state hash was compared: the session is shorter than 100 steps");
+  const std::string more = effects ? ", " + std::to_string(resimulation.comparedEffects()) +
+                                         " hashes of the effects and what they handed back in each step"
+                                   : "";
   std::printf("%llu steps, %llu state hashes%s, all the same (%d thread%s, kernel %s)\n",
-              count(resimulation.steps()), count(resimulation.compared()),
-              effects ? ", and what the effects handed back in each step" : "", threads,
+              count(resimulation.steps()), count(resimulation.compared()), more.c_str(), threads,
               threads == 1 ? "" : "s", std::string(resimulation.world().kernelLevel()).c_str());
   if (resimulation.faults() > 0)
     std::printf("%llu of these steps are FAULTs, as in the session\n", count(resimulation.faults()));
@@ -243,7 +250,7 @@ void resimulate(const std::string& directory, const std::string& scene, int thre
 int main(int argc, char** argv) {
   CLI::App app{
       "Re-simulates a recorded session from its step_inputs. Exit 0: every state hash, every FAULT, and with "
-      "--effects what the effects handed to each step are the same"};
+      "--effects their hashes and what they handed to each step are the same"};
   std::string directory, scene;
   int threads = 1;
   bool effects = false;
