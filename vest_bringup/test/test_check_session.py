@@ -19,13 +19,13 @@ RATES = {"joint_states": 1000, "phantom_box/joint_states": 1000, "phantom_box/fo
 SECONDS = 3
 
 
-def write(folder, rates, skip=(), stall=None, json_edit=None, clock=None, marked=True):
-    """A session of SECONDS s. skip: steps that are missing; stall: (step, seconds) that the simulation stands still; clock:
+def write(folder, rates, every=None, skip=(), stall=None, json_edit=None, clock=None, marked=True):
+    """A session of SECONDS s. every: of a topic, each so-manieth message is kept; skip: steps that are missing; stall: (step, seconds) that the simulation stands still; clock:
     (step, seconds) by which the system clock is set, marked by the recorder."""
     messages = []
     for topic, rate in rates.items():
         name = topic if topic.startswith("/") else "/vest/" + topic
-        for k in range(int(SECONDS * rate)):
+        for k in range(0, int(SECONDS * rate), (every or {}).get(topic, 1)):
             messages.append((k / rate, name, Header(seq=k)))
     t, count = 0.0, 0
     for k in range(1, 1000 * SECONDS + 1):
@@ -69,6 +69,15 @@ class CheckSession(unittest.TestCase):
         for topic, rate in slow.items():
             code, out = self.judge(rates={topic: rate})
             self.assertEqual(code, 1, f"{topic} at {rate} Hz passed\n{out}")
+
+    def test_of_thinned_topics_what_was_sent_counts_and_not_what_was_kept(self):
+        kept = {"tissue/state": 6, "joint_states": 10, "tissue/contacts": 5, "left/measured_cp": 4}
+        code, out = self.judge(every=kept)
+        self.assertEqual(code, 0, out)
+        code, out = self.judge(every={"/tf": 10})
+        self.assertEqual(code, 1, "of all others it is what the bag has\n" + out)
+        code, out = self.judge(every=kept, rates={"joint_states": 400})
+        self.assertEqual(code, 1, out)
 
     def test_a_missing_topic_fails_and_the_picture_may_be_left_out_when_told(self):
         self.assertEqual(self.judge(rates={"tissue/contacts": 0})[0], 1)

@@ -31,7 +31,7 @@ PATIENCE = 300  # s: a hang, not a slow machine
 NUMBERS = [0, 1, 3, 0x7F, 0x80, 0xFFFF, 0x10000000, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFE, 0xFFFFFFFF]
 WORDS = [(b"vest_msgs/StepInput", b"std_msgs/String"), (b"vest_msgs/StateHash", b"std_msgs/String"),
          (b"vest_msgs/TissueTopology", b"std_msgs/String"), (b"vest_msgs/SceneFiles", b"vest_msgs/StepInput"),
-         (b"compression=none", b"compression=lz4 "), (b"compression=none", b"compression=\xff\xfe\x00\x01"),
+         (b"compression=none", b"compression=lz4 "), (b"compression=lz4", b"compression=bz2"), (b"compression=none", b"compression=\xff\xfe\x00\x01"),
          (b"op=\x05", b"op=\x02"), (b"op=\x02", b"op=\x07"), (b"op=\x07", b"op=\x09"), (b"conn=", b"c=nn="), (b"time=", b"=time"),
          (b"topic=", b"topi=="), (b"md5sum=", b"md5sum\x00"), (b"step_inputs", b"tissue/scen"), (b"tube.yaml", b"../a.yaml"),
          (b"float64 dt", b"float64 d\xff"), (b"Header header", b"Header \xc3\x28eader")]

@@ -180,7 +180,7 @@ class DemoLaterActs : public ::testing::Test {
       if (at(t, kTaken)) p.stage.trainer->save(snapshot_);
       if (t > kTaken + 5e-4 && inputs_.size() < kAgain) inputs_.push_back(input);
       if (inputs_.size() == kAgain && hash_ == 0)
-        hash_ = p.world().stateHash(), effects_hash_ = p.stage.trainer->effectsHash();
+        hash_ = p.world().stateHash(), effects_hash_ = p.stage.trainer->effectsHash().value();
       if (at(t, 60.7)) bloody_ = everywhere();
       if (at(t, 62.55))
         washed_ = everywhere(), filled_ = pouch(), sucked_before_ = p.stage.field->fluid().sucked;

@@ -66,6 +66,7 @@ struct Changes {
   std::function<void(vest_msgs::StepInput&)> input = [](vest_msgs::StepInput&) {};  ///< as consumed
   std::function<void(vest_msgs::StepInput&)> written = [](vest_msgs::StepInput&) {};
   std::function<void(vest_msgs::SceneFiles&)> scene = [](vest_msgs::SceneFiles&) {};
+  std::function<void(vest_msgs::StateHash&)> effects_hash = [](vest_msgs::StateHash&) {};
   std::string string_on;  ///< topic that gets a std_msgs/String instead
   bool events = true;
 };
@@ -160,6 +161,9 @@ void writeSession(const std::string& folder, const std::string& scene_file, cons
     hash.step = k;
     hash.hash = world.stateHash();
     session.write("tissue/state_hash", t, hash);
+    hash.hash = trainer->effectsHash().value();
+    changes.effects_hash(hash);
+    session.write("effects/state_hash", t, hash);
   }
   session.close();
   session::writeSummary(summary, folder);
@@ -196,6 +200,8 @@ TEST(Resimulation, ASessionCarriesItsSceneAlsoWhereTheSceneIsGone) {
     const Said said = resimulate(folder, options);
     EXPECT_EQ(said.code, 0) << options << ": " << said.text;
     EXPECT_EQ(said.text.rfind("300 steps, 3 state hashes", 0), 0U) << said.text;
+    const bool told = said.text.find("3 hashes of the effects") != std::string::npos;
+    EXPECT_EQ(told, std::string(options) == "--effects") << said.text;
   }
 }
 
@@ -235,8 +241,8 @@ TEST(Resimulation, WhatASceneInABagNamesNeverLeavesItsFolder) {
 }
 
 TEST(Resimulation, ATopicOfAnotherTypeIsRefusedByNameAndNotBelieved) {
-  for (const char* topic :
-       {"step_inputs", "tissue/state_hash", "tissue/topology", "tissue/scene", "effects/options"}) {
+  for (const char* topic : {"step_inputs", "tissue/state_hash", "effects/state_hash", "tissue/topology",
+                            "tissue/scene", "effects/options"}) {
     const Folder folder;
     Changes changes;
     changes.string_on = topic;
@@ -270,6 +276,20 @@ TEST(Resimulation, AChangedInputAndAChangedFeedbackAreDifferences) {
   const Said effects = resimulate(other, "--effects");
   EXPECT_EQ(effects.code, 1) << effects.text;
   EXPECT_NE(effects.text.find("what the effects handed to step 120"), std::string::npos) << effects.text;
+}
+
+/// Effects that differ and hand nothing back, as smoke and a lens do, differ in their hash alone.
+TEST(Resimulation, EffectsOfAnotherStateAreADifference) {
+  const Folder folder;
+  Changes changes;
+  changes.effects_hash = [](vest_msgs::StateHash& m) {
+    if (m.step == 200) m.hash ^= 1U;
+  };
+  writeSession(folder.path(), shipped("tube"), changes);
+  EXPECT_EQ(resimulate(folder).code, 0);
+  const Said said = resimulate(folder, "--effects");
+  EXPECT_EQ(said.code, 1) << said.text;
+  EXPECT_NE(said.text.find("the effects' hash after step 200"), std::string::npos) << said.text;
 }
 
 TEST(Resimulation, AStepLengthThatIsNoneIsRefusedByStepAndFile) {

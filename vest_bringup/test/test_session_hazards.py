@@ -22,7 +22,10 @@ PORT = own_port()
 import rosbag  # noqa: E402  (reads the environment)
 import rosnode  # noqa: E402
 import rospy  # noqa: E402
-from vest_msgs.msg import HapticState, SessionState, StepInput, TissueField, TissueState  # noqa: E402
+from geometry_msgs.msg import PoseStamped  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+from tf2_msgs.msg import TFMessage  # noqa: E402
+from vest_msgs.msg import ContactModels, HapticState, SessionState, StepInput, TissueField, TissueState, TissueTopology  # noqa: E402
 from vest_msgs.srv import Snapshot, SnapshotRequest  # noqa: E402
 
 
@@ -230,6 +233,46 @@ class SessionHazards(unittest.TestCase):
         force.unregister()
         state.unregister()
 
+    def test_what_re_simulation_makes_again_is_thinned_and_all_else_is_kept(self):
+        everything = {"step_inputs": StepInput, "haptics/left/state": HapticState}
+        thinned = {"tissue/contacts": (ContactModels, 50), "joint_states": (JointState, 100), "left/measured_cp": (PoseStamped, 50)}
+        types = {**everything, **{topic: kind for topic, (kind, _) in thinned.items()}}
+        publishers = {topic: rospy.Publisher(topic, kind, queue_size=10000) for topic, kind in types.items()}
+        topology = rospy.Publisher("tissue/topology", TissueTopology, queue_size=100)
+        for thin in (True, False):
+            with tempfile.TemporaryDirectory() as folder:
+                recorder = Node("vest_bringup", "recorder", f"_directory:={folder}", f"_thin:={str(thin).lower()}")
+                self.addCleanup(recorder.end)
+                self.assertTrue(patient(lambda: all(p.get_num_connections() for p in [topology, *publishers.values()])), recorder.text())
+                began, steps = time.time(), 1000
+                for k in range(1, steps + 1):
+                    for topic, publisher in publishers.items():
+                        publisher.publish(types[topic](step=k, dt=0.001) if topic == "step_inputs" else types[topic]())
+                    if k % 100 == 0:  # ten times, one cut
+                        topology.publish(TissueTopology(scene_hash="1", step=k, revision=int(k >= 500)))
+                    time.sleep(0.001)
+                took = time.time() - began
+                time.sleep(0.5)
+                recorder.end()
+                with rosbag.Bag(f"{folder}/session.bag") as bag:
+                    count = {topic: bag.get_message_count("/" + topic) for topic in types}
+                    revisions = [m.message.revision for m in bag.read_messages(topics=["/tissue/topology"])]
+                    newest = {topic: max(m.message.header.seq for m in bag.read_messages(topics=["/" + topic])) for topic in thinned}
+                    first = {topic: min(m.message.header.seq for m in bag.read_messages(topics=["/" + topic])) for topic in thinned}
+                with open(f"{folder}/session.json", encoding="utf-8") as f:
+                    rates = json.load(f)["rates"]
+            for topic in everything:
+                self.assertEqual(count[topic], steps, topic)
+            for topic, (_, rate) in thinned.items():
+                most = 1.2 * rate * took + 2 if thin else steps
+                self.assertLessEqual(count[topic], most, topic)
+                self.assertGreaterEqual(count[topic], 0.3 * most if thin else steps, topic)
+                self.assertGreater(newest[topic] - first[topic], 0.95 * steps, "how many were sent can still be told")
+                self.assertGreater(rates["/" + topic] * took, 0.8 * steps, "rates are those that were sent")
+            self.assertEqual(revisions, [0, 1] if thin else 4 * [0] + 6 * [1])
+        for publisher in [topology, *publishers.values()]:
+            publisher.unregister()
+
     def test_a_snapshot_by_name_is_kept_and_restored_where_nothing_is_recorded(self):
         with tempfile.TemporaryDirectory() as folder:
             simulation = self.simulation("alone", f"_session_directory:={folder}/not_there")
@@ -262,19 +305,23 @@ class SessionHazards(unittest.TestCase):
 
     def test_a_second_launch_at_one_master_is_one_message_before_any_node_starts(self):
         states = []
-        listening = rospy.Subscriber("session/state", SessionState, states.append)
+        listening = rospy.Subscriber("/vest/session/state", SessionState, states.append)
         self.addCleanup(listening.unregister)
-        first = self.simulation("first")
+        first = self.simulation("first", "__ns:=vest")
         self.goes_on(states, first)
         nodes = set(rosnode.get_node_names())
-        for words in (["trainer.launch", "ns:=vest"], ["trainer.launch", "ns:=other"], ["scene.launch"], ["replay.launch", "bag:=/nowhere"]):
+        for words in (["trainer.launch", "ns:=vest"], ["scene.launch"], ["replay.launch", "bag:=/nowhere"],
+                      ["replay.launch", "ns:=other", "bag:=/nowhere"]):
             said = self.launched("vest_bringup", *words)
             self.assertEqual(said.count("a session runs at this ROS master already"), 1, said)
-            self.assertIn("/first publishes /", said)
+            self.assertIn("/vest/first publishes /vest/", said)
             self.assertIn("roslaunch -p PORT", said)
             self.assertLessEqual(set(rosnode.get_node_names()), nodes, "nothing was started")
         self.assertFalse(rospy.has_param("/use_sim_time"), "the first would begin to wait for a clock")
         self.goes_on(states, first)
+        rospy.set_param("/use_sim_time", True)  # as beside a replay, whose clock is everybody's
+        self.assertIn("not beside a replay", self.launched("vest_bringup", "trainer.launch", "ns:=other"))
+        rospy.delete_param("/use_sim_time")
         # With a master of its own it is no second one.
         names = subprocess.run(["roslaunch", "-p", str(PORT + 1), "--nodes", "vest_bringup", "trainer.launch"], capture_output=True,
                                text=True, timeout=120, check=False)
@@ -282,10 +329,42 @@ class SessionHazards(unittest.TestCase):
         # Nor where the first was killed, though the master still knows its name.
         first.signal(signal.SIGKILL)
         first.process.wait()
-        self.assertIn("/first", rosnode.get_node_names())
+        self.assertIn("/vest/first", rosnode.get_node_names())
         names = subprocess.run(["roslaunch", "--nodes", "vest_bringup", "trainer.launch"], capture_output=True, text=True, timeout=120,
                                check=False)
         self.assertIn("/vest/manager", names.stdout, names.stderr)
+
+    def test_two_trainers_run_side_by_side_at_one_master_each_with_its_own_names(self):
+        heard = {}
+        for ns in ("one", "two"):
+            for topic, kind in (("session/state", SessionState), ("tf", TFMessage), ("tissue/contacts", ContactModels)):
+                heard[ns, topic] = []
+                listening = rospy.Subscriber(f"/{ns}/{topic}", kind, heard[ns, topic].append)
+                self.addCleanup(listening.unregister)
+        common = []
+        frames = rospy.Subscriber("/tf", TFMessage, common.append)
+        self.addCleanup(frames.unregister)
+        with tempfile.TemporaryDirectory() as folder:
+            trainers = []
+            for ns in ("one", "two"):
+                said = open(f"{folder}/{ns}.log", "w", encoding="utf-8")  # pylint: disable=consider-using-with
+                self.addCleanup(said.close)
+                trainers.append(subprocess.Popen(["roslaunch", "vest_bringup", "trainer.launch", f"ns:={ns}", "scene:=tube", "rviz:=false",
+                                                  "record:=false"], stdout=said, stderr=subprocess.STDOUT))
+                patient(lambda: rospy.has_param("/run_id"))  # a bare master has none: two launches at once would each set it
+            try:
+                self.assertTrue(patient(lambda: all(heard.values()) and all(heard[ns, "session/state"][-1].step > 300 for ns in ("one", "two")), 300),
+                                open(f"{folder}/one.log", encoding="utf-8").read() + open(f"{folder}/two.log", encoding="utf-8").read())
+                self.assertEqual([t.poll() for t in trainers], [None, None])
+                self.assertEqual(common, [], "frames of the two would be mixed")
+                for ns in ("one", "two"):
+                    steps = [s.step for s in heard[ns, "session/state"]]
+                    self.assertEqual(steps, sorted(steps), "each has its own simulation")
+            finally:
+                for trainer in trainers:
+                    trainer.send_signal(signal.SIGINT)
+                for trainer in trainers:
+                    trainer.wait(60)
 
     def test_a_second_simulation_of_a_session_ends_with_one_message_and_the_first_goes_on(self):
         states = []

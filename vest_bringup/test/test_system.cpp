@@ -233,30 +233,30 @@ TEST(System, ASnapshotBringsTheSameStateBackAndAnUnknownOneIsRefused) {
   ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
 }
 
-TEST(System, ASnapshotIsWrittenOverNothingButASnapshot) {
+TEST(System, NoMessageWritesOutsideOfTheSessionsFolder) {
+  std::string output;
+  ASSERT_TRUE(ros::NodeHandle("~").getParam("output", output));
   const std::string file = "/tmp/vest_system_snapshot_" + std::to_string(getpid());
-  {
-    std::ofstream out(file);
-    out << "precious";
-  }
   vest_msgs::Snapshot snapshot;
   snapshot.request.operation = vest_msgs::Snapshot::Request::SAVE;
-  for (const std::string& name : {file, std::string("../elsewhere"), std::string("/tmp/../tmp/elsewhere")}) {
+  for (const std::string& name : {file, output + "/in_it", std::string("../elsewhere"), std::string("a/b"),
+                                  std::string("a\0b", 3), std::string(300, 'a'), std::string()}) {
     snapshot.request.name = name;
     ASSERT_TRUE(ros::service::call("/vest/tissue/snapshot", snapshot));
     EXPECT_FALSE(snapshot.response.success) << name;
-    EXPECT_NE(snapshot.response.message.find(name), std::string::npos) << snapshot.response.message;
+    EXPECT_NE(snapshot.response.message.find("allowed: a word"), std::string::npos)
+        << snapshot.response.message;
   }
-  std::string kept;
-  std::ifstream(file) >> kept;
-  EXPECT_EQ(kept, "precious");
-  std::remove(file.c_str());
-  snapshot.request.name = file;
-  for (int twice = 0; twice < 2; ++twice) {
+  for (const std::string& name :
+       {file, output + "/in_it", output + "/elsewhere.snapshot", output + "/snapshots/a"})
+    EXPECT_FALSE(std::ifstream(name).good()) << name;
+  for (const char* word : {"word", "word", ".."}) {
+    snapshot.request.name = word;
     ASSERT_TRUE(ros::service::call("/vest/tissue/snapshot", snapshot));
     EXPECT_TRUE(snapshot.response.success) << snapshot.response.message;
+    EXPECT_EQ(snapshot.response.message, output + "/snapshots/" + word + ".snapshot");
+    EXPECT_TRUE(std::ifstream(snapshot.response.message).good());
   }
-  std::remove(file.c_str());
 }
 
 TEST(System, ARefusedSceneNamesTheFileAndThePresentOneGoesOn) {

@@ -213,7 +213,8 @@ bool BagWriter::append(const Bytes& bytes) {
 
 bool BagWriter::pack() {
   constexpr int kBlock = 6;  // 1 MB, as stock rosbag
-  // roslz4 asks for as much room as bytes that cannot be compressed would take: 4 for each block, 15 around all.
+  // roslz4 asks for as much room as bytes that cannot be compressed would take: 4 for each block, 15 around
+  // all.
   packed_.resize(chunk_.size() + 4 * (chunk_.size() >> 20U) + 32);
   auto size = static_cast<unsigned int>(packed_.size());
   if (roslz4_buffToBuffCompress(reinterpret_cast<char*>(chunk_.data()),

@@ -52,10 +52,11 @@ void RecordedSession::note(const BagMessage& m) {
     vest_msgs::StepInput input;
     readMessage(file(), m, input);
     first_step_ = input.step;
-  } else if (endsWith(topic, "tissue/state_hash")) {
+  } else if (endsWith(topic, "/state_hash")) {
     vest_msgs::StateHash hash;
     readMessage(file(), m, hash);
-    state_hashes_[{hash.step, hash.header.stamp}] = hash.hash;
+    Hashes& hashes = endsWith(topic, "effects/state_hash") ? effects_hashes_ : state_hashes_;
+    hashes[{hash.step, hash.header.stamp}] = hash.hash;
   } else if (endsWith(topic, "tissue/events")) {
     vest_msgs::TissueEvent event;
     readMessage(file(), m, event);
@@ -81,9 +82,9 @@ void RecordedSession::note(const BagMessage& m) {
   }
 }
 
-std::optional<std::uint64_t> RecordedSession::stateHash(const Step& step) const {
-  const auto found = state_hashes_.find(step);
-  return found == state_hashes_.end() ? std::nullopt : std::optional<std::uint64_t>(found->second);
+std::optional<std::uint64_t> RecordedSession::find(const Hashes& in, const Step& step) {
+  const auto found = in.find(step);
+  return found == in.end() ? std::nullopt : std::optional<std::uint64_t>(found->second);
 }
 
 void RecordedSession::steps(const std::function<void(const vest_msgs::StepInput& input)>& callback) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -19,7 +18,6 @@
 #include <vest_msgs/SessionState.h>
 #include <vest_msgs/Snapshot.h>
 #include <vest_msgs/StringStamped.h>
-#include <vest_msgs/TissueState.h>
 
 #include "vest_tissue/ros/parameters.h"
 
@@ -55,19 +53,6 @@ const std::vector<std::uint8_t>& toBytes(const topic_tools::ShapeShifter& messag
   return to;
 }
 
-/// Whether a TissueState has fields per knot: it tells what no other state does.
-bool hasFields(const std::vector<std::uint8_t>& bytes) {
-  std::uint32_t frame = 0, positions = 0, fields = 0;
-  const auto read = [&](std::size_t at, std::uint32_t& to) {
-    if (at + sizeof to > bytes.size()) return false;
-    std::memcpy(&to, bytes.data() + at, sizeof to);
-    return true;
-  };
-  // sequence, stamp, frame; revision, step, time; positions; fields
-  if (!read(12, frame) || !read(36 + std::size_t{frame}, positions)) return false;
-  return read(40 + std::size_t{frame} + sizeof(float) * std::size_t{positions}, fields) && fields > 0;
-}
-
 }  // namespace
 
 std::vector<std::string> defaultTopics() {
@@ -91,6 +76,7 @@ std::vector<std::string> defaultTopics() {
                                      "session/result",
                                      "endoscope/camera_info",
                                      "effects/options",
+                                     "effects/state_hash",
                                      "effects/haemodynamics",
                                      "effects/surface",
                                      "effects/fluid",
@@ -121,7 +107,9 @@ Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh)
   seconds_ = doubleParameter(private_nh_, "seconds", 0.0, 0.0, 1e6);
   picture_timeout_ = doubleParameter(private_nh_, "picture_timeout", 60.0, 0.0, 3600.0);
   jpeg_rate_ = doubleParameter(private_nh_, "jpeg_rate", 5.0, 0.0, 5.0);
-  state_rate_ = doubleParameter(private_nh_, "state_rate", 20.0, 1.0, 500.0);
+  const double state_rate = doubleParameter(private_nh_, "state_rate", keptRate("tissue/state"), 1.0, 500.0);
+  if (ros_shell::boolParameter(private_nh_, "thin", true))
+    thinning_.emplace(withSlash(nh.getNamespace()), state_rate);
   const double min_free_mb = doubleParameter(private_nh_, "min_free_mb", 64.0, 0.1, 1e6);
   wait_for_picture_ = ros_shell::boolParameter(private_nh_, "wait_for_picture", false);
   relay_ = ros_shell::boolParameter(private_nh_, "relay", false);
@@ -138,7 +126,6 @@ Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh)
       std::make_unique<BagWriter>(directory_ + "/session.bag", static_cast<std::uint64_t>(min_free_mb * 1e6));
   step_topic_ = nh_.resolveName("step_inputs");
   contacts_topic_ = nh_.resolveName("tissue/contacts");
-  state_topic_ = nh_.resolveName("tissue/state");
   events_topic_ = nh_.resolveName("tissue/events");
   marks_topic_ = nh_.resolveName("session/marks");
   summary_.version = VEST_VERSION;
@@ -323,8 +310,11 @@ void Recorder::saveStart() {
   fs::create_directories(fs::path(directory_) / "snapshots", error);
   vest_msgs::Snapshot snapshot;
   snapshot.request.operation = vest_msgs::Snapshot::Request::SAVE;
-  snapshot.request.name = directory_ + "/snapshots/start.snapshot";
-  if (!ros::service::call(nh_.resolveName("tissue/snapshot"), snapshot) || !snapshot.response.success) {
+  snapshot.request.name = "start";
+  const bool called = ros::service::call(nh_.resolveName("tissue/snapshot"), snapshot);
+  // The simulation says which file it wrote: that of this folder, where it was told of the same one.
+  const fs::path file = fs::path(directory_) / "snapshots" / "start.snapshot";
+  if (!called || !snapshot.response.success || !fs::equivalent(file, snapshot.response.message, error)) {
     ROS_WARN(
         "the recording begins in the middle, and the State could not be saved: it cannot be re-simulated "
         "(%s)",
@@ -386,17 +376,25 @@ void Recorder::write(const Item& item) {
   const ros::Time stamp = clock_.jumps().empty() ? item.time : ros::Time(std::max(time, 0.0));
   if (!bag_->write(item.topic, stamp, *item.msg, item.header)) return;
   ++written_;
-  observer_.count(item.topic, time);
+}
+
+template <class Use>
+void Recorder::asBagMessage(const Item& item, Use&& use) {
+  BagConnection connection;
+  connection.topic = item.topic;
+  connection.type = item.msg->getDataType();
+  connection.md5sum = item.msg->getMD5Sum();
+  toBytes(*item.msg, scratch_);
+  use(BagMessage{connection, item.time.sec, item.time.nsec, scratch_.data(), item.msg->size()});
 }
 
 bool Recorder::isKept(const Item& item) {
-  if (item.topic != state_topic_ ||
-      item.msg->getMD5Sum() != ros::message_traits::md5sum<vest_msgs::TissueState>())
-    return true;
-  // A little early: states come at a rate of their own, and each would else be just too soon.
-  if (item.steady < next_state_ && !hasFields(toBytes(*item.msg, scratch_))) return false;
-  next_state_ = item.steady + 0.9 / state_rate_;
-  return true;
+  bool kept = true;
+  if (thinning_ && thinning_->wants(item.topic))
+    asBagMessage(item, [&](const BagMessage& message) {
+      kept = thinning_->keeps(message, clock_.line(item.time.toSec(), item.steady));
+    });
+  return kept;
 }
 
 void Recorder::observe(const Item& item) {
@@ -405,21 +403,18 @@ void Recorder::observe(const Item& item) {
     observeContacts(item);
   }
   if (item.topic == events_topic_) next_moment_ = item.steady + 0.3;
+  const double time = clock_.line(item.time.toSec(), item.steady);
+  summary_.topics[item.topic].add(time);
   if (!observer_.wants(item.topic)) return;
-  BagConnection connection;
-  connection.topic = item.topic;
-  connection.type = item.msg->getDataType();
-  connection.md5sum = item.msg->getMD5Sum();
-  toBytes(*item.msg, scratch_);
-  const BagMessage message{connection, item.time.sec, item.time.nsec, scratch_.data(), item.msg->size()};
-  StepHead head;
-  if (summary_.steps.steps() == 0 && item.topic == step_topic_ && readStepHead(message, head)) {
-    first_step_steady_ = item.steady;
-    // A recording that begins late needs the State that its first inputs act on.
-    if (head.step != 1) snapshot_wanted_ = true;
-  }
-  observer_.observe(message, clock_.line(item.time.toSec(), item.steady),
-                    [&](double stamp) { return clock_.line(stamp, item.steady); });
+  asBagMessage(item, [&](const BagMessage& message) {
+    StepHead head;
+    if (summary_.steps.steps() == 0 && item.topic == step_topic_ && readStepHead(message, head)) {
+      first_step_steady_ = item.steady;
+      // A recording that begins late needs the State that its first inputs act on.
+      if (head.step != 1) snapshot_wanted_ = true;
+    }
+    observer_.observe(message, time, [&](double stamp) { return clock_.line(stamp, item.steady); });
+  });
 }
 
 void Recorder::observeContacts(const Item& item) {

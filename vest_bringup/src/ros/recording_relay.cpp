@@ -1,6 +1,7 @@
 #include "vest_bringup/ros/recording_relay.h"
 
 #include <chrono>
+#include <cstring>
 
 #include <geometry_msgs/PoseStamped.h>
 #include <sensor_msgs/JointState.h>
@@ -87,6 +88,7 @@ void RecordingRelay::relay(const std::string& name) {
                                                                                callback);
   topic.subscription.callback_queue = &queue_;
   topics_.push_back(std::move(topic));
+  sequences_.push_back(0);
 }
 
 template <class M>
@@ -96,6 +98,10 @@ void RecordingRelay::append(std::uint16_t topic, const M& message, const ros::Ti
   batch_.data.resize(begin + size);
   ros::serialization::OStream out(batch_.data.data() + begin, size);
   ros::serialization::serialize(out, message);
+  // As roscpp numbers what it sends itself.
+  std::uint32_t& sequence = sequences_[topic];
+  if (ros::message_traits::hasHeader<M>() && size >= sizeof sequence)
+    std::memcpy(batch_.data.data() + begin, &++sequence, sizeof sequence);
   batch_.topics.push_back(topic);
   batch_.receipts.push_back(receipt);
   batch_.ends.push_back(static_cast<std::uint32_t>(batch_.data.size()));

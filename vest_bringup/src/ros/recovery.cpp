@@ -109,7 +109,7 @@ bool summarise(const std::string& bag, const std::string& ns, const Recovery& re
   Summary& summary = observer.summary;
   reader.read([&](const BagMessage& m) {
     const std::string& topic = m.connection.topic;
-    observer.count(topic, m.time());
+    observer.count(m);
     if (observer.wants(topic))
       observer.observe(m, m.time(), [&](double stamp) { return totals.onLine(stamp, m.time()); });
     double by = 0;

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -17,6 +16,7 @@
 
 #include "vest_bringup/ros/bag_reader.h"
 #include "vest_bringup/ros/session_observer.h"
+#include "vest_bringup/ros/thinning.h"
 #include "vest_bringup/session/statistics.h"
 
 namespace vest::session {
@@ -79,7 +79,6 @@ std::string plain(const nlohmann::json& value) {
 
 struct Recorded {
   StepStatistics steps;
-  std::uint32_t first_state = 0, last_state = 0;  ///< sequence numbers: the recorder keeps some of the states
   std::map<std::string, TopicStatistics> topics;
 };
 
@@ -91,13 +90,9 @@ Recorded readBag(const std::string& file, const std::string& ns) {
     if (m.connection.topic == ns + "session/marks" && readClockMark(m, by)) totals.add(by);
   });
   Recorded recorded;
+  SessionObserver counts(ns);
   bag.read([&](const BagMessage& m) {
-    TopicStatistics& topic = recorded.topics[m.connection.topic];
-    topic.add(m.time());
-    if (m.connection.topic == ns + "tissue/state" && m.size >= sizeof recorded.last_state) {
-      std::memcpy(&recorded.last_state, m.data, sizeof recorded.last_state);
-      if (topic.count == 1) recorded.first_state = recorded.last_state;
-    }
+    counts.count(m);
     if (m.connection.topic != ns + "step_inputs") return;
     StepHead head;
     if (!readStepHead(m, head))
@@ -105,6 +100,7 @@ Recorded readBag(const std::string& file, const std::string& ns) {
                                   ": a message that is no vest_msgs/StepInput");
     recorded.steps.add(head.step, head.dt, totals.onLine(head.stamp, m.time()), head.command != 0);
   });
+  recorded.topics = std::move(counts.summary.topics);
   return recorded;
 }
 
@@ -179,19 +175,18 @@ std::vector<CheckRow> checkSession(const std::string& directory, const std::stri
     const std::string name = rate.topic;
     if (name == "endoscope/camera_info" && !picture) continue;
     const std::string allowed = text(">= %g Hz", rate.least);
-    const TopicStatistics* const topic = found(name[0] == '/' ? name : prefix + name);
+    const TopicStatistics* topic = found(name[0] == '/' ? name : prefix + name);
+    if (topic == nullptr && name == "/tf") topic = found(prefix + "tf");  // in another namespace than vest
     if (topic == nullptr) {
       if (rate.needed) rows.push_back({name, "missing", allowed, false});
       continue;
     }
     // Over the whole session: a topic that stops half way does not keep its rate.
-    const double span = session
-                            ? std::max(topic->last, session->last) - std::max(topic->first, session->first)
-                            : topic->last - topic->first;
-    std::uint64_t sent = topic->count - 1;
-    if (name == "tissue/state" && recorded.last_state > recorded.first_state)
-      sent = std::max<std::uint64_t>(sent, recorded.last_state - recorded.first_state);
-    const double hz = span > 0 ? static_cast<double>(sent) / span : 0.0;
+    double end = session ? std::max(topic->last, session->last) : topic->last;
+    // Where the last one that was kept is as near to the end as can be, those behind it are not missing.
+    if (const double kept = keptRate(name); kept > 0 && end - topic->last < 2 / kept) end = topic->last;
+    const double span = end - (session ? std::max(topic->first, session->first) : topic->first);
+    const double hz = span > 0 ? static_cast<double>(topic->count - 1) / span : 0.0;
     rows.push_back({name, text("%.1f Hz", hz), allowed, hz >= rate.least});
   }
   const StepStatistics& steps = recorded.steps;

@@ -12,6 +12,7 @@
 #include <vest_msgs/TissueEvent.h>
 #include <vest_msgs/TissueTopology.h>
 
+#include "vest_bringup/ros/thinning.h"
 #include "vest_bringup/ros/typed_message.h"
 
 namespace vest::session {
@@ -78,6 +79,13 @@ bool readStepHead(const BagMessage& message, StepHead& head) {
          in.take(head.dt) && in.take(seed) && in.take(head.command);
 }
 
+bool readTopologyHead(const BagMessage& message, TopologyHead& head) {
+  Head in(message);
+  double stamp = 0;
+  return is<vest_msgs::TissueTopology>(message) && in.takeHeader(stamp) && in.take(head.revision) &&
+         in.take(head.step) && in.take(head.scene) && in.take(head.scene_hash);
+}
+
 bool readClockMark(const BagMessage& message, double& by) {
   Head in(message);
   double stamp = 0;
@@ -98,11 +106,19 @@ double ClockTotals::onLine(double stamp, double recorded) const {
 }
 
 SessionObserver::SessionObserver(const std::string& ns)
-    : step_topic_(ns + "step_inputs"),
+    : ns_(ns),
+      step_topic_(ns + "step_inputs"),
       events_topic_(ns + "tissue/events"),
       topology_topic_(ns + "tissue/topology"),
       hash_topic_(ns + "tissue/state_hash"),
       marks_topic_(ns + "session/marks") {}
+
+void SessionObserver::count(const BagMessage& message) {
+  const std::string& topic = message.connection.topic;
+  TopicStatistics& statistics = summary.topics[topic];
+  const bool thinned = topic.rfind(ns_, 0) == 0 && keptRate(topic.substr(ns_.size())) > 0;
+  thinned ? statistics.add(message.time(), sequenceOf(message)) : statistics.add(message.time());
+}
 
 bool SessionObserver::wants(const std::string& topic) const {
   return topic == step_topic_ || topic == events_topic_ || topic == topology_topic_ || topic == hash_topic_;
@@ -135,16 +151,10 @@ void SessionObserver::observe(const BagMessage& message, double time, const Line
     summary.state_hash = hex(hash);
     summary.state_hash_step = step;
   } else if (topic == topology_topic_) {
-    Head in(message);
-    double stamp = 0;
-    std::uint32_t revision = 0;
-    std::uint64_t step = 0;
-    std::string scene, hash;
-    if (!is<vest_msgs::TissueTopology>(message) || !in.takeHeader(stamp) || !in.take(revision) ||
-        !in.take(step) || !in.take(scene) || !in.take(hash))
-      return;
-    summary.scene = scene;
-    summary.scene_hash = hash;
+    TopologyHead head;
+    if (!readTopologyHead(message, head)) return;
+    summary.scene = head.scene;
+    summary.scene_hash = head.scene_hash;
   }
 }
 

@@ -221,10 +221,16 @@ Played play(const std::string& directory, RecordedSession& session, PlayOptions 
     if (recorded && !resimulation.compare(*recorded))
       throw Difference("first difference: state hash after step " + std::to_string(msg.step) + ": recorded " +
                        hashText(*recorded) + ", re-simulated " + hashText(resimulation.world().stateHash()));
+    const auto of_effects = session.effectsHash(step);
+    if (of_effects && !resimulation.compareEffects(*of_effects))
+      throw Difference("first difference: the effects' hash after step " + std::to_string(msg.step) +
+                       ": recorded " + hashText(*of_effects) + ", re-simulated " +
+                       hashText(resimulation.simulation().effectsHash().value_or(0)));
     if (watch) watch(resimulation.world(), resimulation.input(), resimulation.report(), scenes.engine());
   });
   Played played;
   played.steps = resimulation.steps(), played.compared = resimulation.compared();
+  played.compared_effects = resimulation.comparedEffects();
   played.faults = resimulation.faults();
   played.kernel = resimulation.world().kernelLevel();
   if (scenes.engine()) played.result = scenes.engine()->result();

@@ -61,4 +61,10 @@ bool Resimulation::compare(std::uint64_t recorded) {
   return world().stateHash() == recorded;
 }
 
+bool Resimulation::compareEffects(std::uint64_t recorded) {
+  if (!effects_) return true;
+  ++compared_effects_;
+  return simulation_->effectsHash() == recorded;
+}
+
 }  // namespace vest::session

@@ -159,10 +159,11 @@ void Trainer::saveEffects(std::vector<std::uint8_t>& bytes) const {
   }
 }
 
-std::uint64_t Trainer::effectsHash() const {
-  std::vector<std::uint8_t> bytes;
-  saveEffects(bytes);
-  return XXH64(bytes.data(), bytes.size(), 0);
+std::optional<std::uint64_t> Trainer::effectsHash() {
+  if (effects_.empty()) return std::nullopt;
+  hashed_.clear();
+  saveEffects(hashed_);
+  return XXH64(hashed_.data(), hashed_.size(), 0);
 }
 
 void Trainer::save(std::vector<std::uint8_t>& bytes) {

@@ -13,9 +13,11 @@ void tell(const vest::session::Played& played, int threads, bool effects) {
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   if (played.compared == 0)
     throw vest::session::Difference("no state hash was compared: the session is shorter than 100 steps");
+  const std::string more = effects ? ", " + std::to_string(played.compared_effects) +
+                                         " hashes of the effects and what they handed back in each step"
+                                   : "";
   std::printf("%llu steps, %llu state hashes%s, all the same (%d thread%s, kernel %s)\n", count(played.steps),
-              count(played.compared), effects ? ", and what the effects handed back in each step" : "",
-              threads, threads == 1 ? "" : "s", played.kernel.c_str());
+              count(played.compared), more.c_str(), threads, threads == 1 ? "" : "s", played.kernel.c_str());
   if (played.faults > 0)
     std::printf("%llu of these steps are FAULTs, as in the session\n", count(played.faults));
 }
@@ -25,7 +27,7 @@ void tell(const vest::session::Played& played, int threads, bool effects) {
 int main(int argc, char** argv) {
   CLI::App app{
       "Re-simulates a recorded session from its step_inputs. Exit 0: every state hash, every FAULT, and with "
-      "--effects what the effects handed to each step are the same"};
+      "--effects their hashes and what they handed to each step are the same"};
   std::string directory, scene;
   int threads = 1;
   bool effects = false;

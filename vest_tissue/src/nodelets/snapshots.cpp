@@ -1,8 +1,10 @@
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
+#include <string>
 
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/ros/tissue_server.h"
@@ -14,41 +16,26 @@ namespace {
 
 constexpr std::size_t kMostSnapshots = 64;
 constexpr std::size_t kMostBytes = 1u << 30;  // of a file
-// Snapshots of any version may be written over.
-constexpr std::string_view kSnapshotBegin = scene::kSnapshotMagic.substr(0, 7);
-
 bool isPath(const std::string& name) {
   return name.find('/') != std::string::npos;
 }
 
-/// Anyone on the network may call the service: it writes to a plain absolute path, and over nothing but a
-/// snapshot.
-void checkTarget(const std::string& file) {
-  const std::string path = "/" + file + "/";
-  if (file.front() != '/' || path.find("/../") != std::string::npos)
-    throw std::invalid_argument("name: " + file + " (allowed: a word, or an absolute path without ..)");
-  std::error_code unknown;
-  const auto kind = std::filesystem::status(file, unknown).type();
-  if (kind == std::filesystem::file_type::not_found) return;
-  char begin[kSnapshotBegin.size()] = {};
-  std::ifstream in;
-  if (kind == std::filesystem::file_type::regular) in.open(file, std::ios::binary);
-  if (!in.read(begin, sizeof begin) || std::string_view(begin, sizeof begin) != kSnapshotBegin)
-    throw std::invalid_argument("name: " + file +
-                                " exists and is no snapshot (allowed: a new file, or a snapshot)");
-}
-
-void writeFile(const std::string& file, const std::vector<std::uint8_t>& bytes) {
-  std::ofstream out(file, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) throw std::invalid_argument(file + ": cannot be written");
+/// Anyone on the network may call the service: what it writes is a file of the session's own folder.
+void checkWord(const std::string& name) {
+  const auto plain = [](char c) { return c >= ' ' && c != '/' && c != 127; };
+  if (name.size() > 100 || !std::all_of(name.begin(), name.end(), plain))
+    throw std::invalid_argument(
+        "name: " + files::shown(name, 300) +
+        " (allowed: a word without '/', which becomes a file in the session's snapshots/)");
 }
 
 /// In a folder of snapshots that may not be there yet.
 void keepFile(const std::string& file, const std::vector<std::uint8_t>& bytes) {
   mkdir(std::filesystem::path(file).parent_path().c_str(), 0777);
-  writeFile(file, bytes);
+  std::ofstream out(file, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) throw std::invalid_argument(file + ": cannot be written");
 }
 
 }  // namespace
@@ -68,18 +55,13 @@ bool TissueServer::onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snap
     if (req.name.empty()) throw std::invalid_argument("name: empty (allowed: a word, or the path of a file)");
     const std::string file = snapshotFile(req.name);
     if (req.operation == vest_msgs::Snapshot::Request::SAVE) {
-      if (isPath(req.name)) checkTarget(file);
+      checkWord(req.name);
       std::vector<std::uint8_t> bytes;
       runner_->call([&](scene::Simulation& s) { s.save(bytes); });
-      if (isPath(req.name)) writeFile(file, bytes);
-      if (!isPath(req.name) && keepsFiles()) keepFile(file, bytes);
-      if (!isPath(req.name)) {
-        if (snapshots_.size() >= kMostSnapshots && snapshots_.count(req.name) == 0) {
-          throw std::invalid_argument(
-              "64 snapshots are kept already (allowed: names in use, or the path of a file)");
-        }
-        snapshots_[req.name] = std::move(bytes);
-      }
+      if (keepsFiles()) keepFile(file, bytes);
+      if (snapshots_.size() >= kMostSnapshots && snapshots_.count(req.name) == 0)
+        throw std::invalid_argument("64 snapshots are kept already (allowed: names in use)");
+      snapshots_[req.name] = std::move(bytes);
     } else if (req.operation == vest_msgs::Snapshot::Request::RESTORE) {
       std::vector<std::uint8_t> bytes;
       const auto kept = snapshots_.find(req.name);

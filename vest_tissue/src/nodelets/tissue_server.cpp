@@ -91,6 +91,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>("tissue/markers", 1);
   steps_pub_ = nh_.advertise<vest_msgs::StepInput>("step_inputs", 8000);
   hash_pub_ = nh_.advertise<vest_msgs::StateHash>("tissue/state_hash", 100);
+  effects_hash_pub_ = nh_.advertise<vest_msgs::StateHash>("effects/state_hash", 100);
   session_pub_ = nh_.advertise<vest_msgs::SessionState>("session/state", 10);
   diagnostics_pub_ = nh_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
 
@@ -410,6 +411,10 @@ void TissueServer::publishSteps() {
       hash.step = frame->input.step;
       hash.hash = frame->hash;
       hash_pub_.publish(hash);
+      if (frame->effects_hash) {
+        hash.hash = *frame->effects_hash;
+        effects_hash_pub_.publish(hash);
+      }
     }
     runner_->steps().pop();
   }

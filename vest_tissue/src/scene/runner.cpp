@@ -264,7 +264,10 @@ void Runner::stepOnce(std::int64_t now) {
   frame.events = report_.events;
   if (frame.status != Status::Fault) shareStep(now);
   frame.has_hash = input.step % options_.hash_every == 0;
-  if (frame.has_hash) frame.hash = world.stateHash();
+  if (frame.has_hash) {
+    frame.hash = world.stateHash();
+    frame.effects_hash = simulation_->effectsHash();
+  }
   step_ = world.steps();
   time_ = world.time();
   frames_.push();

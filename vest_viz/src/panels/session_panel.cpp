@@ -82,7 +82,7 @@ SessionPanel::SessionPanel(QWidget* parent) : BasePanel(parent) {
   load_ = new QPushButton("Load scene");
   load_->setToolTip("replaces the scene; if it is refused the present one goes on");
   snapshot_ = new QLineEdit("snapshot");
-  snapshot_->setToolTip("name of the snapshot: a word, or the absolute path of a file");
+  snapshot_->setToolTip("name of the snapshot: a word; to restore, also the absolute path of a file");
   save_ = new QPushButton("Save snapshot");
   save_->setToolTip("keeps the whole state of the simulation under this name");
   restore_ = new QPushButton("Restore");

@@ -68,9 +68,9 @@ struct Inputs {
     if (is("effects/lens")) give<vest_msgs::LensState>(m, &effects);
     if (is("/instruments"))
       if (const auto message = m.instantiate<vest_msgs::InstrumentStates>()) history.add(message);
-    if (topic == "/tf" || topic == "/tf_static")
+    if (is("/tf") || is("/tf_static"))  // of a namespace, where the session had its own
       if (const auto message = m.instantiate<tf2_msgs::TFMessage>())
-        for (const auto& t : message->transforms) tf.setTransform(t, "bag", topic == "/tf_static");
+        for (const auto& t : message->transforms) tf.setTransform(t, "bag", is("/tf_static"));
   }
 
   bool pose(double optic, Eigen::Isometry3d* X_WO) const {

@@ -46,8 +46,9 @@ class RecordedSession {
   /// Of the first tissue/topology: name and scene_hash; empty without one.
   const std::string& sceneName() const { return scene_name_; }
   const std::string& sceneHash() const { return scene_hash_; }
-  /// Recorded after a step.
-  std::optional<std::uint64_t> stateHash(const Step& step) const;
+  /// Recorded after a step: of the tissue, and of the effects.
+  std::optional<std::uint64_t> stateHash(const Step& step) const { return find(state_hashes_, step); }
+  std::optional<std::uint64_t> effectsHash(const Step& step) const { return find(effects_hashes_, step); }
   bool hadFault(const Step& step) const { return faults_.count(step) > 0; }
   /// What the effects of the session were; nothing where it had none, or does not tell.
   const std::optional<vest_msgs::EffectsOptions>& effects() const { return effects_; }
@@ -56,13 +57,15 @@ class RecordedSession {
   const std::string& result() const { return result_; }
 
  private:
+  using Hashes = std::map<Step, std::uint64_t>;
+  static std::optional<std::uint64_t> find(const Hashes& in, const Step& step);
   void note(const BagMessage& message);
 
   BagReader reader_;
   std::uint64_t steps_ = 0, first_step_ = 0;
   std::string scene_name_, scene_hash_;
   std::vector<RecordedScene> scenes_;
-  std::map<Step, std::uint64_t> state_hashes_;
+  Hashes state_hashes_, effects_hashes_;
   std::set<Step> faults_;
   std::optional<vest_msgs::EffectsOptions> effects_;
   std::string exercise_file_, result_;

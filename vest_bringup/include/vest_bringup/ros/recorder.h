@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -18,6 +19,7 @@
 #include "vest_bringup/ros/bag_writer.h"
 #include "vest_bringup/ros/recording_relay.h"
 #include "vest_bringup/ros/session_observer.h"
+#include "vest_bringup/ros/thinning.h"
 #include "vest_bringup/session/clock_watch.h"
 
 namespace vest::session {
@@ -59,8 +61,10 @@ class Recorder {
   void writeLoop();
   void watchClock();
   void write(const Item& item);
-  /// tissue/state is the largest of all topics: as often as pictures need it.
   bool isKept(const Item& item);
+  /// The item, its bytes in scratch_, for `use`.
+  template <class Use>
+  void asBagMessage(const Item& item, Use&& use);
   void observe(const Item& item);
   void observeContacts(const Item& item);
   void considerPicture();
@@ -71,12 +75,13 @@ class Recorder {
 
   ros::NodeHandle nh_, private_nh_;
   std::string directory_;
-  double seconds_ = 0, picture_timeout_ = 0, jpeg_rate_ = 0, state_rate_ = 0;
+  double seconds_ = 0, picture_timeout_ = 0, jpeg_rate_ = 0;
+  std::optional<Thinning> thinning_;  ///< none: every message is kept
   bool wait_for_picture_ = false, relay_ = false;
   RelayInlet inlet_;
   std::set<std::string> relayed_;  ///< what comes through the relay
   std::vector<std::string> topics_;
-  std::string step_topic_, contacts_topic_, events_topic_, marks_topic_, state_topic_;
+  std::string step_topic_, contacts_topic_, events_topic_, marks_topic_;
 
   ros::CallbackQueue queue_, image_queue_;
   ros::AsyncSpinner image_spinner_{1, &image_queue_};
@@ -100,7 +105,7 @@ class Recorder {
   ClockWatch clock_;
   double first_step_steady_ = 0;
   std::vector<std::uint8_t> scratch_;
-  double next_contacts_ = 0, next_moment_ = 0, next_state_ = 0;
+  double next_contacts_ = 0, next_moment_ = 0;
   double best_force_ = -1;
   bool grasping_ = false;
   int moments_ = 0;

@@ -40,6 +40,7 @@ class RecordingRelay {
   ros::Publisher publisher_;
   std::vector<Topic> topics_;
   std::vector<ros::Subscriber> subscribers_;
+  std::vector<std::uint32_t> sequences_;  ///< by topic: messages so far
   vest_msgs::RecordingBatch batch_;
   std::uint64_t count_ = 0;
   bool listener_came_ = false;

@@ -16,6 +16,13 @@ struct StepHead {
   std::uint8_t command = 0;
 };
 
+/// The beginning of a vest_msgs/TissueTopology.
+struct TopologyHead {
+  std::uint32_t revision = 0;
+  std::uint64_t step = 0;
+  std::string scene, scene_hash;
+};
+
 /// Gathers what session.json says from a session's messages: while they are recorded, and again from what a
 /// killed recorder left.
 class SessionObserver {
@@ -31,17 +38,20 @@ class SessionObserver {
   /// A message of a topic that it wants. One of another type than the topic's is no part of the session.
   /// @param time s, when it was recorded, on the line
   void observe(const BagMessage& message, double time, const Line& line);
-  /// Any message: counts and rates.
-  void count(const std::string& topic, double time) { summary.topics[topic].add(time); }
+  /// Any message of a bag: counts and rates; of thinned topics those that were sent.
+  void count(const BagMessage& message);
 
   Summary summary;
 
  private:
-  std::string step_topic_, events_topic_, topology_topic_, hash_topic_, marks_topic_;
+  std::string ns_, step_topic_, events_topic_, topology_topic_, hash_topic_, marks_topic_;
 };
 
 /// False where the message is no StepInput.
 bool readStepHead(const BagMessage& message, StepHead& head);
+
+/// Likewise for a TissueTopology.
+bool readTopologyHead(const BagMessage& message, TopologyHead& head);
 
 /// Seconds by which a message of session/marks says that the system clock was set; false: it says none.
 bool readClockMark(const BagMessage& message, double& by);

@@ -22,7 +22,7 @@ struct PlayOptions {
 };
 
 struct Played {
-  std::uint64_t steps = 0, compared = 0, faults = 0;
+  std::uint64_t steps = 0, compared = 0, compared_effects = 0, faults = 0;
   std::string kernel;
   std::optional<exercise::Result> result;
 };

@@ -33,8 +33,9 @@ class Resimulation {
   /// FAULT in this step
   Outcome step(const scene::StepInput& input, bool reset, bool jumps, bool fault = false);
 
-  /// Whether the State has the recorded hash.
+  /// Whether the State has the recorded hash, and the effects, where they are re-simulated, have theirs.
   bool compare(std::uint64_t recorded);
+  bool compareEffects(std::uint64_t recorded);
 
   const scene::World& world() const { return simulation_->world(); }
   scene::Simulation& simulation() { return *simulation_; }
@@ -42,15 +43,16 @@ class Resimulation {
   const scene::StepInput& input() const { return input_; }
   const scene::StepReport& report() const { return report_; }
   std::uint64_t steps() const { return steps_; }
-  std::uint64_t compared() const { return compared_; }  ///< hashes
-  std::uint64_t faults() const { return faults_; }      ///< steps, as recorded
+  std::uint64_t compared() const { return compared_; }  ///< hashes of the State
+  std::uint64_t comparedEffects() const { return compared_effects_; }
+  std::uint64_t faults() const { return faults_; }  ///< steps, as recorded
 
  private:
   std::unique_ptr<scene::Simulation> simulation_;
   bool effects_;
   scene::StepReport report_;
   scene::StepInput input_;
-  std::uint64_t steps_ = 0, compared_ = 0, faults_ = 0;
+  std::uint64_t steps_ = 0, compared_ = 0, compared_effects_ = 0, faults_ = 0;
 };
 
 }  // namespace vest::session

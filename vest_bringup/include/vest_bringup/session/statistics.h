@@ -34,9 +34,17 @@ class StepStatistics {
 struct TopicStatistics {
   std::uint64_t count = 0;
   double first = 0, last = 0;  ///< s
+  std::uint32_t sequence = 0;
   void add(double stamp) {
     if (count++ == 0) first = stamp;
     last = stamp;
+  }
+  /// A message of a topic of which some are left out. @param sequence its number among those that were sent
+  void add(double stamp, std::uint32_t number) {
+    const std::uint64_t sent = count > 0 && number > sequence ? number - sequence : 1;
+    add(stamp);
+    count += sent - 1;
+    sequence = number;
   }
   double rate() const {
     return count > 1 && last > first ? static_cast<double>(count - 1) / (last - first) : 0.0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -32,7 +33,7 @@ class Trainer : public scene::Simulation {
   void restore(const std::vector<std::uint8_t>& bytes) override;
   void edits(std::vector<scene::EditableParameter>& out) override;
   /// XXH64 over what save() writes of the effects and the feedback that the next step will consume.
-  std::uint64_t effectsHash() const;
+  std::optional<std::uint64_t> effectsHash() override;
 
  private:
   void saveEffects(std::vector<std::uint8_t>& bytes) const;
@@ -41,6 +42,7 @@ class Trainer : public scene::Simulation {
   scene::World world_;
   std::vector<std::unique_ptr<Effect>> effects_;
   Feedback feedback_;
+  std::vector<std::uint8_t> hashed_;  // room that stays
 };
 
 }  // namespace vest::simulation

@@ -135,8 +135,8 @@ class TissueServer {
   ros::Subscriber instruments_, recording_, edits_;
   std::vector<ros::ServiceServer> services_;
   ros::Publisher topology_pub_, files_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_,
-      attachments_pub_, tools_pub_, sutures_pub_, markers_pub_, steps_pub_, hash_pub_, session_pub_,
-      diagnostics_pub_;
+      attachments_pub_, tools_pub_, sutures_pub_, markers_pub_, steps_pub_, hash_pub_, effects_hash_pub_,
+      session_pub_, diagnostics_pub_;
 
   // Of the input thread.
   scene::ToolSample sample_;

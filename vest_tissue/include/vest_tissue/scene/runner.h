@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -31,6 +32,8 @@ class Simulation {
   /// then
   virtual void save(std::vector<std::uint8_t>& bytes) { world().save(bytes); }
   virtual void restore(const std::vector<std::uint8_t>& bytes) { world().restore(bytes); }
+  /// Of all that evolves around the World; nothing where there is nothing.
+  virtual std::optional<std::uint64_t> effectsHash() { return std::nullopt; }
   /// Appends the parameters that edits of a step's input may change. Before it runs.
   virtual void edits(std::vector<EditableParameter>& out) { editableParameters(world(), out); }
 };
@@ -63,7 +66,8 @@ struct StepFrame {
   Status status = Status::Ok;
   std::int64_t steady_ns = 0;  ///< steady clock when it was consumed
   bool has_hash = false;
-  std::uint64_t hash = 0;  ///< after the step
+  std::uint64_t hash = 0;                     ///< after the step
+  std::optional<std::uint64_t> effects_hash;  ///< likewise, of a simulation with effects
   std::vector<Event> events;
 };
 
