@@ -283,7 +283,10 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
                            under > -kDips && (!seen.up || hit.z < w.bed[i] - kSame);
         if (lifts) stiffness = (seen.up ? -1 : 1) * weight(source, buried);
         if (down == 0 && stiffness == 0) return;
-        const double force[5] = {-down * static_cast<double>(x), -down * static_cast<double>(y), -down, drag,
+        // Sideways still water pushes a closed organ by nothing in the sum, and squeezes it by less than what
+        // fills it resists; by the middles of cells the sum would be any (docs/decisions/0501-…).
+        const double aside = from >= 0 && surface.closed ? 0.0 : -down;
+        const double force[5] = {aside * static_cast<double>(x), aside * static_cast<double>(y), -down, drag,
                                  stiffness};
         for (int corner = 0; corner < 3; ++corner) {
           const std::uint32_t knot = seen.knots[static_cast<std::size_t>(corner)];

@@ -128,6 +128,27 @@ TEST(Weight, WhatDipsInIsLiftedByTheWaterItDisplaces) {
   EXPECT_NEAR(p.force(1)[0], 0, 0.01 * all);
 }
 
+TEST(Weight, WhatIsNarrowerThanACellIsNotPushedAside) {
+  // A bar of 24 × 3 × 3 mm on an edge, as a vessel in a pool, at eight places within a cell.
+  const double half = 0.012, thin = 0.0015, turn = 0.5;
+  const double all = kWater * kGravity * 8 * half * thin * thin;
+  for (int place = 0; place < 8; ++place) {
+    Mesh bar = block(half, -thin, thin, 6);
+    for (std::size_t k = 0; k < bar.positions.size(); k += 3) {
+      const double y = bar.positions[k + 1] * thin / half, z = bar.positions[k + 2];
+      bar.positions[k + 1] = static_cast<float>(std::cos(turn) * y - std::sin(turn) * z + 0.0005 * place);
+      bar.positions[k + 2] = static_cast<float>(std::sin(turn) * y + std::cos(turn) * z + 0.005);
+    }
+    Pool p({openBox(-0.06, 0.06, -0.06, 0.06, 0.04, 12), bar}, {{true, false}, {false, true}});
+    p.weigh();
+    p.fillTo(0.012);
+    p.weigh();
+    p.fillTo(0.012);
+    p.weigh();
+    for (const std::size_t axis : {0, 1}) EXPECT_NEAR(p.force(1)[axis], 0, 0.03 * all) << place;
+  }
+}
+
 /// A block of 40 mm, 2 mm over the ground of a basin of 56 mm (whole cells): there is little water beside it.
 struct Narrow : Pool {
   static constexpr double kLow = 0.002, kBlock = 0.04 * 0.04, kBeside = 0.056 * 0.056 - kBlock;  // m, m²
