@@ -72,6 +72,27 @@ TEST(SceneHook, CuttingCurrentDividesTheFold) {
   EXPECT_GT(p.gape("strip"), 0.010) << "m between the stumps";
 }
 
+TEST(SceneCutTube, ScissorsThatHesitateDivideItToo) {
+  // A live hand stands still for a step now and then, and begins between two steps.
+  for (const double share : {0.2, 0.8}) {
+    Play p("cut_tube", false);
+    Script script(p.box, p.trajectory, handsOf(p.trajectory));
+    scene::StepReport report;
+    double hand = 0;
+    int parts = 1;
+    for (std::uint32_t k = 0, seed = 1; k < 9000; ++k) {
+      seed = 1664525u * seed + 1013904223u;
+      if (1e-3 * (seed >> 22) >= share) hand = 1e-3 * k + 0.0003;
+      scene::StepInput input = script.inputAt(hand);
+      input.step = k + 1;
+      ASSERT_NE(p.stage.trainer->step(input, report), scene::Status::Fault);
+      for (const scene::Event& e : report.events) parts += e.kind == EventKind::Separated;
+    }
+    EXPECT_EQ(parts, 2) << share;
+    EXPECT_GT(p.gape("tube"), 0.010) << "m between the stumps; " << share << " of the steps without motion";
+  }
+}
+
 TEST(SceneClip, TwoClipsCloseTheVesselAndStay) {
   Play p("clip_tube");
   const double open = p.ringRadius("vessel", 16);

@@ -477,8 +477,15 @@ void cut(Context& c) {
     const int count =
         interaction::sweepsOf(c.scratch.proxies_before[t], c.state.proxies[t], c.input.tools[t].functions,
                               c.dt, static_cast<std::uint8_t>(t), k.sweeps.data() + k.sweep_count);
+    // Scissors that stand still for a step cut what comes past them, as long as tissue is between them: they
+    // do not push it until they open.
+    const bool passing = c.state.proxies[t].tool == tools::ToolKind::Scissors &&
+                         c.scratch.proxies_before[t].pose.jaw - c.state.proxies[t].pose.jaw >= 0.0 &&
+                         std::any_of(c.state.blades_pass.begin(), c.state.blades_pass.end(),
+                                     [t](auto bits) { return (bits >> t & 1u) != 0; });
     for (int i = 0; i < count; ++i) {
-      const BladeSweep& sweep = k.sweeps[static_cast<std::size_t>(k.sweep_count + i)];
+      BladeSweep& sweep = k.sweeps[static_cast<std::size_t>(k.sweep_count + i)];
+      sweep.active = sweep.active || passing;
       if (!sweep.active) continue;
       active = true;
       for (const auto& p : {sweep.from[0], sweep.from[1], sweep.to[0], sweep.to[1]}) box.add(p);
