@@ -58,12 +58,41 @@ struct Play {
   /// Plays it; `watch` is told each step. A script must never bring the tissue to a fault, and all comes to
   /// rest at its end: blood, pools, smoke and the organs' own work feed no vibration.
   void run(const Watch& watch = {}, double seconds = 0) {
-    report = rehearse(*stage.trainer, box, trajectory, handsOf(trajectory), seconds, watch);
+    scene::StepInput last;
+    report = rehearse(*stage.trainer, box, trajectory, handsOf(trajectory), seconds,
+                      [&](double t, const scene::StepInput& input, const scene::StepReport& told) {
+                        last = input;
+                        if (watch) watch(t, input, told);
+                      });
     EXPECT_NE(report.worst, scene::Status::Fault);
-    if (seconds == 0) {
-      std::printf("%.2f mm/s at the end (%s)\n", 1e3 * report.settled_speed, report.fastest.c_str());
-      EXPECT_LT(report.settled_speed, rest) << "m/s";
+    if (seconds > 0) return;
+    const double without = stage.blood ? fastestWithoutPulse(last) : report.settled_speed;
+    std::printf("%.2f mm/s at the end (%s), %.2f mm/s without the pulse\n", 1e3 * report.settled_speed,
+                report.fastest.c_str(), 1e3 * without);
+    EXPECT_LT(without, rest) << "m/s";
+  }
+
+  /// m/s: vessels pulse by a fraction of a millimetre as long as the heart beats, but must not wag. What goes
+  /// on when the pulse no longer widens them feeds itself. The state is as before afterwards.
+  double fastestWithoutPulse(scene::StepInput input) {
+    constexpr int kSteps = 1500;  // what the pulse drove has come to rest by then
+    std::vector<std::uint8_t> now;
+    stage.trainer->save(now);
+    scene::ParameterEdit off;
+    off.parameter = "pulse_dilatation";
+    input.edits = {off};
+    input.requests.clear();
+    scene::StepReport told;
+    for (int i = 0; i < kSteps; ++i) {
+      input.impacts.clear(), input.dilatations.clear(), input.loads.clear();
+      input.load_over = 0;
+      input.step = world().steps() + 1;
+      stage.trainer->step(input, told);
+      input.edits.clear();
     }
+    const double most = fastest();
+    stage.trainer->restore(now);
+    return most;
   }
 
   /// m/s: of the fastest knot now.

@@ -168,7 +168,6 @@ class DemoLaterActs : public ::testing::Test {
   static void SetUpTestSuite() {
     play_ = std::make_unique<Play>("gynaecology", true, "demo");
     Play& p = *play_;
-    p.rest = 0.02;  // 5 mm/s seen, the arteries' pulse (docs/decisions/0501-…)
     p.run([&](double t, const scene::StepInput& input, const scene::StepReport&) {
       if (at(t, 44.0)) before_cut_ = lost(p.stage);
       if (t > 46.0 && t < 49.0)
