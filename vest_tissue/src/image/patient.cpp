@@ -9,9 +9,9 @@
 #include <set>
 #include <stdexcept>
 
-#include "vest_tissue/scene/yaml_reader.h"
 #include "vest_tissue/fem/tissue.h"
 #include "vest_tissue/material/database.h"
+#include "vest_tissue/scene/yaml_reader.h"
 #include "vest_tissue/volume/stuffing.h"
 
 namespace vest::image {
