@@ -49,12 +49,20 @@ material::Condition conditionOf(Map& map) {
                                                                              : material::Condition::InVivo;
 }
 
+/// Heat and blood of a tissue, where the scene says nothing else.
+void takeThermal(const material::Tissue& tissue, material::Condition condition, Object& object) {
+  object.thermal.heat_capacity = tissue.at("heat_capacity", condition).value;
+  object.thermal.conductivity = tissue.at("thermal_conductivity", condition).value;
+  object.thermal.perfusion = tissue.at("perfusion", condition).value;
+}
+
 /// `material: NAME` of the database, or a map: numbers, or `of: NAME` with numbers that replace its own.
 PlainMaterial readMaterial(const Value& value, Files& files, Object& object) {
   PlainMaterial material;
   const auto use = [&](const Value& name, material::Condition condition) {
     const material::Tissue& tissue = files.material(name);
     object.material = tissue.name;
+    takeThermal(tissue, condition, object);
     object.law = tissue.law(condition);
     material.density = object.density = tissue.at("density", condition).value;
     material.poisson_ratio = tissue.at("poisson_ratio", condition).value;
@@ -232,9 +240,9 @@ Object readObject(const Value& value, Files& files, bool in_world) {
   if (map.has("wall_thickness")) object.wall_thickness = map["wall_thickness"].number(0, 1e3);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
-  readLiving(map, object);
   std::string path = value.file();
   if (elements) {
+    readLiving(map, object);
     readFem(
         map, [&files](const Value& name, std::string& file) { return files.read(name, file); }, in_world,
         object);
@@ -243,6 +251,8 @@ Object readObject(const Value& value, Files& files, bool in_world) {
   }
   if (map.has("baked")) {
     object.material = map["material"].name();
+    if (const material::Tissue* tissue = files.known(object.material))
+      takeThermal(*tissue, material::Condition::InVivo, object);
     if (!map.has("law") || !map.has("density")) {  // the database's
       const material::Tissue& tissue = files.material(map["material"]);
       object.law = tissue.law();
@@ -255,6 +265,7 @@ Object readObject(const Value& value, Files& files, bool in_world) {
   } else {
     readTables(map, files, object);
   }
+  readLiving(map, object);
   map.finish();
   checkObject(object, path);
   return object;

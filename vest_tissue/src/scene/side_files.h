@@ -50,8 +50,9 @@ class Files {
     if (kept_) kept_->files.emplace_back(path.substr(directory_.size() + 1), bytes);
     return bytes;
   }
-  /// A material of the database, whose bytes belong to the hash from then on.
-  const material::Tissue& material(const Value& name) {
+  /// A material of the database, whose bytes belong to the hash from then on; null where it has none of the
+  /// name.
+  const material::Tissue* known(const std::string& name) {
     if (database_.tissues.empty()) {
       const std::string path = material::databasePath();
       database_ = material::readDatabase(path);
@@ -60,7 +61,11 @@ class Files {
       if (kept_) kept_->materials = bytes;
     }
     for (const material::Tissue& tissue : database_.tissues)
-      if (tissue.name == name.name()) return tissue;
+      if (tissue.name == name) return &tissue;
+    return nullptr;
+  }
+  const material::Tissue& material(const Value& name) {
+    if (const material::Tissue* tissue = known(name.name())) return *tissue;
     std::string known;
     for (const material::Tissue& tissue : database_.tissues)
       known += (known.empty() ? "" : ", ") + tissue.name;

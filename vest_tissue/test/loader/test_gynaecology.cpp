@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "vest_tissue/material/database.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/net/skin.h"
 #include "vest_tissue/scene/baked.h"
@@ -37,6 +38,23 @@ std::vector<Eigen::Vector3d> skinOf(const Object& object) {
 }
 
 }  // namespace
+
+// One source of blood in tissue: the database, by the tissue's name (a scene that says a number replaces it).
+TEST(Gynaecology, OrgansHaveTheHeatAndPerfusionOfTheirTissue) {
+  const auto database =
+      vest::material::readDatabase(std::string(VEST_TISSUE_SOURCE_DIR) + "/data/materials.yaml");
+  int of_database = 0;
+  for (const Object& object : scene().objects) {
+    const auto found = std::find_if(database.tissues.begin(), database.tissues.end(),
+                                    [&](const auto& tissue) { return tissue.name == object.material; });
+    if (found == database.tissues.end()) continue;
+    ++of_database;
+    EXPECT_EQ(object.thermal.perfusion, found->at("perfusion").value) << object.name;
+    EXPECT_EQ(object.thermal.conductivity, found->at("thermal_conductivity").value) << object.name;
+    EXPECT_EQ(object.thermal.heat_capacity, found->at("heat_capacity").value) << object.name;
+  }
+  EXPECT_GT(of_database, 15);
+}
 
 // Stability: no sub-step and no exchange is longer than the bounds allow, and objects that touch meet at each
 // exchange of the one that has fewer (docs/decisions/0121, 0122, 0360).
