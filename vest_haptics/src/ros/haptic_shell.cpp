@@ -86,10 +86,10 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh, shared:
   controller_.arm = kinematics::loadTrainerBox(box).arms[static_cast<std::size_t>(instrument)];
   if (!controller_.arm.present) throw std::runtime_error(box + " has no instrument '" + name_ + "'");
   const auto tilt = parameter<std::vector<double>>(private_nh, "tilt", {0.0, 0.0});
-  if (tilt.size() != 2)
-    throw std::runtime_error("parameter '" + private_nh.resolveName("tilt") + "'; allowed: two angles, rad");
-  controller_.X_WB = Eigen::AngleAxisd(tilt[0], Eigen::Vector3d::UnitX()) *
-                     Eigen::AngleAxisd(tilt[1], Eigen::Vector3d::UnitY());
+  if (tilt.size() != 2 || !(std::abs(tilt[0]) <= 0.8) || !(std::abs(tilt[1]) <= 0.8))
+    throw std::runtime_error("parameter '" + private_nh.resolveName("tilt") +
+                             "'; allowed: [about x, about y] in rad, each within ±0.8");
+  controller_.X_WB = kinematics::tiltedBox(tilt[0], tilt[1]);
   controller_.scale = number(private_nh, "scale", 1.0, 0.01, 10.0);
   controller_.force_gain = number(private_nh, "force_gain", 1.0, 0.1, 5.0);
   controller_.force_limit = number(private_nh, "force_limit", 0.0, 0.0, 1000.0);
