@@ -5,7 +5,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "vest_tissue/scene/yaml_reader.h"
+#include "quantity.h"
 
 namespace vest::material {
 namespace {
@@ -13,20 +13,22 @@ namespace {
 using scene::yaml::Map;
 using scene::yaml::Value;
 
-const std::map<std::string, std::pair<double, double>> kRanges{{"youngs_modulus", {1, 1e12}},
-                                                               {"poisson_ratio", {0, 0.4999}},
-                                                               {"a2", {-1e3, 1e3}},
-                                                               {"a3", {-1e3, 1e3}},
-                                                               {"a4", {-1e3, 1e3}},
-                                                               {"max_strain", {1e-3, 2}},
-                                                               {"density", {1, 20000}},
-                                                               {"speed_of_sound", {100, 10000}},
-                                                               {"viscosity", {0, 1e6}},
-                                                               {"cut_toughness", {0.1, 1e7}},
-                                                               {"grasp_damage", {1, 1e10}},
-                                                               {"perfusion", {0, 1}},
-                                                               {"thermal_conductivity", {0.001, 1000}},
-                                                               {"heat_capacity", {1, 1e5}}};
+const Ranges kRanges{{"youngs_modulus", {1, 1e12}},
+                     {"poisson_ratio", {0, 0.4999}},
+                     {"a2", {-1e3, 1e3}},
+                     {"a3", {-1e3, 1e3}},
+                     {"a4", {-1e3, 1e3}},
+                     {"max_strain", {1e-3, 2}},
+                     {"density", {1, 20000}},
+                     {"speed_of_sound", {100, 10000}},
+                     {"viscosity", {0, 1e6}},
+                     {"cut_toughness", {0.1, 1e7}},
+                     {"grasp_damage", {1, 1e10}},
+                     {"perfusion", {0, 1}},
+                     {"thermal_conductivity", {0.001, 1000}},
+                     {"heat_capacity", {1, 1e5}}};
+
+}  // namespace
 
 std::string words(const Value& value, std::size_t least) {
   const std::string text = value.string();
@@ -34,11 +36,32 @@ std::string words(const Value& value, std::size_t least) {
   return text;
 }
 
-Quantity quantity(const Value& value, const std::string& key, const std::string& unit,
-                  const std::map<std::string, std::string>& sources) {
+Words readUnits(const Value& value, const Ranges& ranges) {
+  Map map(value);
+  Words units;
+  for (const auto& [key, range] : ranges) {
+    (void)range;
+    units[key] = map[key].string();
+  }
+  map.finish();
+  return units;
+}
+
+Words readSources(const Value& value) {
+  Map map(value);
+  Words sources;
+  for (const auto& item : value.node()) {
+    const std::string key = item.first.as<std::string>();
+    sources[key] = words(map[key], 12);
+  }
+  map.finish();
+  return sources;
+}
+
+Quantity readQuantity(const Value& value, const std::pair<double, double>& range, const std::string& unit,
+                      const Words& sources) {
   Map map(value);
   Quantity q;
-  const auto& range = kRanges.at(key);
   q.value = map["value"].number(range.first, range.second);
   q.unit = unit;
   if (map.has("assumed")) {
@@ -57,8 +80,6 @@ Quantity quantity(const Value& value, const std::string& key, const std::string&
   map.finish();
   return q;
 }
-
-}  // namespace
 
 const Quantity& Tissue::at(const std::string& key, Condition condition) const {
   if (condition == Condition::PostMortem) {
@@ -90,20 +111,7 @@ Database readDatabase(const std::string& path) {
   const Value root = scene::yaml::parse(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));
   Map map(root);
   map["vest_materials"].integer(2, 2);
-  std::map<std::string, std::string> units, sources;
-  Map unit_map(map["units"]);
-  for (const auto& [key, range] : kRanges) {
-    (void)range;
-    units[key] = unit_map[key].string();
-  }
-  unit_map.finish();
-  const Value listed = map["sources"];
-  Map source_map(listed);
-  for (const auto& item : listed.node()) {
-    const std::string key = item.first.as<std::string>();
-    sources[key] = words(source_map[key], 12);
-  }
-  source_map.finish();
+  const Words units = readUnits(map["units"], kRanges), sources = readSources(map["sources"]);
   Database database;
   database.file = path;
   std::set<std::string> names;
@@ -114,8 +122,8 @@ Database readDatabase(const std::string& path) {
     if (!names.insert(tissue.name).second) entry["name"].fail("must be there once");
     Map living(entry["in_vivo"]), dead(entry["post_mortem"]);
     for (const auto& [key, unit] : units) {
-      tissue.in_vivo[key] = quantity(living[key], key, unit, sources);
-      if (dead.has(key)) tissue.post_mortem[key] = quantity(dead[key], key, unit, sources);
+      tissue.in_vivo[key] = readQuantity(living[key], kRanges.at(key), unit, sources);
+      if (dead.has(key)) tissue.post_mortem[key] = readQuantity(dead[key], kRanges.at(key), unit, sources);
     }
     tissue.others = words(dead["others"], 10);
     living.finish();

@@ -65,8 +65,37 @@ void readNodes(Reading& r) {
   }
 }
 
-Section readSection(const Value& value) {
+template <class Entry>
+const Entry& named(const std::vector<Entry>& entries, const Value& name) {
+  std::string known;
+  for (const Entry& entry : entries) {
+    if (entry.name == name.name()) return entry;
+    known += (known.empty() ? "" : ", ") + entry.name;
+  }
+  name.fail("must be one of: " + known);
+}
+
+Section readSuture(const Value& value, Files& files) {
   Map map(value);
+  map.only({"material", "size"});
+  const material::Sutures& sutures = files.sutures();
+  const auto& material = named(sutures.materials, map["material"]).numbers;
+  const auto& size = named(sutures.sizes, map["size"]).numbers;
+  map.finish();
+  Section s = suture::solidSection(0.5 * size.at("diameter").value, material.at("density").value,
+                                   material.at("youngs_modulus").value, material.at("poisson_ratio").value);
+  s.bend *= material.at("bending_ratio").value;
+  s.twist *= material.at("bending_ratio").value;
+  s.friction = material.at("friction_slack").value;
+  return s;
+}
+
+Section readSection(const Value& value, Files& files) {
+  Map map(value);
+  if (map.has("suture")) {
+    map.only({"suture"});
+    return readSuture(map["suture"], files);
+  }
   const bool solid = map.has("youngs_modulus");
   if (solid)
     map.only({"radius", "density", "youngs_modulus", "poisson_ratio"});
@@ -86,6 +115,7 @@ Section readSection(const Value& value) {
     // GA/EA = GJ/(2·EI) of a round section, within what Poisson's ratio allows.
     s.shear = s.stretch * std::clamp(0.5 * s.twist / s.bend, 1.0 / 3.0, 0.5);
   }
+  s.friction = 0.1;
   map.finish();
   return s;
 }
@@ -122,17 +152,18 @@ void readHeld(Reading& r) {
 
 RodDescription readRod(const Value& value, Files& files) {
   Map map(value);
-  map.only({"name", "model", "nodes", "closed", "rod", "natural", "turn", "friction", "damping", "held",
-            "drive", "loads"});
+  map.only({"name", "model", "nodes", "closed", "rod", "suture", "natural", "turn", "friction", "damping",
+            "held", "drive", "loads"});
   RodDescription rod;
   rod.name = map["name"].name();
   rod.closed = map.has("closed") && map["closed"].boolean();
   Reading r{map, files, rod};
-  rod.section = readSection(map["rod"]);
+  if (map.has("suture") && map.has("rod")) map["suture"].fail("must not be there beside `rod`");
+  rod.section = map.has("suture") ? readSuture(map["suture"], files) : readSection(map["rod"], files);
   readNodes(r);
   if (map.has("natural")) rod.natural_shape = map["natural"].oneOf({"straight", "shape"}) == "shape";
   if (map.has("turn")) rod.turn = map["turn"].number(-1e5, 1e5);
-  rod.section.friction = map.has("friction") ? map["friction"].number(0.0, 1e3) : 0.1;
+  rod.section.friction = map.has("friction") ? map["friction"].number(0.0, 1e3) : rod.section.friction;
   if (map.has("damping")) rod.section.damping = map["damping"].number(0.0, 1e12);
   if (map.has("held"))
     readHeld(r);

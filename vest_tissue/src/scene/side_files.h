@@ -8,6 +8,7 @@
 
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/material/database.h"
+#include "vest_tissue/material/sutures.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/scene_files.h"
 #include "vest_tissue/scene/yaml_reader.h"
@@ -71,6 +72,14 @@ class Files {
       known += (known.empty() ? "" : ", ") + tissue.name;
     name.fail("must be a material of the database: " + known);
   }
+  /// The sutures that VEST ships, whose bytes belong to the hash from then on.
+  const material::Sutures& sutures() {
+    if (sutures_.sizes.empty()) {
+      sutures_ = material::readSutures(material::suturesPath());
+      hash(yaml::readFile(sutures_.file, yaml::kMaxBytes));
+    }
+    return sutures_;
+  }
   std::string hash() const { return digits(XXH64_digest(state_.get())); }
 
  private:
@@ -96,6 +105,7 @@ class Files {
   std::size_t all_ = 0;
   SceneFiles* kept_;
   material::Database database_;
+  material::Sutures sutures_;
 };
 
 }  // namespace vest::scene

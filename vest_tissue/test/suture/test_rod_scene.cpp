@@ -6,6 +6,7 @@
 
 #include "../../src/tools/simulate_rods.h"
 #include "temporary_scene.h"
+#include "vest_tissue/material/sutures.h"
 
 namespace vest::tools::test {
 namespace {
@@ -103,6 +104,62 @@ TEST(RodScene, MistakesAreToldWithFileLineFieldAndWhatIsAllowed) {
   files.folder.write("nodes.csv", "node,x,y,z\n0,0,0,0\n1,1,0,0\n2,1,0,0\n");
   EXPECT_NE(RodFiles::refusal(good).find("nodes.csv:4: node: 2"), std::string::npos)
       << RodFiles::refusal(good);
+}
+
+TEST(RodScene, SuturesComeFromTheShippedFileByMaterialAndSize) {
+  const RodFiles files;
+  const std::string solid = "rod: {radius: 0.01, density: 1180, youngs_modulus: 1.8e5, poisson_ratio: 0.5}";
+  const auto section = [&](const std::string& to) {
+    return scene::loadRods(files.with(solid, to)).objects.rods[0].section;
+  };
+  // 3-0 is 0.200 to 0.249 mm thick; a monofilament bends as a solid rod of its modulus, 3 GPa.
+  const suture::Section s = section("suture: {material: polypropylene, size: 3-0}");
+  const double r = 0.5 * 0.0002245, pi = 3.14159265358979;
+  EXPECT_NEAR(s.radius, r, 1e-12);
+  EXPECT_NEAR(s.bend, 3e9 * pi * r * r * r * r / 4.0, 1e-6 * s.bend);
+  EXPECT_NEAR(s.linear_density, 900 * pi * r * r, 1e-6 * s.linear_density);
+  EXPECT_EQ(s.friction, 0.1);  // the scene's own goes first
+  EXPECT_EQ(section("rod: {suture: {material: polypropylene, size: 3-0}}").bend, s.bend);
+  // A braid of the same size is limp, and no section lacks a number.
+  EXPECT_LT(section("suture: {material: polyglactin_910, size: 3-0}").bend, 0.2 * s.bend);
+  for (const char* material :
+       {"polypropylene", "nylon", "polydioxanone", "sheathed_polyamide", "polyglactin_910", "silk"}) {
+    for (const char* size : {"4-0", "3-0", "2-0", "0"}) {
+      const auto made = section(std::string("suture: {material: ") + material + ", size: " + size + "}");
+      EXPECT_GT(std::min({made.bend, made.twist, made.stretch, made.shear, made.linear_density}), 0.0);
+    }
+  }
+  for (const char* wrong : {"suture: {material: gold, size: 3-0}", "suture: {material: silk, size: 30-0}",
+                            "suture: {material: silk}", "suture: 3-0"}) {
+    const std::string told = RodFiles::refusal(files.with(solid, wrong));
+    EXPECT_NE(told.find("scene.yaml:"), std::string::npos) << told;
+  }
+  EXPECT_NE(RodFiles::refusal(files.with(solid, "suture: {material: gold, size: 3-0}")).find("polydioxanone"),
+            std::string::npos);
+  EXPECT_NE(RodFiles::refusal(files.with(solid, solid + "\n    suture: {material: silk, size: 3-0}"))
+                .find("beside"),
+            std::string::npos);
+}
+
+TEST(RodScene, AFileOfSuturesIsReadStrictly) {
+  std::ifstream in(material::suturesPath());
+  const std::string shipped{std::istreambuf_iterator<char>(in), {}};
+  const RodFiles files;
+  const std::pair<const char*, const char*> edits[] = {
+      {"value: 900,", "value: -900,"},          {"assumed: true, why: \"iso", "assumed: false, why: \"iso"},
+      {"source: naleway", "source: nobody"},    {"name: nylon", "name: polypropylene"},
+      {"absorbable: false", "absorbed: false"}, {"vest_sutures: 1", "vest_sutures: 2"}};
+  for (const auto& [from, to] : edits) {
+    std::string text = shipped;
+    text.replace(text.find(from), std::string(from).size(), to);
+    const std::string path = files.folder.write("sutures.yaml", text);
+    try {
+      material::readSutures(path);
+      ADD_FAILURE() << to;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_EQ(std::string(error.what()).rfind(path + ":", 0), 0u) << error.what();
+    }
+  }
 }
 
 TEST(RodScene, RodsBesideOtherObjectsAreRefused) {
