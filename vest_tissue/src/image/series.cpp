@@ -132,7 +132,7 @@ Series chooseSeries(const std::string& path, const std::vector<std::string>& fil
         refuse(files[f.file] + ": report, plan or other object without a picture" +
                (f.modality[0] != 0 ? std::string(" (") + f.modality + ")" : std::string()));
       setAside("report, plan or other object without a picture", f);
-    } else if (f.localizer && pictures && wanted.empty()) {
+    } else if (f.localizer && pictures) {
       setAside("localizer", f);
     } else {
       const auto same =

@@ -46,9 +46,10 @@ int bake(const std::string& folder) {
   for (std::size_t s = 0; s < patient.segments.size(); ++s) {
     std::size_t voxels = 0;
     for (const auto label : labels.labels) voxels += label == s + 1;
-    std::printf("%-16s %9.1f ml of voxels, %9.1f ml of elements\n", patient.segments[s].name.c_str(),
-                1e6 * static_cast<double>(voxels) * labels.spacing.prod(),
-                1e6 * vest::volume::volumeOf(lattice, static_cast<std::uint16_t>(s + 1)));
+    const double seen = 1e6 * static_cast<double>(voxels) * labels.spacing.prod();
+    const double kept = 1e6 * vest::volume::volumeOf(lattice, static_cast<std::uint16_t>(s + 1));
+    std::printf("%-16s %9.1f ml of voxels, %9.1f ml of elements%s\n", patient.segments[s].name.c_str(), seen,
+                kept, kept < 0.9 * seen ? ": parts are thin for this cell" : "");
   }
   const auto [least, greatest] = vest::volume::dihedralAngles(lattice);
   std::printf("%zu nodes, %zu tetrahedra, dihedral angles %.1f … %.1f degrees\n", lattice.nodes.size(),
