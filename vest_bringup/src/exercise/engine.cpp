@@ -378,8 +378,13 @@ bool Engine::restore(const std::uint8_t* bytes, std::size_t count) {
   if (!good) return false;
   s.moments.reserve(kMostMoments);
   *state_ = std::move(s);
+  flags_restored_ = state_->clock.flags;
   state_->clock.flags |= kRestored;
   return true;
+}
+
+void Engine::goOn() {
+  state_->clock.flags = flags_restored_;
 }
 
 namespace {

@@ -73,7 +73,7 @@ class Scenes {
   }
 
   /// Of the scene that was made last; null where no exercise is done in it.
-  const exercise::Engine* engine() const { return engine_; }
+  exercise::Engine* engine() const { return engine_; }
 
   /// The one that the session loaded next.
   std::unique_ptr<scene::Simulation> loaded(const std::string& scene) {
@@ -151,7 +151,7 @@ class Scenes {
 
   const RecordedSession& session_;
   const PlayOptions& options_;
-  mutable const exercise::Engine* engine_ = nullptr;
+  mutable exercise::Engine* engine_ = nullptr;
   std::size_t next_ = 0;
 };
 
@@ -179,10 +179,18 @@ void judge(Resimulation::Outcome outcome, std::uint64_t step, std::uint64_t here
 
 }  // namespace
 
+std::optional<exercise::Exercise> exerciseOf(const RecordedSession& session) {
+  if (session.exerciseFile().empty()) return {};
+  return exercise::parseExercise(session.file() + ": session/exercise_file", session.exerciseFile());
+}
+
 Played play(const std::string& directory, RecordedSession& session, PlayOptions options,
             const PlayWatch& watch) {
   if (session.stepCount() == 0) throw std::invalid_argument("no step_inputs in it");
   options.effects = options.effects && session.effects();
+  // Its engine is an effect: feedback does not change with it, but snapshots have its State.
+  const auto carried = options.effects && !options.exercise ? exerciseOf(session) : std::nullopt;
+  if (carried) options.exercise = &*carried;
   Scenes scenes(session, options);
   Resimulation resimulation(scenes.first(), options.effects);
   const auto begin = [&](const std::string& name) {
@@ -197,7 +205,10 @@ Played play(const std::string& directory, RecordedSession& session, PlayOptions 
       throw std::invalid_argument(what.rfind(file, 0) == 0 ? what : file + ": " + what);
     }
   };
-  if (session.firstStep() != 1) begin("start");
+  if (session.firstStep() != 1) {
+    begin("start");
+    if (scenes.engine()) scenes.engine()->goOn();
+  }
   session.steps([&](const vest_msgs::StepInput& msg) {
     using scene::Command;
     if (msg.step <= resimulation.world().steps() && msg.command == 0) return;  // before the snapshot

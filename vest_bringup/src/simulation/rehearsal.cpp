@@ -102,7 +102,7 @@ scene::StepInput Script::inputAt(double t) {
 
 RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::TrainerBox& box,
                          const trajectory::Trajectory& trajectory, const Hands& hands, double seconds,
-                         const Watch& watch) {
+                         const Watch& watch, const std::function<bool()>& ended) {
   scene::World& world = simulation.world();
   Script script(box, trajectory, hands);
   RehearsalReport out;
@@ -124,6 +124,7 @@ RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::Traine
       out.greatest_force = std::max(out.greatest_force, c.wrench.head<3>().norm());
     }
     if (watch) watch(t, input, report);
+    if (ended && ended()) break;
     if (k % 20 != 0) continue;
     for (const auto& [object, start] : tubes) {
       const std::vector<float> now = knots(world, object);

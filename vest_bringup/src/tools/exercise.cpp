@@ -82,7 +82,8 @@ exercise::Result play(const exercise::Exercise& e, const std::string& script, in
       *stage.trainer, box, trajectory, simulation::handsOf(trajectory), 0,
       [&](double, const vest::scene::StepInput& input, const vest::scene::StepReport& report) {
         if (session) session->write(stage.trainer->world(), input, report);
-      });
+      },
+      [&] { return engine.finished(); });
   if (session) session->writeResult(exercise::toJson(e, engine.result()));
   return engine.result();
 }

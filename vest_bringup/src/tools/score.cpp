@@ -85,6 +85,7 @@ class Moments {
   std::vector<exercise::Picture> draw() {
     bag_.reset();
     if (pictures_.empty()) return {};
+    std::fflush(stdout);  // else the child writes it, too
     const pid_t child = fork();
     if (child == 0) {
       const std::string bag = folder_ + "/moments.bag";
@@ -143,12 +144,11 @@ void score(const Wanted& wanted) {
   vest::session::RecordedSession session(wanted.directory + "/session.bag");
   if (!session.effects())
     throw std::invalid_argument("the session does not tell its effects (allowed: one with effects/options)");
-  if (wanted.exercise.empty() && session.exerciseFile().empty())
-    throw std::invalid_argument("no exercise was done in it (use --exercise)");
-  const exercise::Exercise e =
-      wanted.exercise.empty()
-          ? exercise::parseExercise(session.file() + ": session/exercise_file", session.exerciseFile())
-          : exercise::loadExercise(vest::ros_shell::exerciseFile(wanted.exercise));
+  const auto asked = wanted.exercise.empty()
+                         ? vest::session::exerciseOf(session)
+                         : exercise::loadExercise(vest::ros_shell::exerciseFile(wanted.exercise));
+  if (!asked) throw std::invalid_argument("no exercise was done in it (use --exercise)");
+  const exercise::Exercise& e = *asked;
   std::unique_ptr<exercise::Trainees> trainees;
   std::vector<double> earlier;
   if (!wanted.trainee.empty()) {

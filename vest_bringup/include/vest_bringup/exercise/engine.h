@@ -90,6 +90,8 @@ class Engine {
   /// Everything that evolves, little-endian.
   void save(std::vector<std::uint8_t>& bytes) const;
   bool restore(const std::uint8_t* bytes, std::size_t count);
+  /// The snapshot that was restored is where a recording begins, not a second try: the result is what it was.
+  void goOn();
 
   Result result() const;
   bool finished() const;
@@ -102,6 +104,7 @@ class Engine {
   std::unique_ptr<State> state_;
   std::unique_ptr<Scratch> scratch_;
   std::shared_ptr<Progress> progress_;  ///< null: nobody asked
+  std::uint64_t flags_restored_ = 0;    ///< as the snapshot had them
 };
 
 /// How an exercise stands, for another thread: renewed every 50 steps, and when something counted.

@@ -16,7 +16,7 @@ struct PlayOptions {
   std::string scene;  ///< name or file; empty: the one that the bag carries, else names
   int threads = 1;
   bool effects = false;  ///< simulates them again, where the session says what they were
-  /// Done in the session's scene of its name; needs effects. Null: none.
+  /// Done in the session's scene of its name; needs effects. Null: the one that the session carries, if any.
   const exercise::Exercise* exercise = nullptr;
   simulation::StageFrames frames;  ///< where effects put what is to be shown
 };
@@ -30,6 +30,9 @@ struct Played {
 /// Told after each step. `engine` is null while no exercise is done.
 using PlayWatch = std::function<void(const scene::World& world, const scene::StepInput& input,
                                      const scene::StepReport& report, const exercise::Engine* engine)>;
+
+/// The exercise that the session carries; nothing where none was done. @throws std::invalid_argument
+std::optional<exercise::Exercise> exerciseOf(const RecordedSession& session);
 
 /// Ends the comparison with what differs first.
 struct Difference : std::runtime_error {

@@ -55,9 +55,10 @@ using Watch = std::function<void(double t, const scene::StepInput& input, const 
 
 /// Plays a trajectory through the kinematics of the box into a simulation, step by step.
 /// @param seconds 0: the whole trajectory  @param watch may be empty
+/// @param ended asked after each step whether nothing more is wanted; may be empty
 RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::TrainerBox& box,
                          const trajectory::Trajectory& trajectory, const Hands& hands, double seconds = 0,
-                         const Watch& watch = {});
+                         const Watch& watch = {}, const std::function<bool()>& ended = {});
 
 /// One instrument as a step consumes it, in world (of a box that does not stand tilted).
 scene::ToolInput toolInput(const kinematics::TrainerArm& arm, tools::ToolKind tool,
