@@ -175,6 +175,27 @@ std::vector<std::string> dicomFiles() {
   return made;
 }
 
+void readVolume(const std::string& input) {
+  if (input.empty()) return;
+  const char* const names[] = {"a.nrrd", "a.mha", "a.nii"};  // the first byte says which
+  folder().clear();
+  const std::string file = folder().write(names[static_cast<unsigned char>(input[0]) % 3], input.substr(1));
+  takes(file, [&] { image::read(file); });
+}
+
+std::vector<std::string> volumeFiles() {
+  image::PhantomImage options;
+  options.size = {12, 10, 8};
+  const auto volume = image::picture(image::makePhantom("head"), options);
+  std::vector<std::string> made;
+  for (const char* const name : {"/0.nrrd", "/1.mha"}) {
+    const Folder one;
+    image::write(volume, one.path() + name);
+    made.push_back(std::string(1, name[1]) + files::read(one.path() + name, 1 << 20));
+  }
+  return made;
+}
+
 }  // namespace
 
 std::vector<Reader> tissueReaders() {
@@ -186,7 +207,8 @@ std::vector<Reader> tissueReaders() {
           {"materials", readMaterials, shipped("vest_tissue/data/materials.yaml")},
           {"curve", readCurve, {}},
           {"snapshot", readSnapshot, snapshots},
-          {"dicom", readDicom, dicomFiles}};
+          {"dicom", readDicom, dicomFiles},
+          {"volume", readVolume, volumeFiles}};
 }
 
 }  // namespace vest::fuzz

@@ -8,6 +8,7 @@
 
 #include "series.h"
 #include "vest_instruments/files/read.h"
+#include "volume_file.h"
 #include "worker.h"
 
 namespace vest::image {
@@ -183,9 +184,26 @@ void setGrid(const std::vector<FrameHeader>& frames, Volume& volume) {
   }
 }
 
+/// Judged as one regular grid.
+Volume judged(Volume volume, const ReadOptions& options) {
+  const Spacing spacing = judgeSpacing(volume);
+  const bool tilted = volume.tilt() > 0.05 * M_PI / 180;
+  if (spacing.even && !tilted) return volume;
+  if (options.resample) return resampled(volume, spacing);
+  if (!spacing.even) throw std::invalid_argument(spacing.cause + "; --resample interpolates");
+  char text[80];
+  std::snprintf(text, sizeof text, "tilt of %.4g degrees: axes are sheared", volume.tilt() * 180 / M_PI);
+  volume.notes.push_back(text);
+  return volume;
+}
+
 }  // namespace
 
 Volume read(const std::string& path, const ReadOptions& options) {
+  if (isVolumeFile(path) && !fs::is_directory(path)) {
+    if (!options.series.empty()) throw std::invalid_argument(path + ": --series: the file holds one volume");
+    return judged(readVolumeFile(path), options);
+  }
   const auto files = filesOf(path);
   Series series = chooseSeries(path, files, headersOf(files), options.series);
   const auto& frames = series.frames;
@@ -205,17 +223,9 @@ Volume read(const std::string& path, const ReadOptions& options) {
     volume.real = real;
   }
   setGrid(frames, volume);
-  const Spacing spacing = judgeSpacing(volume);
-  const bool tilted = volume.tilt() > 0.05 * M_PI / 180;
   if (volume.photometric == "MONOCHROME1")
     volume.notes.push_back("MONOCHROME1: low values are meant to be shown bright");
-  if (spacing.even && !tilted) return volume;
-  if (options.resample) return resampled(volume, spacing);
-  if (!spacing.even) throw std::invalid_argument(spacing.cause + "; --resample interpolates");
-  char text[80];
-  std::snprintf(text, sizeof text, "tilt of %.4g degrees: axes are sheared", volume.tilt() * 180 / M_PI);
-  volume.notes.push_back(text);
-  return volume;
+  return judged(std::move(volume), options);
 }
 
 }  // namespace vest::image

@@ -39,12 +39,12 @@ std::size_t dataSize() {
   return read == 6 ? data * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) : 0;
 }
 
-void limit(const std::string& file, std::size_t before) {
+void limit(const std::string& file, std::size_t before, std::optional<std::size_t> unpacked) {
   struct stat status {};
   const int failed = stat(file.c_str(), &status);
   if (failed != 0 || !S_ISREG(status.st_mode))
     throw std::invalid_argument(failed != 0 ? std::strerror(errno) : "is no regular file");
-  const auto bytes = static_cast<std::size_t>(status.st_size);
+  const std::size_t bytes = unpacked.value_or(static_cast<std::size_t>(status.st_size));
   const itimerval most{{0, 0}, {static_cast<time_t>(4 + bytes / 10'000'000), 0}};
   setitimer(ITIMER_PROF, &most, nullptr);
   const rlim_t memory = before + 300'000'000 + 4 * std::min<std::size_t>(bytes, 1'000'000'000);
@@ -53,7 +53,7 @@ void limit(const std::string& file, std::size_t before) {
 }
 
 [[noreturn]] void child(const std::vector<std::string>& files, const std::function<void(std::size_t)>& work,
-                        Report& report) {
+                        std::optional<std::size_t> bytes, Report& report) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   const int nothing = open("/dev/null", O_RDWR);
   for (const int fd : {0, 1, 2}) dup2(nothing, fd);
@@ -67,7 +67,7 @@ void limit(const std::string& file, std::size_t before) {
   try {
     for (std::size_t i = 0; i < files.size(); ++i) {
       report.file = i;
-      limit(files[i], before);
+      limit(files[i], before, bytes);
       work(i);
     }
   } catch (const std::bad_alloc&) {
@@ -95,12 +95,13 @@ std::shared_ptr<void> sharedMemory(std::size_t bytes) {
   return {at, [bytes](void* p) { munmap(p, bytes); }};
 }
 
-void inWorker(const std::vector<std::string>& files, const std::function<void(std::size_t)>& work) {
+void inWorker(const std::vector<std::string>& files, const std::function<void(std::size_t)>& work,
+              std::optional<std::size_t> bytes) {
   const auto memory = sharedMemory(sizeof(Report));
   Report& report = *static_cast<Report*>(memory.get());
   const pid_t pid = fork();
   if (pid < 0) throw std::invalid_argument(std::string("no process to read files: ") + std::strerror(errno));
-  if (pid == 0) child(files, work, report);
+  if (pid == 0) child(files, work, bytes, report);
   int status = 0;
   while (waitpid(pid, &status, 0) < 0)
     if (errno != EINTR)

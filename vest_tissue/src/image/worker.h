@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,9 @@ std::shared_ptr<void> sharedMemory(std::size_t bytes);
 /// Runs work(0) … work(files - 1) in a child process, which may use 4 s of processor time a file and 300 MB,
 /// and more in proportion to a large file. Only what it writes to sharedMemory() is left of it: check that
 /// before use, for a file may have taken the worker over. Its output is discarded.
+/// @param bytes what each file unpacks to, where that counts in place of its size
 /// @throws std::invalid_argument "FILE: cause": what work threw, or how the process died
-void inWorker(const std::vector<std::string>& files, const std::function<void(std::size_t)>& work);
+void inWorker(const std::vector<std::string>& files, const std::function<void(std::size_t)>& work,
+              std::optional<std::size_t> bytes = {});
 
 }  // namespace vest::image

@@ -84,7 +84,8 @@ int main(int argc, char** argv) {
   CLI::App* const probe = app.add_subcommand("probe", "values of the voxels nearest to places, one a line");
   CLI::App* const exports = app.add_subcommand("export", "one file for other programs");
   for (CLI::App* const command : {info, probe, exports}) {
-    command->add_option("PATH", path, "folder or file of DICOM")->required();
+    command->add_option("PATH", path, "folder or file of DICOM, or a file of NRRD, MetaImage or NIfTI")
+        ->required();
     command->add_option("--series", options.series,
                         "which of several series: its number in the list, or its UID");
     command->add_flag("--resample", options.resample,

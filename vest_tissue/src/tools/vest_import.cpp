@@ -67,7 +67,8 @@ int main(int argc, char** argv) {
   ReadOptions options;
   std::string images, folder;
   CLI::App* const first = app.add_subcommand("new", "a recipe to begin with: FOLDER/patient.yaml");
-  first->add_option("IMAGES", images, "folder or file of DICOM")->required();
+  first->add_option("IMAGES", images, "folder or file of DICOM, or a file of NRRD, MetaImage or NIfTI")
+      ->required();
   first->add_option("FOLDER", folder, "of the patient; its name becomes that of the scene")->required();
   first->add_option("--series", options.series,
                     "which of several series: its number in the list, or its UID");

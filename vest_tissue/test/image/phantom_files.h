@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <string>
 
@@ -22,6 +23,11 @@ struct SeriesFolder : TemporaryScene {
     image::writeDicom(volume, folder(), fault);
   }
 };
+
+inline std::string bytesOf(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
 
 /// What reading says; empty: it was taken.
 inline std::string refusal(const std::function<void()>& read) {

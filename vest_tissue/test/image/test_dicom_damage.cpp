@@ -10,13 +10,9 @@
 namespace {
 
 using namespace vest::image;
+using vest::test::bytesOf;
 using vest::test::refusal;
 using vest::test::SeriesFolder;
-
-std::string bytesOf(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 bool full() {
   return std::getenv("VEST_FULL") != nullptr;

@@ -13,6 +13,7 @@
 namespace {
 
 using namespace vest::image;
+using vest::test::bytesOf;
 using vest::test::refusal;
 using vest::test::TemporaryScene;
 
@@ -43,11 +44,6 @@ Patient patientOf() {
   for (Segment& s : p.segments) s.largest = 1;
   p.cell = 0.005;
   return p;
-}
-
-std::string bytesOf(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 TEST(Patient, ImagesBecomeTheShapesThatTheyShow) {

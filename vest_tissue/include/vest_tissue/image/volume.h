@@ -74,8 +74,9 @@ struct ReadOptions {
       false;  ///< slices at uneven distances or sheared: interpolated onto an even, right-angled grid
 };
 
-/// A folder or a file of DICOM. It is read in a process of its own, whose death is a message. Slices are
-/// ordered by their place. What is no regular grid is refused, or interpolated where `resample` says so.
+/// A folder or a file of DICOM, or a file of NRRD, MetaImage or NIfTI by its ending. It is read in a process
+/// of its own, whose death is a message. Slices are ordered by their place. What is no regular grid is
+/// refused, or interpolated where `resample` says so.
 /// @throws std::invalid_argument: one line with the cause and a file
 Volume read(const std::string& path, const ReadOptions& options = {});
 

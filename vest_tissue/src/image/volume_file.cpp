@@ -1,0 +1,355 @@
+#include "volume_file.h"
+
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+namespace vest::image {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+enum class Format { Other, Nrrd, Meta, Nifti };
+
+Format formatOf(const std::string& path) {
+  const std::string name = lower(fs::path(path).filename().string());
+  const auto ends = [&](const std::string& with) {
+    return name.size() > with.size() && name.compare(name.size() - with.size(), with.size(), with) == 0;
+  };
+  if (ends(".nrrd") || ends(".nhdr")) return Format::Nrrd;
+  if (ends(".mha") || ends(".mhd")) return Format::Meta;
+  if (ends(".nii") || ends(".nii.gz")) return Format::Nifti;
+  return Format::Other;
+}
+
+std::string trimmed(const std::string& text) {
+  const auto first = text.find_first_not_of(" \t\r"), last = text.find_last_not_of(" \t\r");
+  return first == std::string::npos ? "" : text.substr(first, last - first + 1);
+}
+
+using Fields = std::map<std::string, std::string>;
+
+/// What lies in a file from a place on, unpacked.
+struct Content {
+  std::string head;  ///< up to 348 bytes
+  std::size_t bytes = 0;
+};
+
+/// Counts what ITK takes for whole where it is cut: all of it, checksums of gzip and zlib included.
+/// @throws std::runtime_error: packed data that are damaged
+Content contentOf(const std::string& path, std::size_t from, bool packed) {
+  Content content;
+  const auto add = [&](const char* data, std::size_t count) {
+    content.head.append(data, std::min(count, 348 - content.head.size()));
+    content.bytes += count;
+  };
+  std::ifstream file(path, std::ios::binary);
+  file.seekg(static_cast<std::streamoff>(from));
+  std::vector<char> in(1 << 16), out(1 << 18);
+  if (!packed) {
+    file.read(in.data(), 348);
+    add(in.data(), static_cast<std::size_t>(file.gcount()));
+    const std::size_t size = fs::file_size(path);
+    content.bytes = size > from ? size - from : 0;
+    return content;
+  }
+  z_stream zip{};
+  if (inflateInit2(&zip, 15 + 32) != Z_OK) throw std::bad_alloc();  // + 32: gzip or zlib
+  int state = Z_OK;
+  while (state == Z_OK) {
+    if (zip.avail_in == 0) {
+      file.read(in.data(), static_cast<std::streamsize>(in.size()));
+      zip.next_in = reinterpret_cast<Bytef*>(in.data());
+      zip.avail_in = static_cast<uInt>(file.gcount());
+      if (zip.avail_in == 0) break;
+    }
+    zip.next_out = reinterpret_cast<Bytef*>(out.data()), zip.avail_out = static_cast<uInt>(out.size());
+    state = inflate(&zip, Z_NO_FLUSH);
+    add(out.data(), out.size() - zip.avail_out);
+  }
+  inflateEnd(&zip);
+  if (state != Z_STREAM_END) throw std::runtime_error("is damaged: packed data are cut or changed");
+  return content;
+}
+
+/// Text that NRRD and MetaImage begin with: "key: value" or "key = value", keys in lower case.
+struct Text {
+  Fields fields;
+  std::size_t end = 0;  ///< where data begin
+};
+
+Text textOf(const std::string& path, Format format) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text(100'000, 0);
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (format == Format::Nrrd && text.rfind("NRRD", 0) != 0) throw std::runtime_error("is no NRRD file");
+  Text found;
+  for (std::size_t at = 0, end = 0; at < text.size(); at = end + 1) {
+    end = std::min(text.find('\n', at), text.size());
+    const std::string line = trimmed(text.substr(at, end - at));
+    found.end = end + 1;
+    if (format == Format::Nrrd && line.empty()) return found;
+    const auto sign = line.find(format == Format::Nrrd ? ':' : '=');
+    if (sign == std::string::npos) continue;
+    const std::string key = lower(trimmed(line.substr(0, sign)));
+    found.fields[key] = trimmed(line.substr(sign + 1));
+    if (format == Format::Meta && key == "elementdatafile") return found;
+  }
+  if (format == Format::Meta) throw std::runtime_error("is no MetaImage: it has no ElementDataFile");
+  return found;  // a header without data
+}
+
+/// What ITK does not ask: all of it is there for `read` to judge.
+struct Account {
+  bool placed = true;     ///< the file says how the patient lies in it
+  std::size_t bytes = 0;  ///< of values, unpacked
+  std::size_t width = 0;  ///< bytes of a stored value; 0: as ITK gives them
+  bool counted = true;    ///< false: numbers as text, which have no fixed length
+};
+
+/// Bytes of values behind a text, or in a file of their own: one, beside the header.
+std::size_t dataOf(const std::string& path, std::size_t end, const std::string& name, bool packed) {
+  if (name.empty() || lower(name) == "local") return contentOf(path, end, packed).bytes;
+  if (name.find_first_of("/%") != std::string::npos || lower(name).rfind("list", 0) == 0)
+    throw std::runtime_error("data file: must be one file in the folder of the header, by its name");
+  const fs::path data = fs::path(path).parent_path() / name;
+  std::error_code error;
+  if (!fs::is_regular_file(data, error)) throw std::runtime_error("data file: " + name + " is not there");
+  return contentOf(data.string(), 0, packed).bytes;
+}
+
+void refuseField(const Fields& fields, const std::string& key, const std::string& only) {
+  const auto found = fields.find(key);
+  if (found != fields.end() && std::atof(found->second.c_str()) != std::atof(only.c_str()))
+    throw std::runtime_error(key + ": " + found->second + ": only " + only + " is read");
+}
+
+Account accountOfNrrd(const std::string& path) {
+  auto [f, end] = textOf(path, Format::Nrrd);
+  if (f.count("space directions") == 0 && f.count("spacings") == 0)
+    throw std::runtime_error("no spacing: space directions or spacings are needed");
+  for (const char* const key : {"line skip", "lineskip", "byte skip", "byteskip"}) refuseField(f, key, "0");
+  for (const char* const key : {"space units", "units"})
+    for (std::string unit = f[key]; unit.find('"') != std::string::npos;) {
+      const auto from = unit.find('"'), to = std::min(unit.find('"', from + 1), unit.size());
+      const std::string one = unit.substr(from + 1, to - from - 1);
+      if (one != "mm" && one != "millimeter" && !one.empty())
+        throw std::runtime_error(std::string(key) + ": " + one + ": must be mm");
+      unit.erase(0, std::min(to + 1, unit.size()));
+    }
+  // ITK 5.2 turns left-anterior-superior round the wrong axis.
+  const std::string space = lower(f["space"]), encoding = lower(f["encoding"]);
+  Account account;
+  account.placed = !space.empty();
+  if (account.placed && space != "right-anterior-superior" && space != "ras" && space != "lps" &&
+      space != "left-posterior-superior")
+    throw std::runtime_error("space: " + space +
+                             ": must be left-posterior-superior or right-anterior-superior");
+  account.counted = encoding == "raw" || encoding == "gzip" || encoding == "gz";
+  account.bytes = dataOf(path, end, f.count("data file") != 0 ? f["data file"] : f["datafile"],
+                         account.counted && encoding != "raw");
+  return account;
+}
+
+Account accountOfMeta(const std::string& path) {
+  auto [f, end] = textOf(path, Format::Meta);
+  if (f.count("elementspacing") == 0 && f.count("elementsize") == 0)
+    throw std::runtime_error("no spacing: ElementSpacing is needed");
+  refuseField(f, "elementtointensityfunctionslope", "1");
+  refuseField(f, "elementtointensityfunctionoffset", "0");
+  refuseField(f, "headersize", "0");
+  Account account;
+  account.placed = f.count("transformmatrix") + f.count("orientation") + f.count("rotation") > 0;
+  account.counted = f.count("binarydata") == 0 || lower(f["binarydata"])[0] == 't';
+  account.bytes = dataOf(path, end, f["elementdatafile"], lower(f["compresseddata"])[0] == 't');
+  return account;
+}
+
+/// nifti1.h of the NIfTI Data Format Working Group.
+Account accountOfNifti(const std::string& path) {
+  const bool packed = lower(path).compare(path.size() - 3, 3, ".gz") == 0;
+  const Content content = contentOf(path, 0, packed);
+  if (content.head.size() < 348 || content.head.compare(344, 3, "n+1") != 0)
+    throw std::runtime_error("is no NIfTI-1 file with its values in it");
+  std::uint32_t first = 0;
+  std::memcpy(&first, content.head.data(), 4);
+  const auto number = [&, swapped = first != 348](std::size_t at, auto value) {
+    char bytes[sizeof value];
+    for (std::size_t b = 0; b < sizeof value; ++b)
+      bytes[b] = content.head[at + (swapped ? sizeof value - 1 - b : b)];
+    std::memcpy(&value, bytes, sizeof value);
+    return value;
+  };
+  if (const int unit = content.head[123] & 7; unit != 0 && unit != 2)
+    throw std::runtime_error("units: must be mm");
+  for (const std::size_t axis : {80, 84, 88})
+    if (number(axis, 0.0f) == 0) throw std::runtime_error("no spacing: pixdim is 0");
+  const float begin = number(108, 0.0f);
+  if (!(begin >= 348 && begin <= 1e9f)) throw std::runtime_error("vox_offset: must be at least 348");
+  Account account;
+  account.width = static_cast<std::size_t>(std::max(number(72, std::int16_t{0}) / 8, 1));
+  account.placed = number(252, std::int16_t{0}) > 0 || number(254, std::int16_t{0}) > 0;
+  account.bytes = content.bytes - std::min(content.bytes, static_cast<std::size_t>(begin));
+  return account;
+}
+
+itk::ImageIOBase::Pointer readerOf(Format format) {
+  if (format == Format::Nrrd) return itk::NrrdImageIO::New().GetPointer();
+  if (format == Format::Meta) return itk::MetaImageIO::New().GetPointer();
+  return itk::NiftiImageIO::New().GetPointer();
+}
+
+/// A reader with its header read.
+itk::ImageIOBase::Pointer open(const std::string& path) {
+  const auto io = readerOf(formatOf(path));
+  if (!io->CanReadFile(path.c_str())) throw std::runtime_error("is no file of its ending");
+  io->SetFileName(path);
+  io->ReadImageInformation();
+  return io;
+}
+
+/// ITK's own words, in one line.
+std::runtime_error translated(const itk::ExceptionObject& error) {
+  std::string cause = error.GetDescription();
+  std::replace(cause.begin(), cause.end(), '\n', ' ');
+  return std::runtime_error("cannot be read: " + cause);
+}
+
+template <class Value>
+ValueKind convert(const Value* from, const VolumeHeader& h, bool reversed, void* to) {
+  const std::size_t layer = std::size_t{h.size[0]} * h.size[1], count = layer * h.size[2];
+  ValueKind kind{true, 0, 0};
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto v = static_cast<double>(from[i]);
+    if (std::isnan(v)) {
+      ++kind.nothing;
+      continue;
+    }
+    if (!(std::abs(v) <= 1e30)) throw std::runtime_error("holds values beyond 1e30");
+    least = std::min(least, v);
+    kind.whole = kind.whole && v >= -32768 && v <= 32767 && v == std::floor(v);
+  }
+  if (kind.nothing == count) throw std::runtime_error("no value is a number");
+  kind.whole = kind.whole && kind.nothing == 0;
+  kind.padding = std::nextafter(static_cast<float>(least) - 1, -std::numeric_limits<float>::infinity());
+  const auto fill = [&](auto* out) {
+    for (std::size_t k = 0; k < h.size[2]; ++k) {
+      const Value* const slice = from + (reversed ? h.size[2] - 1 - k : k) * layer;
+      for (std::size_t i = 0; i < layer; ++i) {
+        const bool nothing = std::isnan(static_cast<double>(slice[i]));
+        *out++ = static_cast<std::decay_t<decltype(*out)>>(nothing ? kind.padding : slice[i]);
+      }
+    }
+  };
+  if (kind.whole)
+    fill(static_cast<std::int16_t*>(to));
+  else
+    fill(static_cast<float*>(to));
+  return kind;
+}
+
+}  // namespace
+
+bool isVolumeFile(const std::string& path) {
+  return formatOf(path) != Format::Other;
+}
+
+VolumeHeader readVolumeHeader(const std::string& path) try {
+  const Format format = formatOf(path);
+  const Account account = format == Format::Nrrd   ? accountOfNrrd(path)
+                          : format == Format::Meta ? accountOfMeta(path)
+                                                   : accountOfNifti(path);
+  const auto io = open(path);
+  const unsigned dimensions = io->GetNumberOfDimensions();
+  if (io->GetNumberOfComponents() != 1)
+    throw std::runtime_error(std::to_string(io->GetNumberOfComponents()) +
+                             " numbers a voxel: colour and vectors are no volume");
+  if (dimensions < 3) throw std::runtime_error("has fewer than 3 dimensions: it is a picture, no volume");
+  for (unsigned a = 3; a < dimensions; ++a)
+    if (io->GetDimensions(a) != 1)
+      throw std::runtime_error("has more than 3 dimensions: one phase is needed");
+  VolumeHeader header{};
+  for (unsigned a = 0; a < 3; ++a) {
+    header.size[a] = static_cast<std::uint32_t>(std::min<std::size_t>(io->GetDimensions(a), UINT32_MAX));
+    header.spacing[a] = io->GetSpacing(a), header.origin[a] = io->GetOrigin(a);
+    const auto axis = io->GetDirection(a);
+    for (unsigned r = 0; r < 3; ++r) header.direction[r][a] = axis.at(r);
+  }
+  header.width = static_cast<std::uint32_t>(io->GetComponentSize());
+  header.placed = account.placed;
+  const std::size_t width = account.width != 0 ? account.width : std::max(header.width, 1u);
+  header.values = account.counted ? account.bytes / width : SIZE_MAX;
+  return header;
+} catch (const itk::ExceptionObject& error) {
+  throw translated(error);
+}
+
+ValueKind readValues(const std::string& path, const VolumeHeader& header, bool reversed, void* to) try {
+  const auto io = open(path);
+  itk::ImageIORegion region(io->GetNumberOfDimensions());
+  std::size_t count = 1;
+  for (unsigned a = 0; a < io->GetNumberOfDimensions(); ++a) {
+    region.SetIndex(a, 0), region.SetSize(a, io->GetDimensions(a));
+    count *= io->GetDimensions(a);
+    if (a < 3 && io->GetDimensions(a) != header.size[a]) throw std::runtime_error("changes while it is read");
+  }
+  io->SetIORegion(region);
+  const std::unique_ptr<double[]> room(new double[count * io->GetComponentSize() / sizeof(double) + 1]);
+  io->Read(room.get());
+  const auto as = [&](auto value) {
+    return convert(reinterpret_cast<const decltype(value)*>(room.get()), header, reversed, to);
+  };
+  using Type = itk::IOComponentEnum;
+  switch (io->GetComponentType()) {
+    case Type::UCHAR:
+      return as(static_cast<unsigned char>(0));
+    case Type::CHAR:
+      return as(static_cast<signed char>(0));
+    case Type::USHORT:
+      return as(static_cast<unsigned short>(0));
+    case Type::SHORT:
+      return as(short{0});
+    case Type::UINT:
+      return as(0u);
+    case Type::INT:
+      return as(0);
+    case Type::ULONG:
+      return as(0ul);
+    case Type::LONG:
+      return as(0l);
+    case Type::ULONGLONG:
+      return as(0ull);
+    case Type::LONGLONG:
+      return as(0ll);
+    case Type::FLOAT:
+      return as(0.0f);
+    case Type::DOUBLE:
+      return as(0.0);
+    default:
+      throw std::runtime_error("has a type of number that is not read");
+  }
+} catch (const itk::ExceptionObject& error) {
+  throw translated(error);
+}
+
+}  // namespace vest::image
