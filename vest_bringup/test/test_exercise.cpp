@@ -8,8 +8,14 @@
 #include <filesystem>
 #include <fstream>
 
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <vest_msgs/StateHash.h>
+#include <vest_msgs/StepInput.h>
+
 #include "play.h"
 #include "vest_bringup/exercise/engine.h"
+#include "vest_bringup/exercise/outline.h"
 #include "vest_bringup/ros/exercise_file.h"
 #include "vest_bringup/ros/scripted_session.h"
 #include "vest_instruments/files/read.h"
@@ -214,6 +220,23 @@ TEST(ExerciseFile, WrongOnesAreRefusedByFileLineAndField) {
             std::string::npos);
 }
 
+TEST(ExerciseMarks, AreLinesRoundTheTubeAndCirclesOnASurface) {
+  for (const auto& [name, lines] : {std::pair("clip_cut_tube", 3U), std::pair("coagulate_spot", 1U)}) {
+    const Exercise e = loadExercise(ros_shell::exerciseFile(name));
+    const simulation::Play p(e.scene, e.pass_script.file, false);
+    const auto outlines = outlinesOf(e, p.stage.trainer->world());
+    ASSERT_EQ(outlines.size(), lines);
+    for (std::size_t i = 0; i < lines; ++i) {
+      EXPECT_EQ(outlines[i].mark, e.marks[i].name);
+      Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+      for (const auto& point : outlines[i].line)
+        middle += point / static_cast<double>(outlines[i].line.size());
+      EXPECT_LT((middle - e.marks[i].at).norm(), 0.002) << name << ": " << e.marks[i].name;
+      for (const auto& point : outlines[i].line) EXPECT_GT((point - middle).norm(), 0.0015);
+    }
+  }
+}
+
 TEST(ExercisePage, TellsEachNumberAsTheCodeHasIt) {
   const std::string page =
       files::read(ros::package::getPath("vest_bringup") + "/../docs/exercises.md", 1U << 20U);
@@ -235,6 +258,23 @@ std::string said(const std::string& command, int& code) {
   std::string text{std::istreambuf_iterator<char>(in), {}};
   fs::remove(out);
   return text;
+}
+
+/// A session that took so many times as long.
+void stretch(const std::string& from, const std::string& to, double times) {
+  rosbag::Bag in(from), out(to, rosbag::bagmode::Write);
+  const auto later = [&](const ros::Time& t) { return ros::Time(1 + times * (t.toSec() - 1)); };
+  for (const rosbag::MessageInstance& m : rosbag::View(in)) {
+    if (const auto step = m.instantiate<vest_msgs::StepInput>()) {
+      step->header.stamp = later(step->header.stamp);
+      out.write(m.getTopic(), step->header.stamp, *step);
+    } else if (const auto hash = m.instantiate<vest_msgs::StateHash>()) {
+      hash->header.stamp = later(hash->header.stamp);
+      out.write(m.getTopic(), hash->header.stamp, *hash);
+    } else {
+      out.write(m.getTopic(), m.getTime(), m);
+    }
+  }
 }
 
 TEST(VestScore, ARecordingThatBeginsAtASnapshotGoesOnWithItsExercise) {
@@ -285,6 +325,12 @@ TEST(VestScore, ScoresARecordedSessionToTheSameBits) {
   EXPECT_EQ(code, 0) << scored;
   EXPECT_EQ(scored, live);
   EXPECT_NE(live.find("\"passed\": true"), std::string::npos) << live;
+  fs::create_directory(folder + "/slow");
+  stretch(folder + "/session/session.bag", folder + "/slow/session.bag", 1.2);
+  const std::string slow = said(VEST_SCORE " --json " + folder + "/slow", code);
+  EXPECT_EQ(code, 0) << slow;
+  EXPECT_NE(slow.find("\"practice\""), std::string::npos) << "1.2 s of wall time for one of simulation";
+  EXPECT_EQ(live.find("\"practice\""), std::string::npos);
   fs::resize_file(folder + "/session/session.bag", fs::file_size(folder + "/session/session.bag") / 2);
   const std::string cut = said(VEST_SCORE " " + folder + "/session", code);
   EXPECT_EQ(code, 2) << cut;

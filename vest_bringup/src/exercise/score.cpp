@@ -25,6 +25,7 @@ std::string line(const char* format, double value) {
 std::vector<std::string> flagWords(std::uint64_t flags) {
   std::vector<std::string> words;
   if (flags & kAssisted) words.emplace_back("assisted");
+  if (flags & kPractice) words.emplace_back("practice");
   if (flags & kRestored) words.emplace_back("restored");
   if (flags & kImplausible) words.emplace_back("implausibly fast");
   if (flags & kFault) words.emplace_back("fault");

@@ -3,7 +3,9 @@
 #include <ros/console.h>
 #include <vest_msgs/SessionScore.h>
 #include <vest_msgs/StringStamped.h>
+#include <visualization_msgs/MarkerArray.h>
 
+#include "vest_bringup/exercise/outline.h"
 #include "vest_bringup/ros/exercise_file.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/ros/parameters.h"
@@ -30,6 +32,26 @@ void toMsg(const exercise::Exercise& e, const exercise::Result& r, vest_msgs::Se
   }
 }
 
+/// Lines where the exercise wants something; `ns` is the object that they move with.
+void toMsg(const std::vector<exercise::Outline>& outlines, const ros::Time& now,
+           visualization_msgs::MarkerArray& msg) {
+  for (const exercise::Outline& outline : outlines) {
+    visualization_msgs::Marker m;
+    m.header.frame_id = "world", m.header.stamp = now;
+    m.ns = outline.object, m.text = outline.mark;
+    m.id = static_cast<std::int32_t>(msg.markers.size());
+    m.type = visualization_msgs::Marker::LINE_STRIP, m.action = visualization_msgs::Marker::ADD;
+    m.pose.orientation.w = 1, m.scale.x = 0.0005, m.color.a = 1;
+    for (std::size_t i = 0; i <= outline.line.size(); ++i) {
+      const Eigen::Vector3d& p = outline.line[i % outline.line.size()];
+      geometry_msgs::Point point;
+      point.x = p.x(), point.y = p.y(), point.z = p.z();
+      m.points.push_back(point);
+    }
+    msg.markers.push_back(m);
+  }
+}
+
 }  // namespace
 
 ExerciseShell::ExerciseShell(ros::NodeHandle nh, const ros::NodeHandle& private_nh) {
@@ -37,6 +59,7 @@ ExerciseShell::ExerciseShell(ros::NodeHandle nh, const ros::NodeHandle& private_
   file_pub_ = nh.advertise<vest_msgs::StringStamped>("session/exercise_file", 1, true);
   score_pub_ = nh.advertise<vest_msgs::SessionScore>("session/score", 10);
   instruction_pub_ = nh.advertise<vest_msgs::StringStamped>("session/instruction", 1, true);
+  targets_pub_ = nh.advertise<visualization_msgs::MarkerArray>("session/targets", 1, true);
   result_pub_ = nh.advertise<vest_msgs::StringStamped>("session/result", 1, true);
   if (name.empty()) return;
   const std::string file = exerciseFile(name);
@@ -52,6 +75,9 @@ void ExerciseShell::attach(simulation::Stage& stage) {
   else if (exercise_)
     ROS_WARN("exercise %s needs scene %s: nothing is scored in this one", exercise_->name.c_str(),
              exercise_->scene.c_str());
+  visualization_msgs::MarkerArray targets;
+  if (progress) toMsg(exercise::outlinesOf(*exercise_, stage.trainer->world()), ros::Time::now(), targets);
+  targets_pub_.publish(targets);
   const std::lock_guard<std::mutex> lock(mutex_);
   progress_ = std::move(progress);
 }

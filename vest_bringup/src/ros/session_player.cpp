@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -161,6 +162,24 @@ std::string hashText(std::uint64_t value) {
   return text;
 }
 
+/// Whether simulated time went with the session's stamps, second by second.
+class Pace {
+ public:
+  void add(double stamp, double dt) {
+    simulated_ += dt;
+    const double passed = stamp - begun_;
+    if (begun_ > 0 && passed >= 0 && passed < 1) return;
+    if (begun_ > 0 && passed >= 1) kept_ = kept_ && std::fabs(simulated_ / passed - 1) <= kMostOff;
+    begun_ = stamp, simulated_ = 0;  // also where the clock was set back
+  }
+  bool kept() const { return kept_; }
+
+ private:
+  static constexpr double kMostOff = 0.05;  ///< ours
+  double begun_ = 0, simulated_ = 0;
+  bool kept_ = true;
+};
+
 void judge(Resimulation::Outcome outcome, std::uint64_t step, std::uint64_t here) {
   const std::string number = std::to_string(step);
   switch (outcome) {
@@ -209,6 +228,7 @@ Played play(const std::string& directory, RecordedSession& session, PlayOptions 
     begin("start");
     if (scenes.engine()) scenes.engine()->goOn();
   }
+  Pace pace;
   session.steps([&](const vest_msgs::StepInput& msg) {
     using scene::Command;
     if (msg.step <= resimulation.world().steps() && msg.command == 0) return;  // before the snapshot
@@ -237,6 +257,7 @@ Played play(const std::string& directory, RecordedSession& session, PlayOptions 
       throw Difference("first difference: the effects' hash after step " + std::to_string(msg.step) +
                        ": recorded " + hashText(*of_effects) + ", re-simulated " +
                        hashText(resimulation.simulation().effectsHash().value_or(0)));
+    if (scenes.engine() && !scenes.engine()->finished()) pace.add(msg.header.stamp.toSec(), msg.dt);
     if (watch) watch(resimulation.world(), resimulation.input(), resimulation.report(), scenes.engine());
   });
   Played played;
@@ -244,7 +265,9 @@ Played play(const std::string& directory, RecordedSession& session, PlayOptions 
   played.compared_effects = resimulation.comparedEffects();
   played.faults = resimulation.faults();
   played.kernel = resimulation.world().kernelLevel();
-  if (scenes.engine()) played.result = scenes.engine()->result();
+  if (!scenes.engine()) return played;
+  played.result = scenes.engine()->result();
+  if (!pace.kept()) played.result->flags |= exercise::kPractice;
   return played;
 }
 

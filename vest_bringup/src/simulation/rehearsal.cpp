@@ -13,11 +13,11 @@ std::vector<float> knots(const scene::World& world, std::size_t object) {
   return xyz;
 }
 
-struct Between {
+struct RowsAround {
   const trajectory::Row &before, &after;
 };
 
-Between rowsAt(const trajectory::Trajectory& trajectory, double t) {
+RowsAround rowsAt(const trajectory::Trajectory& trajectory, double t) {
   const auto& rows = trajectory.rows;
   const auto next = std::upper_bound(rows.begin(), rows.end(), t,
                                      [](double v, const trajectory::Row& r) { return v < r.t; });

@@ -43,7 +43,7 @@ EffectsVisual::~EffectsVisual() {
     s.mesh.reset();
     if (s.material) Ogre::MaterialManager::getSingleton().remove(s.material);
   };
-  for (Surface* s : {&metal_, &thread_, &drop_, &puff_}) destroy(*s);
+  for (Surface* s : {&metal_, &thread_, &target_, &drop_, &puff_}) destroy(*s);
   for (Surface& s : pool_) destroy(s);
   node_->getParentSceneNode()->removeChild(node_);
   manager_->destroySceneNode(node_);
@@ -147,6 +147,19 @@ void EffectsVisual::setSutures(const vest_msgs::SutureStates& sutures) {
   show(&thread_, thread_mesh_);
 }
 
+void EffectsVisual::setTargets(const instrument::TriangleMesh& lines) {
+  if (lines.triangles.empty() && !target_.mesh) return;
+  if (!target_.mesh) {
+    make(&target_, "vest_viz/Metal", Ogre::RENDER_QUEUE_MAIN - 5);
+    // Ink of a surgical marker: gentian violet, nearly black, dull.
+    setConstant(target_.material, "metal", Ogre::Vector4(0.0f, 1.0f, 0.0f, 0.5f), false);
+    setConstant(target_.material, "colour", Ogre::Vector4(0.05f, 0.02f, 0.09f, 0), false);
+    setConstant(target_.material, "depth_in_alpha", Ogre::Vector4(depth_in_alpha_ ? 1.0f : 0.0f, 0, 0, 0),
+                false);
+  }
+  show(&target_, lines);
+}
+
 void EffectsVisual::setFluid(const vest_msgs::FluidState& fluid, const Eigen::Vector3d& eye) {
   drops_.clear();
   effects::FluidParticles particles;
@@ -219,7 +232,7 @@ void EffectsVisual::setSmoke(const vest_msgs::SmokeState& smoke, const Eigen::Ve
 }
 
 void EffectsVisual::setLight(const Ogre::Vector4& light) {
-  for (Surface* s : {&metal_, &thread_})
+  for (Surface* s : {&metal_, &thread_, &target_})
     if (s->material) setConstant(s->material, "light", light, false);
   for (Surface* s : {&drop_, &puff_})
     if (s->material) setConstant(s->material, "light", light, true);
@@ -234,6 +247,7 @@ void EffectsVisual::setVisible(bool visible) {
 void EffectsVisual::clear() {
   setAttachments({});
   setSutures({});
+  setTargets({});
   setFluid({}, Eigen::Vector3d::Zero());
   setSmoke({}, Eigen::Vector3d::Zero(), false);
 }

@@ -28,6 +28,8 @@ class EffectsVisual {
 
   void setAttachments(const vest_msgs::TissueAttachments& attachments);
   void setSutures(const vest_msgs::SutureStates& sutures);
+  /// Lines of an exercise on tissue.
+  void setTargets(const instrument::TriangleMesh& lines);
   /// @param eye m, camera in world: drops and puffs face it
   void setFluid(const vest_msgs::FluidState& fluid, const Eigen::Vector3d& eye);
   void setSmoke(const vest_msgs::SmokeState& smoke, const Eigen::Vector3d& eye, bool billboards);
@@ -58,7 +60,7 @@ class EffectsVisual {
   Ogre::SceneManager* manager_;
   Ogre::SceneNode* node_;
   bool depth_in_alpha_, visible_ = true;
-  Surface metal_, thread_, drop_, puff_;
+  Surface metal_, thread_, target_, drop_, puff_;
   std::vector<Surface> pool_;
   instrument::TriangleMesh clips_mesh_, needles_mesh_, metal_mesh_, thread_mesh_;
   std::vector<effects::Pool> pools_;

@@ -10,8 +10,10 @@ ros::Subscriber EndoscopeInputs::listen(ros::NodeHandle& handle, const std::stri
 }
 
 void EndoscopeInputs::subscribe(ros::NodeHandle& handle, const std::string& tissue,
-                                const std::string& effects) {
+                                const std::string& effects, const std::string& session) {
   unsubscribe();
+  if (!session.empty())
+    subscribers_[5] = listen<visualization_msgs::MarkerArray>(handle, session + "/targets");
   if (!tissue.empty()) {
     subscribers_[0] = listen<vest_msgs::TissueAttachments>(handle, tissue + "/attachments");
     subscribers_[1] = listen<vest_msgs::SutureStates>(handle, tissue + "/sutures");
@@ -32,6 +34,7 @@ void EndoscopeInputs::again() {
   fluid_.fresh = fluid_.message != nullptr;
   smoke_.fresh = smoke_.message != nullptr;
   lens_.fresh = lens_.message != nullptr;
+  targets_.fresh = targets_.message != nullptr;
 }
 
 bool EndoscopeInputs::changed() const {
@@ -45,7 +48,8 @@ void EndoscopeInputs::handTo(EndoscopePipeline* view) {
   if (fluid_.fresh) view->setFluid(fluid_.message);
   if (smoke_.fresh) view->setSmoke(smoke_.message);
   if (lens_.fresh) view->setLens(lens_.message);
-  attachments_.fresh = sutures_.fresh = fluid_.fresh = smoke_.fresh = lens_.fresh = false;
+  if (targets_.fresh) view->setTargets(targets_.message);
+  attachments_.fresh = sutures_.fresh = fluid_.fresh = smoke_.fresh = lens_.fresh = targets_.fresh = false;
 }
 
 }  // namespace vest::displays

@@ -8,12 +8,15 @@
 
 namespace vest::displays {
 
-/// What the endoscopic view needs beside tissue and instruments: attachments, sutures, fluid, smoke, lens.
-/// Callbacks put the newest message aside; handTo() passes on what is new.
+/// What the endoscopic view needs beside tissue and instruments: attachments, sutures, fluid, smoke, lens,
+/// and where an exercise wants something. Callbacks put the newest message aside; handTo() passes on what is
+/// new.
 class EndoscopeInputs {
  public:
-  /// Topics are TISSUE/attachments, TISSUE/sutures, EFFECTS/fluid, EFFECTS/smoke, EFFECTS/lens.
-  void subscribe(ros::NodeHandle& handle, const std::string& tissue, const std::string& effects);
+  /// Topics are TISSUE/attachments, TISSUE/sutures, EFFECTS/fluid, EFFECTS/smoke, EFFECTS/lens,
+  /// SESSION/targets.
+  void subscribe(ros::NodeHandle& handle, const std::string& tissue, const std::string& effects,
+                 const std::string& session);
   void unsubscribe();
   void clear() { *this = EndoscopeInputs(); }
   /// Everything is passed on again, to a new pipeline.
@@ -27,6 +30,7 @@ class EndoscopeInputs {
   void add(const vest_msgs::FluidState::ConstPtr& m) { fluid_ = {m, true}; }
   void add(const vest_msgs::SmokeState::ConstPtr& m) { smoke_ = {m, true}; }
   void add(const vest_msgs::LensState::ConstPtr& m) { lens_ = {m, true}; }
+  void add(const visualization_msgs::MarkerArray::ConstPtr& m) { targets_ = {m, true}; }
 
  private:
   template <class M>
@@ -42,7 +46,8 @@ class EndoscopeInputs {
   Newest<vest_msgs::FluidState> fluid_;
   Newest<vest_msgs::SmokeState> smoke_;
   Newest<vest_msgs::LensState> lens_;
-  ros::Subscriber subscribers_[5];
+  Newest<visualization_msgs::MarkerArray> targets_;
+  ros::Subscriber subscribers_[6];
 };
 
 }  // namespace vest::displays

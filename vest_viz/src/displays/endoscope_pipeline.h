@@ -13,6 +13,7 @@
 #include <opencv2/core.hpp>
 
 #include "endoscope_scene.h"
+#include "targets.h"
 #include "vest_viz/picture/finish.h"
 #include "vest_viz/smoke/veil.h"
 
@@ -39,7 +40,10 @@ class EndoscopePipeline {
   void setFixedGain(double gain) { fixed_gain_ = gain; }
 
   void setInstruments(const vest_msgs::InstrumentStates& states) { scene_.updateInstruments(states); }
-  void setTissue(const mesh::Store& store) { scene_.updateTissue(store); }
+  void setTissue(const mesh::Store& store) {
+    scene_.updateTissue(store);
+    scene_.effects().setTargets(targets_.mesh(store));
+  }
   /// The same, and waits for the workers: textures, openness and triangles are final. For pictures that are
   /// kept; a live view goes on meanwhile and calls setTissue() until scene().settled().
   void settle(const mesh::Store& store);
@@ -48,6 +52,8 @@ class EndoscopePipeline {
     scene_.setHeld(*m);
   }
   void setSutures(const vest_msgs::SutureStates::ConstPtr& m) { scene_.effects().setSutures(*m); }
+  /// Shown with the next setTissue().
+  void setTargets(const visualization_msgs::MarkerArray::ConstPtr& m) { targets_.set(*m); }
   void setFluid(const vest_msgs::FluidState::ConstPtr& m) { fluid_ = m; }
   void setSmoke(const vest_msgs::SmokeState::ConstPtr& m);
   void setLens(const vest_msgs::LensState::ConstPtr& m);
@@ -76,6 +82,7 @@ class EndoscopePipeline {
 
  private:
   EndoscopeScene scene_;
+  Targets targets_;
   camera::Intrinsics camera_;
   std::uint64_t camera_version_ = 0;
   std::unique_ptr<picture::Finisher> finisher_;

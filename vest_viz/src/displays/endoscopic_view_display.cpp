@@ -24,6 +24,7 @@
 #include <sensor_msgs/Image.h>
 #include <tf2_ros/buffer.h>
 #include <vest_msgs/SessionState.h>
+#include <vest_msgs/StringStamped.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <pluginlib/class_list_macros.hpp>
@@ -113,7 +114,9 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
   effects_topic_ = new StringProperty("Effects Topic", "effects", "Prefix of fluid, smoke and lens.", this,
                                       SLOT(updateTopics()));
   session_topic_ = new StringProperty(
-      "Session Topic", "session", "Prefix of recording: a recorder that ends without a word is told in red.",
+      "Session Topic", "session",
+      "Prefix of recording, instruction and targets: a recorder that ends without a word is "
+      "told in red, an exercise tells what to do.",
       this, SLOT(updateTopics()));
   smoke_ = new rviz::EnumProperty("Smoke", "field",
                                   "field: density in space. billboards: puffs that face the camera.", this,
@@ -246,6 +249,8 @@ void EndoscopicViewDisplay::onDisable() {
   state_instruments_sub_.shutdown();
   effects_.unsubscribe();
   recorder_sub_.shutdown();
+  instruction_sub_.shutdown();
+  if (pane_ != nullptr) pane_->instruct("");
   image_pub_.shutdown();
   info_pub_.shutdown();
   compressed_pub_.shutdown();
@@ -266,7 +271,8 @@ void EndoscopicViewDisplay::reset() {
 void EndoscopicViewDisplay::updateTopics() {
   if (!isEnabled()) return;
   input_.subscribe(update_nh_, tissue_topic_->getStdString(), effects_topic_->getStdString());
-  effects_.subscribe(update_nh_, tissue_topic_->getStdString(), effects_topic_->getStdString());
+  effects_.subscribe(update_nh_, tissue_topic_->getStdString(), effects_topic_->getStdString(),
+                     session_topic_->getStdString());
   subscribeInstruments();
   state_instruments_sub_.shutdown();
   if (!tissue_topic_->getStdString().empty())
@@ -281,6 +287,12 @@ void EndoscopicViewDisplay::updateTopics() {
   recorder_sub_ = update_nh_.subscribe<vest_msgs::SessionState>(
       session_topic_->getStdString() + "/recording", 5,
       [this](const vest_msgs::SessionState::ConstPtr& m) { recorder_.heard(m->recording, seconds()); });
+  instruction_sub_ =
+      update_nh_.subscribe<vest_msgs::StringStamped>(session_topic_->getStdString() + "/instruction", 1,
+                                                     [this](const vest_msgs::StringStamped::ConstPtr& m) {
+                                                       if (pane_ != nullptr)
+                                                         pane_->instruct(QString::fromStdString(m->string));
+                                                     });
   const std::string prefix = image_topic_->getStdString();
   image_pub_.shutdown();
   info_pub_.shutdown();

@@ -112,7 +112,7 @@ class EndoscopicViewDisplay : public rviz::Display {
   /// and a sixteenth of the messages.
   ros::Subscriber instruments_sub_, state_instruments_sub_, session_sub_;
   InstrumentHistory history_;
-  ros::Subscriber recorder_sub_;
+  ros::Subscriber recorder_sub_, instruction_sub_;
   session::RecorderWatch recorder_;
   vest_msgs::InstrumentStates::ConstPtr instruments_;  ///< of the picture
   bool begun_ = false;

@@ -16,6 +16,9 @@ class ImagePane : public QWidget {
   void show(const QImage& image);
   /// Red words over the picture; empty: none. They are in no picture that is published.
   void warn(const QString& words);
+  /// What to do, at the lower rim; likewise.
+  void instruct(const QString& words);
+  const QString& instruction() const { return instruction_; }
   const QString& warning() const { return warning_; }
   /// Lies over `host` and follows its size; nullptr ends that.
   void cover(QWidget* host);
@@ -30,7 +33,7 @@ class ImagePane : public QWidget {
  private:
   void paintPicture(QPainter* to);
   QImage image_;
-  QString warning_;
+  QString warning_, instruction_;
   QWidget* host_ = nullptr;
 };
 

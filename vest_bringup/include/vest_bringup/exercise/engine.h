@@ -16,6 +16,7 @@ enum Flag : std::uint64_t {
   kRestored = 2,     ///< begun from a snapshot
   kImplausible = 4,  ///< faster than `least_s`
   kFault = 8,        ///< an object fell back to its last good state
+  kPractice = 16,    ///< not at the pace of real time; told by who has the recording, not by the engine
 };
 
 /// Something that counted, in the order of its steps.

@@ -13,7 +13,7 @@
 namespace vest::ros_shell {
 
 /// The exercise of ~exercise as topics (docs/ros_interface.md): session/exercise_file and session/result
-/// (latched), session/score, session/instruction (latched).
+/// (latched), session/score, session/instruction and session/targets (latched).
 class ExerciseShell {
  public:
   /// @throws std::invalid_argument naming the parameter or the exercise's file
@@ -28,7 +28,7 @@ class ExerciseShell {
 
   std::unique_ptr<exercise::Exercise> exercise_;  ///< null: none
   std::string file_text_;
-  ros::Publisher file_pub_, score_pub_, instruction_pub_, result_pub_;
+  ros::Publisher file_pub_, score_pub_, instruction_pub_, targets_pub_, result_pub_;
   std::mutex mutex_;  ///< progress_
   std::shared_ptr<exercise::Progress> progress_;
   // Of the publishing thread.

@@ -24,6 +24,7 @@ struct PlayOptions {
 struct Played {
   std::uint64_t steps = 0, compared = 0, compared_effects = 0, faults = 0;
   std::string kernel;
+  /// With kPractice where within a second of the stamps simulated time was more than 5 % off real time.
   std::optional<exercise::Result> result;
 };
 
