@@ -132,6 +132,21 @@ class Kind:
         self.named = named or [os.path.basename(f) for f in files]
 
 
+def images(tool):
+    """A patient's images by their ending, made by vest_phantom: no pixels are kept in the repository."""
+    phantom, image = tool('vest_tissue', 'vest_phantom'), tool('vest_tissue', 'vest_image')
+    if not phantom or not image:
+        return {}
+    with tempfile.TemporaryDirectory() as place:
+        series = place + '/series'
+        subprocess.run([phantom, 'head', series, '--size', '12', '10', '8'], check=True, stdout=subprocess.DEVNULL)
+        files = {'dicom': series + '/I0001'}
+        for ending in ('nrrd', 'mha'):
+            files[ending] = place + '/a.' + ending
+            subprocess.run([image, 'export', series, files[ending]], check=True)
+        return {ending: read(path) for ending, path in files.items()}
+
+
 def kinds(tool):
     model = tool('vest_tissue', 'vest_model')
     two, surface, mesh, image, static = (kept('scene', n) for n in ('two', 'surface', 'mesh', 'image', 'static'))
@@ -172,6 +187,10 @@ def kinds(tool):
         out.append(Kind('blood flow: ' + target, network, target,
                         [tool('vest_effects', 'vest_pulse'), '{}', '--cycles', '1', '--dx', '0.02', '--output', '{}/out'],
                         sorted(network) + ['vest_pulse']))
+    for ending, bytes_ in images(tool).items():
+        name = 'a.' + ending if ending != 'dicom' else 'slice'
+        out.append(Kind('patient\'s image: ' + ending, {name: bytes_}, name,
+                        [tool('vest_tissue', 'vest_image'), 'info', '{}/' + name]))
     pelvis = {n: read('vest_effects', 'data', 'vessels', 'pelvis', n)
               for n in ('case.json', 'network.csv', 'inflow.csv', 'vessels.yaml')}
     box = read('vest_instruments', 'config', 'trainer_box.yaml')

@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 using scene::yaml::Map;
 using scene::yaml::Value;
 
-Segment segmentOf(const Value& item, const material::Database& tissues) {
+Segment segmentOf(const Value& item, const material::Database& tissues, bool of_map) {
   Map map(item);
   Segment s;
   s.name = map["name"].name();
@@ -30,9 +30,13 @@ Segment segmentOf(const Value& item, const material::Database& tissues) {
   const auto known = [&](const material::Tissue& t) { return t.name == s.tissue; };
   if (std::none_of(tissues.tissues.begin(), tissues.tissues.end(), known))
     map["tissue"].fail("must be a material of the database (vest_material list)");
-  const auto values = map["values"].list();
-  if (values.size() != 2) map["values"].fail("must be two numbers: [least, greatest]");
-  s.low = values[0].number(-1e30, 1e30), s.high = values[1].number(s.low, 1e30);
+  if (of_map) {
+    s.low = s.high = map["label"].integer(1, 65535);
+  } else {
+    const auto values = map["values"].list();
+    if (values.size() != 2) map["values"].fail("must be two numbers: [least, greatest]");
+    s.low = values[0].number(-1e30, 1e30), s.high = values[1].number(s.low, 1e30);
+  }
   if (map.has("median")) s.median = map["median"].integer(0, 5);
   if (map.has("closing")) s.closing = map["closing"].integer(0, 20);
   if (map.has("from")) s.grows = true, s.from = 1e-3 * map["from"].vector3();
@@ -87,6 +91,14 @@ std::set<volume::Index> heldNodes(const volume::Lattice& lattice, const Patient&
   return held;
 }
 
+const char* const kFirstPlace = "place: [0, 0.05, 0.03]     # m, world: the middle of the underside\n";
+
+std::string firstCell(const Volume& volume) {
+  const Vector3d extent = volume.axes.cwiseAbs() * Vector3d(volume.size[0], volume.size[1], volume.size[2]);
+  return print("cell: %.0f                   # mm: smaller cells, finer mesh\n",
+               std::ceil(1e3 * extent.maxCoeff() / 20));
+}
+
 }  // namespace
 
 Patient readPatient(const std::string& path) {
@@ -95,9 +107,14 @@ Patient readPatient(const std::string& path) {
   Patient p;
   map["vest_patient"].integer(1, 1);
   p.name = map["name"].name();
-  p.images = (fs::path(path).parent_path() / map["images"].string()).string();  // an absolute one stays
+  const auto place = [&](const Value& v) { return (fs::path(path).parent_path() / v.string()).string(); };
+  const bool of_map = map["labels"].isScalar();
+  if (of_map) p.label_map = place(map["labels"]);  // an absolute one stays
+  if (!of_map || map.has("images")) p.images = place(map["images"]);
   if (map.has("series")) p.reading.series = map["series"].string();
   if (map.has("resample")) p.reading.resample = map["resample"].boolean();
+  for (const char* const key : {"series", "resample"})
+    if (p.images.empty() && map.has(key)) map[key].fail("belongs to images, which are not given");
   if (map.has("crop")) {
     const auto corners = map["crop"].list();
     if (corners.size() != 2) map["crop"].fail("must be two corners in mm: [[x, y, z], [x, y, z]]");
@@ -105,12 +122,15 @@ Patient readPatient(const std::string& path) {
     p.low = 1e-3 * corners[0].vector3(), p.high = 1e-3 * corners[1].vector3();
   }
   const auto tissues = material::readDatabase(material::databasePath());
-  const auto entries = map["labels"].list();
-  if (entries.empty() || entries.size() > 100) map["labels"].fail("must have 1 … 100 entries");
+  const char* const list = of_map ? "tissues" : "labels";
+  const auto entries = map[list].list();
+  if (entries.empty() || entries.size() > 100) map[list].fail("must have 1 … 100 entries");
   std::set<std::string> names;
+  std::set<double> labels;
   for (const Value& item : entries) {
-    p.segments.push_back(segmentOf(item, tissues));
+    p.segments.push_back(segmentOf(item, tissues, of_map));
     if (!names.insert(p.segments.back().name).second) item.fail("must have a name of its own");
+    if (of_map && !labels.insert(p.segments.back().low).second) item.fail("must have a label of its own");
   }
   p.cell = 1e-3 * map["cell"].number(0.1, 1000);
   if (map.has("held"))
@@ -124,7 +144,6 @@ Patient readPatient(const std::string& path) {
 }
 
 std::string firstPatient(const std::string& name, const std::string& images, const Volume& volume) {
-  const Vector3d extent = volume.axes.cwiseAbs() * Vector3d(volume.size[0], volume.size[1], volume.size[2]);
   return "# How a patient's images become a scene (docs/images.md). Then: vest_import bake THIS_FOLDER\n"
          "vest_patient: 1\nname: " +
          name + "\nimages: " + images +
@@ -132,10 +151,19 @@ std::string firstPatient(const std::string& name, const std::string& images, con
          "labels:                    # where they overlap, the later one counts\n"
          "  - {name: soft_tissue, tissue: liver, values: [-20, 150], median: 1, largest: 1}\n"
          "  - {name: bone, tissue: bone, values: [200, 4000], median: 1}\n" +
-         print("cell: %.0f                   # mm: smaller cells, finer mesh\n",
-               std::ceil(1e3 * extent.maxCoeff() / 20)) +
-         "held: [bone]               # these do not move; without this line: the lowest tenth\n"
-         "place: [0, 0.05, 0.03]     # m, world: the middle of the underside\n";
+         firstCell(volume) +
+         "held: [bone]               # these do not move; without this line: the lowest tenth\n" +
+         kFirstPlace;
+}
+
+std::string firstOfLabels(const std::string& name, const std::string& map, const Volume& volume) {
+  std::string text =
+      "# How a label map becomes a scene (docs/images.md). Then: vest_import bake THIS_FOLDER\n"
+      "vest_patient: 1\nname: " +
+      name + "\nlabels: " + map + "\ntissues:                   # give each its name and tissue\n";
+  for (const auto& [label, voxels] : countLabels(volume))
+    text += print("  - {label: %u, name: label_%u, tissue: liver}   # %zu voxels\n", label, label, voxels);
+  return text + firstCell(volume) + kFirstPlace;
 }
 
 volume::Lattice mesh(const volume::LabelledImage& labels, const Patient& patient) {

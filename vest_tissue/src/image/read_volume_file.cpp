@@ -43,6 +43,7 @@ Volume gridOf(const std::string& path, const VolumeHeader& h) {
     refuse(path, "direction: rows and columns must be at right angles");
   volume.axes = 1e-3 * direction * Vector3d(h.spacing[0], h.spacing[1], h.spacing[2]).asDiagonal();
   volume.origin = 1e-3 * Vector3d(h.origin[0], h.origin[1], h.origin[2]);
+  volume.axes.array() += 0.0, volume.origin.array() += 0.0;  // -0 of turned axes is 0
   return volume;
 }
 

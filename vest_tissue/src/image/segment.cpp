@@ -122,7 +122,9 @@ volume::LabelledImage segment(const Volume& volume, const Patient& patient) {
   image.origin = volume.origin;
   image.direction = volume.direction();
   if (!(image.direction.transpose() * image.direction).isIdentity(1e-3))
-    throw std::invalid_argument("images: a tilted series has sheared axes; add resample: true");
+    throw std::invalid_argument(patient.label_map.empty()
+                                    ? "images: a tilted series has sheared axes; add resample: true"
+                                    : "labels: the map has sheared axes: make it on resampled images");
   image.labels.assign(volume.voxels(), 0);
   const Grid grid(volume);
   for (std::size_t s = 0; s < patient.segments.size(); ++s) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -18,15 +19,20 @@ namespace {
 namespace fs = std::filesystem;
 using namespace vest::image;
 
-void begin(const std::string& images, const std::string& folder, const ReadOptions& options) {
+void begin(const std::string& images, const std::string& folder, const ReadOptions& options, bool labels) {
   const fs::path recipe = fs::path(folder) / "patient.yaml";
   if (fs::exists(recipe)) throw std::invalid_argument(recipe.string() + ": is there already");
+  if (labels && (options.resample || !options.series.empty()))
+    throw std::invalid_argument(
+        "--labels: goes with neither --series nor --resample: labels are not interpolated");
   const Volume volume = read(images, options);
   for (const auto& note : volume.notes)
     std::fprintf(stderr, "vest_import: note: %s\n", vest::files::shown(note, 1000).c_str());
+  if (labels) countLabels(volume);
   fs::create_directories(folder);
-  std::string text = firstPatient(fs::absolute(folder).lexically_normal().filename().string(),
-                                  fs::absolute(images).string(), volume);
+  const auto first = labels ? firstOfLabels : firstPatient;
+  std::string text = first(fs::absolute(folder).lexically_normal().filename().string(),
+                           fs::absolute(images).string(), volume);
   if (!options.series.empty()) text += "series: \"" + options.series + "\"\n";
   if (options.resample) text += "resample: true\n";
   std::ofstream out(recipe, std::ios::binary);
@@ -40,7 +46,14 @@ void begin(const std::string& images, const std::string& folder, const ReadOptio
 
 int bake(const std::string& folder) {
   const Patient patient = readPatient((fs::path(folder) / "patient.yaml").string());
-  const Volume volume = read(patient.images, patient.reading);
+  const Volume volume = readSource(patient);
+  if (!patient.label_map.empty())
+    for (const auto& [label, voxels] : countLabels(volume)) {
+      const auto named = [label = label](const Segment& s) { return s.low == label; };
+      if (std::none_of(patient.segments.begin(), patient.segments.end(), named))
+        std::fprintf(stderr, "vest_import: note: label %u has no tissue: %zu voxels are left out\n", label,
+                     voxels);
+    }
   const auto labels = segment(volume, patient);
   const auto lattice = mesh(labels, patient);
   for (std::size_t s = 0; s < patient.segments.size(); ++s) {
@@ -66,12 +79,14 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   ReadOptions options;
   std::string images, folder;
+  bool of_labels = false;
   CLI::App* const first = app.add_subcommand("new", "a recipe to begin with: FOLDER/patient.yaml");
   first->add_option("IMAGES", images, "folder or file of DICOM, or a file of NRRD, MetaImage or NIfTI")
       ->required();
   first->add_option("FOLDER", folder, "of the patient; its name becomes that of the scene")->required();
   first->add_option("--series", options.series,
                     "which of several series: its number in the list, or its UID");
+  first->add_flag("--labels", of_labels, "IMAGES is a ready label map");
   first->add_flag("--resample", options.resample, "interpolate what is uneven or tilted");
   CLI::App* const second =
       app.add_subcommand("bake", "labels, mesh and a scene that runs, beside the recipe");
@@ -79,7 +94,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     if (second->parsed()) return bake(folder);
-    begin(images, folder, options);
+    begin(images, folder, options, of_labels);
     return 0;
   } catch (const std::exception& error) {
     const std::string message = error.what(), recipe = (fs::path(folder) / "patient.yaml").string();

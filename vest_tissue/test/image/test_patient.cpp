@@ -105,6 +105,78 @@ TEST(Patient, TheSameRecipeGivesTheSameBytesAndASceneThatRuns) {
   EXPECT_EQ(report.status, vest::scene::Status::Ok) << report.fault_object;
 }
 
+/// The labels of a phantom as voxels.
+Volume mapOf(const Phantom& phantom) {
+  Volume map = picture(phantom, kImage);
+  const auto exact = labels(phantom, kImage);
+  const std::shared_ptr<std::int16_t> values(new std::int16_t[map.voxels()],
+                                             std::default_delete<std::int16_t[]>());
+  for (std::size_t v = 0; v < map.voxels(); ++v)
+    values.get()[v] = static_cast<std::int16_t>(10 * exact.labels[v]);
+  map.whole = values;
+  return map;
+}
+
+TEST(LabelMap, ShapesKeepTheirVolumesAndNames) {
+  const TemporaryScene folder;
+  const Phantom phantom = boxWithSphere();
+  const double sphere = phantom.shapes[1].volume();
+  for (const std::string name : {"map.nrrd", "map.mha"}) {
+    write(mapOf(phantom), folder.folder() + "/" + name);
+    const Patient p = readPatient(folder.write(
+        "patient.yaml", "vest_patient: 1\nname: a\nlabels: " + name +
+                            "\ncell: 5\ntissues:\n  - {label: 20, name: sphere, tissue: kidney}\n"
+                            "  - {label: 10, name: box, tissue: spleen}\nheld: [box]\n"));
+    EXPECT_EQ(p.held, std::vector<std::string>{"box"});
+    const Volume map = readSource(p);
+    EXPECT_EQ(countLabels(map).size(), 2u);
+    const auto lattice = mesh(segment(map, p), p);
+    EXPECT_NEAR(vest::volume::volumeOf(lattice, 1) / sphere, 1, 0.03) << name;
+    EXPECT_NEAR(vest::volume::volumeOf(lattice, 2) / (phantom.shapes[0].volume() - sphere), 1, 0.03) << name;
+  }
+  const Patient first = readPatient(folder.write(
+      "patient.yaml", firstOfLabels("b", "map.nrrd",
+                                    readSource(readPatient(folder.write(
+                                        "p.yaml",
+                                        "vest_patient: 1\nname: a\nlabels: map.nrrd\ncell: 5\ntissues:\n"
+                                        "  - {label: 10, name: box, tissue: spleen}\n"))))));
+  ASSERT_EQ(first.segments.size(), 2u);
+  EXPECT_EQ(first.segments[1].low, 20);
+}
+
+TEST(LabelMap, WhatIsNoneOrLiesElsewhereIsRefused) {
+  const TemporaryScene folder;
+  const auto refused = [&](const std::string& rest, const std::string& cause) {
+    const std::string file =
+        folder.write("patient.yaml", "vest_patient: 1\nname: a\ncell: 5\nlabels: map.nrrd\n" + rest);
+    const std::string message = refusal([&] { readSource(readPatient(file)); });
+    EXPECT_NE(message.find(cause), std::string::npos) << message;
+    EXPECT_EQ(message.rfind(folder.folder() + "/", 0), 0u) << message;
+  };
+  const std::string box = "tissues: [{label: 10, name: box, tissue: spleen}]\n";
+  const Volume map = mapOf(boxWithSphere());
+  Volume moved = map;
+  moved.origin += 0.6 * map.axes.col(2);
+  write(map, folder.folder() + "/map.nrrd");
+  write(moved, folder.folder() + "/moved.nrrd");
+  write(map, folder.folder() + "/same.mha");
+  EXPECT_EQ(refusal([&] {
+              readSource(readPatient(folder.write(
+                  "patient.yaml",
+                  "vest_patient: 1\nname: a\ncell: 5\nlabels: map.nrrd\nimages: same.mha\n" + box)));
+            }),
+            "");
+  refused(box + "images: moved.nrrd\n", "another grid");
+  refused(box + "resample: true\n", "images");
+  refused("", "tissues");
+  refused("tissues: [{label: 0, name: box, tissue: spleen}]\n", "label");
+  refused("tissues: [{values: [1, 2], name: box, tissue: spleen}]\n", "label");
+  refused("tissues: [{label: 10, name: a, tissue: spleen}, {label: 10, name: b, tissue: liver}]\n",
+          "label of its own");
+  write(picture(boxWithSphere(), kImage), folder.folder() + "/map.nrrd");
+  refused(box, "is no label map");
+}
+
 /// Values along a line of voxels, as a volume.
 Volume line(const std::vector<std::int16_t>& values) {
   Volume v;

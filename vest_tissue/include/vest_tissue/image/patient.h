@@ -1,6 +1,7 @@
 /// From a patient's images to a scene: a recipe says which values are which tissue.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -11,9 +12,10 @@
 
 namespace vest::image {
 
-/// What becomes one label. Voxels whose value lies in `low` … `high`, then, in this order: a median (majority
-/// of the cube around each), a closing (voxels that a cube of this size cannot leave without meeting the
-/// label), what is connected to a place, the largest connected parts. Connected: across faces.
+/// What becomes one label. Voxels whose value (or label of a ready map) lies in `low` … `high`, then, in this
+/// order: a median (majority of the cube around each), a closing (voxels that a cube of this size cannot
+/// leave without meeting the label), what is connected to a place, the largest connected parts. Connected:
+/// across faces.
 struct Segment {
   std::string name, tissue;               ///< tissue: of the database of materials
   double low = 0, high = 0;               ///< HU, or the unit of the images
@@ -25,7 +27,8 @@ struct Segment {
 
 struct Patient {
   std::string name;
-  std::string images;  ///< path
+  std::string images;     ///< path; may be empty where there is a ready label map
+  std::string label_map;  ///< path; empty: labels come from the values of the images
   ReadOptions reading;
   bool cropped = false;
   Eigen::Vector3d low, high;      ///< m, patient's axes: voxels outside are no label
@@ -40,6 +43,17 @@ Patient readPatient(const std::string& path);
 
 /// A recipe to begin with: soft tissue and bone. @param images path, as written into it
 std::string firstPatient(const std::string& name, const std::string& images, const Volume& volume);
+
+/// A recipe to begin with: each label of a ready map. @throws std::invalid_argument: is no label map
+std::string firstOfLabels(const std::string& name, const std::string& map, const Volume& volume);
+
+/// How many voxels each label of a ready map has, but 0. @throws std::invalid_argument: a value that is no
+/// whole number of 0 … 65535, more than 100 labels
+std::map<std::uint16_t, std::size_t> countLabels(const Volume& volume);
+
+/// The volume that segment() takes: the images, or the ready label map, which lies where the images are.
+/// @throws std::invalid_argument: as read(); another grid than that of the images
+Volume readSource(const Patient& patient);
 
 /// @throws std::invalid_argument: a sheared volume; a segment without a voxel, by name
 volume::LabelledImage segment(const Volume& volume, const Patient& patient);
