@@ -11,8 +11,8 @@ using Eigen::Vector3d;
 
 constexpr Index kGroup = 8;             ///< segments of a box
 constexpr std::size_t kMostRows = 400;  ///< at once
-constexpr int kMostSweeps = 100;
-constexpr double kEnd = 1e-4;  ///< of the greatest force: a smaller change in a sweep ends them
+constexpr int kMostSweeps = 32;         ///< of a pass; the next one goes on from its forces
+constexpr double kEnd = 1e-4;           ///< of the greatest force: a smaller change in a sweep ends them
 
 bool before(const LiveContact& p, const LiveContact& q) {
   return p.a != q.a ? p.a < q.a : p.b < q.b;
@@ -34,6 +34,7 @@ const Strand& strandOf(const Model& m, Index node) {
 
 struct Closest {
   double s = 0.0, t = 0.0;
+  bool across = false;                  // inside both segments, not at an end: where a pass through shows
   Vector3d between = Vector3d::Zero();  // from b to a
 };
 
@@ -51,7 +52,21 @@ Closest closest(const Vector3d& p, const Vector3d& u, const Vector3d& q, const V
     k.s = std::clamp((b * k.t - c) / a, 0.0, 1.0);
   }
   k.between = r + k.s * u - k.t * v;
+  k.across = line || (k.s > 0.0 && k.s < 1.0 && k.t > 0.0 && k.t < 1.0);
   return k;
+}
+
+/// Which way the pair lies, and how far; on the side where it was. At ends of segments the way may turn by
+/// any angle: their neighbours keep the side.
+struct Side {
+  Vector3d normal;
+  double distance;
+};
+Side keptSide(const Closest& k, const Vector3d& was, double reach) {
+  const double d = k.between.norm();
+  if (!(d > 1e-9 * reach)) return {was, 0.0};
+  const Vector3d now = k.between / d;
+  return k.across && now.dot(was) < 0.0 ? Side{-now, -d} : Side{now, d};
 }
 
 Closest closestOf(const Model& m, const State& s, Index a, Index b) {
@@ -130,6 +145,7 @@ ContactScratch::ContactScratch(const Model& model) {
   place.resize(model.mass.size(), kNone);
   const std::size_t most = std::min(model.mass.size(), 4 * kMostRows);
   answers.resize(most * most);
+  leads.resize(most);
   coupling.resize(std::min<std::size_t>(kMostRows * kMostRows, 16 * model.mass.size() * model.mass.size()));
 }
 
@@ -182,19 +198,32 @@ void findNear(const Model& m, const State& s, double h, ContactScratch& c) {
 
 namespace {
 
+/// The closest point of the pair is the end of a segment, and a pair with the next segment has it, too.
+bool isDoubled(const Model& m, const ContactScratch& c, const Near& n, const Closest& k) {
+  const auto there = [&c](Index a, Index b) {
+    Near key;
+    key.live.a = std::min(a, b), key.live.b = std::max(a, b);
+    return std::binary_search(c.near.begin(), c.near.end(), key,
+                              [](const Near& p, const Near& q) { return before(p.live, q.live); });
+  };
+  const Index a = n.live.a, b = n.live.b;
+  if (k.s == 1.0 && there(strandOf(m, a).next(a), b)) return true;
+  return b < kCylinder && k.t == 1.0 && there(a, strandOf(m, b).next(b));
+}
+
 /// The row of a near pair at the iterate; gaps are those after the free change.
 Row rowOf(const Model& m, const State& before, const State& s, const Near& n, const Scratch& scratch) {
   Row row;
   const Index a = n.live.a, b = n.live.b;
   const Closest k = closestOf(m, s, a, b);
   const bool on_thread = b < kCylinder;
+  row.doubled = isDoubled(m, *scratch.contacts, n, k);
   const std::array<Index, 4> node = {a, strandOf(m, a).next(a), on_thread ? b : kNone,
                                      on_thread ? strandOf(m, b).next(b) : kNone};
   row.weight = {1.0 - k.s, k.s, k.t - 1.0, -k.t};
-  const double d = k.between.norm();
-  Vector3d normal = d > 1e-9 * n.reach ? Vector3d(k.between / d) : n.live.normal;
-  double gap = d - n.reach;
-  if (normal.dot(n.live.normal) < 0.0) normal = -normal, gap = -d - n.reach;  // it keeps its side
+  const Side side = keptSide(k, n.live.normal, n.reach);
+  const Vector3d& normal = side.normal;
+  const double gap = side.distance - n.reach;
   // Tangents: the first one along the thread.
   const Vector3d along = s.position[node[1]] - s.position[node[0]];
   Vector3d t = along - along.dot(normal) * normal;
@@ -239,20 +268,21 @@ void findAnswers(const Model& m, Scratch& scratch, ContactScratch& c) {
     const auto end = std::lower_bound(begin, c.touched.end(), strand.first + strand.nodes);
     if (begin == end) continue;
     chain.prepareInverse();
+    for (auto p = begin; p + 1 < end; ++p) {  // from each touched node to the one before
+      Matrix6& leads = c.leads[static_cast<std::size_t>(p - c.touched.begin())];
+      leads = chain.transfer(p[1] - 1 - strand.first);
+      for (Index i = p[1] - 1; i-- > *p;) leads = chain.transfer(i - strand.first) * leads;
+    }
     for (auto q = begin; q != end; ++q) {
-      BlockChain::Matrix63 column = chain.start(*q - strand.first);
-      auto p = q;
-      for (Index i = *q;; --i) {
-        if (i != *q) column = chain.climb(i - strand.first, column);
-        if (i == *p) {
-          const Matrix3d block = column.topRows<3>() + chain.around(i - strand.first, *q - strand.first);
-          const std::size_t row = static_cast<std::size_t>(p - c.touched.begin());
-          const std::size_t at = static_cast<std::size_t>(q - c.touched.begin());
-          c.answers[row * n + at] = block;
-          c.answers[at * n + row] = block.transpose();
-          if (p == begin) break;
-          --p;
-        }
+      const std::size_t at = static_cast<std::size_t>(q - c.touched.begin());
+      Eigen::Matrix<double, 6, 3> column = chain.inverse(*q - strand.first).leftCols<3>();
+      for (auto p = q;; --p) {
+        const std::size_t row = static_cast<std::size_t>(p - c.touched.begin());
+        if (p != q) column = c.leads[row] * column;
+        const Matrix3d block = column.topRows<3>() + chain.around(*p - strand.first, *q - strand.first);
+        c.answers[row * n + at] = block;
+        c.answers[at * n + row] = block.transpose();
+        if (p == begin) break;
       }
     }
   }
@@ -301,21 +331,28 @@ Vector3d law(const Matrix3d& D, const Vector3d& g, double friction, Vector3d for
   return force;
 }
 
-void sweep(Scratch& scratch, ContactScratch& c) {
+/// One sweep of Gauss–Seidel over the rows. @return squares of the greatest change and of the greatest force
+std::pair<double, double> sweep(ContactScratch& c) {
   const std::size_t n = c.rows.size();
+  double change = 0.0, greatest = 0.0;
+  for (std::size_t r = 0; r < n; ++r) {
+    Row& row = c.rows[r];
+    Vector3d g = row.gap;
+    for (std::size_t q = 0; q < n; ++q)
+      if (q != r && c.rows[q].force[0] > 0.0) g.noalias() += c.coupling[r * n + q] * c.rows[q].force;
+    const Vector3d force = law(c.coupling[r * n + r], g, c.near[row.near].friction, row.force);
+    change = std::max(change, (force - row.force).squaredNorm());
+    row.force = force;
+    greatest = std::max(greatest, force.squaredNorm());
+  }
+  return {change, greatest};
+}
+
+/// Forces of all rows, from those of the pass before.
+void findForces(Scratch& scratch, ContactScratch& c) {
   for (int k = 0; k < kMostSweeps; ++k) {
     ++scratch.sweeps;
-    double change = 0.0, greatest = 0.0;
-    for (std::size_t r = 0; r < n; ++r) {
-      Row& row = c.rows[r];
-      Vector3d g = row.gap;
-      for (std::size_t q = 0; q < n; ++q)
-        if (q != r) g.noalias() += c.coupling[r * n + q] * c.rows[q].force;
-      const Vector3d force = law(c.coupling[r * n + r], g, c.near[row.near].friction, row.force);
-      change = std::max(change, (force - row.force).squaredNorm());
-      row.force = force;
-      greatest = std::max(greatest, force.squaredNorm());
-    }
+    const auto [change, greatest] = sweep(c);
     scratch.contact_residual = std::sqrt(change);
     if (change <= kEnd * kEnd * greatest) break;
   }
@@ -331,7 +368,7 @@ bool solveContacts(const Model& m, const State& before, const State& s, Scratch&
     row.near = k;
     const bool far = row.gap[0] > 0.25 * c.near[k].reach && c.near[k].live.force.isZero();
     c.near[k].live.force.setZero();
-    if (far) continue;
+    if (far || row.doubled) continue;
     if (c.rows.size() == kMostRows || (c.rows.size() + 1) * (c.rows.size() + 1) > c.coupling.size()) {
       c.full = true;
       continue;
@@ -342,12 +379,11 @@ bool solveContacts(const Model& m, const State& before, const State& s, Scratch&
   collectTouched(c);
   findAnswers(m, scratch, c);
   couple(c);
-  sweep(scratch, c);
+  findForces(scratch, c);
   bool any = false;
   for (const Row& row : c.rows) {
     const Vector3d force = row.axes * row.force;
     c.near[row.near].live.force = force;
-    c.near[row.near].live.normal = row.axes.col(0);
     any = any || row.force[0] > 0.0;
     for (int i = 0; i < 4; ++i)
       if (row.node[i] != kNone) scratch.gradient[row.node[i]].head<3>() -= row.weight[i] * force;
@@ -360,8 +396,9 @@ void keepContacts(const Model& m, State& s, Scratch& scratch) {
   ContactScratch& c = *scratch.contacts;
   s.contact_count = static_cast<Index>(std::min(c.near.size(), s.contacts.size()));
   for (Index k = 0; k < s.contact_count; ++k) {
-    const LiveContact& live = s.contacts[k] = c.near[k].live;
+    LiveContact& live = s.contacts[k] = c.near[k].live;
     const Closest at = closestOf(m, s, live.a, live.b);
+    live.normal = keptSide(at, live.normal, c.near[k].reach).normal;
     scratch.contact_force[live.a] += (1.0 - at.s) * live.force;
     scratch.contact_force[strandOf(m, live.a).next(live.a)] += at.s * live.force;
     if (live.b >= kCylinder) continue;

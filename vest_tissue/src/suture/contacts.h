@@ -24,6 +24,7 @@ struct Row {
   Eigen::Matrix3d axes;   ///< columns: normal, two tangents
   Eigen::Vector3d gap;    ///< m: along the normal, and slip since the sub-step's start
   Eigen::Vector3d force;  ///< N, in the axes
+  bool doubled = false;   ///< another row has the same point
 };
 
 struct ContactScratch {
@@ -39,6 +40,7 @@ struct ContactScratch {
   std::vector<Index> touched, place;     ///< nodes that rows touch, ascending; and a node's number among them
   std::vector<Eigen::Matrix3d> answers;  ///< inverse between touched nodes
   std::vector<Eigen::Matrix3d> coupling;  ///< between rows, in their axes
+  std::vector<Matrix6> leads;             ///< of the inverse, from a touched node to the one before
   bool full = false;                      ///< a near pair found no room
 };
 

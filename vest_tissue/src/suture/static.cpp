@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "contacts.h"
 #include "passes.h"
@@ -71,6 +72,9 @@ PassResult creep(const Model& m, State& s, Scratch& scratch, double h, bool firs
   remember(m, s, scratch);
   findNear(m, s, 0.0, *scratch.contacts);
   const PassResult result = pass({m, scratch.before, h, 1.0}, s, first, scratch);
+  // Passes of statics are as long as they like: they would lead threads through each other.
+  if (result.touching)
+    throw std::runtime_error("rods touch: --static finds equilibrium of rods that touch nothing; take steps");
   keepContacts(m, s, scratch);
   return result;
 }

@@ -27,11 +27,9 @@ class BlockChain {
   /// Makes inverse() possible for the present factor: blocks on the diagonal of the inverse, and what leads
   /// from one to the next (two-sided recursion).
   void prepareInverse();
-  /// Block (p, q) of the inverse, p <= q, three columns of it at a time: from that of (p + 1, q).
-  /// climb() multiplies by the transfer of block p.
-  using Matrix63 = Eigen::Matrix<double, 6, 3>;
-  Matrix63 start(std::size_t q) const { return inverse_[q].leftCols<3>(); }
-  Matrix63 climb(std::size_t p, const Matrix63& below) const { return transfer_[p] * below; }
+  /// Block (q, q) of the inverse; block (p, q), p < q, is transfer(p) times block (p + 1, q).
+  const Matrix6& inverse(std::size_t q) const { return inverse_[q]; }
+  const Matrix6& transfer(std::size_t p) const { return transfer_[p]; }
   /// What a closed chain adds to block (p, q) of the inverse, first three rows and columns.
   Eigen::Matrix3d around(std::size_t p, std::size_t q) const;
 

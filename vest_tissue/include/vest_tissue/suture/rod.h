@@ -130,8 +130,8 @@ struct StaticReport {
   double load = 0.0;      ///< N, what it is measured against
 };
 
-/// Stable equilibrium with all that is held at the end of its drive, followed there in small parts. Where
-/// symmetry keeps a rod in an unstable equilibrium, a small push leads it out. Velocities become zero.
+/// Stable equilibrium with what is held at the end of its drive; a small push leads out of unstable ones.
+/// Velocities become zero. @throws std::runtime_error where rods touch: that takes steps
 StaticReport solveStatic(const Model& model, State& state, Scratch& scratch);
 
 /// Kinetic and elastic energy, and that of weight and dead loads, J.
