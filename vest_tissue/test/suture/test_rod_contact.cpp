@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <random>
 
 #include "knots.h"
 
@@ -110,6 +112,38 @@ TEST(RodContact, AnOverhandKnotWithoutFrictionPullsAsElasticKnotsDo) {
   const double theory = 0.5 + 0.475 * std::sqrt(thick / radius);
   EXPECT_NEAR(mean * radius * radius / m.model.strands[0].section.bend, theory, 0.05 * theory);
   EXPECT_NEAR(writhe(x), 3.0, 0.1);  // it is a knot still
+}
+
+TEST(RodContact, RandomYanksOfAKnotLeadNothingThroughItself) {
+  // Both ends by turns at 1 m/s, in random directions, about a loose knot.
+  const unsigned most = std::getenv("VEST_FULL") != nullptr ? 2000 : 5;
+  for (unsigned seed = 1; seed <= most; ++seed) {
+    std::mt19937 random(seed);
+    const auto any = [&random] { return random() / 2147483648.0 - 1.0; };
+    RodDescription rod = drawn(0.01, 0.1);
+    rod.section.damping = 0.0, rod.section.drag = 1e-4, rod.natural_shape = true;
+    for (HeldNode& held : rod.held) {
+      held.drive.resize(1);
+      for (int k = 1; k <= 4; ++k) {
+        const Vector3d at = held.drive.back().place;
+        Vector3d by(any(), any(), any());
+        by *= 0.01 / by.norm();
+        if ((at + by - rod.nodes[75]).norm() > 0.06) by = -by;
+        held.drive.push_back({0.01 * k, at + by, 0.0});
+      }
+    }
+    Moving m(rod);
+    double was = writhe(m.state.position);
+    for (int k = 0; k < 40; ++k) {
+      ASSERT_EQ(step(m.model, m.state, m.scratch, 0.001), StepStatus::Ok) << seed << ' ' << k;
+      const double now = writhe(m.state.position);
+      ASSERT_LT(std::abs(now - was), 1.0) << seed << ' ' << k;
+      was = now;
+      for (std::size_t i = 0; i < 150; ++i)
+        ASSERT_NEAR((m.state.position[i + 1] - m.state.position[i]).norm() / m.model.length[i], 1.0, 0.05)
+            << seed << ' ' << k;
+    }
+  }
 }
 
 TEST(RodContact, StaticsRefuseRodsThatTouch) {
