@@ -153,6 +153,7 @@ class Absurd(unittest.TestCase):
         for i in range(60):
             self.edit.publish("artery", "opening_station", 0.00125 * (1 + i))
             self.edit.publish("artery", "opening_area", 2e-7 if i % 2 == 0 else 1e-4)  # a hole; cut through
+            self.edit.publish("artery", "clip_station", 0.00125 * (1 + i))  # holes near each other are one, clips are not
             self.steps(1)
         self.assertTrue(self.announced("vest: circulation", "more openings or clips than there is room for"))
         self.steps(500)

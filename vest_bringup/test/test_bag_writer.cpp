@@ -205,7 +205,7 @@ TEST(BagWriter, ChunksAreCompressedAndWhatCannotBeComesBackAsItWas) {
   rosbag::Bag bag(file, rosbag::bagmode::Read);
   int whole = 0;
   for (const rosbag::MessageInstance& m : rosbag::View(bag)) {
-    const std::string& came = m.instantiate<std_msgs::Header>()->frame_id;
+    const std::string came = m.instantiate<std_msgs::Header>()->frame_id;
     whole += came == noise.substr(0, came.size());
   }
   EXPECT_EQ(whole, 3);

@@ -225,7 +225,7 @@ TEST_F(DemoLaterActs, ClipsCutsCoagulatesAndTheCutArterySpurtsWithThePulseUntilT
 TEST_F(DemoLaterActs, IrrigationWashesTheBloodAndSuctionClearsThePouch) {
   const fluid::State& f = play_->stage.field->fluid();
   const auto share = [](const Pooled& p) { return p.blood / p.volume; };
-  EXPECT_GT(bloody_.volume, 3e-6) << "m³";
+  EXPECT_GT(bloody_.volume, 1e-6) << "m³; the rest lies on the organs as a film";
   EXPECT_GT(share(bloody_), 0.99) << "what lies there is blood";
   EXPECT_LT(share(washed_), 0.12) << "1.6 s of 3 l/min upon 6 ml";
   EXPECT_GT(filled_.volume, 0.5 * washed_.volume) << "it runs down to where the tip will dip";
@@ -236,7 +236,7 @@ TEST_F(DemoLaterActs, IrrigationWashesTheBloodAndSuctionClearsThePouch) {
   EXPECT_GT(f.sucked - sucked_before_, 0.5 * washed_.volume) << "into the suction";
   const double there = fluid::particleVolume(play_->stage.field->fluidModel(), f) +
                        fluid::poolVolume(play_->stage.field->fluidModel(), f) + fluid::pendingVolume(f);
-  EXPECT_NEAR(there + f.sucked + f.lost, f.emitted, 0.01 * f.emitted) << "nothing vanishes";
+  EXPECT_NEAR(there + f.sucked + f.lost + f.stained, f.emitted, 1e-3 * f.emitted) << "nothing vanishes";
   std::printf(
       "pools %.1f ml, %.0f %% of it blood; pouch %.1f ml, after suction %.1f ml; everywhere %.1f ml\n",
       1e6 * washed_.volume, 100 * share(washed_), 1e6 * filled_.volume, 1e6 * emptied_.volume,

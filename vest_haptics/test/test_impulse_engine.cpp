@@ -152,7 +152,7 @@ struct Emulator {
 TEST(ImpulseEngine, ConformsOnItsEmulator) {
   Emulator emulator;
   ImpulseEngineDevice device;
-  conforms(device, emulator.words());
+  conforms(device, emulator.words(), 4);
 }
 
 TEST(ImpulseEngine, ItSaysWhoItIsAndItsHandPressesTwentyMillimetres) {

@@ -274,8 +274,10 @@ void washSurface(const SurfaceModel& model, std::size_t object, const std::array
     if (k >= count || !(state.film[i] > 0) || !(state.area[i] > 0)) continue;
     const double area = state.area[i], before = thickness(state, i);
     // dh/dt = −tau h²/(2 mu √A), solved exactly over the impulse.
+    // At most what is there: rounding alone would take a little from `loose`.
     const double film =
-        area * before / (1 + impulse / 3 * before / (2 * kFilmViscosity * area * std::sqrt(area)));
+        std::min(state.film[i],
+                 area * before / (1 + impulse / 3 * before / (2 * kFilmViscosity * area * std::sqrt(area))));
     state.loose[i] += state.film[i] - film;
     state.film[i] = film;
   }
