@@ -186,8 +186,9 @@ TEST(System, StopClosesTheRecordingAndStartBeginsAnotherBesideIt) {
     rosbag::Bag bag(output + "/session.bag", rosbag::bagmode::Read);
     std::map<std::string, int> counts;
     for (const rosbag::MessageInstance& m : rosbag::View(bag)) ++counts[m.getTopic()];
-    for (const char* relayed : {"step_inputs", "joint_states", "phantom_box/joint_states"})
-      EXPECT_GT(counts["/vest/" + std::string(relayed)], 100) << relayed;
+    EXPECT_GT(counts["/vest/step_inputs"], 100);
+    for (const char* thinned : {"joint_states", "phantom_box/joint_states"})
+      EXPECT_GT(counts["/vest/" + std::string(thinned)], 10) << thinned;
     EXPECT_GT(counts["/vest/tissue/instruments"], 10);
     EXPECT_EQ(counts["/vest/tissue/scene"], 1) << "the bag carries its scene";
     EXPECT_EQ(counts["/vest/effects/options"], 1);

@@ -302,8 +302,11 @@ void SurfaceEffect::tellFrame(const scene::World& world) {
   f.flow.clear(), f.wetness.clear();
   for (std::size_t i = 0; i < world.objectCount(); ++i) {
     const std::uint32_t room = model_.first[i + 1] - model_.first[i];
+    // The cavity's knots lie centimetres apart: shown between them, the film of one jet would redden all of
+    // it.
+    const bool shown = world.description().objects[i].model != scene::ObjectModel::Rigid;
     for (std::uint32_t k = 0; k < world.knotCount(i); ++k) {
-      const bool known = k < room;
+      const bool known = shown && k < room;
       f.flow.push_back(known ? state_.flow[model_.first[i] + k] : 0.0f);
       f.wetness.push_back(known ? bleeding::wetness(bleeding::thickness(state_, model_.first[i] + k)) : 0.0f);
     }
