@@ -1,6 +1,6 @@
 """What scripts/mutants.py spoils in this package: file, text, what it becomes, test program, test that must go red."""
 L, F, S, P, C, M, R, X, G = (
-    "src/safety/limiter.cpp", "src/safety/freshness.cpp", "src/safety/sensor_check.cpp", "src/safety/passivity.cpp",
+    "src/safety/limiter.cpp", "src/safety/freshness.cpp", "src/device/sensor_check.cpp", "src/safety/passivity.cpp",
     "src/loop/controller.cpp", "src/device/mailbox_device.cpp", "src/loop/registration.cpp", "src/loop/contact_force.cpp",
     "include/vest_haptics/safety/gate.h")
 O, H, W, D, I, V, E, N = ("src/loop/loop.cpp", "src/device/phantom.cpp", "src/device/force_transport.cpp", "src/device/simulated.cpp",

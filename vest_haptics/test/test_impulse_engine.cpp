@@ -14,7 +14,7 @@
 #include "device_bench.h"
 #include "support.h"
 #include "vest_haptics/device/impulse_engine.h"
-#include "vest_haptics/safety/sensor_check.h"
+#include "vest_haptics/device/sensor_check.h"
 
 using namespace vest::haptics;
 using namespace vest::haptics::testing;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <thread>
 
-#include "vest_haptics/safety/sensor_check.h"
+#include "vest_haptics/device/sensor_check.h"
 
 namespace vest::haptics::conformance {
 namespace {

@@ -6,10 +6,10 @@
 
 #include "../scene/stages.h"
 #include "sling_path.h"
+#include "vest_tissue/base/elementary.h"
 #include "vest_tissue/interaction/clip.h"
 #include "vest_tissue/interaction/fasteners.h"
 #include "vest_tissue/interaction/sling_loop.h"
-#include "vest_tissue/solver/elementary.h"
 
 namespace vest::interaction {
 
@@ -445,7 +445,7 @@ void apply(Context& c, int tool) {
   const Sling before = *own;
   hang(*own);
   own->drawing = draw;
-  const double factor = solver::exponential(-interaction::kSlingShortening * c.dt);
+  const double factor = base::exponential(-interaction::kSlingShortening * c.dt);
   if (draw)
     own->rest *= factor;
   else if (!own->around)

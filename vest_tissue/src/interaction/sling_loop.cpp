@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "vest_tissue/solver/elementary.h"
+#include "vest_tissue/base/elementary.h"
 
 namespace vest::interaction {
 namespace {
@@ -131,10 +131,10 @@ void stick(const Sling& s, const LoopStep& step, std::array<Vector3d, kN>& x) {
 }  // namespace
 
 Vector3d hangingNode(const Sling& s, double length, int node) {
-  const double radius = 0.5 * length / kN / solver::sineOfTurns(0.5 / kN);
+  const double radius = 0.5 * length / kN / base::sineOfTurns(0.5 / kN);
   const double turns = static_cast<double>(node) / kN;
-  return s.tip + radius * ((1.0 - solver::sineOfTurns(turns + 0.25)) * s.ahead +
-                           solver::sineOfTurns(turns) * s.across);
+  return s.tip +
+         radius * ((1.0 - base::sineOfTurns(turns + 0.25)) * s.ahead + base::sineOfTurns(turns) * s.across);
 }
 
 void swing(const Sling& s, const LoopStep& step, std::array<Vector3d, kN>& to) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "vest_tissue/solver/elementary.h"
+#include "vest_tissue/base/elementary.h"
 
 namespace vest::interaction {
 namespace {
@@ -38,11 +38,11 @@ ColumnShape columnShape(double volume, double area) {
 double denaturationRate(double kelvin) {
   if (!(kelvin > 0.0)) return 0.0;
   constexpr double kLogRate = 226.7847412249076;  // ln(3.1e98)
-  return solver::exponential(kLogRate - kArrheniusEnergy / (kGasConstant * kelvin));
+  return base::exponential(kLogRate - kArrheniusEnergy / (kGasConstant * kelvin));
 }
 
 double denaturedPart(double omega) {
-  return omega > 0.0 ? 1.0 - solver::exponential(-omega) : 0.0;
+  return omega > 0.0 ? 1.0 - base::exponential(-omega) : 0.0;
 }
 
 void deliver(HeatColumn& c, const ColumnShape& shape, const ThermalMaterial& m, double mass, double heat,

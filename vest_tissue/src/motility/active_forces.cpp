@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "../scene/stages.h"
+#include "vest_tissue/base/elementary.h"
 #include "vest_tissue/motility/motility.h"
-#include "vest_tissue/solver/elementary.h"
 
 namespace vest::scene {
 namespace {
@@ -64,7 +64,7 @@ void addForces(Context& c, std::size_t object) {
       const double n = static_cast<double>(knots.size());
       double area = 0.0;
       for (const auto k : knots) area += model.area[k] / n;
-      const double tension = -radial * area / (2.0 * solver::sineOfTurns(0.5 / n));
+      const double tension = -radial * area / (2.0 * base::sineOfTurns(0.5 / n));
       for (std::size_t i = 0; i < knots.size(); ++i) {
         const std::uint32_t p = knots[i], q = knots[(i + 1) % knots.size()];
         const Vector3d d = placeOf(q) - placeOf(p);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "vest_tissue/solver/elementary.h"
+#include "vest_tissue/base/elementary.h"
 #include "vest_tissue/solver/random.h"
 
 namespace vest::motility {
@@ -56,7 +56,7 @@ double frequencyAt(const Wave& w, double phase, std::uint32_t seed, std::uint64_
 }
 
 double waveAt(const Wave& w, double place, double phase) {
-  return solver::sineOfTurns(w.waves * place - w.direction * phase);
+  return base::sineOfTurns(w.waves * place - w.direction * phase);
 }
 
 double rampAt(double ramp, double time) {

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "vest_tissue/solver/elementary.h"
+#include "vest_tissue/base/elementary.h"
 
 /// Rotations without trigonometry of libm.
 namespace vest::suture {
@@ -29,7 +29,7 @@ inline Eigen::Quaterniond turnOf(const Eigen::Vector3d& t, const Eigen::Vector3d
 /// About the third axis.
 inline Eigen::Quaterniond about(double angle) {
   const double turns = angle * 0.15915494309189535 * 0.5;
-  return Eigen::Quaterniond(solver::sineOfTurns(turns + 0.25), 0.0, 0.0, solver::sineOfTurns(turns));
+  return Eigen::Quaterniond(base::sineOfTurns(turns + 0.25), 0.0, 0.0, base::sineOfTurns(turns));
 }
 
 /// Applies a small rotation θ given in the frame's own axes: q·(1, θ/2), normalised.

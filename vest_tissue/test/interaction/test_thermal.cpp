@@ -3,9 +3,9 @@
 #include <cmath>
 #include <vector>
 
+#include "vest_tissue/base/elementary.h"
 #include "vest_tissue/interaction/heat.h"
 #include "vest_tissue/interaction/thermal.h"
-#include "vest_tissue/solver/elementary.h"
 
 namespace {
 
@@ -13,12 +13,12 @@ using namespace vest::interaction;
 
 TEST(Elementary, ExponentialAndSineAreExactEnoughForAStep) {
   for (double x = -690.0; x < 690.0; x += 0.37)
-    ASSERT_NEAR(vest::solver::exponential(x) / std::exp(x), 1.0, 1e-14) << x;
-  EXPECT_EQ(vest::solver::exponential(0.0), 1.0);
-  EXPECT_EQ(vest::solver::exponential(-1e9), 0.0);
-  EXPECT_TRUE(std::isfinite(vest::solver::exponential(1e9)));
+    ASSERT_NEAR(vest::base::exponential(x) / std::exp(x), 1.0, 1e-14) << x;
+  EXPECT_EQ(vest::base::exponential(0.0), 1.0);
+  EXPECT_EQ(vest::base::exponential(-1e9), 0.0);
+  EXPECT_TRUE(std::isfinite(vest::base::exponential(1e9)));
   for (double t = -3.0; t < 3.0; t += 0.0013)
-    ASSERT_NEAR(vest::solver::sineOfTurns(t), std::sin(2.0 * M_PI * t), 1e-11) << t;
+    ASSERT_NEAR(vest::base::sineOfTurns(t), std::sin(2.0 * M_PI * t), 1e-11) << t;
 }
 
 /// Excess temperature of a net of knots after a time, by links alone.

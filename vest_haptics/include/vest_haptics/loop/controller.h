@@ -7,13 +7,13 @@
 #include <Eigen/Geometry>
 
 #include "vest_haptics/device/device.h"
+#include "vest_haptics/device/sensor_check.h"
 #include "vest_haptics/loop/contact_force.h"
 #include "vest_haptics/loop/registration.h"
 #include "vest_haptics/safety/freshness.h"
 #include "vest_haptics/safety/gate.h"
 #include "vest_haptics/safety/limiter.h"
 #include "vest_haptics/safety/passivity.h"
-#include "vest_haptics/safety/sensor_check.h"
 #include "vest_instruments/control/instrument.h"
 #include "vest_tissue/shared/contact_memory.h"
 

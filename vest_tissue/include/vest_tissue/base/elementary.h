@@ -6,7 +6,7 @@
 
 /// Elementary functions for use inside a step: additions, multiplications and exact scalings only, so that
 /// every machine gets the same bits (docs/conventions.md: those of libm differ between processors).
-namespace vest::solver {
+namespace vest::base {
 
 /// exp(x); relative error below 1e-14 for -700 <= x <= 700, 0 below and exp(700) above.
 /// x = n·ln2 + r, |r| <= ln2/2; Taylor series of exp(r) to the 12th power.
@@ -35,4 +35,4 @@ inline double sineOfTurns(double turns) {
   return a * sum;
 }
 
-}  // namespace vest::solver
+}  // namespace vest::base

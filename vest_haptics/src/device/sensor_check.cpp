@@ -1,4 +1,4 @@
-#include "vest_haptics/safety/sensor_check.h"
+#include "vest_haptics/device/sensor_check.h"
 
 #include <cmath>
 
