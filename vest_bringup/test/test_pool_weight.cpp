@@ -159,7 +159,7 @@ TEST(PoolWeight, ItComesToRestAndStaysThere) {
 
 TEST(PoolWeight, ASheetTooSlackToHoldAPoolStaysBounded) {
   // Beyond k²a² = 2.5 a pool draws together what it has, where the sheet gives way most; there it keeps
-  // swinging a little (decision 0350). It must not work up.
+  // swinging a little (decision 0026). It must not work up.
   const double tension = kWater * kGravity * kHalf * kHalf / 4.0;
   Sheet s(tension);
   s.run(1.0);

@@ -277,14 +277,14 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
           down = seen.up ? weight(source, under) : -weight(source, under);
           drag = impedance(under);
         }
-        // What the level lifts follows the tissue at once (docs/decisions/0450-…), also where it dips in
+        // What the level lifts follows the tissue at once (docs/decisions/0026-…), also where it dips in
         // anew.
         const bool lifts = from >= 0 && surface.closed && hit.own && w.bed_triangle[i] != id &&
                            under > -kDips && (!seen.up || hit.z < w.bed[i] - kSame);
         if (lifts) stiffness = (seen.up ? -1 : 1) * weight(source, buried);
         if (down == 0 && stiffness == 0) return;
         // Sideways still water pushes a closed organ by nothing in the sum, and squeezes it by less than what
-        // fills it resists; by the middles of cells the sum would be any (docs/decisions/0501-…).
+        // fills it resists; by the middles of cells the sum would be any (docs/decisions/0026-…).
         const double aside = from >= 0 && surface.closed ? 0.0 : -down;
         const double force[5] = {aside * static_cast<double>(x), aside * static_cast<double>(y), -down, drag,
                                  stiffness};

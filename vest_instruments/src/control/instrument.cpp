@@ -333,7 +333,7 @@ void Instrument::update(double now) {
   yield(now);
   q_ = setpoint_;
   // A simulated arm stays where its client left it, and is somewhere before the first command: with crtk,
-  // silence is no fault (decision 0110).
+  // silence is no fault (decision 0008).
   const bool silent = source_ != Source::Crtk && (last_input_ < 0.0 || now - last_input_ > kSilence);
   valid_ = !silent && source_ != Source::None && state_ == OperatingState::Enabled && homed_;
   const double dt = now - last_update_;

@@ -26,7 +26,7 @@ inline bool isFree(const TissueModel& t, const TissueState& s, std::size_t knot)
   return t.model->unknown[s.origin[knot]] >= 0;
 }
 
-/// Denatured collagen (docs/decisions/0220-…): shorter at rest, stiffer.
+/// Denatured collagen (docs/decisions/0020-…): shorter at rest, stiffer.
 inline double shrinkOf(const TissueState& s, std::size_t e) {
   return s.denatured.empty() ? 0.0 : kShrinkage * static_cast<double>(s.denatured[e]);
 }

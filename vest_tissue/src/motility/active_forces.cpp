@@ -31,7 +31,7 @@ void addForces(Context& c, std::size_t object) {
       out[static_cast<std::size_t>(axis) * stride + k] += static_cast<float>(f[axis]);
   };
   // Held over the step, so taken at its predicted middle: from where the knots are now the tension of a ring,
-  // which turns with it, would lag by half a step and feed its wall's vibrations (docs/decisions/0121-…).
+  // which turns with it, would lag by half a step and feed its wall's vibrations (docs/decisions/0011-…).
   const auto placeOf = [&, ahead = 0.5 * c.dt](std::uint32_t k) -> Vector3d {
     return knotPosition(s, k) + ahead * knotVelocity(s, k);
   };

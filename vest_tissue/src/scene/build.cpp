@@ -43,7 +43,7 @@ int multipleOf(int unit, int least) {
 
 /// Exchanges of held forces a step, for objects that touch: 4, or 3 where that costs less, in links and held
 /// forces evaluated a step. Each object's own number is this one or it doubled, so that all meet
-/// (docs/decisions/0360-…). Finite elements stay with 2 and 4: their steps are dear.
+/// (docs/decisions/0011-…). Finite elements stay with 2 and 4: their steps are dear.
 int exchanges(const WorldModel& m, double dt) {
   const int limit = static_cast<int>(std::max(1.0, solver::kSubStepsPerSecond * dt));
   int best = 4;
@@ -295,7 +295,7 @@ std::shared_ptr<fem::TissueModel> boundFem(const Description& d, const Object& o
 }
 
 /// Sub-steps and batches of a net. What the explicit solver cannot hold is stepped implicitly
-/// (docs/decisions/0230-…).
+/// (docs/decisions/0012-…).
 void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
   solver::BoundScratch scratch(s.block.knotCapacity() + 64);
   const solver::BoundLinks links = boundLinks(s);
@@ -388,7 +388,7 @@ bool within(const Eigen::Vector3d& x, const Object& other, bool closed, double r
 
 /// Organs that are connected, or touch or overlap in the scene as it is saved, belong together by design
 /// (vessels in their ligament, a tube on its mesosalpinx): they move together and do not collide with each
-/// other, or contacts would fight the connections (docs/decisions/0123-…). Likewise a knot may lie as deep in
+/// other, or contacts would fight the connections (docs/decisions/0015-…). Likewise a knot may lie as deep in
 /// a rigid object as at the start.
 void ignoreDesignedContacts(WorldModel& m) {
   const auto& d = m.description;

@@ -165,7 +165,7 @@ void exchange(Context& c, std::size_t n, double h, bool renew, bool due0, bool d
   const Connection& k = c.model.description.connections[n];
   ConnectionState& s = c.state.connections[n];
   ConnectionForce& f = c.scratch.connection_force[n];
-  // All at the middle of the batch (docs/decisions/0121-…): where the forces are taken, there they act.
+  // All at the middle of the batch (docs/decisions/0011-…): where the forces are taken, there they act.
   const double ahead = 0.5 * h;
   const Face face = faceOf(c.state, s.end1, ahead);
   if (renew) {

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Sub-steps for which the geometry of contacts holds (ours; docs/decisions/0341-…): what needs twice as many
+/// Sub-steps for which the geometry of contacts holds (ours; docs/decisions/0016-…): what needs twice as many
 /// in a step vibrates faster than the step can follow.
 constexpr int kContactSteps = 5;
 using net::Block;
@@ -23,7 +23,7 @@ net::ElementArrays elementArrays(Block& b) {
 /// Pressure of the enclosed volume. Its gradient is taken as often as its stiffness needs
 /// (ObjectConstants::volume_batches), at the positions predicted for the middle of the `interval` (s) in
 /// which it serves: taken at its start it would lag, and the part of the stiffness that comes from the
-/// pressure would feed energy (docs/decisions/0180-…). Between, the volume follows the gradient.
+/// pressure would feed energy (docs/decisions/0013-…). Between, the volume follows the gradient.
 void addPressure(Context& c, std::size_t object, bool renew, double interval) {
   ObjectState& s = c.state.objects[object];
   ObjectScratch& o = c.scratch.objects[object];
@@ -90,7 +90,7 @@ void addLoad(ObjectState& s, double h) {
 
 /// Forces that are held over the batch: gravity, loads from outside, and the slower elements where the knots
 /// will be in its middle. With that prediction the held force neither feeds nor damps
-/// (docs/decisions/0121-…).
+/// (docs/decisions/0011-…).
 void hold(Context& c, std::size_t object, double h, int batch) {
   ObjectState& s = c.state.objects[object];
   Block& b = s.block;

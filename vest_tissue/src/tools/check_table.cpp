@@ -30,7 +30,7 @@ bool rigid(const scene::Object& object) {
 }
 
 std::size_t countInside(const scene::Object& a, const scene::Object& b, Overlap& overlap) {
-  // As the World asks whether two objects belong together (docs/decisions/0123).
+  // As the World asks whether two objects belong together (docs/decisions/0015).
   const double reach = a.contact_thickness + b.contact_thickness + 3e-4;
   // What is inside of a cavity's surface is its wall, which goes on beyond its box.
   const bool cavity = modelling::enclosedVolume(b.position, b.contact_triangles) < 0;

@@ -11,7 +11,7 @@
 #include "vest_tissue/volume/mesh_file.h"
 #include "words.h"
 
-// Surfaces are read here and not by a library: docs/decisions/0440-surfaces-are-read-strictly.md.
+// Surfaces are read here and not by a library: docs/decisions/0004-files-are-read-strictly.md.
 namespace vest::volume {
 namespace {
 

@@ -57,7 +57,7 @@ TEST(Gynaecology, OrgansHaveTheHeatAndPerfusionOfTheirTissue) {
 }
 
 // Stability: no sub-step and no exchange is longer than the bounds allow, and objects that touch meet at each
-// exchange of the one that has fewer (docs/decisions/0121, 0122, 0360).
+// exchange of the one that has fewer (docs/decisions/0011).
 TEST(Gynaecology, SubStepsAndExchangesKeepTheirBoundsAndMeet) {
   const auto model = vest::scene::buildModel(scene());
   const double dt = scene().dt;

@@ -40,7 +40,7 @@ namespace {
 using tools::Place;
 
 // KiB that a round may leave in the heap. Measured: 1.7, which is what OpenCV keeps of the threads of the two
-// views (worker.h); one texture, buffer or mesh that stays has 16 and more (docs/decisions/0380-…).
+// views (worker.h); one texture, buffer or mesh that stays has 16 and more (docs/decisions/0030-…).
 // Materials, which have 1.6, are counted by their names.
 constexpr double kLeak = 10;
 constexpr double kResidentLeak = 1024;  // KiB of resident memory, in the mean of many rounds

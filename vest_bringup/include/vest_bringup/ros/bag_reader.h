@@ -26,7 +26,7 @@ struct BagMessage {
 /// Reads a bag (format 2.0, http://wiki.ros.org/Bags/Format/2.0) from its beginning to its end, in the order
 /// in which it was written. Believes nothing that the file says: every size is compared with what is there
 /// before memory is asked for, the index at the end is not needed. Why not rosbag::Bag:
-/// docs/decisions/0430-bags-are-read-as-if-they-lied.md.
+/// docs/decisions/0004-files-are-read-strictly.md.
 class BagReader {
  public:
   using Callback = std::function<void(const BagMessage&)>;

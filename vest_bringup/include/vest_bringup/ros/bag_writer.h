@@ -15,7 +15,7 @@ namespace vest::session {
 /// A bag (format 2.0, indexed, its chunks compressed with LZ4 as stock rosbag does it) that loses next to
 /// nothing when its process is killed: chunks are closed several times a second, each with one
 /// write. While open it is FILE.active; beside it FILE.progress counts what was received, for the recovery
-/// tool. Why not rosbag::Bag: docs/decisions/0290-a-bag-writer-of-our-own.md.
+/// tool. Why not rosbag::Bag: docs/decisions/0003-recording.md.
 class BagWriter {
  public:
   /// @param min_free bytes that the disk must keep free  @throws std::runtime_error naming the file

@@ -12,7 +12,7 @@ namespace vest::fem {
 /// Symmetric positive definite matrix of 3×3 blocks with a fixed pattern, and its factor L D L^T.
 /// The pattern is analysed once (approximate minimum degree order); factorise() and solve() then allocate
 /// nothing. Up-looking method: Davis, Direct Methods for Sparse Linear Systems, 2006, chapter 4, here on
-/// blocks. Why not Eigen's: docs/decisions/0171-own-block-factor.md.
+/// blocks. Why not Eigen's: docs/decisions/0017-finite-elements.md.
 class BlockLdlt {
  public:
   BlockLdlt() = default;

@@ -91,7 +91,7 @@ struct CutReport {
 };
 
 /// Removes elements (indices; dead ones are skipped) by Woodbury's formula: six columns each. A part that no
-/// longer hangs on anything fixed is taken out of the answer (docs/decisions/0172-…) and reported; it has to
+/// longer hangs on anything fixed is taken out of the answer (docs/decisions/0017-…) and reported; it has to
 /// go on as a dynamic object (looseParts()). Elements whose free nodes are all outer ones need no factor.
 /// @throws std::invalid_argument for an element that does not exist
 CutReport cut(const CondensedModel& model, CondensedState& state, const std::vector<std::size_t>& elements);

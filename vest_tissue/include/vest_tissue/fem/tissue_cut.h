@@ -6,7 +6,7 @@
 
 /// Cutting of tetrahedra (a knot P becomes P and P'): a blade opens faces between elements, and a knot
 /// whose elements no longer hold together around it by closed faces is doubled. No element is lost or made,
-/// so that mass, rest shape and stiffness of every element stay (docs/decisions/0210-…).
+/// so that mass, rest shape and stiffness of every element stay (docs/decisions/0019-…).
 namespace vest::fem {
 
 inline constexpr std::size_t kMostIncident = 192;  ///< elements at one knot that dividing has room for (ours)

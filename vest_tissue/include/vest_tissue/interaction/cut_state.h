@@ -15,7 +15,7 @@
 /// on two edges is cut through: the knots nearest to the crossings become part of the cut line, and a knot
 /// whose triangles the line divides is doubled. Knots stay where they are, so that mass, rest shape and step
 /// bound are kept and no sliver arises; the skin, which is finer, opens along the blade's own track
-/// (docs/decisions/0200-…).
+/// (docs/decisions/0019-…).
 namespace vest::interaction {
 
 using Vector3Floats = std::array<float, 3>;

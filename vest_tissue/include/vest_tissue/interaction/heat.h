@@ -87,7 +87,7 @@ struct HeatLink {
 /// W/K per link, so that heat flows through the net as through the solid that the knots' masses fill:
 /// G = k·(d_0·V_0/n_0 + d_1·V_1/n_1)/L², V volume of an end's knot, n its links, d = 1/tr(M²) the number of
 /// directions that its links span, M = mean of u u^T (1: a chain, 2: a shell, 3: a lattice). Exact where
-/// links point everywhere alike in those directions; derivation in docs/decisions/0220-….
+/// links point everywhere alike in those directions; derivation in docs/decisions/0020-….
 /// @param position x y z per knot, m @param volume m³ per knot
 std::vector<double> linkConductances(const std::vector<std::array<double, 3>>& position,
                                      const std::vector<double>& volume, const std::vector<HeatLink>& links,

@@ -14,7 +14,7 @@
 ///            0          node 0: the central knot, in the pusher's end until it is tied
 ///          /   \         nodes 0 … 31, links i to i+1 of l0/32 each, closed
 ///        31     1       while untied: a chain in motion (interaction/sling_loop.h)
-///        |       |      while it lies on tissue: its length is a limit of the tissue (docs/decisions/0310-…)
+///        |       |      while it lies on tissue: its length is a limit of the tissue (docs/decisions/0022-…)
 ///        18 … 14
 ///
 /// l0 <- l0·exp(-sf·dt) while it is drawn, and back likewise while it is let go with nothing in it: the same

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 
-/// Heat in one knot's column of tissue: from the touched surface downwards in layers (docs/decisions/0220-…).
+/// Heat in one knot's column of tissue: from the touched surface downwards in layers (docs/decisions/0020-…).
 /// Stateless functions over one column; how columns exchange heat along the net is in heat.h.
 ///
 ///   touched surface  ┌────────┐ layer 0: 0.4 mm   electrode's power, loss to the gas

@@ -11,7 +11,7 @@
 namespace vest::net {
 
 /// The slower elements of a net: stateless functions over flat arrays. Their forces are evaluated once per
-/// batch of sub-steps, at the positions predicted for its middle, and held (docs/decisions/0121-…). Energies
+/// batch of sub-steps, at the positions predicted for its middle, and held (docs/decisions/0011-…). Energies
 /// are those whose negative gradient the forces are; tests check each by finite differences.
 
 /// Bending link, from an energy: E = ½·k·(beta - beta0)², where beta = pi
@@ -55,7 +55,7 @@ struct Tether {
 };
 
 /// Volume: E = ½·K·(V - V0)²/V0 over a closed surface. Beyond kGreatestCompression of V0, where an explicit
-/// step could no longer hold K, the pressure stays (ours; docs/decisions/0180-…): the energy goes on along
+/// step could no longer hold K, the pressure stays (ours; docs/decisions/0013-…): the energy goes on along
 /// its tangent.
 struct Volume {
   std::vector<std::array<std::uint32_t, 3>> triangles;

@@ -17,7 +17,7 @@ struct ObjectConstants {
   std::shared_ptr<const fem::TissueModel> fem;  ///< finite elements, fem or volume; else null
   material::Law law;
   solver::Rates rates;          ///< of the links at the start, contact reserve included
-  double calibration = 1.0;     ///< power iteration over the rigorous bound, <= 1 (docs/decisions/0122-…)
+  double calibration = 1.0;     ///< power iteration over the rigorous bound, <= 1 (docs/decisions/0011-…)
   double bound_at_start = 0.0;  ///< rigorous bound of the links at the start, 1/s²
   double slow_omega_squared = 0.0, slow_decay = 0.0;
   double contact_omega_squared = 0.0;  ///< stiffness over mass that contacts may add, 1/s²

@@ -41,7 +41,7 @@ validation::Section stiffnessSection(const Options&, const std::string& command)
   s.text(
       "A chain of five knots hangs by its weight; each link carries what is below it. What explicit "
       "sub-steps "
-      "cannot hold is stepped by backward Euler\n(docs/decisions/0230-implicit-where-explicit-cannot.md). "
+      "cannot hold is stepped by backward Euler\n(docs/decisions/0012-implicit-nets.md). "
       "Beyond 10⁶ the sag is less than the rounding of a float position (6 nm here).");
   std::vector<std::vector<std::string>> rows;
   double worst = 0.0;
