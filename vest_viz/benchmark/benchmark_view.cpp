@@ -345,7 +345,7 @@ int main(int argc, char** argv) {
               mesh.median, "0.3 ms", 0.3);
     const double longest = callbacks(o.scene);
     table.row("longest of 1000 ROS callbacks with a state or topology of the demo scene",
-              text("**%.0f µs**", longest), longest, "1000 µs (ours: no stall)", 1000);
+              text("**%.0f µs**", longest), longest, "1000 µs (assumed: no stall)", 1000);
     if (!o.output.empty())
       table.write(o.output,
                   before.substr(0, before.find(' ')) + " before, " +

@@ -10,7 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLift = 0.0003;  ///< m above the surface of knots, so that the line is not half in it (ours)
+constexpr double kLift =
+    0.0003;  ///< m above the surface of knots, so that the line is not half in it (tuned)
 constexpr std::size_t kPoints = 32;
 
 /// Empty where the mark does not lie inside a tube: a knot is nearer than the middle of any ring.

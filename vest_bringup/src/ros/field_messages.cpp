@@ -8,7 +8,7 @@
 namespace vest::ros_shell {
 namespace {
 
-constexpr double kLeastPool = 1e-7, kFilm = 3e-4;  ///< m³, m: less is a wet surface, not a pool (ours)
+constexpr double kLeastPool = 1e-7, kFilm = 3e-4;  ///< m³, m: less is a wet surface, not a pool (tuned)
 constexpr std::size_t kMostPools = 16;
 
 /// Under an organ that spans a pool water stands too, though the height field knows only the organ's top
@@ -18,8 +18,8 @@ constexpr std::size_t kMostPools = 16;
 /// @param surface m, world, per cell; NaN where it is dry  @param labels, patches grow with the surface
 void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<float>& surface,
             std::vector<std::uint32_t>& labels, std::vector<fluid::PoolPatch>& patches) {
-  constexpr int kSpan = 4;         ///< cells to either shore: 28 mm of organ with cells of 4 mm (ours)
-  constexpr float kStep = 0.002f;  ///< m between the levels of two pools that are one below (ours)
+  constexpr int kSpan = 4;         ///< cells to either shore: 28 mm of organ with cells of 4 mm (tuned)
+  constexpr float kStep = 0.002f;  ///< m between the levels of two pools that are one below (tuned)
   constexpr int kWays[4][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
   int c0 = model.columns, c1 = -1, r0 = model.rows, r1 = -1;
   for (const fluid::PoolPatch& p : patches) {
@@ -113,7 +113,7 @@ void bridge(const fluid::Model& model, const fluid::Pools& pools, std::vector<fl
 /// beside it. Drawn with the pool it would be a cliff.
 void leaveFilmsOut(const fluid::Model& model, const fluid::Pools& pools, std::vector<float>& surface,
                    std::vector<std::uint32_t>& labels) {
-  constexpr float kThin = 0.004f;  ///< m (ours)
+  constexpr float kThin = 0.004f;  ///< m (tuned)
   const std::vector<float> known = surface;
   const auto steep = static_cast<float>(model.parameters.pool_cell);
   const auto columns = static_cast<std::size_t>(model.columns), rows = static_cast<std::size_t>(model.rows);

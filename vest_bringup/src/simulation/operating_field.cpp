@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint64_t kFluidEvery = 4, kSlowEvery = 20, kFrameEvery = 25,
                         kBedEvery = 48;  ///< steps of the tissue
 constexpr int kInstrumentSlots = 128;    ///< first slot behind those of bleeding
-constexpr double kWithdrawn = 0.02;      ///< m from pivot to tip: the endoscope is in its trocar (ours)
+constexpr double kWithdrawn = 0.02;      ///< m from pivot to tip: the endoscope is in its trocar (assumed)
 
 /// What evolves here beside the cores: sums between their steps, and what edits changed.
 struct Between {

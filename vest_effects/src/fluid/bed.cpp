@@ -6,16 +6,16 @@
 namespace vest::fluid {
 namespace {
 
-constexpr float kGround = 1e-3f;  ///< m: as far as contacts let tissue into the ground (ours)
-constexpr float kSame = 1e-4f;    ///< m: nearer to the highest face is the highest face (ours)
-/// m: ground that is so much higher than at the last look has come from the side, not from below (ours: 30
+constexpr float kGround = 1e-3f;  ///< m: as far as contacts let tissue into the ground (assumed)
+constexpr float kSame = 1e-4f;    ///< m: nearer to the highest face is the highest face (tuned)
+/// m: ground that is so much higher than at the last look has come from the side, not from below (assumed: 30
 /// mm/s).
 constexpr float kOver = 1.5e-3f;
-constexpr std::size_t kOpen = 6;  ///< places that liquid set aside is shared among (ours)
-/// m: what is this high over the level may dip in before the next look, at some 0.2 m/s (ours).
+constexpr std::size_t kOpen = 6;  ///< places that liquid set aside is shared among (tuned)
+/// m: what is this high over the level may dip in before the next look, at some 0.2 m/s (assumed).
 constexpr float kDips = 0.01f;
 /// Horizontal over vertical part of a face's pressure: what stands steeper than 72° is hardly seen by cells
-/// of millimetres (ours).
+/// of millimetres (assumed).
 constexpr float kSteepest = 3.0f;
 
 /// A triangle from above, counter-clockwise there. `up`: its outside faces up.

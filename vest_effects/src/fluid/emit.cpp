@@ -7,8 +7,8 @@
 namespace vest::fluid {
 namespace {
 
-constexpr double kGreatestSpeed = 10.0;  ///< m/s of any particle: 100 mm of mercury drive 5 m/s (ours)
-constexpr double kCapture = 0.005;       ///< m: particles this near to a suction tip go into it (ours)
+constexpr double kGreatestSpeed = 10.0;  ///< m/s of any particle: 100 mm of mercury drive 5 m/s (assumed)
+constexpr double kCapture = 0.005;       ///< m: particles this near to a suction tip go into it (assumed)
 
 /// Two unit vectors across `d` (unit).
 void across(const double d[3], double e[3], double f[3]) {

@@ -5,7 +5,7 @@
 namespace vest::fluid {
 
 void findPlanes(const Model& model, const Inputs& inputs, State& state, ScratchData& s) {
-  constexpr std::size_t kMostTogether = 16;  // particles (ours)
+  constexpr std::size_t kMostTogether = 16;  // particles (tuned)
   const std::size_t n = state.particles.count;
   std::fill_n(s.plane_count.begin(), n, std::uint8_t{0});
   if (n == 0 || inputs.surface_count == 0) return;

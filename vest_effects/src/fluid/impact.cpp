@@ -8,9 +8,9 @@
 namespace vest::fluid {
 namespace {
 
-constexpr float kImpactSpeed = 0.15f;  ///< m/s: slower contacts rest, faster ones are impacts (ours)
-/// m/s: slower particles on tissue become part of the film that the pools' equations move (ours): what runs
-/// down a slope does so as shallow water, which costs a tenth.
+constexpr float kImpactSpeed = 0.15f;  ///< m/s: slower contacts rest, faster ones are impacts (assumed)
+/// m/s: slower particles on tissue become part of the film that the pools' equations move (assumed): what
+/// runs down a slope does so as shallow water, which costs a tenth.
 constexpr float kRestSpeed = 0.4f;
 constexpr double kSplashNumber = 57.7;  ///< We^½·Re^¼ of Mundo, Sommerfeld and Tropea 1995
 

@@ -8,7 +8,7 @@ namespace vest::fluid {
 namespace {
 
 constexpr float kSlack =
-    0.0005f;  ///< m: so far may knots move before their blocks' boxes are made anew (ours)
+    0.0005f;  ///< m: so far may knots move before their blocks' boxes are made anew (tuned)
 
 bool stayed(const float* now, const float* then, std::size_t count) {
   int moved = 0;

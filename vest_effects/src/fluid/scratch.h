@@ -88,7 +88,7 @@ struct ParticleGroup {
 /// Friction c_f of a smooth wall, tau = c_f rho u² (Chow 1959, order of).
 inline constexpr float kDrag = 0.005f;
 
-/// Triangles of a run (ours): neighbours in a mesh mostly have neighbouring numbers.
+/// Triangles of a run (tuned): neighbours in a mesh mostly have neighbouring numbers.
 inline constexpr std::size_t kTriangleBlock = 8;
 
 /// Boxes around runs of a surface's triangles, kept from step to step while its knots hardly move: they only
@@ -263,7 +263,7 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
 /// ScratchData::around: what it reaches, ScratchData::underside: the lowest face over the ground there (m).
 void sinkLevels(const Model& model, State& state, ScratchData& s);
 inline constexpr float kStanding =
-    1e-3f;  ///< m: shallower water is a film, which does not reach under tissue (ours)
+    1e-3f;  ///< m: shallower water is a film, which does not reach under tissue (assumed)
 void stepBubbles(const Model& model, const Inputs& inputs, State& state);
 void hitWindow(const Model& model, const Inputs& inputs, const State& state, Report& report);
 /// Takes away what has no volume left, keeping the order.

@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kLife = 3.5f;         ///< s of a puff (assumed)
 constexpr double kPuffEvery = 0.08;   ///< s between puffs of a source (assumed)
-constexpr double kLeastMass = 1e-10;  ///< kg: a cavity with less counts as clear (ours)
+constexpr double kLeastMass = 1e-10;  ///< kg: a cavity with less counts as clear (assumed)
 constexpr int kTransports = 3;        ///< a step
 constexpr int kRelaxations = 8;       ///< a step; the pressure goes on from the step before
 

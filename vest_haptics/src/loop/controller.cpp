@@ -151,7 +151,7 @@ Loads Controller::toDevice(const Vector3d& force_W, const Vector3d& torque_W,
 
 void Controller::addTrocar(Loads& loads) const noexcept {
   constexpr double kRest =
-      0.002;  // m/s: below it Coulomb friction is viscous, so that it does not chatter (ours)
+      0.002;  // m/s: below it Coulomb friction is viscous, so that it does not chatter (tuned)
   const auto friction = [&](double v) {
     return -options_.trocar_friction * v / (std::abs(v) + kRest) - options_.trocar_viscosity * v;
   };

@@ -11,7 +11,7 @@
 namespace vest::contact {
 namespace {
 
-constexpr std::size_t kMostWork = 1000000000;  // distances to triangles: a minute (ours)
+constexpr std::size_t kMostWork = 1000000000;  // distances to triangles: a minute (assumed)
 
 }  // namespace
 

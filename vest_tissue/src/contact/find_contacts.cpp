@@ -13,13 +13,13 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 using net::Block;
 
-constexpr double kMargin = 0.0015;       ///< m: contacts are prepared this much before they touch (ours)
+constexpr double kMargin = 0.0015;       ///< m: contacts are prepared this much before they touch (tuned)
 constexpr double kJawFriction = 0.6;     ///< serrated jaws on tissue; assumed
 constexpr double kSteepest = 1.733;      ///< no unit: of trilinear interpolation between distances, sqrt(3)
 constexpr double kRounding = 1e-6;       ///< m: far more than single precision loses in a box of 1 m
 constexpr double kGrip = 0.5;            ///< of critical: damping that friction amounts to at most
 constexpr double kContactDamping = 0.3;  ///< of critical, along the normal
-constexpr double kShallow = 0.5;         ///< of the reach: contacts that are renewed within the step (ours)
+constexpr double kShallow = 0.5;         ///< of the reach: contacts that are renewed within the step (tuned)
 constexpr std::size_t kMostContacts = 512;
 
 std::uint64_t sideKey(std::uint8_t tool, std::uint8_t capsule, std::uint16_t object, std::uint32_t triangle) {

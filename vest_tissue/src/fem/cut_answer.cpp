@@ -9,9 +9,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostCouplings = 64;  ///< nodes that one knot's elements lead to (ours)
-constexpr double kColumnBytes = 48e6;       ///< of kept answers (ours)
-constexpr double kOpenedBytes = 16e6;       ///< of columns of nodes that cuts laid open (ours)
+constexpr std::size_t kMostCouplings = 64;  ///< nodes that one knot's elements lead to (assumed)
+constexpr double kColumnBytes = 48e6;       ///< of kept answers (assumed)
+constexpr double kOpenedBytes = 16e6;       ///< of columns of nodes that cuts laid open (assumed)
 
 /// Lower Cholesky factor of the leading n × n part, row by row: a row needs those before it alone. From row
 /// `first` on, the earlier ones being those of the same matrix.

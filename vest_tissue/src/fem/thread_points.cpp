@@ -10,9 +10,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int kRounds = 4;                // of Newton's method, at most (ours)
-constexpr double kSettledTension = 0.01;  // relative change of the tension at which they end (ours)
-constexpr double kShortestLink = 1e-5;    // m: a link is no stiffer across than one of this length (ours)
+constexpr int kRounds = 4;                // of Newton's method, at most (tuned)
+constexpr double kSettledTension = 0.01;  // relative change of the tension at which they end (tuned)
+constexpr double kShortestLink = 1e-5;    // m: a link is no stiffer across than one of this length (tuned)
 constexpr int kMostRows = 3 * static_cast<int>(kMostThreadPoints);
 
 /// Lower Cholesky factor in place, column by column: columns are contiguous. False: not positive definite.

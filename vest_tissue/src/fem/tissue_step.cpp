@@ -11,12 +11,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kTolerance = 1e-7;  ///< of conjugate gradients, relative residual in the factor's norm
-constexpr double kRounding = 1e-22;  ///< of the squared residual (ours)
-constexpr int kSweeps = 40;          ///< of Gauss-Seidel over the points (ours)
+constexpr double kRounding = 1e-22;  ///< of the squared residual (tuned)
+constexpr int kSweeps = 40;          ///< of Gauss-Seidel over the points (tuned)
 constexpr double kOvershoot = 4.0;   ///< no unit; ours
-constexpr double kPushOut = 2.0;     ///< m/s: of what a tool that appears in tissue holds within (ours)
-constexpr double kStiffer = 4.0;     ///< stiffness of a contact over that of the tissue in this step (ours)
-constexpr int kThreadPasses = 2;     ///< of correctThreads() (ours)
+constexpr double kPushOut = 2.0;     ///< m/s: of what a tool that appears in tissue holds within (tuned)
+constexpr double kStiffer = 4.0;     ///< stiffness of a contact over that of the tissue in this step (tuned)
+constexpr int kThreadPasses = 2;     ///< of correctThreads() (tuned)
 constexpr double kSettled = 1e-7;    ///< relative change of forces at which the sweeps end
 
 inline bool corotational(const TissueModel& t) {

@@ -25,7 +25,7 @@ constexpr double kSlack = 0.03;  ///< of an edge: neighbours overlap by it, so t
 constexpr double kSpread = 0.001;
 /// The share of the toughness that a cutting current leaves to the hand; assumed: it vaporises its way.
 constexpr double kElectricShare = 0.1;
-constexpr double kSlowest = 1e-3;  ///< m/s: below it the cutting force fades with the speed (ours)
+constexpr double kSlowest = 1e-3;  ///< m/s: below it the cutting force fades with the speed (tuned)
 
 struct Box {
   Vector3d low = Vector3d::Constant(1e30), high = Vector3d::Constant(-1e30);
@@ -111,7 +111,7 @@ void markLine(CutJob& j, std::uint32_t triangle, std::uint32_t a, std::uint32_t 
 /// neighbours have chosen, unless the other side is clearly nearer. A line that changed sides at every
 /// triangle would leave teeth that hang by a corner.
 void chooseKnots(CutJob& j, CutCrossing& x, CutCrossing& y) {
-  constexpr double kClear = 0.3;  // of an edge (ours)
+  constexpr double kClear = 0.3;  // of an edge (tuned)
   // Edges 0 and 1 share corner 1, 1 and 2 corner 2, 0 and 2 corner 0.
   const std::uint8_t common = x.edge == 0 && y.edge == 2 ? 0 : y.edge;
   const auto other = [&](const CutCrossing& c) {

@@ -73,7 +73,7 @@ Pairs pairsOf(const CutJob& j, std::uint32_t a, std::uint32_t b) {
   if (p.count > 0 || wereNear(j, a, b)) return p;
   // Through the organ: it stays with the part that it points into; along the cut it belongs to both sides,
   // but never to one knot of each.
-  constexpr double kAlong = -0.2;  // cosine (ours)
+  constexpr double kAlong = -0.2;  // cosine (tuned)
   const auto into = [&](std::uint32_t x, const Vector3d& way) {
     const Vector3d in = j.inward(x);
     return in.dot(way) >= kAlong * std::sqrt(in.squaredNorm() * way.squaredNorm());

@@ -14,8 +14,8 @@ using interaction::CutScratch;
 using interaction::CutState;
 using interaction::kNone;
 
-constexpr double kThinWall = 0.001;  ///< m: of an open surface whose scene names no wall_thickness (ours)
-constexpr double kHollow = 0.7;      ///< of the solid's depth: a wall thinner than that leaves a lumen (ours)
+constexpr double kThinWall = 0.001;  ///< m: of an open surface whose scene names no wall_thickness (assumed)
+constexpr double kHollow = 0.7;  ///< of the solid's depth: a wall thinner than that leaves a lumen (assumed)
 
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 

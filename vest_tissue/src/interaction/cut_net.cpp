@@ -7,7 +7,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLeastShare = 0.25;  ///< of a knot's mass that a part gets (ours): no knot becomes too light
+constexpr double kLeastShare =
+    0.25;  ///< of a knot's mass that a part gets (tuned): no knot becomes too light
 constexpr std::size_t kMostAround = 64;  ///< triangles around a knot that are looked at
 
 /// Fans of triangles around a knot that the line divides.

@@ -11,9 +11,9 @@ using interaction::CutTrack;
 using interaction::kNone;
 
 constexpr std::size_t kMostAround = 64;       ///< skin triangles around a vertex that are looked at
-constexpr std::size_t kWallsPerStep = 48;     ///< triangles of the inner wall that a step builds (ours)
+constexpr std::size_t kWallsPerStep = 48;     ///< triangles of the inner wall that a step builds (tuned)
 constexpr std::size_t kDoublesPerStep = 440;  ///< vertices that a step adds: the room of a delta
-constexpr double kGreatestWallReach = 0.012;  ///< m: how far from the cut the inner wall is built (ours)
+constexpr double kGreatestWallReach = 0.012;  ///< m: how far from the cut the inner wall is built (tuned)
 
 Vector3d toVector(const interaction::Vector3Floats& v) {
   return {v[0], v[1], v[2]};

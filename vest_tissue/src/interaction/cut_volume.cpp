@@ -7,7 +7,7 @@ using Eigen::Vector3d;
 using net::Block;
 
 constexpr double kLeastPart =
-    0.05;  ///< of the organ: smaller parts keep their shape by their links alone (ours)
+    0.05;  ///< of the organ: smaller parts keep their shape by their links alone (tuned)
 
 net::ElementArrays positions(const CutJob& j) {
   return {row(j.s, Block::X),

@@ -36,17 +36,17 @@ using net::Block;
 
 using LoopNodes = std::array<Vector3d, kSlingNodes>;
 
-constexpr double kLoopMargin = 0.0015;  ///< m: a surface this near to a node's way is looked at (ours)
+constexpr double kLoopMargin = 0.0015;  ///< m: a surface this near to a node's way is looked at (tuned)
 constexpr double kLies =
-    kSlingRadius;  ///< m: a node nearer than this to where it would touch lies on tissue (ours)
+    kSlingRadius;  ///< m: a node nearer than this to where it would touch lies on tissue (tuned)
 constexpr double kRadial =
-    0.5;                        ///< cosine: the surface under a node looks away from the loop's middle (ours)
-constexpr double kKeep = 1.5;   ///< of the loop's radius: a tube further from its middle has left it (ours)
-constexpr double kLegs = 0.7;   ///< of l0: two legs that long reach no slack circle's far side, 2/pi (ours)
-constexpr int kLeastArc = 8;    ///< nodes between the two legs of a thread that lies around something (ours)
-constexpr double kTaut = 0.98;  ///< of l0: a path that long is taut (ours)
+    0.5;                       ///< cosine: the surface under a node looks away from the loop's middle (tuned)
+constexpr double kKeep = 1.5;  ///< of the loop's radius: a tube further from its middle has left it (tuned)
+constexpr double kLegs = 0.7;  ///< of l0: two legs that long reach no slack circle's far side, 2/pi (tuned)
+constexpr int kLeastArc = 8;   ///< nodes between the two legs of a thread that lies around something (tuned)
+constexpr double kTaut = 0.98;  ///< of l0: a path that long is taut (tuned)
 /// Of an element's volume: drawn further it would turn inside out. Tissue is nearly incompressible, and what
-/// has lost so much is shut (ours).
+/// has lost so much is shut (tuned).
 constexpr double kCrushed = 0.25;
 constexpr double kNoTube = std::numeric_limits<double>::quiet_NaN();
 

@@ -24,9 +24,9 @@ constexpr double kBending = kSlingModulus * kInertia / (kOpenLink * kOpenLink * 
 /// 1/s: what the open loop's slowest motion, of the order of sqrt(EI/µ)/R², is damped with: twice that,
 /// critically (assumed). sqrt(EI/µ) = 0.107 m²/s, R = 19.1 mm.
 constexpr double kDamping = 600.0;
-constexpr int kRounds = 24;         // of links and planes in turn, at most (ours)
-constexpr double kExact = 1e-4;     // of a link's length: links and planes agree (ours)
-constexpr double kSoft = 1e-6;      // of a link's inverse mass: keeps a straight chain solvable (ours)
+constexpr int kRounds = 24;         // of links and planes in turn, at most (tuned)
+constexpr double kExact = 1e-4;     // of a link's length: links and planes agree (tuned)
+constexpr double kSoft = 1e-6;      // of a link's inverse mass: keeps a straight chain solvable (tuned)
 constexpr double kShortest = 1e-9;  // m
 
 /// Row of a node: from the knot outward on both sides in turn, so that neighbours are at most kBand rows

@@ -20,10 +20,10 @@ namespace {
 
 using net::Block;
 
-constexpr double kContactShare = 0.3;    ///< of the net's own omega² that contacts may add (ours)
+constexpr double kContactShare = 0.3;    ///< of the net's own omega² that contacts may add (tuned)
 constexpr double kContactLeast = 4.0e6;  ///< 1/s²: and at least this, for loose nets (2,000 rad/s)
 constexpr double kSlowMargin = 0.4;   ///< of the longest step, for held forces: they see deformed shapes too
-constexpr double kLeastHeight = 0.5;  ///< of a hinge's lower wing at rest: net::Hinge::least (ours)
+constexpr double kLeastHeight = 0.5;  ///< of a hinge's lower wing at rest: net::Hinge::least (tuned)
 constexpr double kPatch = 8.0;        ///< knots that press an elastostatic object at a time (assumed)
 /// s, an implicit step: contacts of kContactLeast are held explicitly beside it, at half a radian a step.
 constexpr double kImplicitStep = 2.5e-4;

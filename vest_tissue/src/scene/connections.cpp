@@ -12,12 +12,12 @@ namespace {
 using Eigen::Vector3d;
 using net::Block;
 
-constexpr double kLeastFace = 1e-12;  ///< m²: less than a micrometre each way (ours)
-/// 1: greatest answer of a face to a force at the end of its lever, over that at its foot (ours). Connections
-/// of 11 mm on triangles of 4 mm would need ten times as many exchanges as their foot does.
+constexpr double kLeastFace = 1e-12;  ///< m²: less than a micrometre each way (tuned)
+/// 1: greatest answer of a face to a force at the end of its lever, over that at its foot (tuned).
+/// Connections of 11 mm on triangles of 4 mm would need ten times as many exchanges as their foot does.
 constexpr double kGreatestLever = 6.0;
 /// A face that crumples would carry its lever with the forces of a crowbar: a connection gets softer where
-/// its ends have become this much lighter than they were built (ours).
+/// its ends have become this much lighter than they were built (tuned).
 constexpr double kLighter = 2.0;
 
 Vector3d at(const ObjectState& s, std::uint32_t knot, double ahead) {

@@ -10,8 +10,8 @@
 namespace vest::scene::csv {
 namespace {
 
-constexpr std::size_t kMostCells = 64;      // of a line (ours)
-constexpr std::size_t kMostRows = 2000000;  // of a table (ours)
+constexpr std::size_t kMostCells = 64;      // of a line (assumed)
+constexpr std::size_t kMostRows = 2000000;  // of a table (assumed)
 
 /// At most kMostCells + 1 cells.
 std::vector<std::string> split(const std::string& line) {

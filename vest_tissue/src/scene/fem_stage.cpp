@@ -13,14 +13,14 @@ using fem::TissuePoint;
 using net::Block;
 
 /// Of the proxy's mass over dt²: stiffness that its explicit coupling bears, shared by a tool's points
-/// (ours).
+/// (assumed).
 constexpr double kProxyShare = 0.3;
 constexpr double kHeldShare = 0.25;  ///< (omega·h)² of contacts with the cavity, which are held over a step
 constexpr double kHeldGrip = 0.3;    ///< of mass/h: damping that friction amounts to at most
 constexpr std::uint8_t kOrgan = 255;   ///< TissuePoint::tool of contacts with other objects
 constexpr std::uint8_t kThread = 254;  ///< TissuePoint::tool of a sling's places
 constexpr double kDrawn = 0.5;     ///< m/s: a thread that is too short at once is drawn no faster; assumed
-constexpr double kQuiet = 1e-9;    ///< m/s: fem::TissueScratch::quiet (ours)
+constexpr double kQuiet = 1e-9;    ///< m/s: fem::TissueScratch::quiet (tuned)
 constexpr double kInexact = 1e-2;  ///< relative residual of a step's solve above which it is announced
 
 Vector3d toVector(const float v[3]) {

@@ -9,7 +9,7 @@ namespace vest::scene::snapshot {
 namespace {
 
 constexpr double kFarthestPlace = 1e6, kFastest = 1e3;  // m, m/s: beyond them a step is a FAULT
-constexpr int kMostSubSteps = 4096;                     // of an object in a step (ours)
+constexpr int kMostSubSteps = 4096;                     // of an object in a step (assumed)
 
 std::string number(double value) {
   char text[32];

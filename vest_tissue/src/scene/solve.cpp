@@ -10,8 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Sub-steps for which the geometry of contacts holds (ours; docs/decisions/0016-…): what needs twice as many
-/// in a step vibrates faster than the step can follow.
+/// Sub-steps for which the geometry of contacts holds (tuned; docs/decisions/0016-…): what needs twice as
+/// many in a step vibrates faster than the step can follow.
 constexpr int kContactSteps = 5;
 using net::Block;
 
@@ -64,8 +64,8 @@ void addPressure(Context& c, std::size_t object, bool renew, double interval) {
 }
 
 /// Loads from outside. Their damping is part of the knots' decay (loads.cpp); finite elements, which have
-/// none, get as much of it as a force that is held may take, half of the momentum (ours). The lift follows
-/// the knot to the middle of the batch, as stiff as a quarter of what a held force may be (ours).
+/// none, get as much of it as a force that is held may take, half of the momentum (tuned). The lift follows
+/// the knot to the middle of the batch, as stiff as a quarter of what a held force may be (tuned).
 void addLoad(ObjectState& s, double h) {
   Block& b = s.block;
   const bool drags = !s.tissue.x.empty() && s.tissue.dynamic;

@@ -20,8 +20,8 @@ constexpr int kHalvings = 12;            // of a step in the line search
 constexpr double kDescent = 1e-4;        // share of the linear decrease that a step must reach (Armijo)
 // J per metre of the last step: differences of energies below it are rounding.
 constexpr double kFloatEnergy = 1.0;
-// m/s: what goes far in one step keeps no more, half of what the World takes for absurd (ours). A knot of a
-// microgram that was crushed by centimetres is at rest within a step of 0.25 ms and has no speed to go on
+// m/s: what goes far in one step keeps no more, half of what the World takes for absurd (assumed). A knot of
+// a microgram that was crushed by centimetres is at rest within a step of 0.25 ms and has no speed to go on
 // with.
 constexpr double kFastest = 50.0;
 // Shares of the greatest diagonal that are added to it: where rounding beside huge stiffness keeps the matrix

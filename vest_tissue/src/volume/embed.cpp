@@ -15,8 +15,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostEntries = 8000000;  // of a grid, and boxes looked at for them / 8 (ours)
-constexpr std::size_t kMostLooks = 200000000;  // at tetrahedra: seconds (ours)
+constexpr std::size_t kMostEntries = 8000000;  // of a grid, and boxes looked at for them / 8 (assumed)
+constexpr std::size_t kMostLooks = 200000000;  // at tetrahedra: seconds (assumed)
 
 struct Box {
   Vector3d low = Vector3d::Constant(1e300), high = Vector3d::Constant(-1e300);

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostWork = 1000000000;  // looks at triangles: seconds (ours)
+constexpr std::size_t kMostWork = 1000000000;  // looks at triangles: seconds (assumed)
 
 [[noreturn]] void refuse(const std::string& what) {
   throw std::invalid_argument(what);

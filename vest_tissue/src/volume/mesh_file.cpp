@@ -12,8 +12,8 @@ namespace vest::volume {
 namespace {
 
 constexpr std::size_t kTag = 1u << 30;
-constexpr std::size_t kMostTetrahedra = 2000000;  // of a file (ours)
-constexpr std::size_t kMostCells = 4000000;       // of a file (ours)
+constexpr std::size_t kMostTetrahedra = 2000000;  // of a file (assumed)
+constexpr std::size_t kMostCells = 4000000;       // of a file (assumed)
 
 /// Nodes of an element by gmsh's number of its kind; 0: not known.
 std::size_t nodesOfKind(std::size_t kind) {

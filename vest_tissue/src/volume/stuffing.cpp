@@ -18,7 +18,7 @@ using Tet = std::array<Index, 4>;
 /// (of length `cell`) and short ones (Labelle and Shewchuk 2007, table 2: 10.7 … 164.8 degrees).
 constexpr double kNearLong = 0.24999, kNearShort = 0.41189;
 
-/// Cosines of 12 and 165 degrees: angles that moved nodes must leave (ours).
+/// Cosines of 12 and 165 degrees: angles that moved nodes must leave (tuned).
 constexpr double kSharpest = 0.97814760073380558, kFlattest = -0.96592582628906829;
 
 /// Body-centred cubic lattice over a box: corners of cubes, then their centres.

@@ -17,8 +17,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostTriangles = 2000000;  // of a file (ours)
-constexpr std::size_t kMostCorners = 64;         // of a polygon (ours)
+constexpr std::size_t kMostTriangles = 2000000;  // of a file (assumed)
+constexpr std::size_t kMostCorners = 64;         // of a polygon (assumed)
 
 /// Collects polygons; vertices at one place are one vertex.
 class Builder {

@@ -10,8 +10,8 @@
 
 namespace vest::volume {
 
-inline constexpr std::size_t kMostNodes = 2000000;  ///< of a file (ours)
-inline constexpr double kFarthest = 1e6;            ///< of a coordinate: a kilometre in millimetres (ours)
+inline constexpr std::size_t kMostNodes = 2000000;  ///< of a file (assumed)
+inline constexpr double kFarthest = 1e6;            ///< of a coordinate: a kilometre in millimetres (assumed)
 
 /// Words of a text file, with the line for messages.
 class Words {

@@ -12,7 +12,7 @@ class InstrumentHistory {
  public:
   static constexpr std::size_t kMost = 256;  ///< messages: a quarter of a second at the trainer's 1 kHz
   /// s: tissue of which no state came for longer stands still, if the newest instruments are later than its
-  /// state by more: the instruments go on without it. The states of the trainer are 17 ms apart (ours).
+  /// state by more: the instruments go on without it. The states of the trainer are 17 ms apart (assumed).
   static constexpr double kStandsStill = 0.1;
 
   /// A stamp before the newest one (a bag that jumped) starts anew.

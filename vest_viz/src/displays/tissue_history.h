@@ -13,7 +13,7 @@ namespace vest::displays {
 /// revision met before is there at once. Others come with the next whole topology (10 s at most).
 class TissueHistory {
  public:
-  static constexpr std::size_t kMostTopologies = 16, kMostDeltas = 4096;  ///< the oldest go first (ours)
+  static constexpr std::size_t kMostTopologies = 16, kMostDeltas = 4096;  ///< the oldest go first (assumed)
 
   /// A topology of another scene starts a new history.
   void add(const vest_msgs::TissueTopology::ConstPtr& topology);

@@ -29,9 +29,9 @@ struct Shown {
   float low, high;
 };
 /// Blood that lies on the skin shows like blood that comes out of it, but never as deep: it lets the relief
-/// through (ours).
+/// through (tuned).
 constexpr Shown kFilm{vest_msgs::TissueField::WETNESS, 0.0f, 1.6f};
-constexpr float kLeastMark = 0.02f;  ///< share of the range from which on a field is drawn (ours)
+constexpr float kLeastMark = 0.02f;  ///< share of the range from which on a field is drawn (tuned)
 constexpr std::array<Shown, 4> kShown{{{vest_msgs::TissueField::BLEEDING, 0.0f, 2e-9f},
                                        {vest_msgs::TissueField::DAMAGE, 0.0f, 1.0f},
                                        {vest_msgs::TissueField::CHAR, 0.0f, 1.0f},
@@ -42,7 +42,7 @@ constexpr double kCoarse = 0.0001;
 constexpr double kCoarseWall = 0.0003;          // m: of walls behind the organs
 constexpr std::size_t kMostTriangles = 100000;  // above, a worker would need too long
 /// m: from here on a dent or a waist that fewer triangles do not follow is drawn with all of them, down to
-/// half of it: some three pixels of the standard view (ours).
+/// half of it: some three pixels of the standard view (tuned).
 constexpr float kBent = 0.0005f;
 
 /// m: mean length of the links between knots.

@@ -13,9 +13,9 @@ using Eigen::Vector3f;
 // Kinds that drops.frag knows.
 constexpr float kDrop = 0.0f, kBubble = 1.0f, kStream = 2.0f;
 
-constexpr float kFlying = 0.15f;    // m/s: slower ones run over tissue (ours)
+constexpr float kFlying = 0.15f;    // m/s: slower ones run over tissue (assumed)
 constexpr float kLongest = 0.05f;   // m: of a streak
-constexpr float kReach = 6.0f;      // spacings between two particles of a stream at most (ours)
+constexpr float kReach = 6.0f;      // spacings between two particles of a stream at most (tuned)
 constexpr float kNearest = 0.8f;    // spacings: nearer ones are a body of water, no thin stream
 constexpr int kCrowd = 3;           // particles within 1.5 spacings make one, too
 constexpr float kShed = 0.12f;      // of a drop's volume into each of its two satellites (by eye)

@@ -7,8 +7,8 @@ namespace vest::instrument {
 namespace {
 
 constexpr float kHalfWidth = 0.0020f;  // m: of the jaws (make_meshes.cpp), all within 0.2 mm
-constexpr float kFade = 0.0030f;       // m: tissue bends round their edges (ours)
-constexpr float kReach = 0.0080f;      // m from the middle: thicker things do not fit between them (ours)
+constexpr float kFade = 0.0030f;       // m: tissue bends round their edges (tuned)
+constexpr float kReach = 0.0080f;      // m from the middle: thicker things do not fit between them (tuned)
 constexpr float kBite = 0.0001f;       // m: teeth sink in
 
 /// 1 inside of low … high, 0 beyond kFade around it.

@@ -59,7 +59,7 @@ struct MetricInfo {
 
 inline constexpr double kIdleSpeed = 0.005;      ///< m/s, as of vest_metrics
 inline constexpr double kForceWindow = 0.020;    ///< s: force peaks are peaks of the mean over it
-inline constexpr double kFreeForce = 0.5;        ///< N that the impulse does not count (ours)
+inline constexpr double kFreeForce = 0.5;        ///< N that the impulse does not count (assumed)
 inline constexpr double kTouchPause = 0.1;       ///< s without contact before the next touch counts
 inline constexpr double kOutOfViewPause = 0.2;   ///< s that a tip may leave the picture
 inline constexpr double kPictureHalfAngle = 35;  ///< degrees: half the field of view of the endoscope

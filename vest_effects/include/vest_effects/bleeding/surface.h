@@ -54,7 +54,7 @@ constexpr double kSealHeat = 1.06e5;
 /// m: vessels that a cut face opens feed tissue as far behind it (assumed; a liver's face gives 0.9 ml a
 /// minute from a square centimetre).
 constexpr double kFeedDepth = 0.01;
-/// Most places that drip at a time; drips of an object nearer than kOneDrip fall as one (ours).
+/// Most places that drip at a time; drips of an object nearer than kOneDrip fall as one (assumed).
 constexpr int kMostDrips = 60;
 constexpr double kOneDrip = 0.005;  ///< m
 

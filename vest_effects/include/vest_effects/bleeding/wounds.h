@@ -13,8 +13,8 @@ namespace vest::bleeding {
 constexpr int kMostOpenings = 48;  ///< ours; a cut through takes two
 constexpr int kMostClamps = 56;  ///< ours; cuts through take one each. Both fit kMostHoles and kMostClosures
 
-/// Openings of one vessel nearer than this count as one, and heat reaches so far, m in the scene (ours: jaws
-/// are 3 … 5 mm wide).
+/// Openings of one vessel nearer than this count as one, and heat reaches so far, m in the scene (assumed:
+/// jaws are 3 … 5 mm wide).
 constexpr double kSamePlace = 0.003;
 constexpr int kMostPinches = 8;  ///< ours; with clamps they fit kMostClosures
 /// A clot of a whole opening needs so long, s, while nothing flows through it (four times as fast as on
@@ -23,7 +23,7 @@ constexpr int kMostPinches = 8;  ///< ours; with clamps they fit kMostClosures
 constexpr double kStillClotting = 60, kHoleClotting = 240;
 constexpr double kSmallHole = 5e-7;  ///< m² in the scene: a needle of 0.8 mm (assumed)
 constexpr double kStillFlow = 5e-9;  ///< m³/s: less is no flow that keeps a clot away (assumed)
-/// Share of the lumen from which on an opening is a cut through (ours: the rest tears).
+/// Share of the lumen from which on an opening is a cut through (assumed: the rest tears).
 constexpr double kThrough = 0.8;
 
 enum class End : std::int8_t { kHeart = -1, kWall = 0, kFar = 1 };

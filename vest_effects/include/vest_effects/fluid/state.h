@@ -37,7 +37,7 @@ struct Pools {
   double sunk_at = 0;  ///< s: State::time when it was renewed
 };
 inline constexpr float kNoBed = -1.0e3f;
-inline constexpr float kDryDepth = 1.0e-5f;  ///< m: shallower counts as dry (ours)
+inline constexpr float kDryDepth = 1.0e-5f;  ///< m: shallower counts as dry (tuned)
 
 struct Bubbles {
   std::size_t count = 0;

@@ -38,7 +38,7 @@ struct Source {
 struct Suction {
   std::array<double, 3> position{};  ///< m, world
   double flow = 0;                   ///< m³/s
-  double reach = 0.012;              ///< m: nothing beyond it is drawn (ours)
+  double reach = 0.012;              ///< m: nothing beyond it is drawn (assumed)
 };
 
 /// A window that drops may hit.

@@ -67,7 +67,7 @@ const char* toText(Status status);
 
 constexpr int kMostSubsteps = 1'000'000;
 /// s: a network that needs shorter ones would run for hours without a word; arteries in cells of 0.1 mm need
-/// twenty times as long ones (ours).
+/// twenty times as long ones (assumed).
 constexpr double kLeastSubstep = 5e-8;
 
 struct StepReport {

@@ -10,7 +10,7 @@
 
 namespace vest::fem {
 
-inline constexpr std::size_t kMostCutKnots = 128;  ///< doubled knots and their copies that have room (ours)
+inline constexpr std::size_t kMostCutKnots = 128;  ///< doubled knots and their copies that have room (tuned)
 /// Knots of the points of one step that have room.
 inline constexpr std::size_t kMostTouched = 3 * kMostTissuePoints;
 

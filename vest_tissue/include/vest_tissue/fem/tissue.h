@@ -16,17 +16,17 @@ namespace vest::fem {
 
 class CutAnswer;
 
-inline constexpr std::size_t kMostTissueNodes = 20000;       ///< of an object (ours)
-inline constexpr std::size_t kMostSurfaceNodes = 2000;       ///< 288 MB of inverse (ours)
-inline constexpr std::size_t kMostElastostaticNodes = 1500;  ///< free ones: 162 MB of inverse (ours)
-inline constexpr std::size_t kMostContactPoints = 96;        ///< contacts and held knots at a time (ours)
+inline constexpr std::size_t kMostTissueNodes = 20000;       ///< of an object (assumed)
+inline constexpr std::size_t kMostSurfaceNodes = 2000;       ///< 288 MB of inverse (assumed)
+inline constexpr std::size_t kMostElastostaticNodes = 1500;  ///< free ones: 162 MB of inverse (assumed)
+inline constexpr std::size_t kMostContactPoints = 96;        ///< contacts and held knots at a time (assumed)
 inline constexpr std::size_t kMostThreadPoints = 32;         ///< of one thread, its knot among them
-inline constexpr std::size_t kMostThreads = 3;               ///< drawn taut on an object at a time (ours)
+inline constexpr std::size_t kMostThreads = 3;               ///< drawn taut on an object at a time (assumed)
 /// Points of one step.
 inline constexpr std::size_t kMostTissuePoints = kMostContactPoints + kMostThreads * kMostThreadPoints;
-inline constexpr int kTissueIterations = 24;    ///< of conjugate gradients in a step: bounded work (ours)
+inline constexpr int kTissueIterations = 24;    ///< of conjugate gradients in a step: bounded work (tuned)
 inline constexpr int kMostGroupKnots = 48;      ///< that one rigid group holds (interaction::kMaxClipKnots)
-inline constexpr std::size_t kMostGroups = 16;  ///< at a time (ours)
+inline constexpr std::size_t kMostGroups = 16;  ///< at a time (assumed)
 /// Denatured collagen is up to a third shorter (Wright & Humphrey 2002, Annu. Rev. Biomed. Eng. 4:109) and
 /// coagulated tissue several times stiffer; the factor is assumed. As links of nets (interaction/heat.h).
 inline constexpr double kShrinkage = 0.3, kStiffening = 4.0;

@@ -9,7 +9,8 @@
 /// so that mass, rest shape and stiffness of every element stay (docs/decisions/0019-…).
 namespace vest::fem {
 
-inline constexpr std::size_t kMostIncident = 192;  ///< elements at one knot that dividing has room for (ours)
+inline constexpr std::size_t kMostIncident =
+    192;  ///< elements at one knot that dividing has room for (assumed)
 
 /// Faces behind which there is tissue: element·4 + face.
 inline std::uint32_t faceCode(std::uint32_t element, int face) {

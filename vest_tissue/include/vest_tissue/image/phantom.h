@@ -35,7 +35,8 @@ struct Phantom {
   const Shape* at(const Eigen::Vector3d& place) const;  ///< null: air
 };
 
-/// head, lumbar or abdomen: sizes of an adult, simplified (ours). @throws std::invalid_argument: another name
+/// head, lumbar or abdomen: sizes of an adult, simplified (assumed). @throws std::invalid_argument: another
+/// name
 Phantom makePhantom(const std::string& name);
 
 struct PhantomImage {

@@ -82,7 +82,8 @@ struct CuttingState {
   std::array<CuttingTool, tools::kInstrumentCount> tools{};
 };
 
-inline constexpr std::size_t kMostCutVolumes = 4;  ///< parts that keep an enclosed volume of their own (ours)
+inline constexpr std::size_t kMostCutVolumes =
+    4;  ///< parts that keep an enclosed volume of their own (assumed)
 
 /// Per object, never changes.
 struct CutConstants {

@@ -37,7 +37,7 @@ struct Hinge {
 inline constexpr float kGreatestFold = 4.0f;
 
 /// Plastic link: +kappa beyond the rest length, -kappa below; the jump is spread over 2
-/// % of the rest length (ours), so that its tangent is bounded.
+/// % of the rest length (assumed), so that its tangent is bounded.
 struct Plastic {
   std::uint32_t a, b;
   float kappa;    ///< N
@@ -55,7 +55,7 @@ struct Tether {
 };
 
 /// Volume: E = ½·K·(V - V0)²/V0 over a closed surface. Beyond kGreatestCompression of V0, where an explicit
-/// step could no longer hold K, the pressure stays (ours; docs/decisions/0013-…): the energy goes on along
+/// step could no longer hold K, the pressure stays (assumed; docs/decisions/0013-…): the energy goes on along
 /// its tangent.
 struct Volume {
   std::vector<std::array<std::uint32_t, 3>> triangles;

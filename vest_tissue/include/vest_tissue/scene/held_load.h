@@ -8,7 +8,7 @@
 
 namespace vest::scene {
 
-/// N on one knot and axis (the weight of a litre of water), N·s/m: what is beyond is set to these (ours).
+/// N on one knot and axis (the weight of a litre of water), N·s/m: what is beyond is set to these (assumed).
 inline constexpr float kGreatestLoad = 10.0f, kGreatestLoadDamping = 10.0f;
 /// N/m (a hundred square centimetres of water's surface), m
 inline constexpr float kGreatestLoadStiffness = 100.0f, kGreatestLoadLevel = 1000.0f;

@@ -167,7 +167,7 @@ struct WorldModel;    ///< immutable once built (world_model.h)
 struct WorldState;    ///< everything that evolves; a copy is a snapshot (world_state.h)
 struct WorldScratch;  ///< sized once, no meaning between steps (world_scratch.h)
 
-inline constexpr std::size_t kDeltaHistory = 256;  ///< deltas that a World keeps for late readers (ours)
+inline constexpr std::size_t kDeltaHistory = 256;  ///< deltas that a World keeps for late readers (assumed)
 
 /// First bytes of a snapshot: seven letters, then the version of its layout.
 inline constexpr std::string_view kSnapshotMagic = "VESTWLD8";

@@ -51,7 +51,7 @@ struct WorldModel {
   std::vector<ObjectConstants> objects;
   int batches = 1;   ///< greatest of all; a multiple of each
   WorldState start;  ///< what reset() returns to
-  /// Room for candidates of contact between objects (ours): 8192, or every knot near two others.
+  /// Room for candidates of contact between objects (assumed): 8192, or every knot near two others.
   std::size_t mostPairs() const {
     std::size_t knots = 0;
     for (std::size_t i = 0; i < objects.size(); ++i)

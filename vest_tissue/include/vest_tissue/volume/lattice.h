@@ -28,7 +28,7 @@ struct Lattice {
   std::vector<std::uint16_t> label;              ///< per tetrahedron
 };
 
-inline constexpr std::size_t kMostCubes = 200000;  ///< of a lattice's box (ours)
+inline constexpr std::size_t kMostCubes = 200000;  ///< of a lattice's box (assumed)
 
 /// Cubes of edge `cell` along the image's axes, five tetrahedra each, mirrored from cube to cube so that they
 /// fit. A cube belongs to the label that most of its 4 × 4 × 4 samples have; it is left out where more than

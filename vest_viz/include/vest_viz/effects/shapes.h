@@ -54,7 +54,7 @@ struct PoolCells {
   const std::uint8_t* blood = nullptr;  ///< 0 water … 255 blood; null: everywhere as in blood_fraction
   double blood_fraction = 1;            ///< of the whole pool, 0 … 1
 };
-constexpr float kUnknownDepth = 5.0f;  ///< mm: hides the ground where it is blood (ours)
+constexpr float kUnknownDepth = 5.0f;  ///< mm: hides the ground where it is blood (assumed)
 Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
                  const PoolCells& cells);
 

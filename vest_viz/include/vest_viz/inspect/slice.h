@@ -41,8 +41,8 @@ struct SliceField {
 Slice slice(const mesh::Store& store, const Plane& plane, const std::function<bool(std::size_t)>& wanted,
             const SliceField* field);
 
-constexpr float kTorn = 3.0f;           ///< no unit (ours)
-constexpr float kSliceRow = 0.0004f;    ///< m: height of the rows that fill the section of a net (ours)
-constexpr std::size_t kMostRows = 400;  ///< of one object (ours)
+constexpr float kTorn = 3.0f;           ///< no unit (tuned)
+constexpr float kSliceRow = 0.0004f;    ///< m: height of the rows that fill the section of a net (tuned)
+constexpr std::size_t kMostRows = 400;  ///< of one object (assumed)
 
 }  // namespace vest::inspect
