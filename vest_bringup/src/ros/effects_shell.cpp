@@ -31,6 +31,20 @@ std::int64_t steadyNow() {
 
 }  // namespace
 
+void toMsg(const simulation::GasFrame& f, vest_msgs::GasState& msg) {
+  msg.header.frame_id = "world";
+  msg.step = f.step;
+  msg.set_pressure = static_cast<float>(f.set_pressure);
+  msg.pressure = static_cast<float>(f.now.pressure);
+  msg.flow = static_cast<float>(f.now.flow);
+  msg.leak = static_cast<float>(f.now.leak);
+  msg.suction = static_cast<float>(f.suction);
+  msg.supplied = f.supplied;
+  msg.volume = static_cast<float>(f.now.volume);
+  msg.humidity = static_cast<float>(f.now.humidity);
+  msg.temperature = static_cast<float>(f.now.temperature);
+}
+
 void toMsg(const simulation::BloodFrame& f, vest_msgs::HaemodynamicsState& msg) {
   msg.header.frame_id = "world";
   msg.step = f.step;
@@ -84,14 +98,18 @@ void toMsg(const simulation::SurfaceFrame& f, vest_msgs::SurfaceBleeding& msg) {
 
 EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh) : exercise_(nh, private_nh) {
   const ros::NodeHandle effects(private_nh, "effects");
+  options_.insufflation = boolParameter(effects, "insufflation", true);
+  const ros::NodeHandle gas(effects, "gas");
+  gas::eachNumber(options_.pneumoperitoneum, [&](const char* name, double& to, double low, double high) {
+    to = doubleParameter(gas, name, to, low, high);
+  });
+  gas_pub_ = nh.advertise<vest_msgs::GasState>("effects/gas", 10);
   options_.haemodynamics = boolParameter(effects, "haemodynamics", true);
   simulation::BloodOptions& blood = options_.blood;
   const std::string vessels = stringParameter(effects, "vessels", "pelvis");
   blood.vessels = vesselsFolder(vessels);
   blood.dx = doubleParameter(effects, "vessel_cell", blood.dx, 0.0005, 0.05);
   blood.pulse_dilatation = doubleParameter(effects, "pulse_dilatation", blood.pulse_dilatation, 0.0, 20.0);
-  blood.external_pressure =
-      doubleParameter(effects, "external_pressure", blood.external_pressure, -1000.0, 10000.0);
   blood.frame_rate = doubleParameter(effects, "haemodynamics_rate", blood.frame_rate, 50.0, 1000.0);
   options_.surface_bleeding = boolParameter(effects, "surface_bleeding", true);
   options_.surface.scale =
@@ -123,7 +141,8 @@ void EffectsShell::publishOptions(const std::string& vessels) {
 
 std::unique_ptr<scene::Simulation> EffectsShell::compose(scene::World world) {
   const auto field = field_ ? std::make_shared<simulation::FieldFrames>() : nullptr;
-  auto stage = simulation::makeStage(std::move(world), options_, {&blood_frames_, &surface_frames_, field});
+  auto stage = simulation::makeStage(std::move(world), options_,
+                                     {&gas_frames_, &blood_frames_, &surface_frames_, field});
   if (field_) field_->show(field);
   exercise_.attach(stage);
   return std::move(stage.trainer);
@@ -131,6 +150,12 @@ std::unique_ptr<scene::Simulation> EffectsShell::compose(scene::World world) {
 
 void EffectsShell::publish(const TissueServer::Stamp& stamp) {
   exercise_.publish(stamp(steadyNow()));
+  if (gas_frames_.update()) {
+    vest_msgs::GasState msg;
+    toMsg(gas_frames_.front(), msg);
+    msg.header.stamp = stamp(steadyNow());
+    gas_pub_.publish(msg);
+  }
   if (surface_frames_.update()) {
     const auto msg = surface_pool_.take();
     toMsg(surface_frames_.front(), *msg);

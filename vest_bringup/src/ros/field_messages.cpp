@@ -266,7 +266,7 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::LensState& msg) {
   msg.header.frame_id = "endoscope_optical_frame";
   msg.step = frame.step;
   msg.temperature = static_cast<float>(frame.lens.temperature);
-  msg.humidity = static_cast<float>(frame.lens_parameters.cavity_humidity);
+  msg.humidity = static_cast<float>(frame.humidity);
   msg.condensate = static_cast<float>(frame.lens.condensate);
   msg.fog = static_cast<float>(frame.fog);
   msg.columns = lens::kColumns;

@@ -78,6 +78,7 @@ std::vector<std::string> defaultTopics() {
                                      "endoscope/camera_info",
                                      "effects/options",
                                      "effects/state_hash",
+                                     "effects/gas",
                                      "effects/haemodynamics",
                                      "effects/surface",
                                      "effects/fluid",

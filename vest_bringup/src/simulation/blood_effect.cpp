@@ -385,7 +385,7 @@ void BloodEffect::step(const scene::World& world, const scene::StepInput& input,
   for (const auto& edit : input.edits) take(world, edit);
   for (const auto& event : report.events) take(world, event);
   inputs_.settings = state_.settings;
-  inputs_.external_pressure = options_.external_pressure;
+  inputs_.external_pressure = feedback.gas.pressure;
   findPinches(world, report);
   suckClots(world, input, report);
   bleeding::fill(circulation_.model, state_.wounds, pinches_, inputs_);

@@ -29,7 +29,8 @@ struct Between {
   std::uint8_t wiped = 0, warming = 0, rinse = 0;
   float wiped_on_blood = 0;
   double irrigation_flow = 0, suction_flow = 0, yield = 0;
-  double humidity = 0, cavity_temperature = 0;
+  double sucked = 0;       ///< m³ of liquid, until the last smoke step
+  double humidity = 0.95;  ///< relative, of the cavity's gas at the last lens step
 };
 static_assert(std::is_trivially_copyable_v<Between>);
 
@@ -111,18 +112,12 @@ struct OperatingField::Impl {
     between.irrigation_flow = options.irrigation_flow;
     between.suction_flow = options.suction_flow;
     between.yield = options.smoke.yield;
-    between.humidity = options.lens.cavity_humidity;
-    between.cavity_temperature = options.lens.cavity_temperature;
     apply();
     shown.clear();
   }
 
   /// Numbers that edits may change reach the cores.
-  void apply() {
-    smoke_model->parameters.yield = between.yield;
-    lens_parameters.cavity_humidity = between.humidity;
-    lens_parameters.cavity_temperature = between.cavity_temperature;
-  }
+  void apply() { smoke_model->parameters.yield = between.yield; }
 
   /// Each number that edits change: visit(object, parameter, unit, number, lowest, highest). The lens'
   /// warming and rinse are 0 or 1.
@@ -132,8 +127,6 @@ struct OperatingField::Impl {
     visit("fluid", "irrigation_flow", "m³/s", b.irrigation_flow, 0.0, 5e-4);
     visit("fluid", "suction_flow", "m³/s", b.suction_flow, 0.0, 5e-4);
     visit("smoke", "yield", "kg/J", b.yield, 0.0, 1e-4);
-    visit("lens", "humidity", "", b.humidity, 0.0, 1.0);
-    visit("lens", "cavity_temperature", "K", b.cavity_temperature, 273.15, 330.0);
     visit("lens", "temperature", "K", s.lens.temperature, 250.0, 318.15);
     visit("lens", "warming", "", b.warming, 0.0, 1.0);
     visit("lens", "rinse", "", b.rinse, 0.0, 1.0);
@@ -164,7 +157,7 @@ struct OperatingField::Impl {
   void gather(const scene::StepInput& input, const scene::StepReport& report, const Feedback& feedback);
   void stepFluid(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
                  Feedback& feedback);
-  void stepSlow(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report);
+  void stepSlow(const scene::StepInput& input, const scene::StepReport& report, Feedback& feedback);
   void show(const scene::World& world);
 };
 
@@ -308,12 +301,18 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
   }
 }
 
-void OperatingField::Impl::stepSlow(const scene::World&, const scene::StepInput& input,
-                                    const scene::StepReport& report) {
+void OperatingField::Impl::stepSlow(const scene::StepInput& input, const scene::StepReport& report,
+                                    Feedback& feedback) {
   const double dt = std::min(0.1, input.dt * kSlowEvery);
   smoke::Inputs s;
   s.dt = dt;
   s.seed = input.seed;
+  s.renewal = feedback.gas.renewal;
+  // A tip that draws liquid draws that much less gas.
+  const double liquid = std::max(0.0, fluid.sucked - between.sucked) / dt;
+  between.sucked = fluid.sucked;
+  const double could = std::max(1e-9, between.suction_flow);
+  feedback.gas_drawn = 0;
   bool irrigator = false;
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     const auto i = static_cast<std::size_t>(t);
@@ -329,7 +328,8 @@ void OperatingField::Impl::stepSlow(const scene::World&, const scene::StepInput&
     if ((tool.functions & tools::kFunctionSuck) && s.suction_count < smoke::kMostSuctions) {
       auto& suction = s.suctions[static_cast<std::size_t>(s.suction_count++)];
       suction.position = triple(tipOf(input, report, t).translation());
-      suction.flow = options.suction_gas_flow;
+      suction.flow = options.suction_gas_flow * std::clamp(1 - liquid / could, 0.0, 1.0);
+      feedback.gas_drawn += suction.flow;
     }
   }
   refused += smoke::step(*smoke_model, s, smoke, smoke_scratch) != smoke::Status::Ok;
@@ -340,6 +340,8 @@ void OperatingField::Impl::stepSlow(const scene::World&, const scene::StepInput&
     lens::Inputs l;
     l.dt = dt;
     l.seed = input.seed;
+    l.temperature = feedback.gas.temperature, l.humidity = feedback.gas.humidity;
+    between.humidity = l.humidity;
     l.outside = (scope.position - scope.pivot).norm() < kWithdrawn;
     l.wiped = between.wiped != 0;
     l.wiped_on_blood = between.wiped_on_blood;
@@ -390,7 +392,7 @@ void OperatingField::Impl::show(const scene::World& world) {
   f.puffs = smoke.puffs, f.puff_count = smoke.puff_count;
   f.smoke_mass = smoke::mass(*smoke_model, smoke);
   f.lens = lens;
-  f.lens_parameters = lens_parameters;
+  f.humidity = between.humidity;
   f.fog = lens::fog(lens_parameters, lens);
   f.impacts.assign(shown.begin(), shown.end());
   f.impacts_dropped = dropped;
@@ -411,7 +413,7 @@ void OperatingField::step(const scene::World& world, const scene::StepInput& inp
   Impl& m = *impl_;
   m.gather(input, report, feedback);
   if (world.steps() % kFluidEvery == 0) m.stepFluid(world, input, report, feedback);
-  if (world.steps() % kSlowEvery == 0) m.stepSlow(world, input, report);
+  if (world.steps() % kSlowEvery == 0) m.stepSlow(input, report, feedback);
   if (world.steps() % kFrameEvery == 0) m.show(world);
 }
 

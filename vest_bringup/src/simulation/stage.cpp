@@ -1,6 +1,7 @@
 #include "vest_bringup/simulation/stage.h"
 
 #include <stdexcept>
+#include <string>
 
 namespace vest::simulation {
 
@@ -17,6 +18,9 @@ void apply(const std::map<std::string, double>& effects, StageOptions& options) 
       to = v;
     };
     eachNumber(options.field_options, take);
+    gas::eachNumber(options.pneumoperitoneum, [&](const char* field, double& to, double low, double high) {
+      take((std::string("gas/") + field).c_str(), to, low, high);
+    });
     take("surface_bleeding_scale", options.surface.scale, 0, 1000);
     take("pulse_dilatation", options.blood.pulse_dilatation, 0, 20);
     if (!known)
@@ -35,6 +39,8 @@ Stage makeStage(scene::World world, const StageOptions& options, const StageFram
     return raw;
   };
   const scene::World& tissue = stage.trainer->world();
+  if (options.insufflation)
+    stage.gas = add(std::make_unique<GasEffect>(options.pneumoperitoneum, frames.gas));
   if (options.haemodynamics)
     stage.blood = add(std::make_unique<BloodEffect>(tissue, options.blood, frames.blood));
   if (options.surface_bleeding)

@@ -33,6 +33,7 @@ void saveFeedback(const Feedback& feedback, std::vector<std::uint8_t>& bytes) {
                                    feedback.loads.size(), feedback.films.size()};
   append(bytes, counts, sizeof counts);
   append(bytes, &feedback.load_over, sizeof feedback.load_over);
+  append(bytes, &feedback.gas_drawn, sizeof feedback.gas_drawn);
   for (const auto& l : feedback.loads) {
     append(bytes, &l.object, sizeof l.object), append(bytes, &l.knot, sizeof l.knot);
     append(bytes, l.force.data(), sizeof l.force), append(bytes, &l.damping, sizeof l.damping);
@@ -57,7 +58,9 @@ bool readFeedback(Reader& in, Feedback& feedback) {
   std::uint64_t counts[4];
   if (!in.take(counts, sizeof counts) || counts[0] > 1'000'000 || counts[1] > 100'000 ||
       counts[2] > 1'000'000 || counts[3] > 1'000'000 ||
-      !in.take(&feedback.load_over, sizeof feedback.load_over))
+      !in.take(&feedback.load_over, sizeof feedback.load_over) ||
+      !in.take(&feedback.gas_drawn, sizeof feedback.gas_drawn) ||
+      !(feedback.gas_drawn >= 0 && feedback.gas_drawn <= 0.01))
     return false;
   feedback.loads.resize(counts[2]);
   for (auto& l : feedback.loads) {
@@ -138,7 +141,7 @@ scene::Status Trainer::step(scene::StepInput& input, scene::StepReport& report) 
 void Trainer::reset() {
   world_.reset();
   clearFeedback();
-  feedback_.films.clear();
+  feedback_.films.clear(), feedback_.gas_drawn = 0;
   for (const auto& effect : effects_) effect->reset();
 }
 
@@ -190,7 +193,7 @@ void Trainer::restore(const std::vector<std::uint8_t>& bytes) {
   save(before);  // all or nothing: what was taken is given back if the rest does not fit
   world_.restore(std::vector<std::uint8_t>(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)));
   clearFeedback();
-  feedback_.films.clear();
+  feedback_.films.clear(), feedback_.gas_drawn = 0;
   const auto take = [this](const std::vector<std::uint8_t>& from, std::size_t world) {
     if (world == from.size()) {
       for (const auto& effect : effects_) effect->reset();

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "vest_effects/arithmetic.h"
+#include "vest_effects/vapour.h"
 #include "vest_tissue/solver/random.h"
 
 namespace vest::lens {
@@ -18,7 +18,7 @@ constexpr double kAirHeat = 1.15 * 1005;  ///< J/(m³K) of air at 35 °C; CO2 ha
 constexpr double kLewis = 0.897;          ///< Le^⅔ for Le = 0.85
 
 double vapourDensity(double kelvin, double humidity) {
-  return humidity * saturationPressure(kelvin) / (kVapour * kelvin);
+  return humidity * effects::saturationPressure(kelvin) / (kVapour * kelvin);
 }
 
 void soil(const Inputs& in, const Hit& hit, std::uint64_t number, State& s) {
@@ -46,17 +46,6 @@ void soil(const Inputs& in, const Hit& hit, std::uint64_t number, State& s) {
 
 }  // namespace
 
-double saturationPressure(double kelvin) {
-  const double t = std::clamp(kelvin - 273.15, -40.0, 100.0);
-  return 610.94 * effects::exponential(17.625 * t / (t + 243.04));
-}
-
-double dewPoint(double kelvin, double humidity) {
-  const double t = std::clamp(kelvin - 273.15, -40.0, 100.0);
-  const double g = effects::logarithm(std::clamp(humidity, 1e-6, 1.0)) + 17.625 * t / (t + 243.04);
-  return 273.15 + 243.04 * g / (17.625 - g);
-}
-
 double fog(const Parameters& p, const State& s) {
   return s.condensate / (s.condensate + p.blind);
 }
@@ -67,8 +56,6 @@ void check(const Parameters& p) {
     throw std::invalid_argument(std::string("lens: ") + field + ": " + std::to_string(v) + " (allowed: " +
                                 std::to_string(low) + " to " + std::to_string(high) + unit + ")");
   };
-  within("cavity_temperature", p.cavity_temperature, 273.15, 330, " K");
-  within("cavity_humidity", p.cavity_humidity, 0, 1, "");
   within("outside_temperature", p.outside_temperature, 250, 330, " K");
   within("start_temperature", p.start_temperature, 250, 350, " K");
   within("heat_capacity", p.heat_capacity, 100, 1e6, " J/(m2 K)");
@@ -92,7 +79,8 @@ State initialState(const Parameters& p) {
 Status step(const Parameters& p, const Inputs& in, State& s) {
   if (!(in.dt >= 1e-4 && in.dt <= 0.1) || !(in.smoke >= 0 && in.smoke < 10) || in.hit_count < 0 ||
       in.hit_count > kMostHits || !(in.wiped_on_blood >= 0 && in.wiped_on_blood <= 1) ||
-      !(in.lens_radius > 1e-5 && in.lens_radius < 0.1))
+      !(in.lens_radius > 1e-5 && in.lens_radius < 0.1) || !(in.temperature >= 250 && in.temperature <= 340) ||
+      !(in.humidity >= 0 && in.humidity <= 1))
     return Status::BadInput;
   for (int k = 0; k < in.hit_count; ++k) {
     const Hit& h = in.hits[k];
@@ -101,8 +89,8 @@ Status step(const Parameters& p, const Inputs& in, State& s) {
       return Status::BadInput;
   }
   // Vapour: rho_v far away against rho_v saturated at the lens. Outside, the theatre's air is at 50 %.
-  const double gas = in.outside ? p.outside_temperature : p.cavity_temperature,
-               humidity = in.outside ? 0.5 : p.cavity_humidity;
+  const double gas = in.outside ? p.outside_temperature : in.temperature,
+               humidity = in.outside ? 0.5 : in.humidity;
   const double transfer = p.heat_transfer / (kAirHeat * kLewis);  // m/s
   double flux = transfer * (vapourDensity(gas, humidity) - vapourDensity(s.temperature, 1.0));
   if (flux < 0) flux = std::max(flux, -s.condensate / in.dt);  // no more dries than there is

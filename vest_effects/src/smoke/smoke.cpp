@@ -55,8 +55,8 @@ bool finite(const std::array<double, 3>& a) {
 }
 
 bool good(const Inputs& in) {
-  if (!(in.dt >= 1e-4 && in.dt <= 0.1) || in.source_count < 0 || in.source_count > kMostSources ||
-      in.suction_count < 0 || in.suction_count > kMostSuctions)
+  if (!(in.dt >= 1e-4 && in.dt <= 0.1) || !(in.renewal >= 0 && in.renewal <= 10) || in.source_count < 0 ||
+      in.source_count > kMostSources || in.suction_count < 0 || in.suction_count > kMostSuctions)
     return false;
   for (int k = 0; k < in.source_count; ++k)
     if (!finite(in.sources[k].position) || !(in.sources[k].energy >= 0 && in.sources[k].energy <= 1000))
@@ -297,7 +297,6 @@ Model buildModel(const Parameters& p) {
   within("rise", p.rise, 0, 100);
   within("damping", p.damping, 0, 1000);
   within("stirring", p.stirring, 0, 10);
-  within("exchange", p.exchange, 0.1, 1e9);
   within("settling", p.settling, 0.1, 1e9);
   m.turbulence.resize(static_cast<std::size_t>(kTurbulenceSide) * kTurbulenceSide * kTurbulenceSide);
   double sum = 0;
@@ -376,7 +375,7 @@ Status step(const Model& model, const Inputs& in, State& s, Scratch& scratch) {
     s.drawn += static_cast<double>(share * d) * cell_volume;
     d -= share * d;
   }
-  const double rate = in.dt * (1 / model.parameters.exchange + 1 / model.parameters.settling);
+  const double rate = in.dt * (in.renewal + 1 / model.parameters.settling);
   const auto keep = static_cast<float>(1.0 / (1.0 + rate));
   double gone = 0;
   for (float& d : s.density) {

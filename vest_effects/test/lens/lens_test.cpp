@@ -5,6 +5,7 @@
 
 #include "vest_effects/arithmetic.h"
 #include "vest_effects/lens/lens.h"
+#include "vest_effects/vapour.h"
 
 // Protects the lens: when it steams up, how fast, what clears it, and the functions that stand in for libm.
 
@@ -22,11 +23,11 @@ TEST(Arithmetic, AgreesWithLibmAndIsTotal) {
 
 TEST(Vapour, HasTheTabulatedPressuresAndDewPoints) {
   // Steam tables (IAPWS-IF97): 2339 Pa at 20 °C, 4247 at 30 °C, 6282 at 37 °C.
-  EXPECT_NEAR(saturationPressure(293.15), 2339, 0.005 * 2339);
-  EXPECT_NEAR(saturationPressure(303.15), 4247, 0.005 * 4247);
-  EXPECT_NEAR(saturationPressure(310.15), 6282, 0.005 * 6282);
-  EXPECT_NEAR(dewPoint(310.15, 0.95), 309.22, 0.1);
-  EXPECT_NEAR(dewPoint(300, 1.0), 300, 1e-6);
+  EXPECT_NEAR(effects::saturationPressure(293.15), 2339, 0.005 * 2339);
+  EXPECT_NEAR(effects::saturationPressure(303.15), 4247, 0.005 * 4247);
+  EXPECT_NEAR(effects::saturationPressure(310.15), 6282, 0.005 * 6282);
+  EXPECT_NEAR(effects::dewPoint(310.15, 0.95), 309.22, 0.1);
+  EXPECT_NEAR(effects::dewPoint(300, 1.0), 300, 1e-6);
 }
 
 double fogAfter(double seconds, const Parameters& p, State& s, Inputs in = Inputs{}) {
@@ -43,7 +44,7 @@ TEST(Lens, AColdOneSteamsUpAndAWarmOneStaysClear) {
   EXPECT_GT(fogAfter(30, p, cold), 0.3);
   EXPECT_NEAR(fogAfter(1500, p, cold), 0.0, 1e-3)
       << "it takes the cavity's warmth, and the light's, and clears by itself";
-  EXPECT_GT(cold.temperature, dewPoint(p.cavity_temperature, p.cavity_humidity));
+  EXPECT_GT(cold.temperature, effects::dewPoint(Inputs{}.temperature, Inputs{}.humidity));
 }
 
 TEST(Lens, CondensationFollowsTheFilmTheory) {
@@ -117,7 +118,9 @@ TEST(Lens, RefusesWhatIsAbsurdAndASnapshotThatIsNotItsOwn) {
   State t;
   EXPECT_TRUE(restore(bytes.data(), bytes.size(), t));
   EXPECT_FALSE(restore(bytes.data(), bytes.size() - 1, t));
-  p.cavity_humidity = 1.5;
+  in.hit_count = 0, in.humidity = 1.5;
+  EXPECT_EQ(step(p, in, s), Status::BadInput);
+  p.outside_temperature = 1.5;
   EXPECT_THROW(check(p), std::invalid_argument);
 }
 

@@ -60,8 +60,9 @@ TEST(Smoke, RisesAndThinsOverTime) {
   for (const float d : c.state.density) later = std::max(later, d);
   EXPECT_LT(later, 0.3f * most);
   const double before = mass(c.model, c.state);
+  c.inputs.renewal = 1 / 300.0;
   c.wait(30);
-  const double rate = 1 / c.model.parameters.exchange + 1 / c.model.parameters.settling;
+  const double rate = c.inputs.renewal + 1 / c.model.parameters.settling;
   EXPECT_NEAR(mass(c.model, c.state), before * std::exp(-30 * rate), 0.01 * before);
 }
 

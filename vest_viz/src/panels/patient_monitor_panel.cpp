@@ -16,7 +16,8 @@ namespace {
 constexpr double kPascalPerMmHg = 133.322;  ///< Pa; conventional millimetre of mercury, ISO 80000-4
 constexpr double kWindow = 6.0;             ///< s of curve on the screen
 constexpr double kMonitorSilent = 1.0;      ///< s
-const QColor kRed(255, 70, 60), kGreen(90, 230, 110), kBlue(90, 190, 255), kGrid(48, 56, 60);
+const QColor kRed(255, 70, 60), kGreen(90, 230, 110), kBlue(90, 190, 255), kYellow(240, 220, 90),
+    kGrid(48, 56, 60);
 
 QLabel* number(QWidget* parent, const QColor& colour) {
   auto* const label = new QLabel(parent);
@@ -71,16 +72,20 @@ PatientMonitorPanel::PatientMonitorPanel(QWidget* parent) : BasePanel(parent) {
   pressure_ = number(this, kRed);
   loss_ = number(this, kRed);
   balance_ = number(this, kBlue);
-  grid->addWidget(curve_, 0, 0, 4, 1);
+  gas_ = number(this, kYellow);
+  grid->addWidget(curve_, 0, 0, 5, 1);
   grid->addWidget(rate_, 0, 1);
   grid->addWidget(pressure_, 1, 1);
   grid->addWidget(loss_, 2, 1);
   grid->addWidget(balance_, 3, 1);
+  grid->addWidget(gas_, 4, 1);
   grid->setColumnStretch(0, 1);
   rate_->setText("HR –");
   pressure_->setText("ART –");
   loss_->setText("LOSS –");
   balance_->setText("FLUID –");
+  gas_->setText("CO₂ –");
+  gas_->setToolTip("insufflator: pressure in the cavity/set pressure, flow, gas used");
   balance_->setToolTip("irrigation and blood: what came into the cavity, was sucked out, and is left in it");
   rate_->setToolTip("heart rate");
   pressure_->setToolTip("arterial pressure: systolic/diastolic (mean)");
@@ -96,6 +101,8 @@ void PatientMonitorPanel::connectTopics() {
       [this](const vest_msgs::HaemodynamicsStateConstPtr& msg) { onBlood(*msg); });
   fluid_sub_ = nh().subscribe<vest_msgs::FluidState>(
       "effects/fluid", 2, [this](const vest_msgs::FluidStateConstPtr& msg) { onFluid(*msg); });
+  gas_sub_ = nh().subscribe<vest_msgs::GasState>(
+      "effects/gas", 2, [this](const vest_msgs::GasStateConstPtr& msg) { onGas(*msg); });
 }
 
 void PatientMonitorPanel::onBlood(const vest_msgs::HaemodynamicsState& msg) {
@@ -117,6 +124,14 @@ void PatientMonitorPanel::onFluid(const vest_msgs::FluidState& msg) {
                         .arg(1e6 * msg.emitted, 0, 'f', 0)
                         .arg(1e6 * msg.sucked, 0, 'f', 0)
                         .arg(1e6 * (msg.emitted - msg.sucked - msg.lost), 0, 'f', 0));
+}
+
+void PatientMonitorPanel::onGas(const vest_msgs::GasState& msg) {
+  gas_->setText(QString("CO₂ <span style='font-size:22pt'>%1</span>/%2 mmHg, %3 l/min, used %4 l")
+                    .arg(msg.pressure / kPascalPerMmHg, 0, 'f', 0)
+                    .arg(msg.set_pressure / kPascalPerMmHg, 0, 'f', 0)
+                    .arg(6e4 * static_cast<double>(msg.flow), 0, 'f', 1)
+                    .arg(1e3 * msg.supplied, 0, 'f', 1));
 }
 
 void PatientMonitorPanel::showAge() {

@@ -5,6 +5,7 @@
 #include <ros/subscriber.h>
 #include <ros/time.h>
 #include <vest_msgs/FluidState.h>
+#include <vest_msgs/GasState.h>
 #include <vest_msgs/HaemodynamicsState.h>
 
 #include "base_panel.h"
@@ -34,7 +35,7 @@ class PressureCurve : public QWidget {
 };
 
 /// vest_viz/PatientMonitor: arterial pressure curve, systolic / diastolic (mean), heart rate, blood loss,
-/// irrigation balance.
+/// irrigation balance, insufflator.
 class PatientMonitorPanel : public BasePanel {
  public:
   explicit PatientMonitorPanel(QWidget* parent = nullptr);
@@ -45,12 +46,13 @@ class PatientMonitorPanel : public BasePanel {
  private:
   void onBlood(const vest_msgs::HaemodynamicsState& msg);
   void onFluid(const vest_msgs::FluidState& msg);
+  void onGas(const vest_msgs::GasState& msg);
   void showAge();
 
-  ros::Subscriber blood_sub_, fluid_sub_;
+  ros::Subscriber blood_sub_, fluid_sub_, gas_sub_;
   ros::SteadyTime heard_;
   PressureCurve* curve_;
-  QLabel *rate_, *pressure_, *loss_, *balance_;
+  QLabel *rate_, *pressure_, *loss_, *balance_, *gas_;
 };
 
 }  // namespace vest::panels

@@ -5,6 +5,7 @@
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 
+#include <vest_msgs/GasState.h>
 #include <vest_msgs/HaemodynamicsState.h>
 #include <vest_msgs/SurfaceBleeding.h>
 
@@ -16,6 +17,7 @@
 
 namespace vest::ros_shell {
 
+void toMsg(const simulation::GasFrame& frame, vest_msgs::GasState& msg);
 void toMsg(const simulation::BloodFrame& frame, vest_msgs::HaemodynamicsState& msg);
 void toMsg(const simulation::SurfaceFrame& frame, vest_msgs::SurfaceBleeding& msg);
 
@@ -32,6 +34,8 @@ class EffectsShell {
 
  private:
   simulation::StageOptions options_;
+  scene::TripleBuffer<simulation::GasFrame> gas_frames_;
+  ros::Publisher gas_pub_;
   scene::TripleBuffer<simulation::BloodFrame> blood_frames_;
   ros::Publisher haemodynamics_pub_;
   MessagePool<vest_msgs::HaemodynamicsState> haemodynamics_pool_;

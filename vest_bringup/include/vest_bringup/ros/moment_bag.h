@@ -19,7 +19,7 @@ class MomentBag {
   /// @throws rosbag::BagException where the file cannot be written
   explicit MomentBag(const std::string& file);
   /// Buffers that the stage fills; hand them to makeStage().
-  simulation::StageFrames frames() { return {nullptr, &surface_, field_}; }
+  simulation::StageFrames frames() { return {nullptr, nullptr, &surface_, field_}; }
   /// The world after the step that consumed `input`, t s since the beginning.
   void write(double t, const scene::World& world, const kinematics::TrainerBox& box,
              const scene::StepInput& input);

@@ -11,11 +11,10 @@
 namespace vest::simulation {
 
 struct BloodOptions {
-  std::string vessels;           ///< folder of the knowledge database (vest_effects/haemodynamics/vessels.h)
-  double dx = 0.010;             ///< m, greatest cell of the arteries
-  double pulse_dilatation = 1;   ///< no unit: 1 physiological; more for teaching, 0 … 20
-  double external_pressure = 0;  ///< Pa around the vessels, above that of the air
-  double frame_rate = 100;       ///< Hz of simulated time, 50 … 1000
+  std::string vessels;          ///< folder of the knowledge database (vest_effects/haemodynamics/vessels.h)
+  double dx = 0.010;            ///< m, greatest cell of the arteries
+  double pulse_dilatation = 1;  ///< no unit: 1 physiological; more for teaching, 0 … 20
+  double frame_rate = 100;      ///< Hz of simulated time, 50 … 1000
 };
 
 /// What the patient monitor and viewers are told, now and then.

@@ -18,6 +18,13 @@ struct FilmInput {
   double blood = 0;    ///< m³ that stays there
 };
 
+/// The cavity's gas, for the effects that stand in it; without a GasEffect as it stands here.
+struct CavityGas {
+  double pressure = 0;                           ///< Pa above the air outside
+  double temperature = 310.15, humidity = 0.95;  ///< K; relative, 0 … 1
+  double renewal = 0;  ///< 1/s: share of the gas that leaves by leaks and absorption
+};
+
 /// What effects hand on. Arrays have room: nothing allocates while it lasts; what does not fit is counted.
 struct Feedback {
   // To the tissue: the next step consumes it (fixed lag: one step). Recorded with that step's input.
@@ -27,9 +34,12 @@ struct Feedback {
   std::vector<scene::DilatationInput> dilatations;
   // To the effects behind this one, in the same step.
   std::vector<bleeding::FluidSource> sources;
+  CavityGas gas;
   float blood_at_lens = 0;  ///< 0 … 1: how far the tissue that the endoscope touches is covered with blood
   /// From the field to the surfaces, which take it in the next step (fixed lag) and empty it.
   std::vector<FilmInput> films;
+  /// m³/s of gas that suction draws: from the field to the gas, which takes it in the next step (fixed lag).
+  double gas_drawn = 0;
 };
 
 /// A member of the composite beside the tissue (haemodynamics and bleeding, fluid, smoke, lens).

@@ -21,7 +21,7 @@ struct FieldOptions {
   double irrigation_flow = 5e-5;       ///< m³/s: 3 l/min, the greatest of Aesculap's irrigator
   double irrigation_diameter = 0.005;  ///< m, of the same
   double suction_flow = 5e-5;          ///< m³/s of liquid; assumed as irrigation
-  double suction_gas_flow = 1.7e-4;    ///< m³/s of gas: 10 l/min; assumed
+  double suction_gas_flow = 1.7e-4;    ///< m³/s of gas at a tip that draws no liquid: 10 l/min; assumed
   int threads = 1;
 };
 
@@ -41,11 +41,8 @@ void eachNumber(FieldOptions& o, Number&& number) {
   number("fluid/suction_gas_flow", o.suction_gas_flow, 0, 5e-3);
   number("smoke/cell", o.smoke.cell, 0.005, 0.1);
   number("smoke/yield", o.smoke.yield, 0, 1e-4);
-  number("smoke/exchange", o.smoke.exchange, 0.1, 1e9);
   number("smoke/settling", o.smoke.settling, 0.1, 1e9);
   number("lens/start_temperature", o.lens.start_temperature, 250, 318.15);
-  number("lens/cavity_temperature", o.lens.cavity_temperature, 273.15, 330);
-  number("lens/cavity_humidity", o.lens.cavity_humidity, 0, 1);
   number("lens/outside_temperature", o.lens.outside_temperature, 250, 330);
   number("lens/warming", o.lens.warming, 0, 1e5);
 }
@@ -63,7 +60,7 @@ struct FieldFrame {
   std::uint32_t puff_count = 0;
   double smoke_mass = 0;  ///< kg
   lens::State lens;
-  lens::Parameters lens_parameters;
+  double humidity = 0;  ///< relative, of the cavity's gas
   double fog = 0;
   bool degraded = false;                    ///< at any step since the last frame
   std::vector<scene::ImpactInput> impacts;  ///< since the last frame, at most kMostFrameImpacts
@@ -79,7 +76,7 @@ using FieldFrames = scene::TripleBuffer<FieldFrame>;
 /// endoscope that irrigates rinses its lens. The lens is cleaned and warmed while the endoscope is
 /// drawn back into its trocar, and wiped where it touches tissue. Parameter edits: object `fluid`:
 /// irrigation_flow, suction_flow (m³/s); `smoke`: yield (kg/J); `lens`: warming, rinse (0 or 1), temperature
-/// (K of the lens), humidity, cavity_temperature (K).
+/// (K of the lens). The cavity's gas: Feedback::gas.
 class OperatingField : public Effect {
  public:
   /// @param frames where to put what is to be shown, of this object alone, or null. @throws

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "vest_bringup/simulation/blood_effect.h"
+#include "vest_bringup/simulation/gas_effect.h"
 #include "vest_bringup/simulation/operating_field.h"
 #include "vest_bringup/simulation/surface_effect.h"
 #include "vest_bringup/simulation/trainer.h"
@@ -14,7 +15,8 @@ namespace vest::simulation {
 
 /// Which effects surround the tissue, and how.
 struct StageOptions {
-  bool haemodynamics = true, surface_bleeding = true, field = true;
+  bool insufflation = true, haemodynamics = true, surface_bleeding = true, field = true;
+  gas::Parameters pneumoperitoneum;
   BloodOptions blood;
   SurfaceOptions surface;
   FieldOptions field_options;
@@ -30,12 +32,15 @@ void eachNumber(StageOptions& o, Number&& number) {
     number(name, as_number, low, high);
     value = static_cast<std::decay_t<decltype(value)>>(as_number);
   };
+  whole("insufflation", o.insufflation, 0, 1);
   whole("haemodynamics", o.haemodynamics, 0, 1);
   whole("surface_bleeding", o.surface_bleeding, 0, 1);
   whole("field", o.field, 0, 1);
   number("vessel_cell", o.blood.dx, 0.0005, 0.05);
   number("pulse_dilatation", o.blood.pulse_dilatation, 0, 20);
-  number("external_pressure", o.blood.external_pressure, -1000, 10000);
+  gas::eachNumber(o.pneumoperitoneum, [&](const char* name, double& value, double low, double high) {
+    number((std::string("gas/") + name).c_str(), value, low, high);
+  });
   number("surface_bleeding_scale", o.surface.scale, 0, 1000);
   eachNumber(o.field_options, number);
   whole("fluid/capacity", o.field_options.fluid.capacity, 16, 60000);
@@ -48,6 +53,7 @@ void apply(const std::map<std::string, double>& effects, StageOptions& options);
 
 /// Where effects put what is to be shown; each may be null. They outlive the stage.
 struct StageFrames {
+  scene::TripleBuffer<GasFrame>* gas = nullptr;
   scene::TripleBuffer<BloodFrame>* blood = nullptr;
   scene::TripleBuffer<SurfaceFrame>* surface = nullptr;
   std::shared_ptr<FieldFrames> field;
@@ -56,13 +62,14 @@ struct StageFrames {
 /// A Trainer with its effects; those that it does not have are null.
 struct Stage {
   std::unique_ptr<Trainer> trainer;
+  GasEffect* gas = nullptr;
   BloodEffect* blood = nullptr;
   SurfaceEffect* surface = nullptr;
   OperatingField* field = nullptr;
 };
 
-/// The composite of a session: circulation, seeping surfaces and operating field around a World, in the order
-/// in which each hands its sources on. @throws what the effects throw
+/// The composite of a session: gas, circulation, seeping surfaces and operating field around a World, in the
+/// order in which each hands its sources on. @throws what the effects throw
 Stage makeStage(scene::World world, const StageOptions& options, const StageFrames& frames = {});
 
 }  // namespace vest::simulation

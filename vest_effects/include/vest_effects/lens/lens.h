@@ -13,8 +13,6 @@ inline constexpr int kColumns = 32, kRows = 26;  ///< of the soiling map, over t
 inline constexpr int kMostHits = 32;
 
 struct Parameters {
-  double cavity_temperature = 310.15;  ///< K, 273 … 330
-  double cavity_humidity = 0.95;  ///< relative, 0 … 1: insufflated gas is soon nearly saturated (assumed)
   double outside_temperature = 293.15;  ///< K, of the theatre; 250 … 330
   /// K of the lens at the start. 313.15: warmed beforehand, as the textbooks ask; 293.15 steams up.
   double start_temperature = 313.15;
@@ -48,6 +46,7 @@ struct Hit {
 struct Inputs {
   double dt = 0.02;  ///< s, 1e-4 … 0.1
   std::uint32_t seed = 1;
+  double temperature = 310.15, humidity = 0.95;  ///< K (250 … 340) and relative humidity of the cavity's gas
   bool outside = false;        ///< drawn back into the trocar or out: theatre air, and someone wipes it clean
   bool wiped = false;          ///< touches tissue
   float wiped_on_blood = 0;    ///< 0 … 1: how far that is covered with blood, which it takes on
@@ -64,14 +63,11 @@ enum class Status : std::uint8_t { Ok = 0, BadInput = 1 };
 /// @throws std::invalid_argument naming field, value and what is allowed
 void check(const Parameters& parameters);
 State initialState(const Parameters& parameters);
-/// One step. Vapour pressure by Magnus with the coefficients of Alduchov and Eskridge 1996
-/// (doi:10.1175/1520-0450(1996)035<0601:IMFAOS>2.0.CO;2); mass transfer from heat transfer by Chilton and
+/// One step. Vapour pressure as in vapour.h; mass transfer from heat transfer by Chilton and
 /// Colburn (1934) with Lewis number 0.85; implicit in the lens's temperature. Allocates and throws nothing;
 /// no libm. After BadInput the State is what it was.
 Status step(const Parameters& parameters, const Inputs& inputs, State& state);
 
-double saturationPressure(double kelvin);         ///< Pa over water
-double dewPoint(double kelvin, double humidity);  ///< K
 double fog(const Parameters& p, const State& s);  ///< 0 clear … 1 blind
 
 void save(const State& state, std::vector<std::uint8_t>& bytes);

@@ -26,7 +26,6 @@ struct Parameters {
   double rise = 0.6;        ///< m/s² of upward acceleration per g/m³ of fresh smoke; assumed
   double damping = 2.0;     ///< 1/s: of the gas's motion; assumed
   double stirring = 0.15;   ///< m/s²: random forcing of the gas where there is smoke; assumed
-  double exchange = 300.0;  ///< s: leak and insufflation renew the cavity's gas; assumed (31 l at 6 l/min)
   double settling = 240.0;  ///< s: particles stick to walls; assumed
 };
 
@@ -71,6 +70,7 @@ struct Suction {
 struct Inputs {
   double dt = 0.02;  ///< s, 1e-4 … 0.1
   std::uint32_t seed = 1;
+  double renewal = 0;  ///< 1/s, 0 … 10: share of the gas that leaves, and its smoke with it
   std::array<Source, kMostSources> sources{};
   int source_count = 0;
   std::array<Suction, kMostSuctions> suctions{};
