@@ -1,3 +1,5 @@
+#include <cstdlib>
+
 #include "play.h"
 
 // Protects the small scenes of the tissue: each script really shows the interaction that it is named after.
@@ -72,25 +74,38 @@ TEST(SceneHook, CuttingCurrentDividesTheFold) {
   EXPECT_GT(p.gape("strip"), 0.010) << "m between the stumps";
 }
 
-TEST(SceneCutTube, ScissorsThatHesitateDivideItToo) {
-  // A live hand stands still for a step now and then, and begins between two steps.
-  for (const double share : {0.2, 0.8}) {
-    Play p("cut_tube", false);
-    Script script(p.box, p.trajectory, handsOf(p.trajectory));
-    scene::StepReport report;
-    double hand = 0;
-    int parts = 1;
-    for (std::uint32_t k = 0, seed = 1; k < 9000; ++k) {
-      seed = 1664525u * seed + 1013904223u;
-      if (1e-3 * (seed >> 22) >= share) hand = 1e-3 * k + 0.0003;
-      scene::StepInput input = script.inputAt(hand);
-      input.step = k + 1;
-      ASSERT_NE(p.stage.trainer->step(input, report), scene::Status::Fault);
-      for (const scene::Event& e : report.events) parts += e.kind == EventKind::Separated;
-    }
-    EXPECT_EQ(parts, 2) << share;
-    EXPECT_GT(p.gape("tube"), 0.010) << "m between the stumps; " << share << " of the steps without motion";
+/// A live hand: it begins between two steps, and in a share of the steps it is found where it was.
+void dividesWhateverTheHandsSteps(const std::string& scene, const std::string& object, double seconds,
+                                  double share, double late) {
+  SCOPED_TRACE(std::to_string(1e3 * late) + " ms late, " + std::to_string(share) +
+               " of the steps without motion");
+  Play p(scene, false);
+  Script script(p.box, p.trajectory, handsOf(p.trajectory));
+  scene::StepReport report;
+  double hand = 0;
+  int parts = 1;
+  for (std::uint32_t k = 0, seed = 1; k < 1000 * seconds; ++k) {
+    seed = 1664525u * seed + 1013904223u;
+    if (1e-3 * (seed >> 22) >= share) hand = 1e-3 * k + late;
+    scene::StepInput input = script.inputAt(hand);
+    input.step = k + 1;
+    ASSERT_NE(p.stage.trainer->step(input, report), scene::Status::Fault);
+    for (const scene::Event& e : report.events) parts += e.kind == EventKind::Separated;
   }
+  EXPECT_EQ(parts, 2);
+  EXPECT_GT(p.gape(object), 0.010) << "m between the stumps";
+}
+
+TEST(SceneCutTube, ScissorsThatHesitateDivideItToo) {
+  for (const double share : {0.2, 0.8}) dividesWhateverTheHandsSteps("cut_tube", "tube", 9, share, 0.0003);
+}
+
+TEST(SceneHook, WhereTheHandIsWithinAStepDecidesNothing) {
+  const bool full = std::getenv("VEST_FULL") != nullptr;
+  for (const double share : {0.0, 0.2, 0.5})
+    for (const double late : {0.0, 0.0003, 0.0006, 0.0009, 0.005})
+      if (full || (late == 0.0003 && share == 0.0) || (late == 0.005 && share == 0.2))
+        dividesWhateverTheHandsSteps("hook_strip", "strip", 13, share, late);
 }
 
 TEST(SceneClip, TwoClipsCloseTheVesselAndStay) {

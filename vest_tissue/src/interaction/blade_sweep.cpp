@@ -19,24 +19,17 @@ void turn(double h, double& s, double& c) {
   c = 1 - h2 / 2 * (1 - h2 / 12 * (1 - h2 / 30 * (1 - h2 / 56)));
 }
 
-/// Segment against one triangle, a little larger than it is, so that two that share an edge leave no gap.
-bool crossesTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& p,
-                     const Vector3d& q, double slack, double& place, double weights[3], Vector3d& normal) {
-  constexpr double kSkirt = 1e-3;
-  const Vector3d n = (b - a).cross(c - a);
+double triple(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  return a.dot(b.cross(c));
+}
+
+/// Where two lines that (nearly) lie in a plane meet, on both: p + s e = b + u d. False where parallel.
+bool meet(const Vector3d& e, const Vector3d& d, const Vector3d& r, double& s, double& u) {  // r = p - b
+  const Vector3d n = e.cross(d);
   const double squared = n.squaredNorm();
-  if (!(squared > 1e-24)) return false;  // m⁴: nothing swept
-  const double dp = n.dot(p - a), dq = n.dot(q - a), span = dp - dq;
-  if (!(span * span > 1e-12 * squared * (q - p).squaredNorm())) return false;  // within the surface
-  place = dp / span;
-  if (!(place > -slack && place < 1.0 + slack)) return false;
-  const Vector3d x = p + place * (q - p);
-  weights[0] = n.dot((b - x).cross(c - x)) / squared;
-  weights[1] = n.dot((c - x).cross(a - x)) / squared;
-  weights[2] = 1.0 - weights[0] - weights[1];
-  if (weights[0] < -kSkirt || weights[1] < -kSkirt || weights[2] < -kSkirt) return false;
-  normal = n / std::sqrt(squared);
-  if (dq < dp) normal = -normal;
+  if (!(squared > 1e-12 * e.squaredNorm() * d.squaredNorm())) return false;
+  s = -triple(r, d, n) / squared;
+  u = -triple(r, e, n) / squared;
   return true;
 }
 
@@ -84,18 +77,40 @@ int sweepsOf(const Proxy& before, const Proxy& after, std::uint32_t functions, d
   return count;
 }
 
-bool crosses(const BladeSweep& sweep, const Vector3d& p, const Vector3d& q, const Vector3d& shift,
-             double slack, BladeCrossing& crossing) {
-  const Vector3d a = sweep.from[0] + shift, b = sweep.from[1] + shift;
-  const Vector3d &c = sweep.to[1], &d = sweep.to[0];
-  double w[3];
-  if (crossesTriangle(a, b, c, p, q, slack, crossing.place, w, crossing.normal)) {
-    crossing.along = 1.0 - w[0];
-    return true;
+bool crosses(const BladeSweep& sweep, const MovingSegment& segment, double slack, double& place) {
+  constexpr double kSkirt = 1e-3;  // of the blade's edge, beyond its ends
+  const Vector3d e0 = segment.from[1] - segment.from[0], e1 = segment.to[1] - segment.to[0],
+                 d0 = sweep.from[1] - sweep.from[0], d1 = sweep.to[1] - sweep.to[0],
+                 r0 = segment.from[0] - sweep.from[0], r1 = segment.to[0] - sweep.to[0];
+  const Vector3d e = e1 - e0, d = d1 - d0, r = r1 - r0;
+  // Volume that the four ends span, c0 + c1 t + c2 t² + c3 t³: zero where they lie in one plane.
+  const double c0 = triple(e0, d0, r0), c3 = triple(e, d, r),
+               c1 = triple(e, d0, r0) + triple(e0, d, r0) + triple(e0, d0, r),
+               c2 = triple(e0, d, r) + triple(e, d0, r) + triple(e, d, r0);
+  const auto volume = [&](double t) { return c0 + t * (c1 + t * (c2 + t * c3)); };
+  // Between its extremes it is monotone. At the ends of the step it is taken from the places there: the next
+  // step begins with the same bits.
+  std::array<double, 4> t{0.0, 1.0, 1.0, 1.0}, v{c0, 0.0, 0.0, 0.0};
+  std::size_t last = 0;
+  const double root = c2 * c2 - 3.0 * c1 * c3;
+  if (root > 0.0) {
+    const double w = -(c2 + std::copysign(std::sqrt(root), c2));
+    const double a = w / (3.0 * c3), b = c1 / w;
+    for (const double x : {std::fmin(a, b), std::fmax(a, b)})
+      if (x > 0.0 && x < 1.0) t[++last] = x, v[last] = volume(x);
   }
-  if (crossesTriangle(a, c, d, p, q, slack, crossing.place, w, crossing.normal)) {
-    crossing.along = w[1];
-    return true;
+  t[++last] = 1.0, v[last] = triple(e1, d1, r1);
+  for (std::size_t i = 0; i < last; ++i) {
+    if ((v[i] < 0.0) == (v[i + 1] < 0.0)) continue;
+    double low = t[i], high = t[i + 1];
+    for (int n = 0; n < 40; ++n) {
+      const double middle = 0.5 * (low + high);
+      ((volume(middle) < 0.0) == (v[i] < 0.0) ? low : high) = middle;
+    }
+    double along;
+    if (meet(e0 + low * e, d0 + low * d, r0 + low * r, place, along) && place > -slack &&
+        place < 1.0 + slack && along > -kSkirt && along < 1.0 + kSkirt)
+      return true;
   }
   return false;
 }

@@ -10,7 +10,6 @@ namespace vest::scene {
 namespace {
 
 using Eigen::Vector3d;
-using interaction::BladeCrossing;
 using interaction::BladeSweep;
 using interaction::CutCrossing;
 using interaction::CuttingTool;
@@ -20,7 +19,7 @@ using net::Block;
 
 constexpr double kReach =
     0.004;  ///< m: a sweep looks this far beyond itself for edges (longest way in a step)
-constexpr double kSlack = 0.03;  ///< of an edge: neighbours overlap by it, so that no crossing is lost
+constexpr double kSlack = 1e-3;  ///< of an edge: neighbours overlap by it, so that no crossing is lost
 /// The cutting force of a track is spread over this way of the blade (m, ours): tracks come in pieces.
 constexpr double kSpread = 0.001;
 /// The share of the toughness that a cutting current leaves to the hand; assumed: it vaporises its way.
@@ -35,31 +34,23 @@ struct Box {
   }
 };
 
-/// Places of an edge's ends now, and its way over the step.
-struct Edge {
-  Vector3d p, q, shift;
-};
-Edge edgeOf(const CutJob& j, std::uint32_t a, std::uint32_t b) {
+interaction::MovingSegment edgeOf(const CutJob& j, std::uint32_t a, std::uint32_t b) {
   const float* const before = j.c.scratch.objects[j.object].backup.data();
   const std::ptrdiff_t y = row(j.s, Block::Y) - row(j.s, Block::X),
                        z = row(j.s, Block::Z) - row(j.s, Block::X);
   const auto was = [&](std::uint32_t k) { return Vector3d(before[k], before[k + y], before[k + z]); };
-  Edge e{knotPosition(j.s, a), knotPosition(j.s, b), Vector3d::Zero()};
-  e.shift = 0.5 * (e.p - was(a) + e.q - was(b));
-  return e;
+  return {{was(a), was(b)}, {knotPosition(j.s, a), knotPosition(j.s, b)}};
 }
 
 /// The first active sweep that crosses the edge a…b, told from a to b whichever way round it is asked.
 const BladeSweep* crossedBy(const CutJob& j, const Box& box, std::uint32_t a, std::uint32_t b,
                             double& place) {
-  const Edge e = edgeOf(j, std::min(a, b), std::max(a, b));
-  if (!box.holds(e.p, e.q)) return nullptr;
-  BladeCrossing crossing;
+  const auto edge = edgeOf(j, std::min(a, b), std::max(a, b));
+  if (!box.holds(edge.to[0], edge.to[1])) return nullptr;
   for (int i = 0; i < j.k.sweep_count; ++i) {
     const BladeSweep& sweep = j.k.sweeps[static_cast<std::size_t>(i)];
-    if (!sweep.active || !interaction::crosses(sweep, e.p, e.q, e.shift, kSlack, crossing)) continue;
-    const double t = std::clamp(crossing.place, 0.0, 1.0);
-    place = a < b ? t : 1.0 - t;
+    if (!sweep.active || !interaction::crosses(sweep, edge, kSlack, place)) continue;
+    place = std::clamp(a < b ? place : 1.0 - place, 0.0, 1.0);
     return &sweep;
   }
   return nullptr;
@@ -139,66 +130,146 @@ void chooseKnots(CutJob& j, CutCrossing& x, CutCrossing& y) {
   }
 }
 
+Vector3d restOf(const interaction::Vector3Floats& p) {
+  return {p[0], p[1], p[2]};
+}
+
+/// Which corner of a triangle stands for a crossing of its edge that is already in a track of it or of its
+/// neighbour; 3: none. An edge has one place in the line, however often blades pass it.
+std::uint8_t knownKnot(const CutJob& j, std::uint32_t triangle, std::uint8_t edge) {
+  const auto& knots = j.s.triangles[triangle];
+  const std::array<std::uint8_t, 2> corner{edge, static_cast<std::uint8_t>((edge + 1) % 3)};
+  const Vector3d p = j.rest(knots[corner[0]]), along = j.rest(knots[corner[1]]) - p;
+  const double squared = along.squaredNorm();
+  for (const CutTrack& track : j.cut.tracks) {
+    if (track.triangle != triangle) {
+      const auto& of = j.s.triangles[track.triangle];
+      const auto has = [&](std::uint32_t knot) { return std::find(of.begin(), of.end(), knot) != of.end(); };
+      if (!has(knots[corner[0]]) || !has(knots[corner[1]])) continue;
+    }
+    for (std::size_t n = 0; n < 2; ++n) {
+      const Vector3d off = restOf(n == 0 ? track.from : track.to) - p;
+      if (off.cross(along).squaredNorm() > 1e-8 * squared * squared) continue;
+      for (const std::uint8_t c : corner)
+        if (j.k.version_of[track.knots[n]] == j.k.version_of[knots[c]]) return c;
+    }
+  }
+  return 3;
+}
+
+/// One end of a track through a triangle: place at rest, corner that stands for it in the line.
+struct TrackEnd {
+  Vector3d at;
+  std::uint8_t corner;
+};
+
+/// Puts a track through a triangle and its line. Returns its length at rest, m; 0: the line was there.
+double addTrack(CutJob& j, std::uint32_t t, const TrackEnd& from, const TrackEnd& to) {
+  const auto& knots = j.s.triangles[t];
+  CutTrack track;
+  track.triangle = t;
+  track.knots = {knots[from.corner], knots[to.corner]};
+  for (int e = 0; e < 3; ++e) {
+    track.from[static_cast<std::size_t>(e)] = static_cast<float>(from.at[e]);
+    track.to[static_cast<std::size_t>(e)] = static_cast<float>(to.at[e]);
+  }
+  const bool again = std::any_of(j.cut.tracks.begin(), j.cut.tracks.end(), [&](const CutTrack& other) {
+    return other.triangle == t && j.k.version_of[other.knots[0]] + j.k.version_of[other.knots[1]] ==
+                                      j.k.version_of[track.knots[0]] + j.k.version_of[track.knots[1]];
+  });
+  if (again) return 0.0;
+  if (j.cut.tracks.size() == j.cut.tracks.capacity()) {
+    j.cut.exhausted = true;
+    return 0.0;
+  }
+  j.cut.tracks.push_back(track);
+  if (track.knots[0] != track.knots[1]) markLine(j, t, track.knots[0], track.knots[1]);
+  const double length = std::sqrt((to.at - from.at).squaredNorm());
+  // Corners that the line does not touch know on which side of it they are.
+  if (length > 1e-9) {
+    for (const std::uint32_t corner : knots) {
+      if (corner == track.knots[0] || corner == track.knots[1]) continue;
+      const Vector3d along = (to.at - from.at) / length, off = j.rest(corner) - from.at;
+      const Vector3d side = off - along * along.dot(off);
+      const double far = std::sqrt(side.squaredNorm());
+      if (far > 1e-9 && !(j.inward(corner).squaredNorm() > 0.0)) j.setInward(corner, side / far);
+    }
+  }
+  for (const std::uint32_t knot : track.knots) {
+    if (std::find(j.k.work.begin(), j.k.work.end(), knot) == j.k.work.end()) j.k.work.push_back(knot);
+  }
+  return length;
+}
+
+/// The end of a track that a triangle has already, with its corner; false: it has none.
+bool trackOf(const CutJob& j, std::uint32_t t, std::array<TrackEnd, 2>& ends) {
+  const auto& knots = j.s.triangles[t];
+  for (const CutTrack& track : j.cut.tracks) {
+    if (track.triangle != t) continue;
+    for (std::size_t n = 0; n < 2; ++n) {
+      ends[n] = {restOf(n == 0 ? track.from : track.to), 0};
+      for (std::uint8_t c = 0; c < 3; ++c)
+        if (j.k.version_of[knots[c]] == j.k.version_of[track.knots[n]]) ends[n].corner = c;
+    }
+    return true;
+  }
+  return false;
+}
+
+/// Joins a crossing to the track that its triangle has: a blade that goes on from where another way through
+/// the triangle ended at a knot leaves no bridge there. Returns the length of what is new, m.
+double joinTrack(CutJob& j, CutCrossing& x) {
+  std::array<TrackEnd, 2> ends;
+  if (!trackOf(j, x.triangle, ends)) return 0.0;
+  const std::array<std::uint8_t, 2> corner{x.edge, static_cast<std::uint8_t>((x.edge + 1) % 3)};
+  for (const std::uint8_t c : corner)
+    for (const TrackEnd& end : ends)
+      if (x.knot == 3 && end.corner == c) x.knot = c;
+  if (x.knot == 3) x.knot = corner[x.place < 0.5f ? 0 : 1];
+  const bool joined = ends[0].corner == x.knot || ends[1].corner == x.knot;
+  const auto& knots = j.s.triangles[x.triangle];
+  const double place = x.place;
+  const Vector3d at = (1.0 - place) * j.rest(knots[corner[0]]) + place * j.rest(knots[corner[1]]);
+  const bool second = (ends[1].at - at).squaredNorm() < (ends[0].at - at).squaredNorm();
+  return joined ? 0.0 : addTrack(j, x.triangle, {at, x.knot}, ends[second ? 1 : 0]);
+}
+
 /// Triangles with two crossings are cut through: line, track, newly cut area (m²).
 double cutThrough(CutJob& j, std::uint32_t& element) {
   auto& pending = j.cut.crossings;
+  for (CutCrossing& x : pending)
+    if (x.knot == 3) x.knot = knownKnot(j, x.triangle, x.edge);
   std::sort(pending.begin(), pending.end(), [](const CutCrossing& a, const CutCrossing& b) {
     return a.triangle != b.triangle ? a.triangle < b.triangle : a.edge < b.edge;
   });
-  double area = 0.0;
+  double length = 0.0;
   std::size_t kept = 0;
+  std::array<TrackEnd, 2> ends;
   for (std::size_t i = 0; i < pending.size();) {
-    if (i + 1 >= pending.size() || pending[i + 1].triangle != pending[i].triangle) {
+    const std::uint32_t t = pending[i].triangle;
+    const bool two = i + 1 < pending.size() && pending[i + 1].triangle == t, tracked = trackOf(j, t, ends);
+    if (!two && !tracked) {
       pending[kept++] = pending[i++];
       continue;
     }
-    const std::uint32_t t = pending[i].triangle;
-    const auto& knots = j.s.triangles[t];
-    CutTrack track;
-    track.triangle = t;
-    std::array<Vector3d, 2> at;
-    for (std::size_t n = 0; n < 2; ++n) {
-      const CutCrossing& x = pending[i + n];
-      const double place = x.place;
-      at[n] = (1.0 - place) * j.rest(knots[x.edge]) + place * j.rest(knots[(x.edge + 1u) % 3]);
-    }
-    chooseKnots(j, pending[i], pending[i + 1]);
-    for (std::size_t n = 0; n < 2; ++n) track.knots[n] = knots[pending[i + n].knot];
-    while (i < pending.size() && pending[i].triangle == t) ++i;  // a third crossing adds nothing
-    for (int e = 0; e < 3; ++e) {
-      track.from[static_cast<std::size_t>(e)] = static_cast<float>(at[0][e]);
-      track.to[static_cast<std::size_t>(e)] = static_cast<float>(at[1][e]);
-    }
-    const double length = std::sqrt((at[1] - at[0]).squaredNorm());
-    const bool again = std::any_of(j.cut.tracks.begin(), j.cut.tracks.end(), [&](const CutTrack& other) {
-      return other.triangle == t && j.k.version_of[other.knots[0]] + j.k.version_of[other.knots[1]] ==
-                                        j.k.version_of[track.knots[0]] + j.k.version_of[track.knots[1]];
-    });
-    if (again) continue;
-    if (j.cut.tracks.size() == j.cut.tracks.capacity()) {
-      j.cut.exhausted = true;
-      continue;
-    }
-    j.cut.tracks.push_back(track);
-    area += length * j.constants.wall;
-    element = t;
-    if (track.knots[0] != track.knots[1]) markLine(j, t, track.knots[0], track.knots[1]);
-    // Corners that the line does not touch know on which side of it they are.
-    if (length > 1e-9) {
-      for (const std::uint32_t corner : knots) {
-        if (corner == track.knots[0] || corner == track.knots[1]) continue;
-        const Vector3d along = (at[1] - at[0]) / length, off = j.rest(corner) - at[0];
-        const Vector3d side = off - along * along.dot(off);
-        const double far = std::sqrt(side.squaredNorm());
-        if (far > 1e-9 && !(j.inward(corner).squaredNorm() > 0.0)) j.setInward(corner, side / far);
+    double added = 0.0;
+    if (two && !tracked) {
+      chooseKnots(j, pending[i], pending[i + 1]);
+      const auto& knots = j.s.triangles[t];
+      for (std::size_t n = 0; n < 2; ++n) {
+        const CutCrossing& x = pending[i + n];
+        const double place = x.place;
+        ends[n] = {(1.0 - place) * j.rest(knots[x.edge]) + place * j.rest(knots[(x.edge + 1u) % 3]), x.knot};
       }
+      added += addTrack(j, t, ends[0], ends[1]);
+      i += 2;
     }
-    for (const std::uint32_t knot : track.knots) {
-      if (std::find(j.k.work.begin(), j.k.work.end(), knot) == j.k.work.end()) j.k.work.push_back(knot);
-    }
+    for (; i < pending.size() && pending[i].triangle == t; ++i) added += joinTrack(j, pending[i]);
+    if (added > 0.0) element = t;
+    length += added;
   }
   pending.resize(kept);
-  return area;
+  return length * j.constants.wall;
 }
 
 /// Links that no surface tells the side of (cords, inner knots) die when the blade crosses them.
@@ -222,10 +293,10 @@ void cutConnections(Context& c, const Box& box) {
     if (!n.alive) continue;
     const Vector3d p = footOf(c.state, n.end0), q = footOf(c.state, n.end1);
     if (!box.holds(p, q)) continue;
-    BladeCrossing crossing;
+    double place;
     for (int i = 0; i < c.scratch.cut.sweep_count && n.alive; ++i) {
       const BladeSweep& sweep = c.scratch.cut.sweeps[static_cast<std::size_t>(i)];
-      if (!sweep.active || !interaction::crosses(sweep, p, q, Vector3d::Zero(), 0.0, crossing)) continue;
+      if (!sweep.active || !interaction::crosses(sweep, {{p, q}, {p, q}}, 0.0, place)) continue;
       sever(c, at, 0.0, sweep.instrument);
     }
   }

@@ -1,3 +1,5 @@
+#include <numeric>
+
 #include "cut_job.h"
 
 namespace vest::scene {
@@ -286,30 +288,51 @@ void remapAnchors(CutJob& j) {
   }
 }
 
-/// Numbers the connected pieces and counts them.
+/// Sets of knots, as a forest in `parent`.
+struct Pieces {
+  std::vector<std::uint32_t>& parent;
+  Pieces(std::vector<std::uint32_t>& room, std::size_t knots) : parent(room) {
+    std::iota(parent.begin(), parent.begin() + static_cast<std::ptrdiff_t>(knots), 0u);
+  }
+  std::uint32_t root(std::uint32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t ra = root(a), rb = root(b);
+    parent[std::max(ra, rb)] = std::min(ra, rb);
+  }
+};
+
+/// Numbers the connected pieces and counts them. Where the surface has come apart, what still ran through
+/// the organ from one piece to the other is cut, too.
 void countParts(CutJob& j) {
   const std::uint32_t knots = static_cast<std::uint32_t>(j.s.block.knots());
-  auto& part = j.k.part;
-  for (std::uint32_t i = 0; i < knots; ++i) part[i] = i;
-  const auto root = [&](std::uint32_t i) {
-    while (part[i] != i) i = part[i] = part[part[i]];
-    return i;
+  Pieces part(j.k.part, knots), uncut(j.k.uncut, knots);
+  for (const auto& t : j.s.triangles) {
+    part.join(t[0], t[1]), part.join(t[0], t[2]);
+    for (const std::uint32_t k : t) uncut.join(k, t[0]), uncut.join(k, j.k.version_of[k]);
+  }
+  const auto parted = [&](std::uint32_t a, std::uint32_t b) {  // knots inside hang on links alone: never
+    return part.root(a) != part.root(b) && uncut.root(a) == uncut.root(b) && j.begin(a) != j.end(a) &&
+           j.begin(b) != j.end(b);
   };
-  const auto join = [&](std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t ra = root(a), rb = root(b);
-    part[std::max(ra, rb)] = std::min(ra, rb);
-  };
-  for (const auto& t : j.s.triangles) join(t[0], t[1]), join(t[0], t[2]);
+  for (std::uint32_t i = 0; j.divided && i < j.s.topology.links.size(); ++i) {
+    const Link& l = j.s.topology.links[i];
+    if (j.s.topology.link_alive[i] &&
+        (parted(l.knot0, l.knot1) || (l.kind == LinkKind::Bending && parted(l.knot1, l.knot2))))
+      removeLink(j.c.state, j.object, i, j.delta);
+  }
   for (std::size_t i = 0; i < j.s.topology.links.size(); ++i) {
     const Link& l = j.s.topology.links[i];
     if (!j.s.topology.link_alive[i]) continue;
-    join(l.knot0, l.knot1);
-    if (l.kind == LinkKind::Bending) join(l.knot0, l.knot2);
+    part.join(l.knot0, l.knot1);
+    if (l.kind == LinkKind::Bending) part.join(l.knot0, l.knot2);
   }
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < knots; ++i) {
-    part[i] = root(i);
-    count += part[i] == i;
+    j.k.part[i] = part.root(i);
+    count += j.k.part[i] == i;
   }
   j.cut.parts = std::max(j.cut.parts, count);
 }

@@ -211,7 +211,7 @@ void reserveCut(const WorldModel& model, CutScratch& k) {
   for (auto* start : {&k.incident_start, &k.before_start}) start->resize(knots + 3);
   for (auto* list : {&k.incident, &k.before}) list->resize(3 * triangles + 1);
   k.work.reserve(3 * triangles + 1);
-  for (auto* of : {&k.version_of, &k.split, &k.part}) of->resize(knots + 1);
+  for (auto* of : {&k.version_of, &k.split, &k.part, &k.uncut}) of->resize(knots + 1);
   k.near_knot.resize(knots + 1), k.hops.resize(knots + 1);
   k.near_triangle.resize(triangles + 1);
   k.triangles_before.reserve(triangles + 1);

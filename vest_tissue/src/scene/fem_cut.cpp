@@ -12,7 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 using fem::kNoSlot;
-using interaction::BladeCrossing;
 using interaction::BladeSweep;
 using net::Block;
 
@@ -42,13 +41,14 @@ Vector3d faceCentre(const std::vector<Vector3d>& x, const std::array<fem::Index,
   return (x[k[0]] + x[k[1]] + x[k[2]]) / 3.0;
 }
 
-bool crossed(const Job& j, const BladeSweep* sweeps, int count, const Vector3d& p, const Vector3d& q,
-             const Vector3d& shift, const BladeSweep*& by) {
+bool crossed(const Job& j, const BladeSweep* sweeps, int count, const interaction::MovingSegment& segment,
+             const BladeSweep*& by) {
+  const Vector3d &p = segment.to[0], &q = segment.to[1];
   if ((p.cwiseMin(q).array() > j.high.array()).any() || (p.cwiseMax(q).array() < j.low.array()).any())
     return false;
-  BladeCrossing crossing;
+  double place;
   for (int i = 0; i < count; ++i) {
-    if (!sweeps[i].active || !interaction::crosses(sweeps[i], p, q, shift, kSlack, crossing)) continue;
+    if (!sweeps[i].active || !interaction::crosses(sweeps[i], segment, kSlack, place)) continue;
     by = &sweeps[i];
     return true;
   }
@@ -71,9 +71,8 @@ bool openFaces(Job& j, const BladeSweep* sweeps, int count) {
       const std::uint32_t other = j.tissue.neighbours[e][static_cast<std::size_t>(f)];
       if (other == kNoSlot || other < e || (t.open[e] >> f & 1) != 0) continue;
       const Vector3d q = centre(t.x, t.corner[other]);
-      const Vector3d shift = 0.5 * (p - p0 + q - centre(before, t.corner[other]));
       const BladeSweep* by = nullptr;
-      if (!crossed(j, sweeps, count, p, q, shift, by)) continue;
+      if (!crossed(j, sweeps, count, {{p0, centre(before, t.corner[other])}, {p, q}}, by)) continue;
       if (opened.size() == opened.capacity() || knots.size() + 3 > knots.capacity()) return true;
       const std::uint32_t code = fem::faceCode(e, f);
       if (!fem::openFace(j.tissue, t, code)) continue;
@@ -211,7 +210,8 @@ void renewSurface(Job& j, const BladeSweep* sweeps, int count) {
     const std::array<Vector3d, 3> p{placeOf(v[0]), placeOf(v[1]), placeOf(v[2])};
     const BladeSweep* by = nullptr;
     for (std::size_t e = 0; e < 3; ++e) {
-      if (!crossed(j, sweeps, count, p[e], p[(e + 1) % 3], Vector3d::Zero(), by)) continue;
+      const auto &a = p[e], &b = p[(e + 1) % 3];
+      if (!crossed(j, sweeps, count, {{a, b}, {a, b}}, by)) continue;
       removeSkinTriangle(j, i);
       break;
     }

@@ -25,16 +25,41 @@ Description bar(Motion motion, Strain strain) {
   return d;
 }
 
-/// Scissors from -y that close along z in the plane x = 1 mm.
-scene::StepInput inputOf(std::uint64_t i) {
+/// Scissors from -y that close along z in the plane x = 1 mm. @param hand of the hand: steps since the start
+scene::StepInput inputOf(std::uint64_t i, double hand) {
   scene::StepInput in;
   in.step = i;
-  const double come = std::min(1.0, static_cast<double>(i) / 60.0),
-               close = std::clamp((static_cast<double>(i) - 60.0) / 120.0, 0.0, 1.0);
+  const double come = std::min(1.0, hand / 60.0), close = std::clamp((hand - 60.0) / 120.0, 0.0, 1.0);
   in.tools[1] =
       vest::test::toolAt(tools::ToolKind::Scissors, Vector3d(0.001, 0.009 - 0.025 * (1.0 - come), 0.050),
                          Vector3d(0, 1, 0), Vector3d(0, 0, 1), 0.9 * (1.0 - close));
   return in;
+}
+
+scene::StepInput inputOf(std::uint64_t i) {
+  return inputOf(i, static_cast<double>(i));
+}
+
+TEST(FemCutInWorld, WhereTheHandIsWithinAStepDecidesNothing) {
+  // A live hand begins between two steps, and is found where it was in some of them.
+  for (const auto strain : {Strain::Small, Strain::Corotational})
+    for (const double late : {0.3, 5.0})
+      for (const double share : {0.0, 0.2, 0.5}) {
+        scene::Description s = sceneOf({object(bar(Motion::BackwardEuler, strain))});
+        s.gravity = Vector3d(0, 0, -2);
+        scene::World w(s);
+        scene::StepReport report;
+        int separated = 0;
+        double hand = 0.0;
+        for (std::uint32_t i = 0, seed = 1; i < 260; ++i) {
+          seed = 1664525u * seed + 1013904223u;
+          if (1e-3 * (seed >> 22) >= share) hand = std::max(0.0, i - late);
+          ASSERT_NE(w.step(inputOf(i, hand), report), scene::Status::Fault);
+          for (const auto& e : report.events) separated += e.kind == scene::EventKind::Separated;
+        }
+        EXPECT_EQ(separated, 1) << int(strain) << ", " << late << " steps late, " << share
+                                << " of them still";
+      }
 }
 
 TEST(FemCutInWorld, ScissorsDivideABarAndTheFarPartFalls) {

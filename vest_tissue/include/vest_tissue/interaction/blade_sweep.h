@@ -11,18 +11,12 @@
 namespace vest::interaction {
 
 /// What one cutting edge swept in one step, for nets, FEM objects and volumes alike. World, metres.
-///
-///      from[0] ─────────── from[1]      the edge at the start of the step
-///         │        swept      │
-///        to[0] ───────────  to[1]       and at its end; the next step's `from` is this step's `to`
-///
-/// The surface is that of the two triangles (from[0], from[1], to[1]) and (from[0], to[1], to[0]), so that
-/// the sweeps of successive steps close without gap.
 struct BladeSweep {
   bool active = false;          ///< it cuts: blades that close, a hook with its current on
   bool electric = false;        ///< the current cuts, not the edge
   std::uint8_t instrument = 0;  ///< tools::Instrument
   std::uint8_t blade = 0;       ///< 0 and 1: jaws of scissors; 0 and 1: wire and foot of a hook
+  /// Ends of the edge at the start of the step and at its end; the next step's `from` is this step's `to`.
   std::array<Eigen::Vector3d, 2> from{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   std::array<Eigen::Vector3d, 2> to{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
 };
@@ -45,16 +39,15 @@ int bladeEdges(tools::ToolKind kind, const ToolPose& pose,
 int sweepsOf(const Proxy& before, const Proxy& after, std::uint32_t functions, double dt,
              std::uint8_t instrument, BladeSweep* out);
 
-/// Where a sweep crosses the segment p…q.
-struct BladeCrossing {
-  double place = 0;                                  ///< on p…q, 0 … 1 (a little outside within `slack`)
-  double along = 0;                                  ///< on the blade's edge, 0 … 1
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< of the swept surface, length 1, from p's side to q's
+/// Segment p…q at the start of the step and at its end, in world, m.
+struct MovingSegment {
+  std::array<Eigen::Vector3d, 2> from, to;
 };
-/// Whether the sweep crosses p…q, the segment as it is at the end of the step.
-/// @param shift m: way of the segment over the step (its mean); the sweep is taken relative to it
+/// Whether the edge and the segment pass through each other within the step, all four ends moving straight
+/// (edges in continuous collision detection: Provot, Graphics Interface 1997). What passes is found in one
+/// of two successive steps and never lost between them.
 /// @param slack no unit: the segment counts as this much longer at both ends (0.02 lets neighbours overlap)
-bool crosses(const BladeSweep& sweep, const Eigen::Vector3d& p, const Eigen::Vector3d& q,
-             const Eigen::Vector3d& shift, double slack, BladeCrossing& crossing);
+/// @param place where on p…q, 0 … 1 (a little outside within `slack`)
+bool crosses(const BladeSweep& sweep, const MovingSegment& segment, double slack, double& place);
 
 }  // namespace vest::interaction

@@ -22,6 +22,7 @@ struct CutScratch {
   std::vector<std::uint32_t> before_start, before;      ///< incident as it was before the cut
   std::vector<std::array<std::uint32_t, 3>> triangles_before;
   std::vector<std::uint32_t> part;                ///< per knot: connected piece
+  std::vector<std::uint32_t> uncut;               ///< per knot: piece of the surface, had nothing been cut
   std::vector<std::array<std::uint32_t, 2>> rim;  ///< edges of contact triangles that have no neighbour
   std::vector<std::uint8_t> hops;                 ///< per knot, of a search
   std::vector<std::uint32_t> reached;
