@@ -146,6 +146,47 @@ class Batch(Case):
         self.assertIn("--index 99 (allowed: 0 to 7)", self.batch("run", where, "--index", "99", code=2))
 
 
+    def test_files_of_strangers_are_refused_in_one_line(self):
+        where, pipe = self.path("never"), self.path("pipe.yaml")
+        os.mkfifo(pipe)
+        good = 'vest_batch: 1\ncommand: [echo]\n'
+        bomb = good + "parameters:\n  x:\n  - &a [x, x, x, x, x, x, x, x]\n" + "".join(
+            "  - &%c [%s]\n" % (98 + i, ",".join(["*%c" % (97 + i)] * 8)) for i in range(12))
+        deep = good + "version: " + "[" * 900 + "]" * 900
+        for name, text, said in (("a.yaml", bomb, "anchor"), ("a.yaml", deep, "32 levels"), ("a.yaml", "[" * 3_000_000, "too large"),
+                                 ("a.yaml", good + "command: [ls]\n", "stands twice"), ("a.yaml", good + "---\na: 1\n", "single document"),
+                                 ("a.yaml", good + "files: 5\n", "files"), ("a.yaml", good + "parameters: {1: [2]}\n", "names are words"),
+                                 ("a.yaml", good + "parameters: {a: [2020-01-01]}\n", "date"), ("a.json", "[" * 300_000, "recursion"),
+                                 ("a.yaml", "vest_batch: 1\ncommand: [!!python/object/apply:os.system [ls]]\n", "python/object"),
+                                 ("a.json", '{"vest_batch": 1, "command": ["a\\u0000"]}', "a list of words"),
+                                 ("a.json", '{"vest_batch": 1, "command": ["a"], "\\u001b[2J": 1}', "\\x1b[2J: unknown"),
+                                 ("a.json", '{"vest_batch": 1, "command": ["a"], "parameters": {"x": ["\\ud800"]}}', "texts, numbers"),
+                                 ("a.yaml", good + "files: [f]\nparameters: {f: [pipe.yaml]}\n", "is no file"), ("pipe.yaml", None, "is no file")):
+            if text is not None:
+                with open(self.path(name), "w", encoding="utf-8") as f:
+                    f.write(text)
+            with self.subTest(said, text=(text or "")[-60:]):
+                self.assertIn(said, self.batch("plan", self.path(name), where, code=2))
+                self.assertFalse(os.path.exists(where), "nothing half written")
+
+    def test_a_plan_and_results_of_strangers_are_read_as_if_they_lied(self):
+        where = self.path("theirs")
+        self.batch("plan", self.manifest(command=["no_such_program"], parameters={"a": [1]}), where)
+        with open(os.path.join(where, "plan.json"), encoding="utf-8") as f:
+            run = json.load(f)[0]
+        self.assertIn("1 of 1 runs failed", self.batch("run", where, code=2))
+        for text in ("", "[]", "{}", "[" * 300_000, json.dumps({"id": run["id"], "parameters": {}, "values": 1})):
+            with open(os.path.join(where, "runs", run["id"]), "w", encoding="utf-8") as f:
+                f.write(text)
+            self.assertIn(run["id"], self.batch("merge", where, code=2))
+        for plan in ({}, None, [1], [{}], [{**run, "id": "../../x"}], [{**run, "argv": "echo"}], [{**run, "argv": ["a\0"]}]):
+            with open(os.path.join(where, "plan.json"), "w", encoding="utf-8") as f:
+                json.dump(plan, f)
+            for command in ("run", "status", "merge"):
+                with self.subTest(command, plan=plan):
+                    self.assertIn("no plan", self.batch(command, where, code=2))
+
+
 @unittest.skipUnless(FULL and shutil.which("slurmctld") and shutil.which("slurmd"), "with VEST_FULL and Slurm (slurmctld, slurmd, slurm-client)")
 class Slurm(Case):
     """Two nodes on this machine, without root and munge: https://slurm.schedmd.com/slurm.conf.html"""
