@@ -24,12 +24,12 @@ kinematics::TrainerBox box() {
   return kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
 }
 
-/// Where a point lies in the picture of a 30 degree optic, pinhole with 70 degrees over 720 pixels: distance
+/// Where a point lies in the picture, pinhole with 70 degrees over 720 pixels: distance
 /// from the middle over the radius of the round picture (288 pixels). More than 1, or behind the lens: not
 /// seen.
 double inPicture(const scene::ToolInput& endoscope, const Eigen::Vector3d& point) {
-  const Eigen::Isometry3d tip = Eigen::Translation3d(endoscope.position) * endoscope.orientation;
-  const Eigen::Vector3d p = (tip * Eigen::AngleAxisd(-M_PI / 6, Eigen::Vector3d::UnitX())).inverse() * point;
+  const auto optic = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), endoscope.sight);
+  const Eigen::Vector3d p = (endoscope.orientation * optic).inverse() * (point - endoscope.position);
   const double focal = 360.0 / std::tan(35.0 * M_PI / 180.0);
   return p.z() > 0 ? focal * p.head<2>().norm() / p.z() / 288.0 : 1e9;
 }

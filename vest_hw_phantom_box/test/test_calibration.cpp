@@ -53,6 +53,7 @@ TEST(Calibration, TheShippedFileEqualsTheBuiltInValues) {
     EXPECT_EQ(built_in.joints[i].min, file.joints[i].min);
     EXPECT_EQ(built_in.joints[i].max, file.joints[i].max);
     EXPECT_EQ(built_in.joints[i].max_speed, file.joints[i].max_speed);
+    EXPECT_EQ(built_in.joints[i].continuous, file.joints[i].continuous);
   }
 }
 
@@ -63,6 +64,10 @@ TEST(Calibration, SignScaleAndZeroAreApplied) {
   j.zero_count = 200;
   EXPECT_DOUBLE_EQ(-0.4, j.position(1000));
   EXPECT_EQ(1000, j.count(-0.4));
+  j.continuous = true, j.per_count = 1e-4;
+  for (double turned = -20; turned < 20; turned += 0.01)
+    ASSERT_NEAR(turned, j.near(j.position(j.count(turned)), turned), 0.51e-4) << "the turn that fits";
+  j.continuous = false;
   EXPECT_EQ(-32767, j.count(1e6)) << "saturates, and is never the count that means no reading";
 }
 
@@ -80,6 +85,11 @@ TEST(Calibration, EveryMistakeIsNamedWithFileFieldValueAndWhatIsAllowed) {
   expectMessage(replaced("min: -1.2", "min: 1.2"), {"left.yaw.min", "'1.2'", "less than max"});
   expectMessage(replaced("max: 1.2", "max: .nan"), {"left.yaw.max", "'.nan'"});
   expectMessage(replaced("max_speed: 50", "max_speed: -1"), {"left.yaw.max_speed", "'-1'"});
+  expectMessage(replaced("continuous: true", "continuous: round"),
+                {"left.roll.continuous", "'round'", "true or false"});
+  expectMessage(replaced("per_count: 0.0001, sign: 1, zero_count: 0, min: -100",
+                         "per_count: 0.00009, sign: 1, zero_count: 0, min: -100"),
+                {"left.roll.per_count", "'0.00009'", "where continuous"});
   expectMessage(replaced("right:", "left:"), {"left", "twice"});
   expectMessage("left: 5\n", {"right", "is missing"});
   expectMessage("", {"nothing"});

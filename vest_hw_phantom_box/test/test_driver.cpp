@@ -322,6 +322,39 @@ TEST(Driver, PositionsStayWithinTheCalibratedLimits) {
   EXPECT_GT(b.d.counters().clamped, 0u);
 }
 
+TEST(Driver, AShaftTurnsRoundAndRoundWhereItsSixteenBitsHoldOneTurn) {
+  constexpr int kRoll = 3;
+  const calibration::Joint roll = calibration::defaultCalibration().joints[kRoll];
+  for (const double way : {1.0, -1.0}) {
+    Bench b;
+    b.m.counts[kRoll] = 0;
+    b.send(30);
+    double turned = 0;
+    for (int i = 0; i < 2000; ++i) {  // 30 rad in 2 s
+      turned += way * 0.015;
+      b.m.counts[kRoll] = roll.count(turned);
+      ASSERT_NE(protocol::kNoReading, b.m.counts[kRoll]);
+      if (i % 500 == 499) {  // a broken reading half a turn away, and a flagged one
+        const auto good = b.m;
+        b.m.counts[kRoll] = static_cast<std::int16_t>(good.counts[kRoll] ^ 0x4000);
+        b.send();
+        b.m.counts = good.counts;
+      }
+      b.send();
+      ASSERT_TRUE(b.d.usable(kRoll)) << turned;
+      ASSERT_NEAR(turned, b.d.sample().joints[kRoll].position, 1.01e-4);
+      ASSERT_NEAR(way * 15.0, b.d.sample().joints[kRoll].velocity, i < 50 ? 15.0 : 4.0);
+    }
+    // After a fault the turns are still known.
+    b.m.invalid = 1u << kRoll;
+    b.send(20);
+    ASSERT_FALSE(b.d.usable(kRoll));
+    b.m.invalid = 0;
+    b.send(30);
+    EXPECT_NEAR(turned, b.d.sample().joints[kRoll].position, 1.01e-4);
+  }
+}
+
 TEST(Driver, ABoxWithoutReferenceOrWithInternalErrorGivesNoJoints) {
   for (const std::uint8_t status : {protocol::kNotReferenced, protocol::kInternalError}) {
     Bench b;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "vest_instruments/control/camera_hand.h"
+#include "vest_instruments/kinematics/jacobian.h"
 #include "vest_instruments/kinematics/trainer_box.h"
 
 namespace vest::control {
@@ -34,7 +35,7 @@ void expectLevel(const Isometry3d& X_WTrocar, const JointPositions& q, const Eig
 TEST(CameraHand, KeepsTheHorizonLevelWhereverItLooks) {
   for (const Isometry3d& X : trocars())
     for (const double light_post : {0.0, 0.5, -1.2}) {
-      const Eigen::Matrix3d optic = opticalAxes(M_PI / 6, light_post);
+      const Eigen::Matrix3d optic = kinematics::opticalFrame(M_PI / 6, light_post).linear();
       JointPositions q;
       q.insertion = 0.1;
       for (int i = 0; i < 400; ++i) {

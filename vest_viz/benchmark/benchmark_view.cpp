@@ -236,9 +236,8 @@ Frame measure(const Options& o, int quality) {
   instruments.instruments = {vest::tools::instrumentAt(Place::Left, {-0.036, 0.050, 0.072}, 0.4, 0.12),
                              vest::tools::instrumentAt(Place::Right, {0.030, 0.045, 0.075}, -0.3, 0.5),
                              vest::tools::instrumentAt(Place::Endoscope, tip, 0, 0)};
-  Eigen::Isometry3d X_WTip;
-  vest::displays::toPose(instruments.instruments[2].tip, &X_WTip);
-  const Eigen::Isometry3d X_WO = vest::camera::opticalFrame(X_WTip, 0, 0);
+  Eigen::Isometry3d X_WO;
+  vest::displays::toOpticalFrame(instruments.instruments[2], &X_WO);
   scene.updateInstruments(instruments);
 
   std::vector<float> positions;

@@ -51,6 +51,7 @@ void MomentBag::write(double t, const scene::World& world, const kinematics::Tra
     s.tip = poseMsg(tool.position, tool.orientation);
     s.shaft = poseMsg(tool.pivot, tool.orientation);
     s.functions = tool.functions;
+    for (std::size_t k = 0; k < 3; ++k) s.sight[k] = tool.sight[static_cast<Eigen::Index>(k)];
     instruments.instruments.push_back(s);
   }
   put("instruments", time, instruments);

@@ -62,8 +62,11 @@ double number(const YAML::Node& node, const std::string& file, const std::string
   return value;
 }
 
+constexpr double kLeastOfATurn = 2 * M_PI / 65535;  // rad per count
+
 Joint parseJoint(const YAML::Node& node, const std::string& file, const std::string& where) {
-  checkKeys(node, file, where, {"per_count", "sign", "zero_count", "min", "max", "max_speed"}, {});
+  checkKeys(node, file, where, {"per_count", "sign", "zero_count", "min", "max", "max_speed"},
+            {"continuous"});
   Joint j;
   j.per_count = number(node["per_count"], file, where + ".per_count", 1e-9, 0.1);
   const double sign = number(node["sign"], file, where + ".sign", -1, 1);
@@ -76,6 +79,15 @@ Joint parseJoint(const YAML::Node& node, const std::string& file, const std::str
     fail(file, where + ".min", shown(node["min"]), "less than max (" + node["max"].Scalar() + ")");
   // The largest step of 32767 counts bounds what the sensor can say at all.
   j.max_speed = number(node["max_speed"], file, where + ".max_speed", 1e-3, 1e4);
+  const YAML::Node continuous = node["continuous"];
+  if (!continuous) return j;
+  if (!continuous.IsScalar() || !YAML::convert<bool>::decode(continuous, j.continuous))
+    fail(file, where + ".continuous", shown(continuous), "true or false");
+  if (j.continuous && j.per_count < kLeastOfATurn) {
+    std::ostringstream allowed;
+    allowed << kLeastOfATurn << " or more where continuous: a turn has to fit into 16 bits";
+    fail(file, where + ".per_count", shown(node["per_count"]), allowed.str());
+  }
   return j;
 }
 
@@ -97,8 +109,14 @@ void parseArm(const YAML::Node& node, const std::string& file, int arm, Calibrat
 
 }  // namespace
 
+double Joint::near(double position, double reference) const {
+  return continuous ? position + 2 * M_PI * std::nearbyint((reference - position) / (2 * M_PI)) : position;
+}
+
 std::int16_t Joint::count(double position) const {
-  const double raw = std::nearbyint(position / (sign * per_count) + zero_count);
+  double raw = position / (sign * per_count) + zero_count;
+  if (continuous) raw = std::remainder(raw, 2 * M_PI / per_count);
+  raw = std::nearbyint(raw);
   return static_cast<std::int16_t>(raw > 32767 ? 32767 : raw < -32767 ? -32767 : raw);
 }
 
@@ -115,7 +133,7 @@ Calibration defaultCalibration() {
         j.per_count = 1e-5, j.min = 0, j.max = 0.28, j.max_speed = 10;
         break;
       case 3:
-        j.min = -3.1416, j.max = 3.1416, j.max_speed = 100;
+        j.min = -100, j.max = 100, j.max_speed = 100, j.continuous = true;
         break;
       default:
         j.min = 0, j.max = 1.2;

@@ -15,6 +15,9 @@ BoxReader::BoxReader(const calibration::Calibration& calibration, const ReaderOp
                  std::chrono::steady_clock::now().time_since_epoch())
           .count();
     };
+  if (options_.raw_log.empty()) return;
+  const std::string error = log_.open(options_.raw_log);
+  if (!error.empty()) listener_.onMessage(Severity::kError, "raw_log '" + options_.raw_log + "': " + error);
 }
 
 void BoxReader::say(Severity severity, const std::string& text) {
@@ -38,6 +41,9 @@ void BoxReader::runOnce() {
     std::size_t size = 0;
     switch (port_.read(bytes.data(), bytes.size(), 5, size)) {
       case transport::SerialPort::Read::kData:
+        if (log_.isOpen() && !log_.write(clock_(), bytes.data(), size))
+          listener_.onMessage(Severity::kError,
+                              "raw_log '" + options_.raw_log + "': cannot be written any more; the log ends");
         decoder_.feed(bytes.data(), size, *this);
         break;
       case transport::SerialPort::Read::kTimeout:

@@ -114,7 +114,7 @@ void Driver::joint(int i, const protocol::Motion& m, bool box_usable) {
   // false.
   const auto consistent = [&](double from, std::int64_t from_us) {
     const double dt = 1e-6 * static_cast<double>(device_us_ - from_us);
-    return std::abs(raw - from) <= c.max_speed * dt + 2 * c.per_count;
+    return std::abs(c.near(raw, from) - from) <= c.max_speed * dt + 2 * c.per_count;
   };
   const std::int64_t hold_us = options_.hold / 1000;
 
@@ -138,17 +138,18 @@ void Driver::joint(int i, const protocol::Motion& m, bool box_usable) {
   const bool good = reading && (g.accepted ? consistent(g.good, g.good_us) : g.settled >= options_.settle);
   if (good) {
     const double dt = 1e-6 * static_cast<double>(device_us_ - g.good_us);
+    const double position = c.near(raw, g.good);
     if (g.accepted) {
       const double gain = dt / (options_.velocity_time_constant + dt);
-      g.velocity += gain * ((raw - g.good) / dt - g.velocity);
+      g.velocity += gain * ((position - g.good) / dt - g.velocity);
     } else {
       g.velocity = 0;
     }
     g.accepted = true;
-    g.good = raw;
+    g.good = position;
     g.good_us = device_us_;
-    out.position = std::clamp(raw, c.min, c.max);
-    if (out.position != raw) ++counters_.clamped;
+    out.position = std::clamp(position, c.min, c.max);
+    if (out.position != position) ++counters_.clamped;
     out.velocity = g.velocity;
     out.usable = true;
     return;

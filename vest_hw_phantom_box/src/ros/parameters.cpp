@@ -45,7 +45,7 @@ void refusePrivatePreset(const ros::NodeHandle& nh) {
 
 void warnUnknown(const ros::NodeHandle& nh) {
   const std::string own = nh.getNamespace() + "/";
-  const std::set<std::string> known{"port", "baud_rate", "calibration"};
+  const std::set<std::string> known{"port", "baud_rate", "calibration", "raw_log"};
   std::vector<std::string> all;
   nh.getParamNames(all);
   for (const std::string& name : all)
@@ -68,6 +68,7 @@ Parameters readParameters(const ros::NodeHandle& session_nh, const ros::NodeHand
     if (rate < 9600 || rate > 4000000) fail(nh, "baud_rate", std::to_string(rate), rates);
     p.reader.baud_rate = static_cast<unsigned>(rate);
   }
+  p.reader.raw_log = text(nh, "raw_log", "", "a path of a file for the bytes of the line");
   const std::string file = text(nh, "calibration", "", "a path to a calibration file");
   p.calibration = file.empty() ? calibration::defaultCalibration() : calibration::loadCalibration(file);
   p.pedals = vest_instruments::readFootswitches(session_nh).names;

@@ -8,9 +8,11 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <vector>
 
 #include "vest_hw_phantom_box/emulator/emulator.h"
 #include "vest_hw_phantom_box/emulator/pseudo_terminal.h"
+#include "vest_hw_phantom_box/transport/raw_log.h"
 
 namespace {
 
@@ -23,6 +25,7 @@ void onSignal(int) {
 
 constexpr std::int64_t kPeriod = 1000000;  // ns
 constexpr std::int64_t kIdle = 5000000;    // ns, while nobody listens
+constexpr std::int64_t kEnd = 200000000;   // ns, after a replay: what was sent is read before the line goes
 
 std::int64_t steadyNow() {
   timespec t{};
@@ -37,7 +40,8 @@ void sleepUntil(std::int64_t when) {
 }
 
 struct Options {
-  std::string link, trajectory, calibration, interpolation = "linear", serial_number = "VEST-EMULATOR";
+  std::string link, trajectory, replay, calibration, interpolation = "linear",
+                                                     serial_number = "VEST-EMULATOR";
   bool loop = false, hold = false, start_on_open = true;
   int instruments = 3;
   double max_gap = 0.5, seconds = 0, unplug_at = -1, unplug_for = 1, unplug_every = 0;
@@ -47,6 +51,9 @@ struct Options {
 void declare(CLI::App& app, Options& o) {
   app.add_option("--link", o.link, "make a symbolic link to the pseudo-terminal at this path");
   app.add_option("--trajectory", o.trajectory, "CSV file to play (default: a small built-in motion)");
+  app.add_option("--replay", o.replay,
+                 "log of raw bytes (raw_log of the driver): they are sent again as they came")
+      ->excludes("--trajectory");
   app.add_option("--interpolation", o.interpolation, "between rows")
       ->check(CLI::IsMember({"linear", "cubic"}))
       ->capture_default_str();
@@ -89,6 +96,11 @@ class Program {
         calibration_(o_.calibration.empty() ? calibration::defaultCalibration()
                                             : calibration::loadCalibration(o_.calibration)),
         emulator_(calibration_, o_.instruments, o_.faults, o_.serial_number) {
+    if (!o_.replay.empty()) {
+      recorded_ = transport::readRawLog(o_.replay);
+      std::printf("replay %s: %zu pieces, %.3f s\n", o_.replay.c_str(), recorded_.size(),
+                  static_cast<double>(recorded_.back().time_ns) * 1e-9);
+    }
     if (!o_.trajectory.empty()) {
       emulator::TrajectoryOptions t;
       t.interpolation =
@@ -132,7 +144,10 @@ class Program {
         dropped_ += static_cast<std::uint64_t>(missed);
         deadline += missed * kPeriod;
       }
-      send(deadline);
+      if (recorded_.empty())
+        send(deadline);
+      else if (!sendRecorded(deadline))
+        break;
       deadline += kPeriod;
       sleepUntil(deadline);
     }
@@ -169,12 +184,25 @@ class Program {
       ++dropped_;
   }
 
+  // Of a replay: what was read up to this time. False at its end.
+  bool sendRecorded(std::int64_t when) {
+    while (next_ < recorded_.size() && recorded_[next_].time_ns <= when - play_start_)
+      terminal_.write(recorded_[next_++].bytes) ? ++sent_ : ++dropped_;
+    if (next_ == recorded_.size() && o_.loop) {
+      next_ = 0;
+      play_start_ = when;
+    }
+    return next_ < recorded_.size() || when - play_start_ < recorded_.back().time_ns + kEnd;
+  }
+
   Options o_;
   calibration::Calibration calibration_;
   emulator::Emulator emulator_;
   std::optional<emulator::Trajectory> trajectory_;
   emulator::PseudoTerminal terminal_;
   protocol::Bytes line_;
+  std::vector<transport::RawPiece> recorded_;
+  std::size_t next_ = 0;
   bool listening_ = false;
   std::int64_t begin_ = 0, play_start_ = -1;
   std::uint64_t sent_ = 0, dropped_ = 0;

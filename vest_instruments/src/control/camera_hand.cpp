@@ -7,13 +7,6 @@ namespace vest::control {
 
 using Eigen::Vector3d;
 
-Eigen::Matrix3d opticalAxes(double optic_angle, double light_post) {
-  using Eigen::AngleAxisd;
-  return (AngleAxisd(light_post, Vector3d::UnitZ()) * AngleAxisd(-optic_angle, Vector3d::UnitX()) *
-          AngleAxisd(-light_post, Vector3d::UnitZ()))
-      .toRotationMatrix();
-}
-
 double levelRoll(const Eigen::Isometry3d& X_WTrocar, const kinematics::JointPositions& q,
                  const Eigen::Matrix3d& R_TipOptical) {
   kinematics::JointPositions unrolled = q;

@@ -9,6 +9,7 @@
 
 #include "crtk_arm.h"
 #include "vest_instruments/control/pedals.h"
+#include "vest_instruments/kinematics/jacobian.h"
 #include "vest_instruments/kinematics/trainer_box.h"
 
 namespace vest_instruments {
@@ -104,7 +105,7 @@ CameraMotion CameraAssistant::wanted(const ros::SteadyTime& now) const {
       (on(vest::tools::kFunctionCameraIn) ? step : 0.0) - (on(vest::tools::kFunctionCameraOut) ? step : 0.0);
   if (on(vest::tools::kFunctionCameraFollow)) {
     Eigen::Isometry3d X_WOptical = kin::forwardKinematics(X_WTrocar_, q_);
-    X_WOptical.linear() *= vest::control::opticalAxes(optic_angle_, q_.jaw);
+    X_WOptical.linear() *= kin::opticalFrame(optic_angle_, q_.jaw).linear();
     const CameraMotion towards =
         vest::control::follow(X_WOptical.inverse() * followed_W_, dead_zone_, kPeriod);
     motion.right += towards.right;
@@ -141,7 +142,7 @@ void CameraAssistant::onTimer() {
   taken_ = true;
   q_.jaw = measured_.jaw;
   q_ =
-      vest::control::moveCamera(X_WTrocar_, q_, motion, {}, vest::control::opticalAxes(optic_angle_, q_.jaw));
+      vest::control::moveCamera(X_WTrocar_, q_, motion, {}, kin::opticalFrame(optic_angle_, q_.jaw).linear());
   geometry_msgs::PoseStamped out;
   out.header.stamp = ros::Time::now();
   out.header.frame_id = "phantom_box";

@@ -15,6 +15,15 @@ Matrix3d full(const double s[6]) {
   return m;
 }
 
+// Half of the thickness of what touches tissue: jaws, hook, needle; of a tool without such, its shaft. m.
+// A tool that moves on by it touches elsewhere, where the linear model says nothing.
+double thickness(const tools::ToolGeometry& tool) {
+  double most = 0.0;
+  for (const auto* part : {&tool.fixed, &tool.jaw[0], &tool.jaw[1]})
+    for (const tools::Capsule& c : *part) most = std::max(most, c.radius);
+  return most > 0.0 ? most : tool.shaft_radius;
+}
+
 }  // namespace
 
 void emit(Context& c, const Event& event) {
@@ -67,6 +76,7 @@ void tell(Context& c) {
       proxy.tip_force = force;
     }
     const auto& grasp = c.state.grasps[t];
+    m.radius = thickness(tools::toolGeometry(proxy.tool));
     m.in_contact = touched;
     m.grasping = grasp.active;
     m.proxy = Eigen::Isometry3d(Eigen::Translation3d(tip) * proxy.pose.orientation);

@@ -82,6 +82,18 @@ TEST(Grasp, ClosingJawsHoldTheTubeWithoutAForceThatJumps) {
   EXPECT_LT(held[0].station, 0.08);
 }
 
+TEST(Grasp, TheForceModelHoldsAsFarAsTheToolIsThick) {
+  Theatre t;
+  t.move(0.075, 0.040, 1.0, 1.0, 0.1);
+  EXPECT_EQ(t.contact().radius, 0.0012) << "jaws of a grasper";
+  t.input.tools[1].tool = tools::ToolKind::CoagulationHook;
+  t.step();
+  EXPECT_EQ(t.contact().radius, 0.0015) << "its ceramic neck";
+  t.input.tools[1].tool = tools::ToolKind::SuctionIrrigator;
+  t.step();
+  EXPECT_EQ(t.contact().radius, 0.0025) << "nothing beyond its shaft";
+}
+
 TEST(Grasp, PullHoldAndReleaseBalanceForceEnergyAndShape) {
   Theatre t;
   t.grasp();

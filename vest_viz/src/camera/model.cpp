@@ -69,13 +69,4 @@ Eigen::Matrix4d glProjection(const Intrinsics& c, double near, double far) {
   return P;
 }
 
-Eigen::Isometry3d opticalFrame(const Eigen::Isometry3d& X_WTip, double tilt, double light_post) {
-  // The tilted direction of view is turned about the shaft by the light post while the picture's horizon
-  // stays that of the camera head: turn out, tilt, turn back.
-  const Eigen::AngleAxisd post(light_post, Eigen::Vector3d::UnitZ());
-  Eigen::Isometry3d X = X_WTip;
-  X.rotate(post).rotate(Eigen::AngleAxisd(-tilt, Eigen::Vector3d::UnitX())).rotate(post.inverse());
-  return X;
-}
-
 }  // namespace vest::camera

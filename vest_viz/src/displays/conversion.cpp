@@ -68,6 +68,14 @@ bool toPose(const geometry_msgs::Pose& m, Eigen::Isometry3d* pose) {
   return true;
 }
 
+bool toOpticalFrame(const vest_msgs::InstrumentState& endoscope, Eigen::Isometry3d* pose) {
+  if (!toPose(endoscope.tip, pose)) return false;
+  const Eigen::Vector3d sight(endoscope.sight[0], endoscope.sight[1], endoscope.sight[2]);
+  if (std::fabs(sight.norm() - 1) < 0.01)  // of an optic that nobody describes: straight
+    pose->rotate(Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), sight));
+  return true;
+}
+
 sensor_msgs::CameraInfo toCameraInfo(const camera::Intrinsics& c) {
   sensor_msgs::CameraInfo info;
   info.width = c.width;

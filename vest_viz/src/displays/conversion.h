@@ -2,6 +2,7 @@
 
 #include <geometry_msgs/Pose.h>
 #include <sensor_msgs/CameraInfo.h>
+#include <vest_msgs/InstrumentState.h>
 #include <vest_msgs/TissueTopology.h>
 #include <vest_msgs/TissueTopologyDelta.h>
 #include <Eigen/Geometry>
@@ -15,6 +16,9 @@ mesh::Topology toTopology(const vest_msgs::TissueTopology& message);
 mesh::Delta toDelta(const vest_msgs::TissueTopologyDelta& message);
 /// False if the pose is not finite or its quaternion is not of length 1 (within 1 %).
 bool toPose(const geometry_msgs::Pose& message, Eigen::Isometry3d* pose);
+/// Pose of the camera (z forward, x right, y down) of the endoscope: the tip turned the shortest way to its
+/// direction of view, as kinematics::opticalFrame does. False if it has no pose.
+bool toOpticalFrame(const vest_msgs::InstrumentState& endoscope, Eigen::Isometry3d* pose);
 sensor_msgs::CameraInfo toCameraInfo(const camera::Intrinsics& camera);
 
 }  // namespace vest::displays

@@ -66,12 +66,8 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
                                     "Prefix of image_raw, camera_info and image_raw/compressed.", this,
                                     SLOT(updateTopics()));
   optical_frame_ =
-      new rviz::TfFrameProperty("Optical Frame", "endoscope_optical_frame", "tf frame of the camera.", this);
-  tip_frame_ =
-      new rviz::TfFrameProperty("Tip Frame", "endoscope_tip",
-                                "tf frame of the endoscope's tip: what tf says between it and the optical "
-                                "frame is added to the tip pose of the instruments topic.",
-                                this);
+      new rviz::TfFrameProperty("Optical Frame", "endoscope_optical_frame",
+                                "tf frame of the camera, for a session without the instruments topic.", this);
   width_ = new IntProperty("Width", 720, "Pixels.", this, SLOT(updateCamera()));
   width_->setMin(64);
   width_->setMax(4096);
@@ -91,10 +87,6 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
   circle_ = limited(new FloatProperty("Circle", 1.0f, "Radius of the round picture over half its height.",
                                       this, SLOT(updateCamera())),
                     0.3, 1.5);
-  optic_angle_ =
-      limited(new FloatProperty("Optic Angle", 0,
-                                "Degrees (0, 30, 45), used while tf lacks the optical frame.", this),
-              -90, 90);
   rate_ = limited(new FloatProperty("Frame Rate", 20, "Most pictures per second.", this), 0.2, 200);
   compressed_rate_ =
       limited(new FloatProperty("Compressed Rate", 10, "Most JPEG pictures per second.", this), 0.1, 200);
@@ -153,7 +145,6 @@ EndoscopicViewDisplay::~EndoscopicViewDisplay() {
 
 void EndoscopicViewDisplay::onInitialize() {
   optical_frame_->setFrameManager(context_->getFrameManager());
-  tip_frame_->setFrameManager(context_->getFrameManager());
   pane_ = new ImagePane();
   updateScene();
   updatePlace();
@@ -312,39 +303,25 @@ void EndoscopicViewDisplay::subscribeInstruments() {
 }
 
 bool EndoscopicViewDisplay::endoscopePose(Eigen::Isometry3d* X_WO, std::string* how) {
-  const auto buffer = context_->getFrameManager()->getTF2BufferPtr();
-  const std::string optical = optical_frame_->getStdString(), tip = tip_frame_->getStdString();
-  const auto lookUp = [&](const std::string& target, const std::string& source, Eigen::Isometry3d* X) {
-    // At the step that is shown; a light post that is not known there: as it is now.
-    ros::Time when = input_.header().stamp;
-    if (!buffer->canTransform(target, source, when)) when = ros::Time();
-    if (!buffer->canTransform(target, source, when)) return false;
-    const auto t = buffer->lookupTransform(target, source, when).transform;
-    geometry_msgs::Pose pose;
-    pose.position.x = t.translation.x, pose.position.y = t.translation.y, pose.position.z = t.translation.z;
-    pose.orientation = t.rotation;
-    return toPose(pose, X);
-  };
   if (instruments_) {
     for (const vest_msgs::InstrumentState& state : instruments_->instruments) {
-      Eigen::Isometry3d X_WTip, X_TipO;
-      if (state.name != "endoscope" || !toPose(state.tip, &X_WTip)) continue;
-      if (lookUp(tip, optical, &X_TipO)) {
-        *X_WO = X_WTip * X_TipO;
-        *how = "tip pose of the instruments topic, optics from tf";
-      } else {
-        const double post = std::isfinite(state.joint_position[4]) ? state.joint_position[4] : 0.0;
-        *X_WO = camera::opticalFrame(X_WTip, optic_angle_->getFloat() * kDegree, post);
-        *how = "tip pose of the instruments topic, optics from the property";
-      }
+      if (state.name != "endoscope" || !toOpticalFrame(state, X_WO)) continue;
+      *how = "instruments topic";
       return true;
     }
   }
-  if (lookUp("world", optical, X_WO)) {
-    *how = "tf";
-    return true;
-  }
-  return false;
+  const auto buffer = context_->getFrameManager()->getTF2BufferPtr();
+  const std::string optical = optical_frame_->getStdString();
+  // At the step that is shown; where tf does not reach it: as it is now.
+  ros::Time when = input_.header().stamp;
+  if (!buffer->canTransform("world", optical, when)) when = ros::Time();
+  if (!buffer->canTransform("world", optical, when)) return false;
+  const auto t = buffer->lookupTransform("world", optical, when).transform;
+  geometry_msgs::Pose pose;
+  pose.position.x = t.translation.x, pose.position.y = t.translation.y, pose.position.z = t.translation.z;
+  pose.orientation = t.rotation;
+  *how = "tf";
+  return toPose(pose, X_WO);
 }
 
 void EndoscopicViewDisplay::update(float tick, float) {

@@ -83,7 +83,6 @@ class EndoscopicViewDisplay : public rviz::Display {
   rviz::RosTopicProperty* instruments_topic_;
   rviz::StringProperty* image_topic_;
   rviz::TfFrameProperty* optical_frame_;
-  rviz::TfFrameProperty* tip_frame_;
   rviz::IntProperty* width_;
   rviz::IntProperty* height_;
   rviz::FloatProperty* field_of_view_;
@@ -91,7 +90,6 @@ class EndoscopicViewDisplay : public rviz::Display {
   rviz::StringProperty* calibration_;
   rviz::FloatProperty* k2_;
   rviz::FloatProperty* circle_;
-  rviz::FloatProperty* optic_angle_;
   rviz::FloatProperty* rate_;
   rviz::FloatProperty* compressed_rate_;
   rviz::EnumProperty* quality_;

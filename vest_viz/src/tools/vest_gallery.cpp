@@ -119,10 +119,10 @@ void endoscopic(const vest::scene::Description& scene, const std::string& name, 
   if (words.count("smoke") != 0)
     view.setSmoke(boost::make_shared<vest_msgs::SmokeState>(tools::smokeAt(scene, 2)));
   if (words.count("lens") != 0) view.setLens(boost::make_shared<vest_msgs::LensState>(tools::lensAt(fog)));
-  Eigen::Isometry3d X_WTip;
-  displays::toPose(instruments.instruments.back().tip, &X_WTip);
+  Eigen::Isometry3d X_WO;
+  displays::toOpticalFrame(instruments.instruments.back(), &X_WO);
   cv::Mat rgb, bgr;
-  for (int i = 0; i < 15; ++i) view.draw(vest::camera::opticalFrame(X_WTip, 0, 0), 1.0, 0.05, &rgb);
+  for (int i = 0; i < 15; ++i) view.draw(X_WO, 1.0, 0.05, &rgb);
   cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
   save(name, bgr);
 }

@@ -15,8 +15,6 @@
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <rviz/ogre_helpers/render_system.h>
-#include <tf2/buffer_core.h>
-#include <tf2_msgs/TFMessage.h>
 #include <CLI/CLI.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -37,8 +35,7 @@ using vest::displays::EndoscopePipeline;
 struct Options {
   std::string bag, output, video, frame_format = "png";
   int width = 720, height = 576, quality = 1;
-  double fps = 25, from = 0, to = 1e9, fov = 70, k1 = -0.18, k2 = 0.03, circle = 1, optic = 30, noise = 0,
-         focus = 0;
+  double fps = 25, from = 0, to = 1e9, fov = 70, k1 = -0.18, k2 = 0.03, circle = 1, noise = 0, focus = 0;
   bool no_frames = false, truth = false, each_state = false;
 };
 
@@ -52,7 +49,6 @@ struct Inputs {
   vest::displays::EndoscopeInputs effects;
   vest::displays::InstrumentHistory history;
   vest_msgs::InstrumentStates::ConstPtr instruments;  ///< at the state that is shown
-  tf2::BufferCore tf;
 
   void take(const rosbag::MessageInstance& m) {
     const std::string& topic = m.getTopic();
@@ -69,34 +65,12 @@ struct Inputs {
     if (is("session/targets")) give<visualization_msgs::MarkerArray>(m, &effects);
     if (is("/instruments"))
       if (const auto message = m.instantiate<vest_msgs::InstrumentStates>()) history.add(message);
-    if (is("/tf") || is("/tf_static"))  // of a namespace, where the session had its own
-      if (const auto message = m.instantiate<tf2_msgs::TFMessage>())
-        for (const auto& t : message->transforms) tf.setTransform(t, "bag", is("/tf_static"));
   }
 
-  bool pose(double optic, Eigen::Isometry3d* X_WO) const {
+  bool pose(Eigen::Isometry3d* X_WO) const {
     if (!instruments) return false;
-    for (const vest_msgs::InstrumentState& state : instruments->instruments) {
-      Eigen::Isometry3d X_WTip, X_TipO;
-      if (state.name != "endoscope" || !vest::displays::toPose(state.tip, &X_WTip)) continue;
-      geometry_msgs::Pose pose;
-      const char *const tip = "endoscope_tip", *const optical = "endoscope_optical_frame";
-      ros::Time when = tissue.header().stamp;
-      if (!tf.canTransform(tip, optical, when)) when = ros::Time();
-      if (tf.canTransform(tip, optical, when)) {
-        const auto t = tf.lookupTransform(tip, optical, when).transform;
-        pose.position.x = t.translation.x, pose.position.y = t.translation.y,
-        pose.position.z = t.translation.z;
-        pose.orientation = t.rotation;
-        if (vest::displays::toPose(pose, &X_TipO)) {
-          *X_WO = X_WTip * X_TipO;
-          return true;
-        }
-      }
-      const double post = std::isfinite(state.joint_position[4]) ? state.joint_position[4] : 0.0;
-      *X_WO = vest::camera::opticalFrame(X_WTip, optic * M_PI / 180, post);
-      return true;
-    }
+    for (const vest_msgs::InstrumentState& state : instruments->instruments)
+      if (state.name == "endoscope") return vest::displays::toOpticalFrame(state, X_WO);
     return false;
   }
 
@@ -154,7 +128,7 @@ class Renderer {
     const bool changed = inputs->tissue.process();
     const double age = inputs->tissue.states() != states ? 0 : 1;  // s: the bag tells which stand still
     inputs->instruments = inputs->history.at(inputs->tissue.header().stamp, age);
-    if (inputs->tissue.store().empty() || !inputs->pose(o_.optic, &X_WO)) {
+    if (inputs->tissue.store().empty() || !inputs->pose(&X_WO)) {
       ++empty_;
       return;
     }
@@ -209,9 +183,8 @@ int render(const Options& o) {
   ros::Time::init();
   rosbag::Bag bag;
   bag.open(o.bag, rosbag::bagmode::Read);
-  rosbag::View view(bag, [](const rosbag::ConnectionInfo* c) {
-    return c->datatype.rfind("vest_msgs/", 0) == 0 || c->datatype == "tf2_msgs/TFMessage";
-  });
+  rosbag::View view(bag,
+                    [](const rosbag::ConnectionInfo* c) { return c->datatype.rfind("vest_msgs/", 0) == 0; });
   if (view.size() == 0) throw std::runtime_error(o.bag + ": holds no messages of vest_msgs");
   rviz::RenderSystem::get();
   Renderer renderer(o);
@@ -254,8 +227,6 @@ int main(int argc, char** argv) {
   app.add_option("--k2", o.k2, "plumb_bob distortion")->check(CLI::Range(-0.1, 0.1));
   app.add_option("--circle", o.circle, "radius of the round picture over half its height")
       ->check(CLI::Range(0.3, 1.5));
-  app.add_option("--optic", o.optic, "angle of the optics, degrees, where the bag has no tf")
-      ->check(CLI::Range(-90.0, 90.0));
   app.add_option("--quality", o.quality, "0 simple, 1 standard, 2 fine: more pixels are drawn than shown")
       ->check(CLI::Range(0, 2));
   app.add_option("--noise", o.noise, "of the sensor, levels of 255")->check(CLI::Range(0.0, 30.0));

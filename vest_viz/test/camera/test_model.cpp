@@ -65,21 +65,6 @@ TEST(CameraModel, GlProjectionPutsPointsOnTheSamePixels) {
   EXPECT_NEAR(far.z() / far.w(), 1, 1e-9);
 }
 
-TEST(CameraModel, StraightOpticsLookAlongTheShaft) {
-  const Eigen::Isometry3d X = opticalFrame(Eigen::Isometry3d::Identity(), 0, 0.7);
-  EXPECT_TRUE(X.isApprox(Eigen::Isometry3d::Identity(), 1e-12));
-}
-
-TEST(CameraModel, AngledOpticsLookDownAndTheLightPostTurnsTheViewNotTheHorizon) {
-  const double tilt = 30 * M_PI / 180;
-  const Eigen::Vector3d down = opticalFrame(Eigen::Isometry3d::Identity(), tilt, 0).linear().col(2);
-  EXPECT_NEAR(down.y(), std::sin(tilt), 1e-12);  // y is down
-  EXPECT_NEAR(down.z(), std::cos(tilt), 1e-12);
-  const Eigen::Isometry3d turned = opticalFrame(Eigen::Isometry3d::Identity(), tilt, M_PI / 2);
-  EXPECT_NEAR(turned.linear().col(2).x(), -std::sin(tilt), 1e-12);
-  EXPECT_NEAR(turned.linear().col(1).y(), 1.0, 1e-12);  // still upright
-}
-
 TEST(CameraModel, ImpossibleFieldsOfViewAreRefused) {
   EXPECT_THROW(fromFieldOfView(720, 576, 0, {}), std::invalid_argument);
   EXPECT_THROW(fromFieldOfView(720, 576, 3.2, {}), std::invalid_argument);

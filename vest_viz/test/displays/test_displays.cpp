@@ -23,6 +23,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "ball.h"
+#include "vest_instruments/kinematics/jacobian.h"
 #include "vest_viz/camera/model.h"
 #include "vest_viz/picture/check.h"
 
@@ -88,6 +89,7 @@ class Displays : public testing::Test {
     vest_msgs::TissueTopology scene;
     ros::Time last_stamp;
     Eigen::Vector3d left_tip{-0.03, 0, 0.05};
+    Eigen::Vector3d sight{0, 0, 1};  ///< in the endoscope tip's frame: a straight optic
 
     World() {
       scene.header.frame_id = "world";
@@ -122,6 +124,7 @@ class Displays : public testing::Test {
       m.instruments[0].tool = vest_msgs::InstrumentState::TOOL_GRASPER;
       m.instruments[1].name = "endoscope";
       m.instruments[1].tool = vest_msgs::InstrumentState::TOOL_ENDOSCOPE;
+      for (int k = 0; k < 3; ++k) m.instruments[1].sight[k] = sight[k];
       for (auto& i : m.instruments) {
         const Eigen::Vector3d& p = i.name == "left" ? now.left : now.eye;
         i.tip.orientation.w = 1;
@@ -504,31 +507,15 @@ TEST_F(Displays, GarbageIsSurvivedAndTheNextGoodStateIsShown) {
   EXPECT_NEAR(centre.x, 360, 15);
 }
 
-// The last one: what it says to tf stays.
-TEST_F(Displays, KeypointsLieWhereTfSaysTheInstrumentIs) {
+TEST_F(Displays, KeypointsLieWhereTheKinematicsOfOpticAndLightPostSay) {
   world->left_tip = {-0.01, 0.03, 0.05};
-  tf2_ros::StaticTransformBroadcaster broadcaster;
-  std::vector<geometry_msgs::TransformStamped> links(3);
-  const auto link = [](const char* parent, const char* child, geometry_msgs::TransformStamped* t) {
-    t->header.frame_id = parent;
-    t->child_frame_id = child;
-    t->transform.rotation.w = 1;
-  };
-  link("world", "endoscope_tip", &links[0]);
-  link("endoscope_tip", "endoscope_optical_frame", &links[1]);
-  links[1].transform.rotation.x = -std::sin(M_PI / 12);  // an optic of 30 degrees
-  links[1].transform.rotation.w = std::cos(M_PI / 12);
-  link("world", "left_tip", &links[2]);
-  links[2].transform.translation.x = world->left_tip.x();
-  links[2].transform.translation.y = world->left_tip.y();
-  links[2].transform.translation.z = world->left_tip.z();
-  broadcaster.sendTransform(links);
-  tf2::BufferCore buffer;
-  for (const auto& t : links) buffer.setTransform(t, "test", true);
-  const auto tip =
-      buffer.lookupTransform("endoscope_optical_frame", "left_tip", ros::Time()).transform.translation;
-  ASSERT_TRUE(world->run(12));
-  expectTip(*world->keypoints, *world->last_info, {tip.x, tip.y, tip.z});
+  for (const double light_post : {0.0, 0.9}) {
+    const Eigen::Isometry3d X_TipO = vest::kinematics::opticalFrame(M_PI / 6, light_post);
+    world->sight = X_TipO.linear().col(2);
+    ASSERT_TRUE(world->run(12));
+    expectTip(*world->keypoints, *world->last_info, X_TipO.inverse() * world->left_tip);
+  }
+  world->sight = Eigen::Vector3d::UnitZ();
 }
 
 }  // namespace

@@ -32,6 +32,7 @@
 #include "sheet.h"
 #include "truth_output.h"
 #include "vest_instruments/tools/tool_geometry.h"
+#include "vest_viz/camera/board.h"
 #include "vest_viz/instrument/shadow.h"
 
 namespace vest::displays {
@@ -120,47 +121,43 @@ class Chessboard : public Offscreen {
     view.setCamera(sampleCamera(), 1.0, resolution);
     view.setFixedGain(6.0);
     const camera::Intrinsics camera = sampleCamera();
-    std::vector<cv::Point3f> corners;
-    for (int r = 1; r < kRows; ++r)
-      for (int c = 1; c < kColumns; ++c)
-        corners.emplace_back(static_cast<float>((c - 0.5 * kColumns) * kSquare),
-                             static_cast<float>((r - 0.5 * kRows) * kSquare), 0.0f);
-    std::vector<std::vector<cv::Point2f>> seen;
-    std::vector<std::vector<cv::Point3f>> board;
+    std::vector<cv::Mat> pictures;
+    for (int i = 0; i < views; ++i) pictures.push_back(picture(place(i)));
+    const camera::BoardCalibration board = camera::calibrate(pictures, {kColumns, kRows, kSquare});
+    ASSERT_GE(static_cast<int>(board.corners.size()), views - views / 8) << "the board must be found";
     Eigen::Vector2d shift(0, 0);  // sum, of what was found against where the published camera has it
+    std::size_t seen = 0;
     for (int i = 0; i < views; ++i) {
-      const Eigen::Isometry3d X_WO = place(i);
-      cv::Mat grey;
-      cv::cvtColor(picture(X_WO), grey, cv::COLOR_RGB2GRAY);
-      std::vector<cv::Point2f> found;
-      if (!cv::findChessboardCornersSB(grey, {kColumns - 1, kRows - 1}, found, cv::CALIB_CB_ACCURACY))
-        continue;
-      seen.push_back(found);
-      board.push_back(corners);
-      const Vector3d middle = X_WO.inverse() * Vector3d(corners[31].x, corners[31].y, 0);
+      if (!board.found[static_cast<std::size_t>(i)]) continue;
+      const cv::Point2f found = board.corners[seen++][31];
+      const Vector3d middle =
+          place(i).inverse() * Vector3d((1 + 31 % (kColumns - 1) - 0.5 * kColumns) * kSquare,
+                                        (1 + 31 / (kColumns - 1) - 0.5 * kRows) * kSquare, 0);
       const Eigen::Vector2d wanted =
           camera::project(camera, {middle.x() / middle.z(), middle.y() / middle.z()});
-      shift += Eigen::Vector2d(found[31].x, found[31].y) - wanted;
+      shift += Eigen::Vector2d(found.x, found.y) - wanted;
     }
-    ASSERT_GE(static_cast<int>(seen.size()), views - views / 8) << "the board must be found";
-    cv::Mat K, D;
-    std::vector<cv::Mat> R, t;
-    const double error = cv::calibrateCamera(board, seen, {720, 576}, K, D, R, t,
-                                             cv::CALIB_ZERO_TANGENT_DIST | cv::CALIB_FIX_K3);
-    shift /= static_cast<double>(seen.size());
+    shift /= static_cast<double>(seen);
+    // What is written is what the view reads.
+    const std::string file = testing::TempDir() + "/vest_calibration.yaml";
+    std::ofstream(file) << camera::toYaml(board.camera, "endoscope");
+    const camera::Intrinsics is = camera::readCalibration(file);
+    std::remove(file.c_str());
     std::printf(
         "fx %.2f fy %.2f cx %.2f cy %.2f k1 %.4f k2 %.4f, %.3f px, middle off by %.3f %.3f px in %zu views\n",
-        K.at<double>(0, 0), K.at<double>(1, 1), K.at<double>(0, 2), K.at<double>(1, 2), D.at<double>(0),
-        D.at<double>(1), error, shift.x(), shift.y(), seen.size());
-    EXPECT_LT(error, 0.3) << "pixels";
+        is.fx, is.fy, is.cx, is.cy, is.distortion[0], is.distortion[1], board.error, shift.x(), shift.y(),
+        seen);
+    EXPECT_EQ(is.width, 720u);
+    EXPECT_EQ(is.height, 576u);
+    EXPECT_LT(board.error, 0.3) << "pixels";
     EXPECT_LT(shift.norm(), 0.15) << "half a pixel would be a mistake of the pixels' centres";
-    EXPECT_NEAR(K.at<double>(0, 0), camera.fx, 0.01 * camera.fx);
-    EXPECT_NEAR(K.at<double>(1, 1), camera.fy, 0.01 * camera.fy);
-    EXPECT_NEAR(K.at<double>(0, 2), camera.cx, 0.01 * camera.cx);
-    EXPECT_NEAR(K.at<double>(1, 2), camera.cy, 0.01 * camera.cy);
+    EXPECT_NEAR(is.fx, camera.fx, 0.01 * camera.fx);
+    EXPECT_NEAR(is.fy, camera.fy, 0.01 * camera.fy);
+    EXPECT_NEAR(is.cx, camera.cx, 0.01 * camera.cx);
+    EXPECT_NEAR(is.cy, camera.cy, 0.01 * camera.cy);
     // Of the distortion it is its effect that counts: 1 % of the distance from the middle, at the border.
     const double r2 = 0.56 * 0.56, said = -0.18 * r2 + 0.03 * r2 * r2;
-    EXPECT_NEAR(D.at<double>(0) * r2 + D.at<double>(1) * r2 * r2, said, 0.01);
+    EXPECT_NEAR(is.distortion[0] * r2 + is.distortion[1] * r2 * r2, said, 0.01);
   }
 };
 
@@ -471,7 +468,7 @@ class Render : public testing::Test {
 
 TEST_F(Render, BagBecomesPicturesVideoAndGroundTruthOfTheWishedSize) {
   ASSERT_EQ(run("--output " + folder + " --video " + folder +
-                "/session.avi --width 400 --height 320 --fps 5 --truth --optic 0"),
+                "/session.avi --width 400 --height 320 --fps 5 --truth"),
             0);
   const cv::Mat picture = cv::imread(folder + "/frame_000002.png");
   ASSERT_EQ(picture.size(), cv::Size(400, 320));
@@ -542,7 +539,7 @@ TEST_F(Render, AnySizeIsDrawn) {
        {cv::Size(320, 256), cv::Size(321, 257), cv::Size(1280, 720), cv::Size(1920, 1080)}) {
     SCOPED_TRACE(size.width);
     const std::string video = folder + "/size.mp4";
-    ASSERT_EQ(run("--optic 0 --fps 10 --to 0.15 --output " + folder + "/size --video " + video + " --width " +
+    ASSERT_EQ(run("--fps 10 --to 0.15 --output " + folder + "/size --video " + video + " --width " +
                   std::to_string(size.width) + " --height " + std::to_string(size.height)),
               0);
     const cv::Mat picture = cv::imread(folder + "/size/frame_000001.png");

@@ -18,9 +18,15 @@ struct Joint {
   double min = -1;          ///< rad or m
   double max = 1;           ///< rad or m
   double max_speed = 50;    ///< rad/s or m/s; faster is a broken sensor, not a hand
+  /// A shaft that turns round and round: 16 bits hold one turn, counts come back after it, and the driver
+  /// counts the turns.
+  bool continuous = false;
 
   double position(std::int16_t count) const { return sign * per_count * (count - zero_count); }
-  /// Nearest count, within what 16 bits hold (−32768 is no count: it says "no reading").
+  /// Of a continuous joint: the position in the turn nearest to a reference, rad. Of others: the position.
+  double near(double position, double reference) const;
+  /// Nearest count, within what 16 bits hold (−32768 is no count: it says "no reading"). Of a continuous
+  /// joint the turn that fits.
   std::int16_t count(double position) const;
 };
 

@@ -8,6 +8,7 @@
 
 #include "vest_hw_phantom_box/driver/driver.h"
 #include "vest_hw_phantom_box/protocol/decoder.h"
+#include "vest_hw_phantom_box/transport/raw_log.h"
 #include "vest_hw_phantom_box/transport/serial_port.h"
 
 namespace vest::driver {
@@ -15,6 +16,7 @@ namespace vest::driver {
 struct ReaderOptions {
   std::string port;
   unsigned baud_rate = 921600;
+  std::string raw_log;  ///< file for every byte of the line (transport/raw_log.h); empty: none
   DriverOptions driver;
   int retry_ms = 100;                         ///< between two attempts to open the port
   Nanoseconds heartbeat = 15 * kMillisecond;  ///< footswitches at least this often (≥ 50 Hz)
@@ -82,6 +84,7 @@ class BoxReader : private protocol::FrameSink {
   ReaderListener& listener_;
   Clock clock_;
   transport::SerialPort port_;
+  transport::RawLog log_;
   protocol::Decoder decoder_;
   Driver driver_;
   bool stopped_ = false;

@@ -83,7 +83,7 @@ class Driver {
     double last_raw = 0;    ///< last reading that was a number, before clamping
     std::int64_t last_raw_us = 0;
     bool has_raw = false;
-    double good = 0;           ///< last accepted reading, before clamping
+    double good = 0;           ///< last accepted reading with its turns, before clamping
     std::int64_t good_us = 0;  ///< its device time
     int settled = 0;           ///< consistent readings in a row
     double velocity = 0;

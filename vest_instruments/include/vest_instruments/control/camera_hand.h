@@ -20,11 +20,6 @@ struct CameraMotion {
 inline constexpr double kCameraSpeed = 0.3;            ///< rad/s
 inline constexpr double kCameraSpeedInsertion = 0.03;  ///< m/s
 
-/// The picture's axes (z forward, x right, y down) in the tip's frame: an angled optic looks down while
-/// light_post is 0, and the camera keeps its up when the light post turns (vest_instruments: frames).
-/// @param optic_angle, light_post rad
-Eigen::Matrix3d opticalAxes(double optic_angle, double light_post);
-
 /// Roll at which the picture's right is horizontal and its down points down; where there is no such roll
 /// (the shaft stands upright) that of `q` stays.
 double levelRoll(const Eigen::Isometry3d& X_WTrocar, const kinematics::JointPositions& q,

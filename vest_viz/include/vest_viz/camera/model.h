@@ -45,11 +45,4 @@ Eigen::Vector2d unproject(const Intrinsics& camera, const Eigen::Vector2d& pixel
 /// @param near, far m
 Eigen::Matrix4d glProjection(const Intrinsics& camera, double near, double far);
 
-/// Pose of the optical frame for a tip pose (z along the shaft, x right, y down at zero roll).
-/// @param tilt       rad: angle of the optics (0, 30°, 45°); positive looks down (towards +y of the tip) at
-/// light_post 0
-/// @param light_post rad: turns the direction of view about the shaft; the horizon turns with the camera
-/// head, not with it
-Eigen::Isometry3d opticalFrame(const Eigen::Isometry3d& X_WTip, double tilt, double light_post);
-
 }  // namespace vest::camera

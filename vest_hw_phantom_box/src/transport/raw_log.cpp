@@ -1,0 +1,74 @@
+#include "vest_hw_phantom_box/transport/raw_log.h"
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+namespace vest::transport {
+namespace {
+
+constexpr char kHead[] = "VEST raw bytes 1\n";
+constexpr std::size_t kHeadSize = sizeof kHead - 1;
+constexpr std::uint32_t kMostOfAPiece = 1 << 16;
+
+void put(std::ostream& out, std::uint64_t value, int bytes) {
+  for (int i = 0; i < bytes; ++i) out.put(static_cast<char>(value >> (8 * i) & 0xFF));
+}
+
+bool get(std::istream& in, std::uint64_t& value, int bytes) {
+  value = 0;
+  for (int i = 0; i < bytes; ++i) {
+    const int c = in.get();
+    if (c == std::istream::traits_type::eof()) return false;
+    value |= static_cast<std::uint64_t>(c) << (8 * i);
+  }
+  return true;
+}
+
+}  // namespace
+
+std::string RawLog::open(const std::string& path) {
+  out_.open(path, std::ios::binary | std::ios::trunc);
+  if (!out_) return std::string(std::strerror(errno)) + "; allowed: a file that can be written";
+  out_.write(kHead, kHeadSize);
+  first_ns_ = -1;
+  return {};
+}
+
+bool RawLog::write(std::int64_t now_ns, const std::uint8_t* bytes, std::size_t size) {
+  if (first_ns_ < 0) first_ns_ = now_ns;
+  put(out_, static_cast<std::uint64_t>(now_ns - first_ns_), 8);
+  put(out_, size, 4);
+  out_.write(reinterpret_cast<const char*>(bytes), static_cast<std::streamsize>(size));
+  if (!out_) out_.close();
+  return out_.is_open();
+}
+
+std::vector<RawPiece> readRawLog(const std::string& path) {
+  const auto fail = [&](const std::string& what) {
+    throw std::runtime_error(path + ": " + what +
+                             "; allowed: a log of raw bytes of the driver (raw_log) or of box_setup (--log)");
+  };
+  std::ifstream in(path, std::ios::binary);
+  if (!in) fail(std::strerror(errno));
+  char head[kHeadSize] = {};
+  in.read(head, kHeadSize);
+  if (!in || std::memcmp(head, kHead, kHeadSize) != 0) fail("not such a file");
+  std::vector<RawPiece> out;
+  std::uint64_t time = 0, size = 0;
+  while (get(in, time, 8) && get(in, size, 4)) {
+    const auto ns = static_cast<std::int64_t>(time);
+    if (ns < 0 || (!out.empty() && ns < out.back().time_ns))
+      fail("piece " + std::to_string(out.size()) + ": its time goes back");
+    if (size > kMostOfAPiece)
+      fail("piece " + std::to_string(out.size()) + ": " + std::to_string(size) + " bytes");
+    RawPiece piece{ns, std::vector<std::uint8_t>(size)};
+    in.read(reinterpret_cast<char*>(piece.bytes.data()), static_cast<std::streamsize>(size));
+    if (!in) break;
+    out.push_back(std::move(piece));
+  }
+  if (out.empty()) fail("nothing was recorded");
+  return out;
+}
+
+}  // namespace vest::transport

@@ -1,0 +1,60 @@
+// The calibration file of a real endoscope's camera, from pictures of a chessboard.
+#include <cstdio>
+#include <fstream>
+
+#include <CLI/CLI.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "vest_viz/camera/board.h"
+
+int main(int argc, char** argv) {
+  CLI::App app{"Calibrates an endoscope's camera from pictures of a chessboard (vest_viz/README.md)"};
+  std::vector<std::string> files;
+  std::string output;
+  vest::camera::Board board;
+  double square_mm = 1e3 * board.square;
+  app.add_option("pictures", files,
+                 "PNG or JPEG files, all of one size; ten or more, tilted up to 40 degrees every way")
+      ->required();
+  app.add_option("--columns", board.columns, "squares of a row")
+      ->check(CLI::Range(4, 100))
+      ->capture_default_str();
+  app.add_option("--rows", board.rows, "rows of squares")->check(CLI::Range(4, 100))->capture_default_str();
+  app.add_option("--square", square_mm, "edge of a square, mm")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  app.add_option("--output", output,
+                 "YAML file: the view's Calibration File, and that of ROS's camera drivers")
+      ->required();
+  CLI11_PARSE(app, argc, argv);
+  board.square = 1e-3 * square_mm;
+  try {
+    std::vector<cv::Mat> pictures;
+    for (const std::string& file : files) {
+      pictures.push_back(cv::imread(file, cv::IMREAD_GRAYSCALE));
+      if (pictures.back().empty())
+        throw std::runtime_error(file + ": not a picture that can be read (allowed: PNG, JPEG)");
+    }
+    const auto found = vest::camera::calibrate(pictures, board);
+    for (std::size_t i = 0; i < files.size(); ++i)
+      if (!found.found[i]) std::printf("board not found in %s\n", files[i].c_str());
+    const auto& c = found.camera;
+    std::printf(
+        "fx %.2f fy %.2f cx %.2f cy %.2f k1 %.4f k2 %.4f; corners met within %.3f pixels in %zu of %zu "
+        "pictures\n",
+        c.fx, c.fy, c.cx, c.cy, c.distortion[0], c.distortion[1], found.error, found.corners.size(),
+        files.size());
+    if (found.error > 1.0)
+      std::printf("more than a pixel: is --columns, --rows right, and is the board flat?\n");
+    std::ofstream out(output);
+    out << vest::camera::toYaml(c, "endoscope");
+    out.close();
+    if (!out) throw std::runtime_error("--output " + output + ": cannot be written");
+    vest::camera::readCalibration(output);  // what the view would refuse is told here
+    std::printf("written: %s\n", output.c_str());
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "vest_calibrate_camera: %s\n", e.what());
+    return 1;
+  }
+  return 0;
+}
