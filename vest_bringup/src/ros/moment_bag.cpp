@@ -32,7 +32,9 @@ void MomentBag::write(double t, const scene::World& world, const kinematics::Tra
   ros::Time time(t + 1.0);  // a bag has no time 0
   vest_msgs::TissueTopology topology;
   toMsg(world, topology);
-  put("tissue/topology", time, topology);
+  if (topology.revision != revision_ || topology.scene_hash != scene_hash_)
+    put("tissue/topology", time, topology);
+  revision_ = topology.revision, scene_hash_ = topology.scene_hash;
 
   vest_msgs::InstrumentStates instruments;
   instruments.header.frame_id = "world";

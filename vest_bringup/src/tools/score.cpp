@@ -1,6 +1,3 @@
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -15,6 +12,7 @@
 #include <sys/stat.h>
 #include <CLI/CLI.hpp>
 
+#include "render.h"
 #include "vest_bringup/exercise/report.h"
 #include "vest_bringup/exercise/trainees.h"
 #include "vest_bringup/ros/exercise_file.h"
@@ -85,17 +83,8 @@ class Moments {
   std::vector<exercise::Picture> draw() {
     bag_.reset();
     if (pictures_.empty()) return {};
-    std::fflush(stdout);  // else the child writes it, too
-    const pid_t child = fork();
-    if (child == 0) {
-      const std::string bag = folder_ + "/moments.bag";
-      if (std::freopen("/dev/null", "w", stdout) == nullptr) _exit(1);
-      execlp("rosrun", "rosrun", "vest_viz", "vest_render", bag.c_str(), "--each-state", "--format", "jpg",
-             "--output", folder_.c_str(), static_cast<char*>(nullptr));
-      _exit(127);
-    }
-    int status = 0;
-    if (child < 0 || waitpid(child, &status, 0) != child || status != 0) {
+    if (!vest::tools::render(folder_ + "/moments.bag",
+                             {"--each-state", "--format", "jpg", "--output", folder_})) {
       std::fprintf(stderr, "vest_score: no pictures: vest_render failed\n");
       return {};
     }

@@ -135,8 +135,11 @@ class Renderer {
     view_.setInstruments(*inputs->instruments);
     inputs->effects.handTo(&view_);
     if (changed || frames_ == 0) view_.settle(inputs->tissue.store());
-    // The exposure settles before the first picture, as a camera's does before anybody looks.
-    for (int i = frames_ == 0 || o_.each_state ? 0 : 14; i < 15; ++i)
+    // The exposure settles before the first picture, as a camera's does before anybody looks; also behind a
+    // gap.
+    const double gap = inputs->tissue.time() - shown_;
+    shown_ = inputs->tissue.time();
+    for (int i = frames_ == 0 || (o_.each_state && !(gap >= 0 && gap < kGap)) ? 0 : 14; i < 15; ++i)
       view_.draw(X_WO, inputs->tissue.time(), 1 / o_.fps, &picture_);
     cv::cvtColor(picture_, bgr_, cv::COLOR_RGB2BGR);
     char name[32];
@@ -170,6 +173,7 @@ class Renderer {
     truth_.remember(X_WO);
   }
 
+  static constexpr double kGap = 0.25;  ///< s of simulated time
   Options o_;
   mutable EndoscopePipeline view_;
   vest::displays::TruthOutput truth_;
@@ -177,6 +181,7 @@ class Renderer {
   std::ofstream points_;
   cv::Mat picture_, bgr_, truth_picture_;
   int frames_ = 0, empty_ = 0;
+  double shown_ = 0;  ///< s of simulated time, of the last picture
 };
 
 int render(const Options& o) {

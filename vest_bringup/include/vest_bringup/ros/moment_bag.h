@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -33,6 +34,8 @@ class MomentBag {
   scene::TripleBuffer<simulation::SurfaceFrame> surface_;
   std::shared_ptr<simulation::FieldFrames> field_ = std::make_shared<simulation::FieldFrames>();
   std::array<kinematics::JointPositions, tools::kInstrumentCount> joints_{};
+  std::uint32_t revision_ = 0;  ///< of the topology that was written last
+  std::string scene_hash_;
 };
 
 }  // namespace vest::ros_shell
