@@ -24,7 +24,7 @@ std::string refusal(const std::string& text, Load&& load) {
   std::string message;
   try {
     load(path);
-  } catch (const kinematics::LayoutError& e) {
+  } catch (const files::FileError& e) {
     message = e.what();
   }
   std::remove(path.c_str());

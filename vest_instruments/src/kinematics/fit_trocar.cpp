@@ -36,7 +36,7 @@ Eigen::VectorXd distances(const Guess& g, const Unknowns& u, const std::vector<T
 
 TrocarFit fitTrocar(const std::vector<Touch>& touches, const Vector3d& pivot_B, const Vector3d& aim_B) {
   if (touches.size() < 3)
-    throw LayoutError(std::to_string(touches.size()) + " touched points; allowed: three or more");
+    throw files::FileError(std::to_string(touches.size()) + " touched points; allowed: three or more");
   Guess g{pivot_B, (aim_B - pivot_B).normalized(), {}, {}};
   g.across = g.z.unitOrthogonal();
   g.other = g.z.cross(g.across);
@@ -53,12 +53,12 @@ TrocarFit fitTrocar(const std::vector<Touch>& touches, const Vector3d& pivot_B, 
     const auto qr = J.colPivHouseholderQr();
     // Lengths of the columns: 1 of the pivot, the insertion of the turns.
     if (std::abs(qr.matrixQR()(4, 4)) < 1e-3)
-      throw LayoutError(
+      throw files::FileError(
           "the touched points do not tell pivot and aim; allowed: points that lie well apart, also in depth");
     const Unknowns step = qr.solve(-e);
     u += step;
     if (!u.allFinite() || u.norm() > 2.0)
-      throw LayoutError(
+      throw files::FileError(
           "no trocar fits the touched points; allowed: points in metres in the box, joints of the same "
           "moment");
     if (step.norm() < 1e-10) break;

@@ -48,7 +48,7 @@ TrainerArm readArm(const Field& f, tools::Instrument instrument, const JointLimi
   arm.aim_B = f.at("aim").vector(-2.0, 2.0);
   try {
     arm.X_BTrocar = trocarFrame(arm.pivot_B, arm.aim_B);
-  } catch (const LayoutError& e) {
+  } catch (const files::FileError& e) {
     f.at("aim").refuse(e.what(), "a point away from the pivot, and not straight to its side");
   }
   return arm;
@@ -58,10 +58,10 @@ TrainerArm readArm(const Field& f, tools::Instrument instrument, const JointLimi
 
 Eigen::Isometry3d trocarFrame(const Vector3d& pivot_B, const Vector3d& aim_B) {
   const Vector3d along = aim_B - pivot_B;
-  if (!along.allFinite() || along.norm() < 1e-6) throw LayoutError("aim and pivot coincide");
+  if (!along.allFinite() || along.norm() < 1e-6) throw files::FileError("aim and pivot coincide");
   const Vector3d z = along.normalized();
   const Vector3d side = Vector3d::UnitX() - z.x() * z;
-  if (side.norm() < 1e-3) throw LayoutError("the shaft lies along x");
+  if (side.norm() < 1e-3) throw files::FileError("the shaft lies along x");
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.linear().col(0) = side.normalized();
   X.linear().col(1) = z.cross(side.normalized());
@@ -106,8 +106,8 @@ TrainerBox loadTrainerBox(const std::string& path) {
     }
     return box;
   } catch (const YAML::Exception& e) {
-    throw LayoutError(path + ": line " + std::to_string(e.mark.line + 1) + ": " + e.msg +
-                      "; allowed: a layout");
+    throw files::FileError(path + ": line " + std::to_string(e.mark.line + 1) + ": " + e.msg +
+                           "; allowed: a layout");
   }
 }
 

@@ -2,16 +2,15 @@
 
 #include <sstream>
 
+#include "vest_instruments/files/file_error.h"
 #include "vest_instruments/files/strict_yaml.h"
-#include "vest_instruments/kinematics/trainer_box.h"
 
 namespace vest::yaml {
 
-using kinematics::LayoutError;
-
 void Field::refuse(const std::string& value, const std::string& allowed) const {
-  throw LayoutError(files::shown(file, 4096) + ": " + (path.empty() ? "" : files::shown(path, 200) + ": ") +
-                    files::shown(value, 100) + "; allowed: " + files::shown(allowed, 4096));
+  throw files::FileError(files::shown(file, 4096) + ": " +
+                         (path.empty() ? "" : files::shown(path, 200) + ": ") + files::shown(value, 100) +
+                         "; allowed: " + files::shown(allowed, 4096));
 }
 
 std::string Field::text() const {
@@ -86,9 +85,9 @@ Field loadFile(const std::string& path) try {
   limits.depth = 8;
   return {path, "", files::parseYaml(files::read(path, kMost), limits)};
 } catch (const files::Refused& why) {
-  throw LayoutError(files::shown(path, 4096) + ": " +
-                    (why.line > 0 ? "line " + std::to_string(why.line) : why.field) + ": " +
-                    files::shown(why.value) + "; allowed: " + why.allowed);
+  throw files::FileError(files::shown(path, 4096) + ": " +
+                         (why.line > 0 ? "line " + std::to_string(why.line) : why.field) + ": " +
+                         files::shown(why.value) + "; allowed: " + why.allowed);
 }
 
 }  // namespace vest::yaml

@@ -10,7 +10,7 @@
 
 namespace vest::yaml {
 
-/// A node together with where it stands. Every method throws kinematics::LayoutError.
+/// A node together with where it stands. Every method throws files::FileError.
 struct Field {
   const std::string& file;
   std::string path;
@@ -33,7 +33,7 @@ struct Field {
 };
 
 /// Reads a file of at most 64 KiB, nested at most 8 deep (files/strict_yaml.h). `path` must outlive it.
-/// @throws kinematics::LayoutError
+/// @throws files::FileError
 Field loadFile(const std::string& path);
 
 }  // namespace vest::yaml

@@ -70,7 +70,7 @@ void TeleoperateTool::activate() {
     const kinematics::TrainerBox box = kinematics::loadTrainerBox(
         file.empty() ? ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml" : file);
     for (const kinematics::TrainerArm& arm : box.arms) hands_.emplace_back(arm);
-  } catch (const kinematics::LayoutError& e) {
+  } catch (const files::FileError& e) {
     problem_ = e.what();
     setStatus(QString::fromStdString(problem_));
     return;

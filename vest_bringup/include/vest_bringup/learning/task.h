@@ -50,7 +50,7 @@ struct Task {
   double limit = 0;        ///< s
 };
 
-/// Loads the scene and builds its Model once. @throws std::invalid_argument, kinematics::LayoutError
+/// Loads the scene and builds its Model once. @throws std::invalid_argument, files::FileError
 std::shared_ptr<const Task> makeTask(const TaskOptions& options);
 
 }  // namespace vest::learning

@@ -62,7 +62,7 @@ struct InputMap {
 
 /// Reads a map (format: README.md of vest_instruments). Strict, as loadTrainerBox() is. Names of buttons and
 /// axes are checked against the device's own lists here, and against the kernel's names by whoever opens it.
-/// @throws kinematics::LayoutError: one message that names file, field, value and what is allowed
+/// @throws files::FileError: one message that names file, field, value and what is allowed
 InputMap loadInputMap(const std::string& path);
 
 }  // namespace vest::control

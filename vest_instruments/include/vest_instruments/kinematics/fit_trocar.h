@@ -20,7 +20,7 @@ struct TrocarFit {
 /// Pivot and aim of a trocar from touched points: least squares of the distances, Gauss-Newton from a first
 /// guess (a few cm and 30 degrees away are well inside its reach).
 /// @param touches at least three, which do not lie in one direction from the pivot
-/// @throws LayoutError with what is wrong and what is allowed
+/// @throws files::FileError with what is wrong and what is allowed
 TrocarFit fitTrocar(const std::vector<Touch>& touches, const Eigen::Vector3d& pivot_B,
                     const Eigen::Vector3d& aim_B);
 

@@ -6,16 +6,11 @@
 
 #include <Eigen/Geometry>
 
+#include "vest_instruments/files/file_error.h"
 #include "vest_instruments/kinematics/arm.h"
 #include "vest_instruments/tools/tool_kind.h"
 
 namespace vest::kinematics {
-
-/// A layout file that cannot be used; what() names file, field, value and what is allowed.
-class LayoutError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// One instrument of the box. Frame B is phantom_box.
 struct TrainerArm {
@@ -38,7 +33,7 @@ struct TrainerBox {
 };
 
 /// Trocar frame of an instrument: z from pivot to aim, x = world x made orthogonal to z, y = z × x.
-/// @throws LayoutError where aim and pivot coincide or z lies along x.
+/// @throws files::FileError where aim and pivot coincide or z lies along x.
 Eigen::Isometry3d trocarFrame(const Eigen::Vector3d& pivot_B, const Eigen::Vector3d& aim_B);
 
 /// phantom_box in world where the box stands tilted: turned about its own x, then about its own y that came
@@ -47,7 +42,7 @@ Eigen::Isometry3d tiltedBox(double about_x, double about_y);
 
 /// Reads a layout. Strict: unknown or missing keys, wrong types, non-finite and out-of-range numbers are
 /// errors. Files over 64 KiB and YAML with anchors or aliases are refused before they are parsed.
-/// @throws LayoutError
+/// @throws files::FileError
 TrainerBox loadTrainerBox(const std::string& path);
 
 }  // namespace vest::kinematics
