@@ -37,7 +37,7 @@ def read(*path):
 
 def kept(reader, name):
     """Files of a kept input of fuzz/corpus: lines '=== NAME' begin the next."""
-    first = {'scene': 'scene.yaml', 'source': 'source.yaml', 'network': 'case.json'}.get(reader, name)
+    first = {'scene': 'scene.yaml', 'rods': 'scene.yaml', 'source': 'source.yaml', 'network': 'case.json'}.get(reader, name)
     files, current = {}, first
     for line in read('fuzz', 'corpus', reader, name).splitlines(keepends=True):
         if line.startswith(b'=== '):
@@ -132,19 +132,11 @@ class Kind:
         self.named = named or [os.path.basename(f) for f in files]
 
 
-def images(tool):
-    """A patient's images by their ending, made by vest_phantom: no pixels are kept in the repository."""
-    phantom, image = tool('vest_tissue', 'vest_phantom'), tool('vest_tissue', 'vest_image')
-    if not phantom or not image:
-        return {}
+def made(tool):
+    """Good files that no folder keeps, as pixels and recordings: reader -> list of bytes."""
     with tempfile.TemporaryDirectory() as place:
-        series = place + '/series'
-        subprocess.run([phantom, 'head', series, '--size', '12', '10', '8'], check=True, stdout=subprocess.DEVNULL)
-        files = {'dicom': series + '/I0001'}
-        for ending in ('nrrd', 'mha'):
-            files[ending] = place + '/a.' + ending
-            subprocess.run([image, 'export', series, files[ending]], check=True)
-        return {ending: read(path) for ending, path in files.items()}
+        subprocess.run([tool('', 'vest_read'), 'keep', place], check=True)
+        return {r: [read(place, r, 'kept_%d' % i) for i in range(len(os.listdir(os.path.join(place, r))))] for r in os.listdir(place)}
 
 
 def kinds(tool):
@@ -187,10 +179,37 @@ def kinds(tool):
         out.append(Kind('blood flow: ' + target, network, target,
                         [tool('vest_effects', 'vest_pulse'), '{}', '--cycles', '1', '--dx', '0.02', '--output', '{}/out'],
                         sorted(network) + ['vest_pulse']))
-    for ending, bytes_ in images(tool).items():
-        name = 'a.' + ending if ending != 'dicom' else 'slice'
-        out.append(Kind('patient\'s image: ' + ending, {name: bytes_}, name,
-                        [tool('vest_tissue', 'vest_image'), 'info', '{}/' + name]))
+    good = made(tool)
+    volumes = {'.nrrd.mha.nii'.split('.')[1 + f[0] % 3]: f[1:] for f in good['volume']}
+    image_tool, importer = tool('vest_tissue', 'vest_image'), tool('vest_tissue', 'vest_import')
+    for name, bytes_ in [('slice', good['dicom'][0])] + [('a.' + ending, f) for ending, f in volumes.items()]:
+        out.append(Kind('patient\'s image: ' + name, {name: bytes_}, name, [image_tool, 'info', '{}/' + name]))
+    out.append(Kind('label map', {'a.nii': volumes['nii']}, 'a.nii', [importer, 'new', '--labels', '{}/a.nii', '{}/out']))
+    recipe = (b'vest_patient: 1\nname: box\nlabels: a.nii\ntissues:\n  - {label: 1, name: liver, tissue: liver}\ncell: 4\n'
+              b'place: [0, 0.05, 0.03]\n')
+    out.append(Kind('patient.yaml', {'a.nii': volumes['nii'], 'patient.yaml': recipe}, 'patient.yaml', [importer, 'bake', '{}'],
+                    ['a.nii', 'patient.yaml', 'box']))
+    rods = kept('rods', 'driven')
+    for target in sorted(rods):
+        out.append(Kind('rods: ' + target, rods, target, [tool('vest_tissue', 'vest_simulate'), '{}/scene.yaml', '--steps', '3'], sorted(rods)))
+    out.append(Kind('sutures.yaml', {'sutures.yaml': read('vest_tissue', 'data', 'sutures.yaml')}, 'sutures.yaml',
+                    reader('sutures', 'sutures.yaml')))
+    out.append(Kind('exercise', {'exercise.yaml': read('vest_bringup', 'exercises', 'clip_cut_tube', 'exercise.yaml')}, 'exercise.yaml',
+                    [tool('vest_bringup', 'vest_exercise'), 'show', '{}/exercise.yaml']))
+    out.append(Kind('trainees', {'trainees.db': good['trainees'][0]}, 'trainees.db',
+                    [tool('vest_bringup', 'vest_trainee'), '--database', '{}/trainees.db', 'export', 'first'],
+                    ['trainees.db', "trainee 'first'"]))
+    batch = os.path.join(ROOT, 'vest_bringup', 'scripts', 'vest_batch')
+    manifest = (b'vest_batch: 1\ncommand: [echo, "{scene}", --steps, "{steps}"]\nparameters:\n  scene: [way.yaml, manifest.yaml]\n'
+                b'  steps: [100, 200, 300]\nruns:\n  - {a: 1}\n  - {a: 2}\nfiles: [scene]\nversion: 3\n')
+    out.append(Kind('batch', {'manifest.yaml': manifest, 'way.yaml': b'1\n'}, 'manifest.yaml', [batch, 'plan', '{}/manifest.yaml', '{}/out'],
+                    ['manifest.yaml', 'way.yaml']))
+    plan = b'[\n{"id": "%s", "parameters": {"a": 1}, "argv": ["echo", "1"]}\n]\n' % (b'0f' * 32)
+    out.append(Kind('plan of a batch', {'plan.json': plan}, 'plan.json', [batch, 'status', '{}'], ['plan.json', 'runs']))
+    for name, command in (('checked', ['vest_check_session', '{}']), ('recovered', ['vest_recover_bag', '{}/session.bag', '--output', '{}/out.bag']),
+                          ('re-simulated', ['vest_resimulate', '{}'])):
+        out.append(Kind('session.bag, ' + name, {'session.bag': good['bag'][0]}, 'session.bag',
+                        [tool('vest_bringup', command[0])] + command[1:]))
     pelvis = {n: read('vest_effects', 'data', 'vessels', 'pelvis', n)
               for n in ('case.json', 'network.csv', 'inflow.csv', 'vessels.yaml')}
     box = read('vest_instruments', 'config', 'trainer_box.yaml')
@@ -223,7 +242,7 @@ def kinds(tool):
                     [tool('vest_bringup', 'vest_metrics'), '{}/table.csv', '--json']))
     whole = b''.join((b'' if n == 'case.json' else b'\n=== ' + n.encode() + b'\n') + pelvis[n]
                      for n in ('case.json', 'network.csv', 'inflow.csv', 'vessels.yaml'))
-    out.append(Kind('vessels of the pelvis', {'all': whole}, 'all', reader('network', 'all'), sorted(pelvis) + ['/tmp/vest_fuzz']))
+    out.append(Kind('vessels of the pelvis', {'all': whole}, 'all', reader('network', 'all'), sorted(pelvis) + ['/tmp/vest_fuzz', '/all']))
     return out
 
 
@@ -271,7 +290,7 @@ def run(kind, folder, slow):
         return 'over 1 GB', '%d MB' % (usage.ru_maxrss // 1024)
     if code == 0:
         return 'accepted', last
-    if 'NOT good' in text:
+    if 'NOT good' in text or 'rows not held' in last:
         return 'judged not good', last
     if any(name in last for name in kind.named) and last.count(': ') >= 2:
         return 'refused, file named', last
@@ -322,7 +341,7 @@ def table(rows, total, options):
             'gives each to the tool that reads it. One file may cost %d s of processor time and 1 GB.' % SECONDS, '',
             'Each corpus holds random changes of a good file (bytes, numbers, lines, parts of other files). It also holds what a stranger',
             'would try first: no bytes, millions of brackets, a bomb of aliases, a pipe or a device in the place of a file. A changed file may',
-            'still be a good one: it is accepted then. *Judged not good*: `vest_model check` read it and says what is wrong with the scene.', '',
+            'still be a good one: it is accepted then. *Judged not good*: `vest_model check` or `vest_check_session` read it and says what is wrong.', '',
             'This table: %s.' % how.replace('` ', '`, '), '',
             'What a file can and cannot do to the machine that opens it: [security.md](security.md).', '',
             '| corpus | ' + ' | '.join(OUTCOMES) + ' |', '| --- |' + ' ---: |' * len(OUTCOMES)]

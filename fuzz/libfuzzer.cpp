@@ -3,8 +3,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "readers.h"
@@ -17,16 +15,8 @@ std::string variable(const char* name) {
 }
 
 void list() {
-  for (const auto& reader : vest::fuzz::readers()) {
-    std::printf("%s\n", reader.name);
-    const std::string kept = variable("VEST_FUZZ_KEPT");
-    if (kept.empty()) continue;
-    std::filesystem::create_directories(kept + "/" + reader.name);
-    int number = 0;
-    for (const auto& input : vest::fuzz::corpus(reader))
-      std::ofstream(kept + "/" + reader.name + "/kept_" + std::to_string(number++), std::ios::binary)
-          << input;
-  }
+  for (const auto& reader : vest::fuzz::readers()) std::printf("%s\n", reader.name);
+  if (!variable("VEST_FUZZ_KEPT").empty()) vest::fuzz::keep(variable("VEST_FUZZ_KEPT"));
 }
 
 }  // namespace

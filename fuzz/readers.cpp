@@ -93,8 +93,8 @@ bool takes(const std::string& named, const std::function<void()>& read) {
 const std::vector<Reader>& readers() {
   static const std::vector<Reader> all = [] {
     std::vector<Reader> list;
-    for (auto part :
-         {tissueReaders(), effectsReaders(), hardwareReaders(), sessionReaders(), deviceReaders()})
+    for (auto part : {tissueReaders(), effectsReaders(), hardwareReaders(), sessionReaders(), deviceReaders(),
+                      trainingReaders()})
       list.insert(list.end(), part.begin(), part.end());
     return list;
   }();
@@ -120,6 +120,16 @@ std::vector<std::string> corpus(const Reader& of) {
     for (auto& input : of.made()) inputs.push_back(std::move(input));
   }
   return inputs;
+}
+
+void keep(const std::string& folder) {
+  for (const Reader& r : readers()) {
+    const std::string place = folder + "/" + r.name + "/";
+    std::filesystem::create_directories(place);
+    int number = 0;
+    for (const auto& input : corpus(r))
+      std::ofstream(place + "kept_" + std::to_string(number++), std::ios::binary) << input;
+  }
 }
 
 std::function<std::vector<std::string>()> shipped(const std::string& file, const std::string& other) {

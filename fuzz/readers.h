@@ -20,6 +20,8 @@ const Reader& reader(const std::string& name);  ///< ends the process where ther
 
 /// Kept inputs: files of fuzz/corpus/NAME, and those that the reader makes.
 std::vector<std::string> corpus(const Reader& reader);
+/// All of them as files: FOLDER/NAME/kept_0 …
+void keep(const std::string& folder);
 
 /// A folder of this process; input is written there, one file or several: lines "=== NAME" begin the next.
 class Folder {
@@ -53,5 +55,6 @@ std::vector<Reader> effectsReaders();
 std::vector<Reader> hardwareReaders();
 std::vector<Reader> sessionReaders();
 std::vector<Reader> deviceReaders();
+std::vector<Reader> trainingReaders();
 
 }  // namespace vest::fuzz

@@ -5,12 +5,16 @@
 
 #include "readers.h"
 #include "vest_instruments/files/read.h"
+#include "vest_tissue/image/patient.h"
 #include "vest_tissue/image/phantom.h"
 #include "vest_tissue/material/database.h"
+#include "vest_tissue/material/sutures.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/modelling/source.h"
 #include "vest_tissue/scene/baked.h"
+#include "vest_tissue/scene/rod_scene.h"
 #include "vest_tissue/scene/world.h"
+#include "vest_tissue/suture/rod.h"
 #include "vest_tissue/volume/lattice.h"
 #include "vest_tissue/volume/mesh_file.h"
 
@@ -94,6 +98,44 @@ void readSource(const std::string& input) {
 void readMaterials(const std::string& input) {
   const std::string file = folder().unpack("materials.yaml", input);
   takes(file, [&] { material::readDatabase(file); });
+}
+
+void readSutures(const std::string& input) {
+  const std::string file = folder().unpack("sutures.yaml", input);
+  takes(file, [&] { material::readSutures(file); });
+}
+
+/// Rods with their tables; a short one that is taken makes its first steps.
+void readRods(const std::string& input) {
+  const std::string file = folder().unpack("scene.yaml", input);
+  scene::RodScene read;
+  if (!takes(folder().path(), [&] { read = scene::loadRods(file); })) return;
+  std::size_t nodes = 0;
+  for (const auto& rod : read.objects.rods) nodes += rod.nodes.size();
+  if (nodes > 200) return;
+  takes("", [&] {
+    const suture::Model model(read.objects);
+    suture::State state = model.start;
+    suture::Scratch scratch(model);
+    for (int i = 0; i < 3; ++i) suture::step(model, state, scratch, read.dt);
+  });
+}
+
+void readPatient(const std::string& input) {
+  const std::string file = folder().unpack("patient.yaml", input);
+  takes(file, [&] { image::readPatient(file); });
+}
+
+std::vector<std::string> patients() {
+  const Folder one;
+  image::PhantomImage options;
+  options.size = {12, 10, 8};
+  const auto volume = image::picture(image::makePhantom("head"), options);
+  image::write(volume, one.path() + "/a.nrrd");
+  return {image::firstPatient("head", "a.nrrd", volume),
+          "vest_patient: 1\nname: knee\nlabels: a.nrrd\ntissues:\n  - {label: 1, name: bone, tissue: "
+          "bone}\ncell: 4\n"
+          "held: [bone]\ncrop: [[-5, -5, -5], [5, 5, 5]]\nplace: [0, 0.05, 0.03]\n"};
 }
 
 void readCurve(const std::string& input) {
@@ -180,7 +222,9 @@ void readVolume(const std::string& input) {
   const char* const names[] = {"a.nrrd", "a.mha", "a.nii"};  // the first byte says which
   folder().clear();
   const std::string file = folder().write(names[static_cast<unsigned char>(input[0]) % 3], input.substr(1));
-  takes(file, [&] { image::read(file); });
+  image::Volume volume;
+  if (takes(file, [&] { volume = image::read(file); }))
+    takes("", [&] { image::firstOfLabels("a", file, volume); });
 }
 
 std::vector<std::string> volumeFiles() {
@@ -205,6 +249,9 @@ std::vector<Reader> tissueReaders() {
           {"net", readNet, nets},
           {"source", readSource, {}},
           {"materials", readMaterials, shipped("vest_tissue/data/materials.yaml")},
+          {"sutures", readSutures, shipped("vest_tissue/data/sutures.yaml")},
+          {"rods", readRods, {}},
+          {"patient", readPatient, patients},
           {"curve", readCurve, {}},
           {"snapshot", readSnapshot, snapshots},
           {"dicom", readDicom, dicomFiles},

@@ -1,4 +1,5 @@
-// One reader over files, as hostile_files.py uses it: vest_read NAME FILE… prints what each is refused for.
+// One reader over files, as hostile_files.py uses it: vest_read NAME FILE… prints what each is refused for;
+// vest_read keep FOLDER writes the good files of all readers.
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -8,10 +9,14 @@
 
 int main(int argc, char** argv) {
   if (argc < 3) {
-    std::fprintf(stderr, "usage: vest_read READER FILE...\nreaders:");
+    std::fprintf(stderr, "usage: vest_read READER FILE...\n       vest_read keep FOLDER\nreaders:");
     for (const auto& reader : vest::fuzz::readers()) std::fprintf(stderr, " %s", reader.name);
     std::fprintf(stderr, "\n");
     return 2;
+  }
+  if (std::strcmp(argv[1], "keep") == 0) {
+    vest::fuzz::keep(argv[2]);
+    return 0;
   }
   const auto& reader = vest::fuzz::reader(argv[1]);
   int code = 0;

@@ -209,6 +209,8 @@ TEST(ExerciseFile, WrongOnesAreRefusedByFileLineAndField) {
       {"pass: pass.yaml", "pass: ../../pass.yaml", "scripts.pass: ../../pass.yaml"},
       {"scene: clip_tube", "scene: clip tube", "scene: clip tube"},
       {"title: Clip", "title: &a Clip", "anchor"},
+      {"title: Clip and cut a tube", "title: \"\\e[2J\"", "title: \\x1b[2J: must have no control characters"},
+      {"scene: clip_tube", "scene: ..", "scene: ..: must be"},
   };
   for (const auto& [from, to, said] : wrong) {
     const std::string what = refusal(from, to);

@@ -67,7 +67,8 @@ TEST_F(TraineesTest, NamesWithQuotesAndEmojiAreNames) {
   EXPECT_EQ(t.attempts(kHostile).size(), 1U);
   EXPECT_EQ(t.attempts("anna").size(), 0U);
   EXPECT_NE(refusal([&] { t.add("anna"); }).find("is there already"), std::string::npos);
-  for (const char* bad : {"", "line\nbreak", "\xff\xfe", "\xf0\x9f\x98", "bell\a"})
+  for (const char* bad : {"", "line\nbreak", "\xff\xfe", "\xf0\x9f\x98", "bell\a", "\xe2\x80\xae",
+                          "\xed\xa0\x80", "\xe0\x80\x80"})
     EXPECT_NE(refusal([&] { t.add(bad); }).find("not a pseudonym"), std::string::npos) << bad;
   EXPECT_NE(refusal([&] { t.add(std::string(65, 'x')); }).find("64 bytes"), std::string::npos);
   EXPECT_NE(refusal([&] { t.keep(attempt("nobody")); }).find("unknown"), std::string::npos);
@@ -142,6 +143,36 @@ TEST_F(TraineesTest, WhatIsNoDatabaseIsRefused) {
   EXPECT_NE(refusal([&] { Trainees t(folder_ + "/nowhere/t.db"); }).find("cannot be written"),
             std::string::npos);
   EXPECT_EQ(bytes(), std::string(5000, 'x')) << "left as it was";
+}
+
+TEST_F(TraineesTest, ADatabaseOfAStrangerIsReadAsIfItLied) {
+  { Trainees(file_).add("anna"); }
+  const auto changed = [&](const char* sql) {
+    const std::string copy = folder_ + "/changed.db";
+    fs::copy_file(file_, copy, fs::copy_options::overwrite_existing);
+    sqlite3* other = nullptr;
+    EXPECT_EQ(sqlite3_open(copy.c_str(), &other), SQLITE_OK);
+    EXPECT_EQ(sqlite3_exec(other, sql, nullptr, nullptr, nullptr), SQLITE_OK) << sql;
+    sqlite3_close(other);
+    return copy;
+  };
+  // A view can go on for ever, a trigger changes what was not asked for.
+  for (const char* sql :
+       {"DROP TABLE attempt; CREATE VIEW attempt AS WITH RECURSIVE r(x) AS (SELECT 1 UNION ALL SELECT x+1 "
+        "FROM r) SELECT "
+        "'anna' AS trainee, x AS id FROM r",
+        "CREATE TRIGGER t AFTER INSERT ON trainee BEGIN DELETE FROM trainee; END", "CREATE TABLE more(x)",
+        "DROP TABLE attempt", "DROP TABLE trainee; CREATE TABLE trainee(pseudonym)"})
+    EXPECT_NE(refusal([&] { Trainees t(changed(sql)); }).find("is no database of trainees"),
+              std::string::npos)
+        << sql;
+  Trainees odd(
+      changed("INSERT INTO attempt(trainee, date, json) VALUES('anna', x'ff', replace(hex(zeroblob(100000)), "
+              "'0', '['))"));
+  EXPECT_NE(odd.exported("anna").find("result"), std::string::npos);
+  ASSERT_EQ(mkfifo((folder_ + "/pipe").c_str(), 0600), 0);
+  for (const std::string& none : {folder_ + "/pipe", std::string("/dev/null")})
+    EXPECT_NE(refusal([&] { Trainees t(none); }).find("is no file"), std::string::npos) << none;
 }
 
 Report reportOf(const Exercise& e, const Result& r, const Trace& trace) {

@@ -7,6 +7,7 @@
 #include <xxhash.h>
 
 #include "vest_bringup/exercise/exercise.h"
+#include "vest_instruments/files/read.h"
 #include "vest_instruments/tools/tool_names.h"
 #include "vest_tissue/scene/yaml_reader.h"
 
@@ -29,6 +30,7 @@ std::vector<std::string> words(const std::array<const char*, 14>& from) {
 std::string text(const Value& value, std::size_t most = 500) {
   const std::string t = value.string();
   if (t.empty() || t.size() > most) value.fail("must be a text of 1 to " + std::to_string(most) + " bytes");
+  if (files::shown(t, most) != t) value.fail("must have no control characters: it is one printable line");
   return t;
 }
 

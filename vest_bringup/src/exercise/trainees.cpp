@@ -10,6 +10,8 @@
 #include <sqlite3.h>
 #include <nlohmann/json.hpp>
 
+#include "vest_instruments/files/read.h"
+
 namespace vest::exercise {
 namespace {
 
@@ -52,21 +54,13 @@ class Statement {
   bool good_ = false;
 };
 
-bool isUtf8(const std::string& s) {
-  for (std::size_t i = 0; i < s.size();) {
-    const auto c = static_cast<unsigned char>(s[i]);
-    const std::size_t more = c < 0x80                ? 0
-                             : c >= 0xc2 && c < 0xe0 ? 1
-                             : c >= 0xe0 && c < 0xf0 ? 2
-                             : c >= 0xf0 && c < 0xf5 ? 3
-                                                     : 9;
-    if (more == 9 || c < 0x20 || c == 0x7f || i + more >= s.size() + (more == 0)) return false;
-    for (std::size_t k = 1; k <= more; ++k)
-      if ((static_cast<unsigned char>(s[i + k]) & 0xc0) != 0x80) return false;
-    i += more + 1;
-  }
-  return true;
-}
+/// As SQLite keeps them. A database with other tables, or with views or triggers, is none of ours.
+constexpr const char* kTrainee = "CREATE TABLE trainee(pseudonym TEXT PRIMARY KEY NOT NULL)";
+constexpr const char* kAttempt =
+    "CREATE TABLE attempt(id INTEGER PRIMARY KEY, trainee TEXT NOT NULL REFERENCES trainee(pseudonym) ON "
+    "DELETE CASCADE, date TEXT, exercise TEXT, exercise_hash TEXT, input_hash TEXT, version TEXT, directory "
+    "TEXT, flags TEXT, json TEXT, total REAL, quality REAL, time_s REAL, passed REAL)";
+constexpr int kLongest = 16 << 20;  ///< bytes of a value
 
 constexpr const char* kColumns =
     "trainee, date, exercise, exercise_hash, input_hash, version, directory, flags, json, total, quality, "
@@ -109,26 +103,26 @@ Trainees::Trainees(const std::string& file, int wait) : file_(file) {
   // Made with its rights before anything is in it: SQLite's own files beside it take them over.
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (descriptor < 0) fail("open");
+  struct stat info {};
+  const bool is_file = ::fstat(descriptor, &info) == 0 && S_ISREG(info.st_mode);
   ::close(descriptor);
+  if (!is_file) throw DatabaseError(file_ + ": is no file (allowed: a file of yours in a folder of yours)");
   try {
     if (sqlite3_open_v2(file.c_str(), &database_, SQLITE_OPEN_READWRITE, nullptr) != SQLITE_OK) fail("open");
     sqlite3_busy_timeout(database_, wait);
-    run("PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA secure_delete=ON; PRAGMA foreign_keys=ON");
+    sqlite3_limit(database_, SQLITE_LIMIT_LENGTH, kLongest);
+    sqlite3_db_config(database_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+    run("PRAGMA trusted_schema=OFF; PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA "
+        "secure_delete=ON; PRAGMA foreign_keys=ON");
     Statement version(database_, "PRAGMA user_version", {});
     if (!version.row()) fail("read");
     const int found = static_cast<int>(version.real(0));
     if (found > kVersion)
       throw DatabaseError(file_ + ": its version is " + std::to_string(found) + " (allowed: at most " +
                           std::to_string(kVersion) + "; a newer VEST made it)");
-    run("BEGIN IMMEDIATE;"
-        "CREATE TABLE IF NOT EXISTS trainee(pseudonym TEXT PRIMARY KEY NOT NULL);"
-        "CREATE TABLE IF NOT EXISTS attempt(id INTEGER PRIMARY KEY, trainee TEXT NOT NULL REFERENCES "
-        "trainee(pseudonym) ON DELETE CASCADE, date TEXT, exercise TEXT, exercise_hash TEXT, input_hash "
-        "TEXT, "
-        "version TEXT, directory TEXT, flags TEXT, json TEXT, total REAL, quality REAL, time_s REAL, passed "
-        "REAL);"
-        "PRAGMA user_version=1;"
-        "COMMIT");
+    run("BEGIN IMMEDIATE");
+    checkTables();
+    run("PRAGMA user_version=1; COMMIT");
   } catch (...) {
     sqlite3_close(database_);
     throw;
@@ -139,8 +133,23 @@ Trainees::~Trainees() {
   sqlite3_close(database_);
 }
 
+void Trainees::checkTables() const {
+  int found = 0;
+  {
+    Statement tables(database_, "SELECT sql FROM sqlite_schema WHERE name NOT LIKE 'sqlite\\_%' ESCAPE '\\'",
+                     {});
+    while (tables.row()) {
+      found += tables.text(0) == kTrainee || tables.text(0) == kAttempt ? 1 : 3;
+      if (found > 2) throw DatabaseError(file_ + ": is no database of trainees: it has other tables");
+    }
+    if (!tables.good()) fail("read");
+  }
+  if (found == 1) throw DatabaseError(file_ + ": is no database of trainees: a table is missing");
+  if (found == 0) run((std::string(kTrainee) + ";" + kAttempt).c_str());
+}
+
 void Trainees::add(const std::string& pseudonym) {
-  if (pseudonym.empty() || pseudonym.size() > 64 || !isUtf8(pseudonym))
+  if (pseudonym.empty() || pseudonym.size() > 64 || files::shown(pseudonym, 64) != pseudonym)
     throw DatabaseError(
         "trainee: not a pseudonym (allowed: 1 to 64 bytes of UTF-8 without control characters)");
   Statement insert(database_, "INSERT INTO trainee(pseudonym) VALUES(?1)", {pseudonym});
@@ -207,13 +216,15 @@ std::string Trainees::exported(const std::string& trainee) const {
   ordered_json j;
   j["trainee"] = trainee;
   j["attempts"] = ordered_json::array();
+  // Ours is four levels deep; deeper ones would overrun the stack of who writes them.
+  const auto shallow = [](int depth, ordered_json::parse_event_t, ordered_json&) { return depth < 32; };
   for (const Attempt& a : attempts(trainee))
     j["attempts"].push_back({{"date", a.date},
                              {"directory", a.directory},
                              {"version", a.version},
                              {"flags", a.flags},
-                             {"result", ordered_json::parse(a.json, nullptr, false)}});
-  return j.dump(2) + "\n";
+                             {"result", ordered_json::parse(a.json, shallow, false)}});
+  return j.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
 void Trainees::erase(const std::string& trainee) {

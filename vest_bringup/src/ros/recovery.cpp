@@ -16,6 +16,7 @@
 #include "vest_bringup/ros/bag_reader.h"
 #include "vest_bringup/ros/bag_writer.h"
 #include "vest_bringup/ros/session_observer.h"
+#include "vest_instruments/files/utf8.h"
 
 namespace vest::session {
 namespace {
@@ -41,30 +42,7 @@ class Held {
   int descriptor_;
 };
 
-/// Bytes that are no UTF-8 become '?': stock readers take texts of a bag for UTF-8.
-std::string asUtf8(std::string text) {
-  for (std::size_t i = 0; i < text.size();) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    const std::size_t more = byte < 0x80                   ? 0
-                             : byte >= 0xC2 && byte < 0xE0 ? 1
-                             : byte >= 0xE0 && byte < 0xF0 ? 2
-                             : byte >= 0xF0 && byte < 0xF5 ? 3
-                                                           : text.size();
-    bool good = more < text.size() - i;
-    for (std::size_t k = 1; good && k <= more; ++k)
-      good = (static_cast<unsigned char>(text[i + k]) & 0xC0U) == 0x80U;
-    // Neither longer than needed, nor a surrogate, nor beyond U+10FFFF.
-    const auto second = good && more > 1 ? static_cast<unsigned char>(text[i + 1]) : 0x90U;
-    if ((byte == 0xE0 && second < 0xA0) || (byte == 0xED && second > 0x9F) ||
-        (byte == 0xF0 && second < 0x90) || (byte == 0xF4 && second > 0x8F))
-      good = false;
-    if (!good) text[i] = '?';
-    i += good ? more + 1 : 1;
-  }
-  return text;
-}
-
-/// A connection as it is written.
+/// A connection as it is written. Stock readers take texts of a bag for UTF-8.
 struct Copied {
   std::string topic;
   topic_tools::ShapeShifter message;
@@ -73,12 +51,12 @@ struct Copied {
 
 Copied copied(const BagConnection& c) {
   Copied out;
-  out.topic = asUtf8(c.topic);
-  out.message.morph(asUtf8(c.md5sum), asUtf8(c.type), asUtf8(c.definition), "");
+  out.topic = files::asUtf8(c.topic);
+  out.message.morph(files::asUtf8(c.md5sum), files::asUtf8(c.type), files::asUtf8(c.definition), "");
   const auto latching = c.fields.find("latching");
   if (latching != c.fields.end() && latching->second == "1") {
     out.header = boost::make_shared<ros::M_string>();
-    for (const auto& [name, value] : c.fields) (*out.header)[asUtf8(name)] = asUtf8(value);
+    for (const auto& [name, value] : c.fields) (*out.header)[files::asUtf8(name)] = files::asUtf8(value);
   }
   return out;
 }

@@ -138,7 +138,7 @@ int main(int argc, char** argv) {
     }
     return as_said ? 0 : 1;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "vest_exercise: %s\n", e.what());
+    std::fprintf(stderr, "vest_exercise: %s\n", vest::files::shown(e.what(), 4000).c_str());
     return 2;
   }
 }

@@ -18,6 +18,7 @@
 #include "vest_bringup/ros/exercise_file.h"
 #include "vest_bringup/ros/moment_bag.h"
 #include "vest_bringup/ros/session_player.h"
+#include "vest_instruments/files/read.h"
 
 // Scores a recorded session: simulates it again and lets the exercise's engine look at each step.
 
@@ -214,7 +215,7 @@ int main(int argc, char** argv) {
     const std::string what = e.what();
     const bool named = what.rfind(wanted.directory, 0) == 0;
     std::fprintf(stderr, "vest_score: %s%s\n", named ? "" : (wanted.directory + "/session.bag: ").c_str(),
-                 what.c_str());
+                 vest::files::shown(what, 4000).c_str());
     return 2;
   }
   return 0;

@@ -4,6 +4,16 @@
 #include <CLI/CLI.hpp>
 
 #include "vest_bringup/exercise/trainees.h"
+#include "vest_instruments/files/read.h"
+
+namespace {
+
+/// A text of the database: it may be a stranger's.
+std::string shown(const std::string& text) {
+  return vest::files::shown(text, 2000);
+}
+
+}  // namespace
 
 // Trainees by pseudonym and their results.
 int main(int argc, char** argv) {
@@ -26,16 +36,16 @@ int main(int argc, char** argv) {
     if (adding->parsed()) trainees.add(name);
     if (listing->parsed())
       for (const std::string& one : trainees.list())
-        std::printf("%s  %zu attempts\n", one.c_str(), trainees.attempts(one).size());
+        std::printf("%s  %zu attempts\n", shown(one).c_str(), trainees.attempts(one).size());
     if (showing->parsed())
       for (const auto& a : trainees.attempts(name))
-        std::printf("%s  %s  %s, total %.1f, quality %.1f, %.1f s%s%s  %s\n", a.date.c_str(),
-                    a.exercise.c_str(), a.passed ? "passed" : "not passed", a.total, a.quality, a.time,
-                    a.flags.empty() ? "" : ", ", a.flags.c_str(), a.directory.c_str());
+        std::printf("%s  %s  %s, total %.1f, quality %.1f, %.1f s%s%s  %s\n", shown(a.date).c_str(),
+                    shown(a.exercise).c_str(), a.passed ? "passed" : "not passed", a.total, a.quality, a.time,
+                    a.flags.empty() ? "" : ", ", shown(a.flags).c_str(), shown(a.directory).c_str());
     if (exporting->parsed()) std::fputs(trainees.exported(name).c_str(), stdout);
     if (erasing->parsed()) trainees.erase(name);
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "vest_trainee: %s\n", e.what());
+    std::fprintf(stderr, "vest_trainee: %s\n", shown(e.what()).c_str());
     return 1;
   }
   return 0;

@@ -12,6 +12,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include "vest_instruments/files/utf8.h"
+
 namespace vest::files {
 namespace {
 
@@ -104,6 +106,16 @@ std::string shown(const std::string& text, std::size_t most) {
     }
   }
   return out;
+}
+
+std::string asUtf8(std::string text) {
+  std::uint32_t code = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t size = character(text, at, code);
+    if (size == 0) text[at] = '?';
+    at += std::max<std::size_t>(1, size);
+  }
+  return text;
 }
 
 bool parseNumber(const std::string& text, double& value) {

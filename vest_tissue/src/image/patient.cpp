@@ -91,6 +91,13 @@ std::set<volume::Index> heldNodes(const volume::Lattice& lattice, const Patient&
   return held;
 }
 
+/// A text of YAML: a path may have colons and hashes.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) out += std::string(c == '"' || c == '\\' ? "\\" : "") + c;
+  return out + "\"";
+}
+
 const char* const kFirstPlace = "place: [0, 0.05, 0.03]     # m, world: the middle of the underside\n";
 
 std::string firstCell(const Volume& volume) {
@@ -107,6 +114,7 @@ Patient readPatient(const std::string& path) {
   Patient p;
   map["vest_patient"].integer(1, 1);
   p.name = map["name"].name();
+  if (p.name == "patient") map["name"].fail("must be another: patient.yaml is this recipe");
   const auto place = [&](const Value& v) { return (fs::path(path).parent_path() / v.string()).string(); };
   const bool of_map = map["labels"].isScalar();
   if (of_map) p.label_map = place(map["labels"]);  // an absolute one stays
@@ -146,7 +154,7 @@ Patient readPatient(const std::string& path) {
 std::string firstPatient(const std::string& name, const std::string& images, const Volume& volume) {
   return "# How a patient's images become a scene (docs/images.md). Then: vest_import bake THIS_FOLDER\n"
          "vest_patient: 1\nname: " +
-         name + "\nimages: " + images +
+         name + "\nimages: " + quoted(images) +
          "\n# crop: [[-50, -50, -50], [50, 50, 50]]   # mm, patient's axes: left, posterior, superior\n"
          "labels:                    # where they overlap, the later one counts\n"
          "  - {name: soft_tissue, tissue: liver, values: [-20, 150], median: 1, largest: 1}\n"
@@ -160,7 +168,7 @@ std::string firstOfLabels(const std::string& name, const std::string& map, const
   std::string text =
       "# How a label map becomes a scene (docs/images.md). Then: vest_import bake THIS_FOLDER\n"
       "vest_patient: 1\nname: " +
-      name + "\nlabels: " + map + "\ntissues:                   # give each its name and tissue\n";
+      name + "\nlabels: " + quoted(map) + "\ntissues:                   # give each its name and tissue\n";
   for (const auto& [label, voxels] : countLabels(volume))
     text += print("  - {label: %u, name: label_%u, tissue: liver}   # %zu voxels\n", label, label, voxels);
   return text + firstCell(volume) + kFirstPlace;
@@ -186,18 +194,20 @@ std::string writePatientScene(const volume::Lattice& lattice, const Patient& pat
     throw std::invalid_argument(
         "cell: " + print("%zu nodes; at most %zu are allowed: take a larger cell, a crop or fewer labels",
                          lattice.nodes.size(), static_cast<std::size_t>(fem::kMostTissueNodes)));
+  const std::set<std::uint16_t> present(lattice.label.begin(), lattice.label.end());
+  for (std::size_t s = 0; s < patient.segments.size(); ++s)
+    if (present.count(static_cast<std::uint16_t>(s + 1)) == 0)
+      throw std::invalid_argument("cell: nothing is left of " + patient.segments[s].name +
+                                  ": take a smaller cell");
   const fs::path folder(directory);
   save(folder / (patient.name + ".vtk"), toVtk(lattice, patient.name));
   std::string held = "node\n";
   for (const auto n : heldNodes(lattice, patient)) held += print("%u\n", n);
   save(folder / (patient.name + "_held.csv"), held);
   const auto tissues = material::readDatabase(material::databasePath());
-  const std::set<std::uint16_t> present(lattice.label.begin(), lattice.label.end());
-  std::string materials, lost;
+  std::string materials;
   for (std::size_t s = 0; s < patient.segments.size(); ++s) {
     const Segment& segment = patient.segments[s];
-    if (present.count(static_cast<std::uint16_t>(s + 1)) == 0)
-      throw std::invalid_argument("cell: nothing is left of " + segment.name + ": take a smaller cell");
     const auto& t = tissues.at(segment.tissue);
     materials +=
         print("      - {label: %zu, youngs_modulus: %.9g, poisson_ratio: %.9g, density: %.9g}", s + 1,

@@ -100,9 +100,14 @@ void readNodes(const csv::Table& table, double mass, Object& object) {
       yaml::fail(table.file, table.lines[i], "node", std::to_string(node), "must be there once");
     seen[node] = true;
     const auto& row = table.rows[i];
-    object.rest_position[node] = {row[static_cast<std::size_t>(table.column("x"))],
-                                  row[static_cast<std::size_t>(table.column("y"))],
-                                  row[static_cast<std::size_t>(table.column("z"))]};
+    for (int k = 0; k < 3; ++k) {
+      const std::string name(1, "xyz"[k]);
+      const double c = row[static_cast<std::size_t>(table.column(name))];
+      if (!(std::abs(c) <= kFarthest))
+        yaml::fail(table.file, table.lines[i], name, std::to_string(c),
+                   "must be a coordinate from -500000 to 500000");
+      object.rest_position[node][k] = c;
+    }
     if (own_mass >= 0) object.mass[node] = row[static_cast<std::size_t>(own_mass)];
     if (!(object.mass[node] > 0)) {
       yaml::fail(table.file, table.lines[i], "mass", std::to_string(object.mass[node]),

@@ -20,17 +20,37 @@ net::ElementArrays elementArrays(Block& b) {
           b.row(Block::VZ), b.row(Block::HX), b.row(Block::HY), b.row(Block::HZ)};
 }
 
+/// sum |g_i|²/m_i over the knots, in a fixed order that vectorises.
+double compliance(const Block& b, const float* g, std::size_t stride) {
+  const float* const w = b.row(Block::kInverseMass);
+  const std::size_t knots = b.knots();
+  float lanes[8] = {};
+  const auto add = [&](std::size_t i, int n) {
+    const float gx = g[i], gy = g[stride + i], gz = g[2 * stride + i];
+    lanes[n] += (gx * gx + gy * gy + gz * gz) * w[i];
+  };
+  std::size_t i = 0;
+  for (; i + 8 <= knots; i += 8)
+    for (int n = 0; n < 8; ++n) add(i + n, n);
+  for (; i < knots; ++i) add(i, 0);
+  double sum = 0.0;
+  for (const float lane : lanes) sum += lane;
+  return sum;
+}
+
 /// Pressure of the enclosed volume. Its gradient is taken as often as its stiffness needs
 /// (ObjectConstants::volume_batches), at the positions predicted for the middle of the `interval` (s) in
 /// which it serves: taken at its start it would lag, and the part of the stiffness that comes from the
-/// pressure would feed energy (docs/decisions/0013-…). Between, the volume follows the gradient.
-void addPressure(Context& c, std::size_t object, bool renew, double interval) {
+/// pressure would feed energy (docs/decisions/0013-…). Between, the volume follows the gradient. Where cuts
+/// have torn the surface so wide that the pressure is stiffer than an exchange bears, it is softer by as
+/// much.
+void addPressure(Context& c, std::size_t object, const net::Volume& v, bool renew, double h, int every) {
   ObjectState& s = c.state.objects[object];
   ObjectScratch& o = c.scratch.objects[object];
   Block& b = s.block;
-  const net::Volume& v = s.elements.volumes[0];
   if (v.bulk_modulus == 0.0f || v.triangles.empty()) return;
   const std::size_t stride = b.knotCapacity() + 1, knots = b.knots();
+  const double interval = h * every;
   if (renew) {
     const float ahead = static_cast<float>(0.5 * interval);
     for (int axis = 0; axis < 3; ++axis) {
@@ -43,6 +63,10 @@ void addPressure(Context& c, std::size_t object, bool renew, double interval) {
     const float* const x0 = o.volume_start.data();
     there.x = x0, there.y = x0 + stride, there.z = x0 + 2 * stride;
     o.volume = net::volumeGradient(v, there, o.volume_gradient.data(), stride, o.packed);
+    constexpr double kMost = solver::kStepMargin * solver::kStepMargin;
+    const double rate = v.bulk_modulus / v.rest * compliance(b, o.volume_gradient.data(), stride);
+    const double longest = solver::longestStep({rate, 0.0});
+    o.volume_share = static_cast<float>(std::min(1.0, kMost * longest * longest / (h * h)));
   }
   double change = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -55,7 +79,7 @@ void addPressure(Context& c, std::size_t object, bool renew, double interval) {
     for (; i < knots; ++i) lanes[0] += g[i] * (p[i] - x0[i]);
     for (const float lane : lanes) change += lane;
   }
-  const float pressure = net::pressureOf(v, o.volume + change);
+  const float pressure = o.volume_share * net::pressureOf(v, o.volume + change);
   for (int axis = 0; axis < 3; ++axis) {
     const float* const g = o.volume_gradient.data() + axis * stride;
     float* const f = b.row(static_cast<Block::KnotRow>(Block::HX + axis));
@@ -116,12 +140,13 @@ void hold(Context& c, std::size_t object, double h, int batch) {
   if (s.load.any) addLoad(s, h);
   if (c.model.objects[object].implicit) return;  // its elements are part of the step
   net::addElements(s.elements, elementArrays(b), c.level);
-  if (s.elements.volumes.size() == 1) {
-    const ObjectConstants& constants = c.model.objects[object];
-    const int every = s.batches > constants.batches ? 1 : s.batches / constants.volume_batches;
-    addPressure(c, object, batch % every == 0, h * every);
-  } else if (!s.elements.volumes.empty()) {
-    net::addVolumes(s.elements.volumes, elementArrays(b));
+  const bool one = s.elements.volumes.size() == 1;
+  const ObjectConstants& constants = c.model.objects[object];
+  const int every = !one || s.batches > constants.batches ? 1 : s.batches / constants.volume_batches;
+  for (const net::Volume& v : s.elements.volumes) {
+    auto& gradient = c.scratch.objects[object].volume_gradient;
+    if (!one) std::fill(gradient.begin(), gradient.end(), 0.0f);  // a volume sets those of its own knots
+    addPressure(c, object, v, batch % every == 0, h, every);
   }
 }
 

@@ -50,14 +50,23 @@ bool removeLink(WorldState& state, std::uint16_t object, std::uint32_t link, Top
 
 namespace {
 
-bool linked(const ObjectState& s, std::uint32_t a, std::uint32_t b) {
+/// An elastic link joins a and b. Where `copy` is given, it counts as the knot that it was split from.
+bool linked(const ObjectState& s, std::uint32_t a, std::uint32_t b, std::uint32_t knot = 0,
+            std::uint32_t copy = 0) {
+  const auto as = [&](std::uint32_t k) { return copy != 0 && k == copy ? knot : k; };
+  a = as(a), b = as(b);
   for (std::size_t i = 0; i < s.topology.links.size(); ++i) {
     const Link& l = s.topology.links[i];
-    if (s.topology.link_alive[i] && l.kind == LinkKind::Elastic &&
-        ((l.knot0 == a && l.knot1 == b) || (l.knot0 == b && l.knot1 == a)))
+    const std::uint32_t p = as(l.knot0), q = as(l.knot1);
+    if (s.topology.link_alive[i] && l.kind == LinkKind::Elastic && ((p == a && q == b) || (p == b && q == a)))
       return true;
   }
   return false;
+}
+
+bool hangs(const ObjectState& s, const net::Hinge& h, std::uint32_t wing, std::uint32_t knot = 0,
+           std::uint32_t copy = 0) {
+  return linked(s, h.edge0, wing, knot, copy) || linked(s, h.edge1, wing, knot, copy);
 }
 
 }  // namespace
@@ -68,9 +77,15 @@ bool tearLink(WorldState& state, std::uint16_t object, std::uint32_t link, Topol
   const Link& l = s.topology.links[link];
   if (l.kind != LinkKind::Elastic) return true;
   for (net::Hinge& h : s.elements.hinges) {
-    const bool along =
-        (h.edge0 == l.knot0 && h.edge1 == l.knot1) || (h.edge0 == l.knot1 && h.edge1 == l.knot0);
-    if (along && h.stiffness != 0.0f && !linked(s, h.edge0, h.edge1)) h.stiffness = 0.0f;
+    if (h.stiffness == 0.0f) continue;
+    const auto is = [&](std::uint32_t a, std::uint32_t b) {
+      return (l.knot0 == a && l.knot1 == b) || (l.knot0 == b && l.knot1 == a);
+    };
+    const bool off = is(h.edge0, h.edge1) && !linked(s, h.edge0, h.edge1);
+    const auto lost = [&](std::uint32_t wing) {
+      return (is(h.edge0, wing) || is(h.edge1, wing)) && !hangs(s, h, wing);
+    };
+    if (off || lost(h.wing0) || lost(h.wing1)) h.stiffness = 0.0f;
   }
   return true;
 }
@@ -283,6 +298,13 @@ bool splitKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, cons
     if (!moveLinkEnd(state, object, static_cast<std::uint32_t>(i), knot, copy, delta)) {
       removeLink(state, object, static_cast<std::uint32_t>(i), delta);
     }
+  }
+  for (net::Hinge& h : s.elements.hinges) {  // a wing that went one way, and its links the other
+    const std::array<std::uint32_t, 4> of{h.edge0, h.edge1, h.wing0, h.wing1};
+    const bool at = std::any_of(of.begin(), of.end(), [&](auto k) { return k == knot || k == copy; });
+    if (h.stiffness == 0.0f || !at) continue;
+    for (const std::uint32_t wing : {h.wing0, h.wing1})
+      if (hangs(s, h, wing, knot, copy) && !hangs(s, h, wing)) h.stiffness = 0.0f;
   }
   for (auto& t : s.triangles) {
     if (std::find(t.begin(), t.end(), knot) != t.end() && beyond(t.begin(), t.end()))

@@ -49,7 +49,14 @@ std::string resolve(const std::string& directory, const std::string& relative, c
 std::string Value::text() const {
   if (!node_.IsDefined() || node_.IsNull()) return "nothing";
   if (node_.IsScalar()) return node_.Scalar();
-  return node_.IsMap() ? "a mapping" : "a list";
+  if (node_.IsMap()) return "a mapping";
+  if (node_.size() != 3) return "a list";
+  std::string all;  // a vector as it stands
+  for (const auto& item : node_) {
+    if (!item.IsScalar()) return "a list";
+    all += (all.empty() ? "[" : ", ") + item.Scalar();
+  }
+  return all + "]";
 }
 
 void Value::fail(const std::string& allowed) const {
@@ -63,12 +70,12 @@ std::string Value::string() const {
 
 std::string Value::name() const {
   const std::string word = string();
-  bool good = !word.empty() && word.size() <= 64;
+  bool good = !word.empty() && word.size() <= 64 && word[0] != '.';
   for (const char c : word) {
     good = good && ((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
                     c == '.' || c == '-');
   }
-  if (!good) fail("must be 1 to 64 of letters, digits, '_', '.', '-'");
+  if (!good) fail("must be 1 to 64 of letters, digits, '_', '.', '-', and begin with no '.'");
   return word;
 }
 

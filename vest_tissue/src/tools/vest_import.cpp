@@ -39,7 +39,12 @@ void begin(const std::string& images, const std::string& folder, const ReadOptio
   out << text;
   out.close();
   if (!out) throw std::invalid_argument(recipe.string() + ": cannot be written");
-  readPatient(recipe.string());  // a name that a recipe cannot have is told now
+  try {
+    readPatient(recipe.string());  // a name that a recipe cannot have is told now
+  } catch (...) {
+    fs::remove(recipe);
+    throw;
+  }
   std::printf("%s: %u x %u x %u voxels. Look at its labels, then: vest_import bake %s\n", recipe.c_str(),
               volume.size[0], volume.size[1], volume.size[2], folder.c_str());
 }

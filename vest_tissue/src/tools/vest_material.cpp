@@ -88,8 +88,9 @@ int fit(const std::string& file, int terms, const std::string& output) {
   std::printf("residual  %.4g Pa root mean square, %.4g Pa at most, R2 %.6f\n", f.rms, f.greatest,
               f.determination);
   if (!f.monotone)
-    std::printf("the law falls somewhere below strain %.4g: a scene would be refused; use fewer --terms\n",
-                f.law.max_strain);
+    std::printf(
+        "%s: the law falls somewhere below strain %.4g: a scene would be refused; use fewer --terms\n",
+        file.c_str(), f.law.max_strain);
   if (output.empty()) return f.monotone ? 0 : 1;
   validation::Plot p;
   p.title = "fit of the fourth-order law";

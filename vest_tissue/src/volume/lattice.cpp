@@ -38,7 +38,9 @@ Cubes makeCubes(const Vector3d& extent, double cell) {
     product *= count;
     if (!(product <= static_cast<double>(kMostCubes))) {
       std::ostringstream text;
-      text << "cell " << cell << " m gives more than " << kMostCubes << " cubes; allowed: larger cells";
+      text << "a surface of the size (" << extent[0] << ", " << extent[1] << ", " << extent[2]
+           << ") m with cells of " << cell << " m needs more than " << kMostCubes
+           << " cubes; allowed: larger cells, or a smaller surface";
       refuse(text.str());
     }
     c.size[static_cast<std::size_t>(a)] = static_cast<int>(count);

@@ -425,9 +425,12 @@ Surface readPly(const std::string& path, const std::string& bytes) {
         for (std::size_t k = 0; k < static_cast<std::size_t>(size); ++k) {
           const double index = body.number(p.type);
           if (!of_face) continue;
-          if (!(index >= 0.0 && index < static_cast<double>(out.size())) || index != std::floor(index))
-            out.fail(body.where(e, i), "a face names vertex " + std::to_string(index) + "; allowed: 0 to " +
-                                           std::to_string(out.size()) + " (without)");
+          if (!(index >= 0.0 && index < static_cast<double>(out.size())) || index != std::floor(index)) {
+            char number[32];
+            std::snprintf(number, sizeof number, "%.10g", index);
+            out.fail(body.where(e, i), std::string("a face names vertex ") + number + "; allowed: below " +
+                                           std::to_string(out.size()));
+          }
           corners.push_back(static_cast<std::size_t>(index));
         }
       }

@@ -250,6 +250,13 @@ TEST(Recipe, IsReadStrictly) {
             std::string::npos);
   const Volume head = vest::test::headOf(24, 8);
   EXPECT_EQ(readPatient(folder.write("patient.yaml", firstPatient("b", "/x", head))).images, "/x");
+  const std::string odd = "/a: b #c\\\"d";
+  EXPECT_EQ(readPatient(folder.write("patient.yaml", firstPatient("b", odd, head))).images, odd);
+  // Its scene would take the recipe's place.
+  EXPECT_NE(refusal([&] {
+              readPatient(folder.write("patient.yaml", firstPatient("patient", "/x", head)));
+            }).find("name: patient: must be another"),
+            std::string::npos);
 }
 
 }  // namespace

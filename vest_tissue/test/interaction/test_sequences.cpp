@@ -377,8 +377,10 @@ TEST(Sequences, ToolsThatJumpWhileKnotsAreSplitThrowNothing) {
   };
   for (int n = first; n < first + count; ++n) play(n);
   // Each had a cause of its own: an enclosed volume that outgrew its step (33), a hinge over an edge whose
-  // link was gone (34, 84), a knot halved again and again while all of its links stayed (578).
-  for (const int n : {33, 34, 84, 578})
+  // link was gone (34, 84), a knot halved again and again while all of its links stayed (578), a hinge whose
+  // wing flew away and pulled at its edge by a long lever (1306, 2056), an enclosed volume that grew within
+  // the few steps between two bounds (1896, 2206).
+  for (const int n : {33, 34, 84, 578, 1306, 1896, 2056, 2206})
     if (n >= first + count) play(n);
   std::printf("%d with a fault\n", faulted);
   EXPECT_EQ(faulted, 0);

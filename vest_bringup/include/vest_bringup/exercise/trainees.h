@@ -31,7 +31,7 @@ struct Attempt {
 /// about a person is kept. Several programs may use it at once: each waits for the others.
 class Trainees {
  public:
-  /// Opens the file, or makes it. @throws DatabaseError
+  /// Opens the file, or makes it. @throws DatabaseError, also where it has other tables, views or triggers
   /// @param wait ms for other programs
   explicit Trainees(const std::string& file, int wait = 5000);
   ~Trainees();
@@ -42,7 +42,8 @@ class Trainees {
   /// is made.
   static std::string defaultFile();
 
-  /// @throws DatabaseError where the pseudonym is taken, or is not 1 to 64 bytes of UTF-8 without controls
+  /// @throws DatabaseError where the pseudonym is taken, or is not 1 to 64 bytes of UTF-8 without controls,
+  /// or has marks that turn the direction of writing
   void add(const std::string& pseudonym);
   std::vector<std::string> list() const;
   /// Keeps a result of a trainee who is known, and marks copies. @return the attempt as it was kept
@@ -56,6 +57,7 @@ class Trainees {
 
  private:
   void run(const char* sql) const;
+  void checkTables() const;  ///< makes them where there are none
   void mustKnow(const std::string& trainee) const;
   [[noreturn]] void fail(const char* doing) const;
 

@@ -16,7 +16,8 @@ void beginDelta(const WorldState& state, std::uint16_t object, TopologyDelta& de
 TopologyDelta beginDelta(const WorldState& state, std::uint16_t object);
 /// The link dies: its place stays, it exerts no force any more. False if it does not exist or is dead.
 bool removeLink(WorldState& state, std::uint16_t object, std::uint32_t link, TopologyDelta& delta);
-/// removeLink, and a fold over the edge that it was bears no moment any more.
+/// removeLink, and a fold over the edge that it was, or one whose wing hung by it alone, bears no moment any
+/// more.
 bool tearLink(WorldState& state, std::uint16_t object, std::uint32_t link, TopologyDelta& delta);
 /// P -> P, P': the copy has `share` (0 … 1, no unit) of the mass and of the tethers, the same place and
 /// velocity and no links yet. The masses' sum stays, to the last bit. False when the spare room is used up.
@@ -34,8 +35,9 @@ bool moveLinkEnd(WorldState& state, std::uint16_t object, std::uint32_t link, st
 /// doubleKnot, and what lies on the side of the plane through the knot to which `normal` (length > 0) points
 /// goes to the copy: links, hinges, contact triangles, the skin's binding, and the anchors of grasps and
 /// connections. Mass and tethers go with the share of links and triangles. A hinge across the split, or over
-/// an edge that no link is left of, dies. Enclosed volumes keep the original, so that they stay closed.
-/// False, and nothing has changed: no such knot, no room, or all of its tissue lies on one side.
+/// an edge that no link is left of, or with a wing that no link holds any more, dies. Enclosed volumes keep
+/// the original, so that they stay closed. False, and nothing has changed: no such knot, no room, or all of
+/// its tissue lies on one side.
 bool splitKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, const Eigen::Vector3d& normal,
                std::uint32_t& copy, TopologyDelta& delta);
 void endDelta(WorldState& state, TopologyDelta& delta);

@@ -83,8 +83,9 @@ struct ObjectScratch {
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();  ///< N, of fixed knots, last sub-step
   double heat = 0.0;  ///< J in this step, links and knots, when accounting is on
   std::vector<float> volume_gradient,
-      volume_start;     ///< m², m: three rows over the knots, where the gradient was taken
-  double volume = 0.0;  ///< m³ there
+      volume_start;           ///< m², m: three rows over the knots, where the gradient was taken
+  float volume_share = 1.0f;  ///< of the pressure that an exchange bears, 0 … 1
+  double volume = 0.0;        ///< m³ there
   std::vector<net::PackedKnot> packed;
   fem::TissueScratch tissue;                        ///< finite elements
   std::vector<Eigen::Vector3d> backup_x, backup_v;  ///< m, m/s: of finite elements

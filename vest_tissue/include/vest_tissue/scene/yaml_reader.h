@@ -42,7 +42,7 @@ class Value {
   std::string text() const;  ///< as it stands in the file, shortened
 
   std::string string() const;
-  std::string name() const;  ///< letters, digits, _ . -; not empty
+  std::string name() const;  ///< letters, digits, _ . -; not empty, no . in front
   bool boolean() const;
   double number(double least, double most) const;
   double positive() const;
