@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <thread>
@@ -155,16 +156,41 @@ TEST(Learning, ManyEnvironmentsShareOneModelAndThreadsChangeNothing) {
   EXPECT_EQ(one, run(3));
 }
 
+vest_input toC(const scene::StepInput& input) {
+  vest_input c{};
+  c.struct_size = sizeof c, c.step = input.step, c.dt = input.dt, c.seed = input.seed;
+  for (std::size_t i = 0; i < input.tools.size(); ++i) {
+    const scene::ToolInput& t = input.tools[i];
+    c.tools[i].present = t.present ? 1 : 0, c.tools[i].tool = static_cast<std::int32_t>(t.tool);
+    c.tools[i].functions = t.functions, c.tools[i].jaw = t.jaw;
+    std::copy(t.position.begin(), t.position.end(), c.tools[i].position);
+    std::copy(t.pivot.begin(), t.pivot.end(), c.tools[i].pivot);
+    std::copy(t.sight.begin(), t.sight.end(), c.tools[i].sight);
+    std::copy(t.orientation.coeffs().begin(), t.orientation.coeffs().end(), c.tools[i].orientation);
+  }
+  return c;
+}
+
 TEST(Learning, CAndCppAndTheReSimulatedInputsGiveTheSameHash) {
   const auto task = makeTask(optionsOf("grasp_lift"));
   Environment e(task);
   session::Resimulation again(std::make_unique<scene::TissueSimulation>(scene::World(task->model)));
+  const std::string scene = sceneOf("grasp_lift");
+  const vest_world_options options{sizeof options, scene.c_str(), 2};
+  vest_handle by_inputs = 0;
+  ASSERT_EQ(vest_world_new(&options, &by_inputs), VEST_OK) << vest_error(0);
   e.watch([&](const scene::StepInput& input, const scene::StepReport&) {
     ASSERT_EQ(again.step(input, false, false), session::Resimulation::Outcome::Same);
+    const vest_input same = toC(input);
+    ASSERT_EQ(vest_world_step_input(by_inputs, &same), VEST_OK) << vest_error(0);
+    std::uint64_t hash = 0;
+    ASSERT_EQ(vest_hash(by_inputs, &hash), VEST_OK);
+    ASSERT_EQ(hash, e.world().stateHash()) << "step " << input.step;
   });
   play(e, 9, 70);
   const std::uint64_t hash = e.world().stateHash();
   EXPECT_TRUE(again.compare(hash)) << "as a recorded session's inputs";
+  EXPECT_EQ(vest_close(by_inputs), VEST_OK);
   std::uint64_t of_c = 0;
   ASSERT_EQ(vest_test_episode("grasp_lift", sceneOf("grasp_lift").c_str(), boxFile().c_str(), 9, 70, &of_c),
             VEST_OK)
@@ -268,7 +294,8 @@ TEST(CInterface, SurvivesRandomCalls) {
   const char* const words[] = {nullptr,       "",         "reach", "\xff\xfe", "../..", h.scene.c_str(),
                                h.box.c_str(), "/dev/null"};
   std::array<int, 8> codes{};
-  for (int k = 0; k < 3000; ++k) {
+  const int count = std::getenv("VEST_FULL") != nullptr ? 300000 : 6000;
+  for (int k = 0; k < count; ++k) {
     const vest_handle handle = handles[below(handles.size())];
     const std::size_t sizes[] = {
         0, 1, kActionSize, kObservationSize, 2 * kActionSize, 2 * kObservationSize, ~std::size_t{0}};
@@ -285,7 +312,31 @@ TEST(CInterface, SurvivesRandomCalls) {
     m.skip = static_cast<std::int32_t>(below(3)) - 1;
     vest_handle out = 0;
     int code = VEST_OK;
-    switch (below(16)) {
+    vest_input in{};
+    in.struct_size = below(4) == 0 ? below(600) : sizeof in;
+    in.step = below(3), in.dt = below(3) == 0 ? 1e9 : 0;
+    const vest_load load{below(4), below(5000), {}, 0, 0, 0};
+    const vest_impact impact{below(4), below(5000), {}, {0, 0, below(2) == 0 ? 1.0 : HUGE_VAL}};
+    const vest_edit edit{words[below(3)], words[below(3)], below(2) == 0 ? 1.0 : std::nan("")};
+    const vest_dilatation dilatation{words[below(3)], below(2) == 0 ? 1.01 : -1e30};
+    if (below(3) == 0) in.loads = &load, in.load_count = 1;
+    if (below(3) == 0) in.impacts = &impact, in.impact_count = 1;
+    if (below(4) == 0) in.edits = below(3) == 0 ? nullptr : &edit, in.edit_count = 1;
+    if (below(4) == 0) in.dilatations = &dilatation, in.dilatation_count = 1;
+    if (below(6) == 0) in.requests = words, in.request_count = below(8);
+    if (below(2) == 0)
+      in.tools[1] = {1,
+                     static_cast<std::int32_t>(below(14)) - 1,
+                     below(64),
+                     {0, 0.05, below(2) == 0 ? 0.05 : 1e300},
+                     {0, 0, 0, 1},
+                     {0, 0, 0.3},
+                     0.5,
+                     {0, 0, 1}};
+    switch (below(17)) {
+      case 15:
+        code = vest_world_step_input(handle, below(9) == 0 ? nullptr : &in);
+        break;
       case 0:
         code = vest_reset(handle, k, floats, a);
         break;

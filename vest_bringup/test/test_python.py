@@ -2,11 +2,14 @@
 """Protects `import vest`: what the interface promises, errors as exceptions, exact snapshots, the same hash as C and C++, free threads, no leak."""
 import os
 import resource
+import subprocess
 import tempfile
 import threading
+import types
 import unittest
 
 import numpy as np
+import rosbag
 import rospkg
 import vest
 from vest import cem, picture
@@ -24,6 +27,30 @@ def play(env, seed, steps=10**6, policy=None):
         if terminated or truncated:
             break
     return total, info
+
+
+def compare_with_bag(test, file, most):
+    """Steps a World by the inputs of a session, recorded by ROS, and compares each hash that was recorded."""
+    with rosbag.Bag(file) as bag:
+        scene = next(m for _, m, _ in bag.read_messages("/vest/tissue/scene")).scene
+        inputs = []
+        for _, m, _ in bag.read_messages("/vest/step_inputs"):
+            if m.step == 1 and not inputs:  # of the session, or by a reset
+                m.command = 0
+            elif not inputs:
+                continue
+            if m.command != 0 or m.step > most:
+                break
+            inputs.append(m)
+        begin, end = inputs[0].header.stamp, inputs[-1].header.stamp
+        hashes = {m.step: m.hash for _, m, _ in bag.read_messages("/vest/tissue/state_hash") if begin <= m.header.stamp <= end}
+    world, compared = vest.World("%s/scenes/%s/%s.yaml" % (rospkg.RosPack().get_path("vest_tissue"), scene, scene)), 0
+    for m in inputs:
+        world.step_input(m)
+        if m.step in hashes:
+            test.assertEqual("%016x" % world.hash(), "%016x" % hashes[m.step], "step %d" % m.step)
+            compared += 1
+    test.assertGreaterEqual(compared, max(1, world.steps // 100))
 
 
 class TestWorld(unittest.TestCase):
@@ -72,6 +99,28 @@ class TestWorld(unittest.TestCase):
         world.close()
         with self.assertRaisesRegex(RuntimeError, "closed"):
             world.step()
+
+    def test_recorded_inputs_give_the_hashes_that_are_in_the_bag(self):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run(["rosrun", "vest_bringup", "vest_exercise", "run", "clip_cut_tube", "--output", folder],
+                           check=True, capture_output=True)
+            compare_with_bag(self, folder + "/session.bag", 3000)
+
+    def test_an_input_moves_what_it_touches_or_is_refused(self):
+        world, still = vest.World(TUBE), vest.World(TUBE)
+        x, y, z = world.positions("tube").mean(0).astype(float)
+        tool = types.SimpleNamespace(present=True, tool=1, position=(x, y, z), pivot=(0, 0, 0.3), jaw=0.5)
+        nobody = types.SimpleNamespace()
+        for _ in range(20):
+            world.step_input(types.SimpleNamespace(tools=[nobody, tool]))
+        still.step(20)
+        self.assertNotEqual(world.hash(), still.hash())
+        there = world.hash()
+        for field, value in (("dt", 1.0), ("dt", float("nan")), ("step", 7), ("command", 1), ("requests", ["fly"]), ("tools", [nobody] * 5),
+                             ("tools", [types.SimpleNamespace(tool=99)]), ("tools", [types.SimpleNamespace(jaw=float("inf"))])):
+            with self.assertRaisesRegex(ValueError, r"allowed", msg=field):
+                world.step_input(types.SimpleNamespace(**{field: value}))
+        self.assertEqual(world.hash(), there)
 
     def test_the_interpreter_is_free_while_it_steps(self):
         world, counted = vest.World(TUBE), [0]

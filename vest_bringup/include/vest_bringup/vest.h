@@ -49,6 +49,56 @@ VEST_API int vest_world_new(const vest_world_options* options, vest_handle* worl
 /** Steps of the scene's dt without instruments. */
 VEST_API int vest_world_step(vest_handle world, uint64_t steps);
 
+/** An instrument, as vest_msgs/ToolInput: m, rad, world. */
+typedef struct vest_tool {
+  int32_t present;
+  int32_t tool;       /**< InstrumentState.TOOL_* */
+  uint32_t functions; /**< bits of InstrumentState.FUNCTION_* */
+  double position[3], orientation[4], pivot[3];
+  double jaw;
+  double sight[3];
+} vest_tool;
+typedef struct vest_edit {
+  const char* object; /**< "": the world */
+  const char* parameter;
+  double value;
+} vest_edit;
+typedef struct vest_impact {
+  uint32_t object, triangle; /**< indices */
+  double weights[3], momentum[3];
+} vest_impact;
+typedef struct vest_load {
+  uint32_t object, knot; /**< indices */
+  float force[3], damping, stiffness, depth;
+} vest_load;
+typedef struct vest_dilatation {
+  const char* vessel_segment;
+  double dilatation;
+} vest_dilatation;
+
+/** Everything that a step consumes: what a session records as vest_msgs/StepInput, whose fields these are. */
+typedef struct vest_input {
+  size_t struct_size;
+  uint64_t step; /**< the next one, or 0 */
+  double dt;     /**< s, 1e-6 … 0.01; 0: the scene's */
+  uint32_t seed;
+  vest_tool tools[4]; /**< left, right, third, endoscope */
+  const vest_edit* edits;
+  size_t edit_count;
+  const vest_impact* impacts;
+  size_t impact_count;
+  const vest_load* loads;
+  size_t load_count;
+  double load_over; /**< s */
+  const vest_dilatation* dilatations;
+  size_t dilatation_count;
+  const char* const* requests;
+  size_t request_count;
+} vest_input;
+/** One step with an input. Recorded inputs give the recorded vest_hash(). VEST_REFUSED where a field is out
+ * of range: nothing has moved then. */
+VEST_API int vest_world_step_input(vest_handle world, const vest_input* input);
+
 /** Scene and task, loaded once and shared by any number of environments, which keep it alive. */
 typedef struct vest_model_options {
   size_t struct_size;

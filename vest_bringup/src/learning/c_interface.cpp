@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "step_input.h"
 #include "vest_bringup/learning/environment.h"
 #include "vest_bringup/vest.h"
 
@@ -29,7 +30,11 @@ struct Tissue {
       : world(d, threads), parts(parts_of_dt) {}
   World world;
   int parts;  ///< of the scene's dt: a World takes 0.01 s at most
+  vest::scene::StepInput input;
   vest::scene::StepReport report;
+
+  /// One step of `input`.
+  void step();
 };
 
 struct Entry {
@@ -81,6 +86,11 @@ struct Failure {
 };
 [[noreturn]] void fail(int code, std::string text) {
   throw Failure{code, std::move(text)};
+}
+void Tissue::step() {
+  if (world.step(input, report) == vest::scene::Status::Fault)
+    fail(VEST_FAULT, "step " + std::to_string(world.steps()) + ": fault of object '" +
+                         std::string(report.fault_object) + "'");
 }
 [[noreturn]] void badArgument(std::string text) {
   fail(VEST_BAD_ARGUMENT, std::move(text));
@@ -254,14 +264,20 @@ int vest_world_new(const vest_world_options* options, vest_handle* world) {
 int vest_world_step(vest_handle handle, uint64_t steps) {
   return on<std::unique_ptr<Tissue>>(handle, "world", [&](auto& tissue) {
     World& w = tissue->world;
-    vest::scene::StepInput input;
-    input.dt = w.description().dt;
+    tissue->input = {};
+    tissue->input.dt = w.description().dt;
     for (std::uint64_t k = 0; k < steps * static_cast<std::uint64_t>(tissue->parts); ++k) {
-      input.step = w.steps() + 1;
-      if (w.step(input, tissue->report) == vest::scene::Status::Fault)
-        fail(VEST_FAULT, "step " + std::to_string(w.steps()) + ": fault of object '" +
-                             std::string(tissue->report.fault_object) + "'");
+      tissue->input.step = w.steps() + 1;
+      tissue->step();
     }
+  });
+}
+
+int vest_world_step_input(vest_handle handle, const vest_input* input) {
+  return on<std::unique_ptr<Tissue>>(handle, "world", [&](auto& tissue) {
+    needStruct(input, "input");
+    vest::learning::read(*input, tissue->world, tissue->input);
+    tissue->step();
   });
 }
 

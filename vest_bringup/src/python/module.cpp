@@ -127,7 +127,96 @@ struct World : Simulated {
   void step(std::uint64_t n) {
     run(id, [&] { return vest_world_step(id, n); });
   }
+  void stepInput(const py::object& message);
 };
+
+/// What a message or another object with its fields holds; a field that it does not have is `otherwise`.
+template <class T>
+T get(const py::handle& of, const char* field, T otherwise) {
+  return py::hasattr(of, field) ? of.attr(field).cast<T>() : otherwise;
+}
+py::list list(const py::handle& of, const char* field) {
+  return py::hasattr(of, field) ? py::list(of.attr(field)) : py::list();
+}
+template <std::size_t N>
+void fill(const py::handle& of, const char* field, double (&to)[N]) {
+  if (!py::hasattr(of, field)) return;
+  const auto values = of.attr(field).cast<std::vector<double>>();
+  if (values.size() != N)
+    throw py::value_error(std::string(field) + ": " + std::to_string(values.size()) +
+                          " numbers (allowed: " + std::to_string(N) + ")");
+  std::copy(values.begin(), values.end(), to);
+}
+
+void World::stepInput(const py::object& m) {
+  vest_input input{};
+  input.struct_size = sizeof input;
+  input.step = get<std::uint64_t>(m, "step", 0), input.dt = get(m, "dt", 0.0);
+  input.seed = get(m, "seed", 1U), input.load_over = get(m, "load_over", 0.0);
+  if (get(m, "command", 0) != 0)
+    throw py::value_error("command: only steps are taken (allowed: 0; use save and restore)");
+  const py::list tools = list(m, "tools");
+  if (tools.size() > 4) throw py::value_error("tools: " + std::to_string(tools.size()) + " (allowed: 4)");
+  for (vest_tool& t : input.tools) t.orientation[3] = 1, t.sight[2] = 1;
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    vest_tool& t = input.tools[i];
+    const py::handle from = tools[i];
+    t.present = get(from, "present", false) ? 1 : 0, t.tool = get(from, "tool", 0);
+    t.functions = get(from, "functions", 0U), t.jaw = get(from, "jaw", 0.0);
+    fill(from, "position", t.position), fill(from, "orientation", t.orientation);
+    fill(from, "pivot", t.pivot), fill(from, "sight", t.sight);
+  }
+  std::vector<std::string> texts;  // reserved: pointers into it stay
+  const py::list edits = list(m, "edits"), dilatations = list(m, "dilatations"),
+                 requests = list(m, "requests");
+  texts.reserve(2 * edits.size() + dilatations.size() + requests.size());
+  const auto kept = [&texts](const py::handle& text) {
+    return texts.emplace_back(text.cast<std::string>()).c_str();
+  };
+  std::vector<vest_edit> all_edits;
+  for (const auto e : edits)
+    all_edits.push_back({kept(e.attr("object")), kept(e.attr("parameter")), e.attr("value").cast<double>()});
+  std::vector<vest_dilatation> all_dilatations;
+  for (const auto d : dilatations)
+    all_dilatations.push_back({kept(d.attr("vessel_segment")), d.attr("dilatation").cast<double>()});
+  std::vector<const char*> all_requests;
+  for (const auto r : requests) all_requests.push_back(kept(r));
+  std::vector<vest_impact> impacts;
+  for (const auto i : list(m, "impacts")) {
+    vest_impact to{};
+    to.object = static_cast<std::uint32_t>(index(i.attr("object"))),
+    to.triangle = i.attr("element").cast<std::uint32_t>();
+    fill(i, "barycentric", to.weights);
+    const py::object momentum = i.attr("momentum");
+    const char* const axes[] = {"x", "y", "z"};
+    for (int k = 0; k < 3; ++k) to.momentum[k] = momentum.attr(axes[k]).cast<double>();
+    impacts.push_back(to);
+  }
+  std::vector<vest_load> loads;
+  for (const auto l : list(m, "loads")) {
+    const auto object = static_cast<std::uint32_t>(index(l.attr("object")));
+    const auto knots = l.attr("knots").cast<std::vector<std::uint32_t>>();
+    const auto floats = [&l](const char* field) { return l.attr(field).cast<std::vector<float>>(); };
+    const auto forces = floats("forces"), damping = floats("damping"), stiffness = floats("stiffness"),
+               depth = floats("depth");
+    if (forces.size() != 3 * knots.size() || damping.size() != knots.size() ||
+        stiffness.size() != knots.size() || depth.size() != knots.size())
+      throw py::value_error("loads: the lists have other lengths than knots (forces: three times)");
+    for (std::size_t k = 0; k < knots.size(); ++k)
+      loads.push_back({object,
+                       knots[k],
+                       {forces[3 * k], forces[3 * k + 1], forces[3 * k + 2]},
+                       damping[k],
+                       stiffness[k],
+                       depth[k]});
+  }
+  input.edits = all_edits.data(), input.edit_count = all_edits.size();
+  input.impacts = impacts.data(), input.impact_count = impacts.size();
+  input.loads = loads.data(), input.load_count = loads.size();
+  input.dilatations = all_dilatations.data(), input.dilatation_count = all_dilatations.size();
+  input.requests = all_requests.data(), input.request_count = all_requests.size();
+  run(id, [&] { return vest_world_step_input(id, &input); });
+}
 
 struct Model : Handle {
   Model(const std::string& task, const std::string& scene, const std::string& box, const std::string& vessels,
@@ -249,7 +338,10 @@ PYBIND11_MODULE(_core, m) {
       .def("close", &Simulated::close, "Frees it now; later calls raise RuntimeError.");
   py::class_<World, Simulated>(m, "World")
       .def(py::init<const std::string&, int>(), py::arg("scene_path"), py::arg("threads") = 1)
-      .def("step", &World::step, py::arg("n") = 1, "n steps of the scene's dt, without instruments.");
+      .def("step", &World::step, py::arg("n") = 1, "n steps of the scene's dt, without instruments.")
+      .def("step_input", &World::stepInput, py::arg("input"),
+           "One step with what it consumes: a vest_msgs/StepInput, or any object with some of its fields. "
+           "Recorded inputs give the recorded hash(). ValueError: a field is out of range, nothing moved.");
   py::class_<Model>(m, "Model")
       .def(py::init<const std::string&, const std::string&, const std::string&, const std::string&, int,
                     double>())
