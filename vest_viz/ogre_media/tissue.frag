@@ -59,7 +59,7 @@ void main() {
   vec3 h = normalize(halfway);
   h.z = abs(h.z);  // sheets are seen from both sides
   vec2 s_diffuse = slope + 0.10 * micro;
-  vec2 s_wet = 0.95 * slope + 0.55 * micro;
+  vec2 s_wet = 0.95 * slope + 0.22 * micro;
   float nl = (h.z - dot(s_diffuse, h.xy)) * inversesqrt(1.0 + dot(s_diffuse, s_diffuse));
   float nh = max((h.z - dot(s_wet, h.xy)) * inversesqrt(1.0 + dot(s_wet, s_wet)), 0.0);
 
@@ -83,10 +83,10 @@ void main() {
   float wet = wetness * (0.4 + 0.6 * tint.a);
   // Fluid gathers between the crests of the micro relief: highlights break up, but fade out softly. A film of
   // blood covers the relief: its surface is smooth, so its highlight is narrow and it has no sheen.
-  sharp *= mix(smoothstep(0.15, 0.75, fine.z), sharp, film);
+  sharp *= mix(0.4 + 0.6 * fine.z, sharp, film);
   vec3 soft = vec3(0.050, 0.046, 0.046) * (1.0 - 0.8 * film);
   // A soft film everywhere; bright and slightly blue only where fluid stands.
-  colour += wet * (soft * sheen + ground.a * ground.a * vec3(17.0, 18.0, 19.0) * sharp);
+  colour += wet * (soft * sheen + ground.a * ground.a * vec3(6.0, 6.3, 6.6) * sharp);
 
   // What other tissue scatters reaches into the shadow all the same (nearly half; by eye).
   float lit = 1.0 - 0.55 * max(hidden(cast0), hidden(cast1));

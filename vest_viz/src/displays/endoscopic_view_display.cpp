@@ -25,6 +25,7 @@
 #include <tf2_ros/buffer.h>
 #include <vest_msgs/SessionState.h>
 #include <vest_msgs/StringStamped.h>
+#include <QMainWindow>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <pluginlib/class_list_macros.hpp>
@@ -224,6 +225,7 @@ void EndoscopicViewDisplay::updatePlace() {
   if (dock_ == nullptr && windows != nullptr) {
     pane_->setParent(nullptr);
     dock_ = windows->addPane(getName().isEmpty() ? "Endoscopic View" : getName(), pane_);
+    if (auto* const frame = qobject_cast<QMainWindow*>(windows->getParentWindow())) pane_->fillDockOf(frame);
   }
   if (dock_ != nullptr) dock_->setVisible(isEnabled());
 }

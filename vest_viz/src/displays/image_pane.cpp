@@ -4,10 +4,17 @@
 #include <cstring>
 
 #include <QCoreApplication>
+#include <QDockWidget>
 #include <QEvent>
+#include <QLayout>
+#include <QMainWindow>
 #include <QPainter>
 
 namespace vest::displays {
+namespace {
+constexpr double kShareBelow = 0.58;  ///< of the frame's height, for the docks below the 3-D view
+constexpr int kFrameAtRest = 50;      ///< ms after its last change of size, when its docks are laid out
+}  // namespace
 
 ImagePane::ImagePane(QWidget* parent) : QWidget(parent) {
   setAttribute(Qt::WA_OpaquePaintEvent);
@@ -54,7 +61,35 @@ void ImagePane::cover(QWidget* host) {
   raise();
 }
 
+void ImagePane::fillDockOf(QMainWindow* frame) {
+  frame_ = frame;
+  frame->installEventFilter(this);
+  arrange_.setSingleShot(true);
+  arrange_.setInterval(kFrameAtRest);
+  connect(&arrange_, &QTimer::timeout, this, [this] { shareFrame(); });
+}
+
+void ImagePane::shareFrame() {
+  QWidget* above = parentWidget();
+  while (above != nullptr && qobject_cast<QDockWidget*>(above) == nullptr) above = above->parentWidget();
+  auto* const dock = static_cast<QDockWidget*>(above);
+  if (dock == nullptr || dock->isFloating() || !isVisible()) return;
+  const QSize shape = image_.isNull() ? sizeHint() : image_.size();
+  frame_->resizeDocks({dock}, {height() * shape.width() / shape.height()}, Qt::Horizontal);
+  frame_->layout()->activate();
+  // rviz restores its docks before it has a size: those below the 3-D view would take all of its height.
+  QList<QDockWidget*> below;
+  for (QDockWidget* const other : frame_->findChildren<QDockWidget*>())
+    if (frame_->dockWidgetArea(other) == Qt::BottomDockWidgetArea && other->isVisible() &&
+        frame_->rect().contains(other->geometry()))
+      below << other;
+  QList<int> heights;
+  for (int i = 0; i < below.size(); ++i) heights << static_cast<int>(kShareBelow * height()) / below.size();
+  frame_->resizeDocks(below, heights, Qt::Vertical);
+}
+
 bool ImagePane::eventFilter(QObject* watched, QEvent* event) {
+  if (watched == frame_ && event->type() == QEvent::Resize) arrange_.start();
   if (watched == host_ && event->type() == QEvent::Resize) {
     setGeometry(host_->rect());
     raise();
@@ -117,6 +152,7 @@ void ImagePane::paintPicture(QPainter* to) {
   painter.fillRect(0, place.bottom() + 1, width(), height() - place.bottom() - 1, Qt::black);
   painter.fillRect(0, place.top(), place.left(), place.height(), Qt::black);
   painter.fillRect(place.right() + 1, place.top(), width() - place.right() - 1, place.height(), Qt::black);
+  painter.setRenderHint(QPainter::SmoothPixmapTransform, size != image_.size());
   painter.drawImage(place, image_);
 }
 

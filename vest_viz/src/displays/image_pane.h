@@ -1,8 +1,10 @@
 #pragma once
 
 #include <QImage>
+#include <QTimer>
 #include <QWidget>
 
+class QMainWindow;
 class QPainter;
 
 namespace vest::displays {
@@ -22,6 +24,9 @@ class ImagePane : public QWidget {
   const QString& warning() const { return warning_; }
   /// Lies over `host` and follows its size; nullptr ends that.
   void cover(QWidget* host);
+  /// In a dock of `frame`: when the frame changes its size, its dock takes the width that
+  /// its height allows, and docks at the bottom leave room for the 3-D view.
+  void fillDockOf(QMainWindow* frame);
   QSize sizeHint() const override { return QSize(720, 576); }
 
  protected:
@@ -32,9 +37,12 @@ class ImagePane : public QWidget {
 
  private:
   void paintPicture(QPainter* to);
+  void shareFrame();
   QImage image_;
   QString warning_, instruction_;
   QWidget* host_ = nullptr;
+  QMainWindow* frame_ = nullptr;
+  QTimer arrange_;
 };
 
 }  // namespace vest::displays

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <QGridLayout>
+#include <QHBoxLayout>
 #include <QLabel>
 #include <QPainter>
 #include <QProgressBar>
@@ -39,7 +40,7 @@ double magnitude(const V& v) {
 
 TimePlot::TimePlot(const QString& title, std::vector<QColor> colours, double least, QWidget* parent)
     : QWidget(parent), title_(title), colours_(std::move(colours)), least_(least), lines_(colours_.size()) {
-  setMinimumSize(160, 54);
+  setMinimumSize(120, 54);
 }
 
 void TimePlot::add(double time, std::size_t line, double value) {
@@ -102,28 +103,29 @@ PlotsPanel::PlotsPanel(QWidget* parent) : BasePanel(parent) {
     auto* const name = new QLabel(plottedName(i));
     name->setStyleSheet(QString("color: %1; font-weight: bold").arg(kPlotColours[i].darker(150).name()));
     force.number = new QLabel("– N");
-    force.number->setMinimumWidth(force.number->fontMetrics().horizontalAdvance("88.88 N  "));
+    force.number->setMinimumWidth(force.number->fontMetrics().horizontalAdvance("88.88 N "));
     force.bar = new QProgressBar;
     force.bar->setRange(0, static_cast<int>(100 * kBarFull));
     force.bar->setTextVisible(false);
+    force.bar->setMinimumWidth(40);
     force.bar->setMaximumHeight(force.bar->fontMetrics().height());
     force.bar->setToolTip(QString("force of the tissue on the instrument; full at %1 N").arg(kBarFull));
-    const int row = static_cast<int>(i);
-    grid->addWidget(name, row, 0);
-    grid->addWidget(force.number, row, 1);
-    grid->addWidget(force.bar, row, 2);
+    auto* const line = new QHBoxLayout;
+    line->addWidget(name);
+    line->addWidget(force.number);
+    line->addWidget(force.bar, 1);
+    grid->addLayout(line, 0, static_cast<int>(i));
   }
   force_ = new TimePlot("force, N", kPlotColours, 0.5);
-  speed_ = new TimePlot("speed of the tips, mm/s", kPlotColours, 20);
+  speed_ = new TimePlot("speed of tips, mm/s", kPlotColours, 20);
   blood_ = new TimePlot("blood lost, ml", {kBloodColour}, 5);
-  const int first = static_cast<int>(kInstruments);
-  int row = first;
+  int column = 0;
   for (TimePlot* const plot : {force_, speed_, blood_}) {
     plot->setToolTip(QString("last %1 s").arg(TimePlot::kSpan));
-    grid->addWidget(plot, row, 0, 1, 3);
-    grid->setRowStretch(row++, 1);
+    grid->addWidget(plot, 1, column);
+    grid->setColumnStretch(column++, 1);
   }
-  grid->setColumnStretch(2, 1);
+  grid->setRowStretch(1, 1);
   auto* const timer = new QTimer(this);
   connect(timer, &QTimer::timeout, this, [this] { showNumbers(); });
   timer->start(100);

@@ -126,10 +126,11 @@ std::vector<Style> makeStyles() {
   s.tile = 0.02;
   s.base = {0.68f, 0.31f, 0.26f}, s.second = {0.50f, 0.13f, 0.12f}, s.mottle = 0.8f;
   s.vessel_trees = 2, s.vessel_width = 0.0002, s.capillaries = 30;
-  s.relief = 0.0004, s.relief_length = 0.004, s.streak = 3.0f, s.wet = 0.9f, s.translucence = 0.3f;
+  s.relief = 0.0003, s.relief_length = 0.004, s.streak = 3.0f, s.wet = 0.65f, s.translucence = 0.3f;
   all.push_back(s);
   s.organ = "vein";
-  s.base = {0.43f, 0.20f, 0.26f}, s.second = {0.28f, 0.09f, 0.14f};
+  // Bluish through its thin wall, but never black: the wall and what covers it scatter light.
+  s.base = {0.49f, 0.27f, 0.32f}, s.second = {0.35f, 0.14f, 0.20f}, s.mottle = 0.6f;
   all.push_back(s);
   s = Style();
   s.organ = "intestine";

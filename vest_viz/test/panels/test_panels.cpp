@@ -132,13 +132,12 @@ TEST(Session, StartsAndStopsARecordingAndSetsTheSpeed) {
             speed = req.speed;
             return res.success = true;
           });
-  button(shown.panel, "Start recording")->click();
+  button(shown.panel, "Record")->click();
   EXPECT_TRUE(spin([&] { return shown.says("refused: session/start"); }));
   vest_msgs::SessionState state;
   state.recording = true;
-  ASSERT_TRUE(
-      send("session/state", state, [&] { return !button(shown.panel, "Start recording")->isEnabled(); }));
-  button(shown.panel, "Stop recording")->click();
+  ASSERT_TRUE(send("session/state", state, [&] { return !button(shown.panel, "Record")->isEnabled(); }));
+  button(shown.panel, "Stop")->click();
   EXPECT_TRUE(spin([&] { return shown.says("refused: session/stop"); }));
   EXPECT_EQ(asked, (std::vector<std::string>{"session/start", "session/stop"}));
   auto* const box = shown.panel.findChild<QDoubleSpinBox*>();
