@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
 
 #include "csv_reader.h"
@@ -103,9 +104,11 @@ void readNodes(const csv::Table& table, double mass, Object& object) {
     for (int k = 0; k < 3; ++k) {
       const std::string name(1, "xyz"[k]);
       const double c = row[static_cast<std::size_t>(table.column(name))];
-      if (!(std::abs(c) <= kFarthest))
-        yaml::fail(table.file, table.lines[i], name, std::to_string(c),
-                   "must be a coordinate from -500000 to 500000");
+      if (!(std::abs(c) <= kFarthest)) {
+        char number[32];
+        std::snprintf(number, sizeof number, "%g", c);
+        yaml::fail(table.file, table.lines[i], name, number, "must be a coordinate from -500000 to 500000");
+      }
       object.rest_position[node][k] = c;
     }
     if (own_mass >= 0) object.mass[node] = row[static_cast<std::size_t>(own_mass)];
