@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <ros/package.h>
@@ -210,6 +211,63 @@ TEST(Blood, PulseWidensTheRingsOfTheSceneByTheFactorForTeaching) {
   EXPECT_GT(once, 0.02);
   EXPECT_LT(once, 0.16);
   EXPECT_LT(none, 0.3 * once);
+}
+
+TEST(Blood, ThePulseRunsAlongTheVessel) {
+  // The circulation says when the wave passes each end (its own tests hold the speed); the rings follow.
+  Trainer trainer{scene::World(gynaecology())};
+  auto effect = std::make_unique<BloodEffect>(trainer.world(), options(), nullptr);
+  const BloodEffect& blood = *effect;
+  trainer.add(std::move(effect));
+  const auto object = objectNamed(trainer.world(), "iliac_artery_left");
+  const auto& tube = trainer.world().model().objects[object].tube;
+  const int vessel = blood.model().find(tube.segment());
+  ASSERT_GE(vessel, 0);
+  struct Upstroke {
+    double before = 0, steepest = 0;
+    std::uint64_t when = 0;
+    void see(double value, std::uint64_t k) {
+      if (before > 0 && value - before > steepest) steepest = value - before, when = k;
+      before = value;
+    }
+  };
+  Upstroke told[2];                              // what the tissue is told of both ends
+  std::vector<Upstroke> seen(tube.ringCount());  // the rings
+  const auto perimeter = [&](std::size_t r) {
+    const auto& ring = tube.knots(r);
+    double sum = 0;
+    for (std::size_t i = 0; i < ring.size(); ++i)
+      sum += (trainer.world().knotAt(object, ring[i]) -
+              trainer.world().knotAt(object, ring[(i + 1) % ring.size()]))
+                 .norm();
+    return sum;
+  };
+  scene::StepReport report;
+  for (std::uint64_t k = 1; k <= 1200; ++k) {
+    scene::StepInput input;
+    input.step = k;
+    trainer.step(input, report);
+    if (k < 300) continue;
+    for (std::size_t r = 0; r < seen.size() && k % 4 == 0; ++r) seen[r].see(perimeter(r), k);
+    for (const auto& d : input.dilatations)
+      if (d.vessel_segment.view() == tube.segment()) {
+        told[0].see(static_cast<double>(d.dilatation.front()), k);
+        told[1].see(static_cast<double>(d.dilatation.back()), k);
+      }
+  }
+  const double length = blood.model().length(vessel);
+  const double speed = length / (1e-3 * static_cast<double>(told[1].when - told[0].when));
+  seen.erase(std::remove_if(seen.begin(), seen.end(), [](const Upstroke& u) { return u.when == 0; }),
+             seen.end());  // rings that are fixed
+  ASSERT_GE(seen.size(), 3U);
+  std::printf("pulse along %s: %.0f mm in %d ms, %.1f m/s; %zu rings that move, %d ms\n",
+              tube.segment().c_str(), 1e3 * length, static_cast<int>(told[1].when - told[0].when), speed,
+              seen.size(), static_cast<int>(seen.back().when) - static_cast<int>(seen.front().when));
+  // Pulse wave velocity of adults' iliac arteries 5 … 15 m/s; the input is told every 4 ms.
+  EXPECT_GT(told[1].when, told[0].when);
+  EXPECT_GT(speed, 3);
+  EXPECT_LT(speed, 25);
+  EXPECT_GT(seen.back().when, seen.front().when);
 }
 
 TEST(Blood, SessionWithEffectsIsTheSameBitsAgainForAnyThreadsAndFromASnapshot) {

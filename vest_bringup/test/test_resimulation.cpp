@@ -269,7 +269,7 @@ TEST(Resimulation, AChangedInputAndAChangedFeedbackAreDifferences) {
     if (m.step != 120) return;
     m.dilatations.resize(1);
     m.dilatations[0].vessel_segment = "nobody";
-    m.dilatations[0].dilatation = 1;
+    m.dilatations[0].dilatation.fill(1);
   };
   writeSession(other.path(), shipped("tube"), changes);
   EXPECT_EQ(resimulate(other).code, 0) << "a vessel that is not there moves nothing";

@@ -17,8 +17,7 @@ bool sameFeedback(const scene::StepInput& a, const scene::StepInput& b) {
     return x.object == y.object && x.knot == y.knot && x.force == y.force && x.damping == y.damping;
   };
   const auto dilatation = [](const scene::DilatationInput& x, const scene::DilatationInput& y) {
-    return x.vessel_segment == y.vessel_segment &&
-           static_cast<float>(x.dilatation) == static_cast<float>(y.dilatation);  // as messages carry it
+    return x.vessel_segment == y.vessel_segment && x.dilatation == y.dilatation;
   };
   return a.load_over == b.load_over &&
          std::equal(a.impacts.begin(), a.impacts.end(), b.impacts.begin(), b.impacts.end(), impact) &&

@@ -396,9 +396,14 @@ void BloodEffect::step(const scene::World& world, const scene::StepInput& input,
   if (world.steps() % kDilateEvery == 0) {
     for (std::size_t v = 0; v < shown_.size(); ++v) {
       if (!shown_[v] || circulation_.model.isVein(static_cast<int>(v))) continue;
-      const double d = hd::dilatation(circulation_.model, state_.circulation, static_cast<int>(v)) - 1.0;
-      feedback.dilatations.push_back(
-          {names_[v], static_cast<float>(1.0 + std::clamp(state_.pulse_dilatation * d, -0.5, 1.0))});
+      scene::DilatationInput& told = feedback.dilatations.emplace_back();
+      told.vessel_segment = names_[v];
+      for (std::size_t i = 0; i < told.dilatation.size(); ++i) {
+        const double along = static_cast<double>(i) / (scene::DilatationInput::kPlaces - 1);
+        const double d =
+            hd::dilatation(circulation_.model, state_.circulation, static_cast<int>(v), along) - 1.0;
+        told.dilatation[i] = static_cast<float>(1.0 + std::clamp(state_.pulse_dilatation * d, -0.5, 1.0));
+      }
     }
   }
   if (frames_ && world.steps() % frame_every_ == 0) tellFrame(world.steps());
@@ -429,7 +434,7 @@ void BloodEffect::tellFrame(std::uint64_t step) {
     o.flow_mid = static_cast<float>(middle.flow);
     o.radius_mid = static_cast<float>(std::sqrt(middle.area / kPi));
     o.dilatation = static_cast<float>(1.0 + state_.pulse_dilatation *
-                                                (static_cast<double>(hd::dilatation(m, c, v)) - 1.0));
+                                                (static_cast<double>(hd::dilatation(m, c, v, 0.5)) - 1.0));
     o.leak = 0;
     o.loss = c.vessel_lost[static_cast<std::size_t>(v)];
     o.closure = static_cast<float>(bleeding::closure(v, state_.wounds));

@@ -323,13 +323,19 @@ double perfusion(const CirculationModel& model, const CirculationState& state, s
              : 1.0;
 }
 
-float dilatation(const CirculationModel& model, const CirculationState& state, int vessel) {
+float dilatation(const CirculationModel& model, const CirculationState& state, int vessel, double along) {
   if (model.isVein(vessel)) return 1.0f;
   const Model& m = model.arteries;
   const SegmentModel& s = m.segments[vessel];
-  const int i = s.first_cell + s.cells / 2;
-  const double rest = m.sqrt_area_ref[i] + (model.resting_pressure - s.reference_pressure) / m.beta[i];
-  return static_cast<float>(std::sqrt(state.arteries.area[i]) / rest);
+  const auto of = [&](int cell) {
+    const int i = s.first_cell + cell;
+    const double rest = m.sqrt_area_ref[i] + (model.resting_pressure - s.reference_pressure) / m.beta[i];
+    return std::sqrt(state.arteries.area[i]) / rest;
+  };
+  const double place = std::clamp(along * s.cells - 0.5, 0.0, s.cells - 1.0);  // cells hold their means
+  const int before = std::min(static_cast<int>(place), std::max(0, s.cells - 2));
+  const double part = place - before;
+  return static_cast<float>((1 - part) * of(before) + part * of(std::min(before + 1, s.cells - 1)));
 }
 
 }  // namespace vest::haemodynamics

@@ -132,7 +132,8 @@ void toMsg(const scene::StepFrame& frame, const Description& description, vest_m
   msg.dilatations.resize(in.dilatations.size());
   for (std::size_t i = 0; i < in.dilatations.size(); ++i) {
     msg.dilatations[i].vessel_segment.assign(in.dilatations[i].vessel_segment.view());
-    msg.dilatations[i].dilatation = static_cast<float>(in.dilatations[i].dilatation);
+    std::copy_n(in.dilatations[i].dilatation.begin(), scene::DilatationInput::kPlaces,
+                msg.dilatations[i].dilatation.begin());
   }
   msg.requests.clear();
   for (const auto& r : in.requests) msg.requests.push_back(scene::requestText(r, description));
@@ -202,7 +203,11 @@ void fromMsg(const vest_msgs::StepInput& msg, const Description& description, sc
   }
   in.load_over = msg.load_over;
   in.dilatations.clear();
-  for (const auto& d : msg.dilatations) in.dilatations.push_back({d.vessel_segment, d.dilatation});
+  for (const auto& d : msg.dilatations) {
+    scene::DilatationInput& to = in.dilatations.emplace_back();
+    to.vessel_segment = scene::VesselName(d.vessel_segment);
+    std::copy_n(d.dilatation.begin(), scene::DilatationInput::kPlaces, to.dilatation.begin());
+  }
   in.requests.clear();
   for (const auto& text : msg.requests) in.requests.push_back(scene::parseRequest(text, description));
 }

@@ -256,7 +256,10 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
     const Link& l = o.links[i];
     if (l.kind == LinkKind::Elastic && c.tube.ringOf(l.knot0) >= 0 &&
         c.tube.ringOf(l.knot0) == c.tube.ringOf(l.knot1)) {
-      c.ring_links.push_back(s.places[i].index);
+      const double along =
+          c.tube.length() > 0.0 ? (c.tube.stationOf(l.knot0) - c.tube.station(0)) / c.tube.length() : 0.0;
+      c.ring_links.push_back({s.places[i].index, static_cast<float>((DilatationInput::kPlaces - 1) *
+                                                                    std::clamp(along, 0.0, 1.0))});
     }
   }
   for (const auto& t : s.triangles) {

@@ -85,17 +85,21 @@ void applyImpact(Context& c, const ImpactInput& impact) {
   }
 }
 
-/// A vessel's pulse widens its rings: their rest length follows the radius.
+/// A vessel's pulse widens its rings: their rest length follows the radius where they are.
 void applyDilatation(Context& c, const DilatationInput& d) {
-  if (!std::isfinite(d.dilatation)) return;
-  const float scale = static_cast<float>(std::clamp(d.dilatation, 0.5, 2.0));
+  for (const float x : d.dilatation)
+    if (!std::isfinite(x)) return;
   for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
     if (c.model.description.objects[i].tube.vessel_segment != d.vessel_segment.view() ||
         d.vessel_segment.empty())
       continue;
     ObjectState& s = c.state.objects[i];
-    for (const auto e : c.model.objects[i].ring_links) {
+    for (const auto& [e, place] : c.model.objects[i].ring_links) {
       const net::KernelLink& l = s.links[e].values;
+      const auto before = std::min(static_cast<std::size_t>(place), d.dilatation.size() - 2);
+      const float part = place - static_cast<float>(before);
+      const float scale =
+          std::clamp((1 - part) * d.dilatation[before] + part * d.dilatation[before + 1], 0.5f, 2.0f);
       setLink(s, e, l.axial, c.model.start.objects[i].links[e].values.rest * scale * s.links[e].shrink,
               l.damping);
     }

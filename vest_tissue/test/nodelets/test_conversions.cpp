@@ -63,7 +63,7 @@ TEST(Conversions, AStepInputComesBackBitForBit) {
                        {1, 4, {5, 6, 7}, 8, -9, 10}};
   frame.input.load_over = 0.048;
   frame.input.requests.push_back({scene::TopologyRequest::Kind::SplitKnot, 1, 12, {1.0 / 3, -2e-7, 0.0}});
-  frame.input.dilatations.push_back({"uterine_left", 1.0625});
+  frame.input.dilatations.push_back({"uterine_left", {1.0625f, 1.03125f, 1, 0.96875f}});
   vest_msgs::StepInput msg;
   toMsg(frame, d, msg);
   EXPECT_EQ(msg.command, 3);
@@ -100,7 +100,7 @@ TEST(Conversions, AStepInputComesBackBitForBit) {
   }
   EXPECT_EQ(back.load_over, 0.048);
   ASSERT_EQ(back.dilatations.size(), 1U);
-  EXPECT_EQ(back.dilatations[0].dilatation, 1.0625);
+  EXPECT_EQ(back.dilatations[0].dilatation, frame.input.dilatations[0].dilatation);
 }
 
 TEST(Conversions, AStepInputThatNamesAnUnknownObjectOrToolIsRefusedByName) {

@@ -127,8 +127,8 @@ constexpr double kPerfusionTime = 2.0;
 /// Flow into a territory over that at rest, no unit, 0 … 3.
 double perfusion(const CirculationModel& model, const CirculationState& state, std::size_t territory);
 
-/// Radius over the radius at the mean pressure of rest: what the pulse and the pressure do to an artery, no
-/// unit; 1 for veins. Float: as the wire carries it.
-float dilatation(const CirculationModel& model, const CirculationState& state, int vessel);
+/// Radius over the radius at the mean pressure of rest: what the pulse and the pressure do to an artery at a
+/// share 0 … 1 of its length, no unit; 1 for veins. Float: as the wire carries it.
+float dilatation(const CirculationModel& model, const CirculationState& state, int vessel, double along);
 
 }  // namespace vest::haemodynamics

@@ -50,10 +50,11 @@ struct KnotLoad {
   float depth = 0;               ///< m, < 0: the knot is above the level
 };
 
-/// Feedback of the pulse: radius over reference radius per vessel segment.
+/// Feedback of the pulse: radius over reference radius along a vessel segment.
 struct DilatationInput {
+  static constexpr std::size_t kPlaces = 4;  ///< from the segment's begin to its end, evenly; linear between
   VesselName vessel_segment;
-  double dilatation = 1.0;
+  std::array<float, kPlaces> dilatation{1, 1, 1, 1};
 };
 
 /// A change of the topology, applied before the step. As words on the wire: scene/request.h.

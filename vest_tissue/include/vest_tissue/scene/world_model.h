@@ -32,9 +32,13 @@ struct ObjectConstants {
   bool floats = false;                 ///< none of its knots hangs on anything fixed: tethers alone carry it
   bool polynomial = false;             ///< the law has a2, a3 or a4
   net::TubeMap tube;
-  std::vector<std::uint32_t> ring_links;  ///< block links within a ring: dilatation acts on them
-  contact::DistanceGrid grid;             ///< rigid only
-  interaction::HeatModel heat;            ///< nets only
+  struct RingLink {
+    std::uint32_t link = 0;  ///< of the block
+    float place = 0;         ///< along the tube, 0 … DilatationInput::kPlaces − 1
+  };
+  std::vector<RingLink> ring_links;  ///< within a ring: dilatation acts on them
+  contact::DistanceGrid grid;        ///< rigid only
+  interaction::HeatModel heat;       ///< nets only
   interaction::CutConstants cut;
   motility::MotilityModel motility;  ///< where the object moves by itself
 };
