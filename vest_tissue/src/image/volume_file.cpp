@@ -133,6 +133,8 @@ std::size_t dataOf(const std::string& path, std::size_t end, const std::string& 
     throw std::runtime_error("data file: must be one file in the folder of the header, by its name");
   const fs::path data = fs::path(path).parent_path() / name;
   std::error_code error;
+  if (fs::is_symlink(data, error))
+    throw std::runtime_error("data file: " + name + " is a link: must be a file");
   if (!fs::is_regular_file(data, error)) throw std::runtime_error("data file: " + name + " is not there");
   return contentOf(data.string(), 0, packed).bytes;
 }

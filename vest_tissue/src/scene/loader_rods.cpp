@@ -198,7 +198,7 @@ void readSolution(const Value& value, RodScene& scene) {
   if (solution.has("integrator"))
     scene.equilibrium =
         solution["integrator"].oneOf({"newton_euler", "backward_euler", "static"}) == "static";
-  if (solution.has("dt")) scene.dt = solution["dt"].positive();
+  if (solution.has("dt")) scene.dt = solution["dt"].number(1e-9, 1e9);
   solution.finish();
 }
 

@@ -27,7 +27,7 @@ void checkSection(const RodDescription& rod) {
       {"stretch", s.stretch}, {"shear", s.shear},
       {"bend", s.bend},       {"twist", s.twist}};
   for (const auto& [name, value] : positive)
-    if (!(value > 0.0) || !(value <= 1e30)) refuse(rod.name, name, value, "must be > 0, at most 1e30");
+    if (!(value >= 1e-30) || !(value <= 1e30)) refuse(rod.name, name, value, "must be from 1e-30 to 1e30");
   const std::pair<const char*, double> least_zero[] = {{"friction", s.friction},
                                                        {"damping", s.damping},
                                                        {"drag", s.drag},

@@ -103,7 +103,7 @@ int main(int argc, char** argv) {
     return 0;
   } catch (const std::exception& error) {
     const std::string message = error.what(), recipe = (fs::path(folder) / "patient.yaml").string();
-    const bool bare = second->parsed() && message.find('/') == std::string::npos;
+    const bool bare = second->parsed() && message.rfind(recipe, 0) != 0;
     std::fprintf(stderr, "vest_import: %s%s\n", bare ? (recipe + ": ").c_str() : "",
                  vest::files::shown(message, 2000).c_str());
     return 1;

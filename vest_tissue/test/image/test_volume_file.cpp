@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 #include <random>
 
@@ -230,6 +231,8 @@ TEST(VolumeFile, WhatIsNoVolumeIsRefusedWithTheCause) {
          "scanner");
   expect("a.nrrd", nrrd(kDirections + "data file: /etc/passwd\n" + kind, eight), "data file");
   expect("a.nrrd", nrrd(kDirections + "data file: LIST\n" + kind, eight), "data file");
+  std::filesystem::create_symlink("/etc/passwd", folder.folder() + "/a_link.raw");
+  expect("a.nrrd", nrrd(kDirections + "data file: a_link.raw\n" + kind, eight), "a_link.raw is a link");
   expect("a.nrrd", nrrd("space: LPS\nspace directions: (1,0,0) (0.5,1,0) (0,0,2)\n" + kind, eight),
          "right angles");
   expect("a.nrrd", nrrd("space: LPS\nspace directions: (1,0,0) (0,1,0) (1,0,0)\n" + kind, eight),

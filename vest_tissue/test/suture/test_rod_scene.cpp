@@ -7,6 +7,7 @@
 #include "../../src/tools/simulate_rods.h"
 #include "temporary_scene.h"
 #include "vest_tissue/material/sutures.h"
+#include "vest_tissue/suture/rod.h"
 
 namespace vest::tools::test {
 namespace {
@@ -90,16 +91,23 @@ TEST(RodScene, StaticsEndWhereTheDriveEnds) {
 
 TEST(RodScene, MistakesAreToldWithFileLineFieldAndWhatIsAllowed) {
   const RodFiles files;
-  const std::pair<const char*, const char*> edits[] = {
-      {"radius: 0.01", "radius: .nan"},        {"radius: 0.01", "radius: 0"},
-      {"density: 1180", "density: -1"},        {"poisson_ratio: 0.5", "poisson_ratio: 0.6"},
-      {"natural: straight", "natural: bent"},  {"closed: false", "close: false"},
-      {"nodes: nodes.csv", "nodes: none.csv"}, {"model: rod", "model: rods"}};
+  const std::pair<const char*, const char*> edits[] = {{"radius: 0.01", "radius: .nan"},
+                                                       {"radius: 0.01", "radius: 0"},
+                                                       {"density: 1180", "density: -1"},
+                                                       {"poisson_ratio: 0.5", "poisson_ratio: 0.6"},
+                                                       {"natural: straight", "natural: bent"},
+                                                       {"closed: false", "close: false"},
+                                                       {"nodes: nodes.csv", "nodes: none.csv"},
+                                                       {"model: rod", "model: rods"},
+                                                       {"gravity: [0, 0, 0]", "solution: {dt: 1e30}"}};
   for (const auto& [from, to] : edits) {
     const std::string told = RodFiles::refusal(files.with(from, to));
     EXPECT_NE(told.find("scene.yaml:"), std::string::npos) << to << ": " << told;
     EXPECT_EQ(told.find('\n'), std::string::npos) << told;
   }
+  // Its stiffness underflows: the first step would not be finite.
+  EXPECT_THROW(suture::Model(scene::loadRods(files.with("radius: 0.01", "radius: 1e-30")).objects),
+               std::invalid_argument);
   const std::string good = files.with("closed: false", "closed: false");
   files.folder.write("nodes.csv", "node,x,y,z\n0,0,0,0\n1,1,0,0\n2,1,0,0\n");
   EXPECT_NE(RodFiles::refusal(good).find("nodes.csv:4: node: 2"), std::string::npos)
