@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """Protects `import vest`: what the interface promises, errors as exceptions, exact snapshots, the same hash as C and C++, free threads, no leak."""
 import os
+import re
 import resource
 import subprocess
+import sys
 import tempfile
 import threading
 import types
@@ -206,6 +208,12 @@ class TestTasks(unittest.TestCase):
         before = resets(300)
         after = resets(10000 if FULL else 1000)
         self.assertLess(after - before, 3000, "KiB")  # a leak of one State a reset would be gigabytes
+
+    def test_many_environments_share_one_model(self):
+        said = subprocess.run([sys.executable, "-m", "vest.measure", "reach", "--steps", "5"], capture_output=True, text=True, check=True).stdout
+        one, every = map(float, re.search(r"16 environments share the Model: (\d+) MB with one, (\d+) MB with all", said).groups())
+        self.assertLess((every - one) / 16, 0.5 * one)  # each with a Model of its own: about as much as the first
+        self.assertRegex(said, r"reset [\d.]+ ms, restore [\d.]+ ms of CPU time\n")
 
     def test_the_baseline_beats_chance(self):
         for task, columns, generations in (("reach", (0, 1, 2), 5), ("clip", (0, 1, 2, 7), 8 if not FULL else 20)):
