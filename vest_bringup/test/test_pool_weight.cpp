@@ -117,6 +117,24 @@ double hydrostaticSag(double volume, double tension) {
   return most * (1 - std::cos(k * kHalf));
 }
 
+TEST(Impacts, NoKnotOutrunsTheFluidThatStrikesIt) {
+  Sheet s(2.0);  // slack: nothing but its own weight, a twentieth of the drops', holds a knot back
+  double fastest = 0, fluid = 0;
+  for (int n = 0; n < 300; ++n) {
+    s.run(0.001, true);
+    const fluid::Particles& q = s.field->fluid().particles;
+    for (std::size_t i = 0; i < q.count; ++i)
+      fluid = std::max<double>(fluid, std::hypot(q.vx[i], q.vy[i], q.vz[i]));
+    std::vector<float> v(3 * s.trainer.world().knotCount(0));
+    s.trainer.world().velocities(0, v.data());
+    for (std::size_t k = 0; k < v.size(); k += 3)
+      fastest = std::max<double>(fastest, std::hypot(v[k], v[k + 1], v[k + 2]));
+  }
+  EXPECT_GT(fluid, 0.3) << "m/s: the jet has come down";
+  EXPECT_GT(fastest, 0.05) << "m/s: and was felt";
+  EXPECT_LT(fastest, 1.1 * fluid) << "m/s: else it gives more energy than it has";
+}
+
 TEST(PoolWeight, AMembraneSagsAsHydrostaticsSaysAndItsEndsBearTheLiquid) {
   // As soft as this, water that follows the sag doubles it; at k²a² = 2.5 it would run off to one place.
   const double tension = kWater * kGravity * kHalf * kHalf / 1.44;

@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "vest_tissue/scene/world_model.h"
+#include "vest_tissue/scene/world_state.h"
 
 namespace vest::simulation {
 namespace {
@@ -14,6 +15,7 @@ namespace {
 constexpr std::uint64_t kFluidEvery = 4, kSlowEvery = 20, kFrameEvery = 25,
                         kBedEvery = 48;  ///< steps of the tissue
 constexpr int kInstrumentSlots = 128;    ///< first slot behind those of bleeding
+constexpr double kLeastImpact = 0.15;    ///< m/s: slower than this fluid rests and weighs (fluid/impact.cpp)
 constexpr double kWithdrawn = 0.02;      ///< m from pivot to tip: the endoscope is in its trocar (assumed)
 
 /// What evolves here beside the cores: sums between their steps, and what edits changed.
@@ -56,6 +58,7 @@ struct OperatingField::Impl {
   fluid::Inputs fluid_inputs;
   fluid::Report fluid_report;
   std::vector<fluid::Surface> surfaces;
+  std::vector<std::vector<float>> gained;  ///< m/s, per knot: of the impacts that are being told
   std::vector<std::vector<float>> positions;
   std::shared_ptr<FieldFrames> frames;
   std::shared_ptr<const std::vector<std::string>> names;
@@ -76,9 +79,11 @@ struct OperatingField::Impl {
     lens::check(o.lens);
     surfaces.resize(world.objectCount());
     positions.resize(world.objectCount());
+    gained.resize(world.objectCount());
     auto n = std::make_shared<std::vector<std::string>>();
     for (std::size_t i = 0; i < world.objectCount(); ++i) {
       positions[i].resize(3 * fluid_model->surfaces[i].knots);
+      gained[i].resize(fluid_model->surfaces[i].knots);
       n->push_back(world.description().objects[i].name);
     }
     names = n;
@@ -155,6 +160,23 @@ struct OperatingField::Impl {
   }
 
   void gather(const scene::StepInput& input, const scene::StepReport& report, const Feedback& feedback);
+  /// An impact as the tissue takes it: in one step no knot changes its velocity by more than the fluid did,
+  /// so that no more energy passes than the fluid had. Chips and thin walls weigh far less than the drop that
+  /// strikes them.
+  scene::ImpactInput bounded(scene::ImpactInput impact, double speed, const scene::World& world) {
+    const scene::ObjectState& s = world.state().objects[impact.object];
+    const float* const mass = s.block.row(net::Block::kMass);
+    const double size = std::sqrt(impact.momentum.squaredNorm());
+    for (std::size_t e = 0; size > 0 && e < 3; ++e) {
+      const std::uint32_t knot = s.triangles[impact.triangle][e];
+      float& had = gained[impact.object][knot];
+      const double room = std::max(0.0, std::max(speed, kLeastImpact) - static_cast<double>(had));
+      impact.weights[e] = std::min(impact.weights[e], room * static_cast<double>(mass[knot]) / size);
+      had += static_cast<float>(impact.weights[e] * size / std::max(static_cast<double>(mass[knot]), 1e-12));
+    }
+    return impact;
+  }
+
   void stepFluid(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
                  Feedback& feedback);
   void stepSlow(const scene::StepInput& input, const scene::StepReport& report, Feedback& feedback);
@@ -288,12 +310,15 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
       to.momentum = {impact.momentum[0], impact.momentum[1], impact.momentum[2]};
       if (world.description().objects[impact.surface].model == scene::ObjectModel::Rigid) continue;
       if (feedback.impacts.size() < feedback.impacts.capacity()) {
-        feedback.impacts.push_back(to);
+        feedback.impacts.push_back(bounded(to, impact.speed, world));
       } else {
         ++dropped;
       }
       if (shown.size() < kMostFrameImpacts) shown.push_back(to);
     }
+    for (const scene::ImpactInput& told : feedback.impacts)
+      for (const std::uint32_t knot : world.state().objects[told.object].triangles[told.triangle])
+        gained[told.object][knot] = 0;
     for (int k = 0; k < fluid_report.lens_count && between.hit_count < lens::kMostHits; ++k) {
       const fluid::LensHit& hit = fluid_report.lens[static_cast<std::size_t>(k)];
       between.hits[static_cast<std::size_t>(between.hit_count++)] = {hit.u, hit.v, hit.volume, hit.blood};

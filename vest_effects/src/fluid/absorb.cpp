@@ -63,8 +63,8 @@ void plunge(const Model& model, const Inputs& inputs, State& state, ScratchData&
     PlacedTriangle t{};
     t.id = id;
     const float weights[3] = {1.0f / 3, 1.0f / 3, 1.0f / 3};
-    addMomentum(s, t, weights, 0.0, 0.0,
-                wholeMass(model, q.blood[i]) * static_cast<double>(q.volume[i] * vz));
+    const double mass = wholeMass(model, q.blood[i]) * static_cast<double>(q.volume[i]);
+    addMomentum(s, t, weights, 0.0, 0.0, mass * static_cast<double>(vz), mass);
   }
   const double speed = std::sqrt(static_cast<double>(q.vx[i] * q.vx[i] + q.vy[i] * q.vy[i] + vz * vz));
   state.air += volume * entrainment(speed, 2 * par.spacing);

@@ -68,7 +68,8 @@ void solveDensity(const Model& model, const State& state, ScratchData& s, float 
                          static_cast<double>(factor * s.lambda[i] * s.tissue_slope[k]) / dt;
         const Plane& p = s.planes[k];
         if (j != 0)
-          addMomentum(s, s.placed[p.placed], p.weights, j * p.normal[0], j * p.normal[1], j * p.normal[2]);
+          addMomentum(s, s.placed[p.placed], p.weights, j * p.normal[0], j * p.normal[1], j * p.normal[2],
+                      wholeMass(model, state.particles.blood[i]) * static_cast<double>(volume[i]));
       }
     }
     pushOut(model, state, s, dt);

@@ -35,7 +35,7 @@ void leaveTrail(const Model& model, const Inputs& inputs, std::size_t i, std::ui
 }  // namespace
 
 void addMomentum(ScratchData& s, const PlacedTriangle& t, const float* weights, double jx, double jy,
-                 double jz) {
+                 double jz, double mass) {
   if (!s.is_touched[t.id]) {
     s.is_touched[t.id] = 1;
     s.touched.push_back(t.id);
@@ -46,6 +46,7 @@ void addMomentum(ScratchData& s, const PlacedTriangle& t, const float* weights, 
   auto& w = s.impact_weight[t.id];
   for (int k = 0; k < 3; ++k) w[k] += size * static_cast<double>(weights[k]);
   w[3] += size;
+  if (mass > 0) w[4] += size * size / mass;
 }
 
 void pushOut(const Model& model, const State& state, ScratchData& s, float dt) {
@@ -58,9 +59,10 @@ void pushOut(const Model& model, const State& state, ScratchData& s, float dt) {
           p.normal[0] * x.a[0] + p.normal[1] * x.a[1] + p.normal[2] * x.a[2] - p.offset - radius;
       if (gap >= 0) continue;
       for (int axis = 0; axis < 3; ++axis) x.a[axis] -= gap * p.normal[axis];
-      const double j = wholeMass(model, state.particles.blood[i]) *
-                       static_cast<double>(state.particles.volume[i]) * gap / dt;
-      addMomentum(s, s.placed[p.placed], p.weights, j * p.normal[0], j * p.normal[1], j * p.normal[2]);
+      const double mass =
+          wholeMass(model, state.particles.blood[i]) * static_cast<double>(state.particles.volume[i]);
+      const double j = mass * gap / dt;
+      addMomentum(s, s.placed[p.placed], p.weights, j * p.normal[0], j * p.normal[1], j * p.normal[2], mass);
     }
   }
 }
@@ -165,7 +167,7 @@ void impact(const Model& model, const Inputs& inputs, State& state, ScratchData&
       double j[3];
       for (int a = 0; a < 3; ++a)
         j[a] = mass * static_cast<double>(before[a]) - left * static_cast<double>(v[a]) - child_momentum[a];
-      addMomentum(s, s.placed[p.placed], p.weights, j[0], j[1], j[2]);
+      addMomentum(s, s.placed[p.placed], p.weights, j[0], j[1], j[2], mass);
     }
     q.rest[i] = resting > 0 ? q.rest[i] + resting * dt : 0.0f;
   }

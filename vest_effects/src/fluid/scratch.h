@@ -174,7 +174,7 @@ struct ScratchData {
   std::vector<Quad> ball;              ///< per placed triangle: middle, and how far from it a particle may be
   std::vector<Quad> facing, was;       ///< its plane after and before the step
   std::vector<std::array<double, 3>> momentum;       ///< per triangle, N·s
-  std::vector<std::array<double, 4>> impact_weight;  ///< sum of |J|·weights and of |J|
+  std::vector<std::array<double, 5>> impact_weight;  ///< sum of |J|·weights, of |J| and of |J|²/mass
   std::vector<std::uint32_t> touched;                ///< triangles with momentum, in order of first touch
   std::vector<std::uint8_t> is_touched;
   std::vector<double> shear, stain;            ///< per triangle, N·s, m³
@@ -229,8 +229,9 @@ void findPlanes(const Model& model, const Inputs& inputs, State& state, ScratchD
 void pushOut(const Model& model, const State& state, ScratchData& s, float dt);
 /// Restitution, friction, splashes, adhesion.
 void impact(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
+/// Momentum that fluid of a mass (kg) passes to a triangle, N·s.
 void addMomentum(ScratchData& s, const PlacedTriangle& t, const float* weights, double jx, double jy,
-                 double jz);
+                 double jz, double mass);
 
 /// Shear stress times area times time, N·s; > 0.
 inline void addShear(ScratchData& s, std::uint32_t triangle, double impulse) {

@@ -63,10 +63,11 @@ void tellImpacts(const Model& model, ScratchData& s, Report& report) {
       impact.triangle = id - s.triangle_offset[k];
       for (int a = 0; a < 3; ++a) impact.weights[a] = static_cast<float>(w[a] / w[3]);
       impact.momentum = j;
+      impact.speed = w[4] / w[3];
       report.impacts.push_back(impact);
     }
     j = {0, 0, 0};
-    w = {0, 0, 0, 0};
+    w = {0, 0, 0, 0, 0};
     s.is_touched[id] = 0;
   }
   s.touched.clear();
@@ -125,7 +126,7 @@ Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
   s.placed.assign(blocks * kTriangleBlock, PlacedTriangle{});
   for (auto* a : {&s.ball, &s.facing, &s.was}) a->assign(blocks * kTriangleBlock, Quad{});
   s.momentum.assign(model.triangles, {0, 0, 0});
-  s.impact_weight.assign(model.triangles, {0, 0, 0, 0});
+  s.impact_weight.assign(model.triangles, {0, 0, 0, 0, 0});
   s.touched.reserve(model.triangles);
   s.is_touched.assign(model.triangles, 0);
   s.shear.assign(model.triangles, 0), s.stain.assign(model.triangles, 0);

@@ -62,6 +62,7 @@ struct Impact {
   std::uint32_t triangle = 0;
   std::array<float, 3> weights{};
   std::array<double, 3> momentum{};
+  double speed = 0;  ///< m/s: by how much the fluid changed its own velocity, mean over the momentum
 };
 
 /// Steady force of the pools on a knot.
