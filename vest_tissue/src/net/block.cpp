@@ -1,5 +1,7 @@
 #include "vest_tissue/net/block.h"
 
+#include <algorithm>
+
 namespace vest::net {
 namespace {
 
@@ -21,6 +23,14 @@ Block::Block(std::size_t knot_capacity)
 bool Block::addKnot(std::uint32_t& index) {
   if (knots_ >= knot_capacity_) return false;
   index = static_cast<std::uint32_t>(knots_++);
+  return true;
+}
+
+bool Block::setKnots(std::size_t knots) {
+  if (knots > knot_capacity_) return false;
+  for (std::size_t r = 0; r < kPacked && knots < knots_; ++r)
+    std::fill(row(static_cast<KnotRow>(r)) + knots, row(static_cast<KnotRow>(r)) + knots_, 0.0f);
+  knots_ = knots;
   return true;
 }
 

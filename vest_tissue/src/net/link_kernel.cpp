@@ -71,7 +71,7 @@ LinkTable::LinkTable(const std::vector<KernelLink>& links, const material::Law& 
   setMaxStrain(law_.max_strain);
 
   slot_.resize(links.size() + spare);
-  count_ = links.size();
+  count_ = built_ = links.size();
   std::vector<std::uint32_t> order(links.size());
   std::iota(order.begin(), order.end(), 0u);
   const auto low = [&](std::uint32_t n) { return std::min(links[n].knot0, links[n].knot1); };
@@ -152,6 +152,15 @@ bool LinkTable::addLink(const KernelLink& link) {
   slot_[count_] = spare_++;
   setLink(count_++, link.rest, link.axial, link.damping);
   return true;
+}
+
+void LinkTable::dropLinks(std::size_t count) {
+  while (count_ > std::max(count, built_)) {
+    setLink(--count_, 1.0f, 0.0f, 0.0f);
+    --spare_;
+    Indices& index = indices_[spare_ / kLanes - first_indexed_block_];
+    index.knot0[spare_ % kLanes] = index.knot1[spare_ % kLanes] = 0;
+  }
 }
 
 void LinkTable::setMaxStrain(float max_strain) {

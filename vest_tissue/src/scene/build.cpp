@@ -505,7 +505,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     s.bound = solver::BoundScratch(b.knotCapacity() + 64);
     if (model.objects[i].fem) {
       s.tissue = fem::TissueScratch(*model.objects[i].fem, b.knotCapacity());
-      s.backup_x.reserve(b.knotCapacity()), s.backup_v.reserve(b.knotCapacity());
+      s.backup_x.reserve(b.knotCapacity());
       s.cut_faces.reserve(512), s.cut_knots.reserve(1024), s.doublings.reserve(512);
       s.cut_roots.resize(model.objects[i].fem->neighbours.size());
     } else if (model.objects[i].implicit) {
@@ -526,7 +526,6 @@ WorldScratch::WorldScratch(const WorldModel& model) {
   for (const ObjectState& s : model.start.objects) knots += s.block.knotCapacity();
   part.resize(knots), part_size.resize(knots), part_first.resize(model.objects.size());
   connection_force.assign(model.start.connections.size(), ConnectionForce{});
-  jaws_pass_before = model.start.jaws_pass, blades_pass_before = model.start.blades_pass;
 }
 
 }  // namespace vest::scene

@@ -30,6 +30,10 @@ class DeltaHistory {
       first_ = (first_ + 1) % slots_.size();
     }
   }
+  /// Those of a step that was taken back.
+  void forgetBeyond(std::uint32_t revision) {
+    while (count_ > 0 && slots_[(first_ + count_ - 1) % slots_.size()].revision > revision) --count_;
+  }
   void clear() { first_ = count_ = 0; }
   /// As World::deltasSince.
   bool since(std::uint32_t revision, std::uint32_t now, std::vector<TopologyDelta>& out) const {

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <iterator>
 
 #include "stages.h"
@@ -52,6 +51,7 @@ void applyEdit(Context& c, const ParameterEdit& edit) {
         std::clamp(stiffer ? (law > 0.0 ? edit.value / law : 1.0) : edit.value, kLeastScale, kGreatestScale);
     double& scale = stiffer ? s.elastic_scale : s.damping_scale;
     const float factor = static_cast<float>(wanted / scale);
+    keepShape(c, i);
     for (std::size_t e = 0; e < s.links.size(); ++e) {
       const net::KernelLink& l = s.links[e].values;
       setLink(s, e, stiffer ? l.axial * factor : l.axial, l.rest, stiffer ? l.damping : l.damping * factor);
@@ -94,6 +94,7 @@ void applyDilatation(Context& c, const DilatationInput& d) {
         d.vessel_segment.empty())
       continue;
     ObjectState& s = c.state.objects[i];
+    keepRings(c, i);
     for (const auto& [e, place] : c.model.objects[i].ring_links) {
       const net::KernelLink& l = s.links[e].values;
       const auto before = std::min(static_cast<std::size_t>(place), d.dilatation.size() - 2);
@@ -180,6 +181,7 @@ void tear(Context& c, std::size_t object) {
     const float dx = x[l.knot1] - x[l.knot0], dy = y[l.knot1] - y[l.knot0], dz = z[l.knot1] - z[l.knot0];
     if (!(dx * dx + dy * dy + dz * dz > most * l.rest * l.rest)) continue;
     if (delta.removed_links.empty()) {
+      keepShape(c, object);
       Event e;
       e.kind = EventKind::Torn;
       e.step = c.state.step;
@@ -236,59 +238,19 @@ bool checkInput(const StepInput& input) {
   return true;
 }
 
-void keepBackup(Context& c) {
-  for (std::size_t i = 0; i < c.state.objects.size(); ++i) {
-    if (!c.model.objects[i].net) continue;
-    auto& backup = c.scratch.objects[i].backup;
-    std::memcpy(backup.data(), c.state.objects[i].block.motion(), backup.size() * sizeof(float));
-    c.scratch.objects[i].knots_before = c.state.objects[i].block.knots();
-    if (!c.model.objects[i].fem) continue;
-    const fem::TissueState& t = c.state.objects[i].tissue;
-    c.scratch.objects[i].backup_x.assign(t.x.begin(), t.x.end());
-    c.scratch.objects[i].backup_v.assign(t.v.begin(), t.v.end());
-  }
-  c.scratch.proxies_before = c.state.proxies;
-  c.scratch.grasps_before = c.state.grasps;
-  c.scratch.jaws_pass_before.assign(c.state.jaws_pass.begin(), c.state.jaws_pass.end());
-  c.scratch.blades_pass_before.assign(c.state.blades_pass.begin(), c.state.blades_pass.end());
-  c.scratch.energy_before = c.state.energy;
-}
-
-void restoreBackup(Context& c) {
-  for (std::size_t i = 0; i < c.state.objects.size(); ++i) {
-    if (!c.model.objects[i].net) continue;
-    const auto& backup = c.scratch.objects[i].backup;
-    std::memcpy(c.state.objects[i].block.motion(), backup.data(), backup.size() * sizeof(float));
-    if (!c.model.objects[i].fem) continue;
-    fem::TissueState& t = c.state.objects[i].tissue;
-    const auto &x = c.scratch.objects[i].backup_x, &v = c.scratch.objects[i].backup_v;
-    std::copy(x.begin(), x.end(), t.x.begin());
-    std::copy(v.begin(), v.end(), t.v.begin());
-    // Copies that the cuts of this very step made lie where their originals were.
-    for (std::size_t k = x.size(); k < t.x.size(); ++k) t.x[k] = t.x[t.origin[k]], t.v[k].setZero();
-  }
-  c.state.proxies = c.scratch.proxies_before;
-  c.state.grasps = c.scratch.grasps_before;
-  std::copy(c.scratch.jaws_pass_before.begin(), c.scratch.jaws_pass_before.end(), c.state.jaws_pass.begin());
-  std::copy(c.scratch.blades_pass_before.begin(), c.scratch.blades_pass_before.end(),
-            c.state.blades_pass.begin());
-  c.state.energy = c.scratch.energy_before;
-  for (auto& p : c.state.proxies) {
-    p.velocity.setZero();
-    clearForces(p);
-  }
-}
-
 void predict(Context& c) {
   for (const ParameterEdit& edit : c.input.edits) applyEdit(c, edit);
   for (const ImpactInput& impact : c.input.impacts) applyImpact(c, impact);
   for (const DilatationInput& dilatation : c.input.dilatations) applyDilatation(c, dilatation);
   std::uint32_t copy;
-  for (const TopologyRequest& request : c.input.requests)
-    if (request.kind == TopologyRequest::Kind::RemoveClip)
+  for (const TopologyRequest& request : c.input.requests) {
+    if (request.kind == TopologyRequest::Kind::RemoveClip) {
       removeClip(c, request.element);
-    else
-      applyRequest(c.model, c.state, *c.deltas, request, copy);
+      continue;
+    }
+    if (request.object < c.state.objects.size()) keepShape(c, request.object);
+    applyRequest(c.model, c.state, *c.deltas, request, copy);
+  }
   for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
     if (c.model.objects[i].net && c.model.description.objects[i].tear_strain > 0.0) tear(c, i);
   }

@@ -44,7 +44,11 @@ void cut(Context& c);                                         ///< blades: what 
 void dropLoose(Context& c);  ///< parts that a cut left without hold lose what carried them in their place
 void tell(Context& c);       ///< contact models, events
 void keepBackup(Context& c);
-void restoreBackup(Context& c);
+void keepShape(Context& c, std::size_t object);  ///< before input changes it
+void keepRings(Context& c, std::size_t object);  ///< before the pulse widens them
+void restoreBackup(Context& c);                  ///< the State before the step; what moved is at rest
+/// So that keeping allocates nothing.
+void reserveBackup(const WorldModel& model, WorldState& state, WorldScratch& scratch);
 
 /// Changes the topology and keeps the delta. False: nothing has changed.
 bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& deltas,

@@ -16,8 +16,8 @@ World::World(const Description& description, int threads) : World(buildModel(des
 World::World(std::shared_ptr<const WorldModel> model, int threads) : impl_(std::make_unique<Impl>()) {
   impl_->model = std::move(model);
   impl_->state = impl_->model->start;
-  impl_->reserve();
   impl_->scratch = WorldScratch(*impl_->model);
+  impl_->reserve();
   impl_->pool = std::make_unique<solver::Pool>(std::clamp(threads, 1, 64));
 }
 World::~World() = default;

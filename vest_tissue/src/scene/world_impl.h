@@ -41,6 +41,7 @@ struct World::Impl {
       s.fixed.reserve(s.block.knotCapacity()), s.topology.doubled_knots.reserve(s.block.knotCapacity());
     }
     reserveCut(*model, state);
+    reserveBackup(*model, state, scratch);
   }
   Status fault(Context& c, std::string_view object);
 

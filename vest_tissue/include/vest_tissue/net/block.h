@@ -46,6 +46,8 @@ class Block {
   std::size_t knotCapacity() const { return knot_capacity_; }
   /// Real-time safe; false when the capacity is used up.
   bool addKnot(std::uint32_t& index);
+  /// As many as they were, or are in another State; rows of those that go are zero. False: no room.
+  bool setKnots(std::size_t knots);
 
   float* row(KnotRow r) { return floats() + r * knot_stride_; }
   const float* row(KnotRow r) const { return floats() + r * knot_stride_; }

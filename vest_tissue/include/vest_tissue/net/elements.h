@@ -49,9 +49,9 @@ inline constexpr float kPlasticWidth = 0.02f;
 /// Spring to a place (scene::Tether).
 struct Tether {
   std::uint32_t knot;
-  float place[3];   ///< m, world
-  float stiffness;  ///< N/m
-  float damping;    ///< N·s/m
+  std::array<float, 3> place;  ///< m, world
+  float stiffness;             ///< N/m
+  float damping;               ///< N·s/m
 };
 
 /// Volume: E = ½·K·(V - V0)²/V0 over a closed surface. Beyond kGreatestCompression of V0, where an explicit

@@ -43,6 +43,8 @@ class LinkTable {
   void setLink(std::size_t index, float rest, float axial, float damping);
   /// Uses a spare place; its index is linkCount() before. False when none is left. Real-time safe.
   bool addLink(const KernelLink& link);
+  /// The last ones that addLink made go, until `count` are left or all of them are gone.
+  void dropLinks(std::size_t count);
   /// From this strain on the law follows its tangent (a declared fallback lowers it). Real-time safe.
   void setMaxStrain(float max_strain);
   /// What addLinkForces reads of the table.
@@ -96,7 +98,7 @@ class LinkTable {
   std::uint32_t first_indexed_block_ = 0;
   std::uint32_t indexed_knots_ = 0;
   LawConstants law_;
-  std::size_t count_ = 0, runs_ = 0;
+  std::size_t count_ = 0, built_ = 0, runs_ = 0;
   std::uint32_t spare_ = 0;  ///< next unused place, block·8 + lane
 };
 

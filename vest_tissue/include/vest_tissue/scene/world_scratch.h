@@ -65,6 +65,8 @@ class Candidates {
   std::size_t size_ = 0;
 };
 
+inline constexpr std::size_t kNotKept = ~std::size_t{0};
+
 /// Per object, no meaning between steps.
 struct ObjectScratch {
   std::vector<float> backup;     ///< motion at the start of the step
@@ -87,9 +89,10 @@ struct ObjectScratch {
   float volume_share = 1.0f;  ///< of the pressure that an exchange bears, 0 … 1
   double volume = 0.0;        ///< m³ there
   std::vector<net::PackedKnot> packed;
-  fem::TissueScratch tissue;                        ///< finite elements
-  std::vector<Eigen::Vector3d> backup_x, backup_v;  ///< m, m/s: of finite elements
-  std::unique_ptr<solver::ImplicitNet> implicit;    ///< of an object that is stepped implicitly
+  fem::TissueScratch tissue;              ///< finite elements
+  std::vector<Eigen::Vector3d> backup_x;  ///< m: of finite elements, at the start of the step
+  std::size_t shape_kept = kNotKept, rings_kept = kNotKept;  ///< where, in WorldScratch::kept_shapes
+  std::unique_ptr<solver::ImplicitNet> implicit;             ///< of an object that is stepped implicitly
   std::vector<float> active;  ///< N, three rows over the knots: what the organ itself does in this step
   std::vector<std::uint32_t> cut_knots, cut_faces, cut_roots;  ///< finite elements: of this step's cut
   std::vector<fem::Doubling> doublings;
@@ -122,14 +125,12 @@ struct WorldScratch {
   Candidates candidates;
   std::vector<ConnectionForce> connection_force;
   std::vector<std::uint32_t> part, part_first, part_size;                ///< support.cpp
-  std::vector<std::uint8_t> jaws_pass_before, blades_pass_before;        ///< as of WorldState
   std::array<LoopTissue, interaction::kMaxSlings> loops;                 ///< per sling of the State
   interaction::LoopStep loop_step;                                       ///< of the loop that moves
   std::vector<std::pair<std::uint16_t, std::uint32_t>> loop_candidates;  ///< near it: object, triangle
   interaction::CutScratch cut;
-  Energy energy_before;
+  std::vector<std::uint8_t> kept_motion, kept_shapes;  ///< what a fault gives back (rollback.cpp)
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies_before{};
-  std::array<interaction::Grasp, tools::kInstrumentCount> grasps_before{};
   std::array<interaction::PlacedCapsule, interaction::kMaxToolCapsules>
       capsules_before[tools::kInstrumentCount];
   std::array<interaction::PlacedCapsule, interaction::kMaxToolCapsules>
