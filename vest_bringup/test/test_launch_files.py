@@ -27,7 +27,7 @@ CASES = [
     ("replay.launch", ["bag:=/tmp/session.bag"], ["play", "view"]),
     ("replay.launch", ["bag:=/tmp/session.bag", "headless:=true"], ["play", "view"]),
     ("view.launch", [], ["view"]),
-    ("hand.launch", ["name:=left", "tool:=scissors", "mover:=sim", "options:={}", "force_limit:=0.0", "inputs:="], ["haptics_left"]),
+    ("hand.launch", ["name:=left", "tool:=scissors", "mover:=sim"], ["haptics_left"]),
 ]
 
 
