@@ -15,6 +15,15 @@ fail() {
   exit 1
 }
 
+# Told at once, before anything is installed: Debian's ROS packages beside a ROS of /opt/ros would break that one.
+refuse_other_systems() {
+  local system=${VEST_OS_RELEASE:-/etc/os-release} ros=${VEST_OPT_ROS:-/opt/ros} name ours
+  ours=$(. "$system" 2>/dev/null && [ "${ID:-}" = debian ] && [ "${VERSION_ID:-}" = 12 ] && echo yes)
+  name=$(. "$system" 2>/dev/null && echo "${PRETTY_NAME:-}")
+  [ -z "$(ls -A "$ros" 2>/dev/null)" ] || fail "$ros has a ROS of its own ($(ls "$ros" | tr '\n' ' ')): nothing was installed beside it. Build VEST in a catkin workspace (README.md, docs/noetic.md)"
+  [ "$ours" = yes ] || fail "this is ${name:-not a system that is known}; packages are installed on Debian 12 only. Build VEST in a catkin workspace (README.md, docs/noetic.md)"
+}
+
 # install_missing FILE…: apt packages that the lists name and the machine lacks. Needs no network when all is there.
 install_missing() {
   local -a wanted missing=()
@@ -74,18 +83,6 @@ free_port() {
   local port
   for ((port = $1; port < $1 + 200; port++)); do
     (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null || { echo "$port"; return 0; }
-  done
-  fail "no free port between $1 and $(($1 + 199))"
-}
-
-# hold_port FIRST: sets port to a TCP port that nobody listens on, and keeps it for this script and what it starts: of two
-# that start at once each gets its own (roslaunch would join the other one's master).
-hold_port() {
-  for ((port = $1; port < $1 + 200; port++)); do
-    # A file of another user in a sticky folder cannot be opened: the port counts as taken.
-    { exec {port_lock}>"${TMPDIR:-/tmp}/vest_port_$port.lock"; } 2>/dev/null || continue
-    if flock -n "$port_lock" && ! (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null; then return 0; fi
-    exec {port_lock}>&-
   done
   fail "no free port between $1 and $(($1 + 199))"
 }

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <cstring>
 #include <stdexcept>
 
 #include <vest_msgs/StateHash.h>
@@ -14,6 +12,7 @@
 
 #include "vest_bringup/ros/thinning.h"
 #include "vest_bringup/ros/typed_message.h"
+#include "vest_instruments/files/read.h"
 
 namespace vest::session {
 namespace {
@@ -93,9 +92,9 @@ bool readClockMark(const BagMessage& message, double& by) {
   if (!is<vest_msgs::StringStamped>(message) || !in.takeHeader(stamp) || !in.take(text)) return false;
   static const std::string kBegin = "system clock set by ";
   if (text.rfind(kBegin, 0) != 0) return false;
-  char* end = nullptr;
-  by = std::strtod(text.c_str() + kBegin.size(), &end);
-  return std::strcmp(end, " s") == 0 && std::isfinite(by);
+  const std::size_t end = text.rfind(" s");
+  return end != std::string::npos && end + 2 == text.size() && end >= kBegin.size() &&
+         files::parseNumber(text.substr(kBegin.size(), end - kBegin.size()), by);
 }
 
 double ClockTotals::onLine(double stamp, double recorded) const {

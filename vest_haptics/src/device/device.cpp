@@ -1,9 +1,9 @@
 #include "vest_haptics/device/device.h"
 
-#include <charconv>
 #include <locale>
 #include <sstream>
-#include <system_error>
+
+#include "vest_instruments/files/read.h"
 
 namespace vest::haptics {
 
@@ -69,10 +69,8 @@ double numberOption(const DeviceOptions& options, const std::string& key, double
                     double most) {
   const std::string text = option(options, key, "");
   if (text.empty()) return otherwise;
-  // Not strtod: a maker's library may have set a locale with decimal commas.
   double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(value >= least && value <= most)) {
+  if (!files::parseNumber(text, value) || !(value >= least && value <= most)) {
     std::ostringstream message;
     message.imbue(std::locale::classic());
     message << "option '" << key << "' = '" << text << "'; allowed: " << least << " … " << most;

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
+
+#include "vest_instruments/files/read.h"
 
 namespace vest::calibration {
 
@@ -110,9 +111,8 @@ std::string Guide::question() const {
 }
 
 std::string Guide::known(int joint, const std::string& line, const Still& still) {
-  char* end = nullptr;
-  const double typed = line.empty() ? words(joint).usual : std::strtod(line.c_str(), &end);
-  if (!line.empty() && (end == line.c_str() || *end != 0 || !(typed > 0) || typed > 1000))
+  double typed = words(joint).usual;
+  if (!line.empty() && (!files::parseNumber(line, typed) || !(typed > 0) || typed > 1000))
     return "'" + line.substr(0, 40) + "' (allowed: a number above 0)";
   const double way = still.count[joint] - zero_.count[joint];
   if (std::abs(way) < kLeastWay)

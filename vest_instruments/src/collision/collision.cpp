@@ -2,11 +2,7 @@
 
 #include <vector>
 
-#include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/capsule.h>
-#include <fcl/narrowphase/collision.h>
-#include <fcl/narrowphase/distance.h>
-
+#include "fcl.h"
 #include "vest_instruments/tools/tool_geometry.h"
 
 namespace vest::collision {
@@ -48,7 +44,8 @@ bool touch(const Placed& a, const Placed& b) {
   // Capsules against each other: a distance query is exact in FCL 0.7 (segment to segment).
   fcl::DistanceRequestd request;
   fcl::DistanceResultd result;
-  return fcl::distance(&ca, capsulePose(a.capsule), &cb, capsulePose(b.capsule), request, result) <= 0.0;
+  return fcl::distance(&ca, fclPose(capsulePose(a.capsule)), &cb, fclPose(capsulePose(b.capsule)), request,
+                       result) <= 0.0;
 }
 
 }  // namespace
@@ -63,7 +60,7 @@ struct CollisionModel::Implementation {
   std::array<std::vector<Placed>, kInstrumentCount> parts;
 
   void addWall(const Vector3d& low, const Vector3d& high) {
-    walls.push_back({fcl::Boxd(high - low), Isometry3d(Eigen::Translation3d(0.5 * (low + high))), low, high});
+    walls.push_back({fclBox(high - low), Isometry3d(Eigen::Translation3d(0.5 * (low + high))), low, high});
   }
 
   bool touchesBox(const Placed& p) const {
@@ -72,7 +69,8 @@ struct CollisionModel::Implementation {
       const fcl::Capsuled c(p.capsule.radius, (p.capsule.b - p.capsule.a).norm());
       fcl::CollisionRequestd request;
       fcl::CollisionResultd result;
-      if (fcl::collide(&c, capsulePose(p.capsule), &w.shape, w.X, request, result) > 0) return true;
+      if (fcl::collide(&c, fclPose(capsulePose(p.capsule)), &w.shape, fclPose(w.X), request, result) > 0)
+        return true;
     }
     return false;
   }

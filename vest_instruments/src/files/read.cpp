@@ -1,15 +1,16 @@
 #include "vest_instruments/files/read.h"
 
 #include <fcntl.h>
+#include <locale.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 
 #include "vest_instruments/files/utf8.h"
@@ -119,12 +120,14 @@ std::string asUtf8(std::string text) {
 }
 
 bool parseNumber(const std::string& text, double& value) {
-  const char* begin = text.data();
-  const char* const end = begin + text.size();
-  if (begin != end && *begin == '+') ++begin;
-  if (begin == end || *begin == '+' || (*begin == '-' && begin != text.data())) return false;
-  const auto result = std::from_chars(begin, end, value);
-  return result.ec == std::errc() && result.ptr == end && std::isfinite(value);
+  // Not std::from_chars, which GCC has for doubles from version 11 on. No hexadecimal, no inf, no spaces.
+  if (text.empty() || text.find_first_not_of("0123456789+-.eE") != std::string::npos) return false;
+  static const locale_t decimal_point = ::newlocale(LC_ALL_MASK, "C", nullptr);
+  char* end = nullptr;
+  const double number = ::strtod_l(text.c_str(), &end, decimal_point);
+  if (end != text.c_str() + text.size() || !std::isfinite(number)) return false;
+  value = number;
+  return true;
 }
 
 }  // namespace vest::files

@@ -51,7 +51,7 @@ void keepRings(Context& c, std::size_t object) {
   if (o.rings_kept != kNotKept) return;
   o.rings_kept = c.scratch.kept_shapes.size();
   Writer writer{{}, c.scratch.kept_shapes};
-  for (const auto e : c.model.objects[object].ring_links)
+  for (const auto& [e, place] : c.model.objects[object].ring_links)
     writer.values(&c.state.objects[object].links[e].values.rest, 1, {});
 }
 
@@ -76,7 +76,7 @@ void restoreBackup(Context& c) {
     s.law_links.setMaxStrain(s.limit_strain);
     if (c.scratch.objects[i].rings_kept == kNotKept) continue;
     Reader rings = reader(i, c.scratch.objects[i].rings_kept);
-    for (const auto e : c.model.objects[i].ring_links) {
+    for (const auto& [e, place] : c.model.objects[i].ring_links) {
       float rest = 0.0f;
       rings.values(&rest, 1, {});
       setLink(s, e, s.links[e].values.axial, rest, s.links[e].values.damping);
