@@ -18,7 +18,7 @@ namespace vest::panels {
 /// that never hold up the view. Messages arrive in the view's own thread.
 class BasePanel : public rviz::Panel {
  public:
-  explicit BasePanel(QWidget* parent = nullptr) : rviz::Panel(parent) {}
+  explicit BasePanel(QWidget* parent = nullptr) : rviz::Panel(parent) { setMinimumWidth(kLeastWidth); }
   ~BasePanel() override;
   void onInitialize() override { connectTopics(); }
   void load(const rviz::Config& config) override;
@@ -43,6 +43,9 @@ class BasePanel : public rviz::Panel {
   };
   void inView(std::function<void()> action);
   void collect();
+
+  /// Pixels; without it a text that grows would push the docks beside it.
+  static constexpr int kLeastWidth = 420;
 
   QString namespace_ = "/vest";
   std::vector<std::unique_ptr<Call>> calls_;
