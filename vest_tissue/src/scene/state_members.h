@@ -31,7 +31,8 @@ auto fields(Walk<A> a, net::KernelLink& l) {
 }
 template <class A>
 auto fields(Walk<A> a, NetLink& l) {
-  return a(l.values, l.by_law, l.place, l.shrink, l.stiffen, within("a conductance", l.conductance, 0.0, 1e9));
+  return a(l.values, l.by_law, l.place, l.shrink, l.stiffen,
+           within("a conductance", l.conductance, 0.0, 1e9));
 }
 template <class A>
 auto fields(Walk<A> a, Link& l) {
@@ -43,11 +44,10 @@ auto fields(Walk<A> a, Link& l) {
 template <class A>
 auto fields(Walk<A> a, LinkPlace& p) {
   const auto& s = a.archive.at.now();
-  return a(index("a kind of link", p.kind, 4))(
-      index("the place of a link", p.index,
-            p.kind == LinkKind::Plastic   ? s.elements.plastic.size()
-            : p.kind == LinkKind::Bending ? s.elements.bending.size()
-                                          : s.links.size()));
+  return a(index("a kind of link", p.kind, 4))(index("the place of a link", p.index,
+                                                     p.kind == LinkKind::Plastic   ? s.elements.plastic.size()
+                                                     : p.kind == LinkKind::Bending ? s.elements.bending.size()
+                                                                                   : s.links.size()));
 }
 
 template <class A>
@@ -103,7 +103,8 @@ template <class A>
 auto fields(Walk<A> a, net::Volume& e) {
   const std::size_t n = a.archive.at.knots();
   return a(index("knot", e.triangles, n), index("knot", e.knots, n), e.bulk_modulus, e.rest)
-      .require(!A::checks || knowsItsKnots(e), "a triangle of an enclosed volume with a knot that is not its");
+      .require(!A::checks || knowsItsKnots(e),
+               "a triangle of an enclosed volume with a knot that is not its");
 }
 template <class A>
 auto fields(Walk<A> a, net::Elements& e) {
@@ -206,13 +207,13 @@ auto fields(Walk<A> a, interaction::CutState& c) {
             })
       .require(c.line.empty() == before.line.empty() && (skin > 0 || before.rest.empty()),
                "a cut of an object that cannot be cut")
-      .require(c.line.empty() ||
-                   (c.line.size() == triangles && c.inward.size() == at.now().block.knotCapacity() &&
-                    (skin == 0 || (c.home.size() == at.skinTriangles() && c.open.size() == c.home.size() &&
-                                   skin == at.vertices())) &&
-                    c.lies_on.size() == skin && c.free.size() == skin && c.outer.size() == skin &&
-                    c.inner.size() == skin && c.wall.size() == skin),
-               "lists of a cut that do not fit each other");
+      .require(
+          c.line.empty() || (c.line.size() == triangles && c.inward.size() == at.now().block.knotCapacity() &&
+                             (skin == 0 || (c.home.size() == at.skinTriangles() &&
+                                            c.open.size() == c.home.size() && skin == at.vertices())) &&
+                             c.lies_on.size() == skin && c.free.size() == skin && c.outer.size() == skin &&
+                             c.inner.size() == skin && c.wall.size() == skin),
+          "lists of a cut that do not fit each other");
 }
 
 template <class A>
@@ -260,8 +261,8 @@ auto fields(Walk<A> a, ObjectState& s) {
 template <class A>
 auto fields(Walk<A> a, net::Anchor& x) {
   const auto& at = a.archive.at;
-  return a(index("object", x.object, at.objects()))(
-      index("knot of an anchor", x.knots, at.knotsOf(x.object)), x.weights, x.height);
+  return a(index("object", x.object, at.objects()))(index("knot of an anchor", x.knots, at.knotsOf(x.object)),
+                                                    x.weights, x.height);
 }
 template <class A>
 auto fields(Walk<A> a, ConnectionState& c) {
@@ -271,7 +272,8 @@ template <class A>
 auto fields(Walk<A> a, interaction::ToolPose& p) {
   return a(place("a tool's place", p.tip), p.orientation, place("a tool's place", p.pivot),
            within("a jaw's angle", p.jaw, -10.0, 10.0))
-      .require(std::fabs(p.orientation.squaredNorm() - 1.0) < 0.2, "a tool's orientation that is no rotation");
+      .require(std::fabs(p.orientation.squaredNorm() - 1.0) < 0.2,
+               "a tool's orientation that is no rotation");
 }
 template <class A>
 auto fields(Walk<A> a, interaction::Proxy& p) {
