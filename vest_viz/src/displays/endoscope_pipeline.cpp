@@ -71,6 +71,7 @@ EndoscopePipeline::Timing EndoscopePipeline::render(const Eigen::Isometry3d& X_W
   Timing timing;
   const double start = seconds();
   scene_.setPose(X_WO);
+  rendered_.gain = gain_;
   scene_.setGain(fixed_gain_ > 0 ? fixed_gain_ : gain_);
   if (fluid_) scene_.effects().setFluid(*fluid_, X_WO.translation());
   if (smoke_) scene_.effects().setSmoke(*smoke_, X_WO.translation(), byBillboards(method_));
@@ -103,7 +104,7 @@ double EndoscopePipeline::finish(cv::Mat* out) {
   else
     veil_picture_.release();
   finisher_->apply(r.rgba, veil_picture_, out);
-  exposure_.update(*out, finisher_->circle(), r.dt);
+  exposure_.update(*out, finisher_->circle(), r.dt, r.gain);
   return seconds() - start;
 }
 

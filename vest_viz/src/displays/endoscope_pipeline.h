@@ -103,7 +103,7 @@ class EndoscopePipeline {
     smoke::Field smoke;  ///< where it shows
     bool smoky = false;
     Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
-    double time = 0, dt = 0, light = 0;
+    double time = 0, dt = 0, light = 0, gain = 1;
   } rendered_, handed_over_;
   cv::Mat veil_picture_;
 };

@@ -249,7 +249,7 @@ void Finisher::apply(const cv::Mat& rendering, const cv::Mat& veil, cv::Mat* out
   }
 }
 
-double AutoExposure::update(const cv::Mat& rgb, const Circle& circle, double dt) {
+double AutoExposure::update(const cv::Mat& rgb, const Circle& circle, double dt, double drawn) {
   int histogram[256] = {0}, count = 0;
   const double limit = 0.96 * circle.radius;
   for (int y = 1; y < rgb.rows; y += 4) {
@@ -273,7 +273,8 @@ double AutoExposure::update(const cv::Mat& rgb, const Circle& circle, double dt)
   const double ratio = std::pow(std::clamp(wanted / std::max(level, 4), 0.25, 4.0), 2.0);
   // The first pictures settle at once, as a camera does before anybody looks.
   const double follow = ++pictures_ < 12 ? 0.6 : 1.0 - std::exp(-std::clamp(dt, 0.0, 1.0) / 0.25);
-  gain_ = std::clamp(gain_ * std::pow(ratio, follow), 0.02, 50.0);
+  // Towards what that picture asks for. Corrected once for each picture on its way it would swing for ever.
+  gain_ = std::clamp(gain_ * std::pow(drawn * ratio / gain_, follow), 0.02, 50.0);
   return gain_;
 }
 

@@ -128,16 +128,34 @@ TEST(AutoExposure, DarkAndBrightPicturesConvergeToTheSameLevel) {
       // Same response as the shader: square root of a saturating curve.
       level = 255 * std::sqrt(1 - std::exp(-exposure.gain() * radiance / 255));
       finisher.apply(rendering(finisher, cv::Scalar(level, level, level, 255)), &rgb);
-      exposure.update(rgb, finisher.circle(), 0.04);
+      exposure.update(rgb, finisher.circle(), 0.04, exposure.gain());
     }
     EXPECT_NEAR(level, 106, 15) << radiance;
+  }
+}
+
+// On a machine that draws one picture a second, each finished while the next is drawn.
+TEST(AutoExposure, SlowPicturesFromAWorkerDoNotSwing) {
+  Finisher finisher(sampleCamera(), 1.0);
+  AutoExposure exposure;
+  cv::Mat rgb;
+  double drawn = exposure.gain(), level = 0;
+  for (int i = 0; i < 60; ++i) {
+    level = 255 * std::sqrt(1 - std::exp(-drawn * (i < 30 ? 60.0 : 15.0) / 255));
+    const double next = exposure.gain();
+    finisher.apply(rendering(finisher, cv::Scalar(level, level, level, 255)), &rgb);
+    exposure.update(rgb, finisher.circle(), 1.0, drawn);
+    drawn = next;
+    if (i == 29 || i > 56) {
+      EXPECT_NEAR(level, 101, 8) << i;
+    }
   }
 }
 
 TEST(AutoExposure, BlackPictureDoesNotRunAway) {
   AutoExposure exposure;
   const cv::Mat black = cv::Mat::zeros(576, 720, CV_8UC3);
-  for (int i = 0; i < 200; ++i) exposure.update(black, {360, 288, 280}, 0.04);
+  for (int i = 0; i < 200; ++i) exposure.update(black, {360, 288, 280}, 0.04, exposure.gain());
   EXPECT_LE(exposure.gain(), 50.0);
 }
 

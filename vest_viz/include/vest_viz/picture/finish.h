@@ -95,7 +95,8 @@ class AutoExposure {
  public:
   /// Measures a finished picture (RGB) inside the circle and returns the gain for the next rendering.
   /// @param dt s since the last picture; the control follows with a time constant of 0.25 s (assumed; by eye)
-  double update(const cv::Mat& rgb, const Circle& circle, double dt);
+  /// @param drawn the gain that the picture was drawn with: a worker finishes it while the next is drawn
+  double update(const cv::Mat& rgb, const Circle& circle, double dt, double drawn);
   double gain() const { return gain_; }
 
  private:
