@@ -254,8 +254,7 @@ MUTANTS = [
     (V, "    if (!known)\n", "    if (true)\n", "safety", "Options.*"),
     (V, "it == options.end() || it->second.empty() ? otherwise", "it == options.end() ? otherwise", "safety", "Options.*"),
     (V, "  if (text.empty()) return otherwise;\n", "", "safety", "Options.*"),
-    (V, "error != std::errc() || end != ", "end != ", "safety", "Options.*"),
-    (V, "end != text.data() + text.size() || ", "", "safety", "Options.*"),
+    (V, "!files::parseNumber(text, value) || ", "(files::parseNumber(text, value), false) || ", "safety", "Options.*"),
     (V, " || !(value >= least && value <= most)", "", "safety", "Options.*"),
 ]
 # file, text, why it needs no mutant.

@@ -172,7 +172,7 @@ TEST(State, AFaultGivesBackTheWholeStateBeforeTheStep) {
     t.input.loads = {{0, 40, {0.01f, 0.0f, 0.02f}, 0.001f}};
     t.input.dilatations.resize(1);
     t.input.dilatations[0].vessel_segment = scene::VesselName("vessel");
-    t.input.dilatations[0].dilatation = 1.3;
+    t.input.dilatations[0].dilatation.fill(1.3f);
   });
   with("a link and a connection tear", [](Theatre& t) {
     net::Block& b = stateOf(t.world).objects[0].block;
