@@ -35,7 +35,7 @@ ABSURD = [
     ("fluid", "suction_flow", math.nan, "0 to 0.0005 m³/s"),
     ("smoke", "yield", 1e3, "0 to 0.0001 kg/J"),
     ("lens", "temperature", 1e6, "250 to 318.15 K"),
-    ("lens", "humidity", -0.1, "0 to 1"),
+    ("lens", "warming", -0.1, "0 to 1"),
     ("artery", "opening_area", -1.0, "m²"),
     ("artery", "opening_station", 1e3, "m"),
     ("artery", "clip_station", math.nan, "m"),
