@@ -7,6 +7,7 @@
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 
+#include "vest_tissue/ros/nearest_stamp.h"
 #include "vest_tissue/ros/parameters.h"
 #include "vest_tissue/ros/scene_file.h"
 #include "vest_tissue/scene/falling.h"
@@ -459,17 +460,7 @@ void TissueServer::publishInstruments(const ros::Time& moment) {
   vest_msgs::InstrumentStates::ConstPtr nearest;
   {
     std::lock_guard<std::mutex> lock(recent_mutex_);
-    const auto after =
-        std::lower_bound(recent_.begin(), recent_.end(), moment,
-                         [](const auto& m, const ros::Time& wanted) { return m->header.stamp < wanted; });
-    if (after != recent_.end()) nearest = *after;
-    if (after != recent_.begin()) {
-      const auto& before = *(after - 1);
-      const auto away = [&](const auto& m) {  // as numbers: ros::Duration throws when far
-        return std::fabs(m->header.stamp.toSec() - moment.toSec());
-      };
-      if (!nearest || away(before) <= away(nearest)) nearest = before;
-    }
+    nearest = nearestStamp(recent_, moment);
   }
   if (!nearest || nearest == published_tools_) return;
   published_tools_ = nearest;

@@ -4,8 +4,11 @@
 #include <cstring>
 #include <limits>
 
+#include <boost/make_shared.hpp>
+
 #include "nets.h"
 #include "vest_tissue/ros/conversions.h"
+#include "vest_tissue/ros/nearest_stamp.h"
 
 // Protects what recordings and viewers rely on: nothing is lost or turned on the way into messages and back.
 
@@ -269,6 +272,20 @@ TEST(Conversions, FieldsAreScaledToBytesWithoutWrapping) {
   toMsg(frame, msg);
   EXPECT_TRUE(msg.fields.empty());
   EXPECT_EQ(msg.positions.size(), 12U);
+}
+
+TEST(NearestStamp, IsTheMessageNextToTheMomentAndTheEarlierOfTwo) {
+  std::deque<vest_msgs::InstrumentStates::ConstPtr> messages;
+  EXPECT_EQ(nearestStamp(messages, ros::Time(1)), nullptr);
+  for (const double t : {1.0, 2.0, 4.0}) {
+    const auto m = boost::make_shared<vest_msgs::InstrumentStates>();
+    m->header.stamp = ros::Time(t);
+    messages.push_back(m);
+  }
+  const std::pair<double, std::size_t> wanted[] = {{0.5, 0}, {1.0, 0}, {1.4, 0}, {1.5, 0}, {1.6, 1},
+                                                   {2.0, 1}, {3.0, 1}, {3.1, 2}, {4.0, 2}, {1e9, 2}};
+  for (const auto& [moment, index] : wanted)
+    EXPECT_EQ(nearestStamp(messages, ros::Time(moment)), messages[index]) << moment;
 }
 
 }  // namespace
