@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Protects docs/tutorials: the commands of own_scene.md, taken from the page, make a scene that cuts and bleeds; those of
-first_exercise.md score an attempt; the programs of learning.md print what it says; every edit that a page
+first_exercise.md score an attempt, those of own_exercise.md make an exercise; the programs of learning.md print what it says; every edit that a page
 prints is one that docs/parameters.md lists, within its range.
 
 usage: test_tutorials.py DOCS"""
@@ -15,27 +15,18 @@ import unittest
 import yaml
 
 DOCS = pathlib.Path(sys.argv.pop(1)).resolve()
+sys.path.insert(0, str(DOCS.parent / ".ci"))
+import tutorial_pages  # noqa: E402
 SESSION = ("export PATH=", "source build/", "roslaunch ")  # the shell is prepared; a session needs a display
 
 
 def steps(page):
     """What a reader does: ("file", name, text) and ("command", line), in order."""
-    lines = (DOCS.parent / page).read_text(encoding="utf-8").splitlines()
-    found, k = [], 0
-    while k < len(lines):
-        name = re.match(r"Write this to `([\w.]+)`:$", lines[k])
-        if name:
-            begin = next(i for i in range(k, len(lines)) if lines[i].startswith("```")) + 1
-            k = lines.index("```", begin)
-            found.append(("file", name[1], "\n".join(lines[begin:k]) + "\n"))
-        elif lines[k].startswith("    "):
-            found.append(("command", lines[k].strip()))
-        k += 1
-    return found
+    return [step for step in tutorial_pages.steps((DOCS.parent / page).read_text(encoding="utf-8")) if step[0] != "says"]
 
 
-def follow(page):
-    """Does what the page says. @return what each command said"""
+def follow(page, up_to=None):
+    """Does what the page says, to its end or to a command. @return what each command said"""
     said = {}
     with tempfile.TemporaryDirectory() as where:
         for step in steps(page):
@@ -48,6 +39,8 @@ def follow(page):
                 if done.returncode != 0:
                     raise AssertionError("%s\n%s%s" % (step[1], done.stdout, done.stderr))
                 said[step[1]] = done.stdout
+            if step[1] == up_to:
+                break
     return said
 
 
@@ -72,6 +65,14 @@ class OwnScene(unittest.TestCase):
             self.assertRegex(played, r"%s cut|cut.*%s" % (thing, thing))
         self.assertGreater(float(re.search(r"blood: ([\d.]+) ml lost", played)[1]), 0.2, played)
         self.assertIn("worst status 0", played)
+
+
+class OwnExercise(unittest.TestCase):
+    def test_the_exercise_of_the_page_passes_and_fails_as_it_says(self):
+        run = "rosrun vest_bringup vest_exercise run exercise.yaml"
+        said = follow("docs/tutorials/own_exercise.md", up_to=run + " --script fail")
+        self.assertIn("PASSED, total 100.0", said[run])
+        self.assertIn("failed by held: The tube was let go.", said[run + " --script fail"])
 
 
 class FirstExercise(unittest.TestCase):

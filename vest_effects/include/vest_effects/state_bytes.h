@@ -7,7 +7,7 @@
 #include <vector>
 
 /// State of an effect as bytes: numbers one after another, little-endian (as x86-64 and ARM64 hold them), no
-/// padding. One function writes both ways: template <class Archive> void walk(Archive&, State&).
+/// padding. One function template writes both ways: walk(Archive&, State&).
 namespace vest::effects {
 
 class StateWriter {

@@ -22,8 +22,8 @@ class ClockWatch {
   /// A reading of both clocks at one moment. @return the jump since the reading before, if there was one
   std::optional<Jump> look(double system, double steady);
 
-  /// @param stamp a time of the system clock, taken shortly before the steady moment @param steady. Look once
-  /// after the stamp was taken, or a jump between the two is not known.
+  /// Look once after the stamp was taken, or a jump between the two is not known.
+  /// @param stamp a time of the system clock @param steady a moment shortly after it
   double line(double stamp, double steady) const;
 
   const std::vector<Jump>& jumps() const { return jumps_; }

@@ -39,7 +39,7 @@ struct TopicStatistics {
     if (count++ == 0) first = stamp;
     last = stamp;
   }
-  /// A message of a topic of which some are left out. @param sequence its number among those that were sent
+  /// A message of a topic of which some are left out. @param number its own among those that were sent
   void add(double stamp, std::uint32_t number) {
     const std::uint64_t sent = count > 0 && number > sequence ? number - sequence : 1;
     add(stamp);
