@@ -17,6 +17,7 @@
 #include "vest_tissue/suture/rod.h"
 #include "vest_tissue/volume/lattice.h"
 #include "vest_tissue/volume/mesh_file.h"
+#include "vest_tissue/volume/transfer_table.h"
 
 namespace vest::fuzz {
 namespace {
@@ -145,6 +146,12 @@ void readCurve(const std::string& input) {
     takes("", [&] { material::fitLaw(points, 4); });
 }
 
+void readTable(const std::string& input) {
+  const std::string file = folder().unpack("table.csv", input);
+  volume::TransferTable table;
+  if (takes(file, [&] { table = volume::readTransferTable(file); })) volume::transfer(table, 0);
+}
+
 /// A world with a net and finite elements; the inputs are its snapshots without the checksum, which is put
 /// behind them, so that what lies below it is reached.
 scene::World& world() {
@@ -253,6 +260,8 @@ std::vector<Reader> tissueReaders() {
           {"rods", readRods, {}},
           {"patient", readPatient, patients},
           {"curve", readCurve, {}},
+          {"table", readTable,
+           shipped("vest_tissue/library/tables/soft.csv", "vest_tissue/library/tables/bone.csv")},
           {"snapshot", readSnapshot, snapshots},
           {"dicom", readDicom, dicomFiles},
           {"volume", readVolume, volumeFiles}};

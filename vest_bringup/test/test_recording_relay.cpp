@@ -109,5 +109,11 @@ TEST(RecordingRelay, RelaysOnlyTopicsOfASession) {
     EXPECT_EQ(std::count(all.begin(), all.end(), topic), 1) << topic << " would never be recorded";
 }
 
+// The values of a head show a face.
+TEST(RecordingRelay, PatientsImagesAreNotRecordedUnlessAskedFor) {
+  for (const std::string& topic : defaultTopics())
+    EXPECT_EQ(topic.find("image/volume"), std::string::npos) << topic;
+}
+
 }  // namespace
 }  // namespace vest::session

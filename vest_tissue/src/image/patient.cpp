@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "vest_tissue/fem/tissue.h"
+#include "vest_tissue/image/brick.h"
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/scene/yaml_reader.h"
 #include "vest_tissue/volume/stuffing.h"
@@ -175,11 +176,9 @@ std::string firstOfLabels(const std::string& name, const std::string& map, const
 }
 
 volume::Lattice mesh(const volume::LabelledImage& labels, const Patient& patient) {
-  Eigen::Matrix3d supine;
-  supine << -1, 0, 0, 0, 0, -1, 0, -1, 0;
   volume::LabelledImage turned = labels;
-  turned.direction = supine * labels.direction;
-  turned.origin = supine * labels.origin;
+  turned.direction = supine() * labels.direction;
+  turned.origin = supine() * labels.origin;
   volume::Lattice lattice = volume::stuffLabels(turned, patient.cell);
   Vector3d low = lattice.nodes[0], high = low;
   for (const Vector3d& n : lattice.nodes) low = low.cwiseMin(n), high = high.cwiseMax(n);

@@ -76,6 +76,35 @@ bool toOpticalFrame(const vest_msgs::InstrumentState& endoscope, Eigen::Isometry
   return true;
 }
 
+std::string toBrick(const vest_msgs::ImageVolume& message, volume::Brick* brick) {
+  double voxels = 1;
+  for (int a = 0; a < 3; ++a) {
+    brick->size[a] = message.size[a];
+    voxels *= message.size[a];
+    brick->origin[a] = message.origin[a];
+    for (int b = 0; b < 3; ++b) brick->axes(a, b) = message.axes[3 * a + b];
+  }
+  if (!(voxels > 0 && voxels == static_cast<double>(message.stored.size())))
+    return "size: does not go with the number of values";
+  const Eigen::Vector3d spacing = brick->axes.colwise().norm().transpose();
+  const bool in_space = brick->origin.allFinite() && brick->axes.allFinite() && spacing.minCoeff() > 1e-6 &&
+                        spacing.maxCoeff() < 1 && std::abs(brick->axes.determinant()) > 1e-3 * spacing.prod();
+  if (!in_space) return "origin, axes: must be finite, voxels of 1 um to 1 m, and axes that fill space";
+  if (!std::isfinite(message.intercept) || !std::isfinite(message.slope) || message.slope == 0)
+    return "slope, intercept: must be finite, and a slope that is not 0";
+  brick->slope = message.slope, brick->intercept = message.intercept;
+  brick->unit = message.value_unit;
+  brick->stored = message.stored;
+  if (message.nothing != volume::Brick::kNothing)
+    for (std::int16_t& number : brick->stored) {
+      if (number == message.nothing)
+        number = volume::Brick::kNothing;
+      else if (number == volume::Brick::kNothing)
+        ++number;
+    }
+  return {};
+}
+
 sensor_msgs::CameraInfo toCameraInfo(const camera::Intrinsics& c) {
   sensor_msgs::CameraInfo info;
   info.width = c.width;

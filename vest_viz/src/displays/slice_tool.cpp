@@ -24,7 +24,8 @@ void SliceTool::collect(rviz::DisplayGroup* group, std::vector<rviz::Property*>*
   for (int i = 0; i < group->numDisplays(); ++i) {
     rviz::Display* const display = group->getDisplayAt(i);
     if (auto* const below = dynamic_cast<rviz::DisplayGroup*>(display)) collect(below, slices);
-    if (display->getClassId() == "vest_viz/Tissue") slices->push_back(display->subProp("Slice"));
+    if (display->getClassId() == "vest_viz/Tissue" || display->getClassId() == "vest_viz/ImageVolume")
+      slices->push_back(display->subProp("Slice"));
   }
 }
 
@@ -32,7 +33,7 @@ void SliceTool::activate() {
   std::vector<rviz::Property*> slices;
   collect(context_->getRootDisplayGroup(), &slices);
   for (rviz::Property* slice : slices) slice->setValue(true);
-  setStatus(slices.empty() ? "There is no Tissue display to slice."
+  setStatus(slices.empty() ? "There is no Tissue and no ImageVolume display to slice."
                            : "Left-drag: move the slice along its normal. Right-drag: turn it.");
 }
 

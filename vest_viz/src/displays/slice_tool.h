@@ -11,8 +11,8 @@ class Property;
 
 namespace vest::displays {
 
-/// vest_viz/Slice: moves the plane of every Tissue display by the mouse: left button along its normal, right
-/// button turns it.
+/// vest_viz/Slice: moves the plane of every Tissue and ImageVolume display by the mouse: left button along
+/// its normal, right button turns it.
 class SliceTool : public rviz::Tool {
  public:
   SliceTool();
@@ -21,7 +21,7 @@ class SliceTool : public rviz::Tool {
   int processMouseEvent(rviz::ViewportMouseEvent& event) override;
 
  private:
-  /// The properties "Slice" of the Tissue displays in a group and the groups below.
+  /// The properties "Slice" of these displays in a group and the groups below.
   static void collect(rviz::DisplayGroup* group, std::vector<rviz::Property*>* slices);
 };
 

@@ -24,6 +24,7 @@
 #include <unistd.h>
 #include <vest_msgs/ContactModels.h>
 #include <vest_msgs/FluidState.h>
+#include <vest_msgs/ImageVolume.h>
 #include <vest_msgs/InstrumentStates.h>
 #include <vest_msgs/TissueState.h>
 #include <vest_msgs/TissueTopology.h>
@@ -142,6 +143,14 @@ TEST_F(Lifecycle, AddedAndRemovedAgainAndAgainLeavesNothingBehind) {
   forces.contacts[0].wrench.force.z = 2;
   forces.contacts[1].wrench.force.z = std::nan("");
   contacts.publish(forces);
+  auto images = nh.advertise<vest_msgs::ImageVolume>("image/volume", 1, true);
+  vest_msgs::ImageVolume image;
+  image.header.frame_id = "world";
+  image.size = {4, 4, 4};
+  for (int a = 0; a < 3; ++a) image.axes[4 * a] = 0.01;
+  image.slope = 1;
+  image.stored.assign(64, 60);
+  images.publish(image);
 
   const bool full = std::getenv("VEST_FULL") != nullptr;
   const int rounds = full ? 100 : 12, settled = full ? 20 : 3;
@@ -152,10 +161,11 @@ TEST_F(Lifecycle, AddedAndRemovedAgainAndAgainLeavesNothingBehind) {
   for (int round = 0; round < rounds; ++round) {
     // Two of each at once.
     std::vector<rviz::Display*> displays;
-    for (const char* kind :
-         {"vest_viz/EndoscopicView", "vest_viz/Tissue", "vest_viz/Contacts", "vest_viz/Effects"})
+    for (const char* kind : {"vest_viz/EndoscopicView", "vest_viz/Tissue", "vest_viz/Contacts",
+                             "vest_viz/Effects", "vest_viz/ImageVolume"})
       for (int k = 0; k < 2; ++k) displays.push_back(make(kind));
     displays[2]->subProp("Links")->setValue(true);
+    displays[8]->subProp("Slice")->setValue(true);
     displays[3]->subProp("Colour By")->setValue(round % 2 == 0 ? "strain" : "material");
     // Until the topology has arrived: then each object has a mesh and a material in all four.
     ASSERT_TRUE(spin([] { return ownResources()["meshes"] >= 60; }, 60)) << "round " << round;
