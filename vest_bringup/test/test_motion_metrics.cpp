@@ -70,6 +70,18 @@ TEST(MotionMetrics, CircleHasItsKnownFigures) {
   EXPECT_EQ(tool.idle_fraction, 0.0);
 }
 
+TEST(MotionMetrics, ACircleIsAsSmoothAsItIsAtEveryRate) {
+  // T³/v²·∫jerk² = (ωT)⁴. It is in full swing where the recording begins and ends.
+  const double w = 2.0 * M_PI / 5.0, r = 0.05, known = -4.0 * std::log(w * 10.0);
+  for (const double rate : {30.0, 100.0, 1000.0}) {
+    const auto tool = figuresOf(tableOf(10.0, rate, [=](double t) {
+                        return Vector3d(r * std::cos(w * t), r * std::sin(w * t), 0.1);
+                      })).tools[0];
+    EXPECT_NEAR(tool.ldlj.value(), known, 1e-3 * std::abs(known)) << rate;
+    EXPECT_NEAR(tool.filtered_rms_jerk.value(), w * w * w * r, 2e-3 * w * w * w * r) << rate;
+  }
+}
+
 TEST(MotionMetrics, TremorAddsItsOwnJerkToTheRawFigureAndNotToTheFilteredPath) {
   const double w = 2.0 * M_PI * 20.0, a = 0.0005;
   const auto still = figuresOf(tableOf(5.0, 1000.0, reach)).tools[0];

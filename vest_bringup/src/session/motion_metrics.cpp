@@ -5,6 +5,7 @@
 #include <complex>
 #include <cstdio>
 
+#include <Eigen/QR>
 #include <unsupported/Eigen/FFT>
 
 #include <nlohmann/json.hpp>
@@ -101,19 +102,46 @@ class Spline {
   Points p_, slope_;
 };
 
+/// Curvature of a motion at its first point, m/s²: of the quartic that fits its first 0.4 s best; zero where
+/// fewer than 8 points are there. The quartic leaves a minimum-jerk reach, which begins without curvature, as
+/// it is; noise of tremor passes the longer window least.
+constexpr double kEndWindow = 0.4;  // s, tuned
+template <class Iterator>
+Eigen::Vector3d endCurvature(Iterator first, std::size_t points, double rate) {
+  const std::size_t n = std::min(points, static_cast<std::size_t>(std::lround(kEndWindow * rate)) + 1);
+  if (n < 8) return Eigen::Vector3d::Zero();
+  Eigen::MatrixXd powers(n, 5), places(n, 3);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double t = static_cast<double>(i) / (kEndWindow * rate);
+    const auto row = static_cast<Eigen::Index>(i);
+    powers.row(row) << 1.0, t, t * t, t * t * t, t * t * t * t;
+    places.row(row) = (first[static_cast<std::ptrdiff_t>(i)] - *first).transpose();
+  }
+  const Eigen::MatrixXd fit = powers.householderQr().solve(places);
+  return 2.0 * fit.row(2).transpose() / (kEndWindow * kEndWindow);
+}
+
 /// Second-order Butterworth low pass by the bilinear transform, forwards, then backwards.
 void filterTwice(Points& points, double rate) {
   const double k = std::tan(M_PI * kFilterFrequency / rate), scale = 1.0 / (1.0 + std::sqrt(2.0) * k + k * k);
   const double b = k * k * scale, a1 = 2.0 * (k * k - 1.0) * scale,
                a2 = (1.0 - std::sqrt(2.0) * k + k * k) * scale;
   const std::size_t n = points.size();
-  // The ends go on point-symmetrically, so that a motion does not begin with a step.
+  // The ends go on point-symmetrically, so that a motion does not begin with a step, and with the curvature
+  // that they have: a circle whose curvature turned over at its ends would have a jerk that is not there.
   const std::size_t more = std::min(n - 1, static_cast<std::size_t>(std::ceil(rate)));
   Points x;
   x.reserve(n + 2 * more);
-  for (std::size_t i = more; i > 0; --i) x.push_back(2.0 * points.front() - points[i]);
+  const Eigen::Vector3d at_front = endCurvature(points.begin(), n, rate),
+                        at_back = endCurvature(points.rbegin(), n, rate);
+  const auto bent = [rate](std::size_t i, const Eigen::Vector3d& curvature) -> Eigen::Vector3d {
+    const double away = std::min(static_cast<double>(i) / rate, kEndWindow);
+    return away * away * curvature;
+  };
+  for (std::size_t i = more; i > 0; --i) x.push_back(2.0 * points.front() - points[i] + bent(i, at_front));
   x.insert(x.end(), points.begin(), points.end());
-  for (std::size_t i = 1; i <= more; ++i) x.push_back(2.0 * points.back() - points[n - 1 - i]);
+  for (std::size_t i = 1; i <= more; ++i)
+    x.push_back(2.0 * points.back() - points[n - 1 - i] + bent(i, at_back));
   for (int pass = 0; pass < 2; ++pass) {
     Eigen::Vector3d x1 = x.front(), x2 = x.front(), y1 = x.front(), y2 = x.front();
     for (Eigen::Vector3d& value : x) {
