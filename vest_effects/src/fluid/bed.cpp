@@ -7,7 +7,6 @@ namespace vest::fluid {
 namespace {
 
 constexpr float kGround = 1e-3f;  ///< m: as far as contacts let tissue into the ground (assumed)
-constexpr float kSame = 1e-4f;    ///< m: nearer to the highest face is the highest face (tuned)
 /// m: ground that is so much higher than at the last look has come from the side, not from below (assumed: 30
 /// mm/s).
 constexpr float kOver = 1.5e-3f;
@@ -43,17 +42,10 @@ bool see(const Surface& surface, std::size_t t, Seen& seen) {
   return seen.twice > 1e-10f;
 }
 
-/// Whether a place on the edge p … q belongs to the triangle on its left: of two that share it, to one.
-inline bool ownsEdge(const float* p, const float* q) {
-  return q[1] > p[1] || (q[1] == p[1] && q[0] < p[0]);
-}
-
-/// What a triangle covers of a cell: its middle.
+/// A cell whose middle a triangle covers.
 struct Hit {
   std::size_t cell;
-  float w[3], sum;  ///< weights of the corners times their sum
-  float z;          ///< m
-  bool own;         ///< of triangles side by side one alone has the place, also on their edges
+  float z;  ///< m, of the triangle there
 };
 
 /// Calls f(Hit) for each cell whose middle lies in the triangle, or next to its edge.
@@ -83,14 +75,89 @@ void eachCell(const Model& model, const Seen& t, F&& f) {
       const float wc = (a[0] - px) * (b[1] - py) - (a[1] - py) * (b[0] - px);
       if (wa < slack || wb < slack || wc < slack) continue;
       const float sum = wa + wb + wc;
-      const bool own = (wa > 0 || (wa == 0 && ownsEdge(b, c))) && (wb > 0 || (wb == 0 && ownsEdge(c, a))) &&
-                       (wc > 0 || (wc == 0 && ownsEdge(a, b)));
       f(Hit{static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) +
                 static_cast<std::size_t>(col),
-            {wa, wb, wc},
-            sum,
-            (wa * a[2] + wb * b[2] + wc * c[2]) / sum,
-            own});
+            (wa * a[2] + wb * b[2] + wc * c[2]) / (wa + wb + wc)});
+    }
+  }
+}
+
+/// What a triangle covers of a cell.
+struct Overlap {
+  std::size_t cell;
+  double share;  ///< of the cell's area, > 0
+  double w[3];   ///< weights of the corners at its middle
+  float z;       ///< m, there
+};
+
+/// Cuts a polygon (cells, x y) at a line x = at or y = at; keeps what lies above (sign 1) or below (-1).
+struct Polygon {
+  static constexpr int kMost = 12;  // four lines make seven of three; rounding hardly more
+  double at[kMost][2];
+  int count = 0;
+
+  void cut(int axis, double line, double sign) {
+    double out[kMost][2];
+    int n = 0;
+    for (int k = 0; k < count && n + 2 <= kMost; ++k) {
+      const double *p = at[k], *q = at[k + 1 < count ? k + 1 : 0];
+      const double a = sign * (p[axis] - line), b = sign * (q[axis] - line);
+      if (a >= 0) out[n][0] = p[0], out[n++][1] = p[1];
+      if ((a > 0 && b < 0) || (a < 0 && b > 0)) {
+        const double part = a / (a - b);
+        out[n][axis] = line, out[n][1 - axis] = p[1 - axis] + part * (q[1 - axis] - p[1 - axis]);
+        ++n;
+      }
+    }
+    count = n;
+    std::copy(&out[0][0], &out[0][0] + 2 * n, &at[0][0]);
+  }
+};
+
+/// Calls f(Overlap) for each cell that the triangle covers a part of, where wanted(cell). By areas, not by
+/// the cells' middles: what passes to a knot goes smoothly from cell to cell as it moves (0026).
+template <class W, class F>
+void eachOverlap(const Model& model, const Seen& t, W&& wanted, F&& f) {
+  const double inverse = 1.0 / model.parameters.pool_cell;
+  double p[3][2];  // cells
+  const float* corner[3] = {t.a, t.b, t.c};
+  for (int k = 0; k < 3; ++k)
+    for (int axis = 0; axis < 2; ++axis)
+      p[k][axis] = (static_cast<double>(corner[k][axis]) - model.parameters.low[axis]) * inverse;
+  const auto first = [&](int axis) {
+    return std::max(0.0, std::floor(std::min({p[0][axis], p[1][axis], p[2][axis]})));
+  };
+  const auto last = [&](int axis, int count) {
+    return std::min<double>(count - 1, std::floor(std::max({p[0][axis], p[1][axis], p[2][axis]})));
+  };
+  const double c1 = last(0, model.columns), r1 = last(1, model.rows);
+  const double whole = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[1][1] - p[0][1]) * (p[2][0] - p[0][0]);
+  for (double r = first(1); r <= r1; ++r) {
+    for (double c = first(0); c <= c1; ++c) {
+      const std::size_t cell =
+          static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) + static_cast<std::size_t>(c);
+      if (!wanted(cell)) continue;
+      Polygon g;
+      g.count = 3;
+      std::copy(&p[0][0], &p[0][0] + 6, &g.at[0][0]);
+      g.cut(0, c, 1), g.cut(0, c + 1, -1), g.cut(1, r, 1), g.cut(1, r + 1, -1);
+      double twice = 0, x = 0, y = 0;  // against the first corner, or they would cancel
+      for (int k = 1; k + 1 < g.count; ++k) {
+        const double ux = g.at[k][0] - g.at[0][0], uy = g.at[k][1] - g.at[0][1],
+                     vx = g.at[k + 1][0] - g.at[0][0], vy = g.at[k + 1][1] - g.at[0][1];
+        const double part = ux * vy - uy * vx;
+        twice += part, x += part * (ux + vx), y += part * (uy + vy);
+      }
+      if (!(twice > 1e-9)) continue;
+      x = g.at[0][0] + x / (3 * twice), y = g.at[0][1] + y / (3 * twice);
+      Overlap o{cell, 0.5 * twice, {}, 0};
+      for (int k = 0; k < 3; ++k) {
+        const double *m = p[(k + 1) % 3], *n = p[(k + 2) % 3];
+        o.w[k] = std::clamp(((m[0] - x) * (n[1] - y) - (m[1] - y) * (n[0] - x)) / whole, 0.0, 1.0);
+      }
+      o.z = static_cast<float>(o.w[0] * static_cast<double>(t.a[2]) + o.w[1] * static_cast<double>(t.b[2]) +
+                               o.w[2] * static_cast<double>(t.c[2]));
+      f(o);
     }
   }
 }
@@ -203,6 +270,31 @@ void findUndersides(const Model& model, const Inputs& inputs, const Pools& w, Sc
   }
 }
 
+/// 0 … 1: how far a face is what the liquid of its cell stands on: within a cell's width above or below the
+/// bed it is (steep ground), two widths away not (assumed).
+double nearBed(const Model& model, const Pools& w, const Overlap& part) {
+  const double off = std::fabs(static_cast<double>(part.z - w.bed[part.cell]));
+  return std::clamp(2.0 - off / model.parameters.pool_cell, 0.0, 1.0);
+}
+
+/// ScratchData::bearing: share of each cell's area with faces that its liquid stands on; over 1 where they
+/// overlap.
+template <class W>
+void findBearing(const Model& model, const Inputs& inputs, const Pools& w, ScratchData& s, W&& borne) {
+  std::fill(s.bearing.begin(), s.bearing.end(), 0.0f);
+  for (std::size_t k = 0; k < inputs.surface_count; ++k) {
+    const Surface& surface = inputs.surfaces[k];
+    if (surface.rigid) continue;
+    for (std::size_t t = 0; t < surface.triangle_count; ++t) {
+      Seen seen;
+      if (see(surface, t, seen) && seen.up)
+        eachOverlap(model, seen, borne, [&](const Overlap& part) {
+          s.bearing[part.cell] += static_cast<float>(part.share * nearBed(model, w, part));
+        });
+    }
+  }
+}
+
 }  // namespace
 
 void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchData& s) {
@@ -244,6 +336,10 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
     findUndersides(model, inputs, w, s);
   sinkLevels(model, state, s);
   const auto sunk = [&](std::size_t node) { return std::max(0.0f, w.sunk[node]); };
+  const auto wet = [&](std::size_t i) { return s.around[i] >= 0 || w.depth[i] > kDryDepth; };
+  // Liquid stands on tissue in a cell, not on the ground.
+  const auto borne = [&](std::size_t i) { return w.depth[i] > kDryDepth && w.bed[i] > s.floor[i]; };
+  findBearing(model, inputs, w, s, borne);
   for (std::size_t k = 0; k < inputs.surface_count; ++k) {
     const Surface& surface = inputs.surfaces[k];
     if (surface.rigid) continue;
@@ -251,7 +347,6 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
     for (std::size_t t = 0; t < surface.triangle_count; ++t) {
       Seen seen;
       if (!see(surface, t, seen)) continue;
-      const auto id = static_cast<std::int32_t>(s.triangle_offset[k] + t);
       // Pressure acts along the normal: what is vertical of it is the weight of the column.
       const float e0[3] = {seen.b[0] - seen.a[0], seen.b[1] - seen.a[1], seen.b[2] - seen.a[2]},
                   e1[3] = {seen.c[0] - seen.a[0], seen.c[1] - seen.a[1], seen.c[2] - seen.a[2]};
@@ -259,44 +354,48 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
             y = (e0[2] * e1[0] - e0[0] * e1[2]) / seen.twice;
       const float steep = std::sqrt(x * x + y * y);
       if (steep > kSteepest) x *= kSteepest / steep, y *= kSteepest / steep;
-      eachCell(model, seen, [&](const Hit& hit) {
-        const std::size_t i = hit.cell;
-        if (s.around[i] < 0 && !(w.depth[i] > kDryDepth)) return;
-        const std::int32_t from = s.around[i];
-        const auto source = static_cast<std::size_t>(std::max(0, from));
+      eachOverlap(model, seen, wet, [&](const Overlap& part) {
+        const std::size_t i = part.cell;
+        // The liquid beside it: what reaches under it, or what stands in the cell itself.
+        const bool open = s.around[i] < 0 && w.depth[i] >= kStanding && s.floor[i] > kNoBed && !borne(i);
+        const std::size_t source = open ? i : static_cast<std::size_t>(std::max(0, s.around[i]));
+        const bool beside = open || s.around[i] >= 0;
         // What lies in the ground, as vessels in the wall, has no water about it.
-        const float buried = std::min(1.0f, std::max(0.0f, 1.0f + (hit.z - s.floor[i]) / kGround));
-        const float level = w.bed[source] + w.depth[source] - sunk(w.depth.size() + i),
-                    under = from < 0 ? 0.0f : buried * (level - hit.z);
+        const float buried = std::min(1.0f, std::max(0.0f, 1.0f + (part.z - s.floor[i]) / kGround));
+        const float level = w.bed[source] + w.depth[source] - sunk(open ? i : w.depth.size() + i),
+                    under = beside ? buried * (level - part.z) : 0.0f;
         double down = 0, drag = 0, stiffness = 0;
-        if (under > 0 && !surface.closed) return;  // a sheet with water on both sides
-        if (seen.up && w.bed_triangle[i] == id) {
-          down = weight(i, w.depth[i] > kDryDepth ? std::max(0.0f, w.depth[i] - sunk(i)) : 0.0f);
-          drag = impedance(w.depth[i]);
-        } else if (under > 0 && hit.own && (!seen.up || hit.z < w.bed[i] - kSame)) {
-          down = seen.up ? weight(source, under) : -weight(source, under);
-          drag = impedance(under);
+        bool lifts = false;
+        if (surface.closed && (under > 0 || (beside && under > -kDips && !seen.up))) {
+          // What the level lifts follows the tissue at once (docs/decisions/0026-…), also where it dips in
+          // anew.
+          const double sign = part.share * (seen.up ? 1 : -1), depth = std::max(0.0f, under);
+          lifts = true;
+          down = sign * weight(source, 1) * depth, stiffness = -sign * weight(source, buried);
+          drag = part.share * impedance(std::max(0.0f, under));
+        } else if (seen.up && borne(i)) {
+          // Under a sheet stands what is beside it: with water on both sides nothing weighs.
+          const float below = beside ? w.bed[source] + w.depth[source] - part.z : 0.0f,
+                      rest = w.depth[i] - (surface.closed ? sunk(i) : std::max(0.0f, below)),
+                      head = rest > kDryDepth ? rest : 0.0f;
+          const double share = part.share * nearBed(model, w, part) / std::max(1.0f, s.bearing[i]);
+          down = share * weight(i, head), drag = share * impedance(w.depth[i]);
         }
-        // What the level lifts follows the tissue at once (docs/decisions/0026-…), also where it dips in
-        // anew.
-        const bool lifts = from >= 0 && surface.closed && hit.own && w.bed_triangle[i] != id &&
-                           under > -kDips && (!seen.up || hit.z < w.bed[i] - kSame);
-        if (lifts) stiffness = (seen.up ? -1 : 1) * weight(source, buried);
         if (down == 0 && stiffness == 0) return;
         // Sideways still water pushes a closed organ by nothing in the sum, and squeezes it by less than what
-        // fills it resists; by the middles of cells the sum would be any (docs/decisions/0026-…).
-        const double aside = from >= 0 && surface.closed ? 0.0 : -down;
+        // fills it resists; by cells the sum would be any (docs/decisions/0026-…).
+        const double aside = beside && surface.closed ? 0.0 : -down;
         const double force[5] = {aside * static_cast<double>(x), aside * static_cast<double>(y), -down, drag,
                                  stiffness};
         for (int corner = 0; corner < 3; ++corner) {
           const std::uint32_t knot = seen.knots[static_cast<std::size_t>(corner)];
           auto& to = s.knot_load[knot];
           if (!s.is_loaded[knot]) s.is_loaded[knot] = 1, s.loaded.push_back(knot);
-          const double share = static_cast<double>(hit.w[corner] / hit.sum);
+          const double share = part.w[corner];
           for (std::size_t n = 0; n < 5; ++n) to[n] += share * force[n];
           if (!lifts) continue;
           const float z = surface.positions[3 * knot + 2];
-          to[5] += share * static_cast<double>(level - z), to[6] += share;
+          to[5] += share * part.share * static_cast<double>(level - z), to[6] += share * part.share;
         }
       });
     }

@@ -187,6 +187,7 @@ struct ScratchData {
   bool has_floor = false;
   std::vector<std::int32_t> around, open, wave;  ///< cells: see reachUnder()
   std::vector<float> underside, sink;            ///< m: see sinkLevels()
+  std::vector<float> bearing;                    ///< per cell: see findBearing()
   /// Per knot of one surface: N x y z, N·s/m, N/m, and the area (of faces under the level) times its depth
   /// and the area, for their mean
   std::vector<std::array<double, 7>> knot_load;

@@ -143,7 +143,7 @@ Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
   s.floor.assign(c * r, kNoBed);
   for (auto* a : {&s.floor_triangle, &s.around}) a->assign(c * r, -1);
   s.open.reserve(c * r), s.wave.reserve(2 * c * r);
-  s.underside.assign(c * r, 0.0f), s.sink.assign(2 * c * r, -1.0f);
+  s.underside.assign(c * r, 0.0f), s.bearing.assign(c * r, 0.0f), s.sink.assign(2 * c * r, -1.0f);
   std::size_t most = 0;
   for (const SurfaceSize& size : model.surfaces) most = std::max(most, size.knots);
   s.knot_load.assign(most, {});

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "boxes.h"
 
@@ -147,6 +148,68 @@ TEST(Weight, WhatIsNarrowerThanACellIsNotPushedAside) {
     p.weigh();
     for (const std::size_t axis : {0, 1}) EXPECT_NEAR(p.force(1)[axis], 0, 0.03 * all) << place;
   }
+}
+
+/// Greatest change of a load (N) from one look to the next, of any knot.
+double greatestChange(const std::vector<KnotLoad>& before, const std::vector<KnotLoad>& now) {
+  std::map<std::uint32_t, double> change;
+  for (const KnotLoad& l : before) change[l.knot] -= static_cast<double>(l.force[2]);
+  for (const KnotLoad& l : now) change[l.knot] += static_cast<double>(l.force[2]);
+  double most = 0;
+  for (const auto& [knot, by] : change) most = std::max(most, std::fabs(by));
+  return most;
+}
+
+TEST(Weight, AVesselIsLiftedAlikeWhereverItLiesAmongTheCells) {
+  // A bar as a vessel of 3 mm; in steps of 0.1 mm across two cells of 4 mm.
+  const double half = 0.012, thin = 0.0015, volume = 8 * half * thin * thin;
+  const double all = kWater * kGravity * volume;
+  std::vector<KnotLoad> before;
+  double most = 0, greatest = 0;
+  for (int place = 0; place <= 80; ++place) {
+    Mesh bar = block(half, -thin, thin, 6);
+    for (std::size_t k = 0; k < bar.positions.size(); k += 3)
+      bar.positions[k + 1] = static_cast<float>(bar.positions[k + 1] * thin / half + 1e-4 * place),
+                        bar.positions[k + 2] += 0.005f;
+    Pool p({openBox(-0.06, 0.06, -0.06, 0.06, 0.04, 12), bar}, {{true, false}, {false, true}});
+    for (int look = 0; look < 2; ++look) p.weigh(), p.fillTo(0.012);
+    p.weigh();
+    EXPECT_NEAR(p.force(1)[2], all, 0.02 * all) << place << ": Archimedes";
+    for (const KnotLoad& l : p.report.loads)
+      greatest = std::max(greatest, std::fabs(static_cast<double>(l.force[2])));
+    if (place > 0) most = std::max(most, greatestChange(before, p.report.loads));
+    before = p.report.loads;
+  }
+  EXPECT_LT(most, 0.05 * greatest) << "N: no knot's load comes and goes with a cell's middle";
+}
+
+TEST(Weight, ASheetThatDipsInLosesItsLoadSmoothly) {
+  // 2 mm of water on a sheet that sinks into 6 mm of it, in steps of 0.1 mm.
+  Mesh sheet;
+  sheet.add({-0.02, -0.02, 0}, {0.04, 0, 0}, {0, 0.04, 0}, 10);
+  Pool p({openBox(-0.06, 0.06, -0.06, 0.06, 0.04, 12), sheet}, {{true, false}, {false, false}});
+  const auto to = [&](double z) {
+    for (std::size_t k = 2; k < p.meshes[1].positions.size(); k += 3)
+      p.meshes[1].positions[k] = static_cast<float>(z);
+  };
+  to(0.008);
+  p.weigh();
+  p.fillTo(0.006);
+  for (int r = p.model.rows / 2 - 5; r < p.model.rows / 2 + 5; ++r)
+    for (int c = p.model.columns / 2 - 5; c < p.model.columns / 2 + 5; ++c)
+      ASSERT_TRUE(fillCell(p.model, p.state, c, r, 0.002 * 0.004 * 0.004, 0));
+  const State poured = p.state;
+  std::vector<double> loads;
+  for (int step = 0; step <= 50; ++step) {
+    p.state = poured;
+    to(0.008 - 1e-4 * step);
+    p.weigh();
+    loads.push_back(-p.force(1)[2]);
+  }
+  const double all = kWater * kGravity * 0.04 * 0.04 * 0.002;
+  EXPECT_NEAR(loads.front(), all, 1e-3 * all);
+  EXPECT_NEAR(loads.back(), 0, 1e-3 * all) << "water on both sides";
+  for (std::size_t k = 1; k < loads.size(); ++k) EXPECT_NEAR(loads[k], loads[k - 1], 0.06 * all) << k;
 }
 
 /// A block of 40 mm, 2 mm over the ground of a basin of 56 mm (whole cells): there is little water beside it.
