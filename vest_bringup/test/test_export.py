@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Protects what other programs read of a recording: rows have the motion and the hashes of the session, HDF5 has robomimic's layout, COCO's
 masks are the labels, and a bag that is none leaves one message and no file.
+Moments of a rehearsal hold what belongs together.
 
 usage: test_export.py EXERCISE EXPORT"""
 import csv
@@ -128,6 +129,26 @@ class Export(unittest.TestCase):
             self.assertIn(bad, self.export("--to", "csv", session=bad, code=2)[1])
         self.assertIn("cannot be read", self.export("--to", "csv", session="/nowhere", code=2)[1])
         self.assertIn("no writer of LeRobot", self.export("--to", "lerobot", code=2)[1])
+
+
+class Moments(unittest.TestCase):
+    def test_a_film_of_blood_is_on_the_tissue_that_is_drawn_though_that_was_cut_just_now(self):
+        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, "trajectories", "cut_strip.yaml")
+        with tempfile.TemporaryDirectory() as folder:
+            bag = os.path.join(folder, "moments.bag")
+            subprocess.run(["rosrun", "vest_bringup", "vest_rehearse", script, "--scene", "cut_strip", "--seconds", "4.2", "--bag", bag,
+                            "--at", "3.45", "3.63", "3.89"], check=True, stdout=subprocess.DEVNULL)
+            film, states = 0, []
+            with rosbag.Bag(bag) as messages:
+                for topic, message, _ in messages.read_messages():
+                    if topic.endswith("effects/surface"):
+                        film = message.revision
+                    if topic.endswith("tissue/state"):
+                        states.append((message.revision, film))
+        self.assertEqual(len(states), 3)
+        self.assertGreater(len({revision for revision, _ in states}), 1, "it is cut meanwhile")
+        for revision, film in states:
+            self.assertEqual(film, revision)
 
 
 if __name__ == "__main__":

@@ -82,8 +82,10 @@ void main() {
   sharp *= sharp * sharp;                         // ^96
   float wet = wetness * (0.4 + 0.6 * tint.a);
   // Fluid gathers between the crests of the micro relief: highlights break up, but fade out softly. A film of
-  // blood covers the relief: its surface is smooth, so its highlight is narrow and it has no sheen.
-  sharp *= mix(0.4 + 0.6 * fine.z, sharp, film);
+  // blood covers the relief: its surface is smooth, so the lamp's image in it is small, and it has no sheen.
+  float mirror = sharp * sharp;
+  mirror *= mirror;                               // ^384
+  sharp *= mix(0.4 + 0.6 * fine.z, mirror * mirror, film);  // ^864
   vec3 soft = vec3(0.050, 0.046, 0.046) * (1.0 - 0.8 * film);
   // A soft film everywhere; bright and slightly blue only where fluid stands.
   colour += wet * (soft * sheen + ground.a * ground.a * vec3(6.0, 6.3, 6.6) * sharp);

@@ -27,6 +27,11 @@ void MomentBag::put(const std::string& topic, ros::Time& time, M& message) {
   time += ros::Duration(1e-6);  // a bag keeps the order of different times only
 }
 
+bool MomentBag::current(const scene::World& world) {
+  if (surface_.update()) has_surface_ = true;
+  return surface_.front().step == 0 || surface_.front().revision == world.revision();
+}
+
 void MomentBag::write(double t, const scene::World& world, const kinematics::TrainerBox& box,
                       const scene::StepInput& input) {
   ros::Time time(t + 1.0);  // a bag has no time 0
@@ -58,7 +63,9 @@ void MomentBag::write(double t, const scene::World& world, const kinematics::Tra
   }
   put("instruments", time, instruments);
 
-  if (surface_.update()) {
+  current(world);
+  if (has_surface_) {
+    has_surface_ = false;
     vest_msgs::SurfaceBleeding surface;
     toMsg(surface_.front(), surface);
     put("effects/surface", time, surface);

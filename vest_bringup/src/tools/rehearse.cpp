@@ -97,7 +97,11 @@ int main(int argc, char** argv) {
     if (at.empty()) at = trajectory.pictures;
     auto next = at.cbegin();
     const auto keep = [&](double t, const auto& input, const auto&) {
-      for (; moments && next != at.cend() && t >= *next; ++next) moments->write(t, world, box, input);
+      constexpr double kPatience = 0.2;  // s
+      for (; moments && next != at.cend() && t >= *next; ++next) {
+        if (!moments->current(world) && t < *next + kPatience) break;
+        moments->write(t, world, box, input);
+      }
     };
     const auto begin = std::chrono::steady_clock::now();
     const auto report = simulation::rehearse(*stage.trainer, box, trajectory, hands, seconds, keep);

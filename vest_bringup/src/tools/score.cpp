@@ -66,6 +66,7 @@ class Moments {
   void look(const vest::scene::World& world, const vest::scene::StepInput& input,
             const exercise::Engine& engine) {
     if (world.steps() % 50 == 0 || engine.finished() != finished_) {
+      if (!bag_->current(world) && !engine.finished()) return;
       const auto all = engine.result().moments;
       for (; seen_ < all.size(); ++seen_) {
         using Kind = exercise::Moment::Kind;

@@ -98,6 +98,7 @@ void BoxReader::tryOpen(Nanoseconds now) {
 void BoxReader::lostPort(Nanoseconds now) {
   driver_.disconnected(now);
   decoder_.reset();
+  told_running_ = false;
   last_open_error_ = port_.error();
   lost_ = true;
   lost_why_ = port_.error();
@@ -155,17 +156,17 @@ void BoxReader::watch(Nanoseconds now) {
     told_silence_ = true;
     say(Severity::kError, "connected, but no good frame for 0.5 s");
   }
-  if (state != last_state_) {
-    if (state == BoxState::kFault && last_state_ == BoxState::kRunning) {
-      updateStatus(now);
-      say(Severity::kError, "sensor fault; left out until they read well again: " + status_.unusable);
-    }
-    if (state == BoxState::kRunning) {
-      if (last_state_ != BoxState::kStale || told_silence_) say(Severity::kInfo, "running");
-      told_silence_ = false;
-    }
-    last_state_ = state;
+  if (state == BoxState::kFault && told_running_) {
+    updateStatus(now);
+    say(Severity::kError, "sensor fault; left out until they read well again: " + status_.unusable);
+    told_running_ = false;
   }
+  if (state == BoxState::kRunning) {
+    if (!told_running_ || told_silence_) say(Severity::kInfo, "running");
+    told_running_ = true;
+    told_silence_ = false;
+  }
+  last_state_ = state;
   constexpr Nanoseconds kPatience = 2000 * kMillisecond;  // a box says hello once a second
   if (state == BoxState::kNoHello && !warned_no_frames_ && now - opened_ > kPatience) {
     warned_no_frames_ = true;

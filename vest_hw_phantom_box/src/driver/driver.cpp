@@ -17,6 +17,8 @@ const char* toString(BoxState state) {
       return "protocol version not supported";
     case BoxState::kStale:
       return "no data";
+    case BoxState::kSettling:
+      return "waiting for the readings to settle";
     case BoxState::kFault:
       return "sensor fault";
     case BoxState::kRunning:
@@ -33,7 +35,7 @@ void Driver::forgetMotion() {
   for (JointReading& j : sample_.joints) j = JointReading{};
   has_time_ = false;
   ++epoch_;
-  joint_fault_ = false;
+  joint_fault_ = settling_ = false;
 }
 
 void Driver::connected(Nanoseconds now) {
@@ -94,11 +96,13 @@ bool Driver::motion(const protocol::Motion& m, Nanoseconds now) {
   if (!(m.status & protocol::kPedalsMissing)) footswitches_.reading(m.footswitches, device_us_ * 1000, now);
 
   const bool box_usable = !(m.status & (protocol::kNotReferenced | protocol::kInternalError));
-  joint_fault_ = false;
+  joint_fault_ = settling_ = false;
   for (int i = 0; i < kJoints; ++i) {
     if (!has(i)) continue;
     joint(i, m, box_usable);
-    joint_fault_ |= !sample_.joints[i].usable;
+    const bool missing = !sample_.joints[i].usable;
+    joint_fault_ |= missing && guards_[i].broken;
+    settling_ |= missing && !guards_[i].broken;
   }
   sample_.time_us = m.time_us;
   return true;
@@ -119,8 +123,9 @@ void Driver::joint(int i, const protocol::Motion& m, bool box_usable) {
   const std::int64_t hold_us = options_.hold / 1000;
 
   if (reading) {
-    const bool follows =
-        g.has_raw && device_us_ - g.last_raw_us <= hold_us && consistent(g.last_raw, g.last_raw_us);
+    const bool comparable = g.has_raw && device_us_ - g.last_raw_us <= hold_us;
+    const bool follows = comparable && consistent(g.last_raw, g.last_raw_us);
+    g.broken |= comparable && !follows;
     g.settled = follows ? std::min(g.settled + 1, options_.settle) : 0;
     g.last_raw = raw;
     g.last_raw_us = device_us_;
@@ -128,6 +133,7 @@ void Driver::joint(int i, const protocol::Motion& m, bool box_usable) {
   } else {
     g.settled = 0;
     g.has_raw = false;
+    g.broken = true;
   }
 
   // A hole that is older than the hold leaves nothing to compare with: as after a fault.
@@ -146,6 +152,7 @@ void Driver::joint(int i, const protocol::Motion& m, bool box_usable) {
       g.velocity = 0;
     }
     g.accepted = true;
+    g.broken = false;
     g.good = position;
     g.good_us = device_us_;
     out.position = std::clamp(position, c.min, c.max);
@@ -168,7 +175,8 @@ BoxState Driver::state(Nanoseconds now) const {
   if (!has_hello_) return BoxState::kNoHello;
   if (hello_.version_major != protocol::kVersionMajor) return BoxState::kIncompatible;
   if (now - last_frame_ > options_.stale) return BoxState::kStale;
-  return joint_fault_ || !has_time_ ? BoxState::kFault : BoxState::kRunning;
+  if (joint_fault_) return BoxState::kFault;
+  return settling_ || !has_time_ ? BoxState::kSettling : BoxState::kRunning;
 }
 
 }  // namespace vest::driver

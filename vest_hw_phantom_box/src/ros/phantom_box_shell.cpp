@@ -118,7 +118,7 @@ void PhantomBoxShell::publishDiagnostics(const ros::SteadyTimerEvent&) {
     d.level = std::max<std::uint8_t>(d.level, d.WARN);
     d.message += "; " + text;
   };
-  if (s.state != BoxState::kRunning) d.level = d.ERROR;
+  if (s.state != BoxState::kRunning) d.level = s.state == BoxState::kSettling ? d.WARN : d.ERROR;
   if (!s.port_error.empty()) d.message += ": port '" + parameters_.reader.port + "': " + s.port_error;
   if (s.state == BoxState::kFault) d.message += ": " + s.unusable;
   if (crc) warn(std::to_string(crc) + " CRC errors in the last second");

@@ -21,6 +21,9 @@ class MomentBag {
   explicit MomentBag(const std::string& file);
   /// Buffers that the stage fills; hand them to makeStage().
   simulation::StageFrames frames() { return {nullptr, nullptr, &surface_, field_}; }
+  /// Whether the surfaces' frame is of the world's topology: it comes at 10 Hz only, and a film of blood on
+  /// knots that have been cut since is not drawn. Wait for it before write().
+  bool current(const scene::World& world);
   /// The world after the step that consumed `input`, t s since the beginning.
   void write(double t, const scene::World& world, const kinematics::TrainerBox& box,
              const scene::StepInput& input);
@@ -32,6 +35,7 @@ class MomentBag {
 
   rosbag::Bag bag_;
   scene::TripleBuffer<simulation::SurfaceFrame> surface_;
+  bool has_surface_ = false;  ///< that has not been written
   std::shared_ptr<simulation::FieldFrames> field_ = std::make_shared<simulation::FieldFrames>();
   std::array<kinematics::JointPositions, tools::kInstrumentCount> joints_{};
   std::uint32_t revision_ = 0;  ///< of the topology that was written last

@@ -100,7 +100,7 @@ class BoxReader : private protocol::FrameSink {
   Nanoseconds last_status_ = INT64_MIN / 2;
   BoxState last_state_ = BoxState::kDisconnected;
   bool warned_no_frames_ = false;
-  bool told_silence_ = false;
+  bool told_running_ = false, told_silence_ = false;
   std::uint64_t gaps_ = 0;
   Nanoseconds stale_since_ = 0;
   std::uint8_t warned_stuck_ = 0;

@@ -24,7 +24,8 @@ enum class BoxState {
   kNoHello,       ///< port open, nothing known about the box yet
   kIncompatible,  ///< another major version of the protocol
   kStale,         ///< no good frame for DriverOptions::stale
-  kFault,         ///< frames come, but at least one joint cannot be used
+  kSettling,      ///< frames come; after a start or a hole in them joints are left out until they settled
+  kFault,         ///< frames come, but at least one joint reads what cannot be
   kRunning
 };
 const char* toString(BoxState state);
@@ -86,6 +87,7 @@ class Driver {
     double good = 0;           ///< last accepted reading with its turns, before clamping
     std::int64_t good_us = 0;  ///< its device time
     int settled = 0;           ///< consistent readings in a row
+    bool broken = false;       ///< the last reading but good ones was flagged, missing or a jump
     double velocity = 0;
   };
   void joint(int index, const protocol::Motion& motion, bool box_usable);
@@ -99,7 +101,7 @@ class Driver {
   bool has_hello_ = false;
   bool has_frame_ = false;
   bool has_time_ = false;
-  bool joint_fault_ = false;
+  bool joint_fault_ = false, settling_ = false;
   std::uint8_t status_ = 0;
   std::uint64_t epoch_ = 0;
   std::uint32_t last_us_ = 0;
