@@ -201,9 +201,12 @@ void readImage(const DataSet& data, FrameHeader& h) {
 std::size_t readHeaders(const std::string& path, FrameHeader* headers, std::size_t most) {
   if (most == 0)
     throw std::invalid_argument("one frame more than the " + std::to_string(kMostFrames) + " allowed");
-  const bool part10 = isPart10(path);
+  // What the kernel makes up has no size either, and may let its reader wait: /proc/kmsg.
+  const bool empty = std::filesystem::file_size(path) == 0, beside = isBeside(path);
+  if (empty && !beside) throw std::invalid_argument("is empty");
+  const bool part10 = !empty && isPart10(path);
   FrameHeader h{};
-  if (!part10 && isBeside(path)) {
+  if (!part10 && beside) {
     h.kind = FrameHeader::Other;
     headers[0] = h;
     return 1;

@@ -278,6 +278,7 @@ bool isVolumeFile(const std::string& path) {
 
 VolumeHeader readVolumeHeader(const std::string& path) try {
   const Format format = formatOf(path);
+  if (fs::file_size(path) == 0) throw std::runtime_error("is empty");  // as readHeaders() has it
   const Account account = format == Format::Nrrd   ? accountOfNrrd(path)
                           : format == Format::Meta ? accountOfMeta(path)
                                                    : accountOfNifti(path);

@@ -47,6 +47,9 @@ void limit(const std::string& file, std::size_t before, std::optional<std::size_
   const std::size_t bytes = unpacked.value_or(static_cast<std::size_t>(status.st_size));
   const itimerval most{{0, 0}, {static_cast<time_t>(4 + bytes / 10'000'000), 0}};
   setitimer(ITIMER_PROF, &most, nullptr);
+  // A file system may never answer, and a busy machine may be slow.
+  const itimerval longest{{0, 0}, {60 * most.it_value.tv_sec, 0}};
+  setitimer(ITIMER_REAL, &longest, nullptr);
   const rlim_t memory = before + 300'000'000 + 4 * std::min<std::size_t>(bytes, 1'000'000'000);
   const rlimit data{memory, RLIM_INFINITY};
   setrlimit(RLIMIT_DATA, &data);
@@ -57,7 +60,8 @@ void limit(const std::string& file, std::size_t before, std::optional<std::size_
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   const int nothing = open("/dev/null", O_RDWR);
   for (const int fd : {0, 1, 2}) dup2(nothing, fd);
-  for (const int s : {SIGPROF, SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU}) std::signal(s, SIG_DFL);
+  for (const int s : {SIGPROF, SIGALRM, SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU})
+    std::signal(s, SIG_DFL);
   const rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
   setrlimit(RLIMIT_FSIZE, &none);  // it writes no file
@@ -110,7 +114,9 @@ void inWorker(const std::vector<std::string>& files, const std::function<void(st
   const std::string& file = files.at(std::min(std::size_t{report.file}, files.size() - 1));
   report.message[sizeof report.message - 1] = 0;
   std::string cause;
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGPROF)
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM)
+    cause = "reading it does not end";
+  else if (WIFSIGNALED(status) && WTERMSIG(status) == SIGPROF)
     cause = "is damaged: reading it takes too long";
   else if (report.failed && WIFEXITED(status) && WEXITSTATUS(status) == 0)
     cause = report.message;

@@ -12,6 +12,7 @@
 #include "vest_tissue/fem/cache.h"
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/scene/baked.h"
+#include "vest_tissue/scene/edits.h"
 #include "vest_tissue/scene/fem_object.h"
 #include "vest_tissue/scene/scene_files.h"
 #include "vest_tissue/scene/world.h"
@@ -24,7 +25,6 @@ using yaml::Map;
 using yaml::Value;
 
 constexpr std::size_t kMaxObjects = 1000;
-constexpr double kMostGravity = 1e4;  // m/s²: in a step of 10 ms a knot may not reach 100 m/s (World::step)
 
 /// The law as written; what is left out is that of `law`, where there is one.
 material::Law readLaw(const Value& value, material::Law law) {
@@ -369,8 +369,9 @@ Description load(const std::string& path, SceneFiles* kept) {
     map["objects"].fail("must be 1 to " + std::to_string(kMaxObjects) + " objects");
   const auto objects = map["objects"].list();
   if (objects.empty()) map["objects"].fail("must be 1 to " + std::to_string(kMaxObjects) + " objects");
-  if (description.integrator == Integrator::NewtonEuler && description.gravity.norm() > kMostGravity)
-    map["gravity"].fail("must be at most 10000 m/s² with integrator: newton_euler");
+  if (description.integrator == Integrator::NewtonEuler &&
+      description.gravity.cwiseAbs().maxCoeff() > kMostGravity)
+    map["gravity"].fail("must be from -100 to 100 m/s² along each axis with integrator: newton_euler");
   for (const Value& item : objects) {
     Object object = readObject(item, files, description.integrator == Integrator::NewtonEuler);
     for (const auto& other : description.objects) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <numeric>
 #include <set>
 #include <tuple>
@@ -106,11 +107,12 @@ void checkSkin(const Object& object, const Check& check) {
   }
 }
 
-/// Triangles that others touch: three corners each, none twice; where they are closed, seen from outside.
+/// Triangles that others touch: three corners each, none twice; where they are closed, seen from outside. Two
+/// of a rigid object that share an edge look to the same side.
 void checkSurface(const Object& object, const Check& check) {
   const auto& triangles = object.contact_triangles;
   std::set<std::array<Index, 3>> known;
-  std::set<std::pair<Index, Index>> edges;
+  std::map<std::pair<Index, Index>, std::vector<std::size_t>> edges;  // of these triangles
   double six = 0;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     std::array<Index, 3> t = triangles[i];
@@ -120,14 +122,20 @@ void checkSurface(const Object& object, const Check& check) {
     std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
     if (!known.insert(t).second)
       check.fail("contact_triangles", i, "stands there twice", "must stand there once");
-    for (std::size_t e = 0; e < 3; ++e) edges.insert({t[e], t[(e + 1) % 3]});
+    for (std::size_t e = 0; e < 3; ++e) edges[{t[e], t[(e + 1) % 3]}].push_back(i);
     const Eigen::Vector3d o = object.rest_position[triangles[0][0]];
     six += (object.rest_position[t[0]] - o)
                .dot((object.rest_position[t[1]] - o).cross(object.rest_position[t[2]] - o));
   }
-  for (const auto& [from, to] : edges)
-    if (edges.count({to, from}) == 0) return;  // open: it has two sides
-  if (six < 0 && object.organ != "cavity")
+  bool open = false;  // it has two sides
+  for (const auto& [edge, of] : edges) {
+    if (edges.count({edge.second, edge.first}) > 0) continue;
+    open = true;
+    if (object.model == ObjectModel::Rigid && of.size() == 2)
+      check.fail("contact_triangles", of[1], "turned against [" + std::to_string(of[0]) + "], its neighbour",
+                 "must go round as its neighbours do");
+  }
+  if (!open && six < 0 && object.organ != "cavity")
     check.fail("contact_triangles", 0, "inside out, volume " + Check::text(six / 6),
                "must be counter-clockwise from outside (organ: cavity where one looks from within)");
 }

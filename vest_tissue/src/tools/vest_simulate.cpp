@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <string>
 
@@ -6,6 +7,10 @@
 
 #include "simulate_rods.h"
 #include "simulate_scene.h"
+
+namespace {
+constexpr double kLongestStep = 1000;  // s (assumed): of static and backward Euler scenes in other units, too
+}
 
 int main(int argc, char** argv) {
   CLI::App app(
@@ -18,7 +23,10 @@ int main(int argc, char** argv) {
   app.add_option("--steps", options.steps, "steps of dt")
       ->check(CLI::Range(0, 1000000000))
       ->capture_default_str();
-  app.add_option("--dt", options.dt, "step, s (default: the scene's)")->check(CLI::PositiveNumber);
+  app.add_option("--dt", options.dt, "step, s (default: the scene's)")->check([](const std::string& text) {
+    const double dt = std::strtod(text.c_str(), nullptr);  // a NaN passes CLI::Range
+    return dt > 0 && dt <= kLongestStep ? "" : "must be above 0, at most 1000 s";
+  });
   app.add_flag("--static", options.equilibrium, "equilibrium instead of steps");
   app.add_option("--threads", options.threads, "threads; results are the same for any")
       ->check(CLI::Range(1, 64))

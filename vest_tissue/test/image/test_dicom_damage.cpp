@@ -74,6 +74,12 @@ TEST(Damaged, WhatIsNoDicomIsRefusedByName) {
   std::filesystem::remove(file);
   ASSERT_EQ(0, std::system(("mkfifo " + file).c_str()));
   EXPECT_NE(refusal([&] { read(files.folder()); }).find("regular"), std::string::npos);
+  std::filesystem::remove(file);
+  std::ofstream(files.folder() + "/readme.txt").close();
+  EXPECT_EQ(refusal([&] { read(files.folder()); }), "") << "an empty file beside the images says nothing";
+  // As /proc/kmsg, which root may open and which never ends: a file without a size, that nobody begins to
+  // read.
+  EXPECT_EQ(refusal([&] { read("/proc/self/status"); }), "/proc/self/status: is empty");
 }
 
 }  // namespace

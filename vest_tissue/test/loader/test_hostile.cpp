@@ -144,7 +144,9 @@ TEST(Hostile, WhatSinglePrecisionOrAStepCannotHoldIsRefusedByName) {
        {"links.rest_length[0]", "1e+308"});
   says(Scene("database").with("links.csv", "0,1,0.01,0,", "0,1,0.01,1e39,").message(),
        {"links.stiffness[0]", "1e+39"});
-  says(Scene("two").with("scene.yaml", "-9.81]", "-1e7]").message(), {"scene.yaml:3: gravity", "10000"});
+  says(Scene("two").with("scene.yaml", "-9.81]", "-101]").message(),
+       {"scene.yaml:3: gravity", "-100 to 100"});
+  EXPECT_EQ(Scene("two").with("scene.yaml", "-9.81]", "-100]").message(), "");
   says(Scene("database").with("nodes.csv", "\n1,0.01,", "\n1,400000,").message(),
        {"links.rest_length", "resolves"});
 }
@@ -188,6 +190,8 @@ TEST(Hostile, SurfacesOfKnotsAreClosedFromOutsideAndOfThreeCorners) {
   says(inside.message(), {"block.contact_triangles[0]", "inside out"});
   inside.with("scene.yaml", "organ: liver", "organ: cavity");
   EXPECT_EQ(inside.message(), "") << "one looks at a cavity from within";
+  says(Scene("two").with("floor.csv", "1,3,2", "1,2,3").message(),
+       {"floor.contact_triangles[1]", "turned against [0]"});
 }
 
 TEST(Hostile, SurfaceFilesAreRefusedByFieldAndWhy) {
