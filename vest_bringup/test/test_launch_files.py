@@ -27,6 +27,7 @@ CASES = [
     ("replay.launch", ["bag:=/tmp/session.bag"], ["play", "view"]),
     ("replay.launch", ["bag:=/tmp/session.bag", "headless:=true"], ["play", "view"]),
     ("view.launch", [], ["view"]),
+    ("teacher.launch", [], ["teacher", "camera_hand"]),
     ("hand.launch", ["name:=left", "tool:=scissors", "mover:=sim"], ["haptics_left"]),
 ]
 

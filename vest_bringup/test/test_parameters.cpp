@@ -7,6 +7,8 @@
 #include <sstream>
 
 #include "play.h"
+#include "vest_bringup/exercise/engine.h"
+#include "vest_bringup/ros/exercise_file.h"
 
 namespace vest::simulation {
 namespace {
@@ -50,6 +52,7 @@ TEST(Parameters, ThePageListsExactlyWhatEditsMayChangeWithUnitsAndRanges) {
   ASSERT_GT(rows.size(), 20u);
   Play play("arterial_bleeding", true);
   const scene::Description& description = play.world().description();
+  exercise::addExercise(exercise::loadExercise(ros_shell::exerciseFile("stop_bleeding")), play.stage);
   std::vector<scene::EditableParameter> edits;
   play.stage.trainer->edits(edits);
   std::set<std::pair<std::string, std::string>> used;

@@ -10,6 +10,7 @@
 
 #include <sqlite3.h>
 
+#include "vest_bringup/exercise/rating.h"
 #include "vest_bringup/exercise/report.h"
 #include "vest_bringup/exercise/trainees.h"
 
@@ -90,6 +91,34 @@ TEST_F(TraineesTest, TheSameInputTwiceIsACopy) {
   EXPECT_EQ(t.keep(attempt("anna", "a")).flags, "");
   EXPECT_EQ(t.keep(attempt("anna", "b")).flags, "");
   EXPECT_EQ(t.keep(attempt("ben", "a")).flags, "copy");
+}
+
+TEST_F(TraineesTest, MarksOfAPersonAreKeptBesideTheScoresAndInNoLearningCurve) {
+  Trainees trainees(file_);
+  trainees.add("anna");
+  for (int twice = 0; twice < 2; ++twice)
+    EXPECT_EQ(trainees
+                  .keep(ratingOf("GOALS", "clip_cut_tube", kHostile, {1, 2, 3, 4, 5}, "anna",
+                                 "2026-11-2" + std::to_string(twice)))
+                  .flags,
+              "")
+        << "the same marks again are no copy";
+  EXPECT_TRUE(trainees.attempts("anna", "clip_cut_tube").empty());
+  const auto kept = trainees.attempts("anna", "GOALS clip_cut_tube");
+  ASSERT_EQ(kept.size(), 2U);
+  EXPECT_EQ(kept[0].total, 15);
+  EXPECT_EQ(kept[0].quality, 50);
+  const auto json = nlohmann::json::parse(kept[0].json);
+  EXPECT_EQ(json["rater"], kHostile);
+  EXPECT_EQ(json["marks"]["tissue_handling"], 4);
+  for (const auto& [form, marks] :
+       std::vector<std::pair<std::string, std::vector<int>>>{{"GOALS", {1, 2, 3, 4, 5, 5}},
+                                                             {"GEARS", {1, 2, 3, 4, 5}},
+                                                             {"GOALS", {0, 2, 3, 4, 5}},
+                                                             {"GOALS", {1, 2, 3, 4, 6}},
+                                                             {"OSATS", {1, 2, 3, 4, 5}},
+                                                             {"GOALS", {}}})
+    EXPECT_THROW(ratingOf(form, "clip_cut_tube", "boss", marks, "anna", ""), std::invalid_argument) << form;
 }
 
 TEST_F(TraineesTest, ErasedIsGoneFromTheBytes) {
@@ -176,7 +205,15 @@ TEST_F(TraineesTest, ADatabaseOfAStrangerIsReadAsIfItLied) {
 }
 
 Report reportOf(const Exercise& e, const Result& r, const Trace& trace) {
-  return {e, r, trace, kHostile, "2026-01-02T03:04:05Z", "0", {10, 40}, {{1.5, "<i>", "\xff\xd8\xff"}}};
+  return {e,
+          r,
+          trace,
+          kHostile,
+          "2026-01-02T03:04:05Z",
+          "0",
+          {10, 40},
+          {{1.5, "<i>", "\xff\xd8\xff"}},
+          {{2.0, "<i>"}}};
 }
 
 TEST(Report, EscapesEveryTextAndNeedsNothingBesideIt) {

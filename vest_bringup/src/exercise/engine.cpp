@@ -485,11 +485,17 @@ bool Progress::update() {
 Result Progress::result() const {
   return resultOf(*impl_->model, impl_->buffer.front());
 }
-std::string Progress::instruction() const {
-  const Clock& c = impl_->buffer.front().clock;
+Standing Progress::standing() const {
+  const Engine::State& s = impl_->buffer.front();
   const auto& phases = exercise().phases;
-  if (c.finished != 0 || c.phase >= phases.size()) return "";
-  return c.hinted != 0 ? phases[c.phase].hint : phases[c.phase].instruction;
+  Standing now;
+  for (std::size_t i = 0; i < kHands; ++i) now.force[i] = s.tools[i].force;
+  if (s.clock.finished != 0 || s.clock.phase >= phases.size()) return now;
+  const Phase& phase = phases[s.clock.phase];
+  now.phase = phase.name, now.number = s.clock.phase + 1;
+  now.hint = s.clock.hinted != 0;
+  now.instruction = now.hint ? phase.hint : phase.instruction;
+  return now;
 }
 const Exercise& Progress::exercise() const {
   return impl_->model->exercise;

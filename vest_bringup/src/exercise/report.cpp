@@ -128,6 +128,11 @@ constexpr const char* kStyle =
     "table{border-collapse:collapse;width:100%}td,th{padding:.35em .6em;border-bottom:1px solid #d5dce2;"
     "text-align:left}td.n{text-align:right;font-variant-numeric:tabular-nums}.plots{display:grid;"
     "grid-template-columns:1fr 1fr;gap:1em}figure{margin:0}figure svg,figure img{width:100%;height:auto}"
+    // Printers of HTML know no grid.
+    "@page{size:A4;margin:15mm}@media print{body{margin:0;font-size:12px;max-width:none}"
+    ".figures,.plots{display:block}.figures div{display:inline-block;margin-right:2em}"
+    ".plots figure{display:inline-block;width:48%;margin:0 1% 1em 0}td.n{white-space:nowrap}"
+    "figure,tr{break-inside:avoid}}"
     "figcaption,.small{color:#56646f;font-size:.88em}.bad{color:#b33a00;font-weight:600}.good{color:#00704f}";
 
 }  // namespace
@@ -213,6 +218,9 @@ std::string toHtml(const Report& report) {
     h += "<tr><td class=\"n\">" + number("%.1f s", 1e-3 * static_cast<double>(m.step)) + "</td><td" +
          (bad ? " class=\"bad\"" : "") + ">" + escaped(describe(e, m)) + "</td></tr>\n";
   }
+  for (const Note& n : report.notes)
+    h += "<tr><td class=\"n\">" + number("%.1f s", n.t) + "</td><td>Teacher: " + escaped(n.text) +
+         "</td></tr>\n";
   h += "</table>\n";
   if (!report.pictures.empty()) {
     h += "<h2>Moments</h2>\n<div class=\"plots\">\n";

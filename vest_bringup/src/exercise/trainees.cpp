@@ -68,6 +68,20 @@ constexpr const char* kColumns =
 
 }  // namespace
 
+Attempt attemptOf(const Exercise& e, const Result& r, const std::string& trainee, const std::string& date,
+                  const std::string& version, const std::string& directory) {
+  Attempt a;
+  a.trainee = trainee, a.date = date, a.version = version, a.directory = directory;
+  a.exercise = e.name, a.exercise_hash = e.hash;
+  char hash[17];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(r.input_hash));
+  a.input_hash = hash;
+  a.total = r.total, a.quality = r.quality, a.time = r.time, a.passed = r.passed;
+  for (const std::string& word : flagWords(r.flags)) a.flags += (a.flags.empty() ? "" : ",") + word;
+  a.json = toJson(e, r);
+  return a;
+}
+
 std::string Trainees::defaultFile() {
   const auto set = [](const char* name) {
     const char* const value = std::getenv(name);

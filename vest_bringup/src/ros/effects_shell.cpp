@@ -96,7 +96,8 @@ void toMsg(const simulation::SurfaceFrame& f, vest_msgs::SurfaceBleeding& msg) {
   scale(f.wetness, 1.0f, msg.fields[1]);
 }
 
-EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh) : exercise_(nh, private_nh) {
+EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh)
+    : exercise_(nh, private_nh), action_(nh, exercise_) {
   const ros::NodeHandle effects(private_nh, "effects");
   options_.insufflation = boolParameter(effects, "insufflation", true);
   const ros::NodeHandle gas(effects, "gas");

@@ -13,9 +13,17 @@
 namespace vest::ros_shell {
 namespace {
 
-void toMsg(const exercise::Exercise& e, const exercise::Result& r, vest_msgs::SessionScore& msg) {
-  msg.exercise = e.name;
-  msg.elapsed = r.time;
+void toMsg(const exercise::Exercise& e, const exercise::Result& r, const exercise::Standing& now,
+           vest_msgs::SessionScore& msg) {
+  msg.exercise = e.name, msg.title = e.title;
+  msg.phase = now.phase, msg.hint = now.hint;
+  msg.phase_number = static_cast<std::uint32_t>(now.number);
+  msg.phases = static_cast<std::uint32_t>(e.phases.size());
+  msg.elapsed = r.time, msg.limit = e.limit;
+  for (std::size_t i = 0; i < now.force.size(); ++i) msg.force[i] = now.force[i];
+  if (r.finished)
+    for (const std::string& name : r.failed_by) msg.failed_by.push_back(exercise::textOf(e, name));
+  msg.flags = exercise::flagWords(r.flags);
   msg.total = r.total;
   msg.finished = r.finished, msg.passed = r.passed;
   for (std::size_t i = 0; i < r.items.size(); ++i) {
@@ -61,25 +69,55 @@ ExerciseShell::ExerciseShell(ros::NodeHandle nh, const ros::NodeHandle& private_
   instruction_pub_ = nh.advertise<vest_msgs::StringStamped>("session/instruction", 1, true);
   targets_pub_ = nh.advertise<visualization_msgs::MarkerArray>("session/targets", 1, true);
   result_pub_ = nh.advertise<vest_msgs::StringStamped>("session/result", 1, true);
-  if (name.empty()) return;
-  const std::string file = exerciseFile(name);
-  exercise_ = std::make_unique<exercise::Exercise>(exercise::loadExercise(file));
-  file_text_ = files::read(file, 1U << 20U);
-  publishText(file_pub_, file_text_, ros::Time::now());
+  if (name.empty())
+    choose(Chosen());  // a recording that gets one later shall know that it had none
+  else
+    choose(name);
+}
+
+ExerciseShell::Chosen ExerciseShell::choose(const std::string& name) {
+  const auto exercise =
+      std::make_shared<const exercise::Exercise>(exercise::loadExercise(exerciseFile(name)));
+  choose(exercise);
+  return exercise;
+}
+
+void ExerciseShell::choose(const Chosen& exercise) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    exercise_ = exercise;
+  }
+  // A recording has it before the scene that it belongs to.
+  publishText(file_pub_, exercise ? files::read(exercise->file, 1U << 20U) : "", ros::Time::now());
+}
+
+ExerciseShell::Chosen ExerciseShell::chosen() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return exercise_;
+}
+std::uint64_t ExerciseShell::attempt() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return attempt_;
+}
+ExerciseShell::Told ExerciseShell::told() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return told_;
 }
 
 void ExerciseShell::attach(simulation::Stage& stage) {
+  const Chosen exercise = chosen();
   std::shared_ptr<exercise::Progress> progress;
-  if (exercise_ && stage.trainer->world().description().name == exercise_->scene)
-    progress = exercise::addExercise(*exercise_, stage).progress();
-  else if (exercise_)
-    ROS_WARN("exercise %s needs scene %s: nothing is scored in this one", exercise_->name.c_str(),
-             exercise_->scene.c_str());
+  if (exercise && stage.trainer->world().description().name == exercise->scene)
+    progress = exercise::addExercise(*exercise, stage).progress();
+  else if (exercise)
+    ROS_WARN("exercise %s needs scene %s: nothing is scored in this one", exercise->name.c_str(),
+             exercise->scene.c_str());
   visualization_msgs::MarkerArray targets;
-  if (progress) toMsg(exercise::outlinesOf(*exercise_, stage.trainer->world()), ros::Time::now(), targets);
+  if (progress) toMsg(exercise::outlinesOf(*exercise, stage.trainer->world()), ros::Time::now(), targets);
   targets_pub_.publish(targets);
   const std::lock_guard<std::mutex> lock(mutex_);
   progress_ = std::move(progress);
+  ++attempt_;
 }
 
 void ExerciseShell::publishText(const ros::Publisher& publisher, const std::string& text,
@@ -92,24 +130,34 @@ void ExerciseShell::publishText(const ros::Publisher& publisher, const std::stri
 
 void ExerciseShell::publish(const ros::Time& now) {
   std::shared_ptr<exercise::Progress> progress;
+  std::uint64_t attempt = 0;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    progress = progress_;
+    progress = progress_, attempt = attempt_;
   }
-  if (!progress || !progress->update()) return;
-  const exercise::Result result = progress->result();
-  vest_msgs::SessionScore score;
-  score.header.stamp = now;
-  toMsg(progress->exercise(), result, score);
-  score_pub_.publish(score);
-  const std::string instruction = progress->instruction();
-  if (instruction != instruction_) publishText(instruction_pub_, instruction_ = instruction, now);
-  if (!result.finished) told_ = false;
-  if (!result.finished || told_) return;
-  told_ = true;
-  publishText(result_pub_, toJson(progress->exercise(), result), now);
-  ROS_INFO("exercise %s: %s, total %.1f of 100", result.exercise.c_str(),
-           result.passed ? "passed" : "not passed", result.total);
+  if (!progress) {  // the scene that is shown now has no exercise
+    if (!instruction_.empty()) publishText(instruction_pub_, instruction_ = "", now);
+    return;
+  }
+  if (!progress->update()) return;
+  Told told;
+  told.attempt = attempt;
+  told.result = progress->result();
+  const exercise::Standing standing = progress->standing();
+  told.instruction = standing.instruction;
+  told.score.header.stamp = now;
+  toMsg(progress->exercise(), told.result, standing, told.score);
+  score_pub_.publish(told.score);
+  if (told.instruction != instruction_) publishText(instruction_pub_, instruction_ = told.instruction, now);
+  const bool finished = told.result.finished;
+  if (finished && !finished_told_) {
+    publishText(result_pub_, toJson(progress->exercise(), told.result), now);
+    ROS_INFO("exercise %s: %s, total %.1f of 100", told.result.exercise.c_str(),
+             told.result.passed ? "passed" : "not passed", told.result.total);
+  }
+  finished_told_ = finished;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  told_ = std::move(told);
 }
 
 }  // namespace vest::ros_shell

@@ -51,7 +51,7 @@ void RecordedSession::note(const BagMessage& m) {
     if (steps_++ > 0) return;
     vest_msgs::StepInput input;
     readMessage(file(), m, input);
-    first_step_ = input.step;
+    first_step_ = input.step, begin_ = input.header.stamp;
   } else if (endsWith(topic, "/state_hash")) {
     vest_msgs::StateHash hash;
     readMessage(file(), m, hash);
@@ -75,10 +75,15 @@ void RecordedSession::note(const BagMessage& m) {
     vest_msgs::EffectsOptions options;
     readMessage(file(), m, options);
     effects_ = options;
-  } else if (endsWith(topic, "session/exercise_file") || endsWith(topic, "session/result")) {
+  } else if (endsWith(topic, "session/exercise_file") || endsWith(topic, "session/result") ||
+             endsWith(topic, "session/notes")) {
     vest_msgs::StringStamped text;
     readMessage(file(), m, text);
-    (endsWith(topic, "session/result") ? result_ : exercise_file_) = text.string;
+    if (endsWith(topic, "session/result"))
+      result_ = text.string;
+    else
+      (endsWith(topic, "session/notes") ? notes_ : exercise_files_)
+          .push_back({text.header.stamp, text.string});
   }
 }
 

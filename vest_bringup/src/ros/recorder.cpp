@@ -73,6 +73,7 @@ std::vector<std::string> defaultTopics() {
                                      "session/state",
                                      "session/score",
                                      "session/exercise_file",
+                                     "session/notes",
                                      "session/targets",
                                      "session/result",
                                      "endoscope/camera_info",

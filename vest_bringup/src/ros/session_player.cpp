@@ -59,12 +59,21 @@ class Folder {
   std::string path_;
 };
 
+std::optional<exercise::Exercise> parsed(const RecordedSession& session, const std::string& text) {
+  if (text.empty()) return {};
+  return exercise::parseExercise(session.file() + ": session/exercise_file", text);
+}
+
 /// The scenes of a session, from its bag, else from where the session says that they are.
 class Scenes {
  public:
-  Scenes(const RecordedSession& session, const PlayOptions& options) : session_(session), options_(options) {}
+  Scenes(const RecordedSession& session, const PlayOptions& options) : session_(session), options_(options) {
+    if (options.effects && !options.exercise)
+      for (const auto& file : session.exerciseFiles()) exercises_.push_back(parsed(session, file.text));
+  }
 
   std::unique_ptr<scene::Simulation> first() {
+    choose(session_.begin());
     const auto& scenes = session_.scenes();
     if (!options_.scene.empty()) return make(fromDisk(options_.scene, session_.sceneHash()));
     if (!scenes.empty()) return make(recorded(scenes[next_++]));
@@ -76,8 +85,9 @@ class Scenes {
   /// Of the scene that was made last; null where no exercise is done in it.
   exercise::Engine* engine() const { return engine_; }
 
-  /// The one that the session loaded next.
-  std::unique_ptr<scene::Simulation> loaded(const std::string& scene) {
+  /// The one that the session loaded next. @param stamp of the first step in it
+  std::unique_ptr<scene::Simulation> loaded(const std::string& scene, const ros::Time& stamp) {
+    choose(stamp);
     const auto& scenes = session_.scenes();
     for (std::size_t i = next_; i < scenes.size(); ++i) {
       if (scenes[i].scene != scene) continue;
@@ -88,6 +98,15 @@ class Scenes {
   }
 
  private:
+  /// The exercise of the scenes that are made from now on: what was told last. Of a session's first scene the
+  /// stamps may lie, where the clock was set: then the first one.
+  void choose(const ros::Time& stamp) {
+    exercise_ = options_.exercise;
+    for (std::size_t i = 0; i < exercises_.size(); ++i)
+      if (i == 0 || session_.exerciseFiles()[i].stamp <= stamp)
+        exercise_ = exercises_[i] ? &*exercises_[i] : nullptr;
+  }
+
   scene::Description fromDisk(const std::string& scene, const std::string& hash) const {
     scene::Description description = scene::loadScene(sceneFile(scene));
     check(description, scene, hash);
@@ -123,8 +142,8 @@ class Scenes {
     scene::World world(description, options_.threads);
     if (!options_.effects) return std::make_unique<scene::TissueSimulation>(std::move(world));
     auto stage = simulation::makeStage(std::move(world), options(), options_.frames);
-    if (options_.exercise && options_.exercise->scene == description.name)
-      engine_ = &exercise::addExercise(*options_.exercise, stage);
+    if (exercise_ && exercise_->scene == description.name)
+      engine_ = &exercise::addExercise(*exercise_, stage);
     return std::move(stage.trainer);
   }
 
@@ -152,6 +171,8 @@ class Scenes {
 
   const RecordedSession& session_;
   const PlayOptions& options_;
+  std::vector<std::optional<exercise::Exercise>> exercises_;  ///< as the session's exerciseFiles()
+  const exercise::Exercise* exercise_ = nullptr;
   mutable exercise::Engine* engine_ = nullptr;
   std::size_t next_ = 0;
 };
@@ -199,8 +220,8 @@ void judge(Resimulation::Outcome outcome, std::uint64_t step, std::uint64_t here
 }  // namespace
 
 std::optional<exercise::Exercise> exerciseOf(const RecordedSession& session) {
-  if (session.exerciseFile().empty()) return {};
-  return exercise::parseExercise(session.file() + ": session/exercise_file", session.exerciseFile());
+  const auto& files = session.exerciseFiles();
+  return files.empty() ? std::nullopt : parsed(session, files.back().text);
 }
 
 Played play(const std::string& directory, RecordedSession& session, PlayOptions options,
@@ -208,8 +229,6 @@ Played play(const std::string& directory, RecordedSession& session, PlayOptions 
   if (session.stepCount() == 0) throw std::invalid_argument("no step_inputs in it");
   options.effects = options.effects && session.effects();
   // Its engine is an effect: feedback does not change with it, but snapshots have its State.
-  const auto carried = options.effects && !options.exercise ? exerciseOf(session) : std::nullopt;
-  if (carried) options.exercise = &*carried;
   Scenes scenes(session, options);
   Resimulation resimulation(scenes.first(), options.effects);
   const auto begin = [&](const std::string& name) {
@@ -229,12 +248,13 @@ Played play(const std::string& directory, RecordedSession& session, PlayOptions 
     if (scenes.engine()) scenes.engine()->goOn();
   }
   Pace pace;
+  Played played;
   session.steps([&](const vest_msgs::StepInput& msg) {
     using scene::Command;
     if (msg.step <= resimulation.world().steps() && msg.command == 0) return;  // before the snapshot
     const auto command = static_cast<Command>(msg.command);
     if (command == Command::Load) {
-      resimulation.load(scenes.loaded(msg.command_argument));
+      resimulation.load(scenes.loaded(msg.command_argument, msg.header.stamp));
     } else if (command == Command::Restore) {
       begin(msg.command_argument);
     } else if (msg.command > static_cast<std::uint8_t>(Command::Restore)) {
@@ -257,10 +277,11 @@ Played play(const std::string& directory, RecordedSession& session, PlayOptions 
       throw Difference("first difference: the effects' hash after step " + std::to_string(msg.step) +
                        ": recorded " + hashText(*of_effects) + ", re-simulated " +
                        hashText(resimulation.simulation().effectsHash().value_or(0)));
+    if (scenes.engine() && (msg.step == 1 || played.exercise_begin.isZero()))  // a reset is a new attempt
+      pace = Pace(), played.exercise_begin = msg.header.stamp;
     if (scenes.engine() && !scenes.engine()->finished()) pace.add(msg.header.stamp.toSec(), msg.dt);
     if (watch) watch(resimulation.world(), resimulation.input(), resimulation.report(), scenes.engine());
   });
-  Played played;
   played.steps = resimulation.steps(), played.compared = resimulation.compared();
   played.compared_effects = resimulation.comparedEffects();
   played.faults = resimulation.faults();

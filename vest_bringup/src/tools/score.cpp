@@ -62,6 +62,8 @@ class Moments {
   Moments& operator=(const Moments&) = delete;
 
   vest::simulation::StageFrames frames() { return bag_->frames(); }
+  /// A new attempt: what was seen before does not count.
+  void again() { first_ = pictures_.size(), seen_ = 0, finished_ = false; }
 
   void look(const vest::scene::World& world, const vest::scene::StepInput& input,
             const exercise::Engine& engine) {
@@ -72,7 +74,7 @@ class Moments {
         using Kind = exercise::Moment::Kind;
         const Kind kind = all[seen_].kind;
         const bool counts = kind == Kind::PhaseEnded || kind == Kind::GateBroken || kind == Kind::ErrorMade;
-        if (!counts || pictures_.size() >= kMost) continue;
+        if (!counts || pictures_.size() >= first_ + kMost) continue;
         const double t = 1e-3 * static_cast<double>(all[seen_].step);
         bag_->write(1e-3 * static_cast<double>(world.steps()), world, box_, input);
         pictures_.push_back({t, exercise::describe(engine.exercise(), all[seen_]), ""});
@@ -96,7 +98,7 @@ class Moments {
       std::ifstream in(folder_ + name, std::ios::binary);
       pictures_[i].jpeg.assign(std::istreambuf_iterator<char>(in), {});
     }
-    return pictures_;
+    return {pictures_.begin() + static_cast<std::ptrdiff_t>(first_), pictures_.end()};
   }
 
  private:
@@ -106,29 +108,23 @@ class Moments {
   vest::kinematics::TrainerBox box_ = vest::kinematics::loadTrainerBox(
       ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
   std::vector<exercise::Picture> pictures_;
-  std::size_t seen_ = 0;
+  std::size_t first_ = 0, seen_ = 0;
   bool finished_ = false;
 };
 
 struct Wanted {
   std::string directory, exercise, trainee, database;
   int threads = 1;
-  bool json = false, report = false, pictures = false;
+  bool json = false, report = false, pictures = false, pdf = false;
 };
 
-exercise::Attempt attemptOf(const exercise::Exercise& e, const exercise::Result& r, const Wanted& wanted,
-                            const std::string& date, const std::string& json) {
-  exercise::Attempt a;
-  a.trainee = wanted.trainee, a.date = date;
-  a.exercise = e.name, a.exercise_hash = e.hash, a.version = VEST_VERSION;
-  char hash[17];
-  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(r.input_hash));
-  a.input_hash = hash;
-  a.directory = fs::absolute(wanted.directory).string();
-  a.total = r.total, a.quality = r.quality, a.time = r.time, a.passed = r.passed;
-  for (const std::string& word : exercise::flagWords(r.flags)) a.flags += (a.flags.empty() ? "" : ",") + word;
-  a.json = json;
-  return a;
+void printPdf(const std::string& directory) {
+  const int status = vest::tools::runQuietly(
+      {"weasyprint", "--quiet", directory + "/report.html", directory + "/report.pdf"});
+  if (status == 127)
+    std::fprintf(stderr, "vest_score: no PDF: weasyprint is not installed (apt install weasyprint)\n");
+  else if (status != 0)
+    std::fprintf(stderr, "vest_score: %s/report.pdf: weasyprint could not write it\n", directory.c_str());
 }
 
 void score(const Wanted& wanted) {
@@ -148,7 +144,8 @@ void score(const Wanted& wanted) {
     for (const auto& a : trainees->attempts(wanted.trainee, e.name)) earlier.push_back(a.total);
   }
   vest::session::PlayOptions options;
-  options.effects = true, options.threads = wanted.threads, options.exercise = &e;
+  options.effects = true, options.threads = wanted.threads;
+  if (!wanted.exercise.empty()) options.exercise = &e;
   std::unique_ptr<Moments> moments;
   if (wanted.pictures) moments = std::make_unique<Moments>(), options.frames = moments->frames();
   exercise::Trace trace;
@@ -156,6 +153,10 @@ void score(const Wanted& wanted) {
       vest::session::play(wanted.directory, session, options,
                           [&](const auto& world, const auto& input, const auto& report, const auto* engine) {
                             if (!engine || (engine->finished() && !moments)) return;
+                            if (world.steps() == 1) {  // the last attempt counts
+                              trace = exercise::Trace();
+                              if (moments) moments->again();
+                            }
                             if (!engine->finished()) trace.add(input, report);
                             if (moments) moments->look(world, input, *engine);
                           });
@@ -165,20 +166,26 @@ void score(const Wanted& wanted) {
   std::fputs((wanted.json ? json : exercise::toText(e, *played.result)).c_str(), stdout);
   exercise::Result as_live = *played.result;
   as_live.flags &= ~static_cast<std::uint64_t>(exercise::kPractice);  // the engine knows no clock
-  if (wanted.exercise.empty() && !session.result().empty() &&
+  if (wanted.exercise.empty() && as_live.finished && !session.result().empty() &&
       session.result() != exercise::toJson(e, as_live))
     throw vest::session::Difference("the score differs from the one of the session");
-  if (wanted.report || wanted.pictures) {
-    exercise::Report report{e, *played.result, trace, wanted.trainee, date, VEST_VERSION, earlier, {}};
+  if (wanted.report || wanted.pictures || wanted.pdf) {
+    exercise::Report report{e, *played.result, trace, wanted.trainee, date, VEST_VERSION, earlier, {}, {}};
+    for (const auto& note : session.notes()) {
+      const double t = (note.stamp - played.exercise_begin).toSec();
+      if (t >= 0) report.notes.push_back({t, note.text});
+    }
     if (moments) report.pictures = moments->draw();
     write(wanted.directory + "/report.html", exercise::toHtml(report));
     write(wanted.directory + "/score.json", json);
     write(wanted.directory + "/trace.csv", trace.toCsv());
     write(wanted.directory + "/xapi.json", exercise::toXapi(report));
     if (!wanted.json) std::printf("report: %s/report.html\n", wanted.directory.c_str());
+    if (wanted.pdf) printPdf(wanted.directory);
   }
   if (!trainees) return;
-  const auto kept = trainees->keep(attemptOf(e, *played.result, wanted, date, json));
+  const auto kept = trainees->keep(exercise::attemptOf(e, *played.result, wanted.trainee, date, VEST_VERSION,
+                                                       fs::absolute(wanted.directory).string()));
   if (!wanted.json)
     std::printf("kept for %s%s%s\n", kept.trainee.c_str(), kept.flags.empty() ? "" : ": ",
                 kept.flags.c_str());
@@ -202,6 +209,7 @@ int main(int argc, char** argv) {
                  "of trainees; default: $VEST_TRAINEES, else in ~/.local/share/vest");
   app.add_flag("--report", wanted.report, "writes report.html, score.json, trace.csv and xapi.json into DIR");
   app.add_flag("--pictures", wanted.pictures, "the report, with pictures of the moments that counted");
+  app.add_flag("--pdf", wanted.pdf, "the report, and report.pdf by weasyprint");
   app.add_flag("--json", wanted.json, "print JSON");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -1,9 +1,12 @@
 #include <cstdio>
+#include <ctime>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
-#include "vest_bringup/exercise/trainees.h"
+#include "vest_bringup/exercise/rating.h"
+#include "vest_bringup/ros/exercise_file.h"
 #include "vest_instruments/files/read.h"
 
 namespace {
@@ -11,6 +14,27 @@ namespace {
 /// A text of the database: it may be a stranger's.
 std::string shown(const std::string& text) {
   return vest::files::shown(text, 2000);
+}
+
+std::string dateNow() {
+  const std::time_t now = std::time(nullptr);
+  struct tm utc = {};
+  gmtime_r(&now, &utc);
+  char text[32] = "";
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+void print(const vest::exercise::Attempt& a) {
+  const std::string date = shown(a.date), exercise = shown(a.exercise);
+  for (const auto& form : vest::exercise::kForms) {
+    if (a.exercise.rfind(std::string(form.name) + " ", 0) != 0) continue;
+    std::printf("%s  %s  rated %.0f marks\n", date.c_str(), exercise.c_str(), a.total);
+    return;
+  }
+  std::printf("%s  %s  %s, total %.1f, quality %.1f, %.1f s%s%s  %s\n", date.c_str(), exercise.c_str(),
+              a.passed ? "passed" : "not passed", a.total, a.quality, a.time, a.flags.empty() ? "" : ", ",
+              shown(a.flags).c_str(), shown(a.directory).c_str());
 }
 
 }  // namespace
@@ -28,7 +52,20 @@ int main(int argc, char** argv) {
   auto* const exporting = app.add_subcommand("export", "prints everything that is kept of a trainee, JSON");
   auto* const erasing =
       app.add_subcommand("erase", "forgets a trainee and all results; recordings stay where they are");
-  for (auto* const one : {adding, showing, exporting, erasing})
+  auto* const rating = app.add_subcommand("rate", "keeps a person's marks beside the scores");
+  std::string form = "GOALS", exercise, rater;
+  std::vector<int> marks;
+  rating->add_option("--form", form, "GOALS or GEARS");
+  rating->add_option("--exercise", exercise, "that was seen")->required();
+  rating->add_option("--rater", rater, "pseudonym of who rates");
+  rating
+      ->add_option(
+          "--marks", marks,
+          "1 to 5 each, in the form's order: depth perception, bimanual dexterity, efficiency, tissue "
+          "handling (GEARS: force sensitivity), autonomy (GEARS: and robotic control)")
+      ->required()
+      ->delimiter(',');
+  for (auto* const one : {adding, showing, exporting, erasing, rating})
     one->add_option("NAME", name, "pseudonym")->required();
   CLI11_PARSE(app, argc, argv);
   try {
@@ -38,10 +75,11 @@ int main(int argc, char** argv) {
       for (const std::string& one : trainees.list())
         std::printf("%s  %zu attempts\n", shown(one).c_str(), trainees.attempts(one).size());
     if (showing->parsed())
-      for (const auto& a : trainees.attempts(name))
-        std::printf("%s  %s  %s, total %.1f, quality %.1f, %.1f s%s%s  %s\n", shown(a.date).c_str(),
-                    shown(a.exercise).c_str(), a.passed ? "passed" : "not passed", a.total, a.quality, a.time,
-                    a.flags.empty() ? "" : ", ", shown(a.flags).c_str(), shown(a.directory).c_str());
+      for (const auto& a : trainees.attempts(name)) print(a);
+    if (rating->parsed()) {
+      vest::ros_shell::exerciseFile(exercise);  // one that there is
+      trainees.keep(vest::exercise::ratingOf(form, exercise, rater, marks, name, dateNow()));
+    }
     if (exporting->parsed()) std::fputs(trainees.exported(name).c_str(), stdout);
     if (erasing->parsed()) trainees.erase(name);
   } catch (const std::exception& e) {

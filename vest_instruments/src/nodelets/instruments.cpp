@@ -451,6 +451,7 @@ void Instruments::publishTransforms(const ros::Time& stamp) {
 }
 
 std::string Instruments::exchange(std::size_t i, ToolKind tool) {
+  if (tool == instruments_[i].tool()) return {};  // also while it holds tissue: nothing changes
   if (grasping_[i] && steadyNow() - grasping_at_[i] < 0.5)
     return "it holds tissue: release it before the tool is exchanged";
   if (!instruments_[i].exchangeTool(tool))

@@ -23,6 +23,7 @@
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <tf2_ros/buffer.h>
+#include <vest_msgs/SessionScore.h>
 #include <vest_msgs/SessionState.h>
 #include <vest_msgs/StringStamped.h>
 #include <QMainWindow>
@@ -108,8 +109,8 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
                                       SLOT(updateTopics()));
   session_topic_ = new StringProperty(
       "Session Topic", "session",
-      "Prefix of recording, instruction and targets: a recorder that ends without a word is "
-      "told in red, an exercise tells what to do.",
+      "Prefix of recording, instruction, score, notes and targets: a recorder that ends without a word "
+      "is told in red, an exercise tells what to do.",
       this, SLOT(updateTopics()));
   smoke_ = new rviz::EnumProperty("Smoke", "field",
                                   "field: density in space. billboards: puffs that face the camera.", this,
@@ -242,13 +243,20 @@ void EndoscopicViewDisplay::onDisable() {
   state_instruments_sub_.shutdown();
   effects_.unsubscribe();
   recorder_sub_.shutdown();
-  instruction_sub_.shutdown();
-  if (pane_ != nullptr) pane_->instruct("");
+  for (ros::Subscriber* const sub : {&instruction_sub_, &score_sub_, &notes_sub_}) sub->shutdown();
+  tellExercise([](ExerciseRim& rim) {
+    rim.clear();
+    return true;
+  });
   image_pub_.shutdown();
   info_pub_.shutdown();
   compressed_pub_.shutdown();
   truth_.shutdown();
   updatePlace();
+}
+
+void EndoscopicViewDisplay::tellExercise(const std::function<bool(ExerciseRim&)>& change) {
+  if (pane_ != nullptr) pane_->rim(change);
 }
 
 void EndoscopicViewDisplay::reset() {
@@ -280,12 +288,20 @@ void EndoscopicViewDisplay::updateTopics() {
   recorder_sub_ = update_nh_.subscribe<vest_msgs::SessionState>(
       session_topic_->getStdString() + "/recording", 5,
       [this](const vest_msgs::SessionState::ConstPtr& m) { recorder_.heard(m->recording, seconds()); });
-  instruction_sub_ =
-      update_nh_.subscribe<vest_msgs::StringStamped>(session_topic_->getStdString() + "/instruction", 1,
-                                                     [this](const vest_msgs::StringStamped::ConstPtr& m) {
-                                                       if (pane_ != nullptr)
-                                                         pane_->instruct(QString::fromStdString(m->string));
-                                                     });
+  const std::string session = session_topic_->getStdString();
+  instruction_sub_ = update_nh_.subscribe<vest_msgs::StringStamped>(
+      session + "/instruction", 1, [this](const vest_msgs::StringStamped::ConstPtr& m) {
+        tellExercise([&](ExerciseRim& rim) { return rim.instruct(QString::fromStdString(m->string)); });
+      });
+  score_sub_ = update_nh_.subscribe<vest_msgs::SessionScore>(
+      session + "/score", 5, [this](const vest_msgs::SessionScore::ConstPtr& m) {
+        tellExercise([&](ExerciseRim& rim) { return rim.score(*m, seconds()); });
+      });
+  notes_sub_ = update_nh_.subscribe<vest_msgs::StringStamped>(
+      session + "/notes", 5, [this](const vest_msgs::StringStamped::ConstPtr& m) {
+        tellExercise(
+            [&](ExerciseRim& rim) { return rim.teacherSays(QString::fromStdString(m->string), seconds()); });
+      });
   const std::string prefix = image_topic_->getStdString();
   image_pub_.shutdown();
   info_pub_.shutdown();
@@ -327,6 +343,7 @@ bool EndoscopicViewDisplay::endoscopePose(Eigen::Isometry3d* X_WO, std::string* 
 }
 
 void EndoscopicViewDisplay::update(float tick, float) {
+  tellExercise([](ExerciseRim& rim) { return rim.tick(seconds()); });
   if (!view_ || !view_->ready()) return;
   const double start = seconds();
   if (pane_ != nullptr)

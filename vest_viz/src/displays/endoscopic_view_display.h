@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <future>
 #include <memory>
 
@@ -32,6 +33,7 @@ class TfFrameProperty;
 
 namespace vest::displays {
 
+class ExerciseRim;
 class ImagePane;
 
 /// vest_viz/EndoscopicView: what the camera at the endoscope's tip sees, in a pane (or over rviz's whole
@@ -110,7 +112,8 @@ class EndoscopicViewDisplay : public rviz::Display {
   /// and a sixteenth of the messages.
   ros::Subscriber instruments_sub_, state_instruments_sub_, session_sub_;
   InstrumentHistory history_;
-  ros::Subscriber recorder_sub_, instruction_sub_;
+  void tellExercise(const std::function<bool(ExerciseRim&)>& change);
+  ros::Subscriber recorder_sub_, instruction_sub_, score_sub_, notes_sub_;
   session::RecorderWatch recorder_;
   vest_msgs::InstrumentStates::ConstPtr instruments_;  ///< of the picture
   bool begun_ = false;

@@ -42,12 +42,6 @@ void ImagePane::warn(const QString& words) {
   update();
 }
 
-void ImagePane::instruct(const QString& words) {
-  if (words == instruction_) return;
-  instruction_ = words;
-  update();
-}
-
 void ImagePane::cover(QWidget* host) {
   if (host_ != nullptr) host_->removeEventFilter(this);
   host_ = host;
@@ -114,18 +108,7 @@ bool ImagePane::event(QEvent* event) {
 void ImagePane::paintEvent(QPaintEvent*) {
   QPainter painter(this);
   paintPicture(&painter);
-  if (!instruction_.isEmpty()) {
-    QFont font = painter.font();
-    font.setPixelSize(std::max(12, height() / 32));
-    painter.setFont(font);
-    const int edge = painter.fontMetrics().height() / 2, room = std::max(1, width() - 2 * edge);
-    const int flags = Qt::AlignCenter | Qt::TextWordWrap;
-    const int high = painter.fontMetrics().boundingRect(0, 0, room, height(), flags, instruction_).height();
-    const QRect strip(0, height() - high - edge, width(), high + edge);
-    painter.fillRect(strip, QColor(0, 0, 0, 120));
-    painter.setPen(QColor(230, 230, 230));
-    painter.drawText(strip.adjusted(edge, 0, -edge, 0), flags, instruction_);
-  }
+  rim_.paint(&painter, rect());
   if (warning_.isEmpty()) return;
   QFont font = painter.font();
   font.setPixelSize(std::max(14, height() / 24));

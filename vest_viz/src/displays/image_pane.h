@@ -1,8 +1,12 @@
 #pragma once
 
+#include <functional>
+
 #include <QImage>
 #include <QTimer>
 #include <QWidget>
+
+#include "exercise_rim.h"
 
 class QMainWindow;
 class QPainter;
@@ -18,9 +22,11 @@ class ImagePane : public QWidget {
   void show(const QImage& image);
   /// Red words over the picture; empty: none. They are in no picture that is published.
   void warn(const QString& words);
-  /// What to do, at the lower rim; likewise.
-  void instruct(const QString& words);
-  const QString& instruction() const { return instruction_; }
+  /// What an exercise tells at the rim; likewise. @param change called as change(rim): whether it is drawn
+  /// anew
+  void rim(const std::function<bool(ExerciseRim&)>& change) {
+    if (change(rim_)) update();
+  }
   const QString& warning() const { return warning_; }
   /// Lies over `host` and follows its size; nullptr ends that.
   void cover(QWidget* host);
@@ -39,7 +45,8 @@ class ImagePane : public QWidget {
   void paintPicture(QPainter* to);
   void shareFrame();
   QImage image_;
-  QString warning_, instruction_;
+  QString warning_;
+  ExerciseRim rim_;
   QWidget* host_ = nullptr;
   QMainWindow* frame_ = nullptr;
   QTimer arrange_;

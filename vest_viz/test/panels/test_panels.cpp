@@ -490,6 +490,8 @@ TEST(AllPanels, KeepTheirNamespaceAndSurviveAHundredLives) {
 }  // namespace
 }  // namespace vest::panels
 
+#include "exercise_panels.h"
+
 // In front of the C library's: the tests set the system clock without harm to anybody else.
 extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
   const int result = static_cast<int>(::syscall(SYS_clock_gettime, clock, time));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -108,6 +109,15 @@ class Engine {
   std::uint64_t flags_restored_ = 0;    ///< as the snapshot had them
 };
 
+/// What a person is told while it runs.
+struct Standing {
+  std::string phase;        ///< its name; empty at the end
+  std::size_t number = 0;   ///< of the phase, from 1
+  std::string instruction;  ///< of the phase, or its hint once that is due; empty at the end
+  bool hint = false;
+  std::array<double, 3> force{};  ///< N, on left, right, third: mean of 20 ms
+};
+
 /// How an exercise stands, for another thread: renewed every 50 steps, and when something counted.
 class Progress {
  public:
@@ -119,8 +129,7 @@ class Progress {
   /// The other thread's: whether there is something new; what is asked below is of it.
   bool update();
   Result result() const;
-  /// Instruction of the phase that runs, or its hint once that is due; empty at the end.
-  std::string instruction() const;
+  Standing standing() const;
   const Exercise& exercise() const;
 
  private:
@@ -142,6 +151,11 @@ class ExerciseEffect : public simulation::Effect {
   void save(std::vector<std::uint8_t>& bytes) const override { engine_.save(bytes); }
   bool restore(const std::uint8_t* bytes, std::size_t count) override {
     return engine_.restore(bytes, count);
+  }
+  /// `exercise assisted` changes nothing: it tells the result that somebody helped (kAssisted), as any edit
+  /// does.
+  void edits(const scene::World&, std::vector<scene::EditableParameter>& out) const override {
+    out.push_back({"exercise", "assisted", "", 0, 1});
   }
   Engine& engine() { return engine_; }
 

@@ -37,6 +37,12 @@ struct Picture {
   std::string text, jpeg;
 };
 
+/// What a teacher told the trainee.
+struct Note {
+  double t = 0;  ///< s
+  std::string text;
+};
+
 struct Report {
   const Exercise& exercise;
   const Result& result;
@@ -44,6 +50,7 @@ struct Report {
   std::string trainee, date, version;  ///< pseudonym, or empty; ISO 8601; of VEST
   std::vector<double> earlier;         ///< totals of earlier attempts at it, oldest first
   std::vector<Picture> pictures;
+  std::vector<Note> notes;
 };
 
 /// One HTML page that needs nothing beside it: all texts are escaped, plots are SVG, pictures inline.

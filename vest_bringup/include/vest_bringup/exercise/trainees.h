@@ -27,6 +27,10 @@ struct Attempt {
   std::string json;   ///< toJson() of the result
 };
 
+/// @param date UTC, ISO 8601  @param version of VEST  @param directory of the recording; may be empty
+Attempt attemptOf(const Exercise& exercise, const Result& result, const std::string& trainee,
+                  const std::string& date, const std::string& version, const std::string& directory);
+
 /// Trainees by pseudonym and what they did, in an SQLite file that only its owner can read. Nothing else
 /// about a person is kept. Several programs may use it at once: each waits for the others.
 class Trainees {

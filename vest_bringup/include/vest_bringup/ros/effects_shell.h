@@ -9,7 +9,7 @@
 #include <vest_msgs/HaemodynamicsState.h>
 #include <vest_msgs/SurfaceBleeding.h>
 
-#include "vest_bringup/ros/exercise_shell.h"
+#include "vest_bringup/ros/exercise_action.h"
 #include "vest_bringup/ros/field_publisher.h"
 #include "vest_bringup/simulation/stage.h"
 #include "vest_tissue/ros/message_pool.h"
@@ -44,6 +44,7 @@ class EffectsShell {
   MessagePool<vest_msgs::SurfaceBleeding> surface_pool_;
   std::unique_ptr<FieldPublisher> field_;  ///< null: effects/field is false
   ExerciseShell exercise_;
+  ExerciseAction action_;
   ros::Publisher options_pub_;
   void publishOptions(const std::string& vessels);
   void diagnose(const simulation::BloodFrame& frame);

@@ -52,8 +52,19 @@ class RecordedSession {
   bool hadFault(const Step& step) const { return faults_.count(step) > 0; }
   /// What the effects of the session were; nothing where it had none, or does not tell.
   const std::optional<vest_msgs::EffectsOptions>& effects() const { return effects_; }
-  /// Text of the exercise's file, and the result that the session came to (JSON); empty without them.
-  const std::string& exerciseFile() const { return exercise_file_; }
+  /// Stamp of the first step.
+  const ros::Time& begin() const { return begin_; }
+  /// A text with the stamp that it was published with.
+  struct Text {
+    ros::Time stamp;
+    std::string text;
+  };
+  /// Text of each exercise's file, in the order in which they were chosen: one counts for the scenes that are
+  /// loaded after it. An empty one: none is done.
+  const std::vector<Text>& exerciseFiles() const { return exercise_files_; }
+  /// What a teacher told the trainee.
+  const std::vector<Text>& notes() const { return notes_; }
+  /// Result that the session came to last (JSON); empty without one.
   const std::string& result() const { return result_; }
 
  private:
@@ -68,7 +79,9 @@ class RecordedSession {
   Hashes state_hashes_, effects_hashes_;
   std::set<Step> faults_;
   std::optional<vest_msgs::EffectsOptions> effects_;
-  std::string exercise_file_, result_;
+  ros::Time begin_;
+  std::vector<Text> exercise_files_, notes_;
+  std::string result_;
 };
 
 }  // namespace vest::session

@@ -16,7 +16,7 @@ struct PlayOptions {
   std::string scene;  ///< name or file; empty: the one that the bag carries, else names
   int threads = 1;
   bool effects = false;  ///< simulates them again, where the session says what they were
-  /// Done in the session's scene of its name; needs effects. Null: the one that the session carries, if any.
+  /// Done in the session's scenes of its name; needs effects. Null: those that the session carries, if any.
   const exercise::Exercise* exercise = nullptr;
   simulation::StageFrames frames;  ///< where effects put what is to be shown
 };
@@ -24,6 +24,7 @@ struct PlayOptions {
 struct Played {
   std::uint64_t steps = 0, compared = 0, compared_effects = 0, faults = 0;
   std::string kernel;
+  ros::Time exercise_begin;  ///< stamp of the first step of the last attempt; zero: none
   /// With kPractice where within a second of the stamps simulated time was more than 5 % off real time.
   std::optional<exercise::Result> result;
 };
@@ -32,7 +33,7 @@ struct Played {
 using PlayWatch = std::function<void(const scene::World& world, const scene::StepInput& input,
                                      const scene::StepReport& report, const exercise::Engine* engine)>;
 
-/// The exercise that the session carries; nothing where none was done. @throws std::invalid_argument
+/// The last exercise that the session carries; nothing where none was done. @throws std::invalid_argument
 std::optional<exercise::Exercise> exerciseOf(const RecordedSession& session);
 
 /// Ends the comparison with what differs first.
