@@ -137,7 +137,7 @@ class Moments(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             bag = os.path.join(folder, "moments.bag")
             subprocess.run(["rosrun", "vest_bringup", "vest_rehearse", script, "--scene", "cut_strip", "--seconds", "4.2", "--bag", bag,
-                            "--at", "3.45", "3.63", "3.89"], check=True, stdout=subprocess.DEVNULL)
+                            "--at", "3.45", "3.63", "3.89", "4.2"], check=True, stdout=subprocess.DEVNULL)  # the last one is the end
             film, states = 0, []
             with rosbag.Bag(bag) as messages:
                 for topic, message, _ in messages.read_messages():
@@ -145,7 +145,7 @@ class Moments(unittest.TestCase):
                         film = message.revision
                     if topic.endswith("tissue/state"):
                         states.append((message.revision, film))
-        self.assertEqual(len(states), 3)
+        self.assertEqual(len(states), 4)
         self.assertGreater(len({revision for revision, _ in states}), 1, "it is cut meanwhile")
         for revision, film in states:
             self.assertEqual(film, revision)

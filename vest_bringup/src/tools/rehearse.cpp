@@ -96,15 +96,25 @@ int main(int argc, char** argv) {
     const vest::scene::World& world = stage.trainer->world();
     if (at.empty()) at = trajectory.pictures;
     auto next = at.cbegin();
+    constexpr double kAboutNow = 1.5e-3;  // s, the step that ends at a moment, however it is rounded
+    vest::scene::StepInput last;          // of a moment that waits for its surfaces
+    double ended = 0;
     const auto keep = [&](double t, const auto& input, const auto&) {
       constexpr double kPatience = 0.2;  // s
-      for (; moments && next != at.cend() && t >= *next; ++next) {
-        if (!moments->current(world) && t < *next + kPatience) break;
+      ended = t;
+      for (; moments && next != at.cend() && t >= *next - kAboutNow; ++next) {
+        last = input;
+        if (t < *next || (!moments->current(world) && t < *next + kPatience)) break;
         moments->write(t, world, box, input);
       }
     };
     const auto begin = std::chrono::steady_clock::now();
     const auto report = simulation::rehearse(*stage.trainer, box, trajectory, hands, seconds, keep);
+    for (; next != at.cend() && moments && ended >= *next - kAboutNow; ++next)
+      moments->write(ended, world, box, last);
+    if (moments && next != at.cend())
+      std::fprintf(stderr, "vest_rehearse: no picture of %g s and later: the motion ends at %g s\n", *next,
+                   ended);
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     tell(stage, report, 1e3 * wall / static_cast<double>(world.steps()));
   } catch (const std::exception& e) {

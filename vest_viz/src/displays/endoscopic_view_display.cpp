@@ -6,6 +6,9 @@
 #include <vector>
 
 #include <OgreRenderWindow.h>
+#include <ros/master.h>
+#include <ros/network.h>
+#include <ros/this_node.h>
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
 #include <rviz/panel_dock_widget.h>
@@ -26,6 +29,7 @@
 #include <vest_msgs/SessionScore.h>
 #include <vest_msgs/SessionState.h>
 #include <vest_msgs/StringStamped.h>
+#include <xmlrpcpp/XmlRpcClient.h>
 #include <QMainWindow>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -45,6 +49,35 @@ constexpr double kLongestWait = 0.1;  // s that a picture waits for instruments
 constexpr double kLooks = 0.5;        // s between looks whether the simulation is still there
 constexpr double kLongestHold = 20;   // s without tissue or textures before pictures are sent all the same
 constexpr double kDegree = 3.14159265358979323846 / 180;
+
+/// Another node that publishes the topic and still answers; empty: none. Two views would publish twice.
+std::string otherPublisher(const std::string& topic) {
+  XmlRpc::XmlRpcValue args, answer, state;
+  args[0] = ros::this_node::getName();
+  if (!ros::master::execute("getSystemState", args, answer, state, false)) return {};
+  for (int i = 0; i < state[0].size(); ++i) {
+    if (static_cast<std::string>(state[0][i][0]) != topic) continue;
+    for (int k = 0; k < state[0][i][1].size(); ++k) {
+      const std::string node = state[0][i][1][k];
+      XmlRpc::XmlRpcValue uri;
+      args[1] = node;
+      std::string host;
+      std::uint32_t port = 0;
+      if (node == ros::this_node::getName() ||
+          !ros::master::execute("lookupNode", args, answer, uri, false) ||
+          !ros::network::splitURI(uri, host, port))
+        continue;
+      XmlRpc::XmlRpcClient client(host.c_str(),
+                                  static_cast<int>(port));  // one that was killed is still listed
+      XmlRpc::XmlRpcValue who;
+      who[0] = ros::this_node::getName();
+      const bool alive = client.execute("getPid", who, answer);
+      client.close();
+      if (alive) return node;
+    }
+  }
+  return {};
+}
 
 template <class P>
 P* limited(P* property, double low, double high) {
@@ -302,7 +335,15 @@ void EndoscopicViewDisplay::updateTopics() {
         tellExercise(
             [&](ExerciseRim& rim) { return rim.teacherSays(QString::fromStdString(m->string), seconds()); });
       });
-  const std::string prefix = image_topic_->getStdString();
+  std::string prefix = image_topic_->getStdString();
+  deleteStatus("Publishing");
+  if (const std::string other = otherPublisher(update_nh_.resolveName(prefix + "/camera_info"));
+      !prefix.empty() && !other.empty()) {
+    setStatusStd(rviz::StatusProperty::Warn, "Publishing",
+                 other + " publishes " + prefix + " already: this view only shows it. Once " + other +
+                     " has ended, switch this display off and on.");
+    prefix.clear();
+  }
   image_pub_.shutdown();
   info_pub_.shutdown();
   compressed_pub_.shutdown();

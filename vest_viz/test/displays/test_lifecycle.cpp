@@ -15,7 +15,10 @@
 #include <OgreRenderWindow.h>
 #include <OgreTextureManager.h>
 #include <malloc.h>
+#include <ros/master.h>
 #include <ros/package.h>
+#include <ros/this_node.h>
+#include <ros/xmlrpc_manager.h>
 #include <rviz/display.h>
 #include <rviz/properties/status_list.h>
 #include <rviz/view_controller.h>
@@ -235,6 +238,29 @@ TEST_F(Lifecycle, APictureLeavesNothingBehind) {
     std::printf("%d pictures: %.1f KiB in the heap\n", pictures, heap.back());
   }
   EXPECT_LT(leftByARound(heap, 1), kLeft) << "KiB in " << kPictures << " pictures";
+  delete view;
+}
+
+TEST_F(Lifecycle, AViewBesideAnotherOneOnlyShowsThePicture) {
+  const auto published = [] {
+    ros::V_string topics;
+    ros::this_node::getAdvertisedTopics(topics);
+    return std::count(topics.begin(), topics.end(), "/endoscope/camera_info") > 0;
+  };
+  XmlRpc::XmlRpcValue other, answer, payload;
+  other[0] = "/other_view", other[1] = "/endoscope/camera_info", other[2] = "sensor_msgs/CameraInfo";
+  other[3] = ros::XMLRPCManager::instance()->getServerURI();  // answers for it
+  ASSERT_TRUE(ros::master::execute("registerPublisher", other, answer, payload, false));
+  rviz::Display* const view = make("vest_viz/EndoscopicView");
+  EXPECT_FALSE(published());
+  EXPECT_TRUE(spin([&] { return status(view, "Publishing").startsWith("/other_view publishes"); }));
+  XmlRpc::XmlRpcValue gone;
+  gone[0] = other[0], gone[1] = other[1], gone[2] = other[3];
+  ASSERT_TRUE(ros::master::execute("unregisterPublisher", gone, answer, payload, false));
+  view->setEnabled(false);
+  view->setEnabled(true);
+  EXPECT_TRUE(published());
+  EXPECT_TRUE(spin([&] { return status(view, "Publishing").isEmpty(); }));
   delete view;
 }
 
