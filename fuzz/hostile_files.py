@@ -227,6 +227,7 @@ def kinds(tool):
                     emulator + ['--calibration', '{}/c.yaml']))
     out.append(Kind('trajectory', {'t.csv': read('fuzz', 'corpus', 'trajectory', 'arm')}, 't.csv',
                     emulator + ['--trajectory', '{}/t.csv', '--interpolation', 'cubic']))
+    out.append(Kind('raw log', {'raw.log': good['raw_log'][0]}, 'raw.log', emulator + ['--replay', '{}/raw.log']))
     # Read by nodes and inside a running session: their reader alone.
     out.append(Kind('input map', {'inputs.yaml': read('vest_instruments', 'config', 'inputs.yaml')}, 'inputs.yaml',
                     reader('input_map', 'inputs.yaml')))

@@ -4,12 +4,29 @@
 #include "vest_hw_phantom_box/calibration/calibration.h"
 #include "vest_hw_phantom_box/emulator/trajectory.h"
 #include "vest_hw_phantom_box/events/event_source.h"
+#include "vest_hw_phantom_box/transport/raw_log.h"
 #include "vest_instruments/control/input_map.h"
 #include "vest_instruments/files/read.h"
 #include "vest_instruments/trajectory/trajectory.h"
 #include "vest_instruments/urdf/description.h"
 
 namespace vest::fuzz {
+namespace {
+
+std::vector<std::string> rawLogs() {
+  const Folder one;
+  const std::string file = one.path() + "/raw.log";
+  {
+    transport::RawLog log;
+    log.open(file);
+    const std::vector<std::uint8_t> piece{0x56, 0x53, 0, 1, 2, 3, 0xff};
+    for (int i = 0; i < 4; ++i)
+      log.write(1000000 * i, piece.data(), piece.size() - static_cast<std::size_t>(i));
+  }
+  return {files::read(file, 1 << 20)};
+}
+
+}  // namespace
 
 std::vector<Reader> hardwareReaders() {
   static Folder folder;
@@ -67,6 +84,12 @@ std::vector<Reader> hardwareReaders() {
          });
        },
        {}},
+      {"raw_log",
+       [=](const std::string& input) {
+         const std::string file = written("raw.log", input);
+         takes(file, [&] { transport::readRawLog(file); });
+       },
+       rawLogs},
       {"events",
        [=](const std::string& input) {
          const std::string file = written("events.csv", input);

@@ -1,6 +1,7 @@
 // Protects: a new box is set up from byte to YAML. The box is emulated with signs, scales and zeros that the
 // program has to find; the person is this test, who types what is asked.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -306,6 +307,9 @@ TEST(RawLog, WhatIsNoSuchFileIsRefused) {
   }
   std::remove(path.c_str());
   EXPECT_THROW(transport::readRawLog(path), std::runtime_error);
+  ASSERT_EQ(0, mkfifo(path.c_str(), 0600));
+  EXPECT_THROW(transport::readRawLog(path), std::runtime_error) << "a pipe would let the emulator wait";
+  std::remove(path.c_str());
 }
 
 }  // namespace

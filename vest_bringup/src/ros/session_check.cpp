@@ -7,7 +7,6 @@
 #include <cstdarg>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <stdexcept>
@@ -18,6 +17,7 @@
 #include "vest_bringup/ros/session_observer.h"
 #include "vest_bringup/ros/thinning.h"
 #include "vest_bringup/session/statistics.h"
+#include "vest_instruments/files/read.h"
 
 namespace vest::session {
 namespace {
@@ -115,10 +115,16 @@ nlohmann::json readJson(const std::string& file, std::string& problem) {
     problem = text("is larger than %ju MB", kMostJson >> 20U);
     return {};
   }
-  std::ifstream in(file, std::ios::binary);
+  std::string bytes;
+  try {
+    bytes = files::read(file, kMostJson);
+  } catch (const files::Refused& refused) {
+    problem = "cannot be read: " + refused.value;
+    return {};
+  }
   // Ours is three levels deep; what is deeper is not kept, or brackets alone would take gigabytes.
   const auto shallow = [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) { return depth < 8; };
-  nlohmann::json json = nlohmann::json::parse(in, shallow, false);
+  nlohmann::json json = nlohmann::json::parse(bytes, shallow, false);
   if (!json.is_object()) problem = json.is_discarded() ? "is no JSON" : "is no object";
   return json;
 }

@@ -58,9 +58,7 @@ int main(int argc, char** argv) {
   double seconds = 0, spacing = 0.003;
   int threads = 1;
   std::vector<double> at;
-  app.add_option("WAYPOINTS", waypoints, "as for trajectory_from_waypoints")
-      ->required()
-      ->check(CLI::ExistingFile);
+  app.add_option("WAYPOINTS", waypoints, "as for trajectory_from_waypoints")->required();
   app.add_option("--scene", scene, "scene of vest_tissue, or a scene file");
   app.add_option("--seconds", seconds, "end earlier")->check(CLI::NonNegativeNumber);
   app.add_option("--threads", threads)->check(CLI::Range(1, 64));
@@ -89,7 +87,11 @@ int main(int argc, char** argv) {
     simulation::StageOptions options;
     options.blood.vessels = ros::package::getPath("vest_effects") + "/data/vessels/pelvis";
     options.field_options.fluid.spacing = spacing;
-    simulation::apply(trajectory.effects, options);
+    try {
+      simulation::apply(trajectory.effects, options);
+    } catch (const std::exception& e) {
+      throw std::invalid_argument(waypoints + ": " + e.what());
+    }
     const simulation::Stage stage = simulation::makeStage(
         vest::scene::World(vest::scene::loadScene(vest::ros_shell::sceneFile(scene)), threads), options,
         moments ? moments->frames() : simulation::StageFrames{});

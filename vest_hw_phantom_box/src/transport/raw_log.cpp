@@ -4,24 +4,25 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "vest_instruments/files/read.h"
+
 namespace vest::transport {
 namespace {
 
 constexpr char kHead[] = "VEST raw bytes 1\n";
 constexpr std::size_t kHeadSize = sizeof kHead - 1;
 constexpr std::uint32_t kMostOfAPiece = 1 << 16;
+constexpr std::size_t kMostOfAFile = 512u << 20;  // two hours
 
 void put(std::ostream& out, std::uint64_t value, int bytes) {
   for (int i = 0; i < bytes; ++i) out.put(static_cast<char>(value >> (8 * i) & 0xFF));
 }
 
-bool get(std::istream& in, std::uint64_t& value, int bytes) {
+bool get(const std::string& bytes, std::size_t& at, std::uint64_t& value, std::size_t count) {
+  if (bytes.size() - at < count) return false;
   value = 0;
-  for (int i = 0; i < bytes; ++i) {
-    const int c = in.get();
-    if (c == std::istream::traits_type::eof()) return false;
-    value |= static_cast<std::uint64_t>(c) << (8 * i);
-  }
+  for (std::size_t i = 0; i < count; ++i)
+    value |= static_cast<std::uint64_t>(static_cast<unsigned char>(bytes[at++])) << (8 * i);
   return true;
 }
 
@@ -49,23 +50,25 @@ std::vector<RawPiece> readRawLog(const std::string& path) {
     throw std::runtime_error(path + ": " + what +
                              "; allowed: a log of raw bytes of the driver (raw_log) or of box_setup (--log)");
   };
-  std::ifstream in(path, std::ios::binary);
-  if (!in) fail(std::strerror(errno));
-  char head[kHeadSize] = {};
-  in.read(head, kHeadSize);
-  if (!in || std::memcmp(head, kHead, kHeadSize) != 0) fail("not such a file");
+  std::string bytes;
+  try {
+    bytes = files::read(path, kMostOfAFile);
+  } catch (const files::Refused& refused) {
+    fail(refused.value);
+  }
+  if (bytes.compare(0, kHeadSize, kHead) != 0) fail("not such a file");
   std::vector<RawPiece> out;
-  std::uint64_t time = 0, size = 0;
-  while (get(in, time, 8) && get(in, size, 4)) {
+  std::size_t at = kHeadSize;
+  for (std::uint64_t time = 0, size = 0; get(bytes, at, time, 8) && get(bytes, at, size, 4);) {
     const auto ns = static_cast<std::int64_t>(time);
     if (ns < 0 || (!out.empty() && ns < out.back().time_ns))
       fail("piece " + std::to_string(out.size()) + ": its time goes back");
     if (size > kMostOfAPiece)
       fail("piece " + std::to_string(out.size()) + ": " + std::to_string(size) + " bytes");
-    RawPiece piece{ns, std::vector<std::uint8_t>(size)};
-    in.read(reinterpret_cast<char*>(piece.bytes.data()), static_cast<std::streamsize>(size));
-    if (!in) break;
-    out.push_back(std::move(piece));
+    if (bytes.size() - at < size) break;
+    const auto from = bytes.begin() + static_cast<std::ptrdiff_t>(at);
+    out.push_back({ns, {from, from + static_cast<std::ptrdiff_t>(size)}});
+    at += size;
   }
   if (out.empty()) fail("nothing was recorded");
   return out;

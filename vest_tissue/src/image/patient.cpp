@@ -99,6 +99,7 @@ std::string quoted(const std::string& text) {
   return out + "\"";
 }
 
+constexpr double kMostPlace = 100;  // m (assumed): the box is half a metre wide
 const char* const kFirstPlace = "place: [0, 0.05, 0.03]     # m, world: the middle of the underside\n";
 
 std::string firstCell(const Volume& volume) {
@@ -147,7 +148,11 @@ Patient readPatient(const std::string& path) {
       p.held.push_back(item.name());
       if (names.count(p.held.back()) == 0) item.fail("must be the name of a label");
     }
-  if (map.has("place")) p.place = map["place"].vector3();
+  if (map.has("place")) {
+    p.place = map["place"].vector3();
+    if (!(p.place.cwiseAbs().maxCoeff() <= kMostPlace))
+      map["place"].fail("must be within 100 m of the world's origin");
+  }
   map.finish();
   return p;
 }

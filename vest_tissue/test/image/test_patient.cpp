@@ -169,6 +169,7 @@ TEST(LabelMap, WhatIsNoneOrLiesElsewhereIsRefused) {
   refused(box + "images: moved.nrrd\n", "another grid");
   refused(box + "resample: true\n", "images");
   refused("", "tissues");
+  refused(box + "place: [0, -1e9, 0]\n", "within 100 m");
   refused("tissues: [{label: 0, name: box, tissue: spleen}]\n", "label");
   refused("tissues: [{values: [1, 2], name: box, tissue: spleen}]\n", "label");
   refused("tissues: [{label: 10, name: a, tissue: spleen}, {label: 10, name: b, tissue: liver}]\n",

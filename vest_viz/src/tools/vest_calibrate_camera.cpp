@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "vest_viz/camera/board.h"
+#include "vest_viz/picture/read.h"
 
 int main(int argc, char** argv) {
   CLI::App app{"Calibrates an endoscope's camera from pictures of a chessboard (vest_viz/README.md)"};
@@ -30,11 +31,7 @@ int main(int argc, char** argv) {
   board.square = 1e-3 * square_mm;
   try {
     std::vector<cv::Mat> pictures;
-    for (const std::string& file : files) {
-      pictures.push_back(cv::imread(file, cv::IMREAD_GRAYSCALE));
-      if (pictures.back().empty())
-        throw std::runtime_error(file + ": not a picture that can be read (allowed: PNG, JPEG)");
-    }
+    for (const std::string& file : files) pictures.push_back(vest::picture::read(file, cv::IMREAD_GRAYSCALE));
     const auto found = vest::camera::calibrate(pictures, board);
     for (std::size_t i = 0; i < files.size(); ++i)
       if (!found.found[i]) std::printf("board not found in %s\n", files[i].c_str());

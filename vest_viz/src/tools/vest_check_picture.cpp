@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "vest_viz/picture/check.h"
+#include "vest_viz/picture/read.h"
 
 int main(int argc, char** argv) {
   CLI::App app{
@@ -19,12 +20,8 @@ int main(int argc, char** argv) {
   app.add_option("--circle", circle_values, "centre x, y and radius in pixels; found by itself if not given")
       ->expected(3);
   CLI11_PARSE(app, argc, argv);
-  const cv::Mat picture = cv::imread(path, cv::IMREAD_COLOR);
-  if (picture.empty()) {
-    std::fprintf(stderr, "%s: cannot be read as a picture (PNG or JPEG expected)\n", path.c_str());
-    return 2;
-  }
   try {
+    const cv::Mat picture = vest::picture::read(path, cv::IMREAD_COLOR);
     vest::picture::Circle circle;
     if (circle_values.empty())
       circle = vest::picture::findCircle(picture);
@@ -35,7 +32,9 @@ int main(int argc, char** argv) {
                 circle.cy, circle.radius, vest::picture::format(rows).c_str());
     return vest::picture::allInside(rows) ? 0 : 1;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "%s: %s\n", path.c_str(), e.what());
+    const std::string what = e.what();
+    std::fprintf(stderr, "vest_check_picture: %s%s\n",
+                 what.compare(0, path.size(), path) == 0 ? "" : (path + ": ").c_str(), what.c_str());
     return 2;
   }
 }

@@ -187,6 +187,8 @@ class Renderer {
 int render(const Options& o) {
   ros::Time::init();
   rosbag::Bag bag;
+  // A pipe would let it wait.
+  if (!fs::is_regular_file(o.bag)) throw std::runtime_error(o.bag + ": no regular file (allowed: a bag)");
   bag.open(o.bag, rosbag::bagmode::Read);
   rosbag::View view(bag,
                     [](const rosbag::ConnectionInfo* c) { return c->datatype.rfind("vest_msgs/", 0) == 0; });
@@ -219,7 +221,7 @@ int main(int argc, char** argv) {
       "Renders a recorded session (session.bag) to pictures and a video.\n"
       "Exit status: 0 done, 1 nothing to show, 2 an argument or a file is wrong."};
   Options o;
-  app.add_option("bag", o.bag, "bag of a session")->required()->check(CLI::ExistingFile);
+  app.add_option("bag", o.bag, "bag of a session")->required();
   app.add_option("--output", o.output, "folder for frame_NNNNNN.png; made if it is not there");
   app.add_option("--video", o.video, "video file, .mp4 (MPEG-4) or .avi (Motion JPEG)");
   app.add_option("--width", o.width, "pixels")->check(CLI::Range(64, 4096));
@@ -264,7 +266,11 @@ int main(int argc, char** argv) {
   try {
     return render(o);
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "vest_render: %s\n", e.what());
+    const std::string what = e.what();
+    const auto begins = [&](const std::string& name) { return !name.empty() && what.rfind(name, 0) == 0; };
+    const bool named =
+        begins(o.bag) || begins(o.output) || begins(o.video);  // rosbag's own words name no file
+    std::fprintf(stderr, "vest_render: %s%s\n", named ? "" : (o.bag + ": ").c_str(), what.c_str());
     return 2;
   }
 }

@@ -1,6 +1,10 @@
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <numeric>
 #include <stdexcept>
@@ -12,6 +16,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "vest_viz/picture/check.h"
+#include "vest_viz/picture/read.h"
 
 namespace vest::picture {
 namespace {
@@ -172,6 +177,58 @@ TEST(CheckPicture, WhatIsNoPictureIsRefused) {
   EXPECT_THROW(findCircle({}), std::invalid_argument);
   EXPECT_THROW(findCircle(cv::Mat::zeros(100, 100, CV_8UC3)), std::invalid_argument);
   EXPECT_THROW(findCircle(cv::Mat::zeros(100, 100, CV_8UC1)), std::invalid_argument);
+}
+
+std::string refusal(const std::string& file) {
+  testing::internal::CaptureStderr();
+  std::string message;
+  try {
+    read(file, cv::IMREAD_COLOR);
+  } catch (const std::runtime_error& error) {
+    message = error.what();
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "the codec's own words beside ours";
+  return message;
+}
+
+TEST(ReadPicture, WhatIsNoPictureOrATooLargeOneIsRefusedByName) {
+  const std::string folder = testing::TempDir() + "vest_read_picture_" + std::to_string(getpid());
+  std::filesystem::create_directories(folder);
+  for (const char* const ending : {".png", ".jpg"}) {
+    std::vector<unsigned char> whole;
+    ASSERT_TRUE(cv::imencode(ending, goodPicture(), whole));
+    const std::string file = folder + "/a" + ending;
+    const auto write = [&](const std::vector<unsigned char>& bytes) {
+      std::ofstream(file, std::ios::binary)
+          .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    };
+    write(whole);
+    EXPECT_EQ(refusal(file), "");
+    EXPECT_EQ(read(file, cv::IMREAD_COLOR).size(), cv::Size(kWidth, kHeight));
+    for (const std::size_t bytes : {std::size_t{0}, std::size_t{1}, std::size_t{20}}) {
+      write({whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(bytes)});
+      EXPECT_EQ(refusal(file).rfind(file + ": no PNG or JPEG picture", 0), 0u) << bytes << refusal(file);
+    }
+    // The header's size: 65,535 pixels along both axes.
+    const std::vector<unsigned char> start{0xff, 0xc0};
+    const bool png = ending[1] == 'p';
+    const auto at =
+        png ? whole.begin() + 16 : std::search(whole.begin(), whole.end(), start.begin(), start.end()) + 5;
+    std::vector<unsigned char> huge = whole;
+    for (const int i : {0, 1, 2, 3})
+      huge[static_cast<std::size_t>(at - whole.begin() + (png ? 2 + i % 2 + i / 2 * 4 : i))] = 0xff;
+    write(huge);
+    EXPECT_EQ(refusal(file).rfind(file + ": too large", 0), 0u) << refusal(file);
+  }
+  const std::string pipe = folder + "/pipe.png";
+  ASSERT_EQ(0, mkfifo(pipe.c_str(), 0600));
+  EXPECT_EQ(refusal(pipe).rfind(pipe + ": a pipe", 0), 0u);
+  std::vector<unsigned char> cut;
+  ASSERT_TRUE(cv::imencode(".png", goodPicture(), cut));
+  const std::string file = folder + "/cut.png";
+  std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char*>(cut.data()), 1000);
+  EXPECT_EQ(refusal(file).rfind(file + ": a damaged picture", 0), 0u) << refusal(file);
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ class RawLog {
   std::int64_t first_ns_ = -1;
 };
 
-/// @throws std::runtime_error with file, what is wrong, what is allowed
+/// A regular file of at most 512 MiB. @throws std::runtime_error with file, what is wrong, what is allowed
 std::vector<RawPiece> readRawLog(const std::string& path);
 
 }  // namespace vest::transport
