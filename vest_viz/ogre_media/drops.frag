@@ -8,7 +8,9 @@ vec3 response(vec3 c) {  // as in tissue.frag
   c = 1.0 - 1.0 / (1.0 + c * (1.0 + c * (0.5 + 0.17 * c)));
   c = sqrt(c);
   c = mix(c, c * c * (3.0 - 2.0 * c), 0.85);
-  return max(1.06 * c - 0.06, 0.0);
+  c = max(1.06 * c - 0.06, 0.0);
+  float grey = dot(c, vec3(0.3, 0.6, 0.1));
+  return mix(c, vec3(grey), 0.36 - 0.27 * min(grey, 1.0));
 }
 
 void main() {

@@ -6,17 +6,18 @@ uniform vec4 light;
 varying vec3 position;
 varying vec3 normal;
 varying vec2 place;
-varying vec3 fluid;
+varying vec2 fluid;
 
 void main() {
   vec3 v = normalize(-position);
-  // The shore runs where half of the cells around are wet; straight between cells it would be a polygon.
+  // The shore runs where the depth is 0; ground has a relief that the cells do not know.
   vec3 rough = texture2D(micro_map, place * 11.0).xyz;
   vec3 small = texture2D(micro_map, place.yx * 47.0).xyz;
-  float wet = fluid.z + 0.30 * (rough.z - 0.5) + 0.12 * (small.z - 0.5);
+  float relief = 0.5 * (rough.z - 0.5) + 0.2 * (small.z - 0.5);  // mm
+  float wet = 0.42 + 0.33 * clamp(fluid.y + relief, -1.0, 1.5);
   if (wet < 0.30) discard;
   float inward = smoothstep(0.42, 0.75, wet);
-  float mm = (fluid.y + 0.05) * inward;
+  float mm = max(fluid.y + relief, 0.0);
   // Fluid wets tissue and climbs it: over the last millimetre its surface turns up towards the shore.
   vec2 px = dFdx(place), py = dFdy(place);
   float area = px.x * py.y - px.y * py.x;
@@ -47,10 +48,11 @@ void main() {
   vec3 mirrored = mix(vec3(0.10, 0.03, 0.026), vec3(0.75, 0.36, 0.31), clamp(0.35 + 0.65 * r.y, 0.0, 1.0)) * (0.4 + wall) +
                   vec3(7.0, 7.2, 7.4) * smoothstep(0.62, 0.78, wall);
   float blood = clamp(fluid.x, 0.0, 1.0);
-  // Blood hides by its amount along the line of sight; a little colours much water.
+  // Blood hides by its amount along the line of sight; a little colours much water. What light comes back of it
+  // is red where it is thin and nearly black where it is deep.
   float amount = blood * mm;
-  float hide = 1.0 - exp(-4.0 * amount), deep = 1.0 - exp(-0.8 * amount);
-  vec3 body = mix(vec3(1.40, 0.130, 0.095), vec3(1.05, 0.028, 0.026), deep);
+  float hide = 1.0 - exp(-4.0 * amount), deep = 1.0 - exp(-0.55 * amount);
+  vec3 body = mix(vec3(1.35, 0.130, 0.095), vec3(0.66, 0.020, 0.018), deep);
   vec3 colour = mix(vec3(0.24, 0.15, 0.13), body, hide) * (0.40 + 0.60 * abs(dot(still, h))) * strength;
   vec3 gloss = fresnel * mirrored * min(strength * 2.0, 1.5) * 4.0;
   colour += gloss;
@@ -67,21 +69,25 @@ void main() {
   net = max(net, 0.0); net *= net;
   float lines = 0.28 * net * inward * (1.0 - hide) * smoothstep(0.5, 3.0, mm) * (1.0 - smoothstep(8.0, 25.0, mm));
   float a = mix(0.08 + 0.22 * (1.0 - exp(-0.3 * mm)), 0.97, hide) + 2.0 * fresnel + 1.8 * gloss.g;
-  a = max(a * smoothstep(0.0, 0.25, inward), min(0.6 * shine * strength, 1.0));
+  a = max(a * smoothstep(0.42, 0.46 + 0.04 * (1.0 - hide), wet), min(0.6 * shine * strength, 1.0));
   vec3 lit = vec3(1.0, 0.84, 0.78) * sqrt(min(2.5 * strength, 1.0));
   colour = (colour * a + lit * lines * (1.0 - a)) / max(a + lines * (1.0 - a), 1e-3);
   a += lines * (1.0 - a);
   // Beyond the brim tissue is wet: darker.
   float border = smoothstep(0.30, 0.41, wet) * (1.0 - smoothstep(0.42, 0.47, wet)) * calm;
   // Thin water has a thin brim.
-  float thick = smoothstep(0.2, 1.6, fluid.y);
-  colour = mix(colour, vec3(0.10, 0.015, 0.015), border);
-  a = max(a, 0.35 * border * thick);
+  float thick = smoothstep(0.03, 0.3, mm);
+  colour = mix(colour, vec3(0.10, 0.015, 0.015), border * (1.0 - blood));
+  a = max(a, 0.20 * border * (1.0 - blood));
   // The brim itself, round as a thread, mirrors the lamp wherever it turns to it.
   float brim = smoothstep(0.42, 0.47, wet) * (1.0 - smoothstep(0.50, 0.62, wet)) * calm;
   brim *= thick * (1.0 - 0.8 * hide) * (0.35 + 0.65 * smoothstep(0.50, 0.92, nh)) * (0.3 + 0.9 * small.z);
   colour = mix(colour, lit, brim);
   a = max(a, 0.75 * brim);
   a *= mix(calm, 1.0, hide);
-  gl_FragColor = vec4(max(1.06 * colour - 0.06, 0.0), min(a, 1.0));
+  colour = max(1.06 * colour - 0.06, 0.0);
+  // Stray light in the optics, as in tissue.frag.
+  float grey = dot(colour, vec3(0.3, 0.6, 0.1));
+  colour = mix(colour, vec3(grey), 0.36 - 0.27 * min(grey, 1.0));
+  gl_FragColor = vec4(colour, min(a, 1.0));
 }

@@ -5,11 +5,12 @@ uniform vec4 light;
 varying vec3 position;
 varying vec3 normal;
 varying vec2 place;
-varying vec3 fluid;
+varying vec2 fluid;
 
 void main() {
   // The shore, as in pool.frag.
-  float wet = fluid.z + 0.30 * (texture2D(micro_map, place * 11.0).z - 0.5) + 0.12 * (texture2D(micro_map, place.yx * 47.0).z - 0.5);
+  float relief = 0.5 * (texture2D(micro_map, place * 11.0).z - 0.5) + 0.2 * (texture2D(micro_map, place.yx * 47.0).z - 0.5);
+  float wet = 0.42 + 0.33 * clamp(fluid.y + relief, -1.0, 1.5);
   if (wet < 0.42) discard;
   vec3 v = normalize(-position), to_light = light.xyz - position;
   float beam = v.z * v.z * v.z * v.z;

@@ -13,13 +13,16 @@ using Eigen::Vector3f;
 // Kinds that drops.frag knows.
 constexpr float kDrop = 0.0f, kBubble = 1.0f, kStream = 2.0f;
 
-constexpr float kFlying = 0.15f;    // m/s: slower ones run over tissue (assumed)
-constexpr float kLongest = 0.05f;   // m: of a streak
-constexpr float kReach = 6.0f;      // spacings between two particles of a stream at most (tuned)
-constexpr float kNearest = 0.8f;    // spacings: nearer ones are a body of water, no thin stream
-constexpr int kCrowd = 3;           // particles within 1.5 spacings make one, too
-constexpr float kShed = 0.12f;      // of a drop's volume into each of its two satellites (by eye)
-constexpr float kShedSpeed = 0.4f;  // m/s, from here on
+constexpr float kFlying = 0.15f;   // m/s: slower ones run over tissue (assumed)
+constexpr float kLongest = 0.05f;  // m: of a streak
+constexpr float kReach = 6.0f;     // spacings between two particles of a stream at most (tuned)
+constexpr float kThread = 0.025f;  // s: or so much of its way; a jet of 2 m/s holds together as long (tuned)
+constexpr float kLongestThread = 0.04f;  // m
+constexpr std::size_t kFew = 400;        // more that fly are no thin jets: looked at by kReach alone
+constexpr float kNearest = 0.8f;         // spacings: nearer ones are a body of water, no thin stream
+constexpr int kCrowd = 3;                // particles within 1.5 spacings make one, too
+constexpr float kShed = 0.12f;           // of a drop's volume into each of its two satellites (by eye)
+constexpr float kShedSpeed = 0.4f;       // m/s, from here on
 
 /// A particle that is drawn.
 struct Flying {
@@ -113,13 +116,14 @@ class Neighbourhood {
 
 /// Finds who flies ahead of whom in thin streams.
 void findStreams(float spacing, std::vector<Flying>* all) {
-  const Neighbourhood near(*all, kReach * spacing);
+  const float widest = all->size() < kFew ? std::max(kReach * spacing, kLongestThread) : kReach * spacing;
+  const Neighbourhood near(*all, widest);
   for (const auto& [cell, i] : near.members()) {
     Flying& a = (*all)[i];
     const float speed = a.v.norm();
     const Vector3f way = a.v / speed;
     int crowd = 0, best = -1;
-    float gap = kReach * spacing;
+    float gap = std::clamp(kThread * speed, kReach * spacing, widest);
     near.each(a.p, [&, i = i](std::uint32_t j) {
       if (j == i) return true;
       const Flying& b = (*all)[j];

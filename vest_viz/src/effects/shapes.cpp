@@ -1,8 +1,8 @@
 #include "vest_viz/effects/shapes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 
 namespace vest::effects {
 namespace {
@@ -12,6 +12,8 @@ using Eigen::Vector3f;
 using instrument::TriangleMesh;
 
 constexpr double kPi = 3.14159265358979323846;
+/// mm: ground that rises higher over a pool is dry, whatever its relief (ogre_media/pool.frag).
+constexpr float kDryGround = -0.75f;
 
 void addVertex(TriangleMesh* m, const Vector3d& p, const Vector3d& n) {
   for (int k = 0; k < 3; ++k) {
@@ -169,75 +171,118 @@ void addPuff(const Vector3d& centre, double radius, double density, double phase
   addQuad(p, r * u, r * w, opacity, static_cast<float>(seed % 1024u) * 0.0061f, static_cast<float>(phase), q);
 }
 
-Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
-                 const PoolCells& cells) {
-  Pool pool;
-  if (!(cell > 0) || !origin.matrix().allFinite()) return pool;
-  const auto C = static_cast<int>(columns), R = static_cast<int>(rows);
+namespace {
+
+/// A place of the surface: a cell's middle, or half-way between two.
+struct PoolPlace {
+  float height = 0, depth = 0, blood = 0, weight = 0;  ///< m, mm (< 0: dry), 0 … 1; 0: there is none
+
+  void add(const PoolPlace& o, float share) {
+    share *= o.weight > 0 ? 1.0f : 0.0f;
+    height += share * o.height, depth += share * o.depth, blood += share * o.blood, weight += share;
+  }
+  void mean() {
+    if (weight > 0) height /= weight, depth /= weight, blood /= weight, weight = 1;
+  }
+};
+
+/// Cells with a border: there the ground goes on rising as it does beside it, and the level stays, so that
+/// the shore, where the depth is 0, runs between cells as the ground says.
+std::vector<PoolPlace> withShore(int C, int R, const PoolCells& cells) {
   const auto wet = [&](int c, int r) {
     return c >= 0 && r >= 0 && c < C && r < R && std::isfinite(cells.height[r * C + c]);
   };
   const auto depthOf = [&](int c, int r) {
-    return !wet(c, r) ? 0.0f : cells.depth != nullptr ? 0.1f * cells.depth[r * C + c] : kUnknownDepth;
+    return cells.depth != nullptr ? 0.1f * cells.depth[r * C + c] : kUnknownDepth;
   };
-  const auto bloodOf = [&](int c, int r) {
-    return cells.blood != nullptr ? cells.blood[r * C + c] / 255.0f
-                                  : static_cast<float>(cells.blood_fraction);
-  };
-  // With a border: a dry neighbour takes the mean height of the wet cells round it. Depth and blood are means
-  // over a cell and its neighbours (1 2 1 either way), so that the cells' corners do not show at the shore.
-  struct Vertex {
-    float height = std::numeric_limits<float>::quiet_NaN(), depth = 0, blood = 0, share = 0;
-    std::uint32_t index = 0xffffffffu;
-  };
-  std::vector<Vertex> grid(static_cast<std::size_t>((C + 2) * (R + 2)));
-  const auto at = [&](int c, int r) -> Vertex& {
-    return grid[static_cast<std::size_t>((r + 1) * (C + 2) + c + 1)];
-  };
+  std::vector<PoolPlace> out(static_cast<std::size_t>((C + 2) * (R + 2)));
   for (int r = -1; r <= R; ++r)
     for (int c = -1; c <= C; ++c) {
-      float height = 0, depth = 0, blood = 0, weights = 0;
-      int around = 0;
+      PoolPlace& to = out[static_cast<std::size_t>((r + 1) * (C + 2) + c + 1)];
+      if (wet(c, r)) {
+        to.height = cells.height[r * C + c], to.depth = depthOf(c, r), to.weight = 1;
+        to.blood = cells.blood != nullptr ? cells.blood[r * C + c] / 255.0f
+                                          : static_cast<float>(cells.blood_fraction);
+        continue;
+      }
+      float beside = 0;
       for (int j = -1; j <= 1; ++j)
         for (int i = -1; i <= 1; ++i) {
           if (!wet(c + i, r + j)) continue;
-          const auto weight = static_cast<float>((2 - std::abs(i)) * (2 - std::abs(j)));
-          ++around, weights += weight;
-          height += cells.height[(r + j) * C + c + i];
-          depth += weight * depthOf(c + i, r + j), blood += weight * bloodOf(c + i, r + j);
+          const float near = depthOf(c + i, r + j), weight = (i == 0 || j == 0) ? 2.0f : 1.0f;
+          const bool further = wet(c + 2 * i, r + 2 * j);
+          PoolPlace shore;
+          shore.height = cells.height[(r + j) * C + c + i], shore.weight = 1;
+          shore.depth = further ? 2 * near - depthOf(c + 2 * i, r + 2 * j) : near - 1;
+          shore.blood = cells.blood != nullptr ? cells.blood[(r + j) * C + c + i] / 255.0f
+                                               : static_cast<float>(cells.blood_fraction);
+          to.add(shore, weight);
+          beside += weight * near;
         }
-      if (around == 0) continue;
-      Vertex& v = at(c, r);
-      v.height = wet(c, r) ? cells.height[r * C + c] : height / static_cast<float>(around);
-      v.depth = depth / 16.0f, v.blood = blood / weights, v.share = weights / 16.0f;
+      if (to.weight > 0)
+        to.depth =
+            std::clamp(to.depth, -4 * to.weight, -std::clamp(beside, 0.1f * to.weight, 0.4f * to.weight));
+      to.mean();
     }
-  const auto value = [&](int c, int r, float otherwise) {
-    if (c < -1 || r < -1 || c > C || r > R) return otherwise;
-    const float v = at(c, r).height;
-    return std::isfinite(v) ? v : otherwise;
+  return out;
+}
+
+}  // namespace
+
+Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
+                 const PoolCells& cells) {
+  Pool pool;
+  if (!(cell > 0) || !origin.matrix().allFinite()) return pool;
+  const int C = static_cast<int>(columns) + 2, R = static_cast<int>(rows) + 2, W = 2 * C - 1, H = 2 * R - 1;
+  const std::vector<PoolPlace> coarse = withShore(C - 2, R - 2, cells);
+  // Cubic B-spline, halved once (Lane and Riesenfeld 1980): the cells' corners do not show at the shore.
+  std::vector<PoolPlace> fine(static_cast<std::size_t>(W * H));
+  constexpr float kEven[3] = {0.125f, 0.75f, 0.125f}, kOdd[2] = {0.5f, 0.5f};
+  for (int y = 0; y < H; ++y)
+    for (int x = 0; x < W; ++x) {
+      PoolPlace& to = fine[static_cast<std::size_t>(y * W + x)];
+      const int nx = x % 2 == 0 ? 3 : 2, ny = y % 2 == 0 ? 3 : 2;
+      const int c0 = x / 2 - (nx == 3), r0 = y / 2 - (ny == 3);
+      const float *wx = nx == 3 ? kEven : kOdd, *wy = ny == 3 ? kEven : kOdd;
+      for (int j = 0; j < ny; ++j)
+        for (int i = 0; i < nx; ++i)
+          if (c0 + i >= 0 && c0 + i < C && r0 + j >= 0 && r0 + j < R)
+            to.add(coarse[static_cast<std::size_t>((r0 + j) * C + c0 + i)], wx[i] * wy[j]);
+      if (to.weight < 0.4f) to.weight = 0;  // beyond the border
+      to.mean();
+    }
+  const double half = 0.5 * cell;
+  const auto value = [&](int x, int y, float otherwise) {
+    if (x < 0 || y < 0 || x >= W || y >= H) return otherwise;
+    const PoolPlace& p = fine[static_cast<std::size_t>(y * W + x)];
+    return p.weight > 0 ? p.height : otherwise;
   };
-  for (int r = -1; r <= R; ++r)
-    for (int c = -1; c <= C; ++c) {
-      const float z = at(c, r).height;
-      if (!std::isfinite(z)) continue;
-      at(c, r).index = static_cast<std::uint32_t>(pool.positions.size() / 3);
-      const Vector3d p = origin * Vector3d((c + 0.5) * cell, (r + 0.5) * cell, z);
-      const Vector3d n = origin.linear() * Vector3d((value(c - 1, r, z) - value(c + 1, r, z)) / (2 * cell),
-                                                    (value(c, r - 1, z) - value(c, r + 1, z)) / (2 * cell), 1)
+  constexpr std::uint32_t kNone = 0xffffffffu;
+  std::vector<std::uint32_t> index(fine.size(), kNone);
+  for (int y = 0; y < H; ++y)
+    for (int x = 0; x < W; ++x) {
+      const PoolPlace& at = fine[static_cast<std::size_t>(y * W + x)];
+      if (!(at.weight > 0)) continue;
+      index[static_cast<std::size_t>(y * W + x)] = static_cast<std::uint32_t>(pool.positions.size() / 3);
+      const float z = at.height;
+      const Vector3d p = origin * Vector3d(half * x - half, half * y - half, z);
+      const Vector3d n = origin.linear() * Vector3d((value(x - 1, y, z) - value(x + 1, y, z)) / cell,
+                                                    (value(x, y - 1, z) - value(x, y + 1, z)) / cell, 1)
                                                .normalized();
       for (int k = 0; k < 3; ++k) {
         pool.positions.push_back(static_cast<float>(p[k]));
         pool.normals.push_back(static_cast<float>(n[k]));
       }
-      pool.features.insert(pool.features.end(), {at(c, r).blood, at(c, r).depth, at(c, r).share});
+      pool.features.insert(pool.features.end(), {at.blood, at.depth, 0.0f});
     }
-  for (int r = -1; r < R; ++r)
-    for (int c = -1; c < C; ++c) {
-      const std::uint32_t a = at(c, r).index, b = at(c + 1, r).index, d = at(c, r + 1).index,
-                          e = at(c + 1, r + 1).index;
-      constexpr std::uint32_t kNone = 0xffffffffu;
-      if (a != kNone && b != kNone && e != kNone) pool.triangles.insert(pool.triangles.end(), {a, b, e});
-      if (a != kNone && e != kNone && d != kNone) pool.triangles.insert(pool.triangles.end(), {a, e, d});
+  for (int y = 0; y + 1 < H; ++y)
+    for (int x = 0; x + 1 < W; ++x) {
+      const auto i = static_cast<std::size_t>(y * W + x), w = static_cast<std::size_t>(W);
+      const std::uint32_t a = index[i], b = index[i + 1], d = index[i + w], e = index[i + w + 1];
+      for (const std::array<std::uint32_t, 3>& t : {std::array<std::uint32_t, 3>{a, b, e}, {a, e, d}})
+        if (std::find(t.begin(), t.end(), kNone) == t.end() &&
+            std::any_of(t.begin(), t.end(), [&](auto v) { return pool.features[3 * v + 1] > kDryGround; }))
+          pool.triangles.insert(pool.triangles.end(), t.begin(), t.end());
     }
   return pool;
 }

@@ -191,7 +191,7 @@ void Finisher::cloud() {
   const cv::Scalar mean = cv::mean(small_);
   cv::GaussianBlur(small_, small_, {0, 0}, 1.0 + 4.0 * fog_);
   cv::resize(small_, blurred_, warped_.size(), 0, 0, cv::INTER_LINEAR);
-  const double veil = 0.75 * fog_ * fog_;
+  const double veil = 0.6 * fog_;  // what its droplets scatter grows with their number
   int add[3];
   for (int k = 0; k < 3; ++k)
     add[k] = static_cast<int>(veil * (0.45 * mean[k] + 0.35 * (mean[0] + mean[1] + mean[2]) / 3 + 40));

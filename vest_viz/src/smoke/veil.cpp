@@ -19,6 +19,47 @@ constexpr double kRise = 0.006;  // m/s: how fast the pattern rises; assumed
 constexpr int kSteps = 20, kCoarse = 8;
 constexpr double kFar = 0.30;  // m: depth of code 0
 
+constexpr float kFray = 1.8f / 255;  // cells that turbulence moves smoke aside, over its range (by eye)
+constexpr float kMean = 110;         // of the turbulence, about
+
+/// Trilinear between the middles of cells. @param at cells
+float between(const Field& f, const Eigen::Vector3f& at) {
+  std::size_t low[3], high[3];
+  float part[3];
+  for (int k = 0; k < 3; ++k) {
+    const float x = std::clamp(at[k] - 0.5f, 0.0f, static_cast<float>(f.size[k] - 1));
+    low[k] = static_cast<std::size_t>(x), high[k] = std::min<std::size_t>(low[k] + 1, f.size[k] - 1);
+    part[k] = x - static_cast<float>(low[k]);
+  }
+  const auto along = [&](std::size_t y, std::size_t z) {
+    const std::uint8_t* r = f.density.data() + (z * f.size[1] + y) * f.size[0];
+    return static_cast<float>(r[low[0]]) + part[0] * static_cast<float>(r[high[0]] - r[low[0]]);
+  };
+  const auto across = [&](std::size_t z) {
+    const float a = along(low[1], z);
+    return a + part[1] * (along(high[1], z) - a);
+  };
+  const float a = across(low[2]);
+  return a + part[2] * (across(high[2]) - a);
+}
+
+/// Box (cells) outside of which there is none: rays are marched within it alone.
+void smoky(const Field& f, Eigen::Vector3f* low, Eigen::Vector3f* high) {
+  std::uint32_t from[3] = {f.size[0], f.size[1], f.size[2]}, to[3] = {0, 0, 0};
+  std::size_t i = 0;
+  for (std::uint32_t z = 0; z < f.size[2]; ++z)
+    for (std::uint32_t y = 0; y < f.size[1]; ++y)
+      for (std::uint32_t x = 0; x < f.size[0]; ++x, ++i) {
+        if (f.density[i] == 0) continue;
+        const std::uint32_t at[3] = {x, y, z};
+        for (int k = 0; k < 3; ++k) from[k] = std::min(from[k], at[k]), to[k] = std::max(to[k], at[k] + 1);
+      }
+  for (int k = 0; k < 3; ++k) {  // a cell more on each side: half for the interpolation, half for the whirls
+    (*low)[k] = std::max(0.0f, static_cast<float>(from[k]) - 1);
+    (*high)[k] = std::min(static_cast<float>(f.size[k]), static_cast<float>(to[k]) + 1);
+  }
+}
+
 }  // namespace
 
 bool Field::valid() const {
@@ -44,24 +85,28 @@ Veil::Veil() {
 void Veil::draw(const Field& field, const camera::Intrinsics& source, const Eigen::Isometry3d& X_WO,
                 const cv::Mat& rendering, double time, double light, cv::Mat* out) {
   out->release();
-  if (!field.valid() || rendering.type() != CV_8UC4) return;
+  if (!field.valid() || !X_WO.matrix().allFinite() || rendering.type() != CV_8UC4) return;
   const std::uint8_t most = *std::max_element(field.density.begin(), field.density.end());
   if (most == 0 || field.scale * kFar * effects::kSmokeExtinction * most / 255 < 0.004) return;
   const int w = std::max(1, rendering.cols / kCoarse), h = std::max(1, rendering.rows / kCoarse);
   out->create(h, w, CV_8UC4);
   const Eigen::Vector3f lower = field.origin.cast<float>();
-  const auto cells = Eigen::Vector3f(static_cast<float>(field.size[0]), static_cast<float>(field.size[1]),
-                                     static_cast<float>(field.size[2]));
+  Eigen::Vector3f low, high;
+  smoky(field, &low, &high);
   const auto per_cell = static_cast<float>(1 / field.cell);
   const Eigen::Vector3f eye = ((X_WO.translation() - field.origin) * per_cell).cast<float>();
   const Eigen::Matrix3f R = X_WO.linear().cast<float>();
   const auto to_noise = static_cast<float>(field.cell / kTile * kNoise);
   const auto shift = static_cast<float>(time * kRise / kTile * kNoise);
   const auto extinction = static_cast<float>(effects::kSmokeExtinction * field.scale / 255);
-  const auto stride_y = static_cast<int>(field.size[0]),
-             stride_z = static_cast<int>(field.size[0] * field.size[1]);
   const auto light_now = static_cast<float>(light);
-  const float lx = lower.x() * per_cell, ly = lower.y() * per_cell, lz = lower.z() * per_cell;
+  const float noise_x = lower.x() * per_cell * to_noise, noise_y = lower.y() * per_cell * to_noise,
+              noise_z = lower.z() * per_cell * to_noise - shift;
+  const auto turbulence = [&](float x, float y, float z) {
+    const auto wrap = [](float v) { return static_cast<int>(std::floor(v)) & (kNoise - 1); };
+    return static_cast<float>(
+        noise_[static_cast<std::size_t>((wrap(z) * kNoise + wrap(y)) * kNoise + wrap(x))]);
+  };
   for (int y = 0; y < h; ++y) {
     cv::Vec4b* row = out->ptr<cv::Vec4b>(y);
     for (int x = 0; x < w; ++x) {
@@ -75,7 +120,7 @@ void Veil::draw(const Field& field, const camera::Intrinsics& source, const Eige
       float from = 0.004f, to = static_cast<float>(depth);
       for (int k = 0; k < 3; ++k) {
         const float inverse = 1.0f / (std::fabs(d[k]) < 1e-9f ? 1e-9f : d[k]);
-        const float a = -eye[k] * inverse, b = (cells[k] - eye[k]) * inverse;
+        const float a = (low[k] - eye[k]) * inverse, b = (high[k] - eye[k]) * inverse;
         from = std::max(from, std::min(a, b));
         to = std::min(to, std::max(a, b));
       }
@@ -88,18 +133,15 @@ void Veil::draw(const Field& field, const camera::Intrinsics& source, const Eige
         float z = from + step * (0.25f + 0.5f * static_cast<float>((x * 7 + y * 3) % 5) / 4);
         for (int s = 0; s < kSteps; ++s, z += step) {
           const Eigen::Vector3f c = eye + z * d;
-          const int cx = static_cast<int>(c.x()), cy = static_cast<int>(c.y()), cz = static_cast<int>(c.z());
-          if (c.x() < 0 || c.y() < 0 || c.z() < 0 || cx >= stride_y ||
-              cy >= static_cast<int>(field.size[1]) || cz >= static_cast<int>(field.size[2]))
-            continue;
-          // Trilinear between cell middles would cost eight reads; the turbulence hides the cells.
-          const float rho = field.density[static_cast<std::size_t>(cz * stride_z + cy * stride_y + cx)];
-          if (rho == 0) continue;
-          const int nx = static_cast<int>(std::floor((c.x() + lx) * to_noise)) & (kNoise - 1);
-          const int ny = static_cast<int>(std::floor((c.y() + ly) * to_noise)) & (kNoise - 1);
-          const int nz = static_cast<int>(std::floor((c.z() + lz) * to_noise - shift)) & (kNoise - 1);
-          const float swirl =
-              noise_[static_cast<std::size_t>((nz * kNoise + ny) * kNoise + nx)] * (1.0f / 110.0f);
+          const Eigen::Vector3f n(c.x() * to_noise + noise_x, c.y() * to_noise + noise_y,
+                                  c.z() * to_noise + noise_z);
+          // Whirls smaller than a cell, which the field does not know, fray what it knows as smooth.
+          const float rho = between(
+              field,
+              {c.x() + kFray * (turbulence(0.4f * n.x(), 0.4f * n.y() + 11, 0.4f * n.z()) - kMean),
+               c.y() + kFray * (turbulence(0.4f * n.x() + 17, 0.4f * n.y(), 0.4f * n.z()) - kMean), c.z()});
+          if (rho <= 0) continue;
+          const float swirl = turbulence(n.x(), n.y(), n.z()) / kMean;
           const float tau = extinction * rho * swirl * length;
           const float stopped = clear * (1 - 1 / (1 + tau + 0.5f * tau * tau));
           const float fall = beam / (z * z + 0.0012f);

@@ -90,6 +90,22 @@ TEST(Drops, ThatFollowOneAnotherAreAStreamOfTheirVolume) {
   EXPECT_EQ(streams, 0);
 }
 
+TEST(Drops, OfAFastJetAreAStreamThoughTheyFlyFarApart) {
+  // A spurt at 1.5 m/s whose particles are 3 cm apart; slow ones as far apart are drops.
+  const float p[] = {0, 0, 0.1f, 0, 0.03f, 0.1f}, fast[] = {0, 1.5f, 0, 0, 1.45f, 0.05f},
+              slow[] = {0, 0.3f, 0, 0, 0.3f, 0};
+  FluidParticles in;
+  in.positions = p, in.velocities = fast, in.count = 2, in.radius = 0.0015;
+  Quads q;
+  addDrops(in, Vector3d::Zero(), 0.008, &q);
+  ASSERT_EQ(q.count(), 2u) << "a cylinder, and the drop at the head";
+  EXPECT_NEAR(extent(q, 0, 1), 0.03, 1e-4);
+  q.clear();
+  in.velocities = slow;
+  addDrops(in, Vector3d::Zero(), 0.008, &q);
+  for (std::size_t k = 0; k < q.count(); ++k) EXPECT_LT(q.features[12 * k + 1], 1.5f);
+}
+
 TEST(Drops, FastOnesShedSatellitesOfTheSameVolumeTogether) {
   const float p[] = {0, 0, 0.1f}, v[] = {1.0f, 0.5f, 0};
   FluidParticles in;
@@ -113,25 +129,60 @@ TEST(Pool, IsWetWhereItsCellsAreAndShallowsTowardsItsBorder) {
   PoolCells cells;
   cells.height = h, cells.depth = depth.data(), cells.blood = blood.data();
   const Pool pool = poolSurface(X, 0.01, 5, 5, cells);
-  ASSERT_EQ(pool.positions.size() / 3, 25u) << "nine wet cells and the sixteen round them";
-  int full = 0, dry = 0;
+  ASSERT_EQ(pool.positions.size() / 3, 117u) << "nine wet cells, the sixteen round them, and half-way";
   for (std::size_t i = 0; i < pool.features.size(); i += 3) {
-    EXPECT_FLOAT_EQ(pool.features[i], 0.2f);
+    EXPECT_NEAR(pool.features[i], 0.2f, 1e-6);
     EXPECT_FLOAT_EQ(pool.positions[i + 2], 1) << "the border lies level with its neighbours";
-    dry += pool.features[i + 2] < 0.3f;
-    EXPECT_LT(pool.features[i + 2], 1.001f);
-    if (pool.features[i + 1] < 7.99f) continue;
-    ++full;
-    EXPECT_NEAR(pool.positions[i], 1.025, 1e-6);
-    EXPECT_NEAR(pool.positions[i + 1], 0.025, 1e-6);
+    const double out =
+        std::max(std::fabs(pool.positions[i] - 1.025), std::fabs(pool.positions[i + 1] - 0.025));
+    if (out < 1e-6) {
+      EXPECT_NEAR(pool.features[i + 1], 8, 1e-5) << "mm";
+    }
+    if (out < 0.0101) {
+      EXPECT_GT(pool.features[i + 1], 0);
+    }
+    if (out > 0.0199) {
+      EXPECT_LT(pool.features[i + 1], 1.0f);
+    }
   }
-  EXPECT_EQ(full, 1);
-  EXPECT_EQ(dry, 16);
   EXPECT_TRUE(poolSurface(X, 0.0, 5, 5, cells).triangles.empty());
   cells.depth = cells.blood = nullptr, cells.blood_fraction = 0.5;
   const Pool unknown = poolSurface(X, 0.01, 5, 5, cells);
   EXPECT_FLOAT_EQ(unknown.features[0], 0.5f);
   EXPECT_FLOAT_EQ(*std::max_element(unknown.features.begin(), unknown.features.end()), kUnknownDepth) << "mm";
+}
+
+TEST(Pool, ItsShoreRunsWhereTheGroundRisesAboveItsLevelNotAlongItsCells) {
+  // Ground that rises by 1 in 4 to the upper right: the shore is straight, its cells are stairs.
+  constexpr int kCells = 40;
+  constexpr double kCell = 0.004, kRise = 0.25, kShore = 0.055;  // m, along the diagonal
+  std::vector<float> height(kCells * kCells);
+  std::vector<std::uint8_t> depth(height.size());
+  for (int r = 0; r < kCells; ++r)
+    for (int c = 0; c < kCells; ++c) {
+      const double under = kRise * (kShore - (c + 1.3 * r + 1.15) * kCell / std::hypot(1, 1.3));
+      const auto i = static_cast<std::size_t>(r * kCells + c);
+      height[i] = under > 1e-4 ? 0 : kNaN;
+      depth[i] = static_cast<std::uint8_t>(std::lround(std::clamp(1e4 * under, 0.0, 255.0)));
+    }
+  PoolCells cells;
+  cells.height = height.data(), cells.depth = depth.data();
+  const Pool pool = poolSurface(Eigen::Isometry3d::Identity(), kCell, kCells, kCells, cells);
+  double furthest = 0;
+  int crossings = 0;
+  for (std::size_t k = 0; k < pool.triangles.size(); ++k) {
+    const std::size_t a = pool.triangles[k], b = pool.triangles[k % 3 == 2 ? k - 2 : k + 1];
+    const double u = pool.features[3 * a + 1], v = pool.features[3 * b + 1];
+    if ((u > 0) == (v > 0)) continue;
+    const double s = u / (u - v);
+    const double x = pool.positions[3 * a] + s * (pool.positions[3 * b] - pool.positions[3 * a]),
+                 y = pool.positions[3 * a + 1] + s * (pool.positions[3 * b + 1] - pool.positions[3 * a + 1]);
+    if (x < kCell || y < kCell) continue;  // it ends there with its cells
+    furthest = std::max(furthest, std::fabs((x + 1.3 * y) / std::hypot(1, 1.3) - kShore));
+    ++crossings;
+  }
+  EXPECT_GT(crossings, 40);
+  EXPECT_LT(furthest, 0.3 * kCell) << "m";
 }
 
 TEST(Puffs, ThinSmokeIsFainterAndNothingIsLeftOut) {
@@ -170,6 +221,31 @@ TEST(Veil, IsThickWhereSmokeLiesBeforeTheTissueAndClearWhereTissueLiesBeforeIt) 
   EXPECT_TRUE(out.empty());
   field.density.resize(399);
   EXPECT_FALSE(field.valid());
+}
+
+TEST(Veil, SmokeOfOneCellHasNoStraightEdge) {
+  const camera::Intrinsics source = camera::fromFieldOfView(1280, 640, 1.2, {0, 0, 0, 0, 0});
+  smoke::Field field;
+  field.origin = Vector3d(-0.055, -0.055, 0.06);
+  field.cell = 0.01;
+  field.size[0] = field.size[1] = 11, field.size[2] = 4;
+  field.scale = 0.02f;
+  field.density.assign(484, 0);
+  for (std::size_t i = 5; i < 484; i += 11) field.density[i] = 255;  // a wall of smoke one cell thick
+  const cv::Mat rendering(640, 1280, CV_8UC4, cv::Scalar(100, 50, 50, 0));
+  smoke::Veil veil;
+  cv::Mat out;
+  veil.draw(field, source, Eigen::Isometry3d::Identity(), rendering, 0, 0.0035, &out);
+  ASSERT_EQ(out.cols, 160);
+  std::vector<double> mean(160, 0);
+  for (int row = 20; row < 60; ++row)
+    for (int column = 0; column < 160; ++column) mean[column] += out.at<cv::Vec4b>(row, column)[3] / 40.0;
+  double steepest = 0;
+  for (int column = 1; column < 160; ++column)
+    steepest = std::max(steepest, std::fabs(mean[column] - mean[column - 1]));
+  const double most = *std::max_element(mean.begin(), mean.end());
+  EXPECT_GT(most, 20);
+  EXPECT_LT(steepest, 0.15 * most) << "a cell is twelve of these columns wide";
 }
 
 }  // namespace

@@ -41,6 +41,15 @@ TEST(Lens, FogTakesTheContrastAndClearsAgain) {
   finisher.apply(source, &fogged);
   EXPECT_LT(contrast(fogged, kMiddle), 0.2 * contrast(clear, kMiddle));
   EXPECT_GT(cv::mean(fogged(kMiddle))[0], 60) << "fog is a veil, not darkness";
+  lens.fog = 0.33;
+  finisher.setLens(lens);
+  finisher.apply(source, &fogged);
+  EXPECT_LT(contrast(fogged, kMiddle), 0.6 * contrast(clear, kMiddle)) << "a third of it is plainly seen";
+  cv::Mat dark(source.size(), CV_8UC4, cv::Scalar(0, 0, 0, 100));
+  source(cv::Rect(0, 0, source.cols / 2, source.rows))
+      .copyTo(dark(cv::Rect(0, 0, source.cols / 2, source.rows)));
+  finisher.apply(dark, &fogged);
+  EXPECT_GT(cv::mean(fogged(kRight))[0], 12) << "milky where it was black";
   finisher.setLens({});
   finisher.apply(source, &again);
   EXPECT_EQ(cv::norm(clear, again), 0);

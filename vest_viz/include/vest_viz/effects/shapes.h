@@ -41,10 +41,11 @@ void addPuff(const Eigen::Vector3d& centre, double radius, double density, doubl
 /// 3 m2/g assumed.
 constexpr double kSmokeExtinction = 3000.0;
 
-/// Surface of a pool from its height field, with a border of one cell so that it dips below the tissue.
+/// Surface of a pool from its height field, twice as fine, with a border of one cell so that it dips below
+/// the tissue.
 struct Pool {
   std::vector<float> positions, normals;  ///< x y z per vertex, world
-  std::vector<float> features;  ///< share of blood, depth (mm), wet share of the cells around, per vertex
+  std::vector<float> features;            ///< share of blood, depth (mm; < 0 beyond the shore), 0, per vertex
   std::vector<std::uint32_t> triangles;
 };
 /// What a FluidPool says of its cells, row-major.
