@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reaches a point beside a tube in lockstep over ROS, and tells how many steps a second the service made.
+"""Reaches a point beside a tube in lockstep over ROS, and says how many steps a second the service made.
 
     rosrun vest_bringup environment _task:=reach          # with a ROS master, in another terminal
     python3 examples/reach_ros.py [SEED]"""

@@ -4,8 +4,8 @@
 usage: fuzz/hostile_files.py [--devel FOLDER] [--count N] [--seed N] [--only KIND] [--slow X] [--output FILE]
 
 Writes the table corpora x outcomes (docs/hostile_files.md). Exit 1 where a tool crashed, hung, took too much memory, or
-refused a file without naming it. --devel: devel space of a build (default build/test/devel; build/asan/devel has
-sanitizers, with --slow 10). What failed stays under build/hostile, one folder each, with its command.
+refused a file without naming it. The option --devel names the devel space of a build (default: build/test/devel). That of build/asan
+has sanitizers, with --slow 10. Failures stay under build/hostile, one folder each, with the command.
 """
 import argparse
 import concurrent.futures
@@ -341,7 +341,7 @@ def table(rows, total, options):
             total,
             'gives each to the tool that reads it. One file may cost %d s of processor time and 1 GB.' % SECONDS, '',
             'Each corpus holds random changes of a good file (bytes, numbers, lines, parts of other files). It also holds what a stranger',
-            'would try first: no bytes, millions of brackets, a bomb of aliases, a pipe or a device in the place of a file. A changed file may',
+            'would try first: no bytes, millions of brackets, a bomb of aliases, a pipe or a device. A changed file may',
             'still be a good one: it is accepted then. *Judged not good*: `vest_model check` or `vest_check_session` read it and says what is wrong.', '',
             'This table: %s.' % how.replace('` ', '`, '), '',
             'What a file can and cannot do to the machine that opens it: [security.md](security.md).', '',

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Shows that each guard is needed: spoils one branch at a time, and the named test must go red.
 
-A spoiled source file is compiled into a library of its own that is loaded in front of the real one, so one mutant costs one
-file. The table (test/mutants_table.py of a package) follows the code: an entry whose text is not found exactly once is an
-error, and so is a branch of a guarded file that has neither an entry nor a reason why it needs none.
+A spoiled source file is compiled into a library of its own, which is loaded in front of the real one. So one mutant costs one
+file. The table (test/mutants_table.py of a package) follows the code. An entry whose text is not found exactly once is an error. So is
+a branch of a guarded file without an entry, and without a reason why it needs none.
 usage: mutants.py --package DIR --tests DIR --prefix WORD --include DIR … [--some N] [--only WORD]
 """
 import argparse
