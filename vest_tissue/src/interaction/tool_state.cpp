@@ -65,6 +65,12 @@ void stepProxy(Proxy& proxy, const scene::ToolInput& input, double dt) {
   proxy.pose.jaw = std::max(0.0, proxy.pose.jaw + std::clamp(way, -most, most));
 }
 
+HalfAngle halfAngle(double jaw) {  // jaws open less than 1.3 rad
+  const double h = 0.5 * jaw, h2 = h * h;
+  return {h * (1 - h2 / 6 * (1 - h2 / 20 * (1 - h2 / 42 * (1 - h2 / 72)))),
+          1 - h2 / 2 * (1 - h2 / 12 * (1 - h2 / 30 * (1 - h2 / 56)))};
+}
+
 int placeCapsules(const tools::ToolGeometry& g, const ToolPose& pose, PlacedCapsule* out) {
   int count = 0;
   if (g.kind == tools::ToolKind::None) return 0;
@@ -75,10 +81,8 @@ int placeCapsules(const tools::ToolGeometry& g, const ToolPose& pose, PlacedCaps
   for (const auto& c : g.fixed) {
     if (count < kMaxToolCapsules) out[count++] = {pose.tip + r * c.a, pose.tip + r * c.b, c.radius, -1};
   }
-  // Half-angle by its series: the jaws open less than 1.3 rad; the same bits everywhere.
-  const double h = 0.5 * pose.jaw, h2 = h * h;
-  const double s = h * (1 - h2 / 6 * (1 - h2 / 20 * (1 - h2 / 42 * (1 - h2 / 72))));
-  const double c = 1 - h2 / 2 * (1 - h2 / 12 * (1 - h2 / 30 * (1 - h2 / 56)));
+  const HalfAngle half = halfAngle(pose.jaw);
+  const double s = half.sine, c = half.cosine;
   for (int side = 0; side < 2; ++side) {
     const double sine = side == 0 ? s : -s;
     const auto turned = [&](const Vector3d& p) -> Vector3d {  // about +y

@@ -288,6 +288,7 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
   description.gravity = source.gravity;
   description.dt = source.dt;
   description.seed = source.seed;
+  description.sutures = source.sutures;
 
   std::vector<Draft> drafts;
   for (const ObjectSource& object : source.objects) {

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "../scene/loader_living.h"
+#include "../scene/loader_sutures.h"
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/scene/yaml_reader.h"
 
@@ -333,6 +334,12 @@ SceneSource readSource(const std::string& path) {
     for (const Value& item : map["objects"].list()) source.objects.push_back(objectOf(item, source.objects));
   if (map.has("include"))
     for (const Value& item : map["include"].list()) include(item, source);
+  if (map.has("sutures")) {
+    std::vector<std::string> taken;
+    for (const ObjectSource& o : source.objects) taken.push_back(o.name);
+    source.sutures =
+        scene::readSutures(map["sutures"], material::readSutures(material::suturesPath()), taken);
+  }
   map.finish();
   return source;
 }

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "../scene/loader_living.h"
+#include "../scene/loader_sutures.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/baked.h"
@@ -128,6 +129,7 @@ void writeScene(const scene::Description& description, const std::string& direct
     folder.write(name, csv);
     yaml += "connections: " + name + "\n";
   }
+  yaml += scene::suturesText(description.sutures);
   folder.write(description.name + ".yaml", yaml);
   if (!source_bytes.empty()) folder.write(source_file, source_bytes);
   folder.finish();

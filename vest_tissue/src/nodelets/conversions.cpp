@@ -43,7 +43,10 @@ std::string instrumentWord(std::int8_t instrument) {
 }
 
 std::string objectWord(std::size_t object, const Description& description) {
-  return object < description.objects.size() ? description.objects[object].name : "";
+  const std::size_t objects = description.objects.size();
+  if (object < objects) return description.objects[object].name;
+  // Events count sutures behind the objects.
+  return object - objects < description.sutures.size() ? description.sutures[object - objects].rod.name : "";
 }
 
 bool finite(const geometry_msgs::Pose& p) {
@@ -445,6 +448,20 @@ void toMsg(const scene::StateFrame& frame, const Description& description, vest_
       for (int k = 0; k < 3; ++k) m.positions.push_back(static_cast<float>(p[k]));
     m.knot.x = s.knot.x(), m.knot.y = s.knot.y(), m.knot.z = s.knot.z();
     m.tied = s.tied;
+  }
+  msg.threads.resize(frame.threads.size());
+  for (std::size_t i = 0; i < frame.threads.size(); ++i) {
+    const scene::ThreadView& t = frame.threads[i];
+    const scene::Suture& suture = description.sutures.at(t.suture);
+    vest_msgs::SutureThread& m = msg.threads[i];
+    m.id = static_cast<std::uint32_t>(t.suture) << 16 | t.first;
+    m.kind = suture.kind;
+    m.material = suture.material;
+    m.radius = suture.rod.section.radius;
+    m.positions.clear();
+    for (const Eigen::Vector3d& p : t.positions)
+      for (int k = 0; k < 3; ++k) m.positions.push_back(static_cast<float>(p[k]));
+    m.tension.assign(t.tension.begin(), t.tension.end());
   }
 }
 

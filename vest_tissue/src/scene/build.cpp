@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <sstream>
 #include <stdexcept>
 
@@ -429,6 +430,29 @@ void ignoreDesignedContacts(WorldModel& m) {
 
 }  // namespace
 
+namespace {
+
+/// Threads take part in the exchange between objects, no more than four times a step.
+void buildThreads(WorldModel& m) {
+  const Description& d = m.description;
+  if (d.sutures.empty()) return;
+  suture::Description rods;
+  for (const Suture& s : d.sutures) {
+    rods.rods.push_back(s.rod);
+    m.threads.strength.push_back(s.strength);
+    m.threads.knot_strength.push_back(s.knot_strength);
+  }
+  m.threads.rods = std::make_shared<suture::Model>(rods);
+  m.start.threads.rod = m.threads.rods->start;
+  int common = 0;
+  for (const ObjectConstants& c : m.objects)
+    if (c.net) common = std::gcd(common, c.batches);
+  if (common == 0) common = m.batches = 4;
+  for (m.threads.steps = common; m.threads.steps > 4;) m.threads.steps /= m.threads.steps % 2 == 0 ? 2 : 3;
+}
+
+}  // namespace
+
 std::unique_ptr<WorldModel> buildModel(const Description& description) {
   validate(description);
   auto model = std::make_unique<WorldModel>();
@@ -451,7 +475,8 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   }
   connect(description, m);
   const bool several =
-      std::count_if(m.objects.begin(), m.objects.end(), [](const auto& c) { return c.net; }) > 1;
+      std::count_if(m.objects.begin(), m.objects.end(), [](const auto& c) { return c.net; }) > 1 ||
+      !description.sutures.empty();
   // Organ against organ is exchanged three or four times a step; finite elements, whose steps are dear,
   // twice.
   const int base = several ? exchanges(m, description.dt) : 1;
@@ -480,6 +505,7 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
     copyTissue(s);
     fillFemSurface(*tissues[i], s);
   }
+  buildThreads(m);
   ignoreDesignedContacts(m);
   findFloating(m);
   m.start.pairs.reserve(m.mostPairs());
@@ -521,6 +547,16 @@ WorldScratch::WorldScratch(const WorldModel& model) {
   std::size_t most = 0;
   for (const auto& o : model.start.objects) most = std::max(most, 2 * o.triangles.size() + 64);
   candidates.reserve(most);
+  if (model.threads.rods) {
+    threads = std::make_unique<ThreadScratch>(*model.threads.rods);
+    threads->candidates.reserve(64 * model.threads.rods->mass.size());
+    threads->searched.resize(model.threads.rods->mass.size());
+    threads->way.resize(objects.size());
+    threads->reaches.reserve(model.threads.room()), threads->pushes.reserve(model.threads.room());
+    threads->crowd.resize(objects.size());
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      threads->crowd[i].assign(model.start.objects[i].block.knotCapacity() + 1, 0.0f);
+  }
   reserveCut(model, cut);
   std::size_t knots = 1;
   for (const ObjectState& s : model.start.objects) knots += s.block.knotCapacity();

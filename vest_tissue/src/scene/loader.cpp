@@ -6,6 +6,7 @@
 #include "csv_reader.h"
 #include "loader_fem.h"
 #include "loader_living.h"
+#include "loader_sutures.h"
 #include "side_files.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/cache/block.h"
@@ -337,8 +338,8 @@ Description load(const std::string& path, SceneFiles* kept) {
   if (kept) *kept = {{{path.substr(slash == std::string::npos ? 0 : slash + 1), text}}, ""};
   Files files(path, description.directory, text, kept);
   Map map(root);
-  map.only(
-      {"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections", "connect"});
+  map.only({"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections",
+            "connect", "sutures"});
   if (map.has("vest_scene")) map["vest_scene"].integer(1, 1);
   if (map.has("name"))
     description.name = map["name"].name();
@@ -381,6 +382,13 @@ Description load(const std::string& path, SceneFiles* kept) {
   }
   if (map.has("connections")) readConnections(map["connections"], files, description);
   if (map.has("connect")) readNearestConnections(map["connect"], description);
+  if (map.has("sutures")) {
+    if (description.integrator != Integrator::NewtonEuler)
+      map["sutures"].fail("belongs to scenes with integrator: newton_euler; vest_simulate moves rods");
+    std::vector<std::string> taken;
+    for (const Object& o : description.objects) taken.push_back(o.name);
+    description.sutures = readSutures(map["sutures"], files.sutures(), taken);
+  }
   map.finish();
   description.hash = files.hash();
   for (Object& object : description.objects) {

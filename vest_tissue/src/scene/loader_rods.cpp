@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "csv_reader.h"
+#include "loader_sutures.h"
 #include "side_files.h"
 #include "vest_tissue/scene/rod_scene.h"
 #include "vest_tissue/scene/yaml_reader.h"
@@ -65,29 +66,12 @@ void readNodes(Reading& r) {
   }
 }
 
-template <class Entry>
-const Entry& named(const std::vector<Entry>& entries, const Value& name) {
-  std::string known;
-  for (const Entry& entry : entries) {
-    if (entry.name == name.name()) return entry;
-    known += (known.empty() ? "" : ", ") + entry.name;
-  }
-  name.fail("must be one of: " + known);
-}
-
 Section readSuture(const Value& value, Files& files) {
   Map map(value);
   map.only({"material", "size"});
-  const material::Sutures& sutures = files.sutures();
-  const auto& material = named(sutures.materials, map["material"]).numbers;
-  const auto& size = named(sutures.sizes, map["size"]).numbers;
+  const Section section = readSutureKind(map, files.sutures()).rod.section;
   map.finish();
-  Section s = suture::solidSection(0.5 * size.at("diameter").value, material.at("density").value,
-                                   material.at("youngs_modulus").value, material.at("poisson_ratio").value);
-  s.bend *= material.at("bending_ratio").value;
-  s.twist *= material.at("bending_ratio").value;
-  s.friction = material.at("friction_slack").value;
-  return s;
+  return section;
 }
 
 Section readSection(const Value& value, Files& files) {

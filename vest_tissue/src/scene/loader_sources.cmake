@@ -8,6 +8,7 @@ target_sources(vest_tissue PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/loader_fem.cpp
   ${CMAKE_CURRENT_LIST_DIR}/loader_living.cpp
   ${CMAKE_CURRENT_LIST_DIR}/loader_rods.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/loader_sutures.cpp
   ${CMAKE_CURRENT_LIST_DIR}/scene_files.cpp
   ${CMAKE_CURRENT_LIST_DIR}/yaml_reader.cpp)
 target_link_libraries(vest_tissue PRIVATE yaml-cpp)

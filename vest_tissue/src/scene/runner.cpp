@@ -228,6 +228,7 @@ void readState(const World& world, bool fields, StateFrame& frame) {
   frame.attachments.clear();
   world.attachments(frame.attachments);
   world.slings(frame.slings);
+  world.threads(frame.threads);
 }
 
 void Runner::fillState(std::int64_t now) {

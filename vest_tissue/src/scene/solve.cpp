@@ -350,6 +350,12 @@ void solve(Context& c) {
         pushKnots(c.state, r.other, r.triangle, r.weights, -r.force);
       }
     }
+    if (c.scratch.threads) {
+      const int every = batches / (c.model.threads.steps * c.stretch);
+      if (batch % every == 0) stepThreads(c, batch / every);
+      for (const ThreadPush& push : c.scratch.threads->pushes)
+        if (due(push.object)) pushKnots(c.state, push.object, push.knots, push.weights, push.force);
+    }
     for (int turn = elements ? 0 : 2; turn <= 2; ++turn) {
       auto work = [&](std::size_t object) {
         if (turnOf(c, object) != turn || !due(object)) return;

@@ -38,9 +38,14 @@ void collide(Context& c);                                     ///< boxes, tools,
 void interact(Context& c);                                    ///< jaws: grasp, hold, slip, release
 void solve(Context& c);                                       ///< batches of sub-steps
 bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a state to go on from
-void fasten(Context& c);                                      ///< clips, slings
-void stepHeat(Context& c);                                    ///< electrodes, temperature, damage
-void cut(Context& c);                                         ///< blades: what they swept is divided
+void touchThreads(Context& c);   ///< what threads lie on, after what stands in the way has been placed
+void handleThreads(Context& c);  ///< jaws and scissors on threads
+void stepThreads(Context& c,
+                 int part);  ///< one of ThreadModel::steps; their forces are held until the next one
+bool settleThreads(Context& c, std::string_view& faulty);  ///< breaks what bears no more; false: a fault
+void fasten(Context& c);                                   ///< clips, slings
+void stepHeat(Context& c);                                 ///< electrodes, temperature, damage
+void cut(Context& c);                                      ///< blades: what they swept is divided
 void dropLoose(Context& c);  ///< parts that a cut left without hold lose what carried them in their place
 void tell(Context& c);       ///< contact models, events
 void keepBackup(Context& c);
@@ -104,6 +109,8 @@ void gatherSlings(Context& c);
 void holdSlings(Context& c, std::size_t object, double fraction, double dt);
 void fastenSlings(Context& c);
 
+/// An event of the thread that a node belongs to.
+Event threadEvent(const Context& c, EventKind kind, int tool, std::uint32_t node);
 /// Event with room checked: the report's capacity is fixed.
 void emit(Context& c, const Event& event);
 

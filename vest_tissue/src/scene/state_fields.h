@@ -228,7 +228,8 @@ void visit(A& a, const Rule<T>& r) {
       if constexpr (A::measures) a.bytes += (v.capacity() - count) * sizeof(typename T::value_type);
     } else if constexpr (A::measures) {
       a.bytes += (v.size() - count) * sizeof(typename T::value_type);
-    } else if constexpr (A::reads && !std::is_same_v<typename T::value_type, Eigen::Vector3d>) {
+    } else if constexpr (A::reads && !std::is_same_v<typename T::value_type, Eigen::Vector3d> &&
+                         !std::is_same_v<typename T::value_type, Eigen::Quaterniond>) {
       std::fill(v.begin() + static_cast<std::ptrdiff_t>(count), v.end(), typename T::value_type{});
     }
     entries(a, v.data(), count, r);
@@ -265,6 +266,9 @@ struct Numbers {
   std::size_t triangles() const { return now().triangles.size(); }
   std::size_t skinTriangles() const { return now().topology.skin.triangles.size(); }
   std::size_t vertices() const { return now().topology.skin.texture_coordinates.size(); }
+  std::size_t threadNodes() const { return model->start.threads.rod.position.size(); }
+  std::size_t threadJoints() const { return model->start.threads.rod.offset.size(); }
+  std::size_t threadContacts() const { return model->start.threads.rod.contacts.size(); }
   std::size_t elements() const { return start().tissue.corner.size(); }
 };
 

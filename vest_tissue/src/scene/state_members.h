@@ -365,6 +365,48 @@ auto fields(Walk<A> a, interaction::Fasteners& f) {
 }
 
 template <class A>
+auto fields(Walk<A> a, suture::LiveContact& c) {
+  const std::size_t nodes = a.archive.at.threadNodes();
+  return a(index("segment of a thread", c.a, nodes), index("segment of a thread", c.b, nodes), c.normal,
+           c.force);
+}
+template <class A>
+auto fields(Walk<A> a, suture::State& s) {
+  const auto& at = a.archive.at;
+  const std::size_t nodes = at.threadNodes(), joints = at.threadJoints();
+  return a(s.time, place("a thread's place", s.position).sized(nodes),
+           speed("a thread's velocity", s.velocity).sized(nodes), rule(s.frame).sized(nodes),
+           rule(s.spin).sized(nodes), rule(s.natural_curvature).sized(joints), rule(s.offset).sized(joints),
+           rule(s.severed).sized(nodes),
+           within("contacts of threads", s.contact_count, 0.0, static_cast<double>(at.threadContacts())))(
+      rule(s.contacts).first(s.contact_count));
+}
+template <class A>
+auto fields(Walk<A> a, interaction::ThreadTouch& t) {
+  const auto& at = a.archive.at;
+  const bool tool = t.kind == interaction::TouchKind::Tool || t.kind == interaction::TouchKind::JawFace;
+  return a(index("node of a thread", t.segment, at.threadNodes()), index("a kind of touch", t.kind, 4))(
+      index("what a thread touches", t.body,
+            tool ? static_cast<std::size_t>(tools::kInstrumentCount) : at.objects()),
+      t.part, t.side, t.shear, t.normal);
+}
+template <class A>
+auto fields(Walk<A> a, interaction::GripNode& g) {
+  return a(index("node of a thread", g.node, a.archive.at.threadNodes()), g.local);
+}
+template <class A>
+auto fields(Walk<A> a, interaction::ThreadGrip& g) {
+  return a(g.active, g.sliding, g.jaw_at_touch, g.pinch,
+           within("nodes in jaws", g.count, 0, interaction::kMaxGripNodes))(
+      rule(g.nodes).first(static_cast<std::size_t>(g.count)));
+}
+template <class A>
+auto fields(Walk<A> a, interaction::ThreadState& s) {
+  return a(s.rod, s.touches, s.grips)
+      .require(s.touches.size() <= a.archive.at.model->threads.room(), "too many touches of threads");
+}
+
+template <class A>
 auto fields(Walk<A> a, OrganPair& p) {
   const auto& at = a.archive.at;
   return a(index("object", p.object, at.objects()), index("object", p.other, at.objects()))(
@@ -401,7 +443,8 @@ auto fields(Walk<A> a, WorldState& s) {
   return a(derived(s.objects), s.step, s.time, within("gravity", s.gravity, -1e4, 1e4), s.revision,
            s.next_attachment, fixedLength(s.connections), s.proxies, s.grasps, s.cutting,
            fixedLength(s.jaws_pass), fixedLength(s.blades_pass), s.pairs, s.way, s.way_revision,
-           s.supported_revision, s.sides, s.electrosurgery, s.fasteners, s.energy);
+           s.supported_revision, s.sides, s.electrosurgery, s.fasteners, s.energy)
+      .when(a.archive.at.model->threads.rods != nullptr, [&](auto b) { return b(s.threads); });
 }
 
 }  // namespace vest::scene

@@ -42,17 +42,9 @@ void tell(Context& c) {
     Matrix3d stiffness = Matrix3d::Zero(), damping = Matrix3d::Zero();
     bool touched = false;
     proxy.jaw_torque = proxy.jaw_stiffness = 0.0;
-    for (std::size_t i = 0; i < c.scratch.objects.size();
-         ++i) {  // objects in order: the same sum for any threads
-      const auto& load = c.scratch.objects[i].loads.tools[t];
-      if (!load.touched) continue;
+    const auto add = [&](const contact::ToolLoad& load, double series) {
+      if (!load.touched) return;
       touched = true;
-      // Contact springs in series with the tissue that they push on, whose own stiffness is of the order of
-      // half its highest mode's.
-      const ObjectConstants& k = c.model.objects[i];
-      const double own = 0.5 * std::max(k.rates.omega_squared - k.contact_omega_squared, 0.0);
-      // Finite elements tell the stiffness of both.
-      const double series = k.fem ? 1.0 : own / (own + k.contact_omega_squared);
       for (int e = 0; e < 3; ++e) {
         force[e] += load.impulse[e] / c.dt;
         moment[e] += load.moment[e] / c.dt;
@@ -62,7 +54,18 @@ void tell(Context& c) {
       proxy.jaw_stiffness += load.jaw_stiffness;
       stiffness += series * full(load.stiffness);
       damping += full(load.damping);
+    };
+    for (std::size_t i = 0; i < c.scratch.objects.size();
+         ++i) {  // objects in order: the same sum for any threads
+      // Contact springs in series with the tissue that they push on, whose own stiffness is of the order of
+      // half its highest mode's.
+      const ObjectConstants& k = c.model.objects[i];
+      const double own = 0.5 * std::max(k.rates.omega_squared - k.contact_omega_squared, 0.0);
+      // Finite elements tell the stiffness of both.
+      const double series = k.fem ? 1.0 : own / (own + k.contact_omega_squared);
+      add(c.scratch.objects[i].loads.tools[t], series);
     }
+    if (c.scratch.threads) add(c.scratch.threads->loads.tools[t], 1.0);
     const Vector3d torque = moment - tip.cross(force);
     proxy.force = force;
     proxy.torque = torque;
@@ -78,7 +81,7 @@ void tell(Context& c) {
     const auto& grasp = c.state.grasps[t];
     m.radius = thickness(tools::toolGeometry(proxy.tool));
     m.in_contact = touched;
-    m.grasping = grasp.active;
+    m.grasping = grasp.active || c.state.threads.grips[t].active;
     m.proxy = Eigen::Isometry3d(Eigen::Translation3d(tip) * proxy.pose.orientation);
     m.velocity.head<3>() = proxy.velocity;
     m.wrench.head<3>() = force;

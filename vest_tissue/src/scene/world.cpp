@@ -45,15 +45,21 @@ Status World::step(const StepInput& input, StepReport& report) {
     takeLoads(c);
     contract(c);
   });
-  w.time(report, 1, [&] { collide(c); });
-  w.time(report, 2, [&] { interact(c); });
+  w.time(report, 1, [&] {
+    collide(c);
+    touchThreads(c);
+  });
+  w.time(report, 2, [&] {
+    interact(c);
+    handleThreads(c);
+  });
   w.time(report, 3, [&] {
     solve(c);
     fasten(c);
   });
   std::string_view faulty;
   bool good = true;
-  w.time(report, 4, [&] { good = settleVelocities(c, faulty); });
+  w.time(report, 4, [&] { good = settleVelocities(c, faulty) && settleThreads(c, faulty); });
   if (!good) {
     restoreBackup(c);
     return w.fault(c, faulty);
@@ -74,6 +80,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   w.state.time += dt;
   for (const ObjectState& s : w.state.objects)
     if (s.degraded || s.cut.exhausted) report.status = Status::Degraded;
+  if (w.scratch.threads && w.scratch.threads->full) report.status = Status::Degraded;
   return report.status;
 }
 
@@ -96,6 +103,12 @@ Status World::Impl::fault(Context& c, std::string_view object) {
     Block& b = state.objects[i].block;
     for (const auto r : {Block::VX, Block::VY, Block::VZ}) std::fill_n(b.row(r), b.knots(), 0.0f);
     for (auto& v : state.objects[i].tissue.v) v.setZero();
+  }
+  for (std::size_t i = 0; i < model->description.sutures.size(); ++i) {
+    if (model->description.sutures[i].rod.name != object) continue;
+    e.object = static_cast<std::uint16_t>(model->objects.size() + i);
+    for (auto& v : state.threads.rod.velocity) v.setZero();
+    for (auto& v : state.threads.rod.spin) v.setZero();
   }
   emit(c, e);
   ++state.step;
@@ -218,6 +231,31 @@ void World::slings(std::vector<SlingView>& out) const {
     out.emplace_back();
     drawSling(sling, out.back());
   }
+}
+
+void World::threads(std::vector<ThreadView>& out) const {
+  std::size_t count = 0;
+  const auto& rods = impl_->model->threads.rods;
+  const suture::State& s = impl_->state.threads.rod;
+  for (std::size_t n = 0; rods && n < rods->strands.size(); ++n) {
+    const suture::Strand& strand = rods->strands[n];
+    const std::uint32_t end = strand.first + strand.nodes;
+    for (std::uint32_t first = strand.first, i = first; i < end; ++i) {
+      if (i + 1 < end && s.severed[i] == 0) continue;
+      const std::uint32_t begin = first;
+      first = i + 1;
+      if (begin == i) continue;  // a crumb
+      if (out.size() == count) out.emplace_back();
+      ThreadView& view = out[count++];
+      view.suture = static_cast<std::uint16_t>(n);
+      view.first = begin - strand.first;
+      view.positions.assign(s.position.begin() + begin, s.position.begin() + i + 1);
+      view.tension.clear();
+      for (std::uint32_t k = begin; k < i; ++k)
+        view.tension.push_back(suture::tensionOf(*rods, s, strand, k));
+    }
+  }
+  out.resize(count);
 }
 
 bool World::deltasSince(std::uint32_t revision, std::vector<TopologyDelta>& out) const {

@@ -27,6 +27,7 @@ struct World::Impl {
     state.pairs.reserve(model->mostPairs());
     state.fasteners.reserve();
     state.sides.reserve(2048);
+    state.threads.touches.reserve(model->threads.room());
     for (std::size_t i = 0; i < state.objects.size(); ++i) {
       if (!model->objects[i].net) continue;
       ObjectState& s = state.objects[i];

@@ -32,14 +32,9 @@ const Strand& strandOf(const Model& m, Index node) {
   return m.strands[k];
 }
 
-struct Closest {
-  double s = 0.0, t = 0.0;
-  bool across = false;                  // inside both segments, not at an end: where a pass through shows
-  Vector3d between = Vector3d::Zero();  // from b to a
-};
+}  // namespace
 
-/// Nearest points of two segments p + s·u, q + t·v, 0 … 1 (Ericson, Real-Time Collision Detection, 5.1.9).
-/// @param line t is not limited
+/// Ericson, Real-Time Collision Detection, 5.1.9.
 Closest closest(const Vector3d& p, const Vector3d& u, const Vector3d& q, const Vector3d& v, bool line) {
   const Vector3d r = p - q;
   const double a = u.squaredNorm(), e = v.squaredNorm(), f = v.dot(r), c = u.dot(r), b = u.dot(v);
@@ -55,6 +50,8 @@ Closest closest(const Vector3d& p, const Vector3d& u, const Vector3d& q, const V
   k.across = line || (k.s > 0.0 && k.s < 1.0 && k.t > 0.0 && k.t < 1.0);
   return k;
 }
+
+namespace {
 
 /// Which way the pair lies, and how far; on the side where it was. At ends of segments the way may turn by
 /// any angle: their neighbours keep the side.
@@ -167,6 +164,7 @@ void findNear(const Model& m, const State& s, double h, ContactScratch& c) {
     box.low.array() -= more, box.high.array() += more;
   }
   const auto pair = [&](Index i, Index j) {
+    if (s.severed[i] != 0 || s.severed[j] != 0) return;
     const Strand &si = strandOf(m, i), &sj = strandOf(m, j);
     if (&si == &sj) {
       double apart = std::abs(c.arc[i] - c.arc[j]);

@@ -44,6 +44,16 @@ struct ContactScratch {
   bool full = false;                      ///< a near pair found no room
 };
 
+/// Nearest places p + s·u and q + t·v of two segments.
+struct Closest {
+  double s = 0.0, t = 0.0;  ///< 0 … 1
+  bool across = false;      ///< inside both segments, not at an end: where a pass through shows
+  Eigen::Vector3d between = Eigen::Vector3d::Zero();  ///< from the second to the first
+};
+/// @param line t is not limited
+Closest closest(const Eigen::Vector3d& p, const Eigen::Vector3d& u, const Eigen::Vector3d& q,
+                const Eigen::Vector3d& v, bool line);
+
 std::size_t contactRoom(const Model& model);
 
 /// Pairs that may touch in a sub-step of h from the state.

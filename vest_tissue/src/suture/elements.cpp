@@ -71,6 +71,65 @@ void absorbTwist(const Model& model, const std::vector<Eigen::Quaterniond>& held
   natural = {c * x + sine * y, c * y - sine * x, natural.z() - 2.0 * half_angle / model.joints[k].length};
 }
 
+namespace {
+
+bool isSevered(const State& s, const Joint& joint) {
+  return (joint.a != kNone && s.severed[joint.a] != 0) || (joint.b != kNone && s.severed[joint.b] != 0);
+}
+
+const Strand& strandOf(const Model& m, Index segment) {
+  std::size_t k = 0;
+  while (segment >= m.strands[k].first + m.strands[k].nodes) ++k;
+  return m.strands[k];
+}
+
+/// Where a support is in a state: off its other end, into what it leans on, and across since it stuck.
+struct Lean {
+  Vector3d off, across;
+  double gap;
+};
+Lean leanOf(const Support& a, const Strand& strand, const State& before, const State& s, double then,
+            double now) {
+  const Index i = a.segment, j = strand.next(i);
+  const Vector3d place = (1.0 - a.s) * s.position[i] + a.s * s.position[j],
+                 was = (1.0 - a.s) * before.position[i] + a.s * before.position[j], way = a.to - a.from;
+  Lean lean;
+  lean.off = place - (a.from + now * way);
+  lean.gap = a.normal.dot(lean.off) - a.reach;
+  const Vector3d slip = place - was - (now - then) * way - a.shear / a.stiffness;
+  lean.across = slip - a.normal.dot(slip) * a.normal;
+  return lean;
+}
+
+/// Friction is a spring up to its limit and slides beyond.
+double slideValue(const Support& a, const Vector3d& across) {
+  const double d = across.norm(), stick = a.limit / a.stiffness;
+  return d <= stick ? 0.5 * a.stiffness * d * d : a.limit * (d - 0.5 * stick);
+}
+
+}  // namespace
+
+double tensionOf(const Model& model, const State& state, const Strand& strand, Index segment) {
+  return state.severed[segment] != 0 ? 0.0
+                                     : strand.section.stretch * strainOf(model, state, strand, segment).z();
+}
+
+void settleSupports(const Potential& p, const State& s, double share, Scratch& scratch) {
+  for (Support& a : scratch.supports) {
+    const Lean lean =
+        leanOf(a, strandOf(p.model, a.segment), p.before, s, scratch.fraction_then, scratch.fraction);
+    if (a.holds) {
+      a.force -= share * a.stiffness * lean.off;
+      continue;
+    }
+    const double push = std::max(0.0, -a.stiffness * lean.gap), most = a.friction * push,
+                 drag = a.stiffness * lean.across.norm();
+    a.shear = -a.stiffness * lean.across;
+    if (drag > most) a.shear *= most / drag;
+    a.force += share * (push * a.normal + a.shear);
+  }
+}
+
 double valueOf(const Potential& p, const State& s, const Scratch& scratch) {
   const Model& m = p.model;
   double sum = 0.0;
@@ -81,12 +140,13 @@ double valueOf(const Potential& p, const State& s, const Scratch& scratch) {
       const Index i = strand.first + k;
       const Inertia a = inertiaOf(p, i, strand.section.damping);
       sum += 0.5 * a.weight * (s.position[i] - a.place).squaredNorm() -
-             m.force[i].dot(s.position[i] - p.before.position[i]);
+             (m.force[i] + m.mass[i] * scratch.gravity).dot(s.position[i] - p.before.position[i]);
       if (k >= strand.segments) continue;
       const Vector3d strain = strainOf(m, s, strand, i);
-      sum += 0.5 * m.length[i] *
-             (S.cwiseProduct(strain).dot(strain) +
-              rate * S.cwiseProduct(strain - scratch.strain_then[i]).dot(strain - scratch.strain_then[i]));
+      if (s.severed[i] == 0)
+        sum += 0.5 * m.length[i] *
+               (S.cwiseProduct(strain).dot(strain) +
+                rate * S.cwiseProduct(strain - scratch.strain_then[i]).dot(strain - scratch.strain_then[i]));
       const double weight = (1.0 + p.h * strand.section.damping) / (p.h * p.h);
       const Vector3d past = turnSince(p.before.frame[i], s.frame[i]).phi -
                             p.before.spin[i] * (p.h / (1.0 + p.h * strand.section.damping));
@@ -94,10 +154,18 @@ double valueOf(const Potential& p, const State& s, const Scratch& scratch) {
     }
     for (Index k = strand.joints_begin; k < strand.joints_end; ++k) {
       const Joint& joint = m.joints[k];
+      if (isSevered(s, joint)) continue;
       const Vector3d bend = bendOf(m, s, scratch.held_frame, k) / joint.length;
       const Vector3d off = bend - s.natural_curvature[k], change = bend - scratch.curvature_then[k];
       sum += 0.5 * joint.length * (K.cwiseProduct(off).dot(off) + rate * K.cwiseProduct(change).dot(change));
     }
+  }
+  for (const Support& a : scratch.supports) {
+    const Lean lean = leanOf(a, strandOf(m, a.segment), p.before, s, scratch.fraction_then, scratch.fraction);
+    if (a.holds)
+      sum += 0.5 * a.stiffness * lean.off.squaredNorm();
+    else if (lean.gap < 0.0)
+      sum += 0.5 * a.stiffness * lean.gap * lean.gap + slideValue(a, lean.across);
   }
   return sum;
 }
@@ -110,7 +178,7 @@ void addInertia(const Potential& p, const State& s, const Strand& strand, Index 
   const Inertia a = inertiaOf(p, i, strand.section.damping);
   Matrix6& diagonal = chain.diagonal[k];
   Vector6& g = scratch.gradient[i];
-  g.head<3>() += a.weight * (s.position[i] - a.place) - p.model.force[i];
+  g.head<3>() += a.weight * (s.position[i] - a.place) - p.model.force[i] - p.model.mass[i] * scratch.gravity;
   diagonal.topLeftCorner<3, 3>().diagonal().array() += a.weight;
   if (k >= strand.segments) {
     diagonal.bottomRightCorner<3, 3>().setIdentity();  // an end has no segment
@@ -204,6 +272,41 @@ void addJoint(const Potential& p, const State& s, const Strand& strand, Index k,
     chain.lower[joint.a - strand.first].bottomRightCorner<3, 3>() += (O * ab).transpose();
 }
 
+void addSupports(const Potential& p, const State& s, Scratch& scratch) {
+  for (Support& a : scratch.supports) {
+    const auto at = std::find_if(p.model.strands.begin(), p.model.strands.end(), [&a](const Strand& strand) {
+      return a.segment < strand.first + strand.nodes;
+    });
+    const Strand& strand = *at;
+    const Lean lean = leanOf(a, strand, p.before, s, scratch.fraction_then, scratch.fraction);
+    Vector3d gradient = a.stiffness * lean.off;
+    Matrix3d hessian = a.stiffness * Matrix3d::Identity();
+    if (!a.holds) {
+      a.limit = a.friction * std::max(0.0, -a.stiffness * lean.gap);
+      if (!(lean.gap < 0.0)) continue;
+      const Matrix3d normal = a.normal * a.normal.transpose();
+      gradient = a.stiffness * lean.gap * a.normal;
+      hessian = a.stiffness * normal;
+      const double d = lean.across.norm();
+      if (a.stiffness * d <= a.limit) {
+        gradient += a.stiffness * lean.across;
+        hessian += a.stiffness * (Matrix3d::Identity() - normal);
+      } else {
+        const Vector3d t = lean.across / d;
+        gradient += a.limit * t;
+        hessian += (a.limit / d) * (Matrix3d::Identity() - normal - t * t.transpose());
+      }
+    }
+    const Index k = a.segment - strand.first, kj = strand.next(a.segment) - strand.first;
+    BlockChain& chain = scratch.chain[static_cast<std::size_t>(at - p.model.strands.begin())];
+    scratch.gradient[a.segment].head<3>() += (1.0 - a.s) * gradient;
+    scratch.gradient[strand.next(a.segment)].head<3>() += a.s * gradient;
+    chain.diagonal[k].topLeftCorner<3, 3>() += (1.0 - a.s) * (1.0 - a.s) * hessian;
+    chain.diagonal[kj].topLeftCorner<3, 3>() += a.s * a.s * hessian;
+    chain.lower[k].topLeftCorner<3, 3>() += a.s * (1.0 - a.s) * hessian;
+  }
+}
+
 /// Held places: their change is known, so that the equations of their neighbours get it.
 void hold(const Model& m, const State& s, const Strand& strand, BlockChain& chain, Scratch& scratch) {
   for (Index h = 0; h < m.held.size(); ++h) {
@@ -245,11 +348,14 @@ void assemble(const Potential& p, const State& s, bool exact, Scratch& scratch) 
     BlockChain& chain = scratch.chain[n];
     chain.setZero();
     for (Index k = 0; k < strand.nodes; ++k) addInertia(p, s, strand, k, chain, scratch);
-    for (Index k = 0; k < strand.segments; ++k) addSegment(p, s, strand, k, exact, chain, scratch);
+    for (Index k = 0; k < strand.segments; ++k)
+      if (s.severed[strand.first + k] == 0) addSegment(p, s, strand, k, exact, chain, scratch);
     for (Index k = strand.joints_begin; k < strand.joints_end; ++k)
-      addJoint(p, s, strand, k, exact, chain, scratch);
-    hold(p.model, s, strand, chain, scratch);
+      if (!isSevered(s, p.model.joints[k])) addJoint(p, s, strand, k, exact, chain, scratch);
   }
+  addSupports(p, s, scratch);
+  for (Index n = 0; n < p.model.strands.size(); ++n)
+    hold(p.model, s, p.model.strands[n], scratch.chain[n], scratch);
 }
 
 }  // namespace vest::suture

@@ -29,6 +29,10 @@ struct Potential {
 /// Its value at `s`.
 double valueOf(const Potential& p, const State& s, const Scratch& scratch);
 
+/// What supports did in a sub-step that ended at `s`: friction that sticks or slides, and their force, of
+/// which the step's mean takes `share`.
+void settleSupports(const Potential& p, const State& s, double share, Scratch& scratch);
+
 /// Gradient into scratch.gradient, Hessian into scratch.chain, reactions of held nodes.
 /// @param exact the whole Hessian; else without what may make it indefinite: the geometric part is then that
 /// of taut segments alone, max(T, 0)/l·(I − ttᵀ)

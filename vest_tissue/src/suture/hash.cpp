@@ -23,6 +23,7 @@ std::uint64_t stateHash(const State& state) {
   add(state.spin.data(), state.spin.size());
   add(state.natural_curvature.data(), state.natural_curvature.size());
   for (const auto& q : state.offset) add(q.coeffs().data(), 4);
+  add(state.severed.data(), state.severed.size());
   for (Index k = 0; k < state.contact_count; ++k) {
     const LiveContact& c = state.contacts[k];
     add(&c.a, 1), add(&c.b, 1), add(c.normal.data(), 3), add(c.force.data(), 3);

@@ -278,6 +278,7 @@ Model::Model(const Description& description) : gravity(description.gravity) {
   }
   start.velocity.resize(mass.size(), Vector3d::Zero());
   start.spin.resize(mass.size(), Vector3d::Zero());
+  start.severed.resize(mass.size(), 0);
   start.contacts.resize(contactRoom(*this));
 }
 
@@ -294,6 +295,7 @@ Scratch::Scratch(const Model& model)
       trial(model.start),
       backup(model.start),
       contacts(std::make_unique<ContactScratch>(model)) {
+  supports.reserve(8 * model.mass.size() + 256);
   for (const Strand& strand : model.strands) chain.emplace_back(strand.nodes, strand.closed);
 }
 

@@ -170,6 +170,7 @@ void copyMotion(const State& from, State& to) {
   std::copy(from.spin.begin(), from.spin.end(), to.spin.begin());
   std::copy(from.offset.begin(), from.offset.end(), to.offset.begin());
   std::copy(from.natural_curvature.begin(), from.natural_curvature.end(), to.natural_curvature.begin());
+  std::copy(from.severed.begin(), from.severed.end(), to.severed.begin());
   std::copy(from.contacts.begin(), from.contacts.end(), to.contacts.begin());
   to.contact_count = from.contact_count;
   to.time = from.time;
@@ -185,7 +186,8 @@ bool finite(const State& s) {
   return sum < 1e300;  // false for NaN
 }
 
-bool part(const Model& m, State& s, Scratch& scratch, double h, double end) {
+/// @param share of the step
+bool part(const Model& m, State& s, Scratch& scratch, double h, double end, double share) {
   copyMotion(s, scratch.before);
   remember(m, s, scratch);  // with the holders' frames of the start
   aim(m, end, scratch);
@@ -207,7 +209,8 @@ bool part(const Model& m, State& s, Scratch& scratch, double h, double end) {
     }
   }
   for (std::size_t n = 0; n < m.held.size(); ++n) s.position[m.held[n].node] = scratch.target[n];
-  assemble(p, s, true, scratch);  // reactions
+  settleSupports(p, s, share, scratch);
+  if (!m.held.empty()) assemble(p, s, true, scratch);  // reactions
   keepContacts(m, s, scratch);
   for (std::size_t n = 0; n < m.held.size(); ++n)
     scratch.reactions[n].force -= scratch.contact_force[m.held[n].node];
@@ -226,8 +229,12 @@ StepStatus step(const Model& m, State& s, Scratch& scratch, double dt) {
   scratch.parts = partsOf(m, s, scratch, dt);
   aim(m, start, scratch);
   bool good = true;
-  for (int k = 1; k <= scratch.parts && good; ++k)
-    good = part(m, s, scratch, dt / scratch.parts, start + dt * k / scratch.parts);
+  for (Support& a : scratch.supports) a.force.setZero();
+  for (int k = 1; k <= scratch.parts && good; ++k) {
+    const double share = 1.0 / scratch.parts;
+    scratch.fraction_then = (k - 1) * share, scratch.fraction = k * share;
+    good = part(m, s, scratch, dt * share, start + dt * k / scratch.parts, share);
+  }
   s.time = start + dt;
   if (good && finite(s)) return scratch.contacts->full ? StepStatus::Degraded : StepStatus::Ok;
   copyMotion(scratch.backup, s);

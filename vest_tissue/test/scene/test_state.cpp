@@ -45,7 +45,12 @@ Bytes bytesOf(scene::World& w, bool everything) {
 scene::Description smallest() {
   test::TubeOptions o;
   o.rings = 4, o.around = 3, o.length = 0.02, o.mass = 0.001;
-  return test::tubeScene(o);
+  scene::Description d = test::tubeScene(o);
+  d.sutures.resize(1);
+  auto& rod = d.sutures[0].rod;
+  rod.nodes = {{0.1, 0, 0}, {0.11, 0, 0}, {0.12, 0, 0}, {0.13, 0, 0}};
+  rod.section = suture::solidSection(0.0001, 1000.0, 1e9, 0.4);
+  return d;
 }
 
 TEST(State, EveryScalarIsHashedSavedAndGivenBack) {
@@ -62,6 +67,8 @@ TEST(State, EveryScalarIsHashedSavedAndGivenBack) {
   s.pairs.resize(1), s.sides.resize(1), s.fasteners.clips.resize(1), s.fasteners.slings.resize(1);
   s.fasteners.clips[0].count = s.fasteners.slings[0].count = 3;
   for (auto& g : s.grasps) g.count = 2;
+  s.threads.touches.resize(1), s.threads.rod.contact_count = 1;
+  for (auto& g : s.threads.grips) g.count = 1;
   const Bytes whole = bytesOf(w, true);
   const auto hash = w.stateHash();
   Bytes saved;

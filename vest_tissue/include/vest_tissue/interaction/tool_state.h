@@ -65,6 +65,12 @@ Eigen::Quaterniond throughPivot(const Eigen::Quaterniond& orientation, const Eig
 
 inline constexpr int kMaxToolCapsules = 24;
 
+/// Sine and cosine of half an opening angle (rad) by their series: the same bits everywhere.
+struct HalfAngle {
+  double sine, cosine;
+};
+HalfAngle halfAngle(double jaw);
+
 /// A tool's capsules in world at a pose. Which: -1 shaft and fixed parts, 0 and 1 the jaws.
 struct PlacedCapsule {
   Eigen::Vector3d a, b;  ///< m, world

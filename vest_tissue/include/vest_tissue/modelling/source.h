@@ -104,7 +104,8 @@ struct SceneSource {
   double dt = 0.001;
   std::uint32_t seed = 1;
   std::vector<ObjectSource> objects;  ///< its own, then those of the parts
-  std::vector<std::string> parts;     ///< included files of its own, relative to its folder
+  std::vector<scene::Suture> sutures;
+  std::vector<std::string> parts;  ///< included files of its own, relative to its folder
 };
 
 /// A source and the parts that it includes. @throws std::invalid_argument: file, line, field, value, what is

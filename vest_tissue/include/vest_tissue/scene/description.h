@@ -11,6 +11,7 @@
 #include "vest_tissue/interaction/thermal.h"
 #include "vest_tissue/material/law.h"
 #include "vest_tissue/motility/motility.h"
+#include "vest_tissue/suture/description.h"
 
 /// What a scene says, as plain data: written by modelling and by the loader, read by the World's builder.
 /// Lengths in metres, masses in kilograms, frames: world (docs/conventions.md), unless the scene is of
@@ -127,6 +128,17 @@ struct Connection {
   double break_force = 0.0;                          ///< N; 0: never
 };
 
+/// A thread that lies in the scene at the start.
+struct Suture {
+  std::string material, size;         ///< keys of sutures.yaml
+  std::uint8_t kind = 0;              ///< values of vest_msgs/SutureThread
+  double strength = 0.0;              ///< N, straight
+  double knot_strength = 0.0;         ///< N, in a knot
+  std::vector<Eigen::Vector3d> path;  ///< m, world: points that the thread was laid through
+  double segment = 0.001;             ///< m, about that
+  suture::RodDescription rod;         ///< m, kg, N; its name is the suture's
+};
+
 /// What `solution: integrator:` asks for. Nets have their own explicit sub-steps with each of the two dynamic
 /// ones.
 enum class Integrator : std::uint8_t { NewtonEuler = 0, BackwardEuler = 1, Static = 2 };
@@ -143,6 +155,7 @@ struct Description {
   std::uint32_t seed = 1;
   std::vector<Object> objects;  ///< scene order; rigid ones (cavity) too
   std::vector<Connection> connections;
+  std::vector<Suture> sutures;  ///< in events they are counted behind the objects
 };
 
 }  // namespace vest::scene

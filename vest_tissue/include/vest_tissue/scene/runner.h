@@ -110,6 +110,7 @@ struct StateFrame {
   std::array<FieldFrame, kFieldFrames.size()> fields;  ///< of all knots, while has_fields
   std::vector<Attachment> attachments;
   std::vector<SlingView> slings;
+  std::vector<ThreadView> threads;
 };
 
 /// What viewers are shown of a World as it is now; generation and steady_ns are the caller's.

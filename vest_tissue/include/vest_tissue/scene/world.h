@@ -163,6 +163,14 @@ struct SlingView {
   std::array<Eigen::Vector3d, interaction::kSlingNodes> positions;  ///< m, world: the loop, closed
 };
 
+/// A thread, or what scissors left of one, that viewers draw.
+struct ThreadView {
+  std::uint16_t suture = 0;                ///< of the scene's
+  std::uint32_t first = 0;                 ///< node of the suture that it begins with
+  std::vector<Eigen::Vector3d> positions;  ///< m, world
+  std::vector<double> tension;             ///< N, per segment
+};
+
 struct WorldModel;    ///< immutable once built (world_model.h)
 struct WorldState;    ///< everything that evolves; a copy is a snapshot (world_state.h)
 struct WorldScratch;  ///< sized once, no meaning between steps (world_scratch.h)
@@ -218,6 +226,7 @@ class World {
   Energy energy() const;
   void attachments(std::vector<Attachment>& out) const;
   void slings(std::vector<SlingView>& out) const;
+  void threads(std::vector<ThreadView>& out) const;
   /// Deltas since a revision, in order; false if it is older than the last kDeltaHistory ones (or not of this
   /// history: after reset and restore it begins anew), then send the whole topology.
   bool deltasSince(std::uint32_t revision, std::vector<TopologyDelta>& out) const;

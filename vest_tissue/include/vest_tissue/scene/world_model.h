@@ -6,6 +6,7 @@
 #include "vest_tissue/contact/distance_grid.h"
 #include "vest_tissue/fem/tissue.h"
 #include "vest_tissue/net/tube_map.h"
+#include "vest_tissue/scene/thread_model.h"
 #include "vest_tissue/scene/world_state.h"
 #include "vest_tissue/solver/step_bound.h"
 
@@ -63,6 +64,7 @@ struct WorldModel {
     return std::max<std::size_t>(8192, 2 * knots);
   }
   std::vector<ConnectionConstants> connections;
+  ThreadModel threads;
 };
 
 /// @throws std::invalid_argument naming object, field, index, value and what is allowed

@@ -129,6 +129,7 @@ struct WorldScratch {
   interaction::LoopStep loop_step;                                       ///< of the loop that moves
   std::vector<std::pair<std::uint16_t, std::uint32_t>> loop_candidates;  ///< near it: object, triangle
   interaction::CutScratch cut;
+  std::unique_ptr<ThreadScratch> threads;              ///< null without any
   std::vector<std::uint8_t> kept_motion, kept_shapes;  ///< what a fault gives back (rollback.cpp)
   std::array<interaction::Proxy, tools::kInstrumentCount> proxies_before{};
   std::array<interaction::PlacedCapsule, interaction::kMaxToolCapsules>
@@ -144,6 +145,7 @@ struct WorldScratch {
       std::fill(o.clear.begin(), o.clear.end(), 0.0);
       o.tissue.forget();
     }
+    if (threads) threads->known = false;
   }
 };
 

@@ -11,6 +11,7 @@
 #include "vest_tissue/interaction/fasteners.h"
 #include "vest_tissue/interaction/grasp.h"
 #include "vest_tissue/interaction/heat.h"
+#include "vest_tissue/interaction/threads.h"
 #include "vest_tissue/interaction/tool_state.h"
 #include "vest_tissue/net/block.h"
 #include "vest_tissue/net/elements.h"
@@ -120,7 +121,8 @@ struct WorldState {
   std::vector<ContactSide> sides;        ///< sorted by tool, capsule, object, triangle
   interaction::Electrosurgery electrosurgery;
   interaction::Fasteners fasteners;  ///< clips, slings
-  Energy energy;                     ///< work and dissipated are kept, the others computed on demand
+  interaction::ThreadState threads;
+  Energy energy;  ///< work and dissipated are kept, the others computed on demand
 };
 
 }  // namespace vest::scene

@@ -64,6 +64,7 @@ struct State {
   /// component here: p = conj(q_a·offset)·q_b stays near 1, and no number of turns is too many.
   std::vector<Eigen::Vector3d> natural_curvature;
   std::vector<Eigen::Quaterniond> offset;
+  std::vector<std::uint8_t> severed;  ///< per segment: cut or broken, bears nothing and touches no thread
   std::vector<LiveContact> contacts;  ///< as many as `contact_count` are live
   Index contact_count = 0;
 };
@@ -94,17 +95,37 @@ struct Reaction {
 
 enum class StepStatus : std::uint8_t { Ok = 0, Degraded = 1, Fault = 2 };
 
+/// What a rod leans on or hangs from: a spring between a place on a segment and a place outside, part of the
+/// potential that a pass minimises. Its other end moves evenly over the step.
+struct Support {
+  Index segment = 0;
+  double s = 0.0;                                     ///< on the segment, 0 … 1
+  bool holds = false;                                 ///< pulls from all sides; else it pushes, with friction
+  Eigen::Vector3d from = Eigen::Vector3d::Zero(),     ///< m: the other end at the step's start
+      to = Eigen::Vector3d::Zero();                   ///< and at its end
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< out of what it leans on
+  double reach = 0.0;                                 ///< m along the normal, where pushing begins
+  double stiffness = 0.0;                             ///< N/m, along the normal and across
+  double friction = 0.0;                              ///< Coulomb
+  /// N, friction on the rod: at the start, then at the end. As long as it sticks it is a spring: no creep.
+  Eigen::Vector3d shear = Eigen::Vector3d::Zero();
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< out: N on the rod, mean over the step
+  double limit = 0.0;                               ///< N: of friction, in the pass
+};
+
 struct ContactScratch;
 
 /// Memory of a step; one per State that steps at the same time.
 struct Scratch {
   explicit Scratch(const Model& model);
   ~Scratch();
-  std::vector<Reaction> reactions;  ///< out: per held node, at the step's end
-  int passes = 0;                   ///< out: Newton passes of the last step
-  int parts = 0;                    ///< out: sub-steps of the last step
-  int sweeps = 0;                   ///< out: sweeps over contacts of the last step
-  double contact_residual = 0.0;    ///< out: N, of the last sweep
+  std::vector<Support> supports;                      ///< in and out; empty by itself
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< m/s², beside the model's
+  std::vector<Reaction> reactions;                    ///< out: per held node, at the step's end
+  int passes = 0;                                     ///< out: Newton passes of the last step
+  int parts = 0;                                      ///< out: sub-steps of the last step
+  int sweeps = 0;                                     ///< out: sweeps over contacts of the last step
+  double contact_residual = 0.0;                      ///< out: N, of the last sweep
 
   std::vector<BlockChain> chain;                             ///< per strand
   std::vector<Vector6> gradient, change;                     ///< per node: place and rotation of its segment
@@ -112,6 +133,7 @@ struct Scratch {
   std::vector<Eigen::Vector3d> target;                       ///< per held node
   std::vector<Eigen::Quaterniond> held_frame;
   std::vector<Eigen::Vector3d> contact_force;  ///< N, per node
+  double fraction_then = 0.0, fraction = 1.0;  ///< of the step, where the sub-step begins and ends
   State before, trial, backup;
   std::unique_ptr<ContactScratch> contacts;
 };
@@ -133,6 +155,9 @@ struct StaticReport {
 /// Stable equilibrium with what is held at the end of its drive; a small push leads out of unstable ones.
 /// Velocities become zero. @throws std::runtime_error where rods touch: that takes steps
 StaticReport solveStatic(const Model& model, State& state, Scratch& scratch);
+
+/// N, of a segment: along it, tension positive.
+double tensionOf(const Model& model, const State& state, const Strand& strand, Index segment);
 
 /// Kinetic and elastic energy, and that of weight and dead loads, J.
 double energy(const Model& model, const State& state);

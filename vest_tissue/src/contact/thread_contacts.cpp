@@ -1,0 +1,251 @@
+#include <algorithm>
+#include <cmath>
+
+#include "../interaction/between_jaws.h"
+#include "../suture/contacts.h"
+
+/// What threads may touch in a step: tissue, rigid objects, instruments.
+namespace vest::scene {
+namespace {
+
+using Eigen::Vector3d;
+using interaction::ThreadTouch;
+using interaction::TouchKind;
+
+constexpr std::uint32_t kGroup = 8;  ///< nodes of a box
+constexpr double kSearched = 0.005;  ///< m: candidates are triangles that are no further than this (tuned)
+constexpr double kServes = 0.0015;   ///< m: way of both sides for which they serve; more may come in a step
+constexpr double kAhead = 0.001;     ///< m: touches are prepared this much before they touch, and more where
+                                     ///< the thread is fast (tuned)
+
+struct Box {
+  Vector3d low, high;
+  bool apart(const Vector3d& l, const Vector3d& h, double reach) const {
+    return (l.array() > high.array() + reach).any() || (h.array() < low.array() - reach).any();
+  }
+};
+Box boxOf(const suture::State& s, std::uint32_t first, std::uint32_t end) {
+  Box box{s.position[first], s.position[first]};
+  for (std::uint32_t i = first + 1; i < end; ++i)
+    box.low = box.low.cwiseMin(s.position[i]), box.high = box.high.cwiseMax(s.position[i]);
+  return box;
+}
+
+bool isStale(const Context& c, const ThreadScratch& w) {
+  if (!w.known) return true;
+  const auto& x = c.state.threads.rod.position;
+  double squared = 0.0, tissue = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    squared = std::max(squared, (x[i] - w.searched[i]).squaredNorm());
+  for (std::size_t k = 0; k < w.way.size(); ++k) tissue = std::max(tissue, c.state.objects[k].way - w.way[k]);
+  return std::sqrt(squared) + tissue > kServes;
+}
+
+void searchCandidates(Context& c, ThreadScratch& w) {
+  const suture::State& rod = c.state.threads.rod;
+  const auto nodes = static_cast<std::uint32_t>(rod.position.size());
+  w.known = true;
+  w.candidates.clear();
+  std::copy(rod.position.begin(), rod.position.end(), w.searched.begin());
+  const Box all = boxOf(rod, 0, nodes);
+  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
+    const ObjectState& s = c.state.objects[object];
+    w.way[object] = s.way;
+    if (!c.model.objects[object].net) continue;
+    const double reach = kSearched + c.model.description.objects[object].contact_thickness;
+    for (std::uint32_t t = 0; t < s.triangles.size(); ++t) {
+      const auto& k = s.triangles[t];
+      const std::array<Vector3d, 3> p{knotPosition(s, k[0]), knotPosition(s, k[1]), knotPosition(s, k[2])};
+      const Vector3d low = p[0].cwiseMin(p[1]).cwiseMin(p[2]), high = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
+      if (!s.triangle_alive[t] || all.apart(low, high, reach)) continue;
+      for (std::uint32_t first = 0; first < nodes; first += kGroup) {
+        const std::uint32_t end = std::min(first + kGroup, nodes);
+        if (boxOf(rod, first, end).apart(low, high, reach)) continue;
+        for (std::uint32_t i = first; i < end; ++i) {
+          if (!(contact::nearest(rod.position[i], p).distance < reach)) continue;
+          if (w.candidates.size() == w.candidates.capacity())
+            w.full = true;
+          else
+            w.candidates.push_back({i, static_cast<std::uint16_t>(object), t});
+        }
+      }
+    }
+  }
+  std::sort(w.candidates.begin(), w.candidates.end(), [](const ThreadCandidate& a, const ThreadCandidate& b) {
+    return a.node != b.node       ? a.node < b.node
+           : a.object != b.object ? a.object < b.object
+                                  : a.triangle < b.triangle;
+  });
+}
+
+const ThreadTouch* find(const Context& c, const ThreadTouch& touch) {
+  const auto& kept = c.state.threads.touches;
+  const auto at = std::lower_bound(kept.begin(), kept.end(), touch,
+                                   [](const auto& a, const auto& b) { return interaction::before(a, b); });
+  return at != kept.end() && !interaction::before(touch, *at) ? &*at : nullptr;
+}
+
+/// It did so in the step before: it keeps its side however deep it goes.
+bool touched(const Context& c, std::uint32_t node, std::uint16_t object) {
+  ThreadTouch touch;
+  touch.segment = node, touch.body = object;
+  return find(c, touch) != nullptr;
+}
+
+/// The touch as it was in the step before, or a new one.
+ThreadReach& reach(Context& c, ThreadScratch& w, std::uint32_t segment, TouchKind kind, std::size_t body,
+                   std::size_t part) {
+  ThreadTouch touch;
+  touch.segment = segment, touch.kind = kind;
+  touch.body = static_cast<std::uint16_t>(body), touch.part = static_cast<std::uint8_t>(part);
+  const ThreadTouch* known = find(c, touch);
+  if (w.reaches.size() == w.reaches.capacity()) {
+    w.full = true;
+    w.reaches.pop_back();
+  }
+  ThreadReach& r = w.reaches.emplace_back();
+  r.touch = known != nullptr ? *known : touch;
+  if (known == nullptr) r.touch.side = 0;
+  return r;
+}
+
+void reachTissue(Context& c, ThreadScratch& w) {
+  const suture::State& rod = c.state.threads.rod;
+  for (std::size_t k = 0; k < w.candidates.size();) {
+    const ThreadCandidate first = w.candidates[k];
+    const ObjectState& s = c.state.objects[first.object];
+    const Vector3d& x = rod.position[first.node];
+    const double near = c.model.description.objects[first.object].contact_thickness + 2.0 * kAhead +
+                        1.5 * c.dt * std::sqrt(rod.velocity[first.node].squaredNorm());
+    double least = kSearched;
+    std::uint32_t best = suture::kNone;
+    for (; k < w.candidates.size() && w.candidates[k].node == first.node &&
+           w.candidates[k].object == first.object;
+         ++k) {
+      const std::uint32_t t = w.candidates[k].triangle;
+      if (t >= s.triangles.size() || !s.triangle_alive[t]) continue;
+      const auto& n = s.triangles[t];
+      const contact::Nearest found =
+          contact::nearest(x, {knotPosition(s, n[0]), knotPosition(s, n[1]), knotPosition(s, n[2])});
+      if (found.distance < least) least = found.distance, best = t;
+    }
+    if (best == suture::kNone) continue;
+    if (least > near && !touched(c, first.node, first.object)) continue;
+    ThreadReach& r = reach(c, w, first.node, TouchKind::Tissue, first.object, 0);
+    r.triangle = best;
+    if (r.touch.side != 0) continue;
+    // New: from outside of what is closed, else from where it comes.
+    const auto& n = s.triangles[best];
+    const Vector3d p0 = knotPosition(s, n[0]),
+                   face = (knotPosition(s, n[1]) - p0).cross(knotPosition(s, n[2]) - p0);
+    r.touch.side = c.model.objects[first.object].closed || face.dot(x - p0) >= 0.0 ? 1 : -1;
+  }
+}
+
+void reachRigid(Context& c, ThreadScratch& w) {
+  const suture::State& rod = c.state.threads.rod;
+  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
+    const contact::DistanceGrid& grid = c.model.objects[object].grid;
+    if (grid.empty()) continue;
+    for (std::uint32_t i = 0; i < rod.position.size(); ++i) {
+      const Eigen::Vector3f x = rod.position[i].cast<float>();
+      Eigen::Vector3f gradient;
+      const double distance = grid.distance(x, gradient);
+      const double length = std::sqrt(static_cast<double>(gradient.squaredNorm()));
+      if (distance > 2.0 * kAhead + 1.5 * c.dt * std::sqrt(rod.velocity[i].squaredNorm()) || !(length > 0.1))
+        continue;
+      ThreadReach& r = reach(c, w, i, TouchKind::Rigid, object, 0);
+      r.touch.side = 1;
+      r.normal = r.normal_then = gradient.cast<double>() / length;
+      r.place = r.place_then = rod.position[i] - distance * r.normal;
+    }
+  }
+}
+
+/// Jaws of an instrument in this step, as far as threads meet them.
+struct Jaws {
+  bool open = false;  ///< they have inner faces that hold or cut
+  const tools::ToolGeometry* geometry = nullptr;
+  JawFrame before, after;
+};
+
+void reachFaces(Context& c, ThreadScratch& w, std::uint32_t i, int t, const Jaws& jaws) {
+  const auto& pose = c.state.proxies[t].pose;
+  const interaction::HalfAngle now = interaction::halfAngle(pose.jaw),
+                               then = interaction::halfAngle(c.scratch.proxies_before[t].pose.jaw);
+  const Vector3d hinge(0, 0, -jaws.geometry->jaw_length);
+  for (int side = 0; side < 2; ++side) {
+    ThreadReach& r =
+        reach(c, w, i, TouchKind::JawFace, static_cast<std::size_t>(t), static_cast<std::size_t>(side));
+    r.touch.side = 1;
+    const double sign = side == 0 ? -1.0 : 1.0;
+    r.normal = jaws.after.rotation * Vector3d(sign * now.cosine, 0, now.sine);
+    r.normal_then = jaws.before.rotation * Vector3d(sign * then.cosine, 0, then.sine);
+    r.place = jaws.after.world(hinge), r.place_then = jaws.before.world(hinge);
+  }
+}
+
+void reachTools(Context& c, ThreadScratch& w) {
+  const suture::State& rod = c.state.threads.rod;
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    const auto& proxy = c.state.proxies[t];
+    if (!proxy.present) continue;
+    const auto& then = c.scratch.proxies_before[t].pose;
+    Jaws jaws;
+    jaws.geometry = &tools::toolGeometry(proxy.tool);
+    jaws.open = interaction::hasJaws(proxy.tool) || proxy.tool == tools::ToolKind::Scissors;
+    jaws.before = {then.orientation.toRotationMatrix(), then.tip};
+    jaws.after = {proxy.pose.orientation.toRotationMatrix(), proxy.pose.tip};
+    const interaction::ThreadGrip& grip = c.state.threads.grips[t];
+    const auto held = [&grip](std::uint32_t i) {
+      for (int k = 0; grip.active && k < grip.count; ++k)
+        if (i + 3 >= grip.nodes[k].node && i <= grip.nodes[k].node + 3) return true;
+      return false;
+    };
+    for (const suture::Strand& strand : c.model.threads.rods->strands) {
+      const double radius = strand.section.radius;
+      const auto inJaws = [&](std::uint32_t i) {
+        if (!jaws.open) return false;
+        const double at = interaction::jawAngleAt(*jaws.geometry, jaws.before.local(rod.position[i]), 0.0);
+        return at >= 0.0 && at <= then.jaw + 0.05;
+      };
+      for (std::uint32_t first = strand.first; first < strand.first + strand.nodes; first += kGroup) {
+        const std::uint32_t end = std::min(first + kGroup + 1, strand.first + strand.nodes);
+        const Box box = boxOf(rod, first, end);
+        for (int k = 0; k < c.scratch.capsule_count[t]; ++k) {
+          const auto &b = c.scratch.capsules_before[t][k], &a = c.scratch.capsules_after[t][k];
+          const double way = std::sqrt(std::max((a.a - b.a).squaredNorm(), (a.b - b.b).squaredNorm()));
+          const double near = a.radius + radius + kAhead + way;
+          if (box.apart(a.a.cwiseMin(a.b), a.a.cwiseMax(a.b), near)) continue;
+          for (std::uint32_t i = first; i + 1 < end; ++i) {
+            if (rod.severed[i] != 0 || held(i) || (a.which >= 0 && (inJaws(i) || inJaws(i + 1)))) continue;
+            const suture::Closest at = suture::closest(rod.position[i], rod.position[i + 1] - rod.position[i],
+                                                       a.a, a.b - a.a, false);
+            if (at.between.squaredNorm() > near * near) continue;
+            // A node that ends two segments counts once.
+            if (at.s == 1.0 && i + 2 < strand.first + strand.nodes && rod.severed[i + 1] == 0) continue;
+            reach(c, w, i, TouchKind::Tool, static_cast<std::size_t>(t), static_cast<std::size_t>(k));
+          }
+        }
+        if (!jaws.open || grip.active) continue;
+        for (std::uint32_t i = first; i < std::min(first + kGroup, strand.first + strand.nodes); ++i)
+          if (inJaws(i)) reachFaces(c, w, i, t, jaws);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void touchThreads(Context& c) {
+  if (!c.scratch.threads) return;
+  ThreadScratch& w = *c.scratch.threads;
+  w.reaches.clear();
+  w.full = w.faulty = false;
+  if (isStale(c, w)) searchCandidates(c, w);
+  reachTissue(c, w);
+  reachRigid(c, w);
+  reachTools(c, w);
+}
+
+}  // namespace vest::scene

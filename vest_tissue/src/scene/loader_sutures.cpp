@@ -1,0 +1,162 @@
+#include "loader_sutures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include "vest_tissue/suture/rod.h"
+
+namespace vest::scene {
+namespace {
+
+using Eigen::Vector3d;
+using yaml::Map;
+using yaml::Value;
+
+constexpr double kKnotted = 0.6;         ///< strength in a knot over that of a straight thread; assumed
+constexpr double kStrainDamping = 1e-4;  ///< s; assumed
+constexpr double kAir = 1e-4;            ///< N·s/m², drag across a thread in gas; assumed
+constexpr std::size_t kMostSutures = 16, kMostNodes = 2000;
+
+template <class Entry>
+const Entry& named(const std::vector<Entry>& entries, const Value& name) {
+  std::string known;
+  for (const Entry& entry : entries) {
+    if (entry.name == name.name()) return entry;
+    known += (known.empty() ? "" : ", ") + entry.name;
+  }
+  name.fail("must be one of: " + known);
+}
+
+/// A curve through the points (Catmull and Rom 1974), finely.
+std::vector<Vector3d> curveThrough(const std::vector<Vector3d>& p) {
+  constexpr int kSteps = 32;
+  std::vector<Vector3d> out{p.front()};
+  for (std::size_t i = 0; i + 1 < p.size(); ++i) {
+    const Vector3d m0 = i > 0 ? Vector3d(0.5 * (p[i + 1] - p[i - 1])) : Vector3d(p[1] - p[0]);
+    const Vector3d m1 = i + 2 < p.size() ? Vector3d(0.5 * (p[i + 2] - p[i])) : Vector3d(p[i + 1] - p[i]);
+    for (int k = 1; k <= kSteps; ++k) {
+      const double t = static_cast<double>(k) / kSteps, t2 = t * t, t3 = t2 * t;
+      out.push_back((2 * t3 - 3 * t2 + 1) * p[i] + (t3 - 2 * t2 + t) * m0 + (3 * t2 - 2 * t3) * p[i + 1] +
+                    (t3 - t2) * m1);
+    }
+  }
+  return out;
+}
+
+double lengthOf(const std::vector<Vector3d>& curve) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i + 1 < curve.size(); ++i) sum += (curve[i + 1] - curve[i]).norm();
+  return sum;
+}
+
+/// Nodes along the curve at equal distances, straight on behind its end.
+std::vector<Vector3d> nodesAlong(const std::vector<Vector3d>& curve, double length, std::size_t segments) {
+  std::vector<Vector3d> nodes;
+  std::size_t i = 0;
+  double passed = 0.0, span = (curve[1] - curve[0]).norm();
+  for (std::size_t k = 0; k <= segments; ++k) {
+    const double at = length * static_cast<double>(k) / static_cast<double>(segments);
+    while (at > passed + span && i + 2 < curve.size()) {
+      passed += span;
+      ++i;
+      span = (curve[i + 1] - curve[i]).norm();
+    }
+    nodes.push_back(curve[i] + (at - passed) / span * (curve[i + 1] - curve[i]));
+  }
+  return nodes;
+}
+
+std::vector<Vector3d> readPath(const Value& value) {
+  std::vector<Vector3d> path;
+  for (const Value& point : value.list()) {
+    path.push_back(point.vector3());
+    if (!(path.back().norm() <= 10.0)) point.fail("must be within 10 m of 0");
+    if (path.size() > 1 && !((path.back() - path[path.size() - 2]).norm() >= 1e-4))
+      point.fail("must be 0.1 mm or more from the point before");
+  }
+  if (path.size() < 2 || path.size() > 1000) value.fail("must be 2 to 1000 points");
+  return path;
+}
+
+}  // namespace
+
+Suture readSutureKind(Map& map, const material::Sutures& known) {
+  Suture s;
+  const material::SutureMaterial& material = named(known.materials, map["material"]);
+  const auto& size = named(known.sizes, map["size"]).numbers;
+  const auto of = [&material](const char* key) { return material.numbers.at(key).value; };
+  s.material = material.name;
+  s.size = map["size"].name();
+  suture::Section& section = s.rod.section;
+  section = suture::solidSection(0.5 * size.at("diameter").value, of("density"), of("youngs_modulus"),
+                                 of("poisson_ratio"));
+  section.bend *= of("bending_ratio");
+  section.twist *= of("bending_ratio");
+  section.friction = of("friction_slack");
+  // Solid threads bend as solid rods do, braids hardly resist.
+  s.kind = of("bending_ratio") >= 1.0 ? 0 : of("bending_ratio") > 0.1 ? 1 : 2;
+  s.knot_strength = size.at(material.absorbable ? "knot_pull_absorbable" : "knot_pull").value;
+  s.strength = s.knot_strength / kKnotted;
+  return s;
+}
+
+std::vector<Suture> readSutures(const Value& list, const material::Sutures& known,
+                                const std::vector<std::string>& taken) {
+  std::vector<Suture> sutures;
+  const auto items = list.list();
+  if (items.empty() || items.size() > kMostSutures)
+    list.fail("must be 1 to " + std::to_string(kMostSutures) + " sutures");
+  for (const Value& item : items) {
+    Map map(item);
+    map.only({"name", "material", "size", "path", "length", "segment", "natural"});
+    Suture s = readSutureKind(map, known);
+    s.rod.name = map["name"].name();
+    bool there = std::find(taken.begin(), taken.end(), s.rod.name) != taken.end();
+    for (const Suture& o : sutures) there = there || o.rod.name == s.rod.name;
+    if (there) map["name"].fail("must be there once, among objects too");
+    s.path = readPath(map["path"]);
+    const auto curve = curveThrough(s.path);
+    const double length = map.has("length") ? map["length"].number(0.005, 5.0) : lengthOf(curve);
+    if (!(length >= 0.005 && length <= 5.0)) map["path"].fail("must be 0.005 to 5 m long");
+    if (map.has("segment")) s.segment = map["segment"].number(0.0002, 0.005);
+    const auto segments = static_cast<std::size_t>(std::lround(length / s.segment));
+    if (segments < 4 || segments > kMostNodes)
+      map[map.has("segment") ? "segment" : "path"].fail("must make 4 to " + std::to_string(kMostNodes) +
+                                                        " segments; these are " + std::to_string(segments));
+    s.rod.nodes = nodesAlong(curve, length, segments);
+    s.rod.natural_shape = map.has("natural") && map["natural"].oneOf({"straight", "path"}) == "path";
+    s.rod.section.strain_damping = kStrainDamping;
+    s.rod.section.drag = kAir;
+    map.finish();
+    try {
+      const suture::Model checked(suture::Description{Vector3d::Zero(), {s.rod}, {}});
+    } catch (const std::invalid_argument& error) {
+      map["path"].fail(error.what());
+    }
+    sutures.push_back(std::move(s));
+  }
+  return sutures;
+}
+
+std::string suturesText(const std::vector<Suture>& sutures) {
+  std::string yaml = sutures.empty() ? "" : "sutures:\n";
+  char number[128];
+  for (const Suture& s : sutures) {
+    const auto& nodes = s.rod.nodes;
+    std::snprintf(number, sizeof number, "    length: %.10g\n    segment: %.10g\n", lengthOf(nodes),
+                  s.segment);
+    yaml += "  - name: " + s.rod.name + "\n    material: " + s.material + "\n    size: \"" + s.size + "\"\n" +
+            number + "    natural: " + (s.rod.natural_shape ? "path" : "straight") + "\n    path: [";
+    for (std::size_t i = 0; i < s.path.size(); ++i) {
+      const Vector3d& p = s.path[i];
+      std::snprintf(number, sizeof number, "%s[%.10g, %.10g, %.10g]", i > 0 ? ", " : "", p.x(), p.y(), p.z());
+      yaml += number;
+    }
+    yaml += "]\n";
+  }
+  return yaml;
+}
+
+}  // namespace vest::scene

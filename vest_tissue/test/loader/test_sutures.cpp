@@ -1,0 +1,76 @@
+// Sutures of a scene: what is read, and one message for each mistake.
+#include <gtest/gtest.h>
+
+#include "temporary_scene.h"
+#include "vest_tissue/scene/world.h"
+
+namespace {
+
+const char* const kObjects =
+    "objects:\n"
+    "  - name: chain\n"
+    "    nodes: nodes.csv\n"
+    "    links: links.csv\n"
+    "    knot_mass: 0.001\n"
+    "    link_area: 1e-6\n"
+    "    material: {youngs_modulus: 10000, density: 1000}\n";
+const char* const kThread =
+    "name: thread, material: silk, size: 3-0, path: [[0, 0, 0.1], [0.01, 0, 0.1], [0.02, 0.005, 0.1]]";
+
+vest::scene::Description load(const std::string& sutures) {
+  const vest::test::TemporaryScene folder;
+  folder.write("nodes.csv", "node,x,y,z\n0,0,0,0\n1,0.01,0,0\n");
+  folder.write("links.csv", "n0,n1\n0,1\n");
+  return vest::scene::loadScene(folder.write("scene.yaml", kObjects + ("sutures:\n" + sutures)));
+}
+
+std::string messageOf(const std::string& sutures) {
+  try {
+    load(sutures);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Sutures, LieAlongTheirPath) {
+  const auto d = load("  - {" + std::string(kThread) + ", length: 0.05}\n");
+  ASSERT_EQ(d.sutures.size(), 1u);
+  const auto& nodes = d.sutures[0].rod.nodes;
+  EXPECT_EQ(nodes.size(), 51u);
+  EXPECT_LT((nodes[10] - Eigen::Vector3d(0.01, 0, 0.1)).norm(), 6e-4);
+  EXPECT_NEAR((nodes[50] - nodes[49]).norm(), 0.001, 1e-5);
+  EXPECT_NEAR(d.sutures[0].rod.section.radius, 0.5 * 0.0002245, 1e-9);
+  EXPECT_DOUBLE_EQ(d.sutures[0].knot_strength, 9.4);
+}
+
+TEST(Sutures, OneMessageForEachMistake) {
+  const std::string thread = kThread;
+  const auto with = [&thread](const std::string& from, const std::string& to) {
+    std::string changed = thread;
+    changed.replace(changed.find(from), from.size(), to);
+    return "  - {" + changed + "}\n";
+  };
+  const std::pair<std::string, const char*> wrong[] = {
+      {"  []\n", "1 to 16 sutures"},
+      {"  - {" + thread + "}\n  - {" + thread + "}\n", "must be there once"},
+      {with("name: thread", "name: chain"), "among objects too"},
+      {with("silk", "wire"), "polypropylene"},
+      {with("3-0", "12-0"), "must be one of: 4-0"},
+      {with("[0.01, 0, 0.1]", "[0, 0, 0.1]"), "0.1 mm or more"},
+      {with("[0, 0, 0.1], [0.01, 0, 0.1], ", ""), "2 to 1000 points"},
+      {with("[0.01, 0, 0.1]", "[99, 0, 0.1]"), "within 10 m"},
+      {with("[0.01, 0, 0.1]", "[.nan, 0, 0.1]"), "number"},
+      {"  - {" + thread + ", length: 0}\n", "0.005"},
+      {"  - {" + thread + ", segment: 1}\n", "0.005"},
+      {"  - {" + thread + ", segment: 0.0002, length: 5}\n", "4 to 2000 segments"},
+      {"  - {" + thread + ", knots: 3}\n", "knots"},
+      {with("[0.02, 0.005, 0.1]", "[0, 0.0002, 0.1]"), "bend at node"}};
+  for (const auto& [text, part] : wrong) {
+    const std::string message = messageOf(text);
+    EXPECT_NE(message.find(part), std::string::npos) << text << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+}
+
+}  // namespace
