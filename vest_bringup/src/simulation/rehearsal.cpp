@@ -111,10 +111,16 @@ RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::Traine
   for (std::size_t i = 0; i < world.objectCount(); ++i) {
     if (world.description().objects[i].name.rfind("tube", 0) == 0) tubes.emplace_back(i, knots(world, i));
   }
+  std::vector<scene::ThreadView> threads, before;
+  std::uint64_t looked_steps = 0;
   const double dt = world.description().dt;
   const double end = seconds > 0 ? seconds : trajectory.rows.back().t;
   for (std::uint64_t k = 0; static_cast<double>(k) * dt < end; ++k) {
     const double t = static_cast<double>(k) * dt;
+    if (k % 20 == 0) {
+      world.threads(before);
+      looked_steps = world.steps();
+    }
     scene::StepInput input = script.inputAt(t);
     input.step = world.steps() + 1;
     input.dt = dt;
@@ -147,6 +153,18 @@ RehearsalReport rehearse(scene::Simulation& simulation, const kinematics::Traine
       if (speed <= out.settled_speed) continue;
       out.settled_speed = speed;
       out.fastest = world.description().objects[i].name;
+    }
+  }
+  // Threads tell places only: their nodes' way since the last look.
+  world.threads(threads);
+  const double over = static_cast<double>(world.steps() - looked_steps) * dt;
+  for (std::size_t i = 0; over > 0 && i < std::min(threads.size(), before.size()); ++i) {
+    const auto &now = threads[i].positions, &then = before[i].positions;
+    for (std::size_t k = 0; k < std::min(now.size(), then.size()); ++k) {
+      const double speed = (now[k] - then[k]).norm() / over;
+      if (speed <= out.settled_speed) continue;
+      out.settled_speed = speed;
+      out.fastest = world.description().sutures[threads[i].suture].rod.name;
     }
   }
   return out;

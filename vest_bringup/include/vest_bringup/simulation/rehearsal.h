@@ -19,7 +19,7 @@ struct RehearsalReport {
   std::string tube;           ///< its name
   double greatest_force = 0;  ///< N, on any instrument
   scene::Status worst = scene::Status::Ok;
-  double settled_speed = 0;  ///< m/s: greatest of all knots at the end
+  double settled_speed = 0;  ///< m/s: greatest of all knots and threads at the end
   std::string fastest;       ///< object with the fastest knot at the end
 };
 
