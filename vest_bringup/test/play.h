@@ -108,10 +108,14 @@ struct Play {
     return most;
   }
 
+  /// Its number in events, where sutures come behind the objects.
   std::size_t object(const std::string& name) const {
     const auto& objects = stage.trainer->world().description().objects;
+    const auto& sutures = stage.trainer->world().description().sutures;
     for (std::size_t i = 0; i < objects.size(); ++i)
       if (objects[i].name == name) return i;
+    for (std::size_t i = 0; i < sutures.size(); ++i)
+      if (sutures[i].rod.name == name) return objects.size() + i;
     ADD_FAILURE() << "no object " << name;
     return 0;
   }

@@ -155,6 +155,29 @@ TEST(SceneBipolar, ForcepsSealTheTubeBetweenThem) {
   EXPECT_LT(p.ringRadius("tube", 12), 0.98 * before) << "shrunk";
 }
 
+TEST(SceneSuture, ItsEndIsDrawnUpHandedOverAndLaidDown) {
+  Play p("suture_pad");
+  std::vector<scene::ThreadView> threads;
+  const auto highest = [&] {
+    p.world().threads(threads);
+    double most = 0;
+    for (const auto& thread : threads)
+      for (const auto& x : thread.positions) most = std::max(most, x.z());
+    return most;
+  };
+  double with_both = 0, with_left = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
+    if (at(t, 6.1)) with_both = highest();
+    if (at(t, 8.8)) with_left = highest();
+  });
+  EXPECT_EQ(p.times(EventKind::Grasped, "thread").size(), 2U) << "by each hand once";
+  EXPECT_TRUE(p.times(EventKind::Grasped, "pad").empty());
+  EXPECT_GT(with_both, 0.090) << "m";
+  EXPECT_GT(with_left, 0.090) << "m";
+  EXPECT_LT(highest(), 0.075) << "m: it lies on the pad, whose upper side is at 0.068";
+  EXPECT_EQ(threads.size(), 1U) << "in one piece";
+}
+
 TEST(SceneSling, TheLoopIsDrawnShutAndHoldsTheStump) {
   Play p("sling_stump");
   const double before = p.ringRadius("stump", 11);
