@@ -117,6 +117,39 @@ TEST(Blood, VenousOozeStopsByCoagulation) {
   EXPECT_TRUE(b.feedback.sources.empty());
 }
 
+TEST(Blood, TissueIsToldToBlanchWhenAllItsArteriesAreClipped) {
+  Bench b;
+  scene::TripleBuffer<SurfaceFrame> frames;
+  SurfaceEffect surface(b.world, {}, &b.effect, &frames);
+  const auto supply = [&](const char* name) {
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < objectNamed(b.world, name); ++i) first += b.world.knotCount(i);
+    return frames.front().supply.at(first);
+  };
+  const auto run = [&](int milliseconds) {  // the vessels alone, then the tissue until its next frame
+    for (int i = 0; i < milliseconds; ++i) b.step();
+    do {
+      b.world.step(b.input, b.report);
+      surface.step(b.world, b.input, b.report, b.feedback);
+    } while (!frames.update());
+    b.report.events.clear();
+  };
+  run(0);
+  for (const char* name : {"uterus", "ovary_right", "tube_right", "cavity"})
+    EXPECT_GT(supply(name), 0.95) << name;
+  b.event(scene::EventKind::Clipped, "ovarian_artery_right", 0.02, std::nan(""));
+  run(3000);
+  EXPECT_GT(supply("ovary_right"), 0.9) << "the uterine artery's tubal branch feeds it";
+  b.event(scene::EventKind::Clipped, "uterine_artery_right", 0.02, std::nan(""));
+  run(2000);
+  EXPECT_NEAR(supply("ovary_right"), std::exp(-1.0), 0.12) << "after kPerfusionTime";
+  run(4000);
+  for (const char* name : {"ovary_right", "tube_right"}) EXPECT_LT(supply(name), 0.1) << name;
+  EXPECT_NEAR(supply("uterus"), 0.5, 0.1) << "the left side is left";
+  EXPECT_GT(supply("ovary_left"), 0.9);
+  EXPECT_EQ(supply("cavity"), 1) << "no vessel of the database feeds it";
+}
+
 TEST(Blood, CutUterusSeepsAndThePatientLosesIt) {
   Bench b;
   SurfaceOptions surface;

@@ -79,7 +79,7 @@ void toMsg(const simulation::SurfaceFrame& f, vest_msgs::SurfaceBleeding& msg) {
   msg.revision = f.revision;
   msg.seeped = f.seeped;
   msg.film = f.film;
-  msg.fields.resize(2);
+  msg.fields.resize(3);
   float most = 1e-12f;  // m³/s: a range that is no point
   for (const float q : f.flow) most = std::max(most, q);
   const auto scale = [](const std::vector<float>& values, float maximum, vest_msgs::TissueField& field) {
@@ -94,6 +94,8 @@ void toMsg(const simulation::SurfaceFrame& f, vest_msgs::SurfaceBleeding& msg) {
   scale(f.flow, most, msg.fields[0]);
   msg.fields[1].kind = vest_msgs::TissueField::WETNESS;
   scale(f.wetness, 1.0f, msg.fields[1]);
+  msg.fields[2].kind = vest_msgs::TissueField::PERFUSION;
+  scale(f.supply, 1.0f, msg.fields[2]);
 }
 
 EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh)

@@ -100,8 +100,9 @@ SurfaceEffect::SurfaceEffect(const scene::World& world, const SurfaceOptions& op
   inputs_.meshes = meshes_.data();
   inputs_.perfused = perfused_.data();
   if (frames_) {
-    frames_->forEachSlot(
-        [&](SurfaceFrame& f) { f.flow.reserve(model_.knots()), f.wetness.reserve(model_.knots()); });
+    frames_->forEachSlot([&](SurfaceFrame& f) {
+      f.flow.reserve(model_.knots()), f.wetness.reserve(model_.knots()), f.supply.reserve(model_.knots());
+    });
   }
   frame_every_ = std::max<std::uint64_t>(
       1, static_cast<std::uint64_t>(1 / (options.frame_rate * world.description().dt) + 0.5));
@@ -299,13 +300,15 @@ void SurfaceEffect::tellFrame(const scene::World& world) {
   f.revision = world.revision();
   f.seeped = state_.seeped;
   f.film = state_.active ? bleeding::filmVolume(state_) : 0.0;
-  f.flow.clear(), f.wetness.clear();
+  f.flow.clear(), f.wetness.clear(), f.supply.clear();
   for (std::size_t i = 0; i < world.objectCount(); ++i) {
     const std::uint32_t room = model_.first[i + 1] - model_.first[i];
     // The cavity's knots lie centimetres apart: shown between them, the film of one jet would redden all of
     // it.
     const bool shown = world.description().objects[i].model != scene::ObjectModel::Rigid;
+    const auto supply = static_cast<float>(blood_ && territory_[i] >= 0 ? std::min(1.0, perfused(i)) : 1.0);
     for (std::uint32_t k = 0; k < world.knotCount(i); ++k) {
+      f.supply.push_back(supply);
       const bool known = shown && k < room;
       f.flow.push_back(known ? state_.flow[model_.first[i] + k] : 0.0f);
       f.wetness.push_back(known ? bleeding::wetness(bleeding::thickness(state_, model_.first[i] + k)) : 0.0f);

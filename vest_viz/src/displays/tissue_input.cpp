@@ -1,5 +1,7 @@
 #include "tissue_input.h"
 
+#include <type_traits>
+
 #include "conversion.h"
 
 namespace vest::displays {
@@ -46,7 +48,10 @@ bool TissueInput::takeFields(boost::shared_ptr<const Message>* message) {
   bool changed = false;
   for (const vest_msgs::TissueField& m : (*message)->fields) {
     mesh::Field field;
-    field.kind = m.kind, field.minimum = m.minimum, field.maximum = m.maximum, field.data = m.data;
+    const bool of_vessels =
+        std::is_same_v<Message, vest_msgs::SurfaceBleeding> && m.kind == vest_msgs::TissueField::PERFUSION;
+    field.kind = of_vessels ? kSupply : m.kind;
+    field.minimum = m.minimum, field.maximum = m.maximum, field.data = m.data;
     // Fields of an older revision come again soon: no error.
     const mesh::Outcome outcome = store_.setField((*message)->revision, field);
     if (outcome == mesh::Outcome::Malformed) problem_ = store_.problem();

@@ -39,6 +39,9 @@ class TissueInput {
     if (!m->fields.empty()) newest_fields_ = m;
   }
   void add(const vest_msgs::SurfaceBleeding::ConstPtr& m) { newest_surface_ = m; }
+  /// Kind under which the store keeps the PERFUSION of effects/surface: what the vessels bring. That of
+  /// tissue/state is the tissue's own.
+  static constexpr std::uint8_t kSupply = 255;
 
   /// Takes over what arrived. @return true if the store changed
   bool process();

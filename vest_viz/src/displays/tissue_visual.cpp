@@ -12,6 +12,7 @@
 #include <vest_msgs/TissueField.h>
 
 #include "ogre_assets.h"
+#include "tissue_input.h"
 #include "vest_tissue/net/skin.h"
 #include "vest_viz/inspect/colour_map.h"
 #include "vest_viz/mesh/occlusion.h"
@@ -31,7 +32,11 @@ struct Shown {
 /// Blood that lies on the skin shows like blood that comes out of it, but never as deep: it lets the relief
 /// through (tuned).
 constexpr Shown kFilm{vest_msgs::TissueField::WETNESS, 0.0f, 1.6f};
-constexpr float kLeastMark = 0.02f;  ///< share of the range from which on a field is drawn (tuned)
+/// What its vessels bring less of shows like what it has lost itself. The first tenth is not seen: a beat
+/// takes 4 % of it, and a collateral brings 93 % (of the gynaecology scene; tuned).
+constexpr Shown kSupplied{TissueInput::kSupply, 0.9f, 0.1f};
+constexpr std::size_t kBloodless = 3;  ///< of kShown
+constexpr float kLeastMark = 0.02f;    ///< share of the range from which on a field is drawn (tuned)
 constexpr std::array<Shown, 4> kShown{{{vest_msgs::TissueField::BLEEDING, 0.0f, 2e-9f},
                                        {vest_msgs::TissueField::DAMAGE, 0.0f, 1.0f},
                                        {vest_msgs::TissueField::CHAR, 0.0f, 1.0f},
@@ -65,9 +70,9 @@ float knotDistance(const mesh::Object& o) {
 }
 
 bool anyShown(const mesh::Store& store) {
-  return store.field(kFilm.kind) != nullptr || std::any_of(kShown.begin(), kShown.end(), [&](const Shown& s) {
-           return store.field(s.kind) != nullptr;
-         });
+  return store.field(kFilm.kind) != nullptr || store.field(kSupplied.kind) != nullptr ||
+         std::any_of(kShown.begin(), kShown.end(),
+                     [&](const Shown& s) { return store.field(s.kind) != nullptr; });
 }
 
 }  // namespace
@@ -308,6 +313,7 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   if (n == 0) return;
   // Healthy objects are most: their knots tell it sooner than their vertices.
   float at_knots = store.largestAtKnots(index, kFilm.kind, kFilm.low, kFilm.high);
+  at_knots = std::max(at_knots, store.largestAtKnots(index, kSupplied.kind, kSupplied.low, kSupplied.high));
   for (const auto& shown : kShown)
     at_knots = std::max(at_knots, store.largestAtKnots(index, shown.kind, shown.low, shown.high));
   if (at_knots <= kLeastMark && !part.is_marked) return;
@@ -321,11 +327,16 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   for (std::size_t k = 0; k < kShown.size(); ++k)
     largest = std::max(largest, store.vertexField(index, kShown[k].kind, kShown[k].low, kShown[k].high,
                                                   part.state.data() + k, kShown.size()));
-  if (store.field(kFilm.kind) != nullptr) {
-    film_.resize(n);
-    largest = std::max(largest, store.vertexField(index, kFilm.kind, kFilm.low, kFilm.high, film_.data(), 1));
-    for (std::size_t v = 0; v < n; ++v) part.state[4 * v] = std::max(part.state[4 * v], film_[v]);
-  }
+  const auto addTo = [&](std::size_t channel, const Shown& shown) {
+    if (store.field(shown.kind) == nullptr) return;
+    layer_.resize(n);
+    largest =
+        std::max(largest, store.vertexField(index, shown.kind, shown.low, shown.high, layer_.data(), 1));
+    for (std::size_t v = 0; v < n; ++v)
+      part.state[4 * v + channel] = std::max(part.state[4 * v + channel], layer_[v]);
+  };
+  addTo(0, kFilm);
+  addTo(kBloodless, kSupplied);
   // Blood and char have borders; heat and lost blood fade out.
   for (const std::size_t k : {1u, 3u}) part.smoother.smooth(part.state.data() + k, kShown.size());
   const bool mark = largest > kLeastMark;

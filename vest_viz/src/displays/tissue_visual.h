@@ -139,7 +139,7 @@ class TissueVisual {
   bool sliced_ = false;
   Ogre::Vector4 slice_{0, 0, 0, 1};  ///< what has slice · (x, y, z, 1) < 0 is not drawn
   std::vector<Part> parts_;
-  std::vector<std::uint8_t> film_;  ///< of one object, for updateState()
+  std::vector<std::uint8_t> layer_;  ///< of one object, for updateState()
   std::uint64_t shape_version_ = 0, field_version_ = 0;
   std::vector<std::string> names_;  ///< of the objects drawn
   std::size_t vertices_ = 0;

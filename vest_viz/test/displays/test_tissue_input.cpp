@@ -126,6 +126,13 @@ TEST(TissueInput, WhatSurfacesSeepReachesTheStore) {
   input.add(vest_msgs::SurfaceBleeding::ConstPtr(seeping));
   EXPECT_TRUE(input.process());
   EXPECT_FLOAT_EQ(input.store().knotField(0, vest_msgs::TissueField::WETNESS, 2), 1.0f);
+  // What vessels bring and what tissue takes have one name in messages, and are two fields here.
+  seeping = boost::make_shared<vest_msgs::SurfaceBleeding>(*seeping);
+  seeping->fields[0].kind = vest_msgs::TissueField::PERFUSION;
+  input.add(vest_msgs::SurfaceBleeding::ConstPtr(seeping));
+  EXPECT_TRUE(input.process());
+  EXPECT_FLOAT_EQ(input.store().knotField(0, TissueInput::kSupply, 2), 1.0f);
+  EXPECT_EQ(input.store().field(vest_msgs::TissueField::PERFUSION), nullptr);
 }
 
 vest_msgs::InstrumentStates::ConstPtr instruments(double stamp) {

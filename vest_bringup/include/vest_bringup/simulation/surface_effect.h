@@ -19,6 +19,7 @@ struct SurfaceFrame {
   std::uint32_t revision = 0;   ///< of the world that the knots belong to
   std::vector<float> flow;      ///< m³/s
   std::vector<float> wetness;   ///< 0 dry … 1 covered with blood
+  std::vector<float> supply;    ///< 0 … 1: flow of the vessels that feed the object, over that at rest
   double seeped = 0, film = 0;  ///< m³ since the start; on the surfaces now
 };
 
