@@ -158,7 +158,11 @@ TEST(Threads, TheSutureOfTheScenePadComesToRest) {
   Room r(scene::loadScene(VEST_TISSUE_SOURCE_DIR "/scenes/suture_pad/suture_pad.yaml"));
   r.run(1000);
   EXPECT_LT(fastest(r.world), 0.005);
-  for (const Vector3d& x : nodesOf(r.world)) EXPECT_NEAR(x.z(), 0.068, 0.003);
+  // It lies on the pad and hangs over its edge.
+  for (const Vector3d& x : nodesOf(r.world)) {
+    if (x.y() > 0.025) EXPECT_NEAR(x.z(), 0.068, 0.003);
+    EXPECT_GT(x.z(), 0.040);
+  }
 }
 
 TEST(Threads, HeldInJawsItHangsWithItsWeight) {
