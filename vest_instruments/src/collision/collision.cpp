@@ -6,17 +6,19 @@
 #include "vest_instruments/tools/tool_geometry.h"
 
 namespace vest::collision {
+
+/// A capsule in B and its box.
+struct Placed {
+  tools::Capsule capsule;
+  Eigen::Vector3d low, high;
+};
+
 namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using tools::Capsule;
 using tools::kInstrumentCount;
-
-struct Placed {
-  Capsule capsule;  // in B
-  Vector3d low, high;
-};
 
 Placed place(const Isometry3d& X, const Capsule& c) {
   Placed p{{X * c.a, X * c.b, c.radius}, {}, {}};
