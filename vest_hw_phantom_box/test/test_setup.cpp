@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <csignal>
 #include <fstream>
 #include <functional>
 #include <thread>
@@ -79,6 +80,7 @@ class Rig {
 class Program {
  public:
   explicit Program(const std::string& arguments) {
+    std::signal(SIGPIPE, SIG_IGN);  // a program that has ended is a line that is missing, not our end
     int in[2], out[2];
     if (::pipe(in) != 0 || ::pipe(out) != 0) std::abort();
     child_ = ::fork();
