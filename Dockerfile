@@ -30,7 +30,7 @@ WORKDIR /vest
 RUN . .ci/common.sh \
  && configure /vest/build/run -DCATKIN_ENABLE_TESTING=OFF -DVEST_DEVELOPER_TOOLS=OFF \
  && build /vest/build/run \
- && rm -rf /root/.cache \
+ && rm -rf ~/.cache \
  && mkdir /out && chmod 1777 /out
 # Any user may run it: nothing is written but /out and /tmp. (roslaunch asks for a user's name.)
 ENV HOME=/tmp USER=vest VEST_RUN_FOLDER=/tmp

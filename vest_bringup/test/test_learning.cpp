@@ -171,6 +171,30 @@ vest_input toC(const scene::StepInput& input) {
   return c;
 }
 
+TEST(Learning, AVesselsPulseIsTakenAtAllItsPlacesThroughC) {
+  const std::string scene =
+      ros::package::getPath("vest_tissue") + "/scenes/arterial_bleeding/arterial_bleeding.yaml";
+  const vest_world_options options{sizeof options, scene.c_str(), 1};
+  vest_handle of_c = 0;
+  ASSERT_EQ(vest_world_new(&options, &of_c), VEST_OK) << vest_error(0);
+  scene::World of_cpp(scene::loadScene(scene));
+  const vest_dilatation pulse{"uterine_artery_left", {1.05F, 1.03F, 1.01F, 0.99F}};
+  scene::StepInput input;
+  input.dilatations = {{"uterine_artery_left", {1.05F, 1.03F, 1.01F, 0.99F}}};
+  scene::StepReport report;
+  for (int k = 0; k < 20; ++k) {
+    input.step = of_cpp.steps() + 1, input.dt = of_cpp.description().dt;
+    ASSERT_EQ(of_cpp.step(input, report), scene::Status::Ok);
+    vest_input c = toC(input);
+    c.dilatations = &pulse, c.dilatation_count = 1;
+    ASSERT_EQ(vest_world_step_input(of_c, &c), VEST_OK) << vest_error(0);
+  }
+  std::uint64_t hash = 0;
+  ASSERT_EQ(vest_hash(of_c, &hash), VEST_OK);
+  EXPECT_EQ(hash, of_cpp.stateHash());
+  EXPECT_EQ(vest_close(of_c), VEST_OK);
+}
+
 TEST(Learning, CAndCppAndTheReSimulatedInputsGiveTheSameHash) {
   const auto task = makeTask(optionsOf("grasp_lift"));
   Environment e(task);
@@ -318,7 +342,7 @@ TEST(CInterface, SurvivesRandomCalls) {
     const vest_load load{below(4), below(5000), {}, 0, 0, 0};
     const vest_impact impact{below(4), below(5000), {}, {0, 0, below(2) == 0 ? 1.0 : HUGE_VAL}};
     const vest_edit edit{words[below(3)], words[below(3)], below(2) == 0 ? 1.0 : std::nan("")};
-    const vest_dilatation dilatation{words[below(3)], below(2) == 0 ? 1.01 : -1e30};
+    const vest_dilatation dilatation{words[below(3)], {1, 1, below(2) == 0 ? 1.01F : -1e30F, 1}};
     if (below(3) == 0) in.loads = &load, in.load_count = 1;
     if (below(3) == 0) in.impacts = &impact, in.impact_count = 1;
     if (below(4) == 0) in.edits = below(3) == 0 ? nullptr : &edit, in.edit_count = 1;
@@ -389,8 +413,12 @@ TEST(CInterface, SurvivesRandomCalls) {
     ASSERT_LE(code, VEST_OVER) << vest_error(0);
     ++codes[static_cast<std::size_t>(code)];
     ASSERT_NE(vest_error(handle), nullptr);
-    if (code != VEST_OK) ASSERT_STRNE(vest_error(0), "");
-    if (out != 0) ASSERT_EQ(vest_close(out), VEST_OK);
+    if (code != VEST_OK) {
+      ASSERT_STRNE(vest_error(0), "");
+    }
+    if (out != 0) {
+      ASSERT_EQ(vest_close(out), VEST_OK);
+    }
   }
   for (const int code : {VEST_OK, VEST_BAD_HANDLE, VEST_BAD_ARGUMENT, VEST_REFUSED})
     EXPECT_GT(codes[code], 10) << code;

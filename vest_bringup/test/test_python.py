@@ -15,6 +15,7 @@ import rosbag
 import rospkg
 import vest
 from vest import cem, picture
+from vest_msgs.msg import StepInput, VesselDilatation
 
 FULL = "VEST_FULL" in os.environ
 TUBE = os.path.join(rospkg.RosPack().get_path("vest_tissue"), "scenes/tube/tube.yaml")
@@ -56,6 +57,16 @@ def compare_with_bag(test, file, most):
 
 
 class TestWorld(unittest.TestCase):
+    def test_a_vessels_pulse_is_taken_as_a_session_records_it(self):
+        scene = "%s/scenes/arterial_bleeding/arterial_bleeding.yaml" % rospkg.RosPack().get_path("vest_tissue")
+        hashes = set()
+        for last in (0.99, 1.05):  # each of its places counts
+            world = vest.World(scene)
+            for _ in range(20):
+                world.step_input(StepInput(seed=1, dilatations=[VesselDilatation("uterine_artery_left", [1.05, 1.03, 1.01, last])]))
+            hashes.add(world.hash())
+        self.assertEqual(len(hashes), 2)
+
     def test_steps_positions_hash_save_and_restore(self):
         world = vest.World(TUBE, threads=2)
         self.assertIn("tube", world.objects)

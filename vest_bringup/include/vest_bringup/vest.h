@@ -73,7 +73,7 @@ typedef struct vest_load {
 } vest_load;
 typedef struct vest_dilatation {
   const char* vessel_segment;
-  double dilatation;
+  float dilatation[4]; /**< radius over reference radius at 0, 1/3, 2/3 and 1 of the segment's length */
 } vest_dilatation;
 
 /** Everything that a step consumes: what a session records as vest_msgs/StepInput, whose fields these are. */

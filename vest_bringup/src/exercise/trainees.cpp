@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 
 #include <sqlite3.h>
@@ -13,6 +14,16 @@
 #include "vest_instruments/files/read.h"
 
 namespace vest::exercise {
+
+std::string dateNow() {
+  const std::time_t now = std::time(nullptr);
+  struct tm utc = {};
+  gmtime_r(&now, &utc);
+  char text[32] = "";
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
 namespace {
 
 constexpr int kVersion = 1;  ///< of the tables

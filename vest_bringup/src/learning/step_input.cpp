@@ -1,6 +1,8 @@
 #include "step_input.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 
 #include "vest_tissue/scene/request.h"
@@ -85,7 +87,10 @@ void read(const vest_input& from, const scene::World& world, scene::StepInput& t
   });
   to.load_over = from.load_over;
   all(from.dilatations, from.dilatation_count, "dilatations", [&](const vest_dilatation& d) {
-    to.dilatations.push_back({text(d.vessel_segment, "dilatations: vessel_segment"), d.dilatation});
+    scene::DilatationInput& taken = to.dilatations.emplace_back();
+    static_assert(sizeof d.dilatation == sizeof taken.dilatation);
+    taken.vessel_segment = text(d.vessel_segment, "dilatations: vessel_segment");
+    std::copy(std::begin(d.dilatation), std::end(d.dilatation), taken.dilatation.begin());
   });
   all(from.requests, from.request_count, "requests", [&](const char* r) {
     to.requests.push_back(scene::parseRequest(text(r, "requests"), world.description()));

@@ -138,10 +138,10 @@ T get(const py::handle& of, const char* field, T otherwise) {
 py::list list(const py::handle& of, const char* field) {
   return py::hasattr(of, field) ? py::list(of.attr(field)) : py::list();
 }
-template <std::size_t N>
-void fill(const py::handle& of, const char* field, double (&to)[N]) {
+template <class T, std::size_t N>
+void fill(const py::handle& of, const char* field, T (&to)[N]) {
   if (!py::hasattr(of, field)) return;
-  const auto values = of.attr(field).cast<std::vector<double>>();
+  const auto values = of.attr(field).cast<std::vector<T>>();
   if (values.size() != N)
     throw py::value_error(std::string(field) + ": " + std::to_string(values.size()) +
                           " numbers (allowed: " + std::to_string(N) + ")");
@@ -177,8 +177,11 @@ void World::stepInput(const py::object& m) {
   for (const auto e : edits)
     all_edits.push_back({kept(e.attr("object")), kept(e.attr("parameter")), e.attr("value").cast<double>()});
   std::vector<vest_dilatation> all_dilatations;
-  for (const auto d : dilatations)
-    all_dilatations.push_back({kept(d.attr("vessel_segment")), d.attr("dilatation").cast<double>()});
+  for (const auto d : dilatations) {
+    vest_dilatation to{kept(d.attr("vessel_segment")), {}};
+    fill(d, "dilatation", to.dilatation);
+    all_dilatations.push_back(to);
+  }
   std::vector<const char*> all_requests;
   for (const auto r : requests) all_requests.push_back(kept(r));
   std::vector<vest_impact> impacts;

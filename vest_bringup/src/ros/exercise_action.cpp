@@ -1,7 +1,5 @@
 #include "vest_bringup/ros/exercise_action.h"
 
-#include <ctime>
-
 #include <ros/service.h>
 #include <vest_msgs/ExchangeTool.h>
 #include <vest_msgs/LoadScene.h>
@@ -25,15 +23,6 @@ void call(const ros::NodeHandle& nh, const std::string& name, Service& service) 
   if (!ros::service::waitForService(full, ros::Duration(kPatience)) || !ros::service::call(full, service))
     throw std::runtime_error(full + ": nobody answers");
   if (!service.response.success) throw std::runtime_error(full + ": " + service.response.message);
-}
-
-std::string dateNow() {
-  const std::time_t now = std::time(nullptr);
-  struct tm utc = {};
-  gmtime_r(&now, &utc);
-  char text[32] = "";
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
 }
 
 }  // namespace
@@ -78,7 +67,7 @@ void ExerciseAction::keep(const exercise::Exercise& e, const std::string& traine
     exercise::Result result = shell_.told().result;
     if (off_pace_) result.flags |= exercise::kPractice;
     exercise::Trainees(exercise::Trainees::defaultFile())
-        .keep(exercise::attemptOf(e, result, trainee, dateNow(), VEST_VERSION, directory_));
+        .keep(exercise::attemptOf(e, result, trainee, exercise::dateNow(), VEST_VERSION, directory_));
   } catch (const std::exception& why) {
     problem = std::string("the result is not kept: ") + why.what();
     ROS_ERROR("%s", problem.c_str());

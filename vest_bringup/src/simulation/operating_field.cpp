@@ -10,14 +10,6 @@
 #include "vest_tissue/scene/world_state.h"
 
 namespace vest::simulation {
-namespace {
-
-constexpr std::uint64_t kFluidEvery = 4, kSlowEvery = 20, kFrameEvery = 25,
-                        kBedEvery = 48;  ///< steps of the tissue
-constexpr int kInstrumentSlots = 128;    ///< first slot behind those of bleeding
-constexpr double kLeastImpact = 0.15;    ///< m/s: slower than this fluid rests and weighs (fluid/impact.cpp)
-constexpr double kWithdrawn = 0.02;      ///< m from pivot to tip: the endoscope is in its trocar (assumed)
-
 /// What evolves here beside the cores: sums between their steps, and what edits changed.
 struct Between {
   std::array<fluid::Source, fluid::kMostSources> source{};  ///< flow is volume, m³, since the last fluid step
@@ -35,6 +27,14 @@ struct Between {
   double humidity = 0.95;  ///< relative, of the cavity's gas at the last lens step
 };
 static_assert(std::is_trivially_copyable_v<Between>);
+
+namespace {
+
+constexpr std::uint64_t kFluidEvery = 4, kSlowEvery = 20, kFrameEvery = 25,
+                        kBedEvery = 48;  ///< steps of the tissue
+constexpr int kInstrumentSlots = 128;    ///< first slot behind those of bleeding
+constexpr double kLeastImpact = 0.15;    ///< m/s: slower than this fluid rests and weighs (fluid/impact.cpp)
+constexpr double kWithdrawn = 0.02;      ///< m from pivot to tip: the endoscope is in its trocar (assumed)
 
 std::array<double, 3> triple(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};

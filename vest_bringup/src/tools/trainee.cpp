@@ -1,5 +1,4 @@
 #include <cstdio>
-#include <ctime>
 #include <string>
 #include <vector>
 
@@ -14,15 +13,6 @@ namespace {
 /// A text of the database: it may be a stranger's.
 std::string shown(const std::string& text) {
   return vest::files::shown(text, 2000);
-}
-
-std::string dateNow() {
-  const std::time_t now = std::time(nullptr);
-  struct tm utc = {};
-  gmtime_r(&now, &utc);
-  char text[32] = "";
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
 }
 
 void print(const vest::exercise::Attempt& a) {
@@ -78,7 +68,7 @@ int main(int argc, char** argv) {
       for (const auto& a : trainees.attempts(name)) print(a);
     if (rating->parsed()) {
       vest::ros_shell::exerciseFile(exercise);  // one that there is
-      trainees.keep(vest::exercise::ratingOf(form, exercise, rater, marks, name, dateNow()));
+      trainees.keep(vest::exercise::ratingOf(form, exercise, rater, marks, name, vest::exercise::dateNow()));
     }
     if (exporting->parsed()) std::fputs(trainees.exported(name).c_str(), stdout);
     if (erasing->parsed()) trainees.erase(name);

@@ -77,7 +77,7 @@ void eachCell(const Model& model, const Seen& t, F&& f) {
       const float sum = wa + wb + wc;
       f(Hit{static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) +
                 static_cast<std::size_t>(col),
-            (wa * a[2] + wb * b[2] + wc * c[2]) / (wa + wb + wc)});
+            (wa * a[2] + wb * b[2] + wc * c[2]) / sum});
     }
   }
 }

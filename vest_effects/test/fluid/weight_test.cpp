@@ -326,7 +326,9 @@ TEST(Weight, ALiftTellsHowItFollows) {
     if (l.surface != 1) continue;
     stiffness += static_cast<double>(l.stiffness);
     const double z = static_cast<double>(p.meshes[1].positions[3 * l.knot + 2]);
-    if (l.stiffness != 0) EXPECT_NEAR(static_cast<double>(l.depth), 0.006 - z, 1e-4) << "m";
+    if (l.stiffness != 0) {
+      EXPECT_NEAR(static_cast<double>(l.depth), 0.006 - z, 1e-4) << "m";
+    }
   }
   const double waterline = kWater * kGravity * 4 * half * half;
   EXPECT_NEAR(stiffness, waterline, 0.03 * waterline) << "N/m: rho g times the area at the water's level";

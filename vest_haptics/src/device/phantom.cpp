@@ -21,12 +21,6 @@ constexpr unsigned kDone = 0, kContinue = 1, kInvalidHandle = 0xffffffffu;
 constexpr unsigned short kMaxPriority = 65535;
 constexpr unsigned kCommError = 0x302;
 
-struct ErrorInfo {
-  unsigned code;
-  int internal;
-  unsigned handle;
-};
-
 // x right, y up, z to the user, mm → x right, y away, z up, m.
 Eigen::Matrix3d axes() {
   Eigen::Matrix3d r;
@@ -37,6 +31,12 @@ Eigen::Matrix3d axes() {
 }  // namespace
 
 struct PhantomDevice::Library {
+  struct ErrorInfo {
+    unsigned code;
+    int internal;
+    unsigned handle;
+  };
+
   void* handle = nullptr;
   unsigned (*initDevice)(const char*) = nullptr;
   void (*disableDevice)(unsigned) = nullptr;
@@ -121,7 +121,7 @@ void PhantomDevice::open(const DeviceOptions& options) {
   hd_ = std::make_unique<Library>(option(options, "library", "libHD.so"));
   const std::string name = option(options, "name", "");
   const auto check = [&](const std::string& doing) {
-    const ErrorInfo error = hd_->getError();
+    const Library::ErrorInfo error = hd_->getError();
     if (error.code == 0) return;
     const char* text = hd_->getErrorString(error.code);
     std::ostringstream message;
@@ -282,7 +282,7 @@ unsigned PhantomDevice::serve() noexcept {
   const double force[3] = {loads[0], loads[2], -loads[1]};  // back into the maker's axes
   hd.setDouble(kCurrentForce, force);
   hd.endFrame(handle_);
-  const ErrorInfo error = hd.getError();
+  const Library::ErrorInfo error = hd.getError();
   if (error.code != 0) {
     fail(error.code);
     const double zero[3] = {};

@@ -367,7 +367,7 @@ void writeDicom(const Volume& volume, const std::string& folder, const std::stri
     }
   }
   for (std::size_t k = 0; k < pictures.size(); ++k) {
-    char name[16];
+    char name[24];
     std::snprintf(name, sizeof name, "I%04zu", k + 1);
     save(pictures[k], (std::filesystem::path(folder) / name).string());
   }

@@ -44,7 +44,9 @@ TEST(BladeSweep, WhatPassesIsFoundOnceHoweverManyStepsItTakes) {
       for (const int steps : {1, 2, 3, 7, 50, 333}) {
         double place = 0;
         EXPECT_EQ(passes(steps, turn, x, place), 1) << steps << " steps, turn " << turn << ", x " << x;
-        if (steps >= 50) EXPECT_NEAR(place, fine, 0.01);
+        if (steps >= 50) {
+          EXPECT_NEAR(place, fine, 0.01);
+        }
       }
     }
 }

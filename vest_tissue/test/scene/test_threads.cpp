@@ -160,7 +160,9 @@ TEST(Threads, TheSutureOfTheScenePadComesToRest) {
   EXPECT_LT(fastest(r.world), 0.005);
   // It lies on the pad and hangs over its edge.
   for (const Vector3d& x : nodesOf(r.world)) {
-    if (x.y() > 0.025) EXPECT_NEAR(x.z(), 0.068, 0.003);
+    if (x.y() > 0.025) {
+      EXPECT_NEAR(x.z(), 0.068, 0.003);
+    }
     EXPECT_GT(x.z(), 0.040);
   }
 }

@@ -38,7 +38,9 @@ class Soak {
                 samples_.back().descriptors);
     EXPECT_LT(heap, 1e6) << "bytes an hour";
     // In minutes a few pages that are touched for the first time would count as megabytes an hour.
-    if (samples_.back().hours - samples_.front().hours > 0.05) EXPECT_LT(resident, 1e6) << "bytes an hour";
+    if (samples_.back().hours - samples_.front().hours > 0.05) {
+      EXPECT_LT(resident, 1e6) << "bytes an hour";
+    }
     for (const Sample& s : samples_)
       EXPECT_EQ(s.descriptors, samples_.front().descriptors) << s.hours << " h";
   }

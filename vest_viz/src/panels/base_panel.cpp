@@ -2,11 +2,18 @@
 
 #include <algorithm>
 
+#include <ros/package.h>
 #include <QCoreApplication>
+#include <QDir>
 #include <QLabel>
 #include <QMetaObject>
 
 namespace vest::panels {
+
+QStringList shipped(const std::string& package, const std::string& folder) {
+  const QDir place(QString::fromStdString(ros::package::getPath(package) + "/" + folder));
+  return place.entryList(QDir::Dirs | QDir::NoDotAndDotDot, QDir::Name);
+}
 
 BasePanel::~BasePanel() {
   // A box that loses the focus with the panel says that it was edited.

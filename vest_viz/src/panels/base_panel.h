@@ -9,10 +9,14 @@
 #include <ros/node_handle.h>
 #include <rviz/config.h>
 #include <rviz/panel.h>
+#include <QStringList>
 
 class QLabel;
 
 namespace vest::panels {
+
+/// Folders of a package's folder by name, such as the scenes that are shipped.
+QStringList shipped(const std::string& package, const std::string& folder);
 
 /// What all panels of VEST share: a namespace (saved with the rviz configuration, `/vest`), and service calls
 /// that never hold up the view. Messages arrive in the view's own thread.

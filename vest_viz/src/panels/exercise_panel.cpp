@@ -1,7 +1,5 @@
 #include "exercise_panel.h"
 
-#include <dirent.h>
-
 #include <algorithm>
 
 #include <QComboBox>
@@ -14,7 +12,6 @@
 #include <QTableWidget>
 
 #include <actionlib_msgs/GoalID.h>
-#include <ros/package.h>
 #include <vest_msgs/ExerciseActionGoal.h>
 #include <vest_msgs/StringStamped.h>
 #include <pluginlib/class_list_macros.hpp>
@@ -23,19 +20,6 @@ namespace vest::panels {
 namespace {
 
 enum ItemColumn { kItemName, kItemValue, kItemPoints, kItemColumns };
-
-/// Exercises that are shipped: folders of vest_bringup/exercises.
-QStringList shippedExercises() {
-  QStringList names;
-  const std::string folder = ros::package::getPath("vest_bringup") + "/exercises";
-  if (DIR* const dir = opendir(folder.c_str())) {
-    while (const dirent* const entry = readdir(dir))
-      if (entry->d_name[0] != '.') names << entry->d_name;
-    closedir(dir);
-  }
-  names.sort();
-  return names;
-}
 
 QString plain(const std::string& text) {
   return QString::fromStdString(text).toHtmlEscaped();
@@ -49,7 +33,7 @@ ExercisePanel::ExercisePanel(QWidget* parent) : BasePanel(parent) {
   grid->setVerticalSpacing(3);
   exercise_ = new QComboBox;
   exercise_->setEditable(true);
-  exercise_->addItems(shippedExercises());
+  exercise_->addItems(shipped("vest_bringup", "exercises"));
   exercise_->setToolTip("an exercise of vest_bringup, or the path of an exercise file");
   trainee_ = new QLineEdit;
   trainee_->setPlaceholderText("trainee (pseudonym)");

@@ -1,7 +1,5 @@
 #include "session_panel.h"
 
-#include <dirent.h>
-
 #include <QComboBox>
 #include <QDoubleSpinBox>
 #include <QGridLayout>
@@ -11,7 +9,6 @@
 #include <QSpinBox>
 #include <QTimer>
 
-#include <ros/package.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 #include <vest_msgs/LoadScene.h>
@@ -24,19 +21,6 @@ namespace vest::panels {
 namespace {
 
 constexpr double kSessionSilent = 2.5;  ///< s: session/state comes at 2 Hz
-
-/// Scenes that are shipped: folders of vest_tissue/scenes.
-QStringList shippedScenes() {
-  QStringList names;
-  const std::string folder = ros::package::getPath("vest_tissue") + "/scenes";
-  if (DIR* const dir = opendir(folder.c_str())) {
-    while (const dirent* const entry = readdir(dir))
-      if (entry->d_name[0] != '.') names << entry->d_name;
-    closedir(dir);
-  }
-  names.sort();
-  return names;
-}
 
 }  // namespace
 
@@ -78,7 +62,7 @@ SessionPanel::SessionPanel(QWidget* parent) : BasePanel(parent) {
   scene_ = new QComboBox;
   scene_->setToolTip("a scene of vest_tissue, or the path of a scene file");
   scene_->setEditable(true);
-  scene_->addItems(shippedScenes());
+  scene_->addItems(shipped("vest_tissue", "scenes"));
   load_ = new QPushButton("Load scene");
   load_->setToolTip("replaces the scene; if it is refused the present one goes on");
   snapshot_ = new QLineEdit("snapshot");

@@ -51,7 +51,9 @@ TEST(Section, HasAtEachPixelTheValueOfItsPlace) {
           among_centres = among_centres && grid[a] > 0 && grid[a] < b.size[a] - 1;
           outside = outside || grid[a] < -0.51 || grid[a] > b.size[a] - 0.49;
         }
-        if (outside) ASSERT_EQ(p[3], 0);
+        if (outside) {
+          ASSERT_EQ(p[3], 0);
+        }
         if (!among_centres) continue;
         ++seen;
         ASSERT_EQ(p[3], 255);

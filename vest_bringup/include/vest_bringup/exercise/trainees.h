@@ -17,6 +17,9 @@ class DatabaseError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Now as results have it: UTC, ISO 8601, such as 2026-11-23T16:00:00Z.
+std::string dateNow();
+
 /// A result as it is kept.
 struct Attempt {
   std::string trainee, date;  ///< pseudonym; UTC, ISO 8601
