@@ -40,7 +40,7 @@ void main() {
   // Coagulated protein is opaque, whitish and dry; without blood tissue loses its red.
   float grey0 = dot(ground.rgb, vec3(0.35, 0.45, 0.2));
   ground.rgb = mix(ground.rgb, vec3(0.30) + grey0 * vec3(0.62, 0.58, 0.52), 0.65 * state.w);
-  ground.rgb = mix(ground.rgb, vec3(0.90, 0.84, 0.74) * (0.72 + 0.28 * relief.z), 0.88 * pale);
+  ground.rgb = mix(ground.rgb, vec3(0.92, 0.86, 0.76) * (0.72 + 0.28 * relief.z), 0.88 * pale);
   // Singed brown between the pale rim and the black eschar.
   float singed = smoothstep(0.12, 0.45, state.z + 0.5 * rough);
   ground.rgb = mix(ground.rgb, vec3(0.42, 0.24, 0.12), 0.75 * singed * (1.0 - burnt));

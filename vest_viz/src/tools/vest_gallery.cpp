@@ -362,7 +362,7 @@ int main(int argc, char** argv) {
     rviz::RenderSystem::get();
     const vest::scene::Description scene = shippedScene("gynaecology");
     const Vector3d over = tools::endoscopeTip(0.10), near(0.0, -0.012, 0.105), side(0.03, -0.012, 0.10);
-    constexpr std::pair<const char*, double> kOthers[] = {{"arterial_bleeding", 0.068},
+    constexpr std::pair<const char*, double> kOthers[] = {{"arterial_bleeding", 0.075},
                                                           {"fem_slab", 0.075},
                                                           {"volume_phantom", 0.090},
                                                           {"irrigation_pool", 0.075},
