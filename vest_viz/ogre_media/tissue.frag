@@ -40,7 +40,7 @@ void main() {
   // Coagulated protein is opaque, whitish and dry; without blood tissue loses its red.
   float grey0 = dot(ground.rgb, vec3(0.35, 0.45, 0.2));
   ground.rgb = mix(ground.rgb, vec3(0.30) + grey0 * vec3(0.62, 0.58, 0.52), 0.65 * state.w);
-  ground.rgb = mix(ground.rgb, vec3(0.90, 0.84, 0.74) * (0.72 + 0.28 * relief.z), 0.88 * pale);
+  ground.rgb = mix(ground.rgb, vec3(0.92, 0.86, 0.76) * (0.72 + 0.28 * relief.z), 0.88 * pale);
   // Singed brown between the pale rim and the black eschar.
   float singed = smoothstep(0.12, 0.45, state.z + 0.5 * rough);
   ground.rgb = mix(ground.rgb, vec3(0.42, 0.24, 0.12), 0.75 * singed * (1.0 - burnt));
@@ -58,8 +58,8 @@ void main() {
 
   vec3 h = normalize(halfway);
   h.z = abs(h.z);  // sheets are seen from both sides
-  vec2 s_diffuse = slope + 0.10 * micro;
-  vec2 s_wet = 0.95 * slope + 0.22 * micro;
+  vec2 s_diffuse = slope + 0.16 * micro;
+  vec2 s_wet = 0.95 * slope + 0.42 * micro;
   float nl = (h.z - dot(s_diffuse, h.xy)) * inversesqrt(1.0 + dot(s_diffuse, s_diffuse));
   float nh = max((h.z - dot(s_wet, h.xy)) * inversesqrt(1.0 + dot(s_wet, s_wet)), 0.0);
 
@@ -81,14 +81,16 @@ void main() {
   float sharp = sheen * sheen;                    // ^32
   sharp *= sharp * sharp;                         // ^96
   float wet = wetness * (0.4 + 0.6 * tint.a);
-  // Fluid gathers between the crests of the micro relief: highlights break up, but fade out softly. A film of
-  // blood covers the relief: its surface is smooth, so the lamp's image in it is small, and it has no sheen.
-  float mirror = sharp * sharp;
-  mirror *= mirror;                               // ^384
-  sharp *= mix(0.4 + 0.6 * fine.z, mirror * mirror, film);  // ^864
+  // Fluid gathers between the crests of the micro relief: highlights break up. Each is the lamp's image: small, far
+  // brighter than the picture's white, and so with a hard edge. A film of blood covers the relief: its surface is
+  // smooth, so the image in it is smaller still, and it has no sheen.
+  float mirror = sharp * sharp;                   // ^192
+  float lamp = mirror * mirror;                   // ^384
+  float dry = (1.0 - film) * (1.0 - film) * (1.0 - film);
+  sharp = mix(0.1 * sharp * lamp * lamp, mirror * (0.3 + 0.7 * fine.z), dry);  // ^864, ^192
   vec3 soft = vec3(0.050, 0.046, 0.046) * (1.0 - 0.8 * film);
   // A soft film everywhere; bright and slightly blue only where fluid stands.
-  colour += wet * (soft * sheen + ground.a * ground.a * vec3(6.0, 6.3, 6.6) * sharp);
+  colour += wet * (soft * sheen + clamp(3.0 * ground.a - 0.8, 0.0, 1.0) * vec3(64.0, 67.2, 70.4) * sharp);
 
   // What other tissue scatters reaches into the shadow all the same (nearly half; by eye).
   float lit = 1.0 - 0.55 * max(hidden(cast0), hidden(cast1));
