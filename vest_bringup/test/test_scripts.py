@@ -65,7 +65,7 @@ def Subscriber(topic, kind, callback, queue_size=None):
 ACCEPTED = [[], ["threads:=2", "left_tool:=scissors", "scene:=cut_tube"], ["third_tool:=", "fluid_spacing:=2e-3"],
             ["left:=my_devices/Omega", "right:=sim", "force_limit:=2.5", "record:=false"],
             ["scene:=" + os.path.join(PACKAGE, os.pardir, "vest_tissue", "scenes", "slab", "slab.yaml")],
-            ["--exercise", "clip_cut_tube", "threads:=2"]]
+            ["--exercise", "clip_cut_tube", "threads:=2"], ["--trajectory", os.path.join(PACKAGE, "trajectories", "demo.yaml")]]
 
 
 class Run(unittest.TestCase):
