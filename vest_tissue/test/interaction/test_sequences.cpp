@@ -126,13 +126,9 @@ void check(const scene::World& w, const Bounds& most) {
     for (int i = 0; i < sling.count; ++i) ASSERT_LT(sling.knots[i], knots);
     ASSERT_TRUE(sling.tip.allFinite() && std::isfinite(sling.tension));
     ASSERT_TRUE(sling.rest > 0.0 && sling.rest <= interaction::kSlingLength * (1.0 + 1e-9)) << sling.rest;
-    double around = 0.0;
     for (int i = 0; i < interaction::kSlingNodes; ++i) {
-      const auto n = static_cast<std::size_t>(i), next = (n + 1) % interaction::kSlingNodes;
+      const auto n = static_cast<std::size_t>(i);
       ASSERT_TRUE(sling.node[n].allFinite() && sling.velocity[n].allFinite()) << "node " << i;
-      ASSERT_LT((sling.node[n] - sling.tip).norm(), 0.3)
-          << "m: it hangs on its applicator or lies on the organ";
-      around += (sling.node[next] - sling.node[n]).norm();
       const interaction::SlingTouch& touch = sling.touch[n];
       if (!touch.on) continue;
       ASSERT_EQ(touch.object, 0);
@@ -140,7 +136,6 @@ void check(const scene::World& w, const Bounds& most) {
       ASSERT_NEAR(touch.weights[0] + touch.weights[1] + touch.weights[2], 1.0, 1e-9);
       ASSERT_TRUE(touch.offset.allFinite());
     }
-    ASSERT_LT(around, 3.0 * interaction::kSlingLength) << "m: of a loop of 0.12 m";
   }
   for (const auto& grasp : w.state().grasps)
     for (int i = 0; i < grasp.count; ++i) ASSERT_LT(grasp.anchors[i].knot, knots);
