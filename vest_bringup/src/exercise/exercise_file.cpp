@@ -9,7 +9,7 @@
 #include "vest_bringup/exercise/exercise.h"
 #include "vest_instruments/files/read.h"
 #include "vest_instruments/tools/tool_names.h"
-#include "vest_tissue/scene/yaml_reader.h"
+#include "vest_tissue/files/yaml_reader.h"
 
 namespace vest::exercise {
 namespace {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../interaction/between_jaws.h"
+#include "../scene/between_jaws.h"
 #include "../suture/contacts.h"
 
 /// What threads may touch in a step: tissue, rigid objects, instruments.

@@ -12,7 +12,7 @@
 #include "fem_cut.h"
 #include "object_arrays.h"
 #include "stages.h"
-#include "vest_tissue/contact/contacts.h"
+#include "vest_tissue/base/nearest.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_scratch.h"
 
@@ -540,6 +540,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
       const std::size_t edges = solver::KnotOrder::edgesOf(net);
       s.implicit = std::make_unique<solver::ImplicitNet>(net, b.knotCapacity(), edges + edges / 2);
     }
+    s.rings.reserve(model.objects[i].tube, model.description.objects[i].position.size());
     if (model.objects[i].motility.waves.active()) s.active.resize(3 * b.knotCapacity());
   }
   organ_contacts.reserve(model.mostPairs());

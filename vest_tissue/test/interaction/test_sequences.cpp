@@ -124,7 +124,18 @@ void check(const scene::World& w, const Bounds& most) {
   for (const auto& sling : w.state().fasteners.slings) {
     if (!sling.alive) continue;
     for (int i = 0; i < sling.count; ++i) ASSERT_LT(sling.knots[i], knots);
-    ASSERT_TRUE(sling.tip.allFinite() && std::isfinite(sling.rest) && std::isfinite(sling.tension));
+    ASSERT_TRUE(sling.tip.allFinite() && std::isfinite(sling.tension));
+    ASSERT_TRUE(sling.rest > 0.0 && sling.rest <= interaction::kSlingLength * (1.0 + 1e-9)) << sling.rest;
+    for (int i = 0; i < interaction::kSlingNodes; ++i) {
+      const auto n = static_cast<std::size_t>(i);
+      ASSERT_TRUE(sling.node[n].allFinite() && sling.velocity[n].allFinite()) << "node " << i;
+      const interaction::SlingTouch& touch = sling.touch[n];
+      if (!touch.on) continue;
+      ASSERT_EQ(touch.object, 0);
+      for (const auto k : touch.knots) ASSERT_LT(k, knots);
+      ASSERT_NEAR(touch.weights[0] + touch.weights[1] + touch.weights[2], 1.0, 1e-9);
+      ASSERT_TRUE(touch.offset.allFinite());
+    }
   }
   for (const auto& grasp : w.state().grasps)
     for (int i = 0; i < grasp.count; ++i) ASSERT_LT(grasp.anchors[i].knot, knots);

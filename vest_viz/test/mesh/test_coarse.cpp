@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "vest_tissue/contact/contacts.h"
+#include "vest_tissue/base/nearest.h"
 #include "vest_viz/mesh/coarse.h"
 
 namespace vest::mesh {
