@@ -139,7 +139,9 @@ class Reader {
         n.marks.push_back(one.name());
       }
       if (n.marks.empty()) v.fail("must be a mark, or a list of some");
-      if (n.marks.size() > 1 && n.metric != Metric::ClipOff) v.fail("must be one mark");
+      const bool two = n.metric == Metric::CutAside;
+      if (two && n.marks.size() != 2) v.fail("must be two marks");
+      if (n.marks.size() > 1 && !two && n.metric != Metric::ClipOff) v.fail("must be one mark");
     }
     return n;
   }
