@@ -12,6 +12,7 @@ varying vec3 cast0;  // place in the shadow of each instrument: instrument/shado
 varying vec3 cast1;
 #ifdef STATE
 varying vec4 state;  // film of blood, coagulated, charred, bloodless: 0 ... 1
+varying vec3 blood_state;  // in the tissue without oxygen, flushed; film set: 0 ... 1
 #endif
 
 // Share of the lamp that an instrument hides; 1.2 is the lamp's diameter over a shaft's radius of 2.5 mm.
@@ -39,7 +40,12 @@ void main() {
   float deep = smoothstep(0.25, 0.95, state.x);
   // Coagulated protein is opaque, whitish and dry; without blood tissue loses its red.
   float grey0 = dot(ground.rgb, vec3(0.35, 0.45, 0.2));
+  // Reduced haemoglobin takes red, not blue: dusky in patches, as the small vessels lie; less of it shows where
+  // little blood is left. Blood that comes back makes it redder than before.
+  float blue = smoothstep(0.05, 0.85, blood_state.x * (0.8 + 0.4 * blotch));
   ground.rgb = mix(ground.rgb, vec3(0.30) + grey0 * vec3(0.62, 0.58, 0.52), 0.65 * state.w);
+  ground.rgb = mix(ground.rgb, ground.rgb * vec3(0.56, 0.60, 0.80), blue * (1.0 - 0.25 * state.w));
+  ground.rgb *= mix(vec3(1.0), vec3(1.06, 0.80, 0.80), blood_state.y);
   ground.rgb = mix(ground.rgb, vec3(0.92, 0.86, 0.76) * (0.72 + 0.28 * relief.z), 0.88 * pale);
   // Singed brown between the pale rim and the black eschar.
   float singed = smoothstep(0.12, 0.45, state.z + 0.5 * rough);
@@ -48,11 +54,13 @@ void main() {
   wetness *= (1.0 - 0.75 * pale) * (1.0 - 0.8 * burnt);
   slope += (speck.xy * 2.0 - 1.0) * (0.9 * burnt + 0.25 * pale);
   // Blood: thin films tint, deep ones hide what is below and lie smooth.
+  // Set blood is dark and brown, and its thin rim dries first: no mirror there.
   vec3 blood = mix(vec3(0.66, 0.075, 0.055), vec3(0.43, 0.030, 0.028), deep);
+  blood = mix(blood, mix(vec3(0.34, 0.060, 0.040), vec3(0.20, 0.022, 0.022), deep), blood_state.z);
   ground.rgb = mix(ground.rgb, blood, film * mix(0.72, 0.97, deep));
   slope *= 1.0 - 0.75 * film;
   micro *= 1.0 - 0.75 * film;
-  wetness = mix(wetness, 1.05, film);
+  wetness = mix(wetness, 1.05 - 0.75 * blood_state.z * (1.0 - 0.7 * deep), film);
   ground.a = mix(ground.a, 0.80, film);
 #endif
 
