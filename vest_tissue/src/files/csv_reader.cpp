@@ -10,8 +10,8 @@
 namespace vest::scene::csv {
 namespace {
 
-constexpr std::size_t kMostCells = 64;      // of a line (assumed)
-constexpr std::size_t kMostRows = 2000000;  // of a table (assumed)
+constexpr std::size_t kMostCells = 64;        // of a line (assumed)
+constexpr std::size_t kMostValues = 8000000;  // of a table (assumed): two seconds, 300 MB
 
 /// At most kMostCells + 1 cells.
 std::vector<std::string> split(const std::string& line) {
@@ -82,9 +82,11 @@ Table read(const std::string& path, const std::string& bytes, const std::vector<
       yaml::fail(path, number, "row", std::to_string(cells.size()) + " cells",
                  "must have " + std::to_string(table.columns.size()) + " cells");
     }
-    if (table.rows.size() == kMostRows)
-      yaml::fail(path, number, "row", std::to_string(kMostRows + 1),
-                 "must be at most " + std::to_string(kMostRows) + " rows");
+    const std::size_t most = kMostValues / table.columns.size();
+    if (table.rows.size() == most)
+      yaml::fail(path, number, "row", std::to_string(most + 1),
+                 "must be at most " + std::to_string(most) + " rows of " +
+                     std::to_string(table.columns.size()) + " columns");
     std::vector<double> row;
     row.reserve(cells.size());
     for (std::size_t i = 0; i < cells.size(); ++i) {
