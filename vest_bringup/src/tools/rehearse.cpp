@@ -8,6 +8,7 @@
 #include "vest_bringup/ros/moment_bag.h"
 #include "vest_bringup/simulation/rehearsal.h"
 #include "vest_bringup/simulation/stage.h"
+#include "vest_instruments/files/read.h"
 #include "vest_instruments/tools/tool_names.h"
 #include "vest_tissue/ros/conversions.h"
 #include "vest_tissue/ros/scene_file.h"
@@ -124,7 +125,7 @@ int main(int argc, char** argv) {
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     tell(stage, report, 1e3 * wall / static_cast<double>(world.steps()));
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "vest_rehearse: %s\n", e.what());
+    std::fprintf(stderr, "vest_rehearse: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 1;
   }
   return 0;

@@ -18,7 +18,7 @@
 #include "vest_bringup/ros/exercise_file.h"
 #include "vest_bringup/ros/moment_bag.h"
 #include "vest_bringup/ros/session_player.h"
-#include "vest_instruments/files/read.h"
+#include "vest_instruments/files/refusal.h"
 #include "write_whole.h"
 
 // Scores a recorded session: simulates it again and lets the exercise's engine look at each step.
@@ -226,16 +226,14 @@ int main(int argc, char** argv) {
   try {
     score(wanted);
   } catch (const vest::session::Difference& e) {
-    std::fprintf(stderr, "vest_score: %s\n", e.what());
+    std::fprintf(stderr, "vest_score: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 1;
   } catch (const exercise::DatabaseError& e) {
-    std::fprintf(stderr, "vest_score: %s\n", e.what());
+    std::fprintf(stderr, "vest_score: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 2;
   } catch (const std::exception& e) {
-    const std::string what = e.what();
-    const bool named = what.rfind(wanted.directory, 0) == 0;
-    std::fprintf(stderr, "vest_score: %s%s\n", named ? "" : (wanted.directory + "/session.bag: ").c_str(),
-                 vest::files::shown(what, 4000).c_str());
+    std::fprintf(stderr, "vest_score: %s\n",
+                 vest::files::refusal(e.what(), wanted.directory + "/session.bag").c_str());
     return 2;
   }
   return 0;
