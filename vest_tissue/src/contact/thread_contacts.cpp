@@ -135,9 +135,7 @@ void reachTissue(Context& c, ThreadScratch& w) {
       if (within == Within::Channel || t >= s.triangles.size() || !s.triangle_alive[t]) continue;
       const auto& n = s.triangles[t];
       const std::array<Vector3d, 3> p{knotPosition(s, n[0]), knotPosition(s, n[1]), knotPosition(s, n[2])};
-      // From inside a tip meets what lies ahead.
-      if (within == Within::Tissue && !facesTip(c, first.node, Vector3d((p[1] - p[0]).cross(p[2] - p[0]))))
-        continue;
+      if (!meets(c, first.node, Vector3d((p[1] - p[0]).cross(p[2] - p[0])), within)) continue;
       const contact::Nearest found = contact::nearest(x, p);
       if (found.distance < least) least = found.distance, best = t;
     }

@@ -18,6 +18,7 @@ constexpr double kSpacing = 0.002;   ///< m: between places of a channel within 
 constexpr double kReuse = 0.001;     ///< m: a tip that is as near to a hole goes into it; assumed
 constexpr double kWall = 0.001;      ///< m: of a surface without a wall of its own; assumed
 constexpr double kSteep = 0.3;       ///< no unit: a tip that comes flatter slides along; assumed
+constexpr double kEndOn = 0.7;       ///< no unit: a face so steep to a needle is met by its ends alone; 45°
 constexpr double kOffWay = 0.00015;  ///< m: further beside the needle, a place of a hole moves to it
 constexpr double kLost = 0.003;      ///< m: further beside it, it is not the way that the needle takes
 constexpr double kGone = 1e3;        ///< m, a station: needle and thread have left
@@ -304,14 +305,28 @@ ChannelAnchor ahead(const ObjectState& s, std::uint32_t triangle, const Along& t
   return a;
 }
 
+/// N: what solid tissue ahead of a tip bears already.
+double cuttingForce(const Context& c, std::uint16_t object, std::uint32_t needle, const Vector3d& back) {
+  const ThreadScratch& w = *c.scratch.threads;
+  double sum = 0.0;
+  for (const ChannelSupport& led : w.led) {
+    const suture::Support& a = w.rod.supports[led.support];
+    if (led.channel >= c.state.threads.channels.size() || a.bond != suture::Bond::Push) continue;
+    const Channel& channel = c.state.threads.channels[led.channel];
+    if (channel.object == object && channel.needle == needle) sum += a.force.dot(back);
+  }
+  return sum;
+}
+
 /// A tip that presses on a surface, from outside or from within.
 void press(Context& c, const ThreadReach& r, std::uint32_t needle) {
   const suture::Support& a = c.scratch.threads->rod.supports[static_cast<std::size_t>(r.support)];
   Along tip;
   if (!alongNeedle(c, needle, 0.0, tip) || a.normal.dot(tip.back) < kSteep) return;
-  const double force = a.force.dot(tip.back);
   const ObjectState& s = c.state.objects[r.touch.body];
   const bool within = withinOf(c, r.touch.segment, r.touch.body) == Within::Tissue;
+  double force = a.force.dot(tip.back);
+  if (within && force > 0.0) force += cuttingForce(c, r.touch.body, needle, tip.back);
   if (!within && force > 0.01 && enterHole(c, r.touch.body, needle, tip)) return;
   if (!(force > c.model.description.objects[r.touch.body].puncture_force)) return;
   ChannelAnchor mouth = ahead(s, r.triangle, tip);
@@ -335,6 +350,16 @@ void press(Context& c, const ThreadReach& r, std::uint32_t needle) {
   }
 }
 
+/// Whether a tip within tissue presses on what lies ahead: it comes out by force then, as it went in.
+bool presses(const Context& c, const Channel& channel) {
+  const ThreadScratch& w = *c.scratch.threads;
+  return std::any_of(w.reaches.begin(), w.reaches.end(), [&](const ThreadReach& r) {
+    return r.touch.kind == interaction::TouchKind::Tissue && r.touch.body == channel.object &&
+           r.touch.segment == c.model.threads.first_point[channel.needle] && r.touch.side < 0 &&
+           w.rod.supports[static_cast<std::size_t>(r.support)].force.squaredNorm() > 0.0;
+  });
+}
+
 /// Solid tissue that the tip has cut gets its next place.
 void lengthen(Context& c, Channel& channel) {
   ChannelAnchor& last = channel.anchors[static_cast<std::size_t>(channel.count - 1)];
@@ -346,7 +371,9 @@ void lengthen(Context& c, Channel& channel) {
   if (way < kSpacing) return;
   ChannelAnchor next;
   next.filled = true;
-  if (!layAt(c, channel.object, tip.place, false, next)) {  // it has come out, past the edge of a face
+  if (!layAt(c, channel.object, tip.place, false, next)) {
+    if (presses(c, channel)) return;  // it draws the face with it
+    // It has come out, past the edge of a face.
     const Surface near = surfaceAt(c, channel.object, tip.place);
     if (near.triangle == suture::kNone) return;
     lieOn(next, near.triangle, near.near.weights);
@@ -457,11 +484,15 @@ Within withinOf(const Context& c, std::uint32_t place, std::uint16_t object) {
   return within;
 }
 
-bool facesTip(const Context& c, std::uint32_t place, const Vector3d& face) {
+bool meets(const Context& c, std::uint32_t place, const Vector3d& face, Within within) {
   const ThreadPlace& p = c.model.threads.places[place];
-  Along tip;
-  return alongNeedle(c, c.model.threads.rods->strands[p.strand].needle, 0.0, tip) &&
-         -face.dot(tip.back) > kSteep * std::sqrt(face.squaredNorm());
+  const std::uint32_t needle = c.model.threads.rods->strands[p.strand].needle;
+  Along at;
+  if (!p.rigid || !alongNeedle(c, needle, p.station, at)) return true;
+  const double along = face.dot(at.back) / std::max(1e-30, std::sqrt(face.squaredNorm()));
+  if (within == Within::Tissue) return along < -kSteep;
+  const bool end = p.station <= 0.0 || p.station >= c.model.threads.rods->needles[needle].length - 1e-9;
+  return end || std::abs(along) < kEndOn;
 }
 
 void leadChannels(Context& c, double h) {

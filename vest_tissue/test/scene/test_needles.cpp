@@ -42,8 +42,8 @@ scene::ToolInput holder(const Vector3d& tip, const Vector3d& z, const Vector3d& 
   return t;
 }
 
-/// A soft block of finite elements, 60 × 40 × 12 mm, held at its sides, top at z = 12 mm; a needle over it.
-scene::Description overSlab(double youngs_modulus = 5400.0) {
+/// A block of finite elements, 60 × 40 × 12 mm, held at its sides, top at z = 12 mm; a needle over it.
+scene::Description overSlab(double youngs_modulus = 20000.0) {
   scene::Description d;
   d.name = "slab", d.hash = "0000000000000005";
   d.gravity.setZero();
@@ -111,9 +111,9 @@ struct Room {
 TEST(Needles, JawsHoldItAndOpenJawsLoseIt) {
   scene::Description d = overSlab();
   d.gravity = Vector3d(0, 0, -9.81);
+  d.sutures[0] = straightNeedle({0.001, 0.0012, 0.024}, -Vector3d::UnitZ());
   Room r(d);
   r.z = 0.024;
-  for (auto& p : d.sutures[0].rod.needle.points) p.z() += 0.01;
   r.rest(100);
   EXPECT_EQ(r.count(EventKind::Grasped, 1), 1);
   EXPECT_EQ(r.needle().instrument, 0);
@@ -129,18 +129,19 @@ TEST(Needles, JawsHoldItAndOpenJawsLoseIt) {
 TEST(Needles, ThroughABlockTheForcePeaksTwice) {
   Room r(overSlab());
   r.rest(50);
-  r.move(0.004);
+  r.move(0.0098);
   ASSERT_EQ(r.count(EventKind::Punctured), 1);
-  const double entry = r.peak;
-  EXPECT_NEAR(entry, 0.2, 0.1);
+  EXPECT_NEAR(r.peak, 0.2, 0.02);
+  EXPECT_LT(r.force, 0.7 * r.peak);  // of cutting and friction
+  r.move(0.004);
   r.rest(100);
   const double within = r.force;
-  EXPECT_LT(within, 0.8 * entry);
   EXPECT_EQ(r.count(EventKind::Exited), 0);
   r.peak = 0.0;
-  r.move(-0.010);
+  r.move(-0.006);
   EXPECT_EQ(r.count(EventKind::Exited), 1);
-  EXPECT_GT(r.peak, within + 0.05);  // the second peak
+  EXPECT_GT(r.peak, within + 0.1);  // the second peak
+  EXPECT_LT(r.force, r.peak - 0.1);
   ASSERT_EQ(r.channels().size(), 1u);
   EXPECT_TRUE(r.channels()[0].through);
   EXPECT_GE(r.channels()[0].count, 5);
@@ -184,11 +185,12 @@ TEST(Needles, StifferTissuePushesBackMore) {
 TEST(Needles, TheSameBitsForAnyNumberOfWorkersAndAfterASnapshot) {
   std::vector<std::uint64_t> hashes;
   std::vector<std::uint8_t> bytes;
+  double z = 0.0;
   for (const int workers : {1, 2, 4}) {
     Room r(overSlab(), workers);
     r.rest(20);
     r.move(0.006);
-    if (bytes.empty()) r.world.save(bytes);
+    if (bytes.empty()) r.world.save(bytes), z = r.z;
     r.move(0.004);
     EXPECT_EQ(r.channels().size(), 1u);
     hashes.push_back(r.world.stateHash());
@@ -198,7 +200,7 @@ TEST(Needles, TheSameBitsForAnyNumberOfWorkersAndAfterASnapshot) {
   Room again(overSlab());
   again.rest(3);
   again.world.restore(bytes);
-  again.z = 0.006;
+  again.z = z;
   again.move(0.004);
   EXPECT_EQ(again.world.stateHash(), hashes[0]);
 }
@@ -217,7 +219,7 @@ TEST(Needles, WhatFliesThroughAWallGivesItsMomentum) {
   d.sutures[0].rod.section.drag = 0.0;
   Room r(d);
   auto& s = const_cast<scene::WorldState&>(r.world.state());
-  for (Vector3d& v : s.threads.rod.velocity) v = Vector3d(0, 0, -1.0);
+  for (Vector3d& v : s.threads.rod.velocity) v = Vector3d(0, 0, -2.0);
   const auto momentum = [&](bool tissue) {
     Vector3d sum = Vector3d::Zero();
     const auto& rod = r.world.state().threads.rod;
