@@ -12,8 +12,9 @@ enum class Within : std::uint8_t {
   Tissue = 2    ///< a tip that has gone in and not come out: it meets what lies ahead of it
 };
 Within withinOf(const Context& c, std::uint32_t place, std::uint16_t object);
-/// Whether a place may lean on a face: a tip within tissue on what lies ahead, the length of a needle on what is
-/// beside it. What lies across its way is met by its ends alone, so that the tip bears all that it presses.
+/// Whether a place may lean on a face: a tip within tissue on what lies ahead, the length of a needle on what
+/// is beside it. What lies across its way is met by its ends alone, so that the tip bears all that it
+/// presses.
 bool meets(const Context& c, std::uint32_t place, const Eigen::Vector3d& face, Within within);
 
 /// A place on a needle or the thread behind it, by its distance from the tip.
