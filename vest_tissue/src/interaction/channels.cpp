@@ -19,6 +19,7 @@ constexpr double kReuse = 0.001;     ///< m: a tip that is as near to a hole goe
 constexpr double kWall = 0.001;      ///< m: of a surface without a wall of its own; assumed
 constexpr double kSteep = 0.3;       ///< no unit: a tip that comes flatter slides along; assumed
 constexpr double kEndOn = 0.7;       ///< no unit: a face so steep to a needle is met by its ends alone; 45°
+constexpr double kAlongWay = 0.2;    ///< no unit: a needle does not come through so flat a face; assumed
 constexpr double kOffWay = 0.00015;  ///< m: further beside the needle, a place of a hole moves to it
 constexpr double kLost = 0.003;      ///< m: further beside it, it is not the way that the needle takes
 constexpr double kGone = 1e3;        ///< m, a station: needle and thread have left
@@ -28,7 +29,7 @@ constexpr double kNeedleDrag = 20.0, kSmoothDrag = 5.0, kBraidDrag = 15.0;
 bool isSolid(const Context& c, std::size_t object) {
   const ObjectConstants& o = c.model.objects[object];
   const Object& d = c.model.description.objects[object];
-  return o.fem != nullptr || (o.closed && d.tube.rings.empty() && d.wall_thickness == 0.0);
+  return o.fem != nullptr || (o.closed && d.wall_thickness == 0.0);
 }
 double wallOf(const Context& c, std::size_t object) {
   return std::max(kWall, c.model.description.objects[object].wall_thickness);
@@ -384,6 +385,15 @@ void lengthen(Context& c, Channel& channel) {
   channel.ahead -= way;
 }
 
+/// A mouth that was dragged to a face along the way, round the edge of its own.
+bool isRoundEdge(const ObjectState& s, const ChannelAnchor& was, const ChannelAnchor& is,
+                 const Vector3d& way) {
+  if (was.triangle[0] == is.triangle[0]) return false;
+  const auto x = corners(s, is.triangle[0]);
+  const Vector3d face = (x[1] - x[0]).cross(x[2] - x[0]);
+  return std::abs(face.dot(way)) < kAlongWay * std::sqrt(face.squaredNorm());
+}
+
 /// What is pulled across with more than its toughness gives way: the thread cuts on, by the work that takes.
 void tear(Context& c) {
   ThreadScratch& w = *c.scratch.threads;
@@ -401,12 +411,14 @@ void tear(Context& c) {
     const ObjectState& s = c.state.objects[channel.object];
     const double way = std::min(0.001, (force - bears) / a.stiffness);
     const ChannelAnchor was = anchor;
-    if (layAt(c, channel.object, placeOf(s, anchor) - (way / force) * across, onSurface(channel, led.anchor),
-              anchor))
+    const bool mouth = onSurface(channel, led.anchor);
+    if (layAt(c, channel.object, placeOf(s, anchor) - (way / force) * across, mouth, anchor) &&
+        !(mouth && isRoundEdge(s, was, anchor, a.normal)))
       continue;
     for (int k = led.anchor; k + 1 < channel.count; ++k)
       channel.anchors[static_cast<std::size_t>(k)] = channel.anchors[static_cast<std::size_t>(k + 1)];
     --channel.count;
+    if (channel.count == 1 && isSolid(c, channel.object)) channel.count = 0;  // a mouth alone leads nowhere
     if (channel.count > 0) continue;
     tell(c, channel, EventKind::TornOut, was, force);
   }

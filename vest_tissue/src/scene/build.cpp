@@ -581,8 +581,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
   if (model.threads.rods) {
     threads = std::make_unique<ThreadScratch>(*model.threads.rods);
     threads->candidates.reserve(64 * model.threads.places.size());
-    threads->searched.resize(model.threads.places.size());
-    threads->now.resize(model.threads.places.size());
+    threads->searched.resize(model.threads.places.size()), threads->now.resize(model.threads.places.size());
     threads->led.reserve(interaction::kMaxChannels * (interaction::kMaxChannelAnchors + 1));
     threads->way.resize(objects.size());
     threads->reaches.reserve(model.threads.room()),

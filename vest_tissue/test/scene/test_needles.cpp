@@ -6,6 +6,7 @@
 
 #include "nets.h"
 #include "slab.h"
+#include "vest_tissue/scene/scene_files.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/scene/world_model.h"
 
@@ -66,6 +67,7 @@ struct Room {
   scene::StepReport report;
   std::vector<scene::Event> events;
   double z = 0.014;    // m: where the holder would have the tip
+  double y = 0.0012;   // m
   double force = 0.0;  // N on the holder, upwards
   double peak = 0.0;   // N
   double work = 0.0;   // J, of the holder
@@ -91,7 +93,7 @@ struct Room {
   }
   void rest(int steps, double jaw = 0.0) {
     for (int i = 0; i < steps; ++i) {
-      input.tools[0] = holder({-0.005, 0.0012, z + 0.022}, -Vector3d::UnitX(), Vector3d::UnitY(), jaw);
+      input.tools[0] = holder({-0.005, y, z + 0.022}, -Vector3d::UnitX(), Vector3d::UnitY(), jaw);
       ASSERT_NE(step(), scene::Status::Fault) << "step " << world.steps();
     }
   }
@@ -145,6 +147,57 @@ TEST(Needles, ThroughABlockTheForcePeaksTwice) {
   ASSERT_EQ(r.channels().size(), 1u);
   EXPECT_TRUE(r.channels()[0].through);
   EXPECT_GE(r.channels()[0].count, 5);
+}
+
+TEST(Needles, FrictionInAChannelGrowsWithTheLoadAcross) {
+  std::vector<double> back;
+  for (const double across : {0.0, 0.003}) {
+    Room r(overSlab());
+    r.rest(50);
+    r.move(-0.004);
+    for (int i = 0; i < 150; ++i) r.y += across / 150.0, r.rest(1);
+    r.move(0.003);
+    back.push_back(-r.force);
+  }
+  EXPECT_GT(back[0], 0.1);
+  EXPECT_GT(back[1], 1.2 * back[0]);
+}
+
+TEST(Needles, PulledAcrossItTearsOut) {
+  scene::Description d = overSlab();
+  fem::test::SlabOptions o;
+  o.hold = false, o.youngs_modulus = 20000.0;
+  fem::Description slab = fem::test::slab(o);
+  for (fem::Index n = 0; n < slab.nodes.size(); ++n)
+    if (slab.nodes[n].y() < -0.0199) slab.fixed.push_back(n);
+  d.objects[0] = fem::test::object(slab);
+  d.objects[0].puncture_force = 0.1, d.objects[0].cut_toughness = 30.0;
+  d.sutures[0] = straightNeedle({0.001, 0.0172, 0.014}, -Vector3d::UnitZ());
+  Room r(d);
+  r.y = 0.0172;
+  r.rest(50);
+  r.move(-0.004);
+  ASSERT_EQ(r.channels().size(), 1u);
+  for (int i = 0; i < 500; ++i) r.y += 2e-5, r.rest(1);
+  EXPECT_EQ(r.count(EventKind::TornOut), 1);
+  EXPECT_EQ(r.channels().size(), 0u);
+}
+
+TEST(Needles, ThroughBothWallsOfATube) {
+  test::TubeOptions o;
+  o.rings = 24, o.length = 0.06, o.radius = 0.008, o.mass = 0.006, o.youngs_modulus = 50e3;
+  o.centre = Vector3d(0, 0, 0.004);
+  scene::Description d = test::tubeScene(o);
+  d.gravity.setZero();
+  d.objects[0].puncture_force = 0.1;
+  d.sutures.push_back(straightNeedle({0.0013, 0.0012, 0.014}, -Vector3d::UnitZ()));
+  Room r(d);
+  r.rest(50);
+  r.move(-0.009);
+  EXPECT_EQ(r.count(EventKind::Punctured), 2);
+  ASSERT_EQ(r.channels().size(), 2u);
+  const auto& near = r.channels()[0].anchors[0];
+  EXPECT_NEAR(near.station - r.channels()[1].anchors[0].station, 0.016, 0.008);
 }
 
 TEST(Needles, ASecondWayThroughTheHoleTakesNoCutting) {
@@ -284,6 +337,22 @@ TEST(Needles, TheThreadFollowsAndStaysInItsChannel) {
     }
     EXPECT_LT(nearest, 1e-4) << k;
   }
+}
+
+/// A net with knots on its surface alone, soft and held at two ends: it sags by 9 mm before it is punctured.
+TEST(Needles, IntoTheSolidNetOfTheScenePad) {
+  scene::Description d = scene::loadScene(VEST_TISSUE_SOURCE_DIR "/scenes/suture_pad/suture_pad.yaml");
+  d.objects[0].puncture_force = 0.1;
+  d.sutures = {straightNeedle({0.001, 0.05, 0.074}, -Vector3d::UnitZ())};
+  Room r(d);
+  r.z = 0.074, r.y = 0.05;
+  r.rest(50);
+  r.move(0.049);
+  EXPECT_EQ(r.count(EventKind::Punctured), 1);
+  ASSERT_EQ(r.channels().size(), 1u);
+  EXPECT_EQ(r.channels()[0].count, 3);
+  // Toughness times width and friction over the way within.
+  EXPECT_NEAR(r.force, 164.0 * 0.00066 + 20.0 * r.channels()[0].anchors[0].station, 0.02);
 }
 
 }  // namespace
