@@ -8,6 +8,7 @@ refused a file without naming it. The option --devel names the devel space of a 
 has sanitizers, with --slow 10. Failures stay under build/hostile, one folder each, with the command.
 """
 import argparse
+import collections
 import concurrent.futures
 import os
 import random
@@ -21,10 +22,13 @@ import sys
 import tempfile
 import time
 
+from lies import lies
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(HERE)
 SECONDS, MEGABYTES = 5, 1024  # of processor time, resident: what a tool may take for one file
 
+FOLDER = 'a folder whose name writes to the terminal'
 PIECES = [b'nan', b'-1', b'0', b'1e39', b'1e308', b'-1e-308', b'99999999999', b'4294967295', b'inf', b'0x10', b'1_0',
           b'[', b'{', b': ', b'\n', b'&a ', b'*a', b'\n---\n', b'!!binary ', b'..', b'/etc/passwd', b'"', b"'", b',', b',,,,',
           b'\t', b'\xff\xfe', b'\x1b[2J', b'\x00', b'- ', b'~', b'true', b'\xe2\x80\xae', b'%', b'<', b'&amp;']
@@ -248,7 +252,7 @@ def kinds(tool):
 
 
 OUTCOMES = ['refused, file named', 'judged not good', 'accepted', 'refused without the file', 'crashed', 'hung',
-            'over 1 GB']
+            'over 1 GB', 'wrote to the terminal']
 
 
 def run(kind, folder, slow):
@@ -289,6 +293,8 @@ def run(kind, folder, slow):
                                                       last))
     if usage.ru_maxrss > MEGABYTES * 1024 * (3 if slow > 1 else 1):
         return 'over 1 GB', '%d MB' % (usage.ru_maxrss // 1024)
+    if re.search('[\x00-\x08\x0b-\x1f\x7f\u202a-\u202e\u2066-\u2069]', text):
+        return 'wrote to the terminal', ascii(last)
     if code == 0:
         return 'accepted', last
     if 'NOT good' in text or 'rows not held' in last:
@@ -304,6 +310,9 @@ def cases(kind, count, seed):
     others = [bytes(f) or b'0' for f in kind.files.values()]
     for title, bytes_ in hostile(kind.name, data).items():
         yield title, bytes_
+    for title, bytes_ in lies(kind.target, data):
+        yield title, bytes_
+    yield FOLDER, data[:len(data) // 2]
     for i in range(6):
         yield 'special %d' % i, None
     for i in range(count):
@@ -314,6 +323,8 @@ def cases(kind, count, seed):
 def one(kind, number, title, data, place, slow):
     """Writes a case, runs it; the folder stays where it failed."""
     folder = os.path.join(place, re.sub(r'[^a-z0-9]+', '_', kind.name.lower()) + '_%d' % number)
+    if title == FOLDER:
+        folder += '\x1b[2J\u202e'
     os.mkdir(folder)
     for name, bytes_ in kind.files.items():
         with open(os.path.join(folder, name), 'wb') as file:
@@ -331,6 +342,17 @@ def one(kind, number, title, data, place, slow):
     return outcome, title, message, folder
 
 
+def few(pool, calls, at_once):
+    """Results of the calls in their order, while at most so many wait."""
+    waiting = collections.deque()
+    for call in calls:
+        if len(waiting) > at_once:
+            yield waiting.popleft().result()
+        waiting.append(pool.submit(*call))
+    while waiting:
+        yield waiting.popleft().result()
+
+
 def table(rows, total, options):
     """The page."""
     how = ' '.join(['`fuzz/hostile_files.py`', '%d changed files a corpus, seed %d' % (options.count, options.seed)] +
@@ -341,7 +363,8 @@ def table(rows, total, options):
             total,
             'gives each to the tool that reads it. One file may cost %d s of processor time and 1 GB.' % SECONDS, '',
             'Each corpus holds random changes of a good file (bytes, numbers, lines, parts of other files). It also holds what a stranger',
-            'would try first: no bytes, millions of brackets, a bomb of aliases, a pipe or a device. A changed file may',
+            'would try first: no bytes, millions of brackets, a bomb of aliases, a pipe or a device. Then come files that are well made and lie',
+            '(`fuzz/lies.py`): counts that contradict the data, packed bombs, numbers at the edges, names that write. A changed file may',
             'still be a good one: it is accepted then. *Judged not good*: `vest_model check` or `vest_check_session` read it and says what is wrong.', '',
             'This table: %s.' % how.replace('` ', '`, '), '',
             'What a file can and cannot do to the machine that opens it: [security.md](security.md).', '',
@@ -387,15 +410,17 @@ def main():
                 print('%s: its tool is not built in %s' % (kind.name, options.devel))
                 continue
             counts = {}
-            jobs = [pool.submit(one, kind, number, title, data, place, options.slow)
-                    for number, (title, data) in enumerate(cases(kind, options.count, options.seed))]
-            for job in jobs:
-                outcome, title, message, folder = job.result()
+            number = 0
+            # Some are large: never more of them than are run.
+            for outcome, title, message, folder in few(pool, (
+                    (one, kind, n, title, data, place, options.slow) for n, (title, data) in enumerate(cases(kind, options.count, options.seed))),
+                    options.jobs):
+                number += 1
                 counts[outcome] = counts.get(outcome, 0) + 1
                 if OUTCOMES.index(outcome) >= 3:
                     bad += 1
-                    print('%s: %s: %s: %s (%s)' % (kind.name, title, outcome, message[:300], folder))
-            total += len(jobs)
+                    print('%s: %s: %s: %s (%s)' % (kind.name, title, outcome, message[:300], ascii(folder)))
+            total += number
             rows.append((kind.name, counts))
             print('%-24s %s' % (kind.name, ', '.join('%s %d' % (o, counts[o]) for o in OUTCOMES if o in counts)), flush=True)
     if options.output:

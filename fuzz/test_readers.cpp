@@ -86,7 +86,9 @@ TEST_P(Readers, TakeOrRefuseWhateverComes) {
   const auto corpus = vest::fuzz::corpus(reader);
   ASSERT_FALSE(corpus.empty()) << "fuzz/corpus/" << reader.name;
   for (const auto& input : corpus) reader.run(input);
-  const std::uint64_t inputs = std::getenv("VEST_FULL") != nullptr ? 100000 : 1000;
+  const std::uint64_t whole = 100000, inputs = std::getenv("VEST_FULL") != nullptr ? whole : 1000;
+  std::printf("count: %llu of %llu changed inputs\n", static_cast<unsigned long long>(inputs),
+              static_cast<unsigned long long>(whole));
   // What ends this process is a file that can be given to the reader again.
   const std::string last = ::testing::TempDir() + "/vest_reader_" + reader.name;
   for (std::uint64_t seed = 1; seed <= inputs; ++seed) {

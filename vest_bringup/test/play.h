@@ -185,6 +185,16 @@ struct Play {
       radius += (world().knotAt(i, k) - middle).norm() / static_cast<double>(knots.size());
     return radius;
   }
+
+  /// Of an object's knots of the scene the least or the most of their blood supply, 0 … 1.
+  std::pair<float, float> reach(const std::string& name) const {
+    const std::size_t first = stage.surface->model().first[object(name)],
+                      knots = stage.surface->model().scene[object(name)];
+    const auto& reach = stage.surface->perfusion().reach;
+    const auto [low, high] = std::minmax_element(reach.begin() + static_cast<std::ptrdiff_t>(first),
+                                                 reach.begin() + static_cast<std::ptrdiff_t>(first + knots));
+    return {*low, *high};
+  }
 };
 
 /// What flows out of all opened vessels now, m³/s.

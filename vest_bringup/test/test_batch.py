@@ -169,6 +169,17 @@ class Batch(Case):
                 self.assertIn(said, self.batch("plan", self.path(name), where, code=2))
                 self.assertFalse(os.path.exists(where), "nothing half written")
 
+    def test_names_of_files_do_not_write_to_the_terminal(self):
+        for name in ("\x1b[2J\n\u202e", b"\xff".decode("utf-8", "surrogateescape")):
+            folder = self.path(name)
+            os.mkdir(folder)
+            with open(os.path.join(folder, "a.yaml"), "w", encoding="utf-8") as f:
+                f.write("vest_batch: 1\ncommand: [echo, \"{f}\"]\nfiles: [f]\nparameters: {f: [a.yaml]}\n")
+            said = self.batch("status", folder, code=2)
+            if name[0] != "\x1b":
+                said = self.batch("plan", os.path.join(folder, "a.yaml"), os.path.join(folder, "plan"), code=2)
+            self.assertTrue(said[:-1].isprintable(), ascii(said))
+
     def test_a_plan_and_results_of_strangers_are_read_as_if_they_lied(self):
         where = self.path("theirs")
         self.batch("plan", self.manifest(command=["no_such_program"], parameters={"a": [1]}), where)

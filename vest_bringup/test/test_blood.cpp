@@ -150,6 +150,65 @@ TEST(Blood, TissueIsToldToBlanchWhenAllItsArteriesAreClipped) {
   EXPECT_EQ(supply("cavity"), 1) << "no vessel of the database feeds it";
 }
 
+TEST(Blood, TissueWhoseVeinsAreClippedIsDrainedNoMore) {
+  Bench b;
+  for (const char* vein : {"ovarian_vein_right", "uterine_vein_right"})
+    b.event(scene::EventKind::Clipped, vein, 0.02, std::nan(""));
+  b.step();
+  const auto& territories = b.effect.model().vessels.territories;
+  for (std::size_t k = 0; k < territories.size(); ++k) {
+    const std::string& name = territories[k].tissue;
+    EXPECT_EQ(b.effect.drained(k),
+              name == "ovary_right" || name == "tube_right" || name == "broad_ligament_right" ? 0.0
+              : name == "uterus"                                                              ? 0.5
+                                                                                              : 1.0)
+        << name;
+  }
+}
+
+TEST(Blood, APartThatIsCutOffLosesItsSupplyAndTheRestKeepsIt) {
+  scene::Description tube = scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/tube/tube.yaml");
+  tube.gravity.setZero();
+  for (std::size_t k = 0; k < tube.objects[0].fixed.size(); ++k)  // held at one end alone
+    if (tube.objects[0].rest_position[k].x() > 0) tube.objects[0].fixed[k] = 0;
+  scene::World world(tube);
+  SurfaceEffect surface(world, {}, nullptr, nullptr);
+  const auto& rings = world.model().objects[0].tube;
+  const auto run = [&](double seconds) {
+    scene::StepInput input;
+    scene::StepReport report;
+    Feedback feedback;
+    feedback.sources.reserve(bleeding::kMostSources);
+    for (int i = 0; i < 1000 * seconds; ++i) {
+      input.step = world.steps() + 1;
+      world.step(input, report);
+      surface.step(world, input, report, feedback);
+    }
+  };
+  const auto reach = [&](std::size_t ring) { return surface.perfusion().reach[rings.knots(ring)[0]]; };
+  run(1);
+  EXPECT_EQ(reach(20), 1);
+  std::uint32_t copy = 0;
+  const std::size_t knots = world.knotCount(0);
+  const double at = tube.objects[0].rest_position[rings.knots(12)[0]].x() + 1e-6;
+  for (const std::uint32_t knot : rings.knots(12)) world.splitKnot(0, knot, Eigen::Vector3d::UnitX(), copy);
+  const auto right = [&](std::uint32_t k) { return k >= knots || tube.objects[0].rest_position[k].x() > at; };
+  const auto links = world.topology(0).links;
+  for (std::uint32_t l = 0; l < links.size(); ++l)  // those that pass the ring
+    if (right(links[l].knot0) != right(links[l].knot1)) world.removeLink(0, l);
+  run(bleeding::kBlanchTime);
+  EXPECT_NEAR(reach(20), std::exp(-1.0), 0.03);
+  EXPECT_EQ(reach(4), 1);
+  // The State carries it.
+  std::vector<std::uint8_t> bytes, again;
+  surface.save(bytes);
+  const scene::World whole(tube);
+  SurfaceEffect other(whole, {}, nullptr, nullptr);
+  ASSERT_TRUE(other.restore(bytes.data(), bytes.size()));
+  other.save(again);
+  EXPECT_EQ(again, bytes);
+}
+
 TEST(Blood, CutUterusSeepsAndThePatientLosesIt) {
   Bench b;
   SurfaceOptions surface;

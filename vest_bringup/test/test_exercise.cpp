@@ -37,6 +37,7 @@ struct Attempt {
 
   Attempt(const Exercise& e, const std::string& script, double seconds = 0)
       : play(e.scene, script), engine(addExercise(e, play.stage)) {
+    play.box.arms[static_cast<std::size_t>(tools::Instrument::Endoscope)].optic_angle = e.optic * kDegree;
     const auto report = simulation::rehearse(*play.stage.trainer, play.box, play.trajectory,
                                              simulation::handsOf(play.trajectory), seconds, {},
                                              [this] { return engine.finished(); });
@@ -47,7 +48,7 @@ struct Attempt {
 /// Those that cost least, of different kinds; all of them with VEST_FULL=1. clip_cut_tube is played below.
 std::vector<std::string> played() {
   if (std::getenv("VEST_FULL") != nullptr) return ros_shell::exerciseNames();
-  return {"divide_tube", "lift_tube"};
+  return {"divide_tube", "lift_tube", "look_straight", "salpingotomy"};
 }
 
 class ExerciseScripts : public ::testing::TestWithParam<std::string> {};
@@ -103,6 +104,27 @@ TEST(ExerciseEngine, GoesOnFromASnapshotToTheSameResult) {
   parted.flags = whole.flags;
   EXPECT_EQ(toJson(e, parted), toJson(e, whole));
   EXPECT_GT(whole.items.back().value, 50) << "mm: there was motion to lose";
+}
+
+TEST(ExerciseEngine, AnotherOpticThanItsOwnFailsTheExercise) {
+  Exercise e = shipped();
+  for (const auto& [optic, good] :
+       {std::pair(30.0, true), std::pair(30.4, true), std::pair(0.0, false), std::pair(45.0, false)}) {
+    e.optic = optic;
+    simulation::Play p(e.scene, e.pass_script.file);
+    const Engine& engine = addExercise(e, p.stage);
+    simulation::Script script(p.box, p.trajectory, simulation::handsOf(p.trajectory));
+    scene::StepReport report;
+    for (std::uint64_t k = 1; k <= 5; ++k) {
+      scene::StepInput input = script.inputAt(1e-3 * static_cast<double>(k));
+      input.step = k;
+      p.stage.trainer->step(input, report);
+    }
+    const Result r = engine.result();
+    const auto wrong = std::count(r.failed_by.begin(), r.failed_by.end(), "optic");
+    EXPECT_EQ(wrong, good ? 0 : 1) << optic;
+    EXPECT_EQ(toText(e, r).find("The endoscope had another optic") == std::string::npos, good) << optic;
+  }
 }
 
 TEST(ExerciseEngine, DoingNothingFastScoresNothing) {
@@ -327,6 +349,14 @@ TEST(VestScore, ScoresARecordedSessionToTheSameBits) {
   EXPECT_EQ(code, 0) << scored;
   EXPECT_EQ(scored, live);
   EXPECT_NE(live.find("\"passed\": true"), std::string::npos) << live;
+  std::ofstream(folder + "/session/report.html") << "the report before";
+  fs::create_symlink("/dev/full", folder + "/session/report.html.new");
+  const std::string full = said("(" VEST_SCORE " --report " + folder + "/session > /dev/null)", code);
+  EXPECT_EQ(code, 2) << full;
+  EXPECT_NE(full.find("report.html: cannot be written (is the disk full?)"), std::string::npos) << full;
+  EXPECT_EQ(std::count(full.begin(), full.end(), '\n'), 1) << full;
+  EXPECT_EQ(files::read(folder + "/session/report.html", 100), "the report before");
+  EXPECT_FALSE(fs::exists(folder + "/session/report.html.new"));
   fs::create_directory(folder + "/slow");
   stretch(folder + "/session/session.bag", folder + "/slow/session.bag", 1.2);
   const std::string slow = said(VEST_SCORE " --json " + folder + "/slow", code);

@@ -28,6 +28,7 @@ CASES = [
     ("replay.launch", ["bag:=/tmp/session.bag", "headless:=true"], ["play", "view"]),
     ("view.launch", [], ["view"]),
     ("teacher.launch", [], ["teacher", "camera_hand"]),
+    ("teacher.launch", ["headless:=true", "camera_hand:=false"], ["teacher"]),
     ("hand.launch", ["name:=left", "tool:=scissors", "mover:=sim"], ["haptics_left"]),
 ]
 
@@ -114,6 +115,21 @@ class LaunchFiles(unittest.TestCase):
             for argument in xml.etree.ElementTree.parse(file).getroot().findall("arg"):
                 if "value" not in argument.attrib:
                     self.assertTrue(argument.get("doc"), f"{file}: {argument.get('name')}")
+
+    def test_trainee_and_teacher_share_a_master_and_the_teacher_gives_way(self):
+        def nodes(name, *arguments):
+            return load_config_default([(os.path.join(LAUNCH, name), list(arguments))], None, verbose=False).nodes
+        trainee = nodes("trainer.launch", "rviz_config:=trainee.rviz")
+        for headless in ("true", "false"):
+            teacher = nodes("teacher.launch", "headless:=" + headless)
+            self.assertEqual({n.namespace + n.name for n in trainee} & {n.namespace + n.name for n in teacher}, set())
+            rviz = next(n for n in teacher if n.type == "rviz")
+            self.assertTrue(rviz.launch_prefix.endswith("nice -n 10"), rviz.launch_prefix)
+            self.assertFalse(any(n.required for n in teacher), "the session goes on without a teacher")
+
+    def test_the_optic_is_an_argument(self):
+        self.assertNotIn("instruments/optic_deg", parameters("trainer.launch"))
+        self.assertEqual(parameters("trainer.launch", "optic_deg:=0")["instruments/optic_deg"], 0.0)
 
     def test_a_haptic_process_that_died_is_never_started_again(self):
         for arguments, nodes in ((["left:=sim", "third:=phantom"], {"haptics_left", "haptics_third"}),

@@ -357,7 +357,7 @@ TEST(CInterface, SurvivesRandomCalls) {
                      {0, 0, 0.3},
                      0.5,
                      {0, 0, 1}};
-    switch (below(17)) {
+    switch (below(18)) {
       case 15:
         code = vest_world_step_input(handle, below(9) == 0 ? nullptr : &in);
         break;
@@ -403,6 +403,11 @@ TEST(CInterface, SurvivesRandomCalls) {
       case 13:
         code = vest_env_new(handle, static_cast<std::int32_t>(below(3)) - 1, below(2) == 0 ? nullptr : &out);
         break;
+      case 16: {
+        const auto side = static_cast<std::int32_t>(below(3)) * 8;
+        code = vest_picture(handle, side, side, bytes.data(), 3 * 64, below(3) == 0 ? nullptr : floats, 64);
+        break;
+      }
       case 14:
         code = vest_triangles(handle, below(4), nullptr, &size);
         break;

@@ -79,6 +79,7 @@ TEST(OperatingField, IrrigationPushesTheTubeFillsThePoolAndSuctionEmptiesIt) {
   EXPECT_EQ(t.field->fluid().emitted, 0.0) << "no pedal, no water";
   t.hold(tools::ToolKind::SuctionIrrigator, {0.026, 0.024, 0.075});
   t.run(1.0, 4);
+  t.run(0.15);  // the valve closes
   EXPECT_NEAR(t.field->fluid().emitted, 5e-5, 2e-6) << "3 l/min for a second";
   EXPECT_GT(t.momentum.norm(), 1e-3) << "N·s on the tube";
   t.run(1.0);
@@ -102,6 +103,20 @@ TEST(OperatingField, IrrigationPushesTheTubeFillsThePoolAndSuctionEmptiesIt) {
   }
   EXPECT_GT(t.field->fluid().sucked, 0.8 * pool);
   EXPECT_LT(std::fabs(t.gap()), 1e-3 * t.field->fluid().emitted);
+}
+
+TEST(OperatingField, TheBagDrivesTheWaterAndTheValveTakesAMoment) {
+  Theatre t("irrigation_pool");
+  t.tools.edits = {{"fluid", "bag_pressure", 1e4}};
+  t.run(0.004);
+  t.tools.edits.clear();
+  t.run(0.04, 4);
+  EXPECT_LT(t.field->fluid().emitted, 0.25 * 2.5e-5 * 0.04) << "a third of its travel";
+  t.run(0.16, 4);
+  const double before = t.field->fluid().emitted;
+  t.run(0.4, 4);
+  EXPECT_NEAR(t.field->fluid().emitted - before, 0.5 * 5e-5 * 0.4, 1e-7)
+      << "a quarter of the pressure, half the flow";
 }
 
 TEST(OperatingField, ASnapshotGoesOnWithTheSameBitsAndResetEmptiesTheField) {

@@ -160,7 +160,7 @@ class TestTasks(unittest.TestCase):
             env.close()
 
     def test_mistakes(self):
-        with self.assertRaisesRegex(ValueError, r"task: 'fly' is unknown \(allowed: reach, grasp_lift, retract, clip, cut\)"):
+        with self.assertRaisesRegex(ValueError, r"task: 'fly' is unknown \(allowed: reach, grasp_lift, retract, clip, cut, suck, camera_follow\)"):
             vest.make("fly")
         with self.assertRaisesRegex(ValueError, "skip: 0|skip: -1"):
             vest.make("reach", skip=-1)
@@ -204,6 +204,41 @@ class TestTasks(unittest.TestCase):
         with tempfile.NamedTemporaryFile(suffix=".png") as f:
             picture.write_png(f.name, drawn)
             self.assertEqual(f.read(8), b"\x89PNG\r\n\x1a\n")
+
+    def test_pictures_and_depth_are_observations_and_threads_change_nothing(self):
+        one, many = vest.make("grasp_lift", pictures=(96, 72)), vest.make_vector("grasp_lift", 2, threads=2, pictures=(96, 72))
+        seen, all_seen = one.reset(seed=7)[0], many.reset(seed=[7, 8])[0]
+        for env, observation in ((one, seen), (many, all_seen)):
+            self.assertIn(observation, env.observation_space)
+        for name in ("state", "rgb", "depth"):
+            np.testing.assert_array_equal(seen[name], all_seen[name][0], err_msg=name)
+        self.assertTrue((all_seen["rgb"][0] != all_seen["rgb"][1]).any())
+        self.assertTrue((seen["depth"] > 0.02).all(), "the cavity closes the view")
+        moved = one.step(np.ones(6, np.float32))[0]
+        self.assertTrue((moved["depth"] != seen["depth"]).any())
+        for bad in ((7, 72), (96, 2000)):
+            with self.assertRaisesRegex(ValueError, r"allowed: 8 to 1024"):
+                vest.make("reach", pictures=bad)
+
+    def test_the_camera_sees_in_the_middle_what_it_follows(self):
+        env = vest.make("camera_follow", pictures=(160, 120))
+        middle = lambda seen: seen["depth"][56:65, 76:85].min()  # noqa: E731
+        seen = env.reset(seed=2)[0]
+        self.assertGreater(middle(seen), 0.08)
+        over = False
+        while not over:
+            seen, _, over, truncated, info = env.step(env.expert())
+            over = over or truncated
+        self.assertTrue(info["passed"])
+        self.assertLess(abs(middle(seen) - 0.060), 0.015, "m: as near as the task asks")
+
+    def test_what_is_sucked_is_gone_from_the_picture(self):
+        env = vest.make("suck", pictures=(160, 120))
+        water = lambda seen: (seen["rgb"][..., 2] > 1.1 * seen["rgb"][..., 0]).mean()  # noqa: E731
+        before = env.reset(seed=2)[0]
+        play(env, 2)
+        self.assertGreater(water(before), 0.1)
+        self.assertLess(water(env._seen(None)), 0.5 * water(before))
 
     def test_ten_thousand_resets_leak_nothing(self):
         env = vest.make("reach", skip=1)

@@ -100,9 +100,13 @@ class ScenesLive(unittest.TestCase):
 
     def test_scenes_run_live_show_what_their_rehearsals_show(self):
         commands = printed()
+        done = 0
         for scene in WANTED or (commands if "VEST_FULL" in os.environ else SHORT):
             with self.subTest(scene):
                 self.play(scene, commands[scene])
+                done += 1
+        print(f"count: {done} of {len(commands)} scenes, live by the commands of docs/scenes.md "
+              "(ScenesLive.test_scenes_run_live_show_what_their_rehearsals_show)", flush=True)
 
 
 if __name__ == "__main__":

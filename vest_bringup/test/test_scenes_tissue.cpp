@@ -119,6 +119,9 @@ TEST(SceneClip, TwoClipsCloseTheVesselAndStay) {
   for (const auto& a : attachments) EXPECT_GT(a.closure, 0.95);
   EXPECT_NE(attachments[0].station, attachments[1].station);
   EXPECT_LT(p.ringRadius("vessel", 16), 0.9 * open) << "pinched";
+  const auto [between, beside] = p.reach("vessel");
+  EXPECT_LT(between, 0.3f) << "nothing comes between two clips";
+  EXPECT_EQ(beside, 1.0f);
 }
 
 TEST(SceneMonopolar, UnderADwellingHookTheLiverWhitensThenBoilsThenChars) {
@@ -260,6 +263,9 @@ TEST(SceneElementsSling, TheLoopIsDrawnShutAroundAStumpOfElementsAndHolds) {
   EXPECT_TRUE(slings[0].tied);
   EXPECT_GT(tied, 0.0008) << "m: drawn in, of a radius of 3.5 mm";
   EXPECT_NEAR(p.moved("stump", start), tied, 0.2 * tied) << "it holds without the applicator";
+  const auto [beyond, held] = p.reach("stump");
+  EXPECT_LT(beyond, 0.3f) << "what is tied off gets no blood";
+  EXPECT_EQ(held, 1.0f);
 }
 
 TEST(SceneVolume, ANoduleBelowTheSurfaceIsFeltAndScissorsOpenTheLobe) {

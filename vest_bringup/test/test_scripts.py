@@ -2,6 +2,7 @@
 """Protects ./run's refusals (one line that names argument and value, before anything is installed or built), and the launch
 prefixes that start a driver when the session has begun and keep it running."""
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -30,7 +31,20 @@ REFUSED = [
     (["--hardware", "/etc/passwd"], "--hardware /etc/passwd: not a serial device"),
     (["--output", "/dev/null/session"], "--output /dev/null/session"),
     (["scen:=tube"], "scen:=tube: unknown"),
-    (["footswitch_preset:=feet"], "footswitch_preset:=feet"),
+    (["footswitch_preset:=feet"], "footswitch_preset:=feet (allowed: trainer, dvrk, custom)"),
+    (["scene:=nosuch"], "scene:=nosuch (allowed: arterial_bleeding, "),
+    (["scene:=/nowhere/mine.yaml"], "or the path of a scene file"),
+    (["left_tool:=foo"], "left_tool:=foo (allowed: none, grasper, "),
+    (["third_tool:=endoscope"], "third_tool:=endoscope (allowed: "),
+    (["left:=foot"], "left:=foot (allowed: box, crtk, "),
+    (["endoscope:=haptic"], "endoscope:=haptic (allowed: box, crtk, none, teleop)"),
+    (["threads:=x"], "threads:=x (allowed: a whole number 1 to 64)"),
+    (["threads:=0"], "threads:=0 (allowed: "),
+    (["fluid_spacing:=nan"], "fluid_spacing:=nan (allowed: m, 0.0005 to 0.01)"),
+    (["force_limit:=-1"], "force_limit:=-1 (allowed: N, 0 to 1000)"),
+    (["record:=maybe"], "record:=maybe (allowed: true, false)"),
+    (["calibration:=/nowhere.yaml"], "calibration:=/nowhere.yaml (allowed: the path of a file)"),
+    (["exercise:=juggle"], "exercise:=juggle (allowed: clip_cut_tube, "),
     (["output:=/tmp/elsewhere"], "--output"),
 ]
 # A stand-in for rospy: one message on the topic of VEST_TOPIC, with what VEST_MESSAGE says.
@@ -48,7 +62,26 @@ def Subscriber(topic, kind, callback, queue_size=None):
 """
 
 
+ACCEPTED = [[], ["threads:=2", "left_tool:=scissors", "scene:=cut_tube"], ["third_tool:=", "fluid_spacing:=2e-3"],
+            ["left:=my_devices/Omega", "right:=sim", "force_limit:=2.5", "record:=false"],
+            ["scene:=" + os.path.join(PACKAGE, os.pardir, "vest_tissue", "scenes", "slab", "slab.yaml")],
+            ["--exercise", "clip_cut_tube", "threads:=2"], ["--trajectory", os.path.join(PACKAGE, "trajectories", "demo.yaml")]]
+
+
 class Run(unittest.TestCase):
+    def test_what_the_nodes_take_is_accepted(self):
+        session = os.path.join(PACKAGE, "scripts", "run_session")
+        for arguments in ACCEPTED:
+            done = subprocess.run([sys.executable, session, "--check", *arguments], capture_output=True, text=True, timeout=60, check=False)
+            self.assertEqual((done.returncode, done.stdout + done.stderr), (0, ""), arguments)
+
+    def test_its_tools_are_those_of_the_interface(self):
+        with open(os.path.join(PACKAGE, os.pardir, "vest_msgs", "msg", "InstrumentState.msg"), encoding="utf-8") as file:
+            tools = [name.lower() for name in re.findall(r"TOOL_(\w+) *=", file.read())]
+        with open(os.path.join(PACKAGE, "scripts", "run_session"), encoding="utf-8") as file:
+            said = re.search(r"TOOLS = \((.*?)\)", file.read(), re.S)[1]
+        self.assertEqual(re.findall(r'"(\w+)"', said), [name for name in tools if name != "endoscope"])
+
     def test_each_wrong_argument_is_refused_in_one_line_that_names_it(self):
         for arguments, named in REFUSED:
             done = subprocess.run(["bash", RUN, *arguments], capture_output=True, text=True, timeout=60, check=False)

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Protects load_scene and exchange_tool of a session: each takes what users expect, and what it refuses it refuses with one sentence
 that says what is allowed; the session goes on as it was."""
+import math
 import os
 import sys
 import tempfile
@@ -10,7 +11,7 @@ import rospkg
 import rospy
 import rostest
 from vest_msgs.msg import InstrumentState, InstrumentStates, SessionState
-from vest_msgs.srv import ExchangeTool, LoadScene
+from vest_msgs.srv import ExchangeOptic, ExchangeTool, LoadScene
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "vest_haptics", "test"))
 from ros_support import patient  # noqa: E402
@@ -77,6 +78,19 @@ class Services(unittest.TestCase):
                 for word in words:
                     self.assertIn(word, done.message)
                 self.assertEqual(self.newest["right"].tool, InstrumentState.TOOL_SCISSORS)
+
+    def test_4_an_endoscope_with_another_optic_is_handed_over(self):
+        optic = rospy.ServiceProxy("/vest/exchange_optic", ExchangeOptic)
+        optic.wait_for_service(60)
+        for angle in (0.0, math.pi / 4):
+            done = optic(angle)
+            self.assertTrue(done.success, done.message)
+            self.assertTrue(patient(lambda: abs(self.newest["endoscope"].sight[2] - math.cos(angle)) < 1e-6), self.newest["endoscope"].sight)
+        for angle in (-0.1, 2.0, math.nan):
+            done = optic(angle)
+            self.assertFalse(done.success)
+            self.assertIn("allowed: 0 to 1.6 rad", done.message)
+        self.assertAlmostEqual(self.newest["endoscope"].sight[2], math.cos(math.pi / 4))
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -10,6 +11,7 @@
 
 #include <sqlite3.h>
 
+#include "vest_bringup/exercise/learning_curve.h"
 #include "vest_bringup/exercise/rating.h"
 #include "vest_bringup/exercise/report.h"
 #include "vest_bringup/exercise/trainees.h"
@@ -204,6 +206,85 @@ TEST_F(TraineesTest, ADatabaseOfAStrangerIsReadAsIfItLied) {
     EXPECT_NE(refusal([&] { Trainees t(none); }).find("is no file"), std::string::npos) << none;
 }
 
+Attempt attempt(double total, bool passed = true) {
+  Attempt a;
+  a.total = total, a.passed = passed, a.exercise = "x", a.exercise_hash = "1", a.time = 100 - total;
+  a.json =
+      "{\"items\": [{\"name\": \"off\", \"better\": \"lower\", \"value\": " + std::to_string(total) + "}]}";
+  return a;
+}
+
+TEST(Learning, TheCurveOfAKnownLawIsFoundAndNotBeforeSixAttempts) {
+  std::vector<double> totals;
+  for (int n = 1; n <= 5; ++n) totals.push_back(90 - 60 * std::pow(n, -0.8));
+  EXPECT_FALSE(fitCurve(totals));
+  for (int n = 6; n <= 20; ++n) totals.push_back(90 - 60 * std::pow(n, -0.8));
+  const auto curve = fitCurve(totals);
+  ASSERT_TRUE(curve);
+  EXPECT_NEAR(curve->a, 90, 1e-3);
+  EXPECT_NEAR(curve->b, -60, 1e-3);
+  EXPECT_NEAR(curve->c, 0.8, 1e-4);
+  EXPECT_LT(curve->rms, 1e-5);
+  const auto flat = fitCurve(std::vector<double>(8, 70));
+  EXPECT_NEAR(flat->a, 70, 1e-9) << "who is as good as ever has no slope";
+  EXPECT_NEAR(flat->b, 0, 1e-9);
+}
+
+TEST(Learning, CusumDecidesAfterTwentyPassesAndAfterThreeFailures) {
+  // ln((1-beta)/alpha) and ln((1-p0)/(1-p1)) over ln(p1/p0) + ln((1-p0)/(1-p1)), alpha = beta = 0.1.
+  const double p = std::log(kBadRate / kGoodRate), q = std::log((1 - kGoodRate) / (1 - kBadRate));
+  EXPECT_NEAR(kCusumStep, q / (p + q), 5e-4);
+  EXPECT_NEAR(kCusumLimit, std::log(9) / (p + q), 5e-3);
+  using Verdict = Cusum::Verdict;
+  EXPECT_EQ(cusumOf(std::vector<bool>(19, true)).verdict, Verdict::Open);
+  const Cusum good = cusumOf(std::vector<bool>(21, true));
+  EXPECT_EQ(good.verdict, Verdict::Competent);
+  EXPECT_NEAR(good.sums[19], -1.84, 1e-12);
+  EXPECT_NEAR(good.sums[20], -0.092, 1e-12) << "it begins anew";
+  EXPECT_EQ(cusumOf({false, false}).verdict, Verdict::Open);
+  EXPECT_EQ(cusumOf({false, false, false}).verdict, Verdict::NotYet);
+}
+
+TEST(Learning, ZScoresAreStandardDeviationsBetterThanTheGroup) {
+  std::vector<Attempt> group;
+  for (const double total : {50, 60, 70, 80, 90}) group.push_back(attempt(total));
+  group.push_back(attempt(0)), group.back().flags = "copy";
+  EXPECT_THROW(referenceOf("x", {group.begin(), group.begin() + 4}), std::invalid_argument);
+  const Reference reference = parseReference("r", toJson(referenceOf("x", group)));
+  EXPECT_EQ(reference.attempts, 5U);
+  const auto z = zScores(reference, attempt(70 + 2 * std::sqrt(250)));  // sample variance 250
+  ASSERT_EQ(z.size(), 3U) << "total, time_s and the item; quality is the same for all";
+  EXPECT_EQ(z[0].name, "total");
+  EXPECT_NEAR(z[0].z, 2, 1e-12);
+  EXPECT_EQ(z[1].name, "time_s");
+  EXPECT_NEAR(z[1].z, 2, 1e-12) << "less time is better";
+  EXPECT_EQ(z[2].name, "off");
+  EXPECT_NEAR(z[2].z, -2, 1e-5);
+  Attempt other = attempt(70);
+  other.exercise_hash = "2";
+  EXPECT_TRUE(zScores(reference, other).empty()) << "another version of the exercise";
+  for (const char* bad :
+       {"", "[", "{}", "{\"figures\": []}", "{\"vest_reference\": 2, \"figures\": []}",
+        "{\"vest_reference\": 1, \"exercise\": \"x\", \"exercise_hash\": \"1\", \"attempts\": 5, "
+        "\"figures\": [{\"name\": \"a\", \"mean\": 1, \"deviation\": -1}]}"})
+    EXPECT_THROW(parseReference("r", bad), std::invalid_argument) << bad;
+}
+
+TEST(Learning, AttemptsWithAFlagCountForNothingAndAreInTheTable) {
+  std::vector<Attempt> attempts{attempt(10, false), attempt(20), attempt(30)};
+  attempts[1].flags = "assisted";
+  const Learning l = learningOf(attempts, std::nullopt);
+  EXPECT_EQ(l.totals, (std::vector<double>{10, 30}));
+  EXPECT_EQ(toCsv(l),
+            "attempt,date,total,quality,time_s,passed,counts,cusum\n"
+            "1,,10,0,90,0,1,0.90800000000000003\n2,,20,0,80,1,0,\n3,,30,0,70,1,1,0.81600000000000006\n");
+  const auto j = nlohmann::json::parse(toJson(l));
+  EXPECT_EQ(j["attempts"].size(), 3U);
+  EXPECT_TRUE(j["curve"].is_null());
+  EXPECT_EQ(j["cusum"]["verdict"], "open");
+  EXPECT_EQ(toText(l), "");
+}
+
 Report reportOf(const Exercise& e, const Result& r, const Trace& trace) {
   return {e,
           r,
@@ -211,7 +292,7 @@ Report reportOf(const Exercise& e, const Result& r, const Trace& trace) {
           kHostile,
           "2026-01-02T03:04:05Z",
           "0",
-          {10, 40},
+          learningOf({attempt(10), attempt(40)}, std::nullopt),
           {{1.5, "<i>", "\xff\xd8\xff"}},
           {{2.0, "<i>"}}};
 }

@@ -25,6 +25,15 @@ std::unique_ptr<scene::Simulation> tissue(int threads) {
 }
 
 /// Pushes the first triangle in every third step.
+/// Takes or gives one thing.
+struct Plug : Effect {
+  Ports plug;
+  explicit Plug(Ports p) : plug(p) {}
+  Ports ports() const override { return plug; }
+  void step(const scene::World&, const scene::StepInput&, const scene::StepReport&, Feedback&) override {}
+  void reset() override {}
+};
+
 class Pusher : public Effect {
  public:
   void step(const scene::World&, const scene::StepInput& input, const scene::StepReport&,
@@ -38,6 +47,18 @@ class Pusher : public Effect {
   void reset() override { ++resets; }
   int resets = 0;
 };
+
+TEST(Trainer, AnEffectStandsBehindThoseWhoseWorkItTakes) {
+  const auto row = [](Ports first, Ports second) {
+    Trainer t{scene::World(tubeScene())};
+    t.add(std::make_unique<Plug>(first));
+    t.add(std::make_unique<Plug>(second));
+  };
+  EXPECT_NO_THROW(row({0, 0, kGas}, {kGas, 0, 0}));
+  EXPECT_THROW(row({kGas, 0, 0}, {0, 0, kGas}), std::logic_error);
+  EXPECT_NO_THROW(row({0, kFilms, 0}, {0, 0, kFilms}));
+  EXPECT_THROW(row({0, 0, kFilms}, {0, kFilms, 0}), std::logic_error) << "what comes late comes from behind";
+}
 
 TEST(Trainer, FeedbackOfAStepIsInTheNextInputAndNowhereElse) {
   Trainer trainer{scene::World(tubeScene())};

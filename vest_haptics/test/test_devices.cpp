@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <fstream>
 
 #include <gtest/gtest.h>
 
@@ -45,6 +47,14 @@ TEST(Devices, TheSimulatedFiveAxisDeviceConforms) {
 TEST(Devices, TheReplayDeviceConforms) {
   ReplayDevice device;
   conforms(device, {{"file", DATA "/hand.csv"}});
+}
+
+TEST(Devices, AColumnThatStandsTwiceIsRefused) {
+  const std::string file = ::testing::TempDir() + "/twice.csv";
+  std::ofstream(file) << "t_s,px_mm,py_mm,pz_mm,qx,qy,qz,qw,qw\n0,0,0,0,0,0,0,1,1\n1,0,0,0,0,0,0,1,1\n";
+  ReplayDevice device;
+  EXPECT_NE(refusal(device, {{"file", file}}).find("'qw' stands there twice"), std::string::npos);
+  std::remove(file.c_str());
 }
 
 TEST(Devices, TheSimulatedWatchdogAndItsSwitchTakeTheForceAway) {

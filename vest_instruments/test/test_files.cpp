@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "vest_instruments/files/refusal.h"
 #include "vest_instruments/files/strict_yaml.h"
 #include "vest_instruments/kinematics/trainer_box.h"
 #include "vest_instruments/trajectory/trajectory.h"
@@ -110,6 +111,17 @@ TEST(Files, YamlIsOneDocumentWithoutAnchorsTagsAndEndlessLists) {
        "more than 100 values");
   says(yaml(std::string(1000000, '[')), "more than 200 values or lines");
   says(yaml("a: [1\n"), "well-formed YAML");
+}
+
+TEST(Files, ARefusalNamesItsFileOnceAndDoesNotWriteToTheTerminal) {
+  EXPECT_EQ(vest::files::refusal("/a/x.yaml:3: no", "/a/x.yaml"), "/a/x.yaml:3: no");
+  EXPECT_EQ(vest::files::refusal("/a/y.csv:3: no", "/a/x.yaml"), "/a/y.csv:3: no") << "of its folder";
+  EXPECT_EQ(vest::files::refusal("no", "/a/x.yaml"), "/a/x.yaml: no");
+  EXPECT_EQ(vest::files::refusal("y.csv: no", "x.yaml"), "x.yaml: y.csv: no");
+  const std::string bad = "/a\x1b[2J\n\xe2\x80\xae/x", good = "/a\\x1b[2J\\x0a\\xe2\\x80\\xae/x: no";
+  EXPECT_EQ(vest::files::refusal("no", bad), good);
+  EXPECT_EQ(vest::files::refusal(bad + ": no", bad), good) << "not twice";
+  EXPECT_EQ(vest::files::refusal(good, bad), good);
 }
 
 TEST(Files, WaypointsOfTenHoursAtAThousandHertzAreRefusedBeforeTheyAreRows) {

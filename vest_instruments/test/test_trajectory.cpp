@@ -90,6 +90,7 @@ TEST_F(TrajectoryTest, BrokenMotionIsRefusedWithLineAndColumn) {
   EXPECT_NE(refusal(h + "1,2\n", true).find("line 3: py_mm: missing"), std::string::npos);
   EXPECT_NE(refusal(h + "0,0,0,0,0,0,0,1\n", true).find("does not grow"), std::string::npos);
   EXPECT_NE(refusal(h + "1,0,0,0,0,0,0,2\n", true).find("quaternion"), std::string::npos);
+  EXPECT_NE(refusal("qw," + h, true).find("column 'qw' stands there twice"), std::string::npos);
   EXPECT_NE(refusal(h, true).find("fewer than two"), std::string::npos);
 }
 

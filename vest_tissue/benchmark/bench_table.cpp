@@ -9,8 +9,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "elements_under_load.h"
 #include "nets_in_kernel.h"
-#include "slab_under_load.h"
 #include "surface_against_bullet.h"
 #include "vest_tissue/solver/pool.h"
 #include "world_against_bullet.h"
@@ -122,6 +122,17 @@ void worlds(Table& table) {
                           ours.microseconds, 100 * ours.error, theirs.sub_steps, theirs.microseconds,
                           100 * theirs.error, theirs.error <= ours.error ? "" : ", its least"),
               theirs.microseconds / ours.microseconds, 3, 10);
+  // What a session's step has besides; Bullet's time is that for its springs alone.
+  const auto row = [&](const char* what, const Load& load, double floor) {
+    table.ratio(what,
+                Table::text("%.0f µs, %.1f times real time, %zu contacts", load.microseconds,
+                            1e3 / load.microseconds, load.contacts),
+                theirs.microseconds / load.microseconds, floor, 10);
+  };
+  row("the same with damped links", runLoad(damped(d), 0), 3);
+  row("and hinges", runLoad(hinged(damped(d)), 0), 2);
+  row("and the fourth-order law", runLoad(vest::test::seedSizeScene(false), 0), 2);
+  row("and two instruments that press into it", runLoad(vest::test::seedSizeScene(false), 2), 2);
 #else
   (void)table;
 #endif
@@ -139,18 +150,20 @@ void surfaces(Table& table) {
 }
 
 void elements(Table& table) {
-  SlabUnderLoad slab;
-  const std::string unknowns =
-      Table::text("FFEM, %d surface unknowns: ", static_cast<int>(slab.model().surfaceUnknowns()));
-  table.time(unknowns + "contact answer", microseconds([&] { slab.answer(); }, 60, 50), "µs", 10, 5);
-  int rank = 0;
+  ElementsUnderLoad object;
+  const std::string what = Table::text("elastostatic elements in a World, %d unknowns, %.0f MB of inverses: ",
+                                       static_cast<int>(object.unknowns()), object.megabytes());
+  table.time(what + "a step with ten knots held", microseconds([&] { object.step(); }, 60, 50), "µs", 500,
+             50);
+  std::size_t doubled = 0;
   std::vector<double> cuts;
   for (int i = 0; i < 21; ++i) {
-    slab.makeWhole();
-    cuts.push_back(1e-3 * microseconds([&] { rank = slab.cut(); }, 1, 1));
+    object.makeWhole();
+    cuts.push_back(1e-3 * microseconds([&] { doubled = object.cut(); }, 1, 1));
   }
   std::nth_element(cuts.begin(), cuts.begin() + 10, cuts.end());
-  table.time(unknowns + Table::text("a cut of rank %d until its first answer", rank), cuts[10], "ms", 5, 1);
+  table.time(what + Table::text("a cut that doubles %zu knots, until the end of its first step", doubled),
+             cuts[10], "ms", 20, 5);
 }
 
 }  // namespace

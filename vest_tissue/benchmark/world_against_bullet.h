@@ -11,6 +11,7 @@
 #include "nets.h"
 #include "nets_in_kernel.h"
 #include "vest_tissue/scene/world.h"
+#include "vest_tissue/scene/world_state.h"
 
 namespace vest::bench {
 
@@ -26,6 +27,21 @@ inline scene::Description fallingTubes() {
     for (auto& c : o.damping) c = 0.0;
     o.hinges.clear();
   }
+  return d;
+}
+/// The same with the links' and knots' damping, and with the hinges, of the seed's counts.
+inline scene::Description damped(scene::Description d) {
+  const scene::Description whole = test::seedSizeScene(false);
+  for (std::size_t i = 0; i < d.objects.size(); ++i) {
+    for (std::size_t k = 0; k < d.objects[i].links.size(); ++k)
+      d.objects[i].links[k].damping = whole.objects[i].links[k].damping;
+    d.objects[i].damping = whole.objects[i].damping;
+  }
+  return d;
+}
+inline scene::Description hinged(scene::Description d) {
+  const scene::Description whole = test::seedSizeScene(false);
+  for (std::size_t i = 0; i < d.objects.size(); ++i) d.objects[i].hinges = whole.objects[i].hinges;
   return d;
 }
 
@@ -92,6 +108,32 @@ inline Run runWorld(const scene::Description& d, const Places& fine, int threads
   r.error = errorOf(d, fine, x);
   r.microseconds = microseconds(step, 40, 10);
   return r;
+}
+
+struct Load {
+  double microseconds = 0.0;  ///< a simulated millisecond
+  std::size_t contacts = 0;   ///< of tools with triangles, in the last step
+};
+
+/// A step of a session: so many closed graspers come down on a tube each, 2 mm deep.
+inline Load runLoad(const scene::Description& d, int tools) {
+  scene::World w(d);
+  scene::StepInput in;
+  scene::StepReport report;
+  const auto step = [&](int i) {
+    for (std::size_t t = 0; t < static_cast<std::size_t>(tools); ++t) {
+      if (i <= 200) {  // knot 66: the upper one of a ring in the middle
+        const double above = i < 100 ? 0.01 : 0.01 - 0.012 * (i - 100) / 100.0;  // m
+        in.tools[t] = test::grasper(w.knotAt(15 + t, 66) + Eigen::Vector3d(0, 0, above), 0.0);
+      }
+    }
+    in.step = w.steps(), w.step(in, report);
+  };
+  for (int i = 0; i <= 300; ++i) step(i);
+  Load load;
+  load.microseconds = microseconds([&] { step(300); }, 40, 10);
+  load.contacts = w.state().sides.size();
+  return load;
 }
 
 #if defined(VEST_HAVE_BULLET)

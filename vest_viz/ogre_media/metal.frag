@@ -31,9 +31,10 @@ void main() {
   vec3 mirrored = mix(vec3(0.010, 0.004, 0.004), vec3(0.17, 0.060, 0.05) * band, ahead * ahead);
   float fresnel = pow(1.0 - max(dot(n, v), 0.0), 4.0);
   vec3 steel = colour.rgb * metal.x;
-  vec3 lit = steel * (0.11 * nl + 0.42 * broad + 1.6 * sharp) * strength * (1.0 - 0.8 * metal.z);
+  // tint.a: how open the place is (grooves between teeth are not).
+  vec3 lit = steel * (0.11 * nl + (0.42 * broad + 1.6 * sharp) * tint.a * tint.a) * strength * (1.0 - 0.8 * metal.z);
   lit += colour.rgb * (metal.w * (0.15 + 0.85 * nl) * strength);
-  lit += mirrored * (metal.x * 1.4 + 0.5 * fresnel) * min(strength * 1.6, 1.3) * (1.0 - 0.5 * metal.z);
+  lit += mirrored * (metal.x * 1.4 + 0.5 * fresnel) * (0.35 + 0.65 * tint.a) * min(strength * 1.6, 1.3) * (1.0 - 0.5 * metal.z);
   lit = 1.0 - exp(-lit);
   lit = sqrt(lit);
   lit = mix(lit, lit * lit * (3.0 - 2.0 * lit), 0.75);  // as in tissue.frag

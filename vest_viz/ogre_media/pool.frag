@@ -49,10 +49,10 @@ void main() {
                   vec3(7.0, 7.2, 7.4) * smoothstep(0.62, 0.78, wall);
   float blood = clamp(fluid.x, 0.0, 1.0);
   // Blood hides by its amount along the line of sight; a little colours much water. What light comes back of it
-  // is red where it is thin and nearly black where it is deep.
+  // is bright red where it is thin and dark red where it is deep.
   float amount = blood * mm;
   float hide = 1.0 - exp(-4.0 * amount), deep = 1.0 - exp(-0.55 * amount);
-  vec3 body = mix(vec3(1.35, 0.130, 0.095), vec3(0.66, 0.020, 0.018), deep);
+  vec3 body = mix(vec3(1.90, 0.170, 0.120), vec3(1.25, 0.034, 0.030), deep);
   vec3 colour = mix(vec3(0.24, 0.15, 0.13), body, hide) * (0.40 + 0.60 * abs(dot(still, h))) * strength;
   vec3 gloss = fresnel * mirrored * min(strength * 2.0, 1.5) * 4.0;
   colour += gloss;

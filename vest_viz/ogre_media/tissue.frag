@@ -12,6 +12,7 @@ varying vec3 cast0;  // place in the shadow of each instrument: instrument/shado
 varying vec3 cast1;
 #ifdef STATE
 varying vec4 state;  // film of blood, coagulated, charred, bloodless: 0 ... 1
+varying vec3 blood_state;  // in the tissue without oxygen, flushed; film set: 0 ... 1
 #endif
 
 // Share of the lamp that an instrument hides; 1.2 is the lamp's diameter over a shaft's radius of 2.5 mm.
@@ -39,8 +40,13 @@ void main() {
   float deep = smoothstep(0.25, 0.95, state.x);
   // Coagulated protein is opaque, whitish and dry; without blood tissue loses its red.
   float grey0 = dot(ground.rgb, vec3(0.35, 0.45, 0.2));
+  // Reduced haemoglobin takes red, not blue: dusky in patches, as the small vessels lie; less of it shows where
+  // little blood is left. Blood that comes back makes it redder than before.
+  float blue = smoothstep(0.05, 0.85, blood_state.x * (0.8 + 0.4 * blotch));
   ground.rgb = mix(ground.rgb, vec3(0.30) + grey0 * vec3(0.62, 0.58, 0.52), 0.65 * state.w);
-  ground.rgb = mix(ground.rgb, vec3(0.90, 0.84, 0.74) * (0.72 + 0.28 * relief.z), 0.88 * pale);
+  ground.rgb = mix(ground.rgb, ground.rgb * vec3(0.56, 0.60, 0.80), blue * (1.0 - 0.25 * state.w));
+  ground.rgb *= mix(vec3(1.0), vec3(1.06, 0.80, 0.80), blood_state.y);
+  ground.rgb = mix(ground.rgb, vec3(0.92, 0.86, 0.76) * (0.72 + 0.28 * relief.z), 0.88 * pale);
   // Singed brown between the pale rim and the black eschar.
   float singed = smoothstep(0.12, 0.45, state.z + 0.5 * rough);
   ground.rgb = mix(ground.rgb, vec3(0.42, 0.24, 0.12), 0.75 * singed * (1.0 - burnt));
@@ -48,18 +54,20 @@ void main() {
   wetness *= (1.0 - 0.75 * pale) * (1.0 - 0.8 * burnt);
   slope += (speck.xy * 2.0 - 1.0) * (0.9 * burnt + 0.25 * pale);
   // Blood: thin films tint, deep ones hide what is below and lie smooth.
+  // Set blood is dark and brown, and its thin rim dries first: no mirror there.
   vec3 blood = mix(vec3(0.66, 0.075, 0.055), vec3(0.43, 0.030, 0.028), deep);
+  blood = mix(blood, mix(vec3(0.34, 0.060, 0.040), vec3(0.20, 0.022, 0.022), deep), blood_state.z);
   ground.rgb = mix(ground.rgb, blood, film * mix(0.72, 0.97, deep));
   slope *= 1.0 - 0.75 * film;
   micro *= 1.0 - 0.75 * film;
-  wetness = mix(wetness, 1.05, film);
+  wetness = mix(wetness, 1.05 - 0.75 * blood_state.z * (1.0 - 0.7 * deep), film);
   ground.a = mix(ground.a, 0.80, film);
 #endif
 
   vec3 h = normalize(halfway);
   h.z = abs(h.z);  // sheets are seen from both sides
-  vec2 s_diffuse = slope + 0.10 * micro;
-  vec2 s_wet = 0.95 * slope + 0.22 * micro;
+  vec2 s_diffuse = slope + 0.16 * micro;
+  vec2 s_wet = 0.95 * slope + 0.42 * micro;
   float nl = (h.z - dot(s_diffuse, h.xy)) * inversesqrt(1.0 + dot(s_diffuse, s_diffuse));
   float nh = max((h.z - dot(s_wet, h.xy)) * inversesqrt(1.0 + dot(s_wet, s_wet)), 0.0);
 
@@ -81,14 +89,16 @@ void main() {
   float sharp = sheen * sheen;                    // ^32
   sharp *= sharp * sharp;                         // ^96
   float wet = wetness * (0.4 + 0.6 * tint.a);
-  // Fluid gathers between the crests of the micro relief: highlights break up, but fade out softly. A film of
-  // blood covers the relief: its surface is smooth, so the lamp's image in it is small, and it has no sheen.
-  float mirror = sharp * sharp;
-  mirror *= mirror;                               // ^384
-  sharp *= mix(0.4 + 0.6 * fine.z, mirror * mirror, film);  // ^864
+  // Fluid gathers between the crests of the micro relief: highlights break up. Each is the lamp's image: small, far
+  // brighter than the picture's white, and so with a hard edge. A film of blood covers the relief: its surface is
+  // smooth, so the image in it is smaller still, and it has no sheen.
+  float mirror = sharp * sharp;                   // ^192
+  float lamp = mirror * mirror;                   // ^384
+  float dry = (1.0 - film) * (1.0 - film) * (1.0 - film);
+  sharp = mix(0.1 * sharp * lamp * lamp, mirror * (0.3 + 0.7 * fine.z), dry);  // ^864, ^192
   vec3 soft = vec3(0.050, 0.046, 0.046) * (1.0 - 0.8 * film);
   // A soft film everywhere; bright and slightly blue only where fluid stands.
-  colour += wet * (soft * sheen + ground.a * ground.a * vec3(6.0, 6.3, 6.6) * sharp);
+  colour += wet * (soft * sheen + clamp(3.0 * ground.a - 0.8, 0.0, 1.0) * vec3(64.0, 67.2, 70.4) * sharp);
 
   // What other tissue scatters reaches into the shadow all the same (nearly half; by eye).
   float lit = 1.0 - 0.55 * max(hidden(cast0), hidden(cast1));

@@ -12,6 +12,7 @@ varying vec3 cast0;      // place in the shadow of each instrument
 varying vec3 cast1;
 #ifdef STATE
 varying vec4 state;      // film of blood, coagulated, charred, bloodless: 0 ... 1
+varying vec3 blood_state;  // in the tissue without oxygen, flushed; film set: 0 ... 1
 #endif
 
 void main() {
@@ -41,6 +42,7 @@ void main() {
   cast1 = vec3(dot(shadow[3], p), dot(shadow[4], p), dot(shadow[5], p));
 #ifdef STATE
   state = gl_MultiTexCoord2;
+  blood_state = gl_MultiTexCoord3.xyz;
 #endif
   gl_Position = worldviewproj_matrix * gl_Vertex;
 }

@@ -102,7 +102,7 @@ VEST_API int vest_world_step_input(vest_handle world, const vest_input* input);
 /** Scene and task, loaded once and shared by any number of environments, which keep it alive. */
 typedef struct vest_model_options {
   size_t struct_size;
-  const char* task;    /**< reach, grasp_lift, retract, clip, cut */
+  const char* task;    /**< one of vest_task_name() */
   const char* scene;   /**< scene file */
   const char* box;     /**< trainer_box.yaml */
   const char* vessels; /**< folder of the vessels' database; NULL: without effects */
@@ -139,6 +139,12 @@ VEST_API int vest_expert(vest_handle env, float* action, size_t action_count);
 VEST_API int vest_tip(vest_handle env, double* pose, size_t count);
 VEST_API int vest_observe(vest_handle env, float* observation, size_t count);
 
+/** What the endoscope sees now: shaded surfaces without textures, 70 degrees wide.
+ * @param width, height 8 … 1024  @param rgb width times height times 3, rows from above  @param rgb_count,
+ * depth_count their sizes  @param depth m along the line of sight, 0: nothing; width times height */
+VEST_API int vest_picture(vest_handle env, int32_t width, int32_t height, uint8_t* rgb, size_t rgb_count,
+                          float* depth, size_t depth_count);
+
 /** n environments on threads. An environment whose episode is over is reset by its next step, with its seed +
  * n. */
 VEST_API int vest_vec_new(vest_handle model, size_t environments, int32_t threads, vest_handle* vec);
@@ -148,6 +154,9 @@ VEST_API int vest_vec_reset(vest_handle vec, const uint64_t* seeds, size_t envir
 /** @param results n of them; struct_size of the first one counts */
 VEST_API int vest_vec_step(vest_handle vec, const float* actions, size_t action_count, float* observations,
                            size_t count, vest_result* results, size_t environments);
+/** The pictures of all, one behind the other. @param rgb_count, depth_count n times those of vest_picture */
+VEST_API int vest_vec_picture(vest_handle vec, int32_t width, int32_t height, uint8_t* rgb, size_t rgb_count,
+                              float* depth, size_t depth_count);
 VEST_API int vest_vec_expert(vest_handle vec, float* actions, size_t action_count);
 
 /* The following take worlds and environments. */

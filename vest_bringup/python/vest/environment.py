@@ -5,7 +5,7 @@ import weakref
 
 import numpy as np
 
-from . import _core, picture
+from . import _core
 
 try:
     import gymnasium
@@ -44,7 +44,36 @@ class _OwnBox:
         return f"Box({self.low.min()}, {self.high.max()}, {self.shape}, {self.dtype})"
 
 
+class _OwnDict:
+    """Named spaces: what is used of gymnasium.spaces.Dict."""
+
+    def __init__(self, spaces):
+        self.spaces = dict(spaces)
+
+    def __getitem__(self, name):
+        return self.spaces[name]
+
+    def seed(self, seed=None):
+        for k, space in enumerate(self.spaces.values()):
+            space.seed(None if seed is None else seed + k)
+
+    def sample(self):
+        return {name: space.sample() for name, space in self.spaces.items()}
+
+    def contains(self, x):
+        return isinstance(x, dict) and x.keys() == self.spaces.keys() and all(x[n] in s for n, s in self.spaces.items())
+
+    __contains__ = contains
+
+    def __eq__(self, other):
+        return isinstance(other, _OwnDict) and self.spaces == other.spaces
+
+    def __repr__(self):
+        return f"Dict({self.spaces})"
+
+
 Box = gymnasium.spaces.Box if gymnasium else _OwnBox
+Dict = gymnasium.spaces.Dict if gymnasium else _OwnDict
 _EnvBase = gymnasium.Env if gymnasium else object
 _VectorBase = gymnasium.vector.VectorEnv if gymnasium else object
 
@@ -78,18 +107,45 @@ def _model(task, scene=None, effects=False, skip=20, limit=0.0):
     return model
 
 
+def _size(pictures):
+    """Width and height, checked."""
+    if pictures is None:
+        return None
+    width, height = (int(side) for side in pictures)
+    if not (8 <= width <= 1024 and 8 <= height <= 1024):
+        raise ValueError(f"pictures: {width} x {height} (allowed: 8 to 1024 pixels)")
+    return width, height
+
+
+def _space(size, before=()):
+    """Of an observation: the numbers, or a dictionary with the pictures. @param before sizes of leading axes"""
+    state = Box(-np.inf, np.inf, (*before, _core.observation_size), np.float32)
+    if size is None:
+        return state
+    shape = (*before, size[1], size[0])
+    return Dict({"state": state, "rgb": Box(0, 255, (*shape, 3), np.uint8), "depth": Box(0, np.inf, shape, np.float32)})
+
+
+def _observation(state, size, draw):
+    if size is None:
+        return state
+    rgb, depth = draw(*size)
+    return {"state": state, "rgb": rgb, "depth": depth}
+
+
 class Env(_EnvBase):
     """One task. See make()."""
     metadata = {"render_modes": ["rgb_array"], "render_fps": 50}
 
-    def __init__(self, task, *, threads=1, render_mode=None, **options):
+    def __init__(self, task, *, threads=1, render_mode=None, pictures=None, **options):
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f"render_mode: {render_mode!r} (allowed: None, 'rgb_array')")
+        self._pictures = _size(pictures)
         self._model = _model(task, **options)
         self._env = _core.Environment(self._model, threads)
         self.task, self.render_mode, self.spec = task, render_mode, None
         self.action_space = Box(-1.0, 1.0, (_core.action_size,), np.float32)
-        self.observation_space = Box(-np.inf, np.inf, (_core.observation_size,), np.float32)
+        self.observation_space = _space(self._pictures)
         self._random = np.random.default_rng()
         self._seed = 0
 
@@ -113,20 +169,23 @@ class Env(_EnvBase):
             observation = self._env.observe()
         else:
             observation = self._env.reset(self._seed)
-        return observation, self._info(float(observation[-2]), False)
+        return self._seen(observation), self._info(float(observation[-2]), False)
 
     def step(self, action):
         """observation, reward, terminated, truncated, info: one action over `skip` simulated milliseconds."""
         observation, reward, terminated, truncated, score, passed = self._env.step(np.asarray(action, np.float32))
-        return observation, reward, terminated, truncated, self._info(score, passed)
+        return self._seen(observation), reward, terminated, truncated, self._info(score, passed)
+
+    def _seen(self, state):
+        return _observation(state, self._pictures, self._env.picture)
 
     def expert(self):
         """The action of a script that sees the scene."""
         return self._env.expert()
 
     def render(self):
-        """The scene now, uint8 height x width x 3: a plain drawing, not the endoscope's picture."""
-        return picture.draw(self._env)
+        """What the endoscope sees now, uint8 height x width x 3: plain shaded surfaces."""
+        return self._env.picture(480, 360)[0]
 
     def close(self):
         self._env.close()
@@ -155,7 +214,8 @@ class Env(_EnvBase):
 class VectorEnv(_VectorBase):
     """n environments on threads. See make_vector()."""
 
-    def __init__(self, task, n, *, threads=None, **options):
+    def __init__(self, task, n, *, threads=None, pictures=None, **options):
+        self._pictures = _size(pictures)
         self._model = _model(task, **options)
         self._envs = _core.Environments(self._model, n, threads or min(n, os.cpu_count() or 1, 64))
         self.task, self.num_envs = task, n
@@ -163,9 +223,9 @@ class VectorEnv(_VectorBase):
         if gymnasium:
             self.metadata["autoreset_mode"] = gymnasium.vector.AutoresetMode.NEXT_STEP
         self.single_action_space = Box(-1.0, 1.0, (_core.action_size,), np.float32)
-        self.single_observation_space = Box(-np.inf, np.inf, (_core.observation_size,), np.float32)
+        self.single_observation_space = _space(self._pictures)
         self.action_space = Box(-1.0, 1.0, (n, _core.action_size), np.float32)
-        self.observation_space = Box(-np.inf, np.inf, (n, _core.observation_size), np.float32)
+        self.observation_space = _space(self._pictures, (n,))
         self._random = np.random.default_rng()
 
     def reset(self, *, seed=None, options=None):
@@ -176,11 +236,13 @@ class VectorEnv(_VectorBase):
             seed = int(self._random.integers(2**62))
         seeds = np.asarray(seed, np.uint64) if np.ndim(seed) else np.uint64(seed) + np.arange(self.num_envs, dtype=np.uint64)
         observations = self._envs.reset(seeds)
-        return observations, {"score": observations[:, -2].astype(float), "passed": np.zeros(self.num_envs, bool)}
+        info = {"score": observations[:, -2].astype(float), "passed": np.zeros(self.num_envs, bool)}
+        return _observation(observations, self._pictures, self._envs.pictures), info
 
     def step(self, actions):
         """Arrays. What is over begins anew with the next step, which has reward 0 then (Gymnasium's next-step mode)."""
         observations, reward, terminated, truncated, score, passed = self._envs.step(np.asarray(actions, np.float32))
+        observations = _observation(observations, self._pictures, self._envs.pictures)
         return observations, reward, terminated, truncated, {"score": score, "passed": passed}
 
     def expert(self):
@@ -195,7 +257,8 @@ def make(task, **options):
     """A task as an environment.
     @param task one of tasks()
     @param options effects=False (True: blood, fluid, smoke and lens too), skip=20 (simulated steps of 1 ms for an action),
-    limit=0 (s until an episode is truncated; 0: the task's), threads=1, scene=None (another scene file), render_mode=None
+    limit=0 (s until an episode is truncated; 0: the task's), threads=1, scene=None (another scene file), render_mode=None,
+    pictures=None (width, height: observations are dictionaries of state, rgb and depth then)
     @raises ValueError naming what is wrong"""
     return Env(task, **options)
 

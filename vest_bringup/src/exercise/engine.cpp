@@ -24,6 +24,8 @@ class Builder {
       if (mark.middle) mark.at = middle(objects(mark.object, "").list.front());
     m_.window = std::clamp<std::size_t>(
         static_cast<std::size_t>(kForceWindow / world_.description().dt + 0.5), 1, kMostWindow);
+    m_.optic_least = std::cos((e.optic + kOpticOff) * kDegree);
+    if (e.optic > kOpticOff) m_.optic_most = std::cos((e.optic - kOpticOff) * kDegree);
     for (const Mark& mark : e.marks) m_.marks.push_back(place(mark));
     for (const Phase& p : e.phases) m_.phases.push_back(add(p.end));
     for (const Gate& g : e.gates) m_.gates.push_back(add(g.condition));
@@ -294,6 +296,12 @@ void Engine::step(const scene::World& world, const scene::StepInput& input, cons
     s.tools[hand].wrong = step;
     note(s, Moment::Kind::WrongTool, step, hand);
   }
+  const scene::ToolInput& camera = input.tools[static_cast<std::size_t>(tools::Instrument::Endoscope)];
+  const double optic = camera.sight.z();  // cosine of its angle
+  if (camera.present && c.wrong_optic == 0 && (optic < m.optic_least || optic > m.optic_most)) {
+    c.wrong_optic = step;
+    note(s, Moment::Kind::WrongTool, step, static_cast<std::size_t>(tools::Instrument::Endoscope));
+  }
   for (std::size_t i = 0; i < m.gates.size(); ++i) {
     const bool holds = judge(m, s, m.gates[i], c.time, world, input, report);
     if (!m.exercise.gates[i].never || !holds || s.gates[i] != 0) continue;
@@ -413,6 +421,7 @@ Result resultOf(const Engine::Model& m, const Engine::State& s) {
     r.failed_by.emplace_back("tools");
     break;
   }
+  if (s.clock.wrong_optic != 0) r.failed_by.emplace_back("optic");
   r.errors = s.errors;
   for (std::size_t i = 0; i < e.errors.size(); ++i)
     r.error_points += e.errors[i].points * static_cast<double>(s.errors[i]);

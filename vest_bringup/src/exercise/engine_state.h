@@ -60,7 +60,8 @@ struct Engine::Model {
   std::vector<Range> phases, gates, errors;
   std::vector<std::size_t> items;  ///< number of each
   std::vector<std::size_t> phase_of_item;
-  std::size_t window = 20;  ///< steps
+  std::size_t window = 20;                  ///< steps
+  double optic_least = -1, optic_most = 2;  ///< cosines of the optic's angle
   std::size_t scene_objects = 0;
   bool pools = false;
 };
@@ -82,12 +83,13 @@ struct ToolState {
 struct ObjectState {
   std::array<double, 4> contact{};  ///< N, per instrument
   double contact_peak = 0, cut_area = 0, clips = 0, clip_tilt = 0;
+  double cut_first = 1e9, cut_last = -1e9;  ///< m: stations
 };
 struct ItemState {
   double begin = 0, end = 0;
 };
 struct Clock {
-  std::uint64_t steps = 0, phase = 0, hinted = 0, finished = 0, flags = 0,
+  std::uint64_t steps = 0, phase = 0, hinted = 0, finished = 0, flags = 0, wrong_optic = 0,
                 input_hash = 14695981039346656037ULL;
   double time = 0, phase_time = 0, lost_at_start = 0, both_move = 0, pool = 0, sucked_at_start = 0;
 };

@@ -9,7 +9,7 @@
 #include "vest_bringup/exercise/exercise.h"
 #include "vest_instruments/files/read.h"
 #include "vest_instruments/tools/tool_names.h"
-#include "vest_tissue/scene/yaml_reader.h"
+#include "vest_tissue/files/yaml_reader.h"
 
 namespace vest::exercise {
 namespace {
@@ -139,7 +139,9 @@ class Reader {
         n.marks.push_back(one.name());
       }
       if (n.marks.empty()) v.fail("must be a mark, or a list of some");
-      if (n.marks.size() > 1 && n.metric != Metric::ClipOff) v.fail("must be one mark");
+      const bool two = n.metric == Metric::CutAside;
+      if (two && n.marks.size() != 2) v.fail("must be two marks");
+      if (n.marks.size() > 1 && !two && n.metric != Metric::ClipOff) v.fail("must be one mark");
     }
     return n;
   }

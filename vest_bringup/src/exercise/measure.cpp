@@ -91,6 +91,22 @@ Vector3d tubeAxis(const scene::World& world, std::size_t object, double station)
   return middle(ring + 1) - middle(ring - 1);
 }
 
+/// m, of a point from the straight line between two others.
+double aside(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
+  const Vector3d way = b - a;
+  const double squared = way.squaredNorm();
+  const double along = squared > 0 ? std::clamp((p - a).dot(way) / squared, 0.0, 1.0) : 0.0;
+  return std::sqrt((p - a - along * way).squaredNorm());
+}
+
+/// m, of an object's knots.
+Vector3d middleOf(const scene::World& world, std::size_t object) {
+  Vector3d sum = Vector3d::Zero();
+  const std::size_t knots = world.knotCount(object);
+  for (std::size_t k = 0; k < knots; ++k) sum += world.knotAt(object, k);
+  return sum / static_cast<double>(knots);
+}
+
 void measureEvents(const Engine::Model& m, const scene::World& world, const scene::StepReport& report,
                    Engine::State& s) {
   for (const scene::Event& e : report.events) {
@@ -101,6 +117,14 @@ void measureEvents(const Engine::Model& m, const scene::World& world, const scen
     if (e.kind == scene::EventKind::Cut) {
       if (std::isfinite(e.area)) o.cut_area += e.area;
       off = Metric::CutOff;
+      if (std::isfinite(e.station))
+        o.cut_first = std::min(o.cut_first, e.station), o.cut_last = std::max(o.cut_last, e.station);
+      for (std::size_t n = 0; n < m.numbers.size(); ++n) {
+        const BuiltNumber& number = m.numbers[n];
+        if (number.metric != Metric::CutAside || !number.objects.in[e.object]) continue;
+        s.numbers[n] = std::max(s.numbers[n], aside(e.position, placeOf(m.marks[number.marks[0]], world),
+                                                    placeOf(m.marks[number.marks[1]], world)));
+      }
     }
     if (e.kind == scene::EventKind::Clipped) {
       o.clips += 1;
@@ -248,6 +272,17 @@ double valueOf(const Engine::Model& m, const Engine::State& s, std::size_t numbe
     case Metric::ClipOff:
     case Metric::CutOff:
       return 1e3 * s.numbers[number];
+    case Metric::CutAside:
+      return 1e3 * s.numbers[number];
+    case Metric::CutLength:
+      return 1e3 *
+             overObjects([](const ObjectState& o) { return std::max(0.0, o.cut_last - o.cut_first); }, true);
+    case Metric::PlaceOff: {
+      double most = 0;
+      for (const std::size_t o : n.objects.list)
+        most = std::max(most, (middleOf(world, o) - placeOf(m.marks[n.marks[0]], world)).squaredNorm());
+      return 1e3 * std::sqrt(most);
+    }
     case Metric::CutArea:
       return 1e6 * overObjects([](const ObjectState& o) { return o.cut_area; }, false);
     case Metric::Clips:

@@ -102,20 +102,37 @@ std::string plots(const Report& r) {
     if (!curve.x.empty()) path.curves.push_back(std::move(curve));
   }
   out += figure(toSvg(path), "The shorter the way, the better the plan.");
-  if (!r.earlier.empty()) {
-    validation::Plot learning;
-    learning.title = "Learning curve", learning.x_label = "attempt", learning.y_label = "total";
-    validation::Curve curve;
-    curve.label = "total";
-    std::vector<double> totals = r.earlier;
-    totals.push_back(r.result.total);
-    for (std::size_t i = 0; i < totals.size(); ++i)
-      curve.x.push_back(static_cast<double>(i + 1)), curve.y.push_back(totals[i]);
-    learning.curves.push_back(curve);
-    curve.mark = validation::Mark::Points, curve.label = "";
-    learning.curves.push_back(curve);
-    out += figure(toSvg(learning), "All attempts at this exercise, the last one included.");
+  return out + "</div>\n";
+}
+
+std::string learning(const Learning& l) {
+  if (l.attempts.size() < 2 && l.z.empty()) return "";
+  std::string out = "<h2>Learning</h2>\n<p>" + escaped(toText(l)) + "</p>\n<div class=\"plots\">\n";
+  validation::Plot totals, cusum;
+  totals.title = "Learning curve", totals.x_label = "attempt", totals.y_label = "total";
+  cusum.title = "CUSUM", cusum.x_label = "attempt", cusum.y_label = "sum, no unit";
+  validation::Curve points, fitted, sums;
+  points.label = "total", points.mark = validation::Mark::Points, fitted.label = "a + b n^-c";
+  for (std::size_t i = 0; i < l.totals.size(); ++i) {
+    const auto n = static_cast<double>(i + 1);
+    points.x.push_back(n), points.y.push_back(l.totals[i]);
+    sums.x.push_back(n), sums.y.push_back(l.cusum.sums[i]);
+    if (!l.curve) continue;
+    fitted.x.push_back(n), fitted.y.push_back(l.curve->a + l.curve->b * std::pow(n, -l.curve->c));
   }
+  totals.curves.push_back(points);
+  if (l.curve) totals.curves.push_back(fitted);
+  const std::size_t left_out = l.attempts.size() - l.totals.size();
+  out += figure(toSvg(totals),
+                "All attempts that count" +
+                    (left_out > 0 ? "; " + std::to_string(left_out) + " with a flag do not." : "."));
+  sums.label = "attempts", cusum.curves.push_back(sums);
+  for (const double limit : {kCusumLimit, -kCusumLimit})
+    cusum.curves.push_back({limit > 0 ? "not yet" : "competent",
+                            {1, std::max(2.0, static_cast<double>(l.totals.size()))},
+                            {limit, limit},
+                            validation::Mark::Line});
+  out += figure(toSvg(cusum), "Below the lower line who fails at most 1 attempt in 20.");
   return out + "</div>\n";
 }
 
@@ -198,7 +215,9 @@ std::string toHtml(const Report& report) {
     h += "</p>\n";
   }
   h += "<h2>Items</h2>\n<table><tr><th>item</th><th>what</th><th>value</th><th>pass</th><th>proficient</th>"
-       "<th>points</th></tr>\n";
+       "<th>points</th>";
+  if (!report.learning.z.empty()) h += "<th>z</th>";
+  h += "</tr>\n";
   for (std::size_t i = 0; i < r.items.size(); ++i) {
     const MetricInfo& info = infoOf(e.items[i].number.metric);
     const std::string word(info.name),
@@ -209,7 +228,10 @@ std::string toHtml(const Report& report) {
          "</td><td class=\"n " + (r.items[i].passed ? "good" : "bad") + "\">" +
          number("%.3g ", r.items[i].value) + escaped(unit) + "</td><td class=\"n\">" +
          number("%.3g", e.items[i].pass) + "</td><td class=\"n\">" + number("%.3g", e.items[i].proficient) +
-         "</td><td class=\"n\">" + number("%.0f", r.items[i].points) + "</td></tr>\n";
+         "</td><td class=\"n\">" + number("%.0f", r.items[i].points) + "</td>";
+    for (const ZScore& z : report.learning.z)
+      if (z.name == e.items[i].name) h += "<td class=\"n\">" + number("%+.1f", z.z) + "</td>";
+    h += "</tr>\n";
   }
   h += "</table>\n<h2>Course</h2>\n<table>\n";
   for (const Moment& m : r.moments) {
@@ -229,6 +251,7 @@ std::string toHtml(const Report& report) {
            "\"><figcaption>" + number("%.1f s: ", p.t) + escaped(p.text) + "</figcaption></figure>\n";
     h += "</div>\n";
   }
+  h += learning(report.learning);
   h += plots(report);
   h +=
       "<p class=\"small\">VEST " + escaped(report.version) + ", exercise " + escaped(r.exercise) + " " +

@@ -39,6 +39,7 @@ std::string textOf(const Exercise& e, const std::string& name) {
     if (g.name == name) return g.text;
   for (const Item& i : e.items)
     if (i.name == name) return "Beyond its pass mark: " + std::string(infoOf(i.number.metric).meaning);
+  if (name == "optic") return "The endoscope had another optic than this exercise asks for";
   return name == "tools" ? "A tool that this exercise does not allow was in a hand" : name;
 }
 
@@ -56,7 +57,7 @@ std::string describe(const Exercise& e, const Moment& moment) {
     case Moment::Kind::ErrorMade:
       return i < e.errors.size() ? e.errors[i].text : "";
     case Moment::Kind::WrongTool:
-      return textOf(e, "tools");
+      return textOf(e, i == static_cast<std::size_t>(tools::Instrument::Endoscope) ? "optic" : "tools");
     case Moment::Kind::Finished:
       return "End";
   }

@@ -249,7 +249,7 @@ std::string Trainees::exported(const std::string& trainee) const {
                              {"version", a.version},
                              {"flags", a.flags},
                              {"result", ordered_json::parse(a.json, shallow, false)}});
-  return j.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return j.dump(2, ' ', true, ordered_json::error_handler_t::replace) + "\n";
 }
 
 void Trainees::erase(const std::string& trainee) {

@@ -103,6 +103,15 @@ void needSize(std::size_t count, std::size_t wanted, const char* name) {
     badArgument(std::string(name) + ": " + std::to_string(count) +
                 " numbers (allowed: " + std::to_string(wanted) + ")");
 }
+void needPicture(std::size_t pictures, std::int32_t width, std::int32_t height, const void* rgb,
+                 std::size_t rgb_count, const void* depth, std::size_t depth_count) {
+  for (const std::int32_t side : {width, height})
+    if (side < 8 || side > 1024)
+      badArgument("width and height: " + std::to_string(side) + " pixels (allowed: 8 to 1024)");
+  const auto pixels = pictures * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  need(rgb, "rgb"), needSize(rgb_count, 3 * pixels, "rgb");
+  need(depth, "depth"), needSize(depth_count, pixels, "depth");
+}
 template <class S>
 void needStruct(const S* s, const char* name) {
   need(s, name);
@@ -365,6 +374,14 @@ int vest_observe(vest_handle env, float* observation, size_t count) {
   });
 }
 
+int vest_picture(vest_handle env, int32_t width, int32_t height, uint8_t* rgb, size_t rgb_count, float* depth,
+                 size_t depth_count) {
+  return onEnvironment(env, [&](Environment& e) {
+    needPicture(1, width, height, rgb, rgb_count, depth, depth_count);
+    e.picture(width, height, rgb, depth);
+  });
+}
+
 int vest_vec_new(vest_handle model, size_t environments, int32_t threads_wanted, vest_handle* vec) {
   if (vec) *vec = 0;
   return on<Model>(model, "model", [&](const Model& task) {
@@ -391,6 +408,14 @@ int vest_vec_step(vest_handle vec, const float* actions, size_t action_count, fl
     std::vector<vest::learning::StepResult> found(v.count());
     v.step(actions, observations, found.data());
     for (std::size_t i = 0; i < found.size(); ++i) fill(found[i], results[i]);
+  });
+}
+
+int vest_vec_picture(vest_handle vec, int32_t width, int32_t height, uint8_t* rgb, size_t rgb_count,
+                     float* depth, size_t depth_count) {
+  return onVector(vec, [&](Environments& v) {
+    needPicture(v.count(), width, height, rgb, rgb_count, depth, depth_count);
+    v.pictures(width, height, rgb, depth);
   });
 }
 

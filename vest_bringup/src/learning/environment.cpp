@@ -8,21 +8,26 @@
 #include <xxhash.h>
 
 #include "vest_bringup/simulation/rehearsal.h"
+#include "vest_instruments/kinematics/jacobian.h"
 #include "vest_tissue/solver/random.h"
 
 namespace vest::learning {
 namespace {
 
 using Eigen::Vector3d;
-constexpr auto kHand = static_cast<std::size_t>(tools::Instrument::Right);
 constexpr double kTipStep = 0.002, kTurnStep = 0.1;  // m, rad: what an action of 1 does
 constexpr double kReached = 0.0015;                  // m
 constexpr double kLift = 0.010;                      // m
 constexpr double kRetracted = 0.002;                 // m
 constexpr double kHoldTime = 0.5;                    // s
 constexpr double kBeside = 0.004;                    // m: a clip or cut farther from its place fails
-constexpr double kRoll = 0.77;                       // rad: jaws close across the tubes of these scenes
-constexpr std::string_view kMagic = "VESTENV1";
+constexpr double kDry = 0.15;                        // of the pool: what may be left
+constexpr double kWatched = 2.0;                     // s that the target stays in the middle
+constexpr double kOffAxis = 0.0873, kView = 0.060,
+                 kViewBand = 0.015;              // rad (5°), m, m: off the middle, distance
+constexpr double kSuckDepth = 0.003;             // m: of the tip below the surface, at most
+const Vector3d kOverview(0.005, -0.035, 0.135);  // m: where the scripts of these scenes hold the endoscope
+constexpr std::string_view kMagic = "VESTENV2";
 
 Vector3d vec(const std::array<double, 3>& a) {
   return {a[0], a[1], a[2]};
@@ -30,25 +35,23 @@ Vector3d vec(const std::array<double, 3>& a) {
 std::array<double, 3> arr(const Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
+kinematics::JointPositions between(const kinematics::JointPositions& a, const kinematics::JointPositions& b,
+                                   double s) {
+  const auto mix = [s](double x, double y) { return x + s * (y - x); };
+  return {mix(a.yaw, b.yaw), mix(a.pitch, b.pitch), mix(a.insertion, b.insertion), mix(a.roll, b.roll),
+          mix(a.jaw, b.jaw)};
+}
 double limited(float value) {
   return std::isfinite(value) ? std::clamp(static_cast<double>(value), -1.0, 1.0) : 0.0;
-}
-
-simulation::Stage stageOf(const Task& task, int threads) {
-  simulation::StageOptions options;
-  options.haemodynamics = options.surface_bleeding = options.field = !task.options.vessels.empty();
-  options.blood.vessels = task.options.vessels;
-  options.field_options.fluid.spacing = 0.003;  // m, as of trainer.launch
-  return simulation::makeStage(scene::World(task.model, threads), options);
 }
 
 }  // namespace
 
 Environment::Environment(std::shared_ptr<const Task> task, int threads)
-    : task_(std::move(task)), stage_(stageOf(*task_, threads)) {}
+    : task_(std::move(task)), stage_(task_->stage(threads)) {}
 
 const kinematics::TrainerArm& Environment::arm() const {
-  return task_->box.arms[kHand];
+  return task_->box.arm(task_->row.hand);
 }
 Vector3d Environment::tip() const {
   return kinematics::forwardKinematics(arm().X_BTrocar, state_.joints).translation();
@@ -69,13 +72,85 @@ Vector3d Environment::shaft(const Vector3d& towards) const {
 /// Where the tip has to go: along the shaft beyond the middle of the tube, once tissue is held with it.
 Vector3d Environment::goal() const {
   if (task_->row.kind == TaskKind::Reach) return vec(state_.place);
+  if (task_->row.kind == TaskKind::Suck) return deepest();
+  if (task_->row.kind == TaskKind::CameraFollow) return lookOut();
   const Vector3d m = middle();
   return m + task_->row.beyond * shaft(m);
+}
+
+/// Where the pool is deepest, below its surface.
+Vector3d Environment::deepest() const {
+  const fluid::Model& model = stage_.field->fluidModel();
+  const fluid::Pools& pools = stage_.field->fluid().pools;
+  const auto cell = static_cast<std::size_t>(std::max_element(pools.depth.begin(), pools.depth.end()) -
+                                             pools.depth.begin());
+  const auto columns = static_cast<std::size_t>(model.columns);
+  const double size = model.parameters.pool_cell, depth = static_cast<double>(pools.depth[cell]);
+  if (depth <= 0) return vec(state_.place);
+  return {model.parameters.low[0] + (static_cast<double>(cell % columns) + 0.5) * size,
+          model.parameters.low[1] + (static_cast<double>(cell / columns) + 0.5) * size,
+          static_cast<double>(pools.bed[cell]) + std::min(0.5 * depth, kSuckDepth)};
+}
+double Environment::pool() const {
+  return fluid::poolVolume(stage_.field->fluidModel(), stage_.field->fluid());
+}
+
+/// The instrument that the camera follows, after so many actions: three slow waves with the seed's phases.
+kinematics::JointPositions Environment::followed(std::uint64_t steps) const {
+  constexpr Vector3d::Scalar kSize = 0.015;  // m
+  const double t = static_cast<double>(steps) * task_->options.skip * task_->model->description.dt;
+  const auto wave = [&](std::size_t axis, double period) {
+    return kSize * std::sin(2 * M_PI * t / period + state_.way[axis]);
+  };
+  const kinematics::TrainerArm& right = task_->box.arm(tools::Instrument::Right);
+  Eigen::Isometry3d at = Eigen::Isometry3d::Identity();
+  at.translation() = vec(state_.place) + Vector3d(wave(0, 6), wave(1, 8), 0.5 * wave(2, 5));
+  return kinematics::inverseKinematics(right.X_BTrocar, at, {}, right.limits).q;
+}
+Vector3d Environment::target() const {
+  return kinematics::forwardKinematics(task_->box.arm(tools::Instrument::Right).X_BTrocar,
+                                       followed(state_.steps))
+      .translation();
+}
+
+/// Where the endoscope's tip sees the target in the middle, kView away: the tilt of the optic turns with the
+/// shaft, which the pivot turns with the tip.
+Vector3d Environment::lookOut() const {
+  const Vector3d of = target();
+  Eigen::Isometry3d at = Eigen::Isometry3d::Identity();
+  at.translation() = tip();
+  for (int k = 0; k < 12; ++k) {
+    const auto joints = kinematics::inverseKinematics(arm().X_BTrocar, at, state_.joints, arm().limits).q;
+    at.translation() = of - kView * camera(joints).linear().col(2);
+  }
+  return at.translation();
+}
+Eigen::Isometry3d Environment::camera(const kinematics::JointPositions& joints) const {
+  const kinematics::TrainerArm& endoscope = task_->box.arm(tools::Instrument::Endoscope);
+  return kinematics::forwardKinematics(endoscope.X_BTrocar, joints) *
+         kinematics::opticalFrame(endoscope.optic_angle, joints.jaw);
+}
+Eigen::Isometry3d Environment::camera() const {
+  if (task_->row.kind == TaskKind::CameraFollow) return camera(state_.joints);
+  const kinematics::TrainerArm& endoscope = task_->box.arm(tools::Instrument::Endoscope);
+  Eigen::Isometry3d at = Eigen::Isometry3d::Identity();
+  at.translation() = kOverview;
+  return camera(kinematics::inverseKinematics(endoscope.X_BTrocar, at, {}, endoscope.limits).q);
+}
+/// In the middle of the picture, and neither near nor far.
+bool Environment::watched() const {
+  const Vector3d seen = camera().inverse() * target();
+  return seen.z() > 0 && seen.head<2>().norm() < std::tan(kOffAxis) * seen.z() &&
+         std::fabs(seen.norm() - kView) < kViewBand;
 }
 
 /// Where the middle has to go minus where it is.
 Vector3d Environment::left() const {
   return vec(state_.place) - task_->row.beyond * shaft(vec(state_.place)) + vec(state_.way) - middle();
+}
+
+double Environment::held() const {
+  return static_cast<double>(state_.held) * task_->options.skip * task_->model->description.dt;
 }
 
 bool Environment::passed() const {
@@ -84,30 +159,40 @@ bool Environment::passed() const {
       return (goal() - tip()).norm() < kReached;
     case TaskKind::GraspLift:
     case TaskKind::Retract:
-      return static_cast<double>(state_.held) * task_->options.skip * task_->model->description.dt >=
-             kHoldTime;
+      return held() >= kHoldTime;
     case TaskKind::Clip:
       return state_.clipped != 0;
     case TaskKind::Cut:
       return state_.divided != 0;
+    case TaskKind::Suck:
+      return pool() < kDry * task_->pool;
+    case TaskKind::CameraFollow:
+      return held() >= kWatched;
   }
   return false;
 }
 
-/// 0.3 (reach: all) for the way to the goal, 0.2 for the grasp, 0.5 for the way of the tissue or the deed.
+/// 0.3 (reach: all) for the way to the goal, 0.2 for the grasp, 0.5 for the way of the tissue or the deed;
+/// 0.2 for the way to the pool, the rest for what is sucked; half for the place of the camera.
 double Environment::score() const {
   if (state_.failed != 0) return 0;
   if (passed()) return 1;
   const double near = std::clamp(1.0 - (goal() - tip()).norm() / state_.distance, 0.0, 1.0);
   if (task_->row.kind == TaskKind::Reach) return 0.9 * near;
   if (task_->row.kind == TaskKind::Clip || task_->row.kind == TaskKind::Cut) return 0.5 * near;
+  if (task_->row.kind == TaskKind::Suck)
+    return 0.2 * near + 0.7 * std::clamp((1 - pool() / task_->pool) / (1 - kDry), 0.0, 1.0);
+  if (task_->row.kind == TaskKind::CameraFollow) return 0.5 * near + 0.4 * held() / kWatched;
   if (state_.grasping == 0) return 0.3 * near;
   const double way = vec(state_.way).norm();
   return 0.5 + 0.4 * std::clamp(1.0 - left().norm() / way, 0.0, 1.0);
 }
 
 void Environment::reset(std::uint64_t seed, float* observation) {
-  stage_.trainer->reset();
+  if (task_->start.empty())
+    stage_.trainer->reset();
+  else
+    stage_.trainer->restore(task_->start);
   state_ = State{};
   report_.contacts = {};
   state_.over = 0;
@@ -128,6 +213,11 @@ void Environment::reset(std::uint64_t seed, float* observation) {
     return Vector3d(radius * v);
   };
   if (row.kind == TaskKind::Reach) place += ball(0.006) - 0.010 * along;
+  if (row.kind == TaskKind::Suck) place = deepest() + Vector3d(0, 0, 0.015) + ball(0.012);
+  if (row.kind == TaskKind::CameraFollow) {
+    place = centre + Vector3d(0, 0, 0.030);  // m: clear of the tube
+    for (double& phase : state_.way) phase = uniform(0, 2 * M_PI);
+  }
   state_.place = arr(place);
   if (row.kind == TaskKind::GraspLift) state_.way = {0, 0, kLift};
   if (row.kind == TaskKind::Retract) {
@@ -136,9 +226,10 @@ void Environment::reset(std::uint64_t seed, float* observation) {
   }
   Eigen::Isometry3d start = Eigen::Isometry3d::Identity();
   start.translation() = place - 0.020 * along + ball(0.008);
+  if (row.kind == TaskKind::CameraFollow) start.translation() = kOverview + ball(0.015);
   kinematics::JointPositions reference;
   reference.jaw = row.open_jaw;
-  reference.roll = kRoll + uniform(-0.1, 0.1);
+  reference.roll = row.roll + uniform(-0.1, 0.1);
   const double roll = reference.roll;
   state_.joints = kinematics::inverseKinematics(arm().X_BTrocar, start, reference, arm().limits).q;
   state_.joints.roll = roll;
@@ -156,26 +247,32 @@ StepResult Environment::step(const float* action, float* observation) {
       kinematics::inverseKinematics(arm().X_BTrocar, wanted, from, arm().limits).q;
   to.roll = std::clamp(from.roll + kTurnStep * limited(action[3]), arm().limits.lower.roll,
                        arm().limits.upper.roll);
-  to.jaw =
-      std::clamp(from.jaw + kTurnStep * limited(action[4]), arm().limits.lower.jaw, arm().limits.upper.jaw);
+  // An endoscope's jaw is its light post, which stays.
+  if (task_->row.kind != TaskKind::CameraFollow)
+    to.jaw =
+        std::clamp(from.jaw + kTurnStep * limited(action[4]), arm().limits.lower.jaw, arm().limits.upper.jaw);
+  // Clips are fired by the handle; a sucker does not rinse what it sucks.
+  const std::uint32_t without = tools::kFunctionFire | tools::kFunctionIrrigate;
   const std::uint32_t functions =
-      limited(action[5]) > 0
-          ? control::functionsOf(task_->row.tool) & ~static_cast<std::uint32_t>(tools::kFunctionFire)
-          : 0;
+      limited(action[5]) > 0 ? control::functionsOf(task_->row.tool) & ~without : 0;
+  const bool follows = task_->row.kind == TaskKind::CameraFollow;
+  const kinematics::JointPositions seen_from = follows ? followed(state_.steps) : from,
+                                   seen_to = follows ? followed(state_.steps + 1) : from;
   const int skip = task_->options.skip;
   for (int k = 1; k <= skip; ++k) {
     const double s = static_cast<double>(k) / skip;
-    const auto mix = [s](double a, double b) { return a + s * (b - a); };
-    state_.joints = {mix(from.yaw, to.yaw), mix(from.pitch, to.pitch), mix(from.insertion, to.insertion),
-                     mix(from.roll, to.roll), mix(from.jaw, to.jaw)};
+    state_.joints = between(from, to, s);
     input_.impacts.clear(), input_.loads.clear(), input_.dilatations.clear();
     input_.load_over = 0;
     input_.step = world().steps() + 1;
     input_.dt = task_->model->description.dt;
-    input_.tools[kHand] = tool();
-    input_.tools[kHand].functions = functions;
+    input_.tools[hand()] = tool();
+    input_.tools[hand()].functions = functions;
+    if (follows)
+      input_.tools[static_cast<std::size_t>(tools::Instrument::Right)] = simulation::toolInput(
+          task_->box.arm(tools::Instrument::Right), tools::ToolKind::Grasper, between(seen_from, seen_to, s));
     bool was_open = state_.was_open != 0;
-    simulation::fireByHandle(was_open, input_.tools[kHand]);
+    simulation::fireByHandle(was_open, input_.tools[hand()]);
     state_.was_open = was_open ? 1 : 0;
     if (stage_.trainer->step(input_, report_) == scene::Status::Fault) state_.failed = 1;
     take(report_);
@@ -183,9 +280,11 @@ StepResult Environment::step(const float* action, float* observation) {
   }
   state_.joints = to;
   ++state_.steps;
-  const bool moving =
-      task_->row.kind == TaskKind::GraspLift ? -left().z() > -kRetracted : left().norm() < kRetracted;
-  state_.held = state_.grasping != 0 && moving ? state_.held + 1 : 0;
+  const bool there = follows                                  ? watched()
+                     : state_.grasping == 0                   ? false
+                     : task_->row.kind == TaskKind::GraspLift ? -left().z() > -kRetracted
+                                                              : left().norm() < kRetracted;
+  state_.held = there ? state_.held + 1 : 0;
   StepResult result;
   result.score = score();
   result.reward = result.score - state_.score;
@@ -201,7 +300,7 @@ StepResult Environment::step(const float* action, float* observation) {
 }
 
 void Environment::take(const scene::StepReport& report) {
-  const scene::ContactModel& contact = report.contacts[kHand];
+  const scene::ContactModel& contact = report.contacts[hand()];
   state_.force = arr(contact.wrench.head<3>());
   state_.grasping = contact.grasping ? 1 : 0;
   state_.pinch = contact.pinch_force;
@@ -222,7 +321,7 @@ void Environment::expert(float* action) const {
   std::fill_n(action, kActionSize, 0.0f);
   // What is cut moves; where it is to be cut does not. One cut may leave a rest: the next one is set beside
   // it.
-  const bool cuts = task_->row.kind == TaskKind::Cut;
+  const bool cuts = task_->row.kind == TaskKind::Cut, follows = task_->row.kind == TaskKind::CameraFollow;
   constexpr std::uint64_t kOpening = 35, kCycle = 125;                // actions
   constexpr std::array<double, 4> kDeeper{0, 0.002, -0.0015, 0.001};  // m
   const Vector3d t = tip(), middle = cuts ? vec(state_.place) : goal(), along = shaft(middle);
@@ -234,12 +333,19 @@ void Environment::expert(float* action) const {
     for (int axis = 0; axis < 3; ++axis) action[axis] = static_cast<float>(scale * a[axis]);
   };
   if (task_->row.kind == TaskKind::Reach) return go(g - t, 1);
+  action[3] = static_cast<float>(std::clamp((task_->row.roll - state_.joints.roll) / kTurnStep, -1.0, 1.0));
+  if (follows) return go(g - t, 1);
+  if (task_->row.kind == TaskKind::Suck) {
+    action[5] = 1;
+    const Vector3d off = g - t;
+    // Aside from above: what hangs in the pool is not pushed about.
+    return go(off.head<2>().norm() > 0.004 ? Vector3d(off.x(), off.y(), off.z() + 0.010) : off, 1);
+  }
   const auto jaw = [&](double wanted) {
     action[4] = static_cast<float>(std::clamp((wanted - state_.joints.jaw) / kTurnStep, -1.0, 1.0));
   };
   // Blades cut where they meet: slowly.
   const auto closing = [&] { action[4] = task_->row.kind == TaskKind::Cut ? -0.1f : -0.25f; };
-  action[3] = static_cast<float>(std::clamp((kRoll - state_.joints.roll) / kTurnStep, -1.0, 1.0));
   if (state_.grasping != 0) {
     if (state_.joints.jaw > 0.05) return closing();
     const Vector3d way = left();
@@ -268,7 +374,7 @@ void Environment::observe(float* out) const {
   const Vector3d t = tip();
   put(goal() - t, kCm);
   put(t - vec(state_.place), kCm);
-  number(state_.joints.roll - kRoll), number(state_.joints.jaw);
+  number(state_.joints.roll - task_->row.roll), number(state_.joints.jaw);
   put(vec(state_.force), 1);
   number(static_cast<double>(state_.grasping)), number(state_.pinch);
   put(middle() - t, kCm);

@@ -3,17 +3,30 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "vest_bringup/simulation/rehearsal.h"
+
 namespace vest::learning {
 
 const std::vector<TaskRow>& tasks() {
+  using tools::Instrument;
   using tools::ToolKind;
+  constexpr double kAcross = 0.77;
   // How far the tip goes beyond the middle, and the opening: as the scripts of these scenes have them.
   static const std::vector<TaskRow> rows{
-      {TaskKind::Reach, "reach", "grasp_tube", "tube", ToolKind::Grasper, -0.008, 0.0, 4},
-      {TaskKind::GraspLift, "grasp_lift", "grasp_tube", "tube", ToolKind::Grasper, 0.006, 0.9, 10},
-      {TaskKind::Retract, "retract", "grasp_tube", "tube", ToolKind::Grasper, 0.006, 0.9, 10},
-      {TaskKind::Clip, "clip", "clip_tube", "vessel", ToolKind::ClipApplier, 0.0045, 0.6, 10},
-      {TaskKind::Cut, "cut", "cut_tube", "tube", ToolKind::Scissors, 0.0065, 0.75, 15},
+      {TaskKind::Reach, "reach", "grasp_tube", "tube", Instrument::Right, ToolKind::Grasper, kAcross, -0.008,
+       0.0, 4},
+      {TaskKind::GraspLift, "grasp_lift", "grasp_tube", "tube", Instrument::Right, ToolKind::Grasper, kAcross,
+       0.006, 0.9, 10},
+      {TaskKind::Retract, "retract", "grasp_tube", "tube", Instrument::Right, ToolKind::Grasper, kAcross,
+       0.006, 0.9, 10},
+      {TaskKind::Clip, "clip", "clip_tube", "vessel", Instrument::Right, ToolKind::ClipApplier, kAcross,
+       0.0045, 0.6, 10},
+      {TaskKind::Cut, "cut", "cut_tube", "tube", Instrument::Right, ToolKind::Scissors, kAcross, 0.0065, 0.75,
+       15},
+      {TaskKind::Suck, "suck", "irrigation_pool", "tube", Instrument::Right, ToolKind::SuctionIrrigator, 0, 0,
+       0, 20},
+      {TaskKind::CameraFollow, "camera_follow", "grasp_tube", "tube", Instrument::Endoscope,
+       ToolKind::Endoscope, 0, 0, 0, 10},
   };
   return rows;
 }
@@ -23,6 +36,47 @@ std::string taskNames() {
   for (const TaskRow& row : tasks()) all.append(all.empty() ? "" : ", ").append(row.name);
   return all;
 }
+
+simulation::Stage Task::stage(int threads) const {
+  simulation::StageOptions with;
+  with.haemodynamics = with.surface_bleeding = with.field = !options.vessels.empty();
+  with.field = with.field || row.kind == TaskKind::Suck;
+  with.blood.vessels = options.vessels;
+  with.field_options.fluid.spacing = 0.003;  // m, as of trainer.launch
+  return simulation::makeStage(scene::World(model, threads), with);
+}
+
+namespace {
+
+/// Water from above into the hollow, and a second to come to rest.
+void rinse(Task& task) {
+  constexpr int kRinse = 2200, kRest = 1000;  // steps: 110 ml at the irrigator's flow
+  const kinematics::TrainerArm& arm = task.box.arm(task.row.hand);
+  Eigen::Isometry3d over = Eigen::Isometry3d::Identity();
+  over.translation() = Eigen::Vector3d(0.030, 0.024, 0.075);  // m, as in the script of this scene
+  const auto joints = kinematics::inverseKinematics(arm.X_BTrocar, over, {}, arm.limits).q;
+  simulation::Stage stage = task.stage(1);
+  scene::StepInput input;
+  scene::StepReport report;
+  for (int k = 0; k < kRinse + kRest; ++k) {
+    input.impacts.clear(), input.loads.clear(), input.dilatations.clear();
+    input.load_over = 0;
+    input.step = stage.trainer->world().steps() + 1;
+    input.dt = task.model->description.dt;
+    scene::ToolInput& tool = input.tools[static_cast<std::size_t>(task.row.hand)];
+    tool = simulation::toolInput(arm, task.row.tool, joints);
+    tool.functions = k < kRinse ? static_cast<std::uint32_t>(tools::kFunctionIrrigate) : 0;
+    stage.trainer->step(input, report);
+  }
+  task.pool = fluid::poolVolume(stage.field->fluidModel(), stage.field->fluid());
+  if (!(task.pool > 1e-5))
+    throw std::invalid_argument(task.options.scene +
+                                ": task suck needs a hollow that holds more than 10 ml (" +
+                                std::to_string(1e6 * task.pool) + " ml stand there)");
+  stage.trainer->save(task.start);
+}
+
+}  // namespace
 
 std::shared_ptr<const Task> makeTask(const TaskOptions& options) {
   auto task = std::make_shared<Task>();
@@ -45,6 +99,7 @@ std::shared_ptr<const Task> makeTask(const TaskOptions& options) {
   if (task->object == objects.size() || task->model->objects[task->object].tube.ringCount() < 8)
     throw std::invalid_argument(options.scene + ": task " + row->name + " needs an object '" + row->object +
                                 "' with a tube of at least 8 rings");
+  if (row->kind == TaskKind::Suck) rinse(*task);
   return task;
 }
 

@@ -253,10 +253,12 @@ struct Environment : Simulated {
     return py::make_tuple(seen, result.reward, result.terminated != 0, result.truncated != 0, result.score,
                           result.passed != 0);
   }
-  py::array_t<double> tip() const {
-    py::array_t<double> pose(8);
-    check(vest_tip(id, pose.mutable_data(), 8), id);
-    return pose;
+  py::tuple picture(int width, int height) {
+    py::array_t<std::uint8_t> rgb({std::max(height, 0), std::max(width, 0), 3});
+    py::array_t<float> depth({std::max(height, 0), std::max(width, 0)});
+    run(id, [to = rgb.mutable_data(), far = depth.mutable_data(), n = static_cast<std::size_t>(depth.size()),
+             width, height, this] { return vest_picture(id, width, height, to, 3 * n, far, n); });
+    return py::make_tuple(rgb, depth);
   }
   py::array_t<float> expert() const {
     py::array_t<float> action(static_cast<py::ssize_t>(vest_action_size()));
@@ -303,6 +305,15 @@ struct Environments : Handle {
       passed.mutable_at(i) = r.passed != 0;
     }
     return py::make_tuple(seen, reward, terminated, truncated, score, passed);
+  }
+  py::tuple pictures(int width, int height) {
+    const auto n = static_cast<int>(count);
+    py::array_t<std::uint8_t> rgb({n, std::max(height, 0), std::max(width, 0), 3});
+    py::array_t<float> depth({n, std::max(height, 0), std::max(width, 0)});
+    run(id,
+        [to = rgb.mutable_data(), far = depth.mutable_data(), all = static_cast<std::size_t>(depth.size()),
+         width, height, this] { return vest_vec_picture(id, width, height, to, 3 * all, far, all); });
+    return py::make_tuple(rgb, depth);
   }
   py::array_t<float> expert() const {
     py::array_t<float> actions({count, vest_action_size()});
@@ -354,12 +365,13 @@ PYBIND11_MODULE(_core, m) {
       .def("reset", &Environment::reset)
       .def("step", &Environment::step)
       .def("observe", &Environment::observe)
-      .def("tip", &Environment::tip)
+      .def("picture", &Environment::picture)
       .def("expert", &Environment::expert);
   py::class_<Environments>(m, "Environments")
       .def(py::init<const Model&, std::size_t, int>())
       .def("reset", &Environments::reset)
       .def("step", &Environments::step)
+      .def("pictures", &Environments::pictures)
       .def("expert", &Environments::expert)
       .def("close", &Environments::close);
 }

@@ -56,6 +56,8 @@ void toMsg(const simulation::BloodFrame& f, vest_msgs::HaemodynamicsState& msg) 
   msg.pressure = f.pressure;
   msg.blood_loss = f.blood_loss;
   msg.loss_rate = f.loss_rate;
+  msg.given = f.given;
+  msg.arrested = f.arrested;
   msg.vessels.resize(f.vessels.size());
   for (std::size_t i = 0; i < f.vessels.size(); ++i) {
     const auto& from = f.vessels[i];
@@ -79,7 +81,7 @@ void toMsg(const simulation::SurfaceFrame& f, vest_msgs::SurfaceBleeding& msg) {
   msg.revision = f.revision;
   msg.seeped = f.seeped;
   msg.film = f.film;
-  msg.fields.resize(3);
+  msg.fields.resize(5);
   float most = 1e-12f;  // m³/s: a range that is no point
   for (const float q : f.flow) most = std::max(most, q);
   const auto scale = [](const std::vector<float>& values, float maximum, vest_msgs::TissueField& field) {
@@ -96,6 +98,10 @@ void toMsg(const simulation::SurfaceFrame& f, vest_msgs::SurfaceBleeding& msg) {
   scale(f.wetness, 1.0f, msg.fields[1]);
   msg.fields[2].kind = vest_msgs::TissueField::PERFUSION;
   scale(f.supply, 1.0f, msg.fields[2]);
+  msg.fields[3].kind = vest_msgs::TissueField::OXYGENATION;
+  scale(f.oxygen, 1.0f, msg.fields[3]);
+  msg.fields[4].kind = vest_msgs::TissueField::SETTING;
+  scale(f.set, 1.0f, msg.fields[4]);
 }
 
 EffectsShell::EffectsShell(ros::NodeHandle nh, ros::NodeHandle private_nh)
@@ -195,11 +201,13 @@ void EffectsShell::diagnose(const simulation::BloodFrame& frame) {
   status.hardware_id = "none";
   const bool degraded = frame.degraded_steps > degraded_told_, full = frame.refused > 0;
   degraded_told_ = frame.degraded_steps;
-  status.level =
-      degraded || full ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK;
-  status.message = degraded ? "smaller holes than the wounds have: blood would run as fast as waves"
-                   : full   ? "more openings or clips than there is room for: the newest are left out"
-                            : "running";
+  status.level = frame.arrested     ? diagnostic_msgs::DiagnosticStatus::ERROR
+                 : degraded || full ? diagnostic_msgs::DiagnosticStatus::WARN
+                                    : diagnostic_msgs::DiagnosticStatus::OK;
+  status.message = frame.arrested ? "cardiac arrest: the mean pressure was below 25 mmHg for a minute"
+                   : degraded     ? "smaller holes than the wounds have: blood would run as fast as waves"
+                   : full         ? "more openings or clips than there is room for: the newest are left out"
+                                  : "running";
   const auto add = [&](const char* key, double value) {
     diagnostic_msgs::KeyValue kv;
     kv.key = key;

@@ -1,10 +1,11 @@
 #include "vest_bringup/ros/exercise_action.h"
 
 #include <ros/service.h>
+#include <vest_msgs/ExchangeOptic.h>
 #include <vest_msgs/ExchangeTool.h>
 #include <vest_msgs/LoadScene.h>
 
-#include "vest_bringup/exercise/trainees.h"
+#include "vest_bringup/exercise/learning_curve.h"
 #include "vest_instruments/tools/tool_names.h"
 
 namespace vest::ros_shell {
@@ -58,19 +59,24 @@ void ExerciseAction::giveTools(const exercise::Exercise& e) {
     exchange.request.tool = static_cast<std::uint8_t>(e.tools[hand].front());
     call(nh_, "exchange_tool", exchange);
   }
+  vest_msgs::ExchangeOptic optic;
+  optic.request.angle = e.optic * exercise::kDegree;
+  call(nh_, "exchange_optic", optic);
 }
 
-void ExerciseAction::keep(const exercise::Exercise& e, const std::string& trainee,
-                          std::string& problem) const {
+void ExerciseAction::keep(const exercise::Exercise& e, const std::string& trainee, std::string& words) const {
   if (trainee.empty()) return;
   try {
     exercise::Result result = shell_.told().result;
     if (off_pace_) result.flags |= exercise::kPractice;
-    exercise::Trainees(exercise::Trainees::defaultFile())
-        .keep(exercise::attemptOf(e, result, trainee, exercise::dateNow(), VEST_VERSION, directory_));
+    const std::string file = exercise::Trainees::defaultFile();
+    exercise::Trainees trainees(file);
+    trainees.keep(exercise::attemptOf(e, result, trainee, exercise::dateNow(), VEST_VERSION, directory_));
+    words = toText(
+        exercise::learningOf(trainees.attempts(trainee, e.name), exercise::storedReference(file, e.name)));
   } catch (const std::exception& why) {
-    problem = std::string("the result is not kept: ") + why.what();
-    ROS_ERROR("%s", problem.c_str());
+    words = std::string("the result is not kept: ") + why.what();
+    ROS_ERROR("%s", words.c_str());
   }
 }
 
@@ -136,13 +142,13 @@ void ExerciseAction::execute(const vest_msgs::ExerciseGoalConstPtr& goal) {
   vest_msgs::ExerciseResult result;
   result.score = shell_.told().score;
   if (off_pace_) result.score.flags.push_back("practice");
-  std::string problem;
+  std::string words;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     result.directory = directory_;
-    keep(*chosen, goal->trainee, problem);
+    keep(*chosen, goal->trainee, words);
   }
-  server_.setSucceeded(result, problem);
+  server_.setSucceeded(result, words);
 }
 
 }  // namespace vest::ros_shell

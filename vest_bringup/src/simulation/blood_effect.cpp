@@ -30,11 +30,10 @@ struct Setting {
   const char *name, *unit;
   double low, high;
 };
-constexpr Setting kSettings[] = {{"heart_rate", "Hz", 0.3, 4.0},
-                                 {"mean_pressure", "Pa", 2000.0, 30000.0},
-                                 {"resistance_scale", "", 0.1, 10.0},
-                                 {"reflex_scale", "", 0.0, 1.0},
-                                 {"pulse_dilatation", "", 0.0, 20.0}};
+constexpr Setting kSettings[] = {
+    {"heart_rate", "Hz", 0.3, 4.0},      {"mean_pressure", "Pa", 2000.0, 30000.0},
+    {"resistance_scale", "", 0.1, 10.0}, {"reflex_scale", "", 0.0, 1.0},
+    {"infusion", "m³/s", 0.0, 1e-5},     {"pulse_dilatation", "", 0.0, 20.0}};
 
 Vector3d ringCentre(const scene::World& world, std::size_t object, const net::TubeMap& tube,
                     std::size_t ring) {
@@ -78,6 +77,7 @@ void BloodEffect::walk(Archive& a, S& s) {
   a(c.arteries.time), a(c.arteries.phase), a(c.arteries.area), a(c.arteries.velocity);
   a(c.arteries.windkessel_pressure), a(c.arteries.node_volume), a(c.arteries.leak_volume),
       a(c.arteries.hole_flow);
+  a(c.given), a(c.low_time), a(c.arrested), a(s.settings.infusion);
   a(c.lost), a(c.vessel_lost), a(c.territory_flow), a(c.smoothed_pressure), a(c.rate_tone),
       a(c.resistance_tone), a(c.volume_tone);
   a(c.heart_rate), a(c.output), a(c.filling_pressure), a(c.systolic), a(c.diastolic), a(c.mean);
@@ -87,8 +87,8 @@ void BloodEffect::walk(Archive& a, S& s) {
   auto& w = s.wounds;
   a(w.opening_count), a(w.clamp_count), a(w.next_wound), a(w.refused);
   for (auto& o : w.openings) {
-    a(o.wound), a(o.slot), a(o.vessel), a(o.end), a(o.station), a(o.area), a(o.sealed), a(o.clot), a(o.lost),
-        a(o.flow);
+    a(o.wound), a(o.slot), a(o.vessel), a(o.end), a(o.station), a(o.area), a(o.sealed), a(o.clot), a(o.spasm),
+        a(o.lost), a(o.flow);
     a(o.object), a(o.ring), a(o.knot);
   }
   for (auto& k : w.clamps) a(k.kind), a(k.vessel), a(k.station), a(k.opening);
@@ -157,12 +157,21 @@ bool BloodEffect::restore(const std::uint8_t* bytes, std::size_t count) {
               state.wounds.clamp_count <= bleeding::kMostClamps;
   for (int i = 0; good && i < state.wounds.opening_count; ++i) {
     const auto& o = state.wounds.openings[i];
-    good = known(o.vessel) && o.sealed >= 0 && o.clot >= 0 &&
+    good = known(o.vessel) && o.sealed >= 0 && o.clot >= 0 && o.spasm >= 0 &&
            o.object < static_cast<int>(vessel_of_.size()) && o.slot < bleeding::kMostSources;
   }
   for (int i = 0; good && i < state.wounds.clamp_count; ++i) good = known(state.wounds.clamps[i].vessel);
   if (good) state_ = state;
   return good;
+}
+
+double BloodEffect::drained(std::size_t territory) const {
+  const hd::CirculationModel& m = circulation_.model;
+  const auto& veins = m.vessels.territories[territory].veins;
+  double open = 0;
+  for (const int v : veins)
+    open += 1 - bleeding::closure(static_cast<int>(m.arteries.segments.size()) + v, state_.wounds);
+  return veins.empty() ? 1.0 : open / static_cast<double>(veins.size());
 }
 
 bleeding::Place BloodEffect::placeOf(const scene::World& world, std::size_t object, double station) const {
@@ -272,8 +281,8 @@ void BloodEffect::take(const scene::World& world, const scene::ParameterEdit& ed
   if (!std::isfinite(edit.value)) return;
   if (edit.object.empty()) {
     hd::CirculationSettings& s = state_.settings;
-    double* const to[] = {&s.heart_rate, &s.mean_pressure, &s.resistance_scale, &s.reflex_scale,
-                          &state_.pulse_dilatation};
+    double* const to[] = {&s.heart_rate,   &s.mean_pressure, &s.resistance_scale,
+                          &s.reflex_scale, &s.infusion,      &state_.pulse_dilatation};
     static_assert(std::size(to) == std::size(kSettings));
     for (std::size_t i = 0; i < std::size(kSettings); ++i)
       if (edit.parameter == kSettings[i].name)
@@ -359,7 +368,7 @@ void BloodEffect::tellSources(const scene::World& world, Feedback& feedback) con
     source.wound = o.wound;
     source.vessel = o.vessel;
     source.object = o.object;
-    source.area = std::max(o.area - o.sealed - o.clot, 1e-9);
+    source.area = std::max(o.open(), 1e-9);
     source.flow = o.flow;
     if (o.end == bleeding::End::kWall) {
       // The jet contracts behind a hole, and has the speed that the pressure gives (Torricelli).
@@ -415,13 +424,14 @@ void BloodEffect::tellFrame(std::uint64_t step) {
   const hd::CirculationState& c = state_.circulation;
   BloodFrame& f = frames_->back();
   f.step = step;
-  f.heart_rate = c.heart_rate;
+  f.heart_rate = c.arrested ? 0 : c.heart_rate;
+  f.arrested = c.arrested, f.given = c.given;
   f.systolic = c.systolic, f.diastolic = c.diastolic, f.mean = c.mean;
   f.pressure = hd::at(m, c, m.reference, 0.5 * m.length(m.reference)).pressure;
   f.blood_loss = c.lost;
   f.loss_rate = seeping_;
   for (int i = 0; i < state_.wounds.opening_count; ++i) f.loss_rate += state_.wounds.openings[i].flow;
-  f.blood_volume = m.vessels.control.blood_volume - c.lost;
+  f.blood_volume = m.vessels.control.blood_volume - c.lost + c.given;
   f.degraded_steps = c.degraded;
   f.refused = state_.wounds.refused;
   f.names = frame_names_;

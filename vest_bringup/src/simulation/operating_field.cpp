@@ -22,7 +22,8 @@ struct Between {
   int hit_count = 0;
   std::uint8_t wiped = 0, warming = 0, rinse = 0;
   float wiped_on_blood = 0;
-  double irrigation_flow = 0, suction_flow = 0, yield = 0;
+  std::array<std::array<double, 2>, tools::kInstrumentCount> valve{};  ///< 0 shut … 1 open: water, suction
+  double irrigation_flow = 0, suction_flow = 0, bag_pressure = 0, yield = 0;
   double sucked = 0;       ///< m³ of liquid, until the last smoke step
   double humidity = 0.95;  ///< relative, of the cavity's gas at the last lens step
 };
@@ -34,6 +35,9 @@ constexpr std::uint64_t kFluidEvery = 4, kSlowEvery = 20, kFrameEvery = 25,
                         kBedEvery = 48;  ///< steps of the tissue
 constexpr int kInstrumentSlots = 128;    ///< first slot behind those of bleeding
 constexpr double kLeastImpact = 0.15;    ///< m/s: slower than this fluid rests and weighs (fluid/impact.cpp)
+constexpr double kFullBag = 4e4;         ///< Pa: at which the irrigator has its greatest flow (assumed)
+constexpr double kValveTravel = 0.12;    ///< s: in which a thumb presses a trumpet valve down (assumed)
+constexpr double kNozzle = 0.012;        ///< m behind the mouth of a nozzle: as far as it draws fluid
 constexpr double kWithdrawn = 0.02;      ///< m from pivot to tip: the endoscope is in its trocar (assumed)
 
 std::array<double, 3> triple(const Eigen::Vector3d& v) {
@@ -116,6 +120,7 @@ struct OperatingField::Impl {
     std::memset(static_cast<void*>(&between), 0, sizeof between);  // its padding too: bytes are hashed
     between.irrigation_flow = options.irrigation_flow;
     between.suction_flow = options.suction_flow;
+    between.bag_pressure = options.bag_pressure;
     between.yield = options.smoke.yield;
     apply();
     shown.clear();
@@ -131,6 +136,7 @@ struct OperatingField::Impl {
     auto& b = s.between;
     visit("fluid", "irrigation_flow", "m³/s", b.irrigation_flow, 0.0, 5e-4);
     visit("fluid", "suction_flow", "m³/s", b.suction_flow, 0.0, 5e-4);
+    visit("fluid", "bag_pressure", "Pa", b.bag_pressure, 0.0, 6e4);
     visit("smoke", "yield", "kg/J", b.yield, 0.0, 1e-4);
     visit("lens", "temperature", "K", s.lens.temperature, 250.0, 318.15);
     visit("lens", "warming", "", b.warming, 0.0, 1.0);
@@ -160,6 +166,7 @@ struct OperatingField::Impl {
   }
 
   void gather(const scene::StepInput& input, const scene::StepReport& report, const Feedback& feedback);
+  void placeObstacles(const scene::StepInput& input, const scene::StepReport& report);
   /// An impact as the tissue takes it: in one step no knot changes its velocity by more than the fluid did,
   /// so that no more energy passes than the fluid had. Chips and thin walls weigh far less than the drop that
   /// strikes them.
@@ -206,6 +213,32 @@ void OperatingField::Impl::gather(const scene::StepInput& input, const scene::St
   }
 }
 
+/// Shafts and what is beyond them, jaws as if they were closed. The lens counts its own drops, and a nozzle
+/// that irrigates is where its water begins. They stand still: a hand is slow beside a jet.
+void OperatingField::Impl::placeObstacles(const scene::StepInput& input, const scene::StepReport& report) {
+  fluid::Inputs& in = fluid_inputs;
+  in.obstacle_count = 0;
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    const scene::ToolInput& tool = input.tools[t];
+    if (!tool.present || tool.tool == tools::ToolKind::None || tool.tool == tools::ToolKind::Endoscope)
+      continue;
+    const tools::ToolGeometry& g = tools::toolGeometry(tool.tool);
+    const Eigen::Isometry3d tip = tipOf(input, report, t);
+    const auto add = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius) {
+      if (in.obstacle_count >= fluid::kMostObstacles) return;
+      fluid::Obstacle& o = in.obstacles[static_cast<std::size_t>(in.obstacle_count++)];
+      o.a = triple(a), o.b = triple(b), o.radius = radius;
+    };
+    const Eigen::Vector3d jaws(0, 0, -g.jaw_length);
+    const bool nozzle = (tool.functions & (tools::kFunctionIrrigate | tools::kFunctionSuck)) != 0;
+    add(tool.pivot, tip * (nozzle ? Eigen::Vector3d(0, 0, -kNozzle) : jaws), g.shaft_radius);
+    if (nozzle) continue;
+    for (const auto& part : g.fixed) add(tip * part.a, tip * part.b, part.radius);
+    for (const auto& half : g.jaw)
+      for (const auto& part : half) add(tip * (jaws + part.a), tip * (jaws + part.b), part.radius);
+  }
+}
+
 void OperatingField::Impl::stepFluid(const scene::World& world, const scene::StepInput& input,
                                      const scene::StepReport& report, Feedback& feedback) {
   fluid::Inputs& in = fluid_inputs;
@@ -232,32 +265,42 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     const auto i = static_cast<std::size_t>(t);
     if (!tool.present || tool.tool != tools::ToolKind::SuctionIrrigator) {
       between.has_tip[i] = 0;
+      between.valve[i] = {};
       continue;
     }
     const Eigen::Isometry3d tip = tipOf(input, report, t);
     const auto place = triple(tip.translation());
-    if (tool.functions & tools::kFunctionIrrigate) {
+    auto& valve = between.valve[i];
+    const auto press = [&](double& open, bool on) {
+      open = std::clamp(open + (on ? 1 : -1) * in.dt / kValveTravel, 0.0, 1.0);
+    };
+    press(valve[0], (tool.functions & tools::kFunctionIrrigate) != 0);
+    press(valve[1], (tool.functions & tools::kFunctionSuck) != 0);
+    // Through an orifice, as the root of the pressure.
+    const double drive = std::sqrt(std::max(0.0, between.bag_pressure - feedback.gas.pressure) / kFullBag);
+    if (valve[0] > 0 && drive > 0) {
       fluid::Source& s = in.sources[static_cast<std::size_t>(in.source_count++)];
       s = fluid::Source{};
       s.slot = kInstrumentSlots + t;
       s.position = place;
       s.direction = triple(tip.linear().col(2));
-      s.flow = between.irrigation_flow;
+      s.flow = std::min(fluid::kGreatestFlow, between.irrigation_flow * drive * valve[0]);
       s.area = 0.25 * 3.14159265358979 * options.irrigation_diameter * options.irrigation_diameter;
       s.blood = 0;
       for (std::size_t a = 0; a < 3; ++a)
         s.velocity[a] =
             between.has_tip[i] ? std::clamp((place[a] - between.tip[i][a]) / in.dt, -2.0, 2.0) : 0.0;
     }
-    if (tool.functions & tools::kFunctionSuck) {
+    if (valve[1] > 0) {
       fluid::Suction& s = in.suctions[static_cast<std::size_t>(in.suction_count++)];
       s = fluid::Suction{};
       s.position = place;
-      s.flow = between.suction_flow;
+      s.flow = between.suction_flow * valve[1];
     }
     between.tip[i] = place;
     between.has_tip[i] = 1;
   }
+  placeObstacles(input, report);
   const auto camera = static_cast<std::size_t>(tools::Instrument::Endoscope);
   in.window.present = input.tools[camera].present && input.tools[camera].sight.squaredNorm() > 0.5;
   if (in.window.present) {

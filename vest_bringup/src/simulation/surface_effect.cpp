@@ -15,13 +15,14 @@ namespace {
 constexpr std::uint16_t kFirstSlot = 64;  // of the fluid sources; vessels' openings have lower ones
 static_assert(kFirstSlot + bleeding::kMostDrips <= bleeding::kMostSources &&
               kFirstSlot >= bleeding::kMostOpenings);
-constexpr std::uint64_t kEvery = 4;         // steps of the tissue
-constexpr std::uint32_t kUnseen = ~0u;      // revision of a topology that was not looked at
-constexpr double kRunoffArea = 1e-5;        // m²: blood creeps off over some square millimetres (assumed)
-constexpr double kGreatestBleeding = 1000;  // of the scale, no unit
-constexpr double kCutReach = 0.0025;        // m around a cut whose capillaries are open (assumed)
-constexpr double kPunctureReach = 0.0015;   // m (assumed)
-constexpr double kPress = 0.5;              // N from which on a tool presses (assumed)
+constexpr std::uint64_t kEvery = 4;          // steps of the tissue
+constexpr std::uint64_t kPerfuseEvery = 40;  // of the same: blanching takes seconds
+constexpr std::uint32_t kUnseen = ~0u;       // revision of a topology that was not looked at
+constexpr double kRunoffArea = 1e-5;         // m²: blood creeps off over some square millimetres (assumed)
+constexpr double kGreatestBleeding = 1000;   // of the scale, no unit
+constexpr double kCutReach = 0.0025;         // m around a cut whose capillaries are open (assumed)
+constexpr double kPunctureReach = 0.0015;    // m (assumed)
+constexpr double kPress = 0.5;               // N from which on a tool presses (assumed)
 
 /// Room that a World keeps for copies of knots (World::Impl::reserve).
 std::size_t roomFor(std::size_t knots) {
@@ -68,7 +69,7 @@ bleeding::SurfaceModel build(const scene::World& world) {
 
 SurfaceEffect::SurfaceEffect(const scene::World& world, const SurfaceOptions& options, BloodEffect* blood,
                              scene::TripleBuffer<SurfaceFrame>* frames)
-    : options_(options), blood_(blood), model_(build(world)), frames_(frames) {
+    : options_(options), blood_(blood), model_(build(world)), supply_(world, model_.first), frames_(frames) {
   const auto refuse = [](const char* name, double value, const char* allowed) {
     throw std::invalid_argument(std::string(name) + ": " + std::to_string(value) + " (allowed: " + allowed +
                                 ")");
@@ -94,6 +95,7 @@ SurfaceEffect::SurfaceEffect(const scene::World& world, const SurfaceOptions& op
   }
   meshes_.resize(world.objectCount());
   perfused_.assign(world.objectCount(), 1.0);
+  drained_.assign(world.objectCount(), 1.0);
   seen_.assign(world.objectCount(), kUnseen);
   for (std::size_t i = 0; i < world.objectCount(); ++i)
     at_start_.push_back(static_cast<std::uint32_t>(world.contactTriangles(i).size()));
@@ -102,6 +104,7 @@ SurfaceEffect::SurfaceEffect(const scene::World& world, const SurfaceOptions& op
   if (frames_) {
     frames_->forEachSlot([&](SurfaceFrame& f) {
       f.flow.reserve(model_.knots()), f.wetness.reserve(model_.knots()), f.supply.reserve(model_.knots());
+      f.oxygen.reserve(model_.knots()), f.set.reserve(model_.knots());
     });
   }
   frame_every_ = std::max<std::uint64_t>(
@@ -111,6 +114,8 @@ SurfaceEffect::SurfaceEffect(const scene::World& world, const SurfaceOptions& op
 
 void SurfaceEffect::reset() {
   state_ = bleeding::initialSurface(model_);
+  perfusion_ = bleeding::initialPerfusion(model_.knots());
+  supply_.reset();
   scale_ = options_.scale;
   faces_ = at_start_;
   std::fill(seen_.begin(), seen_.end(), kUnseen);
@@ -119,7 +124,7 @@ void SurfaceEffect::reset() {
 void SurfaceEffect::save(std::vector<std::uint8_t>& bytes) const {
   effects::StateWriter writer(bytes);
   double scale = scale_;
-  walk(writer, state_, scale);
+  walk(writer, state_, perfusion_, supply_.state, scale);
   writer(faces_);
 }
 
@@ -129,9 +134,11 @@ bool SurfaceEffect::restore(const std::uint8_t* bytes, std::size_t count) {
     return true;
   }
   bleeding::SurfaceState state = state_;
+  bleeding::PerfusionState perfusion = perfusion_;
+  SupplyMap::State supply = supply_.state;
   double scale = scale_;
   effects::StateReader reader(bytes, count);
-  walk(reader, state, scale);
+  walk(reader, state, perfusion, supply, scale);
   std::vector<std::uint32_t> faces = faces_;
   reader(faces);
   bool good = reader.done();
@@ -140,10 +147,14 @@ bool SurfaceEffect::restore(const std::uint8_t* bytes, std::size_t count) {
   for (std::size_t i = 0; good && i < seen_.size(); ++i) good = state.used[i] >= model_.scene[i];
   for (std::size_t k = 0; good && k < state.film.size(); ++k)
     good = state.film[k] >= 0 && state.loose[k] >= 0 && state.area[k] >= 0;
+  for (std::size_t k = 0; good && k < perfusion.reach.size(); ++k)
+    good = perfusion.reach[k] >= 0 && perfusion.saturation[k] >= 0 && perfusion.dilation[k] >= 0;
   if (!good) return false;
   std::fill(state.dry.begin(), state.dry.end(), std::uint8_t{0});
   std::fill(seen_.begin(), seen_.end(), kUnseen);
   state_ = state;
+  perfusion_ = perfusion;
+  supply_.state = supply;
   scale_ = scale;
   faces_ = faces;
   return true;
@@ -156,8 +167,13 @@ void SurfaceEffect::followCuts(const scene::World& world) {
     seen_[i] = topology.revision;
     const auto& doubled = topology.doubled_knots;
     const std::uint32_t scene = model_.scene[i], room = model_.first[i + 1] - model_.first[i];
-    while (state_.used[i] < scene + doubled.size())
-      bleeding::copyKnot(model_, i, doubled[state_.used[i] - scene], state_);
+    while (state_.used[i] < scene + doubled.size()) {
+      const std::uint32_t from = doubled[state_.used[i] - scene], to = state_.used[i];
+      bleeding::copyKnot(model_, i, from, state_);
+      if (to < room && from < to)
+        for (auto* v : {&perfusion_.reach, &perfusion_.saturation, &perfusion_.dilation})
+          (*v)[model_.first[i] + to] = (*v)[model_.first[i] + from];
+    }
     for (std::size_t k = 0; k < doubled.size() && scene + k < room; ++k)
       std::copy_n(&rest_[i][3 * std::size_t{doubled[k]}], 3, &rest_[i][3 * (scene + k)]);
     const auto& triangles = world.contactTriangles(i);
@@ -242,6 +258,13 @@ double SurfaceEffect::perfused(std::size_t object) const {
   return std::clamp(blood_->circulation().smoothed_pressure / blood_->model().resting_pressure, 0.0, 3.0);
 }
 
+void SurfaceEffect::stepPerfusion(const scene::World& world, double dt) {
+  supply_.follow(world);
+  bleeding::stepPerfusion(
+      {model_.first.data(), perfused_.size(), perfused_.data(), drained_.data(), supply_.fed().data()}, dt,
+      perfusion_);
+}
+
 void SurfaceEffect::edits(const scene::World&, std::vector<scene::EditableParameter>& out) const {
   out.push_back({"", "surface_bleeding", "", 0.0, kGreatestBleeding});
 }
@@ -252,6 +275,7 @@ void SurfaceEffect::step(const scene::World& world, const scene::StepInput& inpu
     if (edit.object.empty() && edit.parameter == "surface_bleeding" && std::isfinite(edit.value))
       scale_ = std::clamp(edit.value, 0.0, kGreatestBleeding);
   }
+  const double dt = std::isfinite(input.dt) ? std::clamp(input.dt, 0.0, 0.01) : 0.0;
   followCuts(world);
   for (const auto& event : report.events) take(world, event);
   takeFilms(world, feedback.films);
@@ -260,9 +284,14 @@ void SurfaceEffect::step(const scene::World& world, const scene::StepInput& inpu
     for (std::size_t i = 0; i < meshes_.size(); ++i)
       if (!state_.dry[i]) findPositions(world, i);
     inputs_.scale = scale_;
+    inputs_.reach = perfusion_.reach.data();
     inputs_.gravity = world.description().gravity;
-    for (std::size_t i = 0; i < perfused_.size(); ++i) perfused_[i] = perfused(i);
-    const double dt = std::isfinite(input.dt) ? std::clamp(input.dt, 0.0, 0.01) : 0.0;
+    for (std::size_t i = 0; i < perfused_.size(); ++i) {
+      perfused_[i] = perfused(i);
+      drained_[i] =
+          blood_ && territory_[i] >= 0 ? blood_->drained(static_cast<std::size_t>(territory_[i])) : 1.0;
+    }
+    if (world.steps() % kPerfuseEvery == 0) stepPerfusion(world, kPerfuseEvery * dt);
     const double before = state_.seeped;
     bleeding::stepSurface(model_, inputs_, kEvery * dt, state_, runoff_);
     if (blood_) blood_->lose(state_.seeped - before, kEvery * dt);
@@ -301,16 +330,20 @@ void SurfaceEffect::tellFrame(const scene::World& world) {
   f.revision = world.revision();
   f.seeped = state_.seeped;
   f.film = state_.active ? bleeding::filmVolume(state_) : 0.0;
-  f.flow.clear(), f.wetness.clear(), f.supply.clear();
+  f.flow.clear(), f.wetness.clear(), f.supply.clear(), f.oxygen.clear(), f.set.clear();
   for (std::size_t i = 0; i < world.objectCount(); ++i) {
     const std::uint32_t room = model_.first[i + 1] - model_.first[i];
     // The cavity's knots lie centimetres apart: shown between them, the film of one jet would redden all of
     // it.
     const bool shown = world.description().objects[i].model != scene::ObjectModel::Rigid;
-    const auto supply = static_cast<float>(blood_ && territory_[i] >= 0 ? std::min(1.0, perfused(i)) : 1.0);
+    const bool living = bleeds(world, i);
+    const auto brought = static_cast<float>(blood_ && territory_[i] >= 0 ? perfused_[i] : 1.0);
     for (std::uint32_t k = 0; k < world.knotCount(i); ++k) {
-      f.supply.push_back(supply);
-      const bool known = shown && k < room;
+      const bool here = living && k < room, known = shown && k < room;
+      const std::size_t n = model_.first[i] + (k < room ? k : 0);
+      f.supply.push_back(here ? std::min(1.0f, brought * perfusion_.reach[n]) : 1.0f);
+      f.oxygen.push_back(here ? perfusion_.saturation[n] : static_cast<float>(bleeding::kAtRest));
+      f.set.push_back(known && state_.film[n] > 0 ? bleeding::setShare(state_.age[n]) : 0.0f);
       f.flow.push_back(known ? state_.flow[model_.first[i] + k] : 0.0f);
       f.wetness.push_back(known ? bleeding::wetness(bleeding::thickness(state_, model_.first[i] + k)) : 0.0f);
     }

@@ -123,6 +123,14 @@ Trainer::Trainer(scene::World world) : world_(std::move(world)) {
 }
 
 void Trainer::add(std::unique_ptr<Effect> effect) {
+  const Ports after = effect->ports();
+  for (const auto& before : effects_) {
+    const Ports p = before->ports();
+    if ((p.takes & after.gives) != 0 || (p.gives & after.takes_late) != 0)
+      throw std::logic_error("effects: one that gives " +
+                             std::to_string((p.takes & after.gives) | (p.gives & after.takes_late)) +
+                             " (simulation/effect.h, Port) stands on the wrong side of one that takes it");
+  }
   effects_.push_back(std::move(effect));
 }
 

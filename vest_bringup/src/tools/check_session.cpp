@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "vest_bringup/ros/session_check.h"
+#include "vest_instruments/files/read.h"
 
 int main(int argc, char** argv) {
   CLI::App app{
@@ -32,7 +33,7 @@ int main(int argc, char** argv) {
       std::printf("%d row%s not held\n", failed, failed > 1 ? "s" : "");
     return failed == 0 ? 0 : 1;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "vest_check_session: %s\n", e.what());
+    std::fprintf(stderr, "vest_check_session: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 2;
   }
 }

@@ -41,7 +41,7 @@ void show(const std::string& name) {
                 i.source.c_str());
 }
 
-/// Arguments of trainer.launch that give a person the exercise's tools, a line each.
+/// Arguments of trainer.launch that give a person the exercise's tools and optic, a line each.
 void tellTools(const std::string& name) {
   const auto e = exercise::loadExercise(vest::ros_shell::exerciseFile(name));
   for (std::size_t hand = 0; hand < e.tools.size(); ++hand) {
@@ -50,6 +50,7 @@ void tellTools(const std::string& name) {
                 std::string(vest::tools::instrumentName(static_cast<vest::tools::Instrument>(hand))).c_str(),
                 std::string(vest::tools::toolName(e.tools[hand].front())).c_str());
   }
+  std::printf("optic_deg:=%g\n", e.optic);
   const auto& right = e.tools[static_cast<std::size_t>(vest::tools::Instrument::Right)];
   if (right.size() < 2) return;
   std::string tray;  // begins with what comes after the first tool
@@ -61,8 +62,10 @@ void tellTools(const std::string& name) {
 /// @param output folder that gets the session, for vest_score; empty: none
 exercise::Result play(const exercise::Exercise& e, const std::string& script, int threads,
                       const std::string& output) {
-  const auto box = vest::kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") +
-                                                    "/config/trainer_box.yaml");
+  auto box = vest::kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") +
+                                              "/config/trainer_box.yaml");
+  box.arms[static_cast<std::size_t>(vest::tools::Instrument::Endoscope)].optic_angle =
+      e.optic * exercise::kDegree;
   const auto trajectory = vest::trajectory::fromWaypoints(script, box);
   simulation::StageOptions options;
   options.blood.vessels = ros::package::getPath("vest_effects") + "/data/vessels/pelvis";

@@ -19,6 +19,7 @@
 #include "vest_bringup/data/hdf5.h"
 #include "vest_bringup/ros/moment_bag.h"
 #include "vest_bringup/ros/session_player.h"
+#include "vest_instruments/files/read.h"
 #include "vest_tissue/ros/conversions.h"
 
 // Hands recorded sessions to other programs: simulates them again, and writes what learning and statistics
@@ -385,10 +386,10 @@ int main(int argc, char** argv) {
     check(wanted);
     Export(wanted).run();
   } catch (const vest::session::Difference& e) {
-    std::fprintf(stderr, "vest_export: %s\n", e.what());
+    std::fprintf(stderr, "vest_export: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 1;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "vest_export: %s\n", e.what());
+    std::fprintf(stderr, "vest_export: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 2;
   }
   return 0;

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "vest_bringup/session/motion_metrics.h"
+#include "vest_instruments/files/read.h"
 
 // Figures of motion from anybody's recordings of tools.
 int main(int argc, char** argv) {
@@ -47,7 +48,7 @@ int main(int argc, char** argv) {
                                   : vest::session::motion::toText(figures, cohort);
     std::fputs(text.c_str(), stdout);
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "vest_metrics: %s\n", e.what());
+    std::fprintf(stderr, "vest_metrics: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 1;
   }
   return 0;

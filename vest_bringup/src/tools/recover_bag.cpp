@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "vest_bringup/ros/recovery.h"
+#include "vest_instruments/files/read.h"
 
 int main(int argc, char** argv) {
   CLI::App app{
@@ -20,13 +21,13 @@ int main(int argc, char** argv) {
     const vest::session::Recovery done = vest::session::recoverBag(bag, output);
     const auto kept = static_cast<unsigned long long>(done.kept);
     if (done.lost)
-      std::printf("%s: %llu messages kept, %llu lost\n", done.bag.c_str(), kept,
+      std::printf("%s: %llu messages kept, %llu lost\n", vest::files::shown(done.bag, 6000).c_str(), kept,
                   static_cast<unsigned long long>(*done.lost));
     else
-      std::printf("%s: %llu messages kept, at least %llu lost\n", done.bag.c_str(), kept,
-                  static_cast<unsigned long long>(done.damaged));
+      std::printf("%s: %llu messages kept, at least %llu lost\n", vest::files::shown(done.bag, 6000).c_str(),
+                  kept, static_cast<unsigned long long>(done.damaged));
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "vest_recover_bag: %s\n", e.what());
+    std::fprintf(stderr, "vest_recover_bag: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 2;
   }
   return 0;

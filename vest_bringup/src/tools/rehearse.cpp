@@ -8,6 +8,7 @@
 #include "vest_bringup/ros/moment_bag.h"
 #include "vest_bringup/simulation/rehearsal.h"
 #include "vest_bringup/simulation/stage.h"
+#include "vest_instruments/files/read.h"
 #include "vest_instruments/tools/tool_names.h"
 #include "vest_tissue/ros/conversions.h"
 #include "vest_tissue/ros/scene_file.h"
@@ -55,7 +56,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Plays waypoints (YAML) into a scene and tells what happened to the tissue"};
   std::string waypoints, scene = "gynaecology", bag;
   std::array<std::string, 3> wanted;
-  double seconds = 0, spacing = 0.003;
+  double seconds = 0, spacing = 0.003, optic = -1;
   int threads = 1;
   std::vector<double> at;
   app.add_option("WAYPOINTS", waypoints, "as for trajectory_from_waypoints")->required();
@@ -66,13 +67,17 @@ int main(int argc, char** argv) {
   app.add_option("--left", wanted[0], "tool; else what the file says, else a grasper");
   app.add_option("--right", wanted[1], "tool; else what the file says, else a grasper");
   app.add_option("--third", wanted[2], "tool; else what the file says, else none");
+  app.add_option("--optic", optic, "degrees, of the endoscope; else the box's")->check(CLI::Range(0.0, 90.0));
   app.add_option("--bag", bag, "keeps moments for vest_render --each-state");
   app.add_option("--at", at, "moments (s) to keep; else the file's `pictures`");
   CLI11_PARSE(app, argc, argv);
   try {
     namespace simulation = vest::simulation;
-    const auto box = vest::kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") +
-                                                      "/config/trainer_box.yaml");
+    auto box = vest::kinematics::loadTrainerBox(ros::package::getPath("vest_instruments") +
+                                                "/config/trainer_box.yaml");
+    if (optic >= 0)
+      box.arms[static_cast<std::size_t>(vest::tools::Instrument::Endoscope)].optic_angle =
+          optic * 0.017453292519943295;
     const auto trajectory = vest::trajectory::fromWaypoints(waypoints, box);
     simulation::Hands hands = simulation::handsOf(trajectory);
     for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -120,7 +125,7 @@ int main(int argc, char** argv) {
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     tell(stage, report, 1e3 * wall / static_cast<double>(world.steps()));
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "vest_rehearse: %s\n", e.what());
+    std::fprintf(stderr, "vest_rehearse: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 1;
   }
   return 0;

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "vest_bringup/ros/session_player.h"
+#include "vest_instruments/files/refusal.h"
 
 // Re-simulates a session from its step_inputs and compares what was recorded on the way.
 
@@ -43,13 +44,11 @@ int main(int argc, char** argv) {
     vest::session::RecordedSession session(directory + "/session.bag");
     tell(vest::session::play(directory, session, options), threads, effects && session.effects());
   } catch (const vest::session::Difference& e) {
-    std::printf("%s\n", e.what());
+    std::printf("%s\n", vest::files::shown(e.what(), 6000).c_str());
     return 1;
   } catch (const std::exception& e) {
-    const std::string what = e.what();
-    const bool named = what.rfind(directory, 0) == 0;
-    std::fprintf(stderr, "vest_resimulate: %s%s\n", named ? "" : (directory + "/session.bag: ").c_str(),
-                 what.c_str());
+    std::fprintf(stderr, "vest_resimulate: %s\n",
+                 vest::files::refusal(e.what(), directory + "/session.bag").c_str());
     return 2;
   }
   return 0;

@@ -18,7 +18,8 @@
 #include "vest_bringup/ros/exercise_file.h"
 #include "vest_bringup/ros/moment_bag.h"
 #include "vest_bringup/ros/session_player.h"
-#include "vest_instruments/files/read.h"
+#include "vest_instruments/files/refusal.h"
+#include "write_whole.h"
 
 // Scores a recorded session: simulates it again and lets the exercise's engine look at each step.
 
@@ -36,13 +37,6 @@ std::string dateOf(const std::string& file) {
   gmtime_r(&status.st_mtime, &utc);
   std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
   return text;
-}
-
-void write(const std::string& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw std::runtime_error(file + ": cannot be written (is the disk full?)");
 }
 
 /// Keeps the moments that counted for the renderer.
@@ -137,11 +131,12 @@ void score(const Wanted& wanted) {
   if (!asked) throw std::invalid_argument("no exercise was done in it (use --exercise)");
   const exercise::Exercise& e = *asked;
   std::unique_ptr<exercise::Trainees> trainees;
-  std::vector<double> earlier;
+  const std::string database = wanted.database.empty() && !wanted.trainee.empty()
+                                   ? exercise::Trainees::defaultFile()
+                                   : wanted.database;
   if (!wanted.trainee.empty()) {
-    trainees = std::make_unique<exercise::Trainees>(
-        wanted.database.empty() ? exercise::Trainees::defaultFile() : wanted.database);
-    for (const auto& a : trainees->attempts(wanted.trainee, e.name)) earlier.push_back(a.total);
+    trainees = std::make_unique<exercise::Trainees>(database);
+    trainees->attempts(wanted.trainee);  // who is not known is told before the work
   }
   vest::session::PlayOptions options;
   options.effects = true, options.threads = wanted.threads;
@@ -169,26 +164,40 @@ void score(const Wanted& wanted) {
   if (wanted.exercise.empty() && as_live.finished && !session.result().empty() &&
       session.result() != exercise::toJson(e, as_live))
     throw vest::session::Difference("the score differs from the one of the session");
+  exercise::Learning learning;
+  std::string problem;  // the report is written all the same
+  if (trainees) try {
+      const auto kept = trainees->keep(exercise::attemptOf(
+          e, *played.result, wanted.trainee, date, VEST_VERSION, fs::absolute(wanted.directory).string()));
+      learning = exercise::learningOf(trainees->attempts(wanted.trainee, e.name),
+                                      exercise::storedReference(database, e.name));
+      const std::string words = toText(learning);
+      if (!wanted.json)
+        std::printf("kept for %s%s%s\n%s%s", kept.trainee.c_str(), kept.flags.empty() ? "" : ": ",
+                    kept.flags.c_str(), words.c_str(), words.empty() ? "" : "\n");
+    } catch (const std::exception& why) {
+      problem = why.what();
+    }
   if (wanted.report || wanted.pictures || wanted.pdf) {
-    exercise::Report report{e, *played.result, trace, wanted.trainee, date, VEST_VERSION, earlier, {}, {}};
+    exercise::Report report{
+        e, *played.result, trace, wanted.trainee, date, VEST_VERSION, std::move(learning), {}, {}};
     for (const auto& note : session.notes()) {
       const double t = (note.stamp - played.exercise_begin).toSec();
       if (t >= 0) report.notes.push_back({t, note.text});
     }
     if (moments) report.pictures = moments->draw();
-    write(wanted.directory + "/report.html", exercise::toHtml(report));
-    write(wanted.directory + "/score.json", json);
-    write(wanted.directory + "/trace.csv", trace.toCsv());
-    write(wanted.directory + "/xapi.json", exercise::toXapi(report));
+    vest::tools::writeWhole(wanted.directory + "/report.html", exercise::toHtml(report));
+    vest::tools::writeWhole(wanted.directory + "/score.json", json);
+    vest::tools::writeWhole(wanted.directory + "/trace.csv", trace.toCsv());
+    vest::tools::writeWhole(wanted.directory + "/xapi.json", exercise::toXapi(report));
+    if (trainees) {
+      vest::tools::writeWhole(wanted.directory + "/learning.json", toJson(report.learning));
+      vest::tools::writeWhole(wanted.directory + "/learning.csv", toCsv(report.learning));
+    }
     if (!wanted.json) std::printf("report: %s/report.html\n", wanted.directory.c_str());
     if (wanted.pdf) printPdf(wanted.directory);
   }
-  if (!trainees) return;
-  const auto kept = trainees->keep(exercise::attemptOf(e, *played.result, wanted.trainee, date, VEST_VERSION,
-                                                       fs::absolute(wanted.directory).string()));
-  if (!wanted.json)
-    std::printf("kept for %s%s%s\n", kept.trainee.c_str(), kept.flags.empty() ? "" : ": ",
-                kept.flags.c_str());
+  if (!problem.empty()) throw exercise::DatabaseError(problem);
 }
 
 }  // namespace
@@ -207,7 +216,9 @@ int main(int argc, char** argv) {
                  "pseudonym: keeps the result for this trainee (vest_trainee add)");
   app.add_option("--database", wanted.database,
                  "of trainees; default: $VEST_TRAINEES, else in ~/.local/share/vest");
-  app.add_flag("--report", wanted.report, "writes report.html, score.json, trace.csv and xapi.json into DIR");
+  app.add_flag("--report", wanted.report,
+               "writes report.html, score.json, trace.csv and xapi.json into DIR; with "
+               "--trainee learning.json and learning.csv, too");
   app.add_flag("--pictures", wanted.pictures, "the report, with pictures of the moments that counted");
   app.add_flag("--pdf", wanted.pdf, "the report, and report.pdf by weasyprint");
   app.add_flag("--json", wanted.json, "print JSON");
@@ -215,16 +226,14 @@ int main(int argc, char** argv) {
   try {
     score(wanted);
   } catch (const vest::session::Difference& e) {
-    std::fprintf(stderr, "vest_score: %s\n", e.what());
+    std::fprintf(stderr, "vest_score: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 1;
   } catch (const exercise::DatabaseError& e) {
-    std::fprintf(stderr, "vest_score: %s\n", e.what());
+    std::fprintf(stderr, "vest_score: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 2;
   } catch (const std::exception& e) {
-    const std::string what = e.what();
-    const bool named = what.rfind(wanted.directory, 0) == 0;
-    std::fprintf(stderr, "vest_score: %s%s\n", named ? "" : (wanted.directory + "/session.bag: ").c_str(),
-                 vest::files::shown(what, 4000).c_str());
+    std::fprintf(stderr, "vest_score: %s\n",
+                 vest::files::refusal(e.what(), wanted.directory + "/session.bag").c_str());
     return 2;
   }
   return 0;

@@ -4,9 +4,11 @@
 
 #include <CLI/CLI.hpp>
 
+#include "vest_bringup/exercise/learning_curve.h"
 #include "vest_bringup/exercise/rating.h"
 #include "vest_bringup/ros/exercise_file.h"
 #include "vest_instruments/files/read.h"
+#include "write_whole.h"
 
 namespace {
 
@@ -25,6 +27,16 @@ void print(const vest::exercise::Attempt& a) {
   std::printf("%s  %s  %s, total %.1f, quality %.1f, %.1f s%s%s  %s\n", date.c_str(), exercise.c_str(),
               a.passed ? "passed" : "not passed", a.total, a.quality, a.time, a.flags.empty() ? "" : ", ",
               shown(a.flags).c_str(), shown(a.directory).c_str());
+}
+
+/// Numbers of one exercise, for people or for a table.
+void tell(const vest::exercise::Learning& learning, const std::string& format) {
+  if (format == "csv") std::fputs(toCsv(learning).c_str(), stdout);
+  if (format == "json") std::fputs(toJson(learning).c_str(), stdout);
+  if (format != "text") return;
+  for (const auto& a : learning.attempts) print(a);
+  for (const auto& z : learning.z) std::printf("z %+.2f  %s\n", z.z, shown(z.name).c_str());
+  std::printf("%s\n", toText(learning).c_str());
 }
 
 }  // namespace
@@ -55,20 +67,41 @@ int main(int argc, char** argv) {
           "handling (GEARS: force sensitivity), autonomy (GEARS: and robotic control)")
       ->required()
       ->delimiter(',');
-  for (auto* const one : {adding, showing, exporting, erasing, rating})
+  auto* const progress = app.add_subcommand("progress", "learning curve, CUSUM and z-scores of a trainee");
+  progress->add_option("--exercise", exercise, "one of vest_exercise list")->required();
+  std::string format = "text";
+  progress->add_option("--format", format)->check(CLI::IsMember({"text", "csv", "json"}));
+  auto* const reference =
+      app.add_subcommand("reference", "makes trainees the group that z-scores of an exercise compare with");
+  std::vector<std::string> group;
+  reference->add_option("--exercise", exercise, "one of vest_exercise list")->required();
+  reference->add_option("--of", group, "pseudonyms; only their numbers are kept")->required()->delimiter(',');
+  for (auto* const one : {progress, adding, showing, exporting, erasing, rating})
     one->add_option("NAME", name, "pseudonym")->required();
   CLI11_PARSE(app, argc, argv);
   try {
-    vest::exercise::Trainees trainees(database.empty() ? vest::exercise::Trainees::defaultFile() : database);
+    if (database.empty()) database = vest::exercise::Trainees::defaultFile();
+    vest::exercise::Trainees trainees(database);
+    if (!exercise.empty()) vest::ros_shell::exerciseFile(exercise);  // one that there is
     if (adding->parsed()) trainees.add(name);
     if (listing->parsed())
       for (const std::string& one : trainees.list())
         std::printf("%s  %zu attempts\n", shown(one).c_str(), trainees.attempts(one).size());
     if (showing->parsed())
       for (const auto& a : trainees.attempts(name)) print(a);
-    if (rating->parsed()) {
-      vest::ros_shell::exerciseFile(exercise);  // one that there is
+    if (rating->parsed())
       trainees.keep(vest::exercise::ratingOf(form, exercise, rater, marks, name, vest::exercise::dateNow()));
+    if (progress->parsed())
+      tell(vest::exercise::learningOf(trainees.attempts(name, exercise),
+                                      vest::exercise::storedReference(database, exercise)),
+           format);
+    if (reference->parsed()) {
+      std::vector<vest::exercise::Attempt> attempts;
+      for (const std::string& one : group)
+        for (const auto& a : trainees.attempts(one, exercise)) attempts.push_back(a);
+      const std::string file = vest::exercise::referenceFile(database, exercise);
+      vest::tools::writeWhole(file, toJson(vest::exercise::referenceOf(exercise, attempts)));
+      std::printf("%s\n", file.c_str());
     }
     if (exporting->parsed()) std::fputs(trainees.exported(name).c_str(), stdout);
     if (erasing->parsed()) trainees.erase(name);

@@ -92,8 +92,8 @@ struct Film {
       }
       const bool pressed = near(in.press, k, kPressReach);
       const double q = pressed ? 0.0
-                               : perfused * model.perfusion[i] * s.area[i] * model.depth[i] * s.open[i] *
-                                     (1.0 - s.styptic[i]) * (1.0 - s.sealed[i]);
+                               : perfused * (in.reach ? in.reach[i] : 1.0f) * model.perfusion[i] * s.area[i] *
+                                     model.depth[i] * s.open[i] * (1.0 - s.styptic[i]) * (1.0 - s.sealed[i]);
       s.flow[i] = static_cast<float>(q > 0 ? q : 0);
       pour(i, s.flow[i] * dt, 0, s);
       s.seeped += s.flow[i] * dt;

@@ -64,7 +64,7 @@ bool cutThrough(const Vessels& vessels, int index, WoundState& state) {
   if (state.opening_count >= kMostOpenings || state.clamp_count >= kMostClamps) return false;
   Opening& heart = state.openings[index];
   heart.area = vessels.lumen(heart.vessel, heart.station);
-  heart.sealed = heart.clot = 0;  // what was sealed is cut
+  heart.sealed = heart.clot = heart.spasm = 0;  // what was sealed is cut
   heart.end = End::kHeart;
   Opening far = heart;
   far.end = End::kFar;
@@ -121,7 +121,7 @@ bool open(const Vessels& vessels, const Place& place, double area, const Opening
     o.vessel = static_cast<std::int16_t>(vessel);
     o.end = End::kWall;
     o.station = station;
-    o.area = o.sealed = o.clot = o.lost = o.flow = 0;
+    o.area = o.sealed = o.clot = o.spasm = o.lost = o.flow = 0;
     index = state.opening_count++;
     state.openings[index] = o;
   }
@@ -206,7 +206,7 @@ void fill(const Vessels& vessels, const WoundState& state, const Pinches& pinche
       const SegmentModel& s = vessels.arteries.segments[o.vessel];
       station = (cellOf(s, o) + 0.5) * s.dx;
     }
-    inputs.holes[i] = {o.vessel, station, std::max(0.0, o.area - o.sealed - o.clot)};
+    inputs.holes[i] = {o.vessel, station, o.open()};
   }
   inputs.closure_count = 0;
   const auto shut = [&](int vessel, double place, double opening, bool cut) {
@@ -252,6 +252,8 @@ void book(const Vessels& vessels, const haemodynamics::CirculationState& circula
                         : o.end == End::kWall && o.area <= kSmallHole && !vessels.isVein(o.vessel)
                             ? kHoleClotting
                             : 0;
+    if (o.end != End::kWall && !vessels.isVein(o.vessel))
+      o.spasm += (kSpasm * o.area - o.spasm) * dt / (dt + kSpasmTime);
     if (time > 0) o.clot = std::max(0.0, std::min(o.area - o.sealed, o.clot + o.area * dt / time));
   }
 }

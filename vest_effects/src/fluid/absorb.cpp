@@ -8,6 +8,9 @@
 namespace vest::fluid {
 namespace {
 
+constexpr float kAside = 0.032f;     ///< m, for what rests under an overhang (assumed)
+constexpr float kFarthest = 0.096f;  ///< m, for what fell behind the wall: bounds the work
+
 /// A particle's fluid into a cell: volume, blood, horizontal momentum.
 void join(const Model& model, State& state, std::size_t cell, float volume, float blood, float vx, float vy) {
   Pools& w = state.pools;
@@ -24,7 +27,7 @@ void join(const Model& model, State& state, std::size_t cell, float volume, floa
 
 /// @return the nearest cell whose bed lies between two heights, within `far` cells; else their number
 std::size_t nearestOpenCell(const Model& model, const Pools& w, int c, int r, float low, float high,
-                            int far = 8) {
+                            int far) {
   std::size_t best = w.bed.size();
   int distance = 1 << 30;
   for (int dr = -far; dr <= far; ++dr) {
@@ -100,7 +103,11 @@ bool overBed(const Model& model, const State& state, std::size_t i) {
 void drown(const Model& model, State& state, std::size_t i) {
   const Particles& q = state.particles;
   const int c = columnOf(model, q.x[i]), r = rowOf(model, q.y[i]);
-  const std::size_t cell = nearestOpenCell(model, state.pools, c, r, -1e2f, 1e2f, 24);
+  // No farther aside than it has flown, and a cell.
+  const float way = q.age[i] * std::sqrt(q.vx[i] * q.vx[i] + q.vy[i] * q.vy[i] + q.vz[i] * q.vz[i]);
+  const int far =
+      1 + static_cast<int>(std::min(kFarthest, way) / static_cast<float>(model.parameters.pool_cell));
+  const std::size_t cell = nearestOpenCell(model, state.pools, c, r, -1e2f, 1e2f, far);
   if (cell < state.pools.bed.size()) {
     join(model, state, cell, q.volume[i], q.blood[i], 0, 0);
   } else {
@@ -113,6 +120,7 @@ void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData&
   Pools& w = state.pools;
   const Parameters& par = model.parameters;
   const auto d = static_cast<float>(par.spacing), patience = static_cast<float>(par.rest_time);
+  const int rest_cells = std::max(1, static_cast<int>(kAside / static_cast<float>(par.pool_cell)));
   std::fill(w.head.begin(), w.head.end(), 0.0f);
   for (std::size_t i = 0; i < q.count; ++i) {
     if (q.volume[i] <= 0) continue;
@@ -141,7 +149,9 @@ void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData&
       q.volume[i] = 0;
     } else if (q.rest[i] > patience) {
       const std::size_t target =
-          bed > kNoBed && p[2] > bed - d ? cell : nearestOpenCell(model, w, c, r, p[2] - 0.02f, p[2] + 2 * d);
+          bed > kNoBed && p[2] > bed - d
+              ? cell
+              : nearestOpenCell(model, w, c, r, p[2] - 0.02f, p[2] + 2 * d, rest_cells);
       if (target < w.bed.size()) {
         join(model, state, target, q.volume[i], q.blood[i], q.vx[i], q.vy[i]);
         q.volume[i] = 0;

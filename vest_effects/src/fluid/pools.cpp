@@ -135,44 +135,4 @@ bool fillCell(const Model& model, State& state, int column, int row, double volu
   return true;
 }
 
-void findPools(const Model& model, const State& state, double least, double film, std::size_t most,
-               std::vector<std::uint32_t>& labels, std::vector<PoolPatch>& pools) {
-  const Pools& w = state.pools;
-  labels.assign(w.depth.size(), 0);
-  pools.clear();
-  std::vector<std::size_t> stack;
-  const double area = model.parameters.pool_cell * model.parameters.pool_cell;
-  std::uint32_t label = 0;
-  for (std::size_t seed = 0; seed < w.depth.size(); ++seed) {
-    if (labels[seed] || !(static_cast<double>(w.depth[seed]) > film)) continue;
-    PoolPatch p;
-    p.label = ++label;
-    int c0 = model.columns, c1 = -1, r0 = model.rows, r1 = -1;
-    stack.push_back(seed);
-    labels[seed] = label;
-    while (!stack.empty()) {
-      const std::size_t i = stack.back();
-      stack.pop_back();
-      const int c = static_cast<int>(i % static_cast<std::size_t>(model.columns)),
-                r = static_cast<int>(i / static_cast<std::size_t>(model.columns));
-      c0 = std::min(c0, c), c1 = std::max(c1, c), r0 = std::min(r0, r), r1 = std::max(r1, r);
-      p.volume += static_cast<double>(w.depth[i]) * area, p.blood += static_cast<double>(w.blood[i]) * area;
-      const int dc[] = {1, -1, 0, 0}, dr[] = {0, 0, 1, -1};
-      for (int k = 0; k < 4; ++k) {
-        const int cc = c + dc[k], rr = r + dr[k];
-        if (cc < 0 || rr < 0 || cc >= model.columns || rr >= model.rows) continue;
-        const std::size_t j = static_cast<std::size_t>(rr) * model.columns + cc;
-        if (labels[j] || !(static_cast<double>(w.depth[j]) > film)) continue;
-        labels[j] = label;
-        stack.push_back(j);
-      }
-    }
-    p.column = c0, p.row = r0, p.columns = c1 - c0 + 1, p.rows = r1 - r0 + 1;
-    if (p.volume >= least) pools.push_back(p);
-  }
-  std::stable_sort(pools.begin(), pools.end(),
-                   [](const PoolPatch& a, const PoolPatch& b) { return a.volume > b.volume; });
-  if (pools.size() > most) pools.resize(most);
-}
-
 }  // namespace vest::fluid

@@ -253,10 +253,12 @@ void dragPools(const Model& model, const Inputs& inputs, const State& state, Scr
 void emit(const Model& model, const Inputs& inputs, State& state);
 void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s, Report& report);
 void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
+/// Instruments turn fluid away; s.px … are the places before the step.
+void turnAway(const Model& model, const Inputs& inputs, State& state, const ScratchData& s);
 /// Whether tissue lies below or above a particle.
 bool overBed(const Model& model, const State& state, std::size_t particle);
-/// One particle joins the pool below or above it, or beside that. Its volume is lost where there is no bed
-/// within 24 cells.
+/// One particle joins the pool below or above it, or beside that, no farther than it has come itself. Its
+/// volume is lost where there is no bed.
 void drown(const Model& model, State& state, std::size_t particle);
 void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
 /// How the pools weigh on the knots, where they stand now.

@@ -15,7 +15,8 @@ bool finite(const std::array<double, 3>& a) {
 bool good(const Model& model, const Inputs& in) {
   if (!(in.dt >= 1e-5 && in.dt <= 0.02) || !finite(in.gravity)) return false;
   if (in.source_count < 0 || in.source_count > kMostSources || in.suction_count < 0 ||
-      in.suction_count > kMostSuctions || in.surface_count > model.surfaces.size())
+      in.suction_count > kMostSuctions || in.obstacle_count < 0 || in.obstacle_count > kMostObstacles ||
+      in.surface_count > model.surfaces.size())
     return false;
   for (int k = 0; k < in.source_count; ++k) {
     const Source& s = in.sources[k];
@@ -31,6 +32,11 @@ bool good(const Model& model, const Inputs& in) {
   for (int k = 0; k < in.suction_count; ++k) {
     const Suction& s = in.suctions[k];
     if (!finite(s.position) || !(s.flow >= 0 && s.flow <= 1e-3) || !(s.reach > 0 && s.reach <= 0.1))
+      return false;
+  }
+  for (int k = 0; k < in.obstacle_count; ++k) {
+    const Obstacle& o = in.obstacles[static_cast<std::size_t>(k)];
+    if (!finite(o.a) || !finite(o.b) || !finite(o.velocity) || !(o.radius >= 0 && o.radius <= 0.1))
       return false;
   }
   for (std::size_t k = 0; k < in.surface_count; ++k) {
@@ -219,6 +225,7 @@ void step(const Model& model, const Inputs& inputs, State& state, Scratch& scrat
       q.vz[i] = (q.z[i] - s.pz[i]) * inverse_dt;
     }
     impact(model, inputs, state, s);
+    turnAway(model, inputs, state, s);
     diffuse(model, state, s, dt);
   }
   for (std::size_t i = 0; i < q.count; ++i) q.vx[i] += kick[0], q.vy[i] += kick[1], q.vz[i] += kick[2];

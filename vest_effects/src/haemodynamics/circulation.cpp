@@ -34,9 +34,9 @@ bool good(const CirculationModel& model, const CirculationInputs& in, double dt)
   const CirculationSettings& set = in.settings;
   bool ok = dt >= 0 && dt <= 0.01 && set.heart_rate >= 0 && set.heart_rate <= 5 && set.mean_pressure >= 0 &&
             set.mean_pressure <= 5e4 && set.resistance_scale >= 0.05 && set.resistance_scale <= 20 &&
-            set.reflex_scale >= 0 && set.reflex_scale <= 1 && std::isfinite(in.external_pressure) &&
-            in.hole_count >= 0 && in.hole_count <= kMostHoles && in.closure_count >= 0 &&
-            in.closure_count <= kMostClosures;
+            set.reflex_scale >= 0 && set.reflex_scale <= 1 && set.infusion >= 0 && set.infusion <= 1e-5 &&
+            std::isfinite(in.external_pressure) && in.hole_count >= 0 && in.hole_count <= kMostHoles &&
+            in.closure_count >= 0 && in.closure_count <= kMostClosures;
   const auto inside = [&](int vessel, double station) {
     return vessel >= 0 && vessel < model.vesselCount() && station >= 0 && station <= model.length(vessel);
   };
@@ -138,10 +138,14 @@ void stepLoop(const CirculationModel& model, const CirculationSettings& set, dou
   s.resistance_tone += (toneOf(c.resistance_width) - s.resistance_tone) * (dt / (c.resistance_time + dt));
   s.volume_tone += (tone - s.volume_tone) * (dt / (c.volume_time + dt));
 
-  const double volume = c.blood_volume - s.lost;
+  s.given += set.infusion * dt;
+  s.low_time = s.smoothed_pressure < kArrestPressure ? s.low_time + dt : 0;
+  s.arrested = s.arrested || s.low_time > kArrestTime;
+  const double volume = c.blood_volume - s.lost + s.given;
   const double unstressed = model.unstressed_volume - c.reflex_volume * set.reflex_scale * s.volume_tone;
   s.filling_pressure = std::max(0.0, (volume - unstressed) / c.systemic_compliance);
-  s.output = std::max(0.0, (s.filling_pressure - c.atrial_pressure) / model.return_resistance);
+  s.output =
+      s.arrested ? 0.0 : std::max(0.0, (s.filling_pressure - c.atrial_pressure) / model.return_resistance);
   const double rest = set.heart_rate > 0 ? set.heart_rate : c.heart_rate;
   s.heart_rate = std::clamp(rest * (1 + c.rate_gain * set.reflex_scale * s.rate_tone), 0.3, 4.0);
 }

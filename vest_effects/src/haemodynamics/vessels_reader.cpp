@@ -1,4 +1,5 @@
 #include <yaml-cpp/yaml.h>
+#include <algorithm>
 
 #include <set>
 
@@ -159,7 +160,7 @@ class Reader {
     if (!list.IsSequence()) fail(list, "territories", "a list");
     std::set<std::string> names;
     for (const auto& entry : list) {
-      only(entry, "territories", {"tissue", "fed_by", "source"});
+      only(entry, "territories", {"tissue", "fed_by", "drained_by", "source"});
       Territory t;
       t.tissue = text(entry["tissue"], "territories.tissue");
       if (!names.insert(t.tissue).second) fail(entry["tissue"], "territories.tissue", "a name of its own");
@@ -173,6 +174,15 @@ class Reader {
             found = static_cast<int>(i);
         if (found < 0) fail(name, "territories.fed_by", "a segment of the network with a terminal");
         t.segments.push_back(found);
+      }
+      if (entry["drained_by"].IsDefined() && !entry["drained_by"].IsSequence())
+        fail(entry["drained_by"], "territories.drained_by", "a list of veins");
+      for (const auto& name : entry["drained_by"]) {
+        const std::string wanted = text(name, "territories.drained_by");
+        const auto vein = std::find_if(out_.veins.begin(), out_.veins.end(),
+                                       [&](const Vein& v) { return v.name == wanted; });
+        if (vein == out_.veins.end()) fail(name, "territories.drained_by", "one of the veins");
+        t.veins.push_back(static_cast<int>(vein - out_.veins.begin()));
       }
       source(entry["source"], "territories.source", "territories." + t.tissue);
       out_.territories.push_back(t);

@@ -9,6 +9,7 @@
 
 #include "vest_effects/haemodynamics/kernel_level.h"
 #include "vest_effects/haemodynamics/pulse_run.h"
+#include "vest_instruments/files/read.h"
 
 namespace {
 
@@ -75,7 +76,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Error& error) {
     return app.exit(error);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "vest_pulse: %s\n", error.what());
+    std::fprintf(stderr, "vest_pulse: %s\n", vest::files::shown(error.what(), 6000).c_str());
     return 1;
   }
 }

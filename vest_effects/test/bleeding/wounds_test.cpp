@@ -58,6 +58,24 @@ TEST(Wounds, CutThroughArteryBleedsFromBothStumpsAndThePressureBehindFalls) {
   EXPECT_NEAR(lost, 1e6 * (p.wounds.openings[0].lost + p.wounds.openings[1].lost), 1e-9);
 }
 
+TEST(Wounds, TheMuscleOfADividedArteryContractsAndThatOfAVeinDoesNot) {
+  Patient p;
+  ASSERT_TRUE(open(p.vessels, {p.artery, 0.08}, 2e-6, {}, p.wounds));
+  p.seconds(0.5);
+  const double first = p.seconds(2);
+  p.seconds(kSpasmTime);
+  EXPECT_NEAR(p.wounds.openings[0].spasm, kSpasm * (1 - std::exp(-1.0)) * p.wounds.openings[0].area,
+              0.02 * p.wounds.openings[0].area);
+  const double later = p.seconds(2);
+  std::printf("divided artery: %.2f ml in 2 s, after a minute %.2f\n", first, later);
+  EXPECT_LT(later, 0.9 * first);
+  EXPECT_GT(later, 0.1 * first) << "it does not stop by itself";
+  Patient q;
+  ASSERT_TRUE(open(q.vessels, {q.vein, 0.05}, 1e-4, {}, q.wounds));
+  q.seconds(1);
+  EXPECT_EQ(q.wounds.openings[0].spasm, 0);
+}
+
 TEST(Wounds, AClipOneMillimetreFromTheStumpStopsItWhateverTheCellsAre) {
   for (const double distance : {0.001, 0.004, 0.02}) {
     Patient p;

@@ -49,6 +49,25 @@ TEST(Account, NothingIsLostBetweenJetParticlesPoolAndSuction) {
   EXPECT_GT(poolVolume(f.model, f.state), 1e-5);
 }
 
+TEST(Account, WhatFellBehindTheWallComesBackNoFartherThanItFlew) {
+  // A plate of 40 mm, and drops below it, 20 mm beside it: some have flown as far, others have just begun.
+  Parameters p;
+  p.low = {-0.2, -0.2, -0.03};
+  const auto pooled = [&](float speed, float age) {
+    Fluid f(p, {plate(0.02)});
+    f.step();
+    f.fill(0.04, 0.0421, 0, 0.0021, -0.0279, -0.0255);
+    for (std::size_t i = 0; i < f.state.particles.count; ++i)
+      f.state.particles.vx[i] = speed, f.state.particles.age[i] = age;
+    for (int k = 0; k < 12; ++k) f.step();
+    EXPECT_LT(std::fabs(f.gap()), 1e-4 * f.state.emitted);
+    EXPECT_EQ(f.state.particles.count, 0u);
+    return poolVolume(f.model, f.state) / f.state.emitted;
+  };
+  EXPECT_NEAR(pooled(1.2f, 0.05f), 1, 1e-3);
+  EXPECT_EQ(pooled(0.0f, 0.02f), 0) << "they were drawn to the plate";
+}
+
 TEST(Account, ThePoolIsDilutedToTheMixtureOfItsInflows) {
   Fluid f = basin(1);
   f.inputs.suction_count = 0;

@@ -109,6 +109,27 @@ TEST(Circulation, LossOfBloodFollowsThePublishedClassesOfShock) {
   EXPECT_GT(systolic[3], 6700);
 }
 
+TEST(Circulation, InfusionBringsThePressureBackAndAHeartWithoutPressureStops) {
+  Patient p;
+  p.inputs.settings.reflex_scale = 0;
+  p.bleed(0.15, 3);
+  const double before = p.state.systolic, lost = p.state.lost;
+  p.inputs.settings.infusion = 1e-5;
+  p.seconds(10);
+  EXPECT_NEAR(p.state.given, 1e-4, 1e-9);
+  EXPECT_EQ(p.state.lost, lost);
+  EXPECT_GT(p.state.systolic, before + 300) << "Pa, by 2 % of the blood";
+  EXPECT_FALSE(p.state.arrested);
+  p.inputs.settings.infusion = 0;
+  p.bleed(0.6, 3);
+  EXPECT_LT(p.state.smoothed_pressure, kArrestPressure);
+  p.state.low_time = kArrestTime - 1;
+  EXPECT_FALSE(p.state.arrested);
+  p.seconds(2);
+  EXPECT_TRUE(p.state.arrested);
+  EXPECT_EQ(p.state.output, 0);
+}
+
 TEST(Circulation, ThePneumoperitoneumRaisesTheVenousPressureAndHoldsVenousBleedingBack) {
   const int vein = vessel("uterine_vein_left");
   Patient open, closed;

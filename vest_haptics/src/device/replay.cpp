@@ -60,7 +60,9 @@ void ReplayDevice::open(const DeviceOptions& options) {
   std::istringstream header(line);
   for (int c = 0; std::getline(header, cell, ','); ++c) {
     for (std::size_t k = 0; k < wanted.size(); ++k) {
-      if (trimmed(cell) == wanted[k]) column[k] = c;
+      if (trimmed(cell) != wanted[k]) continue;
+      if (column[k] >= 0) throw DeviceError(where + ": column '" + wanted[k] + "' stands there twice");
+      column[k] = c;
     }
   }
   for (std::size_t k = 0; k < wanted.size(); ++k) {

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "vest_tissue/shared/fill_record.h"
+#include "vest_tissue/scene/fill_record.h"
 
 namespace vest::haptics {
 namespace {

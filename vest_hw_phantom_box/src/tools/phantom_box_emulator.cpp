@@ -13,6 +13,7 @@
 #include "vest_hw_phantom_box/emulator/emulator.h"
 #include "vest_hw_phantom_box/emulator/pseudo_terminal.h"
 #include "vest_hw_phantom_box/transport/raw_log.h"
+#include "vest_instruments/files/read.h"
 
 namespace {
 
@@ -229,7 +230,7 @@ int main(int argc, char** argv) {
   try {
     Program(options).run();
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "phantom_box_emulator: %s\n", e.what());
+    std::fprintf(stderr, "phantom_box_emulator: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 1;
   }
   return 0;

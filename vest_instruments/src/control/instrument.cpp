@@ -323,6 +323,12 @@ bool Instrument::exchangeTool(tools::ToolKind tool) {
   return true;
 }
 
+bool Instrument::exchangeOptic(double angle) {
+  if (arm_.tool != tools::ToolKind::Endoscope || !(angle >= 0 && angle <= kOpticMost)) return false;
+  arm_.optic_angle = angle;
+  return true;
+}
+
 void Instrument::setClutch(bool pressed) {
   clutched_ = pressed;
 }

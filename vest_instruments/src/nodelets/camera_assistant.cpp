@@ -5,12 +5,10 @@
 #include <stdexcept>
 
 #include <geometry_msgs/PoseStamped.h>
-#include <ros/package.h>
 
 #include "crtk_arm.h"
 #include "vest_instruments/control/pedals.h"
 #include "vest_instruments/kinematics/jacobian.h"
-#include "vest_instruments/kinematics/trainer_box.h"
 
 namespace vest_instruments {
 
@@ -41,10 +39,6 @@ CameraAssistant::CameraAssistant(ros::NodeHandle nh, ros::NodeHandle private_nh)
            "footswitch_preset dvrk or custom, or an input map, with camera_follow, camera_in, camera_out");
   private_nh.param("dead_zone", dead_zone_, 0.12);
   if (!(dead_zone_ >= 0.0 && dead_zone_ <= 1.0)) refuse("dead_zone", std::to_string(dead_zone_), "0 … 1 rad");
-  std::string box;
-  private_nh.param<std::string>("trainer_box", box,
-                                ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
-  optic_angle_ = kin::loadTrainerBox(box).arm(vest::tools::Instrument::Endoscope).optic_angle;
 
   pose_ = nh_.advertise<geometry_msgs::PoseStamped>("teleop/endoscope/servo_cp", 10);
   const auto hints = ros::TransportHints().tcpNoDelay();
@@ -68,6 +62,7 @@ void CameraAssistant::onInstruments(const vest_msgs::InstrumentStates& msg) {
     if (s.name != "endoscope" || s.source != vest_msgs::InstrumentState::SOURCE_TELEOP) continue;
     held_ = true;
     functions_ = s.functions;
+    optic_angle_ = std::atan2(std::hypot(s.sight[0], s.sight[1]), s.sight[2]);
     const auto& j = s.joint_position;
     measured_ = {j[0], j[1], j[2], j[3], j[4]};
     // What lies between trocar and tip is known: the rest is the trocar, wherever the box stands.

@@ -84,6 +84,12 @@ Configuration readConfiguration(const ros::NodeHandle& session_nh, const ros::No
     }
     arm.tool = *kind;
   }
+  if (nh.hasParam("optic_deg")) {
+    const double optic = read<double>(nh, "optic_deg", 0, "a number");
+    if (!(optic >= 0 && optic <= 90)) refuse(nh, "optic_deg", std::to_string(optic), "0 to 90 degrees");
+    c.box.arms[static_cast<std::size_t>(vest::tools::Instrument::Endoscope)].optic_angle =
+        optic * 0.017453292519943295;
+  }
   static_cast<void>(readFootswitches(session_nh));  // a wrong one is refused in the driver's words
   c.footswitch_preset = word(session_nh, "footswitch_preset", "trainer");
   const std::string inputs = word(nh, "inputs", "");

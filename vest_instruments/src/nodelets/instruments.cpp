@@ -1,6 +1,7 @@
 #include "instruments.h"
 
 #include <cmath>
+#include <cstdio>
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 
@@ -64,6 +65,10 @@ Eigen::Isometry3d turn(double angle, const Eigen::Vector3d& axis,
   X.linear() = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
   X.translation() = at;
   return X;
+}
+
+geometry_msgs::TransformStamped opticLink(const vest::kinematics::TrainerArm& arm) {
+  return link("endoscope_light_post", "endoscope_optic", turn(-arm.optic_angle, Eigen::Vector3d::UnitX()));
 }
 
 }  // namespace
@@ -153,6 +158,7 @@ Instruments::Instruments(ros::NodeHandle nh, ros::NodeHandle private_nh)
   }
   services_.push_back(nh_.advertiseService("select_source", &Instruments::onSelectSource, this));
   services_.push_back(nh_.advertiseService("exchange_tool", &Instruments::onExchangeTool, this));
+  services_.push_back(nh_.advertiseService("exchange_optic", &Instruments::onExchangeOptic, this));
   timer_ =
       nh_.createSteadyTimer(ros::WallDuration(kPeriod), [this](const ros::SteadyTimerEvent&) { onTimer(); });
   diagnostics_timer_ = nh_.createSteadyTimer(ros::WallDuration(1.0),
@@ -411,8 +417,7 @@ void Instruments::prepareTransforms() {
     transforms_.push_back(link(n + "_pitch", n + "_insertion", I));
     transforms_.push_back(link(n + "_insertion", n + "_roll", I));
     if (n == "endoscope") {
-      fixed.push_back(
-          link("endoscope_light_post", "endoscope_optic", turn(-arm.optic_angle, Eigen::Vector3d::UnitX())));
+      fixed.push_back(opticLink(arm));
       transforms_.push_back(link("endoscope_tip", "endoscope_light_post", I));
       transforms_.push_back(link("endoscope_optic", "endoscope_optical_frame", I));
     } else {
@@ -471,6 +476,28 @@ bool Instruments::onExchangeTool(vest_msgs::ExchangeTool::Request& request,
         "tool " + std::to_string(request.tool) + " is unknown; allowed: " + vest::tools::handTools(true);
   } else {
     response.message = exchange(static_cast<std::size_t>(i), static_cast<ToolKind>(request.tool));
+  }
+  response.success = response.message.empty();
+  return true;
+}
+
+bool Instruments::onExchangeOptic(vest_msgs::ExchangeOptic::Request& request,
+                                  vest_msgs::ExchangeOptic::Response& response) {
+  Instrument& endoscope = instruments_[static_cast<std::size_t>(vest::tools::Instrument::Endoscope)];
+  if (!endoscope.present()) {
+    response.message = "there is no endoscope in this box";
+  } else if (!endoscope.exchangeOptic(request.angle)) {
+    char text[96];
+    std::snprintf(text, sizeof text, "angle %g: there is no such optic; allowed: 0 to %g rad", request.angle,
+                  Instrument::kOpticMost);
+    response.message = text;
+  } else {
+    configuration_.box.arms[static_cast<std::size_t>(vest::tools::Instrument::Endoscope)].optic_angle =
+        request.angle;
+    auto optic = opticLink(endoscope.arm());
+    optic.header.stamp = ros::Time::now();
+    static_tf_.sendTransform(optic);
+    setDescription();
   }
   response.success = response.message.empty();
   return true;

@@ -12,6 +12,7 @@
 #include <tf2_ros/static_transform_broadcaster.h>
 #include <tf2_ros/transform_broadcaster.h>
 #include <vest_msgs/ContactModels.h>
+#include <vest_msgs/ExchangeOptic.h>
 #include <vest_msgs/ExchangeTool.h>
 #include <vest_msgs/InstrumentStates.h>
 #include <vest_msgs/SelectSource.h>
@@ -57,6 +58,8 @@ class Instruments {
   void watchPreset();
   bool onSelectSource(vest_msgs::SelectSource::Request& request, vest_msgs::SelectSource::Response& response);
   bool onExchangeTool(vest_msgs::ExchangeTool::Request& request, vest_msgs::ExchangeTool::Response& response);
+  bool onExchangeOptic(vest_msgs::ExchangeOptic::Request& request,
+                       vest_msgs::ExchangeOptic::Response& response);
   std::string exchange(std::size_t i, vest::tools::ToolKind tool);  ///< empty: done; else the reason
   void publish(const ros::Time& stamp, double now);
   void fillStates(const ros::Time& stamp, double now);

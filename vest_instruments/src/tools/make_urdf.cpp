@@ -6,7 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "vest_instruments/files/read.h"
+#include "vest_instruments/files/refusal.h"
 #include "vest_instruments/urdf/description.h"
 
 int main(int argc, char** argv) {
@@ -21,7 +21,7 @@ int main(int argc, char** argv) {
   try {
     if (!check.empty()) {
       vest::urdf::checkUrdf(vest::files::read(check, 4u << 20));
-      std::cout << check << ": one tree, within the limits\n";
+      std::cout << vest::files::shown(check, 6000) << ": one tree, within the limits\n";
       return 0;
     }
     if (box_file.empty()) throw std::runtime_error("--box or --check must be given");
@@ -36,7 +36,9 @@ int main(int argc, char** argv) {
       throw std::runtime_error(output + ": cannot be written");
     }
   } catch (const std::exception& e) {
-    std::cerr << "make_urdf: " << (check.empty() ? "" : check + ": ") << e.what() << "\n";
+    std::cerr << "make_urdf: "
+              << (check.empty() ? vest::files::shown(e.what(), 6000) : vest::files::refusal(e.what(), check))
+              << "\n";
     return 1;
   }
   return 0;

@@ -6,6 +6,7 @@
 #include <ros/package.h>
 #include <CLI/CLI.hpp>
 
+#include "vest_instruments/files/read.h"
 #include "vest_instruments/trajectory/trajectory.h"
 
 int main(int argc, char** argv) {
@@ -42,7 +43,7 @@ int main(int argc, char** argv) {
                 << " s), kept\n";
     }
   } catch (const std::exception& e) {
-    std::cerr << "trajectory_from_motion: " << e.what() << "\n";
+    std::cerr << "trajectory_from_motion: " << vest::files::shown(e.what(), 6000) << "\n";
     return 1;
   }
   return 0;

@@ -6,6 +6,7 @@
 #include <ros/package.h>
 #include <CLI/CLI.hpp>
 
+#include "vest_instruments/files/read.h"
 #include "vest_instruments/trajectory/trajectory.h"
 
 int main(int argc, char** argv) {
@@ -24,7 +25,7 @@ int main(int argc, char** argv) {
     if (!out.flush()) throw std::runtime_error(output + ": cannot be written");
     std::cout << trajectory.rows.size() << " rows, " << trajectory.rows.back().t << " s\n";
   } catch (const std::exception& e) {
-    std::cerr << "trajectory_from_waypoints: " << e.what() << "\n";
+    std::cerr << "trajectory_from_waypoints: " << vest::files::shown(e.what(), 6000) << "\n";
     return 1;
   }
   return 0;

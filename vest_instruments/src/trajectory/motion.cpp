@@ -54,6 +54,9 @@ std::vector<Sample> readMotion(const std::string& path) {
       throw TrajectoryError(files::shown(path, 4096) + ": line 1: column '" + wanted[k] +
                             "' is missing; allowed: t_s, px_mm, py_mm, pz_mm, qx, qy, qz, qw and others");
     }
+    if (std::count(header.begin(), header.end(), wanted[k]) > 1)
+      throw TrajectoryError(files::shown(path, 4096) + ": line 1: column '" + wanted[k] +
+                            "' stands there twice; allowed: once");
   }
   Matrix3d C;  // device axes (x right, y up, z to the user) to those of phantom_box
   C << 1, 0, 0, 0, 0, -1, 0, 1, 0;

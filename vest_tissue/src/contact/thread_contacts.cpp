@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../interaction/between_jaws.h"
-#include "../interaction/channels.h"
+#include "../scene/between_jaws.h"
+#include "../scene/channels.h"
 #include "../suture/contacts.h"
 
 /// What threads may touch in a step: tissue, rigid objects, instruments.

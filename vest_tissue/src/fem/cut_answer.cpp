@@ -51,7 +51,7 @@ CutAnswer::CutAnswer(const TissueModel& t, std::size_t knots) {
   const std::size_t nodes = t.model->mass.size();
   const double unknowns = 3.0 * static_cast<double>(t.model->free_node.size());
   const std::size_t rows = static_cast<std::size_t>(
-      std::min<double>(kMostCutKnots, kColumnBytes / (24.0 * std::max(unknowns, 1.0))));
+      std::min<double>(std::min(kMostCutKnots, knots), kColumnBytes / (24.0 * std::max(unknowns, 1.0))));
   const std::size_t most = (rows + 1) / 2;  // doubled nodes have two knots or more
   gamma_.resize(most);
   gamma_of_.assign(nodes, -1);
@@ -61,21 +61,23 @@ CutAnswer::CutAnswer(const TissueModel& t, std::size_t knots) {
   coupling_.resize(rows * kMostCouplings);
   const auto g = 3 * static_cast<Eigen::Index>(most), c = 3 * static_cast<Eigen::Index>(rows),
              n = static_cast<Eigen::Index>(unknowns);
-  columns_.setZero(n, g);
-  answers_.setZero(n, c);
-  gamma_factor_.setZero(g, g);
-  gamma_answer_.setZero(g, c);
-  half_.setZero(c, g);
-  own_.setZero(c, c);
-  factor_.setZero(c, c);
+  // Not set: what no cut has used yet takes no memory.
+  columns_.resize(n, g);
+  answers_.resize(n, c);
+  gamma_factor_.resize(g, g);
+  gamma_answer_.resize(g, c);
+  half_.resize(c, g);
+  own_.resize(c, c);
+  factor_.resize(c, c);
   work_.setZero(n), small_.setZero(g), at_cut_.setZero(c);
   touched_of_.assign(knots, -1);
   opened_of_.assign(nodes, -1);
   stride_u_ = c, stride_g_ = g;
-  touched_u_.setZero(static_cast<Eigen::Index>(kMostTouched) * c, 3);
-  touched_g_.setZero(static_cast<Eigen::Index>(kMostTouched) * g, 3);
+  const auto touched = static_cast<Eigen::Index>(std::min(kMostTouched, knots));
+  touched_u_.resize(touched * c, 3);
+  touched_g_.resize(touched * g, 3);
   const double most_opened = std::min<double>(kMostTouched, kOpenedBytes / (24.0 * std::max(unknowns, 1.0)));
-  opened_columns_.setZero(n, 3 * static_cast<Eigen::Index>(most_opened));
+  opened_columns_.resize(n, 3 * static_cast<Eigen::Index>(most_opened));
 }
 
 /// Doubled nodes and their knots, in the order of the copies: what was there keeps its place.

@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "vest_tissue/fem/cache.h"
-#include "vest_tissue/fem/condensed.h"
 #include "vest_tissue/fem/cut_answer.h"
 
 namespace vest::fem {
@@ -49,17 +48,75 @@ void findFaces(TissueModel& t) {
   }
 }
 
+/// scale·A^-1 between nodes, by columns.
+Eigen::MatrixXd between(const Model& m, BlockLdlt& factor, const std::vector<Index>& nodes, double scale) {
+  const Eigen::Index size = 3 * static_cast<Eigen::Index>(nodes.size());
+  Eigen::MatrixXd answer(size, size), columns;
+  constexpr Eigen::Index kBatch = 48;
+  for (Eigen::Index first = 0; first < size; first += kBatch) {
+    const Eigen::Index count = std::min(kBatch, size - first);
+    columns.setZero(3 * static_cast<Eigen::Index>(m.free_node.size()), count);
+    for (Eigen::Index c = 0; c < count; ++c)
+      columns(3 * m.unknown[nodes[static_cast<std::size_t>((first + c) / 3)]] + (first + c) % 3, c) = scale;
+    factor.solveColumns(columns.data(), static_cast<std::size_t>(count),
+                        static_cast<std::size_t>(columns.rows()));
+    for (Eigen::Index c = 0; c < count; ++c)
+      for (std::size_t n = 0; n < nodes.size(); ++n)
+        answer.col(first + c).segment<3>(3 * static_cast<Eigen::Index>(n)) =
+            columns.col(c).segment<3>(3 * m.unknown[nodes[n]]);
+  }
+  return answer;
+}
+
+/// The matrix of `make`, or what an earlier start kept of it.
+template <typename Make>
+Eigen::MatrixXd kept(const TissueModel& t, const std::vector<Index>& nodes, double step, Make make) {
+  const auto size = 3 * static_cast<Eigen::Index>(nodes.size());
+  const bool keep = !t.cache_directory.empty() && static_cast<std::size_t>(size) > kWorthKeeping;
+  if (!keep) return make();
+  const std::uint64_t hash = contentHash(t.model->description, nodes, step);
+  Eigen::MatrixXd answer;
+  if (loadMatrix(t.cache_directory, hash, size, answer)) return answer;
+  answer = make();
+  saveMatrix(t.cache_directory, hash, answer);
+  return answer;
+}
+
+/// Free nodes, those of the surface first, and their block rows.
+std::vector<Index> number(const TissueModel& t, bool inner, std::vector<std::int32_t>& rows) {
+  const Model& m = *t.model;
+  std::vector<std::uint8_t> outer(m.mass.size(), 0);
+  for (const auto& f : t.surface)
+    for (const Index n : f) outer[n] = 1;
+  std::vector<Index> nodes;
+  for (const bool at_surface : {true, false}) {
+    if (!at_surface && !inner) continue;
+    for (const Index n : m.free_node)
+      if ((outer[n] != 0) == at_surface) nodes.push_back(n);
+  }
+  rows.assign(m.mass.size(), -1);
+  for (std::size_t i = 0; i < nodes.size(); ++i) rows[nodes[i]] = static_cast<std::int32_t>(i);
+  return nodes;
+}
+
 /// FFEM: K^-1 between all free nodes, and what gravity and the loads of the scene do.
 void prepareElastostatic(TissueModel& t) {
   const Model& m = *t.model;
-  CondensedOptions options;
-  options.outer = Outer::All;
-  options.most_rank = 0;
-  if (3 * m.free_node.size() > kWorthKeeping) options.cache_directory = t.cache_directory;
-  const CondensedModel condensed(m.description, options);
-  t.answer = condensed.inverse();
-  t.answer_number.assign(m.mass.size(), -1);
-  for (Index n = 0; n < m.mass.size(); ++n) t.answer_number[n] = condensed.outerNumber(n);
+  const std::vector<Index> nodes = number(t, true, t.answer_number);
+  t.answer = kept(t, nodes, 0.0, [&] {
+    Scratch scratch(m, 1);
+    assemble(m, restState(m), 0.0, 1.0, Tangent::Frozen, scratch);
+    if (!m.free_node.empty() && !scratch.matrix.factorise()) {
+      refuse(m.description,
+             "its stiffness is singular to rounding; allowed: supports that hold every part, no slivers");
+    }
+    Eigen::MatrixXd answer = between(m, scratch.matrix, nodes, 1.0);
+    // Symmetric up to rounding; exactly from here on.
+    for (Eigen::Index j = 0; j < answer.cols(); ++j)
+      for (Eigen::Index i = j + 1; i < answer.rows(); ++i)
+        answer(i, j) = answer(j, i) = 0.5 * (answer(i, j) + answer(j, i));
+    return answer;
+  });
   const Eigen::Index size = t.answer.rows();
   Eigen::VectorXd load = Eigen::VectorXd::Zero(size);
   for (int axis = 0; axis < 3; ++axis) t.unit_gravity[static_cast<std::size_t>(axis)] = load;
@@ -81,46 +138,14 @@ void prepareElastostatic(TissueModel& t) {
 }
 
 /// h² A0^-1 between surface nodes, and their block rows.
-void stepAnswers(TissueModel& t, double h, std::vector<std::int32_t>& number, Eigen::MatrixXd& answer) {
-  const Model& m = *t.model;
-  const Description& d = m.description;
-  std::vector<Index> nodes;
-  std::vector<std::uint8_t> outer(m.mass.size(), 0);
-  for (const auto& f : t.surface)
-    for (const Index n : f) outer[n] = 1;
-  number.assign(m.mass.size(), -1);
-  for (const Index n : m.free_node) {
-    if (outer[n] == 0) continue;
-    number[n] = static_cast<std::int32_t>(nodes.size());
-    nodes.push_back(n);
-  }
+void stepAnswers(TissueModel& t, double h, std::vector<std::int32_t>& rows, Eigen::MatrixXd& answer) {
+  const std::vector<Index> nodes = number(t, false, rows);
   if (nodes.size() > kMostSurfaceNodes) {
-    refuse(d, std::to_string(nodes.size()) + " free nodes at the surface; allowed in a World: at most " +
-                  std::to_string(kMostSurfaceNodes));
+    refuse(t.model->description, std::to_string(nodes.size()) +
+                                     " free nodes at the surface; allowed in a World: at most " +
+                                     std::to_string(kMostSurfaceNodes));
   }
-  const Eigen::Index size = 3 * static_cast<Eigen::Index>(nodes.size());
-  const bool keep = !t.cache_directory.empty() && static_cast<std::size_t>(size) > kWorthKeeping;
-  const std::uint64_t hash = keep ? contentHash(d, nodes, h) : 0;
-  if (keep && loadMatrix(t.cache_directory, hash, size, answer)) return;
-  answer.resize(size, size);
-  constexpr Eigen::Index kBatch = 48;
-  Eigen::MatrixXd columns;
-  for (Eigen::Index first = 0; first < size; first += kBatch) {
-    const Eigen::Index count = std::min(kBatch, size - first);
-    columns.setZero(3 * static_cast<Eigen::Index>(m.free_node.size()), count);
-    for (Eigen::Index c = 0; c < count; ++c) {
-      columns(3 * m.unknown[nodes[static_cast<std::size_t>((first + c) / 3)]] + (first + c) % 3, c) = h * h;
-    }
-    t.factor.solveColumns(columns.data(), static_cast<std::size_t>(count),
-                          static_cast<std::size_t>(columns.rows()));
-    for (Eigen::Index c = 0; c < count; ++c) {
-      for (std::size_t n = 0; n < nodes.size(); ++n) {
-        answer.col(first + c).segment<3>(3 * static_cast<Eigen::Index>(n)) =
-            columns.col(c).segment<3>(3 * m.unknown[nodes[n]]);
-      }
-    }
-  }
-  if (keep) saveMatrix(t.cache_directory, hash, answer);
+  answer = kept(t, nodes, h, [&] { return between(*t.model, t.factor, nodes, h * h); });
 }
 
 }  // namespace
@@ -229,8 +254,8 @@ TissueScratch::TissueScratch(const TissueModel& t, std::size_t knots)
   thread_matrix.assign(9 * kMostThreadPoints * kMostThreadPoints, 0.0);
   groups.reserve(kMostGroups);
   cut = std::make_shared<CutAnswer>(t, knots);
-  point_u.setZero(static_cast<Eigen::Index>(3 * kMostTissuePoints * kMostCutKnots), 3);
-  point_g.setZero(static_cast<Eigen::Index>(3 * kMostTissuePoints * kMostCutKnots / 2), 3);
+  point_u.resize(static_cast<Eigen::Index>(3 * kMostTissuePoints * kMostCutKnots), 3);
+  point_g.resize(static_cast<Eigen::Index>(3 * kMostTissuePoints * kMostCutKnots / 2), 3);
   group_residual.resize(kMostGroups * kMostGroupKnots);
 }
 

@@ -10,9 +10,9 @@
 #include <stdexcept>
 
 #include "vest_tissue/fem/tissue.h"
+#include "vest_tissue/files/yaml_reader.h"
 #include "vest_tissue/image/brick.h"
 #include "vest_tissue/material/database.h"
-#include "vest_tissue/scene/yaml_reader.h"
 #include "vest_tissue/volume/stuffing.h"
 
 namespace vest::image {

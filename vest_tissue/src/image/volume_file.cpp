@@ -11,11 +11,15 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iomanip>
 #include <limits>
 #include <map>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 #include <vector>
+
+#include "vest_instruments/files/read.h"
 
 namespace vest::image {
 namespace {
@@ -49,13 +53,15 @@ using Fields = std::map<std::string, std::string>;
 
 /// What lies in a file from a place on, unpacked.
 struct Content {
-  std::string head;  ///< up to 348 bytes
-  std::size_t bytes = 0;
+  std::string head;       ///< up to 348 bytes
+  std::size_t bytes = 0;  ///< of text: numbers
 };
 
-/// Counts what ITK takes for whole where it is cut: all of it, checksums of gzip and zlib included.
-/// @throws std::runtime_error: packed data that are damaged
-Content contentOf(const std::string& path, std::size_t from, bool packed) {
+enum class Stored { Plain, Packed, Text };
+
+/// Counts what ITK takes for whole where it is cut: all of it, checksums of gzip and zlib included; of text,
+/// its numbers. @throws std::runtime_error: data that are damaged
+Content contentOf(const std::string& path, std::size_t from, Stored stored) {
   Content content;
   const auto add = [&](const char* data, std::size_t count) {
     content.head.append(data, std::min(count, 348 - content.head.size()));
@@ -64,7 +70,14 @@ Content contentOf(const std::string& path, std::size_t from, bool packed) {
   std::ifstream file(path, std::ios::binary);
   file.seekg(static_cast<std::streamoff>(from));
   std::vector<char> in(1 << 16), out(1 << 18);
-  if (!packed) {
+  if (stored == Stored::Text) {
+    double value = 0;
+    for (std::string word; file >> std::setw(400) >> word; ++content.bytes)
+      if (!files::parseNumber(word, value))
+        throw std::runtime_error("is damaged: '" + files::shown(word, 40) + "' among its values");
+    return content;
+  }
+  if (stored == Stored::Plain) {
     file.read(in.data(), 348);
     add(in.data(), static_cast<std::size_t>(file.gcount()));
     const std::size_t size = fs::file_size(path);
@@ -122,21 +135,44 @@ Text textOf(const std::string& path, Format format) {
 struct Account {
   bool placed = true;     ///< the file says how the patient lies in it
   std::size_t bytes = 0;  ///< of values, unpacked
-  std::size_t width = 0;  ///< bytes of a stored value; 0: as ITK gives them
-  bool counted = true;    ///< false: numbers as text, which have no fixed length
+  std::size_t width = 0;  ///< bytes of a stored value, 1 for text; 0: as ITK gives them
+  bool counted = true;    ///< false: digits of base 16, which ITK counts
 };
 
 /// Bytes of values behind a text, or in a file of their own: one, beside the header.
-std::size_t dataOf(const std::string& path, std::size_t end, const std::string& name, bool packed) {
-  if (name.empty() || lower(name) == "local") return contentOf(path, end, packed).bytes;
-  if (name.find_first_of("/%") != std::string::npos || lower(name).rfind("list", 0) == 0)
+std::size_t dataOf(const std::string& path, std::size_t end, const std::string& name, Stored stored) {
+  if (lower(name) == "local") return contentOf(path, end, stored).bytes;
+  if (name.empty() || name.find_first_of("/%") != std::string::npos || lower(name).rfind("list", 0) == 0)
     throw std::runtime_error("data file: must be one file in the folder of the header, by its name");
   const fs::path data = fs::path(path).parent_path() / name;
   std::error_code error;
   if (fs::is_symlink(data, error))
     throw std::runtime_error("data file: " + name + " is a link: must be a file");
   if (!fs::is_regular_file(data, error)) throw std::runtime_error("data file: " + name + " is not there");
-  return contentOf(data.string(), 0, packed).bytes;
+  if (fs::equivalent(data, path, error))
+    throw std::runtime_error("data file: " + name + ": must be another file than the header");
+  return contentOf(data.string(), 0, stored).bytes;
+}
+
+/// ITK takes a number that it cannot read, or that is missing, for 0 or 1.
+void refuseNumbers(const Fields& fields, const std::string& key, std::size_t count) {
+  const auto found = fields.find(key);
+  if (found == fields.end()) return;
+  std::string text = found->second;
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '(' || c == ')' || c == ','; }, ' ');
+  std::istringstream words(text);
+  std::size_t numbers = 0;
+  for (std::string word; words >> word;) {
+    double value = 0;
+    if (word == "none") continue;  // of an axis that is none of space
+    if (!files::parseNumber(word, value) || !(std::abs(value) <= 1e6))
+      throw std::runtime_error(key + ": " + files::shown(word, 40) + ": must be a number within 1e6");
+    ++numbers;
+  }
+  if (numbers != count)
+    throw std::runtime_error(key + ": " + std::to_string(numbers) + " numbers: must be " +
+                             std::to_string(count));
 }
 
 void refuseField(const Fields& fields, const std::string& key, const std::string& only) {
@@ -150,6 +186,8 @@ Account accountOfNrrd(const std::string& path) {
   if (f.count("space directions") == 0 && f.count("spacings") == 0)
     throw std::runtime_error("no spacing: space directions or spacings are needed");
   for (const char* const key : {"line skip", "lineskip", "byte skip", "byteskip"}) refuseField(f, key, "0");
+  refuseNumbers(f, "space directions", 9), refuseNumbers(f, "space origin", 3);
+  refuseNumbers(f, "spacings", static_cast<std::size_t>(std::atoi(f["dimension"].c_str())));
   for (const char* const key : {"space units", "units"})
     for (std::string unit = f[key]; unit.find('"') != std::string::npos;) {
       const auto from = unit.find('"'), to = std::min(unit.find('"', from + 1), unit.size());
@@ -166,9 +204,14 @@ Account accountOfNrrd(const std::string& path) {
       space != "left-posterior-superior")
     throw std::runtime_error("space: " + space +
                              ": must be left-posterior-superior or right-anterior-superior");
-  account.counted = encoding == "raw" || encoding == "gzip" || encoding == "gz";
-  account.bytes = dataOf(path, end, f.count("data file") != 0 ? f["data file"] : f["datafile"],
-                         account.counted && encoding != "raw");
+  const bool text = encoding == "ascii" || encoding == "text" || encoding == "txt";
+  const bool packed = encoding == "gzip" || encoding == "gz";
+  account.counted = encoding == "raw" || packed || text;
+  account.width = text ? 1 : 0;
+  std::string name = "local";
+  for (const char* const key : {"datafile", "data file"})
+    if (f.count(key) != 0) name = f[key];
+  account.bytes = dataOf(path, end, name, text ? Stored::Text : packed ? Stored::Packed : Stored::Plain);
   return account;
 }
 
@@ -181,15 +224,25 @@ Account accountOfMeta(const std::string& path) {
   refuseField(f, "headersize", "0");
   Account account;
   account.placed = f.count("transformmatrix") + f.count("orientation") + f.count("rotation") > 0;
-  account.counted = f.count("binarydata") == 0 || lower(f["binarydata"])[0] == 't';
-  account.bytes = dataOf(path, end, f["elementdatafile"], lower(f["compresseddata"])[0] == 't');
+  const auto axes = static_cast<std::size_t>(std::clamp(std::atoi(f["ndims"].c_str()), 0, 10));
+  for (const char* const key : {"elementspacing", "elementsize", "offset", "origin", "position"})
+    refuseNumbers(f, key, axes);
+  for (const char* const key : {"transformmatrix", "orientation", "rotation"})
+    refuseNumbers(f, key, axes * axes);
+  const bool text = f.count("binarydata") != 0 && lower(f["binarydata"])[0] != 't';
+  const bool packed = lower(f["compresseddata"])[0] == 't';
+  account.width = text ? 1 : 0;
+  account.bytes = dataOf(path, end, f["elementdatafile"],
+                         text     ? Stored::Text
+                         : packed ? Stored::Packed
+                                  : Stored::Plain);
   return account;
 }
 
 /// nifti1.h of the NIfTI Data Format Working Group.
 Account accountOfNifti(const std::string& path) {
   const bool packed = lower(path).compare(path.size() - 3, 3, ".gz") == 0;
-  const Content content = contentOf(path, 0, packed);
+  const Content content = contentOf(path, 0, packed ? Stored::Packed : Stored::Plain);
   if (content.head.size() < 348 || content.head.compare(344, 3, "n+1") != 0)
     throw std::runtime_error("is no NIfTI-1 file with its values in it");
   std::uint32_t first = 0;
@@ -207,8 +260,20 @@ Account accountOfNifti(const std::string& path) {
     if (number(axis, 0.0f) == 0) throw std::runtime_error("no spacing: pixdim is 0");
   const float begin = number(108, 0.0f);
   if (!(begin >= 348 && begin <= 1e9f)) throw std::runtime_error("vox_offset: must be at least 348");
+  const int axes = number(40, std::int16_t{0});
+  for (int a = 1; a <= std::min(axes, 7); ++a)
+    if (const int size = number(40 + 2 * static_cast<std::size_t>(a), std::int16_t{0}); size < 1)
+      throw std::runtime_error("dim[" + std::to_string(a) + "]: " + std::to_string(size) +
+                               ": must be at least 1");
+  static const std::map<int, int> kBits{{2, 8},   {4, 16},   {8, 32},   {16, 32},   {64, 64},
+                                        {256, 8}, {512, 16}, {768, 32}, {1024, 64}, {1280, 64}};
+  const int type = number(70, std::int16_t{0}), bits = number(72, std::int16_t{0});
+  const auto known = kBits.find(type);
+  if (known != kBits.end() && bits != known->second)
+    throw std::runtime_error("bitpix: " + std::to_string(bits) + ": must be " +
+                             std::to_string(known->second) + ", as of datatype " + std::to_string(type));
   Account account;
-  account.width = static_cast<std::size_t>(std::max(number(72, std::int16_t{0}) / 8, 1));
+  account.width = static_cast<std::size_t>(std::max(bits / 8, 1));
   account.placed = number(252, std::int16_t{0}) > 0 || number(254, std::int16_t{0}) > 0;
   account.bytes = content.bytes - std::min(content.bytes, static_cast<std::size_t>(begin));
   return account;

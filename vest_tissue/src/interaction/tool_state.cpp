@@ -24,47 +24,6 @@ Quaterniond throughPivot(const Quaterniond& orientation, const Vector3d& pivot, 
   return result;
 }
 
-void resetProxy(Proxy& proxy, const scene::ToolInput& input) {
-  proxy = Proxy{};
-  proxy.present = true;
-  proxy.tool = input.tool;
-  proxy.commanded = input.position;
-  proxy.pose.tip = input.position;
-  proxy.pose.pivot = input.pivot;
-  proxy.pose.orientation = throughPivot(input.orientation.normalized(), input.pivot, input.position);
-  proxy.pose.jaw = input.jaw;
-}
-
-void stepProxy(Proxy& proxy, const scene::ToolInput& input, double dt) {
-  Vector3d wanted = (input.position - proxy.commanded) / dt;
-  const double wanted_speed = std::sqrt(wanted.squaredNorm());
-  if (wanted_speed > kProxySpeedLimit) wanted *= kProxySpeedLimit / wanted_speed;
-  // v1 = v0 + dt/m·(K (x_cmd - x0 - dt·v1) + C (v_cmd - v1) + F): implicit in the coupling, stable for any
-  // dt.
-  const double a = dt / kProxyMass;
-  Vector3d v =
-      (proxy.velocity + a * (kCouplingStiffness * (input.position - dt * wanted - proxy.pose.tip) +
-                             (kCouplingDamping + dt * kCouplingStiffness) * wanted + proxy.tip_force)) /
-      (1.0 + a * (kCouplingDamping + dt * kCouplingStiffness));
-  const double speed = std::sqrt(v.squaredNorm());
-  if (speed > kProxySpeedLimit) v *= kProxySpeedLimit / speed;
-  proxy.velocity = v;
-  proxy.pose.tip += dt * v;
-  proxy.commanded = input.position;
-  proxy.pose.pivot = input.pivot;
-  Quaterniond q = input.orientation;
-  q.coeffs() /= std::sqrt(q.squaredNorm());
-  proxy.pose.orientation = throughPivot(q, input.pivot, proxy.pose.tip);
-  const double most = kJawSpeedLimit * dt;
-  double way = std::max(input.jaw, 0.0) - proxy.pose.jaw;
-  if (proxy.jaw_stiffness > 0.0) {
-    const double limit = 0.5 * tools::toolGeometry(proxy.tool).jaw_length * kJawForceLimit;
-    way = std::clamp(way, (proxy.jaw_torque - limit) / proxy.jaw_stiffness,
-                     (proxy.jaw_torque + limit) / proxy.jaw_stiffness);
-  }
-  proxy.pose.jaw = std::max(0.0, proxy.pose.jaw + std::clamp(way, -most, most));
-}
-
 HalfAngle halfAngle(double jaw) {  // jaws open less than 1.3 rad
   const double h = 0.5 * jaw, h2 = h * h;
   return {h * (1 - h2 / 6 * (1 - h2 / 20 * (1 - h2 / 42 * (1 - h2 / 72)))),
@@ -93,15 +52,6 @@ int placeCapsules(const tools::ToolGeometry& g, const ToolPose& pose, PlacedCaps
     }
   }
   return count;
-}
-
-Vector3d throughLever(const ToolPose& pose, const Vector3d& point, const Vector3d& force) {
-  const Vector3d along = pose.tip - pose.pivot;
-  const double squared = along.squaredNorm();
-  if (!(squared > 1e-12)) return force;
-  const double lever = std::clamp((point - pose.pivot).dot(along) / squared, 0.0, 2.0);
-  const Vector3d axial = along * (force.dot(along) / squared);
-  return axial + lever * (force - axial);
 }
 
 }  // namespace vest::interaction

@@ -4,9 +4,9 @@
 
 #include <Eigen/Dense>
 
-#include "../scene/csv_reader.h"
+#include "../files/csv_reader.h"
+#include "vest_tissue/files/yaml_reader.h"
 #include "vest_tissue/material/database.h"
-#include "vest_tissue/scene/yaml_reader.h"
 
 namespace vest::material {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "vest_tissue/files/yaml_reader.h"
 #include "vest_tissue/material/database.h"
-#include "vest_tissue/scene/yaml_reader.h"
 
 /// What the files of materials and of sutures have in common: numbers with their sources.
 namespace vest::material {

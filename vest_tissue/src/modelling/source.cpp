@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <set>
 
-#include "../scene/loader_living.h"
-#include "../scene/loader_sutures.h"
+#include "../loader/loader_living.h"
+#include "../loader/loader_sutures.h"
+#include "vest_tissue/files/yaml_reader.h"
 #include "vest_tissue/material/database.h"
-#include "vest_tissue/scene/yaml_reader.h"
 
 namespace vest::modelling {
 namespace {

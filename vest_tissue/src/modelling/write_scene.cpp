@@ -4,8 +4,8 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "../scene/loader_living.h"
-#include "../scene/loader_sutures.h"
+#include "../loader/loader_living.h"
+#include "../loader/loader_sutures.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/baked.h"

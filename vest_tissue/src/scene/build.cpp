@@ -12,7 +12,7 @@
 #include "fem_cut.h"
 #include "object_arrays.h"
 #include "stages.h"
-#include "vest_tissue/contact/contacts.h"
+#include "vest_tissue/base/nearest.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_scratch.h"
 
@@ -439,10 +439,9 @@ void placeThreads(ThreadModel& m) {
     double station = strand.needle != suture::kNone ? rods.needles[strand.needle].length : 0.0;
     for (std::uint32_t i = strand.first; i < strand.first + strand.nodes; ++i) {
       ThreadPlace p;
-      p.strand = n;
+      p.strand = n, p.radius = strand.section.radius;
       const bool last = i + 1 == strand.first + strand.nodes;
       p.segment = last ? i - 1 : i, p.s = last ? 1.0 : 0.0;
-      p.radius = strand.section.radius;
       p.touches = i >= strand.threadFirst();
       p.station = station;
       if (p.touches) station += rods.length[i];
@@ -571,6 +570,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
       const std::size_t edges = solver::KnotOrder::edgesOf(net);
       s.implicit = std::make_unique<solver::ImplicitNet>(net, b.knotCapacity(), edges + edges / 2);
     }
+    s.rings.reserve(model.objects[i].tube, model.description.objects[i].position.size());
     if (model.objects[i].motility.waves.active()) s.active.resize(3 * b.knotCapacity());
   }
   organ_contacts.reserve(model.mostPairs());

@@ -29,6 +29,16 @@ bool onFace(const net::Anchor& a) {
          a.weights[3] == 0.0;
 }
 
+/// s: from the start of a batch of `h` to the mean of the places at which its sub-steps take their forces.
+/// Each takes them where it begins; finite elements do so once.
+double untilMean(const Context& c, std::size_t object, double h) {
+  const ObjectState& s = c.state.objects[object];
+  const bool whole = c.model.objects[object].fem || c.model.objects[object].implicit;
+  const double each =
+      c.dt / (c.stretch * static_cast<double>(whole ? s.batches : std::max(s.batches, s.sub_steps)));
+  return 0.5 * std::max(0.0, h - each);
+}
+
 void addHeld(ObjectState& s, std::uint32_t knot, const Vector3d& f) {
   s.block.row(Block::HX)[knot] += static_cast<float>(f.x());
   s.block.row(Block::HY)[knot] += static_cast<float>(f.y());
@@ -112,8 +122,8 @@ bool carry(net::Anchor& a, const Face& face, const Vector3d& place) {
 }
 
 Vector3d stretchOf(const WorldState& state, const ConnectionState& s, const ConnectionConstants& k,
-                   double ahead) {
-  const Vector3d way = placeOf(state, s.end1, ahead) - placeOf(state, s.end0, ahead);
+                   double ahead0, double ahead1) {
+  const Vector3d way = placeOf(state, s.end1, ahead1) - placeOf(state, s.end0, ahead0);
   if (k.strand == 0.0) return way;
   // A strand that is crushed to nothing has no direction.
   const double length = std::max(std::sqrt(way.squaredNorm()), 0.1 * k.strand);
@@ -165,16 +175,16 @@ void exchange(Context& c, std::size_t n, double h, bool renew, bool due0, bool d
   const Connection& k = c.model.description.connections[n];
   ConnectionState& s = c.state.connections[n];
   ConnectionForce& f = c.scratch.connection_force[n];
-  // All at the middle of the batch (docs/decisions/0011-…): where the forces are taken, there they act.
-  const double ahead = 0.5 * h;
-  const Face face = faceOf(c.state, s.end1, ahead);
+  // All at the mean place of the sub-steps in which they act (docs/decisions/0015-…): no torque is left.
+  const double ahead0 = untilMean(c, s.end0.object, h), ahead1 = untilMean(c, s.end1.object, h);
+  const Face face = faceOf(c.state, s.end1, ahead1);
   if (renew) {
     const ConnectionConstants& constants = c.model.connections[n];
-    const Vector3d off = stretchOf(c.state, s, constants, ahead);
+    const Vector3d off = stretchOf(c.state, s, constants, ahead0, ahead1);
     // The damper sits at end 0 and its other end is carried by the face there: a stretched connection that
     // only turns is not damped, and no torque is left.
     f.damper = s.end1;
-    carry(f.damper, face, placeOf(c.state, s.end0, ahead));
+    carry(f.damper, face, placeOf(c.state, s.end0, ahead0));
     const Vector3d rate = velocityOf(c.state, f.damper, face) - velocityOf(c.state, s.end0, Face{});
     const double built = constants.inverse_mass, own = inverseMass(c.state, s.end0, Face{});
     const double soft1 = std::min(1.0, kLighter * built / (own + inverseMass(c.state, s.end1, face))),

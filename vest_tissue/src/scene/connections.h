@@ -29,9 +29,9 @@ double inverseMass(const WorldState& state, const net::Anchor& a, const Face& fa
 /// Weights and height with which the anchor's face carries a place (m, world). False: there is no face.
 bool carry(net::Anchor& a, const Face& face, const Eigen::Vector3d& place);
 
-/// m: by how much a connection is stretched, from end 0 to end 1.
+/// m: by how much a connection is stretched, from end 0 to end 1, each so many seconds from now.
 Eigen::Vector3d stretchOf(const WorldState& state, const ConnectionState& s, const ConnectionConstants& k,
-                          double ahead = 0.0);
+                          double ahead0 = 0.0, double ahead1 = 0.0);
 /// Gives the face of end 1 as much of the offset (m, world) to carry as its corners bear as a lever; the rest
 /// is a strand. False: there is no face.
 bool carryOffset(const WorldState& state, ConnectionState& s, const Eigen::Vector3d& offset,

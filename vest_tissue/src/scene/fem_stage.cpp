@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../interaction/sling_path.h"
+#include "sling_path.h"
 #include "stages.h"
 #include "vest_tissue/interaction/fasteners.h"
 

@@ -254,21 +254,15 @@ void predict(Context& c) {
   for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
     if (c.model.objects[i].net && c.model.description.objects[i].tear_strain > 0.0) tear(c, i);
   }
-  for (int t = 0; t < tools::kInstrumentCount; ++t) {
-    const ToolInput& input = c.input.tools[t];
-    auto& proxy = c.state.proxies[t];
-    const bool present = input.present && input.tool != tools::ToolKind::None;
-    if (!present) {
-      proxy = interaction::Proxy{};
-    } else if (!proxy.present || proxy.tool != input.tool) {
-      if (c.state.grasps[t].active) c.state.grasps[t].jaw_at_touch = 0.0;  // an exchanged tool lets go
-      interaction::resetProxy(proxy, input);
-      c.scratch.proxies_before[t] = proxy;
-    } else {
-      interaction::stepProxy(proxy, input, c.dt);
-    }
-  }
-  auto work = [&c](std::size_t object) { renewBound(c, object); };
+  auto work = [&c](std::size_t object) {
+    renewBound(c, object);
+    const Topology& topology = c.state.objects[object].topology;
+    const std::size_t knots = c.model.description.objects[object].position.size();
+    c.scratch.objects[object].rings.renew(
+        c.model.objects[object].tube, c.state.objects[object].triangles,
+        c.state.objects[object].triangle_alive, topology.revision, !topology.doubled_knots.empty(),
+        [&](std::uint32_t knot) { return originalKnot(topology, knots, knot); });
+  };
   c.pool.each(c.model.objects.size(), work);
 }
 

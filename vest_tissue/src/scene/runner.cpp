@@ -10,7 +10,7 @@
 #include <pthread.h>
 #include <sched.h>
 
-#include "vest_tissue/shared/fill_record.h"
+#include "vest_tissue/scene/fill_record.h"
 
 namespace vest::scene {
 namespace {

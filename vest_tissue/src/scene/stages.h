@@ -6,6 +6,7 @@
 
 #include "delta_history.h"
 #include "object_arrays.h"
+#include "vest_tissue/base/nearest.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_scratch.h"
@@ -30,7 +31,8 @@ struct Context {
 
 /// Stages in the order in which a step runs them.
 bool checkInput(const StepInput& input);                      ///< finite numbers, dt in range
-void predict(Context& c);                                     ///< edits, impacts, proxies, sub-steps
+void predict(Context& c);                                     ///< edits, impacts, requests, sub-steps
+void moveProxies(Context& c);                                 ///< tools follow what is commanded
 void takeLoads(Context& c);                                   ///< steady forces from outside
 void accountLoads(Context& c);                                ///< their work in this step
 void contract(Context& c);                                    ///< forces of organs that move
@@ -110,6 +112,11 @@ void gatherSlings(Context& c);
 void holdSlings(Context& c, std::size_t object, double fraction, double dt);
 void fastenSlings(Context& c);
 
+/// Ring of an object's tube as it is now (net::CutRings).
+inline net::CutRings::Ring ringNow(const Context& c, std::size_t object, std::size_t ring, bool above) {
+  return c.scratch.objects[object].rings.ring(c.model.objects[object].tube, ring, above);
+}
+
 /// An event of the thread that a node belongs to.
 Event threadEvent(const Context& c, EventKind kind, int tool, std::uint32_t node);
 /// Event with room checked: the report's capacity is fixed.
@@ -130,6 +137,12 @@ inline Eigen::Vector3d knotPosition(const ObjectState& s, std::uint32_t k) {
 inline Eigen::Vector3d knotVelocity(const ObjectState& s, std::uint32_t k) {
   using net::Block;
   return {row(s, Block::VX)[k], row(s, Block::VY)[k], row(s, Block::VZ)[k]};
+}
+/// m, world.
+inline Eigen::Vector3d centreOf(const ObjectState& s, const net::CutRings::Ring& ring) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const auto k : ring) sum += knotPosition(s, k);
+  return sum / static_cast<double>(std::max<std::size_t>(ring.count, 1));
 }
 /// 1/kg: how a knot answers to contacts. A fixed knot counts with its own mass, not as immovable: a contact
 /// whose place is almost on it would otherwise be as stiff as the tiny weight of its free neighbour allows,

@@ -2,10 +2,10 @@
 #include <cmath>
 #include <limits>
 
-#include "../interaction/between_jaws.h"
-#include "../interaction/channels.h"
 #include "../suture/contacts.h"
 #include "../suture/elements.h"
+#include "between_jaws.h"
+#include "channels.h"
 #include "stages.h"
 
 /// Threads and the rest of the World: each part of a step the rods move against what they touch where it will

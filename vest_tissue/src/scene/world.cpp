@@ -19,6 +19,7 @@ World::World(std::shared_ptr<const WorldModel> model, int threads) : impl_(std::
   impl_->scratch = WorldScratch(*impl_->model);
   impl_->reserve();
   impl_->pool = std::make_unique<solver::Pool>(std::clamp(threads, 1, 64));
+  tools::toolGeometry(tools::ToolKind::None);  // its catalogue is made at the first call: not in a step
 }
 World::~World() = default;
 World::World(World&&) noexcept = default;
@@ -42,6 +43,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   keepBackup(c);
   w.time(report, 0, [&] {
     predict(c);
+    moveProxies(c);
     takeLoads(c);
     contract(c);
   });

@@ -121,7 +121,7 @@ int main(int argc, char** argv) {
     std::printf("%s: limit %.1f mm\n", good ? "within" : "NOT within", limit);
     return good ? 0 : 1;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "vest_compare_anatomy: %s\n", error.what());
+    std::fprintf(stderr, "vest_compare_anatomy: %s\n", vest::files::shown(error.what(), 6000).c_str());
     return 2;
   }
 }

@@ -9,7 +9,7 @@
 #include <CLI/CLI.hpp>
 
 #include "check_table.h"
-#include "vest_instruments/files/read.h"
+#include "vest_instruments/files/refusal.h"
 #include "vest_tissue/image/patient.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/volume/stuffing.h"
@@ -45,8 +45,9 @@ void begin(const std::string& images, const std::string& folder, const ReadOptio
     fs::remove(recipe);
     throw;
   }
-  std::printf("%s: %u x %u x %u voxels. Look at its labels, then: vest_import bake %s\n", recipe.c_str(),
-              volume.size[0], volume.size[1], volume.size[2], folder.c_str());
+  std::printf("%s: %u x %u x %u voxels. Look at its labels, then: vest_import bake %s\n",
+              vest::files::shown(recipe, 6000).c_str(), volume.size[0], volume.size[1], volume.size[2],
+              vest::files::shown(folder, 6000).c_str());
 }
 
 int bake(const std::string& folder) {
@@ -102,10 +103,10 @@ int main(int argc, char** argv) {
     begin(images, folder, options, of_labels);
     return 0;
   } catch (const std::exception& error) {
-    const std::string message = error.what(), recipe = (fs::path(folder) / "patient.yaml").string();
-    const bool bare = second->parsed() && message.rfind(recipe, 0) != 0;
-    std::fprintf(stderr, "vest_import: %s%s\n", bare ? (recipe + ": ").c_str() : "",
-                 vest::files::shown(message, 2000).c_str());
+    const std::string recipe = second->parsed() ? (fs::path(folder) / "patient.yaml").string() : "";
+    std::fprintf(stderr, "vest_import: %s\n",
+                 recipe.empty() ? vest::files::shown(error.what(), 2000).c_str()
+                                : vest::files::refusal(error.what(), recipe).c_str());
     return 1;
   }
 }

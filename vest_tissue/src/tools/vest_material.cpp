@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "vest_instruments/files/read.h"
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/validation/svg_plot.h"
 
@@ -134,7 +135,7 @@ int main(int argc, char** argv) {
     if (plotting->parsed()) plot(read.at(name), output);
     return 0;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "vest_material: %s\n", error.what());
+    std::fprintf(stderr, "vest_material: %s\n", vest::files::shown(error.what(), 6000).c_str());
     return 1;
   }
 }

@@ -9,7 +9,7 @@
 
 #include "check_table.h"
 #include "settle.h"
-#include "vest_instruments/files/read.h"
+#include "vest_instruments/files/refusal.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/world.h"
 
@@ -78,10 +78,8 @@ int main(int argc, char** argv) {
     const bool good = vest::tools::printCheck(description);
     return vest::tools::startsWell(description) && good ? 0 : 1;
   } catch (const std::exception& error) {
-    const std::string message = error.what(), of = scene_path.empty() ? source_path : scene_path;
-    const bool named = message.compare(0, of.size(), of) == 0 ||
-                       message.find(fs::path(of).parent_path().string() + "/") == 0;
-    std::fprintf(stderr, "vest_model: %s%s\n", named ? "" : (of + ": ").c_str(), message.c_str());
+    const std::string& of = scene_path.empty() ? source_path : scene_path;
+    std::fprintf(stderr, "vest_model: %s\n", vest::files::refusal(error.what(), of).c_str());
     return 1;
   }
 }

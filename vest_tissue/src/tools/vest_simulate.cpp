@@ -7,6 +7,7 @@
 
 #include "simulate_rods.h"
 #include "simulate_scene.h"
+#include "vest_instruments/files/refusal.h"
 
 namespace {
 constexpr double kLongestStep = 1000;  // s (assumed): of static and backward Euler scenes in other units, too
@@ -59,9 +60,7 @@ int main(int argc, char** argv) {
     if (hash) std::printf("scene_hash %s\nstate_hash %s\n", scene_hash.c_str(), result.hash.c_str());
     return 0;
   } catch (const std::exception& error) {
-    const std::string message = error.what();
-    const bool named = message.compare(0, scene_path.size(), scene_path) == 0;
-    std::fprintf(stderr, "vest_simulate: %s%s\n", named ? "" : (scene_path + ": ").c_str(), message.c_str());
+    std::fprintf(stderr, "vest_simulate: %s\n", vest::files::refusal(error.what(), scene_path).c_str());
     return 1;
   }
 }

@@ -6,7 +6,7 @@
 
 #include <Eigen/LU>
 
-#include "vest_tissue/contact/contacts.h"
+#include "vest_tissue/base/nearest.h"
 #include "vest_tissue/scene/fem_object.h"
 #include "vest_tissue/volume/lattice.h"
 

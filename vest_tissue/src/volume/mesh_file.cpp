@@ -238,6 +238,7 @@ Lattice readVtk(const std::string& path, const std::string& bytes) {
                   std::to_string(second) + "; allowed: as many");
       }
     } else if (key == "CELL_TYPES") {
+      if (!kinds.empty()) in.fail("CELL_TYPES twice; allowed: once");
       kinds.resize(in.count("the number of cells"));
       for (auto& k : kinds) k = in.whole("a cell type", 200);
     } else if (key == "CELL_DATA" || key == "POINT_DATA") {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <sstream>
 
-#include "../scene/csv_reader.h"
-#include "vest_tissue/scene/yaml_reader.h"
+#include "../files/csv_reader.h"
+#include "vest_tissue/files/yaml_reader.h"
 
 namespace vest::volume {
 namespace {

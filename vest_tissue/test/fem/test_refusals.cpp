@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "beam.h"
-#include "vest_tissue/fem/condensed.h"
 #include "vest_tissue/fem/simulate.h"
+#include "vest_tissue/fem/tissue.h"
 
 namespace vest::fem::test {
 namespace {
@@ -83,7 +83,7 @@ TEST(Refusals, AComponentWithNothingFixedIsNamedInStaticsAndInFfemButMayMoveInDy
   expectWords(refusal([](Description& d) { d.fixed = {0, 1}; }), {"can still turn"});
   Description d = makeBox({2, 1, 1, 1.0, 0.5, 0.5});
   addLoosePart(d);
-  EXPECT_THROW(CondensedModel(d, {}), std::invalid_argument);
+  EXPECT_THROW(makeTissue(d, Motion::Elastostatic, ""), std::invalid_argument);
   Options o;
   o.steps = 1;
   EXPECT_NO_THROW(simulate(d, o));

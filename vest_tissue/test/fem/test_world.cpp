@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "slab.h"
+#include "theatre.h"
 #include "vest_tissue/fem/simulate.h"
 #include "vest_tissue/scene/world_model.h"
 
@@ -107,29 +108,18 @@ TEST(FemInWorld, TakesTheStepsOfBackwardEuler) {
 }
 
 /// A grasper's tip that goes down onto a slab, closes, and lifts.
-struct Theatre {
-  scene::World world;
-  scene::StepInput input;
-  scene::StepReport report;
-  std::vector<scene::Event> events;
-  explicit Theatre(const scene::Description& d) : world(d) {}
+struct Theatre : vest::test::Theatre {
+  using vest::test::Theatre::Theatre;
   void tool(const Vector3d& tip, double jaw) {
     input.tools[1] = grasper(tip, jaw);
     input.tools[1].pivot = Vector3d(tip.x(), tip.y(), 0.17);
-  }
-  void go() {
-    step(world, input, report);
-    events.insert(events.end(), report.events.begin(), report.events.end());
   }
   void move(const Vector3d& from, const Vector3d& to, double jaw0, double jaw1, int steps) {
     for (int i = 1; i <= steps; ++i) {
       const double s = static_cast<double>(i) / steps;
       tool(from + s * (to - from), jaw0 + s * (jaw1 - jaw0));
-      go();
+      step();
     }
-  }
-  bool saw(scene::EventKind kind) const {
-    return std::any_of(events.begin(), events.end(), [&](const auto& e) { return e.kind == kind; });
   }
 };
 
@@ -141,24 +131,27 @@ TEST(FemInWorld, ClosedJawsPressAndTheForceIsThatOfTheReaction) {
     o.strain = strain, o.motion = motion;
     Theatre t(sceneOf({object(slab(o))}));
     const Vector3d above(0.002, 0.001, 0.030), pressed(0.002, 0.001, 0.011);
-    for (int i = 0; i < 200; ++i) t.go();
+    for (int i = 0; i < 200; ++i) t.step();
     const Vector3d before = t.world.reaction(0);
     t.move(above, pressed, 0.0, 0.0, 300);
-    for (int i = 0; i < 300; ++i) t.go();
+    for (int i = 0; i < 300; ++i) t.step();
     const auto& contact = t.report.contacts[1];
     ASSERT_TRUE(contact.in_contact) << int(strain) << int(motion);
     const double force = contact.wrench[2];
     EXPECT_GT(force, 0.01);
     EXPECT_LT(force, 2.0);
     EXPECT_NEAR(t.world.reaction(0).z() - before.z(), force, 0.03 * force) << int(strain) << int(motion);
-    // It goes no deeper than the tissue is pressed down.
+    // It goes no deeper than the tissue is pressed down: the lowest knot of the upper face lies under it.
     double top = 1.0;
     const auto x = positionsOf(t.world, 0);
-    for (std::size_t k = 0; k < t.world.knotCount(0); ++k)
-      top = std::min(top, x[3 * k + 2] < 0.004f ? 1.0 : double(x[3 * k + 2]));
+    const auto& rest = t.world.description().objects[0].rest_position;
+    for (std::size_t k = 0; k < rest.size(); ++k)
+      if (rest[k].z() > 0.0119) top = std::min(top, double(x[3 * k + 2]));
+    EXPECT_LT(top, pressed.z()) << "m: it is pressed down";
+    EXPECT_GT(top, pressed.z() - 0.001) << "m: by no more than half of a jaw";
     EXPECT_GT(contact.stiffness(2, 2), 1.0);
     t.move(pressed, above, 0.0, 0.0, 300);
-    for (int i = 0; i < 300; ++i) t.go();
+    for (int i = 0; i < 300; ++i) t.step();
     EXPECT_FALSE(t.report.contacts[1].in_contact);
     EXPECT_NEAR(t.world.reaction(0).z(), before.z(), 0.02 * std::fabs(before.z()));
   }
@@ -181,7 +174,7 @@ TEST(FemInWorld, IsGraspedLiftedAndReleasedLikeANet) {
     EXPECT_LT(t.report.contacts[1].wrench[2], -0.02) << "it pulls the tool down";
     t.move(lifted, lifted, 0.05, 1.0, 300);
     EXPECT_TRUE(t.saw(scene::EventKind::Released));
-    for (int i = 0; i < 500; ++i) t.go();
+    for (int i = 0; i < 500; ++i) t.step();
     const auto after = positionsOf(t.world, 0);
     for (std::size_t k = 0; k < t.world.knotCount(0); ++k)
       highest = k == 0 ? after[2] : std::max(highest, after[3 * k + 2]);

@@ -124,6 +124,9 @@ TEST(VolumeFile, NiftiIsTurnedToThePatientsAxesOfDicom) {
   Nifti lost(head());
   lost.placed = false;
   EXPECT_TRUE(noted(read(folder.write("l.nii", lost.bytes(valuesOf(head())))), "axes are assumed"));
+  Nifti thin(head());
+  thin.dim[3] = 7;
+  EXPECT_TRUE(noted(read(folder.write("t.nii", thin.bytes(valuesOf(head())))), "holds 480 more values"));
 }
 
 // Most NIfTI files are left-handed: their slices are turned round, the values stay at their places.
@@ -238,6 +241,29 @@ TEST(VolumeFile, WhatIsNoVolumeIsRefusedWithTheCause) {
   expect("a.nrrd", nrrd("space: LPS\nspace directions: (1,0,0) (0,1,0) (1,0,0)\n" + kind, eight),
          "direction");
   expect("a.nrrd", nrrd(kDirections + kind, eight.substr(1)), "");
+  // ITK reads these as something else without a word.
+  expect("a.nrrd", nrrd("space: LPS\nspace directions: (1e308,1e308,0) (0,1,0) (0,0,2)\n" + kind, eight),
+         "space directions: 1e308");
+  expect("a.nrrd", nrrd("space: LPS\nspace directions: none (0,1,0) (0,0,2)\n" + kind, eight),
+         "space directions: 6 numbers");
+  expect("a.nrrd", nrrd("space: LPS\nspacings: 1 nan 1\n" + kind, eight), "spacings: nan");
+  expect("a.nrrd", nrrd(kDirections + "data file: a.nrrd\n" + kind, eight), "another file than the header");
+  expect("a.nrrd", nrrd(kDirections + "type: uint8\nencoding: ascii", "0 1 2 3 4 5 x 7"), "'x' among");
+  expect("a.nrrd", nrrd(kDirections + "type: uint8\nencoding: ascii", "0 1 2 3 4 5 6"), "ends before");
+  const std::string meta = "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n";
+  expect("a.mha", meta + "ElementSpacing = 1 1 1\nElementDataFile =\n" + eight, "data file: must be one");
+  expect("a.mha", meta + "ElementSpacing = 1 1 1\nElementDataFile = a.mha\n" + eight, "than the header");
+  expect("a.mha", meta + "ElementSpacing = 1 1\nElementDataFile = LOCAL\n" + eight, "elementspacing: 2");
+  expect("a.mha", meta + "ElementSpacing = 1 1 1\nOffset = 1 x 1\nElementDataFile = LOCAL\n" + eight,
+         "offset: x");
+  expect("a.mha", meta + "ElementSpacing = 1 1 1\nBinaryData = False\nElementDataFile = LOCAL\n" + eight,
+         "among its values");
+  Nifti none(head());
+  none.dim[2] = 0;
+  expect("a.nii", none.bytes(valuesOf(head())), "dim[2]: 0");
+  Nifti narrow(head());
+  narrow.bits = 8;
+  expect("a.nii", narrow.bytes(valuesOf(head())), "bitpix: 8: must be 16");
   expect("a.nrrd", "NRRD0004\ndimension: 2\nsizes: 4 2\nspacings: 1 1\n" + kind + "\n\n" + eight, "picture");
   expect("a.nrrd",
          "NRRD0004\ndimension: 4\nsizes: 3 2 2 2\nkinds: RGB-color domain domain domain\nspace: LPS\n"

@@ -7,7 +7,7 @@
 
 #include <Eigen/SVD>
 
-#include "nets.h"
+#include "theatre.h"
 #include "vest_tissue/interaction/clip.h"
 #include "vest_tissue/scene/request.h"
 #include "vest_tissue/scene/world.h"
@@ -25,36 +25,16 @@ scene::Description vessel(bool held = true) {
   return d;
 }
 
-struct Theatre {
-  scene::World world;
-  scene::StepInput input;
-  scene::StepReport report;
-  std::vector<scene::Event> events;
-
-  explicit Theatre(const scene::Description& d = vessel(), int threads = 1) : world(d, threads) {}
-  void step() {
-    input.step = world.steps();
-    ASSERT_NE(world.step(input, report), scene::Status::Fault);
-    events.insert(events.end(), report.events.begin(), report.events.end());
-  }
-  void run(int steps) {
-    for (int i = 0; i < steps; ++i) step();
-  }
+struct Theatre : test::Theatre {
+  explicit Theatre(const scene::Description& d = vessel(), int threads = 1) : test::Theatre(d, threads) {}
   /// The applier's jaws, open along y, about the vessel at x; closing from `jaw0` to `jaw1`.
   void close(double x, double jaw0, double jaw1, int steps) {
-    for (int i = 1; i <= steps; ++i) {
-      auto& t = input.tools[1];
-      t = test::grasper(Vector3d(x, 0, 0.0435), jaw0 + (jaw1 - jaw0) * i / steps);
-      t.tool = tools::ToolKind::ClipApplier;
-      t.pivot = Vector3d(x, 0, 0.2);
-      step();
-    }
+    use(tools::ToolKind::ClipApplier, Vector3d(x, 0, 0.0435), jaw0, jaw1, steps);
   }
   void clip(double x) {
     close(x, 0.6, 0.6, 60);
     close(x, 0.6, 0.0, 300);
   }
-  void leave() { input.tools[1].present = false; }
   std::vector<Vector3d> knots() {
     std::vector<float> p(3 * world.knotCount(0));
     world.positions(0, p.data());
@@ -71,11 +51,6 @@ struct Theatre {
     double least = 1.0;
     for (int r = 0; r < 24; ++r) least = std::min(least, section(r));
     return least;
-  }
-  const scene::Event* event(scene::EventKind kind) {
-    for (const auto& e : events)
-      if (e.kind == kind) return &e;
-    return nullptr;
   }
   std::vector<scene::Attachment> clips() {
     std::vector<scene::Attachment> all, some;

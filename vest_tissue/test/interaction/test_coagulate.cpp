@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "nets.h"
+#include "theatre.h"
 #include "vest_tissue/interaction/thermal.h"
 #include "vest_tissue/scene/world.h"
 
@@ -22,18 +22,8 @@ scene::ToolInput hook(double x, double z, bool on) {
   return t;
 }
 
-struct Theatre {
-  scene::World world{test::tubeScene(), 1};
-  scene::StepInput input;
-  scene::StepReport report;
-  std::vector<scene::Event> events;
-
-  void step() {
-    input.step = world.steps();
-    ASSERT_NE(world.step(input, report), scene::Status::Fault);
-    events.insert(events.end(), report.events.begin(), report.events.end());
-  }
-  Theatre() { run(3000); }  // at rest under gravity
+struct Theatre : test::Theatre {
+  Theatre() : test::Theatre(test::tubeScene()) { run(3000); }  // at rest under gravity
   /// Height at which the hook's foot lies 1 mm deep in the tube.
   double top() {
     std::vector<float> p(3 * world.knotCount(0));
@@ -41,18 +31,6 @@ struct Theatre {
     float z = 0.0f;
     for (std::size_t i = 7 * 8; i < 9 * 8; ++i) z = std::max(z, p[3 * i + 2]);
     return z - 0.001;
-  }
-  void run(int steps) {
-    for (int i = 0; i < steps; ++i) step();
-  }
-  std::vector<float> field(scene::Field kind) {
-    std::vector<float> v(world.knotCount(0));
-    world.field(0, kind, v.data());
-    return v;
-  }
-  float most(scene::Field kind) {
-    const auto v = field(kind);
-    return *std::max_element(v.begin(), v.end());
   }
   float least(scene::Field kind) {
     const auto v = field(kind);

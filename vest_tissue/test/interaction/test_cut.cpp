@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "blades.h"
+#include "theatre.h"
 #include "vest_tissue/scene/world_model.h"
 
 namespace {
@@ -14,20 +15,14 @@ using namespace vest;
 using Eigen::Vector3d;
 
 /// Scissors from the front (+y) whose blades close along z in the plane x = at.
-struct Theatre {
-  scene::World world;
-  scene::StepInput input;
-  scene::StepReport report;
-  std::vector<scene::Event> events;
+struct Theatre : test::Theatre {
   double greatest_torque = 0.0, greatest_force = 0.0;
 
-  explicit Theatre(const scene::Description& d, int threads = 1) : world(d, threads) {
+  explicit Theatre(const scene::Description& d, int threads = 1) : test::Theatre(d, threads) {
     world.accountEnergy(true);
   }
   void step() {
-    input.step = world.steps();
-    ASSERT_NE(world.step(input, report), scene::Status::Fault) << report.fault_object;
-    events.insert(events.end(), report.events.begin(), report.events.end());
+    test::Theatre::step();
     greatest_torque = std::max(greatest_torque, report.contacts[1].jaw_torque);
     greatest_force = std::max(greatest_force, report.contacts[1].wrench.head<3>().norm());
   }
@@ -44,10 +39,6 @@ struct Theatre {
     for (int i = 1; i <= n; ++i) scissors(x, y_tip, z, 0.9 * (1.0 - double(i) / n)), step();
   }
   void away() { input.tools[1].present = false; }
-  std::size_t count(scene::EventKind kind) const {
-    return static_cast<std::size_t>(
-        std::count_if(events.begin(), events.end(), [&](const auto& e) { return e.kind == kind; }));
-  }
   double mass() const {
     const auto& b = world.state().objects[0].block;
     double sum = 0.0;

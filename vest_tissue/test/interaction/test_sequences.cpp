@@ -124,7 +124,18 @@ void check(const scene::World& w, const Bounds& most) {
   for (const auto& sling : w.state().fasteners.slings) {
     if (!sling.alive) continue;
     for (int i = 0; i < sling.count; ++i) ASSERT_LT(sling.knots[i], knots);
-    ASSERT_TRUE(sling.tip.allFinite() && std::isfinite(sling.rest) && std::isfinite(sling.tension));
+    ASSERT_TRUE(sling.tip.allFinite() && std::isfinite(sling.tension));
+    ASSERT_TRUE(sling.rest > 0.0 && sling.rest <= interaction::kSlingLength * (1.0 + 1e-9)) << sling.rest;
+    for (int i = 0; i < interaction::kSlingNodes; ++i) {
+      const auto n = static_cast<std::size_t>(i);
+      ASSERT_TRUE(sling.node[n].allFinite() && sling.velocity[n].allFinite()) << "node " << i;
+      const interaction::SlingTouch& touch = sling.touch[n];
+      if (!touch.on) continue;
+      ASSERT_EQ(touch.object, 0);
+      for (const auto k : touch.knots) ASSERT_LT(k, knots);
+      ASSERT_NEAR(touch.weights[0] + touch.weights[1] + touch.weights[2], 1.0, 1e-9);
+      ASSERT_TRUE(touch.offset.allFinite());
+    }
   }
   for (const auto& grasp : w.state().grasps)
     for (int i = 0; i < grasp.count; ++i) ASSERT_LT(grasp.anchors[i].knot, knots);
@@ -305,12 +316,12 @@ Sum play(int sequences, bool volumes) {
   return sum;
 }
 
-int countOf(int full) {
+int countOf(int full, int length = kOperations, const char* of = "operations") {
   const char* wanted = std::getenv("VEST_SEQUENCES");
   const int count = wanted != nullptr                     ? std::atoi(wanted)
                     : std::getenv("VEST_FULL") != nullptr ? full
                                                           : full / 100;
-  std::printf("count: %d of %d sequences of %d operations\n", count, full, kOperations);
+  std::printf("count: %d of %d sequences of %d %s\n", count, full, length, of);
   return count;
 }
 
@@ -329,6 +340,8 @@ TEST(Sequences, OnRandomNetsKeepEveryInvariant) {
   EXPECT_EQ(sum.faulted, 0u) << "tools that appear within thin nets push them out, and throw none";
 }
 
+constexpr int kJumpingSteps = 400;
+
 /// Tools that are somewhere else every few steps, and requests that split knots and remove links anywhere.
 std::size_t teleport(std::uint32_t seed, bool volumes) {
   using tools::ToolKind;
@@ -342,7 +355,7 @@ std::size_t teleport(std::uint32_t seed, bool volumes) {
   scene::StepReport report;
   std::size_t faults = 0;
   const int pause = 1 + dice.choose(12), requests = 1 + dice.choose(4);
-  for (int i = 0; i < 400; ++i) {
+  for (int i = 0; i < kJumpingSteps; ++i) {
     if (i % pause == 0) {
       for (int t = 0; t < 3; ++t) {
         in.tools[t] = dice.pose(kKinds[dice.choose(8)], dice.uniform(0.0, 1.0));
@@ -369,7 +382,7 @@ std::size_t teleport(std::uint32_t seed, bool volumes) {
 }
 
 TEST(Sequences, ToolsThatJumpWhileKnotsAreSplitThrowNothing) {
-  const int count = countOf(2400), first = firstSequence();
+  const int count = countOf(2400, kJumpingSteps, "steps"), first = firstSequence();
   int faulted = 0;
   const auto play = [&](int n) {
     const std::size_t faults = teleport(static_cast<std::uint32_t>(5000 + n), n % 4 == 3);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "nets.h"
+#include "theatre.h"
 #include "vest_tissue/interaction/clip.h"
 #include "vest_tissue/scene/world.h"
 
@@ -24,21 +24,8 @@ scene::Description stump(bool held = true) {
   return d;
 }
 
-struct Theatre {
-  scene::World world;
-  scene::StepInput input;
-  scene::StepReport report;
-  std::vector<scene::Event> events;
-
-  explicit Theatre(const scene::Description& d = stump(), int threads = 1) : world(d, threads) {}
-  void step() {
-    input.step = world.steps();
-    ASSERT_NE(world.step(input, report), scene::Status::Fault);
-    events.insert(events.end(), report.events.begin(), report.events.end());
-  }
-  void run(int steps) {
-    for (int i = 0; i < steps; ++i) step();
-  }
+struct Theatre : test::Theatre {
+  explicit Theatre(const scene::Description& d = stump(), int threads = 1) : test::Theatre(d, threads) {}
   /// The applicator from above; its loop hangs around the tube at x (the tool's x axis lies along y).
   void applicator(double x, bool draw) {
     auto& t = input.tools[0];

@@ -118,6 +118,15 @@ TEST(Hostile, NobodyWaitsForAPipeAndNoFileIsElsewhere) {
   says(message(), {"links.csv"});  // a link within the folder is read: its nodes are others
 }
 
+TEST(Hostile, ATableHasAtMostEightMillionValues) {
+  Scene scene("two");
+  std::string& ties = scene.files["ties.csv"];
+  const std::size_t row = ties.find('\n') + 1;
+  const std::string one = ties.substr(row, ties.find('\n', row) + 1 - row);
+  while (ties.size() < 40000000) ties += one;
+  says(scene.message(), {"ties.csv:", "row: 533334: must be at most 533333 rows of 15 columns"});
+}
+
 TEST(Hostile, OneFileManyTimesIsNotReadWithoutEnd) {
   Scene scene("two");
   std::string objects = "objects:\n";
@@ -237,6 +246,18 @@ TEST(Hostile, ABakedSceneLiesWholeInItsFolder) {
   const std::string none = target.folder() + "/none";
   EXPECT_THROW(vest::modelling::writeScene(other, none, "source.yaml", text), std::runtime_error);
   EXPECT_TRUE(std::filesystem::is_empty(none));
+}
+
+TEST(Check, EveryShippedSceneIsGood) {
+  std::size_t scenes = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(VEST_TISSUE_SOURCE_DIR "/scenes")) {
+    const std::string name = entry.path().filename();
+    const auto d = vest::scene::loadScene(entry.path() / (name + ".yaml"));
+    EXPECT_TRUE(vest::tools::printCheck(d)) << name;
+    EXPECT_TRUE(vest::tools::startsWell(d)) << name;
+    ++scenes;
+  }
+  EXPECT_GE(scenes, 23u);
 }
 
 TEST(Check, ElementsAreJudgedAsElementsAndFaultsAreTold) {

@@ -82,8 +82,8 @@ TEST(Connections, TwoFreeBodiesKeepMomentumAndAngularMomentum) {
     turned = std::max(turned, (now.angular - start.angular).norm() / start.angular.norm());
   }
   std::printf("momentum within %.1e, angular momentum within %.1e\n", lost, turned);
-  EXPECT_LT(lost, 1e-4);
-  EXPECT_LT(turned, 2e-3);
+  EXPECT_LT(lost, 3e-6);
+  EXPECT_LT(turned, 3.5e-4);
 }
 
 TEST(Connections, ABladeThatSeversOneSaysSo) {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "nets.h"
+#include "theatre.h"
 #include "vest_tissue/scene/world.h"
 
 namespace {
@@ -13,23 +13,14 @@ using namespace vest;
 using Eigen::Vector3d;
 
 /// A tube at rest under gravity, a grasper from above.
-struct Theatre {
-  scene::World world{test::tubeScene()};
-  scene::StepInput input;
-  scene::StepReport report;
-  std::vector<scene::EventKind> events;
+struct Theatre : test::Theatre {
   std::vector<float> start;
 
-  Theatre() {
+  Theatre() : test::Theatre(test::tubeScene()) {
     world.accountEnergy(true);
     for (int i = 0; i < 3000; ++i) step();
     start.resize(3 * world.knotCount(0));
     world.positions(0, start.data());
-  }
-  void step() {
-    input.step = world.steps();
-    ASSERT_NE(world.step(input, report), scene::Status::Fault);
-    for (const auto& e : report.events) events.push_back(e.kind);
   }
   void tool(double z, double jaw) {
     input.tools[1] = test::grasper(Vector3d(0, 0, z), jaw);
@@ -47,9 +38,6 @@ struct Theatre {
   void grasp() {
     move(0.075, 0.040, 1.0, 1.0, 0.4);
     move(0.040, 0.040, 1.0, 0.05, 0.4);
-  }
-  bool saw(scene::EventKind kind) const {
-    return std::find(events.begin(), events.end(), kind) != events.end();
   }
   const scene::ContactModel& contact() const { return report.contacts[1]; }
   double away() {

@@ -6,7 +6,6 @@
 
 #include "nets.h"
 #include "slab.h"
-#include "vest_tissue/scene/scene_files.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/scene/world_model.h"
 

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "nets.h"
-#include "vest_tissue/contact/contacts.h"
+#include "vest_tissue/base/nearest.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/scene/world_model.h"
 

@@ -73,6 +73,8 @@ TEST(MeshFile, WhatIsCutOffOrWrongIsRefusedWithFileAndLine) {
             std::string::npos);
   EXPECT_NE(message("c.vtk", with(kVtk, "ASCII", "BINARY")).find("ASCII"), std::string::npos);
   EXPECT_NE(message("c.vtk", with(kVtk, "4 1 4 2 3", "4 1 9 2 3")).find("does not exist"), std::string::npos);
+  EXPECT_NE(message("c.vtk", kVtk + kVtk.substr(kVtk.find("CELL_TYPES"))).find("CELL_TYPES twice"),
+            std::string::npos);
   EXPECT_NE(message("c.stl", kVtk).find("allowed: .msh"), std::string::npos);
   // Cut off anywhere: refused or, where what is missing does not matter, read; never more than that.
   for (const auto& [name, text] : {std::pair{"a.msh", kGmsh22}, std::pair{"b.msh", kGmsh41},

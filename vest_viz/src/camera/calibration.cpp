@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "vest_instruments/files/strict_yaml.h"
@@ -23,6 +25,19 @@ T read(const YAML::Node& root, const std::string& path, const char* field, const
   throw std::runtime_error(path + ": " + name + " is missing (allowed: " + allowed + ")");
 }
 
+/// Of two that have one name, only one would be read.
+void refuseTwice(const YAML::Node& map, const std::string& path, const std::string& of) {
+  std::set<std::string> names;
+  for (const auto& entry : map) {
+    if (!entry.first.IsScalar())
+      throw std::runtime_error(path + ": " + of + "a name that is none (allowed: text)");
+    const std::string name = files::shown(entry.first.Scalar());
+    if (!names.insert(entry.first.Scalar()).second)
+      throw std::runtime_error(path + ": " + of + name + " stands there twice (allowed: once)");
+    if (entry.second.IsMap()) refuseTwice(entry.second, path, of + name + ".");
+  }
+}
+
 }  // namespace
 
 Intrinsics readCalibration(const std::string& path) {
@@ -33,6 +48,7 @@ Intrinsics readCalibration(const std::string& path) {
     throw std::runtime_error(path + (e.line > 0 ? " line " + std::to_string(e.line) : "") + ": " + e.what());
   }
   if (!root.IsMap()) throw std::runtime_error(path + ": not a calibration file");
+  refuseTwice(root, path, "");
   Intrinsics c;
   const auto width = read<int>(root, path, "image_width", nullptr, "64 … 4096 pixels");
   const auto height = read<int>(root, path, "image_height", nullptr, "64 … 4096 pixels");

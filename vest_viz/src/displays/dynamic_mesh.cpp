@@ -67,10 +67,13 @@ void DynamicMesh::setShape(const std::vector<Group>& groups, const std::vector<f
   declaration->addElement(1, 0, Ogre::VET_FLOAT2, Ogre::VES_TEXTURE_COORDINATES, 0);
   declaration->addElement(1, 8, Ogre::VET_FLOAT4, Ogre::VES_DIFFUSE);
   declaration->addElement(2, 0, Ogre::VET_FLOAT4, Ogre::VES_TEXTURE_COORDINATES, 2);
+  declaration->addElement(2, 16, Ogre::VET_FLOAT3, Ogre::VES_TEXTURE_COORDINATES, 3);
+  constexpr std::size_t kStateBytes = kState * sizeof(float);
   auto& buffers = Ogre::HardwareBufferManager::getSingleton();
   moving_ =
       buffers.createVertexBuffer(36, vertices, Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY_DISCARDABLE);
-  state_ = buffers.createVertexBuffer(16, vertices, Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY_DISCARDABLE);
+  state_ = buffers.createVertexBuffer(kStateBytes, vertices,
+                                      Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY_DISCARDABLE);
   auto fixed = buffers.createVertexBuffer(24, vertices, Ogre::HardwareBuffer::HBU_STATIC_WRITE_ONLY);
   std::vector<float> rows(6 * vertices);
   for (std::size_t v = 0; v < vertices; ++v) {
@@ -79,7 +82,7 @@ void DynamicMesh::setShape(const std::vector<Group>& groups, const std::vector<f
     for (std::size_t k = 0; k < 4; ++k) rows[6 * v + 2 + k] = tint.empty() ? 1.0f : tint[4 * v + k];
   }
   fixed->writeData(0, rows.size() * sizeof(float), rows.data(), true);
-  std::memset(state_->lock(Ogre::HardwareBuffer::HBL_DISCARD), 0, 16 * vertices);
+  std::memset(state_->lock(Ogre::HardwareBuffer::HBL_DISCARD), 0, kStateBytes * vertices);
   state_->unlock();
   data->vertexBufferBinding->setBinding(0, moving_);
   data->vertexBufferBinding->setBinding(1, fixed);
@@ -116,9 +119,10 @@ void DynamicMesh::setMaterial(std::size_t group, const Ogre::MaterialPtr& materi
 }
 
 void DynamicMesh::setState(const std::vector<std::uint8_t>& state) {
-  if (!state_ || state.size() < 4 * vertices_) return;
+  if (!state_ || state.size() < kState * vertices_) return;
   float* out = static_cast<float*>(state_->lock(Ogre::HardwareBuffer::HBL_DISCARD));
-  for (std::size_t i = 0; i < 4 * vertices_; ++i) out[i] = static_cast<float>(state[i]) * (1.0f / 255.0f);
+  for (std::size_t i = 0; i < kState * vertices_; ++i)
+    out[i] = static_cast<float>(state[i]) * (1.0f / 255.0f);
   state_->unlock();
 }
 

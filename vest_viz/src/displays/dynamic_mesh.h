@@ -45,7 +45,8 @@ class DynamicMesh {
   /// New positions; as many vertices as setShape() said. Tangents may be empty.
   void setVertices(const std::vector<float>& positions, const std::vector<float>& normals,
                    const std::vector<float>& tangents);
-  /// Four bytes per vertex for the shader (texture coordinate 2, 0 … 1): film of blood, coagulated, charred.
+  /// Bytes per vertex, 0 … 255: what happened to tissue (tissue.vert), or a colour in the first three.
+  static constexpr std::size_t kState = 7;
   void setState(const std::vector<std::uint8_t>& state);
   /// Another material for the group with this index of setShape().
   void setMaterial(std::size_t group, const Ogre::MaterialPtr& material);

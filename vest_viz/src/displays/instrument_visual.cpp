@@ -1,5 +1,7 @@
 #include "instrument_visual.h"
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 
 #include <OgreMaterialManager.h>
@@ -21,6 +23,16 @@ void place(Ogre::SceneNode* node, const Eigen::Isometry3d& X) {
                     static_cast<float>(X.translation().z()));
   node->setOrientation(static_cast<float>(q.w()), static_cast<float>(q.x()), static_cast<float>(q.y()),
                        static_cast<float>(q.z()));
+}
+
+/// Teeth lie in each other's shadow (make_meshes.cpp cuts them up to 0.35 mm deep): the lamp is not mirrored
+/// in their grooves. Without that they sparkle, dot by dot, where they are smaller than a pixel.
+std::vector<float> toothShade(const instrument::TriangleMesh& jaw) {
+  constexpr float kTeeth = 0.0010f;  // m from the middle
+  std::vector<float> tint(jaw.positions.size() / 3 * 4, 1.0f);
+  for (std::size_t v = 0; 4 * v < tint.size(); ++v)
+    tint[4 * v + 3] = std::min(std::fabs(jaw.positions[3 * v]) / kTeeth, 1.0f);
+  return tint;
 }
 
 }  // namespace
@@ -68,7 +80,9 @@ void InstrumentVisual::add(int slot, const instrument::TriangleMesh& mesh, bool 
   const auto s = static_cast<std::size_t>(slot);
   part.mesh =
       std::make_unique<DynamicMesh>(manager_, slot_nodes_[s], part.material, Ogre::RENDER_QUEUE_MAIN - 5);
-  part.mesh->setShape(mesh.triangles, {}, {}, mesh.positions.size() / 3);
+  const bool teeth = slot != 0 && tool_ != static_cast<int>(tools::ToolKind::Scissors);
+  part.mesh->setShape(mesh.triangles, {}, teeth ? toothShade(mesh) : std::vector<float>(),
+                      mesh.positions.size() / 3);
   part.mesh->setVertices(mesh.positions, mesh.normals, {});
   slots_[s].push_back(std::move(part));
 }

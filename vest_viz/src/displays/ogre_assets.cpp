@@ -14,6 +14,7 @@
 #include <OgreTextureManager.h>
 #include <OgreTextureUnitState.h>
 #include <ros/package.h>
+#include <opencv2/imgproc.hpp>
 
 #include "vest_tissue/cache/block.h"
 #include "vest_viz/texture/kept_texture.h"
@@ -38,14 +39,16 @@ Ogre::TexturePtr upload(const std::string& name, int size, std::vector<std::uint
 
 struct Entry {
   OrganTextures textures;
-  std::future<texture::Baked> baking;
+  const texture::Style* style = nullptr;
+  int size = 0;                        ///< of its edge, in texels
+  std::future<texture::Baked> baking;  ///< a sketch, then the whole
 };
 std::map<std::string, Entry>& cache() {
   static std::map<std::string, Entry> entries;
   return entries;
 }
 
-/// What is shown until the baking is done: the organ's colour without pattern.
+/// What is shown until something is baked: the organ's colour without pattern.
 texture::Baked plain(const texture::Style& style, int size) {
   texture::Baked baked;
   baked.size = size;
@@ -58,6 +61,26 @@ texture::Baked plain(const texture::Style& style, int size) {
     baked.relief[k] = i < 2 ? 128 : 200;
   }
   return baked;
+}
+
+std::future<texture::Baked> bakeBeside(const texture::Style& style, int size) {
+  return std::async(std::launch::async, [&style, size] {
+    static std::mutex one_at_a_time;  // the simulation needs the other processors
+    const std::lock_guard<std::mutex> lock(one_at_a_time);
+    return texture::bakeKept(style, size, 17, cache::defaultDirectory());
+  });
+}
+
+/// Of the edge of a texture: a sixteenth of its time. A first session soon has its pattern, however busy the
+/// machine.
+constexpr int kSketch = 4;
+
+void enlarge(int size, std::vector<std::uint8_t>* rgba) {
+  const int edge = size / kSketch;
+  std::vector<std::uint8_t> large(4u * static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
+  cv::Mat to(size, size, CV_8UC4, large.data());
+  cv::resize(cv::Mat(edge, edge, CV_8UC4, rgba->data()), to, to.size());
+  rgba->swap(large);
 }
 
 }  // namespace
@@ -90,11 +113,9 @@ const OrganTextures& organTextures(const std::string& organ, int quality) {
     entry.textures.albedo = upload(uniqueName("albedo"), size, baked.albedo);
     entry.textures.relief = upload(uniqueName("relief"), size, baked.relief);
     entry.textures.tile = style.tile;
-    entry.baking = std::async(std::launch::async, [&style, size] {
-      static std::mutex one_at_a_time;  // the simulation needs the other processors
-      const std::lock_guard<std::mutex> lock(one_at_a_time);
-      return texture::bakeKept(style, size, 17, cache::defaultDirectory());
-    });
+    entry.style = &style;
+    entry.size = size;
+    entry.baking = bakeBeside(style, size / kSketch);
   }
   return entry.textures;
 }
@@ -108,6 +129,13 @@ bool takeBakedTextures() {
       continue;
     }
     texture::Baked baked = entry.baking.get();
+    if (baked.size < entry.size) {
+      enlarge(entry.size, &baked.albedo);
+      enlarge(entry.size, &baked.relief);
+      baked.size = entry.size;
+      entry.baking = bakeBeside(*entry.style, entry.size);
+      all = false;
+    }
     fill(entry.textures.albedo, baked.size, baked.albedo);
     fill(entry.textures.relief, baked.size, baked.relief);
   }

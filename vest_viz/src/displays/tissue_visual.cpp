@@ -35,12 +35,19 @@ constexpr Shown kFilm{vest_msgs::TissueField::WETNESS, 0.0f, 1.6f};
 /// What its vessels bring less of shows like what it has lost itself. The first tenth is not seen: a beat
 /// takes 4 % of it, and a collateral brings 93 % (of the gynaecology scene; tuned).
 constexpr Shown kSupplied{TissueInput::kSupply, 0.9f, 0.1f};
+/// Blood without oxygen looks blue from 5 g/dl of reduced haemoglobin on, a third of all (Lundsgaard 1919);
+/// at rest a fifth is. Blood that comes back is redder than before.
+constexpr Shown kBlue{vest_msgs::TissueField::OXYGENATION, 0.70f, 0.20f};
+constexpr Shown kFlushed{vest_msgs::TissueField::OXYGENATION, 0.84f, 0.96f};
+constexpr Shown kSet{vest_msgs::TissueField::SETTING, 0.0f, 1.0f};
 constexpr std::size_t kBloodless = 3;  ///< of kShown
-constexpr float kLeastMark = 0.02f;    ///< share of the range from which on a field is drawn (tuned)
-constexpr std::array<Shown, 4> kShown{{{vest_msgs::TissueField::BLEEDING, 0.0f, 2e-9f},
-                                       {vest_msgs::TissueField::DAMAGE, 0.0f, 1.0f},
-                                       {vest_msgs::TissueField::CHAR, 0.0f, 1.0f},
-                                       {vest_msgs::TissueField::PERFUSION, 1.0f, 0.0f}}};
+constexpr std::array<Shown, DynamicMesh::kState> kShown{{{vest_msgs::TissueField::BLEEDING, 0.0f, 2e-9f},
+                                                         {vest_msgs::TissueField::DAMAGE, 0.0f, 1.0f},
+                                                         {vest_msgs::TissueField::CHAR, 0.0f, 1.0f},
+                                                         {vest_msgs::TissueField::PERFUSION, 1.0f, 0.0f},
+                                                         kBlue,
+                                                         kFlushed,
+                                                         kSet}};
 
 // m: a pixel of the standard view is 0.2 mm wide at 8 cm.
 constexpr double kCoarse = 0.0001;
@@ -205,7 +212,7 @@ void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
   part.stale = false;
   std::vector<DynamicMesh::Group> groups(kGroups);
   // What happened to the tissue is shown vertex by vertex, and needs them all.
-  const bool coarse = !part.coarse.empty() && part.coarse_version == part.version && !part.is_marked &&
+  const bool coarse = !part.coarse.empty() && part.coarse_version == part.version && !part.mark.on() &&
                       !part.is_bent && colouring_.by == Colouring::By::Look;
   if (coarse) groups[0].triangles = part.coarse;
   for (std::size_t t = 0; !coarse && 3 * t + 2 < skin.triangles.size(); ++t) {
@@ -226,7 +233,7 @@ void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
       material->getTechnique(0)->getPass(0)->setCullingMode(Ogre::CULL_NONE);
       prepare(material, part.cull);
     }
-    groups[g].material = part.is_marked && part.marked[g] ? part.marked[g] : part.plain[g];
+    groups[g].material = part.mark.on() && part.marked[g] ? part.marked[g] : part.plain[g];
   }
   // Near and small things first: what they hide is not shaded.
   const std::uint8_t queue = o.rigid ? Ogre::RENDER_QUEUE_MAIN + 5 : Ogre::RENDER_QUEUE_MAIN;
@@ -316,8 +323,8 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   at_knots = std::max(at_knots, store.largestAtKnots(index, kSupplied.kind, kSupplied.low, kSupplied.high));
   for (const auto& shown : kShown)
     at_knots = std::max(at_knots, store.largestAtKnots(index, shown.kind, shown.low, shown.high));
-  if (at_knots <= kLeastMark && !part.is_marked) return;
-  part.state.resize(4 * n);
+  if (at_knots <= mesh::Mark::kLeast && !part.mark.on()) return;
+  part.state.resize(kShown.size() * n);
   if (part.smoother_version != store.shapeVersion(index)) {
     part.smoother_version = store.shapeVersion(index);
     part.smoother.build(store.skin(index).triangles, store.skin(index).positions,
@@ -333,16 +340,15 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
     largest =
         std::max(largest, store.vertexField(index, shown.kind, shown.low, shown.high, layer_.data(), 1));
     for (std::size_t v = 0; v < n; ++v)
-      part.state[4 * v + channel] = std::max(part.state[4 * v + channel], layer_[v]);
+      part.state[kShown.size() * v + channel] = std::max(part.state[kShown.size() * v + channel], layer_[v]);
   };
   addTo(0, kFilm);
   addTo(kBloodless, kSupplied);
   // Blood and char have borders; heat and lost blood fade out.
-  for (const std::size_t k : {1u, 3u}) part.smoother.smooth(part.state.data() + k, kShown.size());
-  const bool mark = largest > kLeastMark;
+  for (const std::size_t k : {1u, 3u, 4u, 5u}) part.smoother.smooth(part.state.data() + k, kShown.size());
+  const bool changed = part.mark.look(largest), mark = part.mark.on();
   if (mark) part.mesh->setState(part.state);
-  if (mark == part.is_marked) return;
-  part.is_marked = mark;
+  if (!changed) return;
   for (std::size_t g = 0; g < kGroups; ++g) {
     if (!part.present[g]) continue;
     if (mark && !part.marked[g]) {
@@ -380,7 +386,7 @@ void TissueVisual::update(const mesh::Store& store) {
     if (reshaped || moved) upload(store, i);
     if (coloured()) {
       if (fields || reshaped) updateColours(store, i);
-    } else if ((fields || reshaped) && (shown || parts_[i].is_marked)) {
+    } else if ((fields || reshaped) && (shown || parts_[i].mark.on())) {
       updateState(store, i);
     }
     vertices_ += store.skin(i).vertexCount();
@@ -453,7 +459,7 @@ void TissueVisual::recolour(const mesh::Store& store) {
     }
     for (std::size_t g = 0; g < kGroups; ++g)
       if (parts_[i].present[g]) parts_[i].mesh->setMaterial(g, parts_[i].plain[g]);
-    parts_[i].is_marked = false;
+    parts_[i].mark.clear();
     parts_[i].stale = parts_[i].stale || !parts_[i].coarse.empty();
     updateState(store, i);
   }
@@ -472,9 +478,10 @@ void TissueVisual::updateColours(const mesh::Store& store, std::size_t index) {
   for (std::size_t g = 0; g < kGroups; ++g)
     if (part.present[g]) part.mesh->setMaterial(g, part.coloured);
   std::vector<std::uint8_t>& out = part.state;
-  out.assign(4 * n, 255);
+  out.assign(DynamicMesh::kState * n, 255);
   const auto put = [&](std::size_t v, const inspect::Colour& c) {
-    for (std::size_t k = 0; k < 3; ++k) out[4 * v + k] = static_cast<std::uint8_t>(255 * c[k] + 0.5f);
+    for (std::size_t k = 0; k < 3; ++k)
+      out[DynamicMesh::kState * v + k] = static_cast<std::uint8_t>(255 * c[k] + 0.5f);
   };
   using By = Colouring::By;
   if (colouring_.by == By::Field) {

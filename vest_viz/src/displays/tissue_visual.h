@@ -16,6 +16,7 @@
 #include "vest_viz/instrument/jaws.h"
 #include "vest_viz/mesh/coarse.h"
 #include "vest_viz/mesh/field_smoother.h"
+#include "vest_viz/mesh/mark.h"
 #include "vest_viz/mesh/store.h"
 
 namespace Ogre {
@@ -97,7 +98,8 @@ class TissueVisual {
     Ogre::MaterialPtr coloured;
     std::array<std::string, kGroups> styles;
     std::array<bool, kGroups> present{};
-    bool is_marked = false, cull = false;
+    mesh::Mark mark;
+    bool cull = false;
     std::string name, organ;
     std::uint64_t version = 0, coarse_version = 0;  ///< shapes that are drawn and that `coarse` was made of
     std::vector<std::uint32_t> coarse;              ///< fewer triangles; empty: none, or not yet

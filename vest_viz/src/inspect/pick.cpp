@@ -30,9 +30,9 @@ struct FieldWord {
   const char* unit;
 };
 /// In the order of vest_msgs/TissueField.
-constexpr FieldWord kFields[] = {{"strain", ""},    {"temperature", " K"}, {"damage", ""},
-                                 {"perfusion", ""}, {"bleeding", " m3/s"}, {"stress", " Pa"},
-                                 {"char", ""},      {"wetness", ""}};
+constexpr FieldWord kFields[] = {
+    {"strain", ""},    {"temperature", " K"}, {"damage", ""},  {"perfusion", ""},   {"bleeding", " m3/s"},
+    {"stress", " Pa"}, {"char", ""},          {"wetness", ""}, {"oxygenation", ""}, {"setting", ""}};
 
 }  // namespace
 

@@ -9,6 +9,11 @@
 #include "vest_tissue/volume/mesh_file.h"
 
 namespace vest::instrument {
+namespace {
+
+constexpr std::size_t kMostAtCorner = 1024;  // ours: each is compared with each
+
+}  // namespace
 
 TriangleMesh readStl(const std::string& path, double crease) {
   volume::Surface surface;
@@ -24,14 +29,20 @@ TriangleMesh readStl(const std::string& path, double crease) {
   };
   const std::size_t count = surface.triangles.size();
   std::vector<std::vector<Corner>> corners(surface.vertices.size());
-  std::vector<Eigen::Vector3f> area_normal(count);
+  std::vector<Eigen::Vector3f> area_normal(count), normal(count);
   for (std::uint32_t t = 0; t < count; ++t) {
     const auto& v = surface.triangles[t];
     for (std::uint32_t c = 0; c < 3; ++c) corners[v[c]].push_back({t, c});
     const Eigen::Vector3d edge[2] = {surface.vertices[v[1]] - surface.vertices[v[0]],
                                      surface.vertices[v[2]] - surface.vertices[v[0]]};
     area_normal[t] = edge[0].cross(edge[1]).cast<float>();
+    normal[t] = area_normal[t].normalized();
   }
+  for (const auto& users : corners)
+    if (users.size() > kMostAtCorner)
+      throw std::runtime_error(path + ": " + std::to_string(users.size()) +
+                               " triangles meet at a corner; allowed: at most " +
+                               std::to_string(kMostAtCorner));
   TriangleMesh mesh;
   mesh.triangles.resize(3 * count);
   const float limit = static_cast<float>(std::cos(crease));
@@ -40,16 +51,16 @@ TriangleMesh readStl(const std::string& path, double crease) {
     const Eigen::Vector3f place = surface.vertices[v].cast<float>();
     std::vector<std::pair<Eigen::Vector3f, std::uint32_t>> made;  // normals at this place
     for (const Corner& user : users) {
-      const Eigen::Vector3f own = area_normal[user.triangle].normalized();
+      const Eigen::Vector3f& own = normal[user.triangle];
       Eigen::Vector3f sum = Eigen::Vector3f::Zero();
       for (const Corner& other : users)
-        if (own.dot(area_normal[other.triangle].normalized()) >= limit) sum += area_normal[other.triangle];
+        if (own.dot(normal[other.triangle]) >= limit) sum += area_normal[other.triangle];
       const Eigen::Vector3f n =
           sum.squaredNorm() > 0 ? Eigen::Vector3f(sum.normalized()) : Eigen::Vector3f(0, 0, 1);
       std::uint32_t index = 0;
       bool found = false;
-      for (const auto& [normal, vertex] : made)
-        if (normal.dot(n) > 0.9999f) index = vertex, found = true;
+      for (const auto& [known, vertex] : made)
+        if (known.dot(n) > 0.9999f) index = vertex, found = true;
       if (!found) {
         index = static_cast<std::uint32_t>(mesh.positions.size() / 3);
         mesh.positions.insert(mesh.positions.end(), place.data(), place.data() + 3);

@@ -11,7 +11,7 @@
 #include <OpenMesh/Tools/Decimater/ModNormalDeviationT.hh>
 #include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
 
-#include "vest_tissue/contact/contacts.h"
+#include "vest_tissue/base/nearest.h"
 
 namespace vest::mesh {
 namespace {

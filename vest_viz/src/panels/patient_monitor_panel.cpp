@@ -109,7 +109,9 @@ void PatientMonitorPanel::onBlood(const vest_msgs::HaemodynamicsState& msg) {
   heard_ = ros::SteadyTime::now();
   curve_->add({msg.header.stamp.toSec(), msg.pressure});
   rate_->setText(
-      QString("HR <span style='font-size:22pt'>%1</span> /min").arg(60.0 * msg.heart_rate, 0, 'f', 0));
+      msg.arrested
+          ? QString("<span style='font-size:22pt; color:red'>ARREST</span>")
+          : QString("HR <span style='font-size:22pt'>%1</span> /min").arg(60.0 * msg.heart_rate, 0, 'f', 0));
   pressure_->setText(QString("ART <span style='font-size:22pt'>%1/%2</span> (%3) mmHg")
                          .arg(msg.systolic / kPascalPerMmHg, 0, 'f', 0)
                          .arg(msg.diastolic / kPascalPerMmHg, 0, 'f', 0)

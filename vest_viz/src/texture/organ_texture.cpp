@@ -96,7 +96,7 @@ std::vector<Style> makeStyles() {
   std::vector<Style> all;
   Style s;
   s.organ = "uterus";
-  s.base = {0.90f, 0.65f, 0.60f}, s.second = {0.83f, 0.50f, 0.47f}, s.mottle = 0.5f;
+  s.base = {0.80f, 0.51f, 0.46f}, s.second = {0.71f, 0.37f, 0.34f}, s.mottle = 0.5f;
   s.vessel_trees = 7, s.vessel_width = 0.00045, s.vessel_strength = 0.55f, s.capillaries = 70;
   s.relief = 0.00012, s.relief_length = 0.006, s.streak = 2.0f, s.wet = 0.9f, s.translucence = 0.25f;
   all.push_back(s);

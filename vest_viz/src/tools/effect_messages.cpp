@@ -104,6 +104,7 @@ void addFields(const vest::scene::Description& scene, double t, vest_msgs::Tissu
   auto damage = fieldOf(vest_msgs::TissueField::DAMAGE, 0, 1);
   auto burnt = fieldOf(vest_msgs::TissueField::CHAR, 0, 1);
   auto perfusion = fieldOf(vest_msgs::TissueField::PERFUSION, 0, 1);
+  auto oxygen = fieldOf(vest_msgs::TissueField::OXYGENATION, 0, 1);
   auto strain = fieldOf(vest_msgs::TissueField::STRAIN, 0, 1);
   auto temperature = fieldOf(vest_msgs::TissueField::TEMPERATURE, 310, 373);
   auto stress = fieldOf(vest_msgs::TissueField::STRESS, 0, 5000);
@@ -119,13 +120,14 @@ void addFields(const vest::scene::Description& scene, double t, vest_msgs::Tissu
       bleeding.data.push_back(scaled(soft ? 1.3 * std::exp(-a * a) : 0));
       damage.data.push_back(scaled(soft ? 1.4 * grown * std::exp(-0.5 * b * b) : 0));
       burnt.data.push_back(scaled(soft ? 1.3 * grown * std::exp(-2.2 * b * b) : 0));
+      oxygen.data.push_back(scaled(o.name == "tube_right" ? 0.8 - 0.6 * grown : 0.8));
       perfusion.data.push_back(scaled(o.name == "ovary_left" ? 1 - 0.9 * grown : 1));
       strain.data.push_back(scaled(soft ? 0.6 * std::exp(-0.3 * a * a) : 0));
       temperature.data.push_back(scaled(soft ? grown * std::exp(-0.4 * b * b) : 0));
       stress.data.push_back(scaled(soft ? 0.9 * std::exp(-0.25 * a * a) : 0));
       wetness.data.push_back(scaled(soft ? 0.9 * std::exp(-1.2 * a * a) : 0));
     }
-  state->fields = {strain, bleeding, damage, burnt, perfusion, temperature, stress, wetness};
+  state->fields = {strain, bleeding, damage, burnt, perfusion, temperature, stress, wetness, oxygen};
 }
 
 void addCut(vest_msgs::TissueTopology* topology) {

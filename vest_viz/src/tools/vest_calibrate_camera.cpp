@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "vest_instruments/files/read.h"
 #include "vest_viz/camera/board.h"
 #include "vest_viz/picture/read.h"
 
@@ -50,7 +51,7 @@ int main(int argc, char** argv) {
     vest::camera::readCalibration(output);  // what the view would refuse is told here
     std::printf("written: %s\n", output.c_str());
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "vest_calibrate_camera: %s\n", e.what());
+    std::fprintf(stderr, "vest_calibrate_camera: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 1;
   }
   return 0;

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "vest_instruments/files/refusal.h"
 #include "vest_viz/picture/check.h"
 #include "vest_viz/picture/read.h"
 
@@ -32,9 +33,7 @@ int main(int argc, char** argv) {
                 circle.cy, circle.radius, vest::picture::format(rows).c_str());
     return vest::picture::allInside(rows) ? 0 : 1;
   } catch (const std::exception& e) {
-    const std::string what = e.what();
-    std::fprintf(stderr, "vest_check_picture: %s%s\n",
-                 what.compare(0, path.size(), path) == 0 ? "" : (path + ": ").c_str(), what.c_str());
+    std::fprintf(stderr, "vest_check_picture: %s\n", vest::files::refusal(e.what(), path).c_str());
     return 2;
   }
 }

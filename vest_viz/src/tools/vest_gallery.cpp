@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <OgreRenderWindow.h>
@@ -361,12 +362,16 @@ int main(int argc, char** argv) {
     rviz::RenderSystem::get();
     const vest::scene::Description scene = shippedScene("gynaecology");
     const Vector3d over = tools::endoscopeTip(0.10), near(0.0, -0.012, 0.105), side(0.03, -0.012, 0.10);
-    for (const char* name :
-         {"arterial_bleeding", "fem_slab", "volume_phantom", "irrigation_pool", "smoke_lens"}) {
+    constexpr std::pair<const char*, double> kOthers[] = {{"arterial_bleeding", 0.075},
+                                                          {"fem_slab", 0.075},
+                                                          {"volume_phantom", 0.090},
+                                                          {"irrigation_pool", 0.075},
+                                                          {"smoke_lens", 0.085}};  // m from the lens
+    for (const auto& [name, distance] : kOthers) {
       const vest::scene::Description other = shippedScene(name);
       const bool bleeds = name == std::string("arterial_bleeding");
-      endoscopic(other, std::string("scene_") + name, bleeds ? "fields" : "",
-                 lookAt(other, bleeds ? 0.052 : 0.075), 1, 0.35, 0, false);
+      endoscopic(other, std::string("scene_") + name, bleeds ? "fields" : "", lookAt(other, distance), 1,
+                 0.35, 0, false);
     }
     endoscopic(scene, "view_overview", "", over);
     endoscopic(scene, "view_close", "", near);

@@ -126,6 +126,9 @@ TEST_F(CalibrationFile, IsRefusedWithTheFieldThatIsWrong) {
     }
   };
   refused("plumb_bob", "thin_prism", "distortion_model");
+  refused("image_height: 480\n", "image_height: 480\n\"image_height\": 48\n",
+          "image_height stands there twice");
+  refused("{rows: 3,", "{rows: 3, data: [1], ", "camera_matrix.data stands there twice");
   refused("500.5", ".nan", "camera_matrix");
   refused("500.5", "-1", "camera_matrix");
   refused("640", "0", "image_width");

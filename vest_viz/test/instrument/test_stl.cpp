@@ -55,6 +55,12 @@ TEST(Stl, BrokenFilesAreRefusedByName) {
   EXPECT_THROW(readStl(File(good.substr(0, good.size() - 1)).path(), 0.6), std::runtime_error);
   EXPECT_THROW(readStl(File(hinge(0.2f, std::numeric_limits<float>::quiet_NaN())).path(), 0.6),
                std::runtime_error);
+  std::string star = good;  // each triangle at a corner is compared with each: they must be few
+  const std::uint32_t same = 100000;
+  std::memcpy(&star[80], &same, 4);
+  star.resize(84);
+  for (std::uint32_t i = 0; i < same; ++i) star += good.substr(84, 50);
+  EXPECT_THROW(readStl(File(star).path(), 0.6), std::runtime_error);
   std::string lying = good;
   const std::uint32_t many = 0xffffffffu;
   std::memcpy(&lying[80], &many, 4);

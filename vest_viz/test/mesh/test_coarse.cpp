@@ -7,8 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include "vest_tissue/contact/contacts.h"
+#include "vest_tissue/base/nearest.h"
 #include "vest_viz/mesh/coarse.h"
+#include "vest_viz/mesh/mark.h"
 
 namespace vest::mesh {
 namespace {
@@ -152,6 +153,17 @@ TEST(Coarse, ADarkVertexDoesNotStandForABrightSurface) {
   EXPECT_NEAR(drawn[0], (0.1f + 0.3f) / (4.0f / 3), 1e-6);
   EXPECT_NEAR(drawn[1], 0.9f, 1e-6);
   EXPECT_EQ(coarseValues({}, {0.5f}), std::vector<float>{0.5f});
+}
+
+TEST(Mark, ABeatThatCrossesTheLeastMarkBuildsNoMeshAgain) {
+  Mark mark;
+  int built = 0;
+  EXPECT_FALSE(mark.look(0));
+  for (int i = 0; i < 1000; ++i) built += mark.look(i % 10 < 5 ? 1.1f * Mark::kLeast : 0.9f * Mark::kLeast);
+  EXPECT_EQ(built, 1);
+  for (int i = 0; i < 2 * Mark::kWait; ++i) built += mark.look(0);
+  EXPECT_EQ(built, 2);
+  EXPECT_FALSE(mark.on());
 }
 
 }  // namespace

@@ -44,6 +44,9 @@ enum class Metric : std::uint8_t {
   ClipOff,
   ClipTilt,
   CutOff,
+  CutLength,
+  CutAside,
+  PlaceOff,
 };
 
 /// What a number is a number of, beside its word.
@@ -57,15 +60,17 @@ struct MetricInfo {
   std::string_view meaning;
 };
 
-inline constexpr double kIdleSpeed = 0.005;      ///< m/s, as of vest_metrics
-inline constexpr double kForceWindow = 0.020;    ///< s: force peaks are peaks of the mean over it
-inline constexpr double kFreeForce = 0.5;        ///< N that the impulse does not count (assumed)
-inline constexpr double kTouchPause = 0.1;       ///< s without contact before the next touch counts
-inline constexpr double kOutOfViewPause = 0.2;   ///< s that a tip may leave the picture
-inline constexpr double kPictureHalfAngle = 35;  ///< degrees: half the field of view of the endoscope
-inline constexpr double kSealedDamage = 0.632;   ///< denatured share at which tissue is sealed: omega = 1
+inline constexpr double kIdleSpeed = 0.005;              ///< m/s, as of vest_metrics
+inline constexpr double kForceWindow = 0.020;            ///< s: force peaks are peaks of the mean over it
+inline constexpr double kFreeForce = 0.5;                ///< N that the impulse does not count (assumed)
+inline constexpr double kTouchPause = 0.1;               ///< s without contact before the next touch counts
+inline constexpr double kOutOfViewPause = 0.2;           ///< s that a tip may leave the picture
+inline constexpr double kPictureHalfAngle = 35;          ///< degrees: half the field of view of the endoscope
+inline constexpr double kDegree = 0.017453292519943295;  ///< rad
+inline constexpr double kOpticOff = 0.5;  ///< degrees that the endoscope's optic may be off the exercise's
+inline constexpr double kSealedDamage = 0.632;  ///< denatured share at which tissue is sealed: omega = 1
 
-inline constexpr std::array<MetricInfo, 27> kMetrics{{
+inline constexpr std::array<MetricInfo, 30> kMetrics{{
     {Metric::Time, "time_s", kNothing, true, "time since the first phase began"},
     {Metric::BloodLost, "blood_lost_ml", kNothing, true, "blood that left the vessels and surfaces"},
     {Metric::Leak, "leak_ml_s", kNothing, false, "blood that leaves the vessels now"},
@@ -99,6 +104,11 @@ inline constexpr std::array<MetricInfo, 27> kMetrics{{
      "greatest angle of a clip to the tube's cross-section"},
     {Metric::CutOff, "cut_off_mm", kObject | kMark, false,
      "greatest distance of a cut from the mark's plane"},
+    {Metric::CutLength, "cut_length_mm", kObject, false, "length along the tube between its outermost cuts"},
+    {Metric::CutAside, "cut_aside_mm", kObject | kMark, false,
+     "greatest distance of a cut from the straight line between two marks"},
+    {Metric::PlaceOff, "place_off_mm", kObject | kMark, false,
+     "distance of the object's middle from the mark"},
 }};
 const MetricInfo& infoOf(Metric metric);
 
@@ -183,7 +193,7 @@ struct Exercise {
   double limit = 0;        ///< s
   double proficient = 0;   ///< s: who does it faster without errors has 100 points
   double least = 0;        ///< s: faster than this nobody is
-  double optic = 30;       ///< degrees
+  double optic = 30;       ///< degrees, of the endoscope that the exercise is done with
   /// What each hand begins with, and then what the tool pedal hands to the right one.
   std::array<std::vector<tools::ToolKind>, 3> tools;
   std::vector<Mark> marks;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "vest_bringup/exercise/engine.h"
+#include "vest_bringup/exercise/learning_curve.h"
 
 namespace vest::exercise {
 
@@ -48,7 +49,7 @@ struct Report {
   const Result& result;
   const Trace& trace;
   std::string trainee, date, version;  ///< pseudonym, or empty; ISO 8601; of VEST
-  std::vector<double> earlier;         ///< totals of earlier attempts at it, oldest first
+  Learning learning;                   ///< of a trainee, this attempt included
   std::vector<Picture> pictures;
   std::vector<Note> notes;
 };

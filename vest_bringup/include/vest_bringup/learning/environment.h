@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "vest_bringup/learning/painter.h"
 #include "vest_bringup/learning/task.h"
 #include "vest_tissue/solver/pool.h"
 
@@ -16,7 +17,7 @@ namespace vest::learning {
 inline constexpr std::size_t kActionSize = 6;
 
 /// Numbers of an observation, in order. Lengths in cm, angles in rad, forces in N, world frame.
-///   0 goal minus tip (3)   3 tip minus where the goal was at the start (3)   6 roll minus 0.77   7 jaw
+///   0 goal minus tip (3)   3 tip minus where the goal was at the start (3)   6 roll minus the task's   7 jaw
 ///   8 force of the tissue on the tip (3)   11 jaws hold tissue (0, 1)   12 pinch force
 ///   13 middle of the tube at the goal's ring minus tip (3)   16 where it has to go minus where it is (3)
 ///   19 score   20 share of the time that is left
@@ -47,6 +48,8 @@ class Environment {
   void expert(float* action) const;
   void observe(float* observation) const;
   scene::ToolInput tool() const;  ///< the instrument as commanded now
+  /// What the endoscope sees now. It moves in camera_follow alone. @param rgb, depth as Painter::begin()
+  void picture(int width, int height, std::uint8_t* rgb, float* depth);
 
   /// Everything that evolves, the Trainer and its commands. Exact.
   void save(std::vector<std::uint8_t>& bytes);
@@ -67,7 +70,8 @@ class Environment {
     std::uint64_t seed = 0, steps = 0, ring = 0, held = 0, clipped = 0, divided = 0, failed = 0, over = 1;
     std::uint64_t was_open = 0, grasping = 0;
     kinematics::JointPositions joints{};
-    std::array<double, 3> force{}, place{}, way{};  ///< N; m: goal of the tip at the start; m: way of tissue
+    std::array<double, 3> force{}, place{}, way{};  ///< N; m: goal of the tip at the start; m: way of tissue,
+                                                    ///< or rad: phases of what the camera follows
     double pinch = 0, distance = 0, score = 0;      ///< N; m: of tip and goal at the start; 0 … 1
   };
   static_assert(sizeof(State) == 10 * 8 + sizeof(kinematics::JointPositions) + 12 * 8);
@@ -76,8 +80,19 @@ class Environment {
   Eigen::Vector3d tip() const;
   Eigen::Vector3d middle() const;
   Eigen::Vector3d shaft(const Eigen::Vector3d& towards) const;
+  std::size_t hand() const { return static_cast<std::size_t>(task_->row.hand); }
   Eigen::Vector3d goal() const;
   Eigen::Vector3d left() const;
+  Eigen::Vector3d deepest() const;
+  double pool() const;
+  kinematics::JointPositions followed(std::uint64_t steps) const;
+  Eigen::Vector3d target() const;
+  Eigen::Vector3d lookOut() const;
+  Eigen::Isometry3d camera(const kinematics::JointPositions& joints) const;
+  Eigen::Isometry3d camera() const;
+  bool watched() const;
+  void drawPools();
+  double held() const;
   bool passed() const;
   double score() const;
   void take(const scene::StepReport& report);
@@ -88,6 +103,8 @@ class Environment {
   scene::StepReport report_;
   State state_;
   Watch watch_;
+  Painter painter_;
+  std::vector<float> xyz_;
 };
 
 /// n environments of one task, stepped by a few threads; they share the Task's Model.
@@ -102,6 +119,8 @@ class Environments {
   /// An environment whose episode is over is reset by its next step instead, with the next seed (its seed +
   /// count), and its reward is 0: the "next step" mode of Gymnasium 1.
   void step(const float* actions, float* observations, StepResult* results);
+  /// Of all, one behind the other. @param rgb, depth as Environment::picture(), count times as much
+  void pictures(int width, int height, std::uint8_t* rgb, float* depth);
 
  private:
   std::vector<std::unique_ptr<Environment>> all_;

@@ -14,15 +14,17 @@
 /// Tasks for learning: the Trainer in lockstep with an agent, without ROS and without wall time.
 namespace vest::learning {
 
-enum class TaskKind : std::uint8_t { Reach, GraspLift, Retract, Clip, Cut };
+enum class TaskKind : std::uint8_t { Reach, GraspLift, Retract, Clip, Cut, Suck, CameraFollow };
 
-/// What is asked of the right hand; one row of tasks().
+/// What is asked of one hand; one row of tasks().
 struct TaskRow {
   TaskKind kind;
   const char* name;
   const char* scene;  ///< of vest_tissue
   const char* object;
+  tools::Instrument hand;
   tools::ToolKind tool;
+  double roll;  ///< rad: what the shaft is best turned by; 0.77 closes jaws across the tubes of these scenes
   double beyond;    ///< m: how far along the shaft the tip goes beyond the middle of the tube
   double open_jaw;  ///< rad, at the start
   double limit;     ///< s
@@ -46,8 +48,13 @@ struct Task {
   TaskOptions options;
   kinematics::TrainerBox box;
   std::shared_ptr<const scene::WorldModel> model;
-  std::size_t object = 0;  ///< the tube
-  double limit = 0;        ///< s
+  std::size_t object = 0;           ///< the tube
+  double limit = 0;                 ///< s
+  std::vector<std::uint8_t> start;  ///< snapshot of the Trainer that an episode begins with; empty: the scene
+  double pool = 0;                  ///< m³ that stand in the field then
+
+  /// A Trainer of this task, with its effects.
+  simulation::Stage stage(int threads) const;
 };
 
 /// Loads the scene and builds its Model once. @throws std::invalid_argument, files::FileError

@@ -26,7 +26,8 @@ class ExerciseAction {
   bool follow(const vest_msgs::ExerciseGoal& goal, std::uint64_t attempt);
   void end(const std::string& problem);
   void giveTools(const exercise::Exercise& exercise);
-  void keep(const exercise::Exercise& exercise, const std::string& trainee, std::string& problem) const;
+  /// @param words how the trainee gets on, or why the result is not kept
+  void keep(const exercise::Exercise& exercise, const std::string& trainee, std::string& words) const;
   void onState(const vest_msgs::SessionState& state);
 
   ros::NodeHandle nh_;

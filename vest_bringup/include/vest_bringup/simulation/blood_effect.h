@@ -29,10 +29,12 @@ struct BloodFrame {
     float closure = 0;                                             ///< 0 open … 1 closed
   };
   std::uint64_t step = 0;
-  double heart_rate = 0;                          ///< Hz
-  double systolic = 0, diastolic = 0, mean = 0;   ///< Pa
-  double pressure = 0;                            ///< Pa, now, where the others are measured
-  double blood_volume = 0, blood_loss = 0;        ///< m³
+  double heart_rate = 0;                         ///< Hz
+  double systolic = 0, diastolic = 0, mean = 0;  ///< Pa
+  double pressure = 0;                           ///< Pa, now, where the others are measured
+  double blood_volume = 0, blood_loss = 0;       ///< m³
+  double given = 0;                              ///< m³ by infusion
+  bool arrested = false;
   double loss_rate = 0;                           ///< m³/s now, of vessels and surfaces
   std::uint32_t degraded_steps = 0, refused = 0;  ///< since the start
   std::shared_ptr<const std::vector<std::string>> names;
@@ -45,14 +47,15 @@ struct BloodFrame {
 ///   events (cut, punctured, torn, perforated, clipped, unclipped, ligated, coagulated) -> wounds
 ///   circulation -> fluid sources at the wounds, and dilatation of the scene's vessels every fourth step
 /// Parameter edits (object empty): heart_rate (Hz), mean_pressure (Pa), resistance_scale, reflex_scale,
-/// pulse_dilatation. With the name of a vessel's object: opening_station (m), then opening_area (m²) opens it
-/// there; clip_station (m) closes it there: complications that an instructor sets.
+/// infusion (m³/s), pulse_dilatation. With the name of a vessel's object: opening_station (m), then
+/// opening_area (m²) opens it there; clip_station (m) closes it there: complications that an instructor sets.
 class BloodEffect : public Effect {
  public:
   /// @param frames may be null  @throws haemodynamics::NetworkError, std::invalid_argument
   BloodEffect(const scene::World& world, const BloodOptions& options,
               scene::TripleBuffer<BloodFrame>* frames);
 
+  Ports ports() const override { return {kGas, kSeeped, kSources | kSupply}; }
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;
@@ -65,6 +68,9 @@ class BloodEffect : public Effect {
     state_.circulation.lost += volume > 0 ? volume : 0;
     seeping_ = dt > 0 ? volume / dt : 0;
   }
+
+  /// How far the veins of a territory are open, 0 … 1: their mean; 1 where none is known.
+  double drained(std::size_t territory) const;
 
   const haemodynamics::CirculationModel& model() const { return circulation_.model; }
   const haemodynamics::CirculationState& circulation() const { return state_.circulation; }

@@ -42,10 +42,28 @@ struct Feedback {
   double gas_drawn = 0;
 };
 
+/// What passes between effects in Feedback and beside it.
+enum Port : unsigned {
+  kGas = 1,        ///< Feedback::gas
+  kSources = 2,    ///< Feedback::sources
+  kLensBlood = 4,  ///< Feedback::blood_at_lens
+  kFilms = 8,      ///< Feedback::films
+  kGasDrawn = 16,  ///< Feedback::gas_drawn
+  kSupply = 32,    ///< flow into tissue and pressure of the BloodEffect, which a SurfaceEffect reads
+  kSeeped = 64,    ///< BloodEffect::lose
+};
+/// Trainer::add holds an effect to them.
+struct Ports {
+  unsigned takes = 0;       ///< of this step: whoever gives it stands before
+  unsigned takes_late = 0;  ///< of the last step: whoever gives it stands behind
+  unsigned gives = 0;
+};
+
 /// A member of the composite beside the tissue (haemodynamics and bleeding, fluid, smoke, lens).
 class Effect {
  public:
   virtual ~Effect() = default;
+  virtual Ports ports() const { return {}; }
   /// One step after the tissue's. Real-time safe; appends to `feedback`, whose arrays have room. Reads
   /// nothing but its arguments and its own State: the same inputs give the same bits.
   virtual void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,

@@ -24,6 +24,7 @@ class GasEffect : public Effect {
   /// @param frames may be null  @throws std::invalid_argument
   GasEffect(const gas::Parameters& parameters, scene::TripleBuffer<GasFrame>* frames);
 
+  Ports ports() const override { return {0, kGasDrawn, kGas}; }
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;

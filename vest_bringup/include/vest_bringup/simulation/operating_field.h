@@ -18,7 +18,9 @@ struct FieldOptions {
   fluid::Parameters fluid;
   smoke::Parameters smoke;
   lens::Parameters lens;
-  double irrigation_flow = 5e-5;       ///< m³/s: 3 l/min, the greatest of Aesculap's irrigator
+  double irrigation_flow =
+      5e-5;                   ///< m³/s: 3 l/min, the greatest of Aesculap's irrigator; at full bag pressure
+  double bag_pressure = 4e4;  ///< Pa: 300 mmHg, where the cuffs of infusion bags are filled to (assumed)
   double irrigation_diameter = 0.005;  ///< m, of the same
   double suction_flow = 5e-5;          ///< m³/s of liquid; assumed as irrigation
   double suction_gas_flow = 1.7e-4;    ///< m³/s of gas at a tip that draws no liquid: 10 l/min; assumed
@@ -36,6 +38,7 @@ void eachNumber(FieldOptions& o, Number&& number) {
   number("fluid/water_viscosity", o.fluid.water_viscosity, 0, 1);
   number("fluid/blood_viscosity", o.fluid.blood_viscosity, 0, 1);
   number("fluid/irrigation_flow", o.irrigation_flow, 0, 5e-4);
+  number("fluid/bag_pressure", o.bag_pressure, 0, 6e4);
   number("fluid/irrigation_diameter", o.irrigation_diameter, 0.0005, 0.02);
   number("fluid/suction_flow", o.suction_flow, 0, 5e-4);
   number("fluid/suction_gas_flow", o.suction_gas_flow, 0, 5e-3);
@@ -72,11 +75,12 @@ using FieldFrames = scene::TripleBuffer<FieldFrame>;
 
 /// Fluid at 250 Hz, smoke and lens at 50 Hz of simulated time, in lockstep with the tissue.
 ///
-/// Instruments: a suction-irrigator irrigates and sucks as its functions say. Where nobody holds one, an
-/// endoscope that irrigates rinses its lens. The lens is cleaned and warmed while the endoscope is
-/// drawn back into its trocar, and wiped where it touches tissue. Parameter edits: object `fluid`:
-/// irrigation_flow, suction_flow (m³/s); `smoke`: yield (kg/J); `lens`: warming, rinse (0 or 1), temperature
-/// (K of the lens). The cavity's gas: Feedback::gas.
+/// Instruments: a suction-irrigator irrigates and sucks as its functions say; its two trumpet valves take a
+/// moment to open and to close, and the bag's pressure drives the water against that of the gas. Where nobody
+/// holds one, an endoscope that irrigates rinses its lens. The lens is cleaned and warmed while the endoscope
+/// is drawn back into its trocar, and wiped where it touches tissue. Parameter edits: object `fluid`:
+/// irrigation_flow, suction_flow (m³/s), bag_pressure (Pa); `smoke`: yield (kg/J); `lens`: warming, rinse (0
+/// or 1), temperature (K of the lens). The cavity's gas: Feedback::gas.
 class OperatingField : public Effect {
  public:
   /// @param frames where to put what is to be shown, of this object alone, or null. @throws
@@ -86,6 +90,7 @@ class OperatingField : public Effect {
                  bool films = false);
   ~OperatingField() override;
 
+  Ports ports() const override { return {kGas | kSources | kLensBlood, 0, kFilms | kGasDrawn}; }
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;

@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "vest_bringup/simulation/blood_effect.h"
+#include "vest_bringup/simulation/supply_map.h"
+#include "vest_effects/bleeding/perfusion.h"
 #include "vest_effects/bleeding/surface.h"
 
 namespace vest::simulation {
@@ -19,13 +21,17 @@ struct SurfaceFrame {
   std::uint32_t revision = 0;   ///< of the world that the knots belong to
   std::vector<float> flow;      ///< m³/s
   std::vector<float> wetness;   ///< 0 dry … 1 covered with blood
-  std::vector<float> supply;    ///< 0 … 1: flow of the vessels that feed the object, over that at rest
+  std::vector<float> supply;    ///< 0 … 1: what its vessels bring here, over that at rest
+  std::vector<float> oxygen;    ///< 0 … 1: saturation of the blood in it (bleeding/perfusion.h)
+  std::vector<float> set;       ///< 0 fresh … 1 set: its film
   double seeped = 0, film = 0;  ///< m³ since the start; on the surfaces now
 };
 
 /// Blood on the surfaces of all objects. Tissue that is no vessel seeps where it was cut: opened by events
 /// (cut, torn, perforated, punctured) and, in finite elements, by the faces that a cut made; closed by what a
-/// needle injects, by coagulation's energy and by a tool that presses. Films come from there and from
+/// needle injects, by coagulation's energy and by a tool that presses. It seeps and looks as its own blood
+/// supply goes: by the vessels of its object, and not at all where it was cut or tied off. Films come from
+/// there and from
 /// Feedback::films, which also washes them. What drips is a fluid source. Every fourth step. Parameter edit
 /// (object empty): surface_bleeding (the scale).
 class SurfaceEffect : public Effect {
@@ -34,6 +40,7 @@ class SurfaceEffect : public Effect {
   SurfaceEffect(const scene::World& world, const SurfaceOptions& options, BloodEffect* blood,
                 scene::TripleBuffer<SurfaceFrame>* frames);
 
+  Ports ports() const override { return {kSupply, kFilms, kSources | kLensBlood | kSeeped}; }
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;
@@ -43,10 +50,13 @@ class SurfaceEffect : public Effect {
 
   const bleeding::SurfaceState& state() const { return state_; }
   const bleeding::SurfaceModel& model() const { return model_; }
+  const bleeding::PerfusionState& perfusion() const { return perfusion_; }
 
  private:
-  template <class Archive, class S>
-  static void walk(Archive& archive, S& state, double& scale) {
+  template <class Archive, class S, class P, class M>
+  static void walk(Archive& archive, S& state, P& perfusion, M& supply, double& scale) {
+    archive(perfusion.reach), archive(perfusion.saturation), archive(perfusion.dilation);
+    archive(supply.fed), archive(supply.seen);
     archive(state.open), archive(state.clot), archive(state.drug), archive(state.styptic),
         archive(state.sealed), archive(state.area), archive(state.film), archive(state.age),
         archive(state.loose), archive(state.flow);
@@ -62,6 +72,7 @@ class SurfaceEffect : public Effect {
   void takeFilms(const scene::World& world, std::vector<FilmInput>& films);
   void useTools(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report);
   double perfused(std::size_t object) const;
+  void stepPerfusion(const scene::World& world, double dt);
   float bloodAt(const scene::World& world, tools::Instrument tool) const;
   void tellFrame(const scene::World& world);
 
@@ -69,11 +80,13 @@ class SurfaceEffect : public Effect {
   BloodEffect* blood_;
   bleeding::SurfaceModel model_;
   bleeding::SurfaceState state_;
+  bleeding::PerfusionState perfusion_;
+  SupplyMap supply_;
   double scale_ = 1;
   std::vector<std::vector<float>> positions_, rest_;  ///< m, per object, room for copies
   std::vector<bleeding::SurfaceMesh> meshes_;
-  std::vector<int> territory_;       ///< per object: of the vessels' database; -1: none
-  std::vector<double> perfused_;     ///< per object
+  std::vector<int> territory_;              ///< per object: of the vessels' database; -1: none
+  std::vector<double> perfused_, drained_;  ///< per object: by its arteries, by its veins
   std::vector<std::uint32_t> seen_;  ///< per object: revision of its topology that areas were measured at
   std::vector<std::uint32_t> faces_, at_start_;  ///< per object: contact triangles that were seen; evolves
   bleeding::SurfaceRunoff runoff_{model_};

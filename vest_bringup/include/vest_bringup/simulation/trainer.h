@@ -23,6 +23,7 @@ class Trainer : public scene::Simulation {
   explicit Trainer(scene::World world);
 
   /// Before the first step. Effects are stepped in the order in which they were added.
+  /// @throws std::logic_error where their ports do not fit that order
   void add(std::unique_ptr<Effect> effect);
 
   scene::Status step(scene::StepInput& input, scene::StepReport& report) override;

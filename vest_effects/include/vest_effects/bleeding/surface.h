@@ -114,6 +114,7 @@ struct SurfaceInputs {
   Reach inject[4], press[4], suck[4];    ///< per instrument; only `inject` looks at the object
   const SurfaceMesh* meshes = nullptr;   ///< per object
   const double* perfused = nullptr;      ///< per object: perfusion over that at rest; null: 1
+  const float* reach = nullptr;          ///< per knot: PerfusionState::reach; null: 1
 };
 
 /// What dripped in the last step; sized once.
@@ -170,6 +171,11 @@ double filmVolume(const SurfaceState& state);
 /// Thickness of the film at a knot (counted over all objects), m.
 inline double thickness(const SurfaceState& state, std::size_t knot) {
   return state.area[knot] > 0 ? state.film[knot] / static_cast<double>(state.area[knot]) : 0.0;
+}
+/// Share 0 fresh … 1 set of a film whose blood left its vessel `age` s ago.
+inline float setShare(float age) {
+  const float a = age / static_cast<float>(kSettingTime), a4 = a * a * a * a;
+  return a4 / (1 + a4);
 }
 /// Thickness, m -> 0 dry … 1 covered: share of green light that stays in it (Beer and Lambert).
 inline float wetness(double film) {

@@ -28,6 +28,10 @@ constexpr double kThrough = 0.8;
 
 enum class End : std::int8_t { kHeart = -1, kWall = 0, kFar = 1 };
 
+/// The muscle of an artery that is cut through contracts: to some two fifths of its lumen within minutes
+/// (assumed; a smooth cut contracts most, a torn or calcified wall little).
+constexpr double kSpasm = 0.6, kSpasmTime = 60;  ///< of the area; s
+
 /// One opening. What a scene knows of its place (object, ring, knot) is only carried.
 struct Opening {
   std::uint32_t wound = 0;  ///< from 1
@@ -38,8 +42,10 @@ struct Opening {
   double area = 0;       ///< m², of the opening in the network's lumen
   double sealed = 0;     ///< m² of it closed by coagulation
   double clot = 0;       ///< m² of it closed by clot, which a sucker takes
-  double lost = 0;       ///< m³
-  double flow = 0;       ///< m³/s, mean of the last step
+  double spasm = 0;      ///< m² of it closed by the muscle of an artery's stump
+  double open() const { return area - sealed - clot - spasm > 0 ? area - sealed - clot - spasm : 0; }
+  double lost = 0;  ///< m³
+  double flow = 0;  ///< m³/s, mean of the last step
   std::int32_t object = -1;
   std::uint32_t ring = 0, knot = 0;
 };

@@ -41,6 +41,16 @@ struct Suction {
   double reach = 0.012;              ///< m: nothing beyond it is drawn (assumed)
 };
 
+inline constexpr int kMostObstacles = 48;
+/// An instrument's part, a capsule: what strikes it runs off. Fluid younger than kOwnNozzle passes: it may
+/// come out of it.
+struct Obstacle {
+  std::array<double, 3> a{}, b{};    ///< m, world: ends of its axis
+  double radius = 0;                 ///< m
+  std::array<double, 3> velocity{};  ///< m/s
+};
+inline constexpr float kOwnNozzle = 0.010f;  ///< s: a jet of 2.5 m/s is 25 mm away then (assumed)
+
 /// A window that drops may hit.
 struct Window {
   bool present = false;
@@ -94,6 +104,8 @@ struct Inputs {
   int source_count = 0;
   std::array<Suction, kMostSuctions> suctions{};
   int suction_count = 0;
+  std::array<Obstacle, kMostObstacles> obstacles{};
+  int obstacle_count = 0;
   Window window;
   const Surface* surfaces = nullptr;
   std::size_t surface_count = 0;
@@ -157,17 +169,5 @@ bool fillCell(const Model& model, State& state, int column, int row, double volu
 
 /// Advances the pools alone by dt (part of step()).
 void stepPools(const Model& model, double gravity, double dt, State& state, Scratch& scratch);
-
-/// A connected pool, as a rectangle of cells. Only cells of this pool are wet in it.
-struct PoolPatch {
-  int column = 0, row = 0, columns = 0, rows = 0;  ///< rectangle in the field
-  std::uint32_t label = 0;                         ///< in `labels`
-  double volume = 0, blood = 0;                    ///< m³
-};
-/// Finds the largest connected pools that hold at least `least` m³ in cells deeper than `film` m. Not for the
-/// step.
-/// @param labels per cell: 0 dry, else the pool's label
-void findPools(const Model& model, const State& state, double least, double film, std::size_t most,
-               std::vector<std::uint32_t>& labels, std::vector<PoolPatch>& pools);
 
 }  // namespace vest::fluid

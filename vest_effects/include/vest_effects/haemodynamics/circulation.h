@@ -23,7 +23,7 @@ namespace vest::haemodynamics {
 ///     goal tone = e/sqrt(1 + e²) + b, e = (P_goal − P)/width, b = (P_i − P)/5670 Pa in 0 … 1
 /// (b: the brain's ischaemic response below P_i; Guyton, chapter 18), through three first-order lags (times
 /// of Ursino 1998, Am. J. Physiol. 275 H1733) that act on heart rate, terminals' resistance and V_u (veins
-/// give blood back). Loss lowers V; nothing else changes it. Not in it: fluids that are given or shift
+/// give blood back). Loss lowers V. Infusion raises it. Not in it: fluids that shift
 /// between tissue and blood, and what happens after minutes of shock.
 struct CirculationModel {
   Vessels vessels;
@@ -50,6 +50,8 @@ struct CirculationSettings {
       0;  ///< Pa, the reflex' goal and, by the resistance, what follows; 0: the resting one
   double resistance_scale = 1;  ///< factor on all terminals, > 0
   double reflex_scale = 1;      ///< 0: no reflex … 1: the database's
+  double infusion = 0;  ///< m³/s of blood that is given, 0 … 1e-5 (600 ml/min); of crystalloids a quarter to
+                        ///< a third stays in the vessels (Guyton and Hall, chapter 25)
 };
 
 /// An opening of a vessel. For arteries as Hole; for veins the two resistances feed it.
@@ -65,6 +67,8 @@ struct VesselClosure {
   double opening = 0;  ///< 0 shut … 1 open
 };
 constexpr double kVeinShut = 0.05;  ///< ours
+/// Pa, s: below 25 mmHg for a minute the heart, which feeds itself, stops (assumed).
+constexpr double kArrestPressure = 3330, kArrestTime = 60;
 
 struct CirculationInputs {
   CirculationSettings settings;
@@ -79,6 +83,9 @@ struct CirculationInputs {
 struct CirculationState {
   State arteries;
   double lost = 0;                     ///< m³ in all
+  double given = 0;                    ///< m³ by infusion
+  double low_time = 0;                 ///< s that the mean pressure was below kArrestPressure
+  bool arrested = false;               ///< the heart has stopped; nothing here starts it again
   std::vector<double> vessel_lost;     ///< m³ per vessel
   std::vector<double> territory_flow;  ///< m³/s into each territory, smoothed over kPerfusionTime
   double smoothed_pressure = 0;        ///< Pa, what the baroreceptors tell

@@ -26,6 +26,7 @@ struct Vein {
 struct Territory {
   std::string tissue;         ///< name of the scene's object
   std::vector<int> segments;  ///< of the network, each with a terminal
+  std::vector<int> veins;     ///< of Vessels::veins, that drain it; none: nobody closes its veins
 };
 
 /// Numbers of the closed loop (circulation.h says what they do).

@@ -73,6 +73,9 @@ class Instrument {
   void selectSource(Source source, double now);
   /// False for the endoscope and for tools that it would take.
   bool exchangeTool(tools::ToolKind tool);
+  /// Of the endoscope: angle of its optic, rad. False where it is not within [0, kOpticMost].
+  bool exchangeOptic(double angle);
+  static constexpr double kOpticMost = 1.6;
   void setClutch(bool pressed);
 
   /// Advances moves and velocities to `now`; call before reading. Velocity of sources that do not give one is

@@ -22,7 +22,7 @@ enum class Use : std::uint8_t { Static = 0, Dynamic = 1 };
 
 /// How an object answers its loads.
 /// BackwardEuler: with inertia and Rayleigh damping, small or corotational strain (fem/simulate.h).
-/// Elastostatic: fast finite elements (fem/condensed.h), each step the equilibrium under the forces of that
+/// Elastostatic: fast finite elements (fem/tissue.h), each step the equilibrium under the forces of that
 /// step, from the loaded columns of the precomputed inverse alone; small strain. It goes on with inertia from
 /// its first cut on.
 enum class Motion : std::uint8_t { BackwardEuler = 0, Elastostatic = 1 };

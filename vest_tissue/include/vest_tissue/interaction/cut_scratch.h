@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "vest_tissue/interaction/blade_sweep.h"
-#include "vest_tissue/scene/description.h"
 
 namespace vest::interaction {
 

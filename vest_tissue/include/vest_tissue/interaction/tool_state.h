@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 
 #include "vest_instruments/tools/tool_geometry.h"
-#include "vest_tissue/scene/step_input.h"
 
 namespace vest::interaction {
 
@@ -51,14 +50,6 @@ inline void clearForces(Proxy& proxy) {
   proxy.jaw_torque = proxy.jaw_stiffness = 0.0;
 }
 
-/// Puts the proxy onto the commanded pose, at rest.
-void resetProxy(Proxy& proxy, const scene::ToolInput& input);
-
-/// One step of the proxy: semi-implicit in the coupling, the tissue's force of the last step held. The jaws
-/// follow the handle as long as the torque of the tissue on them stays below what a hand closes with; beyond
-/// it they stop or give way, by as much as the contacts' stiffness says (no inertia: an equilibrium).
-void stepProxy(Proxy& proxy, const scene::ToolInput& input, double dt);
-
 /// Turns `orientation` by the smallest rotation that makes its z axis point from pivot to tip.
 Eigen::Quaterniond throughPivot(const Eigen::Quaterniond& orientation, const Eigen::Vector3d& pivot,
                                 const Eigen::Vector3d& tip);
@@ -79,10 +70,5 @@ struct PlacedCapsule {
 };
 /// Fills at most kMaxToolCapsules and returns how many.
 int placeCapsules(const tools::ToolGeometry& geometry, const ToolPose& pose, PlacedCapsule* out);
-
-/// Force that the tip feels from a force at `point`: axial part whole, lateral part by the lever about the
-/// pivot.
-Eigen::Vector3d throughLever(const ToolPose& pose, const Eigen::Vector3d& point,
-                             const Eigen::Vector3d& force);
 
 }  // namespace vest::interaction

@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "vest_tissue/contact/contacts.h"
 #include "vest_tissue/interaction/threads.h"
+#include "vest_tissue/net/contacts.h"
 
 namespace vest::scene {
 

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "vest_tissue/contact/distance_grid.h"
+#include "vest_tissue/base/distance_grid.h"
 #include "vest_tissue/fem/tissue.h"
 #include "vest_tissue/net/tube_map.h"
 #include "vest_tissue/scene/thread_model.h"

@@ -5,10 +5,11 @@
 #include <utility>
 #include <vector>
 
-#include "vest_tissue/contact/contacts.h"
 #include "vest_tissue/fem/tissue_cut.h"
 #include "vest_tissue/interaction/cut_scratch.h"
 #include "vest_tissue/interaction/sling_loop.h"
+#include "vest_tissue/net/contacts.h"
+#include "vest_tissue/net/cut_rings.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/solver/implicit_net.h"
 
@@ -93,6 +94,7 @@ struct ObjectScratch {
   std::vector<Eigen::Vector3d> backup_x;  ///< m: of finite elements, at the start of the step
   std::size_t shape_kept = kNotKept, rings_kept = kNotKept;  ///< where, in WorldScratch::kept_shapes
   std::unique_ptr<solver::ImplicitNet> implicit;             ///< of an object that is stepped implicitly
+  net::CutRings rings;                                       ///< of its tube, as cuts have left them
   std::vector<float> active;  ///< N, three rows over the knots: what the organ itself does in this step
   std::vector<std::uint32_t> cut_knots, cut_faces, cut_roots;  ///< finite elements: of this step's cut
   std::vector<fem::Doubling> doublings;
@@ -144,6 +146,7 @@ struct WorldScratch {
     for (ObjectScratch& o : objects) {
       std::fill(o.clear.begin(), o.clear.end(), 0.0);
       o.tissue.forget();
+      o.rings.forget();
     }
     if (threads) threads->known = false;
   }

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "vest_effects/fluid/state.h"
+
+namespace vest::fluid {
+
+/// A connected pool, as a rectangle of cells. Only cells of this pool are wet in it.
+struct PoolPatch {
+  int column = 0, row = 0, columns = 0, rows = 0;  ///< rectangle in the field
+  std::uint32_t label = 0;                         ///< in DrawnPools::labels
+  double volume = 0, blood = 0;                    ///< m³
+};
+
+/// Surfaces of the largest pools as an eye sees them. The field knows one height over each place: a pool goes
+/// on under an organ that spans it, and thin water that runs off an organ's top is none of its surface.
+struct DrawnPools {
+  std::vector<float> surface;         ///< m, world, per cell; NaN where it is dry
+  std::vector<std::uint32_t> labels;  ///< per cell: 0 dry, else the pool's label
+  std::vector<PoolPatch> patches;     ///< largest first, at most 16, of at least 0.1 ml
+};
+/// Not for the step: allocates.
+DrawnPools drawnPools(const Model& model, const State& state);
+
+}  // namespace vest::fluid
