@@ -19,11 +19,11 @@ using scene::yaml::Value;
 
 constexpr std::size_t kMostBytes = 256U << 10U, kMostEntries = 100;
 constexpr int kMostDepth = 8;
-constexpr std::array<const char*, 14> kEvents{"grasped",   "released",   "slipped",   "cut",     "clipped",
-                                              "unclipped", "coagulated", "punctured", "ligated", "torn",
-                                              "knot_tied", "perforated", "separated", "fault"};
+constexpr std::array<const char*, 16> kEvents{
+    "grasped", "released", "slipped",   "cut",        "clipped",   "unclipped", "coagulated", "punctured",
+    "ligated", "torn",     "knot_tied", "perforated", "separated", "fault",     "exited",     "torn_out"};
 
-std::vector<std::string> words(const std::array<const char*, 14>& from) {
+std::vector<std::string> words(const std::array<const char*, 16>& from) {
   return {from.begin(), from.end()};
 }
 

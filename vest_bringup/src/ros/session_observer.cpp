@@ -20,9 +20,9 @@ namespace {
 constexpr std::size_t kMostEvents = 100000;
 
 const char* eventWord(std::uint8_t kind) {
-  static const char* const kWords[] = {"grasped",   "released",   "slipped",   "cut",     "clipped",
-                                       "unclipped", "coagulated", "punctured", "ligated", "torn",
-                                       "knot_tied", "perforated", "separated", "fault"};
+  static const char* const kWords[] = {
+      "grasped", "released", "slipped",   "cut",        "clipped",   "unclipped", "coagulated", "punctured",
+      "ligated", "torn",     "knot_tied", "perforated", "separated", "fault",     "exited",     "torn_out"};
   return kind < std::size(kWords) ? kWords[kind] : "unknown";
 }
 

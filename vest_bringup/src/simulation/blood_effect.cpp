@@ -324,6 +324,7 @@ void BloodEffect::take(const scene::World& world, const scene::Event& event) {
     }
     case EventKind::Punctured:
     case EventKind::Perforated:
+    case EventKind::Exited:
       openAt(world, object, event.station, has_area ? event.area : kNeedleArea, &event.position);
       break;
     case EventKind::Separated:

@@ -198,7 +198,8 @@ void SurfaceEffect::take(const scene::World& world, const scene::Event& event) {
   if (event.object >= meshes_.size() || !bleeds(world, event.object)) return;
   using scene::EventKind;
   const double reach = event.kind == EventKind::Cut || event.kind == EventKind::Torn ? kCutReach
-                       : event.kind == EventKind::Punctured || event.kind == EventKind::Perforated
+                       : event.kind == EventKind::Punctured || event.kind == EventKind::Exited ||
+                               event.kind == EventKind::Perforated
                            ? kPunctureReach
                            : 0;
   const bool heat = event.kind == EventKind::Coagulated && std::isfinite(event.energy) && event.energy > 0;

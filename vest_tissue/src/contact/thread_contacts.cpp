@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "../scene/between_jaws.h"
+#include "../scene/channels.h"
 #include "../suture/contacts.h"
 
 /// What threads may touch in a step: tissue, rigid objects, instruments.
@@ -24,16 +25,24 @@ struct Box {
     return (l.array() > high.array() + reach).any() || (h.array() < low.array() - reach).any();
   }
 };
-Box boxOf(const suture::State& s, std::uint32_t first, std::uint32_t end) {
-  Box box{s.position[first], s.position[first]};
+Box boxOf(const std::vector<Vector3d>& x, std::uint32_t first, std::uint32_t end) {
+  Box box{x[first], x[first]};
   for (std::uint32_t i = first + 1; i < end; ++i)
-    box.low = box.low.cwiseMin(s.position[i]), box.high = box.high.cwiseMax(s.position[i]);
+    box.low = box.low.cwiseMin(x[i]), box.high = box.high.cwiseMax(x[i]);
   return box;
+}
+
+/// m: what a place may move in a step.
+double wayOf(const Context& c, std::uint32_t place) {
+  const ThreadPlace& p = c.model.threads.places[place];
+  const suture::State& rod = c.state.threads.rod;
+  const double v = std::sqrt(rod.velocity[p.rigid ? p.segment : place].squaredNorm());
+  return 1.5 * c.dt * (p.rigid ? v + std::sqrt(rod.spin[p.segment].squaredNorm() * p.arm.squaredNorm()) : v);
 }
 
 bool isStale(const Context& c, const ThreadScratch& w) {
   if (!w.known) return true;
-  const auto& x = c.state.threads.rod.position;
+  const auto& x = w.now;
   double squared = 0.0, tissue = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i)
     squared = std::max(squared, (x[i] - w.searched[i]).squaredNorm());
@@ -42,12 +51,11 @@ bool isStale(const Context& c, const ThreadScratch& w) {
 }
 
 void searchCandidates(Context& c, ThreadScratch& w) {
-  const suture::State& rod = c.state.threads.rod;
-  const auto nodes = static_cast<std::uint32_t>(rod.position.size());
+  const auto nodes = static_cast<std::uint32_t>(w.now.size());
   w.known = true;
   w.candidates.clear();
-  std::copy(rod.position.begin(), rod.position.end(), w.searched.begin());
-  const Box all = boxOf(rod, 0, nodes);
+  std::copy(w.now.begin(), w.now.end(), w.searched.begin());
+  const Box all = boxOf(w.now, 0, nodes);
   for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
     const ObjectState& s = c.state.objects[object];
     w.way[object] = s.way;
@@ -60,9 +68,10 @@ void searchCandidates(Context& c, ThreadScratch& w) {
       if (!s.triangle_alive[t] || all.apart(low, high, reach)) continue;
       for (std::uint32_t first = 0; first < nodes; first += kGroup) {
         const std::uint32_t end = std::min(first + kGroup, nodes);
-        if (boxOf(rod, first, end).apart(low, high, reach)) continue;
+        if (boxOf(w.now, first, end).apart(low, high, reach)) continue;
         for (std::uint32_t i = first; i < end; ++i) {
-          if (!(contact::nearest(rod.position[i], p).distance < reach)) continue;
+          if (!c.model.threads.places[i].touches || !(contact::nearest(w.now[i], p).distance < reach))
+            continue;
           if (w.candidates.size() == w.candidates.capacity())
             w.full = true;
           else
@@ -110,29 +119,34 @@ ThreadReach& reach(Context& c, ThreadScratch& w, std::uint32_t segment, TouchKin
 }
 
 void reachTissue(Context& c, ThreadScratch& w) {
-  const suture::State& rod = c.state.threads.rod;
   for (std::size_t k = 0; k < w.candidates.size();) {
     const ThreadCandidate first = w.candidates[k];
     const ObjectState& s = c.state.objects[first.object];
-    const Vector3d& x = rod.position[first.node];
-    const double near = c.model.description.objects[first.object].contact_thickness + 2.0 * kAhead +
-                        1.5 * c.dt * std::sqrt(rod.velocity[first.node].squaredNorm());
+    const Vector3d& x = w.now[first.node];
+    const double near =
+        c.model.description.objects[first.object].contact_thickness + 2.0 * kAhead + wayOf(c, first.node);
+    const Within within = withinOf(c, first.node, first.object);
     double least = kSearched;
     std::uint32_t best = suture::kNone;
     for (; k < w.candidates.size() && w.candidates[k].node == first.node &&
            w.candidates[k].object == first.object;
          ++k) {
       const std::uint32_t t = w.candidates[k].triangle;
-      if (t >= s.triangles.size() || !s.triangle_alive[t]) continue;
+      if (within == Within::Channel || t >= s.triangles.size() || !s.triangle_alive[t]) continue;
       const auto& n = s.triangles[t];
-      const contact::Nearest found =
-          contact::nearest(x, {knotPosition(s, n[0]), knotPosition(s, n[1]), knotPosition(s, n[2])});
+      const std::array<Vector3d, 3> p{knotPosition(s, n[0]), knotPosition(s, n[1]), knotPosition(s, n[2])};
+      if (!meets(c, first.node, Vector3d((p[1] - p[0]).cross(p[2] - p[0])), within)) continue;
+      const contact::Nearest found = contact::nearest(x, p);
       if (found.distance < least) least = found.distance, best = t;
     }
     if (best == suture::kNone) continue;
     if (least > near && !touched(c, first.node, first.object)) continue;
     ThreadReach& r = reach(c, w, first.node, TouchKind::Tissue, first.object, 0);
     r.triangle = best;
+    if (within == Within::Tissue) {
+      if (r.touch.side != -1) r.touch.shear.setZero();
+      r.touch.side = -1;
+    }
     if (r.touch.side != 0) continue;
     // New: from outside of what is closed, else from where it comes.
     const auto& n = s.triangles[best];
@@ -143,21 +157,20 @@ void reachTissue(Context& c, ThreadScratch& w) {
 }
 
 void reachRigid(Context& c, ThreadScratch& w) {
-  const suture::State& rod = c.state.threads.rod;
   for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
     const contact::DistanceGrid& grid = c.model.objects[object].grid;
     if (grid.empty()) continue;
-    for (std::uint32_t i = 0; i < rod.position.size(); ++i) {
-      const Eigen::Vector3f x = rod.position[i].cast<float>();
+    for (std::uint32_t i = 0; i < w.now.size(); ++i) {
+      if (!c.model.threads.places[i].touches) continue;
+      const Eigen::Vector3f x = w.now[i].cast<float>();
       Eigen::Vector3f gradient;
       const double distance = grid.distance(x, gradient);
       const double length = std::sqrt(static_cast<double>(gradient.squaredNorm()));
-      if (distance > 2.0 * kAhead + 1.5 * c.dt * std::sqrt(rod.velocity[i].squaredNorm()) || !(length > 0.1))
-        continue;
+      if (distance > 2.0 * kAhead + wayOf(c, i) || !(length > 0.1)) continue;
       ThreadReach& r = reach(c, w, i, TouchKind::Rigid, object, 0);
       r.touch.side = 1;
       r.normal = r.normal_then = gradient.cast<double>() / length;
-      r.place = r.place_then = rod.position[i] - distance * r.normal;
+      r.place = r.place_then = w.now[i] - distance * r.normal;
     }
   }
 }
@@ -202,36 +215,48 @@ void reachTools(Context& c, ThreadScratch& w) {
         if (i + 3 >= grip.nodes[k].node && i <= grip.nodes[k].node + 3) return true;
       return false;
     };
-    for (const suture::Strand& strand : c.model.threads.rods->strands) {
-      const double radius = strand.section.radius;
-      const auto inJaws = [&](std::uint32_t i) {
-        if (!jaws.open) return false;
-        const double at = interaction::jawAngleAt(*jaws.geometry, jaws.before.local(rod.position[i]), 0.0);
-        return at >= 0.0 && at <= then.jaw + 0.05;
-      };
-      for (std::uint32_t first = strand.first; first < strand.first + strand.nodes; first += kGroup) {
-        const std::uint32_t end = std::min(first + kGroup + 1, strand.first + strand.nodes);
-        const Box box = boxOf(rod, first, end);
+    const auto inJaws = [&](std::uint32_t i) {
+      if (!jaws.open) return false;
+      const double at = interaction::jawAngleAt(*jaws.geometry, jaws.before.local(w.now[i]), 0.0);
+      return at >= 0.0 && at <= then.jaw + 0.05;
+    };
+    // Places from first to end make a chain; of a thread node by node, of a needle point by point.
+    const auto chain = [&](std::uint32_t first_place, std::uint32_t end_place, bool needle, double radius,
+                           bool pass) {
+      for (std::uint32_t first = first_place; first < end_place; first += kGroup) {
+        const std::uint32_t end = std::min(first + kGroup + 1, end_place);
+        const Box box = boxOf(w.now, first, end);
         for (int k = 0; k < c.scratch.capsule_count[t]; ++k) {
           const auto &b = c.scratch.capsules_before[t][k], &a = c.scratch.capsules_after[t][k];
           const double way = std::sqrt(std::max((a.a - b.a).squaredNorm(), (a.b - b.b).squaredNorm()));
           const double near = a.radius + radius + kAhead + way;
           if (box.apart(a.a.cwiseMin(a.b), a.a.cwiseMax(a.b), near)) continue;
           for (std::uint32_t i = first; i + 1 < end; ++i) {
-            if (rod.severed[i] != 0 || held(i) || (a.which >= 0 && (inJaws(i) || inJaws(i + 1)))) continue;
-            const suture::Closest at = suture::closest(rod.position[i], rod.position[i + 1] - rod.position[i],
-                                                       a.a, a.b - a.a, false);
+            if ((!needle && (rod.severed[i] != 0 || held(i))) ||
+                (a.which >= 0 && (inJaws(i) || inJaws(i + 1))))
+              continue;
+            const suture::Closest at =
+                suture::closest(w.now[i], w.now[i + 1] - w.now[i], a.a, a.b - a.a, false);
             if (at.between.squaredNorm() > near * near) continue;
             // A node that ends two segments counts once.
-            if (at.s == 1.0 && i + 2 < strand.first + strand.nodes && rod.severed[i + 1] == 0) continue;
+            if (at.s == 1.0 && i + 2 < end_place && (needle || rod.severed[i + 1] == 0)) continue;
             reach(c, w, i, TouchKind::Tool, static_cast<std::size_t>(t), static_cast<std::size_t>(k));
           }
         }
-        if (!jaws.open || grip.active) continue;
-        for (std::uint32_t i = first; i < std::min(first + kGroup, strand.first + strand.nodes); ++i)
+        if (!jaws.open || pass) continue;
+        for (std::uint32_t i = first; i < std::min(first + kGroup, end_place); ++i)
           if (inJaws(i)) reachFaces(c, w, i, t, jaws);
       }
-    }
+    };
+    const ThreadModel& m = c.model.threads;
+    const interaction::NeedleGrip& on = c.state.threads.needle_grips[t];
+    for (const suture::Strand& strand : m.rods->strands)
+      chain(strand.threadFirst(), strand.first + strand.nodes, false, strand.section.radius, grip.active);
+    for (std::uint32_t n = 0; n < m.first_point.size(); ++n)
+      if (!on.active || on.needle != n)
+        chain(m.first_point[n],
+              m.first_point[n] + static_cast<std::uint32_t>(m.rods->needles[n].points.size()), true,
+              m.rods->needles[n].radius, on.active);
   }
 }
 
@@ -242,6 +267,7 @@ void touchThreads(Context& c) {
   ThreadScratch& w = *c.scratch.threads;
   w.reaches.clear();
   w.full = w.faulty = false;
+  for (std::size_t i = 0; i < w.now.size(); ++i) w.now[i] = c.model.threads.at(c.state.threads.rod, i);
   if (isStale(c, w)) searchCandidates(c, w);
   reachTissue(c, w);
   reachRigid(c, w);

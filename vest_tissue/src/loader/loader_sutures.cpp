@@ -17,6 +17,8 @@ using yaml::Value;
 constexpr double kKnotted = 0.6;         ///< strength in a knot over that of a straight thread; assumed
 constexpr double kStrainDamping = 1e-4;  ///< s; assumed
 constexpr double kAir = 1e-4;            ///< N·s/m², drag across a thread in gas; assumed
+constexpr double kSteel = 7900.0;        ///< kg/m³, of austenitic stainless steel (EN 10088-1)
+constexpr double kPi = 3.14159265358979323846;
 constexpr std::size_t kMostSutures = 16, kMostNodes = 2000;
 
 template <class Entry>
@@ -80,6 +82,51 @@ std::vector<Vector3d> readPath(const Value& value) {
   return path;
 }
 
+/// Angle that a needle's end is bent by, and the share of its length that this end is.
+struct Bend {
+  const char* kind;
+  double angle, share;
+};
+constexpr Bend kBends[] = {
+    {"half", kPi, 1.0}, {"three_eighths", 0.75 * kPi, 1.0}, {"straight", 0.0, 1.0}, {"ski", kPi / 3.0, 0.4}};
+
+/// From the tip to the thread's first end; straight on from there, then bent about `normal`.
+std::vector<Vector3d> needlePoints(const Suture& s, const Bend& bend, const Vector3d& ahead) {
+  const Vector3d side = s.needle_normal.cross(ahead).normalized();
+  const double straight = (1.0 - bend.share) * s.needle_length, arc = s.needle_length - straight;
+  const auto parts = static_cast<int>(std::max(8L, std::lround(s.needle_length / 0.001)));
+  std::vector<Vector3d> points;
+  for (int i = parts; i >= 0; --i) {
+    const double at = s.needle_length * i / parts, angle = bend.angle * std::max(0.0, at - straight) / arc;
+    Vector3d p = s.rod.nodes[0] + std::min(at, straight) * ahead;
+    if (bend.angle > 0.0)
+      p += arc / bend.angle * (std::sin(angle) * ahead + (1.0 - std::cos(angle)) * side);
+    else
+      p = s.rod.nodes[0] + at * ahead;
+    points.push_back(p);
+  }
+  return points;
+}
+
+void readNeedle(const Value& value, Suture& s, double swage) {
+  Map map(value);
+  map.only({"kind", "length", "wire", "normal"});
+  s.needle = map["kind"].oneOf({"half", "three_eighths", "straight", "ski"});
+  s.needle_length = map.has("length") ? map["length"].number(0.005, 0.06) : 0.026;
+  s.needle_wire = map.has("wire") ? map["wire"].number(0.0001, 0.0015) : 0.00066;
+  if (map.has("normal")) s.needle_normal = map["normal"].vector3();
+  const Vector3d ahead = (s.rod.nodes[0] - s.rod.nodes[1]).normalized();
+  if (!(s.needle_normal.norm() > 1e-6) || !(s.needle_normal.normalized().cross(ahead).norm() > 0.1))
+    (map.has("normal") ? map["normal"] : value)
+        .fail("must have a normal that is not along the thread's first end");
+  map.finish();
+  for (const Bend& bend : kBends)
+    if (s.needle == bend.kind) s.rod.needle.points = needlePoints(s, bend, ahead);
+  s.rod.needle.radius = 0.5 * s.needle_wire;
+  s.rod.needle.density = kSteel;
+  s.rod.needle.swage = swage;
+}
+
 }  // namespace
 
 Suture readSutureKind(Map& map, const material::Sutures& known) {
@@ -110,7 +157,7 @@ std::vector<Suture> readSutures(const Value& list, const material::Sutures& know
     list.fail("must be 1 to " + std::to_string(kMostSutures) + " sutures");
   for (const Value& item : items) {
     Map map(item);
-    map.only({"name", "material", "size", "path", "length", "segment", "natural"});
+    map.only({"name", "material", "size", "path", "length", "segment", "natural", "needle"});
     Suture s = readSutureKind(map, known);
     s.rod.name = map["name"].name();
     bool there = std::find(taken.begin(), taken.end(), s.rod.name) != taken.end();
@@ -129,6 +176,8 @@ std::vector<Suture> readSutures(const Value& list, const material::Sutures& know
     s.rod.natural_shape = map.has("natural") && map["natural"].oneOf({"straight", "path"}) == "path";
     s.rod.section.strain_damping = kStrainDamping;
     s.rod.section.drag = kAir;
+    if (map.has("needle"))
+      readNeedle(map["needle"], s, named(known.sizes, map["size"]).numbers.at("swage").value);
     map.finish();
     try {
       const suture::Model checked(suture::Description{Vector3d::Zero(), {s.rod}, {}});
@@ -142,7 +191,7 @@ std::vector<Suture> readSutures(const Value& list, const material::Sutures& know
 
 std::string suturesText(const std::vector<Suture>& sutures) {
   std::string yaml = sutures.empty() ? "" : "sutures:\n";
-  char number[128];
+  char number[160];
   for (const Suture& s : sutures) {
     const auto& nodes = s.rod.nodes;
     std::snprintf(number, sizeof number, "    length: %.10g\n    segment: %.10g\n", lengthOf(nodes),
@@ -155,6 +204,11 @@ std::string suturesText(const std::vector<Suture>& sutures) {
       yaml += number;
     }
     yaml += "]\n";
+    if (s.needle.empty()) continue;
+    const Vector3d& n = s.needle_normal;
+    std::snprintf(number, sizeof number, ", length: %.10g, wire: %.10g, normal: [%.10g, %.10g, %.10g]}\n",
+                  s.needle_length, s.needle_wire, n.x(), n.y(), n.z());
+    yaml += "    needle: {kind: " + s.needle + number;
   }
   return yaml;
 }

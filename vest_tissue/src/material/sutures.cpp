@@ -13,8 +13,10 @@ using scene::yaml::Value;
 const Ranges kMaterial{{"density", {1, 20000}},       {"youngs_modulus", {1e3, 1e12}},
                        {"poisson_ratio", {0, 0.5}},   {"bending_ratio", {1e-6, 1}},
                        {"friction_slack", {0, 1000}}, {"friction_tight", {0, 1000}}};
-const Ranges kSize{
-    {"diameter", {1e-6, 0.01}}, {"knot_pull", {1e-6, 1e5}}, {"knot_pull_absorbable", {1e-6, 1e5}}};
+const Ranges kSize{{"diameter", {1e-6, 0.01}},
+                   {"knot_pull", {1e-6, 1e5}},
+                   {"knot_pull_absorbable", {1e-6, 1e5}},
+                   {"swage", {1e-6, 1e5}}};
 
 /// Entries of one list, each with a name that is there once and all numbers of its kind.
 template <class Entry, class Rest>

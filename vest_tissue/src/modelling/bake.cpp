@@ -341,6 +341,7 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
     object.contact_thickness = from.contact_thickness;
     object.friction = from.friction;
     object.cut_toughness = from.cut_toughness;
+    object.puncture_force = from.puncture_force;
     object.tear_strain = from.tear_strain;
     object.wall_thickness = from.inner_wall > 0.0 ? from.inner_wall
                             : from.tube           ? from.tube->wall_thickness

@@ -267,6 +267,7 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
   number("friction", object.friction, 0, 2);
   number("contact_thickness", object.contact_thickness, 0, 0.1);
   number("cut_toughness", object.cut_toughness, 0, 1e6);
+  number("puncture_force", object.puncture_force, 0, 1e3);
   number("tear_strain", object.tear_strain, 0, 1e3);
   number("inner_wall", object.inner_wall, 0, 0.1);
   if (map.has("motility")) object.motility = scene::readMotility(map["motility"]);

@@ -102,6 +102,8 @@ void writeScene(const scene::Description& description, const std::string& direct
                  object.friction, object.contact_thickness);
     if (object.model != scene::ObjectModel::Rigid) {
       yaml += text("    cut_toughness: %.10g\n", object.cut_toughness);
+      if (object.puncture_force != scene::Object{}.puncture_force)
+        yaml += text("    puncture_force: %.10g\n", object.puncture_force);
       if (object.tear_strain > 0.0) yaml += text("    tear_strain: %.10g\n", object.tear_strain);
       if (object.wall_thickness > 0.0) yaml += text("    wall_thickness: %.10g\n", object.wall_thickness);
     }

@@ -280,9 +280,9 @@ void toMsg(const scene::ContactFrame& frame, double age, vest_msgs::ContactModel
 }
 
 void toMsg(const scene::Event& e, const Description& description, vest_msgs::TissueEvent& msg) {
-  static const char* const kWords[] = {"grasped",   "released",   "slipped",   "cut",     "clipped",
-                                       "unclipped", "coagulated", "punctured", "ligated", "torn",
-                                       "knot tied", "perforated", "separated", "fault"};
+  static const char* const kWords[] = {
+      "grasped", "released", "slipped",   "cut",        "clipped",   "unclipped", "coagulated", "punctured",
+      "ligated", "torn",     "knot tied", "perforated", "separated", "fault",     "exited",     "torn out"};
   msg.header.frame_id = "world";
   msg.step = e.step;
   msg.kind = static_cast<std::uint8_t>(e.kind);
@@ -462,6 +462,19 @@ void toMsg(const scene::StateFrame& frame, const Description& description, vest_
     for (const Eigen::Vector3d& p : t.positions)
       for (int k = 0; k < 3; ++k) m.positions.push_back(static_cast<float>(p[k]));
     m.tension.assign(t.tension.begin(), t.tension.end());
+  }
+  msg.needles.resize(frame.needles.size());
+  for (std::size_t i = 0; i < frame.needles.size(); ++i) {
+    const scene::NeedleView& n = frame.needles[i];
+    vest_msgs::SutureNeedle& m = msg.needles[i];
+    m.id = n.suture;
+    m.thread = static_cast<std::uint32_t>(n.suture) << 16;
+    m.threaded = n.threaded;
+    m.wire_radius = n.radius;
+    m.instrument = instrumentWord(n.instrument);
+    m.positions.clear();
+    for (const Eigen::Vector3d& p : n.positions)
+      for (int k = 0; k < 3; ++k) m.positions.push_back(static_cast<float>(p[k]));
   }
 }
 

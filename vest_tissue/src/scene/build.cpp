@@ -432,6 +432,35 @@ void ignoreDesignedContacts(WorldModel& m) {
 
 namespace {
 
+void placeThreads(ThreadModel& m) {
+  const suture::Model& rods = *m.rods;
+  for (std::uint32_t n = 0; n < rods.strands.size(); ++n) {
+    const suture::Strand& strand = rods.strands[n];
+    double station = strand.needle != suture::kNone ? rods.needles[strand.needle].length : 0.0;
+    for (std::uint32_t i = strand.first; i < strand.first + strand.nodes; ++i) {
+      ThreadPlace p;
+      p.strand = n, p.radius = strand.section.radius;
+      const bool last = i + 1 == strand.first + strand.nodes;
+      p.segment = last ? i - 1 : i, p.s = last ? 1.0 : 0.0;
+      p.touches = i >= strand.threadFirst();
+      p.station = station;
+      if (p.touches) station += rods.length[i];
+      m.places.push_back(p);
+    }
+  }
+  for (const suture::NeedleModel& needle : rods.needles) {
+    m.first_point.push_back(static_cast<std::uint32_t>(m.places.size()));
+    for (std::size_t i = 0; i < needle.points.size(); ++i) {
+      ThreadPlace p;
+      p.strand = m.places[needle.node].strand;
+      p.segment = needle.node, p.rigid = true, p.arm = needle.points[i];
+      p.radius = needle.radius;
+      p.station = needle.spacing * static_cast<double>(i);
+      m.places.push_back(p);
+    }
+  }
+}
+
 /// Threads take part in the exchange between objects, no more than four times a step.
 void buildThreads(WorldModel& m) {
   const Description& d = m.description;
@@ -444,6 +473,7 @@ void buildThreads(WorldModel& m) {
   }
   m.threads.rods = std::make_shared<suture::Model>(rods);
   m.start.threads.rod = m.threads.rods->start;
+  placeThreads(m.threads);
   int common = 0;
   for (const ObjectConstants& c : m.objects)
     if (c.net) common = std::gcd(common, c.batches);
@@ -550,10 +580,12 @@ WorldScratch::WorldScratch(const WorldModel& model) {
   candidates.reserve(most);
   if (model.threads.rods) {
     threads = std::make_unique<ThreadScratch>(*model.threads.rods);
-    threads->candidates.reserve(64 * model.threads.rods->mass.size());
-    threads->searched.resize(model.threads.rods->mass.size());
+    threads->candidates.reserve(64 * model.threads.places.size());
+    threads->searched.resize(model.threads.places.size()), threads->now.resize(model.threads.places.size());
+    threads->led.reserve(interaction::kMaxChannels * (interaction::kMaxChannelAnchors + 1));
     threads->way.resize(objects.size());
-    threads->reaches.reserve(model.threads.room()), threads->pushes.reserve(model.threads.room());
+    threads->reaches.reserve(model.threads.room()),
+        threads->pushes.reserve(model.threads.room() + threads->led.capacity());
     threads->crowd.resize(objects.size());
     for (std::size_t i = 0; i < objects.size(); ++i)
       threads->crowd[i].assign(model.start.objects[i].block.knotCapacity() + 1, 0.0f);

@@ -229,6 +229,7 @@ void readState(const World& world, bool fields, StateFrame& frame) {
   world.attachments(frame.attachments);
   world.slings(frame.slings);
   world.threads(frame.threads);
+  world.needles(frame.needles);
 }
 
 void Runner::fillState(std::int64_t now) {

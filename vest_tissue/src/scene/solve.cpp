@@ -354,7 +354,10 @@ void solve(Context& c) {
       const int every = batches / (c.model.threads.steps * c.stretch);
       if (batch % every == 0) stepThreads(c, batch / every);
       for (const ThreadPush& push : c.scratch.threads->pushes)
-        if (due(push.object)) pushKnots(c.state, push.object, push.knots, push.weights, push.force);
+        if (due(push.object)) {
+          pushKnots(c.state, push.object, push.knots, push.weights, push.force);
+          pushKnots(c.state, push.object, push.far_knots, push.far_weights, push.force);
+        }
     }
     for (int turn = elements ? 0 : 2; turn <= 2; ++turn) {
       auto work = [&](std::size_t object) {

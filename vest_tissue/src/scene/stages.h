@@ -42,6 +42,7 @@ void solve(Context& c);                                       ///< batches of su
 bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a state to go on from
 void touchThreads(Context& c);   ///< what threads lie on, after what stands in the way has been placed
 void handleThreads(Context& c);  ///< jaws and scissors on threads
+void handleNeedles(Context& c);  ///< jaws on needles
 void stepThreads(Context& c,
                  int part);  ///< one of ThreadModel::steps; their forces are held until the next one
 bool settleThreads(Context& c, std::string_view& faulty);  ///< breaks what bears no more; false: a fault

@@ -250,7 +250,7 @@ void visit(A& a, const Rule<T>& r) {
 struct Numbers {
   const WorldState* world = nullptr;
   const WorldModel* model = nullptr;
-  std::size_t object = 0;
+  std::size_t object = 0, channel_object = 0;
   bool changed = false;  ///< its topology is no longer what the scene says
 
   const ObjectState& now() const { return world->objects[object]; }
@@ -267,6 +267,8 @@ struct Numbers {
   std::size_t skinTriangles() const { return now().topology.skin.triangles.size(); }
   std::size_t vertices() const { return now().topology.skin.texture_coordinates.size(); }
   std::size_t threadNodes() const { return model->start.threads.rod.position.size(); }
+  std::size_t threadPlaces() const { return model->threads.places.size(); }
+  std::size_t needles() const { return model->threads.first_point.size(); }
   std::size_t threadJoints() const { return model->start.threads.rod.offset.size(); }
   std::size_t threadContacts() const { return model->start.threads.rod.contacts.size(); }
   std::size_t elements() const { return start().tissue.corner.size(); }

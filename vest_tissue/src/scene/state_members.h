@@ -385,7 +385,7 @@ template <class A>
 auto fields(Walk<A> a, interaction::ThreadTouch& t) {
   const auto& at = a.archive.at;
   const bool tool = t.kind == interaction::TouchKind::Tool || t.kind == interaction::TouchKind::JawFace;
-  return a(index("node of a thread", t.segment, at.threadNodes()), index("a kind of touch", t.kind, 4))(
+  return a(index("place of a thread", t.segment, at.threadPlaces()), index("a kind of touch", t.kind, 4))(
       index("what a thread touches", t.body,
             tool ? static_cast<std::size_t>(tools::kInstrumentCount) : at.objects()),
       t.part, t.side, t.shear, t.normal);
@@ -401,9 +401,34 @@ auto fields(Walk<A> a, interaction::ThreadGrip& g) {
       rule(g.nodes).first(static_cast<std::size_t>(g.count)));
 }
 template <class A>
+auto fields(Walk<A> a, interaction::NeedleGrip& g) {
+  const std::size_t needles = a.archive.at.needles();
+  return a(g.active, g.sliding, g.jaw_at_touch, g.pinch, index("needle", g.needle, g.active ? needles : kAny),
+           within("a station on a needle", g.station, 0.0, 1.0), g.local, g.turn);
+}
+template <class A>
+auto fields(Walk<A> a, interaction::ChannelAnchor& c) {
+  const auto& at = a.archive.at;
+  return a(index("contact triangle of a channel", c.triangle, at.trianglesOf(at.channel_object)), c.weight,
+           within("a station in a channel", c.station, -kFarthest, kFarthest), c.along, c.filled);
+}
+template <class A>
+auto fields(Walk<A> a, interaction::Channel& c) {
+  auto& at = a.archive.at;
+  auto head = a(index("object with a channel", c.object, at.objects()),
+                index("needle of a channel", c.needle, at.needles()), c.filled, c.through, c.ahead,
+                within("places of a channel", c.count, 1, interaction::kMaxChannelAnchors));
+  at.channel_object = c.object;
+  return head(rule(c.anchors).first(static_cast<std::size_t>(c.count)));
+}
+template <class A>
 auto fields(Walk<A> a, interaction::ThreadState& s) {
   return a(s.rod, s.touches, s.grips)
-      .require(s.touches.size() <= a.archive.at.model->threads.room(), "too many touches of threads");
+      .require(s.touches.size() <= a.archive.at.model->threads.room(), "too many touches of threads")
+      .when(a.archive.at.needles() > 0, [&](auto b) {
+        return b(s.needle_grips, s.channels)
+            .require(s.channels.size() <= interaction::kMaxChannels, "too many channels");
+      });
 }
 
 template <class A>

@@ -5,6 +5,7 @@
 #include "../suture/contacts.h"
 #include "../suture/elements.h"
 #include "between_jaws.h"
+#include "channels.h"
 #include "stages.h"
 
 /// Threads and the rest of the World: each part of a step the rods move against what they touch where it will
@@ -16,11 +17,12 @@ using Eigen::Vector3d;
 using interaction::TouchKind;
 using suture::Support;
 
-constexpr double kRigid = 2000.0;     ///< N/m: a node on what does not give way (tuned)
-constexpr double kTool = 1000.0;      ///< N/m: a segment on an instrument,
-constexpr double kTools = 15000.0;    ///< and all of them: 0.3 of a proxy's mass over a step of 1 ms squared
-constexpr double kJawFriction = 0.4;  ///< serrated jaws, blades; assumed
-constexpr double kSteel = 0.15;       ///< thread on a shaft; assumed
+constexpr double kRigid = 2000.0;      ///< N/m: a node on what does not give way (tuned)
+constexpr double kTool = 1000.0;       ///< N/m: a segment on an instrument,
+constexpr double kTools = 15000.0;     ///< and all of them: 0.3 of a proxy's mass over a step of 1 ms squared
+constexpr double kNeedleFelt = 500.0;  ///< N/m: a held needle against tissue, about (tuned)
+constexpr double kJawFriction = 0.4;   ///< serrated jaws, blades; assumed
+constexpr double kSteel = 0.15;        ///< thread on a shaft; assumed
 /// What a held force may be as stiff as, times the compliance of free knots over the time that it is held:
 /// with less than three, what is explicit on one side feeds energy.
 constexpr double kHeldShare = 3.0;
@@ -41,10 +43,15 @@ struct Part {
   const suture::State& rod() const { return c.state.threads.rod; }
 };
 
-void atNode(const Part& p, std::uint32_t node, Support& a) {
-  const suture::Strand& strand = strandOf(p.model(), node);
-  const bool last = node + 1 == strand.first + strand.nodes;
-  a.segment = last ? node - 1 : node, a.s = last ? 1.0 : 0.0;
+void atPlace(const Part& p, std::uint32_t place, Support& a) {
+  const ThreadPlace& at = p.c.model.threads.places[place];
+  a.segment = at.segment, a.s = at.s, a.rigid = at.rigid, a.arm = at.arm;
+}
+Vector3d placeNow(const Part& p, std::uint32_t place) {
+  return p.c.model.threads.at(p.rod(), place);
+}
+double radiusOf(const Part& p, std::uint32_t place) {
+  return p.c.model.threads.places[place].radius;
 }
 
 /// @return whether it presses already
@@ -52,10 +59,9 @@ bool leanOnTissue(const Part& p, const ThreadReach& r, Support& a, ThreadPush& p
   const ObjectState& s = p.c.state.objects[r.touch.body];
   const Object& described = p.c.model.description.objects[r.touch.body];
   const std::uint32_t node = r.touch.segment;
-  const suture::Strand& strand = strandOf(p.model(), node);
   const auto& k = s.triangles[r.triangle];
   const std::array<Vector3d, 3> x{knotPosition(s, k[0]), knotPosition(s, k[1]), knotPosition(s, k[2])};
-  const Vector3d& at = p.rod().position[node];
+  const Vector3d at = placeNow(p, node);
   const contact::Nearest n = contact::nearest(at, x);
   a.from = a.to = Vector3d::Zero();
   push.object = r.touch.body, push.knots = k;
@@ -72,9 +78,9 @@ bool leanOnTissue(const Part& p, const ThreadReach& r, Support& a, ThreadPush& p
   const bool inside = p.c.model.objects[r.touch.body].closed ||
                       (n.weights[0] > 1e-6 && n.weights[1] > 1e-6 && n.weights[2] > 1e-6);
   if (face.dot(a.normal) < -0.2 && inside) a.normal = -a.normal;
-  a.reach = strand.section.radius + described.contact_thickness;
+  a.reach = radiusOf(p, node) + described.contact_thickness;
   a.friction = described.friction;
-  atNode(p, node, a);
+  atPlace(p, node, a);
   return a.normal.dot(off) < a.reach + kPressing;
 }
 
@@ -85,9 +91,11 @@ void leanOnCapsule(const Part& p, ThreadReach& r, Support& a) {
              &now = p.c.scratch.capsules_after[t][r.touch.part];
   const auto at = [&](const Vector3d& b, const Vector3d& e, double f) { return Vector3d(b + f * (e - b)); };
   const Vector3d a0 = at(then.a, now.a, p.from), b0 = at(then.b, now.b, p.from);
-  const Vector3d x = p.rod().position[i], along = p.rod().position[i + 1] - x;
+  const Vector3d x = placeNow(p, i), along = placeNow(p, i + 1) - x;
   const suture::Closest k = suture::closest(x, along, a0, b0 - a0, false);
-  a.segment = i, a.s = k.s;
+  atPlace(p, i, a);
+  a.s = k.s;
+  if (a.rigid) a.arm += k.s * (p.c.model.threads.places[i + 1].arm - a.arm);
   a.from = a0 + k.t * (b0 - a0);
   const Vector3d a1 = at(then.a, now.a, p.to), b1 = at(then.b, now.b, p.to);
   a.to = a1 + k.t * (b1 - a1);
@@ -95,7 +103,7 @@ void leanOnCapsule(const Part& p, ThreadReach& r, Support& a) {
   a.normal = distance > 1e-7 ? Vector3d(k.between / distance) : Vector3d::UnitZ();
   if (r.touch.normal.dot(a.normal) < 0.0) a.normal = -a.normal;  // it has gone through the axis
   r.touch.normal = a.normal;
-  a.reach = strandOf(p.model(), i).section.radius + now.radius;
+  a.reach = radiusOf(p, i) + now.radius;
   a.friction = kSteel;
   a.stiffness = kTool;
 }
@@ -109,12 +117,12 @@ void hang(const Part& p) {
     const auto &then = p.c.scratch.proxies_before[t].pose, &now = p.c.state.proxies[t].pose;
     for (int k = 0; k < g.count; ++k) {
       Support a;
-      a.holds = true;
+      a.bond = suture::Bond::Hold;
       const Vector3d start = then.tip + then.orientation * g.nodes[k].local,
                      way = now.tip + now.orientation * g.nodes[k].local - start;
       a.from = start + p.from * way, a.to = start + p.to * way;
       a.stiffness = interaction::kThreadGrip / g.count;
-      atNode(p, g.nodes[k].node, a);
+      atPlace(p, g.nodes[k].node, a);
       p.w.rod.supports.push_back(a);
     }
   }
@@ -130,16 +138,22 @@ void shareStiffness(const Part& p, std::size_t first) {
     for (std::size_t e = 0; e < 3; ++e) {
       const double w = push.weights[e], crowd = p.w.crowd[push.object][push.knots[e]];
       give += w * std::max(w, crowd) * contactInverseMass(p.c.state.objects[push.object], push.knots[e]);
+      const double far = push.far_weights[e];
+      if (far > 0.0)
+        give += far * std::max<double>(far, p.w.crowd[push.object][push.far_knots[e]]) *
+                contactInverseMass(p.c.state.objects[push.object], push.far_knots[e]);
     }
     a.stiffness = 1.0 / (kHeldShare * p.h * p.h * give + 1.0 / kRigid);
   }
   for (const ThreadPush& push : p.w.pushes)
-    for (const std::uint32_t k : push.knots) p.w.crowd[push.object][k] = 0.0f;
+    for (std::size_t e = 0; e < 3; ++e)
+      p.w.crowd[push.object][push.knots[e]] = p.w.crowd[push.object][push.far_knots[e]] = 0.0f;
 }
 
 void gather(const Part& p) {
   ThreadScratch& w = p.w;
   w.rod.supports.clear();
+  w.rod.turns.clear();
   w.pushes.clear();
   // Those on tissue first: push and support have the same number.
   for (ThreadReach& r : w.reaches) {
@@ -154,6 +168,7 @@ void gather(const Part& p) {
     w.rod.supports.push_back(a);
     w.pushes.push_back(push);
   }
+  leadChannels(p.c, p.h);
   shareStiffness(p, 0);
   int on_tools[tools::kInstrumentCount] = {};
   for (ThreadReach& r : w.reaches) {
@@ -169,11 +184,11 @@ void gather(const Part& p) {
       a.normal = normal / std::sqrt(normal.squaredNorm());
       a.from = r.place_then + p.from * (r.place - r.place_then);
       a.to = r.place_then + p.to * (r.place - r.place_then);
-      a.reach = strandOf(p.model(), r.touch.segment).section.radius;
+      a.reach = radiusOf(p, r.touch.segment);
       a.friction = face ? kJawFriction : p.c.model.description.objects[r.touch.body].friction;
       a.stiffness = face ? kTool : kRigid;
       if (face) ++on_tools[r.touch.body];
-      atNode(p, r.touch.segment, a);
+      atPlace(p, r.touch.segment, a);
     }
     r.support = static_cast<int>(w.rod.supports.size());
     w.rod.supports.push_back(a);
@@ -183,7 +198,9 @@ void gather(const Part& p) {
     Support& a = w.rod.supports[static_cast<std::size_t>(r.support)];
     a.stiffness = std::min(a.stiffness, kTools / on_tools[r.touch.body]);
   }
+  w.hanging = w.rod.supports.size();
   hang(p);
+  holdNeedles(p.c, p.from, p.to);
 }
 
 /// Force of the thread on an instrument at a place.
@@ -194,7 +211,7 @@ void onTool(const Part& p, int tool, const Support& a, const Eigen::Matrix3d& st
   load.touched = true;
   for (int e = 0; e < 3; ++e) {
     load.impulse[e] += impulse[e], load.moment[e] += moment[e];
-    load.normal[e] -= a.holds ? 0.0 : share * a.normal[e] * a.normal.dot(a.force);
+    load.normal[e] -= a.bond == suture::Bond::Hold ? 0.0 : share * a.normal[e] * a.normal.dot(a.force);
   }
   const double k[6] = {stiffness(0, 0), stiffness(1, 1), stiffness(2, 2),
                        stiffness(0, 1), stiffness(0, 2), stiffness(1, 2)};
@@ -209,7 +226,7 @@ void tellTools(const Part& p) {
     if (a.force.squaredNorm() == 0.0) continue;
     onTool(p, r.touch.body, a, a.stiffness * a.normal * a.normal.transpose());
   }
-  std::size_t k = p.w.reaches.size();
+  std::size_t k = p.w.hanging;
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     const auto& g = p.c.state.threads.grips[static_cast<std::size_t>(t)];
     for (int n = 0; g.active && n < g.count; ++n, ++k) {
@@ -217,7 +234,7 @@ void tellTools(const Part& p) {
       // As stiff as the thread between the jaws and its far end, along the pull.
       const suture::Strand& strand = strandOf(p.model(), a.segment);
       double length = 0.0;
-      for (std::uint32_t i = strand.first; i < strand.first + strand.segments; ++i)
+      for (std::uint32_t i = strand.threadFirst(); i < strand.first + strand.segments; ++i)
         length += p.model().length[i];
       const double squared = a.force.squaredNorm(),
                    stiffness =
@@ -227,6 +244,14 @@ void tellTools(const Part& p) {
                            : Eigen::Matrix3d(Eigen::Matrix3d::Zero()));
     }
   }
+  std::size_t turn = 0;
+  for (int t = 0; t < tools::kInstrumentCount; ++t) {
+    const interaction::NeedleGrip& g = p.c.state.threads.needle_grips[static_cast<std::size_t>(t)];
+    if (!g.active) continue;
+    onTool(p, t, supports[k++], kNeedleFelt * Eigen::Matrix3d::Identity());
+    const Vector3d moment = -p.h * p.w.rod.turns[turn++].moment;
+    for (int e = 0; e < 3; ++e) p.w.loads.tools[static_cast<std::size_t>(t)].moment[e] += moment[e];
+  }
 }
 
 /// N that a segment bears: less where it is bent as sharply as in a knot.
@@ -235,7 +260,9 @@ double strengthOf(const ThreadModel& m, const suture::State& s, std::size_t n, s
   const suture::Strand& strand = m.rods->strands[n];
   const std::uint32_t k = segment - strand.first;
   for (const std::uint32_t j : {k, k + 1}) {  // joints before and behind
-    if (j == 0 || strand.joints_begin + j > strand.joints_end) continue;
+    // That at the swage is of the needle.
+    if (j < 1 + (strand.needle != suture::kNone ? 1u : 0u) || strand.joints_begin + j > strand.joints_end)
+      continue;
     const std::uint32_t joint = strand.joints_begin + j - 1;
     if (suture::bendOf(*m.rods, s, held, joint).head<2>().norm() * 4.0 * strand.section.radius >
         m.rods->joints[joint].length)
@@ -254,6 +281,12 @@ void breakThreads(Context& c) {
     std::uint32_t weakest = suture::kNone;
     for (std::uint32_t i = strand.first; i < strand.first + strand.segments; ++i) {
       const double tension = suture::tensionOf(*m.rods, s, strand, i);
+      if (i < strand.threadFirst()) {  // the swage
+        most = tension / m.rods->needles[strand.needle].swage;
+        if (most > 1.0) weakest = i, force = tension;
+        most = std::max(most, 1.0);
+        continue;
+      }
       if (!(tension > m.knot_strength[n])) continue;
       const double load = tension / strengthOf(m, s, n, i, c.scratch.threads->rod.held_frame);
       if (load > most) most = load, weakest = i, force = tension;
@@ -276,7 +309,7 @@ Event threadEvent(const Context& c, EventKind kind, int tool, std::uint32_t node
   e.instrument = static_cast<std::int8_t>(tool);
   const std::size_t number = static_cast<std::size_t>(&strand - c.model.threads.rods->strands.data());
   e.object = static_cast<std::uint16_t>(c.model.objects.size() + number);
-  e.element = node - strand.first;
+  e.element = node - std::min(node, strand.threadFirst());
   e.position = c.state.threads.rod.position[node];
   e.station = e.area = std::numeric_limits<double>::quiet_NaN();
   return e;
@@ -299,6 +332,7 @@ void stepThreads(Context& c, int part) {
   }
   for (std::size_t k = 0; k < w.pushes.size(); ++k) w.pushes[k].force = -w.rod.supports[k].force;
   for (ThreadReach& r : w.reaches) r.touch.shear = w.rod.supports[static_cast<std::size_t>(r.support)].shear;
+  settleChannels(c);
   tellTools(p);
 }
 
@@ -320,6 +354,7 @@ bool settleThreads(Context& c, std::string_view& faulty) {
   std::sort(touches.begin(), touches.end(),
             [](const auto& a, const auto& b) { return interaction::before(a, b); });
   breakThreads(c);
+  advanceChannels(c);
   return true;
 }
 

@@ -206,6 +206,7 @@ void validate(const Description& d) {
     c.atLeast(path + ": contact_thickness", o.contact_thickness, 0.0, false, "m");
     c.atLeast(path + ": tear_strain", o.tear_strain, 0.0, false, "no unit; 0: never");
     c.atLeast(path + ": cut_toughness", o.cut_toughness, 0.0, false, "J/m²");
+    c.atLeast(path + ": puncture_force", o.puncture_force, 0.0, false, "N");
     c.atLeast(path + ": wall_thickness", o.wall_thickness, 0.0, false, "m; 0: solid");
     c.atLeast(path + ": friction", o.friction, 0.0, false, "no unit");
     checkSkin(c);

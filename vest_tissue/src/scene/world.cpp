@@ -54,6 +54,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   w.time(report, 2, [&] {
     interact(c);
     handleThreads(c);
+    handleNeedles(c);
   });
   w.time(report, 3, [&] {
     solve(c);
@@ -242,7 +243,7 @@ void World::threads(std::vector<ThreadView>& out) const {
   for (std::size_t n = 0; rods && n < rods->strands.size(); ++n) {
     const suture::Strand& strand = rods->strands[n];
     const std::uint32_t end = strand.first + strand.nodes;
-    for (std::uint32_t first = strand.first, i = first; i < end; ++i) {
+    for (std::uint32_t first = strand.threadFirst(), i = first; i < end; ++i) {
       if (i + 1 < end && s.severed[i] == 0) continue;
       const std::uint32_t begin = first;
       first = i + 1;
@@ -250,7 +251,7 @@ void World::threads(std::vector<ThreadView>& out) const {
       if (out.size() == count) out.emplace_back();
       ThreadView& view = out[count++];
       view.suture = static_cast<std::uint16_t>(n);
-      view.first = begin - strand.first;
+      view.first = begin - strand.threadFirst();
       view.positions.assign(s.position.begin() + begin, s.position.begin() + i + 1);
       view.tension.clear();
       for (std::uint32_t k = begin; k < i; ++k)
@@ -258,6 +259,25 @@ void World::threads(std::vector<ThreadView>& out) const {
     }
   }
   out.resize(count);
+}
+
+void World::needles(std::vector<NeedleView>& out) const {
+  const ThreadModel& m = impl_->model->threads;
+  const interaction::ThreadState& s = impl_->state.threads;
+  out.resize(m.first_point.size());
+  for (std::size_t n = 0; n < out.size(); ++n) {
+    const suture::NeedleModel& needle = m.rods->needles[n];
+    out[n].suture = static_cast<std::uint16_t>(m.places[needle.node].strand);
+    out[n].threaded = s.rod.severed[needle.node] == 0;
+    out[n].radius = needle.radius;
+    out[n].instrument = -1;
+    for (std::size_t t = s.needle_grips.size(); t-- > 0;)
+      if (s.needle_grips[t].active && s.needle_grips[t].needle == n)
+        out[n].instrument = static_cast<std::int8_t>(t);
+    out[n].positions.clear();
+    for (std::size_t i = 0; i < needle.points.size(); ++i)
+      out[n].positions.push_back(m.at(s.rod, m.first_point[n] + i));
+  }
 }
 
 bool World::deltasSince(std::uint32_t revision, std::vector<TopologyDelta>& out) const {

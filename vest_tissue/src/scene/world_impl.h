@@ -28,6 +28,7 @@ struct World::Impl {
     state.fasteners.reserve();
     state.sides.reserve(2048);
     state.threads.touches.reserve(model->threads.room());
+    if (!model->threads.first_point.empty()) state.threads.channels.reserve(interaction::kMaxChannels);
     for (std::size_t i = 0; i < state.objects.size(); ++i) {
       if (!model->objects[i].net) continue;
       ObjectState& s = state.objects[i];

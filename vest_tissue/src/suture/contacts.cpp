@@ -131,9 +131,10 @@ ContactScratch::ContactScratch(const Model& model) {
     for (Index k = 0; k < strand.segments; ++k) {
       arc[strand.first + k] = at + 0.5 * model.length[strand.first + k];
       at += model.length[strand.first + k];
-      if (k % kGroup == 0)
+      if (strand.first + k < strand.threadFirst()) continue;  // a needle touches no thread
+      if (k % kGroup == 0 || strand.first + k == strand.threadFirst())
         boxes.push_back({Vector3d::Zero(), Vector3d::Zero(), strand.first + k,
-                         strand.first + std::min(k + kGroup, strand.segments)});
+                         strand.first + std::min((k / kGroup + 1) * kGroup, strand.segments)});
     }
   }
   near.reserve(contactRoom(model));

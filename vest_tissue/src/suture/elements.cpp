@@ -14,9 +14,6 @@ using Eigen::Vector3d;
 Vector3d bendStiffness(const Section& s) {
   return {s.bend, s.bend, s.twist};
 }
-Vector3d strainStiffness(const Section& s) {
-  return {s.shear, s.shear, s.stretch};
-}
 
 /// Rotation over the sub-step in the frame at its start, 2·Im: the angle, to third order.
 struct Turn {
@@ -43,7 +40,7 @@ Inertia inertiaOf(const Potential& p, Index i, double damping) {
 
 Vector3d strainOf(const Model& model, const State& s, const Strand& strand, Index j) {
   const Vector3d d = s.position[strand.next(j)] - s.position[j];
-  return s.frame[j].conjugate() * d / model.length[j] - Vector3d::UnitZ();
+  return s.frame[j].conjugate() * d / model.length[j] - model.rest[j];
 }
 
 Vector3d bendOf(const Model& model, const State& s, const std::vector<Eigen::Quaterniond>& held_frame,
@@ -83,6 +80,11 @@ const Strand& strandOf(const Model& m, Index segment) {
   return m.strands[k];
 }
 
+Vector3d placeOf(const Support& a, const Strand& strand, const State& s) {
+  if (a.rigid) return s.position[a.segment] + s.frame[a.segment] * a.arm;
+  return (1.0 - a.s) * s.position[a.segment] + a.s * s.position[strand.next(a.segment)];
+}
+
 /// Where a support is in a state: off its other end, into what it leans on, and across since it stuck.
 struct Lean {
   Vector3d off, across;
@@ -90,15 +92,36 @@ struct Lean {
 };
 Lean leanOf(const Support& a, const Strand& strand, const State& before, const State& s, double then,
             double now) {
-  const Index i = a.segment, j = strand.next(i);
-  const Vector3d place = (1.0 - a.s) * s.position[i] + a.s * s.position[j],
-                 was = (1.0 - a.s) * before.position[i] + a.s * before.position[j], way = a.to - a.from;
+  const Vector3d place = placeOf(a, strand, s), was = placeOf(a, strand, before), way = a.to - a.from;
   Lean lean;
   lean.off = place - (a.from + now * way);
   lean.gap = a.normal.dot(lean.off) - a.reach;
   const Vector3d slip = place - was - (now - then) * way - a.shear / a.stiffness;
-  lean.across = slip - a.normal.dot(slip) * a.normal;
+  if (a.bond == Bond::Slide) {
+    lean.across = a.normal.dot(slip) * a.normal;
+    lean.off -= a.normal.dot(lean.off) * a.normal;
+  } else {
+    lean.across = slip - a.normal.dot(slip) * a.normal;
+  }
   return lean;
+}
+
+/// N along the normal, where it pushes.
+double pushOf(const Support& a, const Lean& lean) {
+  const double push = std::max(0.0, -a.stiffness * lean.gap);
+  return a.most > 0.0 ? std::min(push, a.most) : push;
+}
+/// N: what friction bears.
+double frictionOf(const Support& a, const Lean& lean) {
+  return a.bond == Bond::Slide ? a.grip + a.friction * a.stiffness * lean.off.norm()
+                               : a.friction * pushOf(a, lean);
+}
+
+/// Rotation of a needle off where it is held, in its frame: 2·Im, the angle to third order.
+Vector3d turnOff(const TurnSpring& t, const State& s, double fraction) {
+  const Eigen::Quaterniond held(t.from.coeffs() + fraction * (t.to.coeffs() - t.from.coeffs())),
+      p = held.normalized().conjugate() * s.frame[t.segment];
+  return p.vec() * (p.w() < 0.0 ? -2.0 : 2.0);
 }
 
 /// Friction is a spring up to its limit and slides beyond.
@@ -110,24 +133,26 @@ double slideValue(const Support& a, const Vector3d& across) {
 }  // namespace
 
 double tensionOf(const Model& model, const State& state, const Strand& strand, Index segment) {
-  return state.severed[segment] != 0 ? 0.0
-                                     : strand.section.stretch * strainOf(model, state, strand, segment).z();
+  if (state.severed[segment] != 0) return 0.0;
+  const Vector3d strain = strainOf(model, state, strand, segment);
+  return segment < strand.threadFirst() ? model.stiffness[segment].z() * strain.norm()
+                                        : strand.section.stretch * strain.z();
 }
 
 void settleSupports(const Potential& p, const State& s, double share, Scratch& scratch) {
   for (Support& a : scratch.supports) {
     const Lean lean =
         leanOf(a, strandOf(p.model, a.segment), p.before, s, scratch.fraction_then, scratch.fraction);
-    if (a.holds) {
-      a.force -= share * a.stiffness * lean.off;
-      continue;
-    }
-    const double push = std::max(0.0, -a.stiffness * lean.gap), most = a.friction * push,
-                 drag = a.stiffness * lean.across.norm();
+    if (a.bond != Bond::Push) a.force -= share * a.stiffness * lean.off;
+    if (a.bond == Bond::Hold) continue;
+    const double most = frictionOf(a, lean), drag = a.stiffness * lean.across.norm();
     a.shear = -a.stiffness * lean.across;
     if (drag > most) a.shear *= most / drag;
-    a.force += share * (push * a.normal + a.shear);
+    a.force += share * a.shear;
+    if (a.bond == Bond::Push) a.force += share * pushOf(a, lean) * a.normal;
   }
+  for (TurnSpring& t : scratch.turns)
+    t.moment = -t.stiffness * (s.frame[t.segment] * turnOff(t, s, scratch.fraction));
 }
 
 double valueOf(const Potential& p, const State& s, const Scratch& scratch) {
@@ -135,14 +160,14 @@ double valueOf(const Potential& p, const State& s, const Scratch& scratch) {
   double sum = 0.0;
   for (const Strand& strand : m.strands) {
     const double rate = strand.section.strain_damping / p.h;
-    const Vector3d S = strainStiffness(strand.section), K = bendStiffness(strand.section);
+    const Vector3d K = bendStiffness(strand.section);
     for (Index k = 0; k < strand.nodes; ++k) {
       const Index i = strand.first + k;
       const Inertia a = inertiaOf(p, i, strand.section.damping);
       sum += 0.5 * a.weight * (s.position[i] - a.place).squaredNorm() -
              (m.force[i] + m.mass[i] * scratch.gravity).dot(s.position[i] - p.before.position[i]);
       if (k >= strand.segments) continue;
-      const Vector3d strain = strainOf(m, s, strand, i);
+      const Vector3d strain = strainOf(m, s, strand, i), &S = m.stiffness[i];
       if (s.severed[i] == 0)
         sum += 0.5 * m.length[i] *
                (S.cwiseProduct(strain).dot(strain) +
@@ -162,11 +187,14 @@ double valueOf(const Potential& p, const State& s, const Scratch& scratch) {
   }
   for (const Support& a : scratch.supports) {
     const Lean lean = leanOf(a, strandOf(m, a.segment), p.before, s, scratch.fraction_then, scratch.fraction);
-    if (a.holds)
-      sum += 0.5 * a.stiffness * lean.off.squaredNorm();
-    else if (lean.gap < 0.0)
-      sum += 0.5 * a.stiffness * lean.gap * lean.gap + slideValue(a, lean.across);
+    if (a.bond != Bond::Push) sum += 0.5 * a.stiffness * lean.off.squaredNorm();
+    if (a.bond == Bond::Slide) sum += slideValue(a, lean.across);
+    if (a.bond != Bond::Push || !(lean.gap < 0.0)) continue;
+    const double push = pushOf(a, lean);  // beyond `most` it grows no more
+    sum += push * (-lean.gap - 0.5 * push / a.stiffness) + slideValue(a, lean.across);
   }
+  for (const TurnSpring& t : scratch.turns)
+    sum += 0.5 * t.stiffness * turnOff(t, s, scratch.fraction).squaredNorm();
   return sum;
 }
 
@@ -199,8 +227,7 @@ void addSegment(const Potential& p, const State& s, const Strand& strand, Index 
   const double l = p.model.length[i], rate = strand.section.strain_damping / p.h;
   const Matrix3d R = s.frame[i].toRotationMatrix();
   const Vector3d b = R.transpose() * (s.position[j] - s.position[i]);
-  const Vector3d strain = b / l - Vector3d::UnitZ();
-  const Vector3d S = strainStiffness(strand.section);
+  const Vector3d strain = b / l - p.model.rest[i], &S = p.model.stiffness[i];
   const Vector3d n = S.cwiseProduct(strain + rate * (strain - scratch.strain_then[i]));
   const Vector3d force = R * n;
   scratch.gradient[i].head<3>() -= force;
@@ -216,7 +243,7 @@ void addSegment(const Potential& p, const State& s, const Strand& strand, Index 
     td += skew(n) * R.transpose();
     tt += 0.5 * (n * b.transpose() + b * n.transpose());
     tt.diagonal().array() -= n.dot(b);
-  } else if (n.z() > 0.0) {
+  } else if (n.z() > 0.0 && i >= strand.threadFirst()) {
     const Vector3d t = R.col(2);
     dd -= (n.z() / l) * t * t.transpose();
     dd.diagonal().array() += n.z() / l;
@@ -281,29 +308,59 @@ void addSupports(const Potential& p, const State& s, Scratch& scratch) {
     const Lean lean = leanOf(a, strand, p.before, s, scratch.fraction_then, scratch.fraction);
     Vector3d gradient = a.stiffness * lean.off;
     Matrix3d hessian = a.stiffness * Matrix3d::Identity();
-    if (!a.holds) {
-      a.limit = a.friction * std::max(0.0, -a.stiffness * lean.gap);
-      if (!(lean.gap < 0.0)) continue;
-      const Matrix3d normal = a.normal * a.normal.transpose();
-      gradient = a.stiffness * lean.gap * a.normal;
-      hessian = a.stiffness * normal;
+    if (a.bond != Bond::Hold) {
+      a.limit = frictionOf(a, lean);
+      if (a.bond == Bond::Push && !(lean.gap < 0.0)) continue;
+      const Matrix3d normal = a.normal * a.normal.transpose(), plane = Matrix3d::Identity() - normal;
+      if (a.bond == Bond::Slide) {
+        hessian = a.stiffness * plane;
+      } else {
+        const double push = pushOf(a, lean);
+        gradient = -push * a.normal;
+        hessian = (push < a.most || a.most == 0.0 ? a.stiffness : 0.0) * normal;
+      }
+      const Matrix3d free = a.bond == Bond::Slide ? normal : plane;
       const double d = lean.across.norm();
       if (a.stiffness * d <= a.limit) {
         gradient += a.stiffness * lean.across;
-        hessian += a.stiffness * (Matrix3d::Identity() - normal);
+        hessian += a.stiffness * free;
       } else {
         const Vector3d t = lean.across / d;
         gradient += a.limit * t;
-        hessian += (a.limit / d) * (Matrix3d::Identity() - normal - t * t.transpose());
+        hessian += (a.limit / d) * (free - t * t.transpose());
       }
     }
-    const Index k = a.segment - strand.first, kj = strand.next(a.segment) - strand.first;
+    const Index k = a.segment - strand.first;
     BlockChain& chain = scratch.chain[static_cast<std::size_t>(at - p.model.strands.begin())];
+    if (a.rigid) {  // a small turn θ in the needle's frame moves the place by −R·[arm]·θ
+      const Matrix3d R = s.frame[a.segment].toRotationMatrix(), lever = -R * skew(a.arm);
+      scratch.gradient[a.segment].head<3>() += gradient;
+      scratch.gradient[a.segment].tail<3>() += lever.transpose() * gradient;
+      const Matrix3d turn = lever.transpose() * hessian;
+      chain.diagonal[k].topLeftCorner<3, 3>() += hessian;
+      chain.diagonal[k].bottomLeftCorner<3, 3>() += turn;
+      chain.diagonal[k].topRightCorner<3, 3>() += turn.transpose();
+      chain.diagonal[k].bottomRightCorner<3, 3>() += turn * lever;
+      continue;
+    }
+    const Index kj = strand.next(a.segment) - strand.first;
     scratch.gradient[a.segment].head<3>() += (1.0 - a.s) * gradient;
     scratch.gradient[strand.next(a.segment)].head<3>() += a.s * gradient;
     chain.diagonal[k].topLeftCorner<3, 3>() += (1.0 - a.s) * (1.0 - a.s) * hessian;
     chain.diagonal[kj].topLeftCorner<3, 3>() += a.s * a.s * hessian;
     chain.lower[k].topLeftCorner<3, 3>() += a.s * (1.0 - a.s) * hessian;
+  }
+  for (const TurnSpring& t : scratch.turns) {
+    const auto at = std::find_if(p.model.strands.begin(), p.model.strands.end(), [&t](const Strand& strand) {
+      return t.segment < strand.first + strand.nodes;
+    });
+    const Vector3d off = turnOff(t, s, scratch.fraction);
+    Matrix3d A = 0.5 * skew(off);
+    A.diagonal().array() += std::sqrt(std::max(0.0, 1.0 - 0.25 * off.squaredNorm()));
+    scratch.gradient[t.segment].tail<3>() += t.stiffness * A.transpose() * off;
+    scratch.chain[static_cast<std::size_t>(at - p.model.strands.begin())]
+        .diagonal[t.segment - at->first]
+        .bottomRightCorner<3, 3>() += t.stiffness * A.transpose() * A;
   }
 }
 

@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include <Eigen/Eigenvalues>
+
 #include "contacts.h"
 #include "elements.h"
 #include "quaternions.h"
@@ -89,7 +91,8 @@ class Builder {
     checkSection(rod);
     checkNodes(rod);
     strand_.first = static_cast<Index>(m_.mass.size());
-    strand_.nodes = static_cast<Index>(rod.nodes.size());
+    if (!rod.needle.points.empty()) needle();
+    strand_.nodes = static_cast<Index>(rod.nodes.size()) + lead_;
     strand_.segments = strand_.nodes - (rod.closed ? 0 : 1);
     strand_.closed = rod.closed;
     strand_.section = rod.section;
@@ -101,18 +104,73 @@ class Builder {
   }
 
  private:
+  /// Its mass at its centre, evenly along its points, in the frame of its principal axes.
+  void needle() {
+    const Needle& n = rod_.needle;
+    NeedleModel model;
+    model.node = strand_.first;
+    model.radius = n.radius, model.swage = n.swage;
+    Vector3d centre = Vector3d::Zero();
+    for (std::size_t i = 0; i + 1 < n.points.size(); ++i) {
+      const double l = (n.points[i + 1] - n.points[i]).norm();
+      model.length += l;
+      centre += 0.5 * l * (n.points[i] + n.points[i + 1]);
+    }
+    if (rod_.closed || n.points.size() < 3 || !(model.length > 1e-6))
+      refuse(rod_.name, "needle: length", model.length, "must be > 0, on an open thread");
+    if (!(n.radius > 0.0) || !(n.density > 0.0) || !(n.swage > 0.0))
+      refuse(rod_.name, "needle: radius, density and swage, least", std::min({n.radius, n.density, n.swage}),
+             "must be > 0");
+    centre /= model.length;
+    model.spacing = model.length / static_cast<double>(n.points.size() - 1);
+    const double mass = 3.14159265358979323846 * n.radius * n.radius * model.length * n.density;
+    Eigen::Matrix3d second = Eigen::Matrix3d::Identity() * (0.25 * n.radius * n.radius * mass);
+    for (std::size_t i = 0; i + 1 < n.points.size(); ++i) {  // Simpson's rule is exact
+      const Vector3d a = n.points[i] - centre, b = n.points[i + 1] - centre, c = 0.5 * (a + b);
+      const double m = mass * (b - a).norm() / model.length;
+      for (const auto& [x, w] : {std::pair{a, 1.0 / 6}, {c, 4.0 / 6}, {b, 1.0 / 6}})
+        second += w * m * (x.squaredNorm() * Eigen::Matrix3d::Identity() - x * x.transpose());
+    }
+    Eigen::Matrix3d axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(second).eigenvectors();
+    if (axes.determinant() < 0.0) axes.col(0) *= -1.0;
+    const Quaterniond frame = Quaterniond(axes).normalized();
+    for (const Vector3d& x : n.points) model.points.push_back(frame.conjugate() * (x - centre));
+    const Vector3d& end = model.points.back();
+    const double first = (rod_.nodes[1] - rod_.nodes[0]).norm();
+    model.hold = rod_.section.stretch / first;
+    strand_.needle = static_cast<Index>(m_.needles.size());
+    m_.needles.push_back(model);
+    lead_ = 1;
+    length_.push_back(end.norm());
+    m_.mass.push_back(mass);
+    m_.drag.push_back(rod_.section.drag * model.length);
+    m_.length.push_back(length_.back());
+    m_.rest.push_back(end / length_.back());
+    m_.stiffness.push_back(Vector3d::Constant(model.hold * length_.back()));
+    m_.inertia.push_back(
+        (frame.conjugate().toRotationMatrix() * second * frame.toRotationMatrix()).diagonal());
+    m_.force.push_back(mass * m_.gravity);
+    m_.held_at.push_back(kNone);
+    m_.start.position.push_back(centre);
+    m_.start.frame.push_back(frame);
+  }
+
   void shape() {
     const Section& s = rod_.section;
-    const std::size_t n = strand_.nodes;
-    for (std::size_t i = 0; i < strand_.segments; ++i)
-      length_.push_back((rod_.nodes[(i + 1) % n] - rod_.nodes[i]).norm());
+    const std::size_t n = rod_.nodes.size(), segments = n - (rod_.closed ? 0 : 1);
+    std::vector<double> length;
+    for (std::size_t i = 0; i < segments; ++i)
+      length.push_back((rod_.nodes[(i + 1) % n] - rod_.nodes[i]).norm());
+    length_.insert(length_.end(), length.begin(), length.end());
     for (std::size_t i = 0; i < n; ++i) {
-      const double own = i < length_.size() ? length_[i] : 0.0;
-      const double last = i > 0 ? length_[i - 1] : rod_.closed ? length_.back() : 0.0;
+      const double own = i < length.size() ? length[i] : 0.0;
+      const double last = i > 0 ? length[i - 1] : rod_.closed ? length.back() : 0.0;
       const double l = 0.5 * (own + last);
       m_.mass.push_back(s.linear_density * l);
       m_.drag.push_back(s.drag * l);
       m_.length.push_back(own);
+      m_.rest.push_back(Vector3d::UnitZ());
+      m_.stiffness.push_back({s.shear, s.shear, s.stretch});
       // ρI per length is ρA·r²/4 across and twice that along a round section.
       const double across = 0.25 * s.linear_density * s.radius * s.radius * own;
       m_.inertia.push_back({across, across, 2.0 * across});
@@ -124,17 +182,17 @@ class Builder {
       if (load.node >= n) refuse(rod_.name, "loads: node", load.node, "must be a node of the rod");
       if (!(load.force.norm() <= 1e30))
         refuse(rod_.name, "loads: force", load.force.norm(), "must be at most 1e30");
-      m_.force[strand_.first + load.node] += load.force;
+      m_.force[strand_.first + lead_ + load.node] += load.force;
     }
-    auto q = framesAlong(rod_, strand_.segments);
+    auto q = framesAlong(rod_, segments);
     q.resize(n, Quaterniond::Identity());
     m_.start.frame.insert(m_.start.frame.end(), q.begin(), q.end());
   }
 
   void holds() {
     for (const HeldNode& h : rod_.held) {
-      if (h.node >= strand_.nodes) refuse(rod_.name, "held: node", h.node, "must be a node of the rod");
-      const Index node = strand_.first + h.node;
+      if (h.node >= rod_.nodes.size()) refuse(rod_.name, "held: node", h.node, "must be a node of the rod");
+      const Index node = strand_.first + lead_ + h.node;
       if (m_.held_at[node] != kNone) refuse(rod_.name, "held: node", h.node, "must be there once");
       HeldModel held;
       held.node = node;
@@ -165,7 +223,10 @@ class Builder {
       const Index after = last ? kNone : node;
       const Index held = heldFrame(node);
       if (held == kNone) {
-        if (!first && !last)
+        if (k == 1 && lead_ == 1)  // as clamped: through half an element
+          add({before, after, kNone, 0.5 * l(after)},
+              m_.start.frame[before].conjugate() * m_.start.frame[after]);
+        else if (!first && !last)
           add({before, after, kNone, 0.5 * (l(before) + l(after))}, closing(k, before, after));
         continue;
       }
@@ -247,6 +308,7 @@ class Builder {
   Model& m_;
   Strand strand_;
   std::vector<double> length_;
+  Index lead_ = 0;  ///< 1: a needle goes before the nodes
 };
 
 }  // namespace
@@ -295,7 +357,8 @@ Scratch::Scratch(const Model& model)
       trial(model.start),
       backup(model.start),
       contacts(std::make_unique<ContactScratch>(model)) {
-  supports.reserve(8 * model.mass.size() + 256);
+  supports.reserve(8 * model.mass.size() + 256 + 200 * model.needles.size());
+  turns.reserve(16);
   for (const Strand& strand : model.strands) chain.emplace_back(strand.nodes, strand.closed);
 }
 

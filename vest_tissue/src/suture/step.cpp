@@ -189,6 +189,11 @@ bool finite(const State& s) {
 /// @param share of the step
 bool part(const Model& m, State& s, Scratch& scratch, double h, double end, double share) {
   copyMotion(s, scratch.before);
+  for (const NeedleModel& n : m.needles) {  // Euler's equations: its axes are no axes of symmetry
+    Vector3d& spin = scratch.before.spin[n.node];
+    const Vector3d& inertia = m.inertia[n.node];
+    spin -= h * spin.cross(Vector3d(inertia.cwiseProduct(spin))).cwiseQuotient(inertia);
+  }
   remember(m, s, scratch);  // with the holders' frames of the start
   aim(m, end, scratch);
   const Potential p{m, scratch.before, h};

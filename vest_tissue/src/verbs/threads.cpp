@@ -37,7 +37,7 @@ struct Hand {
 template <typename Visit>
 void eachNode(const Hand& h, Visit visit) {
   for (const suture::Strand& strand : h.c.model.threads.rods->strands)
-    for (std::uint32_t i = strand.first; i < strand.first + strand.nodes; ++i) {
+    for (std::uint32_t i = strand.threadFirst(); i < strand.first + strand.nodes; ++i) {
       const double at = h.between(i);
       if (at >= 0.0 && at <= h.jaw + 0.05) visit(i, strand.section.radius);
     }
@@ -115,9 +115,9 @@ void slip(const Hand& h, ThreadGrip& grip) {
 void snip(const Hand& h) {
   suture::State& rod = h.c.state.threads.rod;
   for (const suture::Strand& strand : h.c.model.threads.rods->strands) {
-    for (std::uint32_t i = strand.first; i < strand.first + strand.segments; ++i) {
+    for (std::uint32_t i = strand.threadFirst(); i < strand.first + strand.segments; ++i) {
       const std::uint32_t last = strand.first + strand.segments - 1;
-      if (rod.severed[i] != 0 || (i > strand.first && rod.severed[i - 1] != 0) ||
+      if (rod.severed[i] != 0 || (i > strand.threadFirst() && rod.severed[i - 1] != 0) ||
           (i < last && rod.severed[i + 1] != 0))
         continue;  // no crumbs beside a cut
       const Vector3d a = h.frame.local(rod.position[i]), b = h.frame.local(rod.position[i + 1]);

@@ -44,6 +44,22 @@ TEST(Sutures, LieAlongTheirPath) {
   EXPECT_DOUBLE_EQ(d.sutures[0].knot_strength, 9.4);
 }
 
+TEST(Sutures, ANeedleLeavesTheFirstEnd) {
+  const auto d =
+      load("  - {" + std::string(kThread) + ", needle: {kind: half, length: 0.02, normal: [0, 0, 1]}}\n");
+  const auto& needle = d.sutures[0].rod.needle;
+  ASSERT_EQ(needle.points.size(), 21u);
+  EXPECT_LT((needle.points.back() - d.sutures[0].rod.nodes[0]).norm(), 1e-12);
+  // Half a circle from the thread's end, straight on at first and then round: its ends are two radii apart.
+  EXPECT_NEAR((needle.points.front() - needle.points.back()).norm(), 0.04 / M_PI, 1e-9);
+  EXPECT_NEAR((needle.points[19] - needle.points[20])
+                  .normalized()
+                  .dot((d.sutures[0].rod.nodes[0] - d.sutures[0].rod.nodes[1]).normalized()),
+              1.0, 0.01);
+  EXPECT_DOUBLE_EQ(needle.radius, 0.00033);
+  EXPECT_DOUBLE_EQ(needle.swage, 6.7);
+}
+
 TEST(Sutures, OneMessageForEachMistake) {
   const std::string thread = kThread;
   const auto with = [&thread](const std::string& from, const std::string& to) {
@@ -65,6 +81,15 @@ TEST(Sutures, OneMessageForEachMistake) {
       {"  - {" + thread + ", segment: 1}\n", "0.005"},
       {"  - {" + thread + ", segment: 0.0002, length: 5}\n", "4 to 2000 segments"},
       {"  - {" + thread + ", knots: 3}\n", "knots"},
+      {"  - {" + thread + ", needle: half}\n", "needle"},
+      {"  - {" + thread + ", needle: {kind: bent}}\n", "three_eighths"},
+      {"  - {" + thread + ", needle: {kind: half, length: 0}}\n", "0.005"},
+      {"  - {" + thread + ", needle: {kind: half, wire: 0}}\n", "0.0001"},
+      {"  - {" + thread + ", needle: {kind: half, length: 0.9}}\n", "0.06"},
+      {"  - {" + thread + ", needle: {length: 0.02}}\n", "kind"},
+      {"  - {" + thread + ", needle: {kind: ski, tip: round}}\n", "tip"},
+      {"  - {" + thread + ", needle: {kind: half, normal: [0, 0, 0]}}\n", "normal"},
+      {"  - {" + thread + ", needle: {kind: half, normal: [1, 0, 0]}}\n", "normal"},
       {with("[0.02, 0.005, 0.1]", "[0, 0.0002, 0.1]"), "bend at node"}};
   for (const auto& [text, part] : wrong) {
     const std::string message = messageOf(text);

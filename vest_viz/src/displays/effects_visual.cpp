@@ -116,12 +116,10 @@ void EffectsVisual::setSutures(const vest_msgs::SutureStates& sutures) {
   needles_mesh_ = {};
   thread_mesh_ = {};
   const Eigen::Isometry3d here = Eigen::Isometry3d::Identity();
-  for (const vest_msgs::SutureNeedle& needle : sutures.needles) {
-    Eigen::Isometry3d X;
-    if (toPose(needle.pose, &X))
-      effects::append(&needles_mesh_,
-                      effects::needle(needle.arc_radius, needle.arc_angle, needle.wire_radius), X);
-  }
+  for (const vest_msgs::SutureNeedle& needle : sutures.needles)
+    effects::append(&needles_mesh_,
+                    effects::needle(needle.positions.data(), needle.positions.size() / 3, needle.wire_radius),
+                    here);
   for (const vest_msgs::SutureThread& thread : sutures.threads)
     effects::append(&thread_mesh_,
                     effects::tube(thread.positions.data(), thread.positions.size() / 3,

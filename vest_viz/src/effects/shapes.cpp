@@ -81,6 +81,16 @@ void addQuad(const Vector3f& centre, const Vector3f& along, const Vector3f& acro
   }
 }
 
+/// None where one is not finite.
+std::vector<Vector3d> placesOf(const float* points, std::size_t count) {
+  std::vector<Vector3d> p;
+  for (std::size_t i = 0; i < count; ++i) {
+    p.emplace_back(points[3 * i], points[3 * i + 1], points[3 * i + 2]);
+    if (!p.back().allFinite()) return {};
+  }
+  return p;
+}
+
 /// Two directions across the line of sight.
 void facing(const Vector3f& sight, Vector3f* u, Vector3f* v) {
   *u = std::fabs(sight.z()) < 0.9f ? sight.cross(Vector3f::UnitZ()) : sight.cross(Vector3f::UnitX());
@@ -91,12 +101,7 @@ void facing(const Vector3f& sight, Vector3f* u, Vector3f* v) {
 }  // namespace
 
 TriangleMesh tube(const float* points, std::size_t count, double radius, bool closed) {
-  std::vector<Vector3d> p;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vector3d q(points[3 * i], points[3 * i + 1], points[3 * i + 2]);
-    if (!q.allFinite()) return {};
-    p.push_back(q);
-  }
+  const std::vector<Vector3d> p = placesOf(points, count);
   if (!(radius > 0)) return {};
   return sweep(p, std::vector<double>(p.size(), radius), closed && p.size() > 2, 8);
 }
@@ -116,16 +121,13 @@ TriangleMesh clip(double length, double gap, double wire) {
   return m;
 }
 
-TriangleMesh needle(double arc_radius, double arc_angle, double wire_radius) {
-  if (!(arc_radius > 0 && wire_radius > 0 && arc_angle > 0 && arc_angle < 7)) return {};
-  std::vector<Vector3d> p;
+TriangleMesh needle(const float* points, std::size_t count, double wire_radius) {
+  std::vector<Vector3d> p = placesOf(points, count);
+  if (!(wire_radius > 0) || p.size() < 2) return {};
   std::vector<double> r;
-  constexpr int kParts = 24;
-  for (int i = 0; i <= kParts; ++i) {
-    const double s = static_cast<double>(i) / kParts, a = arc_angle * (s - 0.5);
-    p.emplace_back(arc_radius * std::cos(a), arc_radius * std::sin(a), 0);
-    r.push_back(wire_radius * std::min(1.0, 0.05 + 8.0 * (1.0 - s)));
-  }
+  for (std::size_t i = 0; i < p.size(); ++i)
+    r.push_back(wire_radius *
+                std::min(1.0, 0.05 + 8.0 * static_cast<double>(i) / static_cast<double>(p.size() - 1)));
   return sweep(p, r, false, 8);
 }
 

@@ -30,9 +30,9 @@ QString eventDetails(const vest_msgs::TissueEvent& msg) {
 }  // namespace
 
 QString eventWord(std::uint8_t kind) {
-  static const char* const kWords[] = {"grasped",   "released",   "slipped",   "cut",     "clipped",
-                                       "unclipped", "coagulated", "punctured", "ligated", "torn",
-                                       "knot tied", "perforated", "separated", "FAULT"};
+  static const char* const kWords[] = {
+      "grasped", "released", "slipped",   "cut",        "clipped",   "unclipped", "coagulated", "punctured",
+      "ligated", "torn",     "knot tied", "perforated", "separated", "FAULT",     "exited",     "torn out"};
   return kind < std::size(kWords) ? kWords[kind] : QString("kind %1").arg(kind);
 }
 

@@ -188,13 +188,19 @@ vest_msgs::SutureStates suturesAt(const vest::scene::Description& scene, double 
   }
   vest_msgs::SutureNeedle needle;
   needle.id = 1, needle.thread = 1;
-  needle.pose = poseOf({0.005, 0.028, 0.088}, {0.2, -1, 0.3}, {0.2, 0.1, 1});
-  needle.arc_radius = 0.008, needle.arc_angle = kPi, needle.wire_radius = 0.0004;
+  needle.wire_radius = 0.0004;
+  const Vector3d centre(0.005, 0.028, 0.088), x = Vector3d(0.2, -1, 0.3).normalized(),
+                                              y = Vector3d(0.2, 0.1, 1).cross(x).normalized();
+  for (int i = 0; i <= 24; ++i) {
+    const double a = kPi * (0.5 - i / 24.0);
+    const Vector3d q = centre + 0.008 * (std::cos(a) * x + std::sin(a) * y);
+    for (int k = 0; k < 3; ++k) needle.positions.push_back(static_cast<float>(q[k]));
+  }
   m.needles.push_back(needle);
   vest_msgs::SutureThread thread;
   thread.id = 1;
   thread.radius = 0.0002f;
-  const Vector3d tail(needle.pose.position.x, needle.pose.position.y, needle.pose.position.z);
+  const Vector3d tail = centre - 0.008 * y;
   for (int i = 0; i < 60; ++i) {
     const double s = i / 59.0;
     const Vector3d q = tail + Vector3d(-0.03 * s + 0.004 * std::sin(9 * s + 0.5 * t), -0.02 * s,

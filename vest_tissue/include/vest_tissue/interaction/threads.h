@@ -27,7 +27,7 @@ enum class TouchKind : std::uint8_t {
 
 /// A touch that outlives its step; sorted by `before()`.
 struct ThreadTouch {
-  std::uint32_t segment = 0;  ///< node, or segment by its first node
+  std::uint32_t segment = 0;  ///< place (scene::ThreadPlace), or segment by its first place
   std::uint16_t body = 0;     ///< object or instrument
   TouchKind kind = TouchKind::Tissue;
   std::uint8_t part = 0;                             ///< capsule, or jaw
@@ -57,11 +57,48 @@ struct ThreadGrip {
   std::array<GripNode, kMaxGripNodes> nodes{};
 };
 
+/// Jaws of one instrument on a needle: a place of it and its direction are held in the tip's frame.
+struct NeedleGrip {
+  bool active = false;
+  bool sliding = false;       ///< or turning, in the last step
+  double jaw_at_touch = 0.0;  ///< rad: opening at which the needle filled the gap; 0: nothing between
+  double pinch = 0.0;         ///< N
+  std::uint32_t needle = 0;
+  double station = 0.0;                             ///< m from the tip
+  Eigen::Vector3d local = Eigen::Vector3d::Zero();  ///< m, in the tip frame: where the station is held
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();  ///< of the needle's frame in the tip frame
+};
+
+inline constexpr int kMaxChannels = 32, kMaxChannelAnchors = 16;
+
+/// A place of tissue between two of its contact triangles (solid tissue), or on one (a surface, a wall).
+/// Triangles keep their numbers through cuts.
+struct ChannelAnchor {
+  std::array<std::uint32_t, 2> triangle{};
+  std::array<double, 6> weight{};  ///< of their corners, sum 1
+  double station = 0.0;            ///< m from the tip along needle and thread; < 0: nothing in it yet
+  double along = 0.0;              ///< N, friction on what is in it, tangent from the tip back
+  bool filled = false;
+};
+
+/// The way of a needle through one object, and of the thread behind it; without either a hole.
+struct Channel {
+  std::uint16_t object = 0;
+  std::uint32_t needle = 0;
+  bool filled = false;
+  bool through = false;  ///< the last anchor is an exit
+  double ahead = 0.0;    ///< m, solid tissue: cut beyond the last anchor
+  int count = 0;
+  std::array<ChannelAnchor, kMaxChannelAnchors> anchors{};  ///< from the entry on
+};
+
 /// Everything of threads that evolves.
 struct ThreadState {
   suture::State rod;
   std::vector<ThreadTouch> touches;
   std::array<ThreadGrip, tools::kInstrumentCount> grips{};
+  std::array<NeedleGrip, tools::kInstrumentCount> needle_grips{};
+  std::vector<Channel> channels;
 };
 
 }  // namespace vest::interaction

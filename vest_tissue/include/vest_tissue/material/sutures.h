@@ -18,7 +18,7 @@ struct SutureMaterial {
 };
 
 /// A size as the United States Pharmacopeia names it. Keys: diameter, knot_pull (least, not absorbable),
-/// knot_pull_absorbable (least, synthetic).
+/// knot_pull_absorbable (least, synthetic), swage (needle's attachment, least average).
 struct SutureSize {
   std::string name;
   std::map<std::string, Quantity> numbers;

@@ -109,6 +109,7 @@ struct Object {
   double grasp_damage_threshold =
       136e3;  ///< Pa: pinch over the jaw's area that begins to destroy (interaction/heat.h); 0: never
   double cut_toughness = 164.0;  ///< J/m²: work per newly cut area; of liver, 164 ± 6 (Gokgol 2012)
+  double puncture_force = 0.4;   ///< N: at which the tip of a suture needle goes in (assumed, of bowel)
   double wall_thickness = 0.0;   ///< m: of a hollow organ; 0: solid
   Skin skin;
   TubeMap tube;
@@ -130,13 +131,16 @@ struct Connection {
 
 /// A thread that lies in the scene at the start.
 struct Suture {
-  std::string material, size;         ///< keys of sutures.yaml
-  std::uint8_t kind = 0;              ///< values of vest_msgs/SutureThread
-  double strength = 0.0;              ///< N, straight
-  double knot_strength = 0.0;         ///< N, in a knot
-  std::vector<Eigen::Vector3d> path;  ///< m, world: points that the thread was laid through
-  double segment = 0.001;             ///< m, about that
-  suture::RodDescription rod;         ///< m, kg, N; its name is the suture's
+  std::string material, size;                     ///< keys of sutures.yaml
+  std::uint8_t kind = 0;                          ///< values of vest_msgs/SutureThread
+  double strength = 0.0;                          ///< N, straight
+  double knot_strength = 0.0;                     ///< N, in a knot
+  std::vector<Eigen::Vector3d> path;              ///< m, world: points that the thread was laid through
+  double segment = 0.001;                         ///< m, about that
+  std::string needle;                             ///< half, three_eighths, straight, ski; empty: none
+  double needle_length = 0.0, needle_wire = 0.0;  ///< m: along it, thickness
+  Eigen::Vector3d needle_normal = Eigen::Vector3d::UnitZ();  ///< of the plane that it is bent in
+  suture::RodDescription rod;                                ///< m, kg, N; its name is the suture's
 };
 
 /// What `solution: integrator:` asks for. Nets have their own explicit sub-steps with each of the two dynamic

@@ -111,6 +111,7 @@ struct StateFrame {
   std::vector<Attachment> attachments;
   std::vector<SlingView> slings;
   std::vector<ThreadView> threads;
+  std::vector<NeedleView> needles;
 };
 
 /// What viewers are shown of a World as it is now; generation and steady_ns are the caller's.

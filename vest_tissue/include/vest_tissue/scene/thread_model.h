@@ -10,14 +10,32 @@
 
 namespace vest::scene {
 
+/// What of threads and needles touches: nodes by their numbers, then points of needles, tip first.
+struct ThreadPlace {
+  std::uint32_t strand = 0;
+  std::uint32_t segment = 0;                      ///< node of its segment; of a needle's point the needle
+  double s = 0.0;                                 ///< on the segment
+  bool rigid = false;                             ///< a needle's point, at `arm`
+  bool touches = true;                            ///< false: a needle's centre of mass
+  Eigen::Vector3d arm = Eigen::Vector3d::Zero();  ///< m, in the needle's frame
+  double radius = 0.0;                            ///< m
+  double station = 0.0;  ///< m from the needle's tip, or the thread's end, along needle and thread
+};
+
 /// All threads of a scene; what never changes.
 struct ThreadModel {
   std::shared_ptr<const suture::Model> rods;  ///< a strand per suture, in scene order; null: none
   std::vector<double> strength;               ///< N, per strand: straight
   std::vector<double> knot_strength;  ///< N, per strand: where it is bent tighter than its diameter twice
+  std::vector<ThreadPlace> places;
+  std::vector<std::uint32_t> first_point;  ///< place of each needle's tip
   int steps = 1;  ///< of the threads in a step: each object's exchanges are a multiple of it
   /// Room for touches: of the State, of a step.
-  std::size_t room() const { return rods ? 4 * rods->mass.size() + 64 : 0; }
+  std::size_t room() const { return rods ? 4 * places.size() + 64 : 0; }
+  Eigen::Vector3d at(const suture::State& s, std::size_t place) const {
+    const ThreadPlace& p = places[place];
+    return p.rigid ? Eigen::Vector3d(s.position[p.segment] + s.frame[p.segment] * p.arm) : s.position[place];
+  }
 };
 
 /// A touch in this step.
@@ -34,10 +52,19 @@ struct ThreadPush {
   std::uint16_t object = 0;
   std::array<std::uint32_t, 3> knots{};
   std::array<float, 3> weights{};
+  std::array<std::uint32_t, 3> far_knots{};  ///< of an anchor within solid tissue
+  std::array<float, 3> far_weights{};
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N
 };
 
-/// A triangle that a node may come near.
+/// A support that a channel gives in a part of a step.
+struct ChannelSupport {
+  std::size_t channel = 0;
+  int anchor = 0;  ///< count: the cutting tip
+  std::size_t support = 0;
+};
+
+/// A triangle that a place may come near.
 struct ThreadCandidate {
   std::uint32_t node = 0;
   std::uint16_t object = 0;
@@ -54,6 +81,9 @@ struct ThreadScratch {
   bool known = false, full = false, faulty = false;
   std::vector<ThreadReach> reaches;
   std::vector<ThreadPush> pushes;
+  std::vector<ChannelSupport> led;        ///< supports of channels
+  std::vector<Eigen::Vector3d> now;       ///< m, of places, when touches are looked for
+  std::size_t hanging = 0;                ///< first support in jaws
   std::vector<std::vector<float>> crowd;  ///< per object and knot: weights of touches
   contact::ObjectLoads loads;             ///< on instruments
 };

@@ -40,6 +40,8 @@ enum class EventKind : std::uint8_t {
   Perforated,
   Separated,
   Fault,
+  Exited,
+  TornOut,
 };
 
 struct Event {
@@ -171,6 +173,15 @@ struct ThreadView {
   std::vector<double> tension;             ///< N, per segment
 };
 
+/// A needle that viewers draw.
+struct NeedleView {
+  std::uint16_t suture = 0;                ///< of the scene's
+  std::int8_t instrument = -1;             ///< that holds it; -1: none
+  bool threaded = true;                    ///< the thread still holds in its end
+  double radius = 0.0;                     ///< m, of the wire
+  std::vector<Eigen::Vector3d> positions;  ///< m, world: tip to swage
+};
+
 struct WorldModel;    ///< immutable once built (world_model.h)
 struct WorldState;    ///< everything that evolves; a copy is a snapshot (world_state.h)
 struct WorldScratch;  ///< sized once, no meaning between steps (world_scratch.h)
@@ -227,6 +238,7 @@ class World {
   void attachments(std::vector<Attachment>& out) const;
   void slings(std::vector<SlingView>& out) const;
   void threads(std::vector<ThreadView>& out) const;
+  void needles(std::vector<NeedleView>& out) const;
   /// Deltas since a revision, in order; false if it is older than the last kDeltaHistory ones (or not of this
   /// history: after reset and restore it begins anew), then send the whole topology.
   bool deltasSince(std::uint32_t revision, std::vector<TopologyDelta>& out) const;

@@ -51,6 +51,14 @@ struct NodeLoad {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, dead
 };
 
+/// A rigid needle at the first end of a thread.
+struct Needle {
+  std::vector<Eigen::Vector3d> points;  ///< m, at the start: tip to swage, evenly; none: no needle
+  double radius = 0.0;                  ///< m, of the wire
+  double density = 0.0;                 ///< kg/m³
+  double swage = 0.0;                   ///< N: the thread leaves it beyond that
+};
+
 struct RodDescription {
   std::string name;
   std::vector<Eigen::Vector3d> nodes;  ///< m, at the start; their distances are the rest lengths
@@ -60,6 +68,7 @@ struct RodDescription {
   double turn = 0.0;           ///< rad, twist put in, spread evenly
   std::vector<HeldNode> held;
   std::vector<NodeLoad> loads;
+  Needle needle;  ///< its last point is the first node
 };
 
 /// Rigid, without ends, does not move.

@@ -19,7 +19,8 @@
 /// and the energy Σ l/2·ΓᵀSΓ + Σ l/2·(κ−κ⁰)ᵀK(κ−κ⁰), S = diag(GA, GA, EA), K = diag(EI, EI, GJ). A frame that
 /// is held at a node acts on the segments beside it through half an element. Steps are backward Euler, by
 /// Newton's method with the exact Hessian on positions and rotations (Bergou et al. 2008 keep an angle
-/// instead), as one block tridiagonal system a rod.
+/// instead), as one block tridiagonal system a rod. A needle is the first piece of its rod: a rigid node with
+/// mass and inertia, whose "segment" holds its end to the thread's first node.
 namespace vest::suture {
 
 constexpr Index kNone = 0xffffffffu;
@@ -36,7 +37,18 @@ struct Strand {
   bool closed = false;
   Section section;
   Index joints_begin = 0, joints_end = 0;
+  Index needle = kNone;  ///< number in Model::needles: node and segment `first` are the needle
+  Index threadFirst() const { return first + (needle != kNone ? 1 : 0); }
   Index next(Index node) const { return node + 1 < first + nodes ? node + 1 : first; }
+};
+
+struct NeedleModel {
+  Index node = 0;                       ///< its centre of mass, and its frame: principal axes
+  std::vector<Eigen::Vector3d> points;  ///< m, in its frame: tip to swage, evenly
+  double radius = 0.0, length = 0.0;    ///< m
+  double spacing = 0.0;                 ///< m, between points
+  double hold = 0.0;                    ///< N/m, of the swage
+  double swage = 0.0;                   ///< N
 };
 
 struct HeldModel {
@@ -76,11 +88,15 @@ struct Model {
 
   Eigen::Vector3d gravity;
   std::vector<Strand> strands;
-  std::vector<Cylinder> cylinders;       ///< axes of length 1
-  std::vector<double> mass, drag;        ///< kg, N·s/m, per node
-  std::vector<double> length;            ///< m, per segment
-  std::vector<Eigen::Vector3d> inertia;  ///< kg·m², per segment, in its frame
-  std::vector<Eigen::Vector3d> force;    ///< N, weight and loads, per node
+  std::vector<Cylinder> cylinders;  ///< axes of length 1
+  std::vector<double> mass, drag;   ///< kg, N·s/m, per node
+  std::vector<double> length;       ///< m, per segment
+  std::vector<NeedleModel> needles;
+  std::vector<Eigen::Vector3d>
+      rest;  ///< no unit, per segment: from node to node over its length, in its frame
+  std::vector<Eigen::Vector3d> stiffness;  ///< N, per segment: GA, GA, EA; of a needle that of its swage
+  std::vector<Eigen::Vector3d> inertia;    ///< kg·m², per segment, in its frame
+  std::vector<Eigen::Vector3d> force;      ///< N, weight and loads, per node
   std::vector<Joint> joints;
   std::vector<HeldModel> held;
   std::vector<Index> held_at;  ///< per node: number in `held`, or kNone
@@ -95,22 +111,38 @@ struct Reaction {
 
 enum class StepStatus : std::uint8_t { Ok = 0, Degraded = 1, Fault = 2 };
 
+/// Push: leans on what is outside, with friction. Hold: hangs from it. Slide: held across, and drawn along
+/// against friction.
+enum class Bond : std::uint8_t { Push = 0, Hold = 1, Slide = 2 };
+
 /// What a rod leans on or hangs from: a spring between a place on a segment and a place outside, part of the
 /// potential that a pass minimises. Its other end moves evenly over the step.
 struct Support {
   Index segment = 0;
-  double s = 0.0;                                     ///< on the segment, 0 … 1
-  bool holds = false;                                 ///< pulls from all sides; else it pushes, with friction
+  double s = 0.0;                                 ///< on the segment, 0 … 1
+  bool rigid = false;                             ///< on a needle, the segment's node: at `arm` instead
+  Eigen::Vector3d arm = Eigen::Vector3d::Zero();  ///< m, in the needle's frame
+  Bond bond = Bond::Push;
   Eigen::Vector3d from = Eigen::Vector3d::Zero(),     ///< m: the other end at the step's start
       to = Eigen::Vector3d::Zero();                   ///< and at its end
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< out of what it leans on
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< out of what it leans on; Slide: along the way
   double reach = 0.0;                                 ///< m along the normal, where pushing begins
   double stiffness = 0.0;                             ///< N/m, along the normal and across
   double friction = 0.0;                              ///< Coulomb
+  double grip = 0.0;                                  ///< N, Slide: friction without any load across
+  double most = 0.0;  ///< N, Push: beyond it what is outside gives way; 0: never
   /// N, friction on the rod: at the start, then at the end. As long as it sticks it is a spring: no creep.
   Eigen::Vector3d shear = Eigen::Vector3d::Zero();
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< out: N on the rod, mean over the step
   double limit = 0.0;                               ///< N: of friction, in the pass
+};
+
+/// What turns a needle: a spring towards a frame that turns evenly over the step.
+struct TurnSpring {
+  Index segment = 0;
+  Eigen::Quaterniond from = Eigen::Quaterniond::Identity(), to = Eigen::Quaterniond::Identity();
+  double stiffness = 0.0;                            ///< N·m/rad
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();  ///< out: N·m on the needle, world, at the step's end
 };
 
 struct ContactScratch;
@@ -120,6 +152,7 @@ struct Scratch {
   explicit Scratch(const Model& model);
   ~Scratch();
   std::vector<Support> supports;                      ///< in and out; empty by itself
+  std::vector<TurnSpring> turns;                      ///< in and out; empty by itself
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< m/s², beside the model's
   std::vector<Reaction> reactions;                    ///< out: per held node, at the step's end
   int passes = 0;                                     ///< out: Newton passes of the last step
@@ -156,7 +189,7 @@ struct StaticReport {
 /// Velocities become zero. @throws std::runtime_error where rods touch: that takes steps
 StaticReport solveStatic(const Model& model, State& state, Scratch& scratch);
 
-/// N, of a segment: along it, tension positive.
+/// N, of a segment: along it, tension positive; of a needle what pulls at its swage.
 double tensionOf(const Model& model, const State& state, const Strand& strand, Index segment);
 
 /// Kinetic and elastic energy, and that of weight and dead loads, J.

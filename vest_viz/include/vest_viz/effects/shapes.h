@@ -16,9 +16,8 @@ namespace vest::effects {
 instrument::TriangleMesh clip(double length, double gap, double wire);
 /// A round chain (thread, sling) through points. @param points x y z; @param closed joins the ends
 instrument::TriangleMesh tube(const float* points, std::size_t count, double radius, bool closed);
-/// A curved needle: arc about z in the x-y plane, its middle on x; pointed at the positive end.
-/// @param arc_radius, wire_radius m; @param arc_angle rad
-instrument::TriangleMesh needle(double arc_radius, double arc_angle, double wire_radius);
+/// A suture needle through points (m, x y z each), pointed at the first.
+instrument::TriangleMesh needle(const float* points, std::size_t count, double wire_radius);
 /// A ball, for knots of a thread.
 instrument::TriangleMesh ball(const Eigen::Vector3d& centre, double radius);
 /// Adds b, moved by X, to a.
