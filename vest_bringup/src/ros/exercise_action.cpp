@@ -66,16 +66,19 @@ void ExerciseAction::giveTools(const exercise::Exercise& e) {
 
 void ExerciseAction::keep(const exercise::Exercise& e, const std::string& trainee, std::string& words) const {
   if (trainee.empty()) return;
+  bool kept = false;
   try {
     exercise::Result result = shell_.told().result;
     if (off_pace_) result.flags |= exercise::kPractice;
     const std::string file = exercise::Trainees::defaultFile();
     exercise::Trainees trainees(file);
     trainees.keep(exercise::attemptOf(e, result, trainee, exercise::dateNow(), VEST_VERSION, directory_));
+    kept = true;
     words = toText(
         exercise::learningOf(trainees.attempts(trainee, e.name), exercise::storedReference(file, e.name)));
   } catch (const std::exception& why) {
-    words = std::string("the result is not kept: ") + why.what();
+    words = std::string(kept ? "the result is kept, but not compared: " : "the result is not kept: ") +
+            why.what();
     ROS_ERROR("%s", words.c_str());
   }
 }

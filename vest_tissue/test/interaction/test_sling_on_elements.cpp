@@ -7,6 +7,7 @@
 
 #include "../fem/slab.h"
 #include "blades.h"
+#include "theatre.h"
 #include "vest_tissue/interaction/clip.h"
 #include "vest_tissue/interaction/sling.h"
 #include "vest_tissue/scene/world_model.h"
@@ -54,20 +55,9 @@ scene::Description bar(const BarOptions& o) {
   return s;
 }
 
-struct Theatre {
-  scene::World world;
-  scene::StepInput input;
-  scene::StepReport report;
-  std::vector<scene::Event> events;
-
-  explicit Theatre(const scene::Description& d, int threads = 1) : world(d, threads) {}
-  void step() {
-    input.step = world.steps();
-    ASSERT_EQ(world.step(input, report), scene::Status::Ok);
-    events.insert(events.end(), report.events.begin(), report.events.end());
-  }
-  void run(int steps) {
-    for (int i = 0; i < steps && !testing::Test::HasFatalFailure(); ++i) step();
+struct Theatre : test::Theatre {
+  explicit Theatre(const scene::Description& d, int threads = 1) : test::Theatre(d, threads) {
+    worst = scene::Status::Ok;
   }
   const interaction::Sling& loop() const { return world.state().fasteners.slings.at(0); }
   bool hasLoop() const { return !world.state().fasteners.slings.empty() && loop().alive; }
