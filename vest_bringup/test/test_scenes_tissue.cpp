@@ -194,6 +194,9 @@ TEST(SceneSling, TheLoopIsDrawnShutAndHoldsTheStump) {
   double waist = before;
   for (std::size_t ring = 6; ring < 16; ++ring) waist = std::min(waist, p.ringRadius("stump", ring));
   EXPECT_LT(waist, 0.8 * before);
+  const auto [least, most] = p.reach("stump");
+  EXPECT_LT(least, 0.05) << "what lies behind the loop gets no blood";
+  EXPECT_GT(most, 0.99) << "the held end keeps its own";
 }
 
 TEST(SceneConnected, TheFoldFollowsTheTubeUntilItsTiesTear) {

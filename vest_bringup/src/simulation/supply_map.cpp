@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kClipReach = 0.006;   ///< m around the middle of a clip: half a clip of 10 mm (assumed)
 constexpr double kSlingReach = 0.003;  ///< m beyond a loop: what it has squeezed out of its way (assumed)
+constexpr std::uint64_t kAgain = 256;  ///< steps: a fastener goes on to draw in tissue after it has closed
 
 }  // namespace
 
@@ -35,11 +36,13 @@ void SupplyMap::reset() {
 
 std::uint64_t SupplyMap::look(const scene::World& world) const {
   std::uint64_t sum = world.revision();
+  bool closed = false;
   const auto add = [&](std::uint64_t n) { sum = sum * 1099511628211ull + n + 1; };
   for (const auto& clip : world.state().fasteners.clips)
-    if (clip.alive && clip.shut) add(clip.id);
+    if (clip.alive && clip.shut) add(clip.id), closed = true;
   for (const auto& sling : world.state().fasteners.slings)
-    if (sling.alive && sling.tied) add(sling.id);
+    if (sling.alive && sling.tied) add(sling.id), closed = true;
+  if (closed) add(world.steps() / kAgain);
   return sum;
 }
 

@@ -15,7 +15,8 @@ class SupplyMap {
   /// @param first per object: its first number; one more at the end
   SupplyMap(const scene::World& world, const std::vector<std::uint32_t>& first);
 
-  /// Looks again if tissue was cut, clipped or tied since. Allocates nothing.
+  /// Looks again if tissue was cut, clipped or tied since, and now and then while a fastener holds. Allocates
+  /// nothing.
   void follow(const scene::World& world);
   /// As for the scene that was loaded.
   void reset();
