@@ -57,6 +57,9 @@ void toMsg(const simulation::BloodFrame& f, vest_msgs::HaemodynamicsState& msg) 
   msg.blood_loss = f.blood_loss;
   msg.loss_rate = f.loss_rate;
   msg.given = f.given;
+  msg.ecg = static_cast<float>(f.curves.ecg);
+  msg.pleth = static_cast<float>(f.curves.pleth);
+  msg.spo2 = static_cast<float>(f.curves.spo2);
   msg.arrested = f.arrested;
   msg.vessels.resize(f.vessels.size());
   for (std::size_t i = 0; i < f.vessels.size(); ++i) {

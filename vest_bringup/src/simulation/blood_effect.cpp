@@ -428,6 +428,7 @@ void BloodEffect::tellFrame(std::uint64_t step) {
   f.arrested = c.arrested, f.given = c.given;
   f.systolic = c.systolic, f.diastolic = c.diastolic, f.mean = c.mean;
   f.pressure = hd::at(m, c, m.reference, 0.5 * m.length(m.reference)).pressure;
+  f.curves = hd::monitorCurves(m, c);
   f.blood_loss = c.lost;
   f.loss_rate = seeping_;
   for (int i = 0; i < state_.wounds.opening_count; ++i) f.loss_rate += state_.wounds.openings[i].flow;

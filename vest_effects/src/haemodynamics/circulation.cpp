@@ -215,6 +215,10 @@ Circulation buildCirculation(Vessels vessels, double dx) {
   const ControlNumbers& c = m.vessels.control;
   m.curve_rate = 1 / m.arteries.period;
   m.curve_output = m.arteries.inflowVolume(m.arteries.period) / m.arteries.period;
+  const auto& curve = m.arteries.inflow_flow;
+  const double begun = 0.01 * *std::max_element(curve.begin(), curve.end());
+  for (std::size_t i = 1; i < curve.size() && m.ejection_phase == 0; ++i)
+    if (curve[i] > begun && curve[i - 1] <= begun) m.ejection_phase = m.arteries.inflow_time[i - 1];
   if (!(m.curve_output > 0))
     throw NetworkError(m.vessels.network.inflow_file, 0, "Q_m3_s", formatNumber(m.curve_output),
                        "a mean > 0");
@@ -254,6 +258,7 @@ Circulation buildCirculation(Vessels vessels, double dx) {
     before = mean, sum = 0, most = 0, least = 1e9, steps = 0;
   }
   m.resting_pressure = s.mean;
+  m.resting_pulse = s.systolic - s.diastolic;
   s.smoothed_pressure = s.mean;
   s.beat_most = s.beat_least = referencePressure(m, s);
   s.vessel_lost.assign(m.vesselCount(), 0);

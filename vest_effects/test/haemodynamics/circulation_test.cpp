@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "vest_effects/haemodynamics/circulation.h"
+#include "vest_effects/haemodynamics/monitor.h"
 
 using namespace vest::haemodynamics;
 
@@ -278,6 +279,66 @@ TEST(Vessels, EveryNumberAndSegmentHasASourceAndTheSeedsTripleIsKeptAsQuoted) {
   EXPECT_EQ(v.quoted[0].flow, 83e-6);
   EXPECT_EQ(v.quoted[0].radius, 0.012);
   EXPECT_EQ(v.quoted[0].velocity, 0.29);
+}
+
+TEST(Monitor, TheEcgHasItsWavesInOrderAndTheHeartEjectsAfterR) {
+  Patient p;
+  const double rate = p.state.heart_rate;
+  struct At {
+    double time, value;
+  };
+  // From one R to the next.
+  std::vector<At> ecg, outflow;
+  std::vector<double> rates;
+  for (int i = 0; i < 2500; ++i) {
+    p.seconds(0.001);
+    rates.push_back(p.state.heart_rate);
+    ecg.push_back({1e-3 * i, monitorCurves(pelvis().model, p.state).ecg});
+    outflow.push_back({1e-3 * i, pelvis().model.arteries.inflowAt(p.state.arteries.phase)});
+  }
+  std::vector<double> peaks;
+  for (std::size_t i = 1; i + 1 < ecg.size(); ++i)
+    if (ecg[i].value > 0.5e-3 && ecg[i].value >= ecg[i - 1].value && ecg[i].value > ecg[i + 1].value)
+      peaks.push_back(ecg[i].time);
+  ASSERT_GE(peaks.size(), 2U);
+  double beats = 0;
+  for (std::size_t i = 0; i < ecg.size(); ++i)
+    if (ecg[i].time > peaks[0] && ecg[i].time <= peaks[1]) beats += 1e-3 * rates[i];
+  EXPECT_NEAR(beats, 1, 0.005) << "one R a beat";
+  const auto extreme = [&](double from, double to, double sign) {
+    At best{0, -1e9 * sign};
+    for (const At& a : ecg)
+      if (a.time > peaks[0] + from && a.time < peaks[0] + to && sign * a.value > sign * best.value) best = a;
+    return best;
+  };
+  EXPECT_NEAR(extreme(-0.01, 0.01, 1).value, 1e-3, 1e-5) << "R, V";
+  EXPECT_LT(extreme(0.01, 0.08, -1).value, -0.05e-3) << "S";
+  const At t = extreme(0.15, 0.45, 1), next_p = extreme(0.6, 1 / rate - 0.08, 1);
+  EXPECT_GT(t.value, 0.2e-3);
+  EXPECT_LT(t.value, 0.6e-3) << "T";
+  EXPECT_GT(next_p.value, 0.1e-3);
+  EXPECT_LT(next_p.value, 0.4e-3) << "P";
+  EXPECT_NEAR(next_p.time - peaks[1], -0.17, 0.05) << "s: P before R";
+  double begins = 0;
+  for (std::size_t i = 1; i < outflow.size() && begins == 0; ++i)
+    if (outflow[i].time > peaks[0] && outflow[i].value > 0 && outflow[i - 1].value <= 0)
+      begins = outflow[i].time;
+  EXPECT_NEAR(begins - peaks[0], preEjection(rate) - kQrsToPeak, 0.01);
+}
+
+TEST(Monitor, TheOximeterLosesAPulseThatIsTooWeakAndAStoppedHeartDrawsAFlatLine) {
+  Patient p;
+  p.seconds(1.5);
+  MonitorCurves now = monitorCurves(pelvis().model, p.state);
+  EXPECT_EQ(now.spo2, kSaturation);
+  EXPECT_LT(std::fabs(now.pleth), 0.3);
+  p.state.systolic = p.state.diastolic + 0.09 * pelvis().model.resting_pulse;
+  EXPECT_TRUE(std::isnan(monitorCurves(pelvis().model, p.state).spo2));
+  p = Patient();
+  p.state.arrested = true;
+  now = monitorCurves(pelvis().model, p.state);
+  EXPECT_TRUE(std::isnan(now.spo2));
+  EXPECT_EQ(now.ecg, 0.0);
 }
 
 TEST(Vessels, BadFilesAreRefusedWithFileLineAndField) {

@@ -17,7 +17,7 @@ constexpr double kPascalPerMmHg = 133.322;  ///< Pa; conventional millimetre of 
 constexpr double kWindow = 6.0;             ///< s of curve on the screen
 constexpr double kMonitorSilent = 1.0;      ///< s
 const QColor kRed(255, 70, 60), kGreen(90, 230, 110), kBlue(90, 190, 255), kYellow(240, 220, 90),
-    kGrid(48, 56, 60);
+    kCyan(80, 220, 220), kGrid(48, 56, 60);
 
 QLabel* number(QWidget* parent, const QColor& colour) {
   auto* const label = new QLabel(parent);
@@ -28,66 +28,78 @@ QLabel* number(QWidget* parent, const QColor& colour) {
 
 }  // namespace
 
-void PressureCurve::add(const MonitorSample& sample) {
-  if (!std::isfinite(sample.pressure) || !std::isfinite(sample.time)) return;
+MonitorTrace::MonitorTrace(QWidget* parent, const QColor& colour, double step, int least, bool numbers)
+    : QWidget(parent), colour_(colour), step_(step), least_(least), numbers_(numbers) {
+  setMinimumSize(260, numbers ? 90 : 45);
+}
+
+void MonitorTrace::add(const MonitorSample& sample) {
+  if (!std::isfinite(sample.value) || !std::isfinite(sample.time)) return;
   if (!samples_.empty() && sample.time < samples_.back().time) samples_.clear();
   samples_.push_back(sample);
   while (sample.time - samples_.front().time > kWindow) samples_.pop_front();
   update();
 }
 
-void PressureCurve::paintEvent(QPaintEvent*) {
+void MonitorTrace::paintEvent(QPaintEvent*) {
   QPainter painter(this);
   painter.fillRect(rect(), Qt::black);
   if (samples_.empty()) return;
   double low = 1e9, high = -1e9;
   for (const MonitorSample& s : samples_) {
-    low = std::min(low, s.pressure / kPascalPerMmHg);
-    high = std::max(high, s.pressure / kPascalPerMmHg);
+    low = std::min(low, s.value);
+    high = std::max(high, s.value);
   }
-  // Whole tens around the curve, and never a noise blown up to the full height.
-  low = 10 * std::floor((low - 5) / 10), high = std::max(10 * std::ceil((high + 5) / 10), low + 40);
-  const auto y = [&](double mm_hg) { return height() - (mm_hg - low) / (high - low) * height(); };
+  low = step_ * std::floor(low / step_ - 0.5);
+  high = std::max(step_ * std::ceil(high / step_ + 0.5), low + least_ * step_);
+  const auto y = [&](double value) { return height() - (value - low) / (high - low) * height(); };
   painter.setPen(kGrid);
-  for (double p = low; p <= high; p += 20) {
+  for (double p = low; numbers_ && p <= high; p += 2 * step_) {
     painter.drawLine(QPointF(0, y(p)), QPointF(width(), y(p)));
     painter.setPen(QColor(130, 140, 145));
     painter.drawText(QPointF(2, y(p) - 2), QString::number(p, 'f', 0));
     painter.setPen(kGrid);
   }
   painter.setRenderHint(QPainter::Antialiasing);
-  painter.setPen(QPen(kRed, 1.6));
+  painter.setPen(QPen(colour_, 1.6));
   const double end = samples_.back().time;
   QPolygonF line;
   for (const MonitorSample& s : samples_)
-    line << QPointF(width() * (1.0 - (end - s.time) / kWindow), y(s.pressure / kPascalPerMmHg));
+    line << QPointF(width() * (1.0 - (end - s.time) / kWindow), y(s.value));
   painter.drawPolyline(line);
 }
 
 PatientMonitorPanel::PatientMonitorPanel(QWidget* parent) : BasePanel(parent) {
   setStyleSheet("background: black; color: #c8d0d4");
   auto* const grid = new QGridLayout(this);
-  curve_ = new PressureCurve(this);
+  ecg_ = new MonitorTrace(this, kGreen, 0.5, 3, false);  // mV
+  curve_ = new MonitorTrace(this, kRed, 10, 4, true);    // mmHg
+  pleth_ = new MonitorTrace(this, kCyan, 2, 4, false);   // %
   rate_ = number(this, kGreen);
   pressure_ = number(this, kRed);
+  oxygen_ = number(this, kCyan);
   loss_ = number(this, kRed);
   balance_ = number(this, kBlue);
   gas_ = number(this, kYellow);
-  grid->addWidget(curve_, 0, 0, 5, 1);
-  grid->addWidget(rate_, 0, 1);
-  grid->addWidget(pressure_, 1, 1);
-  grid->addWidget(loss_, 2, 1);
-  grid->addWidget(balance_, 3, 1);
-  grid->addWidget(gas_, 4, 1);
+  grid->addWidget(ecg_, 0, 0);
+  grid->addWidget(curve_, 1, 0, 2, 1);
+  grid->addWidget(pleth_, 3, 0, 3, 1);
+  int row = 0;
+  for (QLabel* const label : {rate_, pressure_, oxygen_, loss_, balance_, gas_})
+    grid->addWidget(label, row++, 1);
   grid->setColumnStretch(0, 1);
   rate_->setText("HR –");
   pressure_->setText("ART –");
+  oxygen_->setText("SpO₂ –");
   loss_->setText("LOSS –");
   balance_->setText("FLUID –");
   gas_->setText("CO₂ –");
   gas_->setToolTip("insufflator: pressure in the cavity/set pressure, flow, gas used");
   balance_->setToolTip("irrigation and blood: what came into the cavity, was sucked out, and is left in it");
   rate_->setToolTip("heart rate");
+  oxygen_->setToolTip("oxygen saturation by pulse oximetry; ? where it finds no pulse");
+  ecg_->setToolTip("electrocardiogram, lead II");
+  pleth_->setToolTip("plethysmogram: how far the pulse widens the reference artery");
   pressure_->setToolTip("arterial pressure: systolic/diastolic (mean)");
   loss_->setToolTip("blood lost since the scene was loaded, and what vessels and surfaces lose now");
   auto* const timer = new QTimer(this);
@@ -107,7 +119,12 @@ void PatientMonitorPanel::connectTopics() {
 
 void PatientMonitorPanel::onBlood(const vest_msgs::HaemodynamicsState& msg) {
   heard_ = ros::SteadyTime::now();
-  curve_->add({msg.header.stamp.toSec(), msg.pressure});
+  const double time = msg.header.stamp.toSec();
+  ecg_->add({time, 1e3 * static_cast<double>(msg.ecg)});
+  curve_->add({time, msg.pressure / kPascalPerMmHg});
+  pleth_->add({time, 100.0 * static_cast<double>(msg.pleth)});
+  oxygen_->setText(QString("SpO₂ <span style='font-size:22pt'>%1</span> %")
+                       .arg(std::isfinite(msg.spo2) ? QString::number(100 * msg.spo2, 'f', 0) : "?"));
   rate_->setText(
       msg.arrested
           ? QString("<span style='font-size:22pt; color:red'>ARREST</span>")

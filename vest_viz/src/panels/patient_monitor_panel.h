@@ -2,6 +2,8 @@
 
 #include <deque>
 
+#include <QColor>
+
 #include <ros/subscriber.h>
 #include <ros/time.h>
 #include <vest_msgs/FluidState.h>
@@ -14,28 +16,31 @@ namespace vest::panels {
 
 /// What the monitor knows at one moment of simulated time.
 struct MonitorSample {
-  double time = 0;      ///< s, message stamp
-  double pressure = 0;  ///< Pa
+  double time = 0;   ///< s, message stamp
+  double value = 0;  ///< mV, mmHg or %, as the trace has it
 };
 
-/// The curve's screen: pressure over the last seconds, drawn as on a patient monitor.
-class PressureCurve : public QWidget {
+/// One trace of the screen: a value over the last seconds, drawn as on a patient monitor.
+class MonitorTrace : public QWidget {
  public:
-  explicit PressureCurve(QWidget* parent) : QWidget(parent) { setMinimumSize(260, 110); }
-  /// A sample older than the last one begins the curve anew (a bag was wound back).
+  /// @param step of the scale, `least` steps at least are shown: noise is never blown up to the full height
+  MonitorTrace(QWidget* parent, const QColor& colour, double step, int least, bool numbers);
+  /// A sample older than the last one clears the trace: a bag was wound back.
   void add(const MonitorSample& sample);
-  void clear() { samples_.clear(); }
-  std::size_t size() const { return samples_.size(); }
 
  protected:
   void paintEvent(QPaintEvent* event) override;
 
  private:
+  const QColor colour_;
+  const double step_;
+  const int least_;
+  const bool numbers_;
   std::deque<MonitorSample> samples_;
 };
 
-/// vest_viz/PatientMonitor: arterial pressure curve, systolic / diastolic (mean), heart rate, blood loss,
-/// irrigation balance, insufflator.
+/// vest_viz/PatientMonitor: ECG, arterial pressure, plethysmogram; heart rate, systolic / diastolic (mean),
+/// oxygen saturation, blood loss, irrigation balance, insufflator.
 class PatientMonitorPanel : public BasePanel {
  public:
   explicit PatientMonitorPanel(QWidget* parent = nullptr);
@@ -51,8 +56,8 @@ class PatientMonitorPanel : public BasePanel {
 
   ros::Subscriber blood_sub_, fluid_sub_, gas_sub_;
   ros::SteadyTime heard_;
-  PressureCurve* curve_;
-  QLabel *rate_, *pressure_, *loss_, *balance_, *gas_;
+  MonitorTrace *ecg_, *curve_, *pleth_;
+  QLabel *rate_, *pressure_, *oxygen_, *loss_, *balance_, *gas_;
 };
 
 }  // namespace vest::panels

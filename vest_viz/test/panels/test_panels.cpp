@@ -355,10 +355,13 @@ TEST(PatientMonitor, DrawsTheCurveAndCountsInTheUnitsOfTheWard) {
   msg.systolic = 15999, msg.diastolic = 10666, msg.mean_pressure = 12443;  // 120/80 (93) mmHg
   msg.blood_loss = 42.5e-6;
   msg.loss_rate = 1e-6;  // of no vessel: a surface seeps
+  msg.spo2 = 0.97f;
   for (int i = 0; i < 300; ++i) {
     const double t = 0.02 * i;
     msg.header.stamp = ros::Time(100 + t);
     msg.pressure = 13300 + 2600 * std::sin(2 * M_PI * 1.2 * t);
+    msg.ecg = static_cast<float>(1e-3 * std::exp(-500 * std::pow(std::fmod(1.2 * t, 1.0) - 0.5, 2)));
+    msg.pleth = static_cast<float>(0.02 * std::sin(2 * M_PI * 1.2 * t - 0.5));
     publisher.publish(msg);
     if (i % 20 == 0) spin([] { return false; }, 0.01);
   }
@@ -366,13 +369,23 @@ TEST(PatientMonitor, DrawsTheCurveAndCountsInTheUnitsOfTheWard) {
   EXPECT_TRUE(shown.says(">72<")) << "beats per minute";
   EXPECT_TRUE(shown.says(">42.5<")) << "ml";
   EXPECT_TRUE(shown.says("now 60 ml/min"));
+  EXPECT_TRUE(shown.says(">97<")) << "%";
   const QImage screen = shown.panel.grab().toImage();
-  int red = 0;
+  int red = 0, green = 0, cyan = 0;
   for (int y = 0; y < screen.height(); ++y)
-    for (int x = 0; x < screen.width() / 2; ++x)
-      red += qRed(screen.pixel(x, y)) > 200 && qGreen(screen.pixel(x, y)) < 120;
-  EXPECT_GT(red, 200) << "the curve is drawn";
+    for (int x = 0; x < screen.width() / 2; ++x) {
+      const QColor c = screen.pixelColor(x, y);
+      red += c.red() > 200 && c.green() < 120;
+      green += c.green() > 200 && c.red() < 120 && c.blue() < 140;
+      cyan += c.green() > 190 && c.blue() > 190 && c.red() < 120;
+    }
+  EXPECT_GT(red, 200) << "the pressure is drawn";
+  EXPECT_GT(green, 100) << "the ECG is drawn";
+  EXPECT_GT(cyan, 100) << "the plethysmogram is drawn";
   shown.keep("patient_monitor");
+  msg.header.stamp = ros::Time(107), msg.spo2 = std::nanf("");
+  publisher.publish(msg);
+  EXPECT_TRUE(spin([&] { return shown.says(">?<"); })) << "no pulse, no number";
 }
 
 TEST(Haptics, SaysWhatTheLimiterDid) {

@@ -6,6 +6,7 @@
 
 #include "vest_bringup/simulation/effect.h"
 #include "vest_effects/bleeding/wounds.h"
+#include "vest_effects/haemodynamics/monitor.h"
 #include "vest_tissue/scene/ring.h"
 
 namespace vest::simulation {
@@ -32,8 +33,9 @@ struct BloodFrame {
   double heart_rate = 0;                         ///< Hz
   double systolic = 0, diastolic = 0, mean = 0;  ///< Pa
   double pressure = 0;                           ///< Pa, now, where the others are measured
-  double blood_volume = 0, blood_loss = 0;       ///< m³
-  double given = 0;                              ///< m³ by infusion
+  haemodynamics::MonitorCurves curves;
+  double blood_volume = 0, blood_loss = 0;  ///< m³
+  double given = 0;                         ///< m³ by infusion
   bool arrested = false;
   double loss_rate = 0;                           ///< m³/s now, of vessels and surfaces
   std::uint32_t degraded_steps = 0, refused = 0;  ///< since the start

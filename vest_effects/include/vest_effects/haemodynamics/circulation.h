@@ -35,6 +35,8 @@ struct CirculationModel {
   double unstressed_volume = 0;        ///< V_u at rest, m³
   std::vector<double> territory_flow;  ///< m³/s at rest, per Vessels::territories
   double resting_pressure = 0;         ///< Pa, mean at the reference artery at rest: the reflex' goal
+  double resting_pulse = 0;            ///< Pa, systolic minus diastolic there
+  double ejection_phase = 0;           ///< s in the inflow curve at which the heart begins to eject
   int vesselCount() const { return static_cast<int>(arteries.segments.size() + vessels.veins.size()); }
   bool isVein(int vessel) const { return vessel >= static_cast<int>(arteries.segments.size()); }
   const std::string& name(int vessel) const;
