@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
@@ -52,42 +53,74 @@ BlockLdlt::BlockLdlt(std::size_t rows, const std::vector<std::pair<std::uint32_t
     for (int k = 0; k < n; ++k)
       place_[static_cast<std::size_t>(order.indices()[k])] = static_cast<std::uint32_t>(k);
   }
+  reserve(rows, 0, 0);
+  setPattern(pairs, false);
+}
+
+void BlockLdlt::reserve(std::size_t rows, std::size_t pairs, std::size_t blocks) {
+  place_.reserve(rows), diagonal_.reserve(rows), inverse_pivot_.reserve(rows), row_.reserve(rows);
+  lower_start_.reserve(rows + 1), factor_start_.reserve(rows + 1), reach_start_.reserve(rows + 1);
+  filled_.reserve(rows), parent_.reserve(rows), seen_.reserve(rows);
+  work_.reserve(rows * 3 * 8);
+  lower_column_.reserve(pairs), lower_.reserve(pairs);
+  factor_row_.reserve(blocks), factor_.reserve(blocks), reach_column_.reserve(blocks);
+}
+
+bool BlockLdlt::reorder(const std::vector<std::uint32_t>& place,
+                        const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
+  if (place.size() > place_.capacity() || pairs.size() > lower_column_.capacity()) return false;
+  place_.assign(place.begin(), place.end());
+  return setPattern(pairs, true);
+}
+
+bool BlockLdlt::setPattern(const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs, bool in_room) {
+  const std::size_t rows = place_.size();
   // Lower pattern by permuted rows.
-  std::vector<std::vector<std::uint32_t>> columns(rows);
-  for (const auto& [i, j] : pairs) {
-    const std::uint32_t a = place_[i], b = place_[j];
-    columns[std::max(a, b)].push_back(std::min(a, b));
+  lower_start_.assign(rows + 1, 0);
+  for (const auto& [i, j] : pairs) ++lower_start_[std::max(place_[i], place_[j])];
+  std::size_t sum = 0;
+  for (std::size_t& start : lower_start_) sum += std::exchange(start, sum);
+  lower_column_.resize(pairs.size());
+  filled_.assign(lower_start_.begin(), lower_start_.end() - 1);
+  for (const auto& [i, j] : pairs)
+    lower_column_[filled_[std::max(place_[i], place_[j])]++] = std::min(place_[i], place_[j]);
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < rows; ++k) {
+    const auto first = lower_column_.begin() + static_cast<std::ptrdiff_t>(lower_start_[k]),
+               last = lower_column_.begin() + static_cast<std::ptrdiff_t>(filled_[k]);
+    std::sort(first, last);
+    lower_start_[k] = kept;
+    kept = static_cast<std::size_t>(std::copy(first, std::unique(first, last),
+                                              lower_column_.begin() + static_cast<std::ptrdiff_t>(kept)) -
+                                    lower_column_.begin());
   }
-  lower_start_.assign(1, 0);
-  for (auto& row : columns) {
-    std::sort(row.begin(), row.end());
-    row.erase(std::unique(row.begin(), row.end()), row.end());
-    lower_column_.insert(lower_column_.end(), row.begin(), row.end());
-    lower_start_.push_back(lower_column_.size());
-  }
-  lower_.assign(lower_column_.size(), Eigen::Matrix3d::Zero());
+  lower_start_[rows] = kept;
+  lower_column_.resize(kept);
+  lower_.assign(kept, Eigen::Matrix3d::Zero());
   diagonal_.assign(rows, Eigen::Matrix3d::Zero());
   // Elimination tree and row patterns of L.
-  std::vector<std::uint32_t> parent(rows, kNone), seen(rows, kNone);
-  std::vector<std::size_t> count(rows, 0);
+  parent_.assign(rows, kNone), seen_.assign(rows, kNone);
+  factor_start_.assign(rows + 1, 0);
   reach_start_.assign(1, 0);
+  reach_column_.clear();
   for (std::uint32_t k = 0; k < rows; ++k) {
-    seen[k] = k;
+    seen_[k] = k;
     for (std::size_t p = lower_start_[k]; p < lower_start_[k + 1]; ++p) {
-      for (std::uint32_t j = lower_column_[p]; seen[j] != k; j = parent[j]) {
-        if (parent[j] == kNone) parent[j] = k;
-        seen[j] = k;
+      for (std::uint32_t j = lower_column_[p]; seen_[j] != k; j = parent_[j]) {
+        if (parent_[j] == kNone) parent_[j] = k;
+        seen_[j] = k;
+        if (in_room && reach_column_.size() == reach_column_.capacity()) return false;
         reach_column_.push_back(j);
-        ++count[j];
+        ++factor_start_[j];
       }
     }
     std::sort(reach_column_.begin() + static_cast<std::ptrdiff_t>(reach_start_.back()), reach_column_.end());
     reach_start_.push_back(reach_column_.size());
   }
-  factor_start_.assign(1, 0);
-  for (std::size_t c : count) factor_start_.push_back(factor_start_.back() + c);
-  factor_row_.resize(factor_start_.back());
-  factor_.resize(factor_start_.back());
+  sum = 0;
+  for (std::size_t& start : factor_start_) sum += std::exchange(start, sum);
+  factor_row_.resize(sum);
+  factor_.resize(sum);
   inverse_pivot_.resize(rows);
   filled_.assign(factor_start_.begin(), factor_start_.end() - 1);
   for (std::uint32_t k = 0; k < rows; ++k) {
@@ -96,6 +129,7 @@ BlockLdlt::BlockLdlt(std::size_t rows, const std::vector<std::pair<std::uint32_t
   }
   row_.assign(rows, Eigen::Matrix3d::Zero());
   work_.resize(rows * 3 * 8);
+  return true;
 }
 
 BlockLdlt::Slot BlockLdlt::slot(std::uint32_t i, std::uint32_t j) const {
@@ -166,6 +200,7 @@ void BlockLdlt::solveIn(double* work) const {
   for (std::size_t j = 0; j < n; ++j) {
     double x[3 * W];
     std::copy(work + 3 * W * j, work + 3 * W * (j + 1), x);
+    if (std::all_of(x, x + 3 * W, [](double value) { return value == 0.0; })) continue;  // unit vectors
     for (std::size_t p = factor_start_[j]; p < factor_start_[j + 1]; ++p) {
       subtractProduct<W, false>(factor_[p], x, work + 3 * W * static_cast<std::size_t>(factor_row_[p]));
     }

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "vest_tissue/fem/cache.h"
-#include "vest_tissue/fem/cut_answer.h"
+#include "vest_tissue/fem/cut_factor.h"
 
 namespace vest::fem {
 namespace {
@@ -253,9 +253,7 @@ TissueScratch::TissueScratch(const TissueModel& t, std::size_t knots)
   thread_answers.assign(kMostThreadPoints * kMostThreadPoints, Eigen::Matrix3d::Zero());
   thread_matrix.assign(9 * kMostThreadPoints * kMostThreadPoints, 0.0);
   groups.reserve(kMostGroups);
-  cut = std::make_shared<CutAnswer>(t, knots);
-  point_u.resize(static_cast<Eigen::Index>(3 * kMostTissuePoints * kMostCutKnots), 3);
-  point_g.resize(static_cast<Eigen::Index>(3 * kMostTissuePoints * kMostCutKnots / 2), 3);
+  cut = std::make_shared<CutFactor>(t, knots);
   group_residual.resize(kMostGroups * kMostGroupKnots);
 }
 

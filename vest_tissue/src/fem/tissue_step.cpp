@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "vest_tissue/fem/cut_answer.h"
+#include "vest_tissue/fem/cut_factor.h"
 #include "vest_tissue/fem/tissue.h"
 
 namespace vest::fem {
@@ -95,21 +95,21 @@ void makeRigid(const std::vector<TissueGroup>& groups, std::vector<Vector3d>& fi
   }
 }
 
-/// z = preconditioner·r: the factor at rest, turned with the elements at each knot (stiffness warping), with
-/// the low-rank update for a cut. Where the cut is too long for that, copies that cuts made share the answer
+/// z = preconditioner·r: the factor at rest, turned with the elements at each knot (stiffness warping), of
+/// the cut mesh where it is cut. Where that is singular to rounding, copies that cuts made share the answer
 /// of their origin, and add what moves them apart through the diagonal.
 void precondition(const TissueModel& t, const TissueState& s, TissueScratch& w,
                   const std::vector<Vector3d>& r, std::vector<Vector3d>& z) {
   const Model& m = *t.model;
   const bool turning = corotational(t), cut = s.x.size() > m.mass.size();
-  if (cut && w.cut && w.cut->renew(t, s, w.factor)) {
+  if (cut && w.cut && w.cut->renew(t, s)) {
     if (!turning) {
-      w.cut->solve(t, s, w.factor, r, z);
+      w.cut->solve(s, r, z);
       return;
     }
     for (std::size_t k = 0; k < s.x.size(); ++k)
       w.turned[k] = w.rotation[s.knot_element[k]].transpose() * r[k];
-    w.cut->solve(t, s, w.factor, w.turned, z);
+    w.cut->solve(s, w.turned, z);
     for (std::size_t k = 0; k < s.x.size(); ++k) z[k] = w.rotation[s.knot_element[k]] * z[k];
     return;
   }
@@ -335,7 +335,7 @@ bool freeTissueStep(const TissueModel& t, const TissueState& s, double h,
 
 namespace {
 
-/// The answers between points are approximate where elements turn, are cut at length, denatured or clipped:
+/// The answers between points are approximate where elements turn, are denatured or clipped:
 /// threads are solved anew from where their points really end, so that links pull along themselves.
 void correctThreads(const TissueModel& t, const TissueState& s, double h, TissueScratch& w,
                     const Vector3d* start, Vector3d* end) {
@@ -460,7 +460,8 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
       }
       const Vector3d delta = force - before;
       point.force = force;
-      for (std::size_t q = 0; q < count; ++q) end[q] += D(q, p) * delta;
+      if (delta.squaredNorm() == 0.0) continue;
+      for (std::size_t q = 0; q < count; ++q) end[q] += D(p, q).transpose() * delta;  // symmetric
       change += delta.squaredNorm();
       size += force.squaredNorm();
     }
@@ -505,10 +506,10 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
   solve(t, s, h, w);
   addImpulses(w);
   correctThreads(t, s, h, w, start.data(), end.data());
-  // The sweeps may not settle where friction wedges thin flaps; the answers of a cut that is too long for its
-  // update are approximate; and a light knot that bears little of a place goes much further than the place.
-  // Forces that throw any knot further than kOvershoot times the longest way that any of them had to go are
-  // lowered, all alike.
+  // The sweeps may not settle where friction wedges thin flaps; answers are approximate where the
+  // matrix of the cut mesh is singular to rounding; and a light knot that bears little of a place goes much
+  // further than the place. Forces that throw any knot further than kOvershoot times the longest way that any
+  // of them had to go are lowered, all alike.
   double furthest = 0.0;
   for (std::size_t k = 0; k < s.x.size(); ++k)
     furthest = std::max(furthest, (w.v_next[k] - w.force[k]).squaredNorm());

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "vest_tissue/fem/cut_answer.h"
+#include "vest_tissue/fem/cut_factor.h"
 #include "vest_tissue/fem/tissue_cut.h"
 
 namespace vest::fem::test {

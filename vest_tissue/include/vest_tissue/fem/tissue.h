@@ -14,7 +14,7 @@
 /// Finite elements among the objects of a World: touched, held, cut and pulled in real time. Frame: world.
 namespace vest::fem {
 
-class CutAnswer;
+class CutFactor;
 
 inline constexpr std::size_t kMostTissueNodes = 20000;       ///< of an object (assumed)
 inline constexpr std::size_t kMostSurfaceNodes = 2000;       ///< 288 MB of inverse (assumed)
@@ -142,14 +142,13 @@ struct TissueScratch {
   std::vector<std::uint32_t> count;                                ///< per node
   Eigen::VectorXd work, u, f;
   std::vector<Eigen::Matrix3d> answers;  ///< between points: answerPoints()
-  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> point_u, point_g;  ///< CutAnswer's, per point
   std::vector<TissuePoint> points;
   std::vector<TissueThread> threads;
   std::vector<Eigen::Matrix3d> thread_answers;  ///< m/N: of links to the forces of links
   std::vector<double> thread_matrix;
   std::vector<TissueGroup> groups;
   std::vector<Eigen::Vector3d> group_residual;
-  std::shared_ptr<CutAnswer> cut;  ///< of the cut object, in the factor's place (cut_answer.h)
+  std::shared_ptr<CutFactor> cut;  ///< of the cut object, in the factor's place (cut_factor.h)
   /// m/s: a solve ends where what is left would change velocities by less than this, as the root of the mean
   /// square weighted by masses; the next step takes it up. 0: runs on to the relative tolerance.
   double quiet = 0.0;
