@@ -96,7 +96,7 @@ def hostile(name, data):
     return {
         'empty': b'', 'only zeros': b'\x00' * 1000, 'one line of 3 MB': b'a' * 3000000,
         '3 MB of brackets': b'[' * 3000000, '3 MB of commas': b',' * 3000000, '3 MB of line ends': b'\n' * 3000000,
-        '3 MB of digits': b'9' * 3000000, 'random bytes': random.Random(name).randbytes(20000),
+        '3 MB of digits': b'9' * 3000000, 'random bytes': random.Random(name).getrandbits(160000).to_bytes(20000, 'little'),
         'utf-16': data.decode('latin-1').encode('utf-16'), 'cut in the middle': data[:len(data) // 2],
         'twice': data + data, 'backwards': data[::-1], 'carriage returns': data.replace(b'\n', b'\r\n'),
         'byte order mark': b'\xef\xbb\xbf' + data, 'a bomb of aliases':

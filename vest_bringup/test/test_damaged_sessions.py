@@ -63,11 +63,15 @@ def reworded(data, chance):
     return data.replace(old, new, chance.choice([1, 2, -1]))
 
 
+def some_bytes(chance, count):  # Python 3.8 has no randbytes
+    return chance.getrandbits(8 * count).to_bytes(count, "little") if count else b""
+
+
 def noise(data, chance):
     data = bytearray(data)
     begin = chance.randrange(len(data))
     size = chance.choice([16, 256, 4096, 65536])
-    data[begin:begin + size] = chance.randbytes(size)
+    data[begin:begin + size] = some_bytes(chance, size)
     return bytes(data)
 
 
@@ -79,7 +83,7 @@ def spliced(data, chance):
 
 def garbage(data, chance):
     begin = chance.choice([b"", b"#ROSBAG V2.0\n", b"#ROSBAG V1.2\n", data[:4200]])
-    return begin + chance.randbytes(chance.choice([0, 1, 4, 100, 100000]))
+    return begin + some_bytes(chance, chance.choice([0, 1, 4, 100, 100000]))
 
 
 DAMAGES = [truncated, flipped, lying, reworded, noise, spliced, garbage]

@@ -387,7 +387,7 @@ ValueKind readValues(const std::string& path, const VolumeHeader& header, bool r
   const auto as = [&](auto value) {
     return convert(reinterpret_cast<const decltype(value)*>(room.get()), header, reversed, to);
   };
-  using Type = itk::IOComponentEnum;
+  using Type = itk::ImageIOBase;  // ITK 4 has the names there alone
   switch (io->GetComponentType()) {
     case Type::UCHAR:
       return as(static_cast<unsigned char>(0));

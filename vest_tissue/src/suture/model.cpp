@@ -45,7 +45,7 @@ void checkNodes(const RodDescription& rod) {
     refuse(rod.name, "nodes", static_cast<double>(n),
            rod.closed ? "must be 5 to 20000" : "must be 3 to 20000");
   for (std::size_t i = 0; i < n; ++i)
-    for (const double c : rod.nodes[i])
+    for (const double c : {rod.nodes[i].x(), rod.nodes[i].y(), rod.nodes[i].z()})  // Eigen 3.3 has no begin()
       if (!(std::abs(c) <= 5e5))
         refuse(rod.name, "node " + std::to_string(i), c, "must be within 500000 of 0");
   const std::size_t segments = rod.closed ? n : n - 1;
