@@ -337,6 +337,7 @@ void solve(Context& c) {
                                 net1 ? c.state.objects[s.end1.object].batches : 1 << 20);
       exchange(c, n, c.dt / (slow * c.stretch), (due0 || !net0) && (due1 || !net1), due0, due1);
     }
+    joinClips(c, batch, batches);
     for (OrganContact& r : c.scratch.organ_contacts) {
       if (r.implicit_side != 0) continue;
       const bool due0 = due(r.object), due1 = due(r.other);

@@ -103,6 +103,8 @@ void attachSling(const WorldState& state, const interaction::Sling& sling, Attac
 void drawSling(const interaction::Sling& sling, SlingView& view);
 void fastenClips(Context& c);
 void holdClips(Context& c, std::size_t object, double dt);  ///< after each sub-step of an object, any thread
+/// Forces between the parts of clips that hold several objects; in a batch, for objects that begin one.
+void joinClips(Context& c, int batch, int batches);
 /// Clips on finite elements: groups of the object's implicit step, before it, and what they took, after it.
 void gatherClips(Context& c, std::size_t object, double dt);
 void tellClips(Context& c, std::size_t object, double dt);

@@ -320,7 +320,8 @@ auto fields(Walk<A> a, interaction::Electrosurgery& e) {
 template <class A>
 auto fields(Walk<A> a, interaction::Clip& c) {
   const auto& at = a.archive.at;
-  return a(c.id, c.alive, c.shut, within("instrument", c.instrument, -1, tools::kInstrumentCount - 1),
+  return a(c.id, c.alive, c.shut, c.joined,
+           within("instrument", c.instrument, -1, tools::kInstrumentCount - 1),
            index("object", c.object, at.objects()),
            within("knots of a clip", c.count, 0, interaction::kMaxClipKnots))(
       within("knots of a clip's ring", c.ring, 0, c.count),
@@ -328,7 +329,8 @@ auto fields(Walk<A> a, interaction::Clip& c) {
           .first(static_cast<std::size_t>(c.count)),
       place("a clip's knot", c.open).first(static_cast<std::size_t>(c.count)),
       place("a clip's knot", c.closed).first(static_cast<std::size_t>(c.count)), c.progress, c.jaw,
-      orNan(c.station), orNan(c.area), c.force, c.rotation, place("a clip's place", c.centre), c.offset);
+      orNan(c.station), orNan(c.area), c.force, c.rotation, place("a clip's place", c.centre), c.offset,
+      place("a clip's joint", c.joint));
 }
 template <class A>
 auto fields(Walk<A> a, interaction::SlingTouch& t) {

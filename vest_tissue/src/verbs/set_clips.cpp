@@ -19,6 +19,9 @@ constexpr double kRingShare =
     0.6;                          ///< of a ring's knots between the jaws: the lumen is between them; assumed
 constexpr double kAcross = 0.3;   ///< least sine between the opening of the jaws and the tube; assumed
 constexpr double kClosing = 0.2;  ///< m/s: of the legs of a clip on finite elements; assumed
+constexpr double kHard = 5e6;     ///< Pa: no clip flattens what is harder (cartilage, bone); assumed
+/// Of the jaws, from their tips: where the parts of a clip are joined.
+constexpr double kJoint[] = {0.2, 0.7};
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 bool movable(const ObjectState& s, std::uint32_t k) {
@@ -71,42 +74,56 @@ int ringsAt(const net::TubeMap& tube, double station, std::size_t (&rings)[2]) {
 
 struct Between {
   std::size_t object = 0;
-  std::size_t triangle = 0;
-  double most = 0.0;     ///< rad: opening that the tissue fills
   double station = 0.0;  ///< m, mean of the samples
   int samples = 0;
 };
 
-/// What lies between the jaws (ObjectScratch::between); of several objects the one with the most samples.
-Between look(Context& c, const tools::ToolGeometry& g, const JawFrame& frame, double jaw) {
-  Between best;
-  double most = 0.0;
+/// What lies between the jaws: the objects with the most samples, in that order.
+struct Pedicle {
+  static constexpr std::size_t kMost = 8;  ///< assumed
+  std::array<Between, kMost> parts;
+  std::size_t count = 0;
+  double most = 0.0;  ///< rad: opening that the tissue fills
+};
+
+bool isHard(const Object& o) {
+  return (o.fem ? o.fem->material.youngs_modulus : o.law.youngs_modulus) > kHard;
+}
+
+/// Also ObjectScratch::between.
+Pedicle look(Context& c, const tools::ToolGeometry& g, const JawFrame& frame, double jaw) {
+  Pedicle all;
   for (ObjectScratch& o : c.scratch.objects) o.between = false;
   Between now;
   double stations = 0.0;
   int with_station = 0;
   const auto finish = [&] {
-    if (now.samples <= best.samples) return;
     now.station = with_station > 0 ? stations / with_station : kNone;
-    best = now;
+    std::size_t at = all.count;
+    while (at > 0 && all.parts[at - 1].samples < now.samples) --at;
+    if (at == Pedicle::kMost) return;
+    all.count = std::min(all.count + 1, Pedicle::kMost);
+    std::copy_backward(all.parts.begin() + at, all.parts.begin() + all.count - 1,
+                       all.parts.begin() + all.count);
+    all.parts[at] = now;
   };
   eachBetween(c, g, frame, jaw + kFill + 0.05,
               [&](std::size_t object, std::size_t triangle, const double* w, double at) {
+                all.most = std::max(all.most, at);
+                if (isHard(c.model.description.objects[object])) return;
                 if (now.samples == 0 || now.object != object) {
                   if (now.samples > 0) finish();
-                  now = Between{object, triangle, 0.0, 0.0, 0};
+                  now = Between{object, 0.0, 0};
                   stations = 0.0, with_station = 0;
                 }
                 ++now.samples;
-                most = std::max(most, at);
                 c.scratch.objects[object].between = true;
                 const double s = stationOf(c.model, c.state, object,
                                            c.state.objects[object].triangles[triangle], {w[0], w[1], w[2]});
                 if (std::isfinite(s)) stations += s, ++with_station;
               });
   if (now.samples > 0) finish();
-  best.most = most;
-  return best;
+  return all;
 }
 
 /// Shape of a clip on a ring or two: the tube's section flattened; false where the jaws open along the tube.
@@ -197,6 +214,7 @@ Vector3d recentre(const ObjectState& s, Clip& clip) {
   if (open.squaredNorm() < kNothing && closed.squaredNorm() < kNothing) return Vector3d::Zero();
   for (int i = 0; i < clip.count; ++i) clip.open[i] -= open, clip.closed[i] -= closed;
   clip.offset -= open;
+  for (Vector3d& joint : clip.joint) joint -= open;
   return open;
 }
 
@@ -285,61 +303,19 @@ void hold(Context& c, Clip& clip, double dt) {
   loads.work += work;
 }
 
-/// The jaws of an applier: tissue between them, a clip that forms, one that is shut.
-void apply(Context& c, int tool) {
-  auto& fasteners = c.state.fasteners;
-  Applier& applier = fasteners.appliers[tool];
-  const auto& proxy = c.state.proxies[tool];
-  Clip* forming = nullptr;
-  for (Clip& clip : fasteners.clips)
-    if (clip.alive && !clip.shut && clip.instrument == tool) forming = &clip;
-  if (!proxy.present || proxy.tool != tools::ToolKind::ClipApplier) {
-    if (forming != nullptr) forming->alive = false;
-    if (!proxy.present || proxy.tool != tools::ToolKind::SlingApplicator) applier = Applier{};
-    return;
-  }
-  const auto& g = tools::toolGeometry(proxy.tool);
-  const JawFrame frame{proxy.pose.orientation.toRotationMatrix(), proxy.pose.tip};
-  const double jaw = proxy.pose.jaw;
-  if (jaw > interaction::kClipReload && forming == nullptr) applier.loaded = true;
-  const Between at = look(c, g, frame, jaw);
-  // The jaws do not push what they hold, nor what they just let go of.
-  auto& pass = c.state.jaws_pass;
-  if (forming != nullptr) {
-    setBit(pass[forming->object], tool, true);
-    if (jaw > 1.1 * forming->jaw) {  // opened before it was shut: it falls off
-      forming->alive = false;
-      return;
+/// A part of a clip that begins to form, on one object. Null: there is nothing that it could hold, or no
+/// room.
+Clip* form(Context& c, int tool, const Between& at, const tools::ToolGeometry& g, const JawFrame& frame,
+           double jaw) {
+  auto& clips = c.state.fasteners.clips;
+  auto free = std::find_if(clips.begin(), clips.end(), [](const Clip& clip) { return !clip.alive; });
+  if (free == clips.end()) {
+    if (clips.size() >= interaction::kMaxClips) {  // all are used: said, and nothing more is set
+      c.report.status = Status::Degraded;
+      return nullptr;
     }
-    const double progress = (forming->jaw - jaw) / std::max(forming->jaw - interaction::kClipShutJaw, 1e-3);
-    forming->progress = std::clamp(progress, forming->progress, 1.0);
-    if (forming->progress < 1.0) return;
-    forming->shut = true;
-    applier.loaded = false;
-    emit(c, eventOf(c, *forming, EventKind::Clipped));
-    return;
-  }
-  if (at.samples == 0) {
-    applier.jaw_at_touch = 0.0;
-    return;
-  }
-  if (!applier.loaded) {
-    for (std::size_t object = 0; object < pass.size(); ++object)
-      if (c.scratch.objects[object].between) setBit(pass[object], tool, true);
-    return;
-  }
-  if (at.most >= jaw - kFill) applier.jaw_at_touch = std::max(applier.jaw_at_touch, jaw);
-  if (applier.jaw_at_touch <= 0.0 || jaw > (1.0 - interaction::kClipCatch) * applier.jaw_at_touch) return;
-  Clip* free = nullptr;
-  for (Clip& clip : fasteners.clips)
-    if (!clip.alive && free == nullptr) free = &clip;
-  if (free == nullptr && fasteners.clips.size() < interaction::kMaxClips) {
-    fasteners.clips.emplace_back();
-    free = &fasteners.clips.back();
-  }
-  if (free == nullptr) {  // all are used: said, and nothing more is set
-    c.report.status = Status::Degraded;
-    return;
+    clips.emplace_back();
+    free = clips.end() - 1;
   }
   Clip& clip = *free;
   clip = Clip{};
@@ -349,16 +325,79 @@ void apply(Context& c, int tool) {
   const bool around = std::isfinite(at.station) && tube.ringCount() > 1 &&
                       embraced(c, at.object, tube.nearestRing(at.station), g, frame, jaw) >= kRingShare;
   if (!around || !shapeRings(c, clip, at, frame)) shapeFold(c, clip, at, g, frame, jaw);
-  if (clip.count < 3) return;
-  centre(c.state.objects[clip.object], clip);
+  if (clip.count < 3) return nullptr;
+  for (std::size_t j = 0; j < clip.joint.size(); ++j)
+    clip.joint[j] = clip.rotation.transpose() * frame.world(Vector3d(0, 0, -kJoint[j] * g.jaw_length));
+  ObjectState& s = c.state.objects[clip.object];
+  centre(s, clip);
   // Between steps: within one its turn among the objects would come twice.
-  if (c.model.objects[clip.object].fem && !c.state.objects[clip.object].tissue.dynamic)
-    makeDynamic(c.state.objects[clip.object]);
+  if (c.model.objects[clip.object].fem && !s.tissue.dynamic) makeDynamic(s);
   clip.alive = true;
-  clip.id = c.state.next_attachment++;
   clip.jaw = jaw;
+  setBit(c.state.jaws_pass[clip.object], tool, true);
+  return &clip;
+}
+
+/// The jaws of an applier: tissue between them, a clip that forms, one that is shut.
+void apply(Context& c, int tool) {
+  auto& fasteners = c.state.fasteners;
+  Applier& applier = fasteners.appliers[tool];
+  const auto& proxy = c.state.proxies[tool];
+  std::array<Clip*, Pedicle::kMost> forming{};  // its parts
+  std::size_t parts = 0;
+  for (Clip& clip : fasteners.clips)
+    if (clip.alive && !clip.shut && clip.instrument == tool && parts < forming.size())
+      forming[parts++] = &clip;
+  const auto drop = [&] {
+    for (std::size_t i = 0; i < parts; ++i) forming[i]->alive = false;
+  };
+  if (!proxy.present || proxy.tool != tools::ToolKind::ClipApplier) {
+    drop();
+    if (!proxy.present || proxy.tool != tools::ToolKind::SlingApplicator) applier = Applier{};
+    return;
+  }
+  const auto& g = tools::toolGeometry(proxy.tool);
+  const JawFrame frame{proxy.pose.orientation.toRotationMatrix(), proxy.pose.tip};
+  const double jaw = proxy.pose.jaw;
+  if (jaw > interaction::kClipReload && parts == 0) applier.loaded = true;
+  const Pedicle between = look(c, g, frame, jaw);
+  // The jaws do not push what they hold, nor what they just let go of.
+  auto& pass = c.state.jaws_pass;
+  if (parts > 0) {
+    for (std::size_t i = 0; i < parts; ++i) setBit(pass[forming[i]->object], tool, true);
+    const double from = forming[0]->jaw;
+    if (jaw > 1.1 * from) {  // opened before it was shut: it falls off
+      drop();
+      return;
+    }
+    const double progress = (from - jaw) / std::max(from - interaction::kClipShutJaw, 1e-3);
+    for (std::size_t i = 0; i < parts; ++i) {
+      forming[i]->progress = std::clamp(progress, forming[i]->progress, 1.0);
+      if (forming[i]->progress < 1.0) continue;
+      forming[i]->shut = true;
+      applier.loaded = false;
+      emit(c, eventOf(c, *forming[i], EventKind::Clipped));
+    }
+    return;
+  }
+  if (between.count == 0) {
+    applier.jaw_at_touch = 0.0;
+    return;
+  }
+  if (!applier.loaded) {
+    for (std::size_t object = 0; object < pass.size(); ++object)
+      if (c.scratch.objects[object].between) setBit(pass[object], tool, true);
+    return;
+  }
+  if (between.most >= jaw - kFill) applier.jaw_at_touch = std::max(applier.jaw_at_touch, jaw);
+  if (applier.jaw_at_touch <= 0.0 || jaw > (1.0 - interaction::kClipCatch) * applier.jaw_at_touch) return;
+  for (std::size_t i = 0; i < between.count; ++i)
+    if (Clip* const part = form(c, tool, between.parts[i], g, frame, jaw)) forming[parts++] = part;
+  if (parts == 0) return;
+  for (std::size_t i = 0; i < parts; ++i)
+    forming[i]->id = c.state.next_attachment, forming[i]->joined = parts > 1;
+  ++c.state.next_attachment;
   applier.jaw_at_touch = 0.0;
-  setBit(pass[clip.object], tool, true);
 }
 
 }  // namespace
@@ -439,13 +478,14 @@ void tellClips(Context& c, std::size_t object, double dt) {
 }
 
 bool removeClip(Context& c, std::uint64_t id) {
+  bool found = false;
   for (Clip& clip : c.state.fasteners.clips) {
     if (!clip.alive || clip.id != id) continue;
     if (clip.shut) emit(c, eventOf(c, clip, EventKind::Unclipped));
     clip.alive = false;
-    return true;
+    found = true;
   }
-  return false;
+  return found;
 }
 
 void fasten(Context& c) {

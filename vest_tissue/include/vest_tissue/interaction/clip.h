@@ -34,6 +34,7 @@ struct Clip {
   bool shut = false;            ///< else the applier is still forming it
   std::int8_t instrument = -1;  ///< that set it
   std::uint16_t object = 0;
+  bool joined = false;     ///< one of several parts of a clip on several objects, which share its id
   std::int32_t count = 0;  ///< knots in use
   std::int32_t ring = 0;   ///< the first so many are a ring around the lumen, in order; 0: no tube
   std::array<std::uint32_t, kMaxClipKnots> knots{};
@@ -48,6 +49,9 @@ struct Clip {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< m, world: centre of mass of what it holds
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< m, in its frame: of the clip from that centre
+  /// m, in its frame, from its centre: two places along the legs that it shares with the first part of a clip
+  /// that holds several objects.
+  std::array<Eigen::Vector3d, 2> joint{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
 };
 
 /// State of a clip or sling applier.

@@ -126,6 +126,8 @@ struct WorldScratch {
   std::vector<OrganContact> organ_contacts;
   Candidates candidates;
   std::vector<ConnectionForce> connection_force;
+  /// N: per clip of the State, on the first part that shares its id, at each place of their joint.
+  std::array<std::array<Eigen::Vector3d, 2>, interaction::kMaxClips> clip_force{};
   std::vector<std::uint32_t> part, part_first, part_size;                ///< support.cpp
   std::array<LoopTissue, interaction::kMaxSlings> loops;                 ///< per sling of the State
   interaction::LoopStep loop_step;                                       ///< of the loop that moves
