@@ -26,14 +26,14 @@ from geometry_msgs.msg import PoseStamped  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 from vest_msgs.msg import ContactModels, HapticState, SessionState, StepInput, TissueField, TissueState, TissueTopology  # noqa: E402
-from vest_msgs.srv import Snapshot, SnapshotRequest  # noqa: E402
+from vest_msgs.srv import Snapshot, SnapshotRequest, SnapshotResponse  # noqa: E402
 
 
 class Steps:
     """Publishes step_inputs a hundred times a second, stamped by a clock that can be set."""
 
     def __init__(self):
-        self.by, self.step, self.stop = 0.0, 0, threading.Event()
+        self.by, self.step, self.load, self.stop = 0.0, 0, False, threading.Event()
         self.publisher = rospy.Publisher("step_inputs", StepInput, queue_size=1000)
         self.thread = threading.Thread(target=self.run)
         self.thread.start()
@@ -41,8 +41,9 @@ class Steps:
     def run(self):
         while not self.stop.is_set():
             if self.publisher.get_num_connections() > 0:
-                self.step += 1
-                message = StepInput(step=self.step, dt=0.01)
+                loads, self.load = self.load, False
+                self.step = 1 if loads else self.step + 1
+                message = StepInput(step=self.step, dt=0.01, command=StepInput.COMMAND_LOAD if loads else StepInput.COMMAND_NONE)
                 message.header.stamp = rospy.Time.from_sec(time.time() + self.by)
                 self.publisher.publish(message)
             time.sleep(0.01)
@@ -63,6 +64,30 @@ class SessionHazards(unittest.TestCase):
     def tearDownClass(cls):
         cls.master.kill()
         cls.master.wait()
+
+    def test_a_scene_loaded_in_the_first_moments_begins_the_recording(self):
+        # The State that is saved for the recording is then another scene's than that of the first steps.
+        steps = Steps()
+        steps.step = 3000
+        self.addCleanup(steps.end)
+
+        def save(request):
+            steps.load = True
+            time.sleep(0.5)
+            self.assertEqual(request.name, "start")
+            return SnapshotResponse(success=True, message=os.path.join(folder, "snapshots", "start.snapshot"), step=steps.step)
+
+        with tempfile.TemporaryDirectory() as folder:
+            service = rospy.Service("tissue/snapshot", Snapshot, save)
+            self.addCleanup(service.shutdown)
+            node = Node("vest_bringup", "recorder", f"_directory:={folder}", "_seconds:=4")
+            self.addCleanup(node.end)
+            self.assertEqual(node.process.wait(60), 0, node.text())
+            with rosbag.Bag(os.path.join(folder, "session.bag")) as bag:
+                kept = [message for _, message, _ in bag.read_messages(topics=["/step_inputs"])]
+        self.assertGreater(len(kept), 50)
+        self.assertEqual((kept[0].step, kept[0].command), (1, StepInput.COMMAND_LOAD), "steps of the scene before cannot be re-simulated")
+        self.assertEqual([m.step for m in kept], list(range(1, len(kept) + 1)))
 
     def recorded(self, by, stamps_follow):
         """A session of 8 s whose system clock is set by so many s in its midst: its session.json, and its messages in order."""

@@ -26,6 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr std::size_t kMostQueuedBytes = 128U << 20U;
+constexpr double kLate = 1.0;   // s (assumed): a step of before the State was saved has come by then
+constexpr double kHeld = 30.0;  // s (assumed): no step waits longer for a State
 
 std::string withSlash(const std::string& ns) {
   return !ns.empty() && ns.back() == '/' ? ns : ns + "/";
@@ -323,6 +325,34 @@ void Recorder::saveStart() {
         "(%s)",
         snapshot.response.message.c_str());
   }
+  start_saved_ = steadySeconds();
+}
+
+bool Recorder::hold(const Item& item) {
+  if (begun_) return false;
+  StepHead head;
+  bool readable = false;
+  asBagMessage(item, [&](const BagMessage& message) { readable = readStepHead(message, head); });
+  if (!readable) return false;
+  if (head.step == 1) {  // what came before leads to another State
+    held_.clear();
+    begun_ = true;
+    return false;
+  }
+  if (held_.empty()) snapshot_wanted_ = true;
+  held_.push_back(item);
+  const bool known = start_saved_ > 0 && item.steady > start_saved_ + kLate;
+  if (known || item.steady > held_.front().steady + kHeld) keepHeld();
+  return true;
+}
+
+void Recorder::keepHeld() {
+  begun_ = true;
+  for (const Item& item : held_) {
+    observe(item);
+    write(item);
+  }
+  held_.clear();
 }
 
 void Recorder::writeLoop() {
@@ -340,9 +370,11 @@ void Recorder::writeLoop() {
     }
     watchClock();  // after the queue was emptied: a jump before any of its times is known
     for (const Item& item : items) {
+      if (item.topic == step_topic_ && hold(item)) continue;
       observe(item);
       if (isKept(item)) write(item);
     }
+    if (last) keepHeld();
     const auto now = Clock::now();
     if (now >= chunk_due) {
       chunk_due = now + std::chrono::milliseconds(250);
@@ -411,11 +443,8 @@ void Recorder::observe(const Item& item) {
   if (!observer_.wants(item.topic)) return;
   asBagMessage(item, [&](const BagMessage& message) {
     StepHead head;
-    if (summary_.steps.steps() == 0 && item.topic == step_topic_ && readStepHead(message, head)) {
+    if (summary_.steps.steps() == 0 && item.topic == step_topic_ && readStepHead(message, head))
       first_step_steady_ = item.steady;
-      // A recording that begins late needs the State that its first inputs act on.
-      if (head.step != 1) snapshot_wanted_ = true;
-    }
     observer_.observe(message, time, [&](double stamp) { return clock_.line(stamp, item.steady); });
   });
 }

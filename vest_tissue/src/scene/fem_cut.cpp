@@ -55,7 +55,16 @@ bool crossed(const Job& j, const BladeSweep* sweeps, int count, const interactio
   return false;
 }
 
-/// Opens the faces between elements whose centres the blade has parted.
+/// Faces by which an element still hangs on others.
+int closedFaces(const Job& j, std::uint32_t e) {
+  int count = 0;
+  for (std::size_t f = 0; f < 4; ++f)
+    if (j.tissue.neighbours[e][f] != kNoSlot && (j.s.tissue.open[e] >> f & 1) == 0) ++count;
+  return count;
+}
+
+/// Opens the faces between elements whose centres the blade has parted. An element keeps its last hold: a
+/// crumb of the mesh is no piece of tissue, and would fall through what it came from.
 bool openFaces(Job& j, const BladeSweep* sweeps, int count) {
   auto& t = j.s.tissue;
   const auto& before = j.o.backup_x;
@@ -70,6 +79,7 @@ bool openFaces(Job& j, const BladeSweep* sweeps, int count) {
     for (int f = 0; f < 4; ++f) {
       const std::uint32_t other = j.tissue.neighbours[e][static_cast<std::size_t>(f)];
       if (other == kNoSlot || other < e || (t.open[e] >> f & 1) != 0) continue;
+      if (closedFaces(j, e) < 2 || closedFaces(j, other) < 2) continue;
       const Vector3d q = centre(t.x, t.corner[other]);
       const BladeSweep* by = nullptr;
       if (!crossed(j, sweeps, count, {{p0, centre(before, t.corner[other])}, {p, q}}, by)) continue;
@@ -159,14 +169,109 @@ void removeSkinTriangle(Job& j, std::uint32_t i) {
   j.delta.removed_triangles.push_back(i);
 }
 
+/// False: the two elements held on to one corner that is two now.
+bool together(const Job& j, std::uint32_t a, std::uint32_t b) {
+  const auto& t = j.s.tissue;
+  if (a == b || a == kNone || b == kNone) return true;
+  for (const auto p : t.corner[a])
+    for (const auto q : t.corner[b])
+      if (p != q && t.origin[p] == t.origin[q]) return false;
+  return true;
+}
+
+/// A vertex of the skin on the way from `in` to `out`, bound to the element of `in`: where that element ends,
+/// but not before the middle, so that the skin's two lips leave no gap.
+std::uint32_t lipVertex(Job& j, std::uint32_t in, std::uint32_t out, std::uint32_t first_new) {
+  Skin& skin = j.s.topology.skin;
+  auto& surface = j.s.fem_surface;
+  const std::uint32_t e = surface.vertex_element[in];
+  const auto& element = j.tissue.model->elements[e];
+  const auto& nodes = j.tissue.model->description.nodes;
+  Vector3d far = Vector3d::Zero();
+  for (std::uint32_t k = skin.binding_start[out]; k < skin.binding_start[out + 1]; ++k)
+    far += static_cast<double>(skin.binding_weights[k]) * nodes[j.s.tissue.origin[skin.binding_knots[k]]];
+  std::array<double, 4> w{}, there{};
+  double way = 1.0;
+  for (std::size_t n = 0; n < 4; ++n) {
+    w[n] = static_cast<double>(skin.binding_weights[skin.binding_start[in] + n]);
+    there[n] = n == 0 ? 1.0 : element.gradient[n].dot(far - nodes[element.nodes[0]]);
+    if (n != 0) there[0] -= there[n];
+  }
+  for (std::size_t n = 0; n < 4; ++n)
+    if (w[n] > 0 && there[n] < 0) way = std::min(way, w[n] / (w[n] - there[n]));
+  way = std::max(way, 0.5);
+  std::array<float, 4> weights{};
+  for (std::size_t n = 0; n < 4; ++n) weights[n] = static_cast<float>(w[n] + way * (there[n] - w[n]));
+  const auto vertices = static_cast<std::uint32_t>(surface.vertex_element.size());
+  for (std::uint32_t v = first_new; v < vertices; ++v)
+    if (surface.vertex_element[v] == e &&
+        std::equal(weights.begin(), weights.end(), skin.binding_weights.begin() + skin.binding_start[v]))
+      return v;
+  if (skin.binding_start.size() == skin.binding_start.capacity() ||
+      skin.binding_knots.size() + 4 > skin.binding_knots.capacity() ||
+      surface.vertex_element.size() == surface.vertex_element.capacity())
+    return kNone;
+  std::array<float, 2> place{};
+  for (std::size_t k = 0; k < 2; ++k)
+    place[k] = skin.texture_coordinates[in][k] +
+               static_cast<float>(way) * (skin.texture_coordinates[out][k] - skin.texture_coordinates[in][k]);
+  for (Skin* s : {&skin, &j.delta.added_skin}) {
+    if (s->binding_start.empty()) s->binding_start.push_back(0);
+    for (std::size_t n = 0; n < 4; ++n) {
+      s->binding_knots.push_back(j.s.tissue.corner[e][n]);
+      s->binding_weights.push_back(weights[n]);
+    }
+    s->binding_start.push_back(static_cast<std::uint32_t>(s->binding_knots.size()));
+    s->texture_coordinates.push_back(place);
+  }
+  surface.vertex_element.push_back(e);
+  return vertices;
+}
+
+/// An embedded triangle whose corners the cut has parted becomes two lips, one on each side.
+void tearSkin(Job& j, std::uint32_t i, std::uint32_t first_new) {
+  Skin& skin = j.s.topology.skin;
+  const auto v = skin.triangles[i];
+  const auto& element = j.s.fem_surface.vertex_element;
+  std::array<bool, 3> held{};  // a corner and its next
+  for (std::size_t k = 0; k < 3; ++k) held[k] = together(j, element[v[k]], element[v[(k + 1) % 3]]);
+  if (held[0] && held[1] && held[2]) return;
+  const std::uint16_t layer = skin.layer[i];
+  removeSkinTriangle(j, i);
+  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    if (a == kNone || b == kNone || c == kNone || skin.triangles.size() == skin.triangles.capacity()) {
+      j.s.degraded = true;
+      return;
+    }
+    skin.triangles.push_back({a, b, c});
+    skin.layer.push_back(layer);
+    j.s.topology.triangle_alive.push_back(1);
+    j.s.fem_surface.skin_face.push_back(kNone);
+    j.delta.added_triangles.push_back({a, b, c});
+    j.delta.added_triangle_layer.push_back(layer);
+  };
+  const auto lip = [&](std::uint32_t in, std::uint32_t out) { return lipVertex(j, in, out, first_new); };
+  const std::size_t pair = held[0] ? 0 : held[1] ? 1 : held[2] ? 2 : 3;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t a = v[k], b = v[(k + 1) % 3], c = v[(k + 2) % 3];
+    if (k == pair) {
+      const std::uint32_t far = lip(b, c);
+      add(a, b, far);
+      add(a, far, lip(a, c));
+    } else if (pair == 3 || k == (pair + 2) % 3) {
+      add(a, lip(a, b), lip(a, c));
+    }
+  }
+}
+
 /// Contact triangles and skin follow their faces; open faces become surface on both sides.
-void renewSurface(Job& j, const BladeSweep* sweeps, int count) {
+void renewSurface(Job& j) {
   auto& surface = j.s.fem_surface;
   auto& t = j.s.tissue;
   for (std::size_t i = 0; i < j.s.triangles.size(); ++i)
     j.s.triangles[i] = fem::faceKnots(t, surface.triangle_face[i]);
   Skin& skin = j.s.topology.skin;
-  // Embedded vertices stay in their element; triangles of the skin that the blade crosses go.
+  // Embedded vertices stay in their element; triangles of the skin tear where their elements part.
   for (std::uint32_t v = 0; v < surface.vertex_element.size(); ++v) {
     const std::uint32_t e = surface.vertex_element[v];
     if (e == kNone) continue;
@@ -186,13 +291,8 @@ void renewSurface(Job& j, const BladeSweep* sweeps, int count) {
     }
     told.binding_start.push_back(static_cast<std::uint32_t>(told.binding_knots.size()));
   }
-  const auto placeOf = [&](std::uint32_t v) {
-    Vector3d p = Vector3d::Zero();
-    for (std::uint32_t e = skin.binding_start[v]; e < skin.binding_start[v + 1]; ++e)
-      p += static_cast<double>(skin.binding_weights[e]) * t.x[skin.binding_knots[e]];
-    return p;
-  };
   const std::size_t triangles = skin.triangles.size();
+  const auto first_new = static_cast<std::uint32_t>(surface.vertex_element.size());
   for (std::uint32_t i = 0; i < triangles; ++i) {
     if (!j.s.topology.triangle_alive[i]) continue;
     const auto v = skin.triangles[i];
@@ -207,14 +307,7 @@ void renewSurface(Job& j, const BladeSweep* sweeps, int count) {
       addSkinTriangle(j, code, layer);
       continue;
     }
-    const std::array<Vector3d, 3> p{placeOf(v[0]), placeOf(v[1]), placeOf(v[2])};
-    const BladeSweep* by = nullptr;
-    for (std::size_t e = 0; e < 3; ++e) {
-      const auto &a = p[e], &b = p[(e + 1) % 3];
-      if (!crossed(j, sweeps, count, {{a, b}, {a, b}}, by)) continue;
-      removeSkinTriangle(j, i);
-      break;
-    }
+    tearSkin(j, i, first_new);
   }
   for (const std::uint32_t code : j.o.cut_faces) {
     std::uint32_t back = kNone;
@@ -307,12 +400,14 @@ void reserveFem(const fem::TissueModel& tissue, ObjectState& s) {
   const std::size_t triangles = f.triangle_face.size() + faces;
   s.triangles.reserve(triangles), s.triangle_alive.reserve(triangles), f.triangle_face.reserve(triangles);
   Skin& skin = s.topology.skin;
-  const std::size_t most = 2 * skin.triangles.size() + faces, vertices = f.vertex_element.size() + knots;
+  // Lips: at most three triangles and four vertices of four knots for a triangle that tears.
+  const std::size_t torn = skin.triangles.size(), most = 2 * torn + faces;
+  const std::size_t vertices = f.vertex_element.size() + knots + torn;
   skin.triangles.reserve(most), skin.layer.reserve(most), s.topology.triangle_alive.reserve(most);
   f.skin_face.reserve(most), f.knot_vertex.reserve(knots), f.vertex_element.reserve(vertices);
   skin.binding_start.reserve(vertices + 1), skin.texture_coordinates.reserve(vertices);
-  skin.binding_knots.reserve(skin.binding_knots.size() + knots);
-  skin.binding_weights.reserve(skin.binding_weights.size() + knots);
+  skin.binding_knots.reserve(skin.binding_knots.size() + knots + 4 * torn);
+  skin.binding_weights.reserve(skin.binding_weights.size() + knots + 4 * torn);
 }
 
 FemCut cutFem(Context& c, std::size_t object, const BladeSweep* sweeps, int count) {
@@ -333,7 +428,7 @@ FemCut cutFem(Context& c, std::size_t object, const BladeSweep* sweeps, int coun
   o.doublings.clear();
   if (!fem::divideKnots(j.tissue, s.tissue, o.cut_knots, o.doublings)) s.degraded = true;
   copyKnots(j);
-  renewSurface(j, sweeps, count);
+  renewSurface(j);
   moveAnchors(j);
   endDelta(c.state, delta);
   c.deltas->keep();

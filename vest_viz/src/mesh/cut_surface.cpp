@@ -42,11 +42,13 @@ std::vector<Edge> edgesOfCutFaces(const std::vector<std::uint32_t>& triangles,
 
 }  // namespace
 
-void CutSurface::build(const std::vector<std::uint32_t>& triangles, const std::vector<std::uint16_t>& layer,
-                       std::size_t vertices) {
+void CutSurface::build(const Object& object) {
+  const std::vector<std::uint32_t>& triangles = object.triangles;
+  const std::vector<std::uint16_t>& layer = object.triangle_layer;
+  const std::size_t vertices = object.vertexCount();
   moved_.clear(), start_.clear(), neighbours_.clear(), dropped_.clear();
   if (std::find(layer.begin(), layer.end(), kCutFace) == layer.end()) return;
-  findPieces(triangles, vertices);
+  findPieces(object);
   const std::vector<Edge> edges = edgesOfCutFaces(triangles, layer);
   std::vector<std::uint8_t> on_rim(vertices, 0);
   std::vector<std::uint32_t> count(vertices, 0);
@@ -74,19 +76,25 @@ void CutSurface::build(const std::vector<std::uint32_t>& triangles, const std::v
   });
 }
 
-void CutSurface::findPieces(const std::vector<std::uint32_t>& triangles, std::size_t vertices) {
-  std::vector<std::uint32_t> parent(vertices);
+void CutSurface::findPieces(const Object& object) {
+  const std::vector<std::uint32_t>& triangles = object.triangles;
+  const std::size_t vertices = object.vertexCount();
+  // Vertices, then knots: what hangs on the same knots is one piece, also where no edge joins skin and wall.
+  std::vector<std::uint32_t> parent(vertices + object.knot_count);
   std::iota(parent.begin(), parent.end(), 0u);
   const auto root = [&](std::uint32_t v) {
     while (parent[v] != v) v = parent[v] = parent[parent[v]];
     return v;
   };
+  for (std::uint32_t v = 0; v < vertices; ++v)
+    for (std::uint32_t k = object.binding_start[v]; k < object.binding_start[v + 1]; ++k)
+      parent[root(v)] = root(static_cast<std::uint32_t>(vertices) + object.binding_knots[k]);
   for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
     if (dead(&triangles[t])) continue;
     parent[root(triangles[t])] = root(triangles[t + 1]);
     parent[root(triangles[t + 1])] = root(triangles[t + 2]);
   }
-  std::vector<std::uint32_t> size(vertices, 0);
+  std::vector<std::uint32_t> size(parent.size(), 0);
   for (std::size_t t = 0; t + 2 < triangles.size(); t += 3)
     if (!dead(&triangles[t])) ++size[root(triangles[t])];
   // Of an object that is hardly larger all is drawn.

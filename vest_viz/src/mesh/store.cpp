@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "caps.h"
 #include "vest_tissue/net/skin.h"
 #include "vest_viz/mesh/unfold.h"
 
@@ -80,7 +81,7 @@ void splitCutFaces(const Object& o, Skin* skin) {
   skin->triangles = o.triangles;
   skin->doubled.clear();
   const std::size_t n = o.vertexCount();
-  skin->cut.build(o.triangles, o.triangle_layer, n);
+  skin->cut.build(o);
   if (!o.triangle_layer.empty()) {
     std::vector<std::uint8_t> outside(n, 0);
     for (std::size_t t = 0; t < o.triangle_layer.size(); ++t)
@@ -105,6 +106,7 @@ void splitCutFaces(const Object& o, Skin* skin) {
   if (!skin->uv.empty())
     for (std::uint32_t v : skin->doubled)
       skin->uv.insert(skin->uv.end(), {float(skin->uv[2 * v]), float(skin->uv[2 * v + 1])});
+  if (!o.rigid) spreadCaps(o, skin);
   const std::size_t all = 3 * (n + skin->doubled.size());
   skin->positions.assign(all, 0.0f);
   skin->normals.assign(all, 0.0f);

@@ -9,10 +9,12 @@ namespace {
 /// Codes of depth that make a border: 3.6 mm at 8 cm; rounding alone makes 2. A slanted surface grows as much
 /// from pixel to pixel: the step must be more than twice the steps before and behind it.
 constexpr int kJump = 3;
+/// Levels of green (by eye). Textures are drawn between their texels: their steps grow and fall more slowly.
+constexpr int kContrast = 30;
 
-inline std::uint8_t isBorder(int before, int a, int b, int behind) {
+inline std::uint8_t isBorder(int before, int a, int b, int behind, int least) {
   const int step = std::abs(b - a), around = std::max(std::abs(a - before), std::abs(behind - b));
-  return static_cast<std::uint8_t>((step >= kJump) & (step > 2 * around));
+  return static_cast<std::uint8_t>((step >= least) & (step > 2 * around));
 }
 
 /// What the line cuts off of pixel k of a run of n: of the pixels above the border and of those below. The
@@ -50,7 +52,12 @@ void EdgeSmoother::apply(const cv::Mat& depth, cv::Mat* rgb) {
     const std::uint8_t* d = depth.ptr<std::uint8_t>(y);
     std::uint8_t* beside = beside_.ptr<std::uint8_t>(y);
     std::uint8_t any = 0;
-    for (int x = 1; x + 2 < width; ++x) beside[x] = isBorder(d[x - 1], d[x], d[x + 1], d[x + 2]);
+    const auto green = [rgb](int row) { return rgb->ptr<std::uint8_t>(row) + 1; };
+    const std::uint8_t* g = green(y);
+    for (int x = 1; x + 2 < width; ++x)
+      beside[x] =
+          static_cast<std::uint8_t>(isBorder(d[x - 1], d[x], d[x + 1], d[x + 2], kJump) |
+                                    isBorder(g[3 * x - 3], g[3 * x], g[3 * x + 3], g[3 * x + 6], kContrast));
     beside[0] = beside[width - 2] = beside[width - 1] = 0;
     for (int x = 0; x < width; ++x)
       any_column_[static_cast<std::size_t>(x)] =
@@ -58,9 +65,12 @@ void EdgeSmoother::apply(const cv::Mat& depth, cv::Mat* rgb) {
     if (y < 1 || y + 2 >= height) continue;
     const std::uint8_t *up = depth.ptr<std::uint8_t>(y - 1), *down = depth.ptr<std::uint8_t>(y + 1),
                        *two = depth.ptr<std::uint8_t>(y + 2);
+    const std::uint8_t *g_up = green(y - 1), *g_down = green(y + 1), *g_two = green(y + 2);
     std::uint8_t* below = below_.ptr<std::uint8_t>(y);
     for (int x = 0; x < width; ++x) {
-      below[x] = isBorder(up[x], d[x], down[x], two[x]);
+      below[x] =
+          static_cast<std::uint8_t>(isBorder(up[x], d[x], down[x], two[x], kJump) |
+                                    isBorder(g_up[3 * x], g[3 * x], g_down[3 * x], g_two[3 * x], kContrast));
       any = static_cast<std::uint8_t>(any | below[x]);
     }
     any_row_[static_cast<std::size_t>(y)] = any;

@@ -58,6 +58,10 @@ class Recorder {
   void onImage(const sensor_msgs::Image::ConstPtr& msg);
   void enqueue(Item item);
   void saveStart();
+  /// Takes a step that cannot be kept yet: a recording begins with the State that was saved for it, or with
+  /// the step that begins a scene. False: it is to be kept now.
+  bool hold(const Item& item);
+  void keepHeld();
   void writeLoop();
   void watchClock();
   void write(const Item& item);
@@ -97,12 +101,16 @@ class Recorder {
   std::atomic<std::uint64_t> dropped_{0}, written_{0}, bytes_{0};
   std::atomic<bool> stop_listening_{false}, stop_writing_{false}, disk_full_{false}, snapshot_wanted_{false};
   std::atomic<double> first_step_time_{0};  ///< s, steady
+  std::atomic<double> start_saved_{
+      0};  ///< s, steady: the State was saved before, or could not be; 0: not yet
   std::thread writer_;
 
   // Of the writing thread, and of finish() after it.
   SessionObserver observer_;
   Summary& summary_ = observer_.summary;
   ClockWatch clock_;
+  std::vector<Item> held_;  ///< first steps, until the State that they go on from is known
+  bool begun_ = false;
   double first_step_steady_ = 0;
   std::vector<std::uint8_t> scratch_;
   double next_contacts_ = 0, next_moment_ = 0;

@@ -5,6 +5,8 @@
 
 namespace vest::mesh {
 
+struct Object;
+
 /// How the wall of a cut is drawn. Elements part along their faces, so that the simulated wall is as rough as
 /// their mesh (docs/decisions/0029); tissue tears finer. Vertices of cut faces are drawn at the mean of their
 /// neighbours, those of the rim at the mean along the rim; both sides of a cut are drawn alike, so that a
@@ -16,11 +18,8 @@ class CutSurface {
   static constexpr float kMost = 0.6f;      ///< of the mean length of a vertex' edges: it moves no farther
   static constexpr std::size_t kLeast = 9;  ///< triangles of a piece that is drawn: two elements have eight
 
-  /// @param triangles  three vertices each; dead ones have no area
-  /// @param layer      of each; kCutFace: wall of a cut. Empty: nothing is cut
-  /// @param vertices   number of them
-  void build(const std::vector<std::uint32_t>& triangles, const std::vector<std::uint16_t>& layer,
-             std::size_t vertices);
+  /// @param object  its layers may be empty: nothing is cut
+  void build(const Object& object);
   /// Moves the vertices of cut faces. @param positions m, x y z per vertex
   void smooth(float* positions) const;
   /// Triangles of pieces that are too small to be drawn.
@@ -28,7 +27,7 @@ class CutSurface {
   bool empty() const { return moved_.empty() && dropped_.empty(); }
 
  private:
-  void findPieces(const std::vector<std::uint32_t>& triangles, std::size_t vertices);
+  void findPieces(const Object& object);
 
   std::vector<std::uint32_t> moved_;               ///< vertices that are smoothed
   std::vector<std::uint32_t> start_, neighbours_;  ///< of each of them

@@ -7,12 +7,13 @@
 
 namespace vest::picture {
 
-/// Takes the stairs from edges at which the depth jumps (an instrument before tissue), after the drawing:
-/// cheaper than drawing more pixels. Morphological antialiasing (Reshetov, High-Performance Graphics 2009)
-/// on the borders that depth draws instead of those of colour, so that texture and highlights stay sharp: a
-/// run of border between two pixel rows that steps up or down at its ends stands for a line through the
-/// middle of the steps, and each pixel takes as much of the colour beyond as the line cuts off. No allocation
-/// after the first picture of a size.
+/// Takes the stairs from edges after the drawing: cheaper than drawing more pixels. Morphological
+/// antialiasing (Reshetov, High-Performance Graphics 2009). A border is where the depth jumps (an instrument
+/// before tissue), or the colour does from one pixel to the next (jaw before jaw, a vessel on its wall, the
+/// rim of a highlight); texture is drawn softer than that, and stays as it is. A run of border between two
+/// pixel rows that steps up or down at its ends stands for a line through the middle of the steps, and each
+/// pixel takes as much of the colour beyond as the line cuts off. No allocation after the first picture of a
+/// size.
 class EdgeSmoother {
  public:
   /// @param depth CV_8U, codes as in the shaders' alpha; @param rgb CV_8UC3 of the same size
