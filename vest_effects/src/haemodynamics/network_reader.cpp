@@ -1,7 +1,10 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <iomanip>
+#include <locale>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "vest_effects/haemodynamics/network.h"
 #include "vest_instruments/files/read.h"
@@ -251,9 +254,17 @@ bool parseNumber(const std::string& text, double& value) {
 }
 
 std::string formatNumber(double value) {
-  char buffer[40];
-  const auto result = std::to_chars(buffer, buffer + sizeof buffer, value);
-  return std::string(buffer, result.ptr);
+  // With a point in any language, and no digit more than it takes to read it back (GCC 9 has no std::to_chars
+  // of doubles).
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  double back = 0;
+  for (int digits = 15; digits <= 17; ++digits) {
+    out.str("");
+    out << std::setprecision(digits) << value;
+    if (!std::isfinite(value) || (parseNumber(out.str(), back) && back == value)) break;
+  }
+  return out.str();
 }
 
 Network readCase(const std::string& folder) {

@@ -44,7 +44,7 @@ class Check {
       fail(field, index, text(value), std::string(allowed) + ", at most 1e30");
   }
   void place(const std::string& field, std::size_t index, const Eigen::Vector3d& x) const {
-    for (const double c : x) {
+    for (const double c : {x.x(), x.y(), x.z()}) {
       if (!(std::abs(c) <= kFarthest))
         fail(field, index, text(c), "must be a coordinate from -500000 to 500000");
     }

@@ -96,7 +96,7 @@ void checkShape(const fem::Description& d, const Places& places, bool in_world) 
                "must be at most " + std::to_string(fem::kMostTissueNodes) + " with integrator: newton_euler");
   }
   for (std::size_t n = 0; n < d.nodes.size(); ++n)
-    for (const double c : d.nodes[n])
+    for (const double c : {d.nodes[n].x(), d.nodes[n].y(), d.nodes[n].z()})
       if (!(std::abs(c) <= kFarthest))
         places.fail(true, n, "a coordinate of " + format(c), "must be from -500000 to 500000");
   std::vector<std::uint8_t> used(d.nodes.size(), 0);

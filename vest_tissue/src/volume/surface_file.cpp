@@ -54,7 +54,7 @@ class Builder {
 
  private:
   Index place(const Vector3d& v, const std::string& where) {
-    for (const double c : v) {
+    for (const double c : {v.x(), v.y(), v.z()}) {
       if (std::fabs(c) <= kFarthest) continue;
       char text[32];
       std::snprintf(text, sizeof text, "%g", c);
