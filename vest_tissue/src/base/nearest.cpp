@@ -6,13 +6,11 @@
 #include "vest_tissue/base/nearest.h"
 
 namespace vest::contact {
-namespace {
 
 using Eigen::Vector3d;
 
-/// Nearest points of two segments: parameters s on a…b, t on c…d.
-void segments(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d, double& s,
-              double& t) {
+double nearestSegments(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d, double& s,
+                       double& t) {
   const Vector3d u = b - a, v = d - c, w = a - c;
   const double uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v), uw = u.dot(w), vw = v.dot(w);
   const double det = uu * vv - uv * uv;
@@ -22,9 +20,8 @@ void segments(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vec
     t = std::clamp(t, 0.0, 1.0);
     s = uu > 0.0 ? std::clamp((uv * t - uw) / uu, 0.0, 1.0) : 0.0;
   }
+  return (a + u * s - (c + v * t)).norm();
 }
-
-}  // namespace
 
 Nearest nearest(const Vector3d& point, const std::array<Vector3d, 3>& p) {
   // Regions of the triangle by the signs of the projections on its edges.
@@ -70,8 +67,7 @@ Nearest nearest(const Vector3d& a, const Vector3d& b, const std::array<Vector3d,
   for (int e = 0; e < 3; ++e) {
     const int f = (e + 1) % 3;
     double s, t;
-    segments(a, b, p[e], p[f], s, t);
-    const double distance = (a + (b - a) * s - (p[e] + (p[f] - p[e]) * t)).norm();
+    const double distance = nearestSegments(a, b, p[e], p[f], s, t);
     if (distance < best.distance) {
       best.distance = distance;
       best.s = s;

@@ -185,8 +185,8 @@ Object readObject(const Value& value, Files& files, bool in_world) {
   Map map(value);
   if (map.has("baked")) {
     map.only({"name", "organ", "material", "roles", "model", "baked", "law", "density", "friction",
-              "contact_thickness", "vessel_segment", "tear_strain", "cut_toughness", "puncture_force",
-              "wall_thickness", "thermal", "grasp_damage_threshold", "motility"});
+              "contact_thickness", "full_contact", "vessel_segment", "tear_strain", "cut_toughness",
+              "puncture_force", "wall_thickness", "thermal", "grasp_damage_threshold", "motility"});
   } else {
     map.only({"name",
               "organ",
@@ -201,6 +201,7 @@ Object readObject(const Value& value, Files& files, bool in_world) {
               "link_area",
               "friction",
               "contact_thickness",
+              "full_contact",
               "vessel_segment",
               "tear_strain",
               "cut_toughness",
@@ -250,6 +251,7 @@ Object readObject(const Value& value, Files& files, bool in_world) {
   if (map.has("puncture_force")) object.puncture_force = map["puncture_force"].number(0, 1e3);
   if (map.has("wall_thickness")) object.wall_thickness = map["wall_thickness"].number(0, 1e3);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
+  if (map.has("full_contact")) object.full_contact = map["full_contact"].boolean();
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
   std::string path = value.file();
   if (elements) {

@@ -340,6 +340,7 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
     object.contact_triangles = draft.triangles;
     object.contact_thickness = from.contact_thickness;
     object.friction = from.friction;
+    object.full_contact = from.full_contact;
     object.cut_toughness = from.cut_toughness;
     object.puncture_force = from.puncture_force;
     object.tear_strain = from.tear_strain;

@@ -223,6 +223,7 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
     for (const Value& role : map["roles"].list()) object.roles.push_back(role.name());
   }
   if (map.has("rigid")) object.rigid = map["rigid"].boolean();
+  if (map.has("full_contact")) object.full_contact = map["full_contact"].boolean();
   if (map.has("tube")) object.tube = tubeOf(map["tube"]);
   if (map.has("sheet")) object.sheet = sheetOf(map["sheet"]);
   if (object.tube.has_value() == object.sheet.has_value()) value.fail("must have either tube or sheet");

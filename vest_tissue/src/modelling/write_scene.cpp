@@ -101,6 +101,7 @@ void writeScene(const scene::Description& description, const std::string& direct
     yaml += text("    density: %.10g\n    friction: %.10g\n    contact_thickness: %.10g\n", object.density,
                  object.friction, object.contact_thickness);
     if (object.model != scene::ObjectModel::Rigid) {
+      if (object.full_contact) yaml += "    full_contact: true\n";
       yaml += text("    cut_toughness: %.10g\n", object.cut_toughness);
       if (object.puncture_force != scene::Object{}.puncture_force)
         yaml += text("    puncture_force: %.10g\n", object.puncture_force);

@@ -268,13 +268,19 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
       c.greatest_edge = std::max(c.greatest_edge, (o.position[t[e]] - o.position[t[(e + 1) % 3]]).norm());
     }
   }
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int>
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<SurfaceEdge>>
       edges;  // directed: a closed surface has each once both ways
-  for (const auto& t : s.triangles)
-    for (int e = 0; e < 3; ++e) ++edges[{t[e], t[(e + 1) % 3]}];
-  c.closed = !edges.empty() && std::all_of(edges.begin(), edges.end(), [&](const auto& e) {
-    return e.second == 1 && edges.count({e.first.second, e.first.first}) == 1;
-  });
+  for (std::uint32_t i = 0; i < s.triangles.size(); ++i)
+    for (std::uint32_t e = 0; e < 3; ++e)
+      edges[{s.triangles[i][e], s.triangles[i][(e + 1) % 3]}].push_back({i, i, e});
+  c.closed = !edges.empty();
+  for (const auto& [knots, all] : edges) {
+    const auto back = edges.find({knots.second, knots.first});
+    c.closed = c.closed && all.size() == 1 && back != edges.end();
+    if (!c.net || (back != edges.end() && knots.second < knots.first)) continue;
+    c.edges.push_back(all.front());
+    if (back != edges.end()) c.edges.back().beyond = back->second.front().triangle;
+  }
   if (!c.net && !o.contact_triangles.empty()) {
     std::vector<std::array<std::uint32_t, 3>> triangles(s.triangles.begin(), s.triangles.end());
     Eigen::Vector3d low = o.position[0], high = low;
@@ -371,66 +377,6 @@ void connect(const Description& d, WorldModel& m) {
     m.start.connections.push_back(s);
   }
 }
-
-/// Whether a point lies nearer than `reach` to an object's surface, or inside it.
-bool within(const Eigen::Vector3d& x, const Object& other, bool closed, double reach) {
-  constexpr double kDeepest = 0.03;  // m: no organ of a scene lies deeper in another by design
-  double best = closed ? kDeepest : reach;
-  bool inside = false;
-  for (const auto& t : other.contact_triangles) {
-    const std::array<Eigen::Vector3d, 3> p{other.position[t[0]], other.position[t[1]], other.position[t[2]]};
-    const Eigen::Array3d low = p[0].cwiseMin(p[1]).cwiseMin(p[2]).array() - best;
-    const Eigen::Array3d high = p[0].cwiseMax(p[1]).cwiseMax(p[2]).array() + best;
-    if ((x.array() < low).any() || (x.array() > high).any()) continue;
-    const contact::Nearest n = contact::nearest(x, p);
-    if (!(n.distance < best)) continue;
-    best = n.distance;
-    inside = closed && (p[1] - p[0]).cross(p[2] - p[0]).dot(x - p[0]) < 0.0;
-  }
-  return best < reach || inside;
-}
-
-/// Organs that are connected, or touch or overlap in the scene as it is saved, belong together by design
-/// (vessels in their ligament, a tube on its mesosalpinx): they move together and do not collide with each
-/// other, or contacts would fight the connections (docs/decisions/0015-…). Likewise a knot may lie as deep in
-/// a rigid object as at the start.
-void ignoreDesignedContacts(WorldModel& m) {
-  const auto& d = m.description;
-  for (ObjectConstants& c : m.objects) c.together.assign(d.objects.size(), 0);
-  m.start.jaws_pass.assign(d.objects.size(), 0), m.start.blades_pass.assign(d.objects.size(), 0);
-  for (std::size_t a = 0; a < d.objects.size(); ++a) {
-    if (!m.objects[a].net) continue;
-    ObjectState& s = m.start.objects[a];
-    for (std::size_t b = 0; b < d.objects.size(); ++b) {
-      if (a == b || d.objects[b].contact_triangles.empty()) continue;
-      const Object& other = d.objects[b];
-      if (!m.objects[b].net) {
-        for (std::size_t i = 0; i < d.objects[a].position.size(); ++i) {
-          Eigen::Vector3f g;
-          const float distance = m.objects[b].grid.distance(d.objects[a].position[i].cast<float>(), g);
-          s.depth[i] =
-              std::min(s.depth[i],
-                       std::min(0.0f, distance - static_cast<float>(d.objects[a].contact_thickness) - 1e-4f));
-        }
-        continue;
-      }
-      const double reach = d.objects[a].contact_thickness + other.contact_thickness + 3e-4;
-      for (std::size_t i = 0; i < d.objects[a].position.size(); ++i) {
-        if (within(d.objects[a].position[i], other, m.objects[b].closed, reach)) {
-          m.objects[a].together[b] = m.objects[b].together[a] = 1;
-          break;
-        }
-      }
-    }
-  }
-  for (const ConnectionState& c : m.start.connections) {
-    m.objects[c.end0.object].together[c.end1.object] = m.objects[c.end1.object].together[c.end0.object] = 1;
-  }
-}
-
-}  // namespace
-
-namespace {
 
 void placeThreads(ThreadModel& m) {
   const suture::Model& rods = *m.rods;
@@ -573,7 +519,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     s.rings.reserve(model.objects[i].tube, model.description.objects[i].position.size());
     if (model.objects[i].motility.waves.active()) s.active.resize(3 * b.knotCapacity());
   }
-  organ_contacts.reserve(model.mostPairs());
+  organ_contacts.reserve(model.mostPairs()), old_pairs.reserve(model.mostPairs());
   loop_candidates.reserve(4096);
   std::size_t most = 0;
   for (const auto& o : model.start.objects) most = std::max(most, 2 * o.triangles.size() + 64);

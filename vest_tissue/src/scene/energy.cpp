@@ -80,9 +80,10 @@ Energy World::energy() const {
     }
   }
   for (const OrganContact& r : impl_->scratch.organ_contacts) {
-    Vector3d off = knotPosition(state.objects[r.object], r.knot);
+    Vector3d off = Vector3d::Zero();
     for (int k = 0; k < 3; ++k)
-      off -= static_cast<double>(r.weights[k]) * knotPosition(state.objects[r.other], r.triangle[k]);
+      off += static_cast<double>(r.shares[k]) * knotPosition(state.objects[r.object], r.knots[k]) -
+             static_cast<double>(r.weights[k]) * knotPosition(state.objects[r.other], r.triangle[k]);
     const double gap = Vector3d(r.normal[0], r.normal[1], r.normal[2]).dot(off) - r.reach;
     if (gap < 0.0) e.elastic += 0.5 * r.stiffness * gap * gap;
   }

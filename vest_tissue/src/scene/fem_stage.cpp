@@ -129,11 +129,14 @@ bool gatherOrgans(Context& c, std::size_t object, double h) {
         rate += static_cast<double>(r.weights[e]) * knotVelocity(s, r.triangle[e]);
       }
       point.normal = -normal;
-      point.knots = {r.knot, r.knot, r.knot};
-      point.weights = {1, 0, 0};
+      point.knots = r.knots;
+      for (int e = 0; e < 3; ++e) point.weights[e] = r.shares[e];
     } else {
       const ObjectState& s = c.state.objects[r.object];
-      other = knotPosition(s, r.knot), rate = knotVelocity(s, r.knot);
+      for (int e = 0; e < 3; ++e) {
+        other += static_cast<double>(r.shares[e]) * knotPosition(s, r.knots[e]);
+        rate += static_cast<double>(r.shares[e]) * knotVelocity(s, r.knots[e]);
+      }
       point.normal = normal;
       point.knots = r.triangle;
       for (int e = 0; e < 3; ++e) point.weights[e] = r.weights[e];

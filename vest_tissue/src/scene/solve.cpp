@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "connections.h"
 #include "stages.h"
@@ -162,23 +163,73 @@ void pushKnots(WorldState& state, std::size_t object, const std::array<std::uint
   }
 }
 
-/// Force on the knot of an organ contact; the triangle gets its opposite.
-Vector3d organForce(const Context& c, const OrganContact& r, double h, double& heat) {
+/// The knots of a contact as one body: what rests against the other and turns with it does not slide on it.
+struct ContactBody {
+  std::array<Vector3d, 6> arm;  ///< m, from their middle; zero: no part of the contact
+  Eigen::Matrix3d inverse;
+  Vector3d turn;  ///< 1/s
+  ContactBody(const ObjectState& sa, const ObjectState& sb, const OrganContact& r) {
+    std::array<Vector3d, 6> velocity;
+    Vector3d middle = Vector3d::Zero();
+    int count = 0;
+    for (std::size_t i = 0; i < 6; ++i) {
+      arm[i].setZero(), velocity[i].setZero();
+      if (!uses(r, i)) continue;
+      const ObjectState& s = i < 3 ? sa : sb;
+      const std::uint32_t knot = i < 3 ? r.knots[i] : r.triangle[i - 3];
+      arm[i] = knotPosition(s, knot), velocity[i] = knotVelocity(s, knot);
+      middle += arm[i], ++count;
+    }
+    middle /= count;
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+    Vector3d spin = Vector3d::Zero();
+    for (std::size_t i = 0; i < 6; ++i) {
+      if (!uses(r, i)) continue;
+      arm[i] -= middle;
+      inertia += arm[i].squaredNorm() * Eigen::Matrix3d::Identity() - arm[i] * arm[i].transpose();
+      spin += arm[i].cross(velocity[i]);
+    }
+    inertia.diagonal().array() += 1e-6 * inertia.trace() + 1e-24;  // of knots on one line
+    inverse = inertia.inverse(), turn = inverse * spin;
+  }
+  static bool uses(const OrganContact& r, std::size_t i) {
+    return (i < 3 ? r.shares[i] : r.weights[i - 3]) != 0.0f;
+  }
+};
+
+/// Force on the knot of an organ contact; the triangle gets its opposite. With full contact also the couple
+/// that keeps angular momentum: slip is what is left without the turn of all its knots, so that the couple
+/// feeds nothing.
+Vector3d organForce(const Context& c, OrganContact& r, double h, double& heat) {
   const ObjectState &sa = c.state.objects[r.object], &sb = c.state.objects[r.other];
-  Vector3d off = knotPosition(sa, r.knot), rate = knotVelocity(sa, r.knot);
+  Vector3d off = Vector3d::Zero(), rate = off;
   for (int e = 0; e < 3; ++e) {
+    off += static_cast<double>(r.shares[e]) * knotPosition(sa, r.knots[e]);
+    rate += static_cast<double>(r.shares[e]) * knotVelocity(sa, r.knots[e]);
     off -= static_cast<double>(r.weights[e]) * knotPosition(sb, r.triangle[e]);
     rate -= static_cast<double>(r.weights[e]) * knotVelocity(sb, r.triangle[e]);
   }
   const Vector3d normal(r.normal[0], r.normal[1], r.normal[2]);
-  const double gap = normal.dot(off + (0.5 * h) * rate) - r.reach, opening = normal.dot(rate);
-  const double push = gap < 0.0 ? std::max(0.0, -r.stiffness * gap - r.damping * opening) : 0.0;
+  const double gap = normal.dot(off + (0.5 * h) * rate) - r.reach;
+  if (!(gap < 0.0)) {
+    r.couple.fill(Vector3d::Zero());
+    heat = 0.0;
+    return Vector3d::Zero();
+  }
+  std::optional<ContactBody> body;
+  if (r.balanced) body.emplace(sa, sb, r), rate -= body->turn.cross(off);
+  const double opening = normal.dot(rate);
+  const double push = std::max(0.0, -r.stiffness * gap - r.damping * opening);
   const Vector3d slide = rate - opening * normal;
   const double speed = std::sqrt(slide.squaredNorm()), limit = r.friction * push;
   const double coefficient = speed * r.grip > limit ? limit / speed : r.grip;
-  heat = gap < 0.0 ? (coefficient * speed * speed + std::max(0.0, (push + r.stiffness * gap) * -opening)) * h
-                   : 0.0;
-  return gap < 0.0 ? Vector3d(push * normal - coefficient * slide) : Vector3d(Vector3d::Zero());
+  heat = (coefficient * speed * speed + std::max(0.0, (push + r.stiffness * gap) * -opening)) * h;
+  const Vector3d force = push * normal - coefficient * slide;
+  if (body) {
+    const Vector3d spin_up = body->inverse * force.cross(off);
+    for (std::size_t i = 0; i < 6; ++i) r.couple[i] = spin_up.cross(body->arm[i]);
+  }
+  return force;
 }
 
 /// Heat of the links' dampers and of the knots' damping in a sub-step.
@@ -292,8 +343,7 @@ void pushImplicit(Context& c, int turn, Due due) {
   for (const OrganContact& r : c.scratch.organ_contacts) {
     if (r.implicit_side == 0) continue;
     if (turnOf(c, r.implicit_side == 1 ? r.object : r.other) != turn) continue;
-    if (r.implicit_side == 2 && due(r.object))
-      pushKnots(c.state, r.object, {r.knot, 0, 0}, {1, 0, 0}, r.force);
+    if (r.implicit_side == 2 && due(r.object)) pushKnots(c.state, r.object, r.knots, r.shares, r.force);
     if (r.implicit_side == 1 && due(r.other)) {
       pushKnots(c.state, r.other, r.triangle, r.weights, -r.force);
     }
@@ -346,7 +396,12 @@ void solve(Context& c) {
         r.force = organForce(c, r, c.dt / r.batches, heat);
         c.state.energy.dissipated += heat;
       }
-      if (due0) pushKnots(c.state, r.object, {r.knot, 0, 0}, {1, 0, 0}, r.force);
+      for (std::size_t i = 0; r.balanced && i < 6; ++i) {
+        const std::size_t object = i < 3 ? r.object : r.other;
+        if ((i < 3 ? due0 : due1) && ContactBody::uses(r, i))
+          pushKnots(c.state, object, {i < 3 ? r.knots[i] : r.triangle[i - 3], 0, 0}, {1, 0, 0}, r.couple[i]);
+      }
+      if (due0) pushKnots(c.state, r.object, r.knots, r.shares, r.force);
       if (due1) {
         pushKnots(c.state, r.other, r.triangle, r.weights, -r.force);
       }

@@ -66,6 +66,11 @@ bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& delt
 double stationOf(const WorldModel& model, const WorldState& state, std::size_t object,
                  const std::array<std::uint32_t, 3>& knots, const std::array<double, 3>& weights);
 
+/// Organs that are connected, or touch or overlap in the scene as it is saved, belong together by design
+/// (vessels in their ligament, a tube on its mesosalpinx): they move together and do not collide, or contacts
+/// would fight the connections (docs/decisions/0015-…). With full contact that holds where they do so.
+/// Likewise a knot may lie as deep in a rigid object as at the start.
+void ignoreDesignedContacts(WorldModel& model);
 /// Which objects nothing holds from the start (ObjectConstants::floats).
 void findFloating(WorldModel& model);
 /// Cutting's part of a built model, its room in a State, and its scratch.

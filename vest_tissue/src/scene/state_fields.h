@@ -258,6 +258,7 @@ struct Numbers {
   const ObjectConstants& constants() const { return model->objects[object]; }
   std::size_t objects() const { return world->objects.size(); }
   std::size_t knots() const { return now().block.knots(); }
+  std::size_t edgesOf(std::size_t of) const { return of < objects() ? model->objects[of].edges.size() : 0; }
   std::size_t knotsOf(std::size_t of) const { return of < objects() ? world->objects[of].block.knots() : 0; }
   /// A first triangle is allowed where there is none: it stands for "not yet".
   std::size_t trianglesOf(std::size_t of) const {

@@ -436,10 +436,13 @@ auto fields(Walk<A> a, interaction::ThreadState& s) {
 template <class A>
 auto fields(Walk<A> a, OrganPair& p) {
   const auto& at = a.archive.at;
-  return a(index("object", p.object, at.objects()), index("object", p.other, at.objects()))(
-      index("knot", p.knot, at.knotsOf(p.object)),
-      index("contact triangle", p.triangle,
-            p.other < at.objects() ? at.world->objects[p.other].triangles.size() : 0),
+  return a(index("object", p.object, at.objects()), index("object", p.other, at.objects()), p.edges)(
+      within("side of a contact", p.side, -1, 1),
+      index("knot or edge", p.knot, p.edges ? at.edgesOf(p.object) : at.knotsOf(p.object)),
+      index("contact triangle or edge", p.triangle,
+            p.edges                  ? at.edgesOf(p.other)
+            : p.other < at.objects() ? at.world->objects[p.other].triangles.size()
+                                     : 0),
       p.clear);
 }
 template <class A>

@@ -86,8 +86,9 @@ struct Pedicle {
   double most = 0.0;  ///< rad: opening that the tissue fills
 };
 
+/// What is hollow is flattened by bending.
 bool isHard(const Object& o) {
-  return (o.fem ? o.fem->material.youngs_modulus : o.law.youngs_modulus) > kHard;
+  return o.tube.rings.empty() && (o.fem ? o.fem->material.youngs_modulus : o.law.youngs_modulus) > kHard;
 }
 
 /// Also ObjectScratch::between.

@@ -81,6 +81,7 @@ struct ObjectSource {
   double support = 0.0;  ///< rad/s; 0: none. Surroundings that carry each knot's weight, and give way:
                          ///< a tether of stiffness m·support² whose place lies m·g/stiffness above the design
   double friction = 0.1, contact_thickness = 0.0005;
+  bool full_contact = false;     ///< as scene::Object
   double puncture_force = 0.4;   ///< N, as scene::Object
   double cut_toughness = 164.0;  ///< J/m², as scene::Object
   double tear_strain = 0.0;      ///< as scene::Object

@@ -103,7 +103,9 @@ struct Object {
       contact_triangles;              ///< knots, counter-clockwise from outside; what others touch
   double contact_thickness = 0.0005;  ///< m: offset of the touched surface from contact_triangles
   double friction = 0.1;              ///< no unit, Coulomb, wet tissue
-  double tear_strain = 0.0;           ///< no unit: an elastic link tears above this strain; 0: never
+  /// It collides with itself, edges meet edges, and what it touches at the start it meets elsewhere.
+  bool full_contact = false;
+  double tear_strain = 0.0;  ///< no unit: an elastic link tears above this strain; 0: never
   interaction::ThermalMaterial thermal;
   motility::Motility motility;  ///< nets with a tube map only
   double grasp_damage_threshold =

@@ -189,7 +189,7 @@ struct WorldScratch;  ///< sized once, no meaning between steps (world_scratch.h
 inline constexpr std::size_t kDeltaHistory = 256;  ///< deltas that a World keeps for late readers (assumed)
 
 /// First bytes of a snapshot: seven letters, then the version of its layout.
-inline constexpr std::string_view kSnapshotMagic = "VESTWLDA";
+inline constexpr std::string_view kSnapshotMagic = "VESTWLDB";
 
 /// Convenient owner of Model, State and Scratch. Not thread-safe; step() is real-time safe after
 /// construction.

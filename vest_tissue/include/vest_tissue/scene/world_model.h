@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -11,6 +12,12 @@
 #include "vest_tissue/solver/step_bound.h"
 
 namespace vest::scene {
+
+/// An edge of the contact surface: of a triangle from this corner to the next, and the triangle beyond it.
+struct SurfaceEdge {
+  std::uint32_t triangle = 0, beyond = 0;
+  std::uint32_t corner = 0;
+};
 
 /// What of one object never changes once built.
 struct ObjectConstants {
@@ -29,9 +36,21 @@ struct ObjectConstants {
   bool implicit = false;   ///< stepped by solver::ImplicitNet: more than the explicit sub-steps can hold
   double greatest_edge = 0.0;          ///< m, of the contact triangles at the start
   bool closed = false;                 ///< contact triangles form a closed surface
-  std::vector<std::uint8_t> together;  ///< per object: no contact with it, by design
-  bool floats = false;                 ///< none of its knots hangs on anything fixed: tethers alone carry it
-  bool polynomial = false;             ///< the law has a2, a3 or a4
+  std::vector<std::uint8_t> together;  ///< per object (itself, too): no contact with it, by design
+  /// Per object, per knot of the scene: near or in that object at the start, no contact with it. Empty: all
+  /// may touch it.
+  std::vector<std::vector<std::uint8_t>> designed;
+  std::vector<SurfaceEdge> edges;  ///< of the contact triangles, each once
+  /// With full contact, per knot of the scene, ascending: knots of the surface that are beside it at rest.
+  /// Neither touches the triangles of the other. None: it is not on the surface.
+  std::vector<std::uint32_t> beside_first, beside_knots;
+  bool onSurface(std::uint32_t knot) const { return beside_first[knot] < beside_first[knot + 1]; }
+  bool beside(std::uint32_t a, std::uint32_t b) const {
+    const auto first = beside_knots.begin();
+    return std::binary_search(first + beside_first[a], first + beside_first[a + 1], b);
+  }
+  bool floats = false;      ///< none of its knots hangs on anything fixed: tethers alone carry it
+  bool polynomial = false;  ///< the law has a2, a3 or a4
   net::TubeMap tube;
   struct RingLink {
     std::uint32_t link = 0;  ///< of the block
@@ -56,12 +75,16 @@ struct WorldModel {
   std::vector<ObjectConstants> objects;
   int batches = 1;   ///< greatest of all; a multiple of each
   WorldState start;  ///< what reset() returns to
-  /// Room for candidates of contact between objects (assumed): 8192, or every knot near two others.
+  /// Whether edges of two objects, or of one, meet, and what touches at the start collides elsewhere.
+  bool fullContact(std::size_t a, std::size_t b) const {
+    return description.objects[a].full_contact || description.objects[b].full_contact;
+  }
+  /// Room for candidates of contact between objects (assumed): 8192, or every knot and edge near another.
   std::size_t mostPairs() const {
     std::size_t knots = 0;
     for (std::size_t i = 0; i < objects.size(); ++i)
       if (objects[i].net) knots += start.objects[i].block.knots();
-    return std::max<std::size_t>(8192, 2 * knots);
+    return std::max<std::size_t>(8192, 4 * knots);
   }
   std::vector<ConnectionConstants> connections;
   ThreadModel threads;

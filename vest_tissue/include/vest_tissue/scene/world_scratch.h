@@ -15,13 +15,14 @@
 
 namespace vest::scene {
 
-/// A contact of a knot with another object's triangle, evaluated once a batch.
+/// A contact of a place on one object with one on another or on itself, evaluated once a batch.
 struct OrganContact {
   std::uint16_t object = 0, other = 0;
-  std::uint32_t knot = 0;
-  std::array<std::uint32_t, 3> triangle{};
+  std::array<std::uint32_t, 3> knots{};     ///< of `object`: one, or an edge
+  std::array<float, 3> shares{};            ///< their weights
+  std::array<std::uint32_t, 3> triangle{};  ///< of `other`: its knots, or those of an edge
   std::array<float, 3> weights{};
-  float normal[3] = {};  ///< from the triangle to the knot
+  float normal[3] = {};  ///< from `other` to `object`
   float reach = 0;       ///< m
   float stiffness = 0, damping = 0, grip = 0, friction = 0;
   int batches = 1;
@@ -29,6 +30,9 @@ struct OrganContact {
   /// before the other side does; 2: `other` does.
   std::uint8_t implicit_side = 0;
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, held
+  /// With full contact: N per knot of both sides, held; they take off the torque of two forces at two places.
+  bool balanced = false;
+  std::array<Eigen::Vector3d, 6> couple{};
 };
 
 /// Triangles of the other object that a search for pairs looks at: bounding balls, m, as arrays.
@@ -124,6 +128,7 @@ struct LoopTissue {
 struct WorldScratch {
   std::vector<ObjectScratch> objects;
   std::vector<OrganContact> organ_contacts;
+  std::vector<OrganPair> old_pairs;  ///< those of the last search, in order
   Candidates candidates;
   std::vector<ConnectionForce> connection_force;
   /// N: per clip of the State, on the first part that shares its id, at each place of their joint.

@@ -84,9 +84,12 @@ struct ConnectionState {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N on end 0; kept where an end is elastostatic
 };
 
-/// Candidates for organ against organ: a knot of one object near a triangle of another.
+/// Candidates for organ against organ, or against itself: a knot of one near a triangle of the other, or two
+/// edges (ObjectConstants::edges).
 struct OrganPair {
   std::uint16_t object = 0, other = 0;
+  bool edges = false;
+  std::int8_t side = 1;  ///< of the triangle on which the knot was first; for edges of their cross product
   std::uint32_t knot = 0;
   std::uint32_t triangle = 0;
   double clear = 0.0;  ///< m: before the sum of both objects' ways exceeds it they cannot touch
