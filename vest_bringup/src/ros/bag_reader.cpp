@@ -228,10 +228,11 @@ bool BagReader::chunk(const Record& record, const Callback& callback, Salvage* s
   if (there > kMostChunk || size > kMostChunk)
     return damage("a chunk of more than " + std::to_string(kMostChunk) + " bytes");
   // Chunks within chunks, or of zeros: a small file must not ask for hours.
-  spent_ += std::max<std::uint64_t>(size == 0 ? size_ - record.data : there, size);
+  const bool cut = there < record.size || size == 0;
+  const std::uint64_t bytes = std::max<std::uint64_t>(size == 0 ? size_ - record.data : there, size);
+  spent_ += cut ? 16 * bytes : bytes;  // a bag has one that was cut off
   if (spent_ > kMostFolds * size_ + kMostChunk)
     return damage("chunks of more than " + std::to_string(kMostFolds) + " times the file");
-  const bool cut = there < record.size || size == 0;
   if (cut && !salvage) return damage("a chunk that is not whole");
   // A chunk that stock rosbag left open says 0: all that follows is in it.
   if (!get(record.data, size == 0 ? std::min<std::uint64_t>(size_ - record.data, kMostChunk) : there, raw_))
