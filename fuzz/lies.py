@@ -425,6 +425,12 @@ def bag(data):
     yield 'a hundred thousand connections', with_chunk(b''.join(connection(i, b'/t%d' % i) for i in range(100000)), b'none')
     yield 'a connection twice, other types', with_chunk(connection(0) + connection(0, b'/tissue/scene', b'vest_msgs/SceneFiles') + message(0, b''), b'none')
     yield 'a chunk in a chunk', with_chunk(record(5, [(b'compression', b'none'), (b'size', struct.pack('<I', len(inner)))], inner), b'none')
+    yield 'headers that may begin chunks', data[:5000] + b'\x20\0\0\0\x10\0\0\0compression=none' * 200000
+    yield 'words that may begin chunks', data[:5000] + b'compression=' * 400000
+    for size in (0, 1 << 24):
+        rest = record(5, [(b'compression', b'none'), (b'size', struct.pack('<I', size))], b'')[:-4] + struct.pack('<I', size)
+        yield 'chunks that claim the rest, size %d' % size, data[:5000] + rest * 60000
+    yield 'many bombs of bz2', data[:5000] + record(5, [(b'compression', b'bz2'), (b'size', struct.pack('<I', 200 << 20))], packed('bz2', 200)) * 2000
     yield 'a definition of 50 MB', with_chunk(connection(0, text=b'float64 x\n' * 5000000) + message(0, b''), b'none')
     yield 'a definition that contains itself', with_chunk(connection(0, kind=b'vest_msgs/StepInput', text=b'vest_msgs/StepInput x\n') + message(0, b''), b'none')
     yield 'a topic that writes', with_chunk(connection(0, b'/step_inputs\x1b[2J\n') + message(0, b''), b'none')

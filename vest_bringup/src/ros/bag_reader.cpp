@@ -20,6 +20,9 @@ namespace {
 // Limits of ours. The largest header is a connection's: a message definition.
 constexpr std::uint32_t kMostHeader = 1U << 20U;
 constexpr std::uint32_t kMostChunk = 256U << 20U;
+constexpr std::uint32_t kMostFolds =
+    100;  ///< of the file's size, in its chunks: beyond what sessions pack to
+constexpr std::uint32_t kMostChunkHeader = 1024;  ///< four short fields (a damaged file may name more)
 constexpr std::size_t kMostConnections = 65536;
 
 std::uint32_t littleEndian(const std::uint8_t* bytes) {
@@ -224,7 +227,12 @@ bool BagReader::chunk(const Record& record, const Callback& callback, Salvage* s
   const std::uint64_t there = std::min<std::uint64_t>(record.size, size_ - record.data);
   if (there > kMostChunk || size > kMostChunk)
     return damage("a chunk of more than " + std::to_string(kMostChunk) + " bytes");
+  // Chunks within chunks, or of zeros: a small file must not ask for hours.
   const bool cut = there < record.size || size == 0;
+  const std::uint64_t bytes = std::max<std::uint64_t>(size == 0 ? size_ - record.data : there, size);
+  spent_ += cut ? 16 * bytes : bytes;  // a bag has one that was cut off
+  if (spent_ > kMostFolds * size_ + kMostChunk)
+    return damage("chunks of more than " + std::to_string(kMostFolds) + " times the file");
   if (cut && !salvage) return damage("a chunk that is not whole");
   // A chunk that stock rosbag left open says 0: all that follows is in it.
   if (!get(record.data, size == 0 ? std::min<std::uint64_t>(size_ - record.data, kMostChunk) : there, raw_))
@@ -247,6 +255,9 @@ std::uint64_t BagReader::nextChunk(std::uint64_t at) const {
   std::vector<std::uint8_t> block;
   Record candidate;
   while (at < size_) {
+    const off_t data = lseek(descriptor_, static_cast<off_t>(at), SEEK_DATA);
+    if (data < 0 && errno == ENXIO) break;  // a hole to the end
+    if (data > 0) at = std::max(at, static_cast<std::uint64_t>(data));
     const std::uint64_t size = std::min<std::uint64_t>(kBlock, size_ - at);
     if (!get(at, size, block)) return size_;
     for (auto found = block.begin();; ++found) {
@@ -255,7 +266,9 @@ std::uint64_t BagReader::nextChunk(std::uint64_t at) const {
       // Its header begins a few fields before.
       const auto word = at + static_cast<std::uint64_t>(found - block.begin());
       const std::uint64_t first = std::max<std::uint64_t>(at, word < kOverlap ? 0 : word - kOverlap);
-      for (std::uint64_t begin = first; begin < word; ++begin) {
+      for (std::uint64_t begin = first; begin + 4 <= word; ++begin) {
+        const std::uint64_t header = littleEndian(block.data() + (begin - at)), most = kMostChunkHeader;
+        if (begin + 4 + header < word + kWord.size() || header > most) continue;
         if (record(begin, candidate) == Found::Record && candidate.is(Op::Chunk)) return begin;
       }
     }
@@ -310,11 +323,13 @@ std::uint64_t BagReader::walk(const Callback& callback, Salvage* salvage) {
 
 void BagReader::read(const Callback& callback) {
   connections_.clear();
+  spent_ = 0;
   walk(callback, nullptr);
 }
 
 BagReader::Salvage BagReader::salvage(const Callback& callback) {
   connections_.clear();
+  spent_ = 0;
   Salvage salvage;
   walk(callback, &salvage);
   return salvage;

@@ -258,6 +258,15 @@ Account accountOfNifti(const std::string& path) {
     throw std::runtime_error("units: must be mm");
   for (const std::size_t axis : {80, 84, 88})
     if (number(axis, 0.0f) == 0) throw std::runtime_error("no spacing: pixdim is 0");
+  // NIfTI's own reader takes 1 or 0 for what is no number.
+  const auto finite = [&](const char* field, std::size_t first, std::size_t count) {
+    for (std::size_t at = first; at < first + 4 * count; at += 4)
+      if (!std::isfinite(number(at, 0.0f)))
+        throw std::runtime_error(std::string(field) + ": not a finite number");
+  };
+  finite("pixdim", 76, 4);
+  if (number(252, std::int16_t{0}) > 0) finite("quatern or qoffset", 256, 6);
+  if (number(254, std::int16_t{0}) > 0) finite("srow", 280, 12);
   const float begin = number(108, 0.0f);
   if (!(begin >= 348 && begin <= 1e9f)) throw std::runtime_error("vox_offset: must be at least 348");
   const int axes = number(40, std::int16_t{0});

@@ -264,6 +264,20 @@ TEST(VolumeFile, WhatIsNoVolumeIsRefusedWithTheCause) {
   Nifti narrow(head());
   narrow.bits = 8;
   expect("a.nii", narrow.bytes(valuesOf(head())), "bitpix: 8: must be 16");
+  // Of which NIfTI's own reader makes 1 mm, or no shift.
+  const std::string whole = Nifti(head()).bytes(valuesOf(head()));
+  const auto without = [&](std::size_t at, float value) {
+    std::string bytes = whole;
+    std::memcpy(&bytes[at], &value, sizeof value);
+    return bytes;
+  };
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  for (const float value : {kNan, std::numeric_limits<float>::infinity()})
+    expect("a.nii", without(84, value), "pixdim: not a finite number");
+  expect("a.nii", without(292, kNan), "srow: not a finite number");
+  std::string turned = without(268, kNan);
+  turned[252] = 1;
+  expect("a.nii", turned, "qoffset: not a finite number");
   expect("a.nrrd", "NRRD0004\ndimension: 2\nsizes: 4 2\nspacings: 1 1\n" + kind + "\n\n" + eight, "picture");
   expect("a.nrrd",
          "NRRD0004\ndimension: 4\nsizes: 3 2 2 2\nkinds: RGB-color domain domain domain\nspace: LPS\n"

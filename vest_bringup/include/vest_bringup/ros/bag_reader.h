@@ -69,7 +69,8 @@ class BagReader {
   std::uint64_t size_ = 0;
   std::map<std::uint32_t, BagConnection> connections_;
   std::vector<std::uint8_t> raw_, unpacked_;
-  std::string problem_;  ///< of the last thing that was not right
+  std::uint64_t spent_ = 0;  ///< bytes of chunks, read and unpacked
+  std::string problem_;      ///< of the last thing that was not right
 };
 
 }  // namespace vest::session
