@@ -16,7 +16,7 @@ CRTK_MD5 = {  # crtk_msgs 1.3.0
 }
 UNIT = re.compile(
     r"no unit|scaled|units inside|unit of|stamp|time (of|at)|bit mask|quaternion|"
-    r"\b(rad|m|m2|m3|m/s|s|Hz|Pa|K|N|J|kg|pixel|byte|N/m|kg/m2|kg/m3|m3/s|rad/s|N·m|N·s|N·s/m|m3/s)\b")
+    r"\b(rad|m|m2|m3|m/s|s|Hz|Pa|K|N|J|V|kg|pixel|byte|N/m|kg/m2|kg/m3|m3/s|rad/s|N·m|N·s|N·s/m|m3/s)\b")
 
 
 def main():

@@ -181,7 +181,7 @@ TEST(FemCutInWorld, ScissorsThatJumpThroughASlabThrowNothing) {
       for (const auto& e : report.events) cuts += e.kind == scene::EventKind::Cut;
     }
     EXPECT_GT(cuts, 80u);
-    EXPECT_GT(w.state().objects[0].fem_surface.parts, 30u);
+    EXPECT_GT(w.state().objects[0].fem_surface.parts, 15u) << "a single element keeps its last face";
     EXPECT_GT(w.knotCount(0) - d.nodes.size(), 150u);
     EXPECT_EQ(threads.stateHash(), w.stateHash());
   }

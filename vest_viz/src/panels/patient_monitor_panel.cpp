@@ -30,7 +30,7 @@ QLabel* number(QWidget* parent, const QColor& colour) {
 
 MonitorTrace::MonitorTrace(QWidget* parent, const QColor& colour, double step, int least, bool numbers)
     : QWidget(parent), colour_(colour), step_(step), least_(least), numbers_(numbers) {
-  setMinimumSize(260, numbers ? 90 : 45);
+  setMinimumSize(260, numbers ? 60 : 25);
 }
 
 void MonitorTrace::add(const MonitorSample& sample) {
@@ -83,10 +83,11 @@ PatientMonitorPanel::PatientMonitorPanel(QWidget* parent) : BasePanel(parent) {
   gas_ = number(this, kYellow);
   grid->addWidget(ecg_, 0, 0);
   grid->addWidget(curve_, 1, 0, 2, 1);
-  grid->addWidget(pleth_, 3, 0, 3, 1);
-  int row = 0;
-  for (QLabel* const label : {rate_, pressure_, oxygen_, loss_, balance_, gas_})
-    grid->addWidget(label, row++, 1);
+  grid->addWidget(pleth_, 3, 0, 2, 1);
+  grid->addWidget(rate_, 0, 1);
+  grid->addWidget(oxygen_, 0, 2);
+  int row = 1;
+  for (QLabel* const label : {pressure_, loss_, balance_, gas_}) grid->addWidget(label, row++, 1, 1, 2);
   grid->setColumnStretch(0, 1);
   rate_->setText("HR –");
   pressure_->setText("ART –");
