@@ -24,10 +24,14 @@
 #include <vest_msgs/StepInput.h>
 #include <vest_msgs/TissueState.h>
 
+#include "vest_instruments/ros/service_call.h"
+
 // Protects the interface of docs/ros_interface.md on the running system: topics with their types, services,
 // refusals.
 
 namespace {
+
+using vest::ros_shell::callService;
 
 const std::map<std::string, std::string> kTopics = {
     {"/vest/phantom_box/joint_states", "sensor_msgs/JointState"},
@@ -104,12 +108,12 @@ TEST(System, TheInstrumentsOfEachStateComeWithItAndGoOnWhilePaused) {
   ASSERT_TRUE(ros::service::waitForService("/vest/tissue/pause", ros::Duration(60)));
   std_srvs::SetBool pause;
   pause.request.data = true;
-  ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
+  ASSERT_TRUE(callService("/vest/tissue/pause", pause));
   of_states.clear();
   EXPECT_TRUE(spinUntil([&] { return of_states.size() >= 10; }))
       << "instruments move while the tissue stands";
   pause.request.data = false;
-  ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
+  ASSERT_TRUE(callService("/vest/tissue/pause", pause));
 }
 
 TEST(System, PauseStepAndResetDoWhatTheySay) {
@@ -117,28 +121,28 @@ TEST(System, PauseStepAndResetDoWhatTheySay) {
   ASSERT_TRUE(ros::service::waitForService("/vest/tissue/pause", ros::Duration(60)));
   vest_msgs::Step step;
   step.request.steps = 5;
-  ASSERT_TRUE(ros::service::call("/vest/tissue/step", step));
+  ASSERT_TRUE(callService("/vest/tissue/step", step));
   EXPECT_FALSE(step.response.success) << "a running simulation is not stepped";
   std_srvs::SetBool pause;
   pause.request.data = true;
-  ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
-  ASSERT_TRUE(ros::service::call("/vest/tissue/step", step));
+  ASSERT_TRUE(callService("/vest/tissue/pause", pause));
+  ASSERT_TRUE(callService("/vest/tissue/step", step));
   ASSERT_TRUE(step.response.success) << step.response.message;
   const auto before = step.response.step;
-  ASSERT_TRUE(ros::service::call("/vest/tissue/step", step));
+  ASSERT_TRUE(callService("/vest/tissue/step", step));
   EXPECT_EQ(step.response.step, before + 5);
   std_srvs::Trigger reset;
-  ASSERT_TRUE(ros::service::call("/vest/tissue/reset", reset));
-  ASSERT_TRUE(ros::service::call("/vest/tissue/step", step));
+  ASSERT_TRUE(callService("/vest/tissue/reset", reset));
+  ASSERT_TRUE(callService("/vest/tissue/step", step));
   EXPECT_EQ(step.response.step, 5U);
   pause.request.data = false;
-  ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
+  ASSERT_TRUE(callService("/vest/tissue/pause", pause));
 }
 
 TEST(System, ASlowerPaceIsKeptAndAnImpossibleOneIsRefused) {
   vest_msgs::SetSpeed speed;
   speed.request.speed = 0.2;
-  ASSERT_TRUE(ros::service::call("/vest/tissue/speed", speed));
+  ASSERT_TRUE(callService("/vest/tissue/speed", speed));
   ASSERT_TRUE(speed.response.success) << speed.response.message;
   // The factor is that of the last second: until it is one at the new pace.
   double factor = 1;
@@ -152,12 +156,12 @@ TEST(System, ASlowerPaceIsKeptAndAnImpossibleOneIsRefused) {
   EXPECT_GT(factor, 0);
   for (const double impossible : {0.0, -1.0, 1e9}) {
     speed.request.speed = impossible;
-    ASSERT_TRUE(ros::service::call("/vest/tissue/speed", speed));
+    ASSERT_TRUE(callService("/vest/tissue/speed", speed));
     EXPECT_FALSE(speed.response.success) << impossible;
     EXPECT_NE(speed.response.message.find("allowed"), std::string::npos);
   }
   speed.request.speed = 1;
-  ASSERT_TRUE(ros::service::call("/vest/tissue/speed", speed));
+  ASSERT_TRUE(callService("/vest/tissue/speed", speed));
   EXPECT_TRUE(speed.response.success);
 }
 
@@ -166,9 +170,9 @@ TEST(System, StopClosesTheRecordingAndStartBeginsAnotherBesideIt) {
   ASSERT_TRUE(ros::NodeHandle("~").getParam("output", output));
   ASSERT_TRUE(ros::service::waitForService("/vest/session/stop", ros::Duration(60)));
   std_srvs::Trigger trigger;
-  ASSERT_TRUE(ros::service::call("/vest/session/start", trigger));
+  ASSERT_TRUE(callService("/vest/session/start", trigger));
   EXPECT_FALSE(trigger.response.success) << "it records already";
-  ASSERT_TRUE(ros::service::call("/vest/session/stop", trigger));
+  ASSERT_TRUE(callService("/vest/session/stop", trigger));
   ASSERT_TRUE(trigger.response.success) << trigger.response.message;
   const auto text = [](const std::string& file) {
     std::ifstream in(file);
@@ -187,9 +191,9 @@ TEST(System, StopClosesTheRecordingAndStartBeginsAnotherBesideIt) {
     EXPECT_EQ(counts["/vest/effects/options"], 1);
     EXPECT_GE(counts["/vest/tissue/topology"], 1) << "latched: not through the relay";
   }
-  ASSERT_TRUE(ros::service::call("/vest/session/stop", trigger));
+  ASSERT_TRUE(callService("/vest/session/stop", trigger));
   EXPECT_FALSE(trigger.response.success) << "nothing is recorded";
-  ASSERT_TRUE(ros::service::call("/vest/session/start", trigger));
+  ASSERT_TRUE(callService("/vest/session/start", trigger));
   ASSERT_TRUE(trigger.response.success) << trigger.response.message;
   const std::string earlier = output + "/earlier_1/session.bag";
   EXPECT_TRUE(std::ifstream(earlier).good()) << "nothing is overwritten";
@@ -211,27 +215,27 @@ TEST(System, StopClosesTheRecordingAndStartBeginsAnotherBesideIt) {
 TEST(System, ASnapshotBringsTheSameStateBackAndAnUnknownOneIsRefused) {
   std_srvs::SetBool pause;
   pause.request.data = true;
-  ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
+  ASSERT_TRUE(callService("/vest/tissue/pause", pause));
   vest_msgs::Snapshot snapshot;
   snapshot.request.operation = vest_msgs::Snapshot::Request::SAVE;
   snapshot.request.name = "here";
-  ASSERT_TRUE(ros::service::call("/vest/tissue/snapshot", snapshot));
+  ASSERT_TRUE(callService("/vest/tissue/snapshot", snapshot));
   ASSERT_TRUE(snapshot.response.success) << snapshot.response.message;
   const auto hash = snapshot.response.state_hash;
   vest_msgs::Step step;
   step.request.steps = 20;
-  ASSERT_TRUE(ros::service::call("/vest/tissue/step", step));
+  ASSERT_TRUE(callService("/vest/tissue/step", step));
   EXPECT_NE(step.response.state_hash, hash);
   snapshot.request.operation = vest_msgs::Snapshot::Request::RESTORE;
-  ASSERT_TRUE(ros::service::call("/vest/tissue/snapshot", snapshot));
+  ASSERT_TRUE(callService("/vest/tissue/snapshot", snapshot));
   EXPECT_EQ(snapshot.response.state_hash, hash);
   snapshot.request.name = "nowhere";
-  ASSERT_TRUE(ros::service::call("/vest/tissue/snapshot", snapshot));
+  ASSERT_TRUE(callService("/vest/tissue/snapshot", snapshot));
   EXPECT_FALSE(snapshot.response.success);
   EXPECT_NE(snapshot.response.message.find("nowhere"), std::string::npos);
   EXPECT_EQ(snapshot.response.state_hash, hash) << "a refusal changes nothing";
   pause.request.data = false;
-  ASSERT_TRUE(ros::service::call("/vest/tissue/pause", pause));
+  ASSERT_TRUE(callService("/vest/tissue/pause", pause));
 }
 
 TEST(System, NoMessageWritesOutsideOfTheSessionsFolder) {
@@ -243,7 +247,7 @@ TEST(System, NoMessageWritesOutsideOfTheSessionsFolder) {
   for (const std::string& name : {file, output + "/in_it", std::string("../elsewhere"), std::string("a/b"),
                                   std::string("a\0b", 3), std::string(300, 'a'), std::string()}) {
     snapshot.request.name = name;
-    ASSERT_TRUE(ros::service::call("/vest/tissue/snapshot", snapshot));
+    ASSERT_TRUE(callService("/vest/tissue/snapshot", snapshot));
     EXPECT_FALSE(snapshot.response.success) << name;
     EXPECT_NE(snapshot.response.message.find("allowed: a word"), std::string::npos)
         << snapshot.response.message;
@@ -253,7 +257,7 @@ TEST(System, NoMessageWritesOutsideOfTheSessionsFolder) {
     EXPECT_FALSE(std::ifstream(name).good()) << name;
   for (const char* word : {"word", "word", ".."}) {
     snapshot.request.name = word;
-    ASSERT_TRUE(ros::service::call("/vest/tissue/snapshot", snapshot));
+    ASSERT_TRUE(callService("/vest/tissue/snapshot", snapshot));
     EXPECT_TRUE(snapshot.response.success) << snapshot.response.message;
     EXPECT_EQ(snapshot.response.message, output + "/snapshots/" + word + ".snapshot");
     EXPECT_TRUE(std::ifstream(snapshot.response.message).good());
@@ -263,7 +267,7 @@ TEST(System, NoMessageWritesOutsideOfTheSessionsFolder) {
 TEST(System, ARefusedSceneNamesTheFileAndThePresentOneGoesOn) {
   vest_msgs::LoadScene load;
   load.request.scene = "/nowhere/scene.yaml";
-  ASSERT_TRUE(ros::service::call("/vest/tissue/load_scene", load));
+  ASSERT_TRUE(callService("/vest/tissue/load_scene", load));
   EXPECT_FALSE(load.response.success);
   EXPECT_NE(load.response.message.find("/nowhere/scene.yaml"), std::string::npos) << load.response.message;
   const auto a = ros::topic::waitForMessage<vest_msgs::StepInput>("/vest/step_inputs", ros::Duration(10));

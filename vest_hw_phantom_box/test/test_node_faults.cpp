@@ -15,7 +15,7 @@ namespace {
 struct Seen {
   long joints = 0, joints_after_return = 0;
   double worst_speed = 0, worst_position = 0;
-  ros::Time last_stamp;
+  ros::Time last_stamp, yaw_stamp;  // of the last message, and of the last with the joint
   double last_yaw = NAN;
   bool backwards = false, error_level = false, recovered = false;
   long crc = 0, lost = 0, reconnects = 0, rejected = 0;
@@ -28,10 +28,11 @@ void onJoints(const sensor_msgs::JointState::ConstPtr& m) {
   for (std::size_t i = 0; i < m->name.size(); ++i) {
     if (m->name[i] != "left_yaw") continue;
     g.worst_position = std::max(g.worst_position, std::abs(m->position[i]));
-    const double dt = (m->header.stamp - g.last_stamp).toSec();
+    const double dt = (m->header.stamp - g.yaw_stamp).toSec();
     if (std::isfinite(g.last_yaw) && dt > 0 && dt < 0.02)
       g.worst_speed = std::max(g.worst_speed, std::abs(m->position[i] - g.last_yaw) / std::max(dt, 1e-3));
     g.last_yaw = m->position[i];
+    g.yaw_stamp = m->header.stamp;
   }
   g.last_stamp = m->header.stamp;
 }

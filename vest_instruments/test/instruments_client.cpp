@@ -23,7 +23,11 @@
 #include <vest_msgs/SelectSource.h>
 #include <vest_msgs/StringStamped.h>
 
+#include "vest_instruments/ros/service_call.h"
+
 namespace {
+
+using vest::ros_shell::callService;
 
 using vest_msgs::InstrumentState;
 
@@ -143,7 +147,7 @@ struct Client {
     vest_msgs::ExchangeTool srv;
     srv.request.instrument = instrument;
     srv.request.tool = static_cast<std::uint8_t>(tool);
-    EXPECT_TRUE(ros::service::call("exchange_tool", srv));
+    EXPECT_TRUE(callService("exchange_tool", srv));
     EXPECT_EQ(srv.response.success == 0, !srv.response.message.empty()) << "a refusal gives its reason";
     return srv.response.success;
   }
@@ -151,7 +155,7 @@ struct Client {
     vest_msgs::SelectSource srv;
     srv.request.instrument = instrument;
     srv.request.source = static_cast<std::uint8_t>(source);
-    EXPECT_TRUE(ros::service::call("select_source", srv));
+    EXPECT_TRUE(callService("select_source", srv));
     return srv.response.success;
   }
 };

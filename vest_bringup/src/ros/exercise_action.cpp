@@ -6,6 +6,7 @@
 #include <vest_msgs/LoadScene.h>
 
 #include "vest_bringup/exercise/learning_curve.h"
+#include "vest_instruments/ros/service_call.h"
 #include "vest_instruments/tools/tool_names.h"
 
 namespace vest::ros_shell {
@@ -21,7 +22,7 @@ constexpr double kPace = 0.05;  // part by which simulated time may be off real 
 template <class Service>
 void call(const ros::NodeHandle& nh, const std::string& name, Service& service) {
   const std::string full = nh.resolveName(name);
-  if (!ros::service::waitForService(full, ros::Duration(kPatience)) || !ros::service::call(full, service))
+  if (!ros::service::waitForService(full, ros::Duration(kPatience)) || !callService(full, service))
     throw std::runtime_error(full + ": nobody answers");
   if (!service.response.success) throw std::runtime_error(full + ": " + service.response.message);
 }

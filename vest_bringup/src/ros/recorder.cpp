@@ -19,6 +19,7 @@
 #include <vest_msgs/Snapshot.h>
 #include <vest_msgs/StringStamped.h>
 
+#include "vest_instruments/ros/service_call.h"
 #include "vest_tissue/ros/parameters.h"
 
 namespace vest::session {
@@ -316,7 +317,7 @@ void Recorder::saveStart() {
   vest_msgs::Snapshot snapshot;
   snapshot.request.operation = vest_msgs::Snapshot::Request::SAVE;
   snapshot.request.name = "start";
-  const bool called = ros::service::call(nh_.resolveName("tissue/snapshot"), snapshot);
+  const bool called = ros_shell::callService(nh_.resolveName("tissue/snapshot"), snapshot);
   // The simulation says which file it wrote: that of this folder, where it was told of the same one.
   const fs::path file = fs::path(directory_) / "snapshots" / "start.snapshot";
   if (!called || !snapshot.response.success || !fs::equivalent(file, snapshot.response.message, error)) {

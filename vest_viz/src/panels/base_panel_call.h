@@ -2,6 +2,8 @@
 
 #include <ros/service.h>
 
+#include "vest_instruments/ros/service_call.h"
+
 namespace vest::panels {
 
 template <class Service>
@@ -15,7 +17,7 @@ void BasePanel::call(const std::string& name, Service service,
     std::string problem;
     if (!ros::service::exists(full, false)) {
       problem = full + ": nobody offers this service; is the trainer running?";
-    } else if (!ros::service::call(full, service)) {
+    } else if (!ros_shell::callService(full, service)) {
       problem = full + ": the call failed";
     }
     inView([service, done, problem, finished] {
