@@ -13,7 +13,7 @@
 namespace vest::exercise {
 namespace {
 
-using nlohmann::ordered_json;
+using nlohmann::json;
 
 constexpr std::size_t kMostReferenceBytes = 1U << 20U;
 
@@ -24,9 +24,9 @@ std::string formatted(const char* format, double value) {
 }
 
 /// Ours is four levels deep; deeper ones would overrun the stack of who reads them.
-ordered_json parsed(const std::string& text) {
-  const auto shallow = [](int depth, ordered_json::parse_event_t, ordered_json&) { return depth < 32; };
-  return ordered_json::parse(text, shallow, false);
+json parsed(const std::string& text) {
+  const auto shallow = [](int depth, json::parse_event_t, json&) { return depth < 32; };
+  return json::parse(text, shallow, false);
 }
 
 /// The curve with this c.
@@ -48,7 +48,7 @@ LearningCurve curveAt(double c, const std::vector<double>& totals) {
   return curve;
 }
 
-double finite(const ordered_json& j, const std::string& file, const char* key, double least) {
+double finite(const json& j, const std::string& file, const char* key, double least) {
   const auto at = j.find(key);
   if (at == j.end() || !at->is_number() || !(at->get<double>() >= least) ||
       std::abs(at->get<double>()) > 1e12)
@@ -57,7 +57,7 @@ double finite(const ordered_json& j, const std::string& file, const char* key, d
   return at->get<double>();
 }
 
-std::string word(const ordered_json& j, const std::string& file, const char* key) {
+std::string word(const json& j, const std::string& file, const char* key) {
   const auto at = j.find(key);
   if (at == j.end() || !at->is_string() || at->get<std::string>().size() > 100)
     throw std::invalid_argument(file + ": " + key +
@@ -103,7 +103,7 @@ Cusum cusumOf(const std::vector<bool>& passed) {
 
 std::vector<Figure> figuresOf(const Attempt& a) {
   std::vector<Figure> figures;
-  const ordered_json j = parsed(a.json);
+  const json j = parsed(a.json);
   const auto items = j.find("items");
   if (items == j.end() || !items->is_array()) return figures;
   figures = {{"total", a.total, true}, {"quality", a.quality, true}, {"time_s", a.time, false}};
@@ -147,16 +147,16 @@ Reference referenceOf(const std::string& exercise, const std::vector<Attempt>& a
 }
 
 std::string toJson(const Reference& r) {
-  ordered_json j{
+  json j{
       {"vest_reference", 1}, {"exercise", r.exercise}, {"exercise_hash", r.hash}, {"attempts", r.attempts}};
-  j["figures"] = ordered_json::array();
+  j["figures"] = json::array();
   for (const auto& f : r.figures)
     j["figures"].push_back({{"name", f.name}, {"mean", f.mean}, {"deviation", f.deviation}});
   return j.dump(2) + "\n";
 }
 
 Reference parseReference(const std::string& file, const std::string& text) {
-  const ordered_json j = parsed(text);
+  const json j = parsed(text);
   if (!j.is_object() || !j.contains("figures") || !j["figures"].is_array() || j["figures"].size() > 200)
     throw std::invalid_argument(
         file + ": is no reference group (allowed: a file that vest_trainee reference wrote)");
@@ -225,13 +225,13 @@ std::string toText(const Learning& l) {
 }
 
 std::string toJson(const Learning& l) {
-  ordered_json j;
-  j["attempts"] = ordered_json::array();
+  json j;
+  j["attempts"] = json::array();
   std::size_t counted = 0;
   for (const Attempt& a : l.attempts) {
-    ordered_json row{{"date", a.date},   {"total", a.total},   {"quality", a.quality},
-                     {"time_s", a.time}, {"passed", a.passed}, {"flags", a.flags}};
-    row["cusum"] = a.flags.empty() ? ordered_json(l.cusum.sums[counted++]) : ordered_json(nullptr);
+    json row{{"date", a.date},   {"total", a.total},   {"quality", a.quality},
+             {"time_s", a.time}, {"passed", a.passed}, {"flags", a.flags}};
+    row["cusum"] = a.flags.empty() ? json(l.cusum.sums[counted++]) : json(nullptr);
     j["attempts"].push_back(row);
   }
   j["curve"] = nullptr;
@@ -243,9 +243,9 @@ std::string toJson(const Learning& l) {
                 {"step", kCusumStep},
                 {"limit", kCusumLimit}};
   j["reference_attempts"] = l.reference ? l.reference->attempts : 0;
-  j["z"] = ordered_json::object();
+  j["z"] = json::object();
   for (const ZScore& z : l.z) j["z"][z.name] = z.z;
-  return j.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return j.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
 std::string toCsv(const Learning& l) {

@@ -262,7 +262,7 @@ std::string toHtml(const Report& report) {
 
 std::string toXapi(const Report& report) {
   const Result& r = report.result;
-  nlohmann::ordered_json j;
+  nlohmann::json j;
   j["actor"] = {
       {"account",
        {{"homePage", "urn:vest:trainees"}, {"name", report.trainee.empty() ? "nobody" : report.trainee}}}};

@@ -65,8 +65,8 @@ std::string describe(const Exercise& e, const Moment& moment) {
 }
 
 std::string toJson(const Exercise& e, const Result& r) {
-  using nlohmann::ordered_json;
-  ordered_json j;
+  using nlohmann::json;
+  json j;
   j["exercise"] = r.exercise, j["exercise_hash"] = r.hash;
   j["finished"] = r.finished, j["passed"] = r.passed;
   j["time_s"] = r.time, j["error_points_s"] = r.error_points;
@@ -74,7 +74,7 @@ std::string toJson(const Exercise& e, const Result& r) {
   j["failed_by"] = r.failed_by;
   j["flags"] = flagWords(r.flags);
   j["input_hash"] = hex(r.input_hash);
-  j["items"] = ordered_json::array();
+  j["items"] = json::array();
   for (std::size_t i = 0; i < r.items.size(); ++i)
     j["items"].push_back({{"name", e.items[i].name},
                           {"metric", std::string(infoOf(e.items[i].number.metric).name)},
@@ -85,11 +85,11 @@ std::string toJson(const Exercise& e, const Result& r) {
                           {"weight", e.items[i].weight},
                           {"points", r.items[i].points},
                           {"passed", r.items[i].passed}});
-  j["errors"] = ordered_json::array();
+  j["errors"] = json::array();
   for (std::size_t i = 0; i < r.errors.size(); ++i)
     j["errors"].push_back(
         {{"name", e.errors[i].name}, {"times", r.errors[i]}, {"points_s", e.errors[i].points}});
-  j["moments"] = ordered_json::array();
+  j["moments"] = json::array();
   for (const Moment& m : r.moments) j["moments"].push_back({{"step", m.step}, {"text", describe(e, m)}});
   return j.dump(2) + "\n";
 }

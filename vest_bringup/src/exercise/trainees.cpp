@@ -237,19 +237,19 @@ std::vector<Attempt> Trainees::attempts(const std::string& trainee, const std::s
 }
 
 std::string Trainees::exported(const std::string& trainee) const {
-  using nlohmann::ordered_json;
-  ordered_json j;
+  using nlohmann::json;
+  json j;
   j["trainee"] = trainee;
-  j["attempts"] = ordered_json::array();
+  j["attempts"] = json::array();
   // Ours is four levels deep; deeper ones would overrun the stack of who writes them.
-  const auto shallow = [](int depth, ordered_json::parse_event_t, ordered_json&) { return depth < 32; };
+  const auto shallow = [](int depth, json::parse_event_t, json&) { return depth < 32; };
   for (const Attempt& a : attempts(trainee))
     j["attempts"].push_back({{"date", a.date},
                              {"directory", a.directory},
                              {"version", a.version},
                              {"flags", a.flags},
-                             {"result", ordered_json::parse(a.json, shallow, false)}});
-  return j.dump(2, ' ', true, ordered_json::error_handler_t::replace) + "\n";
+                             {"result", json::parse(a.json, shallow, false)}});
+  return j.dump(2, ' ', true, json::error_handler_t::replace) + "\n";
 }
 
 void Trainees::erase(const std::string& trainee) {

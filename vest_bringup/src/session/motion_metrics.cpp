@@ -270,8 +270,8 @@ ToolFigures toolFigures(const MotionTable& table, const MotionTable::Tool& tool,
   return f;
 }
 
-nlohmann::ordered_json orNull(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+nlohmann::json orNull(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? nlohmann::json(*value) : nlohmann::json(nullptr);
 }
 
 }  // namespace
@@ -371,10 +371,10 @@ std::vector<std::optional<double>> motionIndex(const std::vector<Figures>& group
 }
 
 std::string toJson(const Figures& figures, const std::vector<Figures>& cohort) {
-  nlohmann::ordered_json out;
-  out["tools"] = nlohmann::ordered_json::object();
+  nlohmann::json out;
+  out["tools"] = nlohmann::json::object();
   for (const ToolFigures& f : figures.tools) {
-    nlohmann::ordered_json tool;
+    nlohmann::json tool;
     tool["duration_s"] = f.duration;
     tool["path_m"] = f.path;
     tool["mean_speed_m_s"] = f.mean_speed;
@@ -389,7 +389,7 @@ std::string toJson(const Figures& figures, const std::vector<Figures>& cohort) {
     tool["filtered_peak_speed_m_s"] = orNull(f.filtered_peak_speed);
     tool["filtered_rms_jerk_m_s3"] = orNull(f.filtered_rms_jerk);
     tool["filtered_idle_fraction"] = orNull(f.filtered_idle_fraction);
-    tool["gaps"] = nlohmann::ordered_json::array();
+    tool["gaps"] = nlohmann::json::array();
     for (const Gap& gap : f.gaps) tool["gaps"].push_back({{"from_s", gap.from}, {"to_s", gap.to}});
     out["tools"][f.name] = std::move(tool);
   }
@@ -401,7 +401,7 @@ std::string toJson(const Figures& figures, const std::vector<Figures>& cohort) {
     std::vector<Figures> group{figures};
     group.insert(group.end(), cohort.begin(), cohort.end());
     const auto index = motionIndex(group);
-    out["cohort"] = nlohmann::ordered_json::array();
+    out["cohort"] = nlohmann::json::array();
     for (std::size_t i = 0; i < group.size(); ++i)
       out["cohort"].push_back({{"file", group[i].file}, {"motion_index", orNull(index[i])}});
   }

@@ -47,7 +47,7 @@ double StepStatistics::worstSecond() const {
 
 std::string toJson(const Summary& s) {
   const auto number = [](double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr); };
-  nlohmann::ordered_json j;
+  nlohmann::json j;
   j["version"] = s.version;
   j["scene"] = s.scene;
   j["scene_hash"] = s.scene_hash;
@@ -58,9 +58,9 @@ std::string toJson(const Summary& s) {
   j["duration_s"] = number(s.steps.duration());
   j["real_time_factor"] = number(s.steps.realTimeFactor());
   j["worst_second_real_time_factor"] = number(s.steps.worstSecond());
-  j["rates"] = nlohmann::ordered_json::object();
+  j["rates"] = nlohmann::json::object();
   for (const auto& [topic, t] : s.topics) j["rates"][topic] = number(t.rate());
-  j["events"] = nlohmann::ordered_json::array();
+  j["events"] = nlohmann::json::array();
   for (const EventLine& e : s.events) {
     j["events"].push_back({{"step", e.step},
                            {"time_s", number(e.time)},
@@ -69,7 +69,7 @@ std::string toJson(const Summary& s) {
                            {"object", e.object},
                            {"force_n", number(e.force)}});
   }
-  j["clock_jumps"] = nlohmann::ordered_json::array();
+  j["clock_jumps"] = nlohmann::json::array();
   for (const ClockJumpLine& c : s.clock_jumps)
     j["clock_jumps"].push_back({{"step", c.step}, {"time_s", number(c.time)}, {"by_s", number(c.by)}});
   j["messages"] = s.messages;

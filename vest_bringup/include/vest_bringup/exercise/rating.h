@@ -38,7 +38,7 @@ inline Attempt ratingOf(const std::string& form, const std::string& exercise, co
       throw std::invalid_argument("--marks: " + std::to_string(marks.size()) +
                                   " (allowed: " + std::to_string(count) + " marks for " + form + ")");
     Attempt a;
-    nlohmann::ordered_json j{{"form", form}, {"exercise", exercise}, {"rater", rater}};
+    nlohmann::json j{{"form", form}, {"exercise", exercise}, {"rater", rater}};
     for (std::size_t i = 0; i < count; ++i) {
       if (marks[i] < 1 || marks[i] > 5)
         throw std::invalid_argument("--marks: " + std::to_string(marks[i]) + " (allowed: 1 to 5)");
