@@ -37,6 +37,7 @@ class Help(unittest.TestCase):
                                       stdin=subprocess.DEVNULL, check=False)
                 self.assertEqual(done.returncode, 0, done.stderr)
                 self.assertRegex(done.stdout, r"(?i)usage|\boptions\b|--help")
+                self.assertNotIn("/usr/bin/", done.stdout, "the first line of a script is no help")
                 self.assertEqual(done.stderr, "")
                 self.assertEqual(os.listdir(folder), [], "nothing is written")
 

@@ -320,6 +320,43 @@ TEST(Report, EscapesEveryTextAndNeedsNothingBesideIt) {
   EXPECT_NE(html.find("Learning curve"), std::string::npos);
 }
 
+TEST(Report, NumbersAreNoFinerThanASurgeonReads) {
+  for (const auto& [value, text] :
+       std::initializer_list<std::pair<double, const char*>>{{0.000412, "0.0"},
+                                                             {-0.000412, "0.0"},
+                                                             {0, "0"},
+                                                             {5, "5"},
+                                                             {0.0712, "0.07"},
+                                                             {0.5, "0.5"},
+                                                             {0.3461, "0.35"},
+                                                             {-2.345, "-2.35"},
+                                                             {9.996, "10.0"},
+                                                             {12.34, "12.3"},
+                                                             {99.96, "100"},
+                                                             {1234.5678, "1235"},
+                                                             {12345678, "12345678"},
+                                                             {NAN, "-"},
+                                                             {INFINITY, "-"}})
+    EXPECT_EQ(readable(value), text);
+  Exercise e;
+  e.items.resize(2);
+  e.items[0].number.metric = Metric::ForcePeak, e.items[0].pass = 0.5, e.items[0].proficient = 0.1;
+  e.items[1].number.metric = Metric::Path, e.items[1].pass = 1200, e.items[1].proficient = 500;
+  Result r;
+  r.items.resize(2);
+  r.items[0].value = 0.000412, r.items[1].value = 1234.5678;
+  Trace trace;
+  scene::StepInput input;
+  scene::StepReport faint;
+  input.dt = 0.1, input.tools[1].present = true, faint.contacts[1].wrench[0] = 0.000412;
+  for (int i = 0; i < 5; ++i) trace.add(input, faint);
+  const std::string html = toHtml(reportOf(e, r, trace));
+  for (const char* part : {">0.0 N<", ">0.5<", ">0.1<", ">1235 mm<", ">1200<"})
+    EXPECT_NE(html.find(part), std::string::npos) << part;
+  for (const std::string& page : {html, toText(e, r)})
+    for (const char* part : {"0.0004", "e+0", "e-0"}) EXPECT_EQ(page.find(part), std::string::npos) << part;
+}
+
 TEST(Report, TheStatementSaysWhoWhatAndHowWell) {
   Exercise e;
   e.title = "T";

@@ -85,7 +85,7 @@ validation::Plot overTime(const Trace& trace, const std::string& title, const st
 std::string plots(const Report& r) {
   std::string out = "<h2>Motion and force</h2>\n<div class=\"plots\">\n";
   out += figure(toSvg(overTime(r.trace, "Force on the tool", "force, N",
-                               [](const Trace::Row::Tool& t) { return t.force; })),
+                               [](const Trace::Row::Tool& t) { return std::round(1e2 * t.force) / 1e2; })),
                 "Peaks are pulls and presses. Gentle hands stay low.");
   out += figure(toSvg(overTime(r.trace, "Speed of the tip", "speed, mm/s",
                                [](const Trace::Row::Tool& t) { return 1e3 * t.speed; })),
@@ -225,10 +225,10 @@ std::string toHtml(const Report& report) {
     std::string name = e.items[i].name;
     std::replace(name.begin(), name.end(), '_', ' ');
     h += "<tr><td>" + escaped(name) + "</td><td class=\"small\">" + escaped(std::string(info.meaning)) +
-         "</td><td class=\"n " + (r.items[i].passed ? "good" : "bad") + "\">" +
-         number("%.3g ", r.items[i].value) + escaped(unit) + "</td><td class=\"n\">" +
-         number("%.3g", e.items[i].pass) + "</td><td class=\"n\">" + number("%.3g", e.items[i].proficient) +
-         "</td><td class=\"n\">" + number("%.0f", r.items[i].points) + "</td>";
+         "</td><td class=\"n " + (r.items[i].passed ? "good" : "bad") + "\">" + readable(r.items[i].value) +
+         " " + escaped(unit) + "</td><td class=\"n\">" + readable(e.items[i].pass) + "</td><td class=\"n\">" +
+         readable(e.items[i].proficient) + "</td><td class=\"n\">" + number("%.0f", r.items[i].points) +
+         "</td>";
     for (const ZScore& z : report.learning.z)
       if (z.name == e.items[i].name) h += "<td class=\"n\">" + number("%+.1f", z.z) + "</td>";
     h += "</tr>\n";

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <cstdio>
 
 #include <nlohmann/json.hpp>
@@ -21,6 +22,16 @@ std::string line(const char* format, double value) {
 }
 
 }  // namespace
+
+std::string readable(double value) {
+  if (!std::isfinite(value)) return "-";
+  const double size = std::fabs(value);
+  if (size > 0 && size < 0.005) return "0.0";
+  if (size == std::floor(size) || size >= 99.95) return line("%.0f", value);
+  std::string text = line(size < 9.995 ? "%.2f" : "%.1f", value);
+  if (size < 9.995 && text.back() == '0') text.pop_back();
+  return text;
+}
 
 std::vector<std::string> flagWords(std::uint64_t flags) {
   std::vector<std::string> words;
@@ -105,8 +116,8 @@ std::string toText(const Exercise& e, const Result& r) {
   for (const std::string& word : flagWords(r.flags)) out += "  " + word + "\n";
   for (std::size_t i = 0; i < r.items.size(); ++i) {
     const std::string metric(infoOf(e.items[i].number.metric).name);
-    out += "  " + e.items[i].name + ": " + metric + line(" %.3g", r.items[i].value) +
-           line(" (pass %.3g", e.items[i].pass) + line(", proficient %.3g)", e.items[i].proficient) +
+    out += "  " + e.items[i].name + ": " + metric + " " + readable(r.items[i].value) + " (pass " +
+           readable(e.items[i].pass) + ", proficient " + readable(e.items[i].proficient) + ")" +
            line(", %.0f points", r.items[i].points) + (r.items[i].passed ? "" : ", not passed") + "\n";
   }
   for (std::size_t i = 0; i < r.errors.size(); ++i)

@@ -97,6 +97,7 @@ void findOrganContacts(Context& c) {
                                     : meetTriangle(c, pair, reach + kClose, r, normal, w, clear);
     if (clear > 0.0) pair.clear = clearUntil(sa, sb, clear, reach + kClose);
     if (!touches) continue;
+    r.couple.fill(Vector3d::Zero());
     double inverse_a = 0.0, inverse_b = 0.0;
     for (int e = 0; e < 3; ++e) {
       r.normal[e] = static_cast<float>(normal[e]);

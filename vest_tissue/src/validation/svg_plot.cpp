@@ -62,7 +62,7 @@ Axis axisOf(const Plot& plot, bool x) {
       high = std::max(high, axis.scaled(v));
     }
   }
-  if (!(low <= high)) low = 0, high = 1;
+  if (!(low <= high) || (low == 0 && high == 0)) low = 0, high = 1;
   if (!(high - low > 1e-12 * std::max(std::fabs(low), std::fabs(high)))) low -= 0.5, high += 0.5;
   axis.step = axis.logarithmic ? std::max(1.0, std::ceil((high - low) / 8)) : tickStep(high - low, 6);
   axis.low = axis.step * std::floor(low / axis.step + 1e-9);

@@ -68,6 +68,50 @@ TEST(EdgeSmoother, SoDoThoseOfAJawThatLiesOnAJaw) {
   expectSmooth(159);
 }
 
+/// A line as wide as a pixel, darker than what lies on both sides of it and as near.
+TEST(EdgeSmoother, ALineOfAPixelIsNoRowOfDashes) {
+  for (const double angle : {0.06, 0.15, 0.3, 1.3, 1.5, 1.9, 3.0}) {
+    SCOPED_TRACE(angle);
+    const HalfPlane upper(angle);
+    const auto covered = [&](double x, double y) {
+      const double d = (x - 0.5 * kSize + 0.3) * upper.nx + (y - 0.5 * kSize + 0.2) * upper.ny;
+      return std::fabs(d) < 0.5 * std::max(std::fabs(upper.nx), std::fabs(upper.ny));
+    };
+    cv::Mat rgb(kSize, kSize, CV_8UC3), depth(kSize, kSize, CV_8U, cv::Scalar(160));
+    for (int y = 0; y < kSize; ++y)
+      for (int x = 0; x < kSize; ++x)
+        rgb.at<cv::Vec3b>(y, x) = covered(x, y) ? cv::Vec3b(80, 85, 90) : cv::Vec3b(110, 111, 112);
+    const auto off = [&](const cv::Mat& picture) {
+      double sum = 0;
+      for (int y = 8; y < kSize - 8; ++y)
+        for (int x = 8; x < kSize - 8; ++x) {
+          int n = 0;
+          for (int i = 0; i < 64; ++i) n += covered(x + (i % 8 - 3.5) / 8, y + (i / 8 - 3.5) / 8);
+          const double miss = 111 - 26 * n / 64.0 - picture.at<cv::Vec3b>(y, x)[1];
+          sum += miss * miss;
+        }
+      return std::sqrt(sum);
+    };
+    const double before = off(rgb);
+    EdgeSmoother smoother;
+    smoother.apply(depth, &rgb);
+    EXPECT_LT(off(rgb), 0.6 * before);
+  }
+}
+
+TEST(EdgeSmoother, HalfOfASpeckIsWhatLiesAroundIt) {
+  for (const int channel : {0, 1}) {  // seen in the depth, seen in the colour
+    cv::Mat rgb(kSize, kSize, CV_8UC3, kNear), depth(kSize, kSize, CV_8U, cv::Scalar(160));
+    rgb.at<cv::Vec3b>(40, 40) = channel == 0 ? cv::Vec3b(140, 50, 60) : cv::Vec3b(140, 150, 60);
+    if (channel == 0) depth.at<std::uint8_t>(40, 40) = 150;
+    EdgeSmoother smoother;
+    smoother.apply(depth, &rgb);
+    EXPECT_NEAR(rgb.at<cv::Vec3b>(40, 40)[0], 90, 1);
+    EXPECT_EQ(rgb.at<cv::Vec3b>(40, 41), kNear);
+    EXPECT_EQ(rgb.at<cv::Vec3b>(39, 40), kNear);
+  }
+}
+
 TEST(EdgeSmoother, TextureAndSlantedSurfacesStayAsTheyAre) {
   cv::Mat rgb(kSize, kSize, CV_8UC3), depth(kSize, kSize, CV_8U);
   cv::Mat texels(kSize / 4, kSize / 4, CV_8UC3);

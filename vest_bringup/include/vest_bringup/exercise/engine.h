@@ -64,6 +64,9 @@ double degrees(double cosine);
 
 /// As JSON with units; numbers with 17 digits: the same bits give the same text.
 std::string toJson(const Exercise& exercise, const Result& result);
+/// A number as a person reads it beside its unit: three significant digits, no finer than a hundredth of the
+/// unit, no exponent; what is not finite is "-".
+std::string readable(double value);
 /// Words for bits of Flag.
 std::vector<std::string> flagWords(std::uint64_t flags);
 /// What a name of `failed_by` means, and what a moment was, for people.

@@ -12,8 +12,8 @@ namespace vest::picture {
 /// before tissue), or the colour does from one pixel to the next (jaw before jaw, a vessel on its wall, the
 /// rim of a highlight); texture is drawn softer than that, and stays as it is. A run of border between two
 /// pixel rows that steps up or down at its ends stands for a line through the middle of the steps, and each
-/// pixel takes as much of the colour beyond as the line cuts off. No allocation after the first picture of a
-/// size.
+/// pixel takes as much of the colour beyond as the line cuts off. Lines one pixel wide are moved likewise. No
+/// allocation after the first picture of a size.
 class EdgeSmoother {
  public:
   /// @param depth CV_8U, codes as in the shaders' alpha; @param rgb CV_8UC3 of the same size
@@ -22,6 +22,12 @@ class EdgeSmoother {
  private:
   /// Runs along rows; `rows` false: along columns.
   void blend(bool rows, cv::Mat* rgb);
+  void findThin(const cv::Mat& depth);
+  /// Lines a pixel wide, of source_, which else are rows of dashes; and specks, which else are dots: half
+  /// stays.
+  void blendThin(bool rows, cv::Mat* rgb);
+  static constexpr std::uint8_t kAcrossRows = 1, kAcrossColumns = 2;
+  cv::Mat thin_;            ///< CV_8U, bits: a pixel that differs from both rows, both columns beside it
   cv::Mat below_, beside_;  ///< CV_8U, 1: a border to the next row, to the next column
   std::vector<std::uint8_t> any_row_, any_column_;
   cv::Mat source_;
