@@ -299,6 +299,19 @@ TEST(RawLog, WhatADriverReadIsReadAgainFromItsLogThroughTheEmulator) {
   std::remove(log.c_str());
 }
 
+TEST(RawLog, ItsNameDoesNotWriteToTheTerminal) {
+  const std::string path = testing::TempDir() + "/vest_log\x1b[2J\n";
+  std::ofstream(path, std::ios::binary) << std::string("VEST raw bytes 1\n\0\0\0\0\0\0\0\0\1\0\0\0a", 30);
+  ASSERT_EQ(transport::readRawLog(path).size(), 1u);
+  FILE* const out = ::popen(("'" EMULATOR "' --seconds 0.01 --replay '" + path + "' 2>&1").c_str(), "r");
+  std::string said;
+  for (int c = std::fgetc(out); c != EOF; c = std::fgetc(out)) said += static_cast<char>(c);
+  EXPECT_EQ(::pclose(out), 0) << said;
+  EXPECT_NE(said.find("vest_log\\x1b[2J\\x0a: 1 pieces"), std::string::npos) << said;
+  EXPECT_EQ(said.find('\x1b'), std::string::npos);
+  std::remove(path.c_str());
+}
+
 TEST(RawLog, WhatIsNoSuchFileIsRefused) {
   const std::string path = testing::TempDir() + "/vest_no_log";
   for (const std::string& text :

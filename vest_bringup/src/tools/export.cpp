@@ -333,8 +333,8 @@ class Export {
     std::size_t rows = 0;
     for (const auto& e : episodes_) rows += e.rows.size();
     output_.finish();
-    std::printf("%s: %zu episode%s, %zu rows, %zu files\n", wanted_.output.c_str(), episodes_.size(),
-                episodes_.size() == 1 ? "" : "s", rows, files.size() + 1);
+    std::printf("%s: %zu episode%s, %zu rows, %zu files\n", vest::files::shown(wanted_.output, 6000).c_str(),
+                episodes_.size(), episodes_.size() == 1 ? "" : "s", rows, files.size() + 1);
   }
 
   const Wanted& wanted_;

@@ -118,7 +118,8 @@ void printPdf(const std::string& directory) {
   if (status == 127)
     std::fprintf(stderr, "vest_score: no PDF: weasyprint is not installed (apt install weasyprint)\n");
   else if (status != 0)
-    std::fprintf(stderr, "vest_score: %s/report.pdf: weasyprint could not write it\n", directory.c_str());
+    std::fprintf(stderr, "vest_score: %s/report.pdf: weasyprint could not write it\n",
+                 vest::files::shown(directory, 6000).c_str());
 }
 
 void score(const Wanted& wanted) {
@@ -194,7 +195,8 @@ void score(const Wanted& wanted) {
       vest::tools::writeWhole(wanted.directory + "/learning.json", toJson(report.learning));
       vest::tools::writeWhole(wanted.directory + "/learning.csv", toCsv(report.learning));
     }
-    if (!wanted.json) std::printf("report: %s/report.html\n", wanted.directory.c_str());
+    if (!wanted.json)
+      std::printf("report: %s/report.html\n", vest::files::shown(wanted.directory, 6000).c_str());
     if (wanted.pdf) printPdf(wanted.directory);
   }
   if (!problem.empty()) throw exercise::DatabaseError(problem);

@@ -101,7 +101,7 @@ int main(int argc, char** argv) {
         for (const auto& a : trainees.attempts(one, exercise)) attempts.push_back(a);
       const std::string file = vest::exercise::referenceFile(database, exercise);
       vest::tools::writeWhole(file, toJson(vest::exercise::referenceOf(exercise, attempts)));
-      std::printf("%s\n", file.c_str());
+      std::printf("%s\n", shown(file).c_str());
     }
     if (exporting->parsed()) std::fputs(trainees.exported(name).c_str(), stdout);
     if (erasing->parsed()) trainees.erase(name);

@@ -21,8 +21,8 @@ int run(const std::string& folder, const std::string& output, double dx, const P
   const PulseResult result = runPulse(model, options);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   if (result.status != Status::kOk) {
-    std::fprintf(stderr, "vest_pulse: %s: %s%s%s at t = %s s\n", folder.c_str(), toText(result.status),
-                 result.failed_segment >= 0 ? ", segment " : "",
+    std::fprintf(stderr, "vest_pulse: %s: %s%s%s at t = %s s\n", vest::files::shown(folder, 6000).c_str(),
+                 toText(result.status), result.failed_segment >= 0 ? ", segment " : "",
                  result.failed_segment >= 0 ? model.segments[result.failed_segment].name.c_str() : "",
                  formatNumber(result.failed_time).c_str());
     return 1;

@@ -154,7 +154,7 @@ void write(const std::string& path, const std::string& text) {
   out << text;
   out.close();
   if (!out) throw std::runtime_error("--output " + path + ": cannot be written");
-  std::printf("written: %s\n", path.c_str());
+  std::printf("written: %s\n", vest::files::shown(path, 6000).c_str());
 }
 
 void calibrate(const Options& o) {
@@ -168,7 +168,7 @@ void calibrate(const Options& o) {
     arms.push_back(arm);
   }
   calibration::Guide guide(start, arms, hello.light_post);
-  std::printf("box %s, %d instruments\n", hello.serial_number.c_str(), hello.instruments);
+  std::printf("box %s, %d instruments\n", vest::files::shown(hello.serial_number).c_str(), hello.instruments);
   while (!guide.done()) {
     const std::string line = ask(guide.question());
     const std::string wrong = guide.answer(line, box.still());

@@ -99,7 +99,7 @@ class Program {
         emulator_(calibration_, o_.instruments, o_.faults, o_.serial_number) {
     if (!o_.replay.empty()) {
       recorded_ = transport::readRawLog(o_.replay);
-      std::printf("replay %s: %zu pieces, %.3f s\n", o_.replay.c_str(), recorded_.size(),
+      std::printf("replay %s: %zu pieces, %.3f s\n", files::shown(o_.replay, 6000).c_str(), recorded_.size(),
                   static_cast<double>(recorded_.back().time_ns) * 1e-9);
     }
     if (!o_.trajectory.empty()) {
@@ -109,8 +109,8 @@ class Program {
       t.at_end = o_.loop ? emulator::AtEnd::kLoop : emulator::AtEnd::kHold;
       t.max_gap = o_.max_gap;
       trajectory_ = emulator::Trajectory::load(o_.trajectory, t);
-      std::printf("trajectory %s: %zu rows, %.3f s\n", o_.trajectory.c_str(), trajectory_->rows(),
-                  trajectory_->duration());
+      std::printf("trajectory %s: %zu rows, %.3f s\n", files::shown(o_.trajectory, 6000).c_str(),
+                  trajectory_->rows(), trajectory_->duration());
       for (const auto& g : trajectory_->gaps())
         std::printf("drop-out from %.3f s to %.3f s: joints are sent as invalid\n", g.begin, g.end);
     }
@@ -161,7 +161,8 @@ class Program {
   void plug() {
     terminal_.open(o_.link);
     listening_ = false;
-    std::printf("port %s%s%s\n", terminal_.path().c_str(), o_.link.empty() ? "" : " link ", o_.link.c_str());
+    std::printf("port %s%s%s\n", terminal_.path().c_str(), o_.link.empty() ? "" : " link ",
+                files::shown(o_.link, 6000).c_str());
     std::fflush(stdout);
   }
 

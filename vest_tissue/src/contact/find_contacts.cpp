@@ -6,6 +6,9 @@
 namespace vest::scene {
 namespace {
 
+/// m/s: what is faster was not moved but put there, and is at rest (assumed).
+constexpr double kFastestTool = 10.0;
+
 using contact::Nearest;
 using contact::PlaneContact;
 using contact::ToolContact;
@@ -132,6 +135,12 @@ void placeTools(Context& c) {
                                c.scratch.capsules_before[t].data());
     c.scratch.capsule_count[t] =
         interaction::placeCapsules(geometry, proxy.pose, c.scratch.capsules_after[t].data());
+    for (int k = 0; k < c.scratch.capsule_count[t]; ++k) {
+      auto& before = c.scratch.capsules_before[t][k];
+      const auto& after = c.scratch.capsules_after[t][k];
+      const double way = std::max((after.a - before.a).norm(), (after.b - before.b).norm());
+      if (way > kFastestTool * c.dt) before = after;
+    }
   }
 }
 

@@ -74,10 +74,14 @@ void minusStiffnessTimes(const TissueModel& t, const TissueState& s, const Tissu
   }
 }
 
-/// Whether the factor is that of the matrix itself.
+/// Whether the factor, of the mesh that is there, is that of the matrix itself.
 bool exact(const TissueModel& t, const TissueState& s, double h) {
-  return !corotational(t) && s.revision == 0 && s.stiffness_scale == 1.0 && s.denatured.empty() &&
+  return !corotational(t) && s.stiffness_scale == 1.0 && s.denatured.empty() &&
          std::fabs(h - t.step) <= 1e-12 * t.step;
+}
+/// Copies that cuts made: the whole object's factor is not that of the mesh.
+bool divided(const TissueModel& t, const TissueState& s) {
+  return s.x.size() > t.model->mass.size();
 }
 
 /// The rigid part of a field on each group: an orthogonal projection, so that conjugate gradients between
@@ -101,7 +105,7 @@ void makeRigid(const std::vector<TissueGroup>& groups, std::vector<Vector3d>& fi
 void precondition(const TissueModel& t, const TissueState& s, TissueScratch& w,
                   const std::vector<Vector3d>& r, std::vector<Vector3d>& z) {
   const Model& m = *t.model;
-  const bool turning = corotational(t), cut = s.x.size() > m.mass.size();
+  const bool turning = corotational(t), cut = divided(t, s);
   if (cut && w.cut && w.cut->renew(t, s)) {
     if (!turning) {
       w.cut->solve(s, r, z);
@@ -188,7 +192,7 @@ void solve(const TissueModel& t, const TissueState& s, double h, TissueScratch& 
     if (!isFree(t, s, k)) w.r[k].setZero();
   w.iterations = 0;
   w.residual = 0.0;
-  if (w.groups.empty() && exact(t, s, h)) {
+  if (w.groups.empty() && exact(t, s, h) && (!divided(t, s) || (w.cut && w.cut->renew(t, s)))) {
     precondition(t, s, w, w.r, w.z);
     for (std::size_t k = 0; k < n; ++k) w.v_next[k] += w.z[k];
     return;
@@ -339,7 +343,7 @@ namespace {
 /// threads are solved anew from where their points really end, so that links pull along themselves.
 void correctThreads(const TissueModel& t, const TissueState& s, double h, TissueScratch& w,
                     const Vector3d* start, Vector3d* end) {
-  if (w.threads.empty() || (w.groups.empty() && exact(t, s, h))) return;
+  if (w.threads.empty() || (w.groups.empty() && exact(t, s, h) && !divided(t, s))) return;
   std::array<Vector3d, kMostThreadPoints> before;
   for (int pass = 0; pass < kThreadPasses; ++pass) {
     std::fill_n(w.r.begin(), s.x.size(), Vector3d::Zero());
@@ -509,11 +513,11 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
   // The sweeps may not settle where friction wedges thin flaps; answers are approximate where the
   // matrix of the cut mesh is singular to rounding; and a light knot that bears little of a place goes much
   // further than the place. Forces that throw any knot further than kOvershoot times the longest way that any
-  // of them had to go are lowered, all alike.
+  // of them had to go are lowered, all alike. A tool that is elsewhere at once takes no crumb along.
   double furthest = 0.0;
   for (std::size_t k = 0; k < s.x.size(); ++k)
     furthest = std::max(furthest, (w.v_next[k] - w.force[k]).squaredNorm());
-  const double is = h * std::sqrt(furthest), most = kOvershoot * longest;
+  const double is = h * std::sqrt(furthest), most = std::min(kOvershoot * longest, kSnapSpeed * h);
   const double keep = is > most ? most / is : 1.0;
   if (keep == 1.0) return;
   for (std::size_t k = 0; k < s.x.size(); ++k) w.v_next[k] = w.force[k] + keep * (w.v_next[k] - w.force[k]);

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "vest_instruments/files/read.h"
 #include "vest_tissue/image/patient.h"
 
 namespace vest::image {
@@ -24,12 +25,25 @@ std::map<std::uint16_t, std::size_t> countLabels(const Volume& volume) {
   return found;
 }
 
+namespace {
+
+/// What a recipe names; a refusal begins with the recipe and its field.
+Volume readNamed(const Patient& patient, const char* field, const std::string& path,
+                 const ReadOptions& options) try {
+  return read(path, options);
+} catch (const std::invalid_argument& error) {
+  throw std::invalid_argument(files::shown(patient.file, 4096) + ": " + field + ": " + error.what());
+}
+
+}  // namespace
+
 Volume readSource(const Patient& patient) {
-  if (patient.label_map.empty()) return read(patient.images, patient.reading);
-  Volume map = read(patient.label_map);  // as it is: between labels there is nothing
+  if (patient.label_map.empty()) return readNamed(patient, "images", patient.images, patient.reading);
+  // As it is: between labels there is nothing.
+  Volume map = readNamed(patient, "labels", patient.label_map, {});
   countLabels(map);
   if (patient.images.empty()) return map;
-  const Volume images = read(patient.images, patient.reading);
+  const Volume images = readNamed(patient, "images", patient.images, patient.reading);
   bool same = map.size == images.size;
   for (int corner = 0; corner < 8 && same; ++corner) {
     const Eigen::Vector3d at(corner % 2 * (map.size[0] - 1.0), corner / 2 % 2 * (map.size[1] - 1.0),

@@ -114,6 +114,7 @@ Patient readPatient(const std::string& path) {
   const Value root = scene::yaml::parse(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));
   Map map(root);
   Patient p;
+  p.file = path;
   map["vest_patient"].integer(1, 1);
   p.name = map["name"].name();
   if (p.name == "patient") map["name"].fail("must be another: patient.yaml is this recipe");

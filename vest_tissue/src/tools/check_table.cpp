@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "settle.h"
+#include "vest_instruments/files/read.h"
 #include "vest_tissue/fem/description.h"
 #include "vest_tissue/fem/model.h"
 #include "vest_tissue/modelling/bake.h"
@@ -151,7 +152,7 @@ bool startsWell(const scene::Description& description) try {
     if (object.fem) fem::buildModel(*object.fem, still ? fem::Use::Static : fem::Use::Dynamic);
   return true;
 } catch (const std::exception& error) {
-  std::printf("NOT good: it does not start: %s\n", error.what());
+  std::printf("NOT good: it does not start: %s\n", files::shown(error.what(), 6000).c_str());
   return false;
 }
 

@@ -30,6 +30,11 @@ void list(const material::Database& database) {
   }
 }
 
+/// A text of the database: it may be a stranger's.
+std::string shown(const std::string& text) {
+  return files::shown(text, 2000);
+}
+
 void show(const material::Tissue& t) {
   std::printf("%s\n", t.name.c_str());
   for (const Condition c : {Condition::InVivo, Condition::PostMortem}) {
@@ -37,13 +42,13 @@ void show(const material::Tissue& t) {
     for (const auto& [key, q] : c == Condition::InVivo ? t.in_vivo : t.post_mortem) {
       std::printf("    %-21s %-10.6g %-9s ", key.c_str(), q.value, q.unit.c_str());
       if (q.assumed)
-        std::printf("assumed: %s\n", q.source.c_str());
+        std::printf("assumed: %s\n", shown(q.source).c_str());
       else
-        std::printf("%s; %s: \"%s\"; strain: %s\n", q.source.c_str(), q.place.c_str(), q.quoted.c_str(),
-                    q.strain.c_str());
+        std::printf("%s; %s: \"%s\"; strain: %s\n", shown(q.source).c_str(), shown(q.place).c_str(),
+                    shown(q.quoted).c_str(), shown(q.strain).c_str());
     }
   }
-  std::printf("    the others: %s\n", t.others.c_str());
+  std::printf("    the others: %s\n", shown(t.others).c_str());
 }
 
 void write(const std::string& path, const std::string& bytes) {
@@ -91,7 +96,7 @@ int fit(const std::string& file, int terms, const std::string& output) {
   if (!f.monotone)
     std::printf(
         "%s: the law falls somewhere below strain %.4g: a scene would be refused; use fewer --terms\n",
-        file.c_str(), f.law.max_strain);
+        vest::files::shown(file, 6000).c_str(), f.law.max_strain);
   if (output.empty()) return f.monotone ? 0 : 1;
   validation::Plot p;
   p.title = "fit of the fourth-order law";

@@ -31,7 +31,8 @@ int main(int argc, char** argv) {
     options.size = {size[0], size[1], size[2]};
     const auto volume = vest::image::picture(vest::image::makePhantom(name), options);
     vest::image::writeDicom(volume, folder, fault);
-    std::printf("%s: %s, %u x %u x %u\n", folder.c_str(), name.c_str(), size[0], size[1], size[2]);
+    std::printf("%s: %s, %u x %u x %u\n", vest::files::shown(folder, 6000).c_str(), name.c_str(), size[0],
+                size[1], size[2]);
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "vest_phantom: %s\n", vest::files::shown(error.what(), 1000).c_str());

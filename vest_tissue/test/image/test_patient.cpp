@@ -167,6 +167,8 @@ TEST(LabelMap, WhatIsNoneOrLiesElsewhereIsRefused) {
             }),
             "");
   refused(box + "images: moved.nrrd\n", "another grid");
+  refused(box + "images: none.nrrd\n",
+          "patient.yaml: images: " + folder.folder() + "/none.nrrd: No such file");
   refused(box + "resample: true\n", "images");
   refused("", "tissues");
   refused(box + "place: [0, -1e9, 0]\n", "within 100 m");

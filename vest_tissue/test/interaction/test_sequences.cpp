@@ -399,6 +399,40 @@ TEST(Sequences, ToolsThatJumpWhileKnotsAreSplitThrowNothing) {
   EXPECT_EQ(faulted, 0);
 }
 
+/// Loose pieces fly where the tools come from: a shaft that was put elsewhere took them along at 100 m/s.
+TEST(Sequences, ScissorsThatJumpThroughTheShippedSlabAndItsTubeThrowNothing) {
+  const auto scene = scene::loadScene(std::string(VEST_TISSUE_SOURCE_DIR) + "/scenes/fem_slab/fem_slab.yaml");
+  Eigen::AlignedBox3d box;
+  for (const auto& x : scene.objects[0].position) box.extend(x);
+  const auto play = [&](std::uint32_t seed, int count, int steps) {
+    Dice dice(seed);
+    scene::World w(scene);
+    scene::StepInput in;
+    scene::StepReport report;
+    std::size_t cuts = 0;
+    for (int i = 0; i < steps; ++i) {
+      for (int t = 0; t < count && i % 5 == 0; ++t) {
+        const auto lean = [&](double most) { return dice.uniform(-most, most); };
+        const double b = lean(0.7), a = lean(0.7), d = lean(0.3), c = lean(0.3),
+                     z = box.max().z() + lean(0.004), y = dice.uniform(box.min().y(), box.max().y()),
+                     x = dice.uniform(box.min().x(), box.max().x()), beyond = dice.uniform(0.003, 0.011);
+        const Vector3d along(a, b, -1.0), middle(x, y, z);
+        in.tools[t] = test::toolAt(tools::ToolKind::Scissors, middle + beyond * along.normalized(), along,
+                                   {c, 1.0, d}, 0.9);
+      }
+      for (int t = 0; t < count && i % 5 == 2; ++t) in.tools[t].jaw = 0.0;
+      in.step = w.steps();
+      ASSERT_NE(w.step(in, report), scene::Status::Fault)
+          << report.fault_object << " in step " << i << ", seed " << seed;
+      for (const auto& e : report.events) cuts += e.kind == EventKind::Cut;
+    }
+    EXPECT_GT(cuts, 20u);
+  };
+  play(1, 1, 530);
+  play(11, 2, 240);
+  play(7, 2, 310);
+}
+
 TEST(Sequences, OnRandomVolumesKeepEveryInvariant) {
   const int sequences = countOf(1250);
   const Sum sum = play(sequences, true);

@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
     for (const std::string& file : files) pictures.push_back(vest::picture::read(file, cv::IMREAD_GRAYSCALE));
     const auto found = vest::camera::calibrate(pictures, board);
     for (std::size_t i = 0; i < files.size(); ++i)
-      if (!found.found[i]) std::printf("board not found in %s\n", files[i].c_str());
+      if (!found.found[i]) std::printf("board not found in %s\n", vest::files::shown(files[i], 6000).c_str());
     const auto& c = found.camera;
     std::printf(
         "fx %.2f fy %.2f cx %.2f cy %.2f k1 %.4f k2 %.4f; corners met within %.3f pixels in %zu of %zu "
@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
     out.close();
     if (!out) throw std::runtime_error("--output " + output + ": cannot be written");
     vest::camera::readCalibration(output);  // what the view would refuse is told here
-    std::printf("written: %s\n", output.c_str());
+    std::printf("written: %s\n", vest::files::shown(output, 6000).c_str());
   } catch (const std::exception& e) {
     std::fprintf(stderr, "vest_calibrate_camera: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 1;

@@ -29,8 +29,9 @@ int main(int argc, char** argv) {
     else
       circle = {circle_values[0], circle_values[1], circle_values[2]};
     const auto rows = vest::picture::checkPicture(picture, circle);
-    std::printf("%s: %d x %d, circle %.0f %.0f %.0f\n%s", path.c_str(), picture.cols, picture.rows, circle.cx,
-                circle.cy, circle.radius, vest::picture::format(rows).c_str());
+    std::printf("%s: %d x %d, circle %.0f %.0f %.0f\n%s", vest::files::shown(path, 6000).c_str(),
+                picture.cols, picture.rows, circle.cx, circle.cy, circle.radius,
+                vest::picture::format(rows).c_str());
     return vest::picture::allInside(rows) ? 0 : 1;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "vest_check_picture: %s\n", vest::files::refusal(e.what(), path).c_str());

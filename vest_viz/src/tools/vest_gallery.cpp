@@ -36,6 +36,7 @@
 #include "effect_messages.h"
 #include "endoscope_pipeline.h"
 #include "scene_messages.h"
+#include "vest_instruments/files/read.h"
 
 namespace {
 
@@ -57,7 +58,7 @@ void save(const std::string& name, const cv::Mat& bgr) {
   const std::string path = folder + "/" + name + ".jpg";
   if (bgr.empty() || !cv::imwrite(path, bgr, {cv::IMWRITE_JPEG_QUALITY, 88}))
     throw std::runtime_error(path + ": cannot be written");
-  std::printf("%s\n", path.c_str());
+  std::printf("%s\n", vest::files::shown(path, 6000).c_str());
   ++pictures;
 }
 

@@ -26,6 +26,7 @@
 #include "instrument_history.h"
 #include "tissue_input.h"
 #include "truth_output.h"
+#include "vest_instruments/files/read.h"
 
 namespace {
 
@@ -206,7 +207,8 @@ int render(const Options& o) {
     if (o.each_state && t >= o.from && m.isType<vest_msgs::TissueState>()) renderer.frame(&inputs);
   }
   if (!o.each_state && next <= o.to) renderer.frame(&inputs);
-  if (!renderer.warning().empty()) std::fprintf(stderr, "warning: %s\n", renderer.warning().c_str());
+  if (!renderer.warning().empty())
+    std::fprintf(stderr, "warning: %s\n", vest::files::shown(renderer.warning(), 6000).c_str());
   std::printf("%d pictures of %d x %d", renderer.frames(), o.width, o.height);
   if (renderer.empty() > 0)
     std::printf(", %d moments without tissue or endoscope left out", renderer.empty());
@@ -270,7 +272,8 @@ int main(int argc, char** argv) {
     const auto begins = [&](const std::string& name) { return !name.empty() && what.rfind(name, 0) == 0; };
     const bool named =
         begins(o.bag) || begins(o.output) || begins(o.video);  // rosbag's own words name no file
-    std::fprintf(stderr, "vest_render: %s%s\n", named ? "" : (o.bag + ": ").c_str(), what.c_str());
+    std::fprintf(stderr, "vest_render: %s%s\n", named ? "" : vest::files::shown(o.bag + ": ", 6000).c_str(),
+                 vest::files::shown(what, 6000).c_str());
     return 2;
   }
 }

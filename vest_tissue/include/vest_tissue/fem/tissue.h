@@ -30,7 +30,9 @@ inline constexpr std::size_t kMostGroups = 16;  ///< at a time (assumed)
 /// Denatured collagen is up to a third shorter (Wright & Humphrey 2002, Annu. Rev. Biomed. Eng. 4:109) and
 /// coagulated tissue several times stiffer; the factor is assumed. As links of nets (interaction/heat.h).
 inline constexpr double kShrinkage = 0.3, kStiffening = 4.0;
-inline constexpr double kSnapSpeed = 10.0;  ///< m/s: fastest that an elastostatic object follows (assumed)
+/// m/s: fastest that an elastostatic object follows, and most that what touches a knot changes in a step
+/// (assumed).
+inline constexpr double kSnapSpeed = 10.0;
 
 /// Immutable after prepareTissue().
 struct TissueModel {

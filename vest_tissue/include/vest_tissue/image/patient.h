@@ -26,6 +26,7 @@ struct Segment {
 };
 
 struct Patient {
+  std::string file;  ///< path of the recipe
   std::string name;
   std::string images;     ///< path; may be empty where there is a ready label map
   std::string label_map;  ///< path; empty: labels come from the values of the images
@@ -52,7 +53,7 @@ std::string firstOfLabels(const std::string& name, const std::string& map, const
 std::map<std::uint16_t, std::size_t> countLabels(const Volume& volume);
 
 /// The volume that segment() takes: the images, or the ready label map, which lies where the images are.
-/// @throws std::invalid_argument: as read(); another grid than that of the images
+/// @throws std::invalid_argument: recipe, field, and as read(); another grid than that of the images
 Volume readSource(const Patient& patient);
 
 /// @throws std::invalid_argument: a sheared volume; a segment without a voxel, by name
