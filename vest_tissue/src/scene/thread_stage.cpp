@@ -26,6 +26,9 @@ constexpr double kSteel = 0.15;        ///< thread on a shaft; assumed
 /// What a held force may be as stiff as, times the compliance of free knots over the time that it is held:
 /// with less than three, what is explicit on one side feeds energy.
 constexpr double kHeldShare = 3.0;
+/// Of a needle's point: it slides only where it comes flatter than what may puncture (0.3 to the face);
+/// assumed
+constexpr double kPointFriction = 3.0;
 constexpr double kPressing = 2e-4;  ///< m: a touch that is nearer shares its knots' stiffness with others
 
 const suture::Strand& strandOf(const suture::Model& m, std::uint32_t node) {
@@ -79,8 +82,9 @@ bool leanOnTissue(const Part& p, const ThreadReach& r, Support& a, ThreadPush& p
                       (n.weights[0] > 1e-6 && n.weights[1] > 1e-6 && n.weights[2] > 1e-6);
   if (face.dot(a.normal) < -0.2 && inside) a.normal = -a.normal;
   a.reach = radiusOf(p, node) + described.contact_thickness;
-  a.friction = described.friction;
   atPlace(p, node, a);
+  const ThreadPlace& place = p.c.model.threads.places[node];
+  a.friction = place.rigid && place.station <= 0.0 ? kPointFriction : described.friction;
   return a.normal.dot(off) < a.reach + kPressing;
 }
 

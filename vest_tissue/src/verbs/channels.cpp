@@ -109,12 +109,14 @@ void lieWithin(const Context& c, std::size_t object, const Vector3d& p, const Su
   for (std::size_t e = 0; e < 3; ++e) a.weight[e] *= 1.0 - share, a.weight[e + 3] = share * weights[e];
 }
 
-/// Moves a place of a channel to p. False: p is outside of the tissue.
-bool layAt(const Context& c, std::size_t object, const Vector3d& p, bool surface, ChannelAnchor& a) {
+/// Moves a place of a channel to p; a mouth to the surface, if that is no further than `reach` (m). False: p
+/// is outside of the tissue.
+bool layAt(const Context& c, std::size_t object, const Vector3d& p, bool surface, ChannelAnchor& a,
+           double reach = 3e-4) {
   const Surface near = surfaceAt(c, object, p);
   if (near.triangle == suture::kNone) return false;
   if (surface || !isSolid(c, object)) {
-    if (near.near.distance > 3e-4) return false;
+    if (near.near.distance > reach) return false;
     lieOn(a, near.triangle, near.near.weights);
     return true;
   }
@@ -169,7 +171,7 @@ void fill(Context& c, const Channel& channel, int k, ChannelAnchor& a) {
     off -= off.dot(at.back) * at.back;
     const double d = std::sqrt(off.squaredNorm());
     if (d > kLost ||
-        (d > kOffWay && !layAt(c, channel.object, placeOf(s, a) + off, onSurface(channel, k), a))) {
+        (d > kOffWay && !layAt(c, channel.object, placeOf(s, a) + off, onSurface(channel, k), a, d))) {
       a.station = kGone;
       return;
     }

@@ -148,6 +148,92 @@ TEST(Needles, ThroughABlockTheForcePeaksTwice) {
   EXPECT_GE(r.channels()[0].count, 5);
 }
 
+/// At 50° to the face: a sharp point bites where it is set, and does not slide along the tissue until it is
+/// square to it.
+TEST(Needles, AslantItGoesInWhereItIsSetAndFindsItsHoleAgain) {
+  const Vector3d tip(0.001, -0.002, 0.0135), way(0, -std::sin(0.87), -std::cos(0.87));
+  scene::Description d = overSlab();
+  d.sutures[0] = straightNeedle(tip, way);
+  Room r(d);
+  const Vector3d held = tip - 0.018 * way;
+  r.z = held.z() - 0.022, r.y = held.y();
+  r.rest(50);
+  ASSERT_EQ(r.needle().instrument, 0);
+  const auto go = [&r](const Vector3d& by) {
+    for (int i = 0; i < 400; ++i) r.y += by.y() / 400, r.z += by.z() / 400, r.rest(1);
+  };
+  go(0.008 * way);
+  ASSERT_EQ(r.count(EventKind::Punctured), 1);
+  for (const scene::Event& e : r.events)
+    if (e.kind == EventKind::Punctured) {
+      EXPECT_NEAR(e.force, 0.2, 0.02);
+      EXPECT_NEAR(e.position.y(), -0.0045, 0.0015) << "on the needle's line, dented";
+    }
+  go(-0.009 * way);
+  ASSERT_FALSE(r.channels().at(0).filled);
+  go(0.0008 * Vector3d(0, -way.z(), way.y()));  // beside the hole, along a face that is aslant
+  go(0.008 * way);
+  EXPECT_EQ(r.count(EventKind::Punctured), 1);
+  EXPECT_TRUE(r.channels().at(0).anchors[0].filled) << "the mouth has come to the needle";
+}
+
+/// Half a circle of 36 mm, turned about its centre 4.2 mm above the face. Its plane leans over by 45°, as
+/// that of a needle square to a shaft that comes in aslant.
+struct Arc {
+  static constexpr double kRadius = 0.036 / 3.14159265358979323846, kGrip = 0.032, kLean = 0.70710678;
+  Vector3d centre{-0.003, 0.0, 0.0162};
+  static Vector3d out(double angle) {
+    return {kLean * std::sin(angle), std::cos(angle), -kLean * std::sin(angle)};
+  }
+  Vector3d at(double angle) const { return centre + kRadius * out(angle); }
+  scene::Suture needle(double tip) const {
+    scene::Suture s = straightNeedle(Vector3d::Zero(), Vector3d::UnitZ());
+    auto& n = s.rod.needle;
+    n.points.clear();
+    for (int i = 0; i <= 36; ++i) n.points.push_back(at(tip - 0.001 * i / kRadius));
+    const Vector3d end = n.points.back(), back = (end - n.points[35]).normalized();
+    for (std::size_t i = 0; i < s.rod.nodes.size(); ++i)
+      s.rod.nodes[i] = end + 0.0015 * static_cast<double>(i) * back;
+    s.needle = "half";
+    return s;
+  }
+  scene::ToolInput hand(double tip) const {
+    const double angle = tip - kGrip / kRadius;
+    const Vector3d shaft(-kLean, 0.0, -kLean);
+    return holder(at(angle) + 0.002 * shaft, shaft, out(angle), 0.0);
+  }
+};
+
+TEST(Needles, ACurvedOneGoesInAndOutAlongItsArc) {
+  constexpr double kDegree = 3.14159265358979323846 / 180.0;
+  const Arc arc;
+  scene::Description d = overSlab(30000.0);
+  d.sutures[0] = arc.needle(15.0 * kDegree);
+  Room r(d);
+  std::vector<double> force, height;  // N; m of the tip
+  for (double angle = 10.0; angle < 178.0; angle += 0.1) {
+    r.input.tools[0] = arc.hand(std::max(15.0, angle) * kDegree);
+    ASSERT_NE(r.step(), scene::Status::Fault) << angle;
+    force.push_back(r.report.contacts[0].wrench.head<3>().norm());
+    height.push_back(r.needle().positions[0].z());
+  }
+  std::vector<std::size_t> steps;
+  for (const scene::Event& e : r.events)
+    if (e.kind == EventKind::Punctured || e.kind == EventKind::Exited) {
+      EXPECT_NEAR(e.force, 0.2, 0.01);
+      steps.push_back(e.step);
+    }
+  ASSERT_EQ(steps.size(), 2u);
+  EXPECT_EQ(r.count(EventKind::Punctured), 1);
+  EXPECT_GT(height[steps[0]], 0.012 - 0.002) << "dented before it went in";
+  EXPECT_LT(height[steps[1]], 0.012 + 0.002) << "tented before it came out";
+  for (const std::size_t k : steps) EXPECT_LT(force[k + 60], force[k - 1] - 0.04) << "a peak, at step " << k;
+  ASSERT_EQ(r.channels().size(), 1u);
+  EXPECT_TRUE(r.channels()[0].through);
+  EXPECT_GE(r.channels()[0].count, 8);
+  EXPECT_TRUE(r.channels()[0].anchors[0].filled);
+}
+
 TEST(Needles, FrictionInAChannelGrowsWithTheLoadAcross) {
   std::vector<double> back;
   for (const double across : {0.0, 0.003}) {
