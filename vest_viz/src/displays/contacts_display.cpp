@@ -20,6 +20,7 @@
 
 #include "conversion.h"
 #include "ogre_assets.h"
+#include "ogre_versions.h"
 #include "vest_instruments/tools/tool_geometry.h"
 
 namespace vest::displays {
@@ -109,7 +110,9 @@ ContactsDisplay::~ContactsDisplay() {
   instruments_sub_.shutdown();
   attachments_sub_.shutdown();
   if (lines_ != nullptr) scene_manager_->destroyManualObject(lines_);
-  if (!material_.empty()) Ogre::MaterialManager::getSingleton().remove(material_, kOgreGroup);
+  if (material_.empty()) return;
+  Ogre::MaterialPtr material = Ogre::MaterialManager::getSingleton().getByName(material_, kOgreGroup);
+  drop(material);
 }
 
 void ContactsDisplay::onInitialize() {

@@ -10,6 +10,7 @@
 #include <OgreViewport.h>
 
 #include "ogre_assets.h"
+#include "ogre_versions.h"
 
 namespace vest::displays {
 namespace {
@@ -27,14 +28,13 @@ DepthPass::~DepthPass() {
   Ogre::MaterialManager::getSingleton().removeListener(this, kScheme);
   release();
   manager_->destroyCamera(camera_);
-  Ogre::MaterialManager::getSingleton().remove(material_);
+  drop(material_);
 }
 
 void DepthPass::release() {
   if (target_ != nullptr) target_->removeAllViewports();
   target_ = nullptr;
-  if (texture_) Ogre::TextureManager::getSingleton().remove(texture_);
-  texture_.reset();
+  drop(texture_);
 }
 
 Ogre::Technique* DepthPass::handleSchemeNotFound(unsigned short, const Ogre::String&,
@@ -45,7 +45,7 @@ Ogre::Technique* DepthPass::handleSchemeNotFound(unsigned short, const Ogre::Str
 
 void DepthPass::draw(const Ogre::Camera& from, int width, int height, std::vector<float>* depth) {
   const auto wide = static_cast<Ogre::uint>(width), tall = static_cast<Ogre::uint>(height);
-  if (!texture_ || texture_->getWidth() != wide || texture_->getHeight() != tall) {
+  if (!texture_.get() || texture_->getWidth() != wide || texture_->getHeight() != tall) {
     release();
     texture_ = Ogre::TextureManager::getSingleton().createManual(uniqueName("depth"), kOgreGroup,
                                                                  Ogre::TEX_TYPE_2D, wide, tall, 0,

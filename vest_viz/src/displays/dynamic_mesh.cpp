@@ -11,6 +11,7 @@
 #include <OgreSubMesh.h>
 
 #include "ogre_assets.h"
+#include "ogre_versions.h"
 
 namespace vest::displays {
 
@@ -30,12 +31,9 @@ void DynamicMesh::destroyEntity() {
     manager_->destroyEntity(entity_);
     entity_ = nullptr;
   }
-  if (mesh_) {
-    Ogre::MeshManager::getSingleton().remove(mesh_);
-    mesh_.reset();
-  }
-  moving_.reset();
-  state_.reset();
+  drop(mesh_);
+  moving_ = Ogre::HardwareVertexBufferSharedPtr();
+  state_ = Ogre::HardwareVertexBufferSharedPtr();
 }
 
 void DynamicMesh::setVisible(bool visible) {
@@ -119,7 +117,7 @@ void DynamicMesh::setMaterial(std::size_t group, const Ogre::MaterialPtr& materi
 }
 
 void DynamicMesh::setState(const std::vector<std::uint8_t>& state) {
-  if (!state_ || state.size() < kState * vertices_) return;
+  if (!state_.get() || state.size() < kState * vertices_) return;
   float* out = static_cast<float*>(state_->lock(Ogre::HardwareBuffer::HBL_DISCARD));
   for (std::size_t i = 0; i < kState * vertices_; ++i)
     out[i] = static_cast<float>(state[i]) * (1.0f / 255.0f);
@@ -128,7 +126,7 @@ void DynamicMesh::setState(const std::vector<std::uint8_t>& state) {
 
 void DynamicMesh::setVertices(const std::vector<float>& p, const std::vector<float>& n,
                               const std::vector<float>& t) {
-  if (!moving_ || p.size() < 3 * vertices_ || n.size() < 3 * vertices_) return;
+  if (!moving_.get() || p.size() < 3 * vertices_ || n.size() < 3 * vertices_) return;
   float* out = static_cast<float*>(moving_->lock(Ogre::HardwareBuffer::HBL_DISCARD));
   const bool tangents = t.size() >= 3 * vertices_;
   for (std::size_t v = 0; v < vertices_; ++v, out += 9) {

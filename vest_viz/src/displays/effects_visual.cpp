@@ -11,6 +11,7 @@
 
 #include "conversion.h"
 #include "ogre_assets.h"
+#include "ogre_versions.h"
 
 namespace vest::displays {
 namespace {
@@ -24,13 +25,13 @@ constexpr std::size_t kMostDrops = 40000, kMostPuffs = 400;
 
 void setConstant(const Ogre::MaterialPtr& material, const char* name, const Ogre::Vector4& value,
                  bool vertex) {
-  for (Ogre::Pass* pass : material->getTechnique(0)->getPasses()) {
-    if (!(vertex ? pass->hasVertexProgram() : pass->hasFragmentProgram())) continue;
+  forEachPass(material, [&](Ogre::Pass* pass) {
+    if (!(vertex ? pass->hasVertexProgram() : pass->hasFragmentProgram())) return;
     const auto parameters =
         vertex ? pass->getVertexProgramParameters() : pass->getFragmentProgramParameters();
     parameters->setIgnoreMissingParams(true);
     parameters->setNamedConstant(name, value);
-  }
+  });
 }
 
 }  // namespace
@@ -41,7 +42,7 @@ EffectsVisual::EffectsVisual(Ogre::SceneManager* manager, Ogre::SceneNode* paren
 EffectsVisual::~EffectsVisual() {
   const auto destroy = [](Surface& s) {
     s.mesh.reset();
-    if (s.material) Ogre::MaterialManager::getSingleton().remove(s.material);
+    drop(s.material);
   };
   for (Surface* s : {&metal_, &thread_, &target_, &drop_, &puff_}) destroy(*s);
   for (Surface& s : pool_) destroy(s);
@@ -187,8 +188,8 @@ void EffectsVisual::setFluid(const vest_msgs::FluidState& fluid, const Eigen::Ve
   while (pool_.size() < pools_.size()) {
     pool_.emplace_back();
     make(&pool_.back(), "vest_viz/Pool", Ogre::RENDER_QUEUE_MAIN + 15);
-    for (Ogre::Pass* pass : pool_.back().material->getTechnique(0)->getPasses())
-      pass->getTextureUnitState("micro")->setTexture(microTexture());
+    forEachPass(pool_.back().material,
+                [](Ogre::Pass* pass) { pass->getTextureUnitState("micro")->setTexture(microTexture()); });
   }
   for (std::size_t i = 0; i < pool_.size(); ++i) {
     Surface& s = pool_[i];
@@ -231,9 +232,9 @@ void EffectsVisual::setSmoke(const vest_msgs::SmokeState& smoke, const Eigen::Ve
 
 void EffectsVisual::setLight(const Ogre::Vector4& light) {
   for (Surface* s : {&metal_, &thread_, &target_})
-    if (s->material) setConstant(s->material, "light", light, false);
+    if (s->material.get()) setConstant(s->material, "light", light, false);
   for (Surface* s : {&drop_, &puff_})
-    if (s->material) setConstant(s->material, "light", light, true);
+    if (s->material.get()) setConstant(s->material, "light", light, true);
   for (Surface& s : pool_) setConstant(s.material, "light", light, false);
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <OgreMaterial.h>
-#include <OgreVector.h>
+#include <OgreVector3.h>
 #include <vest_msgs/FluidState.h>
 #include <vest_msgs/SmokeState.h>
 #include <vest_msgs/SutureStates.h>

@@ -17,6 +17,7 @@
 
 #include "conversion.h"
 #include "ogre_assets.h"
+#include "ogre_versions.h"
 #include "steady_seconds.h"
 #include "vest_viz/instrument/shadow.h"
 
@@ -48,8 +49,7 @@ EndoscopeScene::~EndoscopeScene() {
   tissue_.reset();
   if (stop_ != nullptr) manager_->destroyManualObject(stop_);
   if (target_ != nullptr) target_->removeAllViewports();
-  if (target_texture_) Ogre::TextureManager::getSingleton().remove(target_texture_);
-  target_texture_.reset();
+  drop(target_texture_);
   Ogre::Root::getSingleton().destroySceneManager(manager_);
 }
 
@@ -58,7 +58,7 @@ void EndoscopeScene::setCamera(const camera::Intrinsics& source, double circle, 
   // A rendering that is enlarged keeps the detail of the picture.
   tissue_->setMipBias(static_cast<float>(std::log2(std::clamp(resolution, 0.4, 1.0))));
   if (target_ != nullptr) target_->removeAllViewports();
-  if (target_texture_) Ogre::TextureManager::getSingleton().remove(target_texture_);
+  drop(target_texture_);
   target_texture_ = Ogre::TextureManager::getSingleton().createManual(
       uniqueName("picture"), kOgreGroup, Ogre::TEX_TYPE_2D, source.width, source.height, 0,
       Ogre::PF_BYTE_RGBA, Ogre::TU_RENDERTARGET);

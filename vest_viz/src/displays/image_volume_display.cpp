@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <OgreRenderWindow.h>
 #include <OgreSceneNode.h>
 #include <ros/package.h>
 #include <rviz/display_context.h>

@@ -11,6 +11,7 @@
 #include <ros/package.h>
 
 #include "ogre_assets.h"
+#include "ogre_versions.h"
 #include "vest_instruments/tools/tool_geometry.h"
 #include "vest_viz/effects/shapes.h"
 
@@ -59,7 +60,7 @@ void InstrumentVisual::clear() {
   for (auto& slot : slots_) {
     for (Part& part : slot) {
       part.mesh.reset();
-      Ogre::MaterialManager::getSingleton().remove(part.material);
+      drop(part.material);
     }
     slot.clear();
   }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <OgreVector.h>
+#include <OgreVector3.h>
 #include <Eigen/Geometry>
 
 #include "dynamic_mesh.h"

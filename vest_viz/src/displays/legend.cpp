@@ -15,6 +15,7 @@
 #include <QPainter>
 
 #include "ogre_assets.h"
+#include "ogre_versions.h"
 #include "vest_viz/inspect/colour_map.h"
 
 namespace vest::displays {
@@ -48,8 +49,8 @@ Legend::~Legend() {
   overlay_->remove2D(panel_);
   overlays.destroyOverlayElement(panel_);
   overlays.destroy(overlay_);
-  Ogre::MaterialManager::getSingleton().remove(material_);
-  if (texture_) Ogre::TextureManager::getSingleton().remove(texture_);
+  drop(material_);
+  drop(texture_);
 }
 
 void Legend::hide() {
@@ -58,16 +59,16 @@ void Legend::hide() {
 
 template <class F>
 void Legend::paint(int width, int height, F&& draw) {
-  if (!texture_ || texture_->getWidth() != static_cast<std::uint32_t>(width) ||
+  if (!texture_.get() || texture_->getWidth() != static_cast<std::uint32_t>(width) ||
       texture_->getHeight() != static_cast<std::uint32_t>(height)) {
-    if (texture_) Ogre::TextureManager::getSingleton().remove(texture_);
+    drop(texture_);
     texture_ = Ogre::TextureManager::getSingleton().createManual(
         uniqueName("legend"), kOgreGroup, Ogre::TEX_TYPE_2D, static_cast<Ogre::uint>(width),
         static_cast<Ogre::uint>(height), 0, Ogre::PF_A8R8G8B8, Ogre::TU_DEFAULT);
     Ogre::Pass* pass = material_->getTechnique(0)->getPass(0);
     pass->removeAllTextureUnitStates();
     pass->createTextureUnitState()->setTexture(texture_);
-    panel_->setMaterialName(material_->getName(), kOgreGroup);
+    useMaterial(panel_, material_);
     panel_->setDimensions(static_cast<float>(width), static_cast<float>(height));
     panel_->setHorizontalAlignment(Ogre::GHA_LEFT);
     panel_->setVerticalAlignment(corner_ == 0 ? Ogre::GVA_TOP : Ogre::GVA_BOTTOM);

@@ -108,7 +108,7 @@ const OrganTextures& organTextures(const std::string& organ, int quality) {
   const bool small = style.organ.rfind("cut_", 0) == 0;
   const int size = (style.tile > 0.06 ? 1024 : small ? 256 : 512) >> (quality > 0 ? 0 : 1);
   Entry& entry = cache()[style.organ + "/" + std::to_string(size)];
-  if (!entry.textures.albedo) {
+  if (!entry.textures.albedo.get()) {
     texture::Baked baked = plain(style, size);
     entry.textures.albedo = upload(uniqueName("albedo"), size, baked.albedo);
     entry.textures.relief = upload(uniqueName("relief"), size, baked.relief);
@@ -144,7 +144,7 @@ bool takeBakedTextures() {
 
 Ogre::TexturePtr microTexture() {
   static Ogre::TexturePtr texture;
-  if (!texture) {
+  if (!texture.get()) {
     texture::Baked baked = texture::bakeMicro(256, 5);
     texture = upload(uniqueName("micro"), 256, baked.relief);
   }
@@ -157,7 +157,7 @@ double microTile() {
 
 Ogre::TexturePtr cloudTexture() {
   static Ogre::TexturePtr texture;
-  if (texture) return texture;
+  if (texture.get()) return texture;
   constexpr int kSize = 128;
   std::vector<std::uint8_t> rgba(4u * kSize * kSize, 255);
   for (int y = 0; y < kSize; ++y)
@@ -174,7 +174,7 @@ Ogre::TexturePtr cloudTexture() {
 
 Ogre::MaterialPtr cloneMaterial(const std::string& name) {
   Ogre::MaterialPtr base = Ogre::MaterialManager::getSingleton().getByName(name, kOgreGroup);
-  if (!base) throw std::runtime_error("ogre_media/vest_viz.material of package vest_viz lacks " + name);
+  if (!base.get()) throw std::runtime_error("ogre_media/vest_viz.material of package vest_viz lacks " + name);
   Ogre::MaterialPtr material = base->clone(uniqueName("material"), true, kOgreGroup);
   material->load();
   // A program that this machine cannot compile has no constants: setting them must not end the drawing, which

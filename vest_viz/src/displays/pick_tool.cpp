@@ -15,6 +15,7 @@
 #include <pluginlib/class_list_macros.hpp>
 
 #include "ogre_assets.h"
+#include "ogre_versions.h"
 
 namespace vest::displays {
 
@@ -28,7 +29,9 @@ PickTool::~PickTool() {
   input_.unsubscribe();
   if (marker_ != nullptr) scene_manager_->destroyManualObject(marker_);
   if (node_ != nullptr) scene_manager_->destroySceneNode(node_);
-  if (!material_.empty()) Ogre::MaterialManager::getSingleton().remove(material_, kOgreGroup);
+  if (material_.empty()) return;
+  Ogre::MaterialPtr material = Ogre::MaterialManager::getSingleton().getByName(material_, kOgreGroup);
+  drop(material);
 }
 
 void PickTool::onInitialize() {
@@ -40,7 +43,7 @@ void PickTool::onInitialize() {
   Ogre::Pass* pass = material->getTechnique(0)->getPass(0);
   pass->setDepthCheckEnabled(false);
   pass->setPointSize(9);
-  pass->setLineWidth(3);
+  setLineWidth(pass, 3);
   node_ = scene_manager_->getRootSceneNode()->createChildSceneNode();
   marker_ = scene_manager_->createManualObject(uniqueName("pick"));
   marker_->setDynamic(true);

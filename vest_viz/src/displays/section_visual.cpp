@@ -9,6 +9,7 @@
 #include <OgreTextureManager.h>
 
 #include "ogre_assets.h"
+#include "ogre_versions.h"
 
 namespace vest::displays {
 
@@ -22,8 +23,8 @@ SectionVisual::SectionVisual(Ogre::SceneManager* manager, Ogre::SceneNode* node)
 
 SectionVisual::~SectionVisual() {
   manager_->destroyManualObject(object_);
-  Ogre::MaterialManager::getSingleton().remove(material_);
-  if (texture_) Ogre::TextureManager::getSingleton().remove(texture_);
+  drop(material_);
+  drop(texture_);
 }
 
 void SectionVisual::hide() {
@@ -33,8 +34,8 @@ void SectionVisual::hide() {
 void SectionVisual::show(volume::Section& section) {
   if (section.width == 0) return hide();
   const auto wide = static_cast<Ogre::uint>(section.width), tall = static_cast<Ogre::uint>(section.height);
-  if (!texture_ || texture_->getWidth() != wide || texture_->getHeight() != tall) {
-    if (texture_) Ogre::TextureManager::getSingleton().remove(texture_);
+  if (!texture_.get() || texture_->getWidth() != wide || texture_->getHeight() != tall) {
+    drop(texture_);
     texture_ = Ogre::TextureManager::getSingleton().createManual(
         uniqueName("section"), kOgreGroup, Ogre::TEX_TYPE_2D, wide, tall, 0, Ogre::PF_BYTE_RGBA,
         Ogre::TU_DYNAMIC_WRITE_ONLY);

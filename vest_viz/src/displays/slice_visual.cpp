@@ -7,6 +7,7 @@
 #include <OgreTechnique.h>
 
 #include "ogre_assets.h"
+#include "ogre_versions.h"
 
 namespace vest::displays {
 namespace {
@@ -31,8 +32,10 @@ SliceVisual::SliceVisual(Ogre::SceneManager* manager, Ogre::SceneNode* node)
 
 SliceVisual::~SliceVisual() {
   manager_->destroyManualObject(object_);
-  Ogre::MaterialManager::getSingleton().remove(borderName(material_), kOgreGroup);
-  Ogre::MaterialManager::getSingleton().remove(material_);
+  Ogre::MaterialPtr border =
+      Ogre::MaterialManager::getSingleton().getByName(borderName(material_), kOgreGroup);
+  drop(border);
+  drop(material_);
 }
 
 void SliceVisual::hide() {

@@ -12,6 +12,7 @@
 #include <vest_msgs/TissueField.h>
 
 #include "ogre_assets.h"
+#include "ogre_versions.h"
 #include "tissue_input.h"
 #include "vest_tissue/net/skin.h"
 #include "vest_viz/inspect/colour_map.h"
@@ -82,6 +83,11 @@ bool anyShown(const mesh::Store& store) {
                      [&](const Shown& s) { return store.field(s.kind) != nullptr; });
 }
 
+void setMipmapBias(Ogre::Pass* pass, float bias) {
+  for (unsigned short i = 0; i < pass->getNumTextureUnitStates(); ++i)
+    pass->getTextureUnitState(i)->setTextureMipmapBias(bias);
+}
+
 }  // namespace
 
 TissueVisual::TissueVisual(Ogre::SceneManager* manager, Ogre::SceneNode* parent, int quality,
@@ -96,21 +102,16 @@ TissueVisual::~TissueVisual() {
   if (baking_.valid()) baking_.wait();
   for (Part& part : parts_) destroy(&part);
   if (links_ != nullptr) manager_->destroyManualObject(links_);
-  if (link_material_) Ogre::MaterialManager::getSingleton().remove(link_material_);
+  drop(link_material_);
   node_->getParentSceneNode()->removeChild(node_);
   manager_->destroySceneNode(node_);
 }
 
 void TissueVisual::destroy(Part* part) {
   part->mesh.reset();
-  if (part->coloured) Ogre::MaterialManager::getSingleton().remove(part->coloured);
-  part->coloured.reset();
+  drop(part->coloured);
   for (auto* materials : {&part->plain, &part->marked})
-    for (Ogre::MaterialPtr& material : *materials)
-      if (material) {
-        Ogre::MaterialManager::getSingleton().remove(material);
-        material.reset();
-      }
+    for (Ogre::MaterialPtr& material : *materials) drop(material);
 }
 
 template <class F>
@@ -118,7 +119,7 @@ void TissueVisual::forEachMaterial(F&& f) {
   for (Part& part : parts_)
     for (auto* materials : {&part.plain, &part.marked})
       for (Ogre::MaterialPtr& material : *materials)
-        if (material) f(material->getTechnique(0)->getPass(0));
+        if (material.get()) f(material->getTechnique(0)->getPass(0));
 }
 
 /// Closed skins need no back faces drawn: each edge is used once in each direction.
@@ -138,7 +139,7 @@ void TissueVisual::prepare(const Ogre::MaterialPtr& material, bool cull) {
   if (warning_.empty()) warning_ = unsupported(material);
   Ogre::Pass* pass = material->getTechnique(0)->getPass(0);
   if (cull) pass->setCullingMode(Ogre::CULL_CLOCKWISE);
-  for (Ogre::TextureUnitState* unit : pass->getTextureUnitStates()) unit->setTextureMipmapBias(mip_bias_);
+  setMipmapBias(pass, mip_bias_);
   if (pass->hasFragmentProgram())
     pass->getFragmentProgramParameters()->setNamedConstant(
         "alpha", Ogre::Vector2(alpha_, depth_in_alpha_ ? 1.0f : 0.0f));
@@ -227,13 +228,13 @@ void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
   part.cull = !o.rigid && groups[2].triangles.empty() && closed(o.triangles);
   for (std::size_t g = 0; g < kGroups; ++g) {
     part.present[g] = !groups[g].triangles.empty();
-    if (part.present[g] && !part.plain[g]) part.plain[g] = makeTissueMaterial(part.styles[g], quality_);
+    if (part.present[g] && !part.plain[g].get()) part.plain[g] = makeTissueMaterial(part.styles[g], quality_);
     for (const Ogre::MaterialPtr& material : {part.plain[g], part.marked[g]}) {
-      if (!material) continue;
+      if (!material.get()) continue;
       material->getTechnique(0)->getPass(0)->setCullingMode(Ogre::CULL_NONE);
       prepare(material, part.cull);
     }
-    groups[g].material = part.mark.on() && part.marked[g] ? part.marked[g] : part.plain[g];
+    groups[g].material = part.mark.on() && part.marked[g].get() ? part.marked[g] : part.plain[g];
   }
   // Near and small things first: what they hide is not shaded.
   const std::uint8_t queue = o.rigid ? Ogre::RENDER_QUEUE_MAIN + 5 : Ogre::RENDER_QUEUE_MAIN;
@@ -351,7 +352,7 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   if (!changed) return;
   for (std::size_t g = 0; g < kGroups; ++g) {
     if (!part.present[g]) continue;
-    if (mark && !part.marked[g]) {
+    if (mark && !part.marked[g].get()) {
       part.marked[g] = makeTissueMaterial(part.styles[g], quality_, true);
       prepare(part.marked[g], part.cull);
     }
@@ -417,9 +418,7 @@ void TissueVisual::setShadows(const Shadows& shadows) {
 
 void TissueVisual::setMipBias(float bias) {
   mip_bias_ = bias;
-  forEachMaterial([&](Ogre::Pass* pass) {
-    for (Ogre::TextureUnitState* unit : pass->getTextureUnitStates()) unit->setTextureMipmapBias(bias);
-  });
+  forEachMaterial([&](Ogre::Pass* pass) { setMipmapBias(pass, bias); });
 }
 
 void TissueVisual::setAlpha(float alpha) {
@@ -427,9 +426,9 @@ void TissueVisual::setAlpha(float alpha) {
   for (Part& part : parts_)
     for (auto* materials : {&part.plain, &part.marked})
       for (Ogre::MaterialPtr& material : *materials)
-        if (material) prepare(material, part.cull);
+        if (material.get()) prepare(material, part.cull);
   for (Part& part : parts_)
-    if (part.coloured) prepare(part.coloured, false);
+    if (part.coloured.get()) prepare(part.coloured, false);
 }
 
 void TissueVisual::setColouring(const Colouring& colouring, const mesh::Store& store) {
@@ -447,7 +446,7 @@ void TissueVisual::setSlice(const inspect::Plane* plane, const mesh::Store& stor
   slice_ = slice;
   sliced_ = plane != nullptr;
   for (Part& part : parts_)
-    if (part.coloured) prepare(part.coloured, false);
+    if (part.coloured.get()) prepare(part.coloured, false);
   if (changed) recolour(store);
 }
 
@@ -471,7 +470,7 @@ void TissueVisual::updateColours(const mesh::Store& store, std::size_t index) {
   const mesh::Skin& skin = store.skin(index);
   const std::size_t n = skin.vertexCount();
   if (n == 0) return;
-  if (!part.coloured) {
+  if (!part.coloured.get()) {
     part.coloured = cloneMaterial("vest_viz/Field");
     prepare(part.coloured, false);
   }

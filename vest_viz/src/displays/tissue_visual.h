@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include <OgreVector.h>
+#include <OgreVector3.h>
 
 #include "dynamic_mesh.h"
 #include "vest_viz/inspect/slice.h"

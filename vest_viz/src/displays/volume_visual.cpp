@@ -16,6 +16,7 @@
 #include <Eigen/LU>
 
 #include "ogre_assets.h"
+#include "ogre_versions.h"
 #include "steady_seconds.h"
 
 namespace vest::displays {
@@ -44,7 +45,7 @@ VolumeVisual::VolumeVisual(Ogre::SceneManager* manager, Ogre::RenderTarget* wind
   material_ = cloneMaterial("vest_viz/Volume");
   quad_ = new Ogre::Rectangle2D(true);
   quad_->setCorners(-1, 1, 1, -1);
-  quad_->setMaterial(material_);
+  useMaterial(quad_, material_);
   quad_->setRenderQueueGroup(Ogre::RENDER_QUEUE_OVERLAY - 1);
   quad_->setCastShadows(false);
   Ogre::AxisAlignedBox everywhere;
@@ -62,8 +63,8 @@ VolumeVisual::~VolumeVisual() {
   node_->detachAllObjects();
   delete quad_;
   manager_->destroySceneNode(node_);
-  Ogre::MaterialManager::getSingleton().remove(material_);
-  if (texture_) Ogre::TextureManager::getSingleton().remove(texture_);
+  drop(material_);
+  drop(texture_);
 }
 
 void VolumeVisual::stop() {
@@ -138,8 +139,8 @@ void VolumeVisual::startFine(int width, int height) {
 
 void VolumeVisual::show(Picture& picture) {
   const auto wide = static_cast<Ogre::uint>(picture.width), tall = static_cast<Ogre::uint>(picture.height);
-  if (!texture_ || texture_->getWidth() != wide || texture_->getHeight() != tall) {
-    if (texture_) Ogre::TextureManager::getSingleton().remove(texture_);
+  if (!texture_.get() || texture_->getWidth() != wide || texture_->getHeight() != tall) {
+    drop(texture_);
     texture_ = Ogre::TextureManager::getSingleton().createManual(
         uniqueName("volume"), kOgreGroup, Ogre::TEX_TYPE_2D, wide, tall, 0, Ogre::PF_BYTE_RGBA,
         Ogre::TU_DYNAMIC_WRITE_ONLY);
@@ -177,7 +178,7 @@ void VolumeVisual::preRenderTargetUpdate(const Ogre::RenderTargetEvent&) {
   } else if (!fine_ && now - since_change_ > kRest) {
     startFine(width, height);
   }
-  quad_->setVisible(texture_ != nullptr);
+  quad_->setVisible(texture_.get() != nullptr);
 }
 
 void VolumeVisual::postRenderTargetUpdate(const Ogre::RenderTargetEvent&) {
