@@ -1,6 +1,7 @@
 #include <cstdlib>
 
 #include "play.h"
+#include "vest_tissue/scene/world_state.h"
 
 // Protects the small scenes of the tissue: each script really shows the interaction that it is named after.
 
@@ -158,8 +159,8 @@ TEST(SceneBipolar, ForcepsSealTheTubeBetweenThem) {
   EXPECT_LT(p.ringRadius("tube", 12), 0.98 * before) << "shrunk";
 }
 
-TEST(SceneSuture, ItsEndIsDrawnUpHandedOverAndLaidDown) {
-  Play p("suture_pad");
+TEST(SceneThread, ItsEndIsDrawnUpHandedOverAndLaidDown) {
+  Play p("thread_pad");
   std::vector<scene::ThreadView> threads;
   const auto highest = [&] {
     p.world().threads(threads);
@@ -179,6 +180,41 @@ TEST(SceneSuture, ItsEndIsDrawnUpHandedOverAndLaidDown) {
   EXPECT_GT(with_left, 0.090) << "m";
   EXPECT_LT(highest(), 0.075) << "m: it lies on the pad, whose upper side is at 0.068";
   EXPECT_EQ(threads.size(), 1U) << "in one piece";
+}
+
+TEST(SceneSuture, ANeedleTakesABiteAndDrawsItsThreadThrough) {
+  Play p("suture_pad", false);
+  std::vector<double> force;  // N, of the needle holder
+  p.run([&](double, const scene::StepInput&, const scene::StepReport& r) {
+    force.push_back(r.contacts[kRightHand].wrench.head<3>().norm());
+  });
+  const auto in = p.times(EventKind::Punctured, "pad"), out = p.times(EventKind::Exited, "pad"),
+             grasped = p.times(EventKind::Grasped, "thread");
+  ASSERT_EQ(in.size(), 1U);
+  ASSERT_EQ(out.size(), 1U);
+  ASSERT_EQ(grasped.size(), 2U) << "near its end on the tray, at its point behind the bite";
+  EXPECT_LT(grasped[0], in[0]);
+  EXPECT_LT(in[0], out[0]);
+  EXPECT_LT(out[0], grasped[1]);
+  for (const double t : {in[0], out[0]}) {
+    const auto peak = force.begin() + std::lround(1e3 * t);
+    const double before = *std::max_element(peak - 50, peak), after = *std::min_element(peak, peak + 50);
+    std::printf("%.3f N, then %.3f N\n", before, after);
+    EXPECT_LT(after, 0.9 * before) << "a peak at " << t << " s";
+  }
+  EXPECT_TRUE(p.times(EventKind::Grasped, "pad").empty());
+  EXPECT_TRUE(p.times(EventKind::TornOut, "pad").empty());
+  std::vector<scene::NeedleView> needles;
+  p.world().needles(needles);
+  ASSERT_EQ(needles.size(), 1U);
+  EXPECT_EQ(needles[0].instrument, static_cast<int>(kRightHand));
+  for (const auto& x : needles[0].positions) EXPECT_GT(x.z(), 0.065) << "m: the pad's upper side is at 0.060";
+  const auto& channels = p.world().state().threads.channels;
+  ASSERT_EQ(channels.size(), 1U);
+  EXPECT_TRUE(channels[0].through);
+  for (int k = 0; k < channels[0].count; ++k)
+    EXPECT_GT(channels[0].anchors[static_cast<std::size_t>(k)].station, 0.036)
+        << "m: thread is in place " << k;
 }
 
 TEST(SceneSling, TheLoopIsDrawnShutAndHoldsTheStump) {

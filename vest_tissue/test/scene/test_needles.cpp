@@ -426,7 +426,7 @@ TEST(Needles, TheThreadFollowsAndStaysInItsChannel) {
 
 /// A net with knots on its surface alone, soft and held at two ends: it sags by 9 mm before it is punctured.
 TEST(Needles, IntoTheSolidNetOfTheScenePad) {
-  scene::Description d = scene::loadScene(VEST_TISSUE_SOURCE_DIR "/scenes/suture_pad/suture_pad.yaml");
+  scene::Description d = scene::loadScene(VEST_TISSUE_SOURCE_DIR "/scenes/thread_pad/thread_pad.yaml");
   d.objects[0].puncture_force = 0.1;
   d.sutures = {straightNeedle({0.001, 0.05, 0.074}, -Vector3d::UnitZ())};
   Room r(d);

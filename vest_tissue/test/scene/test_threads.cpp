@@ -155,7 +155,7 @@ TEST(Threads, OneThatFallsOnTissueLiesOnItAndRests) {
 }
 
 TEST(Threads, TheSutureOfTheScenePadComesToRest) {
-  Room r(scene::loadScene(VEST_TISSUE_SOURCE_DIR "/scenes/suture_pad/suture_pad.yaml"));
+  Room r(scene::loadScene(VEST_TISSUE_SOURCE_DIR "/scenes/thread_pad/thread_pad.yaml"));
   r.run(1000);
   EXPECT_LT(fastest(r.world), 0.005);
   // It lies on the pad and hangs over its edge.
