@@ -227,6 +227,15 @@ TEST(Resimulation, ASceneOfTheDatabasesMaterialsIsLoadedWithTheDatabaseOfTheSess
   EXPECT_EQ(said.code, 0) << said.text;
 }
 
+TEST(Resimulation, ASceneWithSuturesIsLoadedWithTheirDatabaseOfTheSession) {
+  const Folder folder;
+  writeSession(folder.path(), shipped("suture_pad"));
+  setenv("VEST_TISSUE_DATA", "/nowhere", 1);
+  const Said said = resimulate(folder);
+  unsetenv("VEST_TISSUE_DATA");
+  EXPECT_EQ(said.code, 0) << said.text;
+}
+
 TEST(Resimulation, WhatASceneInABagNamesNeverLeavesItsFolder) {
   for (const char* name : {"../escaped.yaml", "/tmp/vest_escaped.yaml", "a/../../b", ""}) {
     const Folder folder;

@@ -119,7 +119,8 @@ class Scenes {
     const std::string file = scene::writeSceneFiles(scene.files, folder.path());
     const char* const before = std::getenv("VEST_TISSUE_DATA");
     const std::string kept = before ? before : "";
-    if (!scene.files.materials.empty()) setenv("VEST_TISSUE_DATA", (folder.path() + "/database").c_str(), 1);
+    const std::string database = folder.path() + "/database";
+    if (std::filesystem::exists(database)) setenv("VEST_TISSUE_DATA", database.c_str(), 1);
     scene::Description description;
     try {
       description = scene::loadScene(file);

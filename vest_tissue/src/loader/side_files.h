@@ -76,7 +76,9 @@ class Files {
   const material::Sutures& sutures() {
     if (sutures_.sizes.empty()) {
       sutures_ = material::readSutures(material::suturesPath());
-      hash(yaml::readFile(sutures_.file, yaml::kMaxBytes));
+      const std::string bytes = yaml::readFile(sutures_.file, yaml::kMaxBytes);
+      hash(bytes);
+      if (kept_) kept_->files.emplace_back(kSuturesFile, bytes);
     }
     return sutures_;
   }

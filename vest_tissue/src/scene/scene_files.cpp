@@ -32,14 +32,18 @@ bool staysBelow(const std::string& name) {
 
 std::string writeSceneFiles(const SceneFiles& files, const std::string& folder) {
   if (files.files.empty()) throw std::invalid_argument("scene: it has no file");
-  const fs::path scene = fs::path(folder) / "scene";
+  const fs::path scene = fs::path(folder) / "scene", database = fs::path(folder) / "database";
   for (const auto& [name, bytes] : files.files) {
+    if (name == kSuturesFile) {
+      write(database / "sutures.yaml", bytes);
+      continue;
+    }
     if (!staysBelow(name))
       throw std::invalid_argument("scene: its file '" + name +
                                   "' (allowed: a path below the scene's folder)");
     write(scene / name, bytes);
   }
-  if (!files.materials.empty()) write(fs::path(folder) / "database" / "materials.yaml", files.materials);
+  if (!files.materials.empty()) write(database / "materials.yaml", files.materials);
   return (scene / files.files.front().first).string();
 }
 

@@ -106,7 +106,7 @@ void EffectsVisual::rebuildMetal() {
   if (metal_mesh_.triangles.empty() && !metal_.mesh) return;
   if (!metal_.mesh) {
     make(&metal_, "vest_viz/Metal", Ogre::RENDER_QUEUE_MAIN - 5);
-    setConstant(metal_.material, "metal", Ogre::Vector4(0.85f, 0.15f, 0.0f, 0.10f), false);
+    setConstant(metal_.material, "metal", Ogre::Vector4(0.85f, 0.0f, 0.0f, 0.01f), false);
     setConstant(metal_.material, "depth_in_alpha", Ogre::Vector4(depth_in_alpha_ ? 1.0f : 0.0f, 0, 0, 0),
                 false);
   }

@@ -56,17 +56,17 @@ void EdgeSmoother::apply(const cv::Mat& depth, cv::Mat* rgb) {
   beside_.create(height, width, CV_8U);
   any_row_.assign(static_cast<std::size_t>(height), 0);
   any_column_.assign(static_cast<std::size_t>(width), 0);
+  cv::extractChannel(*rgb, green_, 1);
   for (int y : {0, height - 2, height - 1}) below_.row(y).setTo(0);
   for (int y = 0; y < height; ++y) {
     const std::uint8_t* d = depth.ptr<std::uint8_t>(y);
     std::uint8_t* beside = beside_.ptr<std::uint8_t>(y);
     std::uint8_t any = 0;
-    const auto green = [rgb](int row) { return rgb->ptr<std::uint8_t>(row) + 1; };
+    const auto green = [this](int row) { return green_.ptr<std::uint8_t>(row); };
     const std::uint8_t* g = green(y);
     for (int x = 1; x + 2 < width; ++x)
-      beside[x] =
-          static_cast<std::uint8_t>(isBorder(d[x - 1], d[x], d[x + 1], d[x + 2], kJump) |
-                                    isBorder(g[3 * x - 3], g[3 * x], g[3 * x + 3], g[3 * x + 6], kContrast));
+      beside[x] = static_cast<std::uint8_t>(isBorder(d[x - 1], d[x], d[x + 1], d[x + 2], kJump) |
+                                            isBorder(g[x - 1], g[x], g[x + 1], g[x + 2], kContrast));
     beside[0] = beside[width - 2] = beside[width - 1] = 0;
     for (int x = 0; x < width; ++x)
       any_column_[static_cast<std::size_t>(x)] =
@@ -77,9 +77,8 @@ void EdgeSmoother::apply(const cv::Mat& depth, cv::Mat* rgb) {
     const std::uint8_t *g_up = green(y - 1), *g_down = green(y + 1), *g_two = green(y + 2);
     std::uint8_t* below = below_.ptr<std::uint8_t>(y);
     for (int x = 0; x < width; ++x) {
-      below[x] =
-          static_cast<std::uint8_t>(isBorder(up[x], d[x], down[x], two[x], kJump) |
-                                    isBorder(g_up[3 * x], g[3 * x], g_down[3 * x], g_two[3 * x], kContrast));
+      below[x] = static_cast<std::uint8_t>(isBorder(up[x], d[x], down[x], two[x], kJump) |
+                                           isBorder(g_up[x], g[x], g_down[x], g_two[x], kContrast));
       any = static_cast<std::uint8_t>(any | below[x]);
     }
     any_row_[static_cast<std::size_t>(y)] = any;
@@ -95,20 +94,20 @@ void EdgeSmoother::apply(const cv::Mat& depth, cv::Mat* rgb) {
 void EdgeSmoother::findThin(const cv::Mat& depth) {
   thin_.create(depth.size(), CV_8U);
   thin_.setTo(0);
-  const auto step = static_cast<std::ptrdiff_t>(depth.step[0]),
-             row = static_cast<std::ptrdiff_t>(source_.step[0]);
-  for (int y = 2; y + 2 < depth.rows; ++y) {
-    const std::uint8_t *d = depth.ptr<std::uint8_t>(y), *g = source_.ptr<std::uint8_t>(y) + 1;
-    std::uint8_t* thin = thin_.ptr<std::uint8_t>(y);
-    const auto isThinAlong = [](const std::uint8_t* p, std::ptrdiff_t to, int least) {
-      return isThin(p[-2 * to], p[-to], p[0], p[to], p[2 * to], least);
-    };
-    for (int x = 2; x + 2 < depth.cols; ++x) {
-      const std::uint8_t *code = d + x, *green = g + 3 * x;
-      thin[x] = static_cast<std::uint8_t>(
-          (isThinAlong(green, row, kContrast) | isThinAlong(code, step, kJump) ? kAcrossRows : 0) |
-          (isThinAlong(green, 3, kContrast) | isThinAlong(code, 1, kJump) ? kAcrossColumns : 0));
+  const auto mark = [](const cv::Mat& plane, int y, int least, std::uint8_t* thin) {
+    const auto row = [&](int i) { return plane.ptr<std::uint8_t>(y + i); };
+    const std::uint8_t *p = row(0), *up2 = row(-2), *up = row(-1), *down = row(1), *down2 = row(2);
+    const int end = plane.cols - 2;
+    for (int x = 2; x < end; ++x) {
+      const int across_rows = isThin(up2[x], up[x], p[x], down[x], down2[x], least);
+      const int across_columns = isThin(p[x - 2], p[x - 1], p[x], p[x + 1], p[x + 2], least);
+      thin[x] =
+          static_cast<std::uint8_t>(thin[x] | across_rows * kAcrossRows | across_columns * kAcrossColumns);
     }
+  };
+  for (int y = 2; y + 2 < depth.rows; ++y) {
+    mark(green_, y, kContrast, thin_.ptr<std::uint8_t>(y));
+    mark(depth, y, kJump, thin_.ptr<std::uint8_t>(y));
   }
 }
 

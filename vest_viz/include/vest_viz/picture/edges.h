@@ -30,7 +30,7 @@ class EdgeSmoother {
   cv::Mat thin_;            ///< CV_8U, bits: a pixel that differs from both rows, both columns beside it
   cv::Mat below_, beside_;  ///< CV_8U, 1: a border to the next row, to the next column
   std::vector<std::uint8_t> any_row_, any_column_;
-  cv::Mat source_;
+  cv::Mat source_, green_;
 };
 
 }  // namespace vest::picture
