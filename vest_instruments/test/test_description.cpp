@@ -155,6 +155,7 @@ std::string refusal(const std::string& xml) {
 
 TEST(UrdfCheck, RefusesWhatTheUrdfLibraryCrashesOnOrTakesWrongly) {
   EXPECT_EQ(refusal("<robot><link name='a'/></robot>"), "");
+  EXPECT_EQ(refusal("<robot><link/><link name='a'/></robot>"), "a link without a name");
   std::string deep = "<robot>";
   for (int i = 0; i < 200000; ++i) deep += "<a>";
   EXPECT_NE(refusal(deep).find("deeper than 64"), std::string::npos);

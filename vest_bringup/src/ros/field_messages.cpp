@@ -39,7 +39,7 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
   const fluid::Pools& w = frame.fluid.pools;
   const double cell = model.parameters.pool_cell;
   const fluid::DrawnPools drawn = fluid::drawnPools(model, frame.fluid);
-  // No structured binding: lambdas of C++17 may not capture one.
+  // No structured binding: a lambda of C++17 may not capture one (clang refuses it).
   const std::vector<float>& surface = drawn.surface;
   const std::vector<std::uint32_t>& labels = drawn.labels;
   const std::vector<fluid::PoolPatch>& patches = drawn.patches;

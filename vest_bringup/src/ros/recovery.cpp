@@ -144,7 +144,7 @@ Recovery recoverBag(std::string source, std::string target) {
         noteNamespace(copy.topic, ns);
       }
       ros::serialization::IStream in(const_cast<std::uint8_t*>(m.data), m.size);
-      copy.message.read(in);
+      if (m.size + copy.message.size() > 0) copy.message.read(in);  // it copies to null where both are empty
       if (!writer.write(copy.topic, ros::Time(m.seconds, m.nanoseconds), copy.message, copy.header))
         throw std::runtime_error(part + ": cannot be written (is the disk full?)");
     });

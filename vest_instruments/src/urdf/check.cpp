@@ -129,8 +129,10 @@ void checkUrdf(const std::string& xml) {
     }
     const std::size_t level = open.size();
     if (level == 0 && tag.name != "robot") throw UrdfError("the outermost element is not <robot>");
-    if (level == 1 && tag.name == "link" && !links.insert(attribute(tag, "name")).second) {
-      throw UrdfError("link '" + attribute(tag, "name") + "' is defined twice");
+    if (level == 1 && tag.name == "link") {
+      const std::string name = attribute(tag, "name");
+      if (name.empty()) throw UrdfError("a link without a name");
+      if (!links.insert(name).second) throw UrdfError("link '" + name + "' is defined twice");
     }
     if (level == 1 && tag.name == "joint") {
       joint = attribute(tag, "name");
