@@ -185,8 +185,10 @@ TEST(SceneThread, ItsEndIsDrawnUpHandedOverAndLaidDown) {
 TEST(SceneSuture, ANeedleTakesABiteAndDrawsItsThreadThrough) {
   Play p("suture_pad", false);
   std::vector<double> force;  // N, of the needle holder
-  p.run([&](double, const scene::StepInput&, const scene::StepReport& r) {
+  std::vector<scene::NeedleView> needles;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport& r) {
     force.push_back(r.contacts[kRightHand].wrench.head<3>().norm());
+    if (at(t, 25.5)) p.world().needles(needles);
   });
   const auto in = p.times(EventKind::Punctured, "pad"), out = p.times(EventKind::Exited, "pad"),
              grasped = p.times(EventKind::Grasped, "thread");
@@ -204,8 +206,6 @@ TEST(SceneSuture, ANeedleTakesABiteAndDrawsItsThreadThrough) {
   }
   EXPECT_TRUE(p.times(EventKind::Grasped, "pad").empty());
   EXPECT_TRUE(p.times(EventKind::TornOut, "pad").empty());
-  std::vector<scene::NeedleView> needles;
-  p.world().needles(needles);
   ASSERT_EQ(needles.size(), 1U);
   EXPECT_EQ(needles[0].instrument, static_cast<int>(kRightHand));
   for (const auto& x : needles[0].positions) EXPECT_GT(x.z(), 0.065) << "m: the pad's upper side is at 0.060";
