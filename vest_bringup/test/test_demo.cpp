@@ -64,7 +64,8 @@ class DemoTest : public ::testing::Test {
     };
     scene::StepReport report;
     std::array<Eigen::Vector3d, 2> force{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-    std::array<Eigen::Vector3d, 4> before{};
+    std::array<Eigen::Vector3d, 4> before;
+    before.fill(Eigen::Vector3d::Zero());
     const double dt = world.description().dt;
     for (std::uint64_t k = 0; static_cast<double>(k) * dt < kFirstAct; ++k) {
       const double t = static_cast<double>(k) * dt;

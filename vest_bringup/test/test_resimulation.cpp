@@ -2,6 +2,7 @@
 
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -19,6 +20,7 @@
 
 #include "vest_bringup/ros/bag_writer.h"
 #include "vest_bringup/ros/recovery.h"
+#include "vest_bringup/ros/typed_message.h"
 #include "vest_bringup/session/statistics.h"
 #include "vest_bringup/simulation/stage.h"
 #include "vest_tissue/ros/conversions.h"
@@ -247,6 +249,20 @@ TEST(Resimulation, WhatASceneInABagNamesNeverLeavesItsFolder) {
     EXPECT_NE(said.text.find("allowed: a path below the scene's folder"), std::string::npos) << said.text;
   }
   EXPECT_FALSE(fs::exists("/tmp/vest_escaped.yaml"));
+}
+
+TEST(Resimulation, AWrongTypeIsToldInOneLineThatWritesToNoTerminal) {
+  session::BagConnection connection;
+  connection.topic = "/vest/\x1b[2J", connection.type = "a\nb", connection.md5sum = "c\xff";
+  std_msgs::String to;
+  try {
+    session::readMessage("file", session::BagMessage{connection, 0, 0, nullptr, 0}, to);
+    FAIL() << "believed";
+  } catch (const std::invalid_argument& e) {
+    const std::string text = e.what();
+    EXPECT_TRUE(std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; })) << text;
+    EXPECT_NE(text.find("c\\xff"), std::string::npos) << text;
+  }
 }
 
 TEST(Resimulation, ATopicOfAnotherTypeIsRefusedByNameAndNotBelieved) {

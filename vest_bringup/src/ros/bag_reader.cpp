@@ -13,6 +13,7 @@
 #include <roslz4/lz4s.h>
 
 #include "vest_bringup/ros/bag_format.h"
+#include "vest_instruments/files/read.h"
 
 namespace vest::session {
 namespace {
@@ -113,7 +114,7 @@ BagReader::~BagReader() {
 }
 
 void BagReader::refuse(std::uint64_t at, const std::string& what) const {
-  throw std::invalid_argument(file_ + ": byte " + std::to_string(at) + ": " + what);
+  throw std::invalid_argument(file_ + ": byte " + std::to_string(at) + ": " + files::shown(what, 6000));
 }
 
 bool BagReader::get(std::uint64_t at, std::size_t size, std::vector<std::uint8_t>& to) const {

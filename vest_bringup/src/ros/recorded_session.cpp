@@ -17,7 +17,7 @@ namespace {
 
 RecordedScene sceneOf(const vest_msgs::SceneFiles& msg, const std::string& file) {
   const auto refuse = [&](const std::string& what) {
-    throw std::invalid_argument(file + ": tissue/scene of '" + msg.scene + "': " + what);
+    throw std::invalid_argument(file + ": tissue/scene of '" + files::shown(msg.scene) + "': " + what);
   };
   RecordedScene scene;
   scene.scene = msg.scene;
