@@ -45,12 +45,14 @@ install_missing() {
     fail "apt-get install failed, see above (Debian 12 is what this is made for)"
 }
 
-# configure FOLDER [cmake options]: twice on a fresh folder, because the first pass does not know the packages' paths yet.
+# configure FOLDER [cmake options]: where the folder is fresh or was configured with other options. Twice, because the
+# first pass does not know the packages' paths yet.
 configure() {
   local build=$1 pass
   shift
-  [ -f "$build/.configured" ] && [ -f "$build/build.ninja" ] && return 0
+  [ -f "$build/build.ninja" ] && [ "$(cat "$build/.configured" 2>/dev/null)" = "$*" ] && return 0
   mkdir -p "$build"
+  rm -f "$build/.configured"
   for pass in 1 2; do
     say "configuring $build ($pass of 2)"
     cmake -S "$repository" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
@@ -58,7 +60,7 @@ configure() {
       -DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DVEST_UNITY_BUILD=ON "$@" >"$build/configure.log" 2>&1 ||
       { tail -n 40 "$build/configure.log" >&2; fail "cmake failed; all of its output: $build/configure.log"; }
   done
-  touch "$build/.configured"
+  echo "$*" >"$build/.configured"
 }
 
 # build FOLDER [targets]: on a terminal progress is ninja's own line; elsewhere only what goes wrong is said. (Each build checks
