@@ -7,7 +7,8 @@ export PATH=/usr/bin:/bin:/usr/sbin:/sbin:$PATH
 unset PYTHONHOME PYTHONPATH VIRTUAL_ENV
 # Numbers with a point in every language; texts in UTF-8.
 export LC_ALL=C.UTF-8
-export ROS_HOSTNAME=localhost
+# Sockets listen on this machine alone, unless the shell names an address.
+[ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || export ROS_HOSTNAME=localhost
 
 say() { printf '== %s\n' "$*"; }
 fail() {

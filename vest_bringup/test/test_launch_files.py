@@ -116,6 +116,25 @@ class LaunchFiles(unittest.TestCase):
                 if "value" not in argument.attrib:
                     self.assertTrue(argument.get("doc"), f"{file}: {argument.get('name')}")
 
+    def test_other_hosts_are_refused_unless_the_shell_names_an_address(self):
+        files = glob.glob(os.path.join(LAUNCH, os.pardir, os.pardir, "vest_*", "launch", "*.launch"))
+        files = [file for file in files if next(xml.etree.ElementTree.parse(file).iter("node"), None) is not None]
+        self.assertGreater(len(files), 5)
+        needed = {"replay.launch": ["bag:=/tmp/session.bag"], "show_image.launch": ["image:=/tmp/a.nrrd"]}
+        before = dict(os.environ)
+        try:
+            for named, wanted in (({}, "localhost"), ({"ROS_IP": "10.78.0.1"}, None), ({"ROS_HOSTNAME": "trainer"}, None)):
+                for name in ("ROS_IP", "ROS_HOSTNAME"):
+                    os.environ.pop(name, None)
+                os.environ.update(named)
+                for file in files:
+                    config = load_config_default([(file, needed.get(os.path.basename(file), []))], None, verbose=False)
+                    for node in config.nodes:
+                        self.assertEqual(dict(node.env_args).get("ROS_HOSTNAME"), wanted, f"{file}: {node.name} with {named}")
+        finally:
+            os.environ.clear()
+            os.environ.update(before)
+
     def test_trainee_and_teacher_share_a_master_and_the_teacher_gives_way(self):
         def nodes(name, *arguments):
             return load_config_default([(os.path.join(LAUNCH, name), list(arguments))], None, verbose=False).nodes

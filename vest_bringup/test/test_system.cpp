@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cmath>
@@ -7,8 +8,10 @@
 #include <functional>
 #include <map>
 #include <set>
+#include <sstream>
 
 #include <ros/ros.h>
+#include <ros/service_manager.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <std_srvs/SetBool.h>
@@ -262,6 +265,55 @@ TEST(System, NoMessageWritesOutsideOfTheSessionsFolder) {
     EXPECT_EQ(snapshot.response.message, output + "/snapshots/" + word + ".snapshot");
     EXPECT_TRUE(std::ifstream(snapshot.response.message).good());
   }
+  // A link with a snapshot's name is replaced; what it led to stays as it was.
+  std::ofstream(file) << "mine";
+  ASSERT_EQ(symlink(file.c_str(), (output + "/snapshots/link.snapshot").c_str()), 0);
+  snapshot.request.name = "link";
+  ASSERT_TRUE(callService("/vest/tissue/snapshot", snapshot));
+  EXPECT_TRUE(snapshot.response.success) << snapshot.response.message;
+  std::string kept;
+  std::ifstream(file) >> kept;
+  EXPECT_EQ(kept, "mine");
+  std::remove(file.c_str());
+  // A folder of snapshots that is a link leads out of the session's folder: refused.
+  const std::string folder = output + "/snapshots", away = output + "/away";
+  ASSERT_EQ(std::rename(folder.c_str(), away.c_str()), 0);
+  ASSERT_EQ(symlink("away", folder.c_str()), 0);
+  snapshot.request.name = "led_away";
+  ASSERT_TRUE(callService("/vest/tissue/snapshot", snapshot));
+  EXPECT_FALSE(snapshot.response.success);
+  EXPECT_NE(snapshot.response.message.find("not a link"), std::string::npos) << snapshot.response.message;
+  EXPECT_FALSE(std::ifstream(away + "/led_away.snapshot").good());
+  ASSERT_EQ(std::remove(folder.c_str()), 0);
+  ASSERT_EQ(std::rename(away.c_str(), folder.c_str()), 0);
+}
+
+TEST(System, ServicesListenOnThisMachineAlone) {
+  // Where the simulation listens for services and topics, by the master's word: rosrpc://HOST:PORT.
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(60);
+  std::string host;
+  std::uint32_t port = 0;
+  while (!ros::ServiceManager::instance()->lookupService("/vest/tissue/step", host, port) &&
+         ros::WallTime::now() < end)
+    ros::WallDuration(0.1).sleep();
+  ASSERT_NE(port, 0u);
+  EXPECT_EQ(host, "localhost");
+  int found = 0;
+  for (const char* table : {"/proc/net/tcp", "/proc/net/tcp6"}) {
+    std::ifstream in(table);
+    std::string line, number, local, remote, state;
+    std::getline(in, line);
+    while (std::getline(in, line)) {
+      std::istringstream(line) >> number >> local >> remote >> state;
+      const std::size_t colon = local.find(':');
+      if (state != "0A" || std::stoul(local.substr(colon + 1), nullptr, 16) != port) continue;  // 0A: listens
+      ++found;
+      EXPECT_TRUE(local.substr(0, colon) == "0100007F" ||
+                  local.substr(0, colon) == "00000000000000000000000001000000")
+          << "listens beyond this machine: " << local;
+    }
+  }
+  EXPECT_GT(found, 0);
 }
 
 TEST(System, ARefusedSceneNamesTheFileAndThePresentOneGoesOn) {

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 
+SECONDS = 120  # of processor time for a mutant's test: one that takes more hangs
 BRANCH = re.compile(r"\bif \(|\bwhile \(| \? |std::min\(|std::max\(|std::clamp\(")
 
 
@@ -73,9 +74,11 @@ def red(args, package, table, entry, folder):
         return None, "does not compile: " + (done.stderr.splitlines() or ["?"])[0]
     # Reduced counts must do, and within the time: a test cut off at its full count would pass for a red one.
     environment = {k: v for k, v in os.environ.items() if k != "VEST_FULL"}
+    # Judged by processor time: beside other work a test takes longer, and is not red for it.
     try:
-        run = subprocess.run([os.path.join(args.tests, args.prefix + program), "--gtest_filter=" + wanted],
-                             env={**environment, "LD_PRELOAD": library}, capture_output=True, text=True, timeout=120, check=False)
+        run = subprocess.run(["prlimit", f"--cpu={SECONDS}", os.path.join(args.tests, args.prefix + program),
+                              "--gtest_filter=" + wanted], env={**environment, "LD_PRELOAD": library}, capture_output=True,
+                             text=True, timeout=20 * SECONDS, check=False)
     except subprocess.TimeoutExpired:
         return True, ""
     if "Running 0 tests" in run.stdout:

@@ -1,8 +1,10 @@
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 
@@ -29,13 +31,29 @@ void checkWord(const std::string& name) {
         " (allowed: a word without '/', which becomes a file in the session's snapshots/)");
 }
 
-/// In a folder of snapshots that may not be there yet.
+/// In a folder of snapshots that may not be there yet. No link is followed, in the folder's place or in the
+/// file's: the file is written beside it and takes its name whole.
 void keepFile(const std::string& file, const std::vector<std::uint8_t>& bytes) {
-  mkdir(std::filesystem::path(file).parent_path().c_str(), 0777);
-  std::ofstream out(file, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) throw std::invalid_argument(file + ": cannot be written");
+  const std::string folder = std::filesystem::path(file).parent_path().string(), beside = file + ".part";
+  mkdir(folder.c_str(), 0777);
+  const int in = open(folder.c_str(), O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (in < 0) throw std::invalid_argument(folder + ": is no folder (allowed: a folder, not a link to one)");
+  const auto name = [](const std::string& path) { return std::filesystem::path(path).filename().string(); };
+  unlinkat(in, name(beside).c_str(), 0);
+  const int out =
+      openat(in, name(beside).c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+  std::size_t done = 0;
+  while (out >= 0 && done < bytes.size()) {
+    const ssize_t n = write(out, bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  bool kept = out >= 0 && close(out) == 0 && done == bytes.size();
+  kept = kept && renameat(in, name(beside).c_str(), in, name(file).c_str()) == 0;
+  if (!kept) unlinkat(in, name(beside).c_str(), 0);
+  close(in);
+  if (!kept) throw std::invalid_argument(file + ": cannot be written");
 }
 
 }  // namespace
