@@ -132,6 +132,22 @@ class Export(unittest.TestCase):
 
 
 class Moments(unittest.TestCase):
+    def test_a_bag_that_cannot_be_written_is_one_message_and_leaves_nothing(self):
+        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, "trajectories", "cut_strip.yaml")
+        with tempfile.TemporaryDirectory() as folder:
+            os.mkfifo(os.path.join(folder, "fifo"))
+            full = os.path.join(folder, "full.bag")
+            limit = "trap '' XFSZ; ulimit -f 8; "  # as a disk with room for 8 kB
+            for bag, before in (("/dev/full", ""), (folder, ""), (os.path.join(folder, "fifo"), ""),
+                                (os.path.join(folder, "nowhere", "a.bag"), ""), (full, limit)):
+                done = subprocess.run(["bash", "-c", before + 'exec "$0" "$@"', "rosrun", "vest_bringup", "vest_rehearse", script, "--scene",
+                                       "cut_strip", "--seconds", "0.1", "--bag", bag, "--at", "0.02", "0.05"],
+                                      capture_output=True, text=True, timeout=300, check=False)
+                self.assertEqual(done.returncode, 1, bag + done.stderr)
+                self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+                self.assertIn(f"vest_rehearse: {bag}: ", done.stderr)
+            self.assertEqual(os.listdir(folder), ["fifo"])
+
     def test_a_film_of_blood_is_on_the_tissue_that_is_drawn_though_that_was_cut_just_now(self):
         script = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, "trajectories", "cut_strip.yaml")
         with tempfile.TemporaryDirectory() as folder:

@@ -117,6 +117,11 @@ TEST(InputMap, EachMistakeIsOneMessageWithFieldAndWhatIsAllowed) {
       {"{on: haptics/right", "{on: haptics/left", "switches[9].on: 'haptics/left'"},
       {"pad:\n", "pad: &x\n", "anchor"},
   };
+  for (const char* text : {"devices: 3\n", "instruments: left\n", "devices: {pad: 3}\n",
+                           "instruments: {left: 3}\n", "3\n", "instruments: [left]\n", "switches: [box]\n"}) {
+    const std::string said = vest::testing::refusal(text, loadInputMap);
+    EXPECT_NE(said.find("; allowed: "), std::string::npos) << text << "said: " << said;
+  }
   const std::string shipped = vest::testing::fileText(kShipped);
   for (const Mistake& m : mistakes) {
     const std::string said = vest::testing::refusal(changed(shipped, m.from, m.to), loadInputMap);

@@ -1,5 +1,9 @@
 #include "vest_bringup/ros/moment_bag.h"
 
+#include <cstdio>
+#include <filesystem>
+#include <stdexcept>
+
 #include <vest_msgs/InstrumentStates.h>
 
 #include "vest_bringup/ros/effects_shell.h"
@@ -18,12 +22,40 @@ geometry_msgs::Pose poseMsg(const Eigen::Vector3d& p, const Eigen::Quaterniond& 
 
 }  // namespace
 
-MomentBag::MomentBag(const std::string& file) : bag_(file, rosbag::bagmode::Write) {}
+MomentBag::MomentBag(const std::string& file) : file_(file) {
+  std::error_code unknown;
+  const auto is = std::filesystem::status(file, unknown);
+  if (std::filesystem::exists(is) && !std::filesystem::is_regular_file(is))
+    throw std::invalid_argument(file + ": is no ordinary file (allowed: a new file, or one to replace)");
+  try {
+    bag_->open(file, rosbag::bagmode::Write);
+  } catch (const rosbag::BagException&) {
+    throw std::invalid_argument(file + ": cannot be written");
+  }
+}
+
+void MomentBag::giveUp() {
+  static_cast<void>(bag_.release());  // its destructor would write again, and end the program
+  std::remove(file_.c_str());
+  throw std::invalid_argument(file_ + ": cannot be written (is the disk full?)");
+}
+
+void MomentBag::close() {
+  try {
+    bag_->close();
+  } catch (const rosbag::BagException&) {
+    giveUp();
+  }
+}
 
 template <class M>
 void MomentBag::put(const std::string& topic, ros::Time& time, M& message) {
   message.header.stamp = time;
-  bag_.write("/vest/" + topic, time, message);
+  try {
+    bag_->write("/vest/" + topic, time, message);
+  } catch (const rosbag::BagException&) {
+    giveUp();
+  }
   time += ros::Duration(1e-6);  // a bag keeps the order of different times only
 }
 

@@ -86,7 +86,7 @@ class Collector {
     played_ = vest::session::play(fs::path(file_).parent_path().string(), session, options,
                                   [this](const auto& world, const auto& input, const auto& report,
                                          const auto* engine) { look(world, input, report, engine); });
-    moments_.reset();
+    if (moments_) moments_->close();
     // An exercise has its total when it is finished, which lies between two rows.
     if (played_.result && !episodes_.empty() && !episodes_.back().rows.empty())
       episodes_.back().rows.back().score = played_.result->total / 100;

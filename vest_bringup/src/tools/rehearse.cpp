@@ -122,6 +122,7 @@ int main(int argc, char** argv) {
     if (moments && next != at.cend())
       std::fprintf(stderr, "vest_rehearse: no picture of %g s and later: the motion ends at %g s\n", *next,
                    ended);
+    if (moments) moments->close();
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     tell(stage, report, 1e3 * wall / static_cast<double>(world.steps()));
   } catch (const std::exception& e) {

@@ -79,7 +79,7 @@ class Moments {
 
   /// Draws them with the code of the endoscopic view; none where that cannot be.
   std::vector<exercise::Picture> draw() {
-    bag_.reset();
+    bag_->close();
     if (pictures_.empty()) return {};
     if (!vest::tools::render(folder_ + "/moments.bag",
                              {"--each-state", "--format", "jpg", "--output", folder_})) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include <map>
 #include <sstream>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "vest_effects/haemodynamics/network.h"
@@ -221,6 +223,44 @@ TEST_P(PublishedCurves, AreReproducedWithinTheirCriterion) {
       "dP", "dP_in_minus_out_kPa",
       [&](std::size_t i) { return (prox.at("P_Pa")[i] - dist.at("P_Pa")[i]) / 1000; }, 0.01, 0.02);
   fs::remove_all(out);
+}
+
+TEST(PulseSvg, DrawsACurveAndRefusesWhatIsNoneInOneLine) {
+  const fs::path folder = fs::path(::testing::TempDir()) / "vest_pulse_svg_test";
+  fs::create_directories(folder);
+  const std::string good = "t_s,P_Pa,Q_m3_s\n0,1000,1e-6\n0.1,2000,2e-6\n0.2,1500,1e-6\n";
+  const auto draw = [&](const std::string& result, const std::string& reference) {
+    std::ofstream(folder / "a.csv") << result;
+    std::ofstream(folder / "b.csv") << reference;
+    const fs::path log = folder / "log";
+    const std::string at = "'" + folder.string() + "/";
+    const int status = std::system(("/usr/bin/python3 '" VEST_PULSE_SVG "' " + at + "a.csv' " + at +
+                                    "b.csv' " + at + "out.svg' --title 'a < b' 2> '" + log.string() + "'")
+                                       .c_str());
+    std::stringstream text;
+    text << std::ifstream(log).rdbuf();
+    return Outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, text.str()};
+  };
+  const Outcome drawn = draw(good, good);
+  EXPECT_EQ(drawn.status, 0) << drawn.text;
+  std::stringstream picture;
+  picture << std::ifstream(folder / "out.svg").rdbuf();
+  EXPECT_NE(picture.str().find("a &lt; b"), std::string::npos);
+  fs::remove(folder / "out.svg");
+  const std::string head = "t_s,P_Pa,Q_m3_s\n";
+  for (const std::string& bad :
+       {std::string(), head, head + "0,1,1\n", head + "0,1,1\n0,1,1\n", head + "0,1,1\n1,nan,1\n",
+        head + "0,1,1\n1,1e300,1\n", head + "-1,1,1\n1,1,1\n", head + "0,1,1\ninf,1,1\n",
+        std::string("a,b\n1,2\n"), std::string("\0\xff\n", 3), head + "0,1\n1,1\n"}) {
+    for (const auto& [result, reference] : {std::pair(bad, good), std::pair(good, bad)}) {
+      const Outcome refused = draw(result, reference);
+      EXPECT_EQ(refused.status, 1) << bad;
+      EXPECT_EQ(std::count(refused.text.begin(), refused.text.end(), '\n'), 1) << bad << refused.text;
+      EXPECT_NE(refused.text.find(".csv"), std::string::npos) << refused.text;
+      EXPECT_FALSE(fs::exists(folder / "out.svg")) << bad;
+    }
+  }
+  fs::remove_all(folder);
 }
 
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(PublishedCurves);

@@ -37,7 +37,13 @@ void Field::onlyKeys(std::initializer_list<const char*> keys) const {
   }
 }
 
+bool Field::has(const char* key) const {
+  if (!node.IsMap()) refuse("not a map", "a map of keys");
+  return static_cast<bool>(node[key]);
+}
+
 Field Field::at(const char* key) const {
+  if (!node.IsMap()) refuse("not a map", "a map of keys");
   Field child{file, path.empty() ? key : path + "." + key, node[key]};
   if (!child.node) child.refuse("missing", "it must be given");
   return child;

@@ -20,7 +20,8 @@ struct Field {
   std::string text() const;
   /// A map with these keys alone, each at most once.
   void onlyKeys(std::initializer_list<const char*> keys) const;
-  bool has(const char* key) const { return static_cast<bool>(node[key]); }
+  /// Of a map; anything else is refused.
+  bool has(const char* key) const;
   /// Must be there.
   Field at(const char* key) const;
   Field element(int i) const { return {file, path + "[" + std::to_string(i) + "]", node[i]}; }

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include <OgreMaterial.h>
-#include <OgreVector3.h>
 #include <vest_msgs/FluidState.h>
 #include <vest_msgs/SmokeState.h>
 #include <vest_msgs/SutureStates.h>
@@ -13,6 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "dynamic_mesh.h"
+#include "ogre_vector.h"
 #include "vest_viz/effects/drops.h"
 #include "vest_viz/effects/shapes.h"
 

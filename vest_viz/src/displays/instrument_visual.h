@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include <OgreVector3.h>
 #include <Eigen/Geometry>
 
 #include "dynamic_mesh.h"
+#include "ogre_vector.h"
 #include "vest_viz/instrument/jaws.h"
 
 namespace vest::displays {

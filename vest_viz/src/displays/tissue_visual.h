@@ -9,9 +9,8 @@
 #include <string>
 #include <vector>
 
-#include <OgreVector3.h>
-
 #include "dynamic_mesh.h"
+#include "ogre_vector.h"
 #include "vest_viz/inspect/slice.h"
 #include "vest_viz/instrument/jaws.h"
 #include "vest_viz/mesh/coarse.h"

@@ -17,7 +17,7 @@ namespace vest::ros_shell {
 /// simulated time.
 class MomentBag {
  public:
-  /// @throws rosbag::BagException where the file cannot be written
+  /// @throws std::invalid_argument where the file cannot be written, or is no ordinary file
   explicit MomentBag(const std::string& file);
   /// Buffers that the stage fills; hand them to makeStage().
   simulation::StageFrames frames() { return {nullptr, nullptr, &surface_, field_}; }
@@ -25,15 +25,21 @@ class MomentBag {
   /// knots that have been cut since is not drawn. Wait for it before write().
   bool current(const scene::World& world);
   /// The world after the step that consumed `input`, t s since the beginning.
+  /// @throws std::invalid_argument where the file cannot be written; it is removed
   void write(double t, const scene::World& world, const kinematics::TrainerBox& box,
              const scene::StepInput& input);
+  /// Nothing may be written afterwards. @throws as write()
+  void close();
 
  private:
   template <class M>
   void put(const std::string& topic, ros::Time& time,
            M& message);  ///< each a little later than the one before
 
-  rosbag::Bag bag_;
+  [[noreturn]] void giveUp();
+
+  std::string file_;
+  std::unique_ptr<rosbag::Bag> bag_ = std::make_unique<rosbag::Bag>();
   scene::TripleBuffer<simulation::SurfaceFrame> surface_;
   bool has_surface_ = false;  ///< that has not been written
   std::shared_ptr<simulation::FieldFrames> field_ = std::make_shared<simulation::FieldFrames>();
