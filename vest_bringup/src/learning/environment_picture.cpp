@@ -67,7 +67,7 @@ void Environment::drawPools() {
     int count = 0;
     for (const int j : {r - 1, r})
       for (const int i : {c - 1, c})
-        if (wet(i, j)) sum += pools.bed[cell(i, j)] + pools.depth[cell(i, j)], ++count;
+        if (wet(i, j)) sum += pools.top(cell(i, j)), ++count;
     xyz_.insert(xyz_.end(), {static_cast<float>(model.parameters.low[0]) + static_cast<float>(c) * size,
                              static_cast<float>(model.parameters.low[1]) + static_cast<float>(r) * size,
                              sum / static_cast<float>(count)});

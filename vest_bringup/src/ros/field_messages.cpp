@@ -74,9 +74,9 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
       pool.height[n] = wet ? surface[i] - lowest : std::numeric_limits<float>::quiet_NaN();
       // Under an organ nobody knows how deep it is: as deep as can be told.
       const bool bridged = wet && surface[i] < w.bed[i];
-      const bool raised = wet && surface[i] != w.bed[i] + w.depth[i];
+      const bool raised = wet && surface[i] != w.top(i);
       pool.velocity[n] = wet && !raised ? w.rise[i] : 0.0f;
-      pool.depth[n] = !wet ? 0 : bridged ? 255 : tenths(raised ? surface[i] - w.bed[i] : w.depth[i]);
+      pool.depth[n] = !wet ? 0 : bridged ? 255 : tenths(surface[i] - w.bed[i]);
       pool.blood[n] =
           wet && !bridged && w.depth[i] > 0 ? scaled(w.blood[i] / w.depth[i]) : scaled(pool.blood_fraction);
     });

@@ -85,7 +85,7 @@ void plunge(const Model& model, const Inputs& inputs, State& state, ScratchData&
   const std::size_t k = b.count++;
   b.x[k] = q.x[i] + 0.004f * (random(1) - 0.5f);
   b.y[k] = q.y[i] + 0.004f * (random(2) - 0.5f);
-  b.z[k] = w.bed[cell] + w.depth[cell] * random(3);
+  b.z[k] = w.bed[cell] + (w.top(cell) - w.bed[cell]) * random(3);
   b.radius[k] = radius;
   b.left[k] =
       0.5f + 2.0f * random(4);  // s at the surface: foam of bloody water lasts about so long (assumed)
@@ -142,7 +142,7 @@ void absorb(const Model& model, const Inputs& inputs, State& state, ScratchData&
     const int c = std::min(model.columns - 1, columnOf(model, p[0])),
               r = std::min(model.rows - 1, rowOf(model, p[1]));
     const std::size_t cell = static_cast<std::size_t>(r) * model.columns + c;
-    const float bed = w.bed[cell], depth = w.depth[cell];
+    const float bed = w.bed[cell], depth = w.top(cell) - bed;
     if (bed > kNoBed && depth > 0.5f * d && p[2] < bed + depth + 0.25f * d && p[2] > bed - 2 * d) {
       plunge(model, inputs, state, s, i, cell);
       join(model, state, cell, q.volume[i], q.blood[i], q.vx[i], q.vy[i]);
@@ -177,7 +177,7 @@ void stepBubbles(const Model& model, const Inputs& inputs, State& state) {
     x += dt * 0.5f * (w.u[u] + w.u[u + 1]);
     y += dt * 0.5f * (w.v[i] + w.v[i + static_cast<std::size_t>(model.columns)]);
     // Millimetre bubbles rise at 0.2 to 0.25 m/s (Clift, Grace and Weber 1978, fig. 7.3).
-    const float surface = w.bed[i] + w.depth[i];
+    const float surface = w.top(i);
     z = std::min(z + 0.22f * dt, surface);
     if (z >= surface - b.radius[k]) left -= dt;
     if (left <= 0) continue;

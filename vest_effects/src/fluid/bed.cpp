@@ -189,7 +189,7 @@ void reachUnder(const Model& model, const Pools& w, ScratchData& s) {
     if (w.depth[i] >= kStanding && s.floor[i] > kNoBed && w.bed[i] <= s.floor[i])
       s.open.push_back(static_cast<std::int32_t>(i));
   const auto level = [&](std::int32_t i) {
-    return w.bed[static_cast<std::size_t>(i)] + w.depth[static_cast<std::size_t>(i)];
+    return w.top(static_cast<std::size_t>(i));
   };
   std::sort(s.open.begin(), s.open.end(), [&](std::int32_t a, std::int32_t b) {
     return level(a) != level(b) ? level(a) < level(b) : a < b;
@@ -224,7 +224,7 @@ void setAside(const Model& model, const std::vector<float>& bed, Pools& w, Scrat
   for (std::int32_t from = 0; from < n; ++from) {
     const auto i = static_cast<std::size_t>(from);
     if (!(w.depth[i] > 0) || !(w.bed[i] > kNoBed) || !(bed[i] - w.bed[i] > kOver)) continue;
-    const float level = w.bed[i] + w.depth[i];
+    const float level = w.top(i);
     if (!(bed[i] > level)) continue;
     std::array<std::size_t, kOpen> open{};
     std::size_t found = 0;
@@ -362,7 +362,7 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
         const bool beside = open || s.around[i] >= 0;
         // What lies in the ground, as vessels in the wall, has no water about it.
         const float buried = std::min(1.0f, std::max(0.0f, 1.0f + (part.z - s.floor[i]) / kGround));
-        const float level = w.bed[source] + w.depth[source] - sunk(open ? i : w.depth.size() + i),
+        const float level = w.top(source) - sunk(open ? i : w.depth.size() + i),
                     under = beside ? buried * (level - part.z) : 0.0f;
         double down = 0, drag = 0, stiffness = 0;
         bool lifts = false;
@@ -375,8 +375,8 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
           drag = part.share * impedance(std::max(0.0f, under));
         } else if (seen.up && borne(i)) {
           // Under a sheet stands what is beside it: with water on both sides nothing weighs.
-          const float below = beside ? w.bed[source] + w.depth[source] - part.z : 0.0f,
-                      rest = w.depth[i] - (surface.closed ? sunk(i) : std::max(0.0f, below)),
+          const float below = beside ? w.top(source) - part.z : 0.0f,
+                      rest = w.top(i) - w.bed[i] - (surface.closed ? sunk(i) : std::max(0.0f, below)),
                       head = rest > kDryDepth ? rest : 0.0f;
           const double share = part.share * nearBed(model, w, part) / std::max(1.0f, s.bearing[i]);
           down = share * weight(i, head), drag = share * impedance(w.depth[i]);

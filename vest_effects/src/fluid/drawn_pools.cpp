@@ -178,7 +178,7 @@ DrawnPools drawnPools(const Model& model, const State& state) {
   const Pools& w = state.pools;
   drawn.surface.assign(drawn.labels.size(), std::numeric_limits<float>::quiet_NaN());
   for (std::size_t i = 0; i < drawn.labels.size(); ++i)
-    if (drawn.labels[i] != 0) drawn.surface[i] = w.bed[i] + w.depth[i];
+    if (drawn.labels[i] != 0) drawn.surface[i] = w.top(i);
   leaveFilmsOut(model, w, drawn.surface, drawn.labels);
   bridge(model, w, drawn.surface, drawn.labels, drawn.patches);
   return drawn;

@@ -139,7 +139,7 @@ void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s
       if (w.depth[i] <= kDryDepth || w.bed[i] <= kNoBed) return false;
       const float x = static_cast<float>(model.parameters.low[0] + (c + 0.5) * cell) - tx,
                   y = static_cast<float>(model.parameters.low[1] + (r + 0.5) * cell) - ty;
-      return x * x + y * y < reach * reach && tz < w.bed[i] + w.depth[i] + 0.004f && tz > w.bed[i] - 0.004f;
+      return x * x + y * y < reach * reach && tz < w.top(i) + 0.004f && tz > w.bed[i] - 0.004f;
     };
     const auto each = [&](auto&& f) {
       for (int r = std::max(0, r0); r <= std::min(model.rows - 1, r1); ++r)

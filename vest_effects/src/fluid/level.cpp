@@ -24,7 +24,7 @@ struct Reaches {
   float low(std::size_t node) const { return node < cells ? w.bed[node] : s.floor[node - cells]; }
   float top(std::size_t node) const {
     const auto from = node < cells ? node : static_cast<std::size_t>(s.around[node - cells]);
-    return w.bed[from] + w.depth[from];
+    return w.top(from);
   }
   /// Liquid at one is at the height of liquid at the other.
   bool meet(std::size_t a, std::size_t b) const { return low(a) < top(b) && low(b) < top(a); }

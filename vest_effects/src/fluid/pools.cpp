@@ -76,7 +76,10 @@ void stepPools(const Model& model, double gravity, double dt, State& state, Scra
                       static_cast<std::size_t>(r1),
                       static_cast<std::size_t>(c0),
                       static_cast<std::size_t>(c1)};
-  for (int part = 0; part < parts; ++part) s.kernels->flow(n, s, w);
+  for (int part = 0; part < parts; ++part) {
+    s.kernels->flow(n, s, w);
+    followLevel(state, s);
+  }
   const float inverse_dt = static_cast<float>(1.0 / dt);
   each([&](std::size_t i) { w.rise[i] = (w.depth[i] - s.old_surface[i]) * inverse_dt; });
   if (deepest < kFlood) return;

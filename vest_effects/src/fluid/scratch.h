@@ -126,6 +126,17 @@ struct PoolNumbers {
   std::size_t columns, r0, r1, c0, c1;
 };
 
+/// A vertical line through an instrument that may stand in a pool, and the next of the same cell.
+struct ImmersedLine {
+  float low, high;  ///< m, world z: where it enters and leaves
+  std::int32_t next;
+};
+struct ImmersedCell {
+  std::uint32_t cell;
+  float slope;  ///< m that instruments raise the surface by, a metre of liquid more
+  float depth;  ///< m, of the liquid when that was found
+};
+
 struct ScratchData;
 /// The costly loops at one instruction level: over neighbours, for particles from … to − 1, and the pools.
 struct Kernels {
@@ -193,6 +204,9 @@ struct ScratchData {
   std::vector<std::array<double, 7>> knot_load;
   std::vector<std::uint8_t> is_loaded;
   std::vector<std::uint32_t> loaded;                     ///< knots of one surface
+  std::vector<ImmersedLine> lines;                       ///< of all instruments
+  std::vector<std::int32_t> first_line;                  ///< per cell; -1: none
+  std::vector<ImmersedCell> immersed;                    ///< cells that have lines
   int wet_r0 = 0, wet_r1 = -1, wet_c0 = 0, wet_c1 = -1;  ///< rectangle that holds all water, ends included
 };
 
@@ -247,6 +261,11 @@ inline void addStain(State& state, ScratchData& s, std::uint32_t triangle, doubl
 }
 /// What of the pools is too thin to flow stays on the tissue under it, as far as it is blood.
 void leaveFilms(const Model& model, State& state, ScratchData& s);
+/// Pools::raised: instruments displace liquid, and its surface rises by what they take of a cell. The water
+/// flows as its surface falls, so what they take counts in Pools::head.
+void immerse(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
+/// The same as the water comes and goes, within a step.
+void followLevel(State& state, ScratchData& s);
 /// Shear of the pools on what lies under them.
 void dragPools(const Model& model, const Inputs& inputs, const State& state, ScratchData& s);
 

@@ -27,7 +27,7 @@ void everything(S& s, F&& f) {
   array(p.volume), array(p.blood), array(p.age), array(p.rest);
   auto& w = s.pools;
   array(w.bed), array(w.bed_triangle), array(w.depth), array(w.blood), array(w.u), array(w.v), array(w.rise),
-      array(w.head), array(w.sunk);
+      array(w.head), array(w.raised), array(w.sunk);
   value(w.sunk_at);
   auto& b = s.bubbles;
   value(b.count);
@@ -51,7 +51,7 @@ State initialState(const Model& model) {
   auto& w = s.pools;
   w.bed.assign(c * r, kNoBed);
   w.bed_triangle.assign(c * r, -1);
-  for (auto* a : {&w.depth, &w.blood, &w.rise, &w.head}) a->assign(c * r, 0.0f);
+  for (auto* a : {&w.depth, &w.blood, &w.rise, &w.head, &w.raised}) a->assign(c * r, 0.0f);
   w.sunk.assign(2 * c * r, -1.0f);
   w.u.assign((c + 1) * r, 0.0f);
   w.v.assign(c * (r + 1), 0.0f);
@@ -113,7 +113,7 @@ bool restore(const Model& model, const std::uint8_t* bytes, std::size_t size, St
     if (!finite(*a)) return false;
   const auto& w = read.pools;
   const auto& knots = read.knots;
-  for (const auto* a : {&w.bed, &w.depth, &w.blood, &w.u, &w.v, &w.rise, &w.head, &w.sunk, &knots})
+  for (const auto* a : {&w.bed, &w.depth, &w.blood, &w.u, &w.v, &w.rise, &w.head, &w.raised, &w.sunk, &knots})
     if (!finite(*a)) return false;
   if (!std::isfinite(w.sunk_at)) return false;
   for (const std::int32_t t : w.bed_triangle)

@@ -150,6 +150,8 @@ Scratch::Scratch(const Model& model, int threads) : data_(new ScratchData) {
   for (auto* a : {&s.floor_triangle, &s.around}) a->assign(c * r, -1);
   s.open.reserve(c * r), s.wave.reserve(2 * c * r);
   s.underside.assign(c * r, 0.0f), s.bearing.assign(c * r, 0.0f), s.sink.assign(2 * c * r, -1.0f);
+  s.first_line.assign(c * r, -1);
+  s.immersed.reserve(c * r), s.lines.reserve(32768);
   std::size_t most = 0;
   for (const SurfaceSize& size : model.surfaces) most = std::max(most, size.knots);
   s.knot_load.assign(most, {});
@@ -232,6 +234,7 @@ void step(const Model& model, const Inputs& inputs, State& state, Scratch& scrat
   hitWindow(model, inputs, state, report);
   absorb(model, inputs, state, s);
   compact(state);
+  immerse(model, inputs, state, s);
   stepPools(model, std::max(0.0, -inputs.gravity[2]), inputs.dt, state, scratch);
   dragPools(model, inputs, state, s);
   stepBubbles(model, inputs, state);

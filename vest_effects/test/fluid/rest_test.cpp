@@ -153,6 +153,54 @@ TEST(Pool, AWaveTravelsWithSqrtGHAndComesBackFromTheWall) {
   EXPECT_GT(w.depth[static_cast<std::size_t>(crest(50, 190) / 0.004)], h0 + 3e-5);
 }
 
+TEST(Pool, ItsSurfaceRisesByWhatAnInstrumentDisplacesAndFallsAgain) {
+  // Archimedes: a shaft that stands in a tray takes the place of as much water as of it is under the surface.
+  struct Shaft {
+    std::array<double, 3> end;  // m
+    const char* name;
+  };
+  for (const Shaft& shaft : {Shaft{{0.033, 0.041, 0.15}, "upright"}, Shaft{{0.1, 0.09, 0.08}, "aslant"}}) {
+    Fluid f = tray(0.08, 0.08, 0.004);
+    f.step();
+    const double h0 = 0.02, radius = 0.0025, area = f.model.columns * f.model.rows * 0.004 * 0.004;
+    for (int r = 0; r < f.model.rows; ++r)
+      for (int c = 0; c < f.model.columns; ++c) fillCell(f.model, f.state, c, r, h0 * 0.004 * 0.004, 1);
+    const double volume = poolVolume(f.model, f.state);
+    fluid::Obstacle& o = f.inputs.obstacles[0];
+    f.inputs.obstacle_count = 1, o.radius = radius, f.inputs.dt = 0.004;
+    const auto run = [&](double seconds, double from, double to) {  // m: height of its tip
+      for (double t = 0; t < seconds; t += f.inputs.dt) {
+        // Slowly from rest to rest: waves of so deep a pool would run for a minute.
+        const double part = std::min(1.0, t / 4.0), z = from + (to - from) * part * part * (3 - 2 * part);
+        o.a = {0.033, 0.041, z}, o.b = {shaft.end[0], shaft.end[1], shaft.end[2] + z};
+        f.step();
+      }
+    };
+    const auto level = [&](float& low, float& high) {  // their mean
+      low = 1, high = 0;
+      double sum = 0;
+      const Pools& w = f.state.pools;
+      for (std::size_t i = 0; i < w.depth.size(); ++i)
+        low = std::min(low, w.top(i)), high = std::max(high, w.top(i)), sum += static_cast<double>(w.top(i));
+      return sum / static_cast<double>(w.depth.size());
+    };
+    run(6.0, 0.03, 0.004);
+    float low, high;
+    const double mean = level(low, high), dz = shaft.end[2],
+                 length = std::sqrt((shaft.end[0] - 0.033) * (shaft.end[0] - 0.033) +
+                                    (shaft.end[1] - 0.041) * (shaft.end[1] - 0.041) + dz * dz);
+    // Its axis from tip to surface, and the half ball at the tip.
+    const double under = 3.14159265 * radius * radius * ((mean - 0.004) * length / dz + 2.0 / 3 * radius);
+    EXPECT_NEAR(mean - h0, under / area, 0.05 * under / area) << shaft.name;
+    EXPECT_LT(high - low, 5e-5f) << shaft.name << ": the pool is level about it";
+    EXPECT_NEAR(poolVolume(f.model, f.state), volume, 1e-5 * volume) << shaft.name;
+    run(6.0, 0.004, 0.05);
+    level(low, high);
+    EXPECT_NEAR(low, h0, 5e-5) << shaft.name;
+    EXPECT_NEAR(high, h0, 5e-5) << shaft.name;
+  }
+}
+
 TEST(Drop, HangsOnTissueAboveItAndALargerOneFalls) {
   for (const double side : {0.002, 0.016}) {
     Mesh ceiling;

@@ -30,11 +30,15 @@ struct Pools {
   std::vector<float> u;                    ///< m/s at faces c−½, (columns+1)·rows
   std::vector<float> v;                    ///< m/s at faces r−½, columns·(rows+1)
   std::vector<float> rise;                 ///< m/s, vertical velocity of the surface
-  std::vector<float> head;                 ///< m: pressure of impacts in this step, as a water column
+  std::vector<float> head;    ///< m: pressure of impacts and of `raised` in this step, as a water column
+  std::vector<float> raised;  ///< m: how much higher the surface is for what instruments displace
   /// m, per cell for what stands there, then per cell for what reaches under tissue: how much lower liquid
   /// stands that fills the gaps under tissue beside it, too. < 0: there are none.
   std::vector<float> sunk;
   double sunk_at = 0;  ///< s: State::time when it was renewed
+
+  /// m, world z of the surface of a cell that is wet.
+  float top(std::size_t cell) const { return bed[cell] + depth[cell] + raised[cell]; }
 };
 inline constexpr float kNoBed = -1.0e3f;
 inline constexpr float kDryDepth = 1.0e-5f;  ///< m: shallower counts as dry (tuned)
