@@ -446,7 +446,8 @@ void OperatingField::Impl::show(const scene::World& world) {
        {&fluid::Particles::x, &fluid::Particles::y, &fluid::Particles::z, &fluid::Particles::vx,
         &fluid::Particles::vy, &fluid::Particles::vz, &fluid::Particles::volume, &fluid::Particles::blood})
     std::copy_n((from.*a).begin(), from.count, (to.*a).begin());
-  for (auto a : {&fluid::Pools::bed, &fluid::Pools::depth, &fluid::Pools::blood, &fluid::Pools::rise})
+  for (auto a : {&fluid::Pools::bed, &fluid::Pools::depth, &fluid::Pools::blood, &fluid::Pools::rise,
+                 &fluid::Pools::raised})
     f.fluid.pools.*a = fluid.pools.*a;
   f.fluid.bubbles = fluid.bubbles;
   f.fluid.pending = fluid.pending;
