@@ -25,7 +25,8 @@ std::size_t nodesOfKind(std::size_t kind) {
   return found == known.end() ? 0 : found->second;
 }
 
-/// Of a section of version 4.1. Tags may have gaps, but gmsh writes the least and the greatest that are there.
+/// Of a section of version 4.1. Tags may have gaps, but gmsh writes the least and the greatest that are
+/// there.
 struct Header {
   const char *what, *one;
   std::size_t blocks, entries, least, greatest;

@@ -499,7 +499,8 @@ TEST(Sequences, ToolsThatJumpEveryMillisecondThrowNothingInShippedScenes) {
     const auto of = static_cast<std::size_t>(n);
     play(names[of % names.size()], n, of / names.size());
   }
-  // Links were stretched within a step or two to many times the stiffness that the sub-steps were bounded for.
+  // Links were stretched within a step or two to many times the stiffness that the sub-steps were bounded
+  // for.
   play("ectopic_tube", 107, 4);
   play("clip_tube", 302, 4);
   play("peristalsis", 364, 6);
