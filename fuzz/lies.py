@@ -148,6 +148,9 @@ def msh(data):
         for count in (b'0', b'-1', b'4294967295', most, b'18446744073709551615', b'1e9'):
             yield '%s: first count %s' % (section.decode(), count.decode()), re.sub(rb'(\$%s\n)[0-9]+' % section, rb'\g<1>' + count, data)
             yield '%s: second count %s' % (section.decode(), count.decode()), re.sub(rb'(\$%s\n[0-9]+ )[0-9]+' % section, rb'\g<1>' + count, data)
+        for least, greatest in ((b'1', b'9999'), (b'0', b'50'), (b'50', b'1')):
+            yield '%s: tags from %s to %s' % (section.decode(), least.decode(), greatest.decode()), re.sub(
+                rb'(\$%s\n[0-9]+ [0-9]+ )[0-9]+ [0-9]+' % section, rb'\g<1>' + least + b' ' + greatest, data)
     yield 'blocks of nothing', re.sub(rb'(\$Nodes\n)[0-9]+ ([0-9]+) .*', rb'\g<1>2000000 \2 1 50\n' + b'3 1 0 0\n' * 2000000, data, count=1)
     yield 'binary', data.replace(b' 0 8', b' 1 8', 1)
     yield 'another version', data.replace(b'4.1', b'4.0', 1).replace(b'2.2', b'1', 1)

@@ -1,5 +1,6 @@
 #include "vest_tissue/volume/mesh_file.h"
 
+#include <algorithm>
 #include <cctype>
 #include <map>
 #include <set>
@@ -24,20 +25,31 @@ std::size_t nodesOfKind(std::size_t kind) {
   return found == known.end() ? 0 : found->second;
 }
 
-/// Of a section of version 4.1.
+/// Of a section of version 4.1. Tags may have gaps, but gmsh writes the least and the greatest that are
+/// there.
 struct Header {
-  const char* what;
-  std::size_t blocks, entries, least, greatest;  ///< tags from least to greatest
+  const char *what, *one;
+  std::size_t blocks, entries, least, greatest;
+  std::size_t are = 0, first = kTag, last = 0;  ///< seen: how many, least and greatest tag
 
-  void check(const Words& in, std::size_t are) const {
+  std::size_t tag(Words& in) {
+    const std::size_t t = in.whole(one, greatest, least);
+    ++are, first = std::min(first, t), last = std::max(last, t);
+    return t;
+  }
+  void check(const Words& in) const {
     if (are != entries)
       in.fail("the header counts " + std::to_string(entries) + " " + what + ", its blocks hold " +
               std::to_string(are) + "; allowed: as many");
+    if (are > 0 && (first != least || last != greatest))
+      in.fail("the header says that tags of " + std::string(what) + " go from " + std::to_string(least) +
+              " to " + std::to_string(greatest) + ", they go from " + std::to_string(first) + " to " +
+              std::to_string(last) + "; allowed: the same");
   }
 };
 
-Header readHeader(Words& in, const char* what) {
-  Header h{what, in.count("the number of blocks"), in.count("the number of entries"), 0, 0};
+Header readHeader(Words& in, const char* what, const char* one) {
+  Header h{what, one, in.count("the number of blocks"), in.count("the number of entries"), 0, 0};
   h.least = in.whole("the least tag", kTag);
   h.greatest = in.whole("the greatest tag", kTag);
   if (h.entries > 0 && h.least > h.greatest)
@@ -99,17 +111,15 @@ Lattice readGmsh(const std::string& path, const std::string& bytes) {
       }
       in.expect("$EndNodes");
     } else if (section == "$Nodes") {
-      const Header header = readHeader(in, "nodes");
-      std::size_t count = 0;
+      Header header = readHeader(in, "nodes", "a node");
       for (std::size_t b = 0; b < header.blocks; ++b) {
         in.whole("a dimension", 3), in.whole("an entity", kTag);
         if (in.whole("parametric", 1) != 0) in.fail("parametric nodes; allowed: none");
         std::vector<std::size_t> tags(in.count("the number of nodes"));
-        for (auto& tag : tags) tag = in.whole("a node", header.greatest, header.least);
+        for (auto& tag : tags) tag = header.tag(in);
         for (const auto tag : tags) addNode(tag, vector());
-        count += tags.size();
       }
-      header.check(in, count);
+      header.check(in);
       in.expect("$EndNodes");
     } else if (section == "$Elements" && old) {
       const std::size_t count = in.count("the number of elements");
@@ -127,20 +137,18 @@ Lattice readGmsh(const std::string& path, const std::string& bytes) {
       }
       in.expect("$EndElements");
     } else if (section == "$Elements") {
-      const Header header = readHeader(in, "elements");
-      std::size_t elements = 0;
+      Header header = readHeader(in, "elements", "an element");
       for (std::size_t b = 0; b < header.blocks; ++b) {
         const std::size_t dimension = in.whole("a dimension", 3), entity = in.whole("an entity", kTag),
                           kind = in.whole("a kind", 200), count = in.count("the number of elements");
         const auto found = dimension == 3 ? physical.find(entity) : physical.end();
         const std::uint16_t label = found == physical.end() ? std::uint16_t{0} : found->second;
         for (std::size_t i = 0; i < count; ++i) {
-          in.whole("an element", header.greatest, header.least);
+          header.tag(in);
           element(kind, label);
         }
-        elements += count;
       }
-      header.check(in, elements);
+      header.check(in);
       in.expect("$EndElements");
     } else if (section == "$Entities" && !old) {
       std::array<std::size_t, 4> count{};

@@ -218,6 +218,9 @@ TEST(MeshFile, AHeaderOfGmsh41MustCountWhatIsThere) {
   says(message(changed(kGmsh41, "2 5 10 50", "2 6 10 50")), {"a.msh:", "counts 6 nodes", "hold 5"});
   says(message(changed(kGmsh41, "3 3 1 3", "3 4 1 3")), {"a.msh:", "counts 4 elements", "hold 3"});
   says(message(changed(kGmsh41, "2 5 10 50", "2 5 10 40")), {"a.msh:", "a node: 50"});
+  says(message(changed(kGmsh41, "2 5 10 50", "2 5 10 60")), {"a.msh:", "nodes", "10 to 60", "from 10 to 50"});
+  says(message(changed(kGmsh41, "2 5 10 50", "2 5 9 50")), {"a.msh:", "nodes", "9 to 50", "from 10 to 50"});
+  says(message(changed(kGmsh41, "3 3 1 3", "3 3 1 7")), {"a.msh:", "elements", "1 to 7", "from 1 to 3"});
   says(message(changed(kGmsh41, "$Elements", "$Nodes\n0 0 1 1\n$EndNodes\n$Elements")), {"$Nodes twice"});
 }
 
