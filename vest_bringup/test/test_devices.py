@@ -90,18 +90,29 @@ class Devices(unittest.TestCase):
         self.assertNotIn("/vest/haptics/left/jaw/measured_js", topics)
 
     def test_3_tf_moves_the_instrument_with_the_device(self):
-        self.assertTrue(self.heard["right", "measured_js"].come())
+        def told():
+            return [m.position[2] for m in list(self.heard["right", "measured_js"].messages)]
 
         def insertions():
-            return [t.transform.translation.z for m in self.heard["tf"].messages for t in m.transforms
+            return [t.transform.translation.z for m in list(self.heard["tf"].messages) for t in m.transforms
                     if t.child_frame_id == "right_insertion"]
 
         # The emulated hand goes in and out by 20 mm.
-        self.assertTrue(patient(lambda: len(insertions()) > 50 and max(insertions()[-500:]) - min(insertions()[-500:]) > 0.015))
-        felt = {round(m.position[2], 6) for m in self.heard["right", "measured_js"].messages}
-        moved = [round(z, 6) for z in insertions()[-200:]]
-        self.assertGreater(sum(z in felt for z in moved), len(moved) // 2, "the same places, through a trocar")
-        children = {t.child_frame_id for m in self.heard["tf"].messages for t in m.transforms}
+        self.assertTrue(self.heard["right", "measured_js"].come())
+        self.assertTrue(patient(lambda: len(insertions()) > 200 and max(insertions()[-200:]) - min(insertions()[-200:]) > 0.015))
+        moved = insertions()[-200:]
+        # A busy machine delays and loses messages, so no share of them has to agree. The device's encoder counts twentieths of a
+        # millimetre: nothing else moves in such steps.
+        step = 5e-5
+        for z in [*moved, *told()]:
+            self.assertAlmostEqual(z, round(z / step) * step, delta=1e-6, msg="a place of the device's encoder")
+
+        def missing():
+            counts = {round(z / step) for z in told()}
+            return [z for z in moved if not {round(z / step) + k for k in (-1, 0, 1)} & counts]
+
+        self.assertTrue(patient(lambda: not missing()), f"tf was where the device never was: {missing()}")
+        children = {t.child_frame_id for m in list(self.heard["tf"].messages) for t in m.transforms}
         self.assertTrue({"left_tip", "right_tip"} <= children or {"left_roll", "right_roll"} <= children, children)
 
     def test_4_diagnostics_name_each_device_once_a_second(self):
