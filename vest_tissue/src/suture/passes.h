@@ -24,6 +24,7 @@ struct PassResult {
 };
 
 /// One pass; the first one takes held nodes along, the later ones lower the potential.
-PassResult pass(const Potential& p, State& s, bool first, Scratch& scratch);
+/// @param kept the factor of a pass before that serves once more; None: a new one
+PassResult pass(const Potential& p, State& s, bool first, Scratch& scratch, Factor kept = Factor::None);
 
 }  // namespace vest::suture
