@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 constexpr Index kGroup = 8;             ///< segments of a box
 constexpr std::size_t kMostRows = 400;  ///< at once
 constexpr int kMostSweeps = 32;         ///< of a pass; the next one goes on from its forces
-constexpr double kEnd = 1e-4;           ///< of the greatest force: a smaller change in a sweep ends them
+constexpr double kEnd = 3e-5;           ///< of the greatest force: a smaller change in a sweep ends them
 
 bool before(const LiveContact& p, const LiveContact& q) {
   return p.a != q.a ? p.a < q.a : p.b < q.b;
@@ -346,9 +346,7 @@ void couple(ContactScratch& c) {
     for (std::size_t j = 0; j < 3; ++j)
       for (std::size_t i = 0; i < 3; ++i)
         own.D(static_cast<int>(i), static_cast<int>(j)) = block(c, r, r)[j * length + i];
-    own.normal = own.D(0, 0) > 0.0 ? 1.0 / own.D(0, 0) : 0.0;
-    const double plane = own.D(1, 1) * own.D(2, 2) - own.D(1, 2) * own.D(2, 1);
-    own.plane = plane > 0.0 ? 1.0 / plane : 0.0;
+    own.inverse = own.D.inverse();
     own.trace = 1.0 / (own.D(1, 1) + own.D(2, 2));
   }
 }
@@ -363,30 +361,23 @@ void addGaps(ContactScratch& c, std::size_t r, const Vector3d& force) {
 
 /// Coulomb's law for one row whose gap without its own force is g.
 Vector3d law(const Own& own, const Vector3d& g, double friction, Vector3d force) {
-  for (int k = 0; k < 2; ++k) {
-    force[0] = std::max(0.0, -(g[0] + own.D(0, 1) * force[1] + own.D(0, 2) * force[2]) * own.normal);
-    const double most = friction * force[0];
-    if (most == 0.0) {
-      force[1] = force[2] = 0.0;
-      break;
+  const Vector3d still = -(own.inverse * g);
+  if (still[0] > 0.0 &&
+      still[1] * still[1] + still[2] * still[2] <= friction * friction * still[0] * still[0])
+    return still;
+  force[0] = std::max(0.0, -(g[0] + own.D(0, 1) * force[1] + own.D(0, 2) * force[2]) / own.D(0, 0));
+  const double most = friction * force[0];
+  if (most == 0.0) return {force[0], 0.0, 0.0};
+  const double g1 = g[1] + own.D(1, 0) * force[0], g2 = g[2] + own.D(2, 0) * force[0];
+  for (int i = 0; i < 2; ++i) {  // projected; the sweeps go on
+    const double d1 = g1 + own.D(1, 1) * force[1] + own.D(1, 2) * force[2],
+                 d2 = g2 + own.D(2, 1) * force[1] + own.D(2, 2) * force[2];
+    force[1] -= d1 * own.trace, force[2] -= d2 * own.trace;
+    const double squared = force[1] * force[1] + force[2] * force[2];
+    if (squared > most * most) {
+      const double share = most / std::sqrt(squared);
+      force[1] *= share, force[2] *= share;
     }
-    const double still1 = g[1] + own.D(1, 0) * force[0], still2 = g[2] + own.D(2, 0) * force[0];
-    double t1 = -(own.D(2, 2) * still1 - own.D(1, 2) * still2) * own.plane,  // sticks
-        t2 = -(own.D(1, 1) * still2 - own.D(2, 1) * still1) * own.plane;
-    if (!(t1 * t1 + t2 * t2 <= most * most)) {
-      t1 = force[1], t2 = force[2];
-      for (int i = 0; i < 2; ++i) {
-        const double d1 = still1 + own.D(1, 1) * t1 + own.D(1, 2) * t2,
-                     d2 = still2 + own.D(2, 1) * t1 + own.D(2, 2) * t2;
-        t1 -= d1 * own.trace, t2 -= d2 * own.trace;
-        const double squared = t1 * t1 + t2 * t2;
-        if (squared > most * most) {
-          const double share = most / std::sqrt(squared);
-          t1 *= share, t2 *= share;
-        }
-      }
-    }
-    force[1] = t1, force[2] = t2;
   }
   return force;
 }

@@ -29,8 +29,8 @@ struct Row {
 
 /// What a row does to itself.
 struct Own {
-  Eigen::Matrix3d D;                              ///< m/N, in its axes
-  double normal = 0.0, plane = 0.0, trace = 0.0;  ///< 1 over: D's normal part, determinant and trace across
+  Eigen::Matrix3d D, inverse;  ///< m/N, in its axes; N/m
+  double trace = 0.0;          ///< 1 over that across
 };
 
 struct ContactScratch {

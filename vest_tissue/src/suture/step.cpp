@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 constexpr int kMostPasses = 8;          ///< of Newton a sub-step
 constexpr int kTouchPasses = 6;         ///< with contacts: each pass solves them anew
 constexpr double kSettled = 1e-5;       ///< of a segment's length, and rad: a smaller change ends the passes
-constexpr double kTouchSettled = 2e-3;  ///< with contacts, whose forces are less exact
+constexpr double kTouchSettled = 5e-4;  ///< with contacts, whose forces are less exact
 constexpr double kSmall = 0.02;         ///< a change after which the factor serves once more
 constexpr double kMostTurn = 0.7;       ///< rad: of a segment in one pass
 constexpr double kPartTurn = 0.3;       ///< rad: free rotation that a sub-step may have
