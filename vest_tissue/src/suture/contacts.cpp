@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 constexpr Index kGroup = 8;             ///< segments of a box
 constexpr std::size_t kMostRows = 400;  ///< at once
-constexpr int kMostSweeps = 32;         ///< of a pass; the next one goes on from its forces
+constexpr int kMostSweeps = 20;         ///< of a pass; the next one goes on from its forces
 constexpr double kEnd = 3e-5;           ///< of the greatest force: a smaller change in a sweep ends them
 
 bool before(const LiveContact& p, const LiveContact& q) {

@@ -52,6 +52,7 @@ struct ContactScratch {
   std::vector<Own> own;                  ///< of each row
   std::vector<double> gaps;              ///< of all rows, with the forces of all
   std::vector<Matrix6> leads;            ///< of the inverse, from a touched node to the one before
+  std::vector<std::uint8_t> bearing;     ///< how each support bears in the Hessian
   std::size_t room = 0;                  ///< for rows
   bool full = false;                     ///< a near pair found no room
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contacts.h"
 #include "quaternions.h"
 
 namespace vest::suture {
@@ -342,12 +343,13 @@ void addJoint(const Potential& p, const State& s, const Strand& strand, Index k,
 template <Want kWant>
 bool addSupports(const Potential& p, const State& s, Scratch& scratch) {
   bool same = true;
-  scratch.bearing.resize(scratch.supports.size());
+  std::vector<std::uint8_t>& bearing = scratch.contacts->bearing;
+  bearing.resize(scratch.supports.size());
   for (std::size_t n = 0; n < scratch.supports.size(); ++n) {
     Support& a = scratch.supports[n];
     const auto bears = [&](std::uint8_t how) {
-      same = same && scratch.bearing[n] == how;
-      if (kWant == Want::Matrix) scratch.bearing[n] = how;
+      same = same && bearing[n] == how;
+      if (kWant == Want::Matrix) bearing[n] = how;
     };
     const Strand& strand = strandOf(p.model, a.segment);
     const Lean lean = leanOf(a, strand, p.before, s, scratch.fraction_then, scratch.fraction);

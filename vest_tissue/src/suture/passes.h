@@ -19,6 +19,7 @@ enum class Factor : std::uint8_t { None = 0, Taut = 1, Exact = 2 };
 struct PassResult {
   Factor factor = Factor::None;
   double change = 1.0;  ///< greatest: rad, or of a segment's length
+  double bent = 1.0;    ///< the same, of what neighbours do not have in common
   bool whole = false;   ///< not shortened
   bool touching = false;
 };

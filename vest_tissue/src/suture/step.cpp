@@ -74,6 +74,7 @@ void advance(const Model& m, const std::vector<Vector6>& change, double share, c
 
 struct Size {
   double turn = 0.0, way = 0.0;  // rad, of a segment's length
+  double bent = 0.0;             // rad, and of a segment's length: the Hessian does not see what all nodes do
 };
 Size sizeOf(const Model& m, const std::vector<Vector6>& change) {
   Size size;
@@ -81,9 +82,13 @@ Size sizeOf(const Model& m, const std::vector<Vector6>& change) {
     for (Index k = 0; k < strand.segments; ++k) {
       const Index i = strand.first + k;
       size.turn = std::max(size.turn, change[i].tail<3>().squaredNorm());
-      size.way = std::max(size.way, change[i].head<3>().squaredNorm() / (m.length[i] * m.length[i]));
+      const double squared = m.length[i] * m.length[i];
+      size.way = std::max(size.way, change[i].head<3>().squaredNorm() / squared);
+      size.bent = std::max(size.bent,
+                           (change[strand.next(i)].head<3>() - change[i].head<3>()).squaredNorm() / squared);
     }
   }
+  size.bent = std::sqrt(std::max(size.turn, size.bent));
   size.turn = std::sqrt(size.turn), size.way = std::sqrt(size.way);
   return size;
 }
@@ -148,6 +153,7 @@ PassResult pass(const Potential& p, State& s, bool first, Scratch& scratch, Fact
   const Size size = sizeOf(p.model, scratch.change);
   double share = size.turn > kMostTurn ? kMostTurn / size.turn : 1.0;
   result.change = std::max(size.turn, size.way);
+  result.bent = size.bent;
   if (!first && !touching && result.change > (kept == Factor::None ? 1e-8 : kSmall)) {
     // Held nodes are where they are to be: the potential has to fall.
     copyMotion(s, scratch.trial);  // with its offsets
@@ -201,7 +207,7 @@ bool settle(const Potential& p, State& s, Scratch& scratch) {
     last = pass(p, s, k == 0, scratch, keep ? last.factor : Factor::None);
     ++scratch.passes;
     if (last.factor == Factor::None) return false;
-    moved = keep ? moved + last.change : last.change;
+    moved = keep ? moved + last.bent : last.bent;
     if (!last.whole) continue;
     if (last.touching ? last.change < kTouchSettled || (k > 1 && last.change > 0.5 * was)
                       : last.change < kSettled || (scratch.supports.empty() && last.factor == Factor::Exact &&

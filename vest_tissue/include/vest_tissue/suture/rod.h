@@ -166,7 +166,6 @@ struct Scratch {
   std::vector<Eigen::Vector3d> target;                       ///< per held node
   std::vector<Eigen::Quaterniond> held_frame;
   std::vector<Eigen::Vector3d> contact_force;  ///< N, per node
-  std::vector<std::uint8_t> bearing;           ///< how each support bears in the Hessian
   double fraction_then = 0.0, fraction = 1.0;  ///< of the step, where the sub-step begins and ends
   State before, trial, backup;
   std::unique_ptr<ContactScratch> contacts;
