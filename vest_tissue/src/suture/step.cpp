@@ -16,6 +16,7 @@ constexpr int kMostPasses = 8;          ///< of Newton a sub-step
 constexpr int kTouchPasses = 6;         ///< with contacts: each pass solves them anew
 constexpr double kSettled = 1e-5;       ///< of a segment's length, and rad: a smaller change ends the passes
 constexpr double kTouchSettled = 5e-4;  ///< with contacts, whose forces are less exact
+constexpr double kRests = 2e-3;         ///< with supports: less is as near as they come
 constexpr double kSmall = 0.02;         ///< a change after which the factor serves once more
 constexpr double kMostTurn = 0.7;       ///< rad: of a segment in one pass
 constexpr double kPartTurn = 0.3;       ///< rad: free rotation that a sub-step may have
@@ -209,9 +210,11 @@ bool settle(const Potential& p, State& s, Scratch& scratch) {
     if (last.factor == Factor::None) return false;
     moved = keep ? moved + last.bent : last.bent;
     if (!last.whole) continue;
-    if (last.touching ? last.change < kTouchSettled || (k > 1 && last.change > 0.5 * was)
-                      : last.change < kSettled || (scratch.supports.empty() && last.factor == Factor::Exact &&
-                                                   2.0 * last.change * moved < kSettled))
+    // Contacts and supports that stick and slide by turns come no nearer at some point.
+    const bool rests = k > 1 && last.change > 0.5 * was && (last.touching || last.change < kRests);
+    if (rests || last.change < (last.touching ? kTouchSettled : kSettled) ||
+        (!last.touching && scratch.supports.empty() && last.factor == Factor::Exact &&
+         2.0 * last.change * moved < kSettled))
       break;
   }
   return true;
