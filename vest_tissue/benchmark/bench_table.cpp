@@ -12,6 +12,7 @@
 #include "elements_under_load.h"
 #include "nets_in_kernel.h"
 #include "surface_against_bullet.h"
+#include "threads_under_load.h"
 #include "vest_tissue/solver/pool.h"
 #include "world_against_bullet.h"
 
@@ -166,20 +167,49 @@ void elements(Table& table) {
              cuts[10], "ms", 20, 5);
 }
 
+void threads(Table& table, const std::string& scene) {
+  ThreadUnderLoad drum(roundADrum());
+  drum.run(200);
+  const double still = microseconds([&] { drum.step(); }, 100, 1);
+  table.time(Table::text("a thread of 150 segments, round a drum in %d contacts, held: a step of 1 ms",
+                         drum.pressed()),
+             still, "µs", 300, 100);
+  drum.run(150);
+  const double drawn = microseconds([&] { drum.step(); }, 100, 1);
+  table.time(Table::text("the same drawn at 0.05 m/s, %d contacts", drum.pressed()), drawn, "µs", 300, 100);
+  ThreadUnderLoad knot(overhandDrawn());
+  knot.run(50);
+  const double tied = microseconds([&] { knot.step(); }, 140, 1);
+  table.time("an overhand knot of 150 segments, its ends drawn apart at 0.2 m/s", tied, "µs", 300, 100);
+  if (scene.empty()) return;
+  const OnTissue pad = threadOnTissue(scene);
+  table.time(
+      Table::text("what a thread of 150 segments adds to a step of a World, on tissue by %zu nodes, still",
+                  pad.touches),
+      pad.still, "µs", 300, 100);
+  table.time("the same while it falls and comes to rest", pad.falling, "µs", 300, 100);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"Prints the table of speed: ratios in one run, floors and aims"};
-  std::string output;
-  bool strict = false;
+  std::string output, pad;
+  bool strict = false, only_threads = false;
   app.add_option("--output", output, "markdown page to write");
+  app.add_option("--thread_pad", pad, "scene whose pad a thread lies on (scenes/thread_pad/thread_pad.yaml)")
+      ->check(CLI::ExistingFile);
+  app.add_flag("--only_threads", only_threads, "the rows of threads alone");
   app.add_flag("--strict", strict, "exit 1 where a floor is not held");
   CLI11_PARSE(app, argc, argv);
   Table table;
-  kernels(table);
-  worlds(table);
-  surfaces(table);
-  elements(table);
+  if (!only_threads) {
+    kernels(table);
+    worlds(table);
+    surfaces(table);
+    elements(table);
+  }
+  threads(table, pad);
   const std::string rows = table.markdown();
   std::printf("kernel level %s\n%s", vest::net::kernelLevelName(vest::net::chooseKernelLevel()).data(),
               rows.c_str());

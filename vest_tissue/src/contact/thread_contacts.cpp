@@ -16,6 +16,8 @@ using interaction::TouchKind;
 constexpr std::uint32_t kGroup = 8;  ///< nodes of a box
 constexpr double kSearched = 0.005;  ///< m: candidates are triangles that are no further than this (tuned)
 constexpr double kServes = 0.0015;   ///< m: way of both sides for which they serve; more may come in a step
+constexpr double kCalm = 0.0002;     ///< m: way in a step that one part serves (tuned)
+constexpr double kRounding = 1e-7;   ///< m, of distances and ways in single precision
 constexpr double kAhead = 0.001;     ///< m: touches are prepared this much before they touch, and more where
                                      ///< the thread is fast (tuned)
 
@@ -70,12 +72,13 @@ void searchCandidates(Context& c, ThreadScratch& w) {
         const std::uint32_t end = std::min(first + kGroup, nodes);
         if (boxOf(w.now, first, end).apart(low, high, reach)) continue;
         for (std::uint32_t i = first; i < end; ++i) {
-          if (!c.model.threads.places[i].touches || !(contact::nearest(w.now[i], p).distance < reach))
-            continue;
+          if (!c.model.threads.places[i].touches) continue;
+          const double distance = contact::nearest(w.now[i], p).distance;
+          if (!(distance < reach)) continue;
           if (w.candidates.size() == w.candidates.capacity())
             w.full = true;
           else
-            w.candidates.push_back({i, static_cast<std::uint16_t>(object), t});
+            w.candidates.push_back({i, static_cast<std::uint16_t>(object), t, static_cast<float>(distance)});
         }
       }
     }
@@ -128,17 +131,25 @@ void reachTissue(Context& c, ThreadScratch& w) {
     const Within within = withinOf(c, first.node, first.object);
     double least = kSearched;
     std::uint32_t best = suture::kNone;
-    for (; k < w.candidates.size() && w.candidates[k].node == first.node &&
-           w.candidates[k].object == first.object;
-         ++k) {
-      const std::uint32_t t = w.candidates[k].triangle;
-      if (within == Within::Channel || t >= s.triangles.size() || !s.triangle_alive[t]) continue;
+    const auto look = [&](std::uint32_t t) {
+      if (within == Within::Channel || t >= s.triangles.size() || !s.triangle_alive[t]) return;
       const auto& n = s.triangles[t];
       const std::array<Vector3d, 3> p{knotPosition(s, n[0]), knotPosition(s, n[1]), knotPosition(s, n[2])};
-      if (!meets(c, first.node, Vector3d((p[1] - p[0]).cross(p[2] - p[0])), within)) continue;
-      const contact::Nearest found = contact::nearest(x, p);
-      if (found.distance < least) least = found.distance, best = t;
-    }
+      if (!meets(c, first.node, Vector3d((p[1] - p[0]).cross(p[2] - p[0])), within)) return;
+      const double found = contact::nearest(x, p).distance;
+      if (found < least || (found == least && t < best && best != suture::kNone)) least = found, best = t;
+    };
+    // That which was nearest goes first: most others were too far off to have come nearer since.
+    std::size_t nearest = k, end = k;
+    for (; end < w.candidates.size() && w.candidates[end].node == first.node &&
+           w.candidates[end].object == first.object;
+         ++end)
+      if (w.candidates[end].distance < w.candidates[nearest].distance) nearest = end;
+    look(w.candidates[nearest].triangle);
+    const double moved = std::sqrt((x - w.searched[first.node]).squaredNorm()) + s.way - w.way[first.object];
+    for (; k < end; ++k)
+      if (k != nearest && w.candidates[k].distance <= least + moved + kRounding)
+        look(w.candidates[k].triangle);
     if (best == suture::kNone) continue;
     if (least > near && !touched(c, first.node, first.object)) continue;
     ThreadReach& r = reach(c, w, first.node, TouchKind::Tissue, first.object, 0);
@@ -260,6 +271,20 @@ void reachTools(Context& c, ThreadScratch& w) {
   }
 }
 
+/// Slow threads that nobody pulls press with their weight alone: one part serves, whose touches are softer.
+int partsOf(const Context& c, const ThreadScratch& w) {
+  const interaction::ThreadState& t = c.state.threads;
+  const auto active = [](const auto& grip) { return grip.active; };
+  bool calm =
+      std::none_of(t.grips.begin(), t.grips.end(), active) &&
+      std::none_of(t.needle_grips.begin(), t.needle_grips.end(), active) &&
+      std::none_of(t.channels.begin(), t.channels.end(), [](const auto& hole) { return hole.filled; });
+  for (const ThreadReach& r : w.reaches)
+    calm = calm && r.touch.kind != TouchKind::Tool && r.touch.kind != TouchKind::JawFace;
+  for (std::uint32_t i = 0; i < w.now.size() && calm; ++i) calm = wayOf(c, i) < kCalm;
+  return calm ? 1 : c.model.threads.steps;
+}
+
 }  // namespace
 
 void touchThreads(Context& c) {
@@ -272,6 +297,7 @@ void touchThreads(Context& c) {
   reachTissue(c, w);
   reachRigid(c, w);
   reachTools(c, w);
+  w.parts = partsOf(c, w);
 }
 
 }  // namespace vest::scene

@@ -407,7 +407,7 @@ void solve(Context& c) {
       }
     }
     if (c.scratch.threads) {
-      const int every = batches / (c.model.threads.steps * c.stretch);
+      const int every = batches / (c.scratch.threads->parts * c.stretch);
       if (batch % every == 0) stepThreads(c, batch / every);
       for (const ThreadPush& push : c.scratch.threads->pushes)
         if (due(push.object)) {

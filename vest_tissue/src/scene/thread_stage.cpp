@@ -322,7 +322,7 @@ Event threadEvent(const Context& c, EventKind kind, int tool, std::uint32_t node
 void stepThreads(Context& c, int part) {
   ThreadScratch& w = *c.scratch.threads;
   if (w.faulty) return;
-  const int parts = c.model.threads.steps * c.stretch;
+  const int parts = w.parts * c.stretch;
   const Part p{c, w, static_cast<double>(part) / parts, static_cast<double>(part + 1) / parts, c.dt / parts};
   if (part == 0) w.loads = contact::ObjectLoads{};
   gather(p);

@@ -2,33 +2,32 @@
 
 #include <cmath>
 
+#include "blocks.h"
+
 namespace vest::suture {
 namespace {
 
-/// Inverse of the Cholesky factor of `a`. False: not positive definite.
+/// Inverse of the Cholesky factor of `a`, of which the lower triangle counts. False: not positive definite.
 bool inverseRoot(const Matrix6& a, Matrix6& out) {
-  Matrix6 l;
+  // L·D·Lᵀ column by column; what each does to the rows, M takes along from the identity: M = L⁻¹. A root in
+  // the column would make the next one wait for it.
+  double left[6][6], m[6][6], inverse[6];
+  for (int j = 0; j < 6; ++j)
+    for (int i = 0; i < 6; ++i) left[j][i] = a(i, j), m[j][i] = i == j ? 1.0 : 0.0;
   for (int j = 0; j < 6; ++j) {
-    double d = a(j, j);
-    for (int k = 0; k < j; ++k) d -= l(j, k) * l(j, k);
+    const double d = left[j][j];
     if (!(d > 0.0) || !(d < 1e300)) return false;
-    const double root = std::sqrt(d), inverse = 1.0 / root;
-    l(j, j) = inverse;  // kept inverted
-    for (int i = j + 1; i < 6; ++i) {
-      double s = a(i, j);
-      for (int k = 0; k < j; ++k) s -= l(i, k) * l(j, k);
-      l(i, j) = s * inverse;
-    }
+    inverse[j] = 1.0 / d;
+    double l[6];
+    for (int i = j + 1; i < 6; ++i) l[i] = left[j][i] * inverse[j];
+    for (int k = j + 1; k < 6; ++k)
+      for (int i = k; i < 6; ++i) left[k][i] -= l[i] * left[j][k];
+    for (int k = 0; k <= j; ++k)
+      for (int i = j + 1; i < 6; ++i) m[k][i] -= l[i] * m[k][j];
   }
-  out.setZero();
-  for (int j = 0; j < 6; ++j) {
-    out(j, j) = l(j, j);
-    for (int i = j + 1; i < 6; ++i) {
-      double s = 0.0;
-      for (int k = j; k < i; ++k) s -= l(i, k) * out(k, j);
-      out(i, j) = s * l(i, i);
-    }
-  }
+  for (int i = 0; i < 6; ++i) inverse[i] = std::sqrt(inverse[i]);
+  for (int j = 0; j < 6; ++j)
+    for (int i = 0; i < 6; ++i) out(i, j) = i < j ? 0.0 : m[j][i] * inverse[i];
   return true;
 }
 
@@ -47,18 +46,17 @@ void BlockChain::setZero() {
 
 bool BlockChain::factorise() {
   const std::size_t n = size();
+  prepared_ = n;
   Matrix6 pivot, end;
   if (closed_) end = diagonal[n - 1];
   for (std::size_t i = 0; i < n; ++i) {
-    if (closed_ && i + 1 == n)
-      pivot = end;
-    else
-      pivot = diagonal[i];
-    if (i > 0 && !(closed_ && i + 1 == n)) pivot.noalias() -= below_[i - 1] * below_[i - 1].transpose();
+    const bool at_end = closed_ && i + 1 == n;
+    pivot = at_end ? end : diagonal[i];
+    if (i > 0 && !at_end) subtractSquare(below_[i - 1], pivot);
     if (!inverseRoot(pivot, root_[i])) return false;
     if (i + 1 == n) break;
     const bool before_last = closed_ && i + 2 == n;
-    if (!before_last) below_[i].noalias() = lower[i] * root_[i].transpose();
+    if (!before_last) timesUpper(lower[i], root_[i], below_[i]);
     if (!closed_) continue;
     Matrix6 row = Matrix6::Zero();  // A(last, i) less what is eliminated
     if (i == 0) row = lower[n - 1].transpose();
@@ -86,16 +84,18 @@ void BlockChain::solve(Vector6* x) const {
   }
 }
 
-void BlockChain::prepareInverse() {
+void BlockChain::prepareInverse(std::size_t from) {
   const std::size_t n = size(), plain = closed_ ? n - 1 : n;
-  for (std::size_t i = plain; i-- > 0;) {
-    inverse_[i].noalias() = root_[i].transpose() * root_[i];
+  if (prepared_ <= from) return;
+  for (std::size_t i = std::min(prepared_, plain); i-- > from;) {
+    squareOf(root_[i], inverse_[i]);
     if (i + 1 == plain) continue;
-    transfer_[i].noalias() = -(root_[i].transpose() * below_[i].transpose());
-    const Matrix6 half = transfer_[i] * inverse_[i + 1];
-    inverse_[i].noalias() += half * transfer_[i].transpose();
+    timesLower(below_[i], root_[i], transfer_[i]);
+    addBetween(transfer_[i], inverse_[i + 1], inverse_[i]);
   }
-  if (!closed_) return;
+  const bool first = prepared_ == n;
+  prepared_ = from;
+  if (!closed_ || !first) return;
   // A⁻¹ = [T⁻¹ 0; 0 0] + Y S⁻¹ Yᵀ, Y = (−T⁻¹b, 1) and S the last pivot: to_last_ holds Y·S^(−½).
   to_last_[n - 1] = root_[n - 1].transpose();
   for (std::size_t i = plain; i-- > 0;) {
@@ -105,6 +105,11 @@ void BlockChain::prepareInverse() {
   }
   inverse_[n - 1].setZero();
   transfer_[n - 2].setZero(), transfer_[n - 1].setZero();
+}
+
+void BlockChain::lead(std::size_t p, Matrix6& block) const {
+  const Matrix6 next = block;
+  minusTransposedTimes(transfer_[p], next, block);
 }
 
 Eigen::Matrix3d BlockChain::around(std::size_t p, std::size_t q) const {

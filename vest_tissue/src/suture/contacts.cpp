@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "blocks.h"
+
 namespace vest::suture {
 namespace {
 
@@ -11,8 +13,8 @@ using Eigen::Vector3d;
 
 constexpr Index kGroup = 8;             ///< segments of a box
 constexpr std::size_t kMostRows = 400;  ///< at once
-constexpr int kMostSweeps = 32;         ///< of a pass; the next one goes on from its forces
-constexpr double kEnd = 1e-4;           ///< of the greatest force: a smaller change in a sweep ends them
+constexpr int kMostSweeps = 20;         ///< of a pass; the next one goes on from its forces
+constexpr double kEnd = 3e-5;           ///< of the greatest force: a smaller change in a sweep ends them
 
 bool before(const LiveContact& p, const LiveContact& q) {
   return p.a != q.a ? p.a < q.a : p.b < q.b;
@@ -24,6 +26,11 @@ const LiveContact* find(const State& s, Index a, Index b) {
   const auto end = s.contacts.begin() + s.contact_count;
   const auto at = std::lower_bound(s.contacts.begin(), end, key, before);
   return at != end && at->a == a && at->b == b ? &*at : nullptr;
+}
+
+/// Numbers in a column of the coupling: pairs.
+std::size_t lengthOf(std::size_t rows) {
+  return 3 * rows + (rows % 2);
 }
 
 const Strand& strandOf(const Model& m, Index node) {
@@ -144,7 +151,16 @@ ContactScratch::ContactScratch(const Model& model) {
   const std::size_t most = std::min(model.mass.size(), 4 * kMostRows);
   answers.resize(most * most);
   leads.resize(most);
-  coupling.resize(std::min<std::size_t>(kMostRows * kMostRows, 16 * model.mass.size() * model.mass.size()));
+  room = std::min(kMostRows, 4 * model.mass.size());
+  coupling.resize(3 * room * lengthOf(room));
+  gaps.resize(lengthOf(room));
+  own.resize(room);
+  middle.resize(model.mass.size());
+  round.resize(model.mass.size());
+}
+
+void forgetAnswers(ContactScratch& c) {
+  c.answered = false;
 }
 
 void findNear(const Model& m, const State& s, double h, ContactScratch& c) {
@@ -159,12 +175,18 @@ void findNear(const Model& m, const State& s, double h, ContactScratch& c) {
     for (Index i = box.first; i < box.end; ++i) {
       const Vector3d& x = s.position[strand.next(i)];
       box.low = box.low.cwiseMin(x), box.high = box.high.cwiseMax(x);
-      way = std::max(way, speedOf(s, strand, i));
+      const double speed = speedOf(s, strand, i);
+      way = std::max(way, speed);
+      c.middle[i] = 0.5 * (s.position[i] + x);
+      c.round[i] = 0.5 * std::sqrt((x - s.position[i]).squaredNorm()) + strand.section.radius +
+                   1.5 * h * speed + 0.500001 * thickest;
     }
     const double more = strand.section.radius * 1.5 + 1.5 * h * way;
     box.low.array() -= more, box.high.array() += more;
   }
   const auto pair = [&](Index i, Index j) {
+    const double reach = c.round[i] + c.round[j];
+    if ((c.middle[i] - c.middle[j]).squaredNorm() > reach * reach) return;
     if (s.severed[i] != 0 || s.severed[j] != 0) return;
     const Strand &si = strandOf(m, i), &sj = strandOf(m, j);
     if (&si == &sj) {
@@ -246,7 +268,12 @@ Row rowOf(const Model& m, const State& before, const State& s, const Near& n, co
   return row;
 }
 
-void collectTouched(ContactScratch& c) {
+/// Nodes of rows; those of the pass before serve where they have all of them. @return whether they do
+bool collectTouched(ContactScratch& c) {
+  bool same = c.answered;
+  for (const Row& row : c.rows)
+    for (const Index i : row.node) same = same && (i == kNone || c.place[i] != kNone);
+  if (same) return true;
   for (const Index i : c.touched) c.place[i] = kNone;
   c.touched.clear();
   for (const Row& row : c.rows)
@@ -254,6 +281,7 @@ void collectTouched(ContactScratch& c) {
       if (i != kNone && c.place[i] == kNone) c.place[i] = 0, c.touched.push_back(i);
   std::sort(c.touched.begin(), c.touched.end());
   for (std::size_t k = 0; k < c.touched.size(); ++k) c.place[c.touched[k]] = static_cast<Index>(k);
+  return false;
 }
 
 /// Blocks of the inverse between touched nodes.
@@ -266,18 +294,18 @@ void findAnswers(const Model& m, Scratch& scratch, ContactScratch& c) {
     const auto begin = std::lower_bound(c.touched.begin(), c.touched.end(), strand.first);
     const auto end = std::lower_bound(begin, c.touched.end(), strand.first + strand.nodes);
     if (begin == end) continue;
-    chain.prepareInverse();
+    chain.prepareInverse(*begin - strand.first);
     for (auto p = begin; p + 1 < end; ++p) {  // from each touched node to the one before
       Matrix6& leads = c.leads[static_cast<std::size_t>(p - c.touched.begin())];
-      leads = chain.transfer(p[1] - 1 - strand.first);
-      for (Index i = p[1] - 1; i-- > *p;) leads = chain.transfer(i - strand.first) * leads;
+      leads.setIdentity();
+      for (Index i = p[1]; i-- > *p;) chain.lead(i - strand.first, leads);
     }
     for (auto q = begin; q != end; ++q) {
       const std::size_t at = static_cast<std::size_t>(q - c.touched.begin());
-      Eigen::Matrix<double, 6, 3> column = chain.inverse(*q - strand.first).leftCols<3>();
+      Matrix63 column = chain.inverse(*q - strand.first).leftCols<3>(), last;
       for (auto p = q;; --p) {
         const std::size_t row = static_cast<std::size_t>(p - c.touched.begin());
-        if (p != q) column = c.leads[row] * column;
+        if (p != q) last = column, times(c.leads[row], last, column);
         const Matrix3d block = column.topRows<3>() + chain.around(*p - strand.first, *q - strand.first);
         c.answers[row * n + at] = block;
         c.answers[at * n + row] = block.transpose();
@@ -287,68 +315,98 @@ void findAnswers(const Model& m, Scratch& scratch, ContactScratch& c) {
   }
 }
 
+/// The block of rows r and q: its columns are in those of q.
+double* block(ContactScratch& c, std::size_t r, std::size_t q) {
+  return c.coupling.data() + 3 * q * lengthOf(c.rows.size()) + 3 * r;
+}
 void couple(ContactScratch& c) {
-  const std::size_t n = c.rows.size(), nodes = c.touched.size();
+  const std::size_t n = c.rows.size(), nodes = c.touched.size(), length = lengthOf(n);
   for (std::size_t r = 0; r < n; ++r) {
+    const Row& row = c.rows[r];
     for (std::size_t q = r; q < n; ++q) {
+      const Row& other = c.rows[q];
       Matrix3d sum = Matrix3d::Zero();
-      for (int i = 0; i < 4; ++i) {
-        if (c.rows[r].node[i] == kNone) continue;
-        for (int j = 0; j < 4; ++j)
-          if (c.rows[q].node[j] != kNone)
-            sum += c.rows[r].weight[i] * c.rows[q].weight[j] *
-                   c.answers[c.place[c.rows[r].node[i]] * nodes + c.place[c.rows[q].node[j]]];
+      for (std::size_t i = 0; i < 4; ++i) {
+        if (row.node[i] == kNone) continue;
+        Matrix3d part = Matrix3d::Zero();
+        const Matrix3d* answers = &c.answers[c.place[row.node[i]] * nodes];
+        for (std::size_t j = 0; j < 4; ++j)
+          if (other.node[j] != kNone) part += other.weight[j] * answers[c.place[other.node[j]]];
+        sum += row.weight[i] * part;
       }
-      const Matrix3d block = c.rows[r].axes.transpose() * sum * c.rows[q].axes;
-      c.coupling[r * n + q] = block;
-      c.coupling[q * n + r] = block.transpose();
+      const Matrix3d both = row.axes.transpose() * sum * other.axes;
+      double *there = block(c, r, q), *back = block(c, q, r);
+      for (std::size_t j = 0; j < 3; ++j)
+        for (std::size_t i = 0; i < 3; ++i)
+          there[j * length + i] = back[i * length + j] = both(static_cast<int>(i), static_cast<int>(j));
     }
+    if (n % 2 == 1)
+      for (std::size_t j = 0; j < 3; ++j) block(c, n, r)[j * length] = 0.0;
+    Own& own = c.own[r];
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t i = 0; i < 3; ++i)
+        own.D(static_cast<int>(i), static_cast<int>(j)) = block(c, r, r)[j * length + i];
+    own.inverse = own.D.inverse();
+    own.trace = 1.0 / (own.D(1, 1) + own.D(2, 2));
   }
 }
 
+/// What a change of the force of row r does to all gaps.
+void addGaps(ContactScratch& c, std::size_t r, const Vector3d& force) {
+  const std::size_t length = lengthOf(c.rows.size());
+  double* gaps = c.gaps.data();
+  const double *x = block(c, 0, r), *y = x + length, *z = y + length;
+  for (std::size_t i = 0; i < length; ++i) gaps[i] += (x[i] * force[0] + y[i] * force[1]) + z[i] * force[2];
+}
+
 /// Coulomb's law for one row whose gap without its own force is g.
-Vector3d law(const Matrix3d& D, const Vector3d& g, double friction, Vector3d force) {
-  const double resist = D(0, 0);
-  if (!(resist > 0.0)) return Vector3d::Zero();
-  for (int k = 0; k < 3; ++k) {
-    force[0] = std::max(0.0, -(g[0] + D(0, 1) * force[1] + D(0, 2) * force[2]) / resist);
-    const double most = friction * force[0];
-    const Eigen::Vector2d still = g.tail<2>() + D.block<2, 1>(1, 0) * force[0];
-    const Eigen::Matrix2d T = D.bottomRightCorner<2, 2>();
-    Eigen::Vector2d t = -T.inverse() * still;  // sticks
-    if (!(t.squaredNorm() <= most * most)) {
-      const double trace = T.trace();
-      t = force.tail<2>();
-      for (int i = 0; i < 4; ++i) {
-        t -= (still + T * t) / trace;
-        const double size = t.norm();
-        if (size > most) t *= most / size;
-      }
+Vector3d law(const Own& own, const Vector3d& g, double friction, Vector3d force) {
+  const Vector3d still = -(own.inverse * g);
+  if (still[0] > 0.0 &&
+      still[1] * still[1] + still[2] * still[2] <= friction * friction * still[0] * still[0])
+    return still;
+  force[0] = std::max(0.0, -(g[0] + own.D(0, 1) * force[1] + own.D(0, 2) * force[2]) / own.D(0, 0));
+  const double most = friction * force[0];
+  if (most == 0.0) return {force[0], 0.0, 0.0};
+  const double g1 = g[1] + own.D(1, 0) * force[0], g2 = g[2] + own.D(2, 0) * force[0];
+  for (int i = 0; i < 2; ++i) {  // projected; the sweeps go on
+    const double d1 = g1 + own.D(1, 1) * force[1] + own.D(1, 2) * force[2],
+                 d2 = g2 + own.D(2, 1) * force[1] + own.D(2, 2) * force[2];
+    force[1] -= d1 * own.trace, force[2] -= d2 * own.trace;
+    const double squared = force[1] * force[1] + force[2] * force[2];
+    if (squared > most * most) {
+      const double share = most / std::sqrt(squared);
+      force[1] *= share, force[2] *= share;
     }
-    force.tail<2>() = t;
   }
   return force;
 }
 
 /// One sweep of Gauss–Seidel over the rows. @return squares of the greatest change and of the greatest force
 std::pair<double, double> sweep(ContactScratch& c) {
-  const std::size_t n = c.rows.size();
   double change = 0.0, greatest = 0.0;
-  for (std::size_t r = 0; r < n; ++r) {
+  for (std::size_t r = 0; r < c.rows.size(); ++r) {
     Row& row = c.rows[r];
-    Vector3d g = row.gap;
-    for (std::size_t q = 0; q < n; ++q)
-      if (q != r && c.rows[q].force[0] > 0.0) g.noalias() += c.coupling[r * n + q] * c.rows[q].force;
-    const Vector3d force = law(c.coupling[r * n + r], g, c.near[row.near].friction, row.force);
-    change = std::max(change, (force - row.force).squaredNorm());
-    row.force = force;
+    const Vector3d g(c.gaps[3 * r], c.gaps[3 * r + 1], c.gaps[3 * r + 2]);
+    if (row.force[0] == 0.0 && g[0] >= 0.0) continue;  // open, and stays so
+    const Own& own = c.own[r];
+    const Vector3d force = law(own, g - own.D * row.force, c.near[row.near].friction, row.force),
+                   by = force - row.force;
+    change = std::max(change, by.squaredNorm());
     greatest = std::max(greatest, force.squaredNorm());
+    row.force = force;
+    if (by != Vector3d::Zero()) addGaps(c, r, by);
   }
   return {change, greatest};
 }
 
 /// Forces of all rows, from those of the pass before.
 void findForces(Scratch& scratch, ContactScratch& c) {
+  for (std::size_t r = 0; r < c.rows.size(); ++r)
+    for (std::size_t e = 0; e < 3; ++e) c.gaps[3 * r + e] = c.rows[r].gap[static_cast<int>(e)];
+  if (c.rows.size() % 2 == 1) c.gaps[3 * c.rows.size()] = 0.0;
+  for (std::size_t r = 0; r < c.rows.size(); ++r)
+    if (c.rows[r].force[0] > 0.0) addGaps(c, r, c.rows[r].force);
   for (int k = 0; k < kMostSweeps; ++k) {
     ++scratch.sweeps;
     const auto [change, greatest] = sweep(c);
@@ -368,15 +426,15 @@ bool solveContacts(const Model& m, const State& before, const State& s, Scratch&
     const bool far = row.gap[0] > 0.25 * c.near[k].reach && c.near[k].live.force.isZero();
     c.near[k].live.force.setZero();
     if (far || row.doubled) continue;
-    if (c.rows.size() == kMostRows || (c.rows.size() + 1) * (c.rows.size() + 1) > c.coupling.size()) {
+    if (c.rows.size() == c.room) {
       c.full = true;
       continue;
     }
     c.rows.push_back(row);
   }
   if (c.rows.empty()) return false;
-  collectTouched(c);
-  findAnswers(m, scratch, c);
+  if (!collectTouched(c)) findAnswers(m, scratch, c);
+  c.answered = true;
   couple(c);
   findForces(scratch, c);
   bool any = false;

@@ -27,21 +27,34 @@ struct Row {
   bool doubled = false;   ///< another row has the same point
 };
 
+/// What a row does to itself.
+struct Own {
+  Eigen::Matrix3d D, inverse;  ///< m/N, in its axes; N/m
+  double trace = 0.0;          ///< 1 over that across
+};
+
 struct ContactScratch {
   explicit ContactScratch(const Model& model);
   struct Box {
     Eigen::Vector3d low, high;
     Index first = 0, end = 0;
   };
-  std::vector<Box> boxes;   ///< of some neighbouring segments each
-  std::vector<double> arc;  ///< m, of each segment's middle along its rod
+  std::vector<Box> boxes;               ///< of some neighbouring segments each
+  std::vector<double> arc;              ///< m, of each segment's middle along its rod
+  std::vector<Eigen::Vector3d> middle;  ///< m, of each segment
+  std::vector<double> round;            ///< m: how far from its middle it may reach in the sub-step
   std::vector<Near> near;
   std::vector<Row> rows;
   std::vector<Index> touched, place;     ///< nodes that rows touch, ascending; and a node's number among them
   std::vector<Eigen::Matrix3d> answers;  ///< inverse between touched nodes
-  std::vector<Eigen::Matrix3d> coupling;  ///< between rows, in their axes
-  std::vector<Matrix6> leads;             ///< of the inverse, from a touched node to the one before
-  bool full = false;                      ///< a near pair found no room
+  bool answered = false;                 ///< `answers` are those of the present factor
+  std::vector<double> coupling;          ///< between rows, in their axes: three columns of each
+  std::vector<Own> own;                  ///< of each row
+  std::vector<double> gaps;              ///< of all rows, with the forces of all
+  std::vector<Matrix6> leads;            ///< of the inverse, from a touched node to the one before
+  std::vector<std::uint8_t> bearing;     ///< how each support bears in the Hessian
+  std::size_t room = 0;                  ///< for rows
+  bool full = false;                     ///< a near pair found no room
 };
 
 /// Nearest places p + s·u and q + t·v of two segments.
@@ -58,6 +71,9 @@ std::size_t contactRoom(const Model& model);
 
 /// Pairs that may touch in a sub-step of h from the state.
 void findNear(const Model& model, const State& s, double h, ContactScratch& c);
+
+/// A new factor: what was known of its inverse is void.
+void forgetAnswers(ContactScratch& c);
 
 /// Contact forces of one pass; scratch.gradient loses them, scratch.change is then the constrained one.
 /// False: there are none, and nothing has changed.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contacts.h"
 #include "quaternions.h"
 
 namespace vest::suture {
@@ -200,53 +201,68 @@ double valueOf(const Potential& p, const State& s, const Scratch& scratch) {
 
 namespace {
 
+enum class Want { Gradient, Matrix };  ///< alone, or with the Hessian
+
+template <Want kWant>
 void addInertia(const Potential& p, const State& s, const Strand& strand, Index k, BlockChain& chain,
                 Scratch& scratch) {
   const Index i = strand.first + k;
   const Inertia a = inertiaOf(p, i, strand.section.damping);
-  Matrix6& diagonal = chain.diagonal[k];
   Vector6& g = scratch.gradient[i];
   g.head<3>() += a.weight * (s.position[i] - a.place) - p.model.force[i] - p.model.mass[i] * scratch.gravity;
-  diagonal.topLeftCorner<3, 3>().diagonal().array() += a.weight;
-  if (k >= strand.segments) {
-    diagonal.bottomRightCorner<3, 3>().setIdentity();  // an end has no segment
-    return;
+  if (kWant == Want::Matrix) {
+    chain.diagonal[k].topLeftCorner<3, 3>().diagonal().array() += a.weight;
+    // An end has no segment.
+    if (k >= strand.segments) chain.diagonal[k].bottomRightCorner<3, 3>().setIdentity();
   }
+  if (k >= strand.segments) return;
   const double damping = strand.section.damping, weight = (1.0 + p.h * damping) / (p.h * p.h);
   const Turn turn = turnSince(p.before.frame[i], s.frame[i]);
-  const Vector3d moment =
-      weight * p.inertia(i).cwiseProduct(turn.phi - p.before.spin[i] * (p.h / (1.0 + p.h * damping)));
+  const Vector3d inertia = weight * p.inertia(i);
+  const Vector3d moment = inertia.cwiseProduct(turn.phi - p.before.spin[i] * (p.h / (1.0 + p.h * damping)));
   g.tail<3>() += turn.derivative.transpose() * moment;
-  diagonal.bottomRightCorner<3, 3>() +=
-      turn.derivative.transpose() * (weight * p.inertia(i)).asDiagonal() * turn.derivative;
+  if (kWant == Want::Matrix)
+    chain.diagonal[k].bottomRightCorner<3, 3>() +=
+        turn.derivative.transpose() * inertia.asDiagonal() * turn.derivative;
 }
 
+/// A symmetric matrix a·I + b·uuᵀ.
+Matrix3d plusDyad(double a, double b, const Vector3d& u) {
+  Matrix3d m = (b * u) * u.transpose();
+  m.diagonal().array() += a;
+  return m;
+}
+
+/// Both stiffnesses across are one, so that S = across·I + (along − across)·e3e3ᵀ.
+template <Want kWant>
 void addSegment(const Potential& p, const State& s, const Strand& strand, Index k, bool exact,
                 BlockChain& chain, Scratch& scratch) {
   const Index i = strand.first + k, j = strand.next(i);
   const double l = p.model.length[i], rate = strand.section.strain_damping / p.h;
   const Matrix3d R = s.frame[i].toRotationMatrix();
-  const Vector3d b = R.transpose() * (s.position[j] - s.position[i]);
+  const Vector3d d = s.position[j] - s.position[i], b = R.transpose() * d;
   const Vector3d strain = b / l - p.model.rest[i], &S = p.model.stiffness[i];
   const Vector3d n = S.cwiseProduct(strain + rate * (strain - scratch.strain_then[i]));
   const Vector3d force = R * n;
   scratch.gradient[i].head<3>() -= force;
   scratch.gradient[j].head<3>() += force;
   scratch.gradient[i].tail<3>() += n.cross(b);
+  if (kWant == Want::Gradient) return;
 
-  const Vector3d tangent = S * ((1.0 + rate) / l);
-  const Matrix3d B = skew(b);
-  Matrix3d dd = R * tangent.asDiagonal() * R.transpose();
-  Matrix3d td = B.transpose() * tangent.asDiagonal() * R.transpose();
-  Matrix3d tt = B.transpose() * tangent.asDiagonal() * B;
+  const double across = S.x() * ((1.0 + rate) / l), more = (S.z() - S.x()) * ((1.0 + rate) / l);
+  const Vector3d t = R.col(2), lever(b.y(), -b.x(), 0.0);  // b × e3
+  Matrix3d dd = plusDyad(across, more, t);
+  // Rows of Rᵀ[v] are cross products of R's columns and v.
+  Vector3d v = -across * d;
+  if (exact) v += force;
+  Matrix3d td = (-more * lever) * t.transpose();
+  for (int r = 0; r < 3; ++r) td.row(r) += R.col(r).cross(v).transpose();
+  Matrix3d tt = plusDyad(across * b.squaredNorm(), -across, b) + plusDyad(0.0, more, lever);
   if (exact) {
-    td += skew(n) * R.transpose();
     tt += 0.5 * (n * b.transpose() + b * n.transpose());
     tt.diagonal().array() -= n.dot(b);
   } else if (n.z() > 0.0 && i >= strand.threadFirst()) {
-    const Vector3d t = R.col(2);
-    dd -= (n.z() / l) * t * t.transpose();
-    dd.diagonal().array() += n.z() / l;
+    dd += plusDyad(n.z() / l, -n.z() / l, t);
   }
   // Places i and j, rotation i.
   const Index kj = j - strand.first;
@@ -259,6 +275,9 @@ void addSegment(const Potential& p, const State& s, const Strand& strand, Index 
   chain.lower[k].topRightCorner<3, 3>() += td.transpose();
 }
 
+/// A = I + [c] + ccᵀ leads from a small rotation to half the change of 2·Im p / Re p, c = Im p / Re p. Both
+/// bending stiffnesses are one, and AᵀA = AAᵀ = (1 + c²)(I + ccᵀ), A² = (1 − c²)I + 2[c] + (3 + c²)ccᵀ.
+template <Want kWant>
 void addJoint(const Potential& p, const State& s, const Strand& strand, Index k, bool exact,
               BlockChain& chain, Scratch& scratch) {
   const Joint& joint = p.model.joints[k];
@@ -267,61 +286,95 @@ void addJoint(const Potential& p, const State& s, const Strand& strand, Index k,
   const Vector3d u = bendOf(p.model, s, scratch.held_frame, k), c = 0.5 * u, curvature = u / l;
   const Vector3d m =
       K.cwiseProduct(curvature - s.natural_curvature[k] + rate * (curvature - scratch.curvature_then[k]));
-  Matrix3d A = skew(c) + c * c.transpose();
-  A.diagonal().array() += 1.0;
-  const Vector3d gb = A.transpose() * m, ha = A * m;  // gradients: b, and minus that of a
-  const Matrix3d D = (K * ((1.0 + rate) / l)).asDiagonal();
-  Matrix3d bb = A.transpose() * D * A, aa = A * D * A.transpose(), ab = -(A * D * A);
-  if (exact) {
-    bb += 0.5 * (gb * c.transpose() + c * gb.transpose());
-    aa += 0.5 * (ha * c.transpose() + c * ha.transpose());
-    const double mc = m.dot(c);
-    const Vector3d cm = c.cross(m);
-    Matrix3d mixed =
-        skew(m) - cm * c.transpose() + c * cm.transpose() - mc * skew(c) - 2.0 * mc * c * c.transpose();
-    mixed.diagonal().array() -= 2.0 * mc;
-    ab += 0.5 * mixed;
-  }
-  const Matrix3d O = s.offset[k].toRotationMatrix();
-  if (joint.b != kNone) {
+  const Vector3d turned = c.cross(m), along = c.dot(m) * c;
+  const Vector3d gb = m - turned + along, ha = m + turned + along;  // gradients: b, and minus that of a
+  const bool offset = s.offset[k].vec() != Vector3d::Zero();
+  if (joint.b != kNone)
     scratch.gradient[joint.b].tail<3>() += gb;
-    chain.diagonal[joint.b - strand.first].bottomRightCorner<3, 3>() += bb;
-  } else {
+  else
     scratch.reactions[joint.held].moment += scratch.held_frame[joint.held] * gb;
-  }
-  if (joint.a != kNone) {
-    scratch.gradient[joint.a].tail<3>() -= O * ha;
-    chain.diagonal[joint.a - strand.first].bottomRightCorner<3, 3>() += O * aa * O.transpose();
-  } else {
+  if (joint.a == kNone)
     scratch.reactions[joint.held].moment -= scratch.held_frame[joint.held] * ha;
+  else if (offset)
+    scratch.gradient[joint.a].tail<3>() -= s.offset[k] * ha;
+  else
+    scratch.gradient[joint.a].tail<3>() -= ha;
+  if (kWant == Want::Gradient) return;
+
+  const double bend = K.x() * ((1.0 + rate) / l), more = (K.z() - K.x()) * ((1.0 + rate) / l),
+               c2 = c.squaredNorm(), mc = m.dot(c);
+  // A·e3, and e3ᵀ·A
+  const Vector3d column = Vector3d(c.y(), -c.x(), 1.0) + c.z() * c,
+                 row = Vector3d(-c.y(), c.x(), 1.0) + c.z() * c;
+  const Matrix3d even = plusDyad(bend * (1.0 + c2), bend * (1.0 + c2), c);
+  const auto symmetric = [&](const Vector3d& w, const Vector3d& g) {
+    Matrix3d out = even + plusDyad(0.0, more, w);
+    if (exact) out += 0.5 * (g * c.transpose() + c * g.transpose());
+    return out;
+  };
+  if (joint.b != kNone)
+    chain.diagonal[joint.b - strand.first].bottomRightCorner<3, 3>() += symmetric(row, gb);
+  const Matrix3d O = offset ? s.offset[k].toRotationMatrix() : Matrix3d(Matrix3d::Identity());
+  if (joint.a != kNone) {
+    const Matrix3d aa = symmetric(column, ha);
+    if (offset)
+      chain.diagonal[joint.a - strand.first].bottomRightCorner<3, 3>() += O * aa * O.transpose();
+    else
+      chain.diagonal[joint.a - strand.first].bottomRightCorner<3, 3>() += aa;
   }
-  if (joint.a != kNone && joint.b != kNone)
+  if (joint.a == kNone || joint.b == kNone) return;
+  // −A·D·A and its part of the moment
+  double square = -bend * (3.0 + c2), whole = -bend * (1.0 - c2);
+  Vector3d about = -2.0 * bend * c;
+  Matrix3d ab = (-more * column) * row.transpose();
+  if (exact) {
+    square -= mc, whole -= mc;
+    about += 0.5 * (m - mc * c);
+    ab += (0.5 * turned) * -c.transpose() + (0.5 * c) * turned.transpose();
+  }
+  ab += plusDyad(whole, square, c) + skew(about);
+  if (offset)
     chain.lower[joint.a - strand.first].bottomRightCorner<3, 3>() += (O * ab).transpose();
+  else
+    chain.lower[joint.a - strand.first].bottomRightCorner<3, 3>() += ab.transpose();
 }
 
-void addSupports(const Potential& p, const State& s, Scratch& scratch) {
-  for (Support& a : scratch.supports) {
-    const auto at = std::find_if(p.model.strands.begin(), p.model.strands.end(), [&a](const Strand& strand) {
-      return a.segment < strand.first + strand.nodes;
-    });
-    const Strand& strand = *at;
+/// @return whether each support is what it was at the last Hessian: away, sticking, sliding, at its most
+template <Want kWant>
+bool addSupports(const Potential& p, const State& s, Scratch& scratch) {
+  bool same = true;
+  std::vector<std::uint8_t>& bearing = scratch.contacts->bearing;
+  bearing.resize(scratch.supports.size());
+  for (std::size_t n = 0; n < scratch.supports.size(); ++n) {
+    Support& a = scratch.supports[n];
+    const auto bears = [&](std::uint8_t how) {
+      same = same && bearing[n] == how;
+      if (kWant == Want::Matrix) bearing[n] = how;
+    };
+    const Strand& strand = strandOf(p.model, a.segment);
     const Lean lean = leanOf(a, strand, p.before, s, scratch.fraction_then, scratch.fraction);
     Vector3d gradient = a.stiffness * lean.off;
     Matrix3d hessian = a.stiffness * Matrix3d::Identity();
     if (a.bond != Bond::Hold) {
       a.limit = frictionOf(a, lean);
-      if (a.bond == Bond::Push && !(lean.gap < 0.0)) continue;
+      if (a.bond == Bond::Push && !(lean.gap < 0.0)) {
+        bears(0);
+        continue;
+      }
+      const bool most = a.bond == Bond::Push && !(pushOf(a, lean) < a.most || a.most == 0.0);
       const Matrix3d normal = a.normal * a.normal.transpose(), plane = Matrix3d::Identity() - normal;
       if (a.bond == Bond::Slide) {
         hessian = a.stiffness * plane;
       } else {
         const double push = pushOf(a, lean);
         gradient = -push * a.normal;
-        hessian = (push < a.most || a.most == 0.0 ? a.stiffness : 0.0) * normal;
+        hessian = (most ? 0.0 : a.stiffness) * normal;
       }
       const Matrix3d free = a.bond == Bond::Slide ? normal : plane;
       const double d = lean.across.norm();
-      if (a.stiffness * d <= a.limit) {
+      const bool sticks = a.stiffness * d <= a.limit;
+      bears(static_cast<std::uint8_t>((sticks ? 1 : 2) + (most ? 2 : 0)));
+      if (sticks) {
         gradient += a.stiffness * lean.across;
         hessian += a.stiffness * free;
       } else {
@@ -331,11 +384,12 @@ void addSupports(const Potential& p, const State& s, Scratch& scratch) {
       }
     }
     const Index k = a.segment - strand.first;
-    BlockChain& chain = scratch.chain[static_cast<std::size_t>(at - p.model.strands.begin())];
+    BlockChain& chain = scratch.chain[static_cast<std::size_t>(&strand - p.model.strands.data())];
     if (a.rigid) {  // a small turn θ in the needle's frame moves the place by −R·[arm]·θ
       const Matrix3d R = s.frame[a.segment].toRotationMatrix(), lever = -R * skew(a.arm);
       scratch.gradient[a.segment].head<3>() += gradient;
       scratch.gradient[a.segment].tail<3>() += lever.transpose() * gradient;
+      if (kWant == Want::Gradient) continue;
       const Matrix3d turn = lever.transpose() * hessian;
       chain.diagonal[k].topLeftCorner<3, 3>() += hessian;
       chain.diagonal[k].bottomLeftCorner<3, 3>() += turn;
@@ -346,22 +400,22 @@ void addSupports(const Potential& p, const State& s, Scratch& scratch) {
     const Index kj = strand.next(a.segment) - strand.first;
     scratch.gradient[a.segment].head<3>() += (1.0 - a.s) * gradient;
     scratch.gradient[strand.next(a.segment)].head<3>() += a.s * gradient;
+    if (kWant == Want::Gradient) continue;
     chain.diagonal[k].topLeftCorner<3, 3>() += (1.0 - a.s) * (1.0 - a.s) * hessian;
     chain.diagonal[kj].topLeftCorner<3, 3>() += a.s * a.s * hessian;
     chain.lower[k].topLeftCorner<3, 3>() += a.s * (1.0 - a.s) * hessian;
   }
   for (const TurnSpring& t : scratch.turns) {
-    const auto at = std::find_if(p.model.strands.begin(), p.model.strands.end(), [&t](const Strand& strand) {
-      return t.segment < strand.first + strand.nodes;
-    });
+    const Strand& strand = strandOf(p.model, t.segment);
     const Vector3d off = turnOff(t, s, scratch.fraction);
     Matrix3d A = 0.5 * skew(off);
     A.diagonal().array() += std::sqrt(std::max(0.0, 1.0 - 0.25 * off.squaredNorm()));
     scratch.gradient[t.segment].tail<3>() += t.stiffness * A.transpose() * off;
-    scratch.chain[static_cast<std::size_t>(at - p.model.strands.begin())]
-        .diagonal[t.segment - at->first]
-        .bottomRightCorner<3, 3>() += t.stiffness * A.transpose() * A;
+    if (kWant == Want::Gradient) continue;
+    BlockChain& chain = scratch.chain[static_cast<std::size_t>(&strand - p.model.strands.data())];
+    chain.diagonal[t.segment - strand.first].bottomRightCorner<3, 3>() += t.stiffness * A.transpose() * A;
   }
+  return same;
 }
 
 /// Held places: their change is known, so that the equations of their neighbours get it.
@@ -395,24 +449,40 @@ void hold(const Model& m, const State& s, const Strand& strand, BlockChain& chai
   }
 }
 
-}  // namespace
-
-void assemble(const Potential& p, const State& s, bool exact, Scratch& scratch) {
+/// @return whether the supports are as at the last Hessian
+template <Want kWant>
+bool addAll(const Potential& p, const State& s, bool exact, Scratch& scratch) {
   for (auto& g : scratch.gradient) g.setZero();
   for (auto& r : scratch.reactions) r.moment.setZero();
   for (Index n = 0; n < p.model.strands.size(); ++n) {
     const Strand& strand = p.model.strands[n];
     BlockChain& chain = scratch.chain[n];
-    chain.setZero();
-    for (Index k = 0; k < strand.nodes; ++k) addInertia(p, s, strand, k, chain, scratch);
+    if (kWant == Want::Matrix) chain.setZero();
+    for (Index k = 0; k < strand.nodes; ++k) addInertia<kWant>(p, s, strand, k, chain, scratch);
     for (Index k = 0; k < strand.segments; ++k)
-      if (s.severed[strand.first + k] == 0) addSegment(p, s, strand, k, exact, chain, scratch);
+      if (s.severed[strand.first + k] == 0) addSegment<kWant>(p, s, strand, k, exact, chain, scratch);
     for (Index k = strand.joints_begin; k < strand.joints_end; ++k)
-      if (!isSevered(s, p.model.joints[k])) addJoint(p, s, strand, k, exact, chain, scratch);
+      if (!isSevered(s, p.model.joints[k])) addJoint<kWant>(p, s, strand, k, exact, chain, scratch);
   }
-  addSupports(p, s, scratch);
+  return addSupports<kWant>(p, s, scratch);
+}
+
+}  // namespace
+
+void assemble(const Potential& p, const State& s, bool exact, Scratch& scratch) {
+  addAll<Want::Matrix>(p, s, exact, scratch);
   for (Index n = 0; n < p.model.strands.size(); ++n)
     hold(p.model, s, p.model.strands[n], scratch.chain[n], scratch);
+}
+
+bool assembleGradient(const Potential& p, const State& s, Scratch& scratch) {
+  const bool same = addAll<Want::Gradient>(p, s, true, scratch);
+  for (Index h = 0; h < p.model.held.size(); ++h) {
+    auto place = scratch.gradient[p.model.held[h].node].head<3>();
+    scratch.reactions[h].force = place;
+    place.setZero();
+  }
+  return same;
 }
 
 }  // namespace vest::suture

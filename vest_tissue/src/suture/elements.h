@@ -38,4 +38,8 @@ void settleSupports(const Potential& p, const State& s, double share, Scratch& s
 /// of taut segments alone, max(T, 0)/l·(I − ttᵀ)
 void assemble(const Potential& p, const State& s, bool exact, Scratch& scratch);
 
+/// Gradient and reactions alone, where held nodes are in their places; the Hessian stays what it was.
+/// @return false: a support sticks that slid, or the like, and the Hessian is of another potential
+bool assembleGradient(const Potential& p, const State& s, Scratch& scratch);
+
 }  // namespace vest::suture

@@ -358,6 +358,7 @@ Scratch::Scratch(const Model& model)
       backup(model.start),
       contacts(std::make_unique<ContactScratch>(model)) {
   supports.reserve(8 * model.mass.size() + 256 + 200 * model.needles.size());
+  contacts->bearing.reserve(supports.capacity());
   turns.reserve(16);
   for (const Strand& strand : model.strands) chain.emplace_back(strand.nodes, strand.closed);
 }

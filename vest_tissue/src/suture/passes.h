@@ -19,11 +19,13 @@ enum class Factor : std::uint8_t { None = 0, Taut = 1, Exact = 2 };
 struct PassResult {
   Factor factor = Factor::None;
   double change = 1.0;  ///< greatest: rad, or of a segment's length
+  double bent = 1.0;    ///< the same, of what neighbours do not have in common
   bool whole = false;   ///< not shortened
   bool touching = false;
 };
 
 /// One pass; the first one takes held nodes along, the later ones lower the potential.
-PassResult pass(const Potential& p, State& s, bool first, Scratch& scratch);
+/// @param kept the factor of a pass before that serves once more; None: a new one
+PassResult pass(const Potential& p, State& s, bool first, Scratch& scratch, Factor kept = Factor::None);
 
 }  // namespace vest::suture

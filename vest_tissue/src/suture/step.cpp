@@ -12,12 +12,15 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr int kMostPasses = 8;     ///< of Newton a sub-step
-constexpr int kTouchPasses = 6;    ///< with contacts: each pass solves them anew
-constexpr double kSettled = 1e-5;  ///< of a segment's length, and rad: a smaller change ends the passes
-constexpr double kMostTurn = 0.7;  ///< rad: of a segment in one pass
-constexpr double kPartTurn = 0.3;  ///< rad: free rotation that a sub-step may have
-constexpr int kMostHalvings = 6;   ///< of a pass that raises the potential
+constexpr int kMostPasses = 8;          ///< of Newton a sub-step
+constexpr int kTouchPasses = 6;         ///< with contacts: each pass solves them anew
+constexpr double kSettled = 1e-5;       ///< of a segment's length, and rad: a smaller change ends the passes
+constexpr double kTouchSettled = 5e-4;  ///< with contacts, whose forces are less exact
+constexpr double kRests = 2e-3;         ///< with supports: less is as near as they come
+constexpr double kSmall = 0.02;         ///< a change after which the factor serves once more
+constexpr double kMostTurn = 0.7;       ///< rad: of a segment in one pass
+constexpr double kPartTurn = 0.3;       ///< rad: free rotation that a sub-step may have
+constexpr int kMostHalvings = 6;        ///< of a pass that raises the potential
 
 }  // namespace
 
@@ -72,6 +75,7 @@ void advance(const Model& m, const std::vector<Vector6>& change, double share, c
 
 struct Size {
   double turn = 0.0, way = 0.0;  // rad, of a segment's length
+  double bent = 0.0;             // rad, and of a segment's length: the Hessian does not see what all nodes do
 };
 Size sizeOf(const Model& m, const std::vector<Vector6>& change) {
   Size size;
@@ -79,9 +83,13 @@ Size sizeOf(const Model& m, const std::vector<Vector6>& change) {
     for (Index k = 0; k < strand.segments; ++k) {
       const Index i = strand.first + k;
       size.turn = std::max(size.turn, change[i].tail<3>().squaredNorm());
-      size.way = std::max(size.way, change[i].head<3>().squaredNorm() / (m.length[i] * m.length[i]));
+      const double squared = m.length[i] * m.length[i];
+      size.way = std::max(size.way, change[i].head<3>().squaredNorm() / squared);
+      size.bent = std::max(size.bent,
+                           (change[strand.next(i)].head<3>() - change[i].head<3>()).squaredNorm() / squared);
     }
   }
+  size.bent = std::sqrt(std::max(size.turn, size.bent));
   size.turn = std::sqrt(size.turn), size.way = std::sqrt(size.way);
   return size;
 }
@@ -90,6 +98,7 @@ Size sizeOf(const Model& m, const std::vector<Vector6>& change) {
 Factor linearise(const Potential& p, const State& s, Scratch& scratch) {
   for (const Factor kind : {Factor::Exact, Factor::Taut}) {
     assemble(p, s, kind == Factor::Exact, scratch);
+    forgetAnswers(*scratch.contacts);
     bool good = true;
     for (BlockChain& chain : scratch.chain) good = good && chain.factorise();
     if (good) return kind;
@@ -133,9 +142,10 @@ void keepShape(const Model& m, State& s, const Scratch& scratch) {
 
 }  // namespace
 
-PassResult pass(const Potential& p, State& s, bool first, Scratch& scratch) {
+PassResult pass(const Potential& p, State& s, bool first, Scratch& scratch, Factor kept) {
   PassResult result;
-  result.factor = linearise(p, s, scratch);
+  result.factor = kept;
+  if (kept == Factor::None || !assembleGradient(p, s, scratch)) result.factor = linearise(p, s, scratch);
   if (result.factor == Factor::None) return result;
   solve(p.model, scratch);
   const bool touching = solveContacts(p.model, p.before, s, scratch);
@@ -144,7 +154,8 @@ PassResult pass(const Potential& p, State& s, bool first, Scratch& scratch) {
   const Size size = sizeOf(p.model, scratch.change);
   double share = size.turn > kMostTurn ? kMostTurn / size.turn : 1.0;
   result.change = std::max(size.turn, size.way);
-  if (!first && !touching && result.change > 1e-8) {
+  result.bent = size.bent;
+  if (!first && !touching && result.change > (kept == Factor::None ? 1e-8 : kSmall)) {
     // Held nodes are where they are to be: the potential has to fall.
     copyMotion(s, scratch.trial);  // with its offsets
     const double now = valueOf(p, s, scratch);
@@ -171,7 +182,7 @@ void copyMotion(const State& from, State& to) {
   std::copy(from.offset.begin(), from.offset.end(), to.offset.begin());
   std::copy(from.natural_curvature.begin(), from.natural_curvature.end(), to.natural_curvature.begin());
   std::copy(from.severed.begin(), from.severed.end(), to.severed.begin());
-  std::copy(from.contacts.begin(), from.contacts.end(), to.contacts.begin());
+  std::copy(from.contacts.begin(), from.contacts.begin() + from.contact_count, to.contacts.begin());
   to.contact_count = from.contact_count;
   to.time = from.time;
 }
@@ -186,6 +197,29 @@ bool finite(const State& s) {
   return sum < 1e300;  // false for NaN
 }
 
+/// Passes until what is left is small. A factor serves as long as the state moves little from where it was
+/// made: what a pass leaves then is about its own change times that way.
+bool settle(const Potential& p, State& s, Scratch& scratch) {
+  PassResult last;
+  double moved = 1.0;  // since the factor was made
+  for (int k = 0; k < (last.touching ? kTouchPasses : kMostPasses); ++k) {
+    const bool keep = last.whole && last.factor == Factor::Exact && moved < kSmall;
+    const double was = last.change;
+    last = pass(p, s, k == 0, scratch, keep ? last.factor : Factor::None);
+    ++scratch.passes;
+    if (last.factor == Factor::None) return false;
+    moved = keep ? moved + last.bent : last.bent;
+    if (!last.whole) continue;
+    // Contacts and supports that stick and slide by turns come no nearer at some point.
+    const bool rests = k > 1 && last.change > 0.5 * was && (last.touching || last.change < kRests);
+    if (rests || last.change < (last.touching ? kTouchSettled : kSettled) ||
+        (!last.touching && scratch.supports.empty() && last.factor == Factor::Exact &&
+         2.0 * last.change * moved < kSettled))
+      break;
+  }
+  return true;
+}
+
 /// @param share of the step
 bool part(const Model& m, State& s, Scratch& scratch, double h, double end, double share) {
   copyMotion(s, scratch.before);
@@ -198,12 +232,7 @@ bool part(const Model& m, State& s, Scratch& scratch, double h, double end, doub
   aim(m, end, scratch);
   const Potential p{m, scratch.before, h};
   findNear(m, s, h, *scratch.contacts);
-  PassResult last;
-  for (int k = 0; k < (last.touching ? kTouchPasses : kMostPasses) && !(last.whole && last.change < kSettled);
-       ++k, ++scratch.passes) {
-    last = pass(p, s, k == 0, scratch);
-    if (last.factor == Factor::None) return false;
-  }
+  if (!settle(p, s, scratch)) return false;
   for (const Strand& strand : m.strands) {
     for (Index k = 0; k < strand.nodes; ++k) {
       const Index i = strand.first + k;
@@ -214,8 +243,8 @@ bool part(const Model& m, State& s, Scratch& scratch, double h, double end, doub
     }
   }
   for (std::size_t n = 0; n < m.held.size(); ++n) s.position[m.held[n].node] = scratch.target[n];
+  if (!m.held.empty()) assembleGradient(p, s, scratch);  // reactions
   settleSupports(p, s, share, scratch);
-  if (!m.held.empty()) assemble(p, s, true, scratch);  // reactions
   keepContacts(m, s, scratch);
   for (std::size_t n = 0; n < m.held.size(); ++n)
     scratch.reactions[n].force -= scratch.contact_force[m.held[n].node];

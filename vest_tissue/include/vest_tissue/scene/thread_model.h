@@ -29,7 +29,7 @@ struct ThreadModel {
   std::vector<double> knot_strength;  ///< N, per strand: where it is bent tighter than its diameter twice
   std::vector<ThreadPlace> places;
   std::vector<std::uint32_t> first_point;  ///< place of each needle's tip
-  int steps = 1;  ///< of the threads in a step: each object's exchanges are a multiple of it
+  int steps = 1;  ///< of the threads in a step, at most: each object's exchanges are a multiple of it
   /// Room for touches: of the State, of a step.
   std::size_t room() const { return rods ? 4 * places.size() + 64 : 0; }
   Eigen::Vector3d at(const suture::State& s, std::size_t place) const {
@@ -69,6 +69,7 @@ struct ThreadCandidate {
   std::uint32_t node = 0;
   std::uint16_t object = 0;
   std::uint32_t triangle = 0;
+  float distance = 0.0f;  ///< m, when it was looked for
 };
 
 /// No meaning between steps; what it remembers spares only work.
@@ -79,6 +80,7 @@ struct ThreadScratch {
   std::vector<Eigen::Vector3d> searched;  ///< m: nodes when candidates were looked for
   std::vector<double> way;                ///< m, per object: then
   bool known = false, full = false, faulty = false;
+  int parts = 1;  ///< of this step
   std::vector<ThreadReach> reaches;
   std::vector<ThreadPush> pushes;
   std::vector<ChannelSupport> led;        ///< supports of channels
