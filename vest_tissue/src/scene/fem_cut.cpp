@@ -136,20 +136,12 @@ std::uint32_t vertexOf(Job& j, std::uint32_t knot) {
   return vertex;
 }
 
-void addSkinTriangle(Job& j, std::uint32_t code, std::uint16_t layer) {
+/// Of a face, or of none.
+void addSkinTriangle(Job& j, const std::array<std::uint32_t, 3>& v, std::uint16_t layer, std::uint32_t code) {
   Skin& skin = j.s.topology.skin;
-  if (skin.triangles.size() == skin.triangles.capacity()) {
+  if (std::find(v.begin(), v.end(), kNone) != v.end() || skin.triangles.size() == skin.triangles.capacity()) {
     j.s.degraded = true;
     return;
-  }
-  std::array<std::uint32_t, 3> v{};
-  const auto k = fem::faceKnots(j.s.tissue, code);
-  for (std::size_t e = 0; e < 3; ++e) {
-    v[e] = vertexOf(j, k[e]);
-    if (v[e] == kNone) {
-      j.s.degraded = true;
-      return;
-    }
   }
   skin.triangles.push_back(v);
   skin.layer.push_back(layer);
@@ -157,6 +149,12 @@ void addSkinTriangle(Job& j, std::uint32_t code, std::uint16_t layer) {
   j.s.fem_surface.skin_face.push_back(code);
   j.delta.added_triangles.push_back(v);
   j.delta.added_triangle_layer.push_back(layer);
+}
+
+void addSkinFace(Job& j, std::uint32_t code, std::uint16_t layer) {
+  std::array<std::uint32_t, 3> v = fem::faceKnots(j.s.tissue, code);
+  for (std::uint32_t& k : v) k = vertexOf(j, k);
+  addSkinTriangle(j, v, layer, code);
 }
 
 void removeSkinTriangle(Job& j, std::uint32_t i) {
@@ -234,16 +232,7 @@ void tearSkin(Job& j, std::uint32_t i, std::uint32_t first_new) {
   const std::uint16_t layer = skin.layer[i];
   removeSkinTriangle(j, i);
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    if (a == kNone || b == kNone || c == kNone || skin.triangles.size() == skin.triangles.capacity()) {
-      j.s.degraded = true;
-      return;
-    }
-    skin.triangles.push_back({a, b, c});
-    skin.layer.push_back(layer);
-    j.s.topology.triangle_alive.push_back(1);
-    j.s.fem_surface.skin_face.push_back(kNone);
-    j.delta.added_triangles.push_back({a, b, c});
-    j.delta.added_triangle_layer.push_back(layer);
+    addSkinTriangle(j, {a, b, c}, layer, kNone);
   };
   const auto lip = [&](std::uint32_t in, std::uint32_t out) { return lipVertex(j, in, out, first_new); };
   const std::size_t pair = held[0] ? 0 : held[1] ? 1 : held[2] ? 2 : 3;
@@ -299,7 +288,7 @@ void renewSurface(Job& j) {
       if (same) continue;
       const std::uint16_t layer = skin.layer[i];
       removeSkinTriangle(j, i);
-      addSkinTriangle(j, code, layer);
+      addSkinFace(j, code, layer);
       continue;
     }
     tearSkin(j, i, first_new);
@@ -317,7 +306,7 @@ void renewSurface(Job& j) {
       j.s.triangles.push_back(fem::faceKnots(t, side));
       j.s.triangle_alive.push_back(1);
       surface.triangle_face.push_back(side);
-      addSkinTriangle(j, side, 2);
+      addSkinFace(j, side, 2);
     }
   }
 }

@@ -22,13 +22,30 @@ Vector3d pusherOf(const interaction::Proxy& proxy) {
   return proxy.pose.tip + kPusher * (proxy.pose.orientation * Vector3d::UnitZ());
 }
 
-double ringPath(const ObjectState& s, const Sling& sling) {
+namespace {
+
+/// Length of a closed way over places, m, and its gradient to each, no unit.
+double closedWay(const Vector3d* p, int count, Vector3d* g) {
   double length = 0.0;
-  for (int i = 0; i < sling.count; ++i)
-    length +=
-        std::sqrt((knotPosition(s, sling.knots[(i + 1) % sling.count]) - knotPosition(s, sling.knots[i]))
-                      .squaredNorm());
+  for (int i = 0; i < count; ++i) g[i].setZero();
+  for (int i = 0; i < count && count > 1; ++i) {
+    const int j = (i + 1) % count;
+    const Vector3d d = p[j] - p[i];
+    const double l = std::sqrt(d.squaredNorm());
+    length += l;
+    if (!(l > 1e-9)) continue;
+    g[j] += d / l;
+    g[i] -= d / l;
+  }
   return length;
+}
+
+}  // namespace
+
+double ringPath(const ObjectState& s, const Sling& sling, Vector3d* gradient) {
+  std::array<Vector3d, interaction::kMaxSlingKnots> p, g;
+  for (int i = 0; i < sling.count; ++i) p[i] = knotPosition(s, sling.knots[i]);
+  return closedWay(p.data(), sling.count, gradient != nullptr ? gradient : g.data());
 }
 
 double pathOf(const ObjectState& s, const Sling& sling, const LoopTissue& loop, const Vector3d& knot,
@@ -41,19 +58,9 @@ double pathOf(const ObjectState& s, const Sling& sling, const LoopTissue& loop, 
     const bool held = i == 0 && loop.held;
     if (!held && !(t.on && t.object == sling.object)) continue;
     node[count] = i;
-    g[count] = Vector3d::Zero();
     p[count++] = held ? knot : placeOf(s, t);
   }
-  double length = 0.0;
-  for (int i = 0; i < count && count > 1; ++i) {
-    const int j = (i + 1) % count;
-    const Vector3d d = p[j] - p[i];
-    const double l = std::sqrt(d.squaredNorm());
-    length += l;
-    if (!(l > 1e-9)) continue;
-    g[j] += d / l;
-    g[i] -= d / l;
-  }
+  const double length = closedWay(p.data(), count, g.data());
   if (gradient == nullptr) return length;
   std::fill_n(gradient->begin(), loop.count, Vector3d::Zero());
   at_knot->setZero();
@@ -126,19 +133,9 @@ void tighten(Context& c, Sling& sling, const LoopTissue& loop, double fraction, 
 /// A tube in the loop is no wider than the loop, wherever the nodes lie: the same for the ring of its knots,
 /// which nothing but the loop holds.
 void tightenRing(Context& c, Sling& sling, double dt) {
-  const ObjectState& s = c.state.objects[sling.object];
-  const double excess = ringPath(s, sling) - (sling.rest - kAround);
-  if (sling.count < 3 || excess <= 0.0) return;
   std::array<Vector3d, interaction::kMaxSlingKnots> g;
-  std::fill_n(g.begin(), sling.count, Vector3d::Zero());
-  for (int i = 0; i < sling.count; ++i) {
-    const int j = (i + 1) % sling.count;
-    const Vector3d d = knotPosition(s, sling.knots[j]) - knotPosition(s, sling.knots[i]);
-    const double l = std::sqrt(d.squaredNorm());
-    if (!(l > 1e-9)) continue;
-    g[j] += d / l;
-    g[i] -= d / l;
-  }
+  const double excess = ringPath(c.state.objects[sling.object], sling, g.data()) - (sling.rest - kAround);
+  if (sling.count < 3 || excess <= 0.0) return;
   bool slips = false;
   draw(c, sling, sling.knots.data(), g.data(), sling.count, excess, 0.0, dt, slips);
 }
