@@ -189,7 +189,7 @@ TEST(Account, ClosesWithAnArteryFullOfWoundsAndAPoundingHeart) {
 TEST(Account, OfASeepingSurfaceClosesWithinAThousandthWithItsFilm) {
   Patient p("smoke_lens");
   std::size_t object = 0;
-  while (!p.world.model().objects[object].net) ++object;
+  while (!p.world.model().objects[object].deforms) ++object;
   p.cutAt(object, p.world.knotAt(object, 10));
   p.run(4);
   EXPECT_GT(p.at_holes, 1e-9);

@@ -113,7 +113,7 @@ BloodEffect::BloodEffect(const scene::World& world, const BloodOptions& options,
   shown_.assign(m.vesselCount(), 0);
   for (std::size_t i = 0; i < world.objectCount(); ++i) {
     const std::string& segment = world.description().objects[i].tube.vessel_segment;
-    const bool usable = world.model().objects[i].net && tubeOf(world, i).ringCount() > 1;
+    const bool usable = world.model().objects[i].deforms && tubeOf(world, i).ringCount() > 1;
     vessel_of_.push_back(segment.empty() || !usable ? -1 : m.find(segment));
     if (vessel_of_.back() >= 0) shown_[vessel_of_.back()] = 1;
   }

@@ -99,7 +99,7 @@ void SupplyMap::find(const scene::World& world) {
     const scene::ObjectState& s = tissue.objects[i];
     const auto knots =
         static_cast<std::uint32_t>(std::min<std::size_t>(world.knotCount(i), first_[i + 1] - first_[i]));
-    const bool rigid = !world.model().objects[i].net;
+    const bool rigid = !world.model().objects[i].deforms;
     for (std::uint32_t k = 0; k < knots; ++k)
       if (rigid || (k < s.fixed.size() && s.fixed[k])) join(0, 1 + first_[i] + k);
     if (rigid) continue;

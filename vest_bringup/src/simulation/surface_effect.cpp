@@ -31,7 +31,7 @@ std::size_t roomFor(std::size_t knots) {
 
 bool bleeds(const scene::World& world, std::size_t object) {
   const std::string& organ = world.description().objects[object].organ;
-  return world.model().objects[object].net && organ != "artery" && organ != "vein";
+  return world.model().objects[object].deforms && organ != "artery" && organ != "vein";
 }
 
 bleeding::SurfaceModel build(const scene::World& world) {
@@ -42,7 +42,7 @@ bleeding::SurfaceModel build(const scene::World& world) {
     const std::size_t first = m.first.back(), knots = world.knotCount(i), room = roomFor(knots);
     m.perfusion.resize(first + room, bleeds(world, i) ? o.thermal.perfusion : 0.0);
     m.depth.resize(first + room, bleeding::kFeedDepth);
-    if (world.model().objects[i].net && !o.fem && o.density > 0) {
+    if (world.model().objects[i].deforms && !o.fem && o.density > 0) {
       // A shell bleeds from what it has behind its surface.
       std::vector<double> area(knots, 0.0);
       for (const auto& t : o.contact_triangles) {
@@ -190,7 +190,7 @@ void SurfaceEffect::followCuts(const scene::World& world) {
 
 /// Rigid objects stay where they were.
 void SurfaceEffect::findPositions(const scene::World& world, std::size_t object) {
-  if (world.model().objects[object].net && 3 * world.knotCount(object) <= positions_[object].size())
+  if (world.model().objects[object].deforms && 3 * world.knotCount(object) <= positions_[object].size())
     world.positions(object, positions_[object].data());
 }
 

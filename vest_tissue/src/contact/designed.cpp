@@ -99,13 +99,12 @@ void ignoreDesignedContacts(WorldModel& m) {
     m.objects[a].together[b] = m.objects[b].together[a] = 1;
   };
   m.start.jaws_pass.assign(d.objects.size(), 0), m.start.blades_pass.assign(d.objects.size(), 0);
-  for (std::size_t a = 0; a < d.objects.size(); ++a) {
-    if (!m.objects[a].net) continue;
+  for (const std::size_t a : m.bodies) {
     ObjectState& s = m.start.objects[a];
     for (std::size_t b = 0; b < d.objects.size(); ++b) {
       if (a == b || d.objects[b].contact_triangles.empty()) continue;
       const Object& other = d.objects[b];
-      if (!m.objects[b].net) {
+      if (!m.objects[b].deforms) {
         for (std::size_t i = 0; i < d.objects[a].position.size(); ++i) {
           Eigen::Vector3f g;
           const float distance = m.objects[b].grid.distance(d.objects[a].position[i].cast<float>(), g);
@@ -125,10 +124,9 @@ void ignoreDesignedContacts(WorldModel& m) {
     }
   }
   for (const ConnectionState& c : m.start.connections) join(c.end0.object, c.end1.object);
-  for (std::size_t a = 0; a < d.objects.size(); ++a) {
-    if (!m.objects[a].net) continue;
-    // Held forces are too soft to keep elements from themselves: nets alone meet themselves.
-    m.objects[a].together[a] = !d.objects[a].full_contact || m.objects[a].fem;
+  for (const std::size_t a : m.bodies) {
+    // Held forces are too soft to keep elements from themselves: walls and strands alone meet themselves.
+    m.objects[a].together[a] = !d.objects[a].full_contact || m.objects[a].body->filled();
     if (!m.objects[a].together[a])
       findBeside(d.objects[a], 2.0 * d.objects[a].contact_thickness, m.objects[a]);
     for (std::size_t b = 0; b < d.objects.size(); ++b) {
@@ -142,9 +140,9 @@ void ignoreDesignedContacts(WorldModel& m) {
                    : within(d.objects[a].position[i], d.objects[b], m.objects[b].closed, reach + kDesigned);
     }
   }
-  for (std::size_t a = 0; a < d.objects.size(); ++a)
-    for (std::size_t b = 0; b < d.objects.size(); ++b)
-      if (a != b && m.objects[a].net && m.objects[b].net && m.fullContact(a, b)) m.objects[a].together[b] = 0;
+  for (const std::size_t a : m.bodies)
+    for (const std::size_t b : m.bodies)
+      if (a != b && m.fullContact(a, b)) m.objects[a].together[b] = 0;
 }
 
 }  // namespace vest::scene

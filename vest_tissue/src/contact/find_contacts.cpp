@@ -150,7 +150,7 @@ void findToolContacts(Context& c, std::size_t object) {
   const Object& described = c.model.description.objects[object];
   ObjectScratch& o = c.scratch.objects[object];
   o.contacts.clear();
-  if (!constants.net || s.triangles.empty()) return;
+  if (s.triangles.empty()) return;
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     for (int k = 0; k < c.scratch.capsule_count[t]; ++k) {
       const auto &before = c.scratch.capsules_before[t][k], &after = c.scratch.capsules_after[t][k];
@@ -241,7 +241,6 @@ void findCavityContacts(Context& c, std::size_t object) {
   const ObjectConstants& constants = c.model.objects[object];
   ObjectScratch& o = c.scratch.objects[object];
   o.planes.clear();
-  if (!constants.net) return;
   const Object& described = c.model.description.objects[object];
   const float thickness = static_cast<float>(described.contact_thickness);
   const double omega = std::sqrt(constants.contact_omega_squared);
@@ -287,14 +286,10 @@ void renewSides(Context& c) {
   for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
     const ObjectState& s = c.state.objects[object];
     for (const ToolContact& r : c.scratch.objects[object].contacts) {
-      Vector3d q = Vector3d::Zero();
-      std::array<Vector3d, 3> p;
-      for (int e = 0; e < 3; ++e)
-        p[e] = knotPosition(s, r.knots[e]), q += p[e] * static_cast<double>(r.weights[e]);
-      const Vector3d normal(r.normal[0], r.normal[1], r.normal[2]);
-      const Vector3d axis(r.start[0] + r.travel[0], r.start[1] + r.travel[1], r.start[2] + r.travel[2]);
-      if (normal.dot(axis - q) > r.reach || sides.size() >= sides.capacity()) continue;
-      const double side = (p[1] - p[0]).cross(p[2] - p[0]).dot(normal);
+      if (gapOf(s, r) > 0.0 || sides.size() >= sides.capacity()) continue;
+      const Vector3d p0 = knotPosition(s, r.knots[0]), normal(r.normal[0], r.normal[1], r.normal[2]);
+      const double side =
+          (knotPosition(s, r.knots[1]) - p0).cross(knotPosition(s, r.knots[2]) - p0).dot(normal);
       sides.push_back({r.triangle, static_cast<std::uint16_t>(object), r.tool, r.capsule,
                        static_cast<std::int8_t>(side < 0 ? -1 : 1)});
     }
@@ -305,9 +300,8 @@ void renewSides(Context& c) {
 
 void collide(Context& c) {
   placeTools(c);
-  auto work = [&c](std::size_t object) {
+  eachBody(c, [&c](std::size_t object) {
     const ObjectState& s = c.state.objects[object];
-    if (!c.model.objects[object].net) return;
     ObjectScratch& o = c.scratch.objects[object];
     const std::size_t knots = s.block.knots();
     for (int axis = 0; axis < 3; ++axis) {
@@ -319,8 +313,7 @@ void collide(Context& c) {
     }
     findToolContacts(c, object);
     findCavityContacts(c, object);
-  };
-  c.pool.each(c.model.objects.size(), work);
+  });
   findOrganPairs(c);
   findOrganContacts(c);
 }

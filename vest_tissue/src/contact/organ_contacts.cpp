@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 constexpr double kShare = 0.25;  ///< (omega·h)² that a held contact may have
 constexpr double kDamping = 0.3, kGrip = 0.3;
 
-/// Of the knots on both sides of a contact.
+/// Of the knots at both ends of a contact.
 using Weights = std::array<std::array<double, 3>, 2>;
 
 /// A knot and a triangle. `clear`: m, how far they are apart where that is more than `most`; else 0.
@@ -48,7 +48,7 @@ bool meetTriangle(const Context& c, const OrganPair& pair, double most, OrganCon
   } else {
     normal /= std::sqrt(normal.squaredNorm());
   }
-  r.knots = {pair.knot, pair.knot, pair.knot}, r.triangle = k;
+  r.ends[0].knots = {pair.knot, pair.knot, pair.knot}, r.ends[1].knots = k;
   w = {{{1.0, 0.0, 0.0}, n.weights}};
   return true;
 }
@@ -73,7 +73,8 @@ bool meetEdges(const Context& c, const OrganPair& pair, double most, OrganContac
       !(across > 0.1 * std::sqrt(u.squaredNorm() * v.squaredNorm())))
     return false;
   normal /= across;
-  r.knots = {e.knots[0], e.knots[1], e.knots[1]}, r.triangle = {g.knots[0], g.knots[1], g.knots[1]};
+  r.ends[0].knots = {e.knots[0], e.knots[1], e.knots[1]},
+  r.ends[1].knots = {g.knots[0], g.knots[1], g.knots[1]};
   w = {{{1.0 - s, s, 0.0}, {1.0 - t, t, 0.0}}};
   return true;
 }
@@ -89,7 +90,7 @@ void findOrganContacts(Context& c) {
     if (sa.way + sb.way < pair.clear) continue;
     const double reach = d.objects[pair.object].contact_thickness + d.objects[pair.other].contact_thickness;
     OrganContact r;
-    r.object = pair.object, r.other = pair.other;
+    r.ends[0].object = pair.object, r.ends[1].object = pair.other;
     Vector3d normal;
     Weights w;
     double clear = 0.0;
@@ -98,20 +99,19 @@ void findOrganContacts(Context& c) {
     if (clear > 0.0) pair.clear = clearUntil(sa, sb, clear, reach + kClose);
     if (!touches) continue;
     r.couple.fill(Vector3d::Zero());
-    double inverse_a = 0.0, inverse_b = 0.0;
-    for (int e = 0; e < 3; ++e) {
-      r.normal[e] = static_cast<float>(normal[e]);
-      r.shares[e] = static_cast<float>(w[0][e]), r.weights[e] = static_cast<float>(w[1][e]);
-      inverse_a += w[0][e] * w[0][e] * contactInverseMass(sa, r.knots[e]);
-      inverse_b += w[1][e] * w[1][e] * contactInverseMass(sb, r.triangle[e]);
-    }
-    // Finite elements that move first answer implicitly: then only the other side's mass limits the spring.
-    const int turn_a = turnOf(c, pair.object), turn_b = turnOf(c, pair.other);
-    r.implicit_side = turn_a < turn_b ? 1 : turn_b < turn_a ? 2 : 0;
-    r.balanced = r.implicit_side == 0 && c.model.fullContact(pair.object, pair.other);
-    double inverse = inverse_a + inverse_b;
-    if (r.implicit_side == 1) inverse = inverse_b;
-    if (r.implicit_side == 2) inverse = inverse_a;
+    r.normal = normal.cast<float>();
+    std::array<double, 2> inverses{};
+    for (std::size_t n = 0; n < 2; ++n)
+      for (std::size_t e = 0; e < 3; ++e) {
+        r.ends[n].weights[e] = static_cast<float>(w[n][e]);
+        inverses[n] += w[n][e] * w[n][e] * contactInverseMass(n == 0 ? sa : sb, r.ends[n].knots[e]);
+      }
+    // What moves first answers implicitly: then only the other end's mass limits the spring.
+    const int first = c.body(pair.object).turn(sa), second = c.body(pair.other).turn(sb);
+    r.implicit_end = static_cast<std::int8_t>(first < second ? 0 : second < first ? 1 : -1);
+    r.balanced = r.implicit_end < 0 && c.model.fullContact(pair.object, pair.other);
+    const double inverse = r.implicit_end < 0 ? inverses[0] + inverses[1]
+                                              : inverses[static_cast<std::size_t>(1 - r.implicit_end)];
     r.batches = std::min(sa.batches, sb.batches) * c.stretch;
     const double h = c.dt / r.batches;
     r.stiffness = static_cast<float>(kShare / (h * h * inverse));
@@ -126,10 +126,9 @@ void findOrganContacts(Context& c) {
   if (contacts.empty()) return;
   for (ObjectScratch& o : c.scratch.objects) std::fill(o.shared.begin(), o.shared.end(), std::uint16_t{0});
   const auto each = [&](const OrganContact& r, auto visit) {
-    for (int e = 0; e < 3; ++e) {
-      if (r.shares[e] > 1e-3f) visit(c.scratch.objects[r.object].shared[r.knots[e]]);
-      if (r.weights[e] > 1e-3f) visit(c.scratch.objects[r.other].shared[r.triangle[e]]);
-    }
+    for (const ContactEnd& end : r.ends)
+      for (std::size_t e = 0; e < 3; ++e)
+        if (end.weights[e] > 1e-3f) visit(c.scratch.objects[end.object].shared[end.knots[e]]);
   };
   for (const OrganContact& r : contacts) each(r, [](std::uint16_t& count) { ++count; });
   for (OrganContact& r : contacts) {

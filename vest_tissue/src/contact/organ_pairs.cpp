@@ -227,8 +227,7 @@ void measureWays(Context& c) {
   const double jump = c.state.revision != c.state.way_revision ? 1.0 : 0.0;
   c.state.way_revision = c.state.revision;
   float furthest = 0.0f;
-  for (std::size_t object = 0; object < c.state.objects.size(); ++object) {
-    if (!c.model.objects[object].net) continue;
+  for (const std::size_t object : c.model.bodies) {
     ObjectState& s = c.state.objects[object];
     const float* const before = c.scratch.objects[object].backup.data();
     const float* const motion = s.block.motion();
@@ -261,12 +260,11 @@ void findOrganPairs(Context& c) {
   // things came nearer since the last one.
   auto &pairs = c.state.pairs, &old = c.scratch.old_pairs;
   const std::uint64_t turn = c.state.step % kRenewEvery;
-  const std::size_t objects = c.model.objects.size();
   bool any = false;
-  for (std::size_t a = 0; a < objects; ++a) {
+  for (const std::size_t a : c.model.bodies) {
     c.scratch.objects[a].search_due = false;
     ObjectState& s = c.state.objects[a];
-    if (!c.model.objects[a].net || a % kRenewEvery != turn) continue;
+    if (a % kRenewEvery != turn) continue;
     if (s.way_searched >= 0.0 && s.way + c.state.way - s.way_searched < kRenewWay) continue;
     s.way_searched = s.way + c.state.way;
     c.scratch.objects[a].search_due = any = true;
@@ -278,11 +276,10 @@ void findOrganPairs(Context& c) {
     if (due(p)) old.push_back(p);
   std::sort(old.begin(), old.end(), Search::comesBefore);
   pairs.erase(std::remove_if(pairs.begin(), pairs.end(), due), pairs.end());
-  for (std::size_t a = 0; a < objects; ++a) {
+  for (const std::size_t a : c.model.bodies) {
     if (!c.scratch.objects[a].search_due) continue;
-    for (std::size_t b = 0; b < objects; ++b) {
-      if (!c.model.objects[b].net || c.state.objects[b].triangles.empty() || c.model.objects[a].together[b])
-        continue;
+    for (const std::size_t b : c.model.bodies) {
+      if (c.state.objects[b].triangles.empty() || c.model.objects[a].together[b]) continue;
       Search search(c, a, b);
       if (search.apart()) continue;
       search.knots();

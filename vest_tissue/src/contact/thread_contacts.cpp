@@ -61,7 +61,7 @@ void searchCandidates(Context& c, ThreadScratch& w) {
   for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
     const ObjectState& s = c.state.objects[object];
     w.way[object] = s.way;
-    if (!c.model.objects[object].net) continue;
+    if (!c.model.objects[object].deforms) continue;
     const double reach = kSearched + c.model.description.objects[object].contact_thickness;
     for (std::uint32_t t = 0; t < s.triangles.size(); ++t) {
       const auto& k = s.triangles[t];

@@ -23,8 +23,6 @@ struct Rows {
         fz(b.row(Block::FZ)) {}
 };
 
-/// Normal force (>= 0) and friction of a unilateral contact with damping: friction is a damper whose force
-/// Coulomb limits, so that it fades to zero with the slip.
 struct Force {
   float normal;
   float tangential[3];  ///< on the tissue
@@ -35,14 +33,13 @@ Force evaluate(float gap, const float v[3], const float n[3], float k, float c, 
   // v: velocity of the tissue relative to the tool; closing speed is v·n.
   Force r{};
   const float closing = v[0] * n[0] + v[1] * n[1] + v[2] * n[2];
-  r.normal = std::max(-k * gap + c * closing, 0.0f);
   const float elastic = -k * gap;
   const float t[3] = {v[0] - closing * n[0], v[1] - closing * n[1], v[2] - closing * n[2]};
   const float speed = std::sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
-  const float limit = mu * r.normal;
-  const float coefficient = speed * grip > limit ? limit / speed : grip;
-  for (int i = 0; i < 3; ++i) r.tangential[i] = -coefficient * t[i];
-  r.heat = static_cast<double>(coefficient) * speed * speed + (r.normal - elastic) * closing;
+  const Pressed<float> law(gap, closing, speed, k, c, grip, mu);
+  r.normal = law.push;
+  for (int i = 0; i < 3; ++i) r.tangential[i] = -law.drag * t[i];
+  r.heat = static_cast<double>(law.drag) * speed * speed + (r.normal - elastic) * closing;
   return r;
 }
 

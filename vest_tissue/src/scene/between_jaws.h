@@ -32,8 +32,7 @@ template <typename Visit>
 void eachBetween(Context& c, const tools::ToolGeometry& g, const JawFrame& frame, double angle, Visit visit) {
   const Eigen::Vector3d axis = frame.world(Eigen::Vector3d(0, 0, -g.jaw_length)),
                         middle = 0.5 * (axis + frame.tip);
-  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
-    if (!c.model.objects[object].net) continue;
+  for (const std::size_t object : c.model.bodies) {
     const ObjectState& s = c.state.objects[object];
     const ObjectScratch& o = c.scratch.objects[object];
     const double reach = g.jaw_length + c.model.objects[object].greatest_edge;

@@ -9,7 +9,6 @@
 #include <Eigen/Geometry>
 
 #include "connections.h"
-#include "fem_cut.h"
 #include "object_arrays.h"
 #include "stages.h"
 #include "vest_tissue/base/nearest.h"
@@ -52,9 +51,8 @@ int exchanges(const WorldModel& m, double dt) {
   for (const int base : {4, 3}) {
     double cost = 0.0;
     bool fits = true;
-    for (std::size_t i = 0; i < m.objects.size(); ++i) {
+    for (const std::size_t i : m.bodies) {
       const ObjectConstants& c = m.objects[i];
-      if (!c.net) continue;
       const int batches = doubled(base, c.exchanges_needed), sub_steps = multipleOf(batches, c.sub_steps);
       fits = fits && !c.fem && sub_steps <= std::max(limit, base);
       cost += static_cast<double>(m.start.objects[i].links.size()) * (sub_steps + batches);
@@ -249,8 +247,10 @@ void fillHeat(const Object& o, ObjectState& s, ObjectConstants& c) {
 }
 
 void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
-  c.net = o.model != ObjectModel::Rigid;
+  c.deforms = o.model != ObjectModel::Rigid;
+  c.body = &kRigidBody;
   c.law = o.law;
+  c.youngs_modulus = o.fem ? o.fem->material.youngs_modulus : o.law.youngs_modulus;
   c.polynomial = o.law.a2 != 0.0 || o.law.a3 != 0.0 || o.law.a4 != 0.0;
   c.tube = net::TubeMap(o.tube.station, o.tube.rings, o.tube.vessel_segment, o.position.size());
   for (std::size_t i = 0; i < o.links.size(); ++i) {
@@ -277,11 +277,11 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
   for (const auto& [knots, all] : edges) {
     const auto back = edges.find({knots.second, knots.first});
     c.closed = c.closed && all.size() == 1 && back != edges.end();
-    if (!c.net || (back != edges.end() && knots.second < knots.first)) continue;
+    if (!c.deforms || (back != edges.end() && knots.second < knots.first)) continue;
     c.edges.push_back(all.front());
     if (back != edges.end()) c.edges.back().beyond = back->second.front().triangle;
   }
-  if (!c.net && !o.contact_triangles.empty()) {
+  if (!c.deforms && !o.contact_triangles.empty()) {
     std::vector<std::array<std::uint32_t, 3>> triangles(s.triangles.begin(), s.triangles.end());
     Eigen::Vector3d low = o.position[0], high = low;
     for (const auto& p : o.position) low = low.cwiseMin(p), high = high.cwiseMax(p);
@@ -298,6 +298,7 @@ std::shared_ptr<fem::TissueModel> boundFem(const Description& d, const Object& o
   c.contact_omega_squared = kContactLeast;
   c.rates.omega_squared = kContactLeast;
   c.fem = tissue;
+  c.body = &kElementsBody;
   s.tissue = fem::tissueAtRest(*tissue, o.position);
   // Elastostatic knots have no inertia: what they answer to held forces is known once dt is shared out.
   if (!s.tissue.dynamic) std::fill_n(s.block.row(Block::kInverseMass), s.block.knots(), 0.0f);
@@ -309,6 +310,7 @@ std::shared_ptr<fem::TissueModel> boundFem(const Description& d, const Object& o
 void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
   solver::BoundScratch scratch(s.block.knotCapacity() + 64);
   const solver::BoundLinks links = boundLinks(s);
+  c.body = &kNetBody;
   c.bound_at_start = solver::linkRates(links, scratch).omega_squared;
   const double power = solver::powerIteration(links, kPowerSweeps);
   c.calibration = c.bound_at_start > 0.0 ? std::min(1.0, kPowerMargin * power / c.bound_at_start) : 1.0;
@@ -324,6 +326,7 @@ void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
   const double slow_needed = dt / (kSlowMargin * solver::longestStep(slow));
   if (!(fast_needed <= limit) || !(slow_needed <= limit)) {
     c.implicit = true;
+    c.body = &kImplicitNetBody;
     c.contact_omega_squared = kContactLeast;
     c.sub_steps = 1;
     c.exchanges_needed = dt / kImplicitStep;
@@ -421,8 +424,7 @@ void buildThreads(WorldModel& m) {
   m.start.threads.rod = m.threads.rods->start;
   placeThreads(m.threads);
   int common = 0;
-  for (const ObjectConstants& c : m.objects)
-    if (c.net) common = std::gcd(common, c.batches);
+  for (const std::size_t i : m.bodies) common = std::gcd(common, m.objects[i].batches);
   if (common == 0) common = m.batches = 4;
   for (m.threads.steps = common; m.threads.steps > 4;) m.threads.steps /= m.threads.steps % 2 == 0 ? 2 : 3;
 }
@@ -441,7 +443,8 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   for (std::size_t i = 0; i < description.objects.size(); ++i) {
     fillState(description.objects[i], m.start.objects[i]);
     fillConstants(description.objects[i], m.start.objects[i], m.objects[i]);
-    if (!m.objects[i].net) continue;
+    if (!m.objects[i].deforms) continue;
+    m.bodies.push_back(i);
     fillHeat(description.objects[i], m.start.objects[i], m.objects[i]);
     buildCut(description.objects[i], m.start.objects[i], m.objects[i].cut);
     if (description.objects[i].fem)
@@ -450,15 +453,12 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
       boundSteps(m.start.objects[i], m.objects[i], description.dt);
   }
   connect(description, m);
-  const bool several =
-      std::count_if(m.objects.begin(), m.objects.end(), [](const auto& c) { return c.net; }) > 1 ||
-      !description.sutures.empty();
+  const bool several = m.bodies.size() > 1 || !description.sutures.empty();
   // Organ against organ is exchanged three or four times a step; finite elements, whose steps are dear,
   // twice.
   const int base = several ? exchanges(m, description.dt) : 1;
-  for (std::size_t i = 0; i < m.objects.size(); ++i) {
+  for (const std::size_t i : m.bodies) {
     ObjectConstants& c = m.objects[i];
-    if (!c.net) continue;
     c.batches = doubled(several ? (tissues[i] ? 2 : base) : 1, c.exchanges_needed);
     c.sub_steps = multipleOf(c.batches, c.sub_steps);
     // A whole part of the exchanges.
@@ -468,7 +468,12 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
     m.start.objects[i].sub_steps = c.sub_steps;
     m.start.objects[i].batches = c.batches;
     m.batches = std::max(m.batches, c.batches);
-    if (!tissues[i]) continue;
+    if (!tissues[i]) {
+      // Of the tissue the order of half its highest mode's. Finite elements tell the stiffness of both.
+      const double own = 0.5 * std::max(c.rates.omega_squared - c.contact_omega_squared, 0.0);
+      c.contact_series = own / (own + c.contact_omega_squared);
+      continue;
+    }
     const double h = description.dt / c.batches;
     fem::prepareTissue(*tissues[i], h);
     ObjectState& s = m.start.objects[i];
@@ -505,17 +510,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     s.near.resize(b.knotCapacity() + 1);
     s.shared.resize(b.knotCapacity() + 1);
     s.bound = solver::BoundScratch(b.knotCapacity() + 64);
-    if (model.objects[i].fem) {
-      s.tissue = fem::TissueScratch(*model.objects[i].fem, b.knotCapacity());
-      s.backup_x.reserve(b.knotCapacity());
-      s.cut_faces.reserve(512), s.cut_knots.reserve(1024), s.doublings.reserve(512);
-      s.cut_roots.resize(model.objects[i].fem->neighbours.size());
-    } else if (model.objects[i].implicit) {
-      // Cuts add knots and couplings, and widen the matrix' envelope: half as much again.
-      const solver::NetView net = netView(model.start.objects[i]);
-      const std::size_t edges = solver::KnotOrder::edgesOf(net);
-      s.implicit = std::make_unique<solver::ImplicitNet>(net, b.knotCapacity(), edges + edges / 2);
-    }
+    model.objects[i].body->reserve(model.objects[i], model.start.objects[i], s);
     s.rings.reserve(model.objects[i].tube, model.description.objects[i].position.size());
     if (model.objects[i].motility.waves.active()) s.active.resize(3 * b.knotCapacity());
   }

@@ -30,19 +30,11 @@ bool onFace(const net::Anchor& a) {
 }
 
 /// s: from the start of a batch of `h` to the mean of the places at which its sub-steps take their forces.
-/// Each takes them where it begins; finite elements do so once.
+/// Each takes them where it begins.
 double untilMean(const Context& c, std::size_t object, double h) {
-  const ObjectState& s = c.state.objects[object];
-  const bool whole = c.model.objects[object].fem || c.model.objects[object].implicit;
   const double each =
-      c.dt / (c.stretch * static_cast<double>(whole ? s.batches : std::max(s.batches, s.sub_steps)));
+      c.dt / (c.stretch * static_cast<double>(c.body(object).stepsOf(c.state.objects[object])));
   return 0.5 * std::max(0.0, h - each);
-}
-
-void addHeld(ObjectState& s, std::uint32_t knot, const Vector3d& f) {
-  s.block.row(Block::HX)[knot] += static_cast<float>(f.x());
-  s.block.row(Block::HY)[knot] += static_cast<float>(f.y());
-  s.block.row(Block::HZ)[knot] += static_cast<float>(f.z());
 }
 
 }  // namespace
@@ -160,12 +152,8 @@ void sever(Context& c, std::size_t n, double force, int instrument) {
   beginDelta(c.state, s.end0.object, delta);
   delta.revision = ++c.state.revision;
   c.deltas->keep();
-  Event e;
-  e.kind = instrument < 0 ? EventKind::Torn : EventKind::Cut;
-  e.step = c.state.step;
-  e.instrument = static_cast<std::int8_t>(instrument);
-  e.object = s.end0.object;
-  e.element = s.end0.knots[0];
+  Event e = eventOf(c, instrument < 0 ? EventKind::Torn : EventKind::Cut, instrument, s.end0.object,
+                    s.end0.knots[0]);
   e.position = placeOf(c.state, s.end0);
   e.force = force;
   emit(c, e);
@@ -194,10 +182,8 @@ void exchange(Context& c, std::size_t n, double h, bool renew, bool due0, bool d
     // An elastostatic end follows at once, without inertia: the force goes over to its new value no faster
     // than the softest answer allows.
     double soft = 0.0;
-    for (const net::Anchor* a : {&s.end0, &s.end1}) {
-      const ObjectState& o = c.state.objects[a->object];
-      if (!o.tissue.x.empty() && !o.tissue.dynamic) soft += c.model.objects[a->object].fem->softest;
-    }
+    for (const net::Anchor* a : {&s.end0, &s.end1})
+      soft += c.body(a->object).softness(c.model.objects[a->object], c.state.objects[a->object]);
     if (soft > 0.0) {
       const Vector3d held = s.force;
       f.spring = held + (k.stiffness * off - held) / (1.0 + k.stiffness * soft);

@@ -27,9 +27,8 @@ void list(std::string* to, const std::string& word) {
 void editableParameters(const World& world, std::vector<EditableParameter>& out) {
   for (const WorldParameter& p : kWorldParameters)
     out.push_back({"", std::string(p.name), std::string(p.unit), p.low, p.high});
-  for (std::size_t i = 0; i < world.objectCount(); ++i) {
+  for (const std::size_t i : world.model().bodies) {
     const ObjectConstants& object = world.model().objects[i];
-    if (!object.net) continue;
     const std::string& name = world.description().objects[i].name;
     const double law = object.law.youngs_modulus;
     if (law > 0) out.push_back({name, "youngs_modulus", "Pa", kLeastScale * law, kGreatestScale * law});

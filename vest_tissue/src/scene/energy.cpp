@@ -12,9 +12,8 @@ Energy World::energy() const {
   Energy e;
   e.work = state.energy.work;
   e.dissipated = state.energy.dissipated;
-  for (std::size_t i = 0; i < state.objects.size(); ++i) {
+  for (const std::size_t i : impl_->model->bodies) {
     const ObjectConstants& constants = impl_->model->objects[i];
-    if (!constants.net) continue;
     const ObjectState& s = state.objects[i];
     const float* const mass = row(s, Block::kMass);
     for (std::uint32_t k = 0; k < s.block.knots(); ++k) {
@@ -23,25 +22,7 @@ Energy World::energy() const {
       e.kinetic += 0.5 * mass[k] * v.squaredNorm();
       e.potential -= mass[k] * state.gravity.dot(knotPosition(s, k));
     }
-    if (constants.fem) {
-      e.elastic += fem::tissueEnergy(*constants.fem, s.tissue);
-      continue;
-    }
-    material::Law law = constants.law;
-    law.youngs_modulus = 1.0;
-    law.max_strain = s.limit_strain;
-    material::Law linear;
-    linear.youngs_modulus = 1.0;
-    for (const NetLink& link : s.links) {
-      const net::KernelLink& l = link.values;
-      if (l.axial == 0.0f) continue;
-      const double length = (knotPosition(s, l.knot1) - knotPosition(s, l.knot0)).norm();
-      e.elastic +=
-          l.axial * l.rest * material::energyDensity(link.by_law ? law : linear, length / l.rest - 1.0);
-    }
-    net::ElementArrays arrays{row(s, Block::X), row(s, Block::Y), row(s, Block::Z), nullptr, nullptr,
-                              nullptr,          nullptr,          nullptr,          nullptr};
-    e.elastic += net::elementEnergy(s.elements, arrays);
+    e.elastic += constants.body->elasticEnergy(constants, s);
   }
   for (std::size_t n = 0; n < state.connections.size(); ++n) {
     const ConnectionState& c = state.connections[n];
@@ -64,13 +45,7 @@ Energy World::energy() const {
   for (std::size_t i = 0; i < state.objects.size(); ++i) {
     const ObjectState& s = state.objects[i];
     for (const auto& c : impl_->scratch.objects[i].contacts) {
-      double gap = -c.reach;
-      for (int axis = 0; axis < 3; ++axis) {
-        double q = 0.0;
-        for (int k = 0; k < 3; ++k)
-          q += c.weights[k] * row(s, static_cast<Block::KnotRow>(Block::X + axis))[c.knots[k]];
-        gap += c.normal[axis] * (c.start[axis] + c.travel[axis] - q);
-      }
+      const double gap = gapOf(s, c);
       if (gap < 0.0) e.elastic += 0.5 * c.stiffness * gap * gap;
     }
     for (const auto& c : impl_->scratch.objects[i].planes) {
@@ -80,11 +55,9 @@ Energy World::energy() const {
     }
   }
   for (const OrganContact& r : impl_->scratch.organ_contacts) {
-    Vector3d off = Vector3d::Zero();
-    for (int k = 0; k < 3; ++k)
-      off += static_cast<double>(r.shares[k]) * knotPosition(state.objects[r.object], r.knots[k]) -
-             static_cast<double>(r.weights[k]) * knotPosition(state.objects[r.other], r.triangle[k]);
-    const double gap = Vector3d(r.normal[0], r.normal[1], r.normal[2]).dot(off) - r.reach;
+    Vector3d off, rate;
+    apart(state, r, off, rate);
+    const double gap = r.normal.cast<double>().dot(off) - r.reach;
     if (gap < 0.0) e.elastic += 0.5 * r.stiffness * gap * gap;
   }
   return e;

@@ -1,9 +1,8 @@
-#include "fem_cut.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "stages.h"
 #include "vest_tissue/fem/tissue_cut.h"
 #include "vest_tissue/scene/topology.h"
 
@@ -15,8 +14,7 @@ using fem::kNoSlot;
 using interaction::BladeSweep;
 using net::Block;
 
-constexpr double kReach = 0.004;  ///< m: a sweep looks this far beyond itself (longest way in a step)
-constexpr double kSlack = 0.03;   ///< of the line between two elements' centres: neighbours overlap by it
+constexpr double kSlack = 0.03;  ///< of the line between two elements' centres: neighbours overlap by it
 constexpr std::uint32_t kNone = ~0u;
 
 /// One object's cut in one step.
@@ -27,11 +25,9 @@ struct Job {
   ObjectScratch& o;
   const fem::TissueModel& tissue;
   TopologyDelta& delta;
-  Vector3d low, high;  ///< of the sweeps, m
-  double area = 0.0;
+  double area = 0.0;  ///< m², newly opened
   std::uint32_t face = kNone;
-  bool electric = false;
-  std::uint8_t instrument = 0;
+  const BladeSweep* by = nullptr;
 };
 
 Vector3d centre(const std::vector<Vector3d>& x, const std::array<fem::Index, 4>& c) {
@@ -41,15 +37,14 @@ Vector3d faceCentre(const std::vector<Vector3d>& x, const std::array<fem::Index,
   return (x[k[0]] + x[k[1]] + x[k[2]]) / 3.0;
 }
 
-bool crossed(const Job& j, const BladeSweep* sweeps, int count, const interaction::MovingSegment& segment,
-             const BladeSweep*& by) {
-  const Vector3d &p = segment.to[0], &q = segment.to[1];
-  if ((p.cwiseMin(q).array() > j.high.array()).any() || (p.cwiseMax(q).array() < j.low.array()).any())
-    return false;
+bool crossed(const Job& j, const interaction::MovingSegment& segment, const BladeSweep*& by) {
+  const interaction::CutScratch& k = j.c.scratch.cut;
   double place;
-  for (int i = 0; i < count; ++i) {
-    if (!sweeps[i].active || !interaction::crosses(sweeps[i], segment, kSlack, place)) continue;
-    by = &sweeps[i];
+  if (!k.swept.holds(segment.to[0], segment.to[1])) return false;
+  for (int i = 0; i < k.sweep_count; ++i) {
+    const BladeSweep& sweep = k.sweeps[static_cast<std::size_t>(i)];
+    if (!sweep.active || !interaction::crosses(sweep, segment, kSlack, place)) continue;
+    by = &sweep;
     return true;
   }
   return false;
@@ -65,16 +60,17 @@ int closedFaces(const Job& j, std::uint32_t e) {
 
 /// Opens the faces between elements whose centres the blade has parted. An element keeps its last hold: a
 /// crumb of the mesh is no piece of tissue, and would fall through what it came from.
-bool openFaces(Job& j, const BladeSweep* sweeps, int count) {
+bool openFaces(Job& j) {
   auto& t = j.s.tissue;
   const auto& before = j.o.backup_x;
   auto& knots = j.o.cut_knots;
   auto& opened = j.o.cut_faces;
   knots.clear(), opened.clear();
-  const Vector3d low = j.low.array() - kReach, high = j.high.array() + kReach;
+  const interaction::SweepBox& reach = j.c.scratch.cut.reach;
   for (std::uint32_t e = 0; e < t.corner.size(); ++e) {
     const Vector3d p = centre(t.x, t.corner[e]);
-    if ((p.array() < low.array() - 0.02).any() || (p.array() > high.array() + 0.02).any()) continue;
+    if ((p.array() < reach.low.array() - 0.02).any() || (p.array() > reach.high.array() + 0.02).any())
+      continue;
     const Vector3d p0 = centre(before, t.corner[e]);
     for (int f = 0; f < 4; ++f) {
       const std::uint32_t other = j.tissue.neighbours[e][static_cast<std::size_t>(f)];
@@ -82,7 +78,7 @@ bool openFaces(Job& j, const BladeSweep* sweeps, int count) {
       if (closedFaces(j, e) < 2 || closedFaces(j, other) < 2) continue;
       const Vector3d q = centre(t.x, t.corner[other]);
       const BladeSweep* by = nullptr;
-      if (!crossed(j, sweeps, count, {{p0, centre(before, t.corner[other])}, {p, q}}, by)) continue;
+      if (!crossed(j, {{p0, centre(before, t.corner[other])}, {p, q}}, by)) continue;
       if (opened.size() == opened.capacity() || knots.size() + 3 > knots.capacity()) return true;
       const std::uint32_t code = fem::faceCode(e, f);
       if (!fem::openFace(j.tissue, t, code)) continue;
@@ -92,8 +88,7 @@ bool openFaces(Job& j, const BladeSweep* sweeps, int count) {
         if (std::find(knots.begin(), knots.end(), n) == knots.end()) knots.push_back(n);
       j.area += 0.5 * (t.x[k[1]] - t.x[k[0]]).cross(t.x[k[2]] - t.x[k[0]]).norm();
       j.face = code;
-      j.electric = by->electric;
-      j.instrument = by->instrument;
+      j.by = by;
     }
   }
   return !opened.empty();
@@ -141,20 +136,12 @@ std::uint32_t vertexOf(Job& j, std::uint32_t knot) {
   return vertex;
 }
 
-void addSkinTriangle(Job& j, std::uint32_t code, std::uint16_t layer) {
+/// Of a face, or of none.
+void addSkinTriangle(Job& j, const std::array<std::uint32_t, 3>& v, std::uint16_t layer, std::uint32_t code) {
   Skin& skin = j.s.topology.skin;
-  if (skin.triangles.size() == skin.triangles.capacity()) {
+  if (std::find(v.begin(), v.end(), kNone) != v.end() || skin.triangles.size() == skin.triangles.capacity()) {
     j.s.degraded = true;
     return;
-  }
-  std::array<std::uint32_t, 3> v{};
-  const auto k = fem::faceKnots(j.s.tissue, code);
-  for (std::size_t e = 0; e < 3; ++e) {
-    v[e] = vertexOf(j, k[e]);
-    if (v[e] == kNone) {
-      j.s.degraded = true;
-      return;
-    }
   }
   skin.triangles.push_back(v);
   skin.layer.push_back(layer);
@@ -162,6 +149,12 @@ void addSkinTriangle(Job& j, std::uint32_t code, std::uint16_t layer) {
   j.s.fem_surface.skin_face.push_back(code);
   j.delta.added_triangles.push_back(v);
   j.delta.added_triangle_layer.push_back(layer);
+}
+
+void addSkinFace(Job& j, std::uint32_t code, std::uint16_t layer) {
+  std::array<std::uint32_t, 3> v = fem::faceKnots(j.s.tissue, code);
+  for (std::uint32_t& k : v) k = vertexOf(j, k);
+  addSkinTriangle(j, v, layer, code);
 }
 
 void removeSkinTriangle(Job& j, std::uint32_t i) {
@@ -239,16 +232,7 @@ void tearSkin(Job& j, std::uint32_t i, std::uint32_t first_new) {
   const std::uint16_t layer = skin.layer[i];
   removeSkinTriangle(j, i);
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    if (a == kNone || b == kNone || c == kNone || skin.triangles.size() == skin.triangles.capacity()) {
-      j.s.degraded = true;
-      return;
-    }
-    skin.triangles.push_back({a, b, c});
-    skin.layer.push_back(layer);
-    j.s.topology.triangle_alive.push_back(1);
-    j.s.fem_surface.skin_face.push_back(kNone);
-    j.delta.added_triangles.push_back({a, b, c});
-    j.delta.added_triangle_layer.push_back(layer);
+    addSkinTriangle(j, {a, b, c}, layer, kNone);
   };
   const auto lip = [&](std::uint32_t in, std::uint32_t out) { return lipVertex(j, in, out, first_new); };
   const std::size_t pair = held[0] ? 0 : held[1] ? 1 : held[2] ? 2 : 3;
@@ -304,7 +288,7 @@ void renewSurface(Job& j) {
       if (same) continue;
       const std::uint16_t layer = skin.layer[i];
       removeSkinTriangle(j, i);
-      addSkinTriangle(j, code, layer);
+      addSkinFace(j, code, layer);
       continue;
     }
     tearSkin(j, i, first_new);
@@ -322,35 +306,7 @@ void renewSurface(Job& j) {
       j.s.triangles.push_back(fem::faceKnots(t, side));
       j.s.triangle_alive.push_back(1);
       surface.triangle_face.push_back(side);
-      addSkinTriangle(j, side, 2);
-    }
-  }
-}
-
-/// Anchors of grasps and connections go with their side of the cut.
-void moveAnchors(Job& j) {
-  const auto& x = j.s.tissue.x;
-  for (const fem::Doubling& d : j.o.doublings) {
-    const net::KnotDoubling cut{d.original, d.copy, d.normal, x[d.original]};
-    interaction::remapClips(j.c.state.fasteners.clips, j.object, cut);
-    for (ConnectionState& n : j.c.state.connections) {
-      for (net::Anchor* a : {&n.end0, &n.end1}) {
-        if (a->object != j.object) continue;
-        Vector3d at = Vector3d::Zero();
-        for (int i = 0; i < 4; ++i)
-          if (a->weights[i] != 0.0) at += a->weights[i] * x[a->knots[i]];
-        net::remap(*a, cut, at);
-      }
-    }
-    for (std::size_t tool = 0; tool < j.c.state.grasps.size(); ++tool) {
-      auto& grasp = j.c.state.grasps[tool];
-      const auto& pose = j.c.state.proxies[tool].pose;
-      for (int i = 0; i < grasp.count; ++i) {
-        auto& a = grasp.anchors[i];
-        if (a.object != j.object || a.knot != d.original) continue;
-        net::Anchor anchor{a.object, {a.knot, 0, 0, 0}, {1, 0, 0, 0}};
-        if (net::remap(anchor, cut, pose.tip + pose.orientation * a.local)) a.knot = anchor.knots[0];
-      }
+      addSkinFace(j, side, 2);
     }
   }
 }
@@ -390,8 +346,8 @@ void fillFemSurface(const fem::TissueModel& tissue, ObjectState& s) {
   f.parts = fem::tissueParts(tissue, s.tissue, root);
 }
 
-void reserveFem(const fem::TissueModel& tissue, ObjectState& s) {
-  const std::size_t knots = s.block.knotCapacity(), faces = 2 * tissue.neighbours.size() + 64;
+void ElementsBody::reserve(const ObjectConstants& k, ObjectState& s) const {
+  const std::size_t knots = s.block.knotCapacity(), faces = 2 * k.fem->neighbours.size() + 64;
   auto& t = s.tissue;
   t.x.reserve(knots), t.v.reserve(knots), t.mass.reserve(knots);
   t.denatured.reserve(t.corner.size());
@@ -410,41 +366,32 @@ void reserveFem(const fem::TissueModel& tissue, ObjectState& s) {
   skin.binding_weights.reserve(skin.binding_weights.size() + knots + 4 * torn);
 }
 
-FemCut cutFem(Context& c, std::size_t object, const BladeSweep* sweeps, int count) {
-  FemCut result;
+void ElementsBody::divide(Context& c, std::size_t object) const {
   ObjectState& s = c.state.objects[object];
   ObjectScratch& o = c.scratch.objects[object];
+  if (!c.scratch.cut.near(o.low, o.high)) return;
   TopologyDelta& delta = c.deltas->next();
   beginDelta(c.state, static_cast<std::uint16_t>(object), delta);
-  Job j{c, static_cast<std::uint16_t>(object), s, o, *c.model.objects[object].fem, delta, {}, {}};
-  j.low.setConstant(1e30), j.high.setConstant(-1e30);
-  for (int i = 0; i < count; ++i) {
-    if (!sweeps[i].active) continue;
-    for (const auto& p : {sweeps[i].from[0], sweeps[i].from[1], sweeps[i].to[0], sweeps[i].to[1]})
-      j.low = j.low.cwiseMin(p), j.high = j.high.cwiseMax(p);
-  }
+  Job j{c, static_cast<std::uint16_t>(object), s, o, *c.model.objects[object].fem, delta};
   // Copies of this very step lie where their originals were.
-  if (o.backup_x.size() != s.tissue.x.size() || !openFaces(j, sweeps, count)) return result;
+  if (o.backup_x.size() != s.tissue.x.size() || !openFaces(j)) return;
   o.doublings.clear();
   if (!fem::divideKnots(j.tissue, s.tissue, o.cut_knots, o.doublings)) s.degraded = true;
   copyKnots(j);
   renewSurface(j);
-  moveAnchors(j);
+  for (const fem::Doubling& d : o.doublings)
+    remapAnchors(c.state, j.object, {d.original, d.copy, d.normal, s.tissue.x[d.original]});
   endDelta(c.state, delta);
   c.deltas->keep();
-  result.area = j.area;
-  result.instrument = j.instrument;
-  result.electric = j.electric;
-  result.place = faceCentre(s.tissue.x, fem::faceKnots(s.tissue, j.face));
-  const auto found =
-      std::find(s.fem_surface.triangle_face.begin(), s.fem_surface.triangle_face.end(), j.face);
-  result.triangle = found == s.fem_surface.triangle_face.end()
-                        ? 0
-                        : static_cast<std::uint32_t>(found - s.fem_surface.triangle_face.begin());
+  const auto& faces = s.fem_surface.triangle_face;
+  const auto found = std::find(faces.begin(), faces.end(), j.face);
+  const auto triangle = found == faces.end() ? 0u : static_cast<std::uint32_t>(found - faces.begin());
+  tellCut(c, object, j.area, triangle, faceCentre(s.tissue.x, fem::faceKnots(s.tissue, j.face)),
+          j.by->instrument, j.by->electric);
   const std::uint32_t parts = fem::tissueParts(j.tissue, s.tissue, o.cut_roots);
-  result.separated = parts > s.fem_surface.parts ? parts - s.fem_surface.parts : 0;
+  if (parts > s.fem_surface.parts)
+    tellSeparated(c, object, parts - s.fem_surface.parts, triangle, j.by->instrument);
   s.fem_surface.parts = parts;
-  return result;
 }
 
 }  // namespace vest::scene

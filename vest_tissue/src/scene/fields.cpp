@@ -9,27 +9,18 @@ namespace vest::scene {
 
 using net::Block;
 
+void World::strain(std::size_t object, float* per_knot) const {
+  const ObjectState& s = impl_->state.objects.at(object);
+  const ObjectConstants& o = impl_->model->objects.at(object);
+  std::fill_n(per_knot, s.block.knots(), 0.0f);
+  o.body->strain(o, s, per_knot);
+}
+
 void World::stress(std::size_t object, float* per_knot) const {
   const ObjectState& s = impl_->state.objects.at(object);
-  const ObjectConstants& constants = impl_->model->objects.at(object);
-  const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
+  const ObjectConstants& o = impl_->model->objects.at(object);
   std::fill_n(per_knot, s.block.knots(), 0.0f);
-  if (constants.fem) return fem::tissueStress(*constants.fem, s.tissue, per_knot);
-  material::Law law = constants.law;
-  law.youngs_modulus *= s.elastic_scale;
-  law.max_strain = s.limit_strain;
-  material::Law linear;
-  linear.youngs_modulus = law.youngs_modulus;
-  for (const NetLink& link : s.links) {
-    const net::KernelLink& l = link.values;
-    if (l.axial == 0.0f) continue;
-    const float dx = x[l.knot1] - x[l.knot0], dy = y[l.knot1] - y[l.knot0], dz = z[l.knot1] - z[l.knot0];
-    const double strain = std::sqrt(dx * dx + dy * dy + dz * dz) / l.rest - 1.0f;
-    const auto value =
-        static_cast<float>(std::fabs(link.stiffen * material::stress(link.by_law ? law : linear, strain)));
-    per_knot[l.knot0] = std::max(per_knot[l.knot0], value);
-    per_knot[l.knot1] = std::max(per_knot[l.knot1], value);
-  }
+  o.body->stress(o, s, per_knot);
 }
 
 void World::field(std::size_t object, Field kind, float* per_knot) const {

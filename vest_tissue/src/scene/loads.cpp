@@ -16,8 +16,8 @@ float boundedDamping(float damping) {
   return std::isfinite(damping) ? std::clamp(damping, 0.0f, kGreatestLoadDamping) : 0.0f;
 }
 
-/// The lift that follows the knot. Elastostatic objects, which have no inertia, would follow it within one
-/// step: theirs is held with the rest.
+/// The lift that follows the knot. What has no inertia would follow it within one step: its own is held with
+/// the rest.
 void takeLift(const KnotLoad& l, float z, HeldLoad::Of& told) {
   if (!(std::fabs(l.stiffness) > 0.0f) || !std::isfinite(l.depth)) return;
   const float stiffness = std::clamp(l.stiffness, -kGreatestLoadStiffness, kGreatestLoadStiffness);
@@ -38,7 +38,7 @@ void takeLoads(Context& c) {
       s.load.left = over;
     }
     for (const KnotLoad& l : in.loads) {
-      if (l.object >= c.state.objects.size() || !c.model.objects[l.object].net) continue;
+      if (l.object >= c.state.objects.size() || !c.model.objects[l.object].deforms) continue;
       ObjectState& s = c.state.objects[l.object];
       if (l.knot >= s.block.knots()) continue;
       if (!s.load.any) std::copy_n(row(s, Block::kDecay), s.block.knots(), s.load.own.begin());
@@ -47,7 +47,7 @@ void takeLoads(Context& c) {
       HeldLoad::Of& told = s.load.told[l.knot];
       for (std::size_t axis = 0; axis < 3; ++axis) told[axis] = bounded(told[axis] + bounded(l.force[axis]));
       told[3] = boundedDamping(told[3] + boundedDamping(l.damping));
-      if (s.tissue.x.empty() || s.tissue.dynamic) takeLift(l, row(s, Block::Z)[l.knot], told);
+      if (c.body(l.object).hasInertia(s)) takeLift(l, row(s, Block::Z)[l.knot], told);
     }
     for (ObjectState& s : c.state.objects) {  // a lift that comes or goes does so at its own level
       if (!s.load.any) continue;

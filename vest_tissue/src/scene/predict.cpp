@@ -12,25 +12,9 @@ namespace {
 using Eigen::Vector3d;
 using net::Block;
 
-constexpr std::uint64_t kBoundEvery = 4;  ///< steps between two looks at an object's strain
-constexpr double kBoundWay = 1e-5;        ///< m: less is no strain worth a look, links are millimetres long
-/// Of the longest edge: way after which an object is looked at before its turn (tuned). Its links may be half
-/// as long again, and the law's tangent many times what the sub-steps were for.
-constexpr double kBoundLeap = 0.25;
 /// m/s: what fluid strikes does not outrun it, however much more a drop weighs than a knot of a thin wall (27
 /// mg against less than 1 mg). No drop is faster (fluid/emit.cpp).
 constexpr double kFastestFluid = 10.0;
-constexpr float kGrowth = 1.2f;  ///< of the tangent, below which the old bound still holds (its margin)
-
-/// Times a step that held forces have to be renewed for the shape and the parts that there are now.
-int exchangesNow(const ObjectConstants& constants, const ObjectState& s, double dt, int most,
-                 solver::BoundScratch& scratch) {
-  const solver::Rates slow = solver::elementRates(s.block, s.elements, scratch);
-  const double needed = dt / (solver::kStepMargin * solver::longestStep(slow));
-  int batches = constants.batches;
-  while (batches < needed && 2 * batches <= most) batches *= 2;
-  return batches;
-}
 
 void applyEdit(Context& c, const ParameterEdit& edit) {
   if (!std::isfinite(edit.value)) return;
@@ -45,7 +29,7 @@ void applyEdit(Context& c, const ParameterEdit& edit) {
     return;
   }
   for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
-    if (c.model.description.objects[i].name != edit.object || !c.model.objects[i].net) continue;
+    if (c.model.description.objects[i].name != edit.object || !c.model.objects[i].deforms) continue;
     ObjectState& s = c.state.objects[i];
     const bool stiffer = edit.parameter == "youngs_modulus", damped = edit.parameter == "damping_scale";
     if (!stiffer && !damped) continue;
@@ -65,7 +49,7 @@ void applyEdit(Context& c, const ParameterEdit& edit) {
 }
 
 void applyImpact(Context& c, const ImpactInput& impact) {
-  if (impact.object >= c.model.objects.size() || !c.model.objects[impact.object].net ||
+  if (impact.object >= c.model.objects.size() || !c.model.objects[impact.object].deforms ||
       !impact.momentum.allFinite())
     return;
   ObjectState& s = c.state.objects[impact.object];
@@ -78,13 +62,7 @@ void applyImpact(Context& c, const ImpactInput& impact) {
     const double speed = std::sqrt(gained.squaredNorm());
     if (!std::isfinite(speed)) continue;
     if (speed > kFastestFluid) gained *= kFastestFluid / speed;
-    if (c.model.objects[impact.object].fem) {  // elastostatic objects have no momentum to take
-      if (s.tissue.dynamic) s.tissue.v[k] += gained;
-      continue;
-    }
-    s.block.row(Block::VX)[k] += static_cast<float>(gained.x());
-    s.block.row(Block::VY)[k] += static_cast<float>(gained.y());
-    s.block.row(Block::VZ)[k] += static_cast<float>(gained.z());
+    c.body(impact.object).accelerate(s, k, gained);
   }
 }
 
@@ -110,66 +88,6 @@ void applyDilatation(Context& c, const DilatationInput& d) {
   }
 }
 
-/// Sub-steps of an object for its present strain. Only numbers of the State enter: re-simulation takes the
-/// same.
-void renewBound(Context& c, std::size_t object) {
-  const ObjectConstants& constants = c.model.objects[object];
-  ObjectState& s = c.state.objects[object];
-  if (!constants.net || constants.fem || constants.implicit) return;
-  const double moved = s.way - std::max(0.0, s.way_bounded), leap = kBoundLeap * constants.greatest_edge;
-  if ((c.state.step + object) % kBoundEvery != 0 && !(leap > 0.0 && moved > leap)) return;
-  const bool scaled =
-      s.elastic_scale > 1.0 || s.damping_scale > 1.0 || s.heat.stiffened || !s.topology.doubled_knots.empty();
-  if (s.way_bounded >= 0.0 && s.way - s.way_bounded < kBoundWay && !scaled && !s.degraded) return;
-  s.way_bounded = s.way;
-  ObjectScratch& o = c.scratch.objects[object];
-  const bool was_degraded = s.degraded;
-  if (s.degraded) {
-    s.degraded = false;
-    s.limit_strain = static_cast<float>(constants.law.max_strain);
-    s.law_links.setMaxStrain(s.limit_strain);
-  }
-  solver::BoundLinks links = boundLinks(s);
-  const auto& a = links.law;
-  const float strain = solver::greatestStrain(links);
-  const float e = std::min(strain, a.max_strain);
-  const float tangent = 1.0f + e * (2 * a.a2 + e * (3 * a.a3 + e * 4 * a.a4));
-  // Removed links leave every bound valid; doubled knots do not.
-  const bool cut = !s.topology.doubled_knots.empty();
-  if (tangent <= kGrowth && strain < 0.5f && !scaled) {
-    s.sub_steps = constants.sub_steps;
-    s.batches = constants.batches;
-    s.bound_strain = 0.0f;
-    return;
-  }
-  const double dt = c.model.description.dt;
-  const int most = static_cast<int>(solver::kSubStepsPerSecond * dt);
-  const int before = s.batches;
-  s.batches = exchangesNow(constants, s, dt, most, o.bound);
-  // The bound of a strain serves for a little more and for somewhat less.
-  if (!scaled && !was_degraded && s.batches == before && strain < 1.05f * s.bound_strain &&
-      strain > 0.8f * s.bound_strain)
-    return;
-  s.bound_strain = strain;
-  const int limit = std::max(s.batches, most / s.batches * s.batches);  // of whole batches
-  int needed = 1;
-  for (int attempt = 0; attempt < 8; ++attempt) {
-    solver::Rates rates = solver::linkRates(links, o.bound);
-    rates.omega_squared =
-        rates.omega_squared * (cut ? 1.0 : constants.calibration) + constants.contact_omega_squared;
-    rates.decay = constants.rates.decay * std::max(1.0, s.damping_scale);
-    needed = solver::subSteps(dt, rates);
-    if (needed <= limit) break;
-    // Declared fallback: the law goes on along its tangent from a smaller strain, softer but bounded.
-    s.degraded = true;
-    s.limit_strain *= 0.5f;
-    s.law_links.setMaxStrain(s.limit_strain);
-    links.law = s.law_links.law();
-  }
-  needed = std::clamp(needed, constants.sub_steps, limit);
-  s.sub_steps = (needed + s.batches - 1) / s.batches * s.batches;
-}
-
 /// Links of objects that tear, stretched further than they bear.
 void tear(Context& c, std::size_t object) {
   const Object& described = c.model.description.objects[object];
@@ -186,11 +104,7 @@ void tear(Context& c, std::size_t object) {
     if (!(dx * dx + dy * dy + dz * dz > most * l.rest * l.rest)) continue;
     if (delta.removed_links.empty()) {
       keepShape(c, object);
-      Event e;
-      e.kind = EventKind::Torn;
-      e.step = c.state.step;
-      e.object = static_cast<std::uint16_t>(object);
-      e.element = static_cast<std::uint32_t>(i);
+      Event e = eventOf(c, EventKind::Torn, -1, object, static_cast<std::uint32_t>(i));
       e.position = 0.5 * (knotPosition(s, l.knot0) + knotPosition(s, l.knot1));
       e.station = stationOf(c.model, c.state, object, {l.knot0, l.knot1, l.knot1}, {0.5, 0.5, 0.0});
       e.area = s.topology.links[i].area;
@@ -218,7 +132,7 @@ double stationOf(const WorldModel& model, const WorldState& state, std::size_t o
 bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& deltas,
                   const TopologyRequest& request, std::uint32_t& copy) {
   if (request.kind == TopologyRequest::Kind::RemoveClip) return false;  // no topology: removeClip
-  if (request.object >= state.objects.size() || !model.objects[request.object].net) return false;
+  if (request.object >= state.objects.size() || !model.objects[request.object].deforms) return false;
   TopologyDelta& delta = deltas.next();
   beginDelta(state, request.object, delta);
   const bool done = request.kind == TopologyRequest::Kind::RemoveLink
@@ -255,11 +169,10 @@ void predict(Context& c) {
     if (request.object < c.state.objects.size()) keepShape(c, request.object);
     applyRequest(c.model, c.state, *c.deltas, request, copy);
   }
-  for (std::size_t i = 0; i < c.model.objects.size(); ++i) {
-    if (c.model.objects[i].net && c.model.description.objects[i].tear_strain > 0.0) tear(c, i);
-  }
+  for (const std::size_t i : c.model.bodies)
+    if (c.model.description.objects[i].tear_strain > 0.0) tear(c, i);
   auto work = [&c](std::size_t object) {
-    renewBound(c, object);
+    c.body(object).renewBound(c, object);
     const Topology& topology = c.state.objects[object].topology;
     const std::size_t knots = c.model.description.objects[object].position.size();
     c.scratch.objects[object].rings.renew(

@@ -15,7 +15,7 @@ void reserveBackup(const WorldModel& model, WorldState& state, WorldScratch& scr
   scratch.kept_motion.reserve(motion.bytes);
   Measure shapes{{{&state, &model}, true, true}};
   for (std::size_t& i = shapes.at.object = 0; i < state.objects.size(); ++i) {
-    if (!model.objects[i].net) continue;
+    if (!model.objects[i].deforms) continue;
     visit(shapes, rule(state.objects[i]));
     visit(shapes, rule(state.objects[i].cut.spare));
   }
@@ -26,7 +26,7 @@ void keepBackup(Context& c) {
   for (std::size_t i = 0; i < c.state.objects.size(); ++i) {
     ObjectScratch& o = c.scratch.objects[i];
     o.shape_kept = o.rings_kept = kNotKept;
-    if (!c.model.objects[i].net) continue;
+    if (!c.model.objects[i].deforms) continue;
     std::memcpy(o.backup.data(), c.state.objects[i].block.motion(), o.backup.size() * sizeof(float));
     o.knots_before = c.state.objects[i].block.knots();
     const auto& x = c.state.objects[i].tissue.x;
@@ -40,7 +40,7 @@ void keepBackup(Context& c) {
 
 void keepShape(Context& c, std::size_t object) {
   ObjectScratch& o = c.scratch.objects[object];
-  if (o.shape_kept != kNotKept || !c.model.objects[object].net) return;
+  if (o.shape_kept != kNotKept || !c.model.objects[object].deforms) return;
   o.shape_kept = c.scratch.kept_shapes.size();
   Writer writer{{{&c.state, &c.model, object}, true, true}, c.scratch.kept_shapes};
   visit(writer, rule(c.state.objects[object]));

@@ -18,8 +18,8 @@ inline constexpr double kAround =
 Eigen::Vector3d placeOf(const ObjectState& s, const interaction::SlingTouch& t);
 /// m, world: the end of the applicator's pusher, which holds the central knot.
 Eigen::Vector3d pusherOf(const interaction::Proxy& proxy);
-/// Length around the ring of knots of the tube in it, m.
-double ringPath(const ObjectState& s, const interaction::Sling& sling);
+/// Length around the ring of knots of the tube in it, m. Per knot its gradient, no unit; null: unwanted.
+double ringPath(const ObjectState& s, const interaction::Sling& sling, Eigen::Vector3d* gradient = nullptr);
 /// Length of the way under the nodes that lie on the organ, on its surface, and over the applicator's knot
 /// where it holds it: m. The thread outside is 2·pi·(its radius) longer. Per place of `loop` its gradient, no
 /// unit.

@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 
+#include "body.h"
 #include "delta_history.h"
 #include "object_arrays.h"
 #include "vest_tissue/base/nearest.h"
@@ -27,7 +28,15 @@ struct Context {
   bool account;  ///< energy accounting
   net::KernelLevel level = net::KernelLevel::Baseline;
   DeltaHistory* deltas = nullptr;
+  const Body& body(std::size_t object) const { return *model.objects[object].body; }
 };
+
+/// Work on all objects that deform, in parallel.
+template <typename Work>
+void eachBody(Context& c, Work work) {
+  auto at = [&](std::size_t i) { work(c.model.bodies[i]); };
+  c.pool.each(c.model.bodies.size(), at);
+}
 
 /// Stages in the order in which a step runs them.
 bool checkInput(const StepInput& input);                      ///< finite numbers, dt in range
@@ -89,15 +98,14 @@ void measureWays(Context& c);
 void findOrganContacts(Context& c);
 void placeTools(Context& c);
 void renewSides(Context& c);
-void advanceFem(Context& c, std::size_t object, int batch);  ///< finite elements: one batch
-/// Order within a batch: 0 elastostatic objects, 1 other finite elements, 2 nets.
-inline int turnOf(const Context& c, std::size_t object) {
-  if (!c.model.objects[object].fem) return 2;
-  return c.state.objects[object].tissue.dynamic ? 1 : 0;
-}
-/// An elastostatic object goes on with inertia: cut, clipped or denatured it is no longer what was inverted.
-void makeDynamic(ObjectState& s);
-void copyTissue(ObjectState& s);  ///< places and velocities into the block
+/// What was cut: work that the blade owes, and an event. `place`: m, of the triangle that was cut last.
+void tellCut(Context& c, std::size_t object, double area, std::uint32_t triangle,
+             const Eigen::Vector3d& place, std::uint8_t instrument, bool electric);
+/// Parts that came off by it: an event each.
+void tellSeparated(Context& c, std::size_t object, std::uint32_t count, std::uint32_t triangle,
+                   std::uint8_t instrument);
+/// Heat between two knots, W/K.
+void exchangeHeat(Context& c, std::size_t object, std::uint32_t p, std::uint32_t q, float conductance);
 
 bool removeClip(Context& c, std::uint64_t id);
 /// No unit, 0 … 1: how much of what they can close clips and slings have closed now.
@@ -124,6 +132,17 @@ inline net::CutRings::Ring ringNow(const Context& c, std::size_t object, std::si
   return c.scratch.objects[object].rings.ring(c.model.objects[object].tube, ring, above);
 }
 
+/// An event of an object in this step.
+inline Event eventOf(const Context& c, EventKind kind, int instrument, std::size_t object,
+                     std::uint32_t element) {
+  Event e;
+  e.kind = kind;
+  e.step = c.state.step;
+  e.instrument = static_cast<std::int8_t>(instrument);
+  e.object = static_cast<std::uint16_t>(object);
+  e.element = element;
+  return e;
+}
 /// An event of the thread that a node belongs to.
 Event threadEvent(const Context& c, EventKind kind, int tool, std::uint32_t node);
 /// Event with room checked: the report's capacity is fixed.
@@ -144,6 +163,46 @@ inline Eigen::Vector3d knotPosition(const ObjectState& s, std::uint32_t k) {
 inline Eigen::Vector3d knotVelocity(const ObjectState& s, std::uint32_t k) {
   using net::Block;
   return {row(s, Block::VX)[k], row(s, Block::VY)[k], row(s, Block::VZ)[k]};
+}
+inline void setMotion(ObjectState& s, std::uint32_t k, const Eigen::Vector3d& place,
+                      const Eigen::Vector3d& velocity) {
+  using net::Block;
+  for (int axis = 0; axis < 3; ++axis) {
+    s.block.row(static_cast<Block::KnotRow>(Block::X + axis))[k] = static_cast<float>(place[axis]);
+    s.block.row(static_cast<Block::KnotRow>(Block::VX + axis))[k] = static_cast<float>(velocity[axis]);
+  }
+}
+/// Adds to the forces that a knot is held with over a batch, N.
+inline void addHeld(ObjectState& s, std::uint32_t k, const Eigen::Vector3d& f) {
+  using net::Block;
+  for (int axis = 0; axis < 3; ++axis)
+    s.block.row(static_cast<Block::KnotRow>(Block::HX + axis))[k] += static_cast<float>(f[axis]);
+}
+/// m: from an object's surface to a tool's at the end of a step.
+inline double gapOf(const ObjectState& s, const contact::ToolContact& t) {
+  Eigen::Vector3d q = Eigen::Vector3d::Zero();
+  for (int e = 0; e < 3; ++e) q += knotPosition(s, t.knots[e]) * static_cast<double>(t.weights[e]);
+  const Eigen::Vector3d normal(t.normal[0], t.normal[1], t.normal[2]),
+      axis(t.start[0] + t.travel[0], t.start[1] + t.travel[1], t.start[2] + t.travel[2]);
+  return normal.dot(axis - q) - t.reach;
+}
+/// Way (m) and velocity (m/s) from the second end of a contact to the first.
+inline void apart(const WorldState& state, const OrganContact& r, Eigen::Vector3d& way,
+                  Eigen::Vector3d& rate) {
+  way.setZero(), rate.setZero();
+  for (std::size_t e = 0; e < 3; ++e)
+    for (std::size_t n = 0; n < 2; ++n) {
+      const ContactEnd& end = r.ends[n];
+      const double w = n == 0 ? end.weights[e] : -end.weights[e];
+      way += w * knotPosition(state.objects[end.object], end.knots[e]);
+      rate += w * knotVelocity(state.objects[end.object], end.knots[e]);
+    }
+}
+/// What tissue or thread does to an instrument at a place: impulse N·s, place m.
+inline void give(contact::ToolLoad& load, const Eigen::Vector3d& impulse, const Eigen::Vector3d& place) {
+  const Eigen::Vector3d moment = place.cross(impulse);
+  load.touched = true;
+  for (int e = 0; e < 3; ++e) load.impulse[e] += impulse[e], load.moment[e] += moment[e];
 }
 /// m, world.
 inline Eigen::Vector3d centreOf(const ObjectState& s, const net::CutRings::Ring& ring) {

@@ -32,8 +32,8 @@ struct Parts {
     for (std::uint32_t i = 0; i < count; ++i) of[i] = i;
     for (std::size_t i = 0; i < state.objects.size(); ++i) {
       const ObjectState& s = state.objects[i];
-      // Finite elements have no tethers that could go; what hangs on them is held as long as they are there.
-      const bool whole = !model.objects[i].net || model.objects[i].fem;
+      // What has no tethers that could go holds what hangs on it as long as it is there.
+      const bool whole = !model.objects[i].body->tethered();
       for (std::uint32_t k = 0; k < s.block.knots(); ++k)
         if (whole || s.fixed[k]) join(0, number(i, k));
       if (whole) continue;
@@ -81,7 +81,7 @@ void findFloating(WorldModel& m) {
   const Parts parts{m, m.start, of, first};
   parts.find();
   for (std::size_t i = 0; i < m.objects.size(); ++i) {
-    const std::size_t count = m.objects[i].net ? m.start.objects[i].block.knots() : 0;
+    const std::size_t count = m.objects[i].deforms ? m.start.objects[i].block.knots() : 0;
     m.objects[i].floats = count > 0;
     for (std::uint32_t k = 0; k < count && m.objects[i].floats; ++k)
       m.objects[i].floats = parts.root(parts.number(i, k)) != 0;

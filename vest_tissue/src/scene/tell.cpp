@@ -55,16 +55,9 @@ void tell(Context& c) {
       stiffness += series * full(load.stiffness);
       damping += full(load.damping);
     };
-    for (std::size_t i = 0; i < c.scratch.objects.size();
-         ++i) {  // objects in order: the same sum for any threads
-      // Contact springs in series with the tissue that they push on, whose own stiffness is of the order of
-      // half its highest mode's.
-      const ObjectConstants& k = c.model.objects[i];
-      const double own = 0.5 * std::max(k.rates.omega_squared - k.contact_omega_squared, 0.0);
-      // Finite elements tell the stiffness of both.
-      const double series = k.fem ? 1.0 : own / (own + k.contact_omega_squared);
-      add(c.scratch.objects[i].loads.tools[t], series);
-    }
+    // Objects in order: the same sum for any threads.
+    for (const std::size_t i : c.model.bodies)
+      add(c.scratch.objects[i].loads.tools[t], c.model.objects[i].contact_series);
     if (c.scratch.threads) add(c.scratch.threads->loads.tools[t], 1.0);
     const Vector3d torque = moment - tip.cross(force);
     proxy.force = force;

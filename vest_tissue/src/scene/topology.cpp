@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "connections.h"
+
 namespace vest::scene {
 
 namespace {
@@ -179,11 +181,6 @@ bool moveLinkEnd(WorldState& state, std::uint16_t object, std::uint32_t link, st
 
 namespace {
 
-Eigen::Vector3d placeOf(const ObjectState& s, std::uint32_t k) {
-  using net::Block;
-  return {s.block.row(Block::X)[k], s.block.row(Block::Y)[k], s.block.row(Block::Z)[k]};
-}
-
 /// Skin vertices on the copy's side hang on the copy.
 void rebindSkin(ObjectState& s, const net::KnotDoubling& cut, TopologyDelta& delta) {
   Skin& skin = s.topology.skin;
@@ -193,7 +190,7 @@ void rebindSkin(ObjectState& s, const net::KnotDoubling& cut, TopologyDelta& del
     if (std::find(begin, end, cut.original) == end) continue;
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
     for (std::uint32_t e = first; e < last; ++e) {
-      at += static_cast<double>(skin.binding_weights[e]) * placeOf(s, skin.binding_knots[e]);
+      at += static_cast<double>(skin.binding_weights[e]) * knotPosition(s, skin.binding_knots[e]);
     }
     if (!(cut.plane_normal.dot(at - cut.plane_point) > 0.0)) continue;
     std::replace(begin, end, cut.original, cut.copy);
@@ -207,24 +204,24 @@ void rebindSkin(ObjectState& s, const net::KnotDoubling& cut, TopologyDelta& del
   }
 }
 
-void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubling& cut) {
+}  // namespace
+
+void remapFasteners(WorldState& state, std::uint16_t object, const net::KnotDoubling& cut) {
   const ObjectState& s = state.objects[object];
-  for (ConnectionState& c : state.connections) {
-    for (net::Anchor* a : {&c.end0, &c.end1}) {
-      if (a->object != object) continue;
-      Eigen::Vector3d at = Eigen::Vector3d::Zero();
-      for (int i = 0; i < 4; ++i)
-        if (a->weights[i] != 0.0) at += a->weights[i] * placeOf(s, a->knots[i]);
-      net::remap(*a, cut, at);
-    }
-  }
   for (interaction::Sling& sling : state.fasteners.slings) {
     if (!sling.alive || !sling.around || sling.object != object) continue;
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-    for (int i = 0; i < sling.count; ++i) middle += placeOf(s, sling.knots[i]) / sling.count;
+    for (int i = 0; i < sling.count; ++i) middle += knotPosition(s, sling.knots[i]) / sling.count;
     interaction::remapSling(sling, cut, middle);
   }
   interaction::remapClips(state.fasteners.clips, object, cut);
+}
+
+void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubling& cut) {
+  remapFasteners(state, object, cut);
+  for (ConnectionState& c : state.connections)
+    for (net::Anchor* a : {&c.end0, &c.end1})
+      if (a->object == object) net::remap(*a, cut, footOf(state, *a));
   for (std::size_t t = 0; t < state.grasps.size(); ++t) {
     const auto& pose = state.proxies[t].pose;
     auto& grasp = state.grasps[t];
@@ -238,17 +235,15 @@ void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubli
   }
 }
 
-}  // namespace
-
 bool splitKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, const Eigen::Vector3d& normal,
                std::uint32_t& copy, TopologyDelta& delta) {
   ObjectState& s = state.objects[object];
   if (!(normal.squaredNorm() > 0.0) || !normal.allFinite() || knot >= s.block.knots()) return false;
-  const Eigen::Vector3d place = placeOf(s, knot);
+  const Eigen::Vector3d place = knotPosition(s, knot);
   const auto beyond = [&](auto first, auto last) {  // the others of an element lie beyond the plane
     double sum = 0.0;
     for (; first != last; ++first)
-      if (*first != knot) sum += normal.dot(placeOf(s, *first) - place);
+      if (*first != knot) sum += normal.dot(knotPosition(s, *first) - place);
     return sum > 0.0;
   };
   // The mass goes with the tissue. Where there is none on one side, nothing is divided.

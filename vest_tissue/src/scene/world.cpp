@@ -170,31 +170,13 @@ Eigen::Vector3d World::knotAt(std::size_t object, std::size_t knot) const {
   return {s.block.row(Block::X)[k], s.block.row(Block::Y)[k], s.block.row(Block::Z)[k]};
 }
 
-void World::strain(std::size_t object, float* per_knot) const {
-  const ObjectState& s = impl_->state.objects.at(object);
-  const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
-  std::fill_n(per_knot, s.block.knots(), 0.0f);
-  if (const auto& tissue = impl_->model->objects.at(object).fem) {
-    fem::tissueStrain(*tissue, s.tissue, per_knot);
-    return;
-  }
-  for (const NetLink& link : s.links) {
-    const net::KernelLink& l = link.values;
-    if (l.axial == 0.0f) continue;
-    const float dx = x[l.knot1] - x[l.knot0], dy = y[l.knot1] - y[l.knot0], dz = z[l.knot1] - z[l.knot0];
-    const float value = std::fabs(std::sqrt(dx * dx + dy * dy + dz * dz) / l.rest - 1.0f);
-    per_knot[l.knot0] = std::max(per_knot[l.knot0], value);
-    per_knot[l.knot1] = std::max(per_knot[l.knot1], value);
-  }
-}
-
 Eigen::Vector3d World::reaction(std::size_t object) const {
   // Force of the attachments on the object: what tethers pull, and the opposite of what loads each fixed
   // knot.
   const ObjectState& s = impl_->state.objects.at(object);
   const ObjectConstants& constants = impl_->model->objects.at(object);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  if (!constants.net) return sum;
+  if (!constants.deforms) return sum;
   sum = impl_->scratch.objects[object].reaction;
   for (const net::Tether& t : s.elements.tethers) {
     if (s.fixed[t.knot]) continue;

@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "delta_history.h"
-#include "fem_cut.h"
 #include "stages.h"
 #include "vest_tissue/solver/pool.h"
 
@@ -29,8 +28,7 @@ struct World::Impl {
     state.sides.reserve(2048);
     state.threads.touches.reserve(model->threads.room());
     if (!model->threads.first_point.empty()) state.threads.channels.reserve(interaction::kMaxChannels);
-    for (std::size_t i = 0; i < state.objects.size(); ++i) {
-      if (!model->objects[i].net) continue;
+    for (const std::size_t i : model->bodies) {
       ObjectState& s = state.objects[i];
       const auto room = [](auto& v, std::size_t most) { v.reserve(2 * most + 64); };
       const std::size_t links = model->start.objects[i].topology.links.size();
@@ -39,7 +37,7 @@ struct World::Impl {
       room(s.elements.bending, s.elements.bending.size()),
           room(s.elements.plastic, s.elements.plastic.size());
       room(s.elements.tethers, s.elements.tethers.size());
-      if (model->objects[i].fem) reserveFem(*model->objects[i].fem, s);
+      model->objects[i].body->reserve(model->objects[i], s);
       s.fixed.reserve(s.block.knotCapacity()), s.topology.doubled_knots.reserve(s.block.knotCapacity());
     }
     reserveCut(*model, state);

@@ -29,7 +29,7 @@ constexpr double kNeedleDrag = 20.0, kSmoothDrag = 5.0, kBraidDrag = 15.0;
 bool isSolid(const Context& c, std::size_t object) {
   const ObjectConstants& o = c.model.objects[object];
   const Object& d = c.model.description.objects[object];
-  return o.fem != nullptr || (o.closed && d.wall_thickness == 0.0);
+  return o.body->filled() || (o.closed && d.wall_thickness == 0.0);
 }
 double wallOf(const Context& c, std::size_t object) {
   return std::max(kWall, c.model.description.objects[object].wall_thickness);

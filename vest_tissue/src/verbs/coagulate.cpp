@@ -18,7 +18,6 @@ using net::Block;
 
 constexpr std::uint64_t kLinkEvery = 16;  ///< steps between two renewals of what denaturation does to links
 constexpr double kCold = 1e-3;            ///< K: an object nowhere warmer is at body temperature again
-constexpr double kNoticed = 1e-3;         ///< of denaturation: elements with less are as healthy ones
 constexpr double kTellEvery = 1.0;        ///< s between two events of one activation
 
 const interaction::ColumnShape& shapeOf(const Context& c, std::size_t object, std::uint32_t knot) {
@@ -43,15 +42,8 @@ void monopolar(Context& c, int tool, Electrode& e) {
   constexpr int kFirstWire = 2;  // capsules of the hook: shaft, ceramic neck, then the bare wire
   const double energy = c.state.electrosurgery.monopolar_power * c.dt;
   const auto touches = [&](std::size_t object, const contact::ToolContact& t) {
-    if (t.tool != tool || t.capsule < kFirstWire) return false;
-    double gap = -t.reach;
-    for (int i = 0; i < 3; ++i) {
-      const auto k = static_cast<Eigen::Index>(i);
-      double q = 0.0;
-      for (int n = 0; n < 3; ++n) q += t.weights[n] * knotPosition(c.state.objects[object], t.knots[n])[k];
-      gap += t.normal[i] * (t.start[i] + t.travel[i] - q);
-    }
-    return gap < interaction::kElectrodeReach;
+    return t.tool == tool && t.capsule >= kFirstWire &&
+           gapOf(c.state.objects[object], t) < interaction::kElectrodeReach;
   };
   int count = 0;
   for (std::size_t object = 0; object < c.model.objects.size(); ++object)
@@ -91,12 +83,7 @@ Eigen::Vector3d placeOf(const Context& c, const Electrode& e) {
 }
 
 Event eventOf(const Context& c, int tool, const Electrode& e) {
-  Event event;
-  event.kind = EventKind::Coagulated;
-  event.step = c.state.step;
-  event.instrument = static_cast<std::int8_t>(tool);
-  event.object = e.object;
-  event.element = e.element;
+  Event event = eventOf(c, EventKind::Coagulated, tool, e.object, e.element);
   event.barycentric = {e.weights[0], e.weights[1], e.weights[2], 0.0};
   event.position = placeOf(c, e);
   event.station =
@@ -149,45 +136,14 @@ void crush(Context& c) {
   }
 }
 
-/// Heat between two knots, layer by layer.
-void exchangeHeat(Context& c, std::size_t object, std::uint32_t p, std::uint32_t q, float conductance) {
-  HeatState& heat = c.state.objects[object].heat;
-  HeatColumn &a = heat.columns[p], &b = heat.columns[q];
-  if (a.excess == b.excess) return;  // nearly all pairs: both at body temperature
-  const double specific = c.model.objects[object].heat.material.heat_capacity;
-  const float* const mass = row(c.state.objects[object], Block::kMass);
-  const auto &sa = shapeOf(c, object, p), &sb = shapeOf(c, object, q);
-  for (std::size_t layer = 0; layer < interaction::kThermalLayers; ++layer) {
-    const double share = std::min(sa.share[layer], sb.share[layer]);
-    if (!(share > 0.0)) continue;
-    const double ca = specific * mass[p] * sa.share[layer], cb = specific * mass[q] * sb.share[layer];
-    const double flow =
-        interaction::exchange(conductance * share, a.excess[layer], b.excess[layer], ca, cb, c.dt);
-    a.excess[layer] += flow / ca;
-    b.excess[layer] -= flow / cb;
-  }
-}
-
-/// Heat flow of one object: along the links or the edges of the elements, then each column.
+/// Heat flow of one object: between its knots, then each column.
 void conduct(Context& c, std::size_t object) {
   ObjectState& s = c.state.objects[object];
   HeatState& heat = s.heat;
   if (!heat.warm) return;
   const HeatModel& model = c.model.objects[object].heat;
   const float* const mass = row(s, Block::kMass);
-  for (const NetLink& l : s.links) {
-    if (l.conductance == 0.0f || (l.values.axial == 0.0f && l.values.damping == 0.0f)) continue;
-    exchangeHeat(c, object, l.values.knot0, l.values.knot1, l.conductance);
-  }
-  for (std::size_t e = 0; e < s.tissue.corner.size(); ++e) {
-    const auto& knots = s.tissue.corner[e];
-    const auto warm = [&](fem::Index k) { return heat.columns[k].excess != decltype(HeatColumn::excess){}; };
-    if (!warm(knots[0]) && !warm(knots[1]) && !warm(knots[2]) && !warm(knots[3])) continue;
-    for (std::size_t i = 6 * e; i < 6 * e + 6; ++i) {
-      const interaction::ElementEdge& edge = model.element_edges[i];
-      exchangeHeat(c, object, knots[edge.corner0], knots[edge.corner1], edge.conductance);
-    }
-  }
+  c.body(object).conduct(c, object);
   double warmest = 0.0;
   for (std::uint32_t k = 0; k < s.block.knots(); ++k) {
     HeatColumn& column = heat.columns[k];
@@ -207,44 +163,6 @@ void conduct(Context& c, std::size_t object) {
   }
 }
 
-/// Elements follow the mean of their corners. An elastostatic object goes on by backward Euler: its inverse
-/// is that of the healthy tissue.
-void shrinkElements(ObjectState& s) {
-  fem::TissueState& t = s.tissue;
-  if (t.corner.empty()) return;
-  bool any = !t.denatured.empty();
-  for (std::size_t k = 0; k < t.x.size() && !any; ++k) any = s.heat.columns[k].denatured > kNoticed;
-  if (!any) return;
-  if (t.denatured.empty()) {
-    makeDynamic(s);
-    t.denatured.resize(t.corner.size(), 0.0f);
-  }
-  for (std::size_t e = 0; e < t.corner.size(); ++e) {
-    double sum = 0.0;
-    for (const fem::Index k : t.corner[e]) sum += s.heat.columns[k].denatured;
-    t.denatured[e] = static_cast<float>(0.25 * sum);
-  }
-}
-
-/// Denatured links and elements are shorter and stiffer.
-void shrink(ObjectState& s) {
-  shrinkElements(s);
-  for (std::size_t i = 0; i < s.links.size(); ++i) {
-    NetLink& l = s.links[i];
-    if (l.values.axial == 0.0f) continue;
-    const double part =
-        0.5 * (s.heat.columns[l.values.knot0].denatured + s.heat.columns[l.values.knot1].denatured);
-    const float shorter = static_cast<float>(1.0 - interaction::kShrinkage * part),
-                stiffer = static_cast<float>(1.0 + interaction::kStiffening * part);
-    if (std::fabs(stiffer - l.stiffen) < 1e-3f) continue;
-    setLink(s, i, l.values.axial * (stiffer / l.stiffen), l.values.rest * (shorter / l.shrink),
-            l.values.damping);
-    l.shrink = shorter;
-    l.stiffen = stiffer;
-    s.heat.stiffened = true;
-  }
-}
-
 /// A vessel whose wall is denatured all around is closed.
 void seal(Context& c, std::size_t object) {
   ObjectState& s = c.state.objects[object];
@@ -260,11 +178,7 @@ void seal(Context& c, std::size_t object) {
     for (const auto k : ring) all = all && s.heat.columns[k].denatured >= interaction::kSealed;
     if (!all) continue;
     s.heat.sealed[r] |= bits;
-    Event e;
-    e.kind = EventKind::Coagulated;
-    e.step = c.state.step;
-    e.object = static_cast<std::uint16_t>(object);
-    e.element = ring.knots[0];
+    Event e = eventOf(c, EventKind::Coagulated, -1, object, ring.knots[0]);
     for (const auto k : ring) e.position += knotPosition(s, k) / static_cast<double>(ring.count);
     e.station = tube.station(r);
     e.area = 0.0;
@@ -283,16 +197,33 @@ void seal(Context& c, std::size_t object) {
 
 }  // namespace
 
+/// Layer by layer.
+void exchangeHeat(Context& c, std::size_t object, std::uint32_t p, std::uint32_t q, float conductance) {
+  HeatState& heat = c.state.objects[object].heat;
+  HeatColumn &a = heat.columns[p], &b = heat.columns[q];
+  if (a.excess == b.excess) return;  // nearly all pairs: both at body temperature
+  const double specific = c.model.objects[object].heat.material.heat_capacity;
+  const float* const mass = row(c.state.objects[object], Block::kMass);
+  const auto &sa = shapeOf(c, object, p), &sb = shapeOf(c, object, q);
+  for (std::size_t layer = 0; layer < interaction::kThermalLayers; ++layer) {
+    const double share = std::min(sa.share[layer], sb.share[layer]);
+    if (!(share > 0.0)) continue;
+    const double ca = specific * mass[p] * sa.share[layer], cb = specific * mass[q] * sb.share[layer];
+    const double flow =
+        interaction::exchange(conductance * share, a.excess[layer], b.excess[layer], ca, cb, c.dt);
+    a.excess[layer] += flow / ca;
+    b.excess[layer] -= flow / cb;
+  }
+}
+
 void stepHeat(Context& c) {
   electrodes(c);
   crush(c);
-  auto work = [&c](std::size_t object) {
-    if (!c.model.objects[object].net) return;
+  eachBody(c, [&c](std::size_t object) {
     conduct(c, object);
     if (c.state.step % kLinkEvery == 0 && c.state.objects[object].heat.denaturing)
-      shrink(c.state.objects[object]);
-  };
-  c.pool.each(c.model.objects.size(), work);
+      c.body(object).denature(c.state.objects[object]);
+  });
   if (c.state.step % kLinkEvery != 0) return;
   for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
     HeatState& h = c.state.objects[object].heat;

@@ -3,7 +3,6 @@
 #include <limits>
 
 #include "../scene/connections.h"
-#include "../scene/fem_cut.h"
 #include "cut_job.h"
 
 namespace vest::scene {
@@ -17,22 +16,12 @@ using interaction::CutTrack;
 using interaction::kNone;
 using net::Block;
 
-constexpr double kReach =
-    0.004;  ///< m: a sweep looks this far beyond itself for edges (longest way in a step)
 constexpr double kSlack = 1e-3;  ///< of an edge: neighbours overlap by it, so that no crossing is lost
 /// The cutting force of a track is spread over this way of the blade (m, ours): tracks come in pieces.
 constexpr double kSpread = 0.001;
 /// The share of the toughness that a cutting current leaves to the hand; assumed: it vaporises its way.
 constexpr double kElectricShare = 0.1;
 constexpr double kSlowest = 1e-3;  ///< m/s: below it the cutting force fades with the speed (tuned)
-
-struct Box {
-  Vector3d low = Vector3d::Constant(1e30), high = Vector3d::Constant(-1e30);
-  void add(const Vector3d& p) { low = low.cwiseMin(p), high = high.cwiseMax(p); }
-  bool holds(const Vector3d& a, const Vector3d& b) const {  // the box of two points touches it
-    return (a.cwiseMin(b).array() <= high.array()).all() && (a.cwiseMax(b).array() >= low.array()).all();
-  }
-};
 
 interaction::MovingSegment edgeOf(const CutJob& j, std::uint32_t a, std::uint32_t b) {
   const float* const before = j.c.scratch.objects[j.object].backup.data();
@@ -43,10 +32,9 @@ interaction::MovingSegment edgeOf(const CutJob& j, std::uint32_t a, std::uint32_
 }
 
 /// The first active sweep that crosses the edge a…b, told from a to b whichever way round it is asked.
-const BladeSweep* crossedBy(const CutJob& j, const Box& box, std::uint32_t a, std::uint32_t b,
-                            double& place) {
+const BladeSweep* crossedBy(const CutJob& j, std::uint32_t a, std::uint32_t b, double& place) {
   const auto edge = edgeOf(j, std::min(a, b), std::max(a, b));
-  if (!box.holds(edge.to[0], edge.to[1])) return nullptr;
+  if (!j.k.reach.holds(edge.to[0], edge.to[1])) return nullptr;
   for (int i = 0; i < j.k.sweep_count; ++i) {
     const BladeSweep& sweep = j.k.sweeps[static_cast<std::size_t>(i)];
     if (!sweep.active || !interaction::crosses(sweep, edge, kSlack, place)) continue;
@@ -57,18 +45,18 @@ const BladeSweep* crossedBy(const CutJob& j, const Box& box, std::uint32_t a, st
 }
 
 /// Finds crossed edges. Returns whether there are any new ones.
-bool detect(CutJob& j, const Box& box, std::uint8_t& instrument) {
+bool detect(CutJob& j, std::uint8_t& instrument) {
   bool found = false;
   for (std::uint32_t t = 0; t < j.s.triangles.size(); ++t) {
     const auto& knots = j.s.triangles[t];
     if (!j.s.triangle_alive[t]) continue;
     const Vector3d p0 = knotPosition(j.s, knots[0]), p1 = knotPosition(j.s, knots[1]),
                    p2 = knotPosition(j.s, knots[2]);
-    if (!box.holds(p0.cwiseMin(p1).cwiseMin(p2), p0.cwiseMax(p1).cwiseMax(p2))) continue;
+    if (!j.k.reach.holds(p0.cwiseMin(p1).cwiseMin(p2), p0.cwiseMax(p1).cwiseMax(p2))) continue;
     for (std::uint8_t e = 0; e < 3; ++e) {
       if (j.cut.line[t] >> e & 1u) continue;
       double place = 0.0;
-      const BladeSweep* const sweep = crossedBy(j, box, knots[e], knots[(e + 1) % 3], place);
+      const BladeSweep* const sweep = crossedBy(j, knots[e], knots[(e + 1) % 3], place);
       if (sweep == nullptr) continue;
       const bool known = std::any_of(j.cut.crossings.begin(), j.cut.crossings.end(),
                                      [&](const CutCrossing& x) { return x.triangle == t && x.edge == e; });
@@ -273,152 +261,32 @@ double cutThrough(CutJob& j, std::uint32_t& element) {
 }
 
 /// Links that no surface tells the side of (cords, inner knots) die when the blade crosses them.
-bool cutCords(CutJob& j, const Box& box) {
+bool cutCords(CutJob& j) {
   bool any = false;
   for (std::uint32_t i = 0; i < j.s.topology.links.size(); ++i) {
     const Link& l = j.s.topology.links[i];
     if (!j.s.topology.link_alive[i]) continue;
     if (j.begin(l.knot0) != j.end(l.knot0) && j.begin(l.knot1) != j.end(l.knot1)) continue;
     double place;
-    if (crossedBy(j, box, l.knot0, l.knot1, place) == nullptr) continue;
+    if (crossedBy(j, l.knot0, l.knot1, place) == nullptr) continue;
     any = removeLink(j.c.state, j.object, i, j.delta) || any;
   }
   return any;
 }
 
 /// Connections that the blade passes between their ends come loose.
-void cutConnections(Context& c, const Box& box) {
+void cutConnections(Context& c) {
   for (std::size_t at = 0; at < c.state.connections.size(); ++at) {
     const ConnectionState& n = c.state.connections[at];
     if (!n.alive) continue;
     const Vector3d p = footOf(c.state, n.end0), q = footOf(c.state, n.end1);
-    if (!box.holds(p, q)) continue;
+    if (!c.scratch.cut.reach.holds(p, q)) continue;
     double place;
     for (int i = 0; i < c.scratch.cut.sweep_count && n.alive; ++i) {
       const BladeSweep& sweep = c.scratch.cut.sweeps[static_cast<std::size_t>(i)];
       if (!sweep.active || !interaction::crosses(sweep, {{p, q}, {p, q}}, 0.0, place)) continue;
       sever(c, at, 0.0, sweep.instrument);
     }
-  }
-}
-
-void tellCut(CutJob& j, double area, std::uint32_t element, std::uint8_t instrument, bool electric) {
-  CuttingTool& tool = j.c.state.cutting.tools[instrument];
-  const double energy = j.constants.toughness * area;
-  tool.owed += electric ? kElectricShare * energy : energy;
-  tool.object = j.object;
-  tool.element = element;
-  const auto& t = j.s.triangles[element];
-  tool.place = (knotPosition(j.s, t[0]) + knotPosition(j.s, t[1]) + knotPosition(j.s, t[2])) / 3.0;
-  j.cut.area += area;
-  j.cut.energy += energy;
-  Event e;
-  e.kind = EventKind::Cut;
-  e.step = j.c.state.step;
-  e.instrument = static_cast<std::int8_t>(instrument);
-  e.object = j.object;
-  e.element = element;
-  e.barycentric = {1.0 / 3, 1.0 / 3, 1.0 / 3, 0.0};
-  e.position = tool.place;
-  e.station = stationOf(j.c.model, j.c.state, j.object, t, {1.0 / 3, 1.0 / 3, 1.0 / 3});
-  e.area = area;
-  e.force = tool.owed / kSpread;
-  e.energy = energy;
-  emit(j.c, e);
-}
-
-/// Finite elements are divided along their faces (scene/fem_cut.h); the hand and the events are the same.
-void cutElements(Context& c, std::size_t object, const Box& box) {
-  const ObjectScratch& o = c.scratch.objects[object];
-  const Vector3d low = o.low.cast<double>().array() - kReach, high = o.high.cast<double>().array() + kReach;
-  if (!box.holds(low, high)) return;
-  const FemCut f = cutFem(c, object, c.scratch.cut.sweeps.data(), c.scratch.cut.sweep_count);
-  if (!(f.area > 0.0)) return;
-  ObjectState& s = c.state.objects[object];
-  CuttingTool& tool = c.state.cutting.tools[f.instrument];
-  const double energy = c.model.objects[object].cut.toughness * f.area;
-  tool.owed += f.electric ? kElectricShare * energy : energy;
-  tool.object = static_cast<std::uint16_t>(object);
-  tool.element = f.triangle;
-  tool.place = f.place;
-  s.cut.area += f.area;
-  s.cut.energy += energy;
-  Event e;
-  e.kind = EventKind::Cut;
-  e.step = c.state.step;
-  e.instrument = static_cast<std::int8_t>(f.instrument);
-  e.object = tool.object;
-  e.element = f.triangle;
-  e.barycentric = {1.0 / 3, 1.0 / 3, 1.0 / 3, 0.0};
-  e.position = f.place;
-  e.station = std::numeric_limits<double>::quiet_NaN();
-  e.area = f.area;
-  e.force = tool.owed / kSpread;
-  e.energy = energy;
-  emit(c, e);
-  e.kind = EventKind::Separated;
-  e.area = s.cut.area;
-  for (std::uint32_t n = 0; n < f.separated; ++n) emit(c, e);
-}
-
-void cutObject(Context& c, std::size_t object, const Box& box) {
-  if (c.model.objects[object].fem) {
-    cutElements(c, object, box);
-    return;
-  }
-  if (!c.model.objects[object].cut.possible) return;
-  const ObjectScratch& o = c.scratch.objects[object];
-  const Vector3d low = o.low.cast<double>().array() - kReach, high = o.high.cast<double>().array() + kReach;
-  const bool near = box.holds(low, high);
-  if (!near && !c.state.objects[object].cut.unfinished) return;
-  TopologyDelta& delta = c.deltas->next();
-  beginDelta(c.state, static_cast<std::uint16_t>(object), delta);
-  CutJob j(c, object, delta);
-  std::uint8_t instrument = 0;
-  std::uint32_t element = kNone;
-  j.k.work.clear();
-  const std::uint32_t parts = j.cut.parts;
-  bool changed = false;
-  const bool found = near && detect(j, box, instrument);
-  if (found || near || j.cut.unfinished) {
-    if (found || j.cut.unfinished || !j.s.topology.links.empty()) {
-      renewVersions(j);
-      renewIncident(j);
-    }
-    if (near) changed = cutCords(j, box);
-  }
-  if (found) {
-    const double area = cutThrough(j, element);
-    if (element != kNone) {
-      const bool electric = std::any_of(
-          j.k.sweeps.begin(), j.k.sweeps.begin() + j.k.sweep_count,
-          [&](const BladeSweep& sweep) { return sweep.instrument == instrument && sweep.electric; });
-      tellCut(j, area, element, instrument, electric);
-      changed = divideNet(j) || changed;
-    }
-  }
-  if (changed || j.cut.unfinished) {
-    divideElements(j);
-    openSkin(j);
-    changed = !delta.removed_links.empty() || !delta.doubled_knots.empty() ||
-              !delta.added_triangles.empty() || !delta.rebound_vertices.empty();
-  }
-  if (!changed) return;
-  endDelta(c.state, delta);
-  c.deltas->keep();
-  for (std::uint32_t n = parts; n < j.cut.parts; ++n) {
-    Event e;
-    e.kind = EventKind::Separated;
-    e.step = c.state.step;
-    e.instrument = static_cast<std::int8_t>(instrument);
-    e.object = j.object;
-    e.element = element == kNone ? 0 : element;
-    e.position = c.state.cutting.tools[instrument].place;
-    e.station = element == kNone ? std::numeric_limits<double>::quiet_NaN()
-                                 : stationOf(c.model, c.state, object, j.s.triangles[element],
-                                             {1.0 / 3, 1.0 / 3, 1.0 / 3});
-    e.area = j.cut.area;
-    emit(c, e);
   }
 }
 
@@ -460,24 +328,14 @@ void resist(Context& c, int t) {
     return;
   }
   // A hook draws the tissue along and is held back by it.
-  load.touched = true;
-  const Vector3d impulse = -tool.force * c.dt * way, moment = tool.place.cross(impulse);
-  for (int e = 0; e < 3; ++e) {
-    load.impulse[e] += impulse[e];
-    load.moment[e] += moment[e];
-  }
+  give(load, -tool.force * c.dt * way, tool.place);
   // No knot is driven faster than the hook moves: shreds weigh next to nothing.
   ObjectState& s = c.state.objects[tool.object];
   const double pull = tool.force * c.dt / 3.0, speed = travel / c.dt;
   for (const std::uint32_t knot : s.triangles[tool.element]) {
     const double room = std::max(0.0, speed - knotVelocity(s, knot).dot(way));
     const Vector3d gain = std::min(row(s, Block::kInverseMass)[knot] * pull, room) * way;
-    if (!s.tissue.x.empty()) {
-      s.tissue.v[knot] += gain;
-      continue;
-    }
-    for (int e = 0; e < 3; ++e)
-      s.block.row(static_cast<Block::KnotRow>(Block::VX + e))[knot] += static_cast<float>(gain[e]);
+    c.body(tool.object).accelerate(s, knot, gain);
   }
 }
 
@@ -505,10 +363,9 @@ void renewPassing(Context& c, int t) {
   if (!cuts && std::none_of(pass.begin(), pass.end(), [&](auto bits) { return bits >> t & 1u; })) return;
   const Eigen::Matrix3d turn = proxy.pose.orientation.toRotationMatrix().transpose();
   const double half = 0.5 * proxy.pose.jaw;  // tan h > h below pi/2: a margin covers the difference
-  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
+  for (ObjectScratch& o : c.scratch.objects) o.between = false;
+  for (const std::size_t object : c.model.bodies) {
     ObjectScratch& o = c.scratch.objects[object];
-    o.between = false;
-    if (!c.model.objects[object].net) continue;
     const ObjectState& s = c.state.objects[object];
     const Vector3d low = o.low.cast<double>(), high = o.high.cast<double>();
     if (((proxy.pose.tip.array() + 0.03) < low.array()).any() ||
@@ -537,12 +394,92 @@ void renewPassing(Context& c, int t) {
   }
 }
 
+/// Of a triangle's middle; NaN without one, or off any tube.
+double middleStation(const Context& c, std::size_t object, std::uint32_t triangle) {
+  if (triangle == kNone) return std::numeric_limits<double>::quiet_NaN();
+  return stationOf(c.model, c.state, object, c.state.objects[object].triangles[triangle],
+                   {1.0 / 3, 1.0 / 3, 1.0 / 3});
+}
+
 }  // namespace
+
+void tellCut(Context& c, std::size_t object, double area, std::uint32_t triangle, const Vector3d& place,
+             std::uint8_t instrument, bool electric) {
+  CuttingTool& tool = c.state.cutting.tools[instrument];
+  interaction::CutState& cut = c.state.objects[object].cut;
+  const double energy = c.model.objects[object].cut.toughness * area;
+  tool.owed += electric ? kElectricShare * energy : energy;
+  tool.object = static_cast<std::uint16_t>(object);
+  tool.element = triangle;
+  tool.place = place;
+  cut.area += area;
+  cut.energy += energy;
+  Event e = eventOf(c, EventKind::Cut, instrument, object, triangle);
+  e.barycentric = {1.0 / 3, 1.0 / 3, 1.0 / 3, 0.0};
+  e.position = place;
+  e.station = middleStation(c, object, triangle);
+  e.area = area;
+  e.force = tool.owed / kSpread;
+  e.energy = energy;
+  emit(c, e);
+}
+
+void tellSeparated(Context& c, std::size_t object, std::uint32_t count, std::uint32_t triangle,
+                   std::uint8_t instrument) {
+  Event e = eventOf(c, EventKind::Separated, instrument, object, triangle == kNone ? 0 : triangle);
+  e.position = c.state.cutting.tools[instrument].place;
+  e.station = middleStation(c, object, triangle);
+  e.area = c.state.objects[object].cut.area;
+  for (; count > 0; --count) emit(c, e);
+}
+
+void NetBody::divide(Context& c, std::size_t object) const {
+  if (!c.model.objects[object].cut.possible) return;
+  const ObjectScratch& o = c.scratch.objects[object];
+  const bool near = c.scratch.cut.near(o.low, o.high);
+  if (!near && !c.state.objects[object].cut.unfinished) return;
+  TopologyDelta& delta = c.deltas->next();
+  beginDelta(c.state, static_cast<std::uint16_t>(object), delta);
+  CutJob j(c, object, delta);
+  std::uint8_t instrument = 0;
+  std::uint32_t element = kNone;
+  j.k.work.clear();
+  const std::uint32_t parts = j.cut.parts;
+  bool changed = false;
+  const bool found = near && detect(j, instrument);
+  if (found || near || j.cut.unfinished) {
+    if (found || j.cut.unfinished || !j.s.topology.links.empty()) {
+      renewVersions(j);
+      renewIncident(j);
+    }
+    if (near) changed = cutCords(j);
+  }
+  if (found) {
+    const double area = cutThrough(j, element);
+    if (element != kNone) {
+      const bool electric = std::any_of(
+          j.k.sweeps.begin(), j.k.sweeps.begin() + j.k.sweep_count,
+          [&](const BladeSweep& sweep) { return sweep.instrument == instrument && sweep.electric; });
+      tellCut(c, object, area, element, j.middle(element), instrument, electric);
+      changed = divideNet(j) || changed;
+    }
+  }
+  if (changed || j.cut.unfinished) {
+    divideElements(j);
+    openSkin(j);
+    changed = !delta.removed_links.empty() || !delta.doubled_knots.empty() ||
+              !delta.added_triangles.empty() || !delta.rebound_vertices.empty();
+  }
+  if (!changed) return;
+  endDelta(c.state, delta);
+  c.deltas->keep();
+  if (j.cut.parts > parts) tellSeparated(c, object, j.cut.parts - parts, element, instrument);
+}
 
 void cut(Context& c) {
   interaction::CutScratch& k = c.scratch.cut;
   k.sweep_count = 0;
-  Box box;
+  k.swept = {};
   bool active = false;
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     const int count =
@@ -559,15 +496,15 @@ void cut(Context& c) {
       sweep.active = sweep.active || passing;
       if (!sweep.active) continue;
       active = true;
-      for (const auto& p : {sweep.from[0], sweep.from[1], sweep.to[0], sweep.to[1]}) box.add(p);
+      for (const auto& p : {sweep.from[0], sweep.from[1], sweep.to[0], sweep.to[1]}) k.swept.add(p);
     }
     k.sweep_count += count;
   }
-  box.low.array() -= kReach, box.high.array() += kReach;
-  if (active) cutConnections(c, box);
-  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
-    if (active || c.state.objects[object].cut.unfinished) cutObject(c, object, box);
-  }
+  k.reach = k.swept;
+  k.reach.low.array() -= interaction::kSweepReach, k.reach.high.array() += interaction::kSweepReach;
+  if (active) cutConnections(c);
+  for (const std::size_t object : c.model.bodies)
+    if (active || c.state.objects[object].cut.unfinished) c.body(object).divide(c, object);
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     resist(c, t);
     renewPassing(c, t);

@@ -1,5 +1,6 @@
 #include <numeric>
 
+#include "../scene/connections.h"
 #include "cut_job.h"
 
 namespace vest::scene {
@@ -242,7 +243,6 @@ Vector3d around(const CutJob& j, std::uint32_t knot) {
 
 /// Clips and slings stay on the side on which they sit: between the two halves of each knot a plane tells it.
 void remapFasteners(CutJob& j) {
-  WorldState& state = j.c.state;
   const std::size_t first = j.s.block.knots() - j.delta.doubled_knots.size();
   for (std::size_t i = 0; i < j.delta.doubled_knots.size(); ++i) {
     net::KnotDoubling cut;
@@ -250,14 +250,7 @@ void remapFasteners(CutJob& j) {
     cut.copy = static_cast<std::uint32_t>(first + i);
     cut.plane_normal = around(j, cut.copy) - around(j, cut.original);
     cut.plane_point = knotPosition(j.s, cut.original);
-    interaction::remapClips(state.fasteners.clips, j.object, cut);
-    for (interaction::Sling& sling : state.fasteners.slings) {
-      if (!sling.alive || !sling.around || sling.object != j.object) continue;
-      Vector3d middle = Vector3d::Zero();
-      for (int n = 0; n < sling.count; ++n)
-        middle += knotPosition(j.s, sling.knots[static_cast<std::size_t>(n)]) / sling.count;
-      interaction::remapSling(sling, cut, middle);
-    }
+    remapFasteners(j.c.state, j.object, cut);
   }
 }
 
@@ -265,15 +258,9 @@ void remapFasteners(CutJob& j) {
 void remapAnchors(CutJob& j) {
   WorldState& state = j.c.state;
   remapFasteners(j);
-  const auto placeOf = [&](const net::Anchor& a) {
-    Vector3d p = Vector3d::Zero();
-    for (int i = 0; i < 4; ++i)
-      if (a.weights[i] != 0.0) p += a.weights[i] * knotPosition(state.objects[a.object], a.knots[i]);
-    return p;
-  };
   for (ConnectionState& c : state.connections) {
     if (c.end0.object != j.object && c.end1.object != j.object) continue;
-    const Vector3d p0 = placeOf(c.end0), p1 = placeOf(c.end1);
+    const Vector3d p0 = footOf(state, c.end0), p1 = footOf(state, c.end1);
     remapAnchor(j, c.end0, p1);
     remapAnchor(j, c.end1, p0);
   }

@@ -41,6 +41,10 @@ struct CutJob {
     const auto& t = s.triangles[triangle];
     return (rest(t[0]) + rest(t[1]) + rest(t[2])) / 3.0;
   }
+  Eigen::Vector3d middle(std::uint32_t triangle) const {  ///< as it is now
+    const auto& t = s.triangles[triangle];
+    return (knotPosition(s, t[0]) + knotPosition(s, t[1]) + knotPosition(s, t[2])) / 3.0;
+  }
   Eigen::Vector3d normal(
       std::uint32_t triangle) const {  ///< of a contact triangle at rest; its length: 2·area
     const auto& t = s.triangles[triangle];

@@ -49,12 +49,7 @@ void addAnchor(Context& c, Grasp& grasp, const JawFrame& frame, std::size_t obje
 }
 
 Event eventOf(const Context& c, const Grasp& grasp, EventKind kind, int tool) {
-  Event e;
-  e.kind = kind;
-  e.step = c.state.step;
-  e.instrument = static_cast<std::int8_t>(tool);
-  e.object = grasp.anchors[0].object;
-  e.element = grasp.element;
+  Event e = eventOf(c, kind, tool, grasp.anchors[0].object, grasp.element);
   e.barycentric = grasp.barycentric;
   e.position = knotPosition(c.state.objects[e.object], grasp.anchors[0].knot);
   e.station = stationOf(c.model, c.state, e.object, c.state.objects[e.object].triangles[e.element],

@@ -16,12 +16,12 @@ constexpr double kShare = 0.4;      ///< (omega·h)² of a joint, and of its dam
 constexpr double kStrength = 20.0;  ///< N that a joint bears; assumed: titanium clips open at 5 to 20 N
 
 /// What one part of a clip holds, as a rigid body.
-struct Body {
+struct Group {
   Vector3d centre = Vector3d::Zero(), velocity = Vector3d::Zero(), turn = Vector3d::Zero();
   Matrix3d rotation, inverse_inertia;
   double inverse_mass = 0.0;
 
-  Body(const ObjectState& s, const Clip& clip) {
+  Group(const ObjectState& s, const Clip& clip) {
     const float* const mass = row(s, Block::kMass);
     double total = 0.0;
     for (int i = 0; i < clip.count; ++i) {
@@ -57,10 +57,7 @@ struct Body {
     for (int i = 0; i < clip.count; ++i) {
       const std::uint32_t k = clip.knots[i];
       const double m = row(s, Block::kMass)[k];
-      const Vector3d f = m * (inverse_mass * force + spin_up.cross(knotPosition(s, k) - centre));
-      s.block.row(Block::HX)[k] += static_cast<float>(f.x());
-      s.block.row(Block::HY)[k] += static_cast<float>(f.y());
-      s.block.row(Block::HZ)[k] += static_cast<float>(f.z());
+      addHeld(s, k, m * (inverse_mass * force + spin_up.cross(knotPosition(s, k) - centre)));
     }
   }
 };
@@ -80,7 +77,7 @@ void joinClips(Context& c, int batch, int batches) {
     const bool due0 = batch % every(*first) == 0, due1 = batch % every(part) == 0;
     if (&*first == &part || (!due0 && !due1)) continue;
     ObjectState &s0 = c.state.objects[first->object], &s1 = c.state.objects[part.object];
-    const Body a(s0, *first), b(s1, part);
+    const Group a(s0, *first), b(s1, part);
     const double h = c.dt / (std::min(s0.batches, s1.batches) * c.stretch);
     for (std::size_t j = 0; j < part.joint.size(); ++j) {
       const Vector3d r0 = a.rotation * first->joint[j], r1 = b.rotation * part.joint[j];

@@ -87,8 +87,8 @@ struct Pedicle {
 };
 
 /// What is hollow is flattened by bending.
-bool isHard(const Object& o) {
-  return o.tube.rings.empty() && (o.fem ? o.fem->material.youngs_modulus : o.law.youngs_modulus) > kHard;
+bool isHard(const ObjectConstants& o) {
+  return o.tube.ringCount() == 0 && o.youngs_modulus > kHard;
 }
 
 /// Also ObjectScratch::between.
@@ -111,7 +111,7 @@ Pedicle look(Context& c, const tools::ToolGeometry& g, const JawFrame& frame, do
   eachBetween(c, g, frame, jaw + kFill + 0.05,
               [&](std::size_t object, std::size_t triangle, const double* w, double at) {
                 all.most = std::max(all.most, at);
-                if (isHard(c.model.description.objects[object])) return;
+                if (isHard(c.model.objects[object])) return;
                 if (now.samples == 0 || now.object != object) {
                   if (now.samples > 0) finish();
                   now = Between{object, 0.0, 0};
@@ -224,12 +224,7 @@ void centre(const ObjectState& s, Clip& clip) {
 }
 
 Event eventOf(const Context& c, const Clip& clip, EventKind kind) {
-  Event e;
-  e.kind = kind;
-  e.step = c.state.step;
-  e.instrument = clip.instrument;
-  e.object = clip.object;
-  e.element = clip.knots[0];
+  Event e = eventOf(c, kind, clip.instrument, clip.object, clip.knots[0]);
   e.barycentric = {1.0, 0.0, 0.0, 0.0};
   e.position = clip.centre + clip.rotation * clip.offset;
   e.station = clip.station;
@@ -244,59 +239,63 @@ double inwardOf(const Clip& clip, int i) {
   return side < 0.0 ? 1.0 : side > 0.0 ? -1.0 : 0.0;
 }
 
+using Shape = std::array<Vector3d, interaction::kMaxClipKnots>;
+
+/// Where a clip is by what it holds now: the best fit of its shape, which is returned about its centre (m,
+/// world). A cut beside it leaves some knots lighter: a shape about the old centre would drag the tissue
+/// along.
+template <typename Mass, typename Place>
+Shape fit(const ObjectState& s, Clip& clip, Mass mass, Place place) {
+  recentre(s, clip);
+  Vector3d centre = Vector3d::Zero();
+  double total = 0.0;
+  for (int i = 0; i < clip.count; ++i) {
+    const double m = mass(clip.knots[i]);
+    centre += m * place(clip.knots[i]);
+    total += m;
+  }
+  clip.centre = centre / total;
+  Matrix3d moment = Matrix3d::Zero();
+  Shape shape;
+  for (int i = 0; i < clip.count; ++i) {
+    shape[i] = clip.open[i] + clip.progress * (clip.closed[i] - clip.open[i]);
+    moment += mass(clip.knots[i]) * (place(clip.knots[i]) - clip.centre) * shape[i].transpose();
+  }
+  clip.rotation = interaction::nearestRotation(moment, clip.rotation);
+  for (int i = 0; i < clip.count; ++i) shape[i] = clip.rotation * shape[i];
+  return shape;
+}
+
 /// Holds the group of a clip together after `dt` of motion (interaction/clip.h).
 void hold(Context& c, Clip& clip, double dt) {
   ObjectState& s = c.state.objects[clip.object];
-  Block& b = s.block;
-  const float* const mass = row(s, Block::kMass);
-  Vector3d x = Vector3d::Zero(), momentum = Vector3d::Zero(), spin = Vector3d::Zero();
+  if (clip.count == 0) return;
+  const auto mass = [m = row(s, Block::kMass)](std::uint32_t k) { return static_cast<double>(m[k]); };
+  const Shape shape = fit(s, clip, mass, [&](std::uint32_t k) { return knotPosition(s, k); });
+  Vector3d momentum = Vector3d::Zero(), spin = Vector3d::Zero();
+  Matrix3d inertia = Matrix3d::Zero();
   double total = 0.0, energy = 0.0;
   for (int i = 0; i < clip.count; ++i) {
-    const double m = mass[clip.knots[i]];
-    x += m * knotPosition(s, clip.knots[i]);
-    momentum += m * knotVelocity(s, clip.knots[i]);
-    energy += 0.5 * m * knotVelocity(s, clip.knots[i]).squaredNorm();
-    total += m;
-  }
-  if (!(total > 0.0)) return;
-  // A cut beside the clip leaves some knots lighter: a shape about the old centre would drag the tissue
-  // along.
-  recentre(s, clip);
-  x /= total;
-  Matrix3d moment = Matrix3d::Zero();
-  std::array<Vector3d, interaction::kMaxClipKnots> shape;
-  for (int i = 0; i < clip.count; ++i) {
-    const double m = mass[clip.knots[i]];
-    const Vector3d r = knotPosition(s, clip.knots[i]) - x;
-    shape[i] = clip.open[i] + clip.progress * (clip.closed[i] - clip.open[i]);
-    spin += m * r.cross(knotVelocity(s, clip.knots[i]));
-    moment += m * r * shape[i].transpose();
-  }
-  clip.rotation = interaction::nearestRotation(moment, clip.rotation);
-  Matrix3d inertia = Matrix3d::Zero();
-  for (int i = 0; i < clip.count; ++i) {
-    shape[i] = clip.rotation * shape[i];
-    inertia += mass[clip.knots[i]] *
-               (shape[i].squaredNorm() * Matrix3d::Identity() - shape[i] * shape[i].transpose());
+    const double m = mass(clip.knots[i]);
+    const Vector3d v = knotVelocity(s, clip.knots[i]);
+    momentum += m * v, energy += 0.5 * m * v.squaredNorm(), total += m;
+    spin += m * (knotPosition(s, clip.knots[i]) - clip.centre).cross(v);
+    inertia += m * (shape[i].squaredNorm() * Matrix3d::Identity() - shape[i] * shape[i].transpose());
   }
   const Vector3d velocity = momentum / total;
   const Vector3d turn =
       interaction::boundedTurn(inertia, spin, energy - 0.5 * total * velocity.squaredNorm());
-  clip.centre = x;
   double press = 0.0, lost = 0.0, work = 0.0;
   for (int i = 0; i < clip.count; ++i) {
     const std::uint32_t k = clip.knots[i];
-    const double m = mass[k];
+    const double m = mass(k);
     const Vector3d place = knotPosition(s, k), before = knotVelocity(s, k);
-    const Vector3d goal = x + shape[i], after = velocity + turn.cross(shape[i]);
+    const Vector3d goal = clip.centre + shape[i], after = velocity + turn.cross(shape[i]);
     const Vector3d force = m / dt * (after - before);  // of the clip on the knot
     press += 0.5 * inwardOf(clip, i) * force.dot(clip.rotation.col(0));
     lost += 0.5 * m * (before.squaredNorm() - after.squaredNorm());
     work += force.dot(goal - place);
-    for (int axis = 0; axis < 3; ++axis) {
-      b.row(static_cast<Block::KnotRow>(Block::X + axis))[k] = static_cast<float>(goal[axis]);
-      b.row(static_cast<Block::KnotRow>(Block::VX + axis))[k] = static_cast<float>(after[axis]);
-    }
+    setMotion(s, k, goal, after);
   }
   clip.force = press;
   auto& loads = c.scratch.objects[clip.object].loads;  // of its own object: threads do not meet
@@ -332,7 +331,7 @@ Clip* form(Context& c, int tool, const Between& at, const tools::ToolGeometry& g
   ObjectState& s = c.state.objects[clip.object];
   centre(s, clip);
   // Between steps: within one its turn among the objects would come twice.
-  if (c.model.objects[clip.object].fem && !s.tissue.dynamic) makeDynamic(s);
+  c.body(clip.object).giveInertia(s);
   clip.alive = true;
   clip.jaw = jaw;
   setBit(c.state.jaws_pass[clip.object], tool, true);
@@ -422,24 +421,10 @@ void gatherClips(Context& c, std::size_t object, double dt) {
     Clip& clip = clips[n];
     if (!clip.alive || clip.object != object || groups.size() == groups.capacity()) continue;
     if (groups.empty()) std::fill(taken.begin(), taken.end(), std::uint16_t{0});
-    if (!s.tissue.dynamic) makeDynamic(s);
-    recentre(s, clip);
-    Vector3d centre = Vector3d::Zero();
-    double total = 0.0;
-    for (int i = 0; i < clip.count; ++i) {
-      centre += s.tissue.mass[clip.knots[i]] * s.tissue.x[clip.knots[i]];
-      total += s.tissue.mass[clip.knots[i]];
-    }
-    centre /= total;
-    Matrix3d moment = Matrix3d::Zero();
-    std::array<Vector3d, interaction::kMaxClipKnots> shape;
-    for (int i = 0; i < clip.count; ++i) {
-      const std::uint32_t k = clip.knots[i];
-      shape[i] = clip.open[i] + clip.progress * (clip.closed[i] - clip.open[i]);
-      moment += s.tissue.mass[k] * (s.tissue.x[k] - centre) * shape[i].transpose();
-    }
-    clip.rotation = interaction::nearestRotation(moment, clip.rotation);
-    clip.centre = centre;
+    c.body(object).giveInertia(s);
+    const Shape shape = fit(
+        s, clip, [&](std::uint32_t k) { return s.tissue.mass[k]; },
+        [&](std::uint32_t k) -> const Vector3d& { return s.tissue.x[k]; });
     groups.emplace_back();
     fem::TissueGroup& g = groups.back();
     g.source = static_cast<std::uint32_t>(n);
@@ -450,7 +435,7 @@ void gatherClips(Context& c, std::size_t object, double dt) {
       taken[k] = 1;
       g.knots[g.count] = k;
       g.member[g.count] = static_cast<std::uint8_t>(i);
-      g.goal[g.count] = centre + clip.rotation * shape[i];
+      g.goal[g.count] = clip.centre + shape[i];
       furthest = std::max(furthest, (g.goal[g.count] - s.tissue.x[k]).squaredNorm());
       ++g.count;
     }

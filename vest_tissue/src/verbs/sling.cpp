@@ -14,10 +14,16 @@
 namespace vest::interaction {
 
 void remapSling(Sling& s, const net::KnotDoubling& cut, const Eigen::Vector3d& place) {
-  if (!(cut.plane_normal.dot(place - cut.plane_point) > 0.0)) return;
+  const auto beyond = [&](const Eigen::Vector3d& p) {
+    return cut.plane_normal.dot(p - cut.plane_point) > 0.0;
+  };
+  if (s.count > 0 && !beyond(place)) return;
   std::replace(s.knots.begin(), s.knots.begin() + s.count, cut.original, cut.copy);
-  for (SlingTouch& t : s.touch)
-    if (t.on && t.object == s.object) std::replace(t.knots.begin(), t.knots.end(), cut.original, cut.copy);
+  for (std::size_t i = 0; i < s.touch.size(); ++i) {
+    SlingTouch& t = s.touch[i];
+    if (t.on && t.object == s.object && (s.count > 0 || beyond(s.node[i])))
+      std::replace(t.knots.begin(), t.knots.end(), cut.original, cut.copy);
+  }
 }
 
 }  // namespace vest::interaction
@@ -80,12 +86,7 @@ std::uint32_t knotIn(const Sling& sling) {
 }
 
 Event ligated(const Context& c, const Sling& sling) {
-  Event e;
-  e.kind = EventKind::Ligated;
-  e.step = c.state.step;
-  e.instrument = sling.instrument;
-  e.object = sling.object;
-  e.element = knotIn(sling);
+  Event e = eventOf(c, EventKind::Ligated, sling.instrument, sling.object, knotIn(sling));
   e.barycentric = {1.0, 0.0, 0.0, 0.0};
   e.position = middleOf(sling.node);
   e.station = sling.station;
@@ -138,9 +139,9 @@ void embrace(Context& c, Sling& sling) {
   bool found = false;
   const std::int32_t ring_before = sling.ring;
   bool above = false;  // which side of the ring is in it
-  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
+  for (const std::size_t object : c.model.bodies) {
     const net::TubeMap& tube = c.model.objects[object].tube;
-    if (!c.model.objects[object].net || c.model.objects[object].fem || tube.ringCount() < 2) continue;
+    if (c.body(object).filled() || tube.ringCount() < 2) continue;
     if (sling.around && sling.object != object) continue;
     const ObjectState& s = c.state.objects[object];
     Vector3d p = centreOf(s, ringNow(c, object, 0, true));
@@ -202,19 +203,18 @@ void embrace(Context& c, Sling& sling) {
 }
 
 /// Tissue that is no tube: it lies in the loop where the thread lies taut on it with most of its nodes, and
-/// the surface under these looks outward. On finite elements the two legs to a pusher that stands off do not
+/// the surface under these looks outward. On what is filled the two legs to a pusher that stands off do not
 /// count: the thread itself brings them together.
 void enclose(Context& c, Sling& sling) {
   const Vector3d middle = middleOf(sling.node);
   if (sling.around) {
     sling.around = liesOn(sling);
     // What it is drawn in from is told by the loop that just begins to pull.
-    if (sling.around && c.model.objects[sling.object].fem && !(sling.tension > 0.0))
+    if (sling.around && c.body(sling.object).filled() && !(sling.tension > 0.0))
       sling.area = areaOf(c.state.objects[sling.object], sling);
     return;
   }
-  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
-    if (!c.model.objects[object].net) continue;
+  for (const std::size_t object : c.model.bodies) {
     int lie = 0, first = kSlingNodes, last = -1;
     double path = 0.0;
     for (int i = 0; i < kSlingNodes; ++i) {
@@ -227,15 +227,14 @@ void enclose(Context& c, Sling& sling) {
       first = std::min(first, i);
       last = i;
     }
-    const int between = c.model.objects[object].fem ? std::max(last - first + 1, kLeastArc) : kSlingNodes;
+    const int between = c.body(object).filled() ? std::max(last - first + 1, kLeastArc) : kSlingNodes;
     if (2 * lie < between || path < kTaut * sling.rest) continue;
     sling.around = true;
     sling.object = static_cast<std::uint16_t>(object);
     sling.count = 0;
     sling.station = kNoTube;
     sling.area = areaOf(c.state.objects[object], sling);
-    ObjectState& s = c.state.objects[object];
-    if (c.model.objects[object].fem && !s.tissue.dynamic) makeDynamic(s);
+    c.body(object).giveInertia(c.state.objects[object]);
     return;
   }
 }
@@ -244,8 +243,7 @@ void enclose(Context& c, Sling& sling) {
 void gatherCandidates(Context& c, const Vector3d& low, const Vector3d& high) {
   auto& out = c.scratch.loop_candidates;
   out.clear();
-  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
-    if (!c.model.objects[object].net) continue;
+  for (const std::size_t object : c.model.bodies) {
     const ObjectState& s = c.state.objects[object];
     const ObjectScratch& o = c.scratch.objects[object];
     bool apart = false;
@@ -310,7 +308,7 @@ void look(Context& c, Sling& sling, LoopStep& step, int i, double way) {
     const Vector3d face = normalOf(s, touch);
     const double height = face.dot(off);
     // Organs are closed where they are tubes or bodies; of a sheet the node keeps the side that it came from.
-    const bool closed = c.model.objects[object].tube.ringCount() > 1 || c.model.objects[object].fem;
+    const bool closed = c.model.objects[object].tube.ringCount() > 1 || c.body(object).filled();
     if (!closed && side_before != 0 && object_before == object)
       touch.side = side_before;
     else if (!closed && height < 0.0)
@@ -459,16 +457,16 @@ void apply(Context& c, int tool) {
   if (own->count == 0) enclose(c, *own);
 }
 
-/// Finite elements under a taut loop bear no more.
+/// What lies under a taut loop bears no more.
 bool crushes(Context& c, const Sling& sling) {
-  const ObjectState& s = c.state.objects[sling.object];
-  if (!c.model.objects[sling.object].fem || !(sling.tension > 0.0)) return false;
+  if (!(sling.tension > 0.0)) return false;
   auto& under = c.scratch.objects[sling.object].shared;  // per knot
   std::fill(under.begin(), under.end(), std::uint16_t{0});
   for (const SlingTouch& t : sling.touch)
     if (t.on && t.object == sling.object)
       for (const std::uint32_t k : t.knots) under[k] = 1;
-  return fem::leastVolume(*c.model.objects[sling.object].fem, s.tissue, under) < kCrushed;
+  return c.body(sling.object)
+             .leastVolume(c.model.objects[sling.object], c.state.objects[sling.object], under) < kCrushed;
 }
 
 /// Ties the loop where it has closed what lies in it, and will keep it closed without the pusher, or

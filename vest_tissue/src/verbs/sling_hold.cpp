@@ -22,13 +22,30 @@ Vector3d pusherOf(const interaction::Proxy& proxy) {
   return proxy.pose.tip + kPusher * (proxy.pose.orientation * Vector3d::UnitZ());
 }
 
-double ringPath(const ObjectState& s, const Sling& sling) {
+namespace {
+
+/// Length of a closed way over places, m, and its gradient to each, no unit.
+double closedWay(const Vector3d* p, int count, Vector3d* g) {
   double length = 0.0;
-  for (int i = 0; i < sling.count; ++i)
-    length +=
-        std::sqrt((knotPosition(s, sling.knots[(i + 1) % sling.count]) - knotPosition(s, sling.knots[i]))
-                      .squaredNorm());
+  for (int i = 0; i < count; ++i) g[i].setZero();
+  for (int i = 0; i < count && count > 1; ++i) {
+    const int j = (i + 1) % count;
+    const Vector3d d = p[j] - p[i];
+    const double l = std::sqrt(d.squaredNorm());
+    length += l;
+    if (!(l > 1e-9)) continue;
+    g[j] += d / l;
+    g[i] -= d / l;
+  }
   return length;
+}
+
+}  // namespace
+
+double ringPath(const ObjectState& s, const Sling& sling, Vector3d* gradient) {
+  std::array<Vector3d, interaction::kMaxSlingKnots> p, g;
+  for (int i = 0; i < sling.count; ++i) p[i] = knotPosition(s, sling.knots[i]);
+  return closedWay(p.data(), sling.count, gradient != nullptr ? gradient : g.data());
 }
 
 double pathOf(const ObjectState& s, const Sling& sling, const LoopTissue& loop, const Vector3d& knot,
@@ -41,19 +58,9 @@ double pathOf(const ObjectState& s, const Sling& sling, const LoopTissue& loop, 
     const bool held = i == 0 && loop.held;
     if (!held && !(t.on && t.object == sling.object)) continue;
     node[count] = i;
-    g[count] = Vector3d::Zero();
     p[count++] = held ? knot : placeOf(s, t);
   }
-  double length = 0.0;
-  for (int i = 0; i < count && count > 1; ++i) {
-    const int j = (i + 1) % count;
-    const Vector3d d = p[j] - p[i];
-    const double l = std::sqrt(d.squaredNorm());
-    length += l;
-    if (!(l > 1e-9)) continue;
-    g[j] += d / l;
-    g[i] -= d / l;
-  }
+  const double length = closedWay(p.data(), count, g.data());
   if (gradient == nullptr) return length;
   std::fill_n(gradient->begin(), loop.count, Vector3d::Zero());
   at_knot->setZero();
@@ -70,92 +77,67 @@ double pathOf(const ObjectState& s, const Sling& sling, const LoopTissue& loop, 
 
 namespace {
 
-/// The path is not longer than l0: places are drawn in, and the path's lengthening is stopped by an impulse
-/// along its gradient, limited by what a hand or a knot bears; beyond it the thread slips through its knot.
-void tighten(Context& c, Sling& sling, const LoopTissue& loop, double fraction, double dt) {
-  constexpr double kSmooth = 0.005;  // s: of the tension that is told
+constexpr double kSmooth = 0.005;  // s: of the tension that is told
+
+/// A way over knots is not longer than l0: they are drawn in by `excess` (m), and its lengthening, `rate`
+/// (m/s) and what the knots do, is stopped by an impulse along its gradient `g`. A hand or a knot bears only
+/// so much: beyond it the thread may slip through its knot and draw nothing in. @param slips whether it may;
+/// whether it does @return N·s; < 0: nothing moves
+double draw(Context& c, Sling& sling, const std::uint32_t* knots, const Vector3d* g, int count, double excess,
+            double rate, double dt, bool& slips) {
   ObjectState& s = c.state.objects[sling.object];
-  ObjectScratch& o = c.scratch.objects[sling.object];
-  std::array<Vector3d, LoopTissue::kMost> g;
-  Vector3d at_knot;
-  const Vector3d knot = loop.knot + fraction * loop.travel;
-  const double length = pathOf(s, sling, loop, knot, &g, &at_knot), excess = length - (sling.rest - kAround);
-  const double keep = std::min(1.0, dt / kSmooth);
-  sling.tension -= keep * sling.tension;
-  if (excess <= 0.0) return;
   const float* const w = row(s, Block::kInverseMass);
-  double inverse = 0.0, rate = loop.held ? at_knot.dot(loop.travel) / c.dt : 0.0;
-  for (int i = 0; i < loop.count; ++i) {
-    inverse += w[loop.knots[i]] * g[i].squaredNorm();
-    rate += g[i].dot(knotVelocity(s, loop.knots[i]));
+  double inverse = 0.0;
+  for (int i = 0; i < count; ++i) {
+    inverse += w[knots[i]] * g[i].squaredNorm();
+    rate += g[i].dot(knotVelocity(s, knots[i]));
   }
-  if (!(inverse > 0.0)) return;
+  if (!(inverse > 0.0)) return -1.0;
   const double wanted = sling.drawing ? -interaction::kSlingShortening * sling.rest : 0.0;
   const double needed = std::max((rate - wanted) / inverse, 0.0), most = interaction::kSlingTension * dt;
   const double impulse = std::min(needed, most);
-  if (needed > most) sling.rest = length + kAround;
-  const double draw = needed > most ? 0.0 : excess / inverse;
-  sling.tension += keep * impulse / dt;
+  slips = slips && needed > most;
+  const double by = slips ? 0.0 : excess / inverse;
+  sling.tension += std::min(1.0, dt / kSmooth) * impulse / dt;
   double work = 0.0;
-  for (int i = 0; i < loop.count; ++i) {
-    const std::uint32_t k = loop.knots[i];
+  for (int i = 0; i < count; ++i) {
+    const std::uint32_t k = knots[i];
     const Vector3d before = knotVelocity(s, k), after = before - w[k] * impulse * g[i];
-    const Vector3d place = knotPosition(s, k) - w[k] * draw * g[i];
+    const Vector3d place = knotPosition(s, k) - w[k] * by * g[i];
     if (w[k] > 0.0f) work += 0.5 / w[k] * (after.squaredNorm() - before.squaredNorm());
-    work += impulse / dt * w[k] * draw * g[i].squaredNorm();
-    for (int axis = 0; axis < 3; ++axis) {
-      s.block.row(static_cast<Block::KnotRow>(Block::X + axis))[k] = static_cast<float>(place[axis]);
-      s.block.row(static_cast<Block::KnotRow>(Block::VX + axis))[k] = static_cast<float>(after[axis]);
-    }
+    work += impulse / dt * w[k] * by * g[i].squaredNorm();
+    setMotion(s, k, place, after);
   }
-  o.loads.work += work;
-  if (!loop.held) return;
-  // What the thread does to the pusher.
-  contact::ToolLoad& load = o.loads.tools[sling.instrument];
-  const Vector3d push = -impulse * at_knot, moment = knot.cross(push);
-  load.touched = true;
-  for (int e = 0; e < 3; ++e) load.impulse[e] += push[e], load.moment[e] += moment[e];
+  c.scratch.objects[sling.object].loads.work += work;
+  return impulse;
+}
+
+/// The way over the nodes, and over the pusher's knot where it holds it.
+void tighten(Context& c, Sling& sling, const LoopTissue& loop, double fraction, double dt) {
+  std::array<Vector3d, LoopTissue::kMost> g;
+  Vector3d at_knot;
+  const Vector3d knot = loop.knot + fraction * loop.travel;
+  const double length = pathOf(c.state.objects[sling.object], sling, loop, knot, &g, &at_knot);
+  const double excess = length - (sling.rest - kAround);
+  sling.tension -= std::min(1.0, dt / kSmooth) * sling.tension;
+  if (excess <= 0.0) return;
+  bool slips = true;
+  const double impulse = draw(c, sling, loop.knots.data(), g.data(), loop.count, excess,
+                              loop.held ? at_knot.dot(loop.travel) / c.dt : 0.0, dt, slips);
+  if (impulse < 0.0) return;
+  if (slips) sling.rest = length + kAround;
+  if (loop.held)  // what the thread does to the pusher
+    give(c.scratch.objects[sling.object].loads.tools[sling.instrument], -impulse * at_knot, knot);
 }
 
 /// A tube in the loop is no wider than the loop, wherever the nodes lie: the same for the ring of its knots,
 /// which nothing but the loop holds.
 void tightenRing(Context& c, Sling& sling, double dt) {
-  ObjectState& s = c.state.objects[sling.object];
-  const double excess = ringPath(s, sling) - (sling.rest - kAround);
-  if (sling.count < 3 || excess <= 0.0) return;
   std::array<Vector3d, interaction::kMaxSlingKnots> g;
-  std::fill_n(g.begin(), sling.count, Vector3d::Zero());
-  for (int i = 0; i < sling.count; ++i) {
-    const int j = (i + 1) % sling.count;
-    const Vector3d d = knotPosition(s, sling.knots[j]) - knotPosition(s, sling.knots[i]);
-    const double l = std::sqrt(d.squaredNorm());
-    if (!(l > 1e-9)) continue;
-    g[j] += d / l;
-    g[i] -= d / l;
-  }
-  const float* const w = row(s, Block::kInverseMass);
-  double inverse = 0.0, rate = 0.0;
-  for (int i = 0; i < sling.count; ++i) {
-    inverse += w[sling.knots[i]] * g[i].squaredNorm();
-    rate += g[i].dot(knotVelocity(s, sling.knots[i]));
-  }
-  if (!(inverse > 0.0)) return;
-  const double wanted = sling.drawing ? -interaction::kSlingShortening * sling.rest : 0.0;
-  const double impulse = std::min(std::max((rate - wanted) / inverse, 0.0), interaction::kSlingTension * dt);
-  double work = 0.0;
-  for (int i = 0; i < sling.count; ++i) {
-    const std::uint32_t k = sling.knots[i];
-    const Vector3d before = knotVelocity(s, k), after = before - w[k] * impulse * g[i];
-    const Vector3d place = knotPosition(s, k) - w[k] * (excess / inverse) * g[i];
-    if (w[k] > 0.0f) work += 0.5 / w[k] * (after.squaredNorm() - before.squaredNorm());
-    work += impulse / dt * w[k] * (excess / inverse) * g[i].squaredNorm();
-    for (int axis = 0; axis < 3; ++axis) {
-      s.block.row(static_cast<Block::KnotRow>(Block::X + axis))[k] = static_cast<float>(place[axis]);
-      s.block.row(static_cast<Block::KnotRow>(Block::VX + axis))[k] = static_cast<float>(after[axis]);
-    }
-  }
-  sling.tension += std::min(1.0, dt / 0.005) * impulse / dt;
-  c.scratch.objects[sling.object].loads.work += work;
+  const double excess = ringPath(c.state.objects[sling.object], sling, g.data()) - (sling.rest - kAround);
+  if (sling.count < 3 || excess <= 0.0) return;
+  bool slips = false;
+  draw(c, sling, sling.knots.data(), g.data(), sling.count, excess, 0.0, dt, slips);
 }
 
 }  // namespace

@@ -310,4 +310,37 @@ TEST(SlingOnElements, HoldsWhileTheBarIsPulledAndCutBesideIt) {
   }
 }
 
+// Protects against a loop that a cut leaves hanging between two pieces: each node goes with its own side.
+TEST(SlingOnElements, EachNodeGoesWithItsSideOfACut) {
+  interaction::Sling sling;
+  for (const std::size_t i : {1u, 2u}) {
+    sling.touch[i].on = true;
+    sling.touch[i].knots = {5, 6, 7};
+    sling.node[i] = Vector3d(i == 1 ? 0.01 : -0.01, 0, 0.05);
+  }
+  interaction::remapSling(sling, {5, 9, Vector3d::UnitX(), Vector3d(0, 0, 0.05)}, Vector3d::Zero());
+  EXPECT_EQ(sling.touch[1].knots[0], 9u);
+  EXPECT_EQ(sling.touch[2].knots[0], 5u);
+
+  Theatre t(bar({}));
+  t.tie();
+  ASSERT_FALSE(HasFatalFailure());
+  t.leave();
+  t.run(100);
+  t.use(tools::ToolKind::Scissors, Vector3d(0.0005, 0, 0.045), 0.9, 0.0, 120);
+  t.test::Theatre::leave();
+  ASSERT_TRUE(t.saw(scene::EventKind::Cut));
+  t.run(200);
+  const scene::ObjectState& s = t.world.state().objects[0];
+  ASSERT_FALSE(s.topology.doubled_knots.empty());
+  int on = 0;
+  for (const auto& touch : t.loop().touch) {
+    if (!touch.on) continue;
+    ++on;
+    EXPECT_NE(std::find(s.triangles.begin(), s.triangles.end(), touch.knots), s.triangles.end())
+        << "no triangle of the surface: its corners lie on both sides";
+  }
+  EXPECT_GT(on, 8);
+}
+
 }  // namespace

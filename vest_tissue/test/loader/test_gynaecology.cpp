@@ -64,7 +64,7 @@ TEST(Gynaecology, SubStepsAndExchangesKeepTheirBoundsAndMeet) {
   int nets = 0;
   for (std::size_t i = 0; i < model->objects.size(); ++i) {
     const auto& c = model->objects[i];
-    if (!c.net) continue;
+    if (!c.deforms) continue;
     ++nets;
     const std::string& name = scene().objects[i].name;
     EXPECT_LE(dt / c.sub_steps, 1.01 * vest::solver::kStepMargin * vest::solver::longestStep(c.rates))

@@ -21,6 +21,19 @@ struct BladeSweep {
   std::array<Eigen::Vector3d, 2> to{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
 };
 
+/// m: a sweep looks this far beyond itself for what it may cut (longest way in a step).
+inline constexpr double kSweepReach = 0.004;
+
+/// A box along the axes, m; empty at first.
+struct SweepBox {
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = Eigen::Vector3d::Constant(-1e30);
+  void add(const Eigen::Vector3d& p) { low = low.cwiseMin(p), high = high.cwiseMax(p); }
+  /// It touches the box of two points.
+  bool holds(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const {
+    return (a.cwiseMin(b).array() <= high.array()).all() && (a.cwiseMax(b).array() >= low.array()).all();
+  }
+};
+
 inline constexpr int kBladesPerTool = 2;
 inline constexpr int kMaxSweeps = kBladesPerTool * tools::kInstrumentCount;
 

@@ -12,6 +12,11 @@ namespace vest::interaction {
 struct CutScratch {
   std::array<BladeSweep, kMaxSweeps> sweeps{};
   int sweep_count = 0;
+  SweepBox swept, reach;  ///< of the sweeps that cut; and kSweepReach around it
+  /// Whether they may cut what lies in a box.
+  bool near(const Eigen::Vector3f& low, const Eigen::Vector3f& high) const {
+    return reach.holds(low.cast<double>().array() - kSweepReach, high.cast<double>().array() + kSweepReach);
+  }
 
   std::vector<std::uint32_t> incident_start, incident;  ///< alive contact triangles per knot, CSR
   std::vector<std::uint32_t> work;                      ///< knots whose surroundings changed

@@ -71,7 +71,8 @@ struct Sling {
   Eigen::Vector3d ahead = Eigen::Vector3d::UnitZ(), across = Eigen::Vector3d::UnitX();
 };
 
-/// A cut doubled a knot of the organ: the sling holds what is on the side of its place (m, world).
+/// A cut doubled a knot of the organ: a sling around a ring holds what is on the side of the ring's place (m,
+/// world), one around other tissue lies with each node on that node's side.
 void remapSling(Sling& sling, const net::KnotDoubling& cut, const Eigen::Vector3d& place);
 
 /// Node of a loop of this length (m) that nothing but its linkage touches: a circle ahead of the tip, links

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -9,6 +10,17 @@
 #include "vest_tissue/net/block.h"
 
 namespace vest::contact {
+
+/// The law of every unilateral contact: what it pushes with, N >= 0, and its friction: a damper (N·s/m) whose
+/// force Coulomb limits, so that it fades to zero with the slip.
+template <typename T>
+struct Pressed {
+  T push, drag;
+  /// @param gap m, < 0  @param closing, slip m/s  @param k N/m  @param c, grip N·s/m  @param mu no unit
+  Pressed(T gap, T closing, T slip, T k, T c, T grip, T mu)
+      : push(std::max(-k * gap + c * closing, T(0))),
+        drag(slip * grip > mu * push ? mu * push / slip : grip) {}
+};
 
 /// Contact of a tool's capsule with a triangle of knots, found once a step, evaluated in every sub-step: the
 /// normal and the places on triangle and axis stay, the gap follows knots and tool.

@@ -40,6 +40,10 @@ bool moveLinkEnd(WorldState& state, std::uint16_t object, std::uint32_t link, st
 /// its tissue lies on one side.
 bool splitKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, const Eigen::Vector3d& normal,
                std::uint32_t& copy, TopologyDelta& delta);
+/// What holds on to an object goes to its side of a knot that was doubled: clips and slings; and with them
+/// connections and grasps.
+void remapFasteners(WorldState& state, std::uint16_t object, const net::KnotDoubling& cut);
+void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubling& cut);
 void endDelta(WorldState& state, TopologyDelta& delta);
 
 /// What a reader does: the topology of delta.object before becomes that afterwards, exactly. False, and

@@ -13,6 +13,8 @@
 
 namespace vest::scene {
 
+class Body;
+
 /// An edge of the contact surface: of a triangle from this corner to the next, and the triangle beyond it.
 struct SurfaceEdge {
   std::uint32_t triangle = 0, beyond = 0;
@@ -21,7 +23,8 @@ struct SurfaceEdge {
 
 /// What of one object never changes once built.
 struct ObjectConstants {
-  bool net = true;  ///< it deforms: a net, or finite elements (see `fem`); false: rigid
+  bool deforms = true;                          ///< false: rigid
+  const Body* body = nullptr;                   ///< what it does as tissue (src/scene/body.h)
   std::shared_ptr<const fem::TissueModel> fem;  ///< finite elements, fem or volume; else null
   material::Law law;
   solver::Rates rates;          ///< of the links at the start, contact reserve included
@@ -29,9 +32,11 @@ struct ObjectConstants {
   double bound_at_start = 0.0;  ///< rigorous bound of the links at the start, 1/s²
   double slow_omega_squared = 0.0, slow_decay = 0.0;
   double contact_omega_squared = 0.0;  ///< stiffness over mass that contacts may add, 1/s²
-  int sub_steps = 1, batches = 1;      ///< at dt of the description
-  double exchanges_needed = 1.0;       ///< times a step that held forces have to be renewed; <= batches
-  double volume_needed = 1.0;          ///< and the enclosed volume's gradient; <= volume_batches
+  double contact_series = 1.0;     ///< of a contact spring's stiffness: in series with the tissue behind it
+  double youngs_modulus = 0.0;     ///< Pa, at the start
+  int sub_steps = 1, batches = 1;  ///< at dt of the description
+  double exchanges_needed = 1.0;   ///< times a step that held forces have to be renewed; <= batches
+  double volume_needed = 1.0;      ///< and the enclosed volume's gradient; <= volume_batches
   int volume_batches = 1;  ///< times a step that the enclosed volume's gradient is renewed; divides batches
   bool implicit = false;   ///< stepped by solver::ImplicitNet: more than the explicit sub-steps can hold
   double greatest_edge = 0.0;          ///< m, of the contact triangles at the start
@@ -73,8 +78,9 @@ struct ConnectionConstants {
 struct WorldModel {
   Description description;
   std::vector<ObjectConstants> objects;
-  int batches = 1;   ///< greatest of all; a multiple of each
-  WorldState start;  ///< what reset() returns to
+  std::vector<std::size_t> bodies;  ///< the objects that deform, in their order
+  int batches = 1;                  ///< greatest of all; a multiple of each
+  WorldState start;                 ///< what reset() returns to
   /// Whether edges of two objects, or of one, meet, and what touches at the start collides elsewhere.
   bool fullContact(std::size_t a, std::size_t b) const {
     return description.objects[a].full_contact || description.objects[b].full_contact;
@@ -82,8 +88,7 @@ struct WorldModel {
   /// Room for candidates of contact between objects (assumed): 8192, or every knot and edge near another.
   std::size_t mostPairs() const {
     std::size_t knots = 0;
-    for (std::size_t i = 0; i < objects.size(); ++i)
-      if (objects[i].net) knots += start.objects[i].block.knots();
+    for (const std::size_t i : bodies) knots += start.objects[i].block.knots();
     return std::max<std::size_t>(8192, 4 * knots);
   }
   std::vector<ConnectionConstants> connections;

@@ -15,22 +15,25 @@
 
 namespace vest::scene {
 
+/// A place on an object: its knots, and their weights.
+struct ContactEnd {
+  std::uint16_t object = 0;
+  std::array<std::uint32_t, 3> knots{};
+  std::array<float, 3> weights{};
+};
+
 /// A contact of a place on one object with one on another or on itself, evaluated once a batch.
 struct OrganContact {
-  std::uint16_t object = 0, other = 0;
-  std::array<std::uint32_t, 3> knots{};     ///< of `object`: one, or an edge
-  std::array<float, 3> shares{};            ///< their weights
-  std::array<std::uint32_t, 3> triangle{};  ///< of `other`: its knots, or those of an edge
-  std::array<float, 3> weights{};
-  float normal[3] = {};  ///< from `other` to `object`
-  float reach = 0;       ///< m
+  std::array<ContactEnd, 2> ends;                    ///< a knot and a triangle, or two edges
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< to the first
+  float reach = 0;                                   ///< m
   float stiffness = 0, damping = 0, grip = 0, friction = 0;
   int batches = 1;
-  /// 0: both sides get a force from where they are; 1: `object` answers implicitly, finite elements that move
-  /// before the other side does; 2: `other` does.
-  std::uint8_t implicit_side = 0;
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, held
-  /// With full contact: N per knot of both sides, held; they take off the torque of two forces at two places.
+  /// The end that answers implicitly, for it moves before the other does; -1: both get a force from where
+  /// they are.
+  std::int8_t implicit_end = -1;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, on the first, held
+  /// With full contact: N per knot of both ends, held; they take off the torque of two forces at two places.
   bool balanced = false;
   std::array<Eigen::Vector3d, 6> couple{};
 };

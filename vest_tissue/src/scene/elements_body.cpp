@@ -21,6 +21,7 @@ constexpr std::uint8_t kOrgan = 255;   ///< TissuePoint::tool of contacts with o
 constexpr std::uint8_t kThread = 254;  ///< TissuePoint::tool of a sling's places
 constexpr double kDrawn = 0.5;     ///< m/s: a thread that is too short at once is drawn no faster; assumed
 constexpr double kQuiet = 1e-9;    ///< m/s: fem::TissueScratch::quiet (tuned)
+constexpr double kNoticed = 1e-3;  ///< of denaturation: elements with less are as healthy ones
 constexpr double kInexact = 1e-2;  ///< relative residual of a step's solve above which it is announced
 
 Vector3d toVector(const float v[3]) {
@@ -43,16 +44,12 @@ void addPlanes(ObjectState& s, ObjectScratch& o, double h) {
     const double stiffness = std::min<double>(c.stiffness, kHeldShare * inertia / (h * h));
     const double gap = n.dot(s.tissue.x[k] + h * v) - c.offset;
     if (gap >= 0.0) continue;
-    const double push = -stiffness * gap;
     const Vector3d slide = v - n.dot(v) * n;
     const double speed = std::sqrt(slide.squaredNorm()),
                  grip = std::min<double>(c.grip, kHeldGrip * inertia / h);
-    const double coefficient = speed * grip > c.friction * push ? c.friction * push / speed : grip;
-    const Vector3d f = push * n - coefficient * slide;
-    o.loads.dissipated += coefficient * speed * speed * h;
-    b.row(Block::HX)[k] += static_cast<float>(f.x());
-    b.row(Block::HY)[k] += static_cast<float>(f.y());
-    b.row(Block::HZ)[k] += static_cast<float>(f.z());
+    const contact::Pressed<double> law(gap, 0.0, speed, stiffness, 0.0, grip, c.friction);
+    o.loads.dissipated += law.drag * speed * speed * h;
+    addHeld(s, k, law.push * n - law.drag * slide);
   }
 }
 
@@ -115,32 +112,21 @@ bool gatherOrgans(Context& c, std::size_t object, double h) {
   auto& points = c.scratch.objects[object].tissue.points;
   for (std::uint32_t i = 0; i < c.scratch.organ_contacts.size(); ++i) {
     OrganContact& r = c.scratch.organ_contacts[i];
-    const bool knot = r.implicit_side == 1 && r.object == object,
-               triangle = r.implicit_side == 2 && r.other == object;
-    if (!knot && !triangle) continue;
+    if (r.implicit_end < 0) continue;
+    const ContactEnd &own = r.ends[static_cast<std::size_t>(r.implicit_end)],
+                     &far = r.ends[static_cast<std::size_t>(1 - r.implicit_end)];
+    if (own.object != object) continue;
     r.force.setZero();
     TissuePoint point;
-    const Vector3d normal(r.normal[0], r.normal[1], r.normal[2]);
     Vector3d other = Vector3d::Zero(), rate = other, q = other;
-    if (knot) {
-      const ObjectState& s = c.state.objects[r.other];
-      for (int e = 0; e < 3; ++e) {
-        other += static_cast<double>(r.weights[e]) * knotPosition(s, r.triangle[e]);
-        rate += static_cast<double>(r.weights[e]) * knotVelocity(s, r.triangle[e]);
-      }
-      point.normal = -normal;
-      point.knots = r.knots;
-      for (int e = 0; e < 3; ++e) point.weights[e] = r.shares[e];
-    } else {
-      const ObjectState& s = c.state.objects[r.object];
-      for (int e = 0; e < 3; ++e) {
-        other += static_cast<double>(r.shares[e]) * knotPosition(s, r.knots[e]);
-        rate += static_cast<double>(r.shares[e]) * knotVelocity(s, r.knots[e]);
-      }
-      point.normal = normal;
-      point.knots = r.triangle;
-      for (int e = 0; e < 3; ++e) point.weights[e] = r.weights[e];
+    const ObjectState& s = c.state.objects[far.object];
+    for (int e = 0; e < 3; ++e) {
+      other += static_cast<double>(far.weights[e]) * knotPosition(s, far.knots[e]);
+      rate += static_cast<double>(far.weights[e]) * knotVelocity(s, far.knots[e]);
+      point.weights[e] = own.weights[e];
     }
+    point.knots = own.knots;
+    point.normal = (r.implicit_end == 0 ? -1.0 : 1.0) * r.normal.cast<double>();
     point.target = other + h * rate;
     for (int e = 0; e < 3; ++e)
       if (point.weights[e] != 0.0) q += point.weights[e] * c.scratch.objects[object].tissue.q[point.knots[e]];
@@ -218,10 +204,7 @@ void tellThreads(Context& c, std::size_t object, double h) {
       sling.rest = std::max(sling.rest, length + kAround);
     }
     if (!thread.held || !(thread.tension > 0.0)) continue;
-    contact::ToolLoad& load = o.loads.tools[sling.instrument];
-    const Vector3d push = -h * sum, moment = thread.knot_end.cross(push);
-    load.touched = true;
-    for (int e = 0; e < 3; ++e) load.impulse[e] += push[e], load.moment[e] += moment[e];
+    give(o.loads.tools[sling.instrument], -h * sum, thread.knot_end);
   }
 }
 
@@ -231,19 +214,17 @@ void tellTools(Context& c, const ObjectState& s, ObjectScratch& o, double h) {
   for (const TissuePoint& point : o.tissue.points) {
     if (point.tool == kOrgan) {
       OrganContact& r = c.scratch.organ_contacts[point.source];
-      r.force = r.implicit_side == 1 ? point.force : Vector3d(-point.force);
+      r.force = r.implicit_end == 0 ? point.force : Vector3d(-point.force);
       o.loads.dissipated += h * point.slip_power;
       continue;
     }
     if (point.tool == kThread) continue;
     contact::ToolLoad& load = o.loads.tools[point.tool];
     if (point.kind == 0 && point.force.squaredNorm() == 0.0) continue;
-    load.touched = true;
     Vector3d q = Vector3d::Zero();
     for (int e = 0; e < 3; ++e)
       if (point.weights[e] != 0.0) q += point.weights[e] * s.tissue.x[point.knots[e]];
-    const Vector3d impulse = -h * point.force, moment = q.cross(impulse);
-    for (int e = 0; e < 3; ++e) load.impulse[e] += impulse[e], load.moment[e] += moment[e];
+    give(load, -h * point.force, q);
     // Spring of the contact and tissue behind it, in series.
     const double k = point.stiffness > 0.0 ? share / (1.0 / point.stiffness + point.compliance) : 0.0;
     if (point.kind == 1) {
@@ -286,6 +267,13 @@ double kineticOf(const fem::TissueState& s) {
 
 }  // namespace
 
+const ElementsBody kElementsBody;
+
+/// Its inverse is that of the tissue as it was.
+void ElementsBody::giveInertia(ObjectState& s) const {
+  if (!s.tissue.dynamic) makeDynamic(s);
+}
+
 void makeDynamic(ObjectState& s) {
   fem::makeDynamic(s.tissue);
   for (std::size_t k = 0; k < s.tissue.x.size(); ++k) {
@@ -304,7 +292,7 @@ void copyTissue(ObjectState& s) {
   }
 }
 
-void advanceFem(Context& c, std::size_t object, int batch) {
+void ElementsBody::advance(Context& c, std::size_t object, int batch) const {
   ObjectState& s = c.state.objects[object];
   ObjectScratch& o = c.scratch.objects[object];
   const fem::TissueModel& tissue = *c.model.objects[object].fem;
@@ -367,6 +355,47 @@ void advanceFem(Context& c, std::size_t object, int batch) {
   if (inexact > kInexact || !all) s.degraded = true;
   copyTissue(s);
   tellThreads(c, object, h);
+}
+
+void ElementsBody::conduct(Context& c, std::size_t object) const {
+  const fem::TissueState& t = c.state.objects[object].tissue;
+  const auto& columns = c.state.objects[object].heat.columns;
+  const auto warm = [&](fem::Index k) {
+    return columns[k].excess != decltype(interaction::HeatColumn::excess){};
+  };
+  for (std::size_t e = 0; e < t.corner.size(); ++e) {
+    const auto& knots = t.corner[e];
+    if (std::none_of(knots.begin(), knots.end(), warm)) continue;
+    for (std::size_t i = 6 * e; i < 6 * e + 6; ++i) {
+      const interaction::ElementEdge& edge = c.model.objects[object].heat.element_edges[i];
+      exchangeHeat(c, object, knots[edge.corner0], knots[edge.corner1], edge.conductance);
+    }
+  }
+}
+
+/// Elements follow the mean of their corners. An elastostatic object goes on by backward Euler: its inverse
+/// is that of the healthy tissue.
+void ElementsBody::denature(ObjectState& s) const {
+  fem::TissueState& t = s.tissue;
+  bool any = !t.denatured.empty();
+  for (std::size_t k = 0; k < t.x.size() && !any; ++k) any = s.heat.columns[k].denatured > kNoticed;
+  if (!any) return;
+  if (t.denatured.empty()) {
+    giveInertia(s);
+    t.denatured.resize(t.corner.size(), 0.0f);
+  }
+  for (std::size_t e = 0; e < t.corner.size(); ++e) {
+    double sum = 0.0;
+    for (const fem::Index k : t.corner[e]) sum += s.heat.columns[k].denatured;
+    t.denatured[e] = static_cast<float>(0.25 * sum);
+  }
+}
+
+void ElementsBody::reserve(const ObjectConstants& k, const ObjectState& s, ObjectScratch& o) const {
+  o.tissue = fem::TissueScratch(*k.fem, s.block.knotCapacity());
+  o.backup_x.reserve(s.block.knotCapacity());
+  o.cut_faces.reserve(512), o.cut_knots.reserve(1024), o.doublings.reserve(512);
+  o.cut_roots.resize(k.fem->neighbours.size());
 }
 
 }  // namespace vest::scene
