@@ -1,6 +1,8 @@
 #include <xxhash.h>
 
+#include <cstdlib>
 #include <cstring>
+#include <map>
 #include <memory>
 
 #include "readers.h"
@@ -10,6 +12,7 @@
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/material/sutures.h"
 #include "vest_tissue/modelling/bake.h"
+#include "vest_tissue/modelling/session.h"
 #include "vest_tissue/modelling/source.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/rod_scene.h"
@@ -81,6 +84,12 @@ void readNet(const std::string& input) {
   });
 }
 
+const std::map<std::string, modelling::MaterialEntry>& shippedMaterials() {
+  static const auto materials =
+      modelling::readMaterials(std::string(VEST_SOURCE_DIR) + "/vest_tissue/data/materials.yaml");
+  return materials;
+}
+
 void readSource(const std::string& input) {
   const std::string file = folder().unpack("source.yaml", input);
   modelling::SceneSource source;
@@ -89,11 +98,24 @@ void readSource(const std::string& input) {
   for (const auto& o : source.objects) {
     if (o.tube) work += o.tube->rings * o.tube->around;
     if (o.sheet) work += o.sheet->stations * o.sheet->height_knots * 2;
+    if (o.revolve) work += o.revolve->rings * o.revolve->around;
+    for (const auto& layer : o.layers) work += 10 * layer.elements;
   }
   if (work > 400) return;
-  static const auto materials =
-      modelling::readMaterials(std::string(VEST_SOURCE_DIR) + "/vest_tissue/data/materials.yaml");
-  takes("", [&] { modelling::bake(source, materials); });
+  takes("", [&] { modelling::bake(source, shippedMaterials()); });
+}
+
+/// Edits of a small source; those that are taken are undone to the same bytes.
+void readEdits(const std::string& input) {
+  const std::string start =
+      "vest_source: 1\nname: a\nobjects:\n  - name: a  # one\n    organ: tube\n    material: tube\n    tube: "
+      "{centre: [[0, 0, 0.05], [0.02, 0, 0.05]], reference: [0, 0, 1], rings: 4, around: 4, sections: [{at: "
+      "0, "
+      "radii: [0.002]}]}\n    fixed: [{rings: [0, 0]}]\n";
+  modelling::Session session("source.yaml", start, shippedMaterials());
+  takes("edits.yaml", [&] { modelling::play(modelling::readEdits("edits.yaml", input), session); });
+  while (session.canUndo()) session.apply("undo", "");
+  if (session.text() != start) std::abort();
 }
 
 void readMaterials(const std::string& input) {
@@ -255,6 +277,7 @@ std::vector<Reader> tissueReaders() {
           {"mesh", readMesh, {}},
           {"net", readNet, nets},
           {"source", readSource, {}},
+          {"edits", readEdits, {}},
           {"materials", readMaterials, shipped("vest_tissue/data/materials.yaml")},
           {"sutures", readSutures, shipped("vest_tissue/data/sutures.yaml")},
           {"rods", readRods, {}},

@@ -65,6 +65,17 @@ double cutShare(double area, double wall, double cross_section) {
   return std::min(1.0, area / (2 * kPi * radius * (wall > 0 ? wall : 0.1 * radius)));
 }
 
+/// The patient's vessels, and those that the scene has beside them.
+hd::Vessels vesselsOf(const scene::World& world, const std::string& folder) {
+  hd::Vessels vessels = hd::readVessels(folder);
+  const scene::Description& description = world.description();
+  for (const scene::VesselTree& tree : description.vessels)
+    hd::graft(hd::parseCase(description.directory + "/" + tree.folder,
+                            {tree.case_json, tree.network_csv, tree.inflow_csv}),
+              tree.supply, vessels);
+  return vessels;
+}
+
 const net::TubeMap& tubeOf(const scene::World& world, std::size_t object) {
   return world.model().objects[object].tube;
 }
@@ -98,7 +109,7 @@ void BloodEffect::walk(Archive& a, S& s) {
 BloodEffect::BloodEffect(const scene::World& world, const BloodOptions& options,
                          scene::TripleBuffer<BloodFrame>* frames)
     : options_(options),
-      circulation_(hd::buildCirculation(hd::readVessels(options.vessels), options.dx)),
+      circulation_(hd::buildCirculation(vesselsOf(world, options.vessels), options.dx)),
       scratch_(circulation_.model),
       frames_(frames) {
   const auto refuse = [](const char* name, double value, const char* allowed) {

@@ -34,6 +34,10 @@ std::string readText(const std::string& file) {
   } catch (const files::Refused& why) {
     throw NetworkError(file, 0, why.field, why.value, why.allowed);
   }
+  return text;
+}
+
+std::string withoutMark(std::string text) {
   if (text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3);
   return text;
 }
@@ -55,8 +59,7 @@ std::vector<std::string> split(const std::string& line) {
   }
 }
 
-Table readTable(const std::string& file, const std::vector<std::string>& columns) {
-  const std::string text = readText(file);
+Table readTable(const std::string& file, const std::string& text, const std::vector<std::string>& columns) {
   Table table;
   table.file = file;
   std::size_t begin = 0;
@@ -135,8 +138,7 @@ double caseNumber(const nlohmann::json& object, const std::string& key, Network&
   return value.get<double>();
 }
 
-void readCaseFile(Network& network) {
-  const std::string text = readText(network.case_file);
+void readCaseFile(Network& network, const std::string& text) {
   // Hostile nesting would exhaust the parser's stack; a case needs two levels.
   int depth = 0;
   bool in_string = false;
@@ -187,11 +189,11 @@ void readCaseFile(Network& network) {
   }
 }
 
-void readSegments(Network& network) {
-  const Table table =
-      readTable(network.network_file, {"id", "name", "node_in", "node_out", "length_m", "r_prox_m",
-                                       "r_dist_m", "h_prox_m", "h_dist_m", "E_Pa", "P_ref_Pa", "terminal",
-                                       "R1_Pa_s_m3", "R2_Pa_s_m3", "C_m3_Pa", "P_out_Pa"});
+void readSegments(Network& network, const std::string& text) {
+  const Table table = readTable(
+      network.network_file, text,
+      {"id", "name", "node_in", "node_out", "length_m", "r_prox_m", "r_dist_m", "h_prox_m", "h_dist_m",
+       "E_Pa", "P_ref_Pa", "terminal", "R1_Pa_s_m3", "R2_Pa_s_m3", "C_m3_Pa", "P_out_Pa"});
   for (const Row& row : table.rows) {
     SegmentSpec segment;
     segment.line = row.line;
@@ -219,8 +221,8 @@ void readSegments(Network& network) {
   }
 }
 
-void readInflow(Network& network) {
-  const Table table = readTable(network.inflow_file, {"t_s", "Q_m3_s"});
+void readInflow(Network& network, const std::string& text) {
+  const Table table = readTable(network.inflow_file, text, {"t_s", "Q_m3_s"});
   for (const Row& row : table.rows)
     network.inflow.push_back({number(table, row, "t_s"), number(table, row, "Q_m3_s"), row.line});
 }
@@ -267,18 +269,25 @@ std::string formatNumber(double value) {
   return out.str();
 }
 
-Network readCase(const std::string& folder) {
+Network parseCase(const std::string& folder, const CaseTexts& texts) {
   Network network;
   const std::filesystem::path path(folder);
-  if (!std::filesystem::is_directory(path))
-    throw NetworkError(folder, 0, "CASE_DIR", "", "a folder with case.json, network.csv and inflow.csv");
   network.case_file = (path / "case.json").string();
   network.network_file = (path / "network.csv").string();
   network.inflow_file = (path / "inflow.csv").string();
-  readCaseFile(network);
-  readSegments(network);
-  readInflow(network);
+  readCaseFile(network, withoutMark(texts.case_json));
+  readSegments(network, withoutMark(texts.network_csv));
+  readInflow(network, withoutMark(texts.inflow_csv));
   return network;
+}
+
+Network readCase(const std::string& folder) {
+  const std::filesystem::path path(folder);
+  if (!std::filesystem::is_directory(path))
+    throw NetworkError(folder, 0, "CASE_DIR", "", "a folder with case.json, network.csv and inflow.csv");
+  return parseCase(folder,
+                   {readText((path / "case.json").string()), readText((path / "network.csv").string()),
+                    readText((path / "inflow.csv").string())});
 }
 
 }  // namespace vest::haemodynamics

@@ -333,6 +333,24 @@ void readConnections(const Value& value, Files& files, Description& description)
   }
 }
 
+/// Trees of vessels: their three files each belong to the scene; the circulation reads them.
+void readVessels(const Value& value, Files& files, Description& description) {
+  for (const Value& item : value.list()) {
+    Map map(item);
+    VesselTree tree;
+    tree.folder = map["case"].name();
+    tree.supply = map["supply"].name();
+    map.finish();
+    for (const auto& [name, bytes] : {std::pair{"case.json", &tree.case_json},
+                                      {"network.csv", &tree.network_csv},
+                                      {"inflow.csv", &tree.inflow_csv}}) {
+      std::string path;
+      *bytes = files.read(map["case"], path, tree.folder + "/" + name);
+    }
+    description.vessels.push_back(std::move(tree));
+  }
+}
+
 Description load(const std::string& path, SceneFiles* kept) {
   const std::string text = yaml::readFile(path, yaml::kMaxBytes);
   const Value root = yaml::parse(path, text);
@@ -343,7 +361,7 @@ Description load(const std::string& path, SceneFiles* kept) {
   Files files(path, description.directory, text, kept);
   Map map(root);
   map.only({"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections",
-            "connect", "sutures"});
+            "connect", "vessels", "sutures"});
   if (map.has("vest_scene")) map["vest_scene"].integer(1, 1);
   if (map.has("name"))
     description.name = map["name"].name();
@@ -386,6 +404,7 @@ Description load(const std::string& path, SceneFiles* kept) {
   }
   if (map.has("connections")) readConnections(map["connections"], files, description);
   if (map.has("connect")) readNearestConnections(map["connect"], description);
+  if (map.has("vessels")) readVessels(map["vessels"], files, description);
   if (map.has("sutures")) {
     if (description.integrator != Integrator::NewtonEuler)
       map["sutures"].fail("belongs to scenes with integrator: newton_euler; vest_simulate moves rods");

@@ -30,8 +30,10 @@ class Files {
     hash(scene_bytes);
   }
 
-  std::string read(const Value& value, std::string& path) {
-    path = yaml::resolve(directory_, value.string(), value.file(), value.line(), value.field());
+  std::string read(const Value& value, std::string& path) { return read(value, path, value.string()); }
+  /// A file that the value means by another name.
+  std::string read(const Value& value, std::string& path, const std::string& name) {
+    path = yaml::resolve(directory_, name, value.file(), value.line(), value.field());
     std::string bytes, is;
     try {
       bytes = files::read(path, kMaxSideFile);

@@ -5,7 +5,11 @@
 #include <numeric>
 #include <stdexcept>
 
+#include <xxhash.h>
 #include <Eigen/Geometry>
+
+#include "vest_tissue/fem/description.h"
+#include "vest_tissue/scene/fem_object.h"
 
 namespace vest::modelling {
 namespace {
@@ -20,7 +24,25 @@ struct Draft {
   const ObjectSource* source;
   RingNet net;
   std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::uint64_t key = 0;         // of what the net is made from so far
+  std::uint64_t object_key = 0;  // of what the object is made from
 };
+
+std::uint64_t both(std::uint64_t a, std::uint64_t b) {
+  const std::uint64_t pair[] = {a, b};
+  return XXH64(pair, sizeof pair, 0);
+}
+
+/// What was kept under this key, or what `make` makes.
+template <class T, class Make>
+const T& keep(BakeCache::Kept<T>& kept, std::uint64_t key, Make make) {
+  if (!kept.value || kept.key != key) {
+    kept.value = nullptr;
+    kept.value = std::make_shared<const T>(make());
+    kept.key = key;
+  }
+  return *kept.value;
+}
 
 [[noreturn]] void fail(const ObjectSource& object, int line, const std::string& what) {
   const std::string place = object.file.empty() ? ""
@@ -197,16 +219,19 @@ void addHolds(const Draft& draft, const std::vector<Draft>& drafts, const Vector
   }
 }
 
-void addConnections(const Draft& draft, const std::vector<Draft>& drafts, const std::vector<Object>& objects,
-                    std::vector<scene::Connection>& connections) {
+/// The connections of each rule.
+std::vector<std::vector<scene::Connection>> connectionsOf(const Draft& draft,
+                                                          const std::vector<Draft>& drafts,
+                                                          const std::vector<Object>& objects) {
   const auto objectNamed = [&](const std::string& name) -> const Object& {
     return *std::find_if(objects.begin(), objects.end(), [&](const Object& o) { return o.name == name; });
   };
   const Object& self = objectNamed(draft.source->name);
+  std::vector<std::vector<scene::Connection>> all;
   for (const ConnectRule& rule : draft.source->connections) {
     const Draft& other = draftNamed(drafts, rule.to, draft, rule.line);
     const Object& target = objectNamed(rule.to);
-    std::size_t made = 0;
+    std::vector<scene::Connection>& connections = all.emplace_back();
     for (const auto r : selected(rule.rings, draft)) {
       std::vector<std::pair<NearestPoint, Index>> candidates;
       for (std::uint32_t k = 0; k < draft.net.around; ++k) {
@@ -232,13 +257,40 @@ void addConnections(const Draft& draft, const std::vector<Draft>& drafts, const 
         const double reduced = self.mass[knot] * carrier / (self.mass[knot] + carrier);
         connection.damping = 0.2 * std::sqrt(rule.stiffness * reduced);
         connections.push_back(connection);
-        ++made;
       }
     }
-    if (made == 0)
-      fail(*draft.source, rule.line,
-           "connect to " + rule.to + ": no knot lies within " + std::to_string(rule.within) + " m");
   }
+  return all;
+}
+
+/// @throws std::invalid_argument where a rule ties nothing
+void addConnections(const std::vector<Draft>& drafts, const std::vector<Object>& objects, BakeCache& cache,
+                    std::vector<scene::Connection>& connections) {
+  const auto nothingNear = [](const Draft& draft, const ConnectRule& rule) {
+    fail(*draft.source, rule.line,
+         "connect to " + rule.to + ": no knot lies within " + std::to_string(rule.within) + " m");
+  };
+  std::map<std::string, std::pair<bool, std::pair<const Draft*, const ConnectRule*>>> of_trees;
+  for (const Draft& draft : drafts) {
+    const auto& rules = draft.source->connections;
+    if (rules.empty()) continue;
+    std::uint64_t key = draft.object_key;
+    for (const ConnectRule& rule : rules)
+      key = both(key, draftNamed(drafts, rule.to, draft, rule.line).object_key);
+    const auto& made = keep(cache.entries[draft.source->name].connections, key,
+                            [&] { return connectionsOf(draft, drafts, objects); });
+    for (std::size_t r = 0; r < rules.size(); ++r) {
+      if (made[r].empty() && rules[r].all_of.empty()) nothingNear(draft, rules[r]);
+      if (!rules[r].all_of.empty()) {
+        auto& [any, asked] = of_trees[rules[r].all_of + "\n" + std::to_string(r)];
+        any = any || !made[r].empty();
+        asked = {&draft, &rules[r]};
+      }
+      connections.insert(connections.end(), made[r].begin(), made[r].end());
+    }
+  }
+  for (const auto& [name, found] : of_trees)
+    if (!found.first) nothingNear(*found.second.first, *found.second.second);
 }
 
 }  // namespace
@@ -282,7 +334,161 @@ double highestFrequency(const Object& object) {
   return std::sqrt(std::max(0.0, value));
 }
 
-scene::Description bake(const SceneSource& source, const std::map<std::string, MaterialEntry>& materials) {
+namespace {
+
+using Materials = std::map<std::string, MaterialEntry>;
+
+const MaterialEntry& materialOf(const ObjectSource& object, const std::string& key, const std::string& name,
+                                const Materials& materials) {
+  const auto found = materials.find(name);
+  if (found != materials.end()) return found->second;
+  std::string known;
+  for (const auto& entry : materials) known += (known.empty() ? "" : ", ") + entry.first;
+  fail(object, key, "material " + name + " is not in the database: " + known);
+}
+
+/// A wall of elements: its first nodes are the net's knots.
+void addLayers(const Draft& draft, const std::vector<Draft>& drafts, const Vector3& gravity,
+               const Materials& materials, Object& object) {
+  // As the shipped scenes of elements have them: assumed.
+  constexpr double kRayleighMass = 2.0, kRayleighStiffness = 0.004;
+  const ObjectSource& from = *draft.source;
+  LayeredMesh mesh;
+  try {
+    mesh = makeLayers(draft.net.knots, wallTriangles(draft.net), from.layers);
+  } catch (const std::invalid_argument& error) {
+    fail(from, "layers", error.what());
+  }
+  auto fem = std::make_shared<fem::Description>();
+  fem->name = from.name;
+  fem->start_in_equilibrium = true;
+  fem->nodes = mesh.nodes;
+  fem->tetrahedra = mesh.tetrahedra;
+  fem->cell_material = mesh.layer;
+  for (const Layer& layer : from.layers) {
+    const MaterialEntry& entry = materialOf(from, "layers", layer.material, materials);
+    fem->materials.push_back({entry.law.youngs_modulus, entry.poisson_ratio, entry.density, 0.0, 0.0});
+  }
+  fem->material = fem->materials[0];
+  fem->material.rayleigh_mass = kRayleighMass;
+  fem->material.rayleigh_stiffness = kRayleighStiffness;
+  // Held is the whole wall below a knot that is held.
+  object.rest_position = draft.net.knots;
+  object.fixed.assign(draft.net.knots.size(), 0);
+  addHolds(draft, drafts, gravity, object);
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
+    if (object.fixed[i % draft.net.knots.size()]) fem->fixed.push_back(static_cast<Index>(i));
+  if (fem->fixed.empty()) fail(from, "layers", "nothing holds it; allowed: fixed rings, for elements");
+  object.model = scene::ObjectModel::Fem;
+  object.fem = std::move(fem);
+  scene::completeFem(object);
+  object.contact_thickness = from.contact_thickness;
+  object.friction = from.friction;
+  object.full_contact = from.full_contact;
+  object.cut_toughness = from.cut_toughness;
+  object.puncture_force = from.puncture_force;
+}
+
+Object objectOf(const Draft& draft, const std::vector<Draft>& drafts, const Vector3& gravity,
+                const Materials& materials) {
+  const ObjectSource& from = *draft.source;
+  const MaterialEntry& material = materialOf(from, "material", from.material, materials);
+  Object object;
+  object.name = from.name;
+  object.organ = from.organ;
+  object.material = from.material;
+  object.roles = from.roles;
+  object.model = from.rigid ? scene::ObjectModel::Rigid : scene::ObjectModel::Net;
+  object.law = material.law;
+  object.density = material.density;
+  if (!from.layers.empty()) {
+    addLayers(draft, drafts, gravity, materials, object);
+    return object;
+  }
+  object.rest_position = object.position = draft.net.knots;
+  object.fixed.assign(draft.net.knots.size(), from.rigid ? 1 : 0);
+  addMasses(draft, object.density, object);
+  for (const double mass : object.mass) object.damping.push_back(from.rigid ? 0.0 : from.damping_rate * mass);
+  if (!from.rigid) {
+    addLinks(draft, object);
+    if (from.bulk_modulus > 0) object.volumes.push_back({draft.triangles, from.bulk_modulus, 0.0});
+    addHolds(draft, drafts, gravity, object);
+  }
+  object.contact_triangles = draft.triangles;
+  object.contact_thickness = from.contact_thickness;
+  object.friction = from.friction;
+  object.full_contact = from.full_contact;
+  object.cut_toughness = from.cut_toughness;
+  object.puncture_force = from.puncture_force;
+  object.tear_strain = from.tear_strain;
+  object.wall_thickness = from.inner_wall > 0.0 ? from.inner_wall
+                          : from.tube           ? from.tube->wall_thickness
+                          : from.revolve        ? from.revolve->wall_thickness
+                                                : 0.0;
+  object.skin = makeSkin(draft.net, from.skin_along, from.skin_around, from.petals, from.petal_depth);
+  object.tube.station = draft.net.station;
+  object.tube.vessel_segment = from.vessel_segment;
+  object.motility = from.motility;
+  for (std::uint32_t r = 0; r < draft.net.rings; ++r) {
+    std::vector<Index> ring;
+    for (std::uint32_t k = 0; k < draft.net.around; ++k) ring.push_back(draft.net.knot(r, k));
+    object.tube.rings.push_back(std::move(ring));
+  }
+  return object;
+}
+
+RingNet drawn(const ObjectSource& object) try {
+  Draft draft{&object,
+              object.tube    ? makeTube(*object.tube)
+              : object.sheet ? makeSheet(*object.sheet)
+                             : makeRevolve(*object.revolve),
+              {}};
+  pushBumps(draft);
+  return draft.net;
+} catch (const std::invalid_argument& error) {
+  fail(object, object.tube ? "tube" : object.sheet ? "sheet" : "revolve", error.what());
+}
+
+/// Nets in their places.
+std::vector<Draft> draftsOf(const SceneSource& source, BakeCache& cache) {
+  std::vector<Draft> drafts;
+  for (const ObjectSource& object : source.objects) {
+    Draft draft{
+        &object, keep(cache.entries[object.name].drawn, object.key, [&] { return drawn(object); }), {}};
+    draft.triangles = knotTriangles(draft.net);
+    draft.key = object.key;
+    drafts.push_back(std::move(draft));
+  }
+  for (Draft& draft : drafts) {
+    const auto& rules = draft.source->lay;
+    if (rules.empty()) continue;
+    for (const LayRule& rule : rules)
+      draft.key = both(draft.key, draftNamed(drafts, rule.on, draft, rule.line).key);
+    draft.net = keep(cache.entries[draft.source->name].laid, draft.key, [&] {
+      Draft moved = draft;
+      for (const LayRule& rule : rules) layOn(moved, draftNamed(drafts, rule.on, draft, rule.line), rule);
+      return moved.net;
+    });
+  }
+  for (Draft& draft : drafts) {  // when everything lies in its place
+    const auto& rules = draft.source->clear;
+    if (rules.empty()) continue;
+    for (const ClearRule& rule : rules)
+      draft.key = both(draft.key, draftNamed(drafts, rule.of, draft, rule.line).key);
+    draft.net = keep(cache.entries[draft.source->name].cleared, draft.key, [&] {
+      Draft moved = draft;
+      for (const ClearRule& rule : rules)
+        clearOf(moved, draftNamed(drafts, rule.of, draft, rule.line), rule.gap);
+      return moved.net;
+    });
+  }
+  return drafts;
+}
+
+}  // namespace
+
+scene::Description bake(const SceneSource& source, const std::map<std::string, MaterialEntry>& materials,
+                        BakeCache* cache) {
   scene::Description description;
   description.name = source.name;
   description.gravity = source.gravity;
@@ -290,76 +496,31 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
   description.seed = source.seed;
   description.sutures = source.sutures;
 
-  std::vector<Draft> drafts;
-  for (const ObjectSource& object : source.objects) {
-    try {
-      drafts.push_back({&object, object.tube ? makeTube(*object.tube) : makeSheet(*object.sheet), {}});
-    } catch (const std::invalid_argument& error) {
-      fail(object, object.tube ? "tube" : "sheet", error.what());
-    }
-    Draft& draft = drafts.back();
-    pushBumps(draft);
-    draft.triangles = knotTriangles(draft.net);
-  }
+  BakeCache fresh;
+  BakeCache& kept = cache ? *cache : fresh;
+  kept.rebuilt.clear();
+  std::vector<Draft> drafts = draftsOf(source, kept);
   for (Draft& draft : drafts) {
-    const ObjectSource& object = *draft.source;
-    for (const LayRule& rule : object.lay) layOn(draft, draftNamed(drafts, rule.on, draft, rule.line), rule);
-  }
-  for (Draft& draft : drafts) {  // when everything lies in its place
-    const ObjectSource& object = *draft.source;
-    for (const ClearRule& rule : object.clear) {
-      clearOf(draft, draftNamed(drafts, rule.of, draft, rule.line), rule.gap);
-    }
-  }
-  for (const Draft& draft : drafts) {
     const ObjectSource& from = *draft.source;
-    const auto found = materials.find(from.material);
-    if (found == materials.end()) {
-      std::string known;
-      for (const auto& entry : materials) known += (known.empty() ? "" : ", ") + entry.first;
-      fail(from, "material", "material " + from.material + " is not in the database: " + known);
-    }
-    Object object;
-    object.name = from.name;
-    object.organ = from.organ;
-    object.material = from.material;
-    object.roles = from.roles;
-    object.model = from.rigid ? scene::ObjectModel::Rigid : scene::ObjectModel::Net;
-    object.law = found->second.law;
-    object.density = found->second.density;
-    object.rest_position = object.position = draft.net.knots;
-    object.fixed.assign(draft.net.knots.size(), from.rigid ? 1 : 0);
-    addMasses(draft, object.density, object);
-    for (const double mass : object.mass)
-      object.damping.push_back(from.rigid ? 0.0 : from.damping_rate * mass);
-    if (!from.rigid) {
-      addLinks(draft, object);
-      if (from.bulk_modulus > 0) object.volumes.push_back({draft.triangles, from.bulk_modulus, 0.0});
-      addHolds(draft, drafts, source.gravity, object);
-    }
-    object.contact_triangles = draft.triangles;
-    object.contact_thickness = from.contact_thickness;
-    object.friction = from.friction;
-    object.full_contact = from.full_contact;
-    object.cut_toughness = from.cut_toughness;
-    object.puncture_force = from.puncture_force;
-    object.tear_strain = from.tear_strain;
-    object.wall_thickness = from.inner_wall > 0.0 ? from.inner_wall
-                            : from.tube           ? from.tube->wall_thickness
-                                                  : 0.0;
-    object.skin = makeSkin(draft.net, from.skin_along, from.skin_around, from.petals, from.petal_depth);
-    object.tube.station = draft.net.station;
-    object.tube.vessel_segment = from.vessel_segment;
-    object.motility = from.motility;
-    for (std::uint32_t r = 0; r < draft.net.rings; ++r) {
-      std::vector<Index> ring;
-      for (std::uint32_t k = 0; k < draft.net.around; ++k) ring.push_back(draft.net.knot(r, k));
-      object.tube.rings.push_back(std::move(ring));
-    }
-    description.objects.push_back(std::move(object));
+    draft.object_key = XXH64(source.gravity.data(), 3 * sizeof(double), draft.key);
+    for (const FixRule& rule : from.fixed)
+      if (!from.rigid && !rule.outside.empty())
+        draft.object_key = both(draft.object_key, draftNamed(drafts, rule.outside, draft, rule.line).key);
+    description.objects.push_back(keep(kept.entries[from.name].object, draft.object_key, [&] {
+      kept.rebuilt.push_back(from.name);
+      return objectOf(draft, drafts, source.gravity, materials);
+    }));
   }
-  for (const Draft& draft : drafts)
-    addConnections(draft, drafts, description.objects, description.connections);
+  addConnections(drafts, description.objects, kept, description.connections);
+  for (const TreeSource& tree : source.trees) {
+    if (tree.spec.supply.empty()) continue;
+    description.vessels.push_back(
+        vesselTree(tree.name, tree.spec, tree.branches, materials.at(tree.material).law.youngs_modulus));
+  }
+  for (auto& [name, entry] : kept.entries) entry.used = false;
+  for (const ObjectSource& object : source.objects) kept.entries[object.name].used = true;
+  for (auto it = kept.entries.begin(); it != kept.entries.end();)
+    it = it->second.used ? std::next(it) : kept.entries.erase(it);
   return description;
 }
 

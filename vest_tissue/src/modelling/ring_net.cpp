@@ -199,6 +199,38 @@ RingNet makeSheet(const SheetSpec& spec) {
   return net;
 }
 
+RingNet makeRevolve(const RevolveSpec& spec) {
+  std::vector<Vector3> points;
+  for (const auto& p : spec.profile) points.push_back({p[1], 0.0, p[0]});
+  const Curve curve(points);
+  const Vector3 axis = spec.axis.normalized();
+  const Vector3 x = (spec.reference - spec.reference.dot(axis) * axis).normalized(), y = axis.cross(x);
+  if (!(x.norm() > 0.5)) throw std::invalid_argument("axis and reference must be two directions");
+  RingNet net;
+  net.rings = spec.rings;
+  net.around = spec.around;
+  net.start = spec.profile.front()[1] > 0 ? End::Cap : End::Pole;
+  net.end = spec.profile.back()[1] > 0 ? End::Cap : End::Pole;
+  const auto at = [&](double radius, double height, double angle) -> Vector3 {
+    return spec.origin + height * axis + radius * (std::cos(angle) * x + std::sin(angle) * y);
+  };
+  const int before = net.start == End::Pole, after = net.end == End::Pole;
+  for (std::uint32_t r = 0; r < spec.rings; ++r) {
+    const double arc = curve.length() * (r + before) / (spec.rings - 1 + before + after);
+    const Vector3 place = curve.at(arc);
+    if (!(place.x() > 0))
+      throw std::invalid_argument("profile: a radius of " + std::to_string(place.x()) +
+                                  " m between its points; allowed: > 0 but at its ends");
+    for (std::uint32_t k = 0; k < spec.around; ++k)
+      net.knots.push_back(at(place.x(), place.z(), 2 * kPi * k / spec.around));
+    net.station.push_back(arc);
+  }
+  if (before) net.knots.push_back(at(0, spec.profile.front()[0], 0));
+  if (after) net.knots.push_back(at(0, spec.profile.back()[0], 0));
+  addWalls(net, spec.wall_thickness);
+  return net;
+}
+
 std::vector<NetLink> makeLinks(const RingNet& net, std::uint32_t springs,
                                const std::vector<LinkClass>& fillers) {
   const std::uint32_t n = net.around, rings = net.rings;
@@ -331,6 +363,18 @@ std::vector<std::array<std::uint32_t, 3>> knotTriangles(const RingNet& net) {
       }
     }
   }
+  return triangles;
+}
+
+std::vector<std::array<std::uint32_t, 3>> wallTriangles(const RingNet& net) {
+  std::vector<std::array<std::uint32_t, 3>> triangles = knotTriangles(net);
+  const auto ringOf = [&](std::uint32_t knot) { return knot / net.around; };
+  triangles.erase(std::remove_if(triangles.begin(), triangles.end(),
+                                 [&](const auto& t) {
+                                   return ringOf(t[0]) == ringOf(t[1]) && ringOf(t[0]) == ringOf(t[2]) &&
+                                          ringOf(t[0]) < net.rings;
+                                 }),
+                  triangles.end());
   return triangles;
 }
 

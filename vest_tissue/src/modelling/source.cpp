@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <set>
 
+#include <xxhash.h>
+
 #include "../loader/loader_living.h"
 #include "../loader/loader_sutures.h"
 #include "vest_tissue/files/yaml_reader.h"
@@ -96,6 +98,136 @@ SheetSpec sheetOf(const Value& value) {
   return spec;
 }
 
+RevolveSpec revolveOf(const Value& value) {
+  Map map(value);
+  RevolveSpec spec;
+  spec.origin = map["origin"].vector3();
+  spec.axis = map["axis"].vector3();
+  if (!(spec.axis.norm() > 1e-9)) map["axis"].fail("must be a direction");
+  if (map.has("reference")) spec.reference = map["reference"].vector3();
+  for (const Value& item : map["profile"].list()) {
+    const auto pair = item.list();
+    if (pair.size() != 2) item.fail("must be [height, radius]");
+    spec.profile.push_back({pair[0].number(-kMetres, kMetres), pair[1].number(0, kMetres)});
+  }
+  if (spec.profile.size() < 2) map["profile"].fail("must be two or more of [height, radius]");
+  spec.rings = map["rings"].integer(3, 1000);
+  spec.around = map["around"].integer(4, 200);
+  if (map.has("wall_thickness")) spec.wall_thickness = map["wall_thickness"].number(0, kMetres);
+  map.finish();
+  return spec;
+}
+
+/// What a wall of elements cannot have, since it belongs to nets.
+void readLayers(Map& map, ObjectSource& object) {
+  for (const char* of_net :
+       {"springs", "fillers", "bulk_modulus", "tethers", "support", "motility", "inner_wall",
+        "stiffness_factor", "damping_ratio", "fill", "vessel_segment", "skin", "tear_strain"})
+    if (map.has(of_net)) map[of_net].fail("belongs to nets; an object with layers is made of elements");
+  if (object.rigid) map["rigid"].fail("must not be true with layers");
+  std::uint32_t elements = 0;
+  for (const Value& item : map["layers"].list()) {
+    Map layer(item);
+    Layer result;
+    result.material = layer["material"].name();
+    result.thickness = layer["thickness"].number(1e-5, 1.0);
+    if (layer.has("elements")) result.elements = layer["elements"].integer(1, 32);
+    layer.finish();
+    elements += result.elements;
+    object.layers.push_back(result);
+  }
+  if (object.layers.empty() || elements > 64) map["layers"].fail("must be layers of 1 to 64 elements in all");
+}
+
+TreeSpec treeOf(const Value& value) {
+  Map map(value);
+  TreeSpec spec;
+  spec.root = map["root"].vector3();
+  spec.direction = map["direction"].vector3();
+  spec.plane = map["plane"].vector3();
+  spec.radius = map["radius"].number(1e-4, 0.02);
+  spec.axiom = map["axiom"].string();
+  const auto letters = [](const Value& word) {
+    const std::string signs = word.string();
+    if (signs.empty() || signs.size() > 200 ||
+        signs.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ[]/") != std::string::npos)
+      word.fail("must be 1 to 200 of the letters A to Z (F: a branch), [ ] and /");
+    return signs;
+  };
+  letters(map["axiom"]);
+  if (map.has("productions")) {
+    Map productions(map["productions"]);
+    for (const auto& entry : map["productions"].node()) {
+      const std::string letter = entry.first.Scalar();
+      if (letter.size() != 1 || letter[0] < 'A' || letter[0] > 'Z')
+        map["productions"].fail("its keys must be one letter each, A to Z");
+      spec.productions[letter[0]] = letters(productions[letter]);
+    }
+    productions.finish();
+  }
+  if (map.has("steps")) spec.steps = map["steps"].integer(0, 12);
+  if (map.has("seed")) spec.seed = map["seed"].integer(0, 4294967295u);
+  if (map.has("length")) spec.length = map["length"].number(2, 100);
+  if (map.has("turn")) spec.turn = map["turn"].number(-360, 360) * 3.14159265358979323846 / 180;
+  if (map.has("scatter")) spec.scatter = map["scatter"].number(0, 0.5);
+  if (map.has("least")) spec.least = map["least"].number(5e-5, 0.02);
+  if (map.has("around")) spec.around = map["around"].integer(4, 24);
+  if (map.has("supply")) spec.supply = map["supply"].name();
+  if (map.has("flow")) spec.flow = map["flow"].number(1e-12, 1e-3);
+  map.finish();
+  return spec;
+}
+
+/// The branches of a tree as tubes, each tied to the one that it leaves. What is said of the tree goes for
+/// each of them, but rings that are fixed: those of the first one.
+void addBranches(const ObjectSource& like, TreeSource tree, const Value& value, SceneSource& source) {
+  constexpr double kJoint = 20.0;  // N/m a knot, as where tubes leave the uterus (assumed)
+  constexpr std::size_t kLongest = 40;
+  if (tree.name.size() > kLongest)
+    value.fail("name: must be at most " + std::to_string(kLongest) + " signs of a tree");
+  try {
+    tree.branches = growTree(tree.spec);
+  } catch (const std::invalid_argument& error) {
+    value.fail("tree: " + std::string(error.what()));
+  }
+  for (std::size_t i = 0; i < tree.branches.size(); ++i) {
+    const TreeBranch& branch = tree.branches[i];
+    if (!branch.drawn) continue;
+    ObjectSource object = like;
+    object.name = branchName(tree.name, i);
+    object.key = XXH64(&i, sizeof i, like.key);
+    for (const ObjectSource& other : source.objects)
+      if (other.name == object.name) value.fail("its branch " + object.name + " must be there once");
+    const double length = (branch.to - branch.from).norm(), r = branch.radius;
+    TubeSpec& tube = object.tube.emplace();
+    tube.centre = {branch.from, branch.to};
+    tube.sections = {{0.0, {r}}};
+    tube.reference = branch.axis;
+    tube.rings = static_cast<std::uint32_t>(std::clamp(std::ceil(length / (1.5 * r)) + 1.0, 4.0, 60.0));
+    tube.around = tree.spec.around;
+    tube.start_dome = tube.end_dome = std::min(r, 0.3 * length);
+    tube.wall_thickness = wallOf(r);
+    if (!tree.spec.supply.empty()) object.vessel_segment = object.name;
+    for (ConnectRule& rule : object.connections) rule.all_of = tree.name;
+    if (branch.parent >= 0) {
+      object.fixed.erase(std::remove_if(object.fixed.begin(), object.fixed.end(),
+                                        [](const FixRule& rule) { return rule.rings.has_value(); }),
+                         object.fixed.end());
+      const double before = tree.branches[static_cast<std::size_t>(branch.parent)].radius;
+      ConnectRule joint;
+      joint.to = branchName(tree.name, static_cast<std::size_t>(branch.parent));
+      joint.rings = {0, 1, 1, value.line()};
+      joint.per_ring = tree.spec.around;
+      joint.within = 3 * before;
+      joint.stiffness = kJoint;
+      joint.line = value.line();
+      object.connections.push_back(joint);
+    }
+    source.objects.push_back(std::move(object));
+  }
+  source.trees.push_back(std::move(tree));
+}
+
 // The other side of the body: x turned round, left and right exchanged in names.
 std::string mirrored(std::string word) {
   for (const auto& [from, to] :
@@ -108,11 +240,13 @@ std::string mirrored(std::string word) {
 }
 
 void shift(ObjectSource& object, const Vector3& by) {
+  object.key = XXH64(by.data(), sizeof(double) * 3, object.key);
   if (object.tube)
     for (auto& p : object.tube->centre) p += by;
   if (object.sheet)
     for (auto& curve : object.sheet->curves)
       for (auto& p : curve) p += by;
+  if (object.revolve) object.revolve->origin += by;
   for (auto& bump : object.bumps) bump.at += by;
 }
 
@@ -128,6 +262,11 @@ ObjectSource mirrored(ObjectSource object) {
   if (object.sheet) {
     for (auto& curve : object.sheet->curves)
       for (auto& p : curve) turn(p);
+  }
+  if (object.revolve) {
+    turn(object.revolve->origin);
+    turn(object.revolve->axis);
+    turn(object.revolve->reference);
   }
   for (auto& bump : object.bumps) {
     turn(bump.at);
@@ -198,7 +337,23 @@ void readRules(Map& map, ObjectSource& object) {
   }
 }
 
-ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& before) {
+/// Hash of what a part of the file says, whatever its layout.
+std::uint64_t keyOf(const YAML::Node& node, std::uint64_t seed) {
+  const auto word = [&](const std::string& text) { seed = XXH64(text.data(), text.size(), seed + 1); };
+  if (node.IsScalar()) {
+    word(node.Scalar());
+  } else if (node.IsMap()) {
+    word("{" + std::to_string(node.size()));
+    for (const auto& entry : node) seed = keyOf(entry.second, keyOf(entry.first, seed));
+  } else {
+    word("[" + std::to_string(node.size()));
+    for (const auto& item : node) seed = keyOf(item, seed);
+  }
+  return seed;
+}
+
+void readObject(const Value& value, SceneSource& source) {
+  const std::vector<ObjectSource>& before = source.objects;
   Map map(value);
   ObjectSource object;
   const bool mirror = map.has("mirror_of");
@@ -209,6 +364,7 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
     if (found == before.end()) other.fail("must be an object above");
     object = mirrored(*found);
   }
+  object.key = keyOf(value.node(), object.key);
   object.file = value.file();
   object.line[""] = value.line();
   for (const auto& entry : value.node()) object.line[entry.first.Scalar()] = entry.second.Mark().line + 1;
@@ -226,7 +382,18 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
   if (map.has("full_contact")) object.full_contact = map["full_contact"].boolean();
   if (map.has("tube")) object.tube = tubeOf(map["tube"]);
   if (map.has("sheet")) object.sheet = sheetOf(map["sheet"]);
-  if (object.tube.has_value() == object.sheet.has_value()) value.fail("must have either tube or sheet");
+  if (map.has("revolve")) object.revolve = revolveOf(map["revolve"]);
+  std::optional<TreeSource> tree;
+  if (map.has("tree")) {
+    if (mirror || object.rigid) value.fail("tree: must be neither mirror_of another nor rigid");
+    tree = TreeSource{object.name, object.material, treeOf(map["tree"]), {}};
+  }
+  if (object.tube.has_value() + object.sheet.has_value() + object.revolve.has_value() + tree.has_value() != 1)
+    value.fail("must have either tube, sheet, revolve or tree");
+  if (map.has("layers")) {
+    if (mirror || tree || object.sheet) map["layers"].fail("belongs to tube and revolve, without mirror_of");
+    readLayers(map, object);
+  }
   if (map.has("bumps")) {
     object.bumps.clear();
     for (const Value& item : map["bumps"].list()) {
@@ -273,9 +440,14 @@ ObjectSource objectOf(const Value& value, const std::vector<ObjectSource>& befor
   number("inner_wall", object.inner_wall, 0, 0.1);
   if (map.has("motility")) object.motility = scene::readMotility(map["motility"]);
   if (map.has("vessel_segment")) object.vessel_segment = map["vessel_segment"].name();
+  if (tree && !object.vessel_segment.empty())
+    value.fail("vessel_segment: must not be there: a tree's branches are segments of its own network");
   readRules(map, object);
   map.finish();
-  return object;
+  if (tree)
+    addBranches(object, std::move(*tree), value, source);
+  else
+    source.objects.push_back(std::move(object));
 }
 
 std::string directoryOf(const std::string& path) {
@@ -315,8 +487,11 @@ void include(const Value& value, SceneSource& source) {
   Map part(root);
   part["vest_part"].integer(1, 1);
   for (const Value& item : part["objects"].list()) {
-    source.objects.push_back(objectOf(item, source.objects));
-    shift(source.objects.back(), by);
+    const std::size_t first = source.objects.size(), trees = source.trees.size();
+    readObject(item, source);
+    for (std::size_t i = first; i < source.objects.size(); ++i) shift(source.objects[i], by);
+    for (std::size_t i = trees; i < source.trees.size(); ++i)
+      for (TreeBranch& branch : source.trees[i].branches) branch.from += by, branch.to += by;
   }
   part.finish();
 }
@@ -324,7 +499,11 @@ void include(const Value& value, SceneSource& source) {
 }  // namespace
 
 SceneSource readSource(const std::string& path) {
-  const Value root = scene::yaml::parse(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));
+  return readSource(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));
+}
+
+SceneSource readSource(const std::string& path, const std::string& text) {
+  const Value root = scene::yaml::parse(path, text);
   Map map(root);
   SceneSource source;
   map["vest_source"].integer(1, 1);
@@ -333,7 +512,7 @@ SceneSource readSource(const std::string& path) {
   if (map.has("dt")) source.dt = map["dt"].number(1e-6, 0.01);
   if (map.has("seed")) source.seed = map["seed"].integer(0, 4294967295u);
   if (map.has("objects") || !map.has("include"))
-    for (const Value& item : map["objects"].list()) source.objects.push_back(objectOf(item, source.objects));
+    for (const Value& item : map["objects"].list()) readObject(item, source);
   if (map.has("include"))
     for (const Value& item : map["include"].list()) include(item, source);
   if (map.has("sutures")) {
@@ -349,7 +528,7 @@ SceneSource readSource(const std::string& path) {
 std::map<std::string, MaterialEntry> readMaterials(const std::string& path) {
   std::map<std::string, MaterialEntry> materials;
   for (const material::Tissue& tissue : material::readDatabase(path).tissues)
-    materials[tissue.name] = {tissue.law(), tissue.at("density").value};
+    materials[tissue.name] = {tissue.law(), tissue.at("density").value, tissue.at("poisson_ratio").value};
   return materials;
 }
 

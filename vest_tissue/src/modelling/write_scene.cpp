@@ -7,7 +7,9 @@
 #include "../loader/loader_living.h"
 #include "../loader/loader_sutures.h"
 #include "vest_instruments/files/read.h"
+#include "vest_tissue/fem/description.h"
 #include "vest_tissue/modelling/bake.h"
+#include "vest_tissue/modelling/layers.h"
 #include "vest_tissue/scene/baked.h"
 
 namespace vest::modelling {
@@ -41,6 +43,8 @@ class Files {
   void write(const std::string& name, const std::string& bytes) {
     names_.push_back(name);
     const std::string path = directory_ + "/" + name;
+    std::error_code error;
+    std::filesystem::create_directories(std::filesystem::path(path).parent_path(), error);
     std::ofstream stream(path + kNew, std::ios::binary);
     stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     stream.close();
@@ -61,6 +65,33 @@ class Files {
   std::vector<std::string> names_;
 };
 
+/// A wall of layers: what the loader reads, and its two files.
+std::string layersText(const scene::Object& object, Files& folder) {
+  const fem::Description& d = *object.fem;
+  std::string yaml = "    model: fem\n    strain: ";
+  yaml += d.strain == fem::Strain::Small ? "small" : "corotational";
+  if (d.start_in_equilibrium) yaml += "\n    start: equilibrium";
+  yaml += "\n    mesh: " + object.name + ".msh\n    fixed: " + object.name + "_fixed.csv\n    materials:\n";
+  for (std::size_t i = 0; i < d.materials.size(); ++i) {
+    const fem::Material& m = d.materials[i];
+    yaml += text("      - {label: %zu, youngs_modulus: %.10g, poisson_ratio: %.10g, density: %.10g}\n", i + 1,
+                 m.youngs_modulus, m.poisson_ratio, m.density);
+  }
+  yaml += text("    rayleigh_mass: %.10g\n    rayleigh_stiffness: %.10g\n", d.material.rayleigh_mass,
+               d.material.rayleigh_stiffness);
+  yaml += text("    friction: %.10g\n    contact_thickness: %.10g\n    cut_toughness: %.10g\n",
+               object.friction, object.contact_thickness, object.cut_toughness);
+  if (object.full_contact) yaml += "    full_contact: true\n";
+  if (object.puncture_force != scene::Object{}.puncture_force)
+    yaml += text("    puncture_force: %.10g\n", object.puncture_force);
+  yaml += scene::heatText(object);
+  folder.write(object.name + ".msh", meshText(d.nodes, d.tetrahedra, d.cell_material));
+  std::string fixed = "node\n";
+  for (const fem::Index node : d.fixed) fixed += std::to_string(node) + "\n";
+  folder.write(object.name + "_fixed.csv", fixed);
+  return yaml;
+}
+
 }  // namespace
 
 void writeScene(const scene::Description& description, const std::string& directory,
@@ -74,9 +105,12 @@ void writeScene(const scene::Description& description, const std::string& direct
                                 ": the name of a source; allowed: letters, digits, _ . -");
   Files folder(directory);
   for (const auto& object : description.objects) {
-    if (object.fem) {
-      throw std::invalid_argument("object '" + object.name +
-                                  "': model: fem or volume; allowed in scenes that are written: net, rigid");
+    const bool layered = object.model == scene::ObjectModel::Fem && object.fem &&
+                         !object.fem->materials.empty() && object.fem->loads.empty();
+    if (object.fem && !layered) {
+      throw std::invalid_argument(
+          "object '" + object.name +
+          "': model: fem or volume; allowed in scenes that are written: net, rigid, and walls of layers");
     }
   }
   std::string yaml = "# Written by vest_model.\n";
@@ -89,10 +123,16 @@ void writeScene(const scene::Description& description, const std::string& direct
   yaml += text("seed: %u\nsolution: {integrator: newton_euler, dt: %.10g}\nobjects:\n", description.seed,
                description.dt);
   for (const auto& object : description.objects) {
-    yaml += "  - name: " + object.name + "\n    organ: " + object.organ +
-            "\n    material: " + object.material + "\n    roles: [";
+    yaml += "  - name: " + object.name + "\n    organ: " + object.organ;
+    if (!object.fem) yaml += "\n    material: " + object.material;
+    yaml += "\n    roles: [";
     for (std::size_t i = 0; i < object.roles.size(); ++i) yaml += (i ? ", " : "") + object.roles[i];
-    yaml += "]\n    model: ";
+    yaml += "]\n";
+    if (object.fem) {
+      yaml += layersText(object, folder);
+      continue;
+    }
+    yaml += "    model: ";
     yaml += object.model == scene::ObjectModel::Rigid ? "rigid" : "net";
     yaml += "\n    baked: " + object.name + ".net\n";
     yaml +=
@@ -131,6 +171,13 @@ void writeScene(const scene::Description& description, const std::string& direct
     const std::string name = description.name + "_connections.csv";
     folder.write(name, csv);
     yaml += "connections: " + name + "\n";
+  }
+  if (!description.vessels.empty()) yaml += "vessels:\n";
+  for (const auto& tree : description.vessels) {
+    yaml += "  - {case: " + tree.folder + ", supply: " + tree.supply + "}\n";
+    folder.write(tree.folder + "/case.json", tree.case_json);
+    folder.write(tree.folder + "/network.csv", tree.network_csv);
+    folder.write(tree.folder + "/inflow.csv", tree.inflow_csv);
   }
   yaml += scene::suturesText(description.sutures);
   folder.write(description.name + ".yaml", yaml);

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "check_table.h"
+#include "edit_source.h"
 #include "settle.h"
 #include "vest_instruments/files/refusal.h"
 #include "vest_tissue/modelling/bake.h"
@@ -38,6 +39,21 @@ int main(int argc, char** argv) {
                    "folder to write to, with a copy of the source (default: that of the source)");
   bake->add_option("--materials", materials_path, "material database")->capture_default_str();
 
+  std::string script_path, object;
+  double within = 0.004;
+  CLI::App* edit = app.add_subcommand("edit", "edits of a file, applied to a source (docs/modelling.md)");
+  CLI::App* propose = app.add_subcommand("propose", "edits that tie an object to what lies near it");
+  for (CLI::App* command : {edit, propose}) {
+    command->add_option("SOURCE", source_path, "source.yaml")->required();
+    command->add_option("--materials", materials_path, "material database")->capture_default_str();
+  }
+  edit->add_option("--script", script_path, "file of edits")->required();
+  edit->add_option("-o,--output", directory,
+                   "folder to write to: source, scene and nets (default: that of the source)");
+  propose->add_option("OBJECT", object, "name of an object")->required();
+  propose->add_option("--within", within, "m, from its knots to another object's surface")
+      ->capture_default_str();
+
   std::string scene_path;
   double seconds = 30.0;
   int threads = 1;
@@ -65,7 +81,18 @@ int main(int argc, char** argv) {
       if (!beside) copyParts(source, path.parent_path(), directory);
       scene_path = directory + "/" + source.name + ".yaml";
     }
+    if (propose->parsed()) {
+      vest::tools::printProposals(source_path, object, within,
+                                  vest::modelling::readMaterials(materials_path));
+      return 0;
+    }
+    if (edit->parsed()) {
+      if (directory.empty()) directory = fs::absolute(source_path).parent_path().string();
+      scene_path = vest::tools::editSource(source_path, script_path, directory,
+                                           vest::modelling::readMaterials(materials_path));
+    }
     auto description = vest::scene::loadScene(scene_path);
+    if (edit->parsed()) std::printf("%s: scene %s\n", scene_path.c_str(), description.hash.c_str());
     if (settle->parsed()) {
       for (auto& object : description.objects) object.position = object.rest_position;
       vest::tools::settle(description, seconds, threads, true);

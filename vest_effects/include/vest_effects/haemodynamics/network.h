@@ -79,6 +79,11 @@ struct Network {
 /// Reads case.json, network.csv and inflow.csv of a folder (docs: README.md of vest_effects).
 /// Independent of the locale. Throws NetworkError.
 Network readCase(const std::string& folder);
+/// The same of texts; `folder` is what messages call it.
+struct CaseTexts {
+  std::string case_json, network_csv, inflow_csv;
+};
+Network parseCase(const std::string& folder, const CaseTexts& texts);
 
 /// Parses a finite decimal number with '.', whatever the locale; false if `text` is anything else.
 bool parseNumber(const std::string& text, double& value);

@@ -69,4 +69,9 @@ struct Vessels {
 /// refused. Throws NetworkError naming file, line, field, value and what is allowed.
 Vessels readVessels(const std::string& folder);
 
+/// Adds a tree of vessels that a scene has: its root becomes the end of the artery `supply`. Where that one
+/// ended in a load, the tree takes its place: its ends' resistances are scaled together, so that the flow at
+/// rest stays, and territories that the artery fed are fed by them. Throws NetworkError.
+void graft(const Network& tree, const std::string& supply, Vessels& patient);
+
 }  // namespace vest::haemodynamics

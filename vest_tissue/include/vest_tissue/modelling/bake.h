@@ -1,7 +1,9 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "vest_tissue/modelling/source.h"
 #include "vest_tissue/scene/description.h"
@@ -22,9 +24,30 @@ struct NearestPoint {
 NearestPoint nearestPoint(const std::vector<Vector3>& points,
                           const std::vector<std::array<std::uint32_t, 3>>& triangles, const Vector3& place);
 
+/// What a bake keeps for the next one: an object is made anew only where the source says something else of
+/// it, or of what it lies on, clears, or is held by. For sources that were read, of one material database.
+class BakeCache {
+ public:
+  std::vector<std::string> rebuilt;  ///< objects that the last bake made anew, in scene order
+
+  template <class T>
+  struct Kept {
+    std::uint64_t key = 0;
+    std::shared_ptr<const T> value;
+  };
+  struct Entry {
+    Kept<RingNet> drawn, laid, cleared;
+    Kept<scene::Object> object;
+    Kept<std::vector<std::vector<scene::Connection>>> connections;  ///< per rule
+    bool used = false;
+  };
+  std::map<std::string, Entry> entries;
+};
+
 /// Nets, skins, masses, attachments and connections of a whole scene. Deterministic.
-/// @throws std::invalid_argument naming object and field
-scene::Description bake(const SceneSource& source, const std::map<std::string, MaterialEntry>& materials);
+/// @param cache may be null @throws std::invalid_argument naming object and field
+scene::Description bake(const SceneSource& source, const std::map<std::string, MaterialEntry>& materials,
+                        BakeCache* cache = nullptr);
 
 /// Writes NAME.yaml, NAME_connections.csv and one baked net per object into a folder, which is made where it
 /// is missing; with `source_bytes` also the source itself, which the scene names. All of them or none.

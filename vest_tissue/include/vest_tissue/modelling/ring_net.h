@@ -62,6 +62,17 @@ struct SheetSpec {
 };
 RingNet makeSheet(const SheetSpec& spec);
 
+/// What a surface of revolution is made from.
+struct RevolveSpec {
+  Vector3 origin = Vector3::Zero(), axis{0, 0, 1};  ///< m, world; the axis may have any length
+  Vector3 reference{1, 0, 0};                       ///< angle 0
+  std::vector<std::array<double, 2>> profile;  ///< m: height along the axis, radius; a radius of 0 is a pole
+  std::uint32_t rings = 0, around = 0;
+  double wall_thickness = 0.0;  ///< m; 0: solid
+};
+/// @throws std::invalid_argument
+RingNet makeRevolve(const RevolveSpec& spec);
+
 /// Springs by class, each class in an order that leaves parallel links next to each other.
 enum class LinkClass : std::uint8_t { Ring, Long, Diagonal, Pole, Ring2, Strut, Long2, Cross, Leaf };
 struct NetLink {
@@ -82,6 +93,9 @@ double linkArea(const RingNet& net, const NetLink& link, const std::vector<Vecto
 
 /// Knot triangles, counter-clockwise from outside, closed.
 std::vector<std::array<std::uint32_t, 3>> knotTriangles(const RingNet& net);
+
+/// The same without those that close an end which has no pole.
+std::vector<std::array<std::uint32_t, 3>> wallTriangles(const RingNet& net);
 
 /// Volume inside a closed surface, m³ (> 0 with outward triangles).
 double enclosedVolume(const std::vector<Vector3>& points,

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "vest_tissue/modelling/layers.h"
 #include "vest_tissue/modelling/ring_net.h"
+#include "vest_tissue/modelling/tree.h"
 
 /// The spline source of a scene (docs/scene_format.md, "Source"): what people edit; `vest_model bake` makes
 /// nets of it.
@@ -38,6 +40,7 @@ struct ConnectRule {
   double within = 0.0;         ///< m; farther ones stay free
   double stiffness = 0.0;      ///< N/m
   int line = 0;
+  std::string all_of;  ///< a tree: it is enough that one of its branches is tied
 };
 
 /// Moves a surface: all knots near `at` by up to `push` (Gaussian of standard deviations `size`).
@@ -62,12 +65,15 @@ struct LayRule {
 
 struct ObjectSource {
   std::string file;                 ///< where it stands; empty: nowhere
+  std::uint64_t key = 0;            ///< hash of all that the file says of it: two equal ones bake alike
   std::map<std::string, int> line;  ///< of each key in the file
   std::string name, organ, material;
   std::vector<std::string> roles;
   bool rigid = false;
   std::optional<TubeSpec> tube;
   std::optional<SheetSpec> sheet;
+  std::optional<RevolveSpec> revolve;
+  std::vector<Layer> layers;  ///< outer to inner: elements; none: a net
   std::vector<Bump> bumps;
   std::uint32_t springs = 0;  ///< exact number; 0: as many as the net has with all of `fillers`
   std::vector<LinkClass> fillers;
@@ -95,9 +101,17 @@ struct ObjectSource {
   std::vector<ClearRule> clear;
 };
 
+/// A tree whose branches are objects.
+struct TreeSource {
+  std::string name, material;
+  TreeSpec spec;
+  std::vector<TreeBranch> branches;
+};
+
 struct MaterialEntry {
   material::Law law;
-  double density = 0.0;  ///< kg/m³
+  double density = 0.0;        ///< kg/m³
+  double poisson_ratio = 0.0;  ///< no unit
 };
 
 struct SceneSource {
@@ -106,6 +120,7 @@ struct SceneSource {
   double dt = 0.001;
   std::uint32_t seed = 1;
   std::vector<ObjectSource> objects;  ///< its own, then those of the parts
+  std::vector<TreeSource> trees;
   std::vector<scene::Suture> sutures;
   std::vector<std::string> parts;  ///< included files of its own, relative to its folder
 };
@@ -113,6 +128,8 @@ struct SceneSource {
 /// A source and the parts that it includes. @throws std::invalid_argument: file, line, field, value, what is
 /// allowed
 SceneSource readSource(const std::string& path);
+/// The same of a text that stands, or shall stand, at a path.
+SceneSource readSource(const std::string& path, const std::string& text);
 
 /// data/materials.yaml. @throws std::invalid_argument
 std::map<std::string, MaterialEntry> readMaterials(const std::string& path);

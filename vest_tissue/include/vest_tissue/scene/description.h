@@ -145,6 +145,14 @@ struct Suture {
   suture::RodDescription rod;                                ///< m, kg, N; its name is the suture's
 };
 
+/// Vessels of the scene that the patient's circulation does not have: a network of its own that begins at the
+/// end of an artery of his. Files as vest_pulse reads them.
+struct VesselTree {
+  std::string folder;  ///< below the scene's
+  std::string supply;  ///< artery of the patient's network
+  std::string case_json, network_csv, inflow_csv;
+};
+
 /// What `solution: integrator:` asks for. Nets have their own explicit sub-steps with each of the two dynamic
 /// ones.
 enum class Integrator : std::uint8_t { NewtonEuler = 0, BackwardEuler = 1, Static = 2 };
@@ -161,6 +169,7 @@ struct Description {
   std::uint32_t seed = 1;
   std::vector<Object> objects;  ///< scene order; rigid ones (cavity) too
   std::vector<Connection> connections;
+  std::vector<VesselTree> vessels;
   std::vector<Suture> sutures;  ///< in events they are counted behind the objects
 };
 
