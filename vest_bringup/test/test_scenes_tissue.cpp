@@ -341,5 +341,45 @@ TEST(SceneVolume, ANoduleBelowTheSurfaceIsFeltAndScissorsOpenTheLobe) {
   EXPECT_LT(longest, 0.006f) << "m: a cell; its edges are 2 mm, and hung 39 mm down into the wound";
 }
 
+TEST(SceneSpine, TheNeedleGoesThroughSkinFatAndMuscleIntoTheDiscAndASecondTimeMoreEasily) {
+  Play p("spine_puncture", false);
+  double muscle = 0, disc = 0, again = 0, jump = 0;
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport& r) {
+    const Eigen::Vector3d f = r.contacts[kRightHand].wrench.head<3>();
+    jump = std::max(jump, (f - last).norm());
+    last = f;
+    if (at(t, 7.0)) muscle = f.norm();
+    if (at(t, 11.2)) disc = f.norm();
+    if (at(t, 20.5)) again = f.norm();
+  });
+  const double skin = p.first(EventKind::Punctured, "skin"), fat = p.first(EventKind::Punctured, "fat");
+  const double flesh = p.first(EventKind::Punctured, "muscle"), in = p.first(EventKind::Punctured, "disc");
+  EXPECT_LT(skin, fat);
+  EXPECT_LT(fat, flesh);
+  EXPECT_LT(flesh, in);
+  EXPECT_LT(in, 11.5);
+  EXPECT_EQ(p.times(EventKind::Punctured, "canal").size(), 0U);
+  EXPECT_EQ(p.times(EventKind::Punctured, "vertebra").size(), 0U);
+  EXPECT_GE(p.times(EventKind::Exited, "skin").size(), 1U);
+  EXPECT_GT(muscle, 0.5) << "N";
+  EXPECT_GT(disc, muscle + 0.5) << "N";
+  EXPECT_LT(disc, 3.3) << "N: what a small device shows";
+  EXPECT_LT(again, muscle) << "the channel is there: the shaft alone rubs";
+  EXPECT_LT(jump, 0.05 * 3.3) << "N in a step";
+}
+
+TEST(SceneCt, TheNeedleGoesThroughFatIntoTheLiver) {
+  Play p("ct_puncture", false);
+  double liver = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport& r) {
+    if (at(t, 7.5)) liver = r.contacts[kRightHand].wrench.head<3>().norm();
+  });
+  EXPECT_LT(p.first(EventKind::Punctured, "fat"), p.first(EventKind::Punctured, "soft"));
+  EXPECT_LT(p.first(EventKind::Punctured, "soft"), 8.0);
+  EXPECT_EQ(p.times(EventKind::Punctured, "bone").size(), 0U);
+  EXPECT_GT(liver, 0.5) << "N";
+}
+
 }  // namespace
 }  // namespace vest::simulation

@@ -104,6 +104,10 @@ MUTANTS = [
     (C, "  if (r.allowance < 1.0) r.limits |= kLimitRamp;\n", "", "controller", "Controller.ADeviceThatWakes*"),
     (C, "  if (r.state == OperatingState::Fault) {\n    r.limits", "  if (false) {\n    r.limits", "controller", "Controller.AnErrorOf*"),
     (C, "    if (verdict == SensorCheck::Verdict::Fault) {", "    if (false) {", "controller", "Controller.Spoiled*"),
+    # What is felt of a volume.
+    (C, "  if (in.image && r.valid && registered && !pause && fresh > 0.0) {", "  if (false) {", "voxels", "VoxelHaptics.ANeedle*"),
+    (C, "kind <= static_cast<std::uint64_t>(voxel::Kind::Probe) ? ", "true ? ", "voxels", "VoxelHaptics.WhatIsNotSound*"),
+    (C, "isFinite(record.reach) ? std::clamp(record.reach, 0.0, 0.1) : 0.0", "record.reach", "voxels", "VoxelHaptics.WhatIsNotSound*"),
     (C, "  if (r.valid) {\n    const Vector3d before", "  if (true) {\n    const Vector3d before", "controller", "Controller.AfterAStart*"),
     (C, "    if (!toModel(", "    if (toModel(in.image->contacts[0], model, &r.detail), false && toModel(", "controller", "Controller.AnExploding*"),
     (O, "  if (servo_.update()) {", "  if (false) {", "processes", "Processes.EndingTheLoop*"),

@@ -285,16 +285,29 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
 
   // The force.
   r.tip_W = own_W_ + registration_.offset();
+  voxel::Motion motion;
+  if (in.image && r.valid && registered && !pause && fresh > 0.0) {
+    const shared::ContactRecord& record = in.image->contacts[static_cast<std::size_t>(options_.instrument)];
+    const std::uint64_t kind = record.feels;
+    motion.kind = kind <= static_cast<std::uint64_t>(voxel::Kind::Probe) ? static_cast<voxel::Kind>(kind)
+                                                                         : voxel::Kind::None;
+    motion.tip = r.tip_W;
+    motion.pivot = options_.X_WB * options_.arm.pivot_B;
+    motion.reach = isFinite(record.reach) ? std::clamp(record.reach, 0.0, 0.1) : 0.0;
+    motion.dt = dt;
+    motion.most_stiffness = coupling(r.stiffness);
+  }
+  const voxel::Felt felt = voxel::step(in.volume, motion, in_volume_);
   Loads wanted{};
   r.force_true_W.setZero();
   if (r.valid && fresh > 0.0) {
-    r.force_true_W = contact_.trueForce(r.tip_W, velocity_W_);
+    r.force_true_W = contact_.trueForce(r.tip_W, velocity_W_) + felt.force;
     const double k = dt / (dt + kTorqueFilter);
     torque_W_ += k * (contact_.model().torque - torque_W_);
     jaw_torque_ += k * (contact_.model().jaw_torque - jaw_torque_);
     const double gain = options_.force_gain;
-    wanted =
-        toDevice(gain * contact_.evaluate(r.tip_W, velocity_W_, dt), gain * torque_W_, -gain * jaw_torque_);
+    wanted = toDevice(gain * (contact_.evaluate(r.tip_W, velocity_W_, dt) + felt.force), gain * torque_W_,
+                      -gain * jaw_torque_);
     addTrocar(wanted);
     // What is beyond the maximum must not keep the decay waiting.
     const double beyond = std::max(1.0, share(wanted));
@@ -316,7 +329,7 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
   if (options_.passivity) {
     // Injected damping fades with old data as everything does.
     all = passivity_.update(axes_, axis_speed_, wanted, limiter_.last(),
-                            options_.force_gain * contact_.storedEnergy(), dt);
+                            options_.force_gain * (contact_.storedEnergy() + felt.stored), dt);
     addServo();
   }
   r.energy = passivity_.energy();

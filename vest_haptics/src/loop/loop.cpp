@@ -58,6 +58,7 @@ const TickReport& Loop::tickOnce(std::int64_t now_ns) noexcept {
   input_.timing = device_.timing();
   any_image_ = memory_->read(image_) || any_image_;
   input_.image = any_image_ ? &image_ : nullptr;
+  input_.volume = memory_->volume(image_.volume);
   if (servo_.update()) {
     input_.servo_force = servo_.front().force;
     input_.servo_ns = servo_.front().ns;

@@ -27,6 +27,7 @@ Trial::Trial(scene::World& world, tools::ToolKind tool, Device& device, const Co
       reader_(std::make_shared<shared::ContactReader>(newName())),
       writer_(reader_->name()),
       loop_(device, options, reader_) {
+  if (world.description().feel) image_.volume = writer_.shareVolume(*world.description().feel);
   reader_->connect();
   ::shm_unlink(reader_->name().c_str());
   instrument_.exchangeTool(tool);

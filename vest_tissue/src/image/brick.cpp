@@ -31,12 +31,6 @@ std::array<std::uint32_t, 3> factors(const Volume& volume, std::size_t most) {
 
 }  // namespace
 
-Eigen::Matrix3d supine() {
-  Eigen::Matrix3d turn;
-  turn << -1, 0, 0, 0, 0, -1, 0, -1, 0;
-  return turn;
-}
-
 Brick toBrick(const Volume& from, const Eigen::Vector3d& place, std::size_t most) {
   const auto f = factors(from, most);
   Brick to;

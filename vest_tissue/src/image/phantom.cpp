@@ -4,7 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "vest_instruments/files/read.h"
 #include "worker.h"
 
 namespace vest::image {
@@ -12,70 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::int16_t kAir = -1000, kFat = -100, kWater = 0, kMuscle = 55, kBrain = 35, kSpongy = 250,
-                       kBone = 1000;
-
-Phantom head() {
-  const auto e = Shape::Ellipsoid;
-  return {"head",
-          {-0.10, -0.12, -0.08},
-          {0.10, 0.12, 0.08},
-          {{e, {0, 0, -0.01}, {0.080, 0.100, 0.110}, kMuscle, 1},
-           {e, {0, 0, -0.01}, {0.074, 0.094, 0.104}, kBone, 2},
-           {e, {0, 0, -0.01}, {0.067, 0.087, 0.097}, kBrain, 3},
-           {e, {-0.012, 0, 0.01}, {0.006, 0.030, 0.012}, kWater, 4},
-           {e, {0.012, 0, 0.01}, {0.006, 0.030, 0.012}, kWater, 4},
-           {e, {0, -0.082, -0.06}, {0.018, 0.009, 0.012}, kAir, 0}},
-          {"skin", "skull", "brain", "ventricles"}};
-}
-
-Phantom lumbar() {
-  Phantom p{"lumbar",
-            {-0.16, -0.11, -0.07},
-            {0.16, 0.11, 0.07},
-            {{Shape::Cylinder, {0, 0, 0}, {0.150, 0.100, 0.2}, kFat, 1},
-             {Shape::Cylinder, {0, 0.010, 0}, {0.130, 0.078, 0.2}, kMuscle, 2}},
-            {"fat", "muscle", "vertebra", "disc", "canal"}};
-  for (int level = -2; level <= 2; ++level) {  // bodies 27 mm high, discs 10 mm
-    const double z = 0.037 * level;
-    p.shapes.push_back({Shape::Cylinder, {0, 0.015, z}, {0.024, 0.017, 0.0135}, kSpongy, 3});
-    p.shapes.push_back({Shape::Cylinder, {0, 0.015, z + 0.0185}, {0.024, 0.017, 0.005}, 90, 4});
-    p.shapes.push_back({Shape::Box, {0, 0.055, z}, {0.003, 0.015, 0.010}, kSpongy, 3});
-    p.shapes.push_back({Shape::Box, {0, 0.041, z}, {0.020, 0.011, 0.010}, kSpongy, 3});
-  }
-  p.shapes.push_back({Shape::Cylinder, {0, 0.041, 0}, {0.009, 0.008, 0.2}, 10, 5});
-  return p;
-}
-
-Phantom abdomen() {
-  const auto e = Shape::Ellipsoid;
-  return {"abdomen",
-          {-0.17, -0.12, -0.08},
-          {0.17, 0.12, 0.08},
-          {{Shape::Cylinder, {0, 0, 0}, {0.160, 0.110, 0.2}, kFat, 1},
-           {Shape::Cylinder, {0, 0.055, 0}, {0.024, 0.020, 0.2}, kSpongy, 2},
-           {e, {-0.075, -0.020, 0.015}, {0.065, 0.060, 0.050}, 60, 3},
-           {e, {-0.050, -0.058, -0.030}, {0.0175, 0.0175, 0.045}, 10, 4},
-           {e, {-0.065, 0.060, -0.030}, {0.025, 0.020, 0.045}, 35, 5},
-           {e, {0.065, 0.060, -0.025}, {0.025, 0.020, 0.045}, 35, 5},
-           {Shape::Cylinder, {0.012, 0.023, 0}, {0.010, 0.010, 0.2}, 45, 6}},
-          {"fat", "vertebra", "liver", "gallbladder", "kidney", "aorta"}};
-}
-
-/// SplitMix64 (Steele, Lea, Flood, OOPSLA 2014): a random number of a voxel, whatever the order.
-std::uint64_t mixed(std::uint64_t z) {
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-  return z ^ (z >> 31);
-}
-
-/// Sum of four even numbers of 16 bits: mean 0, variance 1, within ±3.5.
-double nearlyGaussian(std::uint64_t seed, std::uint64_t index) {
-  const std::uint64_t r = mixed(seed * 0x2545f4914f6cdd1dull + 0x9e3779b97f4a7c15ull * (index + 1));
-  const double sum =
-      static_cast<double>((r & 0xffff) + ((r >> 16) & 0xffff) + ((r >> 32) & 0xffff) + (r >> 48));
-  return (sum / 65535.0 - 2.0) * std::sqrt(3.0);
-}
+constexpr std::int16_t kAir = -1000;
 
 Vector3d stepOf(const Phantom& p, const PhantomImage& o) {
   for (const auto n : o.size)
@@ -96,31 +32,6 @@ void walk(const Phantom& p, const PhantomImage& o, const Each& voxel) {
 
 }  // namespace
 
-bool Shape::holds(const Vector3d& place) const {
-  const Vector3d d = (place - centre).cwiseQuotient(half);
-  if (kind == Ellipsoid) return d.squaredNorm() <= 1;
-  if (kind == Box) return d.cwiseAbs().maxCoeff() <= 1;
-  return d.head<2>().squaredNorm() <= 1 && std::abs(d[2]) <= 1;
-}
-
-double Shape::volume() const {
-  return half.prod() * (kind == Ellipsoid ? 4 * M_PI / 3 : kind == Box ? 8 : 2 * M_PI);
-}
-
-const Shape* Phantom::at(const Vector3d& place) const {
-  const auto found =
-      std::find_if(shapes.rbegin(), shapes.rend(), [&](const Shape& s) { return s.holds(place); });
-  return found == shapes.rend() ? nullptr : &*found;
-}
-
-Phantom makePhantom(const std::string& name) {
-  for (const auto make : {head, lumbar, abdomen}) {
-    Phantom phantom = make();
-    if (phantom.name == name) return phantom;
-  }
-  throw std::invalid_argument("phantom \"" + files::shown(name) + "\": head, lumbar and abdomen are there");
-}
-
 Volume picture(const Phantom& phantom, const PhantomImage& options) {
   if (!(options.noise >= 0 && options.noise <= 1000))
     throw std::invalid_argument("noise: 0 … 1000 HU are allowed");
@@ -138,7 +49,7 @@ Volume picture(const Phantom& phantom, const PhantomImage& options) {
   auto* const values = static_cast<std::int16_t*>(memory.get());
   walk(phantom, options, [&](std::size_t i, const Shape* shape) {
     const double value = shape == nullptr ? kAir : shape->value;
-    const double noise = options.noise > 0 ? options.noise * nearlyGaussian(options.seed, i) : 0;
+    const double noise = options.noise > 0 ? options.noise * volume::nearlyGaussian(options.seed, i) : 0;
     values[i] = static_cast<std::int16_t>(std::clamp(std::nearbyint(value + noise), -1024.0, 3071.0));
   });
   v.whole = {memory, values};

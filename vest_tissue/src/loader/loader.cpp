@@ -5,6 +5,7 @@
 
 #include "../files/csv_reader.h"
 #include "loader_fem.h"
+#include "loader_image.h"
 #include "loader_living.h"
 #include "loader_sutures.h"
 #include "side_files.h"
@@ -361,7 +362,7 @@ Description load(const std::string& path, SceneFiles* kept) {
   Files files(path, description.directory, text, kept);
   Map map(root);
   map.only({"vest_scene", "name", "gravity", "seed", "solution", "source", "objects", "connections",
-            "connect", "vessels", "sutures"});
+            "connect", "vessels", "sutures", "image"});
   if (map.has("vest_scene")) map["vest_scene"].integer(1, 1);
   if (map.has("name"))
     description.name = map["name"].name();
@@ -388,10 +389,11 @@ Description load(const std::string& path, SceneFiles* kept) {
     files.read(map["source"], source_path);
     description.source = map["source"].string();
   }
-  if (map["objects"].node().size() > kMaxObjects)
+  const bool any = map.has("objects") || !map.has("image");  // an image alone is a scene, too
+  if (any && map["objects"].node().size() > kMaxObjects)
     map["objects"].fail("must be 1 to " + std::to_string(kMaxObjects) + " objects");
-  const auto objects = map["objects"].list();
-  if (objects.empty()) map["objects"].fail("must be 1 to " + std::to_string(kMaxObjects) + " objects");
+  const auto objects = any ? map["objects"].list() : std::vector<Value>();
+  if (any && objects.empty()) map["objects"].fail("must be 1 to " + std::to_string(kMaxObjects) + " objects");
   if (description.integrator == Integrator::NewtonEuler &&
       description.gravity.cwiseAbs().maxCoeff() > kMostGravity)
     map["gravity"].fail("must be from -100 to 100 m/s² along each axis with integrator: newton_euler");
@@ -401,6 +403,13 @@ Description load(const std::string& path, SceneFiles* kept) {
       if (other.name == object.name) Map(item)["name"].fail("must be there once");
     }
     description.objects.push_back(std::move(object));
+  }
+  if (map.has("image")) {
+    if (description.integrator != Integrator::NewtonEuler)
+      map["image"].fail("belongs to scenes with integrator: newton_euler");
+    readFeltImage(
+        map["image"], [&files](const Value& name, std::string& file) { return files.read(name, file); },
+        description);
   }
   if (map.has("connections")) readConnections(map["connections"], files, description);
   if (map.has("connect")) readNearestConnections(map["connect"], description);

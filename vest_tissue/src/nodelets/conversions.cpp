@@ -511,4 +511,18 @@ void toMarkers(const vest_msgs::TissueTopology& topology, const scene::StateFram
   }
 }
 
+void toMsg(const volume::Brick& brick, vest_msgs::ImageVolume& m) {
+  m.header.frame_id = "world";
+  m.value_unit = brick.unit;
+  for (int a = 0; a < 3; ++a) {
+    m.size[a] = brick.size[a];
+    m.origin[a] = brick.origin[a];
+    m.reduced[a] = brick.reduced[a];
+    for (int b = 0; b < 3; ++b) m.axes[3 * a + b] = brick.axes(a, b);
+  }
+  m.slope = brick.slope, m.intercept = brick.intercept;
+  m.nothing = volume::Brick::kNothing;
+  m.stored = brick.stored;
+}
+
 }  // namespace vest::ros_shell

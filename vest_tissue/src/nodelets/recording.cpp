@@ -3,7 +3,9 @@
 #include <ros/param.h>
 #include <ros/this_node.h>
 
+#include "vest_tissue/ros/conversions.h"
 #include "vest_tissue/ros/tissue_server.h"
+#include "vest_tissue/voxel/volume.h"
 
 // What the simulation does for a recording: it hands out its scene, waits for the recorder, and tells its
 // death.
@@ -36,6 +38,20 @@ boost::shared_ptr<vest_msgs::SceneFiles> TissueServer::toMessage(const std::stri
 void TissueServer::publishFiles(const boost::shared_ptr<vest_msgs::SceneFiles>& files) {
   files->header.stamp = ros::Time::now();
   files_pub_.publish(vest_msgs::SceneFiles::ConstPtr(files));
+}
+
+void TissueServer::publishImage(const scene::Description& description) {
+  if (!description.image) return;
+  for (const std::string& note : description.feel->notes)
+    ROS_WARN("scene %s: %s", description.name.c_str(), note.c_str());
+  const auto msg = boost::make_shared<vest_msgs::ImageVolume>();
+  toMsg(*description.image, *msg);
+  msg->header.stamp = ros::Time::now();
+  msg->name = description.name;
+  msg->hash = description.hash;
+  // Advertised with the first image alone: without one, image_server may be who publishes.
+  if (!image_pub_) image_pub_ = nh_.advertise<vest_msgs::ImageVolume>("image/volume", 1, true);
+  image_pub_.publish(vest_msgs::ImageVolume::ConstPtr(msg));
 }
 
 void TissueServer::onRecording(const vest_msgs::SessionState::ConstPtr& msg) {

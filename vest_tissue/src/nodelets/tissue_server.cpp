@@ -82,6 +82,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   topology_pub_ = nh_.advertise<vest_msgs::TissueTopology>("tissue/topology", 2, true);
   files_pub_ = nh_.advertise<vest_msgs::SceneFiles>("tissue/scene", 10, true);
   publishFiles(loaded.files);
+  publishImage(*description_);
   delta_pub_ = nh_.advertise<vest_msgs::TissueTopologyDelta>("tissue/topology_delta", 1000);
   state_pub_ = nh_.advertise<vest_msgs::TissueState>("tissue/state", 10);
   contacts_pub_ = nh_.advertise<vest_msgs::ContactModels>("tissue/contacts", 100);
@@ -198,6 +199,7 @@ bool TissueServer::onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadSce
     std::lock_guard<std::mutex> lock(loaded_mutex_);
     topology_ = loaded.topology;
     description_ = loaded.description;
+    publishImage(*description_);
     editable_ = loaded.edits;
     falling_ = loaded.falling;
     topology_due_ = true;
@@ -207,6 +209,7 @@ bool TissueServer::onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadSce
     res.scene_hash = description_->hash;
     snapshots_.clear();
   } catch (const std::exception& e) {
+    loading_ = false;
     res.success = false;
     res.message = e.what();
     ROS_ERROR("load_scene refused, the present scene goes on: %s", e.what());

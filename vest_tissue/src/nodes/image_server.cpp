@@ -12,25 +12,15 @@
 
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/image/brick.h"
+#include "vest_tissue/ros/conversions.h"
 
 namespace {
 
 vest_msgs::ImageVolume toMessage(const vest::image::Volume& volume, const Eigen::Vector3d& place) {
   vest_msgs::ImageVolume m;
-  vest::volume::Brick brick = vest::image::toBrick(volume, place);
-  m.header.frame_id = "world";
+  vest::ros_shell::toMsg(vest::image::toBrick(volume, place), m);
   m.modality = volume.modality;
-  m.value_unit = volume.unit;
   m.hash = vest::image::hash(volume);
-  for (int a = 0; a < 3; ++a) {
-    m.size[a] = brick.size[a];
-    m.origin[a] = brick.origin[a];
-    m.reduced[a] = brick.reduced[a];
-    for (int b = 0; b < 3; ++b) m.axes[3 * a + b] = brick.axes(a, b);
-  }
-  m.slope = brick.slope, m.intercept = brick.intercept;
-  m.nothing = vest::volume::Brick::kNothing;
-  m.stored = std::move(brick.stored);
   return m;
 }
 

@@ -7,7 +7,8 @@ namespace vest::shared {
 void fillRecord(const scene::ContactModel& model, const scene::ToolInput& input,
                 ContactRecord& record) noexcept {
   record = ContactRecord{};
-  record.flags = (input.present ? kFlagPresent : 0) | (model.in_contact ? kFlagContact : 0) |
+  record.flags = (input.present ? kFlagPresent : 0) |
+                 (model.in_contact && !model.image_alone ? kFlagContact : 0) |
                  (model.grasping ? kFlagGrasping : 0);
   const Eigen::Quaterniond q(model.proxy.linear());
   for (int e = 0; e < 3; ++e) {
@@ -24,6 +25,9 @@ void fillRecord(const scene::ContactModel& model, const scene::ToolInput& input,
       record.damping[6 * e + f] = model.damping(e, f);
     }
   }
+  for (int e = 0; e < 3; ++e) record.wrench[e] -= model.image[e];
+  record.feels = input.present ? static_cast<std::uint64_t>(scene::feelsAs(input.tool)) : 0;
+  record.reach = scene::reachOf(input.tool);
   record.plane_count = static_cast<std::uint64_t>(std::clamp(model.plane_count, 0, kContactPlanes));
   for (std::uint64_t p = 0; p < record.plane_count; ++p) {
     for (int e = 0; e < 3; ++e) record.planes[p][e] = model.planes[p].normal[e];

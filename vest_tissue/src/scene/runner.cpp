@@ -158,9 +158,21 @@ void Runner::reset() {
   });
 }
 
+void Runner::shareContacts(std::unique_ptr<shared::ContactWriter> memory) {
+  memory_ = std::move(memory);
+  image_.volume = shareVolume(*simulation_);
+}
+
+std::uint64_t Runner::shareVolume(Simulation& simulation) {
+  const auto& feel = simulation.world().description().feel;
+  return memory_ && feel ? memory_->shareVolume(*feel) : 0;
+}
+
 void Runner::load(std::unique_ptr<Simulation> simulation, const std::string& argument) {
+  const std::uint64_t volume = shareVolume(*simulation);  // copied before the steps wait
   execute([&] {
     simulation_.swap(simulation);
+    image_.volume = volume;
     ++generation_;
     fault_ = false;
     pending_command_ = Command::Load;

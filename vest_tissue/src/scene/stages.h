@@ -60,6 +60,7 @@ void stepHeat(Context& c);                                 ///< electrodes, temp
 void cut(Context& c);                                      ///< blades: what they swept is divided
 void dropLoose(Context& c);  ///< parts that a cut left without hold lose what carried them in their place
 void tell(Context& c);       ///< contact models, events
+void feelImage(Context& c);  ///< needle and probe in a patient's image: adds to the contact models
 void keepBackup(Context& c);
 void keepShape(Context& c, std::size_t object);  ///< before input changes it
 void keepRings(Context& c, std::size_t object);  ///< before the pulse widens them

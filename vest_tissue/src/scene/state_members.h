@@ -459,6 +459,16 @@ auto fields(Walk<A> a, Energy& e) {
 }
 
 template <class A>
+auto fields(Walk<A> a, voxel::ToolState& t) {
+  return a(index("a kind of tool in an image", t.kind, 3), index("a region", t.region, voxel::kMostRegions),
+           index("a region", t.pending, voxel::kMostRegions), t.touching, t.outside, place("a tip", t.tip),
+           place("a tip", t.crossed), place("a tip in an image", t.spring), t.normal,
+           place("a way aside", t.aside), speed("a tip's velocity", t.velocity),
+           place("a shaft's way", t.shaft), within("a stiffness", t.stiffness, 0.0, 1e9),
+           within("a channel's length", t.ahead, 0.0, kFarthest),
+           within("a capsule's force", t.held, 0.0, 1e9), within("a capsule's drop", t.drop, 0.0, 1e12));
+}
+template <class A>
 auto fields(Walk<A> a, WorldState& s) {
   a.archive.at.world = &s;
   const auto objects = [&](auto b) {
@@ -474,7 +484,8 @@ auto fields(Walk<A> a, WorldState& s) {
            s.next_attachment, fixedLength(s.connections), s.proxies, s.grasps, s.cutting,
            fixedLength(s.jaws_pass), fixedLength(s.blades_pass), s.pairs, s.way, s.way_revision,
            s.supported_revision, s.sides, s.electrosurgery, s.fasteners, s.energy)
-      .when(a.archive.at.model->threads.rods != nullptr, [&](auto b) { return b(s.threads); });
+      .when(a.archive.at.model->threads.rods != nullptr, [&](auto b) { return b(s.threads); })
+      .when(a.archive.at.model->description.feel != nullptr, [&](auto b) { return b(s.in_image); });
 }
 
 }  // namespace vest::scene

@@ -76,6 +76,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   w.time(report, 5, [&] {
     stepHeat(c);
     tell(c);
+    feelImage(c);
     renewSides(c);
   });
 

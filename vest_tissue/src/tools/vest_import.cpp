@@ -10,9 +10,11 @@
 
 #include "check_table.h"
 #include "vest_instruments/files/refusal.h"
+#include "vest_tissue/image/felt_scene.h"
 #include "vest_tissue/image/patient.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/volume/stuffing.h"
+#include "vest_tissue/voxel/volume.h"
 
 namespace {
 
@@ -48,6 +50,22 @@ void begin(const std::string& images, const std::string& folder, const ReadOptio
   std::printf("%s: %u x %u x %u voxels. Look at its labels, then: vest_import bake %s\n",
               vest::files::shown(recipe, 6000).c_str(), volume.size[0], volume.size[1], volume.size[2],
               vest::files::shown(folder, 6000).c_str());
+}
+
+int feel(const std::string& images, const std::string& folder, const ReadOptions& options,
+         const std::string& table) {
+  const Volume volume = read(images, options);
+  for (const auto& note : volume.notes)
+    std::fprintf(stderr, "vest_import: note: %s\n", vest::files::shown(note, 1000).c_str());
+  fs::create_directories(folder);
+  const std::string path = writeFeltScene(volume, folder, table);
+  const auto scene = vest::scene::loadScene(path);
+  for (const auto& note : scene.feel->notes) std::fprintf(stderr, "vest_import: note: %s\n", note.c_str());
+  std::printf(
+      "%s: voxels of %.2f mm, smoothed over %.2f mm; the yield changes by at most %.1f %% a millisecond\n",
+      vest::files::shown(path, 6000).c_str(), 1e3 * scene.feel->spacing, 1e3 * scene.feel->smoothing,
+      100 * scene.feel->steepest);
+  return 0;
 }
 
 int bake(const std::string& folder) {
@@ -97,8 +115,19 @@ int main(int argc, char** argv) {
   CLI::App* const second =
       app.add_subcommand("bake", "labels, mesh and a scene that runs, beside the recipe");
   second->add_option("FOLDER", folder, "with patient.yaml")->required();
+  CLI::App* const third = app.add_subcommand("feel", "a scene in which a needle and a probe feel the images");
+  std::string table;
+  third->add_option("IMAGES", images, "folder or file of DICOM, or a file of NRRD, MetaImage or NIfTI")
+      ->required();
+  third->add_option("FOLDER", folder, "of the scene, which gets its name")->required();
+  third->add_option("--series", options.series,
+                    "which of several series: its number in the list, or its UID");
+  third->add_flag("--resample", options.resample, "interpolate what is uneven or tilted");
+  third->add_option("--table", table,
+                    "CSV of colours and forces by value (docs/images.md); else the shipped one, for HU");
   CLI11_PARSE(app, argc, argv);
   try {
+    if (third->parsed()) return feel(images, folder, options, table);
     if (second->parsed()) return bake(folder);
     begin(images, folder, options, of_labels);
     return 0;

@@ -16,9 +16,12 @@ const char* const kFeel[] = {"stiffness", "yield", "viscosity", "friction"};
 }  // namespace
 
 TransferTable readTransferTable(const std::string& path) {
-  const auto read =
-      scene::csv::read(path, scene::yaml::readFile(path, kMostBytes),
-                       {"value", "red", "green", "blue", "alpha"}, {kFeel, kFeel + std::size(kFeel)});
+  return readTransferTable(path, scene::yaml::readFile(path, kMostBytes));
+}
+
+TransferTable readTransferTable(const std::string& path, const std::string& bytes) {
+  const auto read = scene::csv::read(path, bytes, {"value", "red", "green", "blue", "alpha"},
+                                     {kFeel, kFeel + std::size(kFeel)});
   TransferTable table;
   const auto cell = [&](std::size_t row, const char* name, double least, double most) {
     const int column = read.column(name);

@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cmath>
+#include <stdexcept>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -119,7 +121,7 @@ TEST_F(ContactMemory, AnotherLayoutAMissingAndAShortMemoryAreRefusedInWords) {
         ::mmap(nullptr, sizeof(ContactPage), PROT_READ | PROT_WRITE, MAP_SHARED, again, 0));
     ::close(again);
     page->version = 99;
-    EXPECT_NE(reader.connect().find("version 99; allowed: 1"), std::string::npos);
+    EXPECT_NE(reader.connect().find("version 99; allowed: 2"), std::string::npos);
     ::munmap(page, sizeof(ContactPage));
   }
 }
@@ -139,6 +141,59 @@ TEST_F(ContactMemory, AWriterInAnotherProcessIsSeen) {
   ContactImage got;
   ASSERT_TRUE(reader.read(got));
   EXPECT_EQ(got.step, 42u);
+}
+
+namespace {
+
+vest::voxel::Volume volume(double slope) {
+  vest::voxel::Volume v;
+  v.header.size[0] = 3, v.header.size[1] = 4, v.header.size[2] = 5;
+  v.header.rows = 1;
+  v.header.slope = slope;
+  for (int a = 0; a < 3; ++a) v.header.to_grid[a][a] = 1000;
+  for (std::int16_t n = 0; n < 60; ++n) {
+    v.stored.push_back(n);
+    v.region.push_back(static_cast<std::uint8_t>(n % 3));
+  }
+  return v;
+}
+
+}  // namespace
+
+TEST_F(ContactMemory, AVolumeComesWholeAndOnlyUnderItsNumber) {
+  ContactWriter writer(name_);
+  ContactReader reader(name_);
+  const std::uint64_t first = writer.shareVolume(volume(1));
+  ASSERT_EQ(reader.connect(), "");
+  EXPECT_FALSE(reader.volume(0));
+  EXPECT_FALSE(reader.volume(first + 1)) << "that of another scene";
+  const vest::voxel::View view = reader.volume(first);
+  ASSERT_TRUE(view);
+  EXPECT_EQ(view.stored[59], 59);
+  EXPECT_EQ(view.region[59], 2);
+  EXPECT_EQ(vest::voxel::sampleValue(view, {0.001, 0.0015, 0.002}).share, 1.0);
+  // Another scene: the one before stays readable until its reader has looked.
+  const std::uint64_t second = writer.shareVolume(volume(2));
+  EXPECT_TRUE(reader.volume(first));
+  EXPECT_FALSE(reader.volume(second));
+  EXPECT_EQ(reader.connect(), "");
+  EXPECT_FALSE(reader.volume(first));
+  ASSERT_TRUE(reader.volume(second));
+  EXPECT_EQ(reader.volume(second).header->slope, 2.0);
+  EXPECT_EQ(view.stored[59], 59) << "a tick that still works with it does not crash";
+}
+
+TEST_F(ContactMemory, AVolumeThatIsNotSoundIsNotShared) {
+  ContactWriter writer(name_);
+  auto bad = volume(1);
+  bad.header.size[0] = 4;
+  EXPECT_THROW(writer.shareVolume(bad), std::runtime_error) << "more voxels than there are";
+  bad = volume(1);
+  bad.header.table[0].yield = NAN;
+  EXPECT_THROW(writer.shareVolume(bad), std::runtime_error);
+  ContactReader reader(name_);
+  EXPECT_EQ(reader.connect(), "");
+  EXPECT_FALSE(reader.volume(1));
 }
 
 TEST(ContactMemoryName, SessionsOnOneMachineGetMemoriesOfTheirOwn) {

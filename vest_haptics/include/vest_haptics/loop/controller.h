@@ -16,6 +16,7 @@
 #include "vest_haptics/safety/passivity.h"
 #include "vest_instruments/control/instrument.h"
 #include "vest_tissue/shared/contact_memory.h"
+#include "vest_tissue/voxel/law.h"
 
 namespace vest::haptics {
 
@@ -45,6 +46,7 @@ struct TickInput {
   Sample sample;
   Timing timing;                                ///< measured by the device; 0: assumed from its rate
   const shared::ContactImage* image = nullptr;  ///< newest of the shared memory, null where there is none
+  voxel::View volume;                           ///< the one that the image names; none where it names none
   Eigen::Vector3d servo_force = Eigen::Vector3d::Zero();  ///< N, device frame: CRTK servo_cf
   std::int64_t servo_ns = -1;                             ///< steady, when it came; < 0: never
 };
@@ -114,6 +116,7 @@ class Controller {
   SensorCheck sensor_;
   Passivity passivity_;
   ContactForce contact_;
+  voxel::ToolState in_volume_;
   Registration registration_;
   TickReport report_;
 

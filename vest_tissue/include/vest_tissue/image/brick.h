@@ -10,9 +10,7 @@ namespace vest::image {
 
 inline constexpr std::size_t kMostBrickBytes = std::size_t{64} << 20;  ///< of its values
 
-/// From the patient's axes (left, posterior, superior) to those of `world`: the patient lies supine, right,
-/// feet and front towards x, y and z.
-Eigen::Matrix3d supine();
+using volume::supine;
 
 /// The volume, supine. Whole numbers stay what they are; others are spread over 16 bits. Padding becomes
 /// Brick::kNothing. A volume above `most` bytes is reduced by whole factors, those axes first whose voxels

@@ -11,33 +11,13 @@
 
 #include "vest_tissue/image/volume.h"
 #include "vest_tissue/volume/image.h"
+#include "vest_tissue/volume/phantom.h"
 
 namespace vest::image {
 
-/// Part of a phantom, in metres along the patient's axes (left, posterior, superior).
-struct Shape {
-  enum Kind { Ellipsoid, Box, Cylinder };  ///< a cylinder stands along the third axis
-  Kind kind = Ellipsoid;
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  Eigen::Vector3d half = Eigen::Vector3d::Ones();  ///< half axes
-  std::int16_t value = 0;                          ///< HU
-  std::uint16_t label = 0;
-  bool holds(const Eigen::Vector3d& place) const;
-  double volume() const;  ///< m³
-};
-
-/// Where shapes overlap, the later one counts; around them is air of -1000 HU, label 0.
-struct Phantom {
-  std::string name;
-  Eigen::Vector3d low, high;  ///< m: block that the images show
-  std::vector<Shape> shapes;
-  std::vector<std::string> labels;                      ///< name of each label from 1
-  const Shape* at(const Eigen::Vector3d& place) const;  ///< null: air
-};
-
-/// head, lumbar or abdomen: sizes of an adult, simplified (assumed). @throws std::invalid_argument: another
-/// name
-Phantom makePhantom(const std::string& name);
+using volume::makePhantom;
+using volume::Phantom;
+using volume::Shape;
 
 struct PhantomImage {
   std::array<std::uint32_t, 3> size{128, 128, 64};  ///< voxels over the block

@@ -5,6 +5,7 @@
 #include <visualization_msgs/MarkerArray.h>
 
 #include <vest_msgs/ContactModels.h>
+#include <vest_msgs/ImageVolume.h>
 #include <vest_msgs/InstrumentStates.h>
 #include <vest_msgs/StepInput.h>
 #include <vest_msgs/SutureStates.h>
@@ -15,6 +16,7 @@
 #include <vest_msgs/TissueTopologyDelta.h>
 
 #include "vest_tissue/scene/runner.h"
+#include "vest_tissue/volume/brick.h"
 
 /// The one place where values of the core become messages and back. Units and frames are those of the
 /// messages; headers are the caller's, but for frame_id.
@@ -39,6 +41,8 @@ void toMsg(const scene::StateFrame& frame, const scene::Description& description
            vest_msgs::TissueAttachments& msg);
 void toMsg(const scene::StateFrame& frame, const scene::Description& description,
            vest_msgs::SutureStates& msg);
+/// All but name, modality and hash.
+void toMsg(const volume::Brick& brick, vest_msgs::ImageVolume& msg);
 /// Skins as triangle lists for stock clients.
 void toMarkers(const vest_msgs::TissueTopology& topology, const scene::StateFrame& frame,
                visualization_msgs::MarkerArray& msg);

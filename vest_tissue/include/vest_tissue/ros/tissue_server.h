@@ -90,6 +90,7 @@ class TissueServer {
   static boost::shared_ptr<vest_msgs::SceneFiles> toMessage(const std::string& scene, const std::string& hash,
                                                             const scene::SceneFiles& files);
   void publishFiles(const boost::shared_ptr<vest_msgs::SceneFiles>& files);
+  void publishImage(const scene::Description& description);
 
   void publishLoop();
   void publishSteps();
@@ -134,7 +135,7 @@ class TissueServer {
   ros::AsyncSpinner input_spinner_{1, &input_queue_}, service_spinner_{1, &service_queue_};
   ros::Subscriber instruments_, recording_, edits_;
   std::vector<ros::ServiceServer> services_;
-  ros::Publisher topology_pub_, files_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_,
+  ros::Publisher topology_pub_, files_pub_, image_pub_, delta_pub_, state_pub_, contacts_pub_, events_pub_,
       attachments_pub_, tools_pub_, sutures_pub_, markers_pub_, steps_pub_, hash_pub_, effects_hash_pub_,
       session_pub_, diagnostics_pub_;
 

@@ -19,6 +19,12 @@
 namespace vest::fem {
 struct Description;  // vest_tissue/fem/description.h
 }
+namespace vest::volume {
+struct Brick;  // vest_tissue/volume/brick.h
+}
+namespace vest::voxel {
+struct Volume;  // vest_tissue/voxel/volume.h
+}
 
 namespace vest::scene {
 
@@ -171,6 +177,10 @@ struct Description {
   std::vector<Connection> connections;
   std::vector<VesselTree> vessels;
   std::vector<Suture> sutures;  ///< in events they are counted behind the objects
+  /// What a needle and a probe feel of a patient's image; null: there is none.
+  std::shared_ptr<const voxel::Volume> feel;
+  std::vector<std::uint16_t> regions;          ///< objects that name its regions, from 1 on
+  std::shared_ptr<const volume::Brick> image;  ///< the same image for the eye; null: there is none
 };
 
 }  // namespace vest::scene

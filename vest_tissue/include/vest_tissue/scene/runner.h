@@ -143,7 +143,8 @@ class Runner {
  public:
   Runner(std::unique_ptr<Simulation> simulation, const RunnerOptions& options);
   /// Before start(): every step's contact models go to this memory too, for haptic processes.
-  void shareContacts(std::unique_ptr<shared::ContactWriter> memory) { memory_ = std::move(memory); }
+  /// A volume of the scene goes with them. @throws std::runtime_error: no room for the volume
+  void shareContacts(std::unique_ptr<shared::ContactWriter> memory);
   ~Runner();
 
   /// Begins to step; idempotent.
@@ -185,6 +186,7 @@ class Runner {
  private:
   void run();
   void stepOnce(std::int64_t now);
+  std::uint64_t shareVolume(Simulation& simulation);
   void fillContacts(std::int64_t now);
   void shareStep(std::int64_t now);
   void fillState(std::int64_t now);

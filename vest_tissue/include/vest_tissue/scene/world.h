@@ -77,9 +77,11 @@ struct ContactModel {
   Eigen::Matrix<double, 6, 6> damping = Eigen::Matrix<double, 6, 6>::Zero();
   std::array<ContactPlane, 4> planes{};
   int plane_count = 0;
-  double radius = 0.005;   ///< m
-  double pinch_force = 0;  ///< N
-  double jaw_torque = 0;   ///< N·m
+  double radius = 0.005;                            ///< m
+  double pinch_force = 0;                           ///< N
+  double jaw_torque = 0;                            ///< N·m
+  Eigen::Vector3d image = Eigen::Vector3d::Zero();  ///< N: part of the wrench that a patient's image takes
+  bool image_alone = false;                         ///< nothing but the image is touched
 };
 
 /// Energies since the start, J. kinetic + elastic + potential + dissipated = start + work within rounding.

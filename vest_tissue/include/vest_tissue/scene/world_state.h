@@ -19,6 +19,7 @@
 #include "vest_tissue/scene/fem_surface.h"
 #include "vest_tissue/scene/held_load.h"
 #include "vest_tissue/scene/world.h"
+#include "vest_tissue/voxel/law.h"
 
 namespace vest::scene {
 
@@ -125,6 +126,7 @@ struct WorldState {
   interaction::Electrosurgery electrosurgery;
   interaction::Fasteners fasteners;  ///< clips, slings
   interaction::ThreadState threads;
+  std::array<voxel::ToolState, tools::kInstrumentCount> in_image{};  ///< what tools feel of an image
   Energy energy;  ///< work and dissipated are kept, the others computed on demand
 };
 

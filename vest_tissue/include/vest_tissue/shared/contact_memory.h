@@ -13,13 +13,16 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <type_traits>
+
+#include "vest_tissue/voxel/volume.h"
 
 namespace vest::shared {
 
 inline constexpr std::uint64_t kContactMagic = 0x314354'5453'4556ull;  ///< "VESTCT1", little-endian
-inline constexpr std::uint64_t kContactVersion = 1;  ///< of this layout; readers refuse any other
+inline constexpr std::uint64_t kContactVersion = 2;  ///< of this layout; readers refuse any other
 inline constexpr int kContactInstruments = 4;        ///< left, right, third, endoscope
 inline constexpr int kContactPlanes = 4;
 
@@ -29,7 +32,8 @@ inline constexpr std::uint64_t kFlagGrasping = 4;  ///< jaws hold tissue: the mo
 inline constexpr std::uint64_t kFlagRigid = 8;     ///< reserved
 
 /// Force of the tissue on the instrument at the proxy's tip, world frame, SI:
-/// F(x, v) = wrench − K (x − x0) − B (v − v0). The same content as vest_msgs/ContactModel.
+/// F(x, v) = wrench − K (x − x0) − B (v − v0). The same content as vest_msgs/ContactModel, but without the
+/// force of a volume: who reads this computes that itself (voxel/law.h).
 struct ContactRecord {
   std::uint64_t flags = 0;
   double position[3] = {};                ///< m, x0: tip of the proxy
@@ -45,12 +49,15 @@ struct ContactRecord {
   double radius = 0.0;                    ///< m: distance from x0 within which the model holds
   double pinch_force = 0.0;               ///< N
   double jaw_torque = 0.0;                ///< N·m
+  std::uint64_t feels = 0;                ///< voxel::Kind: what the tool is in the volume, if there is one
+  double reach = 0.0;                     ///< m beyond the tip's frame to the point that feels it
 };
 
 struct ContactImage {
   std::uint64_t step = 0;  ///< simulation step: the heartbeat. One that stands still is a dead simulation
   std::uint64_t generation = 0;  ///< grows with every reset, loaded scene and restart: steps may begin anew
   std::int64_t steady_ns = 0;    ///< CLOCK_MONOTONIC at which the step began
+  std::uint64_t volume = 0;      ///< which volume is felt (ContactWriter::shareVolume); 0: none
   std::array<ContactRecord, kContactInstruments> contacts{};
 };
 static_assert(std::is_trivially_copyable_v<ContactImage> && sizeof(ContactImage) % 8 == 0);
@@ -79,33 +86,47 @@ class ContactWriter {
 
   /// Real-time safe.
   void write(const ContactImage& image) noexcept;
+  /// Makes a copy of a volume for readers, in a memory of its own: NAME_volume. The one before ends where no
+  /// reader has it any more. Not real-time. @return what ContactImage::volume says from the first step of its
+  /// scene on. @throws std::runtime_error naming memory and reason
+  std::uint64_t shareVolume(const voxel::Volume& volume);
   std::uint64_t generation() const { return generation_; }
   /// Steps may begin anew (reset, another scene). Real-time safe.
   void beginGeneration() noexcept { ++generation_; }
 
  private:
+  std::string name_;
   ContactPage* page_ = nullptr;
   std::uint64_t generation_ = 0;
+  bool volume_ = false;
 };
 
 /// A reader's end: maps read-only.
 class ContactReader {
  public:
-  explicit ContactReader(std::string name) : name_(std::move(name)) {}
+  explicit ContactReader(std::string name);
   ~ContactReader();
   ContactReader(const ContactReader&) = delete;
   ContactReader& operator=(const ContactReader&) = delete;
 
-  /// Not real-time: tries to map. Empty: done (or was done); else what is wrong, in words.
+  /// Not real-time: tries to map, and looks for a newer volume. Empty: done; else what is wrong, in words.
   std::string connect();
   bool connected() const { return page_.load() != nullptr; }
   /// Copies the newest whole image. False where none has been written yet, or the writer was at it during
   /// `tries` attempts (also for ever, if it died half-way): `image` keeps what it had. Real-time safe.
   bool read(ContactImage& image, int tries = 4) const noexcept;
+  /// The volume of that number; none where it is 0, or connect() has not found it yet. Valid until the next
+  /// but one connect() finds another. Real-time safe.
+  voxel::View volume(std::uint64_t number) const noexcept;
   const std::string& name() const { return name_; }
 
  private:
+  struct Mapped;
+  std::string connectVolume();
+
   std::string name_;
+  std::unique_ptr<const Mapped> mapped_, before_;  ///< of connect()'s thread
+  std::atomic<const Mapped*> volume_{nullptr};
   std::atomic<const ContactPage*> page_{nullptr};  ///< connect() and read() may be of different threads
 };
 

@@ -28,6 +28,15 @@ struct Brick {
   double value(std::int16_t number) const { return intercept + slope * number; }
 };
 
+/// From the patient's axes (left, posterior, superior) to those of `world`: on the back with right, feet and
+/// front towards x, y and z; on the belly with left, feet and back towards them.
+inline Eigen::Matrix3d supine() {
+  return (Eigen::Matrix3d() << -1, 0, 0, 0, 0, -1, 0, -1, 0).finished();
+}
+inline Eigen::Matrix3d prone() {
+  return (Eigen::Matrix3d() << 1, 0, 0, 0, 0, -1, 0, 1, 0).finished();
+}
+
 /// Trilinear between the centres of voxels, constant from the outermost ones outwards.
 /// @param at grid coordinates: (i, j, k) at the centre of a voxel; within -0.5 … size - 0.5
 /// @param number as stored, not rounded; of the neighbours that were measured alone

@@ -20,6 +20,7 @@ using TransferTable = std::vector<Transfer>;  ///< 2 … 256 rows, values rise
 /// Reads `value,red,green,blue,alpha[,stiffness][,yield][,viscosity][,friction]`; a column that is missing is
 /// 0. @throws std::invalid_argument: file, line, column, value, what is allowed
 TransferTable readTransferTable(const std::string& path);
+TransferTable readTransferTable(const std::string& path, const std::string& bytes);
 
 Transfer transfer(const TransferTable& table, double value);
 
