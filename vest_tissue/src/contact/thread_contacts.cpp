@@ -221,30 +221,32 @@ void reachTools(Context& c, ThreadScratch& w) {
     jaws.before = {then.orientation.toRotationMatrix(), then.tip};
     jaws.after = {proxy.pose.orientation.toRotationMatrix(), proxy.pose.tip};
     const interaction::ThreadGrip& grip = c.state.threads.grips[t];
+    const interaction::NeedleGrip& on = c.state.threads.needle_grips[t];
     const auto held = [&grip](std::uint32_t i) {
       for (int k = 0; grip.active && k < grip.count; ++k)
         if (i + 3 >= grip.nodes[k].node && i <= grip.nodes[k].node + 3) return true;
       return false;
     };
-    const auto inJaws = [&](std::uint32_t i) {
-      if (!jaws.open) return false;
-      const double at = interaction::jawAngleAt(*jaws.geometry, jaws.before.local(w.now[i]), 0.0);
-      return at >= 0.0 && at <= then.jaw + 0.05;
+    // Jaws that hold are closed to all else.
+    const auto inJaws = [&](std::uint32_t i, bool needle) {
+      return jaws.open && !(needle ? on.active : grip.active) &&
+             isBetween(c, t, *jaws.geometry, jaws.before, i);
     };
     // Places from first to end make a chain; of a thread node by node, of a needle point by point.
-    const auto chain = [&](std::uint32_t first_place, std::uint32_t end_place, bool needle, double radius,
-                           bool pass) {
+    const auto chain = [&](std::uint32_t first_place, std::uint32_t end_place, bool needle, double radius) {
       for (std::uint32_t first = first_place; first < end_place; first += kGroup) {
         const std::uint32_t end = std::min(first + kGroup + 1, end_place);
         const Box box = boxOf(w.now, first, end);
         for (int k = 0; k < c.scratch.capsule_count[t]; ++k) {
           const auto &b = c.scratch.capsules_before[t][k], &a = c.scratch.capsules_after[t][k];
           const double way = std::sqrt(std::max((a.a - b.a).squaredNorm(), (a.b - b.b).squaredNorm()));
-          const double near = a.radius + radius + kAhead + way;
+          double own = 0.0;
+          for (std::uint32_t i = first; i < end; ++i) own = std::max(own, wayOf(c, i));
+          const double near = a.radius + radius + kAhead + way + own;
           if (box.apart(a.a.cwiseMin(a.b), a.a.cwiseMax(a.b), near)) continue;
           for (std::uint32_t i = first; i + 1 < end; ++i) {
             if ((!needle && (rod.severed[i] != 0 || held(i))) ||
-                (a.which >= 0 && (inJaws(i) || inJaws(i + 1))))
+                (a.which >= 0 && (inJaws(i, needle) || inJaws(i + 1, needle))))
               continue;
             const suture::Closest at =
                 suture::closest(w.now[i], w.now[i + 1] - w.now[i], a.a, a.b - a.a, false);
@@ -254,20 +256,18 @@ void reachTools(Context& c, ThreadScratch& w) {
             reach(c, w, i, TouchKind::Tool, static_cast<std::size_t>(t), static_cast<std::size_t>(k));
           }
         }
-        if (!jaws.open || pass) continue;
         for (std::uint32_t i = first; i < std::min(first + kGroup, end_place); ++i)
-          if (inJaws(i)) reachFaces(c, w, i, t, jaws);
+          if (inJaws(i, needle)) reachFaces(c, w, i, t, jaws);
       }
     };
     const ThreadModel& m = c.model.threads;
-    const interaction::NeedleGrip& on = c.state.threads.needle_grips[t];
     for (const suture::Strand& strand : m.rods->strands)
-      chain(strand.threadFirst(), strand.first + strand.nodes, false, strand.section.radius, grip.active);
+      chain(strand.threadFirst(), strand.first + strand.nodes, false, strand.section.radius);
     for (std::uint32_t n = 0; n < m.first_point.size(); ++n)
       if (!on.active || on.needle != n)
         chain(m.first_point[n],
               m.first_point[n] + static_cast<std::uint32_t>(m.rods->needles[n].points.size()), true,
-              m.rods->needles[n].radius, on.active);
+              m.rods->needles[n].radius);
   }
 }
 

@@ -127,6 +127,18 @@ void readNeedle(const Value& value, Suture& s, double swage) {
   s.rod.needle.swage = swage;
 }
 
+/// Nodes that are held where they lie: the thread passes through what does not give way.
+void readFixed(const Value& value, double segment, Suture& s) {
+  const auto range = value.list();
+  if (range.size() != 2) value.fail("must be two places along the thread: from, to");
+  const double from = range[0].number(0.0, 5.0), to = range[1].number(0.0, 5.0);
+  for (suture::Index i = 0; i < s.rod.nodes.size(); ++i) {
+    const double at = segment * i;
+    if (at > from - 1e-9 && at < to + 1e-9) s.rod.held.push_back({i, suture::Hold::Place, {}});
+  }
+  if (s.rod.held.empty()) value.fail("must hold at least one node of the thread");
+}
+
 }  // namespace
 
 Suture readSutureKind(Map& map, const material::Sutures& known) {
@@ -157,7 +169,7 @@ std::vector<Suture> readSutures(const Value& list, const material::Sutures& know
     list.fail("must be 1 to " + std::to_string(kMostSutures) + " sutures");
   for (const Value& item : items) {
     Map map(item);
-    map.only({"name", "material", "size", "path", "length", "segment", "natural", "needle"});
+    map.only({"name", "material", "size", "path", "length", "segment", "natural", "fixed", "needle"});
     Suture s = readSutureKind(map, known);
     s.rod.name = map["name"].name();
     bool there = std::find(taken.begin(), taken.end(), s.rod.name) != taken.end();
@@ -176,6 +188,7 @@ std::vector<Suture> readSutures(const Value& list, const material::Sutures& know
     s.rod.natural_shape = map.has("natural") && map["natural"].oneOf({"straight", "path"}) == "path";
     s.rod.section.strain_damping = kStrainDamping;
     s.rod.section.drag = kAir;
+    if (map.has("fixed")) readFixed(map["fixed"], length / static_cast<double>(segments), s);
     if (map.has("needle"))
       readNeedle(map["needle"], s, named(known.sizes, map["size"]).numbers.at("swage").value);
     map.finish();
@@ -204,6 +217,12 @@ std::string suturesText(const std::vector<Suture>& sutures) {
       yaml += number;
     }
     yaml += "]\n";
+    if (!s.rod.held.empty()) {
+      const double each = lengthOf(nodes) / static_cast<double>(nodes.size() - 1);
+      std::snprintf(number, sizeof number, "    fixed: [%.10g, %.10g]\n", each * s.rod.held.front().node,
+                    each * s.rod.held.back().node);
+      yaml += number;
+    }
     if (s.needle.empty()) continue;
     const Vector3d& n = s.needle_normal;
     std::snprintf(number, sizeof number, ", length: %.10g, wire: %.10g, normal: [%.10g, %.10g, %.10g]}\n",

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -26,6 +27,35 @@ struct JawFrame {
   Eigen::Vector3d local(const Eigen::Vector3d& p) const { return rotation.transpose() * (p - tip); }
   Eigen::Vector3d world(const Eigen::Vector3d& p) const { return tip + rotation * p; }
 };
+
+/// Opening that something round fills at a place between jaws.
+inline double filledJaw(const tools::ToolGeometry& g, const Eigen::Vector3d& local, double radius) {
+  return 2.0 * radius / std::max(1e-4, local.z() + g.jaw_length);
+}
+
+/// A place of a thread or needle (ThreadModel::places) was between the instrument's jaws in the last step.
+inline bool wasBetween(const Context& c, int tool, std::uint32_t place) {
+  interaction::ThreadTouch face;
+  face.segment = place, face.kind = interaction::TouchKind::JawFace;
+  face.body = static_cast<std::uint16_t>(tool);
+  const auto& kept = c.state.threads.touches;
+  const auto at = std::lower_bound(kept.begin(), kept.end(), face,
+                                   [](const auto& a, const auto& b) { return interaction::before(a, b); });
+  return at != kept.end() && at->segment == place && at->kind == face.kind && at->body == face.body;
+}
+
+/// Jaws let in what is thinner than their gap; as they close on it, it stays. Closed jaws are solid, but for
+/// what is in them as they appear.
+inline bool isBetween(const Context& c, int tool, const tools::ToolGeometry& g, const JawFrame& frame,
+                      std::uint32_t place) {
+  const ThreadModel& m = c.model.threads;
+  const double jaw = c.scratch.proxies_before[tool].pose.jaw;
+  const Eigen::Vector3d local = frame.local(m.at(c.state.threads.rod, place));
+  const double at = interaction::jawAngleAt(g, local, 0.0);
+  if (!(at >= 0.0 && at <= jaw + 0.05)) return false;
+  return filledJaw(g, local, m.places[place].radius) <= jaw || c.scratch.appeared[tool] ||
+         wasBetween(c, tool, place);
+}
 
 /// Calls visit(object, triangle, corner positions, sample, angle) for each sample between open jaws.
 template <typename Visit>

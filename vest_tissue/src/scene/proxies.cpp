@@ -67,9 +67,10 @@ void moveProxies(Context& c) {
     const ToolInput& input = c.input.tools[t];
     auto& proxy = c.state.proxies[t];
     const bool present = input.present && input.tool != tools::ToolKind::None;
+    c.scratch.appeared[t] = present && (!proxy.present || proxy.tool != input.tool);
     if (!present) {
       proxy = Proxy{};
-    } else if (!proxy.present || proxy.tool != input.tool) {
+    } else if (c.scratch.appeared[t]) {
       if (c.state.grasps[t].active) c.state.grasps[t].jaw_at_touch = 0.0;  // an exchanged tool lets go
       resetProxy(proxy, input);
       c.scratch.proxies_before[t] = proxy;

@@ -47,10 +47,10 @@ void seek(const Hand& h, NeedleGrip& grip) {
   for (std::uint32_t n = 0; n < m.first_point.size() && count == 0.0; ++n) {
     const suture::NeedleModel& needle = m.rods->needles[n];
     for (std::size_t i = 0; i < needle.points.size(); ++i) {
-      const Vector3d local = h.frame.local(m.at(h.c.state.threads.rod, m.first_point[n] + i));
-      const double at = interaction::jawAngleAt(h.g, local, 0.0);
-      if (!(at >= 0.0 && at <= h.jaw + 0.05)) continue;
-      most = std::max(most, 2.0 * needle.radius / std::max(1e-4, local.z() + h.g.jaw_length));
+      const auto place = static_cast<std::uint32_t>(m.first_point[n] + i);
+      if (!isBetween(h.c, h.tool, h.g, h.frame, place)) continue;
+      const Vector3d local = h.frame.local(m.at(h.c.state.threads.rod, place));
+      most = std::max(most, filledJaw(h.g, local, needle.radius));
       sum += needle.spacing * static_cast<double>(i), count += 1.0;
       grip.needle = n;
     }

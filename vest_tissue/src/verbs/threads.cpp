@@ -24,32 +24,37 @@ struct Hand {
   double jaw;  ///< rad
 
   const suture::State& rod() const { return c.state.threads.rod; }
-  /// Opening below which a node lies between the jaws; < 0: nowhere between.
-  double between(std::uint32_t node) const {
-    return interaction::jawAngleAt(g, frame.local(rod().position[node]), 0.0);
-  }
+  bool isBetween(std::uint32_t node) const { return scene::isBetween(c, tool, g, frame, node); }
   /// Opening that a thread fills where it is.
-  double filled(const Vector3d& local, double radius) const {
-    return 2.0 * radius / std::max(1e-4, local.z() + g.jaw_length);
-  }
+  double filled(const Vector3d& local, double radius) const { return filledJaw(g, local, radius); }
 };
 
 template <typename Visit>
 void eachNode(const Hand& h, Visit visit) {
   for (const suture::Strand& strand : h.c.model.threads.rods->strands)
-    for (std::uint32_t i = strand.threadFirst(); i < strand.first + strand.nodes; ++i) {
-      const double at = h.between(i);
-      if (at >= 0.0 && at <= h.jaw + 0.05) visit(i, strand.section.radius);
-    }
+    for (std::uint32_t i = strand.threadFirst(); i < strand.first + strand.nodes; ++i)
+      if (h.isBetween(i)) visit(i, strand.section.radius);
 }
 
-void add(const Hand& h, ThreadGrip& grip) {
-  eachNode(h, [&](std::uint32_t i, double) {
-    for (int k = 0; k < grip.count; ++k)
-      if (grip.nodes[k].node == i) return;
-    if (grip.count < interaction::kMaxGripNodes)
-      grip.nodes[grip.count++] = {i, h.frame.local(h.rod().position[i])};
-  });
+void hold(const Hand& h, ThreadGrip& grip, std::uint32_t node) {
+  for (int k = 0; k < grip.count; ++k)
+    if (grip.nodes[k].node == node) return;
+  if (grip.count < interaction::kMaxGripNodes)
+    grip.nodes[grip.count++] = {node, h.frame.local(h.rod().position[node])};
+}
+
+/// Neighbours of what is held have been drawn in between the jaws.
+void holdDrawn(const Hand& h, ThreadGrip& grip, const ThreadGrip& was) {
+  for (int k = 0; k < was.count; ++k) {
+    const std::uint32_t node = was.nodes[k].node;
+    const ThreadPlace& place = h.c.model.threads.places[node];
+    const suture::Strand& strand = h.c.model.threads.rods->strands[place.strand];
+    for (const std::uint32_t i : {node, node - 1, node + 1})
+      if (i >= strand.threadFirst() && i < strand.first + strand.nodes &&
+          (i == node || h.rod().severed[std::min(i, node)] == 0) &&
+          interaction::jawAngleAt(h.g, h.frame.local(h.rod().position[i]), 0.0) >= 0.0)
+        hold(h, grip, i);
+  }
 }
 
 void letGo(const Hand& h, ThreadGrip& grip) {
@@ -68,11 +73,12 @@ void seek(const Hand& h, ThreadGrip& grip) {
   if (most <= 0.0) grip.jaw_at_touch = 0.0;
   if (most > 0.0 && h.jaw <= most + kFill) grip.jaw_at_touch = std::max(grip.jaw_at_touch, most + kFill);
   if (pressed) grip.jaw_at_touch = std::max(grip.jaw_at_touch, tissue.jaw_at_touch);
-  const bool closed = grip.jaw_at_touch > 0.0 &&
+  const bool opening = h.jaw > h.c.scratch.proxies_before[h.tool].pose.jaw;
+  const bool closed = !opening && grip.jaw_at_touch > 0.0 &&
                       (h.jaw <= (1.0 - interaction::kGraspClosure) * grip.jaw_at_touch || h.jaw <= most);
   if (!closed) return;
   grip.count = 0;
-  add(h, grip);
+  eachNode(h, [&](std::uint32_t i, double) { hold(h, grip, i); });
   if (grip.count == 0) return;
   grip.active = true;
   grip.pinch = interaction::pinchForce(h.jaw, grip.jaw_at_touch);
@@ -96,6 +102,7 @@ void slip(const Hand& h, ThreadGrip& grip) {
   }
   grip.sliding = sliding;
   if (!sliding) return;
+  const ThreadGrip was = grip;
   int kept = 0;
   for (int k = 0; k < grip.count; ++k) {
     GripNode n = grip.nodes[k];
@@ -103,11 +110,10 @@ void slip(const Hand& h, ThreadGrip& grip) {
     n.local = at + limit / force * (n.local - at);
     if (interaction::jawAngleAt(h.g, at, 0.0) >= 0.0) grip.nodes[kept++] = n;
   }
-  const GripNode last = grip.nodes[0];
   grip.count = kept;
-  add(h, grip);
+  holdDrawn(h, grip, was);
   if (grip.count > 0) return;
-  grip.nodes[0] = last;  // for the event
+  grip.nodes[0] = was.nodes[0];  // for the event
   letGo(h, grip);
 }
 
@@ -124,7 +130,12 @@ void snip(const Hand& h) {
       if ((a.y() < 0.0) == (b.y() < 0.0)) continue;
       const Vector3d cut = a + (a.y() / (a.y() - b.y())) * (b - a);
       const double at = interaction::jawAngleAt(h.g, cut, 0.0);
-      if (at < 0.0 || at > h.jaw + 0.05 || h.jaw > h.filled(cut, strand.section.radius)) continue;
+      const double filled = h.filled(cut, strand.section.radius);
+      if (at < 0.0 || at > h.jaw + 0.05 || h.jaw > filled) continue;
+      // What comes to closed blades from outside is not between them.
+      if (h.c.scratch.proxies_before[h.tool].pose.jaw <= filled && !h.c.scratch.appeared[h.tool] &&
+          !wasBetween(h.c, h.tool, i) && !wasBetween(h.c, h.tool, i + 1))
+        continue;
       rod.severed[i] = 1;
       emit(h.c, threadEvent(h.c, EventKind::Cut, h.tool, i));
     }

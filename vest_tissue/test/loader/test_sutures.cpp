@@ -60,6 +60,14 @@ TEST(Sutures, ANeedleLeavesTheFirstEnd) {
   EXPECT_DOUBLE_EQ(needle.swage, 6.7);
 }
 
+TEST(Sutures, FixedNodesAreThoseBetweenTwoPlaces) {
+  const auto d = load("  - {" + std::string(kThread) + ", length: 0.05, fixed: [0.010, 0.0145]}\n");
+  const auto& held = d.sutures[0].rod.held;
+  ASSERT_EQ(held.size(), 5u);  // a node each millimetre
+  EXPECT_EQ(held.front().node, 10u);
+  EXPECT_EQ(held.back().node, 14u);
+}
+
 TEST(Sutures, OneMessageForEachMistake) {
   const std::string thread = kThread;
   const auto with = [&thread](const std::string& from, const std::string& to) {
@@ -81,6 +89,9 @@ TEST(Sutures, OneMessageForEachMistake) {
       {"  - {" + thread + ", segment: 1}\n", "0.005"},
       {"  - {" + thread + ", segment: 0.0002, length: 5}\n", "4 to 2000 segments"},
       {"  - {" + thread + ", knots: 3}\n", "knots"},
+      {"  - {" + thread + ", fixed: [0.01]}\n", "from, to"},
+      {"  - {" + thread + ", fixed: [0.01, 9]}\n", "5"},
+      {"  - {" + thread + ", fixed: [0.014, 0.01]}\n", "at least one node"},
       {"  - {" + thread + ", needle: half}\n", "needle"},
       {"  - {" + thread + ", needle: {kind: bent}}\n", "three_eighths"},
       {"  - {" + thread + ", needle: {kind: half, length: 0}}\n", "0.005"},

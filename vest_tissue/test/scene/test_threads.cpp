@@ -278,6 +278,50 @@ TEST(Threads, OneHandTakesItFromTheOther) {
   EXPECT_GT(nodesOf(r.world).back().z(), 0.20);  // it has not fallen
 }
 
+TEST(Threads, ClosedJawsAreSolidToAThreadThatComesToThem) {
+  // It hangs across closed jaws of a lying grasper, at their middle: it lies on them, on both broad sides.
+  for (const bool blades : {false, true}) {
+    for (const bool turned : {false, true}) {
+      scene::Description d;
+      d.name = "air", d.hash = "0000000000000004";
+      d.objects.push_back(sheet());
+      d.sutures.push_back(polyglactin(line({0.18, 0, 0.303}, Vector3d::UnitX(), 40)));
+      Room r(d);
+      r.input.tools[0] =
+          grasper({0.2, 0.011, 0.3}, Vector3d::UnitY(), turned ? Vector3d::UnitZ() : Vector3d::UnitX(), 0.0);
+      if (blades) r.input.tools[0].tool = tools::ToolKind::Scissors;
+      for (int i = 0; i < 400; ++i) {
+        r.run(1);
+        ASSERT_GT(nodesOf(r.world)[20].z(), 0.2999) << blades << turned << i;
+      }
+      EXPECT_EQ(r.grasped, 0) << turned;
+      EXPECT_EQ(r.cuts, 0) << turned;
+    }
+  }
+}
+
+TEST(Threads, JawsThatHoldOneThreadAreSolidToAnother) {
+  // They hold one that hangs down; the other falls across their narrow side, as a throw does that slides off.
+  scene::Description d;
+  d.name = "air", d.hash = "0000000000000004";
+  d.objects.push_back(sheet());
+  d.sutures.push_back(polyglactin(line({0.2, 0, 0.305}, -Vector3d::UnitZ(), 40)));
+  std::vector<Vector3d> across;
+  for (int i = -7; i <= 7; ++i) across.push_back({0.2 + 0.003 * i, 0.006, 0.303});
+  d.sutures.push_back(polyglactin(across));
+  d.sutures[1].rod.name = "other";
+  Room r(d);
+  r.input.tools[0] = grasper({0.2, 0.011, 0.3}, Vector3d::UnitY(), Vector3d::UnitX(), 0.0);
+  for (int i = 0; i < 300; ++i) {
+    r.run(1);
+    ASSERT_GT(nodesOf(r.world)[41 + 7].z(), 0.2999) << i;
+  }
+  EXPECT_EQ(r.grasped, 1);
+  const auto& grip = r.world.state().threads.grips[0];
+  ASSERT_TRUE(grip.active);
+  for (int k = 0; k < grip.count; ++k) EXPECT_LT(grip.nodes[static_cast<std::size_t>(k)].node, 41U);
+}
+
 TEST(Threads, ScissorsPartIt) {
   scene::Description d;
   d.name = "air", d.hash = "0000000000000004";

@@ -160,6 +160,7 @@ struct WorldScratch {
     }
     if (threads) threads->known = false;
   }
+  std::array<bool, tools::kInstrumentCount> appeared{};  ///< not there in the step before
 };
 
 }  // namespace vest::scene
