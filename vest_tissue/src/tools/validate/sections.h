@@ -22,6 +22,7 @@ validation::Section forcesSection(const Options& options, const std::string& com
 validation::Section conservationSection(const Options& options, const std::string& command);
 validation::Section stiffnessSection(const Options& options, const std::string& command);
 validation::Section finiteElementsSection(const Options& options, const std::string& command);
+validation::Section threadsSection(const Options& options, const std::string& command);
 
 struct Entry {
   std::string name;  ///< what the command line calls it
@@ -30,7 +31,8 @@ struct Entry {
 inline std::vector<Entry> sections() {
   return {{"materials", materialsSection}, {"bars", barsSection},
           {"forces", forcesSection},       {"conservation", conservationSection},
-          {"stiffness", stiffnessSection}, {"finite_elements", finiteElementsSection}};
+          {"stiffness", stiffnessSection}, {"finite_elements", finiteElementsSection},
+          {"threads", threadsSection}};
 }
 
 }  // namespace vest::validate
