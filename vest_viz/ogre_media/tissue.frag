@@ -21,8 +21,13 @@ float hidden(vec3 c) {
 }
 
 void main() {
-  vec4 ground = texture2D(albedo_map, uv.xy);
-  vec3 relief = texture2D(relief_map, uv.xy).xyz;
+  // A pixel at the rim of what is round sees much of its turn: the mean of it, and of its pattern, not one place. (Low
+  // resolutions take finer levels of the pattern than their pixels are wide.) Sheets are seen from both sides.
+  vec3 h = normalize(halfway);
+  h.z = max(abs(h.z), 0.2);
+  float rim = 1.5 - 1.5 * smoothstep(0.2, 0.5, h.z);
+  vec4 ground = texture2D(albedo_map, uv.xy, rim);
+  vec3 relief = texture2D(relief_map, uv.xy, rim).xyz;
   vec3 fine = texture2D(micro_map, uv.xy * look.z).xyz;
   vec2 micro = fine.xy * 2.0 - 1.0;
   vec2 slope = (relief.xy * 2.0 - 1.0) * look.w;
@@ -64,9 +69,7 @@ void main() {
   ground.a = mix(ground.a, 0.80, film);
 #endif
 
-  vec3 h = normalize(halfway);
-  h.z = abs(h.z);  // sheets are seen from both sides
-  vec2 s_diffuse = slope + 0.16 * micro;
+  vec2 s_diffuse = (slope + 0.16 * micro) * min(2.5 * h.z, 1.0);
   vec2 s_wet = 0.95 * slope + 0.42 * micro;
   float nl = (h.z - dot(s_diffuse, h.xy)) * inversesqrt(1.0 + dot(s_diffuse, s_diffuse));
   float nh = max((h.z - dot(s_wet, h.xy)) * inversesqrt(1.0 + dot(s_wet, s_wet)), 0.0);

@@ -272,6 +272,23 @@ void commitTriangles(CutJob& j) {
     if (f.skin_triangle < count) f.skin_triangle = j.k.moved[f.skin_triangle];
 }
 
+/// Half of the organ's least thickness along the cut, within a distance of a place (m). Where the skin's own
+/// triangles are as large as that distance, the distance.
+double halfThickness(const CutJob& j, const Vector3d& x, double within) {
+  double least = within;
+  if (within <= 2.0 * j.constants.skin_edge) return least;
+  for (const CutTrack& track : j.cut.tracks) {
+    const std::uint32_t other = j.constants.opposite[track.triangle];
+    if (other == kNone || (nearestOn(track, x) - x).squaredNorm() > within * within) continue;
+    const Vector3d n = j.normal(track.triangle);
+    const double squared = n.squaredNorm();
+    if (!(squared > 0.0)) continue;
+    const Vector3d through = j.centroid(other) - j.centroid(track.triangle);
+    least = std::min(least, 0.5 * std::fabs(n.dot(through)) / std::sqrt(squared));
+  }
+  return least;
+}
+
 /// Where the tissue under a skin vertex ends, at rest: the wall's thickness below, or half way through.
 Vector3d below(const CutJob& j, std::uint32_t v, double& depth) {
   const Vector3d x = toVector(j.cut.rest[v]);
@@ -295,6 +312,11 @@ Vector3d below(const CutJob& j, std::uint32_t v, double& depth) {
     if (squared > 0.0) through -= m * (m.dot(through) / squared);
   }
   depth = 0.5 * std::sqrt(through.squaredNorm());
+  const double thin = halfThickness(j, x, depth);
+  if (thin >= 0.5 * depth) return x + 0.5 * through;
+  // The narrow side of a flat section: faces to its very middle would stick out of a leaf that bends.
+  through *= thin / depth;
+  depth = thin;
   return x + 0.5 * through;
 }
 

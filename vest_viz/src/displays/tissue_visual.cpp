@@ -16,7 +16,6 @@
 #include "tissue_input.h"
 #include "vest_tissue/net/skin.h"
 #include "vest_viz/inspect/colour_map.h"
-#include "vest_viz/mesh/occlusion.h"
 #include "vest_viz/texture/organ_texture.h"
 
 namespace vest::displays {
@@ -170,22 +169,35 @@ void TissueVisual::beginBaking(const mesh::Store& store) {
   for (const mesh::Surface& s : surfaces) triangles += s.triangles.size() / 3;
   const bool leave_out = depth_in_alpha_ && quality_ <= 1 && triangles <= kMostTriangles;
   std::vector<double> tolerance(parts_.size(), 0);  // m; 0: every triangle is drawn
+  std::vector<bool> refine(parts_.size(), false);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const auto& layer = store.topology().objects[i].triangle_layer;
+    const mesh::Object& o = store.topology().objects[i];
     parts_[i].coarse_version = store.shapeVersion(i);
-    if (leave_out && std::all_of(layer.begin(), layer.end(), [](auto l) { return l == 0; }))
-      tolerance[i] = store.topology().objects[i].rigid ? kCoarseWall : kCoarse;
+    if (std::any_of(o.triangle_layer.begin(), o.triangle_layer.end(), [](auto l) { return l != 0; }))
+      continue;
+    if (leave_out) tolerance[i] = o.rigid ? kCoarseWall : kCoarse;
+    refine[i] = depth_in_alpha_ && triangles <= kMostTriangles && o.rigid && store.skin(i).doubled.empty();
   }
-  baking_ = std::async(
-      std::launch::async, [this, surfaces = std::move(surfaces), tolerance = std::move(tolerance)] {
+  baking_ =
+      std::async(std::launch::async, [this, surfaces = std::move(surfaces), tolerance = std::move(tolerance),
+                                      refine = std::move(refine)]() mutable {
         Baked baked;
+        baked.refined.resize(surfaces.size());
+        for (std::size_t i = 0; i < surfaces.size() && !stop_; ++i) {
+          if (!refine[i]) continue;
+          baked.refined[i] = mesh::refineForContact(surfaces, i);
+          baked.refined[i].append(3, &surfaces[i].positions);
+          baked.refined[i].append(3, &surfaces[i].normals);
+          surfaces[i].triangles = baked.refined[i].triangles;
+        }
         baked.occlusion = mesh::ambientOcclusion(surfaces, &stop_);
         baked.coarse.resize(surfaces.size());
         baked.left_out.resize(surfaces.size());
         for (std::size_t i = 0; i < surfaces.size() && !stop_; ++i) {
           const mesh::Surface& s = surfaces[i];
           if (tolerance[i] > 0)
-            baked.coarse[i] = mesh::coarseTriangles(s.positions, s.triangles, tolerance[i]);
+            baked.coarse[i] = mesh::coarseTriangles(s.positions, s.triangles, tolerance[i],
+                                                    s.positions.size() / 3 - baked.refined[i].middles.size());
           if (tolerance[i] == kCoarse)
             baked.left_out[i] = mesh::leftOut(s.positions, s.triangles, baked.coarse[i], &stop_);
         }
@@ -199,6 +211,7 @@ void TissueVisual::takeBaked() {
   for (std::size_t i = 0; i < parts_.size() && i < baked.coarse.size(); ++i) {
     parts_[i].coarse = std::move(baked.coarse[i]);
     parts_[i].left_out = std::move(baked.left_out[i]);
+    parts_[i].refined = std::move(baked.refined[i]);
     parts_[i].occlusion = std::move(baked.occlusion[i]);
     parts_[i].coarse_occlusion = mesh::coarseValues(parts_[i].left_out, parts_[i].occlusion);
     parts_[i].stale = true;
@@ -215,11 +228,13 @@ void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
   // What happened to the tissue is shown vertex by vertex, and needs them all.
   const bool coarse = !part.coarse.empty() && part.coarse_version == part.version && !part.mark.on() &&
                       !part.is_bent && colouring_.by == Colouring::By::Look;
+  const bool refined = fine(part);
   if (coarse) groups[0].triangles = part.coarse;
-  for (std::size_t t = 0; !coarse && 3 * t + 2 < skin.triangles.size(); ++t) {
-    const std::uint32_t* v = &skin.triangles[3 * t];
+  const std::vector<std::uint32_t>& all = refined ? part.refined.triangles : skin.triangles;
+  for (std::size_t t = 0; !coarse && 3 * t + 2 < all.size(); ++t) {
+    const std::uint32_t* v = &all[3 * t];
     if (v[0] == v[1] || v[1] == v[2]) continue;  // died in a cut
-    const std::size_t layer = o.triangle_layer.empty() ? 0 : o.triangle_layer[t];
+    const std::size_t layer = refined || o.triangle_layer.empty() ? 0 : o.triangle_layer[t];
     auto& triangles = groups[std::min(layer, kGroups - 1)].triangles;
     triangles.insert(triangles.end(), v, v + 3);
   }
@@ -247,7 +262,7 @@ void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
   std::vector<float> uv(2 * n, 0.0f), tint(4 * n, 1.0f);
   for (std::size_t k = 0; k < std::min(uv.size(), skin.uv.size()); ++k) uv[k] = tiles * skin.uv[k];
   // Cut faces are patterned by place, looked at across the face: whatever coordinates they came with.
-  std::vector<std::uint8_t> on_skin(n, 0);
+  std::vector<std::uint8_t> on_skin(n + part.refined.middles.size(), 0);
   for (std::uint32_t v : groups[0].triangles) on_skin[v] = 1;
   const auto per_metre = static_cast<float>(1.0 / inside.tile);
   for (std::uint32_t v : groups[2].triangles) {
@@ -260,16 +275,22 @@ void TissueVisual::rebuildPart(const mesh::Store& store, std::size_t index) {
     uv[2 * v + 1] = per_metre * p[(drop + 2) % 3];
   }
   // New vertices, and all until the worker has looked: about half open.
-  part.occlusion.resize(bound, 0.75f);
-  const std::vector<float>& open =
-      coarse && part.coarse_occlusion.size() == bound ? part.coarse_occlusion : part.occlusion;
+  part.occlusion.resize(std::max(bound, part.occlusion.size()), 0.75f);
+  const std::vector<float>& open = coarse && part.coarse_occlusion.size() == part.occlusion.size()
+                                       ? part.coarse_occlusion
+                                       : part.occlusion;
   for (std::size_t v = 0; v < n; ++v) {
     const float* p = &skin.positions[3 * v];
     const std::array<float, 3> c = texture::tintAt(p[0], p[1], p[2], style);
     for (std::size_t k = 0; k < 3; ++k) tint[4 * v + k] = c[k];
     tint[4 * v + 3] = open[v < bound ? v : skin.doubled[v - bound]];
   }
-  part.mesh->setShape(groups, uv, tint, n);
+  if (refined) {
+    part.refined.append(2, &uv);
+    part.refined.append(4, &tint);
+    for (std::size_t v = n; v < open.size(); ++v) tint[4 * v + 3] = open[v];
+  }
+  part.mesh->setShape(groups, uv, tint, uv.size() / 2);
   part.mesh->setVisible(visible(part));
 }
 
@@ -309,10 +330,15 @@ bool TissueVisual::press(const mesh::Store& store, std::size_t index) {
 void TissueVisual::upload(const mesh::Store& store, std::size_t index) {
   const mesh::Skin& skin = store.skin(index);
   const Part& part = parts_[index];
-  if (part.pressed.size() == skin.positions.size() && !part.pressed.empty())
+  if (fine(part)) {
+    std::vector<float> positions = skin.positions, normals = skin.normals, tangents = skin.tangents;
+    for (auto* values : {&positions, &normals, &tangents}) part.refined.append(3, values);
+    part.mesh->setVertices(positions, normals, tangents);
+  } else if (part.pressed.size() == skin.positions.size() && !part.pressed.empty()) {
     part.mesh->setVertices(part.pressed, part.pressed_normals, skin.tangents);
-  else
+  } else {
     part.mesh->setVertices(skin.positions, skin.normals, skin.tangents);
+  }
 }
 
 void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
@@ -347,6 +373,7 @@ void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   addTo(kBloodless, kSupplied);
   // Blood and char have borders; heat and lost blood fade out.
   for (const std::size_t k : {1u, 3u, 4u, 5u}) part.smoother.smooth(part.state.data() + k, kShown.size());
+  if (fine(part)) part.refined.append(kShown.size(), &part.state);
   const bool changed = part.mark.look(largest), mark = part.mark.on();
   if (mark) part.mesh->setState(part.state);
   if (!changed) return;
@@ -452,6 +479,7 @@ void TissueVisual::setSlice(const inspect::Plane* plane, const mesh::Store& stor
 
 void TissueVisual::recolour(const mesh::Store& store) {
   for (std::size_t i = 0; i < parts_.size() && i < store.topology().objects.size(); ++i) {
+    parts_[i].stale = parts_[i].stale || !parts_[i].refined.middles.empty();
     if (coloured()) {
       updateColours(store, i);
       continue;

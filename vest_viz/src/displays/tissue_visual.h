@@ -16,6 +16,7 @@
 #include "vest_viz/mesh/coarse.h"
 #include "vest_viz/mesh/field_smoother.h"
 #include "vest_viz/mesh/mark.h"
+#include "vest_viz/mesh/occlusion.h"
 #include "vest_viz/mesh/store.h"
 
 namespace Ogre {
@@ -105,8 +106,9 @@ class TissueVisual {
     std::vector<mesh::LeftOut> left_out;            ///< by `coarse`, of what can be bent
     bool is_bent = false;                           ///< so that fewer triangles would hide it
     bool stale = false;                             ///< to be built again though the shape is the same
-    std::vector<float> occlusion;                   ///< empty until it is baked
-    std::vector<float> coarse_occlusion;            ///< the same for `coarse`; empty: the same
+    mesh::Refined refined;                ///< of a wall, where organs lie on it; empty: none, or not yet
+    std::vector<float> occlusion;         ///< empty until it is baked
+    std::vector<float> coarse_occlusion;  ///< the same for `coarse`; empty: the same
     std::vector<std::uint8_t> state;
     mesh::FieldSmoother smoother;  ///< of what happened to the tissue
     std::uint64_t smoother_version = 0;
@@ -129,6 +131,10 @@ class TissueVisual {
   void drawLinks(const mesh::Store& store);
   void applyVisibility();
   bool visible(const Part& part) const { return show_surface_ && shows(part.name, part.organ); }
+  /// Whether the vertices that `refined` adds are drawn.
+  bool fine(const Part& part) const {
+    return !part.refined.middles.empty() && part.coarse_version == part.version && !coloured();
+  }
   bool coloured() const { return sliced_ || colouring_.by != Colouring::By::Look; }
   void recolour(const mesh::Store& store);
 
@@ -157,6 +163,7 @@ class TissueVisual {
     std::vector<Triangles> coarse;              ///< per part
     std::vector<std::vector<float>> occlusion;  ///< per part and vertex
     std::vector<std::vector<mesh::LeftOut>> left_out;
+    std::vector<mesh::Refined> refined;
   };
   std::future<Baked> baking_;  ///< reads stop_
   std::string warning_;

@@ -56,7 +56,8 @@ void lockCrests(Mesh* mesh) {
 }  // namespace
 
 std::vector<std::uint32_t> coarseTriangles(const std::vector<float>& positions,
-                                           const std::vector<std::uint32_t>& triangles, double tolerance) {
+                                           const std::vector<std::uint32_t>& triangles, double tolerance,
+                                           std::size_t kept_from) {
   omerr().disable();  // what is no surface is answered, not printed
   Mesh mesh;
   std::vector<Mesh::VertexHandle> vertex(positions.size() / 3);
@@ -68,7 +69,8 @@ std::vector<std::uint32_t> coarseTriangles(const std::vector<float>& positions,
     if (!mesh.add_face(vertex[a], vertex[b], vertex[c]).is_valid()) return triangles;
   }
   for (const auto v : mesh.vertices())
-    if (mesh.is_boundary(v)) mesh.status(v).set_locked(true);
+    if (mesh.is_boundary(v) || static_cast<std::size_t>(v.idx()) >= kept_from)
+      mesh.status(v).set_locked(true);
   mesh.update_face_normals();
   lockCrests(&mesh);
   OpenMesh::Decimater::DecimaterT<Mesh> decimater(mesh);

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -15,6 +17,7 @@ constexpr float kReach = 0.025f;  // m
 constexpr int kRays = 26;
 constexpr float kContact = 0.8f;  // what touches moves away, and its shadow stays: never quite dark (by eye)
 constexpr std::size_t kMostVertices = 150000;  // above, the worker would need too long
+constexpr std::size_t kMostMiddles = 30000;    // of one surface, as above
 constexpr int kMaxCells =
     256;  // per axis: a scene larger than 0.77 m is not a body cavity and stays unshaded
 
@@ -47,24 +50,30 @@ class Patches {
   static constexpr float kPatch = 0.0025f;  // m
   static constexpr float kNear = 0.007f;    // m: how far they reach; farther out the rays see more
 
-  void add(std::size_t surface, const Eigen::Vector3f& a, const Eigen::Vector3f& b,
-           const Eigen::Vector3f& c) {
-    const Eigen::Vector3f across = (b - a).cross(c - a);
-    const float area = 0.5f * across.norm();
-    if (!(area > 0)) return;
-    const float longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-    const int n = std::clamp(static_cast<int>(longest / kPatch) + 1, 1, 32);
-    // n² like triangles; their centres.
-    const auto put = [&](float u, float w) {
-      const Eigen::Vector3f p = a + (b - a) * u + (c - a) * w;
-      cells_[cellOf(p)].push_back({p, across.normalized(), area / static_cast<float>(n * n), surface});
-    };
-    const float s = 1.0f / static_cast<float>(n), third = s / 3;
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; i + j < n; ++j) {
-        put(static_cast<float>(i) * s + third, static_cast<float>(j) * s + third);
-        if (i + j + 1 < n) put(static_cast<float>(i) * s + 2 * third, static_cast<float>(j) * s + 2 * third);
-      }
+  explicit Patches(const std::vector<Surface>& surfaces) {
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+      const Surface& s = surfaces[i];
+      const auto corner = [&](std::size_t k) {
+        return Eigen::Map<const Eigen::Vector3f>(&s.positions[3 * static_cast<std::size_t>(s.triangles[k])]);
+      };
+      for (std::size_t t = 0; t + 2 < s.triangles.size(); t += 3)
+        add(i, corner(t), corner(t + 1), corner(t + 2));
+    }
+  }
+
+  /// Whether another surface lies within the distance.
+  bool near(std::size_t surface, const Eigen::Vector3f& p, float distance) const {
+    const std::array<int, 3> c = cellOf(p);
+    const int reach = static_cast<int>(distance / kNear) + 1;
+    for (int x = -reach; x <= reach; ++x)
+      for (int y = -reach; y <= reach; ++y)
+        for (int z = -reach; z <= reach; ++z) {
+          const auto cell = cells_.find({c[0] + x, c[1] + y, c[2] + z});
+          if (cell == cells_.end()) continue;
+          for (const Patch& patch : cell->second)
+            if (patch.surface != surface && (patch.place - p).norm() < distance) return true;
+        }
+    return false;
   }
 
   /// Share of the sky over a vertex that other surfaces within kNear hide: sum of the form factors of discs,
@@ -92,6 +101,26 @@ class Patches {
   }
 
  private:
+  void add(std::size_t surface, const Eigen::Vector3f& a, const Eigen::Vector3f& b,
+           const Eigen::Vector3f& c) {
+    const Eigen::Vector3f across = (b - a).cross(c - a);
+    const float area = 0.5f * across.norm();
+    if (!(area > 0)) return;
+    const float longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+    const int n = std::clamp(static_cast<int>(longest / kPatch) + 1, 1, 32);
+    // n² like triangles; their centres.
+    const auto put = [&](float u, float w) {
+      const Eigen::Vector3f p = a + (b - a) * u + (c - a) * w;
+      cells_[cellOf(p)].push_back({p, across.normalized(), area / static_cast<float>(n * n), surface});
+    };
+    const float s = 1.0f / static_cast<float>(n), third = s / 3;
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; i + j < n; ++j) {
+        put(static_cast<float>(i) * s + third, static_cast<float>(j) * s + third);
+        if (i + j + 1 < n) put(static_cast<float>(i) * s + 2 * third, static_cast<float>(j) * s + 2 * third);
+      }
+  }
+
   static std::array<int, 3> cellOf(const Eigen::Vector3f& p) {
     const Eigen::Vector3i c = (p / kNear).array().floor().cast<int>();
     return {c.x(), c.y(), c.z()};
@@ -138,15 +167,7 @@ std::vector<std::vector<float>> ambientOcclusion(const std::vector<Surface>& sur
                     (c - a) * (static_cast<float>(w) / steps));
     }
   }
-  Patches patches;
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    const auto corner = [&](std::size_t k) {
-      return Eigen::Map<const Eigen::Vector3f>(
-          &surfaces[i].positions[3 * static_cast<std::size_t>(surfaces[i].triangles[k])]);
-    };
-    for (std::size_t t = 0; t + 2 < surfaces[i].triangles.size(); t += 3)
-      patches.add(i, corner(t), corner(t + 1), corner(t + 2));
-  }
+  const Patches patches(surfaces);
   // Directions on a cosine-weighted spiral about z.
   std::vector<Eigen::Vector3f> rays;
   for (int k = 0; k < kRays; ++k) {
@@ -176,6 +197,84 @@ std::vector<std::vector<float>> ambientOcclusion(const std::vector<Surface>& sur
       const float share = open / kRays * (1.0f - kContact * patches.hidden(i, p, normal));
       result[i][v] = std::clamp(0.12f + 0.95f * share, 0.0f, 1.0f);
     }
+  }
+  return result;
+}
+
+Refined refineForContact(const std::vector<Surface>& surfaces, std::size_t index) {
+  using Edge = std::pair<std::uint32_t, std::uint32_t>;
+  constexpr std::uint32_t kNone = 0xffffffffu;
+  const Patches patches(surfaces);
+  Refined result{surfaces[index].triangles, {}};
+  std::vector<float> positions = surfaces[index].positions;
+  const auto at = [&](std::uint32_t v) {
+    return Eigen::Map<const Eigen::Vector3f>(&positions[3 * static_cast<std::size_t>(v)]);
+  };
+  const auto edge = [](std::uint32_t a, std::uint32_t b) { return a < b ? Edge{a, b} : Edge{b, a}; };
+  const auto length = [&](const Edge& e) { return (at(e.first) - at(e.second)).norm(); };
+  std::set<Edge> stay;  // looked at before
+  for (bool again = true; again && result.middles.size() < kMostMiddles;) {
+    std::map<Edge, std::uint32_t> halved;  // with the new vertex
+    std::vector<std::uint32_t>& triangles = result.triangles;
+    const auto longest = [&](std::size_t t) {
+      Edge found = edge(triangles[t], triangles[t + 1]);
+      for (const Edge& e : {edge(triangles[t + 1], triangles[t + 2]), edge(triangles[t + 2], triangles[t])})
+        if (length(e) > length(found)) found = e;
+      return found;
+    };
+    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+      const Edge e = longest(t);
+      const float l = length(e);
+      if (l <= Patches::kPatch || stay.count(e) != 0 || halved.count(e) != 0) continue;
+      if (patches.near(index, 0.5f * (at(e.first) + at(e.second)), Patches::kNear + 0.5f * l))
+        halved.emplace(e, kNone);
+      else
+        stay.insert(e);
+    }
+    // A triangle of which any edge is halved has its longest halved, too: none gets thin (Rivara 1984).
+    for (bool grown = !halved.empty(); grown;) {
+      grown = false;
+      for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+        bool any = false;
+        for (std::size_t k = 0; k < 3; ++k)
+          any = any || halved.count(edge(triangles[t + k], triangles[t + (k + 1) % 3])) != 0;
+        grown = (any && halved.emplace(longest(t), kNone).second) || grown;
+      }
+    }
+    again = !halved.empty();
+    for (auto& [e, middle] : halved) {
+      middle = static_cast<std::uint32_t>(positions.size() / 3);
+      result.middles.push_back({e.first, e.second});
+      const Eigen::Vector3f m = 0.5f * (at(e.first) + at(e.second));
+      positions.insert(positions.end(), {m.x(), m.y(), m.z()});
+    }
+    std::vector<std::uint32_t> finer;
+    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+      // Turned so that the longest edge comes first: where any is halved, that one is.
+      const Edge first = longest(t);
+      std::size_t k = 0;
+      while (k < 2 && edge(triangles[t + k], triangles[t + (k + 1) % 3]) != first) ++k;
+      const std::uint32_t a = triangles[t + k], b = triangles[t + (k + 1) % 3],
+                          c = triangles[t + (k + 2) % 3];
+      const auto middle = [&](std::uint32_t u, std::uint32_t v) {
+        const auto found = halved.find(edge(u, v));
+        return found == halved.end() ? kNone : found->second;
+      };
+      const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      const auto put = [&](std::uint32_t u, std::uint32_t v, std::uint32_t w, std::uint32_t vw) {
+        if (vw == kNone)
+          finer.insert(finer.end(), {u, v, w});
+        else
+          finer.insert(finer.end(), {u, v, vw, u, vw, w});
+      };
+      if (ab == kNone) {
+        finer.insert(finer.end(), {a, b, c});
+      } else {
+        put(ab, b, c, bc);
+        put(ab, c, a, ca);
+      }
+    }
+    triangles = std::move(finer);
   }
   return result;
 }

@@ -16,8 +16,10 @@ namespace vest::mesh {
 /// @param triangles three vertices each; what no mesh can be made of (an edge with three faces) comes back as
 /// it is
 /// @param tolerance m, > 0
+/// @param kept_from vertices from here on stay
 std::vector<std::uint32_t> coarseTriangles(const std::vector<float>& positions,
-                                           const std::vector<std::uint32_t>& triangles, double tolerance);
+                                           const std::vector<std::uint32_t>& triangles, double tolerance,
+                                           std::size_t kept_from = SIZE_MAX);
 
 /// A vertex that coarseTriangles left out, and the place of the coarse surface that is drawn for it.
 struct LeftOut {
