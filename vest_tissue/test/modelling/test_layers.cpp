@@ -35,7 +35,8 @@ vest::scene::Description bakeText(const std::string& text) {
   return bake(readSource("source.yaml", text), readMaterials(kPackage + "/data/materials.yaml"));
 }
 
-std::string wall(const std::string& layers, const std::string& more = "    fixed: [{rings: [0, 0]}, {rings: [-1, -1]}]\n") {
+std::string wall(const std::string& layers,
+                 const std::string& more = "    fixed: [{rings: [0, 0]}, {rings: [-1, -1]}]\n") {
   return "vest_source: 1\nname: wall\nobjects:\n  - name: bowel\n    organ: intestine\n    material: "
          "intestine\n"
          "    tube: {centre: [[0, 0, 0.05], [0.06, 0, 0.05]], reference: [0, 0, 1], rings: 9, around: 8, "
