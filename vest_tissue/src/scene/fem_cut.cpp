@@ -252,8 +252,11 @@ void tearSkin(Job& j, std::uint32_t i, std::uint32_t first_new) {
 void renewSurface(Job& j) {
   auto& surface = j.s.fem_surface;
   auto& t = j.s.tissue;
-  for (std::size_t i = 0; i < j.s.triangles.size(); ++i)
+  for (std::size_t i = 0; i < j.s.triangles.size(); ++i) {
+    const auto before = j.s.triangles[i];
     j.s.triangles[i] = fem::faceKnots(t, surface.triangle_face[i]);
+    followTriangle(j.c.state, j.object, before, j.s.triangles[i]);
+  }
   Skin& skin = j.s.topology.skin;
   // Embedded vertices stay in their element; triangles of the skin tear where their elements part.
   for (std::uint32_t v = 0; v < surface.vertex_element.size(); ++v) {

@@ -217,6 +217,14 @@ void remapFasteners(WorldState& state, std::uint16_t object, const net::KnotDoub
   interaction::remapClips(state.fasteners.clips, object, cut);
 }
 
+void followTriangle(WorldState& state, std::uint16_t object, const std::array<std::uint32_t, 3>& before,
+                    const std::array<std::uint32_t, 3>& now) {
+  if (before == now) return;
+  for (interaction::Sling& sling : state.fasteners.slings)
+    for (interaction::SlingTouch& t : sling.touch)
+      if (sling.alive && sling.count == 0 && t.object == object && t.knots == before) t.knots = now;
+}
+
 void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubling& cut) {
   remapFasteners(state, object, cut);
   for (ConnectionState& c : state.connections)
@@ -302,8 +310,10 @@ bool splitKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, cons
       if (hangs(s, h, wing, knot, copy) && !hangs(s, h, wing)) h.stiffness = 0.0f;
   }
   for (auto& t : s.triangles) {
+    const auto before = t;
     if (std::find(t.begin(), t.end(), knot) != t.end() && beyond(t.begin(), t.end()))
       std::replace(t.begin(), t.end(), knot, copy);
+    followTriangle(state, object, before, t);
   }
   rebindSkin(s, cut, delta);
   remapAnchors(state, object, cut);

@@ -258,6 +258,8 @@ void remapFasteners(CutJob& j) {
 void remapAnchors(CutJob& j) {
   WorldState& state = j.c.state;
   remapFasteners(j);
+  for (std::size_t i = 0; i < j.s.triangles.size(); ++i)
+    followTriangle(state, j.object, j.k.triangles_before[i], j.s.triangles[i]);
   for (ConnectionState& c : state.connections) {
     if (c.end0.object != j.object && c.end1.object != j.object) continue;
     const Vector3d p0 = footOf(state, c.end0), p1 = footOf(state, c.end1);

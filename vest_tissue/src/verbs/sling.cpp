@@ -14,16 +14,10 @@
 namespace vest::interaction {
 
 void remapSling(Sling& s, const net::KnotDoubling& cut, const Eigen::Vector3d& place) {
-  const auto beyond = [&](const Eigen::Vector3d& p) {
-    return cut.plane_normal.dot(p - cut.plane_point) > 0.0;
-  };
-  if (s.count > 0 && !beyond(place)) return;
+  if (s.count == 0 || !(cut.plane_normal.dot(place - cut.plane_point) > 0.0)) return;
   std::replace(s.knots.begin(), s.knots.begin() + s.count, cut.original, cut.copy);
-  for (std::size_t i = 0; i < s.touch.size(); ++i) {
-    SlingTouch& t = s.touch[i];
-    if (t.on && t.object == s.object && (s.count > 0 || beyond(s.node[i])))
-      std::replace(t.knots.begin(), t.knots.end(), cut.original, cut.copy);
-  }
+  for (SlingTouch& t : s.touch)
+    if (t.on && t.object == s.object) std::replace(t.knots.begin(), t.knots.end(), cut.original, cut.copy);
 }
 
 }  // namespace vest::interaction

@@ -72,7 +72,7 @@ struct Sling {
 };
 
 /// A cut doubled a knot of the organ: a sling around a ring holds what is on the side of the ring's place (m,
-/// world), one around other tissue lies with each node on that node's side.
+/// world). One around other tissue goes with its triangles (scene/topology.h: followTriangle()).
 void remapSling(Sling& sling, const net::KnotDoubling& cut, const Eigen::Vector3d& place);
 
 /// Node of a loop of this length (m) that nothing but its linkage touches: a circle ahead of the tip, links

@@ -44,6 +44,9 @@ bool splitKnot(WorldState& state, std::uint16_t object, std::uint32_t knot, cons
 /// connections and grasps.
 void remapFasteners(WorldState& state, std::uint16_t object, const net::KnotDoubling& cut);
 void remapAnchors(WorldState& state, std::uint16_t object, const net::KnotDoubling& cut);
+/// A contact triangle has other knots: nodes of slings that lie on it, around no ring, have them too.
+void followTriangle(WorldState& state, std::uint16_t object, const std::array<std::uint32_t, 3>& before,
+                    const std::array<std::uint32_t, 3>& now);
 void endDelta(WorldState& state, TopologyDelta& delta);
 
 /// What a reader does: the topology of delta.object before becomes that afterwards, exactly. False, and
