@@ -167,7 +167,7 @@ void elements(Table& table) {
              cuts[10], "ms", 20, 5);
 }
 
-void threads(Table& table, const std::string& scene) {
+void threads(Table& table) {
   ThreadUnderLoad drum(roundADrum());
   drum.run(200);
   const double still = microseconds([&] { drum.step(); }, 100, 1);
@@ -181,8 +181,7 @@ void threads(Table& table, const std::string& scene) {
   knot.run(50);
   const double tied = microseconds([&] { knot.step(); }, 140, 1);
   table.time("an overhand knot of 150 segments, its ends drawn apart at 0.2 m/s", tied, "µs", 300, 100);
-  if (scene.empty()) return;
-  const OnTissue pad = threadOnTissue(scene);
+  const OnTissue pad = threadOnTissue(VEST_TISSUE_SCENES "/thread_pad/thread_pad.yaml");
   table.time(
       Table::text("what a thread of 150 segments adds to a step of a World, on tissue by %zu nodes, still",
                   pad.touches),
@@ -194,12 +193,10 @@ void threads(Table& table, const std::string& scene) {
 
 int main(int argc, char** argv) {
   CLI::App app{"Prints the table of speed: ratios in one run, floors and aims"};
-  std::string output, pad;
+  std::string output;
   bool strict = false, only_threads = false;
   app.add_option("--output", output, "markdown page to write");
-  app.add_option("--thread_pad", pad, "scene whose pad a thread lies on (scenes/thread_pad/thread_pad.yaml)")
-      ->check(CLI::ExistingFile);
-  app.add_flag("--only_threads", only_threads, "the rows of threads alone");
+  app.add_flag("--only_threads", only_threads, "prints the rows of threads alone")->excludes("--output");
   app.add_flag("--strict", strict, "exit 1 where a floor is not held");
   CLI11_PARSE(app, argc, argv);
   Table table;
@@ -209,7 +206,7 @@ int main(int argc, char** argv) {
     surfaces(table);
     elements(table);
   }
-  threads(table, pad);
+  threads(table);
   const std::string rows = table.markdown();
   std::printf("kernel level %s\n%s", vest::net::kernelLevelName(vest::net::chooseKernelLevel()).data(),
               rows.c_str());
