@@ -1,6 +1,7 @@
 #include "vest_tissue/image/felt_scene.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
