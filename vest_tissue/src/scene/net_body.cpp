@@ -11,9 +11,11 @@ using net::Block;
 
 constexpr std::uint64_t kBoundEvery = 4;  ///< steps between two looks at an object's strain
 constexpr double kBoundWay = 1e-5;        ///< m: less is no strain worth a look, links are millimetres long
-/// Of the longest edge: way after which an object is looked at before its turn (tuned). Its links may be half
-/// as long again, and the law's tangent many times what the sub-steps were for.
+/// A look before the turn: an object moved this part of its longest edge since the last one, and a link is
+/// stretched beyond this part of where its law ends. Its tangent may be many times what the sub-steps were
+/// for (tuned).
 constexpr double kBoundLeap = 0.25;
+constexpr float kBoundStretch = 0.75f;
 constexpr float kGrowth = 1.2f;  ///< of the tangent, below which the old bound still holds (its margin)
 /// Sub-steps for which the geometry of contacts holds (tuned; docs/decisions/0016-…): what needs twice as
 /// many in a step vibrates faster than the step can follow.
@@ -158,8 +160,13 @@ const ImplicitNetBody kImplicitNetBody;
 void NetBody::renewBound(Context& c, std::size_t object) const {
   const ObjectConstants& constants = c.model.objects[object];
   ObjectState& s = c.state.objects[object];
-  const double moved = s.way - std::max(0.0, s.way_bounded), leap = kBoundLeap * constants.greatest_edge;
-  if ((c.state.step + object) % kBoundEvery != 0 && !(leap > 0.0 && moved > leap)) return;
+  if ((c.state.step + object) % kBoundEvery != 0) {
+    const double moved = std::fmod(s.way - std::max(0.0, s.way_bounded), 1.0);  // whole metres are cuts
+    if (!(moved > kBoundLeap * constants.greatest_edge) ||
+        !(solver::greatestStrain(boundLinks(s)) >
+          kBoundStretch * static_cast<float>(constants.law.max_strain)))
+      return;
+  }
   const bool scaled =
       s.elastic_scale > 1.0 || s.damping_scale > 1.0 || s.heat.stiffened || !s.topology.doubled_knots.empty();
   if (s.way_bounded >= 0.0 && s.way - s.way_bounded < kBoundWay && !scaled && !s.degraded) return;
