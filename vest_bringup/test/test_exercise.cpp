@@ -19,6 +19,7 @@
 #include "vest_bringup/ros/exercise_file.h"
 #include "vest_bringup/ros/scripted_session.h"
 #include "vest_instruments/files/read.h"
+#include "vest_tissue/scene/world_state.h"
 
 // Protects exercises: each passes with its good script and fails with its bad ones for the stated reason; the
 // score of a recorded session is the one that it had, to the bit; wrong files are refused by file, line and
@@ -190,6 +191,55 @@ TEST(ExerciseConditions, BecomeTrueAtTheStepThatTheySay) {
   for (const Moment& m : engine.result().moments)
     if (m.kind == Moment::Kind::GateBroken) first[m.index] = m.step;
   for (std::size_t i = 0; i < course.size(); ++i) EXPECT_EQ(first[i], course[i].second) << course[i].first;
+}
+
+TEST(ExerciseNumbers, ACutIsMeasuredAgainstTheMarksCircle) {
+  const Eigen::Vector3d centre(0.002, 0.050, 0.059);
+  constexpr double kRadius = 0.004;  // m
+  Exercise e = shipped();
+  e.scene = "cut_strip";
+  e.tools = {};
+  Mark circle, way;
+  circle.name = "circle", circle.at = centre, circle.object = "strip", circle.radius = kRadius;
+  way = circle;
+  way.name = "way", way.at = Eigen::Vector3d(0.006, 0.0475, 0.059), way.radius = 0.003;
+  e.marks = {circle, way};
+  Phase phase;
+  phase.name = "cut", phase.end.kind = Condition::Kind::Number, phase.end.low = 100;
+  e.phases = {phase};
+  e.gates.clear(), e.errors.clear(), e.items.clear();
+  for (const auto& [metric, marks] :
+       {std::pair(Metric::CutRound, std::vector<std::string>{"circle"}),
+        std::pair(Metric::CutRoundRms, std::vector<std::string>{"circle"}),
+        std::pair(Metric::CutRound, std::vector<std::string>{"circle", "way"})}) {
+    Item item;
+    item.number.metric = metric, item.number.object = "strip", item.number.marks = marks;
+    item.pass = 1;
+    e.items.push_back(item);
+  }
+  simulation::Play p("cut_strip", false);
+  const Engine& engine = addExercise(e, p.stage);
+  p.run({}, 8.5);
+  // The same by many points along the blade's way; the strip lies level.
+  double most = 0, squares = 0, length = 0, beyond = 0;
+  const auto& tracks = p.world().state().objects[0].cut.tracks;
+  ASSERT_GT(tracks.size(), 5U);
+  for (const auto& track : tracks) {
+    const Eigen::Vector3d a(track.from[0], track.from[1], track.from[2]),
+        b(track.to[0], track.to[1], track.to[2]);
+    constexpr int kParts = 200;
+    for (int i = 0; i < kParts; ++i) {
+      const Eigen::Vector3d at = a + (i + 0.5) / kParts * (b - a), off = at - centre;
+      const double d = std::abs(std::hypot(off.x(), off.y()) - kRadius), l = (b - a).norm() / kParts;
+      most = std::max(most, d), squares += l * d * d, length += l;
+      if ((0.5 * (a + b) - way.at).norm() >= way.radius) beyond = std::max(beyond, d);
+    }
+  }
+  const auto items = engine.result().items;
+  EXPECT_NEAR(items[0].value, 1e3 * most, 0.1);
+  EXPECT_NEAR(items[1].value, 1e3 * std::sqrt(squares / length), 0.05);
+  EXPECT_NEAR(items[2].value, 1e3 * beyond, 0.1);
+  EXPECT_GT(items[0].value, 2.0) << "a straight cut is no circle";
 }
 
 /// What is said of the shipped file with one text replaced by another.

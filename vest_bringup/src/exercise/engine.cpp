@@ -97,6 +97,8 @@ class Builder {
       for (const std::size_t mark : b.marks) b.stations.push_back(station(mark, b.objects));
     if (n.metric == Metric::DamageOutside || n.metric == Metric::Sealed)
       for (const std::size_t object : b.objects.list) b.regions.push_back(region(object, b.marks.front()));
+    if (n.metric == Metric::CutRound || n.metric == Metric::CutRoundRms)
+      for (const std::size_t mark : b.marks) b.circles.push_back(circle(b.objects.list.front(), mark));
     m_.numbers.push_back(std::move(b));
     return m_.numbers.size() - 1;
   }
@@ -126,6 +128,23 @@ class Builder {
     }
     if (!any) refuse("mark '" + of.name + "': none of the object's knots lies within its radius");
     return in;
+  }
+
+  /// Where a mark's circle lies on an object at rest: with the knot that is nearest to it.
+  Circle circle(std::size_t object, std::size_t mark) const {
+    const Mark& of = m_.exercise.marks[mark];
+    const scene::Object& o = world_.description().objects[object];
+    const auto& rest = o.rest_position.empty() ? o.position : o.rest_position;
+    std::size_t knot = 0;
+    for (std::size_t k = 0; k < o.position.size(); ++k)
+      if ((o.position[k] - of.at).squaredNorm() < (o.position[knot] - of.at).squaredNorm()) knot = k;
+    Circle c{of.at - o.position[knot] + rest[knot], Eigen::Vector3d::Zero(), of.radius};
+    for (const auto& t : o.contact_triangles)
+      if (std::find(t.begin(), t.end(), knot) != t.end())
+        c.normal += (rest[t[1]] - rest[t[0]]).cross(rest[t[2]] - rest[t[0]]);
+    if (!(c.normal.norm() > 0)) refuse("mark '" + of.name + "': its object has no surface there");
+    c.normal.normalize();
+    return c;
   }
 
   Range add(const Condition& condition) {
@@ -236,7 +255,7 @@ Engine::Engine(const Exercise& exercise, const scene::World& world, const simula
   Builder(*model, world).build();
   model_ = std::move(model);
   state_ = std::make_unique<State>();
-  scratch_ = std::make_unique<Scratch>();
+  scratch_ = std::make_unique<Scratch>(world);
   std::size_t most = 0;
   for (std::size_t i = 0; i < world.objectCount(); ++i)
     most = std::max(most, world.knotCount(i) + world.knotCount(i) / 4 + 256);

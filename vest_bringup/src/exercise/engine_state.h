@@ -5,18 +5,26 @@
 #include <vector>
 
 #include "vest_bringup/exercise/engine.h"
+#include "vest_tissue/scene/loose.h"
 
 namespace vest::exercise {
 
 constexpr std::size_t kHands = 3;           ///< left, right, third
 constexpr std::uint64_t kMotionEvery = 20;  ///< steps: motion by chords of 20 ms, whatever the box's rate
 constexpr std::uint64_t kFieldsEvery = 20;  ///< steps: damage and pools
+constexpr std::uint64_t kPartsEvery = 200;  ///< steps: what is cut free, and where it is
 constexpr std::size_t kMostWindow = 64;     ///< steps of the force window
 
 /// Objects of the scene that a number or event is about.
 struct Objects {
   std::vector<std::uint8_t> in;  ///< per object of the scene
   std::vector<std::size_t> list;
+};
+
+/// A mark's circle on tissue at rest.
+struct Circle {
+  Eigen::Vector3d centre, normal;  ///< m; of the surface there
+  double radius;                   ///< m
 };
 
 struct BuiltNumber {
@@ -26,6 +34,7 @@ struct BuiltNumber {
   std::vector<std::size_t> marks;
   std::vector<double> stations;                    ///< m, of the marks on the tube
   std::vector<std::vector<std::uint8_t>> regions;  ///< per object of the list: knots within the mark's radius
+  std::vector<Circle> circles;                     ///< of the marks, at rest, where a cut's line is asked for
 };
 
 struct BuiltMark {
@@ -118,7 +127,9 @@ struct Engine::State {
 };
 
 struct Engine::Scratch {
+  explicit Scratch(const scene::World& world) : loose(world) {}
   std::vector<float> damage;  ///< room for the largest object and its copies
+  scene::LooseScratch loose;
 };
 
 /// What numbers are made of, after a step.

@@ -141,7 +141,9 @@ class Reader {
       if (n.marks.empty()) v.fail("must be a mark, or a list of some");
       const bool two = n.metric == Metric::CutAside;
       if (two && n.marks.size() != 2) v.fail("must be two marks");
-      if (n.marks.size() > 1 && !two && n.metric != Metric::ClipOff) v.fail("must be one mark");
+      const bool round = n.metric == Metric::CutRound || n.metric == Metric::CutRoundRms;
+      if (round && n.marks.size() > 2) v.fail("must be one mark, or two: the circle and the way to it");
+      if (n.marks.size() > 1 && !two && !round && n.metric != Metric::ClipOff) v.fail("must be one mark");
     }
     return n;
   }

@@ -178,6 +178,43 @@ double damageOf(const BuiltNumber& number, const scene::World& world, Engine::Sc
   return 1e9 * sum;
 }
 
+/// m: how far a cut's line is from a circle, beyond the way that leads to it; greatest, or root mean square.
+double roundOf(const BuiltNumber& number, const scene::World& world) {
+  const Circle& circle = number.circles.front();
+  const auto off = [&](const Vector3d& p) {
+    const Vector3d way = p - circle.centre, flat = way - circle.normal.dot(way) * circle.normal;
+    return std::abs(std::sqrt(flat.squaredNorm()) - circle.radius);
+  };
+  double most = 0, squares = 0, length = 0;
+  for (const std::size_t object : number.objects.list)
+    for (const interaction::CutTrack& track : world.state().objects[object].cut.tracks) {
+      const Vector3d a(track.from[0], track.from[1], track.from[2]), b(track.to[0], track.to[1], track.to[2]),
+          middle = 0.5 * (a + b);
+      if (number.circles.size() > 1 && (middle - number.circles[1].centre).squaredNorm() <
+                                           number.circles[1].radius * number.circles[1].radius)
+        continue;
+      const double at_a = off(a), at_middle = off(middle), at_b = off(b),
+                   l = std::sqrt((b - a).squaredNorm());
+      most = std::max({most, at_a, at_middle, at_b});
+      squares += l * (at_a * at_a + 4.0 * at_middle * at_middle + at_b * at_b) / 6.0;  // Simpson
+      length += l;
+    }
+  if (number.metric == Metric::CutRound) return most;
+  return length > 0 ? std::sqrt(squares / length) : 0.0;
+}
+
+/// Of all objects that the number is about, by mass.
+double looseOf(const BuiltNumber& number, const scene::World& world, scene::LooseScratch& scratch) {
+  double loose = 0, whole = 0;
+  for (const std::size_t object : number.objects.list) {
+    double mass = 0;
+    for (const double m : world.description().objects[object].mass) mass += m;
+    const scene::LooseShare share = scene::looseShare(world, object, scratch);
+    loose += mass * (number.metric == Metric::Removed ? share.removed : share.all), whole += mass;
+  }
+  return whole > 0 ? 100.0 * loose / whole : 0.0;
+}
+
 }  // namespace
 
 double degrees(double cosine) {
@@ -201,6 +238,10 @@ void measure(const Engine::Model& m, const scene::World& world, const scene::Ste
     const Metric metric = m.numbers[n].metric;
     if (metric == Metric::Damage || metric == Metric::DamageOutside || metric == Metric::Sealed)
       s.numbers[n] = damageOf(m.numbers[n], world, scratch);
+    if (metric == Metric::CutRound || metric == Metric::CutRoundRms)
+      s.numbers[n] = roundOf(m.numbers[n], world);
+    if ((metric == Metric::CutFree || metric == Metric::Removed) && s.clock.steps % kPartsEvery == 0)
+      s.numbers[n] = looseOf(m.numbers[n], world, scratch.loose);
   }
   if (m.pools && m.field) s.clock.pool = fluid::poolVolume(m.field->fluidModel(), m.field->fluid());
 }
@@ -268,11 +309,15 @@ double valueOf(const Engine::Model& m, const Engine::State& s, std::size_t numbe
     case Metric::Damage:
     case Metric::DamageOutside:
     case Metric::Sealed:
+    case Metric::CutFree:
+    case Metric::Removed:
       return s.numbers[number];
     case Metric::ClipOff:
     case Metric::CutOff:
       return 1e3 * s.numbers[number];
     case Metric::CutAside:
+    case Metric::CutRound:
+    case Metric::CutRoundRms:
       return 1e3 * s.numbers[number];
     case Metric::CutLength:
       return 1e3 *

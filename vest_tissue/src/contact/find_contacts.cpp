@@ -24,6 +24,8 @@ constexpr double kGrip = 0.5;            ///< of critical: damping that friction
 constexpr double kContactDamping = 0.3;  ///< of critical, along the normal
 constexpr double kShallow = 0.5;         ///< of the reach: contacts that are renewed within the step (tuned)
 constexpr std::size_t kMostContacts = 512;
+constexpr float kBore = 0.006f;  ///< m: half the width of a trocar of 12 mm (assumed)
+constexpr float kEnters = 0.3f;  ///< cosine: a wall that an instrument enters through, not one that it meets
 
 std::uint64_t sideKey(std::uint8_t tool, std::uint8_t capsule, std::uint16_t object, std::uint32_t triangle) {
   return (static_cast<std::uint64_t>(tool) << 56) | (static_cast<std::uint64_t>(capsule) << 48) |
@@ -56,6 +58,39 @@ bool markNear(const ObjectState& s, const Vector3d& a, const Vector3d& b, double
   }
   return any != 0;
 }
+
+/// Trocars of the instruments that are there: holes in the wall that they enter through.
+struct Bores {
+  struct Bore {
+    Vector3f pivot, inward;
+  };
+  std::array<Bore, tools::kInstrumentCount> list;
+  std::size_t count = 0;
+
+  explicit Bores(const WorldState& state) {
+    for (const auto& proxy : state.proxies) {
+      if (!proxy.present) continue;
+      const Vector3d inward = proxy.pose.orientation * Vector3d::UnitZ();
+      list[count++] = {proxy.pose.pivot.cast<float>(), inward.cast<float>()};
+    }
+  }
+  /// Distance to a wall that has these holes, and its gradient: inside a hole what is nearest is its side.
+  /// @return whether a hole changed it
+  bool open(const Vector3f& p, float& distance, Vector3f& gradient) const {
+    bool changed = false;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vector3f way = p - list[i].pivot, off = way - list[i].inward.dot(way) * list[i].inward;
+      const float side = std::sqrt(off.squaredNorm());
+      if (!(kBore - side > distance) || !(side > 1e-6f)) continue;
+      const bool outside = distance < 0.0f && gradient.squaredNorm() < 0.01f;  // far beyond the wall
+      if (!outside && !(gradient.dot(list[i].inward) > kEnters)) continue;
+      distance = kBore - side;
+      gradient = -off / side;
+      changed = true;
+    }
+    return changed;
+  }
+};
 
 bool boxTouches(const ObjectScratch& o, const Vector3d& a, const Vector3d& b, double reach) {
   for (int c = 0; c < 3; ++c) {
@@ -242,6 +277,7 @@ void findCavityContacts(Context& c, std::size_t object) {
   ObjectScratch& o = c.scratch.objects[object];
   o.planes.clear();
   const Object& described = c.model.description.objects[object];
+  const Bores bores(c.state);
   const float thickness = static_cast<float>(described.contact_thickness);
   const double omega = std::sqrt(constants.contact_omega_squared);
   const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z),
@@ -256,7 +292,11 @@ void findCavityContacts(Context& c, std::size_t object) {
       const auto& grid = c.model.objects[other].grid;
       if (grid.empty()) continue;
       Vector3f gradient;
-      const float distance = grid.distance(p, gradient);
+      float distance = grid.distance(p, gradient);
+      if (distance <= close && bores.open(p, distance, gradient) && distance > close) {
+        o.clear[i] = 0.0;
+        continue;
+      }
       const float length = std::sqrt(gradient.squaredNorm());
       if (distance > close) {
         o.clear[i] =

@@ -1,9 +1,12 @@
 #include <algorithm>
 
 #include "stages.h"
+#include "vest_tissue/scene/loose.h"
 
 namespace vest::scene {
 namespace {
+
+constexpr float kBeyond = 0.001f;  ///< m behind a cavity's wall that count as outside (assumed)
 
 /// Knots of all objects that hang together, by links, surface and connections; number 0 is what does not
 /// move.
@@ -107,6 +110,39 @@ void dropLoose(Context& c) {
     tethers.erase(end, tethers.end());
     s.dropped = true;
   }
+}
+
+LooseScratch::LooseScratch(const World& world) {
+  std::size_t knots = 1;
+  for (const ObjectState& s : world.model().start.objects) knots += s.block.knotCapacity();
+  part.resize(knots), first.resize(world.objectCount());
+}
+
+LooseShare looseShare(const World& world, std::size_t object, LooseScratch& scratch) {
+  const WorldModel& m = world.model();
+  if (!m.objects[object].net) return {};
+  const contact::DistanceGrid* wall = nullptr;
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = 0; i < m.objects.size(); ++i) {
+    if (m.description.objects[i].organ != "cavity" || m.objects[i].grid.empty()) continue;
+    wall = &m.objects[i].grid;
+    for (const Eigen::Vector3d& p : m.description.objects[i].position) box.extend(p);
+  }
+  const Parts parts{m, world.state(), scratch.part, scratch.first};
+  parts.find();
+  const ObjectState& s = world.state().objects[object];
+  const float* const mass = row(s, net::Block::kMass);
+  double whole = 0.0, loose = 0.0, removed = 0.0;
+  for (std::uint32_t k = 0; k < s.block.knots(); ++k) {
+    const auto own = static_cast<double>(mass[k]);
+    whole += own;
+    if (parts.root(parts.number(object, k)) == 0) continue;
+    loose += own;
+    const Eigen::Vector3d p = knotPosition(s, k);
+    Eigen::Vector3f gradient;
+    if (wall && (!box.contains(p) || wall->distance(p.cast<float>(), gradient) < -kBeyond)) removed += own;
+  }
+  return {loose / whole, removed / whole};
 }
 
 }  // namespace vest::scene

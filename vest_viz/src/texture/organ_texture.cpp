@@ -177,6 +177,20 @@ std::vector<Style> makeStyles() {
   s.organ = "board_black";
   s.base = s.second = {0.16f, 0.16f, 0.16f};
   all.push_back(s);
+  // Things of a training box: matt plastic, steel, rubber, and gauze of woven threads.
+  s.organ = "board";
+  s.base = s.second = {0.30f, 0.36f, 0.40f};
+  all.push_back(s);
+  s.organ = "peg";
+  s.base = s.second = {0.80f, 0.81f, 0.83f}, s.wet = 0.6f;
+  all.push_back(s);
+  s.organ = "rubber";
+  s.base = s.second = {0.20f, 0.42f, 0.72f}, s.wet = 0.2f;
+  all.push_back(s);
+  s.organ = "gauze";
+  s.base = {0.92f, 0.91f, 0.87f}, s.second = {0.84f, 0.82f, 0.77f}, s.mottle = 0.3f, s.wet = 0,
+  s.relief = 0.0001, s.relief_length = 0.002;
+  all.push_back(s);
   s = Style();
   s.vessel_trees = 6, s.vessel_strength = 0.72f, s.capillaries = 90, s.mottle = 0.6f;
   s.second = {0.60f, 0.27f, 0.25f}, s.relief = 0.0005, s.relief_length = 0.013, s.wet = 0.6f;

@@ -47,6 +47,10 @@ enum class Metric : std::uint8_t {
   CutLength,
   CutAside,
   PlaceOff,
+  CutRound,
+  CutRoundRms,
+  CutFree,
+  Removed,
 };
 
 /// What a number is a number of, beside its word.
@@ -70,7 +74,7 @@ inline constexpr double kDegree = 0.017453292519943295;  ///< rad
 inline constexpr double kOpticOff = 0.5;  ///< degrees that the endoscope's optic may be off the exercise's
 inline constexpr double kSealedDamage = 0.632;  ///< denatured share at which tissue is sealed: omega = 1
 
-inline constexpr std::array<MetricInfo, 30> kMetrics{{
+inline constexpr std::array<MetricInfo, 34> kMetrics{{
     {Metric::Time, "time_s", kNothing, true, "time since the first phase began"},
     {Metric::BloodLost, "blood_lost_ml", kNothing, true, "blood that left the vessels and surfaces"},
     {Metric::Leak, "leak_ml_s", kNothing, false, "blood that leaves the vessels now"},
@@ -109,6 +113,13 @@ inline constexpr std::array<MetricInfo, 30> kMetrics{{
      "greatest distance of a cut from the straight line between two marks"},
     {Metric::PlaceOff, "place_off_mm", kObject | kMark, false,
      "distance of the object's middle from the mark"},
+    {Metric::CutRound, "cut_round_mm", kObject | kMark, false,
+     "greatest distance of the cut from the mark's circle, on the tissue at rest"},
+    {Metric::CutRoundRms, "cut_round_rms_mm", kObject | kMark, false,
+     "root mean square of the same along the cut"},
+    {Metric::CutFree, "cut_free_percent", kObject, false,
+     "part of the object's mass that nothing but instruments holds"},
+    {Metric::Removed, "removed_percent", kObject, false, "what of it has left the cavity through a trocar"},
 }};
 const MetricInfo& infoOf(Metric metric);
 
