@@ -120,7 +120,7 @@ LooseScratch::LooseScratch(const World& world) {
 
 LooseShare looseShare(const World& world, std::size_t object, LooseScratch& scratch) {
   const WorldModel& m = world.model();
-  if (!m.objects[object].net) return {};
+  if (!m.objects[object].deforms) return {};
   const contact::DistanceGrid* wall = nullptr;
   Eigen::AlignedBox3d box;
   for (std::size_t i = 0; i < m.objects.size(); ++i) {
