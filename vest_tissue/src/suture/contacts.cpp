@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 constexpr Index kGroup = 8;             ///< segments of a box
 constexpr std::size_t kMostRows = 400;  ///< at once
-constexpr int kMostSweeps = 20;         ///< of a pass; the next one goes on from its forces
+constexpr int kMostSweeps = 100;        ///< of a pass; the next one goes on from its forces
 constexpr double kEnd = 3e-5;           ///< of the greatest force: a smaller change in a sweep ends them
 
 bool before(const LiveContact& p, const LiveContact& q) {
@@ -400,18 +400,41 @@ std::pair<double, double> sweep(ContactScratch& c) {
   return {change, greatest};
 }
 
-/// Forces of all rows, from those of the pass before.
+/// Onto Coulomb's cone, straight.
+Vector3d withinCone(Vector3d force, double friction) {
+  force[0] = std::max(0.0, force[0]);
+  const double most = friction * force[0], size = std::sqrt(force.tail<2>().squaredNorm());
+  if (size > most) force.tail<2>() *= most / size;
+  return force;
+}
+
+/// Forces of all rows, from those of the pass before: sweeps with momentum (Nesterov 1983), which ends where
+/// it does harm.
 void findForces(Scratch& scratch, ContactScratch& c) {
   for (std::size_t r = 0; r < c.rows.size(); ++r)
     for (std::size_t e = 0; e < 3; ++e) c.gaps[3 * r + e] = c.rows[r].gap[static_cast<int>(e)];
   if (c.rows.size() % 2 == 1) c.gaps[3 * c.rows.size()] = 0.0;
   for (std::size_t r = 0; r < c.rows.size(); ++r)
     if (c.rows[r].force[0] > 0.0) addGaps(c, r, c.rows[r].force);
-  for (int k = 0; k < kMostSweeps; ++k) {
+  for (Row& row : c.rows) row.last = row.force;
+  double momentum = 1.0, was = 0.0;
+  for (int k = 1;; ++k) {
     ++scratch.sweeps;
     const auto [change, greatest] = sweep(c);
     scratch.contact_residual = std::sqrt(change);
-    if (change <= kEnd * kEnd * greatest) break;
+    if (change <= kEnd * kEnd * greatest || k == kMostSweeps) break;
+    const double next = 0.5 * (1.0 + std::sqrt(1.0 + 4.0 * momentum * momentum)),
+                 share = change > was ? 0.0 : (momentum - 1.0) / next;
+    momentum = change > was ? 1.0 : next;
+    was = change;
+    for (std::size_t r = 0; r < c.rows.size(); ++r) {
+      Row& row = c.rows[r];
+      const Vector3d swept = row.force, by = swept - row.last;
+      row.last = swept;
+      if (share == 0.0 || by == Vector3d::Zero()) continue;
+      row.force = withinCone(swept + share * by, c.near[row.near].friction);
+      addGaps(c, r, row.force - swept);
+    }
   }
 }
 

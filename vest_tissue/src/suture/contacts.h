@@ -24,6 +24,7 @@ struct Row {
   Eigen::Matrix3d axes;   ///< columns: normal, two tangents
   Eigen::Vector3d gap;    ///< m: along the normal, and slip since the sub-step's start
   Eigen::Vector3d force;  ///< N, in the axes
+  Eigen::Vector3d last;   ///< N, likewise, after the sweep before
   bool doubled = false;   ///< another row has the same point
 };
 

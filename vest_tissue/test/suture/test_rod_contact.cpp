@@ -96,6 +96,27 @@ TEST(RodContact, AnOverhandKnotIsDrawnInAndStaysAKnot) {
   EXPECT_NEAR(whole, 0.15, 1e-4);
 }
 
+TEST(RodContact, AnOverhandKnotDrawnTightStaysAKnotAndHolds) {
+  // Segments as long as the thread is thick; too few sweeps over its contacts let it through itself.
+  constexpr double kRadius = 0.0001125, kWay = 0.0085;
+  RodDescription rod = overhand(150, 2.0 * kRadius, 0.0315);
+  rod.section = solidSection(kRadius, 900, 3e9, 0.4);
+  rod.section.friction = 0.2, rod.section.strain_damping = 1e-4, rod.section.damping = 2e4;
+  const Vector3d a = rod.nodes.front(), b = rod.nodes.back(), by(a.x() < b.x() ? kWay : -kWay, 0.0, 0.0);
+  rod.held = {{0, Hold::Place, {{0.0, a, 0.0}, {kWay / 0.02, a - by, 0.0}}},
+              {150, Hold::Place, {{0.0, b, 0.0}, {kWay / 0.02, b + by, 0.0}}}};
+  Moving m(rod);
+  double was = writhe(m.state.position);
+  for (int k = 0; k < 60; ++k) {
+    for (int i = 0; i < 10; ++i) ASSERT_EQ(step(m.model, m.state, m.scratch, 0.001), StepStatus::Ok);
+    const double now = writhe(m.state.position);
+    ASSERT_LT(std::abs(now - was), 0.5) << k;
+    was = now;
+  }
+  EXPECT_NEAR(was, 3.0, 0.2);
+  EXPECT_GT(m.scratch.reactions[1].force.norm(), 0.2);  // N: it resists
+}
+
 TEST(RodContact, AnOverhandKnotWithoutFrictionPullsAsElasticKnotsDo) {
   // T·R²/B = 1/2 + c·sqrt(r/R), R = (length - distance of the ends)/(2·pi) (Audoly, Clauvelin and Neukirch
   // 2007); c = 0.475: least bending energy of two strands that wind round each other by 3·pi.
