@@ -62,6 +62,37 @@ TEST(KnotKind, AnOverhandKnotIsThrownAndAStraightThreadIsNot) {
   EXPECT_EQ(kindOf({}).determinant, 1);
 }
 
+TEST(KnotKind, KnotsThatAreDrawnTightStayWhatTheyAre) {
+  // Silk 2-0, its ends drawn apart at 0.2 m/s, the loop held below. Independent of the contacts' own memory.
+  for (const int second : {-3, 3}) {
+    RodDescription rod = straight(4);
+    rod.nodes = thrown({3, second}, 0.006, 0.02, 0.001);
+    rod.section = solidSection(0.00016, 975, 8.7e9, 0.4);
+    rod.section.bend *= 0.05, rod.section.twist *= 0.05;
+    rod.section.friction = 0.3, rod.section.strain_damping = 1e-4, rod.section.damping = 200.0;
+    const auto last = static_cast<Index>(rod.nodes.size() - 1);
+    Index low = 0;
+    for (Index i = 0; i <= last; ++i)
+      if (rod.nodes[i].z() < rod.nodes[low].z()) low = i;
+    const auto drawn = [&rod](Index i) {
+      const Vector3d x = rod.nodes[i];
+      return HeldNode{i,
+                      Hold::Place,
+                      {{0.0, x, 0.0}, {0.3, x + 0.06 * Vector3d(x.x() > 0.0 ? 1.0 : -1.0, 0.0, 0.3), 0.0}}};
+    };
+    rod.held = {drawn(0), {low, Hold::Place, {}}, drawn(last)};
+    Moving m(rod);
+    KnotScratch scratch(rod.nodes.size());
+    for (int k = 0; k < 120; ++k) {
+      ASSERT_EQ(step(m.model, m.state, m.scratch, 0.001), StepStatus::Ok) << second << ' ' << k;
+      const KnotKind kind = suture::kindOf(m.state.position.data(), m.state.position.size(), scratch);
+      ASSERT_EQ(kind.determinant, 9) << second << ' ' << k;
+      ASSERT_EQ(kind.signature, second < 0 ? 0 : -4) << second << ' ' << k;
+    }
+    EXPECT_GT(m.scratch.reactions[0].force.norm(), 0.3) << "N: it is tight";
+  }
+}
+
 TEST(KnotKind, WhatIsTooTangledIsNotTold) {
   std::mt19937 random(1);
   std::vector<Vector3d> nodes;

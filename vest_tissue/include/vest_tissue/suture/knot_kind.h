@@ -11,8 +11,9 @@ namespace vest::suture {
 /// Two numbers that stay the same however a knot is moved or drawn (Goeritz's matrix; Gordon and Litherland
 /// 1978).
 struct KnotKind {
-  std::int32_t determinant = 1;  ///< 1: none; overhand 3, square and granny 9, surgeon's 15; 0: not to be told
-  std::int32_t signature = 0;    ///< of a square knot 0, of a granny 4 or -4
+  std::int32_t determinant =
+      1;                       ///< 1: none; overhand 3, square and granny 9, surgeon's 15; 0: not to be told
+  std::int32_t signature = 0;  ///< of a square knot 0, of a granny 4 or -4
 };
 
 /// Memory of kindOf(), sized once.
