@@ -318,7 +318,7 @@ TEST_F(Lifecycle, AMillionVerticesAreShownColouredAndMoved) {
   s.positions = million.objects[0].rest_position;
   s.positions[0] = std::nanf("");
   state.publish(s);
-  ASSERT_TRUE(spin([&] { return status(tissue, "Tissue").contains("not finite"); }, 30));
+  ASSERT_TRUE(spin([&] { return status(tissue, "Tissue").contains("not finite"); }, 240));
   for (std::size_t k = 0; k < s.positions.size(); k += 3)
     s.positions[k] = million.objects[0].rest_position[k] + 1;
   state.publish(s);
