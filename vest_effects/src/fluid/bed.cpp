@@ -188,9 +188,7 @@ void reachUnder(const Model& model, const Pools& w, ScratchData& s) {
   for (std::size_t i = 0; i < w.depth.size(); ++i)
     if (w.depth[i] >= kStanding && s.floor[i] > kNoBed && w.bed[i] <= s.floor[i])
       s.open.push_back(static_cast<std::int32_t>(i));
-  const auto level = [&](std::int32_t i) {
-    return w.top(static_cast<std::size_t>(i));
-  };
+  const auto level = [&](std::int32_t i) { return w.top(static_cast<std::size_t>(i)); };
   std::sort(s.open.begin(), s.open.end(), [&](std::int32_t a, std::int32_t b) {
     return level(a) != level(b) ? level(a) < level(b) : a < b;
   });
