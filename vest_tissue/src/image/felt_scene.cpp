@@ -63,7 +63,7 @@ std::string writeFeltScene(const Volume& volume, const std::string& folder, cons
   brick.origin.z() += kTop - top;
 
   const fs::path source = table.empty() ? fs::path(material::databasePath()).parent_path().parent_path() /
-                                              "scenes/spine_puncture/needle.csv"
+                                              "scenes/ct_puncture/needle.csv"
                                         : fs::path(table);
   const fs::path directory(folder);
   save(directory / "needle.csv", files::read(source.string(), std::size_t{1} << 20));

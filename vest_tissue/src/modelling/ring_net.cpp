@@ -209,6 +209,10 @@ RingNet makeRevolve(const RevolveSpec& spec) {
   RingNet net;
   net.rings = spec.rings;
   net.around = spec.around;
+  for (std::size_t i = 1; i + 1 < spec.profile.size(); ++i)
+    if (!(spec.profile[i][1] > 0))
+      throw std::invalid_argument("profile: a radius of " + std::to_string(spec.profile[i][1]) +
+                                  " m between its ends; allowed: > 0 but at its ends");
   net.start = spec.profile.front()[1] > 0 ? End::Cap : End::Pole;
   net.end = spec.profile.back()[1] > 0 ? End::Cap : End::Pole;
   const auto at = [&](double radius, double height, double angle) -> Vector3 {

@@ -43,8 +43,6 @@ class Files {
   void write(const std::string& name, const std::string& bytes) {
     names_.push_back(name);
     const std::string path = directory_ + "/" + name;
-    std::error_code error;
-    std::filesystem::create_directories(std::filesystem::path(path).parent_path(), error);
     std::ofstream stream(path + kNew, std::ios::binary);
     stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     stream.close();
@@ -175,6 +173,7 @@ void writeScene(const scene::Description& description, const std::string& direct
   if (!description.vessels.empty()) yaml += "vessels:\n";
   for (const auto& tree : description.vessels) {
     yaml += "  - {case: " + tree.folder + ", supply: " + tree.supply + "}\n";
+    std::filesystem::create_directory(directory + "/" + tree.folder);
     folder.write(tree.folder + "/case.json", tree.case_json);
     folder.write(tree.folder + "/network.csv", tree.network_csv);
     folder.write(tree.folder + "/inflow.csv", tree.inflow_csv);

@@ -171,7 +171,7 @@ TEST_F(ContactMemory, AVolumeComesWholeAndOnlyUnderItsNumber) {
   ASSERT_TRUE(view);
   EXPECT_EQ(view.stored[59], 59);
   EXPECT_EQ(view.region[59], 2);
-  EXPECT_EQ(vest::voxel::sampleValue(view, {0.001, 0.0015, 0.002}).share, 1.0);
+  EXPECT_DOUBLE_EQ(vest::voxel::sampleValue(view, {0.001, 0.0015, 0.002}).share, 1.0);
   // Another scene: the one before stays readable until its reader has looked.
   const std::uint64_t second = writer.shareVolume(volume(2));
   EXPECT_TRUE(reader.volume(first));
