@@ -29,9 +29,11 @@ struct Theatre {
   double energy = 0;                                   ///< J that coagulation put into the tissue
   std::uint64_t k = 0;
 
-  explicit Theatre(const std::string& scene)
+  /// @param before stands before the field
+  explicit Theatre(const std::string& scene, std::unique_ptr<Effect> before = nullptr)
       : trainer(scene::World(scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/" + scene +
                                               "/" + scene + ".yaml"))) {
+    if (before) trainer.add(std::move(before));
     auto effect = std::make_unique<OperatingField>(trainer.world(), FieldOptions{}, frames);
     field = effect.get();
     trainer.add(std::move(effect));
@@ -117,6 +119,55 @@ TEST(OperatingField, TheBagDrivesTheWaterAndTheValveTakesAMoment) {
   t.run(0.4, 4);
   EXPECT_NEAR(t.field->fluid().emitted - before, 0.5 * 5e-5 * 0.4, 1e-7)
       << "a quarter of the pressure, half the flow";
+}
+
+/// Gives what an effect before the field would give.
+struct Clots : Effect {
+  double volume = 0;  ///< m³ in each step, to the right hand's sucker
+  Ports ports() const override { return {0, 0, kClots}; }
+  void step(const scene::World&, const scene::StepInput&, const scene::StepReport&,
+            Feedback& feedback) override {
+    feedback.clots[kRight] += volume;
+  }
+  void reset() override {}
+};
+
+TEST(OperatingField, ClotsStayInTheSuckerUntilWaterDrivesThemOut) {
+  auto clots = std::make_unique<Clots>();
+  Clots& given = *clots;
+  Theatre t("irrigation_pool", std::move(clots));
+  const auto open = [&] { return t.field->suctionOpen(t.trainer.world(), kRight); };
+  EXPECT_EQ(open(), 1.0);
+  given.volume = 1e-8;
+  t.run(0.01, 8);
+  given.volume = 0;
+  EXPECT_NEAR(open(), 0.85, 1e-9) << "0.1 ml of clots, of which 30 % stay in a bore that 0.2 ml close";
+  given.volume = 1e-7;
+  t.run(0.05, 8);
+  given.volume = 0;
+  EXPECT_EQ(open(), 0.0) << "closed";
+  t.run(0.3, 4);
+  EXPECT_EQ(open(), 1.0) << "a squirt of water clears it";
+}
+
+TEST(OperatingField, TissueOnTheMouthLeavesTheSideHoles) {
+  Theatre t("irrigation_pool");
+  // Down onto the tube: its upper side is at the second object's greatest height below the tip.
+  const scene::World& world = t.trainer.world();
+  Eigen::Vector3d top(0, 0, -1);
+  for (std::size_t k = 0; k < world.knotCount(0); ++k)
+    if (world.knotAt(0, static_cast<std::uint32_t>(k)).z() > top.z())
+      top = world.knotAt(0, static_cast<std::uint32_t>(k));
+  bool held = false;
+  for (int i = 0; i < 400 && !held; ++i) {
+    t.hold(tools::ToolKind::SuctionIrrigator, top + Eigen::Vector3d(0, 0, 0.008 - 2e-5 * i));
+    t.run(0.001, 8);
+    for (const auto& e : t.report.events) held = held || e.kind == scene::EventKind::Grasped;
+  }
+  ASSERT_TRUE(held) << "the tube is drawn onto the mouth";
+  EXPECT_EQ(t.field->suctionOpen(world, kRight), 0.5);
+  t.run(0.01);
+  EXPECT_EQ(t.field->suctionOpen(world, kRight), 1.0) << "the valve is up";
 }
 
 TEST(OperatingField, ASnapshotGoesOnWithTheSameBitsAndResetEmptiesTheField) {

@@ -1,4 +1,4 @@
-#include <cstdio>
+#include <memory>
 #include <string>
 
 #include <ros/package.h>
@@ -60,33 +60,29 @@ void answer(learning::Environment& env, const Request& req, Response& res) {
   res.success = true;
 }
 
+/// The environment and its service.
+struct Node {
+  ros::NodeHandle nh, own{"~"};
+  learning::Environment env{learning::makeTask(optionsOf(own)), parameter(own, "threads", 1)};
+  ros::ServiceServer server = nh.advertiseService(
+      "session/env_step", boost::function<bool(Request&, Response&)>([this](Request& req, Response& res) {
+        try {
+          answer(env, req, res);
+        } catch (const std::exception& e) {
+          res = Response();
+          res.message = e.what();
+        }
+        return true;
+      }));
+};
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (vest::ros_shell::answeredHelp(
-          argc, argv,
-          "usage: rosrun vest_bringup environment _task:=reach [_skip:=20] [_limit:=S] [_effects:=true] "
-          "[_scene:=FILE] [_threads:=1]\n"
-          "A task for learning behind the service session/env_step (vest_msgs/EnvStep): docs/learning.md."))
-    return 0;
-  ros::init(argc, argv, "environment");
-  ros::NodeHandle nh, own("~");
-  try {
-    learning::Environment env(learning::makeTask(optionsOf(own)), parameter(own, "threads", 1));
-    const boost::function<bool(Request&, Response&)> step = [&env](Request& req, Response& res) {
-      try {
-        answer(env, req, res);
-      } catch (const std::exception& e) {
-        res = Response();
-        res.message = e.what();
-      }
-      return true;
-    };
-    const ros::ServiceServer server = nh.advertiseService("session/env_step", step);
-    ros::spin();
-  } catch (const std::exception& e) {
-    ROS_FATAL("environment: %s", e.what());
-    return 1;
-  }
-  return 0;
+  return vest::ros_shell::runNode(
+      argc, argv, "environment",
+      "usage: rosrun vest_bringup environment _task:=reach [_skip:=20] [_limit:=S] [_effects:=true] "
+      "[_scene:=FILE] [_threads:=1]\n"
+      "A task for learning behind the service session/env_step (vest_msgs/EnvStep): docs/learning.md.",
+      [] { return std::make_unique<Node>(); });
 }

@@ -216,7 +216,8 @@ void BloodEffect::findPinches(const scene::World& world, const scene::StepReport
   for (std::size_t t = 0; t < state.grasps.size(); ++t) {
     const interaction::Grasp& grasp = state.grasps[t];
     std::size_t last = vessel_of_.size();
-    for (int k = 0; grasp.active && k < grasp.count; ++k) {
+    const bool jaws = grasp.active && interaction::hasJaws(state.proxies[t].tool);
+    for (int k = 0; jaws && k < grasp.count; ++k) {
       const auto& anchor = grasp.anchors[static_cast<std::size_t>(k)];
       if (anchor.object != last) pinch(last = anchor.object, anchor.knot, grasp.pinch);
     }
@@ -232,9 +233,9 @@ void BloodEffect::findPinches(const scene::World& world, const scene::StepReport
   }
 }
 
-/// A sucker takes the clot from an opening that it touches.
+/// A sucker takes the clot from an opening that it touches: a plug as deep as it is wide.
 void BloodEffect::suckClots(const scene::World& world, const scene::StepInput& input,
-                            const scene::StepReport& report) {
+                            const scene::StepReport& report, Feedback& feedback) {
   for (std::size_t t = 0; t < input.tools.size(); ++t) {
     const scene::ToolInput& tool = input.tools[t];
     if (!tool.present || tool.tool != tools::ToolKind::SuctionIrrigator ||
@@ -247,7 +248,7 @@ void BloodEffect::suckClots(const scene::World& world, const scene::StepInput& i
       if (o.clot > 0 && o.object >= 0 &&
           (world.knotAt(static_cast<std::size_t>(o.object), o.knot) - tip).squaredNorm() <
               bleeding::kSuckReach * bleeding::kSuckReach)
-        o.clot = 0;
+        feedback.clots[t] += o.clot * std::sqrt(o.clot), o.clot = 0;
     }
   }
 }
@@ -408,7 +409,7 @@ void BloodEffect::step(const scene::World& world, const scene::StepInput& input,
   inputs_.settings = state_.settings;
   inputs_.external_pressure = feedback.gas.pressure;
   findPinches(world, report);
-  suckClots(world, input, report);
+  suckClots(world, input, report, feedback);
   bleeding::fill(circulation_.model, state_.wounds, pinches_, inputs_);
   const double dt = std::isfinite(input.dt) ? std::clamp(input.dt, 0.0, 0.01) : 0.0;
   hd::step(circulation_.model, inputs_, dt, state_.circulation, scratch_);

@@ -26,6 +26,7 @@ struct Between {
   double irrigation_flow = 0, suction_flow = 0, bag_pressure = 0, yield = 0;
   double sucked = 0;       ///< m³ of liquid, until the last smoke step
   double humidity = 0.95;  ///< relative, of the cavity's gas at the last lens step
+  std::array<double, tools::kInstrumentCount> clogged{};  ///< m³ of clot in each sucker's bore
 };
 static_assert(std::is_trivially_copyable_v<Between>);
 
@@ -37,6 +38,9 @@ constexpr int kInstrumentSlots = 128;    ///< first slot behind those of bleedin
 constexpr double kLeastImpact = 0.15;    ///< m/s: slower than this fluid rests and weighs (fluid/impact.cpp)
 constexpr double kFullBag = 4e4;         ///< Pa: at which the irrigator has its greatest flow (assumed)
 constexpr double kValveTravel = 0.12;    ///< s: in which a thumb presses a trumpet valve down (assumed)
+constexpr double kCaught = 0.3;          ///< share of what a sucker takes of clots that stays in it (assumed)
+constexpr double kBore = 2e-7;           ///< m³ of clot that closes it: 20 mm of a bore of 3.5 mm (assumed)
+constexpr double kSideHoles = 0.5;       ///< share of the flow through them (assumed)
 constexpr double kNozzle = 0.012;        ///< m behind the mouth of a nozzle: as far as it draws fluid
 constexpr double kWithdrawn = 0.02;      ///< m from pivot to tip: the endoscope is in its trocar (assumed)
 
@@ -186,7 +190,10 @@ struct OperatingField::Impl {
 
   void stepFluid(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
                  Feedback& feedback);
-  void stepSlow(const scene::StepInput& input, const scene::StepReport& report, Feedback& feedback);
+  double open(const scene::World& world, std::size_t tool) const {
+    return (1 - between.clogged[tool] / kBore) * (world.state().grasps[tool].active ? kSideHoles : 1);
+  }
+  void stepSlow(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report, Feedback& feedback);
   void show(const scene::World& world);
 };
 
@@ -201,6 +208,8 @@ void OperatingField::Impl::gather(const scene::StepInput& input, const scene::St
     between.moment[from.slot] += volume * from.blood_fraction;
     to.position = triple(from.position), to.direction = triple(from.direction), to.area = from.area;
   }
+  for (std::size_t t = 0; t < between.clogged.size(); ++t)
+    between.clogged[t] = std::min(kBore, between.clogged[t] + kCaught * feedback.clots[t]);
   for (std::size_t t = 0; t < between.energy.size(); ++t) {
     if (!(report.heat[t].energy > 0)) continue;
     between.energy[t] += report.heat[t].energy;
@@ -266,6 +275,7 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     if (!tool.present || tool.tool != tools::ToolKind::SuctionIrrigator) {
       between.has_tip[i] = 0;
       between.valve[i] = {};
+      between.clogged[i] = 0;
       continue;
     }
     const Eigen::Isometry3d tip = tipOf(input, report, t);
@@ -287,6 +297,7 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
       s.flow = std::min(fluid::kGreatestFlow, between.irrigation_flow * drive * valve[0]);
       s.area = 0.25 * 3.14159265358979 * options.irrigation_diameter * options.irrigation_diameter;
       s.blood = 0;
+      between.clogged[i] = std::max(0.0, between.clogged[i] - s.flow * in.dt);  // driven out
       for (std::size_t a = 0; a < 3; ++a)
         s.velocity[a] =
             between.has_tip[i] ? std::clamp((place[a] - between.tip[i][a]) / in.dt, -2.0, 2.0) : 0.0;
@@ -295,7 +306,7 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
       fluid::Suction& s = in.suctions[static_cast<std::size_t>(in.suction_count++)];
       s = fluid::Suction{};
       s.position = place;
-      s.flow = between.suction_flow * valve[1];
+      s.flow = between.suction_flow * valve[1] * open(world, i);
     }
     between.tip[i] = place;
     between.has_tip[i] = 1;
@@ -369,7 +380,8 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
   }
 }
 
-void OperatingField::Impl::stepSlow(const scene::StepInput& input, const scene::StepReport& report,
+void OperatingField::Impl::stepSlow(const scene::World& world, const scene::StepInput& input,
+                                    const scene::StepReport& report,
                                     Feedback& feedback) {
   const double dt = std::min(0.1, input.dt * kSlowEvery);
   smoke::Inputs s;
@@ -396,7 +408,7 @@ void OperatingField::Impl::stepSlow(const scene::StepInput& input, const scene::
     if ((tool.functions & tools::kFunctionSuck) && s.suction_count < smoke::kMostSuctions) {
       auto& suction = s.suctions[static_cast<std::size_t>(s.suction_count++)];
       suction.position = triple(tipOf(input, report, t).translation());
-      suction.flow = options.suction_gas_flow * std::clamp(1 - liquid / could, 0.0, 1.0);
+      suction.flow = options.suction_gas_flow * std::clamp(1 - liquid / could, 0.0, 1.0) * open(world, i);
       feedback.gas_drawn += suction.flow;
     }
   }
@@ -482,7 +494,7 @@ void OperatingField::step(const scene::World& world, const scene::StepInput& inp
   Impl& m = *impl_;
   m.gather(input, report, feedback);
   if (world.steps() % kFluidEvery == 0) m.stepFluid(world, input, report, feedback);
-  if (world.steps() % kSlowEvery == 0) m.stepSlow(input, report, feedback);
+  if (world.steps() % kSlowEvery == 0) m.stepSlow(world, input, report, feedback);
   if (world.steps() % kFrameEvery == 0) m.show(world);
 }
 
@@ -538,7 +550,10 @@ bool OperatingField::restore(const std::uint8_t* bytes, std::size_t count) {
                     part([&](const std::uint8_t* at, std::size_t n) { return lens::restore(at, n, l); }) &&
                     part([&](const std::uint8_t* at, std::size_t n) {
                       if (n == sizeof b) std::memcpy(&b, at, n);
-                      return n == sizeof b && b.wiped_on_blood >= 0 && b.wiped_on_blood <= 1 &&
+                      const bool bores =
+                          n == sizeof b && std::all_of(b.clogged.begin(), b.clogged.end(),
+                                                       [](double v) { return v >= 0 && v <= kBore; });
+                      return bores && b.wiped_on_blood >= 0 && b.wiped_on_blood <= 1 &&
                              b.hit_count >= 0 && b.hit_count <= lens::kMostHits;
                     }) &&
                     count == 0;
@@ -547,6 +562,10 @@ bool OperatingField::restore(const std::uint8_t* bytes, std::size_t count) {
   impl_->apply();
   impl_->shown.clear();
   return true;
+}
+
+double OperatingField::suctionOpen(const scene::World& world, std::size_t tool) const {
+  return impl_->open(world, tool);
 }
 
 const fluid::Model& OperatingField::fluidModel() const {

@@ -294,6 +294,7 @@ void SurfaceEffect::step(const scene::World& world, const scene::StepInput& inpu
     if (world.steps() % kPerfuseEvery == 0) stepPerfusion(world, kPerfuseEvery * dt);
     const double before = state_.seeped;
     bleeding::stepSurface(model_, inputs_, kEvery * dt, state_, runoff_);
+    for (std::size_t t = 0; t < feedback.clots.size(); ++t) feedback.clots[t] += runoff_.clots[t];
     if (blood_) blood_->lose(state_.seeped - before, kEvery * dt);
     for (std::size_t d = 0; d < runoff_.falls.size() && dt > 0; ++d) {
       const auto& fall = runoff_.falls[d];

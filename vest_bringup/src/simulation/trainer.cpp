@@ -232,6 +232,7 @@ void Trainer::clearFeedback() {
   feedback_.load_over = 0;
   feedback_.dilatations.clear();
   feedback_.sources.clear();
+  feedback_.clots.fill(0);
 }
 
 }  // namespace vest::simulation

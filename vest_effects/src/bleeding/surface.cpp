@@ -57,10 +57,11 @@ struct Film {
   const SurfaceMesh& mesh = in.meshes[object];
   const std::uint32_t first = model.first[object], count = usedKnots(model, s, object);
 
-  bool near(const SurfaceInputs::Reach (&tools)[4], std::uint32_t k, double reach) const {
-    for (const auto& tool : tools)
-      if (tool.on && squaredDistance(mesh.positions, k, tool.place) < reach * reach) return true;
-    return false;
+  /// Which tool reaches a knot. @return its index, −1: none
+  int near(const SurfaceInputs::Reach (&tools)[4], std::uint32_t k, double reach) const {
+    for (int t = 0; t < 4; ++t)
+      if (tools[t].on && squaredDistance(mesh.positions, k, tools[t].place) < reach * reach) return t;
+    return -1;
   }
 
   /// What tissue does: drug, clotting, seeping. @return whether anything is left to do here
@@ -86,11 +87,13 @@ struct Film {
       if (s.drug[i] <= 0 && s.styptic[i] < 1e-3f) s.styptic[i] = 0;
       s.age[i] = s.film[i] > 0 ? static_cast<float>(s.age[i] + dt) : 0.0f;
       if (!(s.area[i] > 0) || (s.open[i] <= 0 && s.clot[i] <= 0)) continue;
-      if (s.clot[i] > 0 && near(in.suck, k, kSuckReach)) {
+      const int sucker = s.clot[i] > 0 ? near(in.suck, k, kSuckReach) : -1;
+      if (sucker >= 0) {
+        off.clots[static_cast<std::size_t>(sucker)] += s.clot[i] * s.area[i] * kClotThickness;
         s.open[i] = raised(s.open[i], s.clot[i]);
         s.clot[i] = 0;
       }
-      const bool pressed = near(in.press, k, kPressReach);
+      const bool pressed = near(in.press, k, kPressReach) >= 0;
       const double q = pressed ? 0.0
                                : perfused * (in.reach ? in.reach[i] : 1.0f) * model.perfusion[i] * s.area[i] *
                                      model.depth[i] * s.open[i] * (1.0 - s.styptic[i]) * (1.0 - s.sealed[i]);
@@ -313,7 +316,7 @@ bool copyKnot(const SurfaceModel& model, std::size_t object, std::uint32_t origi
 
 void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, SurfaceState& state,
                  SurfaceRunoff& runoff) {
-  runoff.falls.fill({});
+  runoff.falls.fill({}), runoff.clots.fill(0);
   if (!in.meshes) return;
   // Depots grow while needles inject; where a needle is set anew, another begins.
   std::array<double, 4> front{};  // m²

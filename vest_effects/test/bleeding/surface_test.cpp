@@ -270,7 +270,15 @@ TEST(Surface, ASuckerTakesTheClotAndItBleedsAgain) {
   s.seconds(300);
   s.inputs.press[0].on = false;
   EXPECT_LT(s.seconds(1), 0.02 * fresh) << "the clot holds";
+  double clots = 0;
+  for (std::size_t i = 0; i < s.state.clot.size(); ++i)
+    clots += static_cast<double>(s.state.clot[i]) * static_cast<double>(s.state.area[i]) * kClotThickness;
   s.inputs.suck[1] = {true, s.centre()};
+  SurfaceRunoff runoff(s.model);
+  stepSurface(s.model, s.inputs, 0.001, s.state, runoff);
+  EXPECT_GT(runoff.clots[1], 0.3 * clots) << "what it took goes to the second sucker";
+  EXPECT_LE(runoff.clots[1], clots);
+  EXPECT_EQ(runoff.clots[0], 0);
   EXPECT_GT(s.seconds(1), 0.8 * fresh);
 }
 

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <stdexcept>
 
 #include <Eigen/Geometry>
 
+#include "text.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/solver/random.h"
 
@@ -96,16 +95,6 @@ std::vector<Shoot> shootsOf(const std::string& word) {
     if (shoot.parent >= 0) shoots[static_cast<std::size_t>(shoot.parent)].ends += shoot.ends;
   }
   return shoots;
-}
-
-std::string text(const char* format, ...) __attribute__((format(printf, 1, 2)));
-std::string text(const char* format, ...) {
-  char buffer[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(buffer, sizeof buffer, format, arguments);
-  va_end(arguments);
-  return buffer;
 }
 
 }  // namespace

@@ -1,11 +1,10 @@
-#include <cstdarg>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
 #include "../loader/loader_living.h"
 #include "../loader/loader_sutures.h"
+#include "text.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/fem/description.h"
 #include "vest_tissue/modelling/bake.h"
@@ -16,16 +15,6 @@ namespace vest::modelling {
 namespace {
 
 constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-";
-
-std::string text(const char* format, ...) __attribute__((format(printf, 1, 2)));
-std::string text(const char* format, ...) {
-  char buffer[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(buffer, sizeof buffer, format, arguments);
-  va_end(arguments);
-  return buffer;
-}
 
 /// Files of a folder, all of them or none.
 class Files {

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -153,20 +154,10 @@ class ModelNode {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (vest::ros_shell::answeredHelp(
-          argc, argv,
-          "usage: rosrun vest_tissue model_node _source:=FILE\n"
-          "Draws organs: edits a source by the service model/edit, publishes what it bakes to under model/.\n"
-          "A file that is not there begins as an empty hollow. Operations: docs/modelling.md."))
-    return 0;
-  ros::init(argc, argv, "model");
-  ros::NodeHandle keep;  // the last handle ends ROS, and with it the log that carries a refusal
-  try {
-    ModelNode node;
-    ros::spin();
-  } catch (const std::exception& error) {
-    ROS_FATAL("model_node: %s", error.what());
-    return 1;
-  }
-  return 0;
+  return vest::ros_shell::runNode(
+      argc, argv, "model",
+      "usage: rosrun vest_tissue model_node _source:=FILE\n"
+      "Draws organs: edits a source by the service model/edit, publishes what it bakes to under model/.\n"
+      "A file that is not there begins as an empty hollow. Operations: docs/modelling.md.",
+      [] { return std::make_unique<ModelNode>(); });
 }

@@ -120,7 +120,7 @@ void electrodes(Context& c) {
 void crush(Context& c) {
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     const auto& grasp = c.state.grasps[t];
-    if (!grasp.active) continue;
+    if (!grasp.active || !interaction::hasJaws(c.state.proxies[t].tool)) continue;
     const auto& g = tools::toolGeometry(c.state.proxies[t].tool);
     const double pressure = grasp.pinch / (2.0 * interaction::kJawHalfWidth * std::max(g.jaw_length, 1e-3));
     for (int i = 0; i < grasp.count; ++i) {

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "../scene/between_jaws.h"
+#include "vest_tissue/interaction/suction.h"
 
 namespace vest::scene {
 namespace {
@@ -106,31 +107,34 @@ void seek(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const JawFrame
   emit(c, eventOf(c, grasp, EventKind::Grasped, tool));
 }
 
-/// Coulomb's limit of the hold: above it the held points slide in the jaws until the pull is what the pinch
-/// carries.
-void slip(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const JawFrame& frame, int tool) {
+/// Above a limit the held points slide until the pull is what the hold carries. @return N, the pull; 0: within it
+double slide(Context& c, Grasp& grasp, double limit, const JawFrame& frame) {
   Vector3d pull = Vector3d::Zero();
   for (int i = 0; i < grasp.count; ++i) {
     const GraspAnchor& a = grasp.anchors[i];
     pull += a.stiffness * (frame.world(a.local) - knotPosition(c.state.objects[a.object], a.knot));
   }
-  const double limit = interaction::kHoldPerPinch * grasp.pinch, force = std::sqrt(pull.squaredNorm());
-  const bool sliding = force > limit;
-  if (sliding) {
-    const double keep = limit / force;
-    for (int i = 0; i < grasp.count; ++i) {
-      GraspAnchor& a = grasp.anchors[i];
-      const Vector3d at = frame.local(knotPosition(c.state.objects[a.object], a.knot));
-      c.state.energy.dissipated += 0.5 * a.stiffness * (1.0 - keep * keep) * (a.local - at).squaredNorm();
-      a.local = at + keep * (a.local - at);
-    }
-    if (!grasp.sliding) {
-      Event e = eventOf(c, grasp, EventKind::Slipped, tool);
-      e.force = force;
-      emit(c, e);
-    }
+  const double force = std::sqrt(pull.squaredNorm());
+  if (!(force > limit)) return 0.0;
+  const double keep = limit / force;
+  for (int i = 0; i < grasp.count; ++i) {
+    GraspAnchor& a = grasp.anchors[i];
+    const Vector3d at = frame.local(knotPosition(c.state.objects[a.object], a.knot));
+    c.state.energy.dissipated += 0.5 * a.stiffness * (1.0 - keep * keep) * (a.local - at).squaredNorm();
+    a.local = at + keep * (a.local - at);
   }
-  grasp.sliding = sliding;
+  return force;
+}
+
+/// Coulomb's limit of the hold.
+void slip(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const JawFrame& frame, int tool) {
+  const double force = slide(c, grasp, interaction::kHoldPerPinch * grasp.pinch, frame);
+  if (force > 0.0 && !grasp.sliding) {
+    Event e = eventOf(c, grasp, EventKind::Slipped, tool);
+    e.force = force;
+    emit(c, e);
+  }
+  grasp.sliding = force > 0.0;
   // Points that left the jaws are no longer held. A knot may stand out by the length of a triangle.
   int kept = 0;
   for (int i = 0; i < grasp.count; ++i) {
@@ -147,6 +151,62 @@ void slip(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const JawFrame
   grasp.count = kept;
 }
 
+/// Tissue nearest to a sucker's mouth.
+struct AtMouth {
+  double distance = interaction::kSuctionGap;  ///< m; as much: none is so near
+  std::size_t object = 0, triangle = 0;
+  std::array<double, 3> weights{};
+};
+AtMouth atMouth(const Context& c, const Vector3d& mouth) {
+  AtMouth found;
+  for (const std::size_t object : c.model.bodies) {
+    const ObjectState& s = c.state.objects[object];
+    const ObjectScratch& o = c.scratch.objects[object];
+    const double thickness = c.model.description.objects[object].contact_thickness;
+    bool apart = false;
+    for (int e = 0; e < 3; ++e)
+      apart = apart || mouth[e] - found.distance - thickness > o.high[e] ||
+              mouth[e] + found.distance + thickness < o.low[e];
+    if (apart) continue;
+    const double reach = found.distance + thickness + c.model.objects[object].greatest_edge;
+    for (std::size_t t = 0; t < s.triangles.size(); ++t) {
+      const auto& k = s.triangles[t];
+      const Vector3d p = knotPosition(s, k[0]);
+      if ((p - mouth).squaredNorm() > reach * reach || !s.triangle_alive[t]) continue;
+      const contact::Nearest n = contact::nearest(mouth, {p, knotPosition(s, k[1]), knotPosition(s, k[2])});
+      if (n.distance - thickness < found.distance)
+        found = {n.distance - thickness, object, t, n.weights};
+    }
+  }
+  return found;
+}
+
+/// Tissue that a sucker touches with its mouth is drawn onto it, and pulled off where the vacuum holds no more.
+void drawTissue(Context& c, Grasp& grasp, const Vector3d& mouth, const JawFrame& frame, int tool) {
+  const AtMouth at = atMouth(c, mouth);
+  if (grasp.active) {
+    if (at.distance >= interaction::kSuctionGap) {
+      letGo(c, grasp, tool);
+    } else {
+      grasp.pinch = interaction::kSuctionForce;
+      soften(c, grasp, frame);
+      grasp.sliding = slide(c, grasp, grasp.pinch, frame) > 0.0;
+    }
+    return;
+  }
+  if (!(at.distance <= interaction::kSuctionSeal)) return;
+  grasp.count = 0;
+  grasp.element = static_cast<std::uint32_t>(at.triangle);
+  grasp.barycentric = {at.weights[0], at.weights[1], at.weights[2], 0.0};
+  for (const std::uint32_t knot : c.state.objects[at.object].triangles[at.triangle])
+    addAnchor(c, grasp, frame, at.object, knot);
+  grasp.active = true;
+  grasp.sliding = false;
+  grasp.id = c.state.next_attachment++;
+  grasp.pinch = interaction::kSuctionForce;
+  emit(c, eventOf(c, grasp, EventKind::Grasped, tool));
+}
+
 }  // namespace
 
 void interact(Context& c) {
@@ -155,7 +215,9 @@ void interact(Context& c) {
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     Grasp& grasp = c.state.grasps[t];
     const auto& proxy = c.state.proxies[t];
-    if (!proxy.present || !interaction::hasJaws(proxy.tool)) {
+    const bool jaws = proxy.present && interaction::hasJaws(proxy.tool),
+               draws = proxy.present && interaction::draws(proxy.tool, c.input.tools[t].functions);
+    if (!jaws && !draws) {
       if (grasp.active) letGo(c, grasp, t);
       for (auto& pass : c.state.jaws_pass) setBit(pass, t, false);
       continue;
@@ -163,7 +225,9 @@ void interact(Context& c) {
     const auto& g = tools::toolGeometry(proxy.tool);
     const auto& before = c.scratch.proxies_before[t].pose;
     const JawFrame frame{before.orientation.toRotationMatrix(), before.tip};
-    if (!grasp.active) {
+    if (draws) {
+      drawTissue(c, grasp, frame.world(Vector3d(0, 0, g.shaft_radius)), frame, t);
+    } else if (!grasp.active) {
       seek(c, grasp, g, frame, t);
     } else {
       grasp.pinch = interaction::pinchForce(proxy.pose.jaw, grasp.jaw_at_touch);

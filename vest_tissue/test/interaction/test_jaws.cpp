@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "blades.h"
+#include "vest_tissue/interaction/suction.h"
 #include "vest_tissue/scene/world_model.h"
 
 namespace {
@@ -59,6 +60,54 @@ TEST(Jaws, FollowTheHandleExactlyWhereNothingIsBetweenThem) {
     b.step();
     ASSERT_EQ(b.world.state().proxies[1].pose.jaw, b.input.tools[1].jaw) << i;
   }
+}
+
+// A sucker whose valve is down holds what its mouth touches, by the vacuum and no harder; it comes off with a
+// pull, or when the valve is let up.
+TEST(Sucker, HoldsTissueByItsVacuumUntilItIsPulledOff) {
+  test::BarOptions o;
+  o.columns = 25, o.youngs_modulus = 6e3, o.bulk_modulus = 0;
+  scene::Description d = test::barScene(o);
+  d.gravity.setZero();
+  Bench b(d);
+  const double mouth = tools::toolGeometry(tools::ToolKind::SuctionIrrigator).shaft_radius;
+  int held = 0, released = 0;
+  double lifted = 0.0;
+  const auto go = [&](double height, std::uint32_t functions) {  // m: of the mouth over the bar's upper face
+    b.input.tools[1] =
+        test::toolAt(tools::ToolKind::SuctionIrrigator, Vector3d(0, 0, 0.052 + mouth + height),
+                     -Vector3d::UnitZ(), Vector3d::UnitX());
+    b.input.tools[1].functions = functions;
+    b.step();
+    for (const auto& e : b.report.events) {
+      held += e.kind == scene::EventKind::Grasped;
+      released += e.kind == scene::EventKind::Released;
+    }
+    for (std::uint32_t k = 0; k < b.world.knotCount(0); ++k)
+      lifted = std::max(lifted, b.world.knotAt(0, k).z() - 0.052);
+  };
+  const auto lift = [&](std::uint32_t functions) {
+    for (int i = 0; i <= 300; ++i) go(0.002 - 1e-5 * i, functions);  // 1 mm into it
+    lifted = 0.0;
+    for (int i = 0; i <= 3000; ++i) go(-0.001 + 1e-5 * i, functions);
+  };
+  lift(0);
+  ASSERT_FALSE(HasFatalFailure());
+  EXPECT_EQ(held, 0) << "the valve is up";
+  EXPECT_LT(lifted, 0.0005);
+  b.force = 0;
+  lift(tools::kFunctionSuck);
+  ASSERT_FALSE(HasFatalFailure());
+  EXPECT_EQ(held, 1);
+  EXPECT_EQ(released, 1) << "pulled off";
+  EXPECT_GT(lifted, 0.003) << "it came along";
+  EXPECT_GT(b.force, 0.5 * interaction::kSuctionForce);
+  const Vector3d pull = b.report.contacts[1].wrench.head<3>();
+  EXPECT_LT(pull.norm(), 1e-6) << "and is off";
+  for (int i = 0; i <= 310; ++i) go(0.002 - 1e-5 * i, tools::kFunctionSuck);
+  EXPECT_EQ(held, 2);
+  go(-0.001, 0);
+  EXPECT_EQ(released, 2) << "the valve is let up";
 }
 
 // They close by a hand: a clip forms on the soft strip, and beside it lies one as hard as bone. The jaws stop

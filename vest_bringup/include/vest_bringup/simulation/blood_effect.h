@@ -57,7 +57,7 @@ class BloodEffect : public Effect {
   BloodEffect(const scene::World& world, const BloodOptions& options,
               scene::TripleBuffer<BloodFrame>* frames);
 
-  Ports ports() const override { return {kGas, kSeeped, kSources | kSupply}; }
+  Ports ports() const override { return {kGas, kSeeped, kSources | kSupply | kClots}; }
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;
@@ -91,7 +91,8 @@ class BloodEffect : public Effect {
 
   bleeding::Place placeOf(const scene::World& world, std::size_t object, double station) const;
   void findPinches(const scene::World& world, const scene::StepReport& report);
-  void suckClots(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report);
+  void suckClots(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
+                 Feedback& feedback);
   void take(const scene::World& world, const scene::ParameterEdit& edit);
   void take(const scene::World& world, const scene::Event& event);
   void openAt(const scene::World& world, std::size_t object, double station, double area,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -35,6 +36,7 @@ struct Feedback {
   // To the effects behind this one, in the same step.
   std::vector<bleeding::FluidSource> sources;
   CavityGas gas;
+  std::array<double, tools::kInstrumentCount> clots{};  ///< m³ of clot that each sucker took
   float blood_at_lens = 0;  ///< 0 … 1: how far the tissue that the endoscope touches is covered with blood
   /// From the field to the surfaces, which take it in the next step (fixed lag) and empty it.
   std::vector<FilmInput> films;
@@ -51,6 +53,7 @@ enum Port : unsigned {
   kGasDrawn = 16,  ///< Feedback::gas_drawn
   kSupply = 32,    ///< flow into tissue and pressure of the BloodEffect, which a SurfaceEffect reads
   kSeeped = 64,    ///< BloodEffect::lose
+  kClots = 128,    ///< Feedback::clots
 };
 /// Trainer::add holds an effect to them.
 struct Ports {

@@ -76,7 +76,8 @@ using FieldFrames = scene::TripleBuffer<FieldFrame>;
 /// Fluid at 250 Hz, smoke and lens at 50 Hz of simulated time, in lockstep with the tissue.
 ///
 /// Instruments: a suction-irrigator irrigates and sucks as its functions say; its two trumpet valves take a
-/// moment to open and to close, and the bag's pressure drives the water against that of the gas. Where nobody
+/// moment to open and to close, and the bag's pressure drives the water against that of the gas. Tissue on its
+/// mouth leaves the side holes to draw; clots stay in the bore until water drives them out. Where nobody
 /// holds one, an endoscope that irrigates rinses its lens. The lens is cleaned and warmed while the endoscope
 /// is drawn back into its trocar, and wiped where it touches tissue. Parameter edits: object `fluid`:
 /// irrigation_flow, suction_flow (m³/s), bag_pressure (Pa); `smoke`: yield (kg/J); `lens`: warming, rinse (0
@@ -90,7 +91,10 @@ class OperatingField : public Effect {
                  bool films = false);
   ~OperatingField() override;
 
-  Ports ports() const override { return {kGas | kSources | kLensBlood, 0, kFilms | kGasDrawn}; }
+  /// Share of a sucker, 0 … 1, that tissue on its mouth and clots in its bore leave open.
+  double suctionOpen(const scene::World& world, std::size_t tool) const;
+
+  Ports ports() const override { return {kGas | kSources | kLensBlood | kClots, 0, kFilms | kGasDrawn}; }
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;

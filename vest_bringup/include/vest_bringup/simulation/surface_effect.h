@@ -40,7 +40,7 @@ class SurfaceEffect : public Effect {
   SurfaceEffect(const scene::World& world, const SurfaceOptions& options, BloodEffect* blood,
                 scene::TripleBuffer<SurfaceFrame>* frames);
 
-  Ports ports() const override { return {kSupply, kFilms, kSources | kLensBlood | kSeeped}; }
+  Ports ports() const override { return {kSupply, kFilms, kSources | kLensBlood | kSeeped | kClots}; }
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;

@@ -126,6 +126,7 @@ struct SurfaceRunoff {
     std::int32_t object = -1;
   };
   std::array<Fall, kMostDrips> falls{};  ///< of the same index in SurfaceState::drips
+  std::array<double, 4> clots{};         ///< m³ that each sucker took
   double volume() const {
     double sum = 0;
     for (const Fall& f : falls) sum += f.volume;
