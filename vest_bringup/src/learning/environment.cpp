@@ -25,6 +25,7 @@ constexpr double kDry = 0.15;                        // of the pool: what may be
 constexpr double kWatched = 2.0;                     // s that the target stays in the middle
 constexpr double kOffAxis = 0.0873, kView = 0.060,
                  kViewBand = 0.015;              // rad (5°), m, m: off the middle, distance
+constexpr double kStitchRange = 0.003;           // m, both ways: where the needle is asked to pierce
 constexpr double kSuckDepth = 0.003;             // m: of the tip below the surface, at most
 const Vector3d kOverview(0.005, -0.035, 0.135);  // m: where the scripts of these scenes hold the endoscope
 constexpr std::string_view kMagic = "VESTENV2";
@@ -59,7 +60,12 @@ Vector3d Environment::tip() const {
 scene::ToolInput Environment::tool() const {
   return simulation::toolInput(arm(), task_->row.tool, state_.joints);
 }
+/// Of the tube at the goal; a needle's point.
 Vector3d Environment::middle() const {
+  if (task_->row.kind == TaskKind::PassNeedle) {
+    const scene::ThreadModel& m = task_->model->threads;
+    return m.at(world().state().threads.rod, m.first_point.front());
+  }
   const auto& knots = task_->model->objects[task_->object].tube.knots(state_.ring);
   Vector3d sum = Vector3d::Zero();
   for (const auto k : knots) sum += world().knotAt(task_->object, k);
@@ -74,6 +80,7 @@ Vector3d Environment::goal() const {
   if (task_->row.kind == TaskKind::Reach) return vec(state_.place);
   if (task_->row.kind == TaskKind::Suck) return deepest();
   if (task_->row.kind == TaskKind::CameraFollow) return lookOut();
+  if (task_->row.kind == TaskKind::PassNeedle) return tip() + left();
   const Vector3d m = middle();
   return m + task_->row.beyond * shaft(m);
 }
@@ -146,6 +153,8 @@ bool Environment::watched() const {
 
 /// Where the middle has to go minus where it is.
 Vector3d Environment::left() const {
+  if (task_->row.kind == TaskKind::PassNeedle)
+    return vec(state_.place) + (state_.punctured() ? kNeedleWay : Vector3d::Zero().eval()) - middle();
   return vec(state_.place) - task_->row.beyond * shaft(vec(state_.place)) + vec(state_.way) - middle();
 }
 
@@ -168,12 +177,15 @@ bool Environment::passed() const {
       return pool() < kDry * task_->pool;
     case TaskKind::CameraFollow:
       return held() >= kWatched;
+    case TaskKind::PassNeedle:
+      return state_.divided != 0;
   }
   return false;
 }
 
 /// 0.3 (reach: all) for the way to the goal, 0.2 for the grasp, 0.5 for the way of the tissue or the deed;
-/// 0.2 for the way to the pool, the rest for what is sucked; half for the place of the camera.
+/// 0.2 for the way to the pool, the rest for what is sucked; half for the place of the camera; 0.3 for the
+/// needle's way to the pad, 0.4 as it pierces it, 0.5 more for its way through.
 double Environment::score() const {
   if (state_.failed != 0) return 0;
   if (passed()) return 1;
@@ -183,6 +195,9 @@ double Environment::score() const {
   if (task_->row.kind == TaskKind::Suck)
     return 0.2 * near + 0.7 * std::clamp((1 - pool() / task_->pool) / (1 - kDry), 0.0, 1.0);
   if (task_->row.kind == TaskKind::CameraFollow) return 0.5 * near + 0.4 * held() / kWatched;
+  if (task_->row.kind == TaskKind::PassNeedle)
+    return state_.punctured() ? 0.4 + 0.5 * std::clamp(1.0 - left().norm() / kNeedleWay.norm(), 0.0, 1.0)
+                              : 0.3 * near;
   if (state_.grasping == 0) return 0.3 * near;
   const double way = vec(state_.way).norm();
   return 0.5 + 0.4 * std::clamp(1.0 - left().norm() / way, 0.0, 1.0);
@@ -201,6 +216,14 @@ void Environment::reset(std::uint64_t seed, float* observation) {
   const auto uniform = [&](double low, double high) {
     return low + (high - low) * solver::randomUniform(static_cast<std::uint32_t>(seed), seed >> 32, index++);
   };
+  if (task_->row.kind == TaskKind::PassNeedle) {
+    state_.place = arr(kNeedleEntry + Vector3d(uniform(-1, 1) * kStitchRange, uniform(-1, 1) * kStitchRange, 0));
+    state_.joints = task_->from;
+    state_.distance = left().norm();
+    state_.score = score();
+    observe(observation);
+    return;
+  }
   const auto rings = task_->model->objects[task_->object].tube.ringCount();
   state_.ring = static_cast<std::uint64_t>(uniform(0.4, 0.6) * static_cast<double>(rings));
   const TaskRow& row = task_->row;
@@ -304,8 +327,17 @@ void Environment::take(const scene::StepReport& report) {
   state_.force = arr(contact.wrench.head<3>());
   state_.grasping = contact.grasping ? 1 : 0;
   state_.pinch = contact.pinch_force;
+  if (task_->row.kind == TaskKind::PassNeedle &&
+      !world().state().threads.needle_grips[hand()].active && state_.divided == 0)
+    state_.failed = 1;  // lost
   for (const scene::Event& e : report.events) {
     if (e.object != task_->object) continue;
+    if (task_->row.kind == TaskKind::PassNeedle) {
+      if (e.kind == scene::EventKind::Punctured && !state_.punctured())
+        ((e.position - vec(state_.place)).norm() <= kBeside ? state_.clipped : state_.failed) = 1;
+      if (e.kind == scene::EventKind::Exited) state_.divided = 1;
+      continue;
+    }
     const bool clip = e.kind == scene::EventKind::Clipped, divided = e.kind == scene::EventKind::Separated;
     // Where the scene's tube was asked to be treated: stations do not move with it.
     const double beside =
@@ -335,6 +367,13 @@ void Environment::expert(float* action) const {
   if (task_->row.kind == TaskKind::Reach) return go(g - t, 1);
   action[3] = static_cast<float>(std::clamp((task_->row.roll - state_.joints.roll) / kTurnStep, -1.0, 1.0));
   if (follows) return go(g - t, 1);
+  if (task_->row.kind == TaskKind::PassNeedle) {
+    const Waypoint next =
+        at(needleMotion(), kNeedleTaken + static_cast<double>(state_.steps + 1) * task_->options.skip *
+                                              task_->model->description.dt);
+    action[3] = static_cast<float>(std::clamp((next.roll - state_.joints.roll) / kTurnStep, -1.0, 1.0));
+    return go(next.tip + vec(state_.place) - kNeedleEntry - t, 1);
+  }
   if (task_->row.kind == TaskKind::Suck) {
     action[5] = 1;
     const Vector3d off = g - t;
@@ -378,7 +417,8 @@ void Environment::observe(float* out) const {
   put(vec(state_.force), 1);
   number(static_cast<double>(state_.grasping)), number(state_.pinch);
   put(middle() - t, kCm);
-  const bool moves = task_->row.kind == TaskKind::GraspLift || task_->row.kind == TaskKind::Retract;
+  const bool moves = task_->row.kind == TaskKind::GraspLift || task_->row.kind == TaskKind::Retract ||
+                     task_->row.kind == TaskKind::PassNeedle;
   put(moves ? left() : Vector3d::Zero(), kCm);
   number(state_.score);
   number(1.0 - static_cast<double>(state_.steps) * task_->options.skip * task_->model->description.dt /
@@ -420,7 +460,8 @@ void Environment::restore(const std::vector<std::uint8_t>& bytes) {
   bool finite = std::isfinite(q.yaw + q.pitch + q.insertion + q.roll + q.jaw) && state.distance > 0 &&
                 std::isfinite(state.pinch + state.distance + state.score);
   for (const auto& a : {state.force, state.place, state.way}) finite = finite && vec(a).allFinite();
-  if (!finite || state.ring >= task_->model->objects[task_->object].tube.ringCount())
+  const std::size_t rings = task_->model->objects[task_->object].tube.ringCount();
+  if (!finite || state.ring >= std::max<std::size_t>(rings, 1))
     refuse("it holds numbers out of range");
   stage_.trainer->restore(std::vector<std::uint8_t>(bytes.begin() + kHead, bytes.end() - sizeof sum));
   state_ = state;

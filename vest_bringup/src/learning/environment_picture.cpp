@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kFieldOfView = 1.2217;  // rad: 70°, as the endoscopic view's
 constexpr Painter::Colour kSteel{176, 182, 190}, kWall{150, 84, 76}, kOrgan{214, 120, 112},
-    kVessel{196, 70, 66};
+    kVessel{196, 70, 66}, kThread{120, 70, 170};
 constexpr double kWater[] = {120, 150, 160}, kBlood[] = {120, 8, 10};
 constexpr float kShallow = 0.0005f;  // m: shallower pools are not drawn
 
@@ -48,6 +48,15 @@ void Environment::picture(int width, int height, std::uint8_t* rgb, float* depth
   if (task_->row.kind == TaskKind::CameraFollow)
     draw(simulation::toolInput(task_->box.arm(tools::Instrument::Right), tools::ToolKind::Grasper,
                                followed(state_.steps)));
+  world().threads(threads_);
+  for (const scene::ThreadView& t : threads_)
+    for (std::size_t k = 1; k < t.positions.size(); ++k)
+      painter_.rod(t.positions[k - 1], t.positions[k],
+                   world().description().sutures[t.suture].rod.section.radius, kThread);
+  world().needles(needles_);
+  for (const scene::NeedleView& n : needles_)
+    for (std::size_t k = 1; k < n.positions.size(); ++k)
+      painter_.rod(n.positions[k - 1], n.positions[k], n.radius, kSteel);
   if (stage_.field) drawPools();
 }
 

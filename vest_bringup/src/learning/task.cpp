@@ -1,5 +1,6 @@
 #include "vest_bringup/learning/task.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -27,6 +28,8 @@ const std::vector<TaskRow>& tasks() {
        0, 20},
       {TaskKind::CameraFollow, "camera_follow", "grasp_tube", "tube", Instrument::Endoscope,
        ToolKind::Endoscope, 0, 0, 0, 10},
+      {TaskKind::PassNeedle, "pass_needle", "suture_pad", "pad", Instrument::Right, ToolKind::NeedleHolder,
+       -3.493, 0, 0, 15},
   };
   return rows;
 }
@@ -46,7 +49,61 @@ simulation::Stage Task::stage(int threads) const {
   return simulation::makeStage(scene::World(model, threads), with);
 }
 
+const std::vector<Waypoint>& needleMotion() {
+  static const std::vector<Waypoint> rows{
+      {0.0, {0.0786, -0.0028, 0.1057}, -2.127, 0.5},   {1.5, {0.0633, 0.0043, 0.0809}, -2.127, 0.5},
+      {2.3, {0.0633, 0.0043, 0.0809}, -2.127, 0},      {3.2, {0.0847, -0.0057, 0.1156}, -2.127, 0},
+      {4.0, {0.0400, 0.0120, 0.1280}, -2.810, 0},      {5.0, {0.0133, 0.0322, 0.0878}, -3.493, 0},
+      {6.0, {-0.0125, 0.0454, 0.0682}, -3.493, 0},     {6.42, {-0.0129, 0.0477, 0.0703}, -3.221, 0},
+      {6.83, {-0.0127, 0.0504, 0.0719}, -2.948, 0},    {7.25, {-0.0119, 0.0533, 0.0729}, -2.676, 0},
+      {7.67, {-0.0107, 0.0562, 0.0735}, -2.403, 0},    {8.08, {-0.0091, 0.0589, 0.0735}, -2.130, 0},
+      {8.5, {-0.0071, 0.0611, 0.0728}, -1.856, 0},     {8.92, {-0.0050, 0.0627, 0.0716}, -1.582, 0},
+      {9.33, {-0.0029, 0.0636, 0.0698}, -1.308, 0},    {9.75, {-0.0009, 0.0638, 0.0678}, -1.033, 0},
+      {10.17, {0.0009, 0.0630, 0.0654}, -0.759, 0},    {10.58, {0.0022, 0.0615, 0.0629}, -0.485, 0},
+      {11.0, {0.0029, 0.0595, 0.0607}, -0.211, 0}};
+  return rows;
+}
+
+Waypoint at(const std::vector<Waypoint>& motion, double t) {
+  std::size_t k = 1;
+  while (k + 1 < motion.size() && motion[k].t < t) ++k;
+  const Waypoint &a = motion[k - 1], &b = motion[k];
+  const double s = std::clamp((t - a.t) / (b.t - a.t), 0.0, 1.0);
+  return {t, a.tip + s * (b.tip - a.tip), a.roll + s * (b.roll - a.roll), a.jaw + s * (b.jaw - a.jaw)};
+}
+
 namespace {
+
+/// The hand takes the needle from its tray and holds it before the pad.
+void takeNeedle(Task& task) {
+  if (task.model->threads.first_point.empty())
+    throw std::invalid_argument(task.options.scene + ": task pass_needle needs a suture with a needle");
+  const kinematics::TrainerArm& arm = task.box.arm(task.row.hand);
+  simulation::Stage stage = task.stage(1);
+  scene::StepInput input;
+  scene::StepReport report;
+  const double dt = task.model->description.dt;
+  const int steps = static_cast<int>(kNeedleTaken / dt + 0.5);
+  for (int k = 0; k < steps; ++k) {
+    input.impacts.clear(), input.loads.clear(), input.dilatations.clear();
+    input.load_over = 0;
+    input.step = stage.trainer->world().steps() + 1;
+    input.dt = dt;
+    const Waypoint now = at(needleMotion(), (k + 1) * dt);
+    Eigen::Isometry3d wanted = Eigen::Isometry3d::Identity();
+    wanted.translation() = now.tip;
+    task.from = kinematics::inverseKinematics(arm.X_BTrocar, wanted, {}, arm.limits).q;
+    task.from.roll = now.roll, task.from.jaw = now.jaw;
+    input.tools[static_cast<std::size_t>(task.row.hand)] =
+        simulation::toolInput(arm, task.row.tool, task.from);
+    stage.trainer->step(input, report);
+  }
+  const auto& grips = stage.trainer->world().state().threads.needle_grips;
+  if (!grips[static_cast<std::size_t>(task.row.hand)].active)
+    throw std::invalid_argument(task.options.scene +
+                                ": task pass_needle: the needle does not lie where its script takes it");
+  stage.trainer->save(task.start);
+}
 
 /// Water from above into the hollow, and a second to come to rest.
 void rinse(Task& task) {
@@ -96,10 +153,13 @@ std::shared_ptr<const Task> makeTask(const TaskOptions& options) {
   task->model = scene::buildModel(scene::loadScene(options.scene));
   const auto& objects = task->model->description.objects;
   while (task->object < objects.size() && objects[task->object].name != row->object) ++task->object;
-  if (task->object == objects.size() || task->model->objects[task->object].tube.ringCount() < 8)
+  const bool sews = row->kind == TaskKind::PassNeedle;
+  if (task->object == objects.size() ||
+      (!sews && task->model->objects[task->object].tube.ringCount() < 8))
     throw std::invalid_argument(options.scene + ": task " + row->name + " needs an object '" + row->object +
-                                "' with a tube of at least 8 rings");
+                                (sews ? "'" : "' with a tube of at least 8 rings"));
   if (row->kind == TaskKind::Suck) rinse(*task);
+  if (sews) takeNeedle(*task);
   return task;
 }
 

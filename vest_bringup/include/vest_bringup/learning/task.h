@@ -14,7 +14,7 @@
 /// Tasks for learning: the Trainer in lockstep with an agent, without ROS and without wall time.
 namespace vest::learning {
 
-enum class TaskKind : std::uint8_t { Reach, GraspLift, Retract, Clip, Cut, Suck, CameraFollow };
+enum class TaskKind : std::uint8_t { Reach, GraspLift, Retract, Clip, Cut, Suck, CameraFollow, PassNeedle };
 
 /// What is asked of one hand; one row of tasks().
 struct TaskRow {
@@ -33,6 +33,21 @@ const std::vector<TaskRow>& tasks();
 /// "reach, grasp_lift, …"
 std::string taskNames();
 
+/// A moment of a motion of the hand.
+struct Waypoint {
+  double t;             ///< s
+  Eigen::Vector3d tip;  ///< m, world
+  double roll, jaw;     ///< rad
+};
+/// The right hand of `pass_needle`: takes the needle from its tray until kNeedleTaken, then drives it through the
+/// pad along its arc. As trajectories/suture_pad.yaml has it.
+const std::vector<Waypoint>& needleMotion();
+/// Between the waypoints along straight lines; before and after them as at their ends.
+Waypoint at(const std::vector<Waypoint>& motion, double t);
+inline constexpr double kNeedleTaken = 5.0;  ///< s
+/// m, world: where that motion pierces the pad, and how far from there the point comes out
+extern const Eigen::Vector3d kNeedleEntry, kNeedleWay;
+
 struct TaskOptions {
   std::string task;
   std::string scene;    ///< scene file
@@ -48,10 +63,11 @@ struct Task {
   TaskOptions options;
   kinematics::TrainerBox box;
   std::shared_ptr<const scene::WorldModel> model;
-  std::size_t object = 0;           ///< the tube
+  std::size_t object = 0;           ///< the tube, or the pad
   double limit = 0;                 ///< s
   std::vector<std::uint8_t> start;  ///< snapshot of the Trainer that an episode begins with; empty: the scene
   double pool = 0;                  ///< m³ that stand in the field then
+  kinematics::JointPositions from{};  ///< of the hand then, where it holds something
 
   /// A Trainer of this task, with its effects.
   simulation::Stage stage(int threads) const;
