@@ -25,7 +25,8 @@ constexpr double kDry = 0.15;                        // of the pool: what may be
 constexpr double kWatched = 2.0;                     // s that the target stays in the middle
 constexpr double kOffAxis = 0.0873, kView = 0.060,
                  kViewBand = 0.015;              // rad (5°), m, m: off the middle, distance
-constexpr double kStitchRange = 0.003;           // m, both ways: where the needle is asked to pierce
+constexpr double kStitchLow = -0.002,
+                 kStitchHigh = 0.004;  // m, in x and in y: where the needle is asked to pierce
 constexpr double kSuckDepth = 0.003;             // m: of the tip below the surface, at most
 const Vector3d kOverview(0.005, -0.035, 0.135);  // m: where the scripts of these scenes hold the endoscope
 constexpr std::string_view kMagic = "VESTENV2";
@@ -217,7 +218,8 @@ void Environment::reset(std::uint64_t seed, float* observation) {
     return low + (high - low) * solver::randomUniform(static_cast<std::uint32_t>(seed), seed >> 32, index++);
   };
   if (task_->row.kind == TaskKind::PassNeedle) {
-    state_.place = arr(kNeedleEntry + Vector3d(uniform(-1, 1) * kStitchRange, uniform(-1, 1) * kStitchRange, 0));
+    state_.place = arr(kNeedleEntry + Vector3d(uniform(kStitchLow, kStitchHigh),
+                                             uniform(kStitchLow, kStitchHigh), 0));
     state_.joints = task_->from;
     state_.distance = left().norm();
     state_.score = score();

@@ -49,6 +49,8 @@ simulation::Stage Task::stage(int threads) const {
   return simulation::makeStage(scene::World(model, threads), with);
 }
 
+const Eigen::Vector3d kNeedleEntry(0.0039, 0.0589, 0.0595), kNeedleWay(-0.0117, -0.0158, 0.0009);
+
 const std::vector<Waypoint>& needleMotion() {
   static const std::vector<Waypoint> rows{
       {0.0, {0.0786, -0.0028, 0.1057}, -2.127, 0.5},   {1.5, {0.0633, 0.0043, 0.0809}, -2.127, 0.5},
