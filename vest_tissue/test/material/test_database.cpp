@@ -41,7 +41,7 @@ TEST(Database, HoldsEveryTissueOfTheIssueInBothConditions) {
   const auto database = material::readDatabase(kDatabase);
   for (const char* name :
        {"fat_soft", "fat_firm", "liver", "spleen", "heart_muscle", "kidney", "uterus", "tube", "ovary",
-        "ligament", "peritoneum", "intestine", "artery", "vein", "skin", "bone"}) {
+        "ligament", "peritoneum", "intestine", "gallbladder", "bile_duct", "artery", "vein", "skin", "bone"}) {
     const auto& tissue = database.at(name);
     for (const auto c : {Condition::InVivo, Condition::PostMortem})
       EXPECT_TRUE(material::isMonotone(tissue.law(c))) << name;
