@@ -1,6 +1,8 @@
 #include <cstdlib>
+#include <numeric>
 
 #include "play.h"
+#include "vest_tissue/scene/loose.h"
 #include "vest_tissue/scene/world_state.h"
 
 // Protects the small scenes of the tissue: each script really shows the interaction that it is named after.
@@ -379,6 +381,58 @@ TEST(SceneCt, TheNeedleGoesThroughFatIntoTheLiver) {
   EXPECT_LT(p.first(EventKind::Punctured, "soft"), 8.0);
   EXPECT_EQ(p.times(EventKind::Punctured, "bone").size(), 0U);
   EXPECT_GT(liver, 0.5) << "N";
+}
+
+/// Length (m) of the line through an object's rings, and its greatest mean radius.
+std::pair<double, double> sizeOf(Play& p, const std::string& name) {
+  const std::size_t i = p.object(name);
+  const auto& rings = p.world().description().objects[i].tube.rings;
+  double length = 0, radius = 0;
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  for (std::size_t r = 0; r < rings.size(); ++r) {
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const auto k : rings[r]) middle += p.world().knotAt(i, k) / static_cast<double>(rings[r].size());
+    if (r > 0) length += (middle - last).norm();
+    last = middle;
+    radius = std::max(radius, p.ringRadius(name, r));
+  }
+  return {length, radius};
+}
+
+// Seven seconds of it, and with VEST_FULL=1 the whole operation.
+TEST(SceneGallbladder, HasTheSizesInPrintAndIsTakenClippedAndFreedFromItsBed) {
+  Play p("gallbladder");
+  const auto [length, radius] = sizeOf(p, "gallbladder");
+  EXPECT_NEAR(length, 0.090, 0.004) << "m: its ends lie beyond its rings";
+  EXPECT_NEAR(2 * radius, 0.035, 0.001) << "m";
+  const auto& mass = p.world().description().objects[p.object("gallbladder")].mass;
+  EXPECT_NEAR(std::accumulate(mass.begin(), mass.end(), 0.0) / 1060.0, 40e-6, 3e-6) << "m³";
+  EXPECT_NEAR(sizeOf(p, "cystic_duct").first, 0.027, 0.0025) << "m: between its rounded ends";
+  EXPECT_NEAR(sizeOf(p, "cystic_duct").second, 0.0014, 0.0001);
+  EXPECT_NEAR(sizeOf(p, "cystic_artery_1").first, 0.027, 0.002);
+  EXPECT_NEAR(sizeOf(p, "cystic_artery_1").second, 0.0006, 0.0001);
+  const bool whole = std::getenv("VEST_FULL") != nullptr;
+  double still = 1;
+  const auto watch = [&](double t, const scene::StepInput&, const scene::StepReport&) {
+    if (at(t, 1.0)) still = p.fastest();
+  };
+  p.run(watch, whole ? 0 : 7.0);
+  EXPECT_LT(still, 0.005) << "m/s: nothing but the pulse before anybody touches it";
+  EXPECT_LT(p.first(EventKind::Grasped, "gallbladder"), 3.0);
+  EXPECT_LT(p.first(EventKind::Clipped, "cystic_duct"), 7.0);
+  if (!whole) return;
+  for (const char* name : {"cystic_duct", "cystic_artery_1"}) {
+    EXPECT_EQ(p.times(EventKind::Clipped, name).size(), 3U) << name;
+    EXPECT_GT(p.first(EventKind::Cut, name), p.times(EventKind::Clipped, name).back()) << name;
+    EXPECT_LT(p.first(EventKind::Separated, name), 35.0) << name;
+  }
+  EXPECT_LT(p.first(EventKind::Separated, "areolar_fold"), 65.0);
+  scene::LooseScratch scratch(p.world());
+  EXPECT_EQ(scene::looseShare(p.world(), p.object("gallbladder"), scratch).all, 1.0)
+      << "nothing but jaws holds it";
+  EXPECT_LT(p.stage.blood->circulation().lost, 2e-6) << "m³: the clips hold";
+  for (const char* name : {"common_duct", "hepatic_artery", "gallbladder"})
+    EXPECT_EQ(p.times(EventKind::Cut, name).size(), 0U) << name;
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ import sys
 import yaml
 
 NEEDED = ['fat_soft', 'fat_firm', 'liver', 'spleen', 'heart_muscle', 'kidney', 'uterus', 'tube', 'ovary', 'ligament',
-          'peritoneum', 'intestine', 'artery', 'vein', 'skin', 'bone']
+          'peritoneum', 'intestine', 'gallbladder', 'bile_duct', 'artery', 'vein', 'skin', 'bone']
 SOURCED = {'value', 'source', 'place', 'quoted', 'strain'}
 ASSUMED = {'value', 'assumed', 'why'}
 

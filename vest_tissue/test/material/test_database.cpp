@@ -39,9 +39,9 @@ std::string written(const std::string& name, const std::string& text) {
 
 TEST(Database, HoldsEveryTissueOfTheIssueInBothConditions) {
   const auto database = material::readDatabase(kDatabase);
-  for (const char* name :
-       {"fat_soft", "fat_firm", "liver", "spleen", "heart_muscle", "kidney", "uterus", "tube", "ovary",
-        "ligament", "peritoneum", "intestine", "artery", "vein", "skin", "bone"}) {
+  for (const char* name : {"fat_soft", "fat_firm", "liver", "spleen", "heart_muscle", "kidney", "uterus",
+                           "tube", "ovary", "ligament", "peritoneum", "intestine", "gallbladder", "bile_duct",
+                           "artery", "vein", "skin", "bone"}) {
     const auto& tissue = database.at(name);
     for (const auto c : {Condition::InVivo, Condition::PostMortem})
       EXPECT_TRUE(material::isMonotone(tissue.law(c))) << name;

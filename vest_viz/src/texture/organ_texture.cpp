@@ -147,6 +147,38 @@ std::vector<Style> makeStyles() {
   s.fat = 0.11f;
   s.relief = 0.0009, s.relief_length = 0.013, s.wet = 0.6f, s.translucence = 0.3f;
   all.push_back(s);
+  s = Style();
+  s.organ = "liver";  // brown red and smooth; a faint pale net under its capsule
+  s.tile = 0.06;
+  s.base = {0.41f, 0.20f, 0.16f}, s.second = {0.31f, 0.13f, 0.11f}, s.mottle = 0.6f;
+  s.artery = {0.58f, 0.30f, 0.25f}, s.vein = s.artery, s.vessel_trees = 0, s.vessel_strength = 0.45f,
+  s.capillaries = 160;
+  s.relief = 0.0002, s.relief_length = 0.007, s.wet = 0.7f, s.translucence = 0.1f;
+  all.push_back(s);
+  s = Style();
+  s.organ = "gallbladder";  // grey green where bile shines through a pale serosa
+  s.tile = 0.06;
+  s.base = {0.34f, 0.43f, 0.39f}, s.second = {0.50f, 0.46f, 0.38f}, s.mottle = 0.6f;
+  s.vessel_trees = 6, s.vessel_width = 0.0006, s.vessel_strength = 0.6f, s.capillaries = 70;
+  s.relief = 0.00015, s.relief_length = 0.007, s.wet = 1.0f, s.translucence = 0.35f;
+  all.push_back(s);
+  s = Style();
+  s.organ = "duct";  // bile duct
+  s.tile = 0.02;
+  s.base = {0.64f, 0.56f, 0.38f}, s.second = {0.52f, 0.47f, 0.33f}, s.mottle = 0.6f;
+  s.vessel_trees = 2, s.vessel_width = 0.0002, s.vessel_strength = 0.6f, s.capillaries = 30;
+  s.relief = 0.0002, s.relief_length = 0.004, s.streak = 2.0f, s.wet = 0.9f, s.translucence = 0.35f;
+  all.push_back(s);
+  s = Style();
+  s.organ = "areolar";  // loose tissue with fat
+  s.tile = 0.04;
+  s.base = {0.82f, 0.56f, 0.47f}, s.second = {0.72f, 0.38f, 0.34f}, s.mottle = 0.6f;
+  s.vessel_trees = 4, s.vessel_width = 0.0004, s.vessel_strength = 0.7f, s.capillaries = 90, s.fat = 0.35f;
+  s.relief = 0.0003, s.relief_length = 0.004, s.streak = 1.5f, s.wet = 0.85f, s.translucence = 0.6f;
+  all.push_back(s);
+  s.organ = "omentum";  // apron of fat
+  s.fat = 0.9f, s.vessel_trees = 8, s.wet = 0.7f, s.relief = 0.0006, s.relief_length = 0.008, s.streak = 1.0f;
+  all.push_back(s);
   // Inside colours, for cut faces and the inner walls of tubes.
   s = Style();
   s.organ = "cut_muscle";  // firm, pale red, fibres and opened vessels
@@ -210,9 +242,9 @@ const Style& styleOf(const std::string& organ) {
 }
 
 const Style& insideOf(const std::string& organ) {
-  if (organ == "ovary" || organ == "artery" || organ == "vein") return styleOf("cut_pale");
-  if (organ == "intestine") return styleOf("cut_mucosa");
-  if (organ == "uterus" || organ == "tube") return styleOf("cut_muscle");
+  if (organ == "ovary" || organ == "artery" || organ == "vein" || organ == "duct") return styleOf("cut_pale");
+  if (organ == "intestine" || organ == "gallbladder") return styleOf("cut_mucosa");
+  if (organ == "uterus" || organ == "tube" || organ == "liver") return styleOf("cut_muscle");
   return styleOf("cut_connective");
 }
 

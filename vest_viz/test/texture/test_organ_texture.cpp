@@ -70,6 +70,12 @@ TEST(OrganTexture, OrgansHaveTheirColours) {
   EXPECT_GT(meanOf(ovary, 1), 1.7 * meanOf(artery, 1));  // whitish against red
   EXPECT_GT(meanOf(artery, 0), 1.3 * meanOf(vein, 0));   // bright against dark
   EXPECT_GT(meanOf(vein, 2), meanOf(vein, 1));           // bluish
+  const Baked gallbladder = bake(styleOf("gallbladder"), 64, 3), liver = bake(styleOf("liver"), 64, 3);
+  EXPECT_GT(meanOf(gallbladder, 1) / meanOf(gallbladder, 0), 0.85);  // bile shines through
+  EXPECT_GT(meanOf(gallbladder, 1), 2 * meanOf(liver, 1));           // pale against brown red
+  EXPECT_GT(meanOf(liver, 0), 2 * meanOf(liver, 2));
+  const Baked omentum = bake(styleOf("omentum"), 64, 3);
+  EXPECT_GT(meanOf(omentum, 1), 1.3 * meanOf(omentum, 2));  // yellow
   for (const char* organ :
        {"uterus", "tube", "ovary", "ligament", "artery", "vein", "intestine", "cavity", "unheard of"}) {
     const Baked b = bake(styleOf(organ), 64, 3);

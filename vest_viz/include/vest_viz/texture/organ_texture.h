@@ -34,8 +34,8 @@ struct Style {
   float translucence = 0.3f;     ///< 0 … 1, how far light bleeds red through edges
 };
 
-/// Style for an organ word of the scene (uterus, tube, ovary, ligament, artery, vein, intestine, cavity); any
-/// other word gets that of a pink serosa.
+/// Style for an organ word of the scene (uterus, tube, ovary, ligament, artery, vein, intestine, cavity,
+/// liver, gallbladder, duct, areolar, omentum); any other word gets that of a pink serosa.
 const Style& styleOf(const std::string& organ);
 /// What a cut through an organ lays open.
 const Style& insideOf(const std::string& organ);
