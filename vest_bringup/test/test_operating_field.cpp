@@ -8,6 +8,7 @@
 #include "vest_bringup/simulation/operating_field.h"
 #include "vest_bringup/simulation/trainer.h"
 #include "vest_instruments/control/pedals.h"
+#include "vest_tissue/scene/world_model.h"
 
 // Protects the operating field in the Trainer: irrigation by pedal reaches tissue as recorded momentum,
 // nothing is lost on its way to pool and suction, coagulation makes smoke, the lens is cleaned in the trocar,
@@ -152,15 +153,18 @@ TEST(OperatingField, ClotsStayInTheSuckerUntilWaterDrivesThemOut) {
 
 TEST(OperatingField, TissueOnTheMouthLeavesTheSideHoles) {
   Theatre t("irrigation_pool");
-  // Down onto the tube: its upper side is at the second object's greatest height below the tip.
+  // Along the shaft onto the middle of the tube, on the side that faces the trocar.
   const scene::World& world = t.trainer.world();
-  Eigen::Vector3d top(0, 0, -1);
-  for (std::size_t k = 0; k < world.knotCount(0); ++k)
-    if (world.knotAt(0, static_cast<std::uint32_t>(k)).z() > top.z())
-      top = world.knotAt(0, static_cast<std::uint32_t>(k));
+  const net::TubeMap& tube = world.model().objects[0].tube;
+  const Eigen::Vector3d pivot = t.tools.tools[kRight].pivot;
+  Eigen::Vector3d side(0, 0, -1);
+  for (const auto knot : tube.knots(tube.ringCount() / 2)) {
+    const Eigen::Vector3d at = world.knotAt(0, knot);
+    if ((at - pivot).norm() < (side - pivot).norm()) side = at;
+  }
   bool held = false;
-  for (int i = 0; i < 400 && !held; ++i) {
-    t.hold(tools::ToolKind::SuctionIrrigator, top + Eigen::Vector3d(0, 0, 0.008 - 2e-5 * i));
+  for (int i = 0; i < 500 && !held; ++i) {
+    t.hold(tools::ToolKind::SuctionIrrigator, side + (0.008 - 2e-5 * i) * (pivot - side).normalized());
     t.run(0.001, 8);
     for (const auto& e : t.report.events) held = held || e.kind == scene::EventKind::Grasped;
   }

@@ -277,7 +277,7 @@ TEST(Surface, ASuckerTakesTheClotAndItBleedsAgain) {
   SurfaceRunoff runoff(s.model);
   stepSurface(s.model, s.inputs, 0.001, s.state, runoff);
   EXPECT_GT(runoff.clots[1], 0.3 * clots) << "what it took goes to the second sucker";
-  EXPECT_LE(runoff.clots[1], clots);
+  EXPECT_LE(runoff.clots[1], 1.001 * clots);
   EXPECT_EQ(runoff.clots[0], 0);
   EXPECT_GT(s.seconds(1), 0.8 * fresh);
 }

@@ -66,7 +66,7 @@ TEST(Jaws, FollowTheHandleExactlyWhereNothingIsBetweenThem) {
 // pull, or when the valve is let up.
 TEST(Sucker, HoldsTissueByItsVacuumUntilItIsPulledOff) {
   test::BarOptions o;
-  o.columns = 25, o.youngs_modulus = 6e3, o.bulk_modulus = 0;
+  o.columns = 25, o.youngs_modulus = 6e4, o.bulk_modulus = 0;
   scene::Description d = test::barScene(o);
   d.gravity.setZero();
   Bench b(d);
