@@ -1,9 +1,11 @@
 #include <cstdlib>
 #include <numeric>
 
+#include "../../vest_tissue/test/suture/knots.h"
 #include "play.h"
 #include "vest_tissue/scene/loose.h"
 #include "vest_tissue/scene/world_state.h"
+#include "vest_tissue/suture/knot_kind.h"
 
 // Protects the small scenes of the tissue: each script really shows the interaction that it is named after.
 
@@ -12,6 +14,8 @@ namespace {
 
 using scene::EventKind;
 using scene::Field;
+
+constexpr double kThrowReplayed = 19.8;  // s: before the throw is drawn off the jaws
 
 TEST(SceneTouch, ThePressDentsTheLiverAndFrictionPullsAgainstTheStroke) {
   Play p("touch_slab");
@@ -182,6 +186,53 @@ TEST(SceneThread, ItsEndIsDrawnUpHandedOverAndLaidDown) {
   EXPECT_GT(with_left, 0.090) << "m";
   EXPECT_LT(highest(), 0.075) << "m: it lies on the pad, whose upper side is at 0.068";
   EXPECT_EQ(threads.size(), 1U) << "in one piece";
+}
+
+TEST(SceneThrow, TwoInstrumentsTieAThrowThatHoldsAPull) {
+  Play p("thread_throw", false);
+  std::vector<scene::ThreadView> threads;
+  const auto& nodes = p.world().description().sutures[0].rod.nodes;
+  suture::KnotScratch scratch(nodes.size());
+  const auto kind = [&] {
+    return suture::kindOf(threads[0].positions.data(), threads[0].positions.size(), scratch);
+  };
+  std::vector<std::uint8_t> snapshot;
+  std::uint64_t hash = 0;
+  double writhe = suture::test::writhe(nodes), jump = 0, drawn = 0, tail = 0;
+  int wrong = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
+    if (at(t, kThrowReplayed)) p.stage.trainer->save(snapshot);
+    if (at(t, kThrowReplayed + 1.0)) hash = p.world().stateHash();
+    if (!at(std::fmod(t + 0.005, 0.01), 0.005)) return;
+    p.world().threads(threads);
+    ASSERT_EQ(threads.size(), 1U) << t << " s: in one piece";
+    const double now = suture::test::writhe(threads[0].positions);
+    jump = std::max(jump, std::fabs(now - writhe));
+    writhe = now;
+    if (t < 16.0) wrong += kind().determinant != 1;
+    if (t > 22.0) wrong += kind().determinant != 3 || kind().signature != -2;
+    if (at(t, 24.0)) drawn = threads[0].tension[20], tail = threads[0].tension[130];
+  });
+  std::printf("drawn with %.2f N and %.2f N; writhe changed by %.2f in 10 ms at most\n", drawn, tail, jump);
+  EXPECT_EQ(wrong, 0) << "none while both lead their ends about, then an overhand knot that holds";
+  EXPECT_LT(jump, 1.0) << "2 where it passes through itself";
+  EXPECT_GT(drawn, 1.0) << "N, between left jaws and throw";
+  EXPECT_GT(tail, 1.0) << "N, between throw and right jaws";
+  EXPECT_EQ(p.times(EventKind::Grasped, "thread").size(), 2U) << "by each hand once";
+  EXPECT_TRUE(p.times(EventKind::Released, "thread").empty());
+  EXPECT_TRUE(p.times(EventKind::Torn, "thread").empty());
+  // The throw leaves the jaws in the same bits with two threads.
+  p.world().setThreads(2);
+  p.stage.trainer->restore(snapshot);
+  Script script(p.box, p.trajectory, handsOf(p.trajectory));
+  scene::StepReport report;
+  for (int k = 1; k <= 1000; ++k) {
+    scene::StepInput input = script.inputAt(static_cast<double>(p.world().steps()) * 0.001);
+    input.step = p.world().steps() + 1;
+    input.dt = 0.001;
+    p.stage.trainer->step(input, report);
+  }
+  EXPECT_EQ(p.world().stateHash(), hash);
 }
 
 TEST(SceneSuture, ANeedleTakesABiteAndDrawsItsThreadThrough) {

@@ -275,16 +275,20 @@ double strengthOf(const ThreadModel& m, const suture::State& s, std::size_t n, s
   return m.strength[n];
 }
 
-/// At most one segment of each thread breaks in a step: that which is pulled furthest beyond its strength.
+/// At most one segment of each thread breaks in a step: that which is pulled furthest beyond its strength. It
+/// has to be so where the step's last part begins, too: passes that did not settle leave tensions of tens of
+/// newtons in a slack thread that whips, gone with the next.
 void breakThreads(Context& c) {
   const ThreadModel& m = c.model.threads;
   suture::State& s = c.state.threads.rod;
+  const suture::State& then = c.scratch.threads->rod.backup;
   for (std::size_t n = 0; n < m.rods->strands.size(); ++n) {
     const suture::Strand& strand = m.rods->strands[n];
     double most = 1.0, force = 0.0;
     std::uint32_t weakest = suture::kNone;
     for (std::uint32_t i = strand.first; i < strand.first + strand.segments; ++i) {
-      const double tension = suture::tensionOf(*m.rods, s, strand, i);
+      const double tension =
+          std::min(suture::tensionOf(*m.rods, s, strand, i), suture::tensionOf(*m.rods, then, strand, i));
       if (i < strand.threadFirst()) {  // the swage
         most = tension / m.rods->needles[strand.needle].swage;
         if (most > 1.0) weakest = i, force = tension;
