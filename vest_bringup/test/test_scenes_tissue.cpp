@@ -417,7 +417,8 @@ TEST(SceneGallbladder, HasTheSizesInPrintAndIsTakenClippedAndFreedFromItsBed) {
     if (at(t, 1.0)) still = p.fastest();
   };
   p.run(watch, whole ? 0 : 7.0);
-  if (!whole) EXPECT_LT(still, 0.001) << "m/s: without the pulse it hangs still before anybody touches it";
+  EXPECT_LT(still, whole ? 0.02 : 0.001)
+      << "m/s: it hangs still before anybody touches it, but for its pulse";
   EXPECT_LT(p.first(EventKind::Grasped, "gallbladder"), 3.0);
   EXPECT_LT(p.first(EventKind::Clipped, "cystic_duct"), 7.0);
   if (!whole) return;
