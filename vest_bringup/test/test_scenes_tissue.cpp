@@ -452,7 +452,8 @@ std::pair<double, double> sizeOf(Play& p, const std::string& name) {
 
 // Seven seconds of it, and with VEST_FULL=1 the whole operation.
 TEST(SceneGallbladder, HasTheSizesInPrintAndIsTakenClippedAndFreedFromItsBed) {
-  Play p("gallbladder");
+  const bool whole = std::getenv("VEST_FULL") != nullptr;
+  Play p("gallbladder", whole);
   const auto [length, radius] = sizeOf(p, "gallbladder");
   EXPECT_NEAR(length, 0.090, 0.004) << "m: its ends lie beyond its rings";
   EXPECT_NEAR(2 * radius, 0.035, 0.001) << "m";
@@ -462,13 +463,13 @@ TEST(SceneGallbladder, HasTheSizesInPrintAndIsTakenClippedAndFreedFromItsBed) {
   EXPECT_NEAR(sizeOf(p, "cystic_duct").second, 0.0014, 0.0001);
   EXPECT_NEAR(sizeOf(p, "cystic_artery_1").first, 0.027, 0.002);
   EXPECT_NEAR(sizeOf(p, "cystic_artery_1").second, 0.0006, 0.0001);
-  const bool whole = std::getenv("VEST_FULL") != nullptr;
   double still = 1;
   const auto watch = [&](double t, const scene::StepInput&, const scene::StepReport&) {
     if (at(t, 1.0)) still = p.fastest();
   };
   p.run(watch, whole ? 0 : 7.0);
-  EXPECT_LT(still, 0.005) << "m/s: nothing but the pulse before anybody touches it";
+  EXPECT_LT(still, whole ? 0.02 : 0.001)
+      << "m/s: it hangs still before anybody touches it, but for its pulse";
   EXPECT_LT(p.first(EventKind::Grasped, "gallbladder"), 3.0);
   EXPECT_LT(p.first(EventKind::Clipped, "cystic_duct"), 7.0);
   if (!whole) return;
