@@ -138,7 +138,8 @@ int main(int argc, char** argv) {
     return vest::tools::startsWell(description) && good ? 0 : 1;
   } catch (const std::exception& error) {
     const std::string& of = scene_path.empty() ? source_path : scene_path;
-    std::fprintf(stderr, "vest_model: %s\n", vest::files::refusal(error.what(), of).c_str());
+    std::fprintf(stderr, "vest_model: %s\n",
+                 of.empty() ? error.what() : vest::files::refusal(error.what(), of).c_str());
     return 1;
   }
 }

@@ -134,21 +134,6 @@ static bool closed(const std::vector<std::uint32_t>& triangles) {
   return !edges.empty();
 }
 
-/// What is seen through is reached through: the picture in which rviz looks what lies under the mouse, where
-/// other materials are black, leaves it out.
-static void letThrough(Ogre::Material* material, bool through) {
-  const char* const kScheme = "Pick";  // rviz/selection/selection_manager.cpp
-  const unsigned short last = static_cast<unsigned short>(material->getNumTechniques() - 1);
-  const bool is = material->getTechnique(last)->getSchemeName() == kScheme;
-  if (is == through) return;
-  if (is) return material->removeTechnique(last);
-  Ogre::Technique* const technique = material->createTechnique();
-  technique->setSchemeName(kScheme);
-  Ogre::Pass* const pass = technique->createPass();
-  pass->setColourWriteEnabled(false);
-  pass->setDepthWriteEnabled(false);
-}
-
 void TissueVisual::prepare(const Ogre::MaterialPtr& material, bool cull) {
   if (warning_.empty()) warning_ = unsupported(material);
   Ogre::Pass* pass = material->getTechnique(0)->getPass(0);
@@ -161,7 +146,7 @@ void TissueVisual::prepare(const Ogre::MaterialPtr& material, bool cull) {
     pass->getVertexProgramParameters()->setNamedConstant("slice", slice_);
   pass->setSceneBlending(alpha_ < 0.999f ? Ogre::SBT_TRANSPARENT_ALPHA : Ogre::SBT_REPLACE);
   pass->setDepthWriteEnabled(alpha_ >= 0.999f);
-  letThrough(material.get(), alpha_ < 0.999f);
+  letMouseThrough(material, alpha_ < 0.999f);
 }
 
 void TissueVisual::rebuildAll(const mesh::Store& store) {
