@@ -1,7 +1,5 @@
 #include "vest_tissue/ros/drawn_scene.h"
 
-#include <ros/time.h>
-
 #include "vest_tissue/fem/description.h"
 
 namespace vest::ros_shell {
@@ -9,7 +7,6 @@ namespace vest::ros_shell {
 vest_msgs::TissueTopology topologyOf(const scene::Description& scene) {
   vest_msgs::TissueTopology topology;
   topology.header.frame_id = "world";
-  topology.header.stamp = ros::Time::now();
   topology.revision = 1;
   topology.scene = scene.name;
   topology.scene_hash = scene.hash;

@@ -102,6 +102,7 @@ class ModelNode {
 
   void publish() {
     vest_msgs::TissueTopology topology = vest::ros_shell::topologyOf(session_.scene());
+    topology.header.stamp = ros::Time::now();
     topology.revision = ++revision_;
     topology_.publish(topology);
     state_.publish(vest::ros_shell::stateOf(session_.scene(), topology));

@@ -70,7 +70,9 @@ Vector3d endoscopeTip(double insertion) {
 }
 
 vest_msgs::TissueTopology topologyOf(const vest::scene::Description& scene) {
-  return ros_shell::topologyOf(scene);
+  vest_msgs::TissueTopology topology = ros_shell::topologyOf(scene);
+  topology.header.stamp = ros::Time::now();
+  return topology;
 }
 
 vest_msgs::TissueTopology chessboard(int columns, int rows, double square) {
