@@ -10,6 +10,7 @@
 #include "../loader/loader_sutures.h"
 #include "vest_tissue/files/yaml_reader.h"
 #include "vest_tissue/material/database.h"
+#include "vest_tissue/modelling/fields.h"
 
 namespace vest::modelling {
 namespace {
@@ -17,10 +18,21 @@ namespace {
 using scene::yaml::Map;
 using scene::yaml::Value;
 
-constexpr double kMetres = 10.0;  // nothing in a body scene is larger
 const std::vector<std::string> kLinkWords = {"ring2", "strut", "long2", "cross", "leaf"};
 const std::vector<LinkClass> kLinkClasses = {LinkClass::Ring2, LinkClass::Strut, LinkClass::Long2,
                                              LinkClass::Cross, LinkClass::Leaf};
+
+/// A number in the range that its field has.
+double within(const Value& value, const char* path) {
+  const Field& field = *fieldOf(path);
+  if (field.kind == Field::Kind::Positive) return value.positive();
+  return value.number(field.least, field.most);
+}
+
+std::uint32_t countWithin(const Value& value, const char* path) {
+  const Field& field = *fieldOf(path);
+  return value.integer(static_cast<std::uint32_t>(field.least), static_cast<std::uint32_t>(field.most));
+}
 
 std::vector<Vector3> points(const Value& value) {
   std::vector<Vector3> result;
@@ -54,8 +66,9 @@ TubeSpec tubeOf(const Value& value) {
   for (const Value& item : map["sections"].list()) {
     Map section(item);
     Section result;
-    result.at = section["at"].number(0, 1);
-    for (const Value& radius : section["radii"].list()) result.radii.push_back(radius.number(1e-5, kMetres));
+    result.at = within(section["at"], "tube/sections/*/at");
+    for (const Value& radius : section["radii"].list())
+      result.radii.push_back(within(radius, "tube/sections/*/radii/*"));
     if (result.radii.empty() || result.radii.size() == 3)
       item.fail("radii: 1 (circle), 2 (ellipse) or at least 4");
     if (!spec.sections.empty() && !(result.at > spec.sections.back().at)) item.fail("sections must ascend");
@@ -63,15 +76,15 @@ TubeSpec tubeOf(const Value& value) {
     spec.sections.push_back(std::move(result));
   }
   if (map.has("reference")) spec.reference = map["reference"].vector3();
-  spec.rings = map["rings"].integer(3, 1000);
-  spec.around = map["around"].integer(4, 200);
+  spec.rings = countWithin(map["rings"], "tube/rings");
+  spec.around = countWithin(map["around"], "tube/around");
   if (map.has("start")) spec.start = endOf(map["start"]);
   if (map.has("end")) spec.end = endOf(map["end"]);
-  if (map.has("start_dome")) spec.start_dome = map["start_dome"].number(0, kMetres);
-  if (map.has("end_dome")) spec.end_dome = map["end_dome"].number(0, kMetres);
-  if (map.has("start_mouth")) spec.start_mouth = map["start_mouth"].number(0, kMetres);
-  if (map.has("end_mouth")) spec.end_mouth = map["end_mouth"].number(0, kMetres);
-  if (map.has("wall_thickness")) spec.wall_thickness = map["wall_thickness"].number(0, kMetres);
+  if (map.has("start_dome")) spec.start_dome = within(map["start_dome"], "tube/start_dome");
+  if (map.has("end_dome")) spec.end_dome = within(map["end_dome"], "tube/end_dome");
+  if (map.has("start_mouth")) spec.start_mouth = within(map["start_mouth"], "tube/start_mouth");
+  if (map.has("end_mouth")) spec.end_mouth = within(map["end_mouth"], "tube/end_mouth");
+  if (map.has("wall_thickness")) spec.wall_thickness = within(map["wall_thickness"], "tube/wall_thickness");
   if (map.has("density")) {
     for (const Value& item : map["density"].list()) {
       const auto pair = item.list();
@@ -91,9 +104,9 @@ SheetSpec sheetOf(const Value& value) {
   Map map(value);
   SheetSpec spec;
   for (const Value& item : map["curves"].list()) spec.curves.push_back(points(item));
-  spec.stations = map["stations"].integer(3, 1000);
-  spec.height_knots = map["height_knots"].integer(3, 100);
-  spec.thickness = map["thickness"].positive();
+  spec.stations = countWithin(map["stations"], "sheet/stations");
+  spec.height_knots = countWithin(map["height_knots"], "sheet/height_knots");
+  spec.thickness = within(map["thickness"], "sheet/thickness");
   map.finish();
   return spec;
 }
@@ -108,12 +121,13 @@ RevolveSpec revolveOf(const Value& value) {
   for (const Value& item : map["profile"].list()) {
     const auto pair = item.list();
     if (pair.size() != 2) item.fail("must be [height, radius]");
-    spec.profile.push_back({pair[0].number(-kMetres, kMetres), pair[1].number(0, kMetres)});
+    spec.profile.push_back({within(pair[0], "revolve/profile/*/0"), within(pair[1], "revolve/profile/*/1")});
   }
   if (spec.profile.size() < 2) map["profile"].fail("must be two or more of [height, radius]");
-  spec.rings = map["rings"].integer(3, 1000);
-  spec.around = map["around"].integer(4, 200);
-  if (map.has("wall_thickness")) spec.wall_thickness = map["wall_thickness"].number(0, kMetres);
+  spec.rings = countWithin(map["rings"], "revolve/rings");
+  spec.around = countWithin(map["around"], "revolve/around");
+  if (map.has("wall_thickness"))
+    spec.wall_thickness = within(map["wall_thickness"], "revolve/wall_thickness");
   map.finish();
   return spec;
 }
@@ -130,8 +144,8 @@ void readLayers(Map& map, ObjectSource& object) {
     Map layer(item);
     Layer result;
     result.material = layer["material"].name();
-    result.thickness = layer["thickness"].number(1e-5, 1.0);
-    if (layer.has("elements")) result.elements = layer["elements"].integer(1, 32);
+    result.thickness = within(layer["thickness"], "layers/*/thickness");
+    if (layer.has("elements")) result.elements = countWithin(layer["elements"], "layers/*/elements");
     layer.finish();
     elements += result.elements;
     object.layers.push_back(result);
@@ -145,7 +159,7 @@ TreeSpec treeOf(const Value& value) {
   spec.root = map["root"].vector3();
   spec.direction = map["direction"].vector3();
   spec.plane = map["plane"].vector3();
-  spec.radius = map["radius"].number(1e-4, 0.02);
+  spec.radius = within(map["radius"], "tree/radius");
   spec.axiom = map["axiom"].string();
   const auto letters = [](const Value& word) {
     const std::string signs = word.string();
@@ -165,15 +179,15 @@ TreeSpec treeOf(const Value& value) {
     }
     productions.finish();
   }
-  if (map.has("steps")) spec.steps = map["steps"].integer(0, 12);
-  if (map.has("seed")) spec.seed = map["seed"].integer(0, 4294967295u);
-  if (map.has("length")) spec.length = map["length"].number(2, 100);
-  if (map.has("turn")) spec.turn = map["turn"].number(-360, 360) * 3.14159265358979323846 / 180;
-  if (map.has("scatter")) spec.scatter = map["scatter"].number(0, 0.5);
-  if (map.has("least")) spec.least = map["least"].number(5e-5, 0.02);
-  if (map.has("around")) spec.around = map["around"].integer(4, 24);
+  if (map.has("steps")) spec.steps = countWithin(map["steps"], "tree/steps");
+  if (map.has("seed")) spec.seed = countWithin(map["seed"], "tree/seed");
+  if (map.has("length")) spec.length = within(map["length"], "tree/length");
+  if (map.has("turn")) spec.turn = within(map["turn"], "tree/turn") * 3.14159265358979323846 / 180;
+  if (map.has("scatter")) spec.scatter = within(map["scatter"], "tree/scatter");
+  if (map.has("least")) spec.least = within(map["least"], "tree/least");
+  if (map.has("around")) spec.around = countWithin(map["around"], "tree/around");
   if (map.has("supply")) spec.supply = map["supply"].name();
-  if (map.has("flow")) spec.flow = map["flow"].number(1e-12, 1e-3);
+  if (map.has("flow")) spec.flow = within(map["flow"], "tree/flow");
   map.finish();
   return spec;
 }
@@ -289,7 +303,7 @@ void readRules(Map& map, ObjectSource& object) {
       fix.line = item.line();
       if (rule.has("rings")) fix.rings = ringsOf(rule["rings"]);
       if (rule.has("outside")) fix.outside = rule["outside"].name();
-      if (rule.has("margin")) fix.margin = rule["margin"].number(-kMetres, kMetres);
+      if (rule.has("margin")) fix.margin = within(rule["margin"], "fixed/*/margin");
       if (!fix.rings && fix.outside.empty()) item.fail("must have rings or outside");
       rule.finish();
       object.fixed.push_back(fix);
@@ -299,7 +313,7 @@ void readRules(Map& map, ObjectSource& object) {
     object.tethers.clear();
     for (const Value& item : map["tethers"].list()) {
       Map rule(item);
-      object.tethers.push_back({ringsOf(rule["rings"]), rule["stiffness"].positive()});
+      object.tethers.push_back({ringsOf(rule["rings"]), within(rule["stiffness"], "tethers/*/stiffness")});
       rule.finish();
     }
   }
@@ -311,9 +325,9 @@ void readRules(Map& map, ObjectSource& object) {
       connect.line = item.line();
       connect.to = rule["to"].name();
       connect.rings = ringsOf(rule["rings"]);
-      if (rule.has("per_ring")) connect.per_ring = rule["per_ring"].integer(1, 100);
-      connect.within = rule["within"].positive();
-      connect.stiffness = rule["stiffness"].positive();
+      if (rule.has("per_ring")) connect.per_ring = countWithin(rule["per_ring"], "connect/*/per_ring");
+      connect.within = within(rule["within"], "connect/*/within");
+      connect.stiffness = within(rule["stiffness"], "connect/*/stiffness");
       rule.finish();
       object.connections.push_back(connect);
     }
@@ -323,7 +337,7 @@ void readRules(Map& map, ObjectSource& object) {
     for (const Value& item : map["lay"].list()) {
       Map rule(item);
       object.lay.push_back(
-          {rule["on"].name(), ringsOf(rule["rings"]), rule["gap"].number(-kMetres, kMetres), item.line()});
+          {rule["on"].name(), ringsOf(rule["rings"]), within(rule["gap"], "lay/*/gap"), item.line()});
       rule.finish();
     }
   }
@@ -331,7 +345,7 @@ void readRules(Map& map, ObjectSource& object) {
     object.clear.clear();
     for (const Value& item : map["clear"].list()) {
       Map rule(item);
-      object.clear.push_back({rule["of"].name(), rule["gap"].number(0, kMetres), item.line()});
+      object.clear.push_back({rule["of"].name(), within(rule["gap"], "clear/*/gap"), item.line()});
       rule.finish();
     }
   }
@@ -403,7 +417,7 @@ void readObject(const Value& value, SceneSource& source) {
       bump.finish();
     }
   }
-  if (!object.rigid && map.has("springs")) object.springs = map["springs"].integer(1, 1000000);
+  if (!object.rigid && map.has("springs")) object.springs = countWithin(map["springs"], "springs");
   if (map.has("fillers")) {
     object.fillers.clear();
     for (const Value& item : map["fillers"].list()) {
@@ -417,27 +431,27 @@ void readObject(const Value& value, SceneSource& source) {
   }
   if (map.has("skin")) {
     Map skin(map["skin"]);
-    object.skin_along = skin["along"].integer(1, 16);
-    object.skin_around = skin["around"].integer(1, 16);
-    if (skin.has("petals")) object.petals = skin["petals"].integer(0, 64);
-    if (skin.has("petal_depth")) object.petal_depth = skin["petal_depth"].number(0, 1);
+    object.skin_along = countWithin(skin["along"], "skin/along");
+    object.skin_around = countWithin(skin["around"], "skin/around");
+    if (skin.has("petals")) object.petals = countWithin(skin["petals"], "skin/petals");
+    if (skin.has("petal_depth")) object.petal_depth = within(skin["petal_depth"], "skin/petal_depth");
     skin.finish();
   }
-  const auto number = [&](const char* key, double& target, double least, double most) {
-    if (map.has(key)) target = map[key].number(least, most);
+  const auto number = [&](const char* key, double& target) {
+    if (map.has(key)) target = within(map[key], key);
   };
-  number("fill", object.fill, 0.01, 1);
-  number("stiffness_factor", object.stiffness_factor, 1e-4, 1e4);
-  number("damping_ratio", object.damping_ratio, 0, 2);
-  number("damping_rate", object.damping_rate, 0, 1000);
-  number("support", object.support, 0, 1000);
-  number("bulk_modulus", object.bulk_modulus, 0, 1e9);
-  number("friction", object.friction, 0, 2);
-  number("contact_thickness", object.contact_thickness, 0, 0.1);
-  number("cut_toughness", object.cut_toughness, 0, 1e6);
-  number("puncture_force", object.puncture_force, 0, 1e3);
-  number("tear_strain", object.tear_strain, 0, 1e3);
-  number("inner_wall", object.inner_wall, 0, 0.1);
+  number("fill", object.fill);
+  number("stiffness_factor", object.stiffness_factor);
+  number("damping_ratio", object.damping_ratio);
+  number("damping_rate", object.damping_rate);
+  number("support", object.support);
+  number("bulk_modulus", object.bulk_modulus);
+  number("friction", object.friction);
+  number("contact_thickness", object.contact_thickness);
+  number("cut_toughness", object.cut_toughness);
+  number("puncture_force", object.puncture_force);
+  number("tear_strain", object.tear_strain);
+  number("inner_wall", object.inner_wall);
   if (map.has("motility")) object.motility = scene::readMotility(map["motility"]);
   if (map.has("vessel_segment")) object.vessel_segment = map["vessel_segment"].name();
   if (tree && !object.vessel_segment.empty())
@@ -497,6 +511,12 @@ void include(const Value& value, SceneSource& source) {
 }
 
 }  // namespace
+
+SceneSource readAlone(const std::string& text) {
+  SceneSource source;
+  readObject(scene::yaml::parse("object", text), source);
+  return source;
+}
 
 SceneSource readSource(const std::string& path) {
   return readSource(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));

@@ -11,14 +11,16 @@
 #include <vest_msgs/EditModel.h>
 #include <vest_msgs/LoadScene.h>
 #include <vest_msgs/ModelEdit.h>
+#include <vest_msgs/StringStamped.h>
 
 #include "vest_instruments/files/read.h"
 #include "vest_instruments/ros/node_help.h"
 #include "vest_tissue/files/yaml_reader.h"
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/modelling/session.h"
-#include "vest_tissue/ros/conversions.h"
+#include "vest_tissue/ros/drawn_scene.h"
 #include "vest_tissue/ros/parameters.h"
+#include "vest_tissue/scene/world.h"
 
 namespace {
 
@@ -47,9 +49,18 @@ class Trials {
   std::string path_;
 };
 
+/// The file that a drawing begins with: its own, else another one; empty: neither is there.
+std::string beginOf(const std::string& source, const std::string& start) {
+  if (source.empty()) throw std::invalid_argument("~source: must be the file of a source");
+  if (fs::exists(source)) return source;
+  if (start.empty()) return {};
+  if (!fs::exists(start)) throw std::invalid_argument("~start: " + start + ": there is no such file");
+  return start;
+}
+
 /// What is there, or a hollow without organs.
-std::string startOf(const std::string& source) {
-  if (fs::exists(source)) return vest::scene::yaml::readFile(source, vest::scene::yaml::kMaxBytes);
+std::string startOf(const std::string& begin, const std::string& source) {
+  if (!begin.empty()) return vest::scene::yaml::readFile(begin, vest::scene::yaml::kMaxBytes);
   const std::string folder = fs::absolute(source).parent_path().filename().string();
   return "vest_source: 1\nname: " + (folder.empty() ? "drawn" : folder) +
          "\nobjects: []\ninclude:\n  - {part: hollow}\n";
@@ -59,13 +70,18 @@ class ModelNode {
  public:
   ModelNode()
       : source_(vest::ros_shell::stringParameter(ros::NodeHandle("~"), "source", "")),
-        session_((source_.empty() ? throw std::invalid_argument("~source: must be the file of a source")
-                                  : source_),
-                 startOf(source_), vest::modelling::readMaterials(vest::material::databasePath())) {
+        begin_(beginOf(source_, vest::ros_shell::stringParameter(ros::NodeHandle("~"), "start", ""))),
+        // Parts lie beside the file that it begins with; the name is that of the file that is saved.
+        session_(begin_.empty() || begin_ == source_
+                     ? source_
+                     : (fs::absolute(begin_).parent_path() / fs::path(source_).filename()).string(),
+                 startOf(begin_, source_), vest::modelling::readMaterials(vest::material::databasePath())) {
     edits_ = handle_.advertise<vest_msgs::ModelEdit>(
         "model/edits", 1000, [this](const ros::SingleSubscriberPublisher& to) { tellAll(to); });
     topology_ = handle_.advertise<vest_msgs::TissueTopology>("model/topology", 2, true);
     state_ = handle_.advertise<vest_msgs::TissueState>("model/state", 2, true);
+    text_ = handle_.advertise<vest_msgs::StringStamped>("model/source", 2, true);
+    refused_ = handle_.advertise<vest_msgs::StringStamped>("model/refused", 20);
     service_ = handle_.advertiseService("model/edit", &ModelNode::onEdit, this);
     publish();
   }
@@ -86,19 +102,19 @@ class ModelNode {
   }
 
   void publish() {
-    vest::scene::World world(session_.scene());
-    vest_msgs::TissueTopology topology;
-    vest::ros_shell::toMsg(world, topology);
+    vest_msgs::TissueTopology topology = vest::ros_shell::topologyOf(session_.scene());
     topology.header.stamp = ros::Time::now();
     topology.revision = ++revision_;
-    vest::scene::StateFrame frame;
-    vest::scene::readState(world, false, frame);
-    vest_msgs::TissueState state;
-    vest::ros_shell::toMsg(frame, state);
-    state.header.stamp = topology.header.stamp;
-    state.revision = revision_;
     topology_.publish(topology);
-    state_.publish(state);
+    state_.publish(vest::ros_shell::stateOf(session_.scene(), topology));
+    text_.publish(stamped(session_.text()));
+  }
+
+  static vest_msgs::StringStamped stamped(const std::string& text) {
+    vest_msgs::StringStamped msg;
+    msg.header.stamp = ros::Time::now();
+    msg.string = text;
+    return msg;
   }
 
   bool onEdit(vest_msgs::EditModel::Request& req, vest_msgs::EditModel::Response& res) {
@@ -128,6 +144,7 @@ class ModelNode {
     } catch (const std::exception& error) {
       res.success = false;
       res.message = vest::files::shown(error.what(), 4000);
+      refused_.publish(stamped(res.message));
     }
     res.seq = static_cast<std::uint32_t>(session_.log().back().seq);
     res.hash = session_.hash();
@@ -143,11 +160,11 @@ class ModelNode {
   }
 
   ros::NodeHandle handle_;
-  std::string source_;
+  std::string source_, begin_;
   Trials trials_;
   Session session_;
   std::uint32_t revision_ = 0;
-  ros::Publisher edits_, topology_, state_;
+  ros::Publisher edits_, topology_, state_, text_, refused_;
   ros::ServiceServer service_;
 };
 
@@ -156,8 +173,8 @@ class ModelNode {
 int main(int argc, char** argv) {
   return vest::ros_shell::runNode(
       argc, argv, "model",
-      "usage: rosrun vest_tissue model_node _source:=FILE\n"
+      "usage: rosrun vest_tissue model_node _source:=FILE [_start:=FILE]\n"
       "Draws organs: edits a source by the service model/edit, publishes what it bakes to under model/.\n"
-      "A file that is not there begins as an empty hollow. Operations: docs/modelling.md.",
+      "A file that is not there begins as ~start, or as an empty hollow. Operations: docs/modelling.md.",
       [] { return std::make_unique<ModelNode>(); });
 }

@@ -9,6 +9,7 @@
 
 #include "check_table.h"
 #include "edit_source.h"
+#include "library_commands.h"
 #include "settle.h"
 #include "vest_instruments/files/refusal.h"
 #include "vest_tissue/modelling/bake.h"
@@ -54,6 +55,22 @@ int main(int argc, char** argv) {
   propose->add_option("--within", within, "m, from its knots to another object's surface")
       ->capture_default_str();
 
+  std::string kind, name, as;
+  std::vector<double> by;
+  CLI::App* list = app.add_subcommand("list", "what VEST ships: parts, scenes, materials, tables, textures");
+  CLI::App* show = app.add_subcommand("show", "one entry of it: where it is from, its licence, its objects");
+  for (CLI::App* command : {list, show})
+    command->add_option("--kind", kind, "part, scene, material, table or texture")
+        ->check(CLI::IsMember({"part", "scene", "material", "table", "texture"}));
+  show->add_option("NAME", name)->required();
+  CLI::App* add = app.add_subcommand("add", "puts a part of the library into a source (docs/modelling.md)");
+  add->add_option("SOURCE", source_path, "source.yaml")->required();
+  add->add_option("NAME", name, "of the part")->required();
+  add->add_option("--as", as, "name of its object (default: that of the part)");
+  add->add_option("--by", by, "m, x y z: so far from where the part says")->expected(3);
+  add->add_option("-o,--output", directory, "folder to write to (default: that of the source)");
+  add->add_option("--materials", materials_path, "material database")->capture_default_str();
+
   std::string scene_path;
   double seconds = 30.0;
   int threads = 1;
@@ -81,6 +98,14 @@ int main(int argc, char** argv) {
       if (!beside) copyParts(source, path.parent_path(), directory);
       scene_path = directory + "/" + source.name + ".yaml";
     }
+    if (list->parsed()) {
+      vest::tools::printLibrary(vest::modelling::readLibrary(), kind);
+      return 0;
+    }
+    if (show->parsed()) {
+      vest::tools::printEntry(vest::modelling::find(vest::modelling::readLibrary(), name, kind));
+      return 0;
+    }
     if (propose->parsed()) {
       vest::tools::printProposals(source_path, object, within,
                                   vest::modelling::readMaterials(materials_path));
@@ -91,8 +116,15 @@ int main(int argc, char** argv) {
       scene_path = vest::tools::editSource(source_path, script_path, directory,
                                            vest::modelling::readMaterials(materials_path));
     }
+    if (add->parsed()) {
+      if (directory.empty()) directory = fs::absolute(source_path).parent_path().string();
+      const auto library = vest::modelling::readLibrary();
+      scene_path = vest::tools::addPart(source_path, vest::modelling::find(library, name, "part"), as, by,
+                                        directory, vest::modelling::readMaterials(materials_path));
+    }
     auto description = vest::scene::loadScene(scene_path);
-    if (edit->parsed()) std::printf("%s: scene %s\n", scene_path.c_str(), description.hash.c_str());
+    if (edit->parsed() || add->parsed())
+      std::printf("%s: scene %s\n", scene_path.c_str(), description.hash.c_str());
     if (settle->parsed()) {
       for (auto& object : description.objects) object.position = object.rest_position;
       vest::tools::settle(description, seconds, threads, true);
@@ -106,7 +138,8 @@ int main(int argc, char** argv) {
     return vest::tools::startsWell(description) && good ? 0 : 1;
   } catch (const std::exception& error) {
     const std::string& of = scene_path.empty() ? source_path : scene_path;
-    std::fprintf(stderr, "vest_model: %s\n", vest::files::refusal(error.what(), of).c_str());
+    std::fprintf(stderr, "vest_model: %s\n",
+                 of.empty() ? error.what() : vest::files::refusal(error.what(), of).c_str());
     return 1;
   }
 }

@@ -8,6 +8,7 @@
 
 #include "nets.h"
 #include "vest_tissue/ros/conversions.h"
+#include "vest_tissue/ros/drawn_scene.h"
 #include "vest_tissue/ros/nearest_stamp.h"
 
 // Protects what recordings and viewers rely on: nothing is lost or turned on the way into messages and back.
@@ -244,6 +245,28 @@ TEST(Conversions, TheTopologyHoldsEveryObjectWithItsKnotsInSceneOrder) {
     EXPECT_EQ(o.ring_start.back(), o.ring_knots.size());
     EXPECT_NE(o.segmentation_label, 0) << "0 is the background";
   }
+}
+
+TEST(Conversions, ADrawnSceneIsToldAsItsWorldTellsItBeforeTheFirstStep) {
+  const scene::Description d = twoObjects();
+  const scene::World world(d);
+  vest_msgs::TissueTopology told;
+  toMsg(world, told);
+  const vest_msgs::TissueTopology drawn = topologyOf(d);
+  EXPECT_EQ(drawn.scene_hash, told.scene_hash);
+  ASSERT_EQ(drawn.objects.size(), told.objects.size());
+  for (std::size_t i = 0; i < told.objects.size(); ++i) {
+    vest_msgs::TissueObject o = told.objects[i];
+    o.revision = drawn.objects[i].revision;
+    o.ring_start.clear(), o.ring_knots.clear(), o.centre_line_station.clear();
+    o.vessel_segment = drawn.objects[i].vessel_segment;
+    EXPECT_EQ(drawn.objects[i], o) << o.name;
+  }
+  scene::StateFrame frame;
+  scene::readState(world, false, frame);
+  vest_msgs::TissueState state;
+  toMsg(frame, state);
+  EXPECT_EQ(stateOf(d, drawn).positions, state.positions);
 }
 
 TEST(Conversions, FieldsAreScaledToBytesWithoutWrapping) {

@@ -214,4 +214,17 @@ std::string unsupported(const Ogre::MaterialPtr& material) {
   return why.empty() ? material->getName() + ": this machine cannot run its shaders, it is drawn plain" : why;
 }
 
+void letMouseThrough(const Ogre::MaterialPtr& material, bool through) {
+  const char* const kScheme = "Pick";  // rviz/selection/selection_manager.cpp
+  const unsigned short last = static_cast<unsigned short>(material->getNumTechniques() - 1);
+  const bool is = material->getTechnique(last)->getSchemeName() == kScheme;
+  if (is == through) return;
+  if (is) return material->removeTechnique(last);
+  Ogre::Technique* const technique = material->createTechnique();
+  technique->setSchemeName(kScheme);
+  Ogre::Pass* const pass = technique->createPass();
+  pass->setColourWriteEnabled(false);
+  pass->setDepthWriteEnabled(false);
+}
+
 }  // namespace vest::displays

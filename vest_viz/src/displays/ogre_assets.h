@@ -35,5 +35,8 @@ Ogre::MaterialPtr cloneMaterial(const std::string& name);
 Ogre::TexturePtr cloudTexture();
 /// Empty, or why this machine cannot show the shaded technique.
 std::string unsupported(const Ogre::MaterialPtr& material);
+/// What is seen through is reached through: the picture in which rviz looks what lies under the mouse, where
+/// other materials are black, leaves it out.
+void letMouseThrough(const Ogre::MaterialPtr& material, bool through);
 
 }  // namespace vest::displays

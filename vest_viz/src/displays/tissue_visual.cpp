@@ -146,6 +146,7 @@ void TissueVisual::prepare(const Ogre::MaterialPtr& material, bool cull) {
     pass->getVertexProgramParameters()->setNamedConstant("slice", slice_);
   pass->setSceneBlending(alpha_ < 0.999f ? Ogre::SBT_TRANSPARENT_ALPHA : Ogre::SBT_REPLACE);
   pass->setDepthWriteEnabled(alpha_ >= 0.999f);
+  letMouseThrough(material, alpha_ < 0.999f);
 }
 
 void TissueVisual::rebuildAll(const mesh::Store& store) {

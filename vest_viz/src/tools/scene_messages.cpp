@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "vest_instruments/kinematics/arm.h"
-#include "vest_tissue/fem/description.h"
+#include "vest_tissue/ros/drawn_scene.h"
 
 namespace vest::tools {
 namespace {
@@ -70,42 +70,8 @@ Vector3d endoscopeTip(double insertion) {
 }
 
 vest_msgs::TissueTopology topologyOf(const vest::scene::Description& scene) {
-  vest_msgs::TissueTopology topology;
-  topology.header.frame_id = "world";
+  vest_msgs::TissueTopology topology = ros_shell::topologyOf(scene);
   topology.header.stamp = ros::Time::now();
-  topology.revision = 1;
-  topology.scene = scene.name;
-  topology.scene_hash = scene.hash;
-  for (const vest::scene::Object& o : scene.objects) {
-    vest_msgs::TissueObject m;
-    m.name = o.name;
-    m.id = static_cast<std::uint16_t>(topology.objects.size());
-    m.organ = o.organ;
-    m.material = o.material;
-    m.model = static_cast<std::uint8_t>(o.model);
-    m.knot_count = static_cast<std::uint32_t>(o.rest_position.size());
-    for (const Vector3d& p : o.rest_position)
-      for (int k = 0; k < 3; ++k) m.rest_position.push_back(static_cast<float>(p[k]));
-    m.knot_fixed = o.fixed;
-    for (const vest::scene::Link& link : o.links) {
-      m.link_knots.insert(m.link_knots.end(), {link.knot0, link.knot1});
-      m.link_kind.push_back(static_cast<std::uint8_t>(link.kind));
-      m.link_alive.push_back(1);
-    }
-    for (const auto& t : o.skin.triangles) m.triangles.insert(m.triangles.end(), t.begin(), t.end());
-    m.triangle_layer = o.skin.layer;
-    for (const auto& uv : o.skin.texture_coordinates)
-      m.texture_coordinates.insert(m.texture_coordinates.end(), uv.begin(), uv.end());
-    m.binding_start = o.skin.binding_start;
-    m.binding_knots = o.skin.binding_knots;
-    m.binding_weights = o.skin.binding_weights;
-    if (o.fem) {
-      for (const auto& corner : o.fem->tetrahedra)
-        m.tetrahedra.insert(m.tetrahedra.end(), corner.begin(), corner.end());
-      m.tetrahedron_material = o.fem->cell_material;
-    }
-    topology.objects.push_back(std::move(m));
-  }
   return topology;
 }
 

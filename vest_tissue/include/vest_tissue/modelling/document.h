@@ -24,6 +24,8 @@ class Document {
 
   const std::string& text() const { return text_; }
   bool has(const std::string& path) const;
+  struct Node;
+  const Node& root() const { return root_; }  ///< a mapping
   /// The bytes of a value; a block is given its margin, so that they are YAML by themselves.
   /// @throws std::invalid_argument: the path, and what is there instead
   std::string bytes(const std::string& path) const;

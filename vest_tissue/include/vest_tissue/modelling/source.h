@@ -130,6 +130,9 @@ struct SceneSource {
 SceneSource readSource(const std::string& path);
 /// The same of a text that stands, or shall stand, at a path.
 SceneSource readSource(const std::string& path, const std::string& text);
+/// One object alone, such as Document::bytes() gives it, without what it refers to; a tree with its branches.
+/// @throws std::invalid_argument, also where it is the mirror of another one
+SceneSource readAlone(const std::string& text);
 
 /// data/materials.yaml. @throws std::invalid_argument
 std::map<std::string, MaterialEntry> readMaterials(const std::string& path);

@@ -1,0 +1,219 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <set>
+
+#include <Eigen/Geometry>
+
+#include "vest_tissue/files/yaml_reader.h"
+#include "vest_tissue/modelling/fields.h"
+#include "vest_tissue/modelling/handles.h"
+#include "vest_tissue/modelling/library.h"
+#include "vest_tissue/modelling/session.h"
+
+// Protects what a person edits with: a handle writes back the place where it was dropped, a field knows the
+// range by which the reader refuses, and what the library has says where it is from and bakes.
+
+using namespace vest::modelling;
+
+namespace {
+
+namespace fs = std::filesystem;
+const std::string kPackage = VEST_TISSUE_SOURCE_DIR;
+const std::string kEmpty = "vest_source: 1\nname: drawn\nobjects: []\ninclude:\n  - {part: hollow}\n";
+
+std::map<std::string, MaterialEntry> materials() {
+  static const auto all = readMaterials(kPackage + "/data/materials.yaml");
+  return all;
+}
+
+std::string partFile(const std::string& name) {
+  return find(readLibrary(), name, "part").file;
+}
+
+Session withPart(const std::string& name) {
+  Session session("source.yaml", kEmpty, materials());
+  for (const Script::Line& line : additions(session.document(), partFile(name)))
+    session.apply(line.op, line.path, line.value);
+  return session;
+}
+
+SceneSource alone(const Session& session, const std::string& object) {
+  return readAlone(session.document().bytes("/objects/" + object));
+}
+
+}  // namespace
+
+TEST(Handles, EachOneIsFoundWhereItWasDropped) {
+  for (const std::string part : {"tube", "bowel", "fold", "pouch", "vessel_tree"}) {
+    SCOPED_TRACE(part);
+    Session session = withPart(part);
+    const std::vector<Handle> handles = handlesOf(alone(session, part));
+    ASSERT_FALSE(handles.empty());
+    for (const Handle& handle : handles) {
+      SCOPED_TRACE(handle.path);
+      // A millimetre along the axis; a radius of 0 on the axis stays there.
+      const bool pole = handle.kind == Handle::Kind::Profile && handle.place == handle.origin;
+      const Vector3 to =
+          handle.place + 0.001 * handle.axis + (pole ? Vector3(0, 0, 0) : 0.0005 * handle.across);
+      const std::string before = session.text();
+      session.apply("set", "/objects/" + part + handle.path, valueAt(handle, to));
+      bool found = false;
+      for (const Handle& after : handlesOf(alone(session, part))) {
+        if (after.path != handle.path) continue;
+        found = true;
+        if (handle.kind == Handle::Kind::Length)
+          EXPECT_NEAR((after.place - after.origin).norm(), (to - handle.origin).dot(handle.axis), 1e-5);
+        else if (handle.kind == Handle::Kind::Direction)
+          EXPECT_LT((after.place - after.origin).normalized().cross((to - handle.origin).normalized()).norm(),
+                    2e-5);
+        else
+          EXPECT_LT((after.place - to).norm(), 2e-5);
+      }
+      EXPECT_TRUE(found);
+      session.apply("undo", "");
+      EXPECT_EQ(session.text(), before);
+    }
+  }
+}
+
+TEST(Handles, PointsAreInsertedOnTheCurveAndRemoved) {
+  Session session = withPart("tube");
+  const std::vector<Handle> handles = handlesOf(alone(session, "tube"));
+  const Curve before(alone(session, "tube").objects[0].tube->centre);
+  for (const Handle& handle : handles) {
+    if (handle.insert_path.empty()) continue;
+    session.apply("insert", "/objects/tube" + handle.insert_path, handle.insert_value);
+    EXPECT_EQ(handlesOf(alone(session, "tube")).size(), handles.size() + 1) << handle.path;
+    session.apply("undo", "");
+    if (handle.remove_path.empty()) continue;
+    session.apply("remove", "/objects/tube" + handle.remove_path, "");
+    EXPECT_LT(handlesOf(alone(session, "tube")).size(), handles.size()) << handle.path;
+    session.apply("undo", "");
+  }
+}
+
+TEST(Handles, LinesShowTheCurveThatIsDrawn) {
+  const Session session = withPart("tube");
+  const auto lines = linesOf(alone(session, "tube"));
+  ASSERT_EQ(lines.size(), 3u) << "the centre and two cross-sections";
+  for (const Vector3& p : lines[1]) EXPECT_NEAR((p - lines[0].front()).norm(), 0.003, 1e-6);
+  EXPECT_EQ(linesOf(alone(withPart("vessel_tree"), "vessel_tree")).size(), 3u) << "a line a branch";
+}
+
+TEST(Fields, RangesAreThoseByWhichTheReaderRefuses) {
+  // Each number of these objects, set beyond both ends of its range, is refused; at the ends it is not
+  // refused for its range.
+  for (const std::string part : {"tube", "bowel", "fold", "pouch", "vessel_tree"}) {
+    Session session = withPart(part);
+    for (const Entry& entry : entriesOf(session.document(), part)) {
+      if (entry.field == nullptr) continue;
+      const Field& field = *entry.field;
+      if (field.kind != Field::Kind::Number && field.kind != Field::Kind::Whole) continue;
+      if (!entry.value.empty() && entry.value[0] == '[') continue;
+      SCOPED_TRACE(part + ": " + entry.path);
+      const double span = std::max(1.0, field.most - field.least);
+      for (const double value : {field.least - 0.01 * span - 1, field.most + 0.01 * span + 1}) {
+        char text[40];
+        std::snprintf(text, sizeof text, "%.0f", value);
+        try {
+          session.apply("set", "/objects/" + part + "/" + entry.path, text);
+          ADD_FAILURE() << text << " was taken";
+          session.apply("undo", "");
+        } catch (const std::invalid_argument&) {
+        }
+      }
+    }
+  }
+  EXPECT_EQ(fieldOf("nonsense"), nullptr);
+  EXPECT_EQ(fieldOf("tube/sections/x/at"), nullptr);
+  EXPECT_EQ(allowedText(*fieldOf("tube/sections/12/at")), "0 … 1");
+  EXPECT_EQ(allowedText(*fieldOf("tube/rings")), "whole, 3 … 1000");
+  EXPECT_STREQ(fieldOf("tube/sections/0/radii")->unit, "m") << "a list goes by its numbers";
+}
+
+TEST(Fields, EntriesAreWhatTheTextSaysAndWhatItMaySay) {
+  const Document document(kEmpty.substr(0, kEmpty.find("objects")) +
+                          "objects:\n  - name: a\n    organ: vein\n    material: vein   # soft\n"
+                          "    tube: {centre: [[0, 0, 0.05],[0.02,0,0.05]], rings: 6}\n"
+                          "  - {name: b, mirror_of: a}\n");
+  const auto objects = objectsOf(document);
+  ASSERT_EQ(objects.size(), 2u);
+  EXPECT_EQ(objects[0].kind + objects[0].material, "tubevein");
+  EXPECT_EQ(objects[1].kind, "mirror of a");
+  std::map<std::string, Entry> entries;
+  for (const Entry& entry : entriesOf(document, "a")) entries.emplace(entry.path, entry);
+  EXPECT_EQ(entries.at("tube/centre/1").value, "[0.02, 0, 0.05]");
+  EXPECT_EQ(entries.at("material").value, "vein");
+  EXPECT_EQ(entries.at("friction").value, "") << "not said";
+  EXPECT_EQ(entries.count("tube/wall_thickness"), 1u);
+  EXPECT_EQ(entries.count("sheet/stations"), 0u) << "of a shape that it does not have";
+  EXPECT_THROW(entriesOf(document, "c"), std::invalid_argument);
+}
+
+TEST(Library, NothingIsLeftOutAndEachEntrySaysWhereItIsFrom) {
+  const std::vector<LibraryEntry> entries = readLibrary(kPackage + "/library/index.yaml");
+  std::set<std::string> listed;
+  for (const LibraryEntry& entry : entries) {
+    EXPECT_FALSE(entry.licence.empty() || entry.source.empty() || entry.about.empty()) << entry.name;
+    if (!entry.file.empty()) listed.insert(fs::canonical(entry.file));
+  }
+  std::size_t seen = 0;
+  const auto see = [&](const fs::path& file) {
+    ++seen;
+    EXPECT_EQ(listed.count(fs::canonical(file)), 1u) << file << " is not in the index";
+  };
+  for (const char* folder : {"library/models", "library/tables", "data/parts"})
+    for (const auto& file : fs::directory_iterator(kPackage + "/" + folder)) see(file.path());
+  for (const auto& folder : fs::directory_iterator(kPackage + "/scenes"))
+    see(folder.path() / (folder.path().filename().string() + ".yaml"));
+  EXPECT_GT(seen, 30u);
+  EXPECT_EQ(find(entries, "liver").kind, "material");
+  EXPECT_THROW(find(entries, "tube"), std::invalid_argument) << "a part, a scene and a material";
+  EXPECT_EQ(find(entries, "tube", "scene").kind, "scene");
+}
+
+TEST(Library, PartsAreAddedTwiceUnderNamesOfTheirOwnAndUndoneByteForByte) {
+  Session session("source.yaml", kEmpty, materials());
+  std::size_t edits = 0;
+  for (const LibraryEntry& entry : readLibrary()) {
+    if (entry.kind != "part" || entry.name == "hollow") continue;
+    SCOPED_TRACE(entry.name);
+    for (const double shift : {0.0, 0.004}) {
+      for (const Script::Line& line : additions(session.document(), entry.file, "", Vector3(0, 0, shift))) {
+        session.apply(line.op, line.path, line.value);
+        ++edits;
+      }
+    }
+    EXPECT_TRUE(session.document().has("/objects/" + entry.name));
+    const std::string second = entry.name + (entry.name == "vessel_tree" ? "_no2" : "_2");
+    ASSERT_TRUE(session.document().has("/objects/" + second));
+    const auto at = [&](const std::string& name) { return handlesOf(alone(session, name)).front().place; };
+    EXPECT_LT((at(second) - at(entry.name) - Vector3(0, 0, 0.004)).norm(), 2e-5);
+  }
+  for (std::size_t i = 0; i < edits; ++i) session.apply("undo", "");
+  EXPECT_EQ(session.text(), kEmpty);
+}
+
+TEST(Library, NamesWithinAPartGoTogether) {
+  const std::string folder = testing::TempDir() + "/vest_library_test";
+  fs::create_directories(folder);
+  const std::string file = folder + "/pair.yaml";
+  FILE* out = std::fopen(file.c_str(), "w");
+  std::fputs(
+      "vest_part: 1\nobjects:\n"
+      "  - {name: bag, organ: vein, material: vein, tube: {centre: [[0, 0, 0.05], [0.02, 0, 0.05]], "
+      "reference: "
+      "[0, 0, 1], rings: 6, around: 6, sections: [{at: 0, radii: [0.004]}]}, fixed: [{rings: [0, 0]}]}\n"
+      "  - {name: other, mirror_of: bag, connect: [{to: bag, rings: [0, 1], within: 0.02, stiffness: 1}]}\n",
+      out);
+  std::fclose(out);
+  const Document source(kEmpty);
+  const auto edits = additions(source, file, "mine");
+  ASSERT_EQ(edits.size(), 2u);
+  EXPECT_NE(edits[0].value.find("name: mine,"), std::string::npos) << edits[0].value;
+  EXPECT_NE(edits[1].value.find("name: mine_other, mirror_of: mine,"), std::string::npos) << edits[1].value;
+  EXPECT_NE(edits[1].value.find("to: mine,"), std::string::npos) << edits[1].value;
+  EXPECT_EQ(edits[0].value.find("organ: mine"), std::string::npos);
+  fs::remove_all(folder);
+}
