@@ -25,6 +25,9 @@ constexpr double kContactDamping = 0.3;  ///< of critical, along the normal
 constexpr double kShallow = 0.5;         ///< of the reach: contacts that are renewed within the step (tuned)
 constexpr std::size_t kMostContacts = 512;
 constexpr float kBore = 0.006f;  ///< m: half the width of a trocar of 12 mm (assumed)
+/// Of a gradient, squared: less is that of a table of distances that ends there, and says nothing of a wall
+/// (tuned).
+constexpr float kWhole = 0.5f;
 constexpr float kEnters = 0.3f;  ///< cosine: a wall that an instrument enters through, not one that it meets
 
 std::uint64_t sideKey(std::uint8_t tool, std::uint8_t capsule, std::uint16_t object, std::uint32_t triangle) {
@@ -82,7 +85,7 @@ struct Bores {
       const Vector3f way = p - list[i].pivot, off = way - list[i].inward.dot(way) * list[i].inward;
       const float side = std::sqrt(off.squaredNorm());
       if (!(kBore - side > distance) || !(side > 1e-6f)) continue;
-      const bool outside = distance < 0.0f && gradient.squaredNorm() < 0.01f;  // far beyond the wall
+      const bool outside = distance < 0.0f && gradient.squaredNorm() < kWhole;  // far beyond the wall
       if (!outside && !(gradient.dot(list[i].inward) > kEnters)) continue;
       distance = kBore - side;
       gradient = -off / side;

@@ -195,7 +195,7 @@ TreeSpec treeOf(const Value& value) {
 /// The branches of a tree as tubes, each tied to the one that it leaves. What is said of the tree goes for
 /// each of them, but rings that are fixed: those of the first one.
 void addBranches(const ObjectSource& like, TreeSource tree, const Value& value, SceneSource& source) {
-  constexpr double kJoint = 0.5;  // N/m a knot (tuned: with 2 thin branches are thrown off)
+  constexpr double kJoint = 2.0;  // N/m a knot (assumed)
   constexpr std::size_t kLongest = 40;
   if (tree.name.size() > kLongest)
     value.fail("name: must be at most " + std::to_string(kLongest) + " signs of a tree");

@@ -22,7 +22,10 @@ using net::Block;
 
 constexpr double kContactShare = 0.3;    ///< of the net's own omega² that contacts may add (tuned)
 constexpr double kContactLeast = 4.0e6;  ///< 1/s²: and at least this, for loose nets (2,000 rad/s)
-constexpr double kSlowMargin = 0.4;   ///< of the longest step, for held forces: they see deformed shapes too
+constexpr double kSlowMargin = 0.4;  ///< of the longest step, for held forces: they see deformed shapes too
+/// The same of connections: kStepMargin, and their ends may answer twice as much as built (connections.cpp:
+/// kLighter).
+constexpr double kTiedMargin = 0.566;
 constexpr double kLeastHeight = 0.5;  ///< of a hinge's lower wing at rest: net::Hinge::least (tuned)
 constexpr double kPatch = 8.0;        ///< knots that press an elastostatic object at a time (assumed)
 /// s, an implicit step: contacts of kContactLeast are held explicitly beside it, at half a radian a step.
@@ -362,22 +365,25 @@ void connect(const Description& d, WorldModel& m) {
           << "'): triangle1: its corners lie on one line (allowed: an area, which carries the offset)";
       throw std::invalid_argument(out.str());
     }
-    const double inverse = constants.inverse_mass;
     m.connections.push_back(constants);
-    const solver::Rates rates{k.stiffness * inverse, k.damping * inverse};
-    const double needed = inverse > 0.0 ? d.dt / (kSlowMargin * solver::longestStep(rates)) : 1.0;
-    const double limit = std::max(1.0, solver::kSubStepsPerSecond * d.dt);
+    m.start.connections.push_back(s);
+  }
+  const double limit = std::max(1.0, solver::kSubStepsPerSecond * d.dt);
+  const std::vector<solver::Rates> rates = connectionRates(d, m.start);
+  for (std::size_t n = 0; n < d.connections.size(); ++n) {
+    const Connection& k = d.connections[n];
+    const double needed = d.dt / (kTiedMargin * solver::longestStep(rates[n]));
     if (!(needed <= limit)) {
       std::ostringstream out;
       out << "connections[" << n << "] ('" << k.object0 << "' to '" << k.object1 << "'): stiffness "
-          << k.stiffness << " N/m, damping " << k.damping << " N·s/m: need " << needed << " exchanges in "
-          << d.dt << " s (at most " << limit << ": lower them or raise the knots' masses)";
+          << k.stiffness << " N/m, damping " << k.damping << " N·s/m: with those on the same knots need "
+          << needed << " exchanges in " << d.dt << " s (at most " << limit
+          << ": lower them or raise the knots' masses)";
       throw std::invalid_argument(out.str());
     }
-    for (const auto object : {s.end0.object, s.end1.object}) {
+    const ConnectionState& s = m.start.connections[n];
+    for (const auto object : {s.end0.object, s.end1.object})
       m.objects[object].exchanges_needed = std::max(m.objects[object].exchanges_needed, needed);
-    }
-    m.start.connections.push_back(s);
   }
 }
 

@@ -19,6 +19,7 @@ constexpr double kGreatestLever = 6.0;
 /// A face that crumples would carry its lever with the forces of a crowbar: a connection gets softer where
 /// its ends have become this much lighter than they were built (tuned).
 constexpr double kLighter = 2.0;
+constexpr int kSweeps = 12;  ///< of connectionRates() (tuned)
 
 Vector3d at(const ObjectState& s, std::uint32_t knot, double ahead) {
   return ahead == 0.0 ? knotPosition(s, knot) : knotPosition(s, knot) + ahead * knotVelocity(s, knot);
@@ -35,6 +36,18 @@ double untilMean(const Context& c, std::size_t object, double h) {
   const double each =
       c.dt / (c.stretch * static_cast<double>(c.body(object).stepsOf(c.state.objects[object])));
   return 0.5 * std::max(0.0, h - each);
+}
+
+/// Per knot of an anchor, no unit: how far the height turns the place with it, at most.
+std::array<double, 4> leversOf(const net::Anchor& a, const Face& face) {
+  std::array<double, 4> lever{};
+  if (a.height != 0.0 && face.doubled > 0.0) {
+    const double arm = std::fabs(a.height) / face.doubled;
+    lever[0] = arm * std::sqrt((face.edge1 - face.edge2).squaredNorm());
+    lever[1] = arm * std::sqrt(face.edge2.squaredNorm());
+    lever[2] = arm * std::sqrt(face.edge1.squaredNorm());
+  }
+  return lever;
 }
 
 }  // namespace
@@ -89,18 +102,55 @@ void pushHeld(WorldState& state, const net::Anchor& a, const Face& face, const V
 
 double inverseMass(const WorldState& state, const net::Anchor& a, const Face& face) {
   const float* const w = state.objects[a.object].block.row(Block::kInverseMass);
-  std::array<double, 4> lever{};
-  if (a.height != 0.0 && face.doubled > 0.0) {
-    const double arm = std::fabs(a.height) / face.doubled;
-    lever[0] = arm * std::sqrt((face.edge1 - face.edge2).squaredNorm());
-    lever[1] = arm * std::sqrt(face.edge2.squaredNorm());
-    lever[2] = arm * std::sqrt(face.edge1.squaredNorm());
-  }
+  const std::array<double, 4> lever = leversOf(a, face);
   double sum = 0.0;
   for (std::size_t i = 0; i < 4; ++i)  // along the normal and across it: at right angles
     sum += (a.weights[i] * a.weights[i] + lever[i] * lever[i] + 2.0 * std::fabs(a.weights[i]) * lever[i]) *
            static_cast<double>(w[a.knots[i]]);
   return sum;
+}
+
+std::vector<solver::Rates> connectionRates(const Description& d, const WorldState& state) {
+  // M^-1 J^T k J has the eigenvalues of G = k^1/2 J M^-1 J^T k^1/2, a row a connection: two meet in the knots
+  // that both hold. With the sizes of G and any x > 0 none is greater than the greatest (G x)_n / x_n
+  // (Collatz 1942); sweeps of x <- G x bring all of these near to it.
+  const std::size_t count = d.connections.size();
+  std::vector<std::vector<double>> held;  // per knot
+  for (const ObjectState& s : state.objects) held.emplace_back(s.block.knots());
+  const auto each = [&](std::size_t n, auto work) {
+    const ConnectionState& s = state.connections[n];
+    for (const net::Anchor* a : {&s.end0, &s.end1}) {
+      const std::array<double, 4> lever = leversOf(*a, faceOf(state, *a));
+      for (std::size_t i = 0; i < 4; ++i)
+        work(held[a->object][a->knots[i]], std::fabs(a->weights[i]) + lever[i],
+             static_cast<double>(row(state.objects[a->object], Block::kInverseMass)[a->knots[i]]));
+    }
+  };
+  const auto bound = [&](double Connection::*of) {
+    std::vector<double> x(count, 1.0), ratio(count, 0.0);
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      for (auto& h : held) std::fill(h.begin(), h.end(), 0.0);
+      for (std::size_t n = 0; n < count; ++n)
+        each(n, [&](double& sum, double moves, double /*inverse_mass*/) {
+          sum += std::sqrt(d.connections[n].*of) * moves * x[n];
+        });
+      double most = 0.0;
+      for (std::size_t n = 0; n < count; ++n) {
+        double next = 0.0;
+        each(n, [&](double& sum, double moves, double inverse_mass) {
+          next += std::sqrt(d.connections[n].*of) * moves * inverse_mass * sum;
+        });
+        ratio[n] = x[n] > 0.0 ? next / x[n] : 0.0;
+        x[n] = next, most = std::max(most, next);
+      }
+      for (double& value : x) value /= most > 0.0 ? most : 1.0;
+    }
+    return ratio;
+  };
+  const std::vector<double> stiff = bound(&Connection::stiffness), damped = bound(&Connection::damping);
+  std::vector<solver::Rates> rates;
+  for (std::size_t n = 0; n < count; ++n) rates.push_back({stiff[n], damped[n]});
+  return rates;
 }
 
 bool carry(net::Anchor& a, const Face& face, const Vector3d& place) {

@@ -26,6 +26,9 @@ Eigen::Vector3d velocityOf(const WorldState& state, const net::Anchor& a, const 
 void pushHeld(WorldState& state, const net::Anchor& a, const Face& face, const Eigen::Vector3d& force);
 /// 1/kg: how the place answers to a force, at most.
 double inverseMass(const WorldState& state, const net::Anchor& a, const Face& face);
+/// Of each connection (1/s², 1/s): what a force at its ends does to it, and what all others that hold the
+/// same knots do, levers included.
+std::vector<solver::Rates> connectionRates(const Description& d, const WorldState& state);
 /// Weights and height with which the anchor's face carries a place (m, world). False: there is no face.
 bool carry(net::Anchor& a, const Face& face, const Eigen::Vector3d& place);
 

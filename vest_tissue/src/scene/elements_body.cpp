@@ -19,10 +19,9 @@ constexpr double kHeldShare = 0.25;  ///< (omega·h)² of contacts with the cavi
 constexpr double kHeldGrip = 0.3;    ///< of mass/h: damping that friction amounts to at most
 constexpr std::uint8_t kOrgan = 255;   ///< TissuePoint::tool of contacts with other objects
 constexpr std::uint8_t kThread = 254;  ///< TissuePoint::tool of a sling's places
-constexpr double kDrawn = 0.5;     ///< m/s: a thread that is too short at once is drawn no faster; assumed
-constexpr double kQuiet = 1e-9;    ///< m/s: fem::TissueScratch::quiet (tuned)
-constexpr double kNoticed = 1e-3;  ///< of denaturation: elements with less are as healthy ones
-constexpr double kInexact = 1e-2;  ///< relative residual of a step's solve above which it is announced
+constexpr double kQuiet = 1e-9;        ///< m/s: fem::TissueScratch::quiet (tuned)
+constexpr double kNoticed = 1e-3;      ///< of denaturation: elements with less are as healthy ones
+constexpr double kInexact = 1e-2;      ///< relative residual of a step's solve above which it is announced
 
 Vector3d toVector(const float v[3]) {
   return {v[0], v[1], v[2]};

@@ -12,11 +12,11 @@ using net::Block;
 constexpr std::uint64_t kBoundEvery = 4;  ///< steps between two looks at an object's strain
 constexpr double kBoundWay = 1e-5;        ///< m: less is no strain worth a look, links are millimetres long
 /// A look before the turn: an object moved this part of its longest edge since the last one, and a link is
-/// stretched beyond this part of where its law ends. Its tangent may be many times what the sub-steps were
-/// for (tuned).
+/// stretched beyond what the sub-steps are for (tuned).
 constexpr double kBoundLeap = 0.25;
-constexpr float kBoundStretch = 0.75f;
-constexpr float kGrowth = 1.2f;  ///< of the tangent, below which the old bound still holds (its margin)
+constexpr double kBorne = 0.9;    ///< of the longest step: links that stretch before the next look (tuned)
+constexpr float kReserve = 1.1f;  ///< of the greatest strain: law that stays whole until then (tuned)
+constexpr float kGrowth = 1.2f;   ///< of the tangent, below which the old bound still holds (its margin)
 /// Sub-steps for which the geometry of contacts holds (tuned; docs/decisions/0016-…): what needs twice as
 /// many in a step vibrates faster than the step can follow.
 constexpr int kContactSteps = 5;
@@ -134,6 +134,32 @@ int exchangesNow(const ObjectConstants& constants, const ObjectState& s, double 
   return batches;
 }
 
+/// dσ/dε over Young's modulus, no unit.
+float tangentOf(const net::LinkTable::LawConstants& a, float strain) {
+  return 1.0f + strain * (2 * a.a2 + strain * (3 * a.a3 + strain * 4 * a.a4));
+}
+
+/// Until the next look the law goes on along its tangent from where the sub-steps bear no steeper one: what a
+/// tool stretches within a step is softer than its law, and stable. @param own 1/s², of the links as they are
+/// stretched, the greatest by `strain`
+void limitLaw(ObjectState& s, const ObjectConstants& constants, double own, float strain, double dt) {
+  const double h = dt / (kBorne * s.sub_steps),
+               decay = constants.rates.decay * std::max(1.0, s.damping_scale);
+  // solver::longestStep() turned round: h²·omega²/4 + h·decay/2 = 1.
+  const double bears = 4.0 / (h * h) * (1.0 - 0.5 * h * decay) - constants.contact_omega_squared;
+  const auto& a = s.law_links.law();
+  const auto all = static_cast<float>(constants.law.max_strain);
+  const auto most = static_cast<float>(bears / own) * tangentOf(a, std::min(strain, all));
+  float low = std::min(all, kReserve * strain), high = all;
+  if (tangentOf(a, high) <= most) low = high;
+  for (int i = 0; i < 12 && low < high; ++i) {
+    const float middle = 0.5f * (low + high);
+    (tangentOf(a, middle) <= most ? low : high) = middle;
+  }
+  s.limit_strain = low;
+  s.law_links.setMaxStrain(low);
+}
+
 /// Per knot, the greatest size of what `value` makes of its links' strains.
 template <typename Value>
 void greatestOf(const ObjectState& s, float* per_knot, Value value) {
@@ -163,8 +189,7 @@ void NetBody::renewBound(Context& c, std::size_t object) const {
   if ((c.state.step + object) % kBoundEvery != 0) {
     const double moved = std::fmod(s.way - std::max(0.0, s.way_bounded), 1.0);  // whole metres are cuts
     if (!(moved > kBoundLeap * constants.greatest_edge) ||
-        !(solver::greatestStrain(boundLinks(s)) >
-          kBoundStretch * static_cast<float>(constants.law.max_strain)))
+        !(solver::greatestStrain(boundLinks(s)) > s.limit_strain))
       return;
   }
   const bool scaled =
@@ -173,50 +198,53 @@ void NetBody::renewBound(Context& c, std::size_t object) const {
   s.way_bounded = s.way;
   ObjectScratch& o = c.scratch.objects[object];
   const bool was_degraded = s.degraded;
-  if (s.degraded) {
-    s.degraded = false;
-    s.limit_strain = static_cast<float>(constants.law.max_strain);
-    s.law_links.setMaxStrain(s.limit_strain);
-  }
+  s.degraded = false;
+  const float limited = s.limit_strain;
+  const auto limit_to = [&s](float strain) { s.law_links.setMaxStrain(s.limit_strain = strain); };
+  const auto whole = static_cast<float>(constants.law.max_strain);
+  limit_to(whole);
   solver::BoundLinks links = boundLinks(s);
-  const auto& a = links.law;
   const float strain = solver::greatestStrain(links);
-  const float e = std::min(strain, a.max_strain);
-  const float tangent = 1.0f + e * (2 * a.a2 + e * (3 * a.a3 + e * 4 * a.a4));
+  const float tangent = tangentOf(links.law, std::min(strain, whole));
+  const double dt = c.model.description.dt;
   // Removed links leave every bound valid; doubled knots do not.
   const bool cut = !s.topology.doubled_knots.empty();
   if (tangent <= kGrowth && strain < 0.5f && !scaled) {
     s.sub_steps = constants.sub_steps;
     s.batches = constants.batches;
     s.bound_strain = 0.0f;
+    if (constants.polynomial)
+      limitLaw(s, constants, constants.bound_at_start * constants.calibration, 0.0f, dt);
     return;
   }
-  const double dt = c.model.description.dt;
   const int most = static_cast<int>(solver::kSubStepsPerSecond * dt);
   const int before = s.batches;
   s.batches = exchangesNow(constants, s, dt, most, o.bound);
   // The bound of a strain serves for a little more and for somewhat less.
   if (!scaled && !was_degraded && s.batches == before && strain < 1.05f * s.bound_strain &&
-      strain > 0.8f * s.bound_strain)
+      strain > 0.8f * s.bound_strain) {
+    limit_to(std::min(whole, std::max(limited, kReserve * strain)));
     return;
+  }
   s.bound_strain = strain;
   const int limit = std::max(s.batches, most / s.batches * s.batches);  // of whole batches
   int needed = 1;
+  double own = 0.0;
   for (int attempt = 0; attempt < 8; ++attempt) {
     solver::Rates rates = solver::linkRates(links, o.bound);
-    rates.omega_squared =
-        rates.omega_squared * (cut ? 1.0 : constants.calibration) + constants.contact_omega_squared;
+    own = rates.omega_squared * (cut ? 1.0 : constants.calibration);
+    rates.omega_squared = own + constants.contact_omega_squared;
     rates.decay = constants.rates.decay * std::max(1.0, s.damping_scale);
     needed = solver::subSteps(dt, rates);
     if (needed <= limit) break;
     // Declared fallback: the law goes on along its tangent from a smaller strain, softer but bounded.
     s.degraded = true;
-    s.limit_strain *= 0.5f;
-    s.law_links.setMaxStrain(s.limit_strain);
+    limit_to(0.5f * s.limit_strain);
     links.law = s.law_links.law();
   }
   needed = std::clamp(needed, constants.sub_steps, limit);
   s.sub_steps = (needed + s.batches - 1) / s.batches * s.batches;
+  if (constants.polynomial && !s.degraded) limitLaw(s, constants, own, strain, dt);
 }
 
 void NetBody::begin(Context& c, std::size_t object, double h, int batch) const {

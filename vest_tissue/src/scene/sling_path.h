@@ -11,6 +11,8 @@ namespace vest::scene {
 inline constexpr double kPusher =
     0.0112;  ///< m from the tip frame to the pusher's end, where the loop leaves it
 inline constexpr double kTurn = 6.283185307179586;
+inline constexpr double kDrawn =
+    0.5;  ///< m/s: a thread that is too short at once is drawn no faster; assumed
 inline constexpr double kAround =
     kTurn * interaction::kSlingRadius;  ///< m: a thread around something is longer by that
 

@@ -24,6 +24,25 @@ double thickness(const tools::ToolGeometry& tool) {
   return most > 0.0 ? most : tool.shaft_radius;
 }
 
+/// m from the pivot to the tip: nearer than this an instrument turns about its pivot as heavily as from here.
+/// Its shaft goes on beyond the trocar, and a hand holds it there (assumed).
+constexpr double kShortLever = 0.05;
+
+/// N: what the tip feels of a force and its moment about the world's origin. Axial force whole, lateral force
+/// by the moment about the pivot over the length. The proxy has its mass and its coupling at the tip. About
+/// the pivot these go to nothing with the square of the length, those of an instrument do not.
+Vector3d feltAtTip(const interaction::ToolPose& pose, const Vector3d& force, const Vector3d& moment) {
+  const Vector3d along = pose.tip - pose.pivot, about_pivot = moment - pose.pivot.cross(force);
+  const double length = std::sqrt(along.squaredNorm());
+  if (!(length > 1e-6)) {
+    const Vector3d z = pose.orientation * Vector3d::UnitZ();
+    return z * force.dot(z);
+  }
+  const Vector3d z = along / length;
+  const double share = std::min(1.0, length / kShortLever);
+  return z * force.dot(z) + share * share * about_pivot.cross(z) / length;
+}
+
 }  // namespace
 
 void emit(Context& c, const Event& event) {
@@ -62,15 +81,7 @@ void tell(Context& c) {
     const Vector3d torque = moment - tip.cross(force);
     proxy.force = force;
     proxy.torque = torque;
-    // What the tip feels: axial force whole, lateral force by the moment about the pivot over the length.
-    const Vector3d along = tip - proxy.pose.pivot;
-    const double length = std::sqrt(along.squaredNorm());
-    if (length > 1e-3) {
-      const Vector3d z = along / length, about_pivot = moment - proxy.pose.pivot.cross(force);
-      proxy.tip_force = z * force.dot(z) + about_pivot.cross(z) / length;
-    } else {
-      proxy.tip_force = force;
-    }
+    proxy.tip_force = feltAtTip(proxy.pose, force, moment);
     const auto& grasp = c.state.grasps[t];
     m.radius = thickness(tools::toolGeometry(proxy.tool));
     m.in_contact = touched;

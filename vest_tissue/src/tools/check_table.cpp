@@ -141,11 +141,14 @@ bool printCheck(const scene::Description& description) {
 }
 
 bool startsWell(const scene::Description& description) try {
-  constexpr int kSteps = 10;
+  constexpr double kTime = 0.2, kThrown = 5.0;  // s; m/s: more than anything falls in that time (tuned)
   if (description.integrator == scene::Integrator::NewtonEuler) {
     scene::World world(description, 1);
-    run(world, kSteps * description.dt, 0.0);
-    return true;
+    const Rest rest = run(world, kTime, 0.0);
+    if (rest.speed < kThrown) return true;
+    std::printf("NOT good: %s is thrown about: %.1f m/s within %.1f s, without any tool\n",
+                files::shown(rest.object, 100).c_str(), rest.speed, kTime);
+    return false;
   }
   const bool still = description.integrator == scene::Integrator::Static;
   for (const auto& object : description.objects)

@@ -89,13 +89,14 @@ Event ligated(const Context& c, const Sling& sling) {
   return e;
 }
 
-bool liesOn(const Sling& sling) {
+bool liesOn(const Sling& sling, int nodes = 3) {
   const auto on = [&](const SlingTouch& t) { return t.on && t.object == sling.object; };
-  return std::count_if(sling.touch.begin(), sling.touch.end(), on) >= 3;
+  return std::count_if(sling.touch.begin(), sling.touch.end(), on) >= nodes;
 }
 
-/// Puts the nodes onto the ring of knots of the tube, from the one nearest to the pusher on.
-void layOnRing(const ObjectState& s, Sling& sling) {
+/// Puts the nodes onto the ring of knots of the tube, from the one nearest to the pusher on. @param from 1:
+/// the central knot stays in the pusher
+void layOnRing(const ObjectState& s, Sling& sling, int from = 1) {
   Vector3d middle = Vector3d::Zero();
   for (int i = 0; i < sling.count; ++i) middle += knotPosition(s, sling.knots[i]) / sling.count;
   int first = 0;
@@ -104,7 +105,7 @@ void layOnRing(const ObjectState& s, Sling& sling) {
     const double d = (knotPosition(s, sling.knots[i]) - sling.tip).squaredNorm();
     if (d < nearest) nearest = d, first = i;
   }
-  for (int n = 1; n < kSlingNodes; ++n) {
+  for (int n = from; n < kSlingNodes; ++n) {
     const double at = static_cast<double>(n) * sling.count / kSlingNodes, t = at - std::floor(at);
     const int i = first + static_cast<int>(at);
     SlingTouch& touch = sling.touch[n];
@@ -124,6 +125,11 @@ void layOnRing(const ObjectState& s, Sling& sling) {
 /// The tube whose centre line passes through the loop: with several the one nearest to its middle; one that
 /// lies in it already stays, until the loop neither has its line in it nor lies on it.
 void embrace(Context& c, Sling& sling) {
+  // What is drawn in bears on the ring that it closes. Another one would spring open and be snatched shut.
+  if (sling.around && ringPath(c.state.objects[sling.object], sling) > sling.rest - kAround) {
+    if (!liesOn(sling, kSlingNodes / 2)) layOnRing(c.state.objects[sling.object], sling);
+    return;
+  }
   const Vector3d middle = middleOf(sling.node);
   Vector3d normal = Vector3d::Zero();
   for (int i = 0; i < kSlingNodes; ++i)
@@ -470,11 +476,12 @@ void tieClosed(Context& c, Sling& sling) {
   const double most = crushes(c, sling) ? sling.area : interaction::kSlingClosed * sling.area;
   const ObjectState& s = c.state.objects[sling.object];
   if (areaOf(s, sling) > most || !liesOn(sling)) return;
-  const auto before = sling.touch;
+  const Sling before = sling;
   for (SlingTouch& t : sling.touch) t.on = t.on || (t.side != 0 && t.object == sling.object);
+  if (sling.count >= 3) layOnRing(s, sling, 0);
   const double way = pathOf(s, sling, LoopTissue{}, Vector3d::Zero(), nullptr, nullptr);
   if (way * way > 2.0 * kTurn * most) {
-    sling.touch = before;
+    sling = before;
     return;
   }
   sling.rest = std::min(sling.rest, way + kAround);

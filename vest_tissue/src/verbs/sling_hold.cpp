@@ -97,7 +97,8 @@ double draw(Context& c, Sling& sling, const std::uint32_t* knots, const Vector3d
   const double needed = std::max((rate - wanted) / inverse, 0.0), most = interaction::kSlingTension * dt;
   const double impulse = std::min(needed, most);
   slips = slips && needed > most;
-  const double by = slips ? 0.0 : excess / inverse;
+  // What the sub-step lengthened is taken back, what was too long before it no faster than a thread runs.
+  const double by = slips ? 0.0 : std::min(excess, (std::max(rate, 0.0) + kDrawn) * dt) / inverse;
   sling.tension += std::min(1.0, dt / kSmooth) * impulse / dt;
   double work = 0.0;
   for (int i = 0; i < count; ++i) {
@@ -119,7 +120,6 @@ void tighten(Context& c, Sling& sling, const LoopTissue& loop, double fraction, 
   const Vector3d knot = loop.knot + fraction * loop.travel;
   const double length = pathOf(c.state.objects[sling.object], sling, loop, knot, &g, &at_knot);
   const double excess = length - (sling.rest - kAround);
-  sling.tension -= std::min(1.0, dt / kSmooth) * sling.tension;
   if (excess <= 0.0) return;
   bool slips = true;
   const double impulse = draw(c, sling, loop.knots.data(), g.data(), loop.count, excess,
@@ -134,10 +134,12 @@ void tighten(Context& c, Sling& sling, const LoopTissue& loop, double fraction, 
 /// which nothing but the loop holds.
 void tightenRing(Context& c, Sling& sling, double dt) {
   std::array<Vector3d, interaction::kMaxSlingKnots> g;
-  const double excess = ringPath(c.state.objects[sling.object], sling, g.data()) - (sling.rest - kAround);
+  const double length = ringPath(c.state.objects[sling.object], sling, g.data());
+  const double excess = length - (sling.rest - kAround);
   if (sling.count < 3 || excess <= 0.0) return;
-  bool slips = false;
+  bool slips = sling.tied;
   draw(c, sling, sling.knots.data(), g.data(), sling.count, excess, 0.0, dt, slips);
+  if (slips) sling.rest = length + kAround;
 }
 
 }  // namespace
@@ -173,7 +175,9 @@ void holdSlings(Context& c, std::size_t object, double fraction, double dt) {
     Sling& sling = slings[n];
     const LoopTissue& loop = c.scratch.loops[n];
     if (!sling.alive || !sling.around || sling.object != object || !(sling.tied || loop.held)) continue;
-    if (loop.count > 0) tighten(c, sling, loop, fraction, dt);
+    sling.tension -= std::min(1.0, dt / kSmooth) * sling.tension;
+    // Once tied the way lies on the ring: held twice, each would undo what the other did.
+    if (loop.count > 0 && !(sling.tied && sling.count >= 3)) tighten(c, sling, loop, fraction, dt);
     tightenRing(c, sling, dt);
   }
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "blades.h"
 #include "theatre.h"
 #include "vest_tissue/interaction/clip.h"
 #include "vest_tissue/scene/world.h"
@@ -188,6 +189,22 @@ TEST(Sling, TiesTheTubeOffTellsWhereAndHoldsWithoutItsApplicator) {
   EXPECT_GT(attachments[0].closure, 0.9);
   EXPECT_LT(lengthOf(t.sling()), 0.025) << "drawn where it lies";
   EXPECT_NEAR(lengthOf(t.sling()), rest, 0.03 * rest) << "a loop of its own length";
+}
+
+// The ring that a thread closes changed by the millisecond: one sprang open, another was snatched shut.
+TEST(Sling, DrawsATubeShutWithoutAWhip) {
+  for (const double x : {0.0, 0.0013, 0.0022}) {
+    Theatre t;
+    t.applicator(x, true);
+    double fastest = 0.0;
+    for (int i = 0; i < 6000 && (i < 20 || !t.sling().tied); ++i)
+      t.step(), fastest = std::max(fastest, test::fastestKnot(t.world));
+    ASSERT_TRUE(t.sling().tied);
+    EXPECT_LT(fastest, 2.0) << "m/s, at x = " << x;
+    t.input.tools[0].present = false;
+    t.run(2000);
+    EXPECT_LT(test::fastestKnot(t.world), 0.001) << "m/s, held";
+  }
 }
 
 TEST(Sling, HoldsWhereItWasTiedWhileTheOrganIsPulled) {

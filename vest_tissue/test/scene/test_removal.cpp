@@ -46,7 +46,9 @@ struct Removal {
     in.tools[1].pivot = pivot;
     in.step = world.steps() + 1;
     ASSERT_NE(world.step(in, report), scene::Status::Fault);
+    fastest = std::max(fastest, test::fastestKnot(world));
   }
+  double fastest = 0;  // m/s, of any knot in any step
   scene::LooseShare share() {
     scene::LooseScratch scratch(world);
     return scene::looseShare(world, 0, scratch);
@@ -80,6 +82,15 @@ TEST(Removal, WhatHangsOnSomethingIsNotOut) {
   r.draw(0.06);
   EXPECT_EQ(r.share().all, 0);
   EXPECT_EQ(r.share().removed, 0);
+}
+
+// Near the pivot the tip's mass was all that an instrument had to turn, and 4 N of tissue threw it about.
+TEST(Removal, AnInstrumentThatIsDrawnToItsPivotTurnsNoLighter) {
+  Removal r(true);
+  r.grasp();
+  r.draw(r.pivot.z() - 0.0005);
+  EXPECT_TRUE(r.report.contacts[1].grasping);
+  EXPECT_LT(r.fastest, 1.0) << "m/s: 12 before";
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -155,6 +156,19 @@ inline std::vector<float> skinNow(const scene::World& w, std::size_t object) {
   net::rebuildSkin(knots.data(), s.binding_start.data(), s.binding_knots.data(), s.binding_weights.data(),
                    s.binding_start.size() - 1, out.data());
   return out;
+}
+
+/// m/s.
+inline double fastestKnot(const scene::World& w) {
+  double most = 0.0;
+  std::vector<float> v;
+  for (std::size_t o = 0; o < w.objectCount(); ++o) {
+    v.resize(3 * w.knotCount(o));
+    w.velocities(o, v.data());
+    for (std::size_t k = 0; k < v.size(); k += 3)
+      most = std::max(most, static_cast<double>(Eigen::Vector3f(v[k], v[k + 1], v[k + 2]).norm()));
+  }
+  return most;
 }
 
 }  // namespace vest::test
