@@ -155,11 +155,13 @@ TEST(OperatingField, TissueOnTheMouthLeavesTheSideHoles) {
   Theatre t("irrigation_pool");
   // Along the shaft onto the middle of the tube, on the side that faces the trocar.
   const scene::World& world = t.trainer.world();
-  const net::TubeMap& tube = world.model().objects[0].tube;
+  constexpr std::size_t kTube = 1;
+  ASSERT_EQ(world.description().objects[kTube].name, "tube");
+  const net::TubeMap& tube = world.model().objects[kTube].tube;
   const Eigen::Vector3d pivot = t.tools.tools[kRight].pivot;
   Eigen::Vector3d side(0, 0, -1);
   for (const auto knot : tube.knots(tube.ringCount() / 2)) {
-    const Eigen::Vector3d at = world.knotAt(0, knot);
+    const Eigen::Vector3d at = world.knotAt(kTube, knot);
     if ((at - pivot).norm() < (side - pivot).norm()) side = at;
   }
   bool held = false;

@@ -160,7 +160,7 @@ class TestTasks(unittest.TestCase):
             env.close()
 
     def test_mistakes(self):
-        with self.assertRaisesRegex(ValueError, r"task: 'fly' is unknown \(allowed: reach, grasp_lift, retract, clip, cut, suck, camera_follow\)"):
+        with self.assertRaisesRegex(ValueError, r"task: 'fly' is unknown \(allowed: reach, grasp_lift, retract, clip, cut, suck, camera_follow, pass_needle\)"):
             vest.make("fly")
         with self.assertRaisesRegex(ValueError, "skip: 0|skip: -1"):
             vest.make("reach", skip=-1)

@@ -370,10 +370,19 @@ void connect(const Description& d, WorldModel& m) {
   }
   const double limit = std::max(1.0, solver::kSubStepsPerSecond * d.dt);
   const std::vector<solver::Rates> rates = connectionRates(d, m.start);
+  const auto neededBy = [&](std::size_t n) { return d.dt / (kTiedMargin * solver::longestStep(rates[n])); };
+  // Of those that share knots the hardest is named.
+  std::size_t worst = d.connections.size();
+  double hardest = -1.0;
   for (std::size_t n = 0; n < d.connections.size(); ++n) {
-    const Connection& k = d.connections[n];
-    const double needed = d.dt / (kTiedMargin * solver::longestStep(rates[n]));
-    if (!(needed <= limit)) {
+    const double own =
+        (d.connections[n].stiffness * d.dt + d.connections[n].damping) * m.connections[n].inverse_mass;
+    if (!(neededBy(n) <= limit) && !(own <= hardest)) worst = n, hardest = own;
+  }
+  for (std::size_t n = 0; n < d.connections.size(); ++n) {
+    const double needed = neededBy(n);
+    if (n == worst) {
+      const Connection& k = d.connections[n];
       std::ostringstream out;
       out << "connections[" << n << "] ('" << k.object0 << "' to '" << k.object1 << "'): stiffness "
           << k.stiffness << " N/m, damping " << k.damping << " N·s/m: with those on the same knots need "
