@@ -24,9 +24,9 @@ constexpr double kBeside = 0.004;                    // m: a clip or cut farther
 constexpr double kDry = 0.15;                        // of the pool: what may be left
 constexpr double kWatched = 2.0;                     // s that the target stays in the middle
 constexpr double kOffAxis = 0.0873, kView = 0.060,
-                 kViewBand = 0.015;              // rad (5°), m, m: off the middle, distance
+                 kViewBand = 0.015;  // rad (5°), m, m: off the middle, distance
 constexpr double kStitchLow = -0.002,
-                 kStitchHigh = 0.004;  // m, in x and in y: where the needle is asked to pierce
+                 kStitchHigh = 0.004;            // m, in x and in y: where the needle is asked to pierce
 constexpr double kSuckDepth = 0.003;             // m: of the tip below the surface, at most
 const Vector3d kOverview(0.005, -0.035, 0.135);  // m: where the scripts of these scenes hold the endoscope
 constexpr std::string_view kMagic = "VESTENV2";
@@ -218,8 +218,8 @@ void Environment::reset(std::uint64_t seed, float* observation) {
     return low + (high - low) * solver::randomUniform(static_cast<std::uint32_t>(seed), seed >> 32, index++);
   };
   if (task_->row.kind == TaskKind::PassNeedle) {
-    state_.place = arr(kNeedleEntry + Vector3d(uniform(kStitchLow, kStitchHigh),
-                                             uniform(kStitchLow, kStitchHigh), 0));
+    state_.place =
+        arr(kNeedleEntry + Vector3d(uniform(kStitchLow, kStitchHigh), uniform(kStitchLow, kStitchHigh), 0));
     state_.joints = task_->from;
     state_.distance = left().norm();
     state_.score = score();
@@ -329,8 +329,8 @@ void Environment::take(const scene::StepReport& report) {
   state_.force = arr(contact.wrench.head<3>());
   state_.grasping = contact.grasping ? 1 : 0;
   state_.pinch = contact.pinch_force;
-  if (task_->row.kind == TaskKind::PassNeedle &&
-      !world().state().threads.needle_grips[hand()].active && state_.divided == 0)
+  if (task_->row.kind == TaskKind::PassNeedle && !world().state().threads.needle_grips[hand()].active &&
+      state_.divided == 0)
     state_.failed = 1;  // lost
   for (const scene::Event& e : report.events) {
     if (e.object != task_->object) continue;
@@ -463,8 +463,7 @@ void Environment::restore(const std::vector<std::uint8_t>& bytes) {
                 std::isfinite(state.pinch + state.distance + state.score);
   for (const auto& a : {state.force, state.place, state.way}) finite = finite && vec(a).allFinite();
   const std::size_t rings = task_->model->objects[task_->object].tube.ringCount();
-  if (!finite || state.ring >= std::max<std::size_t>(rings, 1))
-    refuse("it holds numbers out of range");
+  if (!finite || state.ring >= std::max<std::size_t>(rings, 1)) refuse("it holds numbers out of range");
   stage_.trainer->restore(std::vector<std::uint8_t>(bytes.begin() + kHead, bytes.end() - sizeof sum));
   state_ = state;
 }

@@ -193,7 +193,8 @@ struct OperatingField::Impl {
   double open(const scene::World& world, std::size_t tool) const {
     return (1 - between.clogged[tool] / kBore) * (world.state().grasps[tool].active ? kSideHoles : 1);
   }
-  void stepSlow(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report, Feedback& feedback);
+  void stepSlow(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
+                Feedback& feedback);
   void show(const scene::World& world);
 };
 
@@ -381,8 +382,7 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
 }
 
 void OperatingField::Impl::stepSlow(const scene::World& world, const scene::StepInput& input,
-                                    const scene::StepReport& report,
-                                    Feedback& feedback) {
+                                    const scene::StepReport& report, Feedback& feedback) {
   const double dt = std::min(0.1, input.dt * kSlowEvery);
   smoke::Inputs s;
   s.dt = dt;
@@ -553,8 +553,8 @@ bool OperatingField::restore(const std::uint8_t* bytes, std::size_t count) {
                       const bool bores =
                           n == sizeof b && std::all_of(b.clogged.begin(), b.clogged.end(),
                                                        [](double v) { return v >= 0 && v <= kBore; });
-                      return bores && b.wiped_on_blood >= 0 && b.wiped_on_blood <= 1 &&
-                             b.hit_count >= 0 && b.hit_count <= lens::kMostHits;
+                      return bores && b.wiped_on_blood >= 0 && b.wiped_on_blood <= 1 && b.hit_count >= 0 &&
+                             b.hit_count <= lens::kMostHits;
                     }) &&
                     count == 0;
   if (!good) return false;

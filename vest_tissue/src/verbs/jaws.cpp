@@ -107,7 +107,8 @@ void seek(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const JawFrame
   emit(c, eventOf(c, grasp, EventKind::Grasped, tool));
 }
 
-/// Above a limit the held points slide until the pull is what the hold carries. @return N, the pull; 0: within it
+/// Above a limit the held points slide until the pull is what the hold carries. @return N, the pull; 0:
+/// within it
 double slide(Context& c, Grasp& grasp, double limit, const JawFrame& frame) {
   Vector3d pull = Vector3d::Zero();
   for (int i = 0; i < grasp.count; ++i) {
@@ -174,14 +175,14 @@ AtMouth atMouth(const Context& c, const Vector3d& mouth) {
       const Vector3d p = knotPosition(s, k[0]);
       if ((p - mouth).squaredNorm() > reach * reach || !s.triangle_alive[t]) continue;
       const contact::Nearest n = contact::nearest(mouth, {p, knotPosition(s, k[1]), knotPosition(s, k[2])});
-      if (n.distance - thickness < found.distance)
-        found = {n.distance - thickness, object, t, n.weights};
+      if (n.distance - thickness < found.distance) found = {n.distance - thickness, object, t, n.weights};
     }
   }
   return found;
 }
 
-/// Tissue that a sucker touches with its mouth is drawn onto it, and pulled off where the vacuum holds no more.
+/// Tissue that a sucker touches with its mouth is drawn onto it, and pulled off where the vacuum holds no
+/// more.
 void drawTissue(Context& c, Grasp& grasp, const Vector3d& mouth, const JawFrame& frame, int tool) {
   const AtMouth at = atMouth(c, mouth);
   if (grasp.active) {

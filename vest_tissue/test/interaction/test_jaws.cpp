@@ -74,9 +74,8 @@ TEST(Sucker, HoldsTissueByItsVacuumUntilItIsPulledOff) {
   int held = 0, released = 0;
   double lifted = 0.0;
   const auto go = [&](double height, std::uint32_t functions) {  // m: of the mouth over the bar's upper face
-    b.input.tools[1] =
-        test::toolAt(tools::ToolKind::SuctionIrrigator, Vector3d(0, 0, 0.052 + mouth + height),
-                     -Vector3d::UnitZ(), Vector3d::UnitX());
+    b.input.tools[1] = test::toolAt(tools::ToolKind::SuctionIrrigator, Vector3d(0, 0, 0.052 + mouth + height),
+                                    -Vector3d::UnitZ(), Vector3d::UnitX());
     b.input.tools[1].functions = functions;
     b.step();
     for (const auto& e : b.report.events) {

@@ -19,8 +19,8 @@ inline constexpr std::size_t kActionSize = 6;
 /// Numbers of an observation, in order. Lengths in cm, angles in rad, forces in N, world frame.
 ///   0 goal minus tip (3)   3 tip minus where the goal was at the start (3)   6 roll minus the task's   7 jaw
 ///   8 force of the tissue on the tip (3)   11 jaws hold tissue (0, 1)   12 pinch force
-///   13 middle of the tube at the goal's ring, or the needle's point, minus tip (3)   16 where it has to go minus where it is (3)
-///   19 score   20 share of the time that is left
+///   13 middle of the tube at the goal's ring, or the needle's point, minus tip (3)   16 where it has to go
+///   minus where it is (3) 19 score   20 share of the time that is left
 inline constexpr std::size_t kObservationSize = 21;
 
 struct StepResult {
@@ -73,7 +73,7 @@ class Environment {
     std::array<double, 3> force{}, place{}, way{};  ///< N; m: goal of the tip at the start; m: way of tissue,
                                                     ///< or rad: phases of what the camera follows
     bool punctured() const { return clipped != 0; }
-    double pinch = 0, distance = 0, score = 0;      ///< N; m: of tip and goal at the start; 0 … 1
+    double pinch = 0, distance = 0, score = 0;  ///< N; m: of tip and goal at the start; 0 … 1
   };
   static_assert(sizeof(State) == 10 * 8 + sizeof(kinematics::JointPositions) + 12 * 8);
 

@@ -39,8 +39,8 @@ struct Waypoint {
   Eigen::Vector3d tip;  ///< m, world
   double roll, jaw;     ///< rad
 };
-/// The right hand of `pass_needle`: takes the needle from its tray until kNeedleTaken, then drives it through the
-/// pad along its arc. As trajectories/suture_pad.yaml has it.
+/// The right hand of `pass_needle`: takes the needle from its tray until kNeedleTaken, then drives it through
+/// the pad along its arc. As trajectories/suture_pad.yaml has it.
 const std::vector<Waypoint>& needleMotion();
 /// Between the waypoints along straight lines; before and after them as at their ends.
 Waypoint at(const std::vector<Waypoint>& motion, double t);

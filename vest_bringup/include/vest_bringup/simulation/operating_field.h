@@ -76,8 +76,8 @@ using FieldFrames = scene::TripleBuffer<FieldFrame>;
 /// Fluid at 250 Hz, smoke and lens at 50 Hz of simulated time, in lockstep with the tissue.
 ///
 /// Instruments: a suction-irrigator irrigates and sucks as its functions say; its two trumpet valves take a
-/// moment to open and to close, and the bag's pressure drives the water against that of the gas. Tissue on its
-/// mouth leaves the side holes to draw; clots stay in the bore until water drives them out. Where nobody
+/// moment to open and to close, and the bag's pressure drives the water against that of the gas. Tissue on
+/// its mouth leaves the side holes to draw; clots stay in the bore until water drives them out. Where nobody
 /// holds one, an endoscope that irrigates rinses its lens. The lens is cleaned and warmed while the endoscope
 /// is drawn back into its trocar, and wiped where it touches tissue. Parameter edits: object `fluid`:
 /// irrigation_flow, suction_flow (m³/s), bag_pressure (Pa); `smoke`: yield (kg/J); `lens`: warming, rinse (0

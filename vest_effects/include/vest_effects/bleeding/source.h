@@ -10,7 +10,7 @@ namespace vest::bleeding {
 /// Most sources that live at a time; `slot` is below it. Two of a vessel's holes (both ends of a cut), organ
 /// surfaces and instruments share it (assumed).
 constexpr int kMostSources = 128;
-constexpr double kSuckReach = 0.004;  ///< m around a suction tip: clots there come off (assumed)
+constexpr double kSuckReach = 0.004;       ///< m around a suction tip: clots there come off (assumed)
 constexpr double kClotThickness = 0.0005;  ///< m: of a clot on a surface that oozed (assumed)
 
 /// One source during one step: volume flow·dt enters, spread over `area` at `position`, with the mean speed

@@ -6,8 +6,8 @@
 
 namespace vest::interaction {
 
-/// A sucker draws tissue onto its mouth and holds it there by the vacuum over its bore, as long as its valve is
-/// down: hold = p·π·d²/4. interaction::Grasp keeps what it holds. All four assumed: wall suction is set to
+/// A sucker draws tissue onto its mouth and holds it there by the vacuum over its bore, as long as its valve
+/// is down: hold = p·π·d²/4. interaction::Grasp keeps what it holds. All four assumed: wall suction is set to
 /// 0 … 80 kPa below the air's pressure, suckers of 5 mm have bores of 3 to 4 mm.
 inline constexpr double kSuctionVacuum = 27e3;  ///< Pa: 200 mmHg
 inline constexpr double kSuctionBore = 0.0035;  ///< m, diameter
