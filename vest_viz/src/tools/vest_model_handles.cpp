@@ -4,6 +4,7 @@
 #include <array>
 #include <exception>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -244,14 +245,10 @@ class Handles {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (vest::ros_shell::answeredHelp(
-          argc, argv,
-          "usage: rosrun vest_viz vest_model_handles\n"
-          "Interactive markers of the object that model/selected names, under model/handles; letting go of\n"
-          "one is an edit by the service model/edit of model_node (docs/modelling.md)."))
-    return 0;
-  ros::init(argc, argv, "model_handles");
-  Handles handles;
-  ros::spin();
-  return 0;
+  return vest::ros_shell::runNode(
+      argc, argv, "model_handles",
+      "usage: rosrun vest_viz vest_model_handles\n"
+      "Interactive markers of the object that model/selected names, under model/handles; letting go of\n"
+      "one is an edit by the service model/edit of model_node (docs/modelling.md).",
+      [] { return std::make_unique<Handles>(); });
 }
