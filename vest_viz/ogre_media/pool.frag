@@ -53,7 +53,7 @@ void main() {
   float amount = blood * mm;
   float hide = 1.0 - exp(-4.0 * amount), deep = 1.0 - exp(-0.55 * amount);
   vec3 body = mix(vec3(1.90, 0.170, 0.120), vec3(1.25, 0.034, 0.030), deep);
-  vec3 colour = mix(vec3(0.24, 0.15, 0.13), body, hide) * (0.40 + 0.60 * abs(dot(still, h))) * strength;
+  vec3 colour = mix(vec3(0.46, 0.20, 0.17), body, hide) * (0.40 + 0.60 * abs(dot(still, h))) * strength;
   vec3 gloss = fresnel * mirrored * min(strength * 2.0, 1.5) * 4.0;
   colour += gloss;
   // Broken where the tissue below the brim is rough.
@@ -68,7 +68,7 @@ void main() {
   float net = 1.0 - abs(texture2D(micro_map, place.yx * 9.0 + 0.9 * normalize(normal).xy).z + rough.z - 1.0) * 4.0;
   net = max(net, 0.0); net *= net;
   float lines = 0.28 * net * inward * (1.0 - hide) * smoothstep(0.5, 3.0, mm) * (1.0 - smoothstep(8.0, 25.0, mm));
-  float a = mix(0.08 + 0.22 * (1.0 - exp(-0.3 * mm)), 0.97, hide) + 2.0 * fresnel + 1.8 * gloss.g;
+  float a = mix(0.05 + 0.13 * (1.0 - exp(-0.3 * mm)), 0.97, hide) + 2.0 * fresnel + 1.8 * gloss.g;
   a = max(a * smoothstep(0.42, 0.46 + 0.04 * (1.0 - hide), wet), min(0.6 * shine * strength, 1.0));
   vec3 lit = vec3(1.0, 0.84, 0.78) * sqrt(min(2.5 * strength, 1.0));
   colour = (colour * a + lit * lines * (1.0 - a)) / max(a + lines * (1.0 - a), 1e-3);

@@ -28,7 +28,10 @@ void main() {
   float rim = 1.5 - 1.5 * smoothstep(0.2, 0.5, h.z);
   vec4 ground = texture2D(albedo_map, uv.xy, rim);
   vec3 relief = texture2D(relief_map, uv.xy, rim).xyz;
-  vec3 fine = texture2D(micro_map, uv.xy * look.z).xyz;
+  // Far walls are hollow towards the lens and mirror the lamp everywhere: only what their relief breaks up looks wet.
+  // There the relief is read finer than its pixels are, and the lamp's images are smaller.
+  float distant = smoothstep(0.06, 0.12, uv.w);  // m
+  vec3 fine = texture2D(micro_map, uv.xy * look.z, -1.5 * distant).xyz;
   vec2 micro = fine.xy * 2.0 - 1.0;
   vec2 slope = (relief.xy * 2.0 - 1.0) * look.w;
   float wetness = look.x;
@@ -70,7 +73,7 @@ void main() {
 #endif
 
   vec2 s_diffuse = (slope + 0.16 * micro) * min(2.5 * h.z, 1.0);
-  vec2 s_wet = 0.95 * slope + 0.42 * micro;
+  vec2 s_wet = 0.95 * slope + (0.42 + 0.15 * distant) * micro;
   float nl = (h.z - dot(s_diffuse, h.xy)) * inversesqrt(1.0 + dot(s_diffuse, s_diffuse));
   float nh = max((h.z - dot(s_wet, h.xy)) * inversesqrt(1.0 + dot(s_wet, s_wet)), 0.0);
 
@@ -98,7 +101,7 @@ void main() {
   float mirror = sharp * sharp;                   // ^192
   float lamp = mirror * mirror;                   // ^384
   float dry = (1.0 - film) * (1.0 - film) * (1.0 - film);
-  sharp = mix(0.1 * sharp * lamp * lamp, mirror * (0.3 + 0.7 * fine.z), dry);  // ^864, ^192
+  sharp = mix(0.1 * sharp * lamp * lamp, mirror * mix(1.0, lamp, distant) * (0.3 + 0.7 * fine.z), dry);  // ^864, ^192 … ^576
   vec3 soft = vec3(0.050, 0.046, 0.046) * (1.0 - 0.8 * film);
   // A soft film everywhere; bright and slightly blue only where fluid stands.
   colour += wet * (soft * sheen + clamp(3.0 * ground.a - 0.8, 0.0, 1.0) * vec3(64.0, 67.2, 70.4) * sharp);
