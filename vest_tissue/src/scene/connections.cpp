@@ -21,13 +21,42 @@ constexpr double kGreatestLever = 6.0;
 constexpr double kLighter = 2.0;
 constexpr int kSweeps = 12;  ///< of connectionRates() (tuned)
 
-Vector3d at(const ObjectState& s, std::uint32_t knot, double ahead) {
-  return ahead == 0.0 ? knotPosition(s, knot) : knotPosition(s, knot) + ahead * knotVelocity(s, knot);
-}
+/// Where an anchor's face carries its end: at sum of weights·knots + height·normal. The weights may lie
+/// beyond the face (sum 1), so that the place turns with it as a rigid lever does.
+struct Face {
+  Vector3d corner = Vector3d::Zero();                           ///< m, world: corner 0
+  Vector3d edge1 = Vector3d::Zero(), edge2 = Vector3d::Zero();  ///< m, from corner 0
+  Vector3d normal = Vector3d::Zero();                           ///< unit, or zero
+  double doubled = 0.0;  ///< m²: twice the area; 0: no face to speak of
+};
 
 bool onFace(const net::Anchor& a) {
   return a.knots[0] != a.knots[1] && a.knots[1] != a.knots[2] && a.knots[0] != a.knots[2] &&
          a.weights[3] == 0.0;
+}
+
+/// What the knots of an anchor do, read once: those that bear it or span its face.
+struct Corners {
+  std::array<Vector3d, 4> place, velocity;  ///< m, some time ahead; m/s, now
+  std::array<double, 4> inverse_mass;       ///< 1/kg
+};
+
+Corners cornersOf(const WorldState& state, const net::Anchor& a, double ahead) {
+  const ObjectState& s = state.objects[a.object];
+  const float* const w = row(s, Block::kInverseMass);
+  const bool face = onFace(a);
+  Corners corners;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (a.weights[i] == 0.0 && !(face && i < 3)) {
+      corners.place[i].setZero(), corners.velocity[i].setZero(), corners.inverse_mass[i] = 0.0;
+      continue;
+    }
+    const std::uint32_t k = a.knots[i];
+    corners.velocity[i] = knotVelocity(s, k);
+    corners.place[i] = ahead == 0.0 ? knotPosition(s, k) : knotPosition(s, k) + ahead * corners.velocity[i];
+    corners.inverse_mass[i] = static_cast<double>(w[k]);
+  }
+  return corners;
 }
 
 /// s: from the start of a batch of `h` to the mean of the places at which its sub-steps take their forces.
@@ -50,14 +79,11 @@ std::array<double, 4> leversOf(const net::Anchor& a, const Face& face) {
   return lever;
 }
 
-}  // namespace
-
-Face faceOf(const WorldState& state, const net::Anchor& a, double ahead) {
+Face faceOf(const Corners& corners, const net::Anchor& a) {
   Face face;
   if (!onFace(a)) return face;
-  const ObjectState& s = state.objects[a.object];
-  face.corner = at(s, a.knots[0], ahead);
-  face.edge1 = at(s, a.knots[1], ahead) - face.corner, face.edge2 = at(s, a.knots[2], ahead) - face.corner;
+  face.corner = corners.place[0];
+  face.edge1 = corners.place[1] - face.corner, face.edge2 = corners.place[2] - face.corner;
   const Vector3d cross = face.edge1.cross(face.edge2);
   const double doubled = std::sqrt(cross.squaredNorm());
   if (!(doubled > kLeastFace)) return face;
@@ -65,30 +91,43 @@ Face faceOf(const WorldState& state, const net::Anchor& a, double ahead) {
   return face;
 }
 
-Vector3d footOf(const WorldState& state, const net::Anchor& a, double ahead) {
+/// m, world; on the face, without the height.
+Vector3d footOf(const Corners& corners, const net::Anchor& a) {
   Vector3d p = Vector3d::Zero();
-  for (int i = 0; i < 4; ++i)
-    if (a.weights[i] != 0.0) p += a.weights[i] * at(state.objects[a.object], a.knots[i], ahead);
+  for (std::size_t i = 0; i < 4; ++i)
+    if (a.weights[i] != 0.0) p += a.weights[i] * corners.place[i];
   return p;
 }
 
-Vector3d placeOf(const WorldState& state, const net::Anchor& a, double ahead) {
-  const Vector3d foot = footOf(state, a, ahead);
-  return a.height == 0.0 ? foot : Vector3d(foot + a.height * faceOf(state, a, ahead).normal);
+/// m, world, with it.
+Vector3d placeOf(const Corners& corners, const net::Anchor& a, const Face& face) {
+  const Vector3d foot = footOf(corners, a);
+  return a.height == 0.0 ? foot : Vector3d(foot + a.height * face.normal);
 }
 
-Vector3d velocityOf(const WorldState& state, const net::Anchor& a, const Face& face) {
-  const ObjectState& s = state.objects[a.object];
+/// m/s: of the place.
+Vector3d velocityOf(const Corners& corners, const net::Anchor& a, const Face& face) {
   Vector3d v = Vector3d::Zero();
-  for (int i = 0; i < 4; ++i)
-    if (a.weights[i] != 0.0) v += a.weights[i] * knotVelocity(s, a.knots[i]);
+  for (std::size_t i = 0; i < 4; ++i)
+    if (a.weights[i] != 0.0) v += a.weights[i] * corners.velocity[i];
   if (a.height == 0.0 || face.doubled == 0.0) return v;
-  const Vector3d v0 = knotVelocity(s, a.knots[0]), u1 = knotVelocity(s, a.knots[1]) - v0,
-                 u2 = knotVelocity(s, a.knots[2]) - v0;
+  const Vector3d &v0 = corners.velocity[0], u1 = corners.velocity[1] - v0, u2 = corners.velocity[2] - v0;
   const Vector3d turning = u1.cross(face.edge2) + face.edge1.cross(u2);
   return v + a.height / face.doubled * (turning - face.normal.dot(turning) * face.normal);
 }
 
+/// 1/kg: how the place answers to a force, at most.
+double inverseMass(const Corners& corners, const net::Anchor& a, const Face& face) {
+  const std::array<double, 4> lever = leversOf(a, face);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 4; ++i)  // along the normal and across it: at right angles
+    sum += (a.weights[i] * a.weights[i] + lever[i] * lever[i] + 2.0 * std::fabs(a.weights[i]) * lever[i]) *
+           corners.inverse_mass[i];
+  return sum;
+}
+
+/// Adds a force (N) at the place to the held forces of the knots: their sum and torque are those of the
+/// force.
 void pushHeld(WorldState& state, const net::Anchor& a, const Face& face, const Vector3d& force) {
   ObjectState& s = state.objects[a.object];
   for (int i = 0; i < 4; ++i)
@@ -100,14 +139,34 @@ void pushHeld(WorldState& state, const net::Anchor& a, const Face& face, const V
   addHeld(s, a.knots[1], f1), addHeld(s, a.knots[2], f2), addHeld(s, a.knots[0], -f1 - f2);
 }
 
-double inverseMass(const WorldState& state, const net::Anchor& a, const Face& face) {
-  const float* const w = state.objects[a.object].block.row(Block::kInverseMass);
-  const std::array<double, 4> lever = leversOf(a, face);
-  double sum = 0.0;
-  for (std::size_t i = 0; i < 4; ++i)  // along the normal and across it: at right angles
-    sum += (a.weights[i] * a.weights[i] + lever[i] * lever[i] + 2.0 * std::fabs(a.weights[i]) * lever[i]) *
-           static_cast<double>(w[a.knots[i]]);
-  return sum;
+/// Weights and height with which the anchor's face carries a place (m, world). False: there is no face.
+bool carry(net::Anchor& a, const Face& face, const Vector3d& place) {
+  if (face.doubled == 0.0) return false;
+  const Vector3d r = place - face.corner;
+  const double w1 = r.cross(face.edge2).dot(face.normal) / face.doubled,
+               w2 = face.edge1.cross(r).dot(face.normal) / face.doubled;
+  a.weights = {1.0 - w1 - w2, w1, w2, 0.0};
+  a.height = r.dot(face.normal);
+  return true;
+}
+
+/// m: by how much a way (m) from end 0 to end 1 stretches what has the given strand.
+Vector3d stretchOf(const Vector3d& way, double strand) {
+  if (strand == 0.0) return way;
+  // A strand that is crushed to nothing has no direction.
+  const double length = std::max(std::sqrt(way.squaredNorm()), 0.1 * strand);
+  return (1.0 - strand / length) * way;
+}
+
+Vector3d placeOf(const WorldState& state, const net::Anchor& a, double ahead = 0.0) {
+  const Corners corners = cornersOf(state, a, ahead);
+  return placeOf(corners, a, faceOf(corners, a));
+}
+
+}  // namespace
+
+Vector3d footOf(const WorldState& state, const net::Anchor& a, double ahead) {
+  return footOf(cornersOf(state, a, ahead), a);
 }
 
 std::vector<solver::Rates> connectionRates(const Description& d, const WorldState& state) {
@@ -120,7 +179,7 @@ std::vector<solver::Rates> connectionRates(const Description& d, const WorldStat
   const auto each = [&](std::size_t n, auto work) {
     const ConnectionState& s = state.connections[n];
     for (const net::Anchor* a : {&s.end0, &s.end1}) {
-      const std::array<double, 4> lever = leversOf(*a, faceOf(state, *a));
+      const std::array<double, 4> lever = leversOf(*a, faceOf(cornersOf(state, *a, 0.0), *a));
       for (std::size_t i = 0; i < 4; ++i)
         work(held[a->object][a->knots[i]], std::fabs(a->weights[i]) + lever[i],
              static_cast<double>(row(state.objects[a->object], Block::kInverseMass)[a->knots[i]]));
@@ -153,44 +212,31 @@ std::vector<solver::Rates> connectionRates(const Description& d, const WorldStat
   return rates;
 }
 
-bool carry(net::Anchor& a, const Face& face, const Vector3d& place) {
-  if (face.doubled == 0.0) return false;
-  const Vector3d r = place - face.corner;
-  const double w1 = r.cross(face.edge2).dot(face.normal) / face.doubled,
-               w2 = face.edge1.cross(r).dot(face.normal) / face.doubled;
-  a.weights = {1.0 - w1 - w2, w1, w2, 0.0};
-  a.height = r.dot(face.normal);
-  return true;
-}
-
 Vector3d stretchOf(const WorldState& state, const ConnectionState& s, const ConnectionConstants& k,
                    double ahead0, double ahead1) {
-  const Vector3d way = placeOf(state, s.end1, ahead1) - placeOf(state, s.end0, ahead0);
-  if (k.strand == 0.0) return way;
-  // A strand that is crushed to nothing has no direction.
-  const double length = std::max(std::sqrt(way.squaredNorm()), 0.1 * k.strand);
-  return (1.0 - k.strand / length) * way;
+  return stretchOf(placeOf(state, s.end1, ahead1) - placeOf(state, s.end0, ahead0), k.strand);
 }
 
 bool carryOffset(const WorldState& state, ConnectionState& s, const Vector3d& offset,
                  ConnectionConstants& k) {
-  const Face face = faceOf(state, s.end1);
-  const double own = inverseMass(state, s.end0, Face{});
-  const double most = own + kGreatestLever * inverseMass(state, s.end1, face);
-  const Vector3d foot = footOf(state, s.end1);
+  const Corners corners = cornersOf(state, s.end1, 0.0);
+  const Face face = faceOf(corners, s.end1);
+  const double own = inverseMass(cornersOf(state, s.end0, 0.0), s.end0, Face{});
+  const double most = own + kGreatestLever * inverseMass(corners, s.end1, face);
+  const Vector3d foot = footOf(corners, s.end1);
   const double length = std::sqrt(offset.squaredNorm());
   if (length > 0.0) {
     net::Anchor a = s.end1;
     double share = 1.0;
     do {
       if (!carry(a, face, foot + share * offset)) return false;
-      k.inverse_mass = own + inverseMass(state, a, face);
+      k.inverse_mass = own + inverseMass(corners, a, face);
       k.strand = (1.0 - share) * length;
       share *= 0.9;
     } while (k.inverse_mass > most && share > 0.05);
     s.end1 = a;
   }
-  k.inverse_mass = own + inverseMass(state, s.end1, face);
+  k.inverse_mass = own + inverseMass(corners, s.end1, face);
   return true;
 }
 
@@ -215,18 +261,21 @@ void exchange(Context& c, std::size_t n, double h, bool renew, bool due0, bool d
   ConnectionForce& f = c.scratch.connection_force[n];
   // All at the mean place of the sub-steps in which they act (docs/decisions/0015-…): no torque is left.
   const double ahead0 = untilMean(c, s.end0.object, h), ahead1 = untilMean(c, s.end1.object, h);
-  const Face face = faceOf(c.state, s.end1, ahead1);
+  const Corners corners1 = cornersOf(c.state, s.end1, ahead1);
+  const Face face = faceOf(corners1, s.end1);
   if (renew) {
     const ConnectionConstants& constants = c.model.connections[n];
-    const Vector3d off = stretchOf(c.state, s, constants, ahead0, ahead1);
+    const Corners corners0 = cornersOf(c.state, s.end0, ahead0);
+    const Vector3d place0 = placeOf(corners0, s.end0, faceOf(corners0, s.end0));
+    const Vector3d off = stretchOf(placeOf(corners1, s.end1, face) - place0, constants.strand);
     // The damper sits at end 0 and its other end is carried by the face there: a stretched connection that
     // only turns is not damped, and no torque is left.
     f.damper = s.end1;
-    carry(f.damper, face, placeOf(c.state, s.end0, ahead0));
-    const Vector3d rate = velocityOf(c.state, f.damper, face) - velocityOf(c.state, s.end0, Face{});
-    const double built = constants.inverse_mass, own = inverseMass(c.state, s.end0, Face{});
-    const double soft1 = std::min(1.0, kLighter * built / (own + inverseMass(c.state, s.end1, face))),
-                 soft2 = std::min(1.0, kLighter * built / (own + inverseMass(c.state, f.damper, face)));
+    carry(f.damper, face, place0);
+    const Vector3d rate = velocityOf(corners1, f.damper, face) - velocityOf(corners0, s.end0, Face{});
+    const double built = constants.inverse_mass, own = inverseMass(corners0, s.end0, Face{});
+    const double soft1 = std::min(1.0, kLighter * built / (own + inverseMass(corners1, s.end1, face))),
+                 soft2 = std::min(1.0, kLighter * built / (own + inverseMass(corners1, f.damper, face)));
     f.spring = (soft1 * k.stiffness) * off;
     f.damping = (soft2 * k.damping) * rate;
     // An elastostatic end follows at once, without inertia: the force goes over to its new value no faster
