@@ -118,12 +118,13 @@ class CrtkClient(unittest.TestCase):
 
     def test_2_relative_poses_go_along_the_axes_of_their_frame(self):
         arm = self.arm
-        arm.pose("servo_cp", [0.03, 0.05, 0.06])
-        self.assertTrue(within(lambda: math.dist(arm.place(), [0.03, 0.05, 0.06]) < 1e-6))
+        # Not where the arm is: ROS keeps no order between topics, and a command seen to act has been taken.
+        arm.pose("servo_cp", [0.03, 0.045, 0.06])
+        self.assertTrue(within(lambda: math.dist(arm.place(), [0.03, 0.045, 0.06]) < 1e-6))
         arm.pose("servo_cr", [0.0, 0.01, 0.0])
-        self.assertTrue(within(lambda: math.dist(arm.place(), [0.03, 0.06, 0.06]) < 1e-6), arm.place())
+        self.assertTrue(within(lambda: math.dist(arm.place(), [0.03, 0.055, 0.06]) < 1e-6), arm.place())
         self.assertTrue(arm.moved(lambda: arm.pose("move_cr", [-0.01, 0.0, 0.005])))
-        self.assertTrue(within(lambda: math.dist(arm.place(), [0.02, 0.06, 0.065]) < 1e-6), arm.place())
+        self.assertTrue(within(lambda: math.dist(arm.place(), [0.02, 0.055, 0.065]) < 1e-6), arm.place())
         roll = arm.measured()[3]
         half = 0.25  # the shaft's own axis, about which alone the arm turns where it is
         q = arm.newest["measured_cp"].pose.orientation
