@@ -388,6 +388,24 @@ TEST(VestScore, ARecordingThatBeginsAtASnapshotGoesOnWithItsExercise) {
   fs::remove_all(folder);
 }
 
+class ExerciseRecordings : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(ExerciseRecordings, ScoreToTheBitsOfTheSession) {
+  std::string folder = fs::temp_directory_path() / "vest_score_XXXXXX";
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  int code = 0;
+  const std::string live =
+      said(VEST_EXERCISE " run " + GetParam() + " --json --output " + folder + "/session", code);
+  EXPECT_EQ(code, 0) << live;
+  const std::string scored = said(VEST_SCORE " --json " + folder + "/session", code);
+  EXPECT_EQ(code, 0) << scored;
+  EXPECT_EQ(scored, live);
+  fs::remove_all(folder);
+}
+
+INSTANTIATE_TEST_SUITE_P(Played, ExerciseRecordings, ::testing::ValuesIn(played()),
+                         [](const auto& name) { return name.param; });
+
 TEST(VestScore, ScoresARecordedSessionToTheSameBits) {
   std::string folder = fs::temp_directory_path() / "vest_score_XXXXXX";
   ASSERT_NE(mkdtemp(folder.data()), nullptr);
