@@ -498,7 +498,7 @@ TEST(Sequences, ToolsThatJumpEveryMillisecondThrowNothingInShippedScenes) {
         jump(scenes.at(name), static_cast<std::uint32_t>(9000 + n), kJumping[way % 8], kSteps, degraded);
     EXPECT_EQ(steps, kSteps) << "a fault in " << name << ", run " << n;
   };
-  const int count = countOf(100, kSteps, "steps"), first = firstSequence();
+  const int count = countOf(300, kSteps, "steps"), first = firstSequence();
   for (int n = first; n < first + count; ++n) {
     const auto of = static_cast<std::size_t>(n);
     play(names[of % names.size()], n, of / names.size());
