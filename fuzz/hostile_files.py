@@ -173,6 +173,18 @@ def kinds(tool):
     out.append(Kind('baked net', tube, 'tube.net', scene))
     for name in ('tube', 'sheet'):
         out.append(Kind('source: ' + name, kept('source', name), 'source.yaml', [model, 'bake', '{}/source.yaml', '{}/out']))
+    edits = (b'vest_edits: 1\nedits:\n  - {op: set, path: /name, value: other}\n'
+             b'  - {op: set, path: /objects/tube/tube/centre/1, value: [0.001, 0.05, 0.06]}\n'
+             b'  - {op: insert, path: /objects/tube/tube/sections/-, value: {at: 0.5, radii: [0.004]}}\n  - {op: undo}\n'
+             b'  - {op: insert, path: /objects/-, value: {name: b, mirror_of: tube}}\n  - {op: remove, path: /objects/b}\n')
+    drawn = dict(kept('source', 'tube'), **{'edits.yaml': edits})
+    out.append(Kind('edits', drawn, 'edits.yaml', [model, 'edit', '{}/source.yaml', '--script', '{}/edits.yaml', '-o', '{}/out'],
+                    ['edits.yaml', 'source.yaml', 'other.yaml']))
+    out.append(Kind('source that is edited', drawn, 'source.yaml', [model, 'edit', '{}/source.yaml', '--script', '{}/edits.yaml', '-o', '{}/out'],
+                    ['edits.yaml', 'source.yaml', 'other.yaml']))
+    out.append(Kind('source to which a part is added', drawn, 'source.yaml', [model, 'add', '{}/source.yaml', 'bowel', '-o', '{}/out'],
+                    ['source.yaml', 'tube.yaml']))
+    out.append(Kind('index of a library', {'index.yaml': read('fuzz', 'corpus', 'library', 'two')}, 'index.yaml', reader('library', 'index.yaml')))
     material = tool('vest_tissue', 'vest_material')
     out.append(Kind('materials.yaml', {'materials.yaml': read('vest_tissue', 'data', 'materials.yaml')}, 'materials.yaml',
                     [material, '--materials', '{}/materials.yaml', 'list']))
@@ -186,6 +198,10 @@ def kinds(tool):
     good = made(tool)
     volumes = {'.nrrd.mha.nii'.split('.')[1 + f[0] % 3]: f[1:] for f in good['volume']}
     image_tool, importer = tool('vest_tissue', 'vest_image'), tool('vest_tissue', 'vest_import')
+    puncture = {n: read('vest_tissue', 'scenes', 'ct_puncture', n) for n in ('ct_puncture.yaml', 'needle.csv')}
+    out.append(Kind('needle in an image', puncture, 'ct_puncture.yaml', [model, 'check', '{}/ct_puncture.yaml'], sorted(puncture)))
+    out.append(Kind('table of colours', {'table.csv': read('vest_tissue', 'library', 'tables', 'bone.csv')}, 'table.csv', reader('table', 'table.csv')))
+    out.append(Kind('needle\'s table', puncture, 'needle.csv', [model, 'check', '{}/ct_puncture.yaml'], sorted(puncture)))
     for name, bytes_ in [('slice', good['dicom'][0])] + [('a.' + ending, f) for ending, f in volumes.items()]:
         out.append(Kind('patient\'s image: ' + name, {name: bytes_}, name, [image_tool, 'info', '{}/' + name]))
     out.append(Kind('label map', {'a.nii': volumes['nii']}, 'a.nii', [importer, 'new', '--labels', '{}/a.nii', '{}/out']))
@@ -214,6 +230,9 @@ def kinds(tool):
                           ('re-simulated', ['vest_resimulate', '{}'])):
         out.append(Kind('session.bag, ' + name, {'session.bag': good['bag'][0]}, 'session.bag',
                         [tool('vest_bringup', command[0])] + command[1:]))
+    out.append(Kind('recorded drawing', {'drawing.bag': good['drawing'][0]}, 'drawing.bag', [tool('vest_bringup', 'vest_replay_model'), '{}/drawing.bag']))
+    out.append(Kind('snapshot', {'snapshot': good['snapshot'][0]}, 'snapshot', reader('snapshot', 'snapshot')))
+    out.append(Kind('reference group', {'reference.json': good['reference'][0]}, 'reference.json', reader('reference', 'reference.json')))
     pelvis = {n: read('vest_effects', 'data', 'vessels', 'pelvis', n)
               for n in ('case.json', 'network.csv', 'inflow.csv', 'vessels.yaml')}
     box = read('vest_instruments', 'config', 'trainer_box.yaml')

@@ -1,5 +1,6 @@
 #include <rosbag/bag.h>
 #include <vest_msgs/EffectsOptions.h>
+#include <vest_msgs/ModelEdit.h>
 #include <vest_msgs/SceneFiles.h>
 #include <vest_msgs/StateHash.h>
 #include <vest_msgs/StepInput.h>
@@ -7,12 +8,14 @@
 #include <vest_msgs/TissueTopology.h>
 
 #include "readers.h"
+#include "vest_bringup/ros/recorded_drawing.h"
 #include "vest_bringup/ros/recorded_session.h"
 #include "vest_bringup/ros/recovery.h"
 #include "vest_bringup/ros/session_check.h"
 #include "vest_bringup/session/motion_metrics.h"
 #include "vest_bringup/session/motion_table.h"
 #include "vest_instruments/files/read.h"
+#include "vest_tissue/material/database.h"
 
 namespace vest::fuzz {
 namespace {
@@ -75,6 +78,36 @@ void readBag(const std::string& input) {
   std::remove((folder().path() + "/session.json").c_str());
 }
 
+/// A drawing of three edits, as the modeller records it.
+std::vector<std::string> drawings() {
+  const std::string source = files::read(std::string(VEST_SOURCE_DIR) + "/fuzz/corpus/source/tube", 1 << 20);
+  modelling::Session drawn("source.yaml", source, modelling::readMaterials(material::databasePath()));
+  drawn.apply("set", "/name", "other");
+  drawn.apply("insert", "/objects/-", "{name: second, mirror_of: " + drawn.source().objects[0].name + "}");
+  drawn.apply("undo", "");
+  const std::string file = folder().path() + "/made.bag";
+  {
+    rosbag::Bag bag(file, rosbag::bagmode::Write);
+    ros::Time t(100.0);
+    for (const auto& edit : drawn.log()) {
+      vest_msgs::ModelEdit told;
+      told.seq = static_cast<std::uint32_t>(edit.seq);
+      told.op = edit.op, told.path = edit.path, told.before = edit.before, told.after = edit.after;
+      told.hash = edit.hash;
+      bag.write("/model/edits", t += ros::Duration(1.0), told);
+    }
+  }
+  std::vector<std::string> made{files::read(file, 1 << 20)};
+  std::remove(file.c_str());
+  return made;
+}
+
+void readDrawing(const std::string& input) {
+  folder().clear();
+  const std::string file = folder().write("drawing.bag", input);
+  takes(file, [&] { session::replayDrawing(file); });
+}
+
 /// session.json beside a bag that is good: odd values are rows of the table, never the end.
 void readSummary(const std::string& input) {
   static const std::string bag = smallBags().front();
@@ -90,6 +123,7 @@ void readSummary(const std::string& input) {
 }
 
 void readTable(const std::string& input) {
+  folder().clear();
   const std::string file = folder().write("table.csv", input);
   session::MotionTable table;
   if (takes(file, [&] { table = session::readMotionTable(file); }))
@@ -99,7 +133,10 @@ void readTable(const std::string& input) {
 }  // namespace
 
 std::vector<Reader> sessionReaders() {
-  return {{"bag", readBag, smallBags}, {"summary", readSummary, {}}, {"motion_table", readTable, {}}};
+  return {{"bag", readBag, smallBags},
+          {"drawing", readDrawing, drawings},
+          {"summary", readSummary, {}},
+          {"motion_table", readTable, {}}};
 }
 
 }  // namespace vest::fuzz

@@ -2,6 +2,8 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <memory>
 
@@ -12,6 +14,7 @@
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/material/sutures.h"
 #include "vest_tissue/modelling/bake.h"
+#include "vest_tissue/modelling/library.h"
 #include "vest_tissue/modelling/session.h"
 #include "vest_tissue/modelling/source.h"
 #include "vest_tissue/scene/baked.h"
@@ -116,6 +119,20 @@ void readEdits(const std::string& input) {
   takes("edits.yaml", [&] { modelling::play(modelling::readEdits("edits.yaml", input), session); });
   while (session.canUndo()) session.apply("undo", "");
   if (session.text() != start) std::abort();
+}
+
+/// index.yaml in a package of two files.
+void readLibrary(const std::string& input) {
+  static const Folder package;
+  static const std::string index = [] {
+    std::filesystem::create_directory(package.path() + "/library");
+    for (const char* const name : {"/library/tube.yaml", "/materials.yaml"})
+      std::ofstream(package.path() + name) << "vest_part: 1\n";
+    return package.path() + "/library/index.yaml";
+  }();
+  std::filesystem::remove(index);
+  std::ofstream(index, std::ios::binary) << input;
+  takes(package.path(), [&] { modelling::readLibrary(index); });
 }
 
 void readMaterials(const std::string& input) {
@@ -278,6 +295,7 @@ std::vector<Reader> tissueReaders() {
           {"net", readNet, nets},
           {"source", readSource, {}},
           {"edits", readEdits, {}},
+          {"library", readLibrary, {}},
           {"materials", readMaterials, shipped("vest_tissue/data/materials.yaml")},
           {"sutures", readSutures, shipped("vest_tissue/data/sutures.yaml")},
           {"rods", readRods, {}},

@@ -2,6 +2,7 @@
 
 #include "readers.h"
 #include "vest_bringup/exercise/exercise.h"
+#include "vest_bringup/exercise/learning_curve.h"
 #include "vest_bringup/exercise/trainees.h"
 #include "vest_instruments/files/read.h"
 
@@ -45,6 +46,17 @@ void readTrainees(const std::string& input) {
   for (const char* beside : {"-wal", "-shm", "-journal"}) std::filesystem::remove(file + beside);
 }
 
+void readReference(const std::string& input) {
+  takes("reference.json", [&] { exercise::parseReference("reference.json", input); });
+}
+
+std::vector<std::string> references() {
+  exercise::Reference group;
+  group.exercise = "lift_tube", group.hash = "0123456789abcdef", group.attempts = 7;
+  group.figures = {{"total", 71.5, 12.25}, {"time_s", 40.0, 0.0}};
+  return {exercise::toJson(group)};
+}
+
 std::vector<std::string> databases() {
   const Folder one;
   const std::string file = one.path() + "/trainees.db";
@@ -64,7 +76,9 @@ std::vector<std::string> databases() {
 }  // namespace
 
 std::vector<Reader> trainingReaders() {
-  return {{"exercise", readExercise, exercises}, {"trainees", readTrainees, databases}};
+  return {{"exercise", readExercise, exercises},
+          {"trainees", readTrainees, databases},
+          {"reference", readReference, references}};
 }
 
 }  // namespace vest::fuzz

@@ -170,11 +170,12 @@ TreeSpec treeOf(const Value& value) {
   };
   letters(map["axiom"]);
   if (map.has("productions")) {
-    Map productions(map["productions"]);
-    for (const auto& entry : map["productions"].node()) {
+    const Value all = map["productions"];  // lives as long as the loop over what it holds
+    Map productions(all);
+    for (const auto& entry : all.node()) {
       const std::string letter = entry.first.Scalar();
       if (letter.size() != 1 || letter[0] < 'A' || letter[0] > 'Z')
-        map["productions"].fail("its keys must be one letter each, A to Z");
+        all.fail("its keys must be one letter each, A to Z");
       spec.productions[letter[0]] = letters(productions[letter]);
     }
     productions.finish();

@@ -90,7 +90,6 @@ void writeScene(const scene::Description& description, const std::string& direct
   if (source_file.find_first_not_of(kPlain) != std::string::npos || source_file[0] == '.')
     throw std::invalid_argument(files::shown(source_file) +
                                 ": the name of a source; allowed: letters, digits, _ . -");
-  Files folder(directory);
   for (const auto& object : description.objects) {
     const bool layered = object.model == scene::ObjectModel::Fem && object.fem &&
                          !object.fem->materials.empty() && object.fem->loads.empty();
@@ -99,7 +98,10 @@ void writeScene(const scene::Description& description, const std::string& direct
           "object '" + object.name +
           "': model: fem or volume; allowed in scenes that are written: net, rigid, and walls of layers");
     }
+    // What a reader would refuse is not written: it would stand there as half a scene.
+    if (!object.fem) scene::checkObject(object, source_file);
   }
+  Files folder(directory);
   std::string yaml = "# Written by vest_model.\n";
   if (!source_file.empty())
     yaml = "# Written by vest_model bake from " + source_file + ": change that file and bake again.\n";

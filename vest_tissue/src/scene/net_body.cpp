@@ -205,6 +205,7 @@ void NetBody::renewBound(Context& c, std::size_t object) const {
   limit_to(whole);
   solver::BoundLinks links = boundLinks(s);
   const float strain = solver::greatestStrain(links);
+  const bool softened = limited < whole && strain > limited;  // since the last look: told until the next one
   const float tangent = tangentOf(links.law, std::min(strain, whole));
   const double dt = c.model.description.dt;
   // Removed links leave every bound valid; doubled knots do not.
@@ -215,6 +216,7 @@ void NetBody::renewBound(Context& c, std::size_t object) const {
     s.bound_strain = 0.0f;
     if (constants.polynomial)
       limitLaw(s, constants, constants.bound_at_start * constants.calibration, 0.0f, dt);
+    s.degraded = softened;
     return;
   }
   const int most = static_cast<int>(solver::kSubStepsPerSecond * dt);
@@ -224,6 +226,7 @@ void NetBody::renewBound(Context& c, std::size_t object) const {
   if (!scaled && !was_degraded && s.batches == before && strain < 1.05f * s.bound_strain &&
       strain > 0.8f * s.bound_strain) {
     limit_to(std::min(whole, std::max(limited, kReserve * strain)));
+    s.degraded = softened;
     return;
   }
   s.bound_strain = strain;
@@ -245,6 +248,7 @@ void NetBody::renewBound(Context& c, std::size_t object) const {
   needed = std::clamp(needed, constants.sub_steps, limit);
   s.sub_steps = (needed + s.batches - 1) / s.batches * s.batches;
   if (constants.polynomial && !s.degraded) limitLaw(s, constants, own, strain, dt);
+  s.degraded = s.degraded || softened;
 }
 
 void NetBody::begin(Context& c, std::size_t object, double h, int batch) const {

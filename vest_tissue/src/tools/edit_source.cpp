@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "vest_instruments/files/read.h"
 #include "vest_tissue/files/yaml_reader.h"
 
 namespace vest::tools {
@@ -12,7 +13,7 @@ std::string editSource(const std::string& source, const std::string& script, con
   constexpr std::size_t kMost = scene::yaml::kMaxBytes;
   modelling::Session session(source, scene::yaml::readFile(source, kMost), materials);
   modelling::play(modelling::readEdits(script, scene::yaml::readFile(script, kMost)), session);
-  std::printf("%s: %zu edits, document %s\n", source.c_str(), session.log().size() - 1,
+  std::printf("%s: %zu edits, document %s\n", files::shown(source, 6000).c_str(), session.log().size() - 1,
               session.hash().c_str());
   return modelling::save(session, directory);
 }

@@ -124,7 +124,7 @@ int main(int argc, char** argv) {
     }
     auto description = vest::scene::loadScene(scene_path);
     if (edit->parsed() || add->parsed())
-      std::printf("%s: scene %s\n", scene_path.c_str(), description.hash.c_str());
+      std::printf("%s: scene %s\n", vest::files::shown(scene_path, 6000).c_str(), description.hash.c_str());
     if (settle->parsed()) {
       for (auto& object : description.objects) object.position = object.rest_position;
       vest::tools::settle(description, seconds, threads, true);
@@ -137,6 +137,7 @@ int main(int argc, char** argv) {
     const bool good = vest::tools::printCheck(description);
     return vest::tools::startsWell(description) && good ? 0 : 1;
   } catch (const std::exception& error) {
+    std::fflush(stdout);  // what is wrong is the last line
     const std::string& of = scene_path.empty() ? source_path : scene_path;
     std::fprintf(stderr, "vest_model: %s\n",
                  of.empty() ? error.what() : vest::files::refusal(error.what(), of).c_str());
