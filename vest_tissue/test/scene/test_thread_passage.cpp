@@ -1,0 +1,141 @@
+// Threads in a World never go through themselves or each other, whatever instruments do with them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "../suture/crossings.h"
+#include "../suture/knots.h"
+#include "nets.h"
+#include "vest_tissue/scene/world.h"
+#include "vest_tissue/scene/world_model.h"
+#include "vest_tissue/suture/knot_kind.h"
+
+namespace {
+
+using namespace vest;
+using Eigen::Vector3d;
+
+/// Silk, 0, in segments as those of the scene thread_throw; it does not break.
+scene::Suture silk(const std::string& name, const std::vector<Vector3d>& nodes) {
+  scene::Suture s;
+  s.material = "silk", s.size = "0", s.kind = 2;
+  s.strength = s.knot_strength = 1000.0;
+  s.rod.name = name;
+  s.rod.nodes = nodes;
+  s.rod.section = suture::solidSection(0.0001875, 975, 8.701e9, 0.4);
+  s.rod.section.bend *= 0.05, s.rod.section.twist *= 0.05;
+  s.rod.section.friction = 0.3, s.rod.section.strain_damping = 1e-4, s.rod.section.drag = 1e-4;
+  return s;
+}
+
+scene::ToolInput grasper(const Vector3d& tip, const Vector3d& z, const Vector3d& x, double jaw) {
+  scene::ToolInput t = test::grasper(tip, jaw);
+  t.pivot = tip - 0.12 * z;
+  Eigen::Matrix3d r;
+  r << x, z.cross(x), z;
+  t.orientation = Eigen::Quaterniond(r);
+  return t;
+}
+
+struct Room {
+  scene::World world;
+  scene::StepInput input;
+  scene::StepReport report;
+  std::vector<scene::ThreadView> threads;
+  std::vector<std::size_t> starts;
+  int through = 0;
+
+  explicit Room(const scene::Description& d, int workers = 1) : world(d, workers) {
+    const auto& strands = world.model().threads.rods->strands;
+    for (std::size_t n = 1; n < strands.size(); ++n) starts.push_back(strands[n].first);
+  }
+  const std::vector<Vector3d>& nodes() const { return world.state().threads.rod.position; }
+  void step() {
+    const auto was = nodes();
+    input.step = world.steps();
+    ASSERT_NE(world.step(input, report), scene::Status::Fault);
+    through += std::abs(suture::test::crossings(was, nodes(), starts));
+  }
+  double pull(int tool) const {
+    return report.contacts[static_cast<std::size_t>(tool)].wrench.head<3>().norm();
+  }
+};
+
+scene::Description air() {
+  scene::Description d;
+  d.name = "air", d.hash = "0000000000000005";
+  d.objects.push_back(test::tubeScene({}).objects[0]);
+  for (Vector3d& x : d.objects[0].position) x.z() -= 1.0;
+  d.objects[0].rest_position = d.objects[0].position;
+  return d;
+}
+
+TEST(ThreadPassage, ATurnDrawnAgainstTheJawsThatHoldTheOtherStrandStaysOutside) {
+  constexpr double l = 0.00075, r = 0.0012;
+  const Vector3d centre(0.3, 0.0, 0.3);
+  constexpr double speed = 0.2;  // m/s
+  for (const double lean : {-1.5, -0.5, 0.5}) {
+    scene::Description d = air();
+    std::vector<Vector3d> a, b;
+    for (int i = -30; i <= 40; ++i) a.push_back(centre + Vector3d(l * i, 0, 0));
+    for (int i = -40; i <= 40; ++i) {
+      const double at = l * i, half = 0.5 * M_PI * r;
+      const double z = std::abs(at) < half ? -r * std::cos(at / r) : std::abs(at) - half;
+      b.push_back(centre + Vector3d(0.002, std::abs(at) < half ? r * std::sin(at / r) : at > 0 ? r : -r, z));
+    }
+    d.sutures.push_back(silk("held", a));
+    d.sutures[0].rod.held = {{0, suture::Hold::Place, {}}, {70, suture::Hold::Place, {}}};
+    d.sutures.push_back(silk("turn", b));
+    Room m(d);
+    double most = 0.0;
+    for (int k = 0; k < 400 && most < 12.0; ++k) {
+      const Vector3d by = 0.001 * speed * std::max(0, k - 20) * Vector3d(lean, 0, 1).normalized(),
+                     y = Vector3d::UnitY();
+      m.input.tools[0] = grasper(centre - Vector3d(0.002, 0, 0.004), -Vector3d::UnitZ(), y, 0.0);
+      for (int t = 1; t <= 2; ++t) {
+        const double side = t == 1 ? -1.0 : 1.0;
+        m.input.tools[t] = grasper(centre + by + Vector3d(0.002, side * (r - 0.006), l * 36 - 0.5 * M_PI * r),
+                                   -side * y, Vector3d::UnitX(), 0.0);
+        m.input.tools[t].pivot = m.input.tools[t].position + Vector3d(0, side * 0.12, 0);
+      }
+      m.step();
+      most = m.pull(1);
+      ASSERT_EQ(m.through, 0) << lean << ", step " << k << ", " << most << " N";
+    }
+    EXPECT_GT(most, 12.0) << "N: it was drawn";
+  }
+}
+
+TEST(ThreadPassage, AThrowHeldWithTenNewtonsThatSpringsOpenStaysAThrow) {
+  constexpr double speed = 0.2;  // m/s
+  scene::Description d = air();
+  suture::RodDescription rod = suture::test::overhand(110, 0.00075, 0.05);
+  const Vector3d centre(0.3, 0.0, 0.3);
+  for (Vector3d& x : rod.nodes) x += centre;
+  d.sutures.push_back(silk("thread", rod.nodes));
+  const Vector3d first = rod.nodes[4], last = rod.nodes[106], way = (last - first).normalized();
+  Room m(d);
+  suture::KnotScratch scratch(rod.nodes.size());
+  double by = 0.0, tension = 0.0, jaw = 0.0;
+  int held = 0;
+  for (int k = 0; k < 1500 && held < 400; ++k) {
+    if (tension < 10.0 && held == 0)
+      by += k > 20 ? 0.001 * speed : 0.0;
+    else if (++held > 150)
+      jaw = 0.6;
+    const Vector3d down = -Vector3d::UnitZ(), x = way.cross(down).normalized();
+    m.input.tools[0] = grasper(first - by * way + 0.004 * down, down, x, jaw);
+    m.input.tools[1] = grasper(last + by * way + 0.004 * down, down, x, jaw);
+    m.step();
+    m.world.threads(m.threads);
+    tension = m.threads[0].tension[15];
+    ASSERT_EQ(m.through, 0) << "step " << k << ", " << tension << " N";
+  }
+  EXPECT_EQ(held, 400) << "it was drawn with 10 N";
+  EXPECT_FALSE(m.world.state().threads.grips[0].active);
+  m.world.threads(m.threads);
+  EXPECT_EQ(suture::kindOf(m.threads[0].positions.data(), rod.nodes.size(), scratch).determinant, 3);
+}
+
+}  // namespace
