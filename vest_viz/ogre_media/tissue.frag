@@ -29,9 +29,10 @@ void main() {
   vec4 ground = texture2D(albedo_map, uv.xy, rim);
   vec3 relief = texture2D(relief_map, uv.xy, rim).xyz;
   // Far walls are hollow towards the lens and mirror the lamp everywhere: only what their relief breaks up looks wet.
-  // There the relief is read finer than its pixels are, and the lamp's images are smaller.
+  // So the relief counts more there, and the lamp's images are smaller. (Finer levels of the relief than the pixels are
+  // wide would do the same, but break into dots at low resolutions.)
   float distant = smoothstep(0.05, 0.10, uv.w);  // m
-  vec3 fine = texture2D(micro_map, uv.xy * look.z, -1.5 * distant).xyz;
+  vec3 fine = texture2D(micro_map, uv.xy * look.z).xyz;
   vec2 micro = fine.xy * 2.0 - 1.0;
   vec2 slope = (relief.xy * 2.0 - 1.0) * look.w;
   float wetness = look.x;
