@@ -41,6 +41,7 @@ struct Corners {
   std::array<double, 4> inverse_mass;       ///< 1/kg
 };
 
+/// @param ahead s: from now to the places
 Corners cornersOf(const WorldState& state, const net::Anchor& a, double ahead) {
   const ObjectState& s = state.objects[a.object];
   const float* const w = row(s, Block::kInverseMass);
@@ -158,15 +159,15 @@ Vector3d stretchOf(const Vector3d& way, double strand) {
   return (1.0 - strand / length) * way;
 }
 
-Vector3d placeOf(const WorldState& state, const net::Anchor& a, double ahead = 0.0) {
-  const Corners corners = cornersOf(state, a, ahead);
+Vector3d placeOf(const WorldState& state, const net::Anchor& a) {
+  const Corners corners = cornersOf(state, a, 0.0);
   return placeOf(corners, a, faceOf(corners, a));
 }
 
 }  // namespace
 
-Vector3d footOf(const WorldState& state, const net::Anchor& a, double ahead) {
-  return footOf(cornersOf(state, a, ahead), a);
+Vector3d footOf(const WorldState& state, const net::Anchor& a) {
+  return footOf(cornersOf(state, a, 0.0), a);
 }
 
 std::vector<solver::Rates> connectionRates(const Description& d, const WorldState& state) {
@@ -212,9 +213,8 @@ std::vector<solver::Rates> connectionRates(const Description& d, const WorldStat
   return rates;
 }
 
-Vector3d stretchOf(const WorldState& state, const ConnectionState& s, const ConnectionConstants& k,
-                   double ahead0, double ahead1) {
-  return stretchOf(placeOf(state, s.end1, ahead1) - placeOf(state, s.end0, ahead0), k.strand);
+Vector3d stretchOf(const WorldState& state, const ConnectionState& s, const ConnectionConstants& k) {
+  return stretchOf(placeOf(state, s.end1) - placeOf(state, s.end0), k.strand);
 }
 
 bool carryOffset(const WorldState& state, ConnectionState& s, const Vector3d& offset,

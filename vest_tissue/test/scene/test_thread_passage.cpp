@@ -23,19 +23,8 @@ scene::Suture silk(const std::string& name, const std::vector<Vector3d>& nodes) 
   s.strength = s.knot_strength = 1000.0;
   s.rod.name = name;
   s.rod.nodes = nodes;
-  s.rod.section = suture::solidSection(0.0001875, 975, 8.701e9, 0.4);
-  s.rod.section.bend *= 0.05, s.rod.section.twist *= 0.05;
-  s.rod.section.friction = 0.3, s.rod.section.strain_damping = 1e-4, s.rod.section.drag = 1e-4;
+  s.rod.section = suture::test::silk();
   return s;
-}
-
-scene::ToolInput grasper(const Vector3d& tip, const Vector3d& z, const Vector3d& x, double jaw) {
-  scene::ToolInput t = test::grasper(tip, jaw);
-  t.pivot = tip - 0.12 * z;
-  Eigen::Matrix3d r;
-  r << x, z.cross(x), z;
-  t.orientation = Eigen::Quaterniond(r);
-  return t;
 }
 
 struct Room {
@@ -92,11 +81,12 @@ TEST(ThreadPassage, ATurnDrawnAgainstTheJawsThatHoldTheOtherStrandStaysOutside) 
     for (int k = 0; k < 400 && most < 12.0; ++k) {
       const Vector3d by = 0.001 * speed * std::max(0, k - 20) * Vector3d(lean, 0, 1).normalized(),
                      y = Vector3d::UnitY();
-      m.input.tools[0] = grasper(centre - Vector3d(0.002, 0, 0.004), -Vector3d::UnitZ(), y, 0.0);
+      m.input.tools[0] = test::grasper(centre - Vector3d(0.002, 0, 0.004), -Vector3d::UnitZ(), y, 0.0);
       for (int t = 1; t <= 2; ++t) {
         const double side = t == 1 ? -1.0 : 1.0;
-        m.input.tools[t] = grasper(centre + by + Vector3d(0.002, side * (r - 0.006), l * 36 - 0.5 * M_PI * r),
-                                   -side * y, Vector3d::UnitX(), 0.0);
+        m.input.tools[t] =
+            test::grasper(centre + by + Vector3d(0.002, side * (r - 0.006), l * 36 - 0.5 * M_PI * r),
+                          -side * y, Vector3d::UnitX(), 0.0);
         m.input.tools[t].pivot = m.input.tools[t].position + Vector3d(0, side * 0.12, 0);
       }
       m.step();
@@ -125,8 +115,8 @@ TEST(ThreadPassage, AThrowHeldWithTenNewtonsThatSpringsOpenStaysAThrow) {
     else if (++held > 150)
       jaw = 0.6;
     const Vector3d down = -Vector3d::UnitZ(), x = way.cross(down).normalized();
-    m.input.tools[0] = grasper(first - by * way + 0.004 * down, down, x, jaw);
-    m.input.tools[1] = grasper(last + by * way + 0.004 * down, down, x, jaw);
+    m.input.tools[0] = test::grasper(first - by * way + 0.004 * down, down, x, jaw);
+    m.input.tools[1] = test::grasper(last + by * way + 0.004 * down, down, x, jaw);
     m.step();
     m.world.threads(m.threads);
     tension = m.threads[0].tension[15];

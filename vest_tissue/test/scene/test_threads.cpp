@@ -75,16 +75,6 @@ std::vector<Vector3d> line(const Vector3d& from, const Vector3d& along, int segm
   return nodes;
 }
 
-/// A grasper in the direction `z`, its jaws opening along `x`.
-scene::ToolInput grasper(const Vector3d& tip, const Vector3d& z, const Vector3d& x, double jaw) {
-  scene::ToolInput t = test::grasper(tip, jaw);
-  t.pivot = tip - 0.12 * z;
-  Eigen::Matrix3d r;
-  r << x, z.cross(x), z;
-  t.orientation = Eigen::Quaterniond(r);
-  return t;
-}
-
 double massOf(const scene::World& w) {
   double sum = 0.0;
   for (const double m : w.model().threads.rods->mass) sum += m;
@@ -265,7 +255,8 @@ TEST(Threads, OneHandTakesItFromTheOther) {
   for (int i = 0; i < 1200; ++i) {
     r.input.tools[0] = test::grasper({0.2, 0, 0.297}, i < 600 ? 0.0 : 0.5);
     // From the side, across the thread.
-    r.input.tools[1] = grasper({0.194, 0, 0.28}, -Vector3d::UnitX(), Vector3d::UnitY(), i < 300 ? 0.5 : 0.0);
+    r.input.tools[1] =
+        test::grasper({0.194, 0, 0.28}, -Vector3d::UnitX(), Vector3d::UnitY(), i < 300 ? 0.5 : 0.0);
     r.input.tools[1].present = i > 100;
     r.run(1);
   }
@@ -287,8 +278,8 @@ TEST(Threads, ClosedJawsAreSolidToAThreadThatComesToThem) {
       d.objects.push_back(sheet());
       d.sutures.push_back(polyglactin(line({0.18, 0, 0.303}, Vector3d::UnitX(), 40)));
       Room r(d);
-      r.input.tools[0] =
-          grasper({0.2, 0.011, 0.3}, Vector3d::UnitY(), turned ? Vector3d::UnitZ() : Vector3d::UnitX(), 0.0);
+      r.input.tools[0] = test::grasper({0.2, 0.011, 0.3}, Vector3d::UnitY(),
+                                       turned ? Vector3d::UnitZ() : Vector3d::UnitX(), 0.0);
       if (blades) r.input.tools[0].tool = tools::ToolKind::Scissors;
       for (int i = 0; i < 400; ++i) {
         r.run(1);
@@ -311,7 +302,7 @@ TEST(Threads, JawsThatHoldOneThreadAreSolidToAnother) {
   d.sutures.push_back(polyglactin(across));
   d.sutures[1].rod.name = "other";
   Room r(d);
-  r.input.tools[0] = grasper({0.2, 0.011, 0.3}, Vector3d::UnitY(), Vector3d::UnitX(), 0.0);
+  r.input.tools[0] = test::grasper({0.2, 0.011, 0.3}, Vector3d::UnitY(), Vector3d::UnitX(), 0.0);
   for (int i = 0; i < 300; ++i) {
     r.run(1);
     ASSERT_GT(nodesOf(r.world)[41 + 7].z(), 0.2999) << i;
@@ -354,8 +345,8 @@ TEST(Threads, ItBreaksAtItsStrength) {
   for (int i = 0; i < 600; ++i) {
     const double out = 0.00002 * i;
     const Vector3d down = -Vector3d::UnitZ(), x = Vector3d::UnitX();
-    r.input.tools[0] = grasper({0.2, -0.017 - out, 0.295}, down, x, 0.0);
-    r.input.tools[1] = grasper({0.2, 0.017 + out, 0.295}, down, x, 0.0);
+    r.input.tools[0] = test::grasper({0.2, -0.017 - out, 0.295}, down, x, 0.0);
+    r.input.tools[1] = test::grasper({0.2, 0.017 + out, 0.295}, down, x, 0.0);
     r.run(1);
     if (r.torn == 0) greatest = std::max(greatest, std::fabs(r.report.contacts[0].wrench[1]));
   }

@@ -154,4 +154,15 @@ inline scene::ToolInput grasper(const Eigen::Vector3d& tip, double jaw) {
   return t;
 }
 
+/// A grasper in the direction `z`, its jaws opening along `x` (unit vectors).
+inline scene::ToolInput grasper(const Eigen::Vector3d& tip, const Eigen::Vector3d& z,
+                                const Eigen::Vector3d& x, double jaw) {
+  scene::ToolInput t = grasper(tip, jaw);
+  t.pivot = tip - 0.12 * z;
+  Eigen::Matrix3d r;
+  r << x, z.cross(x), z;
+  t.orientation = Eigen::Quaterniond(r);
+  return t;
+}
+
 }  // namespace vest::test

@@ -7,6 +7,14 @@
 
 namespace vest::suture::test {
 
+/// Silk, 0, as data/sutures.yaml has it.
+inline Section silk() {
+  Section s = solidSection(0.0001875, 975, 8.701e9, 0.4);
+  s.bend *= 0.05, s.twist *= 0.05;
+  s.friction = 0.3, s.strain_damping = 1e-4, s.drag = 1e-4;
+  return s;
+}
+
 /// An open overhand knot of `segments` segments of `length`, wide open, drawn out by straight tails; a
 /// knotted polynomial curve (Shastri 1992).
 inline RodDescription overhand(Index segments, double length, double loop) {

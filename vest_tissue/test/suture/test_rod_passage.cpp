@@ -15,14 +15,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Silk, 0, as data/sutures.yaml has it.
-Section silk() {
-  Section s = solidSection(0.0001875, 975, 8.7e9, 0.4);
-  s.bend *= 0.05, s.twist *= 0.05;
-  s.friction = 0.3, s.strain_damping = 1e-4, s.drag = 1e-4;
-  return s;
-}
-
 /// Jaws: nodes that hang from places which move.
 struct Jaws {
   std::vector<Index> nodes;
