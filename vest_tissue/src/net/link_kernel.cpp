@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
-#include <numeric>
 #include <tuple>
 
 #include "link_kernel_body.h"
@@ -63,7 +62,8 @@ LinkTable::Block emptyBlock() {
 
 }  // namespace
 
-LinkTable::LinkTable(const std::vector<KernelLink>& links, const material::Law& law, std::size_t spare) {
+LinkTable::LinkTable(const std::vector<KernelLink>& links, const material::Law& law, std::size_t spare,
+                     const std::vector<std::uint8_t>& held) {
   law_.a2 = static_cast<float>(law.a2);
   law_.a3 = static_cast<float>(law.a3);
   law_.a4 = static_cast<float>(law.a4);
@@ -72,8 +72,14 @@ LinkTable::LinkTable(const std::vector<KernelLink>& links, const material::Law& 
 
   slot_.resize(links.size() + spare);
   count_ = built_ = links.size();
-  std::vector<std::uint32_t> order(links.size());
-  std::iota(order.begin(), order.end(), 0u);
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t n = 0; n < links.size(); ++n) {
+    const KernelLink& l = links[n];
+    if (held.empty() || held[l.knot0] == 0 || held[l.knot1] == 0)
+      order.push_back(n);
+    else
+      slot_[n] = kNowhere;
+  }
   const auto low = [&](std::uint32_t n) { return std::min(links[n].knot0, links[n].knot1); };
   const auto high = [&](std::uint32_t n) { return std::max(links[n].knot0, links[n].knot1); };
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -112,7 +118,7 @@ LinkTable::LinkTable(const std::vector<KernelLink>& links, const material::Law& 
   std::vector<bool> in_run(links.size(), true);
   for (const std::uint32_t n : indexed) in_run[n] = false;
   for (std::size_t n = 0; n < links.size(); ++n)
-    if (in_run[n])
+    if (in_run[n] && slot_[n] != kNowhere)
       slot_[n] = position[slot_[n] / kLanes] * static_cast<std::uint32_t>(kLanes) + slot_[n] % kLanes;
   blocks_.assign(places_.size(), emptyBlock());
   first_indexed_block_ = static_cast<std::uint32_t>(blocks_.size());
@@ -135,6 +141,7 @@ LinkTable::LinkTable(const std::vector<KernelLink>& links, const material::Law& 
 }
 
 void LinkTable::setLink(std::size_t index, float rest, float axial, float damping) {
+  if (slot_[index] == kNowhere) return;
   Block& b = blocks_[slot_[index] / kLanes];
   const std::size_t lane = slot_[index] % kLanes;
   b.rest[lane] = rest;

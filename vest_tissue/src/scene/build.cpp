@@ -122,8 +122,8 @@ void fillLinks(const Object& o, ObjectState& s) {
     s.places.push_back(place);
   }
   // Room for cuts: as many links again.
-  s.law_links = net::LinkTable(by_law, o.law, by_law.empty() ? 0 : 32 + by_law.size());
-  s.linear_links = net::LinkTable(linear, material::Law{}, linear.empty() ? 0 : 32 + linear.size());
+  s.law_links = net::LinkTable(by_law, o.law, by_law.empty() ? 0 : 32 + by_law.size(), s.fixed);
+  s.linear_links = net::LinkTable(linear, material::Law{}, linear.empty() ? 0 : 32 + linear.size(), s.fixed);
 }
 
 void fillElements(const Object& o, ObjectState& s) {

@@ -15,7 +15,7 @@ using net::Block;
 constexpr double kLeastFace = 1e-12;  ///< m²: less than a micrometre each way (tuned)
 /// 1: greatest answer of a face to a force at the end of its lever, over that at its foot (tuned).
 /// Connections of 11 mm on triangles of 4 mm would need ten times as many exchanges as their foot does.
-constexpr double kGreatestLever = 6.0;
+constexpr double kGreatestLever = 1.9;
 /// A face that crumples would carry its lever with the forces of a crowbar: a connection gets softer where
 /// its ends have become this much lighter than they were built (tuned).
 constexpr double kLighter = 2.0;
@@ -68,16 +68,17 @@ double untilMean(const Context& c, std::size_t object, double h) {
   return 0.5 * std::max(0.0, h - each);
 }
 
+/// m: length of the edge of a face that lies opposite to each knot.
+std::array<double, 3> edgesOf(const Face& face) {
+  return {std::sqrt((face.edge1 - face.edge2).squaredNorm()), std::sqrt(face.edge2.squaredNorm()),
+          std::sqrt(face.edge1.squaredNorm())};
+}
+
 /// Per knot of an anchor, no unit: how far the height turns the place with it, at most.
-std::array<double, 4> leversOf(const net::Anchor& a, const Face& face) {
-  std::array<double, 4> lever{};
-  if (a.height != 0.0 && face.doubled > 0.0) {
-    const double arm = std::fabs(a.height) / face.doubled;
-    lever[0] = arm * std::sqrt((face.edge1 - face.edge2).squaredNorm());
-    lever[1] = arm * std::sqrt(face.edge2.squaredNorm());
-    lever[2] = arm * std::sqrt(face.edge1.squaredNorm());
-  }
-  return lever;
+std::array<double, 4> leversOf(const net::Anchor& a, const Face& face, const std::array<double, 3>& edges) {
+  if (a.height == 0.0 || !(face.doubled > 0.0)) return {};
+  const double arm = std::fabs(a.height) / face.doubled;
+  return {arm * edges[0], arm * edges[1], arm * edges[2], 0.0};
 }
 
 Face faceOf(const Corners& corners, const net::Anchor& a) {
@@ -118,26 +119,28 @@ Vector3d velocityOf(const Corners& corners, const net::Anchor& a, const Face& fa
 }
 
 /// 1/kg: how the place answers to a force, at most.
-double inverseMass(const Corners& corners, const net::Anchor& a, const Face& face) {
-  const std::array<double, 4> lever = leversOf(a, face);
+double inverseMass(const Corners& corners, const net::Anchor& a, const Face& face,
+                   const std::array<double, 3>& edges) {
+  const std::array<double, 4> lever = leversOf(a, face, edges);
   double sum = 0.0;
   for (std::size_t i = 0; i < 4; ++i)  // along the normal and across it: at right angles
     sum += (a.weights[i] * a.weights[i] + lever[i] * lever[i] + 2.0 * std::fabs(a.weights[i]) * lever[i]) *
            corners.inverse_mass[i];
   return sum;
 }
+double inverseMass(const Corners& corners, const net::Anchor& a) {
+  return inverseMass(corners, a, Face{}, {});
+}
 
-/// Adds a force (N) at the place to the held forces of the knots: their sum and torque are those of the
-/// force.
-void pushHeld(WorldState& state, const net::Anchor& a, const Face& face, const Vector3d& force) {
-  ObjectState& s = state.objects[a.object];
-  for (int i = 0; i < 4; ++i)
-    if (a.weights[i] != 0.0) addHeld(s, a.knots[i], a.weights[i] * force);
+/// Adds what a force (N) at the place does to each knot (N): sum and torque are those of the force.
+void share(const net::Anchor& a, const Face& face, const Vector3d& force, std::array<Vector3d, 4>& knots) {
+  for (std::size_t i = 0; i < 4; ++i)
+    if (a.weights[i] != 0.0) knots[i] += a.weights[i] * force;
   if (a.height == 0.0 || face.doubled == 0.0) return;
   // Transpose of what the normal's turning does to the place.
   const Vector3d across = a.height / face.doubled * (force - face.normal.dot(force) * face.normal);
   const Vector3d f1 = face.edge2.cross(across), f2 = across.cross(face.edge1);
-  addHeld(s, a.knots[1], f1), addHeld(s, a.knots[2], f2), addHeld(s, a.knots[0], -f1 - f2);
+  knots[1] += f1, knots[2] += f2, knots[0] -= f1 + f2;
 }
 
 /// Weights and height with which the anchor's face carries a place (m, world). False: there is no face.
@@ -180,7 +183,8 @@ std::vector<solver::Rates> connectionRates(const Description& d, const WorldStat
   const auto each = [&](std::size_t n, auto work) {
     const ConnectionState& s = state.connections[n];
     for (const net::Anchor* a : {&s.end0, &s.end1}) {
-      const std::array<double, 4> lever = leversOf(*a, faceOf(cornersOf(state, *a, 0.0), *a));
+      const Face face = faceOf(cornersOf(state, *a, 0.0), *a);
+      const std::array<double, 4> lever = leversOf(*a, face, edgesOf(face));
       for (std::size_t i = 0; i < 4; ++i)
         work(held[a->object][a->knots[i]], std::fabs(a->weights[i]) + lever[i],
              static_cast<double>(row(state.objects[a->object], Block::kInverseMass)[a->knots[i]]));
@@ -221,8 +225,9 @@ bool carryOffset(const WorldState& state, ConnectionState& s, const Vector3d& of
                  ConnectionConstants& k) {
   const Corners corners = cornersOf(state, s.end1, 0.0);
   const Face face = faceOf(corners, s.end1);
-  const double own = inverseMass(cornersOf(state, s.end0, 0.0), s.end0, Face{});
-  const double most = own + kGreatestLever * inverseMass(corners, s.end1, face);
+  const std::array<double, 3> edges = edgesOf(face);
+  const double own = inverseMass(cornersOf(state, s.end0, 0.0), s.end0);
+  const double most = own + kGreatestLever * inverseMass(corners, s.end1, face, edges);
   const Vector3d foot = footOf(corners, s.end1);
   const double length = std::sqrt(offset.squaredNorm());
   if (length > 0.0) {
@@ -230,13 +235,13 @@ bool carryOffset(const WorldState& state, ConnectionState& s, const Vector3d& of
     double share = 1.0;
     do {
       if (!carry(a, face, foot + share * offset)) return false;
-      k.inverse_mass = own + inverseMass(corners, a, face);
+      k.inverse_mass = own + inverseMass(corners, a, face, edges);
       k.strand = (1.0 - share) * length;
       share *= 0.9;
     } while (k.inverse_mass > most && share > 0.05);
     s.end1 = a;
   }
-  k.inverse_mass = own + inverseMass(corners, s.end1, face);
+  k.inverse_mass = own + inverseMass(corners, s.end1, face, edges);
   return true;
 }
 
@@ -273,9 +278,11 @@ void exchange(Context& c, std::size_t n, double h, bool renew, bool due0, bool d
     f.damper = s.end1;
     carry(f.damper, face, place0);
     const Vector3d rate = velocityOf(corners1, f.damper, face) - velocityOf(corners0, s.end0, Face{});
-    const double built = constants.inverse_mass, own = inverseMass(corners0, s.end0, Face{});
-    const double soft1 = std::min(1.0, kLighter * built / (own + inverseMass(corners1, s.end1, face))),
-                 soft2 = std::min(1.0, kLighter * built / (own + inverseMass(corners1, f.damper, face)));
+    const double built = constants.inverse_mass, own = inverseMass(corners0, s.end0);
+    const std::array<double, 3> edges = edgesOf(face);
+    const double soft1 = std::min(1.0, kLighter * built / (own + inverseMass(corners1, s.end1, face, edges))),
+                 soft2 =
+                     std::min(1.0, kLighter * built / (own + inverseMass(corners1, f.damper, face, edges)));
     f.spring = (soft1 * k.stiffness) * off;
     f.damping = (soft2 * k.damping) * rate;
     // An elastostatic end follows at once, without inertia: the force goes over to its new value no faster
@@ -297,10 +304,16 @@ void exchange(Context& c, std::size_t n, double h, bool renew, bool due0, bool d
     }
     if (c.account) c.state.energy.dissipated += f.damping.dot(rate) * h;
   }
-  if (due0) pushHeld(c.state, s.end0, Face{}, f.spring + f.damping);
+  for (std::size_t i = 0; due0 && i < 4; ++i)
+    if (s.end0.weights[i] != 0.0)
+      addHeld(c.state.objects[s.end0.object], s.end0.knots[i], s.end0.weights[i] * (f.spring + f.damping));
   if (!due1) return;
-  pushHeld(c.state, s.end1, face, -f.spring);
-  pushHeld(c.state, f.damper, face, -f.damping);
+  std::array<Vector3d, 4> knots;
+  knots.fill(Vector3d::Zero());
+  share(s.end1, face, -f.spring, knots);
+  share(f.damper, face, -f.damping, knots);
+  for (std::size_t i = 0; i < 4; ++i)
+    if (i < 3 || s.end1.weights[i] != 0.0) addHeld(c.state.objects[s.end1.object], s.end1.knots[i], knots[i]);
 }
 
 }  // namespace vest::scene

@@ -52,6 +52,7 @@ void World::save(std::vector<std::uint8_t>& bytes) const {
   writer.count(hash.size(), 1, {});
   writer.values(hash.data(), hash.size(), {});
   visit(writer, rule(toRead(impl_->state)));
+  writer.flush();
   writer.count(XXH64(bytes.data(), bytes.size(), 0), 1, {});
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstring>
 
 #include "state_members.h"
@@ -13,12 +14,28 @@ struct Archive {
   bool shapes = true, everything = false;
 };
 
+/// What it wrote is in `out` once it is gone: numbers one by one would cost more to append than to write.
 struct Writer : Archive {
   std::vector<std::uint8_t>& out;
+  std::size_t waiting = 0;
+  std::array<std::uint8_t, 1024> buffer{};
+
+  ~Writer() { flush(); }
+  void flush() {
+    out.insert(out.end(), buffer.data(), buffer.data() + waiting);
+    waiting = 0;
+  }
   template <class T>
   void values(const T* v, std::size_t count, const Limits&) {
+    const std::size_t size = count * sizeof(T);
+    if (size > buffer.size() - waiting) flush();
     const auto* const p = reinterpret_cast<const std::uint8_t*>(v);
-    out.insert(out.end(), p, p + count * sizeof(T));
+    if (size > buffer.size()) {
+      out.insert(out.end(), p, p + size);
+      return;
+    }
+    if (size > 0) std::memcpy(buffer.data() + waiting, p, size);
+    waiting += size;
   }
   void count(std::uint64_t n, std::size_t, const Limits& l) { values(&n, 1, l); }
 };

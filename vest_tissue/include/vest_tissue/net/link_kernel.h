@@ -37,9 +37,11 @@ class LinkTable {
   /// three zero.
   /// @param links need not be ordered; knot0 != knot1
   /// @param spare room for that many links more (addLink)
-  LinkTable(const std::vector<KernelLink>& links, const material::Law& law, std::size_t spare = 0);
+  /// @param held per knot, not 0: nothing moves it. Links between two of them are left out of the sums.
+  LinkTable(const std::vector<KernelLink>& links, const material::Law& law, std::size_t spare = 0,
+            const std::vector<std::uint8_t>& held = {});
 
-  /// Changes the parameters of link `index` (position in the constructor's vector).
+  /// Changes the parameters of link `index` (position in the constructor's vector). Nothing for one left out.
   void setLink(std::size_t index, float rest, float axial, float damping);
   /// Uses a spare place; its index is linkCount() before. False when none is left. Real-time safe.
   bool addLink(const KernelLink& link);
@@ -94,7 +96,8 @@ class LinkTable {
   std::vector<Place> places_;        ///< one per block of a run
   std::vector<Block> blocks_;        ///< of the runs, then of the indexed links
   std::vector<Indices> indices_;     ///< one per indexed block
-  std::vector<std::uint32_t> slot_;  ///< block·8 + lane per link as given
+  static constexpr std::uint32_t kNowhere = ~0u;
+  std::vector<std::uint32_t> slot_;  ///< block·8 + lane per link as given, or kNowhere
   std::uint32_t first_indexed_block_ = 0;
   std::uint32_t indexed_knots_ = 0;
   LawConstants law_;
