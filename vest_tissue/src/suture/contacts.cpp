@@ -15,7 +15,7 @@ constexpr Index kGroup = 8;             ///< segments of a box
 constexpr std::size_t kMostRows = 400;  ///< at once
 constexpr int kMostSweeps = 100;        ///< of a pass; the next one goes on from its forces
 constexpr double kEnd = 3e-5;           ///< of the greatest force: a smaller change in a sweep ends them
-constexpr double kSoon = 0.25;          ///< of the distance at which two touch: a pair that is further apart is far
+constexpr double kSoon = 0.25;  ///< of the distance at which two touch: a pair that is further apart is far
 
 bool before(const LiveContact& p, const LiveContact& q) {
   return p.a != q.a ? p.a < q.a : p.b < q.b;
