@@ -26,6 +26,7 @@ struct Row {
   Eigen::Vector3d force;  ///< N, in the axes
   Eigen::Vector3d last;   ///< N, likewise, after the sweep before
   bool doubled = false;   ///< another row has the same point
+  bool far = false;       ///< apart, before the free change and after it
 };
 
 /// What a row does to itself.

@@ -21,6 +21,7 @@ constexpr double kSmall = 0.02;         ///< a change after which the factor ser
 constexpr double kMostTurn = 0.7;       ///< rad: of a segment in one pass
 constexpr double kPartTurn = 0.3;       ///< rad: free rotation that a sub-step may have
 constexpr int kMostHalvings = 6;        ///< of a pass that raises the potential
+constexpr int kMostParts = 8;           ///< of a step
 
 }  // namespace
 
@@ -59,7 +60,7 @@ int partsOf(const Model& m, const State& s, const Scratch& scratch, double dt) {
     way = std::max(way, (scratch.target[h] - s.position[i]).squaredNorm() / (l * l * dt * dt));
   }
   const double most = std::max(std::sqrt(turn) * dt / kPartTurn, std::sqrt(way) * dt / 0.5);
-  return most <= 1.0 ? 1 : most <= 2.0 ? 2 : most <= 4.0 ? 4 : 8;
+  return most <= 1.0 ? 1 : most <= 2.0 ? 2 : most <= 4.0 ? 4 : kMostParts;
 }
 
 /// Adds `share` of the change to the state.
@@ -220,8 +221,22 @@ bool settle(const Potential& p, State& s, Scratch& scratch) {
   return true;
 }
 
-/// @param share of the step
-bool part(const Model& m, State& s, Scratch& scratch, double h, double end, double share) {
+/// Two segments that were not near at the sub-step's start may have gone through each other: a node moved
+/// further than its speed then let expect, by more than half of what is free between them at least.
+bool ranAway(const Model& m, const State& before, const State& s, double h) {
+  for (const Strand& strand : m.strands) {
+    for (Index i = strand.threadFirst(); i < strand.first + strand.nodes; ++i) {
+      const double most = 1.5 * (h * std::sqrt(before.velocity[i].squaredNorm()) + strand.section.radius);
+      if ((s.position[i] - before.position[i]).squaredNorm() > most * most) return true;
+    }
+  }
+  return false;
+}
+
+enum class Part : std::uint8_t { Done, RanAway, Fault };
+
+/// @param share of the step @param last it is not to be made shorter
+Part part(const Model& m, State& s, Scratch& scratch, double h, double end, double share, bool last) {
   copyMotion(s, scratch.before);
   for (const NeedleModel& n : m.needles) {  // Euler's equations: its axes are no axes of symmetry
     Vector3d& spin = scratch.before.spin[n.node];
@@ -232,7 +247,12 @@ bool part(const Model& m, State& s, Scratch& scratch, double h, double end, doub
   aim(m, end, scratch);
   const Potential p{m, scratch.before, h};
   findNear(m, s, h, *scratch.contacts);
-  if (!settle(p, s, scratch)) return false;
+  if (!settle(p, s, scratch)) return Part::Fault;
+  if (!last && ranAway(m, scratch.before, s, h)) {
+    std::copy(scratch.before.position.begin(), scratch.before.position.end(), s.position.begin());
+    std::copy(scratch.before.frame.begin(), scratch.before.frame.end(), s.frame.begin());
+    return Part::RanAway;
+  }
   for (const Strand& strand : m.strands) {
     for (Index k = 0; k < strand.nodes; ++k) {
       const Index i = strand.first + k;
@@ -249,7 +269,7 @@ bool part(const Model& m, State& s, Scratch& scratch, double h, double end, doub
   for (std::size_t n = 0; n < m.held.size(); ++n)
     scratch.reactions[n].force -= scratch.contact_force[m.held[n].node];
   keepShape(m, s, scratch);
-  return true;
+  return Part::Done;
 }
 
 }  // namespace
@@ -261,13 +281,22 @@ StepStatus step(const Model& m, State& s, Scratch& scratch, double dt) {
   const double start = s.time;
   aim(m, start + dt, scratch);
   scratch.parts = partsOf(m, s, scratch, dt);
-  aim(m, start, scratch);
   bool good = true;
   for (Support& a : scratch.supports) a.force.setZero();
-  for (int k = 1; k <= scratch.parts && good; ++k) {
-    const double share = 1.0 / scratch.parts;
-    scratch.fraction_then = (k - 1) * share, scratch.fraction = k * share;
-    good = part(m, s, scratch, dt * share, start + dt * k / scratch.parts, share);
+  int width = kMostParts / scratch.parts;  // in eighths of the step
+  for (int at = 0; at < kMostParts && good;) {
+    const double share = static_cast<double>(width) / kMostParts;
+    scratch.fraction_then = static_cast<double>(at) / kMostParts,
+    scratch.fraction = scratch.fraction_then + share;
+    aim(m, start + dt * at / kMostParts, scratch);
+    const Part done =
+        part(m, s, scratch, dt * share, start + dt * (at + width) / kMostParts, share, width == 1);
+    good = done != Part::Fault;
+    if (done == Part::RanAway) {
+      width /= 2, scratch.parts *= 2;
+    } else {
+      at += width;
+    }
   }
   s.time = start + dt;
   if (good && finite(s)) return scratch.contacts->full ? StepStatus::Degraded : StepStatus::Ok;
