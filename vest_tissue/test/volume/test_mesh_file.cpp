@@ -182,7 +182,7 @@ TEST(SurfaceFile, EachMistakeInObjAndStlIsNamed) {
   says(refusal("t.obj", obj + "f 1 2 -5\n"), {"t.obj:9: a face names vertex -5"});
   says(refusal("t.obj", obj + "f 1 2\n"), {"t.obj:9: a face of 2 corners"});
   says(refusal("t.obj", obj + "curv 1 2\n"), {"t.obj:9: 'curv'"});
-  says(refusal("t.obj", "v 1e39 0 0\n"), {"t.obj:1: a coordinate: 1e39"});
+  says(refusal("t.obj", "v 1e39 0 0\n"), {"t.obj:1: a coordinate of 1e+39"});
   says(refusal("t.obj", "v 1 nan 0\n"), {"t.obj:1: a coordinate: 'nan'"});
   const std::string stl =
       "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
