@@ -148,6 +148,9 @@ TEST(Hostile, ASecondDocumentIsRefused) {
 TEST(Hostile, WhatSinglePrecisionOrAStepCannotHoldIsRefusedByName) {
   says(Scene("two").with("nodes.csv", "\n17,0.02,", "\n17,1e39,").message(), {"nodes.csv:19: x", "1e+39"});
   says(Scene("two").with("nodes.csv", "\n17,0.02,", "\n17,1e9,").message(), {"nodes.csv:19: x", "1e+09"});
+  // A blank in a number does not make it another one.
+  says(Scene("two").with("nodes.csv", "\n17,0.02,", "\n17,0.0 2,").message(), {"nodes.csv:19: x", "0.0 2"});
+  EXPECT_EQ(Scene("two").with("nodes.csv", "\n17,0.02,", "\n 17 ,\t0.02 ,").message(), "");
   says(Scene("two").with("fem.csv", "\n7,0.07,", "\n7,1e9,").message(), {"fem.csv:9: node 7", "1e+09"});
   says(Scene("database").with("links.csv", "0,1,0.01,", "0,1,1e308,").message(),
        {"links.rest_length[0]", "1e+308"});
