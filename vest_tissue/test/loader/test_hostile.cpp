@@ -239,7 +239,8 @@ std::string cubeWith(const std::string& ending, const std::string& z) {
 
 TEST(Hostile, AVertexFarAwayIsRefusedWithBothSizes) {
   for (const std::string ending : {"obj", "stl", "ply"}) {
-    for (const auto& [z, shown] : {std::pair{"1e5", "(0.02, 0.02, 100000)"}, {"1e30", "(0.02, 0.02, 1e+30)"}}) {
+    for (const auto& [z, shown] :
+         {std::pair{"1e5", "(0.02, 0.02, 100000)"}, {"1e30", "(0.02, 0.02, 1e+30)"}}) {
       SCOPED_TRACE(ending + " " + z);
       Scene surface("surface");
       surface.with("scene.yaml", "cube.obj", "cube." + ending).with("scene.yaml", "    skin: skin.ply\n", "");
