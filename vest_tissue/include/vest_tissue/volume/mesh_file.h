@@ -15,8 +15,8 @@ Lattice readTetrahedra(const std::string& path, const std::string& bytes);
 
 /// Triangles of a surface file, by its ending: .obj, .stl (text or binary) or .ply (text or binary). Vertices
 /// at exactly the same place are one vertex; polygons become fans. Indices that do not exist, corners at one
-/// place, coordinates beyond 1e38, unknown words and wrong counts are refused. Its size is judged where a mesh
-/// is. @throws std::invalid_argument
+/// place, coordinates beyond 1e38, unknown words and wrong counts are refused. Its size is judged where a
+/// mesh is. @throws std::invalid_argument
 Surface readSurface(const std::string& path, const std::string& bytes);
 
 /// Behind the last dot, in small letters.
