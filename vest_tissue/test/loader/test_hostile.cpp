@@ -300,6 +300,11 @@ TEST(Hostile, ABakedSceneLiesWholeInItsFolder) {
   const std::string none = target.folder() + "/none";
   EXPECT_THROW(vest::modelling::writeScene(other, none, "source.yaml", text), std::runtime_error);
   EXPECT_TRUE(std::filesystem::is_empty(none));
+  // Nor where a folder has the place of its last file.
+  const std::string taken = target.folder() + "/taken";
+  std::filesystem::create_directories(taken + "/tube.yaml");
+  EXPECT_THROW(vest::modelling::writeScene(baked, taken, "source.yaml", text), std::runtime_error);
+  EXPECT_FALSE(std::filesystem::exists(taken + "/tube.net"));
   // A scene that its reader would refuse: neither.
   other = baked;
   other.objects[0].rest_position[0].x() = 4e6;
