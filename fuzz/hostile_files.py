@@ -394,11 +394,11 @@ def few(pool, calls, at_once):
         yield waiting.popleft().result()
 
 
-def table(rows, total, options):
+def table(rows, total, parts, options):
     """The page."""
     how = ' '.join(['`fuzz/hostile_files.py`', '%d changed files a corpus, seed %d' % (options.count, options.seed)] +
                    (['only the corpora with "%s" in their name' % options.only] if options.only else []) +
-                   (['about each %d. file' % options.every] if options.every > 1 else []) +
+                   ['of %d corpora about one file in %d' % (n, every) for every, n in sorted(parts.items()) if every > 1] +
                    (['over the build with sanitizers, limits times %g' % options.slow] if 'asan' in options.devel else []))
     head = ['# Damaged and hostile files', '',
             'Written by `fuzz/hostile_files.py`; do not edit. The command makes %d files, seeded, from the formats that VEST reads. It' %
@@ -444,7 +444,7 @@ def main():
     place = os.path.join(ROOT, 'build', 'hostile')
     os.makedirs(place, exist_ok=True)
     place = tempfile.mkdtemp(dir=place)
-    rows, bad, total, known = [], 0, 0, {}
+    rows, bad, total, known, parts = [], 0, 0, {}, collections.Counter()
     if options.rows and os.path.exists(options.rows):
         with open(options.rows, encoding='utf-8') as file:
             known = dict(json.loads(line) for line in file)
@@ -456,9 +456,10 @@ def main():
                 bad += 1
                 print('%s: its tool is not built in %s' % (kind.name, options.devel))
                 continue
-            setting = '%s, %d changed, seed %d, each %d.' % (kind.name, options.count, options.seed, options.every)
+            setting = '%s, %d changed, seed %d' % (kind.name, options.count, options.seed)
             if setting in known:
-                counts = known[setting]
+                every, counts = known[setting]
+                parts[every] += 1
                 total, bad = total + sum(counts.values()), bad + sum(counts.get(o, 0) for o in OUTCOMES[3:])
                 rows.append((kind.name, counts))
                 continue
@@ -476,13 +477,14 @@ def main():
                     print('%s: %s: %s: %s (%s)' % (kind.name, title, outcome, message[:300], ascii(folder)))
             total += number
             rows.append((kind.name, counts))
+            parts[options.every] += 1
             if options.rows:
                 with open(options.rows, 'a', encoding='utf-8') as file:
-                    file.write(json.dumps([setting, counts]) + '\n')
+                    file.write(json.dumps([setting, [options.every, counts]]) + '\n')
             print('%-24s %s' % (kind.name, ', '.join('%s %d' % (o, counts[o]) for o in OUTCOMES if o in counts)), flush=True)
     if options.output:
         with open(options.output, 'w', encoding='utf-8') as file:
-            file.write(table(rows, total, options))
+            file.write(table(rows, total, parts, options))
     print('hostile_files: %d files, %d bad' % (total, bad))
     return 1 if bad else 0
 
