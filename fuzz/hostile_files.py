@@ -407,7 +407,8 @@ def table(rows, total, parts, options):
             'Each corpus holds random changes of a good file (bytes, numbers, lines, parts of other files). It also holds what a stranger',
             'would try first: no bytes, millions of brackets, a bomb of aliases, a pipe or a device. Then come files that are well made and lie',
             '(`fuzz/lies.py`): counts that contradict the data, packed bombs, numbers at the edges, names that write. A changed file may',
-            'still be a good one: it is accepted then. *Judged not good*: `vest_model check` or `vest_check_session` read it and says what is wrong.', '',
+            'still be a good one: it is accepted then. *Judged not good*: `vest_model check` or `vest_check_session` read it and says what is wrong.',
+            '*Left a part*: what was refused left a file of its output.', '',
             'This table: %s.' % how.replace('` ', '`, '), '',
             'What a file can and cannot do to the machine that opens it: [security.md](security.md).', '',
             '| corpus | ' + ' | '.join(OUTCOMES) + ' |', '| --- |' + ' ---: |' * len(OUTCOMES)]
