@@ -398,7 +398,7 @@ def table(rows, total, parts, options):
     """The page."""
     how = ' '.join(['`fuzz/hostile_files.py`', '%d changed files a corpus, seed %d' % (options.count, options.seed)] +
                    (['only the corpora with "%s" in their name' % options.only] if options.only else []) +
-                   ['of %d corpora about one file in %d' % (n, every) for every, n in sorted(parts.items()) if every > 1] +
+                   ['(%d corpora: about one file in %d)' % (n, every) for every, n in sorted(parts.items()) if every > 1] +
                    (['over the build with sanitizers, limits times %g' % options.slow] if 'asan' in options.devel else []))
     head = ['# Damaged and hostile files', '',
             'Written by `fuzz/hostile_files.py`; do not edit. The command makes %d files, seeded, from the formats that VEST reads. It' %
