@@ -10,12 +10,15 @@ has sanitizers, with --slow 10. Failures stay under build/hostile, one folder ea
 import argparse
 import collections
 import concurrent.futures
+import glob
+import json
 import os
 import random
 import re
 import resource
 import shutil
 import signal
+import socket
 import struct
 import subprocess
 import sys
@@ -28,7 +31,12 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(HERE)
 SECONDS, MEGABYTES = 5, 1024  # of processor time, resident: what a tool may take for one file
 
-FOLDER = 'a folder whose name writes to the terminal'
+TWO_LINES = '\nvest_model: good\n'
+FOLDERS = {'a folder whose name writes to the terminal': '\x1b[2J\u202e', 'a folder whose name has two lines': TWO_LINES,
+           'a folder whose name is no UTF-8': '\udcff\udcc3', 'a folder whose name a shell would run': " '$(id)`id`\"; %s{0}"}
+# Devices, files of the kernel that have no size or no end, and what does not exist.
+ELSEWHERE = ['/dev/zero', '/dev/tty', '/dev/full', '/proc/kmsg', '/proc/self/mem', '/proc/self/pagemap', '/proc/kcore', '/proc/self/environ', '../../../../../../../etc/passwd',
+             'nothing']
 PIECES = [b'nan', b'-1', b'0', b'1e39', b'1e308', b'-1e-308', b'99999999999', b'4294967295', b'inf', b'0x10', b'1_0',
           b'[', b'{', b': ', b'\n', b'&a ', b'*a', b'\n---\n', b'!!binary ', b'..', b'/etc/passwd', b'"', b"'", b',', b',,,,',
           b'\t', b'\xff\xfe', b'\x1b[2J', b'\x00', b'- ', b'~', b'true', b'\xe2\x80\xae', b'%', b'<', b'&amp;']
@@ -107,10 +115,9 @@ def hostile(name, data):
     }
 
 
-def special(path, rng):
+def special(path, way):
     """Puts something in the place of a file that is no file."""
     os.remove(path)
-    way = rng.randrange(5)
     if way == 0:
         os.mkfifo(path)
         return 'a pipe'
@@ -118,14 +125,21 @@ def special(path, rng):
         os.mkdir(path)
         return 'a folder'
     if way == 2:
-        os.symlink('/dev/zero', path)
-        return 'a device'
-    if way == 3:
         os.symlink(os.path.basename(path), path)
         return 'a link to itself'
+    if way == 3:
+        with socket.socket(socket.AF_UNIX) as server:
+            server.bind(os.path.relpath(path))  # a name has at most 107 bytes
+        return 'a socket'
+    if way < 4 + len(ELSEWHERE):
+        os.symlink(ELSEWHERE[way - 4], path)
+        return 'a link to ' + ELSEWHERE[way - 4]
     with open(path, 'wb') as file:
         file.truncate(1 << 36)
     return '64 GB of holes'
+
+
+SPECIALS = 5 + len(ELSEWHERE)
 
 
 class Kind:
@@ -149,8 +163,9 @@ def kinds(tool):
     scene = [model, 'check', '{}/scene.yaml']
     reader = lambda name, target: [tool('', 'vest_read'), name, '{}/' + target]
     out = [Kind('scene.yaml', two, 'scene.yaml', scene)]
-    for table in ('nodes.csv', 'links.csv', 'triangles.csv', 'tets.csv', 'ties.csv', 'loads.csv'):
+    for table in ('nodes.csv', 'links.csv', 'triangles.csv', 'tets.csv', 'ties.csv', 'loads.csv', 'floor.csv', 'fixed.csv'):
         out.append(Kind('scene: ' + table, two, table, scene))
+    out.append(Kind('scene of sutures', kept('scene', 'suture'), 'scene.yaml', scene))
     out.append(Kind('static scene: fem.csv', static, 'fem.csv', [tool('vest_tissue', 'vest_simulate'), '{}/scene.yaml']))
     for ending, name in (('obj', 'obj'), ('obj', 'obj_quads'), ('stl', 'stl'), ('stl', 'stl_binary'), ('ply', 'ply'),
                          ('ply', 'ply_binary')):
@@ -167,11 +182,12 @@ def kinds(tool):
         files['a.' + ending] = read('fuzz', 'corpus', 'mesh', name)[1:]
         files['scene.yaml'] = files['scene.yaml'].replace(b'a.msh', b'a.' + ending.encode())
         out.append(Kind('mesh: ' + name, files, 'a.' + ending, scene))
-    out.append(Kind('image: scene.yaml', image, 'scene.yaml', scene))
+    for target in ('scene.yaml', 'a.raw'):
+        out.append(Kind('image: ' + target, image, target, scene))
     tube = {'scene.yaml': read('vest_tissue', 'scenes', 'tube', 'tube.yaml'), 'tube.net': read('vest_tissue', 'scenes', 'tube',
             'tube.net'), 'source.yaml': b'vest_source: 1\n'}
     out.append(Kind('baked net', tube, 'tube.net', scene))
-    for name in ('tube', 'sheet'):
+    for name in ('tube', 'sheet', 'layers', 'tree'):
         out.append(Kind('source: ' + name, kept('source', name), 'source.yaml', [model, 'bake', '{}/source.yaml', '{}/out']))
     edits = (b'vest_edits: 1\nedits:\n  - {op: set, path: /name, value: other}\n'
              b'  - {op: set, path: /objects/tube/tube/centre/1, value: [0.001, 0.05, 0.06]}\n'
@@ -271,7 +287,7 @@ def kinds(tool):
 
 
 OUTCOMES = ['refused, file named', 'judged not good', 'accepted', 'refused without the file', 'crashed', 'hung',
-            'over 1 GB', 'wrote to the terminal']
+            'over 1 GB', 'wrote to the terminal', 'left a part']
 
 
 def run(kind, folder, slow):
@@ -312,12 +328,17 @@ def run(kind, folder, slow):
                                                       last))
     if usage.ru_maxrss > MEGABYTES * 1024 * (3 if slow > 1 else 1):
         return 'over 1 GB', '%d MB' % (usage.ru_maxrss // 1024)
-    if re.search('[\x00-\x08\x0b-\x1f\x7f\u202a-\u202e\u2066-\u2069]', text):
+    if re.search('[\x00-\x08\x0b-\x1f\x7f\ufffd\u202a-\u202e\u2066-\u2069]', text) or TWO_LINES in text:
         return 'wrote to the terminal', ascii(last)
     if code == 0:
         return 'accepted', last
     if 'NOT good' in text or 'rows not held' in last:
         return 'judged not good', last
+    # What is refused leaves nothing: a part of a scene would be taken for one.
+    left = [file for place in glob.glob(glob.escape(folder) + '/out*') for file in
+            ([place] if os.path.isfile(place) else [f for f in glob.glob(glob.escape(place) + '/**', recursive=True) if os.path.isfile(f)])]
+    if left:
+        return 'left a part', left[0]
     if any(name in last for name in kind.named) and last.count(': ') >= 2:
         return 'refused, file named', last
     return 'refused without the file', last
@@ -330,10 +351,12 @@ def cases(kind, count, seed):
     for title, bytes_ in hostile(kind.name, data).items():
         yield title, bytes_
     for title, bytes_ in lies(kind.target, data):
-        yield title, bytes_
-    yield FOLDER, data[:len(data) // 2]
-    for i in range(6):
-        yield 'special %d' % i, None
+        if bytes_ != data:  # a lie about what this file has not
+            yield title, bytes_
+    for title in FOLDERS:
+        yield title, data[:len(data) // 2]
+    for way in range(SPECIALS):
+        yield way, None
     for i in range(count):
         rng = random.Random('%s %d %d' % (kind.name, seed, i))
         yield 'mutant %d' % i, mutant(data, rng, others)
@@ -342,15 +365,14 @@ def cases(kind, count, seed):
 def one(kind, number, title, data, place, slow):
     """Writes a case, runs it; the folder stays where it failed."""
     folder = os.path.join(place, re.sub(r'[^a-z0-9]+', '_', kind.name.lower()) + '_%d' % number)
-    if title == FOLDER:
-        folder += '\x1b[2J\u202e'
+    folder += FOLDERS.get(title, '')
     os.mkdir(folder)
     for name, bytes_ in kind.files.items():
         with open(os.path.join(folder, name), 'wb') as file:
             file.write(bytes_)
     path = os.path.join(folder, kind.target)
     if data is None:
-        title = special(path, random.Random(number))
+        title = special(path, title)
     else:
         with open(path, 'wb') as file:
             file.write(data)
@@ -372,10 +394,11 @@ def few(pool, calls, at_once):
         yield waiting.popleft().result()
 
 
-def table(rows, total, options):
+def table(rows, total, parts, options):
     """The page."""
     how = ' '.join(['`fuzz/hostile_files.py`', '%d changed files a corpus, seed %d' % (options.count, options.seed)] +
                    (['only the corpora with "%s" in their name' % options.only] if options.only else []) +
+                   ['(%d corpora: about one file in %d)' % (n, every) for every, n in sorted(parts.items()) if every > 1] +
                    (['over the build with sanitizers, limits times %g' % options.slow] if 'asan' in options.devel else []))
     head = ['# Damaged and hostile files', '',
             'Written by `fuzz/hostile_files.py`; do not edit. The command makes %d files, seeded, from the formats that VEST reads. It' %
@@ -384,7 +407,8 @@ def table(rows, total, options):
             'Each corpus holds random changes of a good file (bytes, numbers, lines, parts of other files). It also holds what a stranger',
             'would try first: no bytes, millions of brackets, a bomb of aliases, a pipe or a device. Then come files that are well made and lie',
             '(`fuzz/lies.py`): counts that contradict the data, packed bombs, numbers at the edges, names that write. A changed file may',
-            'still be a good one: it is accepted then. *Judged not good*: `vest_model check` or `vest_check_session` read it and says what is wrong.', '',
+            'still be a good one: it is accepted then. *Judged not good*: `vest_model check` or `vest_check_session` read it and says what is wrong.',
+            '*Left a part*: what was refused left a file of its output.', '',
             'This table: %s.' % how.replace('` ', '`, '), '',
             'What a file can and cannot do to the machine that opens it: [security.md](security.md).', '',
             '| corpus | ' + ' | '.join(OUTCOMES) + ' |', '| --- |' + ' ---: |' * len(OUTCOMES)]
@@ -404,6 +428,8 @@ def main():
     parser.add_argument('--only', default='', help='corpora whose name holds this')
     parser.add_argument('--slow', type=float, default=1, help='times the limits, for sanitizers')
     parser.add_argument('--jobs', type=int, default=2)
+    parser.add_argument('--every', type=int, default=1, help='runs about each Nth file, seeded')
+    parser.add_argument('--rows', help='file that keeps the counts of each corpus that is through: run again, it goes on behind them')
     parser.add_argument('--output', help='page to write')
     options = parser.parse_args()
 
@@ -419,7 +445,10 @@ def main():
     place = os.path.join(ROOT, 'build', 'hostile')
     os.makedirs(place, exist_ok=True)
     place = tempfile.mkdtemp(dir=place)
-    rows, bad, total = [], 0, 0
+    rows, bad, total, known, parts = [], 0, 0, {}, collections.Counter()
+    if options.rows and os.path.exists(options.rows):
+        with open(options.rows, encoding='utf-8') as file:
+            known = dict(json.loads(line) for line in file)
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         for kind in kinds(tool):
             if options.only not in kind.name:
@@ -428,11 +457,19 @@ def main():
                 bad += 1
                 print('%s: its tool is not built in %s' % (kind.name, options.devel))
                 continue
+            setting = '%s, %d changed, seed %d' % (kind.name, options.count, options.seed)
+            if setting in known:
+                every, counts = known[setting]
+                parts[every] += 1
+                total, bad = total + sum(counts.values()), bad + sum(counts.get(o, 0) for o in OUTCOMES[3:])
+                rows.append((kind.name, counts))
+                continue
             counts = {}
             number = 0
             # Some are large: never more of them than are run.
             for outcome, title, message, folder in few(pool, (
-                    (one, kind, n, title, data, place, options.slow) for n, (title, data) in enumerate(cases(kind, options.count, options.seed))),
+                    (one, kind, n, title, data, place, options.slow) for n, (title, data) in enumerate(cases(kind, options.count, options.seed))
+                    if random.Random('%s %d' % (kind.name, n)).randrange(options.every) == 0),
                     options.jobs):
                 number += 1
                 counts[outcome] = counts.get(outcome, 0) + 1
@@ -441,10 +478,14 @@ def main():
                     print('%s: %s: %s: %s (%s)' % (kind.name, title, outcome, message[:300], ascii(folder)))
             total += number
             rows.append((kind.name, counts))
+            parts[options.every] += 1
+            if options.rows:
+                with open(options.rows, 'a', encoding='utf-8') as file:
+                    file.write(json.dumps([setting, [options.every, counts]]) + '\n')
             print('%-24s %s' % (kind.name, ', '.join('%s %d' % (o, counts[o]) for o in OUTCOMES if o in counts)), flush=True)
     if options.output:
         with open(options.output, 'w', encoding='utf-8') as file:
-            file.write(table(rows, total, options))
+            file.write(table(rows, total, parts, options))
     print('hostile_files: %d files, %d bad' % (total, bad))
     return 1 if bad else 0
 

@@ -3,17 +3,22 @@
 Each function yields (title, bytes) in the place of a good file of its format.
 """
 import bz2
-import functools
-import gzip
 import re
 import sqlite3
 import struct
 import tempfile
-import zlib
+
+from lies_images import dicom, mha, nii, nrrd, packed
 
 NUMBERS = [b'1e-400', b'1e400', b'-0', b'+1', b'1.', b'.5', b'0b1', b'1,5', b'1:30', b'0o17', b'.inf', b'-.nan', b'1_0', b'\xef\xbc\x91',
            b'9' * 400, b'0.' + b'0' * 400 + b'1', b'2147483648', b'-2147483649', b'9223372036854775808', b'18446744073709551616',
-           b'1e15', b'-1e15', b'1e-15', b'4.9e-324', b'3.5e38', b'16777217']
+           b'1e15', b'-1e15', b'1e-15', b'4.9e-324', b'3.5e38', b'16777217', b'0x1p10', b'1e', b'infinity', b'1d3', b'1 2', b'1e99999999999999999999',
+           b'nan(7)', b'1__0', b'\xd9\xa3', b'1\0', b'00012', b'1f', b'\xe2\x88\x921']
+
+# In the place of a number of a YAML file: what other parsers make a number, a date, a program of.
+VALUES = [b'"5"', b"'5'", b'!!int 5', b'!!float nan', b'!!binary NQ==', b'!!python/object/apply:os.system [id]', b'!mine 5', b'!!null', b'!!set {5}', b'~', b'',
+          b'[]', b'{}', b'[5', b'&x 5', b'*x', b'|\n      5', b'>-\n      5', b'2001-12-14', b'12:30:45', b'5#c', b'@5', b'`5', b'%5', b'? 5', b'- 5', b'<<', b'=',
+          b'yes', b'$(rospack find x)', b'5\xc2\xa0', b'5\xe2\x80\x8b', b'\xef\xbb\xbf5']
 
 
 def numbers(data):
@@ -66,6 +71,30 @@ def yaml(data):
         for other in (b'""', b'~', b'.', b'..', b'/dev/stdin', b'/dev/zero', b'/proc/self/environ', b'"a\\0b"', b'"' + b'x/' * 3000 + b'"',
                       b'[a]', b'"%s%n"', b'"{0.__class__}"'):
             yield '%s is %s' % (name.decode(), other[:20].decode()), data.replace(b': ' + name, b': ' + other, 1)
+    lines = data.splitlines(keepends=True)
+    keys = [i for i, line in enumerate(lines) if re.match(rb'\s*(?:- )?[\w]+:', line)]
+    for i in keys[::max(1, len(keys) // 25)]:
+        own = lines[i].replace(b'- ', b'  ', 1)
+        yield 'line %d twice' % i, b''.join(lines[:i + 1]) + own + b''.join(lines[i + 1:])
+        name, value = own.split(b':', 1)
+        yield 'the key of line %d as a merge' % i, b''.join(lines[:i]) + lines[i].replace(name.strip() + b':', b'<<: {' + name.strip() + b':', 1).rstrip() + b'}\n' + b''.join(lines[i + 1:])
+        yield 'the key of line %d with a mark' % i, b''.join(lines[:i]) + lines[i].replace(name.strip(), b'!!str &k ' + name.strip(), 1) + b''.join(lines[i + 1:])
+    places = [m.span(1) for m in re.finditer(rb'[\w\]]: (-?[0-9][0-9.]*(?:e-?[0-9]+)?)\s*(?=[\n,}#])', data)]
+    for at in sorted({0, len(places) // 2, len(places) - 1} if places else ()):
+        for value in VALUES:
+            yield 'value %d is %s' % (at, ascii(value.decode())), data[:places[at][0]] + value + data[places[at][1]:]
+    yield 'a million objects of nothing', data + b'\nmore:\n' + b'- {}\n' * 600000
+    yield 'a million objects in one line', data + b'\nmore: [' + b'{},' * 1000000 + b'{}]\n'
+    yield 'spaces of Unicode', data.replace(b'  ', b'\xc2\xa0 ')
+    yield 'a zero in the middle', data[:len(data) // 2] + b'\0' + data[len(data) // 2:]
+    yield 'a blank before each colon', data.replace(b': ', b' : ')
+    yield 'no blank behind a colon', data.replace(b': ', b':')
+    yield 'comments behind all', data.replace(b'\n', b' # \x1b[2J\n')
+    yield 'json', b'{"' + key + b'": 1e999, "a": [1, 2,]}'
+    yield 'a line of 3 MB', data.rstrip() + b' ' * 3000000 + b'x\n'
+    for name in set(re.findall(rb'name: ([\w.]+)', data)):
+        for other in (b'a' * 255, b'a' * 4096, b'scene.yaml', b'source.yaml', b'-rf', b'"a b"', b'"a\\nb"', b"it's", b'"a/b"', b'"~"', b'CON', b'"a;id"', b'\xc3\xa9', b'1e5'):
+            yield 'name %s is %s' % (name.decode(), ascii(other[:20].decode())), data.replace(b'name: ' + name, b'name: ' + other, 1)
     for number in numbers(data):
         yield number
 
@@ -89,6 +118,18 @@ def table(data):
     yield 'blanks of 60 MB', data + b' ' * 60000000
     yield 'rows backwards', header + b'\n' + b'\n'.join(reversed(lines[1:])) + b'\n'
     yield 'arabic digits', data.translate(None).decode('latin-1').translate({48 + i: 0x660 + i for i in range(10)}).encode()
+    yield 'commas of another language', data.replace(b',', b';').replace(b'.', b',')
+    yield 'the header twice', header + b'\n' + data
+    yield 'columns in another order', re.sub(re.escape(header), b','.join(reversed(header.split(b','))), data, count=1) if header else data
+    yield 'names in capitals', data.replace(header, header.upper(), 1)
+    yield 'a comma at each end', data.replace(b'\n', b',\n')
+    yield 'one value less', data.rstrip().rsplit(b',', 1)[0] + b'\n'
+    yield 'a comment in a row', data.rstrip() + b'#,1\n'
+    yield 'no number at all', re.sub(rb'[0-9]+', b'', data)
+    yield 'a zero at the end', data + b'\0'
+    yield 'a byte order mark and carriage returns', b'\xef\xbb\xbf' + data.replace(b'\n', b'\r\n')
+    for value in (b'-1', b'0.5', b'1e18', b'4294967296', b'2', b' 1', b'"1"', b'', b'+1', b'-0', b'1e0'):
+        yield 'the first of a row is ' + value.decode(), data.rstrip()[:-len(row)] + value + (b',' + row.split(b',', 1)[1] if b',' in row else b'') + b'\n'
     yield 'formulas', data.replace(b'\n', b'\n=1+', 2)
     for number in numbers(data):
         yield number
@@ -107,11 +148,43 @@ def ply(data):
     yield 'indices are doubles', data.replace(b'list uchar int', b'list uchar double', 1)
     yield 'counts are signed', data.replace(b'list uchar int', b'list char int', 1)
     yield 'no end of the header', data.replace(b'end_header', b'comment', 1)
+    for order in (b'ascii', b'binary_little_endian', b'binary_big_endian'):
+        yield 'said to be ' + order.decode(), re.sub(rb'format \w+', b'format ' + order, data, count=1)
+    big = b'ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\nelement face 1\n' \
+          b'property list %s %s vertex_indices\nend_header\n'
+    for name, form in ((b'char', 'b'), (b'uchar', 'B'), (b'short', 'h'), (b'int', 'i'), (b'uint', 'I')):
+        for count in (0, 1, 3, 255, -1, 1 << 30):
+            try:
+                body = struct.pack('>' + form, count)
+            except struct.error:
+                continue
+            for corner in (2, -1, 3, 0x7fffffff):
+                yield 'a face of %d as %s, to %d' % (count, name.decode(), corner), big % (name, b'int') + struct.pack('>9d', 0, 0, 0, 1, 0, 0, 0, 1, 0) + body + \
+                    struct.pack('>3i', 0, 1, corner)
+    for value in (float('nan'), float('inf'), 1e308, -1e38, 5e-324):
+        yield 'a vertex at %g' % value, big % (b'uchar', b'int') + struct.pack('>9d', value, value, value, 1, 0, 0, 0, 1, 0) + struct.pack('>B3i', 3, 0, 1, 2)
+    yield 'only carriage returns in the header', data.replace(b'\n', b'\r')
+    yield 'blanks behind the header', data.replace(b'end_header', b'end_header   ', 1)
+    yield 'a comment of 3 MB', data.replace(b'element vertex', b'comment ' + b'x' * 3000000 + b'\nelement vertex', 1)
+    yield 'a list of a million in a vertex', data.replace(b'property float x', b'property list uint uchar more\nproperty float x', 1)
     yield 'two formats', data.replace(b'format', b'format binary_big_endian 1.0\nformat', 1)
     yield 'faces first', data.replace(b'element vertex', b'element fxce', 1).replace(b'element face', b'element vertex', 1)
     for count in (0, 1, 2, 1 << 31, (1 << 32) - 1, (1 << 63) - 1, 1 << 64, -1):
         for element in (b'vertex', b'face'):
             yield '%d of %s' % (count, element.decode()), re.sub(b'element %s [0-9]+' % element, b'element %s %d' % (element, count), data)
+
+
+def stl_text(data):
+    text = b'solid a\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n  endloop\n endfacet\nendsolid a\n'
+    yield 'text that is as long as a binary file', b'solid ' + b' ' * 74 + struct.pack('<I', 1) + b'\n' + text[8:57]
+    yield 'text behind a binary head', bytes(80) + struct.pack('<I', 12) + text
+    yield 'binary behind text', data + bytes(80) + struct.pack('<I', 1) + bytes(50)
+    yield 'capitals', text.upper()
+    yield 'two solids in one', text.replace(b' facet', b'solid b\n facet', 1)
+    yield 'four corners', text.replace(b'  endloop', b'   vertex 1 1 0\n  endloop')
+    yield 'a corner that is nan', text.replace(b'1 0 0', b'nan 0 0')
+    for number in numbers(data):
+        yield number
 
 
 def stl(data):
@@ -120,6 +193,8 @@ def stl(data):
     yield 'solid and binary', b'solid x\n' + b'\0' * 72 + data[80:]
     yield 'a solid without an end', b'solid a\n' + b'facet normal 0 0 1\nouter loop\n' * 100000
     yield '60 MB of one point', b'\0' * 80 + struct.pack('<I', 1200000) + b'\0' * 60000000
+    yield 'one byte more', data + b'\0'
+    yield 'one byte less', data[:-1]
     flat = b''.join(struct.pack('<12fH', 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0) for _ in range(100000))
     yield 'one triangle a hundred thousand times', b'\0' * 80 + struct.pack('<I', 100000) + flat
     for value in (float('nan'), float('inf'), 3e38, 1e-45):
@@ -136,6 +211,13 @@ def obj(data):
     yield 'lines that go on', data.replace(b'\n', b' \\\n')
     yield 'five coordinates', data.replace(b'v 0 0 0', b'v 0 0 0 0 0', 1)
     yield 'weight zero', data.replace(b'v 0 0 0', b'v 0 0 0 0', 1)
+    yield 'corners of no vertex', b'f 1 2 3\n' + data
+    yield 'textures far away', re.sub(rb'(f [0-9]+)[^ ]*', rb'\1/999999999/-999999999', data)
+    yield 'slashes', data + b'\nf 1/ 2// /3\n'
+    yield 'a corner of nan', data + b'\nv nan inf -inf\n'
+    yield 'names that write', data + b'\nusemtl \x1b[2J\no \xe2\x80\xae\n'
+    yield 'another file', data + b'\nmtllib /etc/passwd\ncall /etc/passwd\n'
+    yield 'a line that goes on at the end', data.rstrip() + b' \\'
     yield 'curves', data + b'\ncstype bspline\ncurv 0 1 1 2 3\n' * 10000
 
 
@@ -151,6 +233,27 @@ def msh(data):
         for least, greatest in ((b'1', b'9999'), (b'0', b'50'), (b'50', b'1')):
             yield '%s: tags from %s to %s' % (section.decode(), least.decode(), greatest.decode()), re.sub(
                 rb'(\$%s\n[0-9]+ [0-9]+ )[0-9]+ [0-9]+' % section, rb'\g<1>' + least + b' ' + greatest, data)
+    old = b'2.2' in data[:40]
+    rows = re.search(rb'\$Elements\n.*?\n(.*?)\$EndElements', data, re.S)[1].splitlines(keepends=True)
+    last = rows[-1]
+    for kind in (b'0', b'-4', b'5', b'11', b'15', b'20', b'31', b'92', b'140', b'99999999', b'4.5', b'four'):
+        if old:
+            changed = re.sub(rb'^([0-9]+) [0-9]+', rb'\1 ' + kind, last)
+            yield 'an element of kind ' + kind.decode(), data.replace(last, changed, 1)
+        else:
+            yield 'elements of kind ' + kind.decode(), re.sub(rb'(\$Elements\n.*\n[0-9]+ [0-9]+) [0-9]+', rb'\1 ' + kind, data, count=1)
+    for tag in (b'-1', b'0', b'1073741824', b'1073741825', b'2147483648', b'1e9', b'1.5', b'nan', b'+1', b'01'):
+        yield 'an element with the tag ' + tag.decode(), data.replace(last, re.sub(rb'^[0-9]+', tag, last), 1)
+        yield 'an element to node ' + tag.decode(), data.replace(last, re.sub(rb'[0-9]+\s*$', tag + b'\n', last), 1)
+        yield 'a node with the tag ' + tag.decode(), re.sub(rb'(\$Nodes\n[0-9]+\n)[0-9]+' if old else rb'(\$Nodes\n.*\n.*\n)[0-9]+', rb'\g<1>' + tag, data, count=1)
+    for count in (b'-1', b'0', b'64', b'65', b'99999999'):
+        yield 'an element of %s tags' % count.decode(), data.replace(last, re.sub(rb'^([0-9]+ [0-9]+) [0-9]+', rb'\1 ' + count, last), 1)
+    yield 'a million elements of one node', data.replace(b'$Elements', b'$Elements\n' + b'1 15 0 1\n' * 1000000, 1)
+    yield 'names of groups that write', data.replace(b'$Nodes', b'$PhysicalNames\n1\n3 1 "\x1b[2J"\n$EndPhysicalNames\n$Nodes', 1)
+    yield 'an open comment', data.replace(b'$Nodes', b'$Comments\n$Nodes', 1)
+    yield 'the format twice', data[:data.find(b'$Nodes')] + data
+    yield 'elements before nodes', data[:data.find(b'$Nodes')] + data[data.find(b'$Elements'):] + data[data.find(b'$Nodes'):data.find(b'$Elements')]
+    yield 'a tetrahedron twice', data.replace(last, last + last, 1)
     yield 'blocks of nothing', re.sub(rb'(\$Nodes\n)[0-9]+ ([0-9]+) .*', rb'\g<1>2000000 \2 1 50\n' + b'3 1 0 0\n' * 2000000, data, count=1)
     yield 'binary', data.replace(b' 0 8', b' 1 8', 1)
     yield 'another version', data.replace(b'4.1', b'4.0', 1).replace(b'2.2', b'1', 1)
@@ -165,6 +268,13 @@ def vtk(data):
         yield 'no ' + word.decode(), data.replace(word, b'NOTHING', 1)
         yield word.decode() + ' again', data + b'\n' + data[data.find(word):]
     yield 'binary', data.replace(b'ASCII', b'BINARY', 1)
+    for kind in (b'0', b'-1', b'5', b'11', b'24', b'42', b'255', b'1e1', b'4294967306'):
+        yield 'a cell of type ' + kind.decode(), re.sub(rb'(CELL_TYPES [0-9]+\n)[0-9]+', rb'\g<1>' + kind, data, count=1)
+    for value in (b'nan', b'inf', b'1e308', b'-1e6', b'1e7', b'0x1'):
+        yield 'a point at ' + value.decode(), re.sub(rb'(POINTS.*\n)[-0-9.e]+', rb'\g<1>' + value, data, count=1)
+    yield 'another version', re.sub(rb'Version [0-9.]+', b'Version 99.9', data, count=1)
+    yield 'data of a million fields', data + b'\nFIELD F 1000000\n' + b'a 1 1 float\n1\n' * 100000
+    yield 'labels of nothing', data + b'\nCELL_DATA 99999999\nSCALARS l int 1\nLOOKUP_TABLE default\n1\n'
     yield 'a grid of another kind', data.replace(b'UNSTRUCTURED_GRID', b'STRUCTURED_POINTS', 1)
 
 
@@ -196,131 +306,16 @@ def json(data):
     yield 'a million keys', data.replace(b'{', b'{' + b''.join(b'"k%d":1,' % i for i in range(300000)), 1)
     yield 'a comma at the end', data.replace(b'}', b',}')
     yield 'comments', data.replace(b'{', b'{/* */', 1)
+    for value in (b'NaN', b'Infinity', b'-Infinity', b'null', b'[]', b'{}', b'true', b'"1"', b'1e999', b'01', b"'a'", b'undefined', b'"\\ud83d"', b'"\x01"'):
+        for at in (0, 1):
+            places = [m.span(1) for m in re.finditer(rb':\s*("[^"]*"|-?[0-9.eE+-]+)', data)]
+            if places:
+                start, end = places[0 if at == 0 else len(places) // 2]
+                yield 'value %d is %s' % (at, ascii(value.decode('latin-1'))), data[:start] + value + data[end:]
+    yield 'single quotes', data.replace(b'"', b"'")
+    yield 'a second document', data + data
     for number in numbers(data):
         yield number
-
-
-@functools.lru_cache(None)
-def packed(how, megabytes):
-    """Zeros."""
-    maker = {'bz2': bz2.BZ2Compressor, 'zlib': zlib.compressobj, 'gzip': lambda: zlib.compressobj(9, zlib.DEFLATED, 31),
-             'deflate': lambda: zlib.compressobj(9, zlib.DEFLATED, -15)}[how]()
-    return b''.join(maker.compress(bytes(1 << 20)) for _ in range(megabytes)) + maker.flush()
-
-
-def nrrd(data):
-    head = b'NRRD0004\ntype: short\ndimension: 3\nsizes: %s\nspace: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n' \
-           b'space origin: (0,0,0)\nendian: little\n'
-    for sizes in (b'2 2 2', b'1 1 1', b'0 0 0', b'-1 2 2', b'65536 65536 65536', b'4294967296 1 1', b'1024 1024 256', b'2 2', b'2 2 2 2'):
-        for encoding in (b'raw', b'gzip', b'bzip2', b'hex', b'ascii', b'txt', b'zrl'):
-            body = {b'raw': bytes(16), b'gzip': gzip.compress(bytes(16)), b'bzip2': bz2.compress(bytes(16))}.get(encoding, b'0 ' * 8)
-            yield '%s as %s' % (sizes.decode(), encoding.decode()), head % sizes + b'encoding: %s\n\n' % encoding + body
-    yield 'a bomb', head % b'1024 1024 224' + b'encoding: gzip\n\n' + packed('gzip', 448)
-    yield 'more than the header says', head % b'2 2 2' + b'encoding: gzip\n\n' + packed('gzip', 512)
-    for line in (b'data file: LIST\na.raw\nb.raw', b'data file: %d.raw 1 1000000000 1', b'data file: /etc/passwd', b'data file: ../a',
-                 b'data file: /dev/zero', b'data file: a.nrrd', b'byte skip: -1', b'byte skip: -2', b'byte skip: 99999999999', b'line skip: 999999999',
-                 b'kinds: domain domain list', b'block size: 4294967295', b'content: ' + b'x' * 90000, b'measurement frame: (1,0,0)',
-                 b'thicknesses: nan nan nan', b'space units: "a" "b" "c"', b'old min: nan', b'spacings: 1 1 1', b'key:=' + b'v' * 90000):
-        yield line[:40].decode(), head % b'2 2 2' + line + b'\nencoding: raw\n\n' + bytes(16)
-    yield 'blocks', (head % b'2 2 2').replace(b'short', b'block') + b'block size: 1000000\nencoding: raw\n\n' + bytes(16)
-    for a, b in ((b'(1,0,0)', b'(nan,0,0)'), (b'(1,0,0)', b'none'), (b'(1,0,0)', b'(1e308,1e308,0)'), (b'(1,0,0)', b'(0,1,0)'),
-                 (b'(0,0,0)\n', b'(1e300,0,0)\n'), (b'little', b'middle'), (b'dimension: 3', b'dimension: 17'), (b'dimension: 3', b'dimension: 0')):
-        yield b.decode(), (head % b'2 2 2').replace(a, b, 1) + b'encoding: raw\n\n' + bytes(16)
-    yield 'fields a thousand times', head % b'2 2 2' + b'encoding: raw\n' * 1000 + b'\n' + bytes(16)
-
-
-def mha(data):
-    head = b'ObjectType = Image\nNDims = %s\nDimSize = %s\nElementType = %s\nElementSpacing = 1 1 1\nOffset = 0 0 0\n%sElementDataFile = %s\n'
-    for dims, size in ((b'3', b'2 2 2'), (b'3', b'65536 65536 65536'), (b'3', b'-2 2 2'), (b'3', b'0 0 0'), (b'10000', b'2 ' * 10000), (b'-1', b'2'),
-                       (b'0', b''), (b'3', b'2 2'), (b'2', b'2 2'), (b'4', b'2 2 2 2'), (b'11', b'1 ' * 11)):
-        for kind in (b'MET_SHORT', b'MET_DOUBLE', b'MET_OTHER', b'MET_STRING', b'MET_ASCII_CHAR'):
-            yield '%s axes, %s, %s' % (dims.decode(), size[:20].decode(), kind.decode()), head % (dims, size, kind, b'', b'LOCAL') + bytes(64)
-    for line in (b'ElementNumberOfChannels = 1000000\n', b'ElementNumberOfChannels = -1\n', b'HeaderSize = -1\n', b'HeaderSize = 99999999\n',
-                 b'HeaderSize = -2\n', b'CompressedData = True\n', b'CompressedData = True\nCompressedDataSize = -1\n', b'CompressedDataSize = 99999999999\n',
-                 b'BinaryData = False\n', b'BinaryDataByteOrderMSB = Perhaps\n', b'TransformMatrix = ' + b'nan ' * 9 + b'\n', b'TransformMatrix = 1 0\n',
-                 b'Offset = 1e300 0 0\n', b'ElementSpacing = 0 0 0\n', b'Comment = ' + b'x' * 90000 + b'\n', b'AnatomicalOrientation = XXXXXXXXXX\n',
-                 b'ElementSize = ' + b'1 ' * 20000 + b'\n', b'Modality = MET_MOD_NO\n', b'CenterOfRotation = 1\n', b'ID = ' + b'9' * 400 + b'\n'):
-        yield line[:50].decode().strip(), head % (b'3', b'2 2 2', b'MET_SHORT', line, b'LOCAL') + bytes(16)
-    for name in (b'LIST', b'LIST 3\na.raw', b'/etc/passwd', b'../a', b'/dev/zero', b'a.mha', b'slice%d.raw 1 1000000000 1', b'%s%s%s%n', b'', b'Local', b'x' * 5000):
-        yield 'data in ' + name[:30].decode(), head % (b'3', b'2 2 2', b'MET_SHORT', b'', name) + bytes(16)
-    yield 'a bomb', head % (b'3', b'1024 1024 224', b'MET_SHORT', b'CompressedData = True\n', b'LOCAL') + packed('zlib', 448)
-
-
-def nii(data):
-    """NIfTI-1: 348 bytes of header (nifti1.h)."""
-    def changed(at, form, *values):
-        b = bytearray(data)
-        struct.pack_into(form, b, at, *values)
-        return bytes(b)
-    for i in range(8):
-        for value in (0, 1, -1, 32767, -32768):
-            yield 'dim[%d] %d' % (i, value), changed(40 + 2 * i, '<h', value)
-    yield 'every dim 32767', changed(40, '<8h', 7, *[32767] * 7)
-    for value in (0, 1, 3, 7, 128, 511, 1536, 2304, -1):
-        yield 'datatype %d' % value, changed(70, '<h', value)
-        yield 'bits %d' % value, changed(72, '<h', value)
-    for value in (float('nan'), float('inf'), -1.0, 0.0, 1e30, 1e-30, 3.4e38):
-        for at, name in ((80, 'spacing'), (108, 'vox_offset'), (112, 'slope'), (116, 'intercept'), (76, 'qfac'), (256, 'quatern'), (268, 'qoffset'), (280, 'srow')):
-            yield '%s %g' % (name, value), changed(at, '<f', value)
-    for value in (0, 347, 540, 1543569408, -1):
-        yield 'header of %d' % value, changed(0, '<i', value)
-    for code in (0, 1, 2, 9, -1, 32767):
-        yield 'codes %d' % code, changed(252, '<2h', code, code)
-    for size in (0, 8, 15, 16, 1 << 30, -16, 2147483632):
-        yield 'extension of %d' % size, data[:348] + b'\1\0\0\0' + struct.pack('<2i', size, 4) + data[352:]
-    yield 'magic ni1', changed(344, '4s', b'ni1\0')
-    yield 'packed', gzip.compress(data)
-
-
-def dicom(data):
-    def element(group, number, vr, value, length=None):
-        long = vr in (b'OB', b'OW', b'SQ', b'UN', b'UT')
-        size = len(value) if length is None else length
-        return struct.pack('<2H2s', group, number, vr) + struct.pack('<2xI' if long else '<H', size & (0xffffffff if long else 0xffff)) + value
-
-    def whole(syntax, *elements):
-        meta = element(2, 0x10, b'UI', syntax + b'\0' * (len(syntax) % 2))
-        return bytes(128) + b'DICM' + element(2, 0, b'UL', struct.pack('<I', len(meta))) + meta + b''.join(elements)
-
-    explicit, deflated, jpeg2000, rle = b'1.2.840.10008.1.2.1', b'1.2.840.10008.1.2.1.99', b'1.2.840.10008.1.2.4.90', b'1.2.840.10008.1.2.5'
-    us = lambda group, number, value: element(group, number, b'US', struct.pack('<H', value))
-    start = element(8, 0x16, b'UI', b'1.2.840.10008.5.1.4.1.1.2\0') + element(8, 0x18, b'UI', b'1.2\0') + element(8, 0x60, b'CS', b'CT') + \
-        element(0x20, 0x0d, b'UI', b'1.2\0') + element(0x20, 0x0e, b'UI', b'1.2\0') + element(0x20, 0x32, b'DS', b'0\\0\\0 ') + \
-        element(0x20, 0x37, b'DS', b'1\\0\\0\\0\\1\\0 ')
-
-    def pixels(rows=2, columns=2, bits=16, stored=16, samples=1, frames=b'1 ', spacing=b'1\\1 ', data=bytes(8), vr=b'OW', length=None):
-        return start + us(0x28, 2, samples) + element(0x28, 4, b'CS', b'MONOCHROME2 ') + element(0x28, 8, b'IS', frames) + us(0x28, 0x10, rows) + \
-            us(0x28, 0x11, columns) + element(0x28, 0x30, b'DS', spacing) + us(0x28, 0x100, bits) + us(0x28, 0x101, stored) + \
-            us(0x28, 0x102, (stored - 1) % 65536) + us(0x28, 0x103, 0) + element(0x7fe0, 0x10, vr, data, length)
-
-    for title, options in (('as it should be', {}), ('65535 x 65535', dict(rows=65535, columns=65535)), ('no rows', dict(rows=0)), ('1 bit', dict(bits=1, stored=1)),
-                           ('64 bits', dict(bits=64, stored=64)), ('more bits stored', dict(bits=8, stored=16)), ('no bits', dict(bits=0, stored=0)),
-                           ('60000 samples', dict(samples=60000)), ('a billion frames', dict(frames=b'1000000000')), ('-1 frames', dict(frames=b'-1')),
-                           ('no number of frames', dict(frames=b'1e9 ')), ('spacing nan', dict(spacing=b'nan\\nan ')), ('spacing 0', dict(spacing=b'0\\0 ')),
-                           ('spacing negative', dict(spacing=b'-1\\-1 ')), ('spacing 1e308', dict(spacing=b'1e308\\1e308 ')),
-                           ('pixels of 4 GB', dict(length=0xfffffffe)), ('pixels without an end', dict(length=0xffffffff)), ('one pixel', dict(data=b'\0\0')),
-                           ('pixels of 8 bits', dict(vr=b'OB'))):
-        for name, syntax in (('explicit', explicit), ('jpeg 2000', jpeg2000), ('rle', rle), ('unknown', b'1.2.3')):
-            yield '%s, %s' % (title, name), whole(syntax, pixels(**options))
-    squeeze = zlib.compressobj(9, zlib.DEFLATED, -15)
-    yield 'a bomb', whole(deflated, squeeze.compress(pixels() + element(0x9, 1, b'OB', bytes(400 << 20))) + squeeze.flush())
-    nested = b''.join(struct.pack('<2H2s2xI', 8, 0x1140, b'SQ', 0xffffffff) + struct.pack('<2HI', 0xfffe, 0xe000, 0xffffffff) for _ in range(20000))
-    yield 'twenty thousand nested sequences', whole(explicit, nested, pixels())
-    known = b''.join(struct.pack('<2H2s2xI', 8, 0x1140, b'SQ', 8 + 20 * (3000 - i)) + struct.pack('<2HI', 0xfffe, 0xe000, 20 * (3000 - i)) for i in range(3000))
-    yield 'three thousand nested sequences with lengths', whole(explicit, known, pixels())
-    item = lambda b: struct.pack('<2HI', 0xfffe, 0xe000, len(b)) + b
-    stop = struct.pack('<2HI', 0xfffe, 0xe0dd, 0)
-    for offsets in (b'', struct.pack('<I', 0xffffffff), struct.pack('<2I', 8, 4), bytes(40000)):
-        yield 'offsets of %d' % len(offsets), whole(rle, pixels(data=item(offsets) + item(struct.pack('<16I', 2, 64, 66, *[0] * 13) + b'\x03\0\x03\0') + stop,
-                                                                  vr=b'OB', length=0xffffffff))
-    for segments in (0, 1, 15, 16, 0xffffffff):
-        yield 'rle of %d segments' % segments, whole(rle, pixels(data=item(b'') + item(struct.pack('<16I', segments, *[64] * 15) + b'\x81\0' * 50) + stop,
-                                                                 vr=b'OB', length=0xffffffff))
-    size = b'\xff\x4f\xff\x51' + struct.pack('>HHIIIIIIIIHBBB', 41, 0, 60000, 60000, 0, 0, 1, 1, 0, 0, 1, 15, 1, 1)
-    yield 'jpeg 2000 of 3.6 billion tiles', whole(jpeg2000, pixels(data=item(b'') + item(size + b'\0' * 100) + stop, vr=b'OB', length=0xffffffff))
-    yield 'no group length', bytes(128) + b'DICM' + pixels()
-    yield 'without a preamble', pixels()
-    yield 'an element a hundred thousand times', whole(explicit, element(0x10, 0x10, b'PN', b'aa') * 100000, pixels())
 
 
 def trainees(data):
@@ -440,6 +435,31 @@ def bag(data):
     yield 'ten thousand header fields', b'#ROSBAG V2.0\n' + record(3, [(b'f%d' % i, b'') for i in range(10000)], b'')
     yield 'fields of no length', b'#ROSBAG V2.0\n' + struct.pack('<I', 4000) + bytes(4000) + struct.pack('<I', 0)
     yield 'a header of 4 GB', b'#ROSBAG V2.0\n' + struct.pack('<I', 0xfffffff0)
+    for version in (b'1.2', b'1.1', b'2.1', b'2.00', b'3.0', b'2.0\r', b'-2.0', b'\x1b[2J'):
+        yield 'version ' + ascii(version.decode()), data.replace(b'V2.0', b'V' + version, 1)
+    both = lambda name, form, value: re.sub(re.escape(name) + b'=' + b'.' * struct.calcsize(form), lambda m: name + b'=' + struct.pack(form, value), data, flags=re.S)
+    for name, form, values in ((b'conn', '<I', (0, 1, 0x7fffffff, 0xffffffff)), (b'time', '<Q', (0, 1, (1 << 64) - 1, 0x3b9aca00ffffffff)), (b'op', '<B', (0, 1, 2, 3, 4, 5, 6, 7, 8, 255)),
+                               (b'ver', '<I', (0, 2, 0xffffffff)), (b'start_time', '<Q', (0, (1 << 64) - 1)), (b'end_time', '<Q', (0, (1 << 64) - 1)), (b'size', '<I', (0, 1, 0xffffffff))):
+        for value in values:
+            yield 'every %s is %d' % (name.decode(), value), both(name, form, value)
+    for name in (b'topic', b'type', b'md5sum', b'message_definition', b'conn', b'time', b'op', b'size', b'compression', b'chunk_pos', b'index_pos'):
+        yield 'no ' + name.decode(), data.replace(name + b'=', b'X' * len(name) + b'=')
+        yield name.decode() + ' without a value', data.replace(name + b'=', name + b'X')
+    # An index (op 4) lies behind each chunk: version, connection, count, then a time and an offset into the chunk each.
+    index = [m.end() for m in re.finditer(rb'ver=\x01\0\0\0', data)]
+    for at in index[:2]:
+        for offset in (0, 1, 0x7fffffff, 0xffffffff):
+            body = data.find(b'count=', at - 200)
+            yield 'entries of index %d at %d' % (at, offset), data[:body + 22] + struct.pack('<I', offset) + data[body + 26:]
+    for kind in (b'std_msgs/String', b'vest_msgs/StepInput', b'vest_msgs/TissueTopology', b'vest_msgs/SceneFiles', b'tf2_msgs/TFMessage'):
+        for name in (b'vest_msgs/StepInput', b'vest_msgs/StateHash', b'vest_msgs/TissueTopology', b'vest_msgs/SceneFiles'):
+            if kind != name:
+                yield '%s says that it is %s' % (name.decode(), kind.decode()), data.replace(b'type=' + name, (b'type=' + kind)[:5 + len(name)].ljust(5 + len(name), b'X'))
+    body = max(data.find(b'compression=none'), 5000)
+    for at in range(body, len(data) - 4, max(4, (len(data) - body) // 60)):
+        yield 'a count of 2^28 at byte %d' % at, data[:at] + struct.pack('<I', 0x10000000) + data[at + 4:]
+    for times in (0, 1 << 31, (1 << 32) - 1):
+        yield 'a message of %d bytes' % times, with_chunk(connection(0) + record(2, [(b'conn', bytes(4)), (b'time', bytes(8))], b'')[:-4] + struct.pack('<I', times), b'none')
 
 
 def raw_log(data):
@@ -449,8 +469,20 @@ def raw_log(data):
     yield 'often', data + data[16:] * 100000
 
 
+def snapshot(data):
+    """Its checksum is put right by the reader (fuzz/readers_tissue.cpp): what lies is behind it."""
+    for magic in (b'vestsna0', data[:7] + b'0', data[:7] + b'9', data[:7] + b'\xff', data[:8].upper(), b'\x7fELF\x02\x01\x01\0'):
+        yield 'begins with ' + ascii(magic.decode('latin-1')), magic + data[8:]
+    values = [struct.pack('<d', v) for v in (float('nan'), float('inf'), 1e308, -1.0)] + [struct.pack('<Q', v) for v in ((1 << 64) - 1, 1 << 63, 1 << 32, 1 << 20)]
+    step = max(8, (len(data) - 8) // 200 // 4 * 4)
+    for i, at in enumerate(range(8, len(data) - 8, step)):
+        yield 'value %d at byte %d' % (i % len(values), at), data[:at] + values[i % len(values)] + data[at + 8:]
+    yield 'twice', data + data[8:]
+    yield 'one byte more', data + b'\0'
+
+
 FORMATS = {'yaml': yaml, 'csv': table, 'ply': ply, 'stl': stl, 'obj': obj, 'msh': msh, 'vtk': vtk, 'urdf': urdf, 'json': json, 'nrrd': nrrd, 'mha': mha, 'nii': nii,
-           'db': trainees, 'bag': bag, 'log': raw_log}
+           'db': trainees, 'bag': bag, 'log': raw_log, 'snapshot': snapshot}
 
 
 def lies(target, data):
@@ -459,5 +491,5 @@ def lies(target, data):
     if target == 'slice':
         return dicom(data)
     if ending == 'stl' and data[:5] == b'solid':
-        return numbers(data)
+        return stl_text(data)
     return FORMATS.get(ending, numbers)(data)

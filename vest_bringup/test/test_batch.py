@@ -149,6 +149,7 @@ class Batch(Case):
     def test_files_of_strangers_are_refused_in_one_line(self):
         where, pipe = self.path("never"), self.path("pipe.yaml")
         os.mkfifo(pipe)
+        os.symlink("/proc/self/pagemap", self.path("endless.yaml"))
         good = 'vest_batch: 1\ncommand: [echo]\n'
         bomb = good + "parameters:\n  x:\n  - &a [x, x, x, x, x, x, x, x]\n" + "".join(
             "  - &%c [%s]\n" % (98 + i, ",".join(["*%c" % (97 + i)] * 8)) for i in range(12))
@@ -161,7 +162,8 @@ class Batch(Case):
                                  ("a.json", '{"vest_batch": 1, "command": ["a\\u0000"]}', "a list of words"),
                                  ("a.json", '{"vest_batch": 1, "command": ["a"], "\\u001b[2J": 1}', "\\x1b[2J: unknown"),
                                  ("a.json", '{"vest_batch": 1, "command": ["a"], "parameters": {"x": ["\\ud800"]}}', "texts, numbers"),
-                                 ("a.yaml", good + "files: [f]\nparameters: {f: [pipe.yaml]}\n", "is no file"), ("pipe.yaml", None, "is no file")):
+                                 ("a.yaml", good + "files: [f]\nparameters: {f: [pipe.yaml]}\n", "is no file"), ("pipe.yaml", None, "is no file"),
+                                 ("endless.yaml", None, "has no size")):
             if text is not None:
                 with open(self.path(name), "w", encoding="utf-8") as f:
                     f.write(text)

@@ -245,6 +245,8 @@ TEST_F(MotionTableFile, WhatIsRefusedNamesLineFieldAndWhatIsAllowed) {
   has(refusal(), "line 3: r_y_m: nan (allowed: a finite number)");
   write(header + "1,1,,3\n");
   has(refusal(), "line 3: r_y_m: nothing");
+  write(header + "1,1, 2 2 ,3\n");
+  has(refusal(), "line 3: r_y_m: 2 2 (allowed: a finite number)");
   write(header + "1,1,1e300,3\n");
   has(refusal(), "line 3: r_y_m: 1e300 (allowed: -1e6 to 1e6 m");
   write(header);

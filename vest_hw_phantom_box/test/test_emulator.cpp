@@ -93,6 +93,7 @@ TEST(Trajectory, BadFilesAreRefusedWithLineColumnAndValue) {
   expectError("t_s,left_yaw\n0,\n", {"line 2", "left_yaw", "''"});
   expectError("t_s,left_yaw\n0,1e9\n", {"line 2", "left_yaw", "'1e9'"});
   expectError("t_s,left_yaw\n0,1x\n", {"'1x'"});
+  expectError("t_s, left_yaw \n0, 0 1 \n", {"left_yaw", "'0 1'"});
   expectError("t_s,left_yaw\n0,1\n0,1\n", {"line 3", "t_s", "later"});
   expectError("t_s,footswitches\n0,64\n", {"footswitches", "'64'", "63"});
   expectError("t_s,footswitches\n0,1.5\n", {"footswitches", "'1.5'"});

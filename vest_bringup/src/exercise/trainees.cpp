@@ -1,7 +1,9 @@
 #include "vest_bringup/exercise/trainees.h"
 
 #include <fcntl.h>
+#include <linux/magic.h>
 #include <sys/stat.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -129,7 +131,10 @@ Trainees::Trainees(const std::string& file, int wait) : file_(file) {
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (descriptor < 0) fail("open");
   struct stat info {};
-  const bool is_file = ::fstat(descriptor, &info) == 0 && S_ISREG(info.st_mode);
+  struct statfs where {};
+  // Files of the kernel say that they are files; SQLite would wait in /proc/kmsg for its next line.
+  const bool is_file = ::fstat(descriptor, &info) == 0 && S_ISREG(info.st_mode) &&
+                       ::fstatfs(descriptor, &where) == 0 && where.f_type != PROC_SUPER_MAGIC;
   ::close(descriptor);
   if (!is_file) throw DatabaseError(file_ + ": is no file (allowed: a file of yours in a folder of yours)");
   try {

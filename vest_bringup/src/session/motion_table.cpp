@@ -40,10 +40,12 @@ std::vector<std::string> split(const std::string& line) {
     const bool blank = c == ' ' || c == '\t' || c == '\r';
     if (c == separator || (separator == ' ' && blank)) {
       if (separator != ' ' || !cells.back().empty()) cells.emplace_back();
-    } else if (!blank) {
+    } else if (!blank || !cells.back().empty()) {
       cells.back() += c;
     }
   }
+  // Blanks around a value; those within stay: "1 2" is no number.
+  for (std::string& cell : cells) cell.erase(cell.find_last_not_of(" \t\r") + 1);
   if (separator == ' ' && cells.back().empty()) cells.pop_back();
   return cells;
 }

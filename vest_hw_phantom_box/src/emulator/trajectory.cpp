@@ -29,9 +29,13 @@ std::vector<std::string> split(const std::string& line) {
     if (ch == ',') {
       if (cells.size() > kJoints + 2) break;  // one too many is enough to say so
       cells.emplace_back();
-    } else if (ch != ' ' && ch != '\t' && ch != '\r') {
+    } else {
       cells.back() += ch;
     }
+  }
+  for (std::string& cell : cells) {  // blanks around a value; those within stay: "1 2" is no number
+    cell.erase(cell.find_last_not_of(" \t\r") + 1);
+    cell.erase(0, cell.find_first_not_of(" \t\r"));
   }
   return cells;
 }

@@ -257,14 +257,18 @@ std::vector<std::uint16_t> readLattice(Reading& r, bool in_world) {
     r.with("skin", [&] { surface = volume::readSurface(r.path, bytes); });
   }
   r.path.clear();
+  const auto within = [&] {
+    for (const Eigen::Vector3d& x : lattice.nodes)
+      if (!(x.cwiseAbs().maxCoeff() <= kFarthest))
+        map["cell"].fail("must leave nodes within 500000 of the origin; one is at " +
+                         format(x.cwiseAbs().maxCoeff()));
+  };
+  within();  // before boxes around them are numbered
   r.with(map.has("skin") ? "skin" : "cell", [&] {
     if (fit) volume::fitBoundary(lattice, surface, cell);
     r.object.skin = volume::embed(lattice, surface);
   });
-  for (const Eigen::Vector3d& x : lattice.nodes)
-    if (!(x.cwiseAbs().maxCoeff() <= kFarthest))
-      map["cell"].fail("must leave nodes within 500000 of the origin; one is at " +
-                       format(x.cwiseAbs().maxCoeff()));
+  within();  // the fit moved them
   if (in_world && lattice.nodes.size() > fem::kMostTissueNodes) {
     map["cell"].fail("gives " + std::to_string(lattice.nodes.size()) + " nodes; must give at most " +
                      std::to_string(fem::kMostTissueNodes) + " with integrator: newton_euler");

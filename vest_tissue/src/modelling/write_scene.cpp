@@ -30,8 +30,11 @@ class Files {
   Files& operator=(const Files&) = delete;
 
   void write(const std::string& name, const std::string& bytes) {
-    names_.push_back(name);
     const std::string path = directory_ + "/" + name;
+    // Told before any file has its place: as for a tree of vessels that is named as the source.
+    if (std::filesystem::is_directory(path))
+      throw std::runtime_error(path + ": a folder has this name; allowed: another name, or another folder");
+    names_.push_back(name);
     std::ofstream stream(path + kNew, std::ios::binary);
     stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     stream.close();

@@ -29,7 +29,7 @@ struct Cubes {
   }
 };
 
-Cubes makeCubes(const Vector3d& extent, double cell) {
+Cubes makeCubes(const char* what, const Vector3d& extent, double cell) {
   if (!(cell > 0.0) || !std::isfinite(cell)) refuse("cell must be > 0, m");
   Cubes c;
   double product = 1.0;
@@ -38,9 +38,11 @@ Cubes makeCubes(const Vector3d& extent, double cell) {
     product *= count;
     if (!(product <= static_cast<double>(kMostCubes))) {
       std::ostringstream text;
-      text << "a surface of the size (" << extent[0] << ", " << extent[1] << ", " << extent[2]
+      const double most = cell * std::cbrt(static_cast<double>(kMostCubes));
+      text << what << " of the size (" << extent[0] << ", " << extent[1] << ", " << extent[2]
            << ") m with cells of " << cell << " m needs more than " << kMostCubes
-           << " cubes; allowed: larger cells, or a smaller surface";
+           << " cubes, which are a mesh of the size (" << most << ", " << most << ", " << most
+           << ") m; allowed: larger cells, or less to fill";
       refuse(text.str());
     }
     c.size[static_cast<std::size_t>(a)] = static_cast<int>(count);
@@ -117,7 +119,6 @@ void checkClosed(const Surface& s) {
   for (const auto& t : s.triangles) {
     for (std::size_t e = 0; e < 3; ++e) {
       const Index a = t[e], b = t[(e + 1) % 3];
-      if (a >= s.vertices.size()) refuse("the surface names a vertex that does not exist");
       edges.push_back({std::min(a, b), std::max(a, b), a > b});
     }
   }
@@ -250,7 +251,7 @@ std::uint16_t LabelledImage::nearest(const Vector3d& place) const {
 Lattice fillImage(const LabelledImage& image, double cell) {
   Vector3d extent;
   for (int a = 0; a < 3; ++a) extent[a] = image.spacing[a] * image.size[static_cast<std::size_t>(a)];
-  Cubes c = makeCubes(extent, cell);
+  Cubes c = makeCubes("an image", extent, cell);
   // The grid is centred on the image; places below are in its axes, from the centre of the first voxel.
   Vector3d low;
   for (int a = 0; a < 3; ++a)
@@ -282,13 +283,18 @@ Lattice fillImage(const LabelledImage& image, double cell) {
 Lattice fillSurface(const Surface& s, double cell) {
   for (const Vector3d& v : s.vertices)
     if (!v.allFinite()) refuse("the surface has a vertex that is not finite");
+  Vector3d low = Vector3d::Constant(1e300), high = -low;
+  for (const auto& t : s.triangles) {
+    for (const Index n : t) {
+      if (n >= s.vertices.size()) refuse("the surface names a vertex that does not exist");
+      low = low.cwiseMin(s.vertices[n]), high = high.cwiseMax(s.vertices[n]);
+    }
+  }
+  // Before its other faults: one vertex far away opens a surface, too.
+  Cubes c = makeCubes("a surface", high - low, cell);
   checkClosed(s);
   checkFans(s);
   checkOutside(s);
-  Vector3d low = s.vertices[s.triangles[0][0]], high = low;
-  for (const auto& t : s.triangles)
-    for (const Index n : t) low = low.cwiseMin(s.vertices[n]), high = high.cwiseMax(s.vertices[n]);
-  Cubes c = makeCubes(high - low, cell);
   for (int a = 0; a < 3; ++a)
     low[a] = 0.5 * (low[a] + high[a]) - 0.5 * cell * c.size[static_cast<std::size_t>(a)];
   std::vector<std::uint8_t> inside(c.label.size(), 0);

@@ -91,6 +91,8 @@ Lattice readGmsh(const std::string& path, const std::string& bytes) {
       if (k < 4) t[k] = found->second;
     }
     if (kind == 11) in.fail("a tetrahedron of second order; allowed: four nodes (gmsh -order 1)");
+    if ((kind >= 5 && kind <= 7) || (kind >= 17 && kind <= 19))
+      in.fail("element kind " + std::to_string(kind) + " fills a volume; allowed there: tetrahedra alone");
     if (kind != 4) return;
     if (mesh.tetrahedra.size() == kMostTetrahedra)
       in.fail("more than " + std::to_string(kMostTetrahedra) + " tetrahedra");
@@ -98,9 +100,10 @@ Lattice readGmsh(const std::string& path, const std::string& bytes) {
     mesh.label.push_back(label);
   };
   std::string section;
-  std::set<std::string> sections;
+  std::set<std::string> sections{"$MeshFormat"};
   while (in.next(section)) {
-    if ((section == "$Nodes" || section == "$Elements" || section == "$Entities") &&
+    if ((section == "$MeshFormat" || section == "$Nodes" || section == "$Elements" ||
+         section == "$Entities") &&
         !sections.insert(section).second)
       in.fail(section + " twice; allowed: once");
     if (section == "$Nodes" && old) {
@@ -277,6 +280,9 @@ Lattice readVtk(const std::string& path, const std::string& bytes) {
     in.fail(std::to_string(cells.size()) + " cells and " + std::to_string(kinds.size()) +
             " cell types; allowed: as many");
   for (std::size_t i = 0; i < cells.size(); ++i) {
+    if ((kinds[i] >= 11 && kinds[i] <= 14) || (kinds[i] >= 24 && kinds[i] <= 27) || kinds[i] == 41 ||
+        kinds[i] == 42)
+      in.fail("cell type " + std::to_string(kinds[i]) + " fills a volume; allowed there: tetrahedra alone");
     if (kinds[i] != 10) continue;
     if (mesh.tetrahedra.size() == kMostTetrahedra)
       in.fail("more than " + std::to_string(kMostTetrahedra) + " tetrahedra");

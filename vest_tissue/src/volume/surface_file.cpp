@@ -19,6 +19,8 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kMostTriangles = 2000000;  // of a file (assumed)
 constexpr std::size_t kMostCorners = 64;         // of a polygon (assumed)
+// Of a coordinate, as a float holds it. What is too large for its mesh is refused there, with both sizes.
+constexpr double kLargest = 1e38;
 
 /// Collects polygons; vertices at one place are one vertex.
 class Builder {
@@ -55,10 +57,10 @@ class Builder {
  private:
   Index place(const Vector3d& v, const std::string& where) {
     for (const double c : {v.x(), v.y(), v.z()}) {
-      if (std::fabs(c) <= kFarthest) continue;
+      if (std::fabs(c) <= kLargest) continue;
       char text[32];
       std::snprintf(text, sizeof text, "%g", c);
-      fail(where, std::string("a coordinate of ") + text + "; allowed: from -1e6 to 1e6");
+      fail(where, std::string("a coordinate of ") + text + "; allowed: from -1e38 to 1e38");
     }
     // 0.0 + : a negative zero is the same place.
     const auto [found, fresh] = known_.emplace(std::array<double, 3>{0.0 + v[0], 0.0 + v[1], 0.0 + v[2]},
@@ -139,7 +141,7 @@ Surface readObj(const std::string& path, const std::string& text) {
       Vector3d v;
       for (int a = 0; a < 3; ++a) {
         if (!in.nextOfLine(word)) in.fail("a vertex of " + std::to_string(a) + " numbers; allowed: three");
-        v[a] = in.toCoordinate(word);
+        v[a] = in.toNumber(word, "a coordinate");
       }
       for (int more = 0; in.nextOfLine(word); ++more) {  // weight, or colour
         if (more == 4) in.fail("a vertex of more than 7 numbers; allowed: x y z, then weight or colour");
@@ -227,7 +229,7 @@ Surface readStl(const std::string& path, const std::string& bytes) {
       std::array<Vector3d, 3> v;
       for (Vector3d& corner : v) {
         in.expect("vertex");
-        for (int a = 0; a < 3; ++a) corner[a] = in.coordinate();
+        for (int a = 0; a < 3; ++a) corner[a] = in.number("a coordinate");
       }
       in.expect("endloop");
       in.expect("endfacet");

@@ -54,13 +54,13 @@ class Words {
     return value;
   }
   double number(const char* what) { return toNumber(word(what), what); }
-  double toCoordinate(const std::string& word) const {
-    const double value = toNumber(word, "a coordinate");
+  double coordinate() {
+    const std::string w = word("a coordinate");
+    const double value = toNumber(w, "a coordinate");
     if (!(std::fabs(value) <= kFarthest))
-      fail("a coordinate: " + files::shown(word, 40) + "; allowed: from -1e6 to 1e6");
+      fail("a coordinate: " + files::shown(w, 40) + "; allowed: from -1e6 to 1e6");
     return value;
   }
-  double coordinate() { return toCoordinate(word("a coordinate")); }
   std::size_t whole(const char* what, std::size_t most, std::size_t least = 0) {
     const std::string w = word(what);
     const double value = toNumber(w, what);

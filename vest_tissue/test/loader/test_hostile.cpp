@@ -148,6 +148,9 @@ TEST(Hostile, ASecondDocumentIsRefused) {
 TEST(Hostile, WhatSinglePrecisionOrAStepCannotHoldIsRefusedByName) {
   says(Scene("two").with("nodes.csv", "\n17,0.02,", "\n17,1e39,").message(), {"nodes.csv:19: x", "1e+39"});
   says(Scene("two").with("nodes.csv", "\n17,0.02,", "\n17,1e9,").message(), {"nodes.csv:19: x", "1e+09"});
+  // A blank in a number does not make it another one.
+  says(Scene("two").with("nodes.csv", "\n17,0.02,", "\n17,0.0 2,").message(), {"nodes.csv:19: x", "0.0 2"});
+  EXPECT_EQ(Scene("two").with("nodes.csv", "\n17,0.02,", "\n 17 ,\t0.02 ,").message(), "");
   says(Scene("two").with("fem.csv", "\n7,0.07,", "\n7,1e9,").message(), {"fem.csv:9: node 7", "1e+09"});
   says(Scene("database").with("links.csv", "0,1,0.01,", "0,1,1e308,").message(),
        {"links.rest_length[0]", "1e+308"});
@@ -203,12 +206,63 @@ TEST(Hostile, SurfacesOfKnotsAreClosedFromOutsideAndOfThreeCorners) {
        {"floor.contact_triangles[1]", "turned against [0]"});
 }
 
+/// A cube of 0.02 m in the formats of surfaces; one of its corners is at `z` instead of 0.02. In STL only one
+/// triangle says so: the others keep the corner.
+std::string cubeWith(const std::string& ending, const std::string& z) {
+  const int faces[12][3] = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                            {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  const auto corner = [](int k) {
+    return std::string(k & 1 ? "0.02 " : "0 ") + (k & 2 ? "0.02 " : "0 ") + (k & 4 ? "0.02" : "0");
+  };
+  std::string text = ending == "stl" ? "solid a\n"
+                     : ending == "ply"
+                         ? "ply\nformat ascii 1.0\nelement vertex 8\nproperty double x\nproperty double y\n"
+                           "property double z\nelement face 12\nproperty list uchar int vertex_indices\n"
+                           "end_header\n"
+                         : "";
+  if (ending != "stl")
+    for (int k = 0; k < 8; ++k)
+      text += (ending == "obj" ? "v " : "") + (k == 7 ? "0.02 0.02 " + z : corner(k)) + "\n";
+  int first = 1;
+  for (const auto& f : faces) {
+    const auto number = [&](int k) { return " " + std::to_string(ending == "obj" ? k + 1 : k); };
+    if (ending != "stl") {
+      text += (ending == "obj" ? "f" : "3") + number(f[0]) + number(f[1]) + number(f[2]) + "\n";
+      continue;
+    }
+    text += "facet normal 0 0 0\nouter loop\n";
+    for (const int k : f) text += "vertex " + (k == 7 && first-- > 0 ? "0.02 0.02 " + z : corner(k)) + "\n";
+    text += "endloop\nendfacet\n";
+  }
+  return text + (ending == "stl" ? "endsolid\n" : "");
+}
+
+TEST(Hostile, AVertexFarAwayIsRefusedWithBothSizes) {
+  for (const std::string ending : {"obj", "stl", "ply"}) {
+    for (const auto& [z, shown] :
+         {std::pair{"1e5", "(0.02, 0.02, 100000)"}, {"1e30", "(0.02, 0.02, 1e+30)"}}) {
+      SCOPED_TRACE(ending + " " + z);
+      Scene surface("surface");
+      surface.with("scene.yaml", "cube.obj", "cube." + ending).with("scene.yaml", "    skin: skin.ply\n", "");
+      surface.files["cube." + ending] = cubeWith(ending, z);
+      says(surface.message(), {"objects[0].surface: cube.", shown, "(0.643"});
+      Scene skin("surface");
+      skin.with("scene.yaml", "skin.ply", "skin." + ending).files["skin." + ending] = cubeWith(ending, z);
+      says(skin.message(), {"objects[0].skin: skin.", "far from the mesh", shown, "(0.022, 0.022, 0.022)"});
+      Scene mesh("mesh");
+      mesh.with("scene.yaml", "mesh: a.msh", "mesh: a.msh\n    skin: skin." + ending);
+      mesh.files["skin." + ending] = cubeWith(ending, z);
+      says(mesh.message(), {"objects[0].skin: skin.", "far from the mesh", shown, "(1, 1, 1)"});
+    }
+    Scene whole("surface");
+    whole.with("scene.yaml", "cube.obj", "cube." + ending).files["cube." + ending] = cubeWith(ending, "0.02");
+    EXPECT_EQ(whole.message(), "") << ending;
+  }
+}
+
 TEST(Hostile, SurfaceFilesAreRefusedByFieldAndWhy) {
-  says(Scene("surface").with("cube.obj", "v 0.02 0.02 0.02", "v 0.02 0.02 1e5").message(), {"cell", "cubes"});
-  says(Scene("surface").with("skin.ply", "0.02 0.02 0.02\n", "0.02 0.02 1e5\n").message(),
-       {"objects[0].skin", "far from the mesh", "100000", "(0.02"});
-  says(Scene("surface").with("skin.ply", "0.02 0.02 0.02\n", "0.02 0.02 1e30\n").message(),
-       {"skin.ply:", "1e+30"});
+  says(Scene("surface").with("skin.ply", "0.02 0.02 0.02\n", "0.02 0.02 1e39\n").message(),
+       {"skin.ply:", "1e+39"});
   Scene inside("surface");
   std::string& obj = inside.files["cube.obj"];
   for (std::size_t at = obj.find("f "); at != std::string::npos; at = obj.find("\nf ", at + 1)) {
@@ -246,6 +300,11 @@ TEST(Hostile, ABakedSceneLiesWholeInItsFolder) {
   const std::string none = target.folder() + "/none";
   EXPECT_THROW(vest::modelling::writeScene(other, none, "source.yaml", text), std::runtime_error);
   EXPECT_TRUE(std::filesystem::is_empty(none));
+  // Nor where a folder has the place of its last file.
+  const std::string taken = target.folder() + "/taken";
+  std::filesystem::create_directories(taken + "/tube.yaml");
+  EXPECT_THROW(vest::modelling::writeScene(baked, taken, "source.yaml", text), std::runtime_error);
+  EXPECT_FALSE(std::filesystem::exists(taken + "/tube.net"));
   // A scene that its reader would refuse: neither.
   other = baked;
   other.objects[0].rest_position[0].x() = 4e6;

@@ -75,6 +75,15 @@ TEST(MeshFile, WhatIsCutOffOrWrongIsRefusedWithFileAndLine) {
   EXPECT_NE(message("c.vtk", with(kVtk, "4 1 4 2 3", "4 1 9 2 3")).find("does not exist"), std::string::npos);
   EXPECT_NE(message("c.vtk", kVtk + kVtk.substr(kVtk.find("CELL_TYPES"))).find("CELL_TYPES twice"),
             std::string::npos);
+  // A volume that is no tetrahedron would be a hole.
+  EXPECT_NE(message("a.msh", with(kGmsh22, "2 4 2 7 1 10 20 30 40", "2 7 2 7 1 10 20 30 40 50"))
+                .find("fills a volume"),
+            std::string::npos);
+  EXPECT_NE(message("c.vtk", with(kVtk, "5\n10\n10", "5\n10\n14")).find("type 14 fills a volume"),
+            std::string::npos);
+  EXPECT_NE(
+      message("a.msh", with(kGmsh22, "$Nodes", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes")).find("twice"),
+      std::string::npos);
   EXPECT_NE(message("c.stl", kVtk).find("allowed: .msh"), std::string::npos);
   // Cut off anywhere: refused or, where what is missing does not matter, read; never more than that.
   for (const auto& [name, text] : {std::pair{"a.msh", kGmsh22}, std::pair{"b.msh", kGmsh41},
@@ -182,7 +191,7 @@ TEST(SurfaceFile, EachMistakeInObjAndStlIsNamed) {
   says(refusal("t.obj", obj + "f 1 2 -5\n"), {"t.obj:9: a face names vertex -5"});
   says(refusal("t.obj", obj + "f 1 2\n"), {"t.obj:9: a face of 2 corners"});
   says(refusal("t.obj", obj + "curv 1 2\n"), {"t.obj:9: 'curv'"});
-  says(refusal("t.obj", "v 1e39 0 0\n"), {"t.obj:1: a coordinate: 1e39"});
+  says(refusal("t.obj", "v 1e39 0 0\n"), {"t.obj:1: a coordinate of 1e+39"});
   says(refusal("t.obj", "v 1 nan 0\n"), {"t.obj:1: a coordinate: 'nan'"});
   const std::string stl =
       "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";

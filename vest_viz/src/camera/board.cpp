@@ -1,5 +1,6 @@
 #include "vest_viz/camera/board.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <stdexcept>
 
@@ -16,9 +17,13 @@ BoardCalibration calibrate(const std::vector<cv::Mat>& pictures, const Board& bo
       points.emplace_back(static_cast<float>(c * board.square), static_cast<float>(r * board.square), 0.0f);
   BoardCalibration out;
   for (const cv::Mat& picture : pictures) {
-    if (picture.empty() || picture.size() != pictures.front().size())
-      throw std::runtime_error(
-          "a picture is empty, or of another size than the first; allowed: pictures of one size");
+    // As readCalibration() takes them. The search for corners takes 80 bytes a pixel, and minutes for 64
+    // megapixels.
+    if (std::min(picture.cols, picture.rows) < 64 || std::max(picture.cols, picture.rows) > 4096)
+      throw std::runtime_error("a picture of " + std::to_string(picture.cols) + " x " +
+                               std::to_string(picture.rows) + " pixels; allowed: 64 to 4096 each way");
+    if (picture.size() != pictures.front().size())
+      throw std::runtime_error("a picture of another size than the first; allowed: pictures of one size");
     cv::Mat grey = picture;
     if (picture.channels() == 3) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
     std::vector<cv::Point2f> found;

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/calib3d.hpp>
 
+#include "vest_viz/camera/board.h"
 #include "vest_viz/camera/model.h"
 
 namespace vest::camera {
@@ -20,6 +21,19 @@ TEST(CameraModel, HorizontalFieldOfViewIsThatOfThePinhole) {
   // The picture's edges lie half a pixel beyond the outermost pixel centres.
   EXPECT_NEAR(2 * std::atan((719.5 - c.cx) / c.fx) * 180 / M_PI, 70.0, 1e-9);
   EXPECT_DOUBLE_EQ(c.fx, c.fy);
+}
+
+// 64 megapixels of nothing took 5 GB and minutes.
+TEST(Board, PicturesLargerThanACalibrationMayBeAreNotSearched) {
+  for (const cv::Size size : {cv::Size(4097, 64), cv::Size(64, 63), cv::Size(0, 0)}) {
+    try {
+      calibrate(std::vector<cv::Mat>(3, cv::Mat(size, CV_8U, cv::Scalar(0))), {});
+      ADD_FAILURE() << size.width;
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find("allowed: 64 to 4096 each way"), std::string::npos)
+          << error.what();
+    }
+  }
 }
 
 TEST(CameraModel, AgreesWithOpenCvProjectPoints) {
