@@ -184,6 +184,31 @@ TEST(LinkKernel, LinksNumberedAlongTheTubeBecomeRunsAndShuffledOnesGiveTheSameFo
   for (std::size_t i = 0; i < n; ++i) EXPECT_NEAR(a.fx[i], b.fx[map[i]], 1e-5);
 }
 
+TEST(LinkKernel, LinksBetweenHeldKnotsAreLeftOutAndAllOthersPullAsBefore) {
+  for (const auto& tube : vest::test::makeSeedNet(3.0f, 0.02f)) {
+    const std::size_t knots = tube.x.size() - kPadding;
+    std::vector<std::uint8_t> held(knots, 0);
+    for (std::size_t i = 0; i < knots / 2; ++i) held[i] = 1;
+    Knots k = shaken(tube, 7), whole = k;
+    LinkTable table(tube.links, softLaw(), 8, held);
+    const LinkTable all(tube.links, softLaw(), 8);
+    EXPECT_LT(table.places().size() + table.indexedBlocks(), all.places().size() + all.indexedBlocks());
+    for (std::size_t n = 0; n < tube.links.size(); ++n)  // one left out stays so
+      table.setLink(n, tube.links[n].rest, tube.links[n].axial, tube.links[n].damping);
+    addLinkForces(table, k.arrays(), KernelLevel::Baseline);
+    addLinkForces(all, whole.arrays(), KernelLevel::Baseline);
+    double held_sum = 0, whole_sum = 0;
+    for (std::size_t i = 0; i < knots; ++i) {
+      if (held[i] == 0) {
+        EXPECT_NEAR(k.fx[i], whole.fx[i], 2e-4) << i;
+      } else {
+        held_sum += k.fx[i], whole_sum += whole.fx[i];
+      }
+    }
+    EXPECT_NEAR(held_sum, whole_sum, 1e-3) << "what the attachments take up";
+  }
+}
+
 TEST(LinkKernel, DeadLinkPullsNoMore) {
   Knots k(2);
   k.x[1] = 0.02f;

@@ -135,10 +135,12 @@ TEST(NetEnergy, ItsGradientIsItsDerivativeAndTheSameForceAsTheFloatKernels) {
                                   b.row(net::Block::FX), b.row(net::Block::FY), b.row(net::Block::FZ)};
   net::addElements(t.s->elements, arrays, net::KernelLevel::Baseline);
   net::addVolumes(t.s->elements.volumes, arrays);
-  for (std::size_t i = 0; i < t.x.size(); ++i)
+  for (std::size_t i = 0; i < t.x.size(); ++i) {
+    if (t.s->fixed[i]) continue;  // the kernels leave out links between two of them
     for (int a = 0; a < 3; ++a)
       EXPECT_NEAR(b.row(static_cast<net::Block::KnotRow>(net::Block::FX + a))[i], -gradient[i][a],
                   1e-3 * most);
+  }
 }
 
 /// Adds up into a dense matrix.
