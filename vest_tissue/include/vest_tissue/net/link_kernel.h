@@ -93,9 +93,9 @@ class LinkTable {
   std::size_t indexedKnots() const { return indexed_knots_; }
 
  private:
-  std::vector<Place> places_;        ///< one per block of a run
-  std::vector<Block> blocks_;        ///< of the runs, then of the indexed links
-  std::vector<Indices> indices_;     ///< one per indexed block
+  std::vector<Place> places_;     ///< one per block of a run
+  std::vector<Block> blocks_;     ///< of the runs, then of the indexed links
+  std::vector<Indices> indices_;  ///< one per indexed block
   static constexpr std::uint32_t kNowhere = ~0u;
   std::vector<std::uint32_t> slot_;  ///< block·8 + lane per link as given, or kNowhere
   std::uint32_t first_indexed_block_ = 0;
