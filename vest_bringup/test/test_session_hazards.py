@@ -291,8 +291,8 @@ class SessionHazards(unittest.TestCase):
             for topic, (_, rate) in thinned.items():
                 most = 1.2 * rate * took + 2 if thin else steps
                 self.assertLessEqual(count[topic], most, topic)
-                # A busy machine hands them over in heaps, of which one is kept.
-                self.assertGreaterEqual(count[topic], 4 if thin else steps, topic)
+                # A busy machine hands them over in heaps, of which one is kept: at least the first and one of the last.
+                self.assertGreaterEqual(count[topic], 2 if thin else steps, topic)
                 self.assertGreater(newest[topic] - first[topic], 0.95 * steps, "how many were sent can still be told")
                 self.assertGreater(rates["/" + topic] * took, 0.8 * steps, "rates are those that were sent")
             self.assertEqual(revisions, [0, 1] if thin else 4 * [0] + 6 * [1])
