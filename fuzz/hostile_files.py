@@ -442,6 +442,8 @@ def main():
                 return os.path.abspath(path)
         return ''
 
+    if not tool('', 'vest_read'):  # it keeps the good files
+        parser.error('%s has no lib/vest/vest_read; allowed: the devel space of a build that has it' % options.devel)
     place = os.path.join(ROOT, 'build', 'hostile')
     os.makedirs(place, exist_ok=True)
     place = tempfile.mkdtemp(dir=place)
