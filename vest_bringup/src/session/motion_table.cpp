@@ -3,10 +3,12 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 
 #include <sys/stat.h>
 
+#include "vest_instruments/files/cells.h"
 #include "vest_instruments/files/read.h"
 
 namespace vest::session {
@@ -35,19 +37,11 @@ std::vector<std::string> split(const std::string& line) {
   const char separator = line.find(',') != std::string::npos   ? ','
                          : line.find(';') != std::string::npos ? ';'
                                                                : ' ';
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    const bool blank = c == ' ' || c == '\t' || c == '\r';
-    if (c == separator || (separator == ' ' && blank)) {
-      if (separator != ' ' || !cells.back().empty()) cells.emplace_back();
-    } else if (!blank || !cells.back().empty()) {
-      cells.back() += c;
-    }
-  }
-  // Blanks around a value; those within stay: "1 2" is no number.
-  for (std::string& cell : cells) cell.erase(cell.find_last_not_of(" \t\r") + 1);
-  if (separator == ' ' && cells.back().empty()) cells.pop_back();
-  return cells;
+  if (separator != ' ') return files::cells(line, kMostLine, separator);
+  std::istringstream in(line);
+  std::vector<std::string> words;
+  for (std::string word; in >> word;) words.push_back(word);
+  return words;
 }
 
 /// Where a tool's values stand, counted from 0.

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "vest_effects/haemodynamics/network.h"
+#include "vest_instruments/files/cells.h"
 #include "vest_instruments/files/read.h"
 
 namespace vest::haemodynamics {
@@ -48,17 +49,6 @@ std::string trimmed(const std::string& text) {
   return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
 }
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> fields;
-  std::size_t begin = 0;
-  for (;;) {
-    const auto comma = line.find(',', begin);
-    fields.push_back(trimmed(line.substr(begin, comma - begin)));
-    if (comma == std::string::npos) return fields;
-    begin = comma + 1;
-  }
-}
-
 Table readTable(const std::string& file, const std::string& text, const std::vector<std::string>& columns) {
   Table table;
   table.file = file;
@@ -72,7 +62,7 @@ Table readTable(const std::string& file, const std::string& text, const std::vec
     begin = end + 1;
     ++line;
     if (trimmed(content).empty()) continue;
-    auto fields = split(content);
+    auto fields = files::cells(content);
     if (width == 0) {
       width = fields.size();
       for (std::size_t i = 0; i < width; ++i) {

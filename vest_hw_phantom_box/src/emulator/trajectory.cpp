@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "vest_instruments/files/cells.h"
 #include "vest_instruments/files/read.h"
 
 namespace vest::emulator {
@@ -15,6 +16,7 @@ using protocol::kJoints;
 
 constexpr int kFootswitchColumn = -2;
 constexpr int kTimeColumn = -1;
+constexpr std::size_t kMostColumns = kJoints + 2;
 constexpr std::size_t kMostRows = 2000000;  // ours: 5.5 h at 100 Hz
 
 [[noreturn]] void fail(const std::string& file, const std::string& field, const std::string& value,
@@ -23,28 +25,11 @@ constexpr std::size_t kMostRows = 2000000;  // ours: 5.5 h at 100 Hz
               "; allowed: " + allowed);
 }
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char ch : line) {
-    if (ch == ',') {
-      if (cells.size() > kJoints + 2) break;  // one too many is enough to say so
-      cells.emplace_back();
-    } else {
-      cells.back() += ch;
-    }
-  }
-  for (std::string& cell : cells) {  // blanks around a value; those within stay: "1 2" is no number
-    cell.erase(cell.find_last_not_of(" \t\r") + 1);
-    cell.erase(0, cell.find_first_not_of(" \t\r"));
-  }
-  return cells;
-}
-
 std::vector<int> parseHeader(const std::string& line, const std::string& file) {
   std::string allowed = "t_s, footswitches";
   for (const auto& n : protocol::jointNames()) allowed += ", " + n;
   std::vector<int> columns;
-  for (const std::string& cell : split(line)) {
+  for (const std::string& cell : files::cells(line, kMostColumns)) {
     const auto& names = protocol::jointNames();
     const auto found = std::find(names.begin(), names.end(), cell);
     const int column = cell == "t_s"            ? kTimeColumn
@@ -103,7 +88,7 @@ Trajectory Trajectory::parse(const std::string& text, const std::string& name,
   const std::vector<int> columns = parseHeader(line, name);
   for (std::size_t number = 2; std::getline(in, line); ++number) {
     if (line.empty() || line == "\r") continue;
-    const std::vector<std::string> cells = split(line);
+    const std::vector<std::string> cells = files::cells(line, kMostColumns);
     if (cells.size() != columns.size())
       fail(name, "line " + std::to_string(number), std::to_string(cells.size()) + " cells",
            std::to_string(columns.size()) + ", as in the header");

@@ -3,6 +3,7 @@
 #include <optional>
 #include <sstream>
 
+#include "vest_instruments/files/cells.h"
 #include "vest_instruments/files/read.h"
 #include "vest_instruments/trajectory/trajectory.h"
 
@@ -20,19 +21,6 @@ struct Sample {
   Matrix3d R;  // the same axes
 };
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == ',') {
-      if (cells.size() == kMostCells) break;
-      cells.emplace_back();
-    } else if (c != '\r') {
-      cells.back() += c;
-    }
-  }
-  return cells;
-}
-
 std::string readMotionFile(const std::string& path) try {
   return files::read(path, kMostBytes);
 } catch (const files::Refused& why) {
@@ -46,7 +34,7 @@ std::vector<Sample> readMotion(const std::string& path) {
   if (!std::getline(in, line))
     throw TrajectoryError(files::shown(path, 4096) + ": empty; allowed: a header and samples");
   const std::array<const char*, 8> wanted{"t_s", "px_mm", "py_mm", "pz_mm", "qx", "qy", "qz", "qw"};
-  const std::vector<std::string> header = split(line);
+  const std::vector<std::string> header = files::cells(line, kMostCells);
   std::array<std::size_t, 8> column{};
   for (std::size_t k = 0; k < wanted.size(); ++k) {
     column[k] = static_cast<std::size_t>(std::find(header.begin(), header.end(), wanted[k]) - header.begin());
@@ -63,7 +51,7 @@ std::vector<Sample> readMotion(const std::string& path) {
   std::vector<Sample> samples;
   for (std::size_t number = 2; std::getline(in, line); ++number) {
     if (line.empty() || line == "\r") continue;
-    const std::vector<std::string> cells = split(line);
+    const std::vector<std::string> cells = files::cells(line, kMostCells);
     std::array<double, 8> v{};
     for (std::size_t k = 0; k < v.size(); ++k) {
       const std::string where =

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "vest_instruments/files/cells.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/files/yaml_reader.h"
 
@@ -12,21 +13,6 @@ namespace {
 
 constexpr std::size_t kMostCells = 64;        // of a line (assumed)
 constexpr std::size_t kMostValues = 8000000;  // of a table (assumed): two seconds, 300 MB
-
-/// At most kMostCells + 1 cells, without the blanks around each. Those within stay: "1 2" is no number.
-std::vector<std::string> split(const std::string& line) {
-  constexpr const char* kBlanks = " \t\r";
-  std::vector<std::string> cells;
-  for (std::size_t from = 0; cells.size() <= kMostCells;) {
-    const std::size_t comma = std::min(line.find(',', from), line.size());
-    const std::size_t first = std::min(line.find_first_not_of(kBlanks, from), comma);
-    const std::size_t last = line.find_last_not_of(kBlanks, comma == 0 ? 0 : comma - 1);
-    cells.push_back(first < comma ? line.substr(first, last - first + 1) : std::string());
-    if (comma == line.size()) break;
-    from = comma + 1;
-  }
-  return cells;
-}
 
 }  // namespace
 
@@ -56,7 +42,7 @@ Table read(const std::string& path, const std::string& bytes, const std::vector<
   while (std::getline(stream, line)) {
     ++number;
     if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
-    const auto cells = split(line);
+    const auto cells = files::cells(line, kMostCells);
     if (table.columns.empty()) {
       table.columns = cells;
       std::string allowed = "columns are";

@@ -283,16 +283,17 @@ StepStatus step(const Model& m, State& s, Scratch& scratch, double dt) {
   scratch.parts = partsOf(m, s, scratch, dt);
   bool good = true;
   for (Support& a : scratch.supports) a.force.setZero();
+  aim(m, start, scratch);
   int width = kMostParts / scratch.parts;  // in eighths of the step
   for (int at = 0; at < kMostParts && good;) {
     const double share = static_cast<double>(width) / kMostParts;
     scratch.fraction_then = static_cast<double>(at) / kMostParts,
     scratch.fraction = scratch.fraction_then + share;
-    aim(m, start + dt * at / kMostParts, scratch);
     const Part done =
         part(m, s, scratch, dt * share, start + dt * (at + width) / kMostParts, share, width == 1);
     good = done != Part::Fault;
     if (done == Part::RanAway) {
+      aim(m, start + dt * at / kMostParts, scratch);  // back
       width /= 2, scratch.parts *= 2;
     } else {
       at += width;

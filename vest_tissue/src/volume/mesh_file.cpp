@@ -16,11 +16,10 @@ constexpr std::size_t kTag = 1u << 30;
 constexpr std::size_t kMostTetrahedra = 2000000;  // of a file (assumed)
 constexpr std::size_t kMostCells = 4000000;       // of a file (assumed)
 
-/// Nodes of an element by gmsh's number of its kind; 0: not known.
+/// Nodes of an element by gmsh's number of its kind: tetrahedra, and what fills no volume; 0: neither.
 std::size_t nodesOfKind(std::size_t kind) {
-  static const std::map<std::size_t, std::size_t> known{
-      {1, 2}, {2, 3},  {3, 4},   {4, 4},  {5, 8},  {6, 6},   {7, 5},   {8, 3},
-      {9, 6}, {10, 9}, {11, 10}, {15, 1}, {16, 8}, {17, 20}, {18, 15}, {19, 13}};
+  static const std::map<std::size_t, std::size_t> known{{1, 2}, {2, 3},  {3, 4},   {4, 4},  {8, 3},
+                                                        {9, 6}, {10, 9}, {11, 10}, {15, 1}, {16, 8}};
   const auto found = known.find(kind);
   return found == known.end() ? 0 : found->second;
 }
@@ -83,7 +82,8 @@ Lattice readGmsh(const std::string& path, const std::string& bytes) {
   const auto element = [&](std::size_t kind, std::uint16_t label) {
     const std::size_t nodes = nodesOfKind(kind);
     if (nodes == 0)
-      in.fail("element kind " + std::to_string(kind) + "; allowed: points, lines, triangles, tetrahedra …");
+      in.fail("element kind " + std::to_string(kind) +
+              "; allowed: tetrahedra, and points, lines and faces beside them");
     std::array<Index, 4> t{};
     for (std::size_t k = 0; k < nodes; ++k) {
       const auto found = node.find(in.whole("a node", kTag));
@@ -91,8 +91,6 @@ Lattice readGmsh(const std::string& path, const std::string& bytes) {
       if (k < 4) t[k] = found->second;
     }
     if (kind == 11) in.fail("a tetrahedron of second order; allowed: four nodes (gmsh -order 1)");
-    if ((kind >= 5 && kind <= 7) || (kind >= 17 && kind <= 19))
-      in.fail("element kind " + std::to_string(kind) + " fills a volume; allowed there: tetrahedra alone");
     if (kind != 4) return;
     if (mesh.tetrahedra.size() == kMostTetrahedra)
       in.fail("more than " + std::to_string(kMostTetrahedra) + " tetrahedra");
@@ -280,10 +278,10 @@ Lattice readVtk(const std::string& path, const std::string& bytes) {
     in.fail(std::to_string(cells.size()) + " cells and " + std::to_string(kinds.size()) +
             " cell types; allowed: as many");
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    if ((kinds[i] >= 11 && kinds[i] <= 14) || (kinds[i] >= 24 && kinds[i] <= 27) || kinds[i] == 41 ||
-        kinds[i] == 42)
-      in.fail("cell type " + std::to_string(kinds[i]) + " fills a volume; allowed there: tetrahedra alone");
-    if (kinds[i] != 10) continue;
+    if (kinds[i] <= 9 || (kinds[i] >= 21 && kinds[i] <= 23)) continue;  // points, lines, faces
+    if (kinds[i] != 10)
+      in.fail("cell type " + std::to_string(kinds[i]) +
+              "; allowed: tetrahedra (10), and points, lines and faces beside them");
     if (mesh.tetrahedra.size() == kMostTetrahedra)
       in.fail("more than " + std::to_string(kMostTetrahedra) + " tetrahedra");
     if (cells[i].size() != 4) in.fail("a tetrahedron of " + std::to_string(cells[i].size()) + " points");
