@@ -27,6 +27,7 @@ constexpr double kNear = 0.002,
                  kFar = 0.8;            // m; rviz's Camera display clips at 10 mm, where an endoscope works
 constexpr double kLightOffset = 0.004;  // m above the lens: fibre bundle beside the optics of a 10 mm tube
 constexpr double kLightIntensity = 0.0035;  // m2: gain 1 exposes a place 6 cm away
+constexpr float kFinest = -0.5f;  // level of the textures: below it vessels break into dashes (by eye)
 }  // namespace
 
 EndoscopeScene::EndoscopeScene(int quality) {
@@ -56,7 +57,7 @@ EndoscopeScene::~EndoscopeScene() {
 void EndoscopeScene::setCamera(const camera::Intrinsics& source, double circle, double resolution) {
   source_ = source;
   // A rendering that is enlarged keeps the detail of the picture.
-  tissue_->setMipBias(static_cast<float>(std::log2(std::clamp(resolution, 0.4, 1.0))));
+  tissue_->setMipBias(std::max(kFinest, static_cast<float>(std::log2(std::min(resolution, 1.0)))));
   if (target_ != nullptr) target_->removeAllViewports();
   drop(target_texture_);
   target_texture_ = Ogre::TextureManager::getSingleton().createManual(

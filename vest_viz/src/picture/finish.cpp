@@ -8,12 +8,14 @@
 namespace vest::picture {
 namespace {
 constexpr double kRimWidth = 2.2;  // pixels at 576 lines; by eye
-// Undoes the response of the shaders for what is brighter than kWhite, roughly (by eye).
 /// Enlarging blurs. Of a rendering with fewer pixels than this share along an edge a part is given back, as
 /// the aperture correction of a camera does: the contrast at 1-3 px of the demo's pictures, 0.039 without it,
 /// is then 0.047 (real frames: 0.045 and more).
 constexpr double kSharpBelow = 0.62, kSharpening = 0.3;
+/// A highlight: green of the lamp's image, and what undoes the response of the shaders for it, roughly (by
+/// eye).
 constexpr int kWhite = 224, kGlare = 8;
+constexpr int kRim = 3;  // the same for a highlight's rim that is enlarged: it keeps its size (by eye)
 }  // namespace
 
 Finisher::Finisher(const camera::Intrinsics& camera, double share, double resolution) : camera_(camera) {
@@ -37,6 +39,11 @@ Finisher::Finisher(const camera::Intrinsics& camera, double share, double resolu
   source_ = camera::fromFieldOfView(edge, edge, 2 * std::atan(half), {0, 0, 0, 0, 0});
   source_radius_ = reach / half;
   sharpening_ = resolution < kSharpBelow ? kSharpening : 0;
+  if (resolution < 1) {
+    light_.create(1, 256, CV_16U);
+    for (int i = 0; i < 256; ++i)
+      light_.at<std::uint16_t>(0, i) = static_cast<std::uint16_t>(i + kRim * std::max(0, i - kWhite));
+  }
 
   const int x0 = std::max(0, static_cast<int>(circle_.cx - circle_.radius) - 2);
   const int y0 = std::max(0, static_cast<int>(circle_.cy - circle_.radius) - 2);
@@ -140,9 +147,18 @@ void Finisher::setLens(const Lens& lens) {
     }
 }
 
-void Finisher::sharpen() {
-  cv::GaussianBlur(rgb_, blurred_, {3, 3}, 0);
-  cv::addWeighted(rgb_, 1 + sharpening_, blurred_, -sharpening_, 0, rgb_);
+void Finisher::resample() {
+  cv::extractChannel(rgb_, near_white_, 1);
+  cv::threshold(near_white_, near_white_, kWhite, 255, cv::THRESH_BINARY);
+  cv::dilate(near_white_, near_white_, {});
+  cv::LUT(rgb_, light_, glare_);
+  cv::GaussianBlur(glare_, glare_, {3, 3}, 0);
+  if (sharpening_ > 0) {
+    cv::GaussianBlur(rgb_, blurred_, {3, 3}, 0);
+    cv::addWeighted(rgb_, 1 + sharpening_, blurred_, -sharpening_, 0, rgb_);
+  }
+  glare_.convertTo(blurred_, CV_8U);
+  blurred_.copyTo(rgb_, near_white_);
 }
 
 void Finisher::blendVeil(const cv::Mat& veil) {
@@ -223,7 +239,7 @@ void Finisher::apply(const cv::Mat& rendering, const cv::Mat& veil, cv::Mat* out
   cv::cvtColor(rendering, rgb_, cv::COLOR_RGBA2RGB);
   cv::extractChannel(rendering, depth_, 3);
   edges_.apply(depth_, &rgb_);
-  if (sharpening_ > 0) sharpen();
+  if (!light_.empty()) resample();
   if (!veil.empty()) blendVeil(veil);
   if (look_.focus > 0) defocus();
   cv::remap(rgb_, warped_, map_, map_fraction_, cv::INTER_LINEAR, cv::BORDER_REPLICATE);

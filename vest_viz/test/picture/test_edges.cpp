@@ -99,6 +99,18 @@ TEST(EdgeSmoother, ALineOfAPixelIsNoRowOfDashes) {
   }
 }
 
+// A vessel in the texture of tissue is strong here and weak there: moving the strong pixels alone made
+// dashes.
+TEST(EdgeSmoother, AVesselOfTheTextureStaysAsItIs) {
+  cv::Mat rgb(kSize, kSize, CV_8UC3, cv::Scalar(190, 95, 88)), depth(kSize, kSize, CV_8U, cv::Scalar(160));
+  for (int y = 0; y < kSize; ++y)
+    rgb.at<cv::Vec3b>(y, 20 + y / 3) = y / 5 % 2 == 0 ? cv::Vec3b(120, 45, 45) : cv::Vec3b(165, 82, 76);
+  const cv::Mat before = rgb.clone();
+  EdgeSmoother smoother;
+  smoother.apply(depth, &rgb);
+  EXPECT_EQ(cv::norm(rgb, before, cv::NORM_INF), 0);
+}
+
 TEST(EdgeSmoother, HalfOfASpeckIsWhatLiesAroundIt) {
   for (const int channel : {0, 1}) {  // seen in the depth, seen in the colour
     cv::Mat rgb(kSize, kSize, CV_8UC3, kNear), depth(kSize, kSize, CV_8U, cv::Scalar(160));

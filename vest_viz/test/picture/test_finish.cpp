@@ -88,6 +88,36 @@ TEST(Finisher, RenderingCoversTheWholeCircle) {
   }
 }
 
+// Highlights are as hard as a rendering allows. Enlarged as they are they show its pixels, with dark rims
+// where it is sharpened. Their size must not change by half of a rendered pixel.
+TEST(Finisher, AHighlightThatIsEnlargedHasSoftRimsAndItsSize) {
+  for (const double resolution : {0.55, 0.7}) {
+    SCOPED_TRACE(resolution);
+    Finisher finisher(sampleCamera(), 1.0, resolution);
+    cv::Mat source = rendering(finisher, {110, 110, 110, 128}), rgb;
+    const int middle = source.rows / 2, half = 6;
+    cv::rectangle(source, {middle - half, middle - half}, {middle + half, middle + half},
+                  {255, 255, 255, 128}, -1);
+    finisher.apply(source, {}, &rgb);
+    const int row = static_cast<int>(finisher.circle().cy),
+              first = static_cast<int>(finisher.circle().cx) - 40;
+    int steepest = 0, darkest = 255;
+    double width = 0;
+    for (int x = first; x < first + 80; ++x) {
+      const int here = rgb.at<cv::Vec3b>(row, x)[1], next = rgb.at<cv::Vec3b>(row, x + 1)[1];
+      steepest = std::max(steepest, std::abs(next - here));
+      darkest = std::min(darkest, here);
+      width += (here - 110) / 145.0;
+    }
+    EXPECT_LT(steepest, 75);
+    EXPECT_GE(darkest, 106);
+    const auto at = [&](double x) {  // of a pixel of the picture in the rendering
+      return camera::project(finisher.source(), camera::unproject(sampleCamera(), {x, double(row)})).x();
+    };
+    EXPECT_NEAR(width * (at(first + 41) - at(first + 40)), 2 * half + 1, 1.0);
+  }
+}
+
 TEST(Finisher, EdgeIsDarkerThanTheMiddle) {
   Finisher finisher(sampleCamera(), 1.0);
   cv::Mat rgb;

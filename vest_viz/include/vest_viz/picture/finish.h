@@ -65,7 +65,10 @@ class Finisher {
   void apply(const cv::Mat& rendering, cv::Mat* out) { apply(rendering, {}, out); }
 
  private:
-  void sharpen();
+  /// Prepares a rendering with fewer pixels than the picture for enlarging: some sharpness back, but not at
+  /// the rims of highlights. These are as hard as the rendering allows and would show its pixels as stairs;
+  /// they are mixed as light, far brighter than white.
+  void resample();
   void blendVeil(const cv::Mat& veil);
   void defocus();
   void cloud();
@@ -77,7 +80,9 @@ class Finisher {
   cv::Rect window_;  ///< of the circle in the picture
   cv::Mat map_, map_fraction_;
   cv::Mat weight_, rim_;  ///< CV_8UC3 over window_
-  cv::Mat warped_, rgb_, veil_, small_, blurred_, depth_;
+  cv::Mat warped_, rgb_, veil_, small_, blurred_, near_white_, glare_, depth_;
+  cv::Mat light_;  ///< CV_16U look-up table: levels of light that the shaders' response hides; empty unless
+                   ///< enlarging
   EdgeSmoother edges_;
   cv::Mat soil_, soil_colour_;  ///< over window_: opacity, colour; empty while the lens is clean
   cv::Mat white_;               ///< look-up table, empty while neutral
