@@ -426,6 +426,8 @@ Object objectOf(const Draft& draft, const std::vector<Draft>& drafts, const Vect
                           : from.revolve        ? from.revolve->wall_thickness
                                                 : 0.0;
   object.skin = makeSkin(draft.net, from.skin_along, from.skin_around, from.petals, from.petal_depth);
+  if (from.facing || draft.net.inside)
+    spreadTexture(draft.net.knots, from.facing.value_or(kPelvis), &object.skin);
   object.tube.station = draft.net.station;
   object.tube.vessel_segment = from.vessel_segment;
   object.motility = from.motility;

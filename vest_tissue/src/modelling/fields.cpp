@@ -118,6 +118,7 @@ const std::vector<Field>& fields() {
       {Kind::Whole, "skin/around", "", 1, 16, "pieces of a knot interval"},
       {Kind::Whole, "skin/petals", "", 0, 64, "fringes of a funnel"},
       {Kind::Number, "skin/petal_depth", "", 0, 1, "of the fringes"},
+      {Kind::Vector, "skin/facing", "", -kAny, kAny, "spreads the texture round the part that lies there"},
       {Kind::Number, "fill", "", 0.01, 1, "part of the volume that weighs"},
       {Kind::Number, "stiffness_factor", "", 1e-4, 1e4, "on all areas of links"},
       {Kind::Number, "damping_ratio", "", 0, 2, "of each link's critical damping"},

@@ -283,6 +283,7 @@ ObjectSource mirrored(ObjectSource object) {
     turn(object.revolve->axis);
     turn(object.revolve->reference);
   }
+  if (object.facing) turn(*object.facing);
   for (auto& bump : object.bumps) {
     turn(bump.at);
     turn(bump.push);
@@ -436,6 +437,11 @@ void readObject(const Value& value, SceneSource& source) {
     object.skin_around = countWithin(skin["around"], "skin/around");
     if (skin.has("petals")) object.petals = countWithin(skin["petals"], "skin/petals");
     if (skin.has("petal_depth")) object.petal_depth = within(skin["petal_depth"], "skin/petal_depth");
+    if (skin.has("facing")) {
+      object.facing = skin["facing"].vector3();
+      if (!(object.facing->norm() > 0)) skin["facing"].fail("must not be zero");
+      if (!object.layers.empty()) skin["facing"].fail("belongs to nets, without layers");
+    }
     skin.finish();
   }
   const auto number = [&](const char* key, double& target) {

@@ -123,6 +123,37 @@ TEST(RingNet, TextureCoordinatesAreMetresAndKeepAreas) {
   EXPECT_NEAR(on_texture / on_skin, 1.0, 0.05);
 }
 
+// A ball of 40 mm that an endoscope sees from its end, where the rings close: the texture of a tube pinches
+// there. Spread, each edge within 65 degrees of the middle has its own length.
+TEST(RingNet, ASpreadTextureIsEvenWhereItIsLookedAt) {
+  TubeSpec spec = straightTube(End::Pole);
+  spec.centre = {{0, 0, 0}, {0.02, 0, 0}, {0.04, 0, 0}};
+  spec.sections = {{0.0, {0.020}}};
+  spec.start_dome = spec.end_dome = 0.0199;
+  spec.around = 16;
+  const RingNet net = makeTube(spec);
+  const Vector3 facing(1, 0, 0.3);
+  vest::scene::Skin skin = makeSkin(net, 2, 3);
+  const auto points = vertices(net, skin);
+  const auto ofLength = [&] {  // least and greatest length on the texture over that on the skin
+    std::array<double, 2> range{1e9, 0};
+    for (const auto& t : skin.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+        const Vector3 from = 0.5 * (points[a] + points[b]) - Vector3(0.02, 0, 0);
+        if (from.dot(facing) < std::cos(1.13) * from.norm() * facing.norm()) continue;
+        const auto &p = skin.texture_coordinates[a], &q = skin.texture_coordinates[b];
+        const double ratio = std::hypot(p[0] - q[0], p[1] - q[1]) / (points[a] - points[b]).norm();
+        range = {std::min(range[0], ratio), std::max(range[1], ratio)};
+      }
+    return range;
+  };
+  EXPECT_GT(ofLength()[1], 1.9) << "of the tube: else this test shows nothing";
+  spreadTexture(net.knots, facing, &skin);
+  EXPECT_GT(ofLength()[0], 0.7);
+  EXPECT_LT(ofLength()[1], 1.45);
+}
+
 TEST(RingNet, LinksAreExactlyAsManyAsAskedForAndNoneTwice) {
   const RingNet net = makeTube(straightTube(End::Pole));
   for (const std::uint32_t springs : {500u, 600u, 640u}) {

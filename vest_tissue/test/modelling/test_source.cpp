@@ -167,6 +167,10 @@ TEST(Bake, WhatIsShippedIsWhatTheSourceBakesTo) {
       EXPECT_EQ(a.fixed, b.fixed);
       EXPECT_EQ(a.skin.triangles, b.skin.triangles);
       EXPECT_EQ(a.skin.binding_knots, b.skin.binding_knots);
+      ASSERT_EQ(a.skin.texture_coordinates.size(), b.skin.texture_coordinates.size());
+      for (std::size_t v = 0; v < a.skin.texture_coordinates.size(); ++v)
+        for (std::size_t k = 0; k < 2; ++k)
+          EXPECT_NEAR(a.skin.texture_coordinates[v][k], b.skin.texture_coordinates[v][k], 1e-5);
       EXPECT_EQ(a.contact_triangles, b.contact_triangles);
       EXPECT_NEAR(a.law.youngs_modulus, b.law.youngs_modulus, 1e-6 * a.law.youngs_modulus);
       for (std::size_t i = 0; i < a.mass.size(); ++i) {

@@ -6,7 +6,6 @@
 
 #include "caps.h"
 #include "vest_tissue/net/skin.h"
-#include "vest_viz/mesh/unfold.h"
 
 namespace vest::mesh {
 namespace {
@@ -170,8 +169,6 @@ Outcome Store::setTopology(Topology topology) {
   problem_.clear();
   for (Object& object : topology.objects) {
     const std::string message = validate(object);
-    // A cavity's own coordinates run round its far end like a tube's: pinched where the endoscope looks.
-    if (message.empty() && object.rigid && object.organ == "cavity") unfold(&object, kPelvicPole);
     if (message.empty()) continue;
     if (problem_.empty()) problem_ = message;
     clearShape(&object);

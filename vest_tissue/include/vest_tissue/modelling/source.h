@@ -79,6 +79,7 @@ struct ObjectSource {
   std::vector<LinkClass> fillers;
   std::uint32_t skin_along = 2, skin_around = 2, petals = 0;
   double petal_depth = 0.0;
+  std::optional<Vector3> facing;  ///< spreadTexture(); none: the texture of a tube
   double fill = 1.0;  ///< part of the enclosed volume that has the tissue's density (gas in bowel)
   double stiffness_factor = 1.0;  ///< on all areas of links
   double damping_ratio = 0.1;     ///< of each link's own pair oscillation
