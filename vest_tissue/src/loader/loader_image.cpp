@@ -8,6 +8,7 @@
 
 #include "vest_tissue/base/elementary.h"
 #include "vest_tissue/scene/baked.h"
+#include "vest_tissue/scene/spread_texture.h"
 #include "vest_tissue/volume/feel.h"
 #include "vest_tissue/volume/lattice.h"
 #include "vest_tissue/volume/phantom.h"
@@ -164,11 +165,10 @@ Object objectOf(const Region& region, std::uint8_t number, const voxel::Volume& 
   for (std::uint32_t n = 0; n < o.position.size(); ++n) {
     skin.binding_knots.push_back(n);
     skin.binding_weights.push_back(1.0f);
-    // A texture seen from above: no stretching matters on what is looked at from afar.
-    skin.texture_coordinates.push_back(
-        {static_cast<float>(20 * o.position[n].x()), static_cast<float>(20 * o.position[n].y())});
+    skin.texture_coordinates.push_back({});
   }
   skin.triangles = surface.triangles;
+  spreadTexture(o.position, Vector3d::UnitZ(), &skin);
   skin.layer.assign(skin.triangles.size(), 0);
   return o;
 }

@@ -10,6 +10,7 @@
 
 #include "vest_tissue/fem/description.h"
 #include "vest_tissue/scene/fem_object.h"
+#include "vest_tissue/scene/spread_texture.h"
 
 namespace vest::modelling {
 namespace {
@@ -427,7 +428,7 @@ Object objectOf(const Draft& draft, const std::vector<Draft>& drafts, const Vect
                                                 : 0.0;
   object.skin = makeSkin(draft.net, from.skin_along, from.skin_around, from.petals, from.petal_depth);
   if (from.facing || draft.net.inside)
-    spreadTexture(draft.net.knots, from.facing.value_or(kPelvis), &object.skin);
+    scene::spreadTexture(draft.net.knots, from.facing.value_or(kPelvis), &object.skin);
   object.tube.station = draft.net.station;
   object.tube.vessel_segment = from.vessel_segment;
   object.motility = from.motility;

@@ -8,6 +8,7 @@
 
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/net/skin.h"
+#include "vest_tissue/scene/spread_texture.h"
 
 using namespace vest::modelling;
 
@@ -149,7 +150,7 @@ TEST(RingNet, ASpreadTextureIsEvenWhereItIsLookedAt) {
     return range;
   };
   EXPECT_GT(ofLength()[1], 1.9) << "of the tube: else this test shows nothing";
-  spreadTexture(net.knots, facing, &skin);
+  vest::scene::spreadTexture(net.knots, facing, &skin);
   EXPECT_GT(ofLength()[0], 0.7);
   EXPECT_LT(ofLength()[1], 1.45);
 }

@@ -179,6 +179,17 @@ std::vector<Style> makeStyles() {
   s.organ = "omentum";  // apron of fat
   s.fat = 0.9f, s.vessel_trees = 8, s.wet = 0.7f, s.relief = 0.0006, s.relief_length = 0.008, s.streak = 1.0f;
   all.push_back(s);
+  s = Style();
+  s.organ = "bone";  // ivory, faintly pink where vessels enter
+  s.tile = 0.04;
+  s.base = {0.88f, 0.80f, 0.67f}, s.second = {0.80f, 0.65f, 0.54f}, s.mottle = 0.5f;
+  s.vessel_trees = 0, s.vessel_strength = 0.35f, s.capillaries = 60;
+  s.relief = 0.00025, s.relief_length = 0.003, s.wet = 0.6f, s.translucence = 0.1f;
+  all.push_back(s);
+  s.organ = "cartilage";  // bluish white, smooth
+  s.base = {0.84f, 0.86f, 0.84f}, s.second = {0.76f, 0.78f, 0.79f}, s.capillaries = 0;
+  s.relief = 0.0001, s.relief_length = 0.006, s.wet = 0.95f, s.translucence = 0.3f;
+  all.push_back(s);
   // Inside colours, for cut faces and the inner walls of tubes.
   s = Style();
   s.organ = "cut_muscle";  // firm, pale red, fibres and opened vessels

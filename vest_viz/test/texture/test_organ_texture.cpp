@@ -76,6 +76,9 @@ TEST(OrganTexture, OrgansHaveTheirColours) {
   EXPECT_GT(meanOf(liver, 0), 2 * meanOf(liver, 2));
   const Baked omentum = bake(styleOf("omentum"), 64, 3);
   EXPECT_GT(meanOf(omentum, 1), 1.3 * meanOf(omentum, 2));  // yellow
+  const Baked bone = bake(styleOf("bone"), 64, 3), cartilage = bake(styleOf("cartilage"), 64, 3);
+  EXPECT_GT(meanOf(bone, 1) / meanOf(bone, 0), 0.8);  // ivory, no flesh
+  EXPECT_GT(meanOf(cartilage, 2), meanOf(bone, 2));
   for (const char* organ :
        {"uterus", "tube", "ovary", "ligament", "artery", "vein", "intestine", "cavity", "unheard of"}) {
     const Baked b = bake(styleOf(organ), 64, 3);

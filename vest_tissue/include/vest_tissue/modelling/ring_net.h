@@ -108,14 +108,6 @@ double enclosedVolume(const std::vector<Vector3>& points,
 scene::Skin makeSkin(const RingNet& net, std::uint32_t along, std::uint32_t around, std::uint32_t petals = 0,
                      double petal_depth = 0.0);
 
-/// Replaces the texture coordinates of a round skin, which those of a tube pinch at its poles: spread on the
-/// plane like an orange peel (m), from an azimuthal equidistant map about the direction `facing` as seen from
-/// the middle, then relaxed until edges have their own length. Even where it is looked at, torn only opposite
-/// to it. Leaves a skin without area as it is.
-/// @param knots m, that the skin is bound to
-/// @param facing not zero, of any length: from the middle to the part of the wall that is looked at
-void spreadTexture(const std::vector<Vector3>& knots, const Vector3& facing, scene::Skin* skin);
-
 /// Where an endoscope looks at a cavity whose source says nothing else: caudal and down, at the pelvis.
 inline const Vector3 kPelvis{0.0, 0.8710, -0.4913};
 

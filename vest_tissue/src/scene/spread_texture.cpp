@@ -1,25 +1,25 @@
+#include "vest_tissue/scene/spread_texture.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include <Eigen/Geometry>
 
-#include "vest_tissue/modelling/ring_net.h"
-
-namespace vest::modelling {
+namespace vest::scene {
 namespace {
 constexpr int kSweeps = 150;        // by eye: further sweeps change nothing that is seen
 constexpr double kFreeAngle = 1.9;  // rad from `facing` beyond which edges may stretch: the tear lies there
 }  // namespace
 
-void spreadTexture(const std::vector<Vector3>& knots, const Vector3& facing, scene::Skin* skin) {
+void spreadTexture(const std::vector<Eigen::Vector3d>& knots, const Eigen::Vector3d& facing, Skin* skin) {
   const std::size_t n = skin->texture_coordinates.size();
-  std::vector<Vector3> x(n, Vector3::Zero());
+  std::vector<Eigen::Vector3d> x(n, Eigen::Vector3d::Zero());
   for (std::size_t v = 0; v < n; ++v)
     for (std::size_t e = skin->binding_start[v]; e < skin->binding_start[v + 1]; ++e)
       x[v] += static_cast<double>(skin->binding_weights[e]) * knots[skin->binding_knots[e]];
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-  Vector3 middle = Vector3::Zero();
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   double area = 0;
   for (const auto& t : skin->triangles) {
     for (std::size_t k = 0; k < 3; ++k) edges.push_back(std::minmax({t[k], t[(k + 1) % 3]}));
@@ -32,12 +32,12 @@ void spreadTexture(const std::vector<Vector3>& knots, const Vector3& facing, sce
   std::sort(edges.begin(), edges.end());
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
 
-  const Vector3 axis = facing.normalized(), across = axis.unitOrthogonal(), up = axis.cross(across);
+  const Eigen::Vector3d axis = facing.normalized(), across = axis.unitOrthogonal(), up = axis.cross(across);
   const double radius = std::sqrt(0.5 * area / (4 * EIGEN_PI));  // of the sphere of the same area
   std::vector<Eigen::Vector2d> uv(n), sum(n);
   std::vector<double> angle(n), weight(n);
   for (std::size_t i = 0; i < n; ++i) {
-    const Vector3 d = (x[i] - middle).normalized();
+    const Eigen::Vector3d d = (x[i] - middle).normalized();
     const Eigen::Vector2d side(d.dot(across), d.dot(up));
     angle[i] = std::atan2(side.norm(), d.dot(axis));
     uv[i] = radius * angle[i] / std::max(side.norm(), 1e-9) * side;
@@ -81,4 +81,4 @@ void spreadTexture(const std::vector<Vector3>& knots, const Vector3& facing, sce
   }
 }
 
-}  // namespace vest::modelling
+}  // namespace vest::scene
