@@ -61,6 +61,7 @@ struct Patient {
       if (has_next) report.events.push_back(next);
       has_next = false;
       feedback.sources.clear(), feedback.impacts.clear(), feedback.dilatations.clear();
+      feedback.wiped.fill(0);
       blood.step(world, input, report, feedback);
       for (const auto& s : feedback.sources) at_holes += s.flow * input.dt;
       const double seeped = surface.state().seeped;
@@ -93,7 +94,7 @@ struct Patient {
     const auto& s = field.fluid();
     const auto& m = field.fluidModel();
     return fluid::particleVolume(m, s) + fluid::pendingVolume(s) + fluid::poolVolume(m, s) + s.sucked +
-           s.lost + bleeding::filmVolume(surface.state()) + told();
+           s.soaked + s.lost + bleeding::filmVolume(surface.state()) + surface.state().wiped + told();
   }
   /// m³ that the field has told the surfaces and they take in the next step.
   double told() const {
@@ -195,6 +196,38 @@ TEST(Account, OfASeepingSurfaceClosesWithinAThousandthWithItsFilm) {
   EXPECT_GT(p.at_holes, 1e-9);
   EXPECT_GT(bleeding::filmVolume(p.surface.state()), 0.0);
   p.expectBalance("surface");
+}
+
+TEST(Account, OfWhatASwabWipesAndSoaksUpClosesWithinAThousandth) {
+  Patient p("smoke_lens");
+  std::size_t object = 0;
+  while (!p.world.model().objects[object].deforms) ++object;
+  // The highest knot: a swab comes to it from above.
+  std::uint32_t top = 0;
+  for (std::uint32_t k = 0; k < p.world.knotCount(object); ++k)
+    if (p.world.knotAt(object, k).z() > p.world.knotAt(object, top).z()) top = k;
+  p.cutAt(object, p.world.knotAt(object, top));
+  p.run(3);
+  const double film = bleeding::filmVolume(p.surface.state());
+  ASSERT_GT(film, 1e-9);
+  constexpr auto kHand = static_cast<std::size_t>(tools::Instrument::Right);
+  auto& tool = p.input.tools[kHand];
+  tool.present = true, tool.tool = tools::ToolKind::Swab;
+  tool.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));  // straight down
+  const Eigen::Vector3d place = p.world.knotAt(object, top);
+  tool.pivot = place + Eigen::Vector3d(0, 0, 0.12);
+  for (int i = 0; i < 40; ++i) tool.position = place + Eigen::Vector3d(0, 0, 0.040 - 0.0005 * i), p.run(0.01);
+  const double seeped = p.surface.state().seeped;
+  p.run(1);
+  ASSERT_TRUE(p.report.contacts[kHand].in_contact);
+  const bleeding::Swab& swab = p.field.swab(kHand);
+  std::printf("%.4f ml of film before, %.4f ml in the swab, %.4f ml of it wiped\n", 1e6 * film,
+              1e6 * swab.volume, 1e6 * p.surface.state().wiped);
+  EXPECT_GT(p.surface.state().wiped, 0.2 * film);
+  EXPECT_NEAR(swab.volume, p.surface.state().wiped + p.field.fluid().soaked, 1e-12);
+  EXPECT_LE(swab.blood, swab.volume * (1 + 1e-9));
+  EXPECT_LT(p.surface.state().seeped - seeped, 0.1 * film) << "and what it presses on bleeds no more";
+  p.expectBalance("swab");
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "vest_bringup/simulation/blood_effect.h"
 #include "vest_bringup/simulation/surface_effect.h"
 #include "vest_bringup/simulation/trainer.h"
+#include "vest_instruments/tools/tool_geometry.h"
 #include "vest_tissue/scene/world_model.h"
 
 // Protects the coupling of circulation and tissue: places of the scene and of the network, pulse, sources,
@@ -101,6 +102,50 @@ TEST(Blood, CutArterySpurtsFromBothEndsAndAClipAndALigatureStopIt) {
   const double lost = b.effect.circulation().lost;
   for (int i = 0; i < 1000; ++i) b.step();
   EXPECT_LT(b.effect.circulation().lost - lost, 5e-9);
+}
+
+TEST(Blood, GauzePressedOnAHoleStopsItAndAMinuteOfThatHolds) {
+  Bench b;
+  b.event(scene::EventKind::Punctured, "uterine_artery_left", 0.03, 6e-7);
+  for (int i = 0; i < 200; ++i) b.step();
+  ASSERT_EQ(b.effect.wounds().opening_count, 1);
+  const auto& wound = b.effect.wounds().openings[0];
+  const double open = wound.flow;
+  ASSERT_GT(open, 1e-8);
+  constexpr std::size_t kHand = 1;
+  auto& tool = b.input.tools[kHand];
+  auto& contact = b.report.contacts[kHand];
+  tool.present = true, tool.tool = tools::ToolKind::Swab;
+  const Eigen::Vector3d front = tools::toolGeometry(tool.tool).interaction_points.front();
+  contact.proxy.translation() = b.world.knotAt(static_cast<std::size_t>(wound.object), wound.knot) - front +
+                                Eigen::Vector3d(0, 0, 0.007);
+  contact.in_contact = true;
+  // 100 mmHg on a wad of 1.54 cm²: 2.05 N.
+  const auto press = [&](double force, double seconds) {
+    contact.wrench.head<3>() = Eigen::Vector3d(0, 0, force);
+    for (int i = 0; i < static_cast<int>(1000 * seconds + 0.5); ++i) b.step();
+    return wound.flow;
+  };
+  EXPECT_EQ(press(0, 0.2), open) << "it lies there";
+  EXPECT_LT(press(1, 0.5), 0.8 * open);
+  EXPECT_GT(press(1, 0.01), 0.1 * open) << "half the pressure holds half back";
+  EXPECT_LT(press(4, 5), 1e-3 * open) << "pressed";
+  contact.in_contact = false;
+  EXPECT_GT(press(0, 0.5), 0.7 * open) << "five seconds make no clot";
+  contact.in_contact = true;
+  press(4, bleeding::kStillClotting + 2);
+  contact.in_contact = false;
+  EXPECT_LT(press(0, 0.5), 0.02 * open) << "the clot holds";
+}
+
+TEST(Blood, ABolusIsGivenOnceAndDripsGoOn) {
+  Bench b;
+  b.input.edits = {{"", "phenylephrine", 1e-7}, {"", "transfusion", 1e-5}, {"", "infusion", 5e-6}};
+  for (int i = 0; i < 1000; ++i) b.step();
+  const auto& c = b.effect.circulation();
+  EXPECT_NEAR(c.given, 1.5e-5, 1e-10);
+  EXPECT_NEAR(c.transfused, 1e-5, 1e-10);
+  EXPECT_NEAR(c.pressor + c.pressor_acts, 1e-7, 1e-9);
 }
 
 TEST(Blood, VenousOozeStopsByCoagulation) {

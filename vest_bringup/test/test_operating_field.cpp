@@ -8,6 +8,7 @@
 #include "vest_bringup/simulation/operating_field.h"
 #include "vest_bringup/simulation/trainer.h"
 #include "vest_instruments/control/pedals.h"
+#include "vest_instruments/tools/tool_geometry.h"
 #include "vest_tissue/scene/world_model.h"
 
 // Protects the operating field in the Trainer: irrigation by pedal reaches tissue as recorded momentum,
@@ -72,7 +73,7 @@ struct Theatre {
   double gap() const {
     const auto& s = field->fluid();
     return s.emitted - fluid::particleVolume(field->fluidModel(), s) -
-           fluid::poolVolume(field->fluidModel(), s) - fluid::pendingVolume(s) - s.sucked - s.lost;
+           fluid::poolVolume(field->fluidModel(), s) - fluid::pendingVolume(s) - s.sucked - s.soaked - s.lost;
   }
 };
 
@@ -147,8 +148,61 @@ TEST(OperatingField, ClotsStayInTheSuckerUntilWaterDrivesThemOut) {
   t.run(0.05, 8);
   given.volume = 0;
   EXPECT_EQ(open(), 0.0) << "closed";
+  t.run(0.05, 8);
+  vest_msgs::FluidState msg;
+  ASSERT_TRUE(t.frames->update());
+  ros_shell::toMsg(t.frames->front(), msg);
+  EXPECT_EQ(msg.clogged[kRight], 1.0f) << "and everybody is told";
+  EXPECT_EQ(msg.clogged[0], 0.0f);
   t.run(0.3, 4);
   EXPECT_EQ(open(), 1.0) << "a squirt of water clears it";
+}
+
+TEST(OperatingField, ASwabSoaksUpThePoolItLiesInUntilItIsFullAndTheNextOneIsDry) {
+  Theatre t("irrigation_pool");
+  t.run(1.5, 4);
+  const auto& model = t.field->fluidModel();
+  const auto& w = t.field->fluid().pools;
+  const double cell = model.parameters.pool_cell;
+  const auto columns = static_cast<std::size_t>(model.columns);
+  const auto into = [&](tools::ToolKind kind) {
+    const auto deepest =
+        static_cast<std::size_t>(std::max_element(w.depth.begin(), w.depth.end()) - w.depth.begin());
+    const double front = tools::toolGeometry(kind).interaction_points.front().z();
+    t.hold(kind, {model.parameters.low[0] + (static_cast<double>(deepest % columns) + 0.5) * cell,
+                  model.parameters.low[1] + (static_cast<double>(deepest / columns) + 0.5) * cell,
+                  static_cast<double>(w.bed[deepest]) + 0.008 + front});
+    auto& tool = t.tools.tools[kRight];
+    tool.pivot = tool.position + Eigen::Vector3d(0, 0, 0.1);
+    tool.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
+  };
+  const auto held = [&] { return t.field->swab(kRight).volume; };
+  into(tools::ToolKind::Swab);
+  t.run(1.0);
+  const double soon = held();
+  EXPECT_GT(soon, 0.1 * bleeding::kSwabCapacity);
+  EXPECT_LT(soon, 0.5 * bleeding::kSwabCapacity) << "it takes seconds";
+  t.run(12.0);
+  EXPECT_GT(held(), 0.9 * bleeding::kSwabCapacity);
+  EXPECT_LE(held(), bleeding::kSwabCapacity * (1 + 1e-9)) << "and no more";
+  EXPECT_NEAR(t.field->fluid().soaked, held(), 1e-12);
+  EXPECT_NEAR(t.field->swab(kRight).blood, 0, 1e-12) << "it was water";
+  EXPECT_EQ(t.field->fluid().sucked, 0.0) << "that is no suction";
+  EXPECT_LT(std::fabs(t.gap()), 1e-3 * t.field->fluid().emitted);
+  vest_msgs::FluidState msg;
+  ASSERT_TRUE(t.frames->update());
+  ros_shell::toMsg(t.frames->front(), msg);
+  EXPECT_NEAR(msg.swab_volume[kRight], held(), 0.02 * held());
+  EXPECT_NEAR(msg.soaked, held(), 0.02 * held());
+  EXPECT_NEAR(msg.swab_capacity, bleeding::kSwabCapacity, 1e-12);
+  const double gone = t.field->fluid().soaked;
+  t.hold(tools::ToolKind::Grasper, {0.0, 0.03, 0.08});
+  t.run(0.02);
+  EXPECT_EQ(held(), 0.0);
+  into(tools::ToolKind::Swab);
+  t.run(1.0);
+  EXPECT_GT(held(), 0.0) << "a dry one";
+  EXPECT_NEAR(t.field->fluid().soaked, gone + held(), 1e-12);
 }
 
 TEST(OperatingField, TissueOnTheMouthLeavesTheSideHoles) {

@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "play.h"
+#include "vest_effects/bleeding/swab.h"
 
 // Protects the small scenes of blood, water and smoke: each script really shows what it is named after, with
 // all effects around the tissue as in a session.
@@ -21,7 +22,7 @@ TEST(SceneArterialBleeding, ACutArterySpurtsWithThePulseUntilClipsStopIt) {
     if (t > 11.0 && t < 13.0)
       least_after = std::min(least_after, flow), most_after = std::max(most_after, flow);
     if (at(t, 15.0)) lost_at_end = lost(p.stage);
-    if (t < 18.5) return;
+    if (t < 18.5 || t > 20.0) return;
     const double speed = p.fastest();
     stillest = std::min(stillest, speed), liveliest = std::max(liveliest, speed);
   });
@@ -38,6 +39,7 @@ TEST(SceneArterialBleeding, ACutArterySpurtsWithThePulseUntilClipsStopIt) {
   EXPECT_LT(leak(p.stage), 1e-3 * most) << "the second clip stops that too";
   EXPECT_LT(lost(p.stage) - lost_at_end, 1e-8) << "m3: the count stands still";
   EXPECT_GT(p.stage.field->fluid().emitted, 0.9 * lost(p.stage)) << "what is lost is seen";
+  EXPECT_GT(p.stage.field->fluid().soaked, 0.5 * bleeding::kSwabCapacity) << "m3: the swab lay in it";
 }
 
 TEST(SceneVenousOoze, ANickedVeinOozesUntilBipolarForcepsSealIt) {

@@ -357,6 +357,19 @@ TEST(SceneElementsSling, TheLoopIsDrawnShutAroundAStumpOfElementsAndHolds) {
   EXPECT_NEAR(p.moved("stump", start), tied, 0.2 * tied) << "it holds without the applicator";
   const auto [beyond, held] = p.reach("stump");
   EXPECT_LT(beyond, 0.3f) << "what is tied off gets no blood";
+  // The vessel that it is has a station there, and no flow.
+  for (const scene::Event& e : p.report.events)
+    if (e.kind == EventKind::Ligated) {
+      const double along =
+          (e.position - Eigen::Vector3d(-0.0156, 0.0244, 0.055)).dot(Eigen::Vector3d(0.436, 0.900, 0));
+      EXPECT_NEAR(e.station, along, 0.002) << "m from its held end; rings are 2 mm apart";
+    }
+  const auto& blood = *p.stage.blood;
+  const int vessel = blood.model().find("femoral_artery_left");
+  ASSERT_GE(vessel, 0);
+  ASSERT_EQ(blood.wounds().clamp_count, 1);
+  EXPECT_EQ(blood.wounds().clamps[0].vessel, vessel);
+  EXPECT_EQ(bleeding::closure(vessel, blood.wounds()), 1.0);
   EXPECT_EQ(held, 1.0f);
 }
 

@@ -56,7 +56,7 @@ TEST(Tools, ClosedJawsEndAtTheTipAndDoNotPassThroughEachOther) {
 
 TEST(Tools, WorkingToolsHaveFourInteractionPointsOnTheirSurfaceOrAxis) {
   for (const ToolKind kind : {ToolKind::CoagulationHook, ToolKind::SuctionIrrigator,
-                              ToolKind::InjectionNeedle, ToolKind::SlingApplicator}) {
+                              ToolKind::InjectionNeedle, ToolKind::SlingApplicator, ToolKind::Swab}) {
     EXPECT_EQ(toolGeometry(kind).interaction_points.size(), 4u) << toolName(kind);
   }
   EXPECT_TRUE(toolGeometry(ToolKind::None).fixed.empty());

@@ -57,6 +57,9 @@ void toMsg(const simulation::BloodFrame& f, vest_msgs::HaemodynamicsState& msg) 
   msg.blood_loss = f.blood_loss;
   msg.loss_rate = f.loss_rate;
   msg.given = f.given;
+  msg.transfused = f.transfused;
+  msg.haematocrit = static_cast<float>(f.haematocrit);
+  msg.vasopressor = static_cast<float>(f.vasopressor);
   msg.ecg = static_cast<float>(f.curves.ecg);
   msg.pleth = static_cast<float>(f.curves.pleth);
   msg.spo2 = static_cast<float>(f.curves.spo2);
@@ -84,6 +87,7 @@ void toMsg(const simulation::SurfaceFrame& f, vest_msgs::SurfaceBleeding& msg) {
   msg.revision = f.revision;
   msg.seeped = f.seeped;
   msg.film = f.film;
+  msg.wiped = f.wiped;
   msg.fields.resize(5);
   float most = 1e-12f;  // m³/s: a range that is no point
   for (const float q : f.flow) most = std::max(most, q);

@@ -100,11 +100,18 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
   }
   msg.emitted = frame.fluid.emitted;
   msg.sucked = frame.fluid.sucked;
+  msg.soaked = frame.fluid.soaked;
   msg.lost = frame.fluid.lost;
   msg.stained = frame.fluid.stained;
   msg.flying = fluid::particleVolume(*frame.fluid_model, frame.fluid) + fluid::pendingVolume(frame.fluid);
   msg.pooled = fluid::poolVolume(*frame.fluid_model, frame.fluid);
   msg.degraded = frame.degraded;
+  for (std::size_t t = 0; t < frame.swabs.size(); ++t) {
+    msg.clogged[t] = static_cast<float>(frame.clogged[t]);
+    msg.swab_volume[t] = static_cast<float>(frame.swabs[t].volume);
+    msg.swab_blood[t] = static_cast<float>(frame.swabs[t].blood);
+  }
+  msg.swab_capacity = static_cast<float>(bleeding::kSwabCapacity);
 }
 
 void toMsg(const simulation::FieldFrame& frame, vest_msgs::SmokeState& msg) {

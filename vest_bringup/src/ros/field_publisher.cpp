@@ -112,6 +112,7 @@ void FieldPublisher::diagnose(const simulation::FieldFrame& frame) {
   add("emitted_ml", 1e6 * frame.fluid.emitted);
   add("pools_ml", 1e6 * fluid::poolVolume(*frame.fluid_model, frame.fluid));
   add("sucked_ml", 1e6 * frame.fluid.sucked);
+  add("soaked_ml", 1e6 * frame.fluid.soaked);
   add("lost_ml", 1e6 * frame.fluid.lost);
   add("impacts_dropped", static_cast<double>(frame.impacts_dropped));
   add("refused_steps", static_cast<double>(frame.refused));

@@ -5,7 +5,9 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "vest_effects/bleeding/swab.h"
 #include "vest_effects/state_bytes.h"
+#include "vest_instruments/tools/tool_geometry.h"
 #include "vest_tissue/scene/world_model.h"
 
 namespace vest::simulation {
@@ -33,7 +35,8 @@ struct Setting {
 constexpr Setting kSettings[] = {
     {"heart_rate", "Hz", 0.3, 4.0},      {"mean_pressure", "Pa", 2000.0, 30000.0},
     {"resistance_scale", "", 0.1, 10.0}, {"reflex_scale", "", 0.0, 1.0},
-    {"infusion", "m³/s", 0.0, 1e-5},     {"pulse_dilatation", "", 0.0, 20.0}};
+    {"infusion", "m³/s", 0.0, 1e-5},     {"transfusion", "m³/s", 0.0, 1e-5},
+    {"pulse_dilatation", "", 0.0, 20.0}};
 
 Vector3d ringCentre(const scene::World& world, std::size_t object, const net::TubeMap& tube,
                     std::size_t ring) {
@@ -88,7 +91,9 @@ void BloodEffect::walk(Archive& a, S& s) {
   a(c.arteries.time), a(c.arteries.phase), a(c.arteries.area), a(c.arteries.velocity);
   a(c.arteries.windkessel_pressure), a(c.arteries.node_volume), a(c.arteries.leak_volume),
       a(c.arteries.hole_flow);
-  a(c.given), a(c.low_time), a(c.arrested), a(s.settings.infusion);
+  a(c.given), a(c.transfused), a(c.crystalloid), a(c.shifted), a(c.cells), a(c.lost_with_cells), a(c.pressor),
+      a(c.pressor_acts);
+  a(c.low_time), a(c.arrested), a(s.settings.infusion), a(s.settings.transfusion);
   a(c.lost), a(c.vessel_lost), a(c.territory_flow), a(c.smoothed_pressure), a(c.rate_tone),
       a(c.resistance_tone), a(c.volume_tone);
   a(c.heart_rate), a(c.output), a(c.filling_pressure), a(c.systolic), a(c.diastolic), a(c.mean);
@@ -198,7 +203,7 @@ bleeding::Place BloodEffect::placeOf(const scene::World& world, std::size_t obje
 void BloodEffect::findPinches(const scene::World& world, const scene::StepReport& report) {
   pinches_.count = 0;
   const scene::WorldState& state = world.state();
-  const auto pinch = [&](std::size_t object, std::uint32_t knot, double force) {
+  const auto pinch = [&](std::size_t object, std::uint32_t knot, double force, double width) {
     if (object >= vessel_of_.size() || vessel_of_[object] < 0 || pinches_.count >= bleeding::kMostPinches)
       return;
     const net::TubeMap& tube = tubeOf(world, object);
@@ -209,17 +214,19 @@ void BloodEffect::findPinches(const scene::World& world, const scene::StepReport
     const double pressure =
         m.isVein(place.vessel) ? hd::at(m, state_.circulation, place.vessel, 0).pressure : m.resting_pressure;
     const double area = crossSection(world, object, tube, static_cast<std::size_t>(ring));
-    const double needed = pressure * 2 * interaction::kJawHalfWidth * 2 * std::sqrt(area / kPi);
+    const double needed = pressure * width * 2 * std::sqrt(area / kPi);
     const double opening = std::clamp(1 - force / std::max(needed, 1e-6), 0.0, 1.0);
     if (opening < 1) pinches_.each[static_cast<std::size_t>(pinches_.count++)] = {place, opening};
   };
   for (std::size_t t = 0; t < state.grasps.size(); ++t) {
+    const double width = 2 * (state.proxies[t].tool == tools::ToolKind::Swab ? bleeding::kSwabRadius
+                                                                             : interaction::kJawHalfWidth);
     const interaction::Grasp& grasp = state.grasps[t];
     std::size_t last = vessel_of_.size();
     const bool jaws = grasp.active && interaction::hasJaws(state.proxies[t].tool);
     for (int k = 0; jaws && k < grasp.count; ++k) {
       const auto& anchor = grasp.anchors[static_cast<std::size_t>(k)];
-      if (anchor.object != last) pinch(last = anchor.object, anchor.knot, grasp.pinch);
+      if (anchor.object != last) pinch(last = anchor.object, anchor.knot, grasp.pinch, width);
     }
     const double force = std::sqrt(report.contacts[t].wrench.head<3>().squaredNorm());
     if (grasp.active || !report.contacts[t].in_contact || !(force > 0)) continue;
@@ -228,7 +235,29 @@ void BloodEffect::findPinches(const scene::World& world, const scene::StepReport
           side.triangle >= world.contactTriangles(side.object).size())
         continue;
       last = side.object;
-      pinch(last, world.contactTriangles(last)[side.triangle][0], force);
+      pinch(last, world.contactTriangles(last)[side.triangle][0], force, width);
+    }
+  }
+}
+
+/// Gauze that presses on openings covers them, whatever comes to them from either side.
+void BloodEffect::cover(const scene::World& world, const scene::StepInput& input,
+                        const scene::StepReport& report) {
+  for (std::size_t t = 0; t < input.tools.size(); ++t) {
+    const scene::ContactModel& contact = report.contacts[t];
+    if (!input.tools[t].present || input.tools[t].tool != tools::ToolKind::Swab || !contact.in_contact)
+      continue;
+    const Vector3d place =
+        contact.proxy * tools::toolGeometry(tools::ToolKind::Swab).interaction_points.front();
+    const double force = std::sqrt(contact.wrench.head<3>().squaredNorm());
+    for (int i = 0; i < inputs_.hole_count; ++i) {
+      const bleeding::Opening& o = state_.wounds.openings[static_cast<std::size_t>(i)];
+      if (o.object < 0 || (world.knotAt(static_cast<std::size_t>(o.object), o.knot) - place).squaredNorm() >
+                              bleeding::kSwabReach * bleeding::kSwabReach)
+        continue;
+      const double pressure = hd::at(circulation_.model, state_.circulation, o.vessel, o.station).pressure -
+                              inputs_.external_pressure;
+      inputs_.holes[static_cast<std::size_t>(i)].area *= 1 - bleeding::covered(force, pressure);
     }
   }
 }
@@ -279,6 +308,7 @@ void BloodEffect::openAt(const scene::World& world, std::size_t object, double s
 
 void BloodEffect::edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const {
   for (const Setting& p : kSettings) out.push_back({"", p.name, p.unit, p.low, p.high});
+  out.push_back({"", "phenylephrine", "kg", 0, hd::kGreatestBolus});
   for (std::size_t i = 0; i < vessel_of_.size(); ++i) {
     if (vessel_of_[i] < 0) continue;
     const std::string& name = world.description().objects[i].name;
@@ -293,12 +323,14 @@ void BloodEffect::take(const scene::World& world, const scene::ParameterEdit& ed
   if (!std::isfinite(edit.value)) return;
   if (edit.object.empty()) {
     hd::CirculationSettings& s = state_.settings;
-    double* const to[] = {&s.heart_rate,   &s.mean_pressure, &s.resistance_scale,
-                          &s.reflex_scale, &s.infusion,      &state_.pulse_dilatation};
+    double* const to[] = {&s.heart_rate, &s.mean_pressure, &s.resistance_scale,     &s.reflex_scale,
+                          &s.infusion,   &s.transfusion,   &state_.pulse_dilatation};
     static_assert(std::size(to) == std::size(kSettings));
     for (std::size_t i = 0; i < std::size(kSettings); ++i)
       if (edit.parameter == kSettings[i].name)
         *to[i] = std::clamp(edit.value, kSettings[i].low, kSettings[i].high);
+    if (edit.parameter == "phenylephrine")
+      hd::inject(std::clamp(edit.value, 0.0, hd::kGreatestBolus), state_.circulation);
     return;
   }
   for (std::size_t i = 0; i < vessel_of_.size(); ++i) {
@@ -411,6 +443,7 @@ void BloodEffect::step(const scene::World& world, const scene::StepInput& input,
   findPinches(world, report);
   suckClots(world, input, report, feedback);
   bleeding::fill(circulation_.model, state_.wounds, pinches_, inputs_);
+  cover(world, input, report);
   const double dt = std::isfinite(input.dt) ? std::clamp(input.dt, 0.0, 0.01) : 0.0;
   hd::step(circulation_.model, inputs_, dt, state_.circulation, scratch_);
   bleeding::book(circulation_.model, state_.circulation, dt, state_.wounds);
@@ -437,14 +470,15 @@ void BloodEffect::tellFrame(std::uint64_t step) {
   BloodFrame& f = frames_->back();
   f.step = step;
   f.heart_rate = c.arrested ? 0 : c.heart_rate;
-  f.arrested = c.arrested, f.given = c.given;
+  f.arrested = c.arrested, f.given = c.given, f.transfused = c.transfused;
+  f.haematocrit = hd::haematocrit(m, c), f.vasopressor = hd::kPressorResistance * hd::pressorEffect(c);
   f.systolic = c.systolic, f.diastolic = c.diastolic, f.mean = c.mean;
   f.pressure = hd::at(m, c, m.reference, 0.5 * m.length(m.reference)).pressure;
   f.curves = hd::monitorCurves(m, c);
   f.blood_loss = c.lost;
   f.loss_rate = seeping_;
   for (int i = 0; i < state_.wounds.opening_count; ++i) f.loss_rate += state_.wounds.openings[i].flow;
-  f.blood_volume = m.vessels.control.blood_volume - c.lost + c.given;
+  f.blood_volume = hd::bloodVolume(m, c);
   f.degraded_steps = c.degraded;
   f.refused = state_.wounds.refused;
   f.names = frame_names_;

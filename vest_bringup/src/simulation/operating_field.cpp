@@ -6,30 +6,11 @@
 #include <cstring>
 #include <type_traits>
 
+#include "between.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_state.h"
 
 namespace vest::simulation {
-/// What evolves here beside the cores: sums between their steps, and what edits changed.
-struct Between {
-  std::array<fluid::Source, fluid::kMostSources> source{};  ///< flow is volume, m³, since the last fluid step
-  std::array<double, fluid::kMostSources> moment{};         ///< m³·blood fraction
-  std::array<double, tools::kInstrumentCount> energy{};     ///< J since the last smoke step
-  std::array<std::array<double, 3>, tools::kInstrumentCount> energy_place{};
-  std::array<std::array<double, 3>, tools::kInstrumentCount> tip{};  ///< m, at the last fluid step
-  std::array<std::uint8_t, tools::kInstrumentCount> has_tip{};
-  std::array<lens::Hit, lens::kMostHits> hits{};
-  int hit_count = 0;
-  std::uint8_t wiped = 0, warming = 0, rinse = 0;
-  float wiped_on_blood = 0;
-  std::array<std::array<double, 2>, tools::kInstrumentCount> valve{};  ///< 0 shut … 1 open: water, suction
-  double irrigation_flow = 0, suction_flow = 0, bag_pressure = 0, yield = 0;
-  double sucked = 0;       ///< m³ of liquid, until the last smoke step
-  double humidity = 0.95;  ///< relative, of the cavity's gas at the last lens step
-  std::array<double, tools::kInstrumentCount> clogged{};  ///< m³ of clot in each sucker's bore
-};
-static_assert(std::is_trivially_copyable_v<Between>);
-
 namespace {
 
 constexpr std::uint64_t kFluidEvery = 4, kSlowEvery = 20, kFrameEvery = 25,
@@ -39,7 +20,6 @@ constexpr double kLeastImpact = 0.15;    ///< m/s: slower than this fluid rests 
 constexpr double kFullBag = 4e4;         ///< Pa: at which the irrigator has its greatest flow (assumed)
 constexpr double kValveTravel = 0.12;    ///< s: in which a thumb presses a trumpet valve down (assumed)
 constexpr double kCaught = 0.3;          ///< share of what a sucker takes of clots that stays in it (assumed)
-constexpr double kBore = 2e-7;           ///< m³ of clot that closes it: 20 mm of a bore of 3.5 mm (assumed)
 constexpr double kSideHoles = 0.5;       ///< share of the flow through them (assumed)
 constexpr double kNozzle = 0.012;        ///< m behind the mouth of a nozzle: as far as it draws fluid
 constexpr double kWithdrawn = 0.02;      ///< m from pivot to tip: the endoscope is in its trocar (assumed)
@@ -211,6 +191,8 @@ void OperatingField::Impl::gather(const scene::StepInput& input, const scene::St
   }
   for (std::size_t t = 0; t < between.clogged.size(); ++t)
     between.clogged[t] = std::min(kBore, between.clogged[t] + kCaught * feedback.clots[t]);
+  for (std::size_t t = 0; t < between.swab.size(); ++t)
+    between.swab[t].volume += feedback.wiped[t], between.swab[t].blood += feedback.wiped[t];
   for (std::size_t t = 0; t < between.energy.size(); ++t) {
     if (!(report.heat[t].energy > 0)) continue;
     between.energy[t] += report.heat[t].energy;
@@ -270,9 +252,23 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     if (s.flow < 1e-18) s.flow = 0;
     between.moment[static_cast<std::size_t>(slot)] = s.flow * to.blood;
   }
+  std::array<int, tools::kInstrumentCount> gauze{};  // its suction's number
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     const scene::ToolInput& tool = input.tools[t];
     const auto i = static_cast<std::size_t>(t);
+    gauze[i] = -1;
+    if (!tool.present || tool.tool != tools::ToolKind::Swab) {
+      between.swab[i] = {};  // it went into the bin
+    } else if (const double room = between.swab[i].room(); room > 0) {
+      gauze[i] = in.suction_count;
+      fluid::Suction& s = in.suctions[static_cast<std::size_t>(in.suction_count++)];
+      s = fluid::Suction{};
+      s.position =
+          triple(tipOf(input, report, t) * tools::toolGeometry(tool.tool).interaction_points.front());
+      s.flow = room / bleeding::kSwabTime;
+      s.reach = s.capture = bleeding::kSwabReach;
+      s.soaks = true;
+    }
     if (!tool.present || tool.tool != tools::ToolKind::SuctionIrrigator) {
       between.has_tip[i] = 0;
       between.valve[i] = {};
@@ -350,6 +346,11 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     in.renew_bed = weigh;
     in.stains = films;
     fluid::step(*fluid_model, in, fluid, scratch, fluid_report);
+    for (std::size_t t = 0; t < gauze.size() && fluid_report.status == fluid::Status::Ok; ++t) {
+      if (gauze[t] < 0) continue;
+      between.swab[t].volume += fluid_report.taken[static_cast<std::size_t>(gauze[t])];
+      between.swab[t].blood += fluid_report.taken_blood[static_cast<std::size_t>(gauze[t])];
+    }
     degraded |= fluid.degraded;
     refused += fluid_report.status != fluid::Status::Ok;
     for (const fluid::Shear& shear : fluid_report.shears)
@@ -379,6 +380,9 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
       between.hits[static_cast<std::size_t>(between.hit_count++)] = {hit.u, hit.v, hit.volume, hit.blood};
     }
   }
+  for (std::size_t t = 0; t < gauze.size(); ++t)
+    feedback.swab_room[t] =
+        input.tools[t].present && input.tools[t].tool == tools::ToolKind::Swab ? between.swab[t].room() : 0.0;
 }
 
 void OperatingField::Impl::stepSlow(const scene::World& world, const scene::StepInput& input,
@@ -465,7 +469,7 @@ void OperatingField::Impl::show(const scene::World& world) {
   f.fluid.pending = fluid.pending;
   f.fluid.emitted = fluid.emitted, f.fluid.emitted_blood = fluid.emitted_blood;
   f.fluid.sucked = fluid.sucked, f.fluid.sucked_blood = fluid.sucked_blood, f.fluid.lost = fluid.lost;
-  f.fluid.stained = fluid.stained;
+  f.fluid.stained = fluid.stained, f.fluid.soaked = fluid.soaked;
   f.degraded = degraded;
   degraded = false;
   f.smoke.resize(smoke.density.size());
@@ -474,6 +478,8 @@ void OperatingField::Impl::show(const scene::World& world) {
   f.smoke_mass = smoke::mass(*smoke_model, smoke);
   f.lens = lens;
   f.humidity = between.humidity;
+  for (std::size_t t = 0; t < f.clogged.size(); ++t) f.clogged[t] = between.clogged[t] / kBore;
+  f.swabs = between.swab;
   f.fog = lens::fog(lens_parameters, lens);
   f.impacts.assign(shown.begin(), shown.end());
   f.impacts_dropped = dropped;
@@ -550,11 +556,7 @@ bool OperatingField::restore(const std::uint8_t* bytes, std::size_t count) {
                     part([&](const std::uint8_t* at, std::size_t n) { return lens::restore(at, n, l); }) &&
                     part([&](const std::uint8_t* at, std::size_t n) {
                       if (n == sizeof b) std::memcpy(&b, at, n);
-                      const bool bores =
-                          n == sizeof b && std::all_of(b.clogged.begin(), b.clogged.end(),
-                                                       [](double v) { return v >= 0 && v <= kBore; });
-                      return bores && b.wiped_on_blood >= 0 && b.wiped_on_blood <= 1 && b.hit_count >= 0 &&
-                             b.hit_count <= lens::kMostHits;
+                      return n == sizeof b && sane(b);
                     }) &&
                     count == 0;
   if (!good) return false;
@@ -566,6 +568,10 @@ bool OperatingField::restore(const std::uint8_t* bytes, std::size_t count) {
 
 double OperatingField::suctionOpen(const scene::World& world, std::size_t tool) const {
   return impl_->open(world, tool);
+}
+
+const bleeding::Swab& OperatingField::swab(std::size_t tool) const {
+  return impl_->between.swab[tool];
 }
 
 const fluid::Model& OperatingField::fluidModel() const {

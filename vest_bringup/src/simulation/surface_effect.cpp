@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "vest_effects/bleeding/swab.h"
 #include "vest_effects/state_bytes.h"
 #include "vest_instruments/tools/tool_geometry.h"
 #include "vest_tissue/scene/world_model.h"
@@ -225,7 +226,8 @@ void SurfaceEffect::takeFilms(const scene::World& world, std::vector<FilmInput>&
 }
 
 void SurfaceEffect::useTools(const scene::World& world, const scene::StepInput& input,
-                             const scene::StepReport& report) {
+                             const scene::StepReport& report,
+                             const std::array<double, tools::kInstrumentCount>& swab_room) {
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     const scene::ToolInput& tool = input.tools[static_cast<std::size_t>(t)];
     const scene::ContactModel& contact = report.contacts[static_cast<std::size_t>(t)];
@@ -235,11 +237,13 @@ void SurfaceEffect::useTools(const scene::World& world, const scene::StepInput& 
         contact.proxy * (points.empty() ? Eigen::Vector3d::Zero().eval() : points.front());
     inputs_.inject[t] = {fires && contact.in_contact && tool.tool == tools::ToolKind::InjectionNeedle, tip,
                          -1};
+    const bool gauze = tool.present && tool.tool == tools::ToolKind::Swab;
     inputs_.press[t] = {contact.in_contact && contact.wrench.head<3>().squaredNorm() > kPress * kPress, tip,
-                        -1};
+                        -1, gauze ? bleeding::kSwabReach : bleeding::kPressReach};
+    inputs_.gauze[t] = {tip, gauze && contact.in_contact ? swab_room[static_cast<std::size_t>(t)] : 0.0};
     inputs_.suck[t] = {tool.present && tool.tool == tools::ToolKind::SuctionIrrigator &&
                            (tool.functions & tools::kFunctionSuck) != 0,
-                       tip, -1};
+                       tip, -1, bleeding::kSuckReach};
     if (!inputs_.inject[t].on) continue;
     // The needle is in the first object that it touches.
     for (const scene::ContactSide& side : world.state().sides)
@@ -280,7 +284,7 @@ void SurfaceEffect::step(const scene::World& world, const scene::StepInput& inpu
   for (const auto& event : report.events) take(world, event);
   takeFilms(world, feedback.films);
   if (world.steps() % kEvery == 0) {
-    useTools(world, input, report);
+    useTools(world, input, report, feedback.swab_room);
     for (std::size_t i = 0; i < meshes_.size(); ++i)
       if (!state_.dry[i]) findPositions(world, i);
     inputs_.scale = scale_;
@@ -295,6 +299,7 @@ void SurfaceEffect::step(const scene::World& world, const scene::StepInput& inpu
     const double before = state_.seeped;
     bleeding::stepSurface(model_, inputs_, kEvery * dt, state_, runoff_);
     for (std::size_t t = 0; t < feedback.clots.size(); ++t) feedback.clots[t] += runoff_.clots[t];
+    feedback.wiped = runoff_.wiped;
     if (blood_) blood_->lose(state_.seeped - before, kEvery * dt);
     for (std::size_t d = 0; d < runoff_.falls.size() && dt > 0; ++d) {
       const auto& fall = runoff_.falls[d];
@@ -329,7 +334,7 @@ void SurfaceEffect::tellFrame(const scene::World& world) {
   SurfaceFrame& f = frames_->back();
   f.step = world.steps();
   f.revision = world.revision();
-  f.seeped = state_.seeped;
+  f.seeped = state_.seeped, f.wiped = state_.wiped;
   f.film = state_.active ? bleeding::filmVolume(state_) : 0.0;
   f.flow.clear(), f.wetness.clear(), f.supply.clear(), f.oxygen.clear(), f.set.clear();
   for (std::size_t i = 0; i < world.objectCount(); ++i) {

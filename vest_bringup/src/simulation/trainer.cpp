@@ -7,6 +7,8 @@
 
 #include <xxhash.h>
 
+#include "vest_effects/bleeding/swab.h"
+
 namespace vest::simulation {
 namespace {
 
@@ -34,6 +36,7 @@ void saveFeedback(const Feedback& feedback, std::vector<std::uint8_t>& bytes) {
   append(bytes, counts, sizeof counts);
   append(bytes, &feedback.load_over, sizeof feedback.load_over);
   append(bytes, &feedback.gas_drawn, sizeof feedback.gas_drawn);
+  append(bytes, feedback.swab_room.data(), sizeof feedback.swab_room);
   for (const auto& l : feedback.loads) {
     append(bytes, &l.object, sizeof l.object), append(bytes, &l.knot, sizeof l.knot);
     append(bytes, l.force.data(), sizeof l.force), append(bytes, &l.damping, sizeof l.damping);
@@ -60,8 +63,11 @@ bool readFeedback(Reader& in, Feedback& feedback) {
       counts[2] > 1'000'000 || counts[3] > 1'000'000 ||
       !in.take(&feedback.load_over, sizeof feedback.load_over) ||
       !in.take(&feedback.gas_drawn, sizeof feedback.gas_drawn) ||
-      !(feedback.gas_drawn >= 0 && feedback.gas_drawn <= 0.01))
+      !(feedback.gas_drawn >= 0 && feedback.gas_drawn <= 0.01) ||
+      !in.take(feedback.swab_room.data(), sizeof feedback.swab_room))
     return false;
+  for (const double room : feedback.swab_room)
+    if (!(room >= 0 && room <= bleeding::kSwabCapacity)) return false;
   feedback.loads.resize(counts[2]);
   for (auto& l : feedback.loads) {
     if (!in.take(&l.object, sizeof l.object) || !in.take(&l.knot, sizeof l.knot) ||
@@ -149,7 +155,7 @@ scene::Status Trainer::step(scene::StepInput& input, scene::StepReport& report) 
 void Trainer::reset() {
   world_.reset();
   clearFeedback();
-  feedback_.films.clear(), feedback_.gas_drawn = 0;
+  feedback_.films.clear(), feedback_.gas_drawn = 0, feedback_.swab_room.fill(0);
   for (const auto& effect : effects_) effect->reset();
 }
 
@@ -201,7 +207,7 @@ void Trainer::restore(const std::vector<std::uint8_t>& bytes) {
   save(before);  // all or nothing: what was taken is given back if the rest does not fit
   world_.restore(std::vector<std::uint8_t>(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)));
   clearFeedback();
-  feedback_.films.clear(), feedback_.gas_drawn = 0;
+  feedback_.films.clear(), feedback_.gas_drawn = 0, feedback_.swab_room.fill(0);
   const auto take = [this](const std::vector<std::uint8_t>& from, std::size_t world) {
     if (world == from.size()) {
       for (const auto& effect : effects_) effect->reset();
@@ -232,7 +238,7 @@ void Trainer::clearFeedback() {
   feedback_.load_over = 0;
   feedback_.dilatations.clear();
   feedback_.sources.clear();
-  feedback_.clots.fill(0);
+  feedback_.clots.fill(0), feedback_.wiped.fill(0);
 }
 
 }  // namespace vest::simulation

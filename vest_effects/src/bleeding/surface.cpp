@@ -1,6 +1,7 @@
 #include "vest_effects/bleeding/surface.h"
 
 #include "vest_effects/arithmetic.h"
+#include "vest_effects/bleeding/swab.h"
 
 #include <algorithm>
 #include <cmath>
@@ -58,10 +59,28 @@ struct Film {
   const std::uint32_t first = model.first[object], count = usedKnots(model, s, object);
 
   /// Which tool reaches a knot. @return its index, −1: none
-  int near(const SurfaceInputs::Reach (&tools)[4], std::uint32_t k, double reach) const {
+  int near(const SurfaceInputs::Reach (&tools)[4], std::uint32_t k) const {
     for (int t = 0; t < 4; ++t)
-      if (tools[t].on && squaredDistance(mesh.positions, k, tools[t].place) < reach * reach) return t;
+      if (tools[t].on &&
+          squaredDistance(mesh.positions, k, tools[t].place) < tools[t].radius * tools[t].radius)
+        return t;
     return -1;
+  }
+
+  double mobility(std::uint32_t i) const {
+    const double a = s.age[i] / kSettingTime;
+    return 1 / (1 + a * a * a * a);
+  }
+
+  void wipe(std::uint32_t k) {
+    const std::uint32_t i = first + k;
+    for (std::size_t t = 0; t < off.wiped.size(); ++t) {
+      const double room = in.gauze[t].room - off.wiped[t];
+      if (!(room > 0) || squaredDistance(mesh.positions, k, in.gauze[t].place) > kSwabReach * kSwabReach)
+        continue;
+      const double taken = std::min(room, s.film[i] * mobility(i) * dt / (dt + kSwabTime));
+      s.film[i] -= taken, s.wiped += taken, off.wiped[t] += taken;
+    }
   }
 
   /// What tissue does: drug, clotting, seeping. @return whether anything is left to do here
@@ -86,14 +105,15 @@ struct Film {
       if (s.drug[i] < 1e-3f) s.drug[i] = 0;
       if (s.drug[i] <= 0 && s.styptic[i] < 1e-3f) s.styptic[i] = 0;
       s.age[i] = s.film[i] > 0 ? static_cast<float>(s.age[i] + dt) : 0.0f;
+      if (s.film[i] > 0) wipe(k);
       if (!(s.area[i] > 0) || (s.open[i] <= 0 && s.clot[i] <= 0)) continue;
-      const int sucker = s.clot[i] > 0 ? near(in.suck, k, kSuckReach) : -1;
+      const int sucker = s.clot[i] > 0 ? near(in.suck, k) : -1;
       if (sucker >= 0) {
         off.clots[static_cast<std::size_t>(sucker)] += s.clot[i] * s.area[i] * kClotThickness;
         s.open[i] = raised(s.open[i], s.clot[i]);
         s.clot[i] = 0;
       }
-      const bool pressed = near(in.press, k, kPressReach) >= 0;
+      const bool pressed = near(in.press, k) >= 0;
       const double q = pressed ? 0.0
                                : perfused * (in.reach ? in.reach[i] : 1.0f) * model.perfusion[i] * s.area[i] *
                                      model.depth[i] * s.open[i] * (1.0 - s.styptic[i]) * (1.0 - s.sealed[i]);
@@ -107,11 +127,6 @@ struct Film {
       s.clot[i] = raised(s.clot[i], before - s.open[i]);
     }
     return any;
-  }
-
-  double mobility(std::uint32_t i) const {
-    const double a = s.age[i] / kSettingTime;
-    return 1 / (1 + a * a * a * a);
   }
 
   /// Between two knots of a triangle. @param across its width over its length
@@ -316,7 +331,7 @@ bool copyKnot(const SurfaceModel& model, std::size_t object, std::uint32_t origi
 
 void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, SurfaceState& state,
                  SurfaceRunoff& runoff) {
-  runoff.falls.fill({}), runoff.clots.fill(0);
+  runoff.falls.fill({}), runoff.clots.fill(0), runoff.wiped.fill(0);
   if (!in.meshes) return;
   // Depots grow while needles inject; where a needle is set anew, another begins.
   std::array<double, 4> front{};  // m²

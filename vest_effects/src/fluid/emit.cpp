@@ -8,7 +8,6 @@ namespace vest::fluid {
 namespace {
 
 constexpr double kGreatestSpeed = 10.0;  ///< m/s of any particle: 100 mm of mercury drive 5 m/s (assumed)
-constexpr double kCapture = 0.005;       ///< m: particles this near to a suction tip go into it (assumed)
 
 /// Two unit vectors across `d` (unit).
 void across(const double d[3], double e[3], double f[3]) {
@@ -101,8 +100,11 @@ void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s
     if (!(tip.flow > 0)) continue;
     double due = tip.flow * inputs.dt;
     const auto take = [&](double volume, double blood) {
-      state.sucked += volume, state.sucked_blood += volume * blood;
-      report.sucked += volume;
+      (tip.soaks ? state.soaked : state.sucked) += volume;
+      (tip.soaks ? state.soaked_blood : state.sucked_blood) += volume * blood;
+      if (!tip.soaks) report.sucked += volume;
+      report.taken[static_cast<std::size_t>(k)] += volume;
+      report.taken_blood[static_cast<std::size_t>(k)] += volume * blood;
       due -= volume;
     };
     const float tx = static_cast<float>(tip.position[0]), ty = static_cast<float>(tip.position[1]),
@@ -111,7 +113,7 @@ void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s
     for (std::size_t i = 0; i < q.count; ++i) {
       const float dx = tx - q.x[i], dy = ty - q.y[i], dz = tz - q.z[i], r2 = dx * dx + dy * dy + dz * dz;
       if (r2 > reach * reach) continue;
-      if (r2 < static_cast<float>(kCapture * kCapture) && due > 0) {
+      if (r2 < static_cast<float>(tip.capture * tip.capture) && due > 0) {
         const double volume = model.whole * static_cast<double>(q.volume[i]);
         if (volume <= due * (1 + 1e-6) || volume < 0.02 * model.whole) {
           take(volume, static_cast<double>(q.blood[i]));
@@ -122,6 +124,7 @@ void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s
         q.volume[i] -= static_cast<float>(due / model.whole);
         take(model.whole * static_cast<double>(before - q.volume[i]), static_cast<double>(q.blood[i]));
       }
+      if (tip.soaks) continue;
       // Drawn with the sink's speed; what is near follows within some 10 ms (the drag of air is small: ours).
       const float r = std::sqrt(r2) + 1e-6f, speed = std::min(2.0f, sink / (r2 + 1e-6f)),
                   share = dt / (dt + 0.01f);
@@ -134,12 +137,13 @@ void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s
     const int c0 = columnOf(model, tx - reach), c1 = columnOf(model, tx + reach),
               r0 = rowOf(model, ty - reach), r1 = rowOf(model, ty + reach);
     double there = 0;
+    const float above = tip.soaks ? static_cast<float>(tip.capture) : 0.004f;  // m
     const auto wet = [&](int c, int r) {
       const std::size_t i = static_cast<std::size_t>(r) * model.columns + c;
       if (w.depth[i] <= kDryDepth || w.bed[i] <= kNoBed) return false;
       const float x = static_cast<float>(model.parameters.low[0] + (c + 0.5) * cell) - tx,
                   y = static_cast<float>(model.parameters.low[1] + (r + 0.5) * cell) - ty;
-      return x * x + y * y < reach * reach && tz < w.top(i) + 0.004f && tz > w.bed[i] - 0.004f;
+      return x * x + y * y < reach * reach && tz < w.top(i) + above && tz > w.bed[i] - above;
     };
     const auto each = [&](auto&& f) {
       for (int r = std::max(0, r0); r <= std::min(model.rows - 1, r1); ++r)

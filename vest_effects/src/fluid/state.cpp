@@ -35,7 +35,7 @@ void everything(S& s, F&& f) {
   array(s.knots), value(s.has_knots);
   array(s.pending), array(s.released);
   value(s.air), value(s.emitted), value(s.emitted_blood), value(s.sucked), value(s.sucked_blood),
-      value(s.lost), value(s.stained);
+      value(s.soaked), value(s.soaked_blood), value(s.lost), value(s.stained);
   value(s.degraded);
 }
 

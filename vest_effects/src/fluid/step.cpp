@@ -175,7 +175,7 @@ void step(const Model& model, const Inputs& inputs, State& state, Scratch& scrat
   report.shears.clear();
   report.loads.clear();
   report.lens_count = 0;
-  report.sucked = 0;
+  report.sucked = 0, report.taken.fill(0), report.taken_blood.fill(0);
   report.most_neighbours = 0;
   report.tissue_momentum = {0, 0, 0};
   report.status = good(model, inputs) ? Status::Ok : Status::BadInput;

@@ -35,8 +35,9 @@ bool good(const CirculationModel& model, const CirculationInputs& in, double dt)
   bool ok = dt >= 0 && dt <= 0.01 && set.heart_rate >= 0 && set.heart_rate <= 5 && set.mean_pressure >= 0 &&
             set.mean_pressure <= 5e4 && set.resistance_scale >= 0.05 && set.resistance_scale <= 20 &&
             set.reflex_scale >= 0 && set.reflex_scale <= 1 && set.infusion >= 0 && set.infusion <= 1e-5 &&
-            std::isfinite(in.external_pressure) && in.hole_count >= 0 && in.hole_count <= kMostHoles &&
-            in.closure_count >= 0 && in.closure_count <= kMostClosures;
+            set.transfusion >= 0 && set.transfusion <= 1e-5 && std::isfinite(in.external_pressure) &&
+            in.hole_count >= 0 && in.hole_count <= kMostHoles && in.closure_count >= 0 &&
+            in.closure_count <= kMostClosures;
   const auto inside = [&](int vessel, double station) {
     return vessel >= 0 && vessel < model.vesselCount() && station >= 0 && station <= model.length(vessel);
   };
@@ -56,8 +57,10 @@ void setInputs(const CirculationModel& model, const CirculationInputs& in, const
   a.heart_rate_scale = state.heart_rate / model.curve_rate;
   a.flow_scale = state.output / model.curve_output;
   const double goal = set.mean_pressure > 0 ? set.mean_pressure / model.resting_pressure : 1;
-  a.resistance_scale = set.resistance_scale * goal *
-                       (1 + model.vessels.control.resistance_gain * set.reflex_scale * state.resistance_tone);
+  a.resistance_scale =
+      set.resistance_scale * goal *
+      (1 + model.vessels.control.resistance_gain * set.reflex_scale * state.resistance_tone) *
+      (1 + kPressorResistance * pressorEffect(state));
   a.hole_count = a.closure_count = 0;
   for (int i = 0; i < in.hole_count; ++i) {
     const VesselHole& h = in.holes[i];
@@ -138,11 +141,11 @@ void stepLoop(const CirculationModel& model, const CirculationSettings& set, dou
   s.resistance_tone += (toneOf(c.resistance_width) - s.resistance_tone) * (dt / (c.resistance_time + dt));
   s.volume_tone += (tone - s.volume_tone) * (dt / (c.volume_time + dt));
 
-  s.given += set.infusion * dt;
   s.low_time = s.smoothed_pressure < kArrestPressure ? s.low_time + dt : 0;
   s.arrested = s.arrested || s.low_time > kArrestTime;
-  const double volume = c.blood_volume - s.lost + s.given;
-  const double unstressed = model.unstressed_volume - c.reflex_volume * set.reflex_scale * s.volume_tone;
+  const double volume = bloodVolume(model, s);
+  const double unstressed = model.unstressed_volume - c.reflex_volume * set.reflex_scale * s.volume_tone -
+                            kPressorVolume * pressorEffect(s);
   s.filling_pressure = std::max(0.0, (volume - unstressed) / c.systemic_compliance);
   s.output =
       s.arrested ? 0.0 : std::max(0.0, (s.filling_pressure - c.atrial_pressure) / model.return_resistance);
@@ -173,6 +176,40 @@ void stepBeat(const CirculationModel& model, double dt, double phase_before, Cir
 }
 
 }  // namespace
+
+double bloodVolume(const CirculationModel& model, const CirculationState& s) {
+  return model.vessels.control.blood_volume - s.lost + s.crystalloid + s.transfused;
+}
+
+double haematocrit(const CirculationModel& model, const CirculationState& s) {
+  return s.cells / std::max(1e-9, bloodVolume(model, s));
+}
+
+double pressorEffect(const CirculationState& s) {
+  return s.pressor_acts / (s.pressor_acts + kPressorHalf);
+}
+
+void stepContents(const CirculationModel& model, const CirculationSettings& set, double dt,
+                  CirculationState& s) {
+  const double volume = bloodVolume(model, s), gone = s.lost - s.lost_with_cells;
+  if (volume > 0) s.cells *= volume / (volume + std::max(0.0, gone));
+  s.lost_with_cells = s.lost;
+  s.cells += kUnitHaematocrit * set.transfusion * dt;
+  s.transfused += set.transfusion * dt;
+  s.given += (set.infusion + set.transfusion) * dt;
+  const double shift = (s.crystalloid - kStays * (s.crystalloid + s.shifted)) * dt / (dt + kShiftTime);
+  s.crystalloid += set.infusion * dt - shift;
+  s.shifted += shift;
+  const double arrives = s.pressor * dt / (dt + kPressorLag);
+  s.pressor -= arrives;
+  s.pressor_acts += arrives - s.pressor_acts * dt / (dt + kPressorTime);
+}
+
+bool inject(double mass, CirculationState& state) {
+  if (!(mass >= 0 && mass <= kGreatestBolus)) return false;
+  state.pressor += mass;
+  return true;
+}
 
 const std::string& CirculationModel::name(int vessel) const {
   const int n = static_cast<int>(arteries.segments.size());
@@ -261,6 +298,7 @@ Circulation buildCirculation(Vessels vessels, double dx) {
   m.resting_pulse = s.systolic - s.diastolic;
   s.smoothed_pressure = s.mean;
   s.beat_most = s.beat_least = referencePressure(m, s);
+  s.cells = kHaematocrit * c.blood_volume;
   s.vessel_lost.assign(m.vesselCount(), 0);
   s.territory_flow = m.territory_flow;
   s.heart_rate = c.heart_rate;
@@ -275,6 +313,7 @@ Circulation buildCirculation(Vessels vessels, double dx) {
 Status step(const CirculationModel& model, const CirculationInputs& inputs, double dt,
             CirculationState& state, CirculationScratch& scratch) {
   if (!good(model, inputs, dt)) return Status::kBadInput;
+  stepContents(model, inputs.settings, dt, state);
   stepLoop(model, inputs.settings, dt, state);
   state.external_pressure = inputs.external_pressure;
   state.hole_flow.fill(0);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "vest_effects/bleeding/surface.h"
+#include "vest_effects/bleeding/swab.h"
 
 using namespace vest::bleeding;
 
@@ -54,7 +55,8 @@ struct Sheet {
       stepSurface(model, inputs, dt, state, runoff);
       EXPECT_NEAR(runoff.volume(), state.shed - shed, 1e-12 * state.shed + 1e-20);
     }
-    EXPECT_NEAR(state.seeped + state.stained, filmVolume(state) + state.shed, 1e-9 * state.seeped + 1e-18);
+    EXPECT_NEAR(state.seeped + state.stained, filmVolume(state) + state.shed + state.wiped,
+                1e-9 * state.seeped + 1e-18);
     return state.seeped - before;
   }
   int wet() const {
@@ -135,12 +137,41 @@ TEST(Surface, PressureStopsItWhileItLastsAndLetsItClot) {
   Sheet s;
   s.cut();
   const double open = s.seconds(1);
-  s.inputs.press[1] = {true, s.centre()};
+  s.inputs.press[1] = {true, s.centre(), 0, kPressReach};
   EXPECT_EQ(s.seconds(20), 0);
   s.inputs.press[1].on = false;
   const double after = s.seconds(1);
   EXPECT_GT(after, 0);
   EXPECT_LT(after, 0.8 * open);
+}
+
+TEST(Surface, GauzeWipesFreshFilmsUntilItIsFullAndLeavesWhatHasSet) {
+  Sheet s;
+  s.cut();
+  s.seconds(20);
+  const double film = filmVolume(s.state);
+  const auto wipe = [&](double seconds, double room) {
+    const double most = s.state.wiped + room;
+    for (int i = 0; i < static_cast<int>(100 * seconds + 0.5); ++i) {
+      s.inputs.gauze[2] = {s.centre(), std::max(0.0, most - s.state.wiped)};
+      s.seconds(0.01);
+    }
+  };
+  s.inputs.press[2] = {true, s.centre(), 0, kSwabReach};
+  wipe(kSwabTime, 0.25 * film);
+  EXPECT_NEAR(s.state.wiped, 0.25 * film, 0.01 * film) << "full";
+  wipe(4 * kSwabTime, 1e-6);
+  EXPECT_LT(filmVolume(s.state), 0.2 * film) << "wiped clean, but for what ran out of its reach";
+  s.inputs.gauze[2].room = 0;
+  s.inputs.press[2].on = false;
+  s.cut();
+  s.seconds(20);
+  std::fill(s.state.age.begin(), s.state.age.end(), 6 * static_cast<float>(kSettingTime));
+  s.state.open.assign(s.state.open.size(), 0.0f);
+  const double set = filmVolume(s.state), wiped = s.state.wiped;
+  s.inputs.gauze[2].room = 1e-6;
+  s.seconds(3);
+  EXPECT_LT(s.state.wiped - wiped, 0.01 * set) << "a clot stays";
 }
 
 TEST(Surface, IrrigationWashesTheStainOffAndNothingOfItIsLost) {
@@ -266,14 +297,14 @@ TEST(Surface, ASuckerTakesTheClotAndItBleedsAgain) {
   Sheet s;
   s.cut();
   const double fresh = s.seconds(1);
-  s.inputs.press[0] = {true, s.centre()};
+  s.inputs.press[0] = {true, s.centre(), 0, kPressReach};
   s.seconds(300);
   s.inputs.press[0].on = false;
   EXPECT_LT(s.seconds(1), 0.02 * fresh) << "the clot holds";
   double clots = 0;
   for (std::size_t i = 0; i < s.state.clot.size(); ++i)
     clots += static_cast<double>(s.state.clot[i]) * static_cast<double>(s.state.area[i]) * kClotThickness;
-  s.inputs.suck[1] = {true, s.centre()};
+  s.inputs.suck[1] = {true, s.centre(), 0, kSuckReach};
   SurfaceRunoff runoff(s.model);
   stepSurface(s.model, s.inputs, 0.001, s.state, runoff);
   EXPECT_GT(runoff.clots[1], 0.3 * clots) << "what it took goes to the second sucker";

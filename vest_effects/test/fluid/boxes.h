@@ -106,7 +106,7 @@ struct Fluid {
   /// m³ that the account misses.
   double gap() const {
     return state.emitted - particleVolume(model, state) - poolVolume(model, state) - pendingVolume(state) -
-           state.sucked - state.lost;
+           state.sucked - state.soaked - state.lost;
   }
 };
 

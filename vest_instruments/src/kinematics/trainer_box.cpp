@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "../yaml/field.h"
+#include "vest_instruments/tools/tool_names.h"
 
 namespace vest::kinematics {
 namespace {
@@ -36,11 +37,7 @@ TrainerArm readArm(const Field& f, tools::Instrument instrument, const JointLimi
     const Field tool = f.at("tool");
     const auto kind = tool.node.IsScalar() ? tools::toolFromName(tool.node.Scalar()) : std::nullopt;
     if (!kind || *kind == tools::ToolKind::Endoscope) {
-      std::string names;
-      for (int i = 0; i + 1 < tools::kToolKindCount; ++i) {
-        names += (i ? ", " : "") + std::string(tools::toolName(static_cast<tools::ToolKind>(i)));
-      }
-      tool.refuse("'" + tool.text() + "'", names);
+      tool.refuse("'" + tool.text() + "'", tools::handTools());
     }
     arm.tool = *kind;
   }

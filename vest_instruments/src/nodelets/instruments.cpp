@@ -244,9 +244,9 @@ void Instruments::onSwitches(const sensor_msgs::Joy& msg, std::size_t k) {
 void Instruments::nextTool(std::size_t i) {
   const auto& tray = configuration_.tool_tray;
   const int current = static_cast<int>(instruments_[i].tool());
-  const int last = static_cast<int>(ToolKind::SlingApplicator);
-  const ToolKind next = tray.empty() ? static_cast<ToolKind>(current >= last ? 1 : current + 1)
-                                     : tray[tray_place_[i] % tray.size()];
+  int following = current + 1 < vest::tools::kToolKindCount ? current + 1 : 1;
+  if (static_cast<ToolKind>(following) == ToolKind::Endoscope) ++following;
+  const ToolKind next = tray.empty() ? static_cast<ToolKind>(following) : tray[tray_place_[i] % tray.size()];
   const std::string reason = exchange(i, next);
   if (reason.empty())
     ++tray_place_[i];

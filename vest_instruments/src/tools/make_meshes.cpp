@@ -18,6 +18,7 @@
 namespace {
 
 using namespace vest::meshes;
+namespace tools = vest::tools;
 using vest::tools::ToolGeometry;
 using vest::tools::toolGeometry;
 using vest::tools::ToolKind;
@@ -258,6 +259,38 @@ Mesh knotPusher() {
   return mesh;
 }
 
+/// A square of gauze folded lengthwise over jaws: pleats where it is gathered, soft folds to its round front.
+Mesh gauze() {
+  const tools::Capsule wad = toolGeometry(ToolKind::Swab).fixed.front();
+  const double front = wad.b.z() + wad.radius;
+  Mesh mesh;
+  std::vector<Ring> rings;
+  constexpr int kStations = 26, kAround = 48;
+  for (int i = 0; i <= kStations; ++i) {
+    const double s = static_cast<double>(i) / kStations, z = -0.001 + (front + 0.001) * s;
+    // Within the wad's capsule, and narrow at the jaws.
+    const double cap =
+        z > wad.b.z() ? std::sqrt(std::max(0.0, 1 - std::pow((z - wad.b.z()) / wad.radius, 2))) : 1.0;
+    const double neck = 0.42 + 0.58 * std::min(1.0, std::pow(std::max(0.0, z + 0.001) / 0.009, 0.7));
+    const double gathered = std::exp(-z / 0.005);
+    Ring ring;
+    for (int k = 0; k < kAround; ++k) {
+      const double a = 2.0 * M_PI * k / kAround;
+      const double pleats = 0.16 * gathered * std::cos(11 * a + 60 * z),
+                   folds = 0.055 * (1 - gathered) * std::sin(3 * a + 230 * z) +
+                           0.04 * std::sin(5 * a - 400 * z + 1.0);
+      // The edge of the cloth: a step along the wad.
+      const double turn = a / (2.0 * M_PI) + 6 * z,
+                   edge = 0.10 * (1 - (turn - std::floor(turn))) * (1 - gathered);
+      const double r = wad.radius * std::max(0.02, cap * neck) * (0.90 + pleats + folds + edge);
+      ring.emplace_back(1.05 * r * std::cos(a), 0.95 * r * std::sin(a), z);
+    }
+    rings.push_back(ring);
+  }
+  mesh.loft(rings);
+  return mesh;
+}
+
 /// Tube with a bright rim and the glass of the optic, ground to its angle of 30 degrees.
 Mesh endoscope(double r) {
   Mesh mesh;
@@ -322,7 +355,7 @@ int main(int argc, char** argv) {
     }
     const double r = toolGeometry(ToolKind::CoagulationHook).shaft_radius;
     for (const ToolKind kind : {ToolKind::None, ToolKind::CoagulationHook, ToolKind::SuctionIrrigator,
-                                ToolKind::InjectionNeedle, ToolKind::SlingApplicator}) {
+                                ToolKind::InjectionNeedle, ToolKind::SlingApplicator, ToolKind::Swab}) {
       write(std::string(vest::tools::toolName(kind)) + "_shaft",
             plainShaft(kind == ToolKind::SuctionIrrigator ? 0.78 * r : r));
     }
@@ -330,6 +363,7 @@ int main(int argc, char** argv) {
     write("suction_irrigator_fixed", cannula(r));
     write("injection_needle_fixed", needle());
     write("sling_applicator_fixed", knotPusher());
+    write("swab_fixed", gauze());
     write("endoscope_shaft", endoscope(toolGeometry(ToolKind::Endoscope).shaft_radius));
     write("trocar", trocar(0.0028));
     write("endoscope_trocar", trocar(0.0053));

@@ -76,6 +76,12 @@ ToolGeometry make(ToolKind kind) {
     case ToolKind::Endoscope:  // 10 mm Hopkins type rod-lens optic
       tool.shaft_radius = 0.005;
       break;
+    case ToolKind::Swab:  // gauze of 2 x 2 inches, folded lengthwise over closed jaws: a wad of 3.6 ml, as
+                          // large as what it holds when it is soaked (bleeding/swab.h); its shape: assumed
+      tool.fixed.push_back({Vector3d(0, 0, 0.004), Vector3d(0, 0, 0.018), 0.007});
+      tool.interaction_points = {Vector3d(0, 0, 0.018), Vector3d(0, 0, 0.013), Vector3d(0, 0, 0.008),
+                                 Vector3d(0, 0, 0.004)};
+      break;
   }
   return tool;
 }

@@ -16,7 +16,8 @@ constexpr std::array<std::string_view, kToolKindCount> kToolNames{"none",
                                                                   "suction_irrigator",
                                                                   "injection_needle",
                                                                   "sling_applicator",
-                                                                  "endoscope"};
+                                                                  "endoscope",
+                                                                  "swab"};
 
 constexpr std::array<std::string_view, kInstrumentCount> kInstrumentNames{"left", "right", "third",
                                                                           "endoscope"};

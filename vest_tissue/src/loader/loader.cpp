@@ -204,6 +204,7 @@ Object readObject(const Value& value, Files& files, bool in_world) {
               "contact_thickness",
               "full_contact",
               "vessel_segment",
+              "vessel_from",
               "tear_strain",
               "cut_toughness",
               "puncture_force",
@@ -243,7 +244,7 @@ Object readObject(const Value& value, Files& files, bool in_world) {
   const bool elements = object.model == ObjectModel::Fem || object.model == ObjectModel::Volume;
   for (const char* of_fem :
        {"strain", "tetrahedra", "loads", "integrator", "mesh", "image", "surface", "skin", "cell", "fit",
-        "materials", "fixed_boxes", "rayleigh_mass", "rayleigh_stiffness", "start"}) {
+        "materials", "vessel_from", "fixed_boxes", "rayleigh_mass", "rayleigh_stiffness", "start"}) {
     if (!elements && map.has(of_fem)) map[of_fem].fail("belongs to objects with model: fem or volume");
   }
   if (map.has("friction")) object.friction = map["friction"].number(0, 2);

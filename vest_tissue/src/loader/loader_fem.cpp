@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "../files/csv_reader.h"
+#include "vessel_rings.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/fem/description.h"
 #include "vest_tissue/fem/tissue.h"
@@ -366,6 +367,11 @@ void readFem(Map& map, const ReadFile& read, bool in_world, Object& object) {
   readHeld(r);
   object.fem = std::move(d);
   completeFem(object);
+  if (!map.has("vessel_from")) return;
+  if (object.tube.vessel_segment.empty()) map["vessel_from"].fail("belongs to objects with vessel_segment");
+  ringsOfSurface(object.rest_position, object.contact_triangles, map["vessel_from"].vector3(), object.tube);
+  if (object.tube.rings.size() < 2)
+    map["vessel_from"].fail("must be at an end of a body that is longer than two of its elements");
 }
 
 }  // namespace vest::scene

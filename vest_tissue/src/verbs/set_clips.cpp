@@ -322,9 +322,10 @@ Clip* form(Context& c, int tool, const Between& at, const tools::ToolGeometry& g
   clip.object = static_cast<std::uint16_t>(at.object);
   clip.instrument = static_cast<std::int8_t>(tool);
   const net::TubeMap& tube = c.model.objects[at.object].tube;
-  const bool around = std::isfinite(at.station) && tube.ringCount() > 1 &&
+  const bool around = std::isfinite(at.station) && tube.ringCount() > 1 && !c.body(at.object).filled() &&
                       embraced(c, at.object, tube.nearestRing(at.station), g, frame, jaw) >= kRingShare;
   if (!around || !shapeRings(c, clip, at, frame)) shapeFold(c, clip, at, g, frame, jaw);
+  if (c.body(at.object).filled()) clip.station = at.station;  // NaN where it is no vessel
   if (clip.count < 3) return nullptr;
   for (std::size_t j = 0; j < clip.joint.size(); ++j)
     clip.joint[j] = clip.rotation.transpose() * frame.world(Vector3d(0, 0, -kJoint[j] * g.jaw_length));

@@ -202,6 +202,18 @@ void embrace(Context& c, Sling& sling) {
   std::copy(now.begin(), now.end(), sling.knots.begin());
 }
 
+/// m: where a loop lies on the vessel that a body of elements is; NaN where it is none.
+double stationUnder(const Context& c, const Sling& sling) {
+  double sum = 0.0;
+  int known = 0;
+  for (const SlingTouch& t : sling.touch) {
+    if (!t.on || t.object != sling.object) continue;
+    const double at = stationOf(c.model, c.state, sling.object, t.knots, t.weights);
+    if (std::isfinite(at)) sum += at, ++known;
+  }
+  return known > 0 ? sum / known : kNoTube;
+}
+
 /// Tissue that is no tube: it lies in the loop where the thread lies taut on it with most of its nodes, and
 /// the surface under these looks outward. On what is filled the two legs to a pusher that stands off do not
 /// count: the thread itself brings them together.
@@ -210,6 +222,7 @@ void enclose(Context& c, Sling& sling) {
   if (sling.around) {
     sling.around = liesOn(sling);
     // What it is drawn in from is told by the loop that just begins to pull.
+    if (sling.around) sling.station = stationUnder(c, sling);
     if (sling.around && c.body(sling.object).filled() && !(sling.tension > 0.0))
       sling.area = areaOf(c.state.objects[sling.object], sling);
     return;
@@ -232,7 +245,7 @@ void enclose(Context& c, Sling& sling) {
     sling.around = true;
     sling.object = static_cast<std::uint16_t>(object);
     sling.count = 0;
-    sling.station = kNoTube;
+    sling.station = stationUnder(c, sling);
     sling.area = areaOf(c.state.objects[object], sling);
     c.body(object).giveInertia(c.state.objects[object]);
     return;

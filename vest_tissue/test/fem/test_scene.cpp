@@ -252,5 +252,46 @@ TEST(SceneExample, MistakesAreRefusedWithFileAndField) {
   EXPECT_NE(message("objects", "objects").find("tets.csv:3"), std::string::npos) << "inverted";
 }
 
+/// A vessel of elements has stations as one of nets has: from the end that is named, along its middle.
+TEST(SceneExample, AVesselOfElementsHasRingsFromTheEndThatIsNamed) {
+  const Files files;
+  const auto load = [&](const std::string& keys) {
+    std::string text = sceneText("small", "{integrator: backward_euler, dt: 0.05}");
+    text.replace(text.find("    strain"), 0, keys);
+    return scene::loadScene(files.folder.write("scene.yaml", text)).objects[0];
+  };
+  for (const bool turned : {false, true}) {
+    const scene::Object o = load(std::string("    vessel_segment: artery\n    vessel_from: [") +
+                                 (turned ? "5" : "0") + ", 0.5, 0.5]\n");
+    const auto& tube = o.tube;
+    ASSERT_GE(tube.rings.size(), 3U);
+    std::size_t knots = 0;
+    for (std::size_t r = 0; r < tube.rings.size(); ++r) {
+      Eigen::Vector3d middle = Eigen::Vector3d::Zero(), first = middle;
+      for (const auto k : tube.rings[r])
+        middle += o.rest_position[k] / static_cast<double>(tube.rings[r].size());
+      for (const auto k : tube.rings[0])
+        first += o.rest_position[k] / static_cast<double>(tube.rings[0].size());
+      knots += tube.rings[r].size();
+      EXPECT_NEAR(tube.station[r], std::fabs(middle.x() - first.x()), 0.1) << r;
+      EXPECT_LT(std::hypot(middle.y() - 0.5, middle.z() - 0.5), 0.25) << "the middle of the beam";
+    }
+    EXPECT_EQ(tube.station[0], 0.0);
+    EXPECT_GT(tube.station.back(), 3.0) << "of 5, less half a ring at each end";
+    EXPECT_EQ(knots, 50U) << "each knot of the surface is on one ring: 54 less four inside";
+    const double x = o.rest_position[tube.rings[0][0]].x();
+    EXPECT_LT(std::fabs(x - (turned ? 5.0 : 0.0)), 1.6) << "station 0 is at the end that was named";
+  }
+  for (const char* const wrong :
+       {"    vessel_from: [0, 0.5, 0.5]\n", "    vessel_segment: artery\n    vessel_from: [0, 0.5]\n"}) {
+    try {
+      load(wrong);
+      ADD_FAILURE() << "nothing was refused";
+    } catch (const std::invalid_argument& e) {
+      EXPECT_NE(std::string(e.what()).find("vessel_from"), std::string::npos) << e.what();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace vest::fem::test

@@ -310,6 +310,32 @@ TEST(SlingOnElements, HoldsWhileTheBarIsPulledAndCutBesideIt) {
   }
 }
 
+// Protects the station of a ligature on a vessel of elements: the vessel network closes there.
+TEST(SlingOnElements, ALigatureOnAVesselOfElementsHasAStation) {
+  scene::Description d = bar({});
+  scene::Object& o = d.objects[0];
+  o.tube.vessel_segment = "artery";
+  for (int r = 0; r <= 16; ++r) {  // the bar's sections
+    o.tube.station.push_back(0.003 * r);
+    o.tube.rings.emplace_back();
+    for (std::uint32_t k = 0; k < o.rest_position.size(); ++k)
+      if (std::fabs(o.rest_position[k].x() + 0.024 - 0.003 * r) < 1e-6) o.tube.rings.back().push_back(k);
+  }
+  Theatre t(d);
+  t.tie();
+  ASSERT_FALSE(HasFatalFailure());
+  ASSERT_TRUE(t.saw(scene::EventKind::Ligated));
+  for (const auto& e : t.events)
+    if (e.kind == scene::EventKind::Ligated) {
+      EXPECT_NEAR(e.station, 0.024, 0.0015) << "m: the middle";
+    }
+  EXPECT_NEAR(t.loop().station, 0.024, 0.0015);
+  // Elsewhere nothing is told of a vessel.
+  Theatre plain(bar({}));
+  plain.tie();
+  EXPECT_TRUE(std::isnan(plain.loop().station));
+}
+
 // Protects against a loop that a cut leaves hanging between two pieces: each node goes with its own side.
 TEST(SlingOnElements, EachNodeGoesWithItsSideOfACut) {
   Theatre t(bar({}));

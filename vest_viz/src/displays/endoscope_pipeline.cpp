@@ -73,7 +73,10 @@ EndoscopePipeline::Timing EndoscopePipeline::render(const Eigen::Isometry3d& X_W
   scene_.setPose(X_WO);
   rendered_.gain = gain_;
   scene_.setGain(fixed_gain_ > 0 ? fixed_gain_ : gain_);
-  if (fluid_) scene_.effects().setFluid(*fluid_, X_WO.translation());
+  if (fluid_) {
+    scene_.effects().setFluid(*fluid_, X_WO.translation());
+    scene_.setSwabs(*fluid_);
+  }
   if (smoke_) scene_.effects().setSmoke(*smoke_, X_WO.translation(), byBillboards(method_));
   timing.prepare = seconds() - start;
   const EndoscopeScene::Timing rendered = scene_.render(&rendered_.rgba);

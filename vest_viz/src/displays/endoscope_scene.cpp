@@ -19,6 +19,7 @@
 #include "ogre_assets.h"
 #include "ogre_versions.h"
 #include "steady_seconds.h"
+#include "vest_instruments/tools/tool_kind.h"
 #include "vest_viz/instrument/shadow.h"
 
 namespace vest::displays {
@@ -135,6 +136,17 @@ void EndoscopeScene::updateInstruments(const vest_msgs::InstrumentStates& states
     visual->setTool(state.tool);
     visual->setVisible(true);
     visual->setPose(pose, jaw);
+  }
+}
+
+void EndoscopeScene::setSwabs(const vest_msgs::FluidState& fluid) {
+  for (std::size_t i = 0; i < fluid.swab_volume.size(); ++i) {
+    const auto visual =
+        instruments_.find(std::string(tools::instrumentName(static_cast<tools::Instrument>(i))));
+    if (visual == instruments_.end()) continue;
+    const float volume = fluid.swab_volume[i];
+    visual->second->setSoaked(fluid.swab_capacity > 0 ? std::min(volume / fluid.swab_capacity, 1.0f) : 0.0f,
+                              volume > 0 ? std::min(fluid.swab_blood[i] / volume, 1.0f) : 0.0f);
   }
 }
 

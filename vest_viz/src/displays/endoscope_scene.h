@@ -44,6 +44,8 @@ class EndoscopeScene {
   /// False while updateTissue() would still find fewer triangles to draw.
   bool settled() const { return tissue_->settled(); }
   void updateInstruments(const vest_msgs::InstrumentStates& states);
+  /// What the instruments' swabs hold: call it after updateInstruments().
+  void setSwabs(const vest_msgs::FluidState& fluid);
   EffectsVisual& effects() { return *effects_; }
   const std::map<std::string, std::unique_ptr<InstrumentVisual>>& instruments() const { return instruments_; }
   /// Optical frame (z forward, x right, y down) in world.

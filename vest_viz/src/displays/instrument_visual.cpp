@@ -66,15 +66,18 @@ void InstrumentVisual::clear() {
   }
 }
 
-void InstrumentVisual::add(int slot, const instrument::TriangleMesh& mesh, bool insulated) {
+void InstrumentVisual::add(int slot, const instrument::TriangleMesh& mesh, Surface surface) {
   Part part;
-  part.material = cloneMaterial("vest_viz/Metal");
+  part.gauze = surface == Surface::Gauze;
+  part.material = cloneMaterial(part.gauze ? "vest_viz/Gauze" : "vest_viz/Metal");
   if (warning_.empty()) warning_ = unsupported(part.material);
   Ogre::Pass* pass = part.material->getTechnique(0)->getPass(0);
   if (pass->hasFragmentProgram()) {
     const auto parameters = pass->getFragmentProgramParameters();
-    parameters->setNamedConstant("metal", insulated ? Ogre::Vector4(0.20f, 0.75f, 0.6f, 0.0f)
-                                                    : Ogre::Vector4(0.55f, 0.25f, 0.0f, 0.0f));
+    if (!part.gauze)
+      parameters->setNamedConstant("metal", surface == Surface::Insulation
+                                                ? Ogre::Vector4(0.20f, 0.75f, 0.6f, 0.0f)
+                                                : Ogre::Vector4(0.55f, 0.25f, 0.0f, 0.0f));
     parameters->setNamedConstant("depth_in_alpha", depth_in_alpha_ ? 1.0f : 0.0f);
   }
   part.triangles = mesh;
@@ -102,16 +105,17 @@ void InstrumentVisual::setTool(int tool) {
   struct File {
     const char* part;
     int slot;
-    bool insulated;
+    Surface surface;
   };
+  const Surface fixed = tool == static_cast<int>(tools::ToolKind::Swab) ? Surface::Gauze : Surface::Steel;
   constexpr double kCrease = 0.6;  // rad: cylinders smooth, edges of blades sharp
   bool shaft = false;
-  for (const File& file : {File{"_shaft", 0, true}, File{"_fixed", 0, false}, File{"_jaw_left", 1, false},
-                           File{"_jaw_right", 2, false}}) {
+  for (const File& file : {File{"_shaft", 0, Surface::Insulation}, File{"_fixed", 0, fixed},
+                           File{"_jaw_left", 1, Surface::Steel}, File{"_jaw_right", 2, Surface::Steel}}) {
     const std::string path = stem + file.part + ".stl";
     if (!std::ifstream(path)) continue;
     try {
-      add(file.slot, instrument::readStl(path, kCrease), file.insulated);
+      add(file.slot, instrument::readStl(path, kCrease), file.surface);
       shaft = shaft || file.slot == 0;
     } catch (const std::exception& e) {
       warning_ = e.what();
@@ -119,9 +123,9 @@ void InstrumentVisual::setTool(int tool) {
   }
   if (shaft) return;
   if (warning_.empty()) warning_ = stem + "_shaft.stl is missing, capsules are shown";
-  add(0, instrument::capsule(geometry.shaft_radius, -0.3, -jaw_length_), true);
+  add(0, instrument::capsule(geometry.shaft_radius, -0.3, -jaw_length_), Surface::Insulation);
   if (jaw_length_ > 0)
-    for (int side : {1, 2}) add(side, instrument::capsule(0.0012, 0.0, jaw_length_ - 0.0012), false);
+    for (int side : {1, 2}) add(side, instrument::capsule(0.0012, 0.0, jaw_length_ - 0.0012), Surface::Steel);
 }
 
 void InstrumentVisual::setPose(const Eigen::Isometry3d& X_WTip, double jaw) {
@@ -156,6 +160,15 @@ void InstrumentVisual::setLight(const Ogre::Vector4& light) {
       Ogre::Pass* pass = part.material->getTechnique(0)->getPass(0);
       if (pass->hasFragmentProgram()) pass->getFragmentProgramParameters()->setNamedConstant("light", light);
     }
+}
+
+void InstrumentVisual::setSoaked(float full, float blood) {
+  for (Part& part : slots_[0]) {
+    if (!part.gauze) continue;
+    Ogre::Pass* pass = part.material->getTechnique(0)->getPass(0);
+    if (pass->hasFragmentProgram())
+      pass->getFragmentProgramParameters()->setNamedConstant("soak", Ogre::Vector4(full, blood, 0, 0));
+  }
 }
 
 instrument::TriangleMesh InstrumentVisual::worldMesh() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -32,6 +33,9 @@ class InstrumentVisual {
   /// Where the jaws are in world; false: nothing shown, or there are none.
   bool jaws(instrument::Jaws* jaws) const;
   bool visible() const { return visible_; }
+  /// @param full of what its gauze holds, 0 … 1; @param blood share of blood in that, 0 … 1. Without gauze
+  /// nothing.
+  void setSoaked(float full, float blood);
   void setLight(const Ogre::Vector4& light);
   void setVisible(bool visible);
   const std::string& warning() const { return warning_; }
@@ -41,8 +45,10 @@ class InstrumentVisual {
     std::unique_ptr<DynamicMesh> mesh;
     Ogre::MaterialPtr material;
     instrument::TriangleMesh triangles;
+    bool gauze = false;
   };
-  void add(int slot, const instrument::TriangleMesh& mesh, bool insulated);
+  enum class Surface : std::uint8_t { Steel, Insulation, Gauze };
+  void add(int slot, const instrument::TriangleMesh& mesh, Surface surface);
   void clear();
 
   Ogre::SceneManager* manager_;

@@ -59,8 +59,9 @@ void InstrumentsPanel::addRow(QGridLayout* grid, std::size_t i) {
     row.tool->addItem("endoscope", static_cast<int>(tools::ToolKind::Endoscope));
     row.tool->setEnabled(false);
   } else {
-    for (int kind = 0; kind < static_cast<int>(tools::ToolKind::Endoscope); ++kind)
-      row.tool->addItem(words(tools::toolName(static_cast<tools::ToolKind>(kind))), kind);
+    for (int kind = 0; kind < tools::kToolKindCount; ++kind)
+      if (static_cast<tools::ToolKind>(kind) != tools::ToolKind::Endoscope)
+        row.tool->addItem(words(tools::toolName(static_cast<tools::ToolKind>(kind))), kind);
   }
   row.source = new QComboBox;
   const char* const sources[] = {"nobody", "box",    "haptic",

@@ -10,12 +10,17 @@
 
 #include <pluginlib/class_list_macros.hpp>
 
+#include "vest_instruments/tools/tool_kind.h"
+
 namespace vest::panels {
 namespace {
 
 constexpr double kPascalPerMmHg = 133.322;  ///< Pa; conventional millimetre of mercury, ISO 80000-4
 constexpr double kWindow = 6.0;             ///< s of curve on the screen
 constexpr double kMonitorSilent = 1.0;      ///< s
+constexpr float kToldClog = 0.05f;          ///< of the bore: less is not felt (assumed)
+constexpr float kToldPressor = 0.01f;       ///< of the resistance
+constexpr float kToldFull = 0.95f;          ///< of what a swab holds
 const QColor kRed(255, 70, 60), kGreen(90, 230, 110), kBlue(90, 190, 255), kYellow(240, 220, 90),
     kCyan(80, 220, 220), kGrid(48, 56, 60);
 
@@ -81,13 +86,16 @@ PatientMonitorPanel::PatientMonitorPanel(QWidget* parent) : BasePanel(parent) {
   loss_ = number(this, kRed);
   balance_ = number(this, kBlue);
   gas_ = number(this, kYellow);
+  blood_ = number(this, kRed);
+  tools_ = number(this, kBlue);
   grid->addWidget(ecg_, 0, 0);
-  grid->addWidget(curve_, 1, 0, 2, 1);
-  grid->addWidget(pleth_, 3, 0, 2, 1);
+  grid->addWidget(curve_, 1, 0, 3, 1);
+  grid->addWidget(pleth_, 4, 0, 3, 1);
   grid->addWidget(rate_, 0, 1);
   grid->addWidget(oxygen_, 0, 2);
   int row = 1;
-  for (QLabel* const label : {pressure_, loss_, balance_, gas_}) grid->addWidget(label, row++, 1, 1, 2);
+  for (QLabel* const label : {pressure_, loss_, blood_, balance_, tools_, gas_})
+    grid->addWidget(label, row++, 1, 1, 2);
   grid->setColumnStretch(0, 1);
   rate_->setText("HR –");
   pressure_->setText("ART –");
@@ -95,6 +103,10 @@ PatientMonitorPanel::PatientMonitorPanel(QWidget* parent) : BasePanel(parent) {
   loss_->setText("LOSS –");
   balance_->setText("FLUID –");
   gas_->setText("CO₂ –");
+  blood_->setText("Hct –");
+  blood_->setToolTip(
+      "haematocrit; what infusion and transfusion have given; what a vasopressor adds to resistance");
+  tools_->setToolTip("suckers that clots close, and what swabs hold");
   gas_->setToolTip("insufflator: pressure in the cavity/set pressure, flow, gas used");
   balance_->setToolTip("irrigation and blood: what came into the cavity, was sucked out, and is left in it");
   rate_->setToolTip("heart rate");
@@ -137,13 +149,33 @@ void PatientMonitorPanel::onBlood(const vest_msgs::HaemodynamicsState& msg) {
   loss_->setText(QString("LOSS <span style='font-size:22pt'>%1</span> ml, now %2 ml/min")
                      .arg(1e6 * msg.blood_loss, 0, 'f', 1)
                      .arg(6e7 * msg.loss_rate, 0, 'f', 0));
+  blood_->setText(QString("Hct <span style='font-size:22pt'>%1</span> %, infused %2 ml, transfused %3 ml%4")
+                      .arg(100 * msg.haematocrit, 0, 'f', 0)
+                      .arg(1e6 * (msg.given - msg.transfused), 0, 'f', 0)
+                      .arg(1e6 * msg.transfused, 0, 'f', 0)
+                      .arg(msg.vasopressor > kToldPressor
+                               ? QString(", pressor +%1 %").arg(100 * msg.vasopressor, 0, 'f', 0)
+                               : QString()));
 }
 
 void PatientMonitorPanel::onFluid(const vest_msgs::FluidState& msg) {
   balance_->setText(QString("FLUID in %1 ml, sucked %2 ml, left %3 ml")
                         .arg(1e6 * msg.emitted, 0, 'f', 0)
                         .arg(1e6 * msg.sucked, 0, 'f', 0)
-                        .arg(1e6 * (msg.emitted - msg.sucked - msg.lost), 0, 'f', 0));
+                        .arg(1e6 * (msg.emitted - msg.sucked - msg.soaked - msg.lost), 0, 'f', 0));
+  QStringList told;
+  for (std::size_t i = 0; i < msg.clogged.size(); ++i) {
+    const std::string_view name = tools::instrumentName(static_cast<tools::Instrument>(i));
+    const QString who = QString::fromUtf8(name.data(), static_cast<int>(name.size()));
+    if (msg.clogged[i] > kToldClog)
+      told << QString("%1 sucker clogged %2 %: irrigate").arg(who).arg(100 * msg.clogged[i], 0, 'f', 0);
+    if (msg.swab_volume[i] > 0 && msg.swab_capacity > 0)
+      told << QString("%1 swab %2 ml%3")
+                  .arg(who)
+                  .arg(1e6f * msg.swab_volume[i], 0, 'f', 1)
+                  .arg(msg.swab_volume[i] > kToldFull * msg.swab_capacity ? ", soaked through" : "");
+  }
+  tools_->setText(told.join("; "));
 }
 
 void PatientMonitorPanel::onGas(const vest_msgs::GasState& msg) {

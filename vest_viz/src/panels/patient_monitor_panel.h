@@ -57,7 +57,7 @@ class PatientMonitorPanel : public BasePanel {
   ros::Subscriber blood_sub_, fluid_sub_, gas_sub_;
   ros::SteadyTime heard_;
   MonitorTrace *ecg_, *curve_, *pleth_;
-  QLabel *rate_, *pressure_, *oxygen_, *loss_, *balance_, *gas_;
+  QLabel *rate_, *pressure_, *oxygen_, *loss_, *blood_, *balance_, *tools_, *gas_;
 };
 
 }  // namespace vest::panels

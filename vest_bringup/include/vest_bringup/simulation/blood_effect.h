@@ -35,7 +35,9 @@ struct BloodFrame {
   double pressure = 0;                           ///< Pa, now, where the others are measured
   haemodynamics::MonitorCurves curves;
   double blood_volume = 0, blood_loss = 0;  ///< m³
-  double given = 0;                         ///< m³ by infusion
+  double given = 0, transfused = 0;         ///< m³ by infusion and transfusion, and of it by transfusion
+  double haematocrit = 0;                   ///< red cells over blood
+  double vasopressor = 0;                   ///< what the drug adds to the resistance, over that without it
   bool arrested = false;
   double loss_rate = 0;                           ///< m³/s now, of vessels and surfaces
   std::uint32_t degraded_steps = 0, refused = 0;  ///< since the start
@@ -44,13 +46,15 @@ struct BloodFrame {
 };
 
 /// Circulation, openings of vessels and the pulse in the scene. Jaws that hold a vessel and tools that press
-/// on one close it while they do; a sucker takes clots off openings. An object of the scene belongs to a
-/// vessel by its `vessel_segment`; its station 0 … length runs along the whole vessel.
+/// on one close it while they do; gauze covers what bleeds under it; a sucker takes clots off openings. An
+/// object of the scene belongs to a vessel by its `vessel_segment`; its station 0 … length runs along the
+/// whole vessel.
 ///   events (cut, punctured, torn, perforated, clipped, unclipped, ligated, coagulated) -> wounds
 ///   circulation -> fluid sources at the wounds, and dilatation of the scene's vessels every fourth step
 /// Parameter edits (object empty): heart_rate (Hz), mean_pressure (Pa), resistance_scale, reflex_scale,
-/// infusion (m³/s), pulse_dilatation. With the name of a vessel's object: opening_station (m), then
-/// opening_area (m²) opens it there; clip_station (m) closes it there: complications that an instructor sets.
+/// infusion and transfusion (m³/s), pulse_dilatation, phenylephrine (kg, a bolus). With the name of a
+/// vessel's object: opening_station (m), then opening_area (m²) opens it there; clip_station (m) closes it
+/// there: complications that an instructor sets.
 class BloodEffect : public Effect {
  public:
   /// @param frames may be null  @throws haemodynamics::NetworkError, std::invalid_argument
@@ -91,6 +95,7 @@ class BloodEffect : public Effect {
 
   bleeding::Place placeOf(const scene::World& world, std::size_t object, double station) const;
   void findPinches(const scene::World& world, const scene::StepReport& report);
+  void cover(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report);
   void suckClots(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
                  Feedback& feedback);
   void take(const scene::World& world, const scene::ParameterEdit& edit);

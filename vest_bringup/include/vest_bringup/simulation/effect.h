@@ -42,6 +42,9 @@ struct Feedback {
   std::vector<FilmInput> films;
   /// m³/s of gas that suction draws: from the field to the gas, which takes it in the next step (fixed lag).
   double gas_drawn = 0;
+  /// m³ that each swab can still hold: from the field to the surfaces, which take it in the next step (fixed
+  /// lag); and what they then wiped into it, in the same step.
+  std::array<double, tools::kInstrumentCount> swab_room{}, wiped{};
 };
 
 /// What passes between effects in Feedback and beside it.
@@ -54,6 +57,8 @@ enum Port : unsigned {
   kSupply = 32,    ///< flow into tissue and pressure of the BloodEffect, which a SurfaceEffect reads
   kSeeped = 64,    ///< BloodEffect::lose
   kClots = 128,    ///< Feedback::clots
+  kSwabs = 256,    ///< Feedback::swab_room
+  kWiped = 512,    ///< Feedback::wiped
 };
 /// Trainer::add holds an effect to them.
 struct Ports {

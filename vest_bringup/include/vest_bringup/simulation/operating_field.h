@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "vest_bringup/simulation/effect.h"
+#include "vest_effects/bleeding/swab.h"
 #include "vest_effects/fluid/step.h"
 #include "vest_effects/lens/lens.h"
 #include "vest_effects/smoke/smoke.h"
@@ -65,6 +66,8 @@ struct FieldFrame {
   lens::State lens;
   double humidity = 0;  ///< relative, of the cavity's gas
   double fog = 0;
+  std::array<double, tools::kInstrumentCount> clogged{};  ///< 0 … 1: of each sucker's bore
+  std::array<bleeding::Swab, tools::kInstrumentCount> swabs{};
   bool degraded = false;                    ///< at any step since the last frame
   std::vector<scene::ImpactInput> impacts;  ///< since the last frame, at most kMostFrameImpacts
   std::uint64_t impacts_dropped = 0;
@@ -77,9 +80,10 @@ using FieldFrames = scene::TripleBuffer<FieldFrame>;
 ///
 /// Instruments: a suction-irrigator irrigates and sucks as its functions say; its two trumpet valves take a
 /// moment to open and to close, and the bag's pressure drives the water against that of the gas. Tissue on
-/// its mouth leaves the side holes to draw; clots stay in the bore until water drives them out. Where nobody
-/// holds one, an endoscope that irrigates rinses its lens. The lens is cleaned and warmed while the endoscope
-/// is drawn back into its trocar, and wiped where it touches tissue. Parameter edits: object `fluid`:
+/// its mouth leaves the side holes to draw; clots stay in the bore until water drives them out. A swab soaks
+/// up drops and pools that it lies in until it is full; the next one that is taken is dry. Where nobody holds
+/// one, an endoscope that irrigates rinses its lens. The lens is cleaned and warmed while the endoscope is
+/// drawn back into its trocar, and wiped where it touches tissue. Parameter edits: object `fluid`:
 /// irrigation_flow, suction_flow (m³/s), bag_pressure (Pa); `smoke`: yield (kg/J); `lens`: warming, rinse (0
 /// or 1), temperature (K of the lens). The cavity's gas: Feedback::gas.
 class OperatingField : public Effect {
@@ -93,8 +97,12 @@ class OperatingField : public Effect {
 
   /// Share of a sucker, 0 … 1, that tissue on its mouth and clots in its bore leave open.
   double suctionOpen(const scene::World& world, std::size_t tool) const;
+  /// What an instrument's swab holds; nothing where it is none.
+  const bleeding::Swab& swab(std::size_t tool) const;
 
-  Ports ports() const override { return {kGas | kSources | kLensBlood | kClots, 0, kFilms | kGasDrawn}; }
+  Ports ports() const override {
+    return {kGas | kSources | kLensBlood | kClots | kWiped, 0, kFilms | kGasDrawn | kSwabs};
+  }
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;

@@ -25,6 +25,7 @@ struct SurfaceFrame {
   std::vector<float> oxygen;    ///< 0 … 1: saturation of the blood in it (bleeding/perfusion.h)
   std::vector<float> set;       ///< 0 fresh … 1 set: its film
   double seeped = 0, film = 0;  ///< m³ since the start; on the surfaces now
+  double wiped = 0;             ///< m³ since the start, into swabs
 };
 
 /// Blood on the surfaces of all objects. Tissue that is no vessel seeps where it was cut: opened by events
@@ -32,15 +33,17 @@ struct SurfaceFrame {
 /// needle injects, by coagulation's energy and by a tool that presses. It seeps and looks as its own blood
 /// supply goes: by the vessels of its object, and not at all where it was cut or tied off. Films come from
 /// there and from
-/// Feedback::films, which also washes them. What drips is a fluid source. Every fourth step. Parameter edit
-/// (object empty): surface_bleeding (the scale).
+/// Feedback::films, which also washes them; swabs that touch wipe them up. What drips is a fluid source.
+/// Every fourth step. Parameter edit (object empty): surface_bleeding (the scale).
 class SurfaceEffect : public Effect {
  public:
   /// @param blood the circulation that gives the pressure and loses the blood; may be null; outlives this
   SurfaceEffect(const scene::World& world, const SurfaceOptions& options, BloodEffect* blood,
                 scene::TripleBuffer<SurfaceFrame>* frames);
 
-  Ports ports() const override { return {kSupply, kFilms, kSources | kLensBlood | kSeeped | kClots}; }
+  Ports ports() const override {
+    return {kSupply, kFilms | kSwabs, kSources | kLensBlood | kSeeped | kClots | kWiped};
+  }
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;
@@ -63,14 +66,15 @@ class SurfaceEffect : public Effect {
     archive(state.injected), archive(state.depot);
     for (auto& drip : state.drips) archive(drip.object), archive(drip.knot), archive(drip.idle);
     archive(state.used), archive(state.seeped), archive(state.stained), archive(state.shed),
-        archive(state.active), archive(scale);
+        archive(state.wiped), archive(state.active), archive(scale);
   }
   /// Copies that cuts have made since, and the faces that they opened.
   void followCuts(const scene::World& world);
   void findPositions(const scene::World& world, std::size_t object);
   void take(const scene::World& world, const scene::Event& event);
   void takeFilms(const scene::World& world, std::vector<FilmInput>& films);
-  void useTools(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report);
+  void useTools(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
+                const std::array<double, tools::kInstrumentCount>& swab_room);
   double perfused(std::size_t object) const;
   void stepPerfusion(const scene::World& world, double dt);
   float bloodAt(const scene::World& world, tools::Instrument tool) const;

@@ -28,7 +28,9 @@
 /// radius r = (3 V/(4 pi φ))^⅓ for the volume V, stays in what it has reached, cut or not, and constricts
 /// vessels there within seconds.
 ///
-/// Nothing is lost: seeped + stained = film + shed.
+/// Gauze that touches soaks up what has not set: dV/dt = −m(age) V/kSwabTime.
+///
+/// Nothing is lost: seeped + stained = film + shed + wiped.
 namespace vest::bleeding {
 
 /// m: blood as thick lets 1/e of green light through: 285/cm at 542 nm (oxyhaemoglobin 53236/(M cm), Prahl's
@@ -88,6 +90,7 @@ struct SurfaceState {
   std::array<std::array<double, 3>, 4> depot{};  ///< m: where
   std::array<Drip, kMostDrips> drips{};
   double seeped = 0, stained = 0, shed = 0;  ///< m³ since the start: out of tissue, from drops, dripped
+  double wiped = 0;                          ///< m³ since the start: into gauze
   std::uint8_t active = 0;                   ///< anything ever happened: else a step costs nothing
   /// Per object: nothing open, no film, no drug since. Follows from the rest, spares only looking: all 0
   /// where the rest was changed from outside.
@@ -108,10 +111,16 @@ struct SurfaceInputs {
     bool on = false;
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< m
     std::int32_t object = 0;                          ///< that the needle is in
+    double radius = 0;                                ///< m around the place; not of needles
+  };
+  struct Gauze {
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< m
+    double room = 0;                                  ///< m³ that it can still hold; 0: nothing is soaked up
   };
   double scale = 1;                      ///< factor for teaching, ≥ 0
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< m/s²
   Reach inject[4], press[4], suck[4];    ///< per instrument; only `inject` looks at the object
+  Gauze gauze[4];                        ///< likewise: what it touches within kSwabReach
   const SurfaceMesh* meshes = nullptr;   ///< per object
   const double* perfused = nullptr;      ///< per object: perfusion over that at rest; null: 1
   const float* reach = nullptr;          ///< per knot: PerfusionState::reach; null: 1
@@ -127,6 +136,7 @@ struct SurfaceRunoff {
   };
   std::array<Fall, kMostDrips> falls{};  ///< of the same index in SurfaceState::drips
   std::array<double, 4> clots{};         ///< m³ that each sucker took
+  std::array<double, 4> wiped{};         ///< m³ of films that each swab took
   double volume() const {
     double sum = 0;
     for (const Fall& f : falls) sum += f.volume;

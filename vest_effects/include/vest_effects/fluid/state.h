@@ -64,6 +64,7 @@ struct State {
   double air = 0;                                      ///< m³ of air dragged into pools, not yet a bubble
   double emitted = 0, emitted_blood = 0;               ///< m³ since the start
   double sucked = 0, sucked_blood = 0;                 ///< m³
+  double soaked = 0, soaked_blood = 0;                 ///< m³ that gauze took up
   double lost = 0;                                     ///< m³ that left the domain
   double stained = 0;                                  ///< m³ of blood left on tissue as a film
   bool degraded = false;                               ///< the particle budget was exhausted in the last step

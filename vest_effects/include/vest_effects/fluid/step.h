@@ -39,6 +39,8 @@ struct Suction {
   std::array<double, 3> position{};  ///< m, world
   double flow = 0;                   ///< m³/s
   double reach = 0.012;              ///< m: nothing beyond it is drawn (assumed)
+  double capture = 0.005;            ///< m: particles nearer than this go into it (assumed)
+  bool soaks = false;                ///< gauze: counted in State::soaked, and draws nothing from afar
 };
 
 inline constexpr int kMostObstacles = 48;
@@ -134,7 +136,9 @@ struct Report {
   std::vector<KnotLoad> loads;
   std::array<LensHit, kMostLensHits> lens{};
   int lens_count = 0;
-  double sucked = 0;                        ///< m³ in this step
+  double sucked = 0;  ///< m³ in this step, by all that do not soak
+  /// m³ that each of Inputs::suctions took in this step, and of it blood.
+  std::array<double, kMostSuctions> taken{}, taken_blood{};
   std::array<double, 3> tissue_momentum{};  ///< N·s: sum over all surfaces
   int most_neighbours = 0;
 };

@@ -19,12 +19,13 @@ enum class ToolKind : std::uint8_t {
   InjectionNeedle = 8,
   SlingApplicator = 9,
   Endoscope = 10,
+  Swab = 11,
 };
 
-inline constexpr int kToolKindCount = 11;
+inline constexpr int kToolKindCount = 12;
 
-/// Name used in YAML, URDF links and services: grasper, scissors, clip_applier, coagulation_hook,
-/// bipolar_forceps, needle_holder, suction_irrigator, injection_needle, sling_applicator, endoscope, none.
+/// Name used in YAML, URDF links and services: none, grasper, scissors, clip_applier, coagulation_hook,
+/// bipolar_forceps, needle_holder, suction_irrigator, injection_needle, sling_applicator, endoscope, swab.
 std::string_view toolName(ToolKind kind);
 
 /// Inverse of toolName; empty where the word is unknown.
