@@ -148,6 +148,10 @@ void checkObject(const Object& object, const std::string& file) {
   if (knots == 0 || knots > 65535) {
     yaml::fail(file, 0, object.name + ".knots", std::to_string(knots), "must be 1 to 65535 knots");
   }
+  for (const auto& [field, count, most] : {std::tuple{".links", object.links.size(), kMostLinks},
+                                           {".contact_triangles", object.contact_triangles.size(), kMostTriangles}})
+    if (count > most)
+      yaml::fail(file, 0, object.name + field, std::to_string(count), "must be at most " + std::to_string(most));
   check.size("position", object.position.size(), knots);
   check.size("mass", object.mass.size(), knots);
   check.size("damping", object.damping.size(), knots);
@@ -220,6 +224,37 @@ void checkObject(const Object& object, const std::string& file) {
     }
   }
   checkSkin(object, check);
+}
+
+double wallSpacing(const Object& rigid) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : rigid.position) box.extend(p);
+  return std::max(0.002, box.sizes().maxCoeff() / 160.0);
+}
+
+void checkWalls(const Description& description, const std::string& file) {
+  Eigen::AlignedBox3d moves;
+  for (const Object& o : description.objects)
+    if (o.model != ObjectModel::Rigid)
+      for (const Eigen::Vector3d& p : o.position) moves.extend(p);
+  for (const Suture& s : description.sutures)
+    for (const Eigen::Vector3d& p : s.rod.nodes) moves.extend(p);
+  if (moves.isEmpty()) return;
+  const auto text = [](const Eigen::Vector3d& size) {
+    char buffer[96];
+    std::snprintf(buffer, sizeof buffer, "(%g, %g, %g) m", size.x(), size.y(), size.z());
+    return std::string(buffer);
+  };
+  for (const Object& o : description.objects) {
+    if (o.model != ObjectModel::Rigid || o.contact_triangles.empty()) continue;
+    const double spacing = wallSpacing(o), widest = moves.sizes().maxCoeff();
+    if (spacing <= std::max(0.002, widest)) continue;
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& p : o.position) box.extend(p);
+    yaml::fail(file, 0, o.name, text(box.sizes()),
+               "its walls are felt every " + Check::text(spacing) + " m, and all that moves is " + text(moves.sizes()) +
+                   "; a rigid object may be 160 times as large as that, and 0.32 m");
+  }
 }
 
 std::size_t countPieces(const Object& object) {

@@ -260,6 +260,24 @@ TEST(Hostile, AVertexFarAwayIsRefusedWithBothSizes) {
   }
 }
 
+TEST(Hostile, ARigidSurfaceIsNoLargerThanWhatMovesCanFeel) {
+  Scene scene("two");
+  scene.with("scene.yaml", "model: rigid\n    nodes: fem.csv", "model: rigid\n    nodes: walls.csv");
+  const std::string walls = scene.files["fem.csv"], corner = "\n3,0.07,0.02,";
+  ASSERT_NE(walls.find(corner), std::string::npos);
+  const auto with = [&](const std::string& z) {
+    std::string text = walls;
+    const std::size_t at = text.find(corner) + corner.size();
+    scene.files["walls.csv"] = text.replace(at, text.find('\n', at) - at, z);
+    return scene.message();
+  };
+  EXPECT_EQ(with("0.05"), "");
+  EXPECT_EQ(with("3"), "") << "a floor of metres under an organ of centimetres";
+  says(with("20"), {"scene.yaml: floor: (0.02, 0.02, 19.95) m", "felt every 0.12468", "(0.07, 0.02, 0.02) m", "160 times"});
+  says(with("1e5"), {"scene.yaml: floor: (0.02, 0.02, 99999.9) m", "felt every 625 m", "160 times"});
+  says(with("1e30"), {"walls.csv:5: z: 1e+30", "must be a coordinate from -500000 to 500000"});
+}
+
 TEST(Hostile, SurfaceFilesAreRefusedByFieldAndWhy) {
   says(Scene("surface").with("skin.ply", "0.02 0.02 0.02\n", "0.02 0.02 1e39\n").message(),
        {"skin.ply:", "1e+39"});
@@ -271,6 +289,34 @@ TEST(Hostile, SurfaceFilesAreRefusedByFieldAndWhy) {
     obj.replace(a, end - a, obj.substr(b, c - b) + obj.substr(a, b - a) + obj.substr(c, end - c));
   }
   says(inside.message(), {"objects[0].surface", "inside out", "volume"});
+}
+
+/// Small files can make large worlds: many rows, and objects that share a file.
+TEST(Hostile, ASceneHasNoMoreKnotsLinksAndTrianglesThanAWorldCanHold) {
+  std::string nodes = "node,x,y,z\n", links = "n0,n1\n", more = links, triangles = "n0,n1,n2\n", objects;
+  for (int i = 0; i < 50000; ++i)
+    nodes += std::to_string(i) + "," + std::to_string(i) + "e-4,0,0\n";
+  for (int i = 0; i < 49999; ++i) links += std::to_string(i) + "," + std::to_string(i + 1) + "\n";
+  for (int k = 1; k <= 11; ++k)
+    for (int i = 0; i < 49000; ++i) more += std::to_string(i) + "," + std::to_string(i + k) + "\n";
+  for (int k = 1; k <= 6; ++k)
+    for (int i = 0; i < 49000; ++i)
+      triangles += std::to_string(i) + "," + std::to_string(i + k) + "," + std::to_string(i + 500) + "\n";
+  Scene scene("two");
+  scene.files["nodes.csv"] = nodes;
+  scene.files["links.csv"] = more;
+  says(scene.message(), {"scene.yaml", "block.links: 539000", "at most 524288"});
+  scene.files["links.csv"] = links;
+  scene.files["triangles.csv"] = triangles;
+  says(scene.message(), {"scene.yaml", "block.contact_triangles: 294000", "at most 262144"});
+  std::string& text = scene.files["scene.yaml"];
+  const std::size_t at = text.find("objects:\n") + 9;
+  text.erase(at);
+  for (const char* name : {"a", "b", "c"})
+    text += std::string("  - {name: ") + name +
+            ", model: net, nodes: nodes.csv, links: links.csv, knot_mass: 1, link_area: 1e-5, material: "
+            "{youngs_modulus: 6000, density: 1000}}\n";
+  says(scene.message(), {"scene.yaml:9: objects[2]", "150000 knots", "at most 131072"});
 }
 
 TEST(Hostile, ControlCharactersAreShownAndNotSent) {
