@@ -285,23 +285,6 @@ Object readObject(const Value& value, Files& files, bool in_world) {
   return object;
 }
 
-/// Of all objects of a scene together.
-struct Counts {
-  std::size_t knots = 0, links = 0, triangles = 0;
-
-  void add(const Object& o, const Value& item) {
-    const auto within = [&](std::size_t& all, std::size_t more, std::size_t most, const char* what) {
-      all += more;
-      if (all > most)
-        item.fail("with it the scene has " + std::to_string(all) + " " + what + "; must be at most " +
-                  std::to_string(most));
-    };
-    within(knots, o.position.size(), kMostKnots, "knots");
-    within(links, o.links.size(), kMostLinks, "links");
-    within(triangles, o.contact_triangles.size(), kMostTriangles, "triangles that are touched");
-  }
-};
-
 void readConnections(const Value& value, Files& files, Description& description) {
   std::string path;
   const std::string bytes = files.read(value, path);
@@ -414,14 +397,13 @@ Description load(const std::string& path, SceneFiles* kept) {
   if (description.integrator == Integrator::NewtonEuler &&
       description.gravity.cwiseAbs().maxCoeff() > kMostGravity)
     map["gravity"].fail("must be from -100 to 100 m/s² along each axis with integrator: newton_euler");
-  Counts counts;
   for (const Value& item : objects) {
     Object object = readObject(item, files, description.integrator == Integrator::NewtonEuler);
     for (const auto& other : description.objects) {
       if (other.name == object.name) Map(item)["name"].fail("must be there once");
     }
-    counts.add(object, item);
     description.objects.push_back(std::move(object));
+    checkCounts(description, path);  // now: each may be large
   }
   if (map.has("image")) {
     if (description.integrator != Integrator::NewtonEuler)
@@ -440,7 +422,7 @@ Description load(const std::string& path, SceneFiles* kept) {
     for (const Object& o : description.objects) taken.push_back(o.name);
     description.sutures = readSutures(map["sutures"], files.sutures(), taken);
   }
-  if (description.integrator == Integrator::NewtonEuler) checkWalls(description, path);
+  checkTogether(description, path);  // with sutures
   map.finish();
   description.hash = files.hash();
   for (Object& object : description.objects) {

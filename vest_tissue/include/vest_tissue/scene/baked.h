@@ -20,12 +20,14 @@ void decodeBaked(const std::string& bytes, const std::string& file, Object& obje
 /// index, value, what is allowed
 void checkObject(const Object& object, const std::string& file);
 
-/// Spacing of the grid on which the walls of a rigid object are felt, m: 2 mm, or a 160th of its size where that is more
-/// (tuned).
+/// Spacing of the grid on which the walls of a rigid object are felt, m: 2 mm, or a 160th of its size where
+/// that is more (tuned).
 double wallSpacing(const Object& rigid);
-/// A wall that is felt more coarsely than all that moves is wide is refused.
-/// @throws std::invalid_argument: file, object, both sizes, what is allowed
-void checkWalls(const Description& description, const std::string& file);
+/// kMostKnots, kMostLinks, kMostTriangles. @throws std::invalid_argument as checkTogether
+void checkCounts(const Description& description, const std::string& file);
+/// What all objects must obey together: counts, and in a World gravity, and walls that are felt no more
+/// coarsely than all that moves is wide. @throws std::invalid_argument: file, object, value, what is allowed
+void checkTogether(const Description& description, const std::string& file);
 
 /// Number of pieces that the elastic links leave (1 for an object in one piece).
 std::size_t countPieces(const Object& object);
