@@ -106,6 +106,18 @@ class CheckSession(unittest.TestCase):
         self.assertEqual(self.judge(json_edit={"steps": 17})[0], 1)
         self.assertEqual(self.judge(json_edit={"real_time_factor": 1.2})[0], 1)
 
+    def test_a_key_that_stands_twice_in_session_json_is_no_word_of_either(self):
+        with tempfile.TemporaryDirectory() as folder:
+            write(folder, RATES)
+            file = os.path.join(folder, "session.json")
+            with open(file, encoding="utf-8") as f:
+                text = f.read()
+            with open(file, "w", encoding="utf-8") as f:
+                f.write(text.replace("{", '{"ended": "killed",\n', 1))
+            done = subprocess.run([CHECK, folder], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+        self.assertRegex(done.stdout, r"session.json +line 2: key = ended +each key once +NO")
+
     def test_a_session_that_did_not_end_as_it_was_meant_to_never_holds(self):
         for ended in ("killed", "disk full", "", 17, None):
             code, out = self.judge(json_edit={"ended": ended})

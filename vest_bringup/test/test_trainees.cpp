@@ -200,7 +200,17 @@ TEST_F(TraineesTest, ADatabaseOfAStrangerIsReadAsIfItLied) {
   Trainees odd(
       changed("INSERT INTO attempt(trainee, date, json) VALUES('anna', x'ff', replace(hex(zeroblob(100000)), "
               "'0', '['))"));
-  EXPECT_NE(odd.exported("anna").find("result"), std::string::npos);
+  const auto told = nlohmann::json::parse(odd.exported("anna"), nullptr, false);
+  ASSERT_TRUE(told.is_object()) << "JSON, whatever was kept";
+  EXPECT_EQ(told["attempts"][0]["result"].get<std::string>().size(), 200000U) << "all of it";
+  // Numbers that are compared come from JSON that says one thing alone.
+  Trainees twice(changed(
+      "INSERT INTO attempt(trainee, exercise, date, json) VALUES('anna', 'x', 'then', '{\"items\": [], "
+      "\"items\": []}')"));
+  EXPECT_NE(
+      refusal([&] { twice.attempts("anna", "x"); }).find("changed.db: attempt of then: json: key: items"),
+      std::string::npos);
+  EXPECT_EQ(twice.attempts("anna").size(), 1U);
   ASSERT_EQ(mkfifo((folder_ + "/pipe").c_str(), 0600), 0);
   for (const std::string& none :
        {folder_ + "/pipe", std::string("/dev/null"), std::string("/proc/self/comm")})
@@ -269,6 +279,14 @@ TEST(Learning, ZScoresAreStandardDeviationsBetterThanTheGroup) {
         "{\"vest_reference\": 1, \"exercise\": \"x\", \"exercise_hash\": \"1\", \"attempts\": 5, "
         "\"figures\": [{\"name\": \"a\", \"mean\": 1, \"deviation\": -1}]}"})
     EXPECT_THROW(parseReference("r", bad), std::invalid_argument) << bad;
+  std::string twice = toJson(reference);
+  twice.insert(twice.find("\"exercise\""), "\"exercise\": \"y\", ");
+  try {
+    parseReference("r", twice);
+    ADD_FAILURE() << "taken";
+  } catch (const std::invalid_argument& why) {
+    EXPECT_EQ(std::string(why.what()), "r: line 3: key: exercise: each key once");
+  }
 }
 
 TEST(Learning, AttemptsWithAFlagCountForNothingAndAreInTheTable) {

@@ -7,8 +7,10 @@
 #include <string>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "vest_instruments/files/refusal.h"
+#include "vest_instruments/files/strict_json.h"
 #include "vest_instruments/files/strict_yaml.h"
 #include "vest_instruments/kinematics/trainer_box.h"
 #include "vest_instruments/trajectory/trajectory.h"
@@ -111,6 +113,33 @@ TEST(Files, YamlIsOneDocumentWithoutAnchorsTagsAndEndlessLists) {
        "more than 100 values");
   says(yaml(std::string(1000000, '[')), "more than 200 values or lines");
   says(yaml("a: [1\n"), "well-formed YAML");
+}
+
+std::string json(const std::string& text) {
+  try {
+    vest::files::parseJson(text, 8);
+  } catch (const Refused& why) {
+    return std::to_string(why.line) + ": " + why.what();
+  }
+  return {};
+}
+
+TEST(Files, JsonHasEachKeyOnceAndIsNotDeep) {
+  EXPECT_EQ(json("{\"a\": {\"a\": 1}, \"b\": [{\"a\": \"a\"}, {\"a\": \"\\\"a\\\": \"}]}"), "")
+      << "once in each";
+  EXPECT_EQ(json("{\"a\": 1,\n\"b\": 2,\n\"a\": 1}"), "3: key: a: each key once") << "the same value, too";
+  EXPECT_EQ(json("[{\"a\": 1, \"\\u0061\" : 2}]"), "1: key: a: each key once") << "however it is written";
+  EXPECT_EQ(json("{\"a\": 1, \"a\\u0000\": 2}"), "");
+  EXPECT_EQ(json(std::string(8, '[') + std::string(8, ']')), "");
+  says(json(std::string(100000, '[')), "1: JSON: : nesting of at most 8");
+  std::string list = "[0";
+  for (int i = 0; i < 1000000; ++i) list += ",0";
+  says(json(list + "]"), "at most 1000000 values");
+  for (const char* none :
+       {"", "{", "nul", "{\"a\": NaN}", "{\"a\" 1}", "{\"a\": 1,}", "]", "{\"\\ud800\": 1}", "1 2"})
+    says(json(none), "1: JSON: : valid JSON");
+  says(json("{\"a\":\n\n1,}"), "3: JSON");
+  says(json("[1e999]"), "numbers that a double can hold");
 }
 
 TEST(Files, ARefusalNamesItsFileOnceAndDoesNotWriteToTheTerminal) {

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "vest_instruments/files/read.h"
+#include "vest_instruments/files/strict_json.h"
 
 namespace vest::exercise {
 
@@ -233,10 +234,17 @@ std::vector<Attempt> Trainees::attempts(const std::string& trainee, const std::s
                           " FROM attempt WHERE trainee=?1 AND (?2='' OR exercise=?2) ORDER BY id";
   Statement select(database_, sql.c_str(), {trainee, exercise});
   std::vector<Attempt> all;
-  while (select.row())
+  while (select.row()) {
     all.push_back({select.text(0), select.text(1), select.text(2), select.text(3), select.text(4),
                    select.text(5), select.text(6), select.real(9), select.real(10), select.real(11),
                    select.real(12) != 0, select.text(7), select.text(8)});
+    if (exercise.empty()) continue;
+    try {
+      files::parseJson(all.back().json);
+    } catch (const files::Refused& why) {
+      throw DatabaseError(file_ + ": attempt of " + files::shown(all.back().date) + ": json: " + why.what());
+    }
+  }
   if (!select.good()) fail("read");
   return all;
 }
@@ -246,14 +254,18 @@ std::string Trainees::exported(const std::string& trainee) const {
   json j;
   j["trainee"] = trainee;
   j["attempts"] = json::array();
-  // Ours is four levels deep; deeper ones would overrun the stack of who writes them.
-  const auto shallow = [](int depth, json::parse_event_t, json&) { return depth < 32; };
-  for (const Attempt& a : attempts(trainee))
+  for (const Attempt& a : attempts(trainee)) {
+    json result = a.json;  // what is no JSON is told as it stands: everything is
+    try {
+      result = files::parseJson(a.json);
+    } catch (const files::Refused&) {
+    }
     j["attempts"].push_back({{"date", a.date},
                              {"directory", a.directory},
                              {"version", a.version},
                              {"flags", a.flags},
-                             {"result", json::parse(a.json, shallow, false)}});
+                             {"result", std::move(result)}});
+  }
   return j.dump(2, ' ', true, json::error_handler_t::replace) + "\n";
 }
 

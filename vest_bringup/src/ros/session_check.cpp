@@ -18,6 +18,7 @@
 #include "vest_bringup/ros/thinning.h"
 #include "vest_bringup/session/statistics.h"
 #include "vest_instruments/files/read.h"
+#include "vest_instruments/files/strict_json.h"
 
 namespace vest::session {
 namespace {
@@ -104,38 +105,27 @@ Recorded readBag(const std::string& file, const std::string& ns) {
   return recorded;
 }
 
-/// @param problem gets why there is none
-nlohmann::json readJson(const std::string& file, std::string& problem) {
+/// The object of session.json; no object: a row says why.
+nlohmann::json readJson(const std::string& file, std::vector<CheckRow>& rows) {
+  const auto none = [&](const std::string& why, const std::string& allowed) {
+    rows.push_back({"session.json", why, allowed, false});
+    return nlohmann::json();
+  };
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) {
-    problem = "is not there";
-    return {};
-  }
-  if (std::filesystem::file_size(file, error) > kMostJson) {
-    problem = text("is larger than %ju MB", kMostJson >> 20U);
-    return {};
-  }
-  std::string bytes;
+  if (!std::filesystem::is_regular_file(file, error)) return none("is not there", "a file");
   try {
-    bytes = files::read(file, kMostJson);
-  } catch (const files::Refused& refused) {
-    problem = "cannot be read: " + refused.value;
-    return {};
+    auto json = files::parseJson(files::read(file, kMostJson), 8);  // ours is three levels deep
+    return json.is_object() ? json : none("is no object", "an object with all fields");
+  } catch (const files::Refused& why) {
+    const std::string value = why.value.empty() ? "" : " = " + plain(why.value);
+    return none((why.line > 0 ? "line " + std::to_string(why.line) + ": " : "") + why.field + value,
+                why.allowed);
   }
-  // Ours is three levels deep; what is deeper is not kept, or brackets alone would take gigabytes.
-  const auto shallow = [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) { return depth < 8; };
-  nlohmann::json json = nlohmann::json::parse(bytes, shallow, false);
-  if (!json.is_object()) problem = json.is_discarded() ? "is no JSON" : "is no object";
-  return json;
 }
 
 void checkJson(const std::string& file, const Recorded& recorded, std::vector<CheckRow>& rows) {
-  std::string problem;
-  const nlohmann::json json = readJson(file, problem);
-  if (!problem.empty()) {
-    rows.push_back({"session.json", problem, "an object with all fields", false});
-    return;
-  }
+  const nlohmann::json json = readJson(file, rows);
+  if (!json.is_object()) return;
   std::string wrong;
   for (const Field& field : kFields) {
     const bool there = json.contains(field.name);

@@ -9,6 +9,7 @@
 #include "vest_effects/haemodynamics/network.h"
 #include "vest_instruments/files/cells.h"
 #include "vest_instruments/files/read.h"
+#include "vest_instruments/files/strict_json.h"
 
 namespace vest::haemodynamics {
 
@@ -129,31 +130,11 @@ double caseNumber(const nlohmann::json& object, const std::string& key, Network&
 }
 
 void readCaseFile(Network& network, const std::string& text) {
-  // Hostile nesting would exhaust the parser's stack; a case needs two levels.
-  int depth = 0;
-  bool in_string = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (in_string) {
-      if (text[i] == '\\')
-        ++i;
-      else if (text[i] == '"')
-        in_string = false;
-      continue;
-    }
-    if (text[i] == '"') in_string = true;
-    if (text[i] == '{' || text[i] == '[') ++depth;
-    if (text[i] == '}' || text[i] == ']') --depth;
-    if (depth > 64)
-      throw NetworkError(network.case_file, lineOfOffset(text, i), "JSON", "", "nesting of at most 64");
-  }
   nlohmann::json document;
   try {
-    document = nlohmann::json::parse(text);
-  } catch (const nlohmann::json::parse_error& error) {
-    throw NetworkError(network.case_file, lineOfOffset(text, error.byte ? error.byte - 1 : 0), "JSON", "",
-                       "valid JSON (see RFC 8259)");
-  } catch (const nlohmann::json::out_of_range&) {
-    throw NetworkError(network.case_file, 0, "JSON", "", "numbers that a double can hold");
+    document = files::parseJson(text);
+  } catch (const files::Refused& why) {
+    throw NetworkError(network.case_file, why.line, why.field, why.value, why.allowed);
   }
   if (!document.is_object()) throw NetworkError(network.case_file, 1, "JSON", "", "an object { … }");
   network.density = caseNumber(document, "rho", network, text);

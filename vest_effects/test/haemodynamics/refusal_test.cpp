@@ -223,6 +223,10 @@ TEST_F(Refusal, CaseValues) {
   expectRefused("network.csv", 2, "r_prox_m");
   with("\"linear\"", "\"linear\",\n \"wall_thickness_law\": {\"a\": 0.2, \"b_per_m\": 0, \"c\": 0}");
   expectRefused("case.json", 0, "d_per_m");
+  with("\"mu\": 0.004", "\"mu\": 0.004,\n \"rho\": 1000");
+  expectRefused("case.json", 4, "key");
+  with("\"linear\"", "\"linear\", \"note\": {\"a\": 1,\n \"\\u0061\": 2}");
+  expectRefused("case.json", 7, "key");
   write("case.json", std::string(100000, '['));
   expectRefused("case.json", 1, "JSON");
 }

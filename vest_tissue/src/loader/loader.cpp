@@ -404,6 +404,7 @@ Description load(const std::string& path, SceneFiles* kept) {
       if (other.name == object.name) Map(item)["name"].fail("must be there once");
     }
     description.objects.push_back(std::move(object));
+    checkCounts(description, path);  // now: each may be large
   }
   if (map.has("image")) {
     if (description.integrator != Integrator::NewtonEuler)
@@ -422,6 +423,7 @@ Description load(const std::string& path, SceneFiles* kept) {
     for (const Object& o : description.objects) taken.push_back(o.name);
     description.sutures = readSutures(map["sutures"], files.sutures(), taken);
   }
+  checkTogether(description, path);  // with sutures
   map.finish();
   description.hash = files.hash();
   for (Object& object : description.objects) {

@@ -10,6 +10,7 @@
 
 #include "vest_tissue/files/yaml_reader.h"
 #include "vest_tissue/scene/baked.h"
+#include "vest_tissue/scene/edits.h"
 
 namespace vest::scene {
 namespace {
@@ -59,6 +60,10 @@ class Check {
   const Object& object_;
   const std::string& file_;
 };
+
+std::string sizeText(const Eigen::Vector3d& size) {
+  return "(" + Check::text(size.x()) + ", " + Check::text(size.y()) + ", " + Check::text(size.z()) + ") m";
+}
 
 std::tuple<int, Index, Index, Index> linkKey(const Link& link) {
   if (link.kind == LinkKind::Bending) {
@@ -148,6 +153,12 @@ void checkObject(const Object& object, const std::string& file) {
   if (knots == 0 || knots > 65535) {
     yaml::fail(file, 0, object.name + ".knots", std::to_string(knots), "must be 1 to 65535 knots");
   }
+  for (const auto& [field, count, most] :
+       {std::tuple{".links", object.links.size(), kMostLinks},
+        {".contact_triangles", object.contact_triangles.size(), kMostTriangles}})
+    if (count > most)
+      yaml::fail(file, 0, object.name + field, std::to_string(count),
+                 "must be at most " + std::to_string(most));
   check.size("position", object.position.size(), knots);
   check.size("mass", object.mass.size(), knots);
   check.size("damping", object.damping.size(), knots);
@@ -220,6 +231,51 @@ void checkObject(const Object& object, const std::string& file) {
     }
   }
   checkSkin(object, check);
+}
+
+double wallSpacing(const Object& rigid) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : rigid.position) box.extend(p);
+  return std::max(0.002, box.sizes().maxCoeff() / 160.0);
+}
+
+void checkCounts(const Description& description, const std::string& file) {
+  std::size_t knots = 0, links = 0, triangles = 0;
+  for (const Object& o : description.objects) {
+    knots += o.position.size(), links += o.links.size(), triangles += o.contact_triangles.size();
+    for (const auto& [what, count, most] : {std::tuple{"knots", knots, kMostKnots},
+                                            {"links", links, kMostLinks},
+                                            {"triangles that are touched", triangles, kMostTriangles}})
+      if (count > most)
+        yaml::fail(file, 0, o.name, "with it " + std::to_string(count) + " " + what,
+                   "a scene may have " + std::to_string(most));
+  }
+}
+
+void checkTogether(const Description& description, const std::string& file) {
+  checkCounts(description, file);
+  if (description.integrator != Integrator::NewtonEuler) return;
+  const Eigen::Vector3d& g = description.gravity;
+  if (!(g.cwiseAbs().maxCoeff() <= kMostGravity))
+    yaml::fail(file, 0, "gravity", sizeText(g) + "/s²", "must be from -100 to 100 m/s² along each axis");
+  Eigen::AlignedBox3d moves;
+  for (const Object& o : description.objects)
+    if (o.model != ObjectModel::Rigid)
+      for (const Eigen::Vector3d& p : o.position) moves.extend(p);
+  for (const Suture& s : description.sutures)
+    for (const Eigen::Vector3d& p : s.rod.nodes) moves.extend(p);
+  if (moves.isEmpty()) return;
+  for (const Object& o : description.objects) {
+    if (o.model != ObjectModel::Rigid || o.contact_triangles.empty()) continue;
+    const double spacing = wallSpacing(o);
+    if (spacing <= std::max(0.002, moves.sizes().maxCoeff())) continue;
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& p : o.position) box.extend(p);
+    yaml::fail(file, 0, o.name, sizeText(box.sizes()),
+               "its walls are felt every " + Check::text(spacing) + " m, and all that moves is " +
+                   sizeText(moves.sizes()) +
+                   "; a rigid object may be 160 times as large as that, and 0.32 m");
+  }
 }
 
 std::size_t countPieces(const Object& object) {

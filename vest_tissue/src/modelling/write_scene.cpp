@@ -104,6 +104,7 @@ void writeScene(const scene::Description& description, const std::string& direct
     // What a reader would refuse is not written: it would stand there as half a scene.
     if (!object.fem) scene::checkObject(object, source_file);
   }
+  scene::checkTogether(description, source_file);
   Files folder(directory);
   std::string yaml = "# Written by vest_model.\n";
   if (!source_file.empty())

@@ -12,6 +12,7 @@
 #include "object_arrays.h"
 #include "stages.h"
 #include "vest_tissue/base/nearest.h"
+#include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_scratch.h"
 
@@ -286,9 +287,7 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
   }
   if (!c.deforms && !o.contact_triangles.empty()) {
     std::vector<std::array<std::uint32_t, 3>> triangles(s.triangles.begin(), s.triangles.end());
-    Eigen::Vector3d low = o.position[0], high = low;
-    for (const auto& p : o.position) low = low.cwiseMin(p), high = high.cwiseMax(p);
-    const double spacing = std::max(0.002, (high - low).maxCoeff() / 160.0);
+    const double spacing = wallSpacing(o);
     c.grid = contact::DistanceGrid(o.position, triangles, spacing, 5.0 * spacing);
   }
 }

@@ -49,7 +49,10 @@ std::size_t countInside(const scene::Object& a, const scene::Object& b, Overlap&
   return count;
 }
 
-/// Of all pairs but those that a connection joins.
+constexpr std::size_t kMostOverlaps =
+    200;  // a thousand objects at one place are half a million pairs (assumed)
+
+/// Of all pairs but those that a connection joins; no further pair is looked at behind kMostOverlaps.
 std::vector<Overlap> overlapsOf(const scene::Description& description) {
   std::vector<Overlap> overlaps;
   const auto joined = [&](const scene::Object& a, const scene::Object& b) {
@@ -64,6 +67,7 @@ std::vector<Overlap> overlapsOf(const scene::Description& description) {
       overlap.a_in_b = countInside(a, b, overlap);
       if (!rigid(b)) overlap.b_in_a = countInside(b, a, overlap);
       if (overlap.a_in_b + overlap.b_in_a > 0 || (overlap.touch && !rigid(b))) overlaps.push_back(overlap);
+      if (overlaps.size() == kMostOverlaps) return overlaps;
     }
   }
   return overlaps;
@@ -133,6 +137,8 @@ bool printCheck(const scene::Description& description) {
   std::printf("%zu objects that move: %zu knots, %zu springs, %zu vertices, %zu triangles; %zu connections\n",
               objects, knots, springs, vertices, triangles, description.connections.size());
   for (const Overlap& overlap : overlaps) print(overlap);
+  if (overlaps.size() == kMostOverlaps)
+    std::printf("overlap: no more than %zu pairs are looked for\n", kMostOverlaps);
   const std::string falling = scene::fallingSentence(description);
   if (!falling.empty()) std::printf("%s\n", falling.c_str());
   good = good && falling.empty();

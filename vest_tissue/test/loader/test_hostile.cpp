@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "../../src/tools/check_table.h"
+#include "../../src/tools/edit_source.h"
 #include "temporary_scene.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/modelling/bake.h"
@@ -260,6 +261,31 @@ TEST(Hostile, AVertexFarAwayIsRefusedWithBothSizes) {
   }
 }
 
+TEST(Hostile, ARigidSurfaceIsNoLargerThanWhatMovesCanFeel) {
+  Scene scene("two");
+  scene.with("scene.yaml", "model: rigid\n    nodes: fem.csv", "model: rigid\n    nodes: walls.csv");
+  const std::string walls = scene.files["fem.csv"], corner = "\n3,0.07,0.02,";
+  ASSERT_NE(walls.find(corner), std::string::npos);
+  const auto with = [&](const std::string& z) {
+    std::string text = walls;
+    const std::size_t at = text.find(corner) + corner.size();
+    scene.files["walls.csv"] = text.replace(at, text.find('\n', at) - at, z);
+    return scene.message();
+  };
+  EXPECT_EQ(with("0.05"), "");
+  EXPECT_EQ(with("3"), "") << "a floor of metres under an organ of centimetres";
+  says(with("20"), {"scene.yaml: floor: (0.02, 0.02, 19.95) m", "felt every 0.12468", "(0.07, 0.02, 0.02) m",
+                    "160 times"});
+  says(with("1e5"), {"scene.yaml: floor: (0.02, 0.02, 99999.9) m", "felt every 625 m", "160 times"});
+  std::string& text = scene.files["scene.yaml"];
+  const std::size_t floor = text.find("  - name: floor"), end = text.find("connections:");
+  const std::string first = text.substr(floor, end - floor);
+  text.erase(end).erase(floor);
+  text.insert(text.find("  - name: block"), first);
+  EXPECT_EQ(with("10"), "") << "all that moves counts, wherever it stands";
+  says(with("1e30"), {"walls.csv:5: z: 1e+30", "must be a coordinate from -500000 to 500000"});
+}
+
 TEST(Hostile, SurfaceFilesAreRefusedByFieldAndWhy) {
   says(Scene("surface").with("skin.ply", "0.02 0.02 0.02\n", "0.02 0.02 1e39\n").message(),
        {"skin.ply:", "1e+39"});
@@ -271,6 +297,33 @@ TEST(Hostile, SurfaceFilesAreRefusedByFieldAndWhy) {
     obj.replace(a, end - a, obj.substr(b, c - b) + obj.substr(a, b - a) + obj.substr(c, end - c));
   }
   says(inside.message(), {"objects[0].surface", "inside out", "volume"});
+}
+
+/// Small files can make large worlds: many rows, and objects that share a file.
+TEST(Hostile, ASceneHasNoMoreKnotsLinksAndTrianglesThanAWorldCanHold) {
+  std::string nodes = "node,x,y,z\n", links = "n0,n1\n", more = links, triangles = "n0,n1,n2\n", objects;
+  for (int i = 0; i < 50000; ++i) nodes += std::to_string(i) + "," + std::to_string(i) + "e-4,0,0\n";
+  for (int i = 0; i < 49999; ++i) links += std::to_string(i) + "," + std::to_string(i + 1) + "\n";
+  for (int k = 1; k <= 11; ++k)
+    for (int i = 0; i < 49000; ++i) more += std::to_string(i) + "," + std::to_string(i + k) + "\n";
+  for (int k = 1; k <= 6; ++k)
+    for (int i = 0; i < 49000; ++i)
+      triangles += std::to_string(i) + "," + std::to_string(i + k) + "," + std::to_string(i + 500) + "\n";
+  Scene scene("two");
+  scene.files["nodes.csv"] = nodes;
+  scene.files["links.csv"] = more;
+  says(scene.message(), {"scene.yaml", "block.links: 539000", "at most 524288"});
+  scene.files["links.csv"] = links;
+  scene.files["triangles.csv"] = triangles;
+  says(scene.message(), {"scene.yaml", "block.contact_triangles: 294000", "at most 262144"});
+  std::string& text = scene.files["scene.yaml"];
+  const std::size_t at = text.find("objects:\n") + 9;
+  text.erase(at);
+  for (const char* name : {"a", "b", "c"})
+    text += std::string("  - {name: ") + name +
+            ", model: net, nodes: nodes.csv, links: links.csv, knot_mass: 1, link_area: 1e-5, material: "
+            "{youngs_modulus: 6000, density: 1000}}\n";
+  says(scene.message(), {"scene.yaml: c: with it 150000 knots", "a scene may have 131072"});
 }
 
 TEST(Hostile, ControlCharactersAreShownAndNotSent) {
@@ -311,6 +364,31 @@ TEST(Hostile, ABakedSceneLiesWholeInItsFolder) {
   const std::string far = target.folder() + "/far";
   EXPECT_THROW(vest::modelling::writeScene(other, far, "source.yaml", text), std::invalid_argument);
   EXPECT_FALSE(std::filesystem::exists(far));
+}
+
+TEST(Hostile, AnEditThatMakesASceneItsReaderRefusesWritesNothing) {
+  const TemporaryScene folder;
+  const std::string text =
+      vest::files::read(std::string(VEST_TISSUE_SOURCE_DIR) + "/../fuzz/corpus/source/tube", 1 << 20);
+  const std::string source = folder.write("source.yaml", text);
+  const auto materials =
+      vest::modelling::readMaterials(std::string(VEST_TISSUE_SOURCE_DIR) + "/data/materials.yaml");
+  const auto edited = [&](const std::string& path, const std::string& value, const std::string& to) {
+    const std::string script = folder.write(
+        "edits.yaml", "vest_edits: 1\nedits:\n  - {op: set, path: " + path + ", value: " + value + "}\n");
+    try {
+      vest::tools::editSource(source, script, folder.folder() + "/" + to, materials);
+    } catch (const std::exception& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(edited("/gravity", "[0, 0, -1.62]", "moon"), "");
+  EXPECT_NO_THROW(vest::scene::loadScene(folder.folder() + "/moon/tube.yaml"));
+  says(edited("/gravity", "[0, 0, -1000]", "heavy"), {"gravity: (0, 0, -1000) m/s²", "from -100 to 100"});
+  says(edited("/objects/tube/tube/centre/1", "[6e5, 0.05, 0.06]", "far"), {"tube.rest_position[", "500000"});
+  for (const char* none : {"/heavy", "/far"})
+    EXPECT_FALSE(std::filesystem::exists(folder.folder() + none)) << none;
 }
 
 TEST(Check, EveryShippedSceneIsGood) {

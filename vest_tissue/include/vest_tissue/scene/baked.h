@@ -20,6 +20,15 @@ void decodeBaked(const std::string& bytes, const std::string& file, Object& obje
 /// index, value, what is allowed
 void checkObject(const Object& object, const std::string& file);
 
+/// Spacing of the grid on which the walls of a rigid object are felt, m: 2 mm, or a 160th of its size where
+/// that is more (tuned).
+double wallSpacing(const Object& rigid);
+/// kMostKnots, kMostLinks, kMostTriangles. @throws std::invalid_argument as checkTogether
+void checkCounts(const Description& description, const std::string& file);
+/// What all objects must obey together: counts, and in a World gravity, and walls that are felt no more
+/// coarsely than all that moves is wide. @throws std::invalid_argument: file, object, value, what is allowed
+void checkTogether(const Description& description, const std::string& file);
+
 /// Number of pieces that the elastic links leave (1 for an object in one piece).
 std::size_t countPieces(const Object& object);
 
@@ -30,6 +39,8 @@ std::size_t countUnboundKnots(const Object& object);
 std::size_t countDuplicateLinks(const Object& object);
 
 inline constexpr double kFarthest = 5e5;  ///< of a coordinate: beyond 1e6 a World's step is a FAULT
+/// Of a scene's objects together: a World of them takes some 500 MB, and seconds to build (assumed).
+inline constexpr std::size_t kMostKnots = 131072, kMostLinks = 524288, kMostTriangles = 262144;
 inline constexpr double kGreatest =
     1e30;  ///< of stiffness, damping, force: single precision holds their products
 
