@@ -402,6 +402,7 @@ def few(pool, calls, at_once):
 def table(rows, total, parts, options):
     """The page."""
     how = ' '.join(['`fuzz/hostile_files.py`', '%d changed files a corpus, seed %d' % (options.count, options.seed)] +
+                   (['tools built of commit %s' % options.built_of] if options.built_of else []) +
                    (['only the corpora with "%s" in their name' % options.only] if options.only else []) +
                    ['(%d corpora: about one file in %d)' % (n, every) for every, n in sorted(parts.items()) if every > 1] +
                    (['over the build with sanitizers, limits times %g' % options.slow] if 'asan' in options.devel else []) +
@@ -438,6 +439,7 @@ def main():
     parser.add_argument('--every', type=int, default=1, help='runs about each Nth file, seeded')
     parser.add_argument('--rows', help='file that keeps the counts of each corpus that is through: run again, it goes on behind them')
     parser.add_argument('--output', help='page to write')
+    parser.add_argument('--built-of', default='', help='commit of the tools, for the page')
     options = parser.parse_args()
 
     # The devel space that is sourced, if any, comes behind.
