@@ -5,7 +5,8 @@ usage: fuzz/hostile_files.py [--devel FOLDER] [--count N] [--seed N] [--only KIN
 
 Writes the table corpora x outcomes (docs/hostile_files.md). Exit 1 where a tool crashed, hung, took too much memory, or
 refused a file without naming it. The option --devel names the devel space of a build (default: build/test/devel). That of build/asan
-has sanitizers, with --slow 10. Failures stay under build/hostile, one folder each, with the command.
+has sanitizers, with --slow 10. --under "valgrind -q --error-exitcode=77 --trace-children=yes" --slow 40 runs each tool of any build under
+that program. Failures stay under build/hostile, one folder each, with the command.
 """
 import argparse
 import collections
@@ -246,6 +247,10 @@ def kinds(tool):
                           ('re-simulated', ['vest_resimulate', '{}'])):
         out.append(Kind('session.bag, ' + name, {'session.bag': good['bag'][0]}, 'session.bag',
                         [tool('vest_bringup', command[0])] + command[1:]))
+    session = (b'{"version": "1", "scene_hash": "a", "state_hash": "b", "steps": 4, "real_time_factor": null, "rates": {"t": 1.0},\n'
+               b'"events": [{"t": 0.5, "name": "cut"}], "ended": "stopped"}\n')
+    out.append(Kind('session.json', {'session.bag': good['bag'][0], 'session.json': session}, 'session.json',
+                    [tool('vest_bringup', 'vest_check_session'), '{}'], ['session.json', 'session.bag']))
     out.append(Kind('recorded drawing', {'drawing.bag': good['drawing'][0]}, 'drawing.bag', [tool('vest_bringup', 'vest_replay_model'), '{}/drawing.bag']))
     out.append(Kind('snapshot', {'snapshot': good['snapshot'][0]}, 'snapshot', reader('snapshot', 'snapshot')))
     out.append(Kind('reference group', {'reference.json': good['reference'][0]}, 'reference.json', reader('reference', 'reference.json')))
@@ -290,9 +295,9 @@ OUTCOMES = ['refused, file named', 'judged not good', 'accepted', 'refused witho
             'over 1 GB', 'wrote to the terminal', 'left a part']
 
 
-def run(kind, folder, slow):
+def run(kind, folder, slow, under=()):
     """What the tool makes of the files in the folder: (outcome, message)."""
-    command = [part.format(folder) for part in kind.command]
+    command = [*under, *(part.format(folder) for part in kind.command)]
     environment = dict(os.environ, ASAN_OPTIONS='detect_leaks=0:exitcode=77:allocator_may_return_null=0',
                        UBSAN_OPTIONS='print_stacktrace=1:halt_on_error=1:exitcode=77', VEST_CACHE_DIR=folder + '/cache')
     environment.pop('DISPLAY', None)
@@ -362,7 +367,7 @@ def cases(kind, count, seed):
         yield 'mutant %d' % i, mutant(data, rng, others)
 
 
-def one(kind, number, title, data, place, slow):
+def one(kind, number, title, data, place, slow, under=()):
     """Writes a case, runs it; the folder stays where it failed."""
     folder = os.path.join(place, re.sub(r'[^a-z0-9]+', '_', kind.name.lower()) + '_%d' % number)
     folder += FOLDERS.get(title, '')
@@ -376,7 +381,7 @@ def one(kind, number, title, data, place, slow):
     else:
         with open(path, 'wb') as file:
             file.write(data)
-    outcome, message = run(kind, folder, slow)
+    outcome, message = run(kind, folder, slow, under)
     if OUTCOMES.index(outcome) < 3:
         shutil.rmtree(folder, ignore_errors=True)
         os.remove(folder + '.err')
@@ -397,9 +402,11 @@ def few(pool, calls, at_once):
 def table(rows, total, parts, options):
     """The page."""
     how = ' '.join(['`fuzz/hostile_files.py`', '%d changed files a corpus, seed %d' % (options.count, options.seed)] +
+                   (['tools built of commit %s' % options.built_of] if options.built_of else []) +
                    (['only the corpora with "%s" in their name' % options.only] if options.only else []) +
                    ['(%d corpora: about one file in %d)' % (n, every) for every, n in sorted(parts.items()) if every > 1] +
-                   (['over the build with sanitizers, limits times %g' % options.slow] if 'asan' in options.devel else []))
+                   (['over the build with sanitizers, limits times %g' % options.slow] if 'asan' in options.devel else []) +
+                   (['each tool under `%s`, limits times %g' % (options.under, options.slow)] if options.under else []))
     head = ['# Damaged and hostile files', '',
             'Written by `fuzz/hostile_files.py`; do not edit. The command makes %d files, seeded, from the formats that VEST reads. It' %
             total,
@@ -427,10 +434,12 @@ def main():
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--only', default='', help='corpora whose name holds this')
     parser.add_argument('--slow', type=float, default=1, help='times the limits, for sanitizers')
+    parser.add_argument('--under', default='', help='program that runs each tool, exit 77 where it finds something')
     parser.add_argument('--jobs', type=int, default=2)
     parser.add_argument('--every', type=int, default=1, help='runs about each Nth file, seeded')
     parser.add_argument('--rows', help='file that keeps the counts of each corpus that is through: run again, it goes on behind them')
     parser.add_argument('--output', help='page to write')
+    parser.add_argument('--built-of', default='', help='commit of the tools, for the page')
     options = parser.parse_args()
 
     # The devel space that is sourced, if any, comes behind.
@@ -470,7 +479,7 @@ def main():
             number = 0
             # Some are large: never more of them than are run.
             for outcome, title, message, folder in few(pool, (
-                    (one, kind, n, title, data, place, options.slow) for n, (title, data) in enumerate(cases(kind, options.count, options.seed))
+                    (one, kind, n, title, data, place, options.slow, options.under.split()) for n, (title, data) in enumerate(cases(kind, options.count, options.seed))
                     if random.Random('%s %d' % (kind.name, n)).randrange(options.every) == 0),
                     options.jobs):
                 number += 1

@@ -9,6 +9,7 @@ import struct
 import tempfile
 
 from lies_images import dicom, mha, nii, nrrd, packed
+from lies_scene import net
 
 NUMBERS = [b'1e-400', b'1e400', b'-0', b'+1', b'1.', b'.5', b'0b1', b'1,5', b'1:30', b'0o17', b'.inf', b'-.nan', b'1_0', b'\xef\xbc\x91',
            b'9' * 400, b'0.' + b'0' * 400 + b'1', b'2147483648', b'-2147483649', b'9223372036854775808', b'18446744073709551616',
@@ -314,6 +315,12 @@ def json(data):
                 yield 'value %d is %s' % (at, ascii(value.decode('latin-1'))), data[:start] + value + data[end:]
     yield 'single quotes', data.replace(b'"', b"'")
     yield 'a second document', data + data
+    for i, (start, end) in enumerate([m.span() for m in re.finditer(rb'"\w+"\s*:\s*("[^"]*"|-?[0-9.eE+-]+)', data)][:12]):
+        own = data[start:end]
+        yield 'pair %d twice' % i, data[:end] + b', ' + own + data[end:]
+        yield 'pair %d twice, the key escaped' % i, data[:end] + b', "\\u%04x' % own[1] + own[2:] + data[end:]
+    for unit in (b'0', b'[]', b'{}', b'""', b'{"a":[]}'):
+        yield '3 MB of ' + unit.decode(), data.replace(b'{', b'{"x": [' + (unit + b',') * (3000000 // (len(unit) + 1)) + unit + b'], ', 1)
     for number in numbers(data):
         yield number
 
@@ -482,7 +489,7 @@ def snapshot(data):
 
 
 FORMATS = {'yaml': yaml, 'csv': table, 'ply': ply, 'stl': stl, 'obj': obj, 'msh': msh, 'vtk': vtk, 'urdf': urdf, 'json': json, 'nrrd': nrrd, 'mha': mha, 'nii': nii,
-           'db': trainees, 'bag': bag, 'log': raw_log, 'snapshot': snapshot}
+           'db': trainees, 'bag': bag, 'log': raw_log, 'snapshot': snapshot, 'net': net}
 
 
 def lies(target, data):

@@ -159,6 +159,8 @@ class Batch(Case):
                                  ("a.yaml", good + "files: 5\n", "files"), ("a.yaml", good + "parameters: {1: [2]}\n", "names are words"),
                                  ("a.yaml", good + "parameters: {a: [2020-01-01]}\n", "date"), ("a.json", "[" * 300_000, "recursion"),
                                  ("a.yaml", "vest_batch: 1\ncommand: [!!python/object/apply:os.system [ls]]\n", "python/object"),
+                                 ("a.json", '{"vest_batch": 1, "command": ["a"], "command": ["b"]}', "stands twice: command"),
+                                 ("a.json", '{"vest_batch": 1, "command": [%s0]}' % ("[]," * 2_100_000), "too many values"),
                                  ("a.json", '{"vest_batch": 1, "command": ["a\\u0000"]}', "a list of words"),
                                  ("a.json", '{"vest_batch": 1, "command": ["a"], "\\u001b[2J": 1}', "\\x1b[2J: unknown"),
                                  ("a.json", '{"vest_batch": 1, "command": ["a"], "parameters": {"x": ["\\ud800"]}}', "texts, numbers"),

@@ -204,11 +204,12 @@ TEST_F(TraineesTest, ADatabaseOfAStrangerIsReadAsIfItLied) {
   ASSERT_TRUE(told.is_object()) << "JSON, whatever was kept";
   EXPECT_EQ(told["attempts"][0]["result"].get<std::string>().size(), 200000U) << "all of it";
   // Numbers that are compared come from JSON that says one thing alone.
-  Trainees twice(
-      changed("INSERT INTO attempt(trainee, exercise, date, json) VALUES('anna', 'x', 'then', '{\"items\": [], "
-              "\"items\": []}')"));
-  EXPECT_NE(refusal([&] { twice.attempts("anna", "x"); }).find("changed.db: attempt of then: json: key: items"),
-            std::string::npos);
+  Trainees twice(changed(
+      "INSERT INTO attempt(trainee, exercise, date, json) VALUES('anna', 'x', 'then', '{\"items\": [], "
+      "\"items\": []}')"));
+  EXPECT_NE(
+      refusal([&] { twice.attempts("anna", "x"); }).find("changed.db: attempt of then: json: key: items"),
+      std::string::npos);
   EXPECT_EQ(twice.attempts("anna").size(), 1U);
   ASSERT_EQ(mkfifo((folder_ + "/pipe").c_str(), 0600), 0);
   for (const std::string& none :

@@ -125,7 +125,8 @@ std::string json(const std::string& text) {
 }
 
 TEST(Files, JsonHasEachKeyOnceAndIsNotDeep) {
-  EXPECT_EQ(json("{\"a\": {\"a\": 1}, \"b\": [{\"a\": \"a\"}, {\"a\": \"\\\"a\\\": \"}]}"), "") << "once in each";
+  EXPECT_EQ(json("{\"a\": {\"a\": 1}, \"b\": [{\"a\": \"a\"}, {\"a\": \"\\\"a\\\": \"}]}"), "")
+      << "once in each";
   EXPECT_EQ(json("{\"a\": 1,\n\"b\": 2,\n\"a\": 1}"), "3: key: a: each key once") << "the same value, too";
   EXPECT_EQ(json("[{\"a\": 1, \"\\u0061\" : 2}]"), "1: key: a: each key once") << "however it is written";
   EXPECT_EQ(json("{\"a\": 1, \"a\\u0000\": 2}"), "");
@@ -134,7 +135,8 @@ TEST(Files, JsonHasEachKeyOnceAndIsNotDeep) {
   std::string list = "[0";
   for (int i = 0; i < 1000000; ++i) list += ",0";
   says(json(list + "]"), "at most 1000000 values");
-  for (const char* none : {"", "{", "nul", "{\"a\": NaN}", "{\"a\" 1}", "{\"a\": 1,}", "]", "{\"\\ud800\": 1}", "1 2"})
+  for (const char* none :
+       {"", "{", "nul", "{\"a\": NaN}", "{\"a\" 1}", "{\"a\": 1,}", "]", "{\"\\ud800\": 1}", "1 2"})
     says(json(none), "1: JSON: : valid JSON");
   says(json("{\"a\":\n\n1,}"), "3: JSON");
   says(json("[1e999]"), "numbers that a double can hold");

@@ -118,7 +118,8 @@ nlohmann::json readJson(const std::string& file, std::vector<CheckRow>& rows) {
     return json.is_object() ? json : none("is no object", "an object with all fields");
   } catch (const files::Refused& why) {
     const std::string value = why.value.empty() ? "" : " = " + plain(why.value);
-    return none((why.line > 0 ? "line " + std::to_string(why.line) + ": " : "") + why.field + value, why.allowed);
+    return none((why.line > 0 ? "line " + std::to_string(why.line) + ": " : "") + why.field + value,
+                why.allowed);
   }
 }
 

@@ -23,8 +23,8 @@ struct Key {
   std::size_t at;
 };
 
-/// Refuses nesting, endless lists and keys that stand twice, before a tree is built: RFC 8259 leaves open which of two values counts,
-/// and readers differ. Texts that are no JSON may pass; the parser refuses them.
+/// Refuses nesting, endless lists and keys that stand twice, before a tree is built: RFC 8259 leaves open
+/// which of two values counts, and readers differ. Texts that are no JSON may pass; the parser refuses them.
 void checkKeys(const std::string& text, std::size_t deepest) {
   std::vector<std::vector<Key>> open;  // of each object or list around this place
   std::deque<std::string> decoded;
@@ -40,9 +40,8 @@ void checkKeys(const std::string& text, std::size_t deepest) {
     } else if (c == '}' || c == ']') {
       if (open.empty()) return;
       auto& keys = open.back();
-      std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) {
-        return a.name != b.name ? a.name < b.name : a.at < b.at;
-      });
+      std::sort(keys.begin(), keys.end(),
+                [](const Key& a, const Key& b) { return a.name != b.name ? a.name < b.name : a.at < b.at; });
       const auto twice = std::adjacent_find(keys.begin(), keys.end(),
                                             [](const Key& a, const Key& b) { return a.name == b.name; });
       if (twice != keys.end())

@@ -148,10 +148,12 @@ void checkObject(const Object& object, const std::string& file) {
   if (knots == 0 || knots > 65535) {
     yaml::fail(file, 0, object.name + ".knots", std::to_string(knots), "must be 1 to 65535 knots");
   }
-  for (const auto& [field, count, most] : {std::tuple{".links", object.links.size(), kMostLinks},
-                                           {".contact_triangles", object.contact_triangles.size(), kMostTriangles}})
+  for (const auto& [field, count, most] :
+       {std::tuple{".links", object.links.size(), kMostLinks},
+        {".contact_triangles", object.contact_triangles.size(), kMostTriangles}})
     if (count > most)
-      yaml::fail(file, 0, object.name + field, std::to_string(count), "must be at most " + std::to_string(most));
+      yaml::fail(file, 0, object.name + field, std::to_string(count),
+                 "must be at most " + std::to_string(most));
   check.size("position", object.position.size(), knots);
   check.size("mass", object.mass.size(), knots);
   check.size("damping", object.damping.size(), knots);
@@ -252,8 +254,8 @@ void checkWalls(const Description& description, const std::string& file) {
     Eigen::AlignedBox3d box;
     for (const Eigen::Vector3d& p : o.position) box.extend(p);
     yaml::fail(file, 0, o.name, text(box.sizes()),
-               "its walls are felt every " + Check::text(spacing) + " m, and all that moves is " + text(moves.sizes()) +
-                   "; a rigid object may be 160 times as large as that, and 0.32 m");
+               "its walls are felt every " + Check::text(spacing) + " m, and all that moves is " +
+                   text(moves.sizes()) + "; a rigid object may be 160 times as large as that, and 0.32 m");
   }
 }
 

@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kMostTriangles = 500000;  // of a file (assumed)
-constexpr std::size_t kMostCorners = 64;         // of a polygon (assumed)
+constexpr std::size_t kMostCorners = 64;        // of a polygon (assumed)
 // Of a coordinate, as a float holds it. What is too large for its mesh is refused there, with both sizes.
 constexpr double kLargest = 1e38;
 

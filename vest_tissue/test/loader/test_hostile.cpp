@@ -273,7 +273,8 @@ TEST(Hostile, ARigidSurfaceIsNoLargerThanWhatMovesCanFeel) {
   };
   EXPECT_EQ(with("0.05"), "");
   EXPECT_EQ(with("3"), "") << "a floor of metres under an organ of centimetres";
-  says(with("20"), {"scene.yaml: floor: (0.02, 0.02, 19.95) m", "felt every 0.12468", "(0.07, 0.02, 0.02) m", "160 times"});
+  says(with("20"), {"scene.yaml: floor: (0.02, 0.02, 19.95) m", "felt every 0.12468", "(0.07, 0.02, 0.02) m",
+                    "160 times"});
   says(with("1e5"), {"scene.yaml: floor: (0.02, 0.02, 99999.9) m", "felt every 625 m", "160 times"});
   says(with("1e30"), {"walls.csv:5: z: 1e+30", "must be a coordinate from -500000 to 500000"});
 }
@@ -294,8 +295,7 @@ TEST(Hostile, SurfaceFilesAreRefusedByFieldAndWhy) {
 /// Small files can make large worlds: many rows, and objects that share a file.
 TEST(Hostile, ASceneHasNoMoreKnotsLinksAndTrianglesThanAWorldCanHold) {
   std::string nodes = "node,x,y,z\n", links = "n0,n1\n", more = links, triangles = "n0,n1,n2\n", objects;
-  for (int i = 0; i < 50000; ++i)
-    nodes += std::to_string(i) + "," + std::to_string(i) + "e-4,0,0\n";
+  for (int i = 0; i < 50000; ++i) nodes += std::to_string(i) + "," + std::to_string(i) + "e-4,0,0\n";
   for (int i = 0; i < 49999; ++i) links += std::to_string(i) + "," + std::to_string(i + 1) + "\n";
   for (int k = 1; k <= 11; ++k)
     for (int i = 0; i < 49000; ++i) more += std::to_string(i) + "," + std::to_string(i + k) + "\n";

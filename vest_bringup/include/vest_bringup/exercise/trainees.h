@@ -56,7 +56,8 @@ class Trainees {
   /// Keeps a result of a trainee who is known, and marks copies. @return the attempt as it was kept
   Attempt keep(Attempt attempt);
   /// Of a trainee, oldest first; of one exercise, or of all where it is empty.
-  /// @throws DatabaseError where the JSON of an attempt at one exercise, which is compared, is none or has a key twice
+  /// @throws DatabaseError where the JSON of an attempt at one exercise, which is compared, is none or has a
+  /// key twice
   std::vector<Attempt> attempts(const std::string& trainee, const std::string& exercise = "") const;
   /// Everything that is kept of a trainee, JSON.
   std::string exported(const std::string& trainee) const;

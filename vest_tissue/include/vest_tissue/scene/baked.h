@@ -20,8 +20,8 @@ void decodeBaked(const std::string& bytes, const std::string& file, Object& obje
 /// index, value, what is allowed
 void checkObject(const Object& object, const std::string& file);
 
-/// Spacing of the grid on which the walls of a rigid object are felt, m: 2 mm, or a 160th of its size where that is more
-/// (tuned).
+/// Spacing of the grid on which the walls of a rigid object are felt, m: 2 mm, or a 160th of its size where
+/// that is more (tuned).
 double wallSpacing(const Object& rigid);
 /// A wall that is felt more coarsely than all that moves is wide is refused.
 /// @throws std::invalid_argument: file, object, both sizes, what is allowed
