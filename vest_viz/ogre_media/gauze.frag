@@ -46,15 +46,15 @@ void main() {
   float level = 1.6 * soak.x;
   float wet = 1.0 - smoothstep(level - 0.22, level, depth);
   wet *= step(1e-4, soak.x);
-  vec3 soaked = mix(vec3(0.62, 0.59, 0.55), vec3(0.34, 0.010, 0.008), sqrt(clamp(soak.y, 0.0, 1.0)));
+  vec3 soaked = mix(vec3(0.62, 0.59, 0.55), vec3(0.40, 0.018, 0.014), sqrt(clamp(soak.y, 0.0, 1.0)));
   vec3 cotton = mix(vec3(0.86, 0.83, 0.78), soaked, wet);
   cloth = mix(cloth, 0.85 * cloth + 0.10, wet);  // liquid fills the gaps between threads
 
   // Light goes far in cotton: shadows are soft. Wet threads glint.
   vec3 h = normalize(l + v);
   float glint = pow(max(dot(n, h), 0.0), 60.0) * wet * cloth;
-  vec3 lit = cotton * (cloth * (0.20 + 0.80 * nl) * strength * 0.55);
-  lit += vec3(0.25 * glint * strength);
+  vec3 lit = cotton * (cloth * (0.20 + 0.80 * nl) * strength * 0.17);
+  lit += vec3(0.12 * glint * strength);
   lit = 1.0 - exp(-lit);
   lit = sqrt(lit);
   lit = mix(lit, lit * lit * (3.0 - 2.0 * lit), 0.75);  // as in tissue.frag
