@@ -126,7 +126,7 @@ TEST(Blood, GauzePressedOnAHoleStopsItAndAMinuteOfThatHolds) {
     for (int i = 0; i < static_cast<int>(1000 * seconds + 0.5); ++i) b.step();
     return wound.flow;
   };
-  EXPECT_EQ(press(0, 0.2), open) << "it lies there";
+  EXPECT_NEAR(press(0, 0.2), open, 0.02 * open) << "it lies there";
   EXPECT_LT(press(1, 0.5), 0.8 * open);
   EXPECT_GT(press(1, 0.01), 0.1 * open) << "half the pressure holds half back";
   EXPECT_LT(press(4, 5), 1e-3 * open) << "pressed";
