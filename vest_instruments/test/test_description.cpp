@@ -107,7 +107,8 @@ TEST(Description, ItsTreeMovesAsTheKinematicsDo) {
 TEST(Description, EveryToolMakesAUrdfWhoseMeshesExistWithTriangles) {
   const auto box = shipped();
   std::set<std::string> meshes;
-  for (int kind = 0; kind + 1 < vest::tools::kToolKindCount; ++kind) {
+  for (int kind = 0; kind < vest::tools::kToolKindCount; ++kind) {
+    if (static_cast<ToolKind>(kind) == ToolKind::Endoscope) continue;  // no hand holds it
     auto tools = defaultTools(box);
     tools[0] = static_cast<ToolKind>(kind);
     const std::string xml = vest::urdf::makeUrdf(box, tools);

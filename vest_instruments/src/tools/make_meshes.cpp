@@ -265,7 +265,7 @@ Mesh gauze() {
   const double front = wad.b.z() + wad.radius;
   Mesh mesh;
   std::vector<Ring> rings;
-  constexpr int kStations = 26, kAround = 48;
+  constexpr int kStations = 18, kAround = 38;
   for (int i = 0; i <= kStations; ++i) {
     const double s = static_cast<double>(i) / kStations, z = -0.001 + (front + 0.001) * s;
     // Within the wad's capsule, and narrow at the jaws.
