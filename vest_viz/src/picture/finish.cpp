@@ -9,13 +9,13 @@ namespace vest::picture {
 namespace {
 constexpr double kRimWidth = 2.2;  // pixels at 576 lines; by eye
 /// Enlarging blurs. Of a rendering with fewer pixels than this share along an edge a part is given back, as
-/// the aperture correction of a camera does: the contrast at 1-3 px of the demo's pictures, 0.039 without it,
-/// is then 0.047 (real frames: 0.045 and more).
-constexpr double kSharpBelow = 0.62, kSharpening = 0.3;
+/// the aperture correction of a camera does: the contrast at 1-3 px of a live session's pictures was 0.039
+/// with a part of 0.3 and is 0.044 with 0.5 (real frames: 0.045 and more).
+constexpr double kSharpBelow = 0.62, kSharpening = 0.5;
 /// A highlight: green of the lamp's image, and what undoes the response of the shaders for it, roughly (by
 /// eye).
 constexpr int kWhite = 224, kGlare = 8;
-constexpr int kRim = 3;  // the same for a highlight's rim that is enlarged: it keeps its size (by eye)
+constexpr int kRim = 5;  // the same for a highlight's rim that is enlarged: it keeps its size (by eye)
 }  // namespace
 
 Finisher::Finisher(const camera::Intrinsics& camera, double share, double resolution) : camera_(camera) {
