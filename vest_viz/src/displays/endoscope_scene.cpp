@@ -214,7 +214,10 @@ EndoscopeScene::Timing EndoscopeScene::render(cv::Mat* rgba) {
   tissue_->setShafts(shafts);
   tissue_->setShadows(shadowsOf(shafts));
   effects_->setLight(light);
-  for (auto& [name, visual] : instruments_) visual->setLight(light);
+  for (auto& [name, visual] : instruments_) {
+    visual->setLight(light);
+    visual->setDetail(X_WO_.translation(), source_.fx);
+  }
   const double start = seconds();
   target_->update();
   const double drawn = seconds();

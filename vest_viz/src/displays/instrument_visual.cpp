@@ -14,6 +14,7 @@
 #include "ogre_versions.h"
 #include "vest_instruments/tools/tool_geometry.h"
 #include "vest_viz/effects/shapes.h"
+#include "vest_viz/instrument/teeth.h"
 
 namespace vest::displays {
 namespace {
@@ -26,13 +27,13 @@ void place(Ogre::SceneNode* node, const Eigen::Isometry3d& X) {
                        static_cast<float>(q.z()));
 }
 
-/// Teeth lie in each other's shadow (make_meshes.cpp cuts them up to 0.35 mm deep): the lamp is not mirrored
-/// in their grooves. Without that they sparkle, dot by dot, where they are smaller than a pixel.
-std::vector<float> toothShade(const instrument::TriangleMesh& jaw) {
-  constexpr float kTeeth = 0.0010f;  // m from the middle
-  std::vector<float> tint(jaw.positions.size() / 3 * 4, 1.0f);
+/// Teeth lie in each other's shadow (make_meshes.cpp cuts them up to 0.35 mm deep): the lamp is mirrored less
+/// there. One shade for crests and grooves: shades of their own sparkle, dot by dot, in pixels of their size.
+std::vector<float> toothShade(const instrument::TriangleMesh& toothless) {
+  constexpr float kTeeth = 0.0010f, kMiddle = 0.00018f;  // m from where jaws meet: their reach, half a tooth
+  std::vector<float> tint(toothless.positions.size() / 3 * 4, 1.0f);
   for (std::size_t v = 0; 4 * v < tint.size(); ++v)
-    tint[4 * v + 3] = std::min(std::fabs(jaw.positions[3 * v]) / kTeeth, 1.0f);
+    tint[4 * v + 3] = std::clamp(std::fabs(toothless.positions[3 * v]), kMiddle, kTeeth) / kTeeth;
   return tint;
 }
 
@@ -85,7 +86,8 @@ void InstrumentVisual::add(int slot, const instrument::TriangleMesh& mesh, Surfa
   part.mesh =
       std::make_unique<DynamicMesh>(manager_, slot_nodes_[s], part.material, Ogre::RENDER_QUEUE_MAIN - 5);
   const bool teeth = slot != 0 && tool_ != static_cast<int>(tools::ToolKind::Scissors);
-  part.mesh->setShape(mesh.triangles, {}, teeth ? toothShade(mesh) : std::vector<float>(),
+  if (teeth) part.toothless = instrument::toothless(mesh);
+  part.mesh->setShape(mesh.triangles, {}, teeth ? toothShade(part.toothless) : std::vector<float>(),
                       mesh.positions.size() / 3);
   part.mesh->setVertices(mesh.positions, mesh.normals, {});
   slots_[s].push_back(std::move(part));
@@ -95,6 +97,7 @@ void InstrumentVisual::setTool(int tool) {
   if (tool == tool_) return;
   clear();
   tool_ = tool;
+  teeth_ = 1;
   warning_.clear();
   if (tool <= 0 || tool >= tools::kToolKindCount) return;
   const tools::ToolGeometry& geometry = tools::toolGeometry(static_cast<tools::ToolKind>(tool));
@@ -159,6 +162,20 @@ void InstrumentVisual::setLight(const Ogre::Vector4& light) {
     for (Part& part : slot) {
       Ogre::Pass* pass = part.material->getTechnique(0)->getPass(0);
       if (pass->hasFragmentProgram()) pass->getFragmentProgramParameters()->setNamedConstant("light", light);
+    }
+}
+
+void InstrumentVisual::setDetail(const Eigen::Vector3d& camera, double pixels) {
+  constexpr float kStep = 1.0f / 16;  // a move of less than 12 um
+  const double distance = (X_WSlot_[1] * Eigen::Vector3d(0, 0, 0.5 * jaw_length_) - camera).norm();
+  const float teeth = kStep * std::round(instrument::teethShown(distance / pixels) / kStep);
+  if (teeth == teeth_) return;
+  teeth_ = teeth;
+  for (auto& slot : slots_)
+    for (Part& part : slot) {
+      if (part.toothless.positions.empty()) continue;
+      const instrument::TriangleMesh shown = instrument::between(part.toothless, part.triangles, teeth);
+      part.mesh->setVertices(shown.positions, shown.normals, {});
     }
 }
 

@@ -37,6 +37,9 @@ class InstrumentVisual {
   /// nothing.
   void setSoaked(float full, float blood);
   void setLight(const Ogre::Vector4& light);
+  /// How fine the picture is. Teeth that its pixels cannot show are left out (instrument::toothless()).
+  /// @param camera m, its place in world; @param pixels per rad
+  void setDetail(const Eigen::Vector3d& camera, double pixels);
   void setVisible(bool visible);
   const std::string& warning() const { return warning_; }
 
@@ -45,6 +48,7 @@ class InstrumentVisual {
     std::unique_ptr<DynamicMesh> mesh;
     Ogre::MaterialPtr material;
     instrument::TriangleMesh triangles;
+    instrument::TriangleMesh toothless;  ///< of jaws with teeth
     bool gauze = false;
   };
   enum class Surface : std::uint8_t { Steel, Insulation, Gauze };
@@ -58,6 +62,7 @@ class InstrumentVisual {
   int tool_ = -1;
   double jaw_length_ = 0, shaft_radius_ = 0;
   double opening_ = 0;  ///< rad
+  float teeth_ = 1;     ///< share that is drawn
   bool depth_in_alpha_, visible_ = true;
   std::array<Eigen::Isometry3d, 3> X_WSlot_;
   std::string warning_;
