@@ -425,6 +425,7 @@ TEST(Blood, SessionWithEffectsIsTheSameBitsAgainForAnyThreadsAndFromASnapshot) {
     input.step = k;
     if (k == 20) input.edits.push_back({"uterine_artery_left", "opening_station", 0.04});
     if (k == 21) input.edits.push_back({"uterine_artery_left", "opening_area", 1e-4});
+    if (k == 22) input.edits = {{"", "noradrenaline", 2e-10}, {"", "ephedrine", 1e-5}};
     if (k == 60) input.edits.push_back({"", "heart_rate", 1.5});
     return input;
   };
