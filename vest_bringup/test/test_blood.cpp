@@ -140,12 +140,19 @@ TEST(Blood, GauzePressedOnAHoleStopsItAndAMinuteOfThatHolds) {
 
 TEST(Blood, ABolusIsGivenOnceAndDripsGoOn) {
   Bench b;
-  b.input.edits = {{"", "phenylephrine", 1e-7}, {"", "transfusion", 1e-5}, {"", "infusion", 5e-6}};
+  b.input.edits = {{"", "phenylephrine", 1e-7},
+                   {"", "ephedrine", 1e-5},
+                   {"", "noradrenaline", 1e-10},
+                   {"", "transfusion", 1e-5},
+                   {"", "infusion", 5e-6}};
   for (int i = 0; i < 1000; ++i) b.step();
   const auto& c = b.effect.circulation();
   EXPECT_NEAR(c.given, 1.5e-5, 1e-10);
   EXPECT_NEAR(c.transfused, 1e-5, 1e-10);
-  EXPECT_NEAR(c.pressor + c.pressor_acts, 1e-7, 1e-9);
+  const auto given = [&](haemodynamics::DrugIndex d) { return c.drug_comes[d] + c.drug_acts[d]; };
+  EXPECT_NEAR(given(haemodynamics::kPhenylephrine), 1e-7, 1e-9);
+  EXPECT_NEAR(given(haemodynamics::kEphedrine), 1e-5, 1e-7);
+  EXPECT_NEAR(given(haemodynamics::kNoradrenaline), 1e-10, 1e-12);
 }
 
 TEST(Blood, VenousOozeStopsByCoagulation) {
@@ -418,6 +425,7 @@ TEST(Blood, SessionWithEffectsIsTheSameBitsAgainForAnyThreadsAndFromASnapshot) {
     input.step = k;
     if (k == 20) input.edits.push_back({"uterine_artery_left", "opening_station", 0.04});
     if (k == 21) input.edits.push_back({"uterine_artery_left", "opening_area", 1e-4});
+    if (k == 22) input.edits = {{"", "noradrenaline", 2e-10}, {"", "ephedrine", 1e-5}};
     if (k == 60) input.edits.push_back({"", "heart_rate", 1.5});
     return input;
   };

@@ -79,6 +79,11 @@ hd::Vessels vesselsOf(const scene::World& world, const std::string& folder) {
   return vessels;
 }
 
+/// Of the gauze's wad, m.
+double swabRadius() {
+  return tools::toolGeometry(tools::ToolKind::Swab).fixed.front().radius;
+}
+
 const net::TubeMap& tubeOf(const scene::World& world, std::size_t object) {
   return world.model().objects[object].tube;
 }
@@ -91,9 +96,9 @@ void BloodEffect::walk(Archive& a, S& s) {
   a(c.arteries.time), a(c.arteries.phase), a(c.arteries.area), a(c.arteries.velocity);
   a(c.arteries.windkessel_pressure), a(c.arteries.node_volume), a(c.arteries.leak_volume),
       a(c.arteries.hole_flow);
-  a(c.given), a(c.transfused), a(c.crystalloid), a(c.shifted), a(c.cells), a(c.lost_with_cells), a(c.pressor),
-      a(c.pressor_acts);
-  a(c.low_time), a(c.arrested), a(s.settings.infusion), a(s.settings.transfusion);
+  a(c.given), a(c.transfused), a(c.crystalloid), a(c.shifted), a(c.cells), a(c.lost_with_cells),
+      a(c.drug_comes), a(c.drug_acts);
+  a(c.low_time), a(c.arrested), a(s.settings.infusion), a(s.settings.transfusion), a(s.settings.infused);
   a(c.lost), a(c.vessel_lost), a(c.territory_flow), a(c.smoothed_pressure), a(c.rate_tone),
       a(c.resistance_tone), a(c.volume_tone);
   a(c.heart_rate), a(c.output), a(c.filling_pressure), a(c.systolic), a(c.diastolic), a(c.mean);
@@ -219,8 +224,8 @@ void BloodEffect::findPinches(const scene::World& world, const scene::StepReport
     if (opening < 1) pinches_.each[static_cast<std::size_t>(pinches_.count++)] = {place, opening};
   };
   for (std::size_t t = 0; t < state.grasps.size(); ++t) {
-    const double width = 2 * (state.proxies[t].tool == tools::ToolKind::Swab ? bleeding::kSwabRadius
-                                                                             : interaction::kJawHalfWidth);
+    const double width =
+        2 * (state.proxies[t].tool == tools::ToolKind::Swab ? swabRadius() : interaction::kJawHalfWidth);
     const interaction::Grasp& grasp = state.grasps[t];
     std::size_t last = vessel_of_.size();
     const bool jaws = grasp.active && interaction::hasJaws(state.proxies[t].tool);
@@ -257,7 +262,7 @@ void BloodEffect::cover(const scene::World& world, const scene::StepInput& input
         continue;
       const double pressure = hd::at(circulation_.model, state_.circulation, o.vessel, o.station).pressure -
                               inputs_.external_pressure;
-      inputs_.holes[static_cast<std::size_t>(i)].area *= 1 - bleeding::covered(force, pressure);
+      inputs_.holes[static_cast<std::size_t>(i)].area *= 1 - bleeding::covered(force, pressure, swabRadius());
     }
   }
 }
@@ -308,7 +313,7 @@ void BloodEffect::openAt(const scene::World& world, std::size_t object, double s
 
 void BloodEffect::edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const {
   for (const Setting& p : kSettings) out.push_back({"", p.name, p.unit, p.low, p.high});
-  out.push_back({"", "phenylephrine", "kg", 0, hd::kGreatestBolus});
+  for (const hd::Drug& d : hd::kDrugs) out.push_back({"", d.name, d.infused ? "kg/s" : "kg", 0, d.most});
   for (std::size_t i = 0; i < vessel_of_.size(); ++i) {
     if (vessel_of_[i] < 0) continue;
     const std::string& name = world.description().objects[i].name;
@@ -329,8 +334,10 @@ void BloodEffect::take(const scene::World& world, const scene::ParameterEdit& ed
     for (std::size_t i = 0; i < std::size(kSettings); ++i)
       if (edit.parameter == kSettings[i].name)
         *to[i] = std::clamp(edit.value, kSettings[i].low, kSettings[i].high);
-    if (edit.parameter == "phenylephrine")
-      hd::inject(std::clamp(edit.value, 0.0, hd::kGreatestBolus), state_.circulation);
+    for (std::size_t d = 0; d < hd::kDrugCount; ++d)
+      if (edit.parameter == hd::kDrugs[d].name)
+        hd::give(static_cast<hd::DrugIndex>(d), std::clamp(edit.value, 0.0, hd::kDrugs[d].most), s,
+                 state_.circulation);
     return;
   }
   for (std::size_t i = 0; i < vessel_of_.size(); ++i) {
@@ -471,7 +478,7 @@ void BloodEffect::tellFrame(std::uint64_t step) {
   f.step = step;
   f.heart_rate = c.arrested ? 0 : c.heart_rate;
   f.arrested = c.arrested, f.given = c.given, f.transfused = c.transfused;
-  f.haematocrit = hd::haematocrit(m, c), f.vasopressor = hd::kPressorResistance * hd::pressorEffect(c);
+  f.haematocrit = hd::haematocrit(m, c), f.vasopressor = hd::drugResistance(m, state_.settings, c);
   f.systolic = c.systolic, f.diastolic = c.diastolic, f.mean = c.mean;
   f.pressure = hd::at(m, c, m.reference, 0.5 * m.length(m.reference)).pressure;
   f.curves = hd::monitorCurves(m, c);

@@ -12,7 +12,7 @@ constexpr double kPi = 3.14159265358979323846;
 // Hall Textbook of Medical Physiology, 13th ed., chapter 18).
 constexpr double kIschaemicRange = 5670;
 // Of the pressure around them that veins of the abdomen take on: from 10.2 to 18.2 mmHg in the femoral vein
-// under 14 mmHg (Beebe et al. 1993, Surg. Gynecol. Obstet. 176, 443-447).
+// under 14 mmHg (Beebe et al. 1993, Surg. Gynecol. Obstet. 176, 443-447 [not checked in print]).
 constexpr double kVeinShare = 8.0 / 14.0;
 constexpr int kHalvings = 6;  // of holes that the arteries' model does not bear
 
@@ -38,6 +38,8 @@ bool good(const CirculationModel& model, const CirculationInputs& in, double dt)
             set.transfusion >= 0 && set.transfusion <= 1e-5 && std::isfinite(in.external_pressure) &&
             in.hole_count >= 0 && in.hole_count <= kMostHoles && in.closure_count >= 0 &&
             in.closure_count <= kMostClosures;
+  for (std::size_t d = 0; ok && d < kDrugCount; ++d)
+    ok = set.infused[d] >= 0 && set.infused[d] <= (kDrugs[d].infused ? kDrugs[d].most : 0);
   const auto inside = [&](int vessel, double station) {
     return vessel >= 0 && vessel < model.vesselCount() && station >= 0 && station <= model.length(vessel);
   };
@@ -50,6 +52,17 @@ bool good(const CirculationModel& model, const CirculationInputs& in, double dt)
   return ok;
 }
 
+/// Of the resistance at rest.
+double reflexResistance(const CirculationModel& model, const CirculationSettings& set,
+                        const CirculationState& s) {
+  return 1 + model.vessels.control.resistance_gain * set.reflex_scale * s.resistance_tone;
+}
+
+/// Share of a drug's effect that is left beside the reflex' tone.
+double leftBeside(double tone) {
+  return 1 - tone / kMostTone;
+}
+
 void setInputs(const CirculationModel& model, const CirculationInputs& in, const CirculationState& state,
                double hole_scale, CirculationScratch& scratch) {
   const CirculationSettings& set = in.settings;
@@ -57,10 +70,8 @@ void setInputs(const CirculationModel& model, const CirculationInputs& in, const
   a.heart_rate_scale = state.heart_rate / model.curve_rate;
   a.flow_scale = state.output / model.curve_output;
   const double goal = set.mean_pressure > 0 ? set.mean_pressure / model.resting_pressure : 1;
-  a.resistance_scale =
-      set.resistance_scale * goal *
-      (1 + model.vessels.control.resistance_gain * set.reflex_scale * state.resistance_tone) *
-      (1 + kPressorResistance * pressorEffect(state));
+  a.resistance_scale = set.resistance_scale * goal * reflexResistance(model, set, state) *
+                       (1 + drugResistance(model, set, state));
   a.hole_count = a.closure_count = 0;
   for (int i = 0; i < in.hole_count; ++i) {
     const VesselHole& h = in.holes[i];
@@ -144,13 +155,17 @@ void stepLoop(const CirculationModel& model, const CirculationSettings& set, dou
   s.low_time = s.smoothed_pressure < kArrestPressure ? s.low_time + dt : 0;
   s.arrested = s.arrested || s.low_time > kArrestTime;
   const double volume = bloodVolume(model, s);
-  const double unstressed = model.unstressed_volume - c.reflex_volume * set.reflex_scale * s.volume_tone -
-                            kPressorVolume * pressorEffect(s);
+  const DrugEffect drugs = drugEffect(s);
+  const double volume_tone = set.reflex_scale * s.volume_tone;
+  const double unstressed =
+      model.unstressed_volume - c.reflex_volume * volume_tone - drugs.volume * leftBeside(volume_tone);
   s.filling_pressure = std::max(0.0, (volume - unstressed) / c.systemic_compliance);
   s.output =
       s.arrested ? 0.0 : std::max(0.0, (s.filling_pressure - c.atrial_pressure) / model.return_resistance);
   const double rest = set.heart_rate > 0 ? set.heart_rate : c.heart_rate;
-  s.heart_rate = std::clamp(rest * (1 + c.rate_gain * set.reflex_scale * s.rate_tone), 0.3, 4.0);
+  const double rate_tone = set.reflex_scale * s.rate_tone;
+  s.heart_rate =
+      std::clamp(rest * (1 + c.rate_gain * rate_tone + drugs.rate * leftBeside(rate_tone)), 0.3, 4.0);
 }
 
 /// m³/s that leaves the ends which feed a territory.
@@ -185,8 +200,24 @@ double haematocrit(const CirculationModel& model, const CirculationState& s) {
   return s.cells / std::max(1e-9, bloodVolume(model, s));
 }
 
-double pressorEffect(const CirculationState& s) {
-  return s.pressor_acts / (s.pressor_acts + kPressorHalf);
+DrugEffect drugEffect(const CirculationState& s) {
+  double all = 1;
+  DrugEffect sum;
+  for (std::size_t d = 0; d < kDrugCount; ++d) {
+    const double x = s.drug_acts[d] / kDrugs[d].half;
+    all += x;
+    sum.resistance += kDrugs[d].resistance * x;
+    sum.rate += kDrugs[d].rate * x;
+    sum.volume += kDrugs[d].volume * x;
+  }
+  sum.resistance /= all, sum.rate /= all, sum.volume /= all;
+  return sum;
+}
+
+double drugResistance(const CirculationModel& model, const CirculationSettings& set,
+                      const CirculationState& s) {
+  return drugEffect(s).resistance * leftBeside(set.reflex_scale * s.resistance_tone) /
+         reflexResistance(model, set, s);
 }
 
 void stepContents(const CirculationModel& model, const CirculationSettings& set, double dt,
@@ -200,14 +231,19 @@ void stepContents(const CirculationModel& model, const CirculationSettings& set,
   const double shift = (s.crystalloid - kStays * (s.crystalloid + s.shifted)) * dt / (dt + kShiftTime);
   s.crystalloid += set.infusion * dt - shift;
   s.shifted += shift;
-  const double arrives = s.pressor * dt / (dt + kPressorLag);
-  s.pressor -= arrives;
-  s.pressor_acts += arrives - s.pressor_acts * dt / (dt + kPressorTime);
+  for (std::size_t d = 0; d < kDrugCount; ++d) {
+    const double arrives = s.drug_comes[d] * dt / (dt + kDrugs[d].lag);
+    s.drug_comes[d] += set.infused[d] * dt - arrives;
+    s.drug_acts[d] += arrives - s.drug_acts[d] * dt / (dt + kDrugs[d].time);
+  }
 }
 
-bool inject(double mass, CirculationState& state) {
-  if (!(mass >= 0 && mass <= kGreatestBolus)) return false;
-  state.pressor += mass;
+bool give(DrugIndex drug, double amount, CirculationSettings& settings, CirculationState& state) {
+  if (!(amount >= 0 && amount <= kDrugs[drug].most)) return false;
+  if (kDrugs[drug].infused)
+    settings.infused[drug] = amount;
+  else
+    state.drug_comes[drug] += amount;
   return true;
 }
 

@@ -37,7 +37,7 @@ struct BloodFrame {
   double blood_volume = 0, blood_loss = 0;  ///< m³
   double given = 0, transfused = 0;         ///< m³ by infusion and transfusion, and of it by transfusion
   double haematocrit = 0;                   ///< red cells over blood
-  double vasopressor = 0;                   ///< what the drug adds to the resistance, over that without it
+  double vasopressor = 0;                   ///< what drugs add to the resistance, over that without them
   bool arrested = false;
   double loss_rate = 0;                           ///< m³/s now, of vessels and surfaces
   std::uint32_t degraded_steps = 0, refused = 0;  ///< since the start
@@ -52,9 +52,9 @@ struct BloodFrame {
 ///   events (cut, punctured, torn, perforated, clipped, unclipped, ligated, coagulated) -> wounds
 ///   circulation -> fluid sources at the wounds, and dilatation of the scene's vessels every fourth step
 /// Parameter edits (object empty): heart_rate (Hz), mean_pressure (Pa), resistance_scale, reflex_scale,
-/// infusion and transfusion (m³/s), pulse_dilatation, phenylephrine (kg, a bolus). With the name of a
-/// vessel's object: opening_station (m), then opening_area (m²) opens it there; clip_station (m) closes it
-/// there: complications that an instructor sets.
+/// infusion and transfusion (m³/s), pulse_dilatation, and the drugs of haemodynamics::kDrugs. With the name
+/// of a vessel's object: opening_station (m), then opening_area (m²) opens it there; clip_station (m) closes
+/// it there: complications that an instructor sets.
 class BloodEffect : public Effect {
  public:
   /// @param frames may be null  @throws haemodynamics::NetworkError, std::invalid_argument

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "vest_effects/haemodynamics/drugs.h"
 #include "vest_effects/haemodynamics/step.h"
 #include "vest_effects/haemodynamics/vessels.h"
 
@@ -25,13 +26,12 @@ namespace vest::haemodynamics {
 /// of Ursino 1998, Am. J. Physiol. 275 H1733) that act on heart rate, terminals' resistance and V_u (veins
 /// give blood back). Loss lowers V and takes red cells along. Transfusion raises both.
 ///
-/// Crystalloid raises V by x, of which tissue takes what is more than its share at rest (volume kinetics:
-/// Hahn 2010, Anesthesiology 113, 470):
+/// Crystalloid raises V by x, of which tissue takes what is more than its share at rest (volume kinetics: the
+/// form of Hahn 2010, Anesthesiology 113, 470, without urine):
 ///
 ///     dx/dt = infusion − (x − f (x + y))/T,  dy/dt = (x − f (x + y))/T,  f = kStays, T = kShiftTime
 ///
-/// Phenylephrine fades with a half-life from its place of effect, which a bolus reaches with a lag. Its
-/// amount A there acts as E = A/(A + A_50): resistance × (1 + kPressorResistance E), V_u − kPressorVolume E.
+/// Drugs (drugs.h) add to resistance, heart rate and what veins give back.
 ///
 /// Not in it: fluid that tissue gives back to the blood, urine, viscosity, and what happens after minutes of
 /// shock.
@@ -60,29 +60,20 @@ struct CirculationSettings {
   double heart_rate = 0;  ///< Hz at rest; 0: the database's
   double mean_pressure =
       0;  ///< Pa, the reflex' goal and, by the resistance, what follows; 0: the resting one
-  double resistance_scale = 1;  ///< factor on all terminals, > 0
-  double reflex_scale = 1;      ///< 0: no reflex … 1: the database's
-  double infusion = 0;          ///< m³/s of crystalloid, 0 … 1e-5 (600 ml/min)
-  double transfusion = 0;       ///< m³/s of red cells as units have them, 0 … 1e-5
+  double resistance_scale = 1;               ///< factor on all terminals, > 0
+  double reflex_scale = 1;                   ///< 0: no reflex … 1: the database's
+  double infusion = 0;                       ///< m³/s of crystalloid, 0 … 1e-5 (600 ml/min)
+  double transfusion = 0;                    ///< m³/s of red cells as units have them, 0 … 1e-5
+  std::array<double, kDrugCount> infused{};  ///< kg/s of the drugs that are infused; 0 of the others
 };
 
-/// Volume of red cells over that of blood: a woman's at rest (Guyton and Hall, chapter 33); of units of red
-/// cells, in the middle of 0.5 … 0.7 that Europe asks of them in additive solution (EDQM guide to blood
-/// components).
-constexpr double kHaematocrit = 0.40, kUnitHaematocrit = 0.60;
-/// Of crystalloid: a fifth stays in the vessels half an hour later (Hahn 2020, Acta Anaesthesiol. Scand. 64,
-/// 570: 15 … 20 %). It goes with a half-life of 8 min (Hahn 2010, as above).
-constexpr double kStays = 0.20, kShiftTime = 692;  ///< no unit; s: 480/ln 2
-/// Phenylephrine's effect fades with a half-life of 5 min (label of Vazculep, 12.3). s: 300/ln 2.
-constexpr double kPressorTime = 433;
-constexpr double kPressorLag = 30;  ///< s: to its whole effect within two minutes (assumed)
-/// Fitted to 2 µg/kg under anaesthesia (Kalmar et al. 2018, J. Clin. Monit. Comput. 32, 969): after 5 min
-/// mean pressure +34 (13) mmHg, output +1.0 (0.7) l/min; and to pigs' resistance, a third to two thirds more
-/// by 4 µg/kg (Cannesson et al. 2012, J. Appl. Physiol. 113, 281).
-constexpr double kPressorHalf = 5e-8;       ///< kg: A_50 (tuned)
-constexpr double kPressorResistance = 0.5;  ///< no unit (tuned)
-constexpr double kPressorVolume = 1.8e-4;   ///< m³ (tuned)
-constexpr double kGreatestBolus = 5e-7;     ///< kg: an ampoule of 500 µg; the label asks for 40 … 200
+/// Volume of red cells over that of blood: the mean of women (OpenStax, Anatomy and Physiology, overview of
+/// the blood: 0.37 … 0.47, mean 0.41); of units of red cells (Australian Red Cross Lifeblood, 2022: 0.60 ±
+/// 0.03, allowed 0.50 … 0.70).
+constexpr double kHaematocrit = 0.41, kUnitHaematocrit = 0.60;
+/// Of crystalloid, no unit and s: fitted to Hahn 2020 (Acta Anaesthesiol. Scand. 64, 570): 50 … 60 % are in
+/// the vessels while it runs, here for half an hour, and 15 … 20 % half an hour later.
+constexpr double kStays = 0.15, kShiftTime = 900;
 
 /// An opening of a vessel. For arteries as Hole; for veins the two resistances feed it.
 struct VesselHole {
@@ -118,12 +109,12 @@ struct CirculationState {
   double shifted = 0;                ///< m³ of it in tissue
   double cells = 0;                  ///< m³ of red cells in the vessels
   double lost_with_cells = 0;        ///< m³: `lost`, when the cells were counted last
-  double pressor = 0, pressor_acts = 0;  ///< kg of phenylephrine on its way to the vessels, and at them
-  double low_time = 0;                   ///< s that the mean pressure was below kArrestPressure
-  bool arrested = false;                 ///< the heart has stopped; nothing here starts it again
-  std::vector<double> vessel_lost;       ///< m³ per vessel
-  std::vector<double> territory_flow;    ///< m³/s into each territory, smoothed over kPerfusionTime
-  double smoothed_pressure = 0;          ///< Pa, what the baroreceptors tell
+  std::array<double, kDrugCount> drug_comes{}, drug_acts{};  ///< kg on its way, and at its place of effect
+  double low_time = 0;                 ///< s that the mean pressure was below kArrestPressure
+  bool arrested = false;               ///< the heart has stopped; nothing here starts it again
+  std::vector<double> vessel_lost;     ///< m³ per vessel
+  std::vector<double> territory_flow;  ///< m³/s into each territory, smoothed over kPerfusionTime
+  double smoothed_pressure = 0;        ///< Pa, what the baroreceptors tell
   double rate_tone = 0, resistance_tone = 0, volume_tone = 0;  ///< no unit, −1 … 2
   double heart_rate = 0;                                       ///< Hz, now
   double output = 0;                                           ///< m³/s, cardiac output now
@@ -147,13 +138,16 @@ struct CirculationScratch {
 /// Volume in the vessels, m³, and the share of it that is red cells.
 double bloodVolume(const CirculationModel& model, const CirculationState& state);
 double haematocrit(const CirculationModel& model, const CirculationState& state);
-/// E of the phenylephrine that acts, 0 … 1.
-double pressorEffect(const CirculationState& state);
-/// Advances what is given and lost alone, by dt: volume, red cells, drug (part of step()).
+DrugEffect drugEffect(const CirculationState& state);
+/// What the drugs add to the resistance of the vessels, over that without them.
+double drugResistance(const CirculationModel& model, const CirculationSettings& settings,
+                      const CirculationState& state);
+/// Advances what is given and lost alone, by dt: volume, red cells, drugs (part of step()).
 void stepContents(const CirculationModel& model, const CirculationSettings& settings, double dt,
                   CirculationState& state);
-/// A bolus of phenylephrine, kg, 0 … kGreatestBolus. False, and nothing is given, out of that.
-bool inject(double mass, CirculationState& state);
+/// Gives a bolus (kg), or sets an infusion (kg/s), as the drug is given; 0 … Drug::most. False, and nothing
+/// changes, out of that.
+bool give(DrugIndex drug, double amount, CirculationSettings& settings, CirculationState& state);
 
 /// Builds the model and the state at rest: runs the arteries until they are periodic, which takes about half
 /// a second of wall time for 40 segments. `dx` in m. Throws NetworkError.
@@ -174,8 +168,8 @@ Status step(const CirculationModel& model, const CirculationInputs& inputs, doub
 /// veins without holes.
 Sample at(const CirculationModel& model, const CirculationState& state, int vessel, double station);
 
-/// s: in which tissue blanches and fills again; a finger's nail fills within 2 s (capillary refill, Schriger
-/// and Baraff 1988, Ann. Emerg. Med. 17, 932), a beat takes one.
+/// s: in which tissue blanches and fills again: assumed. Adult women's capillary refill takes 1.2 s (median;
+/// 2.9 s at most: Schriger and Baraff 1988, Ann. Emerg. Med. 17, 932), a beat one.
 constexpr double kPerfusionTime = 2.0;
 /// Flow into a territory over that at rest, no unit, 0 … 3.
 double perfusion(const CirculationModel& model, const CirculationState& state, std::size_t territory);
