@@ -54,10 +54,10 @@ constexpr double kMostTone = 2;
 /// phenylephrine (Xia et al. 2016, Experimental and Therapeutic Medicine 12, 1141): lag and half-life of 15
 /// min are assumed. Effects: 0.1 mg/kg, mean pressure +8.3 mmHg (95 %: 6.0 … 10.8) and output +7.4 % (5.2
 /// … 9.7) after 5 min (BMC Anesthesiol. 2023, doi 10.1186/s12871-023-02244-4); 0.15 mg/kg, +25 % under
-/// propofol after 3 min, heart rate up when awake alone (a Korean trial of 40 patients); 10 mg, 53 (9) to 79
-/// (8) mmHg, 3.2 (1.2) to 5.0 (1.3) l/min (Nissen 2010). More by output than by vessels (label of Hospira).
-/// Later doses do less; that is not in it but by E. Most: an ampoule of 50 mg, which the label allows in all;
-/// it asks for 5 … 10.
+/// propofol after 3 min, heart rate up when awake alone (a trial of 40 patients, whose citation is not
+/// known here); 10 mg, 53 (9) to 79 (8) mmHg, 3.2 (1.2) to 5.0 (1.3) l/min (Nissen 2010). More by output
+/// than by vessels (label of Hospira). Later doses do less; that is not in it but by E. Most: an ampoule of
+/// 50 mg, which the label allows in all; it asks for 5 … 10.
 constexpr std::array<Drug, kDrugCount> kDrugs = {{
     {"phenylephrine", false, 5.0e-7, 30, 433, 5.0e-8, 0.9, 0.0, 2.5e-4},
     {"noradrenaline", true, 1.2e-9, 15, 87, 3.6e-9, 0.9, 0.1, 2.5e-4},
