@@ -1,5 +1,7 @@
 #include <xxhash.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -191,46 +193,97 @@ void readTable(const std::string& input) {
   if (takes(file, [&] { table = volume::readTransferTable(file); })) volume::transfer(table, 0);
 }
 
-/// A world with a net and finite elements; the inputs are its snapshots without the checksum, which is put
-/// behind them, so that what lies below it is reached.
-scene::World& world() {
-  static const std::unique_ptr<scene::World> one = [] {
-    const std::string file = folder().unpack(
-        "scene.yaml", files::read(std::string(VEST_SOURCE_DIR) + "/fuzz/corpus/scene/two", 1 << 20));
-    auto d = scene::loadScene(file);
-    d.cache_directory.clear();
-    return std::make_unique<scene::World>(d);
+struct Handled {
+  std::unique_ptr<scene::World> world;
+  Eigen::Vector3d place;  ///< m: where instruments find something
+};
+
+/// A net beside finite elements; a solid in its skin; a thread with its needle.
+std::vector<Handled>& worlds() {
+  static std::vector<Handled> all = [] {
+    std::vector<Handled> made;
+    const std::pair<const char*, Eigen::Vector3d> scenes[] = {
+        {"two", {0.01, 0.01, 0.06}}, {"surface", {0.01, 0.01, 0.02}}, {"suture", {0.01, 0.01, 0.08}}};
+    for (const auto& [name, place] : scenes) {
+      const std::string file = folder().unpack(
+          "scene.yaml", files::read(std::string(VEST_SOURCE_DIR) + "/fuzz/corpus/scene/" + name, 1 << 20));
+      auto d = scene::loadScene(file);
+      d.cache_directory.clear();
+      made.push_back({std::make_unique<scene::World>(d), place});
+    }
+    return made;
   }();
-  return *one;
+  return all;
+}
+scene::World& world() {
+  return *worlds().front().world;
 }
 
+/// The one that a snapshot says it is of, else the first.
+Handled& worldOf(const std::string& snapshot) {
+  constexpr std::size_t kHash = 16;  // behind "vestsna." and the length of the hash
+  for (Handled& one : worlds()) {
+    const std::string& hash = one.world->description().hash;
+    if (snapshot.size() > kHash && snapshot.compare(kHash, hash.size(), hash) == 0) return one;
+  }
+  return worlds().front();
+}
+
+/// An instrument comes, closes, and goes a way.
+void handle(Handled& one, tools::ToolKind kind, int steps) {
+  scene::StepInput input;
+  scene::StepReport report;
+  input.dt = one.world->description().dt;
+  scene::ToolInput& tool = input.tools[1];
+  tool.present = true, tool.tool = kind, tool.pivot = one.place + Eigen::Vector3d(0, 0, 0.2);
+  tool.orientation = Eigen::AngleAxisd(std::acos(-1.0), Eigen::Vector3d::UnitX());
+  tool.functions = tools::kFunctionCut | tools::kFunctionCoagulate | tools::kFunctionFire;
+  for (int i = 0; i < steps; ++i) {
+    const double along = static_cast<double>(i) / steps;
+    input.step = one.world->steps() + 1;
+    tool.jaw = 0.6 * std::max(0.0, 1.0 - 2 * along);
+    tool.position = one.place + Eigen::Vector3d(0.004 * along, 0.002 * along, 0.002 - 0.006 * along);
+    one.world->step(input, report);
+  }
+}
+
+/// The inputs are snapshots without the checksum, which is put behind them, so that what lies below it is
+/// reached.
 void readSnapshot(const std::string& input) {
   std::vector<std::uint8_t> bytes(input.begin(), input.end());
   const std::uint64_t sum = XXH64(bytes.data(), bytes.size(), 0);
   bytes.resize(bytes.size() + sizeof sum);
   std::memcpy(bytes.data() + input.size(), &sum, sizeof sum);
-  if (!takes("snapshot", [&] { world().restore(bytes); })) return;
-  step(world(), 3);
+  Handled& one = worldOf(input);
+  if (!takes("snapshot", [&] { one.world->restore(bytes); })) return;
+  step(*one.world, 2);
+  handle(one, tools::ToolKind::Grasper, 2);
   std::vector<std::uint8_t> again;
-  world().save(again);
+  one.world->save(again);
 }
 
+/// Of each world: as it begins, and handled by each instrument in turn.
 std::vector<std::string> snapshots() {
   std::vector<std::string> made;
-  const auto keep = [&] {
-    std::vector<std::uint8_t> bytes;
-    world().save(bytes);
-    made.emplace_back(bytes.begin(), bytes.end() - sizeof(std::uint64_t));
-  };
-  world().reset();
-  keep();
-  step(world(), 5);
-  std::uint32_t copy = 0;
-  for (std::size_t object = 0; object < world().objectCount(); ++object)
-    world().splitKnot(object, 1, Eigen::Vector3d(1, 0.1, 0.2), copy);
-  world().removeLink(0, 2);
-  step(world(), 2);
-  keep();
+  for (Handled& one : worlds()) {
+    scene::World& of = *one.world;
+    const auto keep = [&] {
+      std::vector<std::uint8_t> bytes;
+      of.save(bytes);
+      made.emplace_back(bytes.begin(), bytes.end() - sizeof(std::uint64_t));
+    };
+    of.reset();
+    keep();
+    step(of, 5);
+    std::uint32_t copy = 0;
+    for (std::size_t object = 0; object < of.objectCount(); ++object)
+      of.splitKnot(object, 1, Eigen::Vector3d(1, 0.1, 0.2), copy);
+    of.removeLink(0, 2);
+    step(of, 2);
+    for (int kind = 1; kind < tools::kToolKindCount; ++kind)
+      handle(one, static_cast<tools::ToolKind>(kind), 40);
+    keep();
+  }
   return made;
 }
 
