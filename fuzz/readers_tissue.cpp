@@ -195,21 +195,28 @@ void readTable(const std::string& input) {
 
 struct Handled {
   std::unique_ptr<scene::World> world;
-  Eigen::Vector3d place;  ///< m: where instruments find something
+  Eigen::Vector3d place;           ///< m: where instruments find something
+  Eigen::Vector3d along, opening;  ///< shaft, and where jaws open to
 };
 
-/// A net beside finite elements; a solid in its skin; a thread with its needle.
+/// A net beside finite elements; a solid in its skin; one that is thin enough for jaws; a thread with its
+/// needle.
 std::vector<Handled>& worlds() {
   static std::vector<Handled> all = [] {
+    const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), z = Eigen::Vector3d::UnitZ();
+    struct Scene {
+      const char* name;
+      Eigen::Vector3d place, along, opening;
+    };
     std::vector<Handled> made;
-    const std::pair<const char*, Eigen::Vector3d> scenes[] = {
-        {"two", {0.01, 0.01, 0.06}}, {"surface", {0.01, 0.01, 0.02}}, {"suture", {0.01, 0.01, 0.08}}};
-    for (const auto& [name, place] : scenes) {
+    for (const Scene& s :
+         {Scene{"two", {0.01, 0.01, 0.06}, -z, x}, Scene{"surface", {0.01, 0.01, 0.02}, -z, x},
+          Scene{"plate", {0.016, 0.006, 0.002}, -x, z}, Scene{"suture", {0.01, 0.01, 0.08}, -z, x}}) {
       const std::string file = folder().unpack(
-          "scene.yaml", files::read(std::string(VEST_SOURCE_DIR) + "/fuzz/corpus/scene/" + name, 1 << 20));
+          "scene.yaml", files::read(std::string(VEST_SOURCE_DIR) + "/fuzz/corpus/scene/" + s.name, 1 << 20));
       auto d = scene::loadScene(file);
       d.cache_directory.clear();
-      made.push_back({std::make_unique<scene::World>(d), place});
+      made.push_back({std::make_unique<scene::World>(d), s.place, s.along, s.opening});
     }
     return made;
   }();
@@ -229,20 +236,23 @@ Handled& worldOf(const std::string& snapshot) {
   return worlds().front();
 }
 
-/// An instrument comes, closes, and goes a way.
+/// An instrument comes open, closes, and draws back.
 void handle(Handled& one, tools::ToolKind kind, int steps) {
   scene::StepInput input;
   scene::StepReport report;
   input.dt = one.world->description().dt;
   scene::ToolInput& tool = input.tools[1];
-  tool.present = true, tool.tool = kind, tool.pivot = one.place + Eigen::Vector3d(0, 0, 0.2);
-  tool.orientation = Eigen::AngleAxisd(std::acos(-1.0), Eigen::Vector3d::UnitX());
-  tool.functions = tools::kFunctionCut | tools::kFunctionCoagulate | tools::kFunctionFire;
+  tool.present = true, tool.tool = kind, tool.pivot = one.place - 0.15 * one.along;
+  Eigen::Matrix3d turn;
+  turn << one.opening, one.along.cross(one.opening), one.along;
+  tool.orientation = Eigen::Quaterniond(turn);
+  tool.functions = tools::kFunctionCut | tools::kFunctionCoagulate;
   for (int i = 0; i < steps; ++i) {
-    const double along = static_cast<double>(i) / steps;
+    const double t = static_cast<double>(i) / steps;
     input.step = one.world->steps() + 1;
-    tool.jaw = 0.6 * std::max(0.0, 1.0 - 2 * along);
-    tool.position = one.place + Eigen::Vector3d(0.004 * along, 0.002 * along, 0.002 - 0.006 * along);
+    tool.jaw = 0.9 * std::clamp(2.0 - 4 * t, 0.0, 1.0);
+    if (t > 0.75) tool.functions |= tools::kFunctionFire;
+    tool.position = one.place + (0.004 - 0.02 * std::max({0.0, 1 - 4 * t, 0.4 * (4 * t - 3)})) * one.along;
     one.world->step(input, report);
   }
 }
@@ -262,8 +272,9 @@ void readSnapshot(const std::string& input) {
   one.world->save(again);
 }
 
-/// Of each world: as it begins, and handled by each instrument in turn.
+/// Of each world: as it begins, with what was asked of it, and while each instrument in turn is at work.
 std::vector<std::string> snapshots() {
+  using tools::ToolKind;
   std::vector<std::string> made;
   for (Handled& one : worlds()) {
     scene::World& of = *one.world;
@@ -274,14 +285,18 @@ std::vector<std::string> snapshots() {
     };
     of.reset();
     keep();
+    for (const ToolKind kind : {ToolKind::Grasper, ToolKind::ClipApplier, ToolKind::NeedleHolder,
+                                ToolKind::BipolarForceps, ToolKind::CoagulationHook, ToolKind::Scissors}) {
+      handle(one, kind, 120);
+      keep();
+    }
+    of.reset();
     step(of, 5);
     std::uint32_t copy = 0;
     for (std::size_t object = 0; object < of.objectCount(); ++object)
       of.splitKnot(object, 1, Eigen::Vector3d(1, 0.1, 0.2), copy);
     of.removeLink(0, 2);
     step(of, 2);
-    for (int kind = 1; kind < tools::kToolKindCount; ++kind)
-      handle(one, static_cast<tools::ToolKind>(kind), 40);
     keep();
   }
   return made;
