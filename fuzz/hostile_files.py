@@ -337,7 +337,8 @@ def run(kind, folder, slow, under=()):
         return 'wrote to the terminal', ascii(last)
     if code == 0:
         return 'accepted', last
-    if 'NOT good' in text or 'rows not held' in last:
+    # The last three: a session that is simulated again is not what was recorded.
+    if any(words in last for words in ('rows not held', 'first difference: ', ' is missing before step ', 'no state hash was compared')) or 'NOT good' in text:
         return 'judged not good', last
     # What is refused leaves nothing: a part of a scene would be taken for one.
     left = [file for place in glob.glob(glob.escape(folder) + '/out*') for file in
@@ -414,7 +415,8 @@ def table(rows, total, parts, options):
             'Each corpus holds random changes of a good file (bytes, numbers, lines, parts of other files). It also holds what a stranger',
             'would try first: no bytes, millions of brackets, a bomb of aliases, a pipe or a device. Then come files that are well made and lie',
             '(`fuzz/lies.py`): counts that contradict the data, packed bombs, numbers at the edges, names that write. A changed file may',
-            'still be a good one: it is accepted then. *Judged not good*: `vest_model check` or `vest_check_session` read it and says what is wrong.',
+            'still be a good one: it is accepted then. *Judged not good*: `vest_model check` or `vest_check_session` read it and says what is wrong,',
+            'or `vest_resimulate` says where the session is not what was recorded.',
             '*Left a part*: what was refused left a file of its output.', '',
             'This table: %s.' % how.replace('` ', '`, '), '',
             'What a file can and cannot do to the machine that opens it: [security.md](security.md).', '',

@@ -26,6 +26,10 @@ extern "C" int LLVMFuzzerInitialize(int*, char***) {
     list();
     std::exit(0);
   }
+  std::atexit([] {
+    if (const auto stepped = vest::fuzz::steppedSessions())
+      std::fprintf(stderr, "sessions that reached a step: %llu\n", static_cast<unsigned long long>(stepped));
+  });
   return 0;
 }
 

@@ -2,6 +2,7 @@
 /// (test_readers.cpp).
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -36,6 +37,8 @@ class Folder {
   /// A text of several files; what stands before the first mark is `first`. @returns path of `first`
   std::string unpack(const std::string& first, const std::string& text);
   void clear();
+  /// Of what was written since, in that order.
+  const std::vector<std::string>& names() const { return names_; }
 
  private:
   std::string path_;
@@ -46,6 +49,9 @@ class Folder {
 /// (the file). Anything else, as std::bad_alloc, is printed and ends the process.
 bool takes(const std::string& named, const std::function<void()>& read);
 std::string& lastRefusal();  ///< message of the last that was not taken
+
+/// Inputs of the readers `bag` and `steps` whose session was simulated again for a step or more, so far.
+std::uint64_t steppedSessions();
 
 /// Files of the repository as inputs beside those of the corpus.
 std::function<std::vector<std::string>()> shipped(const std::string& file, const std::string& other = {});

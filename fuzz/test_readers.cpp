@@ -84,9 +84,9 @@ std::string damaged(const std::vector<std::string>& corpus, std::uint64_t seed) 
 
 /// s of ./test: what once crashed, hung or judged wrongly is read for a minute a kind. These are surfaces and
 /// meshes, scenes and their sources, sessions, snapshots.
-const std::map<std::string, double> kLonger = {{"surface", 30}, {"mesh", 30}, {"scene", 30},
-                                               {"source", 30},  {"bag", 40},  {"summary", 20},
-                                               {"snapshot", 60}};
+const std::map<std::string, double> kLonger = {{"surface", 30}, {"mesh", 30},    {"scene", 30},
+                                               {"source", 30},  {"bag", 40},     {"steps", 40},
+                                               {"summary", 20}, {"snapshot", 60}};
 
 /// s, all readers: ./test ends a test after 600, also on a busy machine. The longer ones stop before.
 constexpr double kPatience = 360;
@@ -125,6 +125,27 @@ TEST_P(Readers, TakeOrRefuseWhateverComes) {
   const itimerval off{};
   setitimer(ITIMER_VIRTUAL, &off, nullptr);
   std::remove(last.c_str());
+}
+
+/// Changed sessions that are all refused would tell nothing of the steps behind them.
+TEST(Sessions, ChangedOnesReachAStepOfReSimulation) {
+  constexpr std::uint64_t kCount = 200;
+  for (const auto& [name, least] : {std::pair("bag", kCount / 100), std::pair("steps", kCount / 4)}) {
+    const Reader& reader = vest::fuzz::reader(name);
+    const auto corpus = vest::fuzz::corpus(reader);
+    const std::uint64_t before = vest::fuzz::steppedSessions();
+    for (const auto& input : corpus) {
+      vest::fuzz::lastRefusal().clear();
+      reader.run(input);
+      EXPECT_EQ(vest::fuzz::lastRefusal(), "") << "a good one";
+    }
+    EXPECT_EQ(vest::fuzz::steppedSessions() - before, corpus.size()) << name;
+    for (std::uint64_t seed = 1; seed <= kCount; ++seed) reader.run(damaged(corpus, seed));
+    const std::uint64_t stepped = vest::fuzz::steppedSessions() - before - corpus.size();
+    std::printf("%s: %llu of %llu changed ones reached a step\n", name,
+                static_cast<unsigned long long>(stepped), static_cast<unsigned long long>(kCount));
+    EXPECT_GT(stepped, least) << name;
+  }
 }
 
 std::vector<std::string> names() {

@@ -255,11 +255,12 @@ std::uint64_t BagReader::nextChunk(std::uint64_t at) const {
   static const std::string kWord = "compression=";
   std::vector<std::uint8_t> block;
   Record candidate;
+  std::uint64_t most = 1U << 12U;  // where each record is a chunk that lies, the next one is near
   while (at < size_) {
     const off_t data = lseek(descriptor_, static_cast<off_t>(at), SEEK_DATA);
     if (data < 0 && errno == ENXIO) break;  // a hole to the end
     if (data > 0) at = std::max(at, static_cast<std::uint64_t>(data));
-    const std::uint64_t size = std::min<std::uint64_t>(kBlock, size_ - at);
+    const std::uint64_t size = std::min<std::uint64_t>(most, size_ - at);
     if (!get(at, size, block)) return size_;
     for (auto found = block.begin();; ++found) {
       found = std::search(found, block.end(), kWord.begin(), kWord.end());
@@ -268,13 +269,14 @@ std::uint64_t BagReader::nextChunk(std::uint64_t at) const {
       const auto word = at + static_cast<std::uint64_t>(found - block.begin());
       const std::uint64_t first = std::max<std::uint64_t>(at, word < kOverlap ? 0 : word - kOverlap);
       for (std::uint64_t begin = first; begin + 4 <= word; ++begin) {
-        const std::uint64_t header = littleEndian(block.data() + (begin - at)), most = kMostChunkHeader;
-        if (begin + 4 + header < word + kWord.size() || header > most) continue;
+        const std::uint64_t header = littleEndian(block.data() + (begin - at));
+        if (begin + 4 + header < word + kWord.size() || header > kMostChunkHeader) continue;
         if (record(begin, candidate) == Found::Record && candidate.is(Op::Chunk)) return begin;
       }
     }
-    if (size < kBlock) break;
-    at += kBlock - 2 * kOverlap;
+    if (at + size == size_) break;
+    at += size - 2 * kOverlap;
+    most = std::min<std::uint64_t>(2 * most, kBlock);
   }
   return size_;
 }

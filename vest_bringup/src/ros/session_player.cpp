@@ -59,6 +59,22 @@ class Folder {
   std::string path_;
 };
 
+/// The databases of a session in the place of this machine's, while its scene is loaded.
+class Databases {
+ public:
+  explicit Databases(const std::string& folder) {
+    if (const char* const before = std::getenv(kName)) kept_ = before;
+    if (fs::exists(folder)) setenv(kName, folder.c_str(), 1);
+  }
+  ~Databases() { kept_ ? setenv(kName, kept_->c_str(), 1) : unsetenv(kName); }
+  Databases(const Databases&) = delete;
+  Databases& operator=(const Databases&) = delete;
+
+ private:
+  static constexpr const char* kName = "VEST_TISSUE_DATA";
+  std::optional<std::string> kept_;
+};
+
 std::optional<exercise::Exercise> parsed(const RecordedSession& session, const std::string& text) {
   if (text.empty()) return {};
   return exercise::parseExercise(session.file() + ": session/exercise_file", text);
@@ -117,17 +133,13 @@ class Scenes {
     if (scene.files.files.empty()) return fromDisk(scene.scene, scene.hash);
     const Folder folder;
     const std::string file = scene::writeSceneFiles(scene.files, folder.path());
-    const char* const before = std::getenv("VEST_TISSUE_DATA");
-    const std::string kept = before ? before : "";
-    const std::string database = folder.path() + "/database";
-    if (std::filesystem::exists(database)) setenv("VEST_TISSUE_DATA", database.c_str(), 1);
+    const Databases databases(folder.path() + "/database");
     scene::Description description;
     try {
       description = scene::loadScene(file);
     } catch (const std::exception& e) {
       throw std::invalid_argument("the scene '" + scene.scene + "' in it cannot be loaded: " + e.what());
     }
-    before ? setenv("VEST_TISSUE_DATA", kept.c_str(), 1) : unsetenv("VEST_TISSUE_DATA");
     check(description, scene.scene, scene.hash);
     return description;
   }
