@@ -1,7 +1,7 @@
 #include <cstdlib>
 #include <numeric>
 
-#include "../../vest_tissue/test/suture/knots.h"
+#include "../../vest_tissue/test/suture/crossings.h"
 #include "play.h"
 #include "vest_tissue/scene/loose.h"
 #include "vest_tissue/scene/world_state.h"
@@ -15,7 +15,7 @@ namespace {
 using scene::EventKind;
 using scene::Field;
 
-constexpr double kThrowReplayed = 19.8;  // s: before the throw is drawn off the jaws
+constexpr double kThrowReplayed = 31.2;  // s: before the throw is drawn off the jaws
 
 TEST(SceneTouch, ThePressDentsTheLiverAndFrictionPullsAgainstTheStroke) {
   Play p("touch_slab");
@@ -188,7 +188,7 @@ TEST(SceneThread, ItsEndIsDrawnUpHandedOverAndLaidDown) {
   EXPECT_EQ(threads.size(), 1U) << "in one piece";
 }
 
-TEST(SceneThrow, TwoInstrumentsTieAThrowThatHoldsAPull) {
+TEST(SceneThrow, TwoInstrumentsTieASurgeonsThrowThatStaysWhenOneLetsGo) {
   Play p("thread_throw", false);
   std::vector<scene::ThreadView> threads;
   const auto& nodes = p.world().description().sutures[0].rod.nodes;
@@ -198,28 +198,40 @@ TEST(SceneThrow, TwoInstrumentsTieAThrowThatHoldsAPull) {
   };
   std::vector<std::uint8_t> snapshot;
   std::uint64_t hash = 0;
-  double writhe = suture::test::writhe(nodes), jump = 0, drawn = 0, tail = 0;
-  int wrong = 0;
+  // m: where a node moves further in a step, its parts bend, and a straight line through them may cross what
+  // they passed by. The turns do so for a moment as they spring off the jaws; the kind of knot judges there.
+  constexpr double kStraight = 0.001;
+  std::vector<Eigen::Vector3d> before = nodes;
+  double drawn = 0, tail = 0;
+  int wrong = 0, passed = 0, fast = 0;
   p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
     if (at(t, kThrowReplayed)) p.stage.trainer->save(snapshot);
     if (at(t, kThrowReplayed + 1.0)) hash = p.world().stateHash();
-    if (!at(std::fmod(t + 0.005, 0.01), 0.005)) return;
     p.world().threads(threads);
     ASSERT_EQ(threads.size(), 1U) << t << " s: in one piece";
-    const double now = suture::test::writhe(threads[0].positions);
-    jump = std::max(jump, std::fabs(now - writhe));
-    writhe = now;
-    if (t < 16.0) wrong += kind().determinant != 1;
-    if (t > 22.0) wrong += kind().determinant != 3 || kind().signature != -2;
-    if (at(t, 24.0)) drawn = threads[0].tension[20], tail = threads[0].tension[130];
+    double far = 0;
+    for (std::size_t i = 0; i < before.size(); ++i)
+      far = std::max(far, (threads[0].positions[i] - before[i]).norm());
+    if (far < kStraight)
+      passed += std::abs(suture::test::crossings(before, threads[0].positions));
+    else
+      ++fast;
+    before = threads[0].positions;
+    if (!at(std::fmod(t + 0.005, 0.01), 0.005)) return;
+    if (t < 27.0) wrong += kind().determinant != 1;
+    if (t > 36.0) wrong += kind().determinant != 5 || kind().signature != -4;
+    if (at(t, 36.4)) drawn = threads[0].tension[60], tail = threads[0].tension[210];
   });
-  std::printf("drawn with %.2f N and %.2f N; writhe changed by %.2f in 10 ms at most\n", drawn, tail, jump);
-  EXPECT_EQ(wrong, 0) << "none while both lead their ends about, then an overhand knot that holds";
-  EXPECT_LT(jump, 1.0) << "2 where it passes through itself";
+  std::printf("drawn with %.2f N and %.2f N; %d fast steps\n", drawn, tail, fast);
+  EXPECT_EQ(wrong, 0) << "none while both lead their ends about, then one of two turns to the end";
+  EXPECT_EQ(passed, 0) << "segments that went through each other";
+  EXPECT_LT(fast, 100) << "steps of 43000";
   EXPECT_GT(drawn, 1.0) << "N, between left jaws and throw";
   EXPECT_GT(tail, 1.0) << "N, between throw and right jaws";
   EXPECT_EQ(p.times(EventKind::Grasped, "thread").size(), 2U) << "by each hand once";
-  EXPECT_TRUE(p.times(EventKind::Released, "thread").empty());
+  const auto released = p.times(EventKind::Released, "thread");
+  ASSERT_EQ(released.size(), 1U);
+  EXPECT_GT(released[0], 38.0) << "s: the right one lets go of what it has drawn";
   EXPECT_TRUE(p.times(EventKind::Torn, "thread").empty());
   // The throw leaves the jaws in the same bits with two threads.
   p.world().setThreads(2);
