@@ -124,18 +124,22 @@ template <class A>
 auto fields(Walk<A> a, fem::TissueState& t) {
   const auto& at = a.archive.at;
   const std::size_t knots = t.x.size(), elements = at.elements();
+  const fem::TissueState& start = at.start().tissue;
   return a(place("a coordinate", t.x), speed("a velocity", t.v).sized(knots),
            within("a parameter", t.stiffness_scale, 0.0, 1e9), t.dynamic)
       .shape([&](auto b) {
         return b(t.denatured, t.revision).when(t.revision > 0, [&](auto d) {
           return d(within("a mass", t.mass, 0.0, 1e30).sized(knots),
                    index("knot", t.corner, at.knots()).sized(elements), rule(t.open).sized(elements),
-                   index("an origin", t.origin, at.start().tissue.x.size()).sized(knots),
+                   index("an origin", t.origin, start.x.size()).sized(knots),
                    index("an element", t.knot_element, elements).sized(knots));
         });
       })
       .require(t.denatured.empty() || t.denatured.size() == elements,
-               "finite elements whose lists do not fit each other");
+               "finite elements whose lists do not fit each other")
+      .require(t.revision > 0 || knots == start.x.size(), "knots of finite elements that no cut has made")
+      .require(t.dynamic || (!start.dynamic && t.revision == 0),
+               "finite elements at rest that the scene lets move, or that are cut");
 }
 
 inline bool bounded(const std::vector<HeldLoad::Of>& loads) {
