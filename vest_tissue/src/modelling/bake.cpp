@@ -171,7 +171,8 @@ void addLinks(const Draft& draft, Object& object) {
     scene::Link link;
     link.knot0 = net_link.a;
     link.knot1 = net_link.b;
-    link.rest = (object.rest_position[net_link.b] - object.rest_position[net_link.a]).norm();
+    link.rest = (object.rest_position[net_link.b] - object.rest_position[net_link.a]).norm() /
+                (1.0 + source.prestrain);
     link.area = source.stiffness_factor * linkArea(draft.net, net_link, object.rest_position);
     const double stiffness = linkStiffness(object, link);
     const double reduced = object.mass[link.knot0] * object.mass[link.knot1] /

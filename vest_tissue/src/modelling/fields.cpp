@@ -121,6 +121,7 @@ const std::vector<Field>& fields() {
       {Kind::Vector, "skin/facing", "", -kAny, kAny, "spreads the texture round the part that lies there"},
       {Kind::Number, "fill", "", 0.01, 1, "part of the volume that weighs"},
       {Kind::Number, "stiffness_factor", "", 1e-4, 1e4, "on all areas of links"},
+      {Kind::Number, "prestrain", "", 0, 0.5, "stretch of all links as they are placed"},
       {Kind::Number, "damping_ratio", "", 0, 2, "of each link's critical damping"},
       {Kind::Number, "damping_rate", "1/s", 0, 1000, "in proportion to mass"},
       {Kind::Number, "support", "rad/s", 0, 1000, "surroundings that carry the weight; 0: none"},

@@ -136,7 +136,7 @@ RevolveSpec revolveOf(const Value& value) {
 void readLayers(Map& map, ObjectSource& object) {
   for (const char* of_net :
        {"springs", "fillers", "bulk_modulus", "tethers", "support", "motility", "inner_wall",
-        "stiffness_factor", "damping_ratio", "fill", "vessel_segment", "skin", "tear_strain"})
+        "stiffness_factor", "prestrain", "damping_ratio", "fill", "vessel_segment", "skin", "tear_strain"})
     if (map.has(of_net)) map[of_net].fail("belongs to nets; an object with layers is made of elements");
   if (object.rigid) map["rigid"].fail("must not be true with layers");
   std::uint32_t elements = 0;
@@ -449,6 +449,7 @@ void readObject(const Value& value, SceneSource& source) {
   };
   number("fill", object.fill);
   number("stiffness_factor", object.stiffness_factor);
+  number("prestrain", object.prestrain);
   number("damping_ratio", object.damping_ratio);
   number("damping_rate", object.damping_rate);
   number("support", object.support);

@@ -79,6 +79,18 @@ TEST(Source, TheNumberOfSpringsIsFoundWhereItIsLeftOut) {
   EXPECT_EQ(sheet.objects[0].links.size(), 5u * 8 + 4 * 24 + 5 * 2);
 }
 
+/// Under tension as it lies: what is cut draws back.
+TEST(Source, PrestrainShortensWhatLinksRestAt) {
+  const auto description = bakeText(tube("    springs: 180\n    prestrain: 0.25\n"));
+  const auto& object = description.objects.front();
+  ASSERT_EQ(object.links.size(), 180u);
+  for (const auto& link : object.links) {
+    const double length = (object.rest_position[link.knot1] - object.rest_position[link.knot0]).norm();
+    EXPECT_NEAR(length / link.rest, 1.25, 1e-9);
+  }
+  expectSays(messageOf(tube("    prestrain: 0.6\n")), "objects[0].prestrain");
+}
+
 TEST(Source, APartIsIncludedWhereItIsShiftedTo) {
   const auto scene = bakeText(tube("include: [{part: hollow, shift: [0, 0, -0.008]}]\n"));
   ASSERT_EQ(scene.objects.size(), 2u);

@@ -73,6 +73,15 @@ std::uint8_t byte(float v) {
   return static_cast<std::uint8_t>(std::clamp(v, 0.0f, 1.0f) * 255.0f + 0.5f);
 }
 
+/// Light that a place of a plain weave returns, 0 between threads … 1, as gauze.frag. @param p, q in threads
+float weaveAt(float p, float q) {
+  const auto across = [](float x) {
+    return 1 - smooth(0.35f, 0.80f, 2 * std::fabs(x - std::floor(x) - 0.5f));
+  };
+  const int over = (static_cast<int>(p) + static_cast<int>(q)) & 1;
+  return std::max(across(p) * (over == 1 ? 1.0f : 0.85f), across(q) * (over == 1 ? 0.85f : 1.0f));
+}
+
 /// Slopes and crest map of a height field in metres.
 void encodeRelief(Field& height, double tile, Baked* out) {
   const int n = height.size;
@@ -231,8 +240,9 @@ std::vector<Style> makeStyles() {
   s.base = s.second = {0.20f, 0.42f, 0.72f}, s.wet = 0.2f;
   all.push_back(s);
   s.organ = "gauze";
-  s.base = {0.92f, 0.91f, 0.87f}, s.second = {0.84f, 0.82f, 0.77f}, s.mottle = 0.3f, s.wet = 0,
-  s.relief = 0.0001, s.relief_length = 0.002;
+  s.base = {0.92f, 0.91f, 0.87f}, s.second = {0.84f, 0.82f, 0.77f}, s.mottle = 0.2f, s.wet = 0,
+  s.translucence = 0.05f;
+  s.weave = 0.0008, s.relief = 0.0001, s.relief_length = 0.002;
   all.push_back(s);
   s = Style();
   s.vessel_trees = 6, s.vessel_strength = 0.72f, s.capillaries = 90, s.mottle = 0.6f;
@@ -255,6 +265,7 @@ const Style& styleOf(const std::string& organ) {
 const Style& insideOf(const std::string& organ) {
   if (organ == "ovary" || organ == "artery" || organ == "vein" || organ == "duct") return styleOf("cut_pale");
   if (organ == "intestine" || organ == "gallbladder") return styleOf("cut_mucosa");
+  if (organ == "gauze") return styleOf("gauze");
   if (organ == "uterus" || organ == "tube" || organ == "liver") return styleOf("cut_muscle");
   return styleOf("cut_connective");
 }
@@ -312,6 +323,13 @@ Baked bake(const Style& s, int n, std::uint32_t seed) {
         const float groove = 1.0f - smooth(0.02f, 0.35f, cell.second - cell.nearest);
         h -= static_cast<float>(s.crypts) * groove;
         for (int i = 0; i < 3; ++i) c[i] *= 1.0f - 0.09f * groove * (i == 0 ? 0.5f : 1.0f);
+      }
+      if (s.weave > 0) {
+        const auto threads =
+            static_cast<float>(2 * std::lround(0.5 * s.tile / s.weave));  // in pairs: no seam
+        const float top = weaveAt(u * threads, v * threads);
+        h += static_cast<float>(s.relief) * top;
+        for (int i = 0; i < 3; ++i) c[i] *= 0.6f + 0.4f * top;
       }
       float veil = 0;  // how far fat hides the vessels
       if (s.fat > 0) {
@@ -372,6 +390,7 @@ Baked bakeMicro(int n, std::uint32_t seed) {
 }
 
 std::array<float, 3> tintAt(float x, float y, float z, const Style& s) {
+  if (s.weave > 0) return {1, 1, 1};  // a cloth is one colour
   const glm::vec3 p(x, y, z);
   const float broad = glm::perlin(p * 28.0f) + 0.5f * glm::perlin(p * 60.0f + 7.0f);
   const float flush = glm::perlin(p * 90.0f + 3.0f) + 0.6f * glm::perlin(p * 200.0f + 9.0f);

@@ -82,10 +82,12 @@ struct ObjectSource {
   std::optional<Vector3> facing;  ///< spreadTexture(); none: the texture of a tube
   double fill = 1.0;  ///< part of the enclosed volume that has the tissue's density (gas in bowel)
   double stiffness_factor = 1.0;  ///< on all areas of links
-  double damping_ratio = 0.1;     ///< of each link's own pair oscillation
-  double damping_rate = 2.0;      ///< 1/s: gamma_i = rate·m_i
-  double bulk_modulus = 0.0;      ///< Pa; 0: no volume element
-  double support = 0.0;  ///< rad/s; 0: none. Surroundings that carry each knot's weight, and give way:
+  double prestrain =
+      0.0;  ///< of all links as the source places them: lengths over their rest lengths, less 1
+  double damping_ratio = 0.1;  ///< of each link's own pair oscillation
+  double damping_rate = 2.0;   ///< 1/s: gamma_i = rate·m_i
+  double bulk_modulus = 0.0;   ///< Pa; 0: no volume element
+  double support = 0.0;        ///< rad/s; 0: none. Surroundings that carry each knot's weight, and give way:
                          ///< a tether of stiffness m·support² whose place lies m·g/stiffness above the design
   double friction = 0.1, contact_thickness = 0.0005;
   bool full_contact = false;     ///< as scene::Object

@@ -30,6 +30,7 @@ struct Style {
   double relief_length = 0.004;  ///< m, its longest wave
   float streak = 1.0f;           ///< >1: relief and mottling drawn out along u (fibres)
   double crypts = 0.0;           ///< m, depth of cell-like pits (ovary, mucosa)
+  double weave = 0.0;            ///< m, from thread to thread of a cloth; 0: none
   float wet = 0.8f;              ///< 0 matt … 1 running wet
   float translucence = 0.3f;     ///< 0 … 1, how far light bleeds red through edges
 };
