@@ -202,7 +202,8 @@ TEST(Snapshot, MembersThatContradictEachOtherAreRefused) {
          s.pairs.resize(1);
          s.pairs[0].object = kTube, s.pairs[0].other = kFloor;
        }},
-      {"sub-steps or exchanges", [](WorldState& s) { s.objects[kFloor].batches = 4096; }},
+      {"sub-steps or exchanges",
+       [](WorldState& s) { s.objects[kFloor].batches = s.objects[kFloor].sub_steps = 4096; }},
       {"a knot that is a copy of a later one",
        [](WorldState& s) {
          s.objects[kTube].topology.doubled_knots[0] =
