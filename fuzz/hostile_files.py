@@ -212,6 +212,9 @@ def kinds(tool):
         out.append(Kind('blood flow: ' + target, network, target,
                         [tool('vest_effects', 'vest_pulse'), '{}', '--cycles', '1', '--dx', '0.02', '--output', '{}/out'],
                         sorted(network) + ['vest_pulse']))
+    curve = b't_s,P_Pa,Q_m3_s\n0,1000,1e-6\n0.5,1200,2e-6\n1,1000,1e-6\n'
+    out.append(Kind('curve that is drawn', {'result.csv': curve, 'reference.csv': curve}, 'reference.csv',
+                    [os.path.join(ROOT, 'vest_effects', 'scripts', 'vest_pulse_svg'), '{}/result.csv', '{}/reference.csv', '{}/out.svg']))
     good = made(tool)
     volumes = {'.nrrd.mha.nii'.split('.')[1 + f[0] % 3]: f[1:] for f in good['volume']}
     image_tool, importer = tool('vest_tissue', 'vest_image'), tool('vest_tissue', 'vest_import')

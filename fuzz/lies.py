@@ -477,7 +477,7 @@ def raw_log(data):
 
 
 def snapshot(data):
-    """Its checksum is put right by the reader (fuzz/readers_tissue.cpp): what lies is behind it."""
+    """Its checksum is put right by the reader (fuzz/readers_state.cpp): what lies is behind it."""
     for magic in (b'vestsna0', data[:7] + b'0', data[:7] + b'9', data[:7] + b'\xff', data[:8].upper(), b'\x7fELF\x02\x01\x01\0'):
         yield 'begins with ' + ascii(magic.decode('latin-1')), magic + data[8:]
     values = [struct.pack('<d', v) for v in (float('nan'), float('inf'), 1e308, -1.0)] + [struct.pack('<Q', v) for v in ((1 << 64) - 1, 1 << 63, 1 << 32, 1 << 20)]

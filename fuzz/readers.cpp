@@ -93,8 +93,8 @@ bool takes(const std::string& named, const std::function<void()>& read) {
 const std::vector<Reader>& readers() {
   static const std::vector<Reader> all = [] {
     std::vector<Reader> list;
-    for (auto part : {tissueReaders(), effectsReaders(), hardwareReaders(), sessionReaders(), deviceReaders(),
-                      trainingReaders()})
+    for (auto part : {tissueReaders(), stateReaders(), effectsReaders(), hardwareReaders(), sessionReaders(),
+                      deviceReaders(), trainingReaders()})
       list.insert(list.end(), part.begin(), part.end());
     return list;
   }();

@@ -57,6 +57,7 @@ std::uint64_t steppedSessions();
 std::function<std::vector<std::string>()> shipped(const std::string& file, const std::string& other = {});
 
 std::vector<Reader> tissueReaders();
+std::vector<Reader> stateReaders();
 std::vector<Reader> effectsReaders();
 std::vector<Reader> hardwareReaders();
 std::vector<Reader> sessionReaders();

@@ -193,119 +193,11 @@ void readTable(const std::string& input) {
   if (takes(file, [&] { table = volume::readTransferTable(file); })) volume::transfer(table, 0);
 }
 
-struct Handled {
-  std::unique_ptr<scene::World> world;
-  Eigen::Vector3d place;           ///< m: where instruments find something
-  Eigen::Vector3d along, opening;  ///< shaft, and where jaws open to
-};
-
-/// A net beside finite elements; a solid in its skin; one that is thin enough for jaws; a thread with its
-/// needle.
-std::vector<Handled>& worlds() {
-  static std::vector<Handled> all = [] {
-    const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), z = Eigen::Vector3d::UnitZ();
-    struct Scene {
-      const char* name;
-      Eigen::Vector3d place, along, opening;
-    };
-    std::vector<Handled> made;
-    for (const Scene& s :
-         {Scene{"two", {0.01, 0.01, 0.06}, -z, x}, Scene{"surface", {0.01, 0.01, 0.02}, -z, x},
-          Scene{"plate", {0.016, 0.006, 0.002}, -x, z}, Scene{"suture", {0.01, 0.01, 0.08}, -z, x}}) {
-      const std::string file = folder().unpack(
-          "scene.yaml", files::read(std::string(VEST_SOURCE_DIR) + "/fuzz/corpus/scene/" + s.name, 1 << 20));
-      auto d = scene::loadScene(file);
-      d.cache_directory.clear();
-      made.push_back({std::make_unique<scene::World>(d), s.place, s.along, s.opening});
-    }
-    return made;
-  }();
-  return all;
-}
-scene::World& world() {
-  return *worlds().front().world;
-}
-
-/// The one that a snapshot says it is of, else the first.
-Handled& worldOf(const std::string& snapshot) {
-  constexpr std::size_t kHash = 16;  // behind "vestsna." and the length of the hash
-  for (Handled& one : worlds()) {
-    const std::string& hash = one.world->description().hash;
-    if (snapshot.size() > kHash && snapshot.compare(kHash, hash.size(), hash) == 0) return one;
-  }
-  return worlds().front();
-}
-
-/// An instrument comes open, closes, and draws back.
-void handle(Handled& one, tools::ToolKind kind, int steps) {
-  scene::StepInput input;
-  scene::StepReport report;
-  input.dt = one.world->description().dt;
-  scene::ToolInput& tool = input.tools[1];
-  tool.present = true, tool.tool = kind, tool.pivot = one.place - 0.15 * one.along;
-  Eigen::Matrix3d turn;
-  turn << one.opening, one.along.cross(one.opening), one.along;
-  tool.orientation = Eigen::Quaterniond(turn);
-  tool.functions = tools::kFunctionCut | tools::kFunctionCoagulate;
-  for (int i = 0; i < steps; ++i) {
-    const double t = static_cast<double>(i) / steps;
-    input.step = one.world->steps() + 1;
-    tool.jaw = 0.9 * std::clamp(2.0 - 4 * t, 0.0, 1.0);
-    if (t > 0.75) tool.functions |= tools::kFunctionFire;
-    tool.position = one.place + (0.004 - 0.02 * std::max({0.0, 1 - 4 * t, 0.4 * (4 * t - 3)})) * one.along;
-    one.world->step(input, report);
-  }
-}
-
-/// The inputs are snapshots without the checksum, which is put behind them, so that what lies below it is
-/// reached.
-void readSnapshot(const std::string& input) {
-  std::vector<std::uint8_t> bytes(input.begin(), input.end());
-  const std::uint64_t sum = XXH64(bytes.data(), bytes.size(), 0);
-  bytes.resize(bytes.size() + sizeof sum);
-  std::memcpy(bytes.data() + input.size(), &sum, sizeof sum);
-  Handled& one = worldOf(input);
-  if (!takes("snapshot", [&] { one.world->restore(bytes); })) return;
-  step(*one.world, 2);
-  handle(one, tools::ToolKind::Grasper, 2);
-  std::vector<std::uint8_t> again;
-  one.world->save(again);
-}
-
-/// Of each world: as it begins, with what was asked of it, and while each instrument in turn is at work.
-std::vector<std::string> snapshots() {
-  using tools::ToolKind;
-  std::vector<std::string> made;
-  for (Handled& one : worlds()) {
-    scene::World& of = *one.world;
-    const auto keep = [&] {
-      std::vector<std::uint8_t> bytes;
-      of.save(bytes);
-      made.emplace_back(bytes.begin(), bytes.end() - sizeof(std::uint64_t));
-    };
-    of.reset();
-    keep();
-    for (const ToolKind kind : {ToolKind::Grasper, ToolKind::ClipApplier, ToolKind::NeedleHolder,
-                                ToolKind::BipolarForceps, ToolKind::CoagulationHook, ToolKind::Scissors}) {
-      handle(one, kind, 120);
-      keep();
-    }
-    of.reset();
-    step(of, 5);
-    std::uint32_t copy = 0;
-    for (std::size_t object = 0; object < of.objectCount(); ++object)
-      of.splitKnot(object, 1, Eigen::Vector3d(1, 0.1, 0.2), copy);
-    of.removeLink(0, 2);
-    step(of, 2);
-    keep();
-  }
-  return made;
-}
-
 std::vector<std::string> nets() {
   std::vector<std::string> made{
       files::read(std::string(VEST_SOURCE_DIR) + "/vest_tissue/scenes/tube/tube.net", 8 << 20)};
-  for (const auto& object : world().description().objects)
+  const std::string scene = files::read(std::string(VEST_SOURCE_DIR) + "/fuzz/corpus/scene/two", 1 << 20);
+  for (const auto& object : scene::loadScene(folder().unpack("scene.yaml", scene)).objects)
     if (!object.fem) made.push_back(scene::encodeBaked(object));
   return made;
 }
@@ -371,7 +263,6 @@ std::vector<Reader> tissueReaders() {
           {"curve", readCurve, {}},
           {"table", readTable,
            shipped("vest_tissue/library/tables/soft.csv", "vest_tissue/library/tables/bone.csv")},
-          {"snapshot", readSnapshot, snapshots},
           {"dicom", readDicom, dicomFiles},
           {"volume", readVolume, volumeFiles}};
 }

@@ -84,9 +84,9 @@ std::string damaged(const std::vector<std::string>& corpus, std::uint64_t seed) 
 
 /// s of ./test: what once crashed, hung or judged wrongly is read for a minute a kind. These are surfaces and
 /// meshes, scenes and their sources, sessions, snapshots.
-const std::map<std::string, double> kLonger = {{"surface", 30}, {"mesh", 30},    {"scene", 30},
-                                               {"source", 30},  {"bag", 40},     {"steps", 40},
-                                               {"summary", 20}, {"snapshot", 60}};
+const std::map<std::string, double> kLonger = {{"surface", 30}, {"mesh", 30},     {"scene", 30},
+                                               {"source", 30},  {"bag", 40},      {"steps", 40},
+                                               {"summary", 20}, {"snapshot", 40}, {"state", 20}};
 
 /// s, all readers: ./test ends a test after 600, also on a busy machine. The longer ones stop before.
 constexpr double kPatience = 360;

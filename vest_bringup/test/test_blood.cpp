@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include <ros/package.h>
 
@@ -412,6 +413,39 @@ TEST(Blood, ThePulseRunsAlongTheVessel) {
   EXPECT_GT(speed, 3);
   EXPECT_LT(speed, 25);
   EXPECT_GT(seen.back().when, seen.front().when);
+}
+
+/// A phase beyond a beat, or an opening in what is no vessel: a step would go on for ever, or read what is
+/// not there.
+TEST(Blood, AStateThatNoStepLeavesIsRefused) {
+  Bench b;
+  b.event(scene::EventKind::Cut, "uterine_artery_left", 0.03, 1e-5);
+  for (int k = 0; k < 5; ++k) b.step();
+  std::vector<std::uint8_t> bytes;
+  b.effect.save(bytes);
+  ASSERT_TRUE(b.effect.restore(bytes.data(), bytes.size()));
+  const auto refused = [&](std::size_t at, auto value) {
+    std::vector<std::uint8_t> other = bytes;
+    std::memcpy(other.data() + at, &value, sizeof value);
+    return !b.effect.restore(other.data(), other.size());
+  };
+  // As BloodEffect::walk() writes them: time, phase, areas; at the end openings, clamps, two numbers.
+  constexpr std::size_t kPhase = 8, kAreas = 24, kOpening = 77, kClamp = 19, kEnd = 16;
+  for (const double phase : {1e300, -1.0, 60.0}) EXPECT_TRUE(refused(kPhase, phase)) << phase;
+  std::uint64_t cells = 0;
+  std::memcpy(&cells, bytes.data() + kAreas - sizeof cells, sizeof cells);
+  const std::size_t velocities = kAreas + cells * sizeof(double) + sizeof cells;
+  for (const double area : {0.0, -1e-6, 1e6}) EXPECT_TRUE(refused(kAreas, area)) << area;
+  EXPECT_TRUE(refused(velocities, 1e9));
+  const std::size_t clamp = bytes.size() - kEnd - bleeding::kMostClamps * kClamp,
+                    opening = clamp - bleeding::kMostOpenings * kOpening;
+  std::int32_t object = 0;
+  std::memcpy(&object, bytes.data() + opening + 65, sizeof object);
+  ASSERT_EQ(object, objectNamed(b.world, "uterine_artery_left"));
+  EXPECT_TRUE(refused(opening + 65, std::int32_t{objectNamed(b.world, "cavity")}));
+  EXPECT_TRUE(refused(opening + 9, 1e300)) << "station";
+  EXPECT_TRUE(refused(opening + 8, std::int8_t{100})) << "end";
+  EXPECT_FALSE(refused(kPhase, 0.25));
 }
 
 TEST(Blood, SessionWithEffectsIsTheSameBitsAgainForAnyThreadsAndFromASnapshot) {

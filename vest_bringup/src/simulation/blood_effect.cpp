@@ -32,6 +32,9 @@ struct Setting {
   const char *name, *unit;
   double low, high;
 };
+/// Of a snapshot: no artery is as wide (m²), no blood as fast (m/s); a step of such would take seconds.
+constexpr double kWidest = 0.01, kFastest = 1000;
+
 constexpr Setting kSettings[] = {
     {"heart_rate", "Hz", 0.3, 4.0},      {"mean_pressure", "Pa", 2000.0, 30000.0},
     {"resistance_scale", "", 0.1, 10.0}, {"reflex_scale", "", 0.0, 1.0},
@@ -172,16 +175,31 @@ bool BloodEffect::restore(const std::uint8_t* bytes, std::size_t count) {
   State state = state_;
   effects::StateReader reader(bytes, count);
   walk(reader, state);
-  const auto known = [&](int vessel) { return vessel >= 0 && vessel < circulation_.model.vesselCount(); };
+  const hd::CirculationModel& m = circulation_.model;
+  const auto inside = [&](int vessel, double station) {
+    return vessel >= 0 && vessel < m.vesselCount() && station >= 0 && station <= m.length(vessel);
+  };
+  const hd::State& arteries = state.circulation.arteries;
+  const auto each = [](const std::vector<double>& values, auto fits) {
+    return std::all_of(values.begin(), values.end(), fits);
+  };
   bool good = reader.done() && state.wounds.opening_count >= 0 &&
               state.wounds.opening_count <= bleeding::kMostOpenings && state.wounds.clamp_count >= 0 &&
-              state.wounds.clamp_count <= bleeding::kMostClamps;
+              state.wounds.clamp_count <= bleeding::kMostClamps && arteries.phase >= 0 &&
+              arteries.phase < m.arteries.period &&
+              each(arteries.area, [](double area) { return area > 0 && area <= kWidest; }) &&
+              each(arteries.velocity, [](double v) { return std::fabs(v) <= kFastest; });
   for (int i = 0; good && i < state.wounds.opening_count; ++i) {
     const auto& o = state.wounds.openings[i];
-    good = known(o.vessel) && o.sealed >= 0 && o.clot >= 0 && o.spasm >= 0 &&
-           o.object < static_cast<int>(vessel_of_.size()) && o.slot < bleeding::kMostSources;
+    good = inside(o.vessel, o.station) && o.sealed >= 0 && o.clot >= 0 && o.spasm >= 0 &&
+           (o.object < 0 || (o.object < static_cast<int>(vessel_of_.size()) && vessel_of_[o.object] >= 0)) &&
+           o.slot < bleeding::kMostSources && std::abs(static_cast<int>(o.end)) <= 1;
   }
-  for (int i = 0; good && i < state.wounds.clamp_count; ++i) good = known(state.wounds.clamps[i].vessel);
+  for (int i = 0; good && i < state.wounds.clamp_count; ++i) {
+    const bleeding::Clamp& c = state.wounds.clamps[i];
+    good = inside(c.vessel, c.station) && c.kind <= bleeding::ClampKind::kCut && c.opening >= 0 &&
+           c.opening <= 1;
+  }
   if (good) state_ = state;
   return good;
 }

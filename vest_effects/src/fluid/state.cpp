@@ -103,19 +103,34 @@ bool restore(const Model& model, const std::uint8_t* bytes, std::size_t size, St
   if (!fits || size != 0 || read.particles.count > read.particles.x.size() ||
       read.bubbles.count > static_cast<std::size_t>(kMostBubbles))
     return false;
+  // Places become numbers of cells: beyond this none has one. Also false for what is no number.
+  constexpr double kFarthest = 1e5;
+  const auto near = [](const auto& a) {
+    for (const double v : a)
+      if (!(std::fabs(v) <= kFarthest)) return false;
+    return true;
+  };
   const auto finite = [](const std::vector<float>& a) {
     for (const float v : a)
       if (!std::isfinite(v)) return false;
     return true;
   };
   const auto& p = read.particles;
-  for (const auto* a : {&p.x, &p.y, &p.z, &p.vx, &p.vy, &p.vz, &p.volume, &p.blood, &p.age, &p.rest})
+  for (const auto* a : {&p.x, &p.y, &p.z, &p.vx, &p.vy, &p.vz})
+    if (!near(*a)) return false;
+  for (const auto* a : {&p.volume, &p.blood, &p.age, &p.rest})
     if (!finite(*a)) return false;
+  const auto& b = read.bubbles;
+  for (const auto* a : {&b.x, &b.y, &b.z, &b.radius, &b.left})
+    if (!near(*a)) return false;
+  for (const double v : read.pending)
+    if (!(v >= 0 && v <= 1)) return false;
   const auto& w = read.pools;
   const auto& knots = read.knots;
   for (const auto* a : {&w.bed, &w.depth, &w.blood, &w.u, &w.v, &w.rise, &w.head, &w.raised, &w.sunk, &knots})
     if (!finite(*a)) return false;
-  if (!std::isfinite(w.sunk_at)) return false;
+  if (!std::isfinite(w.sunk_at) || !std::isfinite(read.time) || !(read.air >= 0 && read.air <= 1))
+    return false;
   for (const std::int32_t t : w.bed_triangle)
     if (t < -1 || t >= static_cast<std::int64_t>(model.triangles)) return false;
   state = std::move(read);

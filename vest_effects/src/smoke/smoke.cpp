@@ -465,7 +465,10 @@ bool restore(const Model& model, const std::uint8_t* bytes, std::size_t size, St
     std::memcpy(to, bytes, n);
     bytes += n, size -= n;
   });
-  if (!fits || size != 0 || read.puff_count > kMostPuffs) return false;
+  constexpr double kLongest = 1e9;  // s; the drawn texture moves on with it
+  if (!fits || size != 0 || read.puff_count > kMostPuffs || !(read.time >= 0 && read.time <= kLongest) ||
+      !(read.since_puff >= 0 && read.since_puff <= kLongest) || !(read.waiting >= 0 && read.waiting <= 1))
+    return false;
   for (const auto* a : {&read.density, &read.u, &read.v, &read.w, &read.pressure})
     for (const float v : *a)
       if (!std::isfinite(v)) return false;

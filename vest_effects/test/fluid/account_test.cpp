@@ -154,10 +154,21 @@ TEST(Snapshot, BytesOfAnotherModelOrWithBadNumbersAreRefused) {
   State state = initialState(other.model);
   EXPECT_FALSE(restore(other.model, bytes.data(), bytes.size(), state));
   EXPECT_FALSE(restore(f.model, bytes.data(), bytes.size() - 1, state));
-  f.state.particles.x[0] = std::numeric_limits<float>::quiet_NaN();
-  bytes.clear();
-  save(f.state, bytes);
-  EXPECT_FALSE(restore(f.model, bytes.data(), bytes.size(), state));
+  const State good = f.state;
+  const auto refused = [&](auto change) {
+    f.state = good;
+    change(f.state);
+    bytes.clear();
+    save(f.state, bytes);
+    return !restore(f.model, bytes.data(), bytes.size(), state);
+  };
+  EXPECT_FALSE(refused([](State&) {}));
+  EXPECT_TRUE(refused([](State& s) { s.particles.x[0] = std::numeric_limits<float>::quiet_NaN(); }));
+  EXPECT_TRUE(refused([](State& s) { s.particles.y[0] = 3e38f; })) << "no cell has such a number";
+  EXPECT_TRUE(refused([](State& s) { s.particles.vz[0] = -1e30f; }));
+  EXPECT_TRUE(refused([](State& s) { s.bubbles.x[0] = std::numeric_limits<float>::infinity(); }));
+  EXPECT_TRUE(refused([](State& s) { s.pending[3] = 1e300; }));
+  EXPECT_TRUE(refused([](State& s) { s.air = std::numeric_limits<double>::quiet_NaN(); }));
 }
 
 TEST(Flood, IsBoundedAnnouncedAndLosesNothing) {

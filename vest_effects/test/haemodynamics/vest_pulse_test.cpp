@@ -260,6 +260,17 @@ TEST(PulseSvg, DrawsACurveAndRefusesWhatIsNoneInOneLine) {
       EXPECT_FALSE(fs::exists(folder / "out.svg")) << bad;
     }
   }
+  // Nobody waits for a pipe, or reads without end.
+  for (const char* const of : {"mkfifo", "ln -s /dev/zero"}) {
+    fs::remove(folder / "c.csv");
+    ASSERT_EQ(std::system((std::string(of) + " '" + (folder / "c.csv").string() + "'").c_str()), 0);
+    const int status =
+        std::system(("timeout 20 /usr/bin/python3 '" VEST_PULSE_SVG "' '" + (folder / "c.csv").string() +
+                     "' '" + (folder / "b.csv").string() + "' '" + (folder / "out.svg").string() + "' 2> '" +
+                     (folder / "log").string() + "'")
+                        .c_str());
+    EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 1) << of;
+  }
   fs::remove_all(folder);
 }
 

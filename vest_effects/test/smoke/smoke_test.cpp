@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "vest_effects/smoke/smoke.h"
@@ -116,6 +117,9 @@ TEST(Smoke, GoesOnFromASnapshotWithTheSameBits) {
   save(a.state, end_a), save(b.state, end_b);
   EXPECT_TRUE(end_a == end_b);
   EXPECT_FALSE(restore(b.model, middle.data(), middle.size() - 4, b.state));
+  const double absurd = 1e300;  // s, of the time
+  std::memcpy(middle.data() + sizeof b.state.step, &absurd, sizeof absurd);
+  EXPECT_FALSE(restore(b.model, middle.data(), middle.size(), b.state));
 }
 
 TEST(Smoke, RefusesWhatIsAbsurd) {

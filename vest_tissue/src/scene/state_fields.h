@@ -260,9 +260,11 @@ struct Numbers {
   std::size_t knots() const { return now().block.knots(); }
   std::size_t edgesOf(std::size_t of) const { return of < objects() ? model->objects[of].edges.size() : 0; }
   std::size_t knotsOf(std::size_t of) const { return of < objects() ? world->objects[of].block.knots() : 0; }
-  /// A first triangle is allowed where there is none: it stands for "not yet".
-  std::size_t trianglesOf(std::size_t of) const {
-    return of < objects() ? std::max<std::size_t>(1, world->objects[of].triangles.size()) : 0;
+  bool deforms(std::size_t of) const { return of < objects() && model->objects[of].deforms; }
+  /// Where it is not `used`, a first triangle is allowed where there is none: it stands for "not yet".
+  std::size_t trianglesOf(std::size_t of, bool used) const {
+    const std::size_t least = used ? 0 : 1;
+    return of < objects() ? std::max(least, world->objects[of].triangles.size()) : 0;
   }
   std::size_t triangles() const { return now().triangles.size(); }
   std::size_t skinTriangles() const { return now().topology.skin.triangles.size(); }

@@ -63,10 +63,26 @@ auto fields(Walk<A> a, Skin& k) {
                    std::is_sorted(k.binding_start.begin(), k.binding_start.end()),
                "lists of a skin that do not fit each other");
 }
+/// A knot is a copy of one before it: else the way back to the scene's knot would not end.
+inline bool copiesFollow(const std::vector<std::uint32_t>& doubled, std::size_t scene_knots) {
+  for (std::size_t i = 0; i < doubled.size(); ++i)
+    if (doubled[i] >= scene_knots + i) return false;
+  return true;
+}
+/// Cutting has room for so many vertices and triangles of the skin.
+inline bool fitsCut(const Skin& skin, const interaction::CutConstants& c) {
+  return !c.possible ||
+         (skin.texture_coordinates.size() <= c.most_vertices && skin.triangles.size() <= c.most_triangles);
+}
 template <class A>
 auto fields(Walk<A> a, Topology& t) {
+  const auto& at = a.archive.at;
+  const std::size_t scene_knots = at.start().block.knots();
   return a(t.revision, t.links, t.link_alive, t.skin, t.triangle_alive,
-           index("knot", t.doubled_knots, a.archive.at.knots()))
+           index("knot", t.doubled_knots, at.knots()).sized(at.knots() - scene_knots))
+      .require(!A::checks || copiesFollow(t.doubled_knots, scene_knots),
+               "a knot that is a copy of a later one")
+      .require(fitsCut(t.skin, at.constants().cut), "a skin with more than a cut has room for")
       .require(t.link_alive.size() == t.links.size() && t.triangle_alive.size() == t.skin.triangles.size(),
                "lists of an object that do not fit each other");
 }
@@ -111,13 +127,22 @@ auto fields(Walk<A> a, net::Elements& e) {
   return a(e.bending, e.hinges, e.plastic, e.tethers, e.volumes);
 }
 
+/// A vertex in an element hangs on its four corners.
+inline bool hangsInElements(const std::vector<std::uint32_t>& element, const Skin& skin) {
+  for (std::size_t v = 0; v < element.size(); ++v)
+    if (element[v] != interaction::kNone && skin.binding_start[v + 1] - skin.binding_start[v] != 4)
+      return false;
+  return true;
+}
 template <class A>
 auto fields(Walk<A> a, FemSurface& f) {
   const auto& at = a.archive.at;
   return a(index("a face", f.triangle_face, 4 * at.elements()).sized(at.triangles()),
            index("a face", f.skin_face, 4 * at.elements()).orNone().sized(at.skinTriangles()),
            index("vertex", f.knot_vertex, at.vertices()).orNone().sized(at.knots()),
-           index("an element", f.vertex_element, at.elements()).orNone().sized(at.vertices()), f.parts);
+           index("an element", f.vertex_element, at.elements()).orNone().sized(at.vertices()), f.parts)
+      .require(!A::checks || hangsInElements(f.vertex_element, at.now().topology.skin),
+               "a vertex in an element that does not hang on its corners");
 }
 /// Motion first: what follows is shape.
 template <class A>
@@ -226,6 +251,7 @@ auto fields(Walk<A> a, motility::MotilityState& m) {
 }
 
 inline bool possibleSteps(const ObjectState& s, const Numbers& at) {
+  if (!at.constants().deforms) return s.batches == at.start().batches && s.sub_steps == at.start().sub_steps;
   int doubled = at.constants().batches;
   while (doubled < s.batches && doubled <= kMostSubSteps) doubled *= 2;
   return s.batches == doubled && s.sub_steps >= 1 &&
@@ -240,25 +266,33 @@ inline bool fitsScene(const ObjectState& s, const Numbers& at) {
          (at.constants().fem || s.triangles.size() == start.triangles.size());
 }
 
+inline bool hasChanged(const ObjectState& s) {
+  return s.topology.revision != 0 || !s.cut.tracks.empty() || s.dropped;
+}
+
 /// Motion, which every step changes before it is known to be good; then shape, which it may change only by
 /// what its input asks for (keepShape()) until then.
 template <class A>
 auto fields(Walk<A> a, ObjectState& s) {
   auto& at = a.archive.at;
-  at.changed = s.topology.revision != 0 || !s.cut.tracks.empty() || s.dropped;
+  at.changed = hasChanged(s);
   if (a.archive.shapes) a.archive.values(&at.changed, 1, Limits{});  // else it is as the scene says
-  return a(s.block, s.sub_steps, s.batches, within("a strain", s.limit_strain, 0.0, 1e9), s.bound_strain,
-           within("a parameter", s.elastic_scale, 0.0, 1e9), within("a parameter", s.damping_scale, 0.0, 1e9),
-           s.degraded, s.dropped, s.load, s.motility, s.way, s.way_bounded, s.way_searched, s.tissue)
-      .shape([&](auto b) {
-        return b(s.links, derived(s.law_links), derived(s.linear_links), s.heat, s.cut)
-            .when(at.changed, [&](auto d) {
-              return d(s.elements, s.topology, s.places, index("knot", s.triangles, at.knots()),
-                       s.triangle_alive, s.fixed, rule(s.depth).sized(s.block.knotCapacity()))
-                  .when(!s.tissue.x.empty(), [&](auto e) { return e(s.fem_surface); });
-            });
-      })
-      .require(!A::checks || possibleSteps(s, at), "sub-steps or exchanges that no object takes")
+  const auto all =
+      a(s.block, s.sub_steps, s.batches, within("a strain", s.limit_strain, 0.0, 1e9), s.bound_strain,
+        within("a parameter", s.elastic_scale, 0.0, 1e9), within("a parameter", s.damping_scale, 0.0, 1e9),
+        s.degraded, s.dropped, s.load, s.motility, s.way, s.way_bounded, s.way_searched, s.tissue)
+          .shape([&](auto b) {
+            return b(s.links, derived(s.law_links), derived(s.linear_links), s.heat, s.cut)
+                .when(at.changed, [&](auto d) {
+                  return d(s.elements, s.topology, s.places, index("knot", s.triangles, at.knots()),
+                           s.triangle_alive, s.fixed, rule(s.depth).sized(s.block.knotCapacity()))
+                      .when(!s.tissue.x.empty(), [&](auto e) { return e(s.fem_surface); });
+                });
+          });
+  // Checker looks at what it finds changed: nothing else may have been read.
+  if (A::reads && a.archive.shapes && at.changed != hasChanged(s))
+    refuse("an object whose topology is not as new as it says");
+  return all.require(!A::checks || possibleSteps(s, at), "sub-steps or exchanges that no object takes")
       .require(!A::checks || fitsScene(s, at), "an object that is not the scene's");
 }
 
@@ -289,22 +323,26 @@ template <class A>
 auto fields(Walk<A> a, interaction::GraspAnchor& g) {
   const auto& at = a.archive.at;
   return a(index("object", g.object, at.objects()))(index("knot of a grasp", g.knot, at.knotsOf(g.object)),
-                                                    g.local, g.stiffness, g.damping);
+                                                    g.local, g.stiffness, g.damping)
+      .require(at.deforms(g.object), "a grasp of a rigid object");
 }
 template <class A>
 auto fields(Walk<A> a, interaction::Grasp& g) {
   const auto& at = a.archive.at;
   return a(g.active, g.sliding, g.jaw_at_touch, g.pinch,
            within("knots of a grasp", g.count, 0, interaction::kMaxGraspAnchors))(
-      rule(g.anchors).first(static_cast<std::size_t>(g.count)))(
-      g.id, index("contact triangle", g.element, g.count > 0 ? at.trianglesOf(g.anchors[0].object) : kAny),
-      g.barycentric);
+             rule(g.anchors).first(static_cast<std::size_t>(g.count)))(
+             g.id,
+             index("contact triangle", g.element,
+                   g.count > 0 ? at.trianglesOf(g.anchors[0].object, true) : kAny),
+             g.barycentric)
+      .require(!g.active || g.count > 0, "a grasp that holds nothing");
 }
 template <class A>
 auto fields(Walk<A> a, interaction::CuttingTool& t) {
   const auto& at = a.archive.at;
   return a(t.owed, t.force, t.torque, t.place, index("object", t.object, at.objects()))(
-      index("contact triangle", t.element, at.trianglesOf(t.object)));
+      index("contact triangle", t.element, at.trianglesOf(t.object, t.owed > 0.0)));
 }
 template <class A>
 auto fields(Walk<A> a, interaction::CuttingState& c) {
@@ -314,7 +352,10 @@ template <class A>
 auto fields(Walk<A> a, interaction::Electrode& e) {
   const auto& at = a.archive.at;
   return a(e.on, index("object", e.object, at.objects()))(
-      index("contact triangle", e.element, at.trianglesOf(e.object)), e.weights, e.energy, e.since);
+             index("contact triangle", e.element, at.trianglesOf(e.object, false)), e.weights, e.energy,
+             e.since)
+      .require(!(e.energy > 0.0) || e.element < at.trianglesOf(e.object, true),
+               "heat of an electrode on an object that has no surface");
 }
 template <class A>
 auto fields(Walk<A> a, interaction::Electrosurgery& e) {
@@ -328,19 +369,21 @@ auto fields(Walk<A> a, interaction::Clip& c) {
            within("instrument", c.instrument, -1, tools::kInstrumentCount - 1),
            index("object", c.object, at.objects()),
            within("knots of a clip", c.count, 0, interaction::kMaxClipKnots))(
-      within("knots of a clip's ring", c.ring, 0, c.count),
-      index("knot of a clip", c.knots, c.alive ? at.knotsOf(c.object) : kAny)
-          .first(static_cast<std::size_t>(c.count)),
-      place("a clip's knot", c.open).first(static_cast<std::size_t>(c.count)),
-      place("a clip's knot", c.closed).first(static_cast<std::size_t>(c.count)), c.progress, c.jaw,
-      orNan(c.station), orNan(c.area), c.force, c.rotation, place("a clip's place", c.centre), c.offset,
-      place("a clip's joint", c.joint));
+             within("knots of a clip's ring", c.ring, 0, c.count),
+             index("knot of a clip", c.knots, c.alive ? at.knotsOf(c.object) : kAny)
+                 .first(static_cast<std::size_t>(c.count)),
+             place("a clip's knot", c.open).first(static_cast<std::size_t>(c.count)),
+             place("a clip's knot", c.closed).first(static_cast<std::size_t>(c.count)), c.progress, c.jaw,
+             orNan(c.station), orNan(c.area), c.force, c.rotation, place("a clip's place", c.centre),
+             c.offset, place("a clip's joint", c.joint))
+      .require(!c.alive || at.deforms(c.object), "a clip on a rigid object");
 }
 template <class A>
 auto fields(Walk<A> a, interaction::SlingTouch& t) {
   const auto& at = a.archive.at;
-  return a(t.on, t.side, t.object)(index("knot of a sling", t.knots, t.on ? at.knotsOf(t.object) : kAny),
-                                   t.weights, t.offset);
+  return a(t.on, t.side, t.object)(
+      index("knot of a sling", t.knots, t.on || t.side != 0 ? at.knotsOf(t.object) : kAny), t.weights,
+      t.offset);
 }
 template <class A>
 auto fields(Walk<A> a, interaction::Sling& s) {
@@ -357,7 +400,8 @@ auto fields(Walk<A> a, interaction::Sling& s) {
              place("a sling's place", s.node), speed("a sling's velocity", s.velocity), s.touch,
              place("a sling's place", s.tip), s.ahead, s.across)
       .require(s.instrument >= (s.alive ? 0 : -1) && s.instrument < tools::kInstrumentCount,
-               "a sling without instrument");
+               "a sling without instrument")
+      .require(!s.alive || !s.around || at.deforms(s.object), "a sling around a rigid object");
 }
 template <class A>
 auto fields(Walk<A> a, interaction::Applier& p) {
@@ -415,8 +459,8 @@ auto fields(Walk<A> a, interaction::NeedleGrip& g) {
 template <class A>
 auto fields(Walk<A> a, interaction::ChannelAnchor& c) {
   const auto& at = a.archive.at;
-  return a(index("contact triangle of a channel", c.triangle, at.trianglesOf(at.channel_object)), c.weight,
-           within("a station in a channel", c.station, -kFarthest, kFarthest), c.along, c.filled);
+  return a(index("contact triangle of a channel", c.triangle, at.trianglesOf(at.channel_object, true)),
+           c.weight, within("a station in a channel", c.station, -kFarthest, kFarthest), c.along, c.filled);
 }
 template <class A>
 auto fields(Walk<A> a, interaction::Channel& c) {
@@ -425,7 +469,8 @@ auto fields(Walk<A> a, interaction::Channel& c) {
                 index("needle of a channel", c.needle, at.needles()), c.filled, c.through, c.ahead,
                 within("places of a channel", c.count, 1, interaction::kMaxChannelAnchors));
   at.channel_object = c.object;
-  return head(rule(c.anchors).first(static_cast<std::size_t>(c.count)));
+  return head(rule(c.anchors).first(static_cast<std::size_t>(c.count)))
+      .require(at.deforms(c.object), "a channel in a rigid object");
 }
 template <class A>
 auto fields(Walk<A> a, interaction::ThreadState& s) {
@@ -441,19 +486,20 @@ template <class A>
 auto fields(Walk<A> a, OrganPair& p) {
   const auto& at = a.archive.at;
   return a(index("object", p.object, at.objects()), index("object", p.other, at.objects()), p.edges)(
-      within("side of a contact", p.side, -1, 1),
-      index("knot or edge", p.knot, p.edges ? at.edgesOf(p.object) : at.knotsOf(p.object)),
-      index("contact triangle or edge", p.triangle,
-            p.edges                  ? at.edgesOf(p.other)
-            : p.other < at.objects() ? at.world->objects[p.other].triangles.size()
-                                     : 0),
-      p.clear);
+             within("side of a contact", p.side, -1, 1),
+             index("knot or edge", p.knot, p.edges ? at.edgesOf(p.object) : at.knotsOf(p.object)),
+             index("contact triangle or edge", p.triangle,
+                   p.edges                  ? at.edgesOf(p.other)
+                   : p.other < at.objects() ? at.world->objects[p.other].triangles.size()
+                                            : 0),
+             p.clear)
+      .require(at.deforms(p.object) && at.deforms(p.other), "a rigid object among those that may touch");
 }
 template <class A>
 auto fields(Walk<A> a, ContactSide& p) {
   const auto& at = a.archive.at;
   return a(index("object", p.object, at.objects()))(
-      index("contact triangle", p.triangle, at.trianglesOf(p.object)),
+      index("contact triangle", p.triangle, at.trianglesOf(p.object, false)),
       index("instrument", p.tool, static_cast<std::size_t>(tools::kInstrumentCount)),
       index("capsule", p.capsule, static_cast<std::size_t>(interaction::kMaxToolCapsules)), p.side);
 }

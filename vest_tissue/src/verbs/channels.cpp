@@ -344,7 +344,8 @@ void press(Context& c, const ThreadReach& r, std::uint32_t needle) {
     return;
   }
   for (Channel& channel : c.state.threads.channels) {
-    if (!channel.filled || channel.through || channel.object != r.touch.body || channel.needle != needle)
+    if (!channel.filled || channel.through || channel.object != r.touch.body || channel.needle != needle ||
+        channel.count == interaction::kMaxChannelAnchors)
       continue;
     channel.through = true;
     channel.anchors[static_cast<std::size_t>(channel.count++)] = mouth;

@@ -127,6 +127,20 @@ double slide(Context& c, Grasp& grasp, double limit, const JawFrame& frame) {
   return force;
 }
 
+/// The first anchor stands for the grasp: its triangle is one of that anchor's object, at its knot.
+void keepElement(const Context& c, Grasp& grasp) {
+  const GraspAnchor& first = grasp.anchors[0];
+  const auto& triangles = c.state.objects[first.object].triangles;
+  grasp.element = 0, grasp.barycentric = {1.0, 0.0, 0.0, 0.0};
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    for (std::size_t e = 0; e < 3; ++e)
+      if (triangles[t][e] == first.knot) {
+        grasp.element = static_cast<std::uint32_t>(t), grasp.barycentric = {};
+        grasp.barycentric[e] = 1.0;
+        return;
+      }
+}
+
 /// Coulomb's limit of the hold.
 void slip(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const JawFrame& frame, int tool) {
   const double force = slide(c, grasp, interaction::kHoldPerPinch * grasp.pinch, frame);
@@ -137,6 +151,7 @@ void slip(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const JawFrame
   }
   grasp.sliding = force > 0.0;
   // Points that left the jaws are no longer held. A knot may stand out by the length of a triangle.
+  const std::uint16_t object = grasp.anchors[0].object;
   int kept = 0;
   for (int i = 0; i < grasp.count; ++i) {
     const GraspAnchor a = grasp.anchors[i];
@@ -150,6 +165,7 @@ void slip(Context& c, Grasp& grasp, const tools::ToolGeometry& g, const JawFrame
     return;
   }
   grasp.count = kept;
+  if (grasp.anchors[0].object != object) keepElement(c, grasp);
 }
 
 /// Tissue nearest to a sucker's mouth.

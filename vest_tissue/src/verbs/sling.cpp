@@ -194,12 +194,14 @@ void embrace(Context& c, Sling& sling) {
   if (sling.ring == ring_before) return;
   const auto ring = static_cast<std::size_t>(sling.ring);
   const auto& scene = c.model.objects[sling.object].tube.knots(ring);
-  sling.count = static_cast<std::int32_t>(scene.size());
-  std::copy(scene.begin(), scene.end(), sling.knots.begin());
-  sling.area = areaOf(c.model.start.objects[sling.object], sling);
-  const net::CutRings::Ring now = ringNow(c, sling.object, ring, above);
-  sling.count = static_cast<std::int32_t>(now.count);
-  std::copy(now.begin(), now.end(), sling.knots.begin());
+  const auto take = [&](const auto& knots) {
+    sling.count = static_cast<std::int32_t>(knots.end() - knots.begin());
+    std::copy(knots.begin(), knots.end(), sling.knots.begin());
+  };
+  const bool fits = scene.size() <= interaction::kMaxSlingKnots;  // one that was cut has fewer
+  if (fits) take(scene), sling.area = areaOf(c.model.start.objects[sling.object], sling);
+  take(ringNow(c, sling.object, ring, above));
+  if (!fits) sling.area = areaOf(c.state.objects[sling.object], sling);
 }
 
 /// m: where a loop lies on the vessel that a body of elements is; NaN where it is none.

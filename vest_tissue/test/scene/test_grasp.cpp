@@ -175,4 +175,31 @@ TEST(Contact, AFastThinShaftDoesNotTunnelThroughTheTube) {
   EXPECT_GT(t.report.contacts[0].wrench[2], 0.0) << "and pushes back";
 }
 
+/// Its first anchor stands for a grasp: where that of the first organ slips out, another organ has fewer
+/// triangles.
+TEST(Grasp, OfTwoOrgansKeepsATriangleOfWhatItStillHolds) {
+  scene::Description d = test::tubeScene();
+  test::TubeOptions small;
+  small.name = "small", small.rings = 3, small.around = 3, small.length = 0.01, small.centre.y() += 0.1;
+  d.objects.push_back(test::tube(small));
+  scene::World world(d);
+  const auto last = static_cast<std::uint32_t>(world.contactTriangles(0).size()) - 1;
+  ASSERT_GT(last, world.contactTriangles(1).size());
+  auto& state = const_cast<scene::WorldState&>(world.state());
+  scene::StepInput input;
+  scene::StepReport report;
+  input.tools[1] = test::grasper(Vector3d(0, 0.1, 0.06), 0.05);
+  world.step(input, report);
+  interaction::Grasp& grasp = state.grasps[1];
+  grasp.active = true, grasp.jaw_at_touch = 0.5, grasp.count = 2, grasp.element = last;
+  grasp.anchors[0].object = 0, grasp.anchors[0].local = Vector3d(0, 0, 1.0);
+  grasp.anchors[1].object = 1, grasp.anchors[1].knot = 4, grasp.anchors[1].local = Vector3d(0, 0, -0.005);
+  world.step(input, report);
+  ASSERT_EQ(grasp.count, 1);
+  ASSERT_EQ(grasp.anchors[0].object, 1);
+  ASSERT_LT(grasp.element, world.contactTriangles(1).size());
+  const auto& triangle = world.contactTriangles(1)[grasp.element];
+  EXPECT_TRUE(std::find(triangle.begin(), triangle.end(), 4u) != triangle.end());
+}
+
 }  // namespace

@@ -148,6 +148,25 @@ TEST(Needles, ThroughABlockTheForcePeaksTwice) {
   EXPECT_GE(r.channels()[0].count, 5);
 }
 
+/// A way with all of its places taken, on the same organ, is not the one that the tip goes on.
+TEST(Needles, ATipLeavesAWayThatIsFullAlone) {
+  Room r(overSlab());
+  r.rest(50);
+  r.move(0.004);
+  ASSERT_EQ(r.channels().size(), 1u);
+  ASSERT_FALSE(r.channels()[0].through);
+  auto& channels = const_cast<scene::WorldState&>(r.world.state()).threads.channels;
+  interaction::Channel full = channels[0];
+  for (int k = full.count; k < interaction::kMaxChannelAnchors; ++k)
+    full.anchors[static_cast<std::size_t>(k)] = full.anchors[static_cast<std::size_t>(full.count - 1)];
+  full.count = interaction::kMaxChannelAnchors;
+  channels.insert(channels.begin(), full);
+  r.move(-0.006);
+  EXPECT_EQ(r.count(EventKind::Exited), 1);
+  for (const interaction::Channel& channel : r.channels())
+    EXPECT_LE(channel.count, interaction::kMaxChannelAnchors);
+}
+
 /// At 50° to the face: a sharp point bites where it is set, and does not slide along the tissue until it is
 /// square to it.
 TEST(Needles, AslantItGoesInWhereItIsSetAndFindsItsHoleAgain) {

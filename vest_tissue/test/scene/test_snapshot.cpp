@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <string>
 
@@ -12,6 +13,7 @@
 #include "blades.h"
 #include "nets.h"
 #include "vest_tissue/scene/world.h"
+#include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_state.h"
 
 namespace {
@@ -128,6 +130,147 @@ TEST(Snapshot, FiniteElementsThatMoveAreNotAtRest) {
     EXPECT_NE(message.find("finite elements at rest"), std::string::npos) << message;
     EXPECT_EQ(refusal(world, bytes), "");
   }
+}
+
+/// A tube with a surface, one without, a floor, a needle with its thread.
+scene::Description lain() {
+  test::TubeOptions o;
+  o.rings = 6, o.around = 5, o.length = 0.02, o.mass = 0.001;
+  scene::Description d = test::tubeScene(o);
+  o.name = "cord", o.centre.y() += 0.05;
+  d.objects.push_back(test::tube(o));
+  d.objects[1].contact_triangles.clear(), d.objects[1].skin = {};
+  scene::Object floor;
+  floor.name = "floor", floor.model = scene::ObjectModel::Rigid;
+  floor.position = {{-0.1, -0.1, -0.1}, {0.1, -0.1, -0.1}, {0.1, 0.1, -0.1}, {-0.1, 0.1, -0.1}};
+  floor.contact_triangles = {{0, 1, 2}, {0, 2, 3}};
+  d.objects.push_back(floor);
+  d.sutures.resize(1);
+  auto& rod = d.sutures[0].rod;
+  for (int i = 0; i < 4; ++i) rod.needle.points.push_back({0.1 + 0.002 * i, 0, 0.05});
+  rod.needle.radius = 0.00033, rod.needle.density = 7900.0, rod.needle.swage = 10.8;
+  for (int i = 0; i < 4; ++i) rod.nodes.push_back({0.106 + 0.01 * i, 0, 0.05});
+  rod.name = "thread", rod.section = suture::solidSection(0.0001, 1000.0, 1e9, 0.4);
+  d.sutures[0].needle = "straight";
+  return d;
+}
+
+/// Each member alone may have its value; together no State has them, and a step would read what is not there
+/// or go on for ever.
+TEST(Snapshot, MembersThatContradictEachOtherAreRefused) {
+  using scene::WorldState;
+  constexpr std::size_t kTube = 0, kCord = 1, kFloor = 2;
+  const auto sling = [](WorldState& s) -> interaction::Sling& {
+    s.fasteners.slings.resize(1);
+    s.fasteners.slings[0].alive = true, s.fasteners.slings[0].instrument = 0;
+    return s.fasteners.slings[0];
+  };
+  const auto channel = [](WorldState& s) -> interaction::Channel& {
+    s.threads.channels.resize(1);
+    s.threads.channels[0].count = 1;
+    return s.threads.channels[0];
+  };
+  const struct {
+    const char* says;
+    std::function<void(WorldState&)> lie;
+  } lies[] = {
+      {"a grasp that holds nothing",
+       [](WorldState& s) { s.grasps[1].active = true, s.grasps[1].element = 0xfffffff0u; }},
+      {"contact triangle 0 (of 0)",
+       [](WorldState& s) { s.grasps[1].count = 1, s.grasps[1].anchors[0].object = kCord; }},
+      {"a grasp of a rigid object",
+       [](WorldState& s) { s.grasps[1].count = 1, s.grasps[1].anchors[0].object = kFloor; }},
+      {"contact triangle 0 (of 0)",
+       [](WorldState& s) { s.cutting.tools[0].owed = 1.0, s.cutting.tools[0].object = kCord; }},
+      {"heat of an electrode",
+       [](WorldState& s) {
+         s.electrosurgery.electrodes[0].energy = 1.0, s.electrosurgery.electrodes[0].object = kCord;
+       }},
+      {"knot of a sling 70000",
+       [&](WorldState& s) { sling(s).touch[3].side = 1, s.fasteners.slings[0].touch[3].knots[0] = 70000; }},
+      {"a sling around a rigid object",
+       [&](WorldState& s) { sling(s).around = true, s.fasteners.slings[0].object = kFloor; }},
+      {"a clip on a rigid object",
+       [](WorldState& s) {
+         s.fasteners.clips.resize(1);
+         s.fasteners.clips[0].alive = true, s.fasteners.clips[0].object = kFloor;
+       }},
+      {"contact triangle of a channel 0 (of 0)", [&](WorldState& s) { channel(s).object = kCord; }},
+      {"a channel in a rigid object", [&](WorldState& s) { channel(s).object = kFloor; }},
+      {"a rigid object among those that may touch",
+       [](WorldState& s) {
+         s.pairs.resize(1);
+         s.pairs[0].object = kTube, s.pairs[0].other = kFloor;
+       }},
+      {"sub-steps or exchanges",
+       [](WorldState& s) { s.objects[kFloor].batches = s.objects[kFloor].sub_steps = 4096; }},
+      {"a knot that is a copy of a later one",
+       [](WorldState& s) {
+         s.objects[kTube].topology.doubled_knots[0] =
+             static_cast<std::uint32_t>(s.objects[kTube].block.knots()) - 1;
+       }},
+      {"lists of an object that do not fit each other",
+       [](WorldState& s) { s.objects[kTube].topology.doubled_knots.clear(); }},
+  };
+  scene::World world(lain());
+  std::uint32_t copy = 0;
+  ASSERT_TRUE(world.splitKnot(kTube, 7, Eigen::Vector3d::UnitX(), copy));
+  Bytes bytes;
+  world.save(bytes);
+  for (const auto& [says, lie] : lies) {
+    ASSERT_EQ(refusal(world, bytes), "");
+    lie(const_cast<WorldState&>(world.state()));
+    Bytes lied;
+    world.save(lied);
+    const std::string message = refusal(world, lied);
+    EXPECT_NE(message.find(says), std::string::npos) << says << ": " << message;
+  }
+}
+
+/// What is as the scene says is not looked at: a State that says so must not bring anything else.
+TEST(Snapshot, TopologyThatSaysItIsTheScenesIsRefusedWithAnother) {
+  scene::World world(lain());
+  std::uint32_t copy = 0;
+  ASSERT_TRUE(world.splitKnot(0, 7, Eigen::Vector3d::UnitX(), copy));
+  auto& s = const_cast<scene::WorldState&>(world.state()).objects[0];
+  constexpr std::uint32_t kRevision = 0x7a5b3c1d;
+  s.topology.revision = kRevision;
+  Bytes bytes;
+  world.save(bytes);
+  const std::string message = refusal(world, replaced(bytes, kRevision, std::uint32_t{0}));
+  EXPECT_NE(message.find("not as new as it says"), std::string::npos) << message;
+  EXPECT_EQ(refusal(world, bytes), "");
+}
+
+/// Cutting works on arrays of fixed size.
+TEST(Snapshot, ASkinIsNoLargerThanCutsMakeIt) {
+  scene::World world(test::barScene());
+  auto& s = const_cast<scene::WorldState&>(world.state()).objects[0];
+  s.topology.revision = 1;
+  Bytes bytes;
+  world.save(bytes);
+  const std::size_t more = world.model().objects[0].cut.most_triangles + 1;
+  s.topology.skin.triangles.resize(more), s.topology.skin.layer.resize(more);
+  s.topology.triangle_alive.resize(more), s.cut.home.resize(more), s.cut.open.resize(more);
+  Bytes lied;
+  world.save(lied);
+  const std::string message = refusal(world, lied);
+  EXPECT_NE(message.find("a skin with more than a cut has room for"), std::string::npos) << message;
+  EXPECT_EQ(refusal(world, bytes), "");
+}
+
+TEST(Snapshot, AVertexInAnElementHangsOnItsCorners) {
+  scene::World world(fem::test::sceneOf({fem::test::object(fem::test::slab())}));
+  auto& s = const_cast<scene::WorldState&>(world.state()).objects[0];
+  s.topology.revision = 1;
+  Bytes bytes;
+  world.save(bytes);
+  s.fem_surface.vertex_element[0] = 0;
+  Bytes lied;
+  world.save(lied);
+  const std::string message = refusal(world, lied);
+  EXPECT_NE(message.find("a vertex in an element"), std::string::npos) << message;
+  EXPECT_EQ(refusal(world, bytes), "");
 }
 
 }  // namespace
