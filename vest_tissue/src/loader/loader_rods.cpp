@@ -147,7 +147,8 @@ RodDescription readRod(const Value& value, Files& files) {
   readNodes(r);
   if (map.has("natural")) rod.natural_shape = map["natural"].oneOf({"straight", "shape"}) == "shape";
   if (map.has("turn")) rod.turn = map["turn"].number(-1e5, 1e5);
-  rod.section.friction = map.has("friction") ? map["friction"].number(0.0, 1e3) : rod.section.friction;
+  if (map.has("friction"))  // the same at any load
+    rod.section.friction = map["friction"].number(0.0, 1e3), rod.section.friction_fall = 0.0;
   if (map.has("damping")) rod.section.damping = map["damping"].number(0.0, 1e12);
   if (map.has("held"))
     readHeld(r);

@@ -154,6 +154,8 @@ Suture readSutureKind(Map& map, const material::Sutures& known) {
   section.bend *= of("bending_ratio");
   section.twist *= of("bending_ratio");
   section.friction = of("friction_slack");
+  section.friction_fall = of("friction_slack") - of("friction_tight");
+  section.friction_pressure = of("friction_pressure");
   // Solid threads bend as solid rods do, braids hardly resist.
   s.kind = of("bending_ratio") >= 1.0 ? 0 : of("bending_ratio") > 0.1 ? 1 : 2;
   s.knot_strength = size.at(material.absorbable ? "knot_pull_absorbable" : "knot_pull").value;

@@ -10,9 +10,10 @@ namespace {
 using scene::yaml::Map;
 using scene::yaml::Value;
 
-const Ranges kMaterial{{"density", {1, 20000}},       {"youngs_modulus", {1e3, 1e12}},
-                       {"poisson_ratio", {0, 0.5}},   {"bending_ratio", {1e-6, 1}},
-                       {"friction_slack", {0, 1000}}, {"friction_tight", {0, 1000}}};
+const Ranges kMaterial{{"density", {1, 20000}},         {"youngs_modulus", {1e3, 1e12}},
+                       {"poisson_ratio", {0, 0.5}},     {"bending_ratio", {1e-6, 1}},
+                       {"friction_slack", {0, 1000}},   {"friction_tight", {0, 1000}},
+                       {"friction_pressure", {1, 1e12}}};
 const Ranges kSize{{"diameter", {1e-6, 0.01}},
                    {"knot_pull", {1e-6, 1e5}},
                    {"knot_pull_absorbable", {1e-6, 1e5}},
@@ -51,8 +52,11 @@ Sutures readSutures(const std::string& path) {
   Sutures s;
   s.file = path;
   s.materials =
-      readList<SutureMaterial>(map["materials"], kMaterial, units, sources,
-                               [](Map& m, SutureMaterial& e) { e.absorbable = m["absorbable"].boolean(); });
+      readList<SutureMaterial>(map["materials"], kMaterial, units, sources, [](Map& m, SutureMaterial& e) {
+        e.absorbable = m["absorbable"].boolean();
+        if (e.numbers.at("friction_tight").value > e.numbers.at("friction_slack").value)
+          m["friction_tight"].fail("must be at most friction_slack");
+      });
   s.sizes = readList<SutureSize>(map["sizes"], kSize, units, sources, [](Map&, SutureSize&) {});
   map.finish();
   return s;

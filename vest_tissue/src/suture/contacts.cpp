@@ -99,6 +99,11 @@ double speedOf(const State& s, const Strand& strand, Index a) {
   return std::sqrt(std::max(s.velocity[a].squaredNorm(), s.velocity[strand.next(a)].squaredNorm()));
 }
 
+/// A thread's friction at a contact of the length, m, as wide as the thread is thick.
+Friction frictionOf(const Section& section, double length) {
+  return {section.friction, section.friction_fall, section.friction_pressure * 2.0 * section.radius * length};
+}
+
 void consider(const Model& m, const State& s, Index a, Index b, double margin, ContactScratch& c) {
   const Strand& sa = strandOf(m, a);
   Near n;
@@ -106,11 +111,13 @@ void consider(const Model& m, const State& s, Index a, Index b, double margin, C
   if (b >= kCylinder) {
     const Cylinder& cylinder = m.cylinders[b - kCylinder];
     n.reach = sa.section.radius + cylinder.radius;
-    n.friction = std::max(sa.section.friction, cylinder.friction);
+    n.friction = sa.section.friction >= cylinder.friction ? frictionOf(sa.section, m.length[a])
+                                                          : Friction{cylinder.friction, 0.0, 0.0};
   } else {
     const Strand& sb = strandOf(m, b);
     n.reach = sa.section.radius + sb.section.radius;
-    n.friction = std::max(sa.section.friction, sb.section.friction);
+    n.friction = frictionOf((sa.section.friction >= sb.section.friction ? sa : sb).section,
+                            0.5 * (m.length[a] + m.length[b]));
   }
   const Closest k = closestOf(m, s, a, b);
   if (k.between.norm() > n.reach + margin) return;
@@ -267,7 +274,7 @@ Row rowOf(const Model& m, const State& before, const State& s, const Near& n, co
   row.far = std::min(gap, row.gap[0]) > kSoon * n.reach;
   row.force = row.axes.transpose() * n.live.force;
   row.force[0] = std::max(0.0, row.force[0]);
-  const double most = n.friction * row.force[0], size = row.force.tail<2>().norm();
+  const double most = coefficient(n.friction, row.force[0]) * row.force[0], size = row.force.tail<2>().norm();
   if (size > most) row.force.tail<2>() *= size > 0.0 ? most / size : 0.0;
   return row;
 }
@@ -364,13 +371,14 @@ void addGaps(ContactScratch& c, std::size_t r, const Vector3d& force) {
 }
 
 /// Coulomb's law for one row whose gap without its own force is g.
-Vector3d law(const Own& own, const Vector3d& g, double friction, Vector3d force) {
+Vector3d law(const Own& own, const Vector3d& g, const Friction& friction, Vector3d force) {
   const Vector3d still = -(own.inverse * g);
-  if (still[0] > 0.0 &&
-      still[1] * still[1] + still[2] * still[2] <= friction * friction * still[0] * still[0])
-    return still;
+  if (still[0] > 0.0) {
+    const double mu = coefficient(friction, still[0]);
+    if (still[1] * still[1] + still[2] * still[2] <= mu * mu * still[0] * still[0]) return still;
+  }
   force[0] = std::max(0.0, -(g[0] + own.D(0, 1) * force[1] + own.D(0, 2) * force[2]) / own.D(0, 0));
-  const double most = friction * force[0];
+  const double most = coefficient(friction, force[0]) * force[0];
   if (most == 0.0) return {force[0], 0.0, 0.0};
   const double g1 = g[1] + own.D(1, 0) * force[0], g2 = g[2] + own.D(2, 0) * force[0];
   for (int i = 0; i < 2; ++i) {  // projected; the sweeps go on
@@ -404,10 +412,11 @@ std::pair<double, double> sweep(ContactScratch& c) {
   return {change, greatest};
 }
 
-/// Onto Coulomb's cone, straight.
-Vector3d withinCone(Vector3d force, double friction) {
+/// Onto what Coulomb's law allows, straight.
+Vector3d withinCone(Vector3d force, const Friction& friction) {
   force[0] = std::max(0.0, force[0]);
-  const double most = friction * force[0], size = std::sqrt(force.tail<2>().squaredNorm());
+  const double most = coefficient(friction, force[0]) * force[0],
+               size = std::sqrt(force.tail<2>().squaredNorm());
   if (size > most) force.tail<2>() *= most / size;
   return force;
 }

@@ -10,10 +10,26 @@
 /// sub-step, so that what sticks does not move at all.
 namespace vest::suture {
 
+/// How much friction a contact bears. Polymers' surfaces shear at a stress that grows with pressure from one
+/// without any (Towle 1974, doi:10.1007/978-1-4613-9942-1_10), so that the coefficient falls with load: as it
+/// does between threads (Gupta, Wolf and Postlethwait 1985, Surg Gynecol Obstet 161:12). The form is assumed:
+///
+///     F ≤ N·(friction − fall·N/(N + half))
+///
+/// F grows with N and is concave, so that the forces that are allowed are a convex set, as Coulomb's cone.
+struct Friction {
+  double friction = 0.0, fall = 0.0;  ///< no unit
+  double half = 0.0;                  ///< N
+};
+inline double coefficient(const Friction& f, double load) {
+  return f.fall > 0.0 ? f.friction - f.fall * load / (load + f.half) : f.friction;
+}
+
 /// A pair that may touch within the sub-step.
 struct Near {
   LiveContact live;
-  double friction = 0.0, reach = 0.0;  ///< reach: m, distance of the axes at which they touch
+  Friction friction;
+  double reach = 0.0;  ///< m, distance of the axes at which they touch
 };
 
 /// A near pair in one pass.

@@ -34,9 +34,14 @@ void checkSection(const RodDescription& rod) {
                                                        {"damping", s.damping},
                                                        {"drag", s.drag},
                                                        {"strain damping", s.strain_damping},
-                                                       {"yield moment", s.yield_moment}};
+                                                       {"yield moment", s.yield_moment},
+                                                       {"friction pressure", s.friction_pressure}};
   for (const auto& [name, value] : least_zero)
     if (!(value >= 0.0) || !(value <= 1e30)) refuse(rod.name, name, value, "must be from 0 to 1e30");
+  if (!(s.friction_fall >= 0.0) || !(s.friction_fall <= s.friction))
+    refuse(rod.name, "friction fall", s.friction_fall, "must be from 0 to the friction");
+  if (s.friction_fall > 0.0 && !(s.friction_pressure > 0.0))
+    refuse(rod.name, "friction pressure", s.friction_pressure, "must be > 0 where friction falls");
 }
 
 void checkNodes(const RodDescription& rod) {

@@ -126,7 +126,8 @@ TEST(RodScene, SuturesComeFromTheShippedFileByMaterialAndSize) {
   EXPECT_NEAR(s.radius, r, 1e-12);
   EXPECT_NEAR(s.bend, 3e9 * pi * r * r * r * r / 4.0, 1e-6 * s.bend);
   EXPECT_NEAR(s.linear_density, 900 * pi * r * r, 1e-6 * s.linear_density);
-  EXPECT_EQ(s.friction, 0.1);  // the scene's own goes first
+  EXPECT_EQ(s.friction, 0.1);  // the scene's own goes first, at any load
+  EXPECT_EQ(s.friction_fall, 0.0);
   EXPECT_EQ(section("rod: {suture: {material: polypropylene, size: 3-0}}").bend, s.bend);
   // A braid of the same size is limp, and no section lacks a number.
   EXPECT_LT(section("suture: {material: polyglactin_910, size: 3-0}").bend, 0.2 * s.bend);
@@ -154,9 +155,13 @@ TEST(RodScene, AFileOfSuturesIsReadStrictly) {
   const std::string shipped{std::istreambuf_iterator<char>(in), {}};
   const RodFiles files;
   const std::pair<const char*, const char*> edits[] = {
-      {"value: 900,", "value: -900,"},          {"assumed: true, why: \"iso", "assumed: false, why: \"iso"},
-      {"source: naleway", "source: nobody"},    {"name: nylon", "name: polypropylene"},
-      {"absorbable: false", "absorbed: false"}, {"vest_sutures: 1", "vest_sutures: 2"}};
+      {"value: 900,", "value: -900,"},
+      {"assumed: true, why: \"iso", "assumed: false, why: \"iso"},
+      {"source: naleway", "source: nobody"},
+      {"name: nylon", "name: polypropylene"},
+      {"absorbable: false", "absorbed: false"},
+      {"vest_sutures: 1", "vest_sutures: 2"},
+      {"tight: {value: 0.10", "tight: {value: 0.26"}};
   for (const auto& [from, to] : edits) {
     std::string text = shipped;
     text.replace(text.find(from), std::string(from).size(), to);

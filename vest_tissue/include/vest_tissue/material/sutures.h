@@ -10,7 +10,7 @@ namespace vest::material {
 
 /// What a thread is made of. Keys: density, youngs_modulus, poisson_ratio, bending_ratio (EI of the thread
 /// over that of a solid round rod; of twisting the same), friction_slack and friction_tight (Coulomb, on
-/// itself).
+/// itself, without load and under great load), friction_pressure (Pa, half-way between them).
 struct SutureMaterial {
   std::string name;
   bool absorbable = false;

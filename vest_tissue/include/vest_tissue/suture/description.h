@@ -25,6 +25,9 @@ struct Section {
   double drag = 0.0;            ///< N·s/m², of the medium, per length
   double strain_damping = 0.0;  ///< s: stress = C·(strain + strain_damping·strain rate)
   double yield_moment = 0.0;    ///< N·m: bending beyond it stays; 0: never
+  /// How much of `friction` is lost as threads press harder on each other, and the pressure, N/m², at which
+  /// half of that is lost: suture::Friction. 0: nothing.
+  double friction_fall = 0.0, friction_pressure = 0.0;
 };
 
 /// @param poisson_ratio of the solid material, 0 … 0.5 @return EA, GA, EI, GJ and ρA of a solid round rod
