@@ -173,7 +173,9 @@ class Pedals(unittest.TestCase):
                 self.assertGreater(judged, 0)
                 for bit in bits:  # the topic of the name goes down with the bit
                     downs = [t for t, value in session.named[PEDALS[preset][bit]] if value == 1]
-                    self.assertTrue(downs and all(1 << bit in session.pressed(t) for t in downs if session.pressed(t)), PEDALS[preset][bit])
+                    # Empty: of what the box told from then on nothing arrived, for a busy machine dropped it.
+                    after = [masks for masks in (session.pressed(t, before=0.0) for t in downs) if masks]
+                    self.assertTrue(after and all(1 << bit in masks for masks in after), f"{PEDALS[preset][bit]}: {downs} {after}")
             if preset == "trainer":
                 self.second_publisher(session)
         finally:
