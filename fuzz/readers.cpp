@@ -65,6 +65,11 @@ void Folder::clear() {
   names_.clear();
 }
 
+Folder& folder() {
+  static Folder of_all;
+  return of_all;
+}
+
 std::string& lastRefusal() {
   static std::string last;
   return last;

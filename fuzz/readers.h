@@ -7,6 +7,10 @@
 #include <string>
 #include <vector>
 
+namespace vest::scene {
+class World;
+}
+
 namespace vest::fuzz {
 
 struct Reader {
@@ -44,6 +48,12 @@ class Folder {
   std::string path_;
   std::vector<std::string> names_;
 };
+
+/// The one that all readers write to.
+Folder& folder();
+
+/// That many steps without instruments.
+void step(scene::World& world, int count);
 
 /// Runs what reads; true where it took the input. A refusal is one line of printable text that holds `named`
 /// (the file). Anything else, as std::bad_alloc, is printed and ends the process.

@@ -29,11 +29,6 @@
 namespace vest::fuzz {
 namespace {
 
-Folder& folder() {
-  static Folder of_all;
-  return of_all;
-}
-
 /// Inputs of `bag` and `steps` that reached a step of re-simulation.
 std::uint64_t stepped = 0;
 

@@ -20,21 +20,6 @@ namespace {
 
 using scene::Limits;
 
-Folder& folder() {
-  static Folder of_all;
-  return of_all;
-}
-
-void step(scene::World& world, int count) {
-  scene::StepInput input;
-  scene::StepReport report;
-  input.dt = world.description().dt;
-  for (int i = 0; i < count; ++i) {
-    input.step = world.steps();
-    world.step(input, report);
-  }
-}
-
 struct Handled {
   std::unique_ptr<scene::World> world;
   Eigen::Vector3d place;           ///< m: where instruments find something

@@ -28,12 +28,6 @@
 #include "vest_tissue/volume/transfer_table.h"
 
 namespace vest::fuzz {
-namespace {
-
-Folder& folder() {
-  static Folder of_all;
-  return of_all;
-}
 
 void step(scene::World& world, int count) {
   scene::StepInput input;
@@ -44,6 +38,8 @@ void step(scene::World& world, int count) {
     world.step(input, report);
   }
 }
+
+namespace {
 
 /// A scene and its side files; a small one that is taken makes its first steps.
 void readScene(const std::string& input) {

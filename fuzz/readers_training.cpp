@@ -9,11 +9,6 @@
 namespace vest::fuzz {
 namespace {
 
-Folder& folder() {
-  static Folder of_all;
-  return of_all;
-}
-
 void readExercise(const std::string& input) {
   folder().clear();
   const std::string file = folder().write("exercise.yaml", input);

@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "../../loader/loader_sutures.h"
 #include "pull_test.h"
 #include "sections.h"
@@ -77,22 +75,16 @@ validation::Section knotsSection(const Options& o, const std::string& command) {
   validation::Section s("22_knots", "Pull tests of knots", command);
   s.text(
       "Threads of size 2-0 as data/sutures.yaml has them. Each throw is set with a tension and let go, tails "
-      "are cut at 10 mm, and the loop is drawn at 2.4 m/min (test/suture/pull_test.h). A knot slips where "
-      "the "
-      "loop\ngrows by 6 mm (pins by 3 mm) more than its strands stretch, and breaks at the knot-pull "
-      "strength. "
-      "Friction and contact alone decide. Load: tension of a strand of the loop.");
+      "are cut at 10 mm, and the loop is drawn at 2.4 m/min (test/suture/pull_test.h).\n"
+      "A knot slips where the loop grows by 6 mm (pins by 3 mm) more than its strands stretch, and breaks at "
+      "the knot-pull strength. Friction and contact alone decide. Load: tension of a strand of the loop.");
   s.text(
       "Print: square knots set with 14.7 N break from 3 throws on with polyglactin and polypropylene, from 4 "
-      "on "
-      "with polydioxanone and nylon; with polyglactin neither grannies nor knots set with 4.9 N are as "
-      "secure\n"
-      "(Rosin and Robinson 1989, Vet Surg 18:269, abstract). Two throws of polyamide and polypropylene "
-      "untie, two "
-      "of silk hold (Text Res J 71:435, abstract; the setting tension is not told). A first throw alone of\n"
-      "three turns of polyglactin: 18 N (J Clin Med 2023, 12:6418, abstract); of two turns 10 N, not "
-      "compared with "
-      "the text.");
+      "on with polydioxanone and nylon; with polyglactin neither grannies nor knots set with 4.9 N are as "
+      "secure (Rosin and Robinson 1989, Vet Surg 18:269, abstract).\n"
+      "Two throws of polyamide and polypropylene untie, two of silk hold (Text Res J 71:435, abstract; the "
+      "setting tension is not told). A first throw alone of three turns of polyglactin: 18 N (J Clin Med "
+      "2023, 12:6418, abstract); of two turns 10 N, not compared with the text.");
   const material::Sutures known = material::readSutures(material::suturesPath());
   std::vector<std::vector<std::string>> rows;
   std::vector<Result> results;
@@ -118,9 +110,7 @@ validation::Section knotsSection(const Options& o, const std::string& command) {
   s.table({"material", "throws", "set with, N", "the knot", "knot-pull strength, N", "print", "agrees"},
           rows);
   s.text("As print has it: " + std::to_string(agree) + " of " + std::to_string(told) +
-         ". No knot of a monofilament holds, so that those which slip in print too show little. Threads are "
-         "elastic "
-         "here;\nreal ones keep a part of their bends. They spring open as they are let go.");
+         ". docs/decisions/0040-threads-in-a-world.md tells what is thought of the others.");
   const Pulled &square = results[0].pulled, &granny = results[1].pulled, &nylon = results[2].pulled;
   s.atLeast("silk, square knot of two throws set with 4.9 N: load, of the knot-pull strength",
             square.load / results[0].strength, 1.0, "no unit");

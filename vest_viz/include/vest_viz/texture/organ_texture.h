@@ -36,7 +36,8 @@ struct Style {
 };
 
 /// Style for an organ word of the scene (uterus, tube, ovary, ligament, artery, vein, intestine, cavity,
-/// liver, gallbladder, duct, areolar, omentum, bone, cartilage); any other word gets that of a pink serosa.
+/// liver, gallbladder, duct, areolar, omentum, bone, cartilage) or of a thing of a training box (board, peg,
+/// rubber, gauze); any other word gets that of a pink serosa.
 const Style& styleOf(const std::string& organ);
 /// What a cut through an organ lays open.
 const Style& insideOf(const std::string& organ);
