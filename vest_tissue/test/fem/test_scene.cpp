@@ -8,7 +8,7 @@
 
 #include <Eigen/LU>
 
-#include "../../src/tools/simulate_scene.h"
+#include "../../src/cli/simulate_scene.h"
 #include "beam.h"
 #include "temporary_scene.h"
 

@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "../../src/tools/check_table.h"
-#include "../../src/tools/edit_source.h"
+#include "../../src/cli/check_table.h"
+#include "../../src/cli/edit_source.h"
 #include "temporary_scene.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/modelling/bake.h"

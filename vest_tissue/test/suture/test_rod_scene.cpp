@@ -4,7 +4,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "../../src/tools/simulate_rods.h"
+#include "../../src/cli/simulate_rods.h"
 #include "temporary_scene.h"
 #include "vest_tissue/material/sutures.h"
 #include "vest_tissue/suture/rod.h"
