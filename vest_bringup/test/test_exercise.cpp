@@ -19,6 +19,7 @@
 #include "vest_bringup/ros/exercise_file.h"
 #include "vest_bringup/ros/scripted_session.h"
 #include "vest_instruments/files/read.h"
+#include "vest_tissue/scene/stitches.h"
 #include "vest_tissue/scene/world_state.h"
 
 // Protects exercises: each passes with its good script and fails with its bad ones for the stated reason; the
@@ -240,6 +241,58 @@ TEST(ExerciseNumbers, ACutIsMeasuredAgainstTheMarksCircle) {
   EXPECT_NEAR(items[1].value, 1e3 * std::sqrt(squares / length), 0.05);
   EXPECT_NEAR(items[2].value, 1e3 * beyond, 0.1);
   EXPECT_GT(items[0].value, 2.0) << "a straight cut is no circle";
+}
+
+TEST(ExerciseNumbers, AStitchIsMeasuredByItsBitesAndItsThread) {
+  // Where the needle went in and came out was seen beforehand; the marks say it to the millimetre.
+  simulation::Play seen("suture_pad", false);
+  seen.run({}, 16.0);
+  scene::Bites bites;
+  scene::findBites(seen.world(), bites);
+  ASSERT_EQ(bites.count, 2U);
+  EXPECT_FALSE(bites.mouths[0].exit);
+  EXPECT_TRUE(bites.mouths[1].exit);
+  const double wide = (bites.mouths[1].rest - bites.mouths[0].rest).norm();
+  EXPECT_GT(wide, 0.008) << "m";
+  EXPECT_LT(wide, 0.024) << "m: half a circle of 36 mm is 23 mm wide";
+
+  Exercise e = shipped();
+  e.scene = "suture_pad";
+  e.tools = {};
+  Mark entry, exit;
+  entry.name = "entry", entry.at = bites.mouths[0].rest + Eigen::Vector3d(0, 0.001, 0), entry.object = "pad";
+  exit.name = "exit", exit.at = bites.mouths[1].rest, exit.object = "pad";
+  e.marks = {entry, exit};
+  Phase phase;
+  phase.name = "stitch", phase.end.kind = Condition::Kind::Event, phase.end.count = 2;
+  phase.end.event = scene::EventKind::Grasped, phase.end.object = "thread";
+  e.phases = {phase};
+  e.gates.clear(), e.errors.clear(), e.items.clear();
+  const auto item = [&e](Metric metric, const std::string& object, const std::vector<std::string>& marks) {
+    Item i;
+    i.number.metric = metric, i.number.object = object, i.number.marks = marks;
+    i.pass = 1;
+    e.items.push_back(i);
+  };
+  item(Metric::Bites, "pad", {}), item(Metric::Bites, "tray", {});
+  item(Metric::BiteOff, "pad", {"entry", "exit"}), item(Metric::BiteOff, "pad", {"entry"});
+  item(Metric::Apart, "", {"entry", "exit"});
+  item(Metric::KnotDeterminant, "", {}), item(Metric::Tail, "", {}), item(Metric::KnotOff, "", {});
+  item(Metric::ThreadTensionPeak, "", {});
+  simulation::Play p("suture_pad", false);
+  const Engine& engine = addExercise(e, p.stage);
+  p.run({}, 30.0);
+  EXPECT_TRUE(engine.finished()) << "by an event of the thread";
+  const auto items = engine.result().items;
+  EXPECT_EQ(items[0].value, 1);
+  EXPECT_EQ(items[1].value, 0);
+  EXPECT_NEAR(items[2].value, 1.0, 0.1);
+  EXPECT_NEAR(items[3].value, 1e3 * (exit.at - entry.at).norm(), 0.1);
+  EXPECT_NEAR(items[4].value, 1e3 * (exit.at - entry.at).norm(), 2.0) << "the pad has given way a little";
+  EXPECT_EQ(items[5].value, 1) << "no knot";
+  EXPECT_EQ(items[6].value, 0);
+  EXPECT_EQ(items[7].value, 0);
+  EXPECT_GT(items[8].value, 0.02) << "N";
 }
 
 /// What is said of the shipped file with one text replaced by another.

@@ -4,6 +4,7 @@
 #include "../../vest_tissue/test/suture/crossings.h"
 #include "play.h"
 #include "vest_tissue/scene/loose.h"
+#include "vest_tissue/scene/stitches.h"
 #include "vest_tissue/scene/world_state.h"
 #include "vest_tissue/suture/knot_kind.h"
 
@@ -233,6 +234,14 @@ TEST(SceneThrow, TwoInstrumentsTieASurgeonsThrowThatStaysWhenOneLetsGo) {
   ASSERT_EQ(released.size(), 1U);
   EXPECT_GT(released[0], 38.0) << "s: the right one lets go of what it has drawn";
   EXPECT_TRUE(p.times(EventKind::Torn, "thread").empty());
+  const auto tied = p.times(EventKind::KnotTied, "thread");
+  ASSERT_EQ(tied.size(), 1U) << "drawn once";
+  EXPECT_GT(tied[0], 27.0);
+  EXPECT_LT(tied[0], released[0]);
+  const scene::Knot knot = scene::findKnot(p.world(), scratch);
+  EXPECT_EQ(knot.kind.determinant, 5);
+  EXPECT_GT(knot.tail, 0.003) << "m: beyond the throw";
+  EXPECT_LT(knot.tail, 0.06);
   // The throw leaves the jaws in the same bits with two threads.
   p.world().setThreads(2);
   p.stage.trainer->restore(snapshot);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "vest_hw_phantom_box/emulator/emulator.h"
+#include "vest_hw_phantom_box/emulator/script_clock.h"
 #include "vest_hw_phantom_box/protocol/decoder.h"
 
 namespace {
@@ -131,6 +132,64 @@ TEST(Emulator, SkippedFramesShowAsLostOnTheWire) {
   d.feed(line.data(), line.size(), sink);
   EXPECT_EQ(50u, d.counters().lost);
   EXPECT_EQ(60000u, sink.last.time_us);
+}
+
+/// A script beside a simulation whose speed is given: seconds by the script's clock, by simulation, and the
+/// greatest lead of the script.
+struct Beside {
+  double script = 0, simulated = 0, lead = 0;
+};
+template <class Speed>
+Beside beside(double seconds, Speed speed, bool told = true) {
+  emulator::ScriptClock clock;
+  Beside b;
+  clock.at(100.0);
+  for (int k = 1; k <= std::lround(1000 * seconds); ++k) {
+    const double t = 0.001 * k;
+    b.simulated += 0.001 * speed(t);
+    // Twice a second, the rate as the mean of the second before.
+    if (told && k % 500 == 0) {
+      double rate = 0;
+      for (int i = 0; i < 10; ++i) rate += 0.1 * speed(std::max(0.0, t - 0.1 * i));
+      clock.hear(100.0 + t, 7.0 + b.simulated, rate);
+    }
+    b.script = clock.at(100.0 + t);
+    b.lead = std::max(b.lead, b.script - b.simulated);
+  }
+  return b;
+}
+
+TEST(ScriptClock, IsRealTimeWhereTheSimulationIsOrSaysNothing) {
+  EXPECT_NEAR(beside(20, [](double) { return 1.0; }).script, 20.0, 1e-9);
+  EXPECT_NEAR(beside(
+                  20, [](double) { return 0.5; }, false)
+                  .script,
+              20.0, 1e-9);
+  EXPECT_NEAR(beside(20, [](double t) { return 1.0 + 0.01 * std::sin(6.0 * t); }).script, 20.0, 0.1)
+      << "what wavers by a hundredth is real time";
+}
+
+TEST(ScriptClock, GoesAsSlowlyAsTheSimulation) {
+  for (const double speed : {0.3, 0.7, 0.9}) {
+    const Beside b = beside(60, [speed](double) { return speed; });
+    EXPECT_NEAR(b.script / 60, speed, 0.02) << speed;
+    EXPECT_LT(b.lead, 0.5) << "s: until it is told for the first time";
+  }
+  // From the tenth second on half as fast, then as fast as ever.
+  const Beside b = beside(40, [](double t) { return t > 10 && t < 30 ? 0.5 : 1.0; });
+  EXPECT_NEAR(b.script, 30.0, 0.6);
+  EXPECT_LT(b.lead, 0.5);
+}
+
+TEST(ScriptClock, StandsWithASimulationThatPausesAndGoesOnBehindAReset) {
+  const Beside b = beside(30, [](double t) { return t > 10 && t < 20 ? 0.0 : 1.0; });
+  EXPECT_NEAR(b.script, 20.0, 1.0);
+  emulator::ScriptClock clock;
+  clock.at(0.0);
+  for (int k = 1; k <= 20; ++k) {
+    clock.hear(0.5 * k, k < 10 ? 0.5 * k : 0.5 * (k - 10), 1.0);
+    EXPECT_NEAR(clock.at(0.5 * k), 0.5 * k, 1e-9) << "another scene begins at 0";
+  }
 }
 
 }  // namespace

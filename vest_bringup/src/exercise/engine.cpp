@@ -36,7 +36,12 @@ class Builder {
       while (phase < e.phases.size() && e.phases[phase].name != item.phase) ++phase;
       m_.phase_of_item.push_back(phase);
     }
-    for (const BuiltNumber& n : m_.numbers) m_.pools = m_.pools || n.metric == Metric::Pool;
+    for (const BuiltNumber& n : m_.numbers) {
+      m_.pools = m_.pools || n.metric == Metric::Pool;
+      m_.knots = m_.knots || n.metric == Metric::KnotDeterminant || n.metric == Metric::KnotOff ||
+                 n.metric == Metric::Tail;
+      m_.tension = m_.tension || n.metric == Metric::ThreadTension || n.metric == Metric::ThreadTensionPeak;
+    }
   }
 
  private:
@@ -57,6 +62,24 @@ class Builder {
     if (out.list.empty())
       refuse(object.empty() ? "no object has the role '" + role + "'"
                             : "no object is called '" + object + "'");
+    return out;
+  }
+
+  /// Events are of objects, and behind them of threads: by name, or without a name of all.
+  Objects eventObjects(const std::string& object, const std::string& role) const {
+    const auto& sutures = world_.description().sutures;
+    std::vector<std::uint8_t> of_threads(sutures.size());
+    bool any = false;
+    for (std::size_t i = 0; i < sutures.size(); ++i) {
+      of_threads[i] = role.empty() && (object.empty() || sutures[i].rod.name == object);
+      any = any || (of_threads[i] && !object.empty());
+    }
+    Objects out;
+    if (any)
+      out.in.assign(m_.scene_objects, 0);
+    else
+      out = objects(object, role);
+    out.in.insert(out.in.end(), of_threads.begin(), of_threads.end());
     return out;
   }
 
@@ -97,7 +120,7 @@ class Builder {
       for (const std::size_t mark : b.marks) b.stations.push_back(station(mark, b.objects));
     if (n.metric == Metric::DamageOutside || n.metric == Metric::Sealed)
       for (const std::size_t object : b.objects.list) b.regions.push_back(region(object, b.marks.front()));
-    if (n.metric == Metric::CutRound || n.metric == Metric::CutRoundRms)
+    if (n.metric == Metric::CutRound || n.metric == Metric::CutRoundRms || n.metric == Metric::BiteOff)
       for (const std::size_t mark : b.marks) b.circles.push_back(circle(b.objects.list.front(), mark));
     m_.numbers.push_back(std::move(b));
     return m_.numbers.size() - 1;
@@ -157,7 +180,7 @@ class Builder {
     Node n{c.kind, c.event, c.tool,    {}, c.station_low, c.station_high, static_cast<double>(c.count), 0,
            c.low,  c.high,  c.seconds, {}};
     for (const Condition& child : c.children) n.children.push_back(node(child));
-    if (c.kind == Condition::Kind::Event) n.objects = objects(c.object, c.role);
+    if (c.kind == Condition::Kind::Event) n.objects = eventObjects(c.object, c.role);
     if (c.kind == Condition::Kind::Number) n.number = number(c.number);
     m_.nodes.push_back(std::move(n));
     return m_.nodes.size() - 1;
@@ -402,6 +425,7 @@ bool Engine::restore(const std::uint8_t* bytes, std::size_t count) {
   for (const Moment& moment : s.moments)
     good = good && moment.kind <= Moment::Kind::Finished && moment.index < 1000;
   for (const ToolState& t : s.tools) good = good && t.at < kMostWindow;
+  good = good && s.threads.at < kMostWindow;
   if (!good) return false;
   s.moments.reserve(kMostMoments);
   *state_ = std::move(s);

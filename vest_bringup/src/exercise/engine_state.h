@@ -6,13 +6,14 @@
 
 #include "vest_bringup/exercise/engine.h"
 #include "vest_tissue/scene/loose.h"
+#include "vest_tissue/scene/stitches.h"
 
 namespace vest::exercise {
 
 constexpr std::size_t kHands = 3;           ///< left, right, third
 constexpr std::uint64_t kMotionEvery = 20;  ///< steps: motion by chords of 20 ms, whatever the box's rate
 constexpr std::uint64_t kFieldsEvery = 20;  ///< steps: damage and pools
-constexpr std::uint64_t kPartsEvery = 200;  ///< steps: what is cut free, and where it is
+constexpr std::uint64_t kPartsEvery = 200;  ///< steps: what is cut free, and where it is; knots
 constexpr std::size_t kMostWindow = 64;     ///< steps of the force window
 
 /// Objects of the scene that a number or event is about.
@@ -34,7 +35,7 @@ struct BuiltNumber {
   std::vector<std::size_t> marks;
   std::vector<double> stations;                    ///< m, of the marks on the tube
   std::vector<std::vector<std::uint8_t>> regions;  ///< per object of the list: knots within the mark's radius
-  std::vector<Circle> circles;                     ///< of the marks, at rest, where a cut's line is asked for
+  std::vector<Circle> circles;  ///< of the marks, at rest, where a cut's line or a bite is asked for
 };
 
 struct BuiltMark {
@@ -72,7 +73,7 @@ struct Engine::Model {
   std::size_t window = 20;                  ///< steps
   double optic_least = -1, optic_most = 2;  ///< cosines of the optic's angle
   std::size_t scene_objects = 0;
-  bool pools = false;
+  bool pools = false, knots = false, tension = false;
 };
 
 // Members of 8 bytes alone: no padding, the bytes are saved and hashed.
@@ -97,6 +98,13 @@ struct ObjectState {
 struct ItemState {
   double begin = 0, end = 0;
 };
+/// Of threads.
+struct ThreadsState {
+  std::uint64_t at = 0;
+  double tension = 0, peak = 0;  ///< N, means of 20 ms
+  double determinant = 1, tail = 0, off = 0;
+  std::array<double, kMostWindow> window{};
+};
 struct Clock {
   std::uint64_t steps = 0, phase = 0, hinted = 0, finished = 0, flags = 0, wrong_optic = 0,
                 input_hash = 14695981039346656037ULL;
@@ -114,12 +122,14 @@ struct Engine::State {
   std::vector<double> numbers;  ///< what a number keeps for itself
   std::vector<double> results;  ///< of the items, when it ended
   std::array<ToolState, kHands> tools;
+  ThreadsState threads;
   std::vector<ObjectState> objects;
   std::vector<Moment> moments;
 
   template <class Self, class Archive>
   static void walk(Self& s, Archive&& archive) {
     archive(&s.clock, sizeof s.clock), archive(s.tools.data(), sizeof s.tools);
+    archive(&s.threads, sizeof s.threads);
     const auto all = [&](auto& v) { archive(v.data(), v.size() * sizeof v[0]); };
     all(s.nodes), all(s.phases), all(s.gates), all(s.errors), all(s.error_was), all(s.items);
     all(s.numbers), all(s.results), all(s.objects);
@@ -127,9 +137,12 @@ struct Engine::State {
 };
 
 struct Engine::Scratch {
-  explicit Scratch(const scene::World& world) : loose(world) {}
+  explicit Scratch(const scene::World& world)
+      : loose(world), knots(world.state().threads.rod.position.size()) {}
   std::vector<float> damage;  ///< room for the largest object and its copies
   scene::LooseScratch loose;
+  scene::Bites bites;
+  suture::KnotScratch knots;
 };
 
 /// What numbers are made of, after a step.

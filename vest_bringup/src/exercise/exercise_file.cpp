@@ -139,11 +139,12 @@ class Reader {
         n.marks.push_back(one.name());
       }
       if (n.marks.empty()) v.fail("must be a mark, or a list of some");
-      const bool two = n.metric == Metric::CutAside;
+      const bool two = n.metric == Metric::CutAside || n.metric == Metric::Apart;
       if (two && n.marks.size() != 2) v.fail("must be two marks");
       const bool round = n.metric == Metric::CutRound || n.metric == Metric::CutRoundRms;
       if (round && n.marks.size() > 2) v.fail("must be one mark, or two: the circle and the way to it");
-      if (n.marks.size() > 1 && !two && !round && n.metric != Metric::ClipOff) v.fail("must be one mark");
+      const bool some = n.metric == Metric::ClipOff || n.metric == Metric::BiteOff;
+      if (n.marks.size() > 1 && !two && !round && !some) v.fail("must be one mark");
     }
     return n;
   }

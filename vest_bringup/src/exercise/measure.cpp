@@ -24,9 +24,13 @@ double cosineOfSight(const scene::StepInput& input, const Vector3d& point) {
   return std::clamp((camera.orientation * camera.sight).dot(way) / length, -1.0, 1.0);
 }
 
-double meanForce(const ToolState& t, std::size_t window) {
+/// Of the last 20 ms, with the newest. @param s ToolState or ThreadsState
+template <class S>
+double mean(S& s, std::size_t window, double newest) {
+  s.window[s.at] = newest;
+  s.at = (s.at + 1) % window;
   double sum = 0;
-  for (std::size_t i = 0; i < window; ++i) sum += t.window[i];
+  for (std::size_t i = 0; i < window; ++i) sum += s.window[i];
   return sum / static_cast<double>(window);
 }
 
@@ -39,9 +43,7 @@ void measureTools(const Engine::Model& m, const scene::StepInput& input, const s
     ToolState& t = s.tools[i];
     const scene::ToolInput& tool = input.tools[i];
     const scene::ContactModel& contact = report.contacts[i];
-    t.window[t.at] = contact.wrench.head<3>().norm();
-    t.at = (t.at + 1) % m.window;
-    t.force = meanForce(t, m.window);
+    t.force = mean(t, m.window, contact.wrench.head<3>().norm());
     t.peak = std::max(t.peak, t.force);
     t.impulse += std::max(0.0, t.force - kFreeForce) * dt;
     t.free = contact.in_contact ? 0.0 : t.free + dt;
@@ -203,6 +205,46 @@ double roundOf(const BuiltNumber& number, const scene::World& world) {
   return length > 0 ? std::sqrt(squares / length) : 0.0;
 }
 
+double bitesOf(const BuiltNumber& number, const scene::Bites& bites) {
+  double count = 0;
+  for (std::size_t i = 0; i < bites.count; ++i)
+    count += !bites.mouths[i].exit && number.objects.in[bites.mouths[i].object] != 0;
+  return count;
+}
+
+/// m: of the ends of ways through tissue from the nearest of their marks.
+double biteOff(const BuiltNumber& number, const scene::Bites& bites) {
+  double most = 0;
+  for (std::size_t i = 0; i < bites.count; ++i) {
+    const scene::Mouth& mouth = bites.mouths[i];
+    if (!number.objects.in[mouth.object]) continue;
+    double nearest = 1e9;
+    for (const Circle& mark : number.circles)
+      nearest = std::min(nearest, (mouth.rest - mark.centre).squaredNorm());
+    most = std::max(most, nearest);
+  }
+  return std::sqrt(most);
+}
+
+void measureThreads(const Engine::Model& m, const scene::World& world, Engine::State& s,
+                    Engine::Scratch& scratch) {
+  ThreadsState& t = s.threads;
+  if (m.tension) {
+    t.tension = mean(t, m.window, scene::threadTension(world));
+    t.peak = std::max(t.peak, t.tension);
+  }
+  if (!m.knots || s.clock.steps % kPartsEvery != 0) return;
+  const scene::Knot knot = scene::findKnot(world, scratch.knots);
+  if (knot.kind.determinant == 0) return;  // too tangled to be told
+  t.determinant = static_cast<double>(knot.kind.determinant);
+  t.tail = knot.tail;
+  scene::findBites(world, scratch.bites);
+  double nearest = knot.kind.determinant > 1 ? 1e9 : 0;
+  for (std::size_t i = 0; i < scratch.bites.count; ++i)
+    nearest = std::min(nearest, (scratch.bites.mouths[i].now - knot.place).squaredNorm());
+  t.off = scratch.bites.count > 0 ? std::sqrt(nearest) : 0;
+}
+
 /// Of all objects that the number is about, by mass.
 double looseOf(const BuiltNumber& number, const scene::World& world, scene::LooseScratch& scratch) {
   double loose = 0, whole = 0;
@@ -233,6 +275,7 @@ void measure(const Engine::Model& m, const scene::World& world, const scene::Ste
   measureTools(m, input, report, s);
   measureContacts(world, report, s);
   measureEvents(m, world, report, s);
+  measureThreads(m, world, s, scratch);
   if (s.clock.steps % kFieldsEvery != 0) return;
   for (std::size_t n = 0; n < m.numbers.size(); ++n) {
     const Metric metric = m.numbers[n].metric;
@@ -240,6 +283,11 @@ void measure(const Engine::Model& m, const scene::World& world, const scene::Ste
       s.numbers[n] = damageOf(m.numbers[n], world, scratch);
     if (metric == Metric::CutRound || metric == Metric::CutRoundRms)
       s.numbers[n] = roundOf(m.numbers[n], world);
+    if (metric == Metric::Bites || metric == Metric::BiteOff) {
+      scene::findBites(world, scratch.bites);
+      s.numbers[n] = metric == Metric::Bites ? bitesOf(m.numbers[n], scratch.bites)
+                                             : biteOff(m.numbers[n], scratch.bites);
+    }
     if ((metric == Metric::CutFree || metric == Metric::Removed) && s.clock.steps % kPartsEvery == 0)
       s.numbers[n] = looseOf(m.numbers[n], world, scratch.loose);
   }
@@ -309,6 +357,7 @@ double valueOf(const Engine::Model& m, const Engine::State& s, std::size_t numbe
     case Metric::Damage:
     case Metric::DamageOutside:
     case Metric::Sealed:
+    case Metric::Bites:
     case Metric::CutFree:
     case Metric::Removed:
       return s.numbers[number];
@@ -318,6 +367,7 @@ double valueOf(const Engine::Model& m, const Engine::State& s, std::size_t numbe
     case Metric::CutAside:
     case Metric::CutRound:
     case Metric::CutRoundRms:
+    case Metric::BiteOff:
       return 1e3 * s.numbers[number];
     case Metric::CutLength:
       return 1e3 *
@@ -328,6 +378,20 @@ double valueOf(const Engine::Model& m, const Engine::State& s, std::size_t numbe
         most = std::max(most, (middleOf(world, o) - placeOf(m.marks[n.marks[0]], world)).squaredNorm());
       return 1e3 * std::sqrt(most);
     }
+    case Metric::Apart:
+      return 1e3 *
+             std::sqrt(
+                 (placeOf(m.marks[n.marks[0]], world) - placeOf(m.marks[n.marks[1]], world)).squaredNorm());
+    case Metric::KnotDeterminant:
+      return s.threads.determinant;
+    case Metric::KnotOff:
+      return 1e3 * s.threads.off;
+    case Metric::Tail:
+      return 1e3 * s.threads.tail;
+    case Metric::ThreadTension:
+      return s.threads.tension;
+    case Metric::ThreadTensionPeak:
+      return s.threads.peak;
     case Metric::CutArea:
       return 1e6 * overObjects([](const ObjectState& o) { return o.cut_area; }, false);
     case Metric::Clips:

@@ -3,6 +3,10 @@
 #include <sys/prctl.h>
 #include <time.h>
 
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <vest_msgs/SessionState.h>
+
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cmath>
@@ -12,6 +16,7 @@
 
 #include "vest_hw_phantom_box/emulator/emulator.h"
 #include "vest_hw_phantom_box/emulator/pseudo_terminal.h"
+#include "vest_hw_phantom_box/emulator/script_clock.h"
 #include "vest_hw_phantom_box/transport/raw_log.h"
 #include "vest_instruments/files/read.h"
 
@@ -41,8 +46,8 @@ void sleepUntil(std::int64_t when) {
 }
 
 struct Options {
-  std::string link, trajectory, replay, calibration, interpolation = "linear",
-                                                     serial_number = "VEST-EMULATOR";
+  std::string link, trajectory, replay, calibration, pace, interpolation = "linear",
+                                                           serial_number = "VEST-EMULATOR";
   bool loop = false, hold = false, start_on_open = true;
   int instruments = 3;
   double max_gap = 0.5, seconds = 0, unplug_at = -1, unplug_for = 1, unplug_every = 0;
@@ -55,6 +60,9 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--replay", o.replay,
                  "log of raw bytes (raw_log of the driver): they are sent again as they came")
       ->excludes("--trajectory");
+  app.add_option("--pace", o.pace,
+                 "topic (vest_msgs/SessionState): the trajectory goes no faster than that simulation")
+      ->excludes("--replay");
   app.add_option("--interpolation", o.interpolation, "between rows")
       ->check(CLI::IsMember({"linear", "cubic"}))
       ->capture_default_str();
@@ -90,6 +98,30 @@ void declare(CLI::App& app, Options& o) {
       ->check(CLI::NonNegativeNumber);
 }
 
+/// How far the simulation is, by ROS; real time while nobody speaks.
+class Pace {
+ public:
+  /// @throws std::runtime_error without a master
+  explicit Pace(const std::string& topic) {
+    if (!ros::master::check()) throw std::runtime_error("--pace: no ROS master answers");
+    ros::NodeHandle node;
+    node.setCallbackQueue(&queue_);
+    state_ =
+        node.subscribe<vest_msgs::SessionState>(topic, 2, [this](const vest_msgs::SessionState::ConstPtr& s) {
+          clock_.hear(1e-9 * static_cast<double>(steadyNow()), s->simulated_time, s->real_time_factor);
+        });
+  }
+  double at(std::int64_t when) {
+    queue_.callAvailable();
+    return clock_.at(1e-9 * static_cast<double>(when));
+  }
+
+ private:
+  emulator::ScriptClock clock_;
+  ros::CallbackQueue queue_;
+  ros::Subscriber state_;
+};
+
 class Program {
  public:
   explicit Program(const Options& options)
@@ -102,6 +134,7 @@ class Program {
       std::printf("replay %s: %zu pieces, %.3f s\n", files::shown(o_.replay, 6000).c_str(), recorded_.size(),
                   static_cast<double>(recorded_.back().time_ns) * 1e-9);
     }
+    if (!o_.pace.empty()) pace_.emplace(o_.pace);
     if (!o_.trajectory.empty()) {
       emulator::TrajectoryOptions t;
       t.interpolation =
@@ -177,7 +210,7 @@ class Program {
   }
 
   void send(std::int64_t when) {
-    const double t = static_cast<double>(when - play_start_) * 1e-9;
+    const double t = pace_ ? pace_->at(when) : static_cast<double>(when - play_start_) * 1e-9;
     line_.clear();
     emulator_.tick(trajectory_ ? trajectory_->at(t) : emulator::defaultMotion(t), line_);
     if (terminal_.write(line_))
@@ -201,6 +234,7 @@ class Program {
   calibration::Calibration calibration_;
   emulator::Emulator emulator_;
   std::optional<emulator::Trajectory> trajectory_;
+  std::optional<Pace> pace_;
   emulator::PseudoTerminal terminal_;
   protocol::Bytes line_;
   std::vector<transport::RawPiece> recorded_;
@@ -216,11 +250,10 @@ int main(int argc, char** argv) {
   CLI::App app{"Emulates a VEST trainer box on a pseudo-terminal (docs/phantom_box_protocol.md)"};
   Options options;
   declare(app, options);
-  // roslaunch appends its own remappings to every command line.
-  int used = 0;
-  for (int i = 0; i < argc; ++i)
-    if (std::string(argv[i]).find(":=") == std::string::npos) argv[used++] = argv[i];
-  CLI11_PARSE(app, used, argv);
+  // Takes the remappings that roslaunch appends; without --pace nothing else of ROS is used.
+  ros::init(argc, argv, "phantom_box_emulator",
+            ros::init_options::NoSigintHandler | ros::init_options::NoRosout);
+  CLI11_PARSE(app, argc, argv);
   struct sigaction action {};
   action.sa_handler = onSignal;
   sigaction(SIGINT, &action, nullptr);

@@ -436,6 +436,7 @@ void buildThreads(WorldModel& m) {
   }
   m.threads.rods = std::make_shared<suture::Model>(rods);
   m.start.threads.rod = m.threads.rods->start;
+  m.start.threads.knots.resize(m.threads.rods->strands.size());
   placeThreads(m.threads);
   int common = 0;
   for (const std::size_t i : m.bodies) common = std::gcd(common, m.objects[i].batches);

@@ -473,8 +473,17 @@ auto fields(Walk<A> a, interaction::Channel& c) {
       .require(at.deforms(c.object), "a channel in a rigid object");
 }
 template <class A>
+auto fields(Walk<A> a, suture::KnotKind& k) {
+  return a(within("a knot's determinant", k.determinant, 0, 1000000),
+           within("a knot's signature", k.signature, -1000, 1000));
+}
+template <class A>
+auto fields(Walk<A> a, interaction::KnotWatch& k) {
+  return a(k.kind, k.seen, k.drawn);
+}
+template <class A>
 auto fields(Walk<A> a, interaction::ThreadState& s) {
-  return a(s.rod, s.touches, s.grips)
+  return a(s.rod, s.touches, s.grips, rule(s.knots).sized(a.archive.at.model->start.threads.knots.size()))
       .require(s.touches.size() <= a.archive.at.model->threads.room(), "too many touches of threads")
       .when(a.archive.at.needles() > 0, [&](auto b) {
         return b(s.needle_grips, s.channels)

@@ -29,6 +29,8 @@ constexpr double kHeldShare = 3.0;
 /// Of a needle's point: it slides only where it comes flatter than what may puncture (0.3 to the face);
 /// assumed
 constexpr double kPointFriction = 3.0;
+constexpr std::uint64_t kKnotEvery = 100;  ///< steps between two looks at knots
+constexpr double kDrawn = 0.5;  ///< N with which a thread presses on itself in a knot that is drawn; assumed
 constexpr double kPressing = 2e-4;  ///< m: a touch that is nearer shares its knots' stiffness with others
 
 const suture::Strand& strandOf(const suture::Model& m, std::uint32_t node) {
@@ -307,6 +309,49 @@ void breakThreads(Context& c) {
   }
 }
 
+/// What was cut counts as the part that is knotted most. Determinant 0: too tangled to be told.
+suture::KnotKind kindOf(const suture::State& s, const suture::Strand& strand, suture::KnotScratch& w) {
+  suture::KnotKind most;
+  bool told = true;
+  suture::eachPart(strand, s, [&](suture::Index first, suture::Index count) {
+    const suture::KnotKind kind = suture::kindOf(&s.position[first], count, w);
+    told = told && kind.determinant != 0;
+    if (kind.determinant > most.determinant) most = kind;
+  });
+  return told ? most : suture::KnotKind{0, 0};
+}
+
+/// A knot that is drawn is told once: when its thread presses on itself.
+void tellKnots(Context& c) {
+  if (c.state.step % kKnotEvery != 0) return;
+  const suture::State& s = c.state.threads.rod;
+  for (std::size_t n = 0; n < c.state.threads.knots.size(); ++n) {
+    const suture::Strand& strand = c.model.threads.rods->strands[n];
+    if (strand.closed) continue;
+    interaction::KnotWatch& watch = c.state.threads.knots[n];
+    const suture::KnotKind seen = kindOf(s, strand, c.scratch.threads->knots);
+    if (seen.determinant == 0) continue;
+    if (!(seen == watch.kind) && seen == watch.seen) watch.kind = seen, watch.drawn = false;
+    watch.seen = seen;
+    if (watch.drawn || watch.kind.determinant == 1 || !(watch.kind == seen)) continue;
+    const auto within = [&strand](std::uint32_t i) { return i - strand.first < strand.nodes; };
+    double press = 0.0, most = 0.0;
+    std::uint32_t node = strand.threadFirst();
+    for (std::uint32_t i = 0; i < s.contact_count; ++i) {
+      const suture::LiveContact& contact = s.contacts[i];
+      if (!within(contact.a) || !within(contact.b)) continue;
+      const double force = std::sqrt(contact.force.squaredNorm());
+      press += force;
+      if (force > most) most = force, node = contact.a;
+    }
+    if (!(press > kDrawn)) continue;
+    watch.drawn = true;
+    Event e = threadEvent(c, EventKind::KnotTied, -1, node);
+    e.force = press;
+    emit(c, e);
+  }
+}
+
 }  // namespace
 
 Event threadEvent(const Context& c, EventKind kind, int tool, std::uint32_t node) {
@@ -363,6 +408,7 @@ bool settleThreads(Context& c, std::string_view& faulty) {
             [](const auto& a, const auto& b) { return interaction::before(a, b); });
   breakThreads(c);
   advanceChannels(c);
+  tellKnots(c);
   return true;
 }
 

@@ -203,4 +203,21 @@ KnotKind kindOf(const Vector3d* nodes, std::size_t count, KnotScratch& w) {
   return w.measure(faces);
 }
 
+KnotPlace placeOfKnot(const Vector3d* nodes, std::size_t count, KnotScratch& w) {
+  KnotPlace out{kindOf(nodes, count, w), 0, count == 0 ? 0 : count - 1};
+  if (out.kind.determinant == 1 || out.kind.determinant == 0) return out;
+  const auto has = [&](std::size_t first, std::size_t last) {
+    return kindOf(nodes + first, last - first + 1, w) == out.kind;
+  };
+  for (std::size_t lost = out.last; lost > out.first + 1;) {
+    const std::size_t middle = (out.first + lost) / 2;
+    (has(middle, out.last) ? out.first : lost) = middle;
+  }
+  for (std::size_t lost = out.first; out.last > lost + 1;) {
+    const std::size_t middle = (out.last + lost) / 2;
+    (has(out.first, middle) ? out.last : lost) = middle;
+  }
+  return out;
+}
+
 }  // namespace vest::suture

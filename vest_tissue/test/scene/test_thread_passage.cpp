@@ -108,7 +108,7 @@ TEST(ThreadPassage, AThrowHeldWithTenNewtonsThatSpringsOpenStaysAThrow) {
   Room m(d);
   suture::KnotScratch scratch(rod.nodes.size());
   double by = 0.0, tension = 0.0, jaw = 0.0;
-  int held = 0;
+  int held = 0, told = 0, told_before = 0;
   for (int k = 0; k < 1500 && held < 400; ++k) {
     if (tension < 10.0 && held == 0)
       by += k > 20 ? 0.001 * speed : 0.0;
@@ -120,8 +120,16 @@ TEST(ThreadPassage, AThrowHeldWithTenNewtonsThatSpringsOpenStaysAThrow) {
     m.step();
     m.world.threads(m.threads);
     tension = m.threads[0].tension[15];
+    for (const scene::Event& e : m.report.events) {
+      if (e.kind != scene::EventKind::KnotTied) continue;
+      ++told, told_before += by < 0.001;
+      EXPECT_EQ(e.object, m.world.description().objects.size()) << "behind the objects: the first thread";
+      EXPECT_GT(e.force, 0.5) << "N: the thread presses on itself";
+    }
     ASSERT_EQ(m.through, 0) << "step " << k << ", " << tension << " N";
   }
+  EXPECT_EQ(told, 1) << "once, although it is drawn for a second, held and let go";
+  EXPECT_EQ(told_before, 0) << "a loose knot is not told";
   EXPECT_EQ(held, 400) << "it was drawn with 10 N";
   EXPECT_FALSE(m.world.state().threads.grips[0].active);
   m.world.threads(m.threads);

@@ -93,6 +93,29 @@ TEST(KnotKind, KnotsThatAreDrawnTightStayWhatTheyAre) {
   }
 }
 
+TEST(KnotKind, ItsPlaceIsTheShortestPartOfTheThreadThatHasIt) {
+  constexpr double kSpacing = 0.0008;
+  for (const Named& knot : kKnots) {
+    const std::vector<Vector3d> bare = thrown(knot.throws, 0.005, 0.03, kSpacing);
+    KnotScratch scratch(bare.size() + 100);
+    const KnotPlace place = placeOfKnot(bare.data(), bare.size(), scratch);
+    EXPECT_EQ(place.kind.determinant, knot.determinant) << knot.name;
+    if (knot.determinant == 1) {
+      EXPECT_EQ(place.first, 0U) << knot.name;
+      EXPECT_EQ(place.last, bare.size() - 1) << knot.name;
+      continue;
+    }
+    const auto kind = [&](std::size_t first, std::size_t last) {
+      return suture::kindOf(&bare[first], last - first + 1, scratch);
+    };
+    EXPECT_EQ(kind(place.first, place.last), place.kind) << knot.name;
+    EXPECT_FALSE(kind(place.first + 1, place.last) == place.kind) << knot.name;
+    EXPECT_FALSE(kind(place.first, place.last - 1) == place.kind) << knot.name;
+    EXPECT_GT(place.first, 15U) << knot.name << ": its tails of 30 mm are no part of it";
+    EXPECT_LT(place.last, bare.size() - 16) << knot.name;
+  }
+}
+
 TEST(KnotKind, WhatIsTooTangledIsNotTold) {
   std::mt19937 random(1);
   std::vector<Vector3d> nodes;

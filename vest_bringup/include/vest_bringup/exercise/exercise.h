@@ -51,6 +51,14 @@ enum class Metric : std::uint8_t {
   CutRoundRms,
   CutFree,
   Removed,
+  Apart,
+  Bites,
+  BiteOff,
+  KnotDeterminant,
+  KnotOff,
+  Tail,
+  ThreadTension,
+  ThreadTensionPeak,
 };
 
 /// What a number is a number of, beside its word.
@@ -74,7 +82,7 @@ inline constexpr double kDegree = 0.017453292519943295;  ///< rad
 inline constexpr double kOpticOff = 0.5;  ///< degrees that the endoscope's optic may be off the exercise's
 inline constexpr double kSealedDamage = 0.632;  ///< denatured share at which tissue is sealed: omega = 1
 
-inline constexpr std::array<MetricInfo, 34> kMetrics{{
+inline constexpr std::array<MetricInfo, 42> kMetrics{{
     {Metric::Time, "time_s", kNothing, true, "time since the first phase began"},
     {Metric::BloodLost, "blood_lost_ml", kNothing, true, "blood that left the vessels and surfaces"},
     {Metric::Leak, "leak_ml_s", kNothing, false, "blood that leaves the vessels now"},
@@ -120,6 +128,19 @@ inline constexpr std::array<MetricInfo, 34> kMetrics{{
     {Metric::CutFree, "cut_free_percent", kObject, false,
      "part of the object's mass that nothing but instruments holds"},
     {Metric::Removed, "removed_percent", kObject, false, "what of it has left the cavity through a trocar"},
+    {Metric::Apart, "apart_mm", kMark, false, "distance between two marks"},
+    {Metric::Bites, "bites", kObject, false, "ways of needle and thread through the object and out again"},
+    {Metric::BiteOff, "bite_off_mm", kObject | kMark, false,
+     "greatest distance of such a way's ends from the nearest of the marks, on the tissue at rest"},
+    {Metric::KnotDeterminant, "knot", kNothing, false,
+     "determinant of the thread that is knotted most: 1 no knot, 3 a throw of one turn, 5 of two; several "
+     "multiply"},
+    {Metric::KnotOff, "knot_off_mm", kNothing, false,
+     "distance of the knot from the nearest end of a way through tissue"},
+    {Metric::Tail, "tail_mm", kNothing, false, "the shorter end of the thread beyond its knot"},
+    {Metric::ThreadTension, "thread_tension_N", kNothing, false,
+     "greatest tension in a thread, mean of 20 ms"},
+    {Metric::ThreadTensionPeak, "thread_tension_peak_N", kNothing, false, "greatest such mean"},
 }};
 const MetricInfo& infoOf(Metric metric);
 

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "vest_instruments/tools/tool_kind.h"
+#include "vest_tissue/suture/knot_kind.h"
 #include "vest_tissue/suture/rod.h"
 
 /// Threads of a World: rods that lie on tissue, are held in jaws, cut by scissors, and break.
@@ -92,6 +93,12 @@ struct Channel {
   std::array<ChannelAnchor, kMaxChannelAnchors> anchors{};  ///< from the entry on
 };
 
+/// The knot of a thread, as it was last looked for.
+struct KnotWatch {
+  suture::KnotKind kind, seen;  ///< what counts: seen twice running; and what was seen last
+  bool drawn = false;           ///< told by an event: its strands pressed on each other
+};
+
 /// Everything of threads that evolves.
 struct ThreadState {
   suture::State rod;
@@ -99,6 +106,7 @@ struct ThreadState {
   std::array<ThreadGrip, tools::kInstrumentCount> grips{};
   std::array<NeedleGrip, tools::kInstrumentCount> needle_grips{};
   std::vector<Channel> channels;
+  std::vector<KnotWatch> knots;  ///< per thread
 };
 
 }  // namespace vest::interaction

@@ -74,8 +74,9 @@ struct ThreadCandidate {
 
 /// No meaning between steps; what it remembers spares only work.
 struct ThreadScratch {
-  explicit ThreadScratch(const suture::Model& model) : rod(model) {}
+  explicit ThreadScratch(const suture::Model& model) : rod(model), knots(model.mass.size()) {}
   suture::Scratch rod;
+  suture::KnotScratch knots;
   std::vector<ThreadCandidate> candidates;
   std::vector<Eigen::Vector3d> searched;  ///< m: nodes when candidates were looked for
   std::vector<double> way;                ///< m, per object: then

@@ -14,6 +14,9 @@ struct KnotKind {
   std::int32_t determinant =
       1;                       ///< 1: none; overhand 3, square and granny 9, surgeon's 15; 0: not to be told
   std::int32_t signature = 0;  ///< of a square knot 0, of a granny 4 or -4
+  bool operator==(const KnotKind& k) const {
+    return determinant == k.determinant && signature == k.signature;
+  }
 };
 
 /// Memory of kindOf(), sized once.
@@ -51,5 +54,14 @@ class KnotScratch {
 /// @param nodes m, of a thread from end to end. Its ends count as drawn out straight from its middle, to far
 /// away, and joined there. No allocation, no exception.
 KnotKind kindOf(const Eigen::Vector3d* nodes, std::size_t count, KnotScratch& w);
+
+/// The shortest part of a thread in which its knot lies, by halving: first from the one end, then from the
+/// other.
+struct KnotPlace {
+  KnotKind kind;
+  std::size_t first = 0, last = 0;  ///< nodes of its ends; without a knot those of the thread
+};
+/// @param nodes as of kindOf(). No allocation, no exception.
+KnotPlace placeOfKnot(const Eigen::Vector3d* nodes, std::size_t count, KnotScratch& w);
 
 }  // namespace vest::suture

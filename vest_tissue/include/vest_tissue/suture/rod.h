@@ -192,6 +192,17 @@ StaticReport solveStatic(const Model& model, State& state, Scratch& scratch);
 /// N, of a segment: along it, tension positive; of a needle what pulls at its swage.
 double tensionOf(const Model& model, const State& state, const Strand& strand, Index segment);
 
+/// Parts of a thread that hang together, without its needle: f(first node, number of nodes).
+template <class F>
+void eachPart(const Strand& strand, const State& state, F f) {
+  const Index end = strand.first + strand.nodes;
+  for (Index i = strand.threadFirst(), first = i; i < end; ++i) {
+    if (i + 1 < end && state.severed[i] == 0) continue;
+    f(first, i + 1 - first);
+    first = i + 1;
+  }
+}
+
 /// Kinetic and elastic energy, and that of weight and dead loads, J.
 double energy(const Model& model, const State& state);
 
