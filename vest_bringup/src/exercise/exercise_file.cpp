@@ -10,6 +10,7 @@
 #include "vest_instruments/files/read.h"
 #include "vest_instruments/tools/tool_names.h"
 #include "vest_tissue/files/yaml_reader.h"
+#include "vest_tissue/scene/event_words.h"
 
 namespace vest::exercise {
 namespace {
@@ -19,14 +20,6 @@ using scene::yaml::Value;
 
 constexpr std::size_t kMostBytes = 256U << 10U, kMostEntries = 100;
 constexpr int kMostDepth = 8;
-constexpr std::array<const char*, 16> kEvents{
-    "grasped", "released", "slipped",   "cut",        "clipped",   "unclipped", "coagulated", "punctured",
-    "ligated", "torn",     "knot_tied", "perforated", "separated", "fault",     "exited",     "torn_out"};
-
-std::vector<std::string> words(const std::array<const char*, 16>& from) {
-  return {from.begin(), from.end()};
-}
-
 std::string text(const Value& value, std::size_t most = 500) {
   const std::string t = value.string();
   if (t.empty() || t.size() > most) value.fail("must be a text of 1 to " + std::to_string(most) + " bytes");
@@ -168,10 +161,9 @@ class Reader {
     };
     if (map.has("event")) {
       c.kind = Kind::Event;
-      const std::string word = map["event"].oneOf(words(kEvents));
-      c.event = static_cast<scene::EventKind>(
-          std::find_if(kEvents.begin(), kEvents.end(), [&](const char* k) { return word == k; }) -
-          kEvents.begin());
+      const auto keys = scene::eventKeys();
+      const auto key = std::find(keys.begin(), keys.end(), map["event"].oneOf(keys));
+      c.event = static_cast<scene::EventKind>(key - keys.begin());
       readObject(map, c.object, c.role);
       if (map.has("by")) c.tool = tool(map["by"]);
       if (map.has("at_least")) c.count = map["at_least"].integer(1, 100000);

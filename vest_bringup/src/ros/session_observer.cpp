@@ -13,18 +13,12 @@
 #include "vest_bringup/ros/thinning.h"
 #include "vest_bringup/ros/typed_message.h"
 #include "vest_instruments/files/read.h"
+#include "vest_tissue/scene/event_words.h"
 
 namespace vest::session {
 namespace {
 
 constexpr std::size_t kMostEvents = 100000;
-
-const char* eventWord(std::uint8_t kind) {
-  static const char* const kWords[] = {
-      "grasped", "released", "slipped",   "cut",        "clipped",   "unclipped", "coagulated", "punctured",
-      "ligated", "torn",     "knot_tied", "perforated", "separated", "fault",     "exited",     "torn_out"};
-  return kind < std::size(kWords) ? kWords[kind] : "unknown";
-}
 
 std::string hex(std::uint64_t value) {
   char text[17];
@@ -139,8 +133,8 @@ void SessionObserver::observe(const BagMessage& message, double time, const Line
     }
     const auto steps = summary.topics.find(step_topic_);
     const double first = steps != summary.topics.end() ? steps->second.first : time;
-    summary.events.push_back(
-        {e.step, line(e.header.stamp.toSec()) - first, eventWord(e.kind), e.instrument, e.object, e.force});
+    summary.events.push_back({e.step, line(e.header.stamp.toSec()) - first, scene::eventKey(e.kind),
+                              e.instrument, e.object, e.force});
   } else if (topic == hash_topic_) {
     Head in(message);
     double stamp = 0;

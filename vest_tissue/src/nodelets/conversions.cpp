@@ -7,6 +7,7 @@
 
 #include "vest_tissue/fem/description.h"
 #include "vest_tissue/net/skin.h"
+#include "vest_tissue/scene/event_words.h"
 #include "vest_tissue/scene/request.h"
 #include "vest_tissue/scene/topology.h"
 #include "vest_tissue/scene/world_state.h"
@@ -280,9 +281,6 @@ void toMsg(const scene::ContactFrame& frame, double age, vest_msgs::ContactModel
 }
 
 void toMsg(const scene::Event& e, const Description& description, vest_msgs::TissueEvent& msg) {
-  static const char* const kWords[] = {
-      "grasped", "released", "slipped",   "cut",        "clipped",   "unclipped", "coagulated", "punctured",
-      "ligated", "torn",     "knot tied", "perforated", "separated", "fault",     "exited",     "torn out"};
   msg.header.frame_id = "world";
   msg.step = e.step;
   msg.kind = static_cast<std::uint8_t>(e.kind);
@@ -299,7 +297,7 @@ void toMsg(const scene::Event& e, const Description& description, vest_msgs::Tis
   msg.energy = e.energy;
   if (e.object < description.objects.size())
     msg.vessel_segment = description.objects[e.object].tube.vessel_segment;
-  msg.text = msg.object + (msg.kind < std::size(kWords) ? std::string(" ") + kWords[msg.kind] : "") +
+  msg.text = msg.object + (msg.kind < kEventWords.size() ? " " + std::string(kEventWords[msg.kind]) : "") +
              (msg.instrument.empty() ? "" : " by " + msg.instrument);
 }
 

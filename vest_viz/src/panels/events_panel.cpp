@@ -10,6 +10,8 @@
 
 #include <pluginlib/class_list_macros.hpp>
 
+#include "vest_tissue/scene/event_words.h"
+
 namespace vest::panels {
 namespace {
 
@@ -30,10 +32,9 @@ QString eventDetails(const vest_msgs::TissueEvent& msg) {
 }  // namespace
 
 QString eventWord(std::uint8_t kind) {
-  static const char* const kWords[] = {
-      "grasped", "released", "slipped",   "cut",        "clipped",   "unclipped", "coagulated", "punctured",
-      "ligated", "torn",     "knot tied", "perforated", "separated", "FAULT",     "exited",     "torn out"};
-  return kind < std::size(kWords) ? kWords[kind] : QString("kind %1").arg(kind);
+  if (kind == vest_msgs::TissueEvent::FAULT) return "FAULT";
+  if (kind >= scene::kEventWords.size()) return QString("kind %1").arg(kind);
+  return QString::fromStdString(std::string(scene::kEventWords[kind]));
 }
 
 EventsPanel::EventsPanel(QWidget* parent) : BasePanel(parent) {
