@@ -297,7 +297,8 @@ void toMsg(const scene::Event& e, const Description& description, vest_msgs::Tis
   msg.energy = e.energy;
   if (e.object < description.objects.size())
     msg.vessel_segment = description.objects[e.object].tube.vessel_segment;
-  msg.text = msg.object + (msg.kind < kEventWords.size() ? " " + std::string(kEventWords[msg.kind]) : "") +
+  msg.text = msg.object +
+             (msg.kind < scene::kEventWords.size() ? " " + std::string(scene::kEventWords[msg.kind]) : "") +
              (msg.instrument.empty() ? "" : " by " + msg.instrument);
 }
 
