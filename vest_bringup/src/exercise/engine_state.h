@@ -7,6 +7,7 @@
 #include "vest_bringup/exercise/engine.h"
 #include "vest_tissue/scene/loose.h"
 #include "vest_tissue/scene/stitches.h"
+#include "vest_tissue/scene/world_state.h"
 
 namespace vest::exercise {
 
