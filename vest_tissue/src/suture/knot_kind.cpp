@@ -204,18 +204,19 @@ KnotKind kindOf(const Vector3d* nodes, std::size_t count, KnotScratch& w) {
 }
 
 KnotPlace placeOfKnot(const Vector3d* nodes, std::size_t count, KnotScratch& w) {
-  KnotPlace out{kindOf(nodes, count, w), 0, count == 0 ? 0 : count - 1};
+  const std::size_t end = count == 0 ? 0 : count - 1;
+  KnotPlace out{kindOf(nodes, count, w), 0, end};
   if (out.kind.determinant == 1 || out.kind.determinant == 0) return out;
   const auto has = [&](std::size_t first, std::size_t last) {
     return kindOf(nodes + first, last - first + 1, w) == out.kind;
   };
-  for (std::size_t lost = out.last; lost > out.first + 1;) {
+  for (std::size_t lost = end; lost > out.first + 1;) {
     const std::size_t middle = (out.first + lost) / 2;
-    (has(middle, out.last) ? out.first : lost) = middle;
+    (has(middle, end) ? out.first : lost) = middle;
   }
-  for (std::size_t lost = out.first; out.last > lost + 1;) {
+  for (std::size_t lost = 0; out.last > lost + 1;) {
     const std::size_t middle = (out.last + lost) / 2;
-    (has(out.first, middle) ? out.last : lost) = middle;
+    (has(0, middle) ? out.last : lost) = middle;
   }
   return out;
 }

@@ -55,11 +55,11 @@ class KnotScratch {
 /// away, and joined there. No allocation, no exception.
 KnotKind kindOf(const Eigen::Vector3d* nodes, std::size_t count, KnotScratch& w);
 
-/// The shortest part of a thread in which its knot lies, by halving: first from the one end, then from the
-/// other.
+/// Where both ends of a thread go into its knot: as much may be taken from one of them before it opens. That
+/// is within its first and its last throw.
 struct KnotPlace {
   KnotKind kind;
-  std::size_t first = 0, last = 0;  ///< nodes of its ends; without a knot those of the thread
+  std::size_t first = 0, last = 0;  ///< nodes; without a knot the thread's ends
 };
 /// @param nodes as of kindOf(). No allocation, no exception.
 KnotPlace placeOfKnot(const Eigen::Vector3d* nodes, std::size_t count, KnotScratch& w);
