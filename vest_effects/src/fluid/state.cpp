@@ -119,8 +119,8 @@ bool restore(const Model& model, const std::uint8_t* bytes, std::size_t size, St
   for (const auto* a : {&b.x, &b.y, &b.z, &b.radius, &b.left})
     if (!near(*a)) return false;
   const auto& w = read.pools;
-  for (const auto* a :
-       {&w.bed, &w.depth, &w.blood, &w.u, &w.v, &w.rise, &w.head, &w.raised, &w.sunk, &read.knots})
+  const auto& knots = read.knots;
+  for (const auto* a : {&w.bed, &w.depth, &w.blood, &w.u, &w.v, &w.rise, &w.head, &w.raised, &w.sunk, &knots})
     if (!near(*a)) return false;
   if (!within(read.pending, 0, 1)) return false;
   const double volumes[] = {read.emitted, read.emitted_blood, read.sucked, read.sucked_blood,
