@@ -27,7 +27,8 @@ std::size_t number(const std::string& bytes, std::size_t at, std::size_t count) 
 /// Width times height as the header says, before memory is taken; 0: neither PNG nor JPEG.
 std::size_t pixels(const std::string& bytes) {
   // ISO/IEC 15948, 11.2.2: the first chunk is IHDR.
-  if (bytes.compare(0, 8, "\x89PNG\r\n\x1a\n") == 0 && bytes.compare(12, 4, "IHDR") == 0)
+  if (bytes.size() >= 24 && bytes.compare(0, 8, "\x89PNG\r\n\x1a\n") == 0 &&
+      bytes.compare(12, 4, "IHDR") == 0)
     return number(bytes, 16, 4) * number(bytes, 20, 4);
   if (bytes.compare(0, 3, "\xff\xd8\xff") != 0) return 0;
   // ITU-T T.81, B.2.2: segments until a start of frame, SOF0 … SOF15 without DHT, JPG and DAC.

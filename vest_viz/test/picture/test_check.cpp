@@ -215,7 +215,7 @@ TEST(ReadPicture, WhatIsNoPictureOrATooLargeOneIsRefusedByName) {
     write(whole);
     EXPECT_EQ(refusal(file), "");
     EXPECT_EQ(read(file, cv::IMREAD_COLOR).size(), cv::Size(kWidth, kHeight));
-    for (const std::size_t bytes : {std::size_t{0}, std::size_t{1}, std::size_t{20}}) {
+    for (const std::size_t bytes : {std::size_t{0}, std::size_t{1}, std::size_t{11}, std::size_t{20}}) {
       write({whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(bytes)});
       EXPECT_EQ(refusal(file).rfind(file + ": no PNG or JPEG picture", 0), 0u) << bytes << refusal(file);
     }
