@@ -301,7 +301,7 @@ def kinds(tool):
                     [tool('vest_bringup', 'vest_metrics'), '{}/table.csv', '--json']))
     whole = b''.join((b'' if n == 'case.json' else b'\n=== ' + n.encode() + b'\n') + pelvis[n]
                      for n in ('case.json', 'network.csv', 'inflow.csv', 'vessels.yaml'))
-    out.append(Kind('vessels of the pelvis', {'all': whole}, 'all', reader('network', 'all'), sorted(pelvis) + ['/tmp/vest_fuzz', '/all']))
+    out.append(Kind('vessels of the pelvis', {'all': whole}, 'all', reader('network', 'all'), sorted(pelvis) + ['/vest_fuzz_', '/all']))
     return out
 
 
