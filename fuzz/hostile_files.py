@@ -129,8 +129,10 @@ def special(path, way):
         os.symlink(os.path.basename(path), path)
         return 'a link to itself'
     if way == 3:
+        folder = os.open(os.path.dirname(path), os.O_RDONLY)
         with socket.socket(socket.AF_UNIX) as server:
-            server.bind(os.path.relpath(path))  # a name has at most 107 bytes
+            server.bind('/proc/self/fd/%d/%s' % (folder, os.path.basename(path)))  # a name has at most 107 bytes
+        os.close(folder)
         return 'a socket'
     if way < 4 + len(ELSEWHERE):
         os.symlink(ELSEWHERE[way - 4], path)
@@ -246,6 +248,15 @@ def kinds(tool):
                     ['manifest.yaml', 'way.yaml']))
     plan = b'[\n{"id": "%s", "parameters": {"a": 1}, "argv": ["echo", "1"]}\n]\n' % (b'0f' * 32)
     out.append(Kind('plan of a batch', {'plan.json': plan}, 'plan.json', [batch, 'status', '{}'], ['plan.json', 'runs']))
+    planned = b'[\n{"id": "%s", "parameters": {"a": "one"}, "argv": ["echo", "1"]}\n]\n' % (b'0f' * 32)
+    for name in ('result of a run', 'parameters of a plan'):
+        result = b'{"id": "%s", "parameters": {}, "values": {"x": 1.5, "y": "two"}}\n' % (b'0f' * 32)
+        files = {'plan.json': planned, os.path.join('runs', '0f' * 32): result}
+        target = '0f' * 32 if name == 'result of a run' else 'plan.json'
+        out.append(Kind(name, files, next(f for f in files if f.endswith(target)), [batch, 'merge', '{}', '--output', '{}/out.csv'], ['plan.json', '0f' * 32, 'runs']))
+    for file in good['picture'][:2]:
+        ending = 'png' if file[:4] == b'\x89PNG' else 'jpg'
+        out.append(Kind('picture: ' + ending, {'a.' + ending: file}, 'a.' + ending, reader('picture', 'a.' + ending), ['picture', 'a.' + ending]))
     for name, command in (('checked', ['vest_check_session', '{}']), ('recovered', ['vest_recover_bag', '{}/session.bag', '--output', '{}/out.bag']),
                           ('re-simulated', ['vest_resimulate', '{}'])):
         out.append(Kind('session.bag, ' + name, {'session.bag': good['bag'][0]}, 'session.bag',
@@ -290,7 +301,7 @@ def kinds(tool):
                     [tool('vest_bringup', 'vest_metrics'), '{}/table.csv', '--json']))
     whole = b''.join((b'' if n == 'case.json' else b'\n=== ' + n.encode() + b'\n') + pelvis[n]
                      for n in ('case.json', 'network.csv', 'inflow.csv', 'vessels.yaml'))
-    out.append(Kind('vessels of the pelvis', {'all': whole}, 'all', reader('network', 'all'), sorted(pelvis) + ['/tmp/vest_fuzz', '/all']))
+    out.append(Kind('vessels of the pelvis', {'all': whole}, 'all', reader('network', 'all'), sorted(pelvis) + ['/vest_fuzz_', '/all']))
     return out
 
 
@@ -359,7 +370,7 @@ def cases(kind, count, seed):
     others = [bytes(f) or b'0' for f in kind.files.values()]
     for title, bytes_ in hostile(kind.name, data).items():
         yield title, bytes_
-    for title, bytes_ in lies(kind.target, data):
+    for title, bytes_ in lies(os.path.basename(kind.target), data):
         if bytes_ != data:  # a lie about what this file has not
             yield title, bytes_
     for title in FOLDERS:
@@ -377,6 +388,7 @@ def one(kind, number, title, data, place, slow, under=()):
     folder += FOLDERS.get(title, '')
     os.mkdir(folder)
     for name, bytes_ in kind.files.items():
+        os.makedirs(os.path.dirname(os.path.join(folder, name)), exist_ok=True)
         with open(os.path.join(folder, name), 'wb') as file:
             file.write(bytes_)
     path = os.path.join(folder, kind.target)

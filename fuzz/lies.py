@@ -8,7 +8,7 @@ import sqlite3
 import struct
 import tempfile
 
-from lies_images import dicom, mha, nii, nrrd, packed
+from lies_images import dicom, jpeg, mha, nii, nrrd, packed, png
 from lies_scene import net
 
 NUMBERS = [b'1e-400', b'1e400', b'-0', b'+1', b'1.', b'.5', b'0b1', b'1,5', b'1:30', b'0o17', b'.inf', b'-.nan', b'1_0', b'\xef\xbc\x91',
@@ -488,15 +488,65 @@ def snapshot(data):
     yield 'one byte more', data + b'\0'
 
 
+def batch(data):
+    """A manifest of vest_batch, in YAML."""
+    yield from yaml(data)
+    start = b'vest_batch: 1\ncommand: [echo, "{a}"]\n'
+    for tag in (b"!!int ''", b'!!float ""', b'!!timestamp x', b'!!bool x', b'!!int 0b', b'!!pairs [1]', b'!!omap {a: 1}', b'!!set [a]'):
+        yield 'a value is ' + tag.decode(), start + b'parameters: {a: [%s]}\n' % tag
+    yield 'a number of thousands of digits', start + b'parameters: {a: [0x%s]}\n' % (b'f' * 5000)
+    yield 'a name of thousands of digits', start + b'parameters:\n  ? 0x%s\n  : [1]\n' % (b'f' * 390)
+    yield 'a number in base 60', start + b'parameters: {a: [1%s]}\n' % (b':59' * 300000)
+    yield 'a word of gigabytes', b'vest_batch: 1\ncommand: ["%s"]\nparameters: {a: [%s]}\n' % (b'{a}' * 100000, b'x' * 100000)
+    yield 'words of gigabytes in all', b'vest_batch: 1\ncommand: [%s]\nparameters: {a: [%s], b: [%s]}\n' % (
+        b','.join([b'"{a}"'] * 100), b'x' * 100000, b','.join(b'%d' % i for i in range(90000)))
+    yield 'many runs of many parameters', start + b'parameters: {a: [%s]}\nruns:\n' % b','.join(b'%d' % i for i in range(1000)) + b''.join(
+        b'  - {' + b', '.join(b'k%d: %d' % (j, i) for j in range(500)) + b'}\n' for i in range(90))
+    yield 'a key twice, behind many', start + b''.join(b'k%d: 1\n' % i for i in range(30000)) + b'k29999: 1\n'
+    yield 'all products', start + b'parameters: {%s}\n' % b', '.join(b'p%d: [0,1,2,3,4,5,6,7,8,9]' % i for i in range(500))
+    for word in (b'{a', b'{}', b'{{a}}', b'{a!r}', b'{a.__class__}', b'{a:>999999999}', b'%(a)s', b'$(id)', b'{0}', b'{\xc3\xa9}'):
+        yield 'a word is ' + word.decode(), b'vest_batch: 1\ncommand: [echo, "%s"]\nparameters: {a: [1]}\n' % word
+    for where in (b'/', b'/proc', b'/dev', b'/sys', b'..', b'.', b'""', b'/proc/self/fd/0'):
+        for kind in (b'files', b'folders'):
+            yield '%s: %s' % (kind.decode(), where.decode()), start + b'%s: [a]\nparameters: {a: [%s]}\n' % (kind, where)
+
+
+def result(data):
+    """What a run of vest_batch left."""
+    yield from json(data)
+    for value in (b'NaN', b'1e999', b'-Infinity', b'"\\ud800"', b'"\\u001b[2J"', b'[' * 900 + b']' * 900, b'9' * 5000, b'1' + b'0' * 4000, b'{"a": {"b": NaN}}', b'"' + b'x' * 3000000 + b'"'):
+        yield 'a value is ' + ascii(value[:12].decode()), data.replace(b'1.5', value, 1)
+        yield 'a parameter is ' + ascii(value[:12].decode()), data.replace(b'"one"', value, 1)
+    yield 'a name that writes', data.replace(b'"x"', b'"\\u001b[2J\\n\\u202e"', 1)
+    yield 'a name that no text can hold', data.replace(b'"x"', b'"\\udfff"', 1)
+    yield 'a key twice, behind many', b'{%s"k9": 1}' % b''.join(b'"k%d": 1, ' % i for i in range(200000))
+
+
+def script(data):
+    """Edits."""
+    yield from yaml(data)
+    edit = b'  - {op: %s, path: %s, value: %s}\n'
+    for title, lines in (('names', [edit % (b'set', b'/name', b'n%d' % i) for i in range(12000)]),
+                         ('mirrors', [edit % (b'insert', b'/objects/-', b'{name: b%d, mirror_of: tube}' % i) for i in range(3000)]),
+                         ('undone and done again', [edit % (b'set', b'/name', b'n') + b'  - {op: undo}\n  - {op: redo}\n'] * 4000)):
+        yield 'thousands of ' + title, b'vest_edits: 1\nedits:\n' + b''.join(lines)
+    for path in (b'/' + b'a/' * 30000, b'//', b'/objects/-1', b'/objects/99999999999999999999', b'/objects/+0', b'/objects/00', b'/~1', b'""', b'/objects/tube/../name',
+                 b'/objects/-/name', b'"/na\\0me"', b'/objects/tube/tube/centre/1/0/0'):
+        for op in (b'set', b'insert', b'remove'):
+            yield '%s %s' % (op.decode(), ascii(path[:20].decode())), b'vest_edits: 1\nedits:\n' + (edit % (op, path, b'1') if op != b'remove' else b'  - {op: remove, path: %s}\n' % path)
+
+
 FORMATS = {'yaml': yaml, 'csv': table, 'ply': ply, 'stl': stl, 'obj': obj, 'msh': msh, 'vtk': vtk, 'urdf': urdf, 'json': json, 'nrrd': nrrd, 'mha': mha, 'nii': nii,
-           'db': trainees, 'bag': bag, 'log': raw_log, 'snapshot': snapshot, 'net': net}
+           'db': trainees, 'bag': bag, 'log': raw_log, 'snapshot': snapshot, 'net': net, 'png': png, 'jpg': jpeg}
+# Those whose name says more than its ending.
+NAMES = {'slice': dicom, 'manifest.yaml': batch, '0f' * 32: result, 'plan.json': result, 'edits.yaml': script}
 
 
 def lies(target, data):
     """(title, bytes) in the place of a file of this name."""
     ending = target.rsplit('.', 1)[-1]
-    if target == 'slice':
-        return dicom(data)
+    if target in NAMES:
+        return NAMES[target](data)
     if ending == 'stl' and data[:5] == b'solid':
         return stl_text(data)
     return FORMATS.get(ending, numbers)(data)

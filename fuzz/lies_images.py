@@ -158,3 +158,52 @@ def dicom(data):
     yield 'no group length', bytes(128) + b'DICM' + pixels()
     yield 'without a preamble', pixels()
     yield 'an element a hundred thousand times', whole(explicit, element(0x10, 0x10, b'PN', b'aa') * 100000, pixels())
+
+
+def png(data):
+    def chunk(kind, body, length=None, check=None):
+        return struct.pack('>I', len(body) if length is None else length) + kind + body + struct.pack('>I', zlib.crc32(kind + body) if check is None else check)
+
+    def whole(*chunks):
+        return b'\x89PNG\r\n\x1a\n' + b''.join(chunks) + chunk(b'IEND', b'')
+
+    def head(width, height, bits=8, colour=2, interlaced=0):
+        return chunk(b'IHDR', struct.pack('>2I5B', width, height, bits, colour, 0, 0, interlaced))
+
+    rows = chunk(b'IDAT', zlib.compress(b'\0' + bytes(200) * 3 * 64))
+    for width, height in ((1, 1), (3, 3), (0, 0), (1, 1000000), (1000000, 1), (65535, 65535), (2147483647, 1), (4294967295, 4294967295), (3000, 3000), (8000, 8000), (1, 9437184)):
+        yield '%d x %d' % (width, height), whole(head(width, height), rows)
+    for bits, colour in ((16, 6), (16, 2), (1, 0), (1, 3), (2, 2), (8, 7), (0, 0), (255, 255)):
+        yield '%d bits of colour %d' % (bits, colour), whole(head(64, 64, bits, colour), rows)
+    yield 'interlaced', whole(head(3000, 3000, interlaced=1), chunk(b'IDAT', packed('zlib', 30)))
+    yield 'a bomb', whole(head(64, 64), chunk(b'IDAT', packed('zlib', 900)))
+    yield 'nine megapixels of nothing', whole(head(3000, 3000), chunk(b'IDAT', packed('zlib', 27)))
+    for kind, body in ((b'iCCP', b'a\0\0' + packed('zlib', 900)), (b'zTXt', b'a\0\0' + packed('zlib', 900)), (b'iTXt', b'a\0\1\0\0\0' + packed('zlib', 900)), (b'tEXt', b'a\0' + b'\x1b[2J' * 90000),
+                       (b'PLTE', bytes(5)), (b'PLTE', bytes(769)), (b'tRNS', bytes(9000)), (b'gAMA', bytes(4)), (b'sBIT', b'\xff' * 3), (b'eXIf', b'MM\0*' + b'\xff' * 60), (b'acTL', b'\xff' * 8)):
+        yield 'a chunk ' + kind.decode(), whole(head(64, 64), chunk(kind, body), rows)
+    yield 'a hundred thousand chunks', whole(head(64, 64), chunk(b'tEXt', b'a\0b') * 100000, rows)
+    yield 'a chunk of 4 GB', whole(head(64, 64), chunk(b'IDAT', b'', 0xffffffff))
+    yield 'a wrong sum', whole(head(64, 64), chunk(b'IDAT', b'', check=7))
+    yield 'two heads', whole(head(64, 64), head(65000, 65000), rows)
+    yield 'no end', data[:-12]
+
+
+def jpeg(data):
+    frame = max(data.find(b'\xff\xc0'), data.find(b'\xff\xc2'))
+    sized = lambda height, width: data[:frame + 5] + struct.pack('>2H', height, width) + data[frame + 9:]
+    for height, width in ((0, 64), (64, 0), (65535, 65535), (3000, 3000), (8000, 8000), (65500, 144), (1, 1)):
+        yield '%d x %d' % (width, height), sized(height, width)
+    last = data[data.rfind(b'\xff\xda'):-2]
+    for count in (100, 3000):
+        yield '%d scans more' % count, data[:-2] + last * count + data[-2:]
+        yield '%d scans more of nine megapixels' % count, sized(3000, 3000)[:-2] + last * count + data[-2:]
+    small = b'\xff\xc0' + struct.pack('>HB2H', 11, 8, 64, 64) + b'\1\1\x11\0'
+    # A marker without a length, then a comment: who reads a length there comes to another frame.
+    yield 'a frame within a comment', b'\xff\xd8\xff\x01\xff\xfe' + struct.pack('>H', 65535) + bytes(65530) + small + bytes(30) + sized(30000, 30000)[2:]
+    yield 'a frame twice', data[:frame] + small + data[frame:]
+    for marker in (0xd0, 0xd9, 0xda, 0x01, 0xff, 0x00, 0xc4, 0xcc, 0xdb, 0xdd, 0xe1, 0xfe):
+        for length in (0, 1, 2, 65535):
+            yield 'a segment %02x of %d' % (marker, length), data[:2] + b'\xff%c' % marker + struct.pack('>H', length) + data[2:]
+    for at in range(frame, min(frame + 20, len(data) - 1)):
+        yield 'ones at byte %d' % at, data[:at] + b'\xff' + data[at + 1:]
+    yield 'turned by what its camera says', data[:2] + b'\xff\xe1' + struct.pack('>H', 34) + b'Exif\0\0MM\0*\0\0\0\x08\0\1\x01\x12\0\3\0\0\0\1\0\7\0\0\0\0\0\x08' + data[2:]

@@ -27,9 +27,14 @@ bool plainName(const std::string& name) {
 }  // namespace
 
 Folder::Folder() {
-  char pattern[] = "/tmp/vest_fuzz_XXXXXX";
-  if (mkdtemp(pattern) == nullptr) broken("no temporary folder");
-  path_ = pattern;
+  // In memory where there is such a place: databases wait for the disk.
+  for (const char* const place : {"/dev/shm", "/tmp"}) {
+    std::string pattern = std::string(place) + "/vest_fuzz_XXXXXX";
+    if (mkdtemp(pattern.data()) == nullptr) continue;
+    path_ = pattern;
+    return;
+  }
+  broken("no temporary folder");
 }
 
 Folder::~Folder() {

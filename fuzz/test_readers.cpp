@@ -84,12 +84,41 @@ std::string damaged(const std::vector<std::string>& corpus, std::uint64_t seed) 
 
 /// s of ./test: what once crashed, hung or judged wrongly is read for a minute a kind. These are surfaces and
 /// meshes, scenes and their sources, sessions, snapshots.
-const std::map<std::string, double> kLonger = {{"surface", 30}, {"mesh", 30},     {"scene", 30},
-                                               {"source", 30},  {"bag", 40},      {"steps", 40},
-                                               {"summary", 20}, {"snapshot", 40}, {"state", 20}};
+const std::map<std::string, double> kLonger = {
+    {"surface", 30}, {"mesh", 30},    {"scene", 30},    {"source", 30}, {"bag", 40},
+    {"steps", 40},   {"summary", 20}, {"snapshot", 40}, {"state", 20},  {"field", 20}};
 
 /// s, all readers: ./test ends a test after 600, also on a busy machine. The longer ones stop before.
-constexpr double kPatience = 360;
+constexpr double kPatience = 380;
+
+/// What each reader was given, as a table at the end.
+class Given : public ::testing::Environment {
+ public:
+  struct Row {
+    std::string reader;
+    std::uint64_t inputs;
+    double seconds;
+  };
+  static std::vector<Row>& rows() {
+    static std::vector<Row> of_all;
+    return of_all;
+  }
+  void TearDown() override {
+    if (rows().empty()) return;
+    std::printf("| reader | changed inputs | s | inputs/s |\n| --- | ---: | ---: | ---: |\n");
+    for (const Row& r : rows())
+      std::printf("| %s | %llu | %.1f | %.0f |\n", r.reader.c_str(),
+                  static_cast<unsigned long long>(r.inputs), r.seconds,
+                  static_cast<double>(r.inputs) / std::max(r.seconds, 1e-3));
+  }
+};
+const auto* const given = ::testing::AddGlobalTestEnvironment(new Given);
+
+/// Inputs a reader in `--full`; a shell may ask for others: VEST_FULL=1 VEST_READER_INPUTS=1000000.
+std::uint64_t wholeCount() {
+  const char* const asked = std::getenv("VEST_READER_INPUTS");
+  return asked == nullptr ? 100000 : std::max(1ull, std::strtoull(asked, nullptr, 10));
+}
 
 class Readers : public ::testing::TestWithParam<std::string> {};
 
@@ -99,7 +128,7 @@ TEST_P(Readers, TakeOrRefuseWhateverComes) {
   ASSERT_FALSE(corpus.empty()) << "fuzz/corpus/" << reader.name;
   for (const auto& input : corpus) reader.run(input);
   const bool full = std::getenv("VEST_FULL") != nullptr;
-  const std::uint64_t whole = 100000, least = full ? whole : 1000;
+  const std::uint64_t whole = wholeCount(), least = full ? whole : 1000;
   const auto longer = kLonger.find(reader.name);
   const std::chrono::duration<double> most(full || longer == kLonger.end() ? 0.0 : longer->second);
   const auto begin = std::chrono::steady_clock::now();
@@ -122,6 +151,8 @@ TEST_P(Readers, TakeOrRefuseWhateverComes) {
   }
   std::printf("count: %llu of %llu changed inputs\n", static_cast<unsigned long long>(seed - 1),
               static_cast<unsigned long long>(std::max(whole, seed - 1)));
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  Given::rows().push_back({reader.name, seed - 1, took.count()});
   const itimerval off{};
   setitimer(ITIMER_VIRTUAL, &off, nullptr);
   std::remove(last.c_str());

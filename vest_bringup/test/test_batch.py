@@ -132,7 +132,7 @@ class Batch(Case):
                            (b'{"vest_batch": 1}', "command"), (b'{"vest_batch": 1, "command": ["a"], "runs": 7}', "runs"),
                            (b'{"vest_batch": 1, "command": ["a {b}"]}', "{b} is no parameter"),
                            (b'{"vest_batch": 1, "command": ["a"], "sweep": {}}', "sweep: unknown"),
-                           (b'{"vest_batch": 1, "command": ["a"], "parameters": {"x": [NaN]}}', "allowed: texts, numbers"),
+                           (b'{"vest_batch": 1, "command": ["a"], "parameters": {"x": [NaN]}}', "NaN (allowed: finite numbers)"),
                            (b'{"vest_batch": 1, "command": ["a"], "files": ["x"], "parameters": {"x": ["nowhere"]}}', "No such file"),
                            (json.dumps({"vest_batch": 1, "command": ["a"], "parameters": {k: list(range(1000)) for k in "ab"}}).encode(),
                             "1000000 runs (allowed: at most 100000)")):
@@ -165,7 +165,17 @@ class Batch(Case):
                                  ("a.json", '{"vest_batch": 1, "command": ["a"], "\\u001b[2J": 1}', "\\x1b[2J: unknown"),
                                  ("a.json", '{"vest_batch": 1, "command": ["a"], "parameters": {"x": ["\\ud800"]}}', "texts, numbers"),
                                  ("a.yaml", good + "files: [f]\nparameters: {f: [pipe.yaml]}\n", "is no file"), ("pipe.yaml", None, "is no file"),
-                                 ("endless.yaml", None, "has no size")):
+                                 ("endless.yaml", None, "has no size"),
+                                 # What the parser, Python's numbers and the words of a command made of a small file.
+                                 ("a.yaml", good + "parameters: {a: [!!int '']}\n", "line 3: the tag"),
+                                 ("a.yaml", good + "parameters: {a: [!!timestamp x]}\n", "line 3: the tag"),
+                                 ("a.yaml", good + "parameters: {a: [1%s]}\n" % (":59" * 300_000), "line 3: a number of 900001 characters"),
+                                 ("a.yaml", good + "parameters: {a: [0x%s]}\n" % ("f" * 390), "allowed: texts, numbers"),
+                                 ("a.json", '{"vest_batch": 1, "command": ["a"], "parameters": {"x": [1e999]}}', "1e999 (allowed: finite numbers)"),
+                                 ("a.json", '{%s"k9": 1}' % "".join('"k%d": 1, ' % i for i in range(200_000)), "stands twice: k9"),
+                                 ("a.yaml", 'vest_batch: 1\ncommand: ["%s"]\nparameters: {a: [%s]}\n' % ("{a}" * 100_000, "x" * 100_000), "becomes too long"),
+                                 ("a.json", json.dumps({"vest_batch": 1, "command": ["a"], "parameters": {"x": list(range(1000))},
+                                                        "runs": [{"k%d" % k: r for k in range(500)} for r in range(90)]}), "words and parameters together")):
             if text is not None:
                 with open(self.path(name), "w", encoding="utf-8") as f:
                     f.write(text)
@@ -190,16 +200,30 @@ class Batch(Case):
         with open(os.path.join(where, "plan.json"), encoding="utf-8") as f:
             run = json.load(f)[0]
         self.assertIn("1 of 1 runs failed", self.batch("run", where, code=2))
-        for text in ("", "[]", "{}", "[" * 300_000, json.dumps({"id": run["id"], "parameters": {}, "values": 1})):
+        value = '{"id": "%s", "parameters": {}, "values": {"x": %%s}}' % run["id"]
+        for text in ("", "[]", "{}", "[" * 300_000, json.dumps({"id": run["id"], "parameters": {}, "values": 1}),
+                     value % "NaN", value % "1e999", value % '"\\ud800"'):
             with open(os.path.join(where, "runs", run["id"]), "w", encoding="utf-8") as f:
                 f.write(text)
             self.assertIn(run["id"], self.batch("merge", where, code=2))
-        for plan in ({}, None, [1], [{}], [{**run, "id": "../../x"}], [{**run, "argv": "echo"}], [{**run, "argv": ["a\0"]}]):
+        for plan in ({}, None, [1], [{}], [{**run, "id": "../../x"}], [{**run, "argv": "echo"}], [{**run, "argv": ["a\0"]}],
+                     [{**run, "parameters": {"a": float("nan")}}], [{**run, "parameters": {"a": []}}]):
             with open(os.path.join(where, "plan.json"), "w", encoding="utf-8") as f:
                 json.dump(plan, f)
             for command in ("run", "status", "merge"):
                 with self.subTest(command, plan=plan):
                     self.assertIn("no plan", self.batch(command, where, code=2))
+
+
+    def test_results_that_make_a_table_without_end_are_refused(self):
+        where = self.path("wide")
+        self.batch("plan", self.manifest(count=50), where)
+        with open(os.path.join(where, "plan.json"), encoding="utf-8") as f:
+            plan = json.load(f)
+        for number, run in enumerate(plan):
+            with open(os.path.join(where, "runs", run["id"]), "w", encoding="utf-8") as f:
+                json.dump({"id": run["id"], "parameters": {}, "values": {"k%d_%d" % (number, k): 1 for k in range(1000)}}, f)
+        self.assertIn("100 results with 100002 names (allowed: a table of at most 4000000 cells)", self.batch("merge", where, code=2))
 
 
 @unittest.skipUnless(FULL and shutil.which("slurmctld") and shutil.which("slurmd"), "with VEST_FULL and Slurm (slurmctld, slurmd, slurm-client)")

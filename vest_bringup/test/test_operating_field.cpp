@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 #include <ros/package.h>
 
+#include "../src/simulation/between.h"
 #include "vest_bringup/ros/field_messages.h"
 #include "vest_bringup/simulation/operating_field.h"
 #include "vest_bringup/simulation/trainer.h"
@@ -244,6 +247,31 @@ TEST(OperatingField, ASnapshotGoesOnWithTheSameBitsAndResetEmptiesTheField) {
   a.trainer.reset();
   EXPECT_EQ(a.field->fluid().particles.count, 0U);
   EXPECT_EQ(a.field->fluid().emitted, 0.0);
+}
+
+TEST(OperatingField, ASnapshotThatNoStepLeavesIsRefused) {
+  Theatre t("irrigation_pool");
+  t.run(0.1, 4);
+  std::vector<std::uint8_t> bytes;
+  t.field->save(bytes);
+  std::uint8_t* const at = bytes.data() + bytes.size() - sizeof(Between);
+  Between good;
+  std::memcpy(&good, at, sizeof good);
+  const auto refused = [&](auto change) {
+    Between changed = good;
+    change(changed);
+    std::memcpy(at, &changed, sizeof changed);
+    return !t.field->restore(bytes.data(), bytes.size());
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(refused([](Between&) {}));
+  EXPECT_TRUE(refused([&](Between& b) { b.valve[kRight][0] = nan; }));
+  EXPECT_TRUE(refused([](Between& b) { b.bag_pressure = 1e300; }));
+  EXPECT_TRUE(refused([](Between& b) { b.source[3].flow = -1; }));
+  EXPECT_TRUE(refused([&](Between& b) { b.source[3].position[1] = nan; }));
+  EXPECT_TRUE(refused([](Between& b) { b.energy[0] = 1e300; }));
+  EXPECT_TRUE(refused([](Between& b) { b.hits[2].u = 1e30f; }));
+  EXPECT_TRUE(refused([](Between& b) { b.humidity = 2; }));
 }
 
 TEST(OperatingField, CoagulationOfTissueMakesSmokeAndTheMessagesCarryIt) {

@@ -11,6 +11,7 @@
 
 #include "elements_under_load.h"
 #include "nets_in_kernel.h"
+#include "slab_under_load.h"
 #include "surface_against_bullet.h"
 #include "threads_under_load.h"
 #include "vest_tissue/solver/pool.h"
@@ -167,6 +168,16 @@ void elements(Table& table) {
              cuts[10], "ms", 20, 5);
 }
 
+void slab(Table& table) {
+  const SlabUnderLoad load = slabUnderLoad(VEST_TISSUE_SCENES "/fem_slab/fem_slab.yaml");
+  std::printf("fem_slab: %.0f µs a simulated millisecond before it is touched\n", load.whole);
+  table.time(Table::text("scene fem_slab, a slab of elements with a tube, once cut %zu times and left alone: "
+                         "processor time a simulated ms",
+                         load.cuts),
+             load.alone, "µs", 2000, 1000);
+  table.time("the same while a pair of scissors cuts it", load.cutting, "µs", 2000, 1000);
+}
+
 void threads(Table& table) {
   ThreadUnderLoad drum(roundADrum());
   drum.run(200);
@@ -194,19 +205,23 @@ void threads(Table& table) {
 int main(int argc, char** argv) {
   CLI::App app{"Prints the table of speed: ratios in one run, floors and aims"};
   std::string output;
-  bool strict = false, only_threads = false;
+  bool strict = false, only_threads = false, only_slab = false;
   app.add_option("--output", output, "markdown page to write");
   app.add_flag("--only_threads", only_threads, "prints the rows of threads alone")->excludes("--output");
+  app.add_flag("--only_slab", only_slab, "prints the rows of the scene fem_slab alone")
+      ->excludes("--output")
+      ->excludes("--only_threads");
   app.add_flag("--strict", strict, "exit 1 where a floor is not held");
   CLI11_PARSE(app, argc, argv);
   Table table;
-  if (!only_threads) {
+  if (!only_threads && !only_slab) {
     kernels(table);
     worlds(table);
     surfaces(table);
     elements(table);
   }
-  threads(table);
+  if (!only_threads) slab(table);
+  if (!only_slab) threads(table);
   const std::string rows = table.markdown();
   std::printf("kernel level %s\n%s", vest::net::kernelLevelName(vest::net::chooseKernelLevel()).data(),
               rows.c_str());

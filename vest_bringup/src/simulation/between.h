@@ -35,15 +35,36 @@ struct Between {
 };
 static_assert(std::is_trivially_copyable_v<Between>);
 
-/// Whether a step can have left it so.
+/// Whether a step can have left it so. Also false for what is no number.
 inline bool sane(const Between& b) {
-  const auto bore = [](double v) { return v >= 0 && v <= kBore; };
-  const auto swab = [](const bleeding::Swab& w) {
-    return w.blood >= 0 && w.volume >= 0 && w.volume <= 2 * bleeding::kSwabCapacity;
+  const auto within = [](double v, double least, double most) { return v >= least && v <= most; };
+  const auto near = [&](const std::array<double, 3>& v) {
+    return std::all_of(v.begin(), v.end(), [&](double x) { return within(x, -1e5, 1e5); });
   };
-  return std::all_of(b.clogged.begin(), b.clogged.end(), bore) &&
-         std::all_of(b.swab.begin(), b.swab.end(), swab) && b.wiped_on_blood >= 0 && b.wiped_on_blood <= 1 &&
-         b.hit_count >= 0 && b.hit_count <= lens::kMostHits;
+  const auto all = [](const auto& of, auto&& good) { return std::all_of(of.begin(), of.end(), good); };
+  const auto switched = [](std::uint8_t v) { return v <= 1; };
+  return all(b.source,
+             [&](const fluid::Source& s) {
+               return within(s.flow, 0, 1) && within(s.area, 0, 1) && near(s.position) && near(s.direction) &&
+                      near(s.velocity);
+             }) &&
+         all(b.moment, [&](double v) { return within(v, 0, 1); }) &&
+         all(b.energy, [&](double v) { return within(v, 0, 1e9); }) && all(b.energy_place, near) &&
+         all(b.tip, near) && all(b.has_tip, switched) && b.hit_count >= 0 && b.hit_count <= lens::kMostHits &&
+         all(b.hits,
+             [&](const lens::Hit& h) {
+               return within(h.u, -1e5, 1e5) && within(h.v, -1e5, 1e5) && within(h.volume, 0, 1e-3) &&
+                      within(h.blood, 0, 1);
+             }) &&
+         switched(b.wiped) && switched(b.warming) && switched(b.rinse) && within(b.wiped_on_blood, 0, 1) &&
+         all(b.valve, [&](const auto& v) { return within(v[0], 0, 1) && within(v[1], 0, 1); }) &&
+         within(b.irrigation_flow, 0, 5e-4) && within(b.suction_flow, 0, 5e-4) &&
+         within(b.bag_pressure, 0, 6e4) && within(b.yield, 0, 1e-4) && within(b.sucked, 0, 1e5) &&
+         within(b.humidity, 0, 1) && all(b.clogged, [&](double v) { return within(v, 0, kBore); }) &&
+         all(b.swab, [&](const bleeding::Swab& w) {
+           return within(w.volume, 0, 2 * bleeding::kSwabCapacity) &&
+                  within(w.blood, 0, 4 * bleeding::kSwabCapacity);
+         });
 }
 
 }  // namespace vest::simulation

@@ -103,34 +103,30 @@ bool restore(const Model& model, const std::uint8_t* bytes, std::size_t size, St
   if (!fits || size != 0 || read.particles.count > read.particles.x.size() ||
       read.bubbles.count > static_cast<std::size_t>(kMostBubbles))
     return false;
-  // Places become numbers of cells: beyond this none has one. Also false for what is no number.
+  // Places and ways become numbers of cells: beyond this none has one. Also false for what is no number.
   constexpr double kFarthest = 1e5;
-  const auto near = [](const auto& a) {
+  const auto within = [](const auto& a, double least, double most) {
     for (const double v : a)
-      if (!(std::fabs(v) <= kFarthest)) return false;
+      if (!(v >= least && v <= most)) return false;
     return true;
   };
-  const auto finite = [](const std::vector<float>& a) {
-    for (const float v : a)
-      if (!std::isfinite(v)) return false;
-    return true;
-  };
+  const auto near = [&](const auto& a) { return within(a, -kFarthest, kFarthest); };
   const auto& p = read.particles;
-  for (const auto* a : {&p.x, &p.y, &p.z, &p.vx, &p.vy, &p.vz})
+  for (const auto* a : {&p.x, &p.y, &p.z, &p.vx, &p.vy, &p.vz, &p.rest})
     if (!near(*a)) return false;
-  for (const auto* a : {&p.volume, &p.blood, &p.age, &p.rest})
-    if (!finite(*a)) return false;
+  if (!within(p.volume, 0, 2) || !within(p.blood, -0.01, 1.01) || !within(p.age, 0, 1e9)) return false;
   const auto& b = read.bubbles;
   for (const auto* a : {&b.x, &b.y, &b.z, &b.radius, &b.left})
     if (!near(*a)) return false;
-  for (const double v : read.pending)
-    if (!(v >= 0 && v <= 1)) return false;
   const auto& w = read.pools;
   const auto& knots = read.knots;
   for (const auto* a : {&w.bed, &w.depth, &w.blood, &w.u, &w.v, &w.rise, &w.head, &w.raised, &w.sunk, &knots})
-    if (!finite(*a)) return false;
-  if (!std::isfinite(w.sunk_at) || !std::isfinite(read.time) || !(read.air >= 0 && read.air <= 1))
-    return false;
+    if (!near(*a)) return false;
+  if (!within(read.pending, 0, 1)) return false;
+  const double volumes[] = {read.emitted, read.emitted_blood, read.sucked, read.sucked_blood,
+                            read.soaked,  read.soaked_blood,  read.lost,   read.stained};
+  const double times[] = {read.time, w.sunk_at};
+  if (!near(volumes) || !within(times, 0, 1e9) || !(read.air >= 0 && read.air <= 1)) return false;
   for (const std::int32_t t : w.bed_triangle)
     if (t < -1 || t >= static_cast<std::int64_t>(model.triangles)) return false;
   state = std::move(read);

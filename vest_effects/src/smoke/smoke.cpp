@@ -100,8 +100,8 @@ void force(const Model& m, const Inputs& in, const Grid& g, State& s) {
   for (auto* a : {&s.u, &s.v, &s.w})
     for (float& x : *a) x *= keep;
   const float lift = dt * static_cast<float>(p.rise) * 1000.0f, stir = dt * static_cast<float>(p.stirring);
-  const int shift = static_cast<int>(s.step / 8);
   constexpr int kMask = kTurbulenceSide - 1;
+  const int shift = static_cast<int>(s.step / 8 & kMask);
   for (int k = 1; k < g.nz; ++k) {
     for (int j = 0; j < g.ny; ++j) {
       for (int i = 0; i < g.nx; ++i) {
@@ -469,9 +469,21 @@ bool restore(const Model& model, const std::uint8_t* bytes, std::size_t size, St
   if (!fits || size != 0 || read.puff_count > kMostPuffs || !(read.time >= 0 && read.time <= kLongest) ||
       !(read.since_puff >= 0 && read.since_puff <= kLongest) || !(read.waiting >= 0 && read.waiting <= 1))
     return false;
-  for (const auto* a : {&read.density, &read.u, &read.v, &read.w, &read.pressure})
+  constexpr float kMost =
+      1e5f;  // kg/m³, m/s, m²/s, m: no step leaves as much. Also false for what is no number
+  const auto within = [](float v, float least) { return v >= least && v <= kMost; };
+  for (const float v : read.density)
+    if (!within(v, 0)) return false;
+  for (const auto* a : {&read.u, &read.v, &read.w, &read.pressure})
     for (const float v : *a)
-      if (!std::isfinite(v)) return false;
+      if (!within(v, -kMost)) return false;
+  for (const Puff& p : read.puffs) {
+    for (const float v : p.position)
+      if (!within(v, -kMost)) return false;
+    if (!within(p.age, 0) || !within(p.mass, 0)) return false;
+  }
+  for (const double v : {read.made, read.drawn, read.faded})
+    if (!std::isfinite(v)) return false;
   state = std::move(read);
   return true;
 }

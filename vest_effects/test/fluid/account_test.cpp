@@ -169,6 +169,10 @@ TEST(Snapshot, BytesOfAnotherModelOrWithBadNumbersAreRefused) {
   EXPECT_TRUE(refused([](State& s) { s.bubbles.x[0] = std::numeric_limits<float>::infinity(); }));
   EXPECT_TRUE(refused([](State& s) { s.pending[3] = 1e300; }));
   EXPECT_TRUE(refused([](State& s) { s.air = std::numeric_limits<double>::quiet_NaN(); }));
+  EXPECT_TRUE(refused([](State& s) { s.particles.age[0] = -1e30f; })) << "its way is counted in cells";
+  EXPECT_TRUE(refused([](State& s) { s.particles.volume[0] = -1.0f; }));
+  EXPECT_TRUE(refused([](State& s) { s.pools.depth[0] = 1e30f; })) << "waves' steps are counted";
+  EXPECT_TRUE(refused([](State& s) { s.emitted = std::numeric_limits<double>::quiet_NaN(); }));
 }
 
 TEST(Flood, IsBoundedAnnouncedAndLosesNothing) {

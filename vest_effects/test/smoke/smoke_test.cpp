@@ -120,6 +120,18 @@ TEST(Smoke, GoesOnFromASnapshotWithTheSameBits) {
   const double absurd = 1e300;  // s, of the time
   std::memcpy(middle.data() + sizeof b.state.step, &absurd, sizeof absurd);
   EXPECT_FALSE(restore(b.model, middle.data(), middle.size(), b.state));
+  const State good = a.state;
+  const auto refused = [&](auto change) {
+    State changed = good;
+    change(changed);
+    middle.clear();
+    save(changed, middle);
+    return !restore(b.model, middle.data(), middle.size(), b.state);
+  };
+  EXPECT_FALSE(refused([](State&) {}));
+  EXPECT_TRUE(refused([](State& s) { s.density[3] = 1e30f; })) << "no step makes it, the next makes infinity";
+  EXPECT_TRUE(refused([](State& s) { s.density[3] = -1.0f; }));
+  EXPECT_TRUE(refused([](State& s) { s.puffs[0].position[1] = std::numeric_limits<float>::quiet_NaN(); }));
 }
 
 TEST(Smoke, RefusesWhatIsAbsurd) {

@@ -164,8 +164,13 @@ Script readEdits(const std::string& path, const std::string& text) {
   script.file = path;
   map["vest_edits"].integer(1, 1);
   if (map.has("source_hash")) script.source_hash = map["source_hash"].string();
+  // Each bakes what it changes, which takes milliseconds, and more the more objects there are.
+  constexpr std::size_t kMost = 2000;
   std::size_t place = 0;
   for (const auto& item : map["edits"].list()) {
+    if (place == kMost)
+      scene::yaml::fail(path, item.line(), "edits", "more than " + std::to_string(kMost),
+                        "at most " + std::to_string(kMost) + " in a file");
     Map edit(item);
     Script::Line line;
     line.line = item.line();

@@ -87,6 +87,48 @@ TEST(CutRings, ASlingLiesOnTheStumpThatItIsAround) {
   }
 }
 
+/// A ring with more knots than a sling has room for is closed where a cut has left few enough of them. All of
+/// the scene's ring were written into it then, over the length of the thread.
+TEST(CutRings, ASlingClosesWhatACutLeftOfARingThatIsTooLargeForIt) {
+  constexpr int kMany = 40, kLeft = 24;
+  static_assert(kMany > interaction::kMaxSlingKnots && kLeft <= interaction::kMaxSlingKnots);
+  test::TubeOptions o;
+  o.radius = 0.004, o.rings = kRings, o.around = kMany, o.length = kLength;
+  o.mass = 0.2, o.youngs_modulus = 1e3;  // heavy and soft: few sub-steps
+  scene::Description d = test::tubeScene(o);
+  d.gravity.setZero();
+  // Without its wall on one side of the tube, but for the rings at both ends.
+  auto& triangles = d.objects[0].contact_triangles;
+  triangles.erase(std::remove_if(triangles.begin(), triangles.end(),
+                                 [](const auto& t) {
+                                   return std::all_of(t.begin(), t.end(), [](std::uint32_t knot) {
+                                     return knot / kMany > 0 && knot / kMany + 1 < kRings &&
+                                            knot % kMany >= kLeft - 1;
+                                   });
+                                 }),
+                  triangles.end());
+  test::Theatre t(d);
+  t.input.requests.push_back(
+      {scene::TopologyRequest::Kind::SplitKnot, 0, (kRing - 4) * kMany + 3, Vector3d::UnitX()});
+  t.step();
+  t.input.requests.clear();
+  ASSERT_EQ(t.world.knotCount(0), std::size_t{kRings * kMany + 1});
+  const Vector3d tip(kCut, 0, 0.05 + 0.0112 + 0.019);
+  t.use(tools::ToolKind::SlingApplicator, tip, 0.0, 0.0, 5);
+  constexpr int kDrawn = 30;
+  t.use(tools::ToolKind::SlingApplicator, tip, 0.0, 0.0, kDrawn, tools::kFunctionFire);
+  ASSERT_EQ(t.world.state().fasteners.slings.size(), 1u);
+  const auto& sling = t.world.state().fasteners.slings[0];
+  ASSERT_TRUE(sling.around);
+  ASSERT_NEAR(sling.ring, kRing, 1);
+  EXPECT_LE(sling.count, interaction::kMaxSlingKnots);
+  EXPECT_GE(sling.count, kLeft - 1);
+  for (int i = 0; i < sling.count; ++i) EXPECT_EQ(int(sling.knots[i]) / kMany, sling.ring);
+  EXPECT_NEAR(sling.rest, 0.120 * std::exp(-1.2 * 0.001 * kDrawn), 1e-9) << "m of thread";
+  EXPECT_GT(sling.area, 0.0);
+  EXPECT_LT(sling.area, M_PI * o.radius * o.radius) << "m²: of what is left";
+}
+
 TEST(CutRings, ForcepsSealTheStumpThatTheyHold) {
   Theatre t(tube(0.004));
   const double x = kCut + 0.003;

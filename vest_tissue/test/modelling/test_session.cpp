@@ -247,6 +247,20 @@ TEST(Session, WhatItDidPlaysAgainToTheSameHashes) {
   EXPECT_THROW(play(readEdits("edits.yaml", text), other), std::invalid_argument);
 }
 
+/// Each bakes: tens of thousands in a small file kept a reader for minutes.
+TEST(Session, AFileHasAtMostTwoThousandEdits) {
+  std::string text = "vest_edits: 1\nedits:\n";
+  for (int i = 0; i < 2000; ++i) text += "  - {op: undo}\n";
+  EXPECT_EQ(readEdits("edits.yaml", text).edits.size(), 2000u);
+  try {
+    readEdits("edits.yaml", text + "  - {op: undo}\n");
+    FAIL() << "one more";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("edits.yaml:2003: edits: more than 2000"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(Session, NearObjectsAreProposedAndTheProposalIsAnEdit) {
   Session s = drawn();
   const auto near = s.propose("vein", 0.009);

@@ -17,12 +17,13 @@ int main(int argc, char** argv) {
       "Exit status: 0 all inside, 1 some outside, 2 the picture cannot be read."};
   std::string path;
   std::vector<double> circle_values;
-  app.add_option("picture", path, "PNG or JPEG")->required();
+  app.add_option("picture", path, "PNG or JPEG of at most 9 megapixels")->required();
   app.add_option("--circle", circle_values, "centre x, y and radius in pixels; found by itself if not given")
       ->expected(3);
   CLI11_PARSE(app, argc, argv);
   try {
-    const cv::Mat picture = vest::picture::read(path, cv::IMREAD_COLOR);
+    constexpr int kMost = 9;  // megapixels, room for 4096 x 2160: each takes 60 MB while it is measured
+    const cv::Mat picture = vest::picture::read(path, cv::IMREAD_COLOR, kMost);
     vest::picture::Circle circle;
     if (circle_values.empty())
       circle = vest::picture::findCircle(picture);

@@ -215,7 +215,7 @@ TEST(ReadPicture, WhatIsNoPictureOrATooLargeOneIsRefusedByName) {
     write(whole);
     EXPECT_EQ(refusal(file), "");
     EXPECT_EQ(read(file, cv::IMREAD_COLOR).size(), cv::Size(kWidth, kHeight));
-    for (const std::size_t bytes : {std::size_t{0}, std::size_t{1}, std::size_t{20}}) {
+    for (const std::size_t bytes : {std::size_t{0}, std::size_t{1}, std::size_t{11}, std::size_t{20}}) {
       write({whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(bytes)});
       EXPECT_EQ(refusal(file).rfind(file + ": no PNG or JPEG picture", 0), 0u) << bytes << refusal(file);
     }
@@ -229,6 +229,19 @@ TEST(ReadPicture, WhatIsNoPictureOrATooLargeOneIsRefusedByName) {
       huge[static_cast<std::size_t>(at - whole.begin() + (png ? 2 + i % 2 + i / 2 * 4 : i))] = 0xff;
     write(huge);
     EXPECT_EQ(refusal(file).rfind(file + ": too large", 0), 0u) << refusal(file);
+    write(whole);
+    EXPECT_THROW(read(file, cv::IMREAD_COLOR, 0), std::runtime_error)
+        << "more pixels than who reads asks for";
+    if (png) continue;
+    // A marker that has no length leads to another place where one is read.
+    huge.insert(huge.begin() + 2, {0xff, 0x01, 0xff, 0xd3});
+    write(huge);
+    EXPECT_EQ(refusal(file).rfind(file + ": too large", 0), 0u) << refusal(file);
+    // Each scan goes over all of the picture: a file of a few bytes for each took minutes.
+    std::vector<unsigned char> scans = whole;
+    for (int i = 0; i < 100; ++i) scans.insert(scans.end() - 2, {0xff, 0xda, 0, 8, 1, 1, 0, 1, 63, 0, 0});
+    write(scans);
+    EXPECT_EQ(refusal(file).rfind(file + ": 101 scans", 0), 0u) << refusal(file);
   }
   const std::string pipe = folder + "/pipe.png";
   ASSERT_EQ(0, mkfifo(pipe.c_str(), 0600));

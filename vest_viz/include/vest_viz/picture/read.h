@@ -7,10 +7,10 @@
 
 namespace vest::picture {
 
-/// Reads a PNG or JPEG file of at most 64 MiB and 64 megapixels. Not beside other threads: what the codecs
-/// print of their own goes nowhere meanwhile.
-/// @param mode cv::ImreadModes
+/// Reads a PNG or JPEG file of at most 64 MiB. Not beside other threads: what the codecs print of their own
+/// goes nowhere meanwhile.
+/// @param mode cv::ImreadModes @param most megapixels (2^20), at most 64
 /// @throws std::runtime_error "FILE: cause: what is allowed"
-cv::Mat read(const std::string& path, int mode);
+cv::Mat read(const std::string& path, int mode, int most = 64);
 
 }  // namespace vest::picture
