@@ -101,7 +101,7 @@ instruments:
     - {t: 1.0, tip: [-0.05, 0.05, 0.05], roll: 1.0}
     - {t: 1.5, tip: [-0.05, 0.05, 0.05], jaw: 0.0}
   endoscope:
-    - {t: 0.0, tip: [0.0, -0.05, 0.11]}
+    - {t: 0.0, tip: [0.0, -0.05, 0.11], jaw: 0.6}
 footswitches:
   - {t: 0.5, pressed: [coag, 5]}
   - {t: 1.0, pressed: []}
@@ -137,7 +137,12 @@ TEST_F(TrajectoryTest, WaypointsAreMetExactlyAndJoinedSmoothly) {
   writeCsv(t, out);
   EXPECT_EQ(out.str().substr(0, out.str().find('\n')),
             "t_s,left_yaw,left_pitch,left_insertion,left_roll,left_jaw,endoscope_yaw,endoscope_pitch,"
-            "endoscope_insertion,endoscope_roll,footswitches");
+            "endoscope_insertion,endoscope_roll,endoscope_light_post,footswitches");
+  // What a script says of the light post reaches the box: a view to the side is lost without it.
+  std::istringstream lines(out.str());
+  std::string line;
+  for (int i = 0; i < 4; ++i) std::getline(lines, line);
+  EXPECT_NE(line.find(",0.60000000,"), std::string::npos) << line;
 }
 
 TEST_F(TrajectoryTest, AWaypointSaidToBePassedThroughIsMetInMotionAndNothingOvershoots) {

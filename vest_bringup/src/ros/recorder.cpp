@@ -111,6 +111,7 @@ Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh)
                                 ": missing (allowed: the folder that gets session.bag)");
   }
   seconds_ = doubleParameter(private_nh_, "seconds", 0.0, 0.0, 1e6);
+  simulated_seconds_ = doubleParameter(private_nh_, "simulated_seconds", 0.0, 0.0, 1e6);
   picture_timeout_ = doubleParameter(private_nh_, "picture_timeout", 60.0, 0.0, 3600.0);
   jpeg_rate_ = doubleParameter(private_nh_, "jpeg_rate", 5.0, 0.0, 5.0);
   const double state_rate = doubleParameter(private_nh_, "state_rate", keptRate("tissue/state"), 1.0, 500.0);
@@ -289,7 +290,8 @@ int Recorder::run(const std::function<std::string()>& stop) {
       break;
     }
     const double now = steadySeconds();
-    if (seconds_ > 0 && first_step_time_ > 0 && now - first_step_time_ >= seconds_) {
+    if ((seconds_ > 0 && first_step_time_ > 0 && now - first_step_time_ >= seconds_) ||
+        (simulated_seconds_ > 0 && simulated_ >= simulated_seconds_)) {
       ended = "after the wished time";
       break;
     }
@@ -448,6 +450,7 @@ void Recorder::observe(const Item& item) {
       first_step_steady_ = item.steady;
     observer_.observe(message, time, [&](double stamp) { return clock_.line(stamp, item.steady); });
   });
+  simulated_ = summary_.steps.simulated();
 }
 
 void Recorder::observeContacts(const Item& item) {

@@ -12,7 +12,7 @@ void writeCsv(const Trajectory& trajectory, std::ostream& out) {
     const auto instrument = static_cast<tools::Instrument>(i);
     const std::string_view name = tools::instrumentName(instrument);
     for (const char* joint : {"_yaw", "_pitch", "_insertion", "_roll"}) out << ',' << name << joint;
-    if (instrument != tools::Instrument::Endoscope) out << ',' << name << "_jaw";
+    out << ',' << name << (instrument == tools::Instrument::Endoscope ? "_light_post" : "_jaw");
   }
   if (trajectory.has_footswitches) out << ",footswitches";
   out << '\n' << std::fixed;
@@ -21,8 +21,8 @@ void writeCsv(const Trajectory& trajectory, std::ostream& out) {
     for (std::size_t i = 0; i < trajectory.moves.size(); ++i) {
       if (!trajectory.moves[i]) continue;
       const kinematics::JointPositions& q = row.joints[i];
-      out << std::setprecision(8) << ',' << q.yaw << ',' << q.pitch << ',' << q.insertion << ',' << q.roll;
-      if (static_cast<tools::Instrument>(i) != tools::Instrument::Endoscope) out << ',' << q.jaw;
+      out << std::setprecision(8) << ',' << q.yaw << ',' << q.pitch << ',' << q.insertion << ',' << q.roll
+          << ',' << q.jaw;
     }
     if (trajectory.has_footswitches) out << ',' << row.footswitches;
     out << '\n';

@@ -79,7 +79,7 @@ class Recorder {
 
   ros::NodeHandle nh_, private_nh_;
   std::string directory_;
-  double seconds_ = 0, picture_timeout_ = 0, jpeg_rate_ = 0;
+  double seconds_ = 0, simulated_seconds_ = 0, picture_timeout_ = 0, jpeg_rate_ = 0;
   std::optional<Thinning> thinning_;  ///< none: every message is kept
   bool wait_for_picture_ = false, relay_ = false;
   RelayInlet inlet_;
@@ -101,6 +101,7 @@ class Recorder {
   std::atomic<std::uint64_t> dropped_{0}, written_{0}, bytes_{0};
   std::atomic<bool> stop_listening_{false}, stop_writing_{false}, disk_full_{false}, snapshot_wanted_{false};
   std::atomic<double> first_step_time_{0};  ///< s, steady
+  std::atomic<double> simulated_{0};        ///< s, by the steps that were written
   std::atomic<double> start_saved_{
       0};  ///< s, steady: the State was saved before, or could not be; 0: not yet
   std::thread writer_;

@@ -17,6 +17,7 @@ class StepStatistics {
   std::uint64_t steps() const { return steps_; }
   std::uint64_t skipped() const { return skipped_; }  ///< numbers that are missing between two steps
   std::uint64_t lastStep() const { return last_step_; }
+  double simulated() const { return simulated_; }                 ///< s
   double duration() const { return last_stamp_ - first_stamp_; }  ///< s, wall time
   /// Simulated over wall time, no unit; NaN before two steps.
   double realTimeFactor() const;
