@@ -1,9 +1,12 @@
+#include <stdexcept>
+
 #include <opencv2/imgcodecs.hpp>
 
 #include "readers.h"
 #include "vest_haptics/device/device.h"
 #include "vest_haptics/device/replay.h"
 #include "vest_instruments/files/read.h"
+#include "vest_instruments/files/refusal.h"
 #include "vest_viz/camera/model.h"
 #include "vest_viz/instrument/stl.h"
 #include "vest_viz/picture/check.h"
@@ -68,8 +71,14 @@ std::vector<Reader> deviceReaders() {
          const std::string file = written("picture", input);
          cv::Mat read;
          if (!takes(file, [&] { read = picture::read(file, cv::IMREAD_COLOR, 9); })) return;
-         if (read.total() < 1 << 16)
-           takes("picture", [&] { picture::checkPicture(read, picture::findCircle(read)); });
+         if (read.total() >= 1 << 16) return;
+         takes(file, [&] {
+           try {
+             picture::checkPicture(read, picture::findCircle(read));
+           } catch (const std::exception& error) {  // as vest_check_picture does
+             throw std::invalid_argument(files::refusal(error.what(), file));
+           }
+         });
        },
        pictures},
   };

@@ -93,6 +93,9 @@ void writeScene(const scene::Description& description, const std::string& direct
   if (source_file.find_first_not_of(kPlain) != std::string::npos || source_file[0] == '.')
     throw std::invalid_argument(files::shown(source_file) +
                                 ": the name of a source; allowed: letters, digits, _ . -");
+  if (description.objects.empty())
+    throw std::invalid_argument(source_file +
+                                ": objects: none; allowed: one or more where a scene is written");
   for (const auto& object : description.objects) {
     const bool layered = object.model == scene::ObjectModel::Fem && object.fem &&
                          !object.fem->materials.empty() && object.fem->loads.empty();

@@ -1,4 +1,5 @@
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -245,6 +246,15 @@ TEST(Session, WhatItDidPlaysAgainToTheSameHashes) {
   EXPECT_EQ(vest::scene::loadScene(first).hash, vest::scene::loadScene(second).hash);
   Session other = drawn(kSource + "# changed\n");
   EXPECT_THROW(play(readEdits("edits.yaml", text), other), std::invalid_argument);
+}
+
+/// Its scene was written, and then refused by the reader of scenes.
+TEST(Session, WithoutAnyObjectNothingIsWritten) {
+  Session s("source.yaml", "vest_source: 1\nname: drawn\nobjects: []\n", {});
+  const vest::test::TemporaryScene place;
+  const std::string folder = place.folder() + "/out";
+  EXPECT_THROW(save(s, folder), std::invalid_argument);
+  EXPECT_FALSE(std::filesystem::exists(folder + "/source.yaml"));
 }
 
 /// Each bakes: tens of thousands in a small file kept a reader for minutes.
