@@ -5,7 +5,7 @@
 
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
-#include <vest_msgs/SessionState.h>
+#include <vest_msgs/ContactModels.h>
 
 #include <CLI/CLI.hpp>
 #include <cerrno>
@@ -30,6 +30,7 @@ void onSignal(int) {
 }
 
 constexpr std::int64_t kPeriod = 1000000;  // ns
+constexpr double kStep = 1e-3;             // s, of a session's simulation
 constexpr std::int64_t kIdle = 5000000;    // ns, while nobody listens
 constexpr std::int64_t kEnd = 200000000;   // ns, after a replay: what was sent is read before the line goes
 
@@ -61,7 +62,7 @@ void declare(CLI::App& app, Options& o) {
                  "log of raw bytes (raw_log of the driver): they are sent again as they came")
       ->excludes("--trajectory");
   app.add_option("--pace", o.pace,
-                 "topic (vest_msgs/SessionState): the trajectory goes no faster than that simulation")
+                 "topic (vest_msgs/ContactModels): the trajectory goes no faster than that simulation")
       ->excludes("--replay");
   app.add_option("--interpolation", o.interpolation, "between rows")
       ->check(CLI::IsMember({"linear", "cubic"}))
@@ -98,7 +99,7 @@ void declare(CLI::App& app, Options& o) {
       ->check(CLI::NonNegativeNumber);
 }
 
-/// How far the simulation is, by ROS; real time while nobody speaks.
+/// How far the simulation is, by ROS: 200 times a second.
 class Pace {
  public:
   /// @throws std::runtime_error without a master
@@ -106,10 +107,10 @@ class Pace {
     if (!ros::master::check()) throw std::runtime_error("--pace: no ROS master answers");
     ros::NodeHandle node;
     node.setCallbackQueue(&queue_);
-    state_ =
-        node.subscribe<vest_msgs::SessionState>(topic, 2, [this](const vest_msgs::SessionState::ConstPtr& s) {
-          clock_.hear(1e-9 * static_cast<double>(steadyNow()), s->simulated_time, s->real_time_factor);
-        });
+    contacts_ = node.subscribe<vest_msgs::ContactModels>(topic, 2,
+                                                         [this](const vest_msgs::ContactModels::ConstPtr& m) {
+                                                           clock_.hear(kStep * static_cast<double>(m->step));
+                                                         });
   }
   double at(std::int64_t when) {
     queue_.callAvailable();
@@ -119,7 +120,7 @@ class Pace {
  private:
   emulator::ScriptClock clock_;
   ros::CallbackQueue queue_;
-  ros::Subscriber state_;
+  ros::Subscriber contacts_;
 };
 
 class Program {
