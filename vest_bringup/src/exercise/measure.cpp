@@ -239,10 +239,10 @@ void measureThreads(const Engine::Model& m, const scene::World& world, Engine::S
   t.determinant = static_cast<double>(knot.kind.determinant);
   t.tail = knot.tail;
   scene::findBites(world, scratch.bites);
-  double nearest = knot.kind.determinant > 1 ? 1e9 : 0;
+  double nearest = knot.kind.determinant > 1 ? 1e9 : 0;  // without a bite a knot is far from every one
   for (std::size_t i = 0; i < scratch.bites.count; ++i)
     nearest = std::min(nearest, (scratch.bites.mouths[i].now - knot.place).squaredNorm());
-  t.off = scratch.bites.count > 0 ? std::sqrt(nearest) : 0;
+  t.off = std::sqrt(nearest);
 }
 
 /// Of all objects that the number is about, by mass.

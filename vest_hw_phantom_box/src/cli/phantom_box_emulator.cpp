@@ -6,6 +6,7 @@
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <vest_msgs/ContactModels.h>
+#include <vest_msgs/SessionState.h>
 
 #include <CLI/CLI.hpp>
 #include <cerrno>
@@ -30,7 +31,6 @@ void onSignal(int) {
 }
 
 constexpr std::int64_t kPeriod = 1000000;  // ns
-constexpr double kStep = 1e-3;             // s, of a session's simulation
 constexpr std::int64_t kIdle = 5000000;    // ns, while nobody listens
 constexpr std::int64_t kEnd = 200000000;   // ns, after a replay: what was sent is read before the line goes
 
@@ -47,9 +47,9 @@ void sleepUntil(std::int64_t when) {
 }
 
 struct Options {
-  std::string link, trajectory, replay, calibration, pace, interpolation = "linear",
-                                                           serial_number = "VEST-EMULATOR";
-  bool loop = false, hold = false, start_on_open = true;
+  std::string link, trajectory, replay, calibration, interpolation = "linear",
+                                                     serial_number = "VEST-EMULATOR";
+  bool loop = false, hold = false, pace = false, start_on_open = true;
   int instruments = 3;
   double max_gap = 0.5, seconds = 0, unplug_at = -1, unplug_for = 1, unplug_every = 0;
   emulator::Faults faults;
@@ -61,8 +61,8 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--replay", o.replay,
                  "log of raw bytes (raw_log of the driver): they are sent again as they came")
       ->excludes("--trajectory");
-  app.add_option("--pace", o.pace,
-                 "topic (vest_msgs/ContactModels): the trajectory goes no faster than that simulation")
+  app.add_flag("--pace", o.pace,
+               "the trajectory goes no faster than the session in its namespace (tissue/contacts)")
       ->excludes("--replay");
   app.add_option("--interpolation", o.interpolation, "between rows")
       ->check(CLI::IsMember({"linear", "cubic"}))
@@ -99,18 +99,20 @@ void declare(CLI::App& app, Options& o) {
       ->check(CLI::NonNegativeNumber);
 }
 
-/// How far the simulation is, by ROS: 200 times a second.
+/// How far the simulation is, by ROS: 200 times a second by its steps, whose length its state tells.
 class Pace {
  public:
   /// @throws std::runtime_error without a master
-  explicit Pace(const std::string& topic) {
+  Pace() {
     if (!ros::master::check()) throw std::runtime_error("--pace: no ROS master answers");
     ros::NodeHandle node;
     node.setCallbackQueue(&queue_);
-    contacts_ = node.subscribe<vest_msgs::ContactModels>(topic, 2,
-                                                         [this](const vest_msgs::ContactModels::ConstPtr& m) {
-                                                           clock_.hear(kStep * static_cast<double>(m->step));
-                                                         });
+    state_ = node.subscribe<vest_msgs::SessionState>("session/state", 2, [this](const auto& m) {
+      if (m->step > 0) dt_ = m->simulated_time / static_cast<double>(m->step);
+    });
+    contacts_ = node.subscribe<vest_msgs::ContactModels>("tissue/contacts", 2, [this](const auto& m) {
+      if (dt_ > 0) clock_.hear(dt_ * static_cast<double>(m->step));
+    });
   }
   double at(std::int64_t when) {
     queue_.callAvailable();
@@ -120,7 +122,8 @@ class Pace {
  private:
   emulator::ScriptClock clock_;
   ros::CallbackQueue queue_;
-  ros::Subscriber contacts_;
+  ros::Subscriber state_, contacts_;
+  double dt_ = 0;  ///< s; 0: not told yet
 };
 
 class Program {
@@ -135,7 +138,7 @@ class Program {
       std::printf("replay %s: %zu pieces, %.3f s\n", files::shown(o_.replay, 6000).c_str(), recorded_.size(),
                   static_cast<double>(recorded_.back().time_ns) * 1e-9);
     }
-    if (!o_.pace.empty()) pace_.emplace(o_.pace);
+    if (o_.pace) pace_.emplace();
     if (!o_.trajectory.empty()) {
       emulator::TrajectoryOptions t;
       t.interpolation =
