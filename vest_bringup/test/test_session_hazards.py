@@ -25,7 +25,8 @@ import rospy  # noqa: E402
 from geometry_msgs.msg import PoseStamped  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
-from vest_msgs.msg import ContactModels, HapticState, SessionState, StepInput, TissueField, TissueState, TissueTopology  # noqa: E402
+from vest_msgs.msg import (ContactModels, HapticState, RecordingBatch, SessionState, StateHash, StepInput, TissueEvent, TissueField,  # noqa: E402
+                           TissueState, TissueTopology)
 from vest_msgs.srv import Snapshot, SnapshotRequest, SnapshotResponse  # noqa: E402
 
 
@@ -235,6 +236,23 @@ class SessionHazards(unittest.TestCase):
         self.assertNotIn("recorder has died", simulation.text())
         simulation.end()
 
+    def test_nothing_of_the_first_steps_is_lost(self):
+        # The simulation begins with the first subscriber of its inputs: whatever else it publishes is connected by then.
+        for inputs, words in (("step_inputs", ()), ("session/batches", ("__name:=relayed", "_relay:=true"))):
+            kinds = {inputs: StepInput if not words else RecordingBatch, "tissue/events": TissueEvent, "tissue/state_hash": StateHash,
+                     "effects/state_hash": StateHash, "haptics/endoscope/operating_state": HapticState}
+            publishers = {name: rospy.Publisher(name, kind, queue_size=10) for name, kind in kinds.items()}
+            with tempfile.TemporaryDirectory() as folder:
+                recorder = Node("vest_bringup", "recorder", f"_directory:={folder}", *words)
+                self.addCleanup(recorder.end)
+                while publishers[inputs].get_num_connections() == 0 and recorder.process.poll() is None:
+                    time.sleep(0.0005)
+                missing = [name for name, publisher in publishers.items() if publisher.get_num_connections() == 0]
+                recorder.end()
+            for publisher in publishers.values():
+                publisher.unregister()
+            self.assertEqual(missing, [], words)
+
     def test_forces_on_the_hand_are_recorded_and_of_the_states_those_that_pictures_need(self):
         force = rospy.Publisher("haptics/left/state", HapticState, queue_size=100)
         state = rospy.Publisher("tissue/state", TissueState, queue_size=100)
@@ -262,9 +280,10 @@ class SessionHazards(unittest.TestCase):
         everything = {"step_inputs": StepInput, "haptics/left/state": HapticState}
         thinned = {"tissue/contacts": (ContactModels, 50), "joint_states": (JointState, 100), "left/measured_cp": (PoseStamped, 50)}
         types = {**everything, **{topic: kind for topic, (kind, _) in thinned.items()}}
-        publishers = {topic: rospy.Publisher(topic, kind, queue_size=10000) for topic, kind in types.items()}
-        topology = rospy.Publisher("tissue/topology", TissueTopology, queue_size=100)
         for thin in (True, False):
+            # New ones each time: those of before count the recorder that has ended until they write to it.
+            publishers = {topic: rospy.Publisher(topic, kind, queue_size=10000) for topic, kind in types.items()}
+            topology = rospy.Publisher("tissue/topology", TissueTopology, queue_size=100)
             with tempfile.TemporaryDirectory() as folder:
                 recorder = Node("vest_bringup", "recorder", f"_directory:={folder}", f"_thin:={str(thin).lower()}")
                 self.addCleanup(recorder.end)
@@ -300,8 +319,8 @@ class SessionHazards(unittest.TestCase):
                 self.assertGreater(newest[topic] - first[topic], 0.95 * steps, "how many were sent can still be told")
                 self.assertGreater(rates["/" + topic] * took, 0.8 * steps, "rates are those that were sent")
             self.assertEqual(revisions, [0, 1] if thin else 4 * [0] + 6 * [1])
-        for publisher in [topology, *publishers.values()]:
-            publisher.unregister()
+            for publisher in [topology, *publishers.values()]:
+                publisher.unregister()
 
     def test_a_snapshot_by_name_is_kept_and_restored_where_nothing_is_recorded(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -29,6 +29,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMostQueuedBytes = 128U << 20U;
 constexpr double kLate = 1.0;   // s (assumed): a step of before the State was saved has come by then
 constexpr double kHeld = 30.0;  // s (assumed): no step waits longer for a State
+constexpr double kConnectionSeconds = 5.0;  // (assumed)
 
 std::string withSlash(const std::string& ns) {
   return !ns.empty() && ns.back() == '/' ? ns : ns + "/";
@@ -194,32 +195,57 @@ void Recorder::onBatch(const vest_msgs::RecordingBatch::ConstPtr& batch) {
   });
 }
 
-void Recorder::subscribeAll() {
+void Recorder::subscribeAll(const std::function<std::string()>& stop) {
   relayed_.clear();
   if (relay_) {
     for (const std::string& name : relayedTopics()) {
       if (std::count(topics_.begin(), topics_.end(), name) > 0) relayed_.insert(nh_.resolveName(name));
     }
+  }
+  // The simulation begins as soon as somebody takes its inputs: these come last, when all else is connected.
+  const std::string inputs = nh_.resolveName("step_inputs");
+  for (const std::string& name : topics_) {
+    const std::string topic = nh_.resolveName(name);
+    if (relayed_.count(topic) == 0 && topic != inputs) subscribe(topic);
+  }
+  waitUntilConnected(stop);
+  if (relay_) {
     ros::NodeHandle nh(nh_);
     nh.setCallbackQueue(&queue_);
     subscribers_.push_back(nh.subscribe("session/batches", 500, &Recorder::onBatch, this));
+  } else if (std::count(topics_.begin(), topics_.end(), "step_inputs") > 0) {
+    subscribe(inputs);
   }
-  for (const std::string& name : topics_) {
-    const std::string topic = nh_.resolveName(name);
-    if (relayed_.count(topic) > 0) continue;
-    ros::SubscribeOptions options;
-    options.topic = topic;
-    options.queue_size = 8000;
-    options.md5sum = ros::message_traits::md5sum<topic_tools::ShapeShifter>();
-    options.datatype = ros::message_traits::datatype<topic_tools::ShapeShifter>();
-    options.helper = boost::make_shared<
-        ros::SubscriptionCallbackHelperT<const ros::MessageEvent<topic_tools::ShapeShifter const>&>>(
-        [this, topic](const ros::MessageEvent<topic_tools::ShapeShifter const>& event) {
-          onMessage(topic, event);
-        });
-    options.callback_queue = &queue_;
-    subscribers_.push_back(nh_.subscribe(options));
-  }
+}
+
+void Recorder::subscribe(const std::string& topic) {
+  ros::SubscribeOptions options;
+  options.topic = topic;
+  options.queue_size = 8000;
+  options.md5sum = ros::message_traits::md5sum<topic_tools::ShapeShifter>();
+  options.datatype = ros::message_traits::datatype<topic_tools::ShapeShifter>();
+  options.helper = boost::make_shared<
+      ros::SubscriptionCallbackHelperT<const ros::MessageEvent<topic_tools::ShapeShifter const>&>>(
+      [this, topic](const ros::MessageEvent<topic_tools::ShapeShifter const>& event) {
+        onMessage(topic, event);
+      });
+  options.callback_queue = &queue_;
+  subscribers_.push_back(nh_.subscribe(options));
+}
+
+void Recorder::waitUntilConnected(const std::function<std::string()>& stop) {
+  ros::master::V_TopicInfo published;
+  if (!ros::master::getTopics(published)) return;
+  std::set<std::string> names;
+  for (const ros::master::TopicInfo& topic : published) names.insert(topic.name);
+  const auto missing = [&names](const ros::Subscriber& s) {
+    return names.count(s.getTopic()) > 0 && s.getNumPublishers() == 0;
+  };
+  // A node that died keeps its names at the master: nobody waits for it for long.
+  const double end = steadySeconds() + kConnectionSeconds;
+  while (ros::ok() && stop().empty() && steadySeconds() < end &&
+         std::any_of(subscribers_.begin(), subscribers_.end(), missing))
+    ros::WallDuration(0.01).sleep();
 }
 
 void Recorder::onImage(const sensor_msgs::Image::ConstPtr& msg) {
@@ -269,7 +295,7 @@ int Recorder::run(const std::function<std::string()>& stop) {
   writer_ = std::thread([this] { writeLoop(); });
   image_spinner_.start();
   if (wait_for_picture_) waitForPicture(stop);
-  subscribeAll();
+  subscribeAll(stop);
   // Thousands of messages a second: taken in heaps, a thread need not be woken for each. They bear the time
   // at which they came.
   listener_ = std::thread([this] {

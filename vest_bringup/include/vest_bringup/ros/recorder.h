@@ -52,7 +52,9 @@ class Recorder {
 
   void setAsideEarlier() const;
   void waitForPicture(const std::function<std::string()>& stop);
-  void subscribeAll();
+  void subscribeAll(const std::function<std::string()>& stop);
+  void subscribe(const std::string& topic);
+  void waitUntilConnected(const std::function<std::string()>& stop);
   void onMessage(const std::string& topic, const ros::MessageEvent<topic_tools::ShapeShifter const>& event);
   void onBatch(const vest_msgs::RecordingBatch::ConstPtr& batch);
   void onImage(const sensor_msgs::Image::ConstPtr& msg);
