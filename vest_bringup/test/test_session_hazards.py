@@ -189,8 +189,10 @@ class SessionHazards(unittest.TestCase):
         for seen in (True, False):  # killed while the start waits for it, or before anybody heard of it
             with tempfile.TemporaryDirectory() as folder:
                 states, statuses = [], []
+                # Others may take the inputs: it is the recorder that is waited for.
+                inputs = rospy.Subscriber("step_inputs", StepInput)
                 listening = [rospy.Subscriber("session/state", SessionState, states.append),
-                             rospy.Subscriber("session/recording", SessionState, statuses.append)]
+                             rospy.Subscriber("session/recording", SessionState, statuses.append), inputs]
                 # It waits for a picture that never comes.
                 recorder = Node("vest_bringup", "recorder", "__name:=killed", f"_directory:={folder}", "_wait_for_picture:=true",
                                 "_picture_timeout:=3000")
@@ -199,6 +201,7 @@ class SessionHazards(unittest.TestCase):
                 words = ("_wait_for_recorder:=true", "_recorder_timeout:=3600")
                 if seen:
                     simulation = self.simulation("waits", *words)
+                    self.assertTrue(patient(lambda: inputs.get_num_connections() > 0))  # noqa: B023
                     self.assertTrue(patient(lambda: bool(states) and states[-1].status == "waiting for the recorder"))  # noqa: B023
                     time.sleep(1.0)
                     self.assertEqual(states[-1].step, 0)
@@ -237,21 +240,33 @@ class SessionHazards(unittest.TestCase):
         simulation.end()
 
     def test_nothing_of_the_first_steps_is_lost(self):
-        # The simulation begins with the first subscriber of its inputs: whatever else it publishes is connected by then.
-        for inputs, words in (("step_inputs", ()), ("session/batches", ("__name:=relayed", "_relay:=true"))):
-            kinds = {inputs: StepInput if not words else RecordingBatch, "tissue/events": TissueEvent, "tissue/state_hash": StateHash,
-                     "effects/state_hash": StateHash, "haptics/endoscope/operating_state": HapticState}
-            publishers = {name: rospy.Publisher(name, kind, queue_size=10) for name, kind in kinds.items()}
+        # A simulation begins once its inputs are taken: whatever else it publishes is connected by then.
+        kinds = {"tissue/events": TissueEvent, "tissue/state_hash": StateHash, "effects/state_hash": StateHash,
+                 "haptics/endoscope/operating_state": HapticState}
+        for k, (inputs, first) in enumerate((i, f) for i in ("step_inputs", "session/batches") for f in ("recorder", "simulation")):
+            relay = inputs == "session/batches"
+            words = (f"__name:=recorder_{k}", f"_relay:={str(relay).lower()}")
             with tempfile.TemporaryDirectory() as folder:
-                recorder = Node("vest_bringup", "recorder", f"_directory:={folder}", *words)
+                states = []
+                status = rospy.Subscriber("session/recording", SessionState, states.append)
+                if first == "recorder":
+                    recorder = Node("vest_bringup", "recorder", f"_directory:={folder}", *words)
+                    self.assertTrue(patient(lambda: states and states[-1].status == "waiting for the simulation"), recorder.text())  # noqa: B023
+                publishers = {name: rospy.Publisher(name, kind, queue_size=10) for name, kind in kinds.items()}
+                if relay:
+                    publishers[inputs] = rospy.Publisher(inputs, RecordingBatch, queue_size=10)
+                publishers["step_inputs"] = rospy.Publisher("step_inputs", StepInput, queue_size=10)
+                if first == "simulation":
+                    recorder = Node("vest_bringup", "recorder", f"_directory:={folder}", *words)
                 self.addCleanup(recorder.end)
-                while publishers[inputs].get_num_connections() == 0 and recorder.process.poll() is None:
+                taken = publishers[inputs]
+                while taken.get_num_connections() == 0 and recorder.process.poll() is None:
                     time.sleep(0.0005)
-                missing = [name for name, publisher in publishers.items() if publisher.get_num_connections() == 0]
+                missing = [name for name in kinds if publishers[name].get_num_connections() == 0]
                 recorder.end()
-            for publisher in publishers.values():
+            for publisher in [status, *publishers.values()]:
                 publisher.unregister()
-            self.assertEqual(missing, [], words)
+            self.assertEqual(missing, [], (inputs, first))
 
     def test_forces_on_the_hand_are_recorded_and_of_the_states_those_that_pictures_need(self):
         force = rospy.Publisher("haptics/left/state", HapticState, queue_size=100)

@@ -187,6 +187,7 @@ void Recorder::onMessage(const std::string& topic,
 }
 
 void Recorder::onBatch(const vest_msgs::RecordingBatch::ConstPtr& batch) {
+  relay_speaks_ = true;
   dropped_ += inlet_.take(*batch, [this](const std::string& topic, const ros::Time& receipt,
                                          topic_tools::ShapeShifter::ConstPtr message) {
     if (relayed_.count(topic) == 0) return;
@@ -195,27 +196,52 @@ void Recorder::onBatch(const vest_msgs::RecordingBatch::ConstPtr& batch) {
   });
 }
 
-void Recorder::subscribeAll(const std::function<std::string()>& stop) {
+void Recorder::subscribeAll() {
   relayed_.clear();
   if (relay_) {
     for (const std::string& name : relayedTopics()) {
       if (std::count(topics_.begin(), topics_.end(), name) > 0) relayed_.insert(nh_.resolveName(name));
     }
   }
-  // The simulation begins as soon as somebody takes its inputs: these come last, when all else is connected.
   const std::string inputs = nh_.resolveName("step_inputs");
   for (const std::string& name : topics_) {
     const std::string topic = nh_.resolveName(name);
     if (relayed_.count(topic) == 0 && topic != inputs) subscribe(topic);
   }
-  waitUntilConnected(stop);
-  if (relay_) {
-    ros::NodeHandle nh(nh_);
-    nh.setCallbackQueue(&queue_);
-    subscribers_.push_back(nh.subscribe("session/batches", 500, &Recorder::onBatch, this));
-  } else if (std::count(topics_.begin(), topics_.end(), "step_inputs") > 0) {
-    subscribe(inputs);
+  inputs_wanted_ = inputs_due_ = relay_ || std::count(topics_.begin(), topics_.end(), "step_inputs") > 0;
+}
+
+void Recorder::subscribeInputs() {
+  const std::string topic = nh_.resolveName(relay_ ? "session/batches" : "step_inputs");
+  ros::master::V_TopicInfo published;
+  if (!ros::master::getTopics(published)) return;
+  std::set<std::string> names;
+  for (const ros::master::TopicInfo& info : published) names.insert(info.name);
+  // A simulation makes its inputs known last.
+  if (names.count(topic) == 0 || names.count(nh_.resolveName("step_inputs")) == 0) return;
+  const double now = steadySeconds();
+  if (inputs_known_ == 0) inputs_known_ = now;
+  const auto missing = [&names](const ros::Subscriber& s) {
+    return names.count(s.getTopic()) > 0 && s.getNumPublishers() == 0;
+  };
+  // A node that died keeps its names at the master: nobody waits for it for long.
+  if (now < inputs_known_ + kConnectionSeconds &&
+      std::any_of(subscribers_.begin(), subscribers_.end(), missing))
+    return;
+  inputs_due_ = false;
+  if (!relay_) {
+    subscribe(topic);
+    return;
   }
+  ros::NodeHandle nh(nh_);
+  nh.setCallbackQueue(&queue_);
+  subscribers_.push_back(nh.subscribe("session/batches", 500, &Recorder::onBatch, this));
+}
+
+bool Recorder::isReady() const {
+  if (!inputs_wanted_) return true;
+  if (inputs_due_) return false;
+  return relay_ ? relay_speaks_.load() : subscribers_.back().getNumPublishers() > 0;
 }
 
 void Recorder::subscribe(const std::string& topic) {
@@ -231,21 +257,6 @@ void Recorder::subscribe(const std::string& topic) {
       });
   options.callback_queue = &queue_;
   subscribers_.push_back(nh_.subscribe(options));
-}
-
-void Recorder::waitUntilConnected(const std::function<std::string()>& stop) {
-  ros::master::V_TopicInfo published;
-  if (!ros::master::getTopics(published)) return;
-  std::set<std::string> names;
-  for (const ros::master::TopicInfo& topic : published) names.insert(topic.name);
-  const auto missing = [&names](const ros::Subscriber& s) {
-    return names.count(s.getTopic()) > 0 && s.getNumPublishers() == 0;
-  };
-  // A node that died keeps its names at the master: nobody waits for it for long.
-  const double end = steadySeconds() + kConnectionSeconds;
-  while (ros::ok() && stop().empty() && steadySeconds() < end &&
-         std::any_of(subscribers_.begin(), subscribers_.end(), missing))
-    ros::WallDuration(0.01).sleep();
 }
 
 void Recorder::onImage(const sensor_msgs::Image::ConstPtr& msg) {
@@ -295,7 +306,7 @@ int Recorder::run(const std::function<std::string()>& stop) {
   writer_ = std::thread([this] { writeLoop(); });
   image_spinner_.start();
   if (wait_for_picture_) waitForPicture(stop);
-  subscribeAll(stop);
+  subscribeAll();
   // Thousands of messages a second: taken in heaps, a thread need not be woken for each. They bear the time
   // at which they came.
   listener_ = std::thread([this] {
@@ -308,7 +319,7 @@ int Recorder::run(const std::function<std::string()>& stop) {
   ROS_INFO("recording %zu topics to %s", topics_.size(), directory_.c_str());
 
   std::string ended = "interrupted";
-  double next_status = 0;
+  double next_status = 0, next_look = 0;
   bool warned = false;
   while (ros::ok()) {
     if (const std::string reason = stop(); !reason.empty()) {
@@ -320,6 +331,14 @@ int Recorder::run(const std::function<std::string()>& stop) {
         (simulated_seconds_ > 0 && simulated_ >= simulated_seconds_)) {
       ended = "after the wished time";
       break;
+    }
+    if (inputs_due_ && now >= next_look) {
+      next_look = now + 0.1;
+      subscribeInputs();
+    }
+    if (!ready_ && isReady()) {
+      ready_ = true;
+      next_status = 0;  // at once: the simulation waits for it
     }
     if (snapshot_wanted_.exchange(false)) saveStart();
     if (disk_full_ && !warned) {
@@ -536,11 +555,12 @@ void Recorder::publishStatus(const std::string& ended) {
   msg.header.stamp = ros::Time::now();
   msg.directory = directory_;
   msg.state = disk_full_ || !ended.empty() ? vest_msgs::SessionState::IDLE : vest_msgs::SessionState::RUNNING;
-  msg.recording = msg.state == vest_msgs::SessionState::RUNNING && !subscribers_.empty();
+  msg.recording = msg.state == vest_msgs::SessionState::RUNNING && ready_;
   msg.recorded_messages = written_;
   msg.recorded_bytes = bytes_;
   msg.dropped_messages = dropped_;
-  if (subscribers_.empty()) msg.status = "waiting for the first picture";
+  if (!ready_)
+    msg.status = subscribers_.empty() ? "waiting for the first picture" : "waiting for the simulation";
   if (!ended.empty()) msg.status = "the recording has ended: " + ended;
   if (disk_full_) msg.status = "disk full: the bag is closed";
   status_.publish(msg);

@@ -93,7 +93,13 @@ bool TissueServer::recorderGone() const {
 
 void TissueServer::startWhenReady(double waited) {
   if (!held_) return;
-  if (steps_pub_.getNumSubscribers() > 0) {
+  // The recorder says so when it takes all topics; others may have listened to the inputs long before.
+  bool recording = false;
+  {
+    std::lock_guard<std::mutex> lock(recording_mutex_);
+    recording = recording_state_.recording;
+  }
+  if (recording && steps_pub_.getNumSubscribers() > 0) {
     held_ = false;
     runner_->setPaused(false);
     return;

@@ -91,11 +91,12 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   attachments_pub_ = nh_.advertise<vest_msgs::TissueAttachments>("tissue/attachments", 10);
   sutures_pub_ = nh_.advertise<vest_msgs::SutureStates>("tissue/sutures", 10);
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>("tissue/markers", 1);
-  steps_pub_ = nh_.advertise<vest_msgs::StepInput>("step_inputs", 8000);
   hash_pub_ = nh_.advertise<vest_msgs::StateHash>("tissue/state_hash", 100);
   effects_hash_pub_ = nh_.advertise<vest_msgs::StateHash>("effects/state_hash", 100);
   session_pub_ = nh_.advertise<vest_msgs::SessionState>("session/state", 10);
   diagnostics_pub_ = nh_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
+  // Last: who finds it has all the others (the recorder waits for that).
+  steps_pub_ = nh_.advertise<vest_msgs::StepInput>("step_inputs", 8000);
 
   ros::NodeHandle input(nh_);
   input.setCallbackQueue(&input_queue_);

@@ -52,9 +52,12 @@ class Recorder {
 
   void setAsideEarlier() const;
   void waitForPicture(const std::function<std::string()>& stop);
-  void subscribeAll(const std::function<std::string()>& stop);
+  void subscribeAll();
   void subscribe(const std::string& topic);
-  void waitUntilConnected(const std::function<std::string()>& stop);
+  /// The simulation's inputs, once it has made itself known and all else that it publishes is connected. It
+  /// begins when this recorder says that it records: nothing of its first steps is lost.
+  void subscribeInputs();
+  bool isReady() const;
   void onMessage(const std::string& topic, const ros::MessageEvent<topic_tools::ShapeShifter const>& event);
   void onBatch(const vest_msgs::RecordingBatch::ConstPtr& batch);
   void onImage(const sensor_msgs::Image::ConstPtr& msg);
@@ -93,6 +96,9 @@ class Recorder {
   ros::AsyncSpinner image_spinner_{1, &image_queue_};
   std::thread listener_;  ///< empties queue_
   std::vector<ros::Subscriber> subscribers_;
+  bool inputs_wanted_ = false, inputs_due_ = false, ready_ = false;
+  std::atomic<bool> relay_speaks_{false};
+  double inputs_known_ = 0;  ///< s, steady: since then there is a simulation; 0: there is none yet
   ros::Subscriber image_;
   ros::Publisher status_;
 
