@@ -13,8 +13,6 @@ using Eigen::Vector3d;
 
 constexpr Index kGroup = 8;             ///< segments of a box
 constexpr std::size_t kMostRows = 400;  ///< at once
-constexpr int kMostSweeps = 100;        ///< of a pass; the next one goes on from its forces
-constexpr double kEnd = 3e-5;           ///< of the greatest force: a smaller change in a sweep ends them
 constexpr double kSoon = 0.25;  ///< of the distance at which two touch: a pair that is further apart is far
 
 bool before(const LiveContact& p, const LiveContact& q) {
@@ -27,11 +25,6 @@ const LiveContact* find(const State& s, Index a, Index b) {
   const auto end = s.contacts.begin() + s.contact_count;
   const auto at = std::lower_bound(s.contacts.begin(), end, key, before);
   return at != end && at->a == a && at->b == b ? &*at : nullptr;
-}
-
-/// Numbers in a column of the coupling: pairs.
-std::size_t lengthOf(std::size_t rows) {
-  return 3 * rows + (rows % 2);
 }
 
 const Strand& strandOf(const Model& m, Index node) {
@@ -160,9 +153,7 @@ ContactScratch::ContactScratch(const Model& model) {
   answers.resize(most * most);
   leads.resize(most);
   room = std::min(kMostRows, 4 * model.mass.size());
-  coupling.resize(3 * room * lengthOf(room));
-  gaps.resize(lengthOf(room));
-  own.resize(room);
+  makeRoomForForces(*this);
   middle.resize(model.mass.size());
   round.resize(model.mass.size());
 }
@@ -326,131 +317,6 @@ void findAnswers(const Model& m, Scratch& scratch, ContactScratch& c) {
   }
 }
 
-/// The block of rows r and q: its columns are in those of q.
-double* block(ContactScratch& c, std::size_t r, std::size_t q) {
-  return c.coupling.data() + 3 * q * lengthOf(c.rows.size()) + 3 * r;
-}
-void couple(ContactScratch& c) {
-  const std::size_t n = c.rows.size(), nodes = c.touched.size(), length = lengthOf(n);
-  for (std::size_t r = 0; r < n; ++r) {
-    const Row& row = c.rows[r];
-    for (std::size_t q = r; q < n; ++q) {
-      const Row& other = c.rows[q];
-      Matrix3d sum = Matrix3d::Zero();
-      for (std::size_t i = 0; i < 4; ++i) {
-        if (row.node[i] == kNone) continue;
-        Matrix3d part = Matrix3d::Zero();
-        const Matrix3d* answers = &c.answers[c.place[row.node[i]] * nodes];
-        for (std::size_t j = 0; j < 4; ++j)
-          if (other.node[j] != kNone) part += other.weight[j] * answers[c.place[other.node[j]]];
-        sum += row.weight[i] * part;
-      }
-      const Matrix3d both = row.axes.transpose() * sum * other.axes;
-      double *there = block(c, r, q), *back = block(c, q, r);
-      for (std::size_t j = 0; j < 3; ++j)
-        for (std::size_t i = 0; i < 3; ++i)
-          there[j * length + i] = back[i * length + j] = both(static_cast<int>(i), static_cast<int>(j));
-    }
-    if (n % 2 == 1)
-      for (std::size_t j = 0; j < 3; ++j) block(c, n, r)[j * length] = 0.0;
-    Own& own = c.own[r];
-    for (std::size_t j = 0; j < 3; ++j)
-      for (std::size_t i = 0; i < 3; ++i)
-        own.D(static_cast<int>(i), static_cast<int>(j)) = block(c, r, r)[j * length + i];
-    own.inverse = own.D.inverse();
-    own.trace = 1.0 / (own.D(1, 1) + own.D(2, 2));
-  }
-}
-
-/// What a change of the force of row r does to all gaps.
-void addGaps(ContactScratch& c, std::size_t r, const Vector3d& force) {
-  const std::size_t length = lengthOf(c.rows.size());
-  double* gaps = c.gaps.data();
-  const double *x = block(c, 0, r), *y = x + length, *z = y + length;
-  for (std::size_t i = 0; i < length; ++i) gaps[i] += (x[i] * force[0] + y[i] * force[1]) + z[i] * force[2];
-}
-
-/// Coulomb's law for one row whose gap without its own force is g.
-Vector3d law(const Own& own, const Vector3d& g, const Friction& friction, Vector3d force) {
-  const Vector3d still = -(own.inverse * g);
-  if (still[0] > 0.0) {
-    const double mu = coefficient(friction, still[0]);
-    if (still[1] * still[1] + still[2] * still[2] <= mu * mu * still[0] * still[0]) return still;
-  }
-  force[0] = std::max(0.0, -(g[0] + own.D(0, 1) * force[1] + own.D(0, 2) * force[2]) / own.D(0, 0));
-  const double most = coefficient(friction, force[0]) * force[0];
-  if (most == 0.0) return {force[0], 0.0, 0.0};
-  const double g1 = g[1] + own.D(1, 0) * force[0], g2 = g[2] + own.D(2, 0) * force[0];
-  for (int i = 0; i < 2; ++i) {  // projected; the sweeps go on
-    const double d1 = g1 + own.D(1, 1) * force[1] + own.D(1, 2) * force[2],
-                 d2 = g2 + own.D(2, 1) * force[1] + own.D(2, 2) * force[2];
-    force[1] -= d1 * own.trace, force[2] -= d2 * own.trace;
-    const double squared = force[1] * force[1] + force[2] * force[2];
-    if (squared > most * most) {
-      const double share = most / std::sqrt(squared);
-      force[1] *= share, force[2] *= share;
-    }
-  }
-  return force;
-}
-
-/// One sweep of Gauss–Seidel over the rows. @return squares of the greatest change and of the greatest force
-std::pair<double, double> sweep(ContactScratch& c) {
-  double change = 0.0, greatest = 0.0;
-  for (std::size_t r = 0; r < c.rows.size(); ++r) {
-    Row& row = c.rows[r];
-    const Vector3d g(c.gaps[3 * r], c.gaps[3 * r + 1], c.gaps[3 * r + 2]);
-    if (row.force[0] == 0.0 && g[0] >= 0.0) continue;  // open, and stays so
-    const Own& own = c.own[r];
-    const Vector3d force = law(own, g - own.D * row.force, c.near[row.near].friction, row.force),
-                   by = force - row.force;
-    change = std::max(change, by.squaredNorm());
-    greatest = std::max(greatest, force.squaredNorm());
-    row.force = force;
-    if (by != Vector3d::Zero()) addGaps(c, r, by);
-  }
-  return {change, greatest};
-}
-
-/// Onto what Coulomb's law allows, straight.
-Vector3d withinCone(Vector3d force, const Friction& friction) {
-  force[0] = std::max(0.0, force[0]);
-  const double most = coefficient(friction, force[0]) * force[0],
-               size = std::sqrt(force.tail<2>().squaredNorm());
-  if (size > most) force.tail<2>() *= most / size;
-  return force;
-}
-
-/// Forces of all rows, from those of the pass before: sweeps with momentum (Nesterov 1983), which ends where
-/// it does harm.
-void findForces(Scratch& scratch, ContactScratch& c) {
-  for (std::size_t r = 0; r < c.rows.size(); ++r)
-    for (std::size_t e = 0; e < 3; ++e) c.gaps[3 * r + e] = c.rows[r].gap[static_cast<int>(e)];
-  if (c.rows.size() % 2 == 1) c.gaps[3 * c.rows.size()] = 0.0;
-  for (std::size_t r = 0; r < c.rows.size(); ++r)
-    if (c.rows[r].force[0] > 0.0) addGaps(c, r, c.rows[r].force);
-  for (Row& row : c.rows) row.last = row.force;
-  double momentum = 1.0, was = 0.0;
-  for (int k = 1;; ++k) {
-    ++scratch.sweeps;
-    const auto [change, greatest] = sweep(c);
-    scratch.contact_residual = std::sqrt(change);
-    if (change <= kEnd * kEnd * greatest || k == kMostSweeps) break;
-    const double next = 0.5 * (1.0 + std::sqrt(1.0 + 4.0 * momentum * momentum)),
-                 share = change > was ? 0.0 : (momentum - 1.0) / next;
-    momentum = change > was ? 1.0 : next;
-    was = change;
-    for (std::size_t r = 0; r < c.rows.size(); ++r) {
-      Row& row = c.rows[r];
-      const Vector3d swept = row.force, by = swept - row.last;
-      row.last = swept;
-      if (share == 0.0 || by == Vector3d::Zero()) continue;
-      row.force = withinCone(swept + share * by, c.near[row.near].friction);
-      addGaps(c, r, row.force - swept);
-    }
-  }
-}
-
 }  // namespace
 
 bool solveContacts(const Model& m, const State& before, const State& s, Scratch& scratch) {
@@ -472,7 +338,7 @@ bool solveContacts(const Model& m, const State& before, const State& s, Scratch&
   if (!collectTouched(c)) findAnswers(m, scratch, c);
   c.answered = true;
   couple(c);
-  findForces(scratch, c);
+  findForces(c, scratch);
   bool any = false;
   for (const Row& row : c.rows) {
     const Vector3d force = row.axes * row.force;

@@ -51,6 +51,13 @@ struct Own {
   double trace = 0.0;          ///< 1 over that across
 };
 
+/// An unknown of a leap: a row's force along an axis, or its load and the friction with it.
+struct Known {
+  Index row = 0, axis = 0;
+  bool sticks = false;
+  Eigen::Vector3d along;  ///< of the row's force, in its axes
+};
+
 struct ContactScratch {
   explicit ContactScratch(const Model& model);
   struct Box {
@@ -69,6 +76,9 @@ struct ContactScratch {
   std::vector<double> coupling;          ///< between rows, in their axes: three columns of each
   std::vector<Own> own;                  ///< of each row
   std::vector<double> gaps;              ///< of all rows, with the forces of all
+  std::vector<double> gaps_before;       ///< likewise, before a leap
+  std::vector<Known> known;              ///< the unknowns of a leap
+  std::vector<double> system, answer;    ///< of their equations
   std::vector<Matrix6> leads;            ///< of the inverse, from a touched node to the one before
   std::vector<std::uint8_t> bearing;     ///< how each support bears in the Hessian
   std::size_t room = 0;                  ///< for rows
@@ -96,6 +106,16 @@ void forgetAnswers(ContactScratch& c);
 /// Contact forces of one pass; scratch.gradient loses them, scratch.change is then the constrained one.
 /// False: there are none, and nothing has changed.
 bool solveContacts(const Model& model, const State& before, const State& s, Scratch& scratch);
+
+/// Memory of couple() and findForces() for c.room rows.
+void makeRoomForForces(ContactScratch& c);
+
+/// How the force of each row moves each other row, from the answers of the nodes between which they are.
+void couple(ContactScratch& c);
+
+/// Forces of all rows, from those of the pass before: sweeps with momentum (Nesterov 1983), which ends where
+/// it does harm. Where they go on, a leap to what they come to; back where it leads away.
+void findForces(ContactScratch& c, Scratch& scratch);
 
 /// What is near becomes the state's memory, and forces on nodes go to scratch.contact_force.
 void keepContacts(const Model& model, State& s, Scratch& scratch);
