@@ -350,6 +350,16 @@ bool solveContacts(const Model& m, const State& before, const State& s, Scratch&
   return any;
 }
 
+double contactWork(const Scratch& scratch) {
+  double sum = 0.0;
+  for (const Row& row : scratch.contacts->rows) {
+    const Vector3d force = row.axes * row.force;
+    for (std::size_t i = 0; i < 4; ++i)  // nodes move by −change
+      if (row.node[i] != kNone) sum += row.weight[i] * force.dot(scratch.change[row.node[i]].head<3>());
+  }
+  return sum;
+}
+
 void keepContacts(const Model& m, State& s, Scratch& scratch) {
   for (Vector3d& f : scratch.contact_force) f.setZero();
   ContactScratch& c = *scratch.contacts;

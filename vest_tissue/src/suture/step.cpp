@@ -156,16 +156,18 @@ PassResult pass(const Potential& p, State& s, bool first, Scratch& scratch, Fact
   double share = size.turn > kMostTurn ? kMostTurn / size.turn : 1.0;
   result.change = std::max(size.turn, size.way);
   result.bent = size.bent;
-  if (!first && !touching && result.change > (kept == Factor::None ? 1e-8 : kSmall)) {
-    // Held nodes are where they are to be: the potential has to fall.
+  if (!first && result.change > (kept == Factor::None && !touching ? 1e-8 : kSmall)) {
+    // Held nodes are where they are to be: the potential has to fall, that of the contacts' forces with it.
     copyMotion(s, scratch.trial);  // with its offsets
-    const double now = valueOf(p, s, scratch);
+    const double now = valueOf(p, s, scratch), pushed = touching ? contactWork(scratch) : 0.0;
     double slope = 0.0;
     for (std::size_t i = 0; i < scratch.change.size(); ++i)
       slope += scratch.change[i].dot(scratch.gradient[i]);
     for (int k = 0; k < kMostHalvings; ++k, share *= 0.5) {
       advance(p.model, scratch.change, share, s, scratch.trial);
-      if (valueOf(p, scratch.trial, scratch) <= now - 1e-4 * share * slope + 1e-12 * std::abs(now)) break;
+      if (valueOf(p, scratch.trial, scratch) + share * pushed <=
+          now - 1e-4 * share * slope + 1e-12 * std::abs(now))
+        break;
     }
   }
   advance(p.model, scratch.change, share, s, s);
