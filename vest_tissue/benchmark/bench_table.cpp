@@ -179,7 +179,7 @@ void slab(Table& table) {
 }
 
 void threads(Table& table) {
-  ThreadUnderLoad drum(roundADrum());
+  ThreadUnderLoad drum(vest::suture::test::roundADrum());
   drum.run(200);
   const double still = microseconds([&] { drum.step(); }, 100, 1);
   table.time(Table::text("a thread of 150 segments, round a drum in %d contacts, held: a step of 1 ms",

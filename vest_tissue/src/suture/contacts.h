@@ -107,7 +107,8 @@ void forgetAnswers(ContactScratch& c);
 /// False: there are none, and nothing has changed.
 bool solveContacts(const Model& model, const State& before, const State& s, Scratch& scratch);
 
-/// J, by which the potential of the contacts' forces, held as they are, grows over the whole of scratch.change.
+/// J, by which the potential of the contacts' forces, held as they are, grows over the whole of
+/// scratch.change.
 double contactWork(const Scratch& scratch);
 
 /// Memory of couple() and findForces() for c.room rows.

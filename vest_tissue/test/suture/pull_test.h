@@ -28,9 +28,11 @@ struct PullTest {
 struct Pulled {
   KnotKind kind;      ///< as it was tied
   double load = 0.0;  ///< N, greatest tension of a strand of the loop, mean of both
-  bool held = false;  ///< until it broke; else the loop grew by 6 mm more than its strands stretched
-  int through = 0;    ///< how often segments went through each other, in all
-  bool well = true;   ///< every throw was set, and no step failed
+  /// Until it broke. Else the loop grew, beyond what its strands stretched, by 6 mm after it bore 5 N, or the
+  /// tails came through.
+  bool held = false;
+  int through = 0;   ///< how often segments went through each other, in all
+  bool well = true;  ///< every throw was set, and no step failed
 };
 
 class PullRoom : public Moving {
@@ -59,8 +61,9 @@ class PullRoom : public Moving {
   static constexpr double kSpeed = 0.1;                  // m/s, of hands
   static constexpr double kKnotted = 0.6;                // strength over that of a straight thread; assumed
   static constexpr double kHold = 5000.0;                // N/m, of hands
-  static constexpr double kGrown = 0.006, kWay = 0.015;  // m
-  static constexpr int kRest = 80, kMost = 3000;         // steps
+  static constexpr double kGrown = 0.006, kWay = 0.024;  // m
+  static constexpr double kPreload = 5.0;         // N: what a loose knot gives until then is slack; assumed
+  static constexpr int kRest = 80, kMost = 3000;  // steps
 
   struct Laid {
     Description description;
@@ -208,15 +211,15 @@ class PullRoom : public Moving {
     }
     const auto apart = [this] { return (state.position[second_] - state.position[0]).norm(); };
     const double begin = apart();
-    double taut = 0.0;  // m apart, where the loop is
+    double bore = 0.0;  // m apart, unstretched, where the loop first bears the preload; 0: not yet
     while (apart() < begin + kWay) {
       go(0.0);
       const double load = 0.5 * (scratch.reactions[0].force.norm() + scratch.reactions[1].force.norm());
       result_.load = std::max(result_.load, load);
-      if (taut == 0.0 && load > 0.2) taut = apart();
+      const double whole = apart() - 2.0 * (kSize + kLeg) * load / test_.section.stretch;
+      if (bore == 0.0 && load >= kPreload) bore = whole;
       result_.held = load >= test_.strength / (bentTightly() ? 1.0 : kKnotted);
-      const double stretched = 2.0 * (kSize + kLeg) * load / test_.section.stretch;
-      if (result_.held || (taut > 0.0 && apart() - taut - stretched > kGrown)) break;
+      if (result_.held || (bore > 0.0 && whole - bore > kGrown)) break;
     }
   }
 

@@ -27,13 +27,13 @@ struct Result {
 };
 
 /// The thread is that of a scene's suture.
-Result pull(const Case& c, const material::Sutures& known) {
+Result pull(const Case& c, double tension, const material::Sutures& known) {
   const auto text = scene::yaml::parse("knots", "{material: " + std::string(c.material) + ", size: 2-0}");
   scene::yaml::Map map(text);
   const scene::Suture thread = scene::readSutureKind(map, known);
   PullTest test;
   test.throws = c.throws;
-  test.tension = c.tension;
+  test.tension = tension;
   test.section = thread.rod.section;
   test.section.strain_damping = 1e-4;
   test.strength = thread.knot_strength;
@@ -76,8 +76,12 @@ validation::Section knotsSection(const Options& o, const std::string& command) {
   s.text(
       "Threads of size 2-0 as data/sutures.yaml has them. Each throw is set with a tension and let go, tails "
       "are cut at 10 mm, and the loop is drawn at 2.4 m/min (test/suture/pull_test.h).\n"
-      "A knot slips where the loop grows by 6 mm (pins by 3 mm) more than its strands stretch, and breaks at "
-      "the knot-pull strength. Friction and contact alone decide. Load: tension of a strand of the loop.");
+      "A knot slips where the loop grows by 6 mm (pins by 3 mm) after it has borne 5 N (assumed), or where "
+      "its "
+      "tails come through. It breaks at the knot-pull strength. Friction and contact alone decide.\n"
+      "Each knot is tied three times, with the tension, 4 % less and 4 % more. Load: greatest tension of a "
+      "strand "
+      "of the loop. It is as print has it where all three are.");
   s.text(
       "Print: square knots set with 14.7 N break from 3 throws on with polyglactin and polypropylene, from 4 "
       "on with polydioxanone and nylon; with polyglactin neither grannies nor knots set with 4.9 N are as "
@@ -90,19 +94,25 @@ validation::Section knotsSection(const Options& o, const std::string& command) {
   std::vector<Result> results;
   int told = 0, agree = 0, through = 0;
   for (const Case& c : cases(o.full)) {
-    const Result r = pull(c, known);
-    results.push_back(r);
-    const Pulled& p = r.pulled;
-    through += p.through;
     std::string print = c.print == Print::Breaks ? "breaks" : c.print == Print::Slips ? "slips" : "";
     if (c.load > 0.0) print += " at " + digits(c.load) + " N";
-    bool same = p.well && p.held == (c.print == Print::Breaks);
-    if (c.load > 0.0) same = same && p.load < 1.5 * c.load && p.load > c.load / 1.5;
+    bool same = true;
+    std::string knots;
+    double strength = 0.0;
+    for (const double share : o.full ? std::vector<double>{1.0, 0.96, 1.04} : std::vector<double>{1.0}) {
+      const Result r = pull(c, share * c.tension, known);
+      const Pulled& p = r.pulled;
+      if (share == 1.0) results.push_back(r), strength = r.strength;
+      through += p.through;
+      same = same && p.well && p.held == (c.print == Print::Breaks);
+      if (c.load > 0.0) same = same && p.load < 1.5 * c.load && p.load > c.load / 1.5;
+      const std::string knot = !p.well        ? "could not be tied"
+                               : p.load < 1.0 ? "slips below 1 N"
+                                              : (p.held ? "breaks at " : "slips at ") + digits(p.load) + " N";
+      if (knots.find(knot) == std::string::npos) knots += (knots.empty() ? "" : "; ") + knot;
+    }
     if (c.print != Print::Nothing) ++told, agree += same ? 1 : 0;
-    const std::string knot = !p.well        ? "could not be tied"
-                             : p.load < 1.0 ? "slips below 1 N"
-                                            : (p.held ? "breaks at " : "slips at ") + digits(p.load) + " N";
-    rows.push_back({c.material, nameOf(c.throws), digits(c.tension), knot, digits(r.strength), print,
+    rows.push_back({c.material, nameOf(c.throws), digits(c.tension), knots, digits(strength), print,
                     c.print == Print::Nothing ? ""
                     : same                    ? "yes"
                                               : "**no**"});
