@@ -30,9 +30,10 @@ void onSignal(int) {
   g_stop = 1;
 }
 
-constexpr std::int64_t kPeriod = 1000000;  // ns
-constexpr std::int64_t kIdle = 5000000;    // ns, while nobody listens
-constexpr std::int64_t kEnd = 200000000;   // ns, after a replay: what was sent is read before the line goes
+constexpr std::int64_t kPeriod = 1000000;       // ns
+constexpr std::int64_t kIdle = 5000000;         // ns, while nobody listens
+constexpr std::int64_t kPatience = 5000000000;  // ns: so long a replay waits for who reads nothing
+constexpr std::int64_t kEnd = 1000000000;  // ns, after a replay: what was sent is read before the line goes
 
 std::int64_t steadyNow() {
   timespec t{};
@@ -225,13 +226,24 @@ class Program {
 
   // Of a replay: what was read up to this time. False at its end.
   bool sendRecorded(std::int64_t when) {
-    while (next_ < recorded_.size() && recorded_[next_].time_ns <= when - play_start_)
-      terminal_.write(recorded_[next_++].bytes) ? ++sent_ : ++dropped_;
+    const std::int64_t now = steadyNow();
+    if (next_ == 0) taken_ = now;
+    while (next_ < recorded_.size() && recorded_[next_].time_ns <= when - play_start_) {
+      if (terminal_.write(recorded_[next_].bytes)) {
+        ++sent_;
+        taken_ = now, blocked_ = 0;
+      } else {
+        if (blocked_ == 0) blocked_ = now;
+        if (now - blocked_ < kPatience) break;  // who reads late makes room again
+        ++dropped_;
+      }
+      ++next_;
+    }
     if (next_ == recorded_.size() && o_.loop) {
       next_ = 0;
       play_start_ = when;
     }
-    return next_ < recorded_.size() || when - play_start_ < recorded_.back().time_ns + kEnd;
+    return next_ < recorded_.size() || now - taken_ < kEnd;
   }
 
   Options o_;
@@ -245,6 +257,7 @@ class Program {
   std::size_t next_ = 0;
   bool listening_ = false;
   std::int64_t begin_ = 0, play_start_ = -1;
+  std::int64_t taken_ = 0, blocked_ = 0;  ///< of a replay: the last piece, and since when there is no room
   std::uint64_t sent_ = 0, dropped_ = 0;
 };
 
