@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -139,7 +140,7 @@ class Program {
       std::printf("replay %s: %zu pieces, %.3f s\n", files::shown(o_.replay, 6000).c_str(), recorded_.size(),
                   static_cast<double>(recorded_.back().time_ns) * 1e-9);
     }
-    if (o_.pace) pace_.emplace();
+    if (o_.pace) pace_ = std::make_unique<Pace>();
     if (!o_.trajectory.empty()) {
       emulator::TrajectoryOptions t;
       t.interpolation =
@@ -250,7 +251,7 @@ class Program {
   calibration::Calibration calibration_;
   emulator::Emulator emulator_;
   std::optional<emulator::Trajectory> trajectory_;
-  std::optional<Pace> pace_;
+  std::unique_ptr<Pace> pace_;
   emulator::PseudoTerminal terminal_;
   protocol::Bytes line_;
   std::vector<transport::RawPiece> recorded_;
