@@ -88,7 +88,7 @@ std::string bagOf(const std::vector<Message>& messages, rosbag::compression::Com
     std::string bytes = m.bytes;
     ros::serialization::IStream in(reinterpret_cast<std::uint8_t*>(bytes.data()),
                                    static_cast<std::uint32_t>(bytes.size()));
-    shifter.read(in);
+    if (!bytes.empty()) shifter.read(in);  // it copies to null where there is nothing
     bag.write(of.name, t += ros::Duration(0.001), shifter);
   }
   bag.close();
