@@ -27,9 +27,9 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr std::size_t kMostQueuedBytes = 128U << 20U;
-constexpr double kLate = 1.0;   // s (assumed): a step of before the State was saved has come by then
-constexpr double kHeld = 30.0;  // s (assumed): no step waits longer for a State
-constexpr double kConnectionSeconds = 5.0;  // (assumed)
+constexpr double kLate = 1.0;        // s (assumed): a step of before the State was saved has come by then
+constexpr double kHeld = 30.0;       // s (assumed): no step waits longer for a State
+constexpr double kConnecting = 5.0;  // s (assumed): nobody waits longer for a topic that is published
 
 std::string withSlash(const std::string& ns) {
   return !ns.empty() && ns.back() == '/' ? ns : ns + "/";
@@ -225,8 +225,7 @@ void Recorder::subscribeInputs() {
     return names.count(s.getTopic()) > 0 && s.getNumPublishers() == 0;
   };
   // A node that died keeps its names at the master: nobody waits for it for long.
-  if (now < inputs_known_ + kConnectionSeconds &&
-      std::any_of(subscribers_.begin(), subscribers_.end(), missing))
+  if (now < inputs_known_ + kConnecting && std::any_of(subscribers_.begin(), subscribers_.end(), missing))
     return;
   inputs_due_ = false;
   if (!relay_) {

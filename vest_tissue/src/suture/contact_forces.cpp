@@ -12,11 +12,11 @@ using Eigen::Vector3d;
 
 constexpr int kMostSweeps = 100;         ///< of a pass; the next one goes on from its forces
 constexpr double kEnd = 3e-5;            ///< of the greatest force: a smaller change in a sweep ends them
-constexpr double kEndOfLeap = 3e-4;      ///< the same after a leap: what changes then is all that is left
-constexpr std::size_t kMostKnown = 120;  ///< of a leap
+constexpr double kEndOfSolution = 3e-4;  ///< the same after a solution: what changes then is all that is left
+constexpr std::size_t kMostUnknowns = 120;  ///< of an active set
 constexpr double kMostSticking =
     1.7;                        ///< unknowns a row that presses (tuned): where more stick, sweeps are faster
-constexpr int kMostStops = 12;  ///< of a leap
+constexpr int kMostSteps = 12;  ///< of a solution
 constexpr double kRim = 1e-7;   ///< of the greatest friction: nearer to it a row slides
 constexpr double kNothing = 1e-12;  ///< N: a load that is none
 
@@ -124,33 +124,37 @@ Vector3d withinCone(Vector3d force, const Friction& friction) {
   return force;
 }
 
-/// Unknowns of a leap: a row that sticks has its force, one that slides its load, with which its friction
-/// grows the way it points. @return whether there are any, and most rows slide
-bool gather(ContactScratch& c) {
-  c.known.clear();
+/// The active set, of rows that press. A row that sticks has its force as unknowns, one that slides its load,
+/// with which its friction grows the way it points. @return whether there are any, and most rows slide
+bool findActiveSet(ContactScratch& c) {
+  c.unknowns.clear();
   std::size_t pressing = 0;
   for (std::size_t r = 0; r < c.rows.size(); ++r) {
     const Vector3d& force = c.rows[r].force;
     if (force[0] <= 0.0) continue;
     ++pressing;
-    if (c.known.size() + 3 > kMostKnown) return false;
+    if (c.unknowns.size() + 3 > kMostUnknowns) return false;
     const Friction& friction = c.near[c.rows[r].near].friction;
     const double most = coefficient(friction, force[0]) * force[0], size = force.tail<2>().norm();
     const auto row = static_cast<Index>(r);
-    if (size < (1.0 - kRim) * most || size == 0.0) {
-      for (Index e = 0; e < 3; ++e) c.known.push_back({row, e, true, Vector3d::Unit(static_cast<int>(e))});
+    if (size < (1.0 - kRim) * most) {
+      for (Index e = 0; e < 3; ++e) c.unknowns.push_back({row, e, true, Vector3d::Unit(static_cast<int>(e))});
     } else {
       const double more = 1e-6 * force[0],
                    grows = (coefficient(friction, force[0] + more) * (force[0] + more) - most) / more;
-      c.known.push_back({row, 0, false, Vector3d(1.0, grows * force[1] / size, grows * force[2] / size)});
+      Vector3d along = Vector3d::UnitX();
+      if (size > 0.0) along.tail<2>() = force.tail<2>() * (grows / size);  // else it slides without friction
+      c.unknowns.push_back({row, 0, false, along});
     }
   }
-  return pressing > 0 && static_cast<double>(c.known.size()) <= kMostSticking * static_cast<double>(pressing);
+  return pressing > 0 &&
+         static_cast<double>(c.unknowns.size()) <= kMostSticking * static_cast<double>(pressing);
 }
 
-/// Solves c.system·x = c.answer by elimination with pivots; x is in c.answer. False: it is singular.
-bool eliminate(ContactScratch& c) {
-  const std::size_t n = c.known.size();
+/// Solves c.system·x = c.answer by elimination with pivots; x is in c.answer. False: it is singular. Not
+/// Eigen's: its blocks go by the size of the cache, and the bits with them.
+bool solveSystem(ContactScratch& c) {
+  const std::size_t n = c.unknowns.size();
   double *a = c.system.data(), *b = c.answer.data();
   double greatest = 0.0;
   for (std::size_t k = 0; k < n * n; ++k) greatest = std::max(greatest, std::abs(a[k]));
@@ -190,60 +194,60 @@ double shareToRim(const Vector3d& force, double coefficient, const double* by) {
   return -d / (b + std::sqrt(b * b - a * d));
 }
 
-enum class Leap : std::uint8_t { Whole, Stopped, Impossible };
+enum class ActiveStep : std::uint8_t { Full, Stopped, Singular };
 
 /// Towards the forces that close all gaps and leave what sticks where it is, where each row goes on as it
 /// does. It stops where the first row lets go, or begins to slide.
-Leap leapOnce(ContactScratch& c) {
-  const std::size_t n = c.known.size(), length = lengthOf(c.rows.size());
+ActiveStep activeSetStep(ContactScratch& c) {
+  const std::size_t n = c.unknowns.size(), length = lengthOf(c.rows.size());
   for (std::size_t k = 0; k < n; ++k) {
-    const Known& unknown = c.known[k];
+    const Unknown& unknown = c.unknowns[k];
     const double* columns = block(c, 0, unknown.row);
     double* to = c.system.data() + k * n;
     for (std::size_t i = 0; i < n; ++i) {
-      const double* at = columns + 3 * c.known[i].row + c.known[i].axis;
+      const double* at = columns + 3 * c.unknowns[i].row + c.unknowns[i].axis;
       to[i] = (at[0] * unknown.along[0] + at[length] * unknown.along[1]) + at[2 * length] * unknown.along[2];
     }
     c.answer[k] = -c.gaps[3 * unknown.row + unknown.axis];
   }
-  if (!eliminate(c)) return Leap::Impossible;
+  if (!solveSystem(c)) return ActiveStep::Singular;
   double share = 1.0;
   for (std::size_t k = 0; k < n; ++k) {
-    if (c.known[k].axis != 0) continue;
-    const Row& row = c.rows[c.known[k].row];
+    if (c.unknowns[k].axis != 0) continue;
+    const Row& row = c.rows[c.unknowns[k].row];
     if (row.force[0] + c.answer[k] < 0.0) share = std::min(share, -row.force[0] / c.answer[k]);
-    if (c.known[k].sticks)
+    if (c.unknowns[k].sticks)
       share = std::min(
           share, shareToRim(row.force, coefficient(c.near[row.near].friction, row.force[0]), &c.answer[k]));
   }
-  for (std::size_t k = 0; k < n; k += c.known[k].sticks ? 3 : 1) {
-    Row& row = c.rows[c.known[k].row];
+  for (std::size_t k = 0; k < n; k += c.unknowns[k].sticks ? 3 : 1) {
+    Row& row = c.rows[c.unknowns[k].row];
     const Friction& friction = c.near[row.near].friction;
     Vector3d force = row.force;
     force[0] = std::max(0.0, force[0] + share * c.answer[k]);
     if (force[0] < kNothing) force[0] = 0.0;
-    if (c.known[k].sticks) {
+    if (c.unknowns[k].sticks) {
       force[1] += share * c.answer[k + 1], force[2] += share * c.answer[k + 2];
       force = withinCone(force, friction);
-    } else {
-      force.tail<2>() *= coefficient(friction, force[0]) * force[0] / row.force.tail<2>().norm();
+    } else if (const double size = row.force.tail<2>().norm(); size > 0.0) {
+      force.tail<2>() *= coefficient(friction, force[0]) * force[0] / size;
     }
     const Vector3d by = force - row.force;
     row.force = force;
-    if (by != Vector3d::Zero()) addGaps(c, c.known[k].row, by);
+    if (by != Vector3d::Zero()) addGaps(c, c.unknowns[k].row, by);
   }
-  return share == 1.0 ? Leap::Whole : Leap::Stopped;
+  return share == 1.0 ? ActiveStep::Full : ActiveStep::Stopped;
 }
 
-/// To where sweeps would come, if nothing else lets go, touches or slides: they judge it. @return whether
-/// forces have changed
-bool leap(ContactScratch& c) {
+/// Where sweeps would come to, if nothing else lets go, touches or slides; they judge it. Steps as of Lawson
+/// and Hanson (1974, Solving Least Squares Problems, 23), with cones. @return whether forces have changed
+bool solveActiveSet(ContactScratch& c) {
   bool any = false;
-  for (int k = 0; k < kMostStops && gather(c); ++k) {
-    const Leap done = leapOnce(c);
-    if (done == Leap::Impossible) break;
+  for (int k = 0; k < kMostSteps && findActiveSet(c); ++k) {
+    const ActiveStep done = activeSetStep(c);
+    if (done == ActiveStep::Singular) break;
     any = true;
-    if (done == Leap::Whole) break;
+    if (done == ActiveStep::Full) break;
   }
   return any;
 }
@@ -255,9 +259,9 @@ void makeRoomForForces(ContactScratch& c) {
   c.gaps.resize(lengthOf(c.room));
   c.gaps_before.resize(lengthOf(c.room));
   c.own.resize(c.room);
-  c.known.reserve(kMostKnown);
-  c.system.resize(kMostKnown * kMostKnown);
-  c.answer.resize(kMostKnown);
+  c.unknowns.reserve(kMostUnknowns);
+  c.system.resize(kMostUnknowns * kMostUnknowns);
+  c.answer.resize(kMostUnknowns);
 }
 
 void findForces(ContactScratch& c, Scratch& scratch) {
@@ -268,27 +272,29 @@ void findForces(ContactScratch& c, Scratch& scratch) {
     if (c.rows[r].force[0] > 0.0) addGaps(c, r, c.rows[r].force);
   for (Row& row : c.rows) row.last = row.force;
   double momentum = 1.0, was = 0.0;  // squares, as all changes here
-  int since = 0;                     // sweeps after the last leap
-  bool leapt = false, leaps = true;
+  int since = 0;                     // sweeps after the last solution
+  bool solved = false, solves = true;
   for (int k = 1;; ++k) {
     ++scratch.sweeps, ++since;
     const auto [change, greatest] = sweep(c);
     scratch.contact_residual = std::sqrt(change);
-    const double end = leapt ? kEndOfLeap : kEnd;
-    if (change <= end * end * greatest || k == kMostSweeps) break;
-    if (leapt && change > 2.0 * was) {  // it led away
+    const double end = solved ? kEndOfSolution : kEnd;
+    if (change <= end * end * greatest) break;
+    const bool away = solved && change > 2.0 * was;
+    solved = false;
+    if (away) {  // from the solution: back to where the active set was solved
       for (Row& row : c.rows) row.force = row.last;
       std::copy(c.gaps_before.begin(), c.gaps_before.end(), c.gaps.begin());
-      leapt = leaps = false, momentum = 1.0;
-      continue;
+      solves = false, momentum = 1.0;
     }
-    leapt = false;
-    if (leaps && since >= 2 && change > 0.25 * was && gather(c)) {
+    if (k >= kMostSweeps) break;
+    if (away) continue;
+    if (solves && since >= 2 && change > 0.25 * was && findActiveSet(c)) {
       for (Row& row : c.rows) row.last = row.force;
       std::copy(c.gaps.begin(), c.gaps.end(), c.gaps_before.begin());
-      leapt = leaps = leap(c);
+      solved = solves = solveActiveSet(c);
       was = change, momentum = 1.0, since = 0;
-      if (leapt) continue;
+      if (solved) continue;
     }
     const double next = 0.5 * (1.0 + std::sqrt(1.0 + 4.0 * momentum * momentum)),
                  share = change > was ? 0.0 : (momentum - 1.0) / next;

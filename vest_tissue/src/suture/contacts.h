@@ -51,8 +51,8 @@ struct Own {
   double trace = 0.0;          ///< 1 over that across
 };
 
-/// An unknown of a leap: a row's force along an axis, or its load and the friction with it.
-struct Known {
+/// An unknown of the active set: a row's force along an axis, or its load and the friction with it.
+struct Unknown {
   Index row = 0, axis = 0;
   bool sticks = false;
   Eigen::Vector3d along;  ///< of the row's force, in its axes
@@ -76,8 +76,8 @@ struct ContactScratch {
   std::vector<double> coupling;          ///< between rows, in their axes: three columns of each
   std::vector<Own> own;                  ///< of each row
   std::vector<double> gaps;              ///< of all rows, with the forces of all
-  std::vector<double> gaps_before;       ///< likewise, before a leap
-  std::vector<Known> known;              ///< the unknowns of a leap
+  std::vector<double> gaps_before;       ///< likewise, before the active set was solved
+  std::vector<Unknown> unknowns;         ///< of the active set
   std::vector<double> system, answer;    ///< of their equations
   std::vector<Matrix6> leads;            ///< of the inverse, from a touched node to the one before
   std::vector<std::uint8_t> bearing;     ///< how each support bears in the Hessian
@@ -118,7 +118,7 @@ void makeRoomForForces(ContactScratch& c);
 void couple(ContactScratch& c);
 
 /// Forces of all rows, from those of the pass before: sweeps with momentum (Nesterov 1983), which ends where
-/// it does harm. Where they go on, a leap to what they come to; back where it leads away.
+/// it does harm. Where they go on, the active set is solved straight; back where that leads away.
 void findForces(ContactScratch& c, Scratch& scratch);
 
 /// What is near becomes the state's memory, and forces on nodes go to scratch.contact_force.
