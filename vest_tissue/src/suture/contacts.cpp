@@ -350,6 +350,35 @@ bool solveContacts(const Model& m, const State& before, const State& s, Scratch&
   return any;
 }
 
+void addCurvature(const Model& m, const State& s, Scratch& scratch) {
+  for (const Near& near : scratch.contacts->near) {
+    if (near.live.b < kCylinder || near.live.force.isZero()) continue;
+    const Index a = near.live.a;
+    const Strand& strand = strandOf(m, a);
+    const Index a1 = strand.next(a);
+    const Closest k = closestOf(m, s, a, near.live.b);
+    if (!(k.s > 0.0 && k.s < 1.0)) continue;
+    const Vector3d& axis = m.cylinders[near.live.b - kCylinder].axis;
+    const Vector3d u = s.position[a1] - s.position[a], across = u - u.dot(axis) * axis;
+    const double length = across.norm(), d = k.between.norm();
+    const Vector3d t = across / length, n = k.between / d;
+    const double load = n.dot(near.live.force);
+    if (!(load > 0.0) || !(length > 1e-3 * m.length[a]) || !(d > 0.5 * near.reach)) continue;
+    // Of the work of the load, −load·(2·dθ·τ + d·dθ²) for changes dθ = n·(dx1 − dx0)/L and
+    // τ = t·((1 − s)·dx0 + s·dx1). A spring along the normal, which the contact holds, keeps it definite.
+    const std::array<double, 2> w = {1.0 - k.s, k.s}, r = {-1.0 / length, 1.0 / length};
+    const Matrix3d nn = (load * d) * n * n.transpose(), nt = load * n * t.transpose();
+    const auto block = [&](std::size_t i, std::size_t j) -> Matrix3d {
+      return (r[i] * w[j]) * nt + (w[i] * r[j]) * nt.transpose() +
+             (r[i] * r[j] + w[i] * w[j] / (length * length)) * nn;
+    };
+    BlockChain& chain = scratch.chain[static_cast<std::size_t>(&strand - m.strands.data())];
+    chain.diagonal[a - strand.first].topLeftCorner<3, 3>() += block(0, 0);
+    chain.diagonal[a1 - strand.first].topLeftCorner<3, 3>() += block(1, 1);
+    chain.lower[a - strand.first].topLeftCorner<3, 3>() += block(1, 0);
+  }
+}
+
 double contactWork(const Scratch& scratch) {
   double sum = 0.0;
   for (const Row& row : scratch.contacts->rows) {

@@ -100,6 +100,10 @@ std::size_t contactRoom(const Model& model);
 /// Pairs that may touch in a sub-step of h from the state.
 void findNear(const Model& model, const State& s, double h, ContactScratch& c);
 
+/// How contacts with cylinders turn and move along segments, with the forces of the pass before, to the
+/// Hessian in scratch.chain.
+void addCurvature(const Model& model, const State& s, Scratch& scratch);
+
 /// A new factor: what was known of its inverse is void.
 void forgetAnswers(ContactScratch& c);
 

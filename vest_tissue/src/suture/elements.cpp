@@ -471,6 +471,7 @@ bool addAll(const Potential& p, const State& s, bool exact, Scratch& scratch) {
 
 void assemble(const Potential& p, const State& s, bool exact, Scratch& scratch) {
   addAll<Want::Matrix>(p, s, exact, scratch);
+  if (exact) addCurvature(p.model, s, scratch);
   for (Index n = 0; n < p.model.strands.size(); ++n)
     hold(p.model, s, p.model.strands[n], scratch.chain[n], scratch);
 }
