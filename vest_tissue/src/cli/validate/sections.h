@@ -23,6 +23,7 @@ validation::Section conservationSection(const Options& options, const std::strin
 validation::Section stiffnessSection(const Options& options, const std::string& command);
 validation::Section finiteElementsSection(const Options& options, const std::string& command);
 validation::Section threadsSection(const Options& options, const std::string& command);
+validation::Section threadMotionSection(const Options& options, const std::string& command);
 validation::Section knotsSection(const Options& options, const std::string& command);
 
 struct Entry {
@@ -33,7 +34,8 @@ inline std::vector<Entry> sections() {
   return {{"materials", materialsSection}, {"bars", barsSection},
           {"forces", forcesSection},       {"conservation", conservationSection},
           {"stiffness", stiffnessSection}, {"finite_elements", finiteElementsSection},
-          {"threads", threadsSection},     {"knots", knotsSection}};
+          {"threads", threadsSection},     {"thread_motion", threadMotionSection},
+          {"knots", knotsSection}};
 }
 
 }  // namespace vest::validate

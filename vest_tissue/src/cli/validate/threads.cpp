@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rods.h"
 #include "sections.h"
+#include "thread.h"
 
 namespace vest::validate {
 namespace {
@@ -13,17 +13,6 @@ using suture::Index;
 using suture::test::kPi;
 using suture::test::Moving;
 using validation::digits;
-
-constexpr double kStep = 0.001;  // s
-
-/// A straight polypropylene thread, 2-0, along the first axis.
-suture::RodDescription thread(int segments, double length, double damping) {
-  suture::RodDescription rod = suture::test::straight(static_cast<Index>(segments));
-  for (Vector3d& x : rod.nodes) x *= length;
-  rod.section = suture::solidSection(0.00016, 900, 3e9, 0.4);
-  rod.section.strain_damping = 1e-4, rod.section.damping = damping;
-  return rod;
-}
 
 /// Tip of a clamped elastica of length 1 under a dead load F across, EI = 1: θ″ = −F·cos θ from the tip's
 /// angle inwards, found by bisection.
