@@ -133,8 +133,8 @@ void worlds(Table& table) {
   };
   row("the same with damped links", runLoad(damped(d), 0), 3);
   row("and hinges", runLoad(hinged(damped(d)), 0), 2);
-  row("and the fourth-order law", runLoad(vest::test::seedSizeScene(false), 0), 2);
-  row("and two instruments that press into it", runLoad(vest::test::seedSizeScene(false), 2), 2);
+  row("and the fourth-order law", runLoad(vest::specimen::seedSizeScene(false), 0), 2);
+  row("and two instruments that press into it", runLoad(vest::specimen::seedSizeScene(false), 2), 2);
 #else
   (void)table;
 #endif
@@ -179,7 +179,7 @@ void slab(Table& table) {
 }
 
 void threads(Table& table) {
-  ThreadUnderLoad drum(vest::suture::test::roundADrum());
+  ThreadUnderLoad drum(vest::suture::specimen::roundADrum());
   drum.run(200);
   const double still = microseconds([&] { drum.step(); }, 100, 1);
   table.time(Table::text("a thread of 150 segments, round a drum in %d contacts, held: a step of 1 ms",

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "../test/fem/beam.h"
-#include "../test/fem/cutting.h"
+#include "beam.h"
+#include "cutting.h"
 
 namespace vest::bench {
 
@@ -53,12 +53,12 @@ class ElementsUnderLoad {
 
  private:
   static fem::Description object() {
-    fem::Description d = fem::test::makeBox({10, 8, 8, 0.06, 0.04, 0.04});
+    fem::Description d = fem::specimen::makeBox({10, 8, 8, 0.06, 0.04, 0.04});
     d.motion = fem::Motion::Elastostatic;
     d.material = {8e3, 0.4, 1050.0, 1.0, 0.002};
     return d;
   }
-  fem::test::Cutting cutting_;
+  fem::specimen::Cutting cutting_;
   fem::TissueState whole_;
   std::vector<fem::Index> knots_;
 };

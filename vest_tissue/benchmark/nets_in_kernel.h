@@ -65,7 +65,7 @@ class Net {
 
  private:
   void add(bool shuffled) {
-    for (auto& tube : vest::test::makeSeedNet(0.5f, 0.001f)) {
+    for (auto& tube : vest::specimen::makeSeedNet(0.5f, 0.001f)) {
       const std::size_t n = tube.x.size() - 2 * kLanes;
       auto links = tube.links;
       std::vector<std::uint32_t> map(n);
@@ -106,7 +106,7 @@ class BulletNet {
     info_.m_dispatcher = &dispatcher_;
     info_.m_sparsesdf.Initialize();
     info_.m_gravity = btVector3(0, 0, -9.81f);
-    for (const auto& tube : test::makeSeedNet(0.5f, 0.001f)) {
+    for (const auto& tube : specimen::makeSeedNet(0.5f, 0.001f)) {
       const std::size_t n = tube.x.size() - 2 * kLanes;
       std::vector<btVector3> x(n);
       std::vector<btScalar> m(n, 0.0001f);

@@ -50,8 +50,8 @@ inline SlabUnderLoad slabUnderLoad(const std::string& scene) {
     const Eigen::Vector3d at(box.min().x() + along * box.sizes().x(),
                              box.min().y() + across * box.sizes().y(),
                              box.max().z() - 0.003 + 0.02 * std::max({0.0, 1 - 3 * t, 3 * t - 2}));
-    input.tools[1] = test::toolAt(tools::ToolKind::Scissors, at, {0.2, 0.1, -1.0}, {0.0, 1.0, 0.1},
-                                  0.9 * std::clamp(2 - 3 * t, 0.0, 1.0));
+    input.tools[1] = specimen::toolAt(tools::ToolKind::Scissors, at, {0.2, 0.1, -1.0}, {0.0, 1.0, 0.1},
+                                      0.9 * std::clamp(2 - 3 * t, 0.0, 1.0));
   });
   input.tools[1].present = false;
   load.alone = run(kAlone, [](int) {});

@@ -26,11 +26,11 @@ struct Surface {
 /// A tube of 441 rings of 8; the shaft of a suction cannula lies across it.
 inline Surface surface() {
   Surface s;
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.rings = 441, o.length = 0.44, o.mass = 0.11;
-  s.scene = test::tubeScene(o);
+  s.scene = specimen::tubeScene(o);
   s.scene.gravity.setZero();
-  s.tool = test::grasper(Eigen::Vector3d(0.01, 0.0, 0.0535), 0.0);
+  s.tool = specimen::grasper(Eigen::Vector3d(0.01, 0.0, 0.0535), 0.0);
   s.tool.tool = tools::ToolKind::SuctionIrrigator;
   s.a = s.tool.pivot, s.b = s.tool.position;
   return s;

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "../test/suture/drum.h"
-#include "../test/suture/knots.h"
+#include "drum.h"
+#include "knots.h"
 #include "measure.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/scene/world_model.h"
@@ -27,13 +27,13 @@ class ThreadUnderLoad {
   }
 
  private:
-  suture::test::Moving moving_;
+  suture::specimen::Moving moving_;
 };
 
 /// An overhand knot whose ends are drawn apart by 40 mm each at 0.2 m/s.
 inline suture::Description overhandDrawn() {
-  suture::RodDescription rod = suture::test::overhand(150, 0.001, 0.13);
-  rod.section = suture::test::polypropylene();
+  suture::RodDescription rod = suture::specimen::overhand(150, 0.001, 0.13);
+  rod.section = suture::specimen::polypropylene();
   rod.section.damping = 2e4;
   const Eigen::Vector3d a = rod.nodes.front(), b = rod.nodes.back(),
                         by(a.x() < b.x() ? 0.04 : -0.04, 0.0, 0.0);
@@ -52,7 +52,7 @@ inline OnTissue threadOnTissue(const std::string& scene) {
   std::vector<Eigen::Vector3d> nodes;
   double angle = 0.0;
   for (int i = 0; i <= 150; ++i) {
-    const double radius = 0.006 + 0.0035 * angle / (2.0 * suture::test::kPi);
+    const double radius = 0.006 + 0.0035 * angle / (2.0 * suture::specimen::kPi);
     nodes.push_back(Eigen::Vector3d(radius * std::cos(angle), 0.03 + radius * std::sin(angle), 0.0725));
     angle += 0.001 / radius;
   }

@@ -19,7 +19,7 @@ inline constexpr int kMilliseconds = 50;
 
 /// The seed scene's counts as a scene: what a World does in a step is all there, contact search included.
 inline scene::Description fallingTubes() {
-  scene::Description d = test::seedSizeScene(false);
+  scene::Description d = specimen::seedSizeScene(false);
   for (auto& o : d.objects) {
     o.law = material::Law{};
     o.law.youngs_modulus = 1.5e5;  // about 100 N/m a spring
@@ -31,7 +31,7 @@ inline scene::Description fallingTubes() {
 }
 /// The same with the links' and knots' damping, and with the hinges, of the seed's counts.
 inline scene::Description damped(scene::Description d) {
-  const scene::Description whole = test::seedSizeScene(false);
+  const scene::Description whole = specimen::seedSizeScene(false);
   for (std::size_t i = 0; i < d.objects.size(); ++i) {
     for (std::size_t k = 0; k < d.objects[i].links.size(); ++k)
       d.objects[i].links[k].damping = whole.objects[i].links[k].damping;
@@ -40,7 +40,7 @@ inline scene::Description damped(scene::Description d) {
   return d;
 }
 inline scene::Description hinged(scene::Description d) {
-  const scene::Description whole = test::seedSizeScene(false);
+  const scene::Description whole = specimen::seedSizeScene(false);
   for (std::size_t i = 0; i < d.objects.size(); ++i) d.objects[i].hinges = whole.objects[i].hinges;
   return d;
 }
@@ -124,7 +124,7 @@ inline Load runLoad(const scene::Description& d, int tools) {
     for (std::size_t t = 0; t < static_cast<std::size_t>(tools); ++t) {
       if (i <= 200) {  // knot 66: the upper one of a ring in the middle
         const double above = i < 100 ? 0.01 : 0.01 - 0.012 * (i - 100) / 100.0;  // m
-        in.tools[t] = test::grasper(w.knotAt(15 + t, 66) + Eigen::Vector3d(0, 0, above), 0.0);
+        in.tools[t] = specimen::grasper(w.knotAt(15 + t, 66) + Eigen::Vector3d(0, 0, above), 0.0);
       }
     }
     in.step = w.steps(), w.step(in, report);

@@ -11,6 +11,8 @@
 #include "slab.h"
 
 namespace vest::fem::test {
+
+using namespace specimen;
 namespace {
 
 using Eigen::Vector3d;

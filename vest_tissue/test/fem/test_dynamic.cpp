@@ -6,6 +6,8 @@
 #include "vest_tissue/fem/simulate.h"
 
 namespace vest::fem::test {
+
+using namespace specimen;
 namespace {
 
 /// One tetrahedron with three nodes fixed: its fourth node is a mass on a 3×3 stiffness, density·V/4.

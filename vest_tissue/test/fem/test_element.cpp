@@ -9,6 +9,8 @@
 #include "vest_tissue/fem/model.h"
 
 namespace vest::fem::test {
+
+using namespace specimen;
 namespace {
 
 class Random {

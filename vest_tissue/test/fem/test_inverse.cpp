@@ -11,6 +11,8 @@
 #include "vest_tissue/fem/tissue.h"
 
 namespace vest::fem::test {
+
+using namespace specimen;
 namespace {
 
 Eigen::MatrixXd inverse(const Description& d, const std::string& cache) {

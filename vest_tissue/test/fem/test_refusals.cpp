@@ -8,6 +8,8 @@
 #include "vest_tissue/fem/tissue.h"
 
 namespace vest::fem::test {
+
+using namespace specimen;
 namespace {
 
 /// The message of the refusal; fails where there is none.

@@ -13,6 +13,8 @@
 #include "temporary_scene.h"
 
 namespace vest::fem::test {
+
+using namespace specimen;
 namespace {
 
 std::string sceneText(const std::string& strain, const std::string& solution) {

@@ -8,6 +8,8 @@
 #include "vest_tissue/fem/simulate.h"
 
 namespace vest::fem::test {
+
+using namespace specimen;
 namespace {
 
 bool fullRun() {

@@ -11,10 +11,12 @@
 #include "vest_tissue/scene/world_model.h"
 
 namespace vest::fem::test {
+
+using namespace specimen;
 namespace {
 
 using Eigen::Vector3d;
-using vest::test::grasper;
+using vest::specimen::grasper;
 
 void step(scene::World& w, scene::StepInput& in, scene::StepReport& report) {
   in.step = w.steps();
@@ -241,14 +243,14 @@ TEST(FemInWorld, FallsFreelyKeepsItsMomentumAndItsEnergyDoesNotGrow) {
 }
 
 TEST(FemInWorld, ANetComesToRestOnIt) {
-  vest::test::TubeOptions tube;
+  vest::specimen::TubeOptions tube;
   tube.centre = Vector3d(0, 0, 0.018);
   tube.length = 0.05;
   tube.fix_ends = false;
   for (const Motion motion : {Motion::BackwardEuler, Motion::Elastostatic}) {
     SlabOptions o;
     o.motion = motion;
-    scene::World w(sceneOf({object(slab(o)), vest::test::tube(tube)}));
+    scene::World w(sceneOf({object(slab(o)), vest::specimen::tube(tube)}));
     scene::StepInput in;
     scene::StepReport report;
     for (int i = 0; i < 1500; ++i) step(w, in, report);
@@ -265,13 +267,13 @@ TEST(FemInWorld, ANetComesToRestOnIt) {
 }
 
 TEST(FemInWorld, IsConnectedToANet) {
-  vest::test::TubeOptions o;
+  vest::specimen::TubeOptions o;
   o.centre = Vector3d(0, 0, 0.03);
   o.damping = 0.2, o.knot_damping = 5e-3;
   for (const Motion motion : {Motion::BackwardEuler, Motion::Elastostatic}) {
     SlabOptions p;
     p.motion = motion;
-    scene::Description s = sceneOf({vest::test::tube(o), object(slab(p))});
+    scene::Description s = sceneOf({vest::specimen::tube(o), object(slab(p))});
     const auto top = std::find_if(
         s.objects[1].contact_triangles.begin(), s.objects[1].contact_triangles.end(), [&](const auto& t) {
           return std::all_of(t.begin(), t.end(), [&](auto k) {
@@ -309,9 +311,9 @@ TEST(FemInWorld, HashSnapshotThreadsAndResetHoldForIt) {
   b.motion = Motion::Elastostatic, b.name = "other";
   Description second = slab(b);
   for (auto& x : second.nodes) x.x() += 0.07;
-  vest::test::TubeOptions tube;
+  vest::specimen::TubeOptions tube;
   tube.centre = Vector3d(0.03, 0, 0.017);
-  const scene::Description s = sceneOf({object(slab(a)), object(second), vest::test::tube(tube)});
+  const scene::Description s = sceneOf({object(slab(a)), object(second), vest::specimen::tube(tube)});
   const auto inputOf = [](std::uint64_t i) {
     scene::StepInput in;
     in.step = i;

@@ -11,6 +11,8 @@
 #include "vest_tissue/scene/world_model.h"
 
 namespace vest::fem::test {
+
+using namespace specimen;
 namespace {
 
 using Eigen::Vector3d;
@@ -31,8 +33,8 @@ scene::StepInput inputOf(std::uint64_t i, double hand) {
   in.step = i;
   const double come = std::min(1.0, hand / 60.0), close = std::clamp((hand - 60.0) / 120.0, 0.0, 1.0);
   in.tools[1] =
-      vest::test::toolAt(tools::ToolKind::Scissors, Vector3d(0.001, 0.009 - 0.025 * (1.0 - come), 0.050),
-                         Vector3d(0, 1, 0), Vector3d(0, 0, 1), 0.9 * (1.0 - close));
+      vest::specimen::toolAt(tools::ToolKind::Scissors, Vector3d(0.001, 0.009 - 0.025 * (1.0 - come), 0.050),
+                             Vector3d(0, 1, 0), Vector3d(0, 0, 1), 0.9 * (1.0 - close));
   return in;
 }
 
@@ -170,7 +172,7 @@ TEST(FemCutInWorld, ScissorsThatJumpThroughASlabThrowNothing) {
           const Vector3d along(uniform(-0.7, 0.7), uniform(-0.7, 0.7), -1.0),
               opening(uniform(-1, 1), uniform(-1, 1), uniform(-0.3, 0.3)),
               tip(uniform(-0.03, 0.03), uniform(-0.02, 0.02), uniform(0.03, 0.045));
-          tool = vest::test::toolAt(tools::ToolKind::Scissors, tip, along, opening, uniform(0, 1));
+          tool = vest::specimen::toolAt(tools::ToolKind::Scissors, tip, along, opening, uniform(0, 1));
           tool.present = &tool != &in.tools[2];
         }
         tool.jaw = std::max(0.0, tool.jaw - 0.2);

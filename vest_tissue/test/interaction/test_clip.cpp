@@ -18,9 +18,9 @@ using namespace vest;
 using Eigen::Vector3d;
 
 scene::Description vessel(bool held = true) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.radius = 0.0025, o.rings = 24, o.length = 0.07, o.mass = 0.0012, o.fix_ends = held;
-  scene::Description d = test::tubeScene(o);
+  scene::Description d = specimen::tubeScene(o);
   d.gravity.setZero();
   return d;
 }
@@ -179,7 +179,7 @@ TEST(Clip, OneClosingOfTheJawsSetsOneClipAndAnEmptyOneNone) {
   t.close(0.010, 0.0, 0.6, 100);
   for (int i = 1; i <= 400; ++i) {  // in the air
     auto& tool = t.input.tools[1];
-    tool = test::grasper(Vector3d(0, 0.03, 0.08), 0.6 - 0.6 * i / 400);
+    tool = specimen::grasper(Vector3d(0, 0.03, 0.08), 0.6 - 0.6 * i / 400);
     tool.tool = tools::ToolKind::ClipApplier;
     tool.pivot = Vector3d(0, 0.03, 0.2);
     t.step();

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 /// A hook from above whose foot lies along the tube; its lower side at height `z`.
 scene::ToolInput hook(double x, double z, bool on) {
-  scene::ToolInput t = test::grasper(Vector3d(x, 0, z + 0.0146), 0.0);
+  scene::ToolInput t = specimen::grasper(Vector3d(x, 0, z + 0.0146), 0.0);
   t.tool = tools::ToolKind::CoagulationHook;
   t.pivot = Vector3d(x, 0, 0.25);
   if (on) t.functions = tools::kFunctionCoagulate;
@@ -23,7 +23,7 @@ scene::ToolInput hook(double x, double z, bool on) {
 }
 
 struct Theatre : test::Theatre {
-  Theatre() : test::Theatre(test::tubeScene()) { run(3000); }  // at rest under gravity
+  Theatre() : test::Theatre(specimen::tubeScene()) { run(3000); }  // at rest under gravity
   /// Height at which the hook's foot lies 1 mm deep in the tube.
   double top() {
     std::vector<float> p(3 * world.knotCount(0));
@@ -131,7 +131,7 @@ TEST(Coagulation, AHookThatStaysWhitensDriesAndOnlyThenChars) {
 TEST(Coagulation, ForcepsSealAVesselAllAround) {
   Theatre t;
   for (int i = 0; i <= 400; ++i) {
-    t.input.tools[1] = test::grasper(Vector3d(0, 0, 0.075 - 0.042 * i / 400), 0.87);
+    t.input.tools[1] = specimen::grasper(Vector3d(0, 0, 0.075 - 0.042 * i / 400), 0.87);
     t.input.tools[1].tool = tools::ToolKind::BipolarForceps;
     t.input.tools[1].pivot = Vector3d(0, 0, 0.17);
     t.step();
@@ -172,7 +172,7 @@ TEST(Coagulation, PowerFollowsTheParameterAndTheHashSeesHeat) {
   // A snapshot keeps the heat: both go on alike.
   std::vector<std::uint8_t> bytes;
   a.world.save(bytes);
-  scene::World other(test::tubeScene(), 2);
+  scene::World other(specimen::tubeScene(), 2);
   other.restore(bytes);
   EXPECT_EQ(other.stateHash(), a.world.stateHash());
   for (int i = 0; i < 300; ++i) {
@@ -186,14 +186,14 @@ TEST(Coagulation, PowerFollowsTheParameterAndTheHashSeesHeat) {
 
 TEST(Grasping, BeyondTheThresholdTissueIsDestroyedWithTimeAndBelowItNever) {
   for (const double threshold : {60e3, 1e9, 0.0}) {
-    auto d = test::tubeScene();
+    auto d = specimen::tubeScene();
     d.objects[0].grasp_damage_threshold = threshold;
     scene::World w(d);
     scene::StepInput input;
     scene::StepReport report;
     for (int i = 0; i <= 2800; ++i) {
       const double down = std::min(1.0, i / 400.0), shut = std::clamp((i - 400) / 400.0, 0.0, 1.0);
-      input.tools[1] = test::grasper(Vector3d(0, 0, 0.075 - 0.035 * down), 1.0 - 0.99 * shut);
+      input.tools[1] = specimen::grasper(Vector3d(0, 0, 0.075 - 0.035 * down), 1.0 - 0.99 * shut);
       input.tools[1].pivot = Vector3d(0, 0, 0.17);
       w.step(input, report);
     }

@@ -30,8 +30,8 @@ struct Theatre : test::Theatre {
     for (int i = 0; i < n; ++i) step();
   }
   void scissors(double x, double y_tip, double z, double jaw) {
-    input.tools[1] = test::toolAt(tools::ToolKind::Scissors, Vector3d(x, y_tip, z), Vector3d(0, 1, 0),
-                                  Vector3d(0, 0, 1), jaw);
+    input.tools[1] = specimen::toolAt(tools::ToolKind::Scissors, Vector3d(x, y_tip, z), Vector3d(0, 1, 0),
+                                      Vector3d(0, 0, 1), jaw);
   }
   /// Comes with open blades, closes, and stays closed.
   void cut(double x, double y_tip, double z, int n = 150) {
@@ -47,19 +47,19 @@ struct Theatre : test::Theatre {
   }
   std::size_t pieces() const {
     std::vector<std::uint32_t> part;
-    return test::pieces(world, 0, part);
+    return specimen::pieces(world, 0, part);
   }
 };
 
 /// Narrow enough for one bite.
-test::BarOptions slim() {
-  test::BarOptions o;
+specimen::BarOptions slim() {
+  specimen::BarOptions o;
   o.rows = 3, o.spacing = 0.003, o.thickness = 0.003, o.mass = 0.003;
   return o;
 }
 
-scene::Description still(test::BarOptions o = slim()) {
-  auto d = test::barScene(o);
+scene::Description still(specimen::BarOptions o = slim()) {
+  auto d = specimen::barScene(o);
   d.gravity.setZero();
   return d;
 }
@@ -95,7 +95,7 @@ TEST(Cut, ScissorsDivideABarInTwoAndNoSpringCrossesTheCut) {
   }
   t.away();
   t.steps(300);
-  for (const float v : test::skinNow(t.world, 0)) ASSERT_TRUE(std::isfinite(v));
+  for (const float v : specimen::skinNow(t.world, 0)) ASSERT_TRUE(std::isfinite(v));
 }
 
 TEST(Cut, WorkIsToughnessTimesTheAreaThatWasCut) {
@@ -122,14 +122,14 @@ TEST(Cut, WorkIsToughnessTimesTheAreaThatWasCut) {
 }
 
 TEST(Cut, APartThatNothingHoldsFallsAway) {
-  test::BarOptions o = slim();
+  specimen::BarOptions o = slim();
   o.fix_right = false, o.youngs_modulus = 1e6;
-  Theatre t(test::barScene(o));
+  Theatre t(specimen::barScene(o));
   t.cut(kCut, kDeep, 0.05, 60);
   t.away();
   t.steps(250);
   std::vector<std::uint32_t> part;
-  ASSERT_EQ(test::pieces(t.world, 0, part), 2u);
+  ASSERT_EQ(specimen::pieces(t.world, 0, part), 2u);
   std::vector<float> p(3 * t.world.knotCount(0));
   t.world.positions(0, p.data());
   double lowest_held = 1.0, highest_free = -1.0;
@@ -168,8 +168,8 @@ TEST(Cut, OpenBladesAndAHookWithoutCurrentDivideNothing) {
   for (const bool on : {false, true}) {
     for (int i = 0; i < 400; ++i) {  // the foot of the hook comes down through the bar
       auto& tool = t.input.tools[1] =
-          test::toolAt(tools::ToolKind::CoagulationHook, Vector3d(kCut, -0.012, 0.060 - 5e-5 * i),
-                       Vector3d(0, 1, 0), Vector3d(0, 0, 1));
+          specimen::toolAt(tools::ToolKind::CoagulationHook, Vector3d(kCut, -0.012, 0.060 - 5e-5 * i),
+                           Vector3d(0, 1, 0), Vector3d(0, 0, 1));
       tool.functions = on ? tools::kFunctionCut : 0u;
       t.step();
     }
@@ -181,7 +181,7 @@ TEST(Cut, OpenBladesAndAHookWithoutCurrentDivideNothing) {
 }
 
 TEST(Cut, EnergyIsAccountedForThroughACut) {
-  Theatre t(test::barScene(slim()));
+  Theatre t(specimen::barScene(slim()));
   t.steps(300);
   const auto before = t.world.energy();
   t.cut(kCut, kDeep, 0.048);
@@ -208,7 +208,7 @@ TEST(Cut, SnapshotThreadsAndKernelLevelGiveTheSameBits) {
     }
   };
   for (const int threads : {1, 2, 4}) {
-    Theatre t(test::barScene(slim()), threads);
+    Theatre t(specimen::barScene(slim()), threads);
     script(t, 0, 160);
     if (threads == 1) t.world.save(middle);
     script(t, 160, 240);
@@ -216,14 +216,14 @@ TEST(Cut, SnapshotThreadsAndKernelLevelGiveTheSameBits) {
     hashes.push_back(t.world.stateHash());
   }
   {
-    Theatre t(test::barScene(slim()));
+    Theatre t(specimen::barScene(slim()));
     t.world.restore(middle);
     script(t, 160, 240);
     hashes.push_back(t.world.stateHash());
   }
   setenv("VEST_KERNEL", "baseline", 1);
   {
-    Theatre t(test::barScene(slim()));
+    Theatre t(specimen::barScene(slim()));
     EXPECT_EQ(t.world.kernelLevel(), "baseline");
     script(t, 0, 240);
     hashes.push_back(t.world.stateHash());
@@ -237,10 +237,10 @@ TEST(Cut, SnapshotThreadsAndKernelLevelGiveTheSameBits) {
 
 TEST(Cut, AnchorsGoWithTheirSideAndAConnectionUnderTheBladeComesLoose) {
   auto d = still();
-  test::BarOptions o = slim();
+  specimen::BarOptions o = slim();
   o.centre = Vector3d(0, 0, 0.09);
   o.bulk_modulus = 0.0;
-  d.objects.push_back(test::bar(o));
+  d.objects.push_back(specimen::bar(o));
   d.objects[1].name = "other";
   for (const int column : {8, 9, 2}) {  // on the cut's left, on its right; and one that another blade meets
     scene::Connection c;
@@ -260,7 +260,7 @@ TEST(Cut, AnchorsGoWithTheirSideAndAConnectionUnderTheBladeComesLoose) {
   t.cut(kCut, kDeep, 0.05);
   ASSERT_EQ(t.pieces(), 2u);
   std::vector<std::uint32_t> part;
-  test::pieces(t.world, 0, part);
+  specimen::pieces(t.world, 0, part);
   const auto& links = t.world.state().connections;
   EXPECT_EQ(part[links[1].end0.knots[0]], part[16]) << "right of the cut";
   EXPECT_EQ(part[links[2].end0.knots[0]], part[0]) << "left of it";
@@ -274,13 +274,13 @@ TEST(Cut, AnchorsGoWithTheirSideAndAConnectionUnderTheBladeComesLoose) {
 
 TEST(Cut, ThinSheetsStopACapsuleAtOneMetrePerSecondFromBothSides) {
   for (const double side : {1.0, -1.0}) {
-    test::BarOptions o;
+    specimen::BarOptions o;
     o.thickness = 0.0012, o.rows = 9, o.bulk_modulus = 0.0, o.mass = 0.004;
     Theatre t(still(o));
     const auto place = [&](double z) {
       // A shaft along y over the sheet's whole width.
-      t.input.tools[0] = test::toolAt(tools::ToolKind::SuctionIrrigator, Vector3d(0.001, 0.06, z),
-                                      Vector3d(0, 1, 0), Vector3d(0, 0, 1));
+      t.input.tools[0] = specimen::toolAt(tools::ToolKind::SuctionIrrigator, Vector3d(0.001, 0.06, z),
+                                          Vector3d(0, 1, 0), Vector3d(0, 0, 1));
       t.input.tools[0].pivot = Vector3d(0.001, -0.10, z);
     };
     place(0.05 + side * 0.012);

@@ -20,10 +20,10 @@ constexpr std::uint32_t kKnots = kRings * kAround;
 constexpr double kLength = 0.07, kCut = kLength * (double(kRing) / (kRings - 1) - 0.5);  // m: x of that ring
 
 scene::Description tube(double radius, bool held = true) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.radius = radius, o.rings = kRings, o.around = kAround, o.length = kLength, o.mass = 0.002,
   o.fix_ends = held;
-  scene::Description d = test::tubeScene(o);
+  scene::Description d = specimen::tubeScene(o);
   d.gravity.setZero();
   return d;
 }
@@ -92,10 +92,10 @@ TEST(CutRings, ASlingLiesOnTheStumpThatItIsAround) {
 TEST(CutRings, ASlingClosesWhatACutLeftOfARingThatIsTooLargeForIt) {
   constexpr int kMany = 40, kLeft = 24;
   static_assert(kMany > interaction::kMaxSlingKnots && kLeft <= interaction::kMaxSlingKnots);
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.radius = 0.004, o.rings = kRings, o.around = kMany, o.length = kLength;
   o.mass = 0.2, o.youngs_modulus = 1e3;  // heavy and soft: few sub-steps
-  scene::Description d = test::tubeScene(o);
+  scene::Description d = specimen::tubeScene(o);
   d.gravity.setZero();
   // Without its wall on one side of the tube, but for the rings at both ends.
   auto& triangles = d.objects[0].contact_triangles;

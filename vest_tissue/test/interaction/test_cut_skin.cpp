@@ -54,13 +54,13 @@ struct Tube {
     centre -= kAxis * kAxis.dot(centre - kMiddle);
     const Vector3d along(-kAxis.y(), kAxis.x(), 0), tip = centre + 0.0065 * along;
     for (int i = 0; i < 80; ++i) {
-      input.tools[1] = test::toolAt(tools::ToolKind::Scissors, tip - 0.02 * (1 - i / 80.0) * along, along,
-                                    Vector3d(0, 0, 1), 0.75);
+      input.tools[1] = specimen::toolAt(tools::ToolKind::Scissors, tip - 0.02 * (1 - i / 80.0) * along, along,
+                                        Vector3d(0, 0, 1), 0.75);
       step();
     }
     for (int i = 0; i <= 200; ++i) {
-      input.tools[1] = test::toolAt(tools::ToolKind::Scissors, tip, along, Vector3d(0, 0, 1),
-                                    0.75 + (jaw_end - 0.75) * i / 200.0);
+      input.tools[1] = specimen::toolAt(tools::ToolKind::Scissors, tip, along, Vector3d(0, 0, 1),
+                                        0.75 + (jaw_end - 0.75) * i / 200.0);
       step();
     }
   }
@@ -84,7 +84,7 @@ TEST(CutSkin, ATubeOpensIntoTwoStumpsWithFaceAndInnerWall) {
       << "an open tube holds no pressure";
   // No skin triangle spans the gap: every one hangs on the knots of one stump.
   std::vector<std::uint32_t> part;
-  ASSERT_EQ(test::pieces(t.world, 0, part), 2u);
+  ASSERT_EQ(specimen::pieces(t.world, 0, part), 2u);
   for (std::size_t i = 0; i < now.skin.triangles.size(); ++i) {
     if (!now.triangle_alive[i]) continue;
     for (const std::uint32_t v : now.skin.triangles[i]) {

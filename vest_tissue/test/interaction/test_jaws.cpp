@@ -37,14 +37,14 @@ struct Bench {
 // A contact whose place was almost on a fixed knot took the vanishing weight of the free one for its own and
 // answered with any force: 300 kN in the gynaecology scene.
 TEST(Contact, BesideFixedKnotsPushesWithTheForceOfItsDepthAlone) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.radius = 0.004, o.youngs_modulus = 1.5e5, o.a3 = 6.0;
   for (int place = 0; place < 40; ++place) {
-    Bench b(test::tubeScene(o));
+    Bench b(specimen::tubeScene(o));
     const double x = -0.0515 + 0.0002 * place;  // across the fixed end of the tube, its ring at -0.05
     auto& t = b.input.tools[1];
     for (int i = 0; i <= 60; ++i) {
-      t = test::grasper(Vector3d(x, 0.0003, 0.060 - 0.0001 * i), 0.0);
+      t = specimen::grasper(Vector3d(x, 0.0003, 0.060 - 0.0001 * i), 0.0);
       b.step();
     }
     ASSERT_FALSE(HasFatalFailure()) << "x " << x;
@@ -54,9 +54,9 @@ TEST(Contact, BesideFixedKnotsPushesWithTheForceOfItsDepthAlone) {
 }
 
 TEST(Jaws, FollowTheHandleExactlyWhereNothingIsBetweenThem) {
-  Bench b(test::tubeScene());
+  Bench b(specimen::tubeScene());
   for (int i = 0; i <= 100; ++i) {
-    b.input.tools[1] = test::grasper(Vector3d(0, 0, 0.12), 1.0 - 0.01 * i);
+    b.input.tools[1] = specimen::grasper(Vector3d(0, 0, 0.12), 1.0 - 0.01 * i);
     b.step();
     ASSERT_EQ(b.world.state().proxies[1].pose.jaw, b.input.tools[1].jaw) << i;
   }
@@ -65,17 +65,18 @@ TEST(Jaws, FollowTheHandleExactlyWhereNothingIsBetweenThem) {
 // A sucker whose valve is down holds what its mouth touches, by the vacuum and no harder; it comes off with a
 // pull, or when the valve is let up.
 TEST(Sucker, HoldsTissueByItsVacuumUntilItIsPulledOff) {
-  test::BarOptions o;
+  specimen::BarOptions o;
   o.columns = 25, o.youngs_modulus = 6e4, o.bulk_modulus = 0;
-  scene::Description d = test::barScene(o);
+  scene::Description d = specimen::barScene(o);
   d.gravity.setZero();
   Bench b(d);
   const double mouth = tools::toolGeometry(tools::ToolKind::SuctionIrrigator).shaft_radius;
   int held = 0, released = 0;
   double lifted = 0.0;
   const auto go = [&](double height, std::uint32_t functions) {  // m: of the mouth over the bar's upper face
-    b.input.tools[1] = test::toolAt(tools::ToolKind::SuctionIrrigator, Vector3d(0, 0, 0.052 + mouth + height),
-                                    -Vector3d::UnitZ(), Vector3d::UnitX());
+    b.input.tools[1] =
+        specimen::toolAt(tools::ToolKind::SuctionIrrigator, Vector3d(0, 0, 0.052 + mouth + height),
+                         -Vector3d::UnitZ(), Vector3d::UnitX());
     b.input.tools[1].functions = functions;
     b.step();
     for (const auto& e : b.report.events) {
@@ -112,18 +113,18 @@ TEST(Sucker, HoldsTissueByItsVacuumUntilItIsPulledOff) {
 // They close by a hand: a clip forms on the soft strip, and beside it lies one as hard as bone. The jaws stop
 // where the hand's grip ends.
 TEST(Jaws, CloseNoHarderThanAHandOverWhatDoesNotGiveWay) {
-  test::BarOptions soft, hard;
+  specimen::BarOptions soft, hard;
   soft.columns = 33, soft.rows = 2, soft.spacing = 0.0015, soft.centre.y() = -0.0012;
   hard.columns = 17, hard.rows = 2, hard.spacing = 0.0024, hard.centre.y() = 0.0013;
   hard.youngs_modulus = 3e7, hard.bulk_modulus = 0.0, hard.mass = 0.05;
-  scene::Description d = test::barScene(soft);
-  d.objects.push_back(test::bar(hard));
+  scene::Description d = specimen::barScene(soft);
+  d.objects.push_back(specimen::bar(hard));
   d.objects[1].name = "bone";
   d.gravity.setZero();
   Bench b(d);
   const auto close = [&](double jaw) {
-    b.input.tools[1] = test::toolAt(tools::ToolKind::ClipApplier, Vector3d(0, 0, 0.046), -Vector3d::UnitZ(),
-                                    Vector3d::UnitY(), jaw);
+    b.input.tools[1] = specimen::toolAt(tools::ToolKind::ClipApplier, Vector3d(0, 0, 0.046),
+                                        -Vector3d::UnitZ(), Vector3d::UnitY(), jaw);
     b.step();
   };
   const double limit =

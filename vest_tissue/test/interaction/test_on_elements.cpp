@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "../fem/slab.h"
 #include "blades.h"
+#include "slab.h"
 #include "theatre.h"
 #include "vest_tissue/scene/world_model.h"
 
@@ -27,7 +27,7 @@ constexpr Kind kKinds[] = {{Motion::BackwardEuler, Strain::Small},
 
 /// A fold along x, 40 × 3 × 6 mm, its lower edge held or free.
 scene::Description fold(const Kind& kind, bool held = true) {
-  fem::Description d = fem::test::makeBox({16, 2, 4, 0.04, 0.003, 0.006}, false);
+  fem::Description d = fem::specimen::makeBox({16, 2, 4, 0.04, 0.003, 0.006}, false);
   d.name = "fold";
   d.motion = kind.motion, d.strain = kind.strain;
   d.material = {20e3, 0.4, 1050.0, 2.0, 0.004};
@@ -35,7 +35,7 @@ scene::Description fold(const Kind& kind, bool held = true) {
     if (held && d.nodes[n].z() == 0.0) d.fixed.push_back(n);
     d.nodes[n] += Vector3d(-0.02, -0.0015, 0.047);
   }
-  scene::Description s = fem::test::sceneOf({fem::test::object(d)});
+  scene::Description s = fem::specimen::sceneOf({fem::specimen::object(d)});
   s.gravity.setZero();
   return s;
 }
@@ -74,9 +74,9 @@ TEST(ClipOnElements, HoldsTheFoldShutUntilItIsTakenOff) {
     t.run(1000);
     EXPECT_LT(t.apart(t.theClip()), 0.5e-3) << "m, of 3 mm";
     EXPECT_GT(t.theClip().force, 1e-3) << "N";
-    const auto rest = fem::test::positionsOf(t.world, 0);
+    const auto rest = fem::specimen::positionsOf(t.world, 0);
     t.run(500);
-    const auto now = fem::test::positionsOf(t.world, 0);
+    const auto now = fem::specimen::positionsOf(t.world, 0);
     double moved = 0.0;
     for (std::size_t i = 0; i < rest.size(); ++i)
       moved = std::max<double>(moved, std::fabs(now[i] - rest[i]));
@@ -121,8 +121,9 @@ TEST(ClipOnElements, StaysOnItsSideOfACutAndTheStateGoesOnAlike) {
     const auto cutBeside = [](Theatre& t) {  // scissors 8 mm beside it
       for (int i = 0; i < 200; ++i) {
         const double come = std::min(1.0, i / 60.0), close = std::clamp((i - 60.0) / 120.0, 0.0, 1.0);
-        t.input.tools[1] = test::toolAt(tools::ToolKind::Scissors, Vector3d(0.009, 0, 0.060 - 0.010 * come),
-                                        Vector3d(0, 0, -1), Vector3d(0, 1, 0), 0.9 * (1.0 - close));
+        t.input.tools[1] =
+            specimen::toolAt(tools::ToolKind::Scissors, Vector3d(0.009, 0, 0.060 - 0.010 * come),
+                             Vector3d(0, 0, -1), Vector3d(0, 1, 0), 0.9 * (1.0 - close));
         t.step();
       }
       t.leave();
@@ -154,7 +155,7 @@ TEST(ClipOnElements, StaysOnItsSideOfACutAndTheStateGoesOnAlike) {
 
 /// The lower side of a hook's foot at height z above the slab's middle.
 scene::ToolInput hook(double z, bool on) {
-  scene::ToolInput t = test::grasper(Vector3d(0, 0, z + 0.0146), 0.0);
+  scene::ToolInput t = specimen::grasper(Vector3d(0, 0, z + 0.0146), 0.0);
   t.tool = tools::ToolKind::CoagulationHook;
   t.pivot = Vector3d(0, 0, 0.25);
   if (on) t.functions = tools::kFunctionCoagulate;
@@ -172,10 +173,10 @@ double heldSpot(double flat, double nu) {
 
 TEST(HeatOnElements, TheHookWhitensStiffensAndShrinksASlabAndEveryJouleIsAccountedFor) {
   for (const Kind& kind : kKinds) {
-    fem::test::SlabOptions options;
+    fem::specimen::SlabOptions options;
     options.motion = kind.motion, options.strain = kind.strain;
     options.nx = 12, options.ny = 8;
-    scene::Description d = fem::test::sceneOf({fem::test::object(fem::test::slab(options))});
+    scene::Description d = fem::specimen::sceneOf({fem::specimen::object(fem::specimen::slab(options))});
     d.gravity.setZero();
     Theatre t(d);
     t.input.tools[1] = hook(0.0112, false);
@@ -249,7 +250,7 @@ TEST(HeatOnElements, TheHookWhitensStiffensAndShrinksASlabAndEveryJouleIsAccount
 
 /// A free bar along x, or one that is held at both ends; parts of it are denatured at once.
 scene::Description shrinkingBar(const Strain strain, bool held) {
-  fem::Description b = fem::test::makeBox({20, 2, 2, 0.04, 0.002, 0.002}, false);
+  fem::Description b = fem::specimen::makeBox({20, 2, 2, 0.04, 0.002, 0.002}, false);
   b.name = "bar";
   b.strain = strain;
   b.material = {20e3, 0.0, 1050.0, 20.0, 0.004};
@@ -257,7 +258,7 @@ scene::Description shrinkingBar(const Strain strain, bool held) {
     if (held && (b.nodes[n].x() == 0.0 || b.nodes[n].x() > 0.04 - 1e-9)) b.fixed.push_back(n);
     b.nodes[n] += Vector3d(-0.02, -0.001, 0.05);
   }
-  scene::Description d = fem::test::sceneOf({fem::test::object(b)});
+  scene::Description d = fem::specimen::sceneOf({fem::specimen::object(b)});
   d.gravity.setZero();
   return d;
 }
@@ -299,11 +300,11 @@ TEST(HeatOnElements, DenaturedPartsOfABarShrinkFreelyOrAgainstTheRestOfIt) {
 }
 
 TEST(HeatOnElements, ABarConductsAlongItsEdgesLikeTheHeatEquation) {
-  fem::Description b = fem::test::makeBox({8, 1, 1, 0.008, 0.001, 0.001}, false);
+  fem::Description b = fem::specimen::makeBox({8, 1, 1, 0.008, 0.001, 0.001}, false);
   b.name = "bar";
   b.material = {20e3, 0.4, 1050.0, 2.0, 0.004};
   for (auto& x : b.nodes) x += Vector3d(-0.004, -0.0005, 0.05);
-  scene::Description d = fem::test::sceneOf({fem::test::object(b)});
+  scene::Description d = fem::specimen::sceneOf({fem::specimen::object(b)});
   d.objects[0].thermal.perfusion = 0.0;
   scene::World w(d);
   auto& heat = const_cast<scene::WorldState&>(w.state()).objects[0].heat;

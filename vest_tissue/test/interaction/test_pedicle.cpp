@@ -18,11 +18,11 @@ scene::Description vessels() {
   scene::Description d;
   d.name = "pedicle", d.gravity.setZero();
   for (int i = 0; i < 2; ++i) {
-    test::TubeOptions o;
+    specimen::TubeOptions o;
     o.name = i == 0 ? "artery" : "vein";
     o.radius = 0.0015, o.rings = 24, o.length = 0.07, o.mass = 0.001, o.fix_ends = i == 0;
     o.centre.z() += i == 0 ? 0.0021 : -0.0021;
-    d.objects.push_back(test::tube(o));
+    d.objects.push_back(specimen::tube(o));
   }
   return d;
 }
@@ -42,7 +42,7 @@ TEST(Pedicle, AClipTakesAllThatIsBetweenItsJawsAndHoldsItTogether) {
     }
   };
   for (int i = 0; i < 360; ++i) {
-    in.tools[1] = test::grasper(Vector3d(0, 0, 0.0425), 0.6 * std::min(1.0, (360 - i) / 300.0));
+    in.tools[1] = specimen::grasper(Vector3d(0, 0, 0.0425), 0.6 * std::min(1.0, (360 - i) / 300.0));
     in.tools[1].tool = tools::ToolKind::ClipApplier;
     step();
   }

@@ -12,8 +12,8 @@
 #include <random>
 #include <vector>
 
-#include "../fem/slab.h"
 #include "blades.h"
+#include "slab.h"
 #include "vest_tissue/scene/world_model.h"
 
 namespace {
@@ -32,33 +32,33 @@ class Dice {
 
   scene::Description net() {
     if (choose(2) == 0) {
-      test::BarOptions o;
+      specimen::BarOptions o;
       o.columns = 7 + choose(6), o.rows = 2 + choose(2);
       o.spacing = uniform(0.0025, 0.004), o.thickness = uniform(0.002, 0.006);
       o.youngs_modulus = uniform(5e3, 50e3), o.bulk_modulus = choose(3) == 0 ? 0.0 : 2e4;
       o.fix_right = choose(2) == 0;
-      return test::barScene(o);
+      return specimen::barScene(o);
     }
-    test::TubeOptions o;
+    specimen::TubeOptions o;
     o.rings = 8 + choose(8), o.around = 5 + choose(4);
     o.length = 0.05, o.radius = uniform(0.002, 0.004);
     o.youngs_modulus = uniform(5e3, 50e3);
-    scene::Description d = test::tubeScene(o);
+    scene::Description d = specimen::tubeScene(o);
     d.objects[0].wall_thickness = 0.001;
     return d;
   }
 
   /// A bar of tetrahedra held at one end: small strain or corotational, in motion or elastostatic.
   scene::Description volume() {
-    fem::test::Box box{6 + choose(4), 2 + choose(2), 2, 0.04, 0.008, uniform(0.003, 0.006)};
-    fem::Description d = fem::test::makeBox(box);
+    fem::specimen::Box box{6 + choose(4), 2 + choose(2), 2, 0.04, 0.008, uniform(0.003, 0.006)};
+    fem::Description d = fem::specimen::makeBox(box);
     d.name = "volume";
     const int kind = choose(3);
     d.motion = kind == 2 ? fem::Motion::Elastostatic : fem::Motion::BackwardEuler;
     d.strain = kind == 1 ? fem::Strain::Corotational : fem::Strain::Small;
     d.material = {uniform(20e3, 200e3), uniform(0.3, 0.45), 1050.0, 4.0, 0.004};
     for (auto& x : d.nodes) x += Vector3d(-0.02, -0.004, 0.05 - 0.5 * 0.004);
-    return fem::test::sceneOf({fem::test::object(d)});
+    return fem::specimen::sceneOf({fem::specimen::object(d)});
   }
 
   scene::ToolInput pose(tools::ToolKind kind, double jaw) {
@@ -69,7 +69,7 @@ class Dice {
     if (kind == tools::ToolKind::Scissors) beyond = uniform(0.003, 0.011);
     if (kind == tools::ToolKind::CoagulationHook) beyond = uniform(-0.014, 0.0);
     if (kind == tools::ToolKind::SlingApplicator) beyond = uniform(-0.033, -0.027);
-    return test::toolAt(kind, middle + beyond * along.normalized(), along, opening, jaw);
+    return specimen::toolAt(kind, middle + beyond * along.normalized(), along, opening, jaw);
   }
 
  private:
@@ -420,8 +420,8 @@ TEST(Sequences, ScissorsThatJumpThroughTheShippedSlabAndItsTubeThrowNothing) {
                      z = box.max().z() + lean(0.004), y = dice.uniform(box.min().y(), box.max().y()),
                      x = dice.uniform(box.min().x(), box.max().x()), beyond = dice.uniform(0.003, 0.011);
         const Vector3d along(a, b, -1.0), middle(x, y, z);
-        in.tools[t] = test::toolAt(tools::ToolKind::Scissors, middle + beyond * along.normalized(), along,
-                                   {c, 1.0, d}, 0.9);
+        in.tools[t] = specimen::toolAt(tools::ToolKind::Scissors, middle + beyond * along.normalized(), along,
+                                       {c, 1.0, d}, 0.9);
       }
       for (int t = 0; t < count && i % 5 == 2; ++t) in.tools[t].jaw = 0.0;
       in.step = w.steps();
@@ -471,7 +471,7 @@ int jump(const scene::Description& d, std::uint32_t seed, const Jumping& how, in
       } else {
         for (int n = 0; n < 3; ++n) tip[n] = dice.uniform(box.min()[n] - 0.005, box.max()[n] + 0.005);
       }
-      in.tools[t] = test::toolAt(kind[t], tip, along, {c, 1.0, e}, dice.uniform(0.0, 1.0));
+      in.tools[t] = specimen::toolAt(kind[t], tip, along, {c, 1.0, e}, dice.uniform(0.0, 1.0));
       in.tools[t].functions = static_cast<std::uint32_t>(dice.choose(16));
       in.tools[t].present = dice.choose(8) > 0;
     }

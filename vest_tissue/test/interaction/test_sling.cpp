@@ -16,9 +16,9 @@ using namespace vest;
 using Eigen::Vector3d;
 
 scene::Description stump(bool held = true) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.radius = 0.004, o.rings = 24, o.length = 0.07, o.mass = 0.002, o.fix_ends = held;
-  scene::Description d = test::tubeScene(o);
+  scene::Description d = specimen::tubeScene(o);
   d.gravity.setZero();
   if (!held)
     for (auto& g : d.objects[0].damping) g = 0.0;
@@ -30,7 +30,7 @@ struct Theatre : test::Theatre {
   /// The applicator from above; its loop hangs around the tube at x (the tool's x axis lies along y).
   void applicator(double x, bool draw) {
     auto& t = input.tools[0];
-    t = test::grasper(Vector3d(x, 0, 0.05 + 0.0112 + 0.019), 0.0);
+    t = specimen::grasper(Vector3d(x, 0, 0.05 + 0.0112 + 0.019), 0.0);
     t.tool = tools::ToolKind::SlingApplicator;
     t.pivot = Vector3d(x, 0, 0.2);
     if (draw) t.functions = tools::kFunctionFire;
@@ -198,12 +198,12 @@ TEST(Sling, DrawsATubeShutWithoutAWhip) {
     t.applicator(x, true);
     double fastest = 0.0;
     for (int i = 0; i < 6000 && (i < 20 || !t.sling().tied); ++i)
-      t.step(), fastest = std::max(fastest, test::fastestKnot(t.world));
+      t.step(), fastest = std::max(fastest, specimen::fastestKnot(t.world));
     ASSERT_TRUE(t.sling().tied);
     EXPECT_LT(fastest, 2.0) << "m/s, at x = " << x;
     t.input.tools[0].present = false;
     t.run(2000);
-    EXPECT_LT(test::fastestKnot(t.world), 0.001) << "m/s, held";
+    EXPECT_LT(specimen::fastestKnot(t.world), 0.001) << "m/s, held";
   }
 }
 
@@ -218,7 +218,7 @@ TEST(Sling, HoldsWhereItWasTiedWhileTheOrganIsPulled) {
   const double length = lengthOf(t.sling());
   // A grasper takes the tube beside the loop and pulls it along and up.
   auto& g = t.input.tools[1];
-  g = test::grasper(Vector3d(0.015, 0, 0.046), 1.0);
+  g = specimen::grasper(Vector3d(0.015, 0, 0.046), 1.0);
   t.run(30);
   for (int i = 0; i < 200; ++i) g.jaw = std::max(0.0, g.jaw - 0.01), t.step();
   const Vector3d before = t.sling().knot;

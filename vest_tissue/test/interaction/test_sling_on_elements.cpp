@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "../fem/slab.h"
 #include "blades.h"
+#include "slab.h"
 #include "theatre.h"
 #include "vest_tissue/interaction/clip.h"
 #include "vest_tissue/interaction/sling.h"
@@ -37,7 +37,7 @@ struct BarOptions {
 /// A round bar along x, 48 mm long, 7 mm thick; its ends are held or free.
 scene::Description bar(const BarOptions& o) {
   constexpr double kLength = 0.048, kSide = 0.007;
-  fem::Description d = fem::test::makeBox({16, 3, 3, kLength, kSide, kSide}, false);
+  fem::Description d = fem::specimen::makeBox({16, 3, 3, kLength, kSide, kSide}, false);
   d.name = "bar";
   d.motion = o.kind.motion, d.strain = o.kind.strain;
   d.material = {o.youngs_modulus, 0.4, 1050.0, o.damping, 0.004};
@@ -50,7 +50,7 @@ scene::Description bar(const BarOptions& o) {
     if (radius > 0.0) x.y() *= side / radius, x.z() *= side / radius;
     x.z() += 0.05;
   }
-  scene::Description s = fem::test::sceneOf({fem::test::object(d)});
+  scene::Description s = fem::specimen::sceneOf({fem::specimen::object(d)});
   s.gravity.setZero();
   return s;
 }
@@ -66,7 +66,7 @@ struct Theatre : test::Theatre {
     constexpr double kPusher = 0.0112, kRadius = 0.0042;  // m: of its end from the tip; of the bar and more
     auto& t = input.tools[0];
     const double rest = hasLoop() ? loop().rest : interaction::kSlingLength;
-    t = test::grasper(Vector3d(x, 0, 0.05 + kPusher + std::max(rest / (2 * M_PI), kRadius)), 0.0);
+    t = specimen::grasper(Vector3d(x, 0, 0.05 + kPusher + std::max(rest / (2 * M_PI), kRadius)), 0.0);
     t.tool = tools::ToolKind::SlingApplicator;
     t.pivot = Vector3d(x, 0, 0.2);
     if (draw) t.functions = tools::kFunctionFire;
@@ -282,7 +282,7 @@ TEST(SlingOnElements, HoldsWhileTheBarIsPulledAndCutBesideIt) {
     t.run(300);
     const double section = t.section();
     auto& g = t.input.tools[1];
-    g = test::grasper(Vector3d(0.012, 0, 0.046), 1.0);
+    g = specimen::grasper(Vector3d(0.012, 0, 0.046), 1.0);
     t.run(30);
     for (int i = 0; i < 200; ++i) g.jaw = std::max(0.0, g.jaw - 0.01), t.step();
     const Vector3d before = t.loop().node[16];
@@ -294,8 +294,8 @@ TEST(SlingOnElements, HoldsWhileTheBarIsPulledAndCutBesideIt) {
     // Scissors 9 mm beside it.
     for (int i = 0; i < 260; ++i) {
       const double come = std::min(1.0, i / 60.0), close = std::clamp((i - 60.0) / 120.0, 0.0, 1.0);
-      g = test::toolAt(tools::ToolKind::Scissors, Vector3d(-0.009, 0, 0.060 - 0.014 * come),
-                       Vector3d(0, 0, -1), Vector3d(0, 1, 0), 0.9 * (1.0 - close));
+      g = specimen::toolAt(tools::ToolKind::Scissors, Vector3d(-0.009, 0, 0.060 - 0.014 * come),
+                           Vector3d(0, 0, -1), Vector3d(0, 1, 0), 0.9 * (1.0 - close));
       t.input.step = t.world.steps();
       ASSERT_NE(t.world.step(t.input, t.report), scene::Status::Fault);
       t.events.insert(t.events.end(), t.report.events.begin(), t.report.events.end());

@@ -44,8 +44,8 @@ int child(int threads) {
     in.step = static_cast<std::uint64_t>(i) + 1;
     const double down = std::min(1.0, i / 60.0), close = std::clamp((i - 60) / 80.0, 0.0, 1.0);
     const double up = std::clamp((i - 145) / 55.0, 0.0, 1.0);
-    in.tools[0] =
-        test::grasper(middle + Eigen::Vector3d(0, 0, 0.03 - 0.034 * down + 0.02 * up), 1.0 - 0.95 * close);
+    in.tools[0] = specimen::grasper(middle + Eigen::Vector3d(0, 0, 0.03 - 0.034 * down + 0.02 * up),
+                                    1.0 - 0.95 * close);
     in.tools[0].pivot = middle + Eigen::Vector3d(0, 0, 0.15);
     if (world.step(in, report) == scene::Status::Fault) return 2;
     for (const auto& e : report.events) grasped = grasped || e.kind == scene::EventKind::Grasped;

@@ -43,8 +43,8 @@ class Operation {
   /// Jaws close across the tube, from above.
   void bite(tools::ToolKind kind, std::size_t at, double open) {
     const Vector3d along = ring(at + 1) - ring(at - 1);
-    in.tools[1] = test::toolAt(kind, ring(at) - Vector3d(0, 0, 0.004), -Vector3d::UnitZ(),
-                               along.cross(Vector3d::UnitZ()), open);
+    in.tools[1] = specimen::toolAt(kind, ring(at) - Vector3d(0, 0, 0.004), -Vector3d::UnitZ(),
+                                   along.cross(Vector3d::UnitZ()), open);
     run(20);
     for (int i = 0; i < 150; ++i) in.tools[1].jaw = open * (1.0 - i / 149.0), run(1);
     for (int i = 0; i < 30; ++i) in.tools[1].jaw = 0.02 * i, run(1);
@@ -52,8 +52,8 @@ class Operation {
     run(50);
   }
   void grasp(std::size_t at, double lift) {
-    in.tools[0] = test::toolAt(tools::ToolKind::Grasper, ring(at) - Vector3d(0, 0, 0.004), -Vector3d::UnitZ(),
-                               Vector3d::UnitY(), 1.0);
+    in.tools[0] = specimen::toolAt(tools::ToolKind::Grasper, ring(at) - Vector3d(0, 0, 0.004),
+                                   -Vector3d::UnitZ(), Vector3d::UnitY(), 1.0);
     run(20);
     for (int i = 0; i < 60; ++i) in.tools[0].jaw = 1.0 - i / 59.0, run(1);
     for (int i = 0; i < static_cast<int>(lift / 1e-4); ++i) in.tools[0].position.z() += 1e-4, run(1);
@@ -74,8 +74,8 @@ class Operation {
       const Vector3d along = (ring(at + 1) - ring(at - 1)).normalized(),
                      across = side * along.cross(Vector3d::UnitZ()).normalized();
       for (int i = 0; i < 40; ++i) {
-        in.tools[1] = test::toolAt(tools::ToolKind::CoagulationHook,
-                                   middle - 0.008 * across + 0.0002 * (i - 20) * along, across, along);
+        in.tools[1] = specimen::toolAt(tools::ToolKind::CoagulationHook,
+                                       middle - 0.008 * across + 0.0002 * (i - 20) * along, across, along);
         in.tools[1].functions = tools::kFunctionCut;
         run(1);
       }
@@ -92,10 +92,10 @@ class Operation {
                                                 way = target - pivot, z = way.normalized();
     double depth = way.norm() + 0.005;
     const auto hold = [&](double jaw) {
-      in.tools[0] = test::toolAt(tools::ToolKind::Grasper, pivot + depth * z, z, along.cross(z), jaw);
+      in.tools[0] = specimen::toolAt(tools::ToolKind::Grasper, pivot + depth * z, z, along.cross(z), jaw);
       in.tools[0].pivot = pivot;
       run(1);
-      fastest = std::max(fastest, test::fastestKnot(world_));
+      fastest = std::max(fastest, specimen::fastestKnot(world_));
     };
     for (int i = 0; i < 300; ++i) hold(0.9 - 0.85 * std::clamp(i / 200.0 - 0.15, 0.0, 1.0));
     fastest = 0.0;

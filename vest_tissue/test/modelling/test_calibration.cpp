@@ -101,10 +101,10 @@ TEST(Calibration, TheWorldsBarHangsAsLongWhateverTheStepAndTheSubSteps) {
 
 TEST(Calibration, AnyTopologyIsBroughtToTheModulusOfItsBar) {
   for (const int around : {6, 8, 12}) {
-    test::TubeOptions o;
+    specimen::TubeOptions o;
     o.fix_ends = false;
     o.around = around, o.rings = 2 * around;
-    auto tube = test::tube(o);
+    auto tube = specimen::tube(o);
     const double wall = 2 * M_PI * o.radius * 0.001;  // m², cross-section of a wall of 1 mm
     const auto before = modelling::pullBar(tube, 0, wall);
     const auto after = modelling::calibrateBar(tube, 0, wall);

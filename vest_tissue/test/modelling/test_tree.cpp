@@ -174,7 +174,7 @@ TEST(Tree, ASceneKeepsItsTreesAndTheirBytesBelongToTheHash) {
     ASSERT_EQ(world.step(input, report), vest::scene::Status::Ok);
   }
   // Two dozen ties share the few knots of a branch's end. Bounded each by itself they threw it at 6 m/s.
-  EXPECT_LT(vest::test::fastestKnot(world), 0.001) << "m/s: branches stay where they grew";
+  EXPECT_LT(vest::specimen::fastestKnot(world), 0.001) << "m/s: branches stay where they grew";
 }
 
 TEST(Tree, MistakesAreNamedWithTheirLine) {

@@ -16,10 +16,10 @@ using Eigen::Vector3d;
 constexpr int kRings = 24, kAround = 8;
 
 scene::Description bowel(const motility::Motility& m, bool held = true) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.rings = kRings, o.around = kAround, o.radius = 0.01, o.length = 0.12, o.mass = 0.02, o.fix_ends = held;
   o.youngs_modulus = 10e3;
-  scene::Description d = test::tubeScene(o);
+  scene::Description d = specimen::tubeScene(o);
   d.gravity.setZero();
   d.objects[0].motility = m;
   return d;

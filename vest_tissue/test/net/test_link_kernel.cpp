@@ -41,7 +41,7 @@ vest::material::Law softLaw() {
   return law;
 }
 
-Knots shaken(const vest::test::Tube& tube, unsigned seed) {
+Knots shaken(const vest::specimen::Tube& tube, unsigned seed) {
   const std::size_t n = tube.x.size() - kPadding;
   Knots k(n);
   std::mt19937 random(seed);
@@ -61,7 +61,7 @@ Knots shaken(const vest::test::Tube& tube, unsigned seed) {
 
 TEST(LinkKernel, SeedNetHasTheSeedsCountsAndNoDuplicateLink) {
   std::size_t knots = 0, links = 0;
-  for (const auto& tube : vest::test::makeSeedNet(1, 0)) {
+  for (const auto& tube : vest::specimen::makeSeedNet(1, 0)) {
     knots += tube.x.size() - kPadding;
     links += tube.links.size();
     std::set<std::pair<unsigned, unsigned>> seen;
@@ -75,7 +75,7 @@ TEST(LinkKernel, SeedNetHasTheSeedsCountsAndNoDuplicateLink) {
 
 TEST(LinkKernel, ForceIsThatOfTheLawInDoublePrecision) {
   const vest::material::Law law = softLaw();
-  for (const auto& tube : vest::test::makeSeedNet(3.0f, 0.02f)) {
+  for (const auto& tube : vest::specimen::makeSeedNet(3.0f, 0.02f)) {
     Knots k = shaken(tube, 7);
     const LinkTable table(tube.links, law);
     addLinkForces(table, k.arrays(), KernelLevel::Baseline);
@@ -113,7 +113,7 @@ TEST(LinkKernel, EveryLevelGivesTheSameBits) {
   if (vest::net::chooseKernelLevel() == KernelLevel::Baseline) {
     RecordProperty("note", "this processor, or VEST_KERNEL, offers the baseline alone");
   }
-  for (const auto& tube : vest::test::makeSeedNet(3.0f, 0.02f)) {
+  for (const auto& tube : vest::specimen::makeSeedNet(3.0f, 0.02f)) {
     Knots a = shaken(tube, 11);
     Knots b = a;
     const LinkTable table(tube.links, softLaw());
@@ -128,7 +128,7 @@ TEST(LinkKernel, EveryLevelGivesTheSameBits) {
 }
 
 TEST(LinkKernel, LinksWithoutRunsGiveTheSameBitsPackedOrNotAndAtEveryLevel) {
-  for (const auto& tube : vest::test::makeSeedNet(3.0f, 0.02f)) {
+  for (const auto& tube : vest::specimen::makeSeedNet(3.0f, 0.02f)) {
     const std::size_t n = tube.x.size() - kPadding;
     std::vector<std::uint32_t> map(n);
     for (std::size_t i = 0; i < n; ++i) map[i] = static_cast<std::uint32_t>(i);
@@ -156,7 +156,7 @@ TEST(LinkKernel, LinksWithoutRunsGiveTheSameBitsPackedOrNotAndAtEveryLevel) {
 }
 
 TEST(LinkKernel, LinksNumberedAlongTheTubeBecomeRunsAndShuffledOnesGiveTheSameForce) {
-  const auto tube = vest::test::makeSeedNet(3.0f, 0.02f).front();
+  const auto tube = vest::specimen::makeSeedNet(3.0f, 0.02f).front();
   const LinkTable runs(tube.links, softLaw());
   EXPECT_GE(runs.runCount(), 4u);
   EXPECT_GT(runs.occupancy(), 0.8);
@@ -185,7 +185,7 @@ TEST(LinkKernel, LinksNumberedAlongTheTubeBecomeRunsAndShuffledOnesGiveTheSameFo
 }
 
 TEST(LinkKernel, LinksBetweenHeldKnotsAreLeftOutAndAllOthersPullAsBefore) {
-  for (const auto& tube : vest::test::makeSeedNet(3.0f, 0.02f)) {
+  for (const auto& tube : vest::specimen::makeSeedNet(3.0f, 0.02f)) {
     const std::size_t knots = tube.x.size() - kPadding;
     std::vector<std::uint8_t> held(knots, 0);
     for (std::size_t i = 0; i < knots / 2; ++i) held[i] = 1;

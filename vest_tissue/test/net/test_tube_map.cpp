@@ -11,7 +11,7 @@ namespace {
 using namespace vest;
 
 net::TubeMap tubeMap() {
-  const scene::Object t = test::tube({});  // 16 rings of 8 knots over 0.1 m
+  const scene::Object t = specimen::tube({});  // 16 rings of 8 knots over 0.1 m
   return net::TubeMap(t.tube.station, t.tube.rings, "uterine_artery", t.position.size() + 1);
 }
 
@@ -56,7 +56,7 @@ TEST(TubeMap, RefusesWhatCannotBeLookedUp) {
 }
 
 TEST(Roles, ObjectsAreFoundByRoleAndByVesselSegment) {
-  scene::Description d = test::seedSizeScene(false);
+  scene::Description d = specimen::seedSizeScene(false);
   d.objects[2].roles = {"target"};
   d.objects[5].roles = {"forbidden", "target"};
   d.objects[7].tube.vessel_segment = d.objects[3].tube.vessel_segment = "ovarian_vein";

@@ -20,13 +20,13 @@ scene::Description twoObjects() {
   scene::Description d;
   d.name = "two";
   d.hash = "0123456789abcdef";
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.name = "first";
-  d.objects.push_back(test::tube(o));
+  d.objects.push_back(specimen::tube(o));
   o.name = "second";
   o.rings = 9;
   o.centre = {0.0, 0.1, 0.05};
-  d.objects.push_back(test::tube(o));
+  d.objects.push_back(specimen::tube(o));
   return d;
 }
 

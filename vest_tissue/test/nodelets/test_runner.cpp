@@ -17,7 +17,7 @@ namespace {
 Description oneTube() {
   Description d;
   d.name = "tube";
-  d.objects.push_back(test::tube({}));
+  d.objects.push_back(specimen::tube({}));
   return d;
 }
 

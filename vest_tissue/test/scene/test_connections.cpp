@@ -39,11 +39,11 @@ scene::Description twins() {
   scene::Description d;
   d.name = "twins", d.gravity.setZero();
   for (int i = 0; i < 2; ++i) {
-    test::TubeOptions o;
+    specimen::TubeOptions o;
     o.name = i == 0 ? "one" : "other";
     o.fix_ends = false, o.knot_damping = 0.0;
     o.centre = Vector3d(0, 0.016 * i, 0);
-    d.objects.push_back(test::tube(o));
+    d.objects.push_back(specimen::tube(o));
   }
   for (const scene::Index ring : {4u, 8u, 12u}) {
     scene::Connection c;
@@ -94,8 +94,9 @@ TEST(Connections, ABladeThatSeversOneSaysSo) {
   std::size_t told = 0;
   // A hook under current, between the two tubes, along all three connections.
   for (int i = 0; i <= 400; ++i) {
-    in.tools[1] = test::toolAt(tools::ToolKind::CoagulationHook, Vector3d(-0.05 + 0.00025 * i, 0.008, 0.007),
-                               Vector3d(0, 0, -1), Vector3d(1, 0, 0));
+    in.tools[1] =
+        specimen::toolAt(tools::ToolKind::CoagulationHook, Vector3d(-0.05 + 0.00025 * i, 0.008, 0.007),
+                         Vector3d(0, 0, -1), Vector3d(1, 0, 0));
     in.tools[1].functions = tools::kFunctionCut;
     ASSERT_NE(w.step(in, report), scene::Status::Fault);
     for (const scene::Event& e : report.events) {
@@ -115,7 +116,7 @@ TEST(ManyObjects, TheLastOfTwoHundredCollideAndAreHeld) {
   scene::Description d;
   d.name = "many";
   for (int i = 0; i < 200; ++i) {
-    test::TubeOptions o;
+    specimen::TubeOptions o;
     o.name = "tube_" + std::to_string(i);
     const bool last = i >= 198;
     o.rings = last ? 16 : 3, o.around = last ? 8 : 3, o.length = last ? 0.06 : 0.01;
@@ -124,7 +125,7 @@ TEST(ManyObjects, TheLastOfTwoHundredCollideAndAreHeld) {
     o.mass = last ? 0.001 : 3e-4;
     o.youngs_modulus = 200e3, o.knot_damping = 1e-3;
     o.fix_ends = i != 199;
-    d.objects.push_back(test::tube(o));
+    d.objects.push_back(specimen::tube(o));
   }
   for (auto* p : {&d.objects[199].position, &d.objects[199].rest_position})
     for (Vector3d& x : *p) std::swap(x.x(), x.y());  // across the other
@@ -144,8 +145,8 @@ TEST(ManyObjects, TheLastOfTwoHundredCollideAndAreHeld) {
   std::size_t grasped = 0;
   for (int i = 0; i < 500; ++i) {
     const double lift = 0.04 * std::max(0.0, (i - 250) / 250.0);
-    in.tools[1] = test::toolAt(tools::ToolKind::Grasper, Vector3d(end.x(), 0.02, end.z() + lift - 0.004),
-                               Vector3d(0, 0, -1), Vector3d(1, 0, 0), std::max(0.1, 1.0 - i / 200.0));
+    in.tools[1] = specimen::toolAt(tools::ToolKind::Grasper, Vector3d(end.x(), 0.02, end.z() + lift - 0.004),
+                                   Vector3d(0, 0, -1), Vector3d(1, 0, 0), std::max(0.1, 1.0 - i / 200.0));
     ASSERT_NE(w.step(in, report), scene::Status::Fault);
     for (const auto& e : report.events) grasped += e.kind == scene::EventKind::Grasped && e.object == 199;
   }
@@ -155,9 +156,9 @@ TEST(ManyObjects, TheLastOfTwoHundredCollideAndAreHeld) {
 
 /// A bar held at both ends whose surroundings carry every knot in its place (`support`).
 scene::Description supported() {
-  test::BarOptions o;
+  specimen::BarOptions o;
   o.rows = 3, o.spacing = 0.003, o.thickness = 0.003, o.mass = 0.003;
-  auto d = test::barScene(o);
+  auto d = specimen::barScene(o);
   scene::Object& b = d.objects[0];
   for (scene::Index k = 0; k < b.position.size(); ++k) {
     if (b.fixed[k]) continue;
@@ -176,8 +177,8 @@ TEST(Support, APartThatNothingHoldsFalls) {
     for (int i = 0; i <= 210; ++i) {
       const double in_y = i < 60 ? 0.02 * (1.0 - i / 60.0) : 0.0,
                    jaw = i < 60 ? 0.9 : 0.9 * (1 - (i - 60) / 150.0);
-      in.tools[1] = test::toolAt(tools::ToolKind::Scissors, Vector3d(x, 0.0095 - in_y, 0.05),
-                                 Vector3d(0, 1, 0), Vector3d(0, 0, 1), jaw);
+      in.tools[1] = specimen::toolAt(tools::ToolKind::Scissors, Vector3d(x, 0.0095 - in_y, 0.05),
+                                     Vector3d(0, 1, 0), Vector3d(0, 0, 1), jaw);
       ASSERT_NE(w.step(in, report), scene::Status::Fault);
     }
     in.tools[1].present = false;

@@ -60,7 +60,7 @@ TEST(EditRefusal, UnknownParametersAndObjectsAreAnsweredWithTheKnownOnes) {
 }
 
 TEST(EditRefusal, WhatAWorldListsItsStepTakesAndWhatIsBeyondEndsAtItsEnd) {
-  World world(test::tubeScene());
+  World world(specimen::tubeScene());
   std::vector<EditableParameter> allowed;
   editableParameters(world, allowed);
   const auto tube = std::find_if(allowed.begin(), allowed.end(), [](const EditableParameter& p) {

@@ -16,14 +16,14 @@ using Eigen::Vector3d;
 struct Theatre : test::Theatre {
   std::vector<float> start;
 
-  Theatre() : test::Theatre(test::tubeScene()) {
+  Theatre() : test::Theatre(specimen::tubeScene()) {
     world.accountEnergy(true);
     for (int i = 0; i < 3000; ++i) step();
     start.resize(3 * world.knotCount(0));
     world.positions(0, start.data());
   }
   void tool(double z, double jaw) {
-    input.tools[1] = test::grasper(Vector3d(0, 0, z), jaw);
+    input.tools[1] = specimen::grasper(Vector3d(0, 0, z), jaw);
     input.tools[1].pivot = Vector3d(0, 0, 0.17);
   }
   /// Moves tip and jaw linearly over a time.
@@ -178,17 +178,17 @@ TEST(Contact, AFastThinShaftDoesNotTunnelThroughTheTube) {
 /// Its first anchor stands for a grasp: where that of the first organ slips out, another organ has fewer
 /// triangles.
 TEST(Grasp, OfTwoOrgansKeepsATriangleOfWhatItStillHolds) {
-  scene::Description d = test::tubeScene();
-  test::TubeOptions small;
+  scene::Description d = specimen::tubeScene();
+  specimen::TubeOptions small;
   small.name = "small", small.rings = 3, small.around = 3, small.length = 0.01, small.centre.y() += 0.1;
-  d.objects.push_back(test::tube(small));
+  d.objects.push_back(specimen::tube(small));
   scene::World world(d);
   const auto last = static_cast<std::uint32_t>(world.contactTriangles(0).size()) - 1;
   ASSERT_GT(last, world.contactTriangles(1).size());
   auto& state = const_cast<scene::WorldState&>(world.state());
   scene::StepInput input;
   scene::StepReport report;
-  input.tools[1] = test::grasper(Vector3d(0, 0.1, 0.06), 0.05);
+  input.tools[1] = specimen::grasper(Vector3d(0, 0.1, 0.06), 0.05);
   world.step(input, report);
   interaction::Grasp& grasp = state.grasps[1];
   grasp.active = true, grasp.jaw_at_touch = 0.5, grasp.count = 2, grasp.element = last;

@@ -32,7 +32,7 @@ void run(scene::World& w, int steps, const scene::StepInput& first = {}) {
 }
 
 TEST(Load, TheAttachmentsBearAllOfItAndLetItGoAgain) {
-  scene::World w(test::tubeScene());
+  scene::World w(specimen::tubeScene());
   run(w, 6000);
   const double dry = w.reaction(0).z();
   run(w, 6000, load(kForce));
@@ -49,7 +49,7 @@ TEST(Load, TheAttachmentsBearAllOfItAndLetItGoAgain) {
 }
 
 TEST(Load, ItComesLinearlyAndThenHolds) {
-  scene::World w(test::tubeScene());
+  scene::World w(specimen::tubeScene());
   run(w, 10, load(kForce, 0.04));
   const auto now = [&] { return w.state().objects[0].load.now[60][2]; };
   EXPECT_NEAR(now(), 0.25f * kForce, 1e-3f * std::fabs(kForce));
@@ -63,7 +63,7 @@ TEST(Load, ItComesLinearlyAndThenHolds) {
 }
 
 TEST(Load, ItsWorkIsAccounted) {
-  scene::World w(test::tubeScene());
+  scene::World w(specimen::tubeScene());
   w.accountEnergy(true);
   run(w, 1);
   const auto sum = [](const scene::Energy& e) {
@@ -77,7 +77,7 @@ TEST(Load, ItsWorkIsAccounted) {
 }
 
 TEST(Load, ItsDampingTakesEnergyAndLeavesThePlaceAsItIs) {
-  scene::World free(test::tubeScene()), damped(test::tubeScene());
+  scene::World free(specimen::tubeScene()), damped(specimen::tubeScene());
   for (scene::World* w : {&free, &damped}) w->accountEnergy(true);
   run(free, 1, load(kForce)), run(damped, 1, load(kForce, 0.05, 1e-2f));
   const auto sum = [](const scene::Energy& e) {
@@ -92,7 +92,7 @@ TEST(Load, ItsDampingTakesEnergyAndLeavesThePlaceAsItIs) {
   }
   EXPECT_LT(most_damped, 0.5 * most_free);
   run(free, 12000), run(damped, 12000);
-  const double sag = test::tubeScene().objects[0].position[64].z() - free.knotAt(0, 64).z();
+  const double sag = specimen::tubeScene().objects[0].position[64].z() - free.knotAt(0, 64).z();
   EXPECT_NEAR(damped.knotAt(0, 64).z(), free.knotAt(0, 64).z(), 0.01 * sag);
   EXPECT_NEAR(sum(damped.energy()), sum(before), 0.02 * (damped.energy().work - before.work));
   scene::StepInput absurd = load(0.0f, 0.05, 1e30f);  // all that a knot may have: slow, and no more
@@ -113,9 +113,9 @@ scene::StepInput lift(const scene::World& w, double level, float stiffness) {
 TEST(Load, ALiftFollowsItsKnotAndFeedsNothing) {
   // Told every 48 ms, as pools are. 0.4 N/m on a knot of 31 mg are 110 rad/s: held from one look to the next
   // such a force works the tube up.
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.youngs_modulus = 2e3, o.damping = 1e-4, o.knot_damping = 1e-4;
-  scene::World w(test::tubeScene(o));
+  scene::World w(specimen::tubeScene(o));
   w.accountEnergy(true);
   const double level = 0.052;
   double most = 0;
@@ -144,7 +144,7 @@ TEST(Load, ALiftFollowsItsKnotAndFeedsNothing) {
 }
 
 TEST(Load, ACutKnotSharesItWithItsCopy) {
-  scene::World w(test::tubeScene());
+  scene::World w(specimen::tubeScene());
   run(w, 100, load(kForce));
   std::uint32_t copy = 0;
   ASSERT_TRUE(w.splitKnot(0, 60, Vector3d::UnitX(), copy));
@@ -154,7 +154,7 @@ TEST(Load, ACutKnotSharesItWithItsCopy) {
 }
 
 TEST(Load, ASnapshotKeepsItAndADamagedOneIsRefused) {
-  scene::World live(test::tubeScene()), other(test::tubeScene());
+  scene::World live(specimen::tubeScene()), other(specimen::tubeScene());
   std::vector<std::uint8_t> bytes;
   run(live, 20, load(kForce));  // on its way
   live.save(bytes);
@@ -175,7 +175,7 @@ TEST(Load, ASnapshotKeepsItAndADamagedOneIsRefused) {
 }
 
 TEST(Load, AbsurdOnesStayBoundedAndUnknownOnesAreLeftOut) {
-  scene::World w(test::tubeScene());
+  scene::World w(specimen::tubeScene());
   scene::StepInput in;
   in.load_over = 0.05;
   in.loads.push_back({0, 60, {std::numeric_limits<float>::quiet_NaN(), 1e30f, -1e30f}, -1.0f});

@@ -33,7 +33,7 @@ scene::Suture straightNeedle(const Vector3d& tip, const Vector3d& way) {
 
 /// A needle holder in the direction `z`, its jaws opening along `x`.
 scene::ToolInput holder(const Vector3d& tip, const Vector3d& z, const Vector3d& x, double jaw) {
-  scene::ToolInput t = test::grasper(tip, jaw);
+  scene::ToolInput t = specimen::grasper(tip, jaw);
   t.tool = tools::ToolKind::NeedleHolder;
   t.pivot = tip - 0.12 * z;
   Eigen::Matrix3d r;
@@ -47,14 +47,14 @@ scene::Description overSlab(double youngs_modulus = 20000.0) {
   scene::Description d;
   d.name = "slab", d.hash = "0000000000000005";
   d.gravity.setZero();
-  fem::test::SlabOptions o;
+  fem::specimen::SlabOptions o;
   o.hold = false;
   o.youngs_modulus = youngs_modulus;
-  fem::Description slab = fem::test::slab(o);
+  fem::Description slab = fem::specimen::slab(o);
   for (fem::Index n = 0; n < slab.nodes.size(); ++n)
     if (std::fabs(slab.nodes[n].x()) > 0.0299 || std::fabs(slab.nodes[n].y()) > 0.0199)
       slab.fixed.push_back(n);
-  d.objects.push_back(fem::test::object(slab));
+  d.objects.push_back(fem::specimen::object(slab));
   d.objects[0].puncture_force = 0.2;
   d.sutures.push_back(straightNeedle({0.001, 0.0012, 0.014}, -Vector3d::UnitZ()));
   return d;
@@ -269,12 +269,12 @@ TEST(Needles, FrictionInAChannelGrowsWithTheLoadAcross) {
 
 TEST(Needles, PulledAcrossItTearsOut) {
   scene::Description d = overSlab();
-  fem::test::SlabOptions o;
+  fem::specimen::SlabOptions o;
   o.hold = false, o.youngs_modulus = 20000.0;
-  fem::Description slab = fem::test::slab(o);
+  fem::Description slab = fem::specimen::slab(o);
   for (fem::Index n = 0; n < slab.nodes.size(); ++n)
     if (slab.nodes[n].y() < -0.0199) slab.fixed.push_back(n);
-  d.objects[0] = fem::test::object(slab);
+  d.objects[0] = fem::specimen::object(slab);
   d.objects[0].puncture_force = 0.1, d.objects[0].cut_toughness = 30.0;
   d.sutures[0] = straightNeedle({0.001, 0.0172, 0.014}, -Vector3d::UnitZ());
   Room r(d);
@@ -288,10 +288,10 @@ TEST(Needles, PulledAcrossItTearsOut) {
 }
 
 TEST(Needles, ThroughBothWallsOfATube) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.rings = 24, o.length = 0.06, o.radius = 0.008, o.mass = 0.006, o.youngs_modulus = 50e3;
   o.centre = Vector3d(0, 0, 0.004);
-  scene::Description d = test::tubeScene(o);
+  scene::Description d = specimen::tubeScene(o);
   d.gravity.setZero();
   d.objects[0].puncture_force = 0.1;
   d.sutures.push_back(straightNeedle({0.0013, 0.0012, 0.014}, -Vector3d::UnitZ()));
@@ -364,11 +364,11 @@ TEST(Needles, TheSameBitsForAnyNumberOfWorkersAndAfterASnapshot) {
 
 /// A tube that floats, and a needle that flies at it.
 TEST(Needles, WhatFliesThroughAWallGivesItsMomentum) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.rings = 24, o.length = 0.06, o.radius = 0.008, o.mass = 0.006, o.youngs_modulus = 50e3;
   o.fix_ends = false;
   o.centre = Vector3d(0, 0, 0.05);
-  scene::Description d = test::tubeScene(o);
+  scene::Description d = specimen::tubeScene(o);
   d.gravity.setZero();
   for (double& damping : d.objects[0].damping) damping = 0.0;
   d.objects[0].puncture_force = 0.05;

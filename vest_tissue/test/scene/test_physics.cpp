@@ -81,10 +81,10 @@ TEST(Physics, AHangingChainStretchesByTheWeightBelowEachLink) {
 }
 
 TEST(Physics, StressAtAKnotIsTheLawOfItsMostStretchedLink) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.a2 = 3.0;
   scene::Description d;
-  d.objects.push_back(test::tube(o));
+  d.objects.push_back(specimen::tube(o));
   for (Vector3d& p : d.objects[0].position) p.x() *= 1.2;
   const scene::World w(d);
   std::vector<float> strain(w.knotCount(0)), stress(w.knotCount(0));
@@ -97,10 +97,10 @@ TEST(Physics, StressAtAKnotIsTheLawOfItsMostStretchedLink) {
 }
 
 TEST(Physics, MomentumIsConservedByInnerForces) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.fix_ends = false;
   o.knot_damping = 0.0;
-  auto d = test::tubeScene(o);
+  auto d = specimen::tubeScene(o);
   d.gravity.setZero();
   for (std::size_t i = 0; i < d.objects[0].position.size(); ++i)
     d.objects[0].position[i].x() *= 1.0 + 0.1 * std::sin(0.3 * i);
@@ -122,9 +122,9 @@ TEST(Physics, MomentumIsConservedByInnerForces) {
 }
 
 TEST(Physics, WithoutDampingEnergyDoesNotGrow) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.damping = 0.0, o.knot_damping = 0.0;
-  auto d = test::tubeScene(o);
+  auto d = specimen::tubeScene(o);
   scene::World w(d);
   scene::StepInput in;
   scene::StepReport report;
@@ -146,9 +146,9 @@ TEST(Physics, WithoutDampingEnergyDoesNotGrow) {
 TEST(Physics, EveryStiffnessIsStableExplicitlyOrImplicitly) {
   int implicit = 0;
   for (int power = 0; power <= 12; ++power) {
-    test::TubeOptions o;
+    specimen::TubeOptions o;
     o.youngs_modulus = 20e3 * std::pow(10.0, power);
-    scene::World w(test::tubeScene(o));
+    scene::World w(specimen::tubeScene(o));
     scene::StepInput in;
     scene::StepReport report;
     for (int i = 0; i < 100; ++i) ASSERT_EQ(w.step(in, report), scene::Status::Ok) << "10^" << power;
@@ -159,7 +159,7 @@ TEST(Physics, EveryStiffnessIsStableExplicitlyOrImplicitly) {
 }
 
 TEST(Physics, AVanishingMassMovesWithItsNeighbours) {
-  auto d = test::tubeScene();
+  auto d = specimen::tubeScene();
   d.objects[0].mass[17] = 1e-14;
   scene::World w(d);
   scene::StepInput in;

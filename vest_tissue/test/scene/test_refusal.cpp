@@ -15,7 +15,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// What the builder says of a scene that `spoil` made bad.
 std::string complaint(const std::function<void(scene::Description&)>& spoil) {
-  auto d = test::seedSizeScene();
+  auto d = specimen::seedSizeScene();
   spoil(d);
   try {
     scene::World w(d);
@@ -62,10 +62,10 @@ TEST(Refusal, NamesObjectFieldIndexAndValue) {
 }
 
 TEST(Fault, ANonFiniteInputKeepsTheLastGoodStateAndGivesNoForce) {
-  scene::World w(test::tubeScene());
+  scene::World w(specimen::tubeScene());
   scene::StepReport report;
   scene::StepInput in;
-  in.tools[0] = test::grasper(Eigen::Vector3d(0, 0, 0.05), 0.5);
+  in.tools[0] = specimen::grasper(Eigen::Vector3d(0, 0, 0.05), 0.5);
   for (int i = 0; i < 50; ++i) w.step(in, report);
   std::vector<float> before(3 * w.knotCount(0)), after(before.size());
   w.positions(0, before.data());
@@ -84,7 +84,7 @@ TEST(Fault, ANonFiniteInputKeepsTheLastGoodStateAndGivesNoForce) {
 }
 
 TEST(Fault, AnAbsurdMotionEndsWithinAStepInTheLastGoodState) {
-  scene::World w(test::tubeScene());
+  scene::World w(specimen::tubeScene());
   scene::StepReport report;
   scene::StepInput in;
   for (int i = 0; i < 10; ++i) w.step(in, report);

@@ -15,11 +15,11 @@ constexpr double kRoof = 0.10;  // m
 
 /// A bar of 20 × 4 × 4 mm in a box of 0.2 × 0.2 × 0.1 m, seen from within.
 scene::Description inABox(bool held) {
-  test::BarOptions o;
+  specimen::BarOptions o;
   o.columns = 6, o.rows = 2;
   o.mass = 0.0005;
   o.fix_left = held, o.fix_right = false;
-  scene::Description d = test::barScene(o);
+  scene::Description d = specimen::barScene(o);
   d.gravity.setZero();
   scene::Object box;
   box.name = box.organ = "cavity";
@@ -42,11 +42,11 @@ struct Removal {
   explicit Removal(bool held) : world(inABox(held)) {}
 
   void move(const Vector3d& tip, double jaw) {
-    in.tools[1] = test::grasper(tip, jaw);
+    in.tools[1] = specimen::grasper(tip, jaw);
     in.tools[1].pivot = pivot;
     in.step = world.steps() + 1;
     ASSERT_NE(world.step(in, report), scene::Status::Fault);
-    fastest = std::max(fastest, test::fastestKnot(world));
+    fastest = std::max(fastest, specimen::fastestKnot(world));
   }
   double fastest = 0;  // m/s, of any knot in any step
   scene::LooseShare share() {

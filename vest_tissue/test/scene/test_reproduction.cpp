@@ -9,9 +9,9 @@
 #include <thread>
 #include <vector>
 
-#include "../fem/slab.h"
 #include "blades.h"
 #include "nets.h"
+#include "slab.h"
 #include "vest_tissue/scene/world_model.h"
 
 // Every allocation of this program, of any thread, passes here; inside a step each one counts: operator new,
@@ -62,9 +62,9 @@ scene::StepInput inputOf(int i) {
   in.step = i;
   const double down = std::min(1.0, i / 150.0), jaw = 1.0 - 0.95 * std::clamp((i - 150) / 100.0, 0.0, 1.0);
   const double up = std::clamp((i - 260) / 200.0, 0.0, 1.0);
-  in.tools[0] = test::grasper(Vector3d(-0.01, 0.024, 0.090 - 0.022 * down + 0.02 * up), jaw);
+  in.tools[0] = specimen::grasper(Vector3d(-0.01, 0.024, 0.090 - 0.022 * down + 0.02 * up), jaw);
   in.tools[0].pivot = Vector3d(-0.01, 0.024, 0.2);
-  in.tools[1] = test::grasper(Vector3d(0.02, 0.048, 0.090 - 0.022 * down + 0.02 * up), jaw);
+  in.tools[1] = specimen::grasper(Vector3d(0.02, 0.048, 0.090 - 0.022 * down + 0.02 * up), jaw);
   in.tools[1].pivot = Vector3d(0.02, 0.048, 0.2);
   if (i == 100) in.edits.push_back({"tube_3", "damping_scale", 2.0});
   if (i == 120) in.impacts.push_back({2, 10, {0.3, 0.3, 0.4}, Vector3d(0, 0, -1e-5)});
@@ -81,7 +81,7 @@ std::vector<std::uint64_t> run(int threads, const char* level) {
     setenv("VEST_KERNEL", level, 1);
   else
     unsetenv("VEST_KERNEL");
-  scene::World w(test::seedSizeScene(), threads);
+  scene::World w(specimen::seedSizeScene(), threads);
   unsetenv("VEST_KERNEL");
   scene::StepReport report;
   std::vector<std::uint64_t> hashes;
@@ -102,12 +102,12 @@ TEST(Reproduction, TheHashIsTheSameForAnyThreadsAndKernelLevel) {
 }
 
 TEST(Reproduction, ARestoredWorldGoesOnExactlyLikeTheOneThatWasSaved) {
-  scene::World live(test::seedSizeScene());
+  scene::World live(specimen::seedSizeScene());
   scene::StepReport report;
   std::vector<std::uint8_t> bytes;
   for (int i = 0; i < 303; ++i) live.step(inputOf(i), report);
   live.save(bytes);
-  scene::World other(test::seedSizeScene());
+  scene::World other(specimen::seedSizeScene());
   other.restore(bytes);
   EXPECT_EQ(other.stateHash(), live.stateHash());
   for (int i = 303; i < 420; ++i) {
@@ -118,7 +118,7 @@ TEST(Reproduction, ARestoredWorldGoesOnExactlyLikeTheOneThatWasSaved) {
 }
 
 TEST(Reproduction, ResetReturnsToTheStart) {
-  scene::World w(test::seedSizeScene());
+  scene::World w(specimen::seedSizeScene());
   const auto start = w.stateHash();
   scene::StepReport report;
   for (int i = 0; i < 20; ++i) w.step(inputOf(i), report);
@@ -128,7 +128,7 @@ TEST(Reproduction, ResetReturnsToTheStart) {
 }
 
 TEST(Reproduction, ADamagedSnapshotIsRefusedAndChangesNothing) {
-  scene::World w(test::tubeScene());
+  scene::World w(specimen::tubeScene());
   std::vector<std::uint8_t> bytes;
   w.save(bytes);
   const auto hash = w.stateHash();
@@ -136,7 +136,7 @@ TEST(Reproduction, ADamagedSnapshotIsRefusedAndChangesNothing) {
     const std::vector<std::uint8_t> part(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(cut));
     EXPECT_THROW(w.restore(part), std::invalid_argument);
   }
-  auto other = test::tubeScene();
+  auto other = specimen::tubeScene();
   other.hash = "ffffffffffffffff";
   scene::World stranger(other);
   EXPECT_THROW(stranger.restore(bytes), std::invalid_argument) << "of another scene";
@@ -144,7 +144,7 @@ TEST(Reproduction, ADamagedSnapshotIsRefusedAndChangesNothing) {
 }
 
 TEST(RealTime, AStepAllocatesNothingInAnyThread) {
-  scene::World w(test::seedSizeScene(), 3);
+  scene::World w(specimen::seedSizeScene(), 3);
   scene::StepReport report;
   w.step(inputOf(0), report);
   int worst = 0;
@@ -178,7 +178,7 @@ TEST(RealTime, AStepAllocatesNothingInAnyThread) {
 }
 
 fem::Description bar(fem::Strain strain, fem::Motion motion) {
-  fem::Description d = fem::test::makeBox({10, 3, 2, 0.04, 0.008, 0.004});
+  fem::Description d = fem::specimen::makeBox({10, 3, 2, 0.04, 0.008, 0.004});
   d.name = "bar";
   d.strain = strain, d.motion = motion;
   d.material = {100e3, 0.45, 1050.0, 4.0, 0.004};
@@ -212,8 +212,8 @@ struct Operation {
   void use(tools::ToolKind kind, const Vector3d& tip, double jaw0, double jaw1, int steps,
            std::uint32_t functions = 0) {
     for (int i = 1; i <= steps; ++i) {
-      in.tools[1] =
-          test::toolAt(kind, tip, -Vector3d::UnitZ(), Vector3d::UnitY(), jaw0 + (jaw1 - jaw0) * i / steps);
+      in.tools[1] = specimen::toolAt(kind, tip, -Vector3d::UnitZ(), Vector3d::UnitY(),
+                                     jaw0 + (jaw1 - jaw0) * i / steps);
       in.tools[1].functions = functions;
       step();
     }
@@ -238,16 +238,16 @@ struct Operation {
 TEST(RealTime, StepsThatCutClipBurnAndDrawLoopsAllocateNothing) {
   using fem::Motion;
   using fem::Strain;
-  test::TubeOptions soft;
+  specimen::TubeOptions soft;
   soft.length = 0.04, soft.rings = 10, soft.around = 6;
-  test::TubeOptions hard = soft;  // stepped implicitly
+  specimen::TubeOptions hard = soft;  // stepped implicitly
   hard.youngs_modulus = 1e9;
-  std::vector<scene::Description> scenes{test::tubeScene(soft), test::tubeScene(hard)};
+  std::vector<scene::Description> scenes{specimen::tubeScene(soft), specimen::tubeScene(hard)};
   for (auto& s : scenes) s.objects[0].wall_thickness = 0.001;
   for (const auto& [strain, motion] : {std::pair{Strain::Small, Motion::BackwardEuler},
                                        std::pair{Strain::Corotational, Motion::BackwardEuler},
                                        std::pair{Strain::Small, Motion::Elastostatic}})
-    scenes.push_back(fem::test::sceneOf({fem::test::object(bar(strain, motion))}));
+    scenes.push_back(fem::specimen::sceneOf({fem::specimen::object(bar(strain, motion))}));
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     Operation o(scenes[i]);
     EXPECT_EQ(o.world.model().objects[0].implicit, i == 1);

@@ -31,12 +31,12 @@ constexpr double kLimb = 0.06, kRadius = 0.008;  // m
 
 /// A tube bent to a U, its first limb held.
 scene::Object loop(bool held) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.rings = 36, o.around = 6, o.radius = 0.003, o.mass = 0.006;
   o.length = 2 * kLimb + M_PI * kRadius - 0.015, o.centre = Vector3d(o.length / 2, 0, 0);
   o.youngs_modulus = 10e3, o.knot_damping = held ? 2e-4 : 0.0;
   o.fix_ends = false;
-  scene::Object t = test::tube(o);
+  scene::Object t = specimen::tube(o);
   for (auto& x : t.position) x = bent(x, kLimb, kRadius);
   t.rest_position = t.position;
   for (auto& l : t.links) l.rest = (t.position[l.knot0] - t.position[l.knot1]).norm();
@@ -173,11 +173,11 @@ TEST(SelfContact, LimbsThrownAtEachOtherKeepMomentumAndFeedNothing) {
 
 /// A thin tube along x or y, with long triangles.
 scene::Object straw(const char* name, bool across, double z, bool held) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.name = name, o.rings = 9, o.around = 3, o.radius = 0.001, o.length = 0.08, o.mass = 0.001;
   o.youngs_modulus = 100e3, o.knot_damping = held ? 2e-3 : 0.0;
   o.fix_ends = held, o.centre = Vector3d(0.005, 0, z);
-  scene::Object t = test::tube(o);
+  scene::Object t = specimen::tube(o);
   if (!across) return t;
   for (auto* p : {&t.position, &t.rest_position})
     for (Vector3d& x : *p) x = Vector3d(-x.y(), x.x(), x.z());  // a turn by 90 degrees
@@ -197,13 +197,13 @@ TEST(EdgeContact, WhatIsThinDoesNotPassBetweenTheKnotsOfWhatIsThin) {
 
 TEST(TogetherByDesign, OrgansThatTouchAtTheStartCollideElsewhere) {
   // Two tubes along x that touch at their left ends and diverge.
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.rings = 24, o.around = 6, o.radius = 0.003, o.length = 0.12, o.mass = 0.004;
   o.youngs_modulus = 20e3, o.knot_damping = 1e-3, o.fix_ends = false, o.centre = Vector3d(0.06, 0, 0);
   o.name = "lower";
-  scene::Object lower = test::tube(o);
+  scene::Object lower = specimen::tube(o);
   o.name = "upper";
-  scene::Object upper = test::tube(o);
+  scene::Object upper = specimen::tube(o);
   for (auto* p : {&upper.position, &upper.rest_position})
     for (Vector3d& x : *p)  // turned by about 8.5 degrees
       x = Vector3d(0.989 * x.x() - 0.148 * x.y(), 0.0066 + 0.989 * x.y() + 0.148 * x.x(), x.z());

@@ -9,9 +9,9 @@
 #include <limits>
 #include <string>
 
-#include "../fem/slab.h"
 #include "blades.h"
 #include "nets.h"
+#include "slab.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_state.h"
@@ -50,7 +50,7 @@ Bytes replaced(const Bytes& bytes, T from, T to) {
 }
 
 TEST(Snapshot, EveryChangedByteIsRefused) {
-  scene::World world(test::tubeScene());
+  scene::World world(specimen::tubeScene());
   Bytes bytes;
   world.save(bytes);
   const auto hash = world.stateHash();
@@ -68,7 +68,7 @@ TEST(Snapshot, EveryChangedByteIsRefused) {
 }
 
 TEST(Snapshot, NumbersThatNoStepCanHoldAreRefused) {
-  auto description = test::tubeScene();
+  auto description = specimen::tubeScene();
   description.objects[0].position[5].x() = 0.0123456;
   scene::World world(description);
   Bytes bytes;
@@ -82,7 +82,7 @@ TEST(Snapshot, NumbersThatNoStepCanHoldAreRefused) {
 }
 
 TEST(Snapshot, IndicesOutsideOfTheSceneAreRefused) {
-  scene::World world(test::tubeScene());
+  scene::World world(specimen::tubeScene());
   std::uint32_t copy = 0;
   ASSERT_TRUE(world.splitKnot(0, 20, Eigen::Vector3d::UnitX(), copy));
   Bytes bytes;
@@ -111,15 +111,15 @@ TEST(Snapshot, FiniteElementsThatMoveAreNotAtRest) {
     bool dynamic;
   } __attribute__((packed)) const moves{0.75, true}, rests{0.75, false};
   for (const bool elastostatic : {false, true}) {
-    fem::test::SlabOptions options;
+    fem::specimen::SlabOptions options;
     options.motion = elastostatic ? fem::Motion::Elastostatic : fem::Motion::BackwardEuler;
-    scene::World world(fem::test::sceneOf({fem::test::object(fem::test::slab(options))}));
+    scene::World world(fem::specimen::sceneOf({fem::specimen::object(fem::specimen::slab(options))}));
     scene::StepInput input;
     scene::StepReport report;
     input.edits.push_back({"slab", "youngs_modulus", 0.75 * options.youngs_modulus});
     for (int i = 0; i < 20; ++i) {
-      input.tools[0] = test::toolAt(tools::ToolKind::Scissors, {0.005, 0.0, 0.004}, {0.0, 0.0, -1.0},
-                                    {1.0, 0.0, 0.0}, std::max(0.0, 0.9 - 0.1 * i));
+      input.tools[0] = specimen::toolAt(tools::ToolKind::Scissors, {0.005, 0.0, 0.004}, {0.0, 0.0, -1.0},
+                                        {1.0, 0.0, 0.0}, std::max(0.0, 0.9 - 0.1 * i));
       world.step(input, report);
       input.edits.clear();
     }
@@ -134,11 +134,11 @@ TEST(Snapshot, FiniteElementsThatMoveAreNotAtRest) {
 
 /// A tube with a surface, one without, a floor, a needle with its thread.
 scene::Description lain() {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.rings = 6, o.around = 5, o.length = 0.02, o.mass = 0.001;
-  scene::Description d = test::tubeScene(o);
+  scene::Description d = specimen::tubeScene(o);
   o.name = "cord", o.centre.y() += 0.05;
-  d.objects.push_back(test::tube(o));
+  d.objects.push_back(specimen::tube(o));
   d.objects[1].contact_triangles.clear(), d.objects[1].skin = {};
   scene::Object floor;
   floor.name = "floor", floor.model = scene::ObjectModel::Rigid;
@@ -244,7 +244,7 @@ TEST(Snapshot, TopologyThatSaysItIsTheScenesIsRefusedWithAnother) {
 
 /// Cutting works on arrays of fixed size.
 TEST(Snapshot, ASkinIsNoLargerThanCutsMakeIt) {
-  scene::World world(test::barScene());
+  scene::World world(specimen::barScene());
   auto& s = const_cast<scene::WorldState&>(world.state()).objects[0];
   s.topology.revision = 1;
   Bytes bytes;
@@ -260,7 +260,7 @@ TEST(Snapshot, ASkinIsNoLargerThanCutsMakeIt) {
 }
 
 TEST(Snapshot, AVertexInAnElementHangsOnItsCorners) {
-  scene::World world(fem::test::sceneOf({fem::test::object(fem::test::slab())}));
+  scene::World world(fem::specimen::sceneOf({fem::specimen::object(fem::specimen::slab())}));
   auto& s = const_cast<scene::WorldState&>(world.state()).objects[0];
   s.topology.revision = 1;
   Bytes bytes;

@@ -43,9 +43,9 @@ Bytes bytesOf(scene::World& w, bool everything) {
 }
 
 scene::Description smallest() {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.rings = 4, o.around = 3, o.length = 0.02, o.mass = 0.001;
-  scene::Description d = test::tubeScene(o);
+  scene::Description d = specimen::tubeScene(o);
   d.sutures.resize(1);
   auto& rod = d.sutures[0].rod;
   rod.nodes = {{0.1, 0, 0}, {0.11, 0, 0}, {0.12, 0, 0}, {0.13, 0, 0}};
@@ -99,15 +99,15 @@ struct Theatre {
   scene::StepReport report;
 
   static scene::Description scene() {
-    test::TubeOptions o;
+    specimen::TubeOptions o;
     o.rings = 24, o.length = 0.07, o.radius = 0.0025, o.mass = 0.0012;
-    scene::Description d = test::tubeScene(o);
+    scene::Description d = specimen::tubeScene(o);
     d.objects[0].tube.vessel_segment = "vessel";
     d.objects[0].tear_strain = 1.0;
     o.name = "other", o.centre.y() = 0.05;
-    d.objects.push_back(test::tube(o));
+    d.objects.push_back(specimen::tube(o));
     o.name = "hung", o.centre.y() = -0.05;
-    d.objects.push_back(test::tube(o));
+    d.objects.push_back(specimen::tube(o));
     scene::Connection c;
     c.object0 = "hung", c.object1 = "tube";
     c.knot0 = 96, c.triangle1 = d.objects[0].contact_triangles[100], c.weights1 = {1, 0, 0};
@@ -200,8 +200,8 @@ TEST(State, AClipThatAFaultTakesBackIsSetAgain) {
   Theatre t;
   const auto closing = [&](int i) {
     auto& tool = t.input.tools[1];
-    tool = test::grasper(Eigen::Vector3d(0.0, 0.0, 0.0435),
-                         i < 60 ? 0.6 : std::max(0.0, 0.6 - 0.002 * (i - 60)));
+    tool = specimen::grasper(Eigen::Vector3d(0.0, 0.0, 0.0435),
+                             i < 60 ? 0.6 : std::max(0.0, 0.6 - 0.002 * (i - 60)));
     tool.tool = tools::ToolKind::ClipApplier;
     tool.pivot = Eigen::Vector3d(0, 0, 0.2);
   };

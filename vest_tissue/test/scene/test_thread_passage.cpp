@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "../suture/crossings.h"
-#include "../suture/knots.h"
+#include "crossings.h"
+#include "knots.h"
 #include "nets.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/scene/world_model.h"
@@ -23,7 +23,7 @@ scene::Suture silk(const std::string& name, const std::vector<Vector3d>& nodes) 
   s.strength = s.knot_strength = 1000.0;
   s.rod.name = name;
   s.rod.nodes = nodes;
-  s.rod.section = suture::test::silk();
+  s.rod.section = suture::specimen::silk();
   return s;
 }
 
@@ -44,7 +44,7 @@ struct Room {
     const auto was = nodes();
     input.step = world.steps();
     ASSERT_NE(world.step(input, report), scene::Status::Fault);
-    through += std::abs(suture::test::crossings(was, nodes(), starts));
+    through += std::abs(suture::specimen::crossings(was, nodes(), starts));
   }
   double pull(int tool) const {
     return report.contacts[static_cast<std::size_t>(tool)].wrench.head<3>().norm();
@@ -54,7 +54,7 @@ struct Room {
 scene::Description air() {
   scene::Description d;
   d.name = "air", d.hash = "0000000000000005";
-  d.objects.push_back(test::tubeScene({}).objects[0]);
+  d.objects.push_back(specimen::tubeScene({}).objects[0]);
   for (Vector3d& x : d.objects[0].position) x.z() -= 1.0;
   d.objects[0].rest_position = d.objects[0].position;
   return d;
@@ -81,12 +81,12 @@ TEST(ThreadPassage, ATurnDrawnAgainstTheJawsThatHoldTheOtherStrandStaysOutside) 
     for (int k = 0; k < 400 && most < 12.0; ++k) {
       const Vector3d by = 0.001 * speed * std::max(0, k - 20) * Vector3d(lean, 0, 1).normalized(),
                      y = Vector3d::UnitY();
-      m.input.tools[0] = test::grasper(centre - Vector3d(0.002, 0, 0.004), -Vector3d::UnitZ(), y, 0.0);
+      m.input.tools[0] = specimen::grasper(centre - Vector3d(0.002, 0, 0.004), -Vector3d::UnitZ(), y, 0.0);
       for (int t = 1; t <= 2; ++t) {
         const double side = t == 1 ? -1.0 : 1.0;
         m.input.tools[t] =
-            test::grasper(centre + by + Vector3d(0.002, side * (r - 0.006), l * 36 - 0.5 * M_PI * r),
-                          -side * y, Vector3d::UnitX(), 0.0);
+            specimen::grasper(centre + by + Vector3d(0.002, side * (r - 0.006), l * 36 - 0.5 * M_PI * r),
+                              -side * y, Vector3d::UnitX(), 0.0);
         m.input.tools[t].pivot = m.input.tools[t].position + Vector3d(0, side * 0.12, 0);
       }
       m.step();
@@ -100,7 +100,7 @@ TEST(ThreadPassage, ATurnDrawnAgainstTheJawsThatHoldTheOtherStrandStaysOutside) 
 TEST(ThreadPassage, AThrowHeldWithTenNewtonsThatSpringsOpenStaysAThrow) {
   constexpr double speed = 0.2;  // m/s
   scene::Description d = air();
-  suture::RodDescription rod = suture::test::overhand(110, 0.00075, 0.05);
+  suture::RodDescription rod = suture::specimen::overhand(110, 0.00075, 0.05);
   const Vector3d centre(0.3, 0.0, 0.3);
   for (Vector3d& x : rod.nodes) x += centre;
   d.sutures.push_back(silk("thread", rod.nodes));
@@ -115,8 +115,8 @@ TEST(ThreadPassage, AThrowHeldWithTenNewtonsThatSpringsOpenStaysAThrow) {
     else if (++held > 150)
       jaw = 0.6;
     const Vector3d down = -Vector3d::UnitZ(), x = way.cross(down).normalized();
-    m.input.tools[0] = test::grasper(first - by * way + 0.004 * down, down, x, jaw);
-    m.input.tools[1] = test::grasper(last + by * way + 0.004 * down, down, x, jaw);
+    m.input.tools[0] = specimen::grasper(first - by * way + 0.004 * down, down, x, jaw);
+    m.input.tools[1] = specimen::grasper(last + by * way + 0.004 * down, down, x, jaw);
     m.step();
     m.world.threads(m.threads);
     tension = m.threads[0].tension[15];

@@ -165,7 +165,7 @@ TEST(Threads, HeldInJawsItHangsWithItsWeight) {
   const Vector3d top(0.2, 0, 0.3);
   d.sutures.push_back(polyglactin(line(top, Vector3d(0, 0, -1), 150)));
   Room r(d);
-  r.input.tools[0] = test::grasper(top - Vector3d(0, 0, 0.003), 0.0);
+  r.input.tools[0] = specimen::grasper(top - Vector3d(0, 0, 0.003), 0.0);
   r.run(800);
   EXPECT_EQ(r.grasped, 1);
   double sum = 0.0;
@@ -184,11 +184,11 @@ TEST(Threads, HeldInJawsItHangsWithItsWeight) {
 
 /// A thread under a tube that is held at both ends; two graspers hold its ends.
 scene::Description underTube(bool held = true) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.rings = 24, o.length = 0.06, o.radius = 0.004, o.mass = 0.006, o.youngs_modulus = 50e3;
   o.fix_ends = held;
   o.centre = Vector3d(0, 0, 0.05);
-  scene::Description d = test::tubeScene(o);
+  scene::Description d = specimen::tubeScene(o);
   std::vector<Vector3d> nodes;
   for (int i = 0; i <= 25; ++i) nodes.push_back({0, -0.008, 0.070 - 0.001 * i});
   const double radius = 0.008;
@@ -209,8 +209,8 @@ TEST(Threads, PulledUpItLiftsTheTissueThatItWraps) {
   const double before = r.world.knotAt(0, middle).z();
   for (int i = 0; i < 1500; ++i) {
     const double up = 0.015 * std::min(1.0, i / 1000.0);
-    r.input.tools[0] = test::grasper({0, -0.008, 0.068 + up}, 0.0);
-    r.input.tools[1] = test::grasper({0, 0.008, 0.068 + up}, 0.0);
+    r.input.tools[0] = specimen::grasper({0, -0.008, 0.068 + up}, 0.0);
+    r.input.tools[1] = specimen::grasper({0, 0.008, 0.068 + up}, 0.0);
     r.run(1);
   }
   EXPECT_EQ(r.grasped, 2);
@@ -253,10 +253,10 @@ TEST(Threads, OneHandTakesItFromTheOther) {
   d.sutures.push_back(polyglactin(line({0.2, 0, 0.3}, Vector3d(0, 0, -1), 60)));
   Room r(d);
   for (int i = 0; i < 1200; ++i) {
-    r.input.tools[0] = test::grasper({0.2, 0, 0.297}, i < 600 ? 0.0 : 0.5);
+    r.input.tools[0] = specimen::grasper({0.2, 0, 0.297}, i < 600 ? 0.0 : 0.5);
     // From the side, across the thread.
     r.input.tools[1] =
-        test::grasper({0.194, 0, 0.28}, -Vector3d::UnitX(), Vector3d::UnitY(), i < 300 ? 0.5 : 0.0);
+        specimen::grasper({0.194, 0, 0.28}, -Vector3d::UnitX(), Vector3d::UnitY(), i < 300 ? 0.5 : 0.0);
     r.input.tools[1].present = i > 100;
     r.run(1);
   }
@@ -278,8 +278,8 @@ TEST(Threads, ClosedJawsAreSolidToAThreadThatComesToThem) {
       d.objects.push_back(sheet());
       d.sutures.push_back(polyglactin(line({0.18, 0, 0.303}, Vector3d::UnitX(), 40)));
       Room r(d);
-      r.input.tools[0] = test::grasper({0.2, 0.011, 0.3}, Vector3d::UnitY(),
-                                       turned ? Vector3d::UnitZ() : Vector3d::UnitX(), 0.0);
+      r.input.tools[0] = specimen::grasper({0.2, 0.011, 0.3}, Vector3d::UnitY(),
+                                           turned ? Vector3d::UnitZ() : Vector3d::UnitX(), 0.0);
       if (blades) r.input.tools[0].tool = tools::ToolKind::Scissors;
       for (int i = 0; i < 400; ++i) {
         r.run(1);
@@ -302,7 +302,7 @@ TEST(Threads, JawsThatHoldOneThreadAreSolidToAnother) {
   d.sutures.push_back(polyglactin(across));
   d.sutures[1].rod.name = "other";
   Room r(d);
-  r.input.tools[0] = test::grasper({0.2, 0.011, 0.3}, Vector3d::UnitY(), Vector3d::UnitX(), 0.0);
+  r.input.tools[0] = specimen::grasper({0.2, 0.011, 0.3}, Vector3d::UnitY(), Vector3d::UnitX(), 0.0);
   for (int i = 0; i < 300; ++i) {
     r.run(1);
     ASSERT_GT(nodesOf(r.world)[41 + 7].z(), 0.2999) << i;
@@ -321,7 +321,7 @@ TEST(Threads, ScissorsPartIt) {
   d.sutures.push_back(polyglactin(line({0.17, 0, 0.3}, Vector3d::UnitX(), 60)));
   Room r(d);
   for (int i = 0; i < 300; ++i) {
-    r.input.tools[0] = test::grasper({0.2, 0, 0.292}, std::max(0.0, 0.6 - 0.003 * i));
+    r.input.tools[0] = specimen::grasper({0.2, 0, 0.292}, std::max(0.0, 0.6 - 0.003 * i));
     r.input.tools[0].tool = tools::ToolKind::Scissors;
     r.run(1);
   }
@@ -345,8 +345,8 @@ TEST(Threads, ItBreaksAtItsStrength) {
   for (int i = 0; i < 600; ++i) {
     const double out = 0.00002 * i;
     const Vector3d down = -Vector3d::UnitZ(), x = Vector3d::UnitX();
-    r.input.tools[0] = test::grasper({0.2, -0.017 - out, 0.295}, down, x, 0.0);
-    r.input.tools[1] = test::grasper({0.2, 0.017 + out, 0.295}, down, x, 0.0);
+    r.input.tools[0] = specimen::grasper({0.2, -0.017 - out, 0.295}, down, x, 0.0);
+    r.input.tools[1] = specimen::grasper({0.2, 0.017 + out, 0.295}, down, x, 0.0);
     r.run(1);
     if (r.torn == 0) greatest = std::max(greatest, std::fabs(r.report.contacts[0].wrench[1]));
   }
@@ -392,7 +392,7 @@ TEST(Threads, ASnapshotGoesOnWithTheSameBits) {
   Room a(onSheet()), b(onSheet());
   const auto hold = [](Room& r, int i) {
     r.input.tools[0] =
-        test::grasper(onSheet().sutures[0].rod.nodes[5] + Vector3d(0, 0, 0.00005 * i - 0.002), 0.0);
+        specimen::grasper(onSheet().sutures[0].rod.nodes[5] + Vector3d(0, 0, 0.00005 * i - 0.002), 0.0);
     r.run(1);
   };
   for (int i = 0; i < 200; ++i) hold(a, i);
@@ -413,8 +413,8 @@ TEST(Threads, TheSameBitsForAnyNumberOfWorkers) {
   for (const int workers : {1, 2, 4}) {
     Room r(underTube(), workers);
     for (int i = 0; i < 300; ++i) {
-      r.input.tools[0] = test::grasper({0, -0.008, 0.068 + 0.00003 * i}, 0.0);
-      r.input.tools[1] = test::grasper({0, 0.008, 0.068}, 0.0);
+      r.input.tools[0] = specimen::grasper({0, -0.008, 0.068 + 0.00003 * i}, 0.0);
+      r.input.tools[1] = specimen::grasper({0, 0.008, 0.068}, 0.0);
       r.run(1);
     }
     hashes.push_back(r.world.stateHash());
@@ -434,7 +434,7 @@ TEST(Threads, YankedAboutItNeverEndsInAFault) {
       for (std::size_t t = 0; t < 2; ++t) {
         if (i % 40 == 0) way[t] = 0.001 * Vector3d(unit(), unit(), unit());  // up to 1.7 m/s
         if ((tip[t] + way[t] - Vector3d(0, 0, 0.06)).norm() < 0.06) tip[t] += way[t];
-        r.input.tools[t] = test::grasper(tip[t], i > 120 && i % 50 < 10 ? 0.5 : 0.0);
+        r.input.tools[t] = specimen::grasper(tip[t], i > 120 && i % 50 < 10 ? 0.5 : 0.0);
       }
       ASSERT_NE(r.step(), scene::Status::Fault) << "sequence " << n << ", step " << i;
       for (const Vector3d& x : nodesOf(r.world)) ASSERT_TRUE(x.allFinite() && x.norm() < 3.0);

@@ -13,7 +13,7 @@ using namespace vest;
 using net::Block;
 
 TEST(Topology, ACutThroughAKnotKeepsMassAndIndicesAndCountsRevisions) {
-  const auto model = scene::buildModel(test::tubeScene());
+  const auto model = scene::buildModel(specimen::tubeScene());
   scene::WorldState s = model->start;
   auto& o = s.objects[0];
   const auto total = [&] {
@@ -81,11 +81,11 @@ void expectSame(const scene::Topology& a, const scene::Topology& b) {
 
 /// Two tubes with a skin vertex a knot (half of it on the knot, half on the next ring's), tied together.
 scene::Description tornScene(double break_force, double tear_strain) {
-  scene::Description d = test::tubeScene();
-  test::TubeOptions o;
+  scene::Description d = specimen::tubeScene();
+  specimen::TubeOptions o;
   o.name = "other";
   o.centre = Eigen::Vector3d(0, 0.03, 0.05);
-  d.objects.push_back(test::tube(o));
+  d.objects.push_back(specimen::tube(o));
   for (scene::Object& t : d.objects) {
     t.skin.binding_start.push_back(0);
     for (scene::Index k = 0; k + 8 < t.position.size(); ++k) {

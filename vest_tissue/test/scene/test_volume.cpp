@@ -15,9 +15,9 @@ using Eigen::Vector3d;
 
 /// A tube closed at both ends that nothing holds but the jaws.
 scene::Description closedTube(double bulk_modulus) {
-  test::TubeOptions options;
+  specimen::TubeOptions options;
   options.fix_ends = false;
-  scene::Description d = test::tubeScene(options);
+  scene::Description d = specimen::tubeScene(options);
   d.gravity.setZero();
   scene::Object& o = d.objects[0];
   scene::VolumeElement v;
@@ -55,8 +55,8 @@ double whip(scene::World& world, double speed, double& at_end) {
     const double t = std::clamp((i - 150) * 1e-3, 0.0, 2.0 * M_PI / omega * 1.5);
     scene::StepInput in;
     in.step = static_cast<std::uint64_t>(i) + 1;
-    in.tools[0] = test::grasper(Vector3d(0, amplitude * std::sin(omega * t), 0.046),
-                                1.0 - 0.95 * std::min(1.0, i / 100.0));
+    in.tools[0] = specimen::grasper(Vector3d(0, amplitude * std::sin(omega * t), 0.046),
+                                    1.0 - 0.95 * std::min(1.0, i / 100.0));
     in.tools[0].pivot = Vector3d(0, 0, 0.2);
     if (world.step(in, report) == scene::Status::Fault) return -1.0;
     world.velocities(0, v.data());

@@ -61,9 +61,9 @@ struct Shaken {
   solver::NetView net;
   solver::Positions x;
   Shaken() {
-    test::TubeOptions o;
+    specimen::TubeOptions o;
     o.rings = 5, o.around = 6, o.a2 = 1, o.a3 = 4, o.a4 = 9;
-    auto d = test::tubeScene(o);
+    auto d = specimen::tubeScene(o);
     auto& t = d.objects[0];
     scene::Link bend;
     bend.kind = scene::LinkKind::Bending;
@@ -248,9 +248,9 @@ TEST(Implicit, AStiffPendulumSwingsWithThePeriodOfTheory) {
 TEST(Implicit, ATubeKeepsTheSagOfItsStiffnessWhetherExplicitOrImplicit) {
   // The same tube, heavy so that explicit sub-steps hold it, and with knots of a hundredth of the mass and a
   // hundred times the gravity: implicit, the same equilibrium.
-  test::TubeOptions heavy;
+  specimen::TubeOptions heavy;
   heavy.mass = 0.02, heavy.youngs_modulus = 60e3, heavy.knot_damping = 4e-3;
-  auto d = test::tubeScene(heavy);
+  auto d = specimen::tubeScene(heavy);
   auto light = d;
   for (double& m : light.objects[0].mass) m *= 1e-6;
   light.gravity *= 1e6;
@@ -272,14 +272,14 @@ TEST(Implicit, ATubeKeepsTheSagOfItsStiffnessWhetherExplicitOrImplicit) {
 }
 
 TEST(Implicit, EveryStiffnessMassAndStepMovesBoundedly) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.rings = 8, o.around = 6;
   for (const double dt : {1e-6, 1e-4, 1e-3, 1e-2}) {
     for (int power = 0; power <= 12; power += 3) {
       for (const double mass : {1.0, 1e-6, 1e-15}) {
         auto options = o;
         options.youngs_modulus *= std::pow(10.0, power);
-        auto d = test::tubeScene(options);
+        auto d = specimen::tubeScene(options);
         d.dt = dt;
         for (double& m : d.objects[0].mass) m *= mass;
         scene::World w(d);
@@ -292,10 +292,10 @@ TEST(Implicit, EveryStiffnessMassAndStepMovesBoundedly) {
 }
 
 TEST(Implicit, AStretchedStiffNetReleasesNoMoreEnergyThanItHad) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.youngs_modulus = 20e9;
   o.fix_ends = false;
-  auto d = test::tubeScene(o);
+  auto d = specimen::tubeScene(o);
   d.gravity.setZero();
   for (auto& p : d.objects[0].position) p.x() *= 1.2;
   scene::World w(d);
@@ -316,9 +316,9 @@ TEST(Implicit, AStretchedStiffNetReleasesNoMoreEnergyThanItHad) {
 }
 
 TEST(Implicit, CutsGoOnThroughTheImplicitStep) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.youngs_modulus = 20e9;
-  scene::World w(test::tubeScene(o));
+  scene::World w(specimen::tubeScene(o));
   scene::StepInput in;
   scene::StepReport report;
   std::uint32_t copy = 0;

@@ -25,13 +25,13 @@ struct Dice {
 };
 
 scene::Description randomNet(Dice& dice) {
-  test::TubeOptions o;
+  specimen::TubeOptions o;
   o.rings = 3 + static_cast<int>(dice.below(5));
   o.around = 3 + static_cast<int>(dice.below(4));
   o.youngs_modulus = 20e3 * std::pow(10.0, 12.0 * dice.uniform());
   o.mass = 0.004 * std::pow(10.0, -12.0 * dice.uniform() * dice.uniform());
   o.damping *= dice.uniform();
-  auto d = test::tubeScene(o);
+  auto d = specimen::tubeScene(o);
   auto& t = d.objects[0];
   for (std::size_t i = 0; i < t.position.size(); ++i)
     if (!t.fixed[i]) t.position[i] += 1e-5 * Vector3d(dice.uniform(), dice.uniform(), dice.uniform());

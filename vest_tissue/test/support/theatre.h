@@ -33,7 +33,7 @@ struct Theatre {
            std::uint32_t functions = 0) {
     for (int i = 1; i <= steps; ++i) {
       auto& t = input.tools[1];
-      t = grasper(tip, jaw0 + (jaw1 - jaw0) * i / steps);
+      t = specimen::grasper(tip, jaw0 + (jaw1 - jaw0) * i / steps);
       t.tool = kind, t.functions = functions;
       t.pivot = Eigen::Vector3d(tip.x(), tip.y(), 0.2);
       step();

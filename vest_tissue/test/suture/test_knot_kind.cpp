@@ -9,6 +9,8 @@
 #include "vest_tissue/suture/knot_kind.h"
 
 namespace vest::suture::test {
+
+using namespace specimen;
 namespace {
 
 using Eigen::Vector3d;

@@ -7,6 +7,8 @@
 #include "pull_test.h"
 
 namespace vest::suture::test {
+
+using namespace specimen;
 namespace {
 
 /// Throws in silk 2-0 of this friction at any load, each set with 4.9 N.

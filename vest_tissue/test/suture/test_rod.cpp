@@ -6,6 +6,8 @@
 #include "rods.h"
 
 namespace vest::suture::test {
+
+using namespace specimen;
 namespace {
 
 using Eigen::Vector3d;

@@ -10,6 +10,8 @@
 #include "knots.h"
 
 namespace vest::suture::test {
+
+using namespace specimen;
 namespace {
 
 using Eigen::Vector3d;

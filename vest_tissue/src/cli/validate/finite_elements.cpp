@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 using fem::Description;
 using fem::Index;
-using fem::test::Box;
+using fem::specimen::Box;
 using validation::digits;
 
 std::vector<Vector3d> solve(const Description& d, std::vector<Vector3d>* reactions = nullptr) {
@@ -34,8 +34,8 @@ double largest(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b) {
 
 void patch(validation::Section& s) {
   const Box b{4, 3, 3, 1.0, 0.8, 0.7};
-  Description d = fem::test::makeBox(b, false);
-  fem::test::shake(d, 0.05);
+  Description d = fem::specimen::makeBox(b, false);
+  fem::specimen::shake(d, 0.05);
   Eigen::Matrix3d h;
   h << 0.01, 0.004, -0.003, 0.002, -0.008, 0.005, 0.001, 0.003, 0.006;
   std::vector<Vector3d> expected;
@@ -51,8 +51,8 @@ void patch(validation::Section& s) {
 
 void reciprocityAndReactions(validation::Section& s) {
   const Box b{5, 3, 3, 1.0, 0.5, 0.4};
-  Description d = fem::test::makeBox(b);
-  fem::test::shake(d, 0.03);
+  Description d = fem::specimen::makeBox(b);
+  fem::specimen::shake(d, 0.03);
   const Index p = b.node(3, 0, 3), q = b.node(5, 2, 1);
   Description first = d, second = d;
   first.loads.push_back({p, {0.3, -0.2, 0.5}});
@@ -70,17 +70,17 @@ void reciprocityAndReactions(validation::Section& s) {
 }
 
 void elastostatic(validation::Section& s) {
-  Description d = fem::test::makeBox({5, 4, 4, 0.1, 0.08, 0.07});
+  Description d = fem::specimen::makeBox({5, 4, 4, 0.1, 0.08, 0.07});
   d.motion = fem::Motion::Elastostatic;
   d.material = {8e3, 0.3, 1050.0, 1.0, 0.002};
-  fem::test::shake(d, 0.006);
+  fem::specimen::shake(d, 0.006);
   std::mt19937 random(5);
   for (Index n = 40; n < 140; n += 11) {  // a tenth of a newton, inside and outside
     Vector3d force;
     for (int a = 0; a < 3; ++a) force[a] = 0.02 * (static_cast<double>(random()) / 4294967296.0 - 0.5);
     d.loads.push_back({n, force});
   }
-  scene::Description scene = fem::test::sceneOf({fem::test::object(d)});
+  scene::Description scene = fem::specimen::sceneOf({fem::specimen::object(d)});
   scene.gravity.setZero();
   scene::World w(scene);
   scene::StepInput in;
@@ -92,12 +92,12 @@ void elastostatic(validation::Section& s) {
 
   double worst = 0.0;
   for (const double depth : {0.04, -1.0}) {  // with a tip that stays whole, and through
-    fem::test::Cutting cut(d);
+    fem::specimen::Cutting cut(d);
     const auto doubled = cut.cutAt(0, 0.045, [depth](const Vector3d& p) { return p.z() > depth; });
     fem::makeDynamic(cut.state);
     Description now = fem::cutDescription(*cut.model, cut.state);
     now.motion = fem::Motion::BackwardEuler;
-    fem::test::Cutting fresh(now);
+    fem::specimen::Cutting fresh(now);
     for (const fem::Doubling& two : doubled) {
       fem::TissuePoint point;
       point.knots = {two.copy, two.original, doubled[0].copy};
@@ -105,7 +105,7 @@ void elastostatic(validation::Section& s) {
       if (fresh.model->answer_number[two.copy] >= 0 && fresh.model->answer_number[two.original] >= 0)
         cut.scratch.points.push_back(point);
     }
-    worst = cut.scratch.points.empty() ? NAN : std::max(worst, fem::test::answerError(cut, fresh, cut.h));
+    worst = cut.scratch.points.empty() ? NAN : std::max(worst, fem::specimen::answerError(cut, fresh, cut.h));
   }
   s.atMost("answers at the faces of a cut against a fresh factorisation of the cut mesh", worst, 1e-6,
            "no unit");
@@ -122,12 +122,12 @@ void elastica(validation::Section& s, const Options& o) {
   std::vector<std::vector<std::string>> rows;
   double worst = 0.0;
   for (const auto& [load, w] : theory) {
-    Description d = fem::test::makeBox(b);
+    Description d = fem::specimen::makeBox(b);
     d.strain = fem::Strain::Corotational;
     d.material = {1e6, 0.0, 0.0, 0.0, 0.0};
     const double EI = 1e6 * b.ly * b.lz * b.lz * b.lz / 12.0;
-    fem::test::loadEnd(d, b, {0.0, 0.0, -load * EI / 100.0});
-    const double own = -fem::test::endDisplacement(d, b, solve(d)).z() / 10.0;
+    fem::specimen::loadEnd(d, b, {0.0, 0.0, -load * EI / 100.0});
+    const double own = -fem::specimen::endDisplacement(d, b, solve(d)).z() / 10.0;
     rows.push_back({digits(load), digits(own), digits(w), digits(100 * (own / w - 1.0))});
     exact.x.push_back(load), exact.y.push_back(w);
     found.x.push_back(load), found.y.push_back(own);

@@ -5,9 +5,9 @@
 namespace vest::validate {
 namespace {
 
-using suture::test::Pulled;
-using suture::test::PullRoom;
-using suture::test::PullTest;
+using suture::specimen::Pulled;
+using suture::specimen::PullRoom;
+using suture::specimen::PullTest;
 using validation::digits;
 
 /// What print says of a knot.
@@ -75,7 +75,7 @@ validation::Section knotsSection(const Options& o, const std::string& command) {
   validation::Section s("22_knots", "Pull tests of knots", command);
   s.text(
       "Threads of size 2-0 as data/sutures.yaml has them. Each throw is set with a tension and let go, tails "
-      "are cut at 10 mm, and the loop is drawn at 2.4 m/min (test/suture/pull_test.h).\n"
+      "are cut at 10 mm, and the loop is drawn at 2.4 m/min (specimen/pull_test.h).\n"
       "A knot slips where the loop grows by 6 mm (pins by 3 mm) after it has borne 5 N (assumed), or where "
       "its "
       "tails come through. It breaks at the knot-pull strength. Friction and contact alone decide.\n"

@@ -15,8 +15,8 @@ namespace {
 using Eigen::Vector3d;
 using suture::Hold;
 using suture::Index;
-using suture::test::kPi;
-using suture::test::Moving;
+using suture::specimen::kPi;
+using suture::specimen::Moving;
 using validation::digits;
 
 std::string percent(double ratio) {
@@ -269,7 +269,7 @@ double drawnRoundADrum(int arc, double friction, double speed) {
   constexpr double kDrum = 0.01, kRadius = 0.0005, kAt = kDrum + 1.001 * kRadius;
   const int legs = arc / 4;
   const double l = kAt * kPi / arc;
-  suture::RodDescription rod = suture::test::straight(4);
+  suture::RodDescription rod = suture::specimen::straight(4);
   rod.nodes.clear();
   for (int i = legs; i > 0; --i) rod.nodes.push_back({kAt, -l * i, 0.0});
   for (int i = 0; i <= arc; ++i)
@@ -323,7 +323,7 @@ struct Traction {
 Traction traction(double length, double friction, double way) {
   constexpr double kThin = 0.0001125, kDraw = 0.02, kSpeed = 0.005, kSegment = 0.0005;
   const Index last = static_cast<Index>(std::lround(length / kSegment));
-  suture::RodDescription rod = suture::test::overhand(last, kSegment, 0.13);
+  suture::RodDescription rod = suture::specimen::overhand(last, kSegment, 0.13);
   rod.section = suture::solidSection(kThin, 900, 3e9, 0.4);
   rod.section.friction = friction, rod.section.strain_damping = 1e-4, rod.section.damping = 2e4;
   const Vector3d a = rod.nodes.front(), b = rod.nodes.back(), along = (b - a).normalized();

@@ -10,8 +10,8 @@ namespace {
 using Eigen::Vector3d;
 using suture::Hold;
 using suture::Index;
-using suture::test::kPi;
-using suture::test::Moving;
+using suture::specimen::kPi;
+using suture::specimen::Moving;
 using validation::digits;
 
 /// Tip of a clamped elastica of length 1 under a dead load F across, EI = 1: θ″ = −F·cos θ from the tip's

@@ -8,7 +8,7 @@
 
 /// A net of the size of the gynaecology scene: 21 tubes, 2,751 knots, 10,942 springs. For
 /// benchmarks and tests of the kernel; the real scene has other shapes and the same counts.
-namespace vest::test {
+namespace vest::specimen {
 
 struct Tube {
   int rings = 0;   ///< along
@@ -75,4 +75,4 @@ inline std::vector<Tube> makeSeedNet(float axial, float damping) {
   return tubes;
 }
 
-}  // namespace vest::test
+}  // namespace vest::specimen

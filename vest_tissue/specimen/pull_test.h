@@ -9,7 +9,7 @@
 #include "laid_knots.h"
 #include "vest_tissue/suture/knot_kind.h"
 
-namespace vest::suture::test {
+namespace vest::suture::specimen {
 
 /// A knot that is tied throw by throw and then drawn, by the rod alone. Two strands lie between clamps, 28 mm
 /// apart: the loop where it leaves its pins. Each throw lies loosely, is drawn by both strands in line with
@@ -245,4 +245,4 @@ class PullRoom : public Moving {
   Pulled result_;
 };
 
-}  // namespace vest::suture::test
+}  // namespace vest::suture::specimen

@@ -4,7 +4,7 @@
 
 #include "rods.h"
 
-namespace vest::suture::test {
+namespace vest::suture::specimen {
 
 /// 3-0.
 inline Section polypropylene() {
@@ -34,4 +34,4 @@ inline Description roundADrum() {
   return d;
 }
 
-}  // namespace vest::suture::test
+}  // namespace vest::suture::specimen

@@ -5,7 +5,7 @@
 
 #include "rods.h"
 
-namespace vest::suture::test {
+namespace vest::suture::specimen {
 
 /// Points of one strand of a throw, wound along x by half turns: from below at one side to above at the
 /// other.
@@ -68,4 +68,4 @@ inline std::vector<Eigen::Vector3d> thrown(const std::vector<int>& throws, doubl
   return evenly(path, spacing);
 }
 
-}  // namespace vest::suture::test
+}  // namespace vest::suture::specimen

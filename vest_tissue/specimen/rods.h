@@ -2,7 +2,7 @@
 
 #include "vest_tissue/suture/rod.h"
 
-namespace vest::suture::test {
+namespace vest::suture::specimen {
 
 constexpr double kPi = 3.14159265358979323846;
 
@@ -34,4 +34,4 @@ struct Moving {
   }
 };
 
-}  // namespace vest::suture::test
+}  // namespace vest::suture::specimen

@@ -6,7 +6,7 @@
 
 #include "vest_tissue/fem/description.h"
 
-namespace vest::fem::test {
+namespace vest::fem::specimen {
 
 struct Box {
   int nx = 4, ny = 2, nz = 2;           ///< cells
@@ -95,4 +95,4 @@ inline void shake(Description& d, double amount, unsigned seed = 1) {
     for (int k = 0; k < 3; ++k) x[k] += amount * (static_cast<double>(random()) / 4294967296.0 - 0.5);
 }
 
-}  // namespace vest::fem::test
+}  // namespace vest::fem::specimen

@@ -5,7 +5,7 @@
 #include "vest_tissue/scene/fem_object.h"
 #include "vest_tissue/scene/world.h"
 
-namespace vest::fem::test {
+namespace vest::fem::specimen {
 
 /// A soft slab, 60 × 40 × 12 mm, its underside held, centred about the z axis; top at z = 12 mm.
 struct SlabOptions {
@@ -54,4 +54,4 @@ inline std::vector<float> positionsOf(const scene::World& w, std::size_t object)
   return x;
 }
 
-}  // namespace vest::fem::test
+}  // namespace vest::fem::specimen

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-namespace vest::suture::test {
+namespace vest::suture::specimen {
 
 /// How often segments went through each other as the nodes of threads moved straight from `was` to `now`:
 /// four points in one plane, and the two segments cross in it. There and back counts nothing, as half of the
@@ -59,4 +59,4 @@ inline int crossings(const std::vector<Eigen::Vector3d>& was, const std::vector<
   return found;
 }
 
-}  // namespace vest::suture::test
+}  // namespace vest::suture::specimen

@@ -9,7 +9,7 @@
 #include "vest_tissue/fem/cut_factor.h"
 #include "vest_tissue/fem/tissue_cut.h"
 
-namespace vest::fem::test {
+namespace vest::fem::specimen {
 
 /// A tissue whose state has room for cuts, and steps of it under gravity.
 struct Cutting {
@@ -89,4 +89,4 @@ inline double answerError(Cutting& c, Cutting& fresh, double h) {
   return error / size;
 }
 
-}  // namespace vest::fem::test
+}  // namespace vest::fem::specimen

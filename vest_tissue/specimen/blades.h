@@ -12,8 +12,8 @@
 #include "vest_tissue/scene/topology.h"
 #include "vest_tissue/scene/world.h"
 
-/// Blades and sheets for tests of cutting.
-namespace vest::test {
+/// Blades and sheets that are cut.
+namespace vest::specimen {
 
 /// A tool with its tip at `tip`, its shaft along `along`, its jaws opening along `opening`.
 inline scene::ToolInput toolAt(tools::ToolKind kind, const Eigen::Vector3d& tip, const Eigen::Vector3d& along,
@@ -171,4 +171,4 @@ inline double fastestKnot(const scene::World& w) {
   return most;
 }
 
-}  // namespace vest::test
+}  // namespace vest::specimen

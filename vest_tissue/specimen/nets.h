@@ -10,8 +10,8 @@
 #include "vest_tissue/scene/description.h"
 #include "vest_tissue/scene/step_input.h"
 
-/// Nets and scenes for tests and benchmarks, made by formula.
-namespace vest::test {
+/// Nets and scenes made by formula.
+namespace vest::specimen {
 
 struct TubeOptions {
   std::string name = "tube";
@@ -165,4 +165,4 @@ inline scene::ToolInput grasper(const Eigen::Vector3d& tip, const Eigen::Vector3
   return t;
 }
 
-}  // namespace vest::test
+}  // namespace vest::specimen

@@ -5,7 +5,7 @@
 
 #include "rods.h"
 
-namespace vest::suture::test {
+namespace vest::suture::specimen {
 
 /// Silk, 0, as data/sutures.yaml has it.
 inline Section silk() {
@@ -75,4 +75,4 @@ inline double writhe(const std::vector<Eigen::Vector3d>& x) {
   return sum / (2.0 * kPi);
 }
 
-}  // namespace vest::suture::test
+}  // namespace vest::suture::specimen
