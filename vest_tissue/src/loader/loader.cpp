@@ -7,6 +7,7 @@
 #include "loader_fem.h"
 #include "loader_image.h"
 #include "loader_living.h"
+#include "loader_rods.h"
 #include "loader_sutures.h"
 #include "side_files.h"
 #include "vest_instruments/files/read.h"
@@ -353,7 +354,23 @@ void readVessels(const Value& value, Files& files, Description& description) {
   }
 }
 
-Description load(const std::string& path, SceneFiles* kept) {
+/// The object that was read last has a name of its own.
+void checkName(const Value& item, const Description& d, const suture::Description& rods) {
+  const std::string& name = Map(item)["name"].name();
+  const auto same = [&name](const auto& other) { return other.name == name; };
+  const auto times = std::count_if(d.objects.begin(), d.objects.end(), same) +
+                     std::count_if(rods.rods.begin(), rods.rods.end(), same) +
+                     std::count_if(rods.cylinders.begin(), rods.cylinders.end(), same);
+  if (times > 1) Map(item)["name"].fail("must be there once");
+}
+
+/// Rods and cylinders that are listed as objects, where they are allowed.
+struct Rods {
+  suture::Description& objects;
+  bool& equilibrium;  ///< `integrator: static`
+};
+
+Description load(const std::string& path, SceneFiles* kept, const Rods* rods = nullptr) {
   const std::string text = yaml::readFile(path, yaml::kMaxBytes);
   const Value root = yaml::parse(path, text);
   const auto slash = path.find_last_of('/');
@@ -385,6 +402,10 @@ Description load(const std::string& path, SceneFiles* kept) {
     }
     solution.finish();
   }
+  if (rods) {  // a World moves them together with all others
+    rods->equilibrium = description.integrator == Integrator::Static;
+    description.integrator = Integrator::NewtonEuler;
+  }
   std::string source_path;
   if (map.has("source")) {
     files.read(map["source"], source_path);
@@ -399,11 +420,14 @@ Description load(const std::string& path, SceneFiles* kept) {
       description.gravity.cwiseAbs().maxCoeff() > kMostGravity)
     map["gravity"].fail("must be from -100 to 100 m/s² along each axis with integrator: newton_euler");
   for (const Value& item : objects) {
-    Object object = readObject(item, files, description.integrator == Integrator::NewtonEuler);
-    for (const auto& other : description.objects) {
-      if (other.name == object.name) Map(item)["name"].fail("must be there once");
+    if (rods && isRodOrCylinder(item)) {
+      readRodOrCylinder(item, files, rods->objects);
+      checkName(item, description, rods->objects);
+      continue;
     }
+    Object object = readObject(item, files, description.integrator == Integrator::NewtonEuler);
     description.objects.push_back(std::move(object));
+    checkName(item, description, rods ? rods->objects : suture::Description{});
     checkCounts(description, path);  // now: each may be large
   }
   if (map.has("image")) {
@@ -417,6 +441,7 @@ Description load(const std::string& path, SceneFiles* kept) {
   if (map.has("connect")) readNearestConnections(map["connect"], description);
   if (map.has("vessels")) readVessels(map["vessels"], files, description);
   if (map.has("sutures")) {
+    if (rods) map["sutures"].fail("belongs to sessions; beside objects of model rod there are none");
     if (description.integrator != Integrator::NewtonEuler)
       map["sutures"].fail("belongs to scenes with integrator: newton_euler; vest_simulate moves rods");
     std::vector<std::string> taken;
@@ -443,6 +468,11 @@ Description load(const std::string& path, SceneFiles* kept) {
 
 Description loadScene(const std::string& path) {
   return load(path, nullptr);
+}
+
+Description loadTogether(const std::string& path, suture::Description& rods, bool& equilibrium) {
+  const Rods allowed{rods, equilibrium};
+  return load(path, nullptr, &allowed);
 }
 
 Description loadScene(const std::string& path, SceneFiles& files) {

@@ -4,8 +4,8 @@
 #include <stdexcept>
 
 #include "../files/csv_reader.h"
+#include "loader_rods.h"
 #include "loader_sutures.h"
-#include "side_files.h"
 #include "vest_tissue/files/yaml_reader.h"
 #include "vest_tissue/scene/rod_scene.h"
 
@@ -17,11 +17,6 @@ using suture::Hold;
 using suture::RodDescription;
 using suture::Section;
 using yaml::Map;
-
-std::string modelOf(const Value& object) {
-  Map map(object);
-  return map.has("model") ? map["model"].string() : "net";
-}
 
 Eigen::Vector3d vectorAt(const csv::Table& table, std::size_t row, const char* const (&names)[3]) {
   Eigen::Vector3d v;
@@ -187,18 +182,38 @@ void readSolution(const Value& value, RodScene& scene) {
   solution.finish();
 }
 
+/// A rod as a World has it: it never breaks.
+Suture asSuture(const RodDescription& rod) {
+  constexpr double kEndless = 1e30;  // N
+  Suture s;
+  s.rod = rod;
+  s.strength = s.knot_strength = kEndless;
+  s.friction = rod.section.friction;
+  return s;
+}
+
 }  // namespace
+
+bool isRodOrCylinder(const Value& object) {
+  if (!object.isMap()) return false;
+  const YAML::Node model = object.node()["model"];
+  return model && model.IsScalar() && (model.Scalar() == "rod" || model.Scalar() == "cylinder");
+}
+
+void readRodOrCylinder(const Value& object, Files& files, suture::Description& objects) {
+  Map map(object);
+  if (map["model"].string() == "rod")
+    objects.rods.push_back(readRod(object, files));
+  else
+    objects.cylinders.push_back(readCylinder(object));
+}
 
 bool hasRods(const std::string& path) {
   const Value root = yaml::parse(path, yaml::readFile(path, yaml::kMaxBytes));
   Map map(root);
   if (!map.has("objects") || !map["objects"].isList()) return false;
-  for (const Value& object : map["objects"].list()) {
-    if (!object.isMap()) continue;
-    const YAML::Node model = object.node()["model"];
-    if (model && model.IsScalar() && (model.Scalar() == "rod" || model.Scalar() == "cylinder")) return true;
-  }
-  return false;
+  const auto objects = map["objects"].list();
+  return std::any_of(objects.begin(), objects.end(), isRodOrCylinder);
 }
 
 RodScene loadRods(const std::string& path) {
@@ -207,27 +222,28 @@ RodScene loadRods(const std::string& path) {
   const auto slash = path.find_last_of('/');
   Files files(path, slash == std::string::npos ? "." : path.substr(0, slash), text, nullptr);
   Map map(root);
+  RodScene scene;
+  const auto listed = map["objects"].list();
+  if (!std::all_of(listed.begin(), listed.end(), isRodOrCylinder)) {
+    scene.together = loadTogether(path, scene.objects, scene.equilibrium);
+    if (scene.objects.rods.empty()) map["objects"].fail("must have at least one rod beside cylinders");
+    for (const RodDescription& rod : scene.objects.rods) scene.together->sutures.push_back(asSuture(rod));
+    scene.together->cylinders = scene.objects.cylinders;
+    scene.objects.gravity = scene.together->gravity;
+    scene.hash = scene.together->hash;
+    scene.dt = scene.together->dt;
+    return scene;
+  }
   map.only({"vest_scene", "name", "gravity", "seed", "solution", "objects"});
   if (map.has("vest_scene")) map["vest_scene"].integer(1, 1);
   if (map.has("name")) map["name"].name();
   if (map.has("seed")) map["seed"].integer(0, 4294967295u);
-  RodScene scene;
   scene.objects.gravity = map.has("gravity") ? map["gravity"].vector3() : Eigen::Vector3d(0, 0, -9.81);
   if (map.has("solution")) readSolution(map["solution"], scene);
   std::set<std::string> names;
-  for (const Value& object : map["objects"].list()) {
-    const std::string model = modelOf(object);
-    if (model == "rod")
-      scene.objects.rods.push_back(readRod(object, files));
-    else if (model == "cylinder")
-      scene.objects.cylinders.push_back(readCylinder(object));
-    else
-      Map(object)["name"].fail(
-          "is of model " + model +
-          ": beside rods and cylinders a scene has no other objects, for rods do not touch them yet");
-    const std::string& name =
-        model == "rod" ? scene.objects.rods.back().name : scene.objects.cylinders.back().name;
-    if (!names.insert(name).second) Map(object)["name"].fail("must be there once");
+  for (const Value& object : listed) {
+    readRodOrCylinder(object, files, scene.objects);
+    if (!names.insert(Map(object)["name"].name()).second) Map(object)["name"].fail("must be there once");
   }
   if (scene.objects.rods.empty()) map["objects"].fail("must have at least one rod beside cylinders");
   map.finish();

@@ -433,7 +433,9 @@ void buildThreads(WorldModel& m) {
     rods.rods.push_back(s.rod);
     m.threads.strength.push_back(s.strength);
     m.threads.knot_strength.push_back(s.knot_strength);
+    m.threads.friction.push_back(s.friction);
   }
+  rods.cylinders = d.cylinders;
   m.threads.rods = std::make_shared<suture::Model>(rods);
   m.start.threads.rod = m.threads.rods->start;
   m.start.threads.knots.resize(m.threads.rods->strands.size());

@@ -55,6 +55,11 @@ void atPlace(const Part& p, std::uint32_t place, Support& a) {
 Vector3d placeNow(const Part& p, std::uint32_t place) {
   return p.c.model.threads.at(p.rod(), place);
 }
+/// On an object that is not an instrument.
+double frictionOn(const Part& p, std::uint32_t place, std::size_t object) {
+  const ThreadModel& m = p.c.model.threads;
+  return std::max(p.c.model.description.objects[object].friction, m.friction[m.places[place].strand]);
+}
 double radiusOf(const Part& p, std::uint32_t place) {
   return p.c.model.threads.places[place].radius;
 }
@@ -86,7 +91,7 @@ bool leanOnTissue(const Part& p, const ThreadReach& r, Support& a, ThreadPush& p
   a.reach = radiusOf(p, node) + described.contact_thickness;
   atPlace(p, node, a);
   const ThreadPlace& place = p.c.model.threads.places[node];
-  a.friction = place.rigid && place.station <= 0.0 ? kPointFriction : described.friction;
+  a.friction = place.rigid && place.station <= 0.0 ? kPointFriction : frictionOn(p, node, r.touch.body);
   return a.normal.dot(off) < a.reach + kPressing;
 }
 
@@ -191,7 +196,7 @@ void gather(const Part& p) {
       a.from = r.place_then + p.from * (r.place - r.place_then);
       a.to = r.place_then + p.to * (r.place - r.place_then);
       a.reach = radiusOf(p, r.touch.segment);
-      a.friction = face ? kJawFriction : p.c.model.description.objects[r.touch.body].friction;
+      a.friction = face ? kJawFriction : frictionOn(p, r.touch.segment, r.touch.body);
       a.stiffness = face ? kTool : kRigid;
       if (face) ++on_tools[r.touch.body];
       atPlace(p, r.touch.segment, a);

@@ -219,6 +219,11 @@ void World::slings(std::vector<SlingView>& out) const {
   }
 }
 
+const std::vector<suture::Reaction>& World::rodReactions() const {
+  static const std::vector<suture::Reaction> kNone;
+  return impl_->scratch.threads ? impl_->scratch.threads->rod.reactions : kNone;
+}
+
 void World::threads(std::vector<ThreadView>& out) const {
   std::size_t count = 0;
   const auto& rods = impl_->model->threads.rods;

@@ -1,6 +1,7 @@
 // Rods from files to tables.
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <fstream>
 #include <sstream>
 
@@ -175,13 +176,100 @@ TEST(RodScene, AFileOfSuturesIsReadStrictly) {
   }
 }
 
-TEST(RodScene, RodsBesideOtherObjectsAreRefused) {
-  const RodFiles files;
-  const std::string both = files.folder.write(
-      "both.yaml", std::string(kScene) + "  - {name: organ, model: fem, nodes: nodes.csv}\n");
-  EXPECT_TRUE(scene::hasRods(both));
-  EXPECT_NE(RodFiles::refusal(both).find("organ: is of model fem"), std::string::npos);
-  EXPECT_THROW(scene::loadScene(both), std::invalid_argument);
+/// A slab of elements, 60 × 40 × 10 mm, that stands on z = 0, and a rod of steel above it.
+struct RodOnSlab {
+  vest::test::TemporaryScene folder;
+  RodOnSlab() {
+    constexpr int kX = 12, kY = 8, kZ = 2;
+    const auto node = [](int i, int j, int k) { return (i * (kY + 1) + j) * (kZ + 1) + k; };
+    std::ostringstream nodes, tets, fixed, rod;
+    nodes << "node,x,y,z\n", tets << "n0,n1,n2,n3\n", fixed << "node\n", rod << "node,x,y,z\n";
+    for (int i = 0; i <= kX; ++i)
+      for (int j = 0; j <= kY; ++j)
+        for (int k = 0; k <= kZ; ++k) {
+          nodes << node(i, j, k) << ',' << -0.03 + 0.005 * i << ',' << -0.02 + 0.005 * j << ',' << 0.005 * k
+                << '\n';
+          if (k == 0) fixed << node(i, j, k) << '\n';
+          if (i == kX || j == kY || k == kZ) continue;
+          // Six tetrahedra of a brick: paths from one corner to the opposite one.
+          for (int path = 0; path < 6; ++path) {
+            const int order[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {1, 0, 2}, {0, 2, 1}, {2, 1, 0}};
+            int at[3] = {i, j, k}, corner[4] = {node(i, j, k), 0, 0, 0};
+            for (int s = 0; s < 3; ++s) ++at[order[path][s]], corner[s + 1] = node(at[0], at[1], at[2]);
+            if (path > 2) std::swap(corner[2], corner[3]);
+            tets << corner[0] << ',' << corner[1] << ',' << corner[2] << ',' << corner[3] << '\n';
+          }
+        }
+    for (int i = 0; i <= 40; ++i) rod << i << ',' << -0.025 + 0.05 * i / 40 << ",0.001,0.0125\n";
+    folder.write("slab.csv", nodes.str());
+    folder.write("tets.csv", tets.str());
+    folder.write("fixed.csv", fixed.str());
+    folder.write("rod.csv", rod.str());
+    folder.write("held.csv", "node,kind\n0,0\n40,0\n");
+  }
+  /// @param more keys of the rod
+  std::string scene(const std::string& more, const std::string& end = "") const {
+    return folder.write(
+        "scene.yaml",
+        "objects:\n"
+        "  - name: rod\n    model: rod\n    nodes: rod.csv\n    damping: 2.0\n"
+        "    rod: {radius: 0.0005, density: 8000, youngs_modulus: 2.0e9, poisson_ratio: 0.3}\n" +
+            more +
+            "  - name: slab\n    model: fem\n    strain: corotational\n    nodes: slab.csv\n"
+            "    tetrahedra: tets.csv\n    fixed: fixed.csv\n"
+            "    material: {youngs_modulus: 2000, poisson_ratio: 0.4, density: 1000, rayleigh_mass: 5, "
+            "rayleigh_stiffness: 0.002}\n" +
+            end + "solution: {integrator: backward_euler, dt: 0.02}\n");
+  }
+};
+
+TEST(RodScene, ARodComesToRestOnElementsAndPressesThem) {
+  const RodOnSlab files;
+  const auto scene = scene::loadRods(files.scene(""));
+  ASSERT_TRUE(scene.together);
+  SimulateOptions options;
+  options.steps = 50;  // 1 s
+  const auto end = simulateRods(scene, options, {});
+  ASSERT_EQ(end.names, (std::vector<std::string>{"slab", "rod"}));
+  // On the slab's surface, whose thickness is 0.5 mm; it presses the slab more than its own weight does.
+  const std::size_t middle = (6 * 9 + 4) * 3 + 2;
+  const double rod = end.positions[1][20].z(), under = end.positions[0][middle].z();
+  EXPECT_NEAR(rod, under + 0.0005 + 0.0005, 1.5e-4);
+  const auto alone = simulateRods(scene::loadRods(files.scene("    held: held.csv\n")), options, {});
+  EXPECT_GT(alone.positions[1][20].z(), 0.012);
+  EXPECT_LT(under, alone.positions[0][middle].z() - 1e-5);
+  options.threads = 2;
+  EXPECT_EQ(simulateRods(scene, options, {}).hash, end.hash);
+  // At rest it is where steps end, too.
+  options.equilibrium = true;
+  EXPECT_NEAR(simulateRods(scene, options, {}).positions[1][20].z(), rod, 2e-5);
+}
+
+TEST(RodScene, WhatHoldsARodBesideElementsBearsItsWeight) {
+  const RodOnSlab files;
+  SimulateOptions options;
+  options.steps = 100;
+  RodTables tables{files.folder.folder() + "/r.csv", "", 100};
+  simulateRods(scene::loadRods(files.scene("    held: held.csv\n")), options, tables);
+  double up = 0.0, time = 0.0;
+  for (const std::string& line : lines(tables.reactions)) {
+    double f[3];
+    if (std::sscanf(line.c_str(), "%lf,rod,%*d,%lf,%lf,%lf", &time, f, f + 1, f + 2) == 4 && time == 2.0)
+      up += f[2];
+  }
+  const double weight = 8000.0 * 3.14159265 * 0.0005 * 0.0005 * 0.05 * 9.81;
+  EXPECT_NEAR(up, weight, 0.01 * weight);
+}
+
+TEST(RodScene, WhatRodsBesideOthersMayNotHaveIsRefused) {
+  const RodOnSlab files;
+  const std::string named = RodFiles::refusal(
+      files.scene("", "  - {name: slab, model: cylinder, point: [0, 0, 0], axis: [0, 0, 1], radius: 1}\n"));
+  EXPECT_NE(named.find("name: slab: must be there once"), std::string::npos) << named;
+  const std::string sutures =
+      RodFiles::refusal(files.scene("", "sutures: [{name: a, material: silk, size: 2-0}]\n"));
+  EXPECT_NE(sutures.find("sutures"), std::string::npos) << sutures;
+  EXPECT_THROW(scene::loadScene(files.scene("")), std::invalid_argument);  // not in a session
 }
 
 }  // namespace

@@ -143,6 +143,7 @@ struct Suture {
   std::uint8_t kind = 0;                          ///< values of vest_msgs/SutureThread
   double strength = 0.0;                          ///< N, straight
   double knot_strength = 0.0;                     ///< N, in a knot
+  double friction = 0.0;                          ///< no unit, on objects: theirs counts where it is more
   std::vector<Eigen::Vector3d> path;              ///< m, world: points that the thread was laid through
   double segment = 0.001;                         ///< m, about that
   std::string needle;                             ///< half, three_eighths, straight, ski; empty: none
@@ -176,7 +177,8 @@ struct Description {
   std::vector<Object> objects;  ///< scene order; rigid ones (cavity) too
   std::vector<Connection> connections;
   std::vector<VesselTree> vessels;
-  std::vector<Suture> sutures;  ///< in events they are counted behind the objects
+  std::vector<Suture> sutures;              ///< in events they are counted behind the objects
+  std::vector<suture::Cylinder> cylinders;  ///< which sutures touch; of vest_simulate alone
   /// What a needle and a probe feel of a patient's image; null: there is none.
   std::shared_ptr<const voxel::Volume> feel;
   std::vector<std::uint16_t> regions;          ///< objects that name its regions, from 1 on

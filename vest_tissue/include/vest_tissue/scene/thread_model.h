@@ -27,6 +27,7 @@ struct ThreadModel {
   std::shared_ptr<const suture::Model> rods;  ///< a strand per suture, in scene order; null: none
   std::vector<double> strength;               ///< N, per strand: straight
   std::vector<double> knot_strength;  ///< N, per strand: where it is bent tighter than its diameter twice
+  std::vector<double> friction;       ///< per strand, on objects: theirs counts where it is more
   std::vector<ThreadPlace> places;
   std::vector<std::uint32_t> first_point;  ///< place of each needle's tip
   int steps = 1;  ///< of the threads in a step, at most: each object's exchanges are a multiple of it

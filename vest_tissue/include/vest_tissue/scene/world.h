@@ -15,6 +15,10 @@
 #include "vest_tissue/scene/description.h"
 #include "vest_tissue/scene/step_input.h"
 
+namespace vest::suture {
+struct Reaction;
+}
+
 namespace vest::scene {
 
 /// Outcome of a step. Real-time code looks at this; nothing throws inside a step.
@@ -241,6 +245,9 @@ class World {
   void slings(std::vector<SlingView>& out) const;
   void threads(std::vector<ThreadView>& out) const;
   void needles(std::vector<NeedleView>& out) const;
+  /// What holds the held nodes of all sutures, over the last part of the last step: force, N, and moment
+  /// about the node, N·m, of the holder on the thread, world; in the order of suture::Model::held.
+  const std::vector<suture::Reaction>& rodReactions() const;
   /// Deltas since a revision, in order; false if it is older than the last kDeltaHistory ones (or not of this
   /// history: after reset and restore it begins anew), then send the whole topology.
   bool deltasSince(std::uint32_t revision, std::vector<TopologyDelta>& out) const;
