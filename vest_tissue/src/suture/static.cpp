@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "contacts.h"
 #include "passes.h"
@@ -14,6 +13,8 @@ constexpr int kMostPasses = 20000;
 constexpr int kMostParts = 4000;     ///< of the holders' way
 constexpr double kAtRest = 1e-8;     ///< of a segment's length, and rad: a smaller change is none
 constexpr double kNoInertia = 20.0;  ///< times the slowest time: inertia is then 1e-5 of the least stiffness
+constexpr int kSteps = 200;          ///< in the time that rods take, where they touch
+constexpr int kMostTimes = 200;      ///< of those: until they are at rest
 constexpr double kPush = 1e-3;       ///< of a segment's length, off an unstable equilibrium
 
 /// The slowest bending time of the longest rod, s.
@@ -65,17 +66,55 @@ bool balanced(const Model& m, const State& s, const Scratch& scratch) {
   return left <= 1e-9 * own + rounding;
 }
 
-/// One pass of h from rest: the less h, the nearer it stays.
+/// How long the fastest rod takes to bend or to fall, s.
+double quickest(const Model& m) {
+  double least = slowest(m);
+  for (const Strand& strand : m.strands) {
+    double length = 0.0, mass = 0.0, load = 0.0;
+    for (Index k = 0; k < strand.nodes; ++k) {
+      const Index i = strand.first + k;
+      mass += m.mass[i], load += m.force[i].norm();
+      if (k < strand.segments) length += m.length[i];
+    }
+    if (load > 0.0) least = std::min(least, std::sqrt(length * mass / load));
+  }
+  return least;
+}
+
+/// Damped steps from the start, the holders' way first, until nothing moves. Passes of statics are as long as
+/// they like, and would lead threads through each other. @return whether they came to rest
+bool settleBySteps(const Model& m, double end, State& s, Scratch& scratch) {
+  Model damped = m;
+  const double time = quickest(m), h = time / kSteps, start = s.time;
+  for (Strand& strand : damped.strands) strand.section.damping = std::max(strand.section.damping, 2.0 / time);
+  const int way = end > start ? std::max(20 * kSteps, 4 * partsOfDrive(m)) : 0;
+  for (HeldModel& held : damped.held)
+    for (DriveRow& row : held.drive)
+      row.t = start + (row.t - start) * (way * h / std::max(end - start, 1e-300));
+  for (int k = 0; k < way; ++k)
+    if (step(damped, s, scratch, h) == StepStatus::Fault) return false;
+  std::vector<Vector3d> before;
+  for (int times = 0; times < kMostTimes; ++times) {
+    before = s.position;
+    for (int k = 0; k < kSteps; ++k)
+      if (step(damped, s, scratch, h) == StepStatus::Fault) return false;
+    double most = 0.0;
+    for (const Strand& strand : m.strands)
+      for (Index i = strand.first; i < strand.first + strand.nodes; ++i)
+        most = std::max(most, (s.position[i] - before[i]).norm() / m.length[strand.first]);
+    if (most < 1e-3) return true;
+  }
+  return false;
+}
+
+/// One pass of h from rest: the less h, the nearer it stays. Touching: nothing has moved.
 PassResult creep(const Model& m, State& s, Scratch& scratch, double h, bool first) {
   for (Index k = 0; k < m.joints.size(); ++k) absorbTwist(m, scratch.held_frame, k, s);
   copyMotion(s, scratch.before);
   remember(m, s, scratch);
   findNear(m, s, 0.0, *scratch.contacts);
   const PassResult result = pass({m, scratch.before, h, 1.0}, s, first, scratch);
-  // Passes of statics are as long as they like: they would lead threads through each other.
-  if (result.touching)
-    throw std::runtime_error("rods touch: --static finds equilibrium of rods that touch nothing; take steps");
-  keepContacts(m, s, scratch);
+  if (!result.touching) keepContacts(m, s, scratch);
   return result;
 }
 
@@ -106,8 +145,10 @@ void findReactions(const Model& m, const State& s, Scratch& scratch) {
     scratch.reactions[n].force -= scratch.contact_force[m.held[n].node];
 }
 
-StaticReport solveStatic(const Model& m, State& s, Scratch& scratch) {
-  StaticReport report;
+namespace {
+
+/// Passes without contacts. False: rods touch.
+bool solveApart(const Model& m, State& s, Scratch& scratch, StaticReport& report) {
   double end = s.time;
   for (const HeldModel& h : m.held) end = std::max(end, h.drive.back().t);
   const double slow = slowest(m), start = s.time;
@@ -116,13 +157,17 @@ StaticReport solveStatic(const Model& m, State& s, Scratch& scratch) {
   double h = 0.1 * slow;
   for (int k = 1; k <= parts; ++k) {
     aim(m, start + (end - start) * k / parts, scratch);
-    for (int i = 0; i < 3; ++i, ++report.iterations)
-      if (creep(m, s, scratch, h, i == 0).factor == Factor::None) return report;
+    for (int i = 0; i < 3; ++i, ++report.iterations) {
+      const PassResult r = creep(m, s, scratch, h, i == 0);
+      if (r.touching) return false;
+      if (r.factor == Factor::None) return true;
+    }
   }
   s.time = end;
   for (; report.iterations < kMostPasses; ++report.iterations) {
     const PassResult r = creep(m, s, scratch, h, false);
-    if (r.factor == Factor::None) return report;
+    if (r.touching) return false;
+    if (r.factor == Factor::None) return true;
     if (r.factor == Factor::Exact && r.whole) {
       if (h >= kNoInertia * slow && (r.change < kAtRest || balanced(m, s, scratch))) {
         report.converged = true;
@@ -136,6 +181,22 @@ StaticReport solveStatic(const Model& m, State& s, Scratch& scratch) {
       h = slow;
     }
     h = std::max(0.4 * h, 1e-4 * slow);
+  }
+  return true;
+}
+
+}  // namespace
+
+StaticReport solveStatic(const Model& m, State& s, Scratch& scratch) {
+  StaticReport report;
+  const State start = s;
+  double end = s.time;
+  for (const HeldModel& h : m.held) end = std::max(end, h.drive.back().t);
+  // Passes that are long go through a cylinder and see nothing of it.
+  if (!m.cylinders.empty() || !solveApart(m, s, scratch, report)) {
+    s = start;
+    report.converged = settleBySteps(m, end, s, scratch);
+    s.time = end;
   }
   rest(s);
   findReactions(m, s, scratch);

@@ -223,9 +223,34 @@ TEST(RodContact, RandomYanksOfAKnotLeadNothingThroughItself) {
   }
 }
 
-TEST(RodContact, StaticsRefuseRodsThatTouch) {
-  Moving m(drawn(0.02, 0.1));
-  EXPECT_THROW(m.settle(), std::runtime_error);
+TEST(RodContact, StaticsOfRodsThatTouchEndWhereStepsEnd) {
+  Moving still(drawn(0.02, 0.0)), moving(drawn(0.02, 0.0));
+  ASSERT_TRUE(still.settle());
+  moving.run(0.001, 500);
+  moving.model.strands[0].section.damping = 100.0;  // out of the syrup
+  moving.run(0.001, 1500);
+  EXPECT_NEAR(writhe(still.state.position), 3.0, 0.1);  // it is a knot still
+  const double tension = moving.scratch.reactions[1].force.norm();
+  EXPECT_NEAR(still.scratch.reactions[1].force.norm(), tension, 0.05 * tension);
+}
+
+TEST(RodContact, AThreadOverADrumHangsInStatics) {
+  // 0.1 m of it, 4 mm more on one side; friction is too little to hold it there. Without: it slides off, so
+  // that one end is held.
+  RodDescription rod = straight(100);
+  for (Vector3d& x : rod.nodes) x = {0.1 * x.x() - 0.048, 0.0, 0.0104};
+  rod.section = solidSection(0.0001, 1000, 1e6, 0.4);
+  rod.section.friction = 0.0;
+  rod.held = {{0, Hold::Place, {{0.0, {-0.048, 0.0, 0.0104}, 0.0}, {1.0, {-0.0102, 0.0, -0.02}, 0.0}}}};
+  Description d{{0.0, 0.0, -9.81}, {rod}, {}};
+  d.cylinders.push_back({"drum", Vector3d::Zero(), Vector3d::UnitY(), 0.01, 0.0});
+  Moving m(d);
+  ASSERT_TRUE(m.settle());
+  // What hangs beyond is as long as the rest; the holder bears what it is heavier, from end to end.
+  const double low = m.state.position[100].z(), line = rod.section.linear_density * 9.81;
+  EXPECT_NEAR(m.state.position[100].x(), 0.0101, 0.0005);
+  EXPECT_NEAR(low, -(0.1 - 0.02 - kPi * 0.0101), 0.001);
+  EXPECT_NEAR(m.scratch.reactions[0].force.norm(), line * (-0.02 - low), 0.03 * line * (-0.02 - low));
 }
 
 }  // namespace

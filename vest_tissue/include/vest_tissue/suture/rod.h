@@ -186,7 +186,8 @@ struct StaticReport {
 };
 
 /// Stable equilibrium with what is held at the end of its drive; a small push leads out of unstable ones.
-/// Velocities become zero. @throws std::runtime_error where rods touch: that takes steps
+/// Velocities become zero. Rods that touch, and rods beside cylinders, come to rest by damped steps instead,
+/// to a thousandth of a segment; with friction the equilibrium is the one that this way leads to.
 StaticReport solveStatic(const Model& model, State& state, Scratch& scratch);
 
 /// N, of a segment: along it, tension positive; of a needle what pulls at its swage.
