@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Protects vest_batch: results survive a kill and are never done twice, the table has the same bytes for any order and back end, a result that
 changes is a conflict, mistakes are one line. With VEST_FULL and Slurm installed: two nodes on this machine, one killed in the middle."""
+import csv
+import io
 import json
 import os
 import random
@@ -69,8 +71,30 @@ class Batch(Case):
         self.assertEqual(tables[0], tables[2])
         self.assertEqual(tables[0].splitlines()[0], b"id,a,b,sum,text")
         self.assertEqual(len(tables[0].splitlines()), 9)
+        rows = list(csv.DictReader(io.StringIO(tables[0].decode())))
+        self.assertEqual({(r["a"], r["b"], r["sum"]) for r in rows},
+                         {(str(a), b, str(10 * a + len(b))) for a in range(4) for b in ("x", "ä \U0001f600,\"q\"")}, "each row names its own parameters")
         with open(self.log, encoding="utf-8") as f:
             self.assertEqual(len(f.readlines()), 24)
+
+    def test_files_of_one_folder_and_folders_are_runs_of_their_own(self):
+        for name, text in (("one/a.txt", "good"), ("one/b.txt", "bad"), ("two/a.txt", "good"), ("same/a.txt", "good")):
+            os.makedirs(os.path.dirname(self.path(name)), exist_ok=True)
+            with open(self.path(name), "w", encoding="utf-8") as f:
+                f.write(text)
+        for values, said in ((["one/a.txt", "one/b.txt"], "2 runs, 2 without result\n"), (["one", "two"], "2 runs, 2 without result\n"),
+                             (["one/a.txt", "two/a.txt"], "2 runs, 2 without result\n"),
+                             (["two", "same"], "1 runs, 1 without result; 1 more have the same command, parameters and content as one of them, and are "
+                              "done once\n")):
+            manifest = self.manifest(command=["ls", "{file}"], parameters={"file": values}, folders=["file"])
+            self.assertEqual(self.batch("plan", manifest, self.path("plan" + "_".join(values).replace("/", "."))), said, values)
+
+    def test_a_sentence_is_a_text_and_no_name_with_a_value(self):
+        for said, header in (("599 steps, all the same", "id,n,output"), ("scene_hash 5a\nstate_hash 7b", "id,n,scene_hash,state_hash")):
+            where = self.path(header.replace(",", "_"))
+            self.batch("plan", self.manifest(command=[sys.executable, "-c", "print(%r)" % said, "{n}"], parameters={"n": [1]}), where)
+            self.batch("run", where)
+            self.assertEqual(self.batch("merge", where).splitlines()[0], header)
 
     def test_what_is_killed_goes_on_where_it_was(self):
         where = self.path("killed")
