@@ -209,8 +209,8 @@ void reachFaces(Context& c, ThreadScratch& w, std::uint32_t i, int t, const Jaws
   }
 }
 
-/// Jaws that hold a thread are pressed together over their width, where their capsules leave a groove: one more
-/// lies between them, behind the tool's others.
+/// Jaws that hold a thread are pressed together over their width, where their capsules leave a groove: one
+/// more lies between them, behind the tool's others.
 bool fillGroove(Context& c, int t, const Jaws& jaws) {
   const int k = c.scratch.capsule_count[t];
   if (!c.state.threads.grips[t].active || jaws.geometry->jaw[0].empty() || k >= interaction::kMaxToolCapsules)

@@ -99,8 +99,8 @@ TEST(ThreadPassage, ATurnDrawnAgainstTheJawsThatHoldTheOtherStrandStaysOutside) 
 
 TEST(ThreadPassage, ATurnDrawnOffJawsThatHoldAnotherThreadDoesNotComeBetweenThem) {
   // A needle holder holds a thread aslant and draws back. A turn of another thread lies round it, both of its
-  // ends are held ahead. The held thread stops it where it leaves the jaws. A turn that came between them slid
-  // along the held thread and off its end, with 0.5 N, and left no throw.
+  // ends are held ahead. The held thread stops it where it leaves the jaws. A turn that came between them
+  // slid along the held thread and off its end, with 0.5 N, and left no throw.
   const Vector3d tip(0.3, 0.0, 0.3);
   const auto at = [&](double x, double y, double z) { return Vector3d(tip + Vector3d(y, x, -z)); };
   scene::Description d = air();
