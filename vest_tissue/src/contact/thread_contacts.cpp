@@ -209,6 +209,19 @@ void reachFaces(Context& c, ThreadScratch& w, std::uint32_t i, int t, const Jaws
   }
 }
 
+/// Jaws that hold a thread are pressed together over their width, where their capsules leave a groove: one
+/// more lies between them, behind the tool's others.
+bool fillGroove(Context& c, int t, const Jaws& jaws) {
+  const int k = c.scratch.capsule_count[t];
+  if (!c.state.threads.grips[t].active || jaws.geometry->jaw[0].empty() || k >= interaction::kMaxToolCapsules)
+    return false;
+  const double radius = jaws.geometry->jaw[0].back().radius;
+  const Vector3d a(0, 0, radius - jaws.geometry->jaw_length), b(0, 0, -radius);
+  c.scratch.capsules_before[t][k] = {jaws.before.world(a), jaws.before.world(b), radius, 0};
+  c.scratch.capsules_after[t][k] = {jaws.after.world(a), jaws.after.world(b), radius, 0};
+  return true;
+}
+
 void reachTools(Context& c, ThreadScratch& w) {
   const suture::State& rod = c.state.threads.rod;
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
@@ -222,6 +235,7 @@ void reachTools(Context& c, ThreadScratch& w) {
     jaws.after = {proxy.pose.orientation.toRotationMatrix(), proxy.pose.tip};
     const interaction::ThreadGrip& grip = c.state.threads.grips[t];
     const interaction::NeedleGrip& on = c.state.threads.needle_grips[t];
+    const int capsules = c.scratch.capsule_count[t] + (fillGroove(c, t, jaws) ? 1 : 0);
     const auto held = [&grip](std::uint32_t i) {
       for (int k = 0; grip.active && k < grip.count; ++k)
         if (i + 3 >= grip.nodes[k].node && i <= grip.nodes[k].node + 3) return true;
@@ -237,7 +251,7 @@ void reachTools(Context& c, ThreadScratch& w) {
       for (std::uint32_t first = first_place; first < end_place; first += kGroup) {
         const std::uint32_t end = std::min(first + kGroup + 1, end_place);
         const Box box = boxOf(w.now, first, end);
-        for (int k = 0; k < c.scratch.capsule_count[t]; ++k) {
+        for (int k = 0; k < capsules; ++k) {
           const auto &b = c.scratch.capsules_before[t][k], &a = c.scratch.capsules_after[t][k];
           const double way = std::sqrt(std::max((a.a - b.a).squaredNorm(), (a.b - b.b).squaredNorm()));
           double own = 0.0;

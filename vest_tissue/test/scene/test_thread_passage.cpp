@@ -97,6 +97,37 @@ TEST(ThreadPassage, ATurnDrawnAgainstTheJawsThatHoldTheOtherStrandStaysOutside) 
   }
 }
 
+TEST(ThreadPassage, ATurnDrawnOffJawsThatHoldAnotherThreadDoesNotComeBetweenThem) {
+  // A needle holder holds a thread aslant and draws back. A turn of another thread lies round it, both of its
+  // ends are held ahead. The held thread stops it where it leaves the jaws. A turn that came between them
+  // slid along the held thread and off its end, with 0.5 N, and left no throw.
+  const Vector3d tip(0.3, 0.0, 0.3);
+  const auto at = [&](double x, double y, double z) { return Vector3d(tip + Vector3d(y, x, -z)); };
+  scene::Description d = air();
+  std::vector<Vector3d> a, b;
+  for (int i = -30; i <= 14; ++i) a.push_back(at(0, -0.000375 * i, -0.0045 + 0.00065 * i));
+  for (double z = 0.025; z > -0.0108; z -= 0.00075) b.push_back(at(0.00275, 0, z));
+  for (int i = 1; i <= 19; ++i) {
+    const double f = i / 19.0, angle = 2.0 * M_PI * f, wide = 1.0 + 0.15 * f;
+    b.push_back(at(wide * 0.00275 * std::cos(angle), wide * 0.0016 * std::sin(angle), -0.0108 + 0.0006 * f));
+  }
+  for (double z = -0.00945; z < 0.025; z += 0.00075) b.push_back(at(0.00316, 0, z));
+  d.sutures = {silk("held", a), silk("turn", b)};
+  const auto last = static_cast<std::uint32_t>(b.size() - 1);
+  d.sutures[1].rod.held = {{0, suture::Hold::Place, {}}, {last, suture::Hold::Place, {}}};
+  Room m(d);
+  double most = 0.0;
+  for (int k = 0; k < 900 && most < 2.0; ++k) {
+    const Vector3d moved = tip + 2e-5 * std::max(0, k - 50) * Vector3d::UnitZ();
+    m.input.tools[0] = test::grasper(moved, -Vector3d::UnitZ(), Vector3d::UnitY(), 0.0);
+    m.input.tools[0].tool = tools::ToolKind::NeedleHolder;
+    m.step();
+    ASSERT_EQ(m.through, 0) << "step " << k;
+    most = std::max(most, m.pull(0));
+  }
+  EXPECT_GE(most, 2.0) << "N, by which it is drawn";
+}
+
 TEST(ThreadPassage, AThrowHeldWithTenNewtonsThatSpringsOpenStaysAThrow) {
   constexpr double speed = 0.2;  // m/s
   scene::Description d = air();
