@@ -119,7 +119,7 @@ TEST(ThreadPassage, ATurnDrawnOffJawsThatHoldAnotherThreadDoesNotComeBetweenThem
   double most = 0.0;
   for (int k = 0; k < 900 && most < 2.0; ++k) {
     const Vector3d moved = tip + 2e-5 * std::max(0, k - 50) * Vector3d::UnitZ();
-    m.input.tools[0] = test::grasper(moved, -Vector3d::UnitZ(), Vector3d::UnitY(), 0.0);
+    m.input.tools[0] = specimen::grasper(moved, -Vector3d::UnitZ(), Vector3d::UnitY(), 0.0);
     m.input.tools[0].tool = tools::ToolKind::NeedleHolder;
     m.step();
     ASSERT_EQ(m.through, 0) << "step " << k;
