@@ -76,7 +76,8 @@ struct Theatre {
   double gap() const {
     const auto& s = field->fluid();
     return s.emitted - fluid::particleVolume(field->fluidModel(), s) -
-           fluid::poolVolume(field->fluidModel(), s) - fluid::pendingVolume(s) - s.sucked - s.soaked - s.lost;
+           fluid::poolVolume(field->fluidModel(), s) - fluid::pendingVolume(s) - s.sucked - s.soaked -
+           s.lost - s.stained - fluid::filmVolume(field->fluidModel(), s);
   }
 };
 
@@ -161,6 +162,31 @@ TEST(OperatingField, ClotsStayInTheSuckerUntilWaterDrivesThemOut) {
   EXPECT_EQ(open(), 1.0) << "a squirt of water clears it";
 }
 
+/// 30 ml within 10 ms, as from a great vessel: 3 l/s.
+struct Burst : Effect {
+  int left = 10;
+  Ports ports() const override { return {0, 0, kSources}; }
+  void step(const scene::World&, const scene::StepInput&, const scene::StepReport&,
+            Feedback& feedback) override {
+    if (left-- <= 0) return;
+    bleeding::FluidSource source;
+    source.slot = 3, source.position = {0, 0.03, 0.06}, source.direction = {0, 0, -1};
+    source.area = 1e-3, source.flow = 3e-3;
+    feedback.sources.push_back(source);
+  }
+  void reset() override { left = 10; }
+};
+
+TEST(OperatingField, WhatASourceGivesFasterThanALitreASecondComesLaterAndNotNever) {
+  Theatre t("irrigation_pool", std::make_unique<Burst>());
+  t.run(0.012);
+  EXPECT_LT(t.field->fluid().emitted, 2e-5) << "m³";
+  t.run(0.2);
+  EXPECT_NEAR(t.field->fluid().emitted, 3e-5, 1e-9);
+  EXPECT_NEAR(t.field->fluid().emitted_blood, 3e-5, 1e-9);
+  EXPECT_LT(std::fabs(t.gap()), 1e-3 * t.field->fluid().emitted);
+}
+
 TEST(OperatingField, ASwabSoaksUpThePoolItLiesInUntilItIsFullAndTheNextOneIsDry) {
   Theatre t("irrigation_pool");
   t.run(1.5, 4);
@@ -206,6 +232,54 @@ TEST(OperatingField, ASwabSoaksUpThePoolItLiesInUntilItIsFullAndTheNextOneIsDry)
   t.run(1.0);
   EXPECT_GT(held(), 0.0) << "a dry one";
   EXPECT_NEAR(t.field->fluid().soaked, gone + held(), 1e-12);
+}
+
+TEST(OperatingField, ASwabThatIsPressedGivesBackWhatItCannotHold) {
+  Theatre t("surface_bleeding");
+  t.run(1.5, 4);
+  const scene::World& world = t.trainer.world();
+  const auto& model = t.field->fluidModel();
+  const auto& w = t.field->fluid().pools;
+  const double front = tools::toolGeometry(tools::ToolKind::Swab).interaction_points.front().z();
+  const auto columns = static_cast<std::size_t>(model.columns);
+  const auto at = [&](const Eigen::Vector3d& place) {  // upright, its front there
+    t.hold(tools::ToolKind::Swab, place + Eigen::Vector3d(0, 0, front));
+    t.tools.tools[kRight].pivot = t.tools.tools[kRight].position + Eigen::Vector3d(0, 0, 0.1);
+    t.tools.tools[kRight].orientation = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
+  };
+  const auto deepest =
+      static_cast<std::size_t>(std::max_element(w.depth.begin(), w.depth.end()) - w.depth.begin());
+  at({model.parameters.low[0] + (static_cast<double>(deepest % columns) + 0.5) * model.parameters.pool_cell,
+      model.parameters.low[1] + (static_cast<double>(deepest / columns) + 0.5) * model.parameters.pool_cell,
+      static_cast<double>(w.bed[deepest]) + 0.008});
+  t.run(13.0);
+  const auto held = [&] { return t.field->swab(kRight).volume; };
+  const double full = held();
+  ASSERT_GT(full, 0.9 * bleeding::kSwabCapacity);
+  // The middle of the pad's top.
+  Eigen::Vector3d top(0, 0, -1);
+  for (std::size_t o = 0; o < world.objectCount(); ++o)
+    for (std::size_t k = 0; world.model().objects[o].deforms && k < world.knotCount(o); ++k) {
+      const Eigen::Vector3d p = world.knotAt(o, k);
+      if (p.z() - 0.2 * p.head<2>().norm() > top.z() - 0.2 * top.head<2>().norm()) top = p;
+    }
+  const auto pressed = [&] {
+    const scene::ContactModel& contact = t.report.contacts[kRight];
+    return contact.in_contact ? contact.wrench.head<3>().norm() : 0.0;
+  };
+  for (int i = 0; i < 800 && !(pressed() > 2.0); ++i) {
+    at(top + Eigen::Vector3d(0, 0, 0.012 - 4e-5 * i));
+    t.run(0.003);
+  }
+  t.run(8.0);
+  const double force = pressed();
+  ASSERT_GT(force, 0.7) << "N";
+  const double radius = tools::toolGeometry(tools::ToolKind::Swab).fixed.front().radius;
+  std::printf("full %.2f ml, pressed with %.1f N %.2f ml\n", 1e6 * full, force, 1e6 * held());
+  EXPECT_LT(held(), 0.85 * full);
+  EXPECT_NEAR(held(), bleeding::capacity(force, radius), 0.1 * full);
+  EXPECT_NEAR(t.field->fluid().soaked, held(), 1e-12) << "m³: what it gave back is in the field again";
+  EXPECT_LT(std::fabs(t.gap()), 1e-3 * t.field->fluid().emitted);
 }
 
 TEST(OperatingField, TissueOnTheMouthLeavesTheSideHoles) {

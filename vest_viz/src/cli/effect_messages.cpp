@@ -220,14 +220,14 @@ vest_msgs::FluidState fluidAt(const vest::scene::Description& scene, double t) {
   placeOn(scene, "tube_right", {0.025, 0.045, 0.07}, &hole, &out);
   out = Vector3d(0.15, -0.45, 0.9).normalized();
   // A spurting jet by ballistics: speed follows the pulse at 72 per minute.
-  // One particle after the other, as a vessel gives them (2 ml/s), and splashes where they land.
-  constexpr std::uint32_t kStream = 90, kSplashes = 40;
+  // One particle after the other, as a vessel gives them (1 ml/s), and splashes where they land.
+  constexpr std::uint32_t kStream = 45, kSplashes = 40;
   for (std::uint32_t i = 0; i < kStream + kSplashes; ++i) {
     const bool splash = i >= kStream;
     const double age = splash ? 0.15 + 0.03 * hash(i) : 0.18 * (i + 0.5) / kStream, born = t - age;
     const double pulse = 0.55 + 0.45 * std::max(0.0, std::sin(2 * kPi * 1.2 * born));
     const Vector3d side(hash(3 * i + 1) - 0.5, hash(3 * i + 2) - 0.5, hash(3 * i + 3) - 0.5);
-    const Vector3d v0 = pulse * 0.75 * out + (splash ? 0.30 : 0.02) * side;
+    const Vector3d v0 = pulse * 0.75 * out + (splash ? 0.30 : 0.003) * side;
     const Vector3d p = hole + v0 * age + Vector3d(0, 0, -4.905 * age * age);
     const Vector3d v = v0 + Vector3d(0, 0, -9.81 * age);
     if (p.z() < 0.032) continue;
