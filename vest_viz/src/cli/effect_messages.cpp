@@ -345,6 +345,18 @@ vest_msgs::HaemodynamicsState haemodynamicsAt(double t) {
   const double beat = std::fmod(t * m.heart_rate, 1.0);
   const double wave = std::exp(-std::pow((beat - 0.16) / 0.09, 2)) +
                       0.35 * std::exp(-std::pow((beat - 0.42) / 0.07, 2)) + 0.25 * std::exp(-3 * beat);
+  // P, Q, R, S and T as bells; the upstroke of the pressure follows R.
+  const double bells[][3] = {{0.86, 0.022, 0.12},
+                             {0.985, 0.010, -0.08},
+                             {0.01, 0.010, 1.0},
+                             {0.035, 0.010, -0.18},
+                             {0.27, 0.040, 0.28}};
+  for (const auto& bell : bells) {
+    const double off = std::remainder(beat - bell[0], 1.0) / bell[1];
+    m.ecg += static_cast<float>(1e-3 * bell[2] * std::exp(-off * off));
+  }
+  m.pleth = static_cast<float>(0.08 * wave);
+  m.spo2 = 0.98f, m.haematocrit = 0.38f, m.given = 5e-4;
   vest_msgs::VesselState vessel;
   vessel.name = "aorta";
   vessel.pressure_mid = static_cast<float>(m.diastolic + (m.systolic - m.diastolic) * std::min(1.0, wave));
@@ -353,6 +365,17 @@ vest_msgs::HaemodynamicsState haemodynamicsAt(double t) {
   m.loss_rate = 2e-6;
   vessel.flow_mid = 83e-6f, vessel.radius_mid = 0.012f, vessel.dilatation = 1;
   m.vessels.push_back(vessel);
+  return m;
+}
+
+vest_msgs::GasState gasAt() {
+  constexpr float kMmHg = 133.322f;
+  vest_msgs::GasState m;
+  m.header.frame_id = "world";
+  m.header.stamp = ros::Time::now();
+  m.set_pressure = 12 * kMmHg, m.pressure = 11.8f * kMmHg;
+  m.flow = 2.5e-5f, m.leak = 1.7e-5f, m.supplied = 6.2e-3;
+  m.volume = 4e-3f, m.humidity = 0.93f, m.temperature = 309.5f;
   return m;
 }
 

@@ -227,8 +227,8 @@ std::vector<PoolPlace> withShore(int C, int R, const PoolCells& cells) {
           beside += weight * near;
           corner = corner && i != 0 && j != 0;
         }
-      // Off a corner alone the ground is twice as far: what stands in a few cells is round, not a box.
-      const float away = corner ? 2.5f : 1.0f;
+      // Off a corner alone the ground is farther: what stands in a few cells is round, not a box.
+      const float away = corner ? 4.0f : 1.0f;
       if (to.weight > 0)
         to.depth = std::clamp(to.depth, -4 * to.weight,
                               -away * std::clamp(beside, 0.1f * to.weight, 0.4f * to.weight));
