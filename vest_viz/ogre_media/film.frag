@@ -4,7 +4,7 @@ uniform sampler2D micro_map;
 varying vec3 position;
 varying vec3 normal;
 varying vec2 place;
-varying vec2 film;
+varying vec3 film;
 
 void main() {
   // Blood gathers between the ground's crests and stands in drops and streaks: the cells know nothing of them.
@@ -12,6 +12,8 @@ void main() {
   vec3 small = texture2D(micro_map, place.yx * 83.0).xyz;
   float crest = 0.6 * rough.z + 0.4 * small.z - 0.5;
   float um = max(min(film.x, 140.0) * (1.0 - 2.2 * crest) - 14.0 * (1.0 + 2.0 * crest), 0.0);
+  // A steep wall is between the cells: their skin cuts through it in teeth.
+  um *= smoothstep(0.40, 0.70, film.z);
   if (um < 0.5) discard;
   // Green light falls to 1/e in 35 µm (bleeding/surface.h), red reaches farther. The picture holds square roots of
   // light. What has set is brown and lets less red through; its rim dries first and is darkest.

@@ -5,12 +5,12 @@ uniform vec4 light;
 varying vec3 position;
 varying vec3 normal;
 varying vec2 place;
-varying vec2 film;
+varying vec3 film;
 
 void main() {
   vec3 rough = texture2D(micro_map, place * 23.0).xyz;
   float um = film.x * clamp(1.6 - 1.2 * rough.z, 0.1, 2.2);
-  float wet = smoothstep(4.0, 20.0, um) * (1.0 - 0.85 * film.y);
+  float wet = smoothstep(0.40, 0.70, film.z) * smoothstep(4.0, 20.0, um) * (1.0 - 0.85 * film.y);
   if (wet <= 0.0) discard;
   vec3 v = normalize(-position), to_light = light.xyz - position;
   float d2 = dot(to_light, to_light);
