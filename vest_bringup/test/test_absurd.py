@@ -170,7 +170,7 @@ class Absurd(unittest.TestCase):
         fluid = self.newest["fluid"]
         self.assertLessEqual(len(fluid.positions), 3 * 200)
         self.assertEqual(len(fluid.volume), len(fluid.positions) // 3)
-        parts = fluid.flying + fluid.pooled + fluid.sucked + fluid.soaked + fluid.lost + fluid.stained
+        parts = fluid.flying + fluid.pooled + fluid.filmed + fluid.sucked + fluid.soaked + fluid.lost + fluid.stained
         self.assertLess(abs(parts - fluid.emitted), 0.01 * fluid.emitted)
 
     def test_5_a_scene_whose_object_falls_for_ever_is_announced(self):

@@ -295,6 +295,41 @@ TEST(ExerciseNumbers, AStitchIsMeasuredByItsBitesAndItsThread) {
   EXPECT_GT(items[8].value, 0.02) << "N";
 }
 
+TEST(ExerciseNumbers, ThePatientIsReadInTheUnitsOfTheWard) {
+  Exercise e = shipped();
+  e.scene = "arterial_bleeding";
+  e.tools = {}, e.marks.clear(), e.gates.clear(), e.errors.clear(), e.items.clear();
+  Phase phase;
+  phase.name = "bleeds", phase.end.kind = Condition::Kind::Event, phase.end.count = 9;
+  phase.end.event = scene::EventKind::Clipped, phase.end.object = "artery";
+  e.phases = {phase};
+  const Metric all[] = {Metric::HeartRate,   Metric::Systolic, Metric::MeanPressure, Metric::Given,
+                        Metric::Haematocrit, Metric::Oxygen,   Metric::Vasopressor,  Metric::Arrested,
+                        Metric::GasPressure, Metric::Fog};
+  for (const Metric metric : all) {
+    Item i;
+    i.number.metric = metric;
+    i.pass = 1;
+    e.items.push_back(i);
+  }
+  simulation::Play p("arterial_bleeding", true);
+  const Engine& engine = addExercise(e, p.stage);
+  p.run({}, 2.0);
+  const auto items = engine.result().items;
+  const haemodynamics::CirculationState& c = p.stage.blood->circulation();
+  EXPECT_NEAR(items[0].value, 60 * c.heart_rate, 1e-9);
+  EXPECT_NEAR(items[0].value, 70, 5) << "1/min";
+  EXPECT_NEAR(items[1].value, 119, 8) << "mmHg";
+  EXPECT_NEAR(items[2].value, c.mean / 133.322, 1e-9);
+  EXPECT_EQ(items[3].value, 0);
+  EXPECT_NEAR(items[4].value, 41, 0.1) << "per cent";
+  EXPECT_NEAR(items[5].value, 98, 0.1);
+  EXPECT_EQ(items[6].value, 0);
+  EXPECT_EQ(items[7].value, 0);
+  EXPECT_NEAR(items[8].value, 12, 1) << "mmHg";
+  EXPECT_GE(items[9].value, 0);
+}
+
 /// What is said of the shipped file with one text replaced by another.
 std::string refusal(const std::string& from, const std::string& to) {
   const std::string file = ros_shell::exerciseFile("clip_cut_tube");

@@ -76,7 +76,8 @@ struct Theatre {
   double gap() const {
     const auto& s = field->fluid();
     return s.emitted - fluid::particleVolume(field->fluidModel(), s) -
-           fluid::poolVolume(field->fluidModel(), s) - fluid::pendingVolume(s) - s.sucked - s.soaked - s.lost;
+           fluid::poolVolume(field->fluidModel(), s) - fluid::pendingVolume(s) - s.sucked - s.soaked -
+           s.lost - s.stained - fluid::filmVolume(field->fluidModel(), s);
   }
 };
 
@@ -161,6 +162,31 @@ TEST(OperatingField, ClotsStayInTheSuckerUntilWaterDrivesThemOut) {
   EXPECT_EQ(open(), 1.0) << "a squirt of water clears it";
 }
 
+/// 30 ml within 10 ms, as from a great vessel: 3 l/s.
+struct Burst : Effect {
+  int left = 10;
+  Ports ports() const override { return {0, 0, kSources}; }
+  void step(const scene::World&, const scene::StepInput&, const scene::StepReport&,
+            Feedback& feedback) override {
+    if (left-- <= 0) return;
+    bleeding::FluidSource source;
+    source.slot = 3, source.position = {0, 0.03, 0.06}, source.direction = {0, 0, -1};
+    source.area = 1e-3, source.flow = 3e-3;
+    feedback.sources.push_back(source);
+  }
+  void reset() override { left = 10; }
+};
+
+TEST(OperatingField, WhatASourceGivesFasterThanALitreASecondComesLaterAndNotNever) {
+  Theatre t("irrigation_pool", std::make_unique<Burst>());
+  t.run(0.012);
+  EXPECT_LT(t.field->fluid().emitted, 2e-5) << "m³";
+  t.run(0.2);
+  EXPECT_NEAR(t.field->fluid().emitted, 3e-5, 1e-9);
+  EXPECT_NEAR(t.field->fluid().emitted_blood, 3e-5, 1e-9);
+  EXPECT_LT(std::fabs(t.gap()), 1e-3 * t.field->fluid().emitted);
+}
+
 TEST(OperatingField, ASwabSoaksUpThePoolItLiesInUntilItIsFullAndTheNextOneIsDry) {
   Theatre t("irrigation_pool");
   t.run(1.5, 4);
@@ -206,6 +232,46 @@ TEST(OperatingField, ASwabSoaksUpThePoolItLiesInUntilItIsFullAndTheNextOneIsDry)
   t.run(1.0);
   EXPECT_GT(held(), 0.0) << "a dry one";
   EXPECT_NEAR(t.field->fluid().soaked, gone + held(), 1e-12);
+}
+
+TEST(OperatingField, ASwabThatIsPressedGivesBackWhatItCannotHold) {
+  const scene::World world{scene::loadScene(ros::package::getPath("vest_tissue") +
+                                            "/scenes/irrigation_pool/irrigation_pool.yaml")};
+  OperatingField field(world, FieldOptions{}, nullptr);
+  scene::StepInput input;
+  scene::StepReport report;
+  Feedback feedback;
+  feedback.impacts.reserve(4096), feedback.loads.reserve(4096);
+  auto& tool = input.tools[kRight];
+  tool.present = true, tool.tool = tools::ToolKind::Swab;
+  scene::ContactModel& contact = report.contacts[kRight];
+  contact.step = 1, contact.in_contact = true;
+  contact.proxy.translation() = Eigen::Vector3d(0, 0.05, 0.05);
+  const auto press = [&](double force, double seconds) {
+    contact.wrench.head<3>() = Eigen::Vector3d(0, 0, force);
+    for (int i = 0; i < static_cast<int>(seconds / 0.004 + 0.5);
+         ++i) {  // the world stands: each is a fluid step
+      field.step(world, input, report, feedback);
+      feedback.wiped.fill(0), feedback.impacts.clear(), feedback.loads.clear();
+    }
+    return field.swab(kRight).volume;
+  };
+  feedback.wiped[kRight] = 3e-6;
+  EXPECT_NEAR(press(0, 1), 3e-6, 1e-12) << "m³ that it wiped off surfaces; nothing lies there to soak up";
+  EXPECT_NEAR(feedback.swab_room[kRight], bleeding::kSwabCapacity - 3e-6, 1e-12);
+  const double holds = bleeding::capacity(2, tools::toolGeometry(tool.tool).fixed.front().radius);
+  EXPECT_LT(holds, 0.5 * bleeding::kSwabCapacity);
+  const double left = press(2, 12);
+  EXPECT_NEAR(left, holds, 0.05 * holds);
+  EXPECT_EQ(feedback.swab_room[kRight], 0.0) << "it takes no more";
+  EXPECT_NEAR(field.swab(kRight).blood, left, 1e-12) << "blood comes out as blood";
+  const fluid::State& f = field.fluid();
+  const fluid::Model& m = field.fluidModel();
+  EXPECT_EQ(f.emitted, 0.0) << "nothing is bled twice";
+  EXPECT_NEAR(f.soaked, left - 3e-6, 1e-12);
+  EXPECT_NEAR(fluid::particleVolume(m, f) + fluid::pendingVolume(f) + fluid::poolVolume(m, f) +
+                  fluid::filmVolume(m, f) + f.stained + f.lost,
+              3e-6 - left, 1e-9);
 }
 
 TEST(OperatingField, TissueOnTheMouthLeavesTheSideHoles) {

@@ -3,10 +3,11 @@
 uniform sampler2D micro_map;
 uniform mat4 worldview_matrix;
 uniform vec4 light;
+uniform vec4 moment;  // s, of the session
 varying vec3 position;
 varying vec3 normal;
 varying vec2 place;
-varying vec2 fluid;
+varying vec3 fluid;
 
 void main() {
   vec3 v = normalize(-position);
@@ -24,7 +25,11 @@ void main() {
   vec2 steep = abs(area) > 1e-14
       ? vec2(dFdx(wet) * py.y - dFdy(wet) * px.y, dFdy(wet) * px.x - dFdx(wet) * py.x) / area : vec2(0.0);
   steep *= inversesqrt(dot(steep, steep) + 100.0) * (1.0 - inward);
-  vec2 waves = (rough.xy - 0.5) * 0.20 + (small.xy - 0.5) * 0.06;
+  // Ripples run over it, one way and the other, more where it is stirred. A thin layer lies as its ground does.
+  float stirred = 0.45 + 1.1 * clamp(abs(fluid.z) * 40.0, 0.0, 1.0);
+  vec2 long_one = texture2D(micro_map, place * 11.0 + moment.x * vec2(0.19, 0.11)).xy - 0.5;
+  vec2 short_one = texture2D(micro_map, place.yx * 47.0 - moment.x * vec2(0.31, 0.43)).xy - 0.5;
+  vec2 waves = (long_one * 0.20 + short_one * 0.09) * stirred * smoothstep(0.05, 0.8, mm);
   vec3 level = (worldview_matrix * vec4(normal, 0.0)).xyz;
   vec3 n = normalize((worldview_matrix * vec4(normalize(normal) + vec3(waves + 1.6 * steep, 0.0), 0.0)).xyz);
   if (dot(n, v) < 0.0) n = -n;
@@ -51,7 +56,7 @@ void main() {
   // Blood hides by its amount along the line of sight; a little colours much water. What light comes back of it
   // is bright red where it is thin and dark red where it is deep.
   float amount = blood * mm;
-  float hide = 1.0 - exp(-4.0 * amount), deep = 1.0 - exp(-0.55 * amount);
+  float hide = 1.0 - exp(-2.2 * amount), deep = 1.0 - exp(-0.55 * amount);
   vec3 body = mix(vec3(1.90, 0.170, 0.120), vec3(1.25, 0.034, 0.030), deep);
   vec3 colour = mix(vec3(0.46, 0.20, 0.17), body, hide) * (0.40 + 0.60 * abs(dot(still, h))) * strength;
   vec3 gloss = fresnel * mirrored * min(strength * 2.0, 1.5) * 4.0;
@@ -68,7 +73,8 @@ void main() {
   float net = 1.0 - abs(texture2D(micro_map, place.yx * 9.0 + 0.9 * normalize(normal).xy).z + rough.z - 1.0) * 4.0;
   net = max(net, 0.0); net *= net;
   float lines = 0.28 * net * inward * (1.0 - hide) * smoothstep(0.5, 3.0, mm) * (1.0 - smoothstep(8.0, 25.0, mm));
-  float a = mix(0.05 + 0.13 * (1.0 - exp(-0.3 * mm)), 0.97, hide) + 2.0 * fresnel + 1.8 * gloss.g;
+  // Clear water is seen by what it mirrors and by its brim; it takes little of the light from below.
+  float a = mix(0.01 + 0.07 * (1.0 - exp(-0.15 * mm)), 0.97, hide) + 2.0 * (fresnel - 0.02) + 1.8 * gloss.g;
   a = max(a * smoothstep(0.42, 0.46 + 0.04 * (1.0 - hide), wet), min(0.6 * shine * strength, 1.0));
   vec3 lit = vec3(1.0, 0.84, 0.78) * sqrt(min(2.5 * strength, 1.0));
   colour = (colour * a + lit * lines * (1.0 - a)) / max(a + lines * (1.0 - a), 1e-3);
@@ -78,16 +84,16 @@ void main() {
   // Thin water has a thin brim.
   float thick = smoothstep(0.03, 0.3, mm);
   colour = mix(colour, vec3(0.10, 0.015, 0.015), border * (1.0 - blood));
-  a = max(a, 0.20 * border * (1.0 - blood));
+  a = max(a, 0.12 * border * (1.0 - blood));
   // The brim itself, round as a thread, mirrors the lamp wherever it turns to it.
   float brim = smoothstep(0.42, 0.47, wet) * (1.0 - smoothstep(0.50, 0.62, wet)) * calm;
-  brim *= thick * (1.0 - 0.8 * hide) * (0.35 + 0.65 * smoothstep(0.50, 0.92, nh)) * (0.3 + 0.9 * small.z);
+  brim *= thick * (1.0 - 0.8 * hide) * (1.0 - 0.95 * min(3.0 * blood, 1.0)) * (0.35 + 0.65 * smoothstep(0.50, 0.92, nh)) * (0.3 + 0.9 * small.z);
   colour = mix(colour, lit, brim);
-  a = max(a, 0.75 * brim);
+  a = max(a, 0.55 * brim);
   a *= mix(calm, 1.0, hide);
   colour = max(1.06 * colour - 0.06, 0.0);
   // Stray light in the optics, as in tissue.frag.
   float grey = dot(colour, vec3(0.3, 0.6, 0.1));
-  colour = mix(colour, vec3(grey), 0.36 - 0.27 * min(grey, 1.0));
+  colour = mix(colour, vec3(grey), (0.36 - 0.27 * min(grey, 1.0)) * (1.0 - 0.3 * hide));
   gl_FragColor = vec4(colour, min(a, 1.0));
 }

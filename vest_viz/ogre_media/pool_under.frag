@@ -5,7 +5,7 @@ uniform vec4 light;
 varying vec3 position;
 varying vec3 normal;
 varying vec2 place;
-varying vec2 fluid;
+varying vec3 fluid;
 
 void main() {
   // The shore, as in pool.frag.

@@ -37,11 +37,13 @@ void tell(const vest::simulation::Stage& stage, const vest::simulation::Rehearsa
               stage.blood->circulation().smoothed_pressure / 133.322);
   const auto& f = stage.field->fluid();
   std::printf(
-      "fluid: %.2f ml emitted = %.2f particles + %.2f pools + %.2f sucked + %.2f soaked + %.2f lost; %zu "
-      "particles\n",
-      1e6 * f.emitted, 1e6 * vest::fluid::particleVolume(stage.field->fluidModel(), f),
-      1e6 * vest::fluid::poolVolume(stage.field->fluidModel(), f), 1e6 * f.sucked, 1e6 * f.soaked,
-      1e6 * f.lost, f.particles.count);
+      "fluid: %.2f ml emitted = %.2f particles + %.2f pools + %.2f films on the ground + %.2f stained + %.2f "
+      "sucked + %.2f soaked + %.2f lost; %zu particles\n",
+      1e6 * f.emitted,
+      1e6 * (vest::fluid::particleVolume(stage.field->fluidModel(), f) + vest::fluid::pendingVolume(f)),
+      1e6 * vest::fluid::poolVolume(stage.field->fluidModel(), f),
+      1e6 * vest::fluid::filmVolume(stage.field->fluidModel(), f), 1e6 * f.stained, 1e6 * f.sucked,
+      1e6 * f.soaked, 1e6 * f.lost, f.particles.count);
   const auto& smoke = stage.field->smoke();
   const auto& lens = stage.field->lens();
   std::printf("smoke: %.3f mg made, %.3f there, %.3f drawn; lens: %.1f °C, %.2f g/m2 of condensate\n",

@@ -274,7 +274,7 @@ std::uint64_t mixed(std::uint64_t hash, double value) {
 Engine::Engine(const Exercise& exercise, const scene::World& world, const simulation::Stage& stage) {
   auto model = std::make_unique<Model>();
   model->exercise = exercise;
-  model->blood = stage.blood, model->field = stage.field;
+  model->gas = stage.gas, model->blood = stage.blood, model->field = stage.field;
   Builder(*model, world).build();
   model_ = std::move(model);
   state_ = std::make_unique<State>();

@@ -63,6 +63,7 @@ struct Range {
 
 struct Engine::Model {
   Exercise exercise;
+  const simulation::GasEffect* gas = nullptr;
   const simulation::BloodEffect* blood = nullptr;
   const simulation::OperatingField* field = nullptr;
   std::vector<BuiltMark> marks;

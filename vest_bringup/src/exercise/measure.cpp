@@ -9,6 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr double kMmHg = 133.322;  ///< Pa
 constexpr auto kCamera = static_cast<std::size_t>(tools::Instrument::Endoscope);
 
 Vector3d placeOf(const BuiltMark& mark, const scene::World& world) {
@@ -294,6 +295,31 @@ void measure(const Engine::Model& m, const scene::World& world, const scene::Ste
   if (m.pools && m.field) s.clock.pool = fluid::poolVolume(m.field->fluidModel(), m.field->fluid());
 }
 
+/// What the patient monitor shows, in the units of the ward.
+double ofPatient(Metric metric, const simulation::BloodEffect& blood) {
+  const haemodynamics::CirculationState& c = blood.circulation();
+  switch (metric) {
+    case Metric::HeartRate:
+      return c.arrested ? 0.0 : 60 * c.heart_rate;
+    case Metric::Systolic:
+      return c.systolic / kMmHg;
+    case Metric::MeanPressure:
+      return c.mean / kMmHg;
+    case Metric::Given:
+      return 1e6 * c.given;
+    case Metric::Haematocrit:
+      return 100 * haemodynamics::haematocrit(blood.model(), c);
+    case Metric::Oxygen: {
+      const double seen = static_cast<double>(haemodynamics::monitorCurves(blood.model(), c).spo2);
+      return std::isfinite(seen) ? 100 * seen : 0.0;
+    }
+    case Metric::Vasopressor:
+      return 100 * haemodynamics::drugResistance(blood.model(), blood.settings(), c);
+    default:
+      return c.arrested ? 1.0 : 0.0;
+  }
+}
+
 double valueOf(const Engine::Model& m, const Engine::State& s, std::size_t number, const scene::World& world,
                const scene::StepInput& input) {
   const BuiltNumber& n = m.numbers[number];
@@ -392,6 +418,19 @@ double valueOf(const Engine::Model& m, const Engine::State& s, std::size_t numbe
       return s.threads.tension;
     case Metric::ThreadTensionPeak:
       return s.threads.peak;
+    case Metric::HeartRate:
+    case Metric::Systolic:
+    case Metric::MeanPressure:
+    case Metric::Given:
+    case Metric::Haematocrit:
+    case Metric::Oxygen:
+    case Metric::Vasopressor:
+    case Metric::Arrested:
+      return m.blood ? ofPatient(n.metric, *m.blood) : 0.0;
+    case Metric::GasPressure:
+      return m.gas ? m.gas->now().pressure / kMmHg : 0.0;
+    case Metric::Fog:
+      return m.field ? 100 * m.field->fog() : 0.0;
     case Metric::CutArea:
       return 1e6 * overObjects([](const ObjectState& o) { return o.cut_area; }, false);
     case Metric::Clips:

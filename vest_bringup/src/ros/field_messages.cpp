@@ -18,6 +18,45 @@ std::uint8_t tenths(float depth) {
   return static_cast<std::uint8_t>(std::clamp(std::lround(1e4f * depth), 1L, 255L));
 }
 
+/// The rectangle that holds all films, and what lies there.
+void tellFilm(const fluid::Model& model, const fluid::Pools& w, vest_msgs::FluidFilm& msg) {
+  int c0 = model.columns, c1 = -1, r0 = model.rows, r1 = -1;
+  float lowest = std::numeric_limits<float>::max();
+  const auto cell = [&](int c, int r) {
+    return static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) +
+           static_cast<std::size_t>(c);
+  };
+  // Also under a pool: what is thin of it lets the ground through.
+  const auto bloody = [&](std::size_t i) {
+    return w.ground[i] > fluid::kNoBed && (w.film[i] > 0 || w.blood[i] > fluid::kDryDepth);
+  };
+  for (int r = 0; r < model.rows; ++r)
+    for (int c = 0; c < model.columns; ++c) {
+      if (!bloody(cell(c, r))) continue;
+      c0 = std::min(c0, c), c1 = std::max(c1, c), r0 = std::min(r0, r), r1 = std::max(r1, r);
+      lowest = std::min(lowest, w.ground[cell(c, r)]);
+    }
+  msg.cell = model.parameters.pool_cell;
+  msg.columns = static_cast<std::uint32_t>(std::max(0, c1 - c0 + 1));
+  msg.rows = static_cast<std::uint32_t>(std::max(0, r1 - r0 + 1));
+  msg.height.clear(), msg.thickness.clear(), msg.set.clear();
+  msg.origin.orientation.w = 1.0;
+  if (msg.columns == 0) return;
+  msg.origin.position.x = model.parameters.low[0] + c0 * msg.cell;
+  msg.origin.position.y = model.parameters.low[1] + r0 * msg.cell;
+  msg.origin.position.z = static_cast<double>(lowest);
+  for (int r = r0; r <= r1; ++r)
+    for (int c = c0; c <= c1; ++c) {
+      const std::size_t i = cell(c, r);
+      const bool known = bloody(i);
+      msg.height.push_back(known ? w.ground[i] - lowest : std::numeric_limits<float>::quiet_NaN());
+      msg.thickness.push_back(known ? static_cast<std::uint8_t>(
+                                          std::clamp(std::lround(1e6f * (w.film[i] + w.blood[i])), 0L, 255L))
+                                    : std::uint8_t{0});
+      msg.set.push_back(known ? scaled(fluid::filmSet(w.film_age[i])) : std::uint8_t{0});
+    }
+}
+
 }  // namespace
 
 void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
@@ -98,6 +137,8 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
       pool.bubbles.insert(pool.bubbles.end(), {b.x[j], b.y[j], b.z[j], b.radius[j]});
     }
   }
+  tellFilm(model, w, msg.film);
+  msg.filmed = fluid::filmVolume(model, frame.fluid);
   msg.emitted = frame.fluid.emitted;
   msg.sucked = frame.fluid.sucked;
   msg.soaked = frame.fluid.soaked;
@@ -156,10 +197,25 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::LensState& msg) {
   msg.columns = lens::kColumns;
   msg.rows = lens::kRows;
   msg.soiling.resize(frame.lens.soiling.size());
+  msg.fogging.resize(frame.lens.water.size());
+  for (std::size_t i = 0; i < msg.fogging.size(); ++i) msg.fogging[i] = scaled(frame.fogging[i]);
   msg.soiling_blood.resize(frame.lens.blood.size());
   for (std::size_t i = 0; i < frame.lens.soiling.size(); ++i) {
     msg.soiling[i] = scaled(frame.lens.soiling[i]);
     msg.soiling_blood[i] = scaled(frame.lens.blood[i]);
+  }
+  // A drop that runs: opaque as far as it is thick.
+  for (const lens::Run& run : frame.lens.runs) {
+    const int c = static_cast<int>(std::lround(0.5f * (run.u + 1) * lens::kColumns - 0.5f)),
+              r = static_cast<int>(std::lround(0.5f * (run.v + 1) * lens::kRows - 0.5f));
+    for (int dr = -1; dr <= 1 && run.mass > 0; ++dr)
+      for (int dc = -1; dc <= 1; ++dc) {
+        if (c + dc < 0 || r + dr < 0 || c + dc >= lens::kColumns || r + dr >= lens::kRows) continue;
+        const auto i = static_cast<std::size_t>((r + dr) * lens::kColumns + c + dc);
+        const float thick = (dr == 0 && dc == 0 ? 0.55f : 0.25f) * (1 + 0.5f * run.blood);
+        msg.soiling[i] = std::max(msg.soiling[i], scaled(thick));
+        msg.soiling_blood[i] = std::max(msg.soiling_blood[i], scaled(run.blood));
+      }
   }
 }
 

@@ -5,6 +5,8 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "vessel_geometry.h"
+#include "vest_effects/bleeding/kink.h"
 #include "vest_effects/bleeding/swab.h"
 #include "vest_effects/state_bytes.h"
 #include "vest_instruments/tools/tool_geometry.h"
@@ -17,6 +19,7 @@ namespace {
 using Eigen::Vector3d;
 namespace hd = haemodynamics;
 
+constexpr std::uint64_t kKinksEvery = 16;  // steps
 constexpr std::uint64_t kDilateEvery = 4;  // steps: 250 Hz follows a pulse, and a session stays small
 // Of an opening that tells no area: a needle of 0.8 mm.
 constexpr double kNeedleArea = 5.0e-7;  // m²
@@ -41,29 +44,6 @@ constexpr Setting kSettings[] = {
     {"infusion", "m³/s", 0.0, 1e-5},     {"transfusion", "m³/s", 0.0, 1e-5},
     {"pulse_dilatation", "", 0.0, 20.0}};
 
-Vector3d ringCentre(const scene::World& world, std::size_t object, const net::TubeMap& tube,
-                    std::size_t ring) {
-  Vector3d sum = Vector3d::Zero();
-  for (const auto knot : tube.knots(ring)) sum += world.knotAt(object, knot);
-  return sum / static_cast<double>(tube.knots(ring).size());
-}
-
-Vector3d unit(const Vector3d& v) {
-  const double length = std::sqrt(v.squaredNorm());
-  return length > 1e-12 ? Vector3d(v / length) : Vector3d::UnitZ();
-}
-
-/// Cross-section of a scene's vessel at a ring, m²: circle of the knots' mean distance from their centre.
-double crossSection(const scene::World& world, std::size_t object, const net::TubeMap& tube,
-                    std::size_t ring) {
-  const Vector3d centre = ringCentre(world, object, tube, ring);
-  double sum = 0;
-  for (const auto knot : tube.knots(ring))
-    sum += std::sqrt((world.knotAt(object, knot) - centre).squaredNorm());
-  const double r = sum / static_cast<double>(tube.knots(ring).size());
-  return kPi * r * r;
-}
-
 /// Share of a hollow vessel's circumference that a cut of `area` m² through its wall opened; 1 at most. A
 /// wall of unknown thickness counts as a tenth of the radius (as in the arteries of the shipped network).
 double cutShare(double area, double wall, double cross_section) {
@@ -87,10 +67,6 @@ double swabRadius() {
   return tools::toolGeometry(tools::ToolKind::Swab).fixed.front().radius;
 }
 
-const net::TubeMap& tubeOf(const scene::World& world, std::size_t object) {
-  return world.model().objects[object].tube;
-}
-
 }  // namespace
 
 template <class Archive, class S>
@@ -108,6 +84,8 @@ void BloodEffect::walk(Archive& a, S& s) {
   a(c.beat_most), a(c.beat_least), a(c.beat_sum), a(c.beat_time), a(c.hole_flow), a(c.degraded);
   a(s.settings.heart_rate), a(s.settings.mean_pressure), a(s.settings.resistance_scale),
       a(s.settings.reflex_scale);
+  a(s.kinks.count);
+  for (auto& k : s.kinks.each) a(k.place.vessel), a(k.place.station), a(k.place.stretch), a(k.opening);
   auto& w = s.wounds;
   a(w.opening_count), a(w.clamp_count), a(w.next_wound), a(w.refused);
   for (auto& o : w.openings) {
@@ -139,7 +117,13 @@ BloodEffect::BloodEffect(const scene::World& world, const BloodOptions& options,
     const std::string& segment = world.description().objects[i].tube.vessel_segment;
     const bool usable = world.model().objects[i].deforms && tubeOf(world, i).ringCount() > 1;
     vessel_of_.push_back(segment.empty() || !usable ? -1 : m.find(segment));
-    if (vessel_of_.back() >= 0) shown_[vessel_of_.back()] = 1;
+    rest_area_.emplace_back();
+    if (vessel_of_.back() < 0) continue;
+    shown_[vessel_of_.back()] = 1;
+    const net::TubeMap& tube = tubeOf(world, i);
+    for (std::size_t r = 0; r < tube.ringCount(); ++r)
+      rest_area_.back().push_back(enclosed(world, i, tube, r, ringCentre(world, i, tube, r)));
+    if (tube.ringCount() > areas_.size()) centres_.resize(tube.ringCount()), areas_.resize(tube.ringCount());
   }
   auto names = std::make_shared<std::vector<std::string>>();
   for (int v = 0; v < m.vesselCount(); ++v) {
@@ -195,6 +179,11 @@ bool BloodEffect::restore(const std::uint8_t* bytes, std::size_t count) {
            (o.object < 0 || (o.object < static_cast<int>(vessel_of_.size()) && vessel_of_[o.object] >= 0)) &&
            o.slot < bleeding::kMostSources && std::abs(static_cast<int>(o.end)) <= 1;
   }
+  good = good && state.kinks.count >= 0 && state.kinks.count <= bleeding::kMostPinches;
+  for (int i = 0; good && i < state.kinks.count; ++i) {
+    const bleeding::Pinch& k = state.kinks.each[static_cast<std::size_t>(i)];
+    good = inside(k.place.vessel, k.place.station) && k.opening >= 0 && k.opening <= 1 && k.place.stretch > 0;
+  }
   for (int i = 0; good && i < state.wounds.clamp_count; ++i) {
     const bleeding::Clamp& c = state.wounds.clamps[i];
     good = inside(c.vessel, c.station) && c.kind <= bleeding::ClampKind::kCut && c.opening >= 0 &&
@@ -221,10 +210,49 @@ bleeding::Place BloodEffect::placeOf(const scene::World& world, std::size_t obje
   return {vessel, std::min(along * stretch, circulation_.model.length(vessel)), stretch};
 }
 
+/// Where a vessel is bent so sharply, or drawn out or pressed so flat, that its lumen is narrow: its
+/// narrowest place. At stumps and holes the tissue tells nothing of a lumen.
+void BloodEffect::findKinks(const scene::World& world) {
+  bleeding::Pinches& kinks = state_.kinks;
+  kinks.count = 0;
+  for (std::size_t object = 0; object < vessel_of_.size(); ++object) {
+    if (vessel_of_[object] < 0) continue;
+    const net::TubeMap& tube = tubeOf(world, object);
+    const std::size_t rings = tube.ringCount();
+    for (std::size_t r = 0; r < rings; ++r) {
+      centres_[r] = ringCentre(world, object, tube, r);
+      areas_[r] = enclosed(world, object, tube, r, centres_[r]);
+    }
+    bleeding::Pinch worst;
+    worst.opening = bleeding::kNarrows;
+    for (std::size_t r = 1; r + 1 < rings; ++r) {
+      const double rest = rest_area_[object][r], radius = std::sqrt(rest / kPi);
+      double opening = areas_[r] / std::max(rest, 1e-12);
+      // The bend over a diameter to each side: shorter ways tell of the net, not of the vessel.
+      std::size_t a = r, b = r;
+      while (a > 0 && tube.station(r) - tube.station(a) < 2 * radius) --a;
+      while (b + 1 < rings && tube.station(b) - tube.station(r) < 2 * radius) ++b;
+      const Vector3d in = centres_[r] - centres_[a], out = centres_[b] - centres_[r];
+      opening = std::min(opening, bleeding::bent(std::sqrt((unit(out) - unit(in)).squaredNorm())));
+      if (opening >= worst.opening) continue;
+      const bleeding::Place place = placeOf(world, object, tube.station(r));
+      const auto beside = [&](const bleeding::Opening& o) {
+        return o.vessel == place.vessel &&
+               std::fabs(o.station - place.station) < place.stretch * (2 * radius + bleeding::kSamePlace);
+      };
+      if (std::none_of(state_.wounds.openings.begin(),
+                       state_.wounds.openings.begin() + state_.wounds.opening_count, beside))
+        worst = {place, opening};
+    }
+    if (worst.opening < bleeding::kNarrows && kinks.count < bleeding::kMostPinches)
+      kinks.each[static_cast<std::size_t>(kinks.count++)] = worst;
+  }
+}
+
 /// Jaws that hold a vessel, and tools that press on one, shut it as far as their force is that of the blood
 /// in it on the same area: pressure at rest, times the tool's width, times the vessel's diameter.
 void BloodEffect::findPinches(const scene::World& world, const scene::StepReport& report) {
-  pinches_.count = 0;
+  pinches_ = state_.kinks;
   const scene::WorldState& state = world.state();
   const auto pinch = [&](std::size_t object, std::uint32_t knot, double force, double width) {
     if (object >= vessel_of_.size() || vessel_of_[object] < 0 || pinches_.count >= bleeding::kMostPinches)
@@ -465,6 +493,7 @@ void BloodEffect::step(const scene::World& world, const scene::StepInput& input,
   for (const auto& event : report.events) take(world, event);
   inputs_.settings = state_.settings;
   inputs_.external_pressure = feedback.gas.pressure;
+  if (world.steps() % kKinksEvery == 0) findKinks(world);
   findPinches(world, report);
   suckClots(world, input, report, feedback);
   bleeding::fill(circulation_.model, state_.wounds, pinches_, inputs_);

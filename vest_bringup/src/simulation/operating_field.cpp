@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "between.h"
+#include "field_parts.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_state.h"
 
@@ -21,12 +22,7 @@ constexpr double kFullBag = 4e4;         ///< Pa: at which the irrigator has its
 constexpr double kValveTravel = 0.12;    ///< s: in which a thumb presses a trumpet valve down (assumed)
 constexpr double kCaught = 0.3;          ///< share of what a sucker takes of clots that stays in it (assumed)
 constexpr double kSideHoles = 0.5;       ///< share of the flow through them (assumed)
-constexpr double kNozzle = 0.012;        ///< m behind the mouth of a nozzle: as far as it draws fluid
 constexpr double kWithdrawn = 0.02;      ///< m from pivot to tip: the endoscope is in its trocar (assumed)
-
-std::array<double, 3> triple(const Eigen::Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
-}
 
 }  // namespace
 
@@ -142,15 +138,7 @@ struct OperatingField::Impl {
     apply();
   }
 
-  Eigen::Isometry3d tipOf(const scene::StepInput& input, const scene::StepReport& report, int t) const {
-    // The proxy does not sink into tissue as the command may.
-    if (report.contacts[t].step > 0) return report.contacts[t].proxy;
-    return Eigen::Isometry3d(Eigen::Translation3d(input.tools[t].position) *
-                             input.tools[t].orientation.normalized());
-  }
-
   void gather(const scene::StepInput& input, const scene::StepReport& report, const Feedback& feedback);
-  void placeObstacles(const scene::StepInput& input, const scene::StepReport& report);
   /// An impact as the tissue takes it: in one step no knot changes its velocity by more than the fluid did,
   /// so that no more energy passes than the fluid had. Chips and thin walls weigh far less than the drop that
   /// strikes them.
@@ -168,6 +156,7 @@ struct OperatingField::Impl {
     return impact;
   }
 
+  double swabRoom(std::size_t tool, const scene::StepReport& report) const;
   void stepFluid(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
                  Feedback& feedback);
   double open(const scene::World& world, std::size_t tool) const {
@@ -205,30 +194,12 @@ void OperatingField::Impl::gather(const scene::StepInput& input, const scene::St
   }
 }
 
-/// Shafts and what is beyond them, jaws as if they were closed. The lens counts its own drops, and a nozzle
-/// that irrigates is where its water begins. They stand still: a hand is slow beside a jet.
-void OperatingField::Impl::placeObstacles(const scene::StepInput& input, const scene::StepReport& report) {
-  fluid::Inputs& in = fluid_inputs;
-  in.obstacle_count = 0;
-  for (int t = 0; t < tools::kInstrumentCount; ++t) {
-    const scene::ToolInput& tool = input.tools[t];
-    if (!tool.present || tool.tool == tools::ToolKind::None || tool.tool == tools::ToolKind::Endoscope)
-      continue;
-    const tools::ToolGeometry& g = tools::toolGeometry(tool.tool);
-    const Eigen::Isometry3d tip = tipOf(input, report, t);
-    const auto add = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius) {
-      if (in.obstacle_count >= fluid::kMostObstacles) return;
-      fluid::Obstacle& o = in.obstacles[static_cast<std::size_t>(in.obstacle_count++)];
-      o.a = triple(a), o.b = triple(b), o.radius = radius;
-    };
-    const Eigen::Vector3d jaws(0, 0, -g.jaw_length);
-    const bool nozzle = (tool.functions & (tools::kFunctionIrrigate | tools::kFunctionSuck)) != 0;
-    add(tool.pivot, tip * (nozzle ? Eigen::Vector3d(0, 0, -kNozzle) : jaws), g.shaft_radius);
-    if (nozzle) continue;
-    for (const auto& part : g.fixed) add(tip * part.a, tip * part.b, part.radius);
-    for (const auto& half : g.jaw)
-      for (const auto& part : half) add(tip * (jaws + part.a), tip * (jaws + part.b), part.radius);
-  }
+/// m³ that a swab can still take as hard as it is pressed; < 0: what it gives back.
+double OperatingField::Impl::swabRoom(std::size_t tool, const scene::StepReport& report) const {
+  const scene::ContactModel& contact = report.contacts[tool];
+  const double force = contact.in_contact ? std::sqrt(contact.wrench.head<3>().squaredNorm()) : 0.0;
+  const double radius = tools::toolGeometry(tools::ToolKind::Swab).fixed.front().radius;
+  return between.swab[tool].room(bleeding::capacity(force, radius));
 }
 
 void OperatingField::Impl::stepFluid(const scene::World& world, const scene::StepInput& input,
@@ -259,15 +230,31 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     gauze[i] = -1;
     if (!tool.present || tool.tool != tools::ToolKind::Swab) {
       between.swab[i] = {};  // it went into the bin
-    } else if (const double room = between.swab[i].room(); room > 0) {
-      gauze[i] = in.suction_count;
-      fluid::Suction& s = in.suctions[static_cast<std::size_t>(in.suction_count++)];
-      s = fluid::Suction{};
-      s.position =
+    } else {
+      const auto front =
           triple(tipOf(input, report, t) * tools::toolGeometry(tool.tool).interaction_points.front());
-      s.flow = room / bleeding::kSwabTime;
-      s.reach = s.capture = bleeding::kSwabReach;
-      s.soaks = true;
+      const double room = swabRoom(i, report);
+      if (room > 0) {
+        gauze[i] = in.suction_count;
+        fluid::Suction& s = in.suctions[static_cast<std::size_t>(in.suction_count++)];
+        s = fluid::Suction{};
+        s.position = front;
+        s.flow = room / bleeding::kSwabTime;
+        s.reach = s.capture = bleeding::kSwabReach;
+        s.soaks = true;
+      } else if (room < 0) {
+        bleeding::Swab& swab = between.swab[i];
+        fluid::Source& s = in.sources[static_cast<std::size_t>(in.source_count++)];
+        s = fluid::Source{};
+        s.slot = kInstrumentSlots + t;
+        s.position = front;
+        s.direction = triple(gravity);
+        s.area = 0;
+        s.flow = std::min(fluid::kGreatestFlow, -room / bleeding::kSwabTime);
+        s.blood = std::clamp(swab.blood / swab.volume, 0.0, 1.0);
+        s.wrung = 1;
+        swab.blood -= s.flow * in.dt * s.blood, swab.volume -= s.flow * in.dt;
+      }
     }
     if (!tool.present || tool.tool != tools::ToolKind::SuctionIrrigator) {
       between.has_tip[i] = 0;
@@ -308,7 +295,7 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     between.tip[i] = place;
     between.has_tip[i] = 1;
   }
-  placeObstacles(input, report);
+  placeObstacles(input, report, in);
   const auto camera = static_cast<std::size_t>(tools::Instrument::Endoscope);
   in.window.present = input.tools[camera].present && input.tools[camera].sight.squaredNorm() > 0.5;
   if (in.window.present) {
@@ -381,8 +368,9 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     }
   }
   for (std::size_t t = 0; t < gauze.size(); ++t)
-    feedback.swab_room[t] =
-        input.tools[t].present && input.tools[t].tool == tools::ToolKind::Swab ? between.swab[t].room() : 0.0;
+    feedback.swab_room[t] = input.tools[t].present && input.tools[t].tool == tools::ToolKind::Swab
+                                ? std::max(0.0, swabRoom(t, report))
+                                : 0.0;
 }
 
 void OperatingField::Impl::stepSlow(const scene::World& world, const scene::StepInput& input,
@@ -434,6 +422,9 @@ void OperatingField::Impl::stepSlow(const scene::World& world, const scene::Step
     const auto place = tipOf(input, report, static_cast<int>(camera)).translation().cast<float>().eval();
     l.smoke = std::min(
         1.0, static_cast<double>(smoke::densityAt(*smoke_model, smoke, place.x(), place.y(), place.z())));
+    const Eigen::Vector3d pull = world.description().gravity / 9.81;
+    const Eigen::Matrix3d axes = tipOf(input, report, static_cast<int>(camera)).linear();
+    l.down = {std::clamp(pull.dot(axes.col(0)), -1.0, 1.0), std::clamp(pull.dot(axes.col(1)), -1.0, 1.0)};
     l.hits = between.hits;
     l.hit_count = between.hit_count;
     refused += lens::step(lens_parameters, l, lens) != lens::Status::Ok;
@@ -453,23 +444,7 @@ void OperatingField::Impl::show(const scene::World& world) {
   f.fluid_model = fluid_model;
   f.smoke_model = smoke_model;
   f.objects = names;
-  f.fluid.step = fluid.step, f.fluid.time = fluid.time;
-  // What is told, no more: the arrays are large.
-  const fluid::Particles& from = fluid.particles;
-  fluid::Particles& to = f.fluid.particles;
-  to.count = from.count;
-  for (auto a :
-       {&fluid::Particles::x, &fluid::Particles::y, &fluid::Particles::z, &fluid::Particles::vx,
-        &fluid::Particles::vy, &fluid::Particles::vz, &fluid::Particles::volume, &fluid::Particles::blood})
-    std::copy_n((from.*a).begin(), from.count, (to.*a).begin());
-  for (auto a : {&fluid::Pools::bed, &fluid::Pools::depth, &fluid::Pools::blood, &fluid::Pools::rise,
-                 &fluid::Pools::raised})
-    f.fluid.pools.*a = fluid.pools.*a;
-  f.fluid.bubbles = fluid.bubbles;
-  f.fluid.pending = fluid.pending;
-  f.fluid.emitted = fluid.emitted, f.fluid.emitted_blood = fluid.emitted_blood;
-  f.fluid.sucked = fluid.sucked, f.fluid.sucked_blood = fluid.sucked_blood, f.fluid.lost = fluid.lost;
-  f.fluid.stained = fluid.stained, f.fluid.soaked = fluid.soaked;
+  copyShown(fluid, f.fluid);
   f.degraded = degraded;
   degraded = false;
   f.smoke.resize(smoke.density.size());
@@ -481,6 +456,8 @@ void OperatingField::Impl::show(const scene::World& world) {
   for (std::size_t t = 0; t < f.clogged.size(); ++t) f.clogged[t] = between.clogged[t] / kBore;
   f.swabs = between.swab;
   f.fog = lens::fog(lens_parameters, lens);
+  for (std::size_t i = 0; i < f.fogging.size(); ++i)
+    f.fogging[i] = static_cast<float>(lens::fogAt(lens_parameters, lens, i));
   f.impacts.assign(shown.begin(), shown.end());
   f.impacts_dropped = dropped;
   f.refused = refused;
@@ -568,6 +545,10 @@ bool OperatingField::restore(const std::uint8_t* bytes, std::size_t count) {
 
 double OperatingField::suctionOpen(const scene::World& world, std::size_t tool) const {
   return impl_->open(world, tool);
+}
+
+double OperatingField::fog() const {
+  return lens::fog(impl_->lens_parameters, impl_->lens);
 }
 
 const bleeding::Swab& OperatingField::swab(std::size_t tool) const {

@@ -7,6 +7,7 @@
 namespace vest::fluid {
 namespace {
 
+constexpr float kWipes = 3.3f;           ///< s, as bleeding::kSwabTime
 constexpr double kGreatestSpeed = 10.0;  ///< m/s of any particle: 100 mm of mercury drive 5 m/s (assumed)
 
 /// Two unit vectors across `d` (unit).
@@ -51,8 +52,10 @@ void emit(const Model& model, const Inputs& inputs, State& state) {
     const double volume = source.flow * inputs.dt;
     const int slot = source.slot;
     state.pending[slot] += volume;
-    state.emitted += volume;
-    state.emitted_blood += volume * source.blood;
+    if (source.wrung)
+      state.soaked -= volume, state.soaked_blood -= volume * source.blood;
+    else
+      state.emitted += volume, state.emitted_blood += volume * source.blood;
     double d[3], length = 0;
     for (int a = 0; a < 3; ++a) length += source.direction[a] * source.direction[a];
     length = std::sqrt(length);
@@ -138,18 +141,30 @@ void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s
               r0 = rowOf(model, ty - reach), r1 = rowOf(model, ty + reach);
     double there = 0;
     const float above = tip.soaks ? static_cast<float>(tip.capture) : 0.004f;  // m
-    const auto wet = [&](int c, int r) {
-      const std::size_t i = static_cast<std::size_t>(r) * model.columns + c;
-      if (w.depth[i] <= kDryDepth || w.bed[i] <= kNoBed) return false;
+    const auto within = [&](int c, int r, float low, float high) {
       const float x = static_cast<float>(model.parameters.low[0] + (c + 0.5) * cell) - tx,
                   y = static_cast<float>(model.parameters.low[1] + (r + 0.5) * cell) - ty;
-      return x * x + y * y < reach * reach && tz < w.top(i) + above && tz > w.bed[i] - above;
+      return x * x + y * y < reach * reach && tz < high + above && tz > low - above;
+    };
+    const auto wet = [&](int c, int r) {
+      const std::size_t i = static_cast<std::size_t>(r) * model.columns + c;
+      return w.depth[i] > kDryDepth && w.bed[i] > kNoBed && within(c, r, w.bed[i], w.top(i));
     };
     const auto each = [&](auto&& f) {
       for (int r = std::max(0, r0); r <= std::min(model.rows - 1, r1); ++r)
         for (int c = std::max(0, c0); c <= std::min(model.columns - 1, c1); ++c)
           if (wet(c, r)) f(static_cast<std::size_t>(r) * model.columns + c);
     };
+    // Gauze wipes off the ground what has not set there, as fast as it fills itself (assumed).
+    for (int r = std::max(0, r0); tip.soaks && r <= std::min(model.rows - 1, r1); ++r)
+      for (int c = std::max(0, c0); c <= std::min(model.columns - 1, c1) && due > 0; ++c) {
+        const std::size_t i = static_cast<std::size_t>(r) * model.columns + c;
+        if (!(w.film[i] > 0) || !within(c, r, w.ground[i], w.ground[i])) continue;
+        const float before = w.film[i], loose = before * (1 - filmSet(w.film_age[i])) * dt / (dt + kWipes);
+        w.film[i] = before - std::min(loose, static_cast<float>(due / area));
+        take(static_cast<double>(before - w.film[i]) * area, 1.0);
+      }
+    if (due <= 0) continue;
     each([&](std::size_t i) { there += static_cast<double>(w.depth[i]) * area; });
     if (!(there > 0)) continue;
     const auto keep = static_cast<float>(1.0 - std::min(1.0, due / there));

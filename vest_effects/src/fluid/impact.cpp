@@ -14,7 +14,8 @@ constexpr float kImpactSpeed = 0.15f;  ///< m/s: slower contacts rest, faster on
 constexpr float kRestSpeed = 0.4f;
 constexpr double kSplashNumber = 57.7;  ///< We^½·Re^¼ of Mundo, Sommerfeld and Tropea 1995
 
-/// A moving drop leaves blood behind on a strip as wide as itself. @param speed m/s
+/// A moving drop leaves blood behind on a strip as wide as itself; on rigid ground to the layer that is too
+/// thin to flow (leaveFilms). @param speed m/s
 void leaveTrail(const Model& model, const Inputs& inputs, std::size_t i, std::uint32_t triangle, double speed,
                 State& state, ScratchData& s) {
   Particles& q = state.particles;
@@ -29,7 +30,19 @@ void leaveTrail(const Model& model, const Inputs& inputs, std::size_t i, std::ui
   const float taken = std::min(left, 0.5f * before) * blood;
   q.volume[i] = before - taken;
   q.blood[i] = q.volume[i] > 0 ? std::max(0.0f, before * blood - taken) / q.volume[i] : 0.0f;
-  addStain(state, s, triangle, model.whole * static_cast<double>(before - q.volume[i]));
+  const double volume = model.whole * static_cast<double>(before - q.volume[i]);
+  const int c = columnOf(model, q.x[i]), r = rowOf(model, q.y[i]);
+  Pools& w = state.pools;
+  if (c >= 0 && r >= 0 && c < model.columns && r < model.rows) {
+    const auto cell =
+        static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) + static_cast<std::size_t>(c);
+    if (onGround(w, s, cell) && std::fabs(q.z[i] - w.bed[cell]) < static_cast<float>(par.pool_cell)) {
+      const auto depth = static_cast<float>(volume / (par.pool_cell * par.pool_cell));
+      w.depth[cell] += depth, w.blood[cell] += depth;
+      return;
+    }
+  }
+  addStain(state, s, triangle, volume);
 }
 
 }  // namespace

@@ -116,15 +116,32 @@ void dragPools(const Model& model, const Inputs& inputs, const State& state, Scr
 
 void leaveFilms(const Model& model, State& state, ScratchData& s) {
   constexpr float kStays = 5e-5f;  // m: thinner does not flow (pools_body.inc)
+  constexpr float kMixes = 1.0f;  // s: in which what has not set goes into liquid that stands on it (assumed)
   Pools& w = state.pools;
   const double area = model.parameters.pool_cell * model.parameters.pool_cell;
+  const auto dt = static_cast<float>(std::max(0.0, state.time - w.filmed_at));
+  w.filmed_at = state.time;
   for (std::size_t i = 0; i < w.depth.size(); ++i) {
+    if (w.blood[i] > kDryDepth && onGround(w, s, i)) w.ground[i] = w.bed[i];
+    if (w.film[i] > 0) {
+      w.film_age[i] += dt;
+      if (w.depth[i] > kStays && onGround(w, s, i)) {
+        const float before = w.film[i], keep = filmSet(w.film_age[i]);
+        w.film[i] = before * (keep + (1 - keep) * kMixes / (kMixes + dt));
+        w.depth[i] += before - w.film[i], w.blood[i] += before - w.film[i];
+      }
+    }
     if (!(w.blood[i] > 0) || w.depth[i] > kStays || w.bed_triangle[i] < 0) continue;
     const float before = w.depth[i];
     w.depth[i] = std::max(0.0f, w.depth[i] - w.blood[i]);
-    addStain(state, s, static_cast<std::uint32_t>(w.bed_triangle[i]),
-             area * static_cast<double>(before - w.depth[i]));
+    const float left = before - w.depth[i];
     w.blood[i] = 0;
+    if (onGround(w, s, i)) {
+      w.film_age[i] *= w.film[i] / std::max(w.film[i] + left, 1e-12f);
+      w.film[i] += left, w.ground[i] = w.bed[i];
+    } else {
+      addStain(state, s, static_cast<std::uint32_t>(w.bed_triangle[i]), area * static_cast<double>(left));
+    }
   }
 }
 

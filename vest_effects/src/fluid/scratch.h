@@ -259,7 +259,12 @@ inline void addStain(State& state, ScratchData& s, std::uint32_t triangle, doubl
   s.stain[triangle] += volume;
   state.stained += volume;
 }
-/// What of the pools is too thin to flow stays on the tissue under it, as far as it is blood.
+/// Whether rigid ground is what a cell's liquid stands on.
+inline bool onGround(const Pools& w, const ScratchData& s, std::size_t cell) {
+  return w.bed[cell] > kNoBed && w.bed[cell] <= s.floor[cell];
+}
+/// What of the pools is too thin to flow stays on the tissue under it, as far as it is blood: on rigid ground
+/// as Pools::film, which goes into liquid that comes back.
 void leaveFilms(const Model& model, State& state, ScratchData& s);
 /// Pools::raised: instruments displace liquid, and its surface rises by what they take of a cell. The water
 /// flows as its surface falls, so what they take counts in Pools::head.

@@ -29,6 +29,7 @@ void everything(S& s, F&& f) {
   array(w.bed), array(w.bed_triangle), array(w.depth), array(w.blood), array(w.u), array(w.v), array(w.rise),
       array(w.head), array(w.raised), array(w.sunk);
   value(w.sunk_at);
+  array(w.film), array(w.film_age), array(w.ground), value(w.filmed_at);
   auto& b = s.bubbles;
   value(b.count);
   array(b.x), array(b.y), array(b.z), array(b.radius), array(b.left);
@@ -51,7 +52,9 @@ State initialState(const Model& model) {
   auto& w = s.pools;
   w.bed.assign(c * r, kNoBed);
   w.bed_triangle.assign(c * r, -1);
-  for (auto* a : {&w.depth, &w.blood, &w.rise, &w.head, &w.raised}) a->assign(c * r, 0.0f);
+  for (auto* a : {&w.depth, &w.blood, &w.rise, &w.head, &w.raised, &w.film, &w.film_age})
+    a->assign(c * r, 0.0f);
+  w.ground.assign(c * r, kNoBed);
   w.sunk.assign(2 * c * r, -1.0f);
   w.u.assign((c + 1) * r, 0.0f);
   w.v.assign(c * (r + 1), 0.0f);
@@ -81,6 +84,12 @@ double poolVolume(const Model& model, const State& state) {
 double poolBlood(const Model& model, const State& state) {
   double sum = 0;
   for (const float d : state.pools.blood) sum += static_cast<double>(d);
+  return sum * model.parameters.pool_cell * model.parameters.pool_cell;
+}
+
+double filmVolume(const Model& model, const State& state) {
+  double sum = 0;
+  for (const float d : state.pools.film) sum += static_cast<double>(d);
   return sum * model.parameters.pool_cell * model.parameters.pool_cell;
 }
 
@@ -120,12 +129,14 @@ bool restore(const Model& model, const std::uint8_t* bytes, std::size_t size, St
     if (!near(*a)) return false;
   const auto& w = read.pools;
   const auto& knots = read.knots;
-  for (const auto* a : {&w.bed, &w.depth, &w.blood, &w.u, &w.v, &w.rise, &w.head, &w.raised, &w.sunk, &knots})
+  for (const auto* a :
+       {&w.bed, &w.depth, &w.blood, &w.u, &w.v, &w.rise, &w.head, &w.raised, &w.sunk, &w.ground, &knots})
     if (!near(*a)) return false;
+  if (!within(w.film, 0, 1) || !within(w.film_age, 0, 1e9)) return false;
   if (!within(read.pending, 0, 1)) return false;
   const double volumes[] = {read.emitted, read.emitted_blood, read.sucked, read.sucked_blood,
                             read.soaked,  read.soaked_blood,  read.lost,   read.stained};
-  const double times[] = {read.time, w.sunk_at};
+  const double times[] = {read.time, w.sunk_at, w.filmed_at};
   if (!near(volumes) || !within(times, 0, 1e9) || !(read.air >= 0 && read.air <= 1)) return false;
   for (const std::int32_t t : w.bed_triangle)
     if (t < -1 || t >= static_cast<std::int64_t>(model.triangles)) return false;

@@ -79,6 +79,97 @@ TEST(Account, ThePoolIsDilutedToTheMixtureOfItsInflows) {
   EXPECT_NEAR(blood / volume, 3.0 / 23.0, 0.02);
 }
 
+/// Blood dripped on a rigid floor that falls to one side, then left alone for a while.
+Fluid dripped() {
+  Parameters p;
+  Fluid f(p, {plate(0.06, 0.0, 12)});
+  for (std::size_t k = 0; k < f.meshes[0].positions.size(); k += 3)
+    f.meshes[0].positions[k + 2] = 0.3f * f.meshes[0].positions[k];
+  f.rigid = true, f.inputs.stains = true;
+  f.inputs.source_count = 1;
+  f.inputs.sources[0].position = {0.03, 0, 0.04};
+  f.inputs.sources[0].direction = {0, 0, -1};
+  f.inputs.sources[0].area = 3e-6;
+  f.inputs.sources[0].flow = 1e-6;
+  return f;
+}
+
+TEST(Film, BloodThatRanOverTheGroundLeavesATrackAndItsAccountHolds) {
+  Fluid f = dripped();
+  for (int k = 0; k < 750; ++k) {
+    f.inputs.renew_bed = k % 12 == 0;
+    f.inputs.sources[0].flow = k < 250 ? 1e-6 : 0;
+    f.step();
+  }
+  const double film = filmVolume(f.model, f.state);
+  EXPECT_GT(film, 1e-8) << "m³";
+  EXPECT_NEAR(f.gap(), 0, 1e-4 * f.state.emitted);
+  // A track down the slope, no blot where it fell.
+  const Pools& w = f.state.pools;
+  int downhill = 0, uphill = 0;
+  for (std::size_t i = 0; i < w.film.size(); ++i) {
+    if (!(w.film[i] > 1e-6f)) continue;
+    EXPECT_EQ(w.ground[i], w.bed[i]);
+    const double x = f.model.parameters.low[0] +
+                     (static_cast<double>(i % static_cast<std::size_t>(f.model.columns)) + 0.5) *
+                         f.model.parameters.pool_cell;
+    (x < 0.02 ? downhill : uphill) += 1;
+  }
+  EXPECT_GT(downhill, 4) << "cells";
+  EXPECT_LT(uphill, downhill + 12);
+}
+
+TEST(Film, WaterWashesAFreshOneOffAndASetOneStays) {
+  for (const bool fresh : {true, false}) {
+    Fluid f = dripped();
+    for (std::size_t k = 0; k < f.meshes[0].positions.size(); k += 3) f.meshes[0].positions[k + 2] = 0;
+    f.inputs.source_count = 0;
+    f.inputs.renew_bed = true;
+    f.step();
+    const int c = f.model.columns / 2, r = f.model.rows / 2;
+    fillCell(f.model, f.state, c, r, 3e-5 * 1.6e-5, 1);
+    f.state.emitted += 3e-5 * 1.6e-5;
+    for (int k = 0; k < 24; ++k) f.inputs.renew_bed = k % 12 == 0, f.step();
+    const double before = filmVolume(f.model, f.state);
+    EXPECT_NEAR(before, 3e-5 * 1.6e-5, 1e-13) << "m³: all of it";
+    const auto cell =
+        static_cast<std::size_t>(r) * static_cast<std::size_t>(f.model.columns) + static_cast<std::size_t>(c);
+    if (!fresh) f.state.pools.film_age[cell] = 4 * kFilmSets;
+    for (int dr = -4; dr <= 4; ++dr)
+      for (int dc = -4; dc <= 4; ++dc)
+        fillCell(f.model, f.state, c + dc, r + dr, 2e-3 * 1.6e-5, 0), f.state.emitted += 2e-3 * 1.6e-5;
+    for (int k = 0; k < 750; ++k) f.inputs.renew_bed = k % 12 == 0, f.step();
+    const double after = filmVolume(f.model, f.state);
+    if (fresh) {
+      EXPECT_LT(after, 0.2 * before) << "after three seconds";
+    } else {
+      EXPECT_GT(after, 0.95 * before);
+    }
+    EXPECT_NEAR(f.gap(), 0, 1e-4 * f.state.emitted);
+  }
+}
+
+TEST(Film, GauzeWipesWhatHasNotSet) {
+  Fluid f = dripped();
+  for (std::size_t k = 0; k < f.meshes[0].positions.size(); k += 3) f.meshes[0].positions[k + 2] = 0;
+  f.inputs.source_count = 0;
+  f.inputs.renew_bed = true;
+  f.step();
+  fillCell(f.model, f.state, f.model.columns / 2, f.model.rows / 2, 3e-5 * 1.6e-5, 1);
+  f.state.emitted += 3e-5 * 1.6e-5;
+  for (int k = 0; k < 24; ++k) f.inputs.renew_bed = k % 12 == 0, f.step();
+  const double before = filmVolume(f.model, f.state);
+  f.inputs.suction_count = 1;
+  f.inputs.suctions[0].flow = 1e-6;
+  f.inputs.suctions[0].reach = f.inputs.suctions[0].capture = 0.01;
+  f.inputs.suctions[0].soaks = true;
+  f.inputs.suctions[0].position = {0, 0, 0.002};
+  for (int k = 0; k < 1250; ++k) f.step();
+  EXPECT_LT(filmVolume(f.model, f.state), 0.4 * before) << "after five seconds";
+  EXPECT_NEAR(f.state.soaked_blood, before - filmVolume(f.model, f.state), 1e-12);
+  EXPECT_NEAR(f.gap(), 0, 1e-4 * f.state.emitted);
+}
+
 TEST(Reproduction, TheSameBitsForAnyNumberOfThreadsAndInstructionLevelAndFromASnapshot) {
   std::vector<std::uint8_t> reference, middle;
   for (const int threads : {1, 2, 4}) {

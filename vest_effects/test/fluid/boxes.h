@@ -64,6 +64,7 @@ struct Fluid {
   Report report;
   std::vector<Surface> surfaces;
   bool still = false;  ///< says so of all surfaces from the second step on
+  bool rigid = false;  ///< likewise, from the first
 
   Fluid(const Parameters& parameters, std::vector<Mesh> in, int threads = 1)
       : meshes(std::move(in)),
@@ -82,6 +83,7 @@ struct Fluid {
     for (const Mesh& m : meshes) {
       surfaces.push_back(m.surface());
       surfaces.back().still = still && state.step > 0;
+      surfaces.back().rigid = rigid;
     }
     inputs.surfaces = surfaces.data();
     inputs.surface_count = surfaces.size();
@@ -106,7 +108,7 @@ struct Fluid {
   /// m³ that the account misses.
   double gap() const {
     return state.emitted - particleVolume(model, state) - poolVolume(model, state) - pendingVolume(state) -
-           state.sucked - state.soaked - state.lost;
+           filmVolume(model, state) - state.sucked - state.soaked - state.lost - state.stained;
   }
 };
 

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -94,6 +95,66 @@ TEST(Lens, ASplashSoilsItsPlaceWithBloodAndARinseTakesItOff) {
   in.rinsed = true;
   fogAfter(5, p, s, in);
   EXPECT_EQ(s.soiling[at(0.5, -0.5)], 0.0f);
+}
+
+TEST(Lens, FogIsThickerHereThanThere) {
+  Parameters p;
+  p.start_temperature = 293.15;
+  State s = initialState(p);
+  fogAfter(30, p, s);
+  const auto [least, most] = std::minmax_element(s.water.begin(), s.water.end());
+  EXPECT_LT(*least, 0.85f * static_cast<float>(s.condensate));
+  EXPECT_GT(*most, 1.15f * static_cast<float>(s.condensate));
+  double sum = 0;
+  for (const float w : s.water) sum += static_cast<double>(w);
+  EXPECT_NEAR(sum / static_cast<double>(s.water.size()), s.condensate, 1e-9);
+  EXPECT_GT(fogAt(p, s, static_cast<std::size_t>(most - s.water.begin())), fog(p, s));
+}
+
+TEST(Lens, ADropTooLargeToStickRunsDownAndTakesTheFogOnItsWayAlong) {
+  Parameters p;
+  p.start_temperature = 293.15;
+  State fogged = initialState(p);
+  fogAfter(20, p, fogged);
+  const auto at = [&](const State& s, double u, double v) {
+    return s.water[static_cast<std::size_t>(static_cast<int>((v + 1) / 2 * kRows) * kColumns +
+                                            static_cast<int>((u + 1) / 2 * kColumns))];
+  };
+  for (const bool large : {true, false}) {
+    State s = fogged;
+    Inputs in;
+    in.hit_count = 1;
+    in.hits[0] = {0.1f, -0.6f, large ? 8e-9f : 1e-9f, 0.0f};
+    ASSERT_EQ(step(p, in, s), Status::Ok);
+    in.hit_count = 0;
+    fogAfter(0.7, p, s, in);
+    if (large) {
+      EXPECT_LT(at(s, 0.1, 0.0), 0.6f * at(fogged, 0.1, 0.0)) << "its track is clear";
+    } else {
+      EXPECT_GT(at(s, 0.1, 0.0), 0.9f * at(fogged, 0.1, 0.0)) << "a small one sticks";
+    }
+    EXPECT_GT(at(s, -0.6, 0.0), 0.9f * at(fogged, -0.6, 0.0)) << "beside it nothing has changed";
+    fogAfter(3, p, s, in);
+    for (const auto& run : s.runs) EXPECT_EQ(run.mass, 0.0f) << "it has run off, or all of it sticks";
+  }
+  State sideways = fogged;
+  Inputs in;
+  in.down = {1, 0};
+  in.hit_count = 1;
+  in.hits[0] = {-0.6f, 0.1f, 8e-9f, 0.0f};
+  ASSERT_EQ(step(p, in, sideways), Status::Ok);
+  in.hit_count = 0;
+  fogAfter(0.7, p, sideways, in);
+  EXPECT_LT(at(sideways, 0.0, 0.1), 0.6f * at(fogged, 0.0, 0.1)) << "along gravity, as the camera is held";
+}
+
+TEST(Lens, CondensateOfMoreThanItHoldsRunsOff) {
+  Parameters p;
+  p.start_temperature = 280, p.drip = 0.003;
+  State s = initialState(p);
+  fogAfter(40, p, s);
+  for (const float w : s.water) EXPECT_LE(w, 0.0031f) << "kg/m²";
+  EXPECT_GT(s.condensate, 0.0005);
 }
 
 TEST(Lens, SmokeBlackensItAllOver) {

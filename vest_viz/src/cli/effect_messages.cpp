@@ -220,14 +220,14 @@ vest_msgs::FluidState fluidAt(const vest::scene::Description& scene, double t) {
   placeOn(scene, "tube_right", {0.025, 0.045, 0.07}, &hole, &out);
   out = Vector3d(0.15, -0.45, 0.9).normalized();
   // A spurting jet by ballistics: speed follows the pulse at 72 per minute.
-  // One particle after the other, as a vessel gives them (2 ml/s), and splashes where they land.
-  constexpr std::uint32_t kStream = 90, kSplashes = 40;
+  // One particle after the other, as a vessel gives them (1 ml/s), and splashes where they land.
+  constexpr std::uint32_t kStream = 45, kSplashes = 40;
   for (std::uint32_t i = 0; i < kStream + kSplashes; ++i) {
     const bool splash = i >= kStream;
     const double age = splash ? 0.15 + 0.03 * hash(i) : 0.18 * (i + 0.5) / kStream, born = t - age;
     const double pulse = 0.55 + 0.45 * std::max(0.0, std::sin(2 * kPi * 1.2 * born));
     const Vector3d side(hash(3 * i + 1) - 0.5, hash(3 * i + 2) - 0.5, hash(3 * i + 3) - 0.5);
-    const Vector3d v0 = pulse * 0.75 * out + (splash ? 0.30 : 0.02) * side;
+    const Vector3d v0 = pulse * 0.75 * out + (splash ? 0.30 : 0.003) * side;
     const Vector3d p = hole + v0 * age + Vector3d(0, 0, -4.905 * age * age);
     const Vector3d v = v0 + Vector3d(0, 0, -9.81 * age);
     if (p.z() < 0.032) continue;
@@ -345,6 +345,18 @@ vest_msgs::HaemodynamicsState haemodynamicsAt(double t) {
   const double beat = std::fmod(t * m.heart_rate, 1.0);
   const double wave = std::exp(-std::pow((beat - 0.16) / 0.09, 2)) +
                       0.35 * std::exp(-std::pow((beat - 0.42) / 0.07, 2)) + 0.25 * std::exp(-3 * beat);
+  // P, Q, R, S and T as bells; the upstroke of the pressure follows R.
+  const double bells[][3] = {{0.86, 0.022, 0.12},
+                             {0.985, 0.010, -0.08},
+                             {0.01, 0.010, 1.0},
+                             {0.035, 0.010, -0.18},
+                             {0.27, 0.040, 0.28}};
+  for (const auto& bell : bells) {
+    const double off = std::remainder(beat - bell[0], 1.0) / bell[1];
+    m.ecg += static_cast<float>(1e-3 * bell[2] * std::exp(-off * off));
+  }
+  m.pleth = static_cast<float>(0.08 * wave);
+  m.spo2 = 0.98f, m.haematocrit = 0.38f, m.given = 5e-4;
   vest_msgs::VesselState vessel;
   vessel.name = "aorta";
   vessel.pressure_mid = static_cast<float>(m.diastolic + (m.systolic - m.diastolic) * std::min(1.0, wave));
@@ -353,6 +365,17 @@ vest_msgs::HaemodynamicsState haemodynamicsAt(double t) {
   m.loss_rate = 2e-6;
   vessel.flow_mid = 83e-6f, vessel.radius_mid = 0.012f, vessel.dilatation = 1;
   m.vessels.push_back(vessel);
+  return m;
+}
+
+vest_msgs::GasState gasAt() {
+  constexpr float kMmHg = 133.322f;
+  vest_msgs::GasState m;
+  m.header.frame_id = "world";
+  m.header.stamp = ros::Time::now();
+  m.set_pressure = 12 * kMmHg, m.pressure = 11.8f * kMmHg;
+  m.flow = 2.5e-5f, m.leak = 1.7e-5f, m.supplied = 6.2e-3;
+  m.volume = 4e-3f, m.humidity = 0.93f, m.temperature = 309.5f;
   return m;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include <vest_msgs/FluidState.h>
+#include <vest_msgs/GasState.h>
 #include <vest_msgs/HaemodynamicsState.h>
 #include <vest_msgs/LensState.h>
 #include <vest_msgs/SmokeState.h>
@@ -39,5 +40,6 @@ vest_msgs::SmokeState smokeAt(const vest::scene::Description& scene, double t);
 /// @param fog 0 … 1
 vest_msgs::LensState lensAt(double fog);
 vest_msgs::HaemodynamicsState haemodynamicsAt(double t);
+vest_msgs::GasState gasAt();
 
 }  // namespace vest::tools

@@ -178,6 +178,9 @@ class Feed {
     vest_msgs::HaemodynamicsState monitor = tools::haemodynamicsAt(t);
     monitor.header.stamp = begin_ + ros::Duration(t);
     monitor_.publish(monitor);
+    vest_msgs::GasState gas = tools::gasAt();
+    gas.header.stamp = monitor.header.stamp;
+    gas_.publish(gas);
     vest_msgs::InstrumentStates instruments = instrumentsFor(tools::endoscopeTip(0.1));
     instruments.instruments[0].functions = vest_msgs::InstrumentState::FUNCTION_COAGULATE;
     for (auto& i : instruments.instruments) i.valid = true;
@@ -213,6 +216,7 @@ class Feed {
   ros::Publisher sutures_ = handle_.advertise<vest_msgs::SutureStates>("tissue/sutures", 1);
   ros::Publisher fluid_ = handle_.advertise<vest_msgs::FluidState>("effects/fluid", 1);
   ros::Publisher smoke_ = handle_.advertise<vest_msgs::SmokeState>("effects/smoke", 1);
+  ros::Publisher gas_ = handle_.advertise<vest_msgs::GasState>("effects/gas", 1);
   ros::Publisher monitor_ = handle_.advertise<vest_msgs::HaemodynamicsState>("effects/haemodynamics", 1);
   ros::Publisher session_ = handle_.advertise<vest_msgs::SessionState>("session/state", 1);
   ros::Publisher pedals_ = handle_.advertise<sensor_msgs::Joy>("phantom_box/footswitches", 1);

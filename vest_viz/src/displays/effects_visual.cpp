@@ -44,7 +44,7 @@ EffectsVisual::~EffectsVisual() {
     s.mesh.reset();
     drop(s.material);
   };
-  for (Surface* s : {&metal_, &thread_, &target_, &drop_, &puff_}) destroy(*s);
+  for (Surface* s : {&metal_, &thread_, &target_, &film_, &drop_, &puff_}) destroy(*s);
   for (Surface& s : pool_) destroy(s);
   node_->getParentSceneNode()->removeChild(node_);
   manager_->destroySceneNode(node_);
@@ -178,11 +178,13 @@ void EffectsVisual::setFluid(const vest_msgs::FluidState& fluid, const Eigen::Ve
     of.height = pool.height.data();
     if (pool.depth.size() == cells) of.depth = pool.depth.data();
     if (pool.blood.size() == cells) of.blood = pool.blood.data();
+    if (pool.velocity.size() == cells) of.velocity = pool.velocity.data();
     of.blood_fraction =
         std::isfinite(pool.blood_fraction) ? std::clamp(pool.blood_fraction, 0.0f, 1.0f) : 1.0;
     pools_.push_back(effects::poolSurface(X, pool.cell, pool.columns, pool.rows, of));
     effects::addBubbles(pool.bubbles.data(), pool.bubbles.size() / 4, eye, &drops_);
   }
+  showFilm(fluid.film);
   if (drops_.count() > 0) make(&drop_, "vest_viz/Drops", Ogre::RENDER_QUEUE_MAIN + 20);
   if (drop_.mesh) show(&drop_, &drops_);
   while (pool_.size() < pools_.size()) {
@@ -204,7 +206,35 @@ void EffectsVisual::setFluid(const vest_msgs::FluidState& fluid, const Eigen::Ve
     }
     s.mesh->setVertices(pool.positions, pool.normals, pool.features);
     s.mesh->setVisible(visible_);
+    // Waves go on with the session's time, which repeats after a while: a shader's numbers are short.
+    const double time = std::fmod(fluid.header.stamp.toSec(), 512.0);
+    setConstant(s.material, "moment", Ogre::Vector4(static_cast<float>(time), 0, 0, 0), false);
   }
+}
+
+void EffectsVisual::showFilm(const vest_msgs::FluidFilm& film) {
+  Eigen::Isometry3d X;
+  const std::uint64_t cells = static_cast<std::uint64_t>(film.columns) * film.rows;
+  effects::Pool mesh;
+  if (cells > 0 && cells <= 1000000 && cells == film.height.size() && cells == film.thickness.size() &&
+      cells == film.set.size() && toPose(film.origin, &X))
+    mesh = effects::filmSurface(X, film.cell, film.columns, film.rows, film.height.data(),
+                                film.thickness.data(), film.set.data());
+  if (mesh.triangles.empty()) {
+    if (film_.mesh) film_.mesh->setVisible(false);
+    return;
+  }
+  if (!film_.mesh) {
+    make(&film_, "vest_viz/Film", Ogre::RENDER_QUEUE_MAIN + 10);
+    forEachPass(film_.material,
+                [](Ogre::Pass* pass) { pass->getTextureUnitState("micro")->setTexture(microTexture()); });
+  }
+  if (film_.triangles != mesh.triangles) {
+    film_.triangles = mesh.triangles;
+    film_.mesh->setShape(mesh.triangles, {}, {}, mesh.positions.size() / 3);
+  }
+  film_.mesh->setVertices(mesh.positions, mesh.normals, mesh.features);
+  film_.mesh->setVisible(visible_);
 }
 
 void EffectsVisual::setSmoke(const vest_msgs::SmokeState& smoke, const Eigen::Vector3d& eye,
@@ -231,7 +261,7 @@ void EffectsVisual::setSmoke(const vest_msgs::SmokeState& smoke, const Eigen::Ve
 }
 
 void EffectsVisual::setLight(const Ogre::Vector4& light) {
-  for (Surface* s : {&metal_, &thread_, &target_})
+  for (Surface* s : {&metal_, &thread_, &target_, &film_})
     if (s->material.get()) setConstant(s->material, "light", light, false);
   for (Surface* s : {&drop_, &puff_})
     if (s->material.get()) setConstant(s->material, "light", light, true);

@@ -56,11 +56,12 @@ class EffectsVisual {
   void show(Surface* surface, const instrument::TriangleMesh& mesh);
   void show(Surface* surface, effects::Quads* quads);
   void rebuildMetal();
+  void showFilm(const vest_msgs::FluidFilm& film);
 
   Ogre::SceneManager* manager_;
   Ogre::SceneNode* node_;
   bool depth_in_alpha_, visible_ = true;
-  Surface metal_, thread_, target_, drop_, puff_;
+  Surface metal_, thread_, target_, film_, drop_, puff_;
   std::vector<Surface> pool_;
   instrument::TriangleMesh clips_mesh_, needles_mesh_, metal_mesh_, thread_mesh_;
   std::vector<effects::Pool> pools_;

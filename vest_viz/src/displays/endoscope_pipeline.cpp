@@ -52,6 +52,7 @@ void EndoscopePipeline::setLens(const vest_msgs::LensState::ConstPtr& m) {
   lens_.fog = m->fog;
   lens_.columns = static_cast<int>(m->columns);
   lens_.rows = static_cast<int>(m->rows);
+  lens_.fogging = m->fogging;
   lens_.soiling = m->soiling;
   lens_.blood = m->soiling_blood;
   lens_changed_ = true;

@@ -178,13 +178,15 @@ namespace {
 /// A place of the surface: a cell's middle, or half-way between two.
 struct PoolPlace {
   float height = 0, depth = 0, blood = 0, weight = 0;  ///< m, mm (< 0: dry), 0 … 1; 0: there is none
+  float waves = 0;                                     ///< m/s
 
   void add(const PoolPlace& o, float share) {
     share *= o.weight > 0 ? 1.0f : 0.0f;
     height += share * o.height, depth += share * o.depth, blood += share * o.blood, weight += share;
+    waves += share * o.waves;
   }
   void mean() {
-    if (weight > 0) height /= weight, depth /= weight, blood /= weight, weight = 1;
+    if (weight > 0) height /= weight, depth /= weight, blood /= weight, waves /= weight, weight = 1;
   }
 };
 
@@ -205,9 +207,12 @@ std::vector<PoolPlace> withShore(int C, int R, const PoolCells& cells) {
         to.height = cells.height[r * C + c], to.depth = depthOf(c, r), to.weight = 1;
         to.blood = cells.blood != nullptr ? cells.blood[r * C + c] / 255.0f
                                           : static_cast<float>(cells.blood_fraction);
+        if (cells.velocity != nullptr && std::isfinite(cells.velocity[r * C + c]))
+          to.waves = std::fabs(cells.velocity[r * C + c]);
         continue;
       }
       float beside = 0;
+      bool corner = true;
       for (int j = -1; j <= 1; ++j)
         for (int i = -1; i <= 1; ++i) {
           if (!wet(c + i, r + j)) continue;
@@ -220,24 +225,22 @@ std::vector<PoolPlace> withShore(int C, int R, const PoolCells& cells) {
                                                : static_cast<float>(cells.blood_fraction);
           to.add(shore, weight);
           beside += weight * near;
+          corner = corner && i != 0 && j != 0;
         }
+      // Off a corner alone the ground is farther: what stands in a few cells is round, not a box.
+      const float away = corner ? 4.0f : 1.0f;
       if (to.weight > 0)
-        to.depth =
-            std::clamp(to.depth, -4 * to.weight, -std::clamp(beside, 0.1f * to.weight, 0.4f * to.weight));
+        to.depth = std::clamp(to.depth, -4 * to.weight,
+                              -away * std::clamp(beside, 0.1f * to.weight, 0.4f * to.weight));
       to.mean();
     }
   return out;
 }
 
-}  // namespace
-
-Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
-                 const PoolCells& cells) {
-  Pool pool;
-  if (!(cell > 0) || !origin.matrix().allFinite()) return pool;
-  const int C = static_cast<int>(columns) + 2, R = static_cast<int>(rows) + 2, W = 2 * C - 1, H = 2 * R - 1;
-  const std::vector<PoolPlace> coarse = withShore(C - 2, R - 2, cells);
-  // Cubic B-spline, halved once (Lane and Riesenfeld 1980): the cells' corners do not show at the shore.
+/// Cells and what lies half-way between them: a cubic B-spline, halved once (Lane and Riesenfeld 1980). The
+/// cells' corners do not show at the shore.
+std::vector<PoolPlace> refined(const std::vector<PoolPlace>& coarse, int C, int R) {
+  const int W = 2 * C - 1, H = 2 * R - 1;
   std::vector<PoolPlace> fine(static_cast<std::size_t>(W * H));
   constexpr float kEven[3] = {0.125f, 0.75f, 0.125f}, kOdd[2] = {0.5f, 0.5f};
   for (int y = 0; y < H; ++y)
@@ -253,6 +256,16 @@ Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t col
       if (to.weight < 0.4f) to.weight = 0;  // beyond the border
       to.mean();
     }
+  return fine;
+}
+
+/// A mesh over refined places (two border cells beyond the field). Features are blood and depth of each.
+/// @param shown of a vertex's depth: triangles whose vertices have none of it are left out
+template <class Shown>
+Pool meshOf(const Eigen::Isometry3d& origin, double cell, int C, int R, const std::vector<PoolPlace>& fine,
+            Shown&& shown) {
+  Pool pool;
+  const int W = 2 * C - 1, H = 2 * R - 1;
   const double half = 0.5 * cell;
   const auto value = [&](int x, int y, float otherwise) {
     if (x < 0 || y < 0 || x >= W || y >= H) return otherwise;
@@ -275,7 +288,7 @@ Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t col
         pool.positions.push_back(static_cast<float>(p[k]));
         pool.normals.push_back(static_cast<float>(n[k]));
       }
-      pool.features.insert(pool.features.end(), {at.blood, at.depth, 0.0f});
+      pool.features.insert(pool.features.end(), {at.blood, at.depth, at.waves});
     }
   for (int y = 0; y + 1 < H; ++y)
     for (int x = 0; x + 1 < W; ++x) {
@@ -283,10 +296,52 @@ Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t col
       const std::uint32_t a = index[i], b = index[i + 1], d = index[i + w], e = index[i + w + 1];
       for (const std::array<std::uint32_t, 3>& t : {std::array<std::uint32_t, 3>{a, b, e}, {a, e, d}})
         if (std::find(t.begin(), t.end(), kNone) == t.end() &&
-            std::any_of(t.begin(), t.end(), [&](auto v) { return pool.features[3 * v + 1] > kDryGround; }))
+            std::any_of(t.begin(), t.end(), [&](auto v) { return shown(pool.features[3 * v + 1]); }))
           pool.triangles.insert(pool.triangles.end(), t.begin(), t.end());
     }
   return pool;
+}
+
+}  // namespace
+
+Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
+                 const PoolCells& cells) {
+  if (!(cell > 0) || !origin.matrix().allFinite()) return {};
+  const int C = static_cast<int>(columns) + 2, R = static_cast<int>(rows) + 2;
+  return meshOf(origin, cell, C, R, refined(withShore(C - 2, R - 2, cells), C, R),
+                [](float depth) { return depth > kDryGround; });
+}
+
+Pool filmSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
+                 const float* height, const std::uint8_t* thickness, const std::uint8_t* set) {
+  if (!(cell > 0) || !origin.matrix().allFinite()) return {};
+  const int C = static_cast<int>(columns) + 2, R = static_cast<int>(rows) + 2;
+  const auto known = [&](int c, int r) {
+    return c > 0 && r > 0 && c < C - 1 && r < R - 1 &&
+           std::isfinite(height[(r - 1) * static_cast<int>(columns) + c - 1]);
+  };
+  std::vector<PoolPlace> coarse(static_cast<std::size_t>(C) * static_cast<std::size_t>(R));
+  for (int r = 0; r < R; ++r)
+    for (int c = 0; c < C; ++c) {
+      PoolPlace& to = coarse[static_cast<std::size_t>(r * C + c)];
+      for (int j = -1; j <= 1; ++j)
+        for (int i = -1; i <= 1; ++i) {
+          const bool own = i == 0 && j == 0;
+          if (!known(c + i, r + j) || (!own && known(c, r))) continue;
+          const int at = (r + j - 1) * static_cast<int>(columns) + c + i - 1;
+          PoolPlace place;
+          place.height = height[at], place.weight = 1;
+          place.depth = own ? static_cast<float>(thickness[at]) : 0.0f;
+          place.blood = static_cast<float>(set[at]) / 255.0f;
+          to.add(place, 1);
+        }
+      to.mean();
+    }
+  Pool film =
+      meshOf(origin, cell, C, R, refined(coarse, C, R), [](float micrometres) { return micrometres > 0; });
+  for (std::size_t i = 0; i + 2 < film.features.size(); i += 3)
+    std::swap(film.features[i], film.features[i + 1]);
+  return film;
 }
 
 }  // namespace vest::effects

@@ -1,6 +1,7 @@
 #include "vest_viz/picture/finish.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <opencv2/imgproc.hpp>
@@ -116,9 +117,17 @@ void Finisher::setLook(const CameraLook& look) {
 
 void Finisher::setLens(const Lens& lens) {
   fog_ = std::isfinite(lens.fog) ? std::clamp(lens.fog, 0.0, 1.0) : 0.0;
-  soil_.release();
+  soil_.release(), fogging_.release();
   const std::size_t cells =
       static_cast<std::size_t>(std::max(lens.columns, 0)) * static_cast<std::size_t>(std::max(lens.rows, 0));
+  if (cells > 0 && cells <= 4000000 && lens.fogging.size() == cells && fog_ > 0) {
+    const cv::Mat map(lens.rows, lens.columns, CV_8U, const_cast<std::uint8_t*>(lens.fogging.data()));
+    cv::Mat all;
+    cv::resize(map, all, {static_cast<int>(camera_.width), static_cast<int>(camera_.height)}, 0, 0,
+               cv::INTER_LINEAR);
+    cv::GaussianBlur(all, all, {0, 0}, 0.012 * camera_.height);
+    fogging_ = all(window_).clone();
+  }
   if (cells == 0 || cells > 4000000 || lens.soiling.size() != cells) return;
   if (std::all_of(lens.soiling.begin(), lens.soiling.end(), [](std::uint8_t v) { return v == 0; })) return;
   const cv::Mat map(lens.rows, lens.columns, CV_8U, const_cast<std::uint8_t*>(lens.soiling.data()));
@@ -207,24 +216,41 @@ void Finisher::cloud() {
   const cv::Scalar mean = cv::mean(small_);
   cv::GaussianBlur(small_, small_, {0, 0}, 1.0 + 4.0 * fog_);
   cv::resize(small_, blurred_, warped_.size(), 0, 0, cv::INTER_LINEAR);
-  const double veil = 0.6 * fog_;  // what its droplets scatter grows with their number
-  int add[3];
-  for (int k = 0; k < 3; ++k)
-    add[k] = static_cast<int>(veil * (0.45 * mean[k] + 0.35 * (mean[0] + mean[1] + mean[2]) / 3 + 40));
-  const int f = static_cast<int>(256 * std::min(1.0, 1.4 * fog_)), keep = static_cast<int>(256 * (1 - veil));
+  // By fog: what its droplets scatter grows with their number.
+  struct Level {
+    int f, keep, add[3];
+  };
+  const auto levelOf = [&](double fog) {
+    Level level{};
+    const double veil = 0.6 * fog;
+    for (int k = 0; k < 3; ++k)
+      level.add[k] =
+          static_cast<int>(veil * (0.45 * mean[k] + 0.35 * (mean[0] + mean[1] + mean[2]) / 3 + 40));
+    level.f = static_cast<int>(256 * std::min(1.0, 1.4 * fog)),
+    level.keep = static_cast<int>(256 * (1 - veil));
+    return level;
+  };
+  std::array<Level, 256> levels{};
+  for (std::size_t i = 0; i < levels.size() && !fogging_.empty(); ++i)
+    levels[i] = levelOf(static_cast<double>(i) / 255);
+  const Level same = levelOf(fog_);
   for (int y = 0; y < warped_.rows; ++y) {
     std::uint8_t* p = warped_.ptr<std::uint8_t>(y);
     const std::uint8_t* q = blurred_.ptr<std::uint8_t>(y);
     const std::uint8_t* soil = soil_.empty() ? nullptr : soil_.ptr<std::uint8_t>(y);
     const std::uint8_t* tone = soil_.empty() ? nullptr : soil_colour_.ptr<std::uint8_t>(y);
+    const std::uint8_t* fog = fogging_.empty() ? nullptr : fogging_.ptr<std::uint8_t>(y);
     for (int x = 0; x < warped_.cols; ++x, p += 3, q += 3) {
       const int opaque = soil != nullptr ? soil[x] : 0;
+      const Level& here = fog != nullptr ? levels[fog[x]] : same;
+      // A highlight is far brighter than the picture's white: it shines through the fog all the same. Its
+      // green tells it from bright tissue, whose red alone is as high.
+      const int glare = kGlare * std::max(0, p[1] - kWhite);
       for (int k = 0; k < 3; ++k) {
-        // A highlight is far brighter than the picture's white: it shines through the fog all the same.
-        const int shines = p[k] + kGlare * std::max(0, p[k] - kWhite);
-        int value = shines + (((q[k] - shines) * f) >> 8);
+        const int shines = p[k] + glare;
+        int value = shines + (((q[k] - shines) * here.f) >> 8);
         if (opaque != 0) value += (((q[k] * tone[3 * x + k] >> 8) - value) * opaque) >> 8;
-        p[k] = static_cast<std::uint8_t>(std::min(255, (value * keep >> 8) + add[k]));
+        p[k] = static_cast<std::uint8_t>(std::min(255, (value * here.keep >> 8) + here.add[k]));
       }
     }
   }

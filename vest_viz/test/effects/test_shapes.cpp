@@ -185,6 +185,69 @@ TEST(Pool, ItsShoreRunsWhereTheGroundRisesAboveItsLevelNotAlongItsCells) {
   EXPECT_LT(furthest, 0.3 * kCell) << "m";
 }
 
+/// Least and greatest distance of the shore from a place, m.
+std::pair<double, double> shoreOf(const Pool& pool, double px, double py) {
+  double least = 1, most = 0;
+  for (std::size_t k = 0; k < pool.triangles.size(); ++k) {
+    const std::size_t a = pool.triangles[k], b = pool.triangles[k % 3 == 2 ? k - 2 : k + 1];
+    const double u = pool.features[3 * a + 1], v = pool.features[3 * b + 1];
+    if ((u > 0) == (v > 0)) continue;
+    const double s = u / (u - v);
+    const double x = pool.positions[3 * a] + s * (pool.positions[3 * b] - pool.positions[3 * a]),
+                 y = pool.positions[3 * a + 1] + s * (pool.positions[3 * b + 1] - pool.positions[3 * a + 1]);
+    const double d = std::hypot(x - px, y - py);
+    least = std::min(least, d), most = std::max(most, d);
+  }
+  return {least, most};
+}
+
+TEST(Pool, APuddleOfAFewCellsIsRoundNotABox) {
+  constexpr std::size_t kCells = 5;
+  std::vector<float> height(kCells * kCells, kNaN);
+  std::vector<std::uint8_t> depth(height.size(), 0);
+  for (std::size_t r = 1; r < 4; ++r)
+    for (std::size_t c = 1; c < 4; ++c) height[r * kCells + c] = 0, depth[r * kCells + c] = 15;
+  PoolCells cells;
+  cells.height = height.data(), cells.depth = depth.data();
+  const auto shore =
+      shoreOf(poolSurface(Eigen::Isometry3d::Identity(), 0.004, kCells, kCells, cells), 0.010, 0.010);
+  EXPECT_GT(shore.first, 0.006) << "m";
+  EXPECT_LT(shore.second, 1.09 * shore.first) << "its corners were 1.13 times as far as its sides";
+}
+
+TEST(Pool, ItsVerticesKnowHowTheWavesRun) {
+  const float height[4] = {0, 0, 0, 0}, velocity[4] = {-0.02f, -0.02f, -0.02f, -0.02f};
+  PoolCells cells;
+  cells.height = height, cells.velocity = velocity;
+  const Pool pool = poolSurface(Eigen::Isometry3d::Identity(), 0.004, 2, 2, cells);
+  float most = 0;
+  for (std::size_t i = 2; i < pool.features.size(); i += 3) most = std::max(most, pool.features[i]);
+  EXPECT_GT(most, 0.01f) << "m/s, either way";
+  EXPECT_LE(most, 0.02f);
+}
+
+TEST(Film, LiesOnItsGroundThinsOutAndLeavesNothingWhereThereIsNone) {
+  std::vector<float> height(25, kNaN);
+  std::vector<std::uint8_t> thickness(25, 0), set(25, 0);
+  for (const std::size_t i : {11, 12, 13}) height[i] = 0.001f, thickness[i] = 50, set[i] = 255;
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = Vector3d(0, 0, 1);
+  const Pool film = filmSurface(X, 0.004, 5, 5, height.data(), thickness.data(), set.data());
+  ASSERT_FALSE(film.triangles.empty());
+  float most = 0;
+  for (const std::uint32_t v : film.triangles) {
+    EXPECT_NEAR(film.positions[3 * v + 2], 1.001, 1e-6) << "m";
+    EXPECT_NEAR(film.positions[3 * v + 1], 0.010, 0.0081) << "no farther than the border";
+    most = std::max(most, film.features[3 * v]);
+    EXPECT_NEAR(film.features[3 * v + 1], 1, 1e-6) << "set";
+  }
+  EXPECT_GT(most, 25) << "µm";
+  EXPECT_LE(most, 50);
+  std::fill(thickness.begin(), thickness.end(), 0);
+  EXPECT_TRUE(filmSurface(X, 0.004, 5, 5, height.data(), thickness.data(), set.data()).triangles.empty());
+  EXPECT_TRUE(filmSurface(X, 0, 5, 5, height.data(), thickness.data(), set.data()).triangles.empty());
+}
+
 TEST(Puffs, ThinSmokeIsFainterAndNothingIsLeftOut) {
   Quads q;
   addPuff({0, 0, 0.1}, 0.01, 0.01, 0, 1, Vector3d::Zero(), &q);

@@ -55,6 +55,39 @@ TEST(Lens, FogTakesTheContrastAndClearsAgain) {
   EXPECT_EQ(cv::norm(clear, again), 0);
 }
 
+TEST(Lens, BrightTissueUnderFogHasNoPatchesOfItsOwn) {
+  // Its red is as high as a highlight's: where it passed the highlights' bound, pink blocks with hard edges
+  // stood.
+  Finisher finisher(sampleCamera(), 1.0);
+  cv::Mat source = stripes(finisher, 0.1);
+  source.setTo(cv::Scalar(222, 170, 160, 100));
+  source(cv::Rect(source.cols / 2, 0, source.cols / 2, source.rows)).setTo(cv::Scalar(240, 170, 160, 100));
+  Lens lens;
+  lens.fog = 0.33;
+  finisher.setLens(lens);
+  cv::Mat fogged;
+  finisher.apply(source, &fogged);
+  EXPECT_LT(cv::mean(fogged(kRight))[0] - cv::mean(fogged(kLeft))[0], 240 - 222)
+      << "no more than without fog";
+  EXPECT_NEAR(cv::mean(fogged(kRight))[1], cv::mean(fogged(kLeft))[1], 2);
+}
+
+TEST(Lens, FogLiesWhereItsMapSays) {
+  Finisher finisher(sampleCamera(), 1.0);
+  const cv::Mat source = stripes(finisher, 0.1);
+  cv::Mat clear, fogged;
+  finisher.apply(source, &clear);
+  Lens lens;
+  lens.columns = 36, lens.rows = 28;
+  lens.fog = 0.4;
+  for (int r = 0; r < 28; ++r)
+    for (int c = 0; c < 36; ++c) lens.fogging.push_back(c < 18 ? 204 : 0);
+  finisher.setLens(lens);
+  finisher.apply(source, &fogged);
+  EXPECT_LT(contrast(fogged, kLeft), 0.2 * contrast(clear, kLeft));
+  EXPECT_GT(contrast(fogged, kRight), 0.97 * contrast(clear, kRight));
+}
+
 TEST(Lens, BloodOnOneSideReddensAndHidesThatSideOnly) {
   Finisher finisher(sampleCamera(), 1.0);
   const cv::Mat source = stripes(finisher, 0.1);

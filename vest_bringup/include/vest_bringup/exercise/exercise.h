@@ -59,6 +59,16 @@ enum class Metric : std::uint8_t {
   Tail,
   ThreadTension,
   ThreadTensionPeak,
+  HeartRate,
+  Systolic,
+  MeanPressure,
+  Given,
+  Haematocrit,
+  Oxygen,
+  Vasopressor,
+  Arrested,
+  GasPressure,
+  Fog,
 };
 
 /// What a number is a number of, beside its word.
@@ -82,7 +92,7 @@ inline constexpr double kDegree = 0.017453292519943295;  ///< rad
 inline constexpr double kOpticOff = 0.5;  ///< degrees that the endoscope's optic may be off the exercise's
 inline constexpr double kSealedDamage = 0.632;  ///< denatured share at which tissue is sealed: omega = 1
 
-inline constexpr std::array<MetricInfo, 42> kMetrics{{
+inline constexpr std::array<MetricInfo, 52> kMetrics{{
     {Metric::Time, "time_s", kNothing, true, "time since the first phase began"},
     {Metric::BloodLost, "blood_lost_ml", kNothing, true, "blood that left the vessels and surfaces"},
     {Metric::Leak, "leak_ml_s", kNothing, false, "blood that leaves the vessels now"},
@@ -141,6 +151,17 @@ inline constexpr std::array<MetricInfo, 42> kMetrics{{
     {Metric::ThreadTension, "thread_tension_N", kNothing, false,
      "greatest tension in a thread, mean of 20 ms"},
     {Metric::ThreadTensionPeak, "thread_tension_peak_N", kNothing, false, "greatest such mean"},
+    {Metric::HeartRate, "heart_rate_min", kNothing, false, "beats a minute; 0 when the heart has stopped"},
+    {Metric::Systolic, "systolic_mmHg", kNothing, false, "systolic pressure of the last beat"},
+    {Metric::MeanPressure, "mean_pressure_mmHg", kNothing, false, "mean arterial pressure of the last beat"},
+    {Metric::Given, "given_ml", kNothing, true, "infusion and transfusion"},
+    {Metric::Haematocrit, "haematocrit_percent", kNothing, false, "share of the blood that is red cells"},
+    {Metric::Oxygen, "spo2_percent", kNothing, false, "oximeter; 0 when it finds no pulse"},
+    {Metric::Vasopressor, "vasopressor_percent", kNothing, false,
+     "what drugs add to the resistance of the vessels"},
+    {Metric::Arrested, "arrested", kNothing, false, "1 when the heart has stopped"},
+    {Metric::GasPressure, "gas_pressure_mmHg", kNothing, false, "pressure of the pneumoperitoneum"},
+    {Metric::Fog, "fog_percent", kNothing, false, "how much of the sight condensate on the lens takes"},
 }};
 const MetricInfo& infoOf(Metric metric);
 

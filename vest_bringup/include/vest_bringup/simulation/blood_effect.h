@@ -46,9 +46,9 @@ struct BloodFrame {
 };
 
 /// Circulation, openings of vessels and the pulse in the scene. Jaws that hold a vessel and tools that press
-/// on one close it while they do; gauze covers what bleeds under it; a sucker takes clots off openings. An
-/// object of the scene belongs to a vessel by its `vessel_segment`; its station 0 … length runs along the
-/// whole vessel.
+/// on one close it while they do, and so does a kink or a pull that narrows it; gauze covers what bleeds
+/// under it; a sucker takes clots off openings. An object of the scene belongs to a vessel by its
+/// `vessel_segment`; its station 0 … length runs along the whole vessel.
 ///   events (cut, punctured, torn, perforated, clipped, unclipped, ligated, coagulated) -> wounds
 ///   circulation -> fluid sources at the wounds, and dilatation of the scene's vessels every fourth step
 /// Parameter edits (object empty): heart_rate (Hz), mean_pressure (Pa), resistance_scale, reflex_scale,
@@ -80,6 +80,9 @@ class BloodEffect : public Effect {
 
   const haemodynamics::CirculationModel& model() const { return circulation_.model; }
   const haemodynamics::CirculationState& circulation() const { return state_.circulation; }
+  const haemodynamics::CirculationSettings& settings() const { return state_.settings; }
+  /// Where vessels are bent or drawn out so far that they are narrow.
+  const bleeding::Pinches& kinks() const { return state_.kinks; }
   const bleeding::WoundState& wounds() const { return state_.wounds; }
 
  private:
@@ -87,6 +90,7 @@ class BloodEffect : public Effect {
     haemodynamics::CirculationState circulation;
     haemodynamics::CirculationSettings settings;
     bleeding::WoundState wounds;
+    bleeding::Pinches kinks;  ///< as found last
     double pulse_dilatation = 1;
     double opening_station = 0;  ///< m, of an instructor's opening to come
   };
@@ -94,6 +98,7 @@ class BloodEffect : public Effect {
   static void walk(Archive& archive, S& state);
 
   bleeding::Place placeOf(const scene::World& world, std::size_t object, double station) const;
+  void findKinks(const scene::World& world);
   void findPinches(const scene::World& world, const scene::StepReport& report);
   void cover(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report);
   void suckClots(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
@@ -111,9 +116,12 @@ class BloodEffect : public Effect {
   haemodynamics::CirculationInputs inputs_;
   State state_;
   bleeding::Pinches pinches_;
-  double seeping_ = 0;               ///< m³/s, to be told
-  std::vector<int> vessel_of_;       ///< per object of the scene; −1: none
-  std::vector<std::uint8_t> shown_;  ///< per vessel: the scene has it
+  double seeping_ = 0;                          ///< m³/s, to be told
+  std::vector<int> vessel_of_;                  ///< per object of the scene; −1: none
+  std::vector<std::vector<double>> rest_area_;  ///< m², per object that is a vessel, per ring, as loaded
+  std::vector<Eigen::Vector3d> centres_;        ///< m, of one vessel's rings; no meaning between steps
+  std::vector<double> areas_;                   ///< m², likewise
+  std::vector<std::uint8_t> shown_;             ///< per vessel: the scene has it
   std::vector<scene::VesselName> names_;
   std::shared_ptr<const std::vector<std::string>> frame_names_;
   scene::TripleBuffer<BloodFrame>* frames_;

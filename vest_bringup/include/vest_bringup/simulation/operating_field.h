@@ -66,7 +66,8 @@ struct FieldFrame {
   lens::State lens;
   double humidity = 0;  ///< relative, of the cavity's gas
   double fog = 0;
-  std::array<double, tools::kInstrumentCount> clogged{};  ///< 0 … 1: of each sucker's bore
+  std::array<float, lens::kColumns * lens::kRows> fogging{};  ///< 0 … 1
+  std::array<double, tools::kInstrumentCount> clogged{};      ///< 0 … 1: of each sucker's bore
   std::array<bleeding::Swab, tools::kInstrumentCount> swabs{};
   bool degraded = false;                    ///< at any step since the last frame
   std::vector<scene::ImpactInput> impacts;  ///< since the last frame, at most kMostFrameImpacts
@@ -97,6 +98,8 @@ class OperatingField : public Effect {
 
   /// Share of a sucker, 0 … 1, that tissue on its mouth and clots in its bore leave open.
   double suctionOpen(const scene::World& world, std::size_t tool) const;
+  /// How much of the sight condensate takes, 0 … 1.
+  double fog() const;
   /// What an instrument's swab holds; nothing where it is none.
   const bleeding::Swab& swab(std::size_t tool) const;
 

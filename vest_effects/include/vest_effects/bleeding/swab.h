@@ -13,10 +13,19 @@ constexpr double kSwabReach = 0.010;
 /// lies on water has to sink (European Pharmacopoeia 11, monograph 0036).
 constexpr double kSwabTime = 3.3;
 
+/// Pa: pressed so hard, gauze keeps half of what it holds at rest (assumed: it is what a hand wrings out).
+constexpr double kSwabYields = 1.0e4;
+/// m³ that a wad of `radius` m holds while it is pressed with `force` N over its cross-section.
+inline double capacity(double force, double radius) {
+  const double pressure = force > 0 ? force / (3.14159265358979 * radius * radius) : 0.0;
+  return kSwabCapacity * kSwabYields / (kSwabYields + pressure);
+}
+
 /// What a swab holds.
 struct Swab {
   double volume = 0, blood = 0;  ///< m³, and of it blood
-  double room() const { return volume < kSwabCapacity ? kSwabCapacity - volume : 0; }
+  /// m³ that it can still take; < 0: that it has to give back. @param most m³, as capacity()
+  double room(double most = kSwabCapacity) const { return most - volume; }
 };
 
 /// Share 0 … 1 of an opening that a wad of `radius` m shuts, pressed against it with `force` N while the

@@ -13,7 +13,8 @@
 ///                     v  absorbed when slow or under water     |
 ///                    pools (shallow water over the tissue) ----+
 ///
-/// Volume is accounted: emitted = pending + particles + pools + sucked + soaked + lost + stained, always.
+/// Volume is accounted: emitted = pending + particles + pools + films + sucked + soaked + lost + stained,
+/// always.
 namespace vest::fluid {
 
 inline constexpr int kMostSources = 160;  ///< 128 of bleeding, the rest for instruments

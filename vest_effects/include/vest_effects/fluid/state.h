@@ -36,11 +36,22 @@ struct Pools {
   /// stands that fills the gaps under tissue beside it, too. < 0: there are none.
   std::vector<float> sunk;
   double sunk_at = 0;  ///< s: State::time when it was renewed
+  // Blood that lies on rigid ground as a film, under a pool or beside it.
+  std::vector<float> film;      ///< m
+  std::vector<float> film_age;  ///< s since it was left there, mean
+  std::vector<float> ground;    ///< m, world z of that ground; kNoBed where no blood has been
+  double filmed_at = 0;         ///< s: State::time when they were renewed
 
   /// m, world z of the surface of a cell that is wet.
   float top(std::size_t cell) const { return bed[cell] + depth[cell] + raised[cell]; }
 };
 inline constexpr float kNoBed = -1.0e3f;
+inline constexpr float kFilmSets = 400;  ///< s: whole blood clots in 5 … 10 min (Lee and White 1913)
+/// Share 0 fresh … 1 set of a film that was left `age` s ago: the law of bleeding/surface.h.
+inline float filmSet(float age) {
+  const float a = age / kFilmSets, a4 = a * a * a * a;
+  return a4 / (1 + a4);
+}
 inline constexpr float kDryDepth = 1.0e-5f;  ///< m: shallower counts as dry (tuned)
 
 struct Bubbles {
@@ -64,9 +75,9 @@ struct State {
   double air = 0;                                      ///< m³ of air dragged into pools, not yet a bubble
   double emitted = 0, emitted_blood = 0;               ///< m³ since the start
   double sucked = 0, sucked_blood = 0;                 ///< m³
-  double soaked = 0, soaked_blood = 0;                 ///< m³ that gauze took up
+  double soaked = 0, soaked_blood = 0;                 ///< m³ that gauze took up and has not given back
   double lost = 0;                                     ///< m³ that left the domain
-  double stained = 0;                                  ///< m³ of blood left on tissue as a film
+  double stained = 0;                                  ///< m³ of blood left on soft tissue as a film
   bool degraded = false;                               ///< the particle budget was exhausted in the last step
 };
 
@@ -77,6 +88,8 @@ double particleVolume(const Model& model, const State& state);  ///< m³
 double pendingVolume(const State& state);  ///< m³ that waits at sources for a whole particle
 double poolVolume(const Model& model, const State& state);  ///< m³
 double poolBlood(const Model& model, const State& state);   ///< m³ of blood in the pools
+
+double filmVolume(const Model& model, const State& state);  ///< m³ of the films on rigid ground
 
 /// State as bytes, little-endian, arrays whole (their unused ends too): for hashes and snapshots.
 void save(const State& state, std::vector<std::uint8_t>& bytes);

@@ -32,6 +32,7 @@ struct Source {
   double flow = 0;                           ///< m³/s, 0 … kGreatestFlow
   double blood = 1;                          ///< 0 water … 1 blood
   std::array<double, 3> velocity{};          ///< m/s, of the nozzle itself
+  std::uint8_t wrung = 0;                    ///< 1: out of gauze: taken from State::soaked, not emitted anew
 };
 
 /// An open suction tip: a point sink, whose inflow has the speed Q/(4 pi r²).

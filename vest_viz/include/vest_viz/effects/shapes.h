@@ -44,7 +44,8 @@ constexpr double kSmokeExtinction = 3000.0;
 /// the tissue.
 struct Pool {
   std::vector<float> positions, normals;  ///< x y z per vertex, world
-  std::vector<float> features;            ///< share of blood, depth (mm; < 0 beyond the shore), 0, per vertex
+  /// Per vertex: share of blood, depth (mm; < 0 beyond the shore), speed of the waves there (m/s).
+  std::vector<float> features;
   std::vector<std::uint32_t> triangles;
 };
 /// What a FluidPool says of its cells, row-major.
@@ -52,8 +53,14 @@ struct PoolCells {
   const float* height = nullptr;        ///< m above the origin's plane at the cell's middle, NaN where dry
   const std::uint8_t* depth = nullptr;  ///< 0.1 mm; null: unknown, kUnknownDepth
   const std::uint8_t* blood = nullptr;  ///< 0 water … 255 blood; null: everywhere as in blood_fraction
+  const float* velocity = nullptr;      ///< m/s, of the surface, upwards; null: it lies still
   double blood_fraction = 1;            ///< of the whole pool, 0 … 1
 };
+/// A film of blood on the ground as a thin skin over it, twice as fine as its cells, with a border without
+/// blood. Features: thickness (µm), share that has set, 0, per vertex. @param height m above the origin's
+/// plane, NaN: none; @param thickness µm; @param set of 255
+Pool filmSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
+                 const float* height, const std::uint8_t* thickness, const std::uint8_t* set);
 constexpr float kUnknownDepth = 5.0f;  ///< mm: hides the ground where it is blood (assumed)
 Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
                  const PoolCells& cells);

@@ -30,8 +30,9 @@ std::array<double, 3> whiteBalance(double lamp, double white);
 
 /// Condition of the front lens (vest_msgs/LensState).
 struct Lens {
-  double fog = 0;  ///< 0 clear … 1 blind
+  double fog = 0;  ///< 0 clear … 1 blind, mean
   int columns = 0, rows = 0;
+  std::vector<std::uint8_t> fogging;  ///< 0 clear … 255 blind, likewise; empty: everywhere as in `fog`
   std::vector<std::uint8_t> soiling;  ///< 0 clean … 255 opaque, row-major over the picture; may be empty
   std::vector<std::uint8_t> blood;    ///< 0 water or smoke … 255 blood, as many; may be empty
   bool clear() const { return fog < 0.005 && soiling.empty(); }
@@ -85,6 +86,7 @@ class Finisher {
                    ///< enlarging
   EdgeSmoother edges_;
   cv::Mat soil_, soil_colour_;  ///< over window_: opacity, colour; empty while the lens is clean
+  cv::Mat fogging_;             ///< over window_: fog of 255; empty: everywhere fog_
   cv::Mat white_;               ///< look-up table, empty while neutral
   cv::Mat noise_;               ///< a strip of noise, CV_8S, entered at another place each picture
   std::uint32_t pictures_ = 0;
