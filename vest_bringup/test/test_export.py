@@ -63,6 +63,28 @@ class Export(unittest.TestCase):
         held = [float(row["right_pinch_N"]) for row in rows if row["right_grasping"] == "1"]
         self.assertGreater(max(held), 0)
 
+    def test_instruments_that_come_late_and_go_early_have_their_columns(self):
+        late = os.path.join(self.folder, "late")
+        os.makedirs(late)
+        with rosbag.Bag(self.session + "/session.bag") as bag, rosbag.Bag(late + "/session.bag", "w") as out:
+            last = max(m.step for _, m, _ in bag.read_messages("/vest/step_inputs"))
+            for topic, m, t, connection in bag.read_messages(return_connection_header=True):
+                if topic == "/vest/step_inputs" and (m.step <= 250 or m.step > last - 150):
+                    for tool in m.tools:
+                        tool.present = False
+                if topic not in ("/vest/tissue/state_hash", "/vest/effects/state_hash"):  # they are of other inputs
+                    out.write(topic, m, t, connection_header=connection)
+        for kind in ("csv", "hdf5"):
+            out = os.path.join(self.folder, "late_" + kind)
+            done = subprocess.run([EXPORT, late, "--output", out, "--to", kind, "--rate", "10"], capture_output=True, text=True, timeout=300, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        with open(self.folder + "/late_csv/demo_0.csv") as file:
+            rows = list(csv.DictReader(file))
+        self.assertIn("right_x_m", rows[0])
+        self.assertEqual([int(rows[0]["step"]), int(rows[-1]["step"])], [300, (last - 150) // 100 * 100])
+        with open(self.folder + "/late_csv/card.json") as file:
+            self.assertEqual(json.load(file)["episodes"][0]["rows_without_instruments_left_out"], last // 100 - len(rows))
+
     def test_hdf5_has_the_layout_of_robomimic(self):
         out, card = self.export("--to", "hdf5", "--rate", "5", "--pictures", "--width", "84", "--height", "84", "--valid", self.session)
         with h5py.File(out + "/sessions.hdf5") as file:

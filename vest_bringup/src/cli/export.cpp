@@ -300,11 +300,13 @@ class Export {
     for (data::Episode& e : session.episodes()) {
       e.name = "demo_" + std::to_string(episodes_.size());
       e.first_picture += first_picture_;
+      e.leaveOutEnds();
       card_["episodes"].push_back({{"name", e.name},
                                    {"session", e.session},
                                    {"scene", e.scene},
                                    {"scene_hash", e.scene_hash},
                                    {"rows", e.rows.size()},
+                                   {"rows_without_instruments_left_out", e.left_out},
                                    {"rate_hz", e.rate}});
       if (wanted_.to == "csv") {
         write(output_ / (e.name + ".csv"), data::toCsv(e));

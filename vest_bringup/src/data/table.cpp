@@ -20,6 +20,23 @@ bool Episode::has(std::size_t instrument) const {
          std::all_of(rows.begin(), rows.end(), [&](const Row& row) { return row.tools[instrument].present; });
 }
 
+void Episode::leaveOutEnds() {
+  std::size_t first = 0, end = rows.size();
+  for (std::size_t i = 0; i < kInstruments.size(); ++i) {
+    const auto there = [i](const Row& row) { return row.tools[i].present; };
+    if (2 * static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), there)) < rows.size()) continue;
+    const auto from = std::find_if(rows.begin(), rows.end(), there);
+    const auto to = std::find_if(rows.rbegin(), rows.rend(), there).base();
+    first = std::max(first, static_cast<std::size_t>(from - rows.begin()));
+    end = std::min(end, static_cast<std::size_t>(to - rows.begin()));
+  }
+  if (first >= end) return;
+  left_out = rows.size() - (end - first);
+  rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(end), rows.end());
+  rows.erase(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(first));
+  first_picture += first;
+}
+
 const std::vector<Column>& columnsOf(std::size_t instrument) {
   static const std::vector<Column> endoscope{{"pos", "m", "tip as commanded, world: x y z", 3},
                                              {"quat", "1", "tip in world: x y z w, z along the shaft", 4}};

@@ -47,6 +47,11 @@ struct Episode {
   std::size_t first_picture = 0;  ///< of the pictures of all episodes
   std::vector<Row> rows;
   std::vector<EventRow> events;
+  std::size_t left_out = 0;  ///< rows before and after those
+
+  /// A recording begins before its instruments are heard, and may end after them. Leaves out rows of both
+  /// ends until those instruments are there that are in at least half of all rows.
+  void leaveOutEnds();
 
   /// Whether an instrument is there in all rows: those that are not have no columns.
   bool has(std::size_t instrument) const;
