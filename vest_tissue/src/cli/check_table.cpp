@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <optional>
 
 #include <Eigen/Geometry>
 
@@ -39,9 +40,11 @@ std::size_t countInside(const scene::Object& a, const scene::Object& b, Overlap&
   for (const auto& p : b.position) box.extend(p);
   box.min().array() -= reach, box.max().array() += reach;
   std::size_t count = 0;
+  std::optional<modelling::NearestPoints> nearest;  // most pairs are apart
   for (std::size_t i = 0; i < a.position.size(); ++i) {
     if ((rigid(b) && a.fixed[i]) || (!cavity && !box.contains(a.position[i]))) continue;
-    const double distance = modelling::nearestPoint(b.position, b.contact_triangles, a.position[i]).distance;
+    if (!nearest) nearest.emplace(b.position, b.contact_triangles);
+    const double distance = (*nearest)(a.position[i]).distance;
     overlap.touch = overlap.touch || distance < reach;
     overlap.deepest = std::max(overlap.deepest, -distance);
     count += distance < 0;

@@ -120,6 +120,8 @@ std::vector<Proposal> Session::propose(const std::string& object, double within)
   std::vector<Proposal> proposals;
   for (const scene::Object& other : scene_.objects) {
     if (written(other.name) == owner || other.model == scene::ObjectModel::Rigid) continue;
+    if (other.contact_triangles.empty()) continue;
+    const NearestPoints nearest(other.rest_position, other.contact_triangles);
     Proposal run;
     bool open = false;
     const auto close = [&] {
@@ -137,9 +139,7 @@ std::vector<Proposal> Session::propose(const std::string& object, double within)
       double least = std::numeric_limits<double>::infinity();
       for (const scene::Index knot : self->tube.rings[r]) {
         if (self->fixed[knot]) continue;
-        least = std::min(least, std::abs(nearestPoint(other.rest_position, other.contact_triangles,
-                                                      self->rest_position[knot])
-                                             .distance));
+        least = std::min(least, std::abs(nearest(self->rest_position[knot]).distance));
       }
       if (!(least <= within)) {
         close();
