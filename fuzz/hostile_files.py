@@ -146,6 +146,7 @@ def run(kind, folder, slow, under=()):
     environment = dict(os.environ, ASAN_OPTIONS='detect_leaks=0:exitcode=77:allocator_may_return_null=0',
                        UBSAN_OPTIONS='print_stacktrace=1:halt_on_error=1:exitcode=77', VEST_CACHE_DIR=folder + '/cache')
     environment.pop('DISPLAY', None)
+    environment.setdefault('ROS_PACKAGE_PATH', ROOT + ':/usr/share')  # where no devel space is sourced
 
     def limits():
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

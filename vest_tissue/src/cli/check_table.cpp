@@ -151,9 +151,13 @@ bool printCheck(const scene::Description& description) {
 
 bool startsWell(const scene::Description& description) try {
   constexpr double kTime = 0.2, kThrown = 5.0;  // s; m/s: more than anything falls in that time (tuned)
+  constexpr double kPatience = 2.0;             // s of processor time (assumed): whoever checks a scene waits
   if (description.integrator == scene::Integrator::NewtonEuler) {
     scene::World world(description, 1);
-    const Rest rest = run(world, kTime, 0.0);
+    const Rest rest = run(world, kTime, 0.0, kPatience);
+    if (rest.speed < kThrown && rest.seconds < 0.99 * kTime)
+      std::printf("its steps are slow, %.0f ms each: no more than its first %.0f ms were looked at\n",
+                  1e3 * rest.seconds_per_step, 1e3 * rest.seconds);
     if (rest.speed < kThrown) return true;
     std::printf("NOT good: %s is thrown about: %.1f m/s within %.1f s, without any tool\n",
                 files::shown(rest.object, 100).c_str(), rest.speed, kTime);
