@@ -60,7 +60,7 @@ TEST(Source, ASkinOfGigabytesIsRefusedBeforeItIsMade) {
   large.replace(large.find("rings: 10"), 9, "rings: 1000");
   large.replace(large.find("around: 6"), 9, "around: 200");
   expectSays(messageOf(large), "source.yaml:");
-  expectSays(messageOf(large), "object a: skin: 51251200 vertices");
+  expectSays(messageOf(large), "object a: 51251200 vertices of skin");
 }
 
 TEST(Source, AnImpossibleNumberOfSpringsNamesLineObjectAndRange) {
