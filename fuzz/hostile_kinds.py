@@ -197,7 +197,7 @@ def at_work(tool, good, volumes):
     two, static, tube = kept('scene', 'two'), kept('scene', 'static'), kept('source', 'tube')
     way = (b'rate: 100\ninstruments:\n  endoscope:\n    - {t: 0.0, tip: [0.0, -0.02, 0.125], jaw: 0.0}\n    - {t: 0.05, tip: [0.0, 0.02, 0.11], jaw: 0.0}\n'
            b'  left:\n    - {t: 0, tip: [-0.02, 0.0, 0.06], roll: 0, jaw: 0.5}\n    - {t: 0.05, tip: [-0.01, 0.01, 0.06], jaw: 0.1, through: true}\n'
-           b'tools: {left: grasper}\neffects: {smoke_on: 1}\npictures: [0.01]\n')
+           b'tools: {left: grasper}\neffects: {lens: {start_temperature: 300}}\npictures: [0.01]\n')
     played = dict(two, **{'way.yaml': way})
     rehearse = [bringup('vest_rehearse'), '{}/way.yaml', '--scene', '{}/scene.yaml', '--seconds', '0.02']
     place = ('vest_bringup', 'exercises', 'look_round')

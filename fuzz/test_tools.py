@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Protects whoever opens a file of a stranger: what tools once did with one stays mended. Each refusal is one line that names the file,
+"""Protects people who open files of strangers: what tools once did with one stays mended. Each refusal is one line that names the file,
 and leaves nothing behind.
 
 usage: test_tools.py DEVEL     the devel space of the build

@@ -9,7 +9,8 @@
 
 int main(int argc, char** argv) {
   if (argc < 3) {
-    std::fprintf(stderr, "usage: vest_read READER FILE...\n       vest_read keep FOLDER [READER...]\nreaders:");
+    std::fprintf(stderr,
+                 "usage: vest_read READER FILE...\n       vest_read keep FOLDER [READER...]\nreaders:");
     for (const auto& reader : vest::fuzz::readers()) std::fprintf(stderr, " %s", reader.name);
     std::fprintf(stderr, "\n");
     return 2;

@@ -210,7 +210,12 @@ void play(const Script& script, Session& session) {
                         "allowed: the document's, which is " + session.hash());
   };
   compare(script.source_hash, 0, "source_hash");
+  constexpr std::size_t kMostKnots = 2000000;  // baked by all edits (assumed): a minute or two
+  std::size_t knots = 0;
   for (const Script::Line& edit : script.edits) {
+    if (knots > kMostKnots)
+      scene::yaml::fail(script.file, edit.line, "edits", std::to_string(knots) + " knots were baked so far",
+                        "at most " + std::to_string(kMostKnots) + " by one file: fewer edits, or two files");
     try {
       session.apply(edit.op, edit.path, edit.value);
     } catch (const std::invalid_argument& error) {
@@ -218,6 +223,9 @@ void play(const Script& script, Session& session) {
                                   error.what());
     }
     compare(edit.hash, edit.line, "hash");
+    for (const std::string& name : session.rebuilt())
+      for (const scene::Object& object : session.scene().objects)
+        if (object.name == name) knots += object.position.size();
   }
 }
 
