@@ -11,6 +11,7 @@ that program. Failures stay under build/hostile, one folder each, with the comma
 import argparse
 import collections
 import concurrent.futures
+import glob
 import json
 import os
 import random
@@ -28,6 +29,7 @@ import time
 from hostile_kinds import ROOT, kinds
 from lies import lies
 
+PACKAGES = ':'.join(sorted(glob.glob(os.path.join(ROOT, 'vest_*'))) + ['/usr/share'])
 SECONDS, MEGABYTES = 5, 1024  # of processor time, resident: what a tool may take for one file
 
 TWO_LINES = '\nvest_model: good\n'
@@ -146,7 +148,7 @@ def run(kind, folder, slow, under=()):
     environment = dict(os.environ, ASAN_OPTIONS='detect_leaks=0:exitcode=77:allocator_may_return_null=0',
                        UBSAN_OPTIONS='print_stacktrace=1:halt_on_error=1:exitcode=77', VEST_CACHE_DIR=folder + '/cache')
     environment.pop('DISPLAY', None)
-    environment.setdefault('ROS_PACKAGE_PATH', ROOT + ':/usr/share')  # where no devel space is sourced
+    environment.setdefault('ROS_PACKAGE_PATH', PACKAGES)  # where no devel space is sourced
 
     def limits():
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
