@@ -26,6 +26,9 @@ extern "C" int LLVMFuzzerInitialize(int*, char***) {
     list();
     std::exit(0);
   }
+  // What it is read into takes up to minutes to make, which is no input's time.
+  const vest::fuzz::Reader& reader = vest::fuzz::reader(variable("VEST_FUZZ_READER"));
+  if (reader.made) reader.made();
   std::atexit([] {
     if (const auto stepped = vest::fuzz::steppedSessions())
       std::fprintf(stderr, "sessions that reached a step: %llu\n", static_cast<unsigned long long>(stepped));

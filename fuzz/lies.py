@@ -17,7 +17,7 @@ NUMBERS = [b'1e-400', b'1e400', b'-0', b'+1', b'1.', b'.5', b'0b1', b'1,5', b'1:
            b'nan(7)', b'1__0', b'\xd9\xa3', b'1\0', b'00012', b'1f', b'\xe2\x88\x921']
 
 # In the place of a number of a YAML file: what other parsers make a number, a date, a program of.
-VALUES = [b'"5"', b"'5'", b'!!int 5', b'!!float nan', b'!!binary NQ==', b'!!python/object/apply:os.system [id]', b'!mine 5', b'!!null', b'!!set {5}', b'~', b'',
+VALUES = [b'"5"', b"'5'", b"!!int ''", b'!!bool x', b'!!float ""', b'!!timestamp x', b'!!int 5', b'!!float nan', b'!!binary NQ==', b'!!python/object/apply:os.system [id]', b'!mine 5', b'!!null', b'!!set {5}', b'~', b'',
           b'[]', b'{}', b'[5', b'&x 5', b'*x', b'|\n      5', b'>-\n      5', b'2001-12-14', b'12:30:45', b'5#c', b'@5', b'`5', b'%5', b'? 5', b'- 5', b'<<', b'=',
           b'yes', b'$(rospack find x)', b'5\xc2\xa0', b'5\xe2\x80\x8b', b'\xef\xbb\xbf5']
 

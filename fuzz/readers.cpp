@@ -132,8 +132,9 @@ std::vector<std::string> corpus(const Reader& of) {
   return inputs;
 }
 
-void keep(const std::string& folder) {
+void keep(const std::string& folder, const std::vector<std::string>& names) {
   for (const Reader& r : readers()) {
+    if (!names.empty() && std::find(names.begin(), names.end(), r.name) == names.end()) continue;
     const std::string place = folder + "/" + r.name + "/";
     std::filesystem::create_directories(place);
     int number = 0;

@@ -25,8 +25,8 @@ const Reader& reader(const std::string& name);  ///< ends the process where ther
 
 /// Kept inputs: files of fuzz/corpus/NAME, and those that the reader makes.
 std::vector<std::string> corpus(const Reader& reader);
-/// All of them as files: FOLDER/NAME/kept_0 …
-void keep(const std::string& folder);
+/// All of them as files: FOLDER/NAME/kept_0 … @param names of readers; empty: all
+void keep(const std::string& folder, const std::vector<std::string>& names = {});
 
 /// A folder of this process; input is written there, one file or several: lines "=== NAME" begin the next.
 class Folder {

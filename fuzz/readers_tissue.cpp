@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 
+#include "apart.h"
 #include "readers.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/image/patient.h"
@@ -251,6 +252,10 @@ std::vector<std::string> volumeFiles() {
   return made;
 }
 
+std::function<void(const std::string&)> apart(void (*read)(const std::string&)) {
+  return [runs = std::make_shared<Apart>(read)](const std::string& input) { (*runs)(input); };
+}
+
 }  // namespace
 
 std::vector<Reader> tissueReaders() {
@@ -268,8 +273,8 @@ std::vector<Reader> tissueReaders() {
           {"curve", readCurve, {}},
           {"table", readTable,
            shipped("vest_tissue/library/tables/soft.csv", "vest_tissue/library/tables/bone.csv")},
-          {"dicom", readDicom, dicomFiles},
-          {"volume", readVolume, volumeFiles}};
+          {"dicom", apart(readDicom), dicomFiles},
+          {"volume", apart(readVolume), volumeFiles}};
 }
 
 }  // namespace vest::fuzz

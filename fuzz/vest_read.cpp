@@ -1,5 +1,5 @@
 // One reader over files, as hostile_files.py uses it: vest_read NAME FILE… prints what each is refused for;
-// vest_read keep FOLDER writes the good files of all readers.
+// vest_read keep FOLDER [READER…] writes the good files of readers, of all if none is named.
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -9,13 +9,14 @@
 
 int main(int argc, char** argv) {
   if (argc < 3) {
-    std::fprintf(stderr, "usage: vest_read READER FILE...\n       vest_read keep FOLDER\nreaders:");
+    std::fprintf(stderr,
+                 "usage: vest_read READER FILE...\n       vest_read keep FOLDER [READER...]\nreaders:");
     for (const auto& reader : vest::fuzz::readers()) std::fprintf(stderr, " %s", reader.name);
     std::fprintf(stderr, "\n");
     return 2;
   }
   if (std::strcmp(argv[1], "keep") == 0) {
-    vest::fuzz::keep(argv[2]);
+    vest::fuzz::keep(argv[2], {argv + 3, argv + argc});
     return 0;
   }
   const auto& reader = vest::fuzz::reader(argv[1]);

@@ -70,7 +70,11 @@ exercise::Result play(const exercise::Exercise& e, const std::string& script, in
   simulation::StageOptions options;
   options.blood.vessels = ros::package::getPath("vest_effects") + "/data/vessels/pelvis";
   options.field_options.fluid.spacing = 0.003;
-  simulation::apply(trajectory.effects, options);
+  try {
+    simulation::apply(trajectory.effects, options);
+  } catch (const std::exception& error) {
+    throw std::invalid_argument(script + ": " + error.what());
+  }
   vest::scene::SceneFiles files;
   const auto description = vest::scene::loadScene(vest::ros_shell::sceneFile(e.scene), files);
   simulation::Stage stage = simulation::makeStage(vest::scene::World(description, threads), options);

@@ -100,7 +100,11 @@ int main(int argc, char** argv) {
       for (const std::string& one : group)
         for (const auto& a : trainees.attempts(one, exercise)) attempts.push_back(a);
       const std::string file = vest::exercise::referenceFile(database, exercise);
-      vest::tools::writeWhole(file, toJson(vest::exercise::referenceOf(exercise, attempts)));
+      try {
+        vest::tools::writeWhole(file, toJson(vest::exercise::referenceOf(exercise, attempts)));
+      } catch (const std::invalid_argument& e) {  // which of several databases it is
+        throw std::invalid_argument(database + ": " + e.what());
+      }
       std::printf("%s\n", shown(file).c_str());
     }
     if (exporting->parsed()) std::fputs(trainees.exported(name).c_str(), stdout);

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
 #include <topic_tools/shape_shifter.h>
@@ -16,6 +15,7 @@
 #include "vest_bringup/ros/bag_reader.h"
 #include "vest_bringup/ros/bag_writer.h"
 #include "vest_bringup/ros/session_observer.h"
+#include "vest_instruments/files/read.h"
 #include "vest_instruments/files/utf8.h"
 
 namespace vest::session {
@@ -69,10 +69,16 @@ void noteNamespace(const std::string& topic, std::string& ns) {
 
 std::optional<std::uint64_t> received(const std::string& source) {
   if (!endsWith(source, ".active")) return std::nullopt;
-  std::ifstream in(source.substr(0, source.size() - 7) + ".progress", std::ios::binary);
-  std::uint64_t count = 0;
-  if (!in.read(reinterpret_cast<char*>(&count), sizeof count)) return std::nullopt;
-  return count;
+  constexpr std::size_t kMost = 4096;
+  try {
+    const std::string bytes = files::read(source.substr(0, source.size() - 7) + ".progress", kMost);
+    std::uint64_t count = 0;
+    if (bytes.size() < sizeof count) return std::nullopt;
+    std::memcpy(&count, bytes.data(), sizeof count);
+    return count;
+  } catch (const files::Refused&) {  // there is none, or it is a pipe
+    return std::nullopt;
+  }
 }
 
 /// session.json of what was recovered.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <optional>
 
 #include <Eigen/Geometry>
 
@@ -39,9 +40,11 @@ std::size_t countInside(const scene::Object& a, const scene::Object& b, Overlap&
   for (const auto& p : b.position) box.extend(p);
   box.min().array() -= reach, box.max().array() += reach;
   std::size_t count = 0;
+  std::optional<modelling::NearestPoints> nearest;  // most pairs are apart
   for (std::size_t i = 0; i < a.position.size(); ++i) {
     if ((rigid(b) && a.fixed[i]) || (!cavity && !box.contains(a.position[i]))) continue;
-    const double distance = modelling::nearestPoint(b.position, b.contact_triangles, a.position[i]).distance;
+    if (!nearest) nearest.emplace(b.position, b.contact_triangles);
+    const double distance = (*nearest)(a.position[i]).distance;
     overlap.touch = overlap.touch || distance < reach;
     overlap.deepest = std::max(overlap.deepest, -distance);
     count += distance < 0;
@@ -148,9 +151,13 @@ bool printCheck(const scene::Description& description) {
 
 bool startsWell(const scene::Description& description) try {
   constexpr double kTime = 0.2, kThrown = 5.0;  // s; m/s: more than anything falls in that time (tuned)
+  constexpr double kPatience = 2.0;             // s of processor time (assumed): whoever checks a scene waits
   if (description.integrator == scene::Integrator::NewtonEuler) {
     scene::World world(description, 1);
-    const Rest rest = run(world, kTime, 0.0);
+    const Rest rest = run(world, kTime, 0.0, kPatience);
+    if (rest.speed < kThrown && rest.seconds < 0.99 * kTime)
+      std::printf("its steps are slow, %.0f ms each: no more than its first %.0f ms were looked at\n",
+                  1e3 * rest.seconds_per_step, 1e3 * rest.seconds);
     if (rest.speed < kThrown) return true;
     std::printf("NOT good: %s is thrown about: %.1f m/s within %.1f s, without any tool\n",
                 files::shown(rest.object, 100).c_str(), rest.speed, kTime);

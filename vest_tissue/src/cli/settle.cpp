@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <stdexcept>
 
 #include "vest_tissue/scene/falling.h"
@@ -13,7 +14,7 @@ namespace {
 constexpr double kRestSpeed = 0.001;  // m/s: what counts as at rest (docs/conventions.md)
 }
 
-Rest run(scene::World& world, double seconds, double watch_from) {
+Rest run(scene::World& world, double seconds, double watch_from, double patience) {
   scene::StepInput input;
   input.dt = world.description().dt;
   scene::StepReport report;
@@ -21,7 +22,10 @@ Rest run(scene::World& world, double seconds, double watch_from) {
   std::vector<float> velocity;
   const auto begin = std::chrono::steady_clock::now();
   const auto steps = static_cast<std::uint64_t>(std::llround(seconds / input.dt));
-  for (std::uint64_t i = 0; i < steps; ++i) {
+  const std::clock_t spent = std::clock();
+  std::uint64_t done = 0;
+  for (std::uint64_t i = 0; i < steps; ++i, ++done) {
+    if (static_cast<double>(std::clock() - spent) > patience * CLOCKS_PER_SEC) break;
     input.step = world.steps();
     if (world.step(input, report) == scene::Status::Fault) {
       throw std::runtime_error("fault in " + std::string(report.fault_object) + " after " +
@@ -43,7 +47,8 @@ Rest run(scene::World& world, double seconds, double watch_from) {
     }
   }
   rest.seconds_per_step = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() /
-                          static_cast<double>(steps);
+                          static_cast<double>(std::max<std::uint64_t>(done, 1));
+  rest.seconds = static_cast<double>(done) * input.dt;
   return rest;
 }
 

@@ -7,15 +7,17 @@
 
 namespace vest::tools {
 
-/// Steps without any tool. Returns the greatest speed of a knot seen from `watch_from` s on, m/s, and its
-/// object.
-/// @throws std::runtime_error if the World reports a fault
 struct Rest {
-  double speed = 0.0;
-  std::string object;
+  double speed = 0.0;             ///< m/s, the greatest of a knot
+  std::string object;             ///< its
   double seconds_per_step = 0.0;  ///< wall time
+  double seconds = 0.0;           ///< simulated
 };
-Rest run(scene::World& world, double seconds, double watch_from);
+/// Steps without any tool.
+/// @param watch_from s, from when on speeds are seen
+/// @param patience s of processor time: then it ends early
+/// @throws std::runtime_error if the World reports a fault
+Rest run(scene::World& world, double seconds, double watch_from, double patience = 1e30);
 
 /// Positions of all knots as they are now.
 void readPositions(const scene::World& world, scene::Description& description);

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <fstream>
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
       std::size_t found = 0;
       for (const char* file : organ.files) {
         const std::string path = reference + "/" + file + ".obj";
-        if (!std::ifstream(path).good()) continue;
+        if (!std::filesystem::exists(path)) continue;
         append(readMesh(path), whole);
         ++found;
       }

@@ -57,9 +57,17 @@ int feel(const std::string& images, const std::string& folder, const ReadOptions
   const Volume volume = read(images, options);
   for (const auto& note : volume.notes)
     std::fprintf(stderr, "vest_import: note: %s\n", vest::files::shown(note, 1000).c_str());
-  fs::create_directories(folder);
-  const std::string path = writeFeltScene(volume, folder, table);
-  const auto scene = vest::scene::loadScene(path);
+  const bool is_new = fs::create_directories(folder);
+  vest::scene::Description scene;
+  std::string path;
+  try {
+    path = writeFeltScene(volume, folder, table,
+                          [&](const std::string& written) { scene = vest::scene::loadScene(written); });
+  } catch (...) {
+    std::error_code not_empty;
+    if (is_new) fs::remove(folder, not_empty);
+    throw;
+  }
   for (const auto& note : scene.feel->notes) std::fprintf(stderr, "vest_import: note: %s\n", note.c_str());
   std::printf(
       "%s: voxels of %.2f mm, smoothed over %.2f mm; the yield changes by at most %.1f %% a millisecond\n",
@@ -91,7 +99,9 @@ int bake(const std::string& folder) {
   const auto [least, greatest] = vest::volume::dihedralAngles(lattice);
   std::printf("%zu nodes, %zu tetrahedra, dihedral angles %.1f … %.1f degrees\n", lattice.nodes.size(),
               lattice.tetrahedra.size(), least, greatest);
-  const auto scene = vest::scene::loadScene(writePatientScene(lattice, patient, folder));
+  vest::scene::Description scene;
+  writePatientScene(lattice, patient, folder,
+                    [&](const std::string& written) { scene = vest::scene::loadScene(written); });
   const bool good = vest::tools::printCheck(scene);
   return vest::tools::startsWell(scene) && good ? 0 : 1;
 }

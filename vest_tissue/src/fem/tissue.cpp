@@ -137,14 +137,20 @@ void prepareElastostatic(TissueModel& t) {
   t.softest *= 1.1;
 }
 
-/// h² A0^-1 between surface nodes, and their block rows.
-void stepAnswers(TissueModel& t, double h, std::vector<std::int32_t>& rows, Eigen::MatrixXd& answer) {
-  const std::vector<Index> nodes = number(t, false, rows);
-  if (nodes.size() > kMostSurfaceNodes) {
-    refuse(t.model->description, std::to_string(nodes.size()) +
+/// Before a matrix of them is factorised, which takes seconds.
+void checkSurface(const TissueModel& t) {
+  std::vector<std::int32_t> rows;
+  const std::size_t nodes = number(t, false, rows).size();
+  if (nodes > kMostSurfaceNodes) {
+    refuse(t.model->description, std::to_string(nodes) +
                                      " free nodes at the surface; allowed in a World: at most " +
                                      std::to_string(kMostSurfaceNodes));
   }
+}
+
+/// h² A0^-1 between surface nodes, and their block rows.
+void stepAnswers(TissueModel& t, double h, std::vector<std::int32_t>& rows, Eigen::MatrixXd& answer) {
+  const std::vector<Index> nodes = number(t, false, rows);
   answer = kept(t, nodes, h, [&] { return between(*t.model, t.factor, nodes, h * h); });
 }
 
@@ -187,6 +193,7 @@ void prepareTissue(TissueModel& t, double h) {
   const Model& m = *t.model;
   const Description& d = m.description;
   t.step = h;
+  checkSurface(t);
   Scratch scratch(m, 1);
   const State rest = restState(m);
   const double a = d.material.rayleigh_mass, b = d.material.rayleigh_stiffness;

@@ -5,12 +5,13 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
 #include "vest_instruments/files/read.h"
+#include "vest_tissue/files/yaml_reader.h"
 #include "vest_tissue/image/brick.h"
 #include "vest_tissue/material/database.h"
+#include "written_scene.h"
 
 namespace vest::image {
 namespace {
@@ -21,13 +22,6 @@ constexpr double kTop = 0.115, kMiddle = 0.05;  // m, world: where tissue begins
 constexpr double kAround = 0.03;                // m to each side of it
 constexpr double kTissue = -300;                // HU: above that it is no air (Kalender 2011: fat -100)
 
-void save(const fs::path& path, const std::string& bytes) {
-  std::ofstream out(path, std::ios::binary);
-  out << bytes;
-  out.close();
-  if (!out) throw std::invalid_argument(files::shown(path.string(), 4096) + ": cannot be written");
-}
-
 std::string number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.9g", value);
@@ -36,7 +30,8 @@ std::string number(double value) {
 
 }  // namespace
 
-std::string writeFeltScene(const Volume& volume, const std::string& folder, const std::string& table) {
+std::string writeFeltScene(const Volume& volume, const std::string& folder, const std::string& table,
+                           const std::function<void(const std::string& scene)>& check) {
   const std::string name = fs::absolute(folder).lexically_normal().filename().string();
   const auto plain = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
@@ -45,9 +40,11 @@ std::string writeFeltScene(const Volume& volume, const std::string& folder, cons
     throw std::invalid_argument(
         files::shown(folder, 4096) +
         ": the folder's name becomes that of the scene: letters, digits, _ and - are allowed");
+  const std::string images = files::shown(volume.slices.empty() ? folder : volume.slices.front().file, 4096);
   if (table.empty() && volume.unit != "HU")
     throw std::invalid_argument(
-        "the shipped table is for values in HU, and the images do not say that theirs are: give one by "
+        images +
+        ": the shipped table is for values in HU, and the images do not say that theirs are: give one by "
         "--table");
   volume::Brick brick = toBrick(volume, {0, kMiddle, 0});
   double top = -1e300;
@@ -59,21 +56,22 @@ std::string writeFeltScene(const Volume& volume, const std::string& folder, cons
         const std::int16_t n = brick.stored[(std::size_t{k} * brick.size[1] + j) * brick.size[0] + i];
         if (n != volume::Brick::kNothing && (volume.unit != "HU" || brick.value(n) > kTissue)) top = at.z();
       }
-  if (!(top > -1e300)) throw std::invalid_argument("there is nothing but air over the middle of the images");
+  if (!(top > -1e300))
+    throw std::invalid_argument(images + ": there is nothing but air over the middle of the images");
   brick.origin.z() += kTop - top;
 
   const fs::path source = table.empty() ? fs::path(material::databasePath()).parent_path().parent_path() /
                                               "scenes/ct_puncture/needle.csv"
                                         : fs::path(table);
-  const fs::path directory(folder);
-  save(directory / "needle.csv", files::read(source.string(), std::size_t{1} << 20));
+  WrittenScene written(folder);
+  written.save("needle.csv", scene::yaml::readFile(source.string(), std::size_t{1} << 20));
   std::string raw(2 * brick.stored.size(), '\0');
   for (std::size_t i = 0; i < brick.stored.size(); ++i) {
     const auto bits = static_cast<std::uint16_t>(brick.stored[i]);
     raw[2 * i] = static_cast<char>(bits & 255);
     raw[2 * i + 1] = static_cast<char>(bits >> 8);
   }
-  save(directory / (name + ".raw"), raw);
+  written.save(name + ".raw", raw);
   std::string axes;
   for (int r = 0; r < 3; ++r)
     axes += std::string(r > 0 ? ", " : "") + "[" + number(brick.axes(r, 0)) + ", " +
@@ -94,9 +92,15 @@ std::string writeFeltScene(const Volume& volume, const std::string& folder, cons
         "  regions:\n"
         "    - {name: soft, values: [-300, 150]}\n"
         "    - {name: bone, values: [150, 30000], roles: [forbidden], drawn: true}\n";
-  const fs::path scene = directory / (name + ".yaml");
-  save(scene, text);
-  return scene.string();
+  written.save(name + ".yaml", text);
+  try {
+    return written.finish(name + ".yaml", check);
+  } catch (const std::exception& error) {  // of a table that was given, its own name
+    const std::string copy = files::shown((fs::path(folder) / "needle.csv").string(), 4096);
+    const std::string message = error.what();
+    if (table.empty() || message.compare(0, copy.size(), copy) != 0) throw;
+    throw std::invalid_argument(files::shown(table, 4096) + message.substr(copy.size()));
+  }
 }
 
 }  // namespace vest::image

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <stdexcept>
 
@@ -14,6 +13,7 @@
 #include "vest_tissue/image/brick.h"
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/volume/stuffing.h"
+#include "written_scene.h"
 
 namespace vest::image {
 namespace {
@@ -44,13 +44,6 @@ Segment segmentOf(const Value& item, const material::Database& tissues, bool of_
   if (map.has("largest")) s.largest = map["largest"].integer(1, 1000);
   map.finish();
   return s;
-}
-
-void save(const fs::path& path, const std::string& text) {
-  std::ofstream out(path, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw std::invalid_argument(path.string() + ": cannot be written");
 }
 
 template <class... Numbers>
@@ -194,7 +187,8 @@ volume::Lattice mesh(const volume::LabelledImage& labels, const Patient& patient
 }
 
 std::string writePatientScene(const volume::Lattice& lattice, const Patient& patient,
-                              const std::string& directory) {
+                              const std::string& directory,
+                              const std::function<void(const std::string& scene)>& check) {
   if (lattice.nodes.size() > fem::kMostTissueNodes)
     throw std::invalid_argument(
         "cell: " + print("%zu nodes; at most %zu are allowed: take a larger cell, a crop or fewer labels",
@@ -204,11 +198,11 @@ std::string writePatientScene(const volume::Lattice& lattice, const Patient& pat
     if (present.count(static_cast<std::uint16_t>(s + 1)) == 0)
       throw std::invalid_argument("cell: nothing is left of " + patient.segments[s].name +
                                   ": take a smaller cell");
-  const fs::path folder(directory);
-  save(folder / (patient.name + ".vtk"), toVtk(lattice, patient.name));
+  WrittenScene written(directory);
+  written.save(patient.name + ".vtk", toVtk(lattice, patient.name));
   std::string held = "node\n";
   for (const auto n : heldNodes(lattice, patient)) held += print("%u\n", n);
-  save(folder / (patient.name + "_held.csv"), held);
+  written.save(patient.name + "_held.csv", held);
   const auto tissues = material::readDatabase(material::databasePath());
   std::string materials;
   for (std::size_t s = 0; s < patient.segments.size(); ++s) {
@@ -219,20 +213,20 @@ std::string writePatientScene(const volume::Lattice& lattice, const Patient& pat
               t.at("youngs_modulus").value, t.at("poisson_ratio").value, t.at("density").value) +
         "  # " + segment.name + ": " + segment.tissue + "\n";
   }
-  const fs::path scene = folder / (patient.name + ".yaml");
-  save(scene,
-       "# Written by vest_import bake; change patient.yaml instead.\nvest_scene: 1\nname: " + patient.name +
-           "\ngravity: [0, 0, -9.81]\nseed: 1\nsolution: {integrator: newton_euler, dt: 0.001}\nobjects:\n  "
-           "- name: " +
-           patient.name + "\n    organ: " + patient.segments.front().name +
-           "\n    roles: [target]\n    model: fem\n    integrator: backward_euler\n    strain: corotational\n"
-           "    start: rest\n    mesh: " +
-           patient.name + ".vtk\n    fixed: " + patient.name +
-           "_held.csv\n    # stiffness and density: data/materials.yaml; damping: assumed\n    "
-           "rayleigh_mass: 2\n"
-           "    rayleigh_stiffness: 0.004\n    materials:\n" +
-           materials);
-  return scene.string();
+  written.save(
+      patient.name + ".yaml",
+      "# Written by vest_import bake; change patient.yaml instead.\nvest_scene: 1\nname: " + patient.name +
+          "\ngravity: [0, 0, -9.81]\nseed: 1\nsolution: {integrator: newton_euler, dt: 0.001}\nobjects:\n  "
+          "- name: " +
+          patient.name + "\n    organ: " + patient.segments.front().name +
+          "\n    roles: [target]\n    model: fem\n    integrator: backward_euler\n    strain: corotational\n"
+          "    start: rest\n    mesh: " +
+          patient.name + ".vtk\n    fixed: " + patient.name +
+          "_held.csv\n    # stiffness and density: data/materials.yaml; damping: assumed\n    "
+          "rayleigh_mass: 2\n"
+          "    rayleigh_stiffness: 0.004\n    materials:\n" +
+          materials);
+  return written.finish(patient.name + ".yaml", check);
 }
 
 }  // namespace vest::image

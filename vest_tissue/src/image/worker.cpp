@@ -39,6 +39,12 @@ std::size_t dataSize() {
   return read == 6 ? data * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) : 0;
 }
 
+/// Where workHere() was called.
+struct {
+  volatile bool* within = nullptr;
+  std::size_t memory = 0;
+} here;
+
 void limit(const std::string& file, std::size_t before, std::optional<std::size_t> unpacked) {
   struct stat status {};
   const int failed = stat(file.c_str(), &status);
@@ -50,21 +56,15 @@ void limit(const std::string& file, std::size_t before, std::optional<std::size_
   // A file system may never answer, and a busy machine may be slow.
   const itimerval longest{{0, 0}, {60 * most.it_value.tv_sec, 0}};
   setitimer(ITIMER_REAL, &longest, nullptr);
-  const rlim_t memory = before + 300'000'000 + 4 * std::min<std::size_t>(bytes, 1'000'000'000);
+  const std::size_t least = here.within != nullptr ? here.memory : 300'000'000;
+  const rlim_t memory = before + least + 4 * std::min<std::size_t>(bytes, 1'000'000'000);
   const rlimit data{memory, RLIM_INFINITY};
   setrlimit(RLIMIT_DATA, &data);
 }
 
-[[noreturn]] void child(const std::vector<std::string>& files, const std::function<void(std::size_t)>& work,
-                        std::optional<std::size_t> bytes, Report& report) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  const int nothing = open("/dev/null", O_RDWR);
-  for (const int fd : {0, 1, 2}) dup2(nothing, fd);
-  for (const int s : {SIGPROF, SIGALRM, SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU})
-    std::signal(s, SIG_DFL);
-  const rlimit none{0, 0};
-  setrlimit(RLIMIT_CORE, &none);
-  setrlimit(RLIMIT_FSIZE, &none);  // it writes no file
+/// What work throws becomes a message of the report.
+void worked(const std::vector<std::string>& files, const std::function<void(std::size_t)>& work,
+            std::optional<std::size_t> bytes, Report& report) {
   const std::size_t before = dataSize();
   const char* message = nullptr;
   std::string text;
@@ -86,10 +86,55 @@ void limit(const std::string& file, std::size_t before, std::optional<std::size_
     report.failed = true;
     std::strncpy(report.message, message, sizeof report.message - 1);
   }
+}
+
+[[noreturn]] void child(const std::vector<std::string>& files, const std::function<void(std::size_t)>& work,
+                        std::optional<std::size_t> bytes, Report& report) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  const int nothing = open("/dev/null", O_RDWR);
+  for (const int fd : {0, 1, 2}) dup2(nothing, fd);
+  for (const int s : {SIGPROF, SIGALRM, SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU})
+    std::signal(s, SIG_DFL);
+  const rlimit none{0, 0};
+  setrlimit(RLIMIT_CORE, &none);
+  setrlimit(RLIMIT_FSIZE, &none);  // it writes no file
+  worked(files, work, bytes, report);
   _exit(0);
 }
 
+/// In this process, which has its limits again afterwards. @returns as a child that ended well
+int workedHere(const std::vector<std::string>& files, const std::function<void(std::size_t)>& work,
+               std::optional<std::size_t> bytes, Report& report) {
+  rlimit data{};
+  getrlimit(RLIMIT_DATA, &data);
+  *here.within = true;
+  worked(files, work, bytes, report);
+  *here.within = false;
+  setrlimit(RLIMIT_DATA, &data);
+  const itimerval none{};
+  setitimer(ITIMER_PROF, &none, nullptr);
+  setitimer(ITIMER_REAL, &none, nullptr);
+  return 0;
+}
+
+/// In a process of its own. @returns its status
+int workedApart(const std::vector<std::string>& files, const std::function<void(std::size_t)>& work,
+                std::optional<std::size_t> bytes, Report& report) {
+  const pid_t pid = fork();
+  if (pid < 0) throw std::invalid_argument(std::string("no process to read files: ") + std::strerror(errno));
+  if (pid == 0) child(files, work, bytes, report);
+  int status = 0;
+  while (waitpid(pid, &status, 0) < 0)
+    if (errno != EINTR)
+      throw std::invalid_argument(std::string("the reading process is lost: ") + std::strerror(errno));
+  return status;
+}
+
 }  // namespace
+
+void workHere(volatile bool& within, std::size_t memory) {
+  here.within = &within, here.memory = memory;
+}
 
 std::shared_ptr<void> sharedMemory(std::size_t bytes) {
   bytes = std::max<std::size_t>(bytes, 1);
@@ -103,13 +148,8 @@ void inWorker(const std::vector<std::string>& files, const std::function<void(st
               std::optional<std::size_t> bytes) {
   const auto memory = sharedMemory(sizeof(Report));
   Report& report = *static_cast<Report*>(memory.get());
-  const pid_t pid = fork();
-  if (pid < 0) throw std::invalid_argument(std::string("no process to read files: ") + std::strerror(errno));
-  if (pid == 0) child(files, work, bytes, report);
-  int status = 0;
-  while (waitpid(pid, &status, 0) < 0)
-    if (errno != EINTR)
-      throw std::invalid_argument(std::string("the reading process is lost: ") + std::strerror(errno));
+  const int status = here.within != nullptr ? workedHere(files, work, bytes, report)
+                                            : workedApart(files, work, bytes, report);
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0 && !report.failed) return;
   const std::string& file = files.at(std::min(std::size_t{report.file}, files.size() - 1));
   report.message[sizeof report.message - 1] = 0;

@@ -22,4 +22,9 @@ std::shared_ptr<void> sharedMemory(std::size_t bytes);
 void inWorker(const std::vector<std::string>& files, const std::function<void(std::size_t)>& work,
               std::optional<std::size_t> bytes = {});
 
+/// For fuzzers: inWorker() works in the calling process from now on, which may be ended by what it reads.
+/// @param within true while it works: what ends the process then is the file's
+/// @param memory bytes that a file may take
+void workHere(volatile bool& within, std::size_t memory);
+
 }  // namespace vest::image

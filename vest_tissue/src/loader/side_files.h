@@ -17,7 +17,7 @@ namespace vest::scene {
 
 using yaml::Value;
 
-constexpr std::size_t kMaxSideFile = 64u << 20;
+constexpr std::size_t kMaxSideFile = kMostBaked;
 constexpr std::size_t kMaxAllFiles = 128u << 20;
 
 /// Reads files below the scene's folder; their bytes belong to the hash.

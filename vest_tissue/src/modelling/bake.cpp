@@ -99,12 +99,13 @@ void moveRing(RingNet& net, std::uint32_t ring, const Vector3& by) {
 void layOn(Draft& draft, const Draft& other, const LayRule& rule) {
   RingNet& net = draft.net;
   const auto rings = selected(rule.rings, draft);
+  const NearestPoints nearest(other.net.knots, other.triangles);
   for (int round = 0; round < 4; ++round) {  // smoothed shifts, a few times: lies close, without kinks
     std::vector<Vector3> shift;
     for (const auto r : rings) {
       Vector3 centre = Vector3::Zero();
       for (std::uint32_t k = 0; k < net.around; ++k) centre += net.knots[net.knot(r, k)] / net.around;
-      const auto near = nearestPoint(other.net.knots, other.triangles, centre);
+      const auto near = nearest(centre);
       shift.push_back((rule.gap - near.distance) * near.normal);
     }
     for (std::size_t i = 0; i < rings.size(); ++i) {
@@ -118,12 +119,13 @@ void layOn(Draft& draft, const Draft& other, const LayRule& rule) {
 // Rings as a whole give way, so that cross-sections keep their shape; neighbours follow smoothly.
 void clearOf(Draft& draft, const Draft& other, double gap) {
   RingNet& net = draft.net;
+  const NearestPoints nearest(other.net.knots, other.triangles);
   for (int round = 0; round < 12; ++round) {
     std::vector<Vector3> shift(net.rings, Vector3::Zero());
     double most = 0;
     for (std::uint32_t r = 0; r < net.rings; ++r) {
       for (std::uint32_t k = 0; k < net.around; ++k) {
-        const auto near = nearestPoint(other.net.knots, other.triangles, net.knots[net.knot(r, k)]);
+        const auto near = nearest(net.knots[net.knot(r, k)]);
         const double lacking = gap - near.distance;
         if (lacking > 0 && lacking > shift[r].norm()) shift[r] = lacking * near.normal;
       }
@@ -195,9 +197,9 @@ void addHolds(const Draft& draft, const std::vector<Draft>& drafts, const Vector
     }
     if (!rule.outside.empty()) {
       const Draft& cavity = draftNamed(drafts, rule.outside, draft, rule.line);
+      const NearestPoints nearest(cavity.net.knots, cavity.triangles);
       for (std::size_t i = 0; i < net.knots.size(); ++i) {
-        if (nearestPoint(cavity.net.knots, cavity.triangles, net.knots[i]).distance < rule.margin)
-          object.fixed[i] = 1;
+        if (nearest(net.knots[i]).distance < rule.margin) object.fixed[i] = 1;
       }
     }
   }
@@ -234,11 +236,12 @@ std::vector<std::vector<scene::Connection>> connectionsOf(const Draft& draft,
     const Draft& other = draftNamed(drafts, rule.to, draft, rule.line);
     const Object& target = objectNamed(rule.to);
     std::vector<scene::Connection>& connections = all.emplace_back();
+    const NearestPoints nearest(other.net.knots, other.triangles);
     for (const auto r : selected(rule.rings, draft)) {
       std::vector<std::pair<NearestPoint, Index>> candidates;
       for (std::uint32_t k = 0; k < draft.net.around; ++k) {
         const Index knot = draft.net.knot(r, k);
-        const auto near = nearestPoint(other.net.knots, other.triangles, draft.net.knots[knot]);
+        const auto near = nearest(draft.net.knots[knot]);
         if (std::abs(near.distance) <= rule.within && !self.fixed[knot]) candidates.emplace_back(near, knot);
       }
       std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
@@ -489,6 +492,22 @@ std::vector<Draft> draftsOf(const SceneSource& source, BakeCache& cache) {
   return drafts;
 }
 
+/// Before a skin is made: a source of ten lines may ask for gigabytes.
+void checkSkins(const std::vector<Draft>& drafts) {
+  constexpr std::size_t kMost =
+      250000;  ///< vertices of all objects (assumed): 40 MB of nets, of 64 that are read
+  std::size_t vertices = 0;
+  for (const Draft& draft : drafts) {
+    const ObjectSource& from = *draft.source;
+    if (!from.layers.empty()) continue;
+    vertices += std::size_t{from.skin_along} * (draft.net.rings + 1) * from.skin_around * draft.net.around;
+    if (vertices > kMost)
+      fail(from, "skin",
+           std::to_string(vertices) + " vertices of skin, with the objects before it; allowed: at most " +
+               std::to_string(kMost));
+  }
+}
+
 }  // namespace
 
 scene::Description bake(const SceneSource& source, const std::map<std::string, MaterialEntry>& materials,
@@ -504,6 +523,7 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
   BakeCache& kept = cache ? *cache : fresh;
   kept.rebuilt.clear();
   std::vector<Draft> drafts = draftsOf(source, kept);
+  checkSkins(drafts);
   for (Draft& draft : drafts) {
     const ObjectSource& from = *draft.source;
     draft.object_key = XXH64(source.gravity.data(), 3 * sizeof(double), draft.key);

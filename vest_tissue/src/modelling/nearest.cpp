@@ -39,26 +39,55 @@ double angleAt(const Vector3& a, const Vector3& b, const Vector3& c) {
 
 }  // namespace
 
-NearestPoint nearestPoint(const std::vector<Vector3>& points,
-                          const std::vector<std::array<std::uint32_t, 3>>& triangles, const Vector3& place) {
+NearestPoints::NearestPoints(const std::vector<Vector3>& points,
+                             const std::vector<std::array<std::uint32_t, 3>>& triangles)
+    : points_(points), triangles_(triangles), tree_([&] {
+        std::vector<contact::Box> boxes;
+        for (const auto& t : triangles)
+          boxes.push_back({points[t[0]].cwiseMin(points[t[1]]).cwiseMin(points[t[2]]),
+                           points[t[0]].cwiseMax(points[t[1]]).cwiseMax(points[t[2]])});
+        return boxes;
+      }()) {
+  begin_.assign(points.size() + 1, 0);
+  for (const auto& t : triangles)
+    for (const auto k : t) ++begin_[k + 1], rounding_ = std::max(rounding_, points[k].cwiseAbs().maxCoeff());
+  for (std::size_t k = 0; k < points.size(); ++k) begin_[k + 1] += begin_[k];
+  rounding_ *= 1e-9;
+  of_point_.resize(begin_.back());
+  std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+    for (const auto k : triangles[t]) of_point_[next[k]++] = t;
+}
+
+NearestPoint NearestPoints::operator()(const Vector3& place) const {
+  const auto& points = points_;
+  const auto& triangles = triangles_;
   NearestPoint best;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
+  double least = std::numeric_limits<double>::infinity(), nearest_at = least;
+  const double rounding = rounding_ + 1e-9 * place.cwiseAbs().maxCoeff();
+  const auto bound = [&](const contact::Box& box) { return contact::distanceTo(box, place) - rounding; };
+  tree_.visit(bound, nearest_at, [&](std::uint32_t t) {
     const Vector3 &a = points[triangles[t][0]], &b = points[triangles[t][1]], &c = points[triangles[t][2]];
     const auto w = closest(place, a, b, c);
     const Vector3 on = w[0] * a + w[1] * b + w[2] * c;
     const double squared = (place - on).squaredNorm();
-    if (squared < least) {
-      least = squared;
-      best.triangle = t;
-      best.weights = w;
-      best.point = on;
-    }
-  }
+    if (!(squared < least || (squared == least && t < best.triangle))) return;
+    least = squared, nearest_at = std::sqrt(least);
+    best.triangle = t;
+    best.weights = w;
+    best.point = on;
+  });
   // On an edge or corner the nearest face alone may give the wrong side: take all faces that share the point.
   Vector3 normal = Vector3::Zero();
   const auto& nearest = triangles[best.triangle];
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
+  std::vector<std::uint32_t> around;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!(best.weights[k] < 1e-9))
+      around.insert(around.end(), of_point_.begin() + begin_[nearest[k]],
+                    of_point_.begin() + begin_[nearest[k] + 1]);
+  std::sort(around.begin(), around.end());
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  for (const std::size_t t : around) {
     std::size_t shared = 0, held = 0;
     double weight = 1.0;
     for (int k = 0; k < 3; ++k) {

@@ -120,6 +120,8 @@ std::vector<Proposal> Session::propose(const std::string& object, double within)
   std::vector<Proposal> proposals;
   for (const scene::Object& other : scene_.objects) {
     if (written(other.name) == owner || other.model == scene::ObjectModel::Rigid) continue;
+    if (other.contact_triangles.empty()) continue;
+    const NearestPoints nearest(other.rest_position, other.contact_triangles);
     Proposal run;
     bool open = false;
     const auto close = [&] {
@@ -137,9 +139,7 @@ std::vector<Proposal> Session::propose(const std::string& object, double within)
       double least = std::numeric_limits<double>::infinity();
       for (const scene::Index knot : self->tube.rings[r]) {
         if (self->fixed[knot]) continue;
-        least = std::min(least, std::abs(nearestPoint(other.rest_position, other.contact_triangles,
-                                                      self->rest_position[knot])
-                                             .distance));
+        least = std::min(least, std::abs(nearest(self->rest_position[knot]).distance));
       }
       if (!(least <= within)) {
         close();
@@ -210,7 +210,12 @@ void play(const Script& script, Session& session) {
                         "allowed: the document's, which is " + session.hash());
   };
   compare(script.source_hash, 0, "source_hash");
+  constexpr std::size_t kMostKnots = 2000000;  // baked by all edits (assumed): a minute or two
+  std::size_t knots = 0;
   for (const Script::Line& edit : script.edits) {
+    if (knots > kMostKnots)
+      scene::yaml::fail(script.file, edit.line, "edits", std::to_string(knots) + " knots were baked so far",
+                        "at most " + std::to_string(kMostKnots) + " by one file: fewer edits, or two files");
     try {
       session.apply(edit.op, edit.path, edit.value);
     } catch (const std::invalid_argument& error) {
@@ -218,6 +223,9 @@ void play(const Script& script, Session& session) {
                                   error.what());
     }
     compare(edit.hash, edit.line, "hash");
+    for (const std::string& name : session.rebuilt())
+      for (const scene::Object& object : session.scene().objects)
+        if (object.name == name) knots += object.position.size();
   }
 }
 

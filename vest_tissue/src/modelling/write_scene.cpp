@@ -118,6 +118,7 @@ void writeScene(const scene::Description& description, const std::string& direct
                description.gravity.z());
   yaml += text("seed: %u\nsolution: {integrator: newton_euler, dt: %.10g}\nobjects:\n", description.seed,
                description.dt);
+  std::size_t all = 0;
   for (const auto& object : description.objects) {
     yaml += "  - name: " + object.name + "\n    organ: " + object.organ;
     if (!object.fem) yaml += "\n    material: " + object.material;
@@ -148,7 +149,13 @@ void writeScene(const scene::Description& description, const std::string& direct
     if (!object.tube.vessel_segment.empty())
       yaml += "    vessel_segment: " + object.tube.vessel_segment + "\n";
     if (object.motility.active()) yaml += "    motility: " + scene::motilityText(object.motility) + "\n";
-    folder.write(object.name + ".net", scene::encodeBaked(object));
+    const std::string net = scene::encodeBaked(object);
+    if (net.size() > scene::kMostBaked || (all += net.size()) > scene::kMostBakedOfAll)
+      throw std::invalid_argument(source_file + ": object " + object.name + ": its net has " +
+                                  std::to_string(net.size()) + " bytes; allowed: at most " +
+                                  std::to_string(scene::kMostBaked) + ", and of all objects " +
+                                  std::to_string(scene::kMostBakedOfAll));
+    folder.write(object.name + ".net", net);
   }
   if (!description.connections.empty()) {
     const auto indexOf = [&](const std::string& name) {

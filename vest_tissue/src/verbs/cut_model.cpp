@@ -3,7 +3,7 @@
 #include <set>
 
 #include "cut_job.h"
-#include "vest_tissue/base/nearest.h"
+#include "triangle_tree.h"
 
 namespace vest::scene {
 namespace {
@@ -20,47 +20,13 @@ constexpr double kHollow = 0.7;  ///< of the solid's depth: a wall thinner than 
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 
 /// The contact triangle across the organ: along the inward normal, the first that looks the other way.
-std::uint32_t oppositeOf(const std::vector<Vector3d>& x, const Triangles& triangles, std::size_t own) {
+std::uint32_t oppositeOf(const std::vector<Vector3d>& x, const Triangles& triangles, const TriangleTree& tree,
+                         std::size_t own) {
   const auto& t = triangles[own];
   const Vector3d centre = (x[t[0]] + x[t[1]] + x[t[2]]) / 3.0;
   const Vector3d n = -(x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
-  const double length = n.norm();
-  if (!(length > 0.0)) return kNone;
-  std::uint32_t best = kNone;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
-    if (i == own) continue;
-    const auto& o = triangles[i];
-    const Vector3d &a = x[o[0]], &b = x[o[1]], &c = x[o[2]], face = (b - a).cross(c - a);
-    const double down = face.dot(n);
-    if (!(down > 0.05 * face.norm() * length)) continue;
-    const double s = face.dot(a - centre) / down;
-    if (!(s > 1e-6) || s >= least) continue;
-    const Vector3d p = centre + s * n;
-    const double squared = face.squaredNorm();
-    if (face.dot((b - p).cross(c - p)) < -1e-3 * squared ||
-        face.dot((c - p).cross(a - p)) < -1e-3 * squared || face.dot((a - p).cross(b - p)) < -1e-3 * squared)
-      continue;
-    least = s, best = i;
-  }
-  return best;
-}
-
-/// The contact triangle that a piece of skin lies on: the nearest one that looks the same way.
-std::uint32_t homeOf(const std::vector<Vector3d>& x, const Triangles& triangles,
-                     const std::vector<Vector3d>& centre, const std::vector<double>& radius,
-                     const Vector3d& p, const Vector3d& normal) {
-  std::uint32_t best = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
-    const double rough = (centre[i] - p).norm() - radius[i];
-    if (rough >= least) continue;
-    const auto& t = triangles[i];
-    if ((x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]).dot(normal) < 0.0) continue;
-    const double distance = contact::nearest(p, {x[t[0]], x[t[1]], x[t[2]]}).distance;
-    if (distance < least) least = distance, best = i;
-  }
-  return best;
+  const std::uint32_t found = tree.firstBehind(centre, n, static_cast<std::uint32_t>(own));
+  return found == TriangleTree::kNoTriangle ? kNone : found;
 }
 
 void measureWall(const Object& o, const std::vector<Vector3d>& x, const Triangles& triangles,
@@ -96,12 +62,13 @@ void buildCut(const Object& o, ObjectState& s, CutConstants& c) {
   cut.inward.assign(s.block.knotCapacity(), interaction::Vector3Floats{});
   if (triangles > 0) measureWall(o, x, s.triangles, c);
   c.opposite.resize(triangles);
-  for (std::size_t t = 0; t < triangles; ++t) c.opposite[t] = oppositeOf(x, s.triangles, t);
+  const TriangleTree tree(x, s.triangles);
+  for (std::size_t t = 0; t < triangles; ++t) c.opposite[t] = oppositeOf(x, s.triangles, tree, t);
 
   std::vector<std::uint32_t> part(knots);
   for (std::uint32_t i = 0; i < knots; ++i) part[i] = i;
   const auto root = [&](std::uint32_t i) {
-    while (part[i] != i) i = part[i];
+    while (part[i] != i) i = part[i] = part[part[i]];
     return i;
   };
   const auto join = [&](std::uint32_t a, std::uint32_t b) {
@@ -133,13 +100,6 @@ void buildCut(const Object& o, ObjectState& s, CutConstants& c) {
   cut.free.assign(vertices, 0);
   cut.lies_on.assign(vertices, 0);
   for (auto* of : {&cut.outer, &cut.inner, &cut.wall}) of->assign(vertices, kNone);
-  std::vector<Vector3d> centre;
-  std::vector<double> radius;
-  for (const auto& t : s.triangles) {
-    centre.push_back((x[t[0]] + x[t[1]] + x[t[2]]) / 3.0);
-    radius.push_back(std::max({(x[t[0]] - centre.back()).norm(), (x[t[1]] - centre.back()).norm(),
-                               (x[t[2]] - centre.back()).norm()}));
-  }
   std::set<std::pair<std::uint32_t, std::uint32_t>> directed;
   for (const auto& t : skin.triangles)
     for (std::size_t e = 0; e < 3; ++e) directed.insert({t[e], t[(e + 1) % 3]});
@@ -149,7 +109,8 @@ void buildCut(const Object& o, ObjectState& s, CutConstants& c) {
     for (std::size_t e = 0; e < 3; ++e)
       p[e] = Vector3d(cut.rest[t[e]][0], cut.rest[t[e]][1], cut.rest[t[e]][2]);
     const Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
-    const std::uint32_t home = homeOf(x, s.triangles, centre, radius, (p[0] + p[1] + p[2]) / 3.0, normal);
+    // The contact triangle that a piece of skin lies on.
+    const std::uint32_t home = tree.nearest((p[0] + p[1] + p[2]) / 3.0, normal);
     cut.home.push_back(home);
     std::uint8_t open = 0;
     for (std::size_t e = 0; e < 3; ++e) {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "vest_tissue/image/felt_scene.h"
 #include "vest_tissue/image/phantom.h"
@@ -44,9 +45,33 @@ TEST(FeltImages, AHeadBecomesASceneWithItsSkinBelowTheTrocars) {
   EXPECT_NO_THROW(scene::World{scene});
 }
 
+TEST(FeltImages, ASceneThatItsReaderRefusesLeavesNoFile) {
+  const Folder folder;
+  const std::string table = folder.path.string() + "/mine.csv";
+  std::ofstream(table) << "value,nothing\n0,1\n";
+  std::string message;
+  try {
+    image::writeFeltScene(head(), folder.path.string(), table,
+                          [](const std::string& scene) { scene::loadScene(scene); });
+  } catch (const std::invalid_argument& error) {
+    message = error.what();
+  }
+  EXPECT_EQ(message.rfind(table + ":", 0), 0u) << "the table that was given: " << message;
+  std::size_t files = 0;
+  for (const auto& entry : fs::directory_iterator(folder.path)) files += entry.path() != table;
+  EXPECT_EQ(files, 0u);
+}
+
 TEST(FeltImages, ValuesWithoutAUnitNeedATableOfTheirOwn) {
   const Folder folder;
   image::Volume mr = head();
   mr.unit.clear();
-  EXPECT_THROW(image::writeFeltScene(mr, folder.path.string()), std::invalid_argument);
+  std::string message;
+  try {
+    image::writeFeltScene(mr, folder.path.string());
+  } catch (const std::invalid_argument& error) {
+    message = error.what();
+  }
+  EXPECT_NE(message.find("give one by --table"), std::string::npos) << message;
+  EXPECT_EQ(message.find(mr.slices.front().file), 0u) << "the images: " << message;
 }

@@ -105,6 +105,23 @@ TEST(Patient, TheSameRecipeGivesTheSameBytesAndASceneThatRuns) {
   EXPECT_EQ(report.status, vest::scene::Status::Ok) << report.fault_object;
 }
 
+TEST(Patient, ASceneThatItsReaderRefusesLeavesNoFile) {
+  const TemporaryScene folder;
+  const auto lattice = mesh(segment(picture(boxWithSphere(), kImage), patientOf()), patientOf());
+  std::string message;
+  try {
+    writePatientScene(lattice, patientOf(), folder.folder(), [](const std::string& scene) {
+      EXPECT_TRUE(std::filesystem::exists(scene));
+      throw std::invalid_argument(scene + ":1: refused");
+    });
+  } catch (const std::invalid_argument& error) {
+    message = error.what();
+  }
+  EXPECT_EQ(message, folder.folder() + "/box.yaml:1: refused");
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.folder()))
+    ADD_FAILURE() << "left behind: " << entry.path();
+}
+
 /// The labels of a phantom as voxels.
 Volume mapOf(const Phantom& phantom) {
   Volume map = picture(phantom, kImage);

@@ -196,3 +196,25 @@ TEST(NearestPoint, IsSignedAndFindsFacesEdgesAndCorners) {
   const auto weights = above.weights;
   EXPECT_NEAR(weights[0] + weights[1] + weights[2], 1.0, 1e-12);
 }
+
+TEST(NearestPoint, IsTheFirstOfThoseThatALookAtEachTriangleFindsNearest) {
+  const RingNet net = makeTube(straightTube(End::Cap));
+  const auto triangles = knotTriangles(net);
+  const NearestPoints nearest(net.knots, triangles);
+  std::vector<vest::modelling::Vector3> places(net.knots);  // several triangles are equally near
+  for (int i = 0; i < 400; ++i)
+    places.emplace_back(0.01 * (i % 9) - 0.02, 0.002 * (i % 11) - 0.011, 0.003 * (i % 7) - 0.009);
+  for (const auto& place : places) {
+    // Each alone is asked, and the nearest taken; the first where several are equal.
+    std::size_t best = 0;
+    double least = 1e9;
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      const std::vector<std::array<std::uint32_t, 3>> alone{triangles[t]};
+      const auto at = nearestPoint(net.knots, alone, place);
+      if ((place - at.point).squaredNorm() < least) least = (place - at.point).squaredNorm(), best = t;
+    }
+    const auto found = nearest(place);
+    ASSERT_EQ(found.triangle, best) << place.transpose();
+    ASSERT_EQ((place - found.point).squaredNorm(), least);
+  }
+}

@@ -271,6 +271,28 @@ TEST(Session, AFileHasAtMostTwoThousandEdits) {
   }
 }
 
+/// Each bakes what it changes: two thousand edits of a large tube took hours.
+TEST(Session, TheEditsOfAFileBakeAtMostTwoMillionKnots) {
+  Session s(
+      "source.yaml",
+      "vest_source: 1\nname: a\nobjects:\n  - name: tube\n    organ: tube\n    material: tube\n    tube: "
+      "{centre: [[0, 0, 0.05], [0.08, 0, 0.05]], reference: [0, 0, 1], rings: 1000, around: 60, sections: "
+      "[{at: 0, radii: [0.003]}]}\n    skin: {along: 1, around: 1}\n    fixed: [{rings: [0, 0]}]\n",
+      readMaterials(kPackage + "/data/materials.yaml"));
+  std::string text = "vest_edits: 1\nedits:\n";
+  for (int i = 0; i < 40; ++i)
+    text += "  - {op: set, path: /objects/tube/tube/centre/1, value: [0.08" + std::to_string(i % 2 + 1) +
+            ", 0, 0.05]}\n";
+  std::string message;
+  try {
+    play(readEdits("edits.yaml", text), s);
+  } catch (const std::invalid_argument& error) {
+    message = error.what();
+  }
+  EXPECT_EQ(message.rfind("edits.yaml:37: edits: 20", 0), 0u) << message;
+  EXPECT_NE(message.find("knots were baked so far"), std::string::npos) << message;
+}
+
 TEST(Session, NearObjectsAreProposedAndTheProposalIsAnEdit) {
   Session s = drawn();
   const auto near = s.propose("vein", 0.009);

@@ -55,6 +55,14 @@ TEST(Source, UnknownKeysAreNamedWithLine) {
   expectSays(messageOf(tube("    springs: 180\n    spings: 1\n")), ":9: objects[0].spings");
 }
 
+TEST(Source, ASkinOfGigabytesIsRefusedBeforeItIsMade) {
+  std::string large = tube("    springs: 180\n    skin: {along: 16, around: 16}\n");
+  large.replace(large.find("rings: 10"), 9, "rings: 1000");
+  large.replace(large.find("around: 6"), 9, "around: 200");
+  expectSays(messageOf(large), "source.yaml:");
+  expectSays(messageOf(large), "object a: 51251200 vertices of skin");
+}
+
 TEST(Source, AnImpossibleNumberOfSpringsNamesLineObjectAndRange) {
   expectSays(messageOf(tube("    springs: 17\n")),
              "source.yaml:8: object a: springs is 17, possible with these fillers is 180 to 180");

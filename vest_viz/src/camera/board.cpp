@@ -9,6 +9,16 @@
 
 namespace vest::camera {
 
+void checkSize(const cv::Mat& picture, const cv::Mat& first) {
+  // As readCalibration() takes them. The search for corners takes 80 bytes a pixel, and minutes for 64
+  // megapixels.
+  if (std::min(picture.cols, picture.rows) < 64 || std::max(picture.cols, picture.rows) > 4096)
+    throw std::runtime_error("a picture of " + std::to_string(picture.cols) + " x " +
+                             std::to_string(picture.rows) + " pixels; allowed: 64 to 4096 each way");
+  if (picture.size() != first.size())
+    throw std::runtime_error("a picture of another size than the first; allowed: pictures of one size");
+}
+
 BoardCalibration calibrate(const std::vector<cv::Mat>& pictures, const Board& board) {
   const cv::Size inner(board.columns - 1, board.rows - 1);
   std::vector<cv::Point3f> points;
@@ -17,13 +27,7 @@ BoardCalibration calibrate(const std::vector<cv::Mat>& pictures, const Board& bo
       points.emplace_back(static_cast<float>(c * board.square), static_cast<float>(r * board.square), 0.0f);
   BoardCalibration out;
   for (const cv::Mat& picture : pictures) {
-    // As readCalibration() takes them. The search for corners takes 80 bytes a pixel, and minutes for 64
-    // megapixels.
-    if (std::min(picture.cols, picture.rows) < 64 || std::max(picture.cols, picture.rows) > 4096)
-      throw std::runtime_error("a picture of " + std::to_string(picture.cols) + " x " +
-                               std::to_string(picture.rows) + " pixels; allowed: 64 to 4096 each way");
-    if (picture.size() != pictures.front().size())
-      throw std::runtime_error("a picture of another size than the first; allowed: pictures of one size");
+    checkSize(picture, pictures.front());
     cv::Mat grey = picture;
     if (picture.channels() == 3) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
     std::vector<cv::Point2f> found;

@@ -1,13 +1,36 @@
 // The calibration file of a real endoscope's camera, from pictures of a chessboard.
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 
 #include <CLI/CLI.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "vest_instruments/files/read.h"
+#include "vest_instruments/files/refusal.h"
 #include "vest_viz/camera/board.h"
 #include "vest_viz/picture/read.h"
+
+namespace {
+
+/// The calibration takes its place where the view would take it.
+void write(const vest::camera::Intrinsics& camera, const std::string& output) {
+  const std::string part = output + ".new";
+  try {
+    std::ofstream out(part);
+    out << vest::camera::toYaml(camera, "endoscope");
+    out.close();
+    if (!out) throw std::runtime_error("cannot be written");
+    vest::camera::readCalibration(part);
+    std::filesystem::rename(part, output);
+  } catch (const std::exception& e) {
+    std::error_code none;
+    std::filesystem::remove(part, none);
+    throw std::runtime_error("--output " + vest::files::refusal(e.what(), output));
+  }
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"Calibrates an endoscope's camera from pictures of a chessboard (vest_viz/README.md)"};
@@ -32,8 +55,20 @@ int main(int argc, char** argv) {
   board.square = 1e-3 * square_mm;
   try {
     std::vector<cv::Mat> pictures;
-    for (const std::string& file : files) pictures.push_back(vest::picture::read(file, cv::IMREAD_GRAYSCALE));
-    const auto found = vest::camera::calibrate(pictures, board);
+    for (const std::string& file : files) {
+      pictures.push_back(vest::picture::read(file, cv::IMREAD_GRAYSCALE));
+      try {
+        vest::camera::checkSize(pictures.back(), pictures.front());
+      } catch (const std::exception& e) {
+        throw std::runtime_error(vest::files::refusal(e.what(), file));
+      }
+    }
+    vest::camera::BoardCalibration found;
+    try {
+      found = vest::camera::calibrate(pictures, board);
+    } catch (const std::exception& e) {  // of all of them
+      throw std::runtime_error(vest::files::refusal(e.what(), files.front() + ", and those after it"));
+    }
     for (std::size_t i = 0; i < files.size(); ++i)
       if (!found.found[i]) std::printf("board not found in %s\n", vest::files::shown(files[i], 6000).c_str());
     const auto& c = found.camera;
@@ -44,11 +79,7 @@ int main(int argc, char** argv) {
         files.size());
     if (found.error > 1.0)
       std::printf("more than a pixel: is --columns, --rows right, and is the board flat?\n");
-    std::ofstream out(output);
-    out << vest::camera::toYaml(c, "endoscope");
-    out.close();
-    if (!out) throw std::runtime_error("--output " + output + ": cannot be written");
-    vest::camera::readCalibration(output);  // what the view would refuse is told here
+    write(c, output);
     std::printf("written: %s\n", vest::files::shown(output, 6000).c_str());
   } catch (const std::exception& e) {
     std::fprintf(stderr, "vest_calibrate_camera: %s\n", vest::files::shown(e.what(), 6000).c_str());

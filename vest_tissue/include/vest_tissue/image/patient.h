@@ -1,6 +1,7 @@
 /// From a patient's images to a scene: a recipe says which values are which tissue.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -64,8 +65,11 @@ volume::LabelledImage segment(const Volume& volume, const Patient& patient);
 volume::Lattice mesh(const volume::LabelledImage& labels, const Patient& patient);
 
 /// Writes NAME.yaml, NAME.vtk and NAME_held.csv, a scene of one object of elements. @param directory is there
+/// @param check is given the scene before the three files take their places: where it throws, none of them
+/// does
 /// @return path of the scene @throws std::invalid_argument: more nodes than a World holds, cannot be written
 std::string writePatientScene(const volume::Lattice& lattice, const Patient& patient,
-                              const std::string& directory);
+                              const std::string& directory,
+                              const std::function<void(const std::string& scene)>& check = {});
 
 }  // namespace vest::image

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "vest_tissue/base/box_tree.h"
 #include "vest_tissue/modelling/source.h"
 #include "vest_tissue/scene/description.h"
 
@@ -18,11 +19,30 @@ struct NearestPoint {
   Vector3 normal = Vector3::UnitZ();  ///< unit, outward
   double distance = 0.0;              ///< m, signed by the pseudo-normal of the nearest triangles: < 0 inside
 };
-/// Ericson, Real-Time Collision Detection, 2005, section 5.1.5 (closest point on a triangle); brute force.
-/// The sign follows the angle-weighted pseudo-normal, Baerentzen, Aanaes, IEEE TVCG 11(3), 2005,
-/// doi:10.1109/TVCG.2005.49.
-NearestPoint nearestPoint(const std::vector<Vector3>& points,
-                          const std::vector<std::array<std::uint32_t, 3>>& triangles, const Vector3& place);
+/// Ericson, Real-Time Collision Detection, 2005, section 5.1.5 (closest point on a triangle), of those that a
+/// tree of boxes leaves; of several at one distance the first. The sign follows the angle-weighted
+/// pseudo-normal, Baerentzen, Aanaes, IEEE TVCG 11(3), 2005, doi:10.1109/TVCG.2005.49.
+class NearestPoints {
+ public:
+  /// Both stay as they are while it is asked.
+  NearestPoints(const std::vector<Vector3>& points,
+                const std::vector<std::array<std::uint32_t, 3>>& triangles);
+  /// Of the surface to a place; there is a triangle.
+  NearestPoint operator()(const Vector3& place) const;
+
+ private:
+  const std::vector<Vector3>& points_;
+  const std::vector<std::array<std::uint32_t, 3>>& triangles_;
+  contact::BoxTree tree_;
+  std::vector<std::uint32_t> begin_, of_point_;  ///< triangles of each point, in rising order
+  double rounding_ = 0;                          ///< m
+};
+/// One question alone.
+inline NearestPoint nearestPoint(const std::vector<Vector3>& points,
+                                 const std::vector<std::array<std::uint32_t, 3>>& triangles,
+                                 const Vector3& place) {
+  return NearestPoints(points, triangles)(place);
+}
 
 /// What a bake keeps for the next one: an object is made anew only where the source says something else of
 /// it, or of what it lies on, clears, or is held by. For sources that were read, of one material database.

@@ -39,6 +39,8 @@ std::size_t countUnboundKnots(const Object& object);
 std::size_t countDuplicateLinks(const Object& object);
 
 inline constexpr double kFarthest = 5e5;  ///< of a coordinate: beyond 1e6 a World's step is a FAULT
+/// bytes of an object's net, and of all: what a scene's reader takes of side files, with room for the others.
+inline constexpr std::size_t kMostBaked = 64u << 20, kMostBakedOfAll = 120u << 20;
 /// Of a scene's objects together: a World of them takes some 500 MB, and seconds to build (assumed).
 inline constexpr std::size_t kMostKnots = 131072, kMostLinks = 524288, kMostTriangles = 262144;
 inline constexpr double kGreatest =

@@ -22,6 +22,10 @@ struct BoardCalibration {
   std::vector<std::vector<cv::Point2f>> corners;  ///< pixels, of the pictures in which it was found
 };
 
+/// @param first the first picture of them
+/// @throws std::runtime_error where calibrate() takes no picture of this size
+void checkSize(const cv::Mat& picture, const cv::Mat& first);
+
 /// The camera from pictures of a board (OpenCV: findChessboardCornersSB, and calibrateCamera, which follows
 /// Zhang, "A flexible new technique for camera calibration", IEEE TPAMI 2000).
 /// @param pictures grey or colour, all of one size; the board in three or more of them

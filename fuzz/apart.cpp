@@ -1,0 +1,158 @@
+#include "apart.h"
+
+#include <poll.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <sstream>
+
+#include "../vest_tissue/src/image/worker.h"
+#include "readers.h"
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+extern "C" void __sanitizer_set_death_callback(void (*)());
+#define VEST_SANITIZED
+#endif
+#endif
+
+namespace vest::fuzz {
+namespace {
+
+constexpr std::size_t kMostInput = 64u << 20, kMostRefusal = 8192, kMostSaid = 1u << 16;
+constexpr std::size_t kMemory = 24'000'000;  ///< bytes that an image may take: those of the corpus take less
+constexpr int kPatience = 100'000;           ///< ms for an input: below what the fuzzer waits
+constexpr int kMostInputs = 20000;           ///< of one process: libraries may keep memory
+
+[[noreturn]] void broken(const std::string& what) {
+  std::fprintf(stderr, "vest_fuzz: %s\n", what.c_str());
+  std::abort();
+}
+
+bool transfer(bool write, int fd, std::uint64_t& number) {
+  ssize_t done = 0;
+  do {
+    done = write ? ::write(fd, &number, sizeof number) : ::read(fd, &number, sizeof number);
+  } while (done < 0 && errno == EINTR);
+  return done == sizeof number;
+}
+
+/// Whether a sanitizer's report is of a library, or of memory that a file asked for in vain.
+bool ofALibrary(const std::string& said) {
+  for (const char* memory : {"out-of-memory", "allocation-size-too-big", "failed to allocate"})
+    if (said.find(memory) != std::string::npos) return true;
+  if (said.find("runtime error:") != std::string::npos) return false;
+  std::istringstream lines(said);
+  for (std::string line; std::getline(lines, line);)
+    if (line.find("#0 ") != std::string::npos || line.find("#1 ") != std::string::npos)
+      for (const char* library :
+           {"libgdcm", "libITK", "libitk", "libopenjp", "libcharls", "libjpeg", "libz.so"})
+        if (line.find(library) != std::string::npos) return true;
+  return said.find("ERROR: ") == std::string::npos;
+}
+
+}  // namespace
+
+struct Apart::Shared {
+  volatile bool within;  ///< the work of a worker
+  char refusal[kMostRefusal];
+  char input[kMostInput];
+};
+
+Apart::Apart(std::function<void(const std::string&)> run) : run_(std::move(run)), parent_(getpid()) {
+  void* const at = mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE,
+                        MAP_SHARED | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (at == MAP_FAILED) broken("no memory for a reader");
+  shared_ = static_cast<Shared*>(at);
+}
+
+Apart::~Apart() {
+  if (getpid() != parent_ || pid_ < 0) return;
+  kill(pid_, SIGKILL);
+  stop();
+  close(said_);
+}
+
+void Apart::begin() {
+  int there[2], back[2];
+  said_ = memfd_create("said", MFD_CLOEXEC);
+  if (said_ < 0 || pipe(there) != 0 || pipe(back) != 0 || (pid_ = fork()) < 0)
+    broken("no process for a reader");
+  if (pid_ == 0) {
+    close(there[1]), close(back[0]);
+    serve(there[0], back[1]);
+  }
+  close(there[0]), close(back[1]);
+  to_ = there[1], from_ = back[0];
+}
+
+void Apart::serve(int from, int to) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  for (const int fd : {1, 2}) dup2(said_, fd);  // what libraries say, and sanitizers
+  for (const int s : {SIGPROF, SIGALRM, SIGABRT, SIGXCPU, SIGXFSZ}) std::signal(s, SIG_DFL);
+#ifdef VEST_SANITIZED
+  __sanitizer_set_death_callback(nullptr);  // the fuzzer's, which would keep the input of a crash
+#endif
+  image::workHere(shared_->within, kMemory);
+  for (std::uint64_t size = 0; transfer(false, from, size);) {
+    lastRefusal().clear();
+    run_(std::string(shared_->input, size));
+    const std::string& why = lastRefusal();
+    std::memset(shared_->refusal, 0, 1);
+    std::strncpy(shared_->refusal, why.c_str(), kMostRefusal - 1);
+    if (ftruncate(said_, 0) != 0 || lseek(said_, 0, SEEK_SET) != 0) _exit(3);
+    if (!transfer(true, to, size)) break;
+  }
+  _exit(0);
+}
+
+int Apart::stop() {
+  int status = 0;
+  close(to_), close(from_);
+  waitpid(pid_, &status, 0);
+  pid_ = -1;
+  return status;
+}
+
+void Apart::ended() {
+  const int status = stop();
+  std::string said(kMostSaid, '\0');
+  const ssize_t size = pread(said_, said.data(), said.size(), 0);
+  said.resize(static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+  close(said_);
+  if (!shared_->within || !ofALibrary(said)) {
+    std::fwrite(said.data(), 1, said.size(), stderr);
+    broken("a reader's process ended with status " + std::to_string(status));
+  }
+  shared_->within = false;
+  lastRefusal() = "its reader ended";
+}
+
+void Apart::operator()(const std::string& input) {
+  if (input.size() > kMostInput) return;
+  if (pid_ >= 0 && ++inputs_ % kMostInputs == 0) {
+    stop();
+    close(said_);
+  }
+  if (pid_ < 0) begin();
+  std::memcpy(shared_->input, input.data(), input.size());
+  std::uint64_t size = input.size();
+  pollfd answer{from_, POLLIN, 0};
+  if (!transfer(true, to_, size)) return ended();
+  if (poll(&answer, 1, kPatience) <= 0) {
+    kill(pid_, SIGKILL);
+    broken("a reader's process does not answer");
+  }
+  if (!transfer(false, from_, size)) return ended();
+  lastRefusal() = shared_->refusal;
+}
+
+}  // namespace vest::fuzz

@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+"""Protects people who open files of strangers: what tools once did with one stays mended. Each refusal is one line that names the file,
+and leaves nothing behind.
+
+usage: test_tools.py DEVEL     the devel space of the build
+"""
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import hostile_files
+import hostile_kinds
+
+DEVEL = sys.argv.pop(1)
+PATIENCE = 300  # s: a hang, not a slow machine
+
+
+def tool(package, name):
+    paths = [os.path.join(DEVEL, 'lib', place, name) for place in (package, 'vest')]
+    return os.path.abspath(next((p for p in paths if os.path.exists(p)), ''))
+
+
+def refusal(command, files):
+    """(exit status, last line, files left) of a tool in a folder of these files."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name, bytes_ in files.items():
+            path = os.path.join(folder, name)
+            if bytes_ is None:
+                os.mkfifo(path)
+                continue
+            with open(path, 'wb') as file:
+                file.write(bytes_)
+        done = subprocess.run([part.replace('{}', folder) for part in command], stdin=subprocess.DEVNULL, capture_output=True, timeout=PATIENCE, check=False)
+        left = hostile_files.left_behind(hostile_kinds.Kind('', files, '', command), folder)
+        lines = (done.stdout + done.stderr).decode('utf-8', 'replace').strip().splitlines()
+        return done.returncode, lines, left
+
+
+class Tools(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.good = hostile_kinds.made(tool)
+
+    def refused(self, command, files, named):
+        code, lines, left = refusal(command, files)
+        self.assertEqual((code, len(lines), left), (1, 1, ''), lines)
+        self.assertIn(named, lines[0])
+        return lines[0]
+
+    def test_tags_of_a_map_of_devices_are_one_line(self):
+        script = os.path.join(hostile_kinds.ROOT, 'vest_haptics', 'scripts', 'start_devices')
+        for text in (b"a: !!int ''", b'a: !!bool x', b'a: !!float ""', b'a: !!timestamp x', b'? [a]\n: 1', b'instruments: 5', b'[' * 100000):
+            with self.subTest(text[:20]):
+                self.refused([script, '{}/map.yaml', '--list'], {'map.yaml': text}, 'map.yaml')
+
+    def test_a_table_that_is_refused_leaves_no_scene_to_be_felt(self):
+        volumes = {f[:1]: f[1:] for f in self.good['volume']}
+        files = {'a.nrrd': volumes[b'0'], 'table.csv': b'value,nothing\n0,1\n'}
+        feel = [tool('vest_tissue', 'vest_import'), 'feel', '{}/a.nrrd', '{}/out']
+        self.refused(feel + ['--table', '{}/table.csv'], files, '/table.csv')
+        self.refused(feel + ['--table', '{}/table.csv'], {**files, 'table.csv': b''}, '/table.csv')
+        self.refused(feel, {'a.nrrd': volumes[b'0']}, '/a.nrrd: the shipped table is for values in HU')
+
+    def test_a_pipe_beside_a_recording_is_not_waited_for(self):
+        files = {'session.bag.active': self.good['bag'][0], 'session.bag.progress': None}
+        code, lines, _ = refusal([tool('vest_bringup', 'vest_recover_bag'), '{}', '--output', '{}/out.bag'], files)
+        self.assertEqual(code, 0, lines)
+        self.assertIn('messages kept', lines[-1])
+
+    def test_a_picture_of_a_board_that_is_too_small_is_named(self):
+        files = {'a.jpg': self.good['picture'][1], 'b.png': self.good['picture'][0]}
+        self.refused([tool('vest_viz', 'vest_calibrate_camera'), '{}/b.png', '{}/a.jpg', '--output', '{}/out.yaml'], files, '/b.png: a picture of 64 x 48 pixels')
+
+
+if __name__ == '__main__':
+    unittest.main()
