@@ -1,7 +1,7 @@
 #include <cstdlib>
 #include <numeric>
 
-#include "../../vest_tissue/test/suture/crossings.h"
+#include "../../vest_tissue/specimen/crossings.h"
 #include "play.h"
 #include "vest_tissue/scene/loose.h"
 #include "vest_tissue/scene/stitches.h"
@@ -216,7 +216,7 @@ TEST(SceneThrow, TwoInstrumentsTieASurgeonsThrowThatStaysWhenOneLetsGo) {
     for (std::size_t i = 0; i < before.size(); ++i)
       far = std::max(far, (threads[0].positions[i] - before[i]).norm());
     if (far < kStraight)
-      passed += std::abs(suture::test::crossings(before, threads[0].positions));
+      passed += std::abs(suture::specimen::crossings(before, threads[0].positions));
     else
       ++fast;
     before = threads[0].positions;
