@@ -93,8 +93,9 @@ struct Patient {
   double found() const {
     const auto& s = field.fluid();
     const auto& m = field.fluidModel();
-    return fluid::particleVolume(m, s) + fluid::pendingVolume(s) + fluid::poolVolume(m, s) + s.sucked +
-           s.soaked + s.lost + bleeding::filmVolume(surface.state()) + surface.state().wiped + told();
+    return fluid::particleVolume(m, s) + fluid::pendingVolume(s) + fluid::poolVolume(m, s) +
+           fluid::filmVolume(m, s) + s.sucked + s.soaked + s.lost + bleeding::filmVolume(surface.state()) +
+           surface.state().wiped + told();
   }
   /// m³ that the field has told the surfaces and they take in the next step.
   double told() const {
