@@ -8,7 +8,6 @@
 
 #include "settle.h"
 #include "vest_tissue/scene/baked.h"
-#include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_state.h"
 #include "vest_tissue/suture/rod.h"
 
@@ -74,8 +73,8 @@ void seekEquilibrium(const suture::Model& model, suture::State& state, suture::S
   throw std::runtime_error(what);
 }
 
-/// Rods beside other objects: threads of a World, which takes steps of 0.01 s at most; longer ones of the
-/// scene are made of equal parts.
+/// Rods beside other objects: threads of a World. Its steps are 1 ms at most, as in a session, for a touch
+/// gives way the more the longer they are; longer ones of the scene are made of equal parts.
 SimulatedScene simulateTogether(const scene::RodScene& scene, const SimulateOptions& options,
                                 const RodTables& tables, Writer& writer, suture::State& state,
                                 suture::Scratch& scratch) {

@@ -355,12 +355,13 @@ void readVessels(const Value& value, Files& files, Description& description) {
 }
 
 /// The object that was read last has a name of its own.
-void checkName(const Value& item, const Description& d, const suture::Description& rods) {
-  const std::string& name = Map(item)["name"].name();
+void checkName(const Value& item, const Description& d, const suture::Description* rods) {
+  const std::string name = Map(item)["name"].name();
   const auto same = [&name](const auto& other) { return other.name == name; };
-  const auto times = std::count_if(d.objects.begin(), d.objects.end(), same) +
-                     std::count_if(rods.rods.begin(), rods.rods.end(), same) +
-                     std::count_if(rods.cylinders.begin(), rods.cylinders.end(), same);
+  auto times = std::count_if(d.objects.begin(), d.objects.end(), same);
+  if (rods)
+    times += std::count_if(rods->rods.begin(), rods->rods.end(), same) +
+             std::count_if(rods->cylinders.begin(), rods->cylinders.end(), same);
   if (times > 1) Map(item)["name"].fail("must be there once");
 }
 
@@ -422,12 +423,12 @@ Description load(const std::string& path, SceneFiles* kept, const Rods* rods = n
   for (const Value& item : objects) {
     if (rods && isRodOrCylinder(item)) {
       readRodOrCylinder(item, files, rods->objects);
-      checkName(item, description, rods->objects);
+      checkName(item, description, &rods->objects);
       continue;
     }
     Object object = readObject(item, files, description.integrator == Integrator::NewtonEuler);
     description.objects.push_back(std::move(object));
-    checkName(item, description, rods ? rods->objects : suture::Description{});
+    checkName(item, description, rods ? &rods->objects : nullptr);
     checkCounts(description, path);  // now: each may be large
   }
   if (map.has("image")) {
