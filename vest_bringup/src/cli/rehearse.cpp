@@ -1,5 +1,6 @@
 #include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <string>
 
 #include <ros/package.h>
@@ -16,7 +17,7 @@
 namespace {
 
 void tell(const vest::simulation::Stage& stage, const vest::simulation::RehearsalReport& report,
-          double milliseconds_per_step) {
+          double milliseconds_per_step, double processor_per_step) {
   const vest::scene::World& world = stage.trainer->world();
   for (const auto& e : report.events) {
     vest_msgs::TissueEvent m;
@@ -26,11 +27,10 @@ void tell(const vest::simulation::Stage& stage, const vest::simulation::Rehearsa
   }
   std::printf(
       "%s moved %.1f mm; greatest force %.3f N; worst status %d; speed at the end %.2f mm/s (%s); %.3f ms "
-      "per "
-      "step\n",
+      "per step, %.3f ms of processor time\n",
       report.tube.c_str(), 1e3 * report.tube_displacement, report.greatest_force,
       static_cast<int>(report.worst), 1e3 * report.settled_speed, report.fastest.c_str(),
-      milliseconds_per_step);
+      milliseconds_per_step, processor_per_step);
   std::printf("heat: %.1f J delivered by instruments\n", world.heat().delivered);
   std::printf("blood: %.2f ml lost, %.2f ml of it seeped; mean pressure %.0f mmHg\n",
               1e6 * stage.blood->circulation().lost, 1e6 * stage.surface->state().seeped,
@@ -119,6 +119,7 @@ int main(int argc, char** argv) {
       }
     };
     const auto begin = std::chrono::steady_clock::now();
+    const std::clock_t worked = std::clock();
     const auto report = simulation::rehearse(*stage.trainer, box, trajectory, hands, seconds, keep);
     for (; next != at.cend() && moments && ended >= *next - kAboutNow; ++next)
       moments->write(ended, world, box, last);
@@ -127,7 +128,9 @@ int main(int argc, char** argv) {
                    ended);
     if (moments) moments->close();
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    tell(stage, report, 1e3 * wall / static_cast<double>(world.steps()));
+    const double processor = static_cast<double>(std::clock() - worked) / CLOCKS_PER_SEC;
+    const auto steps = static_cast<double>(world.steps());
+    tell(stage, report, 1e3 * wall / steps, 1e3 * processor / steps);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "vest_rehearse: %s\n", vest::files::shown(e.what(), 6000).c_str());
     return 1;

@@ -142,6 +142,7 @@ struct Film {
                         (kFilmDensity * fall / (3 * kFilmViscosity) * hi * hi * hi * mobility(i) +
                          kSpread * (hi - hj) * mobility(hi > hj ? i : j));
     const std::uint32_t from = move > 0 ? i : j, to = move > 0 ? j : i;
+    if (!(s.film[from] > kThinFilm * static_cast<double>(s.area[from]))) return;
     const double moved = std::min(std::fabs(move), 0.1 * s.film[from]);  // stable for any step
     s.film[from] -= moved;
     pour(to, moved, s.age[from], s);
@@ -149,7 +150,9 @@ struct Film {
 
   void flow() {
     std::fill_n(off.steepest.begin() + first, count, 0.0f);
-    const auto wet = [&](std::uint32_t k) { return k < count && s.film[first + k] > 0; };
+    const auto wet = [&](std::uint32_t k) {
+      return k < count && s.film[first + k] > kThinFilm * static_cast<double>(s.area[first + k]);
+    };
     for (std::size_t t = 0; t < mesh.triangle_count; ++t) {
       const auto& k = mesh.triangles[t];
       if (!(wet(k[0]) || wet(k[1]) || wet(k[2])) || (mesh.alive && !mesh.alive[t])) continue;

@@ -92,11 +92,24 @@ void addLines(const Model& model, const Obstacle& o, const Pools& w, ScratchData
   const auto index = [&](float at, float from) { return CellGrid::floorInt((at - from) / step); };
   const int c0 = std::max(0, index(low[0], x0)), c1 = std::min(columns - 1, index(high[0], x0)),
             r0 = std::max(0, index(low[1], y0)), r1 = std::min(rows - 1, index(high[1], y0));
+  const auto wet = [&](int row, int column) {
+    return row >= 0 && column >= 0 && row < model.rows && column < model.columns &&
+           w.depth[static_cast<std::size_t>(row) * static_cast<std::size_t>(model.columns) +
+                   static_cast<std::size_t>(column)] > kDryDepth;
+  };
   for (int r = r0; r <= r1; ++r) {
+    const int row = r / kLines, up = 2 * (r % kLines) >= kLines ? 1 : -1;
     for (int c = c0; c <= c1; ++c) {
       // The cell that it stands in, and those on whose side of it the line is.
-      const int column = c / kLines, row = r / kLines, right = 2 * (c % kLines) >= kLines ? 1 : -1,
-                up = 2 * (r % kLines) >= kLines ? 1 : -1;
+      const int column = c / kLines, right = 2 * (c % kLines) >= kLines ? 1 : -1;
+      if (c == c0 || c % kLines == 0) {  // all lines of a cell at once, where nothing is wet around it
+        bool any = false;
+        for (int cc = column - 1; cc <= column + 1; ++cc) any = any || wet(row, cc) || wet(row + up, cc);
+        if (!any) {
+          c = (column + 1) * kLines - 1;
+          continue;
+        }
+      }
       Span in;
       bool met = false;
       for (int k = 0; k < 4; ++k) {

@@ -293,6 +293,26 @@ TEST(Surface, AStainRunsDownAsNusseltSaysThinsOutAndSets) {
   EXPECT_GT(old.state.age[15 * 21 + 5], 1200);
 }
 
+TEST(Surface, AFilmThinnerThanARedCellStaysWhereItIs) {
+  Sheet s(true);
+  s.inputs.gravity = {0, 0, -9.81};
+  const std::uint32_t knot = 10 * 21 + 10;
+  const auto spread = [&](double thick) {
+    s.state = initialSurface(s.model);
+    measureSurface(s.model, 0, s.mesh, s.xyz.data(), s.state);
+    stainSurface(s.model, 0, {knot, knot, knot}, thick * static_cast<double>(s.state.area[knot]), s.state);
+    s.seconds(20);
+    std::size_t stained = 0;
+    for (const double film : s.state.film) stained += film > 0;
+    return stained;
+  };
+  EXPECT_EQ(spread(0.9 * kThinFilm), 1u);
+  // One that runs reddens its way, not the whole sheet by traces.
+  const std::size_t run = spread(1e-4);
+  EXPECT_GT(run, 5u);
+  EXPECT_LT(run, 100u);
+}
+
 TEST(Surface, ASuckerTakesTheClotAndItBleedsAgain) {
   Sheet s;
   s.cut();

@@ -38,6 +38,8 @@ namespace vest::bleeding {
 constexpr double kClearFilm = 3.5e-5;
 constexpr double kFullFilm = 3.0e-4;  ///< m: what a moist, inclined surface holds (assumed)
 constexpr double kSpread = 1.0e-6;    ///< m²/s: how a film levels out between neighbours (assumed)
+/// m: a film thinner than a red cell stays where it is (2.57 µm, Evans and Fung 1972).
+constexpr double kThinFilm = 2.5e-6;
 constexpr double kClottingTime =
     240;  ///< s: open capillaries close; bleeding times of skin are 2 … 9 min (Ivy)
 /// s: a film sets; whole blood clots in a tube in 5 … 10 min (Lee and White 1913).
