@@ -2,6 +2,7 @@
 // exactly.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "vest_hw_phantom_box/emulator/emulator.h"
@@ -68,8 +69,28 @@ TEST(Trajectory, ADropOutIsInvalidAndNeverBridged) {
 TEST(Trajectory, LoopsWithThePeriodOfItsRows) {
   TrajectoryOptions o;
   o.at_end = emulator::AtEnd::kLoop;
-  const auto t = Trajectory::parse("t_s,left_yaw\n0,0\n0.1,1\n0.2,2\n0.3,3\n", "x.csv", o);
-  EXPECT_NEAR(1.5, t.at(0.15 + 0.4 * 7).joints[0], 1e-9);
+  const auto t = Trajectory::parse("t_s,left_yaw\n0,0\n0.1,0.1\n0.2,0.2\n0.3,0.05\n", "x.csv", o);
+  EXPECT_NEAR(0.15, t.at(0.15 + 0.4 * 7).joints[0], 1e-9);
+}
+
+TEST(Trajectory, ALoopThatEndsElsewhereGoesBackAsCalmlyAsAHand) {
+  TrajectoryOptions o;
+  o.at_end = emulator::AtEnd::kLoop;
+  const auto t = Trajectory::parse(
+      "t_s,left_yaw,left_insertion,footswitches\n0,0,0.1,0\n0.1,1,0.1,8\n0.2,2,0.1,8\n0.3,3,0.1,8\n", "x.csv",
+      o);
+  const double period = 0.3 + 1.5 * 3;  // 3 rad, at most 1 rad/s
+  double fastest = 0;
+  for (double at = 0.301; at < period; at += 0.001) {
+    fastest = std::max(fastest, std::abs(t.at(at).joints[0] - t.at(at - 0.001).joints[0]) / 0.001);
+    EXPECT_EQ(0, t.at(at).footswitches);
+    EXPECT_EQ(0u, t.at(at).invalid);
+  }
+  EXPECT_NEAR(1.0, fastest, 1e-3);
+  EXPECT_NEAR(1.5, t.at(0.3 + 0.5 * 4.5).joints[0], 1e-9);
+  EXPECT_NEAR(1.5, t.at(0.15 + 7 * period).joints[0], 1e-9);
+  const auto slides = Trajectory::parse("t_s,left_insertion\n0,0.1\n0.1,0.15\n0.2,0.2\n", "x.csv", o);
+  EXPECT_NEAR(0.15, slides.at(0.2 + 0.75).joints[2], 1e-9);  // 0.1 m, at most 0.1 m/s
 }
 
 void expectError(const std::string& csv, const std::vector<std::string>& parts) {

@@ -17,6 +17,10 @@ using protocol::kJoints;
 constexpr int kFootswitchColumn = -2;
 constexpr int kTimeColumn = -1;
 constexpr std::size_t kMostColumns = kJoints + 2;
+/// rad/s, m/s: the greatest speeds of the way from the last row to the first (assumed: a calm hand's), and
+/// how much greater they are than its mean.
+constexpr double kCalmTurn = 1.0, kCalmSlide = 0.1, kGreatestOverMean = 1.5;
+constexpr int kInsertion = 2;               // axis
 constexpr std::size_t kMostRows = 2000000;  // ours: 5.5 h at 100 Hz
 
 [[noreturn]] void fail(const std::string& file, const std::string& field, const std::string& value,
@@ -133,7 +137,16 @@ void Trajectory::prepare() {
   const auto broken = [&](std::size_t i) { return times_[i + 1] - times_[i] > options_.max_gap; };
   for (std::size_t i = 0; i + 1 < n; ++i)
     if (broken(i)) gaps_.push_back({times_[i], times_[i + 1]});
-  period_ = n > 1 ? times_.back() + std::min(times_[n - 1] - times_[n - 2], options_.max_gap) : 0;
+  if (n > 1) {
+    const double step = std::min(times_[n - 1] - times_[n - 2], options_.max_gap);
+    double calm = 0;  // s
+    for (int j = 0; j < kJoints; ++j) {
+      const double way = std::abs(joints_[0][j] - joints_[n - 1][j]);
+      calm = std::max(calm, kGreatestOverMean * way / (j % kAxes == kInsertion ? kCalmSlide : kCalmTurn));
+    }
+    if (calm > kGreatestOverMean * step) way_back_ = calm;
+    period_ = times_.back() + std::max(step, way_back_);
+  }
 
   slopes_.assign(n, {});
   if (options_.interpolation != Interpolation::kCubic) return;
@@ -152,6 +165,12 @@ void Trajectory::prepare() {
 Pose Trajectory::at(double t) const {
   Pose pose;
   if (options_.at_end == AtEnd::kLoop && period_ > 0 && t > 0) t = std::fmod(t, period_);
+  if (t > times_.back() && options_.at_end == AtEnd::kLoop && way_back_ > 0) {
+    const double s = (t - times_.back()) / way_back_, share = s * s * (3 - 2 * s);
+    for (int j = 0; j < kJoints; ++j)
+      pose.joints[j] = joints_.back()[j] + share * (joints_.front()[j] - joints_.back()[j]);
+    return pose;
+  }
   const auto upper = std::upper_bound(times_.begin(), times_.end(), t);
   if (upper == times_.begin() || upper == times_.end()) {
     const std::size_t i = upper == times_.begin() ? 0 : times_.size() - 1;

@@ -43,8 +43,8 @@ struct Gap {
 /// Rows over time. `t_s` is taken relative to the first row. Joints between rows are interpolated (cubic:
 /// Hermite with non-uniform three-point slopes, as Bessel's or parabolic splines, C. de Boor, A Practical
 /// Guide to Splines, ch. IV; one-sided at ends and drop-outs). Footswitches change at rows. Loop: the first
-/// row follows one row distance after the last; if it is elsewhere, the jump is there, as a real one would
-/// be.
+/// row follows one row distance after the last. Where no hand gets there in that time, it takes the time of a
+/// calm one, without pedals: a jump would be a fault of the sensor to the driver.
 class Trajectory {
  public:
   /// Throws Error with file, line, column, value, allowed.
@@ -66,7 +66,8 @@ class Trajectory {
   std::vector<std::array<double, protocol::kJoints>> slopes_;
   std::vector<std::uint8_t> footswitches_;
   std::vector<Gap> gaps_;
-  double period_ = 0;
+  double period_ = 0;    ///< s, of a loop
+  double way_back_ = 0;  ///< s from the last row to the first one; 0: one row distance, as the rows are
 };
 
 /// Slow, smooth movement of everything, and a pedal now and then: what is played without a file.
