@@ -137,12 +137,12 @@ struct Film {
     if (fall < 0) std::swap(i, j), fall = -fall;
     const auto steep = static_cast<float>(fall * fall / edge.squaredNorm());
     if (steep > off.steepest[i]) off.steepest[i] = steep, off.lower[i] = j;
-    const double hi = std::min(thickness(s, i), kFullFilm), hj = std::min(thickness(s, j), kFullFilm);
+    const double hi = off.thick[i], hj = off.thick[j];
     const double move = dt * across *
-                        (kFilmDensity * fall / (3 * kFilmViscosity) * hi * hi * hi * mobility(i) +
-                         kSpread * (hi - hj) * mobility(hi > hj ? i : j));
+                        (kFilmDensity * fall / (3 * kFilmViscosity) * hi * hi * hi * off.mobile[i] +
+                         kSpread * (hi - hj) * off.mobile[hi > hj ? i : j]);
     const std::uint32_t from = move > 0 ? i : j, to = move > 0 ? j : i;
-    if (!(s.film[from] > kThinFilm * static_cast<double>(s.area[from]))) return;
+    if (!(off.thick[from] > kThinFilm)) return;
     const double moved = std::min(std::fabs(move), 0.1 * s.film[from]);  // stable for any step
     s.film[from] -= moved;
     pour(to, moved, s.age[from], s);
@@ -150,19 +150,25 @@ struct Film {
 
   void flow() {
     std::fill_n(off.steepest.begin() + first, count, 0.0f);
-    const auto wet = [&](std::uint32_t k) {
-      return k < count && s.film[first + k] > kThinFilm * static_cast<double>(s.area[first + k]);
-    };
+    bool any = false;
+    for (std::uint32_t i = first; i < first + count; ++i) {
+      off.thick[i] = s.film[i] > 0 ? std::min(thickness(s, i), kFullFilm) : 0;
+      off.mobile[i] = off.thick[i] > kThinFilm ? mobility(i) : 0;
+      any = any || off.thick[i] > kThinFilm;
+    }
+    if (!any) return;
+    const auto runs = [&](std::uint32_t k) { return k < count && off.thick[first + k] > kThinFilm; };
     for (std::size_t t = 0; t < mesh.triangle_count; ++t) {
       const auto& k = mesh.triangles[t];
-      if (!(wet(k[0]) || wet(k[1]) || wet(k[2])) || (mesh.alive && !mesh.alive[t])) continue;
+      if (!(runs(k[0]) || runs(k[1]) || runs(k[2])) || (mesh.alive && !mesh.alive[t])) continue;
       if (k[0] >= count || k[1] >= count || k[2] >= count) continue;
       const Vector3d a = placeOf(mesh.positions, k[0]), b = placeOf(mesh.positions, k[1]),
                      c = placeOf(mesh.positions, k[2]), ab = b - a, bc = c - b, ca = a - c;
       const double twice = std::sqrt(ab.cross(bc).squaredNorm());
       if (!(twice > 1e-14)) continue;
+      const double once = 1 / twice;
       const auto cotangent = [&](const Vector3d& u, const Vector3d& v) {
-        return 0.5 * std::clamp(-u.dot(v) / twice, 0.0, 4.0);
+        return 0.5 * std::clamp(-u.dot(v) * once, 0.0, 4.0);
       };
       run(k[0], k[1], ab, cotangent(bc, ca));
       run(k[1], k[2], bc, cotangent(ca, ab));

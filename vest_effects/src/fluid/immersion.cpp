@@ -99,10 +99,20 @@ void addLines(const Model& model, const Obstacle& o, const Pools& w, ScratchData
   };
   for (int r = r0; r <= r1; ++r) {
     const int row = r / kLines, up = 2 * (r % kLines) >= kLines ? 1 : -1;
-    for (int c = c0; c <= c1; ++c) {
+    // Of its footprint, what can lie on this row.
+    const float y = y0 + (static_cast<float>(r) + 0.5f) * step - a[1];
+    float from = 0, to = 1;
+    if (std::fabs(along[1]) > 1e-6f) {
+      const float p = (y - radius) / along[1], q = (y + radius) / along[1];
+      from = std::max(from, std::min(p, q)), to = std::min(to, std::max(p, q));
+    }
+    const float begin = from * along[0], end = to * along[0];
+    const int first = std::max(c0, index(a[0] - radius + std::min(begin, end), x0) - 1),
+              last = std::min(c1, index(a[0] + radius + std::max(begin, end), x0) + 1);
+    for (int c = first; c <= last; ++c) {
       // The cell that it stands in, and those on whose side of it the line is.
       const int column = c / kLines, right = 2 * (c % kLines) >= kLines ? 1 : -1;
-      if (c == c0 || c % kLines == 0) {  // all lines of a cell at once, where nothing is wet around it
+      if (c == first || c % kLines == 0) {  // all lines of a cell at once, where nothing is wet around it
         bool any = false;
         for (int cc = column - 1; cc <= column + 1; ++cc) any = any || wet(row, cc) || wet(row + up, cc);
         if (!any) {
@@ -119,8 +129,7 @@ void addLines(const Model& model, const Obstacle& o, const Pools& w, ScratchData
                               static_cast<std::size_t>(cc);
         if (!(w.depth[i] > kDryDepth)) continue;
         if (!met) {
-          in = meet(x0 + (static_cast<float>(c) + 0.5f) * step - a[0],
-                    y0 + (static_cast<float>(r) + 0.5f) * step - a[1], along, length, radius);
+          in = meet(x0 + (static_cast<float>(c) + 0.5f) * step - a[0], y, along, length, radius);
           met = true;
         }
         if (!(in.low < in.high) || in.high + a[2] < w.bed[i] || s.lines.size() == s.lines.capacity())

@@ -130,7 +130,8 @@ struct SurfaceInputs {
 
 /// What dripped in the last step; sized once.
 struct SurfaceRunoff {
-  explicit SurfaceRunoff(const SurfaceModel& model) : steepest(model.knots()), lower(model.knots()) {}
+  explicit SurfaceRunoff(const SurfaceModel& model)
+      : steepest(model.knots()), lower(model.knots()), thick(model.knots()), mobile(model.knots()) {}
   struct Fall {
     double volume = 0;  ///< m³
     Eigen::Vector3d place = Eigen::Vector3d::Zero();
@@ -147,6 +148,8 @@ struct SurfaceRunoff {
   // No meaning between steps.
   std::vector<float> steepest;       ///< per knot: square of the greatest fall along an edge, (m/s²)²
   std::vector<std::uint32_t> lower;  ///< and where it leads
+  std::vector<double> thick;         ///< m: of the film as it begins to flow, at most kFullFilm; 0: it stays
+  std::vector<double> mobile;        ///< no unit: what it flows by, 1 fresh, 0 set
 };
 
 SurfaceState initialSurface(const SurfaceModel& model);
