@@ -77,6 +77,7 @@ EndoscopePipeline::Timing EndoscopePipeline::render(const Eigen::Isometry3d& X_W
   if (fluid_) {
     scene_.effects().setFluid(*fluid_, X_WO.translation());
     scene_.setSwabs(*fluid_);
+    scene_.setMoment(fluid_->header.stamp.toSec());
   }
   if (smoke_) scene_.effects().setSmoke(*smoke_, X_WO.translation(), byBillboards(method_));
   timing.prepare = seconds() - start;

@@ -424,24 +424,29 @@ void TissueVisual::update(const mesh::Store& store) {
   if (show_links_) drawLinks(store);
 }
 
-void TissueVisual::setLight(const Ogre::Vector4& light) {
-  forEachMaterial([&](Ogre::Pass* pass) {
-    if (pass->hasVertexProgram()) pass->getVertexProgramParameters()->setNamedConstant("light", light);
-  });
+namespace {
+/// For vertex programs; one that does not know the name (healthy tissue has no film) is left as it is.
+void setVertexNumbers(Ogre::Pass* pass, const char* name, const Ogre::Vector4* values, std::size_t count) {
+  if (!pass->hasVertexProgram()) return;
+  const auto parameters = pass->getVertexProgramParameters();
+  parameters->setIgnoreMissingParams(true);
+  parameters->setNamedConstant(name, values->ptr(), count);
 }
+}  // namespace
 
+void TissueVisual::setLight(const Ogre::Vector4& light) {
+  forEachMaterial([&](Ogre::Pass* pass) { setVertexNumbers(pass, "light", &light, 1); });
+}
+void TissueVisual::setMoment(const Ogre::Vector4& down_and_time) {
+  forEachMaterial([&](Ogre::Pass* pass) { setVertexNumbers(pass, "moment", &down_and_time, 1); });
+}
 void TissueVisual::setShafts(const Shafts& shafts) {
-  forEachMaterial([&](Ogre::Pass* pass) {
-    if (pass->hasVertexProgram())
-      pass->getVertexProgramParameters()->setNamedConstant("shaft", shafts[0].ptr(), shafts.size());
-  });
+  forEachMaterial([&](Ogre::Pass* pass) { setVertexNumbers(pass, "shaft", shafts.data(), shafts.size()); });
 }
 
 void TissueVisual::setShadows(const Shadows& shadows) {
-  forEachMaterial([&](Ogre::Pass* pass) {
-    if (pass->hasVertexProgram())
-      pass->getVertexProgramParameters()->setNamedConstant("shadow", shadows[0].ptr(), shadows.size());
-  });
+  forEachMaterial(
+      [&](Ogre::Pass* pass) { setVertexNumbers(pass, "shadow", shadows.data(), shadows.size()); });
 }
 
 void TissueVisual::setMipBias(float bias) {

@@ -40,6 +40,8 @@ class TissueVisual {
   void update(const mesh::Store& store);
   /// @param light view space position in m and intensity; goes to every object's shader
   void setLight(const Ogre::Vector4& light);
+  /// Where down is in view space, and the session's time in s: films of blood run.
+  void setMoment(const Ogre::Vector4& down_and_time);
   /// Instruments that darken the skin beside them: two ends each in view space (m), the radius in w; 0: none.
   using Shafts = std::array<Ogre::Vector4, 6>;
   void setShafts(const Shafts& shafts);
