@@ -58,7 +58,12 @@ void EndoscopePipeline::setLens(const vest_msgs::LensState::ConstPtr& m) {
   lens_changed_ = true;
 }
 
+void EndoscopePipeline::setGas(const vest_msgs::GasState::ConstPtr& m) {
+  scene_.setSunk(std::isfinite(m->sunk) ? std::max(0.0, static_cast<double>(m->sunk)) : 0.0);
+}
+
 void EndoscopePipeline::clear() {
+  scene_.setSunk(0);
   scene_.effects().clear();
   scene_.setHeld({});
   fluid_.reset();

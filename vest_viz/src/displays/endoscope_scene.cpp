@@ -117,6 +117,7 @@ void EndoscopeScene::updateTissue(const mesh::Store& store) {
     if (visual != instruments_.end() && visual->second->jaws(&jaws)) held[object].push_back(jaws);
   }
   tissue_->setHeld(std::move(held));
+  tissue_->setSunk(sunk_, X_WO_.translation());
   tissue_->update(store);
 }
 
