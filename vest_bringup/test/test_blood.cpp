@@ -51,7 +51,7 @@ TEST(Blood, CutArterySpurtsFromBothEndsAndAClipAndALigatureStopIt) {
   EXPECT_LT(b.effect.circulation().lost - lost, 5e-9);
 }
 
-TEST(Blood, GauzePressedOnAHoleStopsItAndAMinuteOfThatHolds) {
+TEST(Blood, GauzePressedOnAHoleStopsItAndThreeMinutesOfThatHold) {
   Bench b;
   b.event(scene::EventKind::Punctured, "uterine_artery_left", 0.03, 6e-7);
   for (int i = 0; i < 200; ++i) b.step();
@@ -391,70 +391,6 @@ TEST(Blood, ThePulseRunsAlongTheVessel) {
   EXPECT_GT(speed, 3);
   EXPECT_LT(speed, 25);
   EXPECT_GT(seen.back().when, seen.front().when);
-}
-
-/// Knots of a vessel beyond a ring, turned about it: as a hand bends it.
-void bend(scene::World& world, std::size_t object, std::size_t ring, double angle) {
-  auto& block = const_cast<scene::WorldState&>(world.state()).objects[object].block;
-  const net::TubeMap& tube = world.model().objects[object].tube;
-  const auto centre = [&](std::size_t r) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const auto k : tube.knots(r)) sum += world.knotAt(object, k);
-    return Eigen::Vector3d(sum / static_cast<double>(tube.knots(r).size()));
-  };
-  const Eigen::Vector3d at = centre(ring), along = (centre(ring + 1) - centre(ring - 1)).normalized();
-  const Eigen::AngleAxisd turn(angle, along.unitOrthogonal());
-  for (std::size_t k = 0; k < world.knotCount(object); ++k) {
-    if (tube.ringOf(static_cast<std::uint32_t>(k)) <= static_cast<std::int32_t>(ring)) continue;
-    const Eigen::Vector3d p = at + turn * (world.knotAt(object, k) - at);
-    block.row(net::Block::X)[k] = static_cast<float>(p.x());
-    block.row(net::Block::Y)[k] = static_cast<float>(p.y());
-    block.row(net::Block::Z)[k] = static_cast<float>(p.z());
-  }
-}
-
-TEST(Blood, AKinkHoldsTheBloodBackAndAGentleBendDoesNot) {
-  double flow[3];
-  const double angles[3] = {0, 0.5, 2.7};  // rad
-  for (int i = 0; i < 3; ++i) {
-    Bench b;
-    EXPECT_EQ(b.effect.kinks().count, 0);
-    const auto object = objectNamed(b.world, "uterine_artery_left");
-    const net::TubeMap& tube = b.world.model().objects[object].tube;
-    bend(b.world, object, tube.ringCount() / 3, angles[i]);
-    b.event(scene::EventKind::Separated, "uterine_artery_left", tube.station(2 * tube.ringCount() / 3),
-            std::nan(""));
-    for (int k = 0; k < 300; ++k) b.step();
-    flow[i] = 0;
-    for (const auto& source : b.feedback.sources) flow[i] += source.flow;
-    ASSERT_EQ(b.effect.wounds().opening_count, 2);
-    flow[i] = b.effect.wounds().openings[0].end == bleeding::End::kHeart ? b.effect.wounds().openings[0].flow
-                                                                         : b.effect.wounds().openings[1].flow;
-    EXPECT_EQ(b.effect.kinks().count, i == 2 ? 1 : 0) << angles[i] << " rad";
-    if (i != 2) continue;
-    std::vector<std::uint8_t> bytes;
-    b.effect.save(bytes);
-    b.effect.reset();
-    ASSERT_TRUE(b.effect.restore(bytes.data(), bytes.size()));
-    EXPECT_EQ(b.effect.kinks().count, 1) << "a snapshot has it";
-  }
-  std::printf("heart's stump: %.3f ml/s, bent by 29 degrees %.3f, kinked %.3f\n", 1e6 * flow[0],
-              1e6 * flow[1], 1e6 * flow[2]);
-  EXPECT_NEAR(flow[1], flow[0], 0.02 * flow[0]);
-  EXPECT_LT(flow[2], 0.1 * flow[0]);
-}
-
-TEST(Blood, NoVesselOfASceneIsKinkedAsItLies) {
-  for (const char* name : {"gynaecology", "arterial_bleeding", "venous_ooze", "gallbladder"}) {
-    const scene::World world{
-        scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/" + name + "/" + name + ".yaml")};
-    BloodEffect effect(world, options(), nullptr);
-    scene::StepReport report;
-    Feedback feedback;
-    feedback.sources.reserve(bleeding::kMostSources), feedback.dilatations.reserve(64);
-    effect.step(world, {}, report, feedback);
-    EXPECT_EQ(effect.kinks().count, 0) << name;
-  }
 }
 
 /// A phase beyond a beat, or an opening in what is no vessel: a step would go on for ever, or read what is

@@ -381,7 +381,18 @@ TEST(OperatingField, PoolsInMessagesHoldTheVolumeOfTheirHeights) {
     for (std::size_t k = 0; k < pool.height.size(); ++k) {
       EXPECT_EQ(pool.depth[k] == 0, std::isnan(pool.height[k])) << "what is wet has a depth";
       EXPECT_EQ(pool.blood[k], 0);
-      if (pool.depth[k] < 255) depth += 1e-4 * pool.depth[k] * pool.cell * pool.cell;
+      if (std::isnan(pool.height[k])) continue;
+      // Under the tube it is drawn, and is none of the volume.
+      const fluid::Model& model = *t.frames->front().fluid_model;
+      const auto cells = [&](double place, double low) {
+        return static_cast<std::size_t>(std::lround((place - low) / pool.cell));
+      };
+      const std::size_t column = cells(pool.origin.position.x, model.parameters.low[0]) + k % pool.columns,
+                        row = cells(pool.origin.position.y, model.parameters.low[1]) + k / pool.columns,
+                        at = row * static_cast<std::size_t>(model.columns) + column;
+      const double top = pool.origin.position.z + static_cast<double>(pool.height[k]);
+      if (top >= static_cast<double>(t.frames->front().fluid.pools.bed[at]))
+        depth += 1e-4 * pool.depth[k] * pool.cell * pool.cell;
     }
   }
   EXPECT_NEAR(depth, volume, 0.05 * volume) << "but for rounding to 0.1 mm";
@@ -420,6 +431,7 @@ TEST(OperatingField, APoolsSurfaceGoesOnUnderAnOrganThatSpansIt) {
     for (std::size_t k = 0; k < pool.height.size(); ++k) {
       if (std::isnan(pool.height[k])) continue;
       ++covered[static_cast<std::size_t>(first) + k % pool.columns];
+      EXPECT_EQ(pool.depth[k], 50) << "also under the organ: as deep as beside it, in 0.1 mm";
       EXPECT_NEAR(pool.origin.position.z + static_cast<double>(pool.height[k]), 0.005, 1e-6);
     }
   }

@@ -6,11 +6,13 @@ varying vec3 position;
 varying vec3 normal;  // view
 varying vec2 place;   // m along the surface
 varying vec3 film;    // µm, share that has set, how level the ground is
+varying vec2 down;    // along the ground: sine of its slope
 
 void main() {
   position = (worldview_matrix * gl_Vertex).xyz;
   normal = (worldview_matrix * vec4(gl_Normal, 0.0)).xyz;
   place = gl_Vertex.xy;
+  down = gl_Normal.xy;
   film = vec3(gl_MultiTexCoord1.xy, gl_Normal.z);
   // Towards the lens, so that the coarse ground does not come through.
   vec4 near = vec4(gl_Vertex.xyz, 1.0);

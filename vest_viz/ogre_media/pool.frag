@@ -29,7 +29,7 @@ void main() {
   float stirred = 0.45 + 1.1 * clamp(abs(fluid.z) * 40.0, 0.0, 1.0);
   vec2 long_one = texture2D(micro_map, place * 11.0 + moment.x * vec2(0.19, 0.11)).xy - 0.5;
   vec2 short_one = texture2D(micro_map, place.yx * 47.0 - moment.x * vec2(0.31, 0.43)).xy - 0.5;
-  vec2 waves = (long_one * 0.20 + short_one * 0.09) * stirred * smoothstep(0.05, 0.8, mm);
+  vec2 waves = (long_one * 0.34 + short_one * 0.16) * stirred * smoothstep(0.05, 0.8, mm);
   vec3 level = (worldview_matrix * vec4(normal, 0.0)).xyz;
   vec3 n = normalize((worldview_matrix * vec4(normalize(normal) + vec3(waves + 1.6 * steep, 0.0), 0.0)).xyz);
   if (dot(n, v) < 0.0) n = -n;
@@ -47,22 +47,31 @@ void main() {
   float facing = 1.0 - abs(dot(still, v));
   float calm = smoothstep(0.80, 0.95, normalize(normal).z);  // see below
   float fresnel = 0.02 + 0.98 * calm * facing * facing * facing * facing * facing;
-  // What it mirrors: lit walls above, and their wet patches, which mirror the lamp (by eye).
+  // What it mirrors: the wall 8 cm on, as the lamp lights it there, and its wet patches, which mirror the lamp. They
+  // are far brighter than the wall, so that they show in blood, and they dance with the ripples (sizes by eye).
   vec3 r = reflect(-v, still);
-  float wall = texture2D(micro_map, r.xy * 0.40 + 0.37).z;
-  vec3 mirrored = mix(vec3(0.10, 0.03, 0.026), vec3(0.75, 0.36, 0.31), clamp(0.35 + 0.65 * r.y, 0.0, 1.0)) * (0.4 + wall) +
-                  vec3(7.0, 7.2, 7.4) * smoothstep(0.62, 0.78, wall);
+  vec3 there = position + 0.08 * r;
+  float sight = max(normalize(-there).z, 0.0), beyond = dot(light.xyz - there, light.xyz - there);
+  sight *= sight; sight *= sight;
+  float lamp = light.w * sight * sight / (beyond + 0.0012);
+  float wall = texture2D(micro_map, r.xy * 0.9 + 0.37).z, patch = texture2D(micro_map, r.yx * 2.3 + 0.11).z;
+  vec3 mirrored = vec3(0.60, 0.24, 0.20) * (0.3 + wall) * lamp +
+                  vec3(60.0, 62.0, 64.0) * smoothstep(0.62, 0.68, wall) * smoothstep(0.52, 0.58, patch) * min(lamp, 1.5);
   float blood = clamp(fluid.x, 0.0, 1.0);
   // Blood hides by its amount along the line of sight; a little colours much water. What light comes back of it
   // is bright red where it is thin and dark red where it is deep.
   float amount = blood * mm;
-  float hide = 1.0 - exp(-2.2 * amount), deep = 1.0 - exp(-0.55 * amount);
-  vec3 body = mix(vec3(1.90, 0.170, 0.120), vec3(1.25, 0.034, 0.030), deep);
-  vec3 colour = mix(vec3(0.46, 0.20, 0.17), body, hide) * (0.40 + 0.60 * abs(dot(still, h))) * strength;
-  vec3 gloss = fresnel * mirrored * min(strength * 2.0, 1.5) * 4.0;
+  float hide = 1.0 - exp(-2.2 * amount), deep = 1.0 - exp(-1.3 * amount);
+  vec3 body = mix(vec3(0.22, 0.0060, 0.0042), vec3(0.045, 0.0008, 0.0007), deep);
+  // It is never of one tone: brighter blood runs through what has stood, in drawn-out streaks.
+  vec2 drift = place * vec2(9.0, 6.0) + 0.12 * long_one + moment.x * 0.006 * stirred;
+  body *= 1.0 + 0.55 * (texture2D(micro_map, drift).z - 0.5) + 0.30 * (texture2D(micro_map, 3.1 * drift.yx).z - 0.5);
+  vec3 colour = mix(vec3(0.046, 0.020, 0.017), body, smoothstep(0.0, 0.25, hide)) * (0.40 + 0.60 * abs(dot(still, h))) * strength;
+  vec3 gloss = fresnel * mirrored;
   colour += gloss;
   // Broken where the tissue below the brim is rough.
-  float shine = (0.04 * sharp + 9.0 * crisp) * mix(0.3 * smoothstep(0.45, 0.80, small.z), 1.0, inward);
+  float shine = (0.01 * sharp + 9.0 * mix(sharp * sharp * sharp * sharp, crisp, inward)) *
+                mix(smoothstep(0.40, 0.75, small.z), 1.0, inward);
   // Between cells of very different height the mesh is a cliff that no fluid has.
   shine *= calm * step(0.42, wet);
   colour += shine * strength * vec3(0.95, 0.98, 1.0);

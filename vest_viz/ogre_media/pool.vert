@@ -2,7 +2,6 @@
 // Surface of standing fluid.
 uniform mat4 worldview_matrix;
 uniform mat4 worldviewproj_matrix;
-uniform vec4 light;
 varying vec3 position;
 varying vec3 normal;  // world, up
 varying vec2 place;   // m along the surface

@@ -15,7 +15,7 @@ void main() {
   vec3 v = normalize(-position), to_light = light.xyz - position;
   float beam = v.z * v.z * v.z * v.z;
   // No tissue is brighter than fat in the full light (by eye); what is brighter is a highlight.
-  vec3 c = vec3(7.0, 3.2, 2.7) * light.w * beam * beam / (dot(to_light, to_light) + 0.0012);
+  vec3 c = vec3(0.80, 0.42, 0.32) * light.w * beam * beam / (dot(to_light, to_light) + 0.0012);
   c = 1.0 - 1.0 / (1.0 + c * (1.0 + c * (0.5 + 0.17 * c)));  // as in tissue.frag
   c = sqrt(c);
   c = max(1.06 * mix(c, c * c * (3.0 - 2.0 * c), 0.85) - 0.06, 0.0);

@@ -13,6 +13,14 @@ varying vec3 cast1;
 #ifdef STATE
 varying vec4 state;  // film of blood, coagulated, charred, bloodless: 0 ... 1
 varying vec3 blood_state;  // in the tissue without oxygen, flushed; film set: 0 ... 1
+varying vec3 flow;         // down along the skin: sine of its slope, along tangent and binormal; time (s)
+
+/// Waves of a film that runs: film_shine.frag.
+vec2 waves(vec2 p, vec2 way, float share) {
+  vec2 a = texture2D(micro_map, p - way * (share - 0.5)).xy;
+  vec2 b = texture2D(micro_map, p + 0.5 - way * (fract(share + 0.5) - 0.5)).xy;
+  return mix(b, a, 1.0 - abs(2.0 * share - 1.0)) - 0.5;
+}
 #endif
 
 // Share of the lamp that an instrument hides; 1.2 is the lamp's diameter over a shaft's radius of 2.5 mm.
@@ -37,6 +45,7 @@ void main() {
   vec2 slope = (relief.xy * 2.0 - 1.0) * look.w;
   float wetness = look.x;
   float film = 0.0;
+  vec2 running = vec2(0.0);
 #ifdef STATE
   // Borders run along the relief: grooves fill with blood first, crests char first.
   vec3 speck = texture2D(micro_map, uv.xy * look.z * 0.23).xyz;
@@ -71,10 +80,19 @@ void main() {
   micro *= 1.0 - 0.75 * film;
   wetness = mix(wetness, 1.05 - 0.75 * blood_state.z * (1.0 - 0.7 * deep), film);
   ground.a = mix(ground.a, 0.80, film);
+  // Fresh blood stands round at its border, hangs between crests and runs down (30 mm/s where it is thick: 1/0.006 tiles
+  // of the micro relief a metre): there its surface turns to the lamp.
+  vec2 ux = dFdx(uv.xy), uy = dFdy(uv.xy);
+  float area = ux.x * uy.y - ux.y * uy.x;
+  vec2 rise = abs(area) > 1e-14
+      ? vec2(dFdx(film) * uy.y - dFdy(film) * ux.y, dFdy(film) * ux.x - dFdx(film) * uy.x) / area : vec2(0.0);
+  rise *= inversesqrt(dot(rise, rise) + 0.8 * look.z * look.z);
+  running = waves(uv.xy * look.z * 0.25, flow.xy * (0.030 * deep * deep * (1.0 - blood_state.z) * 0.25 / 0.006), fract(flow.z));
+  running = (1.1 * rise + 3.0 * (speck.xy - 0.5) + (0.6 + 2.0 * deep) * running) * film * (1.0 - blood_state.z);
 #endif
 
   vec2 s_diffuse = (slope + 0.16 * micro) * min(2.5 * h.z, 1.0);
-  vec2 s_wet = 0.95 * slope + (0.42 + 0.15 * distant) * micro;
+  vec2 s_wet = 0.95 * slope + (0.42 + 0.20 * distant) * micro + running;
   float nl = (h.z - dot(s_diffuse, h.xy)) * inversesqrt(1.0 + dot(s_diffuse, s_diffuse));
   float nh = max((h.z - dot(s_wet, h.xy)) * inversesqrt(1.0 + dot(s_wet, s_wet)), 0.0);
 
@@ -102,7 +120,7 @@ void main() {
   float mirror = sharp * sharp;                   // ^192
   float lamp = mirror * mirror;                   // ^384
   float dry = (1.0 - film) * (1.0 - film) * (1.0 - film);
-  sharp = mix(0.1 * sharp * lamp * lamp, mirror * mix(1.0, lamp, distant) * (0.3 + 0.7 * fine.z), dry);  // ^864, ^192 … ^576
+  sharp = mix(0.3 * mirror * lamp, mirror * mix(1.0, mirror, distant) * (0.3 + 0.7 * fine.z), dry);  // ^576, ^192 … ^384
   vec3 soft = vec3(0.050, 0.046, 0.046) * (1.0 - 0.8 * film);
   // A soft film everywhere; bright and slightly blue only where fluid stands.
   colour += wet * (soft * sheen + clamp(3.0 * ground.a - 0.8, 0.0, 1.0) * vec3(64.0, 67.2, 70.4) * sharp);

@@ -13,6 +13,8 @@ varying vec3 cast1;
 #ifdef STATE
 varying vec4 state;      // film of blood, coagulated, charred, bloodless: 0 ... 1
 varying vec3 blood_state;  // in the tissue without oxygen, flushed; film set: 0 ... 1
+varying vec3 flow;         // down along the skin: sine of its slope, along tangent and binormal; time (s)
+uniform vec4 moment;       // down in view space; s of the session
 #endif
 
 void main() {
@@ -43,6 +45,7 @@ void main() {
 #ifdef STATE
   state = gl_MultiTexCoord2;
   blood_state = gl_MultiTexCoord3.xyz;
+  flow = vec3(dot(moment.xyz, t), dot(moment.xyz, b), moment.w);
 #endif
   gl_Position = worldviewproj_matrix * gl_Vertex;
 }

@@ -41,6 +41,7 @@ void toMsg(const simulation::GasFrame& f, vest_msgs::GasState& msg) {
   msg.suction = static_cast<float>(f.suction);
   msg.supplied = f.supplied;
   msg.volume = static_cast<float>(f.now.volume);
+  msg.sunk = static_cast<float>(f.now.sunk);
   msg.humidity = static_cast<float>(f.now.humidity);
   msg.temperature = static_cast<float>(f.now.temperature);
 }

@@ -102,6 +102,11 @@ void MomentBag::write(double t, const scene::World& world, const kinematics::Tra
     toMsg(surface_.front(), surface);
     put("effects/surface", time, surface);
   }
+  if (gas_.update()) {
+    vest_msgs::GasState gas;
+    toMsg(gas_.front(), gas);
+    put("effects/gas", time, gas);
+  }
   if (field_->update()) {
     const simulation::FieldFrame& frame = field_->front();
     vest_msgs::FluidState fluid;

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "field_parts.h"
 #include "vessel_geometry.h"
 #include "vest_effects/bleeding/kink.h"
 #include "vest_effects/bleeding/swab.h"
@@ -60,11 +61,6 @@ hd::Vessels vesselsOf(const scene::World& world, const std::string& folder) {
                             {tree.case_json, tree.network_csv, tree.inflow_csv}),
               tree.supply, vessels);
   return vessels;
-}
-
-/// Of the gauze's wad, m.
-double swabRadius() {
-  return tools::toolGeometry(tools::ToolKind::Swab).fixed.front().radius;
 }
 
 }  // namespace

@@ -11,6 +11,10 @@ constexpr double kNozzle = 0.012;  ///< m behind the mouth of a nozzle: as far a
 
 }  // namespace
 
+double swabRadius() {
+  return tools::toolGeometry(tools::ToolKind::Swab).fixed.front().radius;
+}
+
 void placeObstacles(const scene::StepInput& input, const scene::StepReport& report, fluid::Inputs& in) {
   in.obstacle_count = 0;
   for (int t = 0; t < tools::kInstrumentCount; ++t) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "vest_effects/fluid/step.h"
 #include "vest_tissue/scene/world.h"
 
@@ -16,6 +18,13 @@ inline Eigen::Isometry3d tipOf(const scene::StepInput& input, const scene::StepR
   return Eigen::Isometry3d(Eigen::Translation3d(input.tools[t].position) *
                            input.tools[t].orientation.normalized());
 }
+
+/// N: how hard an instrument presses.
+inline double pressing(const scene::ContactModel& contact) {
+  return contact.in_contact ? std::sqrt(contact.wrench.head<3>().squaredNorm()) : 0.0;
+}
+/// m: of the wad on a swab.
+double swabRadius();
 
 /// Shafts and what is beyond them, jaws as if they were closed. The lens counts its own drops, and a nozzle
 /// that irrigates is where its water begins. They stand still: a hand is slow beside a jet.

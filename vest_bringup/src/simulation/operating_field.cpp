@@ -196,10 +196,7 @@ void OperatingField::Impl::gather(const scene::StepInput& input, const scene::St
 
 /// m³ that a swab can still take as hard as it is pressed; < 0: what it gives back.
 double OperatingField::Impl::swabRoom(std::size_t tool, const scene::StepReport& report) const {
-  const scene::ContactModel& contact = report.contacts[tool];
-  const double force = contact.in_contact ? std::sqrt(contact.wrench.head<3>().squaredNorm()) : 0.0;
-  const double radius = tools::toolGeometry(tools::ToolKind::Swab).fixed.front().radius;
-  return between.swab[tool].room(bleeding::capacity(force, radius));
+  return between.swab[tool].room(bleeding::capacity(pressing(report.contacts[tool]), swabRadius()));
 }
 
 void OperatingField::Impl::stepFluid(const scene::World& world, const scene::StepInput& input,
@@ -241,6 +238,8 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
         s.position = front;
         s.flow = room / bleeding::kSwabTime;
         s.reach = s.capture = bleeding::kSwabReach;
+        const scene::ContactModel& contact = report.contacts[i];
+        s.patch = contact.in_contact ? bleeding::pressedRadius(pressing(contact), swabRadius()) : 0.0;
         s.soaks = true;
       } else if (room < 0) {
         bleeding::Swab& swab = between.swab[i];

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "field_parts.h"
 #include "vest_effects/bleeding/swab.h"
 #include "vest_effects/state_bytes.h"
 #include "vest_instruments/tools/tool_geometry.h"
@@ -240,7 +241,9 @@ void SurfaceEffect::useTools(const scene::World& world, const scene::StepInput& 
     const bool gauze = tool.present && tool.tool == tools::ToolKind::Swab;
     inputs_.press[t] = {contact.in_contact && contact.wrench.head<3>().squaredNorm() > kPress * kPress, tip,
                         -1, gauze ? bleeding::kSwabReach : bleeding::kPressReach};
-    inputs_.gauze[t] = {tip, gauze && contact.in_contact ? swab_room[static_cast<std::size_t>(t)] : 0.0};
+    const bool wipes = gauze && contact.in_contact;
+    inputs_.gauze[t] = {tip, wipes ? swab_room[static_cast<std::size_t>(t)] : 0.0,
+                        wipes ? bleeding::pressedRadius(pressing(contact), swabRadius()) : 0.0};
     inputs_.suck[t] = {tool.present && tool.tool == tools::ToolKind::SuctionIrrigator &&
                            (tool.functions & tools::kFunctionSuck) != 0,
                        tip, -1, bleeding::kSuckReach};

@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
       std::pair<std::string, std::function<Section(const validate::Options&, const std::string&)>>>
       all{{"curves", validate::curvesSection},
           {"networks", validate::networksSection},
+          {"haemostasis", validate::haemostasisSection},
           {"jets", validate::jetsSection},
           {"rest", validate::restSection},
           {"balance", validate::balanceSection}};

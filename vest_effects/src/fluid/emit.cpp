@@ -155,12 +155,19 @@ void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s
         for (int c = std::max(0, c0); c <= std::min(model.columns - 1, c1); ++c)
           if (wet(c, r)) f(static_cast<std::size_t>(r) * model.columns + c);
     };
-    // Gauze wipes off the ground what has not set there, as fast as it fills itself (assumed).
+    // Gauze wipes off the ground what has not set there, as fast as it fills itself where it presses most
+    // (assumed), and elsewhere as its pressure goes: sqrt(1 - r²/a²), as bleeding::pressedShare.
+    const auto patch = static_cast<float>(tip.patch * tip.patch);
     for (int r = std::max(0, r0); tip.soaks && r <= std::min(model.rows - 1, r1); ++r)
       for (int c = std::max(0, c0); c <= std::min(model.columns - 1, c1) && due > 0; ++c) {
         const std::size_t i = static_cast<std::size_t>(r) * model.columns + c;
         if (!(w.film[i] > 0) || !within(c, r, w.ground[i], w.ground[i])) continue;
-        const float before = w.film[i], loose = before * (1 - filmSet(w.film_age[i])) * dt / (dt + kWipes);
+        const float x = static_cast<float>(model.parameters.low[0] + (c + 0.5) * cell) - tx,
+                    y = static_cast<float>(model.parameters.low[1] + (r + 0.5) * cell) - ty,
+                    r2 = x * x + y * y;
+        if (!(r2 < patch)) continue;
+        const float step = dt * std::sqrt(1 - r2 / patch), before = w.film[i],
+                    loose = before * (1 - filmSet(w.film_age[i])) * step / (step + kWipes);
         w.film[i] = before - std::min(loose, static_cast<float>(due / area));
         take(static_cast<double>(before - w.film[i]) * area, 1.0);
       }

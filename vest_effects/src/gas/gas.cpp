@@ -61,6 +61,8 @@ State initialState(const Parameters& p) {
 Condition condition(const Parameters& p, const State& s) {
   Condition c;
   balance(p, s.gas + s.vapour, s.temperature, c.pressure, c.volume);
+  c.sunk =
+      2 * std::max(0.0, p.slack_volume + p.compliance * p.set_pressure - c.volume) / (kRoof * p.wall_area);
   c.temperature = s.temperature;
   c.humidity = std::min(1.0, s.vapour / (saturated(s.temperature) * c.volume));
   c.flow = p.max_flow * std::clamp((p.set_pressure - c.pressure) / kBand, 0.0, 1.0);

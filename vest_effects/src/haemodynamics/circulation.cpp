@@ -148,7 +148,10 @@ void stepLoop(const CirculationModel& model, const CirculationSettings& set, dou
     return e / std::sqrt(1 + e * e) + brain;
   };
   const double tone = toneOf(c.reflex_width);
-  s.rate_tone += (tone - s.rate_tone) * (dt / (c.rate_time + dt));
+  // The heart leaves small losses to the vessels: e|e| for e.
+  const double e = (goal - s.smoothed_pressure) / c.reflex_width;
+  const double rate_goal = e * std::fabs(e) / std::sqrt(1 + e * e * e * e) + brain;
+  s.rate_tone += (rate_goal - s.rate_tone) * (dt / (c.rate_time + dt));
   s.resistance_tone += (toneOf(c.resistance_width) - s.resistance_tone) * (dt / (c.resistance_time + dt));
   s.volume_tone += (tone - s.volume_tone) * (dt / (c.volume_time + dt));
 

@@ -160,7 +160,7 @@ TEST(Surface, GauzeWipesFreshFilmsUntilItIsFullAndLeavesWhatHasSet) {
   s.inputs.press[2] = {true, s.centre(), 0, kSwabReach};
   wipe(kSwabTime, 0.25 * film);
   EXPECT_NEAR(s.state.wiped, 0.25 * film, 0.01 * film) << "full";
-  wipe(4 * kSwabTime, 1e-6);
+  wipe(8 * kSwabTime, 1e-6);  // its rim presses less
   EXPECT_LT(filmVolume(s.state), 0.2 * film) << "wiped clean, but for what ran out of its reach";
   s.inputs.gauze[2].room = 0;
   s.inputs.press[2].on = false;
@@ -172,6 +172,34 @@ TEST(Surface, GauzeWipesFreshFilmsUntilItIsFullAndLeavesWhatHasSet) {
   s.inputs.gauze[2].room = 1e-6;
   s.seconds(3);
   EXPECT_LT(s.state.wiped - wiped, 0.01 * set) << "a clot stays";
+}
+
+// Protects that a swab wipes where it presses: more in the middle than towards the rim, and nothing beside
+// the patch, which grows with its force as Hertz says. (It wiped evenly over its whole reach, however lightly
+// held.)
+TEST(Surface, GauzeWipesAsItPressesMostInTheMiddle) {
+  // a³ = 3FR/(4E*) by hand: 1 N on a wad of 7 mm and 10 kPa makes 8.07 mm.
+  EXPECT_NEAR(pressedRadius(1, 0.007), 0.00807, 1e-5);
+  EXPECT_NEAR(pressedRadius(0.5, 0.007) / pressedRadius(0.25, 0.007), std::cbrt(2.0), 1e-6);
+  EXPECT_EQ(pressedRadius(0, 0.007), kSwabTouch);
+  EXPECT_EQ(pressedRadius(100, 0.007), kSwabReach);
+  const auto left = [](double patch) {
+    Sheet s;
+    for (std::size_t k = 0; k < 441; ++k) s.state.film[k] = 1e-10;
+    s.state.active = 1, s.state.dry.assign(s.state.dry.size(), 0);
+    s.inputs.gravity = {0, 0, -1e-9};
+    s.state.stained = 441e-10;
+    s.inputs.gauze[1] = {s.centre(), 1e-6, patch};
+    s.seconds(0.5);
+    return s.state.film;
+  };
+  const auto film = left(0.008);
+  const std::size_t middle = 10 * 21 + 10;  // 2 mm from knot to knot
+  EXPECT_LT(film[middle], 0.9e-10);
+  EXPECT_GT(film[middle + 3], film[middle]);
+  EXPECT_NEAR((1e-10 - film[middle + 3]) / (1e-10 - film[middle]), std::sqrt(1 - 36.0 / 64), 0.05);
+  EXPECT_GT(film[middle + 5], 0.999e-10) << "beside the patch";
+  EXPECT_LT(left(0.010)[middle + 4], 0.95e-10) << "pressed harder it is wider";
 }
 
 TEST(Surface, IrrigationWashesTheStainOffAndNothingOfItIsLost) {

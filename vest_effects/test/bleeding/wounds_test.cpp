@@ -200,8 +200,8 @@ TEST(Wounds, JawsUpstreamStopItWhileTheyHoldAndTheClotHoldsUntilItIsTaken) {
   p.pinches.count = 0;
   EXPECT_GT(p.seconds(1), 0.5 * free) << "three seconds make no clot";
   p.pinches.count = 2;
-  for (int i = 0; i < 70000; ++i)
-    book(p.vessels, hd::CirculationState{}, 1e-3, p.wounds);  // 70 s without flow
+  for (int i = 0; i < 190000; ++i)
+    book(p.vessels, hd::CirculationState{}, 1e-3, p.wounds);  // 190 s without flow
   p.pinches.count = 0;
   p.seconds(0.5);
   EXPECT_EQ(p.seconds(1), 0) << "the clot holds";

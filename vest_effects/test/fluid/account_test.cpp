@@ -164,6 +164,9 @@ TEST(Film, GauzeWipesWhatHasNotSet) {
   f.inputs.suctions[0].reach = f.inputs.suctions[0].capture = 0.01;
   f.inputs.suctions[0].soaks = true;
   f.inputs.suctions[0].position = {0, 0, 0.002};
+  for (int k = 0; k < 50; ++k) f.step();
+  EXPECT_EQ(filmVolume(f.model, f.state), before) << "it hangs over it and touches nothing";
+  f.inputs.suctions[0].patch = 0.01;
   for (int k = 0; k < 1250; ++k) f.step();
   EXPECT_LT(filmVolume(f.model, f.state), 0.4 * before) << "after five seconds";
   EXPECT_NEAR(f.state.soaked_blood, before - filmVolume(f.model, f.state), 1e-12);

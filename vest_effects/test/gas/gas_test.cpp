@@ -94,6 +94,31 @@ TEST(Gas, SuctionStrongerThanTheInsufflatorCollapsesTheField) {
   EXPECT_NEAR(condition(p, strong).pressure, p.set_pressure, 60) << "and comes back";
 }
 
+// Protects the wall that is seen to sink: not while the insufflator holds its pressure, all the way as the
+// field collapses, and by the volume that a paraboloid of that depth has.
+TEST(Gas, TheWallSinksByTheVolumeThatIsLost) {
+  Parameters p;
+  State s = initialState(p);
+  EXPECT_NEAR(condition(p, s).sunk, 0, 1e-9);
+  run(p, s, 60);
+  EXPECT_LT(condition(p, s).sunk, 0.001) << "not seen";
+  const double roof = kRoof * p.wall_area;
+  p.max_flow = 0, p.leak_area = 2e-5;
+  double before = 0;
+  for (int k = 0; k < 30; ++k) {
+    run(p, s, 1);
+    const Condition c = condition(p, s);
+    EXPECT_GE(c.sunk, before - 1e-9);
+    before = c.sunk;
+    EXPECT_NEAR(0.5 * roof * c.sunk, p.slack_volume + p.compliance * p.set_pressure - c.volume, 1e-9);
+  }
+  EXPECT_GT(before, 0.06) << "12 mmHg of 0.3 l lift 0.1 m² by 7 cm";
+  EXPECT_LT(before, 0.09);
+  p.max_flow = 3.33e-4, p.leak_area = 6.5e-7;
+  run(p, s, 60);
+  EXPECT_LT(condition(p, s).sunk, 0.001) << "and comes back";
+}
+
 TEST(Gas, DryColdGasMakesTheCavityDrierAndColder) {
   Parameters p;
   State still = initialState(p), blown = still;

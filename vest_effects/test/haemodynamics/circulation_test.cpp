@@ -112,7 +112,10 @@ TEST(Circulation, LossActsOnPressureAndOutputAsGuytonsCurvesSay) {
   std::printf("375 ml: pulse pressure %.2f, output %.2f, rate %.0f to %.0f\n", pulse,
               donor.state.output / pelvis().rest.output, 60 * pelvis().rest.heart_rate,
               60 * donor.state.heart_rate);
-  EXPECT_NEAR(pulse, 0.89, 0.13) << "two standard errors of the difference";
+  EXPECT_NEAR(pulse, 0.89, 0.05) << "as the mean of print, whose standard errors are 7 %";
+  const double faster = 60 * (donor.state.heart_rate - pelvis().rest.heart_rate);
+  EXPECT_GT(faster, 0);
+  EXPECT_LT(faster, 8) << "75 to 78 in print; ATLS' classes ask for more at greater losses";
 }
 
 TEST(Circulation, TransfusionBringsThePressureBackAndAHeartWithoutPressureStops) {

@@ -1,6 +1,7 @@
 // Makes the pictures of docs/gallery.md: the endoscopic view in several situations, each inspection mode,
 // each panel. Everything shown is made up (effect_messages.h): no simulation runs. Needs a ROS master and a
 // screen.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -47,6 +48,7 @@ using tools::Place;
 
 std::string folder;
 int pictures = 0;
+std::vector<std::string> only;  // names of the pictures that are wanted; none: all
 constexpr const char* kMoving = "uterus tube ovary ligament artery vein intestine";
 
 vest::scene::Description shippedScene(const std::string& name) {
@@ -89,6 +91,7 @@ Vector3d lookAt(const vest::scene::Description& scene, double distance) {
 void endoscopic(const vest::scene::Description& scene, const std::string& name, const std::string& effects,
                 const Vector3d& tip, int smoke = 1, double fog = 0.35, double focus = 0,
                 bool with_instruments = true) {
+  if (!only.empty() && std::find(only.begin(), only.end(), name) == only.end()) return;
   const std::set<std::string> words = tools::effectWords(effects);
   displays::EndoscopePipeline view(1);
   view.setCamera(vest::camera::fromFieldOfView(720, 576, 70 * M_PI / 180, {-0.18, 0.03, 0, 0, 0}), 1.0, 1.0);
@@ -359,7 +362,9 @@ int main(int argc, char** argv) {
   bool no_inspection = false;
   app.add_option("output", folder, "folder of the pictures; made if it is not there")->required();
   app.add_flag("--no-inspection", no_inspection, "only the endoscopic view");
+  app.add_option("--only", only, "names of pictures of the endoscopic view: these and no other");
   CLI11_PARSE(app, argc, argv);
+  no_inspection = no_inspection || !only.empty();
   try {
     std::filesystem::create_directories(folder);
     QApplication application(argc, argv);
@@ -371,7 +376,7 @@ int main(int argc, char** argv) {
                                                           {"fem_slab", 0.075},
                                                           {"volume_phantom", 0.090},
                                                           {"irrigation_pool", 0.075},
-                                                          {"smoke_lens", 0.085}};  // m from the lens
+                                                          {"smoke_lens", 0.075}};  // m from the lens
     for (const auto& [name, distance] : kOthers) {
       const vest::scene::Description other = shippedScene(name);
       const bool bleeds = name == std::string("arterial_bleeding");

@@ -63,6 +63,7 @@ struct Inputs {
     if (is("effects/fluid")) give<vest_msgs::FluidState>(m, &effects);
     if (is("effects/smoke")) give<vest_msgs::SmokeState>(m, &effects);
     if (is("effects/lens")) give<vest_msgs::LensState>(m, &effects);
+    if (is("effects/gas")) give<vest_msgs::GasState>(m, &effects);
     if (is("session/targets")) give<visualization_msgs::MarkerArray>(m, &effects);
     if (is("/instruments"))
       if (const auto message = m.instantiate<vest_msgs::InstrumentStates>()) history.add(message);

@@ -184,7 +184,9 @@ void EffectsVisual::setFluid(const vest_msgs::FluidState& fluid, const Eigen::Ve
     pools_.push_back(effects::poolSurface(X, pool.cell, pool.columns, pool.rows, of));
     effects::addBubbles(pool.bubbles.data(), pool.bubbles.size() / 4, eye, &drops_);
   }
-  showFilm(fluid.film);
+  // Waves go on with the session's time, which repeats after a while: a shader's numbers are short.
+  const Ogre::Vector4 moment(static_cast<float>(std::fmod(fluid.header.stamp.toSec(), 512.0)), 0, 0, 0);
+  showFilm(fluid.film, moment);
   if (drops_.count() > 0) make(&drop_, "vest_viz/Drops", Ogre::RENDER_QUEUE_MAIN + 20);
   if (drop_.mesh) show(&drop_, &drops_);
   while (pool_.size() < pools_.size()) {
@@ -206,13 +208,11 @@ void EffectsVisual::setFluid(const vest_msgs::FluidState& fluid, const Eigen::Ve
     }
     s.mesh->setVertices(pool.positions, pool.normals, pool.features);
     s.mesh->setVisible(visible_);
-    // Waves go on with the session's time, which repeats after a while: a shader's numbers are short.
-    const double time = std::fmod(fluid.header.stamp.toSec(), 512.0);
-    setConstant(s.material, "moment", Ogre::Vector4(static_cast<float>(time), 0, 0, 0), false);
+    setConstant(s.material, "moment", moment, false);
   }
 }
 
-void EffectsVisual::showFilm(const vest_msgs::FluidFilm& film) {
+void EffectsVisual::showFilm(const vest_msgs::FluidFilm& film, const Ogre::Vector4& moment) {
   Eigen::Isometry3d X;
   const std::uint64_t cells = static_cast<std::uint64_t>(film.columns) * film.rows;
   effects::Pool mesh;
@@ -235,6 +235,7 @@ void EffectsVisual::showFilm(const vest_msgs::FluidFilm& film) {
   }
   film_.mesh->setVertices(mesh.positions, mesh.normals, mesh.features);
   film_.mesh->setVisible(visible_);
+  setConstant(film_.material, "moment", moment, false);
 }
 
 void EffectsVisual::setSmoke(const vest_msgs::SmokeState& smoke, const Eigen::Vector3d& eye,

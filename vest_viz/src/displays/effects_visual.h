@@ -56,7 +56,7 @@ class EffectsVisual {
   void show(Surface* surface, const instrument::TriangleMesh& mesh);
   void show(Surface* surface, effects::Quads* quads);
   void rebuildMetal();
-  void showFilm(const vest_msgs::FluidFilm& film);
+  void showFilm(const vest_msgs::FluidFilm& film, const Ogre::Vector4& moment);
 
   Ogre::SceneManager* manager_;
   Ogre::SceneNode* node_;

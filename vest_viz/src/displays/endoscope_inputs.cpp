@@ -22,6 +22,7 @@ void EndoscopeInputs::subscribe(ros::NodeHandle& handle, const std::string& tiss
   subscribers_[2] = listen<vest_msgs::FluidState>(handle, effects + "/fluid");
   subscribers_[3] = listen<vest_msgs::SmokeState>(handle, effects + "/smoke");
   subscribers_[4] = listen<vest_msgs::LensState>(handle, effects + "/lens");
+  subscribers_[6] = listen<vest_msgs::GasState>(handle, effects + "/gas");
 }
 
 void EndoscopeInputs::unsubscribe() {
@@ -34,12 +35,13 @@ void EndoscopeInputs::again() {
   fluid_.fresh = fluid_.message != nullptr;
   smoke_.fresh = smoke_.message != nullptr;
   lens_.fresh = lens_.message != nullptr;
+  gas_.fresh = gas_.message != nullptr;
   targets_.fresh = targets_.message != nullptr;
 }
 
 bool EndoscopeInputs::changed() const {
   // Fluid and smoke move; attachments and sutures come with every state, whether they changed or not.
-  return fluid_.fresh || smoke_.fresh || lens_.fresh;
+  return fluid_.fresh || smoke_.fresh || lens_.fresh || gas_.fresh;
 }
 
 void EndoscopeInputs::handTo(EndoscopePipeline* view) {
@@ -48,8 +50,10 @@ void EndoscopeInputs::handTo(EndoscopePipeline* view) {
   if (fluid_.fresh) view->setFluid(fluid_.message);
   if (smoke_.fresh) view->setSmoke(smoke_.message);
   if (lens_.fresh) view->setLens(lens_.message);
+  if (gas_.fresh) view->setGas(gas_.message);
   if (targets_.fresh) view->setTargets(targets_.message);
-  attachments_.fresh = sutures_.fresh = fluid_.fresh = smoke_.fresh = lens_.fresh = targets_.fresh = false;
+  attachments_.fresh = sutures_.fresh = fluid_.fresh = smoke_.fresh = lens_.fresh = gas_.fresh =
+      targets_.fresh = false;
 }
 
 }  // namespace vest::displays

@@ -13,7 +13,7 @@ namespace vest::displays {
 /// new.
 class EndoscopeInputs {
  public:
-  /// Topics are TISSUE/attachments, TISSUE/sutures, EFFECTS/fluid, EFFECTS/smoke, EFFECTS/lens,
+  /// Topics are TISSUE/attachments, TISSUE/sutures, EFFECTS/fluid, EFFECTS/smoke, EFFECTS/lens, EFFECTS/gas,
   /// SESSION/targets.
   void subscribe(ros::NodeHandle& handle, const std::string& tissue, const std::string& effects,
                  const std::string& session);
@@ -30,6 +30,7 @@ class EndoscopeInputs {
   void add(const vest_msgs::FluidState::ConstPtr& m) { fluid_ = {m, true}; }
   void add(const vest_msgs::SmokeState::ConstPtr& m) { smoke_ = {m, true}; }
   void add(const vest_msgs::LensState::ConstPtr& m) { lens_ = {m, true}; }
+  void add(const vest_msgs::GasState::ConstPtr& m) { gas_ = {m, true}; }
   void add(const visualization_msgs::MarkerArray::ConstPtr& m) { targets_ = {m, true}; }
 
  private:
@@ -46,8 +47,9 @@ class EndoscopeInputs {
   Newest<vest_msgs::FluidState> fluid_;
   Newest<vest_msgs::SmokeState> smoke_;
   Newest<vest_msgs::LensState> lens_;
+  Newest<vest_msgs::GasState> gas_;
   Newest<visualization_msgs::MarkerArray> targets_;
-  ros::Subscriber subscribers_[6];
+  ros::Subscriber subscribers_[7];
 };
 
 }  // namespace vest::displays

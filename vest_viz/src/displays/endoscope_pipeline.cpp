@@ -58,7 +58,12 @@ void EndoscopePipeline::setLens(const vest_msgs::LensState::ConstPtr& m) {
   lens_changed_ = true;
 }
 
+void EndoscopePipeline::setGas(const vest_msgs::GasState::ConstPtr& m) {
+  scene_.setSunk(std::isfinite(m->sunk) ? std::max(0.0, static_cast<double>(m->sunk)) : 0.0);
+}
+
 void EndoscopePipeline::clear() {
+  scene_.setSunk(0);
   scene_.effects().clear();
   scene_.setHeld({});
   fluid_.reset();
@@ -77,6 +82,7 @@ EndoscopePipeline::Timing EndoscopePipeline::render(const Eigen::Isometry3d& X_W
   if (fluid_) {
     scene_.effects().setFluid(*fluid_, X_WO.translation());
     scene_.setSwabs(*fluid_);
+    scene_.setMoment(fluid_->header.stamp.toSec());
   }
   if (smoke_) scene_.effects().setSmoke(*smoke_, X_WO.translation(), byBillboards(method_));
   timing.prepare = seconds() - start;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include <vest_msgs/FluidState.h>
+#include <vest_msgs/GasState.h>
 #include <vest_msgs/InstrumentStates.h>
 #include <vest_msgs/LensState.h>
 #include <vest_msgs/SmokeState.h>
@@ -57,6 +58,7 @@ class EndoscopePipeline {
   void setFluid(const vest_msgs::FluidState::ConstPtr& m) { fluid_ = m; }
   void setSmoke(const vest_msgs::SmokeState::ConstPtr& m);
   void setLens(const vest_msgs::LensState::ConstPtr& m);
+  void setGas(const vest_msgs::GasState::ConstPtr& m);
   void clear();
 
   struct Timing {

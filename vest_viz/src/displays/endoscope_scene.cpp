@@ -117,6 +117,7 @@ void EndoscopeScene::updateTissue(const mesh::Store& store) {
     if (visual != instruments_.end() && visual->second->jaws(&jaws)) held[object].push_back(jaws);
   }
   tissue_->setHeld(std::move(held));
+  tissue_->setSunk(sunk_, X_WO_.translation());
   tissue_->update(store);
 }
 
@@ -210,6 +211,9 @@ EndoscopeScene::Timing EndoscopeScene::render(cv::Mat* rgba) {
   complete_ = takeBakedTextures() && tissue_->settled();
   const Ogre::Vector4 light(0.0f, static_cast<float>(kLightOffset), 0.0f, static_cast<float>(this->light()));
   tissue_->setLight(light);
+  const Eigen::Vector3d down = X_WO_.linear().transpose() * -Eigen::Vector3d::UnitZ();  // OGRE's y is up
+  tissue_->setMoment({static_cast<float>(down.x()), static_cast<float>(-down.y()),
+                      static_cast<float>(-down.z()), static_cast<float>(std::fmod(moment_, 512.0))});
   const TissueVisual::Shafts shafts = this->shafts();
   tissue_->setShafts(shafts);
   tissue_->setShadows(shadowsOf(shafts));

@@ -52,6 +52,10 @@ class EndoscopeScene {
   void setPose(const Eigen::Isometry3d& X_WO);
   /// @param gain of the camera control unit, 1 at the start
   void setGain(double gain) { gain_ = gain; }
+  /// m: how far the cavity's wall has sunk (GasState); the next updateTissue() draws it so.
+  void setSunk(double metres) { sunk_ = metres; }
+  /// s, of the session: what flows is drawn as it is then.
+  void setMoment(double seconds) { moment_ = seconds; }
   /// Intensity of the light times exposure, m2, as the shaders get it.
   double light() const;
 
@@ -82,6 +86,7 @@ class EndoscopeScene {
   camera::Intrinsics source_;
   Eigen::Isometry3d X_WO_ = Eigen::Isometry3d::Identity();
   double gain_ = 1.0;
+  double moment_ = 0, sunk_ = 0;
   bool complete_ = false;
 };
 

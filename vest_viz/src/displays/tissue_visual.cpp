@@ -307,41 +307,6 @@ bool TissueVisual::judgeBend(const mesh::Store& store, std::size_t index) {
   return true;
 }
 
-bool TissueVisual::press(const mesh::Store& store, std::size_t index) {
-  Part& part = parts_[index];
-  const auto held = held_.find(part.name);
-  const bool was = !part.pressed.empty();
-  part.pressed.clear();
-  if (held == held_.end()) return was;
-  const mesh::Skin& skin = store.skin(index);
-  part.pressed = skin.positions;
-  bool any = false;
-  for (const instrument::Jaws& jaws : held->second)
-    any = instrument::pressBetween(jaws, &part.pressed) || any;
-  if (!any) {
-    part.pressed.clear();
-    return was;
-  }
-  part.pressed_normals.resize(part.pressed.size());
-  net::vertexNormals(part.pressed.data(), skin.vertexCount(), skin.triangles.data(),
-                     skin.triangles.size() / 3, part.pressed_normals.data());
-  return true;
-}
-
-void TissueVisual::upload(const mesh::Store& store, std::size_t index) {
-  const mesh::Skin& skin = store.skin(index);
-  const Part& part = parts_[index];
-  if (fine(part)) {
-    std::vector<float> positions = skin.positions, normals = skin.normals, tangents = skin.tangents;
-    for (auto* values : {&positions, &normals, &tangents}) part.refined.append(3, values);
-    part.mesh->setVertices(positions, normals, tangents);
-  } else if (part.pressed.size() == skin.positions.size() && !part.pressed.empty()) {
-    part.mesh->setVertices(part.pressed, part.pressed_normals, skin.tangents);
-  } else {
-    part.mesh->setVertices(skin.positions, skin.normals, skin.tangents);
-  }
-}
-
 void TissueVisual::updateState(const mesh::Store& store, std::size_t index) {
   Part& part = parts_[index];
   const std::size_t n = store.skin(index).vertexCount();
@@ -424,24 +389,29 @@ void TissueVisual::update(const mesh::Store& store) {
   if (show_links_) drawLinks(store);
 }
 
-void TissueVisual::setLight(const Ogre::Vector4& light) {
-  forEachMaterial([&](Ogre::Pass* pass) {
-    if (pass->hasVertexProgram()) pass->getVertexProgramParameters()->setNamedConstant("light", light);
-  });
+namespace {
+/// For vertex programs; one that does not know the name (healthy tissue has no film) is left as it is.
+void setVertexNumbers(Ogre::Pass* pass, const char* name, const Ogre::Vector4* values, std::size_t count) {
+  if (!pass->hasVertexProgram()) return;
+  const auto parameters = pass->getVertexProgramParameters();
+  parameters->setIgnoreMissingParams(true);
+  parameters->setNamedConstant(name, values->ptr(), count);
 }
+}  // namespace
 
+void TissueVisual::setLight(const Ogre::Vector4& light) {
+  forEachMaterial([&](Ogre::Pass* pass) { setVertexNumbers(pass, "light", &light, 1); });
+}
+void TissueVisual::setMoment(const Ogre::Vector4& down_and_time) {
+  forEachMaterial([&](Ogre::Pass* pass) { setVertexNumbers(pass, "moment", &down_and_time, 1); });
+}
 void TissueVisual::setShafts(const Shafts& shafts) {
-  forEachMaterial([&](Ogre::Pass* pass) {
-    if (pass->hasVertexProgram())
-      pass->getVertexProgramParameters()->setNamedConstant("shaft", shafts[0].ptr(), shafts.size());
-  });
+  forEachMaterial([&](Ogre::Pass* pass) { setVertexNumbers(pass, "shaft", shafts.data(), shafts.size()); });
 }
 
 void TissueVisual::setShadows(const Shadows& shadows) {
-  forEachMaterial([&](Ogre::Pass* pass) {
-    if (pass->hasVertexProgram())
-      pass->getVertexProgramParameters()->setNamedConstant("shadow", shadows[0].ptr(), shadows.size());
-  });
+  forEachMaterial(
+      [&](Ogre::Pass* pass) { setVertexNumbers(pass, "shadow", shadows.data(), shadows.size()); });
 }
 
 void TissueVisual::setMipBias(float bias) {

@@ -40,6 +40,8 @@ class TissueVisual {
   void update(const mesh::Store& store);
   /// @param light view space position in m and intensity; goes to every object's shader
   void setLight(const Ogre::Vector4& light);
+  /// Where down is in view space, and the session's time in s: films of blood run.
+  void setMoment(const Ogre::Vector4& down_and_time);
   /// Instruments that darken the skin beside them: two ends each in view space (m), the radius in w; 0: none.
   using Shafts = std::array<Ogre::Vector4, 6>;
   void setShafts(const Shafts& shafts);
@@ -49,6 +51,9 @@ class TissueVisual {
   /// Jaws by the object that they hold: its skin is drawn between them, from the next update() on.
   using Held = std::map<std::string, std::vector<instrument::Jaws>>;
   void setHeld(Held held) { held_ = std::move(held); }
+  /// A cavity's wall hangs so far down, m (GasState::sunk), but round the lens (m, world): from the next
+  /// update() on.
+  void setSunk(double metres, const Eigen::Vector3d& lens);
   /// Skin of an object as it is drawn; x y z per vertex, m, in world.
   const std::vector<float>& drawnSkin(const mesh::Store& store, std::size_t index) const {
     const std::vector<float>& all = store.skin(index).positions;
@@ -112,14 +117,14 @@ class TissueVisual {
     std::vector<std::uint8_t> state;
     mesh::FieldSmoother smoother;  ///< of what happened to the tissue
     std::uint64_t smoother_version = 0;
-    std::vector<float> pressed, pressed_normals;  ///< while jaws hold it, else empty
+    std::vector<float> pressed, pressed_normals;  ///< while jaws hold it or it sinks, else empty
   };
   void rebuildAll(const mesh::Store& store);
   void beginBaking(const mesh::Store& store);
   void takeBaked();
   void rebuildPart(const mesh::Store& store, std::size_t index);
   bool judgeBend(const mesh::Store& store, std::size_t index);
-  /// What jaws hold lies between them. @return true if vertices are to be drawn anew
+  /// What jaws hold lies between them; a wall sinks. @return true if vertices are to be drawn anew
   bool press(const mesh::Store& store, std::size_t index);
   void upload(const mesh::Store& store, std::size_t index);
   void updateState(const mesh::Store& store, std::size_t index);
@@ -155,6 +160,8 @@ class TissueVisual {
   bool show_surface_ = true, show_links_ = false;
   float alpha_ = 1.0f, mip_bias_ = 0.0f;
   Held held_;
+  double sunk_ = 0;  ///< m
+  Eigen::Vector3d lens_{0, 0, 0};
   std::set<std::string> filter_;
   bool shows_others_ = true;  ///< the filter names none to be shown
   using Triangles = std::vector<std::uint32_t>;

@@ -281,6 +281,14 @@ void Finisher::apply(const cv::Mat& rendering, const cv::Mat& veil, cv::Mat* out
       const auto shown = static_cast<std::uint16_t>(a[i] * static_cast<std::uint16_t>(w[i] + 1));
       o[i] = static_cast<std::uint8_t>((shown >> 8) + r[i]);
     }
+    // What a lens loses towards its edge it loses before the picture's white: a highlight stays white there.
+    for (int x = 0; x < window_.width; ++x) {
+      const int i = 3 * x, glare = kGlare * (a[i + 1] - kWhite);
+      if (glare <= 0) continue;
+      for (int k = 0; k < 3; ++k)
+        o[i + k] =
+            static_cast<std::uint8_t>(std::min(255, ((a[i + k] + glare) * (w[i + k] + 1) >> 8) + r[i + k]));
+    }
     if (noise_.empty()) continue;
     const auto width = static_cast<std::uint32_t>(3 * window_.width);
     const std::uint32_t room = static_cast<std::uint32_t>(noise_.cols) - width;

@@ -254,6 +254,47 @@ TEST_F(Offscreen, LightFallsOffWithDistanceAndTheExposureMakesUpForIt) {
   EXPECT_LT(std::fabs(bright / same - 1), 0.5 * (near / far - 1));
 }
 
+// Protects that blood lies in the same light as tissue: pools kept the light of a constant, however the
+// camera exposed. And that what they and films mirror moves while nobody moves: waves run over them, and a
+// slope lets films run.
+TEST_F(Offscreen, PoolsAndFilmsAreExposedAndTheirReflectionsMove) {
+  load(sheet("uterus"));
+  const Eigen::Isometry3d X_WO = fromAbove(0.05);
+  auto fluid = boost::make_shared<vest_msgs::FluidState>();
+  vest_msgs::FluidPool pool;
+  pool.origin.orientation.w = 1;
+  pool.origin.position.x = pool.origin.position.y = -0.024, pool.origin.position.z = 0.002;
+  pool.cell = 0.002, pool.columns = pool.rows = 24;
+  pool.height.assign(576, 0.0f), pool.depth.assign(576, 30), pool.blood.assign(576, 255);
+  fluid->pools = {pool};
+  const auto at = [&](double seconds, double gain) {
+    fluid->header.stamp.fromSec(seconds);
+    view.setFixedGain(gain);
+    view.setFluid(boost::make_shared<vest_msgs::FluidState>(*fluid));
+    static_cast<void>(picture(X_WO));
+    return picture(X_WO);
+  };
+  const auto red = [&](const cv::Mat& rgb) { return colourAt(rgb, X_WO, {-0.008, 0.008, 0}, 30)[0]; };
+  EXPECT_GT(red(at(1, 1.2)), 1.3 * red(at(1, 0.3))) << "four times the light";
+  const auto moved = [&](const cv::Mat& a, const cv::Mat& b) {
+    cv::Mat difference;
+    cv::absdiff(a, b, difference);
+    cv::extractChannel(difference, difference, 1);
+    return cv::countNonZero(difference > 40);
+  };
+  EXPECT_EQ(moved(at(1, 1), at(1, 1)), 0);
+  EXPECT_GT(moved(at(1, 1), at(1.4, 1)), 100) << "pool";
+  fluid->pools.clear();
+  vest_msgs::FluidFilm& film = fluid->film;
+  film.origin = pool.origin, film.origin.position.z = 0.0005;
+  film.cell = pool.cell, film.columns = pool.columns, film.rows = pool.rows;
+  for (int k = 0; k < 576; ++k) film.height.push_back(0.0012f * static_cast<float>(k % 24));
+  film.thickness.assign(576, 120), film.set.assign(576, 0);
+  EXPECT_GT(moved(at(1, 1), at(1.4, 1)), 30) << "film that runs";
+  film.set.assign(576, 255);
+  EXPECT_LT(moved(at(1, 1), at(1.4, 1)), 10) << "and set";
+}
+
 TEST_F(Offscreen, SmokeVeilsByBothMethods) {
   load(sheet("uterus"));
   const Eigen::Isometry3d X_WO = fromAbove(0.08);

@@ -132,6 +132,22 @@ TEST(Finisher, EdgeIsDarkerThanTheMiddle) {
     }
 }
 
+// Protects that a wet highlight near the rim is white as in the middle: it is far brighter than the picture's
+// white, so that what the lens loses there leaves it white. (It was grey.)
+TEST(Finisher, AHighlightStaysWhiteTowardsTheEdge) {
+  Finisher finisher(sampleCamera(), 1.0);
+  cv::Mat lamp, tissue;
+  finisher.apply(rendering(finisher, {250, 250, 252, 255}), &lamp);
+  finisher.apply(rendering(finisher, {240, 200, 190, 255}), &tissue);
+  const Circle& c = finisher.circle();
+  const auto at = [&](const cv::Mat& picture, double share) {
+    return static_cast<int>(
+        picture.at<cv::Vec3b>(static_cast<int>(c.cy), static_cast<int>(c.cx + share * c.radius))[0]);
+  };
+  for (const double share : {0.0, 0.5, 0.8, 0.93}) EXPECT_GE(at(lamp, share), 250) << share;
+  EXPECT_LT(at(tissue, 0.93), 0.75 * at(tissue, 0.0)) << "tissue is darker there";
+}
+
 TEST(Quality, FollowsTheFrameTimeAndSettles) {
   // A machine that needs `ms` for all pixels: drawing time goes with their number.
   for (const double ms : {5.0, 12.0, 20.0, 40.0, 60.0, 200.0}) {

@@ -20,7 +20,7 @@ class MomentBag {
   /// @throws std::invalid_argument where the file cannot be written, or is no ordinary file
   explicit MomentBag(const std::string& file);
   /// Buffers that the stage fills; hand them to makeStage().
-  simulation::StageFrames frames() { return {nullptr, nullptr, &surface_, field_}; }
+  simulation::StageFrames frames() { return {&gas_, nullptr, &surface_, field_}; }
   /// Whether the surfaces' frame is of the world's topology: it comes at 10 Hz only, and a film of blood on
   /// knots that have been cut since is not drawn. Wait for it before write().
   bool current(const scene::World& world);
@@ -40,6 +40,7 @@ class MomentBag {
 
   std::string file_;
   std::unique_ptr<rosbag::Bag> bag_ = std::make_unique<rosbag::Bag>();
+  scene::TripleBuffer<simulation::GasFrame> gas_;
   scene::TripleBuffer<simulation::SurfaceFrame> surface_;
   bool has_surface_ = false;  ///< that has not been written
   std::shared_ptr<simulation::FieldFrames> field_ = std::make_shared<simulation::FieldFrames>();

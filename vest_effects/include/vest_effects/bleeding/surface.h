@@ -8,6 +8,7 @@
 
 #include "vest_effects/arithmetic.h"
 #include "vest_effects/bleeding/source.h"
+#include "vest_effects/bleeding/swab.h"
 
 /// Blood on the surfaces of organs: where tissue was cut its capillaries seep, and whatever blood reaches a
 /// surface is a film on it, which spreads, runs down, drips and clots. No ROS, no scene: knots and triangles.
@@ -28,7 +29,8 @@
 /// radius r = (3 V/(4 pi φ))^⅓ for the volume V, stays in what it has reached, cut or not, and constricts
 /// vessels there within seconds.
 ///
-/// Gauze that touches soaks up what has not set: dV/dt = −m(age) V/kSwabTime.
+/// Gauze that touches soaks up what has not set: dV/dt = −m(age) p V/kSwabTime, p the share of its pressure
+/// there of that in the middle (swab.h).
 ///
 /// Nothing is lost: seeped + stained = film + shed + wiped.
 namespace vest::bleeding {
@@ -40,8 +42,8 @@ constexpr double kFullFilm = 3.0e-4;  ///< m: what a moist, inclined surface hol
 constexpr double kSpread = 1.0e-6;    ///< m²/s: how a film levels out between neighbours (assumed)
 /// m: a film thinner than a red cell stays where it is (2.57 µm, Evans and Fung 1972).
 constexpr double kThinFilm = 2.5e-6;
-constexpr double kClottingTime =
-    240;  ///< s: open capillaries close; bleeding times of skin are 2 … 9 min (Ivy)
+/// s: open capillaries close by 1 − 1/e: nine of ten in 5 min; bleeding times of skin are 2 … 9 min (Ivy).
+constexpr double kClottingTime = 130;
 /// s: a film sets; whole blood clots in a tube in 5 … 10 min (Lee and White 1913).
 constexpr double kSettingTime = 400;
 constexpr double kStypticTime = 3000;    ///< s: a vasoconstrictor's effect fades (assumed)
@@ -118,11 +120,12 @@ struct SurfaceInputs {
   struct Gauze {
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< m
     double room = 0;                                  ///< m³ that it can still hold; 0: nothing is soaked up
+    double patch = kSwabReach;                        ///< m: radius that it presses on (pressedRadius)
   };
   double scale = 1;                      ///< factor for teaching, ≥ 0
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< m/s²
   Reach inject[4], press[4], suck[4];    ///< per instrument; only `inject` looks at the object
-  Gauze gauze[4];                        ///< likewise: what it touches within kSwabReach
+  Gauze gauze[4];                        ///< likewise: what it touches within its patch
   const SurfaceMesh* meshes = nullptr;   ///< per object
   const double* perfused = nullptr;      ///< per object: perfusion over that at rest; null: 1
   const float* reach = nullptr;          ///< per knot: PerfusionState::reach; null: 1

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 /// Gauze that a grasper holds: it presses on what bleeds and soaks up what lies there.
 namespace vest::bleeding {
 
@@ -19,6 +21,25 @@ constexpr double kSwabYields = 1.0e4;
 inline double capacity(double force, double radius) {
   const double pressure = force > 0 ? force / (3.14159265358979 * radius * radius) : 0.0;
   return kSwabCapacity * kSwabYields / (kSwabYields + pressure);
+}
+
+/// Pa: contact modulus of gauze on soft tissue (assumed, as kSwabYields), and m: the radius that touches
+/// when it only lies there (assumed).
+constexpr double kSwabModulus = 1.0e4, kSwabTouch = 0.003;
+/// m: radius of the patch that a wad of `radius` m presses on with `force` N: a³ = 3FR/(4E*) (Hertz 1882;
+/// Johnson 1985, Contact Mechanics, section 4.2). At most kSwabReach: 1.9 N. No libm: recordings keep their
+/// bits.
+inline double pressedRadius(double force, double radius) {
+  const double cube = 0.75 * (force > 0 ? force : 0.0) * radius / kSwabModulus;
+  double a = kSwabReach;
+  for (int i = 0; i < 12; ++i) a = a > kSwabTouch ? (2 * a + cube / (a * a)) / 3 : kSwabTouch;  // Newton
+  return a < kSwabTouch ? kSwabTouch : a < kSwabReach ? a : kSwabReach;
+}
+/// Pressure at a distance from the patch's middle over that in the middle: sqrt(1 − d²/a²) (the same). What
+/// gauze wipes goes with it (assumed). @param squared d², m² @param patch a, m
+inline double pressedShare(double squared, double patch) {
+  const double rest = patch > 0 ? 1 - squared / (patch * patch) : 0.0;
+  return rest > 0 ? std::sqrt(rest) : 0.0;
 }
 
 /// What a swab holds.

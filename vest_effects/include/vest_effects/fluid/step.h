@@ -41,7 +41,8 @@ struct Suction {
   double flow = 0;                   ///< m³/s
   double reach = 0.012;              ///< m: nothing beyond it is drawn (assumed)
   double capture = 0.005;            ///< m: particles nearer than this go into it (assumed)
-  bool soaks = false;                ///< gauze: counted in State::soaked, and draws nothing from afar
+  double patch = 0;    ///< m: radius that gauze presses on (bleeding/swab.h); 0: it touches nothing
+  bool soaks = false;  ///< gauze: counted in State::soaked, and draws nothing from afar
 };
 
 inline constexpr int kMostObstacles = 48;

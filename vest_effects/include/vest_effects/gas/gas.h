@@ -41,14 +41,20 @@ struct Inputs {
 
 /// What the gas does now; follows from Parameters and State.
 struct Condition {
-  double pressure = 0;     ///< Pa above the air outside
-  double volume = 0;       ///< m³
+  double pressure = 0;  ///< Pa above the air outside
+  double volume = 0;    ///< m³
+  /// m: how far the highest place of the wall lies below where it is at the set pressure. What is missing of
+  /// the volume is that under a paraboloid, as a membrane hangs: 2ΔV/S, over S = kRoof · wall_area.
+  double sunk = 0;
   double flow = 0;         ///< m³/s from the insufflator
   double leak = 0;         ///< m³/s
   double humidity = 0;     ///< relative, 0 … 1
   double temperature = 0;  ///< K
   double renewal = 0;      ///< 1/s: share of the gas that leaves by leaks and absorption
 };
+
+/// Share of the wall that is lifted: front and sides; the rest lies on the spine (assumed).
+constexpr double kRoof = 2.0 / 3;
 
 enum class Status : std::uint8_t { Ok = 0, BadInput = 1 };
 

@@ -24,7 +24,10 @@ namespace vest::haemodynamics {
 ///     goal tone = e/sqrt(1 + e²) + b, e = (P_goal − P)/width, b = (P_i − P)/5670 Pa in 0 … 1
 /// (b: the brain's ischaemic response below P_i; Guyton, chapter 18), through three first-order lags (times
 /// of Ursino 1998, Am. J. Physiol. 275 H1733) that act on heart rate, terminals' resistance and V_u (veins
-/// give blood back). Loss lowers V and takes red cells along. Transfusion raises both.
+/// give blood back). The rate's goal has e|e| for e: the heart answers small losses little (375 ml: 75 to 78
+/// beats, pulse pressure −11 %, Leonetti et al. 2004, Clin. Auton. Res. 14, 176; 1000 ml: 60 to 68, Johnson
+/// et al. 2015, FASEB J. 29, 823.4) and great ones as ATLS has it; the form is fitted to both. Loss lowers V
+/// and takes red cells along. Transfusion raises both.
 ///
 /// Crystalloid raises V by x, of which tissue takes what is more than its share at rest (volume kinetics: the
 /// form of Hahn 2010, Anesthesiology 113, 470, without urine):

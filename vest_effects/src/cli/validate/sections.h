@@ -18,6 +18,8 @@ struct Options {
 validation::Section curvesSection(const Options& options, const std::string& command);
 /// Networks: grids and mass balance.
 validation::Section networksSection(const Options& options, const std::string& command);
+/// Bleeding times, haemostasis by pressure, recovery of tissue without blood.
+validation::Section haemostasisSection(const Options& options, const std::string& command);
 validation::Section jetsSection(const Options& options, const std::string& command);
 validation::Section restSection(const Options& options, const std::string& command);
 validation::Section balanceSection(const Options& options, const std::string& command);
