@@ -87,10 +87,10 @@ Vector3d lookAt(const vest::scene::Description& scene, double distance) {
   return middle - distance * (middle - pivot).normalized();
 }
 
-/// The endoscopic view with some effects.
+/// The endoscopic view with some effects. @param sunk m: how far the cavity's wall hangs down
 void endoscopic(const vest::scene::Description& scene, const std::string& name, const std::string& effects,
                 const Vector3d& tip, int smoke = 1, double fog = 0.35, double focus = 0,
-                bool with_instruments = true) {
+                bool with_instruments = true, double sunk = 0) {
   if (!only.empty() && std::find(only.begin(), only.end(), name) == only.end()) return;
   const std::set<std::string> words = tools::effectWords(effects);
   displays::EndoscopePipeline view(1);
@@ -126,6 +126,14 @@ void endoscopic(const vest::scene::Description& scene, const std::string& name, 
   if (words.count("lens") != 0) view.setLens(boost::make_shared<vest_msgs::LensState>(tools::lensAt(fog)));
   Eigen::Isometry3d X_WO;
   displays::toOpticalFrame(instruments.instruments.back(), &X_WO);
+  if (sunk > 0) {
+    auto gas = boost::make_shared<vest_msgs::GasState>(tools::gasAt());
+    gas->sunk = static_cast<float>(sunk);
+    view.setGas(gas);
+    cv::Mat first;
+    view.draw(X_WO, 1.0, 0.05, &first);  // so that it knows where the lens is
+    view.setTissue(store);
+  }
   cv::Mat rgb, bgr;
   for (int i = 0; i < 15; ++i) view.draw(X_WO, 1.0, 0.05, &rgb);
   cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
@@ -392,6 +400,7 @@ int main(int argc, char** argv) {
     endoscopic(scene, "view_smoke_field", "fields,smoke", over, 1);
     endoscopic(scene, "view_smoke_billboards", "fields,smoke", over, 2);
     endoscopic(scene, "view_lens", "lens", over, 1, 0.2);
+    endoscopic(scene, "view_gas_lost", "", over, 1, 0.35, 0, true, 0.075);
     endoscopic(scene, "view_focus", "", near, 1, 0, 0.04);
     if (!no_inspection) inspection(scene);
     std::printf("%d pictures\n", pictures);
