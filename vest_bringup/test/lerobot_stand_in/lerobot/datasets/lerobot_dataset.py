@@ -23,7 +23,8 @@ class LeRobotDataset:
         for number, (frames, task) in enumerate(episodes):
             for k, frame in enumerate(frames):
                 for name, value in {**frame, "timestamp": np.float32(k / self.info["fps"]), "episode_index": number, "task": task}.items():
-                    self.rows.setdefault(name, []).append(value)
+                    is_double = isinstance(value, np.ndarray) and value.dtype == np.float64  # it becomes torch's float32
+                    self.rows.setdefault(name, []).append(value.astype(np.float32) if is_double else value)
 
     def __len__(self):
         return len(self.rows["task"])
