@@ -150,7 +150,6 @@ class Export(unittest.TestCase):
                 file.write(content)
             self.assertIn(bad, self.export("--to", "csv", session=bad, code=2)[1])
         self.assertIn("cannot be read", self.export("--to", "csv", session="/nowhere", code=2)[1])
-        self.assertIn("no writer of LeRobot", self.export("--to", "lerobot", code=2)[1])
 
 
 class Moments(unittest.TestCase):

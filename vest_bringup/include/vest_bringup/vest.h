@@ -115,9 +115,12 @@ VEST_API const char* vest_task_scene(const char* task);
 /** Name of a task, NULL beyond the last one. */
 VEST_API const char* vest_task_name(size_t index);
 
-/** Numbers of an action and of an observation. */
+/** Numbers of an action of one hand, and of an observation. */
 VEST_API size_t vest_action_size(void);
 VEST_API size_t vest_observation_size(void);
+/** Numbers of an action of a model's task: vest_action_size(), or twice as many where both hands act
+ * (`tie_throw`): those of the right hand, then those of the left one. */
+VEST_API int vest_model_action_size(vest_handle model, size_t* numbers);
 
 typedef struct vest_result {
   size_t struct_size;
@@ -129,13 +132,13 @@ typedef struct vest_result {
 VEST_API int vest_env_new(vest_handle model, int32_t threads, vest_handle* env);
 /** @param count of the observation's numbers: vest_observation_size() */
 VEST_API int vest_reset(vest_handle env, uint64_t seed, float* observation, size_t count);
-/** @param action action_count numbers in [-1, 1]  */
+/** @param action action_count numbers in [-1, 1]: vest_model_action_size() */
 VEST_API int vest_step(vest_handle env, const float* action, size_t action_count, float* observation,
                        size_t count, vest_result* result);
 /** The action of a script that sees the scene. */
 VEST_API int vest_expert(vest_handle env, float* action, size_t action_count);
-/** Tip of the instrument as commanded. @param pose 8 numbers: x y z (m, world), quaternion x y z w (z along
- * the shaft, away from the trocar), opening of the jaw (rad) */
+/** Tip of the instrument as commanded; the right one where both hands act. @param pose 8 numbers: x y z (m,
+ * world), quaternion x y z w (z along the shaft, away from the trocar), opening of the jaw (rad) */
 VEST_API int vest_tip(vest_handle env, double* pose, size_t count);
 VEST_API int vest_observe(vest_handle env, float* observation, size_t count);
 
@@ -151,7 +154,8 @@ VEST_API int vest_vec_new(vest_handle model, size_t environments, int32_t thread
 /** @param seeds n of them  @param count n times vest_observation_size() */
 VEST_API int vest_vec_reset(vest_handle vec, const uint64_t* seeds, size_t environments, float* observations,
                             size_t count);
-/** @param results n of them; struct_size of the first one counts */
+/** @param action_count n times vest_model_action_size()  @param results n of them; struct_size of the first
+ * one counts */
 VEST_API int vest_vec_step(vest_handle vec, const float* actions, size_t action_count, float* observations,
                            size_t count, vest_result* results, size_t environments);
 /** The pictures of all, one behind the other. @param rgb_count, depth_count n times those of vest_picture */

@@ -144,7 +144,7 @@ class Env(_EnvBase):
         self._model = _model(task, **options)
         self._env = _core.Environment(self._model, threads)
         self.task, self.render_mode, self.spec = task, render_mode, None
-        self.action_space = Box(-1.0, 1.0, (_core.action_size,), np.float32)
+        self.action_space = Box(-1.0, 1.0, (self._model.action_size,), np.float32)
         self.observation_space = _space(self._pictures)
         self._random = np.random.default_rng()
         self._seed = 0
@@ -222,9 +222,9 @@ class VectorEnv(_VectorBase):
         self.metadata = {"render_modes": []}
         if gymnasium:
             self.metadata["autoreset_mode"] = gymnasium.vector.AutoresetMode.NEXT_STEP
-        self.single_action_space = Box(-1.0, 1.0, (_core.action_size,), np.float32)
+        self.single_action_space = Box(-1.0, 1.0, (self._model.action_size,), np.float32)
         self.single_observation_space = _space(self._pictures)
-        self.action_space = Box(-1.0, 1.0, (n, _core.action_size), np.float32)
+        self.action_space = Box(-1.0, 1.0, (n, self._model.action_size), np.float32)
         self.observation_space = _space(self._pictures, (n,))
         self._random = np.random.default_rng()
 

@@ -1,3 +1,4 @@
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -17,6 +18,7 @@
 #include "render.h"
 #include "vest_bringup/data/coco.h"
 #include "vest_bringup/data/hdf5.h"
+#include "vest_bringup/data/lerobot.h"
 #include "vest_bringup/ros/moment_bag.h"
 #include "vest_bringup/ros/session_player.h"
 #include "vest_instruments/files/read.h"
@@ -33,7 +35,7 @@ using nlohmann::json;
 
 struct Wanted {
   std::vector<std::string> sessions, valid;
-  std::string to, output, licence;
+  std::string to, output, licence, python = "python3";
   double rate = 50;
   int width = 720, height = 576, threads = 1;
   bool pictures = false;
@@ -82,7 +84,7 @@ class Collector {
       options.frames = moments_->frames();
     }
     const auto carried = session.effects() ? vest::session::exerciseOf(session) : std::nullopt;
-    exercise_ = carried ? carried->name : "";
+    if (carried) exercise_ = carried->name, aim_ = carried->aim;
     played_ = vest::session::play(fs::path(file_).parent_path().string(), session, options,
                                   [this](const auto& world, const auto& input, const auto& report,
                                          const auto* engine) { look(world, input, report, engine); });
@@ -121,7 +123,7 @@ class Collector {
   void begin(const vest::scene::World& world, double dt) {
     data::Episode e;
     e.session = name_, e.scene = world.description().name, e.scene_hash = world.description().hash;
-    e.exercise = exercise_, e.valid = valid_, e.first_picture = times_.size();
+    e.exercise = exercise_, e.aim = aim_, e.valid = valid_, e.first_picture = times_.size();
     every_ = static_cast<std::uint64_t>(std::max(1L, std::lround(1 / (wanted_.rate * dt))));
     e.rate = 1 / (static_cast<double>(every_) * dt);
     begun_ = world.steps() - 1;
@@ -167,7 +169,7 @@ class Collector {
   }
 
   const Wanted& wanted_;
-  std::string file_, name_, exercise_;
+  std::string file_, name_, exercise_, aim_;
   bool valid_;
   std::unique_ptr<vest::ros_shell::MomentBag> moments_;
   vest::kinematics::TrainerBox box_ = vest::kinematics::loadTrainerBox(
@@ -199,6 +201,7 @@ class Output {
 
   fs::path operator/(const std::string& name) const { return part_ / name; }
   const fs::path& part() const { return part_; }
+  std::string name() const { return folder_.filename().string(); }
   void finish() { fs::rename(part_, folder_); }
 
  private:
@@ -206,19 +209,22 @@ class Output {
 };
 
 json columns() {
-  json all = json::array({{{"name", "t_s, obs/time"}, {"unit", "s"}, {"meaning", "simulated time"}}});
+  json all = json::array(
+      {{{"name", "t_s, obs/time, simulated_time"}, {"unit", "s"}, {"meaning", "simulated time"}}});
   for (const data::Column& c : data::columnsOf(0))
     all.push_back({{"name", "INSTRUMENT_" + c.name}, {"unit", c.unit}, {"meaning", c.meaning}});
   all.push_back(
       {{"name", "score"}, {"unit", "1"}, {"meaning", "total of the exercise over 100, known at its end"}});
-  all.push_back({{"name", "rewards"}, {"unit", "1"}, {"meaning", "change of the score"}});
+  all.push_back({{"name", "rewards, next.reward"}, {"unit", "1"}, {"meaning", "change of the score"}});
   all.push_back(
-      {{"name", "actions"},
+      {{"name", "actions, action"},
        {"unit", "1"},
        {"meaning",
         "per hand 6 numbers in [-1, 1]: tip in world x y z (1: 2 mm in 20 ms), turn about the shaft, "
         "opening of the jaw (1: 0.1 rad in 20 ms), functions (on 1, off -1)"}});
-  all.push_back({{"name", "frame_*.png, endoscope_image"}, {"unit", "1"}, {"meaning", "8 bit RGB"}});
+  all.push_back({{"name", "frame_*.png, endoscope_image, observation.images.endoscope"},
+                 {"unit", "1"},
+                 {"meaning", "8 bit RGB"}});
   all.push_back({{"name", "depth_*.png"},
                  {"unit", "0.1 mm"},
                  {"meaning", "16 bit, along the optical axis; 0: nothing seen"}});
@@ -243,6 +249,12 @@ class Export {
   explicit Export(const Wanted& wanted) : wanted_(wanted), output_(wanted.output) {}
 
   void run() {
+    if (wanted_.to == "lerobot") {  // before all else: whoever lacks LeRobot is told at once
+      fs::create_directory(output_ / "work");
+      lerobot_ = std::make_unique<data::LeRobot>(
+          wanted_.python, ros::package::getPath("vest_bringup") + "/scripts/lerobot_writer.py",
+          (output_ / "work").string());
+    }
     const bool draws = wanted_.to == "coco" || wanted_.to == "mp4" || wanted_.pictures;
     for (const auto* list : {&wanted_.sessions, &wanted_.valid})
       for (const std::string& path : *list) {
@@ -262,11 +274,27 @@ class Export {
       }
     if (wanted_.to == "hdf5")
       card_["actions_cut_off"] = data::writeHdf5((output_ / "sessions.hdf5").string(), episodes_, frames_);
+    if (lerobot_) writeLeRobot();
     fs::remove_all(output_ / "frames");
     finish();
   }
 
  private:
+  /// LeRobot makes a folder of its own; what is in it becomes ours, so that the card lies beside it.
+  void writeLeRobot() {
+    const fs::path made = output_ / "made";
+    std::string name = output_.name();
+    for (char& c : name)  // as LeRobot's hub has names
+      if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '_') c = '_';
+    lerobot_->write(made.string(), name, episodes_, frames_, wanted_.height, wanted_.width);
+    for (const auto& entry : fs::directory_iterator(made))
+      fs::rename(entry.path(), output_ / entry.path().filename().string());
+    fs::remove(made), fs::remove_all(output_ / "work");
+    card_["actions_cut_off"] = lerobot_->beyond();
+    card_["lerobot"] = {
+        {"version", lerobot_->version()}, {"format", lerobot_->format()}, {"repo_id", "vest/" + name}};
+  }
+
   void draw(const Collector& session, const fs::path& moments) {
     std::vector<std::string> options = size(wanted_);
     options.emplace_back("--each-state");
@@ -323,7 +351,7 @@ class Export {
     card_["frame"] = "world: z up against gravity, origin on the floor of the box (docs/conventions.md)";
     card_["licence"] = wanted_.licence, card_["columns"] = columns();
     card_["source"] = "re-simulated from step_inputs; each recorded hash was compared";
-    if (wanted_.to != "csv" && (wanted_.to != "hdf5" || wanted_.pictures))
+    if (wanted_.to == "coco" || wanted_.to == "mp4" || wanted_.pictures)
       card_["picture_size"] = {wanted_.width, wanted_.height};
     std::map<std::string, json> files;
     for (const auto& f : fs::recursive_directory_iterator(output_.part()))
@@ -345,15 +373,16 @@ class Export {
   std::vector<std::string> frames_;
   std::size_t first_picture_ = 0;
   json card_;
+  std::unique_ptr<data::LeRobot> lerobot_;
 };
 
 void check(const Wanted& wanted) {
-  if (wanted.to == "lerobot")
-    throw std::invalid_argument(
-        "--to lerobot: VEST has no writer of LeRobot's files (allowed: csv, hdf5, coco, mp4)");
   if ((wanted.to == "coco" || wanted.to == "mp4") && wanted.sessions.size() + wanted.valid.size() != 1)
     throw std::invalid_argument("--to " + wanted.to + " takes one session at a time");
-  if (wanted.pictures && wanted.to != "hdf5") throw std::invalid_argument("--pictures goes with --to hdf5");
+  if (wanted.pictures && wanted.to != "hdf5" && wanted.to != "lerobot")
+    throw std::invalid_argument("--pictures goes with --to hdf5 and lerobot");
+  if (wanted.pictures && wanted.to == "lerobot" && (wanted.width % 2 != 0 || wanted.height % 2 != 0))
+    throw std::invalid_argument("--width, --height: a video of LeRobot has even numbers of pixels");
 }
 
 }  // namespace
@@ -369,18 +398,20 @@ int main(int argc, char** argv) {
   wanted.licence = "not stated: ask whoever recorded it";
   app.add_option("SESSION", wanted.sessions, "folders with session.bag, or bags")->required();
   app.add_option("--to", wanted.to,
-                 "csv: tables; hdf5: robomimic's layout; coco: pictures with masks, "
-                 "keypoints, depth and flow; mp4: a video")
+                 "csv: tables; hdf5: robomimic's layout; lerobot: LeRobot's format 3; coco: pictures with "
+                 "masks, keypoints, depth and flow; mp4: a video")
       ->required()
       ->check(CLI::IsMember({"csv", "hdf5", "coco", "mp4", "lerobot"}));
   app.add_option("--output", wanted.output, "new folder")->required();
-  app.add_option("--valid", wanted.valid, "hdf5: sessions for mask/valid; all of a trainee on one side")
+  app.add_option("--valid", wanted.valid,
+                 "hdf5: sessions for mask/valid, others: for the card; all of a trainee on one side")
       ->expected(1, -1);
   app.add_option("--rate", wanted.rate, "rows or pictures per simulated second")
       ->check(CLI::Range(0.1, 1000.0));
-  app.add_flag("--pictures", wanted.pictures, "hdf5: obs/endoscope_image, too");
+  app.add_flag("--pictures", wanted.pictures, "hdf5, lerobot: what the endoscope sees, too");
   app.add_option("--width", wanted.width, "of pictures, pixels")->check(CLI::Range(64, 4096));
   app.add_option("--height", wanted.height, "of pictures, pixels")->check(CLI::Range(64, 4096));
+  app.add_option("--python", wanted.python, "lerobot: the Python that has it; without: the first on PATH");
   app.add_option("--licence", wanted.licence, "of the data, for the card");
   app.add_option("--threads", wanted.threads, "worker threads")->check(CLI::Range(1, 64));
   CLI11_PARSE(app, argc, argv);

@@ -100,23 +100,10 @@ void mask(hid_t in, const char* name, const std::vector<std::string>& names) {
 class Writer {
  public:
   Writer(const std::vector<Episode>& episodes, const std::vector<std::string>& files)
-      : episodes_(episodes), files_(files) {
-    for (std::size_t i = 0; i < kInstruments.size(); ++i) {
-      bool everywhere = true;
-      for (const Episode& e : episodes) everywhere = everywhere && e.has(i);
-      if (everywhere) (i < kHands ? hands_ : seen_).push_back(i);
-    }
-    seen_.insert(seen_.begin(), hands_.begin(), hands_.end());
-    if (hands_.empty())
-      throw std::invalid_argument(
-          "no hand's instrument is there from the beginning to the end of each session "
-          "(HDF5 needs one: its motion is the action)");
-  }
+      : episodes_(episodes), files_(files), hands_(handsInAll(episodes)), seen_(seenInAll(episodes)) {}
 
   void demo(hid_t data, const Episode& e) {
-    if (e.rows.size() < 2)
-      throw std::invalid_argument(e.session + ": " + e.name + " has " + std::to_string(e.rows.size()) +
-                                  " rows (allowed: 2 and more)");
+    checkSamples(e);
     const std::size_t n = e.rows.size() - 1;
     const Id demo = group(data, e.name);
     attribute(demo, "num_samples", static_cast<std::int64_t>(n));
@@ -124,11 +111,7 @@ class Writer {
     std::vector<float> actions(n * hands_.size() * kActionSize), rewards(n);
     std::vector<std::int64_t> dones(n);
     for (std::size_t k = 0; k < n; ++k) {
-      bool beyond = false;
-      for (std::size_t h = 0; h < hands_.size(); ++h)
-        beyond |= action(e.rows[k].tools[hands_[h]], e.rows[k + 1].tools[hands_[h]], e.rate,
-                         &actions[(k * hands_.size() + h) * kActionSize]);
-      beyond_ += beyond ? 1 : 0;
+      beyond_ += actionsAt(e, k, hands_, &actions[k * hands_.size() * kActionSize]) ? 1 : 0;
       rewards[k] = static_cast<float>(e.rows[k + 1].score - e.rows[k].score);
       dones[k] = k + 1 == n ? 1 : 0;
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <stdexcept>
 
 namespace vest::data {
 namespace {
@@ -78,16 +79,56 @@ bool action(const ToolRow& from, const ToolRow& to, double rate, float* numbers)
   return beyond;
 }
 
+std::vector<std::size_t> seenInAll(const std::vector<Episode>& episodes) {
+  std::vector<std::size_t> seen;
+  for (std::size_t i = 0; i < kInstruments.size(); ++i)
+    if (std::all_of(episodes.begin(), episodes.end(), [i](const Episode& e) { return e.has(i); }))
+      seen.push_back(i);
+  return seen;
+}
+
+std::vector<std::size_t> handsInAll(const std::vector<Episode>& episodes) {
+  std::vector<std::size_t> hands = seenInAll(episodes);
+  if (!hands.empty() && hands.back() == kHands) hands.pop_back();
+  if (hands.empty())
+    throw std::invalid_argument(
+        "no hand's instrument is there from the beginning to the end of each session "
+        "(a data set for learning needs one: its motion is the action)");
+  return hands;
+}
+
+void checkSamples(const Episode& e) {
+  if (e.rows.size() < 2)
+    throw std::invalid_argument(e.session + ": " + e.name + " has " + std::to_string(e.rows.size()) +
+                                " rows (allowed: 2 and more)");
+}
+
+bool actionsAt(const Episode& e, std::size_t k, const std::vector<std::size_t>& hands, float* numbers) {
+  bool beyond = false;
+  for (std::size_t h = 0; h < hands.size(); ++h)
+    beyond |=
+        action(e.rows[k].tools[hands[h]], e.rows[k + 1].tools[hands[h]], e.rate, numbers + h * kActionSize);
+  return beyond;
+}
+
+std::vector<std::string> csvColumnsOf(std::size_t instrument) {
+  static constexpr const char* kNames[] = {
+      "_x_m",  "_y_m",       "_z_m",       "_qx",        "_qy",        "_qz",       "_qw",     "_jaw_rad",
+      "_tool", "_functions", "_force_x_N", "_force_y_N", "_force_z_N", "_grasping", "_pinch_N"};
+  constexpr std::size_t kPose = 7;
+  std::vector<std::string> all;
+  for (const char* name : kNames) {
+    if (instrument >= kHands && all.size() == kPose) break;
+    all.push_back(std::string(kInstruments[instrument]) + name);
+  }
+  return all;
+}
+
 std::string toCsv(const Episode& episode) {
-  static constexpr const char* kPose[] = {"_x_m", "_y_m", "_z_m", "_qx", "_qy", "_qz", "_qw"};
-  static constexpr const char* kHand[] = {"_jaw_rad",   "_tool",      "_functions", "_force_x_N",
-                                          "_force_y_N", "_force_z_N", "_grasping",  "_pinch_N"};
   std::string out = "t_s,step";
   for (std::size_t i = 0; i < kInstruments.size(); ++i) {
     if (!episode.has(i)) continue;
-    for (const char* end : kPose) out.append(",").append(kInstruments[i]).append(end);
-    if (i >= kHands) continue;
-    for (const char* end : kHand) out.append(",").append(kInstruments[i]).append(end);
+    for (const std::string& name : csvColumnsOf(i)) out += "," + name;
   }
   const bool scored = !episode.exercise.empty();
   out += scored ? ",score,state_hash\n" : ",state_hash\n";

@@ -317,6 +317,13 @@ const char* vest_task_name(size_t index) {
   return index < all.size() ? all[index].name : nullptr;
 }
 
+int vest_model_action_size(vest_handle model, size_t* numbers) {
+  return on<Model>(model, "model", [&](const Model& task) {
+    need(numbers, "numbers");
+    *numbers = task->actionSize();
+  });
+}
+
 size_t vest_action_size(void) {
   return kActionSize;
 }
@@ -342,7 +349,7 @@ int vest_reset(vest_handle env, uint64_t seed, float* observation, size_t count)
 int vest_step(vest_handle env, const float* action, size_t action_count, float* observation, size_t count,
               vest_result* result) {
   return onEnvironment(env, [&](Environment& e) {
-    need(action, "action"), needSize(action_count, kActionSize, "action");
+    need(action, "action"), needSize(action_count, e.task().actionSize(), "action");
     need(observation, "observation"), needSize(count, kObservationSize, "observation");
     needStruct(result, "result");
     fill(e.step(action, observation), *result);
@@ -351,7 +358,7 @@ int vest_step(vest_handle env, const float* action, size_t action_count, float* 
 
 int vest_expert(vest_handle env, float* action, size_t action_count) {
   return onEnvironment(env, [&](Environment& e) {
-    need(action, "action"), needSize(action_count, kActionSize, "action");
+    need(action, "action"), needSize(action_count, e.task().actionSize(), "action");
     e.expert(action);
   });
 }
@@ -402,7 +409,7 @@ int vest_vec_reset(vest_handle vec, const uint64_t* seeds, size_t environments, 
 int vest_vec_step(vest_handle vec, const float* actions, size_t action_count, float* observations,
                   size_t count, vest_result* results, size_t environments) {
   return onVector(vec, [&](Environments& v) {
-    need(actions, "actions"), needSize(action_count, v.count() * kActionSize, "actions");
+    need(actions, "actions"), needSize(action_count, v.count() * v.at(0).task().actionSize(), "actions");
     need(observations, "observations"), needSize(count, v.count() * kObservationSize, "observations");
     needStruct(results, "results"), needSize(environments, v.count(), "results");
     std::vector<vest::learning::StepResult> found(v.count());
@@ -421,8 +428,8 @@ int vest_vec_picture(vest_handle vec, int32_t width, int32_t height, uint8_t* rg
 
 int vest_vec_expert(vest_handle vec, float* actions, size_t action_count) {
   return onVector(vec, [&](Environments& v) {
-    need(actions, "actions"), needSize(action_count, v.count() * kActionSize, "actions");
-    for (std::size_t i = 0; i < v.count(); ++i) v.at(i).expert(actions + i * kActionSize);
+    need(actions, "actions"), needSize(action_count, v.count() * v.at(0).task().actionSize(), "actions");
+    for (std::size_t i = 0; i < v.count(); ++i) v.at(i).expert(actions + i * v.at(i).task().actionSize());
   });
 }
 

@@ -15,21 +15,22 @@ namespace vest::learning {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kTipStep = 0.002, kTurnStep = 0.1;  // m, rad: what an action of 1 does
-constexpr double kReached = 0.0015;                  // m
-constexpr double kLift = 0.010;                      // m
-constexpr double kRetracted = 0.002;                 // m
-constexpr double kHoldTime = 0.5;                    // s
-constexpr double kBeside = 0.004;                    // m: a clip or cut farther from its place fails
-constexpr double kDry = 0.15;                        // of the pool: what may be left
-constexpr double kWatched = 2.0;                     // s that the target stays in the middle
+constexpr double kReached = 0.0015;             // m
+constexpr double kLift = 0.010;                 // m
+constexpr double kRetracted = 0.002;            // m
+constexpr double kHoldTime = 0.5;               // s
+constexpr double kBeside = 0.004;               // m: a clip or cut farther from its place fails
+constexpr double kDry = 0.15;                   // of the pool: what may be left
+constexpr double kDrawTime = 1.0, kDraw = 1.0;  // s, N: as the exercise intracorporeal_knot asks
+constexpr double kWatched = 2.0;                // s that the target stays in the middle
 constexpr double kOffAxis = 0.0873, kView = 0.060,
                  kViewBand = 0.015;  // rad (5°), m, m: off the middle, distance
 constexpr double kStitchLow = -0.002,
                  kStitchHigh = 0.004;            // m, in x and in y: where the needle is asked to pierce
 constexpr double kSuckDepth = 0.003;             // m: of the tip below the surface, at most
 const Vector3d kOverview(0.005, -0.035, 0.135);  // m: where the scripts of these scenes hold the endoscope
-constexpr std::string_view kMagic = "VESTENV2";
+const Vector3d kThrowView(0, -0.030, 0.159);     // m: where that of the throw does
+constexpr std::string_view kMagic = "VESTENV3";
 
 Vector3d vec(const std::array<double, 3>& a) {
   return {a[0], a[1], a[2]};
@@ -63,6 +64,7 @@ scene::ToolInput Environment::tool() const {
 }
 /// Of the tube at the goal; a needle's point.
 Vector3d Environment::middle() const {
+  if (task_->row.both) return leftTip();
   if (task_->row.kind == TaskKind::PassNeedle) {
     const scene::ThreadModel& m = task_->model->threads;
     return m.at(world().state().threads.rod, m.first_point.front());
@@ -82,6 +84,7 @@ Vector3d Environment::goal() const {
   if (task_->row.kind == TaskKind::Suck) return deepest();
   if (task_->row.kind == TaskKind::CameraFollow) return lookOut();
   if (task_->row.kind == TaskKind::PassNeedle) return tip() + left();
+  if (task_->row.both) return rightGoal();
   const Vector3d m = middle();
   return m + task_->row.beyond * shaft(m);
 }
@@ -142,7 +145,7 @@ Eigen::Isometry3d Environment::camera() const {
   if (task_->row.kind == TaskKind::CameraFollow) return camera(state_.joints);
   const kinematics::TrainerArm& endoscope = task_->box.arm(tools::Instrument::Endoscope);
   Eigen::Isometry3d at = Eigen::Isometry3d::Identity();
-  at.translation() = kOverview;
+  at.translation() = task_->row.both ? kThrowView : kOverview;
   return camera(kinematics::inverseKinematics(endoscope.X_BTrocar, at, {}, endoscope.limits).q);
 }
 /// In the middle of the picture, and neither near nor far.
@@ -154,6 +157,7 @@ bool Environment::watched() const {
 
 /// Where the middle has to go minus where it is.
 Vector3d Environment::left() const {
+  if (task_->row.both) return leftGoal() - leftTip();
   if (task_->row.kind == TaskKind::PassNeedle)
     return vec(state_.place) + (state_.punctured() ? kNeedleWay : Vector3d::Zero().eval()) - middle();
   return vec(state_.place) - task_->row.beyond * shaft(vec(state_.place)) + vec(state_.way) - middle();
@@ -180,16 +184,19 @@ bool Environment::passed() const {
       return held() >= kWatched;
     case TaskKind::PassNeedle:
       return state_.divided != 0;
+    case TaskKind::TieThrow:
+      return held() >= kDrawTime;
   }
   return false;
 }
 
 /// 0.3 (reach: all) for the way to the goal, 0.2 for the grasp, 0.5 for the way of the tissue or the deed;
 /// 0.2 for the way to the pool, the rest for what is sucked; half for the place of the camera; 0.3 for the
-/// needle's way to the pad, 0.4 as it pierces it, 0.5 more for its way through.
+/// needle's way to the pad, 0.4 as it pierces it, 0.5 more for its way through. A throw: throwScore().
 double Environment::score() const {
   if (state_.failed != 0) return 0;
   if (passed()) return 1;
+  if (task_->row.both) return throwScore();
   const double near = std::clamp(1.0 - (goal() - tip()).norm() / state_.distance, 0.0, 1.0);
   if (task_->row.kind == TaskKind::Reach) return 0.9 * near;
   if (task_->row.kind == TaskKind::Clip || task_->row.kind == TaskKind::Cut) return 0.5 * near;
@@ -226,17 +233,22 @@ void Environment::reset(std::uint64_t seed, float* observation) {
     observe(observation);
     return;
   }
-  const auto rings = task_->model->objects[task_->object].tube.ringCount();
-  state_.ring = static_cast<std::uint64_t>(uniform(0.4, 0.6) * static_cast<double>(rings));
-  const TaskRow& row = task_->row;
-  const Vector3d centre = middle(), along = shaft(centre);
-  Vector3d place = centre + row.beyond * along;
   const auto ball = [&](double radius) {
     Vector3d v;
     do v = {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
     while (v.squaredNorm() > 1);
     return Vector3d(radius * v);
   };
+  if (task_->row.both) {
+    beginThrow(ball);
+    observe(observation);
+    return;
+  }
+  const auto rings = task_->model->objects[task_->object].tube.ringCount();
+  state_.ring = static_cast<std::uint64_t>(uniform(0.4, 0.6) * static_cast<double>(rings));
+  const TaskRow& row = task_->row;
+  const Vector3d centre = middle(), along = shaft(centre);
+  Vector3d place = centre + row.beyond * along;
   if (row.kind == TaskKind::Reach) place += ball(0.006) - 0.010 * along;
   if (row.kind == TaskKind::Suck) place = deepest() + Vector3d(0, 0, 0.015) + ball(0.012);
   if (row.kind == TaskKind::CameraFollow) {
@@ -263,19 +275,29 @@ void Environment::reset(std::uint64_t seed, float* observation) {
   observe(observation);
 }
 
-StepResult Environment::step(const float* action, float* observation) {
-  if (state_.over != 0) throw std::logic_error("the episode is over, or has not begun: reset it first");
-  const kinematics::JointPositions from = state_.joints;
-  Eigen::Isometry3d wanted = kinematics::forwardKinematics(arm().X_BTrocar, from);
+/// Where an action leads a hand.
+kinematics::JointPositions Environment::moved(tools::Instrument hand, const kinematics::JointPositions& from,
+                                              const float* action) const {
+  const kinematics::TrainerArm& arm = task_->box.arm(hand);
+  Eigen::Isometry3d wanted = kinematics::forwardKinematics(arm.X_BTrocar, from);
   for (int axis = 0; axis < 3; ++axis) wanted.translation()[axis] += kTipStep * limited(action[axis]);
-  kinematics::JointPositions to =
-      kinematics::inverseKinematics(arm().X_BTrocar, wanted, from, arm().limits).q;
-  to.roll = std::clamp(from.roll + kTurnStep * limited(action[3]), arm().limits.lower.roll,
-                       arm().limits.upper.roll);
+  kinematics::JointPositions to = kinematics::inverseKinematics(arm.X_BTrocar, wanted, from, arm.limits).q;
+  to.roll =
+      std::clamp(from.roll + kTurnStep * limited(action[3]), arm.limits.lower.roll, arm.limits.upper.roll);
   // An endoscope's jaw is its light post, which stays.
   if (task_->row.kind != TaskKind::CameraFollow)
     to.jaw =
-        std::clamp(from.jaw + kTurnStep * limited(action[4]), arm().limits.lower.jaw, arm().limits.upper.jaw);
+        std::clamp(from.jaw + kTurnStep * limited(action[4]), arm.limits.lower.jaw, arm.limits.upper.jaw);
+  return to;
+}
+
+StepResult Environment::step(const float* action, float* observation) {
+  if (state_.over != 0) throw std::logic_error("the episode is over, or has not begun: reset it first");
+  const kinematics::JointPositions from = state_.joints, to = moved(task_->row.hand, from, action),
+                                   left_from = state_.left,
+                                   left_to = task_->row.both ? moved(tools::Instrument::Left, left_from,
+                                                                     action + kActionSize)
+                                                             : left_from;
   // Clips are fired by the handle; a sucker does not rinse what it sucks.
   const std::uint32_t without = tools::kFunctionFire | tools::kFunctionIrrigate;
   const std::uint32_t functions =
@@ -284,6 +306,7 @@ StepResult Environment::step(const float* action, float* observation) {
   const kinematics::JointPositions seen_from = follows ? followed(state_.steps) : from,
                                    seen_to = follows ? followed(state_.steps + 1) : from;
   const int skip = task_->options.skip;
+  state_.pull = {};
   for (int k = 1; k <= skip; ++k) {
     const double s = static_cast<double>(k) / skip;
     state_.joints = between(from, to, s);
@@ -293,6 +316,10 @@ StepResult Environment::step(const float* action, float* observation) {
     input_.dt = task_->model->description.dt;
     input_.tools[hand()] = tool();
     input_.tools[hand()].functions = functions;
+    if (task_->row.both) {
+      state_.left = between(left_from, left_to, s);
+      input_.tools[static_cast<std::size_t>(tools::Instrument::Left)] = leftTool();
+    }
     if (follows)
       input_.tools[static_cast<std::size_t>(tools::Instrument::Right)] = simulation::toolInput(
           task_->box.arm(tools::Instrument::Right), tools::ToolKind::Grasper, between(seen_from, seen_to, s));
@@ -301,12 +328,16 @@ StepResult Environment::step(const float* action, float* observation) {
     state_.was_open = was_open ? 1 : 0;
     if (stage_.trainer->step(input_, report_) == scene::Status::Fault) state_.failed = 1;
     take(report_);
+    for (std::size_t i = 0; i < state_.pull.size(); ++i)
+      state_.pull[i] += report_.contacts[i].wrench.head<3>().norm() / skip;
     if (watch_) watch_(input_, report_);
   }
-  state_.joints = to;
+  state_.joints = to, state_.left = left_to;
   ++state_.steps;
-  const bool there = follows                                  ? watched()
-                     : state_.grasping == 0                   ? false
+  if (task_->row.both) state_.turns = std::max(state_.turns, turns());
+  const bool there = follows                ? watched()
+                     : task_->row.both      ? drawn() && state_.pull[0] > kDraw && state_.pull[1] > kDraw
+                     : state_.grasping == 0 ? false
                      : task_->row.kind == TaskKind::GraspLift ? -left().z() > -kRetracted
                                                               : left().norm() < kRetracted;
   state_.held = there ? state_.held + 1 : 0;
@@ -332,7 +363,9 @@ void Environment::take(const scene::StepReport& report) {
   if (task_->row.kind == TaskKind::PassNeedle && !world().state().threads.needle_grips[hand()].active &&
       state_.divided == 0)
     state_.failed = 1;  // lost
+  if (task_->row.both) state_.grasping = holds(task_->row.hand) ? 1 : 0;
   for (const scene::Event& e : report.events) {
+    if (task_->row.both && e.kind == scene::EventKind::Torn) state_.failed = 1;
     if (e.object != task_->object) continue;
     if (task_->row.kind == TaskKind::PassNeedle) {
       if (e.kind == scene::EventKind::Punctured && !state_.punctured())
@@ -352,7 +385,8 @@ void Environment::take(const scene::StepReport& report) {
 }
 
 void Environment::expert(float* action) const {
-  std::fill_n(action, kActionSize, 0.0f);
+  std::fill_n(action, task_->actionSize(), 0.0f);
+  if (task_->row.both) return expertThrow(action);
   // What is cut moves; where it is to be cut does not. One cut may leave a rest: the next one is set beside
   // it.
   const bool cuts = task_->row.kind == TaskKind::Cut, follows = task_->row.kind == TaskKind::CameraFollow;
@@ -420,7 +454,7 @@ void Environment::observe(float* out) const {
   number(static_cast<double>(state_.grasping)), number(state_.pinch);
   put(middle() - t, kCm);
   const bool moves = task_->row.kind == TaskKind::GraspLift || task_->row.kind == TaskKind::Retract ||
-                     task_->row.kind == TaskKind::PassNeedle;
+                     task_->row.kind == TaskKind::PassNeedle || task_->row.both;
   put(moves ? left() : Vector3d::Zero(), kCm);
   number(state_.score);
   number(1.0 - static_cast<double>(state_.steps) * task_->options.skip * task_->model->description.dt /
@@ -458,9 +492,10 @@ void Environment::restore(const std::vector<std::uint8_t>& bytes) {
   if (kind != static_cast<std::uint64_t>(task_->row.kind)) refuse("it is of another task");
   State state;
   std::memcpy(&state, bytes.data() + kMagic.size() + sizeof kind, sizeof state);
-  const kinematics::JointPositions& q = state.joints;
-  bool finite = std::isfinite(q.yaw + q.pitch + q.insertion + q.roll + q.jaw) && state.distance > 0 &&
-                std::isfinite(state.pinch + state.distance + state.score);
+  bool finite = state.distance > 0 && std::isfinite(state.pinch + state.distance + state.score + state.turns +
+                                                    state.pull[0] + state.pull[1]);
+  for (const kinematics::JointPositions& q : {state.joints, state.left})
+    finite = finite && std::isfinite(q.yaw + q.pitch + q.insertion + q.roll + q.jaw);
   for (const auto& a : {state.force, state.place, state.way}) finite = finite && vec(a).allFinite();
   const std::size_t rings = task_->model->objects[task_->object].tube.ringCount();
   if (!finite || state.ring >= std::max<std::size_t>(rings, 1)) refuse("it holds numbers out of range");
@@ -487,7 +522,7 @@ void Environments::step(const float* actions, float* observations, StepResult* r
     if (all_[i]->over())
       all_[i]->reset(all_[i]->seed() + all_.size(), seen);
     else
-      results[i] = all_[i]->step(actions + i * kActionSize, seen);
+      results[i] = all_[i]->step(actions + i * all_[i]->task().actionSize(), seen);
   };
   pool_.each(all_.size(), work);
 }

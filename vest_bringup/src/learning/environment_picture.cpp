@@ -45,6 +45,7 @@ void Environment::picture(int width, int height, std::uint8_t* rgb, float* depth
     }
   };
   draw(tool());
+  if (task_->row.both) draw(leftTool());
   if (task_->row.kind == TaskKind::CameraFollow)
     draw(simulation::toolInput(task_->box.arm(tools::Instrument::Right), tools::ToolKind::Grasper,
                                followed(state_.steps)));

@@ -30,6 +30,8 @@ const std::vector<TaskRow>& tasks() {
        ToolKind::Endoscope, 0, 0, 0, 10},
       {TaskKind::PassNeedle, "pass_needle", "suture_pad", "pad", Instrument::Right, ToolKind::NeedleHolder,
        -3.493, 0, 0, 15},
+      {TaskKind::TieThrow, "tie_throw", "thread_throw", "post", Instrument::Right, ToolKind::NeedleHolder,
+       0.261, 0, 0, 60, true},
   };
   return rows;
 }
@@ -72,6 +74,55 @@ Waypoint at(const std::vector<Waypoint>& motion, double t) {
   const Waypoint &a = motion[k - 1], &b = motion[k];
   const double s = std::clamp((t - a.t) / (b.t - a.t), 0.0, 1.0);
   return {t, a.tip + s * (b.tip - a.tip), a.roll + s * (b.roll - a.roll), a.jaw + s * (b.jaw - a.jaw)};
+}
+
+const std::array<std::vector<trajectory::Waypoint>, 2>& throwMotion() {
+  static const std::array<std::vector<trajectory::Waypoint>, 2> hands{
+      {{{0, {-0.0576, -0.0313, 0.0697}, 0.739, 0.5, false},
+        {3, {-0.0576, -0.0313, 0.0697}, 0.739, 0.5, false},
+        {4, {-0.0432, -0.0341, 0.0458}, 0.739, 0.5, false},
+        {4.6, {-0.0432, -0.0341, 0.0458}, 0.739, 0, false},
+        {5, {-0.0432, -0.0341, 0.0458}, 0.739, 0, false},
+        {7, {-0.03, -0.005, 0.106}, -0.058, 0, true},
+        {9, {-0.0127, 0.0268, 0.1285}, -1.386, 0, true},
+        {10, {0.0031, 0.0584, 0.1328}, -2.551, 0, true},
+        {11, {0.0184, 0.0843, 0.1208}, -2.928, 0, true},
+        {12.2, {0.0056, 0.0958, 0.1001}, -3.848, 0, true},
+        {13.2, {-0.0017, 0.0789, 0.0843}, -4.675, 0, true},
+        {14, {-0.0129, 0.055, 0.0841}, -5.314, 0, true},
+        {15.5, {-0.016, 0.01, 0.098}, -3.5, 0, true},
+        {16.5, {-0.0127, 0.0268, 0.1285}, -1.386, 0, true},
+        {17.5, {0.0031, 0.0584, 0.1328}, -2.551, 0, true},
+        {18.5, {0.0184, 0.0843, 0.1208}, -2.928, 0, true},
+        {19.7, {0.0056, 0.0958, 0.1001}, -3.848, 0, true},
+        {20.7, {-0.0017, 0.0789, 0.0843}, -4.675, 0, true},
+        {21.5, {-0.0129, 0.055, 0.0841}, -5.314, 0, true},
+        {23, {-0.0129, 0.055, 0.0841}, -5.314, 0, false},
+        {24.2, {-0.0135, 0.053, 0.0898}, -5.32, 0, false},
+        {25.5, {-0.0098, 0.0589, 0.0908}, -5.528, 0, false},
+        {27.5, {-0.0098, 0.0589, 0.0908}, -5.528, 0, false},
+        {28.8, {-0.004, 0.05, 0.108}, -4.37, 0, false},
+        {29.8, {-0.004, 0.05, 0.108}, -4.37, 0, false},
+        {31.1, {-0.03, 0.066, 0.108}, -4.343, 0, true},
+        {33, {-0.06, 0.09, 0.11}, -4.336, 0, false},
+        {35, {-0.08, 0.115, 0.108}, -4.161, 0, false},
+        {37, {-0.08, 0.115, 0.108}, -4.161, 0, false}},
+       {{0, {0.0417, 0.0314, 0.1253}, 0, 0, false},
+        {6, {0.0417, 0.0314, 0.1253}, 0, 0, false},
+        {8, {-0.0055, 0.0644, 0.0997}, 0, 0, false},
+        {21.5, {-0.0055, 0.0644, 0.0997}, 0, 0, false},
+        {23.1, {-0.0264, 0.0791, 0.0883}, 0, 0, false},
+        {24.2, {-0.0264, 0.0791, 0.0883}, 0, 0, false},
+        {25.7, {-0.0008, 0.0748, 0.0921}, 0.261, 0.6, false},
+        {26.7, {-0.014, 0.0856, 0.0838}, 0.261, 0.6, false},
+        {27.3, {-0.014, 0.0856, 0.0838}, 0.261, 0, false},
+        {30, {0.0076, 0.0492, 0.1033}, 0.261, 0, false},
+        {37, {0.0076, 0.0492, 0.1033}, 0.261, 0, false}}}};
+  return hands;
+}
+
+std::size_t Task::actionSize() const {
+  return row.both ? 2 * kActionSize : kActionSize;
 }
 
 namespace {
@@ -135,6 +186,25 @@ void rinse(Task& task) {
   stage.trainer->save(task.start);
 }
 
+/// The thread comes to rest.
+void settle(Task& task) {
+  if (!task.model->threads.rods || task.model->threads.rods->strands.front().closed)
+    throw std::invalid_argument(task.options.scene + ": task tie_throw needs a suture with two ends");
+  simulation::Stage stage = task.stage(1);
+  scene::StepInput input;
+  scene::StepReport report;
+  const double dt = task.model->description.dt;
+  const int steps = static_cast<int>(kThrowBegins / dt + 0.5);
+  for (int k = 0; k < steps; ++k) {
+    input.impacts.clear(), input.loads.clear(), input.dilatations.clear();
+    input.load_over = 0;
+    input.step = stage.trainer->world().steps() + 1;
+    input.dt = dt;
+    stage.trainer->step(input, report);
+  }
+  stage.trainer->save(task.start);
+}
+
 }  // namespace
 
 std::shared_ptr<const Task> makeTask(const TaskOptions& options) {
@@ -155,12 +225,14 @@ std::shared_ptr<const Task> makeTask(const TaskOptions& options) {
   task->model = scene::buildModel(scene::loadScene(options.scene));
   const auto& objects = task->model->description.objects;
   while (task->object < objects.size() && objects[task->object].name != row->object) ++task->object;
-  const bool sews = row->kind == TaskKind::PassNeedle;
-  if (task->object == objects.size() || (!sews && task->model->objects[task->object].tube.ringCount() < 8))
+  const bool sews = row->kind == TaskKind::PassNeedle, ties = row->kind == TaskKind::TieThrow;
+  if (task->object == objects.size() ||
+      (!sews && !ties && task->model->objects[task->object].tube.ringCount() < 8))
     throw std::invalid_argument(options.scene + ": task " + row->name + " needs an object '" + row->object +
-                                (sews ? "'" : "' with a tube of at least 8 rings"));
+                                (sews || ties ? "'" : "' with a tube of at least 8 rings"));
   if (row->kind == TaskKind::Suck) rinse(*task);
   if (sews) takeNeedle(*task);
+  if (ties) settle(*task);
   return task;
 }
 

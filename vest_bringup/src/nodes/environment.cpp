@@ -44,9 +44,9 @@ learning::TaskOptions optionsOf(const ros::NodeHandle& nh) {
 void answer(learning::Environment& env, const Request& req, Response& res) {
   if (req.reset && !req.action.empty())
     throw std::invalid_argument("action: a reset has none (allowed: an empty one)");
-  if (!req.reset && req.action.size() != learning::kActionSize)
+  if (!req.reset && req.action.size() != env.task().actionSize())
     throw std::invalid_argument("action: " + std::to_string(req.action.size()) +
-                                " numbers (allowed: " + std::to_string(learning::kActionSize) + ")");
+                                " numbers (allowed: " + std::to_string(env.task().actionSize()) + ")");
   res.observation.resize(learning::kObservationSize);
   if (req.reset) {
     env.reset(req.seed, res.observation.data());

@@ -229,10 +229,15 @@ struct Model : Handle {
         skip,           limit};
     run(0, [&] { return vest_model_load(&options, &id); });
   }
+  std::size_t actionSize() const {
+    std::size_t numbers = 0;
+    check(vest_model_action_size(id, &numbers), id);
+    return numbers;
+  }
 };
 
 struct Environment : Simulated {
-  Environment(const Model& model, int threads) {
+  Environment(const Model& model, int threads) : action_size(model.actionSize()) {
     run(model.id, [&] { return vest_env_new(model.id, threads, &id); });
   }
   py::array_t<float> reset(std::uint64_t seed) {
@@ -261,8 +266,8 @@ struct Environment : Simulated {
     return py::make_tuple(rgb, depth);
   }
   py::array_t<float> expert() const {
-    py::array_t<float> action(static_cast<py::ssize_t>(vest_action_size()));
-    check(vest_expert(id, action.mutable_data(), vest_action_size()), id);
+    py::array_t<float> action(static_cast<py::ssize_t>(action_size));
+    check(vest_expert(id, action.mutable_data(), action_size), id);
     return action;
   }
   py::array_t<float> observe() const {
@@ -270,10 +275,11 @@ struct Environment : Simulated {
     check(vest_observe(id, seen.mutable_data(), vest_observation_size()), id);
     return seen;
   }
+  std::size_t action_size;
 };
 
 struct Environments : Handle {
-  Environments(const Model& model, std::size_t n, int threads) : count(n) {
+  Environments(const Model& model, std::size_t n, int threads) : count(n), action_size(model.actionSize()) {
     run(model.id, [&] { return vest_vec_new(model.id, n, threads, &id); });
   }
   py::array_t<float> reset(
@@ -316,11 +322,11 @@ struct Environments : Handle {
     return py::make_tuple(rgb, depth);
   }
   py::array_t<float> expert() const {
-    py::array_t<float> actions({count, vest_action_size()});
-    check(vest_vec_expert(id, actions.mutable_data(), count * vest_action_size()), id);
+    py::array_t<float> actions({count, action_size});
+    check(vest_vec_expert(id, actions.mutable_data(), count * action_size), id);
     return actions;
   }
-  std::size_t count;
+  std::size_t count, action_size;
 };
 
 std::vector<std::string> taskNames() {
@@ -359,6 +365,7 @@ PYBIND11_MODULE(_core, m) {
   py::class_<Model>(m, "Model")
       .def(py::init<const std::string&, const std::string&, const std::string&, const std::string&, int,
                     double>())
+      .def_property_readonly("action_size", &Model::actionSize, "Numbers of an action.")
       .def("close", &Model::close);
   py::class_<Environment, Simulated>(m, "Environment")
       .def(py::init<const Model&, int>())

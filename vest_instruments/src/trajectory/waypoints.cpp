@@ -9,6 +9,7 @@
 #include "vest_instruments/files/strict_yaml.h"
 #include "vest_instruments/tools/tool_names.h"
 #include "vest_instruments/trajectory/trajectory.h"
+#include "vest_instruments/trajectory/waypoint.h"
 
 namespace vest::trajectory {
 namespace {
@@ -16,13 +17,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kMostRows = 1000000;  // ours: 2.7 h at 100 Hz
-
-struct Waypoint {
-  double t;
-  Vector3d tip;
-  double roll, jaw;
-  bool through;  ///< passed in motion, no rest
-};
 
 struct Press {
   double t;
@@ -149,9 +143,8 @@ double slopeAt(const std::vector<Waypoint>& w, std::size_t i, Get get) {
   return std::clamp(v, -most, most);
 }
 
-/// Waypoint at time t: rests before the first and after the last; between them the polynomial of fifth degree
-/// with the slopes above and no acceleration at either end, which is minimum jerk where it rests (Flash and
-/// Hogan 1985).
+}  // namespace
+
 Waypoint at(const std::vector<Waypoint>& w, double t) {
   if (t <= w.front().t) return w.front();
   if (t >= w.back().t) return w.back();
@@ -172,8 +165,6 @@ Waypoint at(const std::vector<Waypoint>& w, double t) {
   out.jaw = blend([](const Waypoint& x) { return x.jaw; });
   return out;
 }
-
-}  // namespace
 
 Trajectory fromWaypoints(const std::string& path, const kinematics::TrainerBox& box) try {
   files::YamlLimits limits;

@@ -42,6 +42,7 @@ struct EventRow {
 /// next one.
 struct Episode {
   std::string name, session, scene, scene_hash, exercise;
+  std::string aim;                ///< what the exercise asks for, in words; empty: no exercise
   double rate = 0;                ///< Hz
   bool valid = false;             ///< for validation, not for training
   std::size_t first_picture = 0;  ///< of the pictures of all episodes
@@ -68,12 +69,24 @@ struct Column {
 /// Columns of an instrument, and the numbers of a row in their order.
 const std::vector<Column>& columnsOf(std::size_t instrument);
 void values(const ToolRow& row, std::size_t instrument, std::vector<double>& to);
+/// Names of these numbers in tables: "right_x_m", "right_y_m" …
+std::vector<std::string> csvColumnsOf(std::size_t instrument);
 
 /// Numbers of an action of one hand, each in [−1, 1], as of vest.make(): motion of the tip in world x, y, z
 /// (1: 2 mm in 20 ms), turn about the shaft and of the jaw (0.1 rad in 20 ms), functions (on 1, off −1).
 inline constexpr std::size_t kActionSize = 6;
 /// @return whether a number was beyond [−1, 1], and is cut off
 bool action(const ToolRow& from, const ToolRow& to, double rate, float* numbers);
+
+/// Samples for learning: each of R rows but the last one, with the action that leads to the next row.
+/// Hands that are in all rows of all episodes: they act. @throws std::invalid_argument where there is none
+std::vector<std::size_t> handsInAll(const std::vector<Episode>& episodes);
+/// Those, and the endoscope where it is in all rows: what is observed.
+std::vector<std::size_t> seenInAll(const std::vector<Episode>& episodes);
+/// @throws std::invalid_argument where an episode has fewer than 2 rows
+void checkSamples(const Episode& episode);
+/// Of row k. @param numbers kActionSize per hand  @return whether one was beyond [−1, 1], and is cut off
+bool actionsAt(const Episode& episode, std::size_t k, const std::vector<std::size_t>& hands, float* numbers);
 
 /// A table that vest_metrics reads, and another one with the events.
 std::string toCsv(const Episode& episode);

@@ -12,15 +12,13 @@
 
 namespace vest::learning {
 
-/// Numbers of an action, each in [−1, 1] (outside: clamped; not a number: 0): motion of the tip in world x,
-/// y, z (2 mm), roll (0.1 rad), opening of the jaw (0.1 rad), functions of the tool (on where > 0).
-inline constexpr std::size_t kActionSize = 6;
-
 /// Numbers of an observation, in order. Lengths in cm, angles in rad, forces in N, world frame.
 ///   0 goal minus tip (3)   3 tip minus where the goal was at the start (3)   6 roll minus the task's   7 jaw
 ///   8 force of the tissue on the tip (3)   11 jaws hold tissue (0, 1)   12 pinch force
 ///   13 middle of the tube at the goal's ring, or the needle's point, minus tip (3)   16 where it has to go
 ///   minus where it is (3) 19 score   20 share of the time that is left
+/// Of `tie_throw` they are those of the right hand; 13 is the left tip minus tip, 16 where the left one has
+/// to go minus where it is.
 inline constexpr std::size_t kObservationSize = 21;
 
 struct StepResult {
@@ -41,10 +39,11 @@ class Environment {
 
   /// Begins an episode: goal and start of the tip follow from the seed.
   void reset(std::uint64_t seed, float* observation);
-  /// One action, held over options.skip simulated steps. The joints go evenly to where it leads.
+  /// One action, task().actionSize() numbers: of the hand, or of the right and then the left one. Held over
+  /// options.skip simulated steps. The joints go evenly to where it leads.
   /// @throws std::logic_error where the episode is over
   StepResult step(const float* action, float* observation);
-  /// What a script that sees the scene does here: kActionSize numbers.
+  /// What a script that sees the scene does here: task().actionSize() numbers.
   void expert(float* action) const;
   void observe(float* observation) const;
   scene::ToolInput tool() const;  ///< the instrument as commanded now
@@ -74,8 +73,11 @@ class Environment {
                                                     ///< or rad: phases of what the camera follows
     bool punctured() const { return clipped != 0; }
     double pinch = 0, distance = 0, score = 0;  ///< N; m: of tip and goal at the start; 0 … 1
+    kinematics::JointPositions left{};          ///< of the other hand, where both act
+    double turns = 0;                           ///< of the thread round the right instrument, at most so far
+    std::array<double, 2> pull{};               ///< N, left and right: mean over the last action
   };
-  static_assert(sizeof(State) == 10 * 8 + sizeof(kinematics::JointPositions) + 12 * 8);
+  static_assert(sizeof(State) == 10 * 8 + 2 * sizeof(kinematics::JointPositions) + 15 * 8);
 
   const kinematics::TrainerArm& arm() const;
   Eigen::Vector3d tip() const;
@@ -93,6 +95,20 @@ class Environment {
   Eigen::Isometry3d camera() const;
   bool watched() const;
   void drawPools();
+  // Of tie_throw; left: the other hand.
+  scene::ToolInput leftTool() const;
+  Eigen::Vector3d leftTip() const;
+  Eigen::Vector3d leftGoal() const;
+  Eigen::Vector3d rightGoal() const;
+  bool holds(tools::Instrument hand) const;
+  bool tied() const;
+  bool drawn() const;
+  double turns() const;
+  double throwScore() const;
+  void beginThrow(const std::function<Eigen::Vector3d(double)>& ball);
+  void expertThrow(float* action) const;
+  kinematics::JointPositions moved(tools::Instrument hand, const kinematics::JointPositions& from,
+                                   const float* action) const;
   double held() const;
   bool passed() const;
   double score() const;

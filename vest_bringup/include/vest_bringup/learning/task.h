@@ -9,14 +9,31 @@
 
 #include "vest_bringup/simulation/stage.h"
 #include "vest_instruments/kinematics/trainer_box.h"
+#include "vest_instruments/trajectory/waypoint.h"
 #include "vest_tissue/scene/world_model.h"
 
 /// Tasks for learning: the Trainer in lockstep with an agent, without ROS and without wall time.
 namespace vest::learning {
 
-enum class TaskKind : std::uint8_t { Reach, GraspLift, Retract, Clip, Cut, Suck, CameraFollow, PassNeedle };
+/// Numbers of an action of one hand, each in [−1, 1] (outside: clamped; not a number: 0): motion of the tip
+/// in world x, y, z (2 mm), roll (0.1 rad), opening of the jaw (0.1 rad), functions of the tool (on where >
+/// 0).
+inline constexpr std::size_t kActionSize = 6;
+inline constexpr double kTipStep = 0.002, kTurnStep = 0.1;  ///< m, rad: what an action of 1 does
 
-/// What is asked of one hand; one row of tasks().
+enum class TaskKind : std::uint8_t {
+  Reach,
+  GraspLift,
+  Retract,
+  Clip,
+  Cut,
+  Suck,
+  CameraFollow,
+  PassNeedle,
+  TieThrow
+};
+
+/// What is asked of a hand, or of both; one row of tasks().
 struct TaskRow {
   TaskKind kind;
   const char* name;
@@ -25,9 +42,10 @@ struct TaskRow {
   tools::Instrument hand;
   tools::ToolKind tool;
   double roll;  ///< rad: what the shaft is best turned by; 0.77 closes jaws across the tubes of these scenes
-  double beyond;    ///< m: how far along the shaft the tip goes beyond the middle of the tube
-  double open_jaw;  ///< rad, at the start
-  double limit;     ///< s
+  double beyond;      ///< m: how far along the shaft the tip goes beyond the middle of the tube
+  double open_jaw;    ///< rad, at the start
+  double limit;       ///< s
+  bool both = false;  ///< the left hand acts, too, with a grasper
 };
 const std::vector<TaskRow>& tasks();
 /// "reach, grasp_lift, …"
@@ -47,6 +65,12 @@ Waypoint at(const std::vector<Waypoint>& motion, double t);
 inline constexpr double kNeedleTaken = 5.0;  ///< s
 /// m, world: where that motion pierces the pad, and how far from there the point comes out
 extern const Eigen::Vector3d kNeedleEntry, kNeedleWay;
+
+/// Both hands of `tie_throw`, left and right: as trajectories/thread_throw.yaml has them until the throw is
+/// drawn. The left one takes the long end and lays it twice round the right one, which takes the short end.
+const std::array<std::vector<trajectory::Waypoint>, 2>& throwMotion();
+inline constexpr double kThrowBegins =
+    2.5;  ///< s: where an episode begins in it; the thread hangs still then
 
 struct TaskOptions {
   std::string task;
@@ -68,6 +92,8 @@ struct Task {
   std::vector<std::uint8_t> start;  ///< snapshot of the Trainer that an episode begins with; empty: the scene
   double pool = 0;                  ///< m³ that stand in the field then
   kinematics::JointPositions from{};  ///< of the hand then, where it holds something
+
+  std::size_t actionSize() const;  ///< numbers of an action: kActionSize for each hand that acts
 
   /// A Trainer of this task, with its effects.
   simulation::Stage stage(int threads) const;

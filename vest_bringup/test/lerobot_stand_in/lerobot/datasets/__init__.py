@@ -1,0 +1,1 @@
+"""Stands in for LeRobot's data sets."""
