@@ -72,12 +72,27 @@ class RunSanitized(unittest.TestCase):
         code, lines, processes = self.run_it('100', 'quick', VEST_FUZZ_JOBS='4')
         self.assertEqual((code, [p[:2] for p in processes]), (0, [('quick', 25)] * 4), lines)
 
+    def test_kept_inputs_of_another_run_are_not_made_again(self):
+        os.makedirs(self.place + '/kept/other')
+        open(self.place + '/kept/other/kept_0', 'w', encoding='utf-8').close()
+        code, lines, processes = self.run_it('100', VEST_FUZZ_JOBS='1', VEST_FUZZ_KEPT=self.place + '/kept')
+        self.assertEqual((code, processes), (0, [('other', 100, 1)]), lines)
+
     def test_a_crash_in_one_process_is_the_readers(self):
         code, lines, _ = self.run_it('100', 'red:2', 'quick', VEST_FUZZ_JOBS='2')
         self.assertEqual(code, 1, lines)
         self.assertTrue(any(line.startswith('red: FAILED') for line in lines), lines)
         self.assertIn('quick: 100 inputs, nothing found', lines)
         self.assertIn('Test Failed.', self.rows())
+
+    def test_a_fuzzer_that_does_not_start_is_not_nothing_found(self):
+        with open(self.place + '/devel/lib/vest/vest_fuzz', 'w', encoding='utf-8') as file:
+            file.write('#!/bin/sh\nexit 127\n')
+        os.makedirs(self.place + '/kept/quick')
+        open(self.place + '/kept/quick/kept_0', 'w', encoding='utf-8').close()
+        code, lines, _ = self.run_it('100', 'quick:2', VEST_FUZZ_KEPT=self.place + '/kept')
+        self.assertEqual(code, 1, lines)
+        self.assertTrue(any(line.startswith('quick: FAILED') for line in lines), lines)
 
     def test_the_whole_is_bounded_and_what_did_not_begin_has_no_inputs(self):
         code, lines, processes = self.run_it('100', 'slow:2', 'late', 'quick', VEST_FUZZ_JOBS='3', VEST_FUZZ_TOTAL='2')
