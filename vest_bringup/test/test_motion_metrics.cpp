@@ -281,6 +281,7 @@ TEST_F(MotionTableFile, DamagedTablesAreRefusedOrHaveFiniteFigures) {
   std::mt19937 random(5);
   int refused = 0, read = 0;
   const int runs = std::getenv("VEST_FULL") != nullptr ? 1'000'000 : 300;
+  std::printf("count: %d of 1000000 damaged tables\n", runs);
   for (int run = 0; run < runs; ++run) {
     std::string text = good;
     for (unsigned k = 0; k < 1 + random() % 4; ++k) {

@@ -1,4 +1,5 @@
 // Damaged DICOM: one message that names the file, or the right values; never a crash, never others' slices.
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <random>
@@ -48,7 +49,9 @@ TEST_P(Damaged, ChangedBytesAreTakenOrRefused) {
   const SeriesFolder files(volume, GetParam());
   const std::string file = files.folder() + "/I0001", bytes = bytesOf(file);
   std::mt19937 random(7);
-  for (int n = 0; n < (full() ? 20000 : 60); ++n) {
+  const int count = full() ? 20000 : 60;
+  std::printf("count: %d of 20000 damaged slices\n", count);
+  for (int n = 0; n < count; ++n) {
     std::string changed = bytes;
     for (unsigned c = 0; c <= random() % 4; ++c)
       changed[random() % bytes.size()] = static_cast<char>(random());

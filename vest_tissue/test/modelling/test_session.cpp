@@ -1,3 +1,4 @@
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -315,6 +316,7 @@ TEST(Session, ADocumentWithoutAPlaceForEachValueIsRefused) {
 // 1,000 edits at random places with values that fit and values that do not, 10^5 with VEST_FULL=1.
 TEST(Session, RandomEditsAllUndoneGiveTheSameBytes) {
   const int count = std::getenv("VEST_FULL") != nullptr ? 100000 : 1000;
+  std::printf("count: %d of 100000 random edits\n", count);
   Session s = drawn(replaced(kSource, "include:\n  - {part: hollow}\n", ""));
   const std::string start = s.text();
   const std::vector<std::string> paths = {"/name",

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <random>
 
@@ -425,6 +426,7 @@ TEST(Threads, TheSameBitsForAnyNumberOfWorkers) {
 
 TEST(Threads, YankedAboutItNeverEndsInAFault) {
   const int sequences = std::getenv("VEST_FULL") != nullptr ? 1000 : 2;
+  std::printf("count: %d of 1000 sequences of 200 steps\n", sequences);
   for (int n = 0; n < sequences; ++n) {
     Room r(underTube());
     std::mt19937 random(static_cast<unsigned>(n));
