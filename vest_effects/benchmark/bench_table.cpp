@@ -102,7 +102,7 @@ template <class Make>
 void particles(Table& table, const std::string& what, int steps, Make&& make) {
   std::vector<double> rates, counts;
   for (int round = 0; round < 5; ++round) {
-    fluid::test::Fluid f = make();
+    fluid::specimen::Fluid f = make();
     double done = 0;
     const double begin = cpuNow();
     for (int k = 0; k < steps; ++k) {
@@ -120,7 +120,7 @@ void particles(Table& table, const std::string& what, int steps, Make&& make) {
 }
 
 void pools(Table& table) {
-  fluid::test::Fluid f = fluid::bench::poolOfTheCavity();
+  fluid::specimen::Fluid f = fluid::bench::poolOfTheCavity();
   table.cost("pools over a third of the cavity, a step of 4 ms",
              timeOf(201, [&] { fluid::stepPools(f.model, 9.81, 0.004, f.state, f.scratch); }));
 }

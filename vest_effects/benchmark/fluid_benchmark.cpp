@@ -16,7 +16,7 @@ void report(benchmark::State& run, double steps) {
 }
 
 void Irrigation(benchmark::State& run) {
-  test::Fluid f = bench::irrigation();
+  specimen::Fluid f = bench::irrigation();
   double steps = 0;
   for (auto _ : run) {
     f.step();
@@ -30,7 +30,7 @@ BENCHMARK(Irrigation)
     ->Unit(benchmark::kMillisecond);  // the film grows: the same span each time
 
 void DenseBlock(benchmark::State& run) {
-  test::Fluid f = bench::denseBlock(static_cast<int>(run.range(0)));
+  specimen::Fluid f = bench::denseBlock(static_cast<int>(run.range(0)));
   double steps = 0;
   for (auto _ : run) {
     f.step();
@@ -42,7 +42,7 @@ void DenseBlock(benchmark::State& run) {
 BENCHMARK(DenseBlock)->Arg(3)->Arg(5)->Unit(benchmark::kMillisecond);
 
 void PoolOfTheCavity(benchmark::State& run) {
-  test::Fluid f = bench::poolOfTheCavity();
+  specimen::Fluid f = bench::poolOfTheCavity();
   for (auto _ : run) stepPools(f.model, 9.81, 0.004, f.state, f.scratch);
 }
 BENCHMARK(PoolOfTheCavity)->Unit(benchmark::kMillisecond);

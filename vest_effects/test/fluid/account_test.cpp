@@ -9,7 +9,7 @@
 // Protects the account of volume, the same bits for any number of threads and from a snapshot, and what
 // happens at the limits: floods and absurd numbers.
 
-namespace vest::fluid::test {
+namespace vest::fluid::specimen {
 namespace {
 
 /// A basin with a jet into it and suction in its middle.
@@ -361,4 +361,4 @@ TEST(Pool, AirBubblesComeWithAPlungingJetAndGo) {
 }
 
 }  // namespace
-}  // namespace vest::fluid::test
+}  // namespace vest::fluid::specimen

@@ -7,7 +7,7 @@
 // Protects jets: speed by continuity, flight by ballistics, force on a plate by the change of momentum,
 // splashes that keep mass.
 
-namespace vest::fluid::test {
+namespace vest::fluid::specimen {
 namespace {
 
 constexpr double kPi = 3.14159265358979;
@@ -169,4 +169,4 @@ TEST(Jet, AnInstrumentInItsWayTurnsItAside) {
 }
 
 }  // namespace
-}  // namespace vest::fluid::test
+}  // namespace vest::fluid::specimen

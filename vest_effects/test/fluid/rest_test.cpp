@@ -8,7 +8,7 @@
 // Protects fluid under gravity: hydrostatics and the front of a dam that breaks, of particles and of pools;
 // drops that hang on tissue and hold together.
 
-namespace vest::fluid::test {
+namespace vest::fluid::specimen {
 namespace {
 
 /// No pools: particles alone.
@@ -221,4 +221,4 @@ TEST(Drop, HangsOnTissueAboveItAndALargerOneFalls) {
 }
 
 }  // namespace
-}  // namespace vest::fluid::test
+}  // namespace vest::fluid::specimen

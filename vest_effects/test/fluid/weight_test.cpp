@@ -10,7 +10,7 @@
 // normal, Archimedes' lift for what dips in, by the level of the liquid that is there, none for a sheet with
 // water on both sides, nothing from tissue that went away, the same bits for any threads.
 
-namespace vest::fluid::test {
+namespace vest::fluid::specimen {
 namespace {
 
 constexpr double kGravity = 9.81, kWater = 1000;  // m/s², kg/m³
@@ -367,4 +367,4 @@ TEST(Weight, SameBitsForAnyThreadsAndNothingBetweenTwoLooks) {
 }
 
 }  // namespace
-}  // namespace vest::fluid::test
+}  // namespace vest::fluid::specimen

@@ -27,7 +27,7 @@ Source irrigator() {
   return s;
 }
 
-void dry(test::Fluid& f) {
+void dry(specimen::Fluid& f) {
   std::fill(f.state.pools.bed.begin(), f.state.pools.bed.end(), kNoBed);
 }
 
@@ -39,7 +39,7 @@ void jetRange(Section& section) {
   for (const double degrees : {0.0, 30.0, 60.0}) {
     Parameters p;
     p.low = {-0.1, -0.2, -0.2}, p.high = {0.1, 1.2, 0.6}, p.capacity = 6000;
-    test::Fluid f(p, {});
+    specimen::Fluid f(p, {});
     f.inputs.source_count = 1;
     f.inputs.sources[0] = irrigator();
     const double a = degrees * 3.14159265358979 / 180, v = 5e-5 / f.inputs.sources[0].area,
@@ -78,7 +78,7 @@ void plateForce(Section& section) {
       "A normal jet without gravity: rho Q v, as momentum that the tissue is told, from 0.15 to 0.5 s.");
   std::vector<std::vector<std::string>> rows;
   for (const double dt : {0.004, 0.002, 0.001}) {
-    test::Fluid f(Parameters{}, {test::plate(0.15)});
+    specimen::Fluid f(Parameters{}, {specimen::plate(0.15)});
     f.inputs.dt = dt;
     f.inputs.gravity = {0, 0, 0};
     f.inputs.source_count = 1;
@@ -107,7 +107,7 @@ void column(Section& section) {
   for (const double h : {0.02, 0.04, 0.06}) {
     Parameters p;
     p.rest_time = 1e6, p.iterations = 10, p.capacity = 4000;
-    test::Fluid f(p, {test::openBox(-0.01, 0.01, -0.01, 0.01, 0.1, 4)});
+    specimen::Fluid f(p, {specimen::openBox(-0.01, 0.01, -0.01, 0.01, 0.1, 4)});
     f.inputs.dt = 0.001;
     f.fill(-0.01, 0.01, -0.01, 0.01, 0, h);
     f.step();
@@ -150,7 +150,7 @@ void damBreak(Section& section) {
       {2.20, 2.56}, {2.32, 2.78}, {2.51, 3.00}, {2.65, 3.22}, {2.83, 3.44}, {2.98, 3.67}, {3.11, 3.89}};
   Parameters p;
   p.rest_time = 1e6, p.capacity = 6000, p.iterations = 6, p.contact_angle_cosine = -1, p.friction = 0;
-  test::Fluid f(p, {test::openBox(0, 4.75 * a, -0.01, 0.01, 0.1, 12)});
+  specimen::Fluid f(p, {specimen::openBox(0, 4.75 * a, -0.01, 0.01, 0.1, 12)});
   f.inputs.dt = 0.002;
   f.fill(0, a, -0.01, 0.01, 0, 2 * a);
   f.step();
@@ -188,9 +188,9 @@ void ritter(Section& section) {
   for (const double cell : {0.008, 0.004, 0.002}) {
     Parameters p;
     p.low = {0, 0, -0.05}, p.high = {0.8, 0.02, 0.2}, p.pool_cell = cell;
-    test::Mesh m;
+    specimen::Mesh m;
     m.add({-0.01, -0.01, 0}, {0.82, 0, 0}, {0, 0.04, 0}, 4);
-    test::Fluid f(p, {m});
+    specimen::Fluid f(p, {m});
     f.step();
     const int dam = static_cast<int>(0.4 / cell + 0.5);
     for (int r = 0; r < f.model.rows; ++r)
@@ -246,7 +246,7 @@ Section balanceSection(const Options& options, const std::string& command) {
                "every 20 s.");
   Parameters p;
   p.low = {-0.08, -0.08, -0.02}, p.high = {0.08, 0.08, 0.15};
-  test::Fluid f(p, {test::openBox(-0.06, 0.06, -0.06, 0.06, 0.1, 8)});
+  specimen::Fluid f(p, {specimen::openBox(-0.06, 0.06, -0.06, 0.06, 0.1, 8)});
   f.inputs.source_count = 2;
   f.inputs.sources[0] = irrigator();
   f.inputs.sources[0].flow = 1.67e-5;  // 1 l/min

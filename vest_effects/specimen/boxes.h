@@ -7,9 +7,9 @@
 
 #include "vest_effects/fluid/step.h"
 
-// Simple surfaces for the fluid's tests: plates and open boxes of triangles, and one fluid in them.
+// Simple surfaces for tests, benchmarks and validation: plates and open boxes of triangles, and one fluid in them.
 
-namespace vest::fluid::test {
+namespace vest::fluid::specimen {
 
 struct Mesh {
   std::vector<float> positions;
@@ -112,4 +112,4 @@ struct Fluid {
   }
 };
 
-}  // namespace vest::fluid::test
+}  // namespace vest::fluid::specimen
