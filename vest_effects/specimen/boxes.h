@@ -7,7 +7,8 @@
 
 #include "vest_effects/fluid/step.h"
 
-// Simple surfaces for tests, benchmarks and validation: plates and open boxes of triangles, and one fluid in them.
+// Simple surfaces for tests, benchmarks and validation: plates and open boxes of triangles, and one fluid in
+// them.
 
 namespace vest::fluid::specimen {
 
