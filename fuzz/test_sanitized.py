@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Protects the counts of fuzz/run_sanitized. What several processes of a reader ran is added. A crash in one of them is the reader's.
-What was not run is not counted. A stand-in for the fuzzer says that it ran what it was asked for.
+"""Protects the counts of fuzz/run_sanitized. Inputs of several processes of a reader are added. A crash in one of them is the
+reader's. Inputs that were not run do not count. A stand-in for the fuzzer says that it ran what it was asked for.
 
 usage: test_sanitized.py
 """
