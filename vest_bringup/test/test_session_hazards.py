@@ -331,7 +331,8 @@ class SessionHazards(unittest.TestCase):
                 most = 1.2 * rate * took + 2 if thin else steps
                 self.assertLessEqual(count[topic], most, topic)
                 self.assertGreaterEqual(count[topic], 4 if thin else steps, topic)
-                self.assertGreater(newest[topic] - first[topic], 0.95 * steps, "how many were sent can still be told")
+                # Of the first and of the last hundred any one may be the one that is kept.
+                self.assertGreater(newest[topic] - first[topic], 0.8 * steps, "how many were sent can still be told")
                 self.assertGreater(rates["/" + topic] * took, 0.8 * steps, "rates are those that were sent")
             self.assertEqual(revisions, [0, 1] if thin else 4 * [0] + 6 * [1])
             for publisher in [topology, *publishers.values()]:

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -10,9 +11,9 @@
 namespace vest::solver {
 
 /// A few threads that live as long as the world. run() hands out the items 0 … count-1; the caller works too.
-/// Items must not depend on each other: then the result is the same for any number of threads. Waits by
-/// blocking after a short look, so that a busy machine does not stall. run() allocates
-/// nothing.
+/// Items must not depend on each other: then the result is the same for any number of threads. A step calls
+/// run() tens of times, some microseconds apart: who waits looks for a while, then sleeps. A thread that a
+/// busy machine does not let run holds up nobody, unless it is within an item. run() allocates nothing.
 class Pool {
  public:
   explicit Pool(int threads = 1);
@@ -36,13 +37,15 @@ class Pool {
   std::vector<std::thread> workers_;
   std::mutex mutex_;
   std::condition_variable wake_, done_;
-  std::atomic<std::size_t> next_{0};
-  std::size_t count_ = 0;
+  /// Number of the round, how many items it has, and the next one. An item belongs to the thread that moves
+  /// it on. Until that item is finished the round is not over, so function and context are those of it.
+  std::atomic<std::uint64_t> next_{0};
+  std::atomic<std::size_t> finished_{0};
   Function function_ = nullptr;
   void* context_ = nullptr;
-  std::size_t round_ = 0;  // under mutex_
-  std::size_t busy_ = 0;   // under mutex_
-  bool stop_ = false;
+  std::atomic<int> asleep_{0};        ///< workers
+  std::atomic<bool> waiting_{false};  ///< the caller sleeps until the last item is finished
+  std::atomic<bool> stop_{false};
 };
 
 }  // namespace vest::solver
