@@ -57,28 +57,6 @@ void tellFilm(const fluid::Model& model, const fluid::Pools& w, vest_msgs::Fluid
     }
 }
 
-/// Depth of a pool under an organ that spans it, m: the mean of the nearest to each side, as its ground goes
-/// on there. The height field knows the organ's top alone. 1 where none is near.
-float depthUnder(const fluid::Model& model, const fluid::Pools& w, const fluid::DrawnPools& drawn,
-                 std::size_t cell) {
-  constexpr int kSpan = 4;  ///< cells: as far as drawnPools() spans
-  const int column = static_cast<int>(cell % static_cast<std::size_t>(model.columns)),
-            row = static_cast<int>(cell / static_cast<std::size_t>(model.columns));
-  float sum = 0;
-  int found = 0;
-  for (const auto& way : {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}})
-    for (int k = 1; k <= kSpan; ++k) {
-      const int c = column + k * way.first, r = row + k * way.second;
-      if (c < 0 || r < 0 || c >= model.columns || r >= model.rows) break;
-      const std::size_t i =
-          static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) + static_cast<std::size_t>(c);
-      if (drawn.labels[i] != drawn.labels[cell] || !(drawn.surface[i] > w.bed[i])) continue;
-      sum += drawn.surface[i] - w.bed[i], ++found;
-      break;
-    }
-  return found > 0 ? sum / static_cast<float>(found) : 1.0f;
-}
-
 }  // namespace
 
 void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
@@ -136,7 +114,7 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
       const bool bridged = wet && surface[i] < w.bed[i];
       const bool raised = wet && surface[i] != w.top(i);
       pool.velocity[n] = wet && !raised ? w.rise[i] : 0.0f;
-      pool.depth[n] = !wet ? 0 : tenths(bridged ? depthUnder(model, w, drawn, i) : surface[i] - w.bed[i]);
+      pool.depth[n] = wet ? tenths(fluid::drawnDepth(model, w, drawn, i)) : 0;
       pool.blood[n] =
           wet && !bridged && w.depth[i] > 0 ? scaled(w.blood[i] / w.depth[i]) : scaled(pool.blood_fraction);
     });

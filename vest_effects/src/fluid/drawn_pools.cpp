@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "vest_effects/fluid/drawn_pools.h"
 
@@ -10,6 +11,7 @@ namespace {
 
 constexpr double kLeastPool = 1e-7, kFilm = 3e-4;  ///< m³, m: less is a wet surface, not a pool (tuned)
 constexpr std::size_t kMostPools = 16;
+constexpr int kSpan = 4;  ///< cells to either shore: 28 mm of organ with cells of 4 mm (tuned)
 
 /// The largest connected pools that hold at least `least` m³ in cells deeper than `film` m.
 void findPools(const Model& model, const State& state, double least, double film, std::size_t most,
@@ -59,7 +61,6 @@ void findPools(const Model& model, const State& state, double least, double film
 /// @param surface m, world, per cell; NaN where it is dry  @param labels, patches grow with the surface
 void bridge(const Model& model, const Pools& pools, std::vector<float>& surface,
             std::vector<std::uint32_t>& labels, std::vector<PoolPatch>& patches) {
-  constexpr int kSpan = 4;         ///< cells to either shore: 28 mm of organ with cells of 4 mm (tuned)
   constexpr float kStep = 0.002f;  ///< m between the levels of two pools that are one below (tuned)
   constexpr int kWays[4][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
   int c0 = model.columns, c1 = -1, r0 = model.rows, r1 = -1;
@@ -182,6 +183,25 @@ DrawnPools drawnPools(const Model& model, const State& state) {
   leaveFilmsOut(model, w, drawn.surface, drawn.labels);
   bridge(model, w, drawn.surface, drawn.labels, drawn.patches);
   return drawn;
+}
+
+float drawnDepth(const Model& model, const Pools& pools, const DrawnPools& drawn, std::size_t cell) {
+  const float known = drawn.surface[cell] - pools.bed[cell];
+  if (!(known < 0)) return known;
+  const auto columns = static_cast<std::size_t>(model.columns);
+  const int column = static_cast<int>(cell % columns), row = static_cast<int>(cell / columns);
+  float sum = 0;
+  int found = 0;
+  for (const auto& way : {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}})
+    for (int k = 1; k <= kSpan; ++k) {
+      const int c = column + k * way.first, r = row + k * way.second;
+      if (c < 0 || r < 0 || c >= model.columns || r >= model.rows) break;
+      const std::size_t i = static_cast<std::size_t>(r) * columns + static_cast<std::size_t>(c);
+      if (drawn.labels[i] != drawn.labels[cell] || !(drawn.surface[i] > pools.bed[i])) continue;
+      sum += drawn.surface[i] - pools.bed[i], ++found;
+      break;
+    }
+  return found > 0 ? sum / static_cast<float>(found) : 1.0f;
 }
 
 }  // namespace vest::fluid

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -23,5 +24,10 @@ struct DrawnPools {
 };
 /// Not for the step: allocates.
 DrawnPools drawnPools(const Model& model, const State& state);
+
+/// m: depth of the pool in a cell where it is seen. Under an organ that spans it the field knows the organ's
+/// top alone: there it is the mean of the nearest depths to each side, as the ground goes on, and 1 m where
+/// none is near.
+float drawnDepth(const Model& model, const Pools& pools, const DrawnPools& drawn, std::size_t cell);
 
 }  // namespace vest::fluid
