@@ -113,8 +113,8 @@ struct Wanted {
 };
 
 void printPdf(const std::string& directory) {
-  const int status = vest::tools::runQuietly(
-      {"weasyprint", "--quiet", directory + "/report.html", directory + "/report.pdf"});
+  const int status = vest::data::runProgram(
+      {"weasyprint", "--quiet", directory + "/report.html", directory + "/report.pdf"}, "/dev/null", false);
   if (status == 127)
     std::fprintf(stderr, "vest_score: no PDF: weasyprint is not installed (apt install weasyprint)\n");
   else if (status != 0)

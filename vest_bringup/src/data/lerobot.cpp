@@ -1,9 +1,5 @@
 #include "vest_bringup/data/lerobot.h"
 
-#include <fcntl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -11,28 +7,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "vest_bringup/data/run_program.h"
+
 namespace vest::data {
 namespace {
 
 using nlohmann::json;
-
-/// Runs a program, its words into a file. @return its exit status; 127: it cannot be run, −1: it was killed
-int runInto(const std::string& log, std::vector<std::string> words) {
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  std::fflush(nullptr);  // else the child writes it, too
-  const pid_t child = fork();
-  if (child == 0) {
-    const int to = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    if (to < 0 || dup2(to, STDOUT_FILENO) < 0 || dup2(to, STDERR_FILENO) < 0) _exit(1);
-    execvp(arguments[0], arguments.data());
-    _exit(127);
-  }
-  int status = 0;
-  if (child <= 0 || waitpid(child, &status, 0) != child || !WIFEXITED(status)) return -1;
-  return WEXITSTATUS(status);
-}
 
 std::string lastLine(const std::string& file) {
   std::ifstream in(file);
@@ -96,7 +76,7 @@ std::string LeRobot::ask(const std::string& request) {
   std::vector<std::string> words{python_, writer_, answer};
   if (!request.empty()) words.push_back(request);
   std::remove(answer.c_str());
-  const int code = runInto(log, std::move(words));
+  const int code = runProgram(std::move(words), log, true);
   if (code == 127) throw std::runtime_error("--python: " + python_ + " cannot be run");
   std::ifstream in(answer);
   const std::string text{std::istreambuf_iterator<char>(in), {}};

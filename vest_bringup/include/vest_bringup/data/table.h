@@ -78,7 +78,8 @@ inline constexpr std::size_t kActionSize = 6;
 /// @return whether a number was beyond [−1, 1], and is cut off
 bool action(const ToolRow& from, const ToolRow& to, double rate, float* numbers);
 
-/// Samples for learning: each of R rows but the last one, with the action that leads to the next row.
+// Samples for learning: each of R rows but the last one, with the action that leads to the next row.
+
 /// Hands that are in all rows of all episodes: they act. @throws std::invalid_argument where there is none
 std::vector<std::size_t> handsInAll(const std::vector<Episode>& episodes);
 /// Those, and the endoscope where it is in all rows: what is observed.
