@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -14,6 +15,8 @@
 #include "vest_bringup/learning/environment.h"
 #include "vest_bringup/session/resimulation.h"
 #include "vest_bringup/vest.h"
+#include "vest_instruments/kinematics/jacobian.h"
+#include "vest_instruments/trajectory/trajectory.h"
 #include "vest_tissue/solver/random.h"
 
 // Protects learning: tasks can be passed, snapshots are exact, threads change nothing, C and C++ give the
@@ -55,6 +58,24 @@ StepResult play(Environment& e, std::uint64_t seed, int most = 1000000) {
     r = e.step(action.data(), seen.data());
   }
   return r;
+}
+
+TEST(Learning, TheMotionOfAThrowIsThatOfItsScript) {
+  const kinematics::TrainerBox box = kinematics::loadTrainerBox(boxFile());
+  const auto script = trajectory::fromWaypoints(
+      ros::package::getPath("vest_bringup") + "/trajectories/thread_throw.yaml", box);
+  for (const tools::Instrument hand : {tools::Instrument::Left, tools::Instrument::Right}) {
+    const auto& motion = throwMotion()[static_cast<std::size_t>(hand)];
+    double farthest = 0;  // m
+    for (const trajectory::Row& row : script.rows) {
+      if (row.t > motion.back().t) break;
+      const auto& joints = row.joints[static_cast<std::size_t>(hand)];
+      const Eigen::Vector3d tip =
+          kinematics::forwardKinematics(box.arm(hand).X_BTrocar, joints).translation();
+      farthest = std::max(farthest, (tip - trajectory::at(motion, row.t).tip).norm());
+    }
+    EXPECT_LT(farthest, 2e-4);  // rounding of times to rows
+  }
 }
 
 TEST(Learning, TheExpertPassesEachTaskFromOtherStarts) {
