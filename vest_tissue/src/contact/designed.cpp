@@ -125,8 +125,7 @@ void ignoreDesignedContacts(WorldModel& m) {
   }
   for (const ConnectionState& c : m.start.connections) join(c.end0.object, c.end1.object);
   for (const std::size_t a : m.bodies) {
-    // Held forces are too soft to keep elements from themselves: walls and strands alone meet themselves.
-    m.objects[a].together[a] = !d.objects[a].full_contact || m.objects[a].body->filled();
+    m.objects[a].together[a] = !d.objects[a].full_contact;
     if (!m.objects[a].together[a])
       findBeside(d.objects[a], 2.0 * d.objects[a].contact_thickness, m.objects[a]);
     for (std::size_t b = 0; b < d.objects.size(); ++b) {

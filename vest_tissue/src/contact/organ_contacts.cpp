@@ -109,6 +109,8 @@ void findOrganContacts(Context& c) {
     // What moves first answers implicitly: then only the other end's mass limits the spring.
     const int first = c.body(pair.object).turn(sa), second = c.body(pair.other).turn(sb);
     r.implicit_end = static_cast<std::int8_t>(first < second ? 0 : second < first ? 1 : -1);
+    // A body that moves early answers to itself, too: both ends at once.
+    if (pair.object == pair.other && first < Body::kLast) r.implicit_end = 0;
     r.balanced = r.implicit_end < 0 && c.model.fullContact(pair.object, pair.other);
     const double inverse = r.implicit_end < 0 ? inverses[0] + inverses[1]
                                               : inverses[static_cast<std::size_t>(1 - r.implicit_end)];

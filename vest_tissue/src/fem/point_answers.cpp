@@ -34,10 +34,10 @@ Matrix3d wholeAnswer(const TissueModel& t, const TissueState& s, const TissueScr
 /// Columns of the knots of all points. False: no factor of the cut mesh, or no room.
 bool touchAll(const TissueModel& t, const TissueState& s, TissueScratch& w) {
   if (!w.cut || !w.cut->renew(t, s)) return false;
-  std::array<Index, kMostTouched> knots;
+  std::array<Index, 2 * kMostTouched> knots;
   std::size_t count = 0;
   for (const TissuePoint& point : w.points)
-    for (int a = 0; a < 3; ++a)
+    for (int a = 0; a < point.used(); ++a)
       if (point.weights[a] != 0.0) knots[count++] = point.knots[a];
   return w.cut->touch(knots.data(), count);
 }
@@ -53,9 +53,9 @@ void answerPoints(const TissueModel& t, const TissueState& s, double h, TissueSc
   for (std::size_t p = 0; p < count; ++p) {
     for (std::size_t q = 0; q <= p; ++q) {
       Matrix3d sum = Matrix3d::Zero();
-      for (int a = 0; a < 3; ++a) {
+      for (int a = 0; a < w.points[p].used(); ++a) {
         if (w.points[p].weights[a] == 0.0) continue;
-        for (int b = 0; b < 3; ++b) {
+        for (int b = 0; b < w.points[q].used(); ++b) {
           const double weight = w.points[p].weights[a] * w.points[q].weights[b];
           if (weight == 0.0) continue;
           const Index ka = w.points[p].knots[a], kb = w.points[q].knots[b];

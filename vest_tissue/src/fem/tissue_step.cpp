@@ -352,7 +352,7 @@ void correctThreads(const TissueModel& t, const TissueState& s, double h, Tissue
       for (std::size_t p = 0; p < points; ++p) {
         TissuePoint& point = w.points[first + p];
         end[first + p].setZero();
-        for (int a = 0; a < 3; ++a) {
+        for (int a = 0; a < point.used(); ++a) {
           if (point.weights[a] == 0.0) continue;
           const Index k = point.knots[a];
           end[first + p] += point.weights[a] * (s.x[k] + h * w.v_next[k]);
@@ -366,7 +366,7 @@ void correctThreads(const TissueModel& t, const TissueState& s, double h, Tissue
       solveThread(w, thread, h, start, end);
       for (std::size_t p = 0; p < points; ++p) {
         const TissuePoint& point = w.points[first + p];
-        for (int a = 0; a < 3; ++a)
+        for (int a = 0; a < point.used(); ++a)
           if (point.weights[a] != 0.0)
             w.r[point.knots[a]] += (h * point.weights[a]) * (point.force - before[p]);
       }
@@ -391,7 +391,7 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
   for (std::size_t p = 0; p < count; ++p) {
     start[p].setZero(), end[p].setZero();
     TissuePoint& point = w.points[p];
-    for (int a = 0; a < 3; ++a) {
+    for (int a = 0; a < point.used(); ++a) {
       if (point.weights[a] == 0.0) continue;
       start[p] += point.weights[a] * s.x[point.knots[a]];
       end[p] += point.weights[a] * w.q[point.knots[a]];
@@ -485,7 +485,7 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
   }
   if (!s.dynamic) {
     for (const TissuePoint& point : w.points) {
-      for (int a = 0; a < 3; ++a) {
+      for (int a = 0; a < point.used(); ++a) {
         const std::int32_t row = point.weights[a] == 0.0 ? -1 : t.answer_number[point.knots[a]];
         if (row < 0) continue;
         for (int axis = 0; axis < 3; ++axis) {
@@ -499,7 +499,7 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
   std::fill_n(w.r.begin(), s.x.size(), Vector3d::Zero());
   bool any = false;
   for (const TissuePoint& point : w.points) {
-    for (int a = 0; a < 3; ++a) {
+    for (int a = 0; a < point.used(); ++a) {
       if (point.weights[a] == 0.0) continue;
       w.r[point.knots[a]] += (h * point.weights[a]) * point.force;
       any = any || point.force.squaredNorm() > 0.0;

@@ -17,6 +17,7 @@ using net::Block;
 constexpr double kProxyShare = 0.3;
 constexpr double kHeldShare = 0.25;  ///< (omega·h)² of contacts with the cavity, which are held over a step
 constexpr double kHeldGrip = 0.3;    ///< of mass/h: damping that friction amounts to at most
+constexpr double kHardest = 1e9;     ///< N/m: of contacts with itself, far above any tissue's own
 constexpr std::uint8_t kOrgan = 255;   ///< TissuePoint::tool of contacts with other objects
 constexpr std::uint8_t kThread = 254;  ///< TissuePoint::tool of a sling's places
 constexpr double kQuiet = 1e-9;        ///< m/s: fem::TissueScratch::quiet (tuned)
@@ -65,8 +66,7 @@ bool gatherPoints(Context& c, ObjectScratch& o, double fraction) {
     }
     TissuePoint point;
     point.kind = 1;
-    point.knots = {p.knot, p.knot, p.knot};
-    point.weights = {1, 0, 0};
+    point.knots[0] = p.knot, point.weights[0] = 1.0;
     point.target = toVector(p.start) + fraction * toVector(p.travel);
     point.target_velocity = toVector(p.travel) / c.dt;
     point.stiffness = p.stiffness, point.damping = p.damping;
@@ -106,7 +106,8 @@ bool gatherPoints(Context& c, ObjectScratch& o, double fraction) {
   return all;
 }
 
-/// Contacts with objects that move later in this batch: where these will be without them.
+/// Contacts with objects that move later in this batch: where these will be without them. Those with itself:
+/// both places answer.
 bool gatherOrgans(Context& c, std::size_t object, double h) {
   auto& points = c.scratch.objects[object].tissue.points;
   for (std::uint32_t i = 0; i < c.scratch.organ_contacts.size(); ++i) {
@@ -117,23 +118,29 @@ bool gatherOrgans(Context& c, std::size_t object, double h) {
     if (own.object != object) continue;
     r.force.setZero();
     TissuePoint point;
+    point.between = far.object == object;
     Vector3d other = Vector3d::Zero(), rate = other, q = other;
     const ObjectState& s = c.state.objects[far.object];
-    for (int e = 0; e < 3; ++e) {
-      other += static_cast<double>(far.weights[e]) * knotPosition(s, far.knots[e]);
-      rate += static_cast<double>(far.weights[e]) * knotVelocity(s, far.knots[e]);
-      point.weights[e] = own.weights[e];
+    for (std::size_t e = 0; e < 3; ++e) {
+      point.knots[e] = own.knots[e], point.weights[e] = own.weights[e];
+      const auto share = static_cast<double>(far.weights[e]);
+      if (point.between) {
+        point.knots[3 + e] = far.knots[e], point.weights[3 + e] = -share;
+        continue;
+      }
+      other += share * knotPosition(s, far.knots[e]);
+      rate += share * knotVelocity(s, far.knots[e]);
     }
-    point.knots = own.knots;
     point.normal = (r.implicit_end == 0 ? -1.0 : 1.0) * r.normal.cast<double>();
     point.target = other + h * rate;
-    for (int e = 0; e < 3; ++e)
+    for (int e = 0; e < point.used(); ++e)
       if (point.weights[e] != 0.0) q += point.weights[e] * c.scratch.objects[object].tissue.q[point.knots[e]];
     if (point.normal.dot(point.target - q) > r.reach) continue;
     if (points.size() >= fem::kMostContactPoints) return false;
     point.target_velocity = rate;
     point.reach = r.reach;
-    point.stiffness = point.most_stiffness = r.stiffness;
+    point.stiffness = point.between ? 0.0 : r.stiffness;
+    point.most_stiffness = point.between ? kHardest : r.stiffness;
     point.friction = r.friction;
     point.tool = kOrgan;
     point.source = i;
@@ -169,7 +176,8 @@ bool gatherThreads(Context& c, std::size_t object, double before, double after) 
       if ((node == 0 && loop.held) || !t.on || t.object != sling.object) continue;
       TissuePoint point;
       point.kind = 2;
-      point.knots = t.knots, point.weights = t.weights;
+      std::copy(t.knots.begin(), t.knots.end(), point.knots.begin());
+      std::copy(t.weights.begin(), t.weights.end(), point.weights.begin());
       point.tool = kThread;
       w.points.push_back(point);
       ++thread.count;
@@ -254,7 +262,8 @@ Vector3d reactionOf(const Context& c, std::size_t object, const std::array<const
     if (!s.tissue.dynamic) reaction -= s.tissue.mass[k] * c.state.gravity + m.load[s.tissue.origin[k]];
   }
   if (s.tissue.dynamic) return reaction;
-  for (const TissuePoint& point : c.scratch.objects[object].tissue.points) reaction -= point.force;
+  for (const TissuePoint& point : c.scratch.objects[object].tissue.points)
+    if (!point.between) reaction -= point.force;
   return reaction;
 }
 
@@ -341,7 +350,7 @@ void ElementsBody::advance(Context& c, std::size_t object, int batch) const {
       work += f.dot(s.tissue.x[k] - o.tissue.p[k]);
     }
     for (const TissuePoint& point : o.tissue.points) {
-      for (int e = 0; e < 3; ++e) {
+      for (int e = 0; e < point.used(); ++e) {
         if (point.weights[e] != 0.0)
           work += point.weights[e] * point.force.dot(s.tissue.x[point.knots[e]] - o.tissue.p[point.knots[e]]);
       }

@@ -113,6 +113,7 @@ void pushLater(Context& c, int turn, Due due) {
     if (r.implicit_end < 0) continue;
     const ContactEnd &moved = r.ends[static_cast<std::size_t>(r.implicit_end)],
                      &later = r.ends[static_cast<std::size_t>(1 - r.implicit_end)];
+    if (later.object == moved.object) continue;  // both answered
     if (c.body(moved.object).turn(c.state.objects[moved.object]) == turn && due(later.object))
       push(c.state, later, r.implicit_end == 1 ? r.force : Vector3d(-r.force));
   }

@@ -83,10 +83,14 @@ struct TissueState {
 };
 
 /// A place that is pushed or held during one step: kind 0 unilateral contact, kind 1 bilateral hold, kind 2
-/// part of a thread.
+/// part of a thread. `between`: a contact of two places of the same tissue. The last three knots are those of
+/// the second place, with weights below zero. Then target and target_velocity are zero, and the force on the
+/// second place is the opposite one.
 struct TissuePoint {
-  std::array<Index, 3> knots{};
-  std::array<double, 3> weights{};
+  std::array<Index, 6> knots{};
+  std::array<double, 6> weights{};
+  bool between = false;
+  int used() const { return between ? 6 : 3; }  ///< knots
   std::uint8_t kind = 0;
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< contact: from the tissue to the tool
   Eigen::Vector3d target = Eigen::Vector3d::Zero();  ///< m: tool's axis, or where it is held, at the end
