@@ -309,7 +309,9 @@ Sum play(int sequences, bool volumes) {
   const int first = firstSequence();
   for (int n = first; n < first + sequences && !testing::Test::HasFatalFailure(); ++n) {
     Dice dice(static_cast<std::uint32_t>(1000 + n));
-    Theatre theatre(volumes ? dice.volume() : dice.net(), dice);
+    scene::Description scene = volumes ? dice.volume() : dice.net();
+    scene.objects[0].full_contact = n % 2 != 0;  // each second one meets itself
+    Theatre theatre(scene, dice);
     for (int i = 0; i < kOperations && !testing::Test::HasFatalFailure(); ++i) theatre.operate();
     if (testing::Test::HasFatalFailure()) std::printf("in sequence %d\n", n);
     if (theatre.faults > 0) std::printf("%zu faults in sequence %d\n", theatre.faults, n);
