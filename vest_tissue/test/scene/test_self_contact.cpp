@@ -215,7 +215,8 @@ TEST_P(OfElements, ABarThatIsFoldedByItsEndDoesNotPassThroughItself) {
       lowest = std::min(lowest, w.knotAt(0, end).y());
     }
     EXPECT_EQ(most, 0);
-    EXPECT_LT(lowest, 0.0115) << "its outer side was pulled onto the other limb, which is at 10 mm, from 19 mm";
+    EXPECT_LT(lowest, 0.0115)
+        << "its outer side was pulled onto the other limb, which is at 10 mm, from 19 mm";
     if (hash != 0) {
       EXPECT_EQ(w.stateHash(), hash) << "whatever the number of threads";
     }
@@ -223,7 +224,8 @@ TEST_P(OfElements, ABarThatIsFoldedByItsEndDoesNotPassThroughItself) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(SelfContact, OfElements,
-                         testing::Values(Elements{fem::Strain::Corotational, fem::Motion::BackwardEuler, 0.02},
+                         testing::Values(Elements{fem::Strain::Corotational, fem::Motion::BackwardEuler,
+                                                  0.02},
                                          Elements{fem::Strain::Small, fem::Motion::BackwardEuler, 0.05},
                                          Elements{fem::Strain::Small, fem::Motion::Elastostatic, 5e-4}));
 
