@@ -60,22 +60,28 @@ StepResult play(Environment& e, std::uint64_t seed, int most = 1000000) {
   return r;
 }
 
-TEST(Learning, TheMotionOfAThrowIsThatOfItsScript) {
+/// m: how far a motion is from its hand's in a script, at most, as long as it lasts.
+double offScript(const std::vector<trajectory::Waypoint>& motion, tools::Instrument hand,
+                 const std::string& script) {
   const kinematics::TrainerBox box = kinematics::loadTrainerBox(boxFile());
-  const auto script = trajectory::fromWaypoints(
-      ros::package::getPath("vest_bringup") + "/trajectories/thread_throw.yaml", box);
-  for (const tools::Instrument hand : {tools::Instrument::Left, tools::Instrument::Right}) {
-    const auto& motion = throwMotion()[static_cast<std::size_t>(hand)];
-    double farthest = 0;  // m
-    for (const trajectory::Row& row : script.rows) {
-      if (row.t > motion.back().t) break;
-      const auto& joints = row.joints[static_cast<std::size_t>(hand)];
-      const Eigen::Vector3d tip =
-          kinematics::forwardKinematics(box.arm(hand).X_BTrocar, joints).translation();
-      farthest = std::max(farthest, (tip - trajectory::at(motion, row.t).tip).norm());
-    }
-    EXPECT_LT(farthest, 2e-4);  // rounding of times to rows
+  const auto rows =
+      trajectory::fromWaypoints(ros::package::getPath("vest_bringup") + "/trajectories/" + script, box).rows;
+  double farthest = 0;
+  for (const trajectory::Row& row : rows) {
+    if (row.t > motion.back().t) break;
+    const auto& joints = row.joints[static_cast<std::size_t>(hand)];
+    const Eigen::Vector3d tip = kinematics::forwardKinematics(box.arm(hand).X_BTrocar, joints).translation();
+    farthest = std::max(farthest, (tip - trajectory::at(motion, row.t).tip).norm());
   }
+  return farthest;
+}
+
+TEST(Learning, TheExpertsMotionsAreThoseOfTheirScripts) {
+  using tools::Instrument;
+  constexpr double kRounding = 2e-4;  // m: of times to rows
+  EXPECT_LT(offScript(throwMotion()[0], Instrument::Left, "thread_throw.yaml"), kRounding);
+  EXPECT_LT(offScript(throwMotion()[1], Instrument::Right, "thread_throw.yaml"), kRounding);
+  EXPECT_LT(offScript(needleMotion(), Instrument::Right, "suture_pad.yaml"), kRounding);
 }
 
 TEST(Learning, TheExpertPassesEachTaskFromOtherStarts) {

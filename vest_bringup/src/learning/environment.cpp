@@ -404,9 +404,9 @@ void Environment::expert(float* action) const {
   action[3] = static_cast<float>(std::clamp((task_->row.roll - state_.joints.roll) / kTurnStep, -1.0, 1.0));
   if (follows) return go(g - t, 1);
   if (task_->row.kind == TaskKind::PassNeedle) {
-    const Waypoint next =
-        at(needleMotion(), kNeedleTaken + static_cast<double>(state_.steps + 1) * task_->options.skip *
-                                              task_->model->description.dt);
+    const double when = kNeedleTaken + static_cast<double>(state_.steps + 1) * task_->options.skip *
+                                           task_->model->description.dt;
+    const trajectory::Waypoint next = trajectory::at(needleMotion(), when);
     action[3] = static_cast<float>(std::clamp((next.roll - state_.joints.roll) / kTurnStep, -1.0, 1.0));
     return go(next.tip + vec(state_.place) - kNeedleEntry - t, 1);
   }

@@ -51,17 +51,9 @@ const std::vector<TaskRow>& tasks();
 /// "reach, grasp_lift, …"
 std::string taskNames();
 
-/// A moment of a motion of the hand.
-struct Waypoint {
-  double t;             ///< s
-  Eigen::Vector3d tip;  ///< m, world
-  double roll, jaw;     ///< rad
-};
 /// The right hand of `pass_needle`: takes the needle from its tray until kNeedleTaken, then drives it through
 /// the pad along its arc. As trajectories/suture_pad.yaml has it.
-const std::vector<Waypoint>& needleMotion();
-/// Between the waypoints along straight lines; before and after them as at their ends.
-Waypoint at(const std::vector<Waypoint>& motion, double t);
+const std::vector<trajectory::Waypoint>& needleMotion();
 inline constexpr double kNeedleTaken = 5.0;  ///< s
 /// m, world: where that motion pierces the pad, and how far from there the point comes out
 extern const Eigen::Vector3d kNeedleEntry, kNeedleWay;
