@@ -48,7 +48,7 @@ void accountLoads(Context& c);                                ///< their work in
 void contract(Context& c);                                    ///< forces of organs that move
 void collide(Context& c);                                     ///< boxes, tools, cavity, organs
 void interact(Context& c);                                    ///< jaws: grasp, hold, slip, release
-void suspend(Context& c);  ///< what jaws hold is hung up or taken off; adds to the pulls of interact()
+void suspend(Context& c);                                     ///< jaws: hang up, take off
 void solve(Context& c);                                       ///< batches of sub-steps
 bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a state to go on from
 void touchThreads(Context& c);   ///< what threads lie on, after what stands in the way has been placed

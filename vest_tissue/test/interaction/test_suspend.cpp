@@ -169,10 +169,13 @@ TEST(Suspension, TearsOutAboveItsStrengthAndHoldsNothingThen) {
     Theatre t(kind.scene);
     t.grasp(), t.press();
     ASSERT_EQ(t.count(EventKind::Suspended), 1u);
-    double most = 0.0;
     for (int i = 0; i < 8000 && t.count(EventKind::TornOut) == 0 && !HasFatalFailure(); ++i) {
       t.lift(t.height + 1e-5, 1);
-      most = std::max(most, t.load());
+      // Jaws and thread hold the same knots: what the jaws pull with more is what the tissue takes.
+      const double felt = t.report.contacts[1].wrench.head<3>().norm();
+      if (i == 1000) {
+        EXPECT_NEAR(t.load(), felt, 0.1 * felt);
+      }
     }
     ASSERT_FALSE(HasFatalFailure());
     ASSERT_EQ(t.count(EventKind::TornOut), 1u);

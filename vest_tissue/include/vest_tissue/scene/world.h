@@ -247,8 +247,8 @@ class World {
   void field(std::size_t object, Field kind, float* per_knot) const;
   /// Heat that instruments brought in and where it went, J, all objects.
   interaction::HeatLedger heat() const;
-  /// Sum of the forces with which fixed knots, tethers and suspensions hold the object, N, world: the reaction
-  /// of its attachments.
+  /// Sum of the forces with which fixed knots, tethers and suspensions hold the object, N, world: the
+  /// reaction of its attachments.
   Eigen::Vector3d reaction(std::size_t object) const;
   Energy energy() const;
   void attachments(std::vector<Attachment>& out) const;
