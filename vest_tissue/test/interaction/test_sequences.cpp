@@ -188,17 +188,15 @@ class Theatre {
              60);
         break;
       }
-      case 3: {  // a grasper closes, pulls, and in half of the cases keeps its hold
+      case 3: {  // a grasper closes, pulls, hangs, and in half of the cases keeps its hold
         in_.tools[0] = dice_.pose(ToolKind::Grasper, 1.0);
         run(12);
         closeTo(0, 0.0, 16);
         move(0, Vector3d(dice_.uniform(-0.01, 0.01), dice_.uniform(-0.01, 0.01), dice_.uniform(0.0, 0.02)),
              15);
-        if (++grasps_ % 2 == 1) {  // what it holds is hung up, or taken off
-          in_.tools[0].functions = tools::kFunctionSuspend;
-          run(3);
-          in_.tools[0].functions = 0;
-        }
+        in_.tools[0].functions = tools::kFunctionSuspend;  // what it holds is hung up, or taken off
+        run(3);
+        in_.tools[0].functions = 0;
         if (dice_.choose(2) == 0) in_.tools[0].present = false;
         break;
       }
@@ -238,7 +236,6 @@ class Theatre {
   Dice& dice_;
   scene::StepInput in_;
   scene::StepReport report_;
-  int grasps_ = 0;
 
   void step() {
     if (testing::Test::HasFatalFailure()) return;
