@@ -345,6 +345,20 @@ TEST(PedalsTest, EachPresetNamesSixPedalsAndEachDoesForEachToolWhatItsNameSays) 
   EXPECT_FALSE(footswitchPreset("piano"));
 }
 
+// Jaws that hold tissue hang it up; a handle that closes does not: each grasp would.
+TEST(PedalsTest, SuspendReachesWhatHasJawsAndNoHandleGivesIt) {
+  EXPECT_EQ(vest::control::pedalFunctionFromName("suspend"), PedalFunction::Suspend);
+  Pedals p({{0, PedalFunction::Suspend, vest::control::kEveryInstrument}});
+  p.update(1, 1.0);
+  for (int i = 0; i < vest::tools::kToolKindCount; ++i) {
+    const auto kind = static_cast<ToolKind>(i);
+    const bool jaws =
+        kind == ToolKind::Grasper || kind == ToolKind::BipolarForceps || kind == ToolKind::NeedleHolder;
+    EXPECT_EQ(p.active(kind, 1.0), jaws ? vest::tools::kFunctionSuspend : 0u) << vest::tools::toolName(kind);
+    EXPECT_TRUE(!jaws || (vest::control::functionsOf(kind) & vest::tools::kFunctionFire) == 0u);
+  }
+}
+
 TEST(PedalsTest, ASwitchActsOnItsOwnInstrumentsAlone) {
   using vest::tools::Instrument;
   Pedals p({{3, PedalFunction::Coagulate, maskOf(Instrument::Left)},

@@ -298,8 +298,8 @@ StepResult Environment::step(const float* action, float* observation) {
                                    left_to = task_->row.both ? moved(tools::Instrument::Left, left_from,
                                                                      action + kActionSize)
                                                              : left_from;
-  // Clips are fired by the handle; a sucker does not rinse what it sucks.
-  const std::uint32_t without = tools::kFunctionFire | tools::kFunctionIrrigate;
+  // Clips are fired by the handle; a sucker does not rinse what it sucks; no task hangs tissue up.
+  const std::uint32_t without = tools::kFunctionFire | tools::kFunctionIrrigate | tools::kFunctionSuspend;
   const std::uint32_t functions =
       limited(action[5]) > 0 ? control::functionsOf(task_->row.tool) & ~without : 0;
   const bool follows = task_->row.kind == TaskKind::CameraFollow;

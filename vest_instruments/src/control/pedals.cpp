@@ -18,7 +18,10 @@ std::uint32_t functionsOf(ToolKind kind) {
     case ToolKind::CoagulationHook:
       return tools::kFunctionCut | tools::kFunctionCoagulate;
     case ToolKind::BipolarForceps:
-      return tools::kFunctionCoagulate;
+      return tools::kFunctionCoagulate | tools::kFunctionSuspend;
+    case ToolKind::Grasper:
+    case ToolKind::NeedleHolder:
+      return tools::kFunctionSuspend;
     case ToolKind::SuctionIrrigator:
       return tools::kFunctionIrrigate | tools::kFunctionSuck;
     case ToolKind::ClipApplier:
@@ -112,6 +115,9 @@ std::uint32_t Pedals::requested(ToolKind kind, double now, InstrumentMask of) co
         break;
       case PedalFunction::CameraOut:
         on |= tools::kFunctionCameraOut;
+        break;
+      case PedalFunction::Suspend:
+        on |= tools::kFunctionSuspend;
         break;
       case PedalFunction::None:
       case PedalFunction::NextTool:

@@ -427,20 +427,28 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
     for (std::size_t p = 0; p < count; ++p) {
       TissuePoint& point = w.points[p];
       if (point.kind == 2) continue;
+      // Two that hold one knot are solved at once: one by one they would hand the load to and fro.
+      TissuePoint* const other = point.with < 0 ? nullptr : &w.points[static_cast<std::size_t>(point.with)];
+      if (other != nullptr && other < &point) continue;
       const Matrix3d& own = D(p, p);
-      const Vector3d before = point.force;
+      const Vector3d before = other == nullptr ? point.force : Vector3d(point.force + other->force);
       const Vector3d without = end[p] - own * before;
       Vector3d force;
       if (point.kind == 1) {
-        const double k = point.stiffness + point.damping / h;
+        const auto hardness = [h](const TissuePoint& of) { return of.stiffness + of.damping / h; };
         // F = k (target - x) + c (target' - x'), x = without + own F
-        const Vector3d wanted = point.stiffness * (point.target - without) +
-                                point.damping * (point.target_velocity - (without - start[p]) / h);
+        const auto wanted = [&](const TissuePoint& of) {
+          return Vector3d(of.stiffness * (of.target - without) +
+                          of.damping * (of.target_velocity - (without - start[p]) / h));
+        };
+        const double k = other == nullptr ? hardness(point) : hardness(point) + hardness(*other);
+        const Vector3d all = other == nullptr ? wanted(point) : Vector3d(wanted(point) + wanted(*other));
         const Matrix3d A = Matrix3d::Identity() + k * own;
         Matrix3d inverse;
         bool good = false;
         A.computeInverseWithCheck(inverse, good, 0.0);
-        force = good ? Vector3d(inverse * wanted) : Vector3d(Vector3d::Zero());
+        force = good ? Vector3d(inverse * all) : Vector3d(Vector3d::Zero());
+        if (other != nullptr) other->force = wanted(*other) - hardness(*other) * (own * force);
       } else {
         const double n_own = point.compliance;
         // Much stiffer than the tissue behind it, as far as the tool bears it.
@@ -463,7 +471,7 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
         }
       }
       const Vector3d delta = force - before;
-      point.force = force;
+      point.force = other == nullptr ? force : Vector3d(force - other->force);
       if (delta.squaredNorm() == 0.0) continue;
       for (std::size_t q = 0; q < count; ++q) end[q] += D(p, q).transpose() * delta;  // symmetric
       change += delta.squaredNorm();

@@ -131,13 +131,14 @@ void addPulls(Block& block, const std::vector<Pull>& pulls, float fraction, floa
     r.fx[k] += f[0];
     r.fy[k] += f[1];
     r.fz[k] += f[2];
+    loads.work += work * h;
+    loads.dissipated += heat * h;
+    if (c.tool == kNoTool) continue;
     ToolLoad& load = loads.tools[c.tool];
     load.touched = true;
     onTool(load, on_tool, x, h);
     for (int i = 0; i < 3; ++i)
       load.stiffness[i] += c.stiffness * share, load.damping[i] += c.damping * share;
-    loads.work += work * h;
-    loads.dissipated += heat * h;
   }
 }
 

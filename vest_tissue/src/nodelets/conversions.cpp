@@ -15,6 +15,9 @@
 namespace vest::ros_shell {
 namespace {
 
+/// SutureThread::id of threads that tissue hangs on: beyond those of any suture.
+constexpr std::uint32_t kSuspensionThreads = 0xffff0000u;
+
 using scene::Description;
 
 geometry_msgs::Pose poseMsg(const Eigen::Isometry3d& X) {
@@ -461,6 +464,15 @@ void toMsg(const scene::StateFrame& frame, const Description& description, vest_
     for (const Eigen::Vector3d& p : t.positions)
       for (int k = 0; k < 3; ++k) m.positions.push_back(static_cast<float>(p[k]));
     m.tension.assign(t.tension.begin(), t.tension.end());
+  }
+  for (const scene::SuspensionView& s : frame.suspensions) {
+    vest_msgs::SutureThread& m = msg.threads.emplace_back();
+    m.id = kSuspensionThreads | static_cast<std::uint16_t>(s.id);
+    m.kind = vest_msgs::SutureThread::MONOFIL;
+    m.radius = interaction::kSuspensionRadius;
+    for (const Eigen::Vector3d& p : {s.tissue, s.wall})
+      for (int k = 0; k < 3; ++k) m.positions.push_back(static_cast<float>(p[k]));
+    m.tension = {static_cast<float>(s.force.norm())};
   }
   msg.needles.resize(frame.needles.size());
   for (std::size_t i = 0; i < frame.needles.size(); ++i) {

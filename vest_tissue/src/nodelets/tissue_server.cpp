@@ -442,7 +442,7 @@ void TissueServer::publishState() {
   toMsg(frame, *description_, *attachments);
   attachments->header.stamp = msg->header.stamp;
   attachments_pub_.publish(vest_msgs::TissueAttachments::ConstPtr(attachments));
-  const bool sutures_there = !frame.slings.empty() || !frame.threads.empty();
+  const bool sutures_there = !frame.slings.empty() || !frame.threads.empty() || !frame.suspensions.empty();
   if (sutures_there || had_sutures_) {  // once more when the last one is gone
     had_sutures_ = sutures_there;
     const auto sutures = boost::make_shared<vest_msgs::SutureStates>();

@@ -518,7 +518,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     ObjectScratch& s = objects[i];
     s.backup.resize(b.motionFloats());
     s.contacts.reserve(512);
-    s.pulls.reserve(4 * interaction::kMaxGraspAnchors);
+    s.pulls.reserve((4 + interaction::kMaxSuspensions) * interaction::kMaxGraspAnchors);
     s.planes.reserve(b.knotCapacity());
     s.clear.assign(b.knotCapacity() + 1, 0.0);
     s.packed.resize(b.knotCapacity() + 1);

@@ -71,7 +71,12 @@ bool gatherPoints(Context& c, ObjectScratch& o, double fraction) {
     point.target_velocity = toVector(p.travel) / c.dt;
     point.stiffness = p.stiffness, point.damping = p.damping;
     point.tool = p.tool;
-    ++of_tool[p.tool];
+    if (p.tool != contact::kNoTool) ++of_tool[p.tool];
+    for (std::size_t i = 0; i < points.size() && point.with < 0; ++i)
+      if (points[i].knots[0] == p.knot && points[i].with < 0) {
+        point.with = static_cast<std::int32_t>(i);
+        points[i].with = static_cast<std::int32_t>(points.size());
+      }
     points.push_back(point);
   }
   for (std::uint32_t i = 0; i < o.contacts.size(); ++i) {
@@ -99,6 +104,7 @@ bool gatherPoints(Context& c, ObjectScratch& o, double fraction) {
     points.push_back(point);
   }
   for (TissuePoint& point : points) {  // those of tools
+    if (point.tool == contact::kNoTool) continue;
     point.most_stiffness =
         kProxyShare * interaction::kProxyMass / (c.dt * c.dt * std::max(1, of_tool[point.tool]));
     point.stiffness = std::min(point.stiffness, point.most_stiffness);
@@ -226,6 +232,10 @@ void tellTools(Context& c, const ObjectState& s, ObjectScratch& o, double h) {
       continue;
     }
     if (point.tool == kThread) continue;
+    if (point.tool == contact::kNoTool) {  // its place stays: no work
+      o.loads.dissipated += h * point.slip_power;
+      continue;
+    }
     contact::ToolLoad& load = o.loads.tools[point.tool];
     if (point.kind == 0 && point.force.squaredNorm() == 0.0) continue;
     Vector3d q = Vector3d::Zero();

@@ -42,6 +42,7 @@ Energy World::energy() const {
       e.elastic += 0.5 * g.stiffness * off.squaredNorm();
     }
   }
+  e.elastic += suspensionEnergy(state);
   for (std::size_t i = 0; i < state.objects.size(); ++i) {
     const ObjectState& s = state.objects[i];
     for (const auto& c : impl_->scratch.objects[i].contacts) {

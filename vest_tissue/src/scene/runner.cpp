@@ -240,6 +240,7 @@ void readState(const World& world, bool fields, StateFrame& frame) {
   frame.attachments.clear();
   world.attachments(frame.attachments);
   world.slings(frame.slings);
+  world.suspensions(frame.suspensions);
   world.threads(frame.threads);
   world.needles(frame.needles);
 }

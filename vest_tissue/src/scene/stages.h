@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 
 #include "body.h"
 #include "delta_history.h"
@@ -47,6 +48,7 @@ void accountLoads(Context& c);                                ///< their work in
 void contract(Context& c);                                    ///< forces of organs that move
 void collide(Context& c);                                     ///< boxes, tools, cavity, organs
 void interact(Context& c);                                    ///< jaws: grasp, hold, slip, release
+void suspend(Context& c);                                     ///< jaws: hang up, take off
 void solve(Context& c);                                       ///< batches of sub-steps
 bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a state to go on from
 void touchThreads(Context& c);   ///< what threads lie on, after what stands in the way has been placed
@@ -115,6 +117,11 @@ double slingClosure(const ObjectState& state, const interaction::Sling& sling);
 void addFasteners(const WorldState& state, std::vector<Attachment>& out);
 void attachSling(const WorldState& state, const interaction::Sling& sling, Attachment& out);
 void drawSling(const interaction::Sling& sling, SlingView& view);
+void addSuspensions(const WorldModel& model, const WorldState& state, std::vector<Attachment>& out);
+void drawSuspension(const WorldState& state, const interaction::Suspension& suspension, SuspensionView& view);
+/// N, world: of all suspensions on an object.
+Eigen::Vector3d suspensionForce(const WorldState& state, std::size_t object);
+double suspensionEnergy(const WorldState& state);  ///< J, in their springs
 void fastenClips(Context& c);
 void holdClips(Context& c, std::size_t object, double dt);  ///< after each sub-step of an object, any thread
 /// Forces between the parts of clips that hold several objects; in a batch, for objects that begin one.
@@ -210,6 +217,14 @@ inline Eigen::Vector3d centreOf(const ObjectState& s, const net::CutRings::Ring&
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const auto k : ring) sum += knotPosition(s, k);
   return sum / static_cast<double>(std::max<std::size_t>(ring.count, 1));
+}
+/// A held knot (object, knot): as stiff as its mass bears beside the object's own links.
+template <class Hold>
+void stiffen(const Context& c, Hold& held) {
+  const double mass = static_cast<double>(row(c.state.objects[held.object], net::Block::kMass)[held.knot]),
+               omega2 = c.model.objects[held.object].contact_omega_squared;
+  held.stiffness = mass * omega2;
+  held.damping = 0.6 * mass * std::sqrt(omega2);
 }
 /// 1/kg: how a knot answers to contacts. A fixed knot counts with its own mass, not as immovable: a contact
 /// whose place is almost on it would otherwise be as stiff as the tiny weight of its free neighbour allows,

@@ -415,6 +415,26 @@ auto fields(Walk<A> a, interaction::Fasteners& f) {
 }
 
 template <class A>
+auto fields(Walk<A> a, interaction::HungKnot& h) {
+  const auto& at = a.archive.at;
+  return a(index("object", h.object, at.objects()))(index("knot that hangs", h.knot, at.knotsOf(h.object)),
+                                                    place("a place to hang at", h.place), h.stiffness,
+                                                    h.damping)
+      .require(at.deforms(h.object), "a rigid object that hangs");
+}
+template <class A>
+auto fields(Walk<A> a, interaction::Suspension& s) {
+  return a(s.id, s.alive, within("instrument", s.instrument, -1, tools::kInstrumentCount - 1),
+           within("knots that hang", s.count, 0, interaction::kMaxGraspAnchors))(
+             rule(s.knots).first(static_cast<std::size_t>(s.count)))(s.force)
+      .require(s.alive == (s.count > 0), "a suspension that holds nothing");
+}
+template <class A>
+auto fields(Walk<A> a, interaction::Suspensions& s) {
+  return a(s.all, s.pressed);
+}
+
+template <class A>
 auto fields(Walk<A> a, suture::LiveContact& c) {
   const std::size_t nodes = a.archive.at.threadNodes();
   return a(index("segment of a thread", c.a, nodes), index("segment of a thread", c.b, nodes), c.normal,
@@ -542,7 +562,7 @@ auto fields(Walk<A> a, WorldState& s) {
   return a(derived(s.objects), s.step, s.time, within("gravity", s.gravity, -1e4, 1e4), s.revision,
            s.next_attachment, fixedLength(s.connections), s.proxies, s.grasps, s.cutting,
            fixedLength(s.jaws_pass), fixedLength(s.blades_pass), s.pairs, s.way, s.way_revision,
-           s.supported_revision, s.sides, s.electrosurgery, s.fasteners, s.energy)
+           s.supported_revision, s.sides, s.electrosurgery, s.fasteners, s.suspensions, s.energy)
       .when(a.archive.at.model->threads.rods != nullptr, [&](auto b) { return b(s.threads); })
       .when(a.archive.at.model->description.feel != nullptr, [&](auto b) { return b(s.in_image); });
 }

@@ -215,6 +215,7 @@ void remapFasteners(WorldState& state, std::uint16_t object, const net::KnotDoub
     interaction::remapSling(sling, cut, middle);
   }
   interaction::remapClips(state.fasteners.clips, object, cut);
+  for (auto& s : state.suspensions.all) interaction::remapSuspension(s, object, cut);
 }
 
 void followTriangle(WorldState& state, std::uint16_t object, const std::array<std::uint32_t, 3>& before,

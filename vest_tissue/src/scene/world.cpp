@@ -53,6 +53,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   });
   w.time(report, 2, [&] {
     interact(c);
+    suspend(c);
     handleThreads(c);
     handleNeedles(c);
   });
@@ -185,7 +186,7 @@ Eigen::Vector3d World::reaction(std::size_t object) const {
     sum += static_cast<double>(t.stiffness) * (place - knotPosition(s, t.knot)) -
            static_cast<double>(t.damping) * knotVelocity(s, t.knot);
   }
-  return sum;
+  return sum + suspensionForce(impl_->state, object);
 }
 
 void World::attachments(std::vector<Attachment>& out) const {
@@ -208,6 +209,7 @@ void World::attachments(std::vector<Attachment>& out) const {
     out.push_back(a);
   }
   addFasteners(impl_->state, out);
+  addSuspensions(*impl_->model, impl_->state, out);
 }
 
 void World::slings(std::vector<SlingView>& out) const {
@@ -217,6 +219,12 @@ void World::slings(std::vector<SlingView>& out) const {
     out.emplace_back();
     drawSling(sling, out.back());
   }
+}
+
+void World::suspensions(std::vector<SuspensionView>& out) const {
+  out.clear();
+  for (const interaction::Suspension& s : impl_->state.suspensions.all)
+    if (s.alive) drawSuspension(impl_->state, s, out.emplace_back());
 }
 
 const std::vector<suture::Reaction>& World::rodReactions() const {

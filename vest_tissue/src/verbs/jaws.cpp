@@ -11,18 +11,9 @@ namespace {
 using Eigen::Vector3d;
 using interaction::Grasp;
 using interaction::GraspAnchor;
-using net::Block;
 
 constexpr double kFillTolerance =
     0.03;  ///< rad: the tissue fills the gap when it comes this near to the jaws
-
-/// As stiff as the knot's mass bears beside the object's own links.
-void stiffen(const Context& c, GraspAnchor& a) {
-  const double mass = row(c.state.objects[a.object], Block::kMass)[a.knot],
-               omega2 = c.model.objects[a.object].contact_omega_squared;
-  a.stiffness = mass * omega2;
-  a.damping = 0.6 * mass * std::sqrt(omega2);
-}
 
 /// What a cut has taken from a knot its hold loses with it.
 void soften(Context& c, Grasp& grasp, const JawFrame& frame) {

@@ -1,5 +1,5 @@
-// Random sequences of grasp, cut, clip, coagulate, ligate, pull and release on random nets and volumes: 10^5
-// operations with VEST_FULL=1, else 10^3.
+// Random sequences of grasp, suspend, cut, clip, coagulate, ligate, pull and release on random nets and
+// volumes: 10^5 operations with VEST_FULL=1, else 10^3.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -140,6 +140,15 @@ void check(const scene::World& w, const Bounds& most) {
       ASSERT_TRUE(touch.offset.allFinite());
     }
   }
+  for (const auto& hung : w.state().suspensions.all) {
+    ASSERT_EQ(hung.alive, hung.count > 0);
+    for (std::int32_t i = 0; i < hung.count; ++i) {
+      const auto& h = hung.knots[static_cast<std::size_t>(i)];
+      ASSERT_EQ(h.object, 0);
+      ASSERT_LT(h.knot, knots);
+      ASSERT_TRUE(h.place.allFinite() && h.stiffness > 0.0 && std::isfinite(h.stiffness));
+    }
+  }
   for (const auto& grasp : w.state().grasps)
     for (int i = 0; i < grasp.count; ++i) ASSERT_LT(grasp.anchors[i].knot, knots);
   // The work of a step: loops over these, times the sub-steps.
@@ -179,12 +188,15 @@ class Theatre {
              60);
         break;
       }
-      case 3: {  // a grasper closes, pulls, and in half of the cases keeps its hold
+      case 3: {  // a grasper closes, pulls, hangs, and in half of the cases keeps its hold
         in_.tools[0] = dice_.pose(ToolKind::Grasper, 1.0);
         run(12);
         closeTo(0, 0.0, 16);
         move(0, Vector3d(dice_.uniform(-0.01, 0.01), dice_.uniform(-0.01, 0.01), dice_.uniform(0.0, 0.02)),
              15);
+        in_.tools[0].functions = tools::kFunctionSuspend;  // what it holds is hung up, or taken off
+        run(3);
+        in_.tools[0].functions = 0;
         if (dice_.choose(2) == 0) in_.tools[0].present = false;
         break;
       }
@@ -289,10 +301,12 @@ struct Sum {
   void print(int operations) const {
     std::printf(
         "%d operations: %zu cuts, %zu separations, %zu clips, %zu taken off, %zu coagulations, "
-        "%zu ligatures, %zu grasps, %zu releases, %zu degraded steps, %zu faults in %zu sequences\n",
+        "%zu ligatures, %zu grasps, %zu releases, %zu hung up, %zu torn out, %zu degraded steps, %zu faults "
+        "in "
+        "%zu sequences\n",
         operations, of(EventKind::Cut), of(EventKind::Separated), of(EventKind::Clipped),
         of(EventKind::Unclipped), of(EventKind::Coagulated), of(EventKind::Ligated), of(EventKind::Grasped),
-        of(EventKind::Released), degraded, faults, faulted);
+        of(EventKind::Released), of(EventKind::Suspended), of(EventKind::TornOut), degraded, faults, faulted);
   }
 };
 
@@ -342,6 +356,7 @@ TEST(Sequences, OnRandomNetsKeepEveryInvariant) {
   EXPECT_GE(sum.of(EventKind::Coagulated), least(0.1));
   EXPECT_GE(sum.of(EventKind::Ligated), least(0.01));
   EXPECT_GE(sum.of(EventKind::Grasped), least(0.1));
+  EXPECT_GE(sum.of(EventKind::Suspended), least(0.05));
   EXPECT_EQ(sum.faulted, 0u) << "tools that appear within thin nets push them out, and throw none";
 }
 
@@ -365,6 +380,7 @@ std::size_t teleport(std::uint32_t seed, bool volumes) {
       for (int t = 0; t < 3; ++t) {
         in.tools[t] = dice.pose(kKinds[dice.choose(8)], dice.uniform(0.0, 1.0));
         in.tools[t].functions = dice.choose(3) == 0 ? tools::kFunctionCut | tools::kFunctionCoagulate : 0u;
+        if (i / pause % 2 == 1) in.tools[t].functions |= tools::kFunctionSuspend;
         in.tools[t].present = dice.choose(4) > 0;
       }
     }
@@ -475,6 +491,7 @@ int jump(const scene::Description& d, std::uint32_t seed, const Jumping& how, in
       }
       in.tools[t] = specimen::toolAt(kind[t], tip, along, {c, 1.0, e}, dice.uniform(0.0, 1.0));
       in.tools[t].functions = static_cast<std::uint32_t>(dice.choose(16));
+      if (i % 5 == 4) in.tools[t].functions |= tools::kFunctionSuspend;
       in.tools[t].present = dice.choose(8) > 0;
     }
     in.step = w.steps();
@@ -528,6 +545,7 @@ TEST(Sequences, OnRandomVolumesKeepEveryInvariant) {
   EXPECT_GE(sum.of(EventKind::Coagulated), least(0.1));
   EXPECT_GE(sum.of(EventKind::Ligated), least(0.1));
   EXPECT_GE(sum.of(EventKind::Grasped), least(0.1));
+  EXPECT_GE(sum.of(EventKind::Suspended), least(0.05));
   EXPECT_EQ(sum.faulted, 0u) << "tools that appear within thin flaps push them out, and throw none";
 }
 

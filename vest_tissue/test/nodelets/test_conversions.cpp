@@ -269,6 +269,25 @@ TEST(Conversions, ADrawnSceneIsToldAsItsWorldTellsItBeforeTheFirstStep) {
   EXPECT_EQ(stateOf(d, drawn).positions, state.positions);
 }
 
+// A viewer draws the thread that tissue hangs on as it draws every thread.
+TEST(Conversions, ASuspensionIsAThreadFromTheTissueToTheWall) {
+  const scene::Description d = twoObjects();
+  scene::StateFrame frame;
+  scene::SuspensionView view;
+  view.id = 7;
+  view.tissue = {0.01, 0.02, 0.05};
+  view.wall = {0.01, 0.02, 0.17};
+  view.force = {0.0, 3.0, 4.0};
+  frame.suspensions.push_back(view);
+  vest_msgs::SutureStates msg;
+  toMsg(frame, d, msg);
+  ASSERT_EQ(msg.threads.size(), 1u);
+  EXPECT_EQ(msg.threads[0].id, 0xffff0007u);
+  EXPECT_GT(msg.threads[0].radius, 0.0);
+  EXPECT_EQ(msg.threads[0].positions, (std::vector<float>{0.01f, 0.02f, 0.05f, 0.01f, 0.02f, 0.17f}));
+  EXPECT_EQ(msg.threads[0].tension, std::vector<float>{5.0f});
+}
+
 TEST(Conversions, FieldsAreScaledToBytesWithoutWrapping) {
   scene::StateFrame frame;
   frame.positions = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};

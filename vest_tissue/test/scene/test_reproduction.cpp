@@ -186,8 +186,8 @@ fem::Description bar(fem::Strain strain, fem::Motion motion) {
   return d;
 }
 
-/// One tool after the other on an object about (0, 0, 50 mm): a clip is set, a hook burns, a loop is drawn,
-/// scissors divide. Counts what steps allocate, by either of two threads, after the first one.
+/// One tool after the other on an object about (0, 0, 50 mm): a clip is set, a hook burns, jaws hang it up, a
+/// loop is drawn, scissors divide. Counts what steps allocate, by either of two threads, after the first one.
 struct Operation {
   scene::World world;
   scene::StepInput in;
@@ -226,6 +226,12 @@ struct Operation {
     use(ToolKind::ClipApplier, Vector3d(-0.012, 0, 0.0465), 0.0, 0.6, 20);
     use(ToolKind::CoagulationHook, Vector3d(-0.002, 0, 0.0645), 0.0, 0.0, 30);
     use(ToolKind::CoagulationHook, Vector3d(-0.002, 0, 0.0645), 0.0, 0.0, 150, tools::kFunctionCoagulate);
+    for (int twice = 0; twice < 2; ++twice) {  // hung up, and taken off
+      use(ToolKind::Grasper, Vector3d(0.004, 0, 0.050), 0.8, 0.8, 20);
+      use(ToolKind::Grasper, Vector3d(0.004, 0, 0.050), 0.8, 0.0, 100);
+      use(ToolKind::Grasper, Vector3d(0.004, 0, 0.050), 0.0, 0.0, 20, tools::kFunctionSuspend);
+      use(ToolKind::Grasper, Vector3d(0.004, 0, 0.050), 0.0, 0.8, 50);
+    }
     use(ToolKind::Scissors, Vector3d(0.010, 0, 0.046), 0.8, 0.0, 150);
     use(ToolKind::Scissors, Vector3d(0.010, 0, 0.046), 0.0, 0.0, 50);
     use(ToolKind::SlingApplicator, Vector3d(0.0, 0, 0.080), 0.0, 0.0, 5);
@@ -255,6 +261,7 @@ TEST(RealTime, StepsThatCutClipBurnAndDrawLoopsAllocateNothing) {
     EXPECT_EQ(o.worst, 0) << "scene " << i;
     EXPECT_GE(o.events[scene::EventKind::Cut], 1) << "scene " << i;
     EXPECT_GE(o.events[scene::EventKind::Clipped], 1) << "scene " << i;
+    EXPECT_GE(o.events[scene::EventKind::Suspended], 1) << "scene " << i;
     EXPECT_GT(o.world.heat().delivered, 0.0) << "scene " << i;
     EXPECT_GE(o.world.state().fasteners.slings.size(), 1u) << "scene " << i;
     std::printf("scene %zu: %d cuts, %d clips, %d coagulations, %d ligatures\n", i,

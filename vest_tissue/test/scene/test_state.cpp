@@ -67,6 +67,7 @@ TEST(State, EveryScalarIsHashedSavedAndGivenBack) {
   s.pairs.resize(1), s.sides.resize(1), s.fasteners.clips.resize(1), s.fasteners.slings.resize(1);
   s.fasteners.clips[0].count = s.fasteners.slings[0].count = 3;
   for (auto& g : s.grasps) g.count = 2;
+  for (auto& h : s.suspensions.all) h.alive = true, h.count = 2;
   s.threads.touches.resize(1), s.threads.rod.contact_count = 1;
   for (auto& g : s.threads.grips) g.count = 1;
   const Bytes whole = bytesOf(w, true);

@@ -33,6 +33,7 @@ QString functionsOf(std::uint32_t mask) {
   if (mask & InstrumentState::FUNCTION_SUCK) on << "suck";
   if (mask & InstrumentState::FUNCTION_FIRE) on << "fire";
   if (mask & InstrumentState::FUNCTION_CLUTCH) on << "clutch";
+  if (mask & InstrumentState::FUNCTION_SUSPEND) on << "suspend";
   return on.join(", ");
 }
 

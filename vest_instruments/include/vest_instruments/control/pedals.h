@@ -27,12 +27,13 @@ enum class PedalFunction : std::uint8_t {
   Clutch,
   CameraFollow,
   CameraIn,
-  CameraOut
+  CameraOut,
+  Suspend
 };
 /// Their words, in the order of PedalFunction.
-inline constexpr std::array<std::string_view, 13> kPedalFunctions{
+inline constexpr std::array<std::string_view, 14> kPedalFunctions{
     "none", "coag", "monopolar_coag", "bipolar_coag",  "cut",       "irrigation", "suction",
-    "fire", "tool", "clutch",         "camera_follow", "camera_in", "camera_out"};
+    "fire", "tool", "clutch",         "camera_follow", "camera_in", "camera_out", "suspend"};
 std::optional<PedalFunction> pedalFunctionFromName(std::string_view name);
 std::string pedalFunctionNames();  ///< all words, for messages
 

@@ -42,6 +42,7 @@ enum ToolFunction : std::uint32_t {
   kFunctionCameraFollow = 64,
   kFunctionCameraIn = 128,
   kFunctionCameraOut = 256,
+  kFunctionSuspend = 512,
 };
 
 /// Instruments in the order of every array of them.

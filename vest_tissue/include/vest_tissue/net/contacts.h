@@ -41,12 +41,15 @@ struct ToolContact {
   std::uint32_t triangle;
 };
 
-/// A knot held in the jaws: bilateral spring and damper to a point that moves with the tool.
+inline constexpr std::uint8_t kNoTool = 253;  ///< Pull::tool of what no tool holds
+
+/// A knot held in the jaws, or by something else: bilateral spring and damper to a point that moves with the
+/// tool.
 struct Pull {
   std::uint32_t knot;
   float start[3], travel[3];  ///< m
   float stiffness, damping;
-  std::uint8_t tool;
+  std::uint8_t tool;    ///< that feels it; kNoTool: none
   std::uint8_t anchor;  ///< index in the grasp
 };
 

@@ -11,9 +11,10 @@
 namespace vest::scene {
 
 /// Of EventKind, and so of vest_msgs/TissueEvent, in their order; for people.
-inline constexpr std::array<std::string_view, 16> kEventWords{
-    "grasped", "released", "slipped",   "cut",        "clipped",   "unclipped", "coagulated", "punctured",
-    "ligated", "torn",     "knot tied", "perforated", "separated", "fault",     "exited",     "torn out"};
+inline constexpr std::array<std::string_view, 18> kEventWords{
+    "grasped",    "released",  "slipped", "cut",      "clipped",   "unclipped",
+    "coagulated", "punctured", "ligated", "torn",     "knot tied", "perforated",
+    "separated",  "fault",     "exited",  "torn out", "suspended", "unsuspended"};
 
 /// The same as files have it: one word each. "unknown" beyond the last.
 inline std::string eventKey(std::size_t kind) {

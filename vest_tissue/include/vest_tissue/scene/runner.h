@@ -110,6 +110,7 @@ struct StateFrame {
   std::array<FieldFrame, kFieldFrames.size()> fields;  ///< of all knots, while has_fields
   std::vector<Attachment> attachments;
   std::vector<SlingView> slings;
+  std::vector<SuspensionView> suspensions;
   std::vector<ThreadView> threads;
   std::vector<NeedleView> needles;
 };

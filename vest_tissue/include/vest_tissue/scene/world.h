@@ -46,6 +46,8 @@ enum class EventKind : std::uint8_t {
   Fault,
   Exited,
   TornOut,
+  Suspended,
+  Unsuspended,
 };
 
 struct Event {
@@ -171,6 +173,14 @@ struct SlingView {
   std::array<Eigen::Vector3d, interaction::kSlingNodes> positions;  ///< m, world: the loop, closed
 };
 
+/// Tissue that hangs on a thread, for viewers (interaction/suspension.h).
+struct SuspensionView {
+  std::uint64_t id = 0;
+  Eigen::Vector3d tissue = Eigen::Vector3d::Zero();  ///< m, world: middle of what hangs
+  Eigen::Vector3d wall = Eigen::Vector3d::Zero();    ///< m, world: the thread's other end
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   ///< N, world, on the tissue
+};
+
 /// A thread, or what scissors left of one, that viewers draw.
 struct ThreadView {
   std::uint16_t suture = 0;                ///< of the scene's
@@ -195,7 +205,7 @@ struct WorldScratch;  ///< sized once, no meaning between steps (world_scratch.h
 inline constexpr std::size_t kDeltaHistory = 256;  ///< deltas that a World keeps for late readers (assumed)
 
 /// First bytes of a snapshot: seven letters, then the version of its layout.
-inline constexpr std::string_view kSnapshotMagic = "VESTWLDB";
+inline constexpr std::string_view kSnapshotMagic = "VESTWLDC";
 
 /// Convenient owner of Model, State and Scratch. Not thread-safe; step() is real-time safe after
 /// construction.
@@ -237,12 +247,13 @@ class World {
   void field(std::size_t object, Field kind, float* per_knot) const;
   /// Heat that instruments brought in and where it went, J, all objects.
   interaction::HeatLedger heat() const;
-  /// Sum of the forces with which fixed knots and tethers hold the object, N, world: the reaction of its
-  /// attachments.
+  /// Sum of the forces with which fixed knots, tethers and suspensions hold the object, N, world: the
+  /// reaction of its attachments.
   Eigen::Vector3d reaction(std::size_t object) const;
   Energy energy() const;
   void attachments(std::vector<Attachment>& out) const;
   void slings(std::vector<SlingView>& out) const;
+  void suspensions(std::vector<SuspensionView>& out) const;
   void threads(std::vector<ThreadView>& out) const;
   void needles(std::vector<NeedleView>& out) const;
   /// What holds the held nodes of all sutures, over the last part of the last step: force, N, and moment

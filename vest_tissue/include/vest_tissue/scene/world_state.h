@@ -11,6 +11,7 @@
 #include "vest_tissue/interaction/fasteners.h"
 #include "vest_tissue/interaction/grasp.h"
 #include "vest_tissue/interaction/heat.h"
+#include "vest_tissue/interaction/suspension.h"
 #include "vest_tissue/interaction/threads.h"
 #include "vest_tissue/interaction/tool_state.h"
 #include "vest_tissue/net/block.h"
@@ -125,6 +126,7 @@ struct WorldState {
   std::vector<ContactSide> sides;        ///< sorted by tool, capsule, object, triangle
   interaction::Electrosurgery electrosurgery;
   interaction::Fasteners fasteners;  ///< clips, slings
+  interaction::Suspensions suspensions;
   interaction::ThreadState threads;
   std::array<voxel::ToolState, tools::kInstrumentCount> in_image{};  ///< what tools feel of an image
   Energy energy;  ///< work and dissipated are kept, the others computed on demand
