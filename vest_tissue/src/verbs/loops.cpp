@@ -250,7 +250,7 @@ void takeLoops(Context& c) {
 
 bool inPusher(const Context& c, std::size_t thread) {
   const interaction::ThreadState& threads = c.state.threads;
-  return threads.packed[thread] > 0 ||
+  return threads.packed[thread] == c.model.threads.rods->strands[thread].nodes ||
          std::any_of(threads.pushers.begin(), threads.pushers.end(),
                      [&](const ThreadPusher& pusher) { return pusher.active && pusher.strand == thread; });
 }
