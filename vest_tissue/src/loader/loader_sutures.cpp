@@ -161,10 +161,7 @@ void readLoop(const Value& value, Suture& s) {
   map.finish();
   loop.diameter = 2.0 * s.rod.section.radius;
   loop.segment = s.segment;
-  Eigen::Matrix3d turn;
-  turn.col(2) = s.loop_ahead.normalized();
-  turn.col(1) = turn.col(2).cross(s.loop_across).normalized();
-  turn.col(0) = turn.col(1).cross(turn.col(2));
+  const Eigen::Matrix3d turn = suture::loopAxes(s.loop_ahead, s.loop_across);
   for (const Vector3d& p : suture::roederLoop(loop)) s.rod.nodes.push_back(s.loop_at + turn * p);
   s.rod.natural_shape = true;
 }

@@ -15,6 +15,7 @@
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_scratch.h"
+#include "vest_tissue/suture/roeder.h"
 
 namespace vest::scene {
 namespace {
@@ -436,11 +437,7 @@ void placeLoops(WorldModel& m) {
     LoopModel loop;
     loop.strand = n;
     loop.place = s.loop_at;
-    Eigen::Matrix3d turn;
-    turn.col(2) = s.loop_ahead.normalized();
-    turn.col(1) = turn.col(2).cross(s.loop_across).normalized();
-    turn.col(0) = turn.col(1).cross(turn.col(2));
-    loop.turn = Eigen::Quaterniond(turn);
+    loop.turn = Eigen::Quaterniond(suture::loopAxes(s.loop_ahead, s.loop_across));
     loop.standing = (s.rod.nodes[0] - s.loop_at).norm();
     loop.give = s.rod.section.stretch / kToHand;
     m.threads.loops.push_back(loop);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Geometry>
+
 namespace vest::suture {
 namespace {
 
@@ -97,6 +99,14 @@ std::vector<Vector3d> roederLoop(const RoederLoop& loop) {
   const Vector3d tip = nodes.back(), way = (tip - nodes[nodes.size() - 2]).normalized();
   if (loop.tail > 0.0) appendAlong({tip, tip + loop.tail * way}, loop.segment, nodes);
   return nodes;
+}
+
+Eigen::Matrix3d loopAxes(const Vector3d& ahead, const Vector3d& across) {
+  Eigen::Matrix3d axes;
+  axes.col(2) = ahead.normalized();
+  axes.col(1) = axes.col(2).cross(across).normalized();
+  axes.col(0) = axes.col(1).cross(axes.col(2));
+  return axes;
 }
 
 }  // namespace vest::suture

@@ -22,4 +22,8 @@ struct RoederLoop {
 /// standing part comes along the z axis; the knot begins at z = 0, the loop lies ahead of it.
 std::vector<Eigen::Vector3d> roederLoop(const RoederLoop& loop);
 
+/// Axes of that frame where its z axis points along `ahead` and its x axis about along `across`, of any
+/// length but zero and not along each other.
+Eigen::Matrix3d loopAxes(const Eigen::Vector3d& ahead, const Eigen::Vector3d& across);
+
 }  // namespace vest::suture
