@@ -3,6 +3,7 @@
 
 #include "../scene/between_jaws.h"
 #include "../scene/channels.h"
+#include "../scene/loops.h"
 #include "../suture/contacts.h"
 
 /// What threads may touch in a step: tissue, rigid objects, instruments.
@@ -72,7 +73,7 @@ void searchCandidates(Context& c, ThreadScratch& w) {
         const std::uint32_t end = std::min(first + kGroup, nodes);
         if (boxOf(w.now, first, end).apart(low, high, reach)) continue;
         for (std::uint32_t i = first; i < end; ++i) {
-          if (!c.model.threads.places[i].touches) continue;
+          if (!c.model.threads.places[i].touches || w.apart[i] != 0) continue;
           const double distance = contact::nearest(w.now[i], p).distance;
           if (!(distance < reach)) continue;
           if (w.candidates.size() == w.candidates.capacity())
@@ -128,7 +129,7 @@ void reachTissue(Context& c, ThreadScratch& w) {
     const Vector3d& x = w.now[first.node];
     const double near =
         c.model.description.objects[first.object].contact_thickness + 2.0 * kAhead + wayOf(c, first.node);
-    const Within within = withinOf(c, first.node, first.object);
+    const Within within = w.apart[first.node] != 0 ? Within::Channel : withinOf(c, first.node, first.object);
     double least = kSearched;
     std::uint32_t best = suture::kNone;
     const auto look = [&](std::uint32_t t) {
@@ -172,7 +173,7 @@ void reachRigid(Context& c, ThreadScratch& w) {
     const contact::DistanceGrid& grid = c.model.objects[object].grid;
     if (grid.empty()) continue;
     for (std::uint32_t i = 0; i < w.now.size(); ++i) {
-      if (!c.model.threads.places[i].touches) continue;
+      if (!c.model.threads.places[i].touches || w.apart[i] != 0) continue;
       const Eigen::Vector3f x = w.now[i].cast<float>();
       Eigen::Vector3f gradient;
       const double distance = grid.distance(x, gradient);
@@ -259,7 +260,7 @@ void reachTools(Context& c, ThreadScratch& w) {
           const double near = a.radius + radius + kAhead + way + own;
           if (box.apart(a.a.cwiseMin(a.b), a.a.cwiseMax(a.b), near)) continue;
           for (std::uint32_t i = first; i + 1 < end; ++i) {
-            if ((!needle && (rod.severed[i] != 0 || held(i))) ||
+            if ((!needle && (rod.severed[i] != 0 || held(i) || w.apart[i] != 0 || atPusher(c, t, i))) ||
                 (a.which >= 0 && (inJaws(i, needle) || inJaws(i + 1, needle))))
               continue;
             const suture::Closest at =
@@ -286,6 +287,7 @@ void reachTools(Context& c, ThreadScratch& w) {
 }
 
 /// Slow threads that nobody pulls press with their weight alone: one part serves, whose touches are softer.
+/// One serves a loop in its pusher, too, as long as no thread touches tissue: nothing else gives way by it.
 int partsOf(const Context& c, const ThreadScratch& w) {
   const interaction::ThreadState& t = c.state.threads;
   const auto active = [](const auto& grip) { return grip.active; };
@@ -293,6 +295,12 @@ int partsOf(const Context& c, const ThreadScratch& w) {
       std::none_of(t.grips.begin(), t.grips.end(), active) &&
       std::none_of(t.needle_grips.begin(), t.needle_grips.end(), active) &&
       std::none_of(t.channels.begin(), t.channels.end(), [](const auto& hole) { return hole.filled; });
+  const bool pushed = std::any_of(t.pushers.begin(), t.pushers.end(), active);
+  if (calm && pushed)
+    return std::none_of(w.reaches.begin(), w.reaches.end(),
+                        [](const ThreadReach& r) { return r.touch.kind == TouchKind::Tissue; })
+               ? 1
+               : c.model.threads.steps;
   for (const ThreadReach& r : w.reaches)
     calm = calm && r.touch.kind != TouchKind::Tool && r.touch.kind != TouchKind::JawFace;
   for (std::uint32_t i = 0; i < w.now.size() && calm; ++i) calm = wayOf(c, i) < kCalm;

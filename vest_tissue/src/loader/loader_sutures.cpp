@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "vest_tissue/suture/rod.h"
+#include "vest_tissue/suture/roeder.h"
 
 namespace vest::scene {
 namespace {
@@ -139,6 +140,47 @@ void readFixed(const Value& value, double segment, Suture& s) {
   if (s.rod.held.empty()) value.fail("must hold at least one node of the thread");
 }
 
+/// A loop with a Roeder knot, in its packet.
+void readLoop(const Value& value, Suture& s) {
+  Map map(value);
+  map.only({"at", "ahead", "across", "length"});
+  const auto place = [&map](const char* key) {
+    const Vector3d v = map[key].vector3();
+    if (!(v.norm() <= 10.0)) map[key].fail("must be within 10 m of 0");
+    return v;
+  };
+  s.loop_at = place("at");
+  s.loop_ahead = place("ahead");
+  if (!(s.loop_ahead.norm() > 1e-6)) map["ahead"].fail("must have a direction");
+  s.loop_across = place("across");
+  if (!(s.loop_across.norm() > 1e-6) ||
+      !(s.loop_ahead.normalized().cross(s.loop_across.normalized()).norm() > 0.1))
+    map["across"].fail("must not be along 'ahead'");
+  suture::RoederLoop loop;
+  loop.length = s.loop = map.has("length") ? map["length"].number(0.03, 0.3) : loop.length;
+  map.finish();
+  loop.diameter = 2.0 * s.rod.section.radius;
+  loop.segment = s.segment;
+  const Eigen::Matrix3d turn = suture::loopAxes(s.loop_ahead, s.loop_across);
+  for (const Vector3d& p : suture::roederLoop(loop)) s.rod.nodes.push_back(s.loop_at + turn * p);
+  s.rod.natural_shape = true;
+}
+
+/// A thread along its points.
+void readLaid(Map& map, Suture& s) {
+  s.path = readPath(map["path"]);
+  const auto curve = curveThrough(s.path);
+  const double length = map.has("length") ? map["length"].number(0.005, 5.0) : lengthOf(curve);
+  if (!(length >= 0.005 && length <= 5.0)) map["path"].fail("must be 0.005 to 5 m long");
+  const auto segments = static_cast<std::size_t>(std::lround(length / s.segment));
+  if (segments < 4 || segments > kMostNodes)
+    map[map.has("segment") ? "segment" : "path"].fail("must make 4 to " + std::to_string(kMostNodes) +
+                                                      " segments; these are " + std::to_string(segments));
+  s.rod.nodes = nodesAlong(curve, length, segments);
+  s.rod.natural_shape = map.has("natural") && map["natural"].oneOf({"straight", "path"}) == "path";
+  if (map.has("fixed")) readFixed(map["fixed"], length / static_cast<double>(segments), s);
+}
+
 }  // namespace
 
 Suture readSutureKind(Map& map, const material::Sutures& known) {
@@ -171,33 +213,30 @@ std::vector<Suture> readSutures(const Value& list, const material::Sutures& know
     list.fail("must be 1 to " + std::to_string(kMostSutures) + " sutures");
   for (const Value& item : items) {
     Map map(item);
-    map.only({"name", "material", "size", "path", "length", "segment", "natural", "fixed", "needle"});
+    const bool loop = map.has("roeder_loop");
+    if (loop)
+      map.only({"name", "material", "size", "segment", "roeder_loop"});
+    else
+      map.only({"name", "material", "size", "path", "length", "segment", "natural", "fixed", "needle"});
     Suture s = readSutureKind(map, known);
     s.rod.name = map["name"].name();
     bool there = std::find(taken.begin(), taken.end(), s.rod.name) != taken.end();
     for (const Suture& o : sutures) there = there || o.rod.name == s.rod.name;
     if (there) map["name"].fail("must be there once, among objects too");
-    s.path = readPath(map["path"]);
-    const auto curve = curveThrough(s.path);
-    const double length = map.has("length") ? map["length"].number(0.005, 5.0) : lengthOf(curve);
-    if (!(length >= 0.005 && length <= 5.0)) map["path"].fail("must be 0.005 to 5 m long");
     if (map.has("segment")) s.segment = map["segment"].number(0.0002, 0.005);
-    const auto segments = static_cast<std::size_t>(std::lround(length / s.segment));
-    if (segments < 4 || segments > kMostNodes)
-      map[map.has("segment") ? "segment" : "path"].fail("must make 4 to " + std::to_string(kMostNodes) +
-                                                        " segments; these are " + std::to_string(segments));
-    s.rod.nodes = nodesAlong(curve, length, segments);
-    s.rod.natural_shape = map.has("natural") && map["natural"].oneOf({"straight", "path"}) == "path";
+    if (loop)
+      readLoop(map["roeder_loop"], s);
+    else
+      readLaid(map, s);
     s.rod.section.strain_damping = kStrainDamping;
     s.rod.section.drag = kAir;
-    if (map.has("fixed")) readFixed(map["fixed"], length / static_cast<double>(segments), s);
     if (map.has("needle"))
       readNeedle(map["needle"], s, named(known.sizes, map["size"]).numbers.at("swage").value);
     map.finish();
     try {
       const suture::Model checked(suture::Description{Vector3d::Zero(), {s.rod}, {}});
     } catch (const std::invalid_argument& error) {
-      map["path"].fail(error.what());
+      map[loop ? "roeder_loop" : "path"].fail(error.what());
     }
     sutures.push_back(std::move(s));
   }
@@ -209,10 +248,24 @@ std::string suturesText(const std::vector<Suture>& sutures) {
   char number[160];
   for (const Suture& s : sutures) {
     const auto& nodes = s.rod.nodes;
+    yaml += "  - name: " + s.rod.name + "\n    material: " + s.material + "\n    size: \"" + s.size + "\"\n";
+    if (s.loop > 0.0) {
+      std::snprintf(number, sizeof number, "    segment: %.10g\n    roeder_loop: {length: %.10g", s.segment,
+                    s.loop);
+      yaml += number;
+      for (const auto& [key, v] : {std::pair<const char*, Vector3d>{"at", s.loop_at},
+                                   {"ahead", s.loop_ahead},
+                                   {"across", s.loop_across}}) {
+        std::snprintf(number, sizeof number, ", %s: [%.10g, %.10g, %.10g]", key, v.x(), v.y(), v.z());
+        yaml += number;
+      }
+      yaml += "}\n";
+      continue;
+    }
     std::snprintf(number, sizeof number, "    length: %.10g\n    segment: %.10g\n", lengthOf(nodes),
                   s.segment);
-    yaml += "  - name: " + s.rod.name + "\n    material: " + s.material + "\n    size: \"" + s.size + "\"\n" +
-            number + "    natural: " + (s.rod.natural_shape ? "path" : "straight") + "\n    path: [";
+    yaml +=
+        std::string(number) + "    natural: " + (s.rod.natural_shape ? "path" : "straight") + "\n    path: [";
     for (std::size_t i = 0; i < s.path.size(); ++i) {
       const Vector3d& p = s.path[i];
       std::snprintf(number, sizeof number, "%s[%.10g, %.10g, %.10g]", i > 0 ? ", " : "", p.x(), p.y(), p.z());

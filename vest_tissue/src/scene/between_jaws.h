@@ -48,6 +48,7 @@ inline bool wasBetween(const Context& c, int tool, std::uint32_t place) {
 /// what is in them as they appear.
 inline bool isBetween(const Context& c, int tool, const tools::ToolGeometry& g, const JawFrame& frame,
                       std::uint32_t place) {
+  if (c.scratch.threads->apart[place] != 0) return false;
   const ThreadModel& m = c.model.threads;
   const double jaw = c.scratch.proxies_before[tool].pose.jaw;
   const Eigen::Vector3d local = frame.local(m.at(c.state.threads.rod, place));

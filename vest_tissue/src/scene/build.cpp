@@ -15,6 +15,7 @@
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_scratch.h"
+#include "vest_tissue/suture/roeder.h"
 
 namespace vest::scene {
 namespace {
@@ -31,6 +32,8 @@ constexpr double kLeastHeight = 0.5;  ///< of a hinge's lower wing at rest: net:
 constexpr double kPatch = 8.0;        ///< knots that press an elastostatic object at a time (assumed)
 /// s, an implicit step: contacts of kContactLeast are held explicitly beside it, at half a radian a step.
 constexpr double kImplicitStep = 2.5e-4;
+constexpr double kToHand =
+    0.3;  ///< m of a loop's standing part, from the pusher's point to the hand; assumed
 constexpr int kPowerSweeps = 40;
 constexpr double kPowerMargin = 1.15;  ///< the iteration converges from below
 
@@ -424,6 +427,28 @@ void placeThreads(ThreadModel& m) {
   }
 }
 
+/// Loops that are tied beforehand lie in their packets.
+void placeLoops(WorldModel& m) {
+  const std::vector<Suture>& sutures = m.description.sutures;
+  m.start.threads.packed.assign(sutures.size(), 0);
+  for (std::uint32_t n = 0; n < sutures.size(); ++n) {
+    const Suture& s = sutures[n];
+    if (!(s.loop > 0.0)) continue;
+    LoopModel loop;
+    loop.strand = n;
+    loop.place = s.loop_at;
+    loop.turn = Eigen::Quaterniond(suture::loopAxes(s.loop_ahead, s.loop_across));
+    loop.standing = (s.rod.nodes[0] - s.loop_at).norm();
+    loop.give = s.rod.section.stretch / kToHand;
+    m.threads.loops.push_back(loop);
+    m.start.threads.packed[n] = m.threads.rods->strands[n].nodes;
+    suture::KnotScratch scratch(s.rod.nodes.size());  // its knot is drawn: no event tells it
+    interaction::KnotWatch& watch = m.start.threads.knots[n];
+    watch.kind = watch.seen = suture::kindOf(s.rod.nodes.data(), s.rod.nodes.size(), scratch);
+    watch.drawn = true;
+  }
+}
+
 /// Threads take part in the exchange between objects, no more than four times a step.
 void buildThreads(WorldModel& m) {
   const Description& d = m.description;
@@ -440,6 +465,7 @@ void buildThreads(WorldModel& m) {
   m.start.threads.rod = m.threads.rods->start;
   m.start.threads.knots.resize(m.threads.rods->strands.size());
   placeThreads(m.threads);
+  placeLoops(m);
   int common = 0;
   for (const std::size_t i : m.bodies) common = std::gcd(common, m.objects[i].batches);
   if (common == 0) common = m.batches = 4;
@@ -542,6 +568,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     threads->searched.resize(model.threads.places.size()), threads->now.resize(model.threads.places.size());
     threads->led.reserve(interaction::kMaxChannels * (interaction::kMaxChannelAnchors + 1));
     threads->way.resize(objects.size());
+    threads->apart.resize(model.threads.places.size());
     threads->reaches.reserve(model.threads.room()),
         threads->pushes.reserve(model.threads.room() + threads->led.capacity());
     threads->crowd.resize(objects.size());

@@ -51,6 +51,7 @@ void interact(Context& c);                                    ///< jaws: grasp, 
 void suspend(Context& c);                                     ///< jaws: hang up, take off
 void solve(Context& c);                                       ///< batches of sub-steps
 bool settleVelocities(Context& c, std::string_view& faulty);  ///< false: not a state to go on from
+void takeLoops(Context& c);                                   ///< pushers with the loops that they carry
 void touchThreads(Context& c);   ///< what threads lie on, after what stands in the way has been placed
 void handleThreads(Context& c);  ///< jaws and scissors on threads
 void handleNeedles(Context& c);  ///< jaws on needles

@@ -502,8 +502,21 @@ auto fields(Walk<A> a, interaction::KnotWatch& k) {
   return a(k.kind, k.seen, k.drawn);
 }
 template <class A>
+auto fields(Walk<A> a, interaction::ThreadPusher& p) {
+  const auto& at = a.archive.at;
+  return a(p.active, index("a thread", p.strand, at.model->start.threads.knots.size()),
+           index("node of a thread", p.inside, at.threadNodes()),
+           within("a drawn length", p.drawn, 0.0, kFarthest));
+}
+template <class A>
 auto fields(Walk<A> a, interaction::ThreadState& s) {
-  return a(s.rod, s.touches, s.grips, rule(s.knots).sized(a.archive.at.model->start.threads.knots.size()))
+  const std::size_t threads = a.archive.at.model->start.threads.knots.size();
+  return a(s.rod, s.touches, s.grips, rule(s.knots).sized(threads))
+      .when(!a.archive.at.model->threads.loops.empty(),
+            [&](auto b) {
+              return b(s.pushers,
+                       index("node of a thread", s.packed, a.archive.at.threadNodes() + 1).sized(threads));
+            })
       .require(s.touches.size() <= a.archive.at.model->threads.room(), "too many touches of threads")
       .when(a.archive.at.needles() > 0, [&](auto b) {
         return b(s.needle_grips, s.channels)

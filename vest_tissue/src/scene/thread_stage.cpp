@@ -6,6 +6,7 @@
 #include "../suture/elements.h"
 #include "between_jaws.h"
 #include "channels.h"
+#include "loops.h"
 #include "stages.h"
 
 /// Threads and the rest of the World: each part of a step the rods move against what they touch where it will
@@ -212,6 +213,7 @@ void gather(const Part& p) {
   w.hanging = w.rod.supports.size();
   hang(p);
   holdNeedles(p.c, p.from, p.to);
+  holdLoops(p.c, p.from, p.to);
 }
 
 /// Force of the thread on an instrument at a place.
@@ -263,6 +265,13 @@ void tellTools(const Part& p) {
     const Vector3d moment = -p.h * p.w.rod.turns[turn++].moment;
     for (int e = 0; e < 3; ++e) p.w.loads.tools[static_cast<std::size_t>(t)].moment[e] += moment[e];
   }
+  k = p.w.pushing;
+  for (int t = 0; t < tools::kInstrumentCount; ++t)
+    for (std::size_t n = 0; n < p.w.pushed[static_cast<std::size_t>(t)]; ++n, ++k) {
+      const Support& a = supports[k];
+      if (a.force.squaredNorm() == 0.0) continue;
+      onTool(p, t, a, a.stiffness * a.normal * a.normal.transpose());
+    }
 }
 
 /// N that a segment bears: less where it is bent as sharply as in a knot.
@@ -332,7 +341,7 @@ void tellKnots(Context& c) {
   const suture::State& s = c.state.threads.rod;
   for (std::size_t n = 0; n < c.state.threads.knots.size(); ++n) {
     const suture::Strand& strand = c.model.threads.rods->strands[n];
-    if (strand.closed) continue;
+    if (strand.closed || inPusher(c, n)) continue;
     interaction::KnotWatch& watch = c.state.threads.knots[n];
     const suture::KnotKind seen = kindOf(s, strand, c.scratch.threads->knots);
     if (seen.determinant == 0) continue;

@@ -49,6 +49,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   });
   w.time(report, 1, [&] {
     collide(c);
+    takeLoops(c);
     touchThreads(c);
   });
   w.time(report, 2, [&] {

@@ -443,6 +443,7 @@ void apply(Context& c, int tool) {
   const bool draw = (c.input.tools[tool].functions & tools::kFunctionFire) != 0;
   const Eigen::Matrix3d r = proxy.pose.orientation.toRotationMatrix();
   const auto hang = [&](Sling& s) { s.tip = pusherOf(proxy), s.ahead = r.col(2), s.across = r.col(0); };
+  if (c.scratch.threads && c.state.threads.pushers[tool].active) return;  // a thread is in it
   if (own == nullptr) {
     if (!fasteners.appliers[tool].loaded) return;  // it carried one loop; the next comes with the next one
     own = free(c);

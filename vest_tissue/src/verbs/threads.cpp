@@ -123,8 +123,8 @@ void snip(const Hand& h) {
   for (const suture::Strand& strand : h.c.model.threads.rods->strands) {
     for (std::uint32_t i = strand.threadFirst(); i < strand.first + strand.segments; ++i) {
       const std::uint32_t last = strand.first + strand.segments - 1;
-      if (rod.severed[i] != 0 || (i > strand.threadFirst() && rod.severed[i - 1] != 0) ||
-          (i < last && rod.severed[i + 1] != 0))
+      if (rod.severed[i] != 0 || h.c.scratch.threads->apart[i] != 0 ||
+          (i > strand.threadFirst() && rod.severed[i - 1] != 0) || (i < last && rod.severed[i + 1] != 0))
         continue;  // no crumbs beside a cut
       const Vector3d a = h.frame.local(rod.position[i]), b = h.frame.local(rod.position[i + 1]);
       if ((a.y() < 0.0) == (b.y() < 0.0)) continue;

@@ -68,12 +68,31 @@ TEST(Sutures, FixedNodesAreThoseBetweenTwoPlaces) {
   EXPECT_EQ(held.back().node, 14u);
 }
 
+TEST(Sutures, ALoopIsTiedBeforehandInItsPacket) {
+  const auto d = load(
+      "  - {name: loop, material: polyglactin_910, size: \"0\", segment: 0.00075,"
+      " roeder_loop: {at: [0.2, 0, 0.3], ahead: [0, 1, 0], across: [1, 0, 0], length: 0.1}}\n");
+  const auto& nodes = d.sutures[0].rod.nodes;
+  EXPECT_LT((nodes[0] - Eigen::Vector3d(0.2, -0.02, 0.3)).norm(), 1e-9) << "the standing part's rear end";
+  double ahead = 0.0, length = 0.0;
+  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+    ahead = std::max(ahead, nodes[i].y());
+    length += (nodes[i + 1] - nodes[i]).norm();
+  }
+  EXPECT_NEAR(ahead, 0.1 / M_PI, 0.003) << "m: the loop's far side";
+  EXPECT_NEAR(length, 0.02 + 0.1 + 0.029, 0.01) << "m: standing part, loop, knot and short end";
+  EXPECT_TRUE(d.sutures[0].rod.natural_shape);
+}
+
 TEST(Sutures, OneMessageForEachMistake) {
   const std::string thread = kThread;
   const auto with = [&thread](const std::string& from, const std::string& to) {
     std::string changed = thread;
     changed.replace(changed.find(from), from.size(), to);
     return "  - {" + changed + "}\n";
+  };
+  const auto loop = [](const std::string& says) {
+    return "  - {name: loop, material: silk, size: 3-0, roeder_loop: {" + says + "}}\n";
   };
   const std::pair<std::string, const char*> wrong[] = {
       {"  []\n", "1 to 16 sutures"},
@@ -101,7 +120,16 @@ TEST(Sutures, OneMessageForEachMistake) {
       {"  - {" + thread + ", needle: {kind: ski, tip: round}}\n", "tip"},
       {"  - {" + thread + ", needle: {kind: half, normal: [0, 0, 0]}}\n", "normal"},
       {"  - {" + thread + ", needle: {kind: half, normal: [1, 0, 0]}}\n", "normal"},
-      {with("[0.02, 0.005, 0.1]", "[0, 0.0002, 0.1]"), "bend at node"}};
+      {with("[0.02, 0.005, 0.1]", "[0, 0.0002, 0.1]"), "bend at node"},
+      {loop("at: [0, 0, 0]"), "ahead"},
+      {loop("at: [99, 0, 0], ahead: [0, 0, 1], across: [1, 0, 0]"), "within 10 m"},
+      {loop("at: [0, 0, 0], ahead: [0, 0, 0], across: [1, 0, 0]"), "direction"},
+      {loop("at: [0, 0, 0], ahead: [0, 0, 1], across: [0, 0, 2]"), "along 'ahead'"},
+      {loop("at: [0, 0, 0], ahead: [0, 0, 1], across: [0, 0, 0]"), "along 'ahead'"},
+      {loop("at: [0, 0, .nan], ahead: [0, 0, 1], across: [1, 0, 0]"), "number"},
+      {loop("at: [0, 0, 0], ahead: [0, 0, 1], across: [1, 0, 0], length: 9"), "0.3"},
+      {loop("at: [0, 0, 0], ahead: [0, 0, 1], across: [1, 0, 0], turns: 3"), "turns"},
+      {"  - {" + thread + ", roeder_loop: {at: [0, 0, 0], ahead: [0, 0, 1], across: [1, 0, 0]}}\n", "path"}};
   for (const auto& [text, part] : wrong) {
     const std::string message = messageOf(text);
     EXPECT_NE(message.find(part), std::string::npos) << text << message;

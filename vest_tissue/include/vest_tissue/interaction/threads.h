@@ -93,6 +93,15 @@ struct Channel {
   std::array<ChannelAnchor, kMaxChannelAnchors> anchors{};  ///< from the entry on
 };
 
+/// A pusher on the loop that is tied beforehand: the standing part runs into its point and is drawn back in
+/// it.
+struct ThreadPusher {
+  bool active = false;
+  std::uint32_t strand = 0;
+  std::uint32_t inside = 0;  ///< nodes of the strand, from its first one on, that are within the pusher
+  double drawn = 0.0;        ///< m
+};
+
 /// The knot of a thread, as it was last looked for.
 struct KnotWatch {
   suture::KnotKind kind, seen;  ///< what counts: seen twice running; and what was seen last
@@ -107,6 +116,9 @@ struct ThreadState {
   std::array<NeedleGrip, tools::kInstrumentCount> needle_grips{};
   std::vector<Channel> channels;
   std::vector<KnotWatch> knots;  ///< per thread
+  std::array<ThreadPusher, tools::kInstrumentCount> pushers{};
+  /// Per thread: nodes from its first one on that lie in their packet, where nothing touches them.
+  std::vector<std::uint32_t> packed;
 };
 
 }  // namespace vest::interaction

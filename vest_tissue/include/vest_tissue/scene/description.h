@@ -149,7 +149,11 @@ struct Suture {
   std::string needle;                             ///< half, three_eighths, straight, ski; empty: none
   double needle_length = 0.0, needle_wire = 0.0;  ///< m: along it, thickness
   Eigen::Vector3d needle_normal = Eigen::Vector3d::UnitZ();  ///< of the plane that it is bent in
-  suture::RodDescription rod;                                ///< m, kg, N; its name is the suture's
+  double loop = 0.0;  ///< m round a loop that is tied beforehand (suture::roederLoop()); 0: none
+  Eigen::Vector3d loop_at = Eigen::Vector3d::Zero();      ///< m, world: where its knot begins, in the packet
+  Eigen::Vector3d loop_ahead = Eigen::Vector3d::UnitZ(),  ///< from there to the loop's middle,
+      loop_across = Eigen::Vector3d::UnitX();             ///< and about across it
+  suture::RodDescription rod;                             ///< m, kg, N; its name is the suture's
 };
 
 /// Vessels of the scene that the patient's circulation does not have: a network of its own that begins at the

@@ -22,6 +22,15 @@ struct ThreadPlace {
   double station = 0.0;  ///< m from the needle's tip, or the thread's end, along needle and thread
 };
 
+/// A loop that is tied beforehand, in its packet until a pusher takes it.
+struct LoopModel {
+  std::uint32_t strand = 0;
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< m, world: where its knot begins, at the start
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();  ///< of suture::roederLoop()'s frame, then
+  double standing = 0.0;                                     ///< m: standing part behind the knot
+  double give = 0.0;  ///< N/m: what of the standing part runs on to the hand
+};
+
 /// All threads of a scene; what never changes.
 struct ThreadModel {
   std::shared_ptr<const suture::Model> rods;  ///< a strand per suture, in scene order; null: none
@@ -30,6 +39,7 @@ struct ThreadModel {
   std::vector<double> friction;       ///< per strand, on objects: theirs counts where it is more
   std::vector<ThreadPlace> places;
   std::vector<std::uint32_t> first_point;  ///< place of each needle's tip
+  std::vector<LoopModel> loops;            ///< in scene order
   int steps = 1;  ///< of the threads in a step, at most: each object's exchanges are a multiple of it
   /// Room for touches: of the State, of a step.
   std::size_t room() const { return rods ? 4 * places.size() + 64 : 0; }
@@ -85,9 +95,12 @@ struct ThreadScratch {
   int parts = 1;  ///< of this step
   std::vector<ThreadReach> reaches;
   std::vector<ThreadPush> pushes;
-  std::vector<ChannelSupport> led;        ///< supports of channels
-  std::vector<Eigen::Vector3d> now;       ///< m, of places, when touches are looked for
-  std::size_t hanging = 0;                ///< first support in jaws
+  std::vector<ChannelSupport> led;                            ///< supports of channels
+  std::vector<Eigen::Vector3d> now;                           ///< m, of places, when touches are looked for
+  std::size_t hanging = 0;                                    ///< first support in jaws
+  std::size_t pushing = 0;                                    ///< first support in and on a pusher
+  std::array<std::size_t, tools::kInstrumentCount> pushed{};  ///< of these, per instrument
+  std::vector<std::uint8_t> apart;  ///< per place: in a packet or a pusher, where nothing else touches it
   std::vector<std::vector<float>> crowd;  ///< per object and knot: weights of touches
   contact::ObjectLoads loads;             ///< on instruments
 };

@@ -1,0 +1,126 @@
+#include <cstdlib>
+
+#include "../../vest_tissue/specimen/crossings.h"
+#include "play.h"
+#include "vest_tissue/scene/world_model.h"
+#include "vest_tissue/scene/world_state.h"
+#include "vest_tissue/suture/knot_kind.h"
+
+// Protects the scenes whose thread itself holds, by contact and friction alone.
+
+namespace vest::simulation {
+namespace {
+
+using Eigen::Vector3d;
+using scene::EventKind;
+
+constexpr double kReplayed = 5.0;  // s: while the hand draws
+
+/// The loop of the scene, on its stump.
+struct Loop {
+  const suture::Model& model;
+  Vector3d place{0.0005, 0.0508, 0.062}, axis = Vector3d(0.0260, 0.0427, 0).normalized();  // m
+
+  Vector3d off(const Vector3d& x) const {
+    const Vector3d way = x - place;
+    return way - axis.dot(way) * axis;
+  }
+  /// N, of the segment that is pulled most.
+  double greatest(const suture::State& rod) const {
+    double tension = 0;
+    for (suture::Index i = 0; i < model.strands[0].segments; ++i)
+      tension = std::max(tension, suture::tensionOf(model, rod, model.strands[0], i));
+    return tension;
+  }
+  /// Turns of the thread round the stump's axis.
+  double turns(const suture::State& rod) const {
+    double angle = 0;
+    for (std::size_t i = 0; i + 1 < rod.position.size(); ++i) {
+      const Vector3d a = off(rod.position[i]), b = off(rod.position[i + 1]);
+      if (a.norm() < 0.005 && b.norm() < 0.005) angle += std::atan2(axis.dot(a.cross(b)), a.dot(b));
+    }
+    return std::abs(angle) / (2 * M_PI);
+  }
+  /// N: tension of the loop's far side on a stump that grows by `more` (m), by the rod alone.
+  double bears(suture::State rod, double more) const {
+    constexpr double kStep = 0.0005, kGrowth = 0.002, kStump = 0.0035;  // s, m/s, m
+    suture::Scratch scratch(model);
+    double most = 0;
+    for (double by = 0; by < more; by += kGrowth * kStep) {
+      scratch.supports.clear();
+      suture::Index far = 0;
+      for (suture::Index i = 0; i + 1 < rod.position.size(); ++i) {
+        const Vector3d way = off(rod.position[i]);
+        if (way.norm() > kStump + by + 0.0015) continue;
+        if (far == 0 || way.z() < off(rod.position[far]).z()) far = i;
+        suture::Support a;
+        a.segment = i;
+        a.normal = way.normalized();
+        a.from = a.to = rod.position[i] - way;
+        a.reach = kStump + by + model.strands[0].section.radius;
+        a.stiffness = 2000, a.friction = 0.3;
+        scratch.supports.push_back(a);
+      }
+      EXPECT_EQ(suture::step(model, rod, scratch, kStep), suture::StepStatus::Ok);
+      most = std::max(most, suture::tensionOf(model, rod, model.strands[0], far));
+    }
+    return most;
+  }
+};
+
+TEST(SceneEndoloop, ALoopIsDrawnOnAStumpCutAndHeldByFriction) {
+  Play p("endoloop", false);
+  const Loop loop{*p.world().model().threads.rods};
+  const auto& rod = p.world().state().threads.rod;
+  suture::KnotScratch scratch(rod.position.size());
+  std::vector<Vector3d> before = rod.position;
+  std::vector<std::uint8_t> snapshot;
+  std::uint64_t hash = 0;
+  double slides = 0, drawn = 0;
+  int passed = 0, wrong = 0;
+  p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
+    if (t > 0.01) passed += std::abs(suture::specimen::crossings(before, rod.position));  // out of its packet
+    before = rod.position;
+    if (at(t, kReplayed)) p.stage.trainer->save(snapshot);
+    if (at(t, kReplayed + 0.4)) hash = p.world().stateHash();
+    if (t > 4.5 && t < 6.0)
+      slides = std::max(slides, suture::tensionOf(loop.model, rod, loop.model.strands[0], 0));
+    if (at(t, 7.1)) drawn = loop.greatest(rod);
+    if (t < 5.7 && at(std::fmod(t + 0.005, 0.1), 0.005))  // then the short end lies across the loop
+      wrong += suture::kindOf(rod.position.data(), rod.position.size(), scratch).determinant != 29;
+  });
+  const double held = loop.greatest(rod), bore = loop.bears(rod, 0.0008);
+  std::printf("the knot slides with %.2f N, is drawn with %.2f N and holds %.2f N; then it bears %.2f N\n",
+              slides, drawn, held, bore);
+  EXPECT_EQ(passed, 0) << "segments that went through each other";
+  EXPECT_EQ(wrong, 0) << "it stays a Roeder knot as it slides";
+  EXPECT_LT(slides, 2.0) << "N: while nothing lies in the loop";
+  EXPECT_GT(drawn, 5.0) << "N";
+  EXPECT_GT(loop.turns(rod), 0.85) << "round the stump";
+  EXPECT_GT(held, 0.5) << "N: cut, and nobody holds it";
+  EXPECT_GT(bore, 6.1) << "N: more than the hand drew it with";
+  const auto cut = p.times(EventKind::Cut, "loop");
+  ASSERT_EQ(cut.size(), 1U);
+  EXPECT_GT(cut[0], 11.0) << "s: by the scissors";
+  EXPECT_TRUE(p.times(EventKind::Torn, "loop").empty());
+  EXPECT_TRUE(p.times(EventKind::KnotTied, "loop").empty()) << "its knot is tied beforehand";
+  std::vector<scene::SlingView> slings;
+  p.world().slings(slings);
+  EXPECT_TRUE(slings.empty()) << "no loop by a rule";
+  // It is drawn in the same bits with two threads.
+  p.world().setThreads(2);
+  p.stage.trainer->restore(snapshot);
+  Script script(p.box, p.trajectory, handsOf(p.trajectory));
+  for (int k = 3900; k <= 1000 * kReplayed; ++k) script.inputAt(0.001 * k);  // the handle has been open
+  scene::StepReport report;
+  for (int k = 1; k <= 400; ++k) {
+    scene::StepInput input = script.inputAt(static_cast<double>(p.world().steps()) * 0.001);
+    input.step = p.world().steps() + 1;
+    input.dt = 0.001;
+    p.stage.trainer->step(input, report);
+  }
+  EXPECT_EQ(p.world().stateHash(), hash);
+}
+
+}  // namespace
+}  // namespace vest::simulation
