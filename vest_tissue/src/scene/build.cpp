@@ -364,6 +364,7 @@ void connect(const Description& d, WorldModel& m) {
           << "'): triangle1: its corners lie on one line (allowed: an area, which carries the offset)";
       throw std::invalid_argument(out.str());
     }
+    constants.stiffness = k.stiffness, constants.damping = k.damping, constants.break_force = k.break_force;
     m.connections.push_back(constants);
     m.start.connections.push_back(s);
   }
@@ -390,6 +391,8 @@ void connect(const Description& d, WorldModel& m) {
       throw std::invalid_argument(out.str());
     }
     const ConnectionState& s = m.start.connections[n];
+    m.objects[s.end0.object].tied.push_back(static_cast<std::uint32_t>(2 * n));
+    m.objects[s.end1.object].tied.push_back(static_cast<std::uint32_t>(2 * n + 1));
     for (const auto object : {s.end0.object, s.end1.object})
       m.objects[object].exchanges_needed = std::max(m.objects[object].exchanges_needed, needed);
   }

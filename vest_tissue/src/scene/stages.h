@@ -23,6 +23,7 @@ struct Context {
   const StepInput& input;
   StepReport& report;
   solver::Pool& pool;
+  const Shares& shares;
   double dt;
   int stretch;   ///< sub-steps and batches are those of the description times this (a longer dt needs more)
   bool account;  ///< energy accounting
@@ -34,9 +35,12 @@ struct Context {
 /// Work on all objects that deform, in parallel.
 template <typename Work>
 void eachBody(Context& c, Work work) {
-  auto at = [&](std::size_t i) { work(c.model.bodies[i]); };
-  c.pool.each(c.model.bodies.size(), at);
+  auto at = [&](std::size_t i) { work(c.shares.bodies[i]); };
+  c.pool.each(c.shares.body_ends, at);
 }
+
+/// The objects that deform, by what a step of each costs: as equal for all threads as their number allows.
+Shares shareOut(const WorldModel& model, std::size_t threads);
 
 /// Stages in the order in which a step runs them.
 bool checkInput(const StepInput& input);                      ///< finite numbers, dt in range

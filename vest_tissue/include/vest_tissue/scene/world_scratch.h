@@ -36,6 +36,11 @@ struct OrganContact {
   /// With full contact: N per knot of both ends, held; they take off the torque of two forces at two places.
   bool balanced = false;
   std::array<Eigen::Vector3d, 6> couple{};
+  double heat = 0.0;  ///< J, of this exchange
+  /// Per end: the next contact of its object; kNone: there is none. Of both ends on one object the first
+  /// counts.
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  std::array<std::uint32_t, 2> next{kNone, kNone};
 };
 
 /// Triangles of the other object that a search for pairs looks at: bounding balls, m, as arrays.
@@ -75,8 +80,8 @@ class Candidates {
 
 inline constexpr std::size_t kNotKept = ~std::size_t{0};
 
-/// Per object, no meaning between steps.
-struct ObjectScratch {
+/// Per object, no meaning between steps. Threads work on neighbours at once: none shares a line of the cache.
+struct alignas(64) ObjectScratch {
   std::vector<float> backup;     ///< motion at the start of the step
   std::size_t knots_before = 0;  ///< then
   std::vector<contact::ToolContact> contacts;
@@ -109,12 +114,26 @@ struct ObjectScratch {
   bool between = false;     ///< the jaws or blades of the tool that is looked at
   bool search_due = false;  ///< for pairs with others, in this step
   bool over_budget = false;
+  bool begun = false;     ///< its next batch
+  double sub_step = 0.0;  ///< s: between two moments at which it takes forces
+  double softness = 0.0;  ///< m/N: Body::softness
+  std::uint32_t first_contact = OrganContact::kNone, last_contact = OrganContact::kNone;  ///< organ_contacts
 };
 
 /// Held forces of a connection on its end 0, N, and what carries the other end of its damper.
 struct ConnectionForce {
   Eigen::Vector3d spring = Eigen::Vector3d::Zero(), damping = Eigen::Vector3d::Zero();
   net::Anchor damper;
+  /// N: what this exchange does to the knots of each end.
+  std::array<std::array<std::array<float, 3>, 4>, 2> knots{};
+  double dissipated = 0.0;  ///< J, likewise, when accounting is on
+  double torn = 0.0;        ///< N: with which it breaks now; 0: it does not
+};
+
+/// Who works on what: the shares of a pool's threads.
+struct Shares {
+  std::vector<std::size_t> bodies, body_ends;  ///< objects that deform, each on the same thread in all rounds
+  std::size_t chunks = 1;                      ///< into which connections and organ contacts are divided
 };
 
 /// What a sling draws in during one step: each knot once.
