@@ -47,7 +47,7 @@ class Search {
       const Vector3d middle = (p[0] + p[1] + p[2]) / 3.0;
       double radius2 = 0.0;
       for (const Vector3d& corner : p) radius2 = std::max(radius2, (corner - middle).squaredNorm());
-      push(middle, std::sqrt(radius2), t);
+      if (!faraway(middle, radius2)) push(middle, std::sqrt(radius2), t);
     }
     if (near().empty()) return;
     for (std::uint32_t i = 0; i < sa_.block.knots(); ++i) {
@@ -77,7 +77,9 @@ class Search {
     for (std::uint32_t f = 0; f < theirs.size(); ++f) {
       if (!sb_.triangle_alive[theirs[f].triangle]) continue;
       const EdgeNow e(sb_, theirs[f]);
-      push(0.5 * (e.from + e.to), 0.5 * std::sqrt((e.to - e.from).squaredNorm()), f);
+      const Vector3d middle = 0.5 * (e.from + e.to);
+      const double squared = (e.to - e.from).squaredNorm();
+      if (!faraway(middle, 0.25 * squared)) push(middle, 0.5 * std::sqrt(squared), f);
     }
     if (near().empty()) return;
     for (std::uint32_t i = 0; i < ours.size(); ++i) {
@@ -144,6 +146,12 @@ class Search {
     return {knotPosition(sb_, k[0]), knotPosition(sb_, k[1]), knotPosition(sb_, k[2])};
   }
 
+  /// Spares the root: push() would leave it out.
+  bool faraway(const Vector3d& middle, double radius2) const {
+    const Eigen::Array3f at = middle.cast<float>().array();
+    const float off = (low_ - at).max(at - high_).maxCoeff();
+    return off > 0.0f && off * off > static_cast<float>(radius2) * 1.001f;
+  }
   void push(const Vector3d& middle, double radius, std::uint32_t index) {
     const float r = static_cast<float>(radius) * 1.00001f;
     if (outside(middle, r) || near().full()) return;
@@ -222,34 +230,37 @@ class Search {
 
 }  // namespace
 
+float movedBy(const Context& c, std::size_t object) {
+  const ObjectState& s = c.state.objects[object];
+  const float* const before = c.scratch.objects[object].backup.data();
+  const float* const motion = s.block.motion();
+  const std::size_t Y = s.block.motionFloats() / 6, Z = 2 * Y;
+  const auto moved = [&](std::size_t k) {
+    const float dx = motion[k] - before[k], dy = motion[Y + k] - before[Y + k],
+                dz = motion[Z + k] - before[Z + k];
+    return dx * dx + dy * dy + dz * dz;
+  };
+  float lanes[8] = {};                                               // vectorises
+  const std::size_t knots = c.scratch.objects[object].knots_before;  // new ones are a jump
+  std::size_t i = 0;
+  for (; i + 8 <= knots; i += 8)
+    for (std::size_t n = 0; n < 8; ++n) {
+      const float m = moved(i + n);
+      lanes[n] = lanes[n] < m ? m : lanes[n];
+    }
+  for (; i < knots; ++i) lanes[0] = std::max(lanes[0], moved(i));
+  return std::sqrt(*std::max_element(lanes, lanes + 8)) * 1.00001f;
+}
+
 void measureWays(Context& c) {
   // A cut may put knots elsewhere than they were: everything is looked at again.
-  const double jump = c.state.revision != c.state.way_revision ? 1.0 : 0.0;
+  const bool cut = c.state.revision != c.state.way_revision;
+  const double jump = cut ? 1.0 : 0.0;
   c.state.way_revision = c.state.revision;
   float furthest = 0.0f;
   for (const std::size_t object : c.model.bodies) {
-    ObjectState& s = c.state.objects[object];
-    const float* const before = c.scratch.objects[object].backup.data();
-    const float* const motion = s.block.motion();
-    const auto rowOf = [&](Block::KnotRow r) { return s.block.row(r) - motion; };
-    const auto X = static_cast<std::size_t>(rowOf(Block::X)), Y = static_cast<std::size_t>(rowOf(Block::Y)),
-               Z = static_cast<std::size_t>(rowOf(Block::Z));
-    const auto moved = [&](std::size_t k) {
-      const float dx = motion[X + k] - before[X + k], dy = motion[Y + k] - before[Y + k],
-                  dz = motion[Z + k] - before[Z + k];
-      return dx * dx + dy * dy + dz * dz;
-    };
-    float lanes[8] = {};                                               // vectorises
-    const std::size_t knots = c.scratch.objects[object].knots_before;  // new ones are a jump
-    std::size_t i = 0;
-    for (; i + 8 <= knots; i += 8)
-      for (std::size_t n = 0; n < 8; ++n) {
-        const float m = moved(i + n);
-        lanes[n] = lanes[n] < m ? m : lanes[n];
-      }
-    for (; i < knots; ++i) lanes[0] = std::max(lanes[0], moved(i));
-    const float far = std::sqrt(*std::max_element(lanes, lanes + 8)) * 1.00001f;
-    s.way += static_cast<double>(far) + jump;
+    const float far = cut ? movedBy(c, object) : c.scratch.objects[object].moved;
+    c.state.objects[object].way += static_cast<double>(far) + jump;
     furthest = std::max(furthest, far);
   }
   c.state.way += static_cast<double>(furthest) + jump;

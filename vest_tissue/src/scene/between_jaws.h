@@ -57,6 +57,34 @@ inline bool isBetween(const Context& c, int tool, const tools::ToolGeometry& g, 
          wasBetween(c, tool, place);
 }
 
+/// Per knot of an object, in ObjectScratch::near, on which sides of the jaws it lies for certain: samples lie
+/// between the corners, so that a triangle whose corners share a side has none in them. The last bit: further
+/// from the middle than `reach`. Single precision, with room for its rounding; vectorises.
+inline void findSides(const ObjectState& s, ObjectScratch& o, const tools::ToolGeometry& g,
+                      const JawFrame& frame, const Eigen::Vector3d& middle, double reach) {
+  constexpr float kRoom = 1e-5f;  // m: far more than single precision loses in a box of 1 m
+  const Eigen::Matrix3f axes = frame.rotation.cast<float>();
+  const Eigen::Vector3f tip = frame.tip.cast<float>(), m = middle.cast<float>();
+  const float half = static_cast<float>(interaction::kJawHalfWidth) + kRoom,
+              length = static_cast<float>(g.jaw_length) + kRoom, far = static_cast<float>(reach) + kRoom;
+  const float a[3][3] = {{axes(0, 0), axes(1, 0), axes(2, 0)},
+                         {axes(0, 1), axes(1, 1), axes(2, 1)},
+                         {axes(0, 2), axes(1, 2), axes(2, 2)}};
+  const float t[3] = {tip.x(), tip.y(), tip.z()}, c[3] = {m.x(), m.y(), m.z()};
+  const float *x = row(s, net::Block::X), *y = row(s, net::Block::Y), *z = row(s, net::Block::Z);
+  std::uint8_t* const out = o.near.data();
+  for (std::size_t i = 0; i < s.block.knots(); ++i) {
+    const float px = x[i] - t[0], py = y[i] - t[1], pz = z[i] - t[2];
+    const float u = a[0][0] * px + a[0][1] * py + a[0][2] * pz, v = a[1][0] * px + a[1][1] * py + a[1][2] * pz,
+                w = a[2][0] * px + a[2][1] * py + a[2][2] * pz;
+    const float dx = x[i] - c[0], dy = y[i] - c[1], dz = z[i] - c[2];
+    const int sides = (v > half ? 1 : 0) | (v < -half ? 2 : 0) | (w > kRoom ? 4 : 0) | (w < -length ? 8 : 0) |
+                      (u > length ? 16 : 0) | (u < -length ? 32 : 0) |
+                      (dx * dx + dy * dy + dz * dz > far * far ? 64 : 0);
+    out[i] = static_cast<std::uint8_t>(sides);
+  }
+}
+
 /// Calls visit(object, triangle, corner positions, sample, angle) for each sample between open jaws.
 template <typename Visit>
 void eachBetween(Context& c, const tools::ToolGeometry& g, const JawFrame& frame, double angle, Visit visit) {
@@ -64,15 +92,17 @@ void eachBetween(Context& c, const tools::ToolGeometry& g, const JawFrame& frame
                         middle = 0.5 * (axis + frame.tip);
   for (const std::size_t object : c.model.bodies) {
     const ObjectState& s = c.state.objects[object];
-    const ObjectScratch& o = c.scratch.objects[object];
+    ObjectScratch& o = c.scratch.objects[object];
     const double reach = g.jaw_length + c.model.objects[object].greatest_edge;
     bool apart = false;
     for (int e = 0; e < 3; ++e)
       apart = apart || middle[e] - reach > o.high[e] || middle[e] + reach < o.low[e];
     if (apart) continue;
     const double thickness = c.model.description.objects[object].contact_thickness;
+    findSides(s, o, g, frame, middle, reach);
     for (std::size_t t = 0; t < s.triangles.size(); ++t) {
       const auto& k = s.triangles[t];
+      if ((o.near[k[0]] & 64) != 0 || (o.near[k[0]] & o.near[k[1]] & o.near[k[2]] & 63) != 0) continue;
       const Eigen::Vector3d p0 = knotPosition(s, k[0]);
       if ((p0 - middle).squaredNorm() > reach * reach || !s.triangle_alive[t]) continue;
       const std::array<Eigen::Vector3d, 3> p{frame.local(p0), frame.local(knotPosition(s, k[1])),

@@ -519,7 +519,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const Block& b = model.start.objects[i].block;
     ObjectScratch& s = objects[i];
-    s.backup.resize(b.motionFloats());
+    s.backup.resize(b.motionFloats() / 2);
     s.contacts.reserve(512);
     s.pulls.reserve(4 * interaction::kMaxGraspAnchors);
     s.planes.reserve(b.knotCapacity());

@@ -270,6 +270,7 @@ Shares shareOut(const WorldModel& model, std::size_t threads) {
   for (const auto& own : of) {
     shares.bodies.insert(shares.bodies.end(), own.begin(), own.end());
     shares.body_ends.push_back(shares.bodies.size());
+    shares.search_ends.push_back(shares.bodies.size() + 1);
   }
   return shares;
 }
@@ -336,21 +337,25 @@ void solve(Context& c) {
 
 bool settleVelocities(Context& c, std::string_view& faulty) {
   constexpr float kAbsurd = 100.0f * 100.0f;  // (m/s)²
-  for (const std::size_t object : c.model.bodies) {
+  eachBody(c, [&c](std::size_t object) {
     const ObjectState& s = c.state.objects[object];
+    ObjectScratch& o = c.scratch.objects[object];
     const float *vx = row(s, Block::VX), *vy = row(s, Block::VY), *vz = row(s, Block::VZ);
     const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
-    unsigned bad = c.scratch.objects[object].faulty ? 1u : 0u;
+    unsigned bad = o.faulty ? 1u : 0u;
     for (std::size_t i = 0; i < s.block.knots(); ++i) {
       const float v2 = vx[i] * vx[i] + vy[i] * vy[i] + vz[i] * vz[i],
                   p2 = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
       bad |= static_cast<unsigned>(!(v2 < kAbsurd)) | static_cast<unsigned>(!(p2 < 1e12f));
     }
-    if (bad != 0) {
+    o.faulty = bad != 0;
+    o.moved = movedBy(c, object);
+  });
+  for (const std::size_t object : c.model.bodies)
+    if (c.scratch.objects[object].faulty) {
       faulty = c.model.description.objects[object].name;
       return false;
     }
-  }
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     if (!c.state.proxies[t].pose.tip.allFinite() || !c.state.proxies[t].velocity.allFinite()) {
       faulty = "instrument";

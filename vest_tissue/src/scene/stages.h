@@ -44,11 +44,10 @@ Shares shareOut(const WorldModel& model, std::size_t threads);
 
 /// Stages in the order in which a step runs them.
 bool checkInput(const StepInput& input);                      ///< finite numbers, dt in range
-void predict(Context& c);                                     ///< edits, impacts, requests, sub-steps
+void predict(Context& c);                                     ///< edits, impacts, requests; each object
 void moveProxies(Context& c);                                 ///< tools follow what is commanded
 void takeLoads(Context& c);                                   ///< steady forces from outside
 void accountLoads(Context& c);                                ///< their work in this step
-void contract(Context& c);                                    ///< forces of organs that move
 void collide(Context& c);                                     ///< boxes, tools, cavity, organs
 void interact(Context& c);                                    ///< jaws: grasp, hold, slip, release
 void solve(Context& c);                                       ///< batches of sub-steps
@@ -93,11 +92,14 @@ void reserveCut(const WorldModel& model, WorldState& state);
 void reserveCut(const WorldModel& model, interaction::CutScratch& scratch);
 
 /// Parts of the above in files of their own.
+void contract(Context& c, std::size_t object);  ///< forces of an organ that moves
 void findToolContacts(Context& c, std::size_t object);
 /// Places, normals and stiffness of an object's contacts as it is within the step, after this fraction of it.
 void renewContacts(Context& c, std::size_t object, double fraction);
 void findCavityContacts(Context& c, std::size_t object);
 void findOrganPairs(Context& c);
+/// m: the furthest that a knot of the object went in this step, and a little more.
+float movedBy(const Context& c, std::size_t object);
 /// What this step moved (ObjectState::way), once it is known to stand.
 void measureWays(Context& c);
 void findOrganContacts(Context& c);

@@ -45,7 +45,6 @@ Status World::step(const StepInput& input, StepReport& report) {
     predict(c);
     moveProxies(c);
     takeLoads(c);
-    contract(c);
   });
   w.time(report, 1, [&] {
     collide(c);

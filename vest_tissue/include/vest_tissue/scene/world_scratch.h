@@ -82,7 +82,7 @@ inline constexpr std::size_t kNotKept = ~std::size_t{0};
 
 /// Per object, no meaning between steps. Threads work on neighbours at once: none shares a line of the cache.
 struct alignas(64) ObjectScratch {
-  std::vector<float> backup;     ///< motion at the start of the step
+  std::vector<float> backup;     ///< m: rows X … Z at the start of the step
   std::size_t knots_before = 0;  ///< then
   std::vector<contact::ToolContact> contacts;
   std::vector<contact::Pull> pulls;
@@ -114,6 +114,7 @@ struct alignas(64) ObjectScratch {
   bool between = false;     ///< the jaws or blades of the tool that is looked at
   bool search_due = false;  ///< for pairs with others, in this step
   bool over_budget = false;
+  float moved = 0.0f;  ///< m: the furthest that a knot went in this step
   bool begun = false;     ///< its next batch
   double sub_step = 0.0;  ///< s: between two moments at which it takes forces
   double softness = 0.0;  ///< m/N: Body::softness
@@ -133,6 +134,7 @@ struct ConnectionForce {
 /// Who works on what: the shares of a pool's threads.
 struct Shares {
   std::vector<std::size_t> bodies, body_ends;  ///< objects that deform, each on the same thread in all rounds
+  std::vector<std::size_t> search_ends;  ///< the same, with one more before them
   std::size_t chunks = 1;                      ///< into which connections and organ contacts are divided
 };
 
