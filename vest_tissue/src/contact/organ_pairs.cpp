@@ -50,6 +50,7 @@ class Search {
       if (!faraway(middle, radius2)) push(middle, std::sqrt(radius2), t);
     }
     if (near().empty()) return;
+    near().close();
     for (std::uint32_t i = 0; i < sa_.block.knots(); ++i) {
       const Vector3d x = knotPosition(sa_, i);
       if (outside(x, 0.0f) || together(a_, b_, i)) continue;
@@ -82,6 +83,7 @@ class Search {
       if (!faraway(middle, 0.25 * squared)) push(middle, 0.5 * std::sqrt(squared), f);
     }
     if (near().empty()) return;
+    near().close();
     for (std::uint32_t i = 0; i < ours.size(); ++i) {
       if (!sa_.triangle_alive[ours[i].triangle]) continue;
       const EdgeNow e(sa_, ours[i]);
@@ -162,14 +164,11 @@ class Search {
   template <class Visit>
   void eachNear(const Vector3d& x, double radius, const double& best, Visit visit) {
     const auto px = static_cast<float>(x.x()), py = static_cast<float>(x.y()), pz = static_cast<float>(x.z());
-    Candidates& all = near();
-    all.within(px, py, pz, reach_ + static_cast<float>(radius));
-    for (std::size_t q = 0; q < all.size(); ++q) {
-      if (!all.hit(q)) continue;
-      const float dx = all.x(q) - px, dy = all.y(q) - py, dz = all.z(q) - pz;
-      const float bound = static_cast<float>(best + radius) + all.radius(q);
-      if (dx * dx + dy * dy + dz * dz <= bound * bound) visit(all.triangle(q));
-    }
+    near().eachWithin(px, py, pz, reach_ + static_cast<float>(radius),
+                      [&](float squared, float of_ball, std::uint32_t triangle) {
+                        const float bound = static_cast<float>(best + radius) + of_ball;
+                        if (squared <= bound * bound) visit(triangle);
+                      });
   }
 
   OrganPair pairOf(bool edges, std::uint32_t knot) const {
