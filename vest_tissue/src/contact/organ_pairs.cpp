@@ -43,11 +43,12 @@ class Search {
     near().clear();
     for (std::uint32_t t = 0; t < sb_.triangles.size(); ++t) {
       if (!sb_.triangle_alive[t]) continue;
+      if (faraway(t)) continue;
       const auto p = cornersOf(t);
       const Vector3d middle = (p[0] + p[1] + p[2]) / 3.0;
       double radius2 = 0.0;
       for (const Vector3d& corner : p) radius2 = std::max(radius2, (corner - middle).squaredNorm());
-      if (!faraway(middle, radius2)) push(middle, std::sqrt(radius2), t);
+      push(middle, std::sqrt(radius2), t);
     }
     if (near().empty()) return;
     near().close();
@@ -60,12 +61,15 @@ class Search {
       double best = reach_;
       contact::Nearest found{};
       bool any = false;
-      eachNear(x, 0.0, best, [&](std::uint32_t t) {
+      // From the one whose middle is nearest on: it leaves few others to look at. Of two at the same distance
+      // the first in the object's order is taken, whichever was looked at first.
+      nearestFirst(x, best, [&](std::uint32_t t) {
         const auto p = cornersOf(t);
         if (toBoxSquared(x, p) > best * best * (1.0 + 1e-9)) return;
         if (self() && own_.beside(scene_knot, origin(b_, sb_.triangles[t][0]))) return;
         const contact::Nearest n = contact::nearest(x, p);
-        if (n.distance < best) best = n.distance, found = n, pair.triangle = t, any = true;
+        if (n.distance < best || (any && n.distance == best && t < pair.triangle))
+          best = n.distance, found = n, pair.triangle = t, any = true;
       });
       if (any && (!self() || findSide(x, found, pair))) keep(pair, best);
     }
@@ -78,9 +82,7 @@ class Search {
     for (std::uint32_t f = 0; f < theirs.size(); ++f) {
       if (!sb_.triangle_alive[theirs[f].triangle]) continue;
       const EdgeNow e(sb_, theirs[f]);
-      const Vector3d middle = 0.5 * (e.from + e.to);
-      const double squared = (e.to - e.from).squaredNorm();
-      if (!faraway(middle, 0.25 * squared)) push(middle, 0.5 * std::sqrt(squared), f);
+      push(0.5 * (e.from + e.to), 0.5 * std::sqrt((e.to - e.from).squaredNorm()), f);
     }
     if (near().empty()) return;
     near().close();
@@ -148,11 +150,24 @@ class Search {
     return {knotPosition(sb_, k[0]), knotPosition(sb_, k[1]), knotPosition(sb_, k[2])};
   }
 
-  /// Spares the root: push() would leave it out.
-  bool faraway(const Vector3d& middle, double radius2) const {
-    const Eigen::Array3f at = middle.cast<float>().array();
-    const float off = (low_ - at).max(at - high_).maxCoeff();
-    return off > 0.0f && off * off > static_cast<float>(radius2) * 1.001f;
+  /// Spares double precision: push() would leave the triangle's ball out.
+  bool faraway(std::uint32_t t) const {
+    const auto& k = sb_.triangles[t];
+    const float *x = row(sb_, Block::X), *y = row(sb_, Block::Y), *z = row(sb_, Block::Z);
+    const float p[3][3] = {
+        {x[k[0]], y[k[0]], z[k[0]]}, {x[k[1]], y[k[1]], z[k[1]]}, {x[k[2]], y[k[2]], z[k[2]]}};
+    float middle[3], off = -1.0f, radius2 = 0.0f;
+    for (int e = 0; e < 3; ++e) {
+      middle[e] = (p[0][e] + p[1][e] + p[2][e]) * (1.0f / 3.0f);
+      off = std::max(off, std::max(low_[e] - middle[e], middle[e] - high_[e]));
+    }
+    off -= static_cast<float>(kRounding);
+    if (!(off > 0.0f)) return false;
+    for (const auto& corner : p) {
+      const float dx = corner[0] - middle[0], dy = corner[1] - middle[1], dz = corner[2] - middle[2];
+      radius2 = std::max(radius2, dx * dx + dy * dy + dz * dz);
+    }
+    return off * off > 1.01f * radius2;  // more than rounding takes
   }
   void push(const Vector3d& middle, double radius, std::uint32_t index) {
     const float r = static_cast<float>(radius) * 1.00001f;
@@ -169,6 +184,25 @@ class Search {
                         const float bound = static_cast<float>(best + radius) + of_ball;
                         if (squared <= bound * bound) visit(triangle);
                       });
+  }
+
+  /// The same for a point, the ball whose middle is nearest before all others.
+  template <class Visit>
+  void nearestFirst(const Vector3d& x, const double& best, Visit visit) {
+    auto& hits = c_.scratch.near_balls;
+    hits.clear();
+    std::size_t first = 0;
+    near().eachWithin(static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z()), reach_,
+                      [&](float squared, float radius, std::uint32_t triangle) {
+                        if (!hits.empty() && squared < hits[first].squared) first = hits.size();
+                        hits.push_back({squared, radius, triangle});
+                      });
+    if (hits.empty()) return;
+    std::swap(hits[0], hits[first]);
+    for (const NearBall& ball : hits) {
+      const float bound = static_cast<float>(best) + ball.radius;
+      if (ball.squared <= bound * bound) visit(ball.triangle);
+    }
   }
 
   OrganPair pairOf(bool edges, std::uint32_t knot) const {

@@ -58,31 +58,37 @@ inline bool isBetween(const Context& c, int tool, const tools::ToolGeometry& g, 
 }
 
 /// Per knot of an object, in ObjectScratch::near, on which sides of the jaws it lies for certain: samples lie
-/// between the corners, so that a triangle whose corners share a side has none in them. The last bit: further
-/// from the middle than `reach`. Single precision, with room for its rounding; vectorises.
-inline void findSides(const ObjectState& s, ObjectScratch& o, const tools::ToolGeometry& g,
+/// between the corners, so that a triangle whose corners share a side has none in them. kFar: further from the
+/// middle than `reach`. In single precision, with room for its rounding. @return whether any is near
+inline constexpr std::uint8_t kFar = 64;
+inline bool findSides(const ObjectState& s, ObjectScratch& o, const tools::ToolGeometry& g,
                       const JawFrame& frame, const Eigen::Vector3d& middle, double reach) {
   constexpr float kRoom = 1e-5f;  // m: far more than single precision loses in a box of 1 m
-  const Eigen::Matrix3f axes = frame.rotation.cast<float>();
-  const Eigen::Vector3f tip = frame.tip.cast<float>(), m = middle.cast<float>();
+  const Eigen::Matrix3f to_jaws = frame.rotation.transpose().cast<float>();
+  const Eigen::Vector3f tip = frame.tip.cast<float>();
   const float half = static_cast<float>(interaction::kJawHalfWidth) + kRoom,
-              length = static_cast<float>(g.jaw_length) + kRoom, far = static_cast<float>(reach) + kRoom;
-  const float a[3][3] = {{axes(0, 0), axes(1, 0), axes(2, 0)},
-                         {axes(0, 1), axes(1, 1), axes(2, 1)},
-                         {axes(0, 2), axes(1, 2), axes(2, 2)}};
-  const float t[3] = {tip.x(), tip.y(), tip.z()}, c[3] = {m.x(), m.y(), m.z()};
+              length = static_cast<float>(g.jaw_length) + kRoom, far = static_cast<float>(reach) + kRoom,
+              far2 = far * far, cx = static_cast<float>(middle.x()), cy = static_cast<float>(middle.y()),
+              cz = static_cast<float>(middle.z());
   const float *x = row(s, net::Block::X), *y = row(s, net::Block::Y), *z = row(s, net::Block::Z);
+  const std::size_t knots = s.block.knots();
   std::uint8_t* const out = o.near.data();
-  for (std::size_t i = 0; i < s.block.knots(); ++i) {
-    const float px = x[i] - t[0], py = y[i] - t[1], pz = z[i] - t[2];
-    const float u = a[0][0] * px + a[0][1] * py + a[0][2] * pz, v = a[1][0] * px + a[1][1] * py + a[1][2] * pz,
-                w = a[2][0] * px + a[2][1] * py + a[2][2] * pz;
-    const float dx = x[i] - c[0], dy = y[i] - c[1], dz = z[i] - c[2];
-    const int sides = (v > half ? 1 : 0) | (v < -half ? 2 : 0) | (w > kRoom ? 4 : 0) | (w < -length ? 8 : 0) |
-                      (u > length ? 16 : 0) | (u < -length ? 32 : 0) |
-                      (dx * dx + dy * dy + dz * dz > far * far ? 64 : 0);
-    out[i] = static_cast<std::uint8_t>(sides);
+  unsigned any = 0;
+  for (std::size_t i = 0; i < knots; ++i) {  // vectorises
+    const float dx = x[i] - cx, dy = y[i] - cy, dz = z[i] - cz;
+    const std::uint8_t is = dx * dx + dy * dy + dz * dz < far2;
+    out[i] = is;
+    any |= is;
   }
+  if (any == 0) return false;
+  // A corner beyond the reach may belong to a triangle within it: its sides count, too.
+  for (std::size_t i = 0; i < knots; ++i) {
+    const Eigen::Vector3f p = to_jaws * (Eigen::Vector3f(x[i], y[i], z[i]) - tip);
+    const int sides = (p.y() > half ? 1 : p.y() < -half ? 2 : 0) | (p.z() > kRoom ? 4 : p.z() < -length ? 8 : 0) |
+                      (p.x() > length ? 16 : p.x() < -length ? 32 : 0);
+    out[i] = static_cast<std::uint8_t>(sides | (out[i] != 0 ? 0 : kFar));
+  }
+  return true;
 }
 
 /// Calls visit(object, triangle, corner positions, sample, angle) for each sample between open jaws.
@@ -99,10 +105,10 @@ void eachBetween(Context& c, const tools::ToolGeometry& g, const JawFrame& frame
       apart = apart || middle[e] - reach > o.high[e] || middle[e] + reach < o.low[e];
     if (apart) continue;
     const double thickness = c.model.description.objects[object].contact_thickness;
-    findSides(s, o, g, frame, middle, reach);
+    if (!findSides(s, o, g, frame, middle, reach)) continue;
     for (std::size_t t = 0; t < s.triangles.size(); ++t) {
       const auto& k = s.triangles[t];
-      if ((o.near[k[0]] & 64) != 0 || (o.near[k[0]] & o.near[k[1]] & o.near[k[2]] & 63) != 0) continue;
+      if ((o.near[k[0]] & kFar) != 0 || (o.near[k[0]] & o.near[k[1]] & o.near[k[2]] & (kFar - 1)) != 0) continue;
       const Eigen::Vector3d p0 = knotPosition(s, k[0]);
       if ((p0 - middle).squaredNorm() > reach * reach || !s.triangle_alive[t]) continue;
       const std::array<Eigen::Vector3d, 3> p{frame.local(p0), frame.local(knotPosition(s, k[1])),

@@ -538,7 +538,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
   loop_candidates.reserve(4096);
   std::size_t most = 0;
   for (const auto& o : model.start.objects) most = std::max(most, 2 * o.triangles.size() + 64);
-  candidates.reserve(most);
+  candidates.reserve(most), near_balls.reserve(most);
   if (model.threads.rods) {
     threads = std::make_unique<ThreadScratch>(*model.threads.rods);
     threads->candidates.reserve(64 * model.threads.places.size());

@@ -120,6 +120,12 @@ class Candidates {
   std::size_t size_ = 0, room_ = 0;
 };
 
+/// One of these near a point.
+struct NearBall {
+  float squared = 0, radius = 0;  ///< m², m
+  std::uint32_t triangle = 0;
+};
+
 inline constexpr std::size_t kNotKept = ~std::size_t{0};
 
 /// Per object, no meaning between steps. Threads work on neighbours at once: none shares a line of the cache.
@@ -196,6 +202,7 @@ struct WorldScratch {
   std::vector<OrganContact> organ_contacts;
   std::vector<OrganPair> old_pairs;  ///< those of the last search, in order
   Candidates candidates;
+  std::vector<NearBall> near_balls;
   std::vector<ConnectionForce> connection_force;
   /// N: per clip of the State, on the first part that shares its id, at each place of their joint.
   std::array<std::array<Eigen::Vector3d, 2>, interaction::kMaxClips> clip_force{};
