@@ -49,6 +49,9 @@ void tell(const vest::simulation::Stage& stage, const vest::simulation::Rehearsa
   std::printf("smoke: %.3f mg made, %.3f there, %.3f drawn; lens: %.1f °C, %.2f g/m2 of condensate\n",
               1e6 * smoke.made, 1e6 * vest::smoke::mass(stage.field->smokeModel(), smoke), 1e6 * smoke.drawn,
               lens.temperature - 273.15, 1e3 * lens.condensate);
+  std::printf("hash: %016llx of the tissue, %016llx of the effects\n",
+              static_cast<unsigned long long>(world.stateHash()),
+              static_cast<unsigned long long>(stage.trainer->effectsHash().value_or(0)));
 }
 
 }  // namespace

@@ -85,23 +85,40 @@ struct Film {
     }
   }
 
+  /// SurfaceRunoff::busy, of which most knots are not; vectorises. @return whether any is
+  bool findBusy() {
+    std::fill_n(s.flow.begin() + first, count, 0.0f);
+    const float *drug = s.drug.data() + first, *styptic = s.styptic.data() + first,
+                *open = s.open.data() + first, *clot = s.clot.data() + first;
+    const double *film = s.film.data() + first, *loose = s.loose.data() + first;
+    std::uint8_t* const busy = off.busy.data() + first;
+    unsigned any = 0;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const std::uint8_t is = static_cast<std::uint8_t>(!(drug[k] <= 0)) |
+                              static_cast<std::uint8_t>(!(styptic[k] <= 0)) |
+                              static_cast<std::uint8_t>(!(open[k] <= 0)) |
+                              static_cast<std::uint8_t>(!(clot[k] <= 0)) |
+                              static_cast<std::uint8_t>(!(film[k] <= 0)) |
+                              static_cast<std::uint8_t>(!(loose[k] <= 0));
+      busy[k] = is;
+      any |= is;
+    }
+    return any != 0;
+  }
+
   /// What tissue does: drug, clotting, seeping. @return whether anything is left to do here
   bool seep() {
     const double clotting = 1 / (1 + dt / kClottingTime), fading = 1 / (1 + dt / kStypticTime),
                  constricting = dt / (dt + kConstrictionTime);
     const double perfused = in.scale * (in.perfused ? in.perfused[object] : 1.0);
-    bool any = false;
+    for (std::size_t t = 0; t < front.size(); ++t)
+      for (std::uint32_t k = 0;
+           in.inject[t].on && in.inject[t].object == static_cast<std::int32_t>(object) && k < count; ++k)
+        if (squaredDistance(mesh.positions, k, in.inject[t].place) < front[t]) s.drug[first + k] = 1;
+    if (!findBusy()) return false;
     for (std::uint32_t k = 0; k < count; ++k) {
       const std::uint32_t i = first + k;
-      for (std::size_t t = 0; t < front.size(); ++t)
-        if (in.inject[t].on && in.inject[t].object == static_cast<std::int32_t>(object) &&
-            squaredDistance(mesh.positions, k, in.inject[t].place) < front[t])
-          s.drug[i] = 1;
-      s.flow[i] = 0;
-      if (s.drug[i] <= 0 && s.styptic[i] <= 0 && s.open[i] <= 0 && s.clot[i] <= 0 && s.film[i] <= 0 &&
-          s.loose[i] <= 0)
-        continue;
-      any = true;
+      if (off.busy[i] == 0) continue;
       s.styptic[i] = static_cast<float>(s.styptic[i] + constricting * (s.drug[i] - s.styptic[i]));
       s.drug[i] = static_cast<float>(s.drug[i] * fading);
       if (s.drug[i] < 1e-3f) s.drug[i] = 0;
@@ -128,7 +145,7 @@ struct Film {
       if (s.open[i] < 1e-4f) s.open[i] = 0;
       s.clot[i] = raised(s.clot[i], before - s.open[i]);
     }
-    return any;
+    return true;
   }
 
   /// Between two knots of a triangle. @param across its width over its length

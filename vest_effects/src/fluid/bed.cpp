@@ -98,7 +98,13 @@ struct Polygon {
 
   void cut(int axis, double line, double sign) {
     double out[kMost][2];
-    int n = 0;
+    int n = 0, above = 0;
+    for (int k = 0; k < count; ++k) above += sign * (at[k][axis] - line) >= 0 ? 1 : 0;
+    if (above == count && count + 2 <= kMost) return;  // nothing is cut off
+    if (above == 0) {
+      count = 0;
+      return;
+    }
     for (int k = 0; k < count && n + 2 <= kMost; ++k) {
       const double *p = at[k], *q = at[k + 1 < count ? k + 1 : 0];
       const double a = sign * (p[axis] - line), b = sign * (q[axis] - line);

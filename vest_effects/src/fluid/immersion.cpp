@@ -156,7 +156,9 @@ void immerse(const Model& model, const Inputs& inputs, State& state, ScratchData
     Taken taken;
     for (int k = 0; k < kLevels; ++k) {
       taken = takenOf(s, i, w.bed[i], w.top(i));
+      const bool found = taken.column == w.raised[i];  // the next would be the same
       w.raised[i] = taken.column;
+      if (found) break;
     }
     w.head[i] += w.raised[i];
     cell.slope = taken.area / (1 - taken.area), cell.depth = w.depth[i];

@@ -343,21 +343,16 @@ void renewSides(Context& c) {
 
 void collide(Context& c) {
   placeTools(c);
-  eachBody(c, [&c](std::size_t object) {
-    const ObjectState& s = c.state.objects[object];
-    ObjectScratch& o = c.scratch.objects[object];
-    const std::size_t knots = s.block.knots();
-    for (int axis = 0; axis < 3; ++axis) {
-      const float* const p = row(s, static_cast<Block::KnotRow>(Block::X + axis));
-      float low = p[0], high = p[0];
-      for (std::size_t i = 0; i < knots; ++i) low = p[i] < low ? p[i] : low, high = p[i] > high ? p[i] : high;
-      o.low[axis] = low;
-      o.high[axis] = high;
+  // The search is the longest piece of work: the caller does it, and others take what is left of its share.
+  auto at = [&c](std::size_t i) {
+    if (i == 0) {
+      findOrganPairs(c);
+      return;
     }
-    findToolContacts(c, object);
-    findCavityContacts(c, object);
-  });
-  findOrganPairs(c);
+    findToolContacts(c, c.shares.bodies[i - 1]);
+    findCavityContacts(c, c.shares.bodies[i - 1]);
+  };
+  c.pool.each(c.shares.search_ends, at);
   findOrganContacts(c);
 }
 

@@ -124,6 +124,20 @@ void findOrganContacts(Context& c) {
     r.reach = static_cast<float>(reach);
     if (contacts.size() < contacts.capacity()) contacts.push_back(r);
   }
+  for (ObjectScratch& o : c.scratch.objects) o.first_contact = OrganContact::kNone;
+  for (std::uint32_t n = 0; n < contacts.size(); ++n)
+    for (std::size_t end = 0; end < 2; ++end) {
+      const std::uint16_t object = contacts[n].ends[end].object;
+      if (end == 1 && object == contacts[n].ends[0].object) continue;
+      ObjectScratch& o = c.scratch.objects[object];
+      if (o.first_contact == OrganContact::kNone) {
+        o.first_contact = n;
+      } else {
+        OrganContact& last = contacts[o.last_contact];
+        last.next[last.ends[0].object == object ? 0 : 1] = n;
+      }
+      o.last_contact = n;
+    }
   // As stiff as the exchange of held forces allows: contacts that share a knot share that room.
   if (contacts.empty()) return;
   for (ObjectScratch& o : c.scratch.objects) std::fill(o.shared.begin(), o.shared.end(), std::uint16_t{0});

@@ -43,6 +43,7 @@ class Search {
     near().clear();
     for (std::uint32_t t = 0; t < sb_.triangles.size(); ++t) {
       if (!sb_.triangle_alive[t]) continue;
+      if (faraway(t)) continue;
       const auto p = cornersOf(t);
       const Vector3d middle = (p[0] + p[1] + p[2]) / 3.0;
       double radius2 = 0.0;
@@ -50,6 +51,7 @@ class Search {
       push(middle, std::sqrt(radius2), t);
     }
     if (near().empty()) return;
+    near().close();
     for (std::uint32_t i = 0; i < sa_.block.knots(); ++i) {
       const Vector3d x = knotPosition(sa_, i);
       if (outside(x, 0.0f) || together(a_, b_, i)) continue;
@@ -59,12 +61,15 @@ class Search {
       double best = reach_;
       contact::Nearest found{};
       bool any = false;
-      eachNear(x, 0.0, best, [&](std::uint32_t t) {
+      // From the one whose middle is nearest on: it leaves few others to look at. Of two at the same distance
+      // the first in the object's order is taken, whichever was looked at first.
+      nearestFirst(x, best, [&](std::uint32_t t) {
         const auto p = cornersOf(t);
         if (toBoxSquared(x, p) > best * best * (1.0 + 1e-9)) return;
         if (self() && own_.beside(scene_knot, origin(b_, sb_.triangles[t][0]))) return;
         const contact::Nearest n = contact::nearest(x, p);
-        if (n.distance < best) best = n.distance, found = n, pair.triangle = t, any = true;
+        if (n.distance < best || (any && n.distance == best && t < pair.triangle))
+          best = n.distance, found = n, pair.triangle = t, any = true;
       });
       if (any && (!self() || findSide(x, found, pair))) keep(pair, best);
     }
@@ -80,6 +85,7 @@ class Search {
       push(0.5 * (e.from + e.to), 0.5 * std::sqrt((e.to - e.from).squaredNorm()), f);
     }
     if (near().empty()) return;
+    near().close();
     for (std::uint32_t i = 0; i < ours.size(); ++i) {
       if (!sa_.triangle_alive[ours[i].triangle]) continue;
       const EdgeNow e(sa_, ours[i]);
@@ -144,6 +150,25 @@ class Search {
     return {knotPosition(sb_, k[0]), knotPosition(sb_, k[1]), knotPosition(sb_, k[2])};
   }
 
+  /// Spares double precision: push() would leave the triangle's ball out.
+  bool faraway(std::uint32_t t) const {
+    const auto& k = sb_.triangles[t];
+    const float *x = row(sb_, Block::X), *y = row(sb_, Block::Y), *z = row(sb_, Block::Z);
+    const float p[3][3] = {
+        {x[k[0]], y[k[0]], z[k[0]]}, {x[k[1]], y[k[1]], z[k[1]]}, {x[k[2]], y[k[2]], z[k[2]]}};
+    float middle[3], off = -1.0f, radius2 = 0.0f;
+    for (int e = 0; e < 3; ++e) {
+      middle[e] = (p[0][e] + p[1][e] + p[2][e]) * (1.0f / 3.0f);
+      off = std::max(off, std::max(low_[e] - middle[e], middle[e] - high_[e]));
+    }
+    off -= static_cast<float>(kRounding);
+    if (!(off > 0.0f)) return false;
+    for (const auto& corner : p) {
+      const float dx = corner[0] - middle[0], dy = corner[1] - middle[1], dz = corner[2] - middle[2];
+      radius2 = std::max(radius2, dx * dx + dy * dy + dz * dz);
+    }
+    return off * off > 1.01f * radius2;  // more than rounding takes
+  }
   void push(const Vector3d& middle, double radius, std::uint32_t index) {
     const float r = static_cast<float>(radius) * 1.00001f;
     if (outside(middle, r) || near().full()) return;
@@ -154,13 +179,29 @@ class Search {
   template <class Visit>
   void eachNear(const Vector3d& x, double radius, const double& best, Visit visit) {
     const auto px = static_cast<float>(x.x()), py = static_cast<float>(x.y()), pz = static_cast<float>(x.z());
-    Candidates& all = near();
-    all.within(px, py, pz, reach_ + static_cast<float>(radius));
-    for (std::size_t q = 0; q < all.size(); ++q) {
-      if (!all.hit(q)) continue;
-      const float dx = all.x(q) - px, dy = all.y(q) - py, dz = all.z(q) - pz;
-      const float bound = static_cast<float>(best + radius) + all.radius(q);
-      if (dx * dx + dy * dy + dz * dz <= bound * bound) visit(all.triangle(q));
+    near().eachWithin(px, py, pz, reach_ + static_cast<float>(radius),
+                      [&](float squared, float of_ball, std::uint32_t triangle) {
+                        const float bound = static_cast<float>(best + radius) + of_ball;
+                        if (squared <= bound * bound) visit(triangle);
+                      });
+  }
+
+  /// The same for a point, the ball whose middle is nearest before all others.
+  template <class Visit>
+  void nearestFirst(const Vector3d& x, const double& best, Visit visit) {
+    auto& hits = c_.scratch.near_balls;
+    hits.clear();
+    std::size_t first = 0;
+    near().eachWithin(static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z()), reach_,
+                      [&](float squared, float radius, std::uint32_t triangle) {
+                        if (!hits.empty() && squared < hits[first].squared) first = hits.size();
+                        hits.push_back({squared, radius, triangle});
+                      });
+    if (hits.empty()) return;
+    std::swap(hits[0], hits[first]);
+    for (const NearBall& ball : hits) {
+      const float bound = static_cast<float>(best) + ball.radius;
+      if (ball.squared <= bound * bound) visit(ball.triangle);
     }
   }
 
@@ -222,34 +263,37 @@ class Search {
 
 }  // namespace
 
+float movedBy(const Context& c, std::size_t object) {
+  const ObjectState& s = c.state.objects[object];
+  const float* const before = c.scratch.objects[object].backup.data();
+  const float* const motion = s.block.motion();
+  const std::size_t Y = s.block.motionFloats() / 6, Z = 2 * Y;
+  const auto moved = [&](std::size_t k) {
+    const float dx = motion[k] - before[k], dy = motion[Y + k] - before[Y + k],
+                dz = motion[Z + k] - before[Z + k];
+    return dx * dx + dy * dy + dz * dz;
+  };
+  float lanes[8] = {};                                               // vectorises
+  const std::size_t knots = c.scratch.objects[object].knots_before;  // new ones are a jump
+  std::size_t i = 0;
+  for (; i + 8 <= knots; i += 8)
+    for (std::size_t n = 0; n < 8; ++n) {
+      const float m = moved(i + n);
+      lanes[n] = lanes[n] < m ? m : lanes[n];
+    }
+  for (; i < knots; ++i) lanes[0] = std::max(lanes[0], moved(i));
+  return std::sqrt(*std::max_element(lanes, lanes + 8)) * 1.00001f;
+}
+
 void measureWays(Context& c) {
   // A cut may put knots elsewhere than they were: everything is looked at again.
-  const double jump = c.state.revision != c.state.way_revision ? 1.0 : 0.0;
+  const bool cut = c.state.revision != c.state.way_revision;
+  const double jump = cut ? 1.0 : 0.0;
   c.state.way_revision = c.state.revision;
   float furthest = 0.0f;
   for (const std::size_t object : c.model.bodies) {
-    ObjectState& s = c.state.objects[object];
-    const float* const before = c.scratch.objects[object].backup.data();
-    const float* const motion = s.block.motion();
-    const auto rowOf = [&](Block::KnotRow r) { return s.block.row(r) - motion; };
-    const auto X = static_cast<std::size_t>(rowOf(Block::X)), Y = static_cast<std::size_t>(rowOf(Block::Y)),
-               Z = static_cast<std::size_t>(rowOf(Block::Z));
-    const auto moved = [&](std::size_t k) {
-      const float dx = motion[X + k] - before[X + k], dy = motion[Y + k] - before[Y + k],
-                  dz = motion[Z + k] - before[Z + k];
-      return dx * dx + dy * dy + dz * dz;
-    };
-    float lanes[8] = {};                                               // vectorises
-    const std::size_t knots = c.scratch.objects[object].knots_before;  // new ones are a jump
-    std::size_t i = 0;
-    for (; i + 8 <= knots; i += 8)
-      for (std::size_t n = 0; n < 8; ++n) {
-        const float m = moved(i + n);
-        lanes[n] = lanes[n] < m ? m : lanes[n];
-      }
-    for (; i < knots; ++i) lanes[0] = std::max(lanes[0], moved(i));
-    const float far = std::sqrt(*std::max_element(lanes, lanes + 8)) * 1.00001f;
-    s.way += static_cast<double>(far) + jump;
+    const float far = cut ? movedBy(c, object) : c.scratch.objects[object].moved;
+    c.state.objects[object].way += static_cast<double>(far) + jump;
     furthest = std::max(furthest, far);
   }
   c.state.way += static_cast<double>(furthest) + jump;

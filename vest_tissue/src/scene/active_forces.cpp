@@ -121,11 +121,8 @@ void addForces(Context& c, std::size_t object) {
 
 }  // namespace
 
-void contract(Context& c) {
-  auto work = [&c](std::size_t object) {
-    if (!c.scratch.objects[object].active.empty()) addForces(c, object);
-  };
-  c.pool.each(c.model.objects.size(), work);
+void contract(Context& c, std::size_t object) {
+  if (!c.scratch.objects[object].active.empty()) addForces(c, object);
 }
 
 }  // namespace vest::scene

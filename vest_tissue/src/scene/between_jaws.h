@@ -58,6 +58,40 @@ inline bool isBetween(const Context& c, int tool, const tools::ToolGeometry& g, 
          wasBetween(c, tool, place);
 }
 
+/// Per knot of an object, in ObjectScratch::near, on which sides of the jaws it lies for certain: samples lie
+/// between the corners, so that a triangle whose corners share a side has none in them. kFar: further from the
+/// middle than `reach`. In single precision, with room for its rounding. @return whether any is near
+inline constexpr std::uint8_t kFar = 64;
+inline bool findSides(const ObjectState& s, ObjectScratch& o, const tools::ToolGeometry& g,
+                      const JawFrame& frame, const Eigen::Vector3d& middle, double reach) {
+  constexpr float kRoom = 1e-5f;  // m: far more than single precision loses in a box of 1 m
+  const Eigen::Matrix3f to_jaws = frame.rotation.transpose().cast<float>();
+  const Eigen::Vector3f tip = frame.tip.cast<float>();
+  const float half = static_cast<float>(interaction::kJawHalfWidth) + kRoom,
+              length = static_cast<float>(g.jaw_length) + kRoom, far = static_cast<float>(reach) + kRoom,
+              far2 = far * far, cx = static_cast<float>(middle.x()), cy = static_cast<float>(middle.y()),
+              cz = static_cast<float>(middle.z());
+  const float *x = row(s, net::Block::X), *y = row(s, net::Block::Y), *z = row(s, net::Block::Z);
+  const std::size_t knots = s.block.knots();
+  std::uint8_t* const out = o.near.data();
+  unsigned any = 0;
+  for (std::size_t i = 0; i < knots; ++i) {  // vectorises
+    const float dx = x[i] - cx, dy = y[i] - cy, dz = z[i] - cz;
+    const std::uint8_t is = dx * dx + dy * dy + dz * dz < far2;
+    out[i] = is;
+    any |= is;
+  }
+  if (any == 0) return false;
+  // A corner beyond the reach may belong to a triangle within it: its sides count, too.
+  for (std::size_t i = 0; i < knots; ++i) {
+    const Eigen::Vector3f p = to_jaws * (Eigen::Vector3f(x[i], y[i], z[i]) - tip);
+    const int sides = (p.y() > half ? 1 : p.y() < -half ? 2 : 0) | (p.z() > kRoom ? 4 : p.z() < -length ? 8 : 0) |
+                      (p.x() > length ? 16 : p.x() < -length ? 32 : 0);
+    out[i] = static_cast<std::uint8_t>(sides | (out[i] != 0 ? 0 : kFar));
+  }
+  return true;
+}
+
 /// Calls visit(object, triangle, corner positions, sample, angle) for each sample between open jaws.
 template <typename Visit>
 void eachBetween(Context& c, const tools::ToolGeometry& g, const JawFrame& frame, double angle, Visit visit) {
@@ -65,15 +99,17 @@ void eachBetween(Context& c, const tools::ToolGeometry& g, const JawFrame& frame
                         middle = 0.5 * (axis + frame.tip);
   for (const std::size_t object : c.model.bodies) {
     const ObjectState& s = c.state.objects[object];
-    const ObjectScratch& o = c.scratch.objects[object];
+    ObjectScratch& o = c.scratch.objects[object];
     const double reach = g.jaw_length + c.model.objects[object].greatest_edge;
     bool apart = false;
     for (int e = 0; e < 3; ++e)
       apart = apart || middle[e] - reach > o.high[e] || middle[e] + reach < o.low[e];
     if (apart) continue;
     const double thickness = c.model.description.objects[object].contact_thickness;
+    if (!findSides(s, o, g, frame, middle, reach)) continue;
     for (std::size_t t = 0; t < s.triangles.size(); ++t) {
       const auto& k = s.triangles[t];
+      if ((o.near[k[0]] & kFar) != 0 || (o.near[k[0]] & o.near[k[1]] & o.near[k[2]] & (kFar - 1)) != 0) continue;
       const Eigen::Vector3d p0 = knotPosition(s, k[0]);
       if ((p0 - middle).squaredNorm() > reach * reach || !s.triangle_alive[t]) continue;
       const std::array<Eigen::Vector3d, 3> p{frame.local(p0), frame.local(knotPosition(s, k[1])),

@@ -367,6 +367,7 @@ void connect(const Description& d, WorldModel& m) {
           << "'): triangle1: its corners lie on one line (allowed: an area, which carries the offset)";
       throw std::invalid_argument(out.str());
     }
+    constants.stiffness = k.stiffness, constants.damping = k.damping, constants.break_force = k.break_force;
     m.connections.push_back(constants);
     m.start.connections.push_back(s);
   }
@@ -393,6 +394,8 @@ void connect(const Description& d, WorldModel& m) {
       throw std::invalid_argument(out.str());
     }
     const ConnectionState& s = m.start.connections[n];
+    m.objects[s.end0.object].tied.push_back(static_cast<std::uint32_t>(2 * n));
+    m.objects[s.end1.object].tied.push_back(static_cast<std::uint32_t>(2 * n + 1));
     for (const auto object : {s.end0.object, s.end1.object})
       m.objects[object].exchanges_needed = std::max(m.objects[object].exchanges_needed, needed);
   }
@@ -542,7 +545,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const Block& b = model.start.objects[i].block;
     ObjectScratch& s = objects[i];
-    s.backup.resize(b.motionFloats());
+    s.backup.resize(b.motionFloats() / 2);
     s.contacts.reserve(512);
     s.pulls.reserve((4 + interaction::kMaxSuspensions) * interaction::kMaxGraspAnchors);
     s.planes.reserve(b.knotCapacity());
@@ -561,7 +564,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
   loop_candidates.reserve(4096);
   std::size_t most = 0;
   for (const auto& o : model.start.objects) most = std::max(most, 2 * o.triangles.size() + 64);
-  candidates.reserve(most);
+  candidates.reserve(most), near_balls.reserve(most);
   if (model.threads.rods) {
     threads = std::make_unique<ThreadScratch>(*model.threads.rods);
     threads->candidates.reserve(64 * model.threads.places.size());

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "connection_kernel.h"
 #include "vest_tissue/scene/topology.h"
 
 namespace vest::scene {
@@ -12,13 +13,11 @@ namespace {
 using Eigen::Vector3d;
 using net::Block;
 
-constexpr double kLeastFace = 1e-12;  ///< m²: less than a micrometre each way (tuned)
 /// 1: greatest answer of a face to a force at the end of its lever, over that at its foot (tuned).
 /// Connections of 11 mm on triangles of 4 mm would need ten times as many exchanges as their foot does.
 constexpr double kGreatestLever = 1.9;
-/// A face that crumples would carry its lever with the forces of a crowbar: a connection gets softer where
-/// its ends have become this much lighter than they were built (tuned).
-constexpr double kLighter = 2.0;
+using kernel::kLeastFace;
+using kernel::kLighter;
 constexpr int kSweeps = 12;  ///< of connectionRates() (tuned)
 
 /// Where an anchor's face carries its end: at sum of weights·knots + height·normal. The weights may lie
@@ -63,9 +62,7 @@ Corners cornersOf(const WorldState& state, const net::Anchor& a, double ahead) {
 /// s: from the start of a batch of `h` to the mean of the places at which its sub-steps take their forces.
 /// Each takes them where it begins.
 double untilMean(const Context& c, std::size_t object, double h) {
-  const double each =
-      c.dt / (c.stretch * static_cast<double>(c.body(object).stepsOf(c.state.objects[object])));
-  return 0.5 * std::max(0.0, h - each);
+  return 0.5 * std::max(0.0, h - c.scratch.objects[object].sub_step);
 }
 
 /// m: length of the edge of a face that lies opposite to each knot.
@@ -260,25 +257,83 @@ void sever(Context& c, std::size_t n, double force, int instrument) {
   emit(c, e);
 }
 
-void exchange(Context& c, std::size_t n, double h, bool renew, bool due0, bool due1) {
-  const Connection& k = c.model.description.connections[n];
+bool FourConnections::takes(const ConnectionState& s) const {
+  const auto &knot = s.end0.knots, &face = s.end1.knots;
+  const auto& w = s.end0.weights;
+  return knot[0] == knot[1] && w[0] == 1.0 && w[1] == 0.0 && w[2] == 0.0 && w[3] == 0.0 &&
+         s.end1.weights[3] == 0.0 && face[0] != face[1] && face[1] != face[2] && face[0] != face[2] &&
+         c_.scratch.objects[s.end0.object].softness + c_.scratch.objects[s.end1.object].softness == 0.0;
+}
+
+void FourConnections::add(std::size_t n, double h) {
+  const ConnectionState& s = c_.state.connections[n];
+  const ConnectionConstants& k = c_.model.connections[n];
+  const std::size_t l = count_;
+  number_[l] = n, interval_[l] = h;
+  const auto read = [l](const ObjectState& o, std::uint32_t knot, auto& x, auto& v, auto& w) {
+    const std::size_t stride = o.block.motionFloats() / 6;
+    const float* const at = o.block.motion() + knot;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      x[axis][l] = at[axis * stride], v[axis][l] = at[(3 + axis) * stride];
+    w[l] = row(o, Block::kInverseMass)[knot];
+  };
+  read(c_.state.objects[s.end0.object], s.end0.knots[0], lanes_.x0, lanes_.v0, lanes_.w0);
+  for (std::size_t i = 0; i < 3; ++i) {
+    read(c_.state.objects[s.end1.object], s.end1.knots[i], lanes_.x1[i], lanes_.v1[i], lanes_.w1[i]);
+    lanes_.weight[i][l] = s.end1.weights[i];
+  }
+  lanes_.ahead0[l] = untilMean(c_, s.end0.object, h), lanes_.ahead1[l] = untilMean(c_, s.end1.object, h);
+  lanes_.height[l] = s.end1.height, lanes_.strand[l] = k.strand, lanes_.built[l] = k.inverse_mass;
+  lanes_.stiffness[l] = k.stiffness, lanes_.damping[l] = k.damping;
+  if (++count_ == kernel::ConnectionLanes::kCount) pull();
+}
+
+void FourConnections::pull() {
+#if defined(VEST_HAVE_AVX2_KERNEL)
+  c_.level == net::KernelLevel::Avx2 ? pullAvx2(lanes_) : pullBaseline(lanes_);
+#else
+  pullBaseline(lanes_);
+#endif
+  const auto of = [](const auto& from, std::size_t l) { return Vector3d(from[0][l], from[1][l], from[2][l]); };
+  for (std::size_t l = 0; l < count_; ++l) {
+    const std::size_t n = number_[l];
+    const ConnectionConstants& k = c_.model.connections[n];
+    ConnectionForce& f = c_.scratch.connection_force[n];
+    f.spring = of(lanes_.spring, l), f.damping = of(lanes_.damper, l);
+    f.damper = c_.state.connections[n].end1;
+    for (std::size_t i = 0; i < 3; ++i) f.damper.weights[i] = lanes_.damper_weight[i][l];
+    f.damper.height = lanes_.damper_height[l];
+    f.torn = k.break_force > 0.0 && lanes_.force2[l] > k.break_force * k.break_force
+                 ? std::sqrt(lanes_.force2[l])
+                 : 0.0;
+    f.dissipated = c_.account ? f.damping.dot(of(lanes_.rate, l)) * interval_[l] : 0.0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      f.knots[0][0][axis] = lanes_.on0[axis][l];
+      for (std::size_t i = 0; i < 3; ++i) f.knots[1][i][axis] = lanes_.on1[i][axis][l];
+    }
+  }
+  count_ = 0;
+}
+
+void pullTogether(Context& c, std::size_t n, double h, bool renew) {
+  const ConnectionConstants& k = c.model.connections[n];
   ConnectionState& s = c.state.connections[n];
   ConnectionForce& f = c.scratch.connection_force[n];
   // All at the mean place of the sub-steps in which they act (docs/decisions/0015-…): no torque is left.
   const double ahead0 = untilMean(c, s.end0.object, h), ahead1 = untilMean(c, s.end1.object, h);
   const Corners corners1 = cornersOf(c.state, s.end1, ahead1);
   const Face face = faceOf(corners1, s.end1);
+  f.torn = f.dissipated = 0.0;
   if (renew) {
-    const ConnectionConstants& constants = c.model.connections[n];
     const Corners corners0 = cornersOf(c.state, s.end0, ahead0);
     const Vector3d place0 = placeOf(corners0, s.end0, faceOf(corners0, s.end0));
-    const Vector3d off = stretchOf(placeOf(corners1, s.end1, face) - place0, constants.strand);
+    const Vector3d off = stretchOf(placeOf(corners1, s.end1, face) - place0, k.strand);
     // The damper sits at end 0 and its other end is carried by the face there: a stretched connection that
     // only turns is not damped, and no torque is left.
     f.damper = s.end1;
     carry(f.damper, face, place0);
     const Vector3d rate = velocityOf(corners1, f.damper, face) - velocityOf(corners0, s.end0, Face{});
-    const double built = constants.inverse_mass, own = inverseMass(corners0, s.end0);
+    const double built = k.inverse_mass, own = inverseMass(corners0, s.end0);
     const std::array<double, 3> edges = edgesOf(face);
     const double soft1 = std::min(1.0, kLighter * built / (own + inverseMass(corners1, s.end1, face, edges))),
                  soft2 =
@@ -287,9 +342,8 @@ void exchange(Context& c, std::size_t n, double h, bool renew, bool due0, bool d
     f.damping = (soft2 * k.damping) * rate;
     // An elastostatic end follows at once, without inertia: the force goes over to its new value no faster
     // than the softest answer allows.
-    double soft = 0.0;
-    for (const net::Anchor* a : {&s.end0, &s.end1})
-      soft += c.body(a->object).softness(c.model.objects[a->object], c.state.objects[a->object]);
+    const double soft =
+        c.scratch.objects[s.end0.object].softness + c.scratch.objects[s.end1.object].softness;
     if (soft > 0.0) {
       const Vector3d held = s.force;
       f.spring = held + (k.stiffness * off - held) / (1.0 + k.stiffness * soft);
@@ -298,22 +352,20 @@ void exchange(Context& c, std::size_t n, double h, bool renew, bool due0, bool d
     }
     const double force2 = (f.spring + f.damping).squaredNorm();
     if (k.break_force > 0.0 && force2 > k.break_force * k.break_force) {
-      sever(c, n, std::sqrt(force2), -1);
-      f = ConnectionForce{};
+      f.torn = std::sqrt(force2);
       return;
     }
-    if (c.account) c.state.energy.dissipated += f.damping.dot(rate) * h;
+    if (c.account) f.dissipated = f.damping.dot(rate) * h;
   }
-  for (std::size_t i = 0; due0 && i < 4; ++i)
-    if (s.end0.weights[i] != 0.0)
-      addHeld(c.state.objects[s.end0.object], s.end0.knots[i], s.end0.weights[i] * (f.spring + f.damping));
-  if (!due1) return;
+  const auto keep = [](std::array<float, 3>& to, const Vector3d& force) {
+    for (std::size_t e = 0; e < 3; ++e) to[e] = static_cast<float>(force[static_cast<Eigen::Index>(e)]);
+  };
+  for (std::size_t i = 0; i < 4; ++i) keep(f.knots[0][i], s.end0.weights[i] * (f.spring + f.damping));
   std::array<Vector3d, 4> knots;
   knots.fill(Vector3d::Zero());
   share(s.end1, face, -f.spring, knots);
   share(f.damper, face, -f.damping, knots);
-  for (std::size_t i = 0; i < 4; ++i)
-    if (i < 3 || s.end1.weights[i] != 0.0) addHeld(c.state.objects[s.end1.object], s.end1.knots[i], knots[i]);
+  for (std::size_t i = 0; i < 4; ++i) keep(f.knots[1][i], knots[i]);
 }
 
 }  // namespace vest::scene

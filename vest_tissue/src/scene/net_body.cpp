@@ -335,9 +335,18 @@ void NetBody::advance(Context& c, std::size_t object, int batch) const {
 }
 
 void NetBody::conduct(Context& c, std::size_t object) const {
-  for (const NetLink& l : c.state.objects[object].links) {
-    if (l.conductance == 0.0f || (l.values.axial == 0.0f && l.values.damping == 0.0f)) continue;
-    exchangeHeat(c, object, l.values.knot0, l.values.knot1, l.conductance);
+  // Nearly all knots are at body temperature, and nothing passes between two of these.
+  const ObjectState& s = c.state.objects[object];
+  std::vector<std::uint8_t>& warm = c.scratch.objects[object].near;
+  for (std::size_t k = 0; k < s.block.knots(); ++k)
+    warm[k] = s.heat.columns[k].excess != decltype(interaction::HeatColumn::excess){};
+  for (const NetLink& l : s.links) {
+    const std::uint32_t p = l.values.knot0, q = l.values.knot1;
+    if ((warm[p] | warm[q]) == 0 || l.conductance == 0.0f ||
+        (l.values.axial == 0.0f && l.values.damping == 0.0f))
+      continue;
+    exchangeHeat(c, object, p, q, l.conductance);
+    warm[p] = warm[q] = 1;
   }
 }
 

@@ -156,6 +156,27 @@ bool checkInput(const StepInput& input) {
   return true;
 }
 
+/// What a step knows of where an object was: impacts change no place, and splits put copies behind.
+void keepPlaces(Context& c, std::size_t object) {
+  const ObjectState& s = c.state.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  std::copy_n(s.block.motion(), o.backup.size(), o.backup.data());
+  o.backup_x.assign(s.tissue.x.begin(), s.tissue.x.end());
+}
+
+void findBox(Context& c, std::size_t object) {
+  const ObjectState& s = c.state.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  for (int axis = 0; axis < 3; ++axis) {
+    const float* const p = row(s, static_cast<Block::KnotRow>(Block::X + axis));
+    float low = p[0], high = p[0];
+    for (std::size_t i = 0; i < s.block.knots(); ++i)
+      low = p[i] < low ? p[i] : low, high = p[i] > high ? p[i] : high;
+    o.low[axis] = low;
+    o.high[axis] = high;
+  }
+}
+
 void predict(Context& c) {
   for (const ParameterEdit& edit : c.input.edits) applyEdit(c, edit);
   for (const ImpactInput& impact : c.input.impacts) applyImpact(c, impact);
@@ -171,16 +192,23 @@ void predict(Context& c) {
   }
   for (const std::size_t i : c.model.bodies)
     if (c.model.description.objects[i].tear_strain > 0.0) tear(c, i);
-  auto work = [&c](std::size_t object) {
-    c.body(object).renewBound(c, object);
+  const auto renew = [&c](std::size_t object) {
     const Topology& topology = c.state.objects[object].topology;
     const std::size_t knots = c.model.description.objects[object].position.size();
     c.scratch.objects[object].rings.renew(
         c.model.objects[object].tube, c.state.objects[object].triangles,
         c.state.objects[object].triangle_alive, topology.revision, !topology.doubled_knots.empty(),
         [&](std::uint32_t knot) { return originalKnot(topology, knots, knot); });
+    contract(c, object);
   };
-  c.pool.each(c.model.objects.size(), work);
+  for (std::size_t i = 0; i < c.model.objects.size(); ++i)
+    if (!c.model.objects[i].deforms) renew(i);
+  eachBody(c, [&](std::size_t object) {
+    keepPlaces(c, object);
+    c.body(object).renewBound(c, object);
+    renew(object);
+    findBox(c, object);
+  });
 }
 
 }  // namespace vest::scene

@@ -27,10 +27,7 @@ void keepBackup(Context& c) {
     ObjectScratch& o = c.scratch.objects[i];
     o.shape_kept = o.rings_kept = kNotKept;
     if (!c.model.objects[i].deforms) continue;
-    std::memcpy(o.backup.data(), c.state.objects[i].block.motion(), o.backup.size() * sizeof(float));
     o.knots_before = c.state.objects[i].block.knots();
-    const auto& x = c.state.objects[i].tissue.x;
-    o.backup_x.assign(x.begin(), x.end());
   }
   c.scratch.proxies_before = c.state.proxies;
   c.scratch.kept_motion.clear(), c.scratch.kept_shapes.clear();

@@ -153,65 +153,169 @@ void Body::begin(Context& c, std::size_t object, double h, int /*batch*/) const 
   if (s.load.any) addLoad(s, h, filled() && moves);
 }
 
+namespace {
+
+/// The batches of a step, and which of them an object begins one of its own with.
+struct Batches {
+  const Context& c;
+  int count;
+  explicit Batches(const Context& context) : c(context), count(context.model.batches) {
+    for (const ObjectState& s : c.state.objects) count = std::max(count, s.batches);
+    count *= c.stretch;
+  }
+  /// Of the step, for one of the object's own.
+  int every(std::size_t object) const { return count / (c.state.objects[object].batches * c.stretch); }
+  bool due(std::size_t object, int batch) const {
+    return c.model.objects[object].deforms && batch % every(object) == 0;
+  }
+  void begin(Context& to, std::size_t object, int batch) const {
+    to.body(object).begin(to, object, to.dt / (to.state.objects[object].batches * to.stretch),
+                          batch / every(object));
+  }
+};
+
+/// Forces of a part of the connections, and of the contacts between organs that answer at once: a force holds
+/// until both its objects are renewed together. Writes nothing but these.
+void findForces(Context& c, const Batches& batches, int batch, std::size_t chunk) {
+  const auto part = [&](std::size_t count, auto work) {
+    const std::size_t chunks = c.shares.chunks;
+    for (std::size_t n = count * chunk / chunks; n < count * (chunk + 1) / chunks; ++n) work(n);
+  };
+  FourConnections four(c);
+  part(c.state.connections.size(), [&](std::size_t n) {
+    const ConnectionState& s = c.state.connections[n];
+    if (!s.alive) return;
+    const bool due0 = batches.due(s.end0.object, batch), due1 = batches.due(s.end1.object, batch);
+    if (!due0 && !due1) return;
+    const bool moves0 = c.model.objects[s.end0.object].deforms,
+               moves1 = c.model.objects[s.end1.object].deforms;
+    const int slow = std::min(moves0 ? c.state.objects[s.end0.object].batches : 1 << 20,
+                              moves1 ? c.state.objects[s.end1.object].batches : 1 << 20);
+    const double h = c.dt / (slow * c.stretch);
+    const bool renew = (due0 || !moves0) && (due1 || !moves1);
+    if (renew && four.takes(s))
+      four.add(n, h);
+    else
+      pullTogether(c, n, h, renew);
+  });
+  four.finish();
+  part(c.scratch.organ_contacts.size(), [&](std::size_t n) {
+    OrganContact& r = c.scratch.organ_contacts[n];
+    r.heat = 0.0;
+    if (r.implicit_end < 0 && batches.due(r.ends[0].object, batch) && batches.due(r.ends[1].object, batch))
+      r.force = organForce(c, r, c.dt / r.batches, r.heat);
+  });
+}
+
+/// What was found that is not an object's own, in the order in which it is numbered.
+void tellForces(Context& c) {
+  for (std::size_t n = 0; n < c.state.connections.size(); ++n) {
+    ConnectionForce& f = c.scratch.connection_force[n];
+    if (f.torn > 0.0) {
+      sever(c, n, f.torn, -1);
+      f = ConnectionForce{};
+    }
+    if (c.account && c.state.connections[n].alive) c.state.energy.dissipated += f.dissipated;
+  }
+}
+
+/// Of an organ contact, on those of its ends that are on the object.
+void holdContact(Context& c, const OrganContact& r, std::size_t object) {
+  const std::array<bool, 2> now{r.ends[0].object == object, r.ends[1].object == object};
+  for (std::size_t i = 0; r.balanced && i < 6; ++i) {
+    const ContactEnd& end = r.ends[i / 3];
+    if (now[i / 3] && ContactBody::uses(r, i))
+      addHeld(c.state.objects[end.object], end.knots[i % 3], r.couple[i]);
+  }
+  if (now[0]) push(c.state, r.ends[0], r.force);
+  if (now[1]) push(c.state, r.ends[1], -r.force);
+}
+
+/// Adds what connections and organ contacts do to an object to its held forces, in the order of their
+/// numbers: sums are the same whoever works on it.
+void holdConnections(Context& c, std::size_t object) {
+  for (const std::uint32_t end : c.model.objects[object].tied)
+    if (c.state.connections[end / 2].alive) holdEnd(c, end / 2, end % 2);
+}
+void holdContacts(Context& c, std::size_t object) {
+  for (std::uint32_t n = c.scratch.objects[object].first_contact; n != OrganContact::kNone;) {
+    const OrganContact& r = c.scratch.organ_contacts[n];
+    if (r.implicit_end < 0) holdContact(c, r, object);
+    n = r.next[r.ends[0].object == object ? 0 : 1];
+  }
+}
+
+}  // namespace
+
+Shares shareOut(const WorldModel& model, std::size_t threads) {
+  // Relative cost of a step, as measured with the gynaecology scene: a link in a sub-step counts 1, what is
+  // done once a batch or a step counts 15 a knot. An element's implicit step is dearer by far (assumed).
+  constexpr double kKnot = 15.0, kElement = 1000.0;
+  std::vector<std::pair<double, std::size_t>> costs;
+  for (const std::size_t i : model.bodies) {
+    const ObjectState& s = model.start.objects[i];
+    costs.emplace_back(static_cast<double>(s.links.size()) * model.objects[i].sub_steps +
+                           kKnot * static_cast<double>(s.block.knots()) +
+                           kElement * static_cast<double>(s.tissue.corner.size()),
+                       i);
+  }
+  std::stable_sort(costs.begin(), costs.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<std::vector<std::size_t>> of(threads);
+  std::vector<double> sum(threads, 0.0);
+  for (const auto& [cost, object] : costs) {
+    const auto least = static_cast<std::size_t>(std::min_element(sum.begin(), sum.end()) - sum.begin());
+    of[least].push_back(object), sum[least] += cost;
+  }
+  Shares shares;
+  shares.chunks = threads == 1 ? 1 : 2 * threads;
+  for (const auto& own : of) {
+    shares.bodies.insert(shares.bodies.end(), own.begin(), own.end());
+    shares.body_ends.push_back(shares.bodies.size());
+    shares.search_ends.push_back(shares.bodies.size() + 1);
+  }
+  return shares;
+}
+
 void solve(Context& c) {
-  int batches = c.model.batches, first = Body::kLast;
-  for (const ObjectState& s : c.state.objects) batches = std::max(batches, s.batches);
-  batches *= c.stretch;
+  int first = Body::kLast;
+  const Batches batches(c);
   for (const std::size_t object : c.model.bodies)
     first = std::min(first, c.body(object).turn(c.state.objects[object]));
-  for (ObjectScratch& o : c.scratch.objects) {
+  for (std::size_t i = 0; i < c.scratch.objects.size(); ++i) {
+    ObjectScratch& o = c.scratch.objects[i];
+    const ObjectState& s = c.state.objects[i];
     o.loads = contact::ObjectLoads{};
     o.heat = 0.0;
-    o.faulty = false;
+    o.faulty = o.begun = false;
+    o.sub_step = c.dt / (c.stretch * static_cast<double>(c.body(i).stepsOf(s)));
+    o.softness = c.body(i).softness(c.model.objects[i], s);
   }
   gatherSlings(c);
-  for (int batch = 0; batch < batches; ++batch) {
-    // Batches of the step for one of an object's own.
-    const auto every = [&](std::size_t object) {
-      return batches / (c.state.objects[object].batches * c.stretch);
-    };
-    const auto due = [&](std::size_t object) {
-      return c.model.objects[object].deforms && batch % every(object) == 0;
-    };
+  // Each object adds up what others do to it just before it moves, where nothing else is held in between.
+  const auto& clips = c.state.fasteners.clips;
+  const bool joined =
+      std::any_of(clips.begin(), clips.end(), [](const auto& clip) { return clip.alive && clip.joined; });
+  const bool apart = first == Body::kLast && !joined && !c.scratch.threads;
+  for (int batch = 0; batch < batches.count; ++batch) {
     eachBody(c, [&](std::size_t object) {
-      if (due(object))
-        c.body(object).begin(c, object, c.dt / (c.state.objects[object].batches * c.stretch),
-                             batch / every(object));
+      if (batches.due(object, batch) && !c.scratch.objects[object].begun) batches.begin(c, object, batch);
     });
-    // Exchange between objects, in fixed order; a force holds until both its objects are renewed together.
-    for (std::size_t n = 0; n < c.state.connections.size(); ++n) {
-      const ConnectionState& s = c.state.connections[n];
-      if (!s.alive) continue;
-      const bool due0 = due(s.end0.object), due1 = due(s.end1.object);
-      const bool moves0 = c.model.objects[s.end0.object].deforms,
-                 moves1 = c.model.objects[s.end1.object].deforms;
-      if (!due0 && !due1) continue;
-      const int slow = std::min(moves0 ? c.state.objects[s.end0.object].batches : 1 << 20,
-                                moves1 ? c.state.objects[s.end1.object].batches : 1 << 20);
-      exchange(c, n, c.dt / (slow * c.stretch), (due0 || !moves0) && (due1 || !moves1), due0, due1);
-    }
-    joinClips(c, batch, batches);
-    for (OrganContact& r : c.scratch.organ_contacts) {
-      if (r.implicit_end >= 0) continue;
-      const std::array<bool, 2> now{due(r.ends[0].object), due(r.ends[1].object)};
-      if (now[0] && now[1]) {
-        double heat;
-        r.force = organForce(c, r, c.dt / r.batches, heat);
-        c.state.energy.dissipated += heat;
-      }
-      for (std::size_t i = 0; r.balanced && i < 6; ++i) {
-        const ContactEnd& end = r.ends[i / 3];
-        if (now[i / 3] && ContactBody::uses(r, i))
-          addHeld(c.state.objects[end.object], end.knots[i % 3], r.couple[i]);
-      }
-      if (now[0]) push(c.state, r.ends[0], r.force);
-      if (now[1]) push(c.state, r.ends[1], -r.force);
-    }
+    auto find = [&](std::size_t chunk) { findForces(c, batches, batch, chunk); };
+    c.pool.each(c.shares.chunks, find);
+    tellForces(c);
+    const auto hold = [&](auto holdAll) {
+      for (const std::size_t object : c.model.bodies)
+        if (!apart && batches.due(object, batch)) holdAll(c, object);
+    };
+    hold(holdConnections);
+    joinClips(c, batch, batches.count);
+    for (const OrganContact& r : c.scratch.organ_contacts) c.state.energy.dissipated += r.heat;
+    hold(holdContacts);
     if (c.scratch.threads) {
-      const int each = batches / (c.scratch.threads->parts * c.stretch);
+      const int each = batches.count / (c.scratch.threads->parts * c.stretch);
       if (batch % each == 0) stepThreads(c, batch / each);
       for (const ThreadPush& p : c.scratch.threads->pushes)
-        if (due(p.object)) {
+        if (batches.due(p.object, batch)) {
           push(c.state, {p.object, p.knots, p.weights}, p.force);
           push(c.state, {p.object, p.far_knots, p.far_weights}, p.force);
         }
@@ -219,31 +323,40 @@ void solve(Context& c) {
     for (int turn = first; turn <= Body::kLast; ++turn) {
       eachBody(c, [&](std::size_t object) {
         const Body& body = c.body(object);
-        if (body.turn(c.state.objects[object]) == turn && due(object))
-          body.advance(c, object, batch / every(object));
+        if (body.turn(c.state.objects[object]) != turn || !batches.due(object, batch)) return;
+        if (apart) holdConnections(c, object), holdContacts(c, object);
+        const int every = batches.every(object), next = batch + every;
+        body.advance(c, object, batch / every);
+        // Its next batch begins at once, while it is in the processor's cache.
+        c.scratch.objects[object].begun = turn == Body::kLast && next < batches.count;
+        if (c.scratch.objects[object].begun) batches.begin(c, object, next);
       });
-      if (turn < Body::kLast) pushLater(c, turn, due);
+      if (turn < Body::kLast) pushLater(c, turn, [&](std::size_t object) { return batches.due(object, batch); });
     }
   }
 }
 
 bool settleVelocities(Context& c, std::string_view& faulty) {
   constexpr float kAbsurd = 100.0f * 100.0f;  // (m/s)²
-  for (const std::size_t object : c.model.bodies) {
+  eachBody(c, [&c](std::size_t object) {
     const ObjectState& s = c.state.objects[object];
+    ObjectScratch& o = c.scratch.objects[object];
     const float *vx = row(s, Block::VX), *vy = row(s, Block::VY), *vz = row(s, Block::VZ);
     const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
-    unsigned bad = c.scratch.objects[object].faulty ? 1u : 0u;
+    unsigned bad = o.faulty ? 1u : 0u;
     for (std::size_t i = 0; i < s.block.knots(); ++i) {
       const float v2 = vx[i] * vx[i] + vy[i] * vy[i] + vz[i] * vz[i],
                   p2 = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
       bad |= static_cast<unsigned>(!(v2 < kAbsurd)) | static_cast<unsigned>(!(p2 < 1e12f));
     }
-    if (bad != 0) {
+    o.faulty = bad != 0;
+    o.moved = movedBy(c, object);
+  });
+  for (const std::size_t object : c.model.bodies)
+    if (c.scratch.objects[object].faulty) {
       faulty = c.model.description.objects[object].name;
       return false;
     }
-  }
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     if (!c.state.proxies[t].pose.tip.allFinite() || !c.state.proxies[t].velocity.allFinite()) {
       faulty = "instrument";

@@ -24,6 +24,7 @@ struct Context {
   const StepInput& input;
   StepReport& report;
   solver::Pool& pool;
+  const Shares& shares;
   double dt;
   int stretch;   ///< sub-steps and batches are those of the description times this (a longer dt needs more)
   bool account;  ///< energy accounting
@@ -35,17 +36,19 @@ struct Context {
 /// Work on all objects that deform, in parallel.
 template <typename Work>
 void eachBody(Context& c, Work work) {
-  auto at = [&](std::size_t i) { work(c.model.bodies[i]); };
-  c.pool.each(c.model.bodies.size(), at);
+  auto at = [&](std::size_t i) { work(c.shares.bodies[i]); };
+  c.pool.each(c.shares.body_ends, at);
 }
+
+/// The objects that deform, by what a step of each costs: as equal for all threads as their number allows.
+Shares shareOut(const WorldModel& model, std::size_t threads);
 
 /// Stages in the order in which a step runs them.
 bool checkInput(const StepInput& input);                      ///< finite numbers, dt in range
-void predict(Context& c);                                     ///< edits, impacts, requests, sub-steps
+void predict(Context& c);                                     ///< edits, impacts, requests; each object
 void moveProxies(Context& c);                                 ///< tools follow what is commanded
 void takeLoads(Context& c);                                   ///< steady forces from outside
 void accountLoads(Context& c);                                ///< their work in this step
-void contract(Context& c);                                    ///< forces of organs that move
 void collide(Context& c);                                     ///< boxes, tools, cavity, organs
 void interact(Context& c);                                    ///< jaws: grasp, hold, slip, release
 void suspend(Context& c);                                     ///< jaws: hang up, take off
@@ -92,11 +95,14 @@ void reserveCut(const WorldModel& model, WorldState& state);
 void reserveCut(const WorldModel& model, interaction::CutScratch& scratch);
 
 /// Parts of the above in files of their own.
+void contract(Context& c, std::size_t object);  ///< forces of an organ that moves
 void findToolContacts(Context& c, std::size_t object);
 /// Places, normals and stiffness of an object's contacts as it is within the step, after this fraction of it.
 void renewContacts(Context& c, std::size_t object, double fraction);
 void findCavityContacts(Context& c, std::size_t object);
 void findOrganPairs(Context& c);
+/// m: the furthest that a knot of the object went in this step, and a little more.
+float movedBy(const Context& c, std::size_t object);
 /// What this step moved (ObjectState::way), once it is known to stand.
 void measureWays(Context& c);
 void findOrganContacts(Context& c);

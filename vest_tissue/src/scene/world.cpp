@@ -18,7 +18,7 @@ World::World(std::shared_ptr<const WorldModel> model, int threads) : impl_(std::
   impl_->state = impl_->model->start;
   impl_->scratch = WorldScratch(*impl_->model);
   impl_->reserve();
-  impl_->pool = std::make_unique<solver::Pool>(std::clamp(threads, 1, 64));
+  impl_->useThreads(threads);
   tools::toolGeometry(tools::ToolKind::None);  // its catalogue is made at the first call: not in a step
 }
 World::~World() = default;
@@ -37,7 +37,7 @@ Status World::step(const StepInput& input, StepReport& report) {
   int stretch = 1;
   while (stretch * nominal < dt * (1.0 - 1e-9) && stretch < 16384) stretch *= 2;
   Context c{*w.model, w.state, w.scratch,        input,   report,   *w.pool,
-            dt,       stretch, w.account_energy, w.level, &w.deltas};
+            w.shares, dt,      stretch, w.account_energy, w.level, &w.deltas};
   if (!checkInput(input)) return w.fault(c, "step input");
 
   keepBackup(c);
@@ -45,7 +45,6 @@ Status World::step(const StepInput& input, StepReport& report) {
     predict(c);
     moveProxies(c);
     takeLoads(c);
-    contract(c);
   });
   w.time(report, 1, [&] {
     collide(c);
@@ -303,7 +302,7 @@ void World::reset() {
 }
 
 void World::setThreads(int threads) {
-  impl_->pool = std::make_unique<solver::Pool>(std::clamp(threads, 1, 64));
+  impl_->useThreads(threads);
 }
 std::string_view World::kernelLevel() const {
   return net::kernelLevelName(impl_->level);

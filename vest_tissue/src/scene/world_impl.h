@@ -16,6 +16,7 @@ struct World::Impl {
   WorldState state;
   WorldScratch scratch;
   std::unique_ptr<solver::Pool> pool;
+  Shares shares;
   DeltaHistory deltas;
   net::KernelLevel level = net::chooseKernelLevel();
   bool account_energy = false;
@@ -44,6 +45,10 @@ struct World::Impl {
     reserveBackup(*model, state, scratch);
   }
   Status fault(Context& c, std::string_view object);
+  void useThreads(int threads) {
+    pool = std::make_unique<solver::Pool>(std::clamp(threads, 1, 64));
+    shares = shareOut(*model, static_cast<std::size_t>(pool->threads()));
+  }
 
   template <typename Stage>
   void time(StepReport& report, int index, Stage stage) {

@@ -134,7 +134,11 @@ struct SurfaceInputs {
 /// What dripped in the last step; sized once.
 struct SurfaceRunoff {
   explicit SurfaceRunoff(const SurfaceModel& model)
-      : steepest(model.knots()), lower(model.knots()), thick(model.knots()), mobile(model.knots()) {}
+      : steepest(model.knots()),
+        lower(model.knots()),
+        thick(model.knots()),
+        mobile(model.knots()),
+        busy(model.knots()) {}
   struct Fall {
     double volume = 0;  ///< m³
     Eigen::Vector3d place = Eigen::Vector3d::Zero();
@@ -153,6 +157,7 @@ struct SurfaceRunoff {
   std::vector<std::uint32_t> lower;  ///< and where it leads
   std::vector<double> thick;         ///< m: of the film as it begins to flow, at most kFullFilm; 0: it stays
   std::vector<double> mobile;        ///< no unit: what it flows by, 1 fresh, 0 set
+  std::vector<std::uint8_t> busy;    ///< whether anything is left to do
 };
 
 SurfaceState initialSurface(const SurfaceModel& model);

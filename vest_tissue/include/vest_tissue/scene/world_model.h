@@ -66,12 +66,14 @@ struct ObjectConstants {
   interaction::HeatModel heat;       ///< nets only
   interaction::CutConstants cut;
   motility::MotilityModel motility;  ///< where the object moves by itself
+  std::vector<std::uint32_t> tied;   ///< ends of connections on it, in their order: 2·connection + end
 };
 
 /// What of a connection never changes once built.
 struct ConnectionConstants {
   double inverse_mass = 0.0;  ///< 1/kg, of both ends
   double strand = 0.0;        ///< m: part of the offset that is a strand of this length, turning freely
+  double stiffness = 0.0, damping = 0.0, break_force = 0.0;  ///< N/m, N·s/m, N: scene::Connection
 };
 
 /// Immutable once built.

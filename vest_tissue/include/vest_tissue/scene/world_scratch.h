@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -36,48 +37,100 @@ struct OrganContact {
   /// With full contact: N per knot of both ends, held; they take off the torque of two forces at two places.
   bool balanced = false;
   std::array<Eigen::Vector3d, 6> couple{};
+  double heat = 0.0;  ///< J, of this exchange
+  /// Per end: the next contact of its object; kNone: there is none. Of both ends on one object the first
+  /// counts.
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  std::array<std::uint32_t, 2> next{kNone, kNone};
 };
 
-/// Triangles of the other object that a search for pairs looks at: bounding balls, m, as arrays.
+/// Triangles of the other object that a search for pairs looks at: bounding balls, m, as arrays. Neighbours in
+/// their order are neighbours in space: a place is compared with the boxes of blocks first.
 class Candidates {
  public:
   void reserve(std::size_t n) {
-    x_.resize(n), y_.resize(n), z_.resize(n), radius_.resize(n), triangle_.resize(n), hit_.resize(n);
+    room_ = n;
+    const std::size_t blocks = n / kBlock + 1;
+    for (auto* a : {&x_, &y_, &z_, &radius_}) a->assign(blocks * kBlock, 0.0f);
+    triangle_.resize(blocks * kBlock);
+    for (auto* a : {&low_, &high_})
+      for (auto& axis : *a) axis.assign(blocks, 0.0f);
+    near_.assign(blocks, 0);
   }
   void clear() { size_ = 0; }
-  bool full() const { return size_ == x_.size(); }
+  bool full() const { return size_ == room_; }
   bool empty() const { return size_ == 0; }
-  std::size_t size() const { return size_; }
   void push(float x, float y, float z, float radius, std::uint32_t triangle) {
     x_[size_] = x, y_[size_] = y, z_[size_] = z, radius_[size_] = radius, triangle_[size_++] = triangle;
   }
-  /// Marks the balls that come within `reach` of a point.
-  void within(float px, float py, float pz, float reach) {
-    const float *x = x_.data(), *y = y_.data(), *z = z_.data(), *r = radius_.data();
-    std::uint32_t* hit = hit_.data();
-    for (std::size_t i = 0; i < size_; ++i) {
-      const float dx = x[i] - px, dy = y[i] - py, dz = z[i] - pz, bound = reach + r[i];
-      hit[i] = dx * dx + dy * dy + dz * dz < bound * bound;
+  /// All have been pushed.
+  void close() {
+    for (std::size_t i = size_; i % kBlock != 0; ++i) x_[i] = y_[i] = z_[i] = 1e9f, radius_[i] = 0.0f;
+    for (std::size_t first = 0; first < size_; first += kBlock) {
+      const std::size_t end = std::min(size_, first + kBlock), b = first / kBlock;
+      const std::vector<float>* const places[] = {&x_, &y_, &z_};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::vector<float>& p = *places[axis];
+        float low = p[first] - radius_[first], high = p[first] + radius_[first];
+        for (std::size_t i = first + 1; i < end; ++i)
+          low = std::min(low, p[i] - radius_[i]), high = std::max(high, p[i] + radius_[i]);
+        low_[axis][b] = low, high_[axis][b] = high;
+      }
     }
   }
-  bool hit(std::size_t i) const { return hit_[i] != 0; }
-  float x(std::size_t i) const { return x_[i]; }
-  float y(std::size_t i) const { return y_[i]; }
-  float z(std::size_t i) const { return z_[i]; }
-  float radius(std::size_t i) const { return radius_[i]; }
-  std::uint32_t triangle(std::size_t i) const { return triangle_[i]; }
+  /// Calls visit(dx² + dy² + dz², radius, triangle) for each ball that comes within `reach` of a point, in the
+  /// order in which they were pushed.
+  template <class Visit>
+  void eachWithin(float px, float py, float pz, float reach, Visit visit) {
+    const std::size_t blocks = (size_ + kBlock - 1) / kBlock;
+    const float room = 1.0001f * reach, most = room * room;  // more than rounding takes
+    const float *x0 = low_[0].data(), *y0 = low_[1].data(), *z0 = low_[2].data(), *x1 = high_[0].data(),
+                *y1 = high_[1].data(), *z1 = high_[2].data();
+    std::uint32_t* const near = near_.data();
+    const auto off = [](float low, float high, float at) {
+      const float below = low - at, above = at - high, more = below > above ? below : above;
+      return more > 0.0f ? more : 0.0f;
+    };
+    for (std::size_t b = 0; b < blocks; ++b) {
+      const float dx = off(x0[b], x1[b], px), dy = off(y0[b], y1[b], py), dz = off(z0[b], z1[b], pz);
+      near[b] = dx * dx + dy * dy + dz * dz <= most;
+    }
+    for (std::size_t b = 0; b < blocks; ++b) {
+      if (near[b] == 0) continue;
+      const std::size_t first = b * kBlock;
+      const float *x = x_.data() + first, *y = y_.data() + first, *z = z_.data() + first,
+                  *r = radius_.data() + first;
+      float squared[kBlock];
+      std::uint32_t hit[kBlock];
+      for (std::size_t i = 0; i < kBlock; ++i) {
+        const float dx = x[i] - px, dy = y[i] - py, dz = z[i] - pz, bound = reach + r[i];
+        squared[i] = dx * dx + dy * dy + dz * dz;
+        hit[i] = squared[i] < bound * bound;
+      }
+      for (std::size_t i = 0; i < kBlock; ++i)
+        if (hit[i] != 0) visit(squared[i], r[i], triangle_[first + i]);
+    }
+  }
 
  private:
+  static constexpr std::size_t kBlock = 16;
   std::vector<float> x_, y_, z_, radius_;
-  std::vector<std::uint32_t> triangle_, hit_;
-  std::size_t size_ = 0;
+  std::array<std::vector<float>, 3> low_, high_;  ///< m: boxes of the balls of each block
+  std::vector<std::uint32_t> triangle_, near_;
+  std::size_t size_ = 0, room_ = 0;
+};
+
+/// One of these near a point.
+struct NearBall {
+  float squared = 0, radius = 0;  ///< m², m
+  std::uint32_t triangle = 0;
 };
 
 inline constexpr std::size_t kNotKept = ~std::size_t{0};
 
-/// Per object, no meaning between steps.
-struct ObjectScratch {
-  std::vector<float> backup;     ///< motion at the start of the step
+/// Per object, no meaning between steps. Threads work on neighbours at once: none shares a line of the cache.
+struct alignas(64) ObjectScratch {
+  std::vector<float> backup;     ///< m: rows X … Z at the start of the step
   std::size_t knots_before = 0;  ///< then
   std::vector<contact::ToolContact> contacts;
   std::vector<contact::Pull> pulls;
@@ -109,12 +162,28 @@ struct ObjectScratch {
   bool between = false;     ///< the jaws or blades of the tool that is looked at
   bool search_due = false;  ///< for pairs with others, in this step
   bool over_budget = false;
+  float moved = 0.0f;  ///< m: the furthest that a knot went in this step
+  bool begun = false;     ///< its next batch
+  double sub_step = 0.0;  ///< s: between two moments at which it takes forces
+  double softness = 0.0;  ///< m/N: Body::softness
+  std::uint32_t first_contact = OrganContact::kNone, last_contact = OrganContact::kNone;  ///< organ_contacts
 };
 
 /// Held forces of a connection on its end 0, N, and what carries the other end of its damper.
 struct ConnectionForce {
   Eigen::Vector3d spring = Eigen::Vector3d::Zero(), damping = Eigen::Vector3d::Zero();
   net::Anchor damper;
+  /// N: what this exchange does to the knots of each end.
+  std::array<std::array<std::array<float, 3>, 4>, 2> knots{};
+  double dissipated = 0.0;  ///< J, likewise, when accounting is on
+  double torn = 0.0;        ///< N: with which it breaks now; 0: it does not
+};
+
+/// Who works on what: the shares of a pool's threads.
+struct Shares {
+  std::vector<std::size_t> bodies, body_ends;  ///< objects that deform, each on the same thread in all rounds
+  std::vector<std::size_t> search_ends;  ///< the same, with one more before them
+  std::size_t chunks = 1;                      ///< into which connections and organ contacts are divided
 };
 
 /// What a sling draws in during one step: each knot once.
@@ -133,6 +202,7 @@ struct WorldScratch {
   std::vector<OrganContact> organ_contacts;
   std::vector<OrganPair> old_pairs;  ///< those of the last search, in order
   Candidates candidates;
+  std::vector<NearBall> near_balls;
   std::vector<ConnectionForce> connection_force;
   /// N: per clip of the State, on the first part that shares its id, at each place of their joint.
   std::array<std::array<Eigen::Vector3d, 2>, interaction::kMaxClips> clip_force{};
