@@ -79,8 +79,7 @@ void readPositions(const scene::World& world, scene::Description& description) {
     if (face.height != 0.0)
       place += face.height * (at(face, 1) - at(face, 0)).cross(at(face, 2) - at(face, 0)).normalized();
     scene::Connection& c = description.connections[n];
-    for (std::size_t i = 0; i < 3; ++i)
-      foot += c.weights1[i] * world.knotAt(face.object, c.triangle1[i]);
+    for (std::size_t i = 0; i < 3; ++i) foot += c.weights1[i] * world.knotAt(face.object, c.triangle1[i]);
     // What the face does not carry is a strand, which points to the knot.
     const Eigen::Vector3d way = at(s.end0, 0) - place;
     const double length = way.norm();

@@ -27,7 +27,7 @@ void startAtRest(scene::Description& description);
 
 /// Lets a scene come to rest under gravity and puts the result into description.position; rest lengths stay.
 /// A World that is made of the result stays at rest: what lies on each other there belongs together (docs/
-/// decisions/0015), so it is made anew from where it rests, until that moves nothing.
+/// decisions/0015), so it is made again from where it rests, until that moves nothing.
 /// @throws std::invalid_argument if an object would fall for ever, std::runtime_error if it does not come to
 /// rest within `seconds`
 void settle(scene::Description& description, double seconds, int threads, bool verbose);

@@ -28,8 +28,8 @@ bool within(const Eigen::Vector3d& x, const Object& other, bool closed, double r
 
 /// m: so near to each other, what belongs together does not collide; assumed.
 constexpr double kDesigned = 0.005;
-/// m: a knot that lies so little deeper in a rigid object than it is drawn rests there, and goes on to; others
-/// may lie deeper than they do by as much. Assumed.
+/// m: a knot that lies so little deeper in a rigid object than it is drawn rests there, and goes on to;
+/// others may lie deeper than they do by as much. Assumed.
 constexpr float kResting = 1e-4f;
 
 /// Whether a knot lies nearer than `reach` to a part of its own object's surface that is not beside it.

@@ -10,7 +10,8 @@
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/world.h"
 
-// Protects what the pelvis scene is for: anatomy holds its organs, and they answer to a hand as surgeons know it.
+// Protects what the pelvis scene is for: anatomy holds its organs, and they answer to a hand as surgeons know
+// it.
 
 namespace {
 
@@ -35,7 +36,8 @@ std::uint16_t numberOf(const std::string& name) {
   return 0;
 }
 
-/// A pull (N) on the triangles between two rings of an organ, on one side of the body (±1), or on all of them (0).
+/// A pull (N) on the triangles between two rings of an organ, on one side of the body (±1), or on all of them
+/// (0).
 class Pull {
  public:
   Pull(const std::string& organ, std::size_t first, std::size_t last, int side = 0, double beyond = 0.0)
@@ -47,13 +49,15 @@ class Pull {
         if (side == 0 || side * net.position[k].x() > beyond) within.insert(k);
     for (std::uint32_t t = 0; t < net.contact_triangles.size(); ++t) {
       const auto& k = net.contact_triangles[t];
-      if (std::all_of(k.begin(), k.end(), [&](auto n) { return within.count(n) > 0; })) triangles_.push_back(t);
+      if (std::all_of(k.begin(), k.end(), [&](auto n) { return within.count(n) > 0; }))
+        triangles_.push_back(t);
     }
     EXPECT_GE(triangles_.size(), 4u);
   }
   /// Grows over 0.7 s and is held for as long.
   void run(const Vector3d& force) {
-    for (int i = 0; i < 1400 && !testing::Test::HasFatalFailure(); ++i) step(std::min(1.0, i / 700.0) * force);
+    for (int i = 0; i < 1400 && !testing::Test::HasFatalFailure(); ++i)
+      step(std::min(1.0, i / 700.0) * force);
   }
   void letGo(int steps) {
     for (int i = 0; i < steps && !testing::Test::HasFatalFailure(); ++i) step(Vector3d::Zero());
@@ -97,8 +101,8 @@ TEST(Pelvis, FewerThanATenthOfItsKnotsAreNailedDownAndNoOrganThatIsOperatedOnHan
   EXPECT_LT(10 * fixed, knots);
   for (const char* organ :
        {"tube", "ovary", "ovarian_ligament", "broad_ligament", "anterior_leaf", "round_ligament",
-        "uterosacral_ligament", "infundibulopelvic_ligament", "tubal_arcade", "uterine_artery", "rectosigmoid",
-        "sigmoid_mesocolon", "vesicouterine_fold"})
+        "uterosacral_ligament", "infundibulopelvic_ligament", "tubal_arcade", "uterine_artery",
+        "rectosigmoid", "sigmoid_mesocolon", "vesicouterine_fold"})
     EXPECT_EQ(tethered.count(organ), 0u) << organ;
   const auto& uterus = pelvis().objects[numberOf("uterus")];
   EXPECT_EQ(std::count(uterus.fixed.begin(), uterus.fixed.end(), 1), 0);
@@ -218,7 +222,9 @@ TEST(Pelvis, TheUterusFollowsAPullAtItsHorn) {
 // Nothing hovers: a tube without what ties it falls on what lies below.
 TEST(Pelvis, ATubeWhoseTiesAreCutFalls) {
   scene::Description free = pelvis();
-  const auto ofTube = [](const scene::Connection& c) { return c.object0 == "tube_left" || c.object1 == "tube_left"; };
+  const auto ofTube = [](const scene::Connection& c) {
+    return c.object0 == "tube_left" || c.object1 == "tube_left";
+  };
   auto& ties = free.connections;
   ties.erase(std::remove_if(ties.begin(), ties.end(), ofTube), ties.end());
   ASSERT_LT(ties.size(), pelvis().connections.size());
