@@ -109,7 +109,7 @@ TEST(Blood, AVesselThatIsPressedFlatOrDrawnOutHoldsItsBloodBack) {
 }
 
 TEST(Blood, NoVesselOfASceneIsKinkedAsItLies) {
-  for (const char* name : {"gynaecology", "arterial_bleeding", "venous_ooze", "gallbladder"}) {
+  for (const char* name : {"gynaecology", "pelvis", "arterial_bleeding", "venous_ooze", "gallbladder"}) {
     const scene::World world{
         scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/" + name + "/" + name + ".yaml")};
     BloodEffect effect(world, options(), nullptr);

@@ -126,7 +126,7 @@ int main(int argc, char** argv) {
     if (edit->parsed() || add->parsed())
       std::printf("%s: scene %s\n", vest::files::shown(scene_path, 6000).c_str(), description.hash.c_str());
     if (settle->parsed()) {
-      for (auto& object : description.objects) object.position = object.rest_position;
+      vest::tools::startAtRest(description);
       vest::tools::settle(description, seconds, threads, true);
       if (description.source.empty())
         throw std::invalid_argument(scene_path +

@@ -28,6 +28,9 @@ bool within(const Eigen::Vector3d& x, const Object& other, bool closed, double r
 
 /// m: so near to each other, what belongs together does not collide; assumed.
 constexpr double kDesigned = 0.005;
+/// m: a knot that lies so little deeper in a rigid object than it is drawn rests there, and goes on to;
+/// others may lie deeper than they do by as much. Assumed.
+constexpr float kResting = 1e-4f;
 
 /// Whether a knot lies nearer than `reach` to a part of its own object's surface that is not beside it.
 bool touchesItself(const Object& o, const ObjectConstants& c, std::uint32_t knot, double reach) {
@@ -105,12 +108,16 @@ void ignoreDesignedContacts(WorldModel& m) {
       if (a == b || d.objects[b].contact_triangles.empty()) continue;
       const Object& other = d.objects[b];
       if (!m.objects[b].deforms) {
-        for (std::size_t i = 0; i < d.objects[a].position.size(); ++i) {
+        const Object& own = d.objects[a];
+        const auto gap = [&](const Eigen::Vector3d& x) {
           Eigen::Vector3f g;
-          const float distance = m.objects[b].grid.distance(d.objects[a].position[i].cast<float>(), g);
-          s.depth[i] =
-              std::min(s.depth[i],
-                       std::min(0.0f, distance - static_cast<float>(d.objects[a].contact_thickness) - 1e-4f));
+          return m.objects[b].grid.distance(x.cast<float>(), g) - static_cast<float>(own.contact_thickness);
+        };
+        for (std::size_t i = 0; i < own.position.size(); ++i) {
+          const float lies = gap(own.position[i]);
+          if (lies >= 0.0f) continue;
+          const float drawn = own.rest_position.empty() ? 0.0f : std::min(0.0f, gap(own.rest_position[i]));
+          s.depth[i] = std::min(s.depth[i], lies < drawn - kResting ? lies - kResting : drawn);
         }
         continue;
       }
