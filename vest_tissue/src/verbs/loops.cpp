@@ -18,6 +18,7 @@ using interaction::ThreadPusher;
 constexpr double kDrawSpeed = 0.04;  ///< m/s: the hand draws the standing part back; assumed
 constexpr double kDrawForce = 6.1;   ///< N: the most that tightening a knot took (J Laparoendosc 28:899)
 constexpr double kLetRun = 0.2;      ///< N: what an open hand brakes with; assumed
+constexpr double kSlips = 1.05;      ///< of either force: beyond it the thread slips through the hand
 constexpr double kBore = 0.0006;     ///< m: a strand nearer than this to the axis goes in (assumed)
 constexpr double kRim = 0.0012;      ///< m: radius of tools::toolGeometry(), and how deep a strand is sought
 constexpr double kAhead = 0.002;     ///< m: touches of the point are prepared this much before they touch
@@ -130,10 +131,11 @@ void draw(Context& c, std::size_t tool) {
   c.state.fasteners.appliers[tool].drawn = on;
   const Vector3d off = frame.at(handAt(loop, pusher)) - rod.position[strand.first];
   const double pull = loop.give * std::sqrt(off.squaredNorm());
-  if (!on)  // it runs after what pulls at it
-    pusher.drawn = std::max(0.0, pusher.drawn - std::max(0.0, pull - kLetRun) / loop.give);
-  else if (pull < kDrawForce)
+  const double most = on ? kDrawForce : kLetRun;
+  if (on && pull < most)
     pusher.drawn += kDrawSpeed * c.dt;
+  else  // it runs after what pulls at it
+    pusher.drawn = std::max(0.0, pusher.drawn - std::max(0.0, pull - kSlips * most) / loop.give);
   const auto local = [&](std::uint32_t k) {
     return Vector3d(frame.turn.conjugate() * (rod.position[strand.first + k] - frame.tip));
   };
