@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdlib>
 
 #include "../../vest_tissue/specimen/crossings.h"
@@ -74,18 +75,21 @@ TEST(SceneEndoloop, ALoopIsDrawnOnAStumpCutAndHeldByFriction) {
   const auto& rod = p.world().state().threads.rod;
   suture::KnotScratch scratch(rod.position.size());
   std::vector<Vector3d> before = rod.position;
-  std::vector<std::uint8_t> snapshot;
+  std::vector<std::uint8_t> snapshot, tight;
   std::uint64_t hash = 0;
-  double slides = 0, drawn = 0;
+  double slides = 0, drawn = 0, run = 0;
+  scene::StepInput last, pulled;
   int passed = 0, wrong = 0;
-  p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
+  p.run([&](double t, const scene::StepInput& input, const scene::StepReport&) {
+    last = input;
     if (t > 0.01) passed += std::abs(suture::specimen::crossings(before, rod.position));  // out of its packet
     before = rod.position;
     if (at(t, kReplayed)) p.stage.trainer->save(snapshot);
     if (at(t, kReplayed + 0.4)) hash = p.world().stateHash();
     if (t > 4.5 && t < 6.0)
       slides = std::max(slides, suture::tensionOf(loop.model, rod, loop.model.strands[0], 0));
-    if (at(t, 7.1)) drawn = loop.greatest(rod);
+    if (t > 7.8 && t < 8.7) run = std::max(run, suture::tensionOf(loop.model, rod, loop.model.strands[0], 0));
+    if (at(t, 7.1)) drawn = loop.greatest(rod), pulled = input, p.stage.trainer->save(tight);
     if (t < 5.7 && at(std::fmod(t + 0.005, 0.1), 0.005))  // then the short end lies across the loop
       wrong += suture::kindOf(rod.position.data(), rod.position.size(), scratch).determinant != 29;
   });
@@ -96,6 +100,7 @@ TEST(SceneEndoloop, ALoopIsDrawnOnAStumpCutAndHeldByFriction) {
   EXPECT_EQ(wrong, 0) << "it stays a Roeder knot as it slides";
   EXPECT_LT(slides, 2.0) << "N: while nothing lies in the loop";
   EXPECT_GT(drawn, 5.0) << "N";
+  EXPECT_LT(run, 0.5) << "N: the pusher goes back along a thread that an open hand lets run";
   EXPECT_GT(loop.turns(rod), 0.85) << "round the stump";
   EXPECT_GT(held, 0.5) << "N: cut, and nobody holds it";
   EXPECT_GT(bore, 6.1) << "N: more than the hand drew it with";
@@ -107,6 +112,35 @@ TEST(SceneEndoloop, ALoopIsDrawnOnAStumpCutAndHeldByFriction) {
   std::vector<scene::SlingView> slings;
   p.world().slings(slings);
   EXPECT_TRUE(slings.empty()) << "no loop by a rule";
+  // The pusher takes what was cut off in it out of the cavity.
+  const auto& pusher = p.world().state().threads.pushers[kRightHand];
+  EXPECT_TRUE(pusher.active);
+  const auto left = static_cast<std::uint32_t>(
+      std::find(rod.severed.begin(), rod.severed.end(), std::uint8_t{1}) - rod.severed.begin());
+  EXPECT_GE(left + 1, pusher.inside) << "nodes on its side of the cut";
+  scene::StepReport told;
+  last.step = p.world().steps() + 1;
+  last.tools[kRightHand].present = false;
+  p.stage.trainer->step(last, told);
+  EXPECT_FALSE(pusher.active);
+  EXPECT_EQ(p.world().state().threads.packed[0], left + 1);
+  for (std::uint32_t i = 0; i <= left; ++i) EXPECT_GT(rod.position[i].z(), 0.3) << "m: back in the packet";
+  EXPECT_LT(rod.position[left + 1].z(), 0.1) << "m: the loop stays";
+  // A pusher that goes back with a closed hand draws the thread through that hand, and not through itself.
+  p.stage.trainer->restore(tight);
+  double hardest = 0;
+  for (int k = 1; k <= 500; ++k) {
+    before = rod.position;
+    scene::ToolInput& tool = pulled.tools[kRightHand];
+    tool.position += 2e-5 * (tool.pivot - tool.position).normalized();  // m: 20 mm/s
+    pulled.step = p.world().steps() + 1;
+    p.stage.trainer->step(pulled, told);
+    passed += std::abs(suture::specimen::crossings(before, rod.position));
+    hardest = std::max(hardest, loop.greatest(rod));
+  }
+  std::printf("drawn back with a closed hand: %.2f N\n", hardest);
+  EXPECT_LT(hardest, 8.0) << "N";
+  EXPECT_EQ(passed, 0);
   // It is drawn in the same bits with two threads.
   p.world().setThreads(2);
   p.stage.trainer->restore(snapshot);

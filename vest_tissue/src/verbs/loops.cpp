@@ -15,16 +15,17 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using interaction::ThreadPusher;
 
-constexpr double kDrawSpeed = 0.04;     ///< m/s: the hand draws the standing part back; assumed
-constexpr double kDrawForce = 6.1;      ///< N: the most that tightening a knot took (J Laparoendosc 28:899)
-constexpr double kLetRun = 0.2;         ///< N: what an open hand brakes with; assumed
-constexpr double kBore = 0.0006;        ///< m: a strand nearer than this to the axis goes in (assumed)
-constexpr double kRim = 0.0012;         ///< m: the point's radius, and how deep it is looked for a strand
-constexpr double kAhead = 0.002;        ///< m: touches of the point are prepared this much before they touch
-constexpr double kBefore = 0.0003;      ///< m: a strand no further back lies before the point, not beside it
-constexpr double kGuide = 2000.0;       ///< N/m: the bore, on each node in it (tuned)
-constexpr double kPoint = 4000.0;       ///< N/m: the point, on a node,
-constexpr double kPoints = 15000.0;     ///< and on all: as much as an instrument's proxy bears
+constexpr double kDrawSpeed = 0.04;  ///< m/s: the hand draws the standing part back; assumed
+constexpr double kDrawForce = 6.1;   ///< N: the most that tightening a knot took (J Laparoendosc 28:899)
+constexpr double kLetRun = 0.2;      ///< N: what an open hand brakes with; assumed
+constexpr double kSlips = 1.05;      ///< of either force: beyond it the thread slips through the hand
+constexpr double kBore = 0.0006;     ///< m: a strand nearer than this to the axis goes in (assumed)
+constexpr double kRim = 0.0012;      ///< m: radius of tools::toolGeometry(), and how deep a strand is sought
+constexpr double kAhead = 0.002;     ///< m: touches of the point are prepared this much before they touch
+constexpr double kBefore = 0.0003;   ///< m: a strand no further back lies before the point, not beside it
+constexpr double kGuide = 2000.0;    ///< N/m: the bore, on each node in it (tuned)
+constexpr double kPoint = 4000.0;    ///< N/m: the point, on a node,
+constexpr double kPoints = 15000.0;  ///< and on all: as much as an instrument's proxy bears
 constexpr double kBoreFriction = 0.05;  ///< of thread in plastic; assumed
 constexpr double kClamp = 0.01;         ///< N·m/rad: the hand against the thread's turning (tuned)
 constexpr double kPacket = 20.0;        ///< N/m: a packet, on each node (tuned)
@@ -130,10 +131,11 @@ void draw(Context& c, std::size_t tool) {
   c.state.fasteners.appliers[tool].drawn = on;
   const Vector3d off = frame.at(handAt(loop, pusher)) - rod.position[strand.first];
   const double pull = loop.give * std::sqrt(off.squaredNorm());
-  if (!on)  // it runs after what pulls at it
-    pusher.drawn = std::max(0.0, pusher.drawn - std::max(0.0, pull - kLetRun) / loop.give);
-  else if (pull < kDrawForce)
+  const double most = on ? kDrawForce : kLetRun;
+  if (on && pull < most)
     pusher.drawn += kDrawSpeed * c.dt;
+  else  // it runs after what pulls at it
+    pusher.drawn = std::max(0.0, pusher.drawn - std::max(0.0, pull - kSlips * most) / loop.give);
   const auto local = [&](std::uint32_t k) {
     return Vector3d(frame.turn.conjugate() * (rod.position[strand.first + k] - frame.tip));
   };
