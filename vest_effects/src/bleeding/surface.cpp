@@ -157,6 +157,7 @@ struct Film {
     const auto steep = static_cast<float>(fall * fall / edge.squaredNorm());
     if (steep > off.steepest[i]) off.steepest[i] = steep, off.lower[i] = j;
     const double hi = off.thick[i], hj = off.thick[j];
+    if (!(hi > kThinFilm) && !(hj > kThinFilm)) return;
     const double move = dt * across *
                         (kFilmDensity * fall / (3 * kFilmViscosity) * hi * hi * hi * off.mobile[i] +
                          kSpread * (hi - hj) * off.mobile[hi > hj ? i : j]);

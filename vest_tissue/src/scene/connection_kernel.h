@@ -2,6 +2,8 @@
 
 #include <cstddef>
 
+#include "vest_tissue/net/link_kernel.h"
+
 namespace vest::scene::kernel {
 
 constexpr double kLeastFace = 1e-12;  ///< m²: less than a micrometre each way (tuned)
@@ -30,6 +32,8 @@ struct ConnectionLanes {
   float on0[3][kCount], on1[3][3][kCount];      ///< N, of each knot
 };
 
+/// At a level of the processor; the same bits from each.
+void pull(ConnectionLanes& lanes, net::KernelLevel level);
 void pullBaseline(ConnectionLanes& lanes);
 #if defined(VEST_HAVE_AVX2_KERNEL)
 void pullAvx2(ConnectionLanes& lanes);

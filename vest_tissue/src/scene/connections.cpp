@@ -257,6 +257,18 @@ void sever(Context& c, std::size_t n, double force, int instrument) {
   emit(c, e);
 }
 
+void kernel::pull(ConnectionLanes& lanes, net::KernelLevel level) {
+#if defined(VEST_HAVE_AVX2_KERNEL)
+  if (level == net::KernelLevel::Avx2) {
+    pullAvx2(lanes);
+    return;
+  }
+#else
+  (void)level;
+#endif
+  pullBaseline(lanes);
+}
+
 bool FourConnections::takes(const ConnectionState& s) const {
   const auto &knot = s.end0.knots, &face = s.end1.knots;
   const auto& w = s.end0.weights;
@@ -289,11 +301,7 @@ void FourConnections::add(std::size_t n, double h) {
 }
 
 void FourConnections::pull() {
-#if defined(VEST_HAVE_AVX2_KERNEL)
-  c_.level == net::KernelLevel::Avx2 ? pullAvx2(lanes_) : pullBaseline(lanes_);
-#else
-  pullBaseline(lanes_);
-#endif
+  kernel::pull(lanes_, c_.level);
   const auto of = [](const auto& from, std::size_t l) { return Vector3d(from[0][l], from[1][l], from[2][l]); };
   for (std::size_t l = 0; l < count_; ++l) {
     const std::size_t n = number_[l];

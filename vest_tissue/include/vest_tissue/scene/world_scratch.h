@@ -182,6 +182,7 @@ struct ConnectionForce {
 /// Who works on what: the shares of a pool's threads.
 struct Shares {
   std::vector<std::size_t> bodies, body_ends;  ///< objects that deform, each on the same thread in all rounds
+  std::vector<std::size_t> next;  ///< per object: the one that its thread works on after it, or itself
   std::vector<std::size_t> search_ends;  ///< the same, with one more before them
   std::size_t chunks = 1;                      ///< into which connections and organ contacts are divided
 };
