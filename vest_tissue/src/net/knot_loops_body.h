@@ -1,5 +1,5 @@
-// The loops, once for all levels: V is a pack of eight floats with correctly rounded operations. Plain loops are
-// what the compiler makes of them. Included by one translation unit per level; not a public header.
+// The loops, once for all levels: V is a pack of eight floats with correctly rounded operations. Plain loops
+// are what the compiler makes of them. Included by one translation unit per level; not a public header.
 #pragma once
 
 #include <algorithm>

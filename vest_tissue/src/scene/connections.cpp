@@ -302,7 +302,9 @@ void FourConnections::add(std::size_t n, double h) {
 
 void FourConnections::pull() {
   kernel::pull(lanes_, c_.level);
-  const auto of = [](const auto& from, std::size_t l) { return Vector3d(from[0][l], from[1][l], from[2][l]); };
+  const auto of = [](const auto& from, std::size_t l) {
+    return Vector3d(from[0][l], from[1][l], from[2][l]);
+  };
   for (std::size_t l = 0; l < count_; ++l) {
     const std::size_t n = number_[l];
     const ConnectionConstants& k = c_.model.connections[n];
@@ -350,8 +352,7 @@ void pullTogether(Context& c, std::size_t n, double h, bool renew) {
     f.damping = (soft2 * k.damping) * rate;
     // An elastostatic end follows at once, without inertia: the force goes over to its new value no faster
     // than the softest answer allows.
-    const double soft =
-        c.scratch.objects[s.end0.object].softness + c.scratch.objects[s.end1.object].softness;
+    const double soft = c.scratch.objects[s.end0.object].softness + c.scratch.objects[s.end1.object].softness;
     if (soft > 0.0) {
       const Vector3d held = s.force;
       f.spring = held + (k.stiffness * off - held) / (1.0 + k.stiffness * soft);

@@ -256,7 +256,8 @@ Shares shareOut(const WorldModel& model, std::size_t threads) {
                            kElement * static_cast<double>(s.tissue.corner.size()),
                        i);
   }
-  std::stable_sort(costs.begin(), costs.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::stable_sort(costs.begin(), costs.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<std::vector<std::size_t>> of(threads);
   std::vector<double> sum(threads, 0.0);
   for (const auto& [cost, object] : costs) {
@@ -331,7 +332,8 @@ void solve(Context& c) {
         c.scratch.objects[object].begun = turn == Body::kLast && next < batches.count;
         if (c.scratch.objects[object].begun) batches.begin(c, object, next);
       });
-      if (turn < Body::kLast) pushLater(c, turn, [&](std::size_t object) { return batches.due(object, batch); });
+      if (turn < Body::kLast)
+        pushLater(c, turn, [&](std::size_t object) { return batches.due(object, batch); });
     }
   }
 }

@@ -6,9 +6,9 @@
 
 namespace vest::net {
 
-/// Loops over rows of knots that a step runs between its kernels, compiled once for each level of the processor
-/// with the same bits: sums and extremes go by eight lanes in a fixed order. Rows have n entries. Real-time
-/// safe.
+/// Loops over rows of knots that a step runs between its kernels, compiled once for each level of the
+/// processor with the same bits: sums and extremes go by eight lanes in a fixed order. Rows have n entries.
+/// Real-time safe.
 struct KnotLoops {
   /// p = x + ahead·v (m, m/s, s); f = mass·g (N, kg, m/s²).
   void (*predict)(const float* x, const float* v, const float* mass, float ahead, float g, float* p, float* f,
