@@ -94,12 +94,10 @@ struct Film {
     std::uint8_t* const busy = off.busy.data() + first;
     unsigned any = 0;
     for (std::uint32_t k = 0; k < count; ++k) {
-      const std::uint8_t is = static_cast<std::uint8_t>(!(drug[k] <= 0)) |
-                              static_cast<std::uint8_t>(!(styptic[k] <= 0)) |
-                              static_cast<std::uint8_t>(!(open[k] <= 0)) |
-                              static_cast<std::uint8_t>(!(clot[k] <= 0)) |
-                              static_cast<std::uint8_t>(!(film[k] <= 0)) |
-                              static_cast<std::uint8_t>(!(loose[k] <= 0));
+      const std::uint8_t is =
+          static_cast<std::uint8_t>(!(drug[k] <= 0)) | static_cast<std::uint8_t>(!(styptic[k] <= 0)) |
+          static_cast<std::uint8_t>(!(open[k] <= 0)) | static_cast<std::uint8_t>(!(clot[k] <= 0)) |
+          static_cast<std::uint8_t>(!(film[k] <= 0)) | static_cast<std::uint8_t>(!(loose[k] <= 0));
       busy[k] = is;
       any |= is;
     }
@@ -157,6 +155,7 @@ struct Film {
     const auto steep = static_cast<float>(fall * fall / edge.squaredNorm());
     if (steep > off.steepest[i]) off.steepest[i] = steep, off.lower[i] = j;
     const double hi = off.thick[i], hj = off.thick[j];
+    if (!(hi > kThinFilm) && !(hj > kThinFilm)) return;
     const double move = dt * across *
                         (kFilmDensity * fall / (3 * kFilmViscosity) * hi * hi * hi * off.mobile[i] +
                          kSpread * (hi - hj) * off.mobile[hi > hj ? i : j]);

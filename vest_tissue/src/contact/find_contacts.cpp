@@ -102,6 +102,18 @@ bool boxTouches(const ObjectScratch& o, const Vector3d& a, const Vector3d& b, do
   return true;
 }
 
+/// A triangle is further from a segment than `reach`, told by the ball around it: spares most of the exact
+/// distances.
+bool outOfReach(const Vector3d& a, const Vector3d& b, const std::array<Vector3d, 3>& p, double reach) {
+  const Vector3d middle = (p[0] + p[1] + p[2]) / 3.0, along = b - a, from = middle - a;
+  const double squared = along.squaredNorm(),
+               t = squared > 0.0 ? std::clamp(from.dot(along) / squared, 0.0, 1.0) : 0.0;
+  double radius2 = 0.0;
+  for (const Vector3d& corner : p) radius2 = std::max(radius2, (corner - middle).squaredNorm());
+  const double most = reach + std::sqrt(radius2) + kRounding;
+  return (from - t * along).squaredNorm() > most * most;
+}
+
 /// Key of the feature (corner, edge or face) that the weights name, so that triangles that share it count
 /// once.
 std::uint64_t featureKey(const std::array<std::uint32_t, 3>& k, const std::array<double, 3>& w,
@@ -209,6 +221,7 @@ void findToolContacts(Context& c, std::size_t object) {
         if (!(o.near[knots[0]] | o.near[knots[1]] | o.near[knots[2]]) || !s.triangle_alive[i]) continue;
         const std::array<Vector3d, 3> p{knotPosition(s, knots[0]), knotPosition(s, knots[1]),
                                         knotPosition(s, knots[2])};
+        if (outOfReach(a, b, p, reach)) continue;
         const Nearest n = contact::nearest(a, b, p);
         if (!(n.distance < reach) || o.contacts.size() >= kMostContacts) continue;
         const std::uint64_t key = featureKey(knots, n.weights, i);

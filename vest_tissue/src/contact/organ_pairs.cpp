@@ -265,24 +265,10 @@ class Search {
 
 float movedBy(const Context& c, std::size_t object) {
   const ObjectState& s = c.state.objects[object];
-  const float* const before = c.scratch.objects[object].backup.data();
-  const float* const motion = s.block.motion();
-  const std::size_t Y = s.block.motionFloats() / 6, Z = 2 * Y;
-  const auto moved = [&](std::size_t k) {
-    const float dx = motion[k] - before[k], dy = motion[Y + k] - before[Y + k],
-                dz = motion[Z + k] - before[Z + k];
-    return dx * dx + dy * dy + dz * dz;
-  };
-  float lanes[8] = {};                                               // vectorises
   const std::size_t knots = c.scratch.objects[object].knots_before;  // new ones are a jump
-  std::size_t i = 0;
-  for (; i + 8 <= knots; i += 8)
-    for (std::size_t n = 0; n < 8; ++n) {
-      const float m = moved(i + n);
-      lanes[n] = lanes[n] < m ? m : lanes[n];
-    }
-  for (; i < knots; ++i) lanes[0] = std::max(lanes[0], moved(i));
-  return std::sqrt(*std::max_element(lanes, lanes + 8)) * 1.00001f;
+  return std::sqrt(net::knotLoops(c.level).furthest(s.block.motion(), c.scratch.objects[object].backup.data(),
+                                                    s.block.motionFloats() / 6, knots)) *
+         1.00001f;
 }
 
 void measureWays(Context& c) {

@@ -1,5 +1,7 @@
 #include "vest_tissue/net/link_kernel.h"
 
+#include "vest_tissue/net/knot_loops.h"
+
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -218,6 +220,19 @@ void integrateKnots(const MotionArrays& a, float dt, KernelLevel level) {
   (void)level;
 #endif
   kernel::integrateKnotsBaseline(a, dt);
+}
+
+namespace kernel {
+extern const KnotLoops kKnotLoopsBaseline, kKnotLoopsAvx2;
+}
+
+const KnotLoops& knotLoops(KernelLevel level) {
+#if defined(VEST_HAVE_AVX2_KERNEL)
+  if (level == KernelLevel::Avx2) return kernel::kKnotLoopsAvx2;
+#else
+  (void)level;
+#endif
+  return kernel::kKnotLoopsBaseline;
 }
 
 }  // namespace vest::net

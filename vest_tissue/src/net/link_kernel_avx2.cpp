@@ -1,5 +1,6 @@
 // Built with -mavx2 and without FMA: see CMakeLists.txt. Called only where the processor has AVX2.
 #include "hinge_kernel_body.h"
+#include "knot_loops_body.h"
 #include "link_kernel_body.h"
 #include "link_kernel_packed.h"
 #include "pack_avx2.h"
@@ -23,6 +24,7 @@ void addAllForces(const LinkTable& table, const KnotArrays& knots) {
 void addLinkForcesAvx2(const LinkTable& table, const KnotArrays& knots) {
   table.law().straight() ? addAllForces<true>(table, knots) : addAllForces<false>(table, knots);
 }
+const KnotLoops kKnotLoopsAvx2 = loopsOf<Pack>();
 void integrateKnotsAvx2(const MotionArrays& a, float dt) {
   integrateKnots<Pack>(a, dt);
 }

@@ -1,4 +1,5 @@
 #include "hinge_kernel_body.h"
+#include "knot_loops_body.h"
 #include "link_kernel_body.h"
 #include "pack_baseline.h"
 
@@ -13,6 +14,7 @@ void addLinkForcesBaseline(const LinkTable& table, const KnotArrays& knots) {
     addIndexedForces<Pack, false>(table, knots);
   }
 }
+const KnotLoops kKnotLoopsBaseline = loopsOf<Pack>();
 void integrateKnotsBaseline(const MotionArrays& a, float dt) {
   integrateKnots<Pack>(a, dt);
 }

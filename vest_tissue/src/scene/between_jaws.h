@@ -59,8 +59,8 @@ inline bool isBetween(const Context& c, int tool, const tools::ToolGeometry& g, 
 }
 
 /// Per knot of an object, in ObjectScratch::near, on which sides of the jaws it lies for certain: samples lie
-/// between the corners, so that a triangle whose corners share a side has none in them. kFar: further from the
-/// middle than `reach`. In single precision, with room for its rounding. @return whether any is near
+/// between the corners, so that a triangle whose corners share a side has none in them. kFar: further from
+/// the middle than `reach`. In single precision, with room for its rounding. @return whether any is near
 inline constexpr std::uint8_t kFar = 64;
 inline bool findSides(const ObjectState& s, ObjectScratch& o, const tools::ToolGeometry& g,
                       const JawFrame& frame, const Eigen::Vector3d& middle, double reach) {
@@ -85,8 +85,15 @@ inline bool findSides(const ObjectState& s, ObjectScratch& o, const tools::ToolG
   // A corner beyond the reach may belong to a triangle within it: its sides count, too.
   for (std::size_t i = 0; i < knots; ++i) {
     const Eigen::Vector3f p = to_jaws * (Eigen::Vector3f(x[i], y[i], z[i]) - tip);
-    const int sides = (p.y() > half ? 1 : p.y() < -half ? 2 : 0) | (p.z() > kRoom ? 4 : p.z() < -length ? 8 : 0) |
-                      (p.x() > length ? 16 : p.x() < -length ? 32 : 0);
+    const int sides = (p.y() > half    ? 1
+                       : p.y() < -half ? 2
+                                       : 0) |
+                      (p.z() > kRoom     ? 4
+                       : p.z() < -length ? 8
+                                         : 0) |
+                      (p.x() > length    ? 16
+                       : p.x() < -length ? 32
+                                         : 0);
     out[i] = static_cast<std::uint8_t>(sides | (out[i] != 0 ? 0 : kFar));
   }
   return true;
@@ -109,7 +116,8 @@ void eachBetween(Context& c, const tools::ToolGeometry& g, const JawFrame& frame
     if (!findSides(s, o, g, frame, middle, reach)) continue;
     for (std::size_t t = 0; t < s.triangles.size(); ++t) {
       const auto& k = s.triangles[t];
-      if ((o.near[k[0]] & kFar) != 0 || (o.near[k[0]] & o.near[k[1]] & o.near[k[2]] & (kFar - 1)) != 0) continue;
+      if ((o.near[k[0]] & kFar) != 0 || (o.near[k[0]] & o.near[k[1]] & o.near[k[2]] & (kFar - 1)) != 0)
+        continue;
       const Eigen::Vector3d p0 = knotPosition(s, k[0]);
       if ((p0 - middle).squaredNorm() > reach * reach || !s.triangle_alive[t]) continue;
       const std::array<Eigen::Vector3d, 3> p{frame.local(p0), frame.local(knotPosition(s, k[1])),

@@ -1,5 +1,5 @@
-// Four connections at once, for all levels: V is a pack of four doubles with correctly rounded operations, each
-// lane in the order of pullTogether() (connections.cpp). Included by one translation unit per level.
+// Four connections at once, for all levels: V is a pack of four doubles with correctly rounded operations,
+// each lane in the order of pullTogether() (connections.cpp). Included by one translation unit per level.
 #pragma once
 
 #include "connection_kernel.h"
@@ -96,7 +96,8 @@ void pull(ConnectionLanes& l) {
   face.is = V::broadcast(kLeastFace) < doubled;
   face.doubled = where(face.is, doubled, one);
   const Three<V> none{zero, zero, zero};
-  face.normal = where(face.is, Three<V>{area.x / face.doubled, area.y / face.doubled, area.z / face.doubled}, none);
+  face.normal =
+      where(face.is, Three<V>{area.x / face.doubled, area.y / face.doubled, area.z / face.doubled}, none);
 
   Lever<V> end;
   for (int i = 0; i < 3; ++i) end.weight[i] = V::load(l.weight[i]);

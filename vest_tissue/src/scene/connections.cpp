@@ -257,6 +257,18 @@ void sever(Context& c, std::size_t n, double force, int instrument) {
   emit(c, e);
 }
 
+void kernel::pull(ConnectionLanes& lanes, net::KernelLevel level) {
+#if defined(VEST_HAVE_AVX2_KERNEL)
+  if (level == net::KernelLevel::Avx2) {
+    pullAvx2(lanes);
+    return;
+  }
+#else
+  (void)level;
+#endif
+  pullBaseline(lanes);
+}
+
 bool FourConnections::takes(const ConnectionState& s) const {
   const auto &knot = s.end0.knots, &face = s.end1.knots;
   const auto& w = s.end0.weights;
@@ -289,12 +301,10 @@ void FourConnections::add(std::size_t n, double h) {
 }
 
 void FourConnections::pull() {
-#if defined(VEST_HAVE_AVX2_KERNEL)
-  c_.level == net::KernelLevel::Avx2 ? pullAvx2(lanes_) : pullBaseline(lanes_);
-#else
-  pullBaseline(lanes_);
-#endif
-  const auto of = [](const auto& from, std::size_t l) { return Vector3d(from[0][l], from[1][l], from[2][l]); };
+  kernel::pull(lanes_, c_.level);
+  const auto of = [](const auto& from, std::size_t l) {
+    return Vector3d(from[0][l], from[1][l], from[2][l]);
+  };
   for (std::size_t l = 0; l < count_; ++l) {
     const std::size_t n = number_[l];
     const ConnectionConstants& k = c_.model.connections[n];
@@ -342,8 +352,7 @@ void pullTogether(Context& c, std::size_t n, double h, bool renew) {
     f.damping = (soft2 * k.damping) * rate;
     // An elastostatic end follows at once, without inertia: the force goes over to its new value no faster
     // than the softest answer allows.
-    const double soft =
-        c.scratch.objects[s.end0.object].softness + c.scratch.objects[s.end1.object].softness;
+    const double soft = c.scratch.objects[s.end0.object].softness + c.scratch.objects[s.end1.object].softness;
     if (soft > 0.0) {
       const Vector3d held = s.force;
       f.spring = held + (k.stiffness * off - held) / (1.0 + k.stiffness * soft);

@@ -26,24 +26,6 @@ net::ElementArrays elementArrays(Block& b) {
           b.row(Block::VZ), b.row(Block::HX), b.row(Block::HY), b.row(Block::HZ)};
 }
 
-/// sum |g_i|²/m_i over the knots, in a fixed order that vectorises.
-double compliance(const Block& b, const float* g, std::size_t stride) {
-  const float* const w = b.row(Block::kInverseMass);
-  const std::size_t knots = b.knots();
-  float lanes[8] = {};
-  const auto add = [&](std::size_t i, int n) {
-    const float gx = g[i], gy = g[stride + i], gz = g[2 * stride + i];
-    lanes[n] += (gx * gx + gy * gy + gz * gz) * w[i];
-  };
-  std::size_t i = 0;
-  for (; i + 8 <= knots; i += 8)
-    for (int n = 0; n < 8; ++n) add(i + n, n);
-  for (; i < knots; ++i) add(i, 0);
-  double sum = 0.0;
-  for (const float lane : lanes) sum += lane;
-  return sum;
-}
-
 /// Pressure of the enclosed volume. Its gradient is taken as often as its stiffness needs
 /// (ObjectConstants::volume_batches), at the positions predicted for the middle of the `interval` (s) in
 /// which it serves: taken at its start it would lag, and the part of the stiffness that comes from the
@@ -57,39 +39,35 @@ void addPressure(Context& c, std::size_t object, const net::Volume& v, bool rene
   if (v.bulk_modulus == 0.0f || v.triangles.empty()) return;
   const std::size_t stride = b.knotCapacity() + 1, knots = b.knots();
   const double interval = h * every;
+  const net::KnotLoops& loops = net::knotLoops(c.level);
   if (renew) {
     const float ahead = static_cast<float>(0.5 * interval);
     for (int axis = 0; axis < 3; ++axis) {
       const float* const x = b.row(static_cast<Block::KnotRow>(Block::X + axis));
       const float* const u = b.row(static_cast<Block::KnotRow>(Block::VX + axis));
-      float* const x0 = o.volume_start.data() + axis * stride;
-      for (std::size_t i = 0; i < knots; ++i) x0[i] = x[i] + ahead * u[i];
+      loops.lead(x, u, ahead, o.volume_start.data() + axis * stride, knots);
     }
     net::ElementArrays there = elementArrays(b);
     const float* const x0 = o.volume_start.data();
     there.x = x0, there.y = x0 + stride, there.z = x0 + 2 * stride;
     o.volume = net::volumeGradient(v, there, o.volume_gradient.data(), stride, o.packed);
     constexpr double kMost = solver::kStepMargin * solver::kStepMargin;
-    const double rate = v.bulk_modulus / v.rest * compliance(b, o.volume_gradient.data(), stride);
+    const float* const g = o.volume_gradient.data();
+    const double compliance =
+        loops.weighedSquares(g, g + stride, g + 2 * stride, b.row(Block::kInverseMass), knots);
+    const double rate = v.bulk_modulus / v.rest * compliance;
     const double longest = solver::longestStep({rate, 0.0});
     o.volume_share = static_cast<float>(std::min(1.0, kMost * longest * longest / (h * h)));
   }
   double change = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     const float *g = o.volume_gradient.data() + axis * stride, *x0 = o.volume_start.data() + axis * stride;
-    const float* const p = b.row(static_cast<Block::KnotRow>(Block::PX + axis));
-    float lanes[8] = {};  // a fixed order of the sum that vectorises
-    std::size_t i = 0;
-    for (; i + 8 <= knots; i += 8)
-      for (int n = 0; n < 8; ++n) lanes[n] += g[i + n] * (p[i + n] - x0[i + n]);
-    for (; i < knots; ++i) lanes[0] += g[i] * (p[i] - x0[i]);
-    for (const float lane : lanes) change += lane;
+    change = loops.along(change, g, b.row(static_cast<Block::KnotRow>(Block::PX + axis)), x0, knots);
   }
   const float pressure = o.volume_share * net::pressureOf(v, o.volume + change);
   for (int axis = 0; axis < 3; ++axis) {
-    const float* const g = o.volume_gradient.data() + axis * stride;
-    float* const f = b.row(static_cast<Block::KnotRow>(Block::HX + axis));
-    for (std::size_t i = 0; i < knots; ++i) f[i] += pressure * g[i];
+    loops.addScaled(o.volume_gradient.data() + axis * stride, pressure,
+                    b.row(static_cast<Block::KnotRow>(Block::HX + axis)), knots);
   }
 }
 
@@ -304,8 +282,8 @@ void NetBody::advance(Context& c, std::size_t object, int batch) const {
   }
   const int all = batches * per_batch, renewal = all / std::max(1, all / kContactSteps);
   net::Upcoming upcoming;
-  if (object + 1 < c.state.objects.size()) {
-    const ObjectState& next = c.state.objects[object + 1];
+  if (c.shares.next[object] != object) {
+    const ObjectState& next = c.state.objects[c.shares.next[object]];
     next.block.addMemory(upcoming);
     next.law_links.addMemory(upcoming);
     next.linear_links.addMemory(upcoming);

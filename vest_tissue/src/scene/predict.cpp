@@ -169,11 +169,7 @@ void findBox(Context& c, std::size_t object) {
   ObjectScratch& o = c.scratch.objects[object];
   for (int axis = 0; axis < 3; ++axis) {
     const float* const p = row(s, static_cast<Block::KnotRow>(Block::X + axis));
-    float low = p[0], high = p[0];
-    for (std::size_t i = 0; i < s.block.knots(); ++i)
-      low = p[i] < low ? p[i] : low, high = p[i] > high ? p[i] : high;
-    o.low[axis] = low;
-    o.high[axis] = high;
+    net::knotLoops(c.level).extent(p, s.block.knots(), o.low[axis], o.high[axis]);
   }
 }
 

@@ -135,20 +135,18 @@ void Body::begin(Context& c, std::size_t object, double h, int /*batch*/) const 
   const float ahead = static_cast<float>(0.5 * h);
   const float* const mass = b.row(Block::kMass);
   const bool moves = hasInertia(s);
+  const net::KnotLoops& loops = net::knotLoops(c.level);
   for (int axis = 0; axis < 3; ++axis) {
     const auto at = [axis](Block::KnotRow first) { return static_cast<Block::KnotRow>(first + axis); };
     const float *x = b.row(at(Block::X)), *v = b.row(at(Block::VX));
     float *p = b.row(at(Block::PX)), *f = b.row(at(Block::HX));
     // What is in equilibrium knows what gravity does to it.
     const float g = moves ? static_cast<float>(c.state.gravity[axis]) : 0.0f;
-    for (std::size_t i = 0; i < knots; ++i) {
-      p[i] = x[i] + ahead * v[i];
-      f[i] = mass[i] * g;
-    }
+    loops.predict(x, v, mass, ahead, g, p, f, knots);
     const std::vector<float>& active = c.scratch.objects[object].active;
     if (active.empty()) continue;
     const float* const own = active.data() + static_cast<std::size_t>(axis) * (active.size() / 3);
-    for (std::size_t i = 0; i < knots; ++i) f[i] += own[i];
+    loops.addScaled(own, 1.0f, f, knots);
   }
   if (s.load.any) addLoad(s, h, filled() && moves);
 }
@@ -259,7 +257,8 @@ Shares shareOut(const WorldModel& model, std::size_t threads) {
                            kElement * static_cast<double>(s.tissue.corner.size()),
                        i);
   }
-  std::stable_sort(costs.begin(), costs.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::stable_sort(costs.begin(), costs.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<std::vector<std::size_t>> of(threads);
   std::vector<double> sum(threads, 0.0);
   for (const auto& [cost, object] : costs) {
@@ -268,7 +267,10 @@ Shares shareOut(const WorldModel& model, std::size_t threads) {
   }
   Shares shares;
   shares.chunks = threads == 1 ? 1 : 2 * threads;
-  for (const auto& own : of) {
+  shares.next.resize(model.objects.size());
+  for (auto& own : of) {
+    std::sort(own.begin(), own.end());
+    for (std::size_t n = 0; n < own.size(); ++n) shares.next[own[n]] = own[std::min(n + 1, own.size() - 1)];
     shares.bodies.insert(shares.bodies.end(), own.begin(), own.end());
     shares.body_ends.push_back(shares.bodies.size());
     shares.search_ends.push_back(shares.bodies.size() + 1);
@@ -331,7 +333,8 @@ void solve(Context& c) {
         c.scratch.objects[object].begun = turn == Body::kLast && next < batches.count;
         if (c.scratch.objects[object].begun) batches.begin(c, object, next);
       });
-      if (turn < Body::kLast) pushLater(c, turn, [&](std::size_t object) { return batches.due(object, batch); });
+      if (turn < Body::kLast)
+        pushLater(c, turn, [&](std::size_t object) { return batches.due(object, batch); });
     }
   }
 }

@@ -9,6 +9,7 @@
 #include "delta_history.h"
 #include "object_arrays.h"
 #include "vest_tissue/base/nearest.h"
+#include "vest_tissue/net/knot_loops.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_scratch.h"

@@ -36,8 +36,8 @@ Status World::step(const StepInput& input, StepReport& report) {
   const double dt = input.dt, nominal = w.model->description.dt;
   int stretch = 1;
   while (stretch * nominal < dt * (1.0 - 1e-9) && stretch < 16384) stretch *= 2;
-  Context c{*w.model, w.state, w.scratch,        input,   report,   *w.pool,
-            w.shares, dt,      stretch, w.account_energy, w.level, &w.deltas};
+  Context c{*w.model, w.state, w.scratch,        input,   report,   *w.pool, w.shares,
+            dt,       stretch, w.account_energy, w.level, &w.deltas};
   if (!checkInput(input)) return w.fault(c, "step input");
 
   keepBackup(c);

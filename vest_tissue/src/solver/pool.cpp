@@ -36,8 +36,7 @@ bool look(Holds holds) {
 
 Pool::Pool(int threads) {
   shares_ = std::make_unique<Share[]>(static_cast<std::size_t>(threads > 1 ? threads : 1));
-  for (int i = 1; i < threads; ++i)
-    workers_.emplace_back([this, i] { serve(static_cast<std::size_t>(i)); });
+  for (int i = 1; i < threads; ++i) workers_.emplace_back([this, i] { serve(static_cast<std::size_t>(i)); });
 }
 
 Pool::~Pool() {

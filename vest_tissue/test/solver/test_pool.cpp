@@ -1,9 +1,11 @@
 // Protects the pool of threads: each item of each round is worked on once, whoever sleeps, and no round
-// begins before the last one is over.
+// begins before the last one is over. Each thread works on its own share, and on a busy one's.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <thread>
@@ -43,6 +45,38 @@ TEST(Pool, ALongItemIsWaitedFor) {
     };
     pool.each(2, work);
     EXPECT_EQ(2, done[0] + done[1]);
+  }
+}
+
+TEST(Pool, EachThreadWorksOnItsOwnShareInEachRound) {
+  Pool pool(2);
+  const std::vector<std::size_t> ends{1, 2};
+  std::array<std::thread::id, 2> first, now;
+  for (int round = 0; round < 200; ++round) {
+    std::array<std::atomic<bool>, 2> begun{};
+    auto work = [&](std::size_t item) {
+      now[item] = std::this_thread::get_id();
+      begun[item] = true;
+      while (!begun[1 - item]) std::this_thread::yield();  // so that no thread does both
+    };
+    pool.each(ends, work);
+    if (round == 0) first = now;
+    EXPECT_EQ(std::this_thread::get_id(), now[0]);
+    ASSERT_EQ(first[1], now[1]);
+  }
+}
+
+TEST(Pool, WhatABusyThreadHasLeftIsTakenFromTheEndOfItsShare) {
+  Pool pool(2);
+  const std::vector<std::size_t> ends{1, 3};
+  for (int round = 0; round < 200; ++round) {
+    std::array<std::atomic<bool>, 3> done{};
+    auto work = [&](std::size_t item) {
+      while (item == 1 && !done[2]) std::this_thread::yield();  // it blocks the thread whose share both are
+      done[item] = true;
+    };
+    pool.each(ends, work);
+    ASSERT_TRUE(done[0] && done[1] && done[2]);
   }
 }
 

@@ -44,8 +44,8 @@ struct OrganContact {
   std::array<std::uint32_t, 2> next{kNone, kNone};
 };
 
-/// Triangles of the other object that a search for pairs looks at: bounding balls, m, as arrays. Neighbours in
-/// their order are neighbours in space: a place is compared with the boxes of blocks first.
+/// Triangles of the other object that a search for pairs looks at: bounding balls, m, as arrays. Neighbours
+/// in their order are neighbours in space: a place is compared with the boxes of blocks first.
 class Candidates {
  public:
   void reserve(std::size_t n) {
@@ -78,8 +78,8 @@ class Candidates {
       }
     }
   }
-  /// Calls visit(dx² + dy² + dz², radius, triangle) for each ball that comes within `reach` of a point, in the
-  /// order in which they were pushed.
+  /// Calls visit(dx² + dy² + dz², radius, triangle) for each ball that comes within `reach` of a point, in
+  /// the order in which they were pushed.
   template <class Visit>
   void eachWithin(float px, float py, float pz, float reach, Visit visit) {
     const std::size_t blocks = (size_ + kBlock - 1) / kBlock;
@@ -162,7 +162,7 @@ struct alignas(64) ObjectScratch {
   bool between = false;     ///< the jaws or blades of the tool that is looked at
   bool search_due = false;  ///< for pairs with others, in this step
   bool over_budget = false;
-  float moved = 0.0f;  ///< m: the furthest that a knot went in this step
+  float moved = 0.0f;     ///< m: the furthest that a knot went in this step
   bool begun = false;     ///< its next batch
   double sub_step = 0.0;  ///< s: between two moments at which it takes forces
   double softness = 0.0;  ///< m/N: Body::softness
@@ -182,8 +182,9 @@ struct ConnectionForce {
 /// Who works on what: the shares of a pool's threads.
 struct Shares {
   std::vector<std::size_t> bodies, body_ends;  ///< objects that deform, each on the same thread in all rounds
+  std::vector<std::size_t> next;         ///< per object: the one that its thread works on after it, or itself
   std::vector<std::size_t> search_ends;  ///< the same, with one more before them
-  std::size_t chunks = 1;                      ///< into which connections and organ contacts are divided
+  std::size_t chunks = 1;                ///< into which connections and organ contacts are divided
 };
 
 /// What a sling draws in during one step: each knot once.
