@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "vest_tissue/suture/polyline.h"
 #include "vest_tissue/suture/rod.h"
 #include "vest_tissue/suture/roeder.h"
 
@@ -12,6 +13,8 @@ namespace vest::scene {
 namespace {
 
 using Eigen::Vector3d;
+using suture::lengthOf;
+using suture::nodesAlong;
 using yaml::Map;
 using yaml::Value;
 
@@ -46,29 +49,6 @@ std::vector<Vector3d> curveThrough(const std::vector<Vector3d>& p) {
     }
   }
   return out;
-}
-
-double lengthOf(const std::vector<Vector3d>& curve) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i + 1 < curve.size(); ++i) sum += (curve[i + 1] - curve[i]).norm();
-  return sum;
-}
-
-/// Nodes along the curve at equal distances, straight on behind its end.
-std::vector<Vector3d> nodesAlong(const std::vector<Vector3d>& curve, double length, std::size_t segments) {
-  std::vector<Vector3d> nodes;
-  std::size_t i = 0;
-  double passed = 0.0, span = (curve[1] - curve[0]).norm();
-  for (std::size_t k = 0; k <= segments; ++k) {
-    const double at = length * static_cast<double>(k) / static_cast<double>(segments);
-    while (at > passed + span && i + 2 < curve.size()) {
-      passed += span;
-      ++i;
-      span = (curve[i + 1] - curve[i]).norm();
-    }
-    nodes.push_back(curve[i] + (at - passed) / span * (curve[i + 1] - curve[i]));
-  }
-  return nodes;
 }
 
 std::vector<Vector3d> readPath(const Value& value) {

@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 
+#include "vest_tissue/suture/polyline.h"
+
 namespace vest::suture {
 namespace {
 
@@ -55,22 +57,12 @@ std::vector<Vector3d> curveThrough(const std::vector<Vector3d>& p) {
   return out;
 }
 
-/// Appends nodes along a polyline, evenly and about `spacing` apart, without its first point.
+/// Appends nodes along a way, evenly and about `spacing` apart, without its first point.
 void appendAlong(const std::vector<Vector3d>& p, double spacing, std::vector<Vector3d>& nodes) {
-  double whole = 0.0;
-  for (std::size_t i = 0; i + 1 < p.size(); ++i) whole += (p[i + 1] - p[i]).norm();
-  const auto parts = std::max(1L, std::lround(whole / spacing));
-  std::size_t i = 0;
-  double passed = 0.0, span = (p[1] - p[0]).norm();
-  for (long k = 1; k <= parts; ++k) {
-    const double at = whole * static_cast<double>(k) / static_cast<double>(parts);
-    while (at > passed + span && i + 2 < p.size()) {
-      passed += span;
-      ++i;
-      span = (p[i + 1] - p[i]).norm();
-    }
-    nodes.push_back(p[i] + (at - passed) / span * (p[i + 1] - p[i]));
-  }
+  const double whole = lengthOf(p);
+  const auto parts = static_cast<std::size_t>(std::max(1L, std::lround(whole / spacing)));
+  const std::vector<Vector3d> along = nodesAlong(p, whole, parts);
+  nodes.insert(nodes.end(), along.begin() + 1, along.end());
 }
 
 }  // namespace

@@ -30,8 +30,8 @@ class CutFactor {
   void solve(const TissueState& state, const std::vector<Eigen::Vector3d>& b,
              std::vector<Eigen::Vector3d>& x);
 
-  /// Finds the columns of A^-1 of these knots (repeats allowed); they are kept until
-  /// the mesh changes. Renewed before. False: no room.
+  /// Finds the columns of A^-1 of these knots (repeats allowed). They are kept until the mesh changes.
+  /// Renewed before. False: no room.
   bool touch(const Index* knots, std::size_t count);
   /// Block (A^-1)_ab between touched knots, 1/kg; 0 where one is held.
   Eigen::Matrix3d answer(Index a, Index b) const;
