@@ -66,10 +66,22 @@ class Modeller(unittest.TestCase):
 
         ran = self.done("run", "", "")
         self.assertTrue(patient(lambda: self.newest["session"].scene == "drawn"), self.newest["session"].scene)
+        self.assertEqual(ran.message, "runs in the session; 0 objects went on")
+        drawn = len(self.newest["topology"].objects)
+        session = self.newest["session"].step
+        self.done("insert", "/objects/-", TREE.replace("name: tree", "name: bush").replace("-0.02, 0.02", "0.02, 0.02"))
+        again = self.done("run", "", "")
+        self.assertEqual(again.message, "runs in the session; %d objects went on" % drawn)
+        self.assertTrue(patient(lambda: self.newest["session"].step > session), "steps are counted on")
+        self.done("undo", "", "")
+        ran = self.done("run", "", "")
+        self.assertEqual(ran.message, again.message)
         saved = self.done("save", "", "")
         self.assertEqual(saved.scene_hash, ran.scene_hash)
         with open(self.source, encoding="utf-8") as f:
             self.assertIn("name: tree", f.read())
+
+        self.assertTrue(patient(lambda: len(late) == 6), [m.op for m in late])
 
         bag = os.path.join(self.folder, "edits.bag")
         with rosbag.Bag(bag, "w") as file:
@@ -78,7 +90,7 @@ class Modeller(unittest.TestCase):
         again = os.path.join(self.folder, "again")
         replay = subprocess.run(["rosrun", "vest_bringup", "vest_replay_model", bag, "-o", again], capture_output=True, text=True, check=False)
         self.assertEqual(replay.returncode, 0, replay.stderr)
-        self.assertIn("3 edits, document " + late[-1].hash, replay.stdout)
+        self.assertIn("5 edits, document " + late[-1].hash, replay.stdout)
         self.assertIn("scene " + saved.scene_hash, replay.stdout)
         with rosbag.Bag(bag, "w") as file:
             for message in late[:1] + late[2:]:

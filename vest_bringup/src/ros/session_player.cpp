@@ -268,11 +268,13 @@ Played play(const std::string& directory, RecordedSession& session, PlayOptions 
     const auto command = static_cast<Command>(msg.command);
     if (command == Command::Load) {
       resimulation.load(scenes.loaded(msg.command_argument, msg.header.stamp));
+    } else if (command == Command::Adopt) {
+      resimulation.adopt(scenes.loaded(msg.command_argument, msg.header.stamp));
     } else if (command == Command::Restore) {
       begin(msg.command_argument);
-    } else if (msg.command > static_cast<std::uint8_t>(Command::Restore)) {
+    } else if (msg.command > static_cast<std::uint8_t>(Command::Adopt)) {
       throw std::invalid_argument("step " + std::to_string(msg.step) + ": command is " +
-                                  std::to_string(msg.command) + " (allowed: 0 to 3)");
+                                  std::to_string(msg.command) + " (allowed: 0 to 4)");
     }
     scene::StepInput input;
     ros_shell::fromMsg(msg, resimulation.world().description(), input);

@@ -1,5 +1,6 @@
 #include "vest_bringup/simulation/trainer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
@@ -157,6 +158,25 @@ void Trainer::reset() {
   clearFeedback();
   feedback_.films.clear(), feedback_.gas_drawn = 0, feedback_.swab_room.fill(0);
   for (const auto& effect : effects_) effect->reset();
+}
+
+std::size_t Trainer::adopt(scene::Simulation& before) {
+  const std::size_t kept = world_.adopt(before.world());
+  const auto* const other = dynamic_cast<const Trainer*>(&before);
+  if (other == nullptr || other->effects_.size() != effects_.size()) return kept;
+  const auto &was = other->world_.description().objects, &is = world_.description().objects;
+  const bool all =
+      kept == was.size() && std::equal(was.begin(), was.end(), is.begin(), is.end(),
+                                       [](const auto& a, const auto& b) { return a.name == b.name; });
+  if (all) feedback_ = other->feedback_;
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t i = 0; i < effects_.size(); ++i) {
+    if (!all && effects_[i]->knowsObjects()) continue;
+    bytes.clear();
+    other->effects_[i]->save(bytes);
+    effects_[i]->restore(bytes.data(), bytes.size());
+  }
+  return kept;
 }
 
 void Trainer::edits(std::vector<scene::EditableParameter>& out) {

@@ -63,7 +63,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   options.strain_rate = doubleParameter(private_nh_, "strain_rate", options.strain_rate, 0.1, 500.0);
   options.seed = static_cast<std::uint32_t>(intParameter(private_nh_, "seed", 1, 0, 2147483647));
 
-  Loaded loaded = loadFile(scene_);
+  Loaded loaded = loadFile(scene_, nullptr);
   topology_ = loaded.topology;
   description_ = loaded.description;
   editable_ = loaded.edits;
@@ -131,12 +131,12 @@ TissueServer::~TissueServer() {
   if (publisher_.joinable()) publisher_.join();
 }
 
-TissueServer::Loaded TissueServer::loadFile(const std::string& scene) const {
+TissueServer::Loaded TissueServer::loadFile(const std::string& scene, const scene::WorldModel* before) const {
   scene::SceneFiles files;
   scene::Description description = scene::loadScene(sceneFile(scene), files);
   Loaded loaded;
   loaded.files = toMessage(scene, description.hash, files);
-  scene::World world(description, threads_);
+  scene::World world(scene::buildModel(description, before), threads_);
   loaded.topology = boost::make_shared<vest_msgs::TissueTopology>();
   toMsg(world, *loaded.topology);
   loaded.falling = scene::fallingSentence(description);
@@ -193,10 +193,17 @@ void TissueServer::onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg) {
 
 bool TissueServer::onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res) {
   try {
-    Loaded loaded = loadFile(req.scene);
+    const scene::WorldModel* before = nullptr;  // that of a World which only this service swaps
+    if (req.keep) runner_->call([&](scene::Simulation& s) { before = &s.world().model(); });
+    Loaded loaded = loadFile(req.scene, before);
     loading_ = true;
     publishFiles(loaded.files);
-    runner_->load(std::move(loaded.simulation), req.scene);
+    if (req.keep) {
+      res.kept = static_cast<std::uint32_t>(runner_->adopt(std::move(loaded.simulation), req.scene));
+      runner_->call([&](scene::Simulation& s) { toMsg(s.world(), *loaded.topology); });
+    } else {
+      runner_->load(std::move(loaded.simulation), req.scene);
+    }
     std::lock_guard<std::mutex> lock(loaded_mutex_);
     topology_ = loaded.topology;
     description_ = loaded.description;

@@ -9,13 +9,13 @@
 #include <Eigen/Geometry>
 
 #include "connections.h"
+#include "identity.h"
 #include "object_arrays.h"
 #include "stages.h"
 #include "vest_tissue/base/nearest.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_scratch.h"
-#include "vest_tissue/suture/roeder.h"
 
 namespace vest::scene {
 namespace {
@@ -32,8 +32,6 @@ constexpr double kLeastHeight = 0.5;  ///< of a hinge's lower wing at rest: net:
 constexpr double kPatch = 8.0;        ///< knots that press an elastostatic object at a time (assumed)
 /// s, an implicit step: contacts of kContactLeast are held explicitly beside it, at half a radian a step.
 constexpr double kImplicitStep = 2.5e-4;
-constexpr double kToHand =
-    0.3;  ///< m of a loop's standing part, from the pusher's point to the hand; assumed
 constexpr int kPowerSweeps = 40;
 constexpr double kPowerMargin = 1.15;  ///< the iteration converges from below
 
@@ -253,7 +251,17 @@ void fillHeat(const Object& o, ObjectState& s, ObjectConstants& c) {
   s.heat.sealed.assign(o.tube.rings.size(), 0);
 }
 
-void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
+/// The same object of a model that was built before, in the same place; null: there is none.
+const ObjectConstants* builtBefore(const WorldModel* before, const Description& d, const Object& o,
+                                   std::uint64_t identity) {
+  if (before == nullptr || before->description.dt != d.dt) return nullptr;
+  for (std::size_t i = 0; i < before->objects.size(); ++i)
+    if (before->objects[i].identity == identity && before->description.objects[i].position == o.position)
+      return &before->objects[i];
+  return nullptr;
+}
+
+void fillConstants(const Object& o, const ObjectState& s, const ObjectConstants* before, ObjectConstants& c) {
   c.deforms = o.model != ObjectModel::Rigid;
   c.body = &kRigidBody;
   c.law = o.law;
@@ -288,7 +296,9 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
     c.edges.push_back(all.front());
     if (back != edges.end()) c.edges.back().beyond = back->second.front().triangle;
   }
-  if (!c.deforms && !o.contact_triangles.empty()) {
+  if (before != nullptr) {
+    c.grid = before->grid;
+  } else if (!c.deforms && !o.contact_triangles.empty()) {
     std::vector<std::array<std::uint32_t, 3>> triangles(s.triangles.begin(), s.triangles.end());
     const double spacing = wallSpacing(o);
     c.grid = contact::DistanceGrid(o.position, triangles, spacing, 5.0 * spacing);
@@ -297,17 +307,30 @@ void fillConstants(const Object& o, const ObjectState& s, ObjectConstants& c) {
 
 /// Finite elements: one implicit step a batch. Contacts and holds may be as stiff as those of the loosest
 /// nets.
-std::shared_ptr<fem::TissueModel> boundFem(const Description& d, const Object& o, ObjectState& s,
+/// @param before  the same object of an earlier model, or null
+/// @return where it was made, to be factorised; else null
+std::shared_ptr<fem::TissueModel> boundFem(const Description& d, const Object& o,
+                                           const ObjectConstants* before, ObjectState& s,
                                            ObjectConstants& c) {
-  auto tissue = fem::makeTissue(*o.fem, o.fem->motion, d.cache_directory);
   c.contact_omega_squared = kContactLeast;
   c.rates.omega_squared = kContactLeast;
-  c.fem = tissue;
+  std::shared_ptr<fem::TissueModel> made;
+  if (before == nullptr) made = fem::makeTissue(*o.fem, o.fem->motion, d.cache_directory);
+  c.fem = made ? made : before->fem;
   c.body = &kElementsBody;
-  s.tissue = fem::tissueAtRest(*tissue, o.position);
+  s.tissue = fem::tissueAtRest(*c.fem, o.position);
   // Elastostatic knots have no inertia: what they answer to held forces is known once dt is shared out.
   if (!s.tissue.dynamic) std::fill_n(s.block.row(Block::kInverseMass), s.block.knots(), 0.0f);
-  return tissue;
+  return made;
+}
+
+/// The elements' factor for steps of h, s. That of an earlier model stays as it is.
+void factorise(const Description& d, const Object& o, double h, std::shared_ptr<fem::TissueModel> made,
+               ObjectConstants& c) {
+  if (c.fem->step == h) return;
+  if (!made) made = fem::makeTissue(*o.fem, o.fem->motion, d.cache_directory);
+  fem::prepareTissue(*made, h);
+  c.fem = made;
 }
 
 /// Sub-steps and batches of a net. What the explicit solver cannot hold is stepped implicitly
@@ -315,7 +338,6 @@ std::shared_ptr<fem::TissueModel> boundFem(const Description& d, const Object& o
 void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
   solver::BoundScratch scratch(s.block.knotCapacity() + 64);
   const solver::BoundLinks links = boundLinks(s);
-  c.body = &kNetBody;
   c.bound_at_start = solver::linkRates(links, scratch).omega_squared;
   const double power = solver::powerIteration(links, kPowerSweeps);
   c.calibration = c.bound_at_start > 0.0 ? std::min(1.0, kPowerMargin * power / c.bound_at_start) : 1.0;
@@ -331,7 +353,6 @@ void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
   const double slow_needed = dt / (kSlowMargin * solver::longestStep(slow));
   if (!(fast_needed <= limit) || !(slow_needed <= limit)) {
     c.implicit = true;
-    c.body = &kImplicitNetBody;
     c.contact_omega_squared = kContactLeast;
     c.sub_steps = 1;
     c.exchanges_needed = dt / kImplicitStep;
@@ -401,83 +422,9 @@ void connect(const Description& d, WorldModel& m) {
   }
 }
 
-void placeThreads(ThreadModel& m) {
-  const suture::Model& rods = *m.rods;
-  for (std::uint32_t n = 0; n < rods.strands.size(); ++n) {
-    const suture::Strand& strand = rods.strands[n];
-    double station = strand.needle != suture::kNone ? rods.needles[strand.needle].length : 0.0;
-    for (std::uint32_t i = strand.first; i < strand.first + strand.nodes; ++i) {
-      ThreadPlace p;
-      p.strand = n, p.radius = strand.section.radius;
-      const bool last = i + 1 == strand.first + strand.nodes;
-      p.segment = last ? i - 1 : i, p.s = last ? 1.0 : 0.0;
-      p.touches = i >= strand.threadFirst();
-      p.station = station;
-      if (p.touches) station += rods.length[i];
-      m.places.push_back(p);
-    }
-  }
-  for (const suture::NeedleModel& needle : rods.needles) {
-    m.first_point.push_back(static_cast<std::uint32_t>(m.places.size()));
-    for (std::size_t i = 0; i < needle.points.size(); ++i) {
-      ThreadPlace p;
-      p.strand = m.places[needle.node].strand;
-      p.segment = needle.node, p.rigid = true, p.arm = needle.points[i];
-      p.radius = needle.radius;
-      p.station = needle.spacing * static_cast<double>(i);
-      m.places.push_back(p);
-    }
-  }
-}
-
-/// Loops that are tied beforehand lie in their packets.
-void placeLoops(WorldModel& m) {
-  const std::vector<Suture>& sutures = m.description.sutures;
-  m.start.threads.packed.assign(sutures.size(), 0);
-  for (std::uint32_t n = 0; n < sutures.size(); ++n) {
-    const Suture& s = sutures[n];
-    if (!(s.loop > 0.0)) continue;
-    LoopModel loop;
-    loop.strand = n;
-    loop.place = s.loop_at;
-    loop.turn = Eigen::Quaterniond(suture::loopAxes(s.loop_ahead, s.loop_across));
-    loop.standing = (s.rod.nodes[0] - s.loop_at).norm();
-    loop.give = s.rod.section.stretch / kToHand;
-    m.threads.loops.push_back(loop);
-    m.start.threads.packed[n] = m.threads.rods->strands[n].nodes;
-    suture::KnotScratch scratch(s.rod.nodes.size());  // its knot is drawn: no event tells it
-    interaction::KnotWatch& watch = m.start.threads.knots[n];
-    watch.kind = watch.seen = suture::kindOf(s.rod.nodes.data(), s.rod.nodes.size(), scratch);
-    watch.drawn = true;
-  }
-}
-
-/// Threads take part in the exchange between objects, no more than four times a step.
-void buildThreads(WorldModel& m) {
-  const Description& d = m.description;
-  if (d.sutures.empty()) return;
-  suture::Description rods;
-  for (const Suture& s : d.sutures) {
-    rods.rods.push_back(s.rod);
-    m.threads.strength.push_back(s.strength);
-    m.threads.knot_strength.push_back(s.knot_strength);
-    m.threads.friction.push_back(s.friction);
-  }
-  rods.cylinders = d.cylinders;
-  m.threads.rods = std::make_shared<suture::Model>(rods);
-  m.start.threads.rod = m.threads.rods->start;
-  m.start.threads.knots.resize(m.threads.rods->strands.size());
-  placeThreads(m.threads);
-  placeLoops(m);
-  int common = 0;
-  for (const std::size_t i : m.bodies) common = std::gcd(common, m.objects[i].batches);
-  if (common == 0) common = m.batches = 4;
-  for (m.threads.steps = common; m.threads.steps > 4;) m.threads.steps /= m.threads.steps % 2 == 0 ? 2 : 3;
-}
-
 }  // namespace
 
-std::unique_ptr<WorldModel> buildModel(const Description& description) {
+std::unique_ptr<WorldModel> buildModel(const Description& description, const WorldModel* before) {
   validate(description);
   auto model = std::make_unique<WorldModel>();
   model->description = description;
@@ -487,17 +434,29 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   m.start.objects.resize(description.objects.size());
   std::vector<std::shared_ptr<fem::TissueModel>> tissues(description.objects.size());
   for (std::size_t i = 0; i < description.objects.size(); ++i) {
-    fillState(description.objects[i], m.start.objects[i]);
-    fillConstants(description.objects[i], m.start.objects[i], m.objects[i]);
-    if (!m.objects[i].deforms) continue;
+    const Object& o = description.objects[i];
+    ObjectState& s = m.start.objects[i];
+    ObjectConstants& c = m.objects[i];
+    c.identity = identityOf(o);
+    const ObjectConstants* const same = builtBefore(before, description, o, c.identity);
+    fillState(o, s);
+    fillConstants(o, s, same, c);
+    if (!c.deforms) continue;
     m.bodies.push_back(i);
-    fillHeat(description.objects[i], m.start.objects[i], m.objects[i]);
-    buildCut(description.objects[i], m.start.objects[i], m.objects[i].cut);
-    if (description.objects[i].fem)
-      tissues[i] = boundFem(description, description.objects[i], m.start.objects[i], m.objects[i]);
+    fillHeat(o, s, c);
+    buildCut(o, s, c.cut);
+    if (o.fem) {
+      tissues[i] = boundFem(description, o, same, s, c);
+      continue;
+    }
+    if (same != nullptr)
+      static_cast<StepBounds&>(c) = same->alone;
     else
-      boundSteps(m.start.objects[i], m.objects[i], description.dt);
+      boundSteps(s, c, description.dt);
+    c.alone = c;
+    c.body = c.implicit ? static_cast<const Body*>(&kImplicitNetBody) : &kNetBody;
   }
+  for (const Suture& suture : description.sutures) m.sutures.push_back(identityOf(suture));
   connect(description, m);
   const bool several = m.bodies.size() > 1 || !description.sutures.empty();
   // Organ against organ is exchanged three or four times a step; finite elements, whose steps are dear,
@@ -505,7 +464,7 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
   const int base = several ? exchanges(m, description.dt) : 1;
   for (const std::size_t i : m.bodies) {
     ObjectConstants& c = m.objects[i];
-    c.batches = doubled(several ? (tissues[i] ? 2 : base) : 1, c.exchanges_needed);
+    c.batches = doubled(several ? (c.fem ? 2 : base) : 1, c.exchanges_needed);
     c.sub_steps = multipleOf(c.batches, c.sub_steps);
     // A whole part of the exchanges.
     for (c.volume_batches = c.batches; c.volume_batches % 2 == 0 && c.volume_batches / 2 >= c.volume_needed;)
@@ -514,23 +473,23 @@ std::unique_ptr<WorldModel> buildModel(const Description& description) {
     m.start.objects[i].sub_steps = c.sub_steps;
     m.start.objects[i].batches = c.batches;
     m.batches = std::max(m.batches, c.batches);
-    if (!tissues[i]) {
+    if (!c.fem) {
       // Of the tissue the order of half its highest mode's. Finite elements tell the stiffness of both.
       const double own = 0.5 * std::max(c.rates.omega_squared - c.contact_omega_squared, 0.0);
       c.contact_series = own / (own + c.contact_omega_squared);
       continue;
     }
     const double h = description.dt / c.batches;
-    fem::prepareTissue(*tissues[i], h);
+    factorise(description, description.objects[i], h, tissues[i], c);
     ObjectState& s = m.start.objects[i];
     if (!s.tissue.dynamic) {
       for (std::size_t k = 0; k < s.block.knots(); ++k)
         s.block.row(Block::kInverseMass)[k] =
             s.fixed[k] ? 0.0f
-                       : static_cast<float>(kPatch * tissues[i]->softestAt(static_cast<Index>(k)) / (h * h));
+                       : static_cast<float>(kPatch * c.fem->softestAt(static_cast<Index>(k)) / (h * h));
     }
     copyTissue(s);
-    fillFemSurface(*tissues[i], s);
+    fillFemSurface(*c.fem, s);
   }
   buildThreads(m);
   ignoreDesignedContacts(m);

@@ -168,16 +168,29 @@ std::uint64_t Runner::shareVolume(Simulation& simulation) {
   return memory_ && feel ? memory_->shareVolume(*feel) : 0;
 }
 
+void Runner::swap(std::unique_ptr<Simulation>& simulation, std::uint64_t volume, Command command,
+                  const std::string& argument) {
+  simulation_.swap(simulation);
+  image_.volume = volume;
+  ++generation_;
+  fault_ = false;
+  pending_command_ = command;
+  pending_argument_ = argument;
+}
+
 void Runner::load(std::unique_ptr<Simulation> simulation, const std::string& argument) {
   const std::uint64_t volume = shareVolume(*simulation);  // copied before the steps wait
+  execute([&] { swap(simulation, volume, Command::Load, argument); });
+}
+
+std::size_t Runner::adopt(std::unique_ptr<Simulation> simulation, const std::string& argument) {
+  const std::uint64_t volume = shareVolume(*simulation);
+  std::size_t kept = 0;
   execute([&] {
-    simulation_.swap(simulation);
-    image_.volume = volume;
-    ++generation_;
-    fault_ = false;
-    pending_command_ = Command::Load;
-    pending_argument_ = argument;
+    kept = simulation->adopt(*simulation_);
+    swap(simulation, volume, Command::Adopt, argument);
   });
+  return kept;
 }
 
 void Runner::restore(const std::vector<std::uint8_t>& bytes, const std::string& argument) {

@@ -86,9 +86,7 @@ void World::restore(const std::vector<std::uint8_t>& all) {
   visit(checker, rule(state));
   for (ObjectState& o : state.objects) repack(o);
   impl_->state = std::move(state);
-  impl_->reserve();
-  impl_->scratch.forget();
-  impl_->deltas.clear();
+  impl_->goOn();
 }
 
 }  // namespace vest::scene

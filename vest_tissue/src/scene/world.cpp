@@ -296,9 +296,7 @@ bool World::splitKnot(std::size_t object, std::uint32_t knot, const Eigen::Vecto
 
 void World::reset() {
   impl_->state = impl_->model->start;
-  impl_->reserve();
-  impl_->scratch.forget();
-  impl_->deltas.clear();
+  impl_->goOn();
 }
 
 void World::setThreads(int threads) {

@@ -44,6 +44,12 @@ struct World::Impl {
     reserveCut(*model, state);
     reserveBackup(*model, state, scratch);
   }
+  /// With a State that did not come of the step before.
+  void goOn() {
+    reserve();
+    scratch.forget();
+    deltas.clear();
+  }
   Status fault(Context& c, std::string_view object);
   void useThreads(int threads) {
     pool = std::make_unique<solver::Pool>(std::clamp(threads, 1, 64));

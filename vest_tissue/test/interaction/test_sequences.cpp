@@ -229,6 +229,26 @@ class Theatre {
     in_.tools[1].present = in_.tools[2].present = false;
     run(5);
   }
+  /// The scene is edited: something else comes or goes, and now and then the object itself is another one.
+  void edit() {
+    scene::Description d = world_.description();
+    if (d.objects.size() > 1) {
+      d.objects.pop_back();
+    } else {
+      specimen::TubeOptions o;
+      o.name = "drawn", o.centre.y() = 0.03;
+      d.objects.push_back(specimen::tube(o));
+    }
+    const bool another = dice_.choose(4) == 0;
+    if (another) d.objects[0].friction += 0.001;
+    scene::World next(scene::buildModel(d, &world_.model()));
+    ASSERT_EQ(next.adopt(world_), another ? 0U : 1U);
+    std::vector<std::uint8_t> bytes;
+    next.save(bytes);
+    ASSERT_NO_THROW(next.restore(bytes)) << "what no State can be is refused";
+    world_ = std::move(next);
+    run(20);
+  }
 
  private:
   scene::World world_;
@@ -318,7 +338,7 @@ int firstSequence() {
   return first != nullptr ? std::atoi(first) : 0;
 }
 
-Sum play(int sequences, bool volumes) {
+Sum play(int sequences, bool volumes, bool edited = false) {
   Sum sum;
   const int first = firstSequence();
   for (int n = first; n < first + sequences && !testing::Test::HasFatalFailure(); ++n) {
@@ -326,7 +346,10 @@ Sum play(int sequences, bool volumes) {
     scene::Description scene = volumes ? dice.volume() : dice.net();
     scene.objects[0].full_contact = n % 2 != 0;  // each second one meets itself
     Theatre theatre(scene, dice);
-    for (int i = 0; i < kOperations && !testing::Test::HasFatalFailure(); ++i) theatre.operate();
+    for (int i = 0; i < kOperations && !testing::Test::HasFatalFailure(); ++i) {
+      theatre.operate();
+      if (edited) theatre.edit();
+    }
     if (testing::Test::HasFatalFailure()) std::printf("in sequence %d\n", n);
     if (theatre.faults > 0) std::printf("%zu faults in sequence %d\n", theatre.faults, n);
     sum.add(theatre);
@@ -358,6 +381,14 @@ TEST(Sequences, OnRandomNetsKeepEveryInvariant) {
   EXPECT_GE(sum.of(EventKind::Grasped), least(0.1));
   EXPECT_GE(sum.of(EventKind::Suspended), least(0.05));
   EXPECT_EQ(sum.faulted, 0u) << "tools that appear within thin nets push them out, and throw none";
+}
+
+TEST(Sequences, InASceneThatIsEditedMeanwhileKeepEveryInvariant) {
+  const int sequences = countOf(1000);
+  const Sum nets = play(sequences, false, true), volumes = play(sequences, true, true);
+  ASSERT_FALSE(HasFatalFailure());
+  EXPECT_GE(nets.of(EventKind::Cut) + volumes.of(EventKind::Cut), static_cast<std::size_t>(sequences));
+  EXPECT_EQ(nets.faulted + volumes.faulted, 0u);
 }
 
 constexpr int kJumpingSteps = 400;

@@ -241,7 +241,7 @@ void ModellerPanel::edit(const std::string& op, const std::string& path, const s
         }
         tell(problem_, "");
         if (op == "save") about_->setText(qt("saved: " + answer.response.message));
-        if (op == "run") about_->setText("runs in the session");
+        if (op == "run") about_->setText(qt(answer.response.message));
         if (done) done();
       });
 }

@@ -18,6 +18,11 @@ class Resimulation {
 
   /// Goes on in another scene.
   void load(std::unique_ptr<scene::Simulation> simulation) { simulation_ = std::move(simulation); }
+  /// Goes on in a scene that was edited: what is the same in both keeps its State.
+  void adopt(std::unique_ptr<scene::Simulation> simulation) {
+    simulation->adopt(*simulation_);
+    simulation_ = std::move(simulation);
+  }
   /// Begins at a snapshot instead of the scene. @throws std::invalid_argument naming what does not fit
   void begin(const std::vector<std::uint8_t>& snapshot);
 

@@ -80,6 +80,8 @@ class Effect {
   virtual void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const {
     (void)world, (void)out;
   }
+  /// False: its State knows nothing of objects, and goes on in a scene that was edited.
+  virtual bool knowsObjects() const { return true; }
   /// As the scene was loaded.
   virtual void reset() = 0;
   /// Appends everything that evolves, little-endian. One that appends nothing begins anew after a restore.

@@ -28,6 +28,7 @@ class GasEffect : public Effect {
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;
+  bool knowsObjects() const override { return false; }
   void reset() override;
   void save(std::vector<std::uint8_t>& bytes) const override;
   bool restore(const std::uint8_t* bytes, std::size_t count) override;

@@ -69,7 +69,8 @@ class TissueServer {
     std::string falling;  ///< scene::fallingSentence
   };
 
-  Loaded loadFile(const std::string& scene) const;
+  /// @param before  model of which what stands the same is not built again; null: all is
+  Loaded loadFile(const std::string& scene, const scene::WorldModel* before) const;
   void onInstruments(const vest_msgs::InstrumentStates::ConstPtr& msg);
   void onSilence();  ///< of the instruments: nothing is on that nobody says is on
   void onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg);

@@ -28,6 +28,9 @@ class Simulation {
   virtual Status step(StepInput& input, StepReport& report) = 0;
   virtual World& world() = 0;
   virtual void reset() = 0;
+  /// Goes on where `before` is, as far as both scenes are the same (World::adopt). What is around the tissue
+  /// begins as it was made. @return objects that kept their State
+  virtual std::size_t adopt(Simulation& before) { return world().adopt(before.world()); }
   /// Snapshot of all that evolves. @throws std::invalid_argument naming what does not fit; nothing changed
   /// then
   virtual void save(std::vector<std::uint8_t>& bytes) { world().save(bytes); }
@@ -56,7 +59,7 @@ struct ToolSample {
 };
 
 /// Commands that change the State between two steps; values are those of vest_msgs/StepInput COMMAND_*.
-enum class Command : std::uint8_t { None = 0, Reset = 1, Load = 2, Restore = 3 };
+enum class Command : std::uint8_t { None = 0, Reset = 1, Load = 2, Restore = 3, Adopt = 4 };
 
 /// What one step consumed and told, for publishing and recording. Every step makes one; none is lost.
 struct StepFrame {
@@ -169,6 +172,9 @@ class Runner {
   /// Swaps the simulation; the old one is destroyed by the caller's thread. @param argument what step_inputs
   /// names
   void load(std::unique_ptr<Simulation> simulation, const std::string& argument);
+  /// The same for a scene that was edited: what is the same in both goes on (Simulation::adopt).
+  /// @return objects that kept their State
+  std::size_t adopt(std::unique_ptr<Simulation> simulation, const std::string& argument);
   /// @throws std::invalid_argument, and then nothing has changed
   void restore(const std::vector<std::uint8_t>& bytes, const std::string& argument);
   /// The next step applies it.
@@ -186,6 +192,8 @@ class Runner {
 
  private:
   void run();
+  void swap(std::unique_ptr<Simulation>& simulation, std::uint64_t volume, Command command,
+            const std::string& argument);
   void stepOnce(std::int64_t now);
   std::uint64_t shareVolume(Simulation& simulation);
   void fillContacts(std::int64_t now);

@@ -277,6 +277,13 @@ class World {
   /// @throws std::invalid_argument naming what does not fit
   void restore(const std::vector<std::uint8_t>& bytes);
   void reset();
+  /// Goes on where a World of an earlier state of the scene is: its step, time, instruments, and the State of
+  /// each object and thread of which both scenes say the same. Where an object begins may differ. What holds
+  /// on to those alone (connections, grasps, clips, slings, suspensions, ways of needles) holds on. All else
+  /// is as the scene says. An object is stepped by the scene's `dt`: with another one nothing is kept.
+  /// Energies go on being counted, without what the change brought in. Between steps of both.
+  /// @return objects that kept their State
+  std::size_t adopt(const World& before);
 
   /// Fixed number of worker threads; results are the same bits for any.
   void setThreads(int threads);

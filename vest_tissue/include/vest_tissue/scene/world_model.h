@@ -21,24 +21,31 @@ struct SurfaceEdge {
   std::uint32_t corner = 0;
 };
 
-/// What of one object never changes once built.
-struct ObjectConstants {
-  bool deforms = true;                          ///< false: rigid
-  const Body* body = nullptr;                   ///< what it does as tissue (src/scene/body.h)
-  std::shared_ptr<const fem::TissueModel> fem;  ///< finite elements, fem or volume; else null
-  material::Law law;
+/// How an object is stepped.
+struct StepBounds {
   solver::Rates rates;          ///< of the links at the start, contact reserve included
   double calibration = 1.0;     ///< power iteration over the rigorous bound, <= 1 (docs/decisions/0011-…)
   double bound_at_start = 0.0;  ///< rigorous bound of the links at the start, 1/s²
   double slow_omega_squared = 0.0, slow_decay = 0.0;
   double contact_omega_squared = 0.0;  ///< stiffness over mass that contacts may add, 1/s²
-  double contact_series = 1.0;     ///< of a contact spring's stiffness: in series with the tissue behind it
-  double youngs_modulus = 0.0;     ///< Pa, at the start
-  int sub_steps = 1, batches = 1;  ///< at dt of the description
-  double exchanges_needed = 1.0;   ///< times a step that held forces have to be renewed; <= batches
-  double volume_needed = 1.0;      ///< and the enclosed volume's gradient; <= volume_batches
+  int sub_steps = 1;                   ///< at dt of the description
+  double exchanges_needed = 1.0;       ///< times a step that held forces have to be renewed; <= batches
+  double volume_needed = 1.0;          ///< and the enclosed volume's gradient; <= volume_batches
+  bool implicit = false;  ///< stepped by solver::ImplicitNet: more than the explicit sub-steps can hold
+};
+
+/// What of one object never changes once built.
+struct ObjectConstants : StepBounds {
+  std::uint64_t identity = 0;                   ///< of what the scene says of it (src/scene/identity.h)
+  StepBounds alone;                             ///< without what other objects ask for
+  bool deforms = true;                          ///< false: rigid
+  const Body* body = nullptr;                   ///< what it does as tissue (src/scene/body.h)
+  std::shared_ptr<const fem::TissueModel> fem;  ///< finite elements, fem or volume; else null
+  material::Law law;
+  double contact_series = 1.0;  ///< of a contact spring's stiffness: in series with the tissue behind it
+  double youngs_modulus = 0.0;  ///< Pa, at the start
+  int batches = 1;              ///< at dt of the description
   int volume_batches = 1;  ///< times a step that the enclosed volume's gradient is renewed; divides batches
-  bool implicit = false;   ///< stepped by solver::ImplicitNet: more than the explicit sub-steps can hold
   double greatest_edge = 0.0;          ///< m, of the contact triangles at the start
   bool closed = false;                 ///< contact triangles form a closed surface
   std::vector<std::uint8_t> together;  ///< per object (itself, too): no contact with it, by design
@@ -80,9 +87,10 @@ struct ConnectionConstants {
 struct WorldModel {
   Description description;
   std::vector<ObjectConstants> objects;
-  std::vector<std::size_t> bodies;  ///< the objects that deform, in their order
-  int batches = 1;                  ///< greatest of all; a multiple of each
-  WorldState start;                 ///< what reset() returns to
+  std::vector<std::uint64_t> sutures;  ///< identity of each
+  std::vector<std::size_t> bodies;     ///< the objects that deform, in their order
+  int batches = 1;                     ///< greatest of all; a multiple of each
+  WorldState start;                    ///< what reset() returns to
   /// Whether edges of two objects, or of one, meet, and what touches at the start collides elsewhere.
   bool fullContact(std::size_t a, std::size_t b) const {
     return description.objects[a].full_contact || description.objects[b].full_contact;
@@ -97,8 +105,9 @@ struct WorldModel {
   ThreadModel threads;
 };
 
+/// @param before  objects that stand the same in it are not computed again; null: all are
 /// @throws std::invalid_argument naming object, field, index, value and what is allowed
-std::unique_ptr<WorldModel> buildModel(const Description& description);
+std::unique_ptr<WorldModel> buildModel(const Description& description, const WorldModel* before = nullptr);
 /// The checks alone: finite numbers, masses, indices, duplicates, weights.
 void validate(const Description& description);
 
