@@ -66,7 +66,7 @@ class Modeller(unittest.TestCase):
 
         ran = self.done("run", "", "")
         self.assertTrue(patient(lambda: self.newest["session"].scene == "drawn"), self.newest["session"].scene)
-        self.assertEqual(ran.message, "runs in the session; 0 objects went on")
+        self.assertEqual(ran.message, "runs in the session; 1 objects went on", "the hollow of the session's scene")
         drawn = len(self.newest["topology"].objects)
         session = self.newest["session"].step
         self.done("insert", "/objects/-", TREE.replace("name: tree", "name: bush").replace("-0.02, 0.02", "0.02, 0.02"))

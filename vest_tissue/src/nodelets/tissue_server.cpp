@@ -13,6 +13,7 @@
 #include "vest_tissue/scene/falling.h"
 #include "vest_tissue/scene/request.h"
 #include "vest_tissue/scene/scene_files.h"
+#include "vest_tissue/scene/world_model.h"
 
 namespace vest::ros_shell {
 namespace {

@@ -72,12 +72,13 @@ void takeObject(const ObjectState& before, const ObjectState& before_start, cons
                 ObjectState& s) {
   s = before;
   s.batches = start.batches * std::max(1, before.batches / std::max(1, before_start.batches));
-  const int least = std::max(before.sub_steps, start.sub_steps);
+  const bool elements = !s.tissue.x.empty();  // which take one sub-step a batch
+  const int least = elements ? s.batches : std::max(before.sub_steps, start.sub_steps);
   s.sub_steps = (least + s.batches - 1) / s.batches * s.batches;
   s.way_bounded = s.way_searched = -1.0;
   for (std::size_t k = 0; k < std::min(s.depth.size(), start.depth.size()); ++k)
     s.depth[k] = std::min(s.depth[k], start.depth[k]);
-  if (s.tissue.x.empty() || s.tissue.dynamic) return;
+  if (!elements || s.tissue.dynamic) return;
   // What it answers to held forces goes with its share of the step.
   const auto row = net::Block::kInverseMass;
   std::copy_n(start.block.row(row), start.block.knots(), s.block.row(row));

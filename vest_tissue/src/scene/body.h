@@ -57,7 +57,7 @@ class Body {
   virtual void stress(const ObjectConstants&, const ObjectState&, float* per_knot) const = 0;
 
   /// Room that steps use, for a State and its scratch.
-  virtual void reserve(const ObjectConstants&, ObjectState&) const {}
+  virtual void reserve(const ObjectConstants&, const ObjectState& start, ObjectState&) const { (void)start; }
   virtual void reserve(const ObjectConstants&, const ObjectState&, ObjectScratch&) const {}
 };
 
@@ -133,7 +133,8 @@ class ElementsBody : public Body {
   void stress(const ObjectConstants& k, const ObjectState& s, float* per_knot) const override {
     fem::tissueStress(*k.fem, s.tissue, per_knot);
   }
-  void reserve(const ObjectConstants& k, ObjectState& s) const override;  ///< fem_cut.cpp
+  void reserve(const ObjectConstants& k, const ObjectState& start,
+               ObjectState& s) const override;  ///< fem_cut.cpp
   void reserve(const ObjectConstants&, const ObjectState&, ObjectScratch&) const override;
 };
 

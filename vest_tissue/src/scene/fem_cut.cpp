@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "room.h"
 #include "stages.h"
 #include "vest_tissue/fem/tissue_cut.h"
 #include "vest_tissue/scene/topology.h"
@@ -349,24 +350,25 @@ void fillFemSurface(const fem::TissueModel& tissue, ObjectState& s) {
   f.parts = fem::tissueParts(tissue, s.tissue, root);
 }
 
-void ElementsBody::reserve(const ObjectConstants& k, ObjectState& s) const {
+void ElementsBody::reserve(const ObjectConstants& k, const ObjectState& start, ObjectState& s) const {
   const std::size_t knots = s.block.knotCapacity(), faces = 2 * k.fem->neighbours.size() + 64;
   auto& t = s.tissue;
-  t.x.reserve(knots), t.v.reserve(knots), t.mass.reserve(knots);
+  giveRoom(t.x, knots), giveRoom(t.v, knots), giveRoom(t.mass, knots);
   t.denatured.reserve(t.corner.size());
-  t.origin.reserve(knots), t.knot_element.reserve(knots);
+  giveRoom(t.origin, knots), giveRoom(t.knot_element, knots);
   auto& f = s.fem_surface;
-  const std::size_t triangles = f.triangle_face.size() + faces;
-  s.triangles.reserve(triangles), s.triangle_alive.reserve(triangles), f.triangle_face.reserve(triangles);
+  const std::size_t triangles = start.fem_surface.triangle_face.size() + faces;
+  giveRoom(s.triangles, triangles), giveRoom(s.triangle_alive, triangles),
+      giveRoom(f.triangle_face, triangles);
   Skin& skin = s.topology.skin;
   // Lips: at most three triangles and four vertices of four knots for a triangle that tears.
-  const std::size_t torn = skin.triangles.size(), most = 2 * torn + faces;
-  const std::size_t vertices = f.vertex_element.size() + knots + torn;
-  skin.triangles.reserve(most), skin.layer.reserve(most), s.topology.triangle_alive.reserve(most);
-  f.skin_face.reserve(most), f.knot_vertex.reserve(knots), f.vertex_element.reserve(vertices);
-  skin.binding_start.reserve(vertices + 1), skin.texture_coordinates.reserve(vertices);
-  skin.binding_knots.reserve(skin.binding_knots.size() + knots + 4 * torn);
-  skin.binding_weights.reserve(skin.binding_weights.size() + knots + 4 * torn);
+  const std::size_t torn = start.topology.skin.triangles.size(), most = 2 * torn + faces;
+  const std::size_t vertices = start.fem_surface.vertex_element.size() + knots + torn;
+  const std::size_t entries = start.topology.skin.binding_knots.size() + knots + 4 * torn;
+  giveRoom(skin.triangles, most), giveRoom(skin.layer, most), giveRoom(s.topology.triangle_alive, most);
+  giveRoom(f.skin_face, most), giveRoom(f.knot_vertex, knots), giveRoom(f.vertex_element, vertices);
+  giveRoom(skin.binding_start, vertices + 1), giveRoom(skin.texture_coordinates, vertices);
+  giveRoom(skin.binding_knots, entries), giveRoom(skin.binding_weights, entries);
 }
 
 void ElementsBody::divide(Context& c, std::size_t object) const {

@@ -88,8 +88,8 @@ double stationOf(const WorldModel& model, const WorldState& state, std::size_t o
 /// would fight the connections (docs/decisions/0015-…). With full contact that holds where they do so.
 /// Likewise a knot may lie as deep in a rigid object as at the start.
 void ignoreDesignedContacts(WorldModel& model);
-/// Threads and needles of the model, once its objects stand. They take part in the exchange between objects, no
-/// more than four times a step.
+/// Threads and needles of the model, once its objects stand. They take part in the exchange between objects,
+/// no more than four times a step.
 void buildThreads(WorldModel& model);
 /// Which objects nothing holds from the start (ObjectConstants::floats).
 void findFloating(WorldModel& model);

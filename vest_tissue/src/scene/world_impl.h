@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "delta_history.h"
+#include "room.h"
 #include "stages.h"
 #include "vest_tissue/solver/pool.h"
 
@@ -24,22 +25,23 @@ struct World::Impl {
 
   /// A copied vector has no spare room: give it back before steps that must not allocate.
   void reserve() {
-    state.pairs.reserve(model->mostPairs());
+    giveRoom(state.pairs, model->mostPairs());
     state.fasteners.reserve();
-    state.sides.reserve(2048);
-    state.threads.touches.reserve(model->threads.room());
-    if (!model->threads.first_point.empty()) state.threads.channels.reserve(interaction::kMaxChannels);
+    giveRoom(state.sides, 2048);
+    giveRoom(state.threads.touches, model->threads.room());
+    if (!model->threads.first_point.empty()) giveRoom(state.threads.channels, interaction::kMaxChannels);
     for (const std::size_t i : model->bodies) {
       ObjectState& s = state.objects[i];
-      const auto room = [](auto& v, std::size_t most) { v.reserve(2 * most + 64); };
-      const std::size_t links = model->start.objects[i].topology.links.size();
+      const ObjectState& start = model->start.objects[i];
+      const auto room = [](auto& v, std::size_t most) { giveRoom(v, 2 * most + 64); };
+      const std::size_t links = start.topology.links.size();
       room(s.topology.links, links), room(s.topology.link_alive, links), room(s.places, links),
           room(s.links, links);
-      room(s.elements.bending, s.elements.bending.size()),
-          room(s.elements.plastic, s.elements.plastic.size());
-      room(s.elements.tethers, s.elements.tethers.size());
-      model->objects[i].body->reserve(model->objects[i], s);
-      s.fixed.reserve(s.block.knotCapacity()), s.topology.doubled_knots.reserve(s.block.knotCapacity());
+      room(s.elements.bending, start.elements.bending.size()),
+          room(s.elements.plastic, start.elements.plastic.size());
+      room(s.elements.tethers, start.elements.tethers.size());
+      model->objects[i].body->reserve(model->objects[i], start, s);
+      giveRoom(s.fixed, s.block.knotCapacity()), giveRoom(s.topology.doubled_knots, s.block.knotCapacity());
     }
     reserveCut(*model, state);
     reserveBackup(*model, state, scratch);

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "cut_job.h"
+#include "../scene/room.h"
 #include "triangle_tree.h"
 
 namespace vest::scene {
@@ -129,31 +130,32 @@ void reserveCut(const WorldModel& model, WorldState& state) {
     if (!c.possible) continue;
     ObjectState& s = state.objects[i];
     CutState& cut = s.cut;
-    cut.crossings.reserve(3 * s.triangles.size());
-    cut.tracks.reserve(2 * s.triangles.size());
-    cut.faces.reserve(c.most_triangles / 2);
-    cut.home.reserve(c.most_triangles), cut.open.reserve(c.most_triangles);
-    cut.lies_on.reserve(c.most_vertices), cut.rest.reserve(c.most_vertices),
-        cut.free.reserve(c.most_vertices);
-    for (auto* of : {&cut.outer, &cut.inner, &cut.wall}) of->reserve(c.most_vertices);
+    giveRoom(cut.crossings, 3 * s.triangles.size());
+    giveRoom(cut.tracks, 2 * s.triangles.size());
+    giveRoom(cut.faces, c.most_triangles / 2);
+    giveRoom(cut.home, c.most_triangles), giveRoom(cut.open, c.most_triangles);
+    giveRoom(cut.lies_on, c.most_vertices), giveRoom(cut.rest, c.most_vertices),
+        giveRoom(cut.free, c.most_vertices);
+    for (auto* of : {&cut.outer, &cut.inner, &cut.wall}) giveRoom(*of, c.most_vertices);
     auto& volumes = s.elements.volumes;
     if (!volumes.empty()) {
       const std::size_t most = std::max(volumes.size(), interaction::kMostCutVolumes);
-      volumes.reserve(most), cut.spare.reserve(most);
+      giveRoom(volumes, most), giveRoom(cut.spare, most);
       cut.spare.resize(most - volumes.size());
       for (auto* of : {&volumes, &cut.spare}) {
         for (net::Volume& v : *of) {
-          v.triangles.reserve(2 * s.triangles.size() + 64), v.knots.reserve(s.block.knotCapacity());
+          giveRoom(v.triangles, 2 * s.triangles.size() + 64), giveRoom(v.knots, s.block.knotCapacity());
         }
       }
     }
     Skin& skin = s.topology.skin;
-    const std::size_t entries = skin.binding_knots.size() + 16 * (c.most_vertices + 1);
-    skin.binding_start.reserve(c.most_vertices + 2);
-    skin.binding_knots.reserve(entries), skin.binding_weights.reserve(entries);
-    skin.texture_coordinates.reserve(c.most_vertices);
-    skin.triangles.reserve(c.most_triangles), skin.layer.reserve(c.most_triangles);
-    s.topology.triangle_alive.reserve(c.most_triangles);
+    const std::size_t entries =
+        model.start.objects[i].topology.skin.binding_knots.size() + 16 * (c.most_vertices + 1);
+    giveRoom(skin.binding_start, c.most_vertices + 2);
+    giveRoom(skin.binding_knots, entries), giveRoom(skin.binding_weights, entries);
+    giveRoom(skin.texture_coordinates, c.most_vertices);
+    giveRoom(skin.triangles, c.most_triangles), giveRoom(skin.layer, c.most_triangles);
+    giveRoom(s.topology.triangle_alive, c.most_triangles);
   }
 }
 
