@@ -2,8 +2,8 @@
 #include <map>
 #include <set>
 
-#include "cut_job.h"
 #include "../scene/room.h"
+#include "cut_job.h"
 #include "triangle_tree.h"
 
 namespace vest::scene {
