@@ -196,12 +196,40 @@ TEST(Adopt, TheSameBitsForAnyNumberOfWorkersAndThroughASnapshot) {
   EXPECT_EQ(one.world.stateHash(), restored.world.stateHash());
 }
 
+TEST(Adopt, AConnectionThatToreStaysTorn) {
+  scene::Description d = before();
+  d.connections[0].break_force = 1e-5;
+  Theatre t(d);
+  t.grasp(0.0, 0.0);
+  for (int i = 0; i < 200; ++i) t.input.tools[1].position.z() += 5e-5, t.step();
+  ASSERT_FALSE(t.world.state().connections[0].alive);
+  scene::Description next = after();
+  next.connections[0].break_force = 1e-5;
+  EXPECT_FALSE(t.edited(next).world.state().connections[0].alive);
+}
+
 TEST(Adopt, AnotherStepLengthKeepsNothing) {
   Theatre t = operated();
   scene::Description d = before();
   d.dt = 0.0005;
   scene::World next(d);
   EXPECT_EQ(next.adopt(t.world), 0U);
+}
+
+TEST(Adopt, ElementsAtRestAnswerHeldForcesByTheirNewShareOfTheStep) {
+  fem::specimen::SlabOptions o;
+  o.motion = fem::Motion::Elastostatic, o.nx = 6, o.ny = 4, o.nz = 2;
+  const scene::Object slab = fem::specimen::object(fem::specimen::slab(o));
+  Theatre alone(fem::specimen::sceneOf({slab}));
+  const scene::Description two = fem::specimen::sceneOf({slab, vessel("new", 0.1)});
+  Theatre next = alone.edited(two);
+  ASSERT_NE(next.world.state().objects[0].batches, alone.world.state().objects[0].batches);
+  const auto masses = [](const scene::World& w) {
+    const net::Block& b = w.state().objects[0].block;
+    const float* const row = b.row(net::Block::kInverseMass);
+    return std::vector<float>(row, row + b.knots());
+  };
+  EXPECT_EQ(masses(next.world), masses(scene::World(two)));
 }
 
 TEST(Adopt, ElementsGoOnMovingAndAtRestAndAreNotFactorisedAgain) {
