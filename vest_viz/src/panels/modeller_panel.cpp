@@ -1,11 +1,15 @@
 #include "modeller_panel.h"
 
+#include <sstream>
+
 #include <QComboBox>
+#include <QDoubleSpinBox>
 #include <QHBoxLayout>
 #include <QHeaderView>
 #include <QLabel>
 #include <QPushButton>
 #include <QSplitter>
+#include <QStyledItemDelegate>
 #include <QTableWidget>
 #include <QTreeWidget>
 #include <QVBoxLayout>
@@ -14,6 +18,7 @@
 #include <pluginlib/class_list_macros.hpp>
 
 #include "vest_tissue/modelling/fields.h"
+#include "vest_viz/texture/organ_texture.h"
 
 namespace vest::panels {
 namespace {
@@ -41,6 +46,56 @@ QStringList includedParts(const modelling::Document& document) {
   return parts;
 }
 
+/// What the library has is chosen from a list; other values are typed.
+class Words : public QStyledItemDelegate {
+ public:
+  Words(const std::vector<modelling::LibraryEntry>& library, QObject* parent)
+      : QStyledItemDelegate(parent), library_(library) {}
+  QWidget* createEditor(QWidget* parent, const QStyleOptionViewItem& option,
+                        const QModelIndex& index) const override {
+    const QString path = index.sibling(index.row(), kPath).data().toString();
+    const char* const kind = path.endsWith("material") ? "material" : path == "organ" ? "texture" : nullptr;
+    if (kind == nullptr) return QStyledItemDelegate::createEditor(parent, option, index);
+    auto* const box = new QComboBox(parent);
+    box->setEditable(true);  // an organ may be any word
+    for (const modelling::LibraryEntry& entry : library_) {
+      if (entry.kind != kind) continue;
+      box->addItem(qt(entry.name));
+      box->setItemData(box->count() - 1, qt(entry.about), Qt::ToolTipRole);
+    }
+    return box;
+  }
+
+ private:
+  const std::vector<modelling::LibraryEntry>& library_;
+};
+
+constexpr int kLookSize = 96;  ///< pixels
+
+/// A piece of the organ's surface as the view textures it, unlit.
+QPixmap lookOf(const std::string& organ) {
+  constexpr int kSize = 256;
+  const texture::Baked baked = texture::bake(texture::styleOf(organ), kSize, 1);
+  const QImage image(baked.albedo.data(), kSize, kSize, QImage::Format_RGBA8888);
+  return QPixmap::fromImage(
+      image.convertToFormat(QImage::Format_RGB888).scaledToWidth(kLookSize, Qt::SmoothTransformation));
+}
+
+/// What the database says of a tissue, a line each; behind each number its source or `assumed`.
+QString propertiesOf(const material::Tissue& tissue) {
+  QStringList lines;
+  for (const char* const key : {"youngs_modulus", "density", "perfusion", "cut_toughness"}) {
+    const auto found = tissue.in_vivo.find(key);
+    if (found == tissue.in_vivo.end()) continue;
+    const material::Quantity& q = found->second;
+    lines << QString("%1 %2 %3 (%4)")
+                 .arg(key)
+                 .arg(q.value)
+                 .arg(qt(q.unit), q.assumed ? "assumed" : qt(q.source));
+  }
+  return lines.join('\n');
+}
+
 }  // namespace
 
 ModellerPanel::ModellerPanel(QWidget* parent) : BasePanel(parent) {
@@ -64,7 +119,9 @@ ModellerPanel::ModellerPanel(QWidget* parent) : BasePanel(parent) {
   part_ = new QComboBox;
   part_->setObjectName("part");
   try {
-    for (const modelling::LibraryEntry& entry : modelling::readLibrary())
+    materials_ = material::readDatabase(material::databasePath());
+    library_ = modelling::readLibrary();
+    for (const modelling::LibraryEntry& entry : library_)
       if (entry.kind == "part") {
         part_->addItem(qt(entry.name));
         part_->setItemData(part_->count() - 1, qt(entry.about), Qt::ToolTipRole);
@@ -73,6 +130,24 @@ ModellerPanel::ModellerPanel(QWidget* parent) : BasePanel(parent) {
   } catch (const std::exception& error) {
     part_->setToolTip(error.what());
   }
+  fields_->setItemDelegateForColumn(kValue, new Words(library_, fields_));
+  look_ = new QLabel;
+  look_->setObjectName("look");
+  look_->setFixedSize(kLookSize, kLookSize);
+  look_->setToolTip("the organ's surface as the view textures it, without light");
+  properties_ = new QLabel;
+  properties_->setObjectName("properties");
+  properties_->setWordWrap(true);
+  properties_->setToolTip(
+      "the material's numbers with their sources; all of them: rosrun vest_tissue vest_material show NAME");
+  auto* const preview = new QHBoxLayout;
+  preview->addWidget(look_);
+  preview->addWidget(properties_, 1);
+  within_ = new QDoubleSpinBox;
+  within_->setRange(0.1, 100.0);
+  within_->setValue(5.0);
+  within_->setSuffix(" mm");
+  within_->setToolTip("how near the other organ's surface has to be");
   auto* const first = new QHBoxLayout;
   auto* const second = new QHBoxLayout;
   const auto button = [&](QHBoxLayout* row, const char* text, const char* tip,
@@ -87,6 +162,9 @@ ModellerPanel::ModellerPanel(QWidget* parent) : BasePanel(parent) {
   button(first, "Delete", "removes the chosen object; what refers to it goes first", [this] {
     if (!object().empty()) edit("remove", "/objects/" + object(), "");
   });
+  button(first, "Tie within", "ties the chosen object to each organ that lies near it, ring by ring",
+         [this] { tie(); });
+  first->addWidget(within_);
   button(second, "Undo", "takes back the last edit, byte for byte", [this] { edit("undo", "", ""); });
   button(second, "Redo", "does it again", [this] { edit("redo", "", ""); });
   button(second, "Save", "writes source, scene and nets", [this] { edit("save", "", ""); });
@@ -99,6 +177,7 @@ ModellerPanel::ModellerPanel(QWidget* parent) : BasePanel(parent) {
   problem_->setStyleSheet("color: #b00020");
   problem_->hide();
   column->addWidget(split, 1);
+  column->addLayout(preview);
   column->addLayout(first);
   column->addLayout(second);
   column->addWidget(about_);
@@ -194,9 +273,50 @@ void ModellerPanel::showFields() {
       if (entry.value.empty()) fields_->item(row, c)->setForeground(Qt::gray);
     }
   }
+  preview();
   fields_->resizeColumnsToContents();
   fields_->setColumnWidth(kValue, std::min(fields_->columnWidth(kValue), 150));
   fields_->horizontalHeader()->setStretchLastSection(true);
+}
+
+void ModellerPanel::preview() {
+  const QList<QTreeWidgetItem*> chosen = objects_->selectedItems();
+  if (chosen.isEmpty()) {
+    look_->clear();
+    return properties_->clear();
+  }
+  const std::string organ = chosen.front()->text(2).toStdString();
+  const auto known = looks_.find(organ);
+  look_->setPixmap(known != looks_.end() ? known->second : looks_[organ] = lookOf(organ));
+  try {
+    properties_->setText(propertiesOf(materials_.at(chosen.front()->text(3).toStdString())));
+  } catch (const std::exception& error) {
+    properties_->setText(error.what());
+  }
+}
+
+void ModellerPanel::tie() {
+  if (object().empty()) return tell(problem_, "no object is chosen");
+  vest_msgs::EditModel request;
+  request.request.op = "propose", request.request.path = object();
+  request.request.value = std::to_string(1e-3 * within_->value());
+  call<vest_msgs::EditModel>(
+      "model/edit", request, [this](const vest_msgs::EditModel& answer, const std::string& problem) {
+        if (!problem.empty() || !answer.response.success)
+          return tell(problem_, problem.empty() ? answer.response.message : problem);
+        std::vector<modelling::Script::Line> edits;
+        std::istringstream lines(answer.response.message);
+        for (modelling::Script::Line line; lines >> line.op >> line.path && std::getline(lines, line.value);)
+          edits.push_back(line);
+        if (edits.empty()) return tell(problem_, "no other organ lies as near as that");
+        editAll(std::move(edits), 0);
+      });
+}
+
+void ModellerPanel::editAll(std::vector<modelling::Script::Line> edits, std::size_t next) {
+  if (next == edits.size()) return;
+  const modelling::Script::Line line = edits[next];
+  edit(line.op, line.path, line.value, [this, edits = std::move(edits), next] { editAll(edits, next + 1); });
 }
 
 void ModellerPanel::changed(int row) {

@@ -1,15 +1,20 @@
 #pragma once
 
+#include <map>
 #include <string>
+
+#include <QPixmap>
 
 #include <ros/publisher.h>
 #include <ros/subscriber.h>
 #include <vest_msgs/StringStamped.h>
 
 #include "base_panel.h"
+#include "vest_tissue/material/database.h"
 #include "vest_tissue/modelling/library.h"
 
 class QComboBox;
+class QDoubleSpinBox;
 class QTableWidget;
 class QTreeWidget;
 
@@ -31,6 +36,9 @@ class ModellerPanel : public BasePanel {
   void select();
   void changed(int row);
   void add();
+  void tie();
+  void preview();
+  void editAll(std::vector<modelling::Script::Line> edits, std::size_t next);
   void addNext(std::vector<modelling::Script::Line> edits, std::size_t next);
   /// Asks model_node; `done` behind an edit that it took.
   void edit(const std::string& op, const std::string& path, const std::string& value, Done done = {});
@@ -41,11 +49,14 @@ class ModellerPanel : public BasePanel {
   ros::Publisher selected_pub_;
   std::string text_;    ///< of the source as it was heard last
   std::string wanted_;  ///< object to be chosen as soon as the source has it
-  std::vector<modelling::LibraryEntry> parts_;
+  std::vector<modelling::LibraryEntry> library_, parts_;
+  material::Database materials_;
+  std::map<std::string, QPixmap> looks_;  ///< by organ
   QTreeWidget* objects_;
   QTableWidget* fields_;
   QComboBox* part_;
-  QLabel *about_, *problem_;
+  QDoubleSpinBox* within_;
+  QLabel *look_, *properties_, *about_, *problem_;
 };
 
 }  // namespace vest::panels

@@ -10,6 +10,7 @@
 
 #include <QApplication>
 #include <QComboBox>
+#include <QDoubleSpinBox>
 #include <QLabel>
 #include <QPushButton>
 #include <QTableWidget>
@@ -149,6 +150,13 @@ TEST_F(Drawing, HandlesAndFieldsEditTheSourceAndUndoGivesItsBytesBack) {
   EXPECT_EQ(table()->item(rowOf("friction"), 3)->text(), QString::fromUtf8("0 … 2"));
   EXPECT_EQ(table()->item(rowOf("support"), 2)->text(), "rad/s");
 
+  // What it looks like, and what its material is.
+  const auto look = [&] { return panel_.findChild<QLabel*>("look")->pixmap(Qt::ReturnByValue).toImage(); };
+  const QImage vein = look();
+  ASSERT_FALSE(vein.isNull());
+  EXPECT_TRUE(says("youngs_modulus 150000 Pa (assumed)"))
+      << panel_.findChild<QLabel*>("properties")->text().toStdString();
+
   // A drag: lines follow the hand, the source waits for it to let go.
   const std::uint32_t revision = revision_;
   feel("/tube/centre/1", InteractiveMarkerFeedback::MOUSE_DOWN, 0, 0.05, 0.06);
@@ -207,8 +215,16 @@ TEST_F(Drawing, HandlesAndFieldsEditTheSourceAndUndoGivesItsBytesBack) {
     return !tree()->selectedItems().isEmpty() && tree()->selectedItems()[0]->text(0) == "pouch";
   })) << "it is chosen, to be drawn at once";
   ASSERT_TRUE(spin([&] { return objects_ == 3 && handles_.count("/revolve/profile/2") == 1; }));
+  EXPECT_NE(look(), vein) << "another organ looks otherwise";
+  auto* const within = panel_.findChild<QDoubleSpinBox*>();
+  within->setValue(0.1);
+  click("Tie within");
+  EXPECT_TRUE(spin([&] { return says("lies as near"); }));
+  within->setValue(100);
+  click("Tie within");
+  ASSERT_TRUE(spin([&] { return source_.find("connect: [{to: vessel") != std::string::npos; })) << source_;
   click("Delete");
-  ASSERT_TRUE(spin([&] { return objects_ == 2 && edits_ == 7; }));
+  ASSERT_TRUE(spin([&] { return objects_ == 2 && edits_ == 8; }));
 
   // A handle that would end in nothing goes back, and the panel says why.
   choose("vessel");
@@ -218,7 +234,7 @@ TEST_F(Drawing, HandlesAndFieldsEditTheSourceAndUndoGivesItsBytesBack) {
   EXPECT_TRUE(spin([&] { return says("coincide"); }));
   EXPECT_EQ(source_, before);
 
-  for (int i = 0; i < 7; ++i) {
+  for (int i = 0; i < 8; ++i) {
     const std::uint32_t done = edits_;
     click("Undo");
     ASSERT_TRUE(spin([&] { return edits_ == done + 1; }));
