@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #include "readers.h"
 
@@ -21,7 +22,7 @@ void list() {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerInitialize(int*, char***) {
+extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
   if (variable("VEST_FUZZ_READER") == "list") {
     list();
     std::exit(0);
@@ -29,6 +30,12 @@ extern "C" int LLVMFuzzerInitialize(int*, char***) {
   // What it is read into takes up to minutes to make, which is no input's time.
   const vest::fuzz::Reader& reader = vest::fuzz::reader(variable("VEST_FUZZ_READER"));
   if (reader.made) reader.made();
+  static std::vector<std::string> words = vest::fuzz::withPlaceOfBad({*argv, *argv + *argc}, reader.name);
+  static std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  *argc = static_cast<int>(pointers.size());
+  pointers.push_back(nullptr);
+  *argv = pointers.data();
   std::atexit([] {
     if (const auto stepped = vest::fuzz::steppedSessions())
       std::fprintf(stderr, "sessions that reached a step: %llu\n", static_cast<unsigned long long>(stepped));

@@ -143,6 +143,16 @@ void keep(const std::string& folder, const std::vector<std::string>& names) {
   }
 }
 
+std::vector<std::string> withPlaceOfBad(std::vector<std::string> arguments, const std::string& reader) {
+  const std::string option = "-artifact_prefix=";
+  for (const std::string& word : arguments)
+    if (word.compare(0, option.size(), option) == 0) return arguments;
+  const std::string place = std::string(VEST_SOURCE_DIR) + "/build/fuzz/bad/" + reader + "/";
+  std::filesystem::create_directories(place);
+  arguments.push_back(option + place);
+  return arguments;
+}
+
 std::function<std::vector<std::string>()> shipped(const std::string& file, const std::string& other) {
   return [file, other] {
     std::vector<std::string> inputs;

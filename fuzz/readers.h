@@ -63,6 +63,10 @@ std::string& lastRefusal();  ///< message of the last that was not taken
 /// Inputs of the readers `bag` and `steps` whose session was simulated again for a step or more, so far.
 std::uint64_t steppedSessions();
 
+/// libFuzzer's arguments. Where they name no place for what fails, it is build/fuzz/bad/READER: libFuzzer's
+/// own would be the folder that the shell is in. The folder is made.
+std::vector<std::string> withPlaceOfBad(std::vector<std::string> arguments, const std::string& reader);
+
 /// Files of the repository as inputs beside those of the corpus.
 std::function<std::vector<std::string>()> shipped(const std::string& file, const std::string& other = {});
 

@@ -203,6 +203,21 @@ TEST(Sessions, ChangedOnesReachAStepOfReSimulation) {
   }
 }
 
+/// What a fuzzer finds must not lie among the sources, where a commit would take it.
+TEST(Fuzzer, WhatFailsLiesInTheBuildUnlessAPlaceIsNamed) {
+  using vest::fuzz::withPlaceOfBad;
+  const auto named = withPlaceOfBad({"vest_fuzz", "-runs=1", "corpus"}, "curve");
+  ASSERT_EQ(named.size(), 4u);
+  EXPECT_EQ(named[0], "vest_fuzz");
+  const std::string option = "-artifact_prefix=", end = "/build/fuzz/bad/curve/";
+  ASSERT_GT(named[3].size(), option.size() + end.size());
+  EXPECT_EQ(named[3].substr(0, option.size()), option);
+  EXPECT_EQ(named[3].substr(named[3].size() - end.size()), end);
+  EXPECT_EQ(access(named[3].c_str() + option.size(), W_OK), 0);
+  const std::vector<std::string> own{"vest_fuzz", "-artifact_prefix=/tmp/", "-runs=1"};
+  EXPECT_EQ(withPlaceOfBad(own, "curve"), own);
+}
+
 std::vector<std::string> names() {
   const rlimit memory{3ull << 30, 3ull << 30};  // a reader that wants more gets std::bad_alloc: no refusal
   setrlimit(RLIMIT_AS, &memory);

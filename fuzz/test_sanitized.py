@@ -84,6 +84,8 @@ class RunSanitized(unittest.TestCase):
         self.assertTrue(any(line.startswith('red: FAILED') for line in lines), lines)
         self.assertIn('quick: 100 inputs, nothing found', lines)
         self.assertIn('Test Failed.', self.rows())
+        self.assertEqual(os.listdir(self.place + '/build/fuzz/bad/red'), ['crash-1'])
+        self.assertEqual(set(os.listdir(self.place)), {'.ci', 'build', 'devel', 'fuzz', 'said'}, 'nothing among the sources')
 
     def test_a_fuzzer_that_does_not_start_is_not_nothing_found(self):
         with open(self.place + '/devel/lib/vest/vest_fuzz', 'w', encoding='utf-8') as file:

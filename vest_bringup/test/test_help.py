@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Protects whoever asks a program what it is: every program that rosrun can start answers --help, without a ROS master and without
-doing anything else."""
+doing anything else. Numbers on its command line are numbers."""
 import glob
 import os
 import re
@@ -40,6 +40,27 @@ class Help(unittest.TestCase):
                 self.assertNotIn("/usr/bin/", done.stdout, "the first line of a script is no help")
                 self.assertEqual(done.stderr, "")
                 self.assertEqual(os.listdir(folder), [], "nothing is written")
+
+    def test_no_program_takes_for_a_number_what_is_none(self):
+        # A NaN is neither below nor above: an end of it never comes, and a rate of it is a whole number of no value.
+        def said(*words):
+            done = subprocess.run(words, capture_output=True, text=True, timeout=120, stdin=subprocess.DEVNULL, check=False,
+                                  env=dict(os.environ, ROS_MASTER_URI="http://localhost:1"))
+            return done.returncode, done.stdout + done.stderr
+
+        tried = 0
+        for name, program in sorted(installed().items()):
+            whole = said(program, "--help")[1]
+            for command in [()] + [(word,) for word in re.findall(r"^  (\w+) ", whole.partition("Subcommands:\n")[2], re.M)]:
+                page = said(program, *command, "--help")[1] if command else whole
+                for option, count in re.findall(r"^  (?:-\w,)?(--[\w-]+) FLOAT\S*(?: in \[.*?\])?\S*(?: x (\d+))?", page, re.M):
+                    for value in ("nan", "inf", "1e999"):
+                        with self.subTest(name, command=command, option=option, value=value):
+                            code, lines = said(program, *command, option, *[value] * int(count or 1))
+                            self.assertNotEqual(code, 0, lines)
+                            self.assertIn(f"{option}: {value} is no FLOAT in [", lines)
+                            tried += 1
+        self.assertGreater(tried, 60)
 
 
 if __name__ == "__main__":

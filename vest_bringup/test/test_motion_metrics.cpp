@@ -249,6 +249,10 @@ TEST_F(MotionTableFile, WhatIsRefusedNamesLineFieldAndWhatIsAllowed) {
   has(refusal(), "line 3: r_y_m: 2 2 (allowed: a finite number)");
   write(header + "1,1,1e300,3\n");
   has(refusal(), "line 3: r_y_m: 1e300 (allowed: -1e6 to 1e6 m");
+  write(header + "1e30,1,2,3\n");
+  has(refusal(), "line 3: t_s: 1e30 (allowed: -1e10 to 1e10 s");
+  write("t_s,r_x_m,r_y_m,r_z_m,r_jaw_rad\n0,1,2,3,1e30\n1,1,2,3,0\n");
+  has(refusal(), "line 2: r_jaw_rad: 1e30 (allowed: -1000 to 1000 rad");
   write(header);
   has(refusal(), "1 rows (allowed: 2 or more");
   write("");

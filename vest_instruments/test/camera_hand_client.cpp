@@ -1,6 +1,7 @@
 // Protects the camera hand behind topics: a third person turns the view, pedals go in and out and follow the
 // instrument, the horizon is level in tf even where the box is tilted, and silence stops everything.
 #include <cmath>
+#include <cstdio>
 #include <functional>
 
 #include <geometry_msgs/TwistStamped.h>
@@ -105,6 +106,22 @@ TEST(CameraHand, PedalsGoInAndOutAndFollowTheInstrument) {
   };
   EXPECT_TRUE(c.run(send, [&] { return offset() < 0.14; })) << offset() << " rad";
   EXPECT_NEAR(c.heights()[0], 0, 1e-3);
+}
+
+/// A launch file's mistake must not become a default in silence.
+TEST(CameraHand, AParameterOfAWrongTypeIsRefusedByName) {
+  for (const auto& [name, value] : {std::pair("dead_zone", "wide"), std::pair("follow", "3")}) {
+    const std::string of = std::string("/vest/other/") + name;
+    const std::string command = "rosparam set " + of + " " + value +
+                                "; rosrun vest_instruments camera_hand_node __ns:=/vest __name:=other 2>&1";
+    FILE* const said = popen(command.c_str(), "r");
+    ASSERT_NE(said, nullptr);
+    std::string text;
+    for (int c = std::fgetc(said); c != EOF; c = std::fgetc(said)) text += static_cast<char>(c);
+    EXPECT_NE(pclose(said), 0);
+    EXPECT_NE(text.find("parameter " + of + ": has a wrong type"), std::string::npos) << text;
+    ros::param::del(of);
+  }
 }
 
 }  // namespace

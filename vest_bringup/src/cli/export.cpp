@@ -21,6 +21,7 @@
 #include "vest_bringup/data/lerobot.h"
 #include "vest_bringup/ros/moment_bag.h"
 #include "vest_bringup/ros/session_player.h"
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/ros/conversions.h"
 
@@ -407,7 +408,7 @@ int main(int argc, char** argv) {
                  "hdf5: sessions for mask/valid, others: for the card; all of a trainee on one side")
       ->expected(1, -1);
   app.add_option("--rate", wanted.rate, "rows or pictures per simulated second")
-      ->check(CLI::Range(0.1, 1000.0));
+      ->check(vest::files::number(0.1, 1000));
   app.add_flag("--pictures", wanted.pictures, "hdf5, lerobot: what the endoscope sees, too");
   app.add_option("--width", wanted.width, "of pictures, pixels")->check(CLI::Range(64, 4096));
   app.add_option("--height", wanted.height, "of pictures, pixels")->check(CLI::Range(64, 4096));

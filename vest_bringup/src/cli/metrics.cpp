@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "vest_bringup/session/motion_metrics.h"
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/read.h"
 
 // Figures of motion from anybody's recordings of tools.
@@ -31,7 +32,8 @@ int main(int argc, char** argv) {
       "qy qz qw");
   app.add_option("--time", layout.time_column, "column of the time in s, counted from 1 (with --columns)")
       ->check(CLI::Range(1, 1000));
-  app.add_option("--rate", layout.rate, "Hz, where there is no time column")->check(CLI::Range(0.1, 1e5));
+  app.add_option("--rate", layout.rate, "Hz, where there is no time column")
+      ->check(vest::files::number(0.1, 1e5));
   app.add_option("--unit", unit, "unit of positions: m, cm, mm")->check(CLI::IsMember({"m", "cm", "mm"}));
   app.add_option("--cohort", others, "further recordings of the same layout: prints each one's motion index");
   CLI11_PARSE(app, argc, argv);

@@ -9,6 +9,7 @@
 #include "vest_bringup/ros/moment_bag.h"
 #include "vest_bringup/simulation/rehearsal.h"
 #include "vest_bringup/simulation/stage.h"
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/read.h"
 #include "vest_instruments/tools/tool_names.h"
 #include "vest_tissue/ros/conversions.h"
@@ -67,13 +68,15 @@ int main(int argc, char** argv) {
   std::vector<double> at;
   app.add_option("WAYPOINTS", waypoints, "as for trajectory_from_waypoints")->required();
   app.add_option("--scene", scene, "scene of vest_tissue, or a scene file");
-  app.add_option("--seconds", seconds, "end earlier")->check(CLI::NonNegativeNumber);
+  app.add_option("--seconds", seconds, "end earlier")->check(vest::files::number(0, 1e9));
   app.add_option("--threads", threads)->check(CLI::Range(1, 64));
-  app.add_option("--fluid-spacing", spacing, "m, as of trainer.launch")->check(CLI::Range(0.0005, 0.02));
+  app.add_option("--fluid-spacing", spacing, "m, as of trainer.launch")
+      ->check(vest::files::number(0.0005, 0.02));
   app.add_option("--left", wanted[0], "tool; else what the file says, else a grasper");
   app.add_option("--right", wanted[1], "tool; else what the file says, else a grasper");
   app.add_option("--third", wanted[2], "tool; else what the file says, else none");
-  app.add_option("--optic", optic, "degrees, of the endoscope; else the box's")->check(CLI::Range(0.0, 90.0));
+  app.add_option("--optic", optic, "degrees, of the endoscope; else the box's")
+      ->check(vest::files::number(0, 90));
   app.add_option("--bag", bag, "keeps moments for vest_render --each-state");
   app.add_option("--at", at, "moments (s) to keep; else the file's `pictures`");
   CLI11_PARSE(app, argc, argv);

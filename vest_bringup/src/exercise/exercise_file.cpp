@@ -177,7 +177,8 @@ class Reader {
       c.kind = Kind::Number;
       c.number = number(map);
       if (map.has("above")) c.low = map["above"].number(-1e9, 1e9);
-      if (map.has("below")) c.high = map["below"].number(-1e9, 1e9);
+      // Nothing lies between ends that are exchanged: an error or a gate of it would never be seen.
+      if (map.has("below")) c.high = map["below"].number(std::max(c.low, -1e9), 1e9);
       if (!map.has("above") && !map.has("below")) map["below"];
     } else if (map.has("any")) {
       c.kind = Kind::Any, children("any");
@@ -247,6 +248,9 @@ class Reader {
     Map map(value);
     Item i;
     i.name = fresh(map["name"]);
+    // An attempt has them beside those of its items (learning_curve.cpp).
+    if (i.name == "total" || i.name == "quality" || i.name == "time_s")
+      map["name"].fail("is a figure of every attempt: an item has another name");
     i.number = number(map);
     if (map.has("phase")) {
       i.phase = map["phase"].name();
@@ -261,7 +265,6 @@ class Reader {
       map["pass"].fail("must be worse than proficient");
     i.source = text(map["source"]);
     map.finish();
-    names_.insert(i.name);
     return i;
   }
 

@@ -16,6 +16,8 @@ namespace {
 
 constexpr std::size_t kMostRows = 5'000'000, kMostColumns = 1000, kMostLine = 64 * 1024;
 constexpr double kFarthest = 1e6;  // m
+constexpr double kLongest = 1e10;  // s (assumed): clocks count from 1970
+constexpr double kMostJaw = 1000;  // rad (assumed): degrees and per cent pass, too
 
 std::string shown(const std::string& text) {
   return text.empty() ? "nothing" : files::shown(text, 40);
@@ -182,6 +184,8 @@ class Reader {
     if (table_.time.size() == kMostRows) refuse(path_, number_, "file", "more rows", "at most 5000000 rows");
     const double t =
         plan_.has_time ? value(cells, plan_.time) : static_cast<double>(table_.time.size()) / layout_.rate;
+    if (std::abs(t) > kLongest)
+      refuse(path_, number_, columnName(plan_.time), cells[plan_.time], "-1e10 to 1e10 s");
     if (!table_.time.empty() && !(t > table_.time.back()))
       refuse(path_, number_, plan_.has_time ? columnName(plan_.time) : "time", cells[plan_.time],
              "later than the row before, " + std::to_string(table_.time.back()) + " s");
@@ -207,7 +211,10 @@ class Reader {
         q.coeffs() /= length;
         tool.orientation.push_back(q);
       }
-      if (places.has_jaw) tool.jaw.push_back(value(cells, places.jaw));
+      if (!places.has_jaw) continue;
+      tool.jaw.push_back(value(cells, places.jaw));
+      if (std::abs(tool.jaw.back()) > kMostJaw)
+        refuse(path_, number_, columnName(places.jaw), cells[places.jaw], "-1000 to 1000 rad");
     }
   }
 

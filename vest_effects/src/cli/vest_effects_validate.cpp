@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 
 #include "validate/sections.h"
+#include "vest_instruments/files/option.h"
 
 int main(int argc, char** argv) {
   using vest::validation::Section;
@@ -32,7 +33,8 @@ int main(int argc, char** argv) {
   for (const auto& [name, make] : all) known += (known.empty() ? "" : ", ") + name;
   app.add_option("--data", options.data, "folder with the published cases cca, uta and adan56")
       ->check(CLI::ExistingDirectory);
-  app.add_option("--minutes", options.minutes, "of irrigation with suction")->check(CLI::Range(0.1, 60.0));
+  app.add_option("--minutes", options.minutes, "of irrigation with suction")
+      ->check(vest::files::number(0.1, 60));
   app.add_option("--output", output, "folder of the sections; the page is FOLDER.md")->capture_default_str();
   app.add_option("SECTION", only, "only these (default: all): " + known);
   CLI11_PARSE(app, argc, argv);

@@ -17,7 +17,7 @@ constexpr double kPi = 3.14159265358979323846;
 }
 
 void need(bool good, const Network& network, const SegmentSpec& segment, const char* field, double value,
-          const char* allowed) {
+          const std::string& allowed) {
   // `good` is a comparison that NaN fails.
   if (!good || !std::isfinite(value)) refuse(network, segment, field, formatNumber(value), allowed);
 }
@@ -31,7 +31,7 @@ void checkCase(const Network& network) {
   };
   check("rho", network.density, network.density >= 1 && network.density <= 1e5, "1 ... 100000 kg/m3");
   check("mu", network.viscosity, network.viscosity >= 0 && network.viscosity <= 1e3, "0 ... 1000 Pa s");
-  check("zeta", network.profile, network.profile > 0, "a number > 0");
+  check("zeta", network.profile, network.profile > 0 && network.profile <= 1e3, "> 0, at most 1000");
   check("period_s", network.period, network.period >= 1e-3 && network.period <= 1e4, "0.001 ... 10000 s");
 }
 
@@ -70,24 +70,30 @@ void checkSegments(const Network& network) {
     if (!names.insert(s.name).second) refuse(network, s, "name", s.name, "a name of its own");
     if (s.node_in == s.node_out)
       refuse(network, s, "node_out", std::to_string(s.node_out), "another node than node_in");
-    need(s.length > 0, network, s, "length_m", s.length, "> 0");
-    need(s.radius_proximal > 0, network, s, "r_prox_m", s.radius_proximal, "> 0");
-    need(s.radius_distal > 0, network, s, "r_dist_m", s.radius_distal, "> 0");
+    // Ends (assumed) that no vessel or model of one comes near: beyond them results are finite and mean
+    // nothing.
+    const auto within = [&](const char* field, double value, double least, double most) {
+      need(value >= least && value <= most, network, s, field, value,
+           formatNumber(least) + " ... " + formatNumber(most));
+    };
+    within("length_m", s.length, 1e-6, 1e3);
+    within("r_prox_m", s.radius_proximal, 1e-7, 1);
+    within("r_dist_m", s.radius_distal, 1e-7, 1);
     if (network.wall_thickness_law) {
       need(network.wall_thickness_law->thickness(s.radius_proximal) > 0, network, s, "r_prox_m",
            s.radius_proximal, "a radius at which wall_thickness_law gives a thickness > 0");
       need(network.wall_thickness_law->thickness(s.radius_distal) > 0, network, s, "r_dist_m",
            s.radius_distal, "a radius at which wall_thickness_law gives a thickness > 0");
     } else {
-      need(s.wall_proximal > 0, network, s, "h_prox_m", s.wall_proximal, "> 0");
-      need(s.wall_distal > 0, network, s, "h_dist_m", s.wall_distal, "> 0");
+      within("h_prox_m", s.wall_proximal, 1e-9, 1);
+      within("h_dist_m", s.wall_distal, 1e-9, 1);
     }
-    need(s.youngs_modulus > 0, network, s, "E_Pa", s.youngs_modulus, "> 0");
-    need(true, network, s, "P_ref_Pa", s.reference_pressure, "a finite number");
-    need(s.load.proximal_resistance >= 0, network, s, "R1_Pa_s_m3", s.load.proximal_resistance, ">= 0");
-    need(s.load.distal_resistance >= 0, network, s, "R2_Pa_s_m3", s.load.distal_resistance, ">= 0");
-    need(s.load.compliance >= 0, network, s, "C_m3_Pa", s.load.compliance, ">= 0");
-    need(true, network, s, "P_out_Pa", s.load.outflow_pressure, "a finite number");
+    within("E_Pa", s.youngs_modulus, 1, 1e18);
+    within("P_ref_Pa", s.reference_pressure, -1e7, 1e7);
+    within("R1_Pa_s_m3", s.load.proximal_resistance, 0, 1e15);
+    within("R2_Pa_s_m3", s.load.distal_resistance, 0, 1e15);
+    within("C_m3_Pa", s.load.compliance, 0, 1);
+    within("P_out_Pa", s.load.outflow_pressure, -1e7, 1e7);
     if (s.terminal && !(s.load.proximal_resistance + s.load.distal_resistance > 0))
       refuse(network, s, "R1_Pa_s_m3", formatNumber(s.load.proximal_resistance),
              "R1_Pa_s_m3 + R2_Pa_s_m3 > 0 at a terminal");

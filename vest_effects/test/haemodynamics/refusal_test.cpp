@@ -91,17 +91,17 @@ TEST_F(Refusal, EveryNumberOfASegmentHasItsRange) {
     const char* field;
     std::vector<std::string> values;
   } cases[] = {
-      {4, "length_m", {"0", "-0.1", "nan", "inf", "abc", "", "0,1", "1e999", "0x1"}},
-      {5, "r_prox_m", {"0", "-1e-3", "NaN", "1e-400"}},
-      {6, "r_dist_m", {"0", "-1e-3", "nan"}},
-      {7, "h_prox_m", {"0", "-1", "nan"}},
-      {8, "h_dist_m", {"0", "-1", "nan"}},
-      {9, "E_Pa", {"0", "-4e5", "inf"}},
-      {10, "P_ref_Pa", {"nan", "-inf", "x"}},
-      {12, "R1_Pa_s_m3", {"-1", "nan", ""}},
-      {13, "R2_Pa_s_m3", {"-1e9", "inf", ""}},
-      {14, "C_m3_Pa", {"-1e-12", "nan"}},
-      {15, "P_out_Pa", {"nan", ""}},
+      {4, "length_m", {"0", "-0.1", "nan", "inf", "abc", "", "0,1", "1e999", "0x1", "1e4", "1e-7"}},
+      {5, "r_prox_m", {"0", "-1e-3", "NaN", "1e-400", "2", "1e-8"}},
+      {6, "r_dist_m", {"0", "-1e-3", "nan", "1e30"}},
+      {7, "h_prox_m", {"0", "-1", "nan", "1e-30"}},
+      {8, "h_dist_m", {"0", "-1", "nan", "2"}},
+      {9, "E_Pa", {"0", "-4e5", "inf", "1e-30", "1e30"}},
+      {10, "P_ref_Pa", {"nan", "-inf", "x", "1e30"}},
+      {12, "R1_Pa_s_m3", {"-1", "nan", "", "1e30"}},
+      {13, "R2_Pa_s_m3", {"-1e9", "inf", "", "1e30"}},
+      {14, "C_m3_Pa", {"-1e-12", "nan", "2"}},
+      {15, "P_out_Pa", {"nan", "", "-1e30"}},
       {11, "terminal", {"2", "yes", "", "-1"}},
       {2, "node_in", {"-1", "2.5", "x", ""}},
       {3, "node_out", {"2", "99999999999999999999"}},
@@ -209,6 +209,8 @@ TEST_F(Refusal, CaseValues) {
   with("0.004", "1e9");
   expectRefused("case.json", 3, "mu");
   with(": 2", ": -1");
+  expectRefused("case.json", 4, "zeta");
+  with(": 2", ": 1e30");
   expectRefused("case.json", 4, "zeta");
   with("1.0,", "0,");
   expectRefused("case.json", 5, "period_s");

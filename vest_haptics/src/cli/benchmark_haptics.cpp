@@ -27,6 +27,7 @@
 
 #include "vest_haptics/device/simulated.h"
 #include "vest_haptics/loop/loop.h"
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/kinematics/trainer_box.h"
 #include "vest_tissue/validation/section.h"
 
@@ -445,7 +446,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1000, 100000000));
   app.add_option("--seconds", seconds, "of the wall-time measurements")
       ->capture_default_str()
-      ->check(CLI::Range(1.0, 3600.0));
+      ->check(vest::files::number(1, 3600));
   app.add_option(
       "--output", output,
       "folder of the section 72_loop: also measures beside a whole session, with a view under Xvfb");

@@ -9,6 +9,7 @@
 
 #include "../ros/device_plugins.h"
 #include "vest_haptics/conformance/conformance.h"
+#include "vest_instruments/files/option.h"
 
 namespace {
 thread_local std::uint64_t allocations = 0;
@@ -36,7 +37,9 @@ int main(int argc, char** argv) {
   app.add_option("plugin", name, "word of the launch files or class name, e.g. vest_haptics/Simulated")
       ->required();
   app.add_option("--option", words, "KEY=VALUE of the device, may be repeated");
-  app.add_option("--seconds", options.seconds, "of motion that is watched")->capture_default_str();
+  app.add_option("--seconds", options.seconds, "of motion that is watched")
+      ->check(vest::files::number(0, 3600))
+      ->capture_default_str();
   app.add_flag("--no-force", no_force, "do not show the small force");
   CLI11_PARSE(app, argc, argv);
   options.small_force = !no_force;

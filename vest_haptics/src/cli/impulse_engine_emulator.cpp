@@ -14,6 +14,7 @@
 #include "vest_haptics/device/force_transport.h"
 #include "vest_haptics/device/hci.h"
 #include "vest_haptics/device/simulated.h"
+#include "vest_instruments/files/option.h"
 
 namespace {
 
@@ -41,9 +42,14 @@ int main(int argc, char** argv) {
       "every millisecond");
   app.add_option("--motion", motion, "what the hand wishes: rest, press, circle")->capture_default_str();
   app.add_option("--watchdog", watchdog, "s after the last force frame until forces are zero")
+      ->check(vest::files::number(0, 3600))
       ->capture_default_str();
-  app.add_option("--seconds", seconds, "end after this time; 0: never")->capture_default_str();
-  app.add_option("--noise", noise, "share of answered bytes that are spoiled or lost")->capture_default_str();
+  app.add_option("--seconds", seconds, "end after this time; 0: never")
+      ->check(vest::files::number(0, 1e9))
+      ->capture_default_str();
+  app.add_option("--noise", noise, "share of answered bytes that are spoiled or lost")
+      ->check(vest::files::number(0, 1))
+      ->capture_default_str();
   app.footer(
       "SIGUSR1 pulls the position line out and plugs it in again; SIGUSR2 leaves it in and answers no more.");
   CLI11_PARSE(app, argc, argv);

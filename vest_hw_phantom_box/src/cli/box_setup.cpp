@@ -19,6 +19,7 @@
 #include "vest_hw_phantom_box/driver/driver.h"
 #include "vest_hw_phantom_box/transport/raw_log.h"
 #include "vest_hw_phantom_box/transport/serial_port.h"
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/read.h"
 #include "vest_instruments/kinematics/fit_trocar.h"
 
@@ -348,7 +349,7 @@ int main(int argc, char** argv) {
   common(watching, o, false);
   watching->add_flag("--csv", o.csv, "a table for plots instead of a screen, 100 rows a second");
   watching->add_option("--seconds", o.seconds, "end after this time (0: at Ctrl-C)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(vest::files::number(0, 1e9));
   auto* calibrating =
       app.add_subcommand("calibrate", "asks for zero, direction, scale and limits of each joint");
   common(calibrating, o, true);

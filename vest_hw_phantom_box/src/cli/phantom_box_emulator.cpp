@@ -20,6 +20,7 @@
 #include "vest_hw_phantom_box/emulator/pseudo_terminal.h"
 #include "vest_hw_phantom_box/emulator/script_clock.h"
 #include "vest_hw_phantom_box/transport/raw_log.h"
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/read.h"
 
 namespace {
@@ -72,7 +73,7 @@ void declare(CLI::App& app, Options& o) {
   auto* loop = app.add_flag("--loop", o.loop, "begin again at the end");
   app.add_flag("--hold", o.hold, "keep the last row at the end (default)")->excludes(loop);
   app.add_option("--max-gap", o.max_gap, "s; rows further apart are a drop-out, never bridged")
-      ->check(CLI::Range(1e-3, 1e9))
+      ->check(vest::files::number(1e-3, 1e9))
       ->capture_default_str();
   app.add_flag("--start-on-open,!--no-start-on-open", o.start_on_open,
                "trajectory time starts when the first reader opens the port (default)");
@@ -80,9 +81,10 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--instruments", o.instruments, "2 or 3")->check(CLI::Range(2, 3))->capture_default_str();
   app.add_option("--serial-number", o.serial_number, "at most 16 characters")
       ->check([](const std::string& s) { return s.size() <= 16 ? "" : "at most 16 characters"; });
-  app.add_option("--seconds", o.seconds, "end after this time (0: never)")->check(CLI::NonNegativeNumber);
+  app.add_option("--seconds", o.seconds, "end after this time (0: never)")
+      ->check(vest::files::number(0, 1e9));
   const auto probability = [&](const char* name, double& value, const char* what) {
-    app.add_option(name, value, what)->check(CLI::Range(0.0, 1.0));
+    app.add_option(name, value, what)->check(vest::files::number(0, 1));
   };
   probability("--drop", o.faults.drop, "probability that a frame vanishes");
   probability("--flip", o.faults.flip, "... that one to three bits turn over");
@@ -93,12 +95,12 @@ void declare(CLI::App& app, Options& o) {
   probability("--invalid", o.faults.invalid, "... that one joint is flagged invalid for one frame");
   probability("--chatter", o.faults.chatter, "... that a pedal that changes bounces for 8 ms");
   app.add_option("--seed", o.faults.seed, "of all faults")->capture_default_str();
-  app.add_option("--unplug-at", o.unplug_at, "s after start: hang up")->check(CLI::NonNegativeNumber);
+  app.add_option("--unplug-at", o.unplug_at, "s after start: hang up")->check(vest::files::number(0, 1e9));
   app.add_option("--unplug-for", o.unplug_for, "s until the port is back")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(vest::files::number(0, 1e6))
       ->capture_default_str();
   app.add_option("--unplug-every", o.unplug_every, "s between unpluggings (0: once)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(vest::files::number(0, 1e9));
 }
 
 /// How far the simulation is, by ROS: 200 times a second by its steps, whose length its state tells.

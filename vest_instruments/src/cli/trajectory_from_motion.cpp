@@ -6,6 +6,7 @@
 #include <ros/package.h>
 #include <CLI/CLI.hpp>
 
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/read.h"
 #include "vest_instruments/trajectory/trajectory.h"
 
@@ -22,7 +23,7 @@ int main(int argc, char** argv) {
   app.add_option("--box", box_file, "layout of the box")->capture_default_str();
   app.add_option("--jaw", jaw, "opening of the jaws, rad: a stylus has none")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1.2));
+      ->check(vest::files::number(0, 1.2));
   CLI11_PARSE(app, argc, argv);
   try {
     const auto box = vest::kinematics::loadTrainerBox(box_file);

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include <geometry_msgs/PoseStamped.h>
 
+#include "configuration.h"
 #include "crtk_arm.h"
 #include "vest_instruments/control/pedals.h"
 #include "vest_instruments/kinematics/jacobian.h"
@@ -27,18 +27,15 @@ bool fresh(const ros::SteadyTime& then, const ros::SteadyTime& now) {
 }  // namespace
 
 CameraAssistant::CameraAssistant(ros::NodeHandle nh, ros::NodeHandle private_nh) : nh_(nh) {
-  const auto refuse = [&](const std::string& name, const std::string& value, const std::string& allowed) {
-    throw std::runtime_error("parameter " + private_nh.resolveName(name) + ": " + value +
-                             "; allowed: " + allowed);
-  };
-  private_nh.param<std::string>("follow", follows_, "right");
+  follows_ = read<std::string>(private_nh, "follow", "right", "a word");
   if (follows_ != "left" && follows_ != "right" && follows_ != "third")
-    refuse("follow", "'" + follows_ + "'", "left, right, third");
+    refuse(private_nh, "follow", "'" + follows_ + "'", "left, right, third");
   if (private_nh.hasParam("switches"))
-    refuse("switches", "is no more",
+    refuse(private_nh, "switches", "is no more",
            "footswitch_preset dvrk or custom, or an input map, with camera_follow, camera_in, camera_out");
-  private_nh.param("dead_zone", dead_zone_, 0.12);
-  if (!(dead_zone_ >= 0.0 && dead_zone_ <= 1.0)) refuse("dead_zone", std::to_string(dead_zone_), "0 … 1 rad");
+  dead_zone_ = read<double>(private_nh, "dead_zone", 0.12, "a number");
+  if (!(dead_zone_ >= 0.0 && dead_zone_ <= 1.0))
+    refuse(private_nh, "dead_zone", std::to_string(dead_zone_), "0 … 1 rad");
 
   pose_ = nh_.advertise<geometry_msgs::PoseStamped>("teleop/endoscope/servo_cp", 10);
   const auto hints = ros::TransportHints().tcpNoDelay();

@@ -16,20 +16,6 @@ namespace {
 
 using vest::tools::kInstrumentCount;
 
-[[noreturn]] void refuse(const ros::NodeHandle& nh, const std::string& name, const std::string& value,
-                         const std::string& allowed) {
-  throw std::runtime_error("parameter " + nh.resolveName(name) + ": " + value + "; allowed: " + allowed);
-}
-
-/// Absent: the default. Present with another type: an error (roscpp would silently take the default).
-template <class T>
-T read(const ros::NodeHandle& nh, const std::string& name, const T& otherwise, const char* type) {
-  if (!nh.hasParam(name)) return otherwise;
-  T value;
-  if (!nh.getParam(name, value)) refuse(nh, name, "has a wrong type", type);
-  return value;
-}
-
 std::string word(const ros::NodeHandle& nh, const std::string& name, const std::string& otherwise) {
   return read<std::string>(nh, name, otherwise, "a word");
 }
@@ -65,6 +51,11 @@ vest::control::InputMap inputsFromParameters(const ros::NodeHandle& session_nh, 
 }
 
 }  // namespace
+
+void refuse(const ros::NodeHandle& nh, const std::string& name, const std::string& value,
+            const std::string& allowed) {
+  throw std::runtime_error("parameter " + nh.resolveName(name) + ": " + value + "; allowed: " + allowed);
+}
 
 Configuration readConfiguration(const ros::NodeHandle& session_nh, const ros::NodeHandle& nh) {
   Configuration c;

@@ -24,6 +24,19 @@ struct Configuration {
   bool set_robot_description = true;
 };
 
+/// @throws std::runtime_error that names parameter, value and what is allowed
+[[noreturn]] void refuse(const ros::NodeHandle& nh, const std::string& name, const std::string& value,
+                         const std::string& allowed);
+
+/// Absent: `otherwise`. Present with another type: refused (roscpp would silently take the default).
+template <class T>
+T read(const ros::NodeHandle& nh, const std::string& name, const T& otherwise, const char* type) {
+  if (!nh.hasParam(name)) return otherwise;
+  T value;
+  if (!nh.getParam(name, value)) refuse(nh, name, "has a wrong type", type);
+  return value;
+}
+
 /// @param nh of the session's namespace
 /// @throws std::runtime_error that names parameter, value and what is allowed.
 Configuration readConfiguration(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);

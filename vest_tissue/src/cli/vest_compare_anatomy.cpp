@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "surface_distance.h"
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/net/skin.h"
 #include "vest_tissue/scene/world.h"
@@ -68,7 +69,9 @@ int main(int argc, char** argv) {
   double limit = 8.0;
   app.add_option("--reference", reference, "folder with the reference meshes (VH_F_*.obj, metres)")
       ->required();
-  app.add_option("--limit", limit, "mm; larger mean distances make the exit status 1")->capture_default_str();
+  app.add_option("--limit", limit, "mm; larger mean distances make the exit status 1")
+      ->check(vest::files::number(0, 1e6))
+      ->capture_default_str();
   app.add_option("SCENE", scene_path, "scene.yaml")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {

@@ -11,6 +11,7 @@
 #include "edit_source.h"
 #include "library_commands.h"
 #include "settle.h"
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/refusal.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/world.h"
@@ -53,6 +54,7 @@ int main(int argc, char** argv) {
                    "folder to write to: source, scene and nets (default: that of the source)");
   propose->add_option("OBJECT", object, "name of an object")->required();
   propose->add_option("--within", within, "m, from its knots to another object's surface")
+      ->check(vest::files::number(0, 10))
       ->capture_default_str();
 
   std::string kind, name, as;
@@ -67,7 +69,9 @@ int main(int argc, char** argv) {
   add->add_option("SOURCE", source_path, "source.yaml")->required();
   add->add_option("NAME", name, "of the part")->required();
   add->add_option("--as", as, "name of its object (default: that of the part)");
-  add->add_option("--by", by, "m, x y z: so far from where the part says")->expected(3);
+  add->add_option("--by", by, "m, x y z: so far from where the part says")
+      ->expected(3)
+      ->check(vest::files::number(-10, 10));
   add->add_option("-o,--output", directory, "folder to write to (default: that of the source)");
   add->add_option("--materials", materials_path, "material database")->capture_default_str();
 
@@ -76,8 +80,10 @@ int main(int argc, char** argv) {
   int threads = 1;
   CLI::App* settle = app.add_subcommand("settle", "lets a scene come to rest and writes the positions back");
   settle->add_option("SCENE", scene_path, "scene.yaml written by bake")->required();
-  settle->add_option("--seconds", seconds, "give up after this simulated time")->capture_default_str();
-  settle->add_option("--threads", threads, "worker threads")->capture_default_str();
+  settle->add_option("--seconds", seconds, "give up after this simulated time")
+      ->check(vest::files::number(0, 1e6))
+      ->capture_default_str();
+  settle->add_option("--threads", threads, "worker threads")->check(CLI::Range(1, 64))->capture_default_str();
   CLI::App* check = app.add_subcommand("check", "table of knots, springs, pieces, bindings, sub-steps");
   check->add_option("SCENE", scene_path, "scene.yaml")->required();
 

@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/image/phantom.h"
 
@@ -19,7 +20,9 @@ int main(int argc, char** argv) {
   app.add_option("NAME", name, "head, lumbar or abdomen")->required();
   app.add_option("FOLDER", folder, "to write to: new or empty")->required();
   app.add_option("--size", size, "columns, rows, slices")->expected(3)->capture_default_str();
-  app.add_option("--noise", options.noise, "HU, standard deviation")->capture_default_str();
+  app.add_option("--noise", options.noise, "HU, standard deviation")
+      ->check(vest::files::number(0, 1e4))
+      ->capture_default_str();
   app.add_option("--seed", options.seed, "of the noise")->capture_default_str();
   std::string names = "what shall be wrong or unusual:";
   for (const auto& [key, what] : vest::image::faults()) names += "\n  " + key + ": " + what;

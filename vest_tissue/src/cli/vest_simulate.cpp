@@ -1,5 +1,4 @@
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <string>
 
@@ -7,11 +6,13 @@
 
 #include "simulate_rods.h"
 #include "simulate_scene.h"
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/refusal.h"
 
 namespace {
+constexpr double kShortestStep = 1e-9;  // s (assumed): steps of less move nothing
 constexpr double kLongestStep = 1000;  // s (assumed): of static and backward Euler scenes in other units, too
-}
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app(
@@ -24,10 +25,8 @@ int main(int argc, char** argv) {
   app.add_option("--steps", options.steps, "steps of dt")
       ->check(CLI::Range(0, 1000000000))
       ->capture_default_str();
-  app.add_option("--dt", options.dt, "step, s (default: the scene's)")->check([](const std::string& text) {
-    const double dt = std::strtod(text.c_str(), nullptr);  // a NaN passes CLI::Range
-    return dt > 0 && dt <= kLongestStep ? "" : "must be above 0, at most 1000 s";
-  });
+  app.add_option("--dt", options.dt, "step, s (default: the scene's)")
+      ->check(vest::files::number(kShortestStep, kLongestStep));
   app.add_flag("--static", options.equilibrium, "equilibrium instead of steps");
   app.add_option("--threads", options.threads, "threads; results are the same for any")
       ->check(CLI::Range(1, 64))

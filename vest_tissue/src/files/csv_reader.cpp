@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <sstream>
 
 #include "vest_instruments/files/cells.h"
@@ -30,6 +31,21 @@ std::size_t Table::index(std::size_t row, const std::string& name, std::size_t m
                "must be a whole number from 0 to " + std::to_string(most));
   }
   return static_cast<std::size_t>(value);
+}
+
+double Table::within(std::size_t row, const std::string& name, double most, const char* what) const {
+  const double value = rows[row][static_cast<std::size_t>(column(name))];
+  if (std::abs(value) <= most) return value;
+  char number[32], end[32];
+  std::snprintf(number, sizeof number, "%g", value);
+  std::snprintf(end, sizeof end, "%.0f", most);
+  yaml::fail(file, lines[row], name, number, std::string("must be ") + what + " from -" + end + " to " + end);
+}
+
+Eigen::Vector3d Table::vector(std::size_t row, const char* const (&names)[3], double most,
+                              const char* what) const {
+  return {within(row, names[0], most, what), within(row, names[1], most, what),
+          within(row, names[2], most, what)};
 }
 
 Table read(const std::string& path, const std::string& bytes, const std::vector<std::string>& required,

@@ -124,6 +124,8 @@ Patient readPatient(const std::string& path) {
     if (corners.size() != 2) map["crop"].fail("must be two corners in mm: [[x, y, z], [x, y, z]]");
     p.cropped = true;
     p.low = 1e-3 * corners[0].vector3(), p.high = 1e-3 * corners[1].vector3();
+    if (!(p.low.array() < p.high.array()).all())
+      map["crop"].fail("must be the lower corner, then the upper one: nothing lies between these");
   }
   const auto tissues = material::readDatabase(material::databasePath());
   const char* const list = of_map ? "tissues" : "labels";

@@ -104,16 +104,7 @@ void readNodes(const csv::Table& table, double mass, Object& object) {
       yaml::fail(table.file, table.lines[i], "node", std::to_string(node), "must be there once");
     seen[node] = true;
     const auto& row = table.rows[i];
-    for (int k = 0; k < 3; ++k) {
-      const std::string name(1, "xyz"[k]);
-      const double c = row[static_cast<std::size_t>(table.column(name))];
-      if (!(std::abs(c) <= kFarthest)) {
-        char number[32];
-        std::snprintf(number, sizeof number, "%g", c);
-        yaml::fail(table.file, table.lines[i], name, number, "must be a coordinate from -500000 to 500000");
-      }
-      object.rest_position[node][k] = c;
-    }
+    object.rest_position[node] = table.vector(i, {"x", "y", "z"}, kFarthest, "a coordinate");
     if (own_mass >= 0) object.mass[node] = row[static_cast<std::size_t>(own_mass)];
     if (!(object.mass[node] > 0)) {
       yaml::fail(table.file, table.lines[i], "mass", std::to_string(object.mass[node]),

@@ -7,6 +7,7 @@
 #include "loader_rods.h"
 #include "loader_sutures.h"
 #include "vest_tissue/files/yaml_reader.h"
+#include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/rod_scene.h"
 
 namespace vest::scene {
@@ -18,11 +19,10 @@ using suture::RodDescription;
 using suture::Section;
 using yaml::Map;
 
-Eigen::Vector3d vectorAt(const csv::Table& table, std::size_t row, const char* const (&names)[3]) {
-  Eigen::Vector3d v;
-  for (int k = 0; k < 3; ++k) v[k] = table.rows[row][static_cast<std::size_t>(table.column(names[k]))];
-  return v;
-}
+// Of drives and loads (assumed); beyond them no step is finite.
+constexpr double kLongest = 1e9;    // s
+constexpr double kMostTurn = 1e6;   // rad
+constexpr double kStrongest = 1e9;  // N
 
 /// One rod being read.
 struct Reading {
@@ -50,7 +50,7 @@ void readNodes(Reading& r) {
     if (line[node] != 0)
       yaml::fail(table.file, table.lines[i], "node", std::to_string(node), "must be there once");
     line[node] = table.lines[i];
-    r.rod.nodes[node] = vectorAt(table, i, {"x", "y", "z"});
+    r.rod.nodes[node] = table.vector(i, {"x", "y", "z"}, kFarthest, "a coordinate");
   }
   const std::size_t n = r.rod.nodes.size();
   for (std::size_t i = 0; n > 1 && i + (r.rod.closed ? 0 : 1) < n; ++i) {
@@ -118,14 +118,14 @@ void readHeld(Reading& r) {
     if (found == at.end())
       yaml::fail(drive.file, drive.lines[i], "node", std::to_string(node), "must be one that `held` names");
     auto& rows = r.rod.held[found->second].drive;
-    const double t = drive.rows[i][static_cast<std::size_t>(drive.column("t"))];
+    const double t = drive.within(i, "t", kLongest, "a time in s");
     if (!rows.empty() && !(t > rows.back().t))
       yaml::fail(drive.file, drive.lines[i], "t", std::to_string(t),
                  "must be greater than in the row before of this node");
-    const double angle = drive.rows[i][static_cast<std::size_t>(drive.column("angle"))];
+    const double angle = drive.within(i, "angle", kMostTurn, "an angle in rad");
     if (angle != 0.0 && r.rod.held[found->second].hold == Hold::Place)
       yaml::fail(drive.file, drive.lines[i], "angle", std::to_string(angle), "must be 0 at a node of kind 0");
-    rows.push_back({t, vectorAt(drive, i, {"x", "y", "z"}), angle});
+    rows.push_back({t, drive.vector(i, {"x", "y", "z"}, kFarthest, "a coordinate"), angle});
   }
 }
 
@@ -152,8 +152,8 @@ RodDescription readRod(const Value& value, Files& files) {
   if (map.has("loads")) {
     const csv::Table loads = r.table("loads", {"node", "fx", "fy", "fz"});
     for (std::size_t i = 0; i < loads.rows.size(); ++i)
-      rod.loads.push_back(
-          {static_cast<suture::Index>(r.node(loads, i)), vectorAt(loads, i, {"fx", "fy", "fz"})});
+      rod.loads.push_back({static_cast<suture::Index>(r.node(loads, i)),
+                           loads.vector(i, {"fx", "fy", "fz"}, kStrongest, "a force in N")});
   }
   map.finish();
   return rod;

@@ -86,8 +86,11 @@ Lattice readGmsh(const std::string& path, const std::string& bytes) {
               "; allowed: tetrahedra, and points, lines and faces beside them");
     std::array<Index, 4> t{};
     for (std::size_t k = 0; k < nodes; ++k) {
-      const auto found = node.find(in.whole("a node", kTag));
-      if (found == node.end()) in.fail("an element names a node that does not exist");
+      const std::size_t tag = in.whole("a node", kTag);
+      const auto found = node.find(tag);
+      if (found == node.end())
+        in.fail("an element names node " + std::to_string(tag) +
+                ", which does not exist; allowed: a tag of $Nodes");
       if (k < 4) t[k] = found->second;
     }
     if (kind == 11) in.fail("a tetrahedron of second order; allowed: four nodes (gmsh -order 1)");
@@ -287,7 +290,9 @@ Lattice readVtk(const std::string& path, const std::string& bytes) {
     if (cells[i].size() != 4) in.fail("a tetrahedron of " + std::to_string(cells[i].size()) + " points");
     std::array<Index, 4> t{};
     for (std::size_t k = 0; k < 4; ++k) {
-      if (cells[i][k] >= mesh.nodes.size()) in.fail("a cell names a point that does not exist");
+      if (cells[i][k] >= mesh.nodes.size())
+        in.fail("a cell names point " + std::to_string(cells[i][k]) +
+                ", which does not exist; allowed: 0 to " + std::to_string(mesh.nodes.size() - 1));
       t[k] = static_cast<Index>(cells[i][k]);
     }
     mesh.tetrahedra.push_back(t);

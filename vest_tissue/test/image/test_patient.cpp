@@ -268,6 +268,10 @@ TEST(Recipe, IsReadStrictly) {
   }
   EXPECT_NE(refusal([&] { readPatient(recipe(good + ", " + good)); }).find("name of its own"),
             std::string::npos);
+  for (const char* const crop : {"[[5, -5, -5], [-5, 5, 5]]", "[[0, 0, 0], [1, 1, 0]]"}) {
+    const std::string message = refusal([&] { readPatient(recipe(good + "]\ncrop: " + crop + " #")); });
+    EXPECT_NE(message.find("patient.yaml:6: crop: "), std::string::npos) << message;
+  }
   const Volume head = vest::test::headOf(24, 8);
   EXPECT_EQ(readPatient(folder.write("patient.yaml", firstPatient("b", "/x", head))).images, "/x");
   const std::string odd = "/a: b #c\\\"d";

@@ -1,5 +1,6 @@
 // Rods from files to tables.
 #include <gtest/gtest.h>
+#include <array>
 
 #include <cstdio>
 #include <fstream>
@@ -113,6 +114,21 @@ TEST(RodScene, MistakesAreToldWithFileLineFieldAndWhatIsAllowed) {
   files.folder.write("nodes.csv", "node,x,y,z\n0,0,0,0\n1,1,0,0\n2,1,0,0\n");
   EXPECT_NE(RodFiles::refusal(good).find("nodes.csv:4: node: 2"), std::string::npos)
       << RodFiles::refusal(good);
+  // Numbers that no step can hold are refused where they stand.
+  const std::string moved = "t,node,x,y,z,angle\n0,20,1,0,0,0\n",
+                    turned = "t,node,x,y,z,angle\n0,0,0,0,0,0\n";
+  const std::array<std::string, 3> rows[] = {
+      {"drive.csv", moved + "0.5,20,1e30,0,0.1,0\n", "drive.csv:3: x: 1e+30"},
+      {"drive.csv", moved + "1e30,20,0.9,0,0.1,0\n", "drive.csv:3: t: 1e+30"},
+      {"drive.csv", turned + "0.5,0,0,0,0,1e30\n", "drive.csv:3: angle: 1e+30"},
+      {"loads.csv", "node,fx,fy,fz\n10,0,0,-1e30\n", "loads.csv:2: fz: -1e+30"},
+      {"nodes.csv", "node,x,y,z\n0,0,0,0\n1,1e6,0,0\n2,1,0,0\n", "nodes.csv:3: x: 1e+06"}};
+  for (const auto& [file, text, said] : rows) {
+    const RodFiles others;
+    const std::string scene_file = others.with("closed: false", "closed: false");
+    others.folder.write(file, text);
+    EXPECT_NE(RodFiles::refusal(scene_file).find(said), std::string::npos) << RodFiles::refusal(scene_file);
+  }
 }
 
 TEST(RodScene, SuturesComeFromTheShippedFileByMaterialAndSize) {

@@ -65,14 +65,17 @@ TEST(MeshFile, WhatIsCutOffOrWrongIsRefusedWithFileAndLine) {
   EXPECT_NE(message("a.msh", with(kGmsh22, "2.2 0 8", "2.2 1 8")).find("a.msh:2: a binary file"),
             std::string::npos);
   EXPECT_NE(message("a.msh", with(kGmsh22, "2.2 0 8", "3.0 0 8")).find("version 3.0"), std::string::npos);
-  EXPECT_NE(message("a.msh", with(kGmsh22, "10 20 30 40", "10 20 30 41")).find("does not exist"),
+  EXPECT_NE(message("a.msh", with(kGmsh22, "10 20 30 40", "10 20 30 41"))
+                .find("node 41, which does not exist; allowed: a tag of $Nodes"),
             std::string::npos);
   EXPECT_NE(message("a.msh", with(kGmsh22, "20 1 0 0", "20 nan 0 0")).find("coordinate"), std::string::npos);
   EXPECT_NE(message("a.msh", with(kGmsh22, "20 1 0 0", "10 1 0 0")).find("twice"), std::string::npos);
   EXPECT_NE(message("a.msh", with(kGmsh22, "$Nodes\n5\n", "$Nodes\n999999999\n")).find("number of nodes"),
             std::string::npos);
   EXPECT_NE(message("c.vtk", with(kVtk, "ASCII", "BINARY")).find("ASCII"), std::string::npos);
-  EXPECT_NE(message("c.vtk", with(kVtk, "4 1 4 2 3", "4 1 9 2 3")).find("does not exist"), std::string::npos);
+  EXPECT_NE(message("c.vtk", with(kVtk, "4 1 4 2 3", "4 1 9 2 3"))
+                .find("point 9, which does not exist; allowed: 0 to"),
+            std::string::npos);
   EXPECT_NE(message("c.vtk", kVtk + kVtk.substr(kVtk.find("CELL_TYPES"))).find("CELL_TYPES twice"),
             std::string::npos);
   // A volume that is no tetrahedron would be a hole.

@@ -25,6 +25,19 @@ T read(const YAML::Node& root, const std::string& path, const char* field, const
   throw std::runtime_error(path + ": " + name + " is missing (allowed: " + allowed + ")");
 }
 
+/// `field`.data. Its rows and cols, which ROS's files have beside it, must say as many numbers.
+std::vector<double> matrix(const YAML::Node& root, const std::string& path, const char* field,
+                           const char* allowed) {
+  const auto data = read<std::vector<double>>(root, path, field, "data", allowed);
+  double said = 1;
+  for (const char* side : {"rows", "cols"})
+    said *= root[field][side] ? read<double>(root, path, field, side, "a whole number") : std::nan("");
+  if (!std::isnan(said) && said != static_cast<double>(data.size()))
+    throw std::runtime_error(path + ": " + field + ".data: " + std::to_string(data.size()) +
+                             " numbers (allowed: as many as its rows and cols say)");
+  return data;
+}
+
 /// Of two that have one name, only one would be read.
 void refuseTwice(const YAML::Node& map, const std::string& path, const std::string& of) {
   std::set<std::string> names;
@@ -57,11 +70,12 @@ Intrinsics readCalibration(const std::string& path) {
                              std::to_string(height) + " (allowed: 64 … 4096 pixels)");
   c.width = static_cast<std::uint32_t>(width);
   c.height = static_cast<std::uint32_t>(height);
-  const auto K = read<std::vector<double>>(root, path, "camera_matrix", "data", "nine numbers, row-major");
+  const auto K = matrix(root, path, "camera_matrix", "nine numbers, row-major");
   const bool sound = K.size() == 9 &&
                      std::all_of(K.begin(), K.end(), [](double v) { return std::isfinite(v); }) &&
                      K[0] > 0.1 * width && K[0] < 20 * width && K[4] > 0.1 * height && K[4] < 20 * height &&
-                     K[1] == 0 && K[2] >= 0 && K[2] < width && K[5] >= 0 && K[5] < height;
+                     K[1] == 0 && K[3] == 0 && K[6] == 0 && K[7] == 0 && K[8] == 1 && K[2] >= 0 &&
+                     K[2] < width && K[5] >= 0 && K[5] < height;
   if (!sound)
     throw std::runtime_error(path +
                              ": camera_matrix.data (allowed: [fx 0 cx 0 fy cy 0 0 1], focal lengths 0.1 … 20 "
@@ -72,7 +86,7 @@ Intrinsics readCalibration(const std::string& path) {
     throw std::runtime_error(path + ": distortion_model: " + files::shown(model) +
                              " (allowed: plumb_bob, equidistant)");
   c.model = model == "plumb_bob" ? Distortion::PlumbBob : Distortion::Equidistant;
-  const auto D = read<std::vector<double>>(root, path, "distortion_coefficients", "data", "4 or 5 numbers");
+  const auto D = matrix(root, path, "distortion_coefficients", "4 or 5 numbers");
   const std::size_t most = c.model == Distortion::PlumbBob ? 5 : 4;
   if (D.size() < 4 || D.size() > most ||
       !std::all_of(D.begin(), D.end(), [](double v) { return std::isfinite(v) && std::fabs(v) < 10; }))

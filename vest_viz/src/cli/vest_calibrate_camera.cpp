@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/read.h"
 #include "vest_instruments/files/refusal.h"
 #include "vest_viz/camera/board.h"
@@ -46,7 +47,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--rows", board.rows, "rows of squares")->check(CLI::Range(4, 100))->capture_default_str();
   app.add_option("--square", square_mm, "edge of a square, mm")
-      ->check(CLI::Range(0.1, 1000.0))
+      ->check(vest::files::number(0.1, 1000))
       ->capture_default_str();
   app.add_option("--output", output,
                  "YAML file: the view's Calibration File, and that of ROS's camera drivers")

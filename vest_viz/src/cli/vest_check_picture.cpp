@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/refusal.h"
 #include "vest_viz/picture/check.h"
 #include "vest_viz/picture/read.h"
@@ -19,7 +20,8 @@ int main(int argc, char** argv) {
   std::vector<double> circle_values;
   app.add_option("picture", path, "PNG or JPEG of at most 9 megapixels")->required();
   app.add_option("--circle", circle_values, "centre x, y and radius in pixels; found by itself if not given")
-      ->expected(3);
+      ->expected(3)
+      ->check(vest::files::number(-1e5, 1e5));
   CLI11_PARSE(app, argc, argv);
   try {
     constexpr int kMost = 9;  // megapixels, room for 4096 x 2160: each takes 60 MB while it is measured

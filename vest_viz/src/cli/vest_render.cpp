@@ -26,6 +26,7 @@
 #include "instrument_history.h"
 #include "tissue_input.h"
 #include "truth_output.h"
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/read.h"
 
 namespace {
@@ -229,18 +230,18 @@ int main(int argc, char** argv) {
   app.add_option("--video", o.video, "video file, .mp4 (MPEG-4) or .avi (Motion JPEG)");
   app.add_option("--width", o.width, "pixels")->check(CLI::Range(64, 4096));
   app.add_option("--height", o.height, "pixels")->check(CLI::Range(64, 4096));
-  app.add_option("--fps", o.fps, "pictures per second of the session")->check(CLI::Range(0.01, 240.0));
-  app.add_option("--from", o.from, "s after the bag's begin")->check(CLI::Range(0.0, 1e9));
-  app.add_option("--to", o.to, "s after the bag's begin")->check(CLI::Range(0.0, 1e9));
-  app.add_option("--fov", o.fov, "horizontal field of view, degrees")->check(CLI::Range(10.0, 140.0));
-  app.add_option("--k1", o.k1, "plumb_bob distortion")->check(CLI::Range(-0.3, 0.3));
-  app.add_option("--k2", o.k2, "plumb_bob distortion")->check(CLI::Range(-0.1, 0.1));
+  app.add_option("--fps", o.fps, "pictures per second of the session")->check(vest::files::number(0.01, 240));
+  app.add_option("--from", o.from, "s after the bag's begin")->check(vest::files::number(0, 1e9));
+  app.add_option("--to", o.to, "s after the bag's begin")->check(vest::files::number(0, 1e9));
+  app.add_option("--fov", o.fov, "horizontal field of view, degrees")->check(vest::files::number(10, 140));
+  app.add_option("--k1", o.k1, "plumb_bob distortion")->check(vest::files::number(-0.3, 0.3));
+  app.add_option("--k2", o.k2, "plumb_bob distortion")->check(vest::files::number(-0.1, 0.1));
   app.add_option("--circle", o.circle, "radius of the round picture over half its height")
-      ->check(CLI::Range(0.3, 1.5));
+      ->check(vest::files::number(0.3, 1.5));
   app.add_option("--quality", o.quality, "0 simple, 1 standard, 2 fine: more pixels are drawn than shown")
       ->check(CLI::Range(0, 2));
-  app.add_option("--noise", o.noise, "of the sensor, levels of 255")->check(CLI::Range(0.0, 30.0));
-  app.add_option("--focus", o.focus, "distance in focus, m; 0: all sharp")->check(CLI::Range(0.0, 1.0));
+  app.add_option("--noise", o.noise, "of the sensor, levels of 255")->check(vest::files::number(0, 30));
+  app.add_option("--focus", o.focus, "distance in focus, m; 0: all sharp")->check(vest::files::number(0, 1));
   app.add_option("--format", o.frame_format, "of the pictures")->check(CLI::IsMember({"png", "jpg"}));
   app.add_flag("--each-state", o.each_state,
                "a picture of each state in the bag, however far apart they are");

@@ -15,6 +15,7 @@
 
 #include "effect_messages.h"
 #include "scene_messages.h"
+#include "vest_instruments/files/option.h"
 #include "vest_tissue/scene/world.h"
 
 using Eigen::Vector3d;
@@ -29,10 +30,12 @@ int main(int argc, char** argv) {
   std::vector<double> view;
   bool still = false;
   app.add_option("scene", path, "scene file; default: the gynaecology scene of vest_tissue");
-  app.add_option("--rate", rate, "states per second")->check(CLI::Range(0.1, 1000.0));
-  app.add_option("--insertion", insertion, "of the endoscope, m")->check(CLI::Range(0.0, 0.28));
-  app.add_option("--view", view, "endoscope tip x y z, m, in world")->expected(3);
-  app.add_option("--seconds", seconds, "ends after so long; 0: runs on");
+  app.add_option("--rate", rate, "states per second")->check(vest::files::number(0.1, 1000));
+  app.add_option("--insertion", insertion, "of the endoscope, m")->check(vest::files::number(0, 0.28));
+  app.add_option("--view", view, "endoscope tip x y z, m, in world")
+      ->expected(3)
+      ->check(vest::files::number(-10, 10));
+  app.add_option("--seconds", seconds, "ends after so long; 0: runs on")->check(vest::files::number(0, 1e9));
   app.add_flag("--still", still, "nothing moves");
   app.add_option("--effects", effects,
                  "made-up effects: all, or some of fields,cut,clips,sutures,fluid,smoke,lens,monitor");

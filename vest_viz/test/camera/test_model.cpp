@@ -145,6 +145,11 @@ TEST_F(CalibrationFile, IsRefusedWithTheFieldThatIsWrong) {
   refused("{rows: 3,", "{rows: 3, data: [1], ", "camera_matrix.data stands there twice");
   refused("500.5", ".nan", "camera_matrix");
   refused("500.5", "-1", "camera_matrix");
+  refused("0, 501", "7, 501", "camera_matrix");
+  refused("0, 0, 1]", "0, 0, 2]", "camera_matrix");
+  refused("{rows: 3, cols: 3", "{rows: 3, cols: 2", "camera_matrix.data: 9 numbers");
+  refused("{rows: 1, cols: 5", "{rows: 1, cols: 8", "distortion_coefficients.data: 5 numbers");
+  refused("{rows: 1", "{rows: [1]", "distortion_coefficients.rows");
   refused("640", "0", "image_width");
   refused("image_height: 480\n", "", "image_height");
   refused("-0.3, 0.1, ", "", "distortion_coefficients");
