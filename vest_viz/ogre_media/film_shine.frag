@@ -9,15 +9,10 @@ varying vec2 place;
 varying vec3 film;
 varying vec2 down;  // along the ground, as steep as it is
 
-/// The relief of a film: what hangs between the crests of the ground, and waves that run down with it. A texture that
-/// is carried along shears: two of them take turns, each for a second.
-vec2 waves(vec2 p, vec2 way, float share) {
-  vec2 a = texture2D(micro_map, p - way * (share - 0.5)).xy;
-  vec2 b = texture2D(micro_map, p + 0.5 - way * (fract(share + 0.5) - 0.5)).xy;
-  return mix(b, a, 1.0 - abs(2.0 * share - 1.0)) - 0.5;
-}
+vec2 waves(vec2 p, vec2 way, float share);  // waves.frag
 
 void main() {
+  if (film.x > 200.0) discard;  // a pool stands on it, and shines instead
   // Where there is blood, as in film.frag.
   vec3 rough = texture2D(micro_map, place * 17.0).xyz;
   vec3 small = texture2D(micro_map, place.yx * 83.0).xyz;

@@ -54,7 +54,8 @@ void main() {
   float sight = max(normalize(-there).z, 0.0), beyond = dot(light.xyz - there, light.xyz - there);
   sight *= sight; sight *= sight;
   float lamp = light.w * sight * sight / (beyond + 0.0012);
-  float wall = texture2D(micro_map, r.xy * 0.9 + 0.37).z, patch = texture2D(micro_map, r.yx * 2.3 + 0.11).z;
+  vec3 far_side = texture2D(micro_map, r.xy * 1.5 + 0.37).xyz;
+  float wall = far_side.z, patch = far_side.y;
   vec3 mirrored = vec3(0.60, 0.24, 0.20) * (0.3 + wall) * lamp +
                   vec3(60.0, 62.0, 64.0) * smoothstep(0.62, 0.68, wall) * smoothstep(0.52, 0.58, patch) * min(lamp, 1.5);
   float blood = clamp(fluid.x, 0.0, 1.0);
@@ -65,7 +66,8 @@ void main() {
   vec3 body = mix(vec3(0.22, 0.0060, 0.0042), vec3(0.045, 0.0008, 0.0007), deep);
   // It is never of one tone: brighter blood runs through what has stood, in drawn-out streaks.
   vec2 drift = place * vec2(9.0, 6.0) + 0.12 * long_one + moment.x * 0.006 * stirred;
-  body *= 1.0 + 0.55 * (texture2D(micro_map, drift).z - 0.5) + 0.30 * (texture2D(micro_map, 3.1 * drift.yx).z - 0.5);
+  vec3 streak = texture2D(micro_map, drift).xyz;
+  body *= 1.0 + 0.55 * (streak.z - 0.5) + 0.30 * (streak.x - 0.5);
   vec3 colour = mix(vec3(0.046, 0.020, 0.017), body, smoothstep(0.0, 0.25, hide)) * (0.40 + 0.60 * abs(dot(still, h))) * strength;
   vec3 gloss = fresnel * mirrored;
   colour += gloss;

@@ -8,6 +8,7 @@ varying vec2 place;
 varying vec3 fluid;
 
 void main() {
+  if (fluid.x * fluid.y > 2.0) discard;  // nothing is seen through 2 mm of blood (pool.frag: 99 % hidden)
   // The shore, as in pool.frag.
   float relief = 0.5 * (texture2D(micro_map, place * 11.0).z - 0.5) + 0.2 * (texture2D(micro_map, place.yx * 47.0).z - 0.5);
   float wet = 0.42 + 0.33 * clamp(fluid.y + relief, -1.0, 1.5);

@@ -15,12 +15,7 @@ varying vec4 state;  // film of blood, coagulated, charred, bloodless: 0 ... 1
 varying vec3 blood_state;  // in the tissue without oxygen, flushed; film set: 0 ... 1
 varying vec3 flow;         // down along the skin: sine of its slope, along tangent and binormal; time (s)
 
-/// Waves of a film that runs: film_shine.frag.
-vec2 waves(vec2 p, vec2 way, float share) {
-  vec2 a = texture2D(micro_map, p - way * (share - 0.5)).xy;
-  vec2 b = texture2D(micro_map, p + 0.5 - way * (fract(share + 0.5) - 0.5)).xy;
-  return mix(b, a, 1.0 - abs(2.0 * share - 1.0)) - 0.5;
-}
+vec2 waves(vec2 p, vec2 way, float share);  // waves.frag
 #endif
 
 // Share of the lamp that an instrument hides; 1.2 is the lamp's diameter over a shaft's radius of 2.5 mm.

@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include <glm/gtc/noise.hpp>
+#include <glm/vec2.hpp>
+
 namespace vest::effects {
 namespace {
 
@@ -302,6 +305,32 @@ Pool meshOf(const Eigen::Isometry3d& origin, double cell, int C, int R, const st
   return pool;
 }
 
+/// Blood on tissue has no border along the cells: each place shows what lies beside it, here nearer, there
+/// farther, by noise that stands still in the world.
+void fray(const Eigen::Isometry3d& origin, double cell, int W, int H, std::vector<PoolPlace>& fine) {
+  constexpr double kFrayed = 0.0030, kAcross = 0.0085;  // m: at most so far; from lobe to lobe (by eye)
+  const std::vector<PoolPlace> even = fine;
+  const auto value = [&](int x, int y) {
+    return x < 0 || y < 0 || x >= W || y >= H ? 0.0f : even[static_cast<std::size_t>(y * W + x)].depth;
+  };
+  for (int y = 0; y < H; ++y)
+    for (int x = 0; x < W; ++x) {
+      PoolPlace& to = fine[static_cast<std::size_t>(y * W + x)];
+      if (!(to.weight > 0)) continue;
+      const Vector3d p = origin * Vector3d(0.5 * cell * x, 0.5 * cell * y, 0) / kAcross;
+      const glm::vec2 q(static_cast<float>(p.x()), static_cast<float>(p.y()));
+      const auto shift = [&](float from) {
+        const float n = glm::perlin(q + from) + 0.5f * glm::perlin(2.3f * q - from);
+        return std::clamp(n, -1.0f, 1.0f) * static_cast<float>(kFrayed / (0.5 * cell));
+      };
+      const float u = static_cast<float>(x) + shift(17.3f), v = static_cast<float>(y) + shift(41.9f);
+      const int i = static_cast<int>(std::floor(u)), j = static_cast<int>(std::floor(v));
+      const float a = u - static_cast<float>(i), b = v - static_cast<float>(j);
+      to.depth = (1 - b) * ((1 - a) * value(i, j) + a * value(i + 1, j)) +
+                 b * ((1 - a) * value(i, j + 1) + a * value(i + 1, j + 1));
+    }
+}
+
 }  // namespace
 
 Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
@@ -315,30 +344,35 @@ Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t col
 Pool filmSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
                  const float* height, const std::uint8_t* thickness, const std::uint8_t* set) {
   if (!(cell > 0) || !origin.matrix().allFinite()) return {};
-  const int C = static_cast<int>(columns) + 2, R = static_cast<int>(rows) + 2;
-  const auto known = [&](int c, int r) {
-    return c > 0 && r > 0 && c < C - 1 && r < R - 1 &&
-           std::isfinite(height[(r - 1) * static_cast<int>(columns) + c - 1]);
-  };
+  constexpr int kRings = 2;  // of border cells: the noise takes blood beyond the first
+  const int C = static_cast<int>(columns) + 2 * kRings, R = static_cast<int>(rows) + 2 * kRings;
+  const auto at = [&](int c, int r) { return static_cast<std::size_t>(r * C + c); };
   std::vector<PoolPlace> coarse(static_cast<std::size_t>(C) * static_cast<std::size_t>(R));
-  for (int r = 0; r < R; ++r)
-    for (int c = 0; c < C; ++c) {
-      PoolPlace& to = coarse[static_cast<std::size_t>(r * C + c)];
-      for (int j = -1; j <= 1; ++j)
-        for (int i = -1; i <= 1; ++i) {
-          const bool own = i == 0 && j == 0;
-          if (!known(c + i, r + j) || (!own && known(c, r))) continue;
-          const int at = (r + j - 1) * static_cast<int>(columns) + c + i - 1;
-          PoolPlace place;
-          place.height = height[at], place.weight = 1;
-          place.depth = own ? static_cast<float>(thickness[at]) : 0.0f;
-          place.blood = static_cast<float>(set[at]) / 255.0f;
-          to.add(place, 1);
-        }
-      to.mean();
+  for (int r = kRings; r < R - kRings; ++r)
+    for (int c = kRings; c < C - kRings; ++c) {
+      const auto i = static_cast<std::size_t>((r - kRings) * static_cast<int>(columns) + c - kRings);
+      if (!std::isfinite(height[i])) continue;
+      PoolPlace& to = coarse[at(c, r)];
+      to.height = height[i], to.weight = 1;
+      to.depth = static_cast<float>(thickness[i]), to.blood = static_cast<float>(set[i]) / 255.0f;
     }
-  Pool film =
-      meshOf(origin, cell, C, R, refined(coarse, C, R), [](float micrometres) { return micrometres > 0; });
+  for (int ring = 0; ring < kRings; ++ring) {
+    const std::vector<PoolPlace> known = coarse;
+    for (int r = 0; r < R; ++r)
+      for (int c = 0; c < C; ++c) {
+        PoolPlace& to = coarse[at(c, r)];
+        if (to.weight > 0) continue;
+        for (int y = std::max(r - 1, 0); y <= std::min(r + 1, R - 1); ++y)
+          for (int x = std::max(c - 1, 0); x <= std::min(c + 1, C - 1); ++x) to.add(known[at(x, y)], 1);
+        to.mean();
+        to.depth = 0;
+      }
+  }
+  std::vector<PoolPlace> fine = refined(coarse, C, R);
+  Eigen::Isometry3d X = origin;
+  X.translation() -= origin.linear() * Vector3d((kRings - 1) * cell, (kRings - 1) * cell, 0);
+  fray(X, cell, 2 * C - 1, 2 * R - 1, fine);
+  Pool film = meshOf(X, cell, C, R, fine, [](float micrometres) { return micrometres > 0; });
   for (std::size_t i = 0; i + 2 < film.features.size(); i += 3)
     std::swap(film.features[i], film.features[i + 1]);
   return film;
