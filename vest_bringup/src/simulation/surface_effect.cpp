@@ -9,6 +9,7 @@
 #include "vest_effects/state_bytes.h"
 #include "vest_instruments/tools/tool_geometry.h"
 #include "vest_tissue/scene/world_model.h"
+#include "vest_tissue/solver/pool.h"
 
 namespace vest::simulation {
 
@@ -288,8 +289,10 @@ void SurfaceEffect::step(const scene::World& world, const scene::StepInput& inpu
   takeFilms(world, feedback.films);
   if (world.steps() % kEvery == 0) {
     useTools(world, input, report, feedback.swab_room);
-    for (std::size_t i = 0; i < meshes_.size(); ++i)
+    auto follow = [&](std::size_t i) {
       if (!state_.dry[i]) findPositions(world, i);
+    };
+    world.pool().each(meshes_.size(), follow);
     inputs_.scale = scale_;
     inputs_.reach = perfusion_.reach.data();
     inputs_.gravity = world.description().gravity;
@@ -300,7 +303,13 @@ void SurfaceEffect::step(const scene::World& world, const scene::StepInput& inpu
     }
     if (world.steps() % kPerfuseEvery == 0) stepPerfusion(world, kPerfuseEvery * dt);
     const double before = state_.seeped;
-    bleeding::stepSurface(model_, inputs_, kEvery * dt, state_, runoff_);
+    if (bleeding::seepSurface(model_, inputs_, kEvery * dt, state_, runoff_)) {
+      auto run = [&](std::size_t i) {
+        bleeding::runSurface(model_, inputs_, kEvery * dt, i, state_, runoff_);
+      };
+      world.pool().each(meshes_.size(), run);
+      bleeding::dripSurface(model_, inputs_, state_, runoff_);
+    }
     for (std::size_t t = 0; t < feedback.clots.size(); ++t) feedback.clots[t] += runoff_.clots[t];
     feedback.wiped = runoff_.wiped;
     if (blood_) blood_->lose(state_.seeped - before, kEvery * dt);

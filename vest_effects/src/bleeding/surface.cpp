@@ -46,6 +46,49 @@ void pour(std::size_t knot, double volume, double age, SurfaceState& state) {
   state.film[knot] = sum;
 }
 
+/// What films need to know of some triangles at once: all of one number lie side by side, so that the
+/// compiler takes several together. Edges lead from each corner to the next.
+struct Edges {
+  static constexpr std::size_t kRoom = 32;  ///< triangles (tuned)
+  using Of = std::array<double, kRoom>;
+  using Place = std::array<Of, 3>;
+  std::array<std::array<std::uint32_t, kRoom>, 3> knot;
+  std::array<Place, 3> at;   ///< m: of each corner
+  std::array<Of, 3> fall;    ///< m²/s²: along the edge, down > 0
+  std::array<Of, 3> steep;   ///< (m/s²)²: fall over length, squared
+  std::array<Of, 3> across;  ///< its width over its length
+  Of twice;                  ///< m²: area, doubled
+  std::size_t count = 0;
+
+  void measure(const Vector3d& gravity) {
+    std::array<Place, 3> edge;
+    const double gx = gravity.x(), gy = gravity.y(), gz = gravity.z();
+    for (std::size_t e = 0; e < 3; ++e)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        for (std::size_t n = 0; n < kRoom; ++n) edge[e][axis][n] = at[(e + 1) % 3][axis][n] - at[e][axis][n];
+    for (std::size_t e = 0; e < 3; ++e) {
+      const auto& [x, y, z] = edge[e];
+      for (std::size_t n = 0; n < kRoom; ++n) {
+        fall[e][n] = x[n] * gx + y[n] * gy + z[n] * gz;
+        steep[e][n] = fall[e][n] * fall[e][n] / (x[n] * x[n] + y[n] * y[n] + z[n] * z[n]);
+      }
+    }
+    const auto &a = edge[0], &b = edge[1];
+    for (std::size_t n = 0; n < kRoom; ++n) {
+      const double x = a[1][n] * b[2][n] - a[2][n] * b[1][n], y = a[2][n] * b[0][n] - a[0][n] * b[2][n],
+                   z = a[0][n] * b[1][n] - a[1][n] * b[0][n];
+      twice[n] = std::sqrt(x * x + y * y + z * z);
+    }
+    for (std::size_t e = 0; e < 3; ++e) {
+      const auto &u = edge[(e + 1) % 3], &v = edge[(e + 2) % 3];
+      for (std::size_t n = 0; n < kRoom; ++n) {
+        const double opposite = -(u[0][n] * v[0][n] + u[1][n] * v[1][n] + u[2][n] * v[2][n]) * (1 / twice[n]);
+        across[e][n] = 0.5 * (opposite < 0 ? 0.0 : opposite > 4 ? 4.0 : opposite);
+      }
+    }
+  }
+};
+
 /// One object's share of a step.
 struct Film {
   const SurfaceModel& model;
@@ -53,7 +96,6 @@ struct Film {
   SurfaceState& s;
   std::size_t object;
   double dt;
-  const std::array<double, 4>& front;  ///< m²: radius of each depot, squared
   SurfaceRunoff& off;
   const SurfaceMesh& mesh = in.meshes[object];
   const std::uint32_t first = model.first[object], count = usedKnots(model, s, object);
@@ -104,8 +146,9 @@ struct Film {
     return any != 0;
   }
 
-  /// What tissue does: drug, clotting, seeping. @return whether anything is left to do here
-  bool seep() {
+  /// What tissue does: drug, clotting, seeping. @param front m²: radius of each depot, squared
+  /// @return whether anything is left to do here
+  bool seep(const std::array<double, 4>& front) {
     const double clotting = 1 / (1 + dt / kClottingTime), fading = 1 / (1 + dt / kStypticTime),
                  constricting = dt / (dt + kConstrictionTime);
     const double perfused = in.scale * (in.perfused ? in.perfused[object] : 1.0);
@@ -146,17 +189,17 @@ struct Film {
     return true;
   }
 
-  /// Between two knots of a triangle. @param across its width over its length
-  void run(std::uint32_t a, std::uint32_t b, const Vector3d& edge, double across) {
-    std::uint32_t i = first + a, j = first + b;
+  /// Between two knots of a triangle: its edge e.
+  void run(const Edges& edges, std::size_t n, std::size_t e) {
+    std::uint32_t i = first + edges.knot[e][n], j = first + edges.knot[(e + 1) % 3][n];
     if (!(s.area[i] > 0) || !(s.area[j] > 0)) return;
-    double fall = edge.dot(in.gravity);  // m²/s²
+    double fall = edges.fall[e][n];
     if (fall < 0) std::swap(i, j), fall = -fall;
-    const auto steep = static_cast<float>(fall * fall / edge.squaredNorm());
+    const auto steep = static_cast<float>(edges.steep[e][n]);
     if (steep > off.steepest[i]) off.steepest[i] = steep, off.lower[i] = j;
     const double hi = off.thick[i], hj = off.thick[j];
     if (!(hi > kThinFilm) && !(hj > kThinFilm)) return;
-    const double move = dt * across *
+    const double move = dt * edges.across[e][n] *
                         (kFilmDensity * fall / (3 * kFilmViscosity) * hi * hi * hi * off.mobile[i] +
                          kSpread * (hi - hj) * off.mobile[hi > hj ? i : j]);
     const std::uint32_t from = move > 0 ? i : j, to = move > 0 ? j : i;
@@ -164,6 +207,13 @@ struct Film {
     const double moved = std::min(std::fabs(move), 0.1 * s.film[from]);  // stable for any step
     s.film[from] -= moved;
     pour(to, moved, s.age[from], s);
+  }
+
+  void run(Edges& edges) {
+    edges.measure(in.gravity);
+    for (std::size_t n = 0; n < edges.count; ++n)
+      for (std::size_t e = 0; e < 3 && edges.twice[n] > 1e-14; ++e) run(edges, n, e);
+    edges.count = 0;
   }
 
   void flow() {
@@ -176,22 +226,19 @@ struct Film {
     }
     if (!any) return;
     const auto runs = [&](std::uint32_t k) { return k < count && off.thick[first + k] > kThinFilm; };
+    Edges edges{};
     for (std::size_t t = 0; t < mesh.triangle_count; ++t) {
       const auto& k = mesh.triangles[t];
       if (!(runs(k[0]) || runs(k[1]) || runs(k[2])) || (mesh.alive && !mesh.alive[t])) continue;
       if (k[0] >= count || k[1] >= count || k[2] >= count) continue;
-      const Vector3d a = placeOf(mesh.positions, k[0]), b = placeOf(mesh.positions, k[1]),
-                     c = placeOf(mesh.positions, k[2]), ab = b - a, bc = c - b, ca = a - c;
-      const double twice = std::sqrt(ab.cross(bc).squaredNorm());
-      if (!(twice > 1e-14)) continue;
-      const double once = 1 / twice;
-      const auto cotangent = [&](const Vector3d& u, const Vector3d& v) {
-        return 0.5 * std::clamp(-u.dot(v) * once, 0.0, 4.0);
-      };
-      run(k[0], k[1], ab, cotangent(bc, ca));
-      run(k[1], k[2], bc, cotangent(ca, ab));
-      run(k[2], k[0], ca, cotangent(ab, bc));
+      for (std::size_t e = 0; e < 3; ++e) {
+        edges.knot[e][edges.count] = k[e];
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          edges.at[e][axis][edges.count] = mesh.positions[3 * std::size_t{k[e]} + axis];
+      }
+      if (++edges.count == Edges::kRoom) run(edges);
     }
+    run(edges);
   }
 
   /// What the surface does not hold goes on to where it falls steepest, and drips where that is nearly level.
@@ -205,29 +252,48 @@ struct Film {
     return 0;
   }
 
+  /// Places in SurfaceState::drips of those that are this object's, in their order.
+  struct Own {
+    std::array<std::uint8_t, kMostDrips> list;
+    std::size_t count = 0;
+  };
+  static_assert(kMostDrips <= 256);
+
+  Own ownDrips() const {
+    Own own;
+    for (std::size_t d = 0; d < s.drips.size(); ++d)
+      if (s.drips[d].object == static_cast<std::int32_t>(object))
+        own.list[own.count++] = static_cast<std::uint8_t>(d);
+    return own;
+  }
+
   /// The drip that a knot falls with: one near by, or a free one, or the one that rests longest.
-  std::size_t dripAt(std::uint32_t k) {
-    std::size_t best = 0;
-    for (std::size_t d = 0; d < s.drips.size(); ++d) {
-      const Drip& drip = s.drips[d];
-      if (drip.object == static_cast<std::int32_t>(object) && drip.knot < count &&
+  std::size_t dripAt(std::uint32_t k, Own& own) {
+    for (std::size_t n = 0; n < own.count; ++n) {
+      const Drip& drip = s.drips[own.list[n]];
+      if (drip.knot < count &&
           (placeOf(mesh.positions, drip.knot) - placeOf(mesh.positions, k)).squaredNorm() <
               kOneDrip * kOneDrip)
-        return d;
-      if (s.drips[best].object >= 0 && (drip.object < 0 || drip.idle > s.drips[best].idle)) best = d;
+        return own.list[n];
     }
+    std::size_t best = 0;
+    for (std::size_t d = 0; d < s.drips.size(); ++d)
+      if (s.drips[best].object >= 0 && (s.drips[d].object < 0 || s.drips[d].idle > s.drips[best].idle))
+        best = d;
     s.drips[best] = {static_cast<std::int32_t>(object), k, 0};
+    own = ownDrips();
     return best;
   }
 
   void drip() {
+    Own own = ownDrips();
     for (std::uint32_t k = 0; k < count; ++k) {
       const std::uint32_t i = first + k;
       const double gone = surplus(k) + s.loose[i];
       if (!(gone > 0)) continue;
       s.loose[i] = 0;
       s.shed += gone;
-      const std::size_t d = dripAt(k);
+      const std::size_t d = dripAt(k, own);
       s.drips[d].idle = 0;
       auto& fall = off.falls[d];
       fall.place = (fall.volume * fall.place + gone * placeOf(mesh.positions, k)) / (fall.volume + gone);
@@ -356,10 +422,10 @@ bool copyKnot(const SurfaceModel& model, std::size_t object, std::uint32_t origi
   return true;
 }
 
-void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, SurfaceState& state,
+bool seepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, SurfaceState& state,
                  SurfaceRunoff& runoff) {
   runoff.falls.fill({}), runoff.clots.fill(0), runoff.wiped.fill(0);
-  if (!in.meshes) return;
+  if (!in.meshes) return false;
   // Depots grow while needles inject; where a needle is set anew, another begins.
   std::array<double, 4> front{};  // m²
   bool injected = false;
@@ -375,16 +441,32 @@ void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, 
     if (object < state.dry.size()) state.dry[object] = 0;
   }
   if (injected) state.active = 1;
-  if (!state.active) return;
+  if (!state.active) return false;
   for (Drip& drip : state.drips) drip.idle += dt;
   for (std::size_t object = 0; object + 1 < model.first.size(); ++object) {
     if (state.dry[object] || !in.meshes[object].positions) continue;
-    Film film{model, in, state, object, dt, front, runoff};
-    state.dry[object] = !film.seep();
-    if (state.dry[object]) continue;
-    film.flow();
-    film.drip();
+    state.dry[object] = !Film{model, in, state, object, dt, runoff}.seep(front);
   }
+  return true;
+}
+
+void runSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, std::size_t object,
+                SurfaceState& state, SurfaceRunoff& runoff) {
+  if (!state.dry[object] && in.meshes[object].positions) Film{model, in, state, object, dt, runoff}.flow();
+}
+
+void dripSurface(const SurfaceModel& model, const SurfaceInputs& in, SurfaceState& state,
+                 SurfaceRunoff& runoff) {
+  for (std::size_t object = 0; object + 1 < model.first.size(); ++object)
+    if (!state.dry[object] && in.meshes[object].positions) Film{model, in, state, object, 0, runoff}.drip();
+}
+
+void stepSurface(const SurfaceModel& model, const SurfaceInputs& in, double dt, SurfaceState& state,
+                 SurfaceRunoff& runoff) {
+  if (!seepSurface(model, in, dt, state, runoff)) return;
+  for (std::size_t object = 0; object + 1 < model.first.size(); ++object)
+    runSurface(model, in, dt, object, state, runoff);
+  dripSurface(model, in, state, runoff);
 }
 
 double filmVolume(const SurfaceState& state) {

@@ -13,6 +13,10 @@ constexpr float kMostArea = 0.5f;
 /// Most of a cell's column that instruments take: a level needs liquid (tuned).
 constexpr float kMostColumn = 0.9f;
 constexpr int kLevels = 12;  ///< times that a level is found anew: each halves what is wrong, or better
+/// Of a cell's depth: no level stands as high over its bed, for of its column c instruments take at most
+/// kMostColumn c, and the liquid keeps its depth. The rest is for rounding.
+constexpr float kHighest = 1.01f / (1.0f - kMostColumn);
+constexpr float kRounding = 1e-4f;  ///< m: far more than rounding moves a capsule
 
 /// Heights between which a vertical line lies in a body; none where high < low.
 struct Span {
@@ -92,10 +96,28 @@ void addLines(const Model& model, const Obstacle& o, const Pools& w, ScratchData
   const auto index = [&](float at, float from) { return CellGrid::floorInt((at - from) / step); };
   const int c0 = std::max(0, index(low[0], x0)), c1 = std::min(columns - 1, index(high[0], x0)),
             r0 = std::max(0, index(low[1], y0)), r1 = std::min(rows - 1, index(high[1], y0));
-  const auto wet = [&](int row, int column) {
+  const auto reaches = [&](std::size_t i, float z) {
+    return w.depth[i] > kDryDepth && z < w.bed[i] + kHighest * w.depth[i];
+  };
+  const auto wet = [&](int row, int column, float z) {
     return row >= 0 && column >= 0 && row < model.rows && column < model.columns &&
-           w.depth[static_cast<std::size_t>(row) * static_cast<std::size_t>(model.columns) +
-                   static_cast<std::size_t>(column)] > kDryDepth;
+           reaches(static_cast<std::size_t>(row) * static_cast<std::size_t>(model.columns) +
+                       static_cast<std::size_t>(column),
+                   z);
+  };
+  // Of the axis, what may be near places from … to along one direction.
+  const auto share = [&](int axis, float low_place, float high_place, float& from, float& to) {
+    if (!(std::fabs(along[axis]) > 1e-6f)) return;
+    const float near = radius + kRounding, p = (low_place - near - a[axis]) / along[axis],
+                q = (high_place + near - a[axis]) / along[axis];
+    from = std::max(from, std::min(p, q)), to = std::min(to, std::max(p, q));
+  };
+  // m: no part of it over this row, and over the lines of this cell, is lower.
+  const auto lowestOver = [&](int r, int column) {
+    float from = 0, to = 1;
+    const float y = y0 + (static_cast<float>(r) + 0.5f) * step, x = x0 + static_cast<float>(column) * cell;
+    share(1, y, y, from, to), share(0, x, x + cell, from, to);
+    return from > to ? 1e9f : a[2] + std::min(from * along[2], to * along[2]) - radius - kRounding;
   };
   for (int r = r0; r <= r1; ++r) {
     const int row = r / kLines, up = 2 * (r % kLines) >= kLines ? 1 : -1;
@@ -112,9 +134,12 @@ void addLines(const Model& model, const Obstacle& o, const Pools& w, ScratchData
     for (int c = first; c <= last; ++c) {
       // The cell that it stands in, and those on whose side of it the line is.
       const int column = c / kLines, right = 2 * (c % kLines) >= kLines ? 1 : -1;
-      if (c == first || c % kLines == 0) {  // all lines of a cell at once, where nothing is wet around it
+      // All lines of a cell at once, where no liquid around it reaches the capsule.
+      if (c == first || c % kLines == 0) {
         bool any = false;
-        for (int cc = column - 1; cc <= column + 1; ++cc) any = any || wet(row, cc) || wet(row + up, cc);
+        const float z = lowestOver(r, column);
+        for (int cc = column - 1; cc <= column + 1; ++cc)
+          any = any || wet(row, cc, z) || wet(row + up, cc, z);
         if (!any) {
           c = (column + 1) * kLines - 1;
           continue;
@@ -132,7 +157,8 @@ void addLines(const Model& model, const Obstacle& o, const Pools& w, ScratchData
           in = meet(x0 + (static_cast<float>(c) + 0.5f) * step - a[0], y, along, length, radius);
           met = true;
         }
-        if (!(in.low < in.high) || in.high + a[2] < w.bed[i] || s.lines.size() == s.lines.capacity())
+        if (!(in.low < in.high) || in.high + a[2] < w.bed[i] || !reaches(i, in.low + a[2]) ||
+            s.lines.size() == s.lines.capacity())
           continue;
         if (s.first_line[i] < 0) s.immersed.push_back({static_cast<std::uint32_t>(i), 0, 0});
         s.lines.push_back({in.low + a[2], in.high + a[2], s.first_line[i]});

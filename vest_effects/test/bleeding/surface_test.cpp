@@ -289,6 +289,37 @@ TEST(Surface, EachWoundDripsFromItsOwnLowestPlace) {
   EXPECT_LT(elsewhere, 0.2 * s.state.shed);
 }
 
+TEST(Surface, ItsObjectsRunInAnyOrder) {
+  // Threads share them out: each is on its own from the seeping to the dripping, to the last bit.
+  Sheet one(true);
+  SurfaceModel model = one.model;
+  const auto room = static_cast<std::uint32_t>(model.knots());
+  for (int k = 1; k < 3; ++k)
+    model.first.push_back(model.first.back() + room), model.scene.push_back(model.scene[0]);
+  model.perfusion.assign(3 * room, kPerfusion), model.depth.assign(3 * room, 0.01);
+  const std::array<SurfaceMesh, 3> meshes{one.mesh, one.mesh, one.mesh};
+  SurfaceState whole = initialSurface(model);
+  SurfaceInputs inputs;
+  inputs.meshes = meshes.data(), inputs.scale = 100;
+  for (std::size_t k = 0; k < 3; ++k) {
+    measureSurface(model, k, meshes[k], one.xyz.data(), whole);
+    openSurface(model, k, one.xyz.data(), {0.01 + 0.005 * static_cast<double>(k), 0, 0.03}, 0.003, whole);
+  }
+  SurfaceState parts = whole;
+  SurfaceRunoff off(model), off_parts(model);
+  for (int i = 0; i < 3000; ++i) {
+    stepSurface(model, inputs, 4e-3, whole, off);
+    if (seepSurface(model, inputs, 4e-3, parts, off_parts))
+      for (const std::size_t object : {2u, 0u, 1u}) runSurface(model, inputs, 4e-3, object, parts, off_parts);
+    dripSurface(model, inputs, parts, off_parts);
+  }
+  EXPECT_GT(whole.shed, 0) << "they drip";
+  EXPECT_EQ(whole.shed, parts.shed);
+  EXPECT_EQ(whole.film, parts.film);
+  EXPECT_EQ(whole.age, parts.age);
+  EXPECT_EQ(off.volume(), off_parts.volume());
+}
+
 TEST(Surface, AStainRunsDownAsNusseltSaysThinsOutAndSets) {
   // The front of a strip of film on an upright wall falls with rho g h²/(3 mu) (Huppert 1982 gives its end).
   const auto middle = [](const Sheet& s) {

@@ -153,6 +153,28 @@ TEST(Pool, AWaveTravelsWithSqrtGHAndComesBackFromTheWall) {
   EXPECT_GT(w.depth[static_cast<std::size_t>(crest(50, 190) / 0.004)], h0 + 3e-5);
 }
 
+TEST(Pool, WhatHangsOverItTouchesNothing) {
+  // Such instruments are not looked at: the same bits as without them, from just over the surface on.
+  const auto after = [](int obstacles) {
+    Fluid f = tray(0.08, 0.08, 0.004);
+    f.step();
+    fillCell(f.model, f.state, 5, 5, 0.02 * 0.004 * 0.004, 1);
+    for (int k = 0; k < 200; ++k) {
+      fluid::Obstacle& level = f.inputs.obstacles[0];
+      fluid::Obstacle& aslant = f.inputs.obstacles[1];
+      const double z = 0.0235 + 0.0005 * k;  // of its axis
+      level.a = {0.0, 0.02, z}, level.b = {0.08, 0.025, z}, level.radius = 0.0025;
+      aslant.a = {0.02, 0.02, z}, aslant.b = {0.09, 0.07, z + 0.05}, aslant.radius = 0.0025;
+      f.inputs.obstacle_count = obstacles;
+      f.step();
+    }
+    std::vector<std::uint8_t> bytes;
+    fluid::save(f.state, bytes);
+    return bytes;
+  };
+  EXPECT_TRUE(after(0) == after(2));
+}
+
 TEST(Pool, ItsSurfaceRisesByWhatAnInstrumentDisplacesAndFallsAgain) {
   // Archimedes: a shaft that stands in a tray takes the place of as much water as of it is under the surface.
   struct Shaft {

@@ -302,6 +302,9 @@ void World::reset() {
 void World::setThreads(int threads) {
   impl_->useThreads(threads);
 }
+solver::Pool& World::pool() const {
+  return *impl_->pool;
+}
 std::string_view World::kernelLevel() const {
   return net::kernelLevelName(impl_->level);
 }

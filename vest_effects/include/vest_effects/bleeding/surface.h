@@ -189,6 +189,15 @@ bool copyKnot(const SurfaceModel& model, std::size_t object, std::uint32_t origi
 /// Allocates nothing. dt in s, up to some 10 ms.
 void stepSurface(const SurfaceModel& model, const SurfaceInputs& inputs, double dt, SurfaceState& state,
                  SurfaceRunoff& runoff);
+/// The same in three parts. First what tissue and tools do. False: nothing is wet, and the step is over.
+bool seepSurface(const SurfaceModel& model, const SurfaceInputs& inputs, double dt, SurfaceState& state,
+                 SurfaceRunoff& runoff);
+/// Then the films of each object run, which is most of the work: threads may share the objects out.
+void runSurface(const SurfaceModel& model, const SurfaceInputs& inputs, double dt, std::size_t object,
+                SurfaceState& state, SurfaceRunoff& runoff);
+/// Then what is too thick goes on and drips.
+void dripSurface(const SurfaceModel& model, const SurfaceInputs& inputs, SurfaceState& state,
+                 SurfaceRunoff& runoff);
 
 /// Volume of the films and of what is about to drip, m³.
 double filmVolume(const SurfaceState& state);

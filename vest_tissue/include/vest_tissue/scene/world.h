@@ -15,6 +15,9 @@
 #include "vest_tissue/scene/description.h"
 #include "vest_tissue/scene/step_input.h"
 
+namespace vest::solver {
+class Pool;
+}
 namespace vest::suture {
 struct Reaction;
 }
@@ -287,6 +290,8 @@ class World {
 
   /// Fixed number of worker threads; results are the same bits for any.
   void setThreads(int threads);
+  /// These threads, for what else belongs to a step: between two steps, and by who steps it alone.
+  solver::Pool& pool() const;
   /// Name of the kernel level in use (baseline, avx2 …); environment variable VEST_KERNEL forces one.
   std::string_view kernelLevel() const;
 
