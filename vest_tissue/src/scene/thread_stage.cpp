@@ -162,6 +162,16 @@ void shareStiffness(const Part& p, std::size_t first) {
       p.w.crowd[push.object][push.knots[e]] = p.w.crowd[push.object][push.far_knots[e]] = 0.0f;
 }
 
+bool onInstrument(const ThreadReach& r) {
+  return r.touch.kind == TouchKind::Tool || r.touch.kind == TouchKind::JawFace;
+}
+
+/// A touch that is prepared but does not press bears nothing, and takes no share from those that do.
+bool pressesTool(const Part& p, const Support& a) {
+  const Vector3d at = suture::placeOf(a, strandOf(p.model(), a.segment), p.rod());
+  return a.normal.dot(at - a.from) < a.reach + kPressing;
+}
+
 void gather(const Part& p) {
   ThreadScratch& w = p.w;
   w.rod.supports.clear();
@@ -189,7 +199,6 @@ void gather(const Part& p) {
     a.shear = r.touch.shear;
     if (r.touch.kind == TouchKind::Tool) {
       leanOnCapsule(p, r, a);
-      ++on_tools[r.touch.body];
     } else {
       const bool face = r.touch.kind == TouchKind::JawFace;
       const Vector3d normal = r.normal_then + p.to * (r.normal - r.normal_then);
@@ -199,16 +208,16 @@ void gather(const Part& p) {
       a.reach = radiusOf(p, r.touch.segment);
       a.friction = face ? kJawFriction : frictionOn(p, r.touch.segment, r.touch.body);
       a.stiffness = face ? kTool : kRigid;
-      if (face) ++on_tools[r.touch.body];
       atPlace(p, r.touch.segment, a);
     }
+    if (onInstrument(r) && pressesTool(p, a)) ++on_tools[r.touch.body];
     r.support = static_cast<int>(w.rod.supports.size());
     w.rod.supports.push_back(a);
   }
   for (const ThreadReach& r : w.reaches) {
-    if (r.touch.kind != TouchKind::Tool && r.touch.kind != TouchKind::JawFace) continue;
+    if (!onInstrument(r)) continue;
     Support& a = w.rod.supports[static_cast<std::size_t>(r.support)];
-    a.stiffness = std::min(a.stiffness, kTools / on_tools[r.touch.body]);
+    a.stiffness = std::min(a.stiffness, kTools / std::max(1, on_tools[r.touch.body]));
   }
   w.hanging = w.rod.supports.size();
   hang(p);
@@ -234,7 +243,7 @@ void onTool(const Part& p, int tool, const Support& a, const Eigen::Matrix3d& st
 void tellTools(const Part& p) {
   const auto& supports = p.w.rod.supports;
   for (const ThreadReach& r : p.w.reaches) {
-    if (r.touch.kind != TouchKind::Tool && r.touch.kind != TouchKind::JawFace) continue;
+    if (!onInstrument(r)) continue;
     const Support& a = supports[static_cast<std::size_t>(r.support)];
     if (a.force.squaredNorm() == 0.0) continue;
     onTool(p, r.touch.body, a, a.stiffness * a.normal * a.normal.transpose());

@@ -81,10 +81,14 @@ const Strand& strandOf(const Model& m, Index segment) {
   return m.strands[k];
 }
 
+}  // namespace
+
 Vector3d placeOf(const Support& a, const Strand& strand, const State& s) {
   if (a.rigid) return s.position[a.segment] + s.frame[a.segment] * a.arm;
   return (1.0 - a.s) * s.position[a.segment] + a.s * s.position[strand.next(a.segment)];
 }
+
+namespace {
 
 /// Where a support is in a state: off its other end, into what it leans on, and across since it stuck.
 struct Lean {

@@ -29,6 +29,9 @@ struct Potential {
 /// Its value at `s`.
 double valueOf(const Potential& p, const State& s, const Scratch& scratch);
 
+/// m: where a support holds its rod.
+Eigen::Vector3d placeOf(const Support& a, const Strand& strand, const State& s);
+
 /// What supports did in a sub-step that ended at `s`: friction that sticks or slides, and their force, of
 /// which the step's mean takes `share`.
 void settleSupports(const Potential& p, const State& s, double share, Scratch& scratch);

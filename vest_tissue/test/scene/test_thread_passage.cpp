@@ -167,4 +167,38 @@ TEST(ThreadPassage, AThrowHeldWithTenNewtonsThatSpringsOpenStaysAThrow) {
   EXPECT_EQ(suture::kindOf(m.threads[0].positions.data(), rod.nodes.size(), scratch).determinant, 3);
 }
 
+/// m: how deep a taut thread sinks into a shaft that pushes it aside by 2 mm.
+double sinks(bool beside) {
+  constexpr double l = 0.00075, radius = 0.0001875 + 0.0025;
+  const Vector3d tip(0.3, 0.0, 0.3);
+  scene::Description d = air();
+  std::vector<Vector3d> taut, other;
+  for (int i = -30; i <= 30; ++i) taut.push_back(tip + Vector3d(l * i, radius, 0.06));
+  for (int i = -40; i <= 40; ++i) other.push_back(tip + Vector3d(0, -radius - 0.0008, 0.06 + l * i));
+  d.sutures.push_back(silk("taut", taut));
+  d.sutures[0].rod.held = {{0, suture::Hold::Place, {}}, {60, suture::Hold::Place, {}}};
+  if (beside) {
+    d.sutures.push_back(silk("beside", other));
+    for (std::uint32_t i = 0; i <= 80; ++i)
+      d.sutures[1].rod.held.push_back({i, suture::Hold::Place, {{0.1, other[i] + Vector3d(0, 0.002, 0), 0}}});
+  }
+  Room m(d);
+  Vector3d shaft = tip;
+  for (int k = 0; k < 150; ++k) {
+    shaft.y() = 2e-5 * std::min(k, 100);
+    m.input.tools[0] = specimen::grasper(shaft, -Vector3d::UnitZ(), Vector3d::UnitX(), 0.0);
+    m.step();
+  }
+  const auto& pose = m.world.state().proxies[0].pose;
+  const Vector3d axis = (pose.tip - pose.pivot).normalized(), off = m.nodes()[30] - pose.tip;
+  return radius - (off - off.dot(axis) * axis).norm();
+}
+
+TEST(ThreadPassage, AShaftIsNoSofterWhereMoreThreadLiesBesideIt) {
+  // What does not press took its share of the shaft's stiffness, so that turns sank into jaws and went through.
+  const double alone = sinks(false), beside = sinks(true);
+  EXPECT_GT(alone, 1e-5) << "m: it presses";
+  EXPECT_NEAR(beside, alone, 1e-6) << "m: 81 nodes lie 0.8 mm from the shaft on its other side";
+}
+
 }  // namespace
