@@ -29,13 +29,30 @@ struct Patient {
   double at_holes = 0;  ///< m³: flow out of vessels and surfaces, integrated here
 
   explicit Patient(const std::string& scene)
-      : world(scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/" + scene + "/" + scene +
-                               ".yaml")),
+      : Patient(scene::loadScene(ros::package::getPath("vest_tissue") + "/scenes/" + scene + "/" + scene +
+                                 ".yaml")) {}
+  explicit Patient(const scene::Description& description)
+      : world(description),
         blood(world, vessels(), nullptr),
         surface(world, {50.0, 10.0}, &blood, nullptr),
         field(world, FieldOptions{}, nullptr, true) {
     feedback.sources.reserve(bleeding::kMostSources);
     feedback.impacts.reserve(1024), feedback.dilatations.reserve(256);
+  }
+  /// Goes on where another one is, in a scene that was edited.
+  std::vector<std::uint32_t> adopt(const Patient& before) {
+    const std::vector<std::uint32_t> objects = world.adopt(before.world);
+    blood.adopt(before.blood, objects);
+    surface.adopt(before.surface, objects);
+    field.adopt(before.field, objects);
+    feedback.swab_room = before.feedback.swab_room;
+    for (FilmInput film : before.feedback.films) {
+      const std::uint32_t object = objects[film.object];
+      film.object = static_cast<std::uint16_t>(object);
+      if (object != scene::kNotAdopted) feedback.films.push_back(film);
+    }
+    at_holes = before.at_holes;
+    return objects;
   }
   static BloodOptions vessels() {
     BloodOptions o;
@@ -127,6 +144,40 @@ TEST(Account, OfACutArteryClosesWithinAThousandth) {
   p.run(0.5);
   EXPECT_GT(p.field.fluid().sucked, 0.0);
   p.expectBalance("artery");
+}
+
+TEST(Account, GoesOnInASceneThatIsEditedWhileItBleeds) {
+  Patient p("arterial_bleeding");
+  scene::Description edited = p.world.description();
+  std::size_t artery = 0;
+  while (edited.objects[artery].name != "artery") ++artery;
+  p.openVessel("artery", 0.6 * p.world.model().objects[artery].tube.length(), 1e-6);
+  p.run(1.0);
+  const double before = p.at_holes, flow = p.blood.wounds().openings[0].flow;
+  ASSERT_GT(before, 1e-7);
+  scene::Object drawn = edited.objects[artery];
+  drawn.name = "drawn", drawn.tube.vessel_segment.clear();
+  for (auto* list : {&drawn.position, &drawn.rest_position})
+    for (Eigen::Vector3d& x : *list) x.z() += 0.05;
+  edited.objects.insert(edited.objects.begin(), drawn);
+  Patient next(edited);
+  EXPECT_EQ(next.adopt(p)[artery], artery + 1);
+  ASSERT_EQ(next.blood.wounds().opening_count, 1);
+  EXPECT_EQ(next.blood.wounds().openings[0].object, static_cast<std::int32_t>(artery + 1));
+  next.run(1.0);
+  EXPECT_NEAR(next.blood.wounds().openings[0].flow, flow, 0.5 * flow);
+  EXPECT_GT(next.at_holes, 1.3 * before);
+  next.expectBalance("edited");
+
+  // Where the artery itself is drawn again it is whole.
+  edited.objects[artery + 1].friction += 0.01;
+  Patient whole(edited);
+  EXPECT_EQ(whole.adopt(next)[artery + 1], scene::kNotAdopted);
+  EXPECT_EQ(whole.blood.wounds().opening_count, 0);
+  const double lost = whole.blood.circulation().lost;
+  whole.run(0.5);
+  EXPECT_EQ(whole.blood.circulation().lost, lost);
+  whole.expectBalance("drawn again");
 }
 
 TEST(Account, AGrasperOnTheArteryStopsTheHoleBehindItWhileItHolds) {

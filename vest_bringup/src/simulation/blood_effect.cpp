@@ -147,6 +147,38 @@ void BloodEffect::save(std::vector<std::uint8_t>& bytes) const {
   walk(writer, state_);
 }
 
+void BloodEffect::adopt(const Effect& effect, const std::vector<std::uint32_t>& objects) {
+  const auto* const before = dynamic_cast<const BloodEffect*>(&effect);
+  if (before == nullptr || *before->frame_names_ != *frame_names_ ||
+      before->state_.circulation.arteries.area.size() != state_.circulation.arteries.area.size())
+    return;
+  state_ = before->state_;
+  std::vector<std::uint8_t> shown(frame_names_->size(), 0), kept = shown;  // per vessel: by the scene before
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (before->vessel_of_[i] < 0) continue;
+    const auto vessel = static_cast<std::size_t>(before->vessel_of_[i]);
+    shown[vessel] = 1;
+    if (objects[i] != scene::kNotAdopted) kept[vessel] = 1;
+  }
+  bleeding::WoundState& w = state_.wounds;
+  int openings = 0, clamps = 0;
+  for (int i = 0; i < w.opening_count; ++i) {
+    bleeding::Opening o = w.openings[static_cast<std::size_t>(i)];
+    if (o.object >= 0) {
+      const std::uint32_t now = objects[static_cast<std::size_t>(o.object)];
+      if (now == scene::kNotAdopted) continue;
+      o.object = static_cast<std::int32_t>(now);
+    }
+    w.openings[static_cast<std::size_t>(openings++)] = o;
+  }
+  for (int i = 0; i < w.clamp_count; ++i) {
+    const bleeding::Clamp c = w.clamps[static_cast<std::size_t>(i)];
+    const auto vessel = static_cast<std::size_t>(c.vessel);
+    if (shown[vessel] == 0 || kept[vessel] != 0) w.clamps[static_cast<std::size_t>(clamps++)] = c;
+  }
+  w.opening_count = openings, w.clamp_count = clamps;
+}
+
 bool BloodEffect::restore(const std::uint8_t* bytes, std::size_t count) {
   if (count == 0) {
     reset();

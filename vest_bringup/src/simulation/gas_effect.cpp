@@ -64,6 +64,11 @@ void GasEffect::reset() {
   now_ = gas::condition(settings_, state_);
 }
 
+void GasEffect::adopt(const Effect& before, const std::vector<std::uint32_t>&) {
+  const auto* const gas = dynamic_cast<const GasEffect*>(&before);
+  if (gas != nullptr) settings_ = gas->settings_, state_ = gas->state_, now_ = gas->now_;
+}
+
 void GasEffect::save(std::vector<std::uint8_t>& bytes) const {
   effects::StateWriter writer(bytes);
   eachEdit(settings_, [&](const char*, const char*, double value, double, double) { writer(value); });

@@ -509,6 +509,24 @@ void OperatingField::save(std::vector<std::uint8_t>& bytes) const {
   });
 }
 
+void OperatingField::adopt(const Effect& before, const std::vector<std::uint32_t>&) {
+  const auto* const field = dynamic_cast<const OperatingField*>(&before);
+  if (field == nullptr) return;
+  const Impl& from = *field->impl_;
+  if (from.fluid.particles.x.size() != impl_->fluid.particles.x.size() ||
+      from.fluid.pools.depth.size() != impl_->fluid.pools.depth.size() ||
+      from.smoke.density.size() != impl_->smoke.density.size())
+    return;
+  std::vector<float> knots(impl_->fluid.knots.size(), 0.0f);
+  impl_->fluid = from.fluid;
+  impl_->fluid.knots = std::move(knots), impl_->fluid.has_knots = false;
+  std::fill(impl_->fluid.pools.bed_triangle.begin(), impl_->fluid.pools.bed_triangle.end(), -1);
+  impl_->smoke = from.smoke;
+  impl_->lens = from.lens, impl_->lens_parameters = from.lens_parameters;
+  std::memcpy(static_cast<void*>(&impl_->between), &from.between, sizeof from.between);
+  impl_->apply();
+}
+
 bool OperatingField::restore(const std::uint8_t* bytes, std::size_t count) {
   fluid::State f;
   smoke::State s;

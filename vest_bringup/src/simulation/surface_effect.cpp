@@ -131,6 +131,45 @@ void SurfaceEffect::save(std::vector<std::uint8_t>& bytes) const {
   writer(faces_);
 }
 
+void SurfaceEffect::adopt(const Effect& effect, const std::vector<std::uint32_t>& objects) {
+  const auto* const before = dynamic_cast<const SurfaceEffect*>(&effect);
+  if (before == nullptr) return;
+  const bleeding::SurfaceState& from = before->state_;
+  reset();
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const std::uint32_t first = before->model_.first[i], room = before->model_.first[i + 1] - first;
+    const std::uint32_t now = objects[i];
+    if (now == scene::kNotAdopted) {
+      for (std::uint32_t k = first; k < first + room; ++k) state_.wiped += from.film[k] + from.loose[k];
+      continue;
+    }
+    const auto take = [&](const auto& all, auto& into) {
+      std::copy_n(all.begin() + first, room, into.begin() + model_.first[now]);
+    };
+    take(from.open, state_.open), take(from.sealed, state_.sealed), take(from.clot, state_.clot);
+    take(from.drug, state_.drug), take(from.styptic, state_.styptic), take(from.area, state_.area);
+    take(from.film, state_.film), take(from.age, state_.age), take(from.loose, state_.loose);
+    take(from.flow, state_.flow);
+    take(before->perfusion_.reach, perfusion_.reach);
+    take(before->perfusion_.saturation, perfusion_.saturation);
+    take(before->perfusion_.dilation, perfusion_.dilation);
+    state_.used[now] = from.used[i];
+    faces_[now] = before->faces_[i];
+  }
+  state_.injected = from.injected, state_.depot = from.depot;
+  for (std::size_t d = 0; d < from.drips.size(); ++d) {
+    const bleeding::Drip& drip = from.drips[d];
+    if (drip.object < 0 || objects[static_cast<std::size_t>(drip.object)] == scene::kNotAdopted) continue;
+    state_.drips[d] = drip;
+    state_.drips[d].object = static_cast<std::int32_t>(objects[static_cast<std::size_t>(drip.object)]);
+  }
+  state_.seeped = from.seeped, state_.stained = from.stained, state_.shed = from.shed;
+  state_.wiped += from.wiped;
+  state_.active = from.active;
+  std::fill(state_.dry.begin(), state_.dry.end(), std::uint8_t{0});
+  scale_ = before->scale_;
+}
+
 bool SurfaceEffect::restore(const std::uint8_t* bytes, std::size_t count) {
   if (count == 0) {
     reset();

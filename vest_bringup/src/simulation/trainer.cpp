@@ -160,23 +160,18 @@ void Trainer::reset() {
   for (const auto& effect : effects_) effect->reset();
 }
 
-std::size_t Trainer::adopt(scene::Simulation& before) {
-  const std::size_t kept = world_.adopt(before.world());
+std::vector<std::uint32_t> Trainer::adopt(scene::Simulation& before) {
+  const std::vector<std::uint32_t> objects = world_.adopt(before.world());
   const auto* const other = dynamic_cast<const Trainer*>(&before);
-  if (other == nullptr || other->effects_.size() != effects_.size()) return kept;
-  const auto &was = other->world_.description().objects, &is = world_.description().objects;
-  const bool all =
-      kept == was.size() && std::equal(was.begin(), was.end(), is.begin(), is.end(),
-                                       [](const auto& a, const auto& b) { return a.name == b.name; });
-  if (all) feedback_ = other->feedback_;
-  std::vector<std::uint8_t> bytes;
-  for (std::size_t i = 0; i < effects_.size(); ++i) {
-    if (!all && effects_[i]->knowsObjects()) continue;
-    bytes.clear();
-    other->effects_[i]->save(bytes);
-    effects_[i]->restore(bytes.data(), bytes.size());
+  if (other == nullptr || other->effects_.size() != effects_.size()) return objects;
+  feedback_.gas_drawn = other->feedback_.gas_drawn, feedback_.swab_room = other->feedback_.swab_room;
+  for (FilmInput film : other->feedback_.films) {
+    const std::uint32_t object = objects[film.object];
+    film.object = static_cast<std::uint16_t>(object);
+    if (object != scene::kNotAdopted) feedback_.films.push_back(film);
   }
-  return kept;
+  for (std::size_t i = 0; i < effects_.size(); ++i) effects_[i]->adopt(*other->effects_[i], objects);
+  return objects;
 }
 
 void Trainer::edits(std::vector<scene::EditableParameter>& out) {

@@ -17,17 +17,15 @@ using interaction::Grasp;
 using interaction::Sling;
 using interaction::Suspension;
 
-constexpr std::uint32_t kGone = 0xffffffffu;
-
-/// From numbers of the World before to those of the one that takes over; kGone: not taken over.
+/// From numbers of the World before to those of the one that takes over; kNotAdopted: not taken over.
 struct Renumbering {
   std::vector<std::uint32_t> objects, strands, needles, nodes, places;
 
-  bool keeps(std::size_t object) const { return object < objects.size() && objects[object] != kGone; }
+  bool keeps(std::size_t object) const { return object < objects.size() && objects[object] != kNotAdopted; }
   /// False, and nothing changed, where it is gone.
   template <class T>
   static bool renumber(const std::vector<std::uint32_t>& to, T& number) {
-    if (number >= to.size() || to[number] == kGone) return false;
+    if (number >= to.size() || to[number] == kNotAdopted) return false;
     number = static_cast<T>(to[number]);
     return true;
   }
@@ -40,7 +38,7 @@ struct Renumbering {
 template <class T>
 std::vector<std::uint32_t> sameIn(const std::vector<T>& before, const std::vector<std::uint64_t>& then,
                                   const std::vector<std::uint64_t>& now) {
-  std::vector<std::uint32_t> to(before.size(), kGone);
+  std::vector<std::uint32_t> to(before.size(), kNotAdopted);
   std::map<std::uint64_t, std::uint32_t> by_identity;  // names are unique, and part of it
   for (std::uint32_t i = 0; i < now.size(); ++i) by_identity.emplace(now[i], i);
   for (std::size_t i = 0; i < then.size(); ++i)
@@ -53,11 +51,11 @@ void renumberThreads(const WorldModel& before, const WorldModel& now, Renumberin
   to.strands = sameIn(before.description.sutures, before.sutures, now.sutures);
   if (!before.threads.rods) return;
   const suture::Model& rods = *before.threads.rods;
-  to.needles.assign(rods.needles.size(), kGone);
-  to.nodes.assign(rods.mass.size(), kGone);
-  to.places.assign(before.threads.places.size(), kGone);
+  to.needles.assign(rods.needles.size(), kNotAdopted);
+  to.nodes.assign(rods.mass.size(), kNotAdopted);
+  to.places.assign(before.threads.places.size(), kNotAdopted);
   for (std::size_t n = 0; n < to.strands.size(); ++n) {
-    if (to.strands[n] == kGone) continue;
+    if (to.strands[n] == kNotAdopted) continue;
     const suture::Strand &a = rods.strands[n], &b = now.threads.rods->strands[to.strands[n]];
     for (std::uint32_t i = 0; i < a.nodes; ++i) to.nodes[a.first + i] = to.places[a.first + i] = b.first + i;
     if (a.needle == suture::kNone) continue;
@@ -134,7 +132,7 @@ void takeThreads(const WorldModel& before, const interaction::ThreadState& then,
   const suture::Model &old = *before.threads.rods, &rods = *now.threads.rods;
   s.rod.time = then.rod.time;
   for (std::size_t n = 0; n < to.strands.size(); ++n) {
-    if (to.strands[n] == kGone) continue;
+    if (to.strands[n] == kNotAdopted) continue;
     const suture::Strand &a = old.strands[n], &b = rods.strands[to.strands[n]];
     const auto copy = [](const auto& from, std::size_t first, std::size_t count, auto& into, std::size_t at) {
       std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(first), count,
@@ -184,7 +182,7 @@ void takeThreads(const WorldModel& before, const interaction::ThreadState& then,
 
 }  // namespace
 
-std::size_t World::adopt(const World& before) {
+std::vector<std::uint32_t> World::adopt(const World& before) {
   const WorldModel &was = *before.impl_->model, &is = *impl_->model;
   const WorldState& then = before.impl_->state;
   WorldState& s = impl_->state;
@@ -193,7 +191,7 @@ std::size_t World::adopt(const World& before) {
   for (const ObjectConstants& c : was.objects) old_objects.push_back(c.identity);
   for (const ObjectConstants& c : is.objects) new_objects.push_back(c.identity);
   to.objects = sameIn(was.description.objects, old_objects, new_objects);
-  if (was.description.dt != is.description.dt) to.objects.assign(to.objects.size(), kGone);
+  if (was.description.dt != is.description.dt) to.objects.assign(to.objects.size(), kNotAdopted);
   renumberThreads(was, is, to);
 
   s = is.start;
@@ -204,14 +202,12 @@ std::size_t World::adopt(const World& before) {
   s.proxies = then.proxies;
   s.electrosurgery.monopolar_power = then.electrosurgery.monopolar_power;
   s.electrosurgery.bipolar_power = then.electrosurgery.bipolar_power;
-  std::size_t kept = 0;
   for (std::size_t i = 0; i < to.objects.size(); ++i) {
-    if (to.objects[i] == kGone) continue;
+    if (to.objects[i] == kNotAdopted) continue;
     const std::size_t n = to.objects[i];
     takeObject(then.objects[i], was.start.objects[i], is.start.objects[n], s.objects[n]);
     if (i < then.jaws_pass.size() && n < s.jaws_pass.size()) s.jaws_pass[n] = then.jaws_pass[i];
     if (i < then.blades_pass.size() && n < s.blades_pass.size()) s.blades_pass[n] = then.blades_pass[i];
-    ++kept;
   }
   takeConnections(was, then, is, to, s);
   for (std::size_t t = 0; t < then.grasps.size(); ++t) {
@@ -240,7 +236,7 @@ std::size_t World::adopt(const World& before) {
   if (was.description.feel == is.description.feel) s.in_image = then.in_image;
   s.energy = then.energy;
   impl_->goOn();
-  return kept;
+  return to.objects;
 }
 
 }  // namespace vest::scene

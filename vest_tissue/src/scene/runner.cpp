@@ -187,7 +187,8 @@ std::size_t Runner::adopt(std::unique_ptr<Simulation> simulation, const std::str
   const std::uint64_t volume = shareVolume(*simulation);
   std::size_t kept = 0;
   execute([&] {
-    kept = simulation->adopt(*simulation_);
+    const std::vector<std::uint32_t> to = simulation->adopt(*simulation_);
+    kept = to.size() - static_cast<std::size_t>(std::count(to.begin(), to.end(), kNotAdopted));
     swap(simulation, volume, Command::Adopt, argument);
   });
   return kept;

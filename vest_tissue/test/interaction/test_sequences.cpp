@@ -198,7 +198,7 @@ class Theatre {
     const bool another = dice_.choose(4) == 0;
     if (another) d.objects[0].friction += 0.001;
     scene::World next(scene::buildModel(d, &world_.model()));
-    ASSERT_EQ(next.adopt(world_), another ? 0U : 1U);
+    ASSERT_EQ(next.adopt(world_)[0], another ? scene::kNotAdopted : 0U);
     world_ = std::move(next);
     wait(true);
   }

@@ -213,7 +213,7 @@ TEST(Adopt, AnotherStepLengthKeepsNothing) {
   scene::Description d = before();
   d.dt = 0.0005;
   scene::World next(d);
-  EXPECT_EQ(next.adopt(t.world), 0U);
+  for (const std::uint32_t to : next.adopt(t.world)) EXPECT_EQ(to, scene::kNotAdopted);
 }
 
 TEST(Adopt, ElementsAtRestAnswerHeldForcesByTheirNewShareOfTheStep) {

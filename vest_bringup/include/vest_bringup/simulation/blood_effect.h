@@ -66,6 +66,9 @@ class BloodEffect : public Effect {
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;
   void reset() override;
+  /// The circulation goes on where both scenes have the same vessels. Openings, clips and seals of objects
+  /// that are not kept go with them.
+  void adopt(const Effect& before, const std::vector<std::uint32_t>& objects) override;
   void save(std::vector<std::uint8_t>& bytes) const override;
   bool restore(const std::uint8_t* bytes, std::size_t count) override;
 

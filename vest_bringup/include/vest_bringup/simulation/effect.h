@@ -80,8 +80,11 @@ class Effect {
   virtual void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const {
     (void)world, (void)out;
   }
-  /// False: its State knows nothing of objects, and goes on in a scene that was edited.
-  virtual bool knowsObjects() const { return true; }
+  /// In a scene that was edited: goes on where `before`, made for the scene until then, is; where it cannot,
+  /// it stays as it was made. @param objects as World::adopt
+  virtual void adopt(const Effect& before, const std::vector<std::uint32_t>& objects) {
+    (void)before, (void)objects;
+  }
   /// As the scene was loaded.
   virtual void reset() = 0;
   /// Appends everything that evolves, little-endian. One that appends nothing begins anew after a restore.

@@ -28,7 +28,7 @@ class GasEffect : public Effect {
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;
-  bool knowsObjects() const override { return false; }
+  void adopt(const Effect& before, const std::vector<std::uint32_t>& objects) override;
   void reset() override;
   void save(std::vector<std::uint8_t>& bytes) const override;
   bool restore(const std::uint8_t* bytes, std::size_t count) override;

@@ -110,6 +110,8 @@ class OperatingField : public Effect {
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;
   void reset() override;
+  /// Liquid, smoke and lens go on: their places are the world's, and tissue is looked for again.
+  void adopt(const Effect& before, const std::vector<std::uint32_t>& objects) override;
   void save(std::vector<std::uint8_t>& bytes) const override;
   bool restore(const std::uint8_t* bytes, std::size_t count) override;
 

@@ -48,6 +48,8 @@ class SurfaceEffect : public Effect {
             Feedback& feedback) override;
   void edits(const scene::World& world, std::vector<scene::EditableParameter>& out) const override;
   void reset() override;
+  /// Of objects that are kept all goes on; films of the others are gone, and counted as wiped.
+  void adopt(const Effect& before, const std::vector<std::uint32_t>& objects) override;
   void save(std::vector<std::uint8_t>& bytes) const override;
   bool restore(const std::uint8_t* bytes, std::size_t count) override;
 

@@ -29,8 +29,7 @@ class Trainer : public scene::Simulation {
   scene::Status step(scene::StepInput& input, scene::StepReport& report) override;
   scene::World& world() override { return world_; }
   void reset() override;
-  /// Effects go on where both scenes have the same objects in the same order; else those that know of none.
-  std::size_t adopt(scene::Simulation& before) override;
+  std::vector<std::uint32_t> adopt(scene::Simulation& before) override;
   void save(std::vector<std::uint8_t>& bytes) override;
   /// A snapshot of the World alone is taken too: the effects begin anew then.
   void restore(const std::vector<std::uint8_t>& bytes) override;

@@ -29,8 +29,8 @@ class Simulation {
   virtual World& world() = 0;
   virtual void reset() = 0;
   /// Goes on where `before` is, as far as both scenes are the same (World::adopt). What is around the tissue
-  /// begins as it was made. @return objects that kept their State
-  virtual std::size_t adopt(Simulation& before) { return world().adopt(before.world()); }
+  /// begins as it was made, or goes on. @return as World::adopt
+  virtual std::vector<std::uint32_t> adopt(Simulation& before) { return world().adopt(before.world()); }
   /// Snapshot of all that evolves. @throws std::invalid_argument naming what does not fit; nothing changed
   /// then
   virtual void save(std::vector<std::uint8_t>& bytes) { world().save(bytes); }

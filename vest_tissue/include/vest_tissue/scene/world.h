@@ -205,6 +205,7 @@ struct WorldModel;    ///< immutable once built (world_model.h)
 struct WorldState;    ///< everything that evolves; a copy is a snapshot (world_state.h)
 struct WorldScratch;  ///< sized once, no meaning between steps (world_scratch.h)
 
+inline constexpr std::uint32_t kNotAdopted = 0xffffffffu;  ///< World::adopt
 inline constexpr std::size_t kDeltaHistory = 256;  ///< deltas that a World keeps for late readers (assumed)
 
 /// First bytes of a snapshot: seven letters, then the version of its layout.
@@ -285,8 +286,8 @@ class World {
   /// on to those alone (connections, grasps, clips, slings, suspensions, ways of needles) holds on. All else
   /// is as the scene says. An object is stepped by the scene's `dt`: with another one nothing is kept.
   /// Energies go on being counted, without what the change brought in. Between steps of both.
-  /// @return objects that kept their State
-  std::size_t adopt(const World& before);
+  /// @return per object of `before`: its number here, kNotAdopted where it did not keep its State
+  std::vector<std::uint32_t> adopt(const World& before);
 
   /// Fixed number of worker threads; results are the same bits for any.
   void setThreads(int threads);
