@@ -10,6 +10,7 @@
 #include "field_parts.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_state.h"
+#include "vest_tissue/solver/pool.h"
 
 namespace vest::simulation {
 namespace {
@@ -162,8 +163,16 @@ struct OperatingField::Impl {
   double open(const scene::World& world, std::size_t tool) const {
     return (1 - between.clogged[tool] / kBore) * (world.state().grasps[tool].active ? kSideHoles : 1);
   }
-  void stepSlow(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
-                Feedback& feedback);
+  /// A tip with its suction on draws of the smoke what the liquid leaves it.
+  static bool sucks(const scene::ToolInput& tool) {
+    return tool.present && tool.tool == tools::ToolKind::SuctionIrrigator &&
+           (tool.functions & tools::kFunctionSuck) != 0;
+  }
+  /// @param dt s  @param liquid m³/s that was sucked since the last time
+  smoke::Status stepSmoke(const scene::World& world, const scene::StepInput& input,
+                          const scene::StepReport& report, double dt, double liquid, Feedback& feedback);
+  void stepLens(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
+                double dt, const Feedback& feedback);
   void show(const scene::World& world);
 };
 
@@ -373,19 +382,16 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
                                 : 0.0;
 }
 
-void OperatingField::Impl::stepSlow(const scene::World& world, const scene::StepInput& input,
-                                    const scene::StepReport& report, Feedback& feedback) {
-  const double dt = std::min(0.1, input.dt * kSlowEvery);
+smoke::Status OperatingField::Impl::stepSmoke(const scene::World& world, const scene::StepInput& input,
+                                              const scene::StepReport& report, double dt, double liquid,
+                                              Feedback& feedback) {
   smoke::Inputs s;
   s.dt = dt;
   s.seed = input.seed;
   s.renewal = feedback.gas.renewal;
   // A tip that draws liquid draws that much less gas.
-  const double liquid = std::max(0.0, fluid.sucked - between.sucked) / dt;
-  between.sucked = fluid.sucked;
   const double could = std::max(1e-9, between.suction_flow);
   feedback.gas_drawn = 0;
-  bool irrigator = false;
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     const auto i = static_cast<std::size_t>(t);
     if (between.energy[i] > 0 && s.source_count < smoke::kMostSources) {
@@ -394,18 +400,21 @@ void OperatingField::Impl::stepSlow(const scene::World& world, const scene::Step
       source.energy = std::min(1000.0, between.energy[i]);
     }
     between.energy[i] = 0;
-    const scene::ToolInput& tool = input.tools[i];
-    if (!tool.present || tool.tool != tools::ToolKind::SuctionIrrigator) continue;
-    irrigator = true;
-    if ((tool.functions & tools::kFunctionSuck) && s.suction_count < smoke::kMostSuctions) {
+    if (sucks(input.tools[i]) && s.suction_count < smoke::kMostSuctions) {
       auto& suction = s.suctions[static_cast<std::size_t>(s.suction_count++)];
       suction.position = triple(tipOf(input, report, t).translation());
       suction.flow = options.suction_gas_flow * std::clamp(1 - liquid / could, 0.0, 1.0) * open(world, i);
       feedback.gas_drawn += suction.flow;
     }
   }
-  refused += smoke::step(*smoke_model, s, smoke, smoke_scratch) != smoke::Status::Ok;
+  return smoke::step(*smoke_model, s, smoke, smoke_scratch);
+}
 
+void OperatingField::Impl::stepLens(const scene::World& world, const scene::StepInput& input,
+                                    const scene::StepReport& report, double dt, const Feedback& feedback) {
+  const bool irrigator = std::any_of(input.tools.begin(), input.tools.end(), [](const auto& tool) {
+    return tool.present && tool.tool == tools::ToolKind::SuctionIrrigator;
+  });
   const auto camera = static_cast<std::size_t>(tools::Instrument::Endoscope);
   const scene::ToolInput& scope = input.tools[camera];
   if (scope.present) {
@@ -475,9 +484,27 @@ OperatingField::~OperatingField() = default;
 void OperatingField::step(const scene::World& world, const scene::StepInput& input,
                           const scene::StepReport& report, Feedback& feedback) {
   Impl& m = *impl_;
+  static_assert(kSlowEvery % kFluidEvery == 0);
   m.gather(input, report, feedback);
-  if (world.steps() % kFluidEvery == 0) m.stepFluid(world, input, report, feedback);
-  if (world.steps() % kSlowEvery == 0) m.stepSlow(world, input, report, feedback);
+  const bool slow = world.steps() % kSlowEvery == 0;
+  const double dt = std::min(0.1, input.dt * kSlowEvery);
+  bool smoked = true;
+  const auto step_smoke = [&](double liquid) {
+    smoked = m.stepSmoke(world, input, report, dt, liquid, feedback) == vest::smoke::Status::Ok;
+  };
+  if (slow && std::none_of(input.tools.begin(), input.tools.end(), Impl::sucks)) {
+    // Where nothing is sucked smoke asks nothing of the fluid, and both go at the same time.
+    auto part = [&](std::size_t i) { i == 0 ? m.stepFluid(world, input, report, feedback) : step_smoke(0); };
+    world.pool().each(2, part);
+  } else {
+    if (world.steps() % kFluidEvery == 0) m.stepFluid(world, input, report, feedback);
+    if (slow) step_smoke(std::max(0.0, m.fluid.sucked - m.between.sucked) / dt);
+  }
+  if (slow) {
+    m.between.sucked = m.fluid.sucked;
+    m.refused += !smoked;
+    m.stepLens(world, input, report, dt, feedback);
+  }
   if (world.steps() % kFrameEvery == 0) m.show(world);
 }
 

@@ -254,48 +254,29 @@ struct Film {
     return 0;
   }
 
-  /// Places in SurfaceState::drips of those that are this object's, in their order.
-  struct Own {
-    std::array<std::uint8_t, kMostDrips> list;
-    std::size_t count = 0;
-  };
-  static_assert(kMostDrips <= 256);
-
-  Own ownDrips() const {
-    Own own;
-    for (std::size_t d = 0; d < s.drips.size(); ++d)
-      if (s.drips[d].object == static_cast<std::int32_t>(object))
-        own.list[own.count++] = static_cast<std::uint8_t>(d);
-    return own;
-  }
-
   /// The drip that a knot falls with: one near by, or a free one, or the one that rests longest.
-  std::size_t dripAt(std::uint32_t k, Own& own) {
-    for (std::size_t n = 0; n < own.count; ++n) {
-      const Drip& drip = s.drips[own.list[n]];
-      if (drip.knot < count &&
+  std::size_t dripAt(std::uint32_t k) {
+    std::size_t best = 0;
+    for (std::size_t d = 0; d < s.drips.size(); ++d) {
+      const Drip& drip = s.drips[d];
+      if (drip.object == static_cast<std::int32_t>(object) && drip.knot < count &&
           (placeOf(mesh.positions, drip.knot) - placeOf(mesh.positions, k)).squaredNorm() <
               kOneDrip * kOneDrip)
-        return own.list[n];
+        return d;
+      if (s.drips[best].object >= 0 && (drip.object < 0 || drip.idle > s.drips[best].idle)) best = d;
     }
-    std::size_t best = 0;
-    for (std::size_t d = 0; d < s.drips.size(); ++d)
-      if (s.drips[best].object >= 0 && (s.drips[d].object < 0 || s.drips[d].idle > s.drips[best].idle))
-        best = d;
     s.drips[best] = {static_cast<std::int32_t>(object), k, 0};
-    own = ownDrips();
     return best;
   }
 
   void drip() {
-    Own own = ownDrips();
     for (std::uint32_t k = 0; k < count; ++k) {
       const std::uint32_t i = first + k;
       const double gone = surplus(k) + s.loose[i];
       if (!(gone > 0)) continue;
       s.loose[i] = 0;
       s.shed += gone;
-      const std::size_t d = dripAt(k, own);
+      const std::size_t d = dripAt(k);
       s.drips[d].idle = 0;
       auto& fall = off.falls[d];
       fall.place = (fall.volume * fall.place + gone * placeOf(mesh.positions, k)) / (fall.volume + gone);

@@ -277,10 +277,12 @@ auto fields(Walk<A> a, ObjectState& s) {
   auto& at = a.archive.at;
   at.changed = hasChanged(s);
   if (a.archive.shapes) a.archive.values(&at.changed, 1, Limits{});  // else it is as the scene says
+  // What does not deform stays where it is: a step's backup leaves it out.
   const auto all =
-      a(s.block, s.sub_steps, s.batches, within("a strain", s.limit_strain, 0.0, 1e9), s.bound_strain,
-        within("a parameter", s.elastic_scale, 0.0, 1e9), within("a parameter", s.damping_scale, 0.0, 1e9),
-        s.degraded, s.dropped, s.load, s.motility, s.way, s.way_bounded, s.way_searched, s.tissue)
+      a.when(a.archive.shapes || at.constants().deforms, [&](auto b) { return b(s.block); })(
+           s.sub_steps, s.batches, within("a strain", s.limit_strain, 0.0, 1e9), s.bound_strain,
+           within("a parameter", s.elastic_scale, 0.0, 1e9), within("a parameter", s.damping_scale, 0.0, 1e9),
+           s.degraded, s.dropped, s.load, s.motility, s.way, s.way_bounded, s.way_searched, s.tissue)
           .shape([&](auto b) {
             return b(s.links, derived(s.law_links), derived(s.linear_links), s.heat, s.cut)
                 .when(at.changed, [&](auto d) {
