@@ -24,6 +24,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 from hostile_kinds import ROOT, kinds
@@ -32,6 +33,7 @@ from lies import lies
 PACKAGES = ':'.join(sorted(glob.glob(os.path.join(ROOT, 'vest_*'))) + ['/usr/share'])
 SECONDS, MEGABYTES = 5, 1024  # of processor time, resident: what a tool may take for one file
 
+REWRITTEN = 'rewritten while it is read'
 TWO_LINES = '\nvest_model: good\n'
 FOLDERS = {'a folder whose name writes to the terminal': '\x1b[2J\u202e', 'a folder whose name has two lines': TWO_LINES,
            'a folder whose name is no UTF-8': '\udcff\udcc3', 'a folder whose name a shell would run': " '$(id)`id`\"; %s{0}"}
@@ -96,6 +98,36 @@ def hostile(name, data):
         'a list of two million': b'objects: [' + b'0,' * 2000000 + b'0]\n',
         'nested elements': b'<robot>' + b'<a>' * 200000, 'nested flow maps': b'{a: ' * 5000,
     }
+
+
+def otherwise(data):
+    """The same bytes as another machine, editor or line would have them, and what an interrupted copy leaves."""
+    text, even = data.decode('latin-1'), data[:len(data) // 4 * 4]
+    for name in ('utf-16-le', 'utf-16-be', 'utf-7', 'cp037'):
+        yield 'as ' + name, text.encode(name)
+    for size in (2, 4):
+        yield 'each %d bytes turned' % size, b''.join(even[i:i + size][::-1] for i in range(0, len(even), size)) + data[len(even):]
+    yield 'the highest bits set', bytes(b | 0x80 for b in data)
+    yield 'a form feed in each line', data.replace(b'\n', b'\n\f')
+    yield 'two line ends for one', data.replace(b'\n', b'\r\n\r\n')
+    yield 'a block of zeros for its end', data[:len(data) // 2] + bytes(len(data) - len(data) // 2)
+    ends = [i + 1 for i, byte in enumerate(data) if byte == 10] or range(1, len(data), 16)
+    for end in ends[::max(1, len(ends) // 6)]:
+        yield 'cut behind byte %d' % end, data[:end]
+
+
+def rewrite(path, data, until):
+    """Cuts, grows and replaces the file at random moments, as a program does that still writes it."""
+    rng = random.Random(path)
+    while not until.wait(0.004 * rng.random()):
+        way = rng.randrange(4)
+        if way == 0:
+            os.truncate(path, rng.randrange(len(data) + 1))
+        elif way == 1:
+            os.rename(path, path + '.old')
+            os.remove(path + '.old')
+        with open(path, 'ab' if way == 2 else 'wb') as file:
+            file.write(data[::-1] if way == 1 else data)
 
 
 def special(path, way):
@@ -206,6 +238,11 @@ def cases(kind, count, seed):
     for title, bytes_ in lies(os.path.basename(kind.target), data):
         if bytes_ != data:  # a lie about what this file has not
             yield title, bytes_
+    for title, bytes_ in otherwise(data):
+        if bytes_ != data:
+            yield title, bytes_
+    for n in range(2):
+        yield REWRITTEN + ' (%d)' % n, data
     for title in FOLDERS:
         yield title, data[:len(data) // 2]
     for way in range(SPECIALS):
@@ -230,7 +267,14 @@ def one(kind, number, title, data, place, slow, under=()):
     else:
         with open(path, 'wb') as file:
             file.write(data)
+    ended = threading.Event()
+    writer = threading.Thread(target=rewrite, args=(path, data, ended))
+    if str(title).startswith(REWRITTEN):
+        writer.start()
     outcome, message = run(kind, folder, slow, under)
+    ended.set()
+    if writer.ident:
+        writer.join()
     if OUTCOMES.index(outcome) < 3:
         shutil.rmtree(folder, ignore_errors=True)
         os.remove(folder + '.err')
@@ -261,7 +305,8 @@ def table(rows, total, parts, options):
             total,
             'gives each to the tool that reads it. One file may cost %d s of processor time and 1 GB.' % SECONDS, '',
             'Each corpus holds random changes of a good file (bytes, numbers, lines, parts of other files). It also holds what a stranger',
-            'would try first: no bytes, millions of brackets, a bomb of aliases, a pipe or a device. Then come files that are well made and lie',
+            'would try first: no bytes, millions of brackets, a bomb of aliases, a pipe or a device. Others are in another encoding or byte order, cut,',
+            'or rewritten while they are read. Then come files that are well made and lie',
             '(`fuzz/lies.py`): counts that contradict the data, packed bombs, numbers at the edges, names that write. A changed file may',
             'still be a good one: it is accepted then. *Judged not good*: `vest_model check` or `vest_check_session` read it and says what is wrong,',
             'or `vest_resimulate` says where the session is not what was recorded.',

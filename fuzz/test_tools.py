@@ -56,6 +56,12 @@ class Tools(unittest.TestCase):
             with self.subTest(text[:20]):
                 self.refused([script, '{}/map.yaml', '--list'], {'map.yaml': text}, 'map.yaml')
 
+    def test_a_file_of_the_kernel_that_never_ends_is_not_waited_for(self):
+        script = os.path.join(hostile_kinds.ROOT, 'vest_haptics', 'scripts', 'start_devices')
+        for command in ([script, '/proc/kmsg', '--list'], [tool('vest_bringup', 'vest_metrics'), '/proc/kmsg']):
+            with self.subTest(command[0]):
+                self.refused(command, {}, '/proc/kmsg: ')
+
     def test_a_table_that_is_refused_leaves_no_scene_to_be_felt(self):
         volumes = {f[:1]: f[1:] for f in self.good['volume']}
         files = {'a.nrrd': volumes[b'0'], 'table.csv': b'value,nothing\n0,1\n'}

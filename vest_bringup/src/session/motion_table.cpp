@@ -1,12 +1,10 @@
 #include "vest_bringup/session/motion_table.h"
 
+#include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
-
-#include <sys/stat.h>
 
 #include "vest_instruments/files/cells.h"
 #include "vest_instruments/files/read.h"
@@ -14,7 +12,8 @@
 namespace vest::session {
 namespace {
 
-constexpr std::size_t kMostRows = 5'000'000, kMostColumns = 1000, kMostLine = 64 * 1024;
+constexpr std::size_t kMostBytes = 256U << 20U, kMostRows = 5'000'000, kMostColumns = 1000,
+                      kMostLine = 64 * 1024;
 constexpr double kFarthest = 1e6;  // m
 constexpr double kLongest = 1e10;  // s (assumed): clocks count from 1970
 constexpr double kMostJaw = 1000;  // rad (assumed): degrees and per cent pass, too
@@ -130,18 +129,18 @@ class Reader {
   }
 
   MotionTable read() {
-    struct stat status {};
-    if (stat(path_.c_str(), &status) != 0 || !S_ISREG(status.st_mode))
-      refuse(path_, 0, "file", "cannot be read", "a file with a table of numbers");
-    std::ifstream stream(path_, std::ios::binary);
-    if (!stream) refuse(path_, 0, "file", "cannot be read", "a file with a table of numbers");
-    std::vector<char> buffer(kMostLine);
-    while (stream.getline(buffer.data(), kMostLine) || stream.gcount() > 0) {
+    std::string text;
+    try {
+      text = files::read(path_, kMostBytes);
+    } catch (const files::Refused& e) {
+      refuse(path_, 0, e.field, e.value, "a file of at most 256 MB with a table of numbers");
+    }
+    for (std::size_t at = text.compare(0, 3, "\xEF\xBB\xBF") == 0 ? 3 : 0; at < text.size();) {
       ++number_;
-      if (stream.fail()) refuse(path_, number_, "row", "longer than 64 KiB", "a row of numbers");
-      const std::size_t end = static_cast<std::size_t>(stream.gcount()) - (stream.eof() ? 0 : 1);
-      std::string line(buffer.data(), end);
-      if (number_ == 1 && line.compare(0, 3, "\xEF\xBB\xBF") == 0) line.erase(0, 3);
+      const std::size_t end = std::min(text.find('\n', at), text.size());
+      if (end - at >= kMostLine) refuse(path_, number_, "row", "longer than 64 KiB", "a row of numbers");
+      const std::string line = text.substr(at, end - at);
+      at = end + 1;
       if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
       take(split(line));
     }
