@@ -315,6 +315,24 @@ TEST(OperatingField, ASnapshotGoesOnWithTheSameBitsAndResetEmptiesTheField) {
   EXPECT_EQ(a.field->fluid().emitted, 0.0);
 }
 
+TEST(OperatingField, SmokeAndFluidGiveTheSameBitsForAnyThreads) {
+  const auto played = [](int threads) {
+    Theatre t("smoke_lens");
+    t.trainer.world().setThreads(threads);
+    t.hold(tools::ToolKind::SuctionIrrigator, {-0.02, 0.05, 0.065});
+    t.tools.tools[static_cast<std::size_t>(tools::Instrument::Left)] = t.tools.tools[kRight];
+    t.hold(tools::ToolKind::CoagulationHook, {0.0, 0.05, 0.058});
+    t.run(0.6, tools::kFunctionCoagulate | tools::kFunctionIrrigate);  // beside each other
+    t.run(0.4, tools::kFunctionCoagulate | tools::kFunctionSuck);      // one after the other
+    t.run(0.2);
+    EXPECT_GT(t.field->smoke().made, 0);
+    EXPECT_GT(t.field->fluid().sucked, 0);
+    return t.trainer.effectsHash();
+  };
+  const auto one = played(1);
+  for (const int threads : {2, 3}) EXPECT_EQ(played(threads), one) << threads;
+}
+
 TEST(OperatingField, ASnapshotThatNoStepLeavesIsRefused) {
   Theatre t("irrigation_pool");
   t.run(0.1, 4);
