@@ -195,7 +195,8 @@ double sinks(bool beside) {
 }
 
 TEST(ThreadPassage, AShaftIsNoSofterWhereMoreThreadLiesBesideIt) {
-  // What does not press took its share of the shaft's stiffness, so that turns sank into jaws and went through.
+  // What does not press took its share of the shaft's stiffness, so that turns sank into jaws and went
+  // through.
   const double alone = sinks(false), beside = sinks(true);
   EXPECT_GT(alone, 1e-5) << "m: it presses";
   EXPECT_NEAR(beside, alone, 1e-6) << "m: 81 nodes lie 0.8 mm from the shaft on its other side";
