@@ -78,7 +78,8 @@ int main(int argc, char** argv) {
   app.add_option("--optic", optic, "degrees, of the endoscope; else the box's")
       ->check(vest::files::number(0, 90));
   app.add_option("--bag", bag, "keeps moments for vest_render --each-state");
-  app.add_option("--at", at, "moments (s) to keep; else the file's `pictures`");
+  app.add_option("--at", at, "moments (s) to keep; else the file's `pictures`")
+      ->check(vest::files::number(0, 36000));  // as waypoints have them
   CLI11_PARSE(app, argc, argv);
   try {
     namespace simulation = vest::simulation;
