@@ -36,6 +36,7 @@
 #include "ogre_assets.h"
 #include "scene_messages.h"
 #include "tissue_input.h"
+#include "vest_instruments/files/option.h"
 #include "vest_viz/picture/finish.h"
 
 namespace {
@@ -304,15 +305,17 @@ int main(int argc, char** argv) {
   app.add_option("--width", o.width, "pixels")->check(CLI::Range(64, 4096));
   app.add_option("--height", o.height, "pixels")->check(CLI::Range(64, 4096));
   app.add_option("--quality", quality, "0 simple, 1 standard; default: both")->check(CLI::Range(0, 1));
-  app.add_option("--insertion", o.insertion, "of the endoscope, m")->check(CLI::Range(0.0, 0.28));
-  app.add_option("--view", o.view, "endoscope tip x y z, m, in world")->expected(3);
+  app.add_option("--insertion", o.insertion, "of the endoscope, m")->check(vest::files::number(0, 0.28));
+  app.add_option("--view", o.view, "endoscope tip x y z, m, in world")
+      ->expected(3)
+      ->check(vest::files::number(-10, 10));
   app.add_option("--picture", o.picture, "file that the last picture of the standard level is written to");
   app.add_option("--effects", o.effects,
                  "made-up effects: all, or some of fields,cut,clips,sutures,fluid,smoke,lens");
   app.add_option("--smoke", o.smoke, "1: field, 2: billboards, 3: both")->check(CLI::Range(0, 3));
-  app.add_option("--fog", o.fog, "of the lens, 0 … 1, with the effect lens")->check(CLI::Range(0.0, 1.0));
-  app.add_option("--focus", o.focus, "m; 0: all sharp")->check(CLI::Range(0.0, 1.0));
-  app.add_option("--noise", o.noise, "levels of 255")->check(CLI::Range(0.0, 30.0));
+  app.add_option("--fog", o.fog, "of the lens, 0 … 1, with the effect lens")->check(vest::files::number(0, 1));
+  app.add_option("--focus", o.focus, "m; 0: all sharp")->check(vest::files::number(0, 1));
+  app.add_option("--noise", o.noise, "levels of 255")->check(vest::files::number(0, 30));
   app.add_option("--output", o.output, "markdown page to write: the table with the bounds");
   app.add_flag("--strict", o.strict, "exit 1 where a bound is not held");
   CLI11_PARSE(app, argc, argv);

@@ -110,6 +110,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   ros::NodeHandle service(nh_);
   service.setCallbackQueue(&service_queue_);
   services_.push_back(service.advertiseService("tissue/load_scene", &TissueServer::onLoad, this));
+  services_.push_back(service.advertiseService("tissue/edit_scene", &TissueServer::onEditScene, this));
   services_.push_back(service.advertiseService("tissue/reset", &TissueServer::onReset, this));
   services_.push_back(service.advertiseService("tissue/pause", &TissueServer::onPause, this));
   services_.push_back(service.advertiseService("tissue/speed", &TissueServer::onSpeed, this));
@@ -193,17 +194,25 @@ void TissueServer::onEdit(const vest_msgs::ParameterEdit::ConstPtr& msg) {
 }
 
 bool TissueServer::onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res) {
+  return load(req.scene, false, res);
+}
+
+bool TissueServer::onEditScene(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res) {
+  return load(req.scene, true, res);
+}
+
+bool TissueServer::load(const std::string& scene, bool keep, vest_msgs::LoadScene::Response& res) {
   try {
     const scene::WorldModel* before = nullptr;  // that of a World which only this service swaps
-    if (req.keep) runner_->call([&](scene::Simulation& s) { before = &s.world().model(); });
-    Loaded loaded = loadFile(req.scene, before);
+    if (keep) runner_->call([&](scene::Simulation& s) { before = &s.world().model(); });
+    Loaded loaded = loadFile(scene, before);
     loading_ = true;
     publishFiles(loaded.files);
-    if (req.keep) {
-      res.kept = static_cast<std::uint32_t>(runner_->adopt(std::move(loaded.simulation), req.scene));
+    if (keep) {
+      res.message = std::to_string(runner_->adopt(std::move(loaded.simulation), scene)) + " objects went on";
       runner_->call([&](scene::Simulation& s) { toMsg(s.world(), *loaded.topology); });
     } else {
-      runner_->load(std::move(loaded.simulation), req.scene);
+      runner_->load(std::move(loaded.simulation), scene);
     }
     std::lock_guard<std::mutex> lock(loaded_mutex_);
     topology_ = loaded.topology;
@@ -214,7 +223,7 @@ bool TissueServer::onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadSce
     topology_due_ = true;
     loading_ = false;
     res.success = true;
-    res.message = "loaded " + description_->name;
+    if (!keep) res.message = "loaded " + description_->name;
     res.scene_hash = description_->hash;
     snapshots_.clear();
   } catch (const std::exception& e) {

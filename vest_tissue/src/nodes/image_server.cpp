@@ -1,5 +1,4 @@
 // Publishes a patient's image for displays; the node behind show_image.launch.
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <stdexcept>
@@ -10,6 +9,7 @@
 #include <vest_msgs/ImageVolume.h>
 #include <CLI/CLI.hpp>
 
+#include "vest_instruments/files/option.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/image/brick.h"
 #include "vest_tissue/ros/conversions.h"
@@ -37,11 +37,10 @@ int main(int argc, char** argv) {
   app.add_flag("--resample", options.resample, "interpolate what is uneven or tilted");
   app.add_option("--place", place, "X Y Z, m, world: where the middle of the underside comes to lie")
       ->expected(3)
+      ->check(vest::files::number(-10, 10))
       ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {
-    for (const double p : place)
-      if (!(std::abs(p) <= 10)) throw std::invalid_argument("--place: must be within ± 10 m");
     vest_msgs::ImageVolume message;
     {
       // Before the first handle: reading forks, and a handle starts threads.

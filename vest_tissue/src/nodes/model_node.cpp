@@ -127,7 +127,7 @@ class ModelNode {
                                                                                     : req.path);
         res.scene_hash = vest::scene::loadScene(file).hash;
         res.message = file;
-        if (run) res.message = "runs in the session; " + std::to_string(load(file)) + " objects went on";
+        if (run) res.message = "runs in the session; " + load(file);
       } else if (req.op == "propose") {
         double within = 0;
         if (!vest::files::parseNumber(req.value, within))
@@ -151,15 +151,14 @@ class ModelNode {
     return true;
   }
 
-  /// @return objects that kept their State
-  std::uint32_t load(const std::string& file) {
+  /// @return how many objects went on
+  std::string load(const std::string& file) {
     vest_msgs::LoadScene call;
     call.request.scene = file;
-    call.request.keep = true;
-    if (!ros::service::call("tissue/load_scene", call))
-      throw std::runtime_error("tissue/load_scene does not answer; allowed: a session that runs");
+    if (!ros::service::call("tissue/edit_scene", call))
+      throw std::runtime_error("tissue/edit_scene does not answer; allowed: a session that runs");
     if (!call.response.success) throw std::runtime_error(call.response.message);
-    return call.response.kept;
+    return call.response.message;
   }
 
   ros::NodeHandle handle_;

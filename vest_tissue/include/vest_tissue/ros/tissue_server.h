@@ -77,6 +77,8 @@ class TissueServer {
   /// Counts it, warns with one sentence, and has /diagnostics say it for a while.
   void refuseInput(const std::string& sentence);
   void onRecording(const vest_msgs::SessionState::ConstPtr& msg);
+  bool load(const std::string& scene, bool keep, vest_msgs::LoadScene::Response& res);
+  bool onEditScene(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res);
   bool onLoad(vest_msgs::LoadScene::Request& req, vest_msgs::LoadScene::Response& res);
   bool onReset(std_srvs::Trigger::Request& req, std_srvs::Trigger::Response& res);
   bool onPause(std_srvs::SetBool::Request& req, std_srvs::SetBool::Response& res);
