@@ -313,7 +313,8 @@ int main(int argc, char** argv) {
   app.add_option("--effects", o.effects,
                  "made-up effects: all, or some of fields,cut,clips,sutures,fluid,smoke,lens");
   app.add_option("--smoke", o.smoke, "1: field, 2: billboards, 3: both")->check(CLI::Range(0, 3));
-  app.add_option("--fog", o.fog, "of the lens, 0 … 1, with the effect lens")->check(vest::files::number(0, 1));
+  app.add_option("--fog", o.fog, "of the lens, 0 … 1, with the effect lens")
+      ->check(vest::files::number(0, 1));
   app.add_option("--focus", o.focus, "m; 0: all sharp")->check(vest::files::number(0, 1));
   app.add_option("--noise", o.noise, "levels of 255")->check(vest::files::number(0, 30));
   app.add_option("--output", o.output, "markdown page to write: the table with the bounds");
