@@ -230,7 +230,7 @@ bool TissueServer::load(const std::string& scene, bool keep, vest_msgs::LoadScen
     loading_ = false;
     res.success = false;
     res.message = e.what();
-    ROS_ERROR("load_scene refused, the present scene goes on: %s", e.what());
+    ROS_ERROR("%s refused, the present scene goes on: %s", keep ? "edit_scene" : "load_scene", e.what());
   }
   return true;
 }

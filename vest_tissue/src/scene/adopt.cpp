@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <set>
 #include <string>
 #include <tuple>
@@ -35,10 +34,9 @@ struct Renumbering {
   }
 };
 
-template <class T>
-std::vector<std::uint32_t> sameIn(const std::vector<T>& before, const std::vector<std::uint64_t>& then,
+std::vector<std::uint32_t> sameIn(const std::vector<std::uint64_t>& then,
                                   const std::vector<std::uint64_t>& now) {
-  std::vector<std::uint32_t> to(before.size(), kNotAdopted);
+  std::vector<std::uint32_t> to(then.size(), kNotAdopted);
   std::map<std::uint64_t, std::uint32_t> by_identity;  // names are unique, and part of it
   for (std::uint32_t i = 0; i < now.size(); ++i) by_identity.emplace(now[i], i);
   for (std::size_t i = 0; i < then.size(); ++i)
@@ -48,7 +46,7 @@ std::vector<std::uint32_t> sameIn(const std::vector<T>& before, const std::vecto
 
 /// Threads whose descriptions are the same have as many nodes, joints and places, in the same order.
 void renumberThreads(const WorldModel& before, const WorldModel& now, Renumbering& to) {
-  to.strands = sameIn(before.description.sutures, before.sutures, now.sutures);
+  to.strands = sameIn(before.sutures, now.sutures);
   if (!before.threads.rods) return;
   const suture::Model& rods = *before.threads.rods;
   to.needles.assign(rods.needles.size(), kNotAdopted);
@@ -156,6 +154,8 @@ void takeThreads(const WorldModel& before, const interaction::ThreadState& then,
     if (c.b < c.a) std::swap(c.a, c.b), c.normal = -c.normal, c.force = -c.force;
     s.rod.contacts[s.rod.contact_count++] = c;
   }
+  std::sort(s.rod.contacts.begin(), s.rod.contacts.begin() + s.rod.contact_count,
+            [](const auto& x, const auto& y) { return std::tie(x.a, x.b) < std::tie(y.a, y.b); });
   for (interaction::ThreadTouch t : then.touches) {
     const bool tissue = t.kind == interaction::TouchKind::Tissue || t.kind == interaction::TouchKind::Rigid;
     if ((!tissue || to.object(t.body)) && to.renumber(to.places, t.segment)) s.touches.push_back(t);
@@ -190,7 +190,7 @@ std::vector<std::uint32_t> World::adopt(const World& before) {
   std::vector<std::uint64_t> old_objects, new_objects;
   for (const ObjectConstants& c : was.objects) old_objects.push_back(c.identity);
   for (const ObjectConstants& c : is.objects) new_objects.push_back(c.identity);
-  to.objects = sameIn(was.description.objects, old_objects, new_objects);
+  to.objects = sameIn(old_objects, new_objects);
   if (was.description.dt != is.description.dt) to.objects.assign(to.objects.size(), kNotAdopted);
   renumberThreads(was, is, to);
 
@@ -206,8 +206,7 @@ std::vector<std::uint32_t> World::adopt(const World& before) {
     if (to.objects[i] == kNotAdopted) continue;
     const std::size_t n = to.objects[i];
     takeObject(then.objects[i], was.start.objects[i], is.start.objects[n], s.objects[n]);
-    if (i < then.jaws_pass.size() && n < s.jaws_pass.size()) s.jaws_pass[n] = then.jaws_pass[i];
-    if (i < then.blades_pass.size() && n < s.blades_pass.size()) s.blades_pass[n] = then.blades_pass[i];
+    s.jaws_pass[n] = then.jaws_pass[i], s.blades_pass[n] = then.blades_pass[i];
   }
   takeConnections(was, then, is, to, s);
   for (std::size_t t = 0; t < then.grasps.size(); ++t) {

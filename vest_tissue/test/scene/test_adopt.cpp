@@ -196,6 +196,28 @@ TEST(Adopt, TheSameBitsForAnyNumberOfWorkersAndThroughASnapshot) {
   EXPECT_EQ(one.world.stateHash(), restored.world.stateHash());
 }
 
+TEST(Adopt, ThreadsThatTouchKeepTheirSidesUnderNewNumbers) {
+  // Contacts are looked up by their numbers: in another order they would begin again, perhaps on the other
+  // side.
+  const auto pair = [](const std::string& name, double y) {
+    scene::Suture below = thread(name + "_below", y), above = thread(name + "_above", y);
+    below.rod.held = {{0, suture::Hold::Place, {}}, {20, suture::Hold::Place, {}}};
+    for (Vector3d& x : above.rod.nodes) x = Vector3d(0.01, x.x() + y - 0.01, 0.0506);
+    return std::vector<scene::Suture>{below, above};
+  };
+  const auto first = pair("first", 0.2), second = pair("second", 0.3);
+  Theatre t(sceneOf({vessel("kept", 0.0)}, {first[0], first[1], second[0], second[1]}));
+  t.run(60);
+  ASSERT_GE(t.world.state().threads.rod.contact_count, 2U);
+  Theatre next = t.edited(sceneOf({vessel("kept", 0.0)}, {second[0], second[1], first[0], first[1]}));
+  const suture::State& rod = next.world.state().threads.rod;
+  ASSERT_EQ(rod.contact_count, t.world.state().threads.rod.contact_count);
+  for (std::uint32_t i = 1; i < rod.contact_count; ++i) {
+    const auto &p = rod.contacts[i - 1], &q = rod.contacts[i];
+    EXPECT_TRUE(p.a < q.a || (p.a == q.a && p.b < q.b)) << p.a << " " << p.b << ", " << q.a << " " << q.b;
+  }
+}
+
 TEST(Adopt, AConnectionThatToreStaysTorn) {
   scene::Description d = before();
   d.connections[0].break_force = 1e-5;
