@@ -230,7 +230,10 @@ bool TissueServer::load(const std::string& scene, bool keep, vest_msgs::LoadScen
     loading_ = false;
     res.success = false;
     res.message = e.what();
-    ROS_ERROR("%s refused, the present scene goes on: %s", keep ? "edit_scene" : "load_scene", e.what());
+    if (keep)
+      ROS_ERROR("edit_scene refused, the present scene goes on: %s", e.what());
+    else
+      ROS_ERROR("load_scene refused, the present scene goes on: %s", e.what());
   }
   return true;
 }
