@@ -105,6 +105,10 @@ const std::vector<Field>& fields() {
       {Kind::Number, "tree/scatter", "", 0, 0.5, "share by which lengths and angles vary"},
       {Kind::Number, "tree/least", "m", 5e-5, 0.02, "thinner branches are not drawn"},
       {Kind::Whole, "tree/around", "", 4, 24, "knots round a branch"},
+      {Kind::Vector, "tree/region/centre", "m", -kAny, kAny, "of the ellipsoid that the tree supplies"},
+      {Kind::Vector, "tree/region/half_axes", "m", 1e-4, 1, "of the ellipsoid, along x, y and z"},
+      {Kind::Number, "tree/region/half_axes/*", "m", 1e-4, 1, "along x, y or z"},
+      {Kind::Whole, "tree/terminals", "", 1, 200, "ends, spread over the region"},
       {Kind::Word, "tree/supply", "", 0, 0, "artery of the patient at whose end it begins"},
       {Kind::Number, "tree/flow", "m³/s", 1e-12, 1e-3, "for trials of the tree alone"},
       {Kind::Word, "layers/*/material", "", 0, 0, "one of vest_material list"},
@@ -181,10 +185,12 @@ std::vector<Entry> entriesOf(const Document& document, const std::string& object
       const std::string path = field.path;
       if (field.kind == Kind::Word || path.find('*') != std::string::npos) continue;
       // Of a shape or group that the object has, or of the object itself.
-      const std::size_t slash = path.find('/');
-      const Node* of = slash == std::string::npos ? &node : child(node, path.substr(0, slash));
-      if (of == nullptr || child(*of, slash == std::string::npos ? path : path.substr(slash + 1)) != nullptr)
-        continue;
+      const Node* of = &node;
+      std::size_t begin = 0;
+      for (std::size_t slash; of != nullptr && (slash = path.find('/', begin)) != std::string::npos;
+           begin = slash + 1)
+        of = child(*of, path.substr(begin, slash - begin));
+      if (of == nullptr || child(*of, path.substr(begin)) != nullptr) continue;
       entries.push_back({path, "", &field});
     }
     return entries;

@@ -146,17 +146,35 @@ void addTree(const TreeSpec& tree, std::vector<Handle>& handles) {
   root.path = "/tree/root";
   root.place = tree.root;
   handles.push_back(root);
-  Handle direction;
-  direction.kind = Kind::Direction;
-  direction.path = "/tree/direction";
-  direction.origin = tree.root;
-  direction.place = tree.root + tree.length * tree.radius * tree.direction.normalized();
-  handles.push_back(direction);
   Handle radius;
   radius.kind = Kind::Length;
   radius.path = "/tree/radius";
   radius.origin = tree.root;
-  radius.axis = tree.direction.cross(tree.plane).normalized();
+  if (!tree.region) {
+    Handle direction;
+    direction.kind = Kind::Direction;
+    direction.path = "/tree/direction";
+    direction.origin = tree.root;
+    direction.place = tree.root + tree.length * tree.radius * tree.direction.normalized();
+    handles.push_back(direction);
+    radius.axis = tree.direction.cross(tree.plane).normalized();
+  } else {
+    const Region& region = *tree.region;
+    Handle centre;
+    centre.path = "/tree/region/centre";
+    centre.place = region.centre;
+    handles.push_back(centre);
+    for (int axis = 0; axis < 3; ++axis) {
+      Handle half;
+      half.kind = Kind::Length;
+      half.path = itemOf("/tree/region/half_axes", static_cast<std::size_t>(axis));
+      half.origin = region.centre;
+      half.axis = Vector3::Unit(axis);
+      half.place = region.centre + region.half_axes[axis] * half.axis;
+      handles.push_back(half);
+    }
+    radius.axis = (region.centre - tree.root).unitOrthogonal();
+  }
   radius.place = tree.root + tree.radius * radius.axis;
   handles.push_back(radius);
 }

@@ -156,11 +156,6 @@ void readLayers(Map& map, ObjectSource& object) {
 TreeSpec treeOf(const Value& value) {
   Map map(value);
   TreeSpec spec;
-  spec.root = map["root"].vector3();
-  spec.direction = map["direction"].vector3();
-  spec.plane = map["plane"].vector3();
-  spec.radius = within(map["radius"], "tree/radius");
-  spec.axiom = map["axiom"].string();
   const auto letters = [](const Value& word) {
     const std::string signs = word.string();
     if (signs.empty() || signs.size() > 200 ||
@@ -168,7 +163,23 @@ TreeSpec treeOf(const Value& value) {
       word.fail("must be 1 to 200 of the letters A to Z (F: a branch), [ ] and /");
     return signs;
   };
-  letters(map["axiom"]);
+  spec.root = map["root"].vector3();
+  spec.radius = within(map["radius"], "tree/radius");
+  if (map.has("region")) {
+    for (const char* key :
+         {"direction", "plane", "axiom", "productions", "steps", "length", "turn", "scatter"})
+      if (map.has(key)) map[key].fail("must not be there: a tree with a region grows by its terminals");
+    const Value all = map["region"];
+    Map region(all);
+    spec.region = Region{region["centre"].vector3(), region["half_axes"].vector3()};
+    for (const Value& item : region["half_axes"].list()) within(item, "tree/region/half_axes/*");
+    region.finish();
+    spec.terminals = countWithin(map["terminals"], "tree/terminals");
+  } else {
+    spec.direction = map["direction"].vector3();
+    spec.plane = map["plane"].vector3();
+    spec.axiom = letters(map["axiom"]);
+  }
   if (map.has("productions")) {
     const Value all = map["productions"];  // lives as long as the loop over what it holds
     Map productions(all);

@@ -97,10 +97,87 @@ std::vector<Shoot> shootsOf(const std::string& word) {
   return shoots;
 }
 
+std::vector<TreeBranch> byRules(const TreeSpec& spec) {
+  for (const char sign : spec.axiom) {
+    if ((sign < 'A' || sign > 'Z') && sign != '[' && sign != ']' && sign != '/')
+      throw std::invalid_argument("axiom: " + files::shown(spec.axiom) +
+                                  "; allowed: A to Z, [ and ] and /, F is a branch");
+  }
+  const std::vector<Shoot> shoots = shootsOf(rewritten(spec));
+  if (!(spec.direction.norm() > 1e-9) ||
+      !(spec.direction.cross(spec.plane).norm() > 1e-9 * spec.plane.norm()))
+    throw std::invalid_argument("direction and plane must be two directions");
+
+  std::vector<Vector3> directions(shoots.size());
+  std::vector<TreeBranch> branches(shoots.size());
+  const auto scattered = [&](std::size_t i, std::uint64_t which) {
+    return 1.0 + spec.scatter * (2.0 * solver::randomUniform(spec.seed, i, which) - 1.0);
+  };
+  for (std::size_t i = 0; i < shoots.size(); ++i) {
+    const Shoot& shoot = shoots[i];
+    TreeBranch& branch = branches[i];
+    branch.parent = shoot.parent;
+    branch.ends = shoot.ends;
+    if (shoot.parent < 0) {
+      directions[i] = spec.direction.normalized();
+      branch.axis = spec.direction.cross(spec.plane).normalized();
+      branch.radius = spec.radius;
+      branch.from = spec.root;
+    } else {
+      const std::size_t p = static_cast<std::size_t>(shoot.parent);
+      const TreeBranch& before = branches[p];
+      directions[i] = directions[p];
+      branch.axis = before.axis;
+      branch.radius = before.radius;
+      branch.from = before.to;
+      const auto& siblings = shoots[p].next;
+      if (siblings.size() == 2) {
+        const bool first = siblings[0] == static_cast<int>(i);
+        branch.radius = radiusBehind(before, shoot.ends);
+        const double beside = radiusBehind(before, before.ends - shoot.ends);
+        const double angle = branchAngle(before.radius, branch.radius, beside) * scattered(i, 1);
+        // Both turn about the axis that the first of them has.
+        const std::uint32_t turns = shoots[static_cast<std::size_t>(siblings[0])].turns;
+        branch.axis = Eigen::AngleAxisd(turns * spec.turn, directions[p]) * before.axis;
+        directions[i] = Eigen::AngleAxisd(first ? angle : -angle, branch.axis) * directions[p];
+      }
+    }
+    branch.to = branch.from + spec.length * branch.radius * shoot.units * scattered(i, 0) * directions[i];
+  }
+  return branches;
+}
+
+/// Without what is thinner than `least`: a branch whose followers are all thin ends the tree, a thin one
+/// beside another is kept undrawn.
+std::vector<TreeBranch> withoutThin(const std::vector<TreeBranch>& all, double least) {
+  std::vector<int> kept(all.size(), -1);
+  std::vector<char> leads_on(all.size(), 0);
+  for (const TreeBranch& branch : all)
+    if (branch.parent >= 0 && branch.radius >= least) leads_on[static_cast<std::size_t>(branch.parent)] = 1;
+  std::vector<TreeBranch> branches;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    TreeBranch branch = all[i];
+    if (branch.parent >= 0) {
+      const std::size_t p = static_cast<std::size_t>(branch.parent);
+      if (kept[p] < 0 || leads_on[p] == 0) continue;
+      branch.parent = kept[p];
+      branch.drawn = branch.radius >= least;
+    }
+    branches.push_back(branch);
+    if (branch.drawn) kept[i] = static_cast<int>(branches.size()) - 1;
+  }
+  return branches;
+}
+
 }  // namespace
 
 double radiusExponent(double radius) {
   return radius > 1e-3 ? 2.33 : radius > 1e-4 ? 2.7 : 3.0;
+}
+
+double radiusBehind(const TreeBranch& before, std::uint32_t ends) {
+  return before.radius *
+         std::pow(static_cast<double>(ends) / before.ends, 1.0 / radiusExponent(before.radius));
 }
 
 double branchAngle(double before, double this_one, double other) {
@@ -121,72 +198,9 @@ std::string branchName(const std::string& tree, std::size_t branch) {
 }
 
 std::vector<TreeBranch> growTree(const TreeSpec& spec) {
-  for (const char sign : spec.axiom) {
-    if ((sign < 'A' || sign > 'Z') && sign != '[' && sign != ']' && sign != '/')
-      throw std::invalid_argument("axiom: " + files::shown(spec.axiom) +
-                                  "; allowed: A to Z, [ and ] and /, F is a branch");
-  }
-  const std::vector<Shoot> shoots = shootsOf(rewritten(spec));
-  if (!(spec.direction.norm() > 1e-9) ||
-      !(spec.direction.cross(spec.plane).norm() > 1e-9 * spec.plane.norm()))
-    throw std::invalid_argument("direction and plane must be two directions");
-
-  struct Pose {
-    double radius;
-    Vector3 direction, axis;
-    int kept;
-  };
-  std::vector<Pose> poses(shoots.size());
-  std::vector<TreeBranch> branches;
-  const auto scattered = [&](std::size_t i, std::uint64_t which) {
-    return 1.0 + spec.scatter * (2.0 * solver::randomUniform(spec.seed, i, which) - 1.0);
-  };
-  for (std::size_t i = 0; i < shoots.size(); ++i) {
-    const Shoot& shoot = shoots[i];
-    Pose& pose = poses[i];
-    TreeBranch branch;
-    if (shoot.parent < 0) {
-      pose = {spec.radius, spec.direction.normalized(), spec.direction.cross(spec.plane).normalized(), -1};
-      branch.from = spec.root;
-    } else {
-      const std::size_t p = static_cast<std::size_t>(shoot.parent);
-      const Pose& before = poses[p];
-      pose = before;
-      if (before.kept < 0) continue;  // ended
-      const auto& siblings = shoots[p].next;
-      if (siblings.size() == 2) {
-        const bool first = siblings[0] == static_cast<int>(i);
-        const Shoot& other = shoots[static_cast<std::size_t>(siblings[first ? 1 : 0])];
-        const double power = 1.0 / radiusExponent(before.radius);
-        const double ends = shoots[p].ends;
-        pose.radius = before.radius * std::pow(shoot.ends / ends, power);
-        const double beside = before.radius * std::pow(other.ends / ends, power);
-        const double angle = branchAngle(before.radius, pose.radius, beside) * scattered(i, 1);
-        // Both turn about the axis that the first of them has.
-        const std::uint32_t turns = shoots[static_cast<std::size_t>(siblings[0])].turns;
-        pose.axis = Eigen::AngleAxisd(turns * spec.turn, before.direction) * before.axis;
-        pose.direction = Eigen::AngleAxisd(first ? angle : -angle, pose.axis) * before.direction;
-        const bool thin = pose.radius < spec.least;
-        if (thin && beside < spec.least) {
-          pose.kept = -1;
-          continue;
-        }
-        branch.drawn = !thin;
-      }
-      branch.parent = before.kept;
-      branch.from = branches[static_cast<std::size_t>(before.kept)].to;
-    }
-    branch.axis = pose.axis;
-    branch.radius = pose.radius;
-    branch.ends = shoot.ends;
-    branch.to = branch.from + spec.length * pose.radius * shoot.units * scattered(i, 0) * pose.direction;
-    branches.push_back(branch);
-    pose.kept = static_cast<int>(branches.size()) - 1;
-    if (!branch.drawn) pose.kept = -1;  // what is behind it ends, too
-  }
   if (spec.radius < spec.least)
     throw std::invalid_argument("radius: must be at least `least`, " + std::to_string(spec.least) + " m");
-  return branches;
+  return withoutThin(spec.region ? fillRegion(spec) : byRules(spec), spec.least);
 }
 
 scene::VesselTree vesselTree(const std::string& name, const TreeSpec& spec,

@@ -2,17 +2,26 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "vest_tissue/modelling/spline.h"
 #include "vest_tissue/scene/description.h"
 
-/// Trees of vessels and ducts by rules: Lindenmayer, J. Theor. Biol. 18, 1968, 280-315, read as branches.
+/// Trees of vessels and ducts, by rules (Lindenmayer, J. Theor. Biol. 18, 1968, 280-315, read as branches) or
+/// by what they supply (Schreiner and Buxbaum, IEEE Trans. Biomed. Eng. 40(5), 1993, 482-491; Karch et al.,
+/// Comput. Biol. Med. 29(1), 1999, 19-38).
 namespace vest::modelling {
+
+/// An ellipsoid with axes along the world's.
+struct Region {
+  Vector3 centre = Vector3::Zero(), half_axes = Vector3::Zero();  ///< m
+};
 
 /// What a tree is grown from. Signs of a production: F a branch, or the same branch longer where no other
 /// leaves between; [ ] what leaves at its end; / turns the plane of the next branching; letters are replaced.
+/// A tree with a region has no word: its `terminals` lie spread over the region.
 struct TreeSpec {
   Vector3 root = Vector3::Zero(), direction{0, 0, 1};
   Vector3 plane{1, 0, 0};  ///< the first branching lies in direction and this
@@ -28,6 +37,8 @@ struct TreeSpec {
   std::string
       supply;         ///< artery of the patient at whose end it begins; empty: a duct, which carries no blood
   double flow = 0.0;  ///< m³/s; 0: that of kShear
+  std::optional<Region> region;
+  std::uint32_t terminals = 0;
 };
 
 struct TreeBranch {
@@ -46,9 +57,18 @@ double radiusExponent(double radius);
 /// 835-841: cos = (r0^4 + r1^4 - r2^4)/(2 r0² r1²).
 double branchAngle(double before, double this_one, double other);
 
+/// m, of a branch with `ends` of those that `before` supplies, where two leave: flow is shared by ends.
+double radiusBehind(const TreeBranch& before, std::uint32_t ends);
+
 /// Parents before their branches. A branch thinner than `least` ends the tree there; it is kept, undrawn,
 /// where it leaves beside one that is drawn. @throws std::invalid_argument saying what is wrong
 std::vector<TreeBranch> growTree(const TreeSpec& spec);
+
+/// All branches of the tree that supplies `spec.region`, thin ones as well. One end after the other joins the
+/// branch where the tree then has the least volume, and keeps clear of other branches. Last, each branching
+/// moves to where it costs least, so that angles are those of branchAngle. Ends carry the same flow.
+/// @throws std::invalid_argument where not all ends find a place
+std::vector<TreeBranch> fillRegion(const TreeSpec& spec);
 
 /// m: wall of an artery, Boileau et al., Int. J. Numer. Meth. Biomed. Eng. 31(10), 2015, e02732, as in the
 /// network of the shipped patient.
