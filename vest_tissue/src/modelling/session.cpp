@@ -8,13 +8,11 @@
 
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/files/yaml_reader.h"
+#include "vest_tissue/modelling/ties.h"
 #include "vest_tissue/scene/baked.h"
 
 namespace vest::modelling {
 namespace {
-
-/// N/m a knot, of a connection that is proposed (assumed: between those of the gynaecology scene).
-constexpr double kTie = 10.0;
 
 Document documentOf(const std::string& path, std::string text) try {
   return Document(std::move(text));
@@ -127,11 +125,12 @@ std::vector<Proposal> Session::propose(const std::string& object, double within)
     const auto close = [&] {
       if (!open) return;
       open = false;
-      char text[256];
-      std::snprintf(text, sizeof text,
-                    "{to: %s, rings: [%d, %d], per_ring: 1, within: %.4g, stiffness: %.4g}",
-                    other.name.c_str(), run.first, run.last, within, kTie);
-      run.value = document_.has(list) ? text : "[" + std::string(text) + "]";
+      ConnectRule rule;
+      rule.to = other.name;
+      rule.rings.first = run.first, rule.rings.last = run.last;
+      rule.within = within, rule.stiffness = kTie;
+      const std::string text = textOf(rule);
+      run.value = document_.has(list) ? text : "[" + text + "]";
       run.path = document_.has(list) ? list + "/-" : list;
       proposals.push_back(run);
     };

@@ -7,6 +7,7 @@
 
 #include "vest_tissue/fem/description.h"
 #include "vest_tissue/net/skin.h"
+#include "vest_tissue/ros/drawn_scene.h"
 #include "vest_tissue/scene/event_words.h"
 #include "vest_tissue/scene/request.h"
 #include "vest_tissue/scene/topology.h"
@@ -354,14 +355,7 @@ void toMsg(const scene::World& world, vest_msgs::TissueTopology& msg) {
     for (const auto& corner : world.state().objects[i].tissue.corner)
       m.tetrahedra.insert(m.tetrahedra.end(), corner.begin(), corner.end());
     if (o.fem) m.tetrahedron_material = o.fem->cell_material;
-    m.ring_start.clear();
-    if (!o.tube.rings.empty()) m.ring_start.push_back(0);
-    for (std::size_t r = 0; r < o.tube.rings.size(); ++r) {
-      m.centre_line_station.push_back(static_cast<float>(o.tube.station[r]));
-      m.ring_knots.insert(m.ring_knots.end(), o.tube.rings[r].begin(), o.tube.rings[r].end());
-      m.ring_start.push_back(static_cast<std::uint32_t>(m.ring_knots.size()));
-    }
-    m.vessel_segment = o.tube.vessel_segment;
+    tubeToMsg(o.tube, m);
   }
 }
 

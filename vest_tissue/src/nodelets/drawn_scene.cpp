@@ -4,6 +4,17 @@
 
 namespace vest::ros_shell {
 
+void tubeToMsg(const scene::TubeMap& tube, vest_msgs::TissueObject& msg) {
+  msg.ring_start.clear();
+  if (!tube.rings.empty()) msg.ring_start.push_back(0);
+  for (std::size_t r = 0; r < tube.rings.size(); ++r) {
+    msg.centre_line_station.push_back(static_cast<float>(tube.station[r]));
+    msg.ring_knots.insert(msg.ring_knots.end(), tube.rings[r].begin(), tube.rings[r].end());
+    msg.ring_start.push_back(static_cast<std::uint32_t>(msg.ring_knots.size()));
+  }
+  msg.vessel_segment = tube.vessel_segment;
+}
+
 vest_msgs::TissueTopology topologyOf(const scene::Description& scene) {
   vest_msgs::TissueTopology topology;
   topology.header.frame_id = "world";
@@ -41,6 +52,7 @@ vest_msgs::TissueTopology topologyOf(const scene::Description& scene) {
         m.tetrahedra.insert(m.tetrahedra.end(), corner.begin(), corner.end());
       m.tetrahedron_material = o.fem->cell_material;
     }
+    tubeToMsg(o.tube, m);
     topology.objects.push_back(std::move(m));
   }
   return topology;

@@ -10,6 +10,7 @@
 #include "vest_tissue/modelling/handles.h"
 #include "vest_tissue/modelling/library.h"
 #include "vest_tissue/modelling/session.h"
+#include "vest_tissue/modelling/ties.h"
 
 // Protects what a person edits with: a handle writes back the place where it was dropped, a field knows the
 // range by which the reader refuses, and what the library has says where it is from and bakes.
@@ -99,6 +100,92 @@ TEST(Handles, LinesShowTheCurveThatIsDrawn) {
   ASSERT_EQ(lines.size(), 3u) << "the centre and two cross-sections";
   for (const Vector3& p : lines[1]) EXPECT_NEAR((p - lines[0].front()).norm(), 0.003, 1e-6);
   EXPECT_EQ(linesOf(alone(withPart("vessel_tree"), "vessel_tree")).size(), 3u) << "a line a branch";
+}
+
+namespace {
+
+std::vector<Laid> laidOf(const Session& session) {
+  std::vector<Laid> scene;
+  for (const auto& object : session.scene().objects)
+    scene.push_back({object.name,
+                     object.model == vest::scene::ObjectModel::Rigid,
+                     object.rest_position,
+                     {object.tube.rings.begin(), object.tube.rings.end()},
+                     {object.fixed.begin(), object.fixed.end()}});
+  return scene;
+}
+
+const Laid& of(const std::vector<Laid>& scene, const std::string& name) {
+  return *std::find_if(scene.begin(), scene.end(), [&](const Laid& o) { return o.name == name; });
+}
+
+}  // namespace
+
+TEST(Ties, OneIsMadeWhereAPointLiesMovedAlongTheOrganToAnotherOneAndRemoved) {
+  Session session = withPart("tube");
+  const std::string empty = session.text();
+  const auto tube = alone(session, "tube").objects[0];
+  const Vector3 first = tube.tube->centre.front(), last = tube.tube->centre.back();
+  ASSERT_FALSE(tieFrom(first, of(laidOf(session), "tube"), laidOf(session))) << "the hollow is no organ";
+  // Two neighbours, one near each end.
+  const auto vein = [&](const std::string& name, const Vector3& at) {
+    char text[400];
+    std::snprintf(
+        text, sizeof text,
+        "{name: %s, organ: vein, material: vein, support: 30, fixed: [{rings: [0, 1]}], tube: {centre: "
+        "[[%g, %g, %g], [%g, %g, %g]], sections: [{at: 0, radii: [0.002]}], reference: [1, 0, 0], "
+        "rings: 8, around: 6}}",
+        name.c_str(), at.x(), at.y(), at.z(), at.x(), at.y(), at.z() + 0.02);
+    session.apply("insert", "/objects/-", text);
+  };
+  vein("near_first", first + Vector3(0, 0, 0.008));
+  vein("near_last", last + Vector3(0, 0, 0.008));
+  auto scene = laidOf(session);
+  const bool list = session.document().has("/objects/tube/connect");
+  const std::string rule = textOf(*tieFrom(first, of(scene, "tube"), scene));
+  EXPECT_NE(rule.find("to: near_first, rings: [2, 2]"), std::string::npos) << rule << ": two are fixed";
+  session.apply(list ? "insert" : "set", std::string("/objects/tube/connect") + (list ? "/-" : ""),
+                list ? rule : "[" + rule + "]");
+  ASSERT_FALSE(session.scene().connections.empty()) << "what lies within is tied";
+
+  const auto tie = [&] {
+    return tiesOf(alone(session, "tube").objects[0].connections, of(laidOf(session), "tube"), laidOf(session))
+        .back();
+  };
+  EXPECT_LT((tie().own - first).norm(), 0.01);
+  EXPECT_LT((tie().other - first - Vector3(0, 0, 0.008)).norm(), 0.004);
+  // The other end is dropped on the other vein, the own end beside it.
+  const std::string path = "/objects/tube" + tie().path;
+  ConnectRule moved = otherEndAt(tie(), last + Vector3(0, 0, 0.015), of(scene, "tube"), scene);
+  EXPECT_EQ(moved.to, "near_last");
+  session.apply("set", path, textOf(moved));
+  moved = ownEndAt(tie(), last, of(scene, "tube"), scene);
+  EXPECT_EQ(moved.rings.last, static_cast<int>(tube.tube->rings) - 3) << "two are fixed";
+  session.apply("set", path, textOf(moved));
+  EXPECT_LT((tie().own - last).norm(), 0.01);
+  session.apply("remove", path);
+  EXPECT_TRUE(alone(session, "tube").objects[0].connections.empty());
+  while (session.canUndo() && session.text() != empty) session.apply("undo", "");
+  EXPECT_EQ(session.text(), empty);
+}
+
+TEST(Ties, RingsOfARuleKeepTheirNumberAndStayOnTheOrgan) {
+  Laid own{"own", false, {}, {}};
+  for (std::uint32_t k = 0; k < 10; ++k) own.knots.push_back({0.01 * k, 0, 0}), own.rings.push_back({k});
+  const Laid other{"other", false, {{0.05, 0.01, 0}}, {}};
+  ConnectRule rule;
+  rule.to = "other";
+  rule.rings = {-4, -2, 2, 0};
+  const auto ties = tiesOf({rule}, own, {own, other});
+  ASSERT_EQ(ties.size(), 1u);
+  const auto dropped = [&](double x) { return textOf(ownEndAt(ties[0], {x, 0, 0}, own, {own, other})); };
+  EXPECT_EQ(dropped(0.031), "{to: other, rings: [2, 4, 2], per_ring: 1, within: 0.0317, stiffness: 0}");
+  EXPECT_EQ(dropped(-1).find("{to: other, rings: [0, 2, 2]"), 0u);
+  EXPECT_EQ(dropped(1).find("{to: other, rings: [7, 9, 2]"), 0u);
+  rule.rings = {3, 12, 1, 0};
+  EXPECT_TRUE(tiesOf({rule}, own, {own, other}).empty()) << "beyond the last ring";
+  rule.rings = {0, 1, 1, 0}, rule.to = "gone";
+  EXPECT_TRUE(tiesOf({rule}, own, {own, other}).empty());
 }
 
 TEST(Fields, RangesAreThoseByWhichTheReaderRefuses) {

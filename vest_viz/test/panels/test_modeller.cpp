@@ -223,8 +223,30 @@ TEST_F(Drawing, HandlesAndFieldsEditTheSourceAndUndoGivesItsBytesBack) {
   within->setValue(100);
   click("Tie within");
   ASSERT_TRUE(spin([&] { return source_.find("connect: [{to: vessel") != std::string::npos; })) << source_;
+  // The tie is a line with two ends. Its own end goes to other rings, and its menu takes it away.
+  ASSERT_TRUE(
+      spin([&] { return handles_.count("/connect/0/rings") == 1 && handles_.count("/connect/0/to") == 1; }));
+  const std::string tied = source_;
+  const auto end = handles_["/connect/0/rings"].pose.position;
+  feel("/connect/0/rings", InteractiveMarkerFeedback::MOUSE_DOWN, end.x, end.y, end.z);
+  feel("/connect/0/rings", InteractiveMarkerFeedback::MOUSE_UP, end.x + 0.05, end.y + 0.05, end.z + 0.05);
+  EXPECT_TRUE(spin([&] { return source_ != tied; })) << source_;
+  // A second one from the menu of a point, and away by the menu of its end.
+  const auto chooses = [&](const std::string& handle, std::uint32_t entry) {
+    InteractiveMarkerFeedback said;
+    said.header.frame_id = "world", said.client_id = "hand", said.marker_name = handle;
+    said.event_type = InteractiveMarkerFeedback::MENU_SELECT, said.menu_entry_id = entry;
+    hand_.publish(said);
+  };
+  ASSERT_TRUE(spin([&] { return edits_ == 8; }));
+  const std::string moved = source_;
+  chooses("/revolve/origin", 3);
+  ASSERT_TRUE(spin([&] { return handles_.count("/connect/1/to") == 1; })) << source_;
+  chooses("/connect/1/to", 2);
+  ASSERT_TRUE(becomes(moved));
+  ASSERT_TRUE(spin([&] { return edits_ == 10; }));
   click("Delete");
-  ASSERT_TRUE(spin([&] { return objects_ == 2 && edits_ == 8; }));
+  ASSERT_TRUE(spin([&] { return objects_ == 2 && edits_ == 11; }));
 
   // A handle that would end in nothing goes back, and the panel says why.
   choose("vessel");
@@ -234,7 +256,7 @@ TEST_F(Drawing, HandlesAndFieldsEditTheSourceAndUndoGivesItsBytesBack) {
   EXPECT_TRUE(spin([&] { return says("coincide"); }));
   EXPECT_EQ(source_, before);
 
-  for (int i = 0; i < 8; ++i) {
+  for (int i = 0; i < 11; ++i) {
     const std::uint32_t done = edits_;
     click("Undo");
     ASSERT_TRUE(spin([&] { return edits_ == done + 1; }));
