@@ -46,7 +46,7 @@ SceneSource alone(const Session& session, const std::string& object) {
 }  // namespace
 
 TEST(Handles, EachOneIsFoundWhereItWasDropped) {
-  for (const std::string part : {"tube", "bowel", "fold", "pouch", "vessel_tree"}) {
+  for (const std::string part : {"tube", "bowel", "fold", "pouch", "vessel_tree", "supply_tree"}) {
     SCOPED_TRACE(part);
     Session session = withPart(part);
     const std::vector<Handle> handles = handlesOf(alone(session, part));
@@ -191,7 +191,7 @@ TEST(Ties, RingsOfARuleKeepTheirNumberAndStayOnTheOrgan) {
 TEST(Fields, RangesAreThoseByWhichTheReaderRefuses) {
   // Each number of these objects, set beyond both ends of its range, is refused; at the ends it is not
   // refused for its range.
-  for (const std::string part : {"tube", "bowel", "fold", "pouch", "vessel_tree"}) {
+  for (const std::string part : {"tube", "bowel", "fold", "pouch", "vessel_tree", "supply_tree"}) {
     Session session = withPart(part);
     for (const Entry& entry : entriesOf(session.document(), part)) {
       if (entry.field == nullptr) continue;
@@ -273,7 +273,8 @@ TEST(Library, PartsAreAddedTwiceUnderNamesOfTheirOwnAndUndoneByteForByte) {
       }
     }
     EXPECT_TRUE(session.document().has("/objects/" + entry.name));
-    const std::string second = entry.name + (entry.name == "vessel_tree" ? "_no2" : "_2");
+    const std::string second =
+        entry.name + ((entry.name == "vessel_tree" || entry.name == "supply_tree") ? "_no2" : "_2");
     ASSERT_TRUE(session.document().has("/objects/" + second));
     const auto at = [&](const std::string& name) { return handlesOf(alone(session, name)).front().place; };
     EXPECT_LT((at(second) - at(entry.name) - Vector3(0, 0, 0.004)).norm(), 2e-5);
