@@ -427,11 +427,14 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
     for (std::size_t p = 0; p < count; ++p) {
       TissuePoint& point = w.points[p];
       if (point.kind == 2) continue;
-      // Two that hold one knot are solved at once: one by one they would hand the load to and fro.
-      TissuePoint* const other = point.with < 0 ? nullptr : &w.points[static_cast<std::size_t>(point.with)];
-      if (other != nullptr && other < &point) continue;
+      // All that hold one knot are solved at once: one by one they would hand the load to and fro.
+      if (point.led) continue;
+      const auto next = [&w](const TissuePoint& of) {
+        return of.with < 0 ? nullptr : &w.points[static_cast<std::size_t>(of.with)];
+      };
       const Matrix3d& own = D(p, p);
-      const Vector3d before = other == nullptr ? point.force : Vector3d(point.force + other->force);
+      Vector3d before = point.force;
+      for (TissuePoint* o = next(point); o != nullptr; o = next(*o)) before += o->force;
       const Vector3d without = end[p] - own * before;
       Vector3d force;
       if (point.kind == 1) {
@@ -441,14 +444,16 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
           return Vector3d(of.stiffness * (of.target - without) +
                           of.damping * (of.target_velocity - (without - start[p]) / h));
         };
-        const double k = other == nullptr ? hardness(point) : hardness(point) + hardness(*other);
-        const Vector3d all = other == nullptr ? wanted(point) : Vector3d(wanted(point) + wanted(*other));
+        double k = hardness(point);
+        Vector3d all = wanted(point);
+        for (TissuePoint* o = next(point); o != nullptr; o = next(*o)) k += hardness(*o), all += wanted(*o);
         const Matrix3d A = Matrix3d::Identity() + k * own;
         Matrix3d inverse;
         bool good = false;
         A.computeInverseWithCheck(inverse, good, 0.0);
         force = good ? Vector3d(inverse * all) : Vector3d(Vector3d::Zero());
-        if (other != nullptr) other->force = wanted(*other) - hardness(*other) * (own * force);
+        for (TissuePoint* o = next(point); o != nullptr; o = next(*o))
+          o->force = wanted(*o) - hardness(*o) * (own * force);
       } else {
         const double n_own = point.compliance;
         // Much stiffer than the tissue behind it, as far as the tool bears it.
@@ -471,7 +476,8 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
         }
       }
       const Vector3d delta = force - before;
-      point.force = other == nullptr ? force : Vector3d(force - other->force);
+      point.force = force;
+      for (TissuePoint* o = next(point); o != nullptr; o = next(*o)) point.force -= o->force;
       if (delta.squaredNorm() == 0.0) continue;
       for (std::size_t q = 0; q < count; ++q) end[q] += D(p, q).transpose() * delta;  // symmetric
       change += delta.squaredNorm();

@@ -72,10 +72,10 @@ bool gatherPoints(Context& c, ObjectScratch& o, double fraction) {
     point.stiffness = p.stiffness, point.damping = p.damping;
     point.tool = p.tool;
     if (p.tool != contact::kNoTool) ++of_tool[p.tool];
-    for (std::size_t i = 0; i < points.size() && point.with < 0; ++i)
-      if (points[i].knots[0] == p.knot && points[i].with < 0) {
-        point.with = static_cast<std::int32_t>(i);
-        points[i].with = static_cast<std::int32_t>(points.size());
+    for (TissuePoint& before : points)
+      if (before.knots[0] == p.knot && before.with < 0) {
+        before.with = static_cast<std::int32_t>(points.size());
+        point.led = true;
       }
     points.push_back(point);
   }

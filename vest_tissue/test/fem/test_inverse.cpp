@@ -1,10 +1,12 @@
 // The precomputed inverse of an elastostatic object: what it is, and what is kept of it between runs.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 
 #include "beam.h"
+#include "cutting.h"
 #include "temporary_scene.h"
 #include "vest_tissue/fem/cache.h"
 #include "vest_tissue/fem/simulate.h"
@@ -95,6 +97,49 @@ TEST(Inverse, ASecondStartReadsWhatTheFirstComputedAndDamageIsIgnored) {
     EXPECT_EQ((inverse(same, cache) - first).norm(), 0.0);
     ASSERT_TRUE(loadMatrix(cache, hash, first.rows(), read));
     EXPECT_EQ((read - first).norm(), 0.0);
+  }
+}
+
+TEST(TissueHolds, ManyOnOneKnotAreOneOfTheirSum) {
+  for (const Motion motion : {Motion::BackwardEuler, Motion::Elastostatic}) {
+    Description d = makeBox({4, 3, 3, 0.1, 0.08, 0.07});
+    d.motion = motion;
+    d.material = {20e3, 0.4, 1050.0, 1.0, 0.002};
+    Cutting many(d), one(d);
+    const auto knot = static_cast<Index>(d.nodes.size() - 1);
+    const std::array<double, 3> stiffness{500, 2000, 80};
+    const std::array<double, 3> up{0.001, -0.002, 0.004};
+    TissuePoint hold, whole;
+    hold.kind = whole.kind = 1;
+    hold.knots[0] = whole.knots[0] = knot, hold.weights[0] = whole.weights[0] = 1.0;
+    whole.target.setZero();
+    for (std::size_t i = 0; i < 3; ++i) {
+      hold.stiffness = stiffness[i];
+      hold.target = d.nodes[knot] + Eigen::Vector3d(0, 0.5 * up[i], up[i]);
+      hold.with = i < 2 ? static_cast<std::int32_t>(i) + 1 : -1;
+      hold.led = i > 0;
+      many.scratch.points.push_back(hold);
+      whole.stiffness += hold.stiffness, whole.target += hold.stiffness * hold.target;
+    }
+    whole.target /= whole.stiffness;
+    one.scratch.points = {whole};
+    for (Cutting* const c : {&many, &one}) {
+      ASSERT_TRUE(freeTissueStep(*c->model, c->state, c->h,
+                                 {c->held[0].data(), c->held[1].data(), c->held[2].data()},
+                                 Eigen::Vector3d::Zero(), c->scratch));
+      solveTissuePoints(*c->model, c->state, c->h, c->scratch);
+      ASSERT_TRUE(endTissueStep(*c->model, c->state, c->h, c->scratch));
+    }
+    const Eigen::Vector3d moved = one.state.x[knot] - d.nodes[knot];
+    EXPECT_GT(moved.norm(), 1e-6);
+    EXPECT_LT((many.state.x[knot] - one.state.x[knot]).norm(), 1e-9 * moved.norm()) << int(motion);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const TissuePoint& point : many.scratch.points) {
+      const Eigen::Vector3d spring = point.stiffness * (point.target - many.state.x[knot]);
+      EXPECT_LT((point.force - spring).norm(), 1e-9 * spring.norm());
+      sum += point.force;
+    }
+    EXPECT_LT((sum - one.scratch.points[0].force).norm(), 1e-9 * sum.norm());
   }
 }
 
