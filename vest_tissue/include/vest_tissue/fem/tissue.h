@@ -101,9 +101,9 @@ struct TissuePoint {
   double friction = 0.0;                                      ///< Coulomb, contact
   double most_stiffness = 0.0;  ///< N/m: above it the tool's own coupling would not bear the contact
   std::uint8_t tool = 0;
-  std::int32_t with = -1;    ///< hold: the next one on the same knot; -1: none
-  bool led = false;          ///< hold: one before it is on the same knot
-  std::uint32_t source = 0;  ///< the caller's
+  std::int32_t with = -1;                           ///< hold: the next one on the same knot; -1: none
+  bool led = false;                                 ///< hold: one before it is on the same knot
+  std::uint32_t source = 0;                         ///< the caller's
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, result: on the tissue
   double compliance = 0.0;  ///< m/N, result: of the tissue alone along the normal (hold: mean)
   double slip_power = 0.0;  ///< W, result: turned into heat by friction and damping
