@@ -257,6 +257,29 @@ class RosHazards(unittest.TestCase):
         self.assertTrue(push(1.0, 5.0, lambda: any("servo_cf refused: its stamp is 5" in text for text in said)), said)
         self.assertLess(max(abs(s.force_rendered.x) for s in self.states[had:]), 0.2, "old forces are none")
 
+    def test_a_device_process_that_was_put_aside_goes_on_without_force_and_blames_no_master(self):
+        node = self.device()
+        servo = rospy.Publisher("haptics/left/servo_cf", WrenchStamped, queue_size=10)
+        self.addCleanup(servo.unregister)
+        self.assertTrue(patient(lambda: servo.get_num_connections() > 0))
+        message = WrenchStamped()  # without a stamp: what waited in the queue is not told apart from what is new
+
+        def push(until):
+            return patient(lambda: servo.publish(message) or time.sleep(0.005) or until())
+
+        had = len(self.states)
+        self.assertTrue(push(lambda: len(self.states) > had + 100), "out of everything first")
+        message.wrench.force.x = 1.0
+        self.assertTrue(push(lambda: self.states[-1].force_rendered.x > 0.9), node.text())
+        node.signal(signal.SIGSTOP)
+        begin = time.monotonic()
+        push(lambda: time.monotonic() - begin > 3.0)
+        had = len(self.states)
+        node.signal(signal.SIGCONT)
+        self.assertTrue(push(lambda: len(self.states) > had + 200), node.text())
+        self.assertEqual({s.force_rendered.x for s in self.states[had + 2:]}, {0.0}, "the hand must be let go of first")
+        self.assertNotIn("ROS master lost", node.text())
+
     def test_a_device_process_that_was_killed_comes_back_disabled_and_without_force(self):
         node = self.device()
         self.assertTrue(patient(lambda: self.operating and self.operating[-1].state == "ENABLED"))
