@@ -130,7 +130,8 @@ class Devices(unittest.TestCase):
             for key in ("status", "tick rate [Hz]", "late ticks", "real-time priority", "force shown [N]", "age of contact model [s]",
                         "energy [J]", "watchdog of the device [s]"):
                 self.assertIn(key, values)
-            self.assertEqual(values["status"], "ok")
+            # A stand-in's thread that a busy machine keeps waiting for 20 ms is unplugged at that moment.
+            self.assertTrue(patient(lambda s=side: any(v.key == "status" and v.value == "ok" for v in statuses(s)[-1].values)), values)
 
     def test_5_states_follow_crtk_and_a_second_publisher_is_a_fault(self):
         self.assertEqual(OperatingState._md5sum, "b1bd4021639d9d9c5fbfff78d6ff3158", "crtk_msgs on the wire")

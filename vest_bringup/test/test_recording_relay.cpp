@@ -8,6 +8,7 @@
 
 #include "vest_bringup/ros/recorder.h"
 #include "vest_bringup/ros/recording_relay.h"
+#include "vest_bringup/ros/thinning.h"
 
 // Protects recordings that come in batches: every message whole, losses counted, and nothing read past the
 // end of what came.
@@ -113,6 +114,27 @@ TEST(RecordingRelay, RelaysOnlyTopicsOfASession) {
 TEST(RecordingRelay, PatientsImagesAreNotRecordedUnlessAskedFor) {
   for (const std::string& topic : defaultTopics())
     EXPECT_EQ(topic.find("image/volume"), std::string::npos) << topic;
+}
+
+// An hour of bleeding and smoke is a bag of 6 GB at most (docs/decisions/0003-recording.md).
+TEST(Thinning, WhatReSimulationMakesAgainIsKeptTenTimesASecondAndAllElseWhole) {
+  for (const char* whole : {"step_inputs", "tissue/events", "effects/impacts", "haptics/left/state",
+                            "phantom_box/footswitches", "session/score"}) {
+    EXPECT_EQ(keptRate(whole), 0.0) << whole;
+    EXPECT_FALSE(Thinning("/vest/", 10).wants(std::string("/vest/") + whole)) << whole;
+  }
+  for (const char* name : {"effects/fluid", "effects/smoke", "effects/lens", "tissue/state"}) {
+    Thinning thinning("/vest/", 10);
+    const BagConnection connection{std::string("/vest/") + name, "", "", "", {}};
+    ASSERT_TRUE(thinning.wants(connection.topic)) << name;
+    const std::uint8_t header[16] = {};
+    int kept = 0;
+    for (std::uint32_t i = 0; i < 400; ++i) {  // 40 a second for 10 s
+      const BagMessage message{connection, 100 + i / 40, i % 40 * 25000000, header, sizeof header};
+      kept += thinning.keeps(message, message.time());
+    }
+    EXPECT_NEAR(kept, 100, 2) << name;
+  }
 }
 
 }  // namespace

@@ -313,3 +313,52 @@ TEST(ImpulseEngine, WhenThePositionLineAloneDiesZeroGoesOutAndKeepsGoingOut) {
     EXPECT_EQ(device.read(s), DeviceStatus::Unplugged);
   }
 }
+
+// Without a watchdog the motors hold what came last, until somebody says zero.
+TEST(ImpulseEngine, WhenTheForceLineAloneDiesThatIsToldAndZeroGoesOutAsSoonAsItIsBack) {
+  Emulator emulator({"--motion", "rest", "--watchdog", "0"});
+  ImpulseEngineDevice device;
+  device.open(emulator.words());
+  device.enableForces(true);
+  Sample s;
+  DeviceStatus status = DeviceStatus::Starting;
+  // Until `done`, with a loop that asks for force all the time; at most a minute, of patience.
+  const auto press = [&](auto done) {
+    for (int i = 0; i < 1200 && !done(); ++i) {
+      for (int ms = 0; ms < 50; ++ms) {
+        status = device.read(s);
+        device.write({0, 0, 2.0, 0, 0});
+        std::this_thread::sleep_for(1ms);
+      }
+    }
+    return done();
+  };
+  const auto frames = [&] {  // in the newest rows of the log: {with force, without}
+    std::ifstream log(emulator.log);
+    std::string line;
+    std::array<int, 2> out{};
+    while (std::getline(log, line)) {
+      long long ns = 0;
+      double a, b, f, c, e;
+      int came = 0;
+      if (std::sscanf(line.c_str(), "%lld,%lf,%lf,%lf,%lf,%lf,%d", &ns, &a, &b, &f, &c, &e, &came) != 7)
+        continue;
+      if (came == 0) continue;
+      const bool zero = f == 0.0;
+      out[zero] += came;
+      out[!zero] = 0;
+    }
+    return out;
+  };
+  ASSERT_TRUE(press([&] { return frames()[0] > 100; })) << "there was force before";
+  ::kill(emulator.pid, SIGHUP);
+  ASSERT_TRUE(press([&] { return status == DeviceStatus::Error; }));
+  EXPECT_NE(device.lastError().find("force side"), std::string::npos) << device.lastError();
+  device.reset();
+  EXPECT_TRUE(press([&] { return status == DeviceStatus::Error; })) << "it is out still";
+  ::kill(emulator.pid, SIGHUP);
+  EXPECT_TRUE(press([&] { return frames()[1] > 100; })) << "zero, though nobody has acknowledged the error";
+  EXPECT_EQ(status, DeviceStatus::Error) << "latched";
+  device.reset();
+  EXPECT_TRUE(press([&] { return frames()[0] > 100; })) << "an explicit reset brings it back";
+}

@@ -196,6 +196,13 @@ TEST_F(Phantom, EncodersAreResetOnlyWhereAPersonSaysSoAndBeforeTheServoLoopRuns)
   fake.get<void(const char*, unsigned, int)>("fakehd_fail")("hdUpdateCalibration", 0x300, 0);
   device.home();
   EXPECT_FALSE(started()) << "a reset that failed is none";
+  EXPECT_EQ(device.read(s), DeviceStatus::Error) << "and is said";
+  EXPECT_EQ(device.errorCode(), 0x300u);
+  device.reset();
+  EXPECT_EQ(device.read(s), DeviceStatus::Uncalibrated) << "the person tries again";
+  device.home();
+  step(2);
+  EXPECT_EQ(device.read(s), DeviceStatus::Ok);
   device.close();
   // Others calibrate themselves: home() is nothing to them.
   fake.get<void(unsigned, int)>("fakehd_calibration")(0x5000, 2);
@@ -203,6 +210,26 @@ TEST_F(Phantom, EncodersAreResetOnlyWhereAPersonSaysSoAndBeforeTheServoLoopRuns)
   device.home();
   step(2);
   EXPECT_EQ(device.read(s), DeviceStatus::Ok);
+}
+
+// Nobody refreshes a force while the servo loop stands still.
+TEST_F(Phantom, WhoResetsEncodersWhileForceIsShownIsShownNoneFromThenOn) {
+  fake.get<void(unsigned, int)>("fakehd_calibration")(0x5000, 1);
+  manual();
+  for (const bool fails : {false, true}) {
+    device.open(words);
+    device.home();
+    step(2);
+    device.enableForces(true);
+    device.write({0, 0, 1.0, 0, 0});
+    step(1);
+    ASSERT_NEAR(shown()[1], 1.0, 1e-12);
+    if (fails) fake.get<void(const char*, unsigned, int)>("fakehd_fail")("hdUpdateCalibration", 0x300, 0);
+    device.home();
+    EXPECT_EQ(fake.get<int()>("fakehd_output")(), 0) << "force output is off, fails: " << fails;
+    EXPECT_EQ(shown()[1], 0.0);
+    device.close();
+  }
 }
 
 TEST_F(Phantom, AResetWithinTheLastLinesOfTheErrorsCallbackIsNotLost) {

@@ -21,6 +21,7 @@ PORT = own_port()
 import rospy  # noqa: E402  (reads the environment)
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import PoseStamped, WrenchStamped  # noqa: E402
+from std_msgs.msg import String  # noqa: E402
 from vest_msgs.msg import HapticState, InstrumentStates, OperatingState, StringStamped  # noqa: E402
 
 
@@ -207,6 +208,77 @@ class RosHazards(unittest.TestCase):
         node.end()
         self.device()
         self.assertTrue(patient(lambda: self.operating and self.operating[-1].state == "ENABLED"), "it is settled")
+
+    def test_commands_of_released_clients_are_taken_and_old_ones_are_refused_in_words(self):
+        # crtk_python_client up to 1.4.0 stamps no command.
+        node = self.device()
+        said = []
+        publishers = {name: rospy.Publisher("haptics/left/" + name, kind, queue_size=10)
+                      for name, kind in (("state_command", StringStamped), ("servo_cf", WrenchStamped))}
+        error = rospy.Subscriber("haptics/left/error", String, lambda m: said.append(m.data))
+        for client in (*publishers.values(), error):
+            self.addCleanup(client.unregister)
+        self.assertTrue(patient(lambda: all(p.get_num_connections() for p in publishers.values()) and error.get_num_connections()))
+        self.assertTrue(patient(lambda: self.operating and self.operating[-1].state == "ENABLED"))
+
+        def command(word, age=None):
+            message = StringStamped(string=word)
+            if age is not None:
+                message.header.stamp = rospy.Time.now() - rospy.Duration(age)
+            publishers["state_command"].publish(message)
+
+        def becomes(state):
+            self.assertTrue(patient(lambda: self.operating[-1].state == state), f"{state}: {node.text()}")
+
+        command("pause")
+        becomes("PAUSED")
+        command("resume", age=5.0)
+        self.assertTrue(patient(lambda: any("'resume' refused: its stamp is 5" in text for text in said)), said)
+        self.assertEqual(self.operating[-1].state, "PAUSED")
+        command("resume")
+        becomes("ENABLED")
+        command("disable", age=3600.0)  # what stops is never too late
+        becomes("DISABLED")
+        command("enable")
+        becomes("ENABLED")
+
+        def push(newton, age, until):
+            message = WrenchStamped()
+            message.wrench.force.x = newton
+            if age is not None:
+                message.header.stamp = rospy.Time.now() - rospy.Duration(age)
+            return patient(lambda: publishers["servo_cf"].publish(message) or time.sleep(0.005) or until())
+
+        had = len(self.states)
+        self.assertTrue(push(0.0, None, lambda: len(self.states) > had + 100), "out of everything first")
+        self.assertTrue(push(1.0, None, lambda: self.states[-1].force_rendered.x > 0.9), node.text())
+        self.assertTrue(patient(lambda: abs(self.states[-1].force_rendered.x) < 0.2), "a client that falls silent")
+        had = len(self.states)
+        self.assertTrue(push(1.0, 5.0, lambda: any("servo_cf refused: its stamp is 5" in text for text in said)), said)
+        self.assertLess(max(abs(s.force_rendered.x) for s in self.states[had:]), 0.2, "old forces are none")
+
+    def test_a_device_process_that_was_put_aside_goes_on_without_force_and_blames_no_master(self):
+        node = self.device()
+        servo = rospy.Publisher("haptics/left/servo_cf", WrenchStamped, queue_size=10)
+        self.addCleanup(servo.unregister)
+        self.assertTrue(patient(lambda: servo.get_num_connections() > 0))
+        message = WrenchStamped()  # without a stamp: what waited in the queue is not told apart from what is new
+
+        def push(until):
+            return patient(lambda: servo.publish(message) or time.sleep(0.005) or until())
+
+        had = len(self.states)
+        self.assertTrue(push(lambda: len(self.states) > had + 100), "out of everything first")
+        message.wrench.force.x = 1.0
+        self.assertTrue(push(lambda: self.states[-1].force_rendered.x > 0.9), node.text())
+        node.signal(signal.SIGSTOP)
+        begin = time.monotonic()
+        push(lambda: time.monotonic() - begin > 3.0)
+        had = len(self.states)
+        node.signal(signal.SIGCONT)
+        self.assertTrue(push(lambda: len(self.states) > had + 200), node.text())
+        self.assertEqual({s.force_rendered.x for s in self.states[had + 2:]}, {0.0}, "the hand must be let go of first")
+        self.assertNotIn("ROS master lost", node.text())
 
     def test_a_device_process_that_was_killed_comes_back_disabled_and_without_force(self):
         node = self.device()

@@ -13,12 +13,23 @@ struct KeptRate {
   const char* topic;
   double rate;  ///< Hz
 };
-constexpr KeptRate kKeptRates[] = {
-    {"tissue/state", 10},          {"tissue/contacts", 50},           {"tissue/topology", 1.0 / 60},
-    {"joint_states", 100},         {"phantom_box/joint_states", 100}, {"effects/haemodynamics", 50},
-    {"left/measured_js", 50},      {"left/measured_cp", 50},          {"right/measured_js", 50},
-    {"right/measured_cp", 50},     {"third/measured_js", 50},         {"third/measured_cp", 50},
-    {"endoscope/measured_js", 50}, {"endoscope/measured_cp", 50}};
+constexpr KeptRate kKeptRates[] = {{"tissue/state", 10},
+                                   {"tissue/contacts", 50},
+                                   {"tissue/topology", 1.0 / 60},
+                                   {"joint_states", 100},
+                                   {"phantom_box/joint_states", 100},
+                                   {"effects/haemodynamics", 50},
+                                   {"left/measured_js", 50},
+                                   {"left/measured_cp", 50},
+                                   {"right/measured_js", 50},
+                                   {"right/measured_cp", 50},
+                                   {"third/measured_js", 50},
+                                   {"third/measured_cp", 50},
+                                   {"endoscope/measured_js", 50},
+                                   {"endoscope/measured_cp", 50},
+                                   {"effects/fluid", 10},
+                                   {"effects/smoke", 10},
+                                   {"effects/lens", 10}};
 
 /// Whether a TissueState has fields per knot: it tells what no other state does.
 bool hasFields(const BagMessage& message) {

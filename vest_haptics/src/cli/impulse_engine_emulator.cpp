@@ -18,12 +18,19 @@
 
 namespace {
 
-volatile std::sig_atomic_t stop = 0, pull = 0, hush = 0;
+volatile std::sig_atomic_t stop = 0, pull = 0, pull_force = 0, hush = 0;
 
 std::int64_t steadyNow() {
   timespec t{};
   ::clock_gettime(CLOCK_MONOTONIC, &t);
   return static_cast<std::int64_t>(t.tv_sec) * 1000000000 + t.tv_nsec;
+}
+
+void pullOrPlugIn(vest::haptics::Tty& line, const std::string& link) {
+  if (line.isOpen())
+    line.close();
+  else if (const std::string wrong = line.openPseudo(link); !wrong.empty())
+    std::fprintf(stderr, "impulse_engine_emulator: %s\n", wrong.c_str());
 }
 
 }  // namespace
@@ -51,11 +58,13 @@ int main(int argc, char** argv) {
       ->check(vest::files::number(0, 1))
       ->capture_default_str();
   app.footer(
-      "SIGUSR1 pulls the position line out and plugs it in again; SIGUSR2 leaves it in and answers no more.");
+      "SIGUSR1 pulls the position line out and plugs it in again, SIGHUP the force line; SIGUSR2 leaves the "
+      "position line in and answers no more.");
   CLI11_PARSE(app, argc, argv);
   std::signal(SIGINT, [](int) { stop = 1; });
   std::signal(SIGTERM, [](int) { stop = 1; });
   std::signal(SIGUSR1, [](int) { pull = 1; });
+  std::signal(SIGHUP, [](int) { pull_force = 1; });
   std::signal(SIGUSR2, [](int) { hush = 1; });
 
   Tty position, force;
@@ -108,10 +117,12 @@ int main(int argc, char** argv) {
     if (pull) {
       pull = 0;
       session = false;
-      if (position.isOpen())
-        position.close();
-      else if (const std::string wrong = position.openPseudo(link); !wrong.empty())
-        std::fprintf(stderr, "impulse_engine_emulator: %s\n", wrong.c_str());
+      pullOrPlugIn(position, link);
+    }
+    if (pull_force) {
+      pull_force = 0;
+      frame.clear();
+      pullOrPlugIn(force, force_link);
     }
     if (!position.isOpen()) ::usleep(1000);
     const int n = position.isOpen() ? position.read(buffer, sizeof buffer, 1) : 0;

@@ -77,7 +77,8 @@ void ImpulseEngineDevice::open(const DeviceOptions& options) {
   begin();
   stop_ = false;
   if (transport_) {
-    transport_->open(option(options, "force_port", ""), capabilities_.maximum);
+    force_port_ = option(options, "force_port", "");
+    transport_->open(force_port_, capabilities_.maximum);
     capabilities_.force = true;
     capabilities_.watchdog = transport_->watchdog();
     capabilities_.delay = transport_->delay();
@@ -198,14 +199,36 @@ void ImpulseEngineDevice::serve() {
   }
 }
 
-// Nothing here waits for the position line. While that gives no poses, wanted() is zero.
+// Nothing here waits for the position line. While that gives no poses, wanted() is zero. So it is once this
+// line was gone, and then it goes out as soon as the line is back: until then the motors may hold what came
+// last.
 void ImpulseEngineDevice::serveForces() {
+  constexpr std::int64_t kAgain = 100000000;  // ns between two looks at a line that is gone, ours
   becomeRealTime("vest_lie_force");
+  bool gone = false;
+  std::int64_t look = 0;
   auto due = std::chrono::steady_clock::now();
   while (!stop_) {
-    if (!transport_->write(wanted(steadyNow()))) fail(kForceGone);
+    const std::int64_t now = steadyNow();
+    const Loads loads = wanted(now);
+    if (gone && now >= look) {
+      gone = !reopenForces();
+      look = now + kAgain;
+    }
+    gone = gone || !transport_->write(loads);
+    if (gone) fail(kForceGone);
     due = std::max(due + std::chrono::milliseconds(1), std::chrono::steady_clock::now());
     std::this_thread::sleep_until(due);
+  }
+}
+
+bool ImpulseEngineDevice::reopenForces() noexcept {
+  try {
+    transport_->close();
+    transport_->open(force_port_, capabilities_.maximum);
+    return true;
+  } catch (const std::exception&) {
+    return false;
   }
 }
 

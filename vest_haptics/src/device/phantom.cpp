@@ -208,16 +208,21 @@ void PhantomDevice::readLimits() {
   capabilities_.workspace = {0.001 * half.x(), 0.001 * half.z(), 0.001 * half.y(), 0, 0};
 }
 
-// Encoders are reset before the servo loop runs, and where that has stopped.
+// Encoders are reset before the servo loop runs, and where that has stopped. Nobody refreshes a force then.
 void PhantomDevice::home() {
   if (!hd_ || style_ != kStyleEncoderReset) return;
   if (running_) hd_->stop();
-  running_ = calibrated_ = false;
+  running_ = calibrated_ = output_ = false;
   setStatus(DeviceStatus::Uncalibrated);
   hd_->makeCurrent(handle_);
+  hd_->disable(kForceOutput);
   hd_->updateCalibration(kStyleEncoderReset);
   const bool done = hd_->checkCalibration() == kCalibrationOk;
-  if (hd_->getError().code == 0 && done) start();
+  const Library::ErrorInfo error = hd_->getError();
+  if (error.code != 0)
+    fail(error.code);
+  else if (done)
+    start();
 }
 
 void PhantomDevice::schedule() {
@@ -243,11 +248,12 @@ void PhantomDevice::close() {
 void PhantomDevice::reset() {
   if (!hd_ || errorCode() == 0) return;
   // The callback that latched the error ends itself a moment later: not before that is it scheduled anew.
-  for (int i = 0; i < 10000 && scheduled_; ++i) std::this_thread::sleep_for(std::chrono::microseconds(100));
+  for (int i = 0; i < 10000 && scheduled_ && running_; ++i)
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
   hd_->getError();  // what is left of the old error
   clearError();
   calibrated_ = output_ = false;
-  setStatus(DeviceStatus::Starting);
+  setStatus(running_ ? DeviceStatus::Starting : DeviceStatus::Uncalibrated);
   if (!scheduled_) schedule();
 }
 

@@ -5,9 +5,11 @@
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/package.h>
+#include <std_msgs/String.h>
 
 #include "vest_haptics/safety/freshness.h"
 #include "vest_instruments/control/input_map.h"
+#include "vest_instruments/ros/command_stamp.h"
 #include "vest_instruments/tools/tool_kind.h"
 
 namespace vest::ros_shell {
@@ -157,6 +159,7 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh, shared:
   operating.datatype = package + "/OperatingState";
   operating.latch = true;
   operating_state_ = arm.advertise(operating);
+  error_ = arm.advertise<std_msgs::String>("error", 10);
   diagnostics_ = nh_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
   ros::SubscribeOptions command = ros::SubscribeOptions::create<vest_msgs::StringStamped>(
       "state_command", 10, [this](const vest_msgs::StringStampedConstPtr& msg) { onCommand(*msg); },
@@ -215,10 +218,19 @@ ros::Time HapticShell::stamp(std::int64_t steady_ns) const {
   return ros::Time::now() - ros::Duration(age);
 }
 
+void HapticShell::refuse(const std::string& what, const std::string& why) {
+  std_msgs::String said;
+  said.data = "haptics/" + name_ + ": " + what + " refused: " + why;
+  ROS_WARN_STREAM(said.data);
+  error_.publish(said);
+}
+
 void HapticShell::onCommand(const vest_msgs::StringStamped& msg) {
-  if (msg.header.stamp.isZero()) return;
   const std::string& w = msg.string;
-  if (w == "enable") {
+  const std::string wrong = wrongStamp(msg.header.stamp, w);
+  if (!wrong.empty()) {
+    refuse("state_command '" + w.substr(0, 60) + "'", wrong);
+  } else if (w == "enable") {
     if (hand_) hand_->settle();
     after_death_ = false;
     loop_->post(Command::Enable);
@@ -232,19 +244,25 @@ void HapticShell::onCommand(const vest_msgs::StringStamped& msg) {
   } else if (w == "resume") {
     loop_->post(Command::Resume);
   } else {
-    ROS_WARN_THROTTLE(2.0,
-                      "haptics/%s: state_command '%s' refused; allowed: enable, disable, pause, resume, home",
-                      name_.c_str(), w.substr(0, 60).c_str());
+    refuse("state_command '" + w.substr(0, 60) + "'", "allowed: enable, disable, pause, resume, home");
   }
 }
 
 void HapticShell::onServo(const geometry_msgs::WrenchStamped& msg) {
-  if (msg.header.stamp.isZero()) return;
-  // Judged by the time at which it was sent, so that a queue cannot make old commands young.
-  const double age = (ros::Time::now() - msg.header.stamp).toSec();
-  if (!(std::abs(age) < haptics::kDecayEnds)) return;
+  constexpr double kAgain = 2.0;  // s between two sentences of a client that goes on
+  // Judged by the time at which it was sent, where the client says it: a queue cannot make old commands
+  // young.
+  const std::int64_t now = haptics::Loop::steadyNow();
+  const std::string wrong = wrongStamp(msg.header.stamp, haptics::kDecayEnds);
+  if (!wrong.empty()) {
+    if (1e-9 * static_cast<double>(now - refused_ns_) < kAgain) return;
+    refused_ns_ = now;
+    refuse("servo_cf", wrong);
+    return;
+  }
+  const double age = msg.header.stamp.isZero() ? 0.0 : (ros::Time::now() - msg.header.stamp).toSec();
   loop_->servo({msg.wrench.force.x, msg.wrench.force.y, msg.wrench.force.z},
-               haptics::Loop::steadyNow() - static_cast<std::int64_t>(std::max(age, 0.0) * 1e9));
+               now - static_cast<std::int64_t>(std::max(age, 0.0) * 1e9));
 }
 
 void HapticShell::publishLoop() {

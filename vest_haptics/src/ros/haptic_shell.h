@@ -41,6 +41,7 @@ class HapticShell {
   void publishDiagnostics(const haptics::TickReport& report);
   void onCommand(const vest_msgs::StringStamped& msg);
   void onServo(const geometry_msgs::WrenchStamped& msg);
+  void refuse(const std::string& what, const std::string& why);
   void openDevice();
   ros::Time stamp(std::int64_t steady_ns) const;
 
@@ -59,7 +60,7 @@ class HapticShell {
   std::unique_ptr<SessionWatch> watch_;
 
   ros::Publisher measured_cp_, measured_cv_, measured_cf_, measured_js_, jaw_js_, buttons_, state_,
-      operating_state_, diagnostics_;
+      operating_state_, error_, diagnostics_;
   ros::Subscriber command_, servo_;
   geometry_msgs::PoseStamped cp_;
   geometry_msgs::TwistStamped cv_;
@@ -67,7 +68,8 @@ class HapticShell {
   sensor_msgs::JointState js_, jaw_;
   vest_msgs::HapticState haptic_state_;
   std::uint32_t last_buttons_ = 0xffffffff;
-  double last_joy_ = -1.0;  // s, steady
+  double last_joy_ = -1.0;       // s, steady
+  std::int64_t refused_ns_ = 0;  // steady: when a servo force was last refused in words
   std::string last_state_;
   bool last_homed_ = false;
   haptics::LoopStatistics last_statistics_;

@@ -1,5 +1,6 @@
 #include "session_watch.h"
 
+#include <algorithm>
 #include <cmath>
 #include <thread>
 
@@ -18,7 +19,7 @@ double clockOffset() {
 
 SessionWatch::SessionWatch(std::string who) : who_(std::move(who)) {
   offset_ = clockOffset();
-  master_->answered = haptics::Loop::steadyNow();
+  master_->answered = looked_ = awake_ = haptics::Loop::steadyNow();
   std::thread([master = master_] {
     while (!master->stop) {
       const bool there = ros::master::check();  // may hang with the master
@@ -36,7 +37,11 @@ SessionWatch::~SessionWatch() {
 }
 
 void SessionWatch::look() {
-  const double silent = 1e-9 * static_cast<double>(haptics::Loop::steadyNow() - master_->answered);
+  const std::int64_t now = haptics::Loop::steadyNow();
+  // A process that was put aside heard no answer.
+  if (1e-9 * static_cast<double>(now - looked_) > kAside) awake_ = now;
+  looked_ = now;
+  const double silent = 1e-9 * static_cast<double>(now - std::max<std::int64_t>(master_->answered, awake_));
   const bool lost = master_->refused || silent > kPatience;
   if (lost && !lost_)
     ROS_ERROR(

@@ -25,6 +25,7 @@ class SessionWatch {
  private:
   static constexpr double kAsk = 0.5;       ///< s between two questions to the master
   static constexpr double kPatience = 1.5;  ///< s without an answer: lost (docs/HAZARDS.md: told in 2 s)
+  static constexpr double kAside = 0.2;     ///< s between two looks, ours: the process stood still
   static constexpr double kStep = 0.5;      ///< s: beyond it the clock was set, not disciplined
   struct Master {
     std::atomic<std::int64_t> answered{0};  ///< steady, ns
@@ -34,7 +35,8 @@ class SessionWatch {
   std::string who_;
   std::shared_ptr<Master> master_ = std::make_shared<Master>();
   bool lost_ = false;
-  double offset_ = 0.0;  ///< s, system clock minus steady clock
+  std::int64_t looked_ = 0, awake_ = 0;  ///< steady, ns: the last look; the first one behind a standstill
+  double offset_ = 0.0;                  ///< s, system clock minus steady clock
   double clock_step_ = 0.0;
 };
 

@@ -7,6 +7,7 @@
 #include <std_msgs/String.h>
 
 #include "vest_instruments/kinematics/jacobian.h"
+#include "vest_instruments/ros/command_stamp.h"
 
 namespace vest_instruments {
 
@@ -225,12 +226,9 @@ void CrtkArm::take(const std::string& topic, Verdict verdict, const std::string&
 }
 
 bool CrtkArm::dated(const std::string& topic, const std_msgs::Header& header) {
-  if (header.stamp.isZero()) return true;  // released clients stamp no command: it is of now
-  const double age = (ros::Time::now() - header.stamp).toSec();
-  if (std::abs(age) <= kOldest) return true;
-  refuse(topic, age > 0.0 ? "its stamp is " + number(age) + " s old; allowed: " + number(kOldest) +
-                                " s, or 0, which means now"
-                          : "its stamp lies " + number(-age) + " s ahead: set the client's clock");
+  const std::string wrong = vest::ros_shell::wrongStamp(header.stamp);
+  if (wrong.empty()) return true;
+  refuse(topic, wrong);
   return false;
 }
 
@@ -359,10 +357,10 @@ void CrtkArm::onJaw(const std::string& topic, const sensor_msgs::JointState& msg
 }
 
 void CrtkArm::onStateCommand(const vest_msgs::StringStamped& msg) {
-  // What stops an arm is never too late.
-  const bool stops = msg.string == "disable" || msg.string == "pause";
-  if (!stops && !dated("state_command", msg.header)) return;
-  if (!instrument_.stateCommand(msg.string, clock_())) {
+  const std::string wrong = vest::ros_shell::wrongStamp(msg.header.stamp, msg.string);
+  if (!wrong.empty()) {
+    refuse("state_command", wrong);
+  } else if (!instrument_.stateCommand(msg.string, clock_())) {
     refuse("state_command", "'" + msg.string.substr(0, 60) +
                                 "' is unknown or does not fit the present state; allowed: enable, disable, "
                                 "pause, resume, home, unhome, source:box|haptic|crtk|teleop|replay|none");
@@ -489,7 +487,8 @@ void CrtkArm::publishStateIfChanged() {
   published_revision_ = instrument_.stateRevision();
   vest_msgs::OperatingState msg = state();
   const ros::Time next = state_stamp_ + ros::Duration(0, 1);
-  if (msg.header.stamp < next && next - msg.header.stamp < ros::Duration(kOldest)) msg.header.stamp = next;
+  if (msg.header.stamp < next && next - msg.header.stamp < ros::Duration(vest::ros_shell::kOldestCommand))
+    msg.header.stamp = next;
   state_stamp_ = msg.header.stamp;
   operating_state_.publish(msg);
 }

@@ -46,10 +46,6 @@ class CrtkArm {
   std::uint64_t refused() const { return refused_; }
   const std::string& name() const { return name_; }
 
-  /// s: a command with an older stamp is refused; stamp 0 means now. Longer than any queue of a session that
-  /// runs, shorter than a person's pause (assumed).
-  static constexpr double kOldest = 1.0;
-
  private:
   using Source = vest::control::Source;
   enum class Way { Servo, Move };

@@ -19,7 +19,8 @@ namespace vest::haptics {
 class ForceTransport {
  public:
   virtual ~ForceTransport() = default;
-  /// @param port option `force_port` @param maximum N·m, N·m, N, N·m, N·m. @throws DeviceError
+  /// Once, and after each write that failed: close() and this by the writing thread, ten times a second until
+  /// it succeeds. @param port option `force_port` @param maximum N·m, N·m, N, N·m, N·m. @throws DeviceError
   virtual void open(const std::string& port, const Loads& maximum) = 0;
   virtual void close() = 0;
   /// Loads on the hand: yaw, pitch, insertion, roll, jaw. Called up to 1000 times a second by a thread of its

@@ -34,9 +34,10 @@ class ImpulseEngineDevice : public MailboxDevice {
   bool connect();
   void serve();
   void serveForces();
+  bool reopenForces() noexcept;
   std::string describe(std::uint32_t code) const override;
 
-  std::string port_;
+  std::string port_, force_port_;
   unsigned baud_ = 115200;
   Loads counts_{}, home_{};
   Tty tty_;
