@@ -44,6 +44,11 @@ def made(tool):
         return {r: [read(place, r, 'kept_%d' % i) for i in range(len(os.listdir(os.path.join(place, r))))] for r in os.listdir(place)}
 
 
+def slices(good):
+    """Those that are made: before them come those that a fuzzer left."""
+    return good['dicom'][len(os.listdir(os.path.join(HERE, 'corpus', 'dicom'))):]
+
+
 def kinds(tool):
     model = tool('vest_tissue', 'vest_model')
     two, surface, mesh, image, static = (kept('scene', n) for n in ('two', 'surface', 'mesh', 'image', 'static'))
@@ -108,7 +113,7 @@ def kinds(tool):
     out.append(Kind('needle in an image', puncture, 'ct_puncture.yaml', [model, 'check', '{}/ct_puncture.yaml'], sorted(puncture)))
     out.append(Kind('table of colours', {'table.csv': read('vest_tissue', 'library', 'tables', 'bone.csv')}, 'table.csv', reader('table', 'table.csv')))
     out.append(Kind('needle\'s table', puncture, 'needle.csv', [model, 'check', '{}/ct_puncture.yaml'], sorted(puncture)))
-    for name, bytes_ in [('slice', good['dicom'][0])] + [('a.' + ending, f) for ending, f in volumes.items()]:
+    for name, bytes_ in [('slice', slices(good)[0])] + [('a.' + ending, f) for ending, f in volumes.items()]:
         out.append(Kind('patient\'s image: ' + name, {name: bytes_}, name, [image_tool, 'info', '{}/' + name]))
     out.append(Kind('label map', {'a.nii': volumes['nii']}, 'a.nii', [importer, 'new', '--labels', '{}/a.nii', '{}/out']))
     recipe = (b'vest_patient: 1\nname: box\nlabels: a.nii\ntissues:\n  - {label: 1, name: liver, tissue: liver}\ncell: 4\n'
@@ -226,7 +231,7 @@ def at_work(tool, good, volumes):
     out += [Kind('image that is felt', table, 'a.nii', feel), Kind('table of what is felt', table, 'table.csv', feel)]
     out += [Kind('image that is exported: a.' + ending, {'a.' + ending: file}, 'a.' + ending, [image, 'export', '{}/a.' + ending, '{}/out.nrrd'])
             for ending, file in volumes.items()]
-    out += [Kind('slice of form %d' % i, {'slice': file}, 'slice', [image, 'probe', '{}/slice', '0', '0', '0']) for i, file in enumerate(good['dicom']) if i > 0]
+    out += [Kind('slice of form %d' % i, {'slice': file}, 'slice', [image, 'probe', '{}/slice', '0', '0', '0']) for i, file in enumerate(slices(good)) if i > 0]
     session = {'session.bag': good['bag'][0]}
     out.append(Kind('session that is scored', dict(session, **exercise), 'session.bag', [bringup('vest_score'), '{}', '--exercise', '{}/exercise.yaml']))
     out.append(Kind('exercise that is scored', dict(session, **exercise), 'exercise.yaml', [bringup('vest_score'), '{}', '--exercise', '{}/exercise.yaml']))

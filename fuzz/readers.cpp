@@ -75,6 +75,38 @@ Folder& folder() {
   return of_all;
 }
 
+std::string materialsOf(const std::vector<std::string>& names) {
+  const std::string mark = "\n  - name: ",
+                    all = files::read(std::string(VEST_SOURCE_DIR) + "/vest_tissue/data/materials.yaml",
+                                      1 << 20);
+  std::string made = all.substr(0, all.find(mark));
+  for (std::size_t at = all.find(mark), next = 0; at != std::string::npos; at = next) {
+    next = all.find(mark, at + 1);
+    const std::size_t name = at + mark.size();
+    if (std::count(names.begin(), names.end(), all.substr(name, all.find('\n', name) - name)) > 0)
+      made += all.substr(at, next - at);
+  }
+  return made + "\n";
+}
+
+namespace {
+constexpr const char* kMaterials = "VEST_TISSUE_DATA";
+}
+
+FewMaterials::FewMaterials() {
+  static const std::string place = [] {
+    static Folder few;
+    few.write("materials.yaml", materialsOf({"liver", "tube", "bone"}));
+    return few.path();
+  }();
+  if (const char* const before = std::getenv(kMaterials)) before_ = before;
+  setenv(kMaterials, place.c_str(), 1);
+}
+
+FewMaterials::~FewMaterials() {
+  before_.empty() ? unsetenv(kMaterials) : setenv(kMaterials, before_.c_str(), 1);
+}
+
 std::string& lastRefusal() {
   static std::string last;
   return last;

@@ -70,6 +70,22 @@ std::vector<std::string> withPlaceOfBad(std::vector<std::string> arguments, cons
 /// Files of the repository as inputs beside those of the corpus.
 std::function<std::vector<std::string>()> shipped(const std::string& file, const std::string& other = {});
 
+/// The shipped materials, those of these names alone.
+std::string materialsOf(const std::vector<std::string>& names);
+
+/// While it lives, three materials are the database that readers look up: all of them take 40 ms to read, for
+/// each input.
+class FewMaterials {
+ public:
+  FewMaterials();
+  ~FewMaterials();
+  FewMaterials(const FewMaterials&) = delete;
+  FewMaterials& operator=(const FewMaterials&) = delete;
+
+ private:
+  std::string before_;
+};
+
 std::vector<Reader> tissueReaders();
 std::vector<Reader> stateReaders();
 std::vector<Reader> effectsReaders();

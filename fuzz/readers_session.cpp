@@ -293,6 +293,7 @@ std::vector<std::string> drawings() {
 void readDrawing(const std::string& input) {
   folder().clear();
   const std::string file = folder().write("drawing.bag", input);
+  const FewMaterials few;
   takes(file, [&] { session::replayDrawing(file); });
 }
 

@@ -76,6 +76,12 @@ class Tools(unittest.TestCase):
         self.assertEqual(code, 0, lines)
         self.assertIn('messages kept', lines[-1])
 
+    def test_a_full_disk_is_no_success(self):
+        box = {'box.yaml': hostile_kinds.read('vest_instruments', 'config', 'trainer_box.yaml')}
+        urdf = [tool('vest_instruments', 'make_urdf'), '--box', '{}/box.yaml']
+        self.refused(urdf + ['--output', '/dev/full'], box, '/dev/full: cannot be written')
+        self.refused(['sh', '-c', '"$@" 2>&1 >/dev/full', 'sh'] + urdf, box, 'standard output: cannot be written')
+
     def test_a_picture_of_a_board_that_is_too_small_is_named(self):
         files = {'a.jpg': self.good['picture'][1], 'b.png': self.good['picture'][0]}
         self.refused([tool('vest_viz', 'vest_calibrate_camera'), '{}/b.png', '{}/a.jpg', '--output', '{}/out.yaml'], files, '/b.png: a picture of 64 x 48 pixels')

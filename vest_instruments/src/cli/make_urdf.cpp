@@ -30,11 +30,11 @@ int main(int argc, char** argv) {
     for (std::size_t i = 0; i < tools.size(); ++i) tools[i] = box.arms[i].tool;
     const std::string xml = vest::urdf::makeUrdf(box, tools);
     vest::urdf::checkUrdf(xml);
-    if (output.empty()) {
-      std::cout << xml;
-    } else if (!(std::ofstream(output) << xml)) {
-      throw std::runtime_error(output + ": cannot be written");
-    }
+    std::ofstream file;
+    if (!output.empty()) file.open(output);
+    // Flushed here: a full disk is seen only then.
+    if (!((output.empty() ? std::cout : file) << xml << std::flush))
+      throw std::runtime_error((output.empty() ? "standard output" : output) + ": cannot be written");
   } catch (const std::exception& e) {
     std::cerr << "make_urdf: "
               << (check.empty() ? vest::files::shown(e.what(), 6000) : vest::files::refusal(e.what(), check))

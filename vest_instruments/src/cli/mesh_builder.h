@@ -129,6 +129,7 @@ class Mesh {
       const std::uint16_t attribute = 0;
       out.write(reinterpret_cast<const char*>(&attribute), 2);
     }
+    out.close();  // a full disk is seen only then
     if (!out) throw std::runtime_error(path + ": cannot be written");
   }
 

@@ -92,6 +92,8 @@ void writeFlow(const std::string& path, const cv::Mat& flow) {
   out.write(reinterpret_cast<const char*>(&magic), 4);
   out.write(reinterpret_cast<const char*>(size), 8);
   out.write(reinterpret_cast<const char*>(flow.data), static_cast<std::streamsize>(flow.total() * 8));
+  out.close();
+  if (!out) throw std::runtime_error(path + ": cannot be written");
 }
 
 void mustWrite(const std::string& path, const cv::Mat& picture) {
