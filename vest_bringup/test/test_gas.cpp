@@ -76,6 +76,23 @@ TEST(CavityGas, StandsAroundTheVesselsAndIsDrawnOffBySuction) {
   EXPECT_NEAR(t.stage.gas->now().pressure, 1600, 1e-6);
 }
 
+TEST(CavityGas, ThePatientIsUnderItFromTheFirstStepAndPumpsMoreWhenItIsLetOut) {
+  Theatre t;
+  const auto& blood = t.stage.blood->circulation();
+  const double rest = t.stage.blood->model().curve_output, began = blood.output;
+  EXPECT_LT(began, 0.85 * rest);
+  t.run(10);
+  EXPECT_NEAR(blood.output, began, 0.03 * began) << "the monitor does not wander at the start";
+  scene::StepInput input;
+  input.step = ++t.k;
+  input.edits.push_back({"gas", "leak_area", 1e-4});
+  input.edits.push_back({"gas", "max_flow", 0});
+  t.stage.trainer->step(input, t.report);
+  t.run(40);
+  EXPECT_LT(t.stage.gas->now().pressure, 100);
+  EXPECT_GT(blood.output, 1.2 * began);
+}
+
 TEST(CavityGas, ATipUnderWaterDrawsWaterInstead) {
   Theatre dry, wet;
   wet.tools.tools[kRight].position = {0.0, 0.03, 0.012};

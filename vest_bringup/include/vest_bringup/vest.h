@@ -92,6 +92,7 @@ typedef struct vest_input {
   double load_over; /**< s */
   const vest_dilatation* dilatations;
   size_t dilatation_count;
+  double sunk; /**< m, 0 … 1 */
   const char* const* requests;
   size_t request_count;
 } vest_input;

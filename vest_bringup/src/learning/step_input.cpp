@@ -86,6 +86,8 @@ void read(const vest_input& from, const scene::World& world, scene::StepInput& t
                         m.depth});
   });
   to.load_over = from.load_over;
+  if (!(from.sunk >= 0 && from.sunk <= 1)) refuse("sunk", std::to_string(from.sunk) + " m", "0 to 1");
+  to.sunk = from.sunk;
   all(from.dilatations, from.dilatation_count, "dilatations", [&](const vest_dilatation& d) {
     scene::DilatationInput& taken = to.dilatations.emplace_back();
     static_assert(sizeof d.dilatation == sizeof taken.dilatation);

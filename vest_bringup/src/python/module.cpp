@@ -153,6 +153,7 @@ void World::stepInput(const py::object& m) {
   input.struct_size = sizeof input;
   input.step = get<std::uint64_t>(m, "step", 0), input.dt = get(m, "dt", 0.0);
   input.seed = get(m, "seed", 1U), input.load_over = get(m, "load_over", 0.0);
+  input.sunk = get(m, "sunk", 0.0);
   if (get(m, "command", 0) != 0)
     throw py::value_error("command: only steps are taken (allowed: 0; use save and restore)");
   const py::list tools = list(m, "tools");

@@ -19,7 +19,7 @@ bool sameFeedback(const scene::StepInput& a, const scene::StepInput& b) {
   const auto dilatation = [](const scene::DilatationInput& x, const scene::DilatationInput& y) {
     return x.vessel_segment == y.vessel_segment && x.dilatation == y.dilatation;
   };
-  return a.load_over == b.load_over &&
+  return a.load_over == b.load_over && a.sunk == b.sunk &&
          std::equal(a.impacts.begin(), a.impacts.end(), b.impacts.begin(), b.impacts.end(), impact) &&
          std::equal(a.loads.begin(), a.loads.end(), b.loads.begin(), b.loads.end(), load) &&
          std::equal(a.dilatations.begin(), a.dilatations.end(), b.dilatations.begin(), b.dilatations.end(),

@@ -133,6 +133,8 @@ BloodEffect::BloodEffect(const scene::World& world, const BloodOptions& options,
   }
   frame_every_ = std::max<std::uint64_t>(
       1, static_cast<std::uint64_t>(1 / (options.frame_rate * world.description().dt) + 0.5));
+  inputs_.external_pressure = options.gas_pressure;
+  hd::settle(m, inputs_, circulation_.rest, scratch_);
   reset();
 }
 

@@ -41,8 +41,9 @@ Stage makeStage(scene::World world, const StageOptions& options, const StageFram
   const scene::World& tissue = stage.trainer->world();
   if (options.insufflation)
     stage.gas = add(std::make_unique<GasEffect>(options.pneumoperitoneum, frames.gas));
-  if (options.haemodynamics)
-    stage.blood = add(std::make_unique<BloodEffect>(tissue, options.blood, frames.blood));
+  BloodOptions blood = options.blood;
+  if (options.insufflation) blood.gas_pressure = options.pneumoperitoneum.set_pressure;
+  if (options.haemodynamics) stage.blood = add(std::make_unique<BloodEffect>(tissue, blood, frames.blood));
   if (options.surface_bleeding)
     stage.surface =
         add(std::make_unique<SurfaceEffect>(tissue, options.surface, stage.blood, frames.surface));

@@ -37,6 +37,7 @@ void saveFeedback(const Feedback& feedback, std::vector<std::uint8_t>& bytes) {
   append(bytes, counts, sizeof counts);
   append(bytes, &feedback.load_over, sizeof feedback.load_over);
   append(bytes, &feedback.gas_drawn, sizeof feedback.gas_drawn);
+  append(bytes, &feedback.gas.sunk, sizeof feedback.gas.sunk);
   append(bytes, feedback.swab_room.data(), sizeof feedback.swab_room);
   for (const auto& l : feedback.loads) {
     append(bytes, &l.object, sizeof l.object), append(bytes, &l.knot, sizeof l.knot);
@@ -65,6 +66,8 @@ bool readFeedback(Reader& in, Feedback& feedback) {
       !in.take(&feedback.load_over, sizeof feedback.load_over) ||
       !in.take(&feedback.gas_drawn, sizeof feedback.gas_drawn) ||
       !(feedback.gas_drawn >= 0 && feedback.gas_drawn <= 0.01) ||
+      !in.take(&feedback.gas.sunk, sizeof feedback.gas.sunk) ||
+      !(feedback.gas.sunk >= 0 && feedback.gas.sunk <= 1) ||
       !in.take(feedback.swab_room.data(), sizeof feedback.swab_room))
     return false;
   for (const double room : feedback.swab_room)
@@ -147,6 +150,7 @@ scene::Status Trainer::step(scene::StepInput& input, scene::StepReport& report) 
   if (feedback_.load_over > 0) input.load_over = feedback_.load_over;
   input.dilatations.insert(input.dilatations.end(), feedback_.dilatations.begin(),
                            feedback_.dilatations.end());
+  input.sunk = feedback_.gas.sunk;
   const scene::Status status = world_.step(input, report);
   clearFeedback();
   for (const auto& effect : effects_) effect->step(world_, input, report, feedback_);
@@ -156,7 +160,7 @@ scene::Status Trainer::step(scene::StepInput& input, scene::StepReport& report) 
 void Trainer::reset() {
   world_.reset();
   clearFeedback();
-  feedback_.films.clear(), feedback_.gas_drawn = 0, feedback_.swab_room.fill(0);
+  feedback_.films.clear(), feedback_.gas_drawn = 0, feedback_.gas = {}, feedback_.swab_room.fill(0);
   for (const auto& effect : effects_) effect->reset();
 }
 
@@ -164,7 +168,8 @@ std::vector<std::uint32_t> Trainer::adopt(scene::Simulation& before) {
   const std::vector<std::uint32_t> objects = world_.adopt(before.world());
   const auto* const other = dynamic_cast<const Trainer*>(&before);
   if (other == nullptr || other->effects_.size() != effects_.size()) return objects;
-  feedback_.gas_drawn = other->feedback_.gas_drawn, feedback_.swab_room = other->feedback_.swab_room;
+  feedback_.gas_drawn = other->feedback_.gas_drawn, feedback_.gas.sunk = other->feedback_.gas.sunk;
+  feedback_.swab_room = other->feedback_.swab_room;
   for (FilmInput film : other->feedback_.films) {
     const std::uint32_t object = objects[film.object];
     film.object = static_cast<std::uint16_t>(object);
@@ -222,7 +227,7 @@ void Trainer::restore(const std::vector<std::uint8_t>& bytes) {
   save(before);  // all or nothing: what was taken is given back if the rest does not fit
   world_.restore(std::vector<std::uint8_t>(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)));
   clearFeedback();
-  feedback_.films.clear(), feedback_.gas_drawn = 0, feedback_.swab_room.fill(0);
+  feedback_.films.clear(), feedback_.gas_drawn = 0, feedback_.gas = {}, feedback_.swab_room.fill(0);
   const auto take = [this](const std::vector<std::uint8_t>& from, std::size_t world) {
     if (world == from.size()) {
       for (const auto& effect : effects_) effect->reset();

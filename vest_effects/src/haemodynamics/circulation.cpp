@@ -15,6 +15,9 @@ constexpr double kIschaemicRange = 5670;
 // under 14 mmHg (Beebe et al. 1993, Surg. Gynecol. Obstet. 176, 443-447 [not checked in print]).
 constexpr double kVeinShare = 8.0 / 14.0;
 constexpr int kHalvings = 6;  // of holes that the arteries' model does not bear
+// Steps, and their s, in which arteries, then the loop follow settle(): some seven beats each.
+constexpr int kSettling = 6000;
+constexpr double kSettlingStep = 1e-3;
 
 int cellAt(const SegmentModel& s, double station) {
   return std::clamp(static_cast<int>(station / s.dx), 0, s.cells - 1);
@@ -58,6 +61,16 @@ double reflexResistance(const CirculationModel& model, const CirculationSettings
   return 1 + model.vessels.control.resistance_gain * set.reflex_scale * s.resistance_tone;
 }
 
+/// Factor on all terminals.
+double terminalResistance(const CirculationModel& model, const CirculationSettings& set,
+                          const CirculationState& s) {
+  const ControlNumbers& c = model.vessels.control;
+  const double goal = set.mean_pressure > 0 ? set.mean_pressure / model.resting_pressure : 1;
+  const double gas = std::max(0.0, s.external_pressure);
+  return set.resistance_scale * goal * reflexResistance(model, set, s) * (1 + drugResistance(model, set, s)) *
+         (1 + c.gas_resistance_gain * gas / (gas + c.gas_resistance_pressure));
+}
+
 /// Share of a drug's effect that is left beside the reflex' tone.
 double leftBeside(double tone) {
   return 1 - tone / kMostTone;
@@ -69,9 +82,7 @@ void setInputs(const CirculationModel& model, const CirculationInputs& in, const
   Inputs& a = scratch.inputs;
   a.heart_rate_scale = state.heart_rate / model.curve_rate;
   a.flow_scale = state.output / model.curve_output;
-  const double goal = set.mean_pressure > 0 ? set.mean_pressure / model.resting_pressure : 1;
-  a.resistance_scale = set.resistance_scale * goal * reflexResistance(model, set, state) *
-                       (1 + drugResistance(model, set, state));
+  a.resistance_scale = terminalResistance(model, set, state);
   a.hole_count = a.closure_count = 0;
   for (int i = 0; i < in.hole_count; ++i) {
     const VesselHole& h = in.holes[i];
@@ -133,42 +144,64 @@ void stepVein(const CirculationModel& model, const CirculationInputs& in, int ve
   }
 }
 
-/// Tone, output and heart rate for the next step.
-void stepLoop(const CirculationModel& model, const CirculationSettings& set, double dt, CirculationState& s) {
+struct Tones {
+  double rate = 0, resistance = 0, volume = 0;
+};
+
+/// Where the smoothed pressure drives the three tones to.
+Tones toneGoals(const CirculationModel& model, const CirculationSettings& set, const CirculationState& s) {
   const ControlNumbers& c = model.vessels.control;
-  const double pressure = referencePressure(model, s);
-  s.smoothed_pressure += (pressure - s.smoothed_pressure) * (dt / (c.baroreceptor_time + dt));
-  const double goal = set.mean_pressure > 0 ? set.mean_pressure : model.resting_pressure;
+  const double fall =
+      (set.mean_pressure > 0 ? set.mean_pressure : model.resting_pressure) - s.smoothed_pressure;
   const double brain =
       set.reflex_scale > 0 && c.ischaemic_pressure > 0
           ? std::clamp((c.ischaemic_pressure - s.smoothed_pressure) / kIschaemicRange, 0.0, 1.0)
           : 0.0;
   const auto toneOf = [&](double width) {
-    const double e = (goal - s.smoothed_pressure) / width;
+    const double e = fall / width;
     return e / std::sqrt(1 + e * e) + brain;
   };
-  const double tone = toneOf(c.reflex_width);
   // The heart leaves small losses to the vessels: e|e| for e.
-  const double e = (goal - s.smoothed_pressure) / c.reflex_width;
-  const double rate_goal = e * std::fabs(e) / std::sqrt(1 + e * e * e * e) + brain;
-  s.rate_tone += (rate_goal - s.rate_tone) * (dt / (c.rate_time + dt));
-  s.resistance_tone += (toneOf(c.resistance_width) - s.resistance_tone) * (dt / (c.resistance_time + dt));
-  s.volume_tone += (tone - s.volume_tone) * (dt / (c.volume_time + dt));
+  const double e = fall / c.reflex_width;
+  return {e * std::fabs(e) / std::sqrt(1 + e * e * e * e) + brain, toneOf(c.resistance_width),
+          toneOf(c.reflex_width)};
+}
 
-  s.low_time = s.smoothed_pressure < kArrestPressure ? s.low_time + dt : 0;
-  s.arrested = s.arrested || s.low_time > kArrestTime;
-  const double volume = bloodVolume(model, s);
+/// Filling pressure, output and heart rate that follow from volume, tones, drugs and gas.
+void findOutput(const CirculationModel& model, const CirculationSettings& set, CirculationState& s) {
+  const ControlNumbers& c = model.vessels.control;
   const DrugEffect drugs = drugEffect(s);
   const double volume_tone = set.reflex_scale * s.volume_tone;
   const double unstressed =
       model.unstressed_volume - c.reflex_volume * volume_tone - drugs.volume * leftBeside(volume_tone);
-  s.filling_pressure = std::max(0.0, (volume - unstressed) / c.systemic_compliance);
-  s.output =
-      s.arrested ? 0.0 : std::max(0.0, (s.filling_pressure - c.atrial_pressure) / model.return_resistance);
+  s.filling_pressure = std::max(0.0, (bloodVolume(model, s) - unstressed) / c.systemic_compliance);
+  const double dammed = c.leg_compliance * kVeinShare * std::max(0.0, s.external_pressure);
+  const double drive = s.filling_pressure - dammed / c.systemic_compliance - c.atrial_pressure;
+  s.output = s.arrested ? 0.0 : std::max(0.0, drive / model.return_resistance);
   const double rest = set.heart_rate > 0 ? set.heart_rate : c.heart_rate;
   const double rate_tone = set.reflex_scale * s.rate_tone;
   s.heart_rate =
       std::clamp(rest * (1 + c.rate_gain * rate_tone + drugs.rate * leftBeside(rate_tone)), 0.3, 4.0);
+}
+
+/// What the baroreceptors tell.
+void hear(const CirculationModel& model, double dt, CirculationState& s) {
+  s.smoothed_pressure += (referencePressure(model, s) - s.smoothed_pressure) *
+                         (dt / (model.vessels.control.baroreceptor_time + dt));
+}
+
+/// Tone, output and heart rate for the next step.
+void stepLoop(const CirculationModel& model, const CirculationSettings& set, double dt, CirculationState& s) {
+  const ControlNumbers& c = model.vessels.control;
+  hear(model, dt, s);
+  const Tones goal = toneGoals(model, set, s);
+  s.rate_tone += (goal.rate - s.rate_tone) * (dt / (c.rate_time + dt));
+  s.resistance_tone += (goal.resistance - s.resistance_tone) * (dt / (c.resistance_time + dt));
+  s.volume_tone += (goal.volume - s.volume_tone) * (dt / (c.volume_time + dt));
+
+  s.low_time = s.smoothed_pressure < kArrestPressure ? s.low_time + dt : 0;
+  s.arrested = s.arrested || s.low_time > kArrestTime;
+  findOutput(model, set, s);
 }
 
 /// m³/s that leaves the ends which feed a territory.
@@ -353,8 +386,8 @@ Status step(const CirculationModel& model, const CirculationInputs& inputs, doub
             CirculationState& state, CirculationScratch& scratch) {
   if (!good(model, inputs, dt)) return Status::kBadInput;
   stepContents(model, inputs.settings, dt, state);
-  stepLoop(model, inputs.settings, dt, state);
   state.external_pressure = inputs.external_pressure;
+  stepLoop(model, inputs.settings, dt, state);
   state.hole_flow.fill(0);
   const double phase = state.arteries.phase;
   Status status = Status::kOk;
@@ -384,6 +417,48 @@ Status step(const CirculationModel& model, const CirculationInputs& inputs, doub
         (inflow(model, state, territories[k]) - state.territory_flow[k]) * dt / (dt + kPerfusionTime);
   stepBeat(model, dt, phase, state);
   return status;
+}
+
+void settle(const CirculationModel& model, const CirculationInputs& inputs, CirculationState& state,
+            CirculationScratch& scratch) {
+  if (!(inputs.external_pressure > 0)) return;
+  const CirculationSettings& set = inputs.settings;
+  state.external_pressure = inputs.external_pressure;
+  // The mean pressure that its own tones uphold: it goes as output times resistance.
+  double low = 0, high = 3 * model.resting_pressure;
+  for (int i = 0; i < 50; ++i) {
+    state.smoothed_pressure = 0.5 * (low + high);
+    const Tones t = toneGoals(model, set, state);
+    state.rate_tone = t.rate, state.resistance_tone = t.resistance, state.volume_tone = t.volume;
+    findOutput(model, set, state);
+    const double upheld =
+        model.resting_pressure * state.output / model.curve_output * terminalResistance(model, set, state);
+    (upheld > state.smoothed_pressure ? low : high) = state.smoothed_pressure;
+  }
+  const double rise = state.smoothed_pressure / model.resting_pressure,
+               flow = state.output / model.curve_output;
+  for (const SegmentModel& segment : model.arteries.segments)
+    for (int cell = 0; cell < segment.cells; ++cell) {
+      const int i = segment.first_cell + cell;
+      const double root =
+          model.arteries.sqrt_area_ref[i] +
+          (rise * cellPressure(model.arteries, state.arteries, segment, cell) - segment.reference_pressure) /
+              model.arteries.beta[i];
+      state.arteries.area[i] = root * root;
+      state.arteries.velocity[i] *= flow;
+    }
+  for (double& pressure : state.arteries.windkessel_pressure) pressure *= rise;
+  for (double& into : state.territory_flow) into *= flow;
+  const double time = state.arteries.time;
+  for (int i = 0; i < kSettling; ++i) {  // the beats become equal while the loop stands still
+    const double phase = state.arteries.phase;
+    setInputs(model, inputs, state, 1, scratch);
+    step(model.arteries, scratch.inputs, kSettlingStep, state.arteries, scratch.arteries);
+    hear(model, kSettlingStep, state);
+    stepBeat(model, kSettlingStep, phase, state);
+  }
+  for (int i = 0; i < kSettling; ++i) step(model, inputs, kSettlingStep, state, scratch);
+  state.arteries.time = time;
 }
 
 Sample at(const CirculationModel& model, const CirculationState& state, int vessel, double station) {

@@ -84,6 +84,7 @@ class Reader {
         {"blood_volume", "m3", 5e-4, 2e-2, &c.blood_volume},
         {"filling_pressure", "Pa", 100, 5000, &c.filling_pressure},
         {"systemic_compliance", "m3/Pa", 1e-8, 1e-4, &c.systemic_compliance},
+        {"leg_compliance", "m3/Pa", 0, 1e-5, &c.leg_compliance},
         {"atrial_pressure", "Pa", -1000, 3000, &c.atrial_pressure},
         {"heart_rate", "Hz", 0.3, 4, &c.heart_rate},
         {"reflex_rate_gain", "1", 0, 3, &c.rate_gain},
@@ -97,6 +98,8 @@ class Reader {
         {"reflex_volume_time", "s", 0.1, 1000, &c.volume_time},
         {"baroreceptor_time", "s", 0.1, 100, &c.baroreceptor_time},
         {"discharge", "1", 0, 1, &c.discharge},
+        {"gas_resistance_gain", "1", 0, 5, &c.gas_resistance_gain},
+        {"gas_resistance_pressure", "Pa", 100, 1e5, &c.gas_resistance_pressure},
     };
     std::set<std::string> names;
     for (const Field& f : fields) names.insert(f.name);

@@ -137,6 +137,7 @@ void toMsg(const scene::StepFrame& frame, const Description& description, vest_m
     msg.loads.back().depth.push_back(l.depth);
   }
   msg.load_over = in.load_over;
+  msg.sunk = in.sunk;
   msg.dilatations.resize(in.dilatations.size());
   for (std::size_t i = 0; i < in.dilatations.size(); ++i) {
     msg.dilatations[i].vessel_segment.assign(in.dilatations[i].vessel_segment.view());
@@ -210,6 +211,7 @@ void fromMsg(const vest_msgs::StepInput& msg, const Description& description, sc
                           m.depth[i]});
   }
   in.load_over = msg.load_over;
+  in.sunk = msg.sunk;
   in.dilatations.clear();
   for (const auto& d : msg.dilatations) {
     scene::DilatationInput& to = in.dilatations.emplace_back();

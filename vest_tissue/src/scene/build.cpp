@@ -296,6 +296,11 @@ void fillConstants(const Object& o, const ObjectState& s, const ObjectConstants*
     c.edges.push_back(all.front());
     if (back != edges.end()) c.edges.back().beyond = back->second.front().triangle;
   }
+  if (!c.deforms && !o.position.empty()) {
+    c.lowest = c.highest = o.position[0].z();
+    for (const auto& p : o.position)
+      c.lowest = std::min(c.lowest, p.z()), c.highest = std::max(c.highest, p.z());
+  }
   if (before != nullptr) {
     c.grid = before->grid;
   } else if (!c.deforms && !o.contact_triangles.empty()) {

@@ -145,7 +145,7 @@ bool applyRequest(const WorldModel& model, WorldState& state, DeltaHistory& delt
 }
 
 bool checkInput(const StepInput& input) {
-  if (!(input.dt >= 1e-6 && input.dt <= 0.01)) return false;
+  if (!(input.dt >= 1e-6 && input.dt <= 0.01) || !(input.sunk >= 0.0 && input.sunk <= 1.0)) return false;
   for (const ToolInput& t : input.tools) {
     if (!t.present) continue;
     const double q = t.orientation.squaredNorm();

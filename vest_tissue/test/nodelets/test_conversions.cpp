@@ -66,6 +66,7 @@ TEST(Conversions, AStepInputComesBackBitForBit) {
                        {0, 9, {0, 0, -2}, 0},
                        {1, 4, {5, 6, 7}, 8, -9, 10}};
   frame.input.load_over = 0.048;
+  frame.input.sunk = 1.0 / 30;
   frame.input.requests.push_back({scene::TopologyRequest::Kind::SplitKnot, 1, 12, {1.0 / 3, -2e-7, 0.0}});
   frame.input.dilatations.push_back({"uterine_left", {1.0625f, 1.03125f, 1, 0.96875f}});
   vest_msgs::StepInput msg;
@@ -103,6 +104,7 @@ TEST(Conversions, AStepInputComesBackBitForBit) {
     EXPECT_EQ(back.loads[i].depth, frame.input.loads[i].depth);
   }
   EXPECT_EQ(back.load_over, 0.048);
+  EXPECT_TRUE(sameBits(back.sunk, frame.input.sunk));
   ASSERT_EQ(back.dilatations.size(), 1U);
   EXPECT_EQ(back.dilatations[0].dilatation, frame.input.dilatations[0].dilatation);
 }

@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
 #include "blades.h"
+#include "vest_tissue/base/sunken_wall.h"
 #include "vest_tissue/scene/loose.h"
 
 // Protects that tissue leaves the cavity by a trocar alone: jaws draw a loose part out through the wall that
 // their shaft enters by, and the World tells how much is out. What still hangs on something never counts.
+// Protects, too, that tissue meets a wall that has sunk for want of gas where it hangs.
 
 namespace {
 
@@ -91,6 +93,73 @@ TEST(Removal, AnInstrumentThatIsDrawnToItsPivotTurnsNoLighter) {
   r.draw(r.pivot.z() - 0.0005);
   EXPECT_TRUE(r.report.contacts[1].grasping);
   EXPECT_LT(r.fastest, 1.0) << "m/s: 12 before";
+}
+
+/// The bar, free, about 1 cm below the roof, and a wall that sinks by 4 cm within 0.2 s.
+struct UnderTheWall {
+  scene::World world{below()};
+  scene::StepInput in;
+  scene::StepReport report;
+  static scene::Description below() {
+    scene::Description d = inABox(false);
+    for (auto* places : {&d.objects[0].position, &d.objects[0].rest_position})
+      for (auto& p : *places) p.z() += 0.04;
+    return d;
+  }
+  void run(double seconds, double sunk, double ramp = 0.2) {
+    for (int i = 1; i <= static_cast<int>(seconds * 1000 + 0.5); ++i) {
+      in.step = world.steps() + 1;
+      in.sunk = ramp > 0 ? std::min(1.0, 1e-3 * i / ramp) * sunk : sunk;
+      ASSERT_EQ(world.step(in, report), scene::Status::Ok);
+      fastest = std::max(fastest, specimen::fastestKnot(world));
+    }
+  }
+  double highest() const {
+    double z = -1;
+    for (std::uint32_t k = 0; k < world.knotCount(0); ++k) z = std::max(z, world.knotAt(0, k).z());
+    return z;
+  }
+  double fastest = 0;
+};
+
+TEST(SunkenWall, PressesTissueDownByItsWeightAlone) {
+  UnderTheWall free;
+  free.run(1.0, 0.04);
+  EXPECT_LT(free.highest(), kRoof - 0.04 + 0.004) << "the wall lies on it";
+  EXPECT_GT(free.highest(), kRoof - 0.04) << "what carries the bar bears the wall's weight";
+  EXPECT_LT(free.fastest, 1.0) << "m/s: nothing is thrown";
+}
+
+TEST(SunkenWall, ItsLowerHalfStays) {
+  scene::Description d = inABox(false);
+  for (auto* places : {&d.objects[0].position, &d.objects[0].rest_position})
+    for (auto& p : *places) p.z() -= 0.02;
+  UnderTheWall t;
+  t.world = scene::World(d);
+  const double before = t.highest();
+  t.run(0.5, 0.04);
+  EXPECT_EQ(t.highest(), before);
+}
+
+TEST(SunkenWall, TheEndoscopePropsItUp) {
+  UnderTheWall t;
+  t.in.tools[3].present = true;
+  t.in.tools[3].tool = tools::ToolKind::Endoscope;
+  t.in.tools[3].pivot = {0.01, 0, kRoof + 0.05};
+  t.in.tools[3].position = {0.01, 0, kRoof + 0.02};
+  t.in.tools[3].orientation =
+      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d(-Vector3d::UnitZ()));
+  t.run(1.0, 0.04);
+  EXPECT_GT(t.highest(), kRoof - 0.02) << "beside its lens";
+}
+
+TEST(SunkenWall, WhereNothingIsMissingAllIsAsBefore) {
+  UnderTheWall none, hardly;
+  none.run(0.3, 0);
+  hardly.run(0.3, contact::kLeastSunk, 0);
+  EXPECT_EQ(none.world.stateHash(), hardly.world.stateHash());
+  none.in.sunk = 2;
+  EXPECT_EQ(none.world.step(none.in, none.report), scene::Status::Fault) << "m: no wall is so far down";
 }
 
 }  // namespace

@@ -305,10 +305,48 @@ Pool meshOf(const Eigen::Isometry3d& origin, double cell, int C, int R, const st
   return pool;
 }
 
-/// Blood on tissue has no border along the cells: each place shows what lies beside it, here nearer, there
-/// farther, by noise that stands still in the world.
-void fray(const Eigen::Isometry3d& origin, double cell, int W, int H, std::vector<PoolPlace>& fine) {
+/// How far beside a refined place one looks, in places: noise that stands still in the world.
+glm::vec2 lobe(const Eigen::Isometry3d& origin, double cell, int x, int y) {
   constexpr double kFrayed = 0.0030, kAcross = 0.0085;  // m: at most so far; from lobe to lobe (by eye)
+  const Vector3d p = origin * Vector3d(0.5 * cell * x, 0.5 * cell * y, 0) / kAcross;
+  const glm::vec2 q(static_cast<float>(p.x()), static_cast<float>(p.y()));
+  const auto shift = [&](float from) {
+    const float n = glm::perlin(q + from) + 0.5f * glm::perlin(2.3f * q - from);
+    return std::clamp(n, -1.0f, 1.0f) * static_cast<float>(kFrayed / (0.5 * cell));
+  };
+  return {shift(17.3f), shift(41.9f)};
+}
+
+/// Where a pool ends at a steep wall its cells do not tell where within them: there its shore is frayed, too,
+/// or it would run in a straight row. On gentle ground the depths tell it (withShore()). Beyond the border
+/// nothing is known: the depth goes on as it slopes.
+void frayShore(const Eigen::Isometry3d& origin, double cell, int W, int H, std::vector<PoolPlace>& fine) {
+  constexpr float kGentle = 2;  // mm of depth from cell to cell; twice as much is a wall (by eye)
+  const std::vector<PoolPlace> even = fine;
+  const auto there = [&](int x, int y) {
+    return x >= 0 && y >= 0 && x < W && y < H && even[static_cast<std::size_t>(y * W + x)].weight > 0;
+  };
+  const auto slope = [&](int x, int y, int i, int j) {
+    const auto depth = [&](int u, int v) {
+      return even[static_cast<std::size_t>(there(u, v) ? v * W + u : y * W + x)].depth;
+    };
+    return 0.5f * (depth(x + i, y + j) - depth(x - i, y - j));
+  };
+  for (int y = 0; y < H; ++y)
+    for (int x = 0; x < W; ++x) {
+      PoolPlace& to = fine[static_cast<std::size_t>(y * W + x)];
+      if (!(to.weight > 0)) continue;
+      const glm::vec2 down(slope(x, y, 1, 0), slope(x, y, 0, 1));
+      const float wall = std::clamp((2 * glm::length(down) - kGentle) / kGentle, 0.0f, 1.0f);
+      const float by = wall > 0 ? wall * glm::dot(lobe(origin, cell, x, y), down) : 0.0f;
+      const bool ends = !there(x - 2, y) || !there(x + 2, y) || !there(x, y - 2) || !there(x, y + 2);
+      to.depth += ends ? std::min(by, 0.0f) : by;  // where the mesh ends it gets no wetter, or its edge shows
+    }
+}
+
+/// Blood on tissue has no border along the cells: each place shows what lies beside it, here nearer, there
+/// farther.
+void fray(const Eigen::Isometry3d& origin, double cell, int W, int H, std::vector<PoolPlace>& fine) {
   const std::vector<PoolPlace> even = fine;
   const auto value = [&](int x, int y) {
     return x < 0 || y < 0 || x >= W || y >= H ? 0.0f : even[static_cast<std::size_t>(y * W + x)].depth;
@@ -317,13 +355,8 @@ void fray(const Eigen::Isometry3d& origin, double cell, int W, int H, std::vecto
     for (int x = 0; x < W; ++x) {
       PoolPlace& to = fine[static_cast<std::size_t>(y * W + x)];
       if (!(to.weight > 0)) continue;
-      const Vector3d p = origin * Vector3d(0.5 * cell * x, 0.5 * cell * y, 0) / kAcross;
-      const glm::vec2 q(static_cast<float>(p.x()), static_cast<float>(p.y()));
-      const auto shift = [&](float from) {
-        const float n = glm::perlin(q + from) + 0.5f * glm::perlin(2.3f * q - from);
-        return std::clamp(n, -1.0f, 1.0f) * static_cast<float>(kFrayed / (0.5 * cell));
-      };
-      const float u = static_cast<float>(x) + shift(17.3f), v = static_cast<float>(y) + shift(41.9f);
+      const glm::vec2 by = lobe(origin, cell, x, y);
+      const float u = static_cast<float>(x) + by.x, v = static_cast<float>(y) + by.y;
       const int i = static_cast<int>(std::floor(u)), j = static_cast<int>(std::floor(v));
       const float a = u - static_cast<float>(i), b = v - static_cast<float>(j);
       to.depth = (1 - b) * ((1 - a) * value(i, j) + a * value(i + 1, j)) +
@@ -337,8 +370,9 @@ Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t col
                  const PoolCells& cells) {
   if (!(cell > 0) || !origin.matrix().allFinite()) return {};
   const int C = static_cast<int>(columns) + 2, R = static_cast<int>(rows) + 2;
-  return meshOf(origin, cell, C, R, refined(withShore(C - 2, R - 2, cells), C, R),
-                [](float depth) { return depth > kDryGround; });
+  std::vector<PoolPlace> fine = refined(withShore(C - 2, R - 2, cells), C, R);
+  frayShore(origin, cell, 2 * C - 1, 2 * R - 1, fine);
+  return meshOf(origin, cell, C, R, fine, [](float depth) { return depth > kDryGround; });
 }
 
 Pool filmSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,

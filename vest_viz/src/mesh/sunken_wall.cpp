@@ -10,16 +10,13 @@ void sinkWall(double sunk, const Eigen::Vector3d& lens, std::vector<float>* posi
   float low = (*positions)[2], high = low;
   for (std::size_t i = 2; i < positions->size(); i += 3)
     low = std::min(low, (*positions)[i]), high = std::max(high, (*positions)[i]);
-  const double middle = 0.5 * (static_cast<double>(low) + static_cast<double>(high)),
-               half = static_cast<double>(high) - middle;
-  if (!(half > 0)) return;
+  contact::SunkenWall wall;
+  wall.sunk = sunk, wall.high = static_cast<double>(high), wall.propped = true, wall.lens = lens;
+  wall.middle = 0.5 * (static_cast<double>(low) + wall.high);
+  if (!(wall.high > wall.middle)) return;
   for (std::size_t i = 0; i + 2 < positions->size(); i += 3) {
-    const double above = static_cast<double>((*positions)[i + 2]) - middle;
-    if (!(above > 0)) continue;
-    const double share = std::min(above / half, 1.0), x = static_cast<double>((*positions)[i]) - lens.x(),
-                 y = static_cast<double>((*positions)[i + 1]) - lens.y(), beside = x * x + y * y;
-    const double by = sunk * share * share * (3 - 2 * share) * beside / (beside + kProp * kProp);
-    (*positions)[i + 2] -= static_cast<float>(std::min(by, above));
+    float* const p = &(*positions)[i];
+    p[2] -= static_cast<float>(wall.by(Eigen::Vector3f(p[0], p[1], p[2]).cast<double>()));
   }
 }
 

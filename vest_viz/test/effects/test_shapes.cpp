@@ -251,34 +251,38 @@ TEST(Film, LiesOnItsGroundThinsOutAndLeavesNothingWhereThereIsNone) {
 
 /// A surgeon sees a stain with straight sides at once. Its outline wanders by more than a millimetre beside
 /// the cells' side, and stays where it is when the rectangle of cells grows.
-TEST(Film, ItsOutlineDoesNotRunAlongItsCellsAndStandsStillInTheWorld) {
-  constexpr double kCell = 0.004;
-  const auto stain = [&](int columns, int before) {
-    const std::size_t cells = static_cast<std::size_t>(columns) * 12;
-    const std::vector<float> height(cells, 0.0f);
-    std::vector<std::uint8_t> thickness(cells, 0);
-    const std::vector<std::uint8_t> set(cells, 0);
-    for (int r = 0; r < 12; ++r)
-      for (int c = before; c < before + 6; ++c) thickness[static_cast<std::size_t>(r * columns + c)] = 140;
-    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-    X.translation() = Vector3d(-kCell * before, 0, 0);
-    return filmSurface(X, kCell, static_cast<std::uint32_t>(columns), 12, height.data(), thickness.data(),
-                       set.data());
-  };
-  // m: where a row of the mesh is half as thick, from the stain's middle to its right.
-  const auto outline = [](const Pool& film) {
-    std::map<long, double> found;  // by y, tenths of a millimetre
-    std::map<long, std::map<double, float>> rows;
-    for (std::size_t v = 0; v < film.features.size() / 3; ++v)
-      rows[std::lround(1e4 * film.positions[3 * v + 1])][film.positions[3 * v]] = film.features[3 * v];
-    for (const auto& [y, row] : rows)
-      for (auto a = row.lower_bound(0.012), b = std::next(a); y >= 100 && y <= 380 && b != row.end();
-           ++a, ++b)
-        if (a->second >= 70 && b->second < 70 && found.count(y) == 0)
-          found[y] = a->first + (b->first - a->first) * (a->second - 70) / (a->second - b->second);
-    return found;
-  };
-  const auto once = outline(stain(8, 0)), again = outline(stain(11, 3));
+/// m, by y in tenths of a millimetre: where a row of the mesh has no more than `level` of a feature, from
+/// x = 12 mm to the right.
+std::map<long, double> outlineOf(const Pool& mesh, std::size_t feature, float level) {
+  std::map<long, double> found;
+  std::map<long, std::map<double, float>> rows;
+  for (std::size_t v = 0; v < mesh.features.size() / 3; ++v)
+    rows[std::lround(1e4 * mesh.positions[3 * v + 1])][mesh.positions[3 * v]] =
+        mesh.features[3 * v + feature];
+  for (const auto& [y, row] : rows)
+    for (auto a = row.lower_bound(0.012), b = std::next(a); y >= 100 && y <= 380 && b != row.end(); ++a, ++b)
+      if (a->second >= level && b->second < level && found.count(y) == 0)
+        found[y] = a->first + (b->first - a->first) * (a->second - level) / (a->second - b->second);
+  return found;
+}
+
+/// Six columns of wet cells, with a border along x = 24 mm; `before` dry ones to their left.
+constexpr double kStripCell = 0.004;
+constexpr int kStripRows = 12, kStripWet = 6, kStripAfter = 2;
+Eigen::Isometry3d stripAt(int before) {
+  return Eigen::Isometry3d(Eigen::Translation3d(-kStripCell * before, 0, 0));
+}
+template <class T>
+std::vector<T> strip(int before, T dry, T wet) {
+  const int columns = before + kStripWet + kStripAfter;
+  std::vector<T> cells(static_cast<std::size_t>(columns * kStripRows), dry);
+  for (int r = 0; r < kStripRows; ++r) std::fill_n(cells.begin() + r * columns + before, kStripWet, wet);
+  return cells;
+}
+/// @param make the strip with so many dry columns
+template <class Make>
+void expectFrayed(Make make, std::size_t feature, float level) {
+  const auto once = outlineOf(make(0), feature, level), again = outlineOf(make(3), feature, level);
   ASSERT_GT(once.size(), 10u);
   double least = 1, most = 0;
   for (const auto& [y, x] : once) {
@@ -288,6 +292,29 @@ TEST(Film, ItsOutlineDoesNotRunAlongItsCellsAndStandsStillInTheWorld) {
   }
   EXPECT_GT(most - least, 0.001) << "m";
   EXPECT_LT(most - least, 0.006) << "m";
+}
+
+TEST(Film, ItsOutlineDoesNotRunAlongItsCellsAndStandsStillInTheWorld) {
+  const auto stain = [](int before) {
+    const auto height = strip(before, 0.0f, 0.0f);
+    const auto thickness = strip<std::uint8_t>(before, 0, 140), set = strip<std::uint8_t>(before, 0, 0);
+    return filmSurface(stripAt(before), kStripCell,
+                       static_cast<std::uint32_t>(before + kStripWet + kStripAfter), kStripRows,
+                       height.data(), thickness.data(), set.data());
+  };
+  expectFrayed(stain, 0, 70);
+}
+
+TEST(Pool, AtASteepWallItsShoreDoesNotRunAlongItsCellsEither) {
+  const auto pool = [](int before) {
+    const auto height = strip(before, kNaN, 0.0f);
+    const auto depth = strip<std::uint8_t>(before, 0, 100);  // 1 cm
+    PoolCells cells;
+    cells.height = height.data(), cells.depth = depth.data();
+    return poolSurface(stripAt(before), kStripCell,
+                       static_cast<std::uint32_t>(before + kStripWet + kStripAfter), kStripRows, cells);
+  };
+  expectFrayed(pool, 1, 0);
 }
 
 TEST(Puffs, ThinSmokeIsFainterAndNothingIsLeftOut) {

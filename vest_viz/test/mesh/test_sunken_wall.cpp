@@ -41,7 +41,7 @@ TEST(SunkenWall, HangsFromItsLowerHalfAndMostWhereItWasHighest) {
 }
 
 TEST(SunkenWall, KeepsRoomAboveTheLensAndAFullCavityIsLeftAlone) {
-  std::vector<float> near = arch(0.0f), beside = arch(static_cast<float>(kProp)), full = near;
+  std::vector<float> near = arch(0.0f), beside = arch(static_cast<float>(contact::kProp)), full = near;
   sinkWall(0.02, {0, 0, 0.06}, &near);
   EXPECT_NEAR(near[3 * 9 + 2], 0.1, 1e-6) << "right over the lens";
   sinkWall(0.02, {0, 0, 0.06}, &beside);

@@ -16,6 +16,7 @@ struct BloodOptions {
   double dx = 0.010;            ///< m, greatest cell of the arteries
   double pulse_dilatation = 1;  ///< no unit: 1 physiological; more for teaching, 0 … 20
   double frame_rate = 100;      ///< Hz of simulated time, 50 … 1000
+  double gas_pressure = 0;      ///< Pa of the pneumoperitoneum that the patient has got used to at the start
 };
 
 /// What the patient monitor and viewers are told, now and then.

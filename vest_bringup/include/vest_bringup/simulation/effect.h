@@ -24,6 +24,7 @@ struct CavityGas {
   double pressure = 0;                           ///< Pa above the air outside
   double temperature = 310.15, humidity = 0.95;  ///< K; relative, 0 … 1
   double renewal = 0;  ///< 1/s: share of the gas that leaves by leaks and absorption
+  double sunk = 0;     ///< m: of the wall's highest place; the tissue's next step meets it there
 };
 
 /// What effects hand on. Arrays have room: nothing allocates while it lasts; what does not fit is counted.

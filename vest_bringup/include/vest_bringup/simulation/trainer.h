@@ -12,7 +12,7 @@
 namespace vest::simulation {
 
 /// Last bytes of a snapshot that has effects behind the World: 8 bytes of the World's length, then these.
-inline constexpr std::string_view kEffectsMagic = "VESTEFX7";
+inline constexpr std::string_view kEffectsMagic = "VESTEFX8";
 
 /// How many of a snapshot's bytes are the World's: all, or those before the effects'.
 std::size_t worldBytes(const std::vector<std::uint8_t>& snapshot);

@@ -17,8 +17,18 @@ namespace vest::haemodynamics {
 ///
 /// Loop (Guyton's venous return; Hall, Guyton and Hall Textbook of Medical Physiology, 13th ed., chapter 20):
 ///
-///     P_fill = (V − V_u)/C,       V: blood volume, V_u: the part that fills without stretching, C:
-///     compliance output = (P_fill − P_atrium)/R_v        drives the inflow curve; R_v from the state at rest
+///     P_fill = (V − V_u)/C
+///     output = (P_fill − V_d/C − P_atrium)/R_v
+///
+/// V: blood volume, V_u: the part that fills without stretching, C: compliance. R_v follows from the state at
+/// rest. The output drives the inflow curve.
+///
+/// The pneumoperitoneum, p Pa above the air, acts on the loop in two ways. The vena cava is a Starling
+/// resistor where it leaves the abdomen (Takata et al. 1990, J. Appl. Physiol. 69, 1961): the legs drain only
+/// against the gas. Their veins take on 8/14 of it (Beebe et al. 1993) and dam up V_d = C_legs p 8/14, which
+/// is missing at the heart; who has lost blood misses it more. The resistance of all terminals rises by the
+/// factor 1 + g p/(p + p_h): pressed vessels and vasopressin; in life those of the abdomen most (Robotham et
+/// al. 1985, Crit. Care Med. 13, 803). It acts at once; in life a part of it takes minutes.
 ///
 /// Baroreflex: tone follows the fall of the mean arterial pressure P below its goal,
 ///     goal tone = e/sqrt(1 + e²) + b, e = (P_goal − P)/width, b = (P_i − P)/5670 Pa in 0 … 1
@@ -36,7 +46,8 @@ namespace vest::haemodynamics {
 ///
 /// Drugs (drugs.h) add to resistance, heart rate and what veins give back.
 ///
-/// Not in it: fluid that tissue gives back to the blood, urine, viscosity, and what happens after minutes of
+/// Not in it: how tilting moves blood, veins of the abdomen that are so full that gas presses blood out of
+/// them, fluid that tissue gives back to the blood, urine, viscosity, and what happens after minutes of
 /// shock.
 struct CirculationModel {
   Vessels vessels;
@@ -166,6 +177,12 @@ Circulation buildCirculation(Vessels vessels, double dx);
 /// step is tried again with smaller holes, at last with the blood at rest, and counted in `degraded`.
 Status step(const CirculationModel& model, const CirculationInputs& inputs, double dt,
             CirculationState& state, CirculationScratch& scratch);
+
+/// Brings a state at rest to where it stays under the inputs' settings and gas: the tones that uphold their
+/// own mean pressure, found by bisection, and arteries that beat with it. Nothing changes where there is no
+/// gas. Takes the wall time of 12 s of step().
+void settle(const CirculationModel& model, const CirculationInputs& inputs, CirculationState& state,
+            CirculationScratch& scratch);
 
 /// Pressure (Pa), flow (m³/s, from the heart in arteries, to it in veins) and area (m²) at a station now. Of
 /// veins without holes.

@@ -34,6 +34,7 @@ struct ControlNumbers {
   double blood_volume = 0;                                     ///< m³
   double filling_pressure = 0;                                 ///< Pa, mean systemic
   double systemic_compliance = 0;                              ///< m³/Pa
+  double leg_compliance = 0;                                   ///< m³/Pa of it, of the legs' veins
   double atrial_pressure = 0;                                  ///< Pa
   double heart_rate = 0;                                       ///< Hz, at rest
   double rate_gain = 0, resistance_gain = 0;                   ///< no unit: share added at full tone
@@ -44,6 +45,8 @@ struct ControlNumbers {
   double rate_time = 0, resistance_time = 0, volume_time = 0;  ///< s
   double baroreceptor_time = 0;                                ///< s
   double discharge = 0;                                        ///< no unit, of holes
+  double gas_resistance_gain = 0;      ///< no unit: share that the greatest pneumoperitoneum adds
+  double gas_resistance_pressure = 0;  ///< Pa that add half of it
 };
 
 /// A flow, radius and speed kept as somebody gave them; nothing is computed from the speed.

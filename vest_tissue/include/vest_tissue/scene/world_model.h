@@ -68,9 +68,10 @@ struct ObjectConstants : StepBounds {
     std::uint32_t link = 0;  ///< of the block
     float place = 0;         ///< along the tube, 0 … DilatationInput::kPlaces − 1
   };
-  std::vector<RingLink> ring_links;  ///< within a ring: dilatation acts on them
-  contact::DistanceGrid grid;        ///< rigid only
-  interaction::HeatModel heat;       ///< nets only
+  std::vector<RingLink> ring_links;    ///< within a ring: dilatation acts on them
+  contact::DistanceGrid grid;          ///< rigid only
+  double lowest = 0.0, highest = 0.0;  ///< m, of its knots; rigid only
+  interaction::HeatModel heat;         ///< nets only
   interaction::CutConstants cut;
   motility::MotilityModel motility;  ///< where the object moves by itself
   std::vector<std::uint32_t> tied;   ///< ends of connections on it, in their order: 2·connection + end
