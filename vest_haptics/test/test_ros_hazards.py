@@ -209,7 +209,7 @@ class RosHazards(unittest.TestCase):
         self.device()
         self.assertTrue(patient(lambda: self.operating and self.operating[-1].state == "ENABLED"), "it is settled")
 
-    def test_commands_of_released_clients_are_taken_and_old_ones_are_refused_in_words(self):
+    def test_a_released_client_is_heard_and_old_commands_are_refused_in_words(self):
         # crtk_python_client up to 1.4.0 stamps no command.
         node = self.device()
         said = []
