@@ -23,6 +23,7 @@ from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import PoseStamped, WrenchStamped  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from vest_msgs.msg import HapticState, InstrumentStates, OperatingState, StringStamped  # noqa: E402
+from vest_msgs.srv import TriggerOperatingState  # noqa: E402
 
 
 OPTIONS = {"motion": "circle", "seconds": "2"}
@@ -230,8 +231,11 @@ class RosHazards(unittest.TestCase):
         def becomes(state):
             self.assertTrue(patient(lambda: self.operating[-1].state == state), f"{state}: {node.text()}")
 
+        query = rospy.ServiceProxy("haptics/left/operating_state", TriggerOperatingState)
+        self.assertTrue(patient(lambda: query().operating_state.state == "ENABLED" and query().operating_state.is_homed))
         command("pause")
         becomes("PAUSED")
+        self.assertTrue(patient(lambda: query().operating_state.state == "PAUSED"))
         command("resume", age=5.0)
         self.assertTrue(patient(lambda: any("'resume' refused: its stamp is 5" in text for text in said)), said)
         self.assertEqual(self.operating[-1].state, "PAUSED")
