@@ -23,6 +23,7 @@ from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import PoseStamped, WrenchStamped  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from vest_msgs.msg import HapticState, InstrumentStates, OperatingState, StringStamped  # noqa: E402
+from vest_msgs.srv import TriggerOperatingState  # noqa: E402
 
 
 OPTIONS = {"motion": "circle", "seconds": "2"}
@@ -209,7 +210,7 @@ class RosHazards(unittest.TestCase):
         self.device()
         self.assertTrue(patient(lambda: self.operating and self.operating[-1].state == "ENABLED"), "it is settled")
 
-    def test_commands_of_released_clients_are_taken_and_old_ones_are_refused_in_words(self):
+    def test_a_released_client_is_heard_and_old_commands_are_refused_in_words(self):
         # crtk_python_client up to 1.4.0 stamps no command.
         node = self.device()
         said = []
@@ -230,8 +231,11 @@ class RosHazards(unittest.TestCase):
         def becomes(state):
             self.assertTrue(patient(lambda: self.operating[-1].state == state), f"{state}: {node.text()}")
 
+        query = rospy.ServiceProxy("haptics/left/operating_state", TriggerOperatingState)
+        self.assertTrue(patient(lambda: query().operating_state.state == "ENABLED" and query().operating_state.is_homed))
         command("pause")
         becomes("PAUSED")
+        self.assertTrue(patient(lambda: query().operating_state.state == "PAUSED"))
         command("resume", age=5.0)
         self.assertTrue(patient(lambda: any("'resume' refused: its stamp is 5" in text for text in said)), said)
         self.assertEqual(self.operating[-1].state, "PAUSED")

@@ -6,6 +6,7 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/package.h>
 #include <std_msgs/String.h>
+#include <vest_msgs/TriggerOperatingState.h>
 
 #include "vest_haptics/safety/freshness.h"
 #include "vest_instruments/control/input_map.h"
@@ -160,6 +161,19 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh, shared:
   operating.latch = true;
   operating_state_ = arm.advertise(operating);
   error_ = arm.advertise<std_msgs::String>("error", 10);
+  using Trigger = vest_msgs::TriggerOperatingState;
+  auto query = ros::AdvertiseServiceOptions::create<Trigger>(
+      "operating_state",
+      [this](Trigger::Request&, Trigger::Response& answer) {
+        const std::lock_guard<std::mutex> lock(operating_mutex_);
+        answer.operating_state = operating_;
+        return true;
+      },
+      nullptr, nullptr);
+  query.datatype = package + "/TriggerOperatingState";
+  query.req_datatype = query.datatype + "Request";
+  query.res_datatype = query.datatype + "Response";
+  query_ = arm.advertiseService(query);
   diagnostics_ = nh_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
   ros::SubscribeOptions command = ros::SubscribeOptions::create<vest_msgs::StringStamped>(
       "state_command", 10, [this](const vest_msgs::StringStampedConstPtr& msg) { onCommand(*msg); },
@@ -374,6 +388,8 @@ void HapticShell::publish(const TickReport& r) {
     msg.state = state;
     msg.is_homed = r.valid;
     operating_state_.publish(msg);
+    const std::lock_guard<std::mutex> lock(operating_mutex_);
+    operating_ = msg;
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 
@@ -62,6 +63,9 @@ class HapticShell {
   ros::Publisher measured_cp_, measured_cv_, measured_cf_, measured_js_, jaw_js_, buttons_, state_,
       operating_state_, error_, diagnostics_;
   ros::Subscriber command_, servo_;
+  ros::ServiceServer query_;
+  std::mutex operating_mutex_;
+  vest_msgs::OperatingState operating_;  ///< as it was published last
   geometry_msgs::PoseStamped cp_;
   geometry_msgs::TwistStamped cv_;
   geometry_msgs::WrenchStamped cf_;
