@@ -1,5 +1,7 @@
 """The corpora of hostile_files.py: good files, which of them is damaged, and the tool that reads them."""
 import os
+import re
+import struct
 import subprocess
 import tempfile
 
@@ -47,6 +49,13 @@ def made(tool):
 def slices(good):
     """Those that are made: before them come those that a fuzzer left."""
     return good['dicom'][len(os.listdir(os.path.join(HERE, 'corpus', 'dicom'))):]
+
+
+def restoring(bag):
+    """A recording whose reset, told behind step length and seed, restores a snapshot that has no name."""
+    changed, count = re.subn(re.escape(struct.pack('<d', 0.001)) + rb'....\x01(?=\0{4})', lambda m: m[0][:-1] + b'\x03', bag, flags=re.S)
+    assert count == 1, '%d resets' % count
+    return changed
 
 
 def kinds(tool):
@@ -156,6 +165,8 @@ def kinds(tool):
                     [tool('vest_bringup', 'vest_check_session'), '{}'], ['session.json', 'session.bag']))
     out.append(Kind('recorded drawing', {'drawing.bag': good['drawing'][0]}, 'drawing.bag', [tool('vest_bringup', 'vest_replay_model'), '{}/drawing.bag']))
     out.append(Kind('snapshot', {'snapshot': good['snapshot'][0]}, 'snapshot', reader('snapshot', 'snapshot')))
+    out.append(Kind('snapshot beside a recording', {'session.bag': restoring(good['bag'][0]), 'snapshots/.snapshot': good['snapshot'][0]}, 'snapshots/.snapshot',
+                    [tool('vest_bringup', 'vest_resimulate'), '{}']))
     out.append(Kind('reference group', {'reference.json': good['reference'][0]}, 'reference.json', reader('reference', 'reference.json')))
     pelvis = {n: read('vest_effects', 'data', 'vessels', 'pelvis', n)
               for n in ('case.json', 'network.csv', 'inflow.csv', 'vessels.yaml')}

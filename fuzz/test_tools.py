@@ -24,12 +24,16 @@ def tool(package, name):
 
 
 def refusal(command, files):
-    """(exit status, last line, files left) of a tool in a folder of these files."""
+    """(exit status, lines, files left) of a tool in a folder of these files: bytes; a text: a link to it; None: a pipe."""
     with tempfile.TemporaryDirectory() as folder:
         for name, bytes_ in files.items():
             path = os.path.join(folder, name)
+            os.makedirs(os.path.dirname(path), exist_ok=True)
             if bytes_ is None:
                 os.mkfifo(path)
+                continue
+            if isinstance(bytes_, str):
+                os.symlink(bytes_, path)
                 continue
             with open(path, 'wb') as file:
                 file.write(bytes_)
@@ -44,9 +48,9 @@ class Tools(unittest.TestCase):
     def setUpClass(cls):
         cls.good = hostile_kinds.made(tool)
 
-    def refused(self, command, files, named):
+    def refused(self, command, files, named, status=1):
         code, lines, left = refusal(command, files)
-        self.assertEqual((code, len(lines), left), (1, 1, ''), lines)
+        self.assertEqual((code, len(lines), left), (status, 1, ''), lines)
         self.assertIn(named, lines[0])
         return lines[0]
 
@@ -61,6 +65,10 @@ class Tools(unittest.TestCase):
         for command in ([script, '/proc/kmsg', '--list'], [tool('vest_bringup', 'vest_metrics'), '/proc/kmsg']):
             with self.subTest(command[0]):
                 self.refused(command, {}, '/proc/kmsg: ')
+
+    def test_a_snapshot_that_never_ends_is_not_waited_for(self):
+        files = {'session.bag': hostile_kinds.restoring(self.good['bag'][0]), 'snapshots/.snapshot': '/proc/kmsg'}
+        self.refused([tool('vest_bringup', 'vest_resimulate'), '{}'], files, '/snapshots/.snapshot: ', status=2)
 
     def test_a_table_that_is_refused_leaves_no_scene_to_be_felt(self):
         volumes = {f[:1]: f[1:] for f in self.good['volume']}

@@ -6,12 +6,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include <ros/package.h>
 
 #include "vest_bringup/simulation/stage.h"
+#include "vest_instruments/files/read.h"
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/ros/conversions.h"
 #include "vest_tissue/scene/world.h"
@@ -28,15 +27,6 @@ bool isFile(const std::string& scene) {
 std::string sceneFile(const std::string& scene) {
   if (isFile(scene)) return scene;
   return ros::package::getPath("vest_tissue") + "/scenes/" + scene + "/" + scene + ".yaml";
-}
-
-std::vector<std::uint8_t> readFile(const std::string& file) {
-  constexpr std::uintmax_t kMost = 1U << 30U;
-  std::error_code error;
-  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMost)
-    throw std::invalid_argument(file + ": cannot be read (allowed: a file of at most 1 GB)");
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 /// A folder that goes with the program.
@@ -250,7 +240,9 @@ Played play(const std::string& directory, RecordedSession& session, PlayOptions 
     if (!isFile(name)) file += ".snapshot";
     if (!fs::exists(file) && isFile(name)) file = name;
     try {
-      resimulation.begin(readFile(file));
+      constexpr std::size_t kMost = 1U << 30U;  // bytes, as of the service tissue/snapshot
+      const std::string bytes = files::read(file, kMost);
+      resimulation.begin({bytes.begin(), bytes.end()});
     } catch (const std::invalid_argument& e) {
       const std::string what = e.what();
       throw std::invalid_argument(what.rfind(file, 0) == 0 ? what : file + ": " + what);
