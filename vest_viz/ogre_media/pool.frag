@@ -25,6 +25,9 @@ void main() {
   vec2 steep = abs(area) > 1e-14
       ? vec2(dFdx(wet) * py.y - dFdy(wet) * px.y, dFdy(wet) * px.x - dFdx(wet) * py.x) / area : vec2(0.0);
   steep *= inversesqrt(dot(steep, steep) + 100.0) * (1.0 - inward);
+  // Tissue is not as even as its cells: a shore that runs along a row of them would flash as one line.
+  vec2 uneven = 4.0 * (texture2D(micro_map, place * 5.0).xy - 0.5) + 6.0 * (texture2D(micro_map, place.yx * 23.0).xy - 0.5);
+  steep = mat2(1.0, uneven.x, -uneven.x, 1.0) * steep * max(1.0 + uneven.y, 0.0) * inversesqrt(1.0 + uneven.x * uneven.x);
   // Ripples run over it, one way and the other, more where it is stirred. A thin layer lies as its ground does.
   float stirred = 0.45 + 1.1 * clamp(abs(fluid.z) * 40.0, 0.0, 1.0);
   vec2 long_one = texture2D(micro_map, place * 11.0 + moment.x * vec2(0.19, 0.11)).xy - 0.5;

@@ -15,8 +15,8 @@ constexpr double kIschaemicRange = 5670;
 // under 14 mmHg (Beebe et al. 1993, Surg. Gynecol. Obstet. 176, 443-447 [not checked in print]).
 constexpr double kVeinShare = 8.0 / 14.0;
 constexpr int kHalvings = 6;  // of holes that the arteries' model does not bear
-// Steps, and their s, in which arteries, then the loop follow settle(): some seven beats each.
-constexpr int kSettling = 6000;
+// Steps, and their s, in which arteries, then the loop follow settle(): some eight beats each.
+constexpr int kSettling = 8000;
 constexpr double kSettlingStep = 1e-3;
 
 int cellAt(const SegmentModel& s, double station) {
@@ -171,7 +171,8 @@ Tones toneGoals(const CirculationModel& model, const CirculationSettings& set, c
 void findOutput(const CirculationModel& model, const CirculationSettings& set, CirculationState& s) {
   const ControlNumbers& c = model.vessels.control;
   const DrugEffect drugs = drugEffect(s);
-  const double volume_tone = set.reflex_scale * s.volume_tone;
+  const double volume_tone =
+      set.reflex_scale * s.volume_tone * (s.volume_tone < 0 ? c.reflex_relaxation : 1.0);
   const double unstressed =
       model.unstressed_volume - c.reflex_volume * volume_tone - drugs.volume * leftBeside(volume_tone);
   s.filling_pressure = std::max(0.0, (bloodVolume(model, s) - unstressed) / c.systemic_compliance);

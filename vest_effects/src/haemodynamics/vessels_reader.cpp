@@ -90,6 +90,7 @@ class Reader {
         {"reflex_rate_gain", "1", 0, 3, &c.rate_gain},
         {"reflex_resistance_gain", "1", 0, 5, &c.resistance_gain},
         {"reflex_volume", "m3", 0, 5e-3, &c.reflex_volume},
+        {"reflex_relaxation", "1", 0, 1, &c.reflex_relaxation},
         {"reflex_width", "Pa", 100, 1e5, &c.reflex_width},
         {"reflex_resistance_width", "Pa", 100, 1e5, &c.resistance_width},
         {"ischaemic_pressure", "Pa", 0, 2e4, &c.ischaemic_pressure},

@@ -439,7 +439,7 @@ TEST(Vessels, EveryNumberAndSegmentHasASourceAndTheSeedsTripleIsKeptAsQuoted) {
   for (; std::getline(in, line); ++rows)
     EXPECT_EQ(v.sources.count(line.substr(line.rfind(',') + 1)), 1U) << line;
   EXPECT_EQ(rows, v.network.segments.size());
-  EXPECT_EQ(v.source_of.size(), 19 + v.veins.size() + v.quoted.size() + v.territories.size());
+  EXPECT_EQ(v.source_of.size(), 20 + v.veins.size() + v.quoted.size() + v.territories.size());
   ASSERT_EQ(v.quoted.size(), 1U);
   EXPECT_EQ(v.quoted[0].flow, 83e-6);
   EXPECT_EQ(v.quoted[0].radius, 0.012);

@@ -180,7 +180,7 @@ Status step(const CirculationModel& model, const CirculationInputs& inputs, doub
 
 /// Brings a state at rest to where it stays under the inputs' settings and gas: the tones that uphold their
 /// own mean pressure, found by bisection, and arteries that beat with it. Nothing changes where there is no
-/// gas. Takes the wall time of 12 s of step().
+/// gas. Takes the wall time of 16 s of step().
 void settle(const CirculationModel& model, const CirculationInputs& inputs, CirculationState& state,
             CirculationScratch& scratch);
 

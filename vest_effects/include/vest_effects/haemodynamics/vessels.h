@@ -31,17 +31,18 @@ struct Territory {
 
 /// Numbers of the closed loop (circulation.h says what they do).
 struct ControlNumbers {
-  double blood_volume = 0;                                     ///< m³
-  double filling_pressure = 0;                                 ///< Pa, mean systemic
-  double systemic_compliance = 0;                              ///< m³/Pa
-  double leg_compliance = 0;                                   ///< m³/Pa of it, of the legs' veins
-  double atrial_pressure = 0;                                  ///< Pa
-  double heart_rate = 0;                                       ///< Hz, at rest
-  double rate_gain = 0, resistance_gain = 0;                   ///< no unit: share added at full tone
-  double reflex_volume = 0;                                    ///< m³ that veins give back at full tone
-  double reflex_width = 0;                                     ///< Pa, of heart rate and veins
-  double resistance_width = 0;                                 ///< Pa, of the resistance
-  double ischaemic_pressure = 0;                               ///< Pa: below it the brain calls
+  double blood_volume = 0;                    ///< m³
+  double filling_pressure = 0;                ///< Pa, mean systemic
+  double systemic_compliance = 0;             ///< m³/Pa
+  double leg_compliance = 0;                  ///< m³/Pa of it, of the legs' veins
+  double atrial_pressure = 0;                 ///< Pa
+  double heart_rate = 0;                      ///< Hz, at rest
+  double rate_gain = 0, resistance_gain = 0;  ///< no unit: share added at full tone
+  double reflex_volume = 0;                   ///< m³ that veins give back at full tone
+  double reflex_relaxation = 0;               ///< no unit: share of it that they take up at none
+  double reflex_width = 0;                    ///< Pa, of heart rate and veins
+  double resistance_width = 0;                ///< Pa, of the resistance
+  double ischaemic_pressure = 0;              ///< Pa: below it the brain calls
   double rate_time = 0, resistance_time = 0, volume_time = 0;  ///< s
   double baroreceptor_time = 0;                                ///< s
   double discharge = 0;                                        ///< no unit, of holes
