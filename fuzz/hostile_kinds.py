@@ -139,6 +139,9 @@ def kinds(tool):
     out.append(Kind('trainees', {'trainees.db': good['trainees'][0]}, 'trainees.db',
                     [tool('vest_bringup', 'vest_trainee'), '--database', '{}/trainees.db', 'export', 'first'],
                     ['trainees.db', "trainee 'first'"]))
+    journal = b'\xd9\xd5\x05\xf9\x20\xa1\x63\xd7' + struct.pack('>5I', 1, 7, 4, 512, 4096)  # magic, pages, seed, size of the database, sector, page
+    out.append(Kind('journal beside a database', {'trainees.db': good['trainees'][0], 'trainees.db-journal': journal.ljust(512, b'\0')}, 'trainees.db-journal',
+                    [tool('vest_bringup', 'vest_trainee'), '--database', '{}/trainees.db', 'list']))
     batch = os.path.join(ROOT, 'vest_bringup', 'scripts', 'vest_batch')
     manifest = (b'vest_batch: 1\ncommand: [echo, "{scene}", --steps, "{steps}"]\nparameters:\n  scene: [way.yaml, manifest.yaml]\n'
                 b'  steps: [100, 200, 300]\nruns:\n  - {a: 1}\n  - {a: 2}\nfiles: [scene]\nversion: 3\n')

@@ -176,6 +176,35 @@ TEST_F(TraineesTest, WhatIsNoDatabaseIsRefused) {
   EXPECT_EQ(bytes(), std::string(5000, 'x')) << "left as it was";
 }
 
+TEST_F(TraineesTest, WhatLiesInThePlaceOfAJournalIsNotWaitedFor) {
+  { Trainees(file_).add("anna"); }
+  for (const char* beside : {"-journal", "-wal", "-shm"}) {
+    const std::string own = file_ + beside;
+    fs::remove(own);
+    ASSERT_EQ(::mkfifo(own.c_str(), 0600), 0);
+    EXPECT_NE(refusal([&] { Trainees t(file_); }).find(own + ": is no file"), std::string::npos);
+    fs::remove(own);
+    fs::create_symlink("/proc/kmsg", own);
+    EXPECT_NE(refusal([&] { Trainees t(file_); }).find(own + ": is no file"), std::string::npos);
+    fs::remove(own);
+  }
+  EXPECT_EQ(Trainees(file_).list(), std::vector<std::string>{"anna"});
+}
+
+TEST_F(TraineesTest, AJournalDoesNotLetTheDatabaseGrow) {
+  { Trainees(file_).add("anna"); }
+  const auto before = fs::file_size(file_);
+  const std::string magic = "\xd9\xd5\x05\xf9\x20\xa1\x63\xd7";
+  // One page, a seed, 2^32 - 256 pages before; sectors of 512 bytes, pages of 4096.
+  const unsigned char head[] = {0, 0, 0, 1, 0, 0, 0, 7, 0xff, 0xff, 0xff, 0, 0, 0, 2, 0, 0, 0, 0x10, 0};
+  std::string journal = magic + std::string(reinterpret_cast<const char*>(head), sizeof head);
+  journal.resize(512);
+  std::ofstream(file_ + "-journal", std::ios::binary) << journal;
+  EXPECT_NE(refusal([&] { Trainees t(file_); }).find("-journal: pages: 4294967040 (allowed: at most 16384"),
+            std::string::npos);
+  EXPECT_EQ(fs::file_size(file_), before);
+}
+
 TEST_F(TraineesTest, ADatabaseOfAStrangerIsReadAsIfItLied) {
   { Trainees(file_).add("anna"); }
   const auto changed = [&](const char* sql) {

@@ -6,9 +6,12 @@
 #include <sys/vfs.h>
 #include <unistd.h>
 
+#include <array>
+#include <cstdint>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <fstream>
 
 #include <sqlite3.h>
 #include <nlohmann/json.hpp>
@@ -138,6 +141,7 @@ Trainees::Trainees(const std::string& file, int wait) : file_(file) {
                        ::fstatfs(descriptor, &where) == 0 && where.f_type != PROC_SUPER_MAGIC;
   ::close(descriptor);
   if (!is_file) throw DatabaseError(file_ + ": is no file (allowed: a file of yours in a folder of yours)");
+  checkBeside();
   try {
     if (sqlite3_open_v2(file.c_str(), &database_, SQLITE_OPEN_READWRITE, nullptr) != SQLITE_OK) fail("open");
     sqlite3_busy_timeout(database_, wait);
@@ -158,6 +162,26 @@ Trainees::Trainees(const std::string& file, int wait) : file_(file) {
     sqlite3_close(database_);
     throw;
   }
+}
+
+void Trainees::checkBeside() const {
+  constexpr std::uint32_t kMostPages = 1U << 14U;  // 64 MB of SQLite's usual pages (assumed)
+  for (const char* const beside : {"-journal", "-wal", "-shm"}) {
+    const std::string own = file_ + beside;
+    struct stat info {};
+    if (::lstat(own.c_str(), &info) == 0 && !S_ISREG(info.st_mode))
+      throw DatabaseError(own + ": is no file (allowed: what SQLite leaves beside its database)");
+  }
+  // The header of a rollback journal (SQLite's file format, section 3): bytes 16 to 19 are pages, the highest
+  // byte first.
+  const std::string journal = file_ + "-journal";
+  std::array<char, 20> head{};
+  if (!std::ifstream(journal, std::ios::binary).read(head.data(), head.size())) return;
+  std::uint32_t pages = 0;
+  for (std::size_t i = 16; i < head.size(); ++i) pages = pages << 8U | static_cast<unsigned char>(head[i]);
+  if (pages > kMostPages)
+    throw DatabaseError(journal + ": pages: " + std::to_string(pages) + " (allowed: at most " +
+                        std::to_string(kMostPages) + ": the database gets this size again)");
 }
 
 Trainees::~Trainees() {

@@ -66,6 +66,7 @@ class Trainees {
 
  private:
   void run(const char* sql) const;
+  void checkBeside() const;  ///< what SQLite would wait for, or let the database grow by
   void checkTables() const;  ///< makes them where there are none
   void mustKnow(const std::string& trainee) const;
   [[noreturn]] void fail(const char* doing) const;
