@@ -14,6 +14,10 @@ constexpr double kIschaemicRange = 5670;
 // Of the pressure around them that veins of the abdomen take on: from 10.2 to 18.2 mmHg in the femoral vein
 // under 14 mmHg (Beebe et al. 1993, Surg. Gynecol. Obstet. 176, 443-447 [not checked in print]).
 constexpr double kVeinShare = 8.0 / 14.0;
+// Pa (assumed): from here on the reflex no longer slows the heart. Under 12 to 15 mmHg its rate stays (Joris
+// et al. 1993, Anesth. Analg. 76, 1067 [not checked in print]; hypercapnia and vasopressin act against the
+// reflex).
+constexpr double kNoSlowing = 1000;
 constexpr int kHalvings = 6;  // of holes that the arteries' model does not bear
 // Steps, and their s, in which arteries, then the loop follow settle(): some eight beats each.
 constexpr int kSettling = 8000;
@@ -162,9 +166,10 @@ Tones toneGoals(const CirculationModel& model, const CirculationSettings& set, c
     return e / std::sqrt(1 + e * e) + brain;
   };
   // The heart leaves small losses to the vessels: e|e| for e.
-  const double e = fall / c.reflex_width;
-  return {e * std::fabs(e) / std::sqrt(1 + e * e * e * e) + brain, toneOf(c.resistance_width),
-          toneOf(c.reflex_width)};
+  const double e = fall / c.reflex_width, rate = e * std::fabs(e) / std::sqrt(1 + e * e * e * e);
+  // The pressure that the gas adds does not slow the heart.
+  const double slows = 1 - std::clamp(s.external_pressure / kNoSlowing, 0.0, 1.0);
+  return {(rate < 0 ? slows * rate : rate) + brain, toneOf(c.resistance_width), toneOf(c.reflex_width)};
 }
 
 /// Filling pressure, output and heart rate that follow from volume, tones, drugs and gas.
