@@ -17,10 +17,11 @@ using scene::EventKind;
 
 constexpr double kReplayed = 5.0;  // s: while the hand draws
 
-/// The loop of the scene, on its stump.
+/// A loop of thread with something round in it.
 struct Loop {
   const suture::Model& model;
-  Vector3d place{0.0005, 0.0508, 0.062}, axis = Vector3d(0.0260, 0.0427, 0).normalized();  // m
+  Vector3d place, axis;  ///< m; of a unit
+  double radius;         ///< m
 
   Vector3d off(const Vector3d& x) const {
     const Vector3d way = x - place;
@@ -42,9 +43,9 @@ struct Loop {
     }
     return std::abs(angle) / (2 * M_PI);
   }
-  /// N: tension of the loop's far side on a stump that grows by `more` (m), by the rod alone.
-  double bears(suture::State rod, double more) const {
-    constexpr double kStep = 0.0005, kGrowth = 0.002, kStump = 0.0035;  // s, m/s, m
+  /// N: greatest tension of the loop's far side on something that grows by `more` (m), by the rod alone.
+  double bears(suture::State& rod, double more) const {
+    constexpr double kStep = 0.0005, kGrowth = 0.002, kLength = 0.010;  // s, m/s, m along the axis each way
     suture::Scratch scratch(model);
     double most = 0;
     for (double by = 0; by < more; by += kGrowth * kStep) {
@@ -52,13 +53,14 @@ struct Loop {
       suture::Index far = 0;
       for (suture::Index i = 0; i + 1 < rod.position.size(); ++i) {
         const Vector3d way = off(rod.position[i]);
-        if (way.norm() > kStump + by + 0.0015) continue;
+        if (way.norm() > radius + by + 0.0015 || std::abs(axis.dot(rod.position[i] - place)) > kLength)
+          continue;
         if (far == 0 || way.z() < off(rod.position[far]).z()) far = i;
         suture::Support a;
         a.segment = i;
         a.normal = way.normalized();
         a.from = a.to = rod.position[i] - way;
-        a.reach = kStump + by + model.strands[0].section.radius;
+        a.reach = radius + by + model.strands[0].section.radius;
         a.stiffness = 2000, a.friction = 0.3;
         scratch.supports.push_back(a);
       }
@@ -71,7 +73,10 @@ struct Loop {
 
 TEST(SceneEndoloop, ALoopIsDrawnOnAStumpCutAndHeldByFriction) {
   Play p("endoloop", false);
-  const Loop loop{*p.world().model().threads.rods};
+  const Loop loop{*p.world().model().threads.rods,
+                  {0.0005, 0.0508, 0.062},
+                  Vector3d(0.0260, 0.0427, 0).normalized(),
+                  0.0035};
   const auto& rod = p.world().state().threads.rod;
   suture::KnotScratch scratch(rod.position.size());
   std::vector<Vector3d> before = rod.position;
@@ -93,7 +98,8 @@ TEST(SceneEndoloop, ALoopIsDrawnOnAStumpCutAndHeldByFriction) {
     if (t < 5.7 && at(std::fmod(t + 0.005, 0.1), 0.005))  // then the short end lies across the loop
       wrong += suture::kindOf(rod.position.data(), rod.position.size(), scratch).determinant != 29;
   });
-  const double held = loop.greatest(rod), bore = loop.bears(rod, 0.0008);
+  suture::State alone = rod;
+  const double held = loop.greatest(rod), bore = loop.bears(alone, 0.0008);
   std::printf("the knot slides with %.2f N, is drawn with %.2f N and holds %.2f N; then it bears %.2f N\n",
               slides, drawn, held, bore);
   EXPECT_EQ(passed, 0) << "segments that went through each other";
@@ -154,6 +160,56 @@ TEST(SceneEndoloop, ALoopIsDrawnOnAStumpCutAndHeldByFriction) {
     p.stage.trainer->step(input, report);
   }
   EXPECT_EQ(p.world().stateHash(), hash);
+}
+
+// Twenty seconds of it, and with VEST_FULL=1 both throws: some four minutes of a core.
+TEST(SceneSquareKnot, ThreeInstrumentsTieTwoThrowsThatHoldByFriction) {
+  Play p("square_knot", false);
+  const suture::Model& model = *p.world().model().threads.rods;
+  const auto& rod = p.world().state().threads.rod;
+  suture::KnotScratch scratch(2 * rod.position.size());
+  const auto kind = [&](const suture::State& s) {
+    const auto k = suture::kindOf(s.position.data(), s.position.size(), scratch);
+    return std::pair(static_cast<int>(k.determinant), static_cast<int>(k.signature));
+  };
+  const std::pair none(1, 0), first(5, -4), both(15, -2);  // determinant and signature
+  Passages passages{rod.position};
+  double drawn = 0;
+  int wrong = 0;
+  const auto watch = [&](double t, const scene::StepInput&, const scene::StepReport&) {
+    passages.look(rod.position);
+    if (!at(std::fmod(t + 0.05, 0.1), 0.05)) return;
+    if (t < 27.0) wrong += kind(rod) != none;
+    if (t > 45.0 && t < 95.0) wrong += kind(rod) != first;
+    if (t > 108.0) wrong += kind(rod) != both;
+    drawn = suture::tensionOf(model, rod, model.strands[0], 60);
+  };
+  const bool whole = std::getenv("VEST_FULL") != nullptr;
+  p.run(watch, whole ? 0 : 20.0);
+  EXPECT_EQ(wrong, 0) << "none, then a throw of two turns, then one of one turn the other way round";
+  EXPECT_EQ(passages.passed, 0) << "segments that went through each other";
+  EXPECT_EQ(p.times(EventKind::Grasped, "thread").size(), whole ? 4U : 2U)
+      << "by the left one, then the right one";
+  if (!whole) return;
+  EXPECT_GT(drawn, 2.0) << "N, between left jaws and knot";
+  const auto tied = p.times(EventKind::KnotTied, "thread");
+  ASSERT_GE(tied.size(), 2U);
+  EXPECT_LT(tied.front(), 50.0) << "s: the first throw is drawn";
+  EXPECT_GT(tied.back(), 95.0) << "s: the second one is";
+  EXPECT_TRUE(p.times(EventKind::Torn, "thread").empty());
+  // What lies in the loop grows, and nobody holds the ends.
+  const auto bears = [&](double friction, suture::State& alone) {
+    suture::Model with = model;
+    for (auto& strand : with.strands) strand.section.friction *= friction;
+    return Loop{with, {0, 0.055, 0.092}, Vector3d(0.566, 0.600, 0).normalized(), 0.002}.bears(alone, 0.0035);
+  };
+  suture::State held = rod, slipped = rod;
+  const double load = bears(1.0, held);
+  bears(0.0, slipped);
+  std::printf("drawn with %.2f N, its loop bears %.2f N\n", drawn, load);
+  EXPECT_GT(load, 1.0) << "N";
+  EXPECT_EQ(kind(held), both);
+  EXPECT_EQ(kind(slipped), none) << "without friction it comes undone";
 }
 
 }  // namespace

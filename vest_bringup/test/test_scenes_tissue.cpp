@@ -1,7 +1,6 @@
 #include <cstdlib>
 #include <numeric>
 
-#include "../../vest_tissue/specimen/crossings.h"
 #include "play.h"
 #include "vest_tissue/scene/loose.h"
 #include "vest_tissue/scene/stitches.h"
@@ -199,35 +198,24 @@ TEST(SceneThrow, TwoInstrumentsTieASurgeonsThrowThatStaysWhenOneLetsGo) {
   };
   std::vector<std::uint8_t> snapshot;
   std::uint64_t hash = 0;
-  // m: where a node moves further in a step, its parts bend, and a straight line through them may cross what
-  // they passed by. The turns do so for a moment as they spring off the jaws; the kind of knot judges there.
-  // One that leaves the short end's tip with 3.9 mm in a step crosses it so. In the step's parts the strands
-  // come no nearer than they are thick.
-  constexpr double kStraight = 0.003;
-  std::vector<Eigen::Vector3d> before = nodes;
+  Passages passages{nodes};
   double drawn = 0, tail = 0;
-  int wrong = 0, passed = 0, fast = 0;
+  int wrong = 0;
   p.run([&](double t, const scene::StepInput&, const scene::StepReport&) {
     if (at(t, kThrowReplayed)) p.stage.trainer->save(snapshot);
     if (at(t, kThrowReplayed + 1.0)) hash = p.world().stateHash();
     p.world().threads(threads);
     ASSERT_EQ(threads.size(), 1U) << t << " s: in one piece";
-    std::vector<std::size_t> left_out;  // both segments of a node that moves further; all others are judged
-    for (std::size_t i = 0; i < before.size(); ++i)
-      if (!((threads[0].positions[i] - before[i]).norm() < kStraight))
-        left_out.insert(left_out.end(), {i, i + 1});
-    fast += !left_out.empty();
-    passed += std::abs(suture::specimen::crossings(before, threads[0].positions, left_out));
-    before = threads[0].positions;
+    passages.look(threads[0].positions);
     if (!at(std::fmod(t + 0.005, 0.01), 0.005)) return;
     if (t < 27.0) wrong += kind().determinant != 1;
     if (t > 36.0) wrong += kind().determinant != 5 || kind().signature != -4;
     if (at(t, 36.4)) drawn = threads[0].tension[60], tail = threads[0].tension[210];
   });
-  std::printf("drawn with %.2f N and %.2f N; %d fast steps\n", drawn, tail, fast);
+  std::printf("drawn with %.2f N and %.2f N; %d fast steps\n", drawn, tail, passages.fast);
   EXPECT_EQ(wrong, 0) << "none while both lead their ends about, then one of two turns to the end";
-  EXPECT_EQ(passed, 0) << "segments that went through each other";
-  EXPECT_LT(fast, 430) << "a hundredth of the steps; in all others every segment is judged";
+  EXPECT_EQ(passages.passed, 0) << "segments that went through each other";
+  EXPECT_LT(passages.fast, 430) << "a hundredth of the steps; in all others every segment is judged";
   EXPECT_GT(drawn, 1.0) << "N, between left jaws and throw";
   EXPECT_GT(tail, 1.0) << "N, between throw and right jaws";
   EXPECT_EQ(p.times(EventKind::Grasped, "thread").size(), 2U) << "by each hand once";
