@@ -42,11 +42,12 @@ constexpr double kMoved = 1e-6;   // m: less is a click
 constexpr double kBall = 0.0035;  // m, diameter of the largest ball
 enum Menu : std::uint32_t { kInsert = 1, kRemove = 2, kTie = 3 };
 
-const std_msgs::ColorRGBA kTieColour = [] {
-  std_msgs::ColorRGBA orange;
-  orange.r = 1.0f, orange.g = 0.45f, orange.b = 0.05f, orange.a = 1.0f;
-  return orange;
-}();
+std_msgs::ColorRGBA colour(float red, float green, float blue) {
+  std_msgs::ColorRGBA c;
+  c.r = red, c.g = green, c.b = blue, c.a = 1.0f;
+  return c;
+}
+const std_msgs::ColorRGBA kTieColour = colour(1.0f, 0.45f, 0.05f), kLineColour = colour(1.0f, 0.95f, 0.5f);
 
 geometry_msgs::Point pointOf(const Vector3d& v) {
   geometry_msgs::Point p;
@@ -60,10 +61,20 @@ std_msgs::ColorRGBA colourOf(Kind kind) {
                                                                {Kind::Direction, {0.4f, 0.9f, 0.4f}},
                                                                {Kind::Length, {0.2f, 0.75f, 1.0f}},
                                                                {Kind::Profile, {0.2f, 0.75f, 1.0f}}};
-  std_msgs::ColorRGBA colour;
   const auto& c = colours.at(kind);
-  colour.r = c[0], colour.g = c[1], colour.b = c[2], colour.a = 1.0f;
-  return colour;
+  return colour(c[0], c[1], c[2]);
+}
+
+/// @param width m
+Marker lines(const char* name, double width, const std_msgs::ColorRGBA& colour) {
+  Marker marker;
+  marker.header.frame_id = "world";
+  marker.ns = name;
+  marker.type = Marker::LINE_LIST;
+  marker.pose.orientation.w = 1;
+  marker.scale.x = width;
+  marker.color = colour;
+  return marker;
 }
 
 /// What moves freely: its control has no mark yet.
@@ -189,8 +200,10 @@ class Handles {
  private:
   void lay() {
     if (!topology_ || !state_) return;
-    scene_ = laidOf(*topology_, *state_);
-    if (dragged_.empty() && !scene_.empty()) show();
+    std::vector<Laid> scene = laidOf(*topology_, *state_);
+    if (scene.empty()) return;  // the other of the two comes yet; until then ties stay where they are
+    scene_ = std::move(scene);
+    if (dragged_.empty()) show();
   }
 
   /// The chosen object as the source has it now; empty text: none, or one without a shape of its own.
@@ -248,20 +261,18 @@ class Handles {
   /// A line from end to end. Nothing is published where there was and is none.
   void drawTies() {
     if (ties_.empty() && !ties_drawn_) return;
-    Marker marker;
-    marker.header.frame_id = "world";
-    marker.ns = "ties";
-    marker.type = Marker::LINE_LIST;
-    marker.pose.orientation.w = 1;
-    marker.scale.x = 0.0008;
-    marker.color = kTieColour;
+    Marker marker = lines("ties", 0.0008, kTieColour);
     for (const auto& [path, tie] : ties_) {
       if (!isOwnEnd(path)) continue;
       marker.points.push_back(pointOf(tie.own));
       marker.points.push_back(pointOf(tie.other));
     }
     ties_drawn_ = !ties_.empty();
-    marker.action = ties_drawn_ ? Marker::ADD : Marker::DELETE;
+    publish(marker);
+  }
+
+  void publish(Marker& marker) {
+    marker.action = marker.points.empty() ? Marker::DELETE : Marker::ADD;
     lines_.publish(marker);
   }
 
@@ -273,13 +284,7 @@ class Handles {
 
   /// @param dragging cross-sections too, which at rest are seen by the organ itself and would hide handles
   void draw(const vest::modelling::SceneSource& alone, bool dragging) {
-    Marker marker;
-    marker.header.frame_id = "world";
-    marker.ns = "lines";
-    marker.type = Marker::LINE_LIST;
-    marker.pose.orientation.w = 1;
-    marker.scale.x = 0.0005;
-    marker.color.r = 1.0f, marker.color.g = 0.95f, marker.color.b = 0.5f, marker.color.a = 1.0f;
+    Marker marker = lines("lines", 0.0005, kLineColour);
     if (!alone.objects.empty())
       for (const auto& line : vest::modelling::linesOf(alone)) {
         if (!dragging && (line.front() - line.back()).norm() < kMoved) continue;
@@ -289,8 +294,7 @@ class Handles {
           marker.points.push_back(pointOf(line[i]));
         }
       }
-    marker.action = marker.points.empty() ? Marker::DELETE : Marker::ADD;
-    lines_.publish(marker);
+    publish(marker);
   }
 
   /// The chosen object as it is built; none: it is not in the scene yet.
