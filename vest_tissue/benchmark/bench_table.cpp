@@ -9,6 +9,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "condensed_under_load.h"
 #include "elements_under_load.h"
 #include "nets_in_kernel.h"
 #include "slab_under_load.h"
@@ -168,6 +169,20 @@ void elements(Table& table) {
              cuts[10], "ms", 20, 5);
 }
 
+void condensed(Table& table) {
+  CondensedUnderLoad object;
+  std::printf("condensed elements: prepared or read in %.1f s\n", object.seconds());
+  const std::string what =
+      Table::text("%zu condensed elements, %zu free outer nodes, %.0f MB of compliance: ", object.elements(),
+                  object.nodes(), object.megabytes());
+  object.hold();
+  table.time(what + "a step with ten knots held", microseconds([&] { object.step(); }, 60, 10), "µs", 1000,
+             300);
+  object.press();
+  table.time(what + Table::text("a step with a ball in %zu contacts", object.points()),
+             microseconds([&] { object.step(); }, 60, 10), "µs", 1000, 300);
+}
+
 void slab(Table& table) {
   const SlabUnderLoad load = slabUnderLoad(VEST_TISSUE_SCENES "/fem_slab/fem_slab.yaml");
   std::printf("fem_slab: %.0f µs a simulated millisecond before it is touched\n", load.whole);
@@ -205,23 +220,29 @@ void threads(Table& table) {
 int main(int argc, char** argv) {
   CLI::App app{"Prints the table of speed: ratios in one run, floors and aims"};
   std::string output;
-  bool strict = false, only_threads = false, only_slab = false;
+  bool strict = false, only_threads = false, only_slab = false, only_condensed = false;
   app.add_option("--output", output, "markdown page to write");
   app.add_flag("--only_threads", only_threads, "prints the rows of threads alone")->excludes("--output");
   app.add_flag("--only_slab", only_slab, "prints the rows of the scene fem_slab alone")
       ->excludes("--output")
       ->excludes("--only_threads");
+  app.add_flag("--only_condensed", only_condensed, "prints the rows of condensed elements alone")
+      ->excludes("--output")
+      ->excludes("--only_threads")
+      ->excludes("--only_slab");
   app.add_flag("--strict", strict, "exit 1 where a floor is not held");
   CLI11_PARSE(app, argc, argv);
   Table table;
-  if (!only_threads && !only_slab) {
+  const bool all = !only_threads && !only_slab && !only_condensed;
+  if (all) {
     kernels(table);
     worlds(table);
     surfaces(table);
     elements(table);
   }
-  if (!only_threads) slab(table);
-  if (!only_slab) threads(table);
+  if (all || only_condensed) condensed(table);
+  if (all || only_slab) slab(table);
+  if (all || only_threads) threads(table);
   const std::string rows = table.markdown();
   std::printf("kernel level %s\n%s", vest::net::kernelLevelName(vest::net::chooseKernelLevel()).data(),
               rows.c_str());

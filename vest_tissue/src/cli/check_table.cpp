@@ -15,6 +15,7 @@
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/falling.h"
+#include "vest_tissue/scene/fem_object.h"
 
 namespace vest::tools {
 namespace {
@@ -142,6 +143,8 @@ bool printCheck(const scene::Description& description) {
   for (const Overlap& overlap : overlaps) print(overlap);
   if (overlaps.size() == kMostOverlaps)
     std::printf("overlap: no more than %zu pairs are looked for\n", kMostOverlaps);
+  const std::string condensed = scene::condensedSentence(description);
+  if (!condensed.empty()) std::printf("%s\n", condensed.c_str());
   const std::string falling = scene::fallingSentence(description);
   if (!falling.empty()) std::printf("%s\n", falling.c_str());
   good = good && falling.empty();
@@ -153,7 +156,9 @@ bool startsWell(const scene::Description& description) try {
   constexpr double kTime = 0.2, kThrown = 5.0;  // s; m/s: more than anything falls in that time (tuned)
   constexpr double kPatience = 2.0;             // s of processor time (assumed): whoever checks a scene waits
   if (description.integrator == scene::Integrator::NewtonEuler) {
-    scene::World world(description, 1);
+    scene::Description told = description;
+    tellPreparing(told);
+    scene::World world(told, 1);
     const Rest rest = run(world, kTime, 0.0, kPatience);
     if (rest.speed < kThrown && rest.seconds < 0.99 * kTime)
       std::printf("its steps are slow, %.0f ms each: no more than its first %.0f ms were looked at\n",

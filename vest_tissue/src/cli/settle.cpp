@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 
+#include "vest_instruments/files/refusal.h"
 #include "vest_tissue/scene/falling.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_state.h"
@@ -17,6 +18,15 @@
 namespace vest::tools {
 namespace {
 constexpr double kRestSpeed = 0.001;  // m/s: what counts as at rest (docs/conventions.md)
+}
+
+void tellPreparing(scene::Description& description) {
+  description.preparing = [told = -1](const std::string& object, double share) mutable {
+    const int part = static_cast<int>(20 * share);
+    if (part == told) return;
+    told = part;
+    std::fprintf(stderr, "preparing %s: %d %%\n", files::shown(object, 100).c_str(), 5 * part);
+  };
 }
 
 Rest run(scene::World& world, double seconds, double watch_from, double patience) {

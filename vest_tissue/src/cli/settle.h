@@ -13,6 +13,9 @@ struct Rest {
   double seconds_per_step = 0.0;  ///< wall time
   double seconds = 0.0;           ///< simulated
 };
+/// Says on standard error what a World prepares for long, each twentieth of the work.
+void tellPreparing(scene::Description& description);
+
 /// Steps without any tool.
 /// @param watch_from s, from when on speeds are seen
 /// @param patience s of processor time: then it ends early

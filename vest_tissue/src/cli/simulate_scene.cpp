@@ -30,6 +30,7 @@ Moved moveNets(scene::Description nets, const SimulateOptions& o, double dt) {
   // A World takes steps of 0.01 s at most; longer ones of the scene are made of equal parts.
   const double parts = std::ceil(dt / kMostWorldStep * (1.0 - 1e-12));
   nets.dt = dt / std::max(1.0, parts);
+  tellPreparing(nets);
   scene::World world(nets, o.threads);
   if (o.equilibrium) {
     for (Rest rest = run(world, 2.0, 0.0); !(rest.speed < kRestSpeed); rest = run(world, 2.0, 0.0)) {

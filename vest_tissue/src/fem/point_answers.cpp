@@ -20,6 +20,7 @@ Matrix3d wholeAnswer(const TissueModel& t, const TissueState& s, const TissueScr
   const auto& number = s.dynamic ? t.movingNumber() : t.answer_number;
   const std::int32_t ra = number[oa], rb = number[ob];
   Matrix3d D = Matrix3d::Zero();
+  if (t.condensed()) return t.compliance.block(static_cast<std::size_t>(ra), static_cast<std::size_t>(rb));
   if (ra >= 0 && rb >= 0) {
     D = (s.dynamic ? t.movingAnswer() : t.answer).block<3, 3>(3 * ra, 3 * rb);
     if (turns(t)) D = w.rotation[s.knot_element[a]] * D * w.rotation[s.knot_element[b]].transpose();

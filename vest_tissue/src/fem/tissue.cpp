@@ -5,6 +5,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "condensed_tissue.h"
 #include "vest_tissue/fem/cache.h"
 #include "vest_tissue/fem/cut_factor.h"
 
@@ -157,6 +158,7 @@ void stepAnswers(TissueModel& t, double h, std::vector<std::int32_t>& rows, Eige
 }  // namespace
 
 std::shared_ptr<TissueModel> makeTissue(const Description& d, Motion motion, const std::string& cache) {
+  if (motion == Motion::Condensed) return makeCondensed(d, cache);
   auto t = std::make_shared<TissueModel>();
   if (d.nodes.size() > kMostTissueNodes) {
     refuse(d, "nodes: " + std::to_string(d.nodes.size()) + "; allowed in a World: at most " +
@@ -173,7 +175,7 @@ std::shared_ptr<TissueModel> makeTissue(const Description& d, Motion motion, con
   if (motion == Motion::Elastostatic && m.free_node.size() > kMostElastostaticNodes) {
     refuse(d, "integrator: elastostatic with " + std::to_string(m.free_node.size()) +
                   " free nodes; allowed: at most " + std::to_string(kMostElastostaticNodes) +
-                  " (coarser mesh, or backward_euler)");
+                  " (coarser mesh, backward_euler or condensed)");
   }
   t->node_element.assign(d.nodes.size(), kNoSlot);
   for (std::size_t e = m.elements.size(); e-- > 0;) {
@@ -189,7 +191,8 @@ std::shared_ptr<TissueModel> makeTissue(const Description& d, Motion motion, con
   return t;
 }
 
-void prepareTissue(TissueModel& t, double h) {
+void prepareTissue(TissueModel& t, double h, const std::function<void(double)>& progress) {
+  if (t.condensed()) return prepareCondensed(t, h, progress);
   const Model& m = *t.model;
   const Description& d = m.description;
   t.step = h;
@@ -254,13 +257,14 @@ TissueScratch::TissueScratch(const TissueModel& t, std::size_t knots)
       count(t.model->mass.size(), 0),
       work(Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(t.model->free_node.size()))),
       answers(kMostTissuePoints * kMostTissuePoints) {
-  if (t.motion == Motion::Elastostatic) u = f = Eigen::VectorXd::Zero(t.answer.rows());
+  if (t.motion == Motion::Elastostatic) u = Eigen::VectorXd::Zero(t.answer.rows());
+  if (t.condensed()) u = Eigen::VectorXd::Zero(t.condensed_loads.rows()), loads.reserve(knots);
   points.reserve(kMostTissuePoints);
   threads.reserve(kMostThreads);
   thread_answers.assign(kMostThreadPoints * kMostThreadPoints, Eigen::Matrix3d::Zero());
   thread_matrix.assign(9 * kMostThreadPoints * kMostThreadPoints, 0.0);
   groups.reserve(kMostGroups);
-  cut = std::make_shared<CutFactor>(t, knots);
+  if (!t.condensed()) cut = std::make_shared<CutFactor>(t, knots);
   group_residual.resize(kMostGroups * kMostGroupKnots);
 }
 

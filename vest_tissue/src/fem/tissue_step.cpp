@@ -248,6 +248,20 @@ void addImpulses(TissueScratch& w) {
     for (int i = 0; i < g.count; ++i) g.impulse[i] -= w.r[g.knots[i]];
 }
 
+/// u += K^-1 f of a condensed object; `force`: N per knot.
+template <class Force>
+void follow(const TissueModel& t, const TissueState& s, Force force, TissueScratch& w) {
+  w.loads.clear();
+  for (std::size_t k = 0; k < s.x.size(); ++k) {
+    const std::int32_t row = t.answer_number[k];
+    if (row < 0) continue;
+    const Eigen::Vector3f f = force(k);
+    if (f != Eigen::Vector3f::Zero()) w.loads.push_back({static_cast<std::uint32_t>(row), f});
+  }
+  std::sort(w.loads.begin(), w.loads.end(), [](const auto& a, const auto& b) { return a.node < b.node; });
+  if (!w.loads.empty()) t.compliance.add(w.loads, 1.0 / s.stiffness_scale, w.u);
+}
+
 }  // namespace
 
 void prepareGroup(TissueGroup& g) {
@@ -289,7 +303,9 @@ bool freeTissueStep(const TissueModel& t, const TissueState& s, double h,
     for (int axis = 0; axis < 3; ++axis)
       w.u += gravity[axis] * t.unit_gravity[static_cast<std::size_t>(axis)];
     w.u /= s.stiffness_scale;
-    for (std::size_t k = 0; k < n; ++k) {
+    const auto at = [&](std::size_t k) { return Eigen::Vector3f(held[0][k], held[1][k], held[2][k]); };
+    if (t.condensed()) follow(t, s, at, w);
+    for (std::size_t k = 0; k < n && !t.condensed(); ++k) {
       const std::int32_t row = t.answer_number[k];
       if (row < 0) continue;
       for (int axis = 0; axis < 3; ++axis) {
@@ -496,6 +512,15 @@ void solveTissuePoints(const TissueModel& t, const TissueState& s, double h, Tis
       const Vector3d tangential = point.force - point.normal.dot(point.force) * point.normal;
       point.slip_power = std::max(0.0, -tangential.dot(slide));
     }
+  }
+  if (t.condensed()) {
+    std::fill_n(w.r.begin(), s.x.size(), Vector3d::Zero());
+    for (const TissuePoint& point : w.points)
+      for (int a = 0; a < point.used(); ++a)
+        if (point.weights[a] != 0.0) w.r[point.knots[a]] += point.weights[a] * point.force;
+    const auto at = [&](std::size_t k) { return Eigen::Vector3f(w.r[k].cast<float>()); };
+    follow(t, s, at, w);
+    return;
   }
   if (!s.dynamic) {
     for (const TissuePoint& point : w.points) {

@@ -91,10 +91,15 @@ struct Places {
   }
 };
 
+/// In a World.
+std::size_t mostNodes(const fem::Description& d) {
+  return d.motion == fem::Motion::Condensed ? fem::kMostCondensedNodes : fem::kMostTissueNodes;
+}
+
 void checkShape(const fem::Description& d, const Places& places, bool in_world) {
-  if (in_world && d.nodes.size() > fem::kMostTissueNodes) {
+  if (in_world && d.nodes.size() > mostNodes(d)) {
     yaml::fail(places.nodes, 0, "nodes", std::to_string(d.nodes.size()),
-               "must be at most " + std::to_string(fem::kMostTissueNodes) + " with integrator: newton_euler");
+               "must be at most " + std::to_string(mostNodes(d)) + " with integrator: newton_euler");
   }
   for (std::size_t n = 0; n < d.nodes.size(); ++n)
     for (const double c : {d.nodes[n].x(), d.nodes[n].y(), d.nodes[n].z()})
@@ -270,9 +275,9 @@ std::vector<std::uint16_t> readLattice(Reading& r, bool in_world) {
     r.object.skin = volume::embed(lattice, surface);
   });
   within();  // the fit moved them
-  if (in_world && lattice.nodes.size() > fem::kMostTissueNodes) {
+  if (in_world && lattice.nodes.size() > mostNodes(r.d)) {
     map["cell"].fail("gives " + std::to_string(lattice.nodes.size()) + " nodes; must give at most " +
-                     std::to_string(fem::kMostTissueNodes) + " with integrator: newton_euler");
+                     std::to_string(mostNodes(r.d)) + " with integrator: newton_euler");
   }
   r.d.nodes = std::move(lattice.nodes);
   r.d.tetrahedra = std::move(lattice.tetrahedra);
@@ -324,14 +329,18 @@ void readFem(Map& map, const ReadFile& read, bool in_world, Object& object) {
                                                                           : fem::Strain::Corotational;
   }
   if (map.has("integrator")) {
-    d->motion = map["integrator"].oneOf({"backward_euler", "elastostatic"}) == "elastostatic"
-                    ? fem::Motion::Elastostatic
-                    : fem::Motion::BackwardEuler;
-    if (d->motion == fem::Motion::Elastostatic && d->strain == fem::Strain::Corotational)
+    const std::string motion = map["integrator"].oneOf({"backward_euler", "elastostatic", "condensed"});
+    if (motion == "elastostatic") d->motion = fem::Motion::Elastostatic;
+    if (motion == "condensed") d->motion = fem::Motion::Condensed;
+    if (d->motion != fem::Motion::BackwardEuler && d->strain == fem::Strain::Corotational)
       map["integrator"].fail("must be backward_euler with strain: corotational");
+    if (d->motion == fem::Motion::Condensed && !in_world)
+      map["integrator"].fail("must be backward_euler or elastostatic without a World (solution.integrator)");
   }
   if (map.has("start"))
     d->start_in_equilibrium = map["start"].oneOf({"rest", "equilibrium"}) == "equilibrium";
+  if (d->start_in_equilibrium && d->motion == fem::Motion::Condensed)
+    map["start"].fail("must be rest with integrator: condensed, which finds its equilibrium by itself");
   Reading r{map, read, object, *d, {}};
   std::vector<std::uint16_t> label;
   Places places;

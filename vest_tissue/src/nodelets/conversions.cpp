@@ -356,7 +356,7 @@ void toMsg(const scene::World& world, vest_msgs::TissueTopology& msg) {
     skinToMsg(t.skin, m.binding_start, m.binding_knots, m.binding_weights);
     for (const auto& corner : world.state().objects[i].tissue.corner)
       m.tetrahedra.insert(m.tetrahedra.end(), corner.begin(), corner.end());
-    if (o.fem) m.tetrahedron_material = o.fem->cell_material;
+    if (!m.tetrahedra.empty()) m.tetrahedron_material = o.fem->cell_material;
     tubeToMsg(o.tube, m);
   }
 }

@@ -47,7 +47,7 @@ vest_msgs::TissueTopology topologyOf(const scene::Description& scene) {
     m.binding_start = o.skin.binding_start;
     m.binding_knots = o.skin.binding_knots;
     m.binding_weights = o.skin.binding_weights;
-    if (o.fem) {
+    if (o.fem && o.fem->motion != fem::Motion::Condensed) {
       for (const auto& corner : o.fem->tetrahedra)
         m.tetrahedra.insert(m.tetrahedra.end(), corner.begin(), corner.end());
       m.tetrahedron_material = o.fem->cell_material;

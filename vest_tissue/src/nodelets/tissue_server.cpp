@@ -11,6 +11,7 @@
 #include "vest_tissue/ros/parameters.h"
 #include "vest_tissue/ros/scene_file.h"
 #include "vest_tissue/scene/falling.h"
+#include "vest_tissue/scene/fem_object.h"
 #include "vest_tissue/scene/request.h"
 #include "vest_tissue/scene/scene_files.h"
 #include "vest_tissue/scene/world_model.h"
@@ -138,6 +139,11 @@ TissueServer::Loaded TissueServer::loadFile(const std::string& scene, const scen
   scene::Description description = scene::loadScene(sceneFile(scene), files);
   Loaded loaded;
   loaded.files = toMessage(scene, description.hash, files);
+  const std::string condensed = scene::condensedSentence(description);
+  if (!condensed.empty()) ROS_INFO("scene %s: %s", description.name.c_str(), condensed.c_str());
+  description.preparing = [](const std::string& object, double share) {
+    ROS_INFO_THROTTLE(10, "preparing %s: %.0f %%", object.c_str(), 100 * share);
+  };
   scene::World world(scene::buildModel(description, before), threads_);
   loaded.topology = boost::make_shared<vest_msgs::TissueTopology>();
   toMsg(world, *loaded.topology);

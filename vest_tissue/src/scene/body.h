@@ -29,6 +29,8 @@ class Body {
 
   /// False: it follows forces at once, in equilibrium.
   virtual bool hasInertia(const ObjectState&) const { return true; }
+  /// Clips and slings take hold of it.
+  virtual bool fastens() const { return true; }
   /// It goes on with inertia: cut, clipped or denatured it is no longer what it was built as.
   virtual void giveInertia(ObjectState&) const {}
   /// m/N: greatest answer of what has no inertia; else 0.
@@ -138,6 +140,17 @@ class ElementsBody : public Body {
   void reserve(const ObjectConstants&, const ObjectState&, ObjectScratch&) const override;
 };
 
+/// Finite elements whose inside is condensed: elastostatic for ever. What is done to it pushes and warms it,
+/// and changes nothing of it.
+class CondensedBody : public ElementsBody {
+ public:
+  bool fastens() const override { return false; }
+  void giveInertia(ObjectState&) const override {}
+  void divide(Context&, std::size_t) const override {}
+  void conduct(Context&, std::size_t object) const override;
+  void denature(ObjectState&) const override {}
+};
+
 /// Of elements: masses and inertia into the block; places and velocities into it; how the surface hangs on
 /// the faces, at building.
 void makeDynamic(ObjectState& s);
@@ -148,5 +161,6 @@ extern const RigidBody kRigidBody;
 extern const NetBody kNetBody;
 extern const ImplicitNetBody kImplicitNetBody;
 extern const ElementsBody kElementsBody;
+extern const CondensedBody kCondensedBody;
 
 }  // namespace vest::scene

@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -221,7 +222,18 @@ void fillHeat(const Object& o, ObjectState& s, ObjectConstants& c) {
                      (o.rest_position[l.values.knot1] - o.rest_position[l.values.knot0]).norm()});
   const std::vector<double> g = interaction::linkConductances(places, volume, links, o.thermal.conductivity);
   for (std::size_t i = 0; i < g.size(); ++i) s.links[i].conductance = static_cast<float>(g[i]);
-  if (o.fem) {  // the edges of its elements conduct as links do, each element a share
+  if (o.fem && o.fem->motion == fem::Motion::Condensed) {  // its surface conducts
+    std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+    for (const auto& t : o.contact_triangles)
+      for (std::size_t e = 0; e < 3; ++e) edges.insert(std::minmax(t[e], t[(e + 1) % 3]));
+    std::vector<interaction::HeatLink> conducting;
+    for (const auto& [a, b] : edges)
+      conducting.push_back({a, b, (o.rest_position[b] - o.rest_position[a]).norm()});
+    const std::vector<double> of =
+        interaction::linkConductances(places, volume, conducting, o.thermal.conductivity);
+    std::size_t n = 0;
+    for (const auto& [a, b] : edges) c.heat.surface_edges.push_back({a, b, static_cast<float>(of[n++])});
+  } else if (o.fem) {  // the edges of its elements conduct as links do, each element a share
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> elements;
     const auto pairOf = [&](const std::array<Index, 4>& t, const std::array<int, 2>& p) {
       const std::uint32_t a = t[static_cast<std::size_t>(p[0])], b = t[static_cast<std::size_t>(p[1])];
@@ -322,7 +334,7 @@ std::shared_ptr<fem::TissueModel> boundFem(const Description& d, const Object& o
   std::shared_ptr<fem::TissueModel> made;
   if (before == nullptr) made = fem::makeTissue(*o.fem, o.fem->motion, d.cache_directory);
   c.fem = made ? made : before->fem;
-  c.body = &kElementsBody;
+  c.body = c.fem->condensed() ? &kCondensedBody : &kElementsBody;
   s.tissue = fem::tissueAtRest(*c.fem, o.position);
   // Elastostatic knots have no inertia: what they answer to held forces is known once dt is shared out.
   if (!s.tissue.dynamic) std::fill_n(s.block.row(Block::kInverseMass), s.block.knots(), 0.0f);
@@ -332,9 +344,11 @@ std::shared_ptr<fem::TissueModel> boundFem(const Description& d, const Object& o
 /// The elements' factor for steps of h, s. That of an earlier model stays as it is.
 void factorise(const Description& d, const Object& o, double h, std::shared_ptr<fem::TissueModel> made,
                ObjectConstants& c) {
-  if (c.fem->step == h) return;
+  if (c.fem->step == h || (c.fem->condensed() && c.fem->step > 0.0)) return;
   if (!made) made = fem::makeTissue(*o.fem, o.fem->motion, d.cache_directory);
-  fem::prepareTissue(*made, h);
+  fem::prepareTissue(*made, h, [&](double share) {
+    if (d.preparing) d.preparing(o.name, share);
+  });
   c.fem = made;
 }
 

@@ -264,8 +264,9 @@ void tellTools(Context& c, const ObjectState& s, ObjectScratch& o, double h) {
 Vector3d reactionOf(const Context& c, std::size_t object, const std::array<const float*, 3>& held,
                     const Vector3d& internal) {
   const ObjectState& s = c.state.objects[object];
-  const fem::Model& m = *c.model.objects[object].fem->model;
-  Vector3d reaction = -internal;
+  const fem::TissueModel& tissue = *c.model.objects[object].fem;
+  const fem::Model& m = *tissue.model;
+  Vector3d reaction = -internal - tissue.inner_mass * c.state.gravity - tissue.inner_load;
   for (std::size_t k = 0; k < s.tissue.x.size(); ++k) {
     if (s.tissue.dynamic && !s.fixed[k]) continue;
     reaction -= Vector3d(held[0][k], held[1][k], held[2][k]);
@@ -286,6 +287,7 @@ double kineticOf(const fem::TissueState& s) {
 }  // namespace
 
 const ElementsBody kElementsBody;
+const CondensedBody kCondensedBody;
 
 /// Its inverse is that of the tissue as it was.
 void ElementsBody::giveInertia(ObjectState& s) const {
@@ -389,6 +391,11 @@ void ElementsBody::conduct(Context& c, std::size_t object) const {
       exchangeHeat(c, object, knots[edge.corner0], knots[edge.corner1], edge.conductance);
     }
   }
+}
+
+void CondensedBody::conduct(Context& c, std::size_t object) const {
+  for (const interaction::HeatEdge& e : c.model.objects[object].heat.surface_edges)
+    exchangeHeat(c, object, e.knot0, e.knot1, e.conductance);
 }
 
 /// Elements follow the mean of their corners. An elastostatic object goes on by backward Euler: its inverse

@@ -17,6 +17,29 @@ std::array<Index, 3> sorted(std::array<Index, 3> f) {
   return f;
 }
 
+/// Nodes of the boundary and of the skin first, each kind in its order.
+void sortOutside(Object& object) {
+  fem::Description d = *object.fem;
+  std::vector<std::uint8_t> outside(d.nodes.size(), 0);
+  for (const auto& f : object.contact_triangles)
+    for (const Index n : f) outside[n] = 1;
+  for (const Index n : object.skin.binding_knots) outside[n] = 1;
+  d.outer = static_cast<Index>(std::count(outside.begin(), outside.end(), 1));
+  std::vector<Index> to(d.nodes.size());
+  Index outer = 0, inner = d.outer;
+  for (Index n = 0; n < to.size(); ++n) to[n] = outside[n] != 0 ? outer++ : inner++;
+  for (Index n = 0; n < to.size(); ++n) d.nodes[to[n]] = object.fem->nodes[n];
+  for (auto& t : d.tetrahedra)
+    for (Index& n : t) n = to[n];
+  for (Index& n : d.fixed) n = to[n];
+  for (fem::Prescribed& p : d.prescribed) p.node = to[p.node];
+  for (fem::Load& l : d.loads) l.node = to[l.node];
+  for (auto& f : object.contact_triangles)
+    for (Index& n : f) n = to[n];
+  for (std::uint32_t& n : object.skin.binding_knots) n = to[n];
+  object.fem = std::make_shared<const fem::Description>(std::move(d));
+}
+
 }  // namespace
 
 std::vector<std::array<Index, 3>> boundaryFaces(const std::vector<std::array<Index, 4>>& tetrahedra) {
@@ -42,14 +65,22 @@ std::vector<std::array<Index, 3>> boundaryFaces(const std::vector<std::array<Ind
   return faces;
 }
 
+std::size_t knotsOf(const fem::Description& d) {
+  return d.motion == fem::Motion::Condensed ? d.outer : d.nodes.size();
+}
+
 void completeFem(Object& object) {
+  object.contact_triangles = boundaryFaces(object.fem->tetrahedra);
+  if (object.fem->motion == fem::Motion::Condensed) sortOutside(object);
   const fem::Description& d = *object.fem;
-  const std::size_t nodes = d.nodes.size();
-  object.rest_position = d.nodes;
-  object.position = d.nodes;
+  const std::size_t nodes = knotsOf(d);
+  object.rest_position.assign(d.nodes.begin(), d.nodes.begin() + static_cast<std::ptrdiff_t>(nodes));
+  object.position = object.rest_position;
   object.fixed.assign(nodes, 0);
-  for (const fem::Index n : d.fixed) object.fixed.at(n) = 1;
+  for (const fem::Index n : d.fixed)
+    if (n < nodes) object.fixed[n] = 1;
   for (const fem::Prescribed& p : d.prescribed) {
+    if (p.node >= nodes) continue;
     object.fixed.at(p.node) = 1;
     object.position.at(p.node) += p.displacement;
   }
@@ -61,12 +92,12 @@ void completeFem(Object& object) {
     const double v =
         fem::sixfoldVolume({d.nodes.at(t[0]), d.nodes.at(t[1]), d.nodes.at(t[2]), d.nodes.at(t[3])}) / 6.0;
     const double share = d.materialOf(e).density * v / 4.0;
-    for (const fem::Index n : t) object.mass[n] += share;
+    for (const fem::Index n : t)
+      if (n < nodes) object.mass[n] += share;
     mass += 4.0 * share, volume += v;
   }
   object.density = volume > 0.0 ? mass / volume : d.material.density;
   object.law.youngs_modulus = d.materialOf(0).youngs_modulus;
-  object.contact_triangles = boundaryFaces(d.tetrahedra);
   if (!object.skin.triangles.empty()) return;
   Skin& skin = object.skin;
   std::vector<std::uint32_t> vertex(nodes, ~0u);
@@ -86,6 +117,16 @@ void completeFem(Object& object) {
   for (const auto& f : object.contact_triangles)
     skin.triangles.push_back({vertex[f[0]], vertex[f[1]], vertex[f[2]]});
   skin.layer.assign(skin.triangles.size(), 0);
+}
+
+std::string condensedSentence(const Description& description) {
+  std::string names;
+  for (const Object& o : description.objects)
+    if (o.fem && o.fem->motion == fem::Motion::Condensed) names += (names.empty() ? "" : ", ") + o.name;
+  if (names.empty()) return names;
+  return "condensed: " + names +
+         ": tools press, grasp, stitch and heat it; blades, clips and slings do not take hold of it "
+         "(docs/scene_format.md, \"Condensed elements\")";
 }
 
 void settleFem(Object& object, const Eigen::Vector3d& gravity) {

@@ -111,9 +111,9 @@ class Identity {
     one(v != nullptr);
     if (!v) return;
     const auto& [name, strain, motion, equilibrium, nodes, tetrahedra, fixed, prescribed, material, materials,
-                 cell_material, loads] = *v;
+                 cell_material, loads, outer] = *v;
     (*this)(name, strain, motion, equilibrium, nodes, tetrahedra, fixed, prescribed, material, materials,
-            cell_material, loads);
+            cell_material, loads, outer);
   }
   void one(const suture::Section& v) {
     const auto& [radius, linear_density, stretch, shear, bend, twist, friction, damping, drag, strain_damping,

@@ -163,6 +163,8 @@ auto fields(Walk<A> a, fem::TissueState& t) {
       .require(t.denatured.empty() || t.denatured.size() == elements,
                "finite elements whose lists do not fit each other")
       .require(t.revision > 0 || knots == start.x.size(), "knots of finite elements that no cut has made")
+      .require(!t.dynamic || !at.constants().fem || !at.constants().fem->condensed(),
+               "finite elements with inertia, whose inside the scene condenses")
       .require(t.dynamic || (!start.dynamic && t.revision == 0),
                "finite elements at rest that the scene lets move, or that are cut");
 }

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "vest_tissue/scene/fem_object.h"
 #include "vest_tissue/scene/world_model.h"
 
 namespace vest::scene {
@@ -191,9 +192,10 @@ void validate(const Description& d) {
     if (elements != static_cast<bool>(o.fem))
       refuse(path + ": model", elements ? "fem or volume without tetrahedra" : "net or rigid with tetrahedra",
              "tetrahedra for fem and volume alone");
-    if (elements && (o.fem->nodes.size() != o.position.size() || !o.links.empty()))
+    const std::size_t nodes = elements ? knotsOf(*o.fem) : 0;
+    if (elements && (nodes != o.position.size() || !o.links.empty()))
       refuse(path + ": position", std::to_string(o.position.size()) + " knots",
-             std::to_string(o.fem->nodes.size()) + ", the nodes of its tetrahedra, and no links");
+             std::to_string(nodes) + ", the nodes of its tetrahedra, and no links");
     if (o.position.empty()) refuse(path + ": position", "no knots", "at least one");
     if (o.position.size() > 1000000)
       refuse(path + ": position", std::to_string(o.position.size()) + " knots", "at most 1000000");

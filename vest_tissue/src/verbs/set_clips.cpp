@@ -307,6 +307,7 @@ void hold(Context& c, Clip& clip, double dt) {
 /// room.
 Clip* form(Context& c, int tool, const Between& at, const tools::ToolGeometry& g, const JawFrame& frame,
            double jaw) {
+  if (!c.body(at.object).fastens()) return nullptr;
   auto& clips = c.state.fasteners.clips;
   auto free = std::find_if(clips.begin(), clips.end(), [](const Clip& clip) { return !clip.alive; });
   if (free == clips.end()) {

@@ -230,6 +230,7 @@ void enclose(Context& c, Sling& sling) {
     return;
   }
   for (const std::size_t object : c.model.bodies) {
+    if (!c.body(object).fastens()) continue;
     int lie = 0, first = kSlingNodes, last = -1;
     double path = 0.0;
     for (int i = 0; i < kSlingNodes; ++i) {

@@ -295,5 +295,39 @@ TEST(SceneExample, AVesselOfElementsHasRingsFromTheEndThatIsNamed) {
   }
 }
 
+// Its files are those of any other object; the World's knots are the nodes of its boundary.
+TEST(Scene, CondensedElementsAreReadAndWhatTheyCannotBeIsOneMessage) {
+  const Files files;
+  const auto with = [&](const std::string& key, const std::string& solution, const std::string& strain) {
+    std::string text = sceneText(strain, solution);
+    text.insert(text.find("    nodes:"), key);
+    return files.folder.write("scene.yaml", text);
+  };
+  const std::string world = "{integrator: newton_euler, dt: 0.001}",
+                    condensed = "    integrator: condensed\n";
+  const scene::Description read = scene::loadScene(with(condensed, world, "small"));
+  const scene::Object& o = read.objects.at(0);
+  EXPECT_EQ(o.fem->motion, Motion::Condensed);
+  EXPECT_EQ(o.fem->outer, 50u) << "of 54 nodes, 4 lie inside";
+  EXPECT_EQ(o.position.size(), 50u);
+  for (const auto& t : o.contact_triangles)
+    for (const Index n : t) ASSERT_LT(n, 50u);
+  const auto refused = [&](const std::string& key, const std::string& solution, const std::string& strain,
+                           const std::string& cause) {
+    std::string message;
+    try {
+      scene::loadScene(with(key, solution, strain));
+    } catch (const std::invalid_argument& error) {
+      message = error.what();
+    }
+    EXPECT_NE(message.find(cause), std::string::npos) << message;
+    EXPECT_NE(message.find("scene.yaml"), std::string::npos) << message;
+  };
+  refused(condensed, "{integrator: static}", "small",
+          "must be backward_euler or elastostatic without a World");
+  refused(condensed, world, "corotational", "must be backward_euler with strain: corotational");
+  refused(condensed + "    start: equilibrium\n", world, "small", "must be rest with integrator: condensed");
+}
+
 }  // namespace
 }  // namespace vest::fem::test

@@ -105,6 +105,37 @@ TEST(Patient, TheSameRecipeGivesTheSameBytesAndASceneThatRuns) {
   EXPECT_EQ(report.status, vest::scene::Status::Ok) << report.fault_object;
 }
 
+TEST(Patient, AFineMeshBecomesAnObjectWhoseInsideIsCondensed) {
+  const TemporaryScene folder;
+  Patient p = patientOf();
+  p.condensed = true;
+  const auto lattice = mesh(segment(picture(boxWithSphere(), kImage), p), p);
+  auto description = vest::scene::loadScene(writePatientScene(lattice, p, folder.folder()));
+  description.cache_directory.clear();
+  ASSERT_LT(description.objects.at(0).position.size(), lattice.nodes.size()) << "inner nodes are no knots";
+  vest::scene::World world(description);
+  vest::scene::StepInput input;
+  vest::scene::StepReport report;
+  input.dt = description.dt;
+  double weight = 0.0;
+  for (std::size_t t = 0; t < lattice.tetrahedra.size(); ++t) {
+    const auto& n = lattice.tetrahedra[t];
+    const Eigen::Vector3d a = lattice.nodes[n[1]] - lattice.nodes[n[0]],
+                          b = lattice.nodes[n[2]] - lattice.nodes[n[0]],
+                          c = lattice.nodes[n[3]] - lattice.nodes[n[0]];
+    weight += 9.81 * description.objects[0].fem->materialOf(t).density * a.dot(b.cross(c)) / 6.0;
+  }
+  for (int i = 0; i < 5; ++i) {
+    input.step = world.steps();
+    ASSERT_EQ(world.step(input, report), vest::scene::Status::Ok) << report.fault_object;
+  }
+  EXPECT_NEAR(world.reaction(0).z(), weight, 1e-4 * weight) << "what holds it bears its inside, too";
+  p = readPatient(folder.write("patient.yaml",
+                               "vest_patient: 1\nname: a\ncell: 5\nintegrator: condensed\nlabels: map.nrrd\n"
+                               "tissues: [{label: 10, name: box, tissue: spleen}]\n"));
+  EXPECT_TRUE(p.condensed);
+}
+
 TEST(Patient, ASceneThatItsReaderRefusesLeavesNoFile) {
   const TemporaryScene folder;
   const auto lattice = mesh(segment(picture(boxWithSphere(), kImage), patientOf()), patientOf());

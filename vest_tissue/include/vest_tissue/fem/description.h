@@ -25,7 +25,9 @@ enum class Use : std::uint8_t { Static = 0, Dynamic = 1 };
 /// Elastostatic: fast finite elements (fem/tissue.h), each step the equilibrium under the forces of that
 /// step, from the loaded columns of the precomputed inverse alone; small strain. It goes on with inertia from
 /// its first cut on.
-enum class Motion : std::uint8_t { BackwardEuler = 0, Elastostatic = 1 };
+/// Condensed: elastostatic between nodes that can be touched, the inner ones eliminated exactly
+/// (docs/decisions/0017-…). It stays elastostatic: blades, clips and slings do not take hold of it.
+enum class Motion : std::uint8_t { BackwardEuler = 0, Elastostatic = 1, Condensed = 2 };
 
 struct Material {
   double youngs_modulus = 0.0;      ///< E, Pa, > 0
@@ -62,6 +64,8 @@ struct Description {
   std::vector<Material> materials;
   std::vector<std::uint16_t> cell_material;
   std::vector<Load> loads;  ///< several on one node add up
+  /// Condensed: of the nodes, how many there are that can be touched; they come first.
+  Index outer = 0;
 
   const Material& materialOf(std::size_t tetrahedron) const {
     return cell_material.empty() ? material : materials[cell_material[tetrahedron]];

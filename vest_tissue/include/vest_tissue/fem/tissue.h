@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "vest_tissue/fem/block_ldlt.h"
+#include "vest_tissue/fem/compliance.h"
 #include "vest_tissue/fem/model.h"
 
 /// Finite elements among the objects of a World: touched, held, cut and pulled in real time. Frame: world.
@@ -19,9 +21,13 @@ class CutFactor;
 inline constexpr std::size_t kMostTissueNodes = 20000;       ///< of an object (assumed)
 inline constexpr std::size_t kMostSurfaceNodes = 2000;       ///< 288 MB of inverse (assumed)
 inline constexpr std::size_t kMostElastostaticNodes = 1500;  ///< free ones: 162 MB of inverse (assumed)
-inline constexpr std::size_t kMostContactPoints = 96;        ///< contacts and held knots at a time (assumed)
-inline constexpr std::size_t kMostThreadPoints = 32;         ///< of one thread, its knot among them
-inline constexpr std::size_t kMostThreads = 3;               ///< drawn taut on an object at a time (assumed)
+/// Of a condensed object: tetrahedra and nodes (assumed), and free nodes that can be touched: 450 MB of
+/// compliance (assumed).
+inline constexpr std::size_t kMostCondensedElements = 150000, kMostCondensedNodes = 50000;
+inline constexpr std::size_t kMostOuterNodes = 5000;
+inline constexpr std::size_t kMostContactPoints = 96;  ///< contacts and held knots at a time (assumed)
+inline constexpr std::size_t kMostThreadPoints = 32;   ///< of one thread, its knot among them
+inline constexpr std::size_t kMostThreads = 3;         ///< drawn taut on an object at a time (assumed)
 /// Points of one step.
 inline constexpr std::size_t kMostTissuePoints = kMostContactPoints + kMostThreads * kMostThreadPoints;
 inline constexpr int kTissueIterations = 24;    ///< of conjugate gradients in a step: bounded work (tuned)
@@ -63,9 +69,20 @@ struct TissueModel {
   /// m/N, elastostatic: displacement of a free node per force on it, at most.
   double softestAt(Index node) const {
     const std::int32_t row = answer_number[node];
-    return row < 0 ? 0.0 : answer.block<3, 3>(3 * row, 3 * row).trace();
+    if (row < 0) return 0.0;
+    const auto at = static_cast<std::size_t>(row);
+    return condensed() ? compliance.block(at, at).trace() : answer.block<3, 3>(3 * row, 3 * row).trace();
   }
   Eigen::VectorXd under_loads;  ///< m, elastostatic: displacement by the loads of the scene
+
+  // Of a condensed object: `model` has its outer nodes alone, and no elements.
+  Compliance compliance;  ///< K^-1 between free outer nodes, by answer_number
+  /// What gravity (N per m/s²) and the loads of the scene (N) are at outer nodes, those of inner nodes too.
+  Eigen::Matrix<double, Eigen::Dynamic, 4> condensed_loads;
+  double inner_mass = 0.0;                               ///< kg: of inner nodes, and
+  Eigen::Vector3d inner_load = Eigen::Vector3d::Zero();  ///< N, the scene's loads on these
+  std::shared_ptr<const Description> whole;              ///< with its inner nodes; null once prepared
+  bool condensed() const { return motion == Motion::Condensed; }
 };
 
 /// Everything that evolves. Knots beyond the scene's nodes are copies that cuts made.
@@ -148,7 +165,8 @@ struct TissueScratch {
   std::vector<Eigen::Vector3d> force, v_next, r, z, p, q, turned;  ///< per knot
   std::vector<Eigen::Vector3d> sum;                                ///< per node
   std::vector<std::uint32_t> count;                                ///< per node
-  Eigen::VectorXd work, u, f;
+  Eigen::VectorXd work, u;
+  std::vector<Compliance::Load> loads;   ///< on a condensed object
   std::vector<Eigen::Matrix3d> answers;  ///< between points: answerPoints()
   std::vector<TissuePoint> points;
   std::vector<TissueThread> threads;
@@ -173,8 +191,9 @@ void answerPoints(const TissueModel& tissue, const TissueState& state, double h,
 /// Checks, and everything but the factors. @throws std::invalid_argument naming the object
 std::shared_ptr<TissueModel> makeTissue(const Description& description, Motion motion,
                                         const std::string& cache_directory);
-/// Factors for steps of h seconds. @throws std::invalid_argument naming the object
-void prepareTissue(TissueModel& tissue, double h);
+/// Factors for steps of h seconds. `progress`: told how far a condensed object is, 0 … 1; may be empty.
+/// @throws std::invalid_argument naming the object
+void prepareTissue(TissueModel& tissue, double h, const std::function<void(double)>& progress = {});
 TissueState tissueAtRest(const TissueModel& tissue, const std::vector<Eigen::Vector3d>& position);
 
 /// One step of h seconds in three parts, all real-time safe.

@@ -30,6 +30,12 @@ inline constexpr double kSealed =
 inline constexpr double kGraspDamageThreshold = 136e3;  ///< Pa
 inline constexpr double kCrushTime = 10.0;              ///< s to destroy at twice the threshold; assumed
 
+/// What two knots of a surface conduct.
+struct HeatEdge {
+  std::uint32_t knot0 = 0, knot1 = 0;
+  float conductance = 0.0f;  ///< W/K
+};
+
 /// A pair of corners of a finite element, for heat that flows through it: a cut parts it by itself.
 struct ElementEdge {
   std::uint8_t corner0 = 0, corner1 = 0;
@@ -42,6 +48,7 @@ struct HeatModel {
   double density = 1000.0;                                ///< kg/m³
   double grasp_damage_threshold = kGraspDamageThreshold;  ///< Pa; 0: never
   std::vector<ColumnShape> shapes;                        ///< per knot of the scene
+  std::vector<HeatEdge> surface_edges;                    ///< condensed finite elements
   std::vector<ElementEdge> element_edges;                 ///< finite elements: six each, in their order
 };
 

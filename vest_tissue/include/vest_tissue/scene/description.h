@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -170,8 +171,10 @@ enum class Integrator : std::uint8_t { NewtonEuler = 0, BackwardEuler = 1, Stati
 
 struct Description {
   std::string name;
-  std::string directory;        ///< where the scene file lies
-  std::string source;           ///< spline source that it was baked from, beside it; empty: none
+  std::string directory;  ///< where the scene file lies
+  std::string source;     ///< spline source that it was baked from, beside it; empty: none
+  /// Told what a World prepares for long: object, share of its work, 0 … 1. May be empty.
+  std::function<void(const std::string& object, double share)> preparing;
   std::string cache_directory;  ///< where inverses of finite elements are kept between runs; empty: nowhere
   std::string hash;  ///< XXH64, 16 hexadecimal digits, over the scene file and every file it refers to
   Eigen::Vector3d gravity{0, 0, -9.81};
