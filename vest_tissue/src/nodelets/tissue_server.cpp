@@ -160,7 +160,8 @@ void TissueServer::onInstruments(const vest_msgs::InstrumentStates::ConstPtr& ms
   instruments_time_ = ros::SteadyTime::now();
   runner_->setTools(sample_);
   const auto of_box = [](const vest_msgs::InstrumentState& s) {
-    return s.source == vest_msgs::InstrumentState::SOURCE_BOX && s.tool != vest_msgs::InstrumentState::TOOL_NONE;
+    return s.source == vest_msgs::InstrumentState::SOURCE_BOX &&
+           s.tool != vest_msgs::InstrumentState::TOOL_NONE;
   };
   const auto there = [&](const vest_msgs::InstrumentState& s) { return s.valid || !of_box(s); };
   if (std::any_of(msg->instruments.begin(), msg->instruments.end(), of_box) &&
