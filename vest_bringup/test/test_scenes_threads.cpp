@@ -164,7 +164,7 @@ TEST(SceneEndoloop, ALoopIsDrawnOnAStumpCutAndHeldByFriction) {
 
 // Twenty seconds of it, and with VEST_FULL=1 both throws: some four minutes of a core.
 TEST(SceneSquareKnot, ThreeInstrumentsTieTwoThrowsThatHoldByFriction) {
-  Play p("square_knot", ros::package::getPath("vest_bringup") + "/rehearsals/square_knot.yaml", false);
+  Play p("square_knot", false);
   const suture::Model& model = *p.world().model().threads.rods;
   const auto& rod = p.world().state().threads.rod;
   suture::KnotScratch scratch(2 * rod.position.size());

@@ -25,7 +25,7 @@ import rospy  # noqa: E402
 from geometry_msgs.msg import PoseStamped  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
-from vest_msgs.msg import (ContactModels, HapticState, RecordingBatch, SessionState, StateHash, StepInput, TissueEvent, TissueField,  # noqa: E402
+from vest_msgs.msg import (ContactModels, HapticState, InstrumentState, InstrumentStates, RecordingBatch, SessionState, StateHash, StepInput, TissueEvent, TissueField,  # noqa: E402
                            TissueState, TissueTopology)
 from vest_msgs.srv import Snapshot, SnapshotRequest, SnapshotResponse  # noqa: E402
 
@@ -237,6 +237,38 @@ class SessionHazards(unittest.TestCase):
         self.assertTrue(patient(lambda: len(states) > had + 6))
         self.assertNotIn("DIED", states[-1].status)
         self.assertNotIn("recorder has died", simulation.text())
+        simulation.end()
+
+    def test_a_script_finds_tissue_that_has_not_moved(self):
+        # Jaws that close on a thread a third of a second late find that it has fallen.
+        states, steps = [], []
+        for name, kind, to in (("session/state", SessionState, states), ("step_inputs", StepInput, steps)):
+            listening = rospy.Subscriber(name, kind, to.append, queue_size=10000)
+            self.addCleanup(listening.unregister)
+        simulation = self.simulation("waits", "_wait_for_hands:=true")
+        self.assertTrue(patient(lambda: bool(states) and states[-1].status == "waiting for the hands"), simulation.text())
+        hands = InstrumentStates(instruments=[
+            InstrumentState(name=name, tool=InstrumentState.TOOL_GRASPER, source=InstrumentState.SOURCE_BOX, valid=name == "left")
+            for name in ("left", "right")])
+        for hand in hands.instruments:
+            hand.tip.orientation.w = hand.shaft.orientation.w = 1.0
+            hand.tip.position.z, hand.shaft.position.z = 0.2, 0.3
+        publisher = rospy.Publisher("instruments", InstrumentStates, queue_size=10)
+        self.addCleanup(publisher.unregister)
+        self.assertTrue(patient(lambda: publisher.get_num_connections() > 0))
+
+        def begun():
+            publisher.publish(hands)
+            return bool(states) and states[-1].step > 0
+
+        had = len(states)
+        self.assertTrue(patient(lambda: begun() or len(states) > had + 5))
+        self.assertEqual(states[-1].step, 0, "one of two hands is no pair")
+        hands.instruments[1].valid = True
+        self.assertTrue(patient(begun), simulation.text())
+        self.assertTrue(patient(lambda: bool(steps)))
+        self.assertEqual([tool.present for tool in steps[0].tools[:2]], [True, True])
+        self.assertEqual(states[-1].status, "")
         simulation.end()
 
     def test_nothing_of_the_first_steps_is_lost(self):

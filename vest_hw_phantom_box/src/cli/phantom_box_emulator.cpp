@@ -113,6 +113,7 @@ class Pace {
     node.setCallbackQueue(&queue_);
     state_ = node.subscribe<vest_msgs::SessionState>("session/state", 2, [this](const auto& m) {
       if (m->step > 0) dt_ = m->simulated_time / static_cast<double>(m->step);
+      else clock_.hear(0.0);  // it waits for the hands
     });
     contacts_ = node.subscribe<vest_msgs::ContactModels>("tissue/contacts", 2, [this](const auto& m) {
       if (dt_ > 0) clock_.hear(dt_ * static_cast<double>(m->step));

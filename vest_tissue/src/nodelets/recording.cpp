@@ -93,17 +93,29 @@ bool TissueServer::recorderGone() const {
 
 void TissueServer::startWhenReady(double waited) {
   if (!held_) return;
+  const auto recorderIsDone = [&] {
+    recorded_ = true;
+    held_since_ = waited;
+    if (wait_for_hands_) return;
+    held_ = false;
+    runner_->setPaused(false);
+  };
+  if (recorded_) {
+    constexpr double kPatience = 30.0;  // s: a driver and its box are there in less than one (assumed)
+    if (!hands_there_ && waited < held_since_ + kPatience) return;
+    if (!hands_there_)
+      ROS_WARN("instruments: no hands of a box after %.0f s: the simulation begins without them", kPatience);
+    held_ = false;
+    runner_->setPaused(false);
+    return;
+  }
   // The recorder says so when it takes all topics; others may have listened to the inputs long before.
   bool recording = false;
   {
     std::lock_guard<std::mutex> lock(recording_mutex_);
     recording = recording_state_.recording;
   }
-  if (recording && steps_pub_.getNumSubscribers() > 0) {
-    held_ = false;
-    runner_->setPaused(false);
-    return;
-  }
+  if (recording && steps_pub_.getNumSubscribers() > 0) return recorderIsDone();
   bool gone = false;
   if (waited >= next_look_) {
     next_look_ = waited + 1.0;
@@ -115,8 +127,7 @@ void TissueServer::startWhenReady(double waited) {
     ROS_WARN("no recorder listens to %s after %.0f s%s: the simulation begins without one",
              steps_pub_.getTopic().c_str(), waited, gone ? ", and none will: it has ended" : "");
     recorder_died_ = true;
-    held_ = false;
-    runner_->setPaused(false);
+    recorderIsDone();
   }
 }
 

@@ -57,6 +57,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   threads_ = intParameter(private_nh_, "threads", 1, 1, 64);
   session_directory_ = stringParameter(private_nh_, "session_directory", "");
   wait_for_recorder_ = boolParameter(private_nh_, "wait_for_recorder", false);
+  wait_for_hands_ = boolParameter(private_nh_, "wait_for_hands", false);
   recorder_timeout_ = doubleParameter(private_nh_, "recorder_timeout", 90.0, 0.0, 3600.0);
   scene::RunnerOptions options;
   options.speed = doubleParameter(private_nh_, "speed", options.speed, 0.01, 1000.0);
@@ -119,7 +120,8 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   services_.push_back(service.advertiseService("tissue/request", &TissueServer::onRequest, this));
   services_.push_back(service.advertiseService("tissue/snapshot", &TissueServer::onSnapshot, this));
 
-  held_ = wait_for_recorder_;
+  recorded_ = !wait_for_recorder_;
+  held_ = wait_for_recorder_ || wait_for_hands_;
   if (held_ || boolParameter(private_nh_, "paused", false)) runner_->setPaused(true);
   runner_->start();
   publisher_ = std::thread([this] { publishLoop(); });
@@ -163,6 +165,14 @@ void TissueServer::onInstruments(const vest_msgs::InstrumentStates::ConstPtr& ms
   }
   instruments_time_ = ros::SteadyTime::now();
   runner_->setTools(sample_);
+  const auto of_box = [](const vest_msgs::InstrumentState& s) {
+    return s.source == vest_msgs::InstrumentState::SOURCE_BOX &&
+           s.tool != vest_msgs::InstrumentState::TOOL_NONE;
+  };
+  const auto there = [&](const vest_msgs::InstrumentState& s) { return s.valid || !of_box(s); };
+  if (std::any_of(msg->instruments.begin(), msg->instruments.end(), of_box) &&
+      std::all_of(msg->instruments.begin(), msg->instruments.end(), there))
+    hands_there_ = true;
   std::lock_guard<std::mutex> lock(recent_mutex_);
   if (!recent_.empty() && msg->header.stamp < recent_.back()->header.stamp) recent_.clear();
   recent_.push_back(msg);
@@ -518,7 +528,7 @@ void TissueServer::publishSession() {
   msg.simulated_time = s.time;
   msg.real_time_factor = s.real_time_factor;
   msg.step_cpu_time = s.step_cpu_time;
-  if (held_) msg.status = "waiting for the recorder";
+  if (held_) msg.status = recorded_ ? "waiting for the hands" : "waiting for the recorder";
   if (s.fault) msg.status = "an object fell back to its last good state";
   session_pub_.publish(msg);
 }

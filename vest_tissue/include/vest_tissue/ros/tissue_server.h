@@ -118,10 +118,12 @@ class TissueServer {
   Publish publish_;
   int threads_ = 1;
   std::string scene_, session_directory_;
-  bool wait_for_recorder_ = false;
+  bool wait_for_recorder_ = false, wait_for_hands_ = false;
   double recorder_timeout_ = 60.0;
-  std::atomic<bool> held_{false};  ///< paused until a recorder listens
-  double next_look_ = 0;           ///< s since the start: for a recorder that will never listen
+  std::atomic<bool> held_{false};  ///< paused until a recorder listens, and until a script's hands are there
+  std::atomic<bool> recorded_{false}, hands_there_{false};
+  double held_since_ = 0;  ///< s since the start: for hands alone
+  double next_look_ = 0;   ///< s since the start: for a recorder that will never listen
   bool looked_gone_ = false;
 
   std::unique_ptr<scene::Runner> runner_;
