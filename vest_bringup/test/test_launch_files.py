@@ -100,6 +100,27 @@ class LaunchFiles(unittest.TestCase):
         finally:
             os.environ["PWD"] = here
 
+    def test_nothing_of_an_earlier_launch_at_the_same_master_counts(self):
+        # The options of an earlier device would choose the robot that gets forces; an earlier input map what the pedals do.
+        def cleared(package, name, *arguments):
+            file = os.path.join(LAUNCH, os.pardir, os.pardir, package, "launch", name)
+            return set(load_config_default([(file, list(arguments))], None, verbose=False).clear_params)
+
+        self.assertIn("/haptics_left/", cleared("vest_haptics", "device.launch"))
+        self.assertIn("/phantom_box/", cleared("vest_hw_phantom_box", "phantom_box.launch"))
+        self.assertIn("/vest/instruments/", cleared("vest_instruments", "instruments.launch"))
+        session = cleared("vest_bringup", "trainer.launch", "left:=sim")
+        self.assertLessEqual({"/vest/instruments/", "/vest/trainer/", "/vest/phantom_box/", "/vest/haptics_left/"}, session)
+        mapped = cleared("vest_bringup", "trainer.launch", "inputs:=/tmp/inputs.yaml")
+        self.assertLessEqual({f"/vest/haptics_{name}/" for name in ("left", "right", "third")}, mapped)
+
+    def test_the_force_limit_reaches_the_devices_of_an_input_map_too(self):
+        config = load_config_default([(os.path.join(LAUNCH, "trainer.launch"), ["inputs:=/tmp/inputs.yaml", "force_limit:=1.5"])], None,
+                                     verbose=False)
+        [devices] = [node for node in config.nodes if node.name == "haptic_devices"]
+        self.assertEqual(devices.args.split(), ["/tmp/inputs.yaml", "_force_limit:=1.5"])
+        self.assertEqual(parameters("trainer.launch", "left:=sim", "force_limit:=1.5")["haptics_left/force_limit"], 1.5)
+
     def test_a_script_that_is_not_there_or_wrong_is_refused_before_any_node_starts(self):
         for wrong, named in (("nosuch", "cut_tube"), ("/nowhere/mine.yaml", "no such file"), (os.path.abspath(__file__), "")):
             done = subprocess.run(["roslaunch", "--nodes", os.path.join(LAUNCH, "trainer.launch"), "script:=" + wrong],
