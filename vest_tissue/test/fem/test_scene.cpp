@@ -296,7 +296,7 @@ TEST(SceneExample, AVesselOfElementsHasRingsFromTheEndThatIsNamed) {
 }
 
 // Its files are those of any other object; the World's knots are the nodes of its boundary.
-TEST(Scene, CondensedElementsAreReadAndWhatTheyCannotBeIsOneMessage) {
+TEST(SceneExample, CondensedElementsAreReadAndWhatTheyCannotBeIsOneMessage) {
   const Files files;
   const auto with = [&](const std::string& key, const std::string& solution, const std::string& strain) {
     std::string text = sceneText(strain, solution);
