@@ -585,4 +585,23 @@ TEST(TimeMap, AQuartzThatIsOffIsFollowed) {
   }
 }
 
+TEST(TimeMap, ABoxWithoutAQuartzIsFollowedToo) {
+  for (const double slow : {0.01, -0.01, 0.5, -1.0}) {  // the last two: half the rate that it says, and twice
+    driver::TimeMap map;
+    std::int64_t last = INT64_MIN;
+    double worst = 0;
+    for (int i = 0; i < 100000; ++i) {
+      // A line that hands frames over in lumps of 16 ms, as USB converters do.
+      const std::int64_t steady = (i / 16 + 1) * 16 * kMillisecond;
+      const auto device = static_cast<std::uint32_t>(std::llround(i * 1000.0 * (1 - slow)));
+      const std::int64_t s = map.stamp(device, steady, kWall + steady);
+      ASSERT_GT(s, last);
+      ASSERT_LE(s, kWall + steady + 16000) << "a frame that came with others has a stamp after theirs";
+      last = s;
+      worst = std::max(worst, static_cast<double>(kWall + steady - s));
+    }
+    EXPECT_LT(worst, (std::abs(slow) * 1.02 + 0.032) * 1e9) << slow;
+  }
+}
+
 }  // namespace
