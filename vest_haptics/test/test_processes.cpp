@@ -87,7 +87,7 @@ struct Session {
   /// Out of the tissue, through the ramp, into it. False where the machine did not let the simulation run for
   /// long enough.
   bool press() {
-    for (int attempt = 0; attempt < 5; ++attempt) {
+    for (int attempt = 0; attempt < 50; ++attempt) {
       device.wish(2, 0.01);
       for (int i = 0; i < 6000; ++i) {
         tick();

@@ -103,6 +103,9 @@ MUTANTS = [
     (E, "    if ((buttons_ >> i & 1u) == 0)\n", "    if (false)\n", "events", "Events.AButtonThatIsHeld*"),
     (E, "    else if (pressed_at_[i] < 0.0)\n", "    else\n", "events", "Events.AButtonThatIsHeld*"),
     # Time.
+    (T, "steady - begin_ >= kWindow", "false", "driver", "TimeMap.ABoxWithout*"),
+    (T, "std::max(steady_minus_device_, least_delay_)", "least_delay_", "driver", "TimeMap.AQuartz*"),
+    (T, "  least_delay_ = std::min(least_delay_, delay_now);\n", "", "driver", "TimeMap.LateArrival*"),
     (T, "delay_now - steady_minus_device_ > kMaxDelay", "false", "driver", "TimeMap.ADeviceClock*"),
     (T, "std::min(delay_now, steady_minus_device_ + drift)", "delay_now", "driver", "TimeMap.LateArrival*"),
     (T, "    if (wall_step_ > kStep) {", "    if (false) {", "driver", "TimeMap.*"),

@@ -10,10 +10,13 @@
 #include <condition_variable>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <mutex>
+#include <optional>
 #include <sstream>
 #include <thread>
+#include <utility>
 
 #include "vest_hw_phantom_box/calibration/guide.h"
 #include "vest_hw_phantom_box/driver/driver.h"
@@ -96,6 +99,8 @@ class Box : private protocol::FrameSink {
   const calibration::StillReader& reader() const { return reader_; }
   driver::Driver& driver() { return driver_; }
   const protocol::DecoderCounters& wire() const { return decoder_.counters(); }
+  /// Called for each frame, in the reading thread. Set under the lock.
+  std::function<void(const protocol::Motion&)> on_frame;
 
  private:
   void run() {
@@ -121,6 +126,7 @@ class Box : private protocol::FrameSink {
   void onMotion(const protocol::Motion& motion) override {
     reader_.onMotion(motion);
     driver_.motion(motion, steadyNow());
+    if (on_frame) on_frame(motion);
   }
 
   std::mutex mutex_;
@@ -290,15 +296,62 @@ void show(Box& box, const Calibration& c, std::array<std::pair<double, double>, 
   std::fflush(stdout);
 }
 
-void csv(Box& box, double t) {
-  box.with([&] {
-    std::printf("%.6f", t);
-    for (int j = 0; j < kJoints; ++j)
-      box.driver().usable(j) ? std::printf(",%.6f", box.driver().sample().joints[j].position)
-                             : std::printf(",");
-    std::printf(",%d\n", box.reader().last().footswitches);
-  });
-}
+/// The table of `--csv`: a row for each frame, so that a reading that leaps once is in it.
+class Table {
+ public:
+  Table(Box& box, const Calibration& c) : box_(box), calibration_(c) {
+    rows_ = "t_s";
+    for (const std::string& name : protocol::jointNames()) rows_ += ',' + name + ',' + name + "_raw";
+    rows_ += ",footswitches,lost,crc_errors\n";
+    box.with([&] { box.on_frame = [this](const protocol::Motion& m) { add(m); }; });
+  }
+  ~Table() {
+    box_.with([&] { box_.on_frame = {}; });
+  }
+  /// Prints what has come. @return false where nobody reads it any more
+  bool print() {
+    const std::string rows = box_.with([&] { return std::exchange(rows_, {}); });
+    std::fwrite(rows.data(), 1, rows.size(), stdout);
+    return std::fflush(stdout) == 0;
+  }
+
+ private:
+  static constexpr std::size_t kMost = 1 << 24;  ///< bytes that wait for a reader who stands still
+
+  void add(const protocol::Motion& m) {
+    // By the box's clock. Where it begins anew, time goes on, by no more than the host's has.
+    const std::int64_t now = steadyNow();
+    const std::int64_t step = 1000 * std::int64_t{static_cast<std::int32_t>(m.time_us - last_us_)};
+    if (last_ > 0) time_ += std::clamp<std::int64_t>(step, 0, now - last_ + 1000000000);
+    last_ = now;
+    last_us_ = m.time_us;
+    if (rows_.size() > kMost) return;
+    number(1e-9 * static_cast<double>(time_));
+    for (int j = 0; j < kJoints; ++j) {
+      const driver::Driver& driver = box_.driver();
+      const double x = driver.sample().joints[j].position;
+      rows_ += ',';
+      if (driver.usable(j)) number(x);
+      rows_ += ',';
+      const calibration::Joint& c = calibration_.joints[j];
+      if (driver.has(j) && !(m.invalid >> j & 1) && m.counts[j] != protocol::kNoReading)
+        number(c.near(c.position(m.counts[j]), x));
+    }
+    const auto& wire = box_.wire();
+    rows_ += ',' + std::to_string(m.footswitches) + ',' + std::to_string(wire.lost) + ',' +
+             std::to_string(wire.crc_errors) + '\n';
+  }
+  void number(double x) {
+    char text[40];
+    rows_.append(text, static_cast<std::size_t>(std::snprintf(text, sizeof text, "%.6f", x)));
+  }
+
+  Box& box_;
+  Calibration calibration_;
+  std::string rows_;
+  std::int64_t time_ = 0, last_ = 0;  // ns
+  std::uint32_t last_us_ = 0;
+};
 
 void watch(const Options& o) {
   const Calibration c = given(o);
@@ -306,17 +359,14 @@ void watch(const Options& o) {
   box.hello();
   std::array<std::pair<double, double>, kJoints> seen;
   seen.fill({1e9, -1e9});
-  if (o.csv) {
-    std::printf("t_s");
-    for (const std::string& name : protocol::jointNames()) std::printf(",%s", name.c_str());
-    std::printf(",footswitches\n");
-  }
-  const std::int64_t begin = steadyNow(), period = o.csv ? 10000000 : 100000000;
+  std::optional<Table> table;
+  if (o.csv) table.emplace(box, c);
+  const std::int64_t begin = steadyNow(), period = 100000000;
   std::uint64_t frames = 0;
   for (std::int64_t next = begin; !g_stop && !box.lost(); next += period) {
     if (o.seconds > 0 && steadyNow() - begin > static_cast<std::int64_t>(o.seconds * 1e9)) return;
-    if (o.csv) {
-      csv(box, static_cast<double>(next - begin) * 1e-9);
+    if (table) {
+      if (!table->print()) return;
     } else {
       const std::uint64_t now = box.with([&] { return box.wire().motions; });
       show(box, c, seen, static_cast<double>(now - frames) / (static_cast<double>(period) * 1e-9));
@@ -324,6 +374,7 @@ void watch(const Options& o) {
     }
     std::this_thread::sleep_for(std::chrono::nanoseconds(next + period - steadyNow()));
   }
+  if (table) table->print();
   if (box.lost()) throw std::runtime_error("--port " + o.port + ": the box is gone");
 }
 
@@ -347,7 +398,9 @@ int main(int argc, char** argv) {
   const std::vector<std::string> names(protocol::armNames().begin(), protocol::armNames().end());
   auto* watching = app.add_subcommand("watch", "shows joints, pedals and errors of the line");
   common(watching, o, false);
-  watching->add_flag("--csv", o.csv, "a table for plots instead of a screen, 100 rows a second");
+  watching->add_flag("--csv", o.csv,
+                     "a table instead of a screen, a row for each frame: of each joint what the driver "
+                     "takes, and what the line reads");
   watching->add_option("--seconds", o.seconds, "end after this time (0: at Ctrl-C)")
       ->check(vest::files::number(0, 1e9));
   auto* calibrating =

@@ -15,8 +15,15 @@ std::int64_t TimeMap::stamp(std::uint32_t time_us, std::int64_t steady, std::int
     return steady - device_ns_;
   }();
   const std::int64_t passed = has_wall_ ? std::max<std::int64_t>(0, steady - last_steady_) : 0;
+  least_delay_ = std::min(least_delay_, delay_now);
   if (!has_device_ || delay_now - steady_minus_device_ > kMaxDelay) {
     steady_minus_device_ = delay_now;
+    begin_ = steady;
+    least_delay_ = delay_now;
+  } else if (steady - begin_ >= kWindow) {
+    steady_minus_device_ = std::max(steady_minus_device_, least_delay_);
+    begin_ = steady;
+    least_delay_ = delay_now;
   } else {
     const auto drift = static_cast<std::int64_t>(kDrift * static_cast<double>(passed));
     steady_minus_device_ = std::min(delay_now, steady_minus_device_ + drift);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "phantom_files.h"
+#include "vest_tissue/fem/description.h"
 #include "vest_tissue/image/patient.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/volume/stuffing.h"
