@@ -88,7 +88,7 @@ def kinds(tool):
     tube = {'scene.yaml': read('vest_tissue', 'scenes', 'tube', 'tube.yaml'), 'tube.net': read('vest_tissue', 'scenes', 'tube',
             'tube.net'), 'source.yaml': b'vest_source: 1\n'}
     out.append(Kind('baked net', tube, 'tube.net', scene))
-    for name in ('tube', 'sheet', 'layers', 'tree'):
+    for name in ('tube', 'sheet', 'layers', 'tree', 'region'):
         out.append(Kind('source: ' + name, kept('source', name), 'source.yaml', [model, 'bake', '{}/source.yaml', '{}/out']))
     edits = (b'vest_edits: 1\nedits:\n  - {op: set, path: /name, value: other}\n'
              b'  - {op: set, path: /objects/tube/tube/centre/1, value: [0.001, 0.05, 0.06]}\n'

@@ -2,18 +2,72 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include <Eigen/Geometry>
 
+#include "vest_tissue/base/grid_cost.h"
 #include "vest_tissue/base/nearest.h"
 
 namespace vest::contact {
 namespace {
 
-constexpr std::size_t kMostWork = 1000000000;  // distances to triangles: a minute (assumed)
+using Eigen::Vector3d;
+using Triangles = std::vector<std::array<std::uint32_t, 3>>;
+
+/// The box of all triangles with its margin, as grid points.
+struct Frame {
+  Vector3d low = Vector3d::Zero(), cells = Vector3d::Zero();
+  std::array<double, 3> points{};
+};
+
+Frame frameOf(const std::vector<Vector3d>& vertices, const Triangles& triangles, double spacing,
+              double band) {
+  Frame frame;
+  Vector3d low = vertices[triangles[0][0]], high = low;
+  for (const auto& t : triangles)
+    for (const auto v : t) low = low.cwiseMin(vertices[v]), high = high.cwiseMax(vertices[v]);
+  low.array() -= band + spacing;
+  high.array() += band + spacing;
+  frame.low = low, frame.cells = (high - low) / spacing;
+  for (int c = 0; c < 3; ++c) frame.points[static_cast<std::size_t>(c)] = std::floor(frame.cells[c]) + 2;
+  return frame;
+}
+
+/// First and last grid points, along each axis, that a triangle may be near.
+struct Reach {
+  int from[3], to[3];
+  Reach(const std::array<Vector3d, 3>& p, const Frame& frame, double spacing, double band) {
+    const Vector3d lo = p[0].cwiseMin(p[1]).cwiseMin(p[2]), hi = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
+    for (int c = 0; c < 3; ++c) {
+      const int last = static_cast<int>(frame.points[static_cast<std::size_t>(c)]) - 1;
+      from[c] = std::clamp(static_cast<int>((lo[c] - band - frame.low[c]) / spacing), 0, last);
+      to[c] = std::clamp(static_cast<int>((hi[c] + band - frame.low[c]) / spacing) + 1, 0, last);
+    }
+  }
+  double looks() const {
+    return static_cast<double>(to[0] - from[0] + 1) * (to[1] - from[1] + 1) * (to[2] - from[2] + 1);
+  }
+};
+
+bool tooLarge(const Frame& frame) {
+  const auto& n = frame.points;
+  return !(n[0] < 4096 && n[1] < 4096 && n[2] < 4096) || n[0] * n[1] * n[2] > double(1 << 26);
+}
 
 }  // namespace
+
+GridCost gridCost(const std::vector<Vector3d>& vertices, const Triangles& triangles, double spacing,
+                  double band) {
+  if (triangles.empty()) return {};
+  const Frame frame = frameOf(vertices, triangles, spacing, band);
+  GridCost cost{frame.points[0] * frame.points[1] * frame.points[2], 0};
+  if (tooLarge(frame)) return cost;
+  for (const auto& t : triangles)
+    cost.looks += Reach({vertices[t[0]], vertices[t[1]], vertices[t[2]]}, frame, spacing, band).looks();
+  return cost;
+}
 
 DistanceGrid::DistanceGrid(const std::vector<Eigen::Vector3d>& vertices,
                            const std::vector<std::array<std::uint32_t, 3>>& triangles, double spacing,
@@ -21,21 +75,14 @@ DistanceGrid::DistanceGrid(const std::vector<Eigen::Vector3d>& vertices,
     : spacing_(static_cast<float>(spacing)),
       inverse_(static_cast<float>(1.0 / spacing)),
       band_(static_cast<float>(band)) {
-  using Eigen::Vector3d;
   if (triangles.empty()) return;
-  Vector3d low = vertices[triangles[0][0]], high = low;
-  for (const auto& t : triangles)
-    for (const auto v : t) low = low.cwiseMin(vertices[v]), high = high.cwiseMax(vertices[v]);
-  low.array() -= band + spacing;
-  high.array() += band + spacing;
-  const Vector3d cells = (high - low) / spacing;
-  if (!(cells.x() + 2 < 4096 && cells.y() + 2 < 4096 && cells.z() + 2 < 4096) ||
-      (cells.x() + 2) * (cells.y() + 2) * (cells.z() + 2) > double(1 << 26)) {
+  const Frame frame = frameOf(vertices, triangles, spacing, band);
+  if (tooLarge(frame))
     throw std::invalid_argument(
         "distance grid: more than 2^26 points; the object is too large for its spacing");
-  }
-  nx_ = static_cast<int>(cells.x()) + 2, ny_ = static_cast<int>(cells.y()) + 2,
-  nz_ = static_cast<int>(cells.z()) + 2;
+  const Vector3d& low = frame.low;
+  nx_ = static_cast<int>(frame.points[0]), ny_ = static_cast<int>(frame.points[1]),
+  nz_ = static_cast<int>(frame.points[2]);
   origin_ = low.cast<float>();
   const std::size_t points = static_cast<std::size_t>(nx_) * ny_ * nz_;
   std::vector<float> nearest_distance(points, static_cast<float>(band));
@@ -53,30 +100,24 @@ DistanceGrid::DistanceGrid(const std::vector<Eigen::Vector3d>& vertices,
       normal[t[c]] += face.normalized() * std::acos(cosine);  // loading, not a step
     }
   }
-  std::size_t work = 0;
   for (const auto& t : triangles) {
     const std::array<Vector3d, 3> p{vertices[t[0]], vertices[t[1]], vertices[t[2]]};
     const Vector3d face = (p[1] - p[0]).cross(p[2] - p[0]);
     if (!(face.norm() > 0)) continue;
-    const Vector3d lo = p[0].cwiseMin(p[1]).cwiseMin(p[2]), hi = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
-    int from[3], to[3];
-    const int limit[3] = {nx_ - 1, ny_ - 1, nz_ - 1};
-    for (int c = 0; c < 3; ++c) {
-      from[c] = std::clamp(static_cast<int>((lo[c] - band - low[c]) / spacing), 0, limit[c]);
-      to[c] = std::clamp(static_cast<int>((hi[c] + band - low[c]) / spacing) + 1, 0, limit[c]);
-    }
-    work += static_cast<std::size_t>(to[0] - from[0] + 1) * static_cast<std::size_t>(to[1] - from[1] + 1) *
-            static_cast<std::size_t>(to[2] - from[2] + 1);
-    if (work > kMostWork)
-      throw std::invalid_argument(
-          "distance grid: its triangles cover too many points one after another; fewer large ones are "
-          "allowed");
-    for (int k = from[2]; k <= to[2]; ++k) {
-      for (int j = from[1]; j <= to[1]; ++j) {
-        for (int i = from[0]; i <= to[0]; ++i) {
+    const Vector3d unit = face.normalized();
+    const double edge = std::max((p[1] - p[0]).norm(), (p[2] - p[0]).norm());
+    // Of the distance to its plane, by rounding; that of a needle is not known.
+    const double slack =
+        face.norm() > 1e-6 * edge * edge ? 1e-6 * spacing : std::numeric_limits<double>::infinity();
+    const Reach reach(p, frame, spacing, band);
+    for (int k = reach.from[2]; k <= reach.to[2]; ++k) {
+      for (int j = reach.from[1]; j <= reach.to[1]; ++j) {
+        for (int i = reach.from[0]; i <= reach.to[0]; ++i) {
           const Vector3d x = low + spacing * Vector3d(i, j, k);
-          const Nearest n = nearest(x, p);
           const std::size_t at = index(i, j, k);
+          // No point of a triangle is nearer than its plane.
+          if (std::abs(unit.dot(x - p[0])) > static_cast<double>(nearest_distance[at]) + slack) continue;
+          const Nearest n = nearest(x, p);
           if (!(n.distance < nearest_distance[at])) continue;
           const Vector3d q = p[0] * n.weights[0] + p[1] * n.weights[1] + p[2] * n.weights[2];
           const bool inside_face = n.weights[0] > 1e-9 && n.weights[1] > 1e-9 && n.weights[2] > 1e-9;

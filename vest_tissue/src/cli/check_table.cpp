@@ -4,7 +4,8 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <optional>
+#include <map>
+#include <set>
 
 #include <Eigen/Geometry>
 
@@ -20,6 +21,10 @@
 namespace vest::tools {
 namespace {
 
+// A thousand objects at one place are half a million pairs. Questions for the nearest place of a surface: two
+// seconds (assumed).
+constexpr std::size_t kMostOverlaps = 200, kMostQuestions = 1000000;
+
 /// What two objects have in common at the start.
 struct Overlap {
   const scene::Object *a, *b;
@@ -32,7 +37,14 @@ bool rigid(const scene::Object& object) {
   return object.model == scene::ObjectModel::Rigid;
 }
 
-std::size_t countInside(const scene::Object& a, const scene::Object& b, Overlap& overlap) {
+/// Surfaces that were asked for before, by object, and how many questions are left.
+struct Nearness {
+  std::map<const scene::Object*, modelling::NearestPoints> of;
+  std::size_t left = kMostQuestions;
+};
+
+std::size_t countInside(const scene::Object& a, const scene::Object& b, Overlap& overlap,
+                        Nearness& nearness) {
   // As the World asks whether two objects belong together (docs/decisions/0015).
   const double reach = a.contact_thickness + b.contact_thickness + 3e-4;
   // What is inside of a cavity's surface is its wall, which goes on beyond its box.
@@ -41,11 +53,11 @@ std::size_t countInside(const scene::Object& a, const scene::Object& b, Overlap&
   for (const auto& p : b.position) box.extend(p);
   box.min().array() -= reach, box.max().array() += reach;
   std::size_t count = 0;
-  std::optional<modelling::NearestPoints> nearest;  // most pairs are apart
-  for (std::size_t i = 0; i < a.position.size(); ++i) {
+  for (std::size_t i = 0; i < a.position.size() && nearness.left > 0; ++i) {
     if ((rigid(b) && a.fixed[i]) || (!cavity && !box.contains(a.position[i]))) continue;
-    if (!nearest) nearest.emplace(b.position, b.contact_triangles);
-    const double distance = (*nearest)(a.position[i]).distance;
+    --nearness.left;
+    const auto& nearest = nearness.of.try_emplace(&b, b.position, b.contact_triangles).first->second;
+    const double distance = nearest(a.position[i]).distance;
     overlap.touch = overlap.touch || distance < reach;
     overlap.deepest = std::max(overlap.deepest, -distance);
     count += distance < 0;
@@ -53,25 +65,25 @@ std::size_t countInside(const scene::Object& a, const scene::Object& b, Overlap&
   return count;
 }
 
-constexpr std::size_t kMostOverlaps =
-    200;  // a thousand objects at one place are half a million pairs (assumed)
-
-/// Of all pairs but those that a connection joins; no further pair is looked at behind kMostOverlaps.
-std::vector<Overlap> overlapsOf(const scene::Description& description) {
+/// Of all pairs but those that a connection joins; no further pair is looked at behind kMostOverlaps and
+/// kMostQuestions.
+std::vector<Overlap> overlapsOf(const scene::Description& description, bool& whole) {
   std::vector<Overlap> overlaps;
+  Nearness nearness;
+  std::set<std::pair<std::string, std::string>> ties;
+  for (const auto& c : description.connections) ties.emplace(c.object0, c.object1);
   const auto joined = [&](const scene::Object& a, const scene::Object& b) {
-    return std::any_of(description.connections.begin(), description.connections.end(), [&](const auto& c) {
-      return (c.object0 == a.name && c.object1 == b.name) || (c.object0 == b.name && c.object1 == a.name);
-    });
+    return ties.count({a.name, b.name}) + ties.count({b.name, a.name}) > 0;
   };
   for (const auto& a : description.objects) {
     for (const auto& b : description.objects) {
       if (rigid(a) || (!rigid(b) && &b <= &a) || b.contact_triangles.empty() || joined(a, b)) continue;
       Overlap overlap{&a, &b};
-      overlap.a_in_b = countInside(a, b, overlap);
-      if (!rigid(b)) overlap.b_in_a = countInside(b, a, overlap);
+      overlap.a_in_b = countInside(a, b, overlap, nearness);
+      if (!rigid(b)) overlap.b_in_a = countInside(b, a, overlap, nearness);
       if (overlap.a_in_b + overlap.b_in_a > 0 || (overlap.touch && !rigid(b))) overlaps.push_back(overlap);
-      if (overlaps.size() == kMostOverlaps) return overlaps;
+      whole = overlaps.size() < kMostOverlaps && nearness.left > 0;
+      if (!whole) return overlaps;
     }
   }
   return overlaps;
@@ -105,7 +117,8 @@ bool printCheck(const scene::Description& description) {
               "ties", "steps/ms");
   std::size_t objects = 0, knots = 0, springs = 0, vertices = 0, triangles = 0;
   bool good = true;
-  const std::vector<Overlap> overlaps = overlapsOf(description);
+  bool whole = true;
+  const std::vector<Overlap> overlaps = overlapsOf(description, whole);
   for (const auto& object : description.objects) {
     const bool still = rigid(object), elements = object.fem != nullptr;
     const std::size_t pieces = still ? 1 : elements ? countParts(*object.fem) : scene::countPieces(object);
@@ -141,10 +154,16 @@ bool printCheck(const scene::Description& description) {
   std::printf("%zu objects that move: %zu knots, %zu springs, %zu vertices, %zu triangles; %zu connections\n",
               objects, knots, springs, vertices, triangles, description.connections.size());
   for (const Overlap& overlap : overlaps) print(overlap);
+<<<<<<< HEAD
   if (overlaps.size() == kMostOverlaps)
     std::printf("overlap: no more than %zu pairs are looked for\n", kMostOverlaps);
   const std::string condensed = scene::condensedSentence(description);
   if (!condensed.empty()) std::printf("%s\n", condensed.c_str());
+=======
+  if (!whole)
+    std::printf("overlap: no more is looked for than %zu pairs, and %zu knots near others\n", kMostOverlaps,
+                kMostQuestions);
+>>>>>>> files
   const std::string falling = scene::fallingSentence(description);
   if (!falling.empty()) std::printf("%s\n", falling.c_str());
   good = good && falling.empty();

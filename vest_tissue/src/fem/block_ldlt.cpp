@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include <Eigen/OrderingMethods>
@@ -11,6 +13,7 @@ namespace vest::fem {
 namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
+constexpr std::size_t kMostBlocks = 5000000;  // of L: 360 MB (assumed)
 
 /// Inverse of a symmetric positive definite 3×3 block; false where a pivot is not positive.
 bool invertPivot(const Eigen::Matrix3d& D, Eigen::Matrix3d& inverse) {
@@ -110,6 +113,10 @@ bool BlockLdlt::setPattern(const std::vector<std::pair<std::uint32_t, std::uint3
         if (parent_[j] == kNone) parent_[j] = k;
         seen_[j] = k;
         if (in_room && reach_column_.size() == reach_column_.capacity()) return false;
+        if (!in_room && reach_column_.size() == kMostBlocks)
+          throw std::length_error(
+              "its matrix has more than " + std::to_string(kMostBlocks) +
+              " blocks of factor; allowed: fewer free nodes, or fewer neighbours of each");
         reach_column_.push_back(j);
         ++factor_start_[j];
       }

@@ -1,5 +1,7 @@
 #include "vest_tissue/fem/model.h"
 
+#include <stdexcept>
+
 namespace vest::fem {
 namespace {
 
@@ -93,7 +95,11 @@ std::unique_ptr<const Model> buildModel(const Description& d, Use use) {
       }
     }
   }
-  model->matrix = BlockLdlt(model->free_node.size(), pairs);
+  try {
+    model->matrix = BlockLdlt(model->free_node.size(), pairs);
+  } catch (const std::length_error& error) {
+    throw std::invalid_argument("object '" + d.name + "': " + error.what());
+  }
   model->slots.resize(model->elements.size());
   for (std::size_t e = 0; e < model->elements.size(); ++e) {
     for (std::size_t k = 0; k < kPairs.size(); ++k) {

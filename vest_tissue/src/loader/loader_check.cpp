@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 
+#include "vest_tissue/base/grid_cost.h"
 #include "vest_tissue/files/yaml_reader.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/edits.h"
@@ -15,6 +16,8 @@
 namespace vest::scene {
 namespace {
 
+// Of all rigid objects: 130 MB, and two seconds (assumed).
+constexpr double kMostWallPoints = 33554432, kMostWallLooks = 5e8;
 constexpr double kLeastMass = 1e-30;  // single precision holds its inverse
 /// Of the distance from the origin: four spacings of single precision.
 constexpr double kResolved = 4.8e-7;
@@ -265,9 +268,19 @@ void checkTogether(const Description& description, const std::string& file) {
   for (const Suture& s : description.sutures)
     for (const Eigen::Vector3d& p : s.rod.nodes) moves.extend(p);
   if (moves.isEmpty()) return;
+  double points = 0, looks = 0;
   for (const Object& o : description.objects) {
     if (o.model != ObjectModel::Rigid || o.contact_triangles.empty()) continue;
     const double spacing = wallSpacing(o);
+    const auto cost =
+        contact::gridCost(o.position, o.contact_triangles, spacing, contact::kWallBand * spacing);
+    points += cost.points, looks += cost.looks;
+    for (const auto& [what, count, most] :
+         {std::tuple{"points on which walls are felt", points, kMostWallPoints},
+          {"looks from such a point at a triangle", looks, kMostWallLooks}})
+      if (count > most)
+        yaml::fail(file, 0, o.name, "with it " + Check::text(count) + " " + what,
+                   "a scene may have " + Check::text(most) + ": fewer, smaller or thinner rigid objects");
     if (spacing <= std::max(0.002, moves.sizes().maxCoeff())) continue;
     Eigen::AlignedBox3d box;
     for (const Eigen::Vector3d& p : o.position) box.extend(p);

@@ -48,13 +48,12 @@ Words readUnits(const Value& value, const Ranges& ranges) {
 }
 
 Words readSources(const Value& value) {
-  Map map(value);
+  const Map each_key_once(value);
   Words sources;
-  for (const auto& item : value.node()) {
-    const std::string key = item.first.as<std::string>();
-    sources[key] = words(map[key], 12);
+  for (const auto& item : value.node()) {  // looked up by key, each would be looked for among all
+    const std::string& key = item.first.Scalar();
+    sources[key] = words(Value(value.file(), value.field() + "." + key, item.second), 12);
   }
-  map.finish();
   return sources;
 }
 

@@ -23,6 +23,8 @@ constexpr double kClear = 1.5;         // of the sum of two radii: what branches
 constexpr int kTries = 400;            // places that are drawn for an end
 constexpr int kTriesAtADistance = 10;  // behind as many the ends may lie closer (Karch 1999)
 constexpr int kSweeps = 200;           // of all branchings
+// Branches that all trials of a tree look at: seconds (assumed).
+constexpr std::size_t kMostWork = 20000000;
 
 struct Twig {
   int parent = -1;
@@ -159,7 +161,8 @@ Vector3 placeIn(const Region& region, std::uint32_t seed, std::uint64_t draw) {
 }
 
 /// The tree with one more end, where it then has the least volume. False: the end finds no place.
-bool grow(Growing& tree, const Vector3& end) {
+/// @param work grows by the branches that trials look at
+bool grow(Growing& tree, const Vector3& end, std::size_t& work) {
   std::vector<std::pair<double, std::size_t>> near;
   for (std::size_t i = 0; i < tree.twigs.size(); ++i) {
     double s = 0, t = 0;
@@ -171,6 +174,7 @@ bool grow(Growing& tree, const Vector3& end) {
   Growing best = tree;
   for (const auto& [distance, i] : near) {
     Growing trial = tree;
+    work += trial.twigs.size();
     trial.join(i, end);
     const double volume = trial.volume();
     if (volume < least && trial.goodAround(i)) {
@@ -208,12 +212,13 @@ std::vector<TreeBranch> fillRegion(const TreeSpec& spec) {
   Growing tree(spec);
   const double volume = region.half_axes.prod();
   std::uint64_t draw = 0;
+  std::size_t work = 0;
   double apart = std::cbrt(volume);
   for (std::uint32_t end = 0; end < spec.terminals; ++end) {
     int tries = 0;
     apart = std::min(apart, std::cbrt(volume / (end + 1)));
     for (bool found = false; !found; ++tries) {
-      if (tries == kTries)
+      if (tries == kTries || work > kMostWork)
         throw std::invalid_argument("terminals: " + std::to_string(end) + " of " +
                                     std::to_string(spec.terminals) +
                                     " find a place; allowed: fewer, a thinner radius or a larger region");
@@ -230,7 +235,7 @@ std::vector<TreeBranch> fillRegion(const TreeSpec& spec) {
       for (std::size_t i = 0; i < tree.twigs.size(); ++i)
         nearest =
             std::min(nearest, contact::nearestSegments(tree.from(i), tree.twigs[i].to, place, place, s, t));
-      found = nearest >= apart && grow(tree, place);
+      found = nearest >= apart && grow(tree, place, work);
     }
   }
   settle(tree);

@@ -204,6 +204,18 @@ TreeSpec treeOf(const Value& value) {
   return spec;
 }
 
+// Of all trees that fill a region: seconds (assumed).
+constexpr std::size_t kMostTerminals = 400;
+// As a scene has; a tree alone may be 400.
+constexpr std::size_t kMostObjects = 1000;
+
+void add(ObjectSource object, const Value& value, SceneSource& source) {
+  if (source.objects.size() == kMostObjects)
+    value.fail("must not be there: with it there are more than " + std::to_string(kMostObjects) +
+               " objects, branches of trees among them");
+  source.objects.push_back(std::move(object));
+}
+
 /// The branches of a tree as tubes, each tied to the one that it leaves. What is said of the tree goes for
 /// each of them, but rings that are fixed: those of the first one.
 void addBranches(const ObjectSource& like, TreeSource tree, const Value& value, SceneSource& source) {
@@ -211,6 +223,11 @@ void addBranches(const ObjectSource& like, TreeSource tree, const Value& value, 
   constexpr std::size_t kLongest = 40;
   if (tree.name.size() > kLongest)
     value.fail("name: must be at most " + std::to_string(kLongest) + " signs of a tree");
+  std::size_t terminals = tree.spec.region ? tree.spec.terminals : 0;
+  for (const TreeSource& other : source.trees) terminals += other.spec.region ? other.spec.terminals : 0;
+  if (terminals > kMostTerminals)
+    value.fail("tree: terminals: " + std::to_string(terminals) +
+               " with the trees before it; allowed: " + std::to_string(kMostTerminals));
   try {
     tree.branches = growTree(tree.spec);
   } catch (const std::invalid_argument& error) {
@@ -249,7 +266,7 @@ void addBranches(const ObjectSource& like, TreeSource tree, const Value& value, 
       joint.line = value.line();
       object.connections.push_back(joint);
     }
-    source.objects.push_back(std::move(object));
+    add(std::move(object), value, source);
   }
   source.trees.push_back(std::move(tree));
 }
@@ -480,7 +497,7 @@ void readObject(const Value& value, SceneSource& source) {
   if (tree)
     addBranches(object, std::move(*tree), value, source);
   else
-    source.objects.push_back(std::move(object));
+    add(std::move(object), value, source);
 }
 
 std::string directoryOf(const std::string& path) {
@@ -501,7 +518,8 @@ std::string shippedPart(const Value& name) {
   name.fail("must be a part that VEST ships: " + allowed);
 }
 
-void include(const Value& value, SceneSource& source) {
+/// @param bytes of all parts so far
+void include(const Value& value, SceneSource& source, std::size_t& bytes) {
   Map map(value);
   const bool shipped = map.has("part"), own = map.has("file");
   if (shipped == own) value.fail("must have either part (one that VEST ships) or file (one of your own)");
@@ -516,7 +534,13 @@ void include(const Value& value, SceneSource& source) {
   }
   const Vector3 by = map.has("shift") ? map["shift"].vector3() : Vector3::Zero();
   map.finish();
-  const Value root = scene::yaml::parse(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));
+  const std::string text = scene::yaml::readFile(path, scene::yaml::kMaxBytes);
+  constexpr std::size_t kMost = 16u << 20;  // assumed: a second or two
+  bytes += text.size();
+  if (bytes > kMost)
+    value.fail("with it the parts have " + std::to_string(bytes) +
+               " bytes; allowed: " + std::to_string(kMost));
+  const Value root = scene::yaml::parse(path, text);
   Map part(root);
   part["vest_part"].integer(1, 1);
   for (const Value& item : part["objects"].list()) {
@@ -550,10 +574,11 @@ SceneSource readSource(const std::string& path, const std::string& text) {
   if (map.has("gravity")) source.gravity = map["gravity"].vector3();
   if (map.has("dt")) source.dt = map["dt"].number(1e-6, 0.01);
   if (map.has("seed")) source.seed = map["seed"].integer(0, 4294967295u);
+  std::size_t bytes = 0;
   if (map.has("objects") || !map.has("include"))
     for (const Value& item : map["objects"].list()) readObject(item, source);
   if (map.has("include"))
-    for (const Value& item : map["include"].list()) include(item, source);
+    for (const Value& item : map["include"].list()) include(item, source, bytes);
   if (map.has("sutures")) {
     std::vector<std::string> taken;
     for (const ObjectSource& o : source.objects) taken.push_back(o.name);

@@ -13,10 +13,12 @@
 #include "identity.h"
 #include "object_arrays.h"
 #include "stages.h"
+#include "vest_tissue/base/grid_cost.h"
 #include "vest_tissue/base/nearest.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_scratch.h"
+#include "vest_tissue/solver/implicit_net.h"
 
 namespace vest::scene {
 namespace {
@@ -318,7 +320,7 @@ void fillConstants(const Object& o, const ObjectState& s, const ObjectConstants*
   } else if (!c.deforms && !o.contact_triangles.empty()) {
     std::vector<std::array<std::uint32_t, 3>> triangles(s.triangles.begin(), s.triangles.end());
     const double spacing = wallSpacing(o);
-    c.grid = contact::DistanceGrid(o.position, triangles, spacing, 5.0 * spacing);
+    c.grid = contact::DistanceGrid(o.position, triangles, spacing, contact::kWallBand * spacing);
   }
 }
 
@@ -383,6 +385,32 @@ void boundSteps(ObjectState& s, ObjectConstants& c, double dt) {
   const solver::Rates volume{solver::volumeRate(s.block, s.elements, scratch), 0.0};
   c.volume_needed = dt / (kSlowMargin * solver::longestStep(volume));  // <= exchanges: part of `slow`
 }
+
+/// The matrices of nets that are stepped implicitly: their memory, and how long one takes to be factorised.
+class ImplicitRoom {
+ public:
+  void take(const Object& o, const ObjectState& s) {
+    const solver::NetView net = netView(s);
+    solver::KnotOrder order(s.block.knots(), solver::KnotOrder::edgesOf(net));
+    order.build(net);
+    const std::vector<std::uint32_t>& first = order.first();
+    for (std::size_t row = 0; row < order.knots(); ++row) {
+      const double width = 3.0 * static_cast<double>(row - first[row] + 1);
+      entries_ += 3.0 * width, products_ += 3.0 * width * width;
+    }
+    if (entries_ <= kMostEntries && products_ <= kMostProducts) return;
+    std::ostringstream out;
+    out << "object '" << o.name << "': its springs are stiff, so that its steps solve a matrix: with it "
+        << entries_ << " entries and " << products_ << " products (allowed: " << kMostEntries << " and "
+        << kMostProducts << ": softer springs, a shorter dt, heavier or fewer knots)";
+    throw std::invalid_argument(out.str());
+  }
+
+ private:
+  static constexpr double kMostEntries = 2e7;   ///< 240 MB with the room that cuts need (assumed)
+  static constexpr double kMostProducts = 4e9;  ///< a second or two for each solution (assumed)
+  double entries_ = 0, products_ = 0;
+};
 
 void connect(const Description& d, WorldModel& m) {
   const auto find = [&](const std::string& name) {
@@ -452,6 +480,7 @@ std::unique_ptr<WorldModel> buildModel(const Description& description, const Wor
   m.objects.resize(description.objects.size());
   m.start.objects.resize(description.objects.size());
   std::vector<std::shared_ptr<fem::TissueModel>> tissues(description.objects.size());
+  ImplicitRoom room;
   for (std::size_t i = 0; i < description.objects.size(); ++i) {
     const Object& o = description.objects[i];
     ObjectState& s = m.start.objects[i];
@@ -473,6 +502,7 @@ std::unique_ptr<WorldModel> buildModel(const Description& description, const Wor
     else
       boundSteps(s, c, description.dt);
     c.alone = c;
+    if (c.implicit) room.take(o, s);
     c.body = c.implicit ? static_cast<const Body*>(&kImplicitNetBody) : &kNetBody;
   }
   for (const Suture& suture : description.sutures) m.sutures.push_back(identityOf(suture));

@@ -286,6 +286,105 @@ TEST(Hostile, ARigidSurfaceIsNoLargerThanWhatMovesCanFeel) {
   says(with("1e30"), {"walls.csv:5: z: 1e+30", "must be a coordinate from -500000 to 500000"});
 }
 
+/// Each box is a small file, and a grid of five million points.
+TEST(Hostile, WallsAreFeltOnNoMorePointsThanFit) {
+  Scene scene("two");
+  scene.files["box.csv"] = "node,x,y,z\n0,1,1,1\n1,1.32,1,1\n2,1,1.32,1\n3,1,1,1.32\n";
+  scene.files["faces.csv"] = "n0,n1,n2\n0,2,1\n0,1,3\n1,2,3\n2,0,3\n";
+  const auto add = [&](const std::string& name) {
+    scene.with("scene.yaml", "connections:",
+               "  - {name: " + name +
+                   ", model: rigid, nodes: box.csv, links: none.csv, knot_mass: 1, link_area: 1e-5, "
+                   "triangles: faces.csv, material: {youngs_modulus: 6000}}\nconnections:");
+  };
+  for (int i = 0; i < 6; ++i) add("box" + std::to_string(i));
+  EXPECT_EQ(scene.message(), "");
+  add("box6");
+  says(scene.message(),
+       {"scene.yaml: box6: with it 3.6", "points on which walls are felt", "a scene may have 3.35544e+07"});
+  // Triangles as long as the object itself: each point looks at all of them.
+  Scene fan("two");
+  std::string nodes = "node,x,y,z\n0,0.2,0.2,0.2\n", faces = "n0,n1,n2\n";
+  for (int i = 0; i <= 1200; ++i) {
+    nodes += std::to_string(i + 1) + "," + std::to_string(0.2 + 2.5e-4 * i) + "," +
+             std::to_string(0.5 - 2.5e-4 * i) + "," + std::to_string(0.2 + 0.003 * (i % 97)) + "\n";
+    if (i > 0) faces += "0," + std::to_string(i) + "," + std::to_string(i + 1) + "\n";
+  }
+  fan.files["box.csv"] = nodes, fan.files["faces.csv"] = faces;
+  fan.with("scene.yaml", "connections:",
+           "  - {name: fan, model: rigid, nodes: box.csv, links: none.csv, knot_mass: 1, link_area: 1e-5, "
+           "triangles: faces.csv, material: {youngs_modulus: 6000}}\nconnections:");
+  says(fan.message(),
+       {"scene.yaml: fan: with it", "looks from such a point at a triangle", "a scene may have 5e+08"});
+}
+
+/// What a World asks of a scene beyond what its reader does.
+std::string refusedByWorld(const Scene& scene) {
+  try {
+    auto d = vest::scene::loadScene(scene.path());
+    d.cache_directory.clear();
+    vest::scene::World world(d);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return {};
+}
+
+/// A sheet of 150 x 150 knots is a matrix of gigabytes where its springs are stiff.
+TEST(Hostile, AStiffNetIsNoLargerThanItsMatrix) {
+  constexpr int kSide = 150;
+  std::string nodes = "node,x,y,z\n", links = "n0,n1\n";
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i) {
+      const int n = kSide * j + i;
+      nodes += std::to_string(n) + "," + std::to_string(i) + "e-3," + std::to_string(j) + "e-3,0.05\n";
+      if (i + 1 < kSide) links += std::to_string(n) + "," + std::to_string(n + 1) + "\n";
+      if (j + 1 < kSide) links += std::to_string(n) + "," + std::to_string(n + kSide) + "\n";
+    }
+  Scene scene("two");
+  std::string& text = scene.files["scene.yaml"];
+  text.erase(text.find("objects:\n") + 9);
+  text +=
+      "  - {name: sheet, model: net, nodes: nodes.csv, links: links.csv, fixed: fixed.csv, knot_mass: 1e-6, "
+      "link_area: 1e-5, material: {youngs_modulus: 1e9, density: 1000}}\n";
+  scene.files["nodes.csv"] = nodes, scene.files["links.csv"] = links;
+  EXPECT_EQ(scene.message(), "");
+  says(refusedByWorld(scene),
+       {"object 'sheet': its springs are stiff", "products (allowed: 2e+07 and 4e+09"});
+}
+
+/// Tetrahedra between nodes that are far apart: each node couples with each other.
+TEST(Hostile, ElementsThatCoupleAllNodesAreRefusedBeforeTheirMatrix) {
+  constexpr unsigned kNodes = 5000;
+  std::string nodes = "node,x,y,z\n", tets = "n0,n1,n2,n3\n";
+  std::vector<Eigen::Vector3d> x;
+  unsigned seed = 1;
+  const auto next = [&seed] { return (seed = 1664525u * seed + 1013904223u) >> 8; };
+  for (unsigned n = 0; n < kNodes; ++n) {
+    const unsigned p[3] = {next() % 1000, next() % 1000, next() % 1000};
+    x.emplace_back(p[0], p[1], p[2]);
+    nodes += std::to_string(n) + "," + std::to_string(p[0]) + "e-4," + std::to_string(p[1]) + "e-4," +
+             std::to_string(p[2]) + "e-4\n";
+  }
+  for (unsigned made = 0; made < 6 * kNodes;) {
+    unsigned t[4] = {made % kNodes, next() % kNodes, next() % kNodes, next() % kNodes};
+    double six = (x[t[1]] - x[t[0]]).dot((x[t[2]] - x[t[0]]).cross(x[t[3]] - x[t[0]]));
+    if (six < 0) std::swap(t[2], t[3]), six = -six;
+    if (six < 1e6) continue;
+    ++made;
+    tets += std::to_string(t[0]) + "," + std::to_string(t[1]) + "," + std::to_string(t[2]) + "," +
+            std::to_string(t[3]) + "\n";
+  }
+  Scene scene("two");
+  std::string& text = scene.files["scene.yaml"];
+  text.erase(text.find("objects:\n") + 9);
+  text +=
+      "  - {name: tangle, model: fem, nodes: nodes.csv, tetrahedra: tets.csv, fixed_boxes: [[[0, 0, 0], "
+      "[0.01, 0.1, 0.1]]], material: {youngs_modulus: 6000, poisson_ratio: 0.4, density: 1000}}\n";
+  scene.files["nodes.csv"] = nodes, scene.files["tets.csv"] = tets;
+  says(refusedByWorld(scene), {"object 'tangle': its matrix has more than 5000000 blocks"});
+}
+
 TEST(Hostile, SurfaceFilesAreRefusedByFieldAndWhy) {
   says(Scene("surface").with("skin.ply", "0.02 0.02 0.02\n", "0.02 0.02 1e39\n").message(),
        {"skin.ply:", "1e+39"});

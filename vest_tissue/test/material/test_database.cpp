@@ -4,7 +4,9 @@
 #include <cstdio>
 #include <fstream>
 #include <functional>
+#include <iterator>
 
+#include "temporary_scene.h"
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/world.h"
@@ -64,6 +66,20 @@ TEST(Database, RefusesANumberWithoutSourceByFileLineAndField) {
   text.replace(at, 14, "source: none, ");
   expectNamed(complaint([&] { material::readDatabase(written("unsourced.yaml", text)); }),
               {"unsourced.yaml", "source", "none", "sources"});
+}
+
+/// A recording brings its database. One of 40,000 sources took minutes: each was looked for among all.
+TEST(Database, ReadsAsManySourcesAsAFileHolds) {
+  std::ifstream file(kDatabase);
+  std::string text{std::istreambuf_iterator<char>(file), {}}, more = "sources:\n";
+  for (int i = 0; i < 40000; ++i) more += "  k" + std::to_string(i) + ": a printed book\n";
+  text.replace(text.find("sources:\n"), 9, more);
+  const vest::test::TemporaryScene folder;
+  EXPECT_EQ(material::readDatabase(folder.write("materials.yaml", text)).tissues.size(),
+            material::readDatabase(kDatabase).tissues.size());
+  text.replace(text.find("  k39999:"), 8, "  k39998");
+  expectNamed(complaint([&] { material::readDatabase(folder.write("materials.yaml", text)); }),
+              {"sources: k39998", "stands twice"});
 }
 
 TEST(Database, ASceneTakesItsMaterialByNameAndMayReplaceNumbers) {

@@ -205,3 +205,26 @@ TEST(Bake, WhatIsShippedIsWhatTheSourceBakesTo) {
     }
   }
 }
+
+/// A source of a few kilobytes asks for trees and parts without end: it is refused before they are made.
+TEST(Source, HasNoMoreObjectsEndsOfTreesAndPartsThanAScene) {
+  std::string many = "vest_source: 1\nname: t\nobjects:\n";
+  for (int i = 0; i <= 1000; ++i)
+    many += "  - {name: a" + std::to_string(i) +
+            ", organ: tube, material: tube, tube: {centre: [[0,0,0],[0.05,0,0]], reference: [0,0,1], rings: "
+            "10, around: 6, sections: [{at: 0, radii: [0.002]}]}}\n";
+  EXPECT_NE(messageOf(many).find("more than 1000 objects"), std::string::npos) << messageOf(many);
+  std::string trees = "vest_source: 1\nname: t\nobjects:\n";
+  for (const int ends : {3, 199, 199})
+    trees += "  - {name: t" + std::to_string(trees.size()) +
+             ", organ: artery, material: artery, tree: {root: [-0.3, 0, 0.05], radius: 0.0003, region: "
+             "{centre: [0, 0, 0.05], half_axes: [0.2, 0.2, 0.2]}, terminals: " +
+             std::to_string(ends) + "}}\n";
+  EXPECT_NE(messageOf(trees).find("tree: terminals: 401 with the trees before it; allowed: 400"),
+            std::string::npos)
+      << messageOf(trees);
+  std::string parts = "vest_source: 1\nname: t\ninclude:\n";
+  for (int i = 0; i < 5; ++i) parts += "  - {file: part.yaml}\n";
+  const std::string part = "vest_part: 1\nobjects: []\n#" + std::string(4000000, ' ') + "\n";
+  EXPECT_NE(messageOf(parts, part).find("the parts have 20000"), std::string::npos) << messageOf(parts, part);
+}

@@ -80,4 +80,27 @@ TEST(Falling, BelowIsWhereGravityPullsAndWithoutItNothingFalls) {
   EXPECT_TRUE(fallingObjects(d).empty());
 }
 
+/// Whoever opens a file of a stranger waits a second, and is not told what was not looked at.
+TEST(Falling, WhatASecondOfLookingDoesNotTellIsNotSaidToFall) {
+  Object upper = body("upper", 1.0), lower = body("lower", 0.0);
+  lower.fixed[0] = 1;
+  // Slivers along a diagonal: no box tells that a ray misses them.
+  lower.position.clear(), lower.contact_triangles.clear();
+  for (Index i = 0; i < 60000; ++i) {
+    const double z = -1e-6 * i;
+    for (const double e : {0.0, 1e-9, 2e-9})
+      lower.position.emplace_back(e > 0 ? 1.0 + e : 0.0, e > 0 ? 1.0 : 0.0, z);
+    lower.contact_triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  upper.position.assign(2000, {0.6, 0.4, 1.0});
+  const auto sized = [](Object& o) {
+    o.rest_position = o.position;
+    o.mass.assign(o.position.size(), 0.001), o.fixed.resize(o.position.size(), 0);
+  };
+  sized(upper), sized(lower);
+  EXPECT_TRUE(fallingObjects(scene({upper, lower})).empty());
+  upper.position.resize(20), sized(upper);
+  EXPECT_EQ(fallingObjects(scene({upper, lower})), std::vector<std::size_t>{0});
+}
+
 }  // namespace

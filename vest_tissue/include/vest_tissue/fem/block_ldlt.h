@@ -18,6 +18,7 @@ class BlockLdlt {
   BlockLdlt() = default;
   /// @param rows   number of block rows
   /// @param pairs  off-diagonal blocks (i, j), i != j, either order, repeats allowed
+  /// @throws std::length_error where L has more than 5,000,000 blocks
   BlockLdlt(std::size_t rows, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
 
   /// Room for reorder(): rows, pairs (repeats count), off-diagonal blocks of L.
