@@ -154,16 +154,11 @@ bool printCheck(const scene::Description& description) {
   std::printf("%zu objects that move: %zu knots, %zu springs, %zu vertices, %zu triangles; %zu connections\n",
               objects, knots, springs, vertices, triangles, description.connections.size());
   for (const Overlap& overlap : overlaps) print(overlap);
-<<<<<<< HEAD
-  if (overlaps.size() == kMostOverlaps)
-    std::printf("overlap: no more than %zu pairs are looked for\n", kMostOverlaps);
-  const std::string condensed = scene::condensedSentence(description);
-  if (!condensed.empty()) std::printf("%s\n", condensed.c_str());
-=======
   if (!whole)
     std::printf("overlap: no more is looked for than %zu pairs, and %zu knots near others\n", kMostOverlaps,
                 kMostQuestions);
->>>>>>> files
+  const std::string condensed = scene::condensedSentence(description);
+  if (!condensed.empty()) std::printf("%s\n", condensed.c_str());
   const std::string falling = scene::fallingSentence(description);
   if (!falling.empty()) std::printf("%s\n", falling.c_str());
   good = good && falling.empty();
