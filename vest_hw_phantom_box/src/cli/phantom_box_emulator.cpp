@@ -112,8 +112,10 @@ class Pace {
     ros::NodeHandle node;
     node.setCallbackQueue(&queue_);
     state_ = node.subscribe<vest_msgs::SessionState>("session/state", 2, [this](const auto& m) {
-      if (m->step > 0) dt_ = m->simulated_time / static_cast<double>(m->step);
-      else clock_.hear(0.0);  // it waits for the hands
+      if (m->step > 0)
+        dt_ = m->simulated_time / static_cast<double>(m->step);
+      else
+        clock_.hear(0.0);  // it waits for the hands
     });
     contacts_ = node.subscribe<vest_msgs::ContactModels>("tissue/contacts", 2, [this](const auto& m) {
       if (dt_ > 0) clock_.hear(dt_ * static_cast<double>(m->step));

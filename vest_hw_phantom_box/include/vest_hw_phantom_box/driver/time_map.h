@@ -16,8 +16,8 @@ class TimeMap {
  public:
   /// Two quartzes of ±100 ppm (usual tolerance of crystals and of PC clocks; assumed).
   static constexpr double kDrift = 200e-6;
-  /// ns (assumed): so long no line holds up every frame. An oscillator of 1 % (of a microcontroller alone) loses
-  /// 5 ms in it.
+  /// ns (assumed): so long no line holds up every frame. An oscillator of 1 % (of a microcontroller alone)
+  /// loses 5 ms in it.
   static constexpr std::int64_t kWindow = 500000000;
   /// Wall clock slew that is followed: ntpd and chrony correct running clocks by at most 500 ppm by default.
   static constexpr double kSlew = 500e-6;
