@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "../scene/stages.h"
-#include "vest_tissue/base/sunken_wall.h"
+#include "vest_tissue/scene/cavity_walls.h"
 
 namespace vest::scene {
 namespace {
@@ -29,9 +29,6 @@ constexpr float kBore = 0.006f;  ///< m: half the width of a trocar of 12 mm (as
 /// Of a gradient, squared: less is that of a table of distances that ends there, and says nothing of a wall
 /// (tuned).
 constexpr float kWhole = 0.5f;
-/// m/s²: a sunken wall is no clamp. It presses by its weight, on a knot by this times the knot's mass at
-/// most: 4 mm of wall on each mm of tissue (assumed).
-constexpr double kWallWeighs = 4 * 9.81;
 constexpr float kEnters = 0.3f;  ///< cosine: a wall that an instrument enters through, not one that it meets
 
 std::uint64_t sideKey(std::uint8_t tool, std::uint8_t capsule, std::uint16_t object, std::uint32_t triangle) {
@@ -291,43 +288,6 @@ void renewContacts(Context& c, std::size_t object, double fraction) {
   shareStiffness(c, object);
 }
 
-/// The walls of a step's cavities where they hang.
-class HangingWalls {
- public:
-  explicit HangingWalls(const Context& c) : model_(c.model), sinks_(c.input.sunk > contact::kLeastSunk) {
-    wall_.sunk = c.input.sunk;
-    const auto& endoscope = c.state.proxies[static_cast<std::size_t>(tools::Instrument::Endoscope)];
-    wall_.propped = endoscope.present, wall_.lens = endoscope.pose.tip;
-  }
-  bool any() const { return sinks_; }
-  /// Distance to the wall of rigid object `i` and its gradient, as if it hung: taken where they are less.
-  /// @return whether they are
-  bool lower(std::size_t i, const Vector3f& p, float& distance, Vector3f& gradient) const {
-    if (!sinks_ || model_.description.objects[i].organ != "cavity") return false;
-    const ObjectConstants& cavity = model_.objects[i];
-    contact::SunkenWall wall = wall_;
-    wall.middle = 0.5 * (cavity.lowest + cavity.highest), wall.high = cavity.highest;
-    const auto [least, greatest] = wall.above(p.cast<double>());
-    bool is = false;
-    for (const double z : {least, greatest}) {
-      if (!(z > static_cast<double>(p.z()))) continue;
-      const Vector3f above(p.x(), p.y(), static_cast<float>(z));
-      Vector3f down;
-      float there = cavity.grid.distance(above, down);
-      if (z > wall.high) there = std::min(there, static_cast<float>(wall.high - z));
-      if (down.squaredNorm() < kWhole) down = -Vector3f::UnitZ();  // far beyond it
-      if (!(there < distance)) continue;
-      distance = there, gradient = down, is = true;
-    }
-    return is;
-  }
-
- private:
-  const WorldModel& model_;
-  contact::SunkenWall wall_;
-  bool sinks_;
-};
-
 void findCavityContacts(Context& c, std::size_t object) {
   const ObjectState& s = c.state.objects[object];
   const ObjectConstants& constants = c.model.objects[object];
@@ -335,15 +295,15 @@ void findCavityContacts(Context& c, std::size_t object) {
   o.planes.clear();
   const Object& described = c.model.description.objects[object];
   const Bores bores(c.state);
-  const HangingWalls hanging(c);
+  const CavityWalls hanging(c.model, c.state, c.input.sunk);
   const float thickness = static_cast<float>(described.contact_thickness);
   const double omega = std::sqrt(constants.contact_omega_squared);
   const float deepest = static_cast<float>(-kWallWeighs / constants.contact_omega_squared);
   const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z),
               *mass = row(s, Block::kMass);
   for (std::size_t i = 0; i < s.block.knots(); ++i) {
-    if (s.way < o.clear[i] && !hanging.any()) continue;
-    o.clear[i] = hanging.any() ? 0.0 : s.way + 1.0;
+    if (s.way < o.clear[i] && !hanging.sink()) continue;
+    o.clear[i] = hanging.sink() ? 0.0 : s.way + 1.0;
     if (s.fixed[i]) continue;
     const Vector3f p(x[i], y[i], z[i]);
     const float limit = thickness + s.depth[i], close = limit + static_cast<float>(kMargin);

@@ -5,6 +5,7 @@
 #include "../scene/channels.h"
 #include "../scene/loops.h"
 #include "../suture/contacts.h"
+#include "vest_tissue/scene/cavity_walls.h"
 
 /// What threads may touch in a step: tissue, rigid objects, instruments.
 namespace vest::scene {
@@ -169,6 +170,7 @@ void reachTissue(Context& c, ThreadScratch& w) {
 }
 
 void reachRigid(Context& c, ThreadScratch& w) {
+  const CavityWalls hanging(c.model, c.state, c.input.sunk);
   for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
     const contact::DistanceGrid& grid = c.model.objects[object].grid;
     if (grid.empty()) continue;
@@ -176,10 +178,12 @@ void reachRigid(Context& c, ThreadScratch& w) {
       if (!c.model.threads.places[i].touches || w.apart[i] != 0) continue;
       const Eigen::Vector3f x = w.now[i].cast<float>();
       Eigen::Vector3f gradient;
-      const double distance = grid.distance(x, gradient);
+      float nearest = grid.distance(x, gradient);
+      const bool hangs = hanging.lower(object, x, nearest, gradient);
+      const double distance = nearest;
       const double length = std::sqrt(static_cast<double>(gradient.squaredNorm()));
       if (distance > 2.0 * kAhead + wayOf(c, i) || !(length > 0.1)) continue;
-      ThreadReach& r = reach(c, w, i, TouchKind::Rigid, object, 0);
+      ThreadReach& r = reach(c, w, i, TouchKind::Rigid, object, hangs ? kHangs : 0);
       r.touch.side = 1;
       r.normal = r.normal_then = gradient.cast<double>() / length;
       r.place = r.place_then = w.now[i] - distance * r.normal;

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "stages.h"
+#include "vest_tissue/scene/cavity_walls.h"
 
 namespace vest::scene {
 namespace {
@@ -43,6 +44,46 @@ Vector3d feltAtTip(const interaction::ToolPose& pose, const Vector3d& force, con
   return z * force.dot(z) + share * share * about_pivot.cross(z) / length;
 }
 
+constexpr double kWallLoad = 300.0;    ///< Pa: 3 cm of wall lie on what holds it up (assumed)
+constexpr double kWallYields = 0.002;  ///< m into the wall in which it comes to lie so (assumed)
+constexpr int kParts = 8;              ///< of a capsule, on each of which the wall lies by itself (tuned)
+
+/// A sunken wall lies on shafts and jaws by its weight over their width. It presses across a shaft alone, for
+/// steel slides, and hangs on the trocar beside it. The endoscope props it up: nothing lies on that.
+void meetWalls(const Context& c, const CavityWalls& hanging, int t, contact::ToolLoad& load) {
+  const auto& proxy = c.state.proxies[t];
+  if (!hanging.sink() || proxy.tool == tools::ToolKind::Endoscope) return;
+  const Vector3d along = proxy.pose.orientation * Vector3d::UnitZ();
+  for (std::size_t object = 0; object < c.model.objects.size(); ++object) {
+    if (!hanging.isCavity(object)) continue;
+    for (int k = 0; k < c.scratch.capsule_count[t] * kParts; ++k) {
+      const auto& part = c.scratch.capsules_after[t][k / kParts];
+      const Vector3d x = part.a + ((k % kParts + 0.5) / kParts) * (part.b - part.a);
+      const Eigen::Vector3f p = x.cast<float>();
+      Eigen::Vector3f gradient;
+      float distance = c.model.objects[object].grid.distance(p, gradient);
+      if (!(distance > 0.0f) || !hanging.lower(object, p, distance, gradient)) continue;
+      const double deep = part.radius - static_cast<double>(distance);
+      if (!(deep > 0.0)) continue;
+      Vector3d across = gradient.cast<double>();
+      across /= std::sqrt(across.squaredNorm());
+      across -= across.dot(along) * along;
+      const double length = std::sqrt((part.b - part.a).squaredNorm()) / kParts,
+                   beside = (x - proxy.pose.pivot).head<2>().squaredNorm(),
+                   most = kWallLoad * 2.0 * part.radius * length * beside /
+                          (beside + contact::kProp * contact::kProp),
+                   force = most * std::min(1.0, deep / kWallYields);
+      const Vector3d impulse = c.dt * force * across, moment = x.cross(impulse);
+      load.touched = true;
+      for (int e = 0; e < 3; ++e) load.impulse[e] += impulse[e], load.moment[e] += moment[e];
+      if (deep >= kWallYields) continue;
+      const Eigen::Matrix3d rises = most / kWallYields * across * across.transpose();
+      const double six[6] = {rises(0, 0), rises(1, 1), rises(2, 2), rises(0, 1), rises(0, 2), rises(1, 2)};
+      for (int e = 0; e < 6; ++e) load.stiffness[e] += six[e];
+    }
+  }
+}
+
 }  // namespace
 
 void emit(Context& c, const Event& event) {
@@ -50,6 +91,7 @@ void emit(Context& c, const Event& event) {
 }
 
 void tell(Context& c) {
+  const CavityWalls hanging(c.model, c.state, c.input.sunk);
   for (int t = 0; t < tools::kInstrumentCount; ++t) {
     ContactModel& m = c.report.contacts[t];
     m = ContactModel{};
@@ -78,6 +120,9 @@ void tell(Context& c) {
     for (const std::size_t i : c.model.bodies)
       add(c.scratch.objects[i].loads.tools[t], c.model.objects[i].contact_series);
     if (c.scratch.threads) add(c.scratch.threads->loads.tools[t], 1.0);
+    contact::ToolLoad wall;
+    meetWalls(c, hanging, t, wall);
+    add(wall, 1.0);
     const Vector3d torque = moment - tip.cross(force);
     proxy.force = force;
     proxy.torque = torque;

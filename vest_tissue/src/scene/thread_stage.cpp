@@ -8,6 +8,7 @@
 #include "channels.h"
 #include "loops.h"
 #include "stages.h"
+#include "vest_tissue/scene/cavity_walls.h"
 
 /// Threads and the rest of the World: each part of a step the rods move against what they touch where it will
 /// be, and what they do to it is held over that part, the same impulse on both sides.
@@ -63,6 +64,14 @@ double frictionOn(const Part& p, std::uint32_t place, std::size_t object) {
 }
 double radiusOf(const Part& p, std::uint32_t place) {
   return p.c.model.threads.places[place].radius;
+}
+
+/// kg that a place moves: its node's, or a point's share of its needle.
+double massAt(const Part& p, std::uint32_t place) {
+  const ThreadPlace& at = p.c.model.threads.places[place];
+  if (!at.rigid) return p.model().mass[place];
+  const auto& needle = p.model().needles[p.model().strands[at.strand].needle];
+  return p.model().mass[at.segment] / static_cast<double>(needle.points.size());
 }
 
 /// @return whether it presses already
@@ -209,6 +218,11 @@ void gather(const Part& p) {
       a.friction = face ? kJawFriction : frictionOn(p, r.touch.segment, r.touch.body);
       a.stiffness = face ? kTool : kRigid;
       atPlace(p, r.touch.segment, a);
+      if (r.touch.kind == TouchKind::Rigid && r.touch.part == kHangs) {
+        const double deep = a.reach - a.normal.dot(placeNow(p, r.touch.segment) - a.from),
+                     most = kWallWeighs * massAt(p, r.touch.segment);
+        if (a.stiffness * deep > most) a.stiffness = most / deep;
+      }
     }
     if (onInstrument(r) && pressesTool(p, a)) ++on_tools[r.touch.body];
     r.support = static_cast<int>(w.rod.supports.size());

@@ -6,7 +6,8 @@
 
 // Protects that tissue leaves the cavity by a trocar alone: jaws draw a loose part out through the wall that
 // their shaft enters by, and the World tells how much is out. What still hangs on something never counts.
-// Protects, too, that tissue meets a wall that has sunk for want of gas where it hangs.
+// Protects, too, that tissue, threads and instruments meet a wall that has sunk for want of gas where it
+// hangs.
 
 namespace {
 
@@ -151,6 +152,54 @@ TEST(SunkenWall, TheEndoscopePropsItUp) {
       Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d(-Vector3d::UnitZ()));
   t.run(1.0, 0.04);
   EXPECT_GT(t.highest(), kRoof - 0.02) << "beside its lens";
+}
+
+/// A thread that floats 2 cm below the roof.
+scene::Description threadBelow() {
+  scene::Description d = inABox(false);
+  scene::Suture s;
+  s.material = "polyglactin_910", s.size = "2-0", s.kind = 2;
+  s.strength = 43.8, s.knot_strength = 26.3;
+  s.rod.name = "thread";
+  for (int i = 0; i <= 20; ++i) s.rod.nodes.emplace_back(0.001 * i - 0.01, 0.03, kRoof - 0.02);
+  s.rod.section = suture::solidSection(0.00016, 1125.0, 6e9, 0.4);
+  s.rod.section.strain_damping = 1e-4, s.rod.section.drag = 1e-6;
+  d.sutures.push_back(s);
+  return d;
+}
+
+TEST(SunkenWall, PressesAThreadDownByItsWeightAlone) {
+  UnderTheWall t;
+  t.world = scene::World(threadBelow());
+  const auto& nodes = t.world.state().threads.rod.position;
+  const auto& velocity = t.world.state().threads.rod.velocity;
+  double fastest = 0;
+  for (int part = 0; part < 10; ++part) {
+    t.run(0.1, 0.005 * (part + 1), 0);
+    for (const Vector3d& v : velocity) fastest = std::max(fastest, v.norm());
+  }
+  double highest = 0;
+  for (const Vector3d& x : nodes) highest = std::max(highest, x.z());
+  EXPECT_LT(highest, kRoof - 0.05 + 0.002) << "the wall lies on it";
+  EXPECT_LT(fastest, 2.0) << "m/s: nothing is thrown";
+}
+
+TEST(SunkenWall, LiesOnAShaftByItsWeight) {
+  const auto lifted = [](double sunk) {
+    UnderTheWall t;
+    t.in.tools[1] = specimen::grasper({0, 0.05, 0.06}, 0.2);
+    t.in.tools[1].pivot = {0.09, 0.05, kRoof + 0.04};
+    t.in.tools[1].orientation = Eigen::Quaterniond::FromTwoVectors(
+        Vector3d::UnitZ(), (t.in.tools[1].position - t.in.tools[1].pivot).normalized());
+    t.run(0.5, sunk);
+    EXPECT_EQ(t.report.contacts[1].in_contact, sunk > 0);
+    return Vector3d(t.report.contacts[1].wrench.head<3>());
+  };
+  EXPECT_EQ(lifted(0).norm(), 0.0);
+  // 300 Pa on some 6 cm of a shaft of 5 mm, less beside the trocar: 0.06 N at a right angle to it.
+  const Vector3d felt = lifted(0.04);
+  EXPECT_LT(felt.z(), -0.02);
+  EXPECT_LT(felt.norm(), 0.10) << "N";
 }
 
 TEST(SunkenWall, WhereNothingIsMissingAllIsAsBefore) {
