@@ -113,6 +113,56 @@ TEST(OperatingField, IrrigationPushesTheTubeFillsThePoolAndSuctionEmptiesIt) {
   EXPECT_LT(std::fabs(t.gap()), 1e-3 * t.field->fluid().emitted);
 }
 
+/// Gas is missing.
+struct Collapse : Effect {
+  double sunk;  ///< m
+  explicit Collapse(double metres) : sunk(metres) {}
+  Ports ports() const override { return {0, 0, kGas}; }
+  void step(const scene::World&, const scene::StepInput&, const scene::StepReport&,
+            Feedback& feedback) override {
+    feedback.gas.sunk = sunk;
+  }
+  void reset() override {}
+};
+
+TEST(OperatingField, DropsMeetTheWallThatSinksForWantOfGas) {
+  // Water straight up: where the wall hangs it comes no higher, and nothing gets lost behind it.
+  const auto highest = [](double sunk) {
+    Theatre t("irrigation_pool", std::make_unique<Collapse>(sunk));
+    t.tools.tools[kCamera].present = false;  // it would prop the wall up
+    auto& tool = t.tools.tools[kRight];
+    tool.pivot = {0.0, 0.03, 0.02};
+    tool.position = {0.0, 0.03, 0.09};
+    tool.orientation.setIdentity();
+    double most = 0;
+    for (int k = 0; k < 40; ++k) {
+      t.run(0.01, 4);
+      const auto& p = t.field->fluid().particles;
+      for (std::size_t i = 0; i < p.count; ++i) most = std::max(most, static_cast<double>(p.z[i]));
+    }
+    EXPECT_LT(std::fabs(t.gap()), 1e-3 * t.field->fluid().emitted);
+    EXPECT_LT(t.field->fluid().lost, 0.01 * t.field->fluid().emitted);
+    return most;
+  };
+  EXPECT_LT(highest(0.05), highest(0) - 0.03) << "m";
+}
+
+TEST(OperatingField, SmokeIsBelowTheWallThatSinksForWantOfGas) {
+  const auto highest = [](double sunk) {
+    Theatre t("smoke_lens", std::make_unique<Collapse>(sunk));
+    t.tools.tools[kCamera].present = false;
+    t.hold(tools::ToolKind::CoagulationHook, {0.0, 0.05, 0.058});
+    t.run(2.0, tools::kFunctionCoagulate);
+    t.run(3.0);
+    const smoke::Parameters& p = t.field->smokeModel().parameters;
+    for (double z = p.high[2] - 0.5 * p.cell; z > p.low[2]; z -= p.cell)
+      if (smoke::densityAt(t.field->smokeModel(), t.field->smoke(), 0.0F, 0.05F, static_cast<float>(z)) > 0)
+        return z;
+    return 0.0;
+  };
+  EXPECT_LT(highest(0.05), highest(0) - 0.03) << "m";
+}
+
 TEST(OperatingField, TheBagDrivesTheWaterAndTheValveTakesAMoment) {
   Theatre t("irrigation_pool");
   t.tools.edits = {{"fluid", "bag_pressure", 1e4}};

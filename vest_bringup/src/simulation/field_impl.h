@@ -38,6 +38,9 @@ struct OperatingField::Impl {
   bool degraded = false;
   bool has_rigid = false;  ///< places of rigid objects are known: they stay
   bool films = false;
+  bool hung = false;           ///< the cavity has hung: its places are looked at again
+  std::vector<float> roof;     ///< m, world: the cavity's, over each column of smoke; NaN: none
+  std::vector<float> ceiling;  ///< likewise, where it hangs now
 
   Impl(const scene::World& world, const FieldOptions& o, std::shared_ptr<FieldFrames> f)
       : options(o),
@@ -58,6 +61,7 @@ struct OperatingField::Impl {
       n->push_back(world.description().objects[i].name);
     }
     names = n;
+    findRoof(world);
     fluid_report.impacts.reserve(fluid_model->triangles);
     shown.reserve(kMostFrameImpacts);
     begin();
@@ -69,6 +73,9 @@ struct OperatingField::Impl {
     });
   }
 
+  void findRoof(const scene::World& world);
+  /// Where smoke ends for a wall that hangs. @return null: it does not
+  const float* findCeiling(const scene::World& world, double sunk);
   /// Cuts add knots and triangles: a quarter more, as the World itself reserves.
   static std::vector<fluid::SurfaceSize> sizes(const scene::World& world) {
     std::vector<fluid::SurfaceSize> s;

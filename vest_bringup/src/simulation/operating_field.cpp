@@ -8,6 +8,7 @@
 
 #include "field_impl.h"
 #include "field_parts.h"
+#include "vest_tissue/scene/cavity_walls.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/scene/world_state.h"
 #include "vest_tissue/solver/pool.h"
@@ -188,6 +189,7 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
   const bool weigh = world.steps() % kBedEvery == 0 || (!idle && !fluid.has_knots);
   if (weigh) feedback.load_over = input.dt * kBedEvery;
   if (!idle) {
+    const scene::CavityWalls walls(world.model(), world.state(), input.sunk);
     for (std::size_t k = 0; k < surfaces.size(); ++k) {
       const fluid::SurfaceSize most = fluid_model->surfaces[k];
       const auto& triangles = world.contactTriangles(k);
@@ -202,10 +204,12 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
       s.positions = positions[k].data();
       s.rigid = world.description().objects[k].model == scene::ObjectModel::Rigid;
       s.closed = world.model().objects[k].closed;
-      s.still = has_rigid && s.rigid;
-      if (s.knot_count > 0 && !s.still) world.positions(k, positions[k].data());
+      s.still = has_rigid && s.rigid && !((walls.sink() || hung) && walls.isCavity(k));
+      if (s.knot_count == 0 || s.still) continue;
+      world.positions(k, positions[k].data());
+      if (s.rigid) walls.hang(k, positions[k].data(), s.knot_count);
     }
-    has_rigid = true;
+    has_rigid = true, hung |= walls.sink();
     in.surfaces = surfaces.data();
     in.surface_count = surfaces.size();
     in.renew_bed = weigh;
@@ -251,6 +255,32 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
                                 : 0.0;
 }
 
+void OperatingField::Impl::findRoof(const scene::World& world) {
+  const smoke::Parameters& p = smoke_model->parameters;
+  for (int j = 0; j < smoke_model->ny; ++j)
+    for (int i = 0; i < smoke_model->nx; ++i)
+      roof.push_back(static_cast<float>(
+          scene::roofOver(world.model(), p.low[0] + (i + 0.5) * p.cell, p.low[1] + (j + 0.5) * p.cell)));
+  ceiling = roof;
+}
+
+const float* OperatingField::Impl::findCeiling(const scene::World& world, double sunk) {
+  const scene::CavityWalls walls(world.model(), world.state(), sunk);
+  if (!walls.sink()) return nullptr;
+  const smoke::Parameters& p = smoke_model->parameters;
+  for (std::size_t c = 0; c < roof.size(); ++c) {
+    const auto i = static_cast<int>(c) % smoke_model->nx, j = static_cast<int>(c) / smoke_model->nx;
+    const Eigen::Vector3d place(p.low[0] + (i + 0.5) * p.cell, p.low[1] + (j + 0.5) * p.cell,
+                                static_cast<double>(roof[c]));
+    float& lowest = ceiling[c];
+    lowest = static_cast<float>(p.high[2]);  // beside the cavity
+    for (std::size_t k = 0; k < world.objectCount() && std::isfinite(place.z()); ++k)
+      if (walls.isCavity(k))
+        lowest = std::min(lowest, static_cast<float>(place.z() - walls.wall(k).by(place)));
+  }
+  return ceiling.data();
+}
+
 smoke::Status OperatingField::Impl::stepSmoke(const scene::World& world, const scene::StepInput& input,
                                               const scene::StepReport& report, double dt, double liquid,
                                               Feedback& feedback) {
@@ -258,6 +288,7 @@ smoke::Status OperatingField::Impl::stepSmoke(const scene::World& world, const s
   s.dt = dt;
   s.seed = input.seed;
   s.renewal = feedback.gas.renewal;
+  s.ceiling = findCeiling(world, input.sunk);
   // A tip that draws liquid draws that much less gas.
   const double could = std::max(1e-9, between.suction_flow);
   feedback.gas_drawn = 0;

@@ -8,6 +8,7 @@
 #include "vest_effects/bleeding/swab.h"
 #include "vest_effects/state_bytes.h"
 #include "vest_instruments/tools/tool_geometry.h"
+#include "vest_tissue/scene/cavity_walls.h"
 #include "vest_tissue/scene/world_model.h"
 #include "vest_tissue/solver/pool.h"
 
@@ -230,10 +231,14 @@ void SurfaceEffect::followCuts(const scene::World& world) {
   }
 }
 
-/// Rigid objects stay where they were.
+/// Rigid objects stay where they were, but a cavity's wall that hangs.
 void SurfaceEffect::findPositions(const scene::World& world, std::size_t object) {
-  if (world.model().objects[object].deforms && 3 * world.knotCount(object) <= positions_[object].size())
-    world.positions(object, positions_[object].data());
+  const scene::CavityWalls walls(world.model(), world.state(), sunk_);
+  const bool hangs = walls.isCavity(object) && (walls.sink() || hung_),
+             moves = world.model().objects[object].deforms || hangs;
+  if (!moves || 3 * world.knotCount(object) > positions_[object].size()) return;
+  world.positions(object, positions_[object].data());
+  if (hangs) walls.hang(object, positions_[object].data(), world.knotCount(object));
 }
 
 void SurfaceEffect::take(const scene::World& world, const scene::Event& event) {
@@ -323,6 +328,7 @@ void SurfaceEffect::step(const scene::World& world, const scene::StepInput& inpu
       scale_ = std::clamp(edit.value, 0.0, kGreatestBleeding);
   }
   const double dt = std::isfinite(input.dt) ? std::clamp(input.dt, 0.0, 0.01) : 0.0;
+  sunk_ = input.sunk;
   followCuts(world);
   for (const auto& event : report.events) take(world, event);
   takeFilms(world, feedback.films);
@@ -332,6 +338,7 @@ void SurfaceEffect::step(const scene::World& world, const scene::StepInput& inpu
       if (!state_.dry[i]) findPositions(world, i);
     };
     world.pool().each(meshes_.size(), follow);
+    hung_ |= sunk_ > contact::kLeastSunk;
     inputs_.scale = scale_;
     inputs_.reach = perfusion_.reach.data();
     inputs_.gravity = world.description().gravity;

@@ -245,6 +245,30 @@ void transport(const Grid& g, float dt, State& s, Scratch& scratch) {
   along(static_cast<std::size_t>(g.nz), sheet, s.w.data(), s.density.data());
 }
 
+/// Cells of a column below a wall that hangs into the box: at least one.
+int openCells(const Grid& g, const float* ceiling, int i, int j) {
+  if (!ceiling) return g.nz;
+  const float cells = (ceiling[static_cast<std::size_t>(j) * g.nx + i] - g.z0) / g.cell + 0.5f;
+  return cells < 1 ? 1 : cells < static_cast<float>(g.nz) ? static_cast<int>(cells) : g.nz;
+}
+
+/// What is above a wall that hangs goes below it, and nothing flows into it.
+void pushBelow(const Grid& g, const float* ceiling, State& s) {
+  for (int j = 0; j < g.ny; ++j) {
+    for (int i = 0; i < g.nx; ++i) {
+      const int open = openCells(g, ceiling, i, j);
+      float& top = s.density[g.at(i, j, open - 1)];
+      for (int k = open; k < g.nz; ++k) {
+        float& above = s.density[g.at(i, j, k)];
+        top += above, above = 0;
+        s.pressure[g.at(i, j, k)] = 0;
+        s.w[g.wAt(i, j, k)] = s.u[g.uAt(i, j, k)] = s.u[g.uAt(i + 1, j, k)] = s.v[g.vAt(i, j, k)] =
+            s.v[g.vAt(i, j + 1, k)] = 0;
+      }
+    }
+  }
+}
+
 void movePuffs(const Inputs& in, const Grid& g, State& s) {
   const auto dt = static_cast<float>(in.dt);
   std::uint32_t kept = 0;
@@ -259,6 +283,9 @@ void movePuffs(const Inputs& in, const Grid& g, State& s) {
     // Its own warmth lifts it at first.
     p.position[2] = std::min(p.position[2] + dt * 0.05f / (1.0f + p.age),
                              g.z0 + (static_cast<float>(g.nz) - 0.1f) * g.cell);
+    if (in.ceiling && g.find(p.position[0], p.position[1], p.position[2], i, j, k))
+      p.position[2] =
+          std::min(p.position[2], std::max(g.z0, in.ceiling[static_cast<std::size_t>(j) * g.nx + i]));
     p.age += dt;
     bool drawn = false;
     for (int t = 0; t < in.suction_count; ++t) {
@@ -363,6 +390,7 @@ Status step(const Model& model, const Inputs& in, State& s, Scratch& scratch) {
   }
   force(model, in, g, s);
   project(in, g, s, scratch);
+  if (in.ceiling) pushBelow(g, in.ceiling, s);
   for (int k = 0; k < kTransports; ++k) transport(g, static_cast<float>(in.dt) / kTransports, s, scratch);
   for (int q = 0; q < in.suction_count; ++q) {
     int i, j, k;

@@ -77,6 +77,33 @@ TEST(Smoke, SuctionNearThePlumeDrawsItAndLeavesLess) {
   EXPECT_EQ(without.state.drawn, 0.0);
 }
 
+TEST(Smoke, AWallThatSinksPushesItDownAndLosesNone) {
+  Cavity c;
+  c.coagulate(1.0);
+  c.wait(4);
+  const auto above = [&](double height) {
+    double sum = 0;
+    for (int k = 0; k < c.model.nz; ++k)
+      for (int n = 0; n < c.model.nx * c.model.ny; ++n)
+        if (c.model.parameters.low[2] + (k + 0.5) * c.model.parameters.cell > height)
+          sum +=
+              static_cast<double>(c.state.density[static_cast<std::size_t>(k) * c.model.nx * c.model.ny + n]);
+    return sum;
+  };
+  ASSERT_GT(above(0.12), 0) << "it rose there";
+  std::vector<float> ceiling(static_cast<std::size_t>(c.model.nx) * c.model.ny);
+  for (double height = 0.2; height > 0.12; height -= 0.001) {
+    ceiling.assign(ceiling.size(), static_cast<float>(height));
+    c.inputs.ceiling = ceiling.data();
+    c.wait(c.inputs.dt);
+  }
+  c.coagulate(1.0);
+  EXPECT_EQ(above(0.12 + c.model.parameters.cell), 0);
+  for (std::uint32_t q = 0; q < c.state.puff_count; ++q) EXPECT_LE(c.state.puffs[q].position[2], 0.121F);
+  EXPECT_NEAR(mass(c.model, c.state) + c.state.drawn + c.state.faded, c.state.made, 2e-4 * c.state.made);
+  for (const float d : c.state.density) ASSERT_GE(d, 0.0f);
+}
+
 TEST(Smoke, AClearCavityStaysExactlyClear) {
   Cavity c;
   c.wait(1);

@@ -71,6 +71,9 @@ struct Inputs {
   double dt = 0.02;  ///< s, 1e-4 … 0.1
   std::uint32_t seed = 1;
   double renewal = 0;  ///< 1/s, 0 … 10: share of the gas that leaves, and its smoke with it
+  /// m, world, per column (x fastest) or null: a wall that hangs into the box. No smoke is above it: what was
+  /// there is pushed down.
+  const float* ceiling = nullptr;
   std::array<Source, kMostSources> sources{};
   int source_count = 0;
   std::array<Suction, kMostSuctions> suctions{};

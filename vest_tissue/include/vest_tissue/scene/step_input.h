@@ -80,8 +80,8 @@ struct StepInput {
   std::vector<KnotLoad> loads;
   double load_over = 0.0;
   std::vector<DilatationInput> dilatations;
-  /// m, 0 … 1: how far the highest place of the cavity's wall has sunk (contact::SunkenWall). Tissue meets
-  /// the wall where it hangs.
+  /// m, 0 … 1: how far the highest place of the cavity's wall has sunk. All bodies meet the wall where it
+  /// hangs (scene::CavityWalls).
   double sunk = 0.0;
   std::vector<TopologyRequest> requests;
 };
