@@ -56,6 +56,8 @@ struct HalfSpace {
   double stiffness = 300.0;  ///< N/m
   double damping = 0.0;      ///< N·s/m
   double jump = 0.0;         ///< N added to the force, e.g. NaN
+  bool present = true;       ///< the instrument is in the scene
+  double lag = 0.0;          ///< m: so far above what was asked for something holds its proxy
   shared::ContactImage image;
 
   HalfSpace() { image.generation = 1; }
@@ -65,14 +67,16 @@ struct HalfSpace {
     image.steady_ns = now_ns;
     shared::ContactRecord& r = image.contacts[0];
     r = shared::ContactRecord{};
-    r.flags = shared::kFlagPresent;
+    r.flags = present ? shared::kFlagPresent : 0;
     for (int e = 0; e < 3; ++e) {
-      r.position[e] = r.commanded[e] = tip[e];
+      r.position[e] = present ? tip[e] : 0.0;
+      r.commanded[e] = tip[e];
     }
+    r.position[2] += lag;
     r.pivot[2] = 0.165;
     r.radius = 0.005;
-    const double depth = level - tip.z();
-    if (depth > 0.0) {
+    const double depth = level - r.position[2];
+    if (depth > 0.0 && present) {
       r.flags |= shared::kFlagContact;
       r.wrench[2] = stiffness * depth + jump;
       r.stiffness[14] = stiffness;

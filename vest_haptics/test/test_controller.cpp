@@ -65,6 +65,67 @@ TEST(Controller, ADeviceThatWakesUpTwentyMillimetresDeepStaysLimp) {
   EXPECT_GT(b.force(), 0.5);
 }
 
+// A simulation that began before the device was there has its instrument elsewhere, and fetches it through
+// the air. What is felt there says nothing of where the hand is.
+TEST(Controller, WhileTheInstrumentIsStillOnItsWayToADeviceThatWakesUpDeepThereIsNoForce) {
+  for (const double speed : {2.0, 0.2}) {  // m/s: kProxySpeedLimit, and of a slower simulation
+    Bench b;
+    b.device.axis(2).x = -0.020;
+    b.hand(-0.020);
+    Eigen::Vector3d proxy(0, 0, 0.115);
+    for (int i = 0; i < 5000; ++i) {
+      b.input.now_ns = b.now += kMs;
+      b.input.status = b.device.read(b.input.sample);
+      b.input.timing = b.device.timing();
+      const Eigen::Vector3d hand(0, 0, 0.055 + b.input.sample.position.z());
+      const Eigen::Vector3d commanded = i < 100 ? Eigen::Vector3d(0, 0, 0.115) : hand;
+      const Eigen::Vector3d way = commanded - proxy;
+      proxy += way * std::min(1.0, 0.001 * speed / std::max(1e-9, way.norm()));
+      b.input.image = b.tissue.step(proxy, b.now);
+      for (int e = 0; e < 3; ++e) b.tissue.image.contacts[0].commanded[e] = commanded[e];
+      b.report = b.controller->tick(b.input);
+      ASSERT_EQ(b.report.loads, Loads{}) << "tick " << i << ", " << speed << " m/s";
+      b.device.advance(0.001);
+    }
+    EXPECT_GT(b.report.force_true_W.z(), 1.0) << "it is deep";
+  }
+}
+
+TEST(Controller, AnInstrumentThatSomethingHoldsBackIsStillFelt) {
+  Bench b;
+  b.press();
+  const double before = b.force();
+  b.tissue.lag = 0.004;
+  b.run(200);
+  EXPECT_EQ(b.report.allowance, 1.0);
+  EXPECT_GT(b.force(), 0.5 * before);
+}
+
+TEST(Controller, AToolThatAppearsInTissueOrASceneThatBeginsAnewIsNotFeltUntilTheHandIsOut) {
+  for (const bool scene : {false, true}) {
+    Bench b;
+    b.tissue.present = scene;
+    b.open();
+    if (scene) b.tissue.level = 0.0;
+    b.hand(-0.010);
+    b.run(400);
+    ASSERT_EQ(b.report.allowance, 1.0) << "nothing was touched";
+    b.tissue.present = true;
+    b.tissue.level = 0.055;
+    if (scene) {
+      ++b.tissue.image.generation;
+      b.tissue.image.step = 0;
+    }
+    for (int i = 0; i < 3000; ++i) {
+      b.tick();
+      ASSERT_EQ(b.force(), 0.0) << "tick " << i;
+    }
+    EXPECT_GT(b.report.force_true_W.z(), 1.0) << "it is deep";
+    b.press();
+    EXPECT_GT(b.force(), 0.5);
+  }
+}
+
 TEST(Controller, AFiveAxisDeviceThatWakesUpInTissueStaysLimp) {
   Bench b(options(), {{"axes", "joints"}, {"maximum_force", "8"}});
   b.device.wish(2, 0.130);

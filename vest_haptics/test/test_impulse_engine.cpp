@@ -149,6 +149,21 @@ struct Emulator {
 
 }  // namespace
 
+TEST(ImpulseEngine, CountsAndHomeAreFiveNumbersAndNotSix) {
+  for (const char* key : {"counts", "home"}) {
+    for (const char* text : {"1 2 3 4", "1 2 3 4 5 6", "[1, 2, 3, 4, 5, 6]", "1 2 3 4 5 m", "1 2 3 4 nan"}) {
+      ImpulseEngineDevice device;
+      try {
+        device.open({{"port", "/nowhere"}, {key, text}});
+        FAIL() << key << " = " << text;
+      } catch (const DeviceError& e) {
+        EXPECT_EQ(std::string(e.what()), "Impulse Engine: option '" + std::string(key) + "' = '" + text +
+                                             "'; allowed: five numbers");
+      }
+    }
+  }
+}
+
 TEST(ImpulseEngine, ConformsOnItsEmulator) {
   Emulator emulator;
   ImpulseEngineDevice device;

@@ -7,8 +7,10 @@
 #include <chrono>
 #include <cstring>
 #include <sstream>
+#include <vector>
 
 #include "vest_haptics/device/realtime.h"
+#include "vest_instruments/files/read.h"
 
 namespace vest::haptics {
 namespace {
@@ -21,11 +23,16 @@ Loads fiveNumbers(const DeviceOptions& options, const std::string& key, const Lo
     if (c == ',' || c == '[' || c == ']') c = ' ';
   }
   std::istringstream in(plain);
-  Loads out{};
-  for (double& x : out) {
-    if (!(in >> x) || !isFinite(x))
-      throw DeviceError("Impulse Engine: option '" + key + "' = '" + text + "'; allowed: five numbers");
+  std::vector<double> numbers;
+  bool sound = true;
+  for (std::string word; in >> word;) {
+    numbers.push_back(0.0);
+    sound &= files::parseNumber(word, numbers.back());
   }
+  Loads out{};
+  if (!sound || numbers.size() != out.size())
+    throw DeviceError("Impulse Engine: option '" + key + "' = '" + text + "'; allowed: five numbers");
+  std::copy(numbers.begin(), numbers.end(), out.begin());
   return out;
 }
 

@@ -63,9 +63,11 @@ bool toModel(const shared::ContactRecord& r, TissueModel& model, const char** wh
   }
   TissueModel m;
   m.grasping = (r.flags & shared::kFlagGrasping) != 0;
-  m.active = (r.flags & shared::kFlagPresent) != 0 && ((r.flags & shared::kFlagContact) != 0 || m.grasping);
+  m.present = (r.flags & shared::kFlagPresent) != 0;
+  m.active = m.present && ((r.flags & shared::kFlagContact) != 0 || m.grasping);
   m.position = Vector3d(r.position);
   m.commanded = Vector3d(r.commanded);
+  m.arrived = !m.present || std::sqrt((m.position - m.commanded).squaredNorm()) <= kArrived;
   m.velocity = Vector3d(r.velocity);
   m.force = Vector3d(r.wrench);
   m.torque = Vector3d(r.wrench + 3);

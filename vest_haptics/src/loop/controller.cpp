@@ -244,7 +244,7 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
   }
 
   // What the simulation says.
-  bool registered = true;
+  bool registered = true, begins = false;
   const bool newer =
       in.image && freshness_.accept(in.image->generation, in.image->step, in.image->steady_ns, in.now_ns);
   r.age = freshness_.age(in.now_ns);
@@ -254,6 +254,10 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
     if (!toModel(in.image->contacts[static_cast<std::size_t>(options_.instrument)], model, &r.detail)) {
       raise(Fault::ContactModel);
     } else if (r.valid) {
+      // A reset, another scene or another tool may put it deep into tissue at once.
+      begins = model.present && (!present_ || in.image->generation != generation_);
+      present_ = model.present;
+      generation_ = in.image->generation;
       registered = registration_.observe(in.image->steady_ns, model.commanded);
       // Forces along the shaft at whole, moments as what a hand beyond the pivot feels at the tip.
       const Vector3d along = model.position - options_.X_WB * options_.arm.pivot_B;
@@ -317,7 +321,10 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
     jaw_torque_ = 0.0;
   }
   const bool enabled = r.state == OperatingState::Enabled;
-  const bool healthy = enabled && r.valid && !pause && registered && (fresh > 0.0 || served > 0.0);
+  // On its way through the air an instrument feels little, wherever the hand is.
+  const bool comes = gate_.waiting() && !contact_.model().arrived;
+  const bool healthy =
+      enabled && r.valid && !pause && registered && !begins && !comes && (fresh > 0.0 || served > 0.0);
   Loads all = wanted;
   const auto addServo = [&] {
     for (double& x : all) x *= fresh;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/package.h>
@@ -53,6 +54,13 @@ geometry_msgs::Vector3 toMsg(const Eigen::Vector3d& v) {
   out.y = v.y();
   out.z = v.z();
   return out;
+}
+
+// The gate is closed over a force that would be felt: the hand began in tissue.
+bool isLimp(const TickReport& r, const haptics::Capabilities& c) {
+  return r.state == control::OperatingState::Enabled && r.valid && r.allowance == 0.0 &&
+         !(r.limits & haptics::kLimitStale) &&
+         r.force_true_W.norm() > haptics::Gate::kSmallShare * c.maximum[c.joints ? 2 : 0];
 }
 
 int instrumentOf(const std::string& name) {
@@ -282,7 +290,7 @@ void HapticShell::onServo(const geometry_msgs::WrenchStamped& msg) {
 void HapticShell::publishLoop() {
   double next_pose = 0.0, next_state = 0.0, next_second = 0.0;
   std::int64_t ticked = haptics::Loop::steadyNow(), passed = ticked;
-  bool said = false;
+  bool said = false, limp = false;
   while (!stop_) {
     const double now = 1e-9 * static_cast<double>(haptics::Loop::steadyNow());
     watch_->look();
@@ -303,7 +311,14 @@ void HapticShell::publishLoop() {
               "'@haptics - rtprio 90' in /etc/security/limits.conf, the group haptics and a new login",
               name_.c_str());
       }
-      publishDiagnostics(loop_->reports().front());
+      const TickReport& report = loop_->reports().front();
+      const bool was = std::exchange(limp, isLimp(report, device_->capabilities()));
+      if (limp && !was)
+        ROS_WARN(
+            "haptics/%s: no force is shown, for the instrument began inside tissue. Draw it out: force comes "
+            "back within two seconds",
+            name_.c_str());
+      publishDiagnostics(report);
     }
     const std::int64_t pass = haptics::Loop::steadyNow();
     if (pass - passed > kPause) ticked += pass - passed;
@@ -427,6 +442,9 @@ void HapticShell::publishDiagnostics(const TickReport& r) {
   } else if (r.limits & haptics::kLimitStale) {
     d.level = DiagnosticStatus::WARN;
     d.message += ": no fresh contact model from the simulation, no force";
+  } else if (isLimp(r, c)) {
+    d.level = DiagnosticStatus::WARN;
+    d.message += ": no force, the instrument began inside tissue; draw it out";
   }
   if (stands_still_) {
     d.level = DiagnosticStatus::ERROR;

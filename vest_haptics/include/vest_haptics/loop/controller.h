@@ -121,6 +121,8 @@ class Controller {
   TickReport report_;
 
   bool any_ = false;
+  bool present_ = false;          ///< the instrument, in the newest image
+  std::uint64_t generation_ = 0;  ///< of the newest image
   std::int64_t last_ns_ = 0;
   Loads axes_{}, axis_speed_{};  ///< what passivity sees: position or joints, and its low-passed derivative
   Eigen::Vector3d own_W_ = Eigen::Vector3d::Zero();       ///< m, tip by the device alone
