@@ -233,22 +233,31 @@ void Trainees::mustKnow(const std::string& trainee) const {
 
 Attempt Trainees::keep(Attempt a) {
   mustKnow(a.trainee);
-  {
-    Statement same(database_, "SELECT 1 FROM attempt WHERE exercise=?1 AND input_hash=?2",
-                   {a.exercise, a.input_hash});
-    if (same.row()) a.flags += a.flags.empty() ? "copy" : ",copy";
-    if (!same.good()) fail("read");
+  // Looked up and kept at once: of two that hand the same in together, one is the copy.
+  if (sqlite3_exec(database_, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr) != SQLITE_OK)
+    fail("keep a result");
+  try {
+    {
+      Statement same(database_, "SELECT 1 FROM attempt WHERE exercise=?1 AND input_hash=?2",
+                     {a.exercise, a.input_hash});
+      if (same.row()) a.flags += a.flags.empty() ? "copy" : ",copy";
+      if (!same.good()) fail("read");
+    }
+    Statement insert(
+        database_,
+        "INSERT INTO attempt(trainee, date, exercise, exercise_hash, input_hash, version, directory, flags, "
+        "json, total, quality, time_s, passed) VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13)",
+        {a.trainee, a.date, a.exercise, a.exercise_hash, a.input_hash, a.version, a.directory, a.flags,
+         a.json});
+    insert.number(10, a.total), insert.number(11, a.quality), insert.number(12, a.time);
+    insert.number(13, a.passed ? 1 : 0);
+    insert.row();
+    if (!insert.good()) fail("keep a result");
+    if (sqlite3_exec(database_, "COMMIT", nullptr, nullptr, nullptr) != SQLITE_OK) fail("keep a result");
+  } catch (...) {
+    sqlite3_exec(database_, "ROLLBACK", nullptr, nullptr, nullptr);
+    throw;
   }
-  Statement insert(
-      database_,
-      "INSERT INTO attempt(trainee, date, exercise, exercise_hash, input_hash, version, directory, flags, "
-      "json, total, quality, time_s, passed) VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13)",
-      {a.trainee, a.date, a.exercise, a.exercise_hash, a.input_hash, a.version, a.directory, a.flags,
-       a.json});
-  insert.number(10, a.total), insert.number(11, a.quality), insert.number(12, a.time);
-  insert.number(13, a.passed ? 1 : 0);
-  insert.row();
-  if (!insert.good()) fail("keep a result");
   return a;
 }
 
@@ -298,7 +307,11 @@ void Trainees::erase(const std::string& trainee) {
   Statement drop(database_, "DELETE FROM trainee WHERE pseudonym=?1", {trainee});
   drop.row();
   if (!drop.good()) fail("erase");
-  run("PRAGMA wal_checkpoint(TRUNCATE)");
+  // The journal has old pages still. Who reads in it at this moment keeps it.
+  if (sqlite3_wal_checkpoint_v2(database_, nullptr, SQLITE_CHECKPOINT_TRUNCATE, nullptr, nullptr) !=
+      SQLITE_OK)
+    throw DatabaseError(file_ + ": erased, but another program reads in " + file_ +
+                        "-wal, which has the old bytes still (close that program, then vest_trainee list)");
 }
 
 }  // namespace vest::exercise
