@@ -259,8 +259,9 @@ TEST_F(MotionTableFile, StampsSince1970AreAsFineAsThoseSinceTheBegin) {
 }
 
 TEST_F(MotionTableFile, WhatSpreadsheetsWriteIsRead) {
-  write("\"\";\"t_s\";\"note\";\"r_x_m\";\"r_y_m\";\"r_z_m\";\"note\"\r\n"
-        "\"1\";0.5;\"a; \"\"b\"\"\";1;2;3;x, y\r\n\"2\";0.6;;4;5;6;\r\n");
+  write(
+      "\"\";\"t_s\";\"note\";\"r_x_m\";\"r_y_m\";\"r_z_m\";\"note\"\r\n"
+      "\"1\";0.5;\"a; \"\"b\"\"\";1;2;3;x, y\r\n\"2\";0.6;;4;5;6;\r\n");
   EXPECT_EQ(readMotionTable(path_).tools.at(0).position.at(1), Vector3d(4, 5, 6));
   write("t_s;r_x_m;r_y_m;r_z_m\n0,5;1,5;2;3\n");
   EXPECT_NE(refusal().find("line 2: t_s: 0,5 (allowed: a number with a decimal point)"), std::string::npos)

@@ -53,8 +53,8 @@ int main(int argc, char** argv) {
   auto* const listing = app.add_subcommand("list", "all trainees with the number of their attempts");
   auto* const showing = app.add_subcommand("show", "the attempts of a trainee, a line each");
   auto* const exporting = app.add_subcommand("export", "prints everything that is kept of a trainee, JSON");
-  auto* const erasing =
-      app.add_subcommand("erase", "forgets a trainee, all results and reports; recordings, which name nobody, stay");
+  auto* const erasing = app.add_subcommand(
+      "erase", "forgets a trainee, all results and reports; recordings, which name nobody, stay");
   auto* const rating = app.add_subcommand("rate", "keeps a person's marks beside the scores");
   std::string form = "GOALS", exercise, rater;
   std::vector<int> marks;

@@ -151,7 +151,8 @@ std::string whyNot(const std::string& flag) {
   if (flag == "assisted") return "assisted: a teacher helped";
   if (flag == "practice") return "practice: the session did not keep real time";
   if (flag == "restored") return "restored: it began from a snapshot";
-  if (flag == "other version") return "other version: its exercise has other marks than the one that VEST brings";
+  if (flag == "other version")
+    return "other version: its exercise has other marks than the one that VEST brings";
   if (flag == "fault") return "fault: a step of the simulation failed";
   return flag;
 }
@@ -280,10 +281,10 @@ std::string toXapi(const Report& report) {
   const Result& r = report.result;
   nlohmann::json j;
   // The specification wants an absolute URL here; this one leads nowhere (RFC 2606).
-  j["actor"] = {
-      {"objectType", "Agent"},
-      {"account",
-       {{"homePage", "https://vest.invalid/trainees"}, {"name", report.trainee.empty() ? "nobody" : report.trainee}}}};
+  j["actor"] = {{"objectType", "Agent"},
+                {"account",
+                 {{"homePage", "https://vest.invalid/trainees"},
+                  {"name", report.trainee.empty() ? "nobody" : report.trainee}}}};
   const std::string verb = r.passed ? "passed" : "failed";
   j["verb"] = {{"id", "http://adlnet.gov/expapi/verbs/" + verb}, {"display", {{"en", verb}}}};
   j["object"] = {{"objectType", "Activity"},

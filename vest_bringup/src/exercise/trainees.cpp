@@ -149,7 +149,8 @@ Trainees::Trainees(const std::string& file, int wait) : file_(file) {
     sqlite3_db_config(database_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
     run("PRAGMA trusted_schema=OFF; PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA "
         "secure_delete=ON; PRAGMA foreign_keys=ON");
-    {  // A statement that is not at its end reads: who wrote meanwhile would be refused at once, not waited for.
+    {  // A statement that is not at its end reads: who wrote meanwhile would be refused at once, not waited
+       // for.
       Statement version(database_, "PRAGMA user_version", {});
       if (!version.row()) fail("read");
       const int found = static_cast<int>(version.real(0));

@@ -228,8 +228,7 @@ ToolFigures toolFigures(const MotionTable& table, const MotionTable::Tool& tool,
   Mean sparcs, ldljs, filtered_idle, filtered_jerk;
   for (std::size_t k = 0; k < pieces.size(); ++k) {
     const Piece& piece = pieces[k];
-    if (k > 0)
-      f.gaps.push_back({table.start + t[pieces[k - 1].last], table.start + t[piece.first]});
+    if (k > 0) f.gaps.push_back({table.start + t[pieces[k - 1].last], table.start + t[piece.first]});
     f.duration += t[piece.last] - t[piece.first];
     for (std::size_t i = piece.first + 1; i <= piece.last; ++i) {
       const Eigen::Vector3d step = tool.position[i] - tool.position[i - 1];

@@ -1,9 +1,10 @@
 #include "vest_bringup/session/motion_table.h"
 
 #include <algorithm>
-#include <charconv>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
 #include <set>
 #include <sstream>
@@ -45,13 +46,13 @@ struct Moment {
 
 /// @param text a number of the time's unit, checked  @param value of it
 Moment moment(const std::string& text, double value) {
-  const std::size_t sign = text[0] == '+' ? 1 : 0, point = std::min(text.find('.'), text.size());
+  const std::size_t point = std::min(text.find('.'), text.size());
   Moment m;
-  const char* const end = text.data() + point;
-  const auto whole = std::from_chars(text.data() + sign, end, m.whole);
-  const bool plain = text.find_first_of("eE") == std::string::npos;
-  if (!plain || whole.ec != std::errc() || whole.ptr != end)
-    return {0, value};
+  char* end = nullptr;
+  errno = 0;
+  m.whole = std::strtoll(text.c_str(), &end, 10);
+  const bool plain = text.find_first_of("eE") == std::string::npos && errno == 0;
+  if (!plain || point == 0 || end != text.c_str() + point) return {0, value};
   if (point < text.size()) m.rest = number("0" + text.substr(point));
   if (text[0] == '-') m.rest = -m.rest;
   return std::isfinite(m.rest) ? m : Moment{0, value};
@@ -228,8 +229,9 @@ class Reader {
   double value(const std::vector<std::string>& cells, std::size_t place) const {
     const double v = number(cells[place]);
     if (std::isnan(v))
-      refuse(path_, number_, columnName(place), cells[place],
-             cells[place].find(',') == std::string::npos ? "a finite number" : "a number with a decimal point");
+      refuse(
+          path_, number_, columnName(place), cells[place],
+          cells[place].find(',') == std::string::npos ? "a finite number" : "a number with a decimal point");
     return v;
   }
 
@@ -276,11 +278,11 @@ class Reader {
   double since(const std::vector<std::string>& cells) {
     const std::string& text = cells[plan_.time];
     const double unit = layout_.seconds_per_unit, at = value(cells, plan_.time);
-    if (std::abs(at * unit) > kLongest) refuse(path_, number_, columnName(plan_.time), text, "-1e10 to 1e10 s");
+    if (std::abs(at * unit) > kLongest)
+      refuse(path_, number_, columnName(plan_.time), text, "-1e10 to 1e10 s");
     const Moment now = moment(text, at);
     if (table_.time.empty()) first_ = now, table_.start = unit * at;
-    const double t =
-        unit * (static_cast<double>(now.whole - first_.whole) + (now.rest - first_.rest));
+    const double t = unit * (static_cast<double>(now.whole - first_.whole) + (now.rest - first_.rest));
     if (!table_.time.empty() && !(t > table_.time.back()))
       refuse(path_, number_, columnName(plan_.time), text, "later than the row before, " + before_);
     before_ = text;

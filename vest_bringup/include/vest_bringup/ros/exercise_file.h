@@ -39,8 +39,8 @@ inline std::string exerciseFile(const std::string& exercise) {
                               "or the path of an exercise file)");
 }
 
-/// What is kept of a result. A file that has the name of an exercise that VEST brings, and other marks, scores
-/// something else: the attempt has the flag `other version`, and counts for no learning curve.
+/// What is kept of a result. A file that has the name of an exercise that VEST brings, and other marks,
+/// scores something else: the attempt has the flag `other version`, and counts for no learning curve.
 inline exercise::Attempt attemptOf(const exercise::Exercise& e, const exercise::Result& result,
                                    const std::string& trainee, const std::string& date,
                                    const std::string& version, const std::string& directory) {
