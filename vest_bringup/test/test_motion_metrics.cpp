@@ -269,7 +269,7 @@ TEST_F(MotionTableFile, WhatSpreadsheetsWriteIsRead) {
 }
 
 TEST(MotionMetrics, FiveIntervalsAreNoGapWhereverTheyLie) {
-  for (int at = 1; at < 300; ++at) {
+  for (int at = 190; at < 220; ++at) {  // some of these sums round up
     MotionTable table = tableOf(8.0, 50.0, [](double t) { return Vector3d(0.02 * t, 0, 0); });
     for (double& t : table.time) t = std::stod(std::to_string(t));
     const auto drop = [&](auto& column) { column.erase(column.begin() + at, column.begin() + at + 4); };
