@@ -101,7 +101,9 @@ class ExerciseLive(unittest.TestCase):
         self.assertEqual(again["flags"], ["assisted"])
         with open(os.path.join(self.output, "report.html"), encoding="utf-8") as read:
             self.assertIn("Teacher: Slower &lt;now&gt;", read.read())
-        self.assertIn("lift_tube  not passed", self.tool("vest_trainee", "show", "anna").stdout)
+        shown = self.tool("vest_trainee", "show", "anna").stdout
+        self.assertIn("lift_tube  not passed", shown)
+        self.assertIn("other version", shown, "marks of one's own count for no learning curve")
 
 
 if __name__ == "__main__":

@@ -228,7 +228,61 @@ TEST_F(MotionTableFile, ForeignTablesAreReadByTheirColumns) {
   EXPECT_NEAR(table.tools[0].position[2].x(), 0.012, 1e-12);
   layout.rate = 0;
   layout.time_column = 1;
-  EXPECT_EQ(readMotionTable(path_, layout).time[2], 3.0);
+  EXPECT_EQ(readMotionTable(path_, layout).time[2], 2.0) << "since the first row";
+  EXPECT_EQ(readMotionTable(path_, layout).start, 1.0);
+  write("a title\n2,10,20,30\n4,10,20,30\n");
+  EXPECT_EQ(readMotionTable(path_, layout).time[1], 2.0);
+  layout.time_column = 0;
+  write("t_s,a,b,c\n0.5,1,2,3\n0.75,1,2,3\n");
+  EXPECT_EQ(readMotionTable(path_, layout).time[1], 0.25) << "a column t_s is found without being asked for";
+}
+
+TEST_F(MotionTableFile, StampsSince1970AreAsFineAsThoseSinceTheBegin) {
+  // A double holds them to 0.2 millionths of a second: at 1 kHz the raw jerk was 359 times too great.
+  const auto jerk = [this](const std::string& format, int per_ms, double unit) {
+    std::string text = "a title\n";
+    for (int i = 0; i < 1000; ++i) {
+      char row[120];
+      std::snprintf(row, sizeof row, format.c_str(), per_ms * i, reach(0.001 * i).x());
+      text += row;
+    }
+    write(text);
+    MotionLayout layout;
+    layout.tools = parseColumns("r=2-4");
+    layout.time_column = 1, layout.seconds_per_unit = unit;
+    return figuresOf(readMotionTable(path_, layout)).tools[0].rms_jerk.value();
+  };
+  const double known = figuresOf(tableOf(0.999, 1000.0, reach)).tools[0].rms_jerk.value();
+  EXPECT_NEAR(jerk("1764388800.%06d %.17g 0 0\n", 1000, 1.0), known, 1e-3 * known);
+  EXPECT_NEAR(jerk("1764388800%09d %.17g 0 0\n", 1000000, 1e-9), known, 1e-3 * known) << "as ROS prints";
+  EXPECT_NEAR(jerk("%de-3 %.17g 0 0\n", 1, 1.0), known, 1e-3 * known);
+}
+
+TEST_F(MotionTableFile, WhatSpreadsheetsWriteIsRead) {
+  write(
+      "\"\";\"t_s\";\"note\";\"r_x_m\";\"r_y_m\";\"r_z_m\";\"note\"\r\n"
+      "\"1\";0.5;\"a; \"\"b\"\"\";1;2;3;x, y\r\n\"2\";0.6;;4;5;6;\r\n");
+  EXPECT_EQ(readMotionTable(path_).tools.at(0).position.at(1), Vector3d(4, 5, 6));
+  write("t_s;r_x_m;r_y_m;r_z_m\n0,5;1,5;2;3\n");
+  EXPECT_NE(refusal().find("line 2: t_s: 0,5 (allowed: a number with a decimal point)"), std::string::npos)
+      << refusal();
+}
+
+TEST(MotionMetrics, FiveIntervalsAreNoGapWhereverTheyLie) {
+  for (int at = 190; at < 220; ++at) {  // some of these sums round up
+    MotionTable table = tableOf(8.0, 50.0, [](double t) { return Vector3d(0.02 * t, 0, 0); });
+    for (double& t : table.time) t = std::stod(std::to_string(t));
+    const auto drop = [&](auto& column) { column.erase(column.begin() + at, column.begin() + at + 4); };
+    drop(table.time), drop(table.tools[0].position);
+    ASSERT_TRUE(figuresOf(table).tools[0].gaps.empty()) << at;
+  }
+}
+
+TEST(MotionMetrics, TheMedianOfAnEvenNumberLiesBetweenTheMiddleTwo) {
+  MotionTable table;
+  table.tools.push_back({"r", std::vector<Vector3d>(5, Vector3d::Zero()), {}, {}});
+  table.time = {0, 1, 2, 4, 11.6};  // intervals 1 1 2 7.6, median 1.5
+  EXPECT_EQ(figuresOf(table).tools[0].gaps.size(), 1U);
 }
 
 TEST_F(MotionTableFile, WhatIsRefusedNamesLineFieldAndWhatIsAllowed) {

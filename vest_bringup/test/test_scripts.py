@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Protects ./run's refusals (one line that names argument and value, before anything is installed or built), and the launch
-prefixes that start a driver when the session has begun and keep it running."""
+"""Protects ./run's refusals (one line that names argument and value, before anything is installed or built), the launch
+prefixes that start a driver when the session has begun and keep it running, and the page that tells aim, time and picture of each exercise."""
 import os
 import re
 import subprocess
@@ -157,6 +157,24 @@ class KeepRunning(unittest.TestCase):
                     return
                 time.sleep(0.02)
             self.fail("process %d outlives the script" % child)
+
+
+class Page(unittest.TestCase):
+    def test_each_exercise_has_its_aim_its_time_and_a_picture_that_is_there(self):
+        import yaml
+        docs = os.path.join(PACKAGE, os.pardir, "docs")
+        with open(os.path.join(docs, "exercises.md"), encoding="utf-8") as file:
+            page = file.read()
+        names = sorted(os.listdir(os.path.join(PACKAGE, "exercises")))
+        self.assertGreaterEqual(len(names), 12)
+        for name in names:
+            with open(os.path.join(PACKAGE, "exercises", name, "exercise.yaml"), encoding="utf-8") as file:
+                e = yaml.safe_load(file)
+            self.assertIn("| %s | %s | %g s | %g s |\n" % (name, e["aim"].strip(), e["limit_s"], e["proficient_s"]), page)
+            reasons = ", ".join(one["reason"] for one in e["scripts"]["fail"])
+            row = re.search(r"^\| %s \| %s \| %s \| !\[%s\]\((.*)\) \|$" % (name, re.escape(e["title"]), reasons, name), page, re.M)
+            self.assertTrue(row, "%s: %s, fails by %s" % (name, e["title"], reasons))
+            self.assertTrue(os.path.isfile(os.path.join(docs, row.group(1))), row.group(1))
 
 
 if __name__ == "__main__":

@@ -3,14 +3,17 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <atomic>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include <sqlite3.h>
 
+#include "vest_bringup/exercise/erase_reports.h"
 #include "vest_bringup/exercise/learning_curve.h"
 #include "vest_bringup/exercise/rating.h"
 #include "vest_bringup/exercise/report.h"
@@ -95,6 +98,24 @@ TEST_F(TraineesTest, TheSameInputTwiceIsACopy) {
   EXPECT_EQ(t.keep(attempt("ben", "a")).flags, "copy");
 }
 
+TEST_F(TraineesTest, OfTwoThatHandTheSameInTogetherOneIsTheCopy) {
+  { Trainees(file_).add("anna"); }
+  constexpr int kTimes = 20;
+  std::atomic<int> at{0}, originals{0};
+  const auto hand_in = [&] {
+    Trainees own(file_);
+    for (int i = 0; i < kTimes; ++i) {
+      for (++at; at < 2 * (i + 1);) std::this_thread::yield();
+      originals += own.keep(attempt("anna", std::to_string(i))).flags.empty();
+    }
+  };
+  std::thread other(hand_in);
+  hand_in();
+  other.join();
+  EXPECT_EQ(originals, kTimes);
+  EXPECT_EQ(Trainees(file_).attempts("anna").size(), 2U * kTimes);
+}
+
 TEST_F(TraineesTest, MarksOfAPersonAreKeptBesideTheScoresAndInNoLearningCurve) {
   Trainees trainees(file_);
   trainees.add("anna");
@@ -132,6 +153,42 @@ TEST_F(TraineesTest, ErasedIsGoneFromTheBytes) {
   t.erase("anna");
   EXPECT_EQ(bytes().find("SECRETWORD"), std::string::npos);
   EXPECT_EQ(t.list(), std::vector<std::string>{"ben"});
+}
+
+TEST_F(TraineesTest, ErasedIsGoneFromReportsAndNotFromThoseOfOthers) {
+  const auto write = [&](const std::string& name, const std::string& text) {
+    std::ofstream(folder_ + "/" + name) << text;
+  };
+  const auto statement = [](const std::string& name) {
+    return nlohmann::json{{"actor", {{"account", {{"name", name}}}}}}.dump();
+  };
+  const char* const kOurs[] = {"report.html", "report.pdf", "learning.json", "learning.csv"};
+  for (const char* name : kOurs) write(name, "Trainee anna");
+  write("score.json", "{}"), write("session.bag", "steps");
+  for (const std::string& other : {std::string("{"), std::string("{}"), statement("ben")}) {
+    write("xapi.json", other);
+    EXPECT_FALSE(eraseReports(folder_, "anna"));
+    EXPECT_NE(bytes().find("anna"), std::string::npos);
+  }
+  write("xapi.json", statement(kHostile));
+  EXPECT_TRUE(eraseReports(folder_, kHostile));
+  EXPECT_FALSE(eraseReports(folder_, kHostile)) << "and none is there any more";
+  EXPECT_FALSE(eraseReports("", "anna"));
+  EXPECT_EQ(bytes().find("anna"), std::string::npos);
+  EXPECT_TRUE(fs::exists(folder_ + "/score.json") && fs::exists(folder_ + "/session.bag"));
+}
+
+TEST_F(TraineesTest, WhoErasesIsToldWhereAReaderKeepsTheBytes) {
+  Trainees t(file_, 50);
+  t.add("anna");
+  sqlite3* reader = nullptr;
+  ASSERT_EQ(sqlite3_open(file_.c_str(), &reader), SQLITE_OK);
+  t.keep(attempt("anna"));
+  ASSERT_EQ(sqlite3_exec(reader, "BEGIN; SELECT * FROM attempt", nullptr, nullptr, nullptr), SQLITE_OK);
+  EXPECT_NE(refusal([&] { t.erase("anna"); }).find("-wal, which has the old bytes still"), std::string::npos);
+  sqlite3_close(reader);
+  Trainees(file_).list();
+  EXPECT_EQ(t.list().size(), 0U);
 }
 
 TEST_F(TraineesTest, ALockedDatabaseIsOneMessageAndNothingIsLost) {
@@ -411,10 +468,22 @@ TEST(Report, TheStatementSaysWhoWhatAndHowWell) {
   Result r;
   r.exercise = "x", r.total = 80, r.time = 12.5, r.passed = r.finished = true;
   const Trace trace;
-  const std::string j = toXapi(reportOf(e, r, trace));
-  for (const char* part : {"verbs/passed", "\"scaled\": 0.8", "\"duration\": \"PT12.50S\"",
-                           "urn:vest:exercise:x", "\"timestamp\": \"2026-01-02T03:04:05Z\"", "R\\\"o'bert"})
-    EXPECT_NE(j.find(part), std::string::npos) << part << "\n" << j;
+  Report report = reportOf(e, r, trace);
+  report.learning.attempts.back().flags = "practice,copy";
+  const auto j = nlohmann::json::parse(toXapi(report));
+  EXPECT_EQ(j["actor"]["account"]["name"], kHostile);
+  const std::string home = j["actor"]["account"]["homePage"];
+  EXPECT_EQ(home.rfind("https://", 0), 0U) << "xAPI 1.0.3, 2.4.2.4: an IRL, so a URL and no URN";
+  EXPECT_EQ(j["verb"]["id"], "http://adlnet.gov/expapi/verbs/passed");
+  EXPECT_EQ(j["object"]["id"], "urn:vest:exercise:x");
+  EXPECT_EQ(j["result"]["score"]["scaled"], 0.8);
+  EXPECT_EQ(j["result"]["duration"], "PT12.50S");
+  EXPECT_EQ(j["timestamp"], "2026-01-02T03:04:05Z");
+  EXPECT_EQ(j["result"]["extensions"]["urn:vest:flags"], (std::vector<std::string>{"practice", "copy"}))
+      << "who reads it alone learns that it does not count";
+  const std::string html = toHtml(report);
+  for (const char* why : {"practice: the session did not keep real time", "copy: the same input"})
+    EXPECT_NE(html.find(why), std::string::npos) << why;
 }
 
 }  // namespace

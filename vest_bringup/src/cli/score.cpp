@@ -168,7 +168,7 @@ void score(const Wanted& wanted) {
   exercise::Learning learning;
   std::string problem;  // the report is written all the same
   if (trainees) try {
-      const auto kept = trainees->keep(exercise::attemptOf(
+      const auto kept = trainees->keep(vest::ros_shell::attemptOf(
           e, *played.result, wanted.trainee, date, VEST_VERSION, fs::absolute(wanted.directory).string()));
       learning = exercise::learningOf(trainees->attempts(wanted.trainee, e.name),
                                       exercise::storedReference(database, e.name));

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "vest_bringup/exercise/erase_reports.h"
 #include "vest_bringup/exercise/learning_curve.h"
 #include "vest_bringup/exercise/rating.h"
 #include "vest_bringup/ros/exercise_file.h"
@@ -52,8 +53,8 @@ int main(int argc, char** argv) {
   auto* const listing = app.add_subcommand("list", "all trainees with the number of their attempts");
   auto* const showing = app.add_subcommand("show", "the attempts of a trainee, a line each");
   auto* const exporting = app.add_subcommand("export", "prints everything that is kept of a trainee, JSON");
-  auto* const erasing =
-      app.add_subcommand("erase", "forgets a trainee and all results; recordings stay where they are");
+  auto* const erasing = app.add_subcommand(
+      "erase", "forgets a trainee, all results and reports; recordings, which name nobody, stay");
   auto* const rating = app.add_subcommand("rate", "keeps a person's marks beside the scores");
   std::string form = "GOALS", exercise, rater;
   std::vector<int> marks;
@@ -108,7 +109,12 @@ int main(int argc, char** argv) {
       std::printf("%s\n", shown(file).c_str());
     }
     if (exporting->parsed()) std::fputs(trainees.exported(name).c_str(), stdout);
-    if (erasing->parsed()) trainees.erase(name);
+    if (erasing->parsed()) {
+      for (const auto& a : trainees.attempts(name))
+        if (vest::exercise::eraseReports(a.directory, name))
+          std::printf("report removed: %s\n", shown(a.directory).c_str());
+      trainees.erase(name);
+    }
   } catch (const std::exception& e) {
     std::fprintf(stderr, "vest_trainee: %s\n", shown(e.what()).c_str());
     return 1;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <sstream>
 
 #include <nlohmann/json.hpp>
 
@@ -136,6 +137,26 @@ std::string learning(const Learning& l) {
   return out + "</div>\n";
 }
 
+/// Why an attempt counts for no curve; that it is a copy is known where it was kept.
+std::vector<std::string> flagsOf(const Report& r) {
+  if (r.trainee.empty() || r.learning.attempts.empty()) return flagWords(r.result.flags);
+  std::vector<std::string> words;
+  std::istringstream kept(r.learning.attempts.back().flags);
+  for (std::string word; std::getline(kept, word, ',');) words.push_back(word);
+  return words;
+}
+
+std::string whyNot(const std::string& flag) {
+  if (flag == "copy") return "copy: the same input was handed in before";
+  if (flag == "assisted") return "assisted: a teacher helped";
+  if (flag == "practice") return "practice: the session did not keep real time";
+  if (flag == "restored") return "restored: it began from a snapshot";
+  if (flag == "other version")
+    return "other version: its exercise has other marks than the one that VEST brings";
+  if (flag == "fault") return "fault: a step of the simulation failed";
+  return flag;
+}
+
 constexpr const char* kStyle =
     "body{font:16px/1.45 system-ui,sans-serif;color:#1b2733;max-width:1100px;margin:2em auto;padding:0 1em}"
     "h1{margin-bottom:.1em}h2{margin-top:1.6em}.verdict{display:inline-block;padding:.2em "
@@ -208,12 +229,8 @@ std::string toHtml(const Report& report) {
     for (const std::string& name : r.failed_by) h += "<li>" + escaped(textOf(e, name)) + "</li>\n";
     h += "</ul>\n";
   }
-  const auto flags = flagWords(r.flags);
-  if (!flags.empty()) {
-    h += "<p class=\"bad\">This was practice:";
-    for (const std::string& word : flags) h += " " + escaped(word);
-    h += "</p>\n";
-  }
+  for (const std::string& flag : flagsOf(report))
+    h += "<p class=\"bad\">Counts for no learning curve. " + escaped(whyNot(flag)) + ".</p>\n";
   h += "<h2>Items</h2>\n<table><tr><th>item</th><th>what</th><th>value</th><th>pass</th><th>proficient</th>"
        "<th>points</th>";
   if (!report.learning.z.empty()) h += "<th>z</th>";
@@ -263,17 +280,23 @@ std::string toHtml(const Report& report) {
 std::string toXapi(const Report& report) {
   const Result& r = report.result;
   nlohmann::json j;
-  j["actor"] = {
-      {"account",
-       {{"homePage", "urn:vest:trainees"}, {"name", report.trainee.empty() ? "nobody" : report.trainee}}}};
+  // The specification wants an absolute URL here; this one leads nowhere (RFC 2606).
+  j["actor"] = {{"objectType", "Agent"},
+                {"account",
+                 {{"homePage", "https://vest.invalid/trainees"},
+                  {"name", report.trainee.empty() ? "nobody" : report.trainee}}}};
   const std::string verb = r.passed ? "passed" : "failed";
   j["verb"] = {{"id", "http://adlnet.gov/expapi/verbs/" + verb}, {"display", {{"en", verb}}}};
-  j["object"] = {{"id", "urn:vest:exercise:" + r.exercise},
-                 {"definition", {{"name", {{"en", report.exercise.title}}}}}};
+  j["object"] = {{"objectType", "Activity"},
+                 {"id", "urn:vest:exercise:" + r.exercise},
+                 {"definition",
+                  {{"type", "http://adlnet.gov/expapi/activities/simulation"},
+                   {"name", {{"en", report.exercise.title}}}}}};
   j["result"] = {{"score", {{"scaled", r.total / 100}, {"raw", r.total}, {"min", 0}, {"max", 100}}},
                  {"success", r.passed},
                  {"completion", r.finished},
-                 {"duration", "PT" + number("%.2f", r.time) + "S"}};
+                 {"duration", "PT" + number("%.2f", r.time) + "S"},
+                 {"extensions", {{"urn:vest:flags", flagsOf(report)}}}};
   j["timestamp"] = report.date;
   return j.dump(2) + "\n";
 }

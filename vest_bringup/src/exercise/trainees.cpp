@@ -149,12 +149,15 @@ Trainees::Trainees(const std::string& file, int wait) : file_(file) {
     sqlite3_db_config(database_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
     run("PRAGMA trusted_schema=OFF; PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA "
         "secure_delete=ON; PRAGMA foreign_keys=ON");
-    Statement version(database_, "PRAGMA user_version", {});
-    if (!version.row()) fail("read");
-    const int found = static_cast<int>(version.real(0));
-    if (found > kVersion)
-      throw DatabaseError(file_ + ": its version is " + std::to_string(found) + " (allowed: at most " +
-                          std::to_string(kVersion) + "; a newer VEST made it)");
+    {  // A statement that is not at its end reads: who wrote meanwhile would be refused at once, not waited
+       // for.
+      Statement version(database_, "PRAGMA user_version", {});
+      if (!version.row()) fail("read");
+      const int found = static_cast<int>(version.real(0));
+      if (found > kVersion)
+        throw DatabaseError(file_ + ": its version is " + std::to_string(found) + " (allowed: at most " +
+                            std::to_string(kVersion) + "; a newer VEST made it)");
+    }
     run("BEGIN IMMEDIATE");
     checkTables();
     run("PRAGMA user_version=1; COMMIT");
@@ -233,22 +236,31 @@ void Trainees::mustKnow(const std::string& trainee) const {
 
 Attempt Trainees::keep(Attempt a) {
   mustKnow(a.trainee);
-  {
-    Statement same(database_, "SELECT 1 FROM attempt WHERE exercise=?1 AND input_hash=?2",
-                   {a.exercise, a.input_hash});
-    if (same.row()) a.flags += a.flags.empty() ? "copy" : ",copy";
-    if (!same.good()) fail("read");
+  // Looked up and kept at once: of two that hand the same in together, one is the copy.
+  if (sqlite3_exec(database_, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr) != SQLITE_OK)
+    fail("keep a result");
+  try {
+    {
+      Statement same(database_, "SELECT 1 FROM attempt WHERE exercise=?1 AND input_hash=?2",
+                     {a.exercise, a.input_hash});
+      if (same.row()) a.flags += a.flags.empty() ? "copy" : ",copy";
+      if (!same.good()) fail("read");
+    }
+    Statement insert(
+        database_,
+        "INSERT INTO attempt(trainee, date, exercise, exercise_hash, input_hash, version, directory, flags, "
+        "json, total, quality, time_s, passed) VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13)",
+        {a.trainee, a.date, a.exercise, a.exercise_hash, a.input_hash, a.version, a.directory, a.flags,
+         a.json});
+    insert.number(10, a.total), insert.number(11, a.quality), insert.number(12, a.time);
+    insert.number(13, a.passed ? 1 : 0);
+    insert.row();
+    if (!insert.good()) fail("keep a result");
+    if (sqlite3_exec(database_, "COMMIT", nullptr, nullptr, nullptr) != SQLITE_OK) fail("keep a result");
+  } catch (...) {
+    sqlite3_exec(database_, "ROLLBACK", nullptr, nullptr, nullptr);
+    throw;
   }
-  Statement insert(
-      database_,
-      "INSERT INTO attempt(trainee, date, exercise, exercise_hash, input_hash, version, directory, flags, "
-      "json, total, quality, time_s, passed) VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13)",
-      {a.trainee, a.date, a.exercise, a.exercise_hash, a.input_hash, a.version, a.directory, a.flags,
-       a.json});
-  insert.number(10, a.total), insert.number(11, a.quality), insert.number(12, a.time);
-  insert.number(13, a.passed ? 1 : 0);
-  insert.row();
-  if (!insert.good()) fail("keep a result");
   return a;
 }
 
@@ -298,7 +310,11 @@ void Trainees::erase(const std::string& trainee) {
   Statement drop(database_, "DELETE FROM trainee WHERE pseudonym=?1", {trainee});
   drop.row();
   if (!drop.good()) fail("erase");
-  run("PRAGMA wal_checkpoint(TRUNCATE)");
+  // The journal has old pages still. Who reads in it at this moment keeps it.
+  if (sqlite3_wal_checkpoint_v2(database_, nullptr, SQLITE_CHECKPOINT_TRUNCATE, nullptr, nullptr) !=
+      SQLITE_OK)
+    throw DatabaseError(file_ + ": erased, but another program reads in " + file_ +
+                        "-wal, which has the old bytes still (close that program, then vest_trainee list)");
 }
 
 }  // namespace vest::exercise

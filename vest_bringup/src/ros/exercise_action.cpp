@@ -6,6 +6,7 @@
 #include <vest_msgs/LoadScene.h>
 
 #include "vest_bringup/exercise/learning_curve.h"
+#include "vest_bringup/ros/exercise_file.h"
 #include "vest_instruments/ros/service_call.h"
 #include "vest_instruments/tools/tool_names.h"
 
@@ -73,7 +74,7 @@ void ExerciseAction::keep(const exercise::Exercise& e, const std::string& traine
     if (off_pace_) result.flags |= exercise::kPractice;
     const std::string file = exercise::Trainees::defaultFile();
     exercise::Trainees trainees(file);
-    trainees.keep(exercise::attemptOf(e, result, trainee, exercise::dateNow(), VEST_VERSION, directory_));
+    trainees.keep(ros_shell::attemptOf(e, result, trainee, exercise::dateNow(), VEST_VERSION, directory_));
     kept = true;
     words = toText(
         exercise::learningOf(trainees.attempts(trainee, e.name), exercise::storedReference(file, e.name)));

@@ -25,7 +25,8 @@ double medianInterval(const std::vector<double>& time) {
   for (std::size_t i = 1; i < time.size(); ++i) steps.push_back(time[i] - time[i - 1]);
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  if (steps.size() % 2 == 1) return *middle;
+  return 0.5 * (*std::max_element(steps.begin(), middle) + *middle);
 }
 
 std::vector<Piece> piecesOf(const std::vector<double>& time, double longest) {
@@ -227,7 +228,7 @@ ToolFigures toolFigures(const MotionTable& table, const MotionTable::Tool& tool,
   Mean sparcs, ldljs, filtered_idle, filtered_jerk;
   for (std::size_t k = 0; k < pieces.size(); ++k) {
     const Piece& piece = pieces[k];
-    if (k > 0) f.gaps.push_back({t[pieces[k - 1].last], t[piece.first]});
+    if (k > 0) f.gaps.push_back({table.start + t[pieces[k - 1].last], table.start + t[piece.first]});
     f.duration += t[piece.last] - t[piece.first];
     for (std::size_t i = piece.first + 1; i <= piece.last; ++i) {
       const Eigen::Vector3d step = tool.position[i] - tool.position[i - 1];
@@ -321,7 +322,9 @@ std::optional<double> logDimensionlessJerk(const std::vector<Eigen::Vector3d>& v
 Figures figuresOf(const MotionTable& table) {
   Figures out;
   out.file = table.file;
-  const std::vector<Piece> pieces = piecesOf(table.time, kGapIntervals * medianInterval(table.time));
+  // Five intervals are no gap, whatever their sum rounds to.
+  const std::vector<Piece> pieces =
+      piecesOf(table.time, (1.0 + 1e-9) * kGapIntervals * medianInterval(table.time));
   double both = 0, any = 0;
   for (const Piece& piece : pieces) {
     out.duration += table.time[piece.last] - table.time[piece.first];

@@ -1,8 +1,12 @@
 #include "vest_bringup/session/motion_table.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <limits>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -34,14 +38,59 @@ double number(const std::string& text) {
   return files::parseNumber(text, value) ? value : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::vector<std::string> split(const std::string& line) {
-  const char separator = line.find(',') != std::string::npos   ? ','
-                         : line.find(';') != std::string::npos ? ';'
-                                                               : ' ';
-  if (separator != ' ') return files::cells(line, kMostLine, separator);
+/// A moment as it was written: a double holds no millionth of a second of clocks that count from 1970.
+struct Moment {
+  std::int64_t whole = 0;
+  double rest = 0;
+};
+
+/// @param text a number of the time's unit, checked  @param value of it
+Moment moment(const std::string& text, double value) {
+  const std::size_t point = std::min(text.find('.'), text.size());
+  Moment m;
+  char* end = nullptr;
+  errno = 0;
+  m.whole = std::strtoll(text.c_str(), &end, 10);
+  const bool plain = text.find_first_of("eE") == std::string::npos && errno == 0;
+  if (!plain || point == 0 || end != text.c_str() + point) return {0, value};
+  if (point < text.size()) m.rest = number("0" + text.substr(point));
+  if (text[0] == '-') m.rest = -m.rest;
+  return std::isfinite(m.rest) ? m : Moment{0, value};
+}
+
+/// Cells of a line with the quotes of a spreadsheet: "a, b" is one cell, "" in it a quote.
+std::vector<std::string> unquoted(const std::string& line, char separator) {
+  std::string plain;
+  std::vector<std::string> out;
+  bool inside = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"' && inside && i + 1 < line.size() && line[i + 1] == '"')
+      plain += line[++i];
+    else if (line[i] == '"')
+      inside = !inside;
+    else if (line[i] == separator && !inside)
+      out.push_back(std::move(plain)), plain.clear();
+    else
+      plain += line[i];
+  }
+  out.push_back(std::move(plain));
+  // A cell has no line end: the blanks round it go as those of a cell without quotes.
+  for (std::string& cell : out) cell = files::cells(cell, 1, '\n').front();
+  return out;
+}
+
+/// What separates the cells of a table, by its first line. Numbers may have a comma where semicolons stand.
+char separatorOf(const std::string& line) {
+  if (std::count(line.begin(), line.end(), ';') > 1) return ';';
+  return line.find(',') != std::string::npos ? ',' : ' ';
+}
+
+std::vector<std::string> split(const std::string& line, char separator) {
+  const bool quotes = line.find('"') != std::string::npos;
+  if (separator != ' ') return quotes ? unquoted(line, separator) : files::cells(line, kMostLine, separator);
   std::istringstream in(line);
   std::vector<std::string> words;
-  for (std::string word; in >> word;) words.push_back(word);
+  for (std::string word; in >> word;) words.push_back(quotes ? unquoted(word, '\n').front() : word);
   return words;
 }
 
@@ -66,11 +115,12 @@ Plan planOf(const std::string& file, std::size_t line, const std::vector<std::st
   plan.names = header;
   plan.most = header.empty() ? 0 : header.size() - 1;
   std::map<std::string, std::size_t> at;
+  std::set<std::string> twice;
   for (std::size_t i = 0; i < header.size(); ++i)
-    if (!at.emplace(header[i], i).second)
-      refuse(file, line, "header", header[i] + " twice", "each column once");
+    if (!at.emplace(header[i], i).second) twice.insert(header[i]);
   const auto find = [&](const std::string& name, std::size_t& place) {
     const auto found = at.find(name);
+    if (twice.count(name)) refuse(file, line, "header", name + " twice", "each column once");
     if (found != at.end()) place = found->second;
     return found != at.end();
   };
@@ -142,7 +192,9 @@ class Reader {
       const std::string line = text.substr(at, end - at);
       at = end + 1;
       if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
-      take(split(line));
+      // A title above a foreign table has none.
+      if (!planned_ || cells_ == 0) separator_ = separatorOf(line);
+      take(split(line, separator_));
     }
     if (table_.time.size() < 2)
       refuse(path_, 0, "file", std::to_string(table_.time.size()) + " rows", "2 or more rows of numbers");
@@ -158,17 +210,28 @@ class Reader {
       const bool foreign = !layout_.tools.empty();
       plan_ = foreign ? planOf(layout_, table_) : planOf(path_, number_, cells, table_);
       cells_ = cells.size();
+      const auto stamps = std::find(cells.begin(), cells.end(), "t_s");
+      const bool stamped = !plan_.has_time && layout_.rate <= 0.0 && stamps != cells.end();
+      if (stamped) {
+        plan_.has_time = true, plan_.time = static_cast<std::size_t>(stamps - cells.begin());
+        plan_.most = std::max(plan_.most, plan_.time);
+      }
       if (!plan_.has_time && layout_.rate <= 0.0)
         refuse(path_, number_, "time", "none", "a column t_s, --time COLUMN, or --rate HZ");
       // A foreign table may begin with a header of its own.
+      if (foreign && !stamped) cells_ = 0;  // it may be a title: the first row of numbers says how many
       if (!foreign || std::isnan(number(cells[0]))) return;
     }
+    if (cells_ == 0) cells_ = cells.size();
     row(cells);
   }
 
   double value(const std::vector<std::string>& cells, std::size_t place) const {
     const double v = number(cells[place]);
-    if (std::isnan(v)) refuse(path_, number_, columnName(place), cells[place], "a finite number");
+    if (std::isnan(v))
+      refuse(
+          path_, number_, columnName(place), cells[place],
+          cells[place].find(',') == std::string::npos ? "a finite number" : "a number with a decimal point");
     return v;
   }
 
@@ -181,14 +244,8 @@ class Reader {
       refuse(path_, number_, "row", std::to_string(cells.size()) + " cells",
              std::to_string(std::max(cells_, plan_.most + 1)) + " cells");
     if (table_.time.size() == kMostRows) refuse(path_, number_, "file", "more rows", "at most 5000000 rows");
-    const double t =
-        plan_.has_time ? value(cells, plan_.time) : static_cast<double>(table_.time.size()) / layout_.rate;
-    if (std::abs(t) > kLongest)
-      refuse(path_, number_, columnName(plan_.time), cells[plan_.time], "-1e10 to 1e10 s");
-    if (!table_.time.empty() && !(t > table_.time.back()))
-      refuse(path_, number_, plan_.has_time ? columnName(plan_.time) : "time", cells[plan_.time],
-             "later than the row before, " + std::to_string(table_.time.back()) + " s");
-    table_.time.push_back(t);
+    table_.time.push_back(plan_.has_time ? since(cells)
+                                         : static_cast<double>(table_.time.size()) / layout_.rate);
     for (std::size_t i = 0; i < plan_.tools.size(); ++i) {
       const Places& places = plan_.tools[i];
       MotionTable::Tool& tool = table_.tools[i];
@@ -217,10 +274,28 @@ class Reader {
     }
   }
 
+  /// s from the first row to this one.
+  double since(const std::vector<std::string>& cells) {
+    const std::string& text = cells[plan_.time];
+    const double unit = layout_.seconds_per_unit, at = value(cells, plan_.time);
+    if (std::abs(at * unit) > kLongest)
+      refuse(path_, number_, columnName(plan_.time), text, "-1e10 to 1e10 s");
+    const Moment now = moment(text, at);
+    if (table_.time.empty()) first_ = now, table_.start = unit * at;
+    const double t = unit * (static_cast<double>(now.whole - first_.whole) + (now.rest - first_.rest));
+    if (!table_.time.empty() && !(t > table_.time.back()))
+      refuse(path_, number_, columnName(plan_.time), text, "later than the row before, " + before_);
+    before_ = text;
+    return t;
+  }
+
   std::string path_;
   const MotionLayout& layout_;
   MotionTable table_;
   Plan plan_;
+  char separator_ = ',';
+  Moment first_;
+  std::string before_;  ///< the last row's time as it was written
   bool planned_ = false;
   std::size_t number_ = 0, cells_ = 0;
 };

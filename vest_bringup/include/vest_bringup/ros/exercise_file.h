@@ -8,6 +8,8 @@
 
 #include <ros/package.h>
 
+#include "vest_bringup/exercise/trainees.h"
+
 namespace vest::ros_shell {
 
 /// Names of the exercises that VEST brings, sorted: folders under exercises/ of vest_bringup.
@@ -35,6 +37,18 @@ inline std::string exerciseFile(const std::string& exercise) {
   }
   throw std::invalid_argument("exercise '" + exercise + "': unknown (allowed: " + allowed +
                               "or the path of an exercise file)");
+}
+
+/// What is kept of a result. A file that has the name of an exercise that VEST brings, and other marks,
+/// scores something else: the attempt has the flag `other version`, and counts for no learning curve.
+inline exercise::Attempt attemptOf(const exercise::Exercise& e, const exercise::Result& result,
+                                   const std::string& trainee, const std::string& date,
+                                   const std::string& version, const std::string& directory) {
+  exercise::Attempt attempt = exercise::attemptOf(e, result, trainee, date, version, directory);
+  for (const std::string& name : exerciseNames())
+    if (name == e.name && exercise::loadExercise(exerciseFile(name)).hash != e.hash)
+      attempt.flags += attempt.flags.empty() ? "other version" : ",other version";
+  return attempt;
 }
 
 }  // namespace vest::ros_shell
