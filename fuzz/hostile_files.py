@@ -174,8 +174,8 @@ def left_behind(kind, folder):
     return ''
 
 
-def run(kind, folder, slow, under=()):
-    """What the tool makes of the files in the folder: (outcome, message)."""
+def run(kind, folder, slow, under=(), spent=None):
+    """What the tool makes of the files in the folder: (outcome, message). Seconds of processor time and megabytes come into `spent`."""
     command = [*under, *(part.format(folder) for part in kind.command)]
     environment = dict(os.environ, ASAN_OPTIONS='detect_leaks=0:exitcode=77:allocator_may_return_null=0',
                        UBSAN_OPTIONS='print_stacktrace=1:halt_on_error=1:exitcode=77', VEST_CACHE_DIR=folder + '/cache')
@@ -202,6 +202,8 @@ def run(kind, folder, slow, under=()):
                 return 'hung', 'it waits'
             time.sleep(0.002)
         process.returncode = os.waitstatus_to_exitcode(status)
+        if spent is not None:
+            spent.update(seconds=usage.ru_utime + usage.ru_stime, megabytes=usage.ru_maxrss // 1024)
         err.seek(0)
         text = err.read().decode('utf-8', 'replace').strip()
     last = text.splitlines()[-1] if text else ''

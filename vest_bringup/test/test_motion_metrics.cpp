@@ -55,6 +55,16 @@ TEST(MotionMetrics, MinimumJerkReachHasItsKnownFigures) {
   EXPECT_NEAR(tool.ldlj.value(), -std::log(720.0 / (1.875 * 1.875)), 0.03);
 }
 
+/// The spectrum of what is filtered takes time and memory, without a bound of its own.
+TEST(MotionMetrics, OfMoreThanTenThousandSecondsOfAllToolsNothingIsFiltered) {
+  MotionTable table = tableOf(10.0, 20.0, reach);
+  EXPECT_TRUE(figuresOf(table).tools[0].sparc.has_value());
+  table.tools.resize(1001, table.tools[0]);
+  const Figures f = figuresOf(table);
+  EXPECT_FALSE(f.tools[0].sparc.has_value());
+  EXPECT_GT(f.tools[0].path, 0.19);
+}
+
 TEST(MotionMetrics, CircleHasItsKnownFigures) {
   const double w = 2.0 * M_PI * 0.5, r = 0.03;
   MotionTable table =
@@ -321,10 +331,18 @@ TEST_F(MotionTableFile, WhatIsRefusedNamesLineFieldAndWhatIsAllowed) {
   has(refusal(), "no tool");
   write("t_s,t_s,r_x_m\n");
   has(refusal(), "t_s twice");
+  std::string many = "t_s";  // five thousand rows of 300 tools are the most
+  for (int i = 0; i < 300; ++i)
+    for (const char* axis : {"_x_m", "_y_m", "_z_m"}) many += "," + std::to_string(i) + axis;
+  std::string zeros;
+  for (int i = 0; i < 900; ++i) zeros += ",0";
+  for (int row = 0; row < 5001; ++row) many += "\n" + std::to_string(row) + zeros;
+  write(many);
+  has(refusal(), "line 5002: file: more rows (allowed: at most 5000 rows of 300 tools)");
   const std::string written = path_;
   for (const char* place : {"/tmp", "/proc/kmsg"}) {  // the second says that it is a file, and never ends
     path_ = place;
-    has(refusal(), "(allowed: a file of at most 256 MB with a table of numbers");
+    has(refusal(), "(allowed: a file of at most 128 MB with a table of numbers");
   }
   path_ = written;
 }

@@ -307,7 +307,7 @@ TEST(RawLog, WhatADriverReadIsReadAgainFromItsLogThroughTheEmulator) {
 TEST(RawLog, ItsNameDoesNotWriteToTheTerminal) {
   const std::string path = testing::TempDir() + "/vest_log\x1b[2J\n";
   std::ofstream(path, std::ios::binary) << std::string("VEST raw bytes 1\n\0\0\0\0\0\0\0\0\1\0\0\0a", 30);
-  ASSERT_EQ(transport::readRawLog(path).size(), 1u);
+  ASSERT_EQ(transport::readRawLog(path).pieces.size(), 1u);
   FILE* const out = ::popen(("'" EMULATOR "' --seconds 0.01 --replay '" + path + "' 2>&1").c_str(), "r");
   std::string said;
   for (int c = std::fgetc(out); c != EOF; c = std::fgetc(out)) said += static_cast<char>(c);
@@ -325,6 +325,10 @@ TEST(RawLog, WhatIsNoSuchFileIsRefused) {
     std::ofstream(path, std::ios::binary) << text;
     EXPECT_THROW(transport::readRawLog(path), std::runtime_error);
   }
+  // Pieces of no bytes: in memory each takes twice what it takes in the file.
+  std::ofstream(path, std::ios::binary) << "VEST raw bytes 1\n";
+  ASSERT_EQ(0, truncate(path.c_str(), 17 + 12 * 8000001));
+  EXPECT_THROW(transport::readRawLog(path), std::runtime_error);
   std::remove(path.c_str());
   EXPECT_THROW(transport::readRawLog(path), std::runtime_error);
   ASSERT_EQ(0, mkfifo(path.c_str(), 0600));

@@ -15,6 +15,8 @@ namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
 
+constexpr double kMostSamples = 2e6;  // of a piece, at its rate (assumed)
+
 /// Rows first … last, both counted, without a gap between them.
 struct Piece {
   std::size_t first = 0, last = 0;
@@ -169,7 +171,7 @@ Points smooth(const std::vector<double>& time, const Points& position, const Pie
   // The rate of the recording; uneven intervals and missing rows are evened out by the spline.
   const double length = t.back() - t.front();
   const double count = std::max(std::round(length / medianInterval(t)), 1.0), rate = count / length;
-  if (!(rate >= 2.5 * kFilterFrequency) || count > 5e6) return {};
+  if (!(rate >= 2.5 * kFilterFrequency) || count > kMostSamples) return {};
   double uneven = 0;
   for (std::size_t i = 1; i < n; ++i) uneven = std::max(uneven, std::abs((t[i] - t[i - 1]) * rate - 1.0));
   if (uneven > 1e-6 || static_cast<double>(n) != count + 1.0) {
@@ -219,7 +221,7 @@ void addFiltered(const Points& p, ToolFigures& f, Mean& sparcs, Mean& ldljs, Mea
 }
 
 ToolFigures toolFigures(const MotionTable& table, const MotionTable::Tool& tool,
-                        const std::vector<Piece>& pieces) {
+                        const std::vector<Piece>& pieces, bool filtered) {
   ToolFigures f;
   f.name = tool.name;
   const std::vector<double>& t = table.time;
@@ -255,7 +257,8 @@ ToolFigures toolFigures(const MotionTable& table, const MotionTable::Tool& tool,
       jerks += jerk.squaredNorm();
       ++jerk_count;
     }
-    addFiltered(smooth(t, tool.position, piece), f, sparcs, ldljs, filtered_idle, filtered_jerk);
+    if (filtered)
+      addFiltered(smooth(t, tool.position, piece), f, sparcs, ldljs, filtered_idle, filtered_jerk);
   }
   f.mean_speed = f.duration > 0 ? f.path / f.duration : 0.0;
   f.idle_fraction = f.duration > 0 ? idle / f.duration : 0.0;
@@ -337,8 +340,9 @@ Figures figuresOf(const MotionTable& table) {
       if (moving > 1) both += dt;
     }
   }
+  const double seconds = out.duration * static_cast<double>(table.tools.size());
   for (const auto& tool : table.tools) {
-    out.tools.push_back(toolFigures(table, tool, pieces));
+    out.tools.push_back(toolFigures(table, tool, pieces, seconds <= kLongestFiltered));
     out.path += out.tools.back().path;
   }
   if (table.tools.size() > 1) out.bimanual = any > 0 ? both / any : 0.0;

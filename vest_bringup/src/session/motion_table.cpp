@@ -16,8 +16,9 @@
 namespace vest::session {
 namespace {
 
-constexpr std::size_t kMostBytes = 256U << 20U, kMostRows = 5'000'000, kMostColumns = 1000,
-                      kMostLine = 64 * 1024;
+constexpr std::size_t kMostBytes = 128U << 20U, kMostColumns = 1000, kMostLine = 64 * 1024;
+/// Rows times tools (assumed): an hour of four tools at 100 Hz.
+constexpr std::size_t kMostPositions = 1'500'000;
 constexpr double kFarthest = 1e6;  // m
 constexpr double kLongest = 1e10;  // s (assumed): clocks count from 1970
 constexpr double kMostJaw = 1000;  // rad (assumed): degrees and per cent pass, too
@@ -183,7 +184,7 @@ class Reader {
     try {
       text = files::read(path_, kMostBytes);
     } catch (const files::Refused& e) {
-      refuse(path_, 0, e.field, e.value, "a file of at most 256 MB with a table of numbers");
+      refuse(path_, 0, e.field, e.value, "a file of at most 128 MB with a table of numbers");
     }
     for (std::size_t at = text.compare(0, 3, "\xEF\xBB\xBF") == 0 ? 3 : 0; at < text.size();) {
       ++number_;
@@ -243,7 +244,11 @@ class Reader {
     if (cells.size() != cells_ || cells.size() <= plan_.most)
       refuse(path_, number_, "row", std::to_string(cells.size()) + " cells",
              std::to_string(std::max(cells_, plan_.most + 1)) + " cells");
-    if (table_.time.size() == kMostRows) refuse(path_, number_, "file", "more rows", "at most 5000000 rows");
+    const std::size_t most = kMostPositions / table_.tools.size();
+    if (table_.time.size() == most)
+      refuse(
+          path_, number_, "file", "more rows",
+          "at most " + std::to_string(most) + " rows of " + std::to_string(table_.tools.size()) + " tools");
     table_.time.push_back(plan_.has_time ? since(cells)
                                          : static_cast<double>(table_.time.size()) / layout_.rate);
     for (std::size_t i = 0; i < plan_.tools.size(); ++i) {

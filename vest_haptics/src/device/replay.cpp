@@ -17,8 +17,8 @@ Eigen::Matrix3d fromPhantom() {
   return r;
 }
 
-constexpr std::size_t kMostBytes = std::size_t{256} << 20;  // an hour of rows of 70 bytes at 1 kHz
-constexpr double kMostMillimetres = 10000;                  // no device of this kind reaches a metre
+constexpr std::size_t kMostBytes = std::size_t{128} << 20, kMostRows = 1200000;  // ours: 20 min at 1 kHz
+constexpr double kMostMillimetres = 10000;  // no device of this kind reaches a metre
 
 std::string trimmed(const std::string& cell) {
   const std::size_t from = cell.find_first_not_of(" \r"), to = cell.find_last_not_of(" \r");
@@ -50,7 +50,7 @@ void ReplayDevice::open(const DeviceOptions& options) {
     in.str(files::read(file, kMostBytes));
   } catch (const files::Refused& e) {
     throw DeviceError(where + ": " + e.value +
-                      "; allowed: a CSV of at most 256 MB with t_s, px_mm, py_mm, pz_mm, qx, qy, qz, qw");
+                      "; allowed: a CSV of at most 128 MB with t_s, px_mm, py_mm, pz_mm, qx, qy, qz, qw");
   }
   std::string line, cell;
   std::getline(in, line);
@@ -74,6 +74,9 @@ void ReplayDevice::open(const DeviceOptions& options) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (int number = 2; std::getline(in, line); ++number) {
     if (line.empty()) continue;
+    if (rows_.size() == kMostRows)
+      throw DeviceError(where + " line " + std::to_string(number) + ": more than " +
+                        std::to_string(kMostRows) + " rows; allowed: at most as many");
     std::istringstream cells(line);
     std::array<double, 8> v;
     v.fill(std::nan(""));

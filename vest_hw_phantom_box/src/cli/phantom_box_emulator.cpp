@@ -142,8 +142,8 @@ class Program {
         emulator_(calibration_, o_.instruments, o_.faults, o_.serial_number) {
     if (!o_.replay.empty()) {
       recorded_ = transport::readRawLog(o_.replay);
-      std::printf("replay %s: %zu pieces, %.3f s\n", files::shown(o_.replay, 6000).c_str(), recorded_.size(),
-                  static_cast<double>(recorded_.back().time_ns) * 1e-9);
+      std::printf("replay %s: %zu pieces, %.3f s\n", files::shown(o_.replay, 6000).c_str(),
+                  recorded_.pieces.size(), static_cast<double>(recorded_.pieces.back().time_ns) * 1e-9);
     }
     if (o_.pace) pace_ = std::make_unique<Pace>();
     if (!o_.trajectory.empty()) {
@@ -189,7 +189,7 @@ class Program {
         dropped_ += static_cast<std::uint64_t>(missed);
         deadline += missed * kPeriod;
       }
-      if (recorded_.empty())
+      if (recorded_.pieces.empty())
         send(deadline);
       else if (!sendRecorded(deadline))
         break;
@@ -234,8 +234,11 @@ class Program {
   bool sendRecorded(std::int64_t when) {
     const std::int64_t now = steadyNow();
     if (next_ == 0) taken_ = now;
-    while (next_ < recorded_.size() && recorded_[next_].time_ns <= when - play_start_) {
-      if (terminal_.write(recorded_[next_].bytes)) {
+    const auto& pieces = recorded_.pieces;
+    while (next_ < pieces.size() && pieces[next_].time_ns <= when - play_start_) {
+      const auto first = recorded_.file.begin() + static_cast<std::ptrdiff_t>(pieces[next_].first);
+      line_.assign(first, first + static_cast<std::ptrdiff_t>(pieces[next_].size));
+      if (terminal_.write(line_)) {
         ++sent_;
         taken_ = now, blocked_ = 0;
       } else {
@@ -245,11 +248,11 @@ class Program {
       }
       ++next_;
     }
-    if (next_ == recorded_.size() && o_.loop) {
+    if (next_ == pieces.size() && o_.loop) {
       next_ = 0;
       play_start_ = when;
     }
-    return next_ < recorded_.size() || now - taken_ < kEnd;
+    return next_ < pieces.size() || now - taken_ < kEnd;
   }
 
   Options o_;
@@ -259,7 +262,7 @@ class Program {
   std::unique_ptr<Pace> pace_;
   emulator::PseudoTerminal terminal_;
   protocol::Bytes line_;
-  std::vector<transport::RawPiece> recorded_;
+  transport::RawRecording recorded_;
   std::size_t next_ = 0;
   bool listening_ = false;
   std::int64_t begin_ = 0, play_start_ = -1;

@@ -20,8 +20,8 @@ constexpr std::size_t kMostColumns = kJoints + 2;
 /// rad/s, m/s: the greatest speeds of the way from the last row to the first (assumed: a calm hand's), and
 /// how much greater they are than its mean.
 constexpr double kCalmTurn = 1.0, kCalmSlide = 0.1, kGreatestOverMean = 1.5;
-constexpr int kInsertion = 2;               // axis
-constexpr std::size_t kMostRows = 2000000;  // ours: 5.5 h at 100 Hz
+constexpr int kInsertion = 2;              // axis
+constexpr std::size_t kMostRows = 720000;  // ours: 2 h at 100 Hz
 
 [[noreturn]] void fail(const std::string& file, const std::string& field, const std::string& value,
                        const std::string& allowed) {
@@ -74,7 +74,7 @@ Pose restPose() {
 Trajectory Trajectory::load(const std::string& file, const TrajectoryOptions& options) {
   std::string text;
   try {
-    text = files::read(file, 256u << 20);
+    text = files::read(file, 128u << 20);
   } catch (const files::Refused& why) {
     fail(file, "trajectory", why.value, why.allowed);
   }

@@ -12,7 +12,7 @@ namespace {
 constexpr char kHead[] = "VEST raw bytes 1\n";
 constexpr std::size_t kHeadSize = sizeof kHead - 1;
 constexpr std::uint32_t kMostOfAPiece = 1 << 16;
-constexpr std::size_t kMostOfAFile = 512u << 20;  // two hours
+constexpr std::size_t kMostOfAFile = 512u << 20, kMostPieces = 8000000;  // two hours, at 1 kHz
 
 void put(std::ostream& out, std::uint64_t value, int bytes) {
   for (int i = 0; i < bytes; ++i) out.put(static_cast<char>(value >> (8 * i) & 0xFF));
@@ -45,32 +45,33 @@ bool RawLog::write(std::int64_t now_ns, const std::uint8_t* bytes, std::size_t s
   return out_.is_open();
 }
 
-std::vector<RawPiece> readRawLog(const std::string& path) {
+RawRecording readRawLog(const std::string& path) {
   const auto fail = [&](const std::string& what) {
     throw std::runtime_error(path + ": " + what +
                              "; allowed: a log of raw bytes of the driver (raw_log) or of box_setup (--log)");
   };
-  std::string bytes;
+  RawRecording out;
+  std::string& bytes = out.file;
+  std::vector<RawPiece>& pieces = out.pieces;
   try {
     bytes = files::read(path, kMostOfAFile);
   } catch (const files::Refused& refused) {
     fail(refused.value);
   }
   if (bytes.compare(0, kHeadSize, kHead) != 0) fail("not such a file");
-  std::vector<RawPiece> out;
   std::size_t at = kHeadSize;
   for (std::uint64_t time = 0, size = 0; get(bytes, at, time, 8) && get(bytes, at, size, 4);) {
     const auto ns = static_cast<std::int64_t>(time);
-    if (ns < 0 || (!out.empty() && ns < out.back().time_ns))
-      fail("piece " + std::to_string(out.size()) + ": its time goes back");
+    if (ns < 0 || (!pieces.empty() && ns < pieces.back().time_ns))
+      fail("piece " + std::to_string(pieces.size()) + ": its time goes back");
     if (size > kMostOfAPiece)
-      fail("piece " + std::to_string(out.size()) + ": " + std::to_string(size) + " bytes");
+      fail("piece " + std::to_string(pieces.size()) + ": " + std::to_string(size) + " bytes");
     if (bytes.size() - at < size) break;
-    const auto from = bytes.begin() + static_cast<std::ptrdiff_t>(at);
-    out.push_back({ns, {from, from + static_cast<std::ptrdiff_t>(size)}});
+    if (pieces.size() == kMostPieces) fail("more than " + std::to_string(kMostPieces) + " pieces");
+    pieces.push_back({ns, at, static_cast<std::uint32_t>(size)});
     at += size;
   }
-  if (out.empty()) fail("nothing was recorded");
+  if (pieces.empty()) fail("nothing was recorded");
   return out;
 }
 

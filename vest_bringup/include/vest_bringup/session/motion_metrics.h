@@ -25,6 +25,7 @@ constexpr double kIdleSpeed = 0.005;      ///< m/s, tuned: below it a tool rests
 constexpr double kGapIntervals = 5.0;     ///< median intervals: a longer pause of the recording is a gap
 constexpr double kFilterFrequency = 6.0;  ///< Hz
 constexpr double kSmoothRate = 100.0;     ///< Hz, of the filtered motion
+constexpr double kLongestFiltered = 1e4;  ///< s times tools (assumed): the spectrum of more takes 1 GB
 
 /// Nothing is known of the motion from `from` to `to`: no figure counts it.
 struct Gap {
@@ -42,7 +43,8 @@ struct ToolFigures {
   std::optional<double> angular_path;  ///< rad, Σ 2·atan2(‖Im qᵢ*qᵢ₊₁‖, |Re|)
   std::optional<double> depth_path;    ///< m, Σ|Δp·z|, z the tool's axis
   double idle_fraction = 0;            ///< part of the duration with a speed below kIdleSpeed
-  // Of the filtered motion; nothing where the recording is too short or slower than 15 Hz.
+  // Of the filtered motion; nothing where the recording is too short, slower than 15 Hz, or longer
+  // than kLongestFiltered over the number of tools.
   std::optional<double> filtered_path;        ///< m
   std::optional<double> filtered_peak_speed;  ///< m/s
   std::optional<double> filtered_rms_jerk;    ///< m/s³

@@ -46,8 +46,8 @@ std::map<std::string, MotionLayout::Columns> parseColumns(const std::string& tex
 /// passed over. With a layout a first line that is no row of numbers is passed over.
 ///
 /// @throws std::invalid_argument one line: file, line, field, value, what is allowed. For files that cannot
-/// be read, have fewer than 2 rows or more than 5,000,000, cells that are no finite numbers, short rows, time
-/// that does not rise, coordinates beyond 1e6 m, quaternions of length zero.
+/// be read, have fewer than 2 rows, more than 1,500,000 over the number of tools, cells that are no finite
+/// numbers, short rows, time that does not rise, coordinates beyond 1e6 m, quaternions of length zero.
 MotionTable readMotionTable(const std::string& path, const MotionLayout& layout = {});
 
 }  // namespace vest::session

@@ -12,7 +12,14 @@ namespace vest::transport {
 /// One reading of the line.
 struct RawPiece {
   std::int64_t time_ns = 0;  ///< since the first piece
-  std::vector<std::uint8_t> bytes;
+  std::size_t first = 0;     ///< of its bytes in the file's
+  std::uint32_t size = 0;
+};
+
+/// What a log holds, without a copy of each piece.
+struct RawRecording {
+  std::string file;  ///< its bytes
+  std::vector<RawPiece> pieces;
 };
 
 /// File: the line "VEST raw bytes 1", then for each piece 8 bytes time_ns, 4 bytes size, and the bytes;
@@ -30,7 +37,8 @@ class RawLog {
   std::int64_t first_ns_ = -1;
 };
 
-/// A regular file of at most 512 MiB. @throws std::runtime_error with file, what is wrong, what is allowed
-std::vector<RawPiece> readRawLog(const std::string& path);
+/// A regular file of at most 512 MiB and 8,000,000 pieces. @throws std::runtime_error with file, what is
+/// wrong, what is allowed
+RawRecording readRawLog(const std::string& path);
 
 }  // namespace vest::transport
