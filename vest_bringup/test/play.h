@@ -230,11 +230,14 @@ struct Passages {
   std::vector<Eigen::Vector3d> before;
   int passed = 0, fast = 0;  ///< passages; steps in which a node moved further than kStraight
 
-  void look(const std::vector<Eigen::Vector3d>& now) {
+  // severed: per segment; what was cut joins nothing.
+  void look(const std::vector<Eigen::Vector3d>& now, const std::vector<std::uint8_t>& severed = {}) {
     std::vector<std::size_t> left_out;  // both segments of a node that moves further; all others are judged
     for (std::size_t i = 0; i < before.size(); ++i)
       if (!((now[i] - before[i]).norm() < kStraight)) left_out.insert(left_out.end(), {i, i + 1});
     fast += !left_out.empty();
+    for (std::size_t i = 0; i < severed.size(); ++i)
+      if (severed[i] != 0) left_out.push_back(i + 1);
     passed += std::abs(suture::specimen::crossings(before, now, left_out));
     before = now;
   }
