@@ -172,13 +172,14 @@ TEST(SceneSquareKnot, ThreeInstrumentsTieTwoThrowsThatHoldByFriction) {
   const auto kind = [&](const suture::State& s) {
     const auto cut = std::find(s.severed.begin(), s.severed.end(), std::uint8_t{1});
     const std::ptrdiff_t from = cut == s.severed.end() ? 0 : cut - s.severed.begin() + 1;
-    const auto k = suture::kindOf(s.position.data() + from, s.position.size() - static_cast<std::size_t>(from), scratch);
+    const auto k =
+        suture::kindOf(s.position.data() + from, s.position.size() - static_cast<std::size_t>(from), scratch);
     return std::pair(static_cast<int>(k.determinant), static_cast<int>(k.signature));
   };
   const std::pair none(1, 0), first(5, -4), both(15, -2);  // determinant and signature
   Passages passages{rod.position};
   double drawn = 0;
-  suture::State tied;  // by hands that hold both ends
+  suture::State taut;  // while hands hold both ends
   int wrong = 0;
   const auto watch = [&](double t, const scene::StepInput&, const scene::StepReport&) {
     passages.look(rod.position, rod.severed);
@@ -186,7 +187,7 @@ TEST(SceneSquareKnot, ThreeInstrumentsTieTwoThrowsThatHoldByFriction) {
     if (t < 27.0) wrong += kind(rod) != none;
     if (t > 45.0 && t < 95.0) wrong += kind(rod) != first;
     if (t > 108.0) wrong += kind(rod) != both;
-    if (t < 116.0) drawn = suture::tensionOf(model, rod, model.strands[0], 60), tied = rod;
+    if (t < 116.0) drawn = suture::tensionOf(model, rod, model.strands[0], 60), taut = rod;
   };
   const bool whole = std::getenv("VEST_FULL") != nullptr;
   p.run(watch, whole ? 0 : 20.0);
@@ -208,7 +209,7 @@ TEST(SceneSquareKnot, ThreeInstrumentsTieTwoThrowsThatHoldByFriction) {
     for (auto& strand : with.strands) strand.section.friction *= friction;
     return Loop{with, {0, 0.055, 0.092}, Vector3d(0.566, 0.600, 0).normalized(), 0.002}.bears(alone, 0.0035);
   };
-  suture::State held = tied, slipped = tied;
+  suture::State held = taut, slipped = taut;
   const double load = bears(1.0, held);
   bears(0.0, slipped);
   std::printf("drawn with %.2f N, its loop bears %.2f N\n", drawn, load);
