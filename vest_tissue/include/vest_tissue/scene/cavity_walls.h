@@ -14,7 +14,7 @@ constexpr double kWallWeighs = 4 * 9.81;
 constexpr std::uint8_t kHangs = 1;
 
 /// The walls of a scene's cavities where they hang for want of gas. Tissue, threads, instruments, drops,
-/// films and smoke ask this one description. Cheap to make anew in each step; it outlives neither model nor
+/// films and smoke ask this one description. Cheap enough to make in each step. It outlives neither model nor
 /// state.
 class CavityWalls {
  public:
