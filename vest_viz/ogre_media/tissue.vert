@@ -28,7 +28,7 @@ void main() {
   float d2 = dot(to_light, to_light);
   vec3 h = normalize(v + to_light * inversesqrt(d2));
   halfway = vec3(dot(h, t), dot(h, b), dot(h, n));
-  // The beam is brightest in the middle; sides get less (the eighth power by the rings of real pictures; ours).
+  // The beam is brightest in the middle; sides get less (the eighth power by the rings of real pictures; tuned).
   float beam = v.z * v.z * v.z * v.z;
   uv = vec4(gl_MultiTexCoord0.xy, light.w * beam * beam / (d2 + 0.0012), -position.z);
   tint = gl_Color;

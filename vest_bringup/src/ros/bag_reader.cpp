@@ -18,7 +18,7 @@
 namespace vest::session {
 namespace {
 
-// Limits of ours. The largest header is a connection's: a message definition.
+// Limits are assumed. The largest header is a connection's: a message definition.
 constexpr std::uint32_t kMostHeader = 1U << 20U;
 constexpr std::uint32_t kMostChunk = 256U << 20U;
 constexpr std::uint32_t kMostFolds =

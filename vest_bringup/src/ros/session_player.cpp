@@ -199,7 +199,7 @@ class Pace {
   bool kept() const { return kept_; }
 
  private:
-  static constexpr double kMostOff = 0.05;  ///< ours
+  static constexpr double kMostOff = 0.05;  ///< assumed
   double begun_ = 0, simulated_ = 0;
   bool kept_ = true;
 };

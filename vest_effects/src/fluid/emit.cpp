@@ -128,7 +128,8 @@ void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s
         take(model.whole * static_cast<double>(before - q.volume[i]), static_cast<double>(q.blood[i]));
       }
       if (tip.soaks) continue;
-      // Drawn with the sink's speed; what is near follows within some 10 ms (the drag of air is small: ours).
+      // Drawn with the sink's speed; what is near follows within some 10 ms (the drag of air is small:
+      // assumed).
       const float r = std::sqrt(r2) + 1e-6f, speed = std::min(2.0f, sink / (r2 + 1e-6f)),
                   share = dt / (dt + 0.01f);
       q.vx[i] += share * (speed * dx / r - q.vx[i]);

@@ -149,7 +149,7 @@ void ForceDimensionDevice::reset() {
 
 // True where poses are to be believed. Errors are latched.
 bool ForceDimensionDevice::askStatus(std::int64_t now_ns) noexcept {
-  constexpr std::int64_t kPatience = 100000000;  // ns after which force mode must have been entered, ours
+  constexpr std::int64_t kPatience = 100000000;  // ns after which force mode must have been entered, assumed
   int status[kStatusPlaces] = {};
   if (dhd_->getStatus(status, static_cast<char>(id_)) < 0) {
     fail(kStatus);

@@ -210,7 +210,7 @@ void ImpulseEngineDevice::serve() {
 // line was gone, and then it goes out as soon as the line is back: until then the motors may hold what came
 // last.
 void ImpulseEngineDevice::serveForces() {
-  constexpr std::int64_t kAgain = 100000000;  // ns between two looks at a line that is gone, ours
+  constexpr std::int64_t kAgain = 100000000;  // ns between two looks at a line that is gone, assumed
   becomeRealTime("vest_lie_force");
   bool gone = false;
   std::int64_t look = 0;

@@ -81,7 +81,7 @@ Loads MailboxDevice::wanted(std::int64_t now_ns) noexcept {
 
 // Between two forces of new poses the age of the pose behind the force grows evenly from where it began.
 void MailboxDevice::measure(std::int64_t posed_ns, std::int64_t now_ns) noexcept {
-  constexpr double kMean = 0.5;      // s, of the means, ours
+  constexpr double kMean = 0.5;      // s, of the means, tuned
   constexpr double kLongest = 0.05;  // s: a pause, no rate
   if (posed_ns == posed_ns_) return;
   const double held = 1e-9 * static_cast<double>(now_ns - served_ns_);

@@ -17,7 +17,7 @@ Eigen::Matrix3d fromPhantom() {
   return r;
 }
 
-constexpr std::size_t kMostBytes = std::size_t{128} << 20, kMostRows = 1200000;  // ours: 20 min at 1 kHz
+constexpr std::size_t kMostBytes = std::size_t{128} << 20, kMostRows = 1200000;  // assumed: 20 min at 1 kHz
 constexpr double kMostMillimetres = 10000;  // no device of this kind reaches a metre
 
 std::string trimmed(const std::string& cell) {

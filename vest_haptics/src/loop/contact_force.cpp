@@ -250,7 +250,7 @@ Vector3d ContactForce::evaluate(const Vector3d& x, const Vector3d& v, double dt)
 }
 
 double ContactForce::storedEnergy() const noexcept {
-  constexpr double kMargin = 0.002;  // J, ours: what noise of the sensors may add up to
+  constexpr double kMargin = 0.002;  // J, assumed: what noise of the sensors may add up to
   const double square = last_.squaredNorm();
   const double k = last_.dot(model_.stiffness * last_) / square;  // of no force: no number, so not > 0
   const double series = k > 0.0 ? 1.0 / (1.0 / k + 1.0 / coupling_) : coupling_;

@@ -15,9 +15,9 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kLongestTick = 0.05;      // s: after a pause like this nothing is extrapolated
-constexpr double kVelocityFilter = 0.003;  // s, low-pass of the differentiated pose, ours
+constexpr double kVelocityFilter = 0.003;  // s, low-pass of the differentiated pose, tuned
 constexpr double kTorqueFilter =
-    0.010;  // s, of roll and jaw torque, which have no model between updates, ours
+    0.010;  // s, of roll and jaw torque, which have no model between updates, tuned
 constexpr double kLeastMaximum = 1e-6;
 
 LimiterOptions limiterOptions(const Capabilities& c, const ControllerOptions& o) {
@@ -183,7 +183,7 @@ double Controller::share(const Loads& loads) const noexcept {
 
 // Motors warm with the square of their force: what they do not bear for ever is there for some seconds only.
 void Controller::spareMotors(Loads& loads) const noexcept {
-  constexpr double kBegins = 0.8;  // of the heat that is borne, ours
+  constexpr double kBegins = 0.8;  // of the heat that is borne, tuned
   const double c = capabilities_.continuous;
   if (c == 0.0) return;
   const double cool = std::clamp((1.0 - heat_ / (c * c)) / (1.0 - kBegins), 0.0, 1.0);
@@ -279,7 +279,7 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
   if (fresh < 1.0) r.limits |= kLimitStale;
 
   // How stiff it may feel.
-  constexpr double kChange = 0.02;  // of it, ours: what is not worth a change
+  constexpr double kChange = 0.02;  // of it, tuned: what is not worth a change
   const double greatest_now = greatest(in.timing);
   if (greatest_now < (1.0 - kChange) * r.stiffness ||
       (greatest_now > (1.0 + kChange) * r.stiffness && !contact_.model().active)) {
@@ -352,7 +352,7 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
     gate_.close();
     contact_.reset();
   }
-  constexpr double kWarm = 10.0;  // s, ours: windings of motors of this size warm within some ten seconds
+  constexpr double kWarm = 10.0;  // s, assumed: windings of motors of this size warm within some ten seconds
   const double force = share(r.loads) * limiter_.maximum()[0];
   heat_ += dt / (kWarm + dt) * (force * force - heat_);
   r.forces_on = r.state == OperatingState::Enabled && r.valid;

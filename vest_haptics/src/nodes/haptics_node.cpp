@@ -17,7 +17,7 @@ void onSignal(int) {
   ros::requestShutdown();
 }
 
-constexpr unsigned kLongestEnd = 5;  // s, ours: roslaunch kills after 15
+constexpr unsigned kLongestEnd = 5;  // s, assumed: roslaunch kills after 15
 void onStuck(int) {
   constexpr char kText[] = "haptics: a call of the device does not come back: ended without it\n";
   if (::write(STDERR_FILENO, kText, sizeof kText - 1) < 0) ::_exit(4);

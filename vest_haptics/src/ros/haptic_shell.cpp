@@ -25,7 +25,7 @@ constexpr double kPosePeriod = 0.002;   // s: 500 Hz
 constexpr double kStatePeriod = 0.005;  // s: 200 Hz
 constexpr double kButtons = 0.015;      // s: a switch that is older than 100 ms counts as released
 constexpr std::int64_t kStill =
-    200000000;  // ns without a tick, ours: longer than a loaded machine keeps a thread waiting
+    200000000;  // ns without a tick, assumed: longer than a loaded machine keeps a thread waiting
 constexpr std::int64_t kPause = 50000000;  // ns in which this process was put aside: nobody ticks then
 
 template <class T>

@@ -25,7 +25,7 @@ class SessionWatch {
  private:
   static constexpr double kAsk = 0.5;       ///< s between two questions to the master
   static constexpr double kPatience = 1.5;  ///< s without an answer: lost (docs/HAZARDS.md: told in 2 s)
-  static constexpr double kAside = 0.2;     ///< s between two looks, ours: the process stood still
+  static constexpr double kAside = 0.2;     ///< s between two looks, assumed: the process stood still
   static constexpr double kStep = 0.5;      ///< s: beyond it the clock was set, not disciplined
   struct Master {
     std::atomic<std::int64_t> answered{0};  ///< steady, ns

@@ -13,7 +13,7 @@ using protocol::kJoints;
 
 namespace {
 
-constexpr double kLeastWay = 100;  // counts; ours: less says nothing about a scale
+constexpr double kLeastWay = 100;  // counts; assumed: less says nothing about a scale
 constexpr int kInsertion = 2, kRoll = 3, kFifth = 4;
 
 struct Words {

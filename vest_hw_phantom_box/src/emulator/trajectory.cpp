@@ -21,7 +21,7 @@ constexpr std::size_t kMostColumns = kJoints + 2;
 /// how much greater they are than its mean.
 constexpr double kCalmTurn = 1.0, kCalmSlide = 0.1, kGreatestOverMean = 1.5;
 constexpr int kInsertion = 2;              // axis
-constexpr std::size_t kMostRows = 720000;  // ours: 2 h at 100 Hz
+constexpr std::size_t kMostRows = 720000;  // assumed: 2 h at 100 Hz
 
 [[noreturn]] void fail(const std::string& file, const std::string& field, const std::string& value,
                        const std::string& allowed) {

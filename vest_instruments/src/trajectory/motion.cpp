@@ -13,8 +13,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostBytes = 64u << 20, kMostCells = 256;  // ours
-constexpr std::size_t kMostSamples = 600000;                     // ours: 10 min at 1 kHz
+constexpr std::size_t kMostBytes = 64u << 20, kMostCells = 256;  // assumed
+constexpr std::size_t kMostSamples = 600000;                     // assumed: 10 min at 1 kHz
 
 struct Sample {
   double t;

@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostRows = 1000000;  // ours: 2.7 h at 100 Hz
+constexpr std::size_t kMostRows = 1000000;  // assumed: 2.7 h at 100 Hz
 
 struct Press {
   double t;

@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 constexpr double kTolerance = 1e-7;  ///< of conjugate gradients, relative residual in the factor's norm
 constexpr double kRounding = 1e-22;  ///< of the squared residual (tuned)
 constexpr int kSweeps = 40;          ///< of Gauss-Seidel over the points (tuned)
-constexpr double kOvershoot = 4.0;   ///< no unit; ours
+constexpr double kOvershoot = 4.0;   ///< no unit; tuned
 constexpr double kPushOut = 2.0;     ///< m/s: of what a tool that appears in tissue holds within (tuned)
 constexpr double kStiffer = 4.0;     ///< stiffness of a contact over that of the tissue in this step (tuned)
 constexpr int kThreadPasses = 2;     ///< of correctThreads() (tuned)

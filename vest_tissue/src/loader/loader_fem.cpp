@@ -23,7 +23,7 @@ using yaml::Map;
 using yaml::Value;
 
 constexpr double kMost = kGreatest;
-constexpr std::size_t kMostBoxes = 256;      // ours
+constexpr std::size_t kMostBoxes = 256;      // assumed
 constexpr std::uint32_t kMostVoxels = 1024;  // along an axis
 
 std::string format(double value) {

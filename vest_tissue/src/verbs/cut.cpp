@@ -17,7 +17,7 @@ using interaction::kNone;
 using net::Block;
 
 constexpr double kSlack = 1e-3;  ///< of an edge: neighbours overlap by it, so that no crossing is lost
-/// The cutting force of a track is spread over this way of the blade (m, ours): tracks come in pieces.
+/// The cutting force of a track is spread over this way of the blade (m, assumed): tracks come in pieces.
 constexpr double kSpread = 0.001;
 /// The share of the toughness that a cutting current leaves to the hand; assumed: it vaporises its way.
 constexpr double kElectricShare = 0.1;

@@ -14,7 +14,7 @@ using interaction::Applier;
 using interaction::Clip;
 using net::Block;
 
-constexpr double kFill = 0.08;  ///< rad: the tissue fills the gap when it comes this near to the jaws; ours
+constexpr double kFill = 0.08;  ///< rad: the tissue fills the gap when it comes this near to the jaws; tuned
 constexpr double kRingShare =
     0.6;                          ///< of a ring's knots between the jaws: the lumen is between them; assumed
 constexpr double kAcross = 0.3;   ///< least sine between the opening of the jaws and the tube; assumed

@@ -18,7 +18,7 @@ namespace vest::displays {
 /// for longer than kPatience sends nothing more: pedals then count as released.
 class TeleopSender {
  public:
-  static constexpr double kPatience = 0.5;  ///< s, ours: a few slow frames
+  static constexpr double kPatience = 0.5;  ///< s, assumed: a few slow frames
   static constexpr int kSwitches = 6;
 
   explicit TeleopSender(const ros::NodeHandle& handle);

@@ -11,7 +11,7 @@
 namespace vest::instrument {
 namespace {
 
-constexpr std::size_t kMostAtCorner = 1024;  // ours: each is compared with each
+constexpr std::size_t kMostAtCorner = 1024;  // assumed: each is compared with each
 
 }  // namespace
 

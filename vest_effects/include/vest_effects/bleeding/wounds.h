@@ -10,13 +10,14 @@
 /// Openings of vessels and what closes them. No ROS, no scene: places are vessel and station.
 namespace vest::bleeding {
 
-constexpr int kMostOpenings = 48;  ///< ours; a cut through takes two
-constexpr int kMostClamps = 56;  ///< ours; cuts through take one each. Both fit kMostHoles and kMostClosures
+constexpr int kMostOpenings = 48;  ///< assumed; a cut through takes two
+constexpr int kMostClamps =
+    56;  ///< assumed; cuts through take one each. Both fit kMostHoles and kMostClosures
 
 /// Openings of one vessel nearer than this count as one, and heat reaches so far, m in the scene (assumed:
 /// jaws are 3 … 5 mm wide).
 constexpr double kSamePlace = 0.003;
-constexpr int kMostPinches = 8;  ///< ours; with clamps they fit kMostClosures
+constexpr int kMostPinches = 8;  ///< assumed; with clamps they fit kMostClosures
 /// A clot of a whole opening needs so long, s, while nothing flows through it: gauze stopped 56 of 85
 /// bleeding aortas within 3 min (PubMed 27466878, abstract). Or while it is a small hole, which vessel and
 /// platelets close themselves (Ivy: 2 … 9 min).

@@ -101,7 +101,7 @@ struct VesselClosure {
   double station = 0;  ///< m
   double opening = 0;  ///< 0 shut … 1 open
 };
-constexpr double kVeinShut = 0.05;  ///< ours
+constexpr double kVeinShut = 0.05;  ///< assumed
 /// Pa, s: below 25 mmHg for a minute the heart, which feeds itself, stops (assumed).
 constexpr double kArrestPressure = 3330, kArrestTime = 60;
 

@@ -32,10 +32,11 @@ struct TissueModel {
 /// Greatest values believed of a simulation; beyond them, or where a number is not finite, or a stiffness or
 /// damping has a negative diagonal, the record is refused (it would be a fault, not a force).
 inline constexpr double kMostStiffness =
-    1e9;  ///< N/m, ours: sums of penalty contacts reach some MN/m; the coupling bounds what is shown
-inline constexpr double kMostForce = 1e4;  ///< N, ours
-/// m, ours: a proxy further from where it was asked for is on its way. A force that opens the gate holds it
-/// 0.1 mm away (5 % of 3.3 N on kCouplingStiffness); a hand of 0.2 m/s runs 2 mm ahead of an input at 100 Hz.
+    1e9;  ///< N/m, assumed: sums of penalty contacts reach some MN/m; the coupling bounds what is shown
+inline constexpr double kMostForce = 1e4;  ///< N, assumed
+/// m, assumed: a proxy further from where it was asked for is on its way. A force that opens the gate holds
+/// it 0.1 mm away (5 % of 3.3 N on kCouplingStiffness); a hand of 0.2 m/s runs 2 mm ahead of an input at 100
+/// Hz.
 inline constexpr double kArrived = 0.003;
 /// @param why where it is refused: which field, a text that lives for ever; may be null
 bool toModel(const shared::ContactRecord& record, TissueModel& model, const char** why = nullptr) noexcept;
@@ -54,9 +55,9 @@ bool toModel(const shared::ContactRecord& record, TissueModel& model, const char
 /// nearest to the hand; where they give way, each plane does by its share of K.
 class ContactForce {
  public:
-  static constexpr double kBlend = 0.003;        ///< s, ours: three updates of a simulation of 1 kHz
-  static constexpr double kMostDamping = 10.0;   ///< N·s/m shown by contact, ours
-  static constexpr double kExtraFriction = 0.3;  ///< beyond the model's ratio of friction to push, ours
+  static constexpr double kBlend = 0.003;        ///< s, tuned: three updates of a simulation of 1 kHz
+  static constexpr double kMostDamping = 10.0;   ///< N·s/m shown by contact, tuned
+  static constexpr double kExtraFriction = 0.3;  ///< beyond the model's ratio of friction to push, tuned
 
   /// Another Kc, N/m, from now on; no jump.
   void couple(double coupling, const Eigen::Vector3d& x, const Eigen::Vector3d& v) noexcept;

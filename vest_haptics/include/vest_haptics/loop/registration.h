@@ -12,7 +12,7 @@ namespace vest::haptics {
 /// step was asked for, and this finds the own pose of the last moments that fits.
 class Registration {
  public:
-  static constexpr double kTolerance = 0.003;  ///< m, ours: beyond it the offset has changed
+  static constexpr double kTolerance = 0.003;  ///< m, assumed: beyond it the offset has changed
   static constexpr double kWindow = 0.150;     ///< s of own poses: latency of a command on its way, and more
 
   void reset() noexcept;

@@ -7,8 +7,8 @@ namespace vest::haptics {
 /// stays limp until the hand has come out.
 class Gate {
  public:
-  static constexpr int kSmallTicks = 20;       ///< ours: 20 ms at 1 kHz
-  static constexpr double kSmallShare = 0.05;  ///< of the device's maximum, ours
+  static constexpr int kSmallTicks = 20;       ///< assumed: 20 ms at 1 kHz
+  static constexpr double kSmallShare = 0.05;  ///< of the device's maximum, assumed
   static constexpr double kRampSeconds = 2.0;  ///< docs/HAZARDS.md, "start while inside tissue"
 
   /// One tick. @param healthy false closes the gate at once. @param share wanted force over maximum; what is

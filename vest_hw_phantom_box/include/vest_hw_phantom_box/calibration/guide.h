@@ -21,7 +21,7 @@ struct Still {
 class StillReader : public protocol::FrameSink {
  public:
   static constexpr std::size_t kFrames = 100;  ///< 0.1 s of a box of 1 kHz
-  static constexpr int kSpread = 40;  ///< counts; ours: a hand that rests on an instrument, 0.2 degrees
+  static constexpr int kSpread = 40;  ///< counts; assumed: a hand that rests on an instrument, 0.2 degrees
 
   void onHello(const protocol::Hello& hello, std::uint32_t) override { hello_ = hello, has_hello_ = true; }
   void onMotion(const protocol::Motion& motion) override;

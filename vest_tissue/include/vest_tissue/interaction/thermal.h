@@ -14,7 +14,7 @@
 namespace vest::interaction {
 
 inline constexpr std::size_t kThermalLayers = 4;
-inline constexpr std::array<double, 3> kLayerThickness{0.4e-3, 0.8e-3, 1.6e-3};  ///< m; ours
+inline constexpr std::array<double, 3> kLayerThickness{0.4e-3, 0.8e-3, 1.6e-3};  ///< m; assumed
 
 inline constexpr double kBodyTemperature = 310.15;  ///< K: 37 °C, of tissue at rest, blood and gas
 /// Blood: density and heat capacity, J/(m³·K): 1050 kg/m³ · 3617 J/(kg·K), McIntosh & Anderson 2010,

@@ -9,7 +9,7 @@ namespace vest::inspect {
 using Colour = std::array<float, 3>;  ///< sRGB, 0 … 1
 
 /// A value between 0 and 1 as a colour: dark blue, teal, green, yellow, brightening all the way, so that it
-/// is read alike in grey and by colour-blind people. Colours are ours. NaN is grey.
+/// is read alike in grey and by colour-blind people. Colours are tuned by eye. NaN is grey.
 Colour valueColour(float t);
 /// A colour for a name (of an object, a material): the same name has the same colour everywhere.
 Colour nameColour(const std::string& name);

@@ -6,7 +6,7 @@
 #include <vector>
 
 /// Procedural textures of organs by turbulence, baked once and tiled over the skin.
-/// Colours are ours, chosen by eye so that lit pictures lie in the figures of vest_viz/docs/pictures.md.
+/// Colours are tuned by eye so that lit pictures lie in the figures of vest_viz/docs/pictures.md.
 namespace vest::texture {
 
 using Colour = std::array<float, 3>;  ///< sRGB, 0 … 1
