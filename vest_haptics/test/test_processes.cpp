@@ -26,6 +26,7 @@ struct Board {
   std::atomic<double> z{0.1};  ///< m, world: commanded tip
   std::atomic<int> hang{0};    ///< 1: endless loop in the solver, while a heart-beat thread goes on writing
   std::atomic<std::int64_t> last{0};
+  std::atomic<std::uint64_t> seen{0};  ///< newest step that the loop has read
 };
 
 [[noreturn]] void simulate(const std::string& memory, Board* board) {
@@ -35,7 +36,8 @@ struct Board {
     const std::int64_t now = Loop::steadyNow();
     if (board->hang) {  // steps stand still, stamps do not
       tissue.image.steady_ns = now;
-      writer.write(tissue.image);
+      // A loop that was not let run would take the last step for one that began with this stamp.
+      if (board->seen == tissue.image.step) writer.write(tissue.image);
     } else {
       writer.write(*tissue.step({0, 0, board->z}, now));
       board->last = now;
@@ -80,6 +82,7 @@ struct Session {
     now = Loop::steadyNow();
     const TickReport& r = loop->tickOnce(now);
     if (r.valid) board->z = r.tip_W.z();
+    board->seen = r.step;
     force = r.loads[2];
     device.advance(0.001);
     std::this_thread::sleep_for(1ms);
