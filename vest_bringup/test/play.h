@@ -12,7 +12,6 @@
 
 #include <ros/package.h>
 
-#include "../../vest_tissue/specimen/crossings.h"
 #include "vest_bringup/simulation/rehearsal.h"
 #include "vest_bringup/simulation/stage.h"
 
@@ -219,29 +218,6 @@ inline double lost(const Stage& stage) {
 inline bool at(double t, double moment) {
   return std::fabs(t - moment) < 5e-4;
 }
-
-/// Counts segments of a thread that went through each other, step by step.
-struct Passages {
-  // m: where a node moves further in a step, its parts bend, and a straight line through them may cross what
-  // they passed by. The turns do so for a moment as they spring off the jaws; the kind of knot judges there.
-  // One that leaves the short end's tip with 3.9 mm in a step crosses it so. In the step's parts the strands
-  // come no nearer than they are thick.
-  static constexpr double kStraight = 0.003;
-  std::vector<Eigen::Vector3d> before;
-  int passed = 0, fast = 0;  ///< passages; steps in which a node moved further than kStraight
-
-  // severed: per segment; what was cut joins nothing.
-  void look(const std::vector<Eigen::Vector3d>& now, const std::vector<std::uint8_t>& severed = {}) {
-    std::vector<std::size_t> left_out;  // both segments of a node that moves further; all others are judged
-    for (std::size_t i = 0; i < before.size(); ++i)
-      if (!((now[i] - before[i]).norm() < kStraight)) left_out.insert(left_out.end(), {i, i + 1});
-    fast += !left_out.empty();
-    for (std::size_t i = 0; i < severed.size(); ++i)
-      if (severed[i] != 0) left_out.push_back(i + 1);
-    passed += std::abs(suture::specimen::crossings(before, now, left_out));
-    before = now;
-  }
-};
 
 constexpr auto kRightHand = static_cast<std::size_t>(tools::Instrument::Right);
 

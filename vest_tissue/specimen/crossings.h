@@ -11,8 +11,9 @@ namespace vest::suture::specimen {
 /// How often segments went through each other as the nodes of threads moved straight from `was` to `now`:
 /// four points in one plane, and the two segments cross in it. There and back counts nothing, as half of the
 /// change of writhe. It knows nothing of contacts. @param starts first nodes of threads after the first one
+/// @param all  gets their number, there and back counted twice
 inline int crossings(const std::vector<Eigen::Vector3d>& was, const std::vector<Eigen::Vector3d>& now,
-                     const std::vector<std::size_t>& starts = {}) {
+                     const std::vector<std::size_t>& starts = {}, int* all = nullptr) {
   using Eigen::Vector3d;
   const auto joins = [&](std::size_t i) {  // no segment from i to i + 1
     for (const std::size_t s : starts)
@@ -52,7 +53,9 @@ inline int crossings(const std::vector<Eigen::Vector3d>& was, const std::vector<
         const double size = m.squaredNorm();
         if (!(size > 1e-12 * u.squaredNorm() * v.squaredNorm())) continue;
         const double s = (q - p).cross(v).dot(m) / size, t = (q - p).cross(u).dot(m) / size;
-        if (s >= 0.0 && s <= 1.0 && t >= 0.0 && t <= 1.0) found += sign;
+        if (!(s >= 0.0 && s <= 1.0 && t >= 0.0 && t <= 1.0)) continue;
+        found += sign;
+        if (all != nullptr) ++*all;
       }
     }
   }

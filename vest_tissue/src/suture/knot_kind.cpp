@@ -12,6 +12,7 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kClosing = 3;  ///< nodes far away that close a thread
 constexpr double kFar = 10.0;        ///< times the thread's size
+constexpr std::size_t kPiece = 4;    ///< nodes that are taken from an end at once
 constexpr double kZero = 1e-6;       ///< no unit: entries are whole numbers, pivots are fractions of them
 
 double cross(const Vector3d& a, const Vector3d& b) {
@@ -210,11 +211,19 @@ KnotPlace placeOfKnot(const Vector3d* nodes, std::size_t count, KnotScratch& w) 
   const auto has = [&](std::size_t first, std::size_t last) {
     return kindOf(nodes + first, last - first + 1, w) == out.kind;
   };
-  for (std::size_t lost = end; lost > out.first + 1;) {
+  // From within: a tail that curls may lie across its knot where pieces are taken from it, and each of them
+  // would end the search from without.
+  std::size_t lost = end;
+  for (std::size_t at = end - end % kPiece; at > 0 && out.first == 0; at -= kPiece)
+    (has(at, end) ? out.first : lost) = at;
+  for (; lost > out.first + 1;) {
     const std::size_t middle = (out.first + lost) / 2;
     (has(middle, end) ? out.first : lost) = middle;
   }
-  for (std::size_t lost = 0; out.last > lost + 1;) {
+  lost = 0;
+  for (std::size_t at = kPiece; at < end && out.last == end; at += kPiece)
+    (has(0, at) ? out.last : lost) = at;
+  for (; out.last > lost + 1;) {
     const std::size_t middle = (out.last + lost) / 2;
     (has(0, middle) ? out.last : lost) = middle;
   }

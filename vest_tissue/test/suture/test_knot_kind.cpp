@@ -121,6 +121,33 @@ TEST(KnotKind, ItsPlaceIsWhereTheEndsGoIntoIt) {
   }
 }
 
+TEST(KnotKind, ATailThatCurlsBesideItsKnotIsNoPartOfIt) {
+  // Taken off it piece by piece, it ends on all sides of the knot by turns.
+  constexpr double kSpacing = 0.0004, kSize = 0.002, kTail = 0.014;
+  int told = 0;
+  for (const double radius : {0.0015, 0.002, 0.003})
+    for (const double pitch : {0.2, 0.4})
+      for (int turn = 0; turn < 24; ++turn) {
+        std::vector<Vector3d> nodes = thrown({5, -3}, kSize, kTail, kSpacing);
+        const std::size_t end = nodes.size() - 1, from = end - static_cast<std::size_t>(kTail / kSpacing);
+        const Vector3d way = (nodes[from + 1] - nodes[from]).normalized(),
+                       across = Eigen::AngleAxisd(kPi / 12.0 * turn, way) * way.unitOrthogonal();
+        for (std::size_t i = from; i <= end; ++i) {
+          const double angle =
+              kSpacing * static_cast<double>(i - from) / radius * std::sqrt(1.0 - pitch * pitch);
+          nodes[i] = nodes[from] + radius * (std::sin(angle) * way + (1.0 - std::cos(angle)) * across +
+                                             pitch * angle * way.cross(across));
+        }
+        KnotScratch scratch(nodes.size());
+        const KnotPlace place = placeOfKnot(nodes.data(), nodes.size(), scratch);
+        if (!(place.kind == KnotKind{15, -2})) continue;  // it curls through the knot
+        ++told;
+        EXPECT_NEAR(kSpacing * static_cast<double>(end - place.last), kTail + kSize, 0.5 * kSize)
+            << radius << ' ' << pitch << ' ' << turn;
+      }
+  EXPECT_GT(told, 100) << "of 144";
+}
+
 TEST(KnotKind, WhatIsTooTangledIsNotTold) {
   std::mt19937 random(1);
   std::vector<Vector3d> nodes;
