@@ -147,6 +147,35 @@ TEST(OperatingField, DropsMeetTheWallThatSinksForWantOfGas) {
   EXPECT_LT(highest(0.05), highest(0) - 0.03) << "m";
 }
 
+TEST(OperatingField, ASnapshotOfTheMomentInWhichTheWallRisesGoesOnWithTheSameBitsAnywhere) {
+  // What is kept of the wall's places must be none of another State: of one that never stepped, of one whose wall
+  // never hung, of itself later.
+  const auto begun = [](double sunk, double seconds) {
+    auto gas = std::make_unique<Collapse>(sunk);
+    Collapse* const at = gas.get();
+    auto t = std::make_unique<Theatre>("irrigation_pool", std::move(gas));
+    t->hold(tools::ToolKind::SuctionIrrigator, {0.026, 0.024, 0.075});
+    t->run(seconds, 4);
+    at->sunk = 0;
+    return t;
+  };
+  const auto one = begun(0.05, 0.301);
+  one->run(0.001, 4);  // the last step in which it hangs
+  ASSERT_NE(one->trainer.world().steps() % 48, 0U) << "between two looks at the ground";
+  std::vector<std::uint8_t> bytes;
+  one->trainer.save(bytes);
+  const std::uint64_t k = one->k;
+  one->run(0.1, 4);
+  const auto end = one->trainer.effectsHash();
+  const auto fresh = begun(0, 0), level = begun(0, 0.2);
+  for (Theatre* t : {fresh.get(), level.get(), one.get()}) {
+    t->trainer.restore(bytes);
+    t->k = k;
+    t->run(0.1, 4);
+    EXPECT_EQ(t->trainer.effectsHash(), end);
+  }
+}
+
 TEST(OperatingField, SmokeIsBelowTheWallThatSinksForWantOfGas) {
   const auto highest = [](double sunk) {
     Theatre t("smoke_lens", std::make_unique<Collapse>(sunk));

@@ -38,7 +38,7 @@ struct OperatingField::Impl {
   bool degraded = false;
   bool has_rigid = false;  ///< places of rigid objects are known: they stay
   bool films = false;
-  bool hung = false;           ///< the cavity has hung: its places are looked at again
+  bool hangs = false;          ///< of these, the cavity's are those of a wall that hangs
   std::vector<float> roof;     ///< m, world: the cavity's, over each column of smoke; NaN: none
   std::vector<float> ceiling;  ///< likewise, where it hangs now
 

@@ -204,12 +204,12 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
       s.positions = positions[k].data();
       s.rigid = world.description().objects[k].model == scene::ObjectModel::Rigid;
       s.closed = world.model().objects[k].closed;
-      s.still = has_rigid && s.rigid && !((walls.sink() || hung) && walls.isCavity(k));
+      s.still = has_rigid && s.rigid && !((walls.sink() || hangs) && walls.isCavity(k));
       if (s.knot_count == 0 || s.still) continue;
       world.positions(k, positions[k].data());
       if (s.rigid) walls.hang(k, positions[k].data(), s.knot_count);
     }
-    has_rigid = true, hung |= walls.sink();
+    has_rigid = true, hangs = walls.sink();
     in.surfaces = surfaces.data();
     in.surface_count = surfaces.size();
     in.renew_bed = weigh;

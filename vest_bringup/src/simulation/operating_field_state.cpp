@@ -67,6 +67,7 @@ bool OperatingField::restore(const std::uint8_t* bytes, std::size_t count) {
   if (!good) return false;
   impl_->fluid = std::move(f), impl_->smoke = std::move(s), impl_->lens = l, impl_->between = b;
   impl_->apply();
+  impl_->has_rigid = false;  // what was seen belongs to another State
   impl_->shown.clear();
   return true;
 }

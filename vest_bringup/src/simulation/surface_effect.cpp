@@ -98,6 +98,7 @@ SurfaceEffect::SurfaceEffect(const scene::World& world, const SurfaceOptions& op
       if (territories[k].tissue == world.description().objects[i].name) territory_[i] = static_cast<int>(k);
   }
   meshes_.resize(world.objectCount());
+  hangs_.assign(world.objectCount(), 0);
   perfused_.assign(world.objectCount(), 1.0);
   drained_.assign(world.objectCount(), 1.0);
   seen_.assign(world.objectCount(), kUnseen);
@@ -234,11 +235,12 @@ void SurfaceEffect::followCuts(const scene::World& world) {
 /// Rigid objects stay where they were, but a cavity's wall that hangs.
 void SurfaceEffect::findPositions(const scene::World& world, std::size_t object) {
   const scene::CavityWalls walls(world.model(), world.state(), sunk_);
-  const bool hangs = walls.isCavity(object) && (walls.sink() || hung_),
-             moves = world.model().objects[object].deforms || hangs;
+  const bool hangs = walls.sink() && walls.isCavity(object),
+             moves = world.model().objects[object].deforms || hangs || hangs_[object] != 0;
   if (!moves || 3 * world.knotCount(object) > positions_[object].size()) return;
   world.positions(object, positions_[object].data());
   if (hangs) walls.hang(object, positions_[object].data(), world.knotCount(object));
+  hangs_[object] = hangs ? 1 : 0;
 }
 
 void SurfaceEffect::take(const scene::World& world, const scene::Event& event) {
@@ -338,7 +340,6 @@ void SurfaceEffect::step(const scene::World& world, const scene::StepInput& inpu
       if (!state_.dry[i]) findPositions(world, i);
     };
     world.pool().each(meshes_.size(), follow);
-    hung_ |= sunk_ > contact::kLeastSunk;
     inputs_.scale = scale_;
     inputs_.reach = perfusion_.reach.data();
     inputs_.gravity = world.description().gravity;

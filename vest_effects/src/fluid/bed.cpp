@@ -303,11 +303,7 @@ void findBearing(const Model& model, const Inputs& inputs, const Pools& w, Scrat
 
 void renewBed(const Model& model, const Inputs& inputs, State& state, ScratchData& s) {
   Pools& w = state.pools;
-  // Rigid ground that lies still was looked at before.
-  bool still = s.has_floor;
-  for (std::size_t k = 0; k < inputs.surface_count; ++k)
-    still &= !inputs.surfaces[k].rigid || inputs.surfaces[k].still;
-  if (!still) {
+  if (!s.has_floor) {
     std::fill(s.floor.begin(), s.floor.end(), kNoBed);
     std::fill(s.floor_triangle.begin(), s.floor_triangle.end(), -1);
     highest(model, inputs, s, s.floor, s.floor_triangle, [](const Surface& f) { return f.rigid; });

@@ -189,6 +189,9 @@ void step(const Model& model, const Inputs& inputs, State& state, Scratch& scrat
   const auto dt = static_cast<float>(inputs.dt);
   state.degraded = false;
 
+  // Rigid ground is looked at again where it moved since, also between two looks.
+  for (std::size_t k = 0; k < inputs.surface_count; ++k)
+    s.has_floor &= !inputs.surfaces[k].rigid || inputs.surfaces[k].still;
   if (inputs.renew_bed) {
     renewBed(model, inputs, state, s);
     weighPools(model, inputs, state, s, report);

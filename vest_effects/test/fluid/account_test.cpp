@@ -240,6 +240,22 @@ TEST(Reproduction, WhatIsSparedOnStillTissueChangesNoBit) {
   EXPECT_TRUE(run(true) == run(false));
 }
 
+TEST(Reproduction, GroundThatMovedBetweenTwoLooksAndLiesStillAgainIsSeenWhereItLies) {
+  Fluid f = dripped();
+  f.rigid = true;
+  f.inputs.source_count = 0;
+  f.inputs.renew_bed = true;
+  f.step();
+  for (std::size_t k = 2; k < f.meshes[0].positions.size(); k += 3) f.meshes[0].positions[k] -= 0.01f;
+  f.step();
+  const std::vector<float> before = f.state.pools.bed;
+  f.still = true;
+  f.inputs.renew_bed = true;
+  f.step();
+  for (std::size_t i = 0; i < before.size(); ++i)
+    ASSERT_NEAR(f.state.pools.bed[i], before[i] > kNoBed ? before[i] - 0.01f : kNoBed, 1e-6f) << i;
+}
+
 TEST(Snapshot, BytesOfAnotherModelOrWithBadNumbersAreRefused) {
   Fluid f = basin(1), other = basin(1, 800);
   for (int k = 0; k < 50; ++k) f.step();

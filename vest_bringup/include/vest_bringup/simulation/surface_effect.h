@@ -97,8 +97,8 @@ class SurfaceEffect : public Effect {
   std::vector<std::uint32_t> faces_, at_start_;  ///< per object: contact triangles that were seen; evolves
   bleeding::SurfaceRunoff runoff_{model_};
   bleeding::SurfaceInputs inputs_;
-  double sunk_ = 0;    ///< m: of the cavity's wall in this step
-  bool hung_ = false;  ///< the cavity has hung: its places are looked at again
+  double sunk_ = 0;                  ///< m: of the cavity's wall in this step
+  std::vector<std::uint8_t> hangs_;  ///< per object: positions_ are those of a wall that hangs
   scene::TripleBuffer<SurfaceFrame>* frames_;
   std::uint64_t frame_every_ = 100;
 };
