@@ -201,9 +201,41 @@ TEST(ScriptClock, IsNeverFurtherThanTheSimulationAndItsLead) {
 TEST(ScriptClock, StandsWithASimulationThatPausesAndIsAsFastAsHandsAtMost) {
   EXPECT_NEAR(beside(30, [](double t) { return t > 10 && t < 20 ? 0.0 : 1.0; }).script, 20.0, 0.06);
   EXPECT_NEAR(beside(30, [](double t) { return t > 10 && t < 20 ? 3.0 : 1.0; }).script, 30.0, 1e-9);
-  // It catches up what it lost: hands do not; at half speed again they are slow again.
+  // Twice as fast for long: hands do not catch that up. At half speed again they are slow again, but for what
+  // they may be behind.
   const auto speed = [](double t) { return t < 10 ? 0.5 : t < 15 ? 2.0 : 0.5; };
-  EXPECT_NEAR(beside(25, speed).script, 5.0 + 5.0 + 5.0, 0.12);
+  EXPECT_NEAR(beside(25, speed).script, 5.0 + 5.0 + 5.0 + emulator::ScriptClock::kBehind, 0.12);
+}
+
+TEST(ScriptClock, LosesNothingWhereTheSimulationStandsAndCatchesUpInBursts) {
+  // As a runner does: it stands for 0.2 s, and makes good at 3 to 40 times real time.
+  for (const double burst : {3.0, 40.0}) {
+    const double period = 0.2 * burst / (burst - 1);
+    const Beside b = beside(60, [&](double t) { return std::fmod(t, period) < 0.2 ? 0.0 : burst; });
+    EXPECT_GT(b.script, b.simulated - emulator::ScriptClock::kBehind - 0.01) << burst;
+    EXPECT_LT(b.lead, emulator::ScriptClock::kLead + 0.01 + 0.005 * burst) << burst;
+  }
+}
+
+TEST(ScriptClock, LosesNothingWhereTheEmulatorIsNotLetRun) {
+  // It hears what has passed at once, and then sends what it owes: once in 90 ms.
+  emulator::ScriptClock clock;
+  clock.at(0.0);
+  double script = 0.0;
+  for (int heap = 1; heap <= 600; ++heap) {
+    clock.hear(0.09 * heap);
+    for (int k = 1; k <= 90; ++k) script = clock.at(0.09 * (heap - 1) + 0.001 * k);
+  }
+  EXPECT_NEAR(script, 54.0, 0.1);
+}
+
+TEST(ScriptClock, NeverMovesHandsFarAtOnce) {
+  // Ticks that were lost: the simulation went on, hands do not leap.
+  emulator::ScriptClock clock;
+  clock.at(0.0);
+  clock.hear(0.0);
+  clock.hear(2.0);
+  EXPECT_NEAR(clock.at(2.0), emulator::ScriptClock::kLead, 1e-9);
 }
 
 TEST(ScriptClock, GoesOnWhereAnotherSceneBeginsAtZero) {

@@ -112,7 +112,7 @@ Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh)
                                 ": missing (allowed: the folder that gets session.bag)");
   }
   seconds_ = doubleParameter(private_nh_, "seconds", 0.0, 0.0, 1e6);
-  simulated_seconds_ = doubleParameter(private_nh_, "simulated_seconds", 0.0, 0.0, 1e6);
+  end_with_script_ = ros_shell::boolParameter(private_nh_, "end_with_script", false);
   picture_timeout_ = doubleParameter(private_nh_, "picture_timeout", 60.0, 0.0, 3600.0);
   jpeg_rate_ = doubleParameter(private_nh_, "jpeg_rate", 5.0, 0.0, 5.0);
   const double state_rate = doubleParameter(private_nh_, "state_rate", keptRate("tissue/state"), 1.0, 500.0);
@@ -208,6 +208,17 @@ void Recorder::subscribeAll() {
     const std::string topic = nh_.resolveName(name);
     if (relayed_.count(topic) == 0 && topic != inputs) subscribe(topic);
   }
+  if (end_with_script_) {
+    using Told = vest_msgs::StringStamped::ConstPtr;
+    ros::NodeHandle nh(nh_);
+    nh.setCallbackQueue(&queue_);
+    const auto hear = [&](const char* topic, void (ScriptEnd::*tell)(double)) {
+      subscribers_.push_back(nh.subscribe<vest_msgs::StringStamped>(
+          topic, 1, [this, tell](const Told&) { (end_.*tell)(simulated_); }));
+    };
+    hear("session/script_end", &ScriptEnd::scriptEnded);
+    hear("session/result", &ScriptEnd::exerciseEnded);
+  }
   inputs_wanted_ = inputs_due_ = relay_ || std::count(topics_.begin(), topics_.end(), "step_inputs") > 0;
 }
 
@@ -269,6 +280,7 @@ void Recorder::onImage(const sensor_msgs::Image::ConstPtr& msg) {
   {
     std::lock_guard<std::mutex> lock(image_mutex_);
     newest_picture_ = bgr;  // never touched again: others may hold it
+    newest_stamp_ = msg->header.stamp.toSec();
     ++pictures_;
   }
   const double now = steadySeconds();
@@ -326,8 +338,11 @@ int Recorder::run(const std::function<std::string()>& stop) {
       break;
     }
     const double now = steadySeconds();
-    if ((seconds_ > 0 && first_step_time_ > 0 && now - first_step_time_ >= seconds_) ||
-        (simulated_seconds_ > 0 && simulated_ >= simulated_seconds_)) {
+    if (end_with_script_ && end_.over(simulated_)) {
+      ended = "after the script";
+      break;
+    }
+    if (seconds_ > 0 && first_step_time_ > 0 && now - first_step_time_ >= seconds_) {
       ended = "after the wished time";
       break;
     }
@@ -484,7 +499,7 @@ void Recorder::observe(const Item& item) {
     next_contacts_ = item.steady + 0.1;
     observeContacts(item);
   }
-  if (item.topic == events_topic_) next_moment_ = item.steady + 0.3;
+  if (item.topic == events_topic_) moment_.emplace(item.time.toSec() + 0.3);
   const double time = clock_.line(item.time.toSec(), item.steady);
   summary_.topics[item.topic].add(time);
   if (!observer_.wants(item.topic)) return;
@@ -510,7 +525,7 @@ void Recorder::observeContacts(const Item& item) {
   grasping_ = force >= 0;
   if (force > 1.05 * best_force_) {
     std::lock_guard<std::mutex> lock(image_mutex_);
-    if (!newest_picture_.empty()) {
+    if (!newest_picture_.empty() && newest_stamp_ > item.time.toSec() - PictureMoment::kLate) {
       best_force_ = force;
       best_picture_ = newest_picture_;
     }
@@ -518,21 +533,31 @@ void Recorder::observeContacts(const Item& item) {
 }
 
 void Recorder::considerPicture() {
-  const double now = steadySeconds();
   cv::Mat picture;
+  double stamp = 0;
   {
     std::lock_guard<std::mutex> lock(image_mutex_);
-    picture = newest_picture_;
+    picture = newest_picture_, stamp = newest_stamp_;
   }
   if (picture.empty() || first_step_time_ == 0) return;
   if (best_picture_.empty() && moments_ == 0)
     savePicture(picture, "endoscope.png");  // better than none, if it ends soon
-  if (next_moment_ == 0) next_moment_ = now + 1.0;
-  if (moments_ < 4 && now >= next_moment_) {
-    ++moments_;
-    savePicture(picture, "endoscope_" + std::to_string(moments_) + ".png");
-    next_moment_ = now + (grasping_ ? 2.0 : 4.0);
+  const double now = ros::Time::now().toSec();
+  if (!moment_) moment_.emplace(now + 1.0);
+  if (moments_ == 4) return;
+  switch (moment_->look(now, stamp)) {
+    case PictureMoment::Answer::Wait:
+      return;
+    case PictureMoment::Answer::Keep:
+      ++moments_;
+      savePicture(picture, "endoscope_" + std::to_string(moments_) + ".png");
+      break;
+    case PictureMoment::Answer::Missed:
+      if (missed_++ == 0)
+        ROS_WARN("%s: no picture shows a moment that was to be kept; such moments are left out",
+                 image_.getTopic().c_str());
   }
+  moment_.emplace(now + (grasping_ ? 2.0 : 4.0));
 }
 
 void Recorder::savePicture(const cv::Mat& picture, const std::string& name) {

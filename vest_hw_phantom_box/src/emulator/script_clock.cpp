@@ -9,15 +9,16 @@ void ScriptClock::hear(double simulated) {
   if (!std::isfinite(simulated)) return;
   if (!simulated_ || simulated < *simulated_) offset_ = simulated - time_;
   simulated_ = simulated;
-  // Behind it, it takes up from there: what counts is how fast hands move to tissue.
-  offset_ = std::max(offset_, simulated - time_);
 }
 
 double ScriptClock::at(double wall) {
   const double passed = last_ ? std::max(0.0, wall - *last_) : 0.0;
   last_ = wall;
-  const double next = time_ + passed;
-  time_ = simulated_ ? std::max(time_, std::min(next, *simulated_ - offset_ + kLead)) : next;
+  if (!simulated_) return time_ += passed;
+  const double most = std::min(time_ + std::min(passed, kLead), *simulated_ - offset_ + kLead);
+  time_ = std::max(time_, most);
+  // By what is heard now and not before the hands have moved: who was not let run would take that for a lag.
+  offset_ = std::max(offset_, *simulated_ - time_ - kBehind);
   return time_;
 }
 
