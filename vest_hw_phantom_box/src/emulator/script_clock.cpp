@@ -4,10 +4,18 @@
 #include <cmath>
 
 namespace vest::emulator {
+namespace {
+constexpr double kLately = 0.2;  ///< s: longer than the heaps in which messages come (assumed)
+}
 
 void ScriptClock::hear(double simulated) {
   if (!std::isfinite(simulated)) return;
-  if (!simulated_ || simulated < *simulated_) offset_ = simulated - time_;
+  if (!simulated_ || simulated < *simulated_) {
+    offset_ = simulated - time_;
+    seen_ = simulated, speed_ = 1.0, told_ = time_;
+  } else if (simulated > *simulated_) {
+    told_ = time_;
+  }
   simulated_ = simulated;
 }
 
@@ -15,10 +23,13 @@ double ScriptClock::at(double wall) {
   const double passed = last_ ? std::max(0.0, wall - *last_) : 0.0;
   last_ = wall;
   if (!simulated_) return time_ += passed;
-  const double most = std::min(time_ + std::min(passed, kLead), *simulated_ - offset_ + kLead);
-  time_ = std::max(time_, most);
-  // By what is heard now and not before the hands have moved: who was not let run would take that for a lag.
+  if (passed > 0.0)
+    speed_ += std::min(1.0, passed / kLately) * ((*simulated_ - seen_) / passed - speed_),
+        seen_ = *simulated_;
   offset_ = std::max(offset_, *simulated_ - time_ - kBehind);
+  const double there = *simulated_ - offset_;
+  const double rate = time_ < there - kLead ? kHaste * std::clamp(speed_, 0.0, 1.0) : 1.0;
+  time_ = std::max(time_, std::min({time_ + rate * passed, there + kLead, told_ + kLead}));
   return time_;
 }
 

@@ -5,16 +5,17 @@
 namespace vest::emulator {
 
 /// Time of a script that follows a simulation: hands that go on while a slow machine falls behind would meet
-/// tissue that is not there yet. Never faster than real time; real time until it has heard of a simulation.
+/// tissue that is not there yet. What counts is how fast hands move to tissue. Real time until it has heard
+/// of a simulation.
 class ScriptClock {
  public:
-  /// s that hands may be ahead, and may move at once: messages come in heaps, and tissue follows hands by as
-  /// much (assumed).
+  /// s that hands may be ahead, and may move while nothing is heard: messages come in heaps, and tissue
+  /// follows hands by as much (assumed).
   static constexpr double kLead = 0.05;
-  /// s that hands may be behind and still make good while the simulation stands: it catches up 0.25 s at once
-  /// (scene::RunnerOptions), and ticks come up to 0.1 s late. What is more is given up: hands would be too
-  /// fast for a simulation that is slow again.
-  static constexpr double kBehind = 0.3;
+  /// Hands that are further behind than kLead move by so much faster than the tissue (assumed).
+  static constexpr double kHaste = 1.25;
+  /// s: a longer lag is given up; the simulation was asked to run faster than real time (assumed).
+  static constexpr double kBehind = 2.0;
 
   /// @param simulated s, of a simulation; less than before: it begins again
   void hear(double simulated);
@@ -25,6 +26,9 @@ class ScriptClock {
   std::optional<double> last_;       ///< s, wall: of at()
   std::optional<double> simulated_;  ///< s, as heard last
   double time_ = 0.0;                ///< s
+  double told_ = 0.0;                ///< s, script time when it was heard that the simulation went on
+  double seen_ = 0.0;                ///< s, simulated: at the last at()
+  double speed_ = 1.0;               ///< simulated over wall time, lately
   double offset_ = 0.0;              ///< s: simulated time less script time, when they were set side by side
 };
 
