@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
 #include "vest_bringup/session/clock_watch.h"
+#include "vest_bringup/session/script_end.h"
 
 // Protects a recording from a system clock that is set: the jump is seen once, and times stay on one line.
+// Protects a session's end from a clock that knows nothing of its script, and moments from old pictures.
 
 namespace vest::session {
 namespace {
@@ -65,6 +67,38 @@ TEST(ClockWatch, BothClocksAreReadAtOneMoment) {
   const double steady = steadySeconds();
   EXPECT_LE(a->steady, steady);
   EXPECT_GT(a->system, 1.6e9) << "s since 1970";
+}
+
+TEST(ScriptEnd, IsNotBeforeTheScriptsHoweverLongTheSimulationRuns) {
+  ScriptEnd end;
+  EXPECT_FALSE(end.over(1e6));
+  end.exerciseEnded(30.0);
+  EXPECT_FALSE(end.over(1e6)) << "passed, and the hands still move";
+  end.scriptEnded(50.0);
+  EXPECT_FALSE(end.over(50.5)) << "what has happened is on its way";
+  EXPECT_TRUE(end.over(50.0 + ScriptEnd::kTail));
+}
+
+TEST(ScriptEnd, AnExerciseMayGoOnBehindItButNotForEver) {
+  ScriptEnd end;
+  end.scriptEnded(50.0);
+  EXPECT_FALSE(end.over(54.9));
+  end.exerciseEnded(54.9);
+  EXPECT_FALSE(end.over(55.5));
+  EXPECT_TRUE(end.over(56.0));
+  ScriptEnd never;
+  never.scriptEnded(50.0);
+  EXPECT_TRUE(never.over(50.0 + ScriptEnd::kPatience));
+}
+
+TEST(PictureMoment, IsKeptByAPictureOfItsOwnTimeAlone) {
+  const PictureMoment m(kStart);
+  EXPECT_EQ(m.look(kStart - 0.1, kStart - 0.2), PictureMoment::Answer::Wait) << "still to come";
+  EXPECT_EQ(m.look(kStart + 0.2, kStart + 0.1), PictureMoment::Answer::Keep);
+  // The view is starved: what it drew before is no picture of it, however often it is looked at.
+  EXPECT_EQ(m.look(kStart + 1.0, kStart - 0.2), PictureMoment::Answer::Wait);
+  EXPECT_EQ(m.look(kStart + 2.1, kStart - 0.2), PictureMoment::Answer::Missed);
+  EXPECT_EQ(m.look(kStart + 1.0, kStart + 0.9), PictureMoment::Answer::Missed) << "that shows something else";
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ import rospy  # noqa: E402
 from geometry_msgs.msg import PoseStamped  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
-from vest_msgs.msg import (ContactModels, HapticState, InstrumentState, InstrumentStates, RecordingBatch, SessionState, StateHash, StepInput, TissueEvent, TissueField,  # noqa: E402
+from vest_msgs.msg import (ContactModels, HapticState, InstrumentState, InstrumentStates, RecordingBatch, SessionState, StateHash, StepInput, StringStamped, TissueEvent, TissueField,  # noqa: E402
                            TissueState, TissueTopology)
 from vest_msgs.srv import Snapshot, SnapshotRequest, SnapshotResponse  # noqa: E402
 
@@ -89,6 +89,50 @@ class SessionHazards(unittest.TestCase):
         self.assertGreater(len(kept), 50)
         self.assertEqual((kept[0].step, kept[0].command), (1, StepInput.COMMAND_LOAD), "steps of the scene before cannot be re-simulated")
         self.assertEqual([m.step for m in kept], list(range(1, len(kept) + 1)))
+
+    def test_a_session_with_a_script_ends_with_it_and_not_before_though_its_hands_are_not_let_run(self):
+        steps = Steps()
+        self.addCleanup(steps.end)
+        contacts = rospy.Publisher("tissue/contacts", ContactModels, queue_size=10)
+        states = rospy.Publisher("session/state", SessionState, queue_size=10)
+        stop = threading.Event()
+
+        def tell():
+            while not stop.is_set():
+                states.publish(SessionState(step=steps.step, simulated_time=0.01 * steps.step))
+                contacts.publish(ContactModels(step=steps.step))
+                time.sleep(0.01)
+
+        told = []
+        ends = rospy.Subscriber("session/script_end", StringStamped, told.append)
+        with tempfile.TemporaryDirectory() as folder:
+            with open(f"{folder}/script.csv", "w", encoding="utf-8") as file:
+                file.write("t_s,left_yaw\n0,0\n2,0.1\n")
+            telling = threading.Thread(target=tell)
+            recorder = Node("vest_bringup", "recorder", f"_directory:={folder}", "_end_with_script:=true", "_seconds:=300")
+            self.addCleanup(recorder.end)
+            emulator = Node("vest_hw_phantom_box", "phantom_box_emulator", "--pace", "--link", f"{folder}/box", "--trajectory", f"{folder}/script.csv")
+            self.addCleanup(emulator.end)
+            try:
+                telling.start()
+                self.assertTrue(patient(lambda: steps.step > 10 and os.path.exists(f"{folder}/box")), recorder.text() + emulator.text())
+                with open(f"{folder}/box", "rb", buffering=0) as box:
+                    self.assertTrue(box.read(100))
+                    emulator.signal(signal.SIGSTOP)
+                    begun = steps.step
+                    # A clock that knows nothing of the script would have ended it: 2 s, and the 5 s that an exercise may go on.
+                    self.assertTrue(patient(lambda: steps.step > begun + 1000 or recorder.process.poll() is not None))
+                    self.assertEqual((told, recorder.process.poll()), ([], None), recorder.text())
+                    emulator.signal(signal.SIGCONT)
+                    self.assertTrue(patient(lambda: box.read(4096) and recorder.process.poll() is not None), recorder.text())
+                self.assertEqual(len(told), 1, emulator.text())
+            finally:
+                stop.set()
+                telling.join()
+                for end in (ends, contacts, states):
+                    end.unregister()
+            with open(f"{folder}/session.json", encoding="utf-8") as file:
+                self.assertEqual(json.load(file)["ended"], "after the script")
 
     def recorded(self, by, stamps_follow):
         """A session of 8 s whose system clock is set by so many s in its midst: its session.json, and its messages in order."""

@@ -108,7 +108,9 @@ std::string plots(const Report& r) {
 
 std::string learning(const Learning& l) {
   if (l.attempts.size() < 2 && l.z.empty()) return "";
-  std::string out = "<h2>Learning</h2>\n<p>" + escaped(toText(l)) + "</p>\n<div class=\"plots\">\n";
+  std::string out = "<h2>Learning</h2>\n";
+  if (const std::string words = toText(l); !words.empty()) out += "<p>" + escaped(words) + "</p>\n";
+  out += "<div class=\"plots\">\n";
   validation::Plot totals, cusum;
   totals.title = "Learning curve", totals.x_label = "attempt", totals.y_label = "total";
   cusum.title = "CUSUM", cusum.x_label = "attempt", cusum.y_label = "sum, no unit";
@@ -170,7 +172,7 @@ constexpr const char* kStyle =
     "@page{size:A4;margin:15mm}@media print{body{margin:0;font-size:12px;max-width:none}"
     ".figures,.plots{display:block}.figures div{display:inline-block;margin-right:2em}"
     ".plots figure{display:inline-block;width:48%;margin:0 1% 1em 0}td.n{white-space:nowrap}"
-    "figure,tr{break-inside:avoid}}"
+    "figure,tr{break-inside:avoid}h2,h2+p{break-after:avoid}}"
     "figcaption,.small{color:#56646f;font-size:.88em}.bad{color:#b33a00;font-weight:600}.good{color:#00704f}";
 
 }  // namespace

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -14,7 +13,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include <vest_msgs/ContactModels.h>
 #include <vest_msgs/SessionState.h>
 #include <vest_msgs/Snapshot.h>
 #include <vest_msgs/StringStamped.h>
@@ -112,7 +110,7 @@ Recorder::Recorder(ros::NodeHandle nh, ros::NodeHandle private_nh)
                                 ": missing (allowed: the folder that gets session.bag)");
   }
   seconds_ = doubleParameter(private_nh_, "seconds", 0.0, 0.0, 1e6);
-  simulated_seconds_ = doubleParameter(private_nh_, "simulated_seconds", 0.0, 0.0, 1e6);
+  end_with_script_ = ros_shell::boolParameter(private_nh_, "end_with_script", false);
   picture_timeout_ = doubleParameter(private_nh_, "picture_timeout", 60.0, 0.0, 3600.0);
   jpeg_rate_ = doubleParameter(private_nh_, "jpeg_rate", 5.0, 0.0, 5.0);
   const double state_rate = doubleParameter(private_nh_, "state_rate", keptRate("tissue/state"), 1.0, 500.0);
@@ -208,6 +206,17 @@ void Recorder::subscribeAll() {
     const std::string topic = nh_.resolveName(name);
     if (relayed_.count(topic) == 0 && topic != inputs) subscribe(topic);
   }
+  if (end_with_script_) {
+    using Told = vest_msgs::StringStamped::ConstPtr;
+    ros::NodeHandle nh(nh_);
+    nh.setCallbackQueue(&queue_);
+    const auto hear = [&](const char* topic, void (ScriptEnd::*tell)(double)) {
+      subscribers_.push_back(nh.subscribe<vest_msgs::StringStamped>(
+          topic, 1, [this, tell](const Told&) { (end_.*tell)(simulated_); }));
+    };
+    hear("session/script_end", &ScriptEnd::scriptEnded);
+    hear("session/result", &ScriptEnd::exerciseEnded);
+  }
   inputs_wanted_ = inputs_due_ = relay_ || std::count(topics_.begin(), topics_.end(), "step_inputs") > 0;
 }
 
@@ -269,6 +278,7 @@ void Recorder::onImage(const sensor_msgs::Image::ConstPtr& msg) {
   {
     std::lock_guard<std::mutex> lock(image_mutex_);
     newest_picture_ = bgr;  // never touched again: others may hold it
+    newest_stamp_ = msg->header.stamp.toSec();
     ++pictures_;
   }
   const double now = steadySeconds();
@@ -279,23 +289,6 @@ void Recorder::onImage(const sensor_msgs::Image::ConstPtr& msg) {
   jpeg.format = "jpeg";
   cv::imencode(".jpg", bgr, jpeg.data, {cv::IMWRITE_JPEG_QUALITY, 90});
   enqueue({image_.getTopic() + "/compressed", ros::Time::now(), shifted(jpeg), nullptr, now});
-}
-
-void Recorder::waitForPicture(const std::function<std::string()>& stop) {
-  const double begin = steadySeconds();
-  while (ros::ok() && stop().empty()) {
-    {
-      std::lock_guard<std::mutex> lock(image_mutex_);
-      if (pictures_ > 0) return;
-    }
-    if (steadySeconds() - begin > picture_timeout_) {
-      ROS_WARN("no picture on %s after %.0f s: the recording begins without one", image_.getTopic().c_str(),
-               picture_timeout_);
-      return;
-    }
-    publishStatus();
-    ros::WallDuration(0.05).sleep();
-  }
 }
 
 int Recorder::run(const std::function<std::string()>& stop) {
@@ -326,8 +319,11 @@ int Recorder::run(const std::function<std::string()>& stop) {
       break;
     }
     const double now = steadySeconds();
-    if ((seconds_ > 0 && first_step_time_ > 0 && now - first_step_time_ >= seconds_) ||
-        (simulated_seconds_ > 0 && simulated_ >= simulated_seconds_)) {
+    if (end_with_script_ && end_.over(simulated_)) {
+      ended = "after the script";
+      break;
+    }
+    if (seconds_ > 0 && first_step_time_ > 0 && now - first_step_time_ >= seconds_) {
       ended = "after the wished time";
       break;
     }
@@ -484,7 +480,7 @@ void Recorder::observe(const Item& item) {
     next_contacts_ = item.steady + 0.1;
     observeContacts(item);
   }
-  if (item.topic == events_topic_) next_moment_ = item.steady + 0.3;
+  if (item.topic == events_topic_) moment_.emplace(item.time.toSec() + 0.3);
   const double time = clock_.line(item.time.toSec(), item.steady);
   summary_.topics[item.topic].add(time);
   if (!observer_.wants(item.topic)) return;
@@ -495,58 +491,6 @@ void Recorder::observe(const Item& item) {
     observer_.observe(message, time, [&](double stamp) { return clock_.line(stamp, item.steady); });
   });
   simulated_ = summary_.steps.simulated();
-}
-
-void Recorder::observeContacts(const Item& item) {
-  // The most telling picture: tissue is held, and pulled hardest.
-  if (item.msg->getMD5Sum() != ros::message_traits::md5sum<vest_msgs::ContactModels>()) return;
-  const auto contacts = item.msg->instantiate<vest_msgs::ContactModels>();
-  double force = -1;
-  for (const vest_msgs::ContactModel& c : contacts->contacts) {
-    if (!c.grasping) continue;
-    const auto& f = c.wrench.force;
-    force = std::max(force, std::sqrt(f.x * f.x + f.y * f.y + f.z * f.z));
-  }
-  grasping_ = force >= 0;
-  if (force > 1.05 * best_force_) {
-    std::lock_guard<std::mutex> lock(image_mutex_);
-    if (!newest_picture_.empty()) {
-      best_force_ = force;
-      best_picture_ = newest_picture_;
-    }
-  }
-}
-
-void Recorder::considerPicture() {
-  const double now = steadySeconds();
-  cv::Mat picture;
-  {
-    std::lock_guard<std::mutex> lock(image_mutex_);
-    picture = newest_picture_;
-  }
-  if (picture.empty() || first_step_time_ == 0) return;
-  if (best_picture_.empty() && moments_ == 0)
-    savePicture(picture, "endoscope.png");  // better than none, if it ends soon
-  if (next_moment_ == 0) next_moment_ = now + 1.0;
-  if (moments_ < 4 && now >= next_moment_) {
-    ++moments_;
-    savePicture(picture, "endoscope_" + std::to_string(moments_) + ".png");
-    next_moment_ = now + (grasping_ ? 2.0 : 4.0);
-  }
-}
-
-void Recorder::savePicture(const cv::Mat& picture, const std::string& name) {
-  if (disk_full_) return;
-  try {
-    if (!cv::imwrite(directory_ + "/" + name, picture, {cv::IMWRITE_PNG_COMPRESSION, 1}))
-      throw cv::Exception();
-  } catch (const cv::Exception&) {
-    ROS_ERROR_THROTTLE(5, "%s/%s cannot be written", directory_.c_str(), name.c_str());
-    return;
-  }
-  if (std::find(summary_.pictures.begin(), summary_.pictures.end(), name) == summary_.pictures.end()) {
-    summary_.pictures.push_back(name);
-  }
 }
 
 void Recorder::publishStatus(const std::string& ended) {

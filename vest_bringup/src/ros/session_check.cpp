@@ -55,7 +55,7 @@ const Field kFields[] = {{"version", isText},
                          {"rates", [](const auto& j) { return j.is_object(); }},
                          {"events", [](const auto& j) { return j.is_array(); }},
                          {"ended", isText}};
-constexpr const char* kGoodEnds[] = {"interrupted", "stopped", "after the wished time"};
+constexpr const char* kGoodEnds[] = {"interrupted", "stopped", "after the wished time", "after the script"};
 constexpr std::uintmax_t kMostJson = 64U << 20U;  // bytes; 100,000 events are 20 MB
 
 __attribute__((format(printf, 1, 2))) std::string text(const char* format, ...) {

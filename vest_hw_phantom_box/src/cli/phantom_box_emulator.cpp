@@ -7,6 +7,7 @@
 #include <ros/ros.h>
 #include <vest_msgs/ContactModels.h>
 #include <vest_msgs/SessionState.h>
+#include <vest_msgs/StringStamped.h>
 
 #include <CLI/CLI.hpp>
 #include <cerrno>
@@ -64,8 +65,9 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--replay", o.replay,
                  "log of raw bytes (raw_log of the driver): they are sent again as they came")
       ->excludes("--trajectory");
-  app.add_flag("--pace", o.pace,
-               "the trajectory goes no faster than the session in its namespace (tissue/contacts)")
+  app.add_flag(
+         "--pace", o.pace,
+         "the trajectory follows the session in its namespace (tissue/contacts), and its end is told there")
       ->excludes("--replay");
   app.add_option("--interpolation", o.interpolation, "between rows")
       ->check(CLI::IsMember({"linear", "cubic"}))
@@ -117,6 +119,7 @@ class Pace {
       else
         clock_.hear(0.0);  // it waits for the hands
     });
+    end_ = node.advertise<vest_msgs::StringStamped>("session/script_end", 1, true);
     contacts_ = node.subscribe<vest_msgs::ContactModels>("tissue/contacts", 2, [this](const auto& m) {
       if (dt_ > 0) clock_.hear(dt_ * static_cast<double>(m->step));
     });
@@ -125,11 +128,18 @@ class Pace {
     queue_.callAvailable();
     return clock_.at(1e-9 * static_cast<double>(when));
   }
+  void tellEnd(double script) {
+    vest_msgs::StringStamped msg;
+    msg.header.stamp = ros::Time::now();
+    msg.string = "the script has ended at " + std::to_string(script) + " s";
+    end_.publish(msg);
+  }
 
  private:
   emulator::ScriptClock clock_;
   ros::CallbackQueue queue_;
   ros::Subscriber state_, contacts_;
+  ros::Publisher end_;
   double dt_ = 0;  ///< s; 0: not told yet
 };
 
@@ -228,6 +238,10 @@ class Program {
       ++sent_;
     else
       ++dropped_;
+    if (pace_ && trajectory_ && !o_.loop && !end_told_ && t >= trajectory_->duration()) {
+      end_told_ = true;
+      pace_->tellEnd(t);
+    }
   }
 
   // Of a replay: what was read up to this time. False at its end.
@@ -264,7 +278,7 @@ class Program {
   protocol::Bytes line_;
   transport::RawRecording recorded_;
   std::size_t next_ = 0;
-  bool listening_ = false;
+  bool listening_ = false, end_told_ = false;
   std::int64_t begin_ = 0, play_start_ = -1;
   std::int64_t taken_ = 0, blocked_ = 0;  ///< of a replay: the last piece, and since when there is no room
   std::uint64_t sent_ = 0, dropped_ = 0;

@@ -61,6 +61,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   recorder_timeout_ = doubleParameter(private_nh_, "recorder_timeout", 90.0, 0.0, 3600.0);
   scene::RunnerOptions options;
   options.speed = doubleParameter(private_nh_, "speed", options.speed, 0.01, 1000.0);
+  options.catch_up_limit = doubleParameter(private_nh_, "catch_up", options.catch_up_limit, 0.0, 10.0);
   options.state_rate = doubleParameter(private_nh_, "state_rate", options.state_rate, 1.0, 500.0);
   options.contact_rate = doubleParameter(private_nh_, "contact_rate", options.contact_rate, 1.0, 500.0);
   options.strain_rate = doubleParameter(private_nh_, "strain_rate", options.strain_rate, 0.1, 500.0);

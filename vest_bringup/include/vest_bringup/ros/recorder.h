@@ -21,6 +21,7 @@
 #include "vest_bringup/ros/session_observer.h"
 #include "vest_bringup/ros/thinning.h"
 #include "vest_bringup/session/clock_watch.h"
+#include "vest_bringup/session/script_end.h"
 
 namespace vest::session {
 
@@ -84,9 +85,10 @@ class Recorder {
 
   ros::NodeHandle nh_, private_nh_;
   std::string directory_;
-  double seconds_ = 0, simulated_seconds_ = 0, picture_timeout_ = 0, jpeg_rate_ = 0;
+  double seconds_ = 0, picture_timeout_ = 0, jpeg_rate_ = 0;
   std::optional<Thinning> thinning_;  ///< none: every message is kept
-  bool wait_for_picture_ = false, relay_ = false;
+  bool wait_for_picture_ = false, relay_ = false, end_with_script_ = false;
+  ScriptEnd end_;
   RelayInlet inlet_;
   std::set<std::string> relayed_;  ///< what comes through the relay
   std::vector<std::string> topics_;
@@ -122,14 +124,16 @@ class Recorder {
   bool begun_ = false;
   double first_step_steady_ = 0;
   std::vector<std::uint8_t> scratch_;
-  double next_contacts_ = 0, next_moment_ = 0;
+  double next_contacts_ = 0;
+  std::optional<PictureMoment> moment_;  ///< the next one
   double best_force_ = -1;
   bool grasping_ = false;
-  int moments_ = 0;
+  int moments_ = 0, missed_ = 0;  ///< kept, and without a picture
   cv::Mat best_picture_;
 
   std::mutex image_mutex_;
   cv::Mat newest_picture_;
+  double newest_stamp_ = 0;  ///< s, system clock: what it shows
   std::uint64_t pictures_ = 0;
   double next_jpeg_ = 0;
 };
