@@ -176,8 +176,8 @@ scene::Description crossed(double above) {
     thread.strength = thread.knot_strength = 1000.0;
     thread.rod.name = k == 0 ? "lower" : "upper";
     for (int i = -10; i <= 10; ++i)
-      thread.rod.nodes.push_back(centre + (k == 0 ? Vector3d(0.001 * i, 0, 0)
-                                                  : Vector3d(0.0004, 0.001 * i, above)));
+      thread.rod.nodes.push_back(centre +
+                                 (k == 0 ? Vector3d(0.001 * i, 0, 0) : Vector3d(0.0004, 0.001 * i, above)));
     thread.rod.section = suture::specimen::silk();
     d.sutures.push_back(thread);
   }
