@@ -13,9 +13,9 @@ namespace vest::simulation {
 
 /// Counts segments of threads that went through each other, step by step, by the motion of the nodes alone.
 /// Where segments cross as all nodes move straight over a step, it looks closer: a strand that whips moves by
-/// millimetres, and its parts bend on their way. Then the step is played once more in small ones, from the same
-/// state. Nothing has passed where segments cross in none of them, nor on the straight way from there to where
-/// the step ended.
+/// millimetres, and its parts bend on their way. Then the step is played once more in small ones, from the
+/// same state. Nothing has passed where segments cross in none of them, nor on the straight way from there to
+/// where the step ended.
 class Passages {
  public:
   int passed = 0;         ///< steps
@@ -69,7 +69,8 @@ class Passages {
       input.dt /= kSmall;
       simulation_.step(input, told);
       through = through || cross(was, nodes());
-      for (std::size_t i = 0; i < was.size(); ++i) farthest = std::max(farthest, (nodes()[i] - was[i]).norm());
+      for (std::size_t i = 0; i < was.size(); ++i)
+        farthest = std::max(farthest, (nodes()[i] - was[i]).norm());
     }
     through = through || cross(nodes(), end);
     ++closer, passed += through;

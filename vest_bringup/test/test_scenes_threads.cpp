@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "../../vest_tissue/specimen/crossings.h"
+#include "../../vest_tissue/specimen/knots.h"
+#include "../../vest_tissue/specimen/nets.h"
 #include "passages.h"
 #include "play.h"
 #include "vest_tissue/scene/world_model.h"
@@ -161,6 +162,50 @@ TEST(SceneEndoloop, ALoopIsDrawnOnAStumpCutAndHeldByFriction) {
     p.stage.trainer->step(input, report);
   }
   EXPECT_EQ(p.world().stateHash(), hash);
+}
+
+/// Two threads across each other; the upper one is `above` (m) the other.
+scene::Description crossed(double above) {
+  scene::Description d;
+  d.name = "crossed", d.hash = "0000000000000005";
+  d.objects.push_back(specimen::tubeScene({}).objects[0]);
+  const Vector3d centre(0.3, 0.0, 0.3);
+  for (int k = 0; k < 2; ++k) {
+    scene::Suture thread;
+    thread.material = "silk", thread.size = "0", thread.kind = 2;
+    thread.strength = thread.knot_strength = 1000.0;
+    thread.rod.name = k == 0 ? "lower" : "upper";
+    for (int i = -10; i <= 10; ++i)
+      thread.rod.nodes.push_back(centre +
+                                 (k == 0 ? Vector3d(0.001 * i, 0, 0) : Vector3d(0.0004, 0.001 * i, above)));
+    thread.rod.section = suture::specimen::silk();
+    d.sutures.push_back(thread);
+  }
+  return d;
+}
+
+TEST(Passages, WhatWentThroughIsSeenWhereverTheStepIsPlayedOnceMore) {
+  scene::TissueSimulation over{scene::World(crossed(0.0006))}, under{scene::World(crossed(-0.0006))};
+  Passages passages(over);
+  scene::StepInput input;
+  scene::StepReport report;
+  for (int k = 0; k < 30; ++k) {
+    input.step = over.world().steps() + 1;
+    over.step(input, report);
+    under.step(input, report);
+    passages.look(input);
+  }
+  EXPECT_EQ(passages.closer, 0) << "they fall beside each other";
+  input.step = over.world().steps() + 1;
+  over.step(input, report);
+  std::vector<std::uint8_t> through;
+  under.step(input, report);
+  under.save(through);
+  over.restore(through);
+  passages.look(input);
+  EXPECT_EQ(passages.closer, 1);
+  EXPECT_EQ(passages.passed, 1);
+  EXPECT_LT(passages.farthest, 0.0001) << "m: by no motion of their own";
 }
 
 // Twenty seconds of it, and with VEST_FULL=1 both throws: some four minutes of a core.

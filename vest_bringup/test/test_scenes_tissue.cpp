@@ -213,8 +213,8 @@ TEST(SceneThrow, TwoInstrumentsTieASurgeonsThrowThatStaysWhenOneLetsGo) {
     if (t > 36.0) wrong += kind().determinant != 5 || kind().signature != -4;
     if (at(t, 36.4)) drawn = threads[0].tension[60], tail = threads[0].tension[210];
   });
-  std::printf("drawn with %.2f N and %.2f N; %d steps were played once more, in parts of up to %.2f mm\n", drawn,
-              tail, passages.closer, 1e3 * passages.farthest);
+  std::printf("drawn with %.2f N and %.2f N; %d steps were played once more, in parts of up to %.2f mm\n",
+              drawn, tail, passages.closer, 1e3 * passages.farthest);
   EXPECT_EQ(wrong, 0) << "none while both lead their ends about, then one of two turns to the end";
   EXPECT_EQ(passages.passed, 0) << "steps in which segments went through each other";
   EXPECT_GT(drawn, 1.0) << "N, between left jaws and throw";

@@ -292,8 +292,7 @@ StepStatus step(const Model& m, State& s, Scratch& scratch, double dt) {
     const double share = static_cast<double>(width) / kFinest;
     scratch.fraction_then = static_cast<double>(at) / kFinest,
     scratch.fraction = scratch.fraction_then + share;
-    const Part done =
-        part(m, s, scratch, dt * share, start + dt * (at + width) / kFinest, share, width == 1);
+    const Part done = part(m, s, scratch, dt * share, start + dt * (at + width) / kFinest, share, width == 1);
     good = done != Part::Fault;
     if (done == Part::RanAway) {
       aim(m, start + dt * at / kFinest, scratch);  // back
