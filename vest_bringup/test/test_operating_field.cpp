@@ -10,6 +10,7 @@
 #include "vest_bringup/ros/field_messages.h"
 #include "vest_bringup/simulation/operating_field.h"
 #include "vest_bringup/simulation/trainer.h"
+#include "vest_effects/fluid/drawn_pools.h"
 #include "vest_instruments/control/pedals.h"
 #include "vest_instruments/tools/tool_geometry.h"
 #include "vest_tissue/scene/world_model.h"
@@ -535,6 +536,35 @@ TEST(OperatingField, APoolsSurfaceGoesOnUnderAnOrganThatSpansIt) {
   for (int c = 20; c < 36; ++c) EXPECT_EQ(covered[static_cast<std::size_t>(c)], 12) << "column " << c;
   EXPECT_EQ(covered[36], 0);
   EXPECT_NEAR(volume, 13 * 12 * 1.6e-5 * 0.005, 1e-9) << "m³: what is drawn under the organ does not count";
+}
+
+TEST(OperatingField, APoolsSurfaceGoesOnUnderTheRimOfAnOrganThatHangsOverIt) {
+  // Or it would end in a straight line along the rim, in sight of who looks under it.
+  FieldFrame frame;
+  frame.fluid_model = std::make_shared<const fluid::Model>(fluid::buildModel({}, {}));
+  frame.fluid = fluid::initialState(*frame.fluid_model);
+  fluid::Pools& w = frame.fluid.pools;
+  const int columns = frame.fluid_model->columns;
+  for (int r = 30; r < 42; ++r) {
+    for (int c = 20; c < 42; ++c) {
+      const bool organ = c >= 27 && c < 39;  // 48 mm wide, 20 mm above
+      w.bed[static_cast<std::size_t>(r * columns + c)] = organ ? 0.025f : 0.0f;
+      w.depth[static_cast<std::size_t>(r * columns + c)] = organ ? 0.0f : 0.005f;
+    }
+  }
+  const fluid::DrawnPools drawn = fluid::drawnPools(*frame.fluid_model, frame.fluid);
+  for (int c = 20; c < 42; ++c) {
+    const float top = drawn.surface[static_cast<std::size_t>(35 * columns + c)];
+    if (c > 30 && c < 35) {
+      EXPECT_TRUE(std::isnan(top)) << "column " << c;
+    } else {
+      EXPECT_NEAR(top, 0.005f, 1e-6f) << "column " << c;
+      EXPECT_NEAR(fluid::drawnDepth(*frame.fluid_model, w, drawn, static_cast<std::size_t>(35 * columns + c)), 0.005f,
+                  1e-6f);
+    }
+  }
+  ASSERT_EQ(drawn.patches.size(), 2U);
+  EXPECT_EQ(drawn.patches[0].columns, 7 + 4);
 }
 
 TEST(OperatingField, AWellThatAnOrganHasLaidBareIsNoHoleInThePool) {

@@ -6,12 +6,12 @@ varying vec3 normal;
 varying vec2 place;
 varying vec3 film;
 
+float filmOver(float film, vec2 place, vec3 rough, vec3 small);  // shore.frag
+
 void main() {
-  // Blood gathers between the ground's crests and stands in drops and streaks: the cells know nothing of them.
   vec3 rough = texture2D(micro_map, place * 17.0).xyz;
   vec3 small = texture2D(micro_map, place.yx * 83.0).xyz;
-  float crest = 0.6 * rough.z + 0.4 * small.z - 0.5;
-  float um = max(min(film.x, 140.0) * (1.0 - 2.2 * crest) - 14.0 * (1.0 + 2.0 * crest), 0.0);
+  float um = filmOver(film.x, place, rough, small);
   // A steep wall is between the cells: their skin cuts through it in teeth.
   um *= smoothstep(0.40, 0.70, film.z);
   if (um < 0.5) discard;
