@@ -9,11 +9,14 @@
 #include "../src/simulation/between.h"
 #include "vest_bringup/ros/field_messages.h"
 #include "vest_bringup/simulation/operating_field.h"
+#include "vest_bringup/simulation/surface_effect.h"
 #include "vest_bringup/simulation/trainer.h"
 #include "vest_effects/fluid/drawn_pools.h"
 #include "vest_instruments/control/pedals.h"
 #include "vest_instruments/tools/tool_geometry.h"
+#include "vest_tissue/scene/cavity_walls.h"
 #include "vest_tissue/scene/world_model.h"
+#include "vest_tissue/scene/world_state.h"
 
 // Protects the operating field in the Trainer: irrigation by pedal reaches tissue as recorded momentum,
 // nothing is lost on its way to pool and suction, coagulation makes smoke, the lens is cleaned in the trocar,
@@ -146,6 +149,56 @@ TEST(OperatingField, DropsMeetTheWallThatSinksForWantOfGas) {
     return most;
   };
   EXPECT_LT(highest(0.05), highest(0) - 0.03) << "m";
+}
+
+TEST(OperatingField, FilmsDripFromWhereTheWallHangsForWantOfGasAndFromItsPlaceWhenItHasRisen) {
+  const scene::World world{scene::loadScene(ros::package::getPath("vest_tissue") +
+                                            "/scenes/irrigation_pool/irrigation_pool.yaml")};
+  constexpr std::size_t kCavity = 0;
+  ASSERT_EQ(world.description().objects[kCavity].organ, "cavity");
+  SurfaceEffect surface(world, {}, nullptr, nullptr);
+  std::vector<float> at(3 * world.knotCount(kCavity));
+  world.positions(kCavity, at.data());
+  const auto& triangles = world.contactTriangles(kCavity);
+  std::uint32_t top = 0;
+  const auto height = [&](std::uint32_t t) {
+    return at[3 * triangles[t][0] + 2] + at[3 * triangles[t][1] + 2] + at[3 * triangles[t][2] + 2];
+  };
+  for (std::uint32_t t = 1; t < triangles.size(); ++t)
+    if (height(t) > height(top)) top = t;
+  scene::StepInput input;
+  scene::StepReport report;
+  Feedback feedback;
+  feedback.sources.reserve(bleeding::kMostSources);
+  // The greatest distance (m) of what drips from the wall, and how deep (m) below its rest that is.
+  const auto drips = [&](double sunk, double* deepest) {
+    std::vector<float> wall = at;
+    scene::CavityWalls(world.model(), world.state(), sunk).hang(kCavity, wall.data(), wall.size() / 3);
+    input.sunk = sunk;
+    double farthest = 0;
+    int found = 0;
+    *deepest = 0;
+    for (int step = 0; step < 200; ++step) {  // the world stands: each is a step of the films
+      feedback.sources.clear();
+      feedback.films.push_back({kCavity, top, 0, 1e-7});
+      surface.step(world, input, report, feedback);
+      for (const bleeding::FluidSource& source : feedback.sources) {
+        double nearest = 1, below = 0;
+        for (std::size_t k = 0; k + 2 < wall.size(); k += 3) {
+          const double d = (source.position - Eigen::Vector3d(wall[k], wall[k + 1], wall[k + 2])).norm();
+          if (d < nearest) nearest = d, below = static_cast<double>(at[k + 2] - wall[k + 2]);
+        }
+        farthest = std::max(farthest, nearest), *deepest = std::max(*deepest, below), ++found;
+      }
+    }
+    EXPECT_GT(found, 0);
+    return farthest;
+  };
+  double deepest = 0;
+  EXPECT_LT(drips(0.05, &deepest), 1e-4) << "m: from a knot of the wall";
+  EXPECT_GT(deepest, 0.03) << "m";
+  EXPECT_LT(drips(0, &deepest), 1e-4) << "m";
+  EXPECT_EQ(deepest, 0);
 }
 
 TEST(OperatingField, ASnapshotOfTheMomentInWhichTheWallRisesGoesOnWithTheSameBitsAnywhere) {
