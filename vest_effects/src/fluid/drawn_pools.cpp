@@ -54,9 +54,9 @@ void findPools(const Model& model, const State& state, double least, double film
   if (pools.size() > most) pools.resize(most);
 }
 
-/// Under the rim of an organ that hangs over a pool its surface goes on for kSpan cells, as far as it is covered. It
-/// would end in one straight line along the rim, in sight of who looks under it. In what stands on the floor
-/// nobody sees it.
+/// Under the rim of an organ that hangs over a pool its surface goes on for kSpan cells, as far as it is
+/// covered. It would end in one straight line along the rim, in sight of who looks under it. In what stands
+/// on the floor nobody sees it.
 void goUnder(const Model& model, const Pools& pools, std::vector<float>& surface,
              std::vector<std::uint32_t>& labels) {
   constexpr float kCliff = 0.008f;  ///< m over the level: no ground rises so within a cell (tuned)
@@ -69,7 +69,8 @@ void goUnder(const Model& model, const Pools& pools, std::vector<float>& surface
       const std::size_t c = i % columns;
       const auto from = [&](bool inside, std::size_t j) {
         if (!inside || std::isnan(known[j]) || !(pools.bed[i] > known[j] + kCliff)) return;
-        if (labels[i] != 0 && !(known[j] > surface[i])) return;  // of two the higher, whichever is looked at first
+        if (labels[i] != 0 && !(known[j] > surface[i]))
+          return;  // of two the higher, whichever is looked at first
         surface[i] = known[j], labels[i] = labels[j];
       };
       from(c > 0, i - 1), from(c + 1 < columns, i + 1), from(i >= columns, i - columns),

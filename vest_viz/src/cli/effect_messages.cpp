@@ -255,10 +255,13 @@ vest_msgs::FluidState fluidAt(const vest::scene::Description& scene, double t) {
                      under = 5.0 * (1 - d * d / (edge * edge));  // mm
         double ripples = 0;  // m: they come from all sides and stay nowhere
         for (int wave = 0; wave < 5; ++wave) {
-          const double way = 1.3 * wave + which, across = 24 + 9 * wave;  // a pool's width holds so much phase
-          ripples += 3e-5 * std::sin(across * (x * std::cos(way) + y * std::sin(way)) - (5 + wave) * t + 2.4 * wave);
+          const double way = 1.3 * wave + which,
+                       across = 24 + 9 * wave;  // a pool's width holds so much phase
+          ripples +=
+              3e-5 * std::sin(across * (x * std::cos(way) + y * std::sin(way)) - (5 + wave) * t + 2.4 * wave);
         }
-        pool.height.push_back(under > 0.1 ? static_cast<float>(ripples) : std::numeric_limits<float>::quiet_NaN());
+        pool.height.push_back(under > 0.1 ? static_cast<float>(ripples)
+                                          : std::numeric_limits<float>::quiet_NaN());
         pool.velocity.push_back(0);
         pool.depth.push_back(under > 0.1 ? static_cast<std::uint8_t>(10 * under) : 0);
       }
