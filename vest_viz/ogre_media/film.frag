@@ -16,11 +16,9 @@ void main() {
   um *= smoothstep(0.40, 0.70, film.z);
   if (um < 0.5) discard;
   // Green light falls to 1/e in 35 µm (bleeding/surface.h), red reaches farther. The picture holds square roots of
-  // light. What has set is brown and lets less red through; its rim dries first and is darkest.
+  // light. What has set or dried is brown and lets less red through; the State knows that a thin rim dries first.
   float green = exp(-um / 70.0), red = exp(-um / 420.0);
-  float rim = film.y * smoothstep(0.5, 4.0, um) * (1.0 - smoothstep(4.0, 14.0, um));
   vec3 through = vec3(max(red, 0.72), max(green, 0.26), max(green, 0.25));
-  through *= mix(vec3(1.0), vec3(0.62, 0.80, 0.78), film.y * smoothstep(1.0, 25.0, um));
-  through *= 1.0 - 0.22 * rim;
+  through *= mix(vec3(1.0), vec3(0.58, 0.72, 0.70), film.y * smoothstep(0.5, 8.0, um));
   gl_FragColor = vec4(mix(vec3(1.0), through, smoothstep(0.5, 3.0, um)), 1.0);
 }
