@@ -180,6 +180,18 @@ TEST(Account, GoesOnInASceneThatIsEditedWhileItBleeds) {
   whole.expectBalance("drawn again");
 }
 
+TEST(Account, FilmsOnWallAndOrganDryInDryGas) {
+  Patient p("gynaecology");
+  p.feedback.gas.drying = 1.5e-7;  // m/s
+  p.openVessel("uterine_artery_left", 0.03, 1e-4);
+  p.run(1.5);
+  const auto oldest = [](const std::vector<float>& ages) {
+    return *std::max_element(ages.begin(), ages.end());
+  };
+  EXPECT_GT(oldest(p.field.fluid().pools.film_age), 2.0f) << "s: older than the session, since they dry";
+  EXPECT_GT(oldest(p.surface.state().age), 2.0f) << "s";
+}
+
 TEST(Account, AGrasperOnTheArteryStopsTheHoleBehindItWhileItHolds) {
   Patient p("arterial_bleeding");
   std::size_t artery = 0;

@@ -112,6 +112,8 @@ TEST(CavityGas, AnOpenValveDriesTheGasAndCarriesSmokeAway) {
   tight.run(20), open.run(20);
   EXPECT_GT(open.stage.gas->now().renewal, 5 * tight.stage.gas->now().renewal);
   EXPECT_LT(open.stage.gas->now().humidity, tight.stage.gas->now().humidity - 0.05);
+  EXPECT_GT(open.stage.gas->now().drying, 2 * tight.stage.gas->now().drying)
+      << "m/s of water off wet surfaces";
 }
 
 TEST(CavityGas, WithoutInsufflationThePressureIsThatOfTheAir) {

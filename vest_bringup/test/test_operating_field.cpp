@@ -9,10 +9,13 @@
 #include "../src/simulation/between.h"
 #include "vest_bringup/ros/field_messages.h"
 #include "vest_bringup/simulation/operating_field.h"
+#include "vest_bringup/simulation/surface_effect.h"
 #include "vest_bringup/simulation/trainer.h"
 #include "vest_instruments/control/pedals.h"
 #include "vest_instruments/tools/tool_geometry.h"
+#include "vest_tissue/scene/cavity_walls.h"
 #include "vest_tissue/scene/world_model.h"
+#include "vest_tissue/scene/world_state.h"
 
 // Protects the operating field in the Trainer: irrigation by pedal reaches tissue as recorded momentum,
 // nothing is lost on its way to pool and suction, coagulation makes smoke, the lens is cleaned in the trocar,
@@ -147,9 +150,59 @@ TEST(OperatingField, DropsMeetTheWallThatSinksForWantOfGas) {
   EXPECT_LT(highest(0.05), highest(0) - 0.03) << "m";
 }
 
+TEST(OperatingField, FilmsDripFromWhereTheWallHangsForWantOfGasAndFromItsPlaceWhenItHasRisen) {
+  const scene::World world{scene::loadScene(ros::package::getPath("vest_tissue") +
+                                            "/scenes/irrigation_pool/irrigation_pool.yaml")};
+  constexpr std::size_t kCavity = 0;
+  ASSERT_EQ(world.description().objects[kCavity].organ, "cavity");
+  SurfaceEffect surface(world, {}, nullptr, nullptr);
+  std::vector<float> at(3 * world.knotCount(kCavity));
+  world.positions(kCavity, at.data());
+  const auto& triangles = world.contactTriangles(kCavity);
+  std::uint32_t top = 0;
+  const auto height = [&](std::uint32_t t) {
+    return at[3 * triangles[t][0] + 2] + at[3 * triangles[t][1] + 2] + at[3 * triangles[t][2] + 2];
+  };
+  for (std::uint32_t t = 1; t < triangles.size(); ++t)
+    if (height(t) > height(top)) top = t;
+  scene::StepInput input;
+  scene::StepReport report;
+  Feedback feedback;
+  feedback.sources.reserve(bleeding::kMostSources);
+  // The greatest distance (m) of what drips from the wall, and how deep (m) below its rest that is.
+  const auto drips = [&](double sunk, double* deepest) {
+    std::vector<float> wall = at;
+    scene::CavityWalls(world.model(), world.state(), sunk).hang(kCavity, wall.data(), wall.size() / 3);
+    input.sunk = sunk;
+    double farthest = 0;
+    int found = 0;
+    *deepest = 0;
+    for (int step = 0; step < 200; ++step) {  // the world stands: each is a step of the films
+      feedback.sources.clear();
+      feedback.films.push_back({kCavity, top, 0, 1e-7});
+      surface.step(world, input, report, feedback);
+      for (const bleeding::FluidSource& source : feedback.sources) {
+        double nearest = 1, below = 0;
+        for (std::size_t k = 0; k + 2 < wall.size(); k += 3) {
+          const double d = (source.position - Eigen::Vector3d(wall[k], wall[k + 1], wall[k + 2])).norm();
+          if (d < nearest) nearest = d, below = static_cast<double>(at[k + 2] - wall[k + 2]);
+        }
+        farthest = std::max(farthest, nearest), *deepest = std::max(*deepest, below), ++found;
+      }
+    }
+    EXPECT_GT(found, 0);
+    return farthest;
+  };
+  double deepest = 0;
+  EXPECT_LT(drips(0.05, &deepest), 1e-4) << "m: from a knot of the wall";
+  EXPECT_GT(deepest, 0.03) << "m";
+  EXPECT_LT(drips(0, &deepest), 1e-4) << "m";
+  EXPECT_EQ(deepest, 0);
+}
+
 TEST(OperatingField, ASnapshotOfTheMomentInWhichTheWallRisesGoesOnWithTheSameBitsAnywhere) {
-  // What is kept of the wall's places must be none of another State: of one that never stepped, of one whose wall
-  // never hung, of itself later.
+  // What is kept of the wall's places must be none of another State: of one that never stepped, of one whose
+  // wall never hung, of itself later.
   const auto begun = [](double sunk, double seconds) {
     auto gas = std::make_unique<Collapse>(sunk);
     Collapse* const at = gas.get();
@@ -500,79 +553,6 @@ TEST(OperatingField, PoolsInMessagesHoldTheVolumeOfTheirHeights) {
   double flying = 0;
   for (const std::uint8_t share : msg.volume) flying += share / 255.0 * std::pow(2 * msg.particle_radius, 3);
   EXPECT_NEAR(flying, msg.flying, 0.05 * msg.flying + 1e-8) << "and what waits for a whole particle";
-}
-
-TEST(OperatingField, APoolsSurfaceGoesOnUnderAnOrganThatSpansIt) {
-  FieldFrame frame;
-  frame.fluid_model = std::make_shared<const fluid::Model>(fluid::buildModel({}, {}));
-  frame.fluid = fluid::initialState(*frame.fluid_model);
-  fluid::Pools& w = frame.fluid.pools;
-  const int columns = frame.fluid_model->columns;
-  const auto at = [&](int c, int r) { return static_cast<std::size_t>(r * columns + c); };
-  for (int r = 30; r < 42; ++r) {
-    for (int c = 20; c < 40; ++c) {
-      const bool organ = c >= 28 && c < 31, step = c >= 36;  // 12 mm wide, 20 mm above; a shore, 1 mm above
-      w.bed[at(c, r)] = organ ? 0.025f : step ? 0.006f : 0.0f;
-      w.depth[at(c, r)] = organ || step ? 0.0f : 0.005f;
-    }
-  }
-  vest_msgs::FluidState msg;
-  ros_shell::toMsg(frame, msg);
-  // From above two pools; what is drawn of them leaves no gap under the organ, and ends at the shore.
-  double volume = 0;
-  std::vector<int> covered(static_cast<std::size_t>(columns), 0);
-  for (const auto& pool : msg.pools) {
-    volume += pool.volume;
-    const int first = static_cast<int>(
-        std::lround((pool.origin.position.x - frame.fluid_model->parameters.low[0]) / pool.cell));
-    for (std::size_t k = 0; k < pool.height.size(); ++k) {
-      if (std::isnan(pool.height[k])) continue;
-      ++covered[static_cast<std::size_t>(first) + k % pool.columns];
-      EXPECT_EQ(pool.depth[k], 50) << "also under the organ: as deep as beside it, in 0.1 mm";
-      EXPECT_NEAR(pool.origin.position.z + static_cast<double>(pool.height[k]), 0.005, 1e-6);
-    }
-  }
-  for (int c = 20; c < 36; ++c) EXPECT_EQ(covered[static_cast<std::size_t>(c)], 12) << "column " << c;
-  EXPECT_EQ(covered[36], 0);
-  EXPECT_NEAR(volume, 13 * 12 * 1.6e-5 * 0.005, 1e-9) << "m³: what is drawn under the organ does not count";
-}
-
-TEST(OperatingField, AWellThatAnOrganHasLaidBareIsNoHoleInThePool) {
-  FieldFrame frame;
-  frame.fluid_model = std::make_shared<const fluid::Model>(fluid::buildModel({}, {}));
-  frame.fluid = fluid::initialState(*frame.fluid_model);
-  fluid::Pools& w = frame.fluid.pools;
-  const int columns = frame.fluid_model->columns;
-  const auto at = [&](int c, int r) { return static_cast<std::size_t>(r * columns + c); };
-  for (int r = 30; r < 42; ++r) {
-    for (int c = 20; c < 40; ++c) {
-      const bool organ = c == 28 || c == 29;
-      w.bed[at(c, r)] = organ ? 0.025f : 0.0f;
-      w.depth[at(c, r)] = organ ? 0.0f : 0.010f;
-    }
-  }
-  for (const int r : {34, 35}) w.bed[at(28, r)] = 0;         // it bends to the right there
-  w.depth[at(28, 34)] = 0.002f;                              // and water begins to fall in
-  for (const int c : {35, 36}) w.depth[at(c, 36)] = 0.004f;  // a wave's trough far from it stays
-  vest_msgs::FluidState msg;
-  ros_shell::toMsg(frame, msg);
-  ASSERT_EQ(msg.pools.size(), 1u);
-  const vest_msgs::FluidPool& pool = msg.pools[0];
-  const int c0 = static_cast<int>(
-                std::lround((pool.origin.position.x - frame.fluid_model->parameters.low[0]) / pool.cell)),
-            r0 = static_cast<int>(
-                std::lround((pool.origin.position.y - frame.fluid_model->parameters.low[1]) / pool.cell));
-  const auto drawn = [&](int c, int r) {
-    const auto k = static_cast<std::size_t>(r - r0) * pool.columns + static_cast<std::size_t>(c - c0);
-    EXPECT_EQ(pool.depth[k],
-              std::lround(1e4 * (pool.origin.position.z + static_cast<double>(pool.height[k]))))
-        << "as deep as it is drawn";
-    return pool.origin.position.z + static_cast<double>(pool.height[k]);
-  };
-  EXPECT_NEAR(drawn(28, 34), 0.010, 1e-6);
-  EXPECT_NEAR(drawn(28, 35), 0.010, 1e-6) << "dry still";
-  EXPECT_NEAR(drawn(35, 36), 0.004, 1e-6);
-  EXPECT_NEAR(pool.volume, fluid::poolVolume(*frame.fluid_model, frame.fluid), 1e-9) << "no drop more";
 }
 
 TEST(OperatingField, AColdLensSteamsUpAndIsClearAfterItsVisitInTheTrocar) {

@@ -6,21 +6,19 @@ varying vec3 normal;
 varying vec2 place;
 varying vec3 film;
 
+float filmOver(float film, vec2 place, vec3 rough, vec3 small);  // shore.frag
+
 void main() {
-  // Blood gathers between the ground's crests and stands in drops and streaks: the cells know nothing of them.
   vec3 rough = texture2D(micro_map, place * 17.0).xyz;
   vec3 small = texture2D(micro_map, place.yx * 83.0).xyz;
-  float crest = 0.6 * rough.z + 0.4 * small.z - 0.5;
-  float um = max(min(film.x, 140.0) * (1.0 - 2.2 * crest) - 14.0 * (1.0 + 2.0 * crest), 0.0);
+  float um = filmOver(film.x, place, rough, small);
   // A steep wall is between the cells: their skin cuts through it in teeth.
   um *= smoothstep(0.40, 0.70, film.z);
   if (um < 0.5) discard;
   // Green light falls to 1/e in 35 µm (bleeding/surface.h), red reaches farther. The picture holds square roots of
-  // light. What has set is brown and lets less red through; its rim dries first and is darkest.
+  // light. What has set or dried is brown and lets less red through; the State knows that a thin rim dries first.
   float green = exp(-um / 70.0), red = exp(-um / 420.0);
-  float rim = film.y * smoothstep(0.5, 4.0, um) * (1.0 - smoothstep(4.0, 14.0, um));
   vec3 through = vec3(max(red, 0.72), max(green, 0.26), max(green, 0.25));
-  through *= mix(vec3(1.0), vec3(0.62, 0.80, 0.78), film.y * smoothstep(1.0, 25.0, um));
-  through *= 1.0 - 0.22 * rim;
+  through *= mix(vec3(1.0), vec3(0.58, 0.72, 0.70), film.y * smoothstep(0.5, 8.0, um));
   gl_FragColor = vec4(mix(vec3(1.0), through, smoothstep(0.5, 3.0, um)), 1.0);
 }

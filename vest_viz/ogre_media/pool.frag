@@ -9,21 +9,21 @@ varying vec3 normal;
 varying vec2 place;
 varying vec3 fluid;
 
+vec2 slope(float value, vec2 place);  // shore.frag
+float depthOver(float depth, vec2 place, vec3 rough, vec3 small);
+
 void main() {
   vec3 v = normalize(-position);
-  // The shore runs where the depth is 0; ground has a relief that the cells do not know.
+  // The shore runs where the depth is 0.
   vec3 rough = texture2D(micro_map, place * 11.0).xyz;
   vec3 small = texture2D(micro_map, place.yx * 47.0).xyz;
-  float relief = 0.5 * (rough.z - 0.5) + 0.2 * (small.z - 0.5);  // mm
-  float wet = 0.42 + 0.33 * clamp(fluid.y + relief, -1.0, 1.5);
+  float mm = depthOver(fluid.y, place, rough, small);
+  float wet = 0.42 + 0.33 * clamp(mm, -1.0, 1.5);
   if (wet < 0.30) discard;
   float inward = smoothstep(0.42, 0.75, wet);
-  float mm = max(fluid.y + relief, 0.0);
+  mm = max(mm, 0.0);
   // Fluid wets tissue and climbs it: over the last millimetre its surface turns up towards the shore.
-  vec2 px = dFdx(place), py = dFdy(place);
-  float area = px.x * py.y - px.y * py.x;
-  vec2 steep = abs(area) > 1e-14
-      ? vec2(dFdx(wet) * py.y - dFdy(wet) * px.y, dFdy(wet) * px.x - dFdx(wet) * py.x) / area : vec2(0.0);
+  vec2 steep = slope(wet, place);
   steep *= inversesqrt(dot(steep, steep) + 100.0) * (1.0 - inward);
   // Tissue is not as even as its cells: a shore that runs along a row of them would flash as one line.
   vec2 uneven = 4.0 * (texture2D(micro_map, place * 5.0).xy - 0.5) + 6.0 * (texture2D(micro_map, place.yx * 23.0).xy - 0.5);

@@ -7,11 +7,13 @@ varying vec3 normal;
 varying vec2 place;
 varying vec3 fluid;
 
+float depthOver(float depth, vec2 place, vec3 rough, vec3 small);  // shore.frag
+
 void main() {
   if (fluid.x * fluid.y > 2.0) discard;  // nothing is seen through 2 mm of blood (pool.frag: 99 % hidden)
   // The shore, as in pool.frag.
-  float relief = 0.5 * (texture2D(micro_map, place * 11.0).z - 0.5) + 0.2 * (texture2D(micro_map, place.yx * 47.0).z - 0.5);
-  float wet = 0.42 + 0.33 * clamp(fluid.y + relief, -1.0, 1.5);
+  float mm = depthOver(fluid.y, place, texture2D(micro_map, place * 11.0).xyz, texture2D(micro_map, place.yx * 47.0).xyz);
+  float wet = 0.42 + 0.33 * clamp(mm, -1.0, 1.5);
   if (wet < 0.42) discard;
   vec3 v = normalize(-position), to_light = light.xyz - position;
   float beam = v.z * v.z * v.z * v.z;

@@ -67,13 +67,13 @@ void main() {
   wetness *= (1.0 - 0.75 * pale) * (1.0 - 0.8 * burnt);
   slope += (speck.xy * 2.0 - 1.0) * (0.9 * burnt + 0.25 * pale);
   // Blood: thin films tint, deep ones hide what is below and lie smooth.
-  // Set blood is dark and brown, and its thin rim dries first: no mirror there.
+  // Set blood is dark and brown, and mirrors little.
   vec3 blood = mix(vec3(0.66, 0.075, 0.055), vec3(0.43, 0.030, 0.028), deep);
   blood = mix(blood, mix(vec3(0.34, 0.060, 0.040), vec3(0.20, 0.022, 0.022), deep), blood_state.z);
   ground.rgb = mix(ground.rgb, blood, film * mix(0.72, 0.97, deep));
   slope *= 1.0 - 0.75 * film;
   micro *= 1.0 - 0.75 * film;
-  wetness = mix(wetness, 1.05 - 0.75 * blood_state.z * (1.0 - 0.7 * deep), film);
+  wetness = mix(wetness, 1.05 - 0.75 * blood_state.z, film);
   ground.a = mix(ground.a, 0.80, film);
   // Fresh blood stands round at its border, hangs between crests and runs down (30 mm/s where it is thick: 1/0.006 tiles
   // of the micro relief a metre): there its surface turns to the lamp.

@@ -53,7 +53,7 @@ void tellFilm(const fluid::Model& model, const fluid::Pools& w, vest_msgs::Fluid
       msg.thickness.push_back(known ? static_cast<std::uint8_t>(
                                           std::clamp(std::lround(1e6f * (w.film[i] + w.blood[i])), 0L, 255L))
                                     : std::uint8_t{0});
-      msg.set.push_back(known ? scaled(fluid::filmSet(w.film_age[i])) : std::uint8_t{0});
+      msg.set.push_back(known ? scaled(effects::setShare(w.film_age[i])) : std::uint8_t{0});
     }
 }
 

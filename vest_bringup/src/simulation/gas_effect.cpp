@@ -42,7 +42,8 @@ void GasEffect::step(const scene::World& world, const scene::StepInput& input, c
     gas::step(settings_, in, state_);
     now_ = gas::condition(settings_, state_);
   }
-  feedback.gas = {now_.pressure, now_.temperature, now_.humidity, now_.renewal, std::min(now_.sunk, 1.0)};
+  feedback.gas = {now_.pressure, now_.temperature,         now_.humidity,
+                  now_.renewal,  std::min(now_.sunk, 1.0), now_.drying};
   if (!frames_ || world.steps() % kGasFrameEvery != 0) return;
   GasFrame& f = frames_->back();
   f.step = world.steps();

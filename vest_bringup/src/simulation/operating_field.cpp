@@ -214,6 +214,7 @@ void OperatingField::Impl::stepFluid(const scene::World& world, const scene::Ste
     in.surface_count = surfaces.size();
     in.renew_bed = weigh;
     in.stains = films;
+    in.drying = feedback.gas.drying;
     fluid::step(*fluid_model, in, fluid, scratch, fluid_report);
     for (std::size_t t = 0; t < gauze.size() && fluid_report.status == fluid::Status::Ok; ++t) {
       if (gauze[t] < 0) continue;

@@ -341,6 +341,7 @@ void SurfaceEffect::step(const scene::World& world, const scene::StepInput& inpu
     };
     world.pool().each(meshes_.size(), follow);
     inputs_.scale = scale_;
+    inputs_.drying = feedback.gas.drying;
     inputs_.reach = perfusion_.reach.data();
     inputs_.gravity = world.description().gravity;
     for (std::size_t i = 0; i < perfused_.size(); ++i) {

@@ -164,7 +164,9 @@ struct Film {
       s.drug[i] = static_cast<float>(s.drug[i] * fading);
       if (s.drug[i] < 1e-3f) s.drug[i] = 0;
       if (s.drug[i] <= 0 && s.styptic[i] < 1e-3f) s.styptic[i] = 0;
-      s.age[i] = s.film[i] > 0 ? static_cast<float>(s.age[i] + dt) : 0.0f;
+      s.age[i] = s.film[i] > 0
+                     ? static_cast<float>(s.age[i] + dt * effects::ageing(thickness(s, i), in.drying))
+                     : 0.0f;
       if (s.film[i] > 0) wipe(k);
       if (!(s.area[i] > 0) || (s.open[i] <= 0 && s.clot[i] <= 0)) continue;
       const int sucker = s.clot[i] > 0 ? near(in.suck, k) : -1;

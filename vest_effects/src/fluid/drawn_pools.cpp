@@ -54,6 +54,31 @@ void findPools(const Model& model, const State& state, double least, double film
   if (pools.size() > most) pools.resize(most);
 }
 
+/// Under the rim of an organ that hangs over a pool its surface goes on for kSpan cells, as far as it is
+/// covered. It would end in one straight line along the rim, in sight of who looks under it. In what stands
+/// on the floor nobody sees it.
+void goUnder(const Model& model, const Pools& pools, std::vector<float>& surface,
+             std::vector<std::uint32_t>& labels) {
+  constexpr float kCliff = 0.008f;  ///< m over the level: no ground rises so within a cell (tuned)
+  const auto columns = static_cast<std::size_t>(model.columns);
+  std::vector<float> known;
+  for (int ring = 0; ring < kSpan; ++ring) {
+    known = surface;
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      if (!std::isnan(known[i]) || pools.bed[i] <= kNoBed) continue;
+      const std::size_t c = i % columns;
+      const auto from = [&](bool inside, std::size_t j) {
+        if (!inside || std::isnan(known[j]) || !(pools.bed[i] > known[j] + kCliff)) return;
+        if (labels[i] != 0 && !(known[j] > surface[i]))
+          return;  // of two the higher, whichever is looked at first
+        surface[i] = known[j], labels[i] = labels[j];
+      };
+      from(c > 0, i - 1), from(c + 1 < columns, i + 1), from(i >= columns, i - columns),
+          from(i + columns < known.size(), i + columns);
+    }
+  }
+}
+
 /// Under an organ that spans a pool water stands too, though the height field knows only the organ's top
 /// there: the pool's surface goes on from shore to shore. Where tissue stands on the floor instead it hides
 /// what is drawn within it. A cell that such an organ has just laid bare is a well there, into which the pool
@@ -119,6 +144,7 @@ void bridge(const Model& model, const Pools& pools, std::vector<float>& surface,
       }
     }
   }
+  goUnder(model, pools, surface, labels);
   // Drawn as one, or their shores would show where they meet.
   for (std::uint32_t& label : labels)
     if (label <= most) label = first(label);

@@ -168,7 +168,7 @@ void suck(const Model& model, const Inputs& inputs, State& state, ScratchData& s
                     r2 = x * x + y * y;
         if (!(r2 < patch)) continue;
         const float step = dt * std::sqrt(1 - r2 / patch), before = w.film[i],
-                    loose = before * (1 - filmSet(w.film_age[i])) * step / (step + kWipes);
+                    loose = before * (1 - effects::setShare(w.film_age[i])) * step / (step + kWipes);
         w.film[i] = before - std::min(loose, static_cast<float>(due / area));
         take(static_cast<double>(before - w.film[i]) * area, 1.0);
       }

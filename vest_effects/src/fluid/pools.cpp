@@ -114,7 +114,7 @@ void dragPools(const Model& model, const Inputs& inputs, const State& state, Scr
   }
 }
 
-void leaveFilms(const Model& model, State& state, ScratchData& s) {
+void leaveFilms(const Model& model, const Inputs& inputs, State& state, ScratchData& s) {
   constexpr float kStays = 5e-5f;  // m: thinner does not flow (pools_body.inc)
   constexpr float kMixes = 1.0f;  // s: in which what has not set goes into liquid that stands on it (assumed)
   Pools& w = state.pools;
@@ -124,9 +124,10 @@ void leaveFilms(const Model& model, State& state, ScratchData& s) {
   for (std::size_t i = 0; i < w.depth.size(); ++i) {
     if (w.blood[i] > kDryDepth && onGround(w, s, i)) w.ground[i] = w.bed[i];
     if (w.film[i] > 0) {
-      w.film_age[i] += dt;
+      const double drying = w.depth[i] > kDryDepth ? 0.0 : inputs.drying;
+      w.film_age[i] += dt * static_cast<float>(effects::ageing(static_cast<double>(w.film[i]), drying));
       if (w.depth[i] > kStays && onGround(w, s, i)) {
-        const float before = w.film[i], keep = filmSet(w.film_age[i]);
+        const float before = w.film[i], keep = effects::setShare(w.film_age[i]);
         w.film[i] = before * (keep + (1 - keep) * kMixes / (kMixes + dt));
         w.depth[i] += before - w.film[i], w.blood[i] += before - w.film[i];
       }

@@ -265,7 +265,7 @@ inline bool onGround(const Pools& w, const ScratchData& s, std::size_t cell) {
 }
 /// What of the pools is too thin to flow stays on the tissue under it, as far as it is blood: on rigid ground
 /// as Pools::film, which goes into liquid that comes back.
-void leaveFilms(const Model& model, State& state, ScratchData& s);
+void leaveFilms(const Model& model, const Inputs& inputs, State& state, ScratchData& s);
 /// Pools::raised: instruments displace liquid, and its surface rises by what they take of a cell. The water
 /// flows as its surface falls, so what they take counts in Pools::head.
 void immerse(const Model& model, const Inputs& inputs, State& state, ScratchData& s);

@@ -16,7 +16,7 @@ bool good(const Model& model, const Inputs& in) {
   if (!(in.dt >= 1e-5 && in.dt <= 0.02) || !finite(in.gravity)) return false;
   if (in.source_count < 0 || in.source_count > kMostSources || in.suction_count < 0 ||
       in.suction_count > kMostSuctions || in.obstacle_count < 0 || in.obstacle_count > kMostObstacles ||
-      in.surface_count > model.surfaces.size())
+      in.surface_count > model.surfaces.size() || !(in.drying >= 0 && in.drying <= 1e-5))
     return false;
   for (int k = 0; k < in.source_count; ++k) {
     const Source& s = in.sources[k];
@@ -195,7 +195,7 @@ void step(const Model& model, const Inputs& inputs, State& state, Scratch& scrat
   if (inputs.renew_bed) {
     renewBed(model, inputs, state, s);
     weighPools(model, inputs, state, s, report);
-    if (inputs.stains) leaveFilms(model, state, s);
+    if (inputs.stains) leaveFilms(model, inputs, state, s);
   }
   suck(model, inputs, state, s, report);
   compact(state);

@@ -15,6 +15,7 @@ constexpr double kGasConstant = 8.314462618;                   ///< J/(mol K), C
 constexpr double kAir = 101325;                                ///< Pa, standard atmosphere
 constexpr double kCounted = kAir / (8.314462618 * 294.15);     ///< mol/m³ of gas as people count it
 constexpr double kCarbonDioxide = 0.04401, kWater = 0.018015;  ///< kg/mol
+constexpr double kWaterDensity = 993;                          ///< kg/m³ at 37 °C
 constexpr double kMolarHeat = 37.5;  ///< J/(mol K) of carbon dioxide at 37 °C and constant pressure
 constexpr double kLewis = 0.897;     ///< Le^⅔ for Le = 0.85
 constexpr double kBand = 267;        ///< Pa: 2 mmHg over which the insufflator throttles; assumed
@@ -37,6 +38,12 @@ void balance(const Parameters& p, double mol, double kelvin, double& pressure, d
 /// mol/m³ of water over a wet wall.
 double saturated(double kelvin) {
   return effects::saturationPressure(kelvin) / (kGasConstant * kelvin);
+}
+
+/// m/s: gas that meets the wall, of `mol` in m³. Heat transfer over the gas' heat by volume, times Lewis'
+/// factor.
+double exchange(const Parameters& p, double mol, double volume) {
+  return p.heat_transfer * volume / (kMolarHeat * mol * kLewis);
 }
 
 }  // namespace
@@ -70,6 +77,8 @@ Condition condition(const Parameters& p, const State& s) {
   const double out = kDischarge * p.leak_area * std::sqrt(2 * c.pressure / density);  // m³/s as it is there
   c.leak = out * s.gas / (c.volume * kCounted);
   c.renewal = std::min(10.0, out / c.volume + p.absorption * kCounted / s.gas);
+  c.drying = std::max(0.0, saturated(p.wall_temperature) - s.vapour / c.volume) *
+             exchange(p, s.gas, c.volume) * kWater / kWaterDensity;
   return c;
 }
 
@@ -98,7 +107,7 @@ Status step(const Parameters& p, const Inputs& in, State& s) {
       (s.temperature + heated * p.wall_temperature + mixed * p.supply_temperature) / (1 + heated + mixed);
   double pressure, volume;
   balance(p, s.gas + s.vapour, s.temperature, pressure, volume);
-  const double moistened = heated / kLewis;
+  const double moistened = in.dt * p.wall_area * exchange(p, s.gas, volume) / volume;
   s.vapour = (s.vapour + moistened * saturated(p.wall_temperature) * volume) / (1 + moistened);
   s.vapour = std::min(s.vapour, saturated(s.temperature) * volume);  // the rest is mist on the wall
   ++s.step;

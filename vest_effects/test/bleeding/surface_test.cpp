@@ -352,6 +352,21 @@ TEST(Surface, AStainRunsDownAsNusseltSaysThinsOutAndSets) {
   EXPECT_GT(old.state.age[15 * 21 + 5], 1200);
 }
 
+TEST(Surface, AFilmDriesAtItsThinRimFirstAndLosesNoBlood) {
+  Sheet s;
+  s.inputs.drying = 1.5e-7;  // m/s: dry gas at 37 °C (Gas.AWetSurfaceDriesAsChiltonAndColburnSay)
+  const std::size_t middle = 5 * 21 + 5, rim = 17 * 21 + 17;  // too far apart to flow from one to the other
+  for (std::size_t j = 1; j < 10; ++j)
+    for (std::size_t i = 1; i < 10; ++i) s.state.film[j * 21 + i] = 1e-4 * s.state.area[j * 21 + i];
+  s.state.film[rim] = 2.4e-6 * s.state.area[rim];
+  s.state.stained = filmVolume(s.state), s.state.active = 1;
+  s.seconds(20);
+  EXPECT_GT(setShare(s.state.age[rim]), 0.9f) << "all of its water has gone after 13 s";
+  EXPECT_LT(setShare(s.state.age[middle]), 0.05f);
+  EXPECT_NEAR(s.state.film[rim], 2.4e-6 * s.state.area[rim], 1e-9 * s.state.film[rim])
+      << "cells and salt stay";
+}
+
 TEST(Surface, AFilmThinnerThanARedCellStaysWhereItIs) {
   Sheet s(true);
   s.inputs.gravity = {0, 0, -9.81};

@@ -134,7 +134,7 @@ TEST(Film, WaterWashesAFreshOneOffAndASetOneStays) {
     EXPECT_NEAR(before, 3e-5 * 1.6e-5, 1e-13) << "m³: all of it";
     const auto cell =
         static_cast<std::size_t>(r) * static_cast<std::size_t>(f.model.columns) + static_cast<std::size_t>(c);
-    if (!fresh) f.state.pools.film_age[cell] = 4 * kFilmSets;
+    if (!fresh) f.state.pools.film_age[cell] = 4 * static_cast<float>(vest::effects::kSettingTime);
     for (int dr = -4; dr <= 4; ++dr)
       for (int dc = -4; dc <= 4; ++dc)
         fillCell(f.model, f.state, c + dc, r + dr, 2e-3 * 1.6e-5, 0), f.state.emitted += 2e-3 * 1.6e-5;
@@ -147,6 +147,30 @@ TEST(Film, WaterWashesAFreshOneOffAndASetOneStays) {
     }
     EXPECT_NEAR(f.gap(), 0, 1e-4 * f.state.emitted);
   }
+}
+
+TEST(Film, DriesAtItsThinRimFirstAndNotUnderAPool) {
+  Fluid f = dripped();
+  for (std::size_t k = 0; k < f.meshes[0].positions.size(); k += 3) f.meshes[0].positions[k + 2] = 0;
+  f.inputs.source_count = 0;
+  f.inputs.renew_bed = true;
+  f.step();
+  const int c = f.model.columns / 2, r = f.model.rows / 2;
+  const auto cell = [&](int column) {
+    return static_cast<std::size_t>(r) * static_cast<std::size_t>(f.model.columns) +
+           static_cast<std::size_t>(column);
+  };
+  auto& w = f.state.pools;
+  const float film[] = {3e-6f, 5e-5f, 3e-6f};  // m: rim, middle, and a rim under water
+  for (int i = 0; i < 3; ++i) w.film[cell(c + 4 * i)] = film[i], w.ground[cell(c + 4 * i)] = 0;
+  w.film_age[cell(c + 8)] = 2 * static_cast<float>(effects::kSettingTime);  // it does not go into the water
+  fillCell(f.model, f.state, c + 8, r, 1e-3 * 1.6e-5, 0);
+  f.inputs.drying = 1.5e-7;  // m/s: dry gas at 37 °C (Gas.AWetSurfaceDriesAsChiltonAndColburnSay)
+  for (int k = 0; k < 5000; ++k) f.inputs.renew_bed = k % 12 == 0, f.step();
+  const auto set = [&](int i) { return effects::setShare(w.film_age[cell(c + 4 * i)]); };
+  EXPECT_GT(set(0), 0.9f) << "20 s; all of its water has gone after 16";
+  EXPECT_LT(set(1), 0.01f);
+  EXPECT_NEAR(w.film_age[cell(c + 8)], 820, 1) << "s";
 }
 
 TEST(Film, GauzeWipesWhatHasNotSet) {

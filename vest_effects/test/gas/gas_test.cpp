@@ -137,6 +137,19 @@ TEST(Gas, DryColdGasMakesTheCavityDrierAndColder) {
   EXPECT_LT(c.temperature, 308);
 }
 
+TEST(Gas, AWetSurfaceDriesAsChiltonAndColburnSay) {
+  // By hand: 5 W/(m²K) over 37.5 J/(mol K) × 39.3 mol/m³ × 0.897 are 3.8 mm/s; 6.28 kPa of vapour at 37 °C
+  // are 43.9 g/m³. So dry gas takes 0.167 g/(m² s) off, which are 0.168 µm/s. Gas at the wall's dew point
+  // takes nothing.
+  Parameters p;
+  p.set_pressure = 0;
+  State s = initialState(p);
+  EXPECT_NEAR(condition(p, s).drying, 0, 1e-12);
+  const double mol = s.gas + s.vapour;
+  s.gas = mol, s.vapour = 0;
+  EXPECT_NEAR(condition(p, s).drying, 1.68e-7, 0.02e-7);
+}
+
 TEST(Gas, DoesNotDependOnItsStep) {
   const auto after = [](double dt) {
     Parameters p;

@@ -250,12 +250,20 @@ vest_msgs::FluidState fluidAt(const vest::scene::Description& scene, double t) {
     for (std::uint32_t r = 0; r < pool.rows; ++r)
       for (std::uint32_t c = 0; c < pool.columns; ++c) {
         const double x = (c + 0.5) / pool.columns - 0.5, y = (r + 0.5) / pool.rows - 0.5;
-        const double d = std::hypot(x, 1.1 * y), edge = 0.40 + 0.05 * std::sin(3 * std::atan2(y, x));
-        pool.height.push_back(d < edge
-                                  ? static_cast<float>(0.0003 * std::sin(40 * d - 9 * t) * std::exp(-4 * d))
-                                  : std::numeric_limits<float>::quiet_NaN());
+        const double d = std::hypot(x, 1.1 * y), a = std::atan2(y, x) + 2.1 * which,
+                     edge = 0.40 + 0.05 * std::sin(3 * a) + 0.03 * std::sin(5 * a + 1),
+                     under = 5.0 * (1 - d * d / (edge * edge));  // mm
+        double ripples = 0;  // m: they come from all sides and stay nowhere
+        for (int wave = 0; wave < 5; ++wave) {
+          const double way = 1.3 * wave + which,
+                       across = 24 + 9 * wave;  // a pool's width holds so much phase
+          ripples +=
+              3e-5 * std::sin(across * (x * std::cos(way) + y * std::sin(way)) - (5 + wave) * t + 2.4 * wave);
+        }
+        pool.height.push_back(under > 0.1 ? static_cast<float>(ripples)
+                                          : std::numeric_limits<float>::quiet_NaN());
         pool.velocity.push_back(0);
-        pool.depth.push_back(d < edge ? static_cast<std::uint8_t>(5 + 60 * (1 - d / edge)) : 0);
+        pool.depth.push_back(under > 0.1 ? static_cast<std::uint8_t>(10 * under) : 0);
       }
     pool.blood_fraction = which == 0 ? 0.95f : 0.10f;
     pool.volume = 5e-6;

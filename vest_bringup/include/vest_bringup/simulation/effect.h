@@ -23,8 +23,9 @@ struct FilmInput {
 struct CavityGas {
   double pressure = 0;                           ///< Pa above the air outside
   double temperature = 310.15, humidity = 0.95;  ///< K; relative, 0 … 1
-  double renewal = 0;  ///< 1/s: share of the gas that leaves by leaks and absorption
-  double sunk = 0;     ///< m: of the wall's highest place; the tissue's next step meets it there
+  double renewal = 0;    ///< 1/s: share of the gas that leaves by leaks and absorption
+  double sunk = 0;       ///< m: of the wall's highest place; the tissue's next step meets it there
+  double drying = 8e-9;  ///< m/s of water that leaves a wet surface: of that humidity, by gas::condition()
 };
 
 /// What effects hand on. Arrays have room: nothing allocates while it lasts; what does not fit is counted.

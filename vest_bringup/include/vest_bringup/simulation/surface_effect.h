@@ -42,7 +42,7 @@ class SurfaceEffect : public Effect {
                 scene::TripleBuffer<SurfaceFrame>* frames);
 
   Ports ports() const override {
-    return {kSupply, kFilms | kSwabs, kSources | kLensBlood | kSeeped | kClots | kWiped};
+    return {kSupply | kGas, kFilms | kSwabs, kSources | kLensBlood | kSeeped | kClots | kWiped};
   }
   void step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report,
             Feedback& feedback) override;

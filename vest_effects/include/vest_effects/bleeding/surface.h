@@ -9,6 +9,7 @@
 #include "vest_effects/arithmetic.h"
 #include "vest_effects/bleeding/source.h"
 #include "vest_effects/bleeding/swab.h"
+#include "vest_effects/setting.h"
 
 /// Blood on the surfaces of organs: where tissue was cut its capillaries seep, and whatever blood reaches a
 /// surface is a film on it, which spreads, runs down, drips and clots. No ROS, no scene: knots and triangles.
@@ -40,12 +41,10 @@ namespace vest::bleeding {
 constexpr double kClearFilm = 3.5e-5;
 constexpr double kFullFilm = 3.0e-4;  ///< m: what a moist, inclined surface holds (assumed)
 constexpr double kSpread = 1.0e-6;    ///< m²/s: how a film levels out between neighbours (assumed)
-/// m: a film thinner than a red cell stays where it is (2.57 µm, Evans and Fung 1972).
-constexpr double kThinFilm = 2.5e-6;
+using effects::kSettingTime;
+using effects::kThinFilm;  // a thinner film stays where it is
 /// s: open capillaries close by 1 − 1/e: nine of ten in 5 min; bleeding times of skin are 2 … 9 min (Ivy).
 constexpr double kClottingTime = 130;
-/// s: a film sets; whole blood clots in a tube in 5 … 10 min (Lee and White 1913).
-constexpr double kSettingTime = 400;
 constexpr double kStypticTime = 3000;    ///< s: a vasoconstrictor's effect fades (assumed)
 constexpr double kInjectionFlow = 3e-7;  ///< m³/s by the thumb on a syringe (assumed)
 constexpr double kInterstice =
@@ -86,11 +85,11 @@ struct SurfaceState {
   std::vector<float> drug, styptic;  ///< 0 … 1: vasoconstrictor that came here, and how far it has closed
   std::vector<float> area;           ///< m² of the present surface; 0: inside
   std::vector<double> film;          ///< m³ on the knot's share of the surface
-  std::vector<float> age;            ///< s since that blood left its vessel, mean
-  std::vector<double> loose;         ///< m³ that drips next
-  std::vector<float> flow;           ///< m³/s seeping in the last step
-  std::vector<std::uint32_t> used;   ///< per object: knots that it has now
-  std::array<double, 4> injected{};  ///< m³ in each instrument's last depot
+  std::vector<float> age;     ///< s since that blood left its vessel, mean; drying adds to it (setting.h)
+  std::vector<double> loose;  ///< m³ that drips next
+  std::vector<float> flow;    ///< m³/s seeping in the last step
+  std::vector<std::uint32_t> used;               ///< per object: knots that it has now
+  std::array<double, 4> injected{};              ///< m³ in each instrument's last depot
   std::array<std::array<double, 3>, 4> depot{};  ///< m: where
   std::array<Drip, kMostDrips> drips{};
   double seeped = 0, stained = 0, shed = 0;  ///< m³ since the start: out of tissue, from drops, dripped
@@ -123,6 +122,7 @@ struct SurfaceInputs {
     double patch = kSwabReach;                        ///< m: radius that it presses on (pressedRadius)
   };
   double scale = 1;                      ///< factor for teaching, ≥ 0
+  double drying = 0;                     ///< m/s of water that leaves a wet surface, ≥ 0: gas::Condition
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< m/s²
   Reach inject[4], press[4], suck[4];    ///< per instrument; only `inject` looks at the object
   Gauze gauze[4];                        ///< likewise: what it touches within its patch
@@ -205,11 +205,7 @@ double filmVolume(const SurfaceState& state);
 inline double thickness(const SurfaceState& state, std::size_t knot) {
   return state.area[knot] > 0 ? state.film[knot] / static_cast<double>(state.area[knot]) : 0.0;
 }
-/// Share 0 fresh … 1 set of a film whose blood left its vessel `age` s ago.
-inline float setShare(float age) {
-  const float a = age / static_cast<float>(kSettingTime), a4 = a * a * a * a;
-  return a4 / (1 + a4);
-}
+using effects::setShare;
 /// Thickness, m -> 0 dry … 1 covered: share of green light that stays in it (Beer and Lambert).
 inline float wetness(double film) {
   return static_cast<float>(1 - effects::exponential(-film / kClearFilm));

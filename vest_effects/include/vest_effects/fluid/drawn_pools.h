@@ -16,7 +16,8 @@ struct PoolPatch {
 };
 
 /// Surfaces of the largest pools as an eye sees them. The field knows one height over each place: a pool goes
-/// on under an organ that spans it, and thin water that runs off an organ's top is none of its surface.
+/// on under an organ that spans it, for some cells under the rim of one that is wider, and thin water that
+/// runs off an organ's top is none of its surface.
 struct DrawnPools {
   std::vector<float> surface;         ///< m, world, per cell; NaN where it is dry
   std::vector<std::uint32_t> labels;  ///< per cell: 0 dry, else the pool's label

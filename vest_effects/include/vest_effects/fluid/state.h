@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "vest_effects/fluid/model.h"
+#include "vest_effects/setting.h"
 
 namespace vest::fluid {
 
@@ -38,7 +39,7 @@ struct Pools {
   double sunk_at = 0;  ///< s: State::time when it was renewed
   // Blood that lies on rigid ground as a film, under a pool or beside it.
   std::vector<float> film;      ///< m
-  std::vector<float> film_age;  ///< s since it was left there, mean
+  std::vector<float> film_age;  ///< s since it was left there, mean; drying adds to it (setting.h)
   std::vector<float> ground;    ///< m, world z of that ground; kNoBed where no blood has been
   double filmed_at = 0;         ///< s: State::time when they were renewed
 
@@ -46,12 +47,6 @@ struct Pools {
   float top(std::size_t cell) const { return bed[cell] + depth[cell] + raised[cell]; }
 };
 inline constexpr float kNoBed = -1.0e3f;
-inline constexpr float kFilmSets = 400;  ///< s: whole blood clots in 5 … 10 min (Lee and White 1913)
-/// Share 0 fresh … 1 set of a film that was left `age` s ago: the law of bleeding/surface.h.
-inline float filmSet(float age) {
-  const float a = age / kFilmSets, a4 = a * a * a * a;
-  return a4 / (1 + a4);
-}
 inline constexpr float kDryDepth = 1.0e-5f;  ///< m: shallower counts as dry (tuned)
 
 struct Bubbles {

@@ -117,6 +117,7 @@ struct Inputs {
   /// Physicochim. URSS 17, 42): 0.94 Ca^⅔ √(sigma/(rho g)), Ca = mu v/sigma; so does, at renew_bed, what of
   /// the pools is too thin to flow. It leaves the fluid for Report::shears.
   bool stains = false;
+  double drying = 0;      ///< m/s of water that leaves a wet surface, 0 … 1e-5: gas::Condition::drying
   bool renew_bed = true;  ///< look again where the tissue lies under the pools, and tell how they weigh on it
                           ///< (costly: some 20 times a second)
 };

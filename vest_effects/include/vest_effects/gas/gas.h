@@ -51,6 +51,7 @@ struct Condition {
   double humidity = 0;     ///< relative, 0 … 1
   double temperature = 0;  ///< K
   double renewal = 0;      ///< 1/s: share of the gas that leaves by leaks and absorption
+  double drying = 0;       ///< m/s of water that leaves a wet wall, ≥ 0
 };
 
 /// Share of the wall that is lifted: front and sides; the rest lies on the spine (assumed).
@@ -81,8 +82,8 @@ State initialState(const Parameters& parameters);
 /// One step. Ideal gas in a wall with V = slack_volume + compliance·p; below p = 0 the wall falls in and no
 /// gas leaks. Leak: orifice, 0.6·leak_area·sqrt(2p/rho). Insufflator: proportional within 2 mmHg below
 /// the set pressure (assumed). Vapour follows the wall's warmth by Chilton and Colburn (1934) with Lewis
-/// number 0.85, as in lens.h. Allocates and throws nothing; no libm but sqrt. After BadInput the State is
-/// what it was.
+/// number 0.85, as in lens.h; so does what a wet surface loses (Condition::drying). Allocates and throws
+/// nothing; no libm but sqrt. After BadInput the State is what it was.
 Status step(const Parameters& parameters, const Inputs& inputs, State& state);
 Condition condition(const Parameters& parameters, const State& state);
 /// m³ as insufflators count them, of an amount (mol).
