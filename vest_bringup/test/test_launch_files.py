@@ -86,6 +86,14 @@ class LaunchFiles(unittest.TestCase):
             self.assertEqual(found["instruments/tool_tray"], ["scissors", "grasper"], name)
             self.assertEqual(found["trainer/effects/fluid/spacing"], 0.002, name)
 
+    def test_the_tissue_does_not_run_away_from_the_hands_of_a_script(self):
+        played = ("script:=cut_tube", "trajectory:=/tmp/a.csv")  # as run_session gives them
+        for words in (played, played[:1]):
+            found = parameters("trainer.launch", *words)
+            self.assertEqual((found["trainer/catch_up"], found["trainer/wait_for_hands"]), (0.05, True), "ScriptClock::kLead")
+        found = parameters("trainer.launch", "trajectory:=/tmp/a.csv")
+        self.assertEqual((found.get("trainer/catch_up"), found["trainer/wait_for_hands"]), (None, False))
+
     def test_a_path_is_taken_wherever_a_name_is(self):
         here = os.environ.get("PWD", os.getcwd())
         os.environ["PWD"] = TRAJECTORIES

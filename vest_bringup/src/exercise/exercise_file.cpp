@@ -23,7 +23,8 @@ constexpr int kMostDepth = 8;
 std::string text(const Value& value, std::size_t most = 500) {
   const std::string t = value.string();
   if (t.empty() || t.size() > most) value.fail("must be a text of 1 to " + std::to_string(most) + " bytes");
-  if (files::shown(t, most) != t) value.fail("must have no control characters: it is one printable line of UTF-8");
+  if (files::shown(t, most) != t)
+    value.fail("must have no control characters: it is one printable line of UTF-8");
   return t;
 }
 

@@ -123,8 +123,10 @@ Recovery recoverBag(std::string source, std::string target) {
   if (fs::is_directory(source)) {
     const fs::path active = fs::path(source) / "session.bag.active";
     if (!fs::exists(active) && fs::exists(fs::path(source) / "session.bag"))
-      throw std::invalid_argument(source +
-                                  ": holds session.bag and no session.bag.active: nothing to recover");
+      throw std::invalid_argument(
+          source +
+          ": holds session.bag and no session.bag.active: nothing to recover (of a damaged "
+          "bag: name the file itself)");
     source = active.string();
   }
   const bool active = endsWith(source, ".active");

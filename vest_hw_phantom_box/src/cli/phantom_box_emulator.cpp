@@ -120,9 +120,8 @@ class Pace {
         clock_.hear(0.0);  // it waits for the hands
     });
     end_ = node.advertise<vest_msgs::StringStamped>("session/script_end", 1, true);
-    contacts_ = node.subscribe<vest_msgs::ContactModels>("tissue/contacts", 2, [this](const auto& m) {
-      if (dt_ > 0) clock_.hear(dt_ * static_cast<double>(m->step));
-    });
+    contacts_ = node.subscribe<vest_msgs::ContactModels>(
+        "tissue/contacts", 2, [this](const auto& m) { clock_.hear(dt_ * static_cast<double>(m->step)); });
   }
   double at(std::int64_t when) {
     queue_.callAvailable();
@@ -140,7 +139,7 @@ class Pace {
   ros::CallbackQueue queue_;
   ros::Subscriber state_, contacts_;
   ros::Publisher end_;
-  double dt_ = 0;  ///< s; 0: not told yet
+  double dt_ = 1e-3;  ///< s: that of all scenes that are shipped, until it is told
 };
 
 class Program {

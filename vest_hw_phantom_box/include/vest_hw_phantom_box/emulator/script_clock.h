@@ -5,17 +5,16 @@
 namespace vest::emulator {
 
 /// Time of a script that follows a simulation: hands that go on while a slow machine falls behind would meet
-/// tissue that is not there yet. What counts is how fast hands move to tissue. Real time until it has heard
-/// of a simulation.
+/// tissue that is not there yet. What counts is how fast hands move to tissue: never faster than real time.
+/// Real time until it has heard of a simulation.
 class ScriptClock {
  public:
   /// s that hands may be ahead, and may move while nothing is heard: messages come in heaps, and tissue
   /// follows hands by as much (assumed).
   static constexpr double kLead = 0.05;
-  /// Hands that are further behind than kLead move by so much faster than the tissue (assumed).
-  static constexpr double kHaste = 1.25;
-  /// s: a longer lag is given up; the simulation was asked to run faster than real time (assumed).
-  static constexpr double kBehind = 2.0;
+  /// s that hands may be behind: ticks come up to 0.1 s late (assumed). What is more stays a lag: made good,
+  /// hands would be too fast.
+  static constexpr double kBehind = 0.15;
 
   /// @param simulated s, of a simulation; less than before: it begins again
   void hear(double simulated);
@@ -27,8 +26,6 @@ class ScriptClock {
   std::optional<double> simulated_;  ///< s, as heard last
   double time_ = 0.0;                ///< s
   double told_ = 0.0;                ///< s, script time when it was heard that the simulation went on
-  double seen_ = 0.0;                ///< s, simulated: at the last at()
-  double speed_ = 1.0;               ///< simulated over wall time, lately
   double offset_ = 0.0;              ///< s: simulated time less script time, when they were set side by side
 };
 
