@@ -121,7 +121,7 @@ struct Polygon {
 };
 
 /// Calls f(Overlap) for each cell that the triangle covers a part of, where wanted(cell). By areas, not by
-/// the cells' middles: what passes to a knot goes smoothly from cell to cell as it moves (0026).
+/// the cells' middles: what passes to a knot goes smoothly from cell to cell as it moves (0025).
 template <class W, class F>
 void eachOverlap(const Model& model, const Seen& t, W&& wanted, F&& f) {
   const double inverse = 1.0 / model.parameters.pool_cell;
@@ -367,7 +367,7 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
         double down = 0, drag = 0, stiffness = 0;
         bool lifts = false;
         if (surface.closed && (under > 0 || (beside && under > -kDips && !seen.up))) {
-          // What the level lifts follows the tissue at once (docs/decisions/0026-…), also where it dips in
+          // What the level lifts follows the tissue at once (docs/decisions/0025-…), also where it dips in
           // anew.
           const double sign = part.share * (seen.up ? 1 : -1), depth = std::max(0.0f, under);
           lifts = true;
@@ -383,7 +383,7 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
         }
         if (down == 0 && stiffness == 0) return;
         // Sideways still water pushes a closed organ by nothing in the sum, and squeezes it by less than what
-        // fills it resists; by cells the sum would be any (docs/decisions/0026-…).
+        // fills it resists; by cells the sum would be any (docs/decisions/0025-…).
         const double aside = beside && surface.closed ? 0.0 : -down;
         const double force[5] = {aside * static_cast<double>(x), aside * static_cast<double>(y), -down, drag,
                                  stiffness};

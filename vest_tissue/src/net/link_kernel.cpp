@@ -20,7 +20,7 @@ constexpr std::uint32_t kLongestGap = 4;
 
 // A processor waits for a sum of forces that it has just stored when it reads it back shifted by less than a
 // block. So neighbours in the order of adding share no such knots, where another block can be found among the
-// next few (docs/decisions/0010-…).
+// next few (docs/decisions/0011-…).
 constexpr std::size_t kApart = 2;
 constexpr std::size_t kCandidates = 64;
 

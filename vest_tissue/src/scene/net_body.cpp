@@ -29,7 +29,7 @@ net::ElementArrays elementArrays(Block& b) {
 /// Pressure of the enclosed volume. Its gradient is taken as often as its stiffness needs
 /// (ObjectConstants::volume_batches), at the positions predicted for the middle of the `interval` (s) in
 /// which it serves: taken at its start it would lag, and the part of the stiffness that comes from the
-/// pressure would feed energy (docs/decisions/0013-…). Between, the volume follows the gradient. Where cuts
+/// pressure would feed energy (docs/decisions/0012-…). Between, the volume follows the gradient. Where cuts
 /// have torn the surface so wide that the pressure is stiffer than an exchange bears, it is softer by as
 /// much.
 void addPressure(Context& c, std::size_t object, const net::Volume& v, bool renew, double h, int every) {

@@ -8,7 +8,7 @@
 #include "vest_tissue/scene/world.h"
 
 // Protects that a scene which came to rest is at rest in the next World that is made of it
-// (docs/decisions/0051).
+// (docs/decisions/0022).
 
 namespace {
 

@@ -90,7 +90,7 @@ TEST(Fault, AnAbsurdMotionEndsWithinAStepInTheLastGoodState) {
   for (int i = 0; i < 10; ++i) w.step(in, report);
   std::vector<float> before(3 * w.knotCount(0)), after(before.size());
   w.positions(0, before.data());
-  // One makes no knot faster than fluid gets (docs/decisions/0026-…); a hail of them does.
+  // One makes no knot faster than fluid gets (docs/decisions/0025-…); a hail of them does.
   for (int i = 0; i < 1000; ++i) in.impacts.push_back({0, 20, {0.3, 0.3, 0.4}, Eigen::Vector3d(1e3, 0, 0)});
   EXPECT_EQ(w.step(in, report), scene::Status::Fault);
   EXPECT_EQ(report.fault_object, "tube");

@@ -9,7 +9,7 @@
 
 #include "vest_tissue/net/anchor.h"
 
-/// Clips: rigid staples that hold the tissue that the applier's jaws closed on (docs/decisions/0021-…).
+/// Clips: rigid staples that hold the tissue that the applier's jaws closed on (docs/decisions/0022-…).
 ///
 /// A clip holds a group of knots in a shape, shut or on its way there. After each step the group's velocities
 /// become those of the rigid body with the same momentum and angular momentum, and its places those of the

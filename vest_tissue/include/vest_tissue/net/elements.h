@@ -55,7 +55,7 @@ struct Tether {
 };
 
 /// Volume: E = ½·K·(V - V0)²/V0 over a closed surface. Beyond kGreatestCompression of V0, where an explicit
-/// step could no longer hold K, the pressure stays (assumed; docs/decisions/0013-…): the energy goes on along
+/// step could no longer hold K, the pressure stays (assumed; docs/decisions/0012-…): the energy goes on along
 /// its tangent.
 struct Volume {
   std::vector<std::array<std::uint32_t, 3>> triangles;

@@ -15,8 +15,8 @@ inline constexpr float kGreatestLoadStiffness = 100.0f, kGreatestLoadLevel = 100
 inline constexpr double kLongestLoad = 10.0;
 
 /// Steady forces on an object's knots and the damping that comes with them, as of a pool: what acts goes over
-/// linearly to what was last told, and then holds (docs/decisions/0026-…). The lift of a liquid follows the
-/// knot at once: held, too, it would lag, and work organs up that float (docs/decisions/0026-…).
+/// linearly to what was last told, and then holds (docs/decisions/0025-…). The lift of a liquid follows the
+/// knot at once: held, too, it would lag, and work organs up that float (docs/decisions/0025-…).
 struct HeldLoad {
   enum : std::size_t { kX, kY, kZ, kDamping, kStiffness, kLevel, kCount };
   /// x y z in N, world, of a knot above the level; damping in N·s/m; stiffness in N/m and level in m: for

@@ -8,7 +8,7 @@ namespace vest::mesh {
 struct Object;
 
 /// How the wall of a cut is drawn. Elements part along their faces, so that the simulated wall is as rough as
-/// their mesh (docs/decisions/0029); tissue tears finer. Vertices of cut faces are drawn at the mean of their
+/// their mesh (docs/decisions/0019); tissue tears finer. Vertices of cut faces are drawn at the mean of their
 /// neighbours, those of the rim at the mean along the rim; both sides of a cut are drawn alike, so that a
 /// closed cut is closed. Pieces of a few triangles that came loose are not drawn. The simulation has no part
 /// in it.
