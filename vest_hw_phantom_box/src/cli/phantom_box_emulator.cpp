@@ -119,6 +119,7 @@ class Pace {
       else
         clock_.hear(0.0);  // it waits for the hands
     });
+    clock_.hear(0.0);  // hands wait at the script's begin
     end_ = node.advertise<vest_msgs::StringStamped>("session/script_end", 1, true);
     contacts_ = node.subscribe<vest_msgs::ContactModels>(
         "tissue/contacts", 2, [this](const auto& m) { clock_.hear(dt_ * static_cast<double>(m->step)); });
