@@ -21,8 +21,7 @@ constexpr double kSmall = 0.02;         ///< a change after which the factor ser
 constexpr double kMostTurn = 0.7;       ///< rad: of a segment in one pass
 constexpr double kPartTurn = 0.3;       ///< rad: free rotation that a sub-step may have
 constexpr int kMostHalvings = 6;        ///< of a pass that raises the potential
-constexpr int kMostParts = 8;           ///< of a step, by its motion at the start
-constexpr int kFinest = 64;             ///< of a step, where nodes move further than that lets expect
+constexpr int kMostParts = 8;           ///< of a step
 
 }  // namespace
 
@@ -287,15 +286,16 @@ StepStatus step(const Model& m, State& s, Scratch& scratch, double dt) {
   bool good = true;
   for (Support& a : scratch.supports) a.force.setZero();
   aim(m, start, scratch);
-  int width = kFinest / scratch.parts;
-  for (int at = 0; at < kFinest && good;) {
-    const double share = static_cast<double>(width) / kFinest;
-    scratch.fraction_then = static_cast<double>(at) / kFinest,
+  int width = kMostParts / scratch.parts;  // in eighths of the step
+  for (int at = 0; at < kMostParts && good;) {
+    const double share = static_cast<double>(width) / kMostParts;
+    scratch.fraction_then = static_cast<double>(at) / kMostParts,
     scratch.fraction = scratch.fraction_then + share;
-    const Part done = part(m, s, scratch, dt * share, start + dt * (at + width) / kFinest, share, width == 1);
+    const Part done =
+        part(m, s, scratch, dt * share, start + dt * (at + width) / kMostParts, share, width == 1);
     good = done != Part::Fault;
     if (done == Part::RanAway) {
-      aim(m, start + dt * at / kFinest, scratch);  // back
+      aim(m, start + dt * at / kMostParts, scratch);  // back
       width /= 2, scratch.parts *= 2;
     } else {
       at += width;

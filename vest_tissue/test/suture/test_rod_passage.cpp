@@ -99,28 +99,23 @@ TEST(RodPassage, ATurnDrawnAgainstWhereJawsHoldTheOtherStrandStaysOutside) {
 }
 
 TEST(RodPassage, AThreadThatStartsFromRestGoesNowhereThroughOneThatWasFar) {
-  // A load moves the upper one by 5 mm in its first millisecond, 0.1 m or 1 m.
-  struct Case {
-    double load, gap;  // N, m
-  };
-  for (const Case& c : {Case{0.025, 0.002}, Case{0.5, 0.001}, Case{5.0, 0.001}}) {
-    RodDescription lower = straight(20), upper = straight(20);
-    for (Vector3d& x : lower.nodes) x = {0.04 * (x.x() - 0.5), 0.0, 0.0};
-    for (Vector3d& x : upper.nodes) x = {0.0005, 0.04 * (x.x() - 0.5), c.gap};
-    lower.section = upper.section = solidSection(0.0002, 1000, 1e8, 0.4);
-    upper.name = "upper";
-    lower.held = {{0, Hold::Place, {}}, {20, Hold::Place, {}}};
-    for (Index i = 0; i <= 20; ++i) upper.loads.push_back({i, {0.0, 0.0, -c.load / 21.0}});
-    Moving m(Description{Vector3d::Zero(), {lower, upper}, {}});
-    double lowest = 0.0;
-    for (int k = 0; k < 20; ++k) {
-      const auto was = m.state.position;
-      ASSERT_NE(step(m.model, m.state, m.scratch, 0.001), StepStatus::Fault) << k;
-      EXPECT_EQ(crossings(was, m.state.position, {21}), 0) << c.load << " N, step " << k;
-      lowest = std::min(lowest, m.state.position[10].z());
-    }
-    EXPECT_LT(lowest, -0.0001) << "m: it was hit";
+  // A load moves the upper one by 5 mm in its first millisecond; the lower one is 2 mm away.
+  RodDescription lower = straight(20), upper = straight(20);
+  for (Vector3d& x : lower.nodes) x = {0.04 * (x.x() - 0.5), 0.0, 0.0};
+  for (Vector3d& x : upper.nodes) x = {0.0005, 0.04 * (x.x() - 0.5), 0.002};
+  lower.section = upper.section = solidSection(0.0002, 1000, 1e8, 0.4);
+  upper.name = "upper";
+  lower.held = {{0, Hold::Place, {}}, {20, Hold::Place, {}}};
+  for (Index i = 0; i <= 20; ++i) upper.loads.push_back({i, {0.0, 0.0, -0.025 / 21.0}});
+  Moving m(Description{Vector3d::Zero(), {lower, upper}, {}});
+  double lowest = 0.0;
+  for (int k = 0; k < 20; ++k) {
+    const auto was = m.state.position;
+    ASSERT_NE(step(m.model, m.state, m.scratch, 0.001), StepStatus::Fault) << k;
+    ASSERT_EQ(crossings(was, m.state.position, {21}), 0) << "step " << k;
+    lowest = std::min(lowest, m.state.position[10].z());
   }
+  EXPECT_LT(lowest, -0.0001) << "m: it was hit";
 }
 
 /// An overhand knot in silk whose ends are drawn with 12 N, held, and let go.
