@@ -12,25 +12,32 @@
 namespace vest::simulation {
 namespace {
 
+/// A cavity without tissue, dry.
+struct Cavity : FieldFrame {
+  Cavity() {
+    fluid_model = std::make_shared<const fluid::Model>(fluid::buildModel({}, {}));
+    fluid = fluid::initialState(*fluid_model);
+  }
+  std::size_t at(int column, int row) const {
+    return static_cast<std::size_t>(row * fluid_model->columns + column);
+  }
+};
+
 TEST(DrawnPools, APoolsSurfaceGoesOnUnderAnOrganThatSpansIt) {
-  FieldFrame frame;
-  frame.fluid_model = std::make_shared<const fluid::Model>(fluid::buildModel({}, {}));
-  frame.fluid = fluid::initialState(*frame.fluid_model);
+  Cavity frame;
   fluid::Pools& w = frame.fluid.pools;
-  const int columns = frame.fluid_model->columns;
-  const auto at = [&](int c, int r) { return static_cast<std::size_t>(r * columns + c); };
   for (int r = 30; r < 42; ++r) {
     for (int c = 20; c < 40; ++c) {
       const bool organ = c >= 28 && c < 31, step = c >= 36;  // 12 mm wide, 20 mm above; a shore, 1 mm above
-      w.bed[at(c, r)] = organ ? 0.025f : step ? 0.006f : 0.0f;
-      w.depth[at(c, r)] = organ || step ? 0.0f : 0.005f;
+      w.bed[frame.at(c, r)] = organ ? 0.025f : step ? 0.006f : 0.0f;
+      w.depth[frame.at(c, r)] = organ || step ? 0.0f : 0.005f;
     }
   }
   vest_msgs::FluidState msg;
   ros_shell::toMsg(frame, msg);
   // From above two pools; what is drawn of them leaves no gap under the organ, and ends at the shore.
   double volume = 0;
-  std::vector<int> covered(static_cast<std::size_t>(columns), 0);
+  std::vector<int> covered(static_cast<std::size_t>(frame.fluid_model->columns), 0);
   for (const auto& pool : msg.pools) {
     volume += pool.volume;
     const int first = static_cast<int>(
@@ -49,27 +56,23 @@ TEST(DrawnPools, APoolsSurfaceGoesOnUnderAnOrganThatSpansIt) {
 
 TEST(DrawnPools, APoolsSurfaceGoesOnUnderTheRimOfAnOrganThatHangsOverIt) {
   // Or it would end in a straight line along the rim, in sight of who looks under it.
-  FieldFrame frame;
-  frame.fluid_model = std::make_shared<const fluid::Model>(fluid::buildModel({}, {}));
-  frame.fluid = fluid::initialState(*frame.fluid_model);
+  Cavity frame;
   fluid::Pools& w = frame.fluid.pools;
-  const int columns = frame.fluid_model->columns;
   for (int r = 30; r < 42; ++r) {
     for (int c = 20; c < 42; ++c) {
       const bool organ = c >= 27 && c < 39;  // 48 mm wide, 20 mm above
-      w.bed[static_cast<std::size_t>(r * columns + c)] = organ ? 0.025f : 0.0f;
-      w.depth[static_cast<std::size_t>(r * columns + c)] = organ ? 0.0f : 0.005f;
+      w.bed[frame.at(c, r)] = organ ? 0.025f : 0.0f;
+      w.depth[frame.at(c, r)] = organ ? 0.0f : 0.005f;
     }
   }
   const fluid::DrawnPools drawn = fluid::drawnPools(*frame.fluid_model, frame.fluid);
   for (int c = 20; c < 42; ++c) {
-    const float top = drawn.surface[static_cast<std::size_t>(35 * columns + c)];
+    const float top = drawn.surface[frame.at(c, 35)];
     if (c > 30 && c < 35) {
       EXPECT_TRUE(std::isnan(top)) << "column " << c;
     } else {
       EXPECT_NEAR(top, 0.005f, 1e-6f) << "column " << c;
-      EXPECT_NEAR(fluid::drawnDepth(*frame.fluid_model, w, drawn, static_cast<std::size_t>(35 * columns + c)),
-                  0.005f, 1e-6f);
+      EXPECT_NEAR(fluid::drawnDepth(*frame.fluid_model, w, drawn, frame.at(c, 35)), 0.005f, 1e-6f);
     }
   }
   ASSERT_EQ(drawn.patches.size(), 2U);
@@ -77,22 +80,18 @@ TEST(DrawnPools, APoolsSurfaceGoesOnUnderTheRimOfAnOrganThatHangsOverIt) {
 }
 
 TEST(DrawnPools, AWellThatAnOrganHasLaidBareIsNoHoleInThePool) {
-  FieldFrame frame;
-  frame.fluid_model = std::make_shared<const fluid::Model>(fluid::buildModel({}, {}));
-  frame.fluid = fluid::initialState(*frame.fluid_model);
+  Cavity frame;
   fluid::Pools& w = frame.fluid.pools;
-  const int columns = frame.fluid_model->columns;
-  const auto at = [&](int c, int r) { return static_cast<std::size_t>(r * columns + c); };
   for (int r = 30; r < 42; ++r) {
     for (int c = 20; c < 40; ++c) {
       const bool organ = c == 28 || c == 29;
-      w.bed[at(c, r)] = organ ? 0.025f : 0.0f;
-      w.depth[at(c, r)] = organ ? 0.0f : 0.010f;
+      w.bed[frame.at(c, r)] = organ ? 0.025f : 0.0f;
+      w.depth[frame.at(c, r)] = organ ? 0.0f : 0.010f;
     }
   }
-  for (const int r : {34, 35}) w.bed[at(28, r)] = 0;         // it bends to the right there
-  w.depth[at(28, 34)] = 0.002f;                              // and water begins to fall in
-  for (const int c : {35, 36}) w.depth[at(c, 36)] = 0.004f;  // a wave's trough far from it stays
+  for (const int r : {34, 35}) w.bed[frame.at(28, r)] = 0;         // it bends to the right there
+  w.depth[frame.at(28, 34)] = 0.002f;                              // and water begins to fall in
+  for (const int c : {35, 36}) w.depth[frame.at(c, 36)] = 0.004f;  // a wave's trough far from it stays
   vest_msgs::FluidState msg;
   ros_shell::toMsg(frame, msg);
   ASSERT_EQ(msg.pools.size(), 1u);
