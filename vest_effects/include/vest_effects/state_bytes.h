@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <type_traits>
@@ -85,5 +86,28 @@ class StateReader {
   const std::uint8_t* end_;
   bool good_ = true;
 };
+
+/// Appends what `visit(state, f)` shows f as (address, bytes), piece after piece, as memory holds it.
+template <class State, class Visit>
+void savePieces(const State& state, const Visit& visit, std::vector<std::uint8_t>& bytes) {
+  visit(state, [&](const void* from, std::size_t size) {
+    const auto* b = static_cast<const std::uint8_t*>(from);
+    bytes.insert(bytes.end(), b, b + size);
+  });
+}
+
+/// Fills the pieces of `state` from what savePieces() wrote. @return false if the bytes are fewer or more
+/// than the pieces; `state` may be half filled then. Values are the caller's to check.
+template <class State, class Visit>
+bool restorePieces(const std::uint8_t* bytes, std::size_t size, State& state, const Visit& visit) {
+  bool fits = true;
+  visit(state, [&](void* to, std::size_t n) {
+    fits = fits && n <= size;
+    if (!fits) return;
+    std::memcpy(to, bytes, n);
+    bytes += n, size -= n;
+  });
+  return fits && size == 0;
+}
 
 }  // namespace vest::effects

@@ -1,15 +1,15 @@
 #include "vest_effects/fluid/state.h"
 
 #include <cmath>
-#include <cstring>
 #include <type_traits>
+
+#include "vest_effects/state_bytes.h"
 
 namespace vest::fluid {
 namespace {
 
 /// Calls f(pointer, bytes) for everything of the State, in a fixed order.
-template <class S, class F>
-void everything(S& s, F&& f) {
+constexpr auto kEverything = [](auto& s, auto&& f) {
   const auto value = [&](auto& v) {
     if constexpr (std::is_same_v<std::remove_const_t<std::remove_reference_t<decltype(v)>>, bool>) {
       std::uint8_t byte = v ? 1 : 0;  // any byte may come, a bool may not be any
@@ -38,7 +38,7 @@ void everything(S& s, F&& f) {
   value(s.air), value(s.emitted), value(s.emitted_blood), value(s.sucked), value(s.sucked_blood),
       value(s.soaked), value(s.soaked_blood), value(s.lost), value(s.stained);
   value(s.degraded);
-}
+};
 
 }  // namespace
 
@@ -94,22 +94,13 @@ double filmVolume(const Model& model, const State& state) {
 }
 
 void save(const State& state, std::vector<std::uint8_t>& bytes) {
-  everything(state, [&](const void* from, std::size_t size) {
-    const auto* b = static_cast<const std::uint8_t*>(from);
-    bytes.insert(bytes.end(), b, b + size);
-  });
+  effects::savePieces(state, kEverything, bytes);
 }
 
 bool restore(const Model& model, const std::uint8_t* bytes, std::size_t size, State& state) {
   State read = initialState(model);
-  bool fits = true;
-  everything(read, [&](void* to, std::size_t n) {
-    if (n > size) fits = false;
-    if (!fits) return;
-    std::memcpy(to, bytes, n);
-    bytes += n, size -= n;
-  });
-  if (!fits || size != 0 || read.particles.count > read.particles.x.size() ||
+  if (!effects::restorePieces(bytes, size, read, kEverything) ||
+      read.particles.count > read.particles.x.size() ||
       read.bubbles.count > static_cast<std::size_t>(kMostBubbles))
     return false;
   // Places and ways become numbers of cells: beyond this none has one. Also false for what is no number.

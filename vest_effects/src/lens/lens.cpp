@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 #include <string>
 
+#include "vest_effects/state_bytes.h"
 #include "vest_effects/vapour.h"
 #include "vest_tissue/solver/random.h"
 
@@ -216,32 +216,21 @@ Status step(const Parameters& p, const Inputs& in, State& s) {
 }
 
 namespace {
-template <class S, class F>
-void everything(S& s, F&& f) {
+constexpr auto kEverything = [](auto& s, auto&& f) {
   f(&s.step, sizeof s.step), f(&s.temperature, sizeof s.temperature), f(&s.condensate, sizeof s.condensate);
   f(s.water.data(), sizeof s.water), f(s.soiling.data(), sizeof s.soiling), f(s.blood.data(), sizeof s.blood);
   f(s.runs.data(), sizeof s.runs);
-}
+};
 }  // namespace
 
 void save(const State& state, std::vector<std::uint8_t>& bytes) {
-  everything(state, [&](const void* from, std::size_t size) {
-    const auto* b = static_cast<const std::uint8_t*>(from);
-    bytes.insert(bytes.end(), b, b + size);
-  });
+  effects::savePieces(state, kEverything, bytes);
 }
 
 bool restore(const std::uint8_t* bytes, std::size_t size, State& state) {
   State read;
-  bool fits = true;
-  everything(read, [&](void* to, std::size_t n) {
-    fits = fits && n <= size;
-    if (!fits) return;
-    std::memcpy(to, bytes, n);
-    bytes += n, size -= n;
-  });
-  if (!fits || size != 0 || !(read.temperature > 200 && read.temperature < 400) ||
-      !(read.condensate >= 0 && read.condensate <= 10))
+  if (!effects::restorePieces(bytes, size, read, kEverything) ||
+      !(read.temperature > 200 && read.temperature < 400) || !(read.condensate >= 0 && read.condensate <= 10))
     return false;
   for (std::size_t i = 0; i < read.soiling.size(); ++i)
     if (!(read.soiling[i] >= 0 && read.soiling[i] <= 1 && read.blood[i] >= 0 && read.blood[i] <= 1 &&

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 
 #include "vest_effects/smoke/noise.h"
+#include "vest_effects/state_bytes.h"
 #include "vest_tissue/solver/random.h"
 
 namespace vest::smoke {
@@ -466,36 +466,26 @@ PuffLook lookOf(const Puff& puff) {
 }
 
 namespace {
-template <class S, class F>
-void everything(S& s, F&& f) {
+constexpr auto kEverything = [](auto& s, auto&& f) {
   const auto value = [&](auto& v) { f(&v, sizeof v); };
   const auto array = [&](auto& a) { f(a.data(), a.size() * sizeof a[0]); };
   value(s.step), value(s.time);
   array(s.density), array(s.u), array(s.v), array(s.w), array(s.pressure), array(s.puffs);
   value(s.puff_count), value(s.puffs_made), value(s.waiting), value(s.since_puff);
   value(s.made), value(s.drawn), value(s.faded);
-}
+};
 }  // namespace
 
 void save(const State& state, std::vector<std::uint8_t>& bytes) {
-  everything(state, [&](const void* from, std::size_t size) {
-    const auto* b = static_cast<const std::uint8_t*>(from);
-    bytes.insert(bytes.end(), b, b + size);
-  });
+  effects::savePieces(state, kEverything, bytes);
 }
 
 bool restore(const Model& model, const std::uint8_t* bytes, std::size_t size, State& state) {
   State read = initialState(model);
-  bool fits = true;
-  everything(read, [&](void* to, std::size_t n) {
-    fits = fits && n <= size;
-    if (!fits) return;
-    std::memcpy(to, bytes, n);
-    bytes += n, size -= n;
-  });
   constexpr double kLongest = 1e9;  // s; the drawn texture moves on with it
-  if (!fits || size != 0 || read.puff_count > kMostPuffs || !(read.time >= 0 && read.time <= kLongest) ||
-      !(read.since_puff >= 0 && read.since_puff <= kLongest) || !(read.waiting >= 0 && read.waiting <= 1))
+  if (!effects::restorePieces(bytes, size, read, kEverything) || read.puff_count > kMostPuffs ||
+      !(read.time >= 0 && read.time <= kLongest) || !(read.since_puff >= 0 && read.since_puff <= kLongest) ||
+      !(read.waiting >= 0 && read.waiting <= 1))
     return false;
   constexpr float kMost =
       1e5f;  // kg/m³, m/s, m²/s, m: no step leaves as much. Also false for what is no number
