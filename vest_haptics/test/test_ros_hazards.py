@@ -47,6 +47,7 @@ def package_of_devices(folder, package, names):
 
 
 class RosHazards(unittest.TestCase):
+    # In the order of their names: after test_c the master knows no subscriber of this process any more.
     @classmethod
     def setUpClass(cls):
         cls.master = master(PORT)
@@ -192,7 +193,7 @@ class RosHazards(unittest.TestCase):
         rospy.set_param("/haptics/options", OPTIONS)
         self.comes_back_without_force()
 
-    def test_commands_of_one_packet_are_all_taken_and_each_that_does_not_fit_is_told(self):
+    def test_a_packet_of_commands_is_taken_whole_and_each_that_does_not_fit_is_told(self):
         node = self.device()
         said = []
         error = rospy.Subscriber("haptics/left/error", String, lambda m: said.append(m.data))
@@ -349,7 +350,7 @@ class RosHazards(unittest.TestCase):
         self.assertEqual({s.force_rendered.x for s in self.states[had + 2:]}, {0.0}, "the hand must be let go of first")
         self.assertNotIn("ROS master lost", node.text())
 
-    def test_each_absurd_number_of_a_device_is_one_message_and_no_force(self):
+    def test_absurd_numbers_of_a_device_are_one_message_each_and_no_force(self):
         engine = {"device": "impulse_engine", "options": {"port": "/nowhere"}}
         for parameters, words in (({"force_gain": -1.0}, ("force_gain", "0.1")), ({"force_gain": math.nan}, ("force_gain", "0.1")),
                                   ({"scale": 1e9}, ("scale", "10")), ({"hand_damping": -1}, ("hand_damping", "20")),
@@ -373,7 +374,7 @@ class RosHazards(unittest.TestCase):
                     self.assertIn(word, said[0])
                 rospy.delete_param("/absurd")
 
-    def test_the_box_is_tilted_as_the_instruments_say(self):
+    def test_a_box_is_tilted_as_the_instruments_say(self):
         rospy.set_param("/instruments/tilt", [0.3, 0.0])
         self.addCleanup(rospy.delete_param, "/instruments")
         node = self.device()
