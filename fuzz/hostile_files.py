@@ -201,7 +201,7 @@ def run(kind, folder, slow, under=(), spent=None):
                 process.returncode = -9
                 return 'hung', 'it waits'
             time.sleep(0.002)
-        process.returncode = os.waitstatus_to_exitcode(status)
+        process.returncode = -os.WTERMSIG(status) if os.WIFSIGNALED(status) else os.WEXITSTATUS(status)
         if spent is not None:
             spent.update(seconds=usage.ru_utime + usage.ru_stime, megabytes=usage.ru_maxrss // 1024)
         err.seek(0)

@@ -22,6 +22,7 @@ PORT = own_port()
 import rosbag  # noqa: E402  (reads the environment)
 import rosnode  # noqa: E402
 import rospy  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import PoseStamped  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
@@ -478,13 +479,16 @@ class SessionHazards(unittest.TestCase):
     def test_two_trainers_run_side_by_side_at_one_master_each_with_its_own_names(self):
         heard = {}
         for ns in ("one", "two"):
-            for topic, kind in (("session/state", SessionState), ("tf", TFMessage), ("tissue/contacts", ContactModels)):
+            for topic, kind in (("session/state", SessionState), ("tf", TFMessage), ("diagnostics", DiagnosticArray),
+                                ("tissue/contacts", ContactModels)):
                 heard[ns, topic] = []
                 listening = rospy.Subscriber(f"/{ns}/{topic}", kind, heard[ns, topic].append)
                 self.addCleanup(listening.unregister)
         common = []
         frames = rospy.Subscriber("/tf", TFMessage, common.append)
         self.addCleanup(frames.unregister)
+        words = rospy.Subscriber("/diagnostics", DiagnosticArray, common.append)
+        self.addCleanup(words.unregister)
         with tempfile.TemporaryDirectory() as folder:
             trainers = []
             for ns in ("one", "two"):
@@ -497,7 +501,10 @@ class SessionHazards(unittest.TestCase):
                 self.assertTrue(patient(lambda: all(heard.values()) and all(heard[ns, "session/state"][-1].step > 300 for ns in ("one", "two")), 300),
                                 open(f"{folder}/one.log", encoding="utf-8").read() + open(f"{folder}/two.log", encoding="utf-8").read())
                 self.assertEqual([t.poll() for t in trainers], [None, None])
-                self.assertEqual(common, [], "frames of the two would be mixed")
+                self.assertEqual(common, [], "frames and warnings of the two would be mixed")
+                for ns in ("one", "two"):
+                    names = lambda n=ns: {status.name for m in list(heard[n, "diagnostics"]) for status in m.status}
+                    self.assertTrue(patient(lambda n=names: {"vest_instruments: left", "vest: simulation"} <= n()), names())
                 for ns in ("one", "two"):
                     steps = [s.step for s in heard[ns, "session/state"]]
                     self.assertEqual(steps, sorted(steps), "each has its own simulation")

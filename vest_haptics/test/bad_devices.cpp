@@ -1,13 +1,16 @@
-// Plug-ins as a lab may write them at first: one whose call never comes back, one that throws, one whose
-// readings turn into no numbers, one that says it can show any force. For test_ros_hazards.py; not installed.
+// Plug-ins as a lab may write them at first: one whose call never comes back, one whose reset() does not, one
+// that throws, one whose readings turn into no numbers, one that says it can show any force. For
+// test_ros_hazards.py; not installed.
 #include <unistd.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 #include <pluginlib/class_list_macros.hpp>
 
 #include "vest_haptics/device/device.h"
+#include "vest_haptics/device/force_transport.h"
 
 namespace vest_bad_devices {
 
@@ -47,6 +50,11 @@ class Hangs : public Good {
     for (;;) ::pause();
   }
 };
+class ResetHangs : public Good {
+  void reset() override {
+    for (;;) ::pause();
+  }
+};
 class NotNumbers : public Good {
   void spoil(Sample& sample) noexcept override { sample.position.x() = std::nan(""); }
 };
@@ -58,9 +66,27 @@ class Boundless : public Good {
   Boundless() { capabilities_.maximum[0] = std::numeric_limits<double>::infinity(); }
 };
 
+class GoneForGood : public ForceTransport {
+ public:
+  void open(const std::string&, const Loads&) override {
+    if (opened_++ > 0) throw 42;
+  }
+  void close() override {}
+  bool write(const Loads&) noexcept override { return false; }
+  double watchdog() const override { return 0.0; }
+
+ private:
+  int opened_ = 0;
+};
+
 }  // namespace vest_bad_devices
 
+extern "C" vest::haptics::ForceTransport* vest_force_transport() {
+  return std::getenv("VEST_BAD_TRANSPORT") ? new vest_bad_devices::GoneForGood : nullptr;
+}
+
 PLUGINLIB_EXPORT_CLASS(vest_bad_devices::Hangs, vest::haptics::Device)
+PLUGINLIB_EXPORT_CLASS(vest_bad_devices::ResetHangs, vest::haptics::Device)
 PLUGINLIB_EXPORT_CLASS(vest_bad_devices::NotNumbers, vest::haptics::Device)
 PLUGINLIB_EXPORT_CLASS(vest_bad_devices::Throws, vest::haptics::Device)
 PLUGINLIB_EXPORT_CLASS(vest_bad_devices::Boundless, vest::haptics::Device)

@@ -164,6 +164,30 @@ TEST(ImpulseEngine, CountsAndHomeAreFiveNumbersAndNotSix) {
   }
 }
 
+TEST(ImpulseEngine, ATransportOfALabThatIsNoneOrThrowsIsTold) {
+  ImpulseEngineDevice device;
+  try {
+    device.open({{"port", "/nowhere"}, {"force", BAD_DEVICES}});
+    FAIL() << "forces that nobody shows";
+  } catch (const DeviceError& e) {
+    EXPECT_NE(std::string(e.what()).find("gave none"), std::string::npos) << e.what();
+  }
+  ::setenv("VEST_BAD_TRANSPORT", "gone", 1);
+  Emulator emulator;
+  DeviceOptions words = emulator.words();
+  words["force"] = BAD_DEVICES;
+  device.open(words);
+  ::unsetenv("VEST_BAD_TRANSPORT");
+  DeviceStatus status = DeviceStatus::Ok;
+  Sample s;
+  for (int i = 0; i < 1000; ++i) {  // several looks at the line
+    status = device.read(s);
+    std::this_thread::sleep_for(1ms);
+  }
+  EXPECT_EQ(status, DeviceStatus::Error);
+  EXPECT_NE(device.lastError().find("force side"), std::string::npos) << device.lastError();
+}
+
 TEST(ImpulseEngine, ConformsOnItsEmulator) {
   Emulator emulator;
   ImpulseEngineDevice device;

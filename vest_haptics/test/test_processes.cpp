@@ -202,3 +202,31 @@ TEST(Processes, AFaultFromOutsideIsTakenAtTheNextTickAndCommandsToo) {
   loop.raise(Fault::Publisher);
   EXPECT_EQ(loop.tickOnce(Loop::steadyNow() + kMs).fault, Fault::Publisher);
 }
+
+TEST(Processes, OfCommandsWithinOneTickNoneIsLostAndADisableLeast) {
+  using vest::control::OperatingState;
+  SimulatedDevice device;
+  device.open({});
+  Loop loop(device, options(), std::make_shared<vest::shared::ContactReader>("/vest_test_nothing"));
+  std::int64_t now = Loop::steadyNow();
+  const auto after = [&](std::initializer_list<Command> commands) {
+    for (const Command c : commands) loop.post(c);
+    return loop.tickOnce(now += kMs).state;
+  };
+  EXPECT_EQ(after({Command::Enable}), OperatingState::Enabled);
+  EXPECT_EQ(after({Command::Disable, Command::Resume}), OperatingState::Disabled) << "what stops counts";
+  EXPECT_EQ(loop.refused(), 1u << static_cast<int>(Command::Resume)) << "what does not fit is told";
+  EXPECT_EQ(after({Command::Enable, Command::Pause}), OperatingState::Paused) << "each in its turn";
+  EXPECT_EQ(loop.refused(), 0u);
+  loop.raise(Fault::Publisher);
+  EXPECT_EQ(after({}), OperatingState::Fault);
+  EXPECT_EQ(after({Command::Enable}), OperatingState::Fault);
+  EXPECT_EQ(loop.refused(), 1u << static_cast<int>(Command::Enable));
+  // As a client that leaves a fault sends them: in one packet.
+  EXPECT_EQ(after({Command::Disable, Command::Enable}), OperatingState::Enabled);
+  // A flood: more than can wait. Force goes.
+  for (int i = 0; i < 16; ++i) loop.post(Command::Enable);
+  EXPECT_EQ(after({}), OperatingState::Enabled) << "sixteen wait";
+  for (int i = 0; i < 17; ++i) loop.post(Command::Enable);
+  EXPECT_EQ(after({}), OperatingState::Disabled) << "seventeen do not";
+}

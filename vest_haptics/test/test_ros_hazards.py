@@ -2,6 +2,7 @@
 """Protects a running device from what ROS around it does: the master dies and is started anew, a topic is flooded, a subscriber
 stops, the system clock is set. Named in docs/HAZARDS.md."""
 import glob
+import math
 import os
 import re
 import signal
@@ -27,7 +28,7 @@ from vest_msgs.srv import TriggerOperatingState  # noqa: E402
 
 
 OPTIONS = {"motion": "circle", "seconds": "2"}
-BAD = ("Hangs", "NotNumbers", "Throws", "Boundless")
+BAD = ("Hangs", "ResetHangs", "NotNumbers", "Throws", "Boundless")
 
 
 def package_of_devices(folder, package, names):
@@ -46,6 +47,7 @@ def package_of_devices(folder, package, names):
 
 
 class RosHazards(unittest.TestCase):
+    # In the order of their names: after test_c the master knows no subscriber of this process any more.
     @classmethod
     def setUpClass(cls):
         cls.master = master(PORT)
@@ -82,6 +84,24 @@ class RosHazards(unittest.TestCase):
         self.addCleanup(node.end)
         self.assertTrue(patient(lambda: len(self.poses) > 200), node.text())
         return node
+
+    def shows(self, servo, axis, newton):
+        """A client's force of 1 N along an axis, as it is shown once that is so much; None: it never is. Where the machine keeps this
+        client waiting for longer than a force lives the gate closes: it is let go of, and begun again."""
+        message = WrenchStamped()
+
+        def push(force, until, seconds):
+            setattr(message.wrench.force, axis, force)
+            return patient(lambda: servo.publish(message) or time.sleep(0.005) or until(), seconds)
+
+        for _ in range(20):
+            had = len(self.states)
+            self.assertTrue(push(0.0, lambda: len(self.states) > had + 100, 60.0), "out of everything first")
+            had = len(self.states)
+            shown = lambda: [s.force_rendered for s in self.states[had:] if getattr(s.force_rendered, axis) > newton]
+            if push(1.0, shown, 5.0):
+                return shown()[0]
+        return None
 
     def goes_on(self, messages, count=300):
         had = len(messages)
@@ -163,6 +183,69 @@ class RosHazards(unittest.TestCase):
         rospy.set_param("/haptics/device", "sim")
         rospy.set_param("/haptics/options", OPTIONS)
         self.comes_back_without_force()
+
+    def commands(self):
+        """Of a client that keeps the order of its words. @return function that sends them in one packet"""
+        publisher = rospy.Publisher("haptics/left/state_command", StringStamped, queue_size=10)
+        self.addCleanup(publisher.unregister)
+        self.assertTrue(patient(lambda: publisher.get_num_connections() > 0))
+
+        def send(*words):
+            packet = b""
+            for word in words:
+                one = BytesIO()
+                StringStamped(string=word).serialize(one)
+                packet += struct.pack("<I", len(one.getvalue())) + one.getvalue()
+            publisher.impl.connections[0].write_data(packet)
+        return send
+
+    def test_a_device_whose_reset_hangs_is_disabled_all_the_same(self):
+        node = self.bad("ResetHangs")
+        self.addCleanup(node.end)
+        self.assertTrue(patient(lambda: self.operating and self.operating[-1].state == "ENABLED"), node.text())
+        self.commands()("disable")
+        self.assertTrue(patient(lambda: self.operating[-1].state == "DISABLED", 20), node.text())
+        node.process.send_signal(signal.SIGINT)
+        self.assertEqual(node.process.wait(60), 3)
+        rospy.set_param("/haptics/device", "sim")
+        rospy.set_param("/haptics/options", OPTIONS)
+        self.comes_back_without_force()
+
+    def test_a_packet_of_commands_is_taken_whole_and_each_that_does_not_fit_is_told(self):
+        node = self.device()
+        said = []
+        error = rospy.Subscriber("haptics/left/error", String, lambda m: said.append(m.data))
+        self.addCleanup(error.unregister)
+        servo = rospy.Publisher("haptics/left/servo_cf", WrenchStamped, queue_size=10)
+        self.addCleanup(servo.unregister)
+        self.assertTrue(patient(lambda: servo.get_num_connections() and error.get_num_connections()))
+        send = self.commands()
+        becomes = lambda state: self.assertTrue(patient(lambda: self.operating[-1].state == state, 20), f"{state}: {node.text()}")
+        told = lambda *words: self.assertTrue(patient(lambda: any(all(w in text for w in words) for text in said), 20), said)
+        becomes("ENABLED")
+        send("resume")
+        told("'resume' refused", "not PAUSED")
+        send("disable", "resume")
+        becomes("DISABLED")
+        send("pause")
+        told("'pause' refused", "not ENABLED")
+        send("enable")
+        becomes("ENABLED")
+        no_number = WrenchStamped()
+        no_number.wrench.force.x = float("nan")
+        servo.publish(no_number)
+        becomes("FAULT")
+        send("enable")
+        told("'enable' refused", "FAULT", "'disable' comes first")
+        said.clear()
+        self.goes_on(self.states, 40)  # until what is no number is too old to count
+        send("disable", "enable")
+        becomes("ENABLED")
+        # A client that floods is told once in a while.
+        send(*["explode"] * 500)
+        told("'explode' refused")
+        self.goes_on(self.states, 20)
+        self.assertLess(len(said), 5, said)
 
     def comes_back_without_force(self):
         """After a process that did not end in order, the next has no force until a person enables it."""
@@ -246,20 +329,14 @@ class RosHazards(unittest.TestCase):
         command("enable")
         becomes("ENABLED")
 
-        def push(newton, age, until):
-            message = WrenchStamped()
-            message.wrench.force.x = newton
-            if age is not None:
-                message.header.stamp = rospy.Time.now() - rospy.Duration(age)
-            return patient(lambda: publishers["servo_cf"].publish(message) or time.sleep(0.005) or until())
-
-        had = len(self.states)
-        self.assertTrue(push(0.0, None, lambda: len(self.states) > had + 100), "out of everything first")
-        self.assertTrue(push(1.0, None, lambda: self.states[-1].force_rendered.x > 0.9), node.text())
+        self.assertTrue(self.shows(publishers["servo_cf"], "x", 0.9), node.text())
         self.assertTrue(patient(lambda: abs(self.states[-1].force_rendered.x) < 0.2), "a client that falls silent")
         had = len(self.states)
         refused = lambda: len(self.states) > had + 20 and any("servo_cf refused: its stamp is 5" in text for text in said)
-        self.assertTrue(push(1.0, 5.0, refused), said)
+        old = WrenchStamped()
+        old.wrench.force.x = 1.0
+        old.header.stamp = rospy.Time.now() - rospy.Duration(5.0)
+        self.assertTrue(patient(lambda: publishers["servo_cf"].publish(old) or time.sleep(0.005) or refused()), said)
         self.assertLess(max(abs(s.force_rendered.x) for s in self.states[had:]), 0.2, "old forces are none")
 
     def test_a_device_process_that_was_put_aside_goes_on_without_force_and_blames_no_master(self):
@@ -272,10 +349,8 @@ class RosHazards(unittest.TestCase):
         def push(until):
             return patient(lambda: servo.publish(message) or time.sleep(0.005) or until())
 
-        had = len(self.states)
-        self.assertTrue(push(lambda: len(self.states) > had + 100), "out of everything first")
+        self.assertTrue(self.shows(servo, "x", 0.9), node.text())
         message.wrench.force.x = 1.0
-        self.assertTrue(push(lambda: self.states[-1].force_rendered.x > 0.9), node.text())
         node.signal(signal.SIGSTOP)
         begin = time.monotonic()
         push(lambda: time.monotonic() - begin > 3.0)
@@ -284,6 +359,48 @@ class RosHazards(unittest.TestCase):
         self.assertTrue(push(lambda: len(self.states) > had + 200), node.text())
         self.assertEqual({s.force_rendered.x for s in self.states[had + 2:]}, {0.0}, "the hand must be let go of first")
         self.assertNotIn("ROS master lost", node.text())
+
+    def test_absurd_numbers_of_a_device_are_one_message_each_and_no_force(self):
+        engine = {"device": "impulse_engine", "options": {"port": "/nowhere"}}
+        for parameters, words in (({"force_gain": -1.0}, ("force_gain", "0.1")), ({"force_gain": math.nan}, ("force_gain", "0.1")),
+                                  ({"scale": 1e9}, ("scale", "10")), ({"hand_damping": -1}, ("hand_damping", "20")),
+                                  ({"damping": math.inf}, ("damping", "20")), ({"force_limit": -3.0}, ("force_limit", "1000")),
+                                  ({"force_limit": "much"}, ("force_limit", "wrong type")), ({"tilt": [math.nan, 0.0]}, ("tilt", "0.8")),
+                                  ({"options": {"maximum_force": 1e9}}, ("maximum_force", "100")),
+                                  ({"options": {"seconds": math.nan}}, ("seconds", "1000")),
+                                  ({"options": {"friction": -1.0}}, ("friction", "5")), ({"options": [1, 2]}, ("options", "a map of words")),
+                                  ({**engine, "options": {"counts": [1, 1, math.nan, 1, 1]}}, ("counts", "five numbers")),
+                                  ({**engine, "options": {"counts": [0, 1, 1, 1, 1]}}, ("counts", "not 0")),
+                                  # A list of YAML is five numbers.
+                                  ({**engine, "options": {"port": "/nowhere", "counts": [1, 2.5, -3, 4, 5]}}, ("/nowhere", "No such file"))):
+            with self.subTest(parameters):
+                rospy.set_param("/absurd", parameters)
+                node = Node("vest_haptics", "haptics", "__name:=absurd")
+                self.addCleanup(node.end)
+                self.assertEqual(node.process.wait(60), 2, node.text())
+                said = [line for line in node.text().splitlines() if line.strip()]
+                self.assertEqual(len(said), 1, said)
+                for word in words:
+                    self.assertIn(word, said[0])
+                rospy.delete_param("/absurd")
+
+    def test_a_box_is_tilted_as_the_instruments_say(self):
+        rospy.set_param("/instruments/tilt", [0.3, 0.0])
+        self.addCleanup(rospy.delete_param, "/instruments")
+        node = self.device()
+        servo = rospy.Publisher("haptics/left/servo_cf", WrenchStamped, queue_size=10)
+        self.addCleanup(servo.unregister)
+        self.assertTrue(patient(lambda: servo.get_num_connections() > 0))
+        force = self.shows(servo, "z", 0.6)  # in the device's frame, which is the box's
+        self.assertTrue(force, node.text())
+        self.assertAlmostEqual(force.y / force.z, -math.tan(0.3), delta=0.05)
+        node.end()
+        rospy.set_param("/haptics/tilt", [0.2, 0.0])
+        self.addCleanup(rospy.delete_param, "/haptics/tilt")
+        other = Node("vest_haptics", "haptics")
+        self.assertEqual(other.process.wait(60), 2)
+        self.assertEqual(other.text().count("parameter '/haptics/tilt' is not '/instruments/tilt'; allowed: "), 1, other.text())
+        other.said.close()
 
     def test_a_device_process_that_was_killed_comes_back_disabled_and_without_force(self):
         node = self.device()

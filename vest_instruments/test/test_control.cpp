@@ -5,6 +5,7 @@
 
 #include "vest_instruments/control/instrument.h"
 #include "vest_instruments/control/pedals.h"
+#include "vest_instruments/ros/told_lately.h"
 #include "vest_instruments/tools/tool_geometry.h"
 
 namespace {
@@ -372,3 +373,14 @@ TEST(PedalsTest, ASwitchActsOnItsOwnInstrumentsAlone) {
 }
 
 }  // namespace
+
+TEST(ToldLately, ASentenceComesAgainAfterTwoSecondsAndEverOtherOnesAreBounded) {
+  vest::ros_shell::ToldLately lately;
+  EXPECT_FALSE(lately("servo_jp: 3 values", 0.0));
+  EXPECT_TRUE(lately("servo_jp: 4 values", 1.9)) << "its numbers do not count";
+  EXPECT_FALSE(lately("servo_jp: 4 values", 2.1));
+  int told = 0;
+  for (std::size_t i = 0; i < 1000; ++i) told += lately(std::string(i, 'x'), 2.2) ? 0 : 1;
+  EXPECT_EQ(told, 63) << "of 64 in two seconds, with the one before";
+  EXPECT_FALSE(lately("something else", 5.0)) << "a flood that has ended silences nobody";
+}

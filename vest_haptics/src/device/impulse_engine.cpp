@@ -80,6 +80,9 @@ void ImpulseEngineDevice::open(const DeviceOptions& options) {
                         "protocol is not public: docs/haptics/impulse_engine.md)");
     }
     transport_.reset(make());
+    if (!transport_)
+      throw DeviceError("Impulse Engine: option 'force' = '" + kind +
+                        "': its vest_force_transport gave none; allowed: a transport");
   }
   begin();
   stop_ = false;
@@ -234,7 +237,7 @@ bool ImpulseEngineDevice::reopenForces() noexcept {
     transport_->close();
     transport_->open(force_port_, capabilities_.maximum);
     return true;
-  } catch (const std::exception&) {
+  } catch (...) {  // of a lab's library, anything: the next look may find the line
     return false;
   }
 }

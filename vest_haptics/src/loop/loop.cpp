@@ -49,8 +49,25 @@ void Loop::servo(const Eigen::Vector3d& force, std::int64_t now_ns) noexcept {
   servo_.publish();
 }
 
+void Loop::post(Command command) noexcept {
+  constexpr auto kDisable = static_cast<std::uint64_t>(Command::Disable) + 1;
+  std::uint64_t waiting = commands_, all = 0;
+  do {
+    // Of a flood a disable alone is left.
+    all = waiting >> 60 != 0 ? kDisable : waiting << 4 | (static_cast<std::uint64_t>(command) + 1);
+  } while (!commands_.compare_exchange_weak(waiting, all));
+}
+
+void Loop::takeCommands() noexcept {
+  const std::uint64_t waiting = commands_.exchange(0);
+  for (int place = 60; place >= 0; place -= 4) {
+    const auto next = static_cast<unsigned>(waiting >> place & 15u);
+    if (next != 0 && !controller_.command(static_cast<Command>(next - 1))) refused_ |= 1u << (next - 1);
+  }
+}
+
 const TickReport& Loop::tickOnce(std::int64_t now_ns) noexcept {
-  if (const int command = command_.exchange(0)) controller_.command(static_cast<Command>(command - 1));
+  takeCommands();
   if (const int fault = fault_.exchange(0)) controller_.raise(static_cast<Fault>(fault));
   if (halt_) controller_.command(Command::Disable);
   input_.now_ns = now_ns;

@@ -11,13 +11,16 @@
 
 namespace {
 vest::haptics::Loop* volatile running = nullptr;
-// Force goes at the next tick; roscpp's own handler would take up to 100 ms to be noticed.
+constexpr unsigned kLongestEnd = 5;  // s, assumed: roslaunch kills after 15
+
+// Force goes at the next tick; roscpp's own handler would take up to 100 ms to be noticed. A call of the
+// device that never comes back must not keep the process from ending, nor one that a command has made.
 void onSignal(int) {
   if (running) running->halt();
   ros::requestShutdown();
+  ::alarm(kLongestEnd);
 }
 
-constexpr unsigned kLongestEnd = 5;  // s, assumed: roslaunch kills after 15
 void onStuck(int) {
   constexpr char kText[] = "haptics: a call of the device does not come back: ended without it\n";
   if (::write(STDERR_FILENO, kText, sizeof kText - 1) < 0) ::_exit(4);
@@ -41,13 +44,12 @@ int main(int argc, char** argv) {
     const auto alone = vest::ros_shell::holdHand();
     vest::ros_shell::HapticShell shell(ros::NodeHandle(), ros::NodeHandle("~"), alone.get());
     running = &shell.loop();
+    std::signal(SIGALRM, onStuck);
     std::signal(SIGINT, onSignal);
     std::signal(SIGTERM, onSignal);
     std::signal(SIGHUP, onSignal);
     ros::spin();
     running = nullptr;
-    // A call of the device that never comes back must not keep the process from ending.
-    std::signal(SIGALRM, onStuck);
     ::alarm(kLongestEnd);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "haptics: %s\n", e.what());

@@ -48,6 +48,20 @@ double number(const ros::NodeHandle& nh, const std::string& name, double otherwi
   return value;
 }
 
+// A list is its elements with commas between them.
+std::string wordOf(XmlRpc::XmlRpcValue& value) {
+  using Value = XmlRpc::XmlRpcValue;
+  if (value.getType() == Value::TypeString) return static_cast<std::string>(value);
+  if (value.getType() == Value::TypeBoolean) return static_cast<bool>(value) ? "true" : "false";
+  std::ostringstream text;
+  if (value.getType() != Value::TypeArray) {
+    value.write(text);
+    return text.str();
+  }
+  for (int i = 0; i < value.size(); ++i) text << (i > 0 ? ", " : "") << wordOf(value[i]);
+  return text.str();
+}
+
 geometry_msgs::Vector3 toMsg(const Eigen::Vector3d& v) {
   geometry_msgs::Vector3 out;
   out.x = v.x();
@@ -91,15 +105,22 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh, shared:
     throw std::runtime_error("parameter '" + private_nh.resolveName("instrument") + "' = '" + name_ +
                              "'; allowed: left, right, third, endoscope");
   }
-  const std::string box = parameter<std::string>(
-      private_nh, "trainer_box", ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml");
+  const std::string shipped = ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml";
+  const std::string box =
+      parameter(private_nh, "trainer_box", parameter(nh_, "instruments/trainer_box", shipped));
   controller_.instrument = instrument;
   controller_.arm = kinematics::loadTrainerBox(box).arms[static_cast<std::size_t>(instrument)];
   if (!controller_.arm.present) throw std::runtime_error(box + " has no instrument '" + name_ + "'");
-  const auto tilt = parameter<std::vector<double>>(private_nh, "tilt", {0.0, 0.0});
+  // Forces are turned by the tilt that the instruments have.
+  const auto of_instruments = parameter<std::vector<double>>(nh_, "instruments/tilt", {0.0, 0.0});
+  const auto tilt = parameter(private_nh, "tilt", of_instruments);
   if (tilt.size() != 2 || !(std::abs(tilt[0]) <= 0.8) || !(std::abs(tilt[1]) <= 0.8))
     throw std::runtime_error("parameter '" + private_nh.resolveName("tilt") +
                              "'; allowed: [about x, about y] in rad, each within ±0.8");
+  if (nh_.hasParam("instruments/tilt") && tilt != of_instruments)
+    throw std::runtime_error("parameter '" + private_nh.resolveName("tilt") + "' is not '" +
+                             nh_.resolveName("instruments/tilt") +
+                             "'; allowed: the same, or none: then that of the instruments counts");
   controller_.X_WB = kinematics::tiltedBox(tilt[0], tilt[1]);
   controller_.scale = number(private_nh, "scale", 1.0, 0.01, 10.0);
   controller_.force_gain = number(private_nh, "force_gain", 1.0, 0.1, 5.0);
@@ -116,16 +137,7 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh, shared:
     if (raw.getType() != XmlRpc::XmlRpcValue::TypeStruct)
       throw std::runtime_error("parameter '" + private_nh.resolveName("options") +
                                "'; allowed: a map of words");
-    for (auto& [key, value] : raw) {
-      std::ostringstream text;
-      if (value.getType() == XmlRpc::XmlRpcValue::TypeString)
-        text << static_cast<std::string>(value);
-      else if (value.getType() == XmlRpc::XmlRpcValue::TypeBoolean)
-        text << (static_cast<bool>(value) ? "true" : "false");
-      else
-        value.write(text);
-      options_[key] = text.str();
-    }
+    for (auto& [key, value] : raw) options_[key] = wordOf(value);
   }
   // An input map names device and options for each instrument.
   const std::string inputs = parameter<std::string>(private_nh, "inputs", "");
@@ -243,8 +255,19 @@ ros::Time HapticShell::stamp(std::int64_t steady_ns) const {
 void HapticShell::refuse(const std::string& what, const std::string& why) {
   std_msgs::String said;
   said.data = "haptics/" + name_ + ": " + what + " refused: " + why;
+  const std::lock_guard<std::mutex> lock(refuse_mutex_);
+  if (told_lately_(what + why, 1e-9 * static_cast<double>(haptics::Loop::steadyNow()))) return;
   ROS_WARN_STREAM(said.data);
   error_.publish(said);
+}
+
+void HapticShell::tellRefused(unsigned commands) {
+  const auto tell = [&](Command command, const std::string& word, const char* why) {
+    if (commands >> static_cast<int>(command) & 1u) refuse("state_command '" + word + "'", why);
+  };
+  tell(Command::Enable, "enable", "the device is in FAULT; 'disable' comes first");
+  tell(Command::Pause, "pause", "the device is not ENABLED");
+  tell(Command::Resume, "resume", "the device is not PAUSED");
 }
 
 void HapticShell::onCommand(const vest_msgs::StringStamped& msg) {
@@ -257,8 +280,9 @@ void HapticShell::onCommand(const vest_msgs::StringStamped& msg) {
     after_death_ = false;
     loop_->post(Command::Enable);
   } else if (w == "disable") {
+    loop_->post(Command::Disable);  // whatever reset() waits for
     device_->reset();
-    loop_->post(Command::Disable);
+    loop_->post(Command::Disable);  // the error has raised its fault anew meanwhile
   } else if (w == "home") {
     device_->home();
   } else if (w == "pause") {
@@ -271,14 +295,11 @@ void HapticShell::onCommand(const vest_msgs::StringStamped& msg) {
 }
 
 void HapticShell::onServo(const geometry_msgs::WrenchStamped& msg) {
-  constexpr double kAgain = 2.0;  // s between two sentences of a client that goes on
   // Judged by the time at which it was sent, where the client says it: a queue cannot make old commands
   // young.
   const std::int64_t now = haptics::Loop::steadyNow();
   const std::string wrong = wrongStamp(msg.header.stamp, haptics::kDecayEnds);
   if (!wrong.empty()) {
-    if (1e-9 * static_cast<double>(now - refused_ns_) < kAgain) return;
-    refused_ns_ = now;
     refuse("servo_cf", wrong);
     return;
   }
@@ -294,6 +315,7 @@ void HapticShell::publishLoop() {
   while (!stop_) {
     const double now = 1e-9 * static_cast<double>(haptics::Loop::steadyNow());
     watch_->look();
+    if (const unsigned refused = loop_->refused()) tellRefused(refused);
     if (now >= next_second) {
       next_second = now + 1.0;
       memory_->connect();

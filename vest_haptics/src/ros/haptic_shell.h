@@ -18,6 +18,7 @@
 #include "device_plugins.h"
 #include "session_watch.h"
 #include "vest_haptics/loop/loop.h"
+#include "vest_instruments/ros/told_lately.h"
 #include "vest_tissue/shared/session_lock.h"
 
 namespace vest::ros_shell {
@@ -43,6 +44,7 @@ class HapticShell {
   void onCommand(const vest_msgs::StringStamped& msg);
   void onServo(const geometry_msgs::WrenchStamped& msg);
   void refuse(const std::string& what, const std::string& why);
+  void tellRefused(unsigned commands);
   void openDevice();
   ros::Time stamp(std::int64_t steady_ns) const;
 
@@ -72,8 +74,9 @@ class HapticShell {
   sensor_msgs::JointState js_, jaw_;
   vest_msgs::HapticState haptic_state_;
   std::uint32_t last_buttons_ = 0xffffffff;
-  double last_joy_ = -1.0;       // s, steady
-  std::int64_t refused_ns_ = 0;  // steady: when a servo force was last refused in words
+  double last_joy_ = -1.0;  // s, steady
+  std::mutex refuse_mutex_;
+  ToldLately told_lately_;
   std::string last_state_;
   bool last_homed_ = false;
   haptics::LoopStatistics last_statistics_;

@@ -175,22 +175,11 @@ void CrtkArm::serve(ros::NodeHandle& nh) {
             "TriggerOperatingState");
 }
 
-bool CrtkArm::toldLately(const std::string& sentence) {
-  constexpr double kAgain = 2.0;          // s
-  constexpr std::size_t kSentences = 64;  // a client may send ever other nonsense
-  const double now = clock_();
-  const auto at = told_.find(sentence);
-  if (at != told_.end() && now - at->second < kAgain) return true;
-  if (told_.size() >= kSentences) told_.clear();
-  told_[sentence] = now;
-  return false;
-}
-
 void CrtkArm::refuse(const std::string& topic, const std::string& reason) {
   ++refused_;
   std_msgs::String said;
   said.data = name_ + ": " + topic + " refused: " + reason;
-  if (toldLately(topic + reason.substr(0, reason.find_first_of("0123456789")))) return;
+  if (told_lately_(topic + reason, clock_())) return;
   ROS_WARN_STREAM(said.data);
   error_.publish(said);
 }
@@ -198,7 +187,7 @@ void CrtkArm::refuse(const std::string& topic, const std::string& reason) {
 void CrtkArm::warn(const std::string& topic, const std::string& what) {
   std_msgs::String said;
   said.data = name_ + ": " + topic + " " + what;
-  if (toldLately(topic + what.substr(0, what.find_first_of("0123456789")))) return;
+  if (told_lately_(topic + what, clock_())) return;
   ROS_WARN_STREAM(said.data);
   warning_.publish(said);
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -18,6 +17,7 @@
 #include <vest_msgs/TriggerOperatingState.h>
 
 #include "vest_instruments/control/instrument.h"
+#include "vest_instruments/ros/told_lately.h"
 
 namespace vest_instruments {
 
@@ -57,7 +57,6 @@ class CrtkArm {
   void serve(ros::NodeHandle& nh);
   void refuse(const std::string& topic, const std::string& reason);
   void warn(const std::string& topic, const std::string& what);
-  bool toldLately(const std::string& sentence);
   /// Tells what became of a command, and at once what it changed. @param beyond what is out of reach
   void take(const std::string& topic, vest::control::Verdict verdict, const std::string& beyond = {});
   bool dated(const std::string& topic, const std_msgs::Header& header);
@@ -96,7 +95,7 @@ class CrtkArm {
   std::uint32_t published_revision_ = ~0u;
   ros::Time state_stamp_;
   std::uint64_t refused_ = 0;
-  std::map<std::string, double> told_;  ///< sentence: steady time, s
+  vest::ros_shell::ToldLately told_lately_;
   bool endoscope_;
 };
 

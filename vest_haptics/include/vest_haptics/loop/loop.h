@@ -37,7 +37,11 @@ class Loop {
   void halt() noexcept { halt_ = true; }
 
   // Any one ordinary thread.
-  void post(Command command) noexcept { command_ = static_cast<int>(command) + 1; }
+  /// The next tick takes what was posted since the last one, in its order. Of more than sixteen a disable is
+  /// left.
+  void post(Command command) noexcept;
+  /// Commands that did not fit the state at their tick, since this was asked last: bit of each.
+  unsigned refused() noexcept { return refused_.exchange(0); }
   void raise(Fault fault) noexcept { fault_ = static_cast<int>(fault); }
   /// CRTK servo_cf: N, device frame.
   void servo(const Eigen::Vector3d& force, std::int64_t now_ns) noexcept;
@@ -55,6 +59,7 @@ class Loop {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
     std::int64_t ns = -1;
   };
+  void takeCommands() noexcept;
   void run();
 
   Device& device_;
@@ -66,7 +71,9 @@ class Loop {
   TickInput input_;
   scene::TripleBuffer<TickReport> reports_;
   scene::TripleBuffer<Servo> servo_;
-  std::atomic<int> command_{0}, fault_{0};
+  std::atomic<std::uint64_t> commands_{0};  ///< 4 bits each, the newest lowest: 1 + Command; 0: none
+  std::atomic<unsigned> refused_{0};
+  std::atomic<int> fault_{0};
   std::atomic<bool> stop_{false}, halt_{false}, realtime_{false};
   std::atomic<std::uint64_t> ticks_{0}, late_{0}, cpu_max_ns_{0};
   std::array<std::atomic<std::uint32_t>, 1001> cpu_histogram_{};  ///< bins of 1 µs
