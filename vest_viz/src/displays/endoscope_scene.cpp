@@ -117,7 +117,12 @@ void EndoscopeScene::updateTissue(const mesh::Store& store) {
     if (visual != instruments_.end() && visual->second->jaws(&jaws)) held[object].push_back(jaws);
   }
   tissue_->setHeld(std::move(held));
-  tissue_->setSunk(sunk_, X_WO_.translation());
+  std::vector<mesh::TentPole> poles;
+  for (const auto& [instrument, visual] : instruments_) {
+    mesh::TentPole pole;
+    if (visual->shaft(&pole.from, &pole.to, &pole.radius)) poles.push_back(pole);
+  }
+  tissue_->setSunk(sunk_, X_WO_.translation(), std::move(poles));
   tissue_->update(store);
 }
 

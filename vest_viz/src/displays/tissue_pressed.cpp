@@ -1,12 +1,11 @@
 // Skins that are drawn elsewhere than the tissue is: between the jaws that hold it, and a wall that has sunk.
 #include "tissue_visual.h"
 #include "vest_tissue/net/skin.h"
-#include "vest_viz/mesh/sunken_wall.h"
 
 namespace vest::displays {
 
-void TissueVisual::setSunk(double metres, const Eigen::Vector3d& lens) {
-  sunk_ = metres, lens_ = lens;
+void TissueVisual::setSunk(double metres, const Eigen::Vector3d& lens, std::vector<mesh::TentPole> shafts) {
+  sunk_ = metres, lens_ = lens, tent_poles_ = std::move(shafts);
 }
 
 bool TissueVisual::press(const mesh::Store& store, std::size_t index) {
@@ -18,7 +17,7 @@ bool TissueVisual::press(const mesh::Store& store, std::size_t index) {
   const mesh::Skin& skin = store.skin(index);
   part.pressed = skin.positions;
   bool any = sinks;
-  if (sinks) mesh::sinkWall(sunk_, lens_, &part.pressed);
+  if (sinks) mesh::sinkWall(sunk_, lens_, tent_poles_, &part.pressed);
   if (held != held_.end())
     for (const instrument::Jaws& jaws : held->second)
       any = instrument::pressBetween(jaws, &part.pressed) || any;

@@ -18,6 +18,7 @@
 #include "vest_viz/mesh/mark.h"
 #include "vest_viz/mesh/occlusion.h"
 #include "vest_viz/mesh/store.h"
+#include "vest_viz/mesh/sunken_wall.h"
 
 namespace Ogre {
 class ManualObject;
@@ -51,9 +52,9 @@ class TissueVisual {
   /// Jaws by the object that they hold: its skin is drawn between them, from the next update() on.
   using Held = std::map<std::string, std::vector<instrument::Jaws>>;
   void setHeld(Held held) { held_ = std::move(held); }
-  /// A cavity's wall hangs so far down, m (GasState::sunk), but round the lens (m, world): from the next
-  /// update() on.
-  void setSunk(double metres, const Eigen::Vector3d& lens);
+  /// A cavity's wall hangs so far down, m (GasState::sunk), but round the lens (m, world) and over shafts:
+  /// from the next update() on.
+  void setSunk(double metres, const Eigen::Vector3d& lens, std::vector<mesh::TentPole> shafts);
   /// Skin of an object as it is drawn; x y z per vertex, m, in world.
   const std::vector<float>& drawnSkin(const mesh::Store& store, std::size_t index) const {
     const std::vector<float>& all = store.skin(index).positions;
@@ -162,6 +163,7 @@ class TissueVisual {
   Held held_;
   double sunk_ = 0;  ///< m
   Eigen::Vector3d lens_{0, 0, 0};
+  std::vector<mesh::TentPole> tent_poles_;
   std::set<std::string> filter_;
   bool shows_others_ = true;  ///< the filter names none to be shown
   using Triangles = std::vector<std::uint32_t>;

@@ -399,7 +399,13 @@ Pool filmSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t col
         for (int y = std::max(r - 1, 0); y <= std::min(r + 1, R - 1); ++y)
           for (int x = std::max(c - 1, 0); x <= std::min(c + 1, C - 1); ++x) to.add(known[at(x, y)], 1);
         to.mean();
+        // One cell between two with blood, as under a vessel: its rest is seen beside what lies there.
         to.depth = 0;
+        for (const auto& [i, j] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
+          if (ring > 0 || c == 0 || c + 1 == C || r == 0 || r + 1 == R) break;
+          to.depth =
+              std::max(to.depth, std::min(known[at(c + i, r + j)].depth, known[at(c - i, r - j)].depth));
+        }
       }
   }
   std::vector<PoolPlace> fine = refined(coarse, C, R);

@@ -249,6 +249,29 @@ TEST(Film, LiesOnItsGroundThinsOutAndLeavesNothingWhereThereIsNone) {
   EXPECT_TRUE(filmSurface(X, 0, 5, 5, height.data(), thickness.data(), set.data()).triangles.empty());
 }
 
+TEST(Film, GoesOnUnderWhatIsNarrowerThanACellAndHasRoomForWhatIsDry) {
+  // Two stains with a gap of one cell, as a vessel on the ground leaves it, and of four.
+  const auto between = [](int gap) {
+    constexpr std::uint32_t kColumns = 12, kRows = 5;
+    std::vector<float> height(kColumns * kRows, 0.0f);
+    std::vector<std::uint8_t> thickness(height.size(), 100), set(height.size(), 0);
+    for (std::uint32_t r = 0; r < kRows; ++r)
+      for (std::uint32_t c = 4; c < 4 + static_cast<std::uint32_t>(gap); ++c)
+        height[r * kColumns + c] = kNaN, thickness[r * kColumns + c] = 0;
+    const Pool film = filmSurface(Eigen::Isometry3d::Identity(), 0.004, kColumns, kRows, height.data(),
+                                  thickness.data(), set.data());
+    float least = 255;
+    for (std::size_t v = 0; v < film.features.size() / 3; ++v) {
+      const float x = film.positions[3 * v], y = film.positions[3 * v + 1];
+      if (x > 0.015f && x < 0.017f + 0.004f * static_cast<float>(gap) && y > 0.006f && y < 0.014f)
+        least = std::min(least, film.features[3 * v]);
+    }
+    return least;
+  };
+  EXPECT_GT(between(1), 90) << "µm";
+  EXPECT_EQ(between(4), 0);
+}
+
 /// A surgeon sees a stain with straight sides at once. Its outline wanders by more than a millimetre beside
 /// the cells' side, and stays where it is when the rectangle of cells grows.
 /// m, by y in tenths of a millimetre: where a row of the mesh has no more than `level` of a feature, from

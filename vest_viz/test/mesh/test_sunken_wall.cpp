@@ -23,7 +23,7 @@ std::vector<float> arch(float x) {
 TEST(SunkenWall, HangsFromItsLowerHalfAndMostWhereItWasHighest) {
   const std::vector<float> before = arch(1.0f);
   std::vector<float> after = before;
-  sinkWall(0.02, {0, 0, 0}, &after);
+  sinkWall(0.02, {0, 0, 0}, {}, &after);
   EXPECT_NEAR(before[3 * 9 + 2] - after[3 * 9 + 2], 0.02, 2e-4) << "its top";
   for (std::size_t i = 0; i < before.size(); i += 3) {
     EXPECT_EQ(after[i], before[i]);
@@ -34,7 +34,7 @@ TEST(SunkenWall, HangsFromItsLowerHalfAndMostWhereItWasHighest) {
     }
   }
   std::vector<float> collapsed = before;
-  sinkWall(1.0, {0, 0, 0}, &collapsed);
+  sinkWall(1.0, {0, 0, 0}, {}, &collapsed);
   for (std::size_t i = 0; i < before.size(); i += 3)
     EXPECT_GE(collapsed[i + 2], std::min(before[i + 2], 0.05f) - 1e-6f)
         << "it lies there, and goes no deeper";
@@ -42,14 +42,32 @@ TEST(SunkenWall, HangsFromItsLowerHalfAndMostWhereItWasHighest) {
 
 TEST(SunkenWall, KeepsRoomAboveTheLensAndAFullCavityIsLeftAlone) {
   std::vector<float> near = arch(0.0f), beside = arch(static_cast<float>(contact::kProp)), full = near;
-  sinkWall(0.02, {0, 0, 0.06}, &near);
+  sinkWall(0.02, {0, 0, 0.06}, {}, &near);
   EXPECT_NEAR(near[3 * 9 + 2], 0.1, 1e-6) << "right over the lens";
-  sinkWall(0.02, {0, 0, 0.06}, &beside);
+  sinkWall(0.02, {0, 0, 0.06}, {}, &beside);
   EXPECT_NEAR(beside[3 * 9 + 2], 0.09, 1e-4) << "half as much at kProp";
   const std::vector<float> before = full;
-  for (const double sunk : {0.0, -1.0, std::nan("")}) sinkWall(sunk, {0, 0, 0}, &full);
-  sinkWall(0.02, {std::nan(""), 0, 0}, &full);
+  for (const double sunk : {0.0, -1.0, std::nan("")}) sinkWall(sunk, {0, 0, 0}, {}, &full);
+  sinkWall(0.02, {std::nan(""), 0, 0}, {}, &full);
   EXPECT_EQ(full, before);
+}
+
+TEST(SunkenWall, IsStretchedOverShaftsAndHangsBesideThem) {
+  const std::vector<float> before = arch(1.0f);
+  std::vector<float> hung = before, tent = before, above = before;
+  sinkWall(0.04, {0, 0, 0}, {}, &hung);
+  const TentPole shaft{{0.5, 0, 0.08}, {1.5, 0, 0.08}, 0.0025};
+  sinkWall(0.04, {0, 0, 0}, {shaft}, &tent);
+  EXPECT_LT(hung[3 * 9 + 2], 0.08f) << "the shaft would stick out of it";
+  EXPECT_GT(tent[3 * 9 + 2], 0.0825f);
+  EXPECT_LT(tent[3 * 9 + 2], 0.09f);
+  for (std::size_t i = 2; i < before.size(); i += 3) {
+    EXPECT_GE(tent[i], hung[i]);
+    EXPECT_LE(tent[i], before[i]);
+  }
+  EXPECT_EQ(tent[3 * 3 + 2], hung[3 * 3 + 2]) << "43 mm beside it";
+  sinkWall(0.04, {0, 0, 0}, {{{0.5, 0, 0.2}, {1.5, 0, 0.2}, 0.0025}}, &above);
+  EXPECT_EQ(above, hung) << "what lies outside holds nothing";
 }
 
 }  // namespace
