@@ -179,7 +179,7 @@ MUTANTS = [
     (X, "  coupling_ = coupling;\n  residual_ = before - coupled(model_, x, v).force;\n", "  coupling_ = coupling;\n", "contact_force", "ContactForce.AnotherCoupling*"),
     # What motors bear.
     (C, "std::clamp((1.0 - heat_ / (c * c)) / (1.0 - kBegins), 0.0, 1.0)", "1.0", "controller", "Controller.ForcesBeyond*"),
-    (C, "std::max(1.0, share(loads) / allowed)", "share(loads) / allowed", "controller", "Controller.AHandThatPresses*"),
+    (C, "std::max(1.0, share(loads) / allowed)", "share(loads) / allowed", "controller", "Controller.ForcesBeyond*"),
     (C, "  if (c == 0.0) return;\n", "", "controller", "Controller.AHandThatPresses*"),
     # How stiff it may feel.
     (C, "measured.period > 0.0 ? measured : Timing{rated, rated}", "measured", "controller", "Controller.TheStiffness*"),

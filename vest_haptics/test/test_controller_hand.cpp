@@ -245,6 +245,10 @@ TEST(Controller, ForcesBeyondWhatTheMotorsBearForEverLastForSecondsOnly) {
   Bench b(options(), {{"continuous", "0.88"}});  // N, of 3.3 N
   b.tissue.stiffness = 1000.0;
   b.open();
+  b.hand(-0.0005);
+  b.run(300);
+  EXPECT_GT(b.force(), 0.1);
+  EXPECT_LT(b.force(), 1.1 * b.report.force_true_W.z()) << "a touch stays a touch";
   b.hand(-0.015);
   b.run(300);
   EXPECT_GT(b.force(), 2.5) << "a push has all of it";
