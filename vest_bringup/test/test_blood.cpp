@@ -83,6 +83,10 @@ TEST(Blood, GauzePressedOnAHoleStopsItAndThreeMinutesOfThatHold) {
   press(4, bleeding::kStillClotting + 2);
   contact.in_contact = false;
   EXPECT_LT(press(0, 0.5), 0.02 * open) << "the clot holds";
+  tool.tool = tools::ToolKind::SuctionIrrigator, tool.functions = tools::kFunctionSuck;
+  tool.position = b.world.knotAt(static_cast<std::size_t>(wound.object), wound.knot);
+  EXPECT_GT(press(0, 0.5), 0.7 * open) << "a sucker takes it, and it bleeds again";
+  EXPECT_GT(b.feedback.clots[kHand], 0) << "m³";
 }
 
 TEST(Blood, ABolusIsGivenOnceAndDripsGoOn) {

@@ -403,6 +403,22 @@ TEST(SceneVolume, ANoduleBelowTheSurfaceIsFeltAndScissorsOpenTheLobe) {
   const auto& topology = p.world().topology(object);
   std::vector<float> x(3 * p.world().knotCount(object));
   p.world().positions(object, x.data());
+  // The faces that the cut opened ooze, each.
+  const auto& faces = p.world().contactTriangles(object);
+  const auto& alive = p.world().contactTriangleAlive(object);
+  const auto& surface = *p.stage.surface;
+  std::size_t opened = 0, oozing = 0;
+  for (std::size_t t = p.world().description().objects[object].contact_triangles.size(); t < faces.size();
+       ++t) {
+    if (!alive[t]) continue;
+    float flow = 0;
+    for (const std::uint32_t k : faces[t])
+      flow = std::max(flow, surface.state().flow[surface.model().first[object] + k]);
+    ++opened, oozing += flow > 0;
+  }
+  std::printf("%zu of %zu new faces ooze\n", oozing, opened);
+  EXPECT_GE(opened, 8U);
+  EXPECT_EQ(oozing, opened);
   const scene::Skin& skin = topology.skin;
   const auto place = [&](std::uint32_t v) {
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
