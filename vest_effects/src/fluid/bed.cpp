@@ -93,11 +93,17 @@ struct Overlap {
 /// Cuts a polygon (cells, x y) at a line x = at or y = at; keeps what lies above (sign 1) or below (-1).
 struct Polygon {
   static constexpr int kMost = 12;  // four lines make seven of three; rounding hardly more
-  double at[kMost][2];
-  int count = 0;
+  double places[2][kMost][2];       // a cut goes from one to the other
+  double (*at)[2] = places[0];
+  int count = 3;
+
+  explicit Polygon(const double (&triangle)[3][2]) {
+    for (int k = 0; k < 3; ++k) at[k][0] = triangle[k][0], at[k][1] = triangle[k][1];
+  }
+  Polygon(const Polygon&) = delete;
+  Polygon& operator=(const Polygon&) = delete;
 
   void cut(int axis, double line, double sign) {
-    double out[kMost][2];
     int n = 0, above = 0;
     for (int k = 0; k < count; ++k) above += sign * (at[k][axis] - line) >= 0 ? 1 : 0;
     if (above == count && count + 2 <= kMost) return;  // nothing is cut off
@@ -105,6 +111,7 @@ struct Polygon {
       count = 0;
       return;
     }
+    double(*const out)[2] = at == places[0] ? places[1] : places[0];
     for (int k = 0; k < count && n + 2 <= kMost; ++k) {
       const double *p = at[k], *q = at[k + 1 < count ? k + 1 : 0];
       const double a = sign * (p[axis] - line), b = sign * (q[axis] - line);
@@ -116,7 +123,7 @@ struct Polygon {
       }
     }
     count = n;
-    std::copy(&out[0][0], &out[0][0] + 2 * n, &at[0][0]);
+    at = out;
   }
 };
 
@@ -143,9 +150,7 @@ void eachOverlap(const Model& model, const Seen& t, W&& wanted, F&& f) {
       const std::size_t cell =
           static_cast<std::size_t>(r) * static_cast<std::size_t>(model.columns) + static_cast<std::size_t>(c);
       if (!wanted(cell)) continue;
-      Polygon g;
-      g.count = 3;
-      std::copy(&p[0][0], &p[0][0] + 6, &g.at[0][0]);
+      Polygon g(p);
       g.cut(0, c, 1), g.cut(0, c + 1, -1), g.cut(1, r, 1), g.cut(1, r + 1, -1);
       double twice = 0, x = 0, y = 0;  // against the first corner, or they would cancel
       for (int k = 1; k + 1 < g.count; ++k) {
@@ -348,12 +353,16 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
       Seen seen;
       if (!see(surface, t, seen)) continue;
       // Pressure acts along the normal: what is vertical of it is the weight of the column.
-      const float e0[3] = {seen.b[0] - seen.a[0], seen.b[1] - seen.a[1], seen.b[2] - seen.a[2]},
-                  e1[3] = {seen.c[0] - seen.a[0], seen.c[1] - seen.a[1], seen.c[2] - seen.a[2]};
-      float x = (e0[1] * e1[2] - e0[2] * e1[1]) / seen.twice,
-            y = (e0[2] * e1[0] - e0[0] * e1[2]) / seen.twice;
-      const float steep = std::sqrt(x * x + y * y);
-      if (steep > kSteepest) x *= kSteepest / steep, y *= kSteepest / steep;
+      float x = 0, y = 0;
+      bool leans = false;
+      const auto lean = [&] {
+        const float e0[3] = {seen.b[0] - seen.a[0], seen.b[1] - seen.a[1], seen.b[2] - seen.a[2]},
+                    e1[3] = {seen.c[0] - seen.a[0], seen.c[1] - seen.a[1], seen.c[2] - seen.a[2]};
+        x = (e0[1] * e1[2] - e0[2] * e1[1]) / seen.twice, y = (e0[2] * e1[0] - e0[0] * e1[2]) / seen.twice;
+        const float steep = std::sqrt(x * x + y * y);
+        if (steep > kSteepest) x *= kSteepest / steep, y *= kSteepest / steep;
+        leans = true;
+      };
       eachOverlap(model, seen, wet, [&](const Overlap& part) {
         const std::size_t i = part.cell;
         // The liquid beside it: what reaches under it, or what stands in the cell itself.
@@ -382,6 +391,7 @@ void weighPools(const Model& model, const Inputs& inputs, State& state, ScratchD
           down = share * weight(i, head), drag = share * impedance(w.depth[i]);
         }
         if (down == 0 && stiffness == 0) return;
+        if (!leans) lean();
         // Sideways still water pushes a closed organ by nothing in the sum, and squeezes it by less than what
         // fills it resists; by cells the sum would be any (docs/decisions/0025-…).
         const double aside = beside && surface.closed ? 0.0 : -down;

@@ -20,7 +20,10 @@ using net::Block;
 constexpr double kMargin = 0.0015;       ///< m: contacts are prepared this much before they touch (tuned)
 constexpr double kJawFriction = 0.6;     ///< serrated jaws on tissue; assumed
 constexpr double kSteepest = 1.733;      ///< no unit: of trilinear interpolation between distances, sqrt(3)
+constexpr double kCoarse = 1e-5;         ///< m: more than single precision loses in a ball's distance there
 constexpr double kRounding = 1e-6;       ///< m: far more than single precision loses in a box of 1 m
+constexpr double kSinksOn = 0.001;       ///< m: until knots look again how far they are from a wall (tuned)
+constexpr double kFreeWay = 0.001;       ///< m: until a knot does (tuned)
 constexpr double kGrip = 0.5;            ///< of critical: damping that friction amounts to at most
 constexpr double kContactDamping = 0.3;  ///< of critical, along the normal
 constexpr double kShallow = 0.5;         ///< of the reach: contacts that are renewed within the step (tuned)
@@ -48,9 +51,10 @@ bool markNear(const ObjectState& s, const Vector3d& a, const Vector3d& b, double
   const float squared = bx * bx + by * by + bz * bz, inverse = squared > 0.0f ? 1.0f / squared : 0.0f;
   const float reach2 = static_cast<float>(reach * reach);
   const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
-  std::uint8_t* const out = near.data();
+  std::uint8_t* __restrict const out = near.data();
+  const std::size_t knots = s.block.knots();
   unsigned any = 0;
-  for (std::size_t i = 0; i < s.block.knots(); ++i) {
+  for (std::size_t i = 0; i < knots; ++i) {
     const float px = x[i] - ax, py = y[i] - ay, pz = z[i] - az;
     float t = (px * bx + py * by + pz * bz) * inverse;
     t = t > 0.0f ? t : 0.0f;
@@ -96,6 +100,18 @@ struct Bores {
   }
 };
 
+/// m: a way on which a knot at p does not meet a cavity's wall that hangs no lower than this; 0: none is
+/// known. All that could hang down to it is looked at where it would be (SunkenWall::above).
+/// @param free m: from what the knot needs to the wall where nothing is missing, as it is now
+double freeBelow(contact::SunkenWall wall, const Vector3f& p, float free) {
+  wall.propped = false;
+  const double z = static_cast<double>(p.z());
+  const double high = wall.above(p.cast<double>() + Vector3d(0, 0, kFreeWay)).greatest;
+  return high < wall.high && kSteepest * (kFreeWay + high - z) + kRounding < static_cast<double>(free)
+             ? kFreeWay
+             : 0.0;
+}
+
 bool boxTouches(const ObjectScratch& o, const Vector3d& a, const Vector3d& b, double reach) {
   for (int c = 0; c < 3; ++c) {
     if (std::min(a[c], b[c]) - reach > o.high[c] || std::max(a[c], b[c]) + reach < o.low[c]) return false;
@@ -105,15 +121,39 @@ bool boxTouches(const ObjectScratch& o, const Vector3d& a, const Vector3d& b, do
 
 /// A triangle is further from a segment than `reach`, told by the ball around it: spares most of the exact
 /// distances.
-bool outOfReach(const Vector3d& a, const Vector3d& b, const std::array<Vector3d, 3>& p, double reach) {
-  const Vector3d middle = (p[0] + p[1] + p[2]) / 3.0, along = b - a, from = middle - a;
-  const double squared = along.squaredNorm(),
-               t = squared > 0.0 ? std::clamp(from.dot(along) / squared, 0.0, 1.0) : 0.0;
-  double radius2 = 0.0;
-  for (const Vector3d& corner : p) radius2 = std::max(radius2, (corner - middle).squaredNorm());
-  const double most = reach + std::sqrt(radius2) + kRounding;
-  return (from - t * along).squaredNorm() > most * most;
-}
+struct OutOfReach {
+  const float *x, *y, *z;
+  float a[3], along[3], inverse, reach;
+
+  OutOfReach(const ObjectState& s, const Vector3d& from, const Vector3d& to, double within)
+      : x(row(s, Block::X)), y(row(s, Block::Y)), z(row(s, Block::Z)) {
+    const double squared = (to - from).squaredNorm();
+    for (int e = 0; e < 3; ++e)
+      a[e] = static_cast<float>(from[e]), along[e] = static_cast<float>(to[e] - from[e]);
+    inverse = squared > 0.0 ? static_cast<float>(1.0 / squared) : 0.0f;
+    reach = static_cast<float>(within + kCoarse);
+  }
+  bool operator()(const std::array<std::uint32_t, 3>& k) const {
+    const float p[3][3] = {
+        {x[k[0]], y[k[0]], z[k[0]]}, {x[k[1]], y[k[1]], z[k[1]]}, {x[k[2]], y[k[2]], z[k[2]]}};
+    float middle[3], from[3], on = 0.0f, radius2 = 0.0f, off2 = 0.0f;
+    for (int e = 0; e < 3; ++e) {
+      middle[e] = (p[0][e] + p[1][e] + p[2][e]) * (1.0f / 3.0f), from[e] = middle[e] - a[e];
+      on += from[e] * along[e];
+    }
+    const float t = std::min(std::max(on * inverse, 0.0f), 1.0f);
+    for (const auto& corner : p) {
+      const float dx = corner[0] - middle[0], dy = corner[1] - middle[1], dz = corner[2] - middle[2];
+      radius2 = std::max(radius2, dx * dx + dy * dy + dz * dz);
+    }
+    for (int e = 0; e < 3; ++e) {
+      const float off = from[e] - t * along[e];
+      off2 += off * off;
+    }
+    const float most = reach + std::sqrt(radius2);
+    return off2 > most * most;
+  }
+};
 
 /// Key of the feature (corner, edge or face) that the weights name, so that triangles that share it count
 /// once.
@@ -215,14 +255,15 @@ void findToolContacts(Context& c, std::size_t object) {
       // A triangle whose every corner is further away than its edges are long cannot be near.
       const double corner = reach + 0.8 * constants.greatest_edge + 0.002;
       if (!boxTouches(o, a, b, reach) || !markNear(s, a, b, corner, o.near)) continue;
+      const OutOfReach out(s, a, b, reach);
       std::array<std::uint64_t, 96> features;
       std::size_t feature_count = 0;
       for (std::size_t i = 0; i < s.triangles.size(); ++i) {
         const auto& knots = s.triangles[i];
         if (!(o.near[knots[0]] | o.near[knots[1]] | o.near[knots[2]]) || !s.triangle_alive[i]) continue;
+        if (out(knots)) continue;
         const std::array<Vector3d, 3> p{knotPosition(s, knots[0]), knotPosition(s, knots[1]),
                                         knotPosition(s, knots[2])};
-        if (outOfReach(a, b, p, reach)) continue;
         const Nearest n = contact::nearest(a, b, p);
         if (!(n.distance < reach) || o.contacts.size() >= kMostContacts) continue;
         const std::uint64_t key = featureKey(knots, n.weights, i);
@@ -301,9 +342,17 @@ void findCavityContacts(Context& c, std::size_t object) {
   const float deepest = static_cast<float>(-kWallWeighs / constants.contact_omega_squared);
   const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z),
               *mass = row(s, Block::kMass);
+  // A wall that sinks on is looked at anew every so often.
+  if (!hanging.sink()) {
+    o.clear_sunk = 0.0;
+  } else if (!(c.input.sunk <= o.clear_sunk)) {
+    o.clear_sunk = c.input.sunk + kSinksOn;
+    std::fill(o.clear.begin(), o.clear.end(), 0.0);
+  }
+  const CavityWalls lowest(c.model, c.state, o.clear_sunk);
   for (std::size_t i = 0; i < s.block.knots(); ++i) {
-    if (s.way < o.clear[i] && !hanging.sink()) continue;
-    o.clear[i] = hanging.sink() ? 0.0 : s.way + 1.0;
+    if (s.way < o.clear[i]) continue;
+    o.clear[i] = s.way + 1.0;
     if (s.fixed[i]) continue;
     const Vector3f p(x[i], y[i], z[i]);
     const float limit = thickness + s.depth[i], close = limit + static_cast<float>(kMargin);
@@ -312,6 +361,7 @@ void findCavityContacts(Context& c, std::size_t object) {
       if (grid.empty()) continue;
       Vector3f gradient;
       float distance = grid.distance(p, gradient);
+      const float still = distance;
       const bool hangs = hanging.lower(other, p, distance, gradient);
       if (distance <= close && bores.open(p, distance, gradient) && distance > close) {
         o.clear[i] = 0.0;
@@ -319,8 +369,10 @@ void findCavityContacts(Context& c, std::size_t object) {
       }
       const float length = std::sqrt(gradient.squaredNorm());
       if (distance > close) {
-        o.clear[i] =
-            std::min(o.clear[i], s.way + static_cast<double>(distance - close) / kSteepest - kRounding);
+        double way = static_cast<double>(still - close) / kSteepest - kRounding;
+        if (hanging.sink() && hanging.isCavity(other))
+          way = std::min(way, freeBelow(lowest.wall(other), p, still - close));
+        o.clear[i] = std::min(o.clear[i], s.way + way);
         continue;
       }
       o.clear[i] = 0.0;

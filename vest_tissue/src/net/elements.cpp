@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include <Eigen/Geometry>
 
@@ -162,11 +163,36 @@ double plasticEnergy(const std::vector<Plastic>& elements, const ElementArrays& 
 }
 
 void addTethers(const std::vector<Tether>& elements, const ElementArrays& a) {
-  for (const Tether& t : elements) {
+  const auto load = [](const float* from) {
+    Four v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+  };
+  const auto pull = [&](const Tether* t) {  // four of neighbouring knots, each in its own lane
+    const std::uint32_t i = t[0].knot;
+    const auto of = [t](auto value) { return Four{value(t[0]), value(t[1]), value(t[2]), value(t[3])}; };
+    const Four stiffness = of([](const Tether&l) { return l.stiffness; }),
+               damping = of([](const Tether&l) { return l.damping; });
+    const auto axis = [&](std::size_t e, const float* x, const float* v, float* f) {
+      const Four place = of([e](const Tether& l) { return l.place[e]; });
+      const Four sum = load(f + i) + (stiffness * (place - load(x + i)) - damping * load(v + i));
+      std::memcpy(f + i, &sum, sizeof sum);
+    };
+    axis(0, a.x, a.vx, a.fx), axis(1, a.y, a.vy, a.fy), axis(2, a.z, a.vz, a.fz);
+  };
+  for (std::size_t n = 0; n < elements.size();) {
+    const Tether& t = elements[n];
     const std::uint32_t i = t.knot;
+    if (n + 4 <= elements.size() && elements[n + 1].knot == i + 1 && elements[n + 2].knot == i + 2 &&
+        elements[n + 3].knot == i + 3) {
+      pull(&t);
+      n += 4;
+      continue;
+    }
     a.fx[i] += t.stiffness * (t.place[0] - a.x[i]) - t.damping * a.vx[i];
     a.fy[i] += t.stiffness * (t.place[1] - a.y[i]) - t.damping * a.vy[i];
     a.fz[i] += t.stiffness * (t.place[2] - a.z[i]) - t.damping * a.vz[i];
+    ++n;
   }
 }
 

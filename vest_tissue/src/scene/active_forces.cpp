@@ -73,35 +73,50 @@ void addForces(Context& c, std::size_t object) {
           r + 1 < rings && (whole || above) ? middleOf(ringNow(c, object, r + 1, false)) : here;
       Vector3d along = after - before, mean = Vector3d::Zero();
       along /= std::max(std::sqrt(along.squaredNorm()), 1e-9);
-      const auto outwards = [&](std::uint32_t k) -> Vector3d {
-        Vector3d out_of = placeOf(k) - here;
+      // Of each knot once, where the ring has room.
+      constexpr std::size_t kRoom = 48;
+      std::array<Vector3d, kRoom> places, pressed;
+      std::array<double, kRoom> areas;
+      const bool kept = knots.count <= kRoom;
+      for (std::size_t i = 0; kept && i < knots.count; ++i)
+        places[i] = placeOf(knots.knots[i]), areas[i] = areaOf(knots.knots[i], other);
+      const auto placeAt = [&](std::size_t i) { return kept ? places[i] : placeOf(knots.knots[i]); };
+      const auto areaAt = [&](std::size_t i) { return kept ? areas[i] : areaOf(knots.knots[i], other); };
+      const auto outwards = [&](std::size_t i) -> Vector3d {
+        Vector3d out_of = placeAt(i) - here;
         out_of -= out_of.dot(along) * along;
         const double length = std::sqrt(out_of.squaredNorm());
-        return length > 1e-9 ? Vector3d(out_of * (areaOf(k, other) / length)) : Vector3d(Vector3d::Zero());
+        return length > 1e-9 ? Vector3d(out_of * (areaAt(i) / length)) : Vector3d(Vector3d::Zero());
       };
       const double n = static_cast<double>(knots.count);
       if (knots.count >= 3 && radial > 0.0) {  // dilates: pressed outwards
-        for (const auto k : knots) mean += outwards(k) / n;
-        for (const auto k : knots) add(k, radial * (outwards(k) - mean));
+        for (std::size_t i = 0; i < knots.count; ++i) {
+          const Vector3d out_of = outwards(i);
+          if (kept) pressed[i] = out_of;
+          mean += out_of / n;
+        }
+        for (std::size_t i = 0; i < knots.count; ++i)
+          add(knots.knots[i], radial * ((kept ? pressed[i] : outwards(i)) - mean));
       } else if (knots.count >= 3 && radial < 0.0) {  // contracts: tension around it
         double area = 0.0;
-        for (const auto k : knots) area += areaOf(k, other) / n;
+        for (std::size_t i = 0; i < knots.count; ++i) area += areaAt(i) / n;
         const double tension = -radial * area / (2.0 * base::sineOfTurns(0.5 / n));
         for (std::size_t i = 0; i < knots.count; ++i) {
           if (!knots.joins(i)) continue;  // a slit
-          const std::uint32_t p = knots.knots[i], q = knots.knots[(i + 1) % knots.count];
-          const Vector3d d = placeOf(q) - placeOf(p);
+          const std::size_t next = (i + 1) % knots.count;
+          const std::uint32_t p = knots.knots[i], q = knots.knots[next];
+          const Vector3d d = placeAt(next) - placeAt(i);
           const double length = std::sqrt(d.squaredNorm());
           if (!(length > 1e-9)) continue;
           add(p, tension / length * d);
           add(q, -tension / length * d);
         }
       }
-      for (const auto k : knots) {
-        const Vector3d f = axial * areaOf(k, other) * along;
+      for (std::size_t i = 0; i < knots.count; ++i) {
+        const Vector3d f = axial * areaAt(i) * along;
         axial_sum += f;
-        axial_area += areaOf(k, other);
-        add(k, f);
+        axial_area += areaAt(i);
+        add(knots.knots[i], f);
       }
       before = here;
       here = after;

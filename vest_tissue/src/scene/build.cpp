@@ -562,6 +562,7 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     s.volume_gradient.resize(3 * (b.knotCapacity() + 1));
     s.volume_start.resize(3 * (b.knotCapacity() + 1));
     s.near.resize(b.knotCapacity() + 1);
+    s.heat_shares.resize(b.knotCapacity() + 1);
     s.shared.resize(b.knotCapacity() + 1);
     s.bound = solver::BoundScratch(b.knotCapacity() + 64);
     model.objects[i].body->reserve(model.objects[i], model.start.objects[i], s);

@@ -97,8 +97,13 @@ double heatOf(const ObjectState& s, double h) {
 void keepReaction(const ObjectState& s, ObjectScratch& o) {
   const float *fx = row(s, Block::FX), *fy = row(s, Block::FY), *fz = row(s, Block::FZ);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < s.block.knots(); ++i)
-    if (s.fixed[i]) sum -= Eigen::Vector3d(fx[i], fy[i], fz[i]);
+  for (std::size_t first = 0; first < s.block.knots(); first += 8) {
+    const std::size_t end = std::min(first + 8, s.block.knots());
+    std::uint64_t any = 1;
+    if (end == first + 8) std::memcpy(&any, &s.fixed[first], sizeof any);
+    for (std::size_t i = first; any != 0 && i < end; ++i)  // most eights have none
+      if (s.fixed[i]) sum -= Eigen::Vector3d(fx[i], fy[i], fz[i]);
+  }
   o.reaction = sum;
 }
 
@@ -320,11 +325,11 @@ void NetBody::conduct(Context& c, std::size_t object) const {
     warm[k] = s.heat.columns[k].excess != decltype(interaction::HeatColumn::excess){};
   for (const NetLink& l : s.links) {
     const std::uint32_t p = l.values.knot0, q = l.values.knot1;
-    if ((warm[p] | warm[q]) == 0 || l.conductance == 0.0f ||
+    if (((warm[p] | warm[q]) & 1u) == 0 || l.conductance == 0.0f ||
         (l.values.axial == 0.0f && l.values.damping == 0.0f))
       continue;
     exchangeHeat(c, object, p, q, l.conductance);
-    warm[p] = warm[q] = 1;
+    warm[p] |= 1u, warm[q] |= 1u;
   }
 }
 

@@ -164,7 +164,9 @@ struct Batches {
   /// Of the step, for one of the object's own.
   int every(std::size_t object) const { return count / (c.state.objects[object].batches * c.stretch); }
   bool due(std::size_t object, int batch) const {
-    return c.model.objects[object].deforms && batch % every(object) == 0;
+    if (!c.model.objects[object].deforms) return false;
+    const int own = c.state.objects[object].batches * c.stretch;
+    return own == count || batch % (count / own) == 0;  // nearly all take all; divisions are dear
   }
   void begin(Context& to, std::size_t object, int batch) const {
     to.body(object).begin(to, object, to.dt / (to.state.objects[object].batches * to.stretch),
@@ -288,16 +290,17 @@ void solve(Context& c) {
     const ObjectState& s = c.state.objects[i];
     o.loads = contact::ObjectLoads{};
     o.heat = 0.0;
-    o.faulty = o.begun = false;
+    o.faulty = o.begun = o.joined = false;
     o.sub_step = c.dt / (c.stretch * static_cast<double>(c.body(i).stepsOf(s)));
     o.softness = c.body(i).softness(c.model.objects[i], s);
   }
   gatherSlings(c);
   // Each object adds up what others do to it just before it moves, where nothing else is held in between.
-  const auto& clips = c.state.fasteners.clips;
-  const bool joined =
-      std::any_of(clips.begin(), clips.end(), [](const auto& clip) { return clip.alive && clip.joined; });
-  const bool apart = first == Body::kLast && !joined && !c.scratch.threads;
+  for (const auto& clip : c.state.fasteners.clips)
+    if (clip.alive && clip.joined) c.scratch.objects[clip.object].joined = true;
+  const auto apart = [&](std::size_t object) {
+    return first == Body::kLast && !c.scratch.threads && !c.scratch.objects[object].joined;
+  };
   for (int batch = 0; batch < batches.count; ++batch) {
     eachBody(c, [&](std::size_t object) {
       if (batches.due(object, batch) && !c.scratch.objects[object].begun) batches.begin(c, object, batch);
@@ -307,7 +310,7 @@ void solve(Context& c) {
     tellForces(c);
     const auto hold = [&](auto holdAll) {
       for (const std::size_t object : c.model.bodies)
-        if (!apart && batches.due(object, batch)) holdAll(c, object);
+        if (!apart(object) && batches.due(object, batch)) holdAll(c, object);
     };
     hold(holdConnections);
     joinClips(c, batch, batches.count);
@@ -326,7 +329,7 @@ void solve(Context& c) {
       eachBody(c, [&](std::size_t object) {
         const Body& body = c.body(object);
         if (body.turn(c.state.objects[object]) != turn || !batches.due(object, batch)) return;
-        if (apart) holdConnections(c, object), holdContacts(c, object);
+        if (apart(object)) holdConnections(c, object), holdContacts(c, object);
         const int every = batches.every(object), next = batch + every;
         body.advance(c, object, batch / every);
         // Its next batch begins at once, while it is in the processor's cache.

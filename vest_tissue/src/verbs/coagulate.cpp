@@ -143,6 +143,8 @@ void conduct(Context& c, std::size_t object) {
   if (!heat.warm) return;
   const HeatModel& model = c.model.objects[object].heat;
   const float* const mass = row(s, Block::kMass);
+  std::vector<std::uint8_t>& near = c.scratch.objects[object].near;
+  std::fill(near.begin(), near.end(), std::uint8_t{0});
   c.body(object).conduct(c, object);
   double warmest = 0.0;
   for (std::uint32_t k = 0; k < s.block.knots(); ++k) {
@@ -161,6 +163,22 @@ void conduct(Context& c, std::size_t object) {
     heat.ledger.perfused += interaction::storedHeat(column, shapeOf(c, object, k), model.material, mass[k]);
     column.excess = {};
   }
+}
+
+/// Found once a knot and step. ObjectScratch::near: 2, it is.
+const HeatShare& heatShare(Context& c, std::size_t object, std::uint32_t knot) {
+  ObjectScratch& o = c.scratch.objects[object];
+  HeatShare& h = o.heat_shares[knot];
+  if ((o.near[knot] & 2u) != 0) return h;
+  o.near[knot] |= 2u;
+  h.share = shapeOf(c, object, knot).share;
+  const double whole =
+      c.model.objects[object].heat.material.heat_capacity * row(c.state.objects[object], Block::kMass)[knot];
+  for (std::size_t l = 0; l < interaction::kThermalLayers; ++l) {
+    h.capacity[l] = whole * h.share[l];
+    h.inverse[l] = 1.0 / h.capacity[l];
+  }
+  return h;
 }
 
 /// A vessel whose wall is denatured all around is closed.
@@ -202,17 +220,16 @@ void exchangeHeat(Context& c, std::size_t object, std::uint32_t p, std::uint32_t
   HeatState& heat = c.state.objects[object].heat;
   HeatColumn &a = heat.columns[p], &b = heat.columns[q];
   if (a.excess == b.excess) return;  // nearly all pairs: both at body temperature
-  const double specific = c.model.objects[object].heat.material.heat_capacity;
-  const float* const mass = row(c.state.objects[object], Block::kMass);
-  const auto &sa = shapeOf(c, object, p), &sb = shapeOf(c, object, q);
-  for (std::size_t layer = 0; layer < interaction::kThermalLayers; ++layer) {
-    const double share = std::min(sa.share[layer], sb.share[layer]);
+  const HeatShare &sa = heatShare(c, object, p), &sb = heatShare(c, object, q);
+  for (std::size_t l = 0; l < interaction::kThermalLayers; ++l) {
+    const double share = std::min(sa.share[l], sb.share[l]);
     if (!(share > 0.0)) continue;
-    const double ca = specific * mass[p] * sa.share[layer], cb = specific * mass[q] * sb.share[layer];
+    // interaction::exchange(), with what is the same for all links of a knot.
+    const double passes = conductance * share * c.dt;
     const double flow =
-        interaction::exchange(conductance * share, a.excess[layer], b.excess[layer], ca, cb, c.dt);
-    a.excess[layer] += flow / ca;
-    b.excess[layer] -= flow / cb;
+        passes * (b.excess[l] - a.excess[l]) / (1.0 + passes * (sa.inverse[l] + sb.inverse[l]));
+    a.excess[l] += flow / sa.capacity[l];
+    b.excess[l] -= flow / sb.capacity[l];
   }
 }
 

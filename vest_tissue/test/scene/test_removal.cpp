@@ -202,6 +202,22 @@ TEST(SunkenWall, LiesOnAShaftByItsWeight) {
   EXPECT_LT(felt.norm(), 0.10) << "N";
 }
 
+TEST(SunkenWall, ForHowLongAKnotIsNotLookedAtChangesNothing) {
+  // What is restored remembers nothing of it: all is looked at in each step.
+  UnderTheWall t, anew;
+  const double before = t.highest();
+  std::vector<std::uint8_t> bytes;
+  for (int i = 0; i < 300; ++i) {
+    const double sunk = i < 200 ? 2e-4 * i : 0.04 - 3e-4 * (i - 200);
+    t.run(0.001, sunk, 0);
+    anew.world.save(bytes);
+    anew.world.restore(bytes);
+    anew.run(0.001, sunk, 0);
+    ASSERT_EQ(t.world.stateHash(), anew.world.stateHash()) << "step " << i;
+  }
+  EXPECT_LT(t.highest(), before - 0.003) << "the wall came down on it";
+}
+
 TEST(SunkenWall, WhereNothingIsMissingAllIsAsBefore) {
   UnderTheWall none, hardly;
   none.run(0.3, 0);

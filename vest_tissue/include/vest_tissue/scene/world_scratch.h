@@ -126,6 +126,11 @@ struct NearBall {
   std::uint32_t triangle = 0;
 };
 
+/// What takes heat up at a knot, per layer: share of its mass, J/K, K/J.
+struct HeatShare {
+  std::array<double, interaction::kThermalLayers> share{}, capacity{}, inverse{};
+};
+
 inline constexpr std::size_t kNotKept = ~std::size_t{0};
 
 /// Per object, no meaning between steps. Threads work on neighbours at once: none shares a line of the cache.
@@ -138,6 +143,7 @@ struct alignas(64) ObjectScratch {
   /// Per knot, m: until the object's way exceeds it the knot cannot come near a rigid object. Remembered
   /// between steps, spares only work.
   std::vector<double> clear;
+  double clear_sunk = 0.0;            ///< m: no more may a cavity's wall have sunk for that to hold
   std::vector<std::uint8_t> near;     ///< per knot
   std::vector<std::uint16_t> shared;  ///< per knot: contacts that share it
   contact::ObjectLoads loads;
@@ -150,6 +156,7 @@ struct alignas(64) ObjectScratch {
   float volume_share = 1.0f;  ///< of the pressure that an exchange bears, 0 … 1
   double volume = 0.0;        ///< m³ there
   std::vector<net::PackedKnot> packed;
+  std::vector<HeatShare> heat_shares;     ///< per knot; of this step where `near` says so
   fem::TissueScratch tissue;              ///< finite elements
   std::vector<Eigen::Vector3d> backup_x;  ///< m: of finite elements, at the start of the step
   std::size_t shape_kept = kNotKept, rings_kept = kNotKept;  ///< where, in WorldScratch::kept_shapes
@@ -164,6 +171,7 @@ struct alignas(64) ObjectScratch {
   bool over_budget = false;
   float moved = 0.0f;     ///< m: the furthest that a knot went in this step
   bool begun = false;     ///< its next batch
+  bool joined = false;    ///< part of a clip that holds several objects
   double sub_step = 0.0;  ///< s: between two moments at which it takes forces
   double softness = 0.0;  ///< m/N: Body::softness
   std::uint32_t first_contact = OrganContact::kNone, last_contact = OrganContact::kNone;  ///< organ_contacts
