@@ -246,6 +246,61 @@ TEST(Blood, CutUterusSeepsAndThePatientLosesIt) {
   EXPECT_EQ(again, bytes);
 }
 
+TEST(Blood, KnotsSeepByTheSupplyThatTheSceneGivesThemAndSoDoTheirCopies) {
+  scene::Description d = gynaecology();
+  scene::Object* uterus = nullptr;
+  for (scene::Object& o : d.objects)
+    if (o.name == "uterus") uterus = &o;
+  ASSERT_NE(uterus, nullptr);
+  const std::size_t knots = uterus->rest_position.size();
+  const auto place = [&](std::uint32_t k) { return uterus->rest_position[k].x(); };
+  std::uint32_t fed = 0, bare = 0;  // the knots farthest to both sides
+  for (std::uint32_t k = 0; k < knots; ++k) {
+    if (place(k) > place(fed)) fed = k;
+    if (place(k) < place(bare)) bare = k;
+  }
+  const auto flow = [&](std::vector<std::uint32_t> of) {
+    scene::World world(d);
+    SurfaceEffect seeping(world, {50.0, 10.0}, nullptr, nullptr);
+    scene::StepInput input;
+    scene::StepReport report;
+    Feedback feedback;
+    feedback.sources.reserve(bleeding::kMostSources);
+    const std::uint16_t object = objectNamed(world, "uterus");
+    for (int i = 0; i < 40; ++i) {
+      input.step = world.steps() + 1;
+      world.step(input, report);
+      for (const std::uint32_t k : {fed, bare}) {
+        scene::Event cut;
+        cut.kind = scene::EventKind::Cut, cut.object = object;
+        cut.position = world.knotAt(object, k), cut.station = std::nan(""), cut.area = 1e-6;
+        if (i == 3) report.events.push_back(cut);
+      }
+      std::uint32_t copy = 0;
+      if (i == 11) {
+        EXPECT_TRUE(world.splitKnot(object, bare, Eigen::Vector3d::UnitZ(), copy));
+      }
+      feedback.sources.clear();
+      seeping.step(world, input, report, feedback);
+    }
+    const std::uint32_t first = seeping.model().first[object];
+    EXPECT_GT(seeping.state().area[first + knots], 0) << "the copy has a surface";
+    std::vector<float> flows;
+    for (const std::uint32_t k : of) flows.push_back(seeping.state().flow[first + k]);
+    return flows;
+  };
+  const auto copy = static_cast<std::uint32_t>(knots);
+  const auto before = flow({fed, bare, copy});
+  for (const float f : before) EXPECT_GT(f, 0);
+  uterus->knot_perfusion.assign(knots, 2 * uterus->thermal.perfusion);
+  for (std::uint32_t k = 0; k < knots; ++k)
+    if (place(k) < place(bare) + 0.01) uterus->knot_perfusion[k] = 0;
+  const auto after = flow({fed, bare, copy});
+  EXPECT_NEAR(after[0], 2 * before[0], 0.05f * before[0]);
+  EXPECT_EQ(after[1], 0);
+  EXPECT_EQ(after[2], 0);
+}
+
 TEST(Blood, TheMonitorReadsOneArteryAndItsLossNowHasTheOozeToo) {
   const scene::World world{gynaecology()};
   scene::TripleBuffer<BloodFrame> frames;

@@ -45,6 +45,9 @@ bleeding::SurfaceModel build(const scene::World& world) {
     const scene::Object& o = world.description().objects[i];
     const std::size_t first = m.first.back(), knots = world.knotCount(i), room = roomFor(knots);
     m.perfusion.resize(first + room, bleeds(world, i) ? o.thermal.perfusion : 0.0);
+    if (bleeds(world, i))
+      std::copy_n(o.knot_perfusion.begin(), std::min(knots, o.knot_perfusion.size()),
+                  m.perfusion.begin() + static_cast<std::ptrdiff_t>(first));
     m.depth.resize(first + room, bleeding::kFeedDepth);
     if (world.model().objects[i].deforms && !o.fem && o.density > 0) {
       // A shell bleeds from what it has behind its surface.
@@ -218,8 +221,10 @@ void SurfaceEffect::followCuts(const scene::World& world) {
         for (auto* v : {&perfusion_.reach, &perfusion_.saturation, &perfusion_.dilation})
           (*v)[model_.first[i] + to] = (*v)[model_.first[i] + from];
     }
-    for (std::size_t k = 0; k < doubled.size() && scene + k < room; ++k)
+    for (std::size_t k = 0; k < doubled.size() && scene + k < room; ++k) {
       std::copy_n(&rest_[i][3 * std::size_t{doubled[k]}], 3, &rest_[i][3 * (scene + k)]);
+      model_.perfusion[model_.first[i] + scene + k] = model_.perfusion[model_.first[i] + doubled[k]];
+    }
     const auto& triangles = world.contactTriangles(i);
     const auto& alive = world.contactTriangleAlive(i);
     meshes_[i] = {positions_[i].data(), triangles.data(),

@@ -174,12 +174,50 @@ void readTables(Map& map, Files& files, Object& object) {
   }
 }
 
+/// `knot_perfusion`: blood of single knots, where the scene knows better than the material.
+void readPerfusion(Map& map, Files& files, Object& object) {
+  if (!map.has("knot_perfusion")) return;
+  std::string path;
+  const std::string bytes = files.read(map["knot_perfusion"], path);
+  const csv::Table table = csv::read(path, bytes, {"node", "perfusion"}, {});
+  object.knot_perfusion.assign(object.rest_position.size(), object.thermal.perfusion);
+  std::vector<bool> seen(object.rest_position.size(), false);
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const std::size_t node = table.index(i, "node", object.rest_position.size() - 1);
+    if (seen[node])
+      yaml::fail(table.file, table.lines[i], "node", std::to_string(node), "must be there once");
+    seen[node] = true;
+    const double perfusion = table.rows[i][static_cast<std::size_t>(table.column("perfusion"))];
+    if (!(perfusion >= 0 && perfusion <= 1))
+      yaml::fail(table.file, table.lines[i], "perfusion", std::to_string(perfusion),
+                 "must be from 0 to 1 (1/s)");
+    object.knot_perfusion[node] = perfusion;
+  }
+}
+
 Object readObject(const Value& value, Files& files, bool in_world) {
   Map map(value);
   if (map.has("baked")) {
-    map.only({"name", "organ", "material", "roles", "model", "baked", "law", "density", "friction",
-              "contact_thickness", "full_contact", "vessel_segment", "tear_strain", "cut_toughness",
-              "puncture_force", "wall_thickness", "thermal", "grasp_damage_threshold", "motility"});
+    map.only({"name",
+              "organ",
+              "material",
+              "roles",
+              "model",
+              "baked",
+              "law",
+              "density",
+              "friction",
+              "contact_thickness",
+              "full_contact",
+              "vessel_segment",
+              "tear_strain",
+              "cut_toughness",
+              "puncture_force",
+              "wall_thickness",
+              "thermal",
+              "knot_perfusion",
+              "grasp_damage_threshold",
+              "motility"});
   } else {
     map.only({"name",
               "organ",
@@ -217,6 +255,7 @@ Object readObject(const Value& value, Files& files, bool in_world) {
               "rayleigh_stiffness",
               "start",
               "thermal",
+              "knot_perfusion",
               "grasp_damage_threshold",
               "motility"});
   }
@@ -253,6 +292,7 @@ Object readObject(const Value& value, Files& files, bool in_world) {
     readFem(
         map, [&files](const Value& name, std::string& file) { return files.read(name, file); }, in_world,
         object);
+    readPerfusion(map, files, object);
     map.finish();
     return object;
   }
@@ -273,6 +313,7 @@ Object readObject(const Value& value, Files& files, bool in_world) {
     readTables(map, files, object);
   }
   readLiving(map, object);
+  readPerfusion(map, files, object);
   map.finish();
   checkObject(object, path);
   return object;

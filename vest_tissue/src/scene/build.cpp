@@ -201,6 +201,7 @@ void fillState(const Object& o, ObjectState& s) {
 /// Columns of tissue under the knots, and what the links conduct.
 void fillHeat(const Object& o, ObjectState& s, ObjectConstants& c) {
   c.heat.material = o.thermal;
+  c.heat.perfusion = o.knot_perfusion;
   c.heat.density = o.density;
   c.heat.grasp_damage_threshold = o.grasp_damage_threshold;
   const std::size_t knots = o.rest_position.size();
@@ -562,7 +563,6 @@ WorldScratch::WorldScratch(const WorldModel& model) {
     s.volume_gradient.resize(3 * (b.knotCapacity() + 1));
     s.volume_start.resize(3 * (b.knotCapacity() + 1));
     s.near.resize(b.knotCapacity() + 1);
-    s.heat_shares.resize(b.knotCapacity() + 1);
     s.shared.resize(b.knotCapacity() + 1);
     s.bound = solver::BoundScratch(b.knotCapacity() + 64);
     model.objects[i].body->reserve(model.objects[i], model.start.objects[i], s);

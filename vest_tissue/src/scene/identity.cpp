@@ -146,12 +146,12 @@ class Identity {
   void one(const Object& v) {
     const auto& [name, organ, material, roles, model, law, density, rest_position, position, mass, damping,
                  fixed, links, volumes, hinges, tethers, contact_triangles, contact_thickness, friction,
-                 full_contact, tear_strain, thermal, motility, grasp_damage_threshold, cut_toughness,
-                 puncture_force, wall_thickness, skin, tube, fem] = v;
+                 full_contact, tear_strain, thermal, knot_perfusion, motility, grasp_damage_threshold,
+                 cut_toughness, puncture_force, wall_thickness, skin, tube, fem] = v;
     (*this)(name, organ, material, roles, model, law, density, rest_position, mass, damping, fixed, links,
             volumes, hinges, tethers, contact_triangles, contact_thickness, friction, full_contact,
-            tear_strain, thermal, motility, grasp_damage_threshold, cut_toughness, puncture_force,
-            wall_thickness, skin, tube, fem);
+            tear_strain, thermal, knot_perfusion, motility, grasp_damage_threshold, cut_toughness,
+            puncture_force, wall_thickness, skin, tube, fem);
     one(position.size());
   }
   void one(const Suture& v) {

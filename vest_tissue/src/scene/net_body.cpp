@@ -325,11 +325,11 @@ void NetBody::conduct(Context& c, std::size_t object) const {
     warm[k] = s.heat.columns[k].excess != decltype(interaction::HeatColumn::excess){};
   for (const NetLink& l : s.links) {
     const std::uint32_t p = l.values.knot0, q = l.values.knot1;
-    if (((warm[p] | warm[q]) & 1u) == 0 || l.conductance == 0.0f ||
+    if ((warm[p] | warm[q]) == 0 || l.conductance == 0.0f ||
         (l.values.axial == 0.0f && l.values.damping == 0.0f))
       continue;
     exchangeHeat(c, object, p, q, l.conductance);
-    warm[p] |= 1u, warm[q] |= 1u;
+    warm[p] = warm[q] = 1;
   }
 }
 

@@ -211,6 +211,11 @@ void validate(const Description& d) {
     c.atLeast(path + ": puncture_force", o.puncture_force, 0.0, false, "N");
     c.atLeast(path + ": wall_thickness", o.wall_thickness, 0.0, false, "m; 0: solid");
     c.atLeast(path + ": friction", o.friction, 0.0, false, "no unit");
+    if (!o.knot_perfusion.empty() && o.knot_perfusion.size() != c.knots)
+      refuse(path + ": knot_perfusion", std::to_string(o.knot_perfusion.size()) + " entries",
+             "none, or one per knot");
+    for (std::size_t i = 0; i < o.knot_perfusion.size(); ++i)
+      c.atLeast(c.item("knot_perfusion", i), o.knot_perfusion[i], 0.0, false, "1/s");
     checkSkin(c);
     if (o.tube.station.size() != o.tube.rings.size()) {
       refuse(path + ": tube.station", std::to_string(o.tube.station.size()) + " entries", "one per ring");

@@ -26,6 +26,15 @@ const interaction::ColumnShape& shapeOf(const Context& c, std::size_t object, st
   return shapes[std::min(original, shapes.size() - 1)];  // a knot without an original: like its neighbours
 }
 
+interaction::ThermalMaterial materialOf(const Context& c, std::size_t object, std::uint32_t knot) {
+  const HeatModel& model = c.model.objects[object].heat;
+  interaction::ThermalMaterial m = model.material;
+  if (model.perfusion.empty()) return m;
+  const std::size_t original = originalKnot(c.state.objects[object].topology, model.perfusion.size(), knot);
+  m.perfusion = model.perfusion[std::min(original, model.perfusion.size() - 1)];
+  return m;
+}
+
 /// Energy into a knot, less what dry tissue refuses. Returns J delivered.
 double heatKnot(Context& c, std::size_t object, std::uint32_t knot, double energy, bool deep) {
   ObjectState& s = c.state.objects[object];
@@ -143,16 +152,14 @@ void conduct(Context& c, std::size_t object) {
   if (!heat.warm) return;
   const HeatModel& model = c.model.objects[object].heat;
   const float* const mass = row(s, Block::kMass);
-  std::vector<std::uint8_t>& near = c.scratch.objects[object].near;
-  std::fill(near.begin(), near.end(), std::uint8_t{0});
   c.body(object).conduct(c, object);
   double warmest = 0.0;
   for (std::uint32_t k = 0; k < s.block.knots(); ++k) {
     HeatColumn& column = heat.columns[k];
     if (column.excess == decltype(column.excess){}) continue;
     const double before = column.denatured;
-    interaction::stepColumn(column, shapeOf(c, object, k), model.material, mass[k], model.density, c.dt,
-                            heat.ledger);
+    interaction::stepColumn(column, shapeOf(c, object, k), materialOf(c, object, k), mass[k], model.density,
+                            c.dt, heat.ledger);
     heat.denaturing = heat.denaturing || column.denatured != before;
     for (const double e : column.excess) warmest = std::max(warmest, std::fabs(e));
   }
@@ -163,22 +170,6 @@ void conduct(Context& c, std::size_t object) {
     heat.ledger.perfused += interaction::storedHeat(column, shapeOf(c, object, k), model.material, mass[k]);
     column.excess = {};
   }
-}
-
-/// Found once a knot and step. ObjectScratch::near: 2, it is.
-const HeatShare& heatShare(Context& c, std::size_t object, std::uint32_t knot) {
-  ObjectScratch& o = c.scratch.objects[object];
-  HeatShare& h = o.heat_shares[knot];
-  if ((o.near[knot] & 2u) != 0) return h;
-  o.near[knot] |= 2u;
-  h.share = shapeOf(c, object, knot).share;
-  const double whole =
-      c.model.objects[object].heat.material.heat_capacity * row(c.state.objects[object], Block::kMass)[knot];
-  for (std::size_t l = 0; l < interaction::kThermalLayers; ++l) {
-    h.capacity[l] = whole * h.share[l];
-    h.inverse[l] = 1.0 / h.capacity[l];
-  }
-  return h;
 }
 
 /// A vessel whose wall is denatured all around is closed.
@@ -220,16 +211,17 @@ void exchangeHeat(Context& c, std::size_t object, std::uint32_t p, std::uint32_t
   HeatState& heat = c.state.objects[object].heat;
   HeatColumn &a = heat.columns[p], &b = heat.columns[q];
   if (a.excess == b.excess) return;  // nearly all pairs: both at body temperature
-  const HeatShare &sa = heatShare(c, object, p), &sb = heatShare(c, object, q);
-  for (std::size_t l = 0; l < interaction::kThermalLayers; ++l) {
-    const double share = std::min(sa.share[l], sb.share[l]);
+  const double specific = c.model.objects[object].heat.material.heat_capacity;
+  const float* const mass = row(c.state.objects[object], Block::kMass);
+  const auto &sa = shapeOf(c, object, p), &sb = shapeOf(c, object, q);
+  for (std::size_t layer = 0; layer < interaction::kThermalLayers; ++layer) {
+    const double share = std::min(sa.share[layer], sb.share[layer]);
     if (!(share > 0.0)) continue;
-    // interaction::exchange(), with what is the same for all links of a knot.
-    const double passes = conductance * share * c.dt;
+    const double ca = specific * mass[p] * sa.share[layer], cb = specific * mass[q] * sb.share[layer];
     const double flow =
-        passes * (b.excess[l] - a.excess[l]) / (1.0 + passes * (sa.inverse[l] + sb.inverse[l]));
-    a.excess[l] += flow / sa.capacity[l];
-    b.excess[l] -= flow / sb.capacity[l];
+        interaction::exchange(conductance * share, a.excess[layer], b.excess[layer], ca, cb, c.dt);
+    a.excess[layer] += flow / ca;
+    b.excess[layer] -= flow / cb;
   }
 }
 

@@ -23,7 +23,9 @@ scene::ToolInput hook(double x, double z, bool on) {
 }
 
 struct Theatre : test::Theatre {
-  Theatre() : test::Theatre(specimen::tubeScene()) { run(3000); }  // at rest under gravity
+  explicit Theatre(const scene::Description& d = specimen::tubeScene()) : test::Theatre(d) {
+    run(3000);  // at rest under gravity
+  }
   /// Height at which the hook's foot lies 1 mm deep in the tube.
   double top() {
     std::vector<float> p(3 * world.knotCount(0));
@@ -69,6 +71,23 @@ TEST(Coagulation, WhatTheGeneratorGivesIsAccountedForAndOnlyTouchedTissueGetsIt)
   for (const auto& e : t.events)
     if (e.kind == scene::EventKind::Coagulated) told += e.energy;
   EXPECT_NEAR(told, later.delivered, 1e-9 * told) << "events carry all of the energy";
+}
+
+TEST(Coagulation, KnotsToWhichTheSceneGivesNoBloodAreNotCooledByIt) {
+  const auto carried = [](double perfusion) {
+    scene::Description d = specimen::tubeScene();
+    d.objects[0].knot_perfusion.assign(d.objects[0].rest_position.size(), perfusion);
+    Theatre t(d);
+    t.input.tools[1] = hook(0.0, t.top(), true);
+    t.run(1000);
+    t.input.tools[1] = hook(0.0, 0.090, false);
+    t.run(2000);
+    const auto heat = t.world.heat();
+    EXPECT_GT(heat.delivered, 5.0);
+    return heat.perfused / heat.delivered;
+  };
+  EXPECT_LT(carried(0), 1e-3);
+  EXPECT_GT(carried(0.02), 0.02);
 }
 
 TEST(Coagulation, TissueShrinksAndStiffensWhereItIsDenatured) {

@@ -140,6 +140,33 @@ TEST(Loader, NegativeMassIsRefused) {
   expectSays(table.message(), {"nodes.csv:3: mass: -2", "must be > 0"});
 }
 
+TEST(Loader, KnotsHaveTheBloodThatTheSceneGivesThem) {
+  Attempt attempt;
+  Attempt::replace(attempt.scene, "    knot_mass",
+                   "    thermal: {perfusion: 0.01}\n    knot_perfusion: links.csv\n    knot_mass");
+  expectSays(attempt.message(), {"links.csv:1", "perfusion"});
+  vest::test::TemporaryScene folder;
+  Attempt::replace(attempt.scene, "knot_perfusion: links.csv", "knot_perfusion: blood.csv");
+  const std::string path = folder.write("scene.yaml", attempt.scene);
+  folder.write("nodes.csv", kNodes), folder.write("links.csv", kLinks), folder.write("fixed.csv", kFixed);
+  const auto load = [&](const char* rows) {
+    folder.write("blood.csv", std::string("node,perfusion\n") + rows);
+    return loadScene(path).objects[0].knot_perfusion;
+  };
+  EXPECT_EQ(load("1,0.002\n"), (std::vector<double>{0.01, 0.002, 0.01}));
+  const auto refused = [&](const char* rows) {
+    try {
+      load(rows);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  expectSays(refused("1,2\n"), {"blood.csv:2: perfusion: 2", "must be from 0 to 1"});
+  expectSays(refused("1,0\n1,0\n"), {"blood.csv:3: node: 1: must be there once"});
+  expectSays(refused("3,0\n"), {"blood.csv:2: node: 3"});
+}
+
 TEST(Loader, DanglingLinksAreRefused) {
   Attempt attempt;
   Attempt::replace(attempt.links, "1,2", "1,7");

@@ -45,7 +45,8 @@ struct ElementEdge {
 /// What of an object's heat never changes.
 struct HeatModel {
   ThermalMaterial material;
-  double density = 1000.0;                                ///< kg/m³
+  std::vector<double> perfusion;  ///< 1/s per knot of the scene; empty: the material's
+  double density = 1000.0;        ///< kg/m³
   double grasp_damage_threshold = kGraspDamageThreshold;  ///< Pa; 0: never
   std::vector<ColumnShape> shapes;                        ///< per knot of the scene
   std::vector<HeatEdge> surface_edges;                    ///< condensed finite elements

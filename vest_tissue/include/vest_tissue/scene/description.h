@@ -114,7 +114,8 @@ struct Object {
   bool full_contact = false;
   double tear_strain = 0.0;  ///< no unit: an elastic link tears above this strain; 0: never
   interaction::ThermalMaterial thermal;
-  motility::Motility motility;  ///< nets with a tube map only
+  std::vector<double> knot_perfusion;  ///< 1/s per knot, 0 … 1; empty: thermal.perfusion everywhere
+  motility::Motility motility;         ///< nets with a tube map only
   double grasp_damage_threshold =
       136e3;  ///< Pa: pinch over the jaw's area that begins to destroy (interaction/heat.h); 0: never
   double cut_toughness = 164.0;  ///< J/m²: work per newly cut area; of liver, 164 ± 6 (Gokgol 2012)

@@ -126,11 +126,6 @@ struct NearBall {
   std::uint32_t triangle = 0;
 };
 
-/// What takes heat up at a knot, per layer: share of its mass, J/K, K/J.
-struct HeatShare {
-  std::array<double, interaction::kThermalLayers> share{}, capacity{}, inverse{};
-};
-
 inline constexpr std::size_t kNotKept = ~std::size_t{0};
 
 /// Per object, no meaning between steps. Threads work on neighbours at once: none shares a line of the cache.
@@ -156,7 +151,6 @@ struct alignas(64) ObjectScratch {
   float volume_share = 1.0f;  ///< of the pressure that an exchange bears, 0 … 1
   double volume = 0.0;        ///< m³ there
   std::vector<net::PackedKnot> packed;
-  std::vector<HeatShare> heat_shares;     ///< per knot; of this step where `near` says so
   fem::TissueScratch tissue;              ///< finite elements
   std::vector<Eigen::Vector3d> backup_x;  ///< m: of finite elements, at the start of the step
   std::size_t shape_kept = kNotKept, rings_kept = kNotKept;  ///< where, in WorldScratch::kept_shapes
