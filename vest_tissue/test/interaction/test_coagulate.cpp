@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "theatre.h"
@@ -73,10 +74,11 @@ TEST(Coagulation, WhatTheGeneratorGivesIsAccountedForAndOnlyTouchedTissueGetsIt)
   EXPECT_NEAR(told, later.delivered, 1e-9 * told) << "events carry all of the energy";
 }
 
-TEST(Coagulation, KnotsToWhichTheSceneGivesNoBloodAreNotCooledByIt) {
-  const auto carried = [](double perfusion) {
+TEST(Coagulation, BloodCoolsAKnotAsTheSceneSaysOfItAndNotAsItsObjectSays) {
+  const auto carried = [](double object, std::optional<double> knots) {
     scene::Description d = specimen::tubeScene();
-    d.objects[0].knot_perfusion.assign(d.objects[0].rest_position.size(), perfusion);
+    d.objects[0].thermal.perfusion = object;
+    if (knots) d.objects[0].knot_perfusion.assign(d.objects[0].rest_position.size(), *knots);
     Theatre t(d);
     t.input.tools[1] = hook(0.0, t.top(), true);
     t.run(1000);
@@ -86,8 +88,10 @@ TEST(Coagulation, KnotsToWhichTheSceneGivesNoBloodAreNotCooledByIt) {
     EXPECT_GT(heat.delivered, 5.0);
     return heat.perfused / heat.delivered;
   };
-  EXPECT_LT(carried(0), 1e-3);
-  EXPECT_GT(carried(0.02), 0.02);
+  EXPECT_LT(carried(0.02, 0.0), 1e-6) << "the last nanokelvins are booked as taken by blood";
+  const double much = carried(0.02, std::nullopt);
+  EXPECT_GT(much, 0.005);
+  EXPECT_EQ(carried(0.005, 0.02), much);
 }
 
 TEST(Coagulation, TissueShrinksAndStiffensWhereItIsDenatured) {
