@@ -7,8 +7,8 @@
 
 namespace vest::ros_shell {
 
-/// Keeps a client that repeats itself from filling log and topics: a sentence is told again after two
-/// seconds, and of ever other ones so many in that time. One thread.
+/// Keeps a client's nonsense from filling log and topics: the same sentence comes again after two seconds,
+/// and at most 64 different ones come in that time. For one thread.
 class ToldLately {
  public:
   /// Whether to be silent. @param sentence its numbers and what follows them do not count @param now s,
