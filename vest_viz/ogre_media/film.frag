@@ -9,6 +9,7 @@ varying vec3 film;
 float filmOver(float film, vec2 place, vec3 rough, vec3 small);  // shore.frag
 
 void main() {
+  if (film.z <= 0.40) discard;  // see below
   vec3 rough = texture2D(micro_map, place * 17.0).xyz;
   vec3 small = texture2D(micro_map, place.yx * 83.0).xyz;
   float um = filmOver(film.x, place, rough, small);

@@ -13,7 +13,7 @@ vec2 waves(vec2 p, vec2 way, float share);  // waves.frag
 float filmOver(float film, vec2 place, vec3 rough, vec3 small);  // shore.frag
 
 void main() {
-  if (film.x > 200.0) discard;  // a pool stands on it, and shines instead
+  if (film.x > 200.0 || film.z <= 0.40) discard;  // a pool stands on it, and shines instead; see film.frag
   // Where there is blood, as in film.frag.
   vec3 rough = texture2D(micro_map, place * 17.0).xyz;
   vec3 small = texture2D(micro_map, place.yx * 83.0).xyz;

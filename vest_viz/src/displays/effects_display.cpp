@@ -105,7 +105,7 @@ void EffectsDisplay::update(float, float) {
   }
   if (attachments_) visual_->setAttachments(*attachments_);
   if (sutures_) visual_->setSutures(*sutures_);
-  if (fluid_) visual_->setFluid(*fluid_, eye);
+  if (fluid_) visual_->setFluid(fluid_, eye);
   if (smoke_) visual_->setSmoke(*smoke_, eye, true);
   setStatus(rviz::StatusProperty::Ok, "Effects",
             QString("%1 drops, %2 pools, %3 puffs, %4 attachments")

@@ -159,7 +159,9 @@ void EffectsVisual::setTargets(const instrument::TriangleMesh& lines) {
   show(&target_, lines);
 }
 
-void EffectsVisual::setFluid(const vest_msgs::FluidState& fluid, const Eigen::Vector3d& eye) {
+void EffectsVisual::setFluid(const vest_msgs::FluidState::ConstPtr& message, const Eigen::Vector3d& eye) {
+  static const vest_msgs::FluidState kNone;
+  const vest_msgs::FluidState& fluid = message ? *message : kNone;
   drops_.clear();
   effects::FluidParticles particles;
   const std::size_t n = particles.count = std::min(fluid.positions.size() / 3, kMostDrops);
@@ -169,6 +171,16 @@ void EffectsVisual::setFluid(const vest_msgs::FluidState& fluid, const Eigen::Ve
   if (fluid.volume.size() >= n) particles.volume = fluid.volume.data();
   particles.radius = fluid.particle_radius;
   effects::addDrops(particles, eye, kShutter, &drops_);
+  for (const vest_msgs::FluidPool& pool : fluid.pools)
+    effects::addBubbles(pool.bubbles.data(), pool.bubbles.size() / 4, eye, &drops_);
+  if (drops_.count() > 0) make(&drop_, "vest_viz/Drops", Ogre::RENDER_QUEUE_MAIN + 20);
+  if (drop_.mesh) show(&drop_, &drops_);
+  if (message && message == fluid_) return;
+  fluid_ = message;
+  showPools(fluid);
+}
+
+void EffectsVisual::showPools(const vest_msgs::FluidState& fluid) {
   pools_.clear();
   for (const vest_msgs::FluidPool& pool : fluid.pools) {
     Eigen::Isometry3d X;
@@ -182,13 +194,10 @@ void EffectsVisual::setFluid(const vest_msgs::FluidState& fluid, const Eigen::Ve
     of.blood_fraction =
         std::isfinite(pool.blood_fraction) ? std::clamp(pool.blood_fraction, 0.0f, 1.0f) : 1.0;
     pools_.push_back(effects::poolSurface(X, pool.cell, pool.columns, pool.rows, of));
-    effects::addBubbles(pool.bubbles.data(), pool.bubbles.size() / 4, eye, &drops_);
   }
   // Waves go on with the session's time, which repeats after a while: a shader's numbers are short.
   const Ogre::Vector4 moment(static_cast<float>(std::fmod(fluid.header.stamp.toSec(), 512.0)), 0, 0, 0);
   showFilm(fluid.film, moment);
-  if (drops_.count() > 0) make(&drop_, "vest_viz/Drops", Ogre::RENDER_QUEUE_MAIN + 20);
-  if (drop_.mesh) show(&drop_, &drops_);
   while (pool_.size() < pools_.size()) {
     pool_.emplace_back();
     make(&pool_.back(), "vest_viz/Pool", Ogre::RENDER_QUEUE_MAIN + 15);
@@ -271,6 +280,7 @@ void EffectsVisual::setLight(const Ogre::Vector4& light) {
 
 void EffectsVisual::setVisible(bool visible) {
   visible_ = visible;
+  fluid_.reset();  // what is hidden of its pools was shown by this
   node_->setVisible(visible, true);
 }
 
@@ -278,7 +288,7 @@ void EffectsVisual::clear() {
   setAttachments({});
   setSutures({});
   setTargets({});
-  setFluid({}, Eigen::Vector3d::Zero());
+  setFluid(nullptr, Eigen::Vector3d::Zero());
   setSmoke({}, Eigen::Vector3d::Zero(), false);
 }
 

@@ -30,8 +30,9 @@ class EffectsVisual {
   void setSutures(const vest_msgs::SutureStates& sutures);
   /// Lines of an exercise on tissue.
   void setTargets(const instrument::TriangleMesh& lines);
+  /// @param fluid null: none. Pools and films are built where it is another than before
   /// @param eye m, camera in world: drops and puffs face it
-  void setFluid(const vest_msgs::FluidState& fluid, const Eigen::Vector3d& eye);
+  void setFluid(const vest_msgs::FluidState::ConstPtr& fluid, const Eigen::Vector3d& eye);
   void setSmoke(const vest_msgs::SmokeState& smoke, const Eigen::Vector3d& eye, bool billboards);
   void setLight(const Ogre::Vector4& light);
   void setVisible(bool visible);
@@ -56,6 +57,7 @@ class EffectsVisual {
   void show(Surface* surface, const instrument::TriangleMesh& mesh);
   void show(Surface* surface, effects::Quads* quads);
   void rebuildMetal();
+  void showPools(const vest_msgs::FluidState& fluid);
   void showFilm(const vest_msgs::FluidFilm& film, const Ogre::Vector4& moment);
 
   Ogre::SceneManager* manager_;
@@ -65,6 +67,7 @@ class EffectsVisual {
   std::vector<Surface> pool_;
   instrument::TriangleMesh clips_mesh_, needles_mesh_, metal_mesh_, thread_mesh_;
   std::vector<effects::Pool> pools_;
+  vest_msgs::FluidState::ConstPtr fluid_;  ///< whose pools and films are shown
   effects::Quads drops_, puffs_;
   std::string warning_;
 };

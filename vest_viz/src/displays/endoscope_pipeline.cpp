@@ -80,7 +80,7 @@ EndoscopePipeline::Timing EndoscopePipeline::render(const Eigen::Isometry3d& X_W
   rendered_.gain = gain_;
   scene_.setGain(fixed_gain_ > 0 ? fixed_gain_ : gain_);
   if (fluid_) {
-    scene_.effects().setFluid(*fluid_, X_WO.translation());
+    scene_.effects().setFluid(fluid_, X_WO.translation());
     scene_.setSwabs(*fluid_);
     scene_.setMoment(fluid_->header.stamp.toSec());
   }

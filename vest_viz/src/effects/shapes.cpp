@@ -305,16 +305,47 @@ Pool meshOf(const Eigen::Isometry3d& origin, double cell, int C, int R, const st
   return pool;
 }
 
+/// Two values of smooth noise, -1 … 1, in a table that repeats: reckoned at each place anew it cost as much
+/// as the rest of a film.
+class Lobes {
+ public:
+  Lobes() {
+    std::size_t i = 0;
+    for (int y = 0; y < kSide; ++y)
+      for (int x = 0; x < kSide; ++x, ++i) {
+        const glm::vec2 q = glm::vec2(x, y) / static_cast<float>(kPerLobe);
+        for (int k = 0; k < 2; ++k) {
+          const float from = k == 0 ? 17.3f : 41.9f;
+          const float n = glm::perlin(q + from, glm::vec2(kLobes)) +
+                          0.5f * glm::perlin(2.0f * q - from, glm::vec2(2 * kLobes));
+          table_[i][k] = std::clamp(n, -1.0f, 1.0f);
+        }
+      }
+  }
+  /// @param q lobes
+  glm::vec2 at(glm::vec2 q) const {
+    const glm::vec2 p = q * static_cast<float>(kPerLobe), low = glm::floor(p), part = p - low;
+    const auto value = [&](int i, int j) {
+      const int x = (static_cast<int>(low.x) + i) & (kSide - 1),
+                y = (static_cast<int>(low.y) + j) & (kSide - 1);
+      return table_[static_cast<std::size_t>(y * kSide + x)];
+    };
+    return glm::mix(glm::mix(value(0, 0), value(1, 0), part.x), glm::mix(value(0, 1), value(1, 1), part.x),
+                    part.y);
+  }
+
+ private:
+  static constexpr int kLobes = 16, kPerLobe = 8, kSide = kLobes * kPerLobe;
+  std::array<glm::vec2, kSide * kSide> table_;
+};
+
 /// How far beside a refined place one looks, in places: noise that stands still in the world.
 glm::vec2 lobe(const Eigen::Isometry3d& origin, double cell, int x, int y) {
   constexpr double kFrayed = 0.0030, kAcross = 0.0085;  // m: at most so far; from lobe to lobe (by eye)
+  static const Lobes kNoise;
   const Vector3d p = origin * Vector3d(0.5 * cell * x, 0.5 * cell * y, 0) / kAcross;
-  const glm::vec2 q(static_cast<float>(p.x()), static_cast<float>(p.y()));
-  const auto shift = [&](float from) {
-    const float n = glm::perlin(q + from) + 0.5f * glm::perlin(2.3f * q - from);
-    return std::clamp(n, -1.0f, 1.0f) * static_cast<float>(kFrayed / (0.5 * cell));
-  };
-  return {shift(17.3f), shift(41.9f)};
+  return kNoise.at({static_cast<float>(p.x()), static_cast<float>(p.y())}) *
+         static_cast<float>(kFrayed / (0.5 * cell));
 }
 
 /// Where a pool ends at a steep wall its cells do not tell where within them: there its shore is frayed, too,
