@@ -18,9 +18,7 @@ using net::Block;
 
 constexpr std::uint64_t kLinkEvery = 16;  ///< steps between two renewals of what denaturation does to links
 constexpr double kCold = 1e-3;            ///< K: an object nowhere warmer is at body temperature again
-/// s: steps of what heat does. The thinnest layer follows the next one in 0.4² mm² / 0.14 mm²/s = 1 s.
-constexpr double kHeatStep = 0.008;
-constexpr double kTellEvery = 1.0;  ///< s between two events of one activation
+constexpr double kTellEvery = 1.0;        ///< s between two events of one activation
 
 const interaction::ColumnShape& shapeOf(const Context& c, std::size_t object, std::uint32_t knot) {
   const auto& shapes = c.model.objects[object].heat.shapes;
@@ -232,7 +230,7 @@ void stepHeat(Context& c) {
   electrodes(c);
   crush(c);
   // Electrodes give it each step; it spreads slowly, and stays for minutes.
-  const auto every = static_cast<std::uint64_t>(std::max(1.0, kHeatStep / c.dt));
+  const auto every = static_cast<std::uint64_t>(std::max(1.0, interaction::kHeatStep / c.dt));
   const double dt = c.state.step % every == 0 ? static_cast<double>(every) * c.dt : 0.0;
   eachBody(c, [&c, dt](std::size_t object) {
     if (dt > 0.0) conduct(c, object, dt);
