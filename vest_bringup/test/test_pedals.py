@@ -27,9 +27,12 @@ PRESETS = {
     "trainer": [(COAG, COAG, 0, 0), (0, CUT, 0, 0), (0, 0, WASH, WASH), (0, 0, SUCK, 0), (0, 0, 0, 0), (CLUTCH, CLUTCH, CLUTCH, 0)],
     "dvrk": [(CLUTCH, CLUTCH, CLUTCH, 0), (0, 0, 0, InstrumentState.FUNCTION_CAMERA_FOLLOW), (0, 0, 0, InstrumentState.FUNCTION_CAMERA_OUT),
              (0, 0, 0, InstrumentState.FUNCTION_CAMERA_IN), (COAG, 0, 0, 0), (0, COAG, 0, 0)],
+    "custom": [(0, 0, SUCK, 0), (0, CUT, 0, 0), (0, 0, 0, InstrumentState.FUNCTION_CAMERA_IN), (COAG, COAG, 0, 0), (CLUTCH, CLUTCH, CLUTCH, 0),
+               (0, 0, WASH, WASH)],
 }
+CUSTOM = "footswitch_functions:=[suction, cut, camera_in, coag, clutch, irrigation]"  # no preset has this order
 PEDALS = {"trainer": ["coag", "cut", "irrigation", "suction", "tool", "clutch"],
-          "dvrk": ["clutch", "camera", "cam_minus", "cam_plus", "bicoag", "coag"]}
+          "dvrk": ["clutch", "camera", "cam_minus", "cam_plus", "bicoag", "coag"], "custom": [f"pedal_{bit}" for bit in range(6)]}
 TOOL = 4  # bit of the pedal that hands over tools, in the preset trainer: not pressed, for the hook stays in the hand
 BURNT = (0.0092, 0.0444, 0.0752)  # m: where the hook lies on the slab of the scene coagulate_slab
 PRESS, PAUSE = 2.0, 1.2  # s
@@ -74,7 +77,8 @@ class Session:
         self.process = subprocess.Popen(
             ["roslaunch", "vest_bringup", "trainer.launch", "rviz:=false", "record:=false", "scene:=coagulate_slab", "loop:=true",
              "footswitch_preset:=" + preset, "trajectory:=" + box, "port:=" + os.path.join(folder, "box_" + preset),
-             "left_tool:=bipolar_forceps", "right_tool:=coagulation_hook", "third_tool:=suction_irrigator"])
+             "left_tool:=bipolar_forceps", "right_tool:=coagulation_hook", "third_tool:=suction_irrigator",
+             *([CUSTOM] if preset == "custom" else [])])
 
     def close(self):
         for subscriber in self.subscribers:
@@ -214,6 +218,9 @@ class Pedals(unittest.TestCase):
 
     def test_2_of_the_dvrk(self):
         self.play("dvrk")
+
+    def test_3_of_a_lab_that_says_what_each_means(self):
+        self.play("custom")
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint16_t kFirstSlot = 64;  // of the fluid sources; vessels' openings have lower ones
 static_assert(kFirstSlot + bleeding::kMostDrips <= bleeding::kMostSources &&
               kFirstSlot >= bleeding::kMostOpenings);
-constexpr std::uint64_t kEvery = 4;          // steps of the tissue
+constexpr std::uint64_t kEvery = 8;          // steps of the tissue
 constexpr std::uint64_t kPerfuseEvery = 40;  // of the same: blanching takes seconds
 constexpr std::uint32_t kUnseen = ~0u;       // revision of a topology that was not looked at
 constexpr double kRunoffArea = 1e-5;         // m²: blood creeps off over some square millimetres (assumed)

@@ -82,6 +82,7 @@ Matrix3d nearestRotation(const Matrix3d& moment, const Matrix3d& guess) {
     if (!turn.allFinite()) break;
     q = Eigen::Quaterniond(1.0, 0.5 * turn.x(), 0.5 * turn.y(), 0.5 * turn.z()) * q;
     q.coeffs() /= std::sqrt(q.squaredNorm());
+    if (angle < 1e-10) break;  // rounding
   }
   return q.toRotationMatrix();
 }

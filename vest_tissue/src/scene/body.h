@@ -44,8 +44,8 @@ class Body {
   virtual bool tethered() const { return true; }
   /// Divides what this step's sweeps (CutScratch) crossed; renews what holds on to it, and tells it.
   virtual void divide(Context&, std::size_t object) const = 0;
-  /// Heat between its knots.
-  virtual void conduct(Context&, std::size_t object) const = 0;
+  /// Heat between its knots over `dt`, s.
+  virtual void conduct(Context&, std::size_t object, double dt) const = 0;
   /// Denatured tissue is shorter and stiffer.
   virtual void denature(ObjectState&) const = 0;
   /// Of its volume at rest: what is left where it is pressed most, near marked knots.
@@ -69,7 +69,7 @@ class RigidBody : public Body {
   bool tethered() const override { return false; }
   void advance(Context&, std::size_t, int) const override {}
   void divide(Context&, std::size_t) const override {}
-  void conduct(Context&, std::size_t) const override {}
+  void conduct(Context&, std::size_t, double) const override {}
   void denature(ObjectState&) const override {}
   double elasticEnergy(const ObjectConstants&, const ObjectState&) const override { return 0.0; }
   void strain(const ObjectConstants&, const ObjectState&, float*) const override {}
@@ -84,7 +84,7 @@ class NetBody : public Body {
   void begin(Context&, std::size_t object, double h, int batch) const override;
   void advance(Context&, std::size_t object, int batch) const override;
   void divide(Context&, std::size_t object) const override;  ///< verbs/cut.cpp
-  void conduct(Context&, std::size_t object) const override;
+  void conduct(Context&, std::size_t object, double dt) const override;
   void denature(ObjectState&) const override;
   double elasticEnergy(const ObjectConstants&, const ObjectState&) const override;
   void strain(const ObjectConstants&, const ObjectState&, float* per_knot) const override;
@@ -120,7 +120,7 @@ class ElementsBody : public Body {
   bool filled() const override { return true; }
   bool tethered() const override { return false; }
   void divide(Context&, std::size_t object) const override;  ///< fem_cut.cpp
-  void conduct(Context&, std::size_t object) const override;
+  void conduct(Context&, std::size_t object, double dt) const override;
   void denature(ObjectState&) const override;
   double leastVolume(const ObjectConstants& k, const ObjectState& s,
                      const std::vector<std::uint16_t>& marked) const override {
@@ -147,7 +147,7 @@ class CondensedBody : public ElementsBody {
   bool fastens() const override { return false; }
   void giveInertia(ObjectState&) const override {}
   void divide(Context&, std::size_t) const override {}
-  void conduct(Context&, std::size_t object) const override;
+  void conduct(Context&, std::size_t object, double dt) const override;
   void denature(ObjectState&) const override {}
 };
 

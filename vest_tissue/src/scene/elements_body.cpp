@@ -377,7 +377,7 @@ void ElementsBody::advance(Context& c, std::size_t object, int batch) const {
   tellThreads(c, object, h);
 }
 
-void ElementsBody::conduct(Context& c, std::size_t object) const {
+void ElementsBody::conduct(Context& c, std::size_t object, double dt) const {
   const fem::TissueState& t = c.state.objects[object].tissue;
   const auto& columns = c.state.objects[object].heat.columns;
   const auto warm = [&](fem::Index k) {
@@ -388,14 +388,14 @@ void ElementsBody::conduct(Context& c, std::size_t object) const {
     if (std::none_of(knots.begin(), knots.end(), warm)) continue;
     for (std::size_t i = 6 * e; i < 6 * e + 6; ++i) {
       const interaction::ElementEdge& edge = c.model.objects[object].heat.element_edges[i];
-      exchangeHeat(c, object, knots[edge.corner0], knots[edge.corner1], edge.conductance);
+      exchangeHeat(c, object, knots[edge.corner0], knots[edge.corner1], edge.conductance, dt);
     }
   }
 }
 
-void CondensedBody::conduct(Context& c, std::size_t object) const {
+void CondensedBody::conduct(Context& c, std::size_t object, double dt) const {
   for (const interaction::HeatEdge& e : c.model.objects[object].heat.surface_edges)
-    exchangeHeat(c, object, e.knot0, e.knot1, e.conductance);
+    exchangeHeat(c, object, e.knot0, e.knot1, e.conductance, dt);
 }
 
 /// Elements follow the mean of their corners. An elastostatic object goes on by backward Euler: its inverse

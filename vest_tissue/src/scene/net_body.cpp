@@ -317,7 +317,7 @@ void NetBody::advance(Context& c, std::size_t object, int batch) const {
   }
 }
 
-void NetBody::conduct(Context& c, std::size_t object) const {
+void NetBody::conduct(Context& c, std::size_t object, double dt) const {
   // Nearly all knots are at body temperature, and nothing passes between two of these.
   const ObjectState& s = c.state.objects[object];
   std::vector<std::uint8_t>& warm = c.scratch.objects[object].near;
@@ -328,7 +328,7 @@ void NetBody::conduct(Context& c, std::size_t object) const {
     if ((warm[p] | warm[q]) == 0 || l.conductance == 0.0f ||
         (l.values.axial == 0.0f && l.values.damping == 0.0f))
       continue;
-    exchangeHeat(c, object, p, q, l.conductance);
+    exchangeHeat(c, object, p, q, l.conductance, dt);
     warm[p] = warm[q] = 1;
   }
 }

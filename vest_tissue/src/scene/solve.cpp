@@ -17,21 +17,17 @@ using net::Block;
 void addLoad(ObjectState& s, double h, bool drags) {
   Block& b = s.block;
   const float* const mass = b.row(Block::kMass);
-  const float most = static_cast<float>(0.5 / h);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float* const v = b.row(static_cast<Block::KnotRow>(Block::VX + axis));
-    float* const f = b.row(static_cast<Block::KnotRow>(Block::HX + axis));
-    for (std::size_t i = 0; i < b.knots(); ++i) f[i] += s.load.now[i][axis];
-    for (std::size_t i = 0; drags && i < b.knots(); ++i)
-      f[i] -= std::min(s.load.now[i][3], most * mass[i]) * v[i];
-  }
+  const float most = static_cast<float>(0.5 / h), hardest = static_cast<float>(0.25 / (h * h));
+  const float* const v[] = {b.row(Block::VX), b.row(Block::VY), b.row(Block::VZ)};
+  float* const f[] = {b.row(Block::HX), b.row(Block::HY), b.row(Block::HZ)};
   const float* const z = b.row(Block::PZ);
-  float* const f = b.row(Block::HZ);
-  const float hardest = static_cast<float>(0.25 / (h * h));
   for (std::size_t i = 0; i < b.knots(); ++i) {
     const HeldLoad::Of& l = s.load.now[i];
+    if (l == HeldLoad::Of{}) continue;  // most knots
+    const float drag = drags ? std::min(l[HeldLoad::kDamping], most * mass[i]) : 0.0f;
+    for (std::size_t axis = 0; axis < 3; ++axis) f[axis][i] += l[axis] - drag * v[axis][i];
     const float stiffness = std::min(std::fabs(l[HeldLoad::kStiffness]), hardest * mass[i]);
-    f[i] += std::copysign(stiffness, l[HeldLoad::kStiffness]) * std::max(0.0f, l[HeldLoad::kLevel] - z[i]);
+    f[2][i] += std::copysign(stiffness, l[HeldLoad::kStiffness]) * std::max(0.0f, l[HeldLoad::kLevel] - z[i]);
   }
 }
 

@@ -118,8 +118,9 @@ void tellCut(Context& c, std::size_t object, double area, std::uint32_t triangle
 /// Parts that came off by it: an event each.
 void tellSeparated(Context& c, std::size_t object, std::uint32_t count, std::uint32_t triangle,
                    std::uint8_t instrument);
-/// Heat between two knots, W/K.
-void exchangeHeat(Context& c, std::size_t object, std::uint32_t p, std::uint32_t q, float conductance);
+/// Heat between two knots. @param conductance W/K  @param dt s
+void exchangeHeat(Context& c, std::size_t object, std::uint32_t p, std::uint32_t q, float conductance,
+                  double dt);
 
 bool removeClip(Context& c, std::uint64_t id);
 /// No unit, 0 … 1: how much of what they can close clips and slings have closed now.

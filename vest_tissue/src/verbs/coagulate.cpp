@@ -146,20 +146,20 @@ void crush(Context& c) {
 }
 
 /// Heat flow of one object: between its knots, then each column.
-void conduct(Context& c, std::size_t object) {
+void conduct(Context& c, std::size_t object, double dt) {
   ObjectState& s = c.state.objects[object];
   HeatState& heat = s.heat;
   if (!heat.warm) return;
   const HeatModel& model = c.model.objects[object].heat;
   const float* const mass = row(s, Block::kMass);
-  c.body(object).conduct(c, object);
+  c.body(object).conduct(c, object, dt);
   double warmest = 0.0;
   for (std::uint32_t k = 0; k < s.block.knots(); ++k) {
     HeatColumn& column = heat.columns[k];
     if (column.excess == decltype(column.excess){}) continue;
     const double before = column.denatured;
     interaction::stepColumn(column, shapeOf(c, object, k), materialOf(c, object, k), mass[k], model.density,
-                            c.dt, heat.ledger);
+                            dt, heat.ledger);
     heat.denaturing = heat.denaturing || column.denatured != before;
     for (const double e : column.excess) warmest = std::max(warmest, std::fabs(e));
   }
@@ -207,7 +207,8 @@ void seal(Context& c, std::size_t object) {
 }  // namespace
 
 /// Layer by layer.
-void exchangeHeat(Context& c, std::size_t object, std::uint32_t p, std::uint32_t q, float conductance) {
+void exchangeHeat(Context& c, std::size_t object, std::uint32_t p, std::uint32_t q, float conductance,
+                  double dt) {
   HeatState& heat = c.state.objects[object].heat;
   HeatColumn &a = heat.columns[p], &b = heat.columns[q];
   if (a.excess == b.excess) return;  // nearly all pairs: both at body temperature
@@ -219,7 +220,7 @@ void exchangeHeat(Context& c, std::size_t object, std::uint32_t p, std::uint32_t
     if (!(share > 0.0)) continue;
     const double ca = specific * mass[p] * sa.share[layer], cb = specific * mass[q] * sb.share[layer];
     const double flow =
-        interaction::exchange(conductance * share, a.excess[layer], b.excess[layer], ca, cb, c.dt);
+        interaction::exchange(conductance * share, a.excess[layer], b.excess[layer], ca, cb, dt);
     a.excess[layer] += flow / ca;
     b.excess[layer] -= flow / cb;
   }
@@ -228,8 +229,11 @@ void exchangeHeat(Context& c, std::size_t object, std::uint32_t p, std::uint32_t
 void stepHeat(Context& c) {
   electrodes(c);
   crush(c);
-  eachBody(c, [&c](std::size_t object) {
-    conduct(c, object);
+  // Electrodes give it each step; it spreads slowly, and stays for minutes.
+  const auto every = static_cast<std::uint64_t>(std::max(1.0, interaction::kHeatStep / c.dt));
+  const double dt = c.state.step % every == 0 ? static_cast<double>(every) * c.dt : 0.0;
+  eachBody(c, [&c, dt](std::size_t object) {
+    if (dt > 0.0) conduct(c, object, dt);
     if (c.state.step % kLinkEvery == 0 && c.state.objects[object].heat.denaturing)
       c.body(object).denature(c.state.objects[object]);
   });

@@ -147,6 +147,34 @@ TEST(Column, DepthConductsAsAWallOfItsThickness) {
               storedHeat(c, shape, m, mass) + ledger.perfused + ledger.surface + ledger.latent, 1e-6 * 40.0);
 }
 
+// The hook's power comes in each step of the tissue, and what heat does is stepped more seldom: nobody sees
+// it.
+TEST(Denaturation, IsTheSameInStepsOfHeatAsInThoseOfTheTissue) {
+  ThermalMaterial m;
+  m.perfusion = 0.005;
+  const double area = 2e-5, thickness = 0.004, mass = area * thickness * 1000.0;
+  const ColumnShape shape = columnShape(area * thickness, area);
+  const auto burn = [&](int every) {
+    HeatColumn c;
+    HeatLedger ledger;
+    for (int i = 1; i <= 4000; ++i) {  // 6 W for a second, three seconds of rest
+      if (i <= 1000) deliver(c, shape, m, mass, 6.0 * 0.001, false, ledger);
+      if (i % every == 0) stepColumn(c, shape, m, mass, 1000.0, every * 0.001, ledger);
+    }
+    EXPECT_NEAR(ledger.delivered - ledger.perfused - ledger.surface - ledger.latent,
+                storedHeat(c, shape, m, mass), 1e-9);
+    return c;
+  };
+  const int every = static_cast<int>(std::lround(kHeatStep / 0.001));
+  const HeatColumn fine = burn(1), coarse = burn(every), far_too_coarse = burn(500);
+  ASSERT_GT(fine.surface, 0.9) << "it whitens";
+  ASSERT_LT(fine.denatured, 0.9) << "but not through and through";
+  EXPECT_NEAR(coarse.denatured, fine.denatured, 0.01);
+  EXPECT_NEAR(coarse.dried[0], fine.dried[0], 0.01);
+  for (std::size_t l = 0; l < kThermalLayers; ++l) EXPECT_NEAR(coarse.excess[l], fine.excess[l], 0.2) << l;
+  EXPECT_GT(std::fabs(far_too_coarse.denatured - fine.denatured), 0.01) << "steps do count";
+}
+
 TEST(Denaturation, FollowsArrheniusAtConstantTemperature) {
   ThermalMaterial m;
   m.perfusion = 0.0;

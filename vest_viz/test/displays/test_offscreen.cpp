@@ -54,6 +54,27 @@ class Chessboard : public Offscreen {
     return X_WO;
   }
 
+  /// What vest_calibrate_camera writes of these pictures, and one without a board, and the view reads.
+  static camera::Intrinsics byProgram(std::vector<cv::Mat> pictures) {
+    namespace fs = std::filesystem;
+    const fs::path folder = fs::path(testing::TempDir()) / ("vest_calibration_" + std::to_string(::getpid()));
+    fs::create_directories(folder);
+    pictures.push_back(cv::Mat(pictures[0].size(), CV_8UC3, cv::Scalar::all(90)));
+    std::string files;
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      files += " shot_" + std::to_string(i) + ".png";
+      cv::imwrite((folder / ("shot_" + std::to_string(i) + ".png")).string(), pictures[i]);
+    }
+    const std::string program = fs::read_symlink("/proc/self/exe").parent_path() / "vest_calibrate_camera";
+    EXPECT_EQ(std::system(("cd '" + folder.string() + "' && '" + program + "'" + files +
+                           " --columns 10 --rows 8 --square 5.5 --output endoscope.yaml")
+                              .c_str()),
+              0);
+    const camera::Intrinsics is = camera::readCalibration((folder / "endoscope.yaml").string());
+    fs::remove_all(folder);
+    return is;
+  }
+
   /// Draws `views` pictures with `resolution` pixels per pixel, and lets OpenCV find the camera in them.
   void calibrate(int views, double resolution) {
     load(tools::chessboard(kColumns, kRows, kSquare));
@@ -78,11 +99,7 @@ class Chessboard : public Offscreen {
       shift += Eigen::Vector2d(found.x, found.y) - wanted;
     }
     shift /= static_cast<double>(seen);
-    // What is written is what the view reads.
-    const std::string file = testing::TempDir() + "/vest_calibration.yaml";
-    std::ofstream(file) << camera::toYaml(board.camera, "endoscope");
-    const camera::Intrinsics is = camera::readCalibration(file);
-    std::remove(file.c_str());
+    const camera::Intrinsics is = byProgram(pictures);
     std::printf(
         "fx %.2f fy %.2f cx %.2f cy %.2f k1 %.4f k2 %.4f, %.3f px, middle off by %.3f %.3f px in %zu views\n",
         is.fx, is.fy, is.cx, is.cy, is.distortion[0], is.distortion[1], board.error, shift.x(), shift.y(),

@@ -34,7 +34,7 @@ struct SurfaceFrame {
 /// supply goes: by the vessels of its object, and not at all where it was cut or tied off. Films come from
 /// there and from
 /// Feedback::films, which also washes them; swabs that touch wipe them up. What drips is a fluid source.
-/// Every fourth step. Parameter edit (object empty): surface_bleeding (the scale).
+/// Every eighth step. Parameter edit (object empty): surface_bleeding (the scale).
 class SurfaceEffect : public Effect {
  public:
   /// @param blood the circulation that gives the pressure and loses the blood; may be null; outlives this
