@@ -523,6 +523,7 @@ TEST(Report, TellsHowEachHandMoved) {
   };
   using Kind = Moment::Kind;
   EXPECT_NEAR(economy({{Kind::PhaseEnded, 3000, 0}, {Kind::PhaseEnded, 6000, 1}}).value(), 1.0, 2e-3);
+  EXPECT_NEAR(economy({{Kind::PhaseEnded, 1000, 0}, {Kind::PhaseEnded, 2000, 1}}).value(), 1.0 / 3.0, 2e-3);
   EXPECT_NEAR(economy({{Kind::PhaseEnded, 6000, 0}}).value(), std::sqrt(0.5), 2e-3);
   EXPECT_FALSE(economy({{Kind::Hint, 6000, 0}}).has_value()) << "no goal, no economy";
   const auto f = trace.motion({});
