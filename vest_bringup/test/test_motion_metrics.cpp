@@ -216,6 +216,21 @@ TEST(MotionMetrics, UseOfBothHandsIsTheTimeInWhichBothMove) {
   EXPECT_FALSE(figuresOf(tableOf(1, 100, reach)).bimanual.has_value()) << "one tool alone";
 }
 
+TEST(MotionMetrics, BeginAndEndOfAMotionAreFoundBetweenTheSamples) {
+  const double root = 5.0 * (0.5 - std::sqrt(0.25 - std::sqrt(0.005 / 1.2)));  // s at rest, at either end
+  for (const double rate : {30.0, 100.0, 1000.0}) {
+    // The left hand reaches in the first 5 s, the right one from 3 s on.
+    MotionTable table = tableOf(8.0, rate, [](double t) { return reach(std::min(t, 5.0)); });
+    table.tools.push_back({"left", {}, {}, {}});
+    for (const double t : table.time) table.tools[1].position.push_back(reach(std::max(0.0, t - 3.0)));
+    const Figures f = figuresOf(table);
+    const double idle = (2.0 * root + 3.0) / 8.0, both = 2.0 - 2.0 * root;
+    EXPECT_NEAR(f.tools[0].idle_fraction, idle, 2e-3 * idle) << rate;
+    EXPECT_NEAR(f.tools[0].filtered_idle_fraction.value(), idle, 1e-2 * idle) << rate;
+    EXPECT_NEAR(f.bimanual.value(), both / (8.0 - 2.0 * root), 5e-3) << rate;
+  }
+}
+
 TEST(MotionMetrics, MotionIndexPrefersTheQuickAndSmoothWithinAGroup) {
   std::vector<Figures> group(3);
   const double seconds[3] = {30, 60, 90}, metres[3] = {1, 2, 3}, smooth[3] = {-8, -10, -12};

@@ -49,7 +49,9 @@ struct ToolFigures {
   /// orientations). Ways are counted along its axis; each piece between gaps begins anew.
   std::optional<int> depth_turns;
   std::optional<double> economy;  ///< straight way by the goals over the path; where goals are known
-  double idle_fraction = 0;       ///< part of the duration with a speed below kIdleSpeed
+  /// Part of the duration with a speed below kIdleSpeed; as in `bimanual`, speeds are those of the intervals,
+  /// in their middles, and linear in between.
+  double idle_fraction = 0;
   // Of the filtered motion; nothing where the recording is too short, slower than 15 Hz, or longer
   // than kLongestFiltered over the number of tools.
   std::optional<double> filtered_path;        ///< m
