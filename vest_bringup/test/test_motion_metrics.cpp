@@ -157,6 +157,18 @@ TEST(MotionMetrics, OfSteadyMotionRoundOffHasNoSmoothness) {
   EXPECT_TRUE(figuresOf(tableOf(60.0, 100.0, [](double t) { return reach(t / 12.0); })).tools[0].ldlj);
 }
 
+TEST(MotionMetrics, DepthOfAToolThatTurnsHangsOnTheRateByLessThanTwoPerCent) {
+  // z turns from x to y by 1 rad/s while the tip goes along x by 0.02 m/s: Σ|Δp·z| is 0.02·sin t.
+  for (const double rate : {30.0, 100.0, 1000.0}) {
+    MotionTable table = tableOf(1.5, rate, [](double t) { return Vector3d(0.02 * t, 0, 0); });
+    for (const double t : table.time)
+      table.tools[0].orientation.push_back(
+          Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d(std::cos(t), std::sin(t), 0)));
+    const double known = 0.02 * std::sin(1.5);
+    EXPECT_NEAR(figuresOf(table).tools[0].depth_path.value(), known, 1e-3 * known) << rate;
+  }
+}
+
 TEST(MotionMetrics, TurnsBackAlongTheToolAreCountedFromFiveMillimetres) {
   const auto turns = [](double depth) {
     // Five times in and out along the tool's axis, which lies along y; the tip sways across it.

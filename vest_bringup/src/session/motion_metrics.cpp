@@ -313,7 +313,8 @@ ToolFigures toolFigures(const MotionTable& table, const MotionTable::Tool& tool,
       if (!tool.orientation.empty()) {
         const Eigen::Quaterniond turn = tool.orientation[i - 1].conjugate() * tool.orientation[i];
         angle += 2.0 * std::atan2(turn.vec().norm(), std::abs(turn.w()));
-        const double inwards = step.dot(tool.orientation[i - 1] * Eigen::Vector3d::UnitZ());
+        const double inwards = 0.5 * step.dot((tool.orientation[i - 1] * Eigen::Vector3d::UnitZ()) +
+                                              (tool.orientation[i] * Eigen::Vector3d::UnitZ()));
         depth += std::abs(inwards);
         turns.add(inwards);
       }

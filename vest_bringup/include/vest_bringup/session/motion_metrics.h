@@ -44,7 +44,7 @@ struct ToolFigures {
   std::optional<double>
       rms_jerk;  ///< m/s³, root of the mean ‖second difference of v‖², v by forward difference
   std::optional<double> angular_path;  ///< rad, Σ 2·atan2(‖Im qᵢ*qᵢ₊₁‖, |Re|)
-  std::optional<double> depth_path;    ///< m, Σ|Δp·z|, z the tool's axis
+  std::optional<double> depth_path;    ///< m, Σ|Δp·z|, z the tool's axis, mean of both ends
   /// Times that the tool turned back after more than kDepthTurn inwards, by more than kDepthTurn (with
   /// orientations). Ways are counted along its axis; each piece between gaps begins anew.
   std::optional<int> depth_turns;
