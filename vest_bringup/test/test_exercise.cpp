@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -17,6 +20,7 @@
 #include "vest_bringup/exercise/engine.h"
 #include "vest_bringup/exercise/outline.h"
 #include "vest_bringup/ros/exercise_file.h"
+#include "vest_bringup/ros/moment_bag.h"
 #include "vest_bringup/ros/scripted_session.h"
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/scene/stitches.h"
@@ -496,6 +500,36 @@ TEST_P(ExerciseRecordings, ScoreToTheBitsOfTheSession) {
 
 INSTANTIATE_TEST_SUITE_P(Played, ExerciseRecordings, ::testing::ValuesIn(played()),
                          [](const auto& name) { return name.param; });
+
+TEST(VestExercise, AFullDiskIsOneMessageAndLeavesNoHalfSession) {
+  std::string folder = fs::temp_directory_path() / "vest_score_XXXXXX";
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const std::string bag = folder + "/session/session.bag",
+                    run = VEST_EXERCISE " run clip_cut_tube --output " + folder + "/session";
+  int code = 0;
+  for (const char* room : {"4", "600", "1300"}) {  // kB: full at once, within the steps, near the end
+    const std::string full =
+        said("(trap '' XFSZ; bash -c 'ulimit -f " + std::string(room) + "; " + run + "')", code);
+    EXPECT_EQ(code, 2) << full;
+    EXPECT_EQ(full, "vest_exercise: " + bag + ": cannot be written (is the disk full?)\n");
+    EXPECT_FALSE(fs::exists(bag)) << room;
+  }
+  const std::string nowhere = said(VEST_EXERCISE " run clip_cut_tube --output /proc/nowhere", code);
+  EXPECT_EQ(nowhere, "vest_exercise: /proc/nowhere/session.bag: cannot be written\n");
+  const auto moments = [&folder] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit none{4096, 4096};
+    setrlimit(RLIMIT_FSIZE, &none);
+    try {
+      ros_shell::MomentBag bag(folder + "/moments.bag");
+    } catch (const std::invalid_argument&) {
+      _exit(3);
+    }
+    _exit(0);
+  };
+  EXPECT_EXIT(moments(), ::testing::ExitedWithCode(3), "");
+  fs::remove_all(folder);
+}
 
 TEST(VestScore, ScoresARecordedSessionToTheSameBits) {
   std::string folder = fs::temp_directory_path() / "vest_score_XXXXXX";

@@ -123,6 +123,68 @@ TEST(MotionMetrics, FilteredFiguresHangOnTheRateByLessThanTwoPerCent) {
   }
 }
 
+TEST(MotionMetrics, TremorIsAsRoughAtEveryRate) {
+  // The bilinear transform at 30 Hz closed the filter to what lies near half the rate: 4 and 12 % for 2.
+  const double a = 0.0002;
+  for (const double hertz : {8.0, 10.0}) {
+    const double w = 2.0 * M_PI * hertz;
+    const auto place = [=](double t) { return Vector3d(reach(t) + Vector3d(0, a * std::sin(w * t), 0)); };
+    const auto finest = figuresOf(tableOf(5.0, 1000.0, place)).tools[0];
+    // Twice the Butterworth filter passes 1/(1 + (f/6)^4); differences over 10 ms see sin(x)/x of each.
+    const double passed = a / (1.0 + std::pow(hertz / motion::kFilterFrequency, 4)),
+                 seen = std::pow(std::sin(0.005 * w) / (0.005 * w), 3);
+    EXPECT_NEAR(finest.filtered_rms_jerk.value(), passed * seen * w * w * w / std::sqrt(2.0),
+                0.01 * finest.filtered_rms_jerk.value());
+    for (const double rate : {30.0, 100.0}) {
+      const auto f = figuresOf(tableOf(5.0, rate, place)).tools[0];
+      EXPECT_NEAR(f.ldlj.value() / finest.ldlj.value(), 1.0, 0.02) << hertz << " Hz at " << rate;
+      EXPECT_NEAR(f.sparc.value() / finest.sparc.value(), 1.0, 0.02) << hertz << " Hz at " << rate;
+    }
+  }
+}
+
+TEST(MotionMetrics, OfSteadyMotionRoundOffHasNoSmoothness) {
+  for (const double rate : {30.0, 100.0, 1000.0})
+    for (const double away : {0.0, 1.0, 1e5}) {
+      const auto f =
+          figuresOf(tableOf(20.0, rate, [=](double t) { return Vector3d(away + 0.05 * t, 0, 0); })).tools[0];
+      EXPECT_FALSE(f.ldlj.has_value()) << *f.ldlj << " at " << rate << " Hz, " << away << " m away";
+      EXPECT_TRUE(f.sparc.has_value());
+    }
+  const auto line = [](double t) { return Vector3d(0.1 * t, 0, 0); };
+  EXPECT_FALSE(figuresOf(tableOf(0.5, 100.0, line)).tools[0].ldlj) << "as short as the filter's ends";
+  // The gentlest hand is far above: 0.2 m in a minute.
+  EXPECT_TRUE(figuresOf(tableOf(60.0, 100.0, [](double t) { return reach(t / 12.0); })).tools[0].ldlj);
+}
+
+TEST(MotionMetrics, DepthOfAToolThatTurnsHangsOnTheRateByLessThanTwoPerCent) {
+  // z turns from x to y by 1 rad/s while the tip goes along x by 0.02 m/s: Σ|Δp·z| is 0.02·sin t.
+  for (const double rate : {30.0, 100.0, 1000.0}) {
+    MotionTable table = tableOf(1.5, rate, [](double t) { return Vector3d(0.02 * t, 0, 0); });
+    for (const double t : table.time)
+      table.tools[0].orientation.push_back(
+          Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d(std::cos(t), std::sin(t), 0)));
+    const double known = 0.02 * std::sin(1.5);
+    EXPECT_NEAR(figuresOf(table).tools[0].depth_path.value(), known, 1e-3 * known) << rate;
+  }
+}
+
+TEST(MotionMetrics, TurnsBackAlongTheToolAreCountedFromFiveMillimetres) {
+  const auto turns = [](double depth) {
+    // Five times in and out along the tool's axis, which lies along y; the tip sways across it.
+    MotionTable table = tableOf(10.0, 100.0, [=](double t) {
+      return Vector3d(0.03 * std::sin(9.0 * t), 0.5 * depth * (1.0 - std::cos(M_PI * t)), 0);
+    });
+    table.tools[0].orientation.assign(
+        table.time.size(), Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d::UnitY()));
+    return figuresOf(table).tools[0].depth_turns.value();
+  };
+  EXPECT_EQ(turns(0.0049), 0);
+  EXPECT_EQ(turns(0.0051), 5);
+  EXPECT_EQ(turns(0.02), 5);
+  EXPECT_FALSE(figuresOf(tableOf(1, 100, reach)).tools[0].depth_turns) << "no axis is known";
+}
+
 TEST(MotionMetrics, SpeedProfileOfThePublishedExampleHasItsPublishedFigures) {
   // Speed exp(−5t²), t −1 … 0.99 s at 100 Hz: the example that comes with Balasubramanian et al. 2015.
   std::vector<double> speed;
@@ -164,6 +226,21 @@ TEST(MotionMetrics, UseOfBothHandsIsTheTimeInWhichBothMove) {
   EXPECT_NEAR(f.bimanual.value(), 0.2, 2e-3);  // 4 … 6 s of 0 … 10 s
   EXPECT_NEAR(f.path_ratio.value(), 0.06 / 0.12, 1e-6);
   EXPECT_FALSE(figuresOf(tableOf(1, 100, reach)).bimanual.has_value()) << "one tool alone";
+}
+
+TEST(MotionMetrics, BeginAndEndOfAMotionAreFoundBetweenTheSamples) {
+  const double root = 5.0 * (0.5 - std::sqrt(0.25 - std::sqrt(0.005 / 1.2)));  // s at rest, at either end
+  for (const double rate : {30.0, 100.0, 1000.0}) {
+    // The left hand reaches in the first 5 s, the right one from 3 s on.
+    MotionTable table = tableOf(8.0, rate, [](double t) { return reach(std::min(t, 5.0)); });
+    table.tools.push_back({"left", {}, {}, {}});
+    for (const double t : table.time) table.tools[1].position.push_back(reach(std::max(0.0, t - 3.0)));
+    const Figures f = figuresOf(table);
+    const double idle = (2.0 * root + 3.0) / 8.0, both = 2.0 - 2.0 * root;
+    EXPECT_NEAR(f.tools[0].idle_fraction, idle, 2e-3 * idle) << rate;
+    EXPECT_NEAR(f.tools[0].filtered_idle_fraction.value(), idle, 1e-2 * idle) << rate;
+    EXPECT_NEAR(f.bimanual.value(), both / (8.0 - 2.0 * root), 5e-3) << rate;
+  }
 }
 
 TEST(MotionMetrics, MotionIndexPrefersTheQuickAndSmoothWithinAGroup) {
@@ -276,6 +353,13 @@ TEST_F(MotionTableFile, WhatSpreadsheetsWriteIsRead) {
   write("t_s;r_x_m;r_y_m;r_z_m\n0,5;1,5;2;3\n");
   EXPECT_NE(refusal().find("line 2: t_s: 0,5 (allowed: a number with a decimal point)"), std::string::npos)
       << refusal();
+}
+
+TEST_F(MotionTableFile, OtherLineEndsAreReadAndOtherEncodingsNamed) {
+  write("t_s,r_x_m,r_y_m,r_z_m\r0.5,1,2,3\r0.6,4,5,6\r");
+  EXPECT_EQ(readMotionTable(path_).tools.at(0).position.at(1), Vector3d(4, 5, 6));
+  write(std::string("\xFF\xFEt\0_\0s\0\n\0", 10));
+  EXPECT_NE(refusal().find("file: text in UTF-16 (allowed: text in UTF-8"), std::string::npos) << refusal();
 }
 
 TEST(MotionMetrics, FiveIntervalsAreNoGapWhereverTheyLie) {

@@ -20,6 +20,10 @@ REFUSED = [
     (["--exercise", "juggle"], "--exercise juggle: unknown (allowed: "),
     (["--trainee", "anna"], "belong to --exercise"),
     (["--exercise", "clip_cut_tube", "script:=demo"], "give the script of an exercise as --script"),
+    (["--exercise", "a\nb\x1b[31m"], "--exercise a\\nb\\x1b[31m: unknown (allowed: "),
+    (["--exercise", "x" * 10000], "10000 characters (allowed: 4096)"),
+    (["--exercise", "clip_cut_tube", "scene:=pelvis"], "scene:=pelvis: the exercise clip_cut_tube says it"),
+    (["exercise:=look_round", "--exercise", "clip_cut_tube"], "exercise:=look_round: the exercise clip_cut_tube says it"),
     (["--exercise", "clip_cut_tube", "--script", "/nowhere/mine.yaml"], "the path of a waypoint file"),
     (["--trajectory", "/nowhere.csv"], "--trajectory /nowhere.csv"),
     (["--trajectory", "/nowhere.yaml"], "--trajectory /nowhere.yaml: no such file (allowed: "),
@@ -66,6 +70,7 @@ ACCEPTED = [[], ["threads:=2", "left_tool:=scissors", "scene:=cut_tube"], ["thir
             ["left:=my_devices/Omega", "right:=sim", "force_limit:=2.5", "record:=false"],
             ["scene:=" + os.path.join(PACKAGE, os.pardir, "vest_tissue", "scenes", "slab", "slab.yaml")],
             ["--exercise", "clip_cut_tube", "threads:=2"], ["--trajectory", os.path.join(PACKAGE, "trajectories", "demo.yaml")]]
+ACCEPTED += [["--exercise", name, "--script", which] for name in sorted(os.listdir(os.path.join(PACKAGE, "exercises"))) for which in ("pass", "fail")]
 
 
 class Run(unittest.TestCase):

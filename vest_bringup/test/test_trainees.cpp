@@ -13,6 +13,7 @@
 
 #include <sqlite3.h>
 
+#include "vest_bringup/exercise/curriculum.h"
 #include "vest_bringup/exercise/erase_reports.h"
 #include "vest_bringup/exercise/learning_curve.h"
 #include "vest_bringup/exercise/rating.h"
@@ -80,6 +81,14 @@ TEST_F(TraineesTest, NamesWithQuotesAndEmojiAreNames) {
   EXPECT_NE(refusal([&] { t.keep(attempt("nobody")); }).find("unknown"), std::string::npos);
 }
 
+TEST_F(TraineesTest, ANameThatCannotBeToldFromNoneOrAnotherIsRefused) {
+  Trainees t(file_);
+  for (const char* name : {"", " ", "anna ", " anna"})
+    EXPECT_NE(refusal([&] { t.add(name); }).find("no blank at either end"), std::string::npos) << name;
+  t.add("anna maria");
+  EXPECT_EQ(t.list().size(), 1U);
+}
+
 TEST_F(TraineesTest, TheFileIsItsOwnersAlone) {
   Trainees t(file_);
   t.add("anna");
@@ -142,6 +151,42 @@ TEST_F(TraineesTest, MarksOfAPersonAreKeptBesideTheScoresAndInNoLearningCurve) {
                                                              {"OSATS", {1, 2, 3, 4, 5}},
                                                              {"GOALS", {}}})
     EXPECT_THROW(ratingOf(form, "clip_cut_tube", "boss", marks, "anna", ""), std::invalid_argument) << form;
+}
+
+TEST_F(TraineesTest, ACurriculumTellsWhatIsDoneAndGoesWithTheTrainee) {
+  Trainees trainees(file_);
+  trainees.add("anna"), trainees.add("berta");
+  EXPECT_TRUE(curriculumOf(trainees.attempts("anna")).empty());
+  for (const char* name : {"anna", "berta"})
+    EXPECT_EQ(trainees.keep(curriculumOf({"touch_order", "clip_cut_tube"}, name, "2026-11-29")).flags, "")
+        << "a class has the same one";
+  int input = 0;
+  const auto attempted = [&](bool passed, const char* flags = "") {
+    Attempt a = attempt("anna", "input " + std::to_string(++input));
+    a.passed = passed, a.flags = flags;
+    trainees.keep(a);
+    return curriculumOf(trainees.attempts("anna")).at(1);
+  };
+  EXPECT_FALSE(attempted(true).done) << "one pass may be luck";
+  EXPECT_FALSE(attempted(false).done);
+  EXPECT_FALSE(attempted(true).done) << "two in a row are asked for";
+  EXPECT_FALSE(attempted(true, "assisted").done);
+  EXPECT_TRUE(attempted(true).done);
+  const CurriculumStep step = attempted(false);
+  EXPECT_TRUE(step.done) << "once learned";
+  EXPECT_EQ(step.attempts, 5U);
+  EXPECT_FALSE(curriculumOf(trainees.attempts("anna")).at(0).done);
+  EXPECT_TRUE(trainees.attempts("anna", "touch_order").empty()) << "it is in no learning curve";
+  trainees.keep(curriculumOf({"lift_tube"}, "anna", "2026-11-30"));
+  EXPECT_EQ(curriculumOf(trainees.attempts("anna")).at(0).exercise, "lift_tube") << "the newest holds";
+  EXPECT_NE(trainees.exported("anna").find("lift_tube"), std::string::npos);
+  trainees.erase("anna");
+  EXPECT_EQ(bytes().find("lift_tube"), std::string::npos);
+  Attempt bad = curriculumOf({}, "berta", "2026-12-01");
+  bad.json = "{\"exercises\": 5";
+  trainees.keep(bad);
+  EXPECT_NE(refusal([&] { curriculumOf(trainees.attempts("berta")); }).find("curriculum of"),
+            std::string::npos);
 }
 
 TEST_F(TraineesTest, ErasedIsGoneFromTheBytes) {
@@ -460,6 +505,39 @@ TEST(Report, NumbersAreNoFinerThanASurgeonReads) {
     EXPECT_NE(html.find(part), std::string::npos) << part;
   for (const std::string& page : {html, toText(e, r)})
     for (const char* part : {"0.0004", "e+0", "e-0"}) EXPECT_EQ(page.find(part), std::string::npos) << part;
+}
+
+TEST(Report, TellsHowEachHandMoved) {
+  Trace trace;
+  scene::StepInput input;
+  input.dt = 0.001;
+  for (int i = 0; i < 6000; ++i) {  // the left hand round a corner, the right one in the last second alone
+    const double t = 0.001 * i;
+    input.tools[0].present = true, input.tools[1].present = t >= 5.0;
+    input.tools[0].position = {0.02 * std::min(t, 3.0), 0.02 * std::max(0.0, t - 3.0), 0};
+    input.tools[1].position = {0, 0, 0.1 - 0.03 * (t - 5.0)};
+    trace.add(input, {});
+  }
+  const auto economy = [&](const std::vector<Moment>& moments) {
+    return trace.motion(moments).tools.at(0).economy;
+  };
+  using Kind = Moment::Kind;
+  EXPECT_NEAR(economy({{Kind::PhaseEnded, 3000, 0}, {Kind::PhaseEnded, 6000, 1}}).value(), 1.0, 2e-3);
+  EXPECT_NEAR(economy({{Kind::PhaseEnded, 1000, 0}, {Kind::PhaseEnded, 2000, 1}}).value(), 1.0 / 3.0, 2e-3);
+  EXPECT_NEAR(economy({{Kind::PhaseEnded, 6000, 0}}).value(), std::sqrt(0.5), 2e-3);
+  EXPECT_FALSE(economy({{Kind::Hint, 6000, 0}}).has_value()) << "no goal, no economy";
+  const auto f = trace.motion({});
+  ASSERT_EQ(f.tools.size(), 2U) << "the third hand was never there";
+  EXPECT_NEAR(f.tools[0].path, 0.12, 1e-3);
+  EXPECT_NEAR(f.tools[1].mean_speed, 0.03, 1e-4);
+  EXPECT_NEAR(f.tools[1].depth_path.value(), 0.03, 1e-3);
+  EXPECT_NEAR(f.bimanual.value(), 1.0, 1e-9) << "while both are there";
+  Exercise e;
+  Result r;
+  const std::string html = toHtml(reportOf(e, r, trace));
+  for (const char* part :
+       {"<td>left</td><td class=\"n\">120 mm<", ">20 mm/s<", ">30 mm/s<", "<th>SPARC</th>"})
+    EXPECT_NE(html.find(part), std::string::npos) << part;
 }
 
 TEST(Report, TheStatementSaysWhoWhatAndHowWell) {

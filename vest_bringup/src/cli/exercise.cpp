@@ -91,7 +91,7 @@ exercise::Result play(const exercise::Exercise& e, const std::string& script, in
         if (session) session->write(stage.trainer->world(), input, report);
       },
       [&] { return engine.finished(); });
-  if (session) session->writeResult(exercise::toJson(e, engine.result()));
+  if (session) session->writeResult(exercise::toJson(e, engine.result())), session->close();
   return engine.result();
 }
 

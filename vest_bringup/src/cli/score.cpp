@@ -190,6 +190,8 @@ void score(const Wanted& wanted) {
     vest::tools::writeWhole(wanted.directory + "/report.html", exercise::toHtml(report));
     vest::tools::writeWhole(wanted.directory + "/score.json", json);
     vest::tools::writeWhole(wanted.directory + "/trace.csv", trace.toCsv());
+    vest::tools::writeWhole(wanted.directory + "/motion.json",
+                            vest::session::motion::toJson(trace.motion(played.result->moments)));
     vest::tools::writeWhole(wanted.directory + "/xapi.json", exercise::toXapi(report));
     if (trainees) {
       vest::tools::writeWhole(wanted.directory + "/learning.json", toJson(report.learning));
@@ -219,7 +221,7 @@ int main(int argc, char** argv) {
   app.add_option("--database", wanted.database,
                  "of trainees; default: $VEST_TRAINEES, else in ~/.local/share/vest");
   app.add_flag("--report", wanted.report,
-               "writes report.html, score.json, trace.csv and xapi.json into DIR; with "
+               "writes report.html, score.json, motion.json, trace.csv and xapi.json into DIR; with "
                "--trainee learning.json and learning.csv, too");
   app.add_flag("--pictures", wanted.pictures, "the report, with pictures of the moments that counted");
   app.add_flag("--pdf", wanted.pdf, "the report, and report.pdf by weasyprint");

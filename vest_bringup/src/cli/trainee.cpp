@@ -1,9 +1,11 @@
+#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
+#include "vest_bringup/exercise/curriculum.h"
 #include "vest_bringup/exercise/erase_reports.h"
 #include "vest_bringup/exercise/learning_curve.h"
 #include "vest_bringup/exercise/rating.h"
@@ -20,6 +22,10 @@ std::string shown(const std::string& text) {
 
 void print(const vest::exercise::Attempt& a) {
   const std::string date = shown(a.date), exercise = shown(a.exercise);
+  if (a.exercise == vest::exercise::kCurriculum) {
+    std::printf("%s  a new curriculum\n", date.c_str());
+    return;
+  }
   for (const auto& form : vest::exercise::kForms) {
     if (a.exercise.rfind(std::string(form.name) + " ", 0) != 0) continue;
     std::printf("%s  %s  rated %.0f marks\n", date.c_str(), exercise.c_str(), a.total);
@@ -28,6 +34,36 @@ void print(const vest::exercise::Attempt& a) {
   std::printf("%s  %s  %s, total %.1f, quality %.1f, %.1f s%s%s  %s\n", date.c_str(), exercise.c_str(),
               a.passed ? "passed" : "not passed", a.total, a.quality, a.time, a.flags.empty() ? "" : ", ",
               shown(a.flags).c_str(), shown(a.directory).c_str());
+}
+
+/// What a trainee shall learn, how far that is, and what comes next.
+void tell(const std::vector<vest::exercise::CurriculumStep>& steps) {
+  if (steps.empty()) throw std::invalid_argument("no curriculum yet (--exercises NAME,NAME… makes one)");
+  bool next = true;
+  for (const auto& step : steps) {
+    std::printf("%-5s  %s  %zu attempts\n",
+                step.done ? "done"
+                : next    ? "next"
+                          : "-",
+                shown(step.exercise).c_str(), step.attempts);
+    next = next && step.done;
+  }
+}
+
+/// A line of a class: one trainee, at one exercise or in all.
+void tell(const vest::exercise::Trainees& trainees, const std::string& name, const std::string& exercise) {
+  const auto learning = vest::exercise::learningOf(trainees.attempts(name, exercise), std::nullopt);
+  std::size_t attempts = 0, passed = 0;
+  for (const auto& a : learning.attempts)  // marks of people and curricula have no hash
+    attempts += !a.exercise_hash.empty(), passed += a.passed && a.flags.empty();
+  std::printf("%s  %zu attempts, %zu passed", shown(name).c_str(), attempts, passed);
+  if (!exercise.empty() && !learning.totals.empty())
+    std::printf(", last total %.1f, best %.1f", learning.totals.back(),
+                *std::max_element(learning.totals.begin(), learning.totals.end()));
+  using Verdict = vest::exercise::Cusum::Verdict;
+  if (!exercise.empty() && learning.cusum.verdict != Verdict::Open)
+    std::printf(", %s", learning.cusum.verdict == Verdict::Competent ? "competent" : "not yet competent");
+  std::printf("\n");
 }
 
 /// Numbers of one exercise, for people or for a table.
@@ -50,7 +86,7 @@ int main(int argc, char** argv) {
   app.add_option("--database", database,
                  "file; default: $VEST_TRAINEES, else ~/.local/share/vest/trainees.db");
   auto* const adding = app.add_subcommand("add", "a new trainee");
-  auto* const listing = app.add_subcommand("list", "all trainees with the number of their attempts");
+  auto* const listing = app.add_subcommand("list", "all trainees, a line each: attempts, passes");
   auto* const showing = app.add_subcommand("show", "the attempts of a trainee, a line each");
   auto* const exporting = app.add_subcommand("export", "prints everything that is kept of a trainee, JSON");
   auto* const erasing = app.add_subcommand(
@@ -68,6 +104,11 @@ int main(int argc, char** argv) {
           "handling (GEARS: force sensitivity), autonomy (GEARS: and robotic control)")
       ->required()
       ->delimiter(',');
+  listing->add_option("--exercise", exercise, "at this one: last and best total, too");
+  auto* const plan = app.add_subcommand(
+      "curriculum", "what a trainee shall learn, in order: what is done (two passes in a row), what is next");
+  std::vector<std::string> planned;
+  plan->add_option("--exercises", planned, "makes a new one of these")->delimiter(',');
   auto* const progress = app.add_subcommand("progress", "learning curve, CUSUM and z-scores of a trainee");
   progress->add_option("--exercise", exercise, "one of vest_exercise list")->required();
   std::string format = "text";
@@ -77,7 +118,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> group;
   reference->add_option("--exercise", exercise, "one of vest_exercise list")->required();
   reference->add_option("--of", group, "pseudonyms; only their numbers are kept")->required()->delimiter(',');
-  for (auto* const one : {progress, adding, showing, exporting, erasing, rating})
+  for (auto* const one : {progress, adding, showing, exporting, erasing, rating, plan})
     one->add_option("NAME", name, "pseudonym")->required();
   CLI11_PARSE(app, argc, argv);
   try {
@@ -86,12 +127,15 @@ int main(int argc, char** argv) {
     if (!exercise.empty()) vest::ros_shell::exerciseFile(exercise);  // one that there is
     if (adding->parsed()) trainees.add(name);
     if (listing->parsed())
-      for (const std::string& one : trainees.list())
-        std::printf("%s  %zu attempts\n", shown(one).c_str(), trainees.attempts(one).size());
+      for (const std::string& one : trainees.list()) tell(trainees, one, exercise);
     if (showing->parsed())
       for (const auto& a : trainees.attempts(name)) print(a);
     if (rating->parsed())
       trainees.keep(vest::exercise::ratingOf(form, exercise, rater, marks, name, vest::exercise::dateNow()));
+    for (const std::string& one : planned) vest::ros_shell::exerciseFile(one);
+    if (!planned.empty())
+      trainees.keep(vest::exercise::curriculumOf(planned, name, vest::exercise::dateNow()));
+    if (plan->parsed()) tell(vest::exercise::curriculumOf(trainees.attempts(name)));
     if (progress->parsed())
       tell(vest::exercise::learningOf(trainees.attempts(name, exercise),
                                       vest::exercise::storedReference(database, exercise)),

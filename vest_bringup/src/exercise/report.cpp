@@ -106,6 +106,34 @@ std::string plots(const Report& r) {
   return out + "</div>\n";
 }
 
+std::string motion(const session::motion::Figures& figures) {
+  if (figures.tools.empty()) return "";
+  std::string out =
+      "<h2>Hands</h2>\n<table><tr><th>hand</th><th>path</th><th>economy</th><th>mean "
+      "speed</th><th>turned</th>"
+      "<th>along the tool</th><th>turns back</th><th>at rest</th><th>jerk, "
+      "m/s³</th><th>SPARC</th><th>LDLJ</th></tr>\n";
+  const auto cell = [&out](const std::optional<double>& value, double scale, const char* unit) {
+    out += "<td class=\"n\">" +
+           (value ? (*unit ? number("%.0f", scale * *value) : readable(*value)) + unit : "-") + "</td>";
+  };
+  for (const session::motion::ToolFigures& f : figures.tools) {
+    out += "<tr><td>" + f.name + "</td>";
+    cell(f.path, 1e3, " mm"), cell(f.economy, 100, " %"), cell(f.mean_speed, 1e3, " mm/s");
+    cell(f.angular_path, 180 / M_PI, " °"), cell(f.depth_path, 1e3, " mm"), cell(f.depth_turns, 1, "");
+    cell(f.idle_fraction, 100, " %"), cell(f.filtered_rms_jerk, 1, ""), cell(f.sparc, 1, ""),
+        cell(f.ldlj, 1, "");
+    out += "</tr>\n";
+  }
+  out += "</table>\n<p class=\"small\">";
+  if (figures.bimanual)
+    out += "Both hands move in " + readable(100 * *figures.bimanual) + " % of the time in which one does. ";
+  return out +
+         "Economy: the straight way through the places where a step of the task was done, over the path. "
+         "SPARC "
+         "and LDLJ tell how smooth motion is: nearer to zero is smoother.</p>\n";
+}
+
 std::string learning(const Learning& l) {
   if (l.attempts.size() < 2 && l.z.empty()) return "";
   std::string out = "<h2>Learning</h2>\n";
@@ -179,6 +207,19 @@ constexpr const char* kStyle =
 
 void Trace::add(const scene::StepInput& input, const scene::StepReport& report) {
   time_ += input.dt;
+  if (chord_ < 0 || time_ - chord_ > kChord - 1e-6) {
+    chord_ = time_;
+    const auto place = [this](session::MotionTable& table, const scene::ToolInput& tool, std::size_t as) {
+      if (table.tools.size() <= as) table.tools.resize(as + 1);
+      if (as == 0) table.time.push_back(time_);
+      table.tools[as].position.push_back(tool.position);
+      table.tools[as].orientation.push_back(tool.orientation);
+    };
+    for (std::size_t i = 0; i < hands_.size(); ++i)
+      if (input.tools[i].present) place(hands_[i], input.tools[i], 0);
+    for (std::size_t i = 0; i < 2 && input.tools[0].present && input.tools[1].present; ++i)
+      place(both_, input.tools[i], i);
+  }
   for (std::size_t i = 0; i < next_.tools.size(); ++i) {
     Row::Tool& tool = next_.tools[i];
     tool.present = input.tools[i].present;
@@ -193,6 +234,33 @@ void Trace::add(const scene::StepInput& input, const scene::StepReport& report) 
       next_.tools[i].speed = (next_.tools[i].tip - rows_.back().tools[i].tip).norm() / (time_ - since);
   rows_.push_back(next_);
   next_ = Row{};
+}
+
+session::motion::Figures Trace::motion(const std::vector<Moment>& moments) const {
+  session::motion::Figures out;
+  if (both_.time.size() > 1) out = session::motion::figuresOf(both_);
+  out.tools.clear(), out.duration = time_, out.path = 0;
+  for (std::size_t i = 0; i < hands_.size(); ++i) {
+    const session::MotionTable& hand = hands_[i];
+    if (hand.time.size() < 2) continue;
+    out.tools.push_back(session::motion::figuresOf(hand).tools.front());
+    session::motion::ToolFigures& f = out.tools.back();
+    f.name = kTools[i];
+    out.path += f.path;
+    const std::vector<Eigen::Vector3d>& tip = hand.tools.front().position;
+    double straight = 0;
+    std::size_t from = 0, goals = 0;
+    for (const Moment& m : moments) {
+      if (m.kind != Moment::Kind::PhaseEnded) continue;
+      const auto after =
+          std::upper_bound(hand.time.begin(), hand.time.end(), 1e-3 * static_cast<double>(m.step) + kChord);
+      const auto goal = std::max<std::size_t>(1, static_cast<std::size_t>(after - hand.time.begin())) - 1;
+      straight += (tip[goal] - tip[from]).norm();
+      from = goal, ++goals;
+    }
+    if (goals > 0 && f.path > 0) f.economy = std::min(1.0, straight / f.path);
+  }
+  return out;
 }
 
 std::string Trace::toCsv() const {
@@ -271,6 +339,7 @@ std::string toHtml(const Report& report) {
     h += "</div>\n";
   }
   h += learning(report.learning);
+  h += motion(report.trace.motion(r.moments));
   h += plots(report);
   h +=
       "<p class=\"small\">VEST " + escaped(report.version) + ", exercise " + escaped(r.exercise) + " " +

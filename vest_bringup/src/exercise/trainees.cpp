@@ -207,9 +207,11 @@ void Trainees::checkTables() const {
 }
 
 void Trainees::add(const std::string& pseudonym) {
-  if (pseudonym.empty() || pseudonym.size() > 64 || files::shown(pseudonym, 64) != pseudonym)
+  if (pseudonym.empty() || pseudonym.size() > 64 || pseudonym.front() == ' ' || pseudonym.back() == ' ' ||
+      files::shown(pseudonym, 64) != pseudonym)
     throw DatabaseError(
-        "trainee: not a pseudonym (allowed: 1 to 64 bytes of UTF-8 without control characters)");
+        "trainee: not a pseudonym (allowed: 1 to 64 bytes of UTF-8 without control characters, no blank at "
+        "either end)");
   Statement insert(database_, "INSERT INTO trainee(pseudonym) VALUES(?1)", {pseudonym});
   insert.row();
   if (insert.good()) return;

@@ -30,6 +30,7 @@ MomentBag::MomentBag(const std::string& file) : file_(file) {
   try {
     bag_->open(file, rosbag::bagmode::Write);
   } catch (const rosbag::BagException&) {
+    static_cast<void>(bag_.release());  // as in giveUp(): of a full disk it is open
     throw std::invalid_argument(file + ": cannot be written");
   }
 }

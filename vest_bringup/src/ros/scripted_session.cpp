@@ -15,7 +15,33 @@ namespace vest::session {
 template <class M>
 void ScriptedSession::put(const std::string& topic, M& message) {
   message.header.stamp = time_;
-  bag_.write("/vest/" + topic, time_, message);
+  try {
+    bag_->write("/vest/" + topic, time_, message);
+  } catch (const rosbag::BagException&) {
+    giveUp();
+  }
+}
+
+void ScriptedSession::giveUp() {
+  static_cast<void>(bag_.release());  // its destructor would write again, and end the program
+  std::error_code ignored;
+  const bool begun = std::filesystem::remove(file_, ignored);
+  throw std::invalid_argument(file_ + ": cannot be written" + (begun ? " (is the disk full?)" : ""));
+}
+
+void ScriptedSession::close() {
+  try {
+    bag_->close();
+  } catch (const rosbag::BagException&) {
+    giveUp();
+  }
+}
+
+ScriptedSession::~ScriptedSession() {
+  if (bag_) try {
+      close();
+    } catch (const std::invalid_argument&) {  // who asks, closes
+    }
 }
 
 void ScriptedSession::putText(const std::string& topic, const std::string& text) {
@@ -26,14 +52,18 @@ void ScriptedSession::putText(const std::string& topic, const std::string& text)
 
 ScriptedSession::ScriptedSession(const std::string& directory, const scene::SceneFiles& files,
                                  const scene::World& world, simulation::StageOptions options,
-                                 const std::string& vessels) {
-  const std::string file = directory + "/session.bag";
+                                 const std::string& vessels)
+    : file_(directory + "/session.bag") {
   std::error_code error;
   std::filesystem::create_directories(directory, error);
-  if (std::filesystem::exists(file))
-    throw std::invalid_argument(file + ": is there already (allowed: a folder without a session)");
-  bag_.open(file, rosbag::bagmode::Write);
-  bag_.setCompression(rosbag::compression::LZ4);
+  if (std::filesystem::exists(file_, error))
+    throw std::invalid_argument(file_ + ": is there already (allowed: a folder without a session)");
+  try {
+    bag_->open(file_, rosbag::bagmode::Write);
+  } catch (const rosbag::BagException&) {
+    giveUp();
+  }
+  bag_->setCompression(rosbag::compression::LZ4);
   vest_msgs::SceneFiles carried;
   carried.scene = world.description().name;
   carried.scene_hash = world.description().hash;

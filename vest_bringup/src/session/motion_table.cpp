@@ -186,6 +186,9 @@ class Reader {
     } catch (const files::Refused& e) {
       refuse(path_, 0, e.field, e.value, "a file of at most 128 MB with a table of numbers");
     }
+    if (text.compare(0, 2, "\xFF\xFE") == 0 || text.compare(0, 2, "\xFE\xFF") == 0)
+      refuse(path_, 0, "file", "text in UTF-16", "text in UTF-8, as a spreadsheet saves CSV");
+    if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
     for (std::size_t at = text.compare(0, 3, "\xEF\xBB\xBF") == 0 ? 3 : 0; at < text.size();) {
       ++number_;
       const std::size_t end = std::min(text.find('\n', at), text.size());

@@ -12,8 +12,8 @@ namespace vest::exercise {
 
 /// Removes what vest_score wrote into a session's folder that names a trainee: report.html, report.pdf,
 /// xapi.json, learning.json, learning.csv. A folder whose statement is another's, or has none, stays as it
-/// is: names of folders come from the database, which may be a stranger's. Recording, score.json and
-/// trace.csv name nobody.
+/// is: names of folders come from the database, which may be a stranger's. Recording, score.json,
+/// motion.json and trace.csv name nobody.
 /// @return whether there was such a report  @throws std::filesystem::filesystem_error where one stays
 inline bool eraseReports(const std::string& directory, const std::string& trainee) {
   const std::filesystem::path folder(directory);

@@ -49,8 +49,8 @@ class Trainees {
   /// is made.
   static std::string defaultFile();
 
-  /// @throws DatabaseError where the pseudonym is taken, or is not 1 to 64 bytes of UTF-8 without controls,
-  /// or has marks that turn the direction of writing
+  /// @throws DatabaseError where the pseudonym is taken, or is not 1 to 64 bytes of UTF-8 without controls
+  /// and blanks at its ends, or has marks that turn the direction of writing
   void add(const std::string& pseudonym);
   std::vector<std::string> list() const;
   /// Keeps a result of a trainee who is known, and marks copies. @return the attempt as it was kept
