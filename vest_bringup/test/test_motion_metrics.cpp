@@ -123,26 +123,6 @@ TEST(MotionMetrics, FilteredFiguresHangOnTheRateByLessThanTwoPerCent) {
   }
 }
 
-TEST(MotionMetrics, TremorIsAsRoughAtEveryRate) {
-  // The bilinear transform at 30 Hz closed the filter to what lies near half the rate: 4 and 12 % for 2.
-  const double a = 0.0002;
-  for (const double hertz : {8.0, 10.0}) {
-    const double w = 2.0 * M_PI * hertz;
-    const auto place = [=](double t) { return Vector3d(reach(t) + Vector3d(0, a * std::sin(w * t), 0)); };
-    const auto finest = figuresOf(tableOf(5.0, 1000.0, place)).tools[0];
-    // Twice the Butterworth filter passes 1/(1 + (f/6)^4); differences over 10 ms see sin(x)/x of each.
-    const double passed = a / (1.0 + std::pow(hertz / motion::kFilterFrequency, 4)),
-                 seen = std::pow(std::sin(0.005 * w) / (0.005 * w), 3);
-    EXPECT_NEAR(finest.filtered_rms_jerk.value(), passed * seen * w * w * w / std::sqrt(2.0),
-                0.01 * finest.filtered_rms_jerk.value());
-    for (const double rate : {30.0, 100.0}) {
-      const auto f = figuresOf(tableOf(5.0, rate, place)).tools[0];
-      EXPECT_NEAR(f.ldlj.value() / finest.ldlj.value(), 1.0, 0.02) << hertz << " Hz at " << rate;
-      EXPECT_NEAR(f.sparc.value() / finest.sparc.value(), 1.0, 0.02) << hertz << " Hz at " << rate;
-    }
-  }
-}
-
 TEST(MotionMetrics, OfSteadyMotionRoundOffHasNoSmoothness) {
   for (const double rate : {30.0, 100.0, 1000.0})
     for (const double away : {0.0, 1.0, 1e5}) {
@@ -226,21 +206,6 @@ TEST(MotionMetrics, UseOfBothHandsIsTheTimeInWhichBothMove) {
   EXPECT_NEAR(f.bimanual.value(), 0.2, 2e-3);  // 4 … 6 s of 0 … 10 s
   EXPECT_NEAR(f.path_ratio.value(), 0.06 / 0.12, 1e-6);
   EXPECT_FALSE(figuresOf(tableOf(1, 100, reach)).bimanual.has_value()) << "one tool alone";
-}
-
-TEST(MotionMetrics, BeginAndEndOfAMotionAreFoundBetweenTheSamples) {
-  const double root = 5.0 * (0.5 - std::sqrt(0.25 - std::sqrt(0.005 / 1.2)));  // s at rest, at either end
-  for (const double rate : {30.0, 100.0, 1000.0}) {
-    // The left hand reaches in the first 5 s, the right one from 3 s on.
-    MotionTable table = tableOf(8.0, rate, [](double t) { return reach(std::min(t, 5.0)); });
-    table.tools.push_back({"left", {}, {}, {}});
-    for (const double t : table.time) table.tools[1].position.push_back(reach(std::max(0.0, t - 3.0)));
-    const Figures f = figuresOf(table);
-    const double idle = (2.0 * root + 3.0) / 8.0, both = 2.0 - 2.0 * root;
-    EXPECT_NEAR(f.tools[0].idle_fraction, idle, 2e-3 * idle) << rate;
-    EXPECT_NEAR(f.tools[0].filtered_idle_fraction.value(), idle, 1e-2 * idle) << rate;
-    EXPECT_NEAR(f.bimanual.value(), both / (8.0 - 2.0 * root), 5e-3) << rate;
-  }
 }
 
 TEST(MotionMetrics, MotionIndexPrefersTheQuickAndSmoothWithinAGroup) {

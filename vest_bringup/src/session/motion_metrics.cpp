@@ -16,7 +16,7 @@ namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
 
-constexpr double kMostSamples = 5e6;  // of a piece, as it is filtered (assumed)
+constexpr double kMostSamples = 2e6;  // of a piece, at its rate (assumed)
 constexpr double kSteadiest = 14;     // log dimensionless jerk (tuned); no reach from rest is above -5.3
 constexpr double kRoundOff = 1e4;     // units in the last place of a position (tuned, seen: 60)
 
@@ -174,15 +174,13 @@ Points smooth(const std::vector<double>& time, const Points& position, const Pie
   // The rate of the recording; uneven intervals and missing rows are evened out by the spline.
   const double length = t.back() - t.front();
   const double count = std::max(std::round(length / medianInterval(t)), 1.0), rate = count / length;
-  if (!(rate >= 2.5 * kFilterFrequency)) return {};
-  const double finer = std::max(std::ceil(kFilterRate / rate), 1.0), fine = rate * finer;
-  if (count * finer > kMostSamples) return {};
+  if (!(rate >= 2.5 * kFilterFrequency) || count > kMostSamples) return {};
   double uneven = 0;
   for (std::size_t i = 1; i < n; ++i) uneven = std::max(uneven, std::abs((t[i] - t[i - 1]) * rate - 1.0));
-  if (finer > 1.0 || uneven > 1e-6 || static_cast<double>(n) != count + 1.0) p = Spline(t, p).sample(fine);
-  filterTwice(p, fine);
+  if (uneven > 1e-6 || static_cast<double>(n) != count + 1.0) p = Spline(t, p).sample(rate);
+  filterTwice(p, rate);
   t.resize(p.size());
-  for (std::size_t i = 0; i < t.size(); ++i) t[i] = static_cast<double>(i) / fine;
+  for (std::size_t i = 0; i < t.size(); ++i) t[i] = static_cast<double>(i) / rate;
   return Spline(t, p).sample(kSmoothRate);
 }
 
@@ -198,44 +196,6 @@ struct Mean {
     return weight > 0 ? std::optional<double>(sum / weight) : std::nullopt;
   }
 };
-
-/// s of a piece in which none of some tools moves, at least one, at least two.
-struct Moving {
-  double none = 0, one = 0, two = 0;
-};
-/// Speeds are those of the intervals, in their middles, and linear in between: counting whole intervals would
-/// be off by up to one at each begin and end of a motion, 33 ms at 30 Hz.
-Moving movingIn(const std::vector<double>& t, const std::vector<const Points*>& tools, const Piece& piece) {
-  Moving out;
-  std::vector<double> before(tools.size()), after(tools.size()), at;
-  const auto speeds = [&](std::size_t i, std::vector<double>& to) {
-    for (std::size_t k = 0; k < tools.size(); ++k)
-      to[k] = ((*tools[k])[i] - (*tools[k])[i - 1]).norm() / (t[i] - t[i - 1]);
-  };
-  const auto count = [&](double seconds, double where) {
-    int moving = 0;
-    for (std::size_t k = 0; k < tools.size(); ++k)
-      moving += before[k] + where * (after[k] - before[k]) >= kIdleSpeed;
-    (moving > 0 ? out.one : out.none) += seconds;
-    if (moving > 1) out.two += seconds;
-  };
-  if (piece.first == piece.last) return out;
-  speeds(piece.first + 1, before);
-  count(0.5 * (t[piece.first + 1] - t[piece.first]), 0);
-  for (std::size_t i = piece.first + 2; i <= piece.last; ++i) {
-    speeds(i, after);
-    at.assign({0.0, 1.0});  // where one begins or ends to move
-    for (std::size_t k = 0; k < tools.size(); ++k)
-      if ((before[k] < kIdleSpeed) != (after[k] < kIdleSpeed))
-        at.push_back((kIdleSpeed - before[k]) / (after[k] - before[k]));
-    std::sort(at.begin(), at.end());
-    for (std::size_t k = 1; k < at.size(); ++k)
-      count(0.5 * (at[k] - at[k - 1]) * (t[i] - t[i - 2]), 0.5 * (at[k] + at[k - 1]));
-    before.swap(after);
-  }
-  count(0.5 * (t[piece.last] - t[piece.last - 1]), 0);
-  return out;
-}
 
 /// Counts turns back along a tool's axis: in by more than kDepthTurn, then out by more than it.
 class Turns {
@@ -261,14 +221,13 @@ void addFiltered(const Points& p, ToolFigures& f, Mean& sparcs, Mean& ldljs, Mea
   const double seconds = static_cast<double>(p.size() - 1) / kSmoothRate;
   Points v;
   std::vector<double> speed;
-  double path = 0, peak = 0;
-  std::vector<double> t{0.0};
+  double path = 0, peak = 0, rest = 0;
   for (std::size_t i = 1; i < p.size(); ++i) {
     v.push_back(kSmoothRate * (p[i] - p[i - 1]));
     speed.push_back(v.back().norm());
     path += speed.back() / kSmoothRate;
     peak = std::max(peak, speed.back());
-    t.push_back(static_cast<double>(i) / kSmoothRate);
+    rest += speed.back() < kIdleSpeed ? 1.0 : 0.0;
   }
   double squares = 0, unsure = 0;  // the second in m: what round-off makes of a place
   for (const Eigen::Vector3d& place : p)
@@ -278,7 +237,7 @@ void addFiltered(const Points& p, ToolFigures& f, Mean& sparcs, Mean& ldljs, Mea
   jerk.add(squares / static_cast<double>(v.size() - 2), seconds);
   f.filtered_path = f.filtered_path.value_or(0.0) + path;
   f.filtered_peak_speed = std::max(peak, f.filtered_peak_speed.value_or(0.0));
-  idle.add(movingIn(t, {&p}, {0, p.size() - 1}).none / seconds, seconds);
+  idle.add(rest / static_cast<double>(speed.size()), seconds);
   // Of rest, and of steady motion, the differences are round-off or what the filter's ends leave: figures of
   // nothing.
   if (peak > unsure * kSmoothRate) sparcs.add(sparc(speed, kSmoothRate), seconds);
@@ -293,8 +252,7 @@ ToolFigures toolFigures(const MotionTable& table, const MotionTable::Tool& tool,
   ToolFigures f;
   f.name = tool.name;
   const std::vector<double>& t = table.time;
-  double jerks = 0, angle = 0, depth = 0;
-  Moving moving;
+  double idle = 0, jerks = 0, angle = 0, depth = 0;
   Turns turns;
   std::size_t jerk_count = 0;
   Mean sparcs, ldljs, filtered_idle, filtered_jerk;
@@ -303,13 +261,12 @@ ToolFigures toolFigures(const MotionTable& table, const MotionTable::Tool& tool,
     if (k > 0) f.gaps.push_back({table.start + t[pieces[k - 1].last], table.start + t[piece.first]});
     f.duration += t[piece.last] - t[piece.first];
     turns.begin();
-    const Moving of = movingIn(t, {&tool.position}, piece);
-    moving.none += of.none, moving.one += of.one;
     for (std::size_t i = piece.first + 1; i <= piece.last; ++i) {
       const Eigen::Vector3d step = tool.position[i] - tool.position[i - 1];
       const double dt = t[i] - t[i - 1], speed = step.norm() / dt;
       f.path += step.norm();
       f.peak_speed = std::max(f.peak_speed, speed);
+      if (speed < kIdleSpeed) idle += dt;
       if (!tool.orientation.empty()) {
         const Eigen::Quaterniond turn = tool.orientation[i - 1].conjugate() * tool.orientation[i];
         angle += 2.0 * std::atan2(turn.vec().norm(), std::abs(turn.w()));
@@ -336,7 +293,7 @@ ToolFigures toolFigures(const MotionTable& table, const MotionTable::Tool& tool,
       addFiltered(smooth(t, tool.position, piece), f, sparcs, ldljs, filtered_idle, filtered_jerk);
   }
   f.mean_speed = f.duration > 0 ? f.path / f.duration : 0.0;
-  f.idle_fraction = f.duration > 0 ? moving.none / (moving.none + moving.one) : 0.0;
+  f.idle_fraction = f.duration > 0 ? idle / f.duration : 0.0;
   if (jerk_count > 0) f.rms_jerk = std::sqrt(jerks / static_cast<double>(jerk_count));
   if (!tool.orientation.empty()) {
     f.angular_path = angle;
@@ -404,20 +361,24 @@ Figures figuresOf(const MotionTable& table) {
   // Five intervals are no gap, whatever their sum rounds to.
   const std::vector<Piece> pieces =
       piecesOf(table.time, (1.0 + 1e-9) * kGapIntervals * medianInterval(table.time));
-  Moving moving;
-  std::vector<const Points*> tools;
-  for (const auto& tool : table.tools) tools.push_back(&tool.position);
+  double both = 0, any = 0;
   for (const Piece& piece : pieces) {
     out.duration += table.time[piece.last] - table.time[piece.first];
-    const Moving of = movingIn(table.time, tools, piece);
-    moving.one += of.one, moving.two += of.two;
+    for (std::size_t i = piece.first + 1; i <= piece.last; ++i) {
+      const double dt = table.time[i] - table.time[i - 1];
+      int moving = 0;
+      for (const auto& tool : table.tools)
+        moving += (tool.position[i] - tool.position[i - 1]).norm() / dt >= kIdleSpeed;
+      if (moving > 0) any += dt;
+      if (moving > 1) both += dt;
+    }
   }
   const double seconds = out.duration * static_cast<double>(table.tools.size());
   for (const auto& tool : table.tools) {
     out.tools.push_back(toolFigures(table, tool, pieces, seconds <= kLongestFiltered));
     out.path += out.tools.back().path;
   }
-  if (table.tools.size() > 1) out.bimanual = moving.one > 0 ? moving.two / moving.one : 0.0;
+  if (table.tools.size() > 1) out.bimanual = any > 0 ? both / any : 0.0;
   if (table.tools.size() == 2) {
     const double longer = std::max(out.tools[0].path, out.tools[1].path);
     if (longer > 0) out.path_ratio = std::min(out.tools[0].path, out.tools[1].path) / longer;

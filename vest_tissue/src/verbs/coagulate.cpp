@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "../scene/stages.h"
+#include "heat_step.h"
 #include "vest_tissue/interaction/grasp.h"
 #include "vest_tissue/interaction/heat.h"
 #include "vest_tissue/scene/topology.h"
@@ -230,7 +231,7 @@ void stepHeat(Context& c) {
   electrodes(c);
   crush(c);
   // Electrodes give it each step; it spreads slowly, and stays for minutes.
-  const auto every = static_cast<std::uint64_t>(std::max(1.0, interaction::kHeatStep / c.dt));
+  const auto every = static_cast<std::uint64_t>(std::max(1.0, kHeatStep / c.dt));
   const double dt = c.state.step % every == 0 ? static_cast<double>(every) * c.dt : 0.0;
   eachBody(c, [&c, dt](std::size_t object) {
     if (dt > 0.0) conduct(c, object, dt);

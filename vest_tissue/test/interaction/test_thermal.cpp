@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "../../src/verbs/heat_step.h"
 #include "vest_tissue/base/elementary.h"
 #include "vest_tissue/interaction/heat.h"
 #include "vest_tissue/interaction/thermal.h"
@@ -165,7 +166,7 @@ TEST(Denaturation, IsTheSameInStepsOfHeatAsInThoseOfTheTissue) {
                 storedHeat(c, shape, m, mass), 1e-9);
     return c;
   };
-  const int every = static_cast<int>(std::lround(kHeatStep / 0.001));
+  const int every = static_cast<int>(std::lround(vest::scene::kHeatStep / 0.001));
   const HeatColumn fine = burn(1), coarse = burn(every), far_too_coarse = burn(500);
   ASSERT_GT(fine.surface, 0.9) << "it whitens";
   ASSERT_LT(fine.denatured, 0.9) << "but not through and through";

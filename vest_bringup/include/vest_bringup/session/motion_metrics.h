@@ -14,18 +14,16 @@ namespace vest::session {
 ///
 /// Figures of raw samples depend on the sampling rate where the recording is noisy: compare those of one
 /// device alone. Those called filtered do not: positions pass a second-order Butterworth low pass at 6 Hz
-/// forwards and backwards (no lag; half the amplitude at 6 Hz), and are sampled anew at 100 Hz through a
-/// cubic spline. 6 Hz: tuned, above voluntary motion of a hand, below tremor (8 to 12 Hz). What was recorded
-/// more slowly than kFilterRate first becomes finer through a cubic spline, by a whole factor: near half its
-/// rate the bilinear transform closes the filter. Smooth motions are the same to 2 % from 30 Hz to 1 kHz. Of
-/// a tremor of 0.2 mm and 8, 10, 12 Hz in a reach of 0.2 m, log dimensionless jerk reads 0.3, 0.9, 2.6 % less
-/// at 30 Hz than at 1 kHz (measured), the jerk itself 2, 6, 17 %.
+/// forwards and backwards (no lag; half the amplitude at 6 Hz) at the recorded rate, and are sampled anew at
+/// 100 Hz through a cubic spline. 6 Hz: tuned, above voluntary motion of a hand, below tremor (8 to 12 Hz).
+/// Smooth motions are the same to 2 % from 30 Hz to 1 kHz. Of a tremor of 0.2 mm and 8, 10, 12 Hz in a reach
+/// of 0.2 m, log dimensionless jerk reads 4, 12, 26 % less at 30 Hz than at 1 kHz (measured): the bilinear
+/// transform closes the filter towards half the rate.
 namespace motion {
 
 constexpr double kIdleSpeed = 0.005;      ///< m/s, tuned: below it a tool rests
 constexpr double kGapIntervals = 5.0;     ///< median intervals: a longer pause of the recording is a gap
 constexpr double kFilterFrequency = 6.0;  ///< Hz
-constexpr double kFilterRate = 500.0;     ///< Hz, tuned: the least at which the filter runs
 constexpr double kSmoothRate = 100.0;     ///< Hz, of the filtered motion
 constexpr double kDepthTurn = 0.005;      ///< m, tuned: a way along the tool's axis that counts
 constexpr double kLongestFiltered = 1e4;  ///< s times tools (assumed): the spectrum of more takes 1 GB
@@ -49,9 +47,7 @@ struct ToolFigures {
   /// orientations). Ways are counted along its axis; each piece between gaps begins anew.
   std::optional<int> depth_turns;
   std::optional<double> economy;  ///< straight way by the goals over the path; where goals are known
-  /// Part of the duration with a speed below kIdleSpeed; as in `bimanual`, speeds are those of the intervals,
-  /// in their middles, and linear in between.
-  double idle_fraction = 0;
+  double idle_fraction = 0;  ///< part of the duration with a speed below kIdleSpeed, interval by interval
   // Of the filtered motion; nothing where the recording is too short, slower than 15 Hz, or longer
   // than kLongestFiltered over the number of tools.
   std::optional<double> filtered_path;        ///< m

@@ -20,8 +20,6 @@ inline constexpr double kBodyTemperature = 310.15;  ///< K: 37 °C, of tissue at
 /// Blood: density and heat capacity, J/(m³·K): 1050 kg/m³ · 3617 J/(kg·K), McIntosh & Anderson 2010,
 /// doi:10.1142/S1793048010001184.
 inline constexpr double kBloodHeat = 1050.0 * 3617.0;
-/// s: steps of what heat does. The thinnest layer follows the next one in (0.4 mm)² / 0.14 mm²/s = 1 s.
-inline constexpr double kHeatStep = 0.008;
 inline constexpr double kSurfaceLoss = 10.0;  ///< W/(m²·K) to the gas: free convection, assumed
 /// Henriques 1947 (Arch. Pathol. 43:489), as tabulated in Wright 2003, doi:10.1115/1.1553974: burn injury of
 /// skin, the transition at about 60 °C in one second.
