@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -38,7 +39,7 @@ struct Options {
   std::string bag, output, video, frame_format = "png";
   int width = 720, height = 576, quality = 1;
   double fps = 25, from = 0, to = 1e9, fov = 70, k1 = -0.18, k2 = 0.03, circle = 1, noise = 0, focus = 0;
-  bool no_frames = false, truth = false, each_state = false;
+  bool no_frames = false, truth = false, each_state = false, timing = false;
 };
 
 bool endsWith(const std::string& text, const std::string& end) {
@@ -144,8 +145,17 @@ class Renderer {
     // gap.
     const double gap = inputs->tissue.time() - shown_;
     shown_ = inputs->tissue.time();
-    for (int i = frames_ == 0 || (o_.each_state && !(gap >= 0 && gap < kGap)) ? 0 : 14; i < 15; ++i)
-      view_.draw(X_WO, inputs->tissue.time(), 1 / o_.fps, &picture_);
+    EndoscopePipeline::Timing cost;
+    const double began = processorSeconds();
+    int drawn = 0;
+    for (int i = frames_ == 0 || (o_.each_state && !(gap >= 0 && gap < kGap)) ? 0 : 14; i < 15; ++i, ++drawn)
+      cost = view_.draw(X_WO, inputs->tissue.time(), 1 / o_.fps, &picture_);
+    if (drawn == 1) {  // others settle
+      ++timed_;
+      processor_ += processorSeconds() - began;
+      sum_.prepare += cost.prepare, sum_.draw += cost.draw, sum_.read += cost.read,
+          sum_.finish += cost.finish;
+    }
     cv::cvtColor(picture_, bgr_, cv::COLOR_RGB2BGR);
     char name[32];
     std::snprintf(name, sizeof name, "%06d", frames_);
@@ -153,6 +163,15 @@ class Renderer {
     if (video_.isOpened()) video_.write(bgr_);
     if (o_.truth) writeTruth(name, inputs, X_WO);
     ++frames_;
+  }
+
+  /// What a picture cost on the mean, without tissue and files.
+  void printTiming() const {
+    const double ms = 1000.0 / std::max(1, timed_);
+    std::printf(
+        "a picture: %.1f ms of processor time; prepare %.1f, draw %.1f, read %.1f, finish %.1f ms (mean of "
+        "%d)\n",
+        ms * processor_, ms * sum_.prepare, ms * sum_.draw, ms * sum_.read, ms * sum_.finish, timed_);
   }
 
   int frames() const { return frames_; }
@@ -178,6 +197,13 @@ class Renderer {
     truth_.remember(X_WO);
   }
 
+  /// s that all threads of this process took; llvmpipe draws with several.
+  static double processorSeconds() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+  }
+
   static constexpr double kGap = 0.25;  ///< s of simulated time
   Options o_;
   mutable EndoscopePipeline view_;
@@ -185,7 +211,9 @@ class Renderer {
   cv::VideoWriter video_;
   std::ofstream points_;
   cv::Mat picture_, bgr_, truth_picture_;
-  int frames_ = 0, empty_ = 0;
+  int frames_ = 0, empty_ = 0, timed_ = 0;
+  EndoscopePipeline::Timing sum_;
+  double processor_ = 0;
   double shown_ = 0;  ///< s of simulated time, of the last picture
 };
 
@@ -217,6 +245,7 @@ int render(const Options& o) {
   if (renderer.empty() > 0)
     std::printf(", %d moments without tissue or endoscope left out", renderer.empty());
   std::printf("\n");
+  if (o.timing) renderer.printTiming();
   return renderer.frames() > 0 ? 0 : 1;
 }
 
@@ -251,9 +280,11 @@ int main(int argc, char** argv) {
   app.add_flag(
       "--truth", o.truth,
       "depth_*.tiff (32 bit float, m), segmentation_*.png (16 bit labels), flow_*.flo, keypoints.csv");
+  app.add_flag("--timing", o.timing, "prints what drawing a picture costs; works without --output, too");
   CLI11_PARSE(app, argc, argv);
-  if (o.output.empty() && (o.truth || o.video.empty())) {
-    std::fprintf(stderr, "vest_render: give --output for pictures or ground truth, or --video\n");
+  if (o.output.empty() && (o.truth || (o.video.empty() && !o.timing))) {
+    std::fprintf(stderr,
+                 "vest_render: give --output for pictures or ground truth, or --video, or --timing\n");
     return 2;
   }
   if (std::getenv("DISPLAY") == nullptr && std::getenv("VEST_RENDER_NESTED") == nullptr) {
