@@ -156,7 +156,7 @@ TEST_F(TraineesTest, MarksOfAPersonAreKeptBesideTheScoresAndInNoLearningCurve) {
 TEST_F(TraineesTest, ACurriculumTellsWhatIsDoneAndGoesWithTheTrainee) {
   Trainees trainees(file_);
   trainees.add("anna"), trainees.add("berta");
-  EXPECT_TRUE(curriculumOf(trainees.attempts("anna")).empty());
+  EXPECT_TRUE(curriculumSteps(trainees.attempts("anna")).empty());
   for (const char* name : {"anna", "berta"})
     EXPECT_EQ(trainees.keep(curriculumOf({"touch_order", "clip_cut_tube"}, name, "2026-11-29")).flags, "")
         << "a class has the same one";
@@ -165,7 +165,7 @@ TEST_F(TraineesTest, ACurriculumTellsWhatIsDoneAndGoesWithTheTrainee) {
     Attempt a = attempt("anna", "input " + std::to_string(++input));
     a.passed = passed, a.flags = flags;
     trainees.keep(a);
-    return curriculumOf(trainees.attempts("anna")).at(1);
+    return curriculumSteps(trainees.attempts("anna")).at(1);
   };
   EXPECT_FALSE(attempted(true).done) << "one pass may be luck";
   EXPECT_FALSE(attempted(false).done);
@@ -175,17 +175,17 @@ TEST_F(TraineesTest, ACurriculumTellsWhatIsDoneAndGoesWithTheTrainee) {
   const CurriculumStep step = attempted(false);
   EXPECT_TRUE(step.done) << "once learned";
   EXPECT_EQ(step.attempts, 5U);
-  EXPECT_FALSE(curriculumOf(trainees.attempts("anna")).at(0).done);
+  EXPECT_FALSE(curriculumSteps(trainees.attempts("anna")).at(0).done);
   EXPECT_TRUE(trainees.attempts("anna", "touch_order").empty()) << "it is in no learning curve";
   trainees.keep(curriculumOf({"lift_tube"}, "anna", "2026-11-30"));
-  EXPECT_EQ(curriculumOf(trainees.attempts("anna")).at(0).exercise, "lift_tube") << "the newest holds";
+  EXPECT_EQ(curriculumSteps(trainees.attempts("anna")).at(0).exercise, "lift_tube") << "the newest holds";
   EXPECT_NE(trainees.exported("anna").find("lift_tube"), std::string::npos);
   trainees.erase("anna");
   EXPECT_EQ(bytes().find("lift_tube"), std::string::npos);
   Attempt bad = curriculumOf({}, "berta", "2026-12-01");
   bad.json = "{\"exercises\": 5";
   trainees.keep(bad);
-  EXPECT_NE(refusal([&] { curriculumOf(trainees.attempts("berta")); }).find("curriculum of"),
+  EXPECT_NE(refusal([&] { curriculumSteps(trainees.attempts("berta")); }).find("curriculum of"),
             std::string::npos);
 }
 

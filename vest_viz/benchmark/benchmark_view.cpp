@@ -35,12 +35,14 @@
 #include "endoscope_pipeline.h"
 #include "ogre_assets.h"
 #include "scene_messages.h"
+#include "steady_seconds.h"
 #include "tissue_input.h"
 #include "vest_instruments/files/option.h"
 #include "vest_viz/picture/finish.h"
 
 namespace {
 using Eigen::Vector3d;
+using vest::displays::processorSeconds;
 using vest::tools::Place;
 
 double milliseconds() {
@@ -58,13 +60,6 @@ Times print(const char* stage, std::vector<double>* values, const char* unit = "
   const Times t{(*values)[values->size() / 2], (*values)[values->size() * 9 / 10]};
   std::printf("%-8s median %7.2f   90 %% %7.2f %s\n", stage, t.median, t.most, unit);
   return t;
-}
-
-/// s of processor time of this process, all threads.
-double processorSeconds() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
 std::string text(const char* format, double a, double b = 0, double c = 0) {

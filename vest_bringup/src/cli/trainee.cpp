@@ -135,7 +135,7 @@ int main(int argc, char** argv) {
     for (const std::string& one : planned) vest::ros_shell::exerciseFile(one);
     if (!planned.empty())
       trainees.keep(vest::exercise::curriculumOf(planned, name, vest::exercise::dateNow()));
-    if (plan->parsed()) tell(vest::exercise::curriculumOf(trainees.attempts(name)));
+    if (plan->parsed()) tell(vest::exercise::curriculumSteps(trainees.attempts(name)));
     if (progress->parsed())
       tell(vest::exercise::learningOf(trainees.attempts(name, exercise),
                                       vest::exercise::storedReference(database, exercise)),

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -25,6 +24,7 @@
 #include "endoscope_inputs.h"
 #include "endoscope_pipeline.h"
 #include "instrument_history.h"
+#include "steady_seconds.h"
 #include "tissue_input.h"
 #include "truth_output.h"
 #include "vest_instruments/files/option.h"
@@ -34,6 +34,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using vest::displays::EndoscopePipeline;
+using vest::displays::processorSeconds;
 
 struct Options {
   std::string bag, output, video, frame_format = "png";
@@ -195,13 +196,6 @@ class Renderer {
       points_ << frames_ << ',' << inputs->tissue.step() << ',' << k.instrument << ',' << k.name << ',' << k.u
               << ',' << k.v << ',' << k.depth << ',' << int(k.visibility) << '\n';
     truth_.remember(X_WO);
-  }
-
-  /// s that all threads of this process took; llvmpipe draws with several.
-  static double processorSeconds() {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
   }
 
   static constexpr double kGap = 0.25;  ///< s of simulated time

@@ -322,13 +322,17 @@ class Lobes {
         }
       }
   }
-  /// @param q lobes
-  glm::vec2 at(glm::vec2 q) const {
-    const glm::vec2 p = q * static_cast<float>(kPerLobe), low = glm::floor(p), part = p - low;
+  /// @param x, y lobes; any number, for places come from messages
+  glm::vec2 at(double x, double y) const {
+    const auto within = [](double v) {
+      const double in = kPerLobe * (v - kLobes * std::floor(v / kLobes));
+      return static_cast<float>(in >= 0 && in <= kSide ? in : 0.0);
+    };
+    const glm::vec2 p(within(x), within(y)), low = glm::floor(p), part = p - low;
     const auto value = [&](int i, int j) {
-      const int x = (static_cast<int>(low.x) + i) & (kSide - 1),
-                y = (static_cast<int>(low.y) + j) & (kSide - 1);
-      return table_[static_cast<std::size_t>(y * kSide + x)];
+      const int column = (static_cast<int>(low.x) + i) & (kSide - 1),
+                row = (static_cast<int>(low.y) + j) & (kSide - 1);
+      return table_[static_cast<std::size_t>(row * kSide + column)];
     };
     return glm::mix(glm::mix(value(0, 0), value(1, 0), part.x), glm::mix(value(0, 1), value(1, 1), part.x),
                     part.y);
@@ -344,8 +348,7 @@ glm::vec2 lobe(const Eigen::Isometry3d& origin, double cell, int x, int y) {
   constexpr double kFrayed = 0.0030, kAcross = 0.0085;  // m: at most so far; from lobe to lobe (by eye)
   static const Lobes kNoise;
   const Vector3d p = origin * Vector3d(0.5 * cell * x, 0.5 * cell * y, 0) / kAcross;
-  return kNoise.at({static_cast<float>(p.x()), static_cast<float>(p.y())}) *
-         static_cast<float>(kFrayed / (0.5 * cell));
+  return kNoise.at(p.x(), p.y()) * static_cast<float>(kFrayed / (0.5 * cell));
 }
 
 /// Where a pool ends at a steep wall its cells do not tell where within them: there its shore is frayed, too,

@@ -328,6 +328,27 @@ TEST(Film, ItsOutlineDoesNotRunAlongItsCellsAndStandsStillInTheWorld) {
   expectFrayed(stain, 0, 70);
 }
 
+// The noise of borders is a table that repeats: it has no seam left of its begin, and no place is beyond it.
+TEST(Film, FraysAlikeOnEitherSideOfTheWorldsMiddleAndTakesAnyPlace) {
+  const auto at = [](double x) {
+    Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();
+    origin.translation().x() = x;
+    const std::vector<float> height(64, 0.0f);
+    std::vector<std::uint8_t> thickness(64, 0), set(64, 0);
+    for (std::size_t i = 18; i < 46; ++i) thickness[i] = 100;
+    return filmSurface(origin, 0.004, 8, 8, height.data(), thickness.data(), set.data());
+  };
+  const std::vector<float> here = at(0.01).features;
+  const double period = 16 * 0.0085;  // m
+  for (const double turns : {-1.0, -3.0, 2.0}) {
+    const std::vector<float> there = at(0.01 + turns * period).features;
+    ASSERT_EQ(there.size(), here.size());
+    for (std::size_t i = 0; i < here.size(); ++i) EXPECT_NEAR(there[i], here[i], 0.01) << turns;
+  }
+  EXPECT_NE(at(0.01 + 0.5 * period).features, here);
+  for (const float value : at(-1e30).features) EXPECT_TRUE(std::isfinite(value));
+}
+
 TEST(Pool, AtASteepWallItsShoreDoesNotRunAlongItsCellsEither) {
   const auto pool = [](int before) {
     const auto height = strip(before, kNaN, 0.0f);

@@ -36,7 +36,7 @@ struct CurriculumStep {
 
 /// How far a trainee is. @param attempts all of the trainee, oldest first
 /// @return empty where there is no curriculum  @throws DatabaseError where the kept one cannot be read
-inline std::vector<CurriculumStep> curriculumOf(const std::vector<Attempt>& attempts) {
+inline std::vector<CurriculumStep> curriculumSteps(const std::vector<Attempt>& attempts) {
   std::vector<CurriculumStep> steps;
   for (const Attempt& a : attempts) {
     if (a.exercise != kCurriculum) continue;
