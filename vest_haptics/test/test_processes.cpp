@@ -23,7 +23,7 @@ namespace {
 
 /// What parent and simulation share beside the contact memory.
 struct Board {
-  std::atomic<double> z{0.1};  ///< m, world: commanded tip
+  std::atomic<double> z{0.1};  ///< m, world: commanded tip, which is the device's own as in a session
   std::atomic<int> hang{0};    ///< 1: endless loop in the solver, while a heart-beat thread goes on writing
   std::atomic<std::int64_t> last{0};
   std::atomic<std::uint64_t> seen{0};  ///< newest step that the loop has read
@@ -81,7 +81,7 @@ struct Session {
     memory->connect();
     now = Loop::steadyNow();
     const TickReport& r = loop->tickOnce(now);
-    if (r.valid) board->z = r.tip_W.z();
+    if (r.valid) board->z = r.X_BTip.translation().z();
     board->seen = r.step;
     force = r.loads[2];
     device.advance(0.001);
