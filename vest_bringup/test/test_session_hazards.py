@@ -12,6 +12,7 @@ import tempfile
 import threading
 import time
 import unittest
+import xmlrpc.client
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "vest_haptics", "test"))
 from ros_support import Node, master, own_port, patient  # noqa: E402
@@ -20,6 +21,7 @@ FULL = "VEST_FULL" in os.environ
 PORT = own_port()
 
 import rosbag  # noqa: E402  (reads the environment)
+import rosgraph  # noqa: E402
 import rosnode  # noqa: E402
 import rospy  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
@@ -262,6 +264,25 @@ class SessionHazards(unittest.TestCase):
                 for subscriber in listening:
                     subscriber.unregister()
                 simulation.end()
+
+    def test_a_recorder_that_stands_still_for_seconds_is_not_dead(self):
+        # A busy machine does so: the session would go on without its inputs.
+        states = []
+        listening = rospy.Subscriber("session/state", SessionState, states.append)
+        self.addCleanup(listening.unregister)
+        with tempfile.TemporaryDirectory() as folder:
+            recorder = Node("vest_bringup", "recorder", f"_directory:={folder}")
+            self.addCleanup(recorder.end)
+            simulation = self.simulation("waits")
+            self.assertTrue(patient(lambda: bool(states) and states[-1].recording), recorder.text())
+            recorder.signal(signal.SIGSTOP)
+            time.sleep(6.0)
+            recorder.signal(signal.SIGCONT)
+            had = len(states)
+            self.assertTrue(patient(lambda: len(states) > had + 3 and states[-1].recording), simulation.text())
+            self.assertNotIn("recorder has died", simulation.text())
+            simulation.end()
+            recorder.end()
 
     def test_a_recorder_that_ends_as_it_was_meant_to_is_no_death_and_one_that_refuses_holds_no_start(self):
         states = []
@@ -508,6 +529,14 @@ class SessionHazards(unittest.TestCase):
                 for ns in ("one", "two"):
                     steps = [s.step for s in heard[ns, "session/state"]]
                     self.assertEqual(steps, sorted(steps), "each has its own simulation")
+                # A laptop that slept: nodelets and their loaders take each other for dead after four seconds.
+                manager = xmlrpc.client.ServerProxy(rosnode.get_api_uri(rosgraph.Master("/test"), "/one/manager")).getPid("/test")[2]
+                os.kill(manager, signal.SIGSTOP)
+                time.sleep(8.0)
+                os.kill(manager, signal.SIGCONT)
+                was = heard["one", "session/state"][-1].step
+                self.assertTrue(patient(lambda: heard["one", "session/state"][-1].step > was + 3000, 60))
+                self.assertEqual([t.poll() for t in trainers], [None, None], "it stood still for seconds and goes on")
             finally:
                 for trainer in trainers:
                     trainer.send_signal(signal.SIGINT)

@@ -1,7 +1,15 @@
 #include <ros/console.h>
 #include <ros/master.h>
+#include <ros/network.h>
 #include <ros/param.h>
 #include <ros/this_node.h>
+
+#include <netdb.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
 
 #include "vest_tissue/ros/conversions.h"
 #include "vest_tissue/ros/tissue_server.h"
@@ -10,6 +18,32 @@
 // What the simulation does for a recording: it hands out its scene, waits for the recorder, and tells its
 // death.
 namespace vest::ros_shell {
+namespace {
+
+// Whether nothing listens there any more. A process that is only slow, or stopped, still takes connections.
+bool refusesConnections(const std::string& host, std::uint32_t port) {
+  constexpr int kPatience = 1000;  // ms: another machine that does not answer may only be busy
+  addrinfo hints{}, *found = nullptr;
+  hints.ai_socktype = SOCK_STREAM;
+  if (::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found) != 0) return false;
+  bool refused = found != nullptr;
+  for (const addrinfo* a = found; a != nullptr && refused; a = a->ai_next) {
+    const int fd = ::socket(a->ai_family, a->ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, a->ai_protocol);
+    if (fd < 0) continue;
+    int error = ::connect(fd, a->ai_addr, a->ai_addrlen) == 0 ? 0 : errno;
+    if (error == EINPROGRESS) {
+      pollfd waiting{fd, POLLOUT, 0};
+      socklen_t size = sizeof error;
+      if (::poll(&waiting, 1, kPatience) == 1) ::getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size);
+    }
+    refused = error == ECONNREFUSED;
+    ::close(fd);
+  }
+  ::freeaddrinfo(found);
+  return refused;
+}
+
+}  // namespace
 
 boost::shared_ptr<vest_msgs::SceneFiles> TissueServer::toMessage(const std::string& scene,
                                                                  const std::string& hash,
@@ -63,11 +97,42 @@ void TissueServer::onRecording(const vest_msgs::SessionState::ConstPtr& msg) {
   recorder_seen_ = msg->state == vest_msgs::SessionState::RUNNING;
 }
 
+TissueServer::Recorder TissueServer::lookForRecorder() const {
+  XmlRpc::XmlRpcValue request, state, payload;
+  request[0] = ros::this_node::getName();
+  if (!ros::master::execute("getSystemState", request, state, payload, false)) return Recorder::Unknown;
+  Recorder found = Recorder::Absent;
+  const XmlRpc::XmlRpcValue& publishers = payload[0];
+  for (int i = 0; i < publishers.size(); ++i) {
+    if (static_cast<std::string>(publishers[i][0]) != recording_.getTopic()) continue;
+    for (int k = 0; k < publishers[i][1].size(); ++k) {
+      XmlRpc::XmlRpcValue response, uri;
+      std::string host;
+      std::uint32_t port = 0;
+      request[1] = publishers[i][1][k];
+      if (!ros::master::execute("lookupNode", request, response, uri, false) ||
+          !ros::network::splitURI(static_cast<std::string>(uri), host, port))
+        return Recorder::Unknown;
+      if (!refusesConnections(host, port)) return Recorder::There;
+      found = Recorder::Killed;
+    }
+  }
+  return found;
+}
+
 void TissueServer::watchRecorder() {
-  // It says something twice a second. Its connection tells nothing: roscpp tries again for ever.
-  constexpr double kSilent = 3.0;  // s
+  // It says something twice a second, where the machine lets it. Its connection tells nothing: roscpp tries
+  // again for ever.
+  constexpr double kSilent = 3.0, kStandsStill = 30.0;  // s, assumed
+  const auto silent = [&] {
+    std::lock_guard<std::mutex> lock(recording_mutex_);
+    return recorder_seen_ ? (ros::SteadyTime::now() - recording_time_).toSec() : 0.0;
+  };
+  if (silent() < kSilent) return;
+  const Recorder found = lookForRecorder();
+  const bool ended = found == Recorder::Killed || found == Recorder::Absent;
+  if (silent() < (ended ? kSilent : kStandsStill)) return;
   std::lock_guard<std::mutex> lock(recording_mutex_);
-  if (!recorder_seen_ || (ros::SteadyTime::now() - recording_time_).toSec() < kSilent) return;
   recorder_seen_ = false;
   recorder_died_ = true;
   ROS_ERROR(
@@ -76,19 +141,16 @@ void TissueServer::watchRecorder() {
       recording_state_.directory.empty() ? "its folder" : recording_state_.directory.c_str());
 }
 
-bool TissueServer::recorderGone() const {
+bool TissueServer::recorderGone() {
   if (recorder_died_) return true;
+  {
+    std::lock_guard<std::mutex> lock(recording_mutex_);
+    if (recorder_seen_) return false;  // watchRecorder() looks after it
+  }
   std::string refusal;
   if (ros::param::get(nh_.resolveName("session/recorder_refused"), refusal) && !refusal.empty()) return true;
-  // Killed before this process heard of it: the master still has its name, and nobody answers.
-  if (recording_.getNumPublishers() > 0) return false;
-  XmlRpc::XmlRpcValue request, response, payload;
-  request[0] = ros::this_node::getName();
-  if (!ros::master::execute("getSystemState", request, response, payload, false)) return false;
-  const XmlRpc::XmlRpcValue& publishers = payload[0];
-  for (int i = 0; i < publishers.size(); ++i)
-    if (static_cast<std::string>(publishers[i][0]) == recording_.getTopic()) return true;
-  return false;
+  // Killed before this process heard of it: the master still has its name.
+  return lookForRecorder() == Recorder::Killed;
 }
 
 void TissueServer::startWhenReady(double waited) {
@@ -119,9 +181,7 @@ void TissueServer::startWhenReady(double waited) {
   bool gone = false;
   if (waited >= next_look_) {
     next_look_ = waited + 1.0;
-    const bool was = looked_gone_;
-    looked_gone_ = recorderGone();
-    gone = looked_gone_ && (was || recorder_died_);  // twice: it may be connecting just now
+    gone = recorderGone();
   }
   if (gone || waited > recorder_timeout_) {
     ROS_WARN("no recorder listens to %s after %.0f s%s: the simulation begins without one",

@@ -112,6 +112,8 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
   edits_ = input.subscribe("parameter_edit", 100, &TissueServer::onEdit, this);
   ros::NodeHandle service(nh_);
   service.setCallbackQueue(&service_queue_);
+  recorder_timer_ = service.createSteadyTimer(ros::WallDuration(0.5),
+                                              [this](const ros::SteadyTimerEvent&) { watchRecorder(); });
   services_.push_back(service.advertiseService("tissue/load_scene", &TissueServer::onLoad, this));
   services_.push_back(service.advertiseService("tissue/edit_scene", &TissueServer::onEditScene, this));
   services_.push_back(service.advertiseService("tissue/reset", &TissueServer::onReset, this));
@@ -365,7 +367,6 @@ void TissueServer::publishLoop() {
     std::this_thread::sleep_until(next);
     const double t = std::chrono::duration<double>(Clock::now() - begin).count();
     followClock();
-    watchRecorder();
     startWhenReady(t);
     if (topology_due_ || t >= topology_due) {
       topology_due = t + 10.0;

@@ -105,10 +105,13 @@ class TissueServer {
   void publishSession();
   void publishDiagnostics();
   void startWhenReady(double waited);
+  enum class Recorder { Unknown, Absent, Killed, There };
+  /// What the master and the recorder's own address say of it. Waits for both, up to seconds.
+  Recorder lookForRecorder() const;
   /// Notices that the recorder died, says so once, and keeps saying it in session/state.
   void watchRecorder();
   /// Whether a recorder that the start waits for will never come. Asks the master: not while it runs.
-  bool recorderGone() const;
+  bool recorderGone();
   ros::Time stamp(std::int64_t steady_ns) const;
   void followClock();
 
@@ -124,7 +127,6 @@ class TissueServer {
   std::atomic<bool> recorded_{false}, hands_there_{false};
   double held_since_ = 0;  ///< s since the start: for hands alone
   double next_look_ = 0;   ///< s since the start: for a recorder that will never listen
-  bool looked_gone_ = false;
 
   std::unique_ptr<scene::Runner> runner_;
   std::mutex
@@ -147,7 +149,7 @@ class TissueServer {
   // Of the input thread.
   scene::ToolSample sample_;
   ros::SteadyTime instruments_time_;
-  ros::SteadyTimer silence_timer_;
+  ros::SteadyTimer silence_timer_, recorder_timer_;
   std::mutex recent_mutex_;  ///< recent_: of the input and the publishing thread
   std::deque<vest_msgs::InstrumentStates::ConstPtr> recent_;  ///< the last messages, oldest first
   std::atomic<std::uint64_t> refused_inputs_{0};
