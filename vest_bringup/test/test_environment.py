@@ -39,6 +39,20 @@ class Environment(unittest.TestCase):
         self.assertFalse(done.success)
         self.assertIn("the episode is over", done.message)
 
+    def test_an_exercise_has_the_bits_of_python_too(self):
+        rospy.wait_for_service("exercise/session/env_step", timeout=60)
+        service, env = rospy.ServiceProxy("exercise/session/env_step", EnvStep, persistent=True), vest.make("clip_cut_tube")
+        expected, _ = env.reset(seed=2)
+        seen = service(reset=True, seed=2, action=[])
+        self.assertTrue(seen.success, seen.message)
+        for _ in range(30):
+            np.testing.assert_array_equal(np.float32(seen.observation), expected)
+            self.assertEqual(seen.state_hash, env.hash())
+            action = env.expert()
+            expected = env.step(action)[0]
+            seen = service(reset=False, seed=0, action=action)
+        self.assertEqual(seen.score, 0)
+
     def test_what_is_wrong_is_told_and_moves_nothing(self):
         there = self.env(reset=True, seed=3, action=[]).state_hash
         for reset, action, text in ((False, [0] * 5, "5 numbers (allowed: 6)"), (False, [], "0 numbers"), (True, [0] * 6, "a reset has none")):

@@ -86,7 +86,7 @@ TEST(Learning, TheExpertsMotionsAreThoseOfTheirScripts) {
 
 TEST(Learning, TheExpertPassesEachTaskFromOtherStarts) {
   for (const TaskRow& row : tasks()) {
-    Environment e(makeTask(optionsOf(row.name)));
+    TaskEnvironment e(makeTask(optionsOf(row.name)));
     Observation first, second;
     e.reset(1, first.data()), e.reset(2, second.data());
     EXPECT_NE(first, second) << "the start follows from the seed";
@@ -102,7 +102,7 @@ TEST(Learning, TheExpertPassesEachTaskFromOtherStarts) {
 }
 
 TEST(Learning, AThrowIsTiedAndThenBothHandsPullForASecond) {
-  Environment e(makeTask(optionsOf("tie_throw")));
+  TaskEnvironment e(makeTask(optionsOf("tie_throw")));
   const std::size_t skip = 20, actions = 50;  // simulated steps of an action; actions of a second
   std::array<std::vector<double>, 2> force;
   std::size_t tied = 0;
@@ -127,7 +127,7 @@ TEST(Learning, AThrowIsTiedAndThenBothHandsPullForASecond) {
 TEST(Learning, AThrowNeedsBothHands) {
   const auto task = makeTask(optionsOf("tie_throw"));
   ASSERT_EQ(task->actionSize(), 2 * kActionSize);
-  Environment both(task), other(task), right(task);
+  TaskEnvironment both(task), other(task), right(task);
   Action action;
   Observation seen, same;
   const auto step = [&](Environment& e, bool left) {
@@ -155,7 +155,7 @@ TEST(Learning, AThrowNeedsBothHands) {
 TEST(Learning, RewardsAreTheChangesOfTheScoreAndTimeTruncates) {
   TaskOptions o = optionsOf("reach");
   o.limit = 0.1;
-  Environment e(makeTask(o));
+  TaskEnvironment e(makeTask(o));
   Observation seen;
   e.reset(3, seen.data());
   const double start = seen[19];
@@ -178,7 +178,7 @@ TEST(Learning, RewardsAreTheChangesOfTheScoreAndTimeTruncates) {
 TEST(Learning, ASnapshotInTheMiddleOfAGraspGoesOnExactly) {
   for (const bool effects : {false, true}) {
     const auto task = makeTask(optionsOf("grasp_lift", effects));
-    Environment whole(task), other(task);
+    TaskEnvironment whole(task), other(task);
     play(whole, 5, 60);
     std::vector<std::uint8_t> snapshot, a, b;
     whole.save(snapshot);
@@ -206,7 +206,7 @@ TEST(Learning, ASnapshotInTheMiddleOfAGraspGoesOnExactly) {
     EXPECT_THROW(other.restore(snapshot), std::invalid_argument);
     other.save(b);
     EXPECT_EQ(a, b);
-    Environment reach(makeTask(optionsOf("reach")));
+    TaskEnvironment reach(makeTask(optionsOf("reach")));
     EXPECT_THROW(reach.restore(a), std::invalid_argument) << "of another task";
   }
 }
@@ -278,7 +278,7 @@ TEST(Learning, AVesselsPulseIsTakenAtAllItsPlacesThroughC) {
 
 TEST(Learning, CAndCppAndTheReSimulatedInputsGiveTheSameHash) {
   const auto task = makeTask(optionsOf("grasp_lift"));
-  Environment e(task);
+  TaskEnvironment e(task);
   session::Resimulation again(std::make_unique<scene::TissueSimulation>(scene::World(task->model)));
   const std::string scene = sceneOf("grasp_lift");
   const vest_world_options options{sizeof options, scene.c_str(), 2};

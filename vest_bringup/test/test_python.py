@@ -177,8 +177,31 @@ class TestTasks(unittest.TestCase):
         many.reset(seed=4)
         self.assertEqual(many.step(many.expert())[0].shape, (2, 21))
 
+    def test_an_exercise_is_an_environment_with_its_own_score(self):
+        env = vest.make("clip_cut_tube", pictures=(64, 48))
+        self.assertIn("clip_cut_tube", vest.exercises())
+        seen, info = env.reset(seed=1)
+        self.assertIn(seen, env.observation_space)
+        self.assertEqual(env.observation_names[-4:], ["phases done (0 to 1)", "quality (0 to 1)", "score (0 to 1)", "time left (0 to 1)"])
+        self.assertEqual((len(env.observation_names), env.action_space.shape), (seen["state"].size, (16,)))
+        self.assertEqual(info["score"], 0)
+        for _ in range(10):
+            moved = env.step(env.expert())[0]
+        self.assertTrue((moved["rgb"] != seen["rgb"]).any())
+        result = env.result()
+        self.assertEqual(({"clip_place", "economy"} - {item["name"] for item in result["items"]}, result["passed"]), (set(), False))
+        with self.assertRaisesRegex(ValueError, "no exercise"):
+            vest.make("reach").result()
+        with self.assertRaisesRegex(ValueError, "cannot be read as an exercise file"):
+            vest.make("/nowhere/exercise.yaml")
+        many = vest.make_vector("clip_cut_tube", 2, threads=2)
+        many.reset(seed=1)
+        for _ in range(10):
+            states = many.step(many.expert())[0]
+        np.testing.assert_array_equal(states[0], moved["state"])
+
     def test_mistakes(self):
-        with self.assertRaisesRegex(ValueError, r"task: 'fly' is unknown \(allowed: reach, grasp_lift, retract, clip, cut, suck, camera_follow, pass_needle, tie_throw\)"):
+        with self.assertRaisesRegex(ValueError, r"task: 'fly' is unknown \(allowed: reach, grasp_lift, retract, clip, cut, suck, camera_follow, pass_needle, tie_throw, .*clip_cut_tube, .* or the path of an exercise file\)"):
             vest.make("fly")
         with self.assertRaisesRegex(ValueError, "skip: 0|skip: -1"):
             vest.make("reach", skip=-1)

@@ -103,25 +103,31 @@ VEST_API int vest_world_step_input(vest_handle world, const vest_input* input);
 /** Scene and task, loaded once and shared by any number of environments, which keep it alive. */
 typedef struct vest_model_options {
   size_t struct_size;
-  const char* task;    /**< one of vest_task_name() */
+  const char* task;    /**< one of vest_task_name(), or the path of an exercise file */
   const char* scene;   /**< scene file */
   const char* box;     /**< trainer_box.yaml */
-  const char* vessels; /**< folder of the vessels' database; NULL: without effects */
+  const char* vessels; /**< folder of the vessels' database; NULL: without effects. Exercises need it */
   int32_t skip;        /**< simulated steps for one action, 1 … 1000; 0: 20 */
   double limit_s;      /**< s until an episode is truncated; 0: the task's */
 } vest_model_options;
 VEST_API int vest_model_load(const vest_model_options* options, vest_handle* model);
-/** Scene of vest_tissue that a task is made for, "" where the task is unknown.  */
+/** Scene of vest_tissue that a task or an exercise file is made for, "" where there is none. Valid until the
+ * thread's next call. */
 VEST_API const char* vest_task_scene(const char* task);
 /** Name of a task, NULL beyond the last one. */
 VEST_API const char* vest_task_name(size_t index);
 
-/** Numbers of an action of one hand, and of an observation. */
+/** Numbers of an action of one hand, and of an observation: of the tasks that have a name. */
 VEST_API size_t vest_action_size(void);
 VEST_API size_t vest_observation_size(void);
 /** Numbers of an action of a model's task: vest_action_size(), or twice as many where both hands act
- * (`tie_throw`): those of the right hand, then those of the left one. */
+ * (`tie_throw`): those of the right hand, then those of the left one. Of an exercise: 8 for each instrument
+ * that acts, in the order right, left, third, endoscope. */
 VEST_API int vest_model_action_size(vest_handle model, size_t* numbers);
+/** Numbers of an observation of a model's task. */
+VEST_API int vest_model_observation_size(vest_handle model, size_t* numbers);
+/** What one of them is, with its unit. @param text cut off to capacity, with its 0 */
+VEST_API int vest_model_observation_name(vest_handle model, size_t index, char* text, size_t capacity);
 
 typedef struct vest_result {
   size_t struct_size;
@@ -131,7 +137,7 @@ typedef struct vest_result {
 } vest_result;
 
 VEST_API int vest_env_new(vest_handle model, int32_t threads, vest_handle* env);
-/** @param count of the observation's numbers: vest_observation_size() */
+/** @param count of the observation's numbers: vest_model_observation_size() */
 VEST_API int vest_reset(vest_handle env, uint64_t seed, float* observation, size_t count);
 /** @param action action_count numbers in [-1, 1]: vest_model_action_size() */
 VEST_API int vest_step(vest_handle env, const float* action, size_t action_count, float* observation,
@@ -142,6 +148,9 @@ VEST_API int vest_expert(vest_handle env, float* action, size_t action_count);
  * world), quaternion x y z w (z along the shaft, away from the trocar), opening of the jaw (rad) */
 VEST_API int vest_tip(vest_handle env, double* pose, size_t count);
 VEST_API int vest_observe(vest_handle env, float* observation, size_t count);
+/** An exercise's result as it stands, as JSON: items with values, points and marks, what failed, the total.
+ * @param json NULL: the size alone  @param size in: room; out: bytes with the 0. VEST_REFUSED: no exercise */
+VEST_API int vest_exercise_result(vest_handle env, char* json, size_t* size);
 
 /** What the endoscope sees now: shaded surfaces without textures, 70 degrees wide.
  * @param width, height 8 … 1024  @param rgb width times height times 3, rows from above  @param rgb_count,
@@ -152,7 +161,7 @@ VEST_API int vest_picture(vest_handle env, int32_t width, int32_t height, uint8_
 /** n environments on threads. An environment whose episode is over is reset by its next step, with its seed +
  * n. */
 VEST_API int vest_vec_new(vest_handle model, size_t environments, int32_t threads, vest_handle* vec);
-/** @param seeds n of them  @param count n times vest_observation_size() */
+/** @param seeds n of them  @param count n times vest_model_observation_size() */
 VEST_API int vest_vec_reset(vest_handle vec, const uint64_t* seeds, size_t environments, float* observations,
                             size_t count);
 /** @param action_count n times vest_model_action_size()  @param results n of them; struct_size of the first

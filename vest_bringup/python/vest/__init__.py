@@ -5,6 +5,6 @@
 
 Units are SI and the frame is world where nothing else is said (docs/learning.md)."""
 from ._core import World, __version__
-from .environment import Box, Env, VectorEnv, make, make_vector, tasks
+from .environment import Box, Env, VectorEnv, exercises, make, make_vector, tasks
 
-__all__ = ["Box", "Env", "VectorEnv", "World", "__version__", "make", "make_vector", "tasks"]
+__all__ = ["Box", "Env", "VectorEnv", "World", "__version__", "exercises", "make", "make_vector", "tasks"]

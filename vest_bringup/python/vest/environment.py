@@ -1,5 +1,6 @@
 """Tasks with Gymnasium's signatures. Where gymnasium is installed its classes are used, and the tasks are registered there."""
 import functools
+import json
 import os
 import weakref
 
@@ -92,11 +93,24 @@ def _package(name):
 _models = weakref.WeakValueDictionary()
 
 
+def exercises():
+    """Names of the exercises that VEST brings, which are environments, too."""
+    folder = f"{_package('vest_bringup')}/exercises"
+    return sorted(name for name in os.listdir(folder) if os.path.exists(f"{folder}/{name}/exercise.yaml"))
+
+
 def _model(task, scene=None, effects=False, skip=20, limit=0.0):
     """Loads a task once: environments of the same task and options share its Model while one of them lives."""
+    task = os.fspath(task)
     if task not in tasks():
-        raise ValueError(f"task: '{task}' is unknown (allowed: {', '.join(tasks())})")
+        if "/" not in task and not task.endswith(".yaml"):
+            if task not in exercises():
+                raise ValueError(f"task: '{task}' is unknown (allowed: {', '.join(tasks() + exercises())}, or the path of an exercise file)")
+            task = f"{_package('vest_bringup')}/exercises/{task}/exercise.yaml"
+        effects = True  # scores ask for blood, smoke and the lens
     name = _core.task_scene(task)
+    if not name and not scene:
+        raise ValueError(f"task: '{task}' cannot be read as an exercise file (rosrun vest_bringup vest_exercise show says why)")
     scene = os.fspath(scene) if scene else f"{_package('vest_tissue')}/scenes/{name}/{name}.yaml"
     key = (task, scene, bool(effects), int(skip), float(limit))
     model = _models.get(key)
@@ -117,9 +131,9 @@ def _size(pictures):
     return width, height
 
 
-def _space(size, before=()):
+def _space(numbers, size, before=()):
     """Of an observation: the numbers, or a dictionary with the pictures. @param before sizes of leading axes"""
-    state = Box(-np.inf, np.inf, (*before, _core.observation_size), np.float32)
+    state = Box(-np.inf, np.inf, (*before, numbers), np.float32)
     if size is None:
         return state
     shape = (*before, size[1], size[0])
@@ -145,7 +159,7 @@ class Env(_EnvBase):
         self._env = _core.Environment(self._model, threads)
         self.task, self.render_mode, self.spec = task, render_mode, None
         self.action_space = Box(-1.0, 1.0, (self._model.action_size,), np.float32)
-        self.observation_space = _space(self._pictures)
+        self.observation_space = _space(self._model.observation_size, self._pictures)
         self._random = np.random.default_rng()
         self._seed = 0
 
@@ -187,6 +201,15 @@ class Env(_EnvBase):
         """What the endoscope sees now, uint8 height x width x 3: plain shaded surfaces."""
         return self._env.picture(480, 360)[0]
 
+    def result(self):
+        """An exercise's result as it stands: items with values, points and marks, what failed, the total. ValueError: a task has none."""
+        return json.loads(self._env.result())
+
+    @property
+    def observation_names(self):
+        """What the numbers of an observation are, with their units."""
+        return self._model.observation_names
+
     def close(self):
         self._env.close()
 
@@ -223,9 +246,9 @@ class VectorEnv(_VectorBase):
         if gymnasium:
             self.metadata["autoreset_mode"] = gymnasium.vector.AutoresetMode.NEXT_STEP
         self.single_action_space = Box(-1.0, 1.0, (self._model.action_size,), np.float32)
-        self.single_observation_space = _space(self._pictures)
+        self.single_observation_space = _space(self._model.observation_size, self._pictures)
         self.action_space = Box(-1.0, 1.0, (n, self._model.action_size), np.float32)
-        self.observation_space = _space(self._pictures, (n,))
+        self.observation_space = _space(self._model.observation_size, self._pictures, (n,))
         self._random = np.random.default_rng()
 
     def reset(self, *, seed=None, options=None):
@@ -255,8 +278,8 @@ class VectorEnv(_VectorBase):
 
 def make(task, **options):
     """A task as an environment.
-    @param task one of tasks()
-    @param options effects=False (True: blood, fluid, smoke and lens too), skip=20 (simulated steps of 1 ms for an action),
+    @param task one of tasks(), one of exercises(), or the path of an exercise file
+    @param options effects=False (True: blood, fluid, smoke and lens too; exercises always have them), skip=20 (simulated steps of 1 ms for an action),
     limit=0 (s until an episode is truncated; 0: the task's), threads=1, scene=None (another scene file), render_mode=None,
     pictures=None (width, height: observations are dictionaries of state, rgb and depth then)
     @raises ValueError naming what is wrong"""
@@ -269,6 +292,14 @@ def make_vector(task, n, **options):
     return VectorEnv(task, n, **options)
 
 
+def _registered():
+    """Exercises are registered where their package is found."""
+    try:
+        return tasks() + exercises()
+    except (ImportError, LookupError, OSError):
+        return tasks()
+
+
 if gymnasium:
-    for _name in tasks():
+    for _name in _registered():
         gymnasium.register(f"vest/{_name}-v0", entry_point="vest:Env", kwargs={"task": _name})

@@ -498,6 +498,9 @@ Result Engine::result() const {
 bool Engine::finished() const {
   return state_->clock.finished != 0;
 }
+std::size_t Engine::phasesDone() const {
+  return state_->clock.phase;
+}
 const Exercise& Engine::exercise() const {
   return model_->exercise;
 }

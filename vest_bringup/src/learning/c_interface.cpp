@@ -78,7 +78,7 @@ Registry& registry() {
   return *all;
 }
 
-thread_local std::string thread_error, told_error;
+thread_local std::string thread_error, told_error, told_scene;
 
 struct Failure {
   int code;
@@ -111,6 +111,14 @@ void needPicture(std::size_t pictures, std::int32_t width, std::int32_t height, 
   const auto pixels = pictures * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   need(rgb, "rgb"), needSize(rgb_count, 3 * pixels, "rgb");
   need(depth, "depth"), needSize(depth_count, pixels, "depth");
+}
+/// Cut off to the room, with its 0.
+void copyText(const std::string& from, char* text, std::size_t capacity) {
+  need(text, "text");
+  if (capacity == 0) badArgument("capacity: 0 (allowed: 1 and more)");
+  const std::size_t length = std::min(from.size(), capacity - 1);
+  from.copy(text, length);
+  text[length] = 0;
 }
 template <class S>
 void needStruct(const S* s, const char* name) {
@@ -307,6 +315,14 @@ int vest_model_load(const vest_model_options* options, vest_handle* model) {
 }
 
 const char* vest_task_scene(const char* task) {
+  if (task && vest::learning::isExerciseFile(task)) {
+    try {
+      told_scene = vest::exercise::loadExercise(task).scene;
+      return told_scene.c_str();
+    } catch (...) {
+      return "";
+    }
+  }
   for (const auto& row : vest::learning::tasks())
     if (task && std::strcmp(task, row.name) == 0) return row.scene;
   return "";
@@ -324,6 +340,22 @@ int vest_model_action_size(vest_handle model, size_t* numbers) {
   });
 }
 
+int vest_model_observation_size(vest_handle model, size_t* numbers) {
+  return on<Model>(model, "model", [&](const Model& task) {
+    need(numbers, "numbers");
+    *numbers = task->observationSize();
+  });
+}
+
+int vest_model_observation_name(vest_handle model, size_t index, char* text, size_t capacity) {
+  return on<Model>(model, "model", [&](const Model& task) {
+    if (index >= task->names.size())
+      badArgument("index: " + std::to_string(index) + " (allowed: 0 to " +
+                  std::to_string(task->names.size() - 1) + ")");
+    copyText(task->names[index], text, capacity);
+  });
+}
+
 size_t vest_action_size(void) {
   return kActionSize;
 }
@@ -335,13 +367,13 @@ int vest_env_new(vest_handle model, int32_t threads_wanted, vest_handle* env) {
   if (env) *env = 0;
   return on<Model>(model, "model", [&](const Model& task) {
     need(env, "env");
-    *env = open(std::make_unique<Environment>(task, threads(threads_wanted)));
+    *env = open(vest::learning::makeEnvironment(task, threads(threads_wanted)));
   });
 }
 
 int vest_reset(vest_handle env, uint64_t seed, float* observation, size_t count) {
   return onEnvironment(env, [&](Environment& e) {
-    need(observation, "observation"), needSize(count, kObservationSize, "observation");
+    need(observation, "observation"), needSize(count, e.task().observationSize(), "observation");
     e.reset(seed, observation);
   });
 }
@@ -350,7 +382,7 @@ int vest_step(vest_handle env, const float* action, size_t action_count, float* 
               vest_result* result) {
   return onEnvironment(env, [&](Environment& e) {
     need(action, "action"), needSize(action_count, e.task().actionSize(), "action");
-    need(observation, "observation"), needSize(count, kObservationSize, "observation");
+    need(observation, "observation"), needSize(count, e.task().observationSize(), "observation");
     needStruct(result, "result");
     fill(e.step(action, observation), *result);
   });
@@ -376,8 +408,22 @@ int vest_tip(vest_handle env, double* pose, size_t count) {
 
 int vest_observe(vest_handle env, float* observation, size_t count) {
   return onEnvironment(env, [&](Environment& e) {
-    need(observation, "observation"), needSize(count, kObservationSize, "observation");
+    need(observation, "observation"), needSize(count, e.task().observationSize(), "observation");
     e.observe(observation);
+  });
+}
+
+int vest_exercise_result(vest_handle env, char* json, size_t* size) {
+  return onEnvironment(env, [&](Environment& e) {
+    need(size, "size");
+    const std::string text = e.result();
+    if (text.empty()) fail(VEST_REFUSED, "this environment is no exercise");
+    const std::size_t room = std::exchange(*size, text.size() + 1);
+    if (!json) return;
+    if (room < text.size() + 1)
+      badArgument("size: room for " + std::to_string(room) +
+                  " bytes (needed: " + std::to_string(text.size() + 1) + ")");
+    copyText(text, json, room);
   });
 }
 
@@ -401,7 +447,8 @@ int vest_vec_reset(vest_handle vec, const uint64_t* seeds, size_t environments, 
                    size_t count) {
   return onVector(vec, [&](Environments& v) {
     need(seeds, "seeds"), needSize(environments, v.count(), "seeds");
-    need(observations, "observations"), needSize(count, v.count() * kObservationSize, "observations");
+    need(observations, "observations"),
+        needSize(count, v.count() * v.at(0).task().observationSize(), "observations");
     v.reset(seeds, observations);
   });
 }
@@ -410,7 +457,8 @@ int vest_vec_step(vest_handle vec, const float* actions, size_t action_count, fl
                   size_t count, vest_result* results, size_t environments) {
   return onVector(vec, [&](Environments& v) {
     need(actions, "actions"), needSize(action_count, v.count() * v.at(0).task().actionSize(), "actions");
-    need(observations, "observations"), needSize(count, v.count() * kObservationSize, "observations");
+    need(observations, "observations"),
+        needSize(count, v.count() * v.at(0).task().observationSize(), "observations");
     needStruct(results, "results"), needSize(environments, v.count(), "results");
     std::vector<vest::learning::StepResult> found(v.count());
     v.step(actions, observations, found.data());
@@ -441,14 +489,8 @@ int vest_objects(vest_handle handle, size_t* objects) {
 }
 
 int vest_object_name(vest_handle handle, size_t object, char* text, size_t capacity) {
-  return onObject(handle, object, [&](World& w) {
-    need(text, "text");
-    if (capacity == 0) badArgument("capacity: 0 (allowed: 1 and more)");
-    const std::string& name = w.description().objects[object].name;
-    const std::size_t length = std::min(name.size(), capacity - 1);
-    name.copy(text, length);
-    text[length] = 0;
-  });
+  return onObject(handle, object,
+                  [&](World& w) { copyText(w.description().objects[object].name, text, capacity); });
 }
 
 int vest_knots(vest_handle handle, size_t object, size_t* knots) {

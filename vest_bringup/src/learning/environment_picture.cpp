@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "vest_bringup/learning/environment.h"
-#include "vest_bringup/simulation/rehearsal.h"
 #include "vest_tissue/interaction/tool_state.h"
 
 namespace vest::learning {
@@ -24,15 +23,16 @@ Painter::Colour colourOf(const scene::Object& object) {
 
 }  // namespace
 
-void Environment::picture(int width, int height, std::uint8_t* rgb, float* depth) {
-  painter_.begin(camera(), kFieldOfView, width, height, rgb, depth);
+void Environment::draw(const Eigen::Isometry3d& camera, const std::vector<scene::ToolInput>& tools, int width,
+                       int height, std::uint8_t* rgb, float* depth) {
+  painter_.begin(camera, kFieldOfView, width, height, rgb, depth);
   for (std::size_t o = 0; o < world().objectCount(); ++o) {
     xyz_.resize(3 * world().knotCount(o));
     world().positions(o, xyz_.data());
     painter_.mesh(xyz_, world().contactTriangles(o), world().contactTriangleAlive(o),
                   colourOf(world().description().objects[o]));
   }
-  const auto draw = [this](const scene::ToolInput& tool) {
+  const auto instrument = [this](const scene::ToolInput& tool) {
     if (!tool.present || tool.tool == tools::ToolKind::Endoscope) return;
     interaction::ToolPose pose;
     pose.tip = tool.position, pose.orientation = tool.orientation, pose.pivot = tool.pivot,
@@ -44,11 +44,7 @@ void Environment::picture(int width, int height, std::uint8_t* rgb, float* depth
       painter_.rod(c.a, c.b, c.radius, kSteel);
     }
   };
-  draw(tool());
-  if (task_->row.both) draw(leftTool());
-  if (task_->row.kind == TaskKind::CameraFollow)
-    draw(simulation::toolInput(task_->box.arm(tools::Instrument::Right), tools::ToolKind::Grasper,
-                               followed(state_.steps)));
+  for (const scene::ToolInput& tool : tools) instrument(tool);
   world().threads(threads_);
   for (const scene::ThreadView& t : threads_)
     for (std::size_t k = 1; k < t.positions.size(); ++k)

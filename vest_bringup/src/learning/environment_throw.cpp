@@ -28,31 +28,31 @@ const trajectory::Waypoint& last(Instrument hand) {
 
 }  // namespace
 
-scene::ToolInput Environment::leftTool() const {
+scene::ToolInput TaskEnvironment::leftTool() const {
   return simulation::toolInput(task_->box.arm(Instrument::Left), tools::ToolKind::Grasper, state_.left);
 }
 
-Vector3d Environment::leftTip() const {
+Vector3d TaskEnvironment::leftTip() const {
   return kinematics::forwardKinematics(task_->box.arm(Instrument::Left).X_BTrocar, state_.left).translation();
 }
 
-bool Environment::holds(Instrument hand) const {
+bool TaskEnvironment::holds(Instrument hand) const {
   return world().state().threads.grips[static_cast<std::size_t>(hand)].active;
 }
 
-bool Environment::tied() const {
+bool TaskEnvironment::tied() const {
   const auto& knots = world().state().threads.knots;
   return std::any_of(knots.begin(), knots.end(), [](const auto& k) { return k.kind.determinant > 2; });
 }
 
-bool Environment::drawn() const {
+bool TaskEnvironment::drawn() const {
   const auto& knots = world().state().threads.knots;
   return std::any_of(knots.begin(), knots.end(),
                      [](const auto& k) { return k.kind.determinant > 2 && k.drawn; });
 }
 
 /// Of the thread round the right instrument behind its point, as angle about its axis; either way counts.
-double Environment::turns() const {
+double TaskEnvironment::turns() const {
   const scene::ToolInput right = tool();
   const Eigen::Quaterniond to_tip = right.orientation.conjugate();
   const auto& s = world().state().threads.rod;
@@ -70,7 +70,7 @@ double Environment::turns() const {
 }
 
 /// To the long end; with it round the right instrument; then to where the throw is drawn.
-Vector3d Environment::leftGoal() const {
+Vector3d TaskEnvironment::leftGoal() const {
   const auto& s = world().state().threads.rod;
   const suture::Strand& strand = task_->model->threads.rods->strands.front();
   if (!holds(Instrument::Left)) {
@@ -88,7 +88,7 @@ Vector3d Environment::leftGoal() const {
 }
 
 /// To where the turns are laid, through them to the short end, and back with it.
-Vector3d Environment::rightGoal() const {
+Vector3d TaskEnvironment::rightGoal() const {
   const auto& s = world().state().threads.rod;
   const suture::Strand& strand = task_->model->threads.rods->strands.front();
   if (holds(Instrument::Right)) return last(Instrument::Right).tip;
@@ -101,7 +101,7 @@ Vector3d Environment::rightGoal() const {
 /// 0.1 for the left hand's way to the long end, 0.1 as it holds it, 0.2 for the turns that it lays, 0.1 as
 /// the right one holds the short end, 0.15 as the hands draw apart then; 0.7 with a knot in the thread, 0.8
 /// as it is drawn, up to 0.95 with the time for which both hands pull.
-double Environment::throwScore() const {
+double TaskEnvironment::throwScore() const {
   if (drawn()) return 0.8 + 0.15 * std::min(1.0, held());
   if (tied()) return 0.7;
   if (!holds(Instrument::Left)) return 0.1 * std::clamp(1.0 - left().norm() / state_.distance, 0.0, 1.0);
@@ -112,7 +112,7 @@ double Environment::throwScore() const {
 }
 
 /// Both hands begin near the script's places, a little turned.
-void Environment::beginThrow(const std::function<Vector3d(double)>& ball) {
+void TaskEnvironment::beginThrow(const std::function<Vector3d(double)>& ball) {
   for (const Instrument hand : {Instrument::Left, Instrument::Right}) {
     const kinematics::TrainerArm& arm = task_->box.arm(hand);
     const trajectory::Waypoint begin =
@@ -129,7 +129,7 @@ void Environment::beginThrow(const std::function<Vector3d(double)>& ball) {
 }
 
 /// The script of the scene, by time; each hand goes back to it from where it begins.
-void Environment::expertThrow(float* action) const {
+void TaskEnvironment::expertThrow(float* action) const {
   const double t = kThrowBegins +
                    static_cast<double>(state_.steps + 1) * task_->options.skip * task_->model->description.dt;
   const auto follow = [&](Instrument hand, const Vector3d& tip, const kinematics::JointPositions& joints,

@@ -1,6 +1,7 @@
-#include "vest_bringup/learning/task.h"
+#include "vest_bringup/learning/environment.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -44,6 +45,12 @@ std::string taskNames() {
 
 simulation::Stage Task::stage(int threads) const {
   simulation::StageOptions with;
+  if (exercise) {
+    with.blood.vessels = options.vessels;
+    with.field_options.fluid.spacing = 0.003;  // m, as of trainer.launch
+    simulation::apply(script.effects, with);
+    return simulation::makeStage(scene::World(model, threads), with);
+  }
   with.haemodynamics = with.surface_bleeding = with.field = !options.vessels.empty();
   with.field = with.field || row.kind == TaskKind::Suck;
   with.blood.vessels = options.vessels;
@@ -51,7 +58,18 @@ simulation::Stage Task::stage(int threads) const {
   return simulation::makeStage(scene::World(model, threads), with);
 }
 
+bool isExerciseFile(const std::string& task) {
+  const std::string_view kind = ".yaml";
+  return task.find('/') != std::string::npos ||
+         (task.size() > kind.size() && task.compare(task.size() - kind.size(), kind.size(), kind) == 0);
+}
+
+std::uint64_t Task::number() const {
+  return exercise ? std::stoull(exercise->hash, nullptr, 16) : static_cast<std::uint64_t>(row.kind);
+}
+
 std::size_t Task::actionSize() const {
+  if (exercise) return hands.size() * kExerciseActionSize;
   return row.both ? 2 * kActionSize : kActionSize;
 }
 
@@ -124,6 +142,29 @@ void settle(Task& task) {
   prepare(task, kThrowBegins, [](scene::StepInput&, double) {});
 }
 
+// As environment.h lists them.
+constexpr std::array<const char*, kObservationSize> kObservationNames{"goal - tip, x (cm)",
+                                                                      "goal - tip, y (cm)",
+                                                                      "goal - tip, z (cm)",
+                                                                      "tip - first goal, x (cm)",
+                                                                      "tip - first goal, y (cm)",
+                                                                      "tip - first goal, z (cm)",
+                                                                      "roll - best roll (rad)",
+                                                                      "jaw (rad)",
+                                                                      "force x (N)",
+                                                                      "force y (N)",
+                                                                      "force z (N)",
+                                                                      "holds (0, 1)",
+                                                                      "pinch (N)",
+                                                                      "middle - tip, x (cm)",
+                                                                      "middle - tip, y (cm)",
+                                                                      "middle - tip, z (cm)",
+                                                                      "way of the tissue, x (cm)",
+                                                                      "way of the tissue, y (cm)",
+                                                                      "way of the tissue, z (cm)",
+                                                                      "score (0 to 1)",
+                                                                      "time left (0 to 1)"};
+
 }  // namespace
 
 std::shared_ptr<const Task> makeTask(const TaskOptions& options) {
@@ -131,17 +172,24 @@ std::shared_ptr<const Task> makeTask(const TaskOptions& options) {
   const TaskRow* row = nullptr;
   for (const TaskRow& r : tasks())
     if (options.task == r.name) row = &r;
-  if (!row)
-    throw std::invalid_argument("task: '" + options.task + "' is unknown (allowed: " + taskNames() + ")");
+  const bool exercise = row == nullptr && isExerciseFile(options.task);
+  if (!row && !exercise)
+    throw std::invalid_argument("task: '" + options.task + "' is unknown (allowed: " + taskNames() +
+                                ", or the path of an exercise file)");
   if (options.skip < 1 || options.skip > 1000)
     throw std::invalid_argument("skip: " + std::to_string(options.skip) + " (allowed: 1 to 1000)");
   if (!(options.limit >= 0 && options.limit <= 3600))
     throw std::invalid_argument("limit: " + std::to_string(options.limit) + " s (allowed: 0 to 3600)");
-  task->row = *row;
   task->options = options;
-  task->limit = options.limit > 0 ? options.limit : row->limit;
   task->box = kinematics::loadTrainerBox(options.box);
   task->model = scene::buildModel(scene::loadScene(options.scene));
+  if (exercise) {
+    prepareExercise(*task);
+    return task;
+  }
+  task->row = *row;
+  task->limit = options.limit > 0 ? options.limit : row->limit;
+  task->names.assign(kObservationNames.begin(), kObservationNames.end());
   const auto& objects = task->model->description.objects;
   while (task->object < objects.size() && objects[task->object].name != row->object) ++task->object;
   const bool sews = row->kind == TaskKind::PassNeedle, ties = row->kind == TaskKind::TieThrow;

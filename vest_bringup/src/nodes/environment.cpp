@@ -6,6 +6,7 @@
 #include <vest_msgs/EnvStep.h>
 
 #include "vest_bringup/learning/environment.h"
+#include "vest_bringup/ros/exercise_file.h"
 #include "vest_instruments/ros/node_help.h"
 
 // A task for learning as a service: lockstep for those who stay in ROS (docs/learning.md).
@@ -33,10 +34,15 @@ learning::TaskOptions optionsOf(const ros::NodeHandle& nh) {
   std::string scene;
   for (const learning::TaskRow& row : learning::tasks())
     if (o.task == row.name) scene = row.scene;
+  const bool exercise = scene.empty();
+  if (exercise) {
+    o.task = vest::ros_shell::exerciseFile(o.task);
+    scene = vest::exercise::loadExercise(o.task).scene;
+  }
   o.scene = parameter<std::string>(
       nh, "scene", ros::package::getPath("vest_tissue") + "/scenes/" + scene + "/" + scene + ".yaml");
   o.box = ros::package::getPath("vest_instruments") + "/config/trainer_box.yaml";
-  if (parameter(nh, "effects", false))
+  if (parameter(nh, "effects", false) || exercise)
     o.vessels = ros::package::getPath("vest_effects") + "/data/vessels/pelvis";
   return o;
 }
@@ -47,10 +53,10 @@ void answer(learning::Environment& env, const Request& req, Response& res) {
   if (!req.reset && req.action.size() != env.task().actionSize())
     throw std::invalid_argument("action: " + std::to_string(req.action.size()) +
                                 " numbers (allowed: " + std::to_string(env.task().actionSize()) + ")");
-  res.observation.resize(learning::kObservationSize);
+  res.observation.resize(env.task().observationSize());
   if (req.reset) {
     env.reset(req.seed, res.observation.data());
-    res.score = res.observation[19];
+    res.score = res.observation[res.observation.size() - 2];
   } else {
     const auto result = env.step(req.action.data(), res.observation.data());
     res.reward = result.reward, res.score = result.score;
@@ -63,11 +69,12 @@ void answer(learning::Environment& env, const Request& req, Response& res) {
 /// The environment and its service.
 struct Node {
   ros::NodeHandle nh, own{"~"};
-  learning::Environment env{learning::makeTask(optionsOf(own)), parameter(own, "threads", 1)};
+  std::unique_ptr<learning::Environment> env =
+      learning::makeEnvironment(learning::makeTask(optionsOf(own)), parameter(own, "threads", 1));
   ros::ServiceServer server = nh.advertiseService(
       "session/env_step", boost::function<bool(Request&, Response&)>([this](Request& req, Response& res) {
         try {
-          answer(env, req, res);
+          answer(*env, req, res);
         } catch (const std::exception& e) {
           res = Response();
           res.message = e.what();

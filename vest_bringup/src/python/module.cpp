@@ -235,26 +235,41 @@ struct Model : Handle {
     check(vest_model_action_size(id, &numbers), id);
     return numbers;
   }
+  std::size_t observationSize() const {
+    std::size_t numbers = 0;
+    check(vest_model_observation_size(id, &numbers), id);
+    return numbers;
+  }
+  std::vector<std::string> observationNames() const {
+    std::vector<std::string> names(observationSize());
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      char text[256];
+      check(vest_model_observation_name(id, i, text, sizeof text), id);
+      names[i] = text;
+    }
+    return names;
+  }
 };
 
 struct Environment : Simulated {
-  Environment(const Model& model, int threads) : action_size(model.actionSize()) {
+  Environment(const Model& model, int threads)
+      : action_size(model.actionSize()), observation_size(model.observationSize()) {
     run(model.id, [&] { return vest_env_new(model.id, threads, &id); });
   }
   py::array_t<float> reset(std::uint64_t seed) {
-    py::array_t<float> seen(static_cast<py::ssize_t>(vest_observation_size()));
+    py::array_t<float> seen(static_cast<py::ssize_t>(observation_size));
     float* const to = seen.mutable_data();
-    run(id, [&] { return vest_reset(id, seed, to, vest_observation_size()); });
+    run(id, [&] { return vest_reset(id, seed, to, observation_size); });
     return seen;
   }
   py::tuple step(const Floats& action) {
-    py::array_t<float> seen(static_cast<py::ssize_t>(vest_observation_size()));
+    py::array_t<float> seen(static_cast<py::ssize_t>(observation_size));
     float* const to = seen.mutable_data();
     vest_result result{};
     result.struct_size = sizeof result;
     run(id, [&] {
-      return vest_step(id, action.data(), static_cast<std::size_t>(action.size()), to,
-                       vest_observation_size(), &result);
+      return vest_step(id, action.data(), static_cast<std::size_t>(action.size()), to, observation_size,
+                       &result);
     });
     return py::make_tuple(seen, result.reward, result.terminated != 0, result.truncated != 0, result.score,
                           result.passed != 0);
@@ -272,35 +287,44 @@ struct Environment : Simulated {
     return action;
   }
   py::array_t<float> observe() const {
-    py::array_t<float> seen(static_cast<py::ssize_t>(vest_observation_size()));
-    check(vest_observe(id, seen.mutable_data(), vest_observation_size()), id);
+    py::array_t<float> seen(static_cast<py::ssize_t>(observation_size));
+    check(vest_observe(id, seen.mutable_data(), observation_size), id);
     return seen;
   }
-  std::size_t action_size;
+  std::string result() const {
+    std::size_t size = 0;
+    check(vest_exercise_result(id, nullptr, &size), id);
+    std::string json(size, '\0');
+    check(vest_exercise_result(id, json.data(), &size), id);
+    json.resize(size - 1);
+    return json;
+  }
+  std::size_t action_size, observation_size;
 };
 
 struct Environments : Handle {
-  Environments(const Model& model, std::size_t n, int threads) : count(n), action_size(model.actionSize()) {
+  Environments(const Model& model, std::size_t n, int threads)
+      : count(n), action_size(model.actionSize()), observation_size(model.observationSize()) {
     run(model.id, [&] { return vest_vec_new(model.id, n, threads, &id); });
   }
   py::array_t<float> reset(
       const py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>& seeds) {
-    py::array_t<float> seen({count, vest_observation_size()});
+    py::array_t<float> seen({count, observation_size});
     float* const to = seen.mutable_data();
     run(id, [&] {
       return vest_vec_reset(id, seeds.data(), static_cast<std::size_t>(seeds.size()), to,
-                            count * vest_observation_size());
+                            count * observation_size);
     });
     return seen;
   }
   py::tuple step(const Floats& actions) {
-    py::array_t<float> seen({count, vest_observation_size()});
+    py::array_t<float> seen({count, observation_size});
     float* const to = seen.mutable_data();
     std::vector<vest_result> results(count);
     for (vest_result& r : results) r.struct_size = sizeof r;
     run(id, [&] {
       return vest_vec_step(id, actions.data(), static_cast<std::size_t>(actions.size()), to,
-                           count * vest_observation_size(), results.data(), count);
+                           count * observation_size, results.data(), count);
     });
     const auto n = static_cast<py::ssize_t>(count);
     py::array_t<double> reward(n), score(n);
@@ -327,7 +351,7 @@ struct Environments : Handle {
     check(vest_vec_expert(id, actions.mutable_data(), count * action_size), id);
     return actions;
   }
-  std::size_t count, action_size;
+  std::size_t count, action_size, observation_size;
 };
 
 std::vector<std::string> taskNames() {
@@ -367,12 +391,15 @@ PYBIND11_MODULE(_core, m) {
       .def(py::init<const std::string&, const std::string&, const std::string&, const std::string&, int,
                     double>())
       .def_property_readonly("action_size", &Model::actionSize, "Numbers of an action.")
+      .def_property_readonly("observation_size", &Model::observationSize, "Numbers of an observation.")
+      .def_property_readonly("observation_names", &Model::observationNames, "What they are, with units.")
       .def("close", &Model::close);
   py::class_<Environment, Simulated>(m, "Environment")
       .def(py::init<const Model&, int>())
       .def("reset", &Environment::reset)
       .def("step", &Environment::step)
       .def("observe", &Environment::observe)
+      .def("result", &Environment::result)
       .def("picture", &Environment::picture)
       .def("expert", &Environment::expert);
   py::class_<Environments>(m, "Environments")

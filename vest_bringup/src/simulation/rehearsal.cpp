@@ -48,19 +48,32 @@ void fireByHandle(bool& was_open, scene::ToolInput& tool) {
     tool.functions |= control::functionsOf(tool.tool) & tools::kFunctionFire;
 }
 
-scene::StepInput inputAt(const kinematics::TrainerBox& box, const trajectory::Trajectory& trajectory,
-                         const std::array<tools::ToolKind, tools::kInstrumentCount>& tool, double t) {
-  scene::StepInput input;
+kinematics::JointPositions jointsAt(const trajectory::Trajectory& trajectory, tools::Instrument instrument,
+                                    double t) {
   const auto [a, b] = rowsAt(trajectory, t);
   const double s = b.t > a.t ? std::clamp((t - a.t) / (b.t - a.t), 0.0, 1.0) : 0.0;
   const auto mix = [s](double x, double y) { return x + s * (y - x); };
+  const auto i = static_cast<std::size_t>(instrument);
+  const auto &p = a.joints[i], &q = b.joints[i];
+  return {mix(p.yaw, q.yaw), mix(p.pitch, q.pitch), mix(p.insertion, q.insertion), mix(p.roll, q.roll),
+          mix(p.jaw, q.jaw)};
+}
+
+unsigned footswitches(const trajectory::Trajectory& trajectory, double from, double to) {
+  const trajectory::Row* row = &rowsAt(trajectory, from).before;
+  unsigned down = row->footswitches;
+  for (const trajectory::Row* const end = &trajectory.rows.back() + 1; ++row != end && row->t <= to;)
+    down |= row->footswitches;
+  return down;
+}
+
+scene::StepInput inputAt(const kinematics::TrainerBox& box, const trajectory::Trajectory& trajectory,
+                         const std::array<tools::ToolKind, tools::kInstrumentCount>& tool, double t) {
+  scene::StepInput input;
   for (std::size_t i = 0; i < tool.size(); ++i) {
     if (!trajectory.moves[i]) continue;
-    const auto &p = a.joints[i], &q = b.joints[i];
-    const kinematics::JointPositions joints{mix(p.yaw, q.yaw), mix(p.pitch, q.pitch),
-                                            mix(p.insertion, q.insertion), mix(p.roll, q.roll),
-                                            mix(p.jaw, q.jaw)};
-    input.tools[i] = toolInput(box.arms[i], tool[i], joints);
+    input.tools[i] =
+        toolInput(box.arms[i], tool[i], jointsAt(trajectory, static_cast<tools::Instrument>(i), t));
   }
   return input;
 }
@@ -85,7 +98,7 @@ Script::Script(const kinematics::TrainerBox& box, const trajectory::Trajectory& 
 
 scene::StepInput Script::inputAt(double t) {
   scene::StepInput input = simulation::inputAt(box_, trajectory_, hands_.tool, t);
-  pedals_.update(rowsAt(trajectory_, t).before.footswitches, t);
+  pedals_.update(footswitches(trajectory_, t, t), t);
   if (pedals_.takeToolPress() && !hands_.tray.empty()) {
     const auto hand = static_cast<std::size_t>(hands_.tray_hand);
     hands_.tool[hand] = hands_.tray[tray_place_++ % hands_.tray.size()];

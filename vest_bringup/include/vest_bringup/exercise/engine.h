@@ -100,6 +100,7 @@ class Engine {
 
   Result result() const;
   bool finished() const;
+  std::size_t phasesDone() const;  ///< or passed over: number of the phase that runs, from 0
   const Exercise& exercise() const;
   /// For one other thread, which may keep it longer than the engine. Before the first step.
   std::shared_ptr<Progress> progress();

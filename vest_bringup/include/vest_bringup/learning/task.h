@@ -7,8 +7,10 @@
 
 #include <Eigen/Core>
 
+#include "vest_bringup/exercise/exercise.h"
 #include "vest_bringup/simulation/stage.h"
 #include "vest_instruments/kinematics/trainer_box.h"
+#include "vest_instruments/trajectory/trajectory.h"
 #include "vest_instruments/trajectory/waypoint.h"
 #include "vest_tissue/scene/world_model.h"
 
@@ -32,6 +34,10 @@ enum class TaskKind : std::uint8_t {
   PassNeedle,
   TieThrow
 };
+
+/// Numbers of an action of each instrument of an exercise: the five of above, then two functions of the tool
+/// (coagulation or suction; cutting or irrigation; on where > 0), and the next tool (where it rises above 0).
+inline constexpr std::size_t kExerciseActionSize = 8;
 
 /// What is asked of a hand, or of both; one row of tasks().
 struct TaskRow {
@@ -65,12 +71,21 @@ inline constexpr double kThrowBegins =
     2.5;  ///< s: where an episode begins in it; the thread hangs still then
 
 struct TaskOptions {
-  std::string task;
+  std::string task;     ///< one of tasks(), or the path of an exercise file
   std::string scene;    ///< scene file
   std::string box;      ///< trainer_box.yaml
-  std::string vessels;  ///< folder of the vessels' database; empty: tissue and instruments without effects
+  std::string vessels;  ///< folder of the vessels' database; empty: tissue and instruments without effects.
+                        ///< Exercises need it
   int skip = 20;        ///< simulated steps for one action, 1 … 1000
   double limit = 0;     ///< s until an episode is truncated; 0: the task's
+};
+
+/// A place that observations of an exercise tell: a mark, or a knot of an object that the exercise names.
+struct Landmark {
+  static constexpr std::size_t kStands = static_cast<std::size_t>(-1);
+  std::size_t object = kStands;                  ///< of the scene
+  std::size_t knot = 0;                          ///< that it moves with
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< m: offset from the knot; of one that stands: the place
 };
 
 /// What all environments of a task share. Immutable once made.
@@ -85,7 +100,17 @@ struct Task {
   double pool = 0;                  ///< m³ that stand in the field then
   kinematics::JointPositions from{};  ///< of the hand then, where it holds something
 
-  std::size_t actionSize() const;  ///< numbers of an action: kActionSize for each hand that acts
+  // Of an exercise.
+  std::shared_ptr<const exercise::Exercise> exercise;  ///< null: one of tasks()
+  trajectory::Trajectory script;                       ///< the one that passes
+  std::vector<tools::Instrument> hands;                ///< in the order of actions and observations
+  std::vector<Landmark> landmarks;
+
+  std::vector<std::string> names;  ///< of the numbers of an observation, in order, with units
+
+  std::size_t actionSize() const;
+  std::size_t observationSize() const { return names.size(); }
+  std::uint64_t number() const;  ///< tells tasks and exercises apart in snapshots
 
   /// A Trainer of this task, with its effects.
   simulation::Stage stage(int threads) const;
@@ -93,5 +118,9 @@ struct Task {
 
 /// Loads the scene and builds its Model once. @throws std::invalid_argument, files::FileError
 std::shared_ptr<const Task> makeTask(const TaskOptions& options);
+/// Whether a task is given as the path of an exercise file: it has a slash, or ends in .yaml.
+bool isExerciseFile(const std::string& task);
+/// Of an exercise: fills what it has beside options. @throws std::invalid_argument naming file and reason
+void prepareExercise(Task& task);
 
 }  // namespace vest::learning

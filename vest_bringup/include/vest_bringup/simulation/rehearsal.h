@@ -50,6 +50,12 @@ class Script {
   std::array<bool, tools::kInstrumentCount> was_open_{};
 };
 
+/// Joints of an instrument at a time of a trajectory that moves it (s; before and after it: its ends').
+kinematics::JointPositions jointsAt(const trajectory::Trajectory& trajectory, tools::Instrument instrument,
+                                    double t);
+/// Pedals that are down at `from`, or go down after it until `to` (s).
+unsigned footswitches(const trajectory::Trajectory& trajectory, double from, double to);
+
 /// Told after each step: time since the beginning (s), what was consumed, what came of it.
 using Watch = std::function<void(double t, const scene::StepInput& input, const scene::StepReport& report)>;
 
