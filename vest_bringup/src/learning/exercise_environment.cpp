@@ -18,8 +18,8 @@ namespace {
 using Eigen::Vector3d;
 using tools::Instrument;
 
-constexpr std::size_t kKnots = 8;  // of each object that an exercise names
-constexpr double kStartsAside = 0.003;   // m: how far from the script's place a hand begins, at most (tuned)
+constexpr std::size_t kKnots = 8;       // of each object that an exercise names
+constexpr double kStartsAside = 0.003;  // m: how far from the script's place a hand begins, at most (tuned)
 constexpr double kCm = 100;
 constexpr std::uint32_t kFirst = tools::kFunctionCoagulate | tools::kFunctionSuck,
                         kSecond = tools::kFunctionCut | tools::kFunctionIrrigate;
