@@ -12,6 +12,7 @@ import tempfile
 import threading
 import time
 import unittest
+import xmlrpc.client
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "vest_haptics", "test"))
 from ros_support import Node, master, own_port, patient  # noqa: E402
@@ -20,6 +21,7 @@ FULL = "VEST_FULL" in os.environ
 PORT = own_port()
 
 import rosbag  # noqa: E402  (reads the environment)
+import rosgraph  # noqa: E402
 import rosnode  # noqa: E402
 import rospy  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
@@ -54,6 +56,11 @@ class Steps:
         self.stop.set()
         self.thread.join()
         self.publisher.unregister()  # the next one makes itself known, also to a new master
+
+
+def pid_of(node):
+    """Of a node's process, as the node tells it."""
+    return xmlrpc.client.ServerProxy(rosnode.get_api_uri(rosgraph.Master("/test"), node)).getPid("/test")[2]
 
 
 class SessionHazards(unittest.TestCase):
@@ -505,6 +512,17 @@ class SessionHazards(unittest.TestCase):
                 for ns in ("one", "two"):
                     names = lambda n=ns: {status.name for m in list(heard[n, "diagnostics"]) for status in m.status}
                     self.assertTrue(patient(lambda n=names: {"vest_instruments: left", "vest: simulation"} <= n()), names())
+                # A machine that is put aside (a lid, a full memory) is no end of a session.
+                stopped = pid_of("/one/manager")
+                os.kill(stopped, signal.SIGSTOP)
+                time.sleep(6.0)  # nodelet's bonds break after four
+                os.kill(stopped, signal.SIGCONT)
+                for ns in ("one", "two"):
+                    before = heard[ns, "session/state"][-1].step
+                    self.assertTrue(patient(lambda n=ns, b=before: heard[n, "session/state"][-1].step > b + 300),
+                                    open(f"{folder}/{ns}.log", encoding="utf-8").read())
+                time.sleep(2.0)
+                self.assertEqual([t.poll() for t in trainers], [None, None])
                 for ns in ("one", "two"):
                     steps = [s.step for s in heard[ns, "session/state"]]
                     self.assertEqual(steps, sorted(steps), "each has its own simulation")

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <geometry_msgs/PoseStamped.h>
 #include <gtest/gtest.h>
 #include <ros/ros.h>
@@ -44,6 +45,8 @@ struct Client {
   geometry_msgs::PoseStamped setpoint_cp, left_cp;
   sensor_msgs::JointState right_js, left_jaw;
   double box_yaw = 0.1;
+  double box_ahead = 0.0;  // s: its stamps before this machine's clock
+  std::string node_says;   // vest_instruments in /diagnostics
   bool box_runs = true;
   std::vector<ros::Subscriber> subscribers;
   ros::Publisher box = nh.advertise<sensor_msgs::JointState>("phantom_box/joint_states", 10);
@@ -85,6 +88,12 @@ struct Client {
     subscribers.push_back(nh.subscribe<vest_msgs::OperatingState>(
         "right/operating_state", 10,
         [this](const vest_msgs::OperatingStateConstPtr& m) { right_states.push_back(*m); }));
+    subscribers.push_back(nh.subscribe<diagnostic_msgs::DiagnosticArray>(
+        "/diagnostics", 10, [this](const diagnostic_msgs::DiagnosticArrayConstPtr& m) {
+          for (const auto& status : m->status) {
+            if (status.name == "vest_instruments: node") node_says = status.message;
+          }
+        }));
     timer = nh.createWallTimer(ros::WallDuration(0.005), [this](const ros::WallTimerEvent&) { playBox(); });
     wait(
         [this] {
@@ -100,7 +109,7 @@ struct Client {
   void playBox() {
     if (!box_runs) return;
     sensor_msgs::JointState m;
-    m.header.stamp = ros::Time::now();
+    m.header.stamp = ros::Time::now() + ros::Duration(box_ahead);
     for (const std::string name : {"left", "right", "third", "endoscope"}) {
       m.name.insert(m.name.end(), {name + "_yaw", name + "_pitch", name + "_insertion", name + "_roll"});
       m.position.insert(m.position.end(), {box_yaw, 0.0, 0.12, 0.0});
@@ -429,6 +438,20 @@ TEST(Client, OperatingStateAndStateCommandAreCrtkOnTheWire) {
     if (t.name == "/vest/third/operating_state") type = t.datatype;
   }
   EXPECT_EQ(type, "crtk_msgs/OperatingState") << "~crtk_package of this test says so";
+}
+
+TEST(Client, ABoxWhoseClockIsAnHourOffMovesItsInstrumentsAndThatIsTold) {
+  Client& c = client();
+  const std::string told = "stamps of the box are not of this machine's clock";
+  for (const double ahead : {3600.0, -3600.0}) {
+    c.box_ahead = ahead;
+    c.box_yaw = 0.1 + 1e-5 * ahead;
+    EXPECT_TRUE(c.wait([&] { return std::abs(c.state(kLeft).joint_position[0] - c.box_yaw) < 1e-9; }))
+        << "it is measured now, whatever its clock says";
+    EXPECT_TRUE(c.wait([&] { return c.node_says.find(told) != std::string::npos; })) << c.node_says;
+    c.box_ahead = 0.0;
+    EXPECT_TRUE(c.wait([&] { return c.node_says.find(told) == std::string::npos; })) << c.node_says;
+  }
 }
 
 // Last: it silences the box.
