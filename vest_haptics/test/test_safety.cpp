@@ -408,7 +408,7 @@ TEST(Registration, AHandThatStandsStillTellsTheOffsetExactlyAndAMovingOneDoesNot
   Registration r = walked(100);
   EXPECT_FALSE(r.observe(298 * kMs, {0.150, 0, 0}, false)) << "a clutch is let go under way";
   const double guess = r.offset().x();
-  EXPECT_TRUE(r.observe(299 * kMs, {0.149, 0, 0}, false)) << "as the hand was 2 ms before, or 2 mm off";
+  EXPECT_TRUE(r.observe(299 * kMs, {0.1485, 0, 0}, false)) << "as the hand was 3 ms before, or 2.5 mm off";
   EXPECT_EQ(r.offset().x(), guess) << "nobody knows which";
   for (int i = 100; i < 200; ++i) r.push((100 + 2 * i) * kMs, {0.099, 0, 0});
   EXPECT_TRUE(r.observe(498 * kMs, {0.148, 0, 0}, false));
