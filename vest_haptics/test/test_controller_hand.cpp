@@ -1,6 +1,8 @@
 // Protects what a hand feels of whole ticks, on an injected clock: the coupling's bound, clutching, stability
 // against something stiff, five axes through the trocar, its friction.
 #include <algorithm>
+#include <cmath>
+#include <deque>
 
 #include <gtest/gtest.h>
 
@@ -118,6 +120,66 @@ TEST(Controller, WhenTheInstrumentIsClutchedOrTakenOverElsewhereThereIsNoKick) {
   b.input.image = b.tissue.step(b.report.tip_W - Eigen::Vector3d(0, 0, 0.02), b.now);
   b.report = b.controller->tick(b.input);
   EXPECT_EQ(b.force(), 0.0);
+}
+
+namespace {
+
+/// A session as it is: its instrument follows the device's own pose, 20 ms later and off by what clutching
+/// left.
+struct Followed : Bench {
+  double clutch = 0.0;     ///< m
+  std::deque<double> own;  ///< m, world: the newest last
+  double off() const { return report.tip_W.z() - own.back() - clutch; }
+  void follow(int n) {
+    for (int i = 0; i < n; ++i) {
+      input.now_ns = now += kMs;
+      input.status = device.read(input.sample);
+      own.push_back(0.055 + input.sample.position.z());
+      if (own.size() > 21) own.pop_front();
+      input.image = tissue.step({0, 0, own.front() + clutch}, now);
+      report = controller->tick(input);
+      device.enableForces(report.forces_on);
+      device.write(report.loads);
+      device.advance(0.001);
+    }
+  }
+};
+
+}  // namespace
+
+TEST(Controller, AClutchThatAMovingHandLetsGoLeavesNoOffset) {
+  Followed b;
+  b.hand(0.04);
+  b.follow(500);
+  b.device.wish(2, 0.04, -0.1);
+  b.follow(200);
+  b.clutch = -0.01;
+  b.follow(50);
+  EXPECT_GT(std::abs(b.off()), 0.001) << "of a moving hand it is not known how old the pose was";
+  b.hand(0.01);
+  b.follow(1000);
+  EXPECT_LT(std::abs(b.off()), 1e-4);
+}
+
+TEST(Controller, AShortClutchInTissueIsFollowedWithoutAKick) {
+  Followed b;
+  b.hand(0.01);
+  b.follow(2400);
+  b.hand(-0.004);
+  b.follow(500);
+  const double force = b.report.loads[2];
+  ASSERT_GT(force, 0.3);
+  b.clutch = -0.002;  // less than what counts as a change
+  double last = b.report.tip_W.z() - b.own.back();
+  for (int i = 0; i < 1000; ++i) {
+    b.follow(1);
+    const double offset = b.report.tip_W.z() - b.own.back();
+    EXPECT_LE(std::abs(offset - last), 1.01e-3 * Registration::kFollow);
+    last = offset;
+  }
+  EXPECT_NEAR(last, -0.002, 1e-5);
+  EXPECT_EQ(b.report.allowance, 1.0);
+  EXPECT_GT(b.report.loads[2], force + 0.2) << "as deep as the instrument is";
 }
 
 namespace {

@@ -389,19 +389,44 @@ Registration walked(int poses) {
 
 TEST(Registration, APoseThatWasOnItsWayIsTheSamePlace) {
   Registration r = walked(100);
-  EXPECT_TRUE(r.observe(298 * kMs, {0.060, 0, 0})) << "where the hand was 78 ms before";
+  EXPECT_TRUE(r.observe(298 * kMs, {0.060, 0, 0}, false)) << "where the hand was 78 ms before";
   EXPECT_TRUE(r.offset().isZero());
 }
 
 TEST(Registration, APoseThatTheHandHadTooLongAgoOrOnlyLaterIsAnotherPlace) {
   Registration old = walked(100);
-  EXPECT_FALSE(old.observe(298 * kMs, {0.005, 0, 0})) << "188 ms before";
+  EXPECT_FALSE(old.observe(298 * kMs, {0.005, 0, 0}, false)) << "188 ms before";
   EXPECT_NEAR(old.offset().x(), 0.005 - 0.099, 1e-12) << "measured from the newest pose";
   Registration later = walked(100);
-  EXPECT_FALSE(later.observe(200 * kMs, {0.090, 0, 0})) << "the step was before the hand came there";
+  EXPECT_FALSE(later.observe(200 * kMs, {0.090, 0, 0}, false)) << "the step was before the hand came there";
   Registration none = walked(100);
-  EXPECT_FALSE(none.observe(50 * kMs, {0.0, 0, 0})) << "nothing is known of that time";
+  EXPECT_FALSE(none.observe(50 * kMs, {0.0, 0, 0}, false)) << "nothing is known of that time";
   EXPECT_TRUE(none.offset().isZero());
+}
+
+TEST(Registration, AHandThatStandsStillTellsTheOffsetExactlyAndAMovingOneDoesNot) {
+  Registration r = walked(100);
+  EXPECT_FALSE(r.observe(298 * kMs, {0.150, 0, 0}, false)) << "a clutch is let go under way";
+  const double guess = r.offset().x();
+  EXPECT_TRUE(r.observe(299 * kMs, {0.1485, 0, 0}, false)) << "as the hand was 3 ms before, or 2.5 mm off";
+  EXPECT_EQ(r.offset().x(), guess) << "nobody knows which";
+  for (int i = 100; i < 200; ++i) r.push((100 + 2 * i) * kMs, {0.099, 0, 0});
+  EXPECT_TRUE(r.observe(498 * kMs, {0.148, 0, 0}, false));
+  EXPECT_NEAR(r.offset().x(), 0.049, 1e-15);
+}
+
+TEST(Registration, WhereAForceIsShownTheOffsetFollowsSlowerThanAHand) {
+  Registration r;
+  for (int i = 0; i < 200; ++i) r.push(i * kMs, {0, 0, 0});
+  r.observe(200 * kMs, {0, 0, 0}, true);
+  for (int i = 201; i < 300; ++i) {
+    r.push(i * kMs, {0, 0, 0});
+    EXPECT_TRUE(r.observe(i * kMs, {0, 0.002, 0}, true));
+    ASSERT_NEAR(r.offset().y(), 5e-6 * (i - 200), 1e-12);
+  }
+  r.push(890 * kMs, {0, 0, 0});
+  EXPECT_TRUE(r.observe(900 * kMs, {0, 0.002, 0}, true));
+  EXPECT_NEAR(r.offset().y(), 0.002, 1e-15) << "and not beyond";
 }
 
 TEST(Capabilities, ANumberThatNoDeviceCanHaveIsNamedWithWhatIsAllowed) {

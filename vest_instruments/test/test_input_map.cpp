@@ -63,6 +63,16 @@ TEST(InputMap, EverySourceCanMoveEveryInstrument) {
   }
 }
 
+TEST(InputMap, OptionsOfADeviceMayBeLists) {
+  const InputMap map = load(
+      "instruments: {left: {source: haptic, device: impulse_engine, options: {port: /dev/ttyS0, counts: "
+      "[2000, "
+      "2000, 20000, 1000, 2000], none: []}}}\n");
+  const std::map<std::string, std::string> words{
+      {"port", "/dev/ttyS0"}, {"counts", "2000, 2000, 20000, 1000, 2000"}, {"none", ""}};
+  EXPECT_EQ(map.instruments[0].options, words) << "as the same list of the parameter";
+}
+
 // What is changed in the shipped file, and what the message must hold.
 struct Mistake {
   const char *from, *to, *says;
@@ -81,7 +91,9 @@ TEST(InputMap, EachMistakeIsOneMessageWithFieldAndWhatIsAllowed) {
       {"handle: endoscope", "handle: camera", "instruments.endoscope.handle: 'camera'; allowed: left, right"},
       {"device: sim, ", "", "instruments.right.device: missing"},
       {"options: {motion: rest}", "options: 3", "instruments.right.options: '3'; allowed: a map of words"},
-      {"options: {motion: rest}", "options: {motion: [1]}", "instruments.right.options"},
+      {"options: {motion: rest}", "options: {motion: {a: 1}}",
+       "instruments.right.options.motion: '{a: 1}'; allowed: a word, or a list of words"},
+      {"options: {motion: rest}", "options: {motion: [1, ~]}", "instruments.right.options.motion[1]: "},
       {"device: pad,", "device: pat,", "instruments.third.device: 'pat'; allowed: pedals, pad"},
       {"yaw: ABS_X", "yaw: ABS_Z", "instruments.third.yaw: 'ABS_Z'; allowed: ABS_X, ABS_Y, ABS_RX, ABS_RY"},
       {"[BTN_TL, BTN_TR]}", "[BTN_TL]}", "instruments.third.jaw: "},

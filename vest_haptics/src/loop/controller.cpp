@@ -258,7 +258,7 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
       begins = model.present && (!present_ || in.image->generation != generation_);
       present_ = model.present;
       generation_ = in.image->generation;
-      registered = registration_.observe(in.image->steady_ns, model.commanded);
+      registered = registration_.observe(in.image->steady_ns, model.commanded, r.allowance > 0.0);
       // Forces along the shaft at whole, moments as what a hand beyond the pivot feels at the tip.
       const Vector3d along = model.position - options_.X_WB * options_.arm.pivot_B;
       const double length = std::sqrt(along.squaredNorm());

@@ -95,6 +95,16 @@ JointControl readControl(const Field& f, const EventDevice& device) {
   return c;
 }
 
+// A list is its elements with commas between them, as of the parameter `options` of a device.
+std::string wordOf(const Field& f) {
+  if (f.node.IsScalar()) return f.node.Scalar();
+  if (!f.node.IsSequence()) f.refuse("'" + f.text() + "'", "a word, or a list of words");
+  std::string all;
+  for (std::size_t i = 0; i < f.node.size(); ++i)
+    all += (i > 0 ? ", " : "") + wordOf(f.element(static_cast<int>(i)));
+  return all;
+}
+
 InstrumentInput readInput(const Field& f, int instrument, const std::vector<EventDevice>& devices) {
   InstrumentInput in;
   const std::string source =
@@ -130,9 +140,9 @@ InstrumentInput readInput(const Field& f, int instrument, const std::vector<Even
     const Field options = f.at("options");
     if (!options.node.IsMap()) options.refuse("'" + options.text() + "'", "a map of words");
     for (auto it = options.node.begin(); it != options.node.end(); ++it) {
-      if (!it->first.IsScalar() || !it->second.IsScalar())
-        options.refuse("'" + options.text() + "'", "a map of words");
-      in.options[it->first.Scalar()] = it->second.Scalar();
+      if (!it->first.IsScalar()) options.refuse("'" + options.text() + "'", "a map of words");
+      const std::string& key = it->first.Scalar();
+      in.options[key] = wordOf(Field{options.file, options.path + "." + key, it->second});
     }
   } else {
     f.onlyKeys({"source"});

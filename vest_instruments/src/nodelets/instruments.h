@@ -56,6 +56,7 @@ class Instruments {
   void onTimer();
   void onDiagnostics();
   void watchPreset();
+  bool watchBoxClock(double now);  ///< whether stamps of the box are of another clock
   bool onSelectSource(vest_msgs::SelectSource::Request& request, vest_msgs::SelectSource::Response& response);
   bool onExchangeTool(vest_msgs::ExchangeTool::Request& request, vest_msgs::ExchangeTool::Response& response);
   bool onExchangeOptic(vest_msgs::ExchangeOptic::Request& request,
@@ -92,7 +93,9 @@ class Instruments {
   ros::SteadyTimer timer_, diagnostics_timer_;
   double last_publish_ = -1.0, last_crtk_ = -1.0, last_tf_ = -1.0, last_collision_ = -1.0, last_box_ = -1.0;
   ros::Time last_stamp_;
-  bool renamed_ = false;  ///< the session says otherwise now what the box's pedals mean
+  bool renamed_ = false;    ///< the session says otherwise now what the box's pedals mean
+  double box_ahead_ = 0.0;  ///< s: the box's newest stamp before this machine's clock
+  bool box_off_ = false;
   std::uint64_t rejected_ = 0, published_ = 0, published_before_ = 0;
 };
 
