@@ -85,7 +85,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   settle->add_option("--threads", threads, "worker threads")->check(CLI::Range(1, 64))->capture_default_str();
   CLI::App* check = app.add_subcommand(
-      "check", "of a scene: table of knots, springs, pieces, bindings, sub-steps. Without one: of the library");
+      "check",
+      "of a scene: table of knots, springs, pieces, bindings, sub-steps. Without one: of the library");
   const CLI::Option* const checked = check->add_option("SCENE", scene_path, "scene.yaml");
 
   CLI11_PARSE(app, argc, argv);

@@ -11,7 +11,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kSoftest = 0.25;       // of the mean: softer voxels count as this; skin's are blurred with air
+constexpr double kSoftest = 0.25;  // of the mean: softer voxels count as this; skin's are blurred with air
 constexpr double kLeastShare = 0.0625;  // next to a voxel that was not measured the spline gives at most this
 constexpr double kFilter = 0.003;       // s, low-pass of the speed: that of the haptic loop
 constexpr double kDrop = 0.020;  // s in which a broken capsule lets go, at least what a hand needs (assumed)
@@ -208,9 +208,9 @@ bool toSurface(const View& view, Vector3d& p, Vector3d& normal, double& way) noe
 }
 
 // Layers give way in series, and in parallel as far as they spread the load. Between both lies the exact
-// stiffness of a layer bonded to other ground (Burmister 1945). Four parts of the mean by the inverse root and
-// one of the harmonic mean keep within 4 % of it for moduli of up to 4 : 1 (fitted to 48 layers of 0.5 to 6
-// radii).
+// stiffness of a layer bonded to other ground (Burmister 1945). Four parts of the mean by the inverse root
+// and one of the harmonic mean keep within 4 % of it for moduli of up to 4 : 1 (fitted to 48 layers of 0.5 to
+// 6 radii).
 double stiffnessBelow(const View& view, const Vector3d& p, const Vector3d& normal) noexcept {
   const Header& h = *view.header;
   double weight[kDepths], k[kDepths];

@@ -147,16 +147,18 @@ TEST(Probe, HalfSpaceGivesWayAsTheoryOfAFlatPunchHasIt) {
   EXPECT_EQ(hand.felt.force.norm(), 0.0);
 }
 
-/// Stiffness under a flat rigid punch of a layer that is bonded to a half-space, both incompressible, over that
-/// of a half-space of the layer alone. What the surface gives way under a wave of pressure is that of Burmister's
-/// layers (J. Applied Physics 16, 1945); the pressure follows from an integral equation in the way of Copson.
+/// Stiffness under a flat rigid punch of a layer that is bonded to a half-space, both incompressible, over
+/// that of a half-space of the layer alone. What the surface gives way under a wave of pressure is that of
+/// Burmister's layers (J. Applied Physics 16, 1945); the pressure follows from an integral equation in the
+/// way of Copson.
 double layerUnderPunch(double layer_over_ground, double thickness_over_radius) {
   const double l = (layer_over_ground - 1) / (layer_over_ground + 1), x = thickness_over_radius;
   constexpr int kPoints = 60, kWaves = 2000;
   Eigen::MatrixXd equation = Eigen::MatrixXd::Identity(kPoints, kPoints);
   for (int w = 0; w < kWaves; ++w) {
     const double step = 25.0 / x / kWaves, k = (w + 0.5) * step, s = k * x, e = std::exp(-2 * s);
-    const double gives = (1 + 4 * l * s * e - l * l * e * e) / (1 - (2 * l + 4 * l * s * s) * e + l * l * e * e);
+    const double gives =
+        (1 + 4 * l * s * e - l * l * e * e) / (1 - (2 * l + 4 * l * s * s) * e + l * l * e * e);
     Eigen::VectorXd wave(kPoints);
     for (int i = 0; i < kPoints; ++i) wave[i] = std::cos(k * (i + 0.5) / kPoints);
     equation += 2 / M_PI * (gives - 1) * step / kPoints * wave * wave.transpose();
@@ -186,7 +188,9 @@ TEST(Probe, ALayerGivesWayAsTheoryOfElasticityHasIt) {
 }
 
 TEST(Probe, WhatHasNoStiffnessBelowALayerTakesNotAllOfIt) {
-  const auto made = makeFeelable(layers([&](double z) { return z > 0 ? 0 : z > -0.010 ? 100 : 200; }),
+  const auto made = makeFeelable(layers([&](double z) { return z > 0        ? 0
+                                                               : z > -0.010 ? 100
+                                                                            : 200; }),
                                  table({100, 1, 0, 0}, {0, 1, 0, 0}), options());
   Hand hand(made->view(), Kind::Probe);
   hand.go({0, 0, -0.001}, 0.01);

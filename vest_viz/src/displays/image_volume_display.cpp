@@ -71,8 +71,8 @@ ImageVolumeDisplay::ImageVolumeDisplay() {
   QObject::connect(topic_, &rviz::Property::changed, this, [this] { subscribe(); });
   QObject::connect(table_, &rviz::Property::changed, this, [this] { loadTable(); });
   for (rviz::Property* p : std::initializer_list<rviz::Property*>{
-           volume_, shaded_, card_, planes_[0], planes_[1], planes_[2], places_[0], places_[1], places_[2], slice_,
-           normal_, offset_, cut_, level_, width_})
+           volume_, shaded_, card_, planes_[0], planes_[1], planes_[2], places_[0], places_[1], places_[2],
+           slice_, normal_, offset_, cut_, level_, width_})
     QObject::connect(p, &rviz::Property::changed, this, [this] { slices_changed_ = true; });
 }
 

@@ -80,8 +80,8 @@ void VolumeTexture::update(const volume::RayCaster& caster, const Eigen::Matrix4
         Ogre::TU_DYNAMIC_WRITE_ONLY);
     unit(material_, "colours")->setTexture(colours_);
   }
-  colours_->getBuffer()->blitFromMemory(Ogre::PixelBox(
-      entries, 1, 1, Ogre::PF_FLOAT32_RGBA, const_cast<Eigen::Vector4f*>(table.colours.data())));
+  colours_->getBuffer()->blitFromMemory(Ogre::PixelBox(entries, 1, 1, Ogre::PF_FLOAT32_RGBA,
+                                                       const_cast<Eigen::Vector4f*>(table.colours.data())));
   unit(material_, "depths")->setTexture(depth);
   const volume::Brick& brick = caster.brick();
   Eigen::Matrix4d to_world = Eigen::Matrix4d::Identity();
@@ -96,13 +96,13 @@ void VolumeTexture::update(const volume::RayCaster& caster, const Eigen::Matrix4
   parameters->setNamedConstant("from_clip", toOgre(from_clip));
   parameters->setNamedConstant("to_grid", toOgre(to_world.inverse()));
   parameters->setNamedConstant("cut", cut);
-  parameters->setNamedConstant("size", Ogre::Vector4(static_cast<float>(brick.size[0]),
-                                                     static_cast<float>(brick.size[1]),
-                                                     static_cast<float>(brick.size[2]), 0));
+  parameters->setNamedConstant(
+      "size", Ogre::Vector4(static_cast<float>(brick.size[0]), static_cast<float>(brick.size[1]),
+                            static_cast<float>(brick.size[2]), 0));
   parameters->setNamedConstant("steps", Ogre::Vector4(static_cast<float>(look.step), table.first, table.scale,
                                                       static_cast<float>(entries)));
-  parameters->setNamedConstant(
-      "shading", Ogre::Vector4(look.shaded ? 1.0f : 0.0f, Caster::kAmbient, Caster::kEdge, Caster::kLeastLight));
+  parameters->setNamedConstant("shading", Ogre::Vector4(look.shaded ? 1.0f : 0.0f, Caster::kAmbient,
+                                                        Caster::kEdge, Caster::kLeastLight));
 }
 
 }  // namespace vest::displays

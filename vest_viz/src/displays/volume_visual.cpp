@@ -134,7 +134,8 @@ bool VolumeVisual::drawOnCard(const Eigen::Matrix4d& clip, double now) {
   stale_ = false;
   clip_ = clip;
   const bool moves = now - since_change_ < kRest;
-  depth_.draw(*camera_, static_cast<int>(window_->getWidth()), static_cast<int>(window_->getHeight()), nullptr);
+  depth_.draw(*camera_, static_cast<int>(window_->getWidth()), static_cast<int>(window_->getHeight()),
+              nullptr);
   volume::Look look = look_;
   look.step = (moves ? 1.5 : 0.5) * caster_->brick().axes.colwise().norm().minCoeff();
   card_->update(*caster_, frame_.inverse().matrix() * clip.inverse(), look, depth_.texture());

@@ -28,11 +28,12 @@ QPixmap lookOfTable(const std::string& file) {
   QPainter painter(&pixmap);
   for (int x = 0; x < pixmap.width(); ++x) {
     const double t = x / (pixmap.width() - 1.0);
-    const volume::Transfer row = volume::transfer(
-        table, table.front().value + t * (table.back().value - table.front().value));
+    const volume::Transfer row =
+        volume::transfer(table, table.front().value + t * (table.back().value - table.front().value));
     for (int y = 0; y < pixmap.height(); ++y) {
       const double ground = (x / 8 + y / 8) % 2 == 0 ? 0.25 : 0.4, a = row.alpha;
-      painter.setPen(QColor::fromRgbF(a * row.colour[0] + (1 - a) * ground, a * row.colour[1] + (1 - a) * ground,
+      painter.setPen(QColor::fromRgbF(a * row.colour[0] + (1 - a) * ground,
+                                      a * row.colour[1] + (1 - a) * ground,
                                       a * row.colour[2] + (1 - a) * ground));
       painter.drawPoint(x, y);
     }
@@ -122,7 +123,8 @@ void LibraryPanel::select() {
   use_->setEnabled(entry != nullptr && (entry->kind == "part" || entry->kind == "scene"));
   if (entry == nullptr) return;
   use_->setText(entry->kind == "scene" ? "Load into the session" : "Add to the drawing");
-  about_->setText(QString("%1\n\nfrom: %2\nlicence: %3").arg(qt(entry->about), qt(entry->source), qt(entry->licence)));
+  about_->setText(
+      QString("%1\n\nfrom: %2\nlicence: %3").arg(qt(entry->about), qt(entry->source), qt(entry->licence)));
   done_->clear();
   tell(problem_, "");
   try {

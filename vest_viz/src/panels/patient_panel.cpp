@@ -74,7 +74,8 @@ void listValues(const modelling::Document& document, const modelling::Document::
       name = document.bytes(path + "/" + name + "/name");
     listValues(document, node.children[i], path + "/" + name, values);
   }
-  const bool top = path.empty(), label = path.compare(0, 8, "/labels/") == 0 || path.compare(0, 9, "/tissues/") == 0;
+  const bool top = path.empty(),
+             label = path.compare(0, 8, "/labels/") == 0 || path.compare(0, 9, "/tissues/") == 0;
   if (node.kind != Kind::Map || !(top || label)) return;
   const auto offer = [&](const RecipeKey& key) {
     if (!document.has(path + "/" + key.key)) values->emplace_back(path + "/" + key.key, "");
@@ -188,9 +189,8 @@ PatientPanel::PatientPanel(QWidget* parent) : BasePanel(parent) {
     if (what == kRecipeValue) changed(at);
   });
   import_.setProcessChannelMode(QProcess::MergedChannels);
-  connect(&import_, &QProcess::readyRead, this, [this] {
-    told_->appendPlainText(QString::fromUtf8(import_.readAll()).trimmed());
-  });
+  connect(&import_, &QProcess::readyRead, this,
+          [this] { told_->appendPlainText(QString::fromUtf8(import_.readAll()).trimmed()); });
   const auto over = [this](const QString& problem) {
     for (QPushButton* const b : waits_) b->setEnabled(true);
     tell(problem_, problem.toStdString());
@@ -204,7 +204,8 @@ PatientPanel::PatientPanel(QWidget* parent) : BasePanel(parent) {
             over(told_->toPlainText().section('\n', -1));
           });
   connect(&import_, &QProcess::errorOccurred, this, [over](QProcess::ProcessError error) {
-    if (error == QProcess::FailedToStart) over("vest_import: cannot be started: is VEST's setup.bash sourced?");
+    if (error == QProcess::FailedToStart)
+      over("vest_import: cannot be started: is VEST's setup.bash sourced?");
   });
 }
 
@@ -258,7 +259,8 @@ void PatientPanel::showFields() {
   for (int row = 0; row < fields_->rowCount(); ++row) {
     const auto& [path, value] = values[static_cast<std::size_t>(row)];
     const RecipeKey* const key = recipeKeyOf(path);
-    const QString cells[] = {qt(path.substr(1)), qt(value), QString::fromUtf8(key == nullptr ? "" : key->allowed)};
+    const QString cells[] = {qt(path.substr(1)), qt(value),
+                             QString::fromUtf8(key == nullptr ? "" : key->allowed)};
     for (int c = 0; c < kRecipeColumns; ++c) {
       auto* const item = new QTableWidgetItem(cells[c]);
       if (c != kRecipeValue) item->setFlags(Qt::ItemIsEnabled | Qt::ItemIsSelectable);
@@ -287,7 +289,8 @@ bool PatientPanel::asShown() {
   }
   if (now == texts_[at_]) return true;
   open();
-  if (!texts_.empty()) tell(problem_, recipe() + ": was changed elsewhere, and is read again: nothing was edited");
+  if (!texts_.empty())
+    tell(problem_, recipe() + ": was changed elsewhere, and is read again: nothing was edited");
   return false;
 }
 
@@ -357,8 +360,7 @@ void PatientPanel::addLabel() {
 
 void PatientPanel::deleteLabel() {
   const int row = fields_->currentRow();
-  const QStringList words =
-      row < 0 ? QStringList() : fields_->item(row, kRecipePath)->text().split('/');
+  const QStringList words = row < 0 ? QStringList() : fields_->item(row, kRecipePath)->text().split('/');
   if (words.size() < 3) return tell(problem_, "no line of a label is chosen");
   edit("remove", "/" + words[0].toStdString() + "/" + words[1].toStdString(), "");
 }

@@ -10,8 +10,8 @@
 namespace vest::volume {
 namespace {
 
-constexpr int kBlock = 8;                  // voxels along an edge of a block
-constexpr int kEntries = 4096;             // of the table, evenly spread over its values
+constexpr int kBlock = 8;       // voxels along an edge of a block
+constexpr int kEntries = 4096;  // of the table, evenly spread over its values
 
 float clamped(float x, std::uint32_t size) {
   return std::min(std::max(x, 0.0f), static_cast<float>(size - 1));

@@ -149,7 +149,8 @@ TEST_F(ImageVolume, TheGraphicsCardShowsWhatTheProcessorShows) {
     return last;
   };
   ASSERT_TRUE(spin([&] { return status("Image").contains("10 x 10 x 10"); }, 30));
-  ASSERT_TRUE(spin([&] { return middle().blue() > middle().red() + 20; }, 30)) << middle().name().toStdString();
+  ASSERT_TRUE(spin([&] { return middle().blue() > middle().red() + 20; }, 30))
+      << middle().name().toStdString();
   const QImage processor = atRest();
   display->subProp("Volume")->setValue(false);
   const QImage without = atRest();
@@ -159,7 +160,8 @@ TEST_F(ImageVolume, TheGraphicsCardShowsWhatTheProcessorShows) {
   EXPECT_TRUE(status("Graphics Card").isEmpty()) << status("Graphics Card").toStdString();
   ASSERT_EQ(card.size(), processor.size());
   const auto differs = [](QRgb a, QRgb b) {
-    return std::max({std::abs(qRed(a) - qRed(b)), std::abs(qGreen(a) - qGreen(b)), std::abs(qBlue(a) - qBlue(b))});
+    return std::max(
+        {std::abs(qRed(a) - qRed(b)), std::abs(qGreen(a) - qGreen(b)), std::abs(qBlue(a) - qBlue(b))});
   };
   int shown = 0, aside = 0, most = 0;
   for (int y = 0; y < card.height(); ++y)

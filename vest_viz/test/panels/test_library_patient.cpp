@@ -1,6 +1,6 @@
-// Protects two ways into a scene by hand: the library, where each entry has a picture, a licence and an origin
-// and is put into the drawing or loaded; and the recipe of a patient's images, which is edited in its place,
-// baked and loaded.
+// Protects two ways into a scene by hand: the library, where each entry has a picture, a licence and an
+// origin and is put into the drawing or loaded; and the recipe of a patient's images, which is edited in its
+// place, baked and loaded.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -93,7 +93,8 @@ TEST_F(Library, EachEntryHasAPictureAndAPartComesIntoTheDrawing) {
   for (int i = 0; i < tree()->topLevelItemCount(); ++i) {
     tree()->setCurrentItem(tree()->topLevelItem(i));
     kinds.insert(tree()->topLevelItem(i)->text(0));
-    EXPECT_FALSE(picture->pixmap(Qt::ReturnByValue).isNull()) << tree()->topLevelItem(i)->text(1).toStdString();
+    EXPECT_FALSE(picture->pixmap(Qt::ReturnByValue).isNull())
+        << tree()->topLevelItem(i)->text(1).toStdString();
     EXPECT_TRUE(says("licence: ") && says("from: "));
   }
   EXPECT_EQ(kinds, (std::set<QString>{"part", "scene", "material", "table", "texture"}));
@@ -134,9 +135,10 @@ class Patient : public ByHand<PatientPanel> {
     folder_ = testing::TempDir() + "vest_patient_" + std::to_string(getpid());
     fs::remove_all(folder_);
     fs::create_directories(folder_);
-    ASSERT_EQ(QProcess::execute("rosrun", {"vest_tissue", "vest_phantom", "abdomen",
-                                           QString::fromStdString(folder_ + "/ct"), "--size", "85", "60", "40"}),
-              0);
+    ASSERT_EQ(
+        QProcess::execute("rosrun", {"vest_tissue", "vest_phantom", "abdomen",
+                                     QString::fromStdString(folder_ + "/ct"), "--size", "85", "60", "40"}),
+        0);
     line("images")->setText(QString::fromStdString(folder_ + "/ct"));
     line("folder")->setText(QString::fromStdString(folder_ + "/lying"));
   }

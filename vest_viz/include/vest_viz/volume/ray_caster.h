@@ -49,8 +49,9 @@ class RayCaster {
     float first = 0, scale = 0;            ///< stored number of the first entry; entries per number
   };
   Table tableOf(double step) const;  ///< @param step m
-  static constexpr float kLeastLight = 1.0f / 512;  ///< half of a level of 255: what is behind it cannot be seen
-  static constexpr float kAmbient = 0.3f;           ///< share of light without a direction (tuned)
+  static constexpr float kLeastLight =
+      1.0f / 512;                          ///< half of a level of 255: what is behind it cannot be seen
+  static constexpr float kAmbient = 0.3f;  ///< share of light without a direction (tuned)
   /// Change over 1 mm, share of the table's range, that is shaded fully (tuned).
   static constexpr float kEdge = 0.03f;
 
