@@ -23,7 +23,7 @@ namespace {
 constexpr double kSurface = 0.050, kYield = 0.8, kFriction = 10, kReach = 0.020;  // m, N, N/m, m
 
 /// An image alone: 100 below the surface, 0 above. Its region is there for the World to have an object.
-scene::Description block() {
+scene::Description block(double stiffness = 64) {
   volume::Brick b;
   b.size = {60, 60, 60};
   b.axes *= 0.001;
@@ -32,7 +32,7 @@ scene::Description block() {
   for (std::size_t v = 0; v < b.stored.size(); ++v) b.stored[v] = v / 3600 < 40 ? 100 : 0;
   volume::TransferTable table(2);
   table[0].value = 20, table[1].value = 80;
-  table[1].feel = {64, kYield, 0.2, kFriction};
+  table[1].feel = {stiffness, kYield, 0.2, kFriction};
   volume::FeelOptions o;
   o.surface = 50;
   o.region = [](const Vector3d&, double value) { return static_cast<std::uint8_t>(value > 50 ? 1 : 0); };
@@ -53,7 +53,7 @@ scene::Description block() {
 /// A hand above the block that holds its handle firmly; the tip's frame begins 10 mm above the surface.
 struct Hand {
   SimulatedDevice device;
-  scene::World world{block()};
+  scene::World world;
   std::unique_ptr<Trial> trial;
   std::int64_t now = 0;
   TrialSample last;
@@ -61,13 +61,18 @@ struct Hand {
   double jump = 0, taken = 0, lowest = 0, maximum = 0;
   int punctured = 0, exited = 0;
 
-  explicit Hand(tools::ToolKind tool, double above = 0.010) {
-    device.open({});
+  explicit Hand(tools::ToolKind tool, double above = 0.010, const DeviceOptions& kind = {},
+                double stiffness = 64)
+      : world(block(stiffness)) {
+    device.open(kind);
     maximum = device.capabilities().maximum[0];
-    for (int a = 0; a < 3; ++a) device.axis(a).hand_stiffness = 2000.0;
     ControllerOptions options;
     options.arm = vest::haptics::testing::arm();
     options.arm.aim_B.z() = kSurface + above;
+    if (device.capabilities().joints)
+      device.wish(2, options.arm.pivot_B.z() - options.arm.aim_B.z());
+    else
+      for (int a = 0; a < 3; ++a) device.axis(a).hand_stiffness = 2000.0;
     trial = std::make_unique<Trial>(world, tool, device, options);
     for (int i = 0; i < 2200; ++i) tick();
     jump = taken = lowest = 0;
@@ -127,6 +132,24 @@ TEST(VoxelHaptics, AProbePressesAsAFlatPunch) {
   hand.go({0, 0, 0}, 0.010);
   EXPECT_LT(hand.last.shown.norm(), 0.02);
   EXPECT_LE(hand.jump, 0.05 * hand.maximum);
+}
+
+TEST(VoxelHaptics, ElasticitiesAreFeltByBothKindsOfDevices) {
+  for (const char* const axes : {"cartesian", "joints"})
+    for (const double stiffness : {40.0, 64.0, 160.0}) {
+      SCOPED_TRACE(std::string(axes) + " " + std::to_string(stiffness));
+      Hand hand(tools::ToolKind::Grasper, 0.010, {{"axes", axes}}, stiffness);
+      const bool joints = hand.device.capabilities().joints;
+      EXPECT_NEAR(hand.last.tip.z(), kSurface + 0.010, 1e-3);
+      const double from = hand.device.axis(2).x;
+      for (int i = 1; i <= 2400; ++i) {
+        hand.device.wish(2, from + (joints ? 1 : -1) * 0.016 * std::min(1.0, i / 1600.0));
+        hand.tick();
+      }
+      const double depth = kSurface - hand.last.tip.z();
+      EXPECT_GT(depth, 0.003);
+      EXPECT_NEAR(hand.last.shown.z(), stiffness * depth, 0.05 * stiffness * depth);
+    }
 }
 
 TEST(VoxelHaptics, RandomStrokesGiveBackNoEnergy) {

@@ -40,6 +40,7 @@ void printEntry(const LibraryEntry& entry) {
   std::printf("%s %s\n  what     %s\n  from     %s\n  licence  %s\n  file     %s\n", entry.kind.c_str(),
               entry.name.c_str(), shown(entry.about).c_str(), shown(entry.source).c_str(),
               shown(entry.licence).c_str(), entry.file.empty() ? "none" : entry.file.c_str());
+  if (!entry.picture.empty()) std::printf("  picture  %s\n", entry.picture.c_str());
   if (entry.kind == "part") printObjects(entry.file);
   if (entry.kind == "scene") {
     const auto source = std::filesystem::path(entry.file).parent_path() / "source.yaml";
@@ -47,6 +48,13 @@ void printEntry(const LibraryEntry& entry) {
   }
   if (entry.kind == "material")
     std::printf("every number: rosrun vest_tissue vest_material show %s\n", entry.name.c_str());
+}
+
+bool checkLibrary(const std::vector<LibraryEntry>& entries) {
+  const std::vector<std::string> faults = modelling::faultsOf(entries);
+  for (const std::string& fault : faults) std::printf("%s\n", shown(fault).c_str());
+  std::printf("%zu entries, %zu with a fault\n", entries.size(), faults.size());
+  return faults.empty();
 }
 
 std::string addPart(const std::string& source, const LibraryEntry& entry, const std::string& as,

@@ -84,8 +84,10 @@ int main(int argc, char** argv) {
       ->check(vest::files::number(0, 1e6))
       ->capture_default_str();
   settle->add_option("--threads", threads, "worker threads")->check(CLI::Range(1, 64))->capture_default_str();
-  CLI::App* check = app.add_subcommand("check", "table of knots, springs, pieces, bindings, sub-steps");
-  check->add_option("SCENE", scene_path, "scene.yaml")->required();
+  CLI::App* check = app.add_subcommand(
+      "check",
+      "of a scene: table of knots, springs, pieces, bindings, sub-steps. Without one: of the library");
+  const CLI::Option* const checked = check->add_option("SCENE", scene_path, "scene.yaml");
 
   CLI11_PARSE(app, argc, argv);
   try {
@@ -112,6 +114,8 @@ int main(int argc, char** argv) {
       vest::tools::printEntry(vest::modelling::find(vest::modelling::readLibrary(), name, kind));
       return 0;
     }
+    if (check->parsed() && checked->count() == 0)
+      return vest::tools::checkLibrary(vest::modelling::readLibrary()) ? 0 : 1;
     if (propose->parsed()) {
       vest::tools::printProposals(source_path, object, within,
                                   vest::modelling::readMaterials(materials_path));

@@ -11,6 +11,8 @@
 #include "vest_tissue/material/database.h"
 #include "vest_tissue/modelling/fields.h"
 #include "vest_tissue/modelling/handles.h"
+#include "vest_tissue/scene/world.h"
+#include "vest_tissue/volume/transfer_table.h"
 
 namespace vest::modelling {
 namespace {
@@ -99,6 +101,8 @@ std::vector<LibraryEntry> readLibrary(const std::string& index) {
       entry.file = fs::path(file).lexically_normal().string();
     }
     keys.finish();
+    const fs::path picture = package / "library" / "pictures" / (entry.kind + "_" + entry.name + ".jpg");
+    if (fs::exists(picture)) entry.picture = picture.lexically_normal().string();
     for (const LibraryEntry& other : entries)
       if (other.kind == entry.kind && other.name == entry.name)
         item.fail("must be there once: " + entry.kind + " " + entry.name);
@@ -131,6 +135,28 @@ const LibraryEntry& find(const std::vector<LibraryEntry>& entries, const std::st
   if (found == nullptr)
     throw std::invalid_argument(files::shown(name) + ": is not in the library; allowed: " + known);
   return *found;
+}
+
+std::vector<std::string> faultsOf(const std::vector<LibraryEntry>& entries) {
+  std::vector<std::string> faults;
+  for (const LibraryEntry& entry : entries) {
+    try {
+      if (entry.kind == "table") volume::readTransferTable(entry.file);
+      if (entry.kind == "scene") scene::loadScene(entry.file);
+      if (entry.kind == "part") {
+        const std::map<std::string, MaterialEntry> materials = readMaterials(material::databasePath());
+        Session session("source.yaml", "vest_source: 1\nname: drawn\nobjects: []\n", materials);
+        for (const Script::Line& line : additions(session.document(), entry.file))
+          session.apply(line.op, line.path, line.value);
+      }
+      if ((entry.kind == "part" || entry.kind == "scene") && entry.picture.empty())
+        throw std::invalid_argument("picture: must be library/pictures/" + entry.kind + "_" + entry.name +
+                                    ".jpg");
+    } catch (const std::exception& error) {
+      faults.push_back(entry.kind + " " + entry.name + ": " + error.what());
+    }
+  }
+  return faults;
 }
 
 std::vector<Script::Line> additions(const Document& source, const std::string& part_file,

@@ -11,6 +11,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+constexpr double kSoftest = 0.25;  // of the mean: softer voxels count as this; skin's are blurred with air
 constexpr double kLeastShare = 0.0625;  // next to a voxel that was not measured the spline gives at most this
 constexpr double kFilter = 0.003;       // s, low-pass of the speed: that of the haptic loop
 constexpr double kDrop = 0.020;  // s in which a broken capsule lets go, at least what a hand needs (assumed)
@@ -206,16 +207,29 @@ bool toSurface(const View& view, Vector3d& p, Vector3d& normal, double& way) noe
   return true;
 }
 
+// Layers give way in series, and in parallel as far as they spread the load. Between both lies the exact
+// stiffness of a layer bonded to other ground (Burmister 1945). Four parts of the mean by the inverse root
+// and one of the harmonic mean keep within 4 % of it for moduli of up to 4 : 1 (fitted to 48 layers of 0.5 to
+// 6 radii).
 double stiffnessBelow(const View& view, const Vector3d& p, const Vector3d& normal) noexcept {
   const Header& h = *view.header;
+  double weight[kDepths], k[kDepths];
   double sum = 0.0, all = 0.0;
   for (int i = 0; i < kDepths; ++i) {
     const Sampled at = sampleValue(view, p - h.depth[i] * normal);
-    if (!(at.share > 0.0)) continue;  // below the image it goes on as above
-    sum += h.weight[i] * at.share * feelOf(h, at.value).stiffness;
-    all += h.weight[i] * at.share;
+    weight[i] = at.share > 0.0 ? h.weight[i] * at.share : 0.0;  // below the image it goes on as above
+    k[i] = weight[i] > 0.0 ? feelOf(h, at.value).stiffness : 0.0;
+    sum += weight[i] * k[i];
+    all += weight[i];
   }
-  return all > 0.0 ? sum / all : 0.0;
+  if (!(sum > 0.0)) return 0.0;
+  const double least = kSoftest * sum / all;
+  double root = 0.0, inverse = 0.0;
+  for (int i = 0; i < kDepths; ++i) {
+    root += weight[i] / std::sqrt(std::max(k[i], least));
+    inverse += weight[i] / std::max(k[i], least);
+  }
+  return 0.8 * (all / root) * (all / root) + 0.2 * all / inverse;
 }
 
 void probe(const View& view, const Motion& m, ToolState& s, Felt& felt) noexcept {

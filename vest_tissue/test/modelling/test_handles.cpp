@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <set>
 
@@ -245,6 +246,13 @@ TEST(Library, NothingIsLeftOutAndEachEntrySaysWhereItIsFrom) {
     EXPECT_FALSE(entry.licence.empty() || entry.source.empty() || entry.about.empty()) << entry.name;
     if (!entry.file.empty()) listed.insert(fs::canonical(entry.file));
   }
+  std::set<std::string> pictures;
+  for (const LibraryEntry& entry : entries) {
+    EXPECT_EQ(entry.picture.empty(), entry.kind != "part" && entry.kind != "scene") << entry.name;
+    if (!entry.picture.empty()) pictures.insert(fs::canonical(entry.picture));
+  }
+  for (const auto& file : fs::directory_iterator(kPackage + "/library/pictures"))
+    EXPECT_EQ(pictures.count(fs::canonical(file.path())), 1u) << file.path() << " is of no entry";
   std::size_t seen = 0;
   const auto see = [&](const fs::path& file) {
     ++seen;
@@ -258,6 +266,34 @@ TEST(Library, NothingIsLeftOutAndEachEntrySaysWhereItIsFrom) {
   EXPECT_EQ(find(entries, "liver").kind, "material");
   EXPECT_THROW(find(entries, "tube"), std::invalid_argument) << "a part, a scene and a material";
   EXPECT_EQ(find(entries, "tube", "scene").kind, "scene");
+}
+
+TEST(Library, ACheckNamesTheEntryAndItsFault) {
+  const std::string file = testing::TempDir() + "/vest_library_bad.yaml";
+  FILE* const out = std::fopen(file.c_str(), "w");
+  std::fputs("vest_part: 1\nobjects:\n  - {name: bag, organ: vein, material: nowhere}\n", out);
+  std::fclose(out);
+  std::vector<LibraryEntry> entries = readLibrary();
+  entries.erase(std::remove_if(entries.begin(), entries.end(),
+                               [](const LibraryEntry& e) {
+                                 return e.kind == "scene" && e.name != "tube" && e.name != "cut_tube";
+                               }),
+                entries.end());
+  EXPECT_TRUE(faultsOf(entries).empty()) << faultsOf(entries).front();
+  for (LibraryEntry& entry : entries) {
+    if (entry.kind == "scene" && entry.name == "tube") entry.picture.clear();
+    if (entry.kind == "scene" && entry.name == "cut_tube") entry.file = file;
+    if (entry.kind == "table" && entry.name == "bone") entry.file = file;
+    if (entry.kind == "part" && entry.name == "pouch") entry.file = file;
+  }
+  const std::vector<std::string> faults = faultsOf(entries);
+  ASSERT_EQ(faults.size(), 4u);
+  for (const char* const entry : {"part pouch: ", "scene tube: picture", "scene cut_tube: ", "table bone: "})
+    EXPECT_EQ(std::count_if(faults.begin(), faults.end(),
+                            [&](const std::string& fault) { return fault.rfind(entry, 0) == 0; }),
+              1)
+        << entry;
+  fs::remove(file);
 }
 
 TEST(Library, PartsAreAddedTwiceUnderNamesOfTheirOwnAndUndoneByteForByte) {

@@ -62,6 +62,7 @@ void DepthPass::draw(const Ogre::Camera& from, int width, int height, std::vecto
   camera_->setCustomViewMatrix(true, from.getViewMatrix());
   camera_->setCustomProjectionMatrix(true, from.getProjectionMatrix());
   target_->update();
+  if (depth == nullptr) return;
   pixels_.resize(4 * static_cast<std::size_t>(wide) * tall);
   texture_->getBuffer()->blitToMemory(Ogre::PixelBox(wide, tall, 1, Ogre::PF_BYTE_RGBA, pixels_.data()));
   depth->resize(static_cast<std::size_t>(wide) * tall);

@@ -22,8 +22,11 @@ class DepthPass : public Ogre::MaterialManager::Listener {
   DepthPass(const DepthPass&) = delete;
   DepthPass& operator=(const DepthPass&) = delete;
 
-  /// As `from` sees it. @param depth row by row from the top: z of the device, -1 … 1; 1: nothing is there
+  /// As `from` sees it. @param depth row by row from the top: z of the device, -1 … 1; 1: nothing is there.
+  /// null: it stays in texture()
   void draw(const Ogre::Camera& from, int width, int height, std::vector<float>* depth);
+
+  const Ogre::TexturePtr& texture() const { return texture_; }
 
   Ogre::Technique* handleSchemeNotFound(unsigned short, const Ogre::String&, Ogre::Material* original,
                                         unsigned short, const Ogre::Renderable*) override;

@@ -41,6 +41,9 @@ ImageVolumeDisplay::ImageVolumeDisplay() {
   rows_group_ =
       new rviz::Property("Rows", QVariant(), "The table's rows; between them all is linear.", volume_);
   shaded_ = new rviz::BoolProperty("Shaded", true, "By a lamp at the viewer.", volume_);
+  card_ = new rviz::BoolProperty(
+      "Graphics Card", false,
+      "Rays through a 3-D texture by the graphics card. Without it the processor casts them.", volume_);
   const char* const names[] = {"Sagittal", "Coronal", "Axial"};  // a supine patient: across x, z, y
   const int axes[] = {0, 2, 1};
   for (int p = 0; p < 3; ++p) {
@@ -68,8 +71,8 @@ ImageVolumeDisplay::ImageVolumeDisplay() {
   QObject::connect(topic_, &rviz::Property::changed, this, [this] { subscribe(); });
   QObject::connect(table_, &rviz::Property::changed, this, [this] { loadTable(); });
   for (rviz::Property* p : std::initializer_list<rviz::Property*>{
-           volume_, shaded_, planes_[0], planes_[1], planes_[2], places_[0], places_[1], places_[2], slice_,
-           normal_, offset_, cut_, level_, width_})
+           volume_, shaded_, card_, planes_[0], planes_[1], planes_[2], places_[0], places_[1], places_[2],
+           slice_, normal_, offset_, cut_, level_, width_})
     QObject::connect(p, &rviz::Property::changed, this, [this] { slices_changed_ = true; });
 }
 
@@ -229,6 +232,7 @@ void ImageVolumeDisplay::drawSlices() {
     cuts[0].offset -= kBehind;
   }
   visual_->setLook(cuts, shaded_->getBool());
+  visual_->setOnCard(card_->getBool());
   visual_->setVisible(isEnabled() && volume_->getBool());
   context_->queueRender();
 }
@@ -237,6 +241,10 @@ void ImageVolumeDisplay::update(float, float) {
   if (!visual_) return;
   visual_->setCamera(context_->getViewManager()->getCurrent()->getCamera());
   if (slices_changed_) drawSlices();
+  if (visual_->refusal().empty())
+    deleteStatus("Graphics Card");
+  else
+    setStatusStd(rviz::StatusProperty::Warn, "Graphics Card", visual_->refusal());
   Ogre::Vector3 position;
   Ogre::Quaternion turn;
   if (!brick_ || !context_->getFrameManager()->getTransform(frame_, ros::Time(), position, turn)) return;

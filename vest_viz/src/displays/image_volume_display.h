@@ -48,7 +48,7 @@ class ImageVolumeDisplay : public rviz::Display {
   void drawSlices();
 
   rviz::RosTopicProperty* topic_;
-  rviz::BoolProperty *volume_, *shaded_, *slice_, *cut_;
+  rviz::BoolProperty *volume_, *shaded_, *card_, *slice_, *cut_;
   rviz::EditableEnumProperty* table_;
   rviz::Property* rows_group_;
   std::array<rviz::BoolProperty*, 3> planes_;   ///< across x, y, z of `world`

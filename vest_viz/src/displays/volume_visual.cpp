@@ -82,6 +82,8 @@ void VolumeVisual::changed() {
 
 void VolumeVisual::setBrick(std::shared_ptr<const volume::Brick> brick) {
   changed();
+  card_.reset();
+  refusal_.clear();
   caster_ = brick ? std::make_unique<volume::RayCaster>(std::move(brick)) : nullptr;
 }
 
@@ -108,8 +110,38 @@ void VolumeVisual::setVisible(bool visible) {
   visible_ = visible;
 }
 
+void VolumeVisual::setOnCard(bool on_card) {
+  if (on_card == on_card_) return;
+  changed();
+  on_card_ = on_card;
+  card_.reset();
+  refusal_.clear();
+}
+
 volume::View VolumeVisual::viewOf(const Picture& picture) const {
   return {picture.width, picture.height, frame_.inverse().matrix() * clip_.inverse(), picture.depth.data()};
+}
+
+bool VolumeVisual::drawOnCard(const Eigen::Matrix4d& clip, double now) {
+  if (!refusal_.empty()) return false;
+  try {
+    if (!card_) card_ = std::make_unique<VolumeTexture>(*caster_);
+  } catch (const std::exception& error) {
+    refusal_ = error.what();
+    return false;
+  }
+  if (stale_ || clip != clip_) since_change_ = now;
+  stale_ = false;
+  clip_ = clip;
+  const bool moves = now - since_change_ < kRest;
+  depth_.draw(*camera_, static_cast<int>(window_->getWidth()), static_cast<int>(window_->getHeight()),
+              nullptr);
+  volume::Look look = look_;
+  look.step = (moves ? 1.5 : 0.5) * caster_->brick().axes.colwise().norm().minCoeff();
+  card_->update(*caster_, frame_.inverse().matrix() * clip.inverse(), look, depth_.texture());
+  useMaterial(quad_, card_->material());
+  quad_->setVisible(true);
+  return true;
 }
 
 void VolumeVisual::drawCoarse() {
@@ -155,6 +187,7 @@ void VolumeVisual::preRenderTargetUpdate(const Ogre::RenderTargetEvent&) {
   if (!visible_ || !caster_ || camera_ == nullptr || width < 8 || height < 8) return;
   const Eigen::Matrix4d clip = toEigen(camera_->getProjectionMatrix()) * toEigen(camera_->getViewMatrix());
   const double now = seconds();
+  if (on_card_ && drawOnCard(clip, now)) return;
   bool moved = stale_ || clip != clip_;
   if (moved || now - looked_ > kLookAround) {
     if (moved) coarse_.width = width / divisor_, coarse_.height = height / divisor_;
@@ -178,6 +211,7 @@ void VolumeVisual::preRenderTargetUpdate(const Ogre::RenderTargetEvent&) {
   } else if (!fine_ && now - since_change_ > kRest) {
     startFine(width, height);
   }
+  useMaterial(quad_, material_);
   quad_->setVisible(texture_.get() != nullptr);
 }
 

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <future>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <OgreMaterial.h>
@@ -13,6 +14,7 @@
 
 #include "depth_pass.h"
 #include "vest_viz/volume/ray_caster.h"
+#include "volume_texture.h"
 #include "worker.h"
 
 namespace Ogre {
@@ -26,7 +28,7 @@ class SceneNode;
 namespace vest::displays {
 
 /// A volume in a window, mixed with what is opaque there. While anything moves its picture is coarse and of
-/// this very frame; at rest a fine one follows from a thread of its own.
+/// this very frame; at rest a fine one follows from a thread of its own. Or the graphics card casts the rays.
 class VolumeVisual : public Ogre::RenderTargetListener {
  public:
   VolumeVisual(Ogre::SceneManager* manager, Ogre::RenderTarget* window);
@@ -40,6 +42,10 @@ class VolumeVisual : public Ogre::RenderTargetListener {
   void setLook(const std::vector<inspect::Plane>& cuts, bool shaded);
   void setPose(const Eigen::Isometry3d& frame);  ///< of the brick's world in the scene
   void setVisible(bool visible);
+  /// By a 3-D texture on the graphics card, from the next picture on.
+  void setOnCard(bool on_card);
+  /// Why the graphics card does not do what it was asked for; empty: it does, or was not asked.
+  const std::string& refusal() const { return refusal_; }
 
   void preRenderTargetUpdate(const Ogre::RenderTargetEvent&) override;
   void postRenderTargetUpdate(const Ogre::RenderTargetEvent&) override;
@@ -54,6 +60,7 @@ class VolumeVisual : public Ogre::RenderTargetListener {
   void changed();
   void stop();
   volume::View viewOf(const Picture& picture) const;
+  bool drawOnCard(const Eigen::Matrix4d& clip, double now);
   void drawCoarse();
   void startFine(int width, int height);
   void show(Picture& picture);
@@ -66,6 +73,9 @@ class VolumeVisual : public Ogre::RenderTargetListener {
   Ogre::MaterialPtr material_;
   Ogre::TexturePtr texture_;
   DepthPass depth_;
+  std::unique_ptr<VolumeTexture> card_;
+  bool on_card_ = false;
+  std::string refusal_;
   solver::Pool pool_;
   std::unique_ptr<volume::RayCaster> caster_;
   volume::Look look_;

@@ -17,17 +17,13 @@
 #include <vest_msgs/EditModel.h>
 #include <pluginlib/class_list_macros.hpp>
 
+#include "look.h"
 #include "vest_tissue/modelling/fields.h"
-#include "vest_viz/texture/organ_texture.h"
 
 namespace vest::panels {
 namespace {
 
 enum FieldColumn { kPath, kValue, kUnit, kAllowed, kFieldColumns };
-
-QString qt(const std::string& text) {
-  return QString::fromStdString(text);
-}
 
 QTableWidgetItem* fixedItem(const QString& text) {
   auto* const item = new QTableWidgetItem(text);
@@ -69,17 +65,6 @@ class Words : public QStyledItemDelegate {
  private:
   const std::vector<modelling::LibraryEntry>& library_;
 };
-
-constexpr int kLookSize = 96;  ///< pixels
-
-/// A piece of the organ's surface as the view textures it, unlit.
-QPixmap lookOf(const std::string& organ) {
-  constexpr int kSize = 256;
-  const texture::Baked baked = texture::bake(texture::styleOf(organ), kSize, 1);
-  const QImage image(baked.albedo.data(), kSize, kSize, QImage::Format_RGBA8888);
-  return QPixmap::fromImage(
-      image.convertToFormat(QImage::Format_RGB888).scaledToWidth(kLookSize, Qt::SmoothTransformation));
-}
 
 /// What the database says of a tissue, a line each; behind each number its source or `assumed`.
 QString propertiesOf(const material::Tissue& tissue) {

@@ -10,11 +10,8 @@
 namespace vest::volume {
 namespace {
 
-constexpr int kBlock = 8;                  // voxels along an edge of a block
-constexpr int kEntries = 4096;             // of the table, evenly spread over its values
-constexpr float kLeastLight = 1.0f / 512;  // half of a level of 255: what is behind it cannot be seen
-constexpr float kAmbient = 0.3f;           // share of light without a direction (tuned)
-constexpr float kEdge = 0.03f;  // change over 1 mm, share of the table's range, that is shaded fully (tuned)
+constexpr int kBlock = 8;       // voxels along an edge of a block
+constexpr int kEntries = 4096;  // of the table, evenly spread over its values
 
 float clamped(float x, std::uint32_t size) {
   return std::min(std::max(x, 0.0f), static_cast<float>(size - 1));
@@ -183,15 +180,20 @@ void RayCaster::row(const Step& step, int y, std::uint8_t* rgba) const {
   }
 }
 
+RayCaster::Table RayCaster::tableOf(double step) const {
+  Table table{colours_, first_, scale_};
+  for (Eigen::Vector4f& colour : table.colours) {
+    const float alpha = 1 - std::exp(-colour[3] * static_cast<float>(step));
+    colour = {alpha * colour[0], alpha * colour[1], alpha * colour[2], alpha};
+  }
+  return table;
+}
+
 bool RayCaster::cast(const View& view, const Look& look, solver::Pool& pool, std::vector<std::uint8_t>* rgba,
                      const std::atomic<bool>* stop) const {
   rgba->assign(4 * static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height), 0);
   if (colours_.empty()) return true;
-  Step step{view, look, colours_};
-  for (Eigen::Vector4f& colour : step.colours) {
-    const float alpha = 1 - std::exp(-colour[3] * static_cast<float>(look.step));
-    colour = {alpha * colour[0], alpha * colour[1], alpha * colour[2], alpha};
-  }
+  const Step step{view, look, tableOf(look.step).colours};
   std::atomic<bool> stopped{false};
   auto draw = [&](std::size_t y) {
     if (stop != nullptr && stop->load(std::memory_order_relaxed)) stopped = true;

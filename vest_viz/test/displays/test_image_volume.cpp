@@ -116,6 +116,66 @@ TEST_F(ImageVolume, IsSharpAtRest) {
   EXPECT_TRUE(spin([&] { return blurred() <= 2; }, 30)) << blurred();
 }
 
+TEST_F(ImageVolume, TheGraphicsCardShowsWhatTheProcessorShows) {
+  // Values that change, a hole in which nothing was measured, a surface through the middle, a cut.
+  vest_msgs::ImageVolume m = block(0);
+  for (std::size_t v = 0; v < 1000; ++v) {
+    const double x = static_cast<double>(v % 10) - 4.5, y = static_cast<double>(v / 10 % 10) - 4.5,
+                 z = static_cast<double>(v / 100) - 4.5;
+    m.stored[v] = static_cast<std::int16_t>(100 - 12 * std::sqrt(x * x + y * y + z * z));
+    if (x > 0 && y > 0 && z > 2) m.stored[v] = m.nothing;
+  }
+  std::ofstream(file + ".csv") << "value,red,green,blue,alpha\n20,1,0,0,0\n60,0,1,0,0.2\n100,0,0,1,0.5\n";
+  table()->setValue("soft");
+  table()->setValue(QString::fromStdString(file + ".csv"));
+  topology.publish(sheet("uterus"));
+  rviz::Display* const tissue = manager->createDisplay("vest_viz/Tissue", "tissue", true);
+  manager->getViewManager()->getCurrent()->subProp("Pitch")->setValue(0.7);
+  display->subProp("Slice")->setValue(true);
+  display->subProp("Slice")->subProp("Offset")->setValue(0.006);
+  images.publish(m);
+  // A picture that stays for longer than a coarse one does.
+  const auto atRest = [&] {
+    QImage last;
+    int same = 0;
+    EXPECT_TRUE(spin(
+        [&] {
+          const QImage now = picture();
+          same = now == last ? same + 1 : 0;
+          last = now;
+          return same > 30;
+        },
+        60));
+    return last;
+  };
+  ASSERT_TRUE(spin([&] { return status("Image").contains("10 x 10 x 10"); }, 30));
+  ASSERT_TRUE(spin([&] { return middle().blue() > middle().red() + 20; }, 30))
+      << middle().name().toStdString();
+  const QImage processor = atRest();
+  display->subProp("Volume")->setValue(false);
+  const QImage without = atRest();
+  display->subProp("Volume")->setValue(true);
+  display->subProp("Volume")->subProp("Graphics Card")->setValue(true);
+  const QImage card = atRest();
+  EXPECT_TRUE(status("Graphics Card").isEmpty()) << status("Graphics Card").toStdString();
+  ASSERT_EQ(card.size(), processor.size());
+  const auto differs = [](QRgb a, QRgb b) {
+    return std::max(
+        {std::abs(qRed(a) - qRed(b)), std::abs(qGreen(a) - qGreen(b)), std::abs(qBlue(a) - qBlue(b))});
+  };
+  int shown = 0, aside = 0, most = 0;
+  for (int y = 0; y < card.height(); ++y)
+    for (int x = 0; x < card.width(); ++x) {
+      const int off = differs(card.pixel(x, y), processor.pixel(x, y));
+      shown += differs(processor.pixel(x, y), without.pixel(x, y)) > 2;
+      aside += off > 2;
+      most = std::max(most, off);
+    }
+  EXPECT_GT(shown, 1000);
+  EXPECT_EQ(aside, 0) << "of " << shown << " pixels with the volume; the worst by " << most << " levels";
+  delete tissue;
+}
+
 TEST_F(ImageVolume, ATableIsChosenAndEditedLive) {
   images.publish(block(0));
   ASSERT_TRUE(spin([&] { return green(middle()); }, 30));

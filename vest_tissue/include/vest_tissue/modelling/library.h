@@ -15,6 +15,7 @@ struct LibraryEntry {
   std::string licence;  ///< SPDX
   std::string source;   ///< where it is from
   std::string about;    ///< one line
+  std::string picture;  ///< library/pictures/KIND_NAME.jpg; empty: there is none. Parts and scenes have one
 };
 
 /// library/index.yaml of this package, with the materials of data/materials.yaml. By kind, each in the
@@ -25,6 +26,10 @@ std::vector<LibraryEntry> readLibrary(const std::string& index);
 /// @param kind empty: any @throws std::invalid_argument where there is none, or more than one
 const LibraryEntry& find(const std::vector<LibraryEntry>& entries, const std::string& name,
                          const std::string& kind = {});
+
+/// Reads all that the entries name: scenes, tables, and each part as the only one of a source, baked.
+/// @return a line for each entry with a fault: kind, name, what is wrong. Empty: all is good
+std::vector<std::string> faultsOf(const std::vector<LibraryEntry>& entries);
 
 /// Edits that put a part's objects into a source, behind its own. Names that are taken get a number behind
 /// them, and what refers to them within the part goes with them. Comments of the part stay behind.

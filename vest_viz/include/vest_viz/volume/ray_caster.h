@@ -43,6 +43,18 @@ class RayCaster {
             const std::atomic<bool>* stop = nullptr) const;
   const Brick& brick() const { return *brick_; }
 
+  /// What a caster of another kind needs to come to the same picture.
+  struct Table {
+    std::vector<Eigen::Vector4f> colours;  ///< of one step: red, green, blue, multiplied by alpha; alpha
+    float first = 0, scale = 0;            ///< stored number of the first entry; entries per number
+  };
+  Table tableOf(double step) const;  ///< @param step m
+  static constexpr float kLeastLight =
+      1.0f / 512;                          ///< half of a level of 255: what is behind it cannot be seen
+  static constexpr float kAmbient = 0.3f;  ///< share of light without a direction (tuned)
+  /// Change over 1 mm, share of the table's range, that is shaded fully (tuned).
+  static constexpr float kEdge = 0.03f;
+
  private:
   struct Step;
   void row(const Step& step, int y, std::uint8_t* rgba) const;
