@@ -1,6 +1,7 @@
 """The corpora of hostile_files.py: good files, which of them is damaged, and the tool that reads them."""
 import os
 import re
+import sqlite3
 import struct
 import subprocess
 import tempfile
@@ -56,6 +57,20 @@ def restoring(bag):
     changed, count = re.subn(re.escape(struct.pack('<d', 0.001)) + rb'....\x01(?=\0{4})', lambda m: m[0][:-1] + b'\x03', bag, flags=re.S)
     assert count == 1, '%d resets' % count
     return changed
+
+
+def logged(database):
+    """A database that a killed program left, and its log."""
+    with tempfile.TemporaryDirectory() as place:
+        path = os.path.join(place, 'a.db')
+        with open(path, 'wb') as file:
+            file.write(database)
+        base = sqlite3.connect(path, isolation_level=None)
+        base.execute('PRAGMA journal_mode=WAL')
+        base.execute("UPDATE attempt SET date = '2026-02-02'")
+        parts = [open(path + end, 'rb').read() for end in ('', '-wal', '-shm')]
+        base.close()
+        return parts
 
 
 def kinds(tool):
@@ -252,6 +267,24 @@ def at_work(tool, good, volumes):
     out.append(Kind('session that is exported', session, 'session.bag', [bringup('vest_export'), '--to', 'csv', '--output', '{}/out', '{}']))
     tables = {n: read('fuzz', 'corpus', 'motion_table', 'two_tools') for n in ('a.csv', 'b.csv')}
     out.append(Kind('motion of a cohort', tables, 'b.csv', [bringup('vest_metrics'), '{}/a.csv', '--cohort', '{}/b.csv']))
+    database, log, index = logged(good['trainees'][0])
+    listed = [bringup('vest_trainee'), '--database', '{}/trainees.db', 'list']
+    whole = {'trainees.db': database, 'trainees.db-wal': log, 'trainees.db-shm': index}
+    out += [Kind(name, whole, target, listed, ['trainees.db', "trainee 'first'"])
+            for name, target in (('log beside a database', 'trainees.db-wal'), ('index of that log', 'trainees.db-shm'))]
+    out.append(Kind('trainees, with a curriculum', {'trainees.db': good['trainees'][0]}, 'trainees.db',
+                    [bringup('vest_trainee'), '--database', '{}/trainees.db', 'curriculum', 'first', '--exercises', 'lift_tube'], ['trainees.db', "trainee 'first'"]))
+    series = {'s/%d.dcm' % i: slices(good)[0] for i in range(3)}
+    out.append(Kind('slice among others', series, 's/1.dcm', [image, 'info', '{}/s'], ['/s', '.dcm']))
+    apart = {'a.nrrd': b'NRRD0004\ntype: short\ndimension: 3\nsizes: 4 4 4\nspace: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n'
+                       b'space origin: (0,0,0)\nendian: little\nencoding: raw\ndata file: a.raw\n\n', 'a.raw': bytes(range(128))}
+    out += [Kind('image of two files: ' + target, apart, target, [image, 'info', '{}/a.nrrd']) for target in sorted(apart)]
+    killed = {'session.bag.active': good['bag'][0], 'session.bag.progress': struct.pack('<2Q', 12, 0)}
+    out += [Kind('killed session: ' + target, killed, target, [bringup('vest_recover_bag'), '{}', '--output', '{}/out.bag']) for target in sorted(killed)]
+    if tool('vest_tissue', 'vest_compare_anatomy'):  # of developers
+        mesh = {'VH_F_cervix.obj': read('fuzz', 'corpus', 'surface', 'obj')[1:]}
+        out.append(Kind('reference mesh', mesh, 'VH_F_cervix.obj', [tool('vest_tissue', 'vest_compare_anatomy'), '--reference', '{}', '--limit', '1000000'],
+                        ['VH_F_cervix.obj', 'holds none']))
     hands = {'map.yaml': b'instruments:\n  left: {source: haptic, device: replay}\n  right: {source: box}\n'}
     out.append(Kind('map of haptic devices', hands, 'map.yaml', [os.path.join(ROOT, 'vest_haptics', 'scripts', 'start_devices'), '{}/map.yaml', '--list']))
     if tool('vest_viz', 'vest_calibrate_camera'):  # the sanitizers' build leaves the view out

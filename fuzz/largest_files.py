@@ -165,13 +165,13 @@ def database(size):
         with open(path, 'wb') as file:
             file.write(good)
         connection = sqlite3.connect(path)
-        columns = [row[1] for row in connection.execute('PRAGMA table_info(attempts)')]
-        row = connection.execute('SELECT * FROM attempts').fetchone()
+        columns = [row[1] for row in connection.execute('PRAGMA table_info(attempt)')]
+        row = connection.execute('SELECT * FROM attempt').fetchone()
         row = dict(zip(columns, row))
         row['json'] = '{"total": 3.5, "note": "' + 'x' * 1000 + '"}'
         names = [c for c in columns if c != 'id']
         for _ in range(size // 1200):
-            connection.execute('INSERT INTO attempts (%s) VALUES (%s)' % (','.join(names), ','.join('?' * len(names))), [row[c] for c in names])
+            connection.execute('INSERT INTO attempt (%s) VALUES (%s)' % (','.join(names), ','.join('?' * len(names))), [row[c] for c in names])
         connection.commit()
         connection.close()
         with open(path, 'rb') as file:

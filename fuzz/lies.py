@@ -380,6 +380,30 @@ def trainees(data):
                 pass
 
 
+def database_log(data):
+    """What SQLite writes beside a database (wal): a head, then pages, all with checksums."""
+    size = struct.unpack_from('>I', data, 8)[0]
+    page = data[56:56 + size]
+
+    def made(frames, size=size, version=3007000):
+        head, a, b, out = struct.pack('>6I', 0x377f0682, version, size, 0, 1, 2), 0, 0, b''
+        for part, body in [(head, None)] + [(struct.pack('>2I', number, pages), body) for number, pages, body in frames]:
+            summed = part + (body or b'')
+            for x, y in struct.iter_unpack('<2I', summed):
+                a = (a + x + b) & 0xffffffff
+                b = (b + y + a) & 0xffffffff
+            out += part + (b'' if body is None else struct.pack('>2I', 1, 2)) + struct.pack('>2I', a, b) + (body or b'')
+        return out
+    for number, pages in ((1, 1), (0, 1), (0xffffffff, 1), (1, 0x7fffffff), (2, 0), (3, 0xffffffff)):
+        yield 'page %d of %d' % (number, pages), made([(number, pages, page)])
+        yield 'page %d of %d, zeros' % (number, pages), made([(number, pages, bytes(size))])
+    for other in (0, 3, 512, 65536, 0x80000000):
+        yield 'pages of %d' % other, made([], size=other)
+    yield 'another version', made([(1, 1, page)], version=9)
+    yield 'no pages', made([])
+    yield 'five hundred times one page', made([(1, 1, page)] * 500)
+
+
 def bag(data):
     """Version 2.0 of rosbag's format: records with lengths before header and data."""
     def record(op, fields, body):
@@ -537,7 +561,7 @@ def script(data):
 
 
 FORMATS = {'yaml': yaml, 'csv': table, 'ply': ply, 'stl': stl, 'obj': obj, 'msh': msh, 'vtk': vtk, 'urdf': urdf, 'json': json, 'nrrd': nrrd, 'mha': mha, 'nii': nii,
-           'db': trainees, 'bag': bag, 'log': raw_log, 'snapshot': snapshot, 'net': net, 'png': png, 'jpg': jpeg}
+           'db': trainees, 'db-wal': database_log, 'bag': bag, 'log': raw_log, 'snapshot': snapshot, 'net': net, 'png': png, 'jpg': jpeg}
 # Those whose name says more than its ending.
 NAMES = {'slice': dicom, 'manifest.yaml': batch, '0f' * 32: result, 'plan.json': result, 'edits.yaml': script}
 

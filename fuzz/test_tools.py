@@ -90,6 +90,36 @@ class Tools(unittest.TestCase):
         self.refused(urdf + ['--output', '/dev/full'], box, '/dev/full: cannot be written')
         self.refused(['sh', '-c', '"$@" 2>&1 >/dev/full', 'sh'] + urdf, box, 'standard output: cannot be written')
 
+    def test_links_where_a_tool_writes_lead_nowhere(self):
+        bag, tube, pulse = self.good['bag'][0], hostile_kinds.kept('source', 'tube'), hostile_kinds.kept('network', 'bifurcation')
+        model, recover = tool('vest_tissue', 'vest_model'), tool('vest_bringup', 'vest_recover_bag')
+        bake = [model, 'bake', '{}/source.yaml', '{}/out']
+        mine = b'mine\n' * 400
+        for command, files, links in (
+                ([recover, '{}'], {'session.bag.active': bag}, ['session.bag.recovering.active', 'session.bag.recovering.progress', 'session.json.part']),
+                (bake, tube, ['out/tube.net.new', 'out/tube.yaml.new', 'out/source.yaml.new', 'out/tube.net']),
+                (bake, {'source.yaml': b'vest_source: 1\nname: two\nobjects: []\ninclude: [{file: parts/a.yaml}]\n', 'parts/a.yaml': tube['source.yaml'].replace(b'vest_source: 1\nname: tube', b'vest_part: 1')}, ['out/parts/a.yaml']),
+                ([tool('vest_effects', 'vest_pulse'), '{}', '--cycles', '1', '--dx', '0.02', '--output', '{}/out'], pulse, ['out/summary.csv', 'out/trunk_mid.csv'])):
+            for link in links:
+                with self.subTest(link), tempfile.NamedTemporaryFile() as victim:
+                    victim.write(mine)
+                    victim.flush()
+                    code, lines, _ = refusal(command, {**files, link: victim.name})
+                    self.assertEqual(code, 0, lines)
+                    with open(victim.name, 'rb') as file:
+                        self.assertEqual(file.read(), mine)
+        for files, link in ((hostile_kinds.kept('source', 'tree'), 'out/tree'),):
+            with tempfile.TemporaryDirectory() as elsewhere:
+                code, lines, _ = refusal(bake, {**files, link: elsewhere})
+                self.assertEqual(code, 1, lines)
+                self.assertIn('/out/tree: a link', lines[-1])
+                self.assertEqual(os.listdir(elsewhere), [])
+
+    def test_reference_meshes_without_area_or_far_away_are_refused_by_name(self):
+        for mesh in (b'v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n', b'v 1e38 0 0\nv 0 1e38 0\nv 0 0 1e38\nf 1 2 3\n'):
+            with self.subTest(mesh):
+                self.refused([tool('vest_tissue', 'vest_compare_anatomy'), '--reference', '{}'], {'VH_F_cervix.obj': mesh}, '/VH_F_cervix.obj: ', status=2)
+
     def test_a_picture_of_a_board_that_is_too_small_is_named(self):
         files = {'a.jpg': self.good['picture'][1], 'b.png': self.good['picture'][0]}
         self.refused([tool('vest_viz', 'vest_calibrate_camera'), '{}/b.png', '{}/a.jpg', '--output', '{}/out.yaml'], files, '/b.png: a picture of 64 x 48 pixels')

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <optional>
 
 #include <ros/package.h>
 #include <std_msgs/String.h>
@@ -71,6 +72,8 @@ struct Changes {
   std::function<void(vest_msgs::StateHash&)> effects_hash = [](vest_msgs::StateHash&) {};
   std::string string_on;  ///< topic that gets a std_msgs/String instead
   bool events = true;
+  std::function<void(vest_msgs::StateHash&)> hash = [](vest_msgs::StateHash&) {};
+  std::optional<ros::Time> fault_of_no_step;  ///< stamp of a FAULT that is written, too
 };
 
 class Session {
@@ -162,10 +165,17 @@ void writeSession(const std::string& folder, const std::string& scene_file, cons
     hash.header.stamp = m.header.stamp;
     hash.step = k;
     hash.hash = world.stateHash();
+    changes.hash(hash);
     session.write("tissue/state_hash", t, hash);
+    hash.step = k;
     hash.hash = trainer->effectsHash().value();
     changes.effects_hash(hash);
     session.write("effects/state_hash", t, hash);
+  }
+  if (changes.fault_of_no_step) {
+    vest_msgs::TissueEvent e;
+    e.kind = vest_msgs::TissueEvent::FAULT, e.step = 7, e.header.stamp = *changes.fault_of_no_step;
+    session.write("tissue/events", 0.001 * kSteps, e);
   }
   session.close();
   session::writeSummary(summary, folder);
@@ -249,6 +259,19 @@ TEST(Resimulation, WhatASceneInABagNamesNeverLeavesItsFolder) {
     EXPECT_NE(said.text.find("allowed: a path below the scene's folder"), std::string::npos) << said.text;
   }
   EXPECT_FALSE(fs::exists("/tmp/vest_escaped.yaml"));
+}
+
+TEST(Resimulation, ASceneInABagHasNoMoreFilesThanADiskTakesAtOnce) {
+  Changes changes;
+  changes.scene = [](vest_msgs::SceneFiles& files) {
+    files.names.resize(10001, "more.csv");
+    files.ends.resize(10001, files.ends.back());
+  };
+  const Folder folder;
+  writeSession(folder.path(), shipped("tube"), changes);
+  const Said said = resimulate(folder);
+  EXPECT_EQ(said.code, 2) << said.text;
+  EXPECT_NE(said.text.find("10001 files (allowed: at most 10000)"), std::string::npos) << said.text;
 }
 
 TEST(Resimulation, AWrongTypeIsToldInOneLineThatWritesToNoTerminal) {
@@ -348,6 +371,31 @@ TEST(Resimulation, AFaultIsComparedWithTheSessions) {
   EXPECT_EQ(other.code, 1) << other.text;
   EXPECT_NE(other.text.find("FAULT in step 250, which the session did not have"), std::string::npos)
       << other.text;
+}
+
+TEST(Resimulation, WhatWasRecordedOfAStepThatIsNotThereIsADifference) {
+  const auto said = [](const Changes& changes) {
+    const Folder folder;
+    writeSession(folder.path(), shipped("tube"), changes);
+    return resimulate(folder);
+  };
+  Changes changes;
+  changes.hash = [](vest_msgs::StateHash& hash) {
+    if (hash.step == 200) ++hash.step;
+  };
+  const Said hash = said(changes);
+  EXPECT_EQ(hash.code, 1) << hash.text;
+  EXPECT_NE(hash.text.find("first difference: a state hash of step 201, and no step input has"),
+            std::string::npos)
+      << hash.text;
+  changes = {};
+  changes.fault_of_no_step = ros::Time(1000.2);
+  const Said fault = said(changes);
+  EXPECT_EQ(fault.code, 1) << fault.text;
+  EXPECT_NE(fault.text.find("first difference: a FAULT of step 8, and no step input has"), std::string::npos)
+      << fault.text;
+  changes.fault_of_no_step = ros::Time(999.9);  // the recorder came later
+  EXPECT_EQ(said(changes).code, 0);
 }
 
 TEST(Recovery, WritesSessionJsonLeavesNoSecondCopyAndKeepsWhatLiesBehindADamagedChunk) {

@@ -113,6 +113,7 @@ struct Wanted {
 };
 
 void printPdf(const std::string& directory) {
+  std::remove((directory + "/report.pdf").c_str());  // where it is a link, it is not followed
   const int status = vest::data::runProgram(
       {"weasyprint", "--quiet", directory + "/report.html", directory + "/report.pdf"}, "/dev/null", false);
   if (status == 127)

@@ -35,6 +35,12 @@ bool writeAll(int descriptor, const std::uint8_t* bytes, std::size_t size, std::
   return true;
 }
 
+/// In the place of what stands there; a link that does is not followed. -1 where there can be none.
+int newFile(const std::string& name, mode_t mode) {
+  ::unlink(name.c_str());
+  return ::open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+}
+
 /// A file without a name in the folder of `beside`; -1 where there can be none.
 int namelessFile(const std::string& beside) {
   const std::string folder = beside.substr(0, beside.find_last_of('/') + 1);
@@ -42,7 +48,7 @@ int namelessFile(const std::string& beside) {
   if (fd >= 0) return fd;
   // Not every file system has such files.
   const std::string name = beside + ".index";
-  const int named = ::open(name.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  const int named = newFile(name, 0600);
   if (named >= 0) ::unlink(name.c_str());
   return named;
 }
@@ -96,7 +102,7 @@ class Writer {
 }  // namespace
 
 BagWriter::BagWriter(const std::string& file, std::uint64_t min_free) : file_(file), min_free_(min_free) {
-  descriptor_ = ::open((file_ + ".active").c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  descriptor_ = newFile(file_ + ".active", 0666);
   Bytes start(kBagMagic, kBagMagic + kBagMagicSize);
   const Bytes header = bagHeader(0);
   start.insert(start.end(), header.begin(), header.end());
@@ -108,7 +114,7 @@ BagWriter::BagWriter(const std::string& file, std::uint64_t min_free) : file_(fi
   flock(descriptor_, LOCK_EX | LOCK_NB);  // the recovery tool leaves a bag alone that is being written
   open_ = true;
   index_file_ = namelessFile(file_);
-  const int fd = ::open((file_ + ".progress").c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const int fd = newFile(file_ + ".progress", 0666);
   if (fd >= 0) {
     if (ftruncate(fd, kProgressBytes) == 0) {
       void* map = mmap(nullptr, kProgressBytes, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);

@@ -25,6 +25,9 @@ RecordedScene sceneOf(const vest_msgs::SceneFiles& msg, const std::string& file)
   scene.files.materials.assign(msg.materials.begin(), msg.materials.end());
   if (msg.names.size() != msg.ends.size())
     refuse(std::to_string(msg.names.size()) + " names and " + std::to_string(msg.ends.size()) + " ends");
+  constexpr std::size_t kMostFiles = 10000;  // each is written to the disk (assumed)
+  if (msg.names.size() > kMostFiles)
+    refuse(std::to_string(msg.names.size()) + " files (allowed: at most " + std::to_string(kMostFiles) + ")");
   std::size_t begin = 0;
   for (std::size_t i = 0; i < msg.names.size(); ++i) {
     const std::size_t end = msg.ends[i];
@@ -43,6 +46,14 @@ RecordedScene sceneOf(const vest_msgs::SceneFiles& msg, const std::string& file)
 
 RecordedSession::RecordedSession(const std::string& file) : reader_(file) {
   reader_.read([this](const BagMessage& m) { note(m); });
+}
+
+std::map<RecordedSession::Step, const char*> RecordedSession::judgements() const {
+  std::map<Step, const char*> all;
+  for (const auto& [step, hash] : effects_hashes_) all[step] = "an effects' hash";
+  for (const auto& [step, hash] : state_hashes_) all[step] = "a state hash";
+  for (const Step& step : faults_) all[step] = "a FAULT";
+  return all;
 }
 
 void RecordedSession::note(const BagMessage& m) {

@@ -220,6 +220,15 @@ void judge(Resimulation::Outcome outcome, std::uint64_t step, std::uint64_t here
   }
 }
 
+/// What was recorded within the session, of a step that is not in it.
+void judgeWhatIsLeft(const std::map<RecordedSession::Step, const char*>& left, const ros::Time& begin,
+                     const ros::Time& end) {
+  for (const auto& [step, what] : left)
+    if (step.second >= begin && step.second <= end)
+      throw Difference(std::string("first difference: ") + what + " of step " + std::to_string(step.first) +
+                       ", and no step input has its number and stamp");
+}
+
 }  // namespace
 
 std::optional<exercise::Exercise> exerciseOf(const RecordedSession& session) {
@@ -254,8 +263,12 @@ Played play(const std::string& directory, RecordedSession& session, PlayOptions 
   }
   Pace pace;
   Played played;
+  std::map<RecordedSession::Step, const char*> left = session.judgements();
+  ros::Time end;
   session.steps([&](const vest_msgs::StepInput& msg) {
     using scene::Command;
+    const RecordedSession::Step step{msg.step, end = msg.header.stamp};
+    left.erase(step);
     if (msg.step <= resimulation.world().steps() && msg.command == 0) return;  // before the snapshot
     const auto command = static_cast<Command>(msg.command);
     if (command == Command::Load) {
@@ -270,7 +283,6 @@ Played play(const std::string& directory, RecordedSession& session, PlayOptions 
     }
     scene::StepInput input;
     ros_shell::fromMsg(msg, resimulation.world().description(), input);
-    const RecordedSession::Step step{msg.step, msg.header.stamp};
     const std::uint64_t here = resimulation.world().steps();
     judge(
         resimulation.step(input, command == Command::Reset, command != Command::None, session.hadFault(step)),
@@ -289,6 +301,7 @@ Played play(const std::string& directory, RecordedSession& session, PlayOptions 
     if (scenes.engine() && !scenes.engine()->finished()) pace.add(msg.header.stamp.toSec(), msg.dt);
     if (watch) watch(resimulation.world(), resimulation.input(), resimulation.report(), scenes.engine());
   });
+  judgeWhatIsLeft(left, session.begin(), end);
   played.steps = resimulation.steps(), played.compared = resimulation.compared();
   played.compared_effects = resimulation.comparedEffects();
   played.faults = resimulation.faults();

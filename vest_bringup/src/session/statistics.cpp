@@ -8,6 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "vest_instruments/files/replace.h"
+
 namespace vest::session {
 
 void StepStatistics::add(std::uint64_t step, double dt, double stamp, bool jumps) {
@@ -83,7 +85,7 @@ std::string toJson(const Summary& s) {
 
 bool writeSummary(const Summary& summary, const std::string& directory) {
   const std::string file = directory + "/session.json";
-  std::ofstream out(file + ".part");
+  std::ofstream out = files::replacing(file + ".part");
   out << toJson(summary);
   out.close();
   return out && std::rename((file + ".part").c_str(), file.c_str()) == 0;

@@ -6,6 +6,8 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "vest_instruments/files/replace.h"
+
 namespace vest::haemodynamics {
 
 namespace {
@@ -50,7 +52,7 @@ Account account(const Model& model, const State& state) {
 }
 
 void writeFile(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream stream(path, std::ios::binary);
+  std::ofstream stream = files::replacing(path.string());
   stream << text;
   stream.close();
   if (!stream) throw std::runtime_error(path.string() + ": cannot be written");

@@ -13,6 +13,7 @@
 #include "surface_distance.h"
 #include "vest_instruments/files/option.h"
 #include "vest_instruments/files/read.h"
+#include "vest_instruments/files/refusal.h"
 #include "vest_tissue/net/skin.h"
 #include "vest_tissue/scene/world.h"
 #include "vest_tissue/volume/mesh_file.h"
@@ -21,9 +22,11 @@ namespace {
 
 using vest::tools::Surface;
 
-Surface readMesh(const std::string& path) {
+Surface readMesh(const std::string& path) try {
   vest::volume::Surface mesh = vest::volume::readSurface(path, vest::files::read(path, 64u << 20));
   return {std::move(mesh.vertices), std::move(mesh.triangles)};
+} catch (const std::invalid_argument& error) {
+  throw std::invalid_argument(vest::files::refusal(error.what(), path));
 }
 
 void append(const Surface& part, Surface& whole) {
@@ -45,6 +48,23 @@ Surface skinOf(const vest::scene::Object& object) {
     surface.points.emplace_back(skin[3 * v], skin[3 * v + 1], skin[3 * v + 2]);
   surface.triangles.assign(object.skin.triangles.begin(), object.skin.triangles.end());
   return surface;
+}
+
+/// What cannot be sampled evenly is refused by name: points without a surface between them, or of another
+/// unit.
+void check(const Surface& surface, const std::string& name) {
+  constexpr double kFar = 10, kLeast = 1e-9;  // m, m² (assumed)
+  double area = 0;
+  for (const auto& t : surface.triangles)
+    area += 0.5 * (surface.points[t[1]] - surface.points[t[0]])
+                      .cross(surface.points[t[2]] - surface.points[t[0]])
+                      .norm();
+  bool near = true;
+  for (const auto& p : surface.points) near = near && p.cwiseAbs().maxCoeff() <= kFar;
+  if (near && area >= kLeast) return;
+  throw std::invalid_argument(name +
+                              (near ? ": has no area" : ": a vertex is further than 10 m from the origin") +
+                              "; allowed: at least 1e-9 m², within 10 m");
 }
 
 // Which reference files make which organ; patient's left is -x of the box.
@@ -89,7 +109,9 @@ int main(int argc, char** argv) {
       for (const char* file : organ.files) {
         const std::string path = reference + "/" + file + ".obj";
         if (!std::filesystem::exists(path)) continue;
-        append(readMesh(path), whole);
+        const Surface mesh = readMesh(path);
+        check(mesh, path);
+        append(mesh, whole);
         ++found;
       }
       if (found == 0) {
@@ -100,6 +122,7 @@ int main(int argc, char** argv) {
       // fit.
       for (auto& p : whole.points) p = Eigen::Vector3d(-p.x(), -p.y(), p.z());
       ours.push_back(skinOf(*object));
+      check(ours.back(), scene_path + ": the skin of " + organ.object);
       theirs.push_back(whole);
       append(ours.back(), all_ours);
       append(whole, all_theirs);
@@ -124,6 +147,7 @@ int main(int argc, char** argv) {
     std::printf("%s: limit %.1f mm\n", good ? "within" : "NOT within", limit);
     return good ? 0 : 1;
   } catch (const std::exception& error) {
+    std::fflush(stdout);
     std::fprintf(stderr, "vest_compare_anatomy: %s\n", vest::files::shown(error.what(), 6000).c_str());
     return 2;
   }

@@ -14,19 +14,12 @@
 #include "vest_instruments/files/option.h"
 #include "vest_instruments/files/refusal.h"
 #include "vest_tissue/modelling/bake.h"
+#include "vest_tissue/modelling/copy_parts.h"
 #include "vest_tissue/scene/world.h"
 
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The source's own parts, so that the scene's folder holds what it was made from.
-void copyParts(const vest::modelling::SceneSource& source, const fs::path& from, const fs::path& to) {
-  for (const fs::path part : source.parts) {
-    fs::create_directories((to / part).parent_path());
-    fs::copy_file(from / part, to / part, fs::copy_options::overwrite_existing);
-  }
-}
 
 }  // namespace
 
@@ -103,7 +96,7 @@ int main(int argc, char** argv) {
       vest::modelling::writeScene(vest::modelling::bake(source, materials), directory,
                                   path.filename().string(),
                                   beside ? "" : vest::files::read(source_path, 4u << 20));
-      if (!beside) copyParts(source, path.parent_path(), directory);
+      if (!beside) vest::modelling::copyParts(source, path.parent_path().string(), directory);
       scene_path = directory + "/" + source.name + ".yaml";
     }
     if (list->parsed()) {

@@ -8,6 +8,7 @@
 
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/files/yaml_reader.h"
+#include "vest_tissue/modelling/copy_parts.h"
 #include "vest_tissue/modelling/ties.h"
 #include "vest_tissue/scene/baked.h"
 
@@ -230,14 +231,9 @@ void play(const Script& script, Session& session) {
 
 std::string save(const Session& session, const std::string& directory) {
   namespace fs = std::filesystem;
-  const fs::path from = fs::absolute(session.path()).parent_path(), to = directory;
-  writeScene(session.scene(), directory, fs::path(session.path()).filename().string(), session.text());
-  std::error_code error;
-  for (const fs::path part : session.source().parts) {
-    if (fs::equivalent(from / part, to / part, error)) continue;
-    fs::create_directories((to / part).parent_path());
-    fs::copy_file(from / part, to / part, fs::copy_options::overwrite_existing);
-  }
+  const fs::path file = fs::absolute(session.path());
+  writeScene(session.scene(), directory, file.filename().string(), session.text());
+  copyParts(session.source(), file.parent_path().string(), directory);
   return directory + "/" + session.source().name + ".yaml";
 }
 

@@ -6,8 +6,10 @@
 #include "../loader/loader_sutures.h"
 #include "text.h"
 #include "vest_instruments/files/read.h"
+#include "vest_instruments/files/replace.h"
 #include "vest_tissue/fem/description.h"
 #include "vest_tissue/modelling/bake.h"
+#include "vest_tissue/modelling/copy_parts.h"
 #include "vest_tissue/modelling/layers.h"
 #include "vest_tissue/scene/baked.h"
 
@@ -15,6 +17,13 @@ namespace vest::modelling {
 namespace {
 
 constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-";
+
+/// A folder below that of a scene. A link would lead out of it.
+void makeFolder(const std::filesystem::path& path) {
+  if (std::filesystem::is_symlink(path))
+    throw std::runtime_error(path.string() + ": a link; allowed: a folder, or nothing that has this name");
+  std::filesystem::create_directory(path);
+}
 
 /// Files of a folder, all of them or none.
 class Files {
@@ -35,7 +44,7 @@ class Files {
     if (std::filesystem::is_directory(path))
       throw std::runtime_error(path + ": a folder has this name; allowed: another name, or another folder");
     names_.push_back(name);
-    std::ofstream stream(path + kNew, std::ios::binary);
+    std::ofstream stream = files::replacing(path + kNew);
     stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     stream.close();
     if (!stream) throw std::runtime_error(path + ": cannot be written");
@@ -178,7 +187,7 @@ void writeScene(const scene::Description& description, const std::string& direct
   if (!description.vessels.empty()) yaml += "vessels:\n";
   for (const auto& tree : description.vessels) {
     yaml += "  - {case: " + tree.folder + ", supply: " + tree.supply + "}\n";
-    std::filesystem::create_directory(directory + "/" + tree.folder);
+    makeFolder(directory + "/" + tree.folder);
     folder.write(tree.folder + "/case.json", tree.case_json);
     folder.write(tree.folder + "/network.csv", tree.network_csv);
     folder.write(tree.folder + "/inflow.csv", tree.inflow_csv);
@@ -187,6 +196,19 @@ void writeScene(const scene::Description& description, const std::string& direct
   folder.write(description.name + ".yaml", yaml);
   if (!source_bytes.empty()) folder.write(source_file, source_bytes);
   folder.finish();
+}
+
+void copyParts(const SceneSource& source, const std::string& from, const std::string& to) {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  for (const fs::path part : source.parts) {
+    const fs::path file = fs::path(from) / part, copy = fs::path(to) / part;
+    if (fs::equivalent(file, copy, none)) continue;
+    fs::path folder = to;
+    for (const fs::path& name : part.parent_path()) makeFolder(folder /= name);
+    if (fs::is_symlink(copy)) fs::remove(copy);
+    fs::copy_file(file, copy, fs::copy_options::overwrite_existing);
+  }
 }
 
 }  // namespace vest::modelling

@@ -9,6 +9,7 @@
 #include "vest_instruments/files/option.h"
 #include "vest_instruments/files/read.h"
 #include "vest_instruments/files/refusal.h"
+#include "vest_instruments/files/replace.h"
 #include "vest_viz/camera/board.h"
 #include "vest_viz/picture/read.h"
 
@@ -18,7 +19,7 @@ namespace {
 void write(const vest::camera::Intrinsics& camera, const std::string& output) {
   const std::string part = output + ".new";
   try {
-    std::ofstream out(part);
+    std::ofstream out = vest::files::replacing(part);
     out << vest::camera::toYaml(camera, "endoscope");
     out.close();
     if (!out) throw std::runtime_error("cannot be written");

@@ -50,6 +50,8 @@ class RecordedSession {
   std::optional<std::uint64_t> stateHash(const Step& step) const { return find(state_hashes_, step); }
   std::optional<std::uint64_t> effectsHash(const Step& step) const { return find(effects_hashes_, step); }
   bool hadFault(const Step& step) const { return faults_.count(step) > 0; }
+  /// What was recorded of steps: hashes and FAULTs. One whose step is not there is compared with nothing.
+  std::map<Step, const char*> judgements() const;
   /// What the effects of the session were; nothing where it had none, or does not tell.
   const std::optional<vest_msgs::EffectsOptions>& effects() const { return effects_; }
   /// Stamp of the first step.
