@@ -130,7 +130,8 @@ struct Finger : Bench {
     const Eigen::Vector3d axis = (place - centre(end - before - 1)).normalized();
     Eigen::Vector3d behind = world.knotAt(uterus, 0);
     for (std::uint32_t k = 0; k < world.knotCount(uterus); ++k)
-      if ((world.knotAt(uterus, k) - place).norm() < (behind - place).norm()) behind = world.knotAt(uterus, k);
+      if ((world.knotAt(uterus, k) - place).norm() < (behind - place).norm())
+        behind = world.knotAt(uterus, k);
     way = behind - place;
     way = (way - way.dot(axis) * axis).normalized();
     auto& tool = input.tools[kHand];
@@ -163,8 +164,8 @@ struct Finger : Bench {
   }
 };
 
-// Protects that an instrument which presses an artery against the organ behind it stops what bleeds behind that
-// place, as a finger does.
+// Protects that an instrument which presses an artery against the organ behind it stops what bleeds behind
+// that place, as a finger does.
 TEST(Blood, ABluntInstrumentPressesAnArteryShutOnTheOrganBehindIt) {
   Finger f(1);
   const double open = f.bleeds();

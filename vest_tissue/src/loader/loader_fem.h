@@ -22,8 +22,8 @@ void takeThermal(const material::Tissue& tissue, material::Condition condition, 
 /// Keys of an object with `model: fem` or `model: volume` (docs/scene_format.md).
 /// In a World each node belongs to a tetrahedron. @throws std::invalid_argument: file, line, field, value,
 /// what is allowed
-/// @return 1/s, per entry of `materials`: blood of the tissue that it names; NaN where it names none. Empty: no
-/// `materials`.
+/// @return 1/s, per entry of `materials`: blood of the tissue that it names; NaN where it names none. Empty:
+/// no `materials`.
 std::vector<double> readFem(yaml::Map& map, const ReadFile& read, const TissueNamed& tissue, bool in_world,
                             Object& object);
 

@@ -85,9 +85,10 @@ TEST(FemScene, ElementsHaveTheBloodOfTheTissueThatTheyName) {
   EXPECT_EQ(one.fem->material.density, liver.at("density").value);
 
   // Two elements that share a face; the second has twice the volume of the first.
-  files.folder.write("two.msh",
-                     "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
-                     "5 1 1 1\n$EndNodes\n$Elements\n2\n1 4 2 1 1 1 2 3 4\n2 4 2 2 2 2 3 4 5\n$EndElements\n");
+  files.folder.write(
+      "two.msh",
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
+      "5 1 1 1\n$EndNodes\n$Elements\n2\n1 4 2 1 1 1 2 3 4\n2 4 2 2 2 2 3 4 5\n$EndElements\n");
   const auto with = [&](const std::string& of) {
     return scene::loadScene(files.folder.write(
         "labels.yaml",
