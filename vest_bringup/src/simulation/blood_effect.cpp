@@ -47,13 +47,6 @@ constexpr Setting kSettings[] = {
     {"infusion", "m³/s", 0.0, 1e-5},     {"transfusion", "m³/s", 0.0, 1e-5},
     {"pulse_dilatation", "", 0.0, 20.0}};
 
-/// Share of a hollow vessel's circumference that a cut of `area` m² through its wall opened; 1 at most. A
-/// wall of unknown thickness counts as a tenth of the radius (as in the arteries of the shipped network).
-double cutShare(double area, double wall, double cross_section) {
-  const double radius = std::sqrt(cross_section / kPi);
-  return std::min(1.0, area / (2 * kPi * radius * (wall > 0 ? wall : 0.1 * radius)));
-}
-
 /// The patient's vessels, and those that the scene has beside them.
 hd::Vessels vesselsOf(const scene::World& world, const std::string& folder) {
   hd::Vessels vessels = hd::readVessels(folder);
