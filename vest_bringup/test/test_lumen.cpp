@@ -1,4 +1,6 @@
 // What bending, stretching and pressing leave of a vessel's lumen, and of the blood behind.
+#include <algorithm>
+
 #include "blood_bench.h"
 
 namespace vest::simulation {
@@ -106,6 +108,92 @@ TEST(Blood, AVesselThatIsPressedFlatOrDrawnOutHoldsItsBloodBack) {
   EXPECT_NEAR(flow[1], flow[0], 0.02 * flow[0]);
   EXPECT_LT(flow[2], 0.7 * flow[0]);
   EXPECT_LT(flow[3], 0.7 * flow[0]);
+}
+
+/// A shut grasper that presses a uterine artery against the uterus, and the artery's stump behind that place.
+struct Finger : Bench {
+  static constexpr auto kHand = static_cast<std::size_t>(tools::Instrument::Right);
+  std::uint16_t artery = objectNamed(world, "uterine_artery_left");
+  const net::TubeMap& tube = world.model().objects[artery].tube;
+  std::size_t end = tube.ringCount() - 1;
+  Eigen::Vector3d place, way;
+  double depth = -0.006;  ///< m beyond the artery's middle
+
+  Eigen::Vector3d centre(std::size_t ring) const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const auto k : tube.knots(ring)) sum += world.knotAt(artery, k);
+    return sum / static_cast<double>(tube.knots(ring).size());
+  }
+  /// @param before  rings from the artery's end, where it is divided, to the place that is pressed
+  explicit Finger(std::size_t before) : place(centre(end - before)) {
+    const auto uterus = objectNamed(world, "uterus");
+    const Eigen::Vector3d axis = (place - centre(end - before - 1)).normalized();
+    Eigen::Vector3d behind = world.knotAt(uterus, 0);
+    for (std::uint32_t k = 0; k < world.knotCount(uterus); ++k)
+      if ((world.knotAt(uterus, k) - place).norm() < (behind - place).norm())
+        behind = world.knotAt(uterus, k);
+    way = behind - place;
+    way = (way - way.dot(axis) * axis).normalized();
+    auto& tool = input.tools[kHand];
+    tool.present = true, tool.tool = tools::ToolKind::Grasper;
+    tool.pivot = place - 0.12 * way;
+    tool.orientation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), way);
+    event(scene::EventKind::Separated, "uterine_artery_left", tube.station(end), std::nan(""));
+    step();
+  }
+  void go(double to) {
+    for (const double way_of_a_look = to > depth ? 1e-4 : -1e-4; std::fabs(to - depth) > 1e-6;
+         depth += way_of_a_look) {
+      input.tools[kHand].position = place + depth * way;
+      for (int i = 0; i < 3; ++i) world.step(input, report);
+    }
+  }
+  double force() const { return report.contacts[kHand].wrench.head<3>().norm(); }
+  bool touches() const {
+    const auto& sides = world.state().sides;
+    return std::any_of(sides.begin(), sides.end(), [&](const auto& s) { return s.object == artery; });
+  }
+  /// ml of the stump on the heart's side, in a second in which tissue and tool stand still.
+  double bleeds() {
+    const auto& wounds = effect.wounds().openings;
+    const auto& stump = wounds[wounds[0].end == bleeding::End::kHeart ? 0 : 1];
+    for (int i = 0; i < 200; ++i) step();
+    const double lost = stump.lost;
+    for (int i = 0; i < 1000; ++i) step();
+    return 1e6 * (stump.lost - lost);
+  }
+};
+
+// Protects that an instrument which presses an artery against the organ behind it stops what bleeds behind
+// that place, as a finger does.
+TEST(Blood, ABluntInstrumentPressesAnArteryShutOnTheOrganBehindIt) {
+  Finger f(1);
+  const double open = f.bleeds();
+  f.go(0.004);
+  ASSERT_TRUE(f.touches());
+  const double touching = f.force(), touched = f.bleeds();
+  f.go(0.010);
+  const double pressing = f.force(), pressed = f.bleeds();
+  f.go(-0.006);
+  const double again = f.bleeds();
+  std::printf("%.2f ml/s, touched with %.3f N %.2f, pressed with %.3f N %.2f, left %.2f\n", open, touching,
+              touched, pressing, pressed, again);
+  ASSERT_GT(open, 0.5) << "ml/s";
+  EXPECT_GT(touched, 0.85 * open);
+  EXPECT_LT(pressed, 0.1 * open);
+  EXPECT_GT(again, 0.85 * open) << "five seconds make no clot";
+}
+
+// Protects that a shaft which leans on a ligament does not shut the artery that its tip just touches.
+TEST(Blood, WhatAnInstrumentPressesElsewhereDoesNotShutAnArtery) {
+  Finger f(3);
+  const double open = f.bleeds();
+  while (!f.touches() && f.depth < 0.004) f.go(f.depth + 0.001);
+  ASSERT_TRUE(f.touches());
+  const double leaning = f.force(), touched = f.bleeds();
+  std::printf("%.2f ml/s, touched while the shaft leans with %.3f N: %.2f\n", open, leaning, touched);
+  ASSERT_GT(leaning, 0.15) << "N: as much as shuts it";
+  EXPECT_GT(touched, 0.85 * open);
 }
 
 TEST(Blood, NoVesselOfASceneIsKinkedAsItLies) {

@@ -5,14 +5,15 @@ varying vec3 position;
 varying vec3 normal;
 varying vec2 place;
 varying vec3 film;
+varying float rise;
 
-float filmOver(float film, vec2 place, vec3 rough, vec3 small);  // shore.frag
+float filmOver(float film, float rise, vec3 rough, vec3 small);  // shore.frag
 
 void main() {
   if (film.z <= 0.40) discard;  // see below
   vec3 rough = texture2D(micro_map, place * 17.0).xyz;
   vec3 small = texture2D(micro_map, place.yx * 83.0).xyz;
-  float um = filmOver(film.x, place, rough, small);
+  float um = filmOver(film.x, rise, rough, small);
   // A steep wall is between the cells: their skin cuts through it in teeth.
   um *= smoothstep(0.40, 0.70, film.z);
   if (um < 0.5) discard;

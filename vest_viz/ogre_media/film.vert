@@ -6,6 +6,7 @@ varying vec3 position;
 varying vec3 normal;  // view
 varying vec2 place;   // m along the surface
 varying vec3 film;    // µm, share that has set, how level the ground is
+varying float rise;   // µm/m, of the thickness along the ground
 varying vec2 down;    // along the ground: sine of its slope
 
 void main() {
@@ -14,6 +15,7 @@ void main() {
   place = gl_Vertex.xy;
   down = gl_Normal.xy;
   film = vec3(gl_MultiTexCoord1.xy, gl_Normal.z);
+  rise = gl_MultiTexCoord1.z;
   // Towards the lens, so that the coarse ground does not come through.
   vec4 near = vec4(gl_Vertex.xyz, 1.0);
   gl_Position = worldviewproj_matrix * near;

@@ -7,17 +7,18 @@ varying vec3 position;
 varying vec3 normal;
 varying vec2 place;
 varying vec3 film;
+varying float rise;
 varying vec2 down;  // along the ground, as steep as it is
 
 vec2 waves(vec2 p, vec2 way, float share);  // waves.frag
-float filmOver(float film, vec2 place, vec3 rough, vec3 small);  // shore.frag
+float filmOver(float film, float rise, vec3 rough, vec3 small);  // shore.frag
 
 void main() {
   if (film.x > 200.0 || film.z <= 0.40) discard;  // a pool stands on it, and shines instead; see film.frag
   // Where there is blood, as in film.frag.
   vec3 rough = texture2D(micro_map, place * 17.0).xyz;
   vec3 small = texture2D(micro_map, place.yx * 83.0).xyz;
-  float um = filmOver(film.x, place, rough, small);
+  float um = filmOver(film.x, rise, rough, small);
   float wet = smoothstep(0.40, 0.70, film.z) * smoothstep(3.0, 16.0, um) * (1.0 - 0.85 * film.y);
   if (wet <= 0.0) discard;
   vec3 v = normalize(-position), to_light = light.xyz - position;

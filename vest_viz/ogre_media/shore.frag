@@ -19,10 +19,9 @@ float depthOver(float depth, vec2 place, vec3 rough, vec3 small) {
 }
 
 /// µm of a film of blood. It gathers between crests and stands in drops and streaks, and its border follows the folds.
-/// @param film µm, by the cells  @param rough, small  the micro relief at 17 and at 83 tiles a metre
-float filmOver(float film, vec2 place, vec3 rough, vec3 small) {
+/// @param film µm, by the cells  @param rise µm/m, of it  @param rough, small  the micro relief at 17 and at 83 tiles a metre
+float filmOver(float film, float rise, vec3 rough, vec3 small) {
   float crest = 0.6 * rough.z + 0.4 * small.z - 0.5, fold = min(5.0 * abs(rough.z - 0.5), 1.0), um = min(film, 140.0);
-  // A slope is the same all over a triangle, and none where um is 140: weighed by what is missing it cuts no edges.
-  um -= min(0.005 * length(slope(film, place)), 140.0) * fold * (1.0 - um / 140.0);
+  um -= min(0.005 * rise, 140.0) * fold * (1.0 - um / 140.0);
   return max(um * (1.0 - 2.2 * crest) - 14.0 * (1.0 + 2.0 * crest), 0.0);
 }

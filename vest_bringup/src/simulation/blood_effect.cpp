@@ -27,6 +27,8 @@ constexpr double kNeedleArea = 5.0e-7;  // m²
 // Heat that shuts a hole: of the order of 4 J per square millimetre (assumed; bipolar sealing of a 4 mm
 // vessel takes some 50 J).
 constexpr double kSealEnergyPerArea = 4.0e6;  // J/m²
+// About a place of a vessel: a tool that touches tissue there presses on the vessel too. Two jaws' widths.
+constexpr double kPressReach = 0.010;  // m (assumed)
 constexpr double kPi = 3.14159265358979323846;
 // Of an instructor's opening: from a tenth of the finest needle (0.3 mm) to more than any vessel has.
 constexpr double kLeastOpening = 7.0e-9, kGreatestOpening = 0.01;  // m²
@@ -44,13 +46,6 @@ constexpr Setting kSettings[] = {
     {"resistance_scale", "", 0.1, 10.0}, {"reflex_scale", "", 0.0, 1.0},
     {"infusion", "m³/s", 0.0, 1e-5},     {"transfusion", "m³/s", 0.0, 1e-5},
     {"pulse_dilatation", "", 0.0, 20.0}};
-
-/// Share of a hollow vessel's circumference that a cut of `area` m² through its wall opened; 1 at most. A
-/// wall of unknown thickness counts as a tenth of the radius (as in the arteries of the shipped network).
-double cutShare(double area, double wall, double cross_section) {
-  const double radius = std::sqrt(cross_section / kPi);
-  return std::min(1.0, area / (2 * kPi * radius * (wall > 0 ? wall : 0.1 * radius)));
-}
 
 /// The patient's vessels, and those that the scene has beside them.
 hd::Vessels vesselsOf(const scene::World& world, const std::string& folder) {
@@ -311,12 +306,25 @@ void BloodEffect::findPinches(const scene::World& world, const scene::StepReport
     }
     const double force = std::sqrt(report.contacts[t].wrench.head<3>().squaredNorm());
     if (grasp.active || !report.contacts[t].in_contact || !(force > 0)) continue;
+    const auto of_tool = [&](const scene::ContactSide& side) {
+      return side.tool == t && side.triangle < world.contactTriangles(side.object).size();
+    };
+    const auto corner = [&](const scene::ContactSide& side) {
+      return world.contactTriangles(side.object)[side.triangle][0];
+    };
     for (const scene::ContactSide& side : state.sides) {
-      if (side.tool != t || side.object == last ||
-          side.triangle >= world.contactTriangles(side.object).size())
-        continue;
+      if (!of_tool(side) || side.object == last) continue;
       last = side.object;
-      pinch(last, world.contactTriangles(last)[side.triangle][0], force, width);
+      if (vessel_of_[last] < 0) continue;
+      // What the tool presses elsewhere, as with its shaft, does not press here.
+      const Vector3d place = world.knotAt(last, corner(side));
+      int here = 0, all = 0;
+      for (const scene::ContactSide& other : state.sides) {
+        if (!of_tool(other)) continue;
+        ++all;
+        here += (world.knotAt(other.object, corner(other)) - place).squaredNorm() < kPressReach * kPressReach;
+      }
+      pinch(last, corner(side), force * here / all, width);
     }
   }
 }

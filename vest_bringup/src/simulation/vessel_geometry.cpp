@@ -1,5 +1,6 @@
 #include "vessel_geometry.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace vest::simulation {
@@ -38,6 +39,11 @@ double crossSection(const scene::World& world, std::size_t object, const net::Tu
     sum += std::sqrt((world.knotAt(object, knot) - centre).squaredNorm());
   const double r = sum / static_cast<double>(tube.knots(ring).size());
   return kPi * r * r;
+}
+
+double cutShare(double area, double wall, double cross_section) {
+  const double radius = std::sqrt(cross_section / kPi);
+  return std::min(1.0, area / (2 * kPi * radius * (wall > 0 ? wall : 0.1 * radius)));
 }
 
 }  // namespace vest::simulation

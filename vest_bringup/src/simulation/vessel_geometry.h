@@ -23,5 +23,8 @@ double crossSection(const scene::World& world, std::size_t object, const net::Tu
 /// Area within a ring, m²: also of a flat one. @param centre of the ring
 double enclosed(const scene::World& world, std::size_t object, const net::TubeMap& tube, std::size_t ring,
                 const Eigen::Vector3d& centre);
+/// Share of a hollow vessel's circumference that a cut of `area` m² through its wall opened; 1 at most. A
+/// wall of unknown thickness counts as a tenth of the radius (as in the arteries of the shipped network).
+double cutShare(double area, double wall, double cross_section);
 
 }  // namespace vest::simulation

@@ -214,8 +214,9 @@ std::string writePatientScene(const volume::Lattice& lattice, const Patient& pat
     const Segment& segment = patient.segments[s];
     const auto& t = tissues.at(segment.tissue);
     materials +=
-        print("      - {label: %zu, youngs_modulus: %.9g, poisson_ratio: %.9g, density: %.9g}", s + 1,
-              t.at("youngs_modulus").value, t.at("poisson_ratio").value, t.at("density").value) +
+        print("      - {label: %zu, of: %s, youngs_modulus: %.9g, poisson_ratio: %.9g, density: %.9g}", s + 1,
+              t.name.c_str(), t.at("youngs_modulus").value, t.at("poisson_ratio").value,
+              t.at("density").value) +
         "  # " + segment.name + ": " + segment.tissue + "\n";
   }
   written.save(

@@ -53,13 +53,6 @@ material::Condition conditionOf(Map& map) {
                                                                              : material::Condition::InVivo;
 }
 
-/// Heat and blood of a tissue, where the scene says nothing else.
-void takeThermal(const material::Tissue& tissue, material::Condition condition, Object& object) {
-  object.thermal.heat_capacity = tissue.at("heat_capacity", condition).value;
-  object.thermal.conductivity = tissue.at("thermal_conductivity", condition).value;
-  object.thermal.perfusion = tissue.at("perfusion", condition).value;
-}
-
 /// `material: NAME` of the database, or a map: numbers, or `of: NAME` with numbers that replace its own.
 PlainMaterial readMaterial(const Value& value, Files& files, Object& object) {
   PlainMaterial material;
@@ -180,7 +173,7 @@ void readPerfusion(Map& map, Files& files, Object& object) {
   std::string path;
   const std::string bytes = files.read(map["knot_perfusion"], path);
   const csv::Table table = csv::read(path, bytes, {"node", "perfusion"}, {});
-  object.knot_perfusion.assign(object.rest_position.size(), object.thermal.perfusion);
+  object.knot_perfusion.resize(object.rest_position.size(), object.thermal.perfusion);
   std::vector<bool> seen(object.rest_position.size(), false);
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const std::size_t node = table.index(i, "node", object.rest_position.size() - 1);
@@ -288,10 +281,12 @@ Object readObject(const Value& value, Files& files, bool in_world) {
   if (map.has("vessel_segment")) object.tube.vessel_segment = map["vessel_segment"].name();
   std::string path = value.file();
   if (elements) {
-    readLiving(map, object);
-    readFem(
-        map, [&files](const Value& name, std::string& file) { return files.read(name, file); }, in_world,
+    const std::vector<double> by_label = readFem(
+        map, [&files](const Value& name, std::string& file) { return files.read(name, file); },
+        [&files](const Value& name) -> const material::Tissue& { return files.material(name); }, in_world,
         object);
+    readLiving(map, object);
+    perfuseByLabel(by_label, object);
     readPerfusion(map, files, object);
     map.finish();
     return object;

@@ -38,12 +38,22 @@ Eigen::Vector3d vectorOf(const csv::Table& table, std::size_t row, const char* c
   return v;
 }
 
-void readElasticity(Map& map, fem::Material& m) {
-  m.youngs_modulus = map["youngs_modulus"].positive();
-  m.poisson_ratio = map["poisson_ratio"].number(-1.0, 0.5);
-  if (m.poisson_ratio <= -1.0 || m.poisson_ratio >= 0.5)
-    map["poisson_ratio"].fail("must be above -1 and below 0.5");
+/// Numbers as written; what is left out is the tissue's that `of` names. @return it, or null
+const material::Tissue* readElasticity(Map& map, const TissueNamed& tissue, fem::Material& m) {
+  const material::Tissue* const of = map.has("of") ? &tissue(map["of"]) : nullptr;
+  if (of) {
+    m.youngs_modulus = of->law().youngs_modulus;
+    m.poisson_ratio = of->at("poisson_ratio").value;
+    m.density = of->at("density").value;
+  }
+  if (!of || map.has("youngs_modulus")) m.youngs_modulus = map["youngs_modulus"].positive();
+  if (!of || map.has("poisson_ratio")) {
+    m.poisson_ratio = map["poisson_ratio"].number(-1.0, 0.5);
+    if (m.poisson_ratio <= -1.0 || m.poisson_ratio >= 0.5)
+      map["poisson_ratio"].fail("must be above -1 and below 0.5");
+  }
   if (map.has("density")) m.density = map["density"].number(0.0, kMost);
+  return of;
 }
 
 void readRayleigh(Map& map, fem::Material& m) {
@@ -168,15 +178,20 @@ void readTables(Reading& r, Places& places) {
   }
 }
 
-/// `material` for all of it, or `materials` by label.
-void readMaterials(Reading& r, const std::vector<std::uint16_t>& label) {
+/// `material` for all of it, or `materials` by label. @return as readFem()
+std::vector<double> readMaterials(Reading& r, const TissueNamed& tissue,
+                                  const std::vector<std::uint16_t>& label) {
   Map& map = r.map;
+  std::vector<double> perfusion;
   if (!map.has("materials")) {
     Map material(map["material"]);
-    readElasticity(material, r.d.material);
+    if (const material::Tissue* of = readElasticity(material, tissue, r.d.material)) {
+      r.object.material = of->name;
+      takeThermal(*of, material::Condition::InVivo, r.object);
+    }
     readRayleigh(material, r.d.material);
     material.finish();
-    return;
+    return perfusion;
   }
   if (map.has("material")) map["material"].fail("must not be there beside materials");
   if (label.empty()) map["materials"].fail("belongs to images and mesh files, which have labels");
@@ -187,7 +202,8 @@ void readMaterials(Reading& r, const std::vector<std::uint16_t>& label) {
     if (place[of] >= 0) entry["label"].fail("must be there once");
     place[of] = static_cast<int>(r.d.materials.size());
     fem::Material m;
-    readElasticity(entry, m);
+    const material::Tissue* const named = readElasticity(entry, tissue, m);
+    perfusion.push_back(named ? named->at("perfusion").value : std::nan(""));
     entry.finish();
     r.d.materials.push_back(m);
   }
@@ -202,6 +218,7 @@ void readMaterials(Reading& r, const std::vector<std::uint16_t>& label) {
     r.d.material.youngs_modulus += r.d.materials[c].youngs_modulus / static_cast<double>(label.size());
     r.d.material.density += r.d.materials[c].density / static_cast<double>(label.size());
   }
+  return perfusion;
 }
 
 volume::LabelledImage readImage(Reading& r, const Value& value) {
@@ -321,7 +338,33 @@ void readHeld(Reading& r) {
 
 }  // namespace
 
-void readFem(Map& map, const ReadFile& read, bool in_world, Object& object) {
+void takeThermal(const material::Tissue& tissue, material::Condition condition, Object& object) {
+  object.thermal.heat_capacity = tissue.at("heat_capacity", condition).value;
+  object.thermal.conductivity = tissue.at("thermal_conductivity", condition).value;
+  object.thermal.perfusion = tissue.at("perfusion", condition).value;
+}
+
+void perfuseByLabel(const std::vector<double>& perfusion, Object& object) {
+  if (std::all_of(perfusion.begin(), perfusion.end(), [](double p) { return std::isnan(p); })) return;
+  const fem::Description& d = *object.fem;
+  std::vector<double> whole(object.rest_position.size(), 0.0);
+  object.knot_perfusion.assign(whole.size(), 0.0);
+  for (std::size_t e = 0; e < d.tetrahedra.size(); ++e) {
+    const auto& t = d.tetrahedra[e];
+    const double volume = fem::sixfoldVolume({d.nodes[t[0]], d.nodes[t[1]], d.nodes[t[2]], d.nodes[t[3]]}),
+                 of = perfusion[d.cell_material[e]];
+    for (const fem::Index n : t) {
+      if (n >= whole.size()) continue;  // within a condensed one
+      object.knot_perfusion[n] += volume * (std::isnan(of) ? object.thermal.perfusion : of);
+      whole[n] += volume;
+    }
+  }
+  for (std::size_t k = 0; k < whole.size(); ++k)
+    object.knot_perfusion[k] = whole[k] > 0 ? object.knot_perfusion[k] / whole[k] : object.thermal.perfusion;
+}
+
+std::vector<double> readFem(Map& map, const ReadFile& read, const TissueNamed& tissue, bool in_world,
+                            Object& object) {
   auto d = std::make_shared<fem::Description>();
   d->name = object.name;
   if (map.has("strain")) {
@@ -372,15 +415,16 @@ void readFem(Map& map, const ReadFile& read, bool in_world, Object& object) {
   } else {
     label = readLattice(r, in_world);
   }
-  readMaterials(r, label);
+  std::vector<double> perfusion = readMaterials(r, tissue, label);
   readHeld(r);
   object.fem = std::move(d);
   completeFem(object);
-  if (!map.has("vessel_from")) return;
+  if (!map.has("vessel_from")) return perfusion;
   if (object.tube.vessel_segment.empty()) map["vessel_from"].fail("belongs to objects with vessel_segment");
   ringsOfSurface(object.rest_position, object.contact_triangles, map["vessel_from"].vector3(), object.tube);
   if (object.tube.rings.size() < 2)
     map["vessel_from"].fail("must be at an end of a body that is longer than two of its elements");
+  return perfusion;
 }
 
 }  // namespace vest::scene

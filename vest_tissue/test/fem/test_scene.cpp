@@ -11,6 +11,7 @@
 #include "../../src/cli/simulate_scene.h"
 #include "beam.h"
 #include "temporary_scene.h"
+#include "vest_tissue/material/database.h"
 
 namespace vest::fem::test {
 
@@ -67,6 +68,51 @@ struct Files {
     return result.positions.at(0);
   }
 };
+
+// Protects that elements bleed, and are cooled, by the blood of the tissue that the scene names.
+TEST(FemScene, ElementsHaveTheBloodOfTheTissueThatTheyName) {
+  const material::Tissue liver = material::readDatabase(material::databasePath()).at("liver");
+  const double blood = liver.at("perfusion").value;
+  ASSERT_GT(blood, 0.01) << "1/s";
+  Files files;
+  std::string text = sceneText("small", "{integrator: static}");
+  const std::string plain = "material: {youngs_modulus: 1000, poisson_ratio: 0.3, density: 0.2,";
+  text.replace(text.find(plain), plain.size(), "material: {of: liver, youngs_modulus: 7000,");
+  const scene::Object one = scene::loadScene(files.folder.write("scene.yaml", text)).objects[0];
+  EXPECT_EQ(one.material, "liver");
+  EXPECT_EQ(one.thermal.perfusion, blood);
+  EXPECT_EQ(one.fem->material.youngs_modulus, 7000) << "what is written goes before";
+  EXPECT_EQ(one.fem->material.density, liver.at("density").value);
+
+  // Two elements that share a face; the second has twice the volume of the first.
+  files.folder.write(
+      "two.msh",
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
+      "5 1 1 1\n$EndNodes\n$Elements\n2\n1 4 2 1 1 1 2 3 4\n2 4 2 2 2 2 3 4 5\n$EndElements\n");
+  const auto with = [&](const std::string& of) {
+    return scene::loadScene(files.folder.write(
+        "labels.yaml",
+        "objects:\n  - name: two\n    model: fem\n    strain: small\n    mesh: two.msh\n"
+        "    thermal: {perfusion: 0.001}\n    materials:\n      - {label: 1, of: " +
+            of + "}\n      - {label: 2, youngs_modulus: 1000, poisson_ratio: 0.3, density: 1}\n" +
+            "solution: {integrator: static}\n"));
+  };
+  const scene::Object two = with("liver").objects[0];
+  ASSERT_EQ(two.knot_perfusion.size(), 5u);
+  EXPECT_EQ(two.fem->materials[0].youngs_modulus, liver.law().youngs_modulus);
+  EXPECT_NEAR(two.knot_perfusion[0], blood, 1e-12);
+  for (std::size_t k = 1; k < 4; ++k)
+    EXPECT_NEAR(two.knot_perfusion[k], (blood + 2 * 0.001) / 3, 1e-12) << k << ": of both, by volume";
+  EXPECT_NEAR(two.knot_perfusion[4], 0.001, 1e-12) << "names no tissue: the object's";
+  try {
+    with("stone");
+    ADD_FAILURE() << "no such tissue";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("of: stone: must be a material of the database"),
+              std::string::npos)
+        << error.what();
+  }
+}
 
 /// K = sum V B^T D B in Voigt's notation, N = inverse of [1 x y z], dense.
 struct Dense {

@@ -398,6 +398,19 @@ void fray(const Eigen::Isometry3d& origin, double cell, int W, int H, std::vecto
     }
 }
 
+/// How steeply the depth rises, per metre, in place of the waves. A shader knows the slope of each triangle
+/// alone, which leaps from one to the next: borders that it shifts by that are cut straight there.
+void rise(double cell, int W, int H, std::vector<PoolPlace>& fine) {
+  const auto depth = [&](int x, int y) {
+    return x < 0 || y < 0 || x >= W || y >= H ? 0.0f : fine[static_cast<std::size_t>(y * W + x)].depth;
+  };
+  for (int y = 0; y < H; ++y)
+    for (int x = 0; x < W; ++x)
+      fine[static_cast<std::size_t>(y * W + x)].waves =
+          glm::length(glm::vec2(depth(x + 1, y) - depth(x - 1, y), depth(x, y + 1) - depth(x, y - 1))) /
+          static_cast<float>(cell);
+}
+
 }  // namespace
 
 Pool poolSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
@@ -446,6 +459,7 @@ Pool filmSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t col
   Eigen::Isometry3d X = origin;
   X.translation() -= origin.linear() * Vector3d((kRings - 1) * cell, (kRings - 1) * cell, 0);
   fray(X, cell, 2 * C - 1, 2 * R - 1, fine);
+  rise(cell, 2 * C - 1, 2 * R - 1, fine);
   Pool film = meshOf(X, cell, C, R, fine, [](float micrometres) { return micrometres > 0; });
   for (std::size_t i = 0; i + 2 < film.features.size(); i += 3)
     std::swap(film.features[i], film.features[i + 1]);

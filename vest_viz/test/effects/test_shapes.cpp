@@ -249,6 +249,36 @@ TEST(Film, LiesOnItsGroundThinsOutAndLeavesNothingWhereThereIsNone) {
   EXPECT_TRUE(filmSurface(X, 0, 5, 5, height.data(), thickness.data(), set.data()).triangles.empty());
 }
 
+// Protects a stain's border from straight cuts: how steeply it thins out is told at each vertex, and not by
+// triangles.
+TEST(Film, TellsAtEachVertexHowSteeplyItRises) {
+  const std::vector<float> height(64, 0.0f);
+  std::vector<std::uint8_t> thickness(64, 0), set(64, 0);
+  for (int r = 2; r < 6; ++r)
+    for (int c = 2; c < 6; ++c) thickness[static_cast<std::size_t>(8 * r + c)] = 100;
+  const Pool film =
+      filmSurface(Eigen::Isometry3d::Identity(), 0.004, 8, 8, height.data(), thickness.data(), set.data());
+  std::map<std::pair<long, long>, std::size_t> at;  // by half cells
+  const auto half = [&](std::size_t v, std::size_t axis) {
+    return std::lround(film.positions[3 * v + axis] / 0.002);
+  };
+  for (std::size_t v = 0; v < film.features.size() / 3; ++v) at[{half(v, 0), half(v, 1)}] = v;
+  int inner = 0;
+  float most = 0;
+  for (const auto& [place, v] : at) {
+    const auto depth = [&](long x, long y) {
+      const auto found = at.find({place.first + x, place.second + y});
+      return found == at.end() ? std::nanf("") : film.features[3 * found->second];
+    };
+    const float x = (depth(1, 0) - depth(-1, 0)) / 0.004f, y = (depth(0, 1) - depth(0, -1)) / 0.004f;
+    if (std::isnan(x) || std::isnan(y)) continue;
+    EXPECT_NEAR(film.features[3 * v + 2], std::hypot(x, y), 1.0f) << "µm/m";
+    most = std::max(most, film.features[3 * v + 2]), ++inner;
+  }
+  EXPECT_GT(inner, 100);
+  EXPECT_GT(most, 5000) << "µm/m: 100 µm over some cells of 4 mm";
+}
+
 TEST(Film, GoesOnUnderWhatIsNarrowerThanACellAndHasRoomForWhatIsDry) {
   // Two stains with a gap of one cell, as a vessel on the ground leaves it, and of four.
   const auto between = [](int gap) {

@@ -57,8 +57,8 @@ struct PoolCells {
   double blood_fraction = 1;            ///< of the whole pool, 0 … 1
 };
 /// A film of blood on the ground as a thin skin over it, twice as fine as its cells, with a border without
-/// blood. Features: thickness (µm), share that has set, 0, per vertex. @param height m above the origin's
-/// plane, NaN: none; @param thickness µm; @param set of 255
+/// blood. Features: thickness (µm), share that has set, how steeply the thickness rises (µm/m), per vertex.
+/// @param height m above the origin's plane, NaN: none; @param thickness µm; @param set of 255
 Pool filmSurface(const Eigen::Isometry3d& origin, double cell, std::uint32_t columns, std::uint32_t rows,
                  const float* height, const std::uint8_t* thickness, const std::uint8_t* set);
 constexpr float kUnknownDepth = 5.0f;  ///< mm: hides the ground where it is blood (assumed)
